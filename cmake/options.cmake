@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+# How the project is compiled; what is compiled stands in each room's CMakeLists.txt.
+include(GNUInstallDirs)
+
+find_program(MELTSTAGE_CCACHE ccache)
+if(MELTSTAGE_CCACHE)
+  set(CMAKE_C_COMPILER_LAUNCHER ${MELTSTAGE_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${MELTSTAGE_CCACHE})
+endif()
+find_program(MELTSTAGE_MOLD mold)
+if(MELTSTAGE_MOLD)
+  add_link_options(-fuse-ld=mold)
+endif()
+
+set(MELTSTAGE_SANITIZE "" CACHE STRING "Sanitizers, e.g. address,undefined")
+option(MELTSTAGE_COVERAGE "Compile with gcov counters" OFF)
+if(MELTSTAGE_SANITIZE)
+  add_compile_options(-fsanitize=${MELTSTAGE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${MELTSTAGE_SANITIZE})
+endif()
+if(MELTSTAGE_COVERAGE)
+  add_compile_options(--coverage)
+  add_link_options(--coverage)
+endif()
+
+# Warnings are errors in our own code only: link this target PRIVATE.
+add_library(meltstage_warnings INTERFACE)
+target_compile_options(meltstage_warnings INTERFACE
+  -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror)

@@ -1,0 +1,53 @@
+# shellcheck shell=bash disable=SC2154
+# SPDX-License-Identifier: Apache-2.0
+# Sourced by ./run and ./check: what both need before they can do their job.
+# Expects `root`, the project's folder. Every step does nothing when its work is done already.
+export LC_ALL=C.UTF-8
+
+# One line to the user, then the end.
+stop() {
+  echo "${0##*/}: $*" >&2
+  exit 1
+}
+
+# Installs the packages of packages.txt that are missing; asks for nothing when none is.
+install_packages() {
+  if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+    stop "no dpkg-query or apt-get here, expected Debian 12; install what packages.txt names, then: cmake --preset release"
+  fi
+  local wanted installed missing as_root=()
+  mapfile -t wanted < <(sed 's/#.*//' "$root/packages.txt" | xargs -n1 | sort -u)
+  # exits with 1 when a name is unknown to it, which is one of the answers wanted
+  installed=$(dpkg-query -W -f='${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) || true
+  mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}") <(echo "$installed"))
+  [ ${#missing[@]} -gt 0 ] || return 0
+  if [ "$(id -u)" != 0 ]; then
+    command -v sudo >/dev/null || stop "neither root nor sudo here; as root, first: apt-get install ${missing[*]}"
+    as_root=(sudo)
+  fi
+  mkdir -p "$root/build"
+  local log=$root/build/packages.log
+  echo "Installing from Debian, this once: ${missing[*]}"
+  if ! { "${as_root[@]}" apt-get -q -o DPkg::Lock::Timeout=120 update &&
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=120 \
+      --no-install-recommends install "${missing[@]}"; } >"$log" 2>&1; then
+    stop "cannot install packages: $(grep -m1 '^E:' "$log" || tail -n1 "$log") (all of it in build/packages.log)"
+  fi
+}
+
+# configure PRESET: only when that build folder isn't ready, is older than the presets, or was made elsewhere.
+configure() {
+  local folder=$root/build/$1
+  if [ "$folder/build.ninja" -nt "$root/CMakePresets.json" ] &&
+    grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$folder/CMakeCache.txt"; then
+    return 0
+  fi
+  (cd "$root" && cmake --fresh --preset "$1")
+}
+
+# build PRESET TARGET...
+build() {
+  local preset=$1
+  shift
+  (cd "$root" && cmake --build --preset "$preset" -j "$(nproc)" --target "$@")
+}

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// ALGOR: segmented fixed-point PID (Xie et al. 2023, eq. 2, figs. 6 and 7). Twin of rtl/tc_algor.sv.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "flops.hpp"
+#include "params.hpp"
+
+namespace meltstage::chip {
+
+enum Segment : std::uint8_t { kSegNone = 0, kSegFull = 1, kSegPid = 2, kSegOff = 3 };
+
+// Steps of one computation, a clock each.
+enum AlgorStep : std::uint8_t {
+  kStepIdle,
+  kStepSetpoint,
+  kStepDutyMax,
+  kStepSlew,
+  kStepAmbient,
+  kStepExternal,
+  kStepFeedForward,
+  kStepHold,
+  kStepHoldAdd,
+  kStepError,
+  kStepProducts,
+  kStepSum,
+  kStepLimit,
+};
+
+#define TC_ALGOR_FLOPS(X)               \
+  X(std::uint8_t, step_q, 4, 0)         \
+  X(std::uint8_t, done_q, 1, 0)         \
+  X(std::uint8_t, fresh_q, 1, 1)        \
+  X(std::uint8_t, i_held_q, 1, 0)       \
+  X(std::uint8_t, segment_q, 2, 0)      \
+  X(std::int16_t, target_q, 16, 0)      \
+  X(std::int16_t, sp_work_q, 16, 0)     \
+  X(std::int16_t, amb_q, 16, 0)         \
+  X(std::int16_t, e_q, 16, 0)           \
+  X(std::int16_t, delta_q, 16, 0)       \
+  X(std::uint16_t, ramp_q, 13, 0)       \
+  X(std::uint32_t, duty_max_q, 17, 0)   \
+  X(std::uint32_t, slew_q, 17, 0)       \
+  X(std::uint32_t, ext_q, 17, 0)        \
+  X(std::uint32_t, ff_q, 17, 0)         \
+  X(std::uint32_t, u_q, 17, 0)          \
+  X(std::uint32_t, duty_q, 17, 0)       \
+  X(std::uint32_t, hold_q, 18, 0)       \
+  X(std::int32_t, filt_q, 22, 0)        \
+  X(std::int32_t, p_q, 32, 0)           \
+  X(std::int32_t, ie_q, 32, 0)          \
+  X(std::int32_t, d_q, 32, 0)           \
+  X(std::uint32_t, i_q, 32, 0)
+
+struct AlgorIn {
+  const Params& params;
+  bool start;
+  bool sample_ok;
+  bool run;
+  bool at_temp;
+  bool ms;
+  std::int16_t pv;  // Q9.6
+};
+
+struct Algor {
+  TC_ALGOR_FLOPS(TC_DECLARE_FLOP)
+
+  // True when a step changes nothing.
+  bool idle(const AlgorIn& in) const {
+    return step_q == kStepIdle && !in.start && done_q == 0 && in.run && !in.ms && in.params[spec::kRegMode] == 0;
+  }
+  void step(const AlgorIn& in);
+
+  bool ramping() const { return sp_work_q != target_q; }
+  bool limited() const { return duty_q == duty_max_q && duty_q != 0; }
+  std::int32_t term_p() const;  // Q1.16, saturated
+  std::int32_t term_i() const;
+  std::int32_t term_d() const;
+
+ private:
+  void ramp(const AlgorIn& in);
+  void compute(const AlgorIn& in, std::int16_t sp);
+  void sum(const AlgorIn& in);
+};
+
+}  // namespace meltstage::chip

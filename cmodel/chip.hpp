@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole chip, bit-accurate at every clock. Twin of rtl/tc_top.sv; use and contract: docs/cmodel.md.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "algor.hpp"
+#include "guard.hpp"
+#include "mem.hpp"
+#include "paramc.hpp"
+#include "pwmc.hpp"
+#include "sensc.hpp"
+#include "sync.hpp"
+#include "sysctrl.hpp"
+#include "uartc.hpp"
+
+namespace meltstage::chip {
+
+// Levels of the input pins. Defaults: powered, out of reset, lines idle.
+struct Inputs {
+  bool rst_n = true;
+  bool uart_rx = true;
+  std::uint8_t addr_strap = 0;  // 0..7
+  bool spi_miso = false;
+  bool heater_fb = false;
+  bool inhibit = false;
+
+  friend bool operator==(const Inputs&, const Inputs&) = default;
+};
+
+// Levels of the output pins.
+struct Outputs {
+  bool uart_tx;
+  bool uart_de;
+  bool tlm_tx;
+  bool spi_sclk;
+  bool spi_cs_n;
+  bool spi_mosi;
+  bool heater;
+  bool safe_en;
+  bool fault_n;
+  bool at_temp;
+
+  friend bool operator==(const Outputs&, const Outputs&) = default;
+};
+
+// A value: copying it saves the whole state, assigning the copy restores it. A fresh Chip is a chip in reset.
+struct Chip {
+  RstSync rst_sync;
+  Sync sync;
+  Uartc uartc;
+  Sysctrl sysctrl;
+  Paramc paramc;
+  Mem mem;
+  Sensc sensc;
+  Algor algor;
+  Pwmc pwmc;
+  Guard guard;
+
+  // One rising clock edge with the pins at `in` before it; the pins after it, with `in` still applied.
+  Outputs step(const Inputs& in);
+  // The output pins now; only heater depends on an input (inhibit).
+  Outputs outputs(const Inputs& in) const;
+
+  const Params& params() const { return mem.params(); }
+  // Value of a register as a host would read it now. Addresses: docs/registers.md.
+  std::uint16_t read_register(std::uint16_t address) const;
+  Readings readings() const;
+
+ private:
+  void clock(const Inputs& in);
+};
+
+static_assert(std::is_trivially_copyable_v<Chip>);
+
+}  // namespace meltstage::chip

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "guard.hpp"
+
+#include <bit>
+#include <cstdlib>
+
+#include "algor.hpp"
+#include "math.hpp"
+
+namespace meltstage::chip {
+
+namespace {
+
+// 1/320 degC on both sides of a comparison: 5 x 1/64 degC, 32 x 0.1 degC.
+constexpr std::int32_t of_temp(std::int32_t x) { return x * 5; }
+constexpr std::int32_t of_tenths(std::int32_t x) { return x * 32; }
+
+// Count of 0.1 s that stops at its top.
+std::uint16_t count_up(std::uint16_t x, bool tick) { return tick && x != 0xFFFF ? static_cast<std::uint16_t>(x + 1) : x; }
+
+std::uint8_t first_of(std::uint16_t causes) {
+  return causes == 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(std::countr_zero(causes) + 1);
+}
+
+constexpr std::uint16_t bit(spec::Fault fault, bool present) {
+  return static_cast<std::uint16_t>(static_cast<unsigned>(present) << fault);
+}
+
+}  // namespace
+
+bool Guard::sensor_ok(const Params& p) const {
+  return pv_valid_q != 0 && !bad_limit(p) && (cause_q & bit(spec::kFaultSensorStale, true)) == 0;
+}
+
+void Guard::step(const GuardIn& in) {
+  const Params& p = in.params;
+  const bool accept = in.sens_done && in.sens_ok;
+  const bool refuse = in.sens_done && !in.sens_ok;
+  const std::int32_t change = in.sens_pv - pv_q;
+  const bool heating = run_q != 0 && !p.bit(spec::kRegMode, 0);
+  const std::int32_t over_sp = of_temp(pv_q - in.sp_work);
+  const std::int32_t window = of_tenths(p[spec::kRegAtWindow]);
+  const bool in_window = std::abs(over_sp) <= window;
+  const bool lba_rose = of_temp(pv_q - lba_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
+  const bool off_duty = in.duty == 0 || run_q == 0;
+  const bool fb_trip = fb_q >= static_cast<std::uint32_t>(p[spec::kRegFbTime]) << 4;
+  const bool lba_active = heating && in.limited && p[spec::kRegLbaTime] != 0;
+  const bool hold_active = heating && in.segment == kSegPid && p[spec::kRegKff] != 0 && p[spec::kRegHoldTime] != 0 &&
+                           in.duty > in.hold_limit;
+  const bool exc_active = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]);
+  const bool zero_due = off_duty && zero_q >= p[spec::kRegZeroWait];
+  const bool zero_rose = of_temp(pv_q - zero_ref_q) >= of_tenths(p[spec::kRegZeroRise]);
+
+  // Over-temperature acts on the sample itself, unfiltered.
+  constexpr std::uint16_t kLimits = bit(spec::kFaultOverTemp, true) | bit(spec::kFaultUnderTemp, true);
+  std::uint16_t cause = cause_q & kLimits;
+  if (accept) {
+    cause = bit(spec::kFaultOverTemp, of_temp(in.sens_pv) >= of_tenths(p.s16(spec::kRegTMax))) |
+            bit(spec::kFaultUnderTemp, of_temp(in.sens_pv) < of_tenths(p.s16(spec::kRegTMin)));
+  }
+  const bool bad = bad_limit(p);
+  cause = static_cast<std::uint16_t>(
+      cause | bit(spec::kFaultSensorFault, bad && bad_dev_q != 0) | bit(spec::kFaultSensorFrame, bad && bad_dev_q == 0) |
+      bit(spec::kFaultSensorStale, stale_q >= p[spec::kRegSampleTimeout]) | bit(spec::kFaultRate, rate_q != 0) |
+      bit(spec::kFaultNotHeating, lba_trip_q != 0) |
+      bit(spec::kFaultHoldPower, hold_active && hold_q >= p[spec::kRegHoldTime]) |
+      bit(spec::kFaultExcursion, exc_active && exc_q >= p[spec::kRegExcTime]) |
+      bit(spec::kFaultZeroRise, zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
+      bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, 5) && fb_trip) |
+      bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_q == 0) | bit(spec::kFaultParam, in.mem_bad) |
+      bit(spec::kFaultState, in.state_illegal || in.overrun) | bit(spec::kFaultInhibit, in.inhibit));
+
+  const std::uint16_t latching = cause_q & static_cast<std::uint16_t>(run_q != 0 ? 0xFFFF : ~spec::kFaultRunOnly);
+  const bool stop = in.stop || latching != 0 || fault_q != 0;
+  const bool running = run_q != 0;
+
+  // Detectors, from the flops before this clock.
+  lba_trip_q = lba_active && !lba_rose && lba_q >= p[spec::kRegLbaTime];
+  if (!lba_active || lba_rose) {
+    lba_q = 0;
+    lba_ref_q = pv_q;
+  } else {
+    lba_q = count_up(lba_q, in.tenth);
+  }
+  hold_q = hold_active ? count_up(hold_q, in.tenth) : 0;
+  if (!heating || in.sp_work < sp_past_q) {
+    exc_armed_q = 0;
+  } else if (over_sp <= window) {
+    exc_armed_q = 1;
+  }
+  sp_past_q = in.sp_work;
+  exc_q = exc_active ? count_up(exc_q, in.tenth) : 0;
+  if (!off_duty) {
+    zero_q = 0;
+  } else if (!zero_due) {
+    zero_q = count_up(zero_q, in.tenth);
+  }
+  if (!zero_due || pv_q < zero_ref_q) zero_ref_q = pv_q;
+  if ((heater_q != 0) == in.heater_fb) {
+    fb_q = 0;
+  } else if (!fb_trip) {
+    fb_q = (fb_q + 1) & 0xFFFFF;
+  }
+  if (!running || in.good_frame) {
+    wd_q = p[spec::kRegHostWd];
+  } else if (in.tenth && wd_q != 0) {
+    --wd_q;
+  }
+  const bool at = heating && pv_valid_q != 0 && !in.ramping && in_window;
+  at_temp_q = at && at_q >= p[spec::kRegAtDwell];
+  at_q = at ? count_up(at_q, in.tenth) : 0;
+
+  // Heater permission: a fault, a stop or the emergency stop beats everything.
+  const bool start = in.run && run_allowed();
+  heater_q = in.pwm && running && !stop && !in.inhibit;
+  if (running && !stop) {
+    if (safe_cnt_q == 0x3FF) safe_en_q ^= 1;
+    safe_cnt_q = (safe_cnt_q + 1) & 0x3FF;
+  } else {
+    safe_cnt_q = 0;
+    safe_en_q = 0;
+  }
+  run_q = !stop && (running || start);
+  if (in.clear || fault_q == 0) first_q = first_of(latching);
+  fault_q = (in.clear ? 0 : fault_q) | latching;
+  cause_q = cause;
+
+  // Samples.
+  if (accept) {
+    rate_q = pv_valid_q != 0 && p[spec::kRegDtdtMax] != 0 && std::abs(of_temp(change)) > of_tenths(p[spec::kRegDtdtMax]);
+    slope_q = pv_valid_q != 0 ? sat_s16(change) : std::int16_t{0};
+    pv_valid_q = 1;
+    pv_q = in.sens_pv;
+    ++samples_q;
+    bad_q = 0;
+    stale_q = 0;
+  } else {
+    stale_q = count_up(stale_q, in.tenth);
+  }
+  if (refuse) {
+    ++sensor_errors_q;
+    bad_dev_q = in.sens_dev_fault;
+    if (bad_q != 0xF) ++bad_q;
+  }
+}
+
+}  // namespace meltstage::chip

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// GUARD: accepts samples, watches for faults, decides whether the heater may be on. Twin of rtl/tc_guard.sv.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "flops.hpp"
+#include "params.hpp"
+
+namespace meltstage::chip {
+
+#define TC_GUARD_FLOPS(X)                  \
+  X(std::uint8_t, run_q, 1, 0)             \
+  X(std::uint8_t, heater_q, 1, 0)          \
+  X(std::uint8_t, safe_en_q, 1, 0)         \
+  X(std::uint16_t, safe_cnt_q, 10, 0)      \
+  X(std::uint16_t, cause_q, 15, 0)         \
+  X(std::uint16_t, fault_q, 15, 0)         \
+  X(std::uint8_t, first_q, 4, 0)           \
+  X(std::uint8_t, pv_valid_q, 1, 0)        \
+  X(std::uint8_t, bad_dev_q, 1, 0)         \
+  X(std::int16_t, pv_q, 16, 0)             \
+  X(std::int16_t, slope_q, 16, 0)          \
+  X(std::uint16_t, samples_q, 16, 0)       \
+  X(std::uint16_t, sensor_errors_q, 16, 0) \
+  X(std::uint16_t, stale_q, 16, 0)         \
+  X(std::uint8_t, bad_q, 4, 0)             \
+  X(std::int16_t, lba_ref_q, 16, 0)        \
+  X(std::int16_t, zero_ref_q, 16, 0)       \
+  X(std::int16_t, sp_past_q, 16, 0)        \
+  X(std::uint16_t, lba_q, 16, 0)           \
+  X(std::uint16_t, hold_q, 16, 0)          \
+  X(std::uint16_t, exc_q, 16, 0)           \
+  X(std::uint16_t, zero_q, 16, 0)          \
+  X(std::uint16_t, wd_q, 16, 0)            \
+  X(std::uint16_t, at_q, 16, 0)            \
+  X(std::uint32_t, fb_q, 20, 0)            \
+  X(std::uint8_t, exc_armed_q, 1, 0)       \
+  X(std::uint8_t, rate_q, 1, 0)            \
+  X(std::uint8_t, lba_trip_q, 1, 0)        \
+  X(std::uint8_t, at_temp_q, 1, 0)
+
+struct GuardIn {
+  const Params& params;
+  bool tenth;
+  bool sens_done;
+  bool sens_ok;
+  bool sens_dev_fault;
+  std::int16_t sens_pv;
+  std::uint32_t duty;
+  std::uint32_t hold_limit;
+  bool limited;
+  std::uint8_t segment;
+  std::int16_t sp_work;
+  bool ramping;
+  bool pwm;
+  bool run;    // pulses
+  bool stop;
+  bool clear;
+  bool good_frame;
+  bool mem_bad;
+  bool state_illegal;
+  bool overrun;
+  bool inhibit;
+  bool heater_fb;
+};
+
+struct Guard {
+  TC_GUARD_FLOPS(TC_DECLARE_FLOP)
+
+  void step(const GuardIn& in);
+
+  bool bad_limit(const Params& p) const { return bad_q >= (p[spec::kRegBadMax] & 0xF); }
+  bool run_allowed() const { return fault_q == 0 && cause_q == 0 && pv_valid_q != 0; }
+  bool sensor_ok(const Params& p) const;
+  bool wd_armed(const Params& p) const { return run_q != 0 && p[spec::kRegHostWd] != 0; }
+  bool permitted() const { return run_q != 0 && fault_q == 0; }
+};
+
+}  // namespace meltstage::chip

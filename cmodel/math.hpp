@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arithmetic that RTL and model share by name (rtl/tc_math_pkg.sv is the twin).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include "spec.hpp"
+
+namespace meltstage::chip {
+
+// Narrowing to 16 bits signed with saturation.
+constexpr std::int16_t sat_s16(std::int64_t x) {
+  return static_cast<std::int16_t>(std::clamp<std::int64_t>(x, -32768, 32767));
+}
+
+// Narrowing to a duty, UQ1.16 clamped to 0 .. 65536.
+constexpr std::uint32_t sat_duty(std::int64_t x) {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(x, 0, 65536));
+}
+
+// Check bits of the (22,16) Hsiao code.
+constexpr std::uint8_t secded_check(std::uint16_t data) {
+  unsigned check = 0;
+  for (unsigned row = 0; row < 6; ++row) {
+    check |= (static_cast<unsigned>(std::popcount<std::uint16_t>(data & spec::kSecdedRows[row])) & 1u) << row;
+  }
+  return static_cast<std::uint8_t>(check);
+}
+
+// Code word as stored: check bits above the data.
+constexpr std::uint32_t secded_encode(std::uint16_t data) {
+  return static_cast<std::uint32_t>(secded_check(data)) << 16 | data;
+}
+
+// Wrong bit of a stored word (one bit set); zero when the word is clean or can not be corrected.
+constexpr std::uint32_t secded_flip(std::uint32_t code) {
+  const auto syndrome = static_cast<std::uint8_t>(secded_check(static_cast<std::uint16_t>(code)) ^ (code >> 16));
+  if (syndrome == 0) return 0;
+  for (unsigned i = 0; i < 16; ++i) {
+    if (syndrome == spec::kSecdedColumns[i]) return 1u << i;
+  }
+  return std::has_single_bit(syndrome) ? static_cast<std::uint32_t>(syndrome) << 16 : 0;
+}
+
+// The stored word holds flips that can not be corrected (two, or an odd number that no single flip explains).
+constexpr bool secded_bad(std::uint32_t code) {
+  return secded_check(static_cast<std::uint16_t>(code)) != code >> 16 && secded_flip(code) == 0;
+}
+
+namespace detail {
+constexpr std::array<std::uint16_t, 256> crc16_table() {
+  std::array<std::uint16_t, 256> table{};
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    unsigned crc = byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1u) != 0 ? (crc >> 1) ^ 0xA001u : crc >> 1;
+    table[byte] = static_cast<std::uint16_t>(crc);
+  }
+  return table;
+}
+inline constexpr auto kCrc16Table = crc16_table();
+}  // namespace detail
+
+// Modbus CRC-16 (reflected 0x8005) of one more byte.
+constexpr std::uint16_t crc16_byte(std::uint16_t crc, std::uint8_t data) {
+  return static_cast<std::uint16_t>((crc >> 8) ^ detail::kCrc16Table[(crc ^ data) & 0xFF]);
+}
+
+}  // namespace meltstage::chip

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mem.hpp"
+
+#include "math.hpp"
+
+namespace meltstage::chip {
+namespace {
+
+constexpr unsigned kLastIndex = spec::kHoldingCount - 1;
+
+constexpr std::array<std::uint32_t, spec::kHoldingCount> reset_words() {
+  std::array<std::uint32_t, spec::kHoldingCount> words{};
+  for (unsigned i = 1; i < spec::kHoldingCount; ++i) {
+    words[i] = secded_encode(static_cast<std::uint16_t>(spec::kHolding[i].reset));
+  }
+  return words;
+}
+constexpr auto kResetWords = reset_words();
+
+}  // namespace
+
+Mem::Mem() : staged_q(kResetWords), active_q(kResetWords) { refresh_params(); }
+
+void Mem::refresh_params() {
+  for (unsigned i = 1; i < spec::kHoldingCount; ++i) {
+    params_.value[i] = static_cast<std::uint16_t>(active_q[i]);
+  }
+}
+
+void Mem::set_active(unsigned index, std::uint32_t word) {
+  active_q[index] = word;
+  params_.value[index] = static_cast<std::uint16_t>(word);
+}
+
+void Mem::step(const MemIn& in) {
+  const bool change = in.wr || in.commit || in.discard;
+  if (!change && scrub_busy_q == 0 && !in.scrub_start) return;
+
+  if (scrub_busy_q == 0) {
+    if (in.scrub_start) {
+      scrub_busy_q = 1;
+      scrub_index_q = 1;
+      scrub_bad_q = 0;
+    }
+  } else if (!change) {
+    scrub();
+  }
+  if (in.commit) {
+    active_q = staged_q;
+    refresh_params();
+  } else if (in.discard) {
+    staged_q = active_q;
+  }
+  if (in.wr && in.wr_index >= 1 && in.wr_index <= kLastIndex)
+    staged_q[in.wr_index] = secded_encode(in.wr_data);
+}
+
+void Mem::scrub() {
+  const unsigned i = scrub_index_q;
+  const std::uint32_t staged = i <= kLastIndex ? staged_q[i] : 0;  // an upset of the index reads a clean zero
+  const std::uint32_t active = i <= kLastIndex ? active_q[i] : 0;
+  const std::uint32_t flip_staged = secded_flip(staged);
+  const std::uint32_t flip_active = secded_flip(active);
+  const bool bad_now = secded_bad(staged) || secded_bad(active);
+  if (flip_staged != 0) {
+    staged_q[i] = staged ^ flip_staged;
+    ++corrected_q;
+  }
+  if (flip_active != 0) {
+    set_active(i, active ^ flip_active);
+    ++corrected_q;
+  }
+  const bool bad_pass = scrub_bad_q != 0 || bad_now;
+  scrub_bad_q = bad_pass;
+  if (bad_now) bad_q = 1;
+  if (i >= kLastIndex) {
+    scrub_busy_q = 0;
+    scrub_index_q = 0;
+    bad_q = bad_pass;
+  } else {
+    ++scrub_index_q;
+  }
+}
+
+}  // namespace meltstage::chip

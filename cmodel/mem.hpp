@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// MEM, the parameter memory; twin of rtl/tc_mem.sv, theory of operation in docs/blocks/mem.md.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "flops.hpp"
+#include "params.hpp"
+#include "spec.hpp"
+
+namespace meltstage::chip {
+
+#define TC_MEM_FLOPS(X)                \
+  X(std::uint8_t, scrub_busy_q, 1, 0)  \
+  X(std::uint8_t, scrub_index_q, 6, 0) \
+  X(std::uint8_t, scrub_bad_q, 1, 0)   \
+  X(std::uint8_t, bad_q, 1, 0)         \
+  X(std::uint16_t, corrected_q, 16, 0)
+
+// Words as stored, check bits above the data; index = holding register index, entry 0 (CMD) does not exist
+// and stays 0.
+#define TC_MEM_ARRAYS(X)                              \
+  X(std::uint32_t, staged_q, spec::kHoldingCount, 22) \
+  X(std::uint32_t, active_q, spec::kHoldingCount, 22)
+
+struct MemIn {
+  bool wr = false;
+  std::uint8_t wr_index = 0;
+  std::uint16_t wr_data = 0;
+  bool commit = false;
+  bool discard = false;
+  bool scrub_start = false;
+};
+
+struct Mem {
+  TC_MEM_FLOPS(TC_DECLARE_FLOP)
+  TC_MEM_ARRAYS(TC_DECLARE_ARRAY)
+
+  // Reset state: both sets hold the registers' reset values.
+  Mem();
+
+  // One rising clock edge, not in reset.
+  void step(const MemIn& in);
+
+  // Read port of the staged set: data of word `index`, 0 for index 0 and beyond the map.
+  std::uint16_t rd_data(unsigned index) const {
+    return index < spec::kHoldingCount ? static_cast<std::uint16_t>(staged_q[index]) : std::uint16_t{0};
+  }
+  const Params& params() const { return params_; }
+  std::uint16_t t_max_staged() const { return rd_data(spec::kRegTMax); }
+  bool scrub_busy() const { return scrub_busy_q != 0; }
+  bool bad() const { return bad_q != 0; }
+  std::uint16_t corrected() const { return corrected_q; }
+
+  // Makes params() follow active_q again; needed only by a caller that has changed active_q itself (fault
+  // injection).
+  void refresh_params();
+
+ private:
+  void scrub();
+  void set_active(unsigned index, std::uint32_t word);
+
+  Params params_;  // the data bits of active_q, kept beside it so that reading parameters costs nothing
+};
+
+}  // namespace meltstage::chip

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pwmc.hpp"
+
+#include <algorithm>
+
+namespace meltstage::chip {
+namespace {
+
+constexpr std::uint8_t kMulSteps = 17;  // bits of the duty
+constexpr std::uint32_t kFullDuty = 65536;
+
+}  // namespace
+
+// The product duty x period, one duty bit a clock, most significant first.
+void Pwmc::step_product(const PwmcIn& in, std::uint16_t period_legal) {
+  if (in.load || period_legal != mul_period_q) {
+    if (in.load) duty_q = std::min(in.duty, kFullDuty);
+    mul_left_q = kMulSteps;
+    mul_acc_q = 0;
+    mul_period_q = period_legal;
+  } else if (mul_left_q != 0) {
+    --mul_left_q;
+    mul_acc_q = (mul_acc_q << 1) + ((duty_q >> mul_left_q & 1u) != 0 ? mul_period_q : 0u);
+  }
+}
+
+void Pwmc::start_period(const PwmcIn& in, bool mul_fresh) {
+  const std::uint16_t period = mul_fresh ? mul_period_q : period_q;
+  const std::uint32_t product = mul_fresh ? mul_acc_q : product_q;
+  const std::int64_t min_on = std::min<std::int64_t>(in.min_on, period >> 1);
+  const std::int64_t sum = (period == period_q ? std::int64_t{acc_q} : 0) + product;
+  const std::int64_t whole = sum >> 16;
+
+  std::int64_t high = whole;
+  if (product == 0 || whole < min_on) {
+    high = 0;
+  } else if (whole > period - min_on) {
+    high = period;
+  }
+
+  running_q = 1;
+  if (mul_fresh) prescale_q = in.prescale;
+  period_q = period;
+  product_q = product;
+  high_q = static_cast<std::uint16_t>(high);
+  pre_q = 0;
+  count_q = 0;
+  acc_q = in.dither && product != 0 ? static_cast<std::int32_t>(sum - (high << 16)) : 0;
+  pwm_q = high_q != 0;
+}
+
+void Pwmc::stop() {
+  running_q = 0;
+  high_q = 0;
+  pre_q = 0;
+  count_q = 0;
+  acc_q = 0;
+  pwm_q = 0;
+}
+
+void Pwmc::step(const PwmcIn& in) {
+  const std::uint16_t period_legal = std::max<std::uint16_t>(in.period, 2);
+  const bool mul_fresh = mul_left_q == 0 && period_legal == mul_period_q;
+  const bool count_end = pre_q >= prescale_q;
+  const bool period_end = count_end && count_q + 1 >= period_q;
+
+  period_start_q = in.enable && (running_q != 0 ? period_end : mul_fresh && !in.load);
+  if (!in.enable) {
+    stop();
+  } else if (period_start_q != 0) {
+    start_period(in, mul_fresh);
+  } else if (running_q != 0) {
+    if (count_end) {
+      pre_q = 0;
+      ++count_q;
+      pwm_q = count_q < high_q;
+    } else {
+      ++pre_q;
+    }
+  }
+  if (in.load || !mul_fresh) step_product(in, period_legal);
+}
+
+}  // namespace meltstage::chip

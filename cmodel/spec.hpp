@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: Apache-2.0
+// Generated from spec/*.toml by spec/generate.py; edit those.
+// Constants of the chip: registers, states, fault and command codes, pins, sensor presets. Twin of rtl/tc_pkg.sv.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace meltstage::chip::spec {
+
+inline constexpr std::uint32_t kClkHz = 12000000;
+inline constexpr std::uint16_t kDeviceId = 0x7C01;
+inline constexpr std::uint16_t kVersion = 0x0001;
+inline constexpr std::uint16_t kMapCrc = 0x957A;
+inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
+
+inline constexpr unsigned kInputCount = 24;
+inline constexpr unsigned kHoldingCount = 59;
+inline constexpr std::uint16_t kHoldingBase = 0x0100;
+
+// Input registers; the value is the Modbus PDU address.
+enum In : std::uint16_t {
+  kInStatus = 0,
+  kInPv = 1,
+  kInSpWork = 2,
+  kInDuty = 3,
+  kInFault = 4,
+  kInFirstFault = 5,
+  kInPvFine = 6,
+  kInPvSlope = 7,
+  kInTermP = 8,
+  kInTermI = 9,
+  kInTermD = 10,
+  kInRawH = 11,
+  kInRawL = 12,
+  kInSamples = 13,
+  kInWdLeft = 14,
+  kInCause = 15,
+  kInCrcErrors = 16,
+  kInCharErrors = 17,
+  kInMessages = 18,
+  kInSensorErrors = 19,
+  kInMemCorrected = 20,
+  kInDeviceId = 21,
+  kInVersion = 22,
+  kInMapCrc = 23,
+};
+
+// Holding registers; the Modbus PDU address is kHoldingBase + value.
+enum Reg : std::uint16_t {
+  kRegCmd = 0,
+  kRegSetpoint = 1,
+  kRegRampUp = 2,
+  kRegRampDown = 3,
+  kRegMode = 4,
+  kRegManualDuty = 5,
+  kRegFfExt = 6,
+  kRegHostWd = 7,
+  kRegTlmPeriod = 8,
+  kRegAtWindow = 9,
+  kRegAtDwell = 10,
+  kRegLock = 11,
+  kRegCtrl = 12,
+  kRegKp = 13,
+  kRegKiApproach = 14,
+  kRegKiHold = 15,
+  kRegKd = 16,
+  kRegDFilter = 17,
+  kRegKff = 18,
+  kRegTAmb = 19,
+  kRegBandFull = 20,
+  kRegBandOff = 21,
+  kRegDutyMax = 22,
+  kRegSlew = 23,
+  kRegTs = 24,
+  kRegTMax = 25,
+  kRegTMin = 26,
+  kRegExcLimit = 27,
+  kRegExcTime = 28,
+  kRegLbaTime = 29,
+  kRegLbaRise = 30,
+  kRegHoldMult = 31,
+  kRegHoldAdd = 32,
+  kRegHoldTime = 33,
+  kRegDtdtMax = 34,
+  kRegZeroRise = 35,
+  kRegZeroWait = 36,
+  kRegBadMax = 37,
+  kRegSampleTimeout = 38,
+  kRegFbTime = 39,
+  kRegSensType = 40,
+  kRegSensFrame = 41,
+  kRegSensData = 42,
+  kRegSensScale = 43,
+  kRegSensOffset = 44,
+  kRegSensFaultMask = 45,
+  kRegSensCheckMaskH = 46,
+  kRegSensCheckMaskL = 47,
+  kRegSensCheckValueH = 48,
+  kRegSensCheckValueL = 49,
+  kRegSensSetup = 50,
+  kRegSensTrim = 51,
+  kRegSpiDiv = 52,
+  kRegPwmPrescale = 53,
+  kRegPwmPeriod = 54,
+  kRegPwmMinOn = 55,
+  kRegAddress = 56,
+  kRegBaud = 57,
+  kRegFormat = 58,
+};
+
+struct RegisterInfo {
+  std::string_view name;
+  std::string_view unit;
+  double scale;  // value of one LSB in the unit
+  bool is_signed;
+  bool readable;
+  std::int32_t min;
+  std::int32_t max;
+  std::int32_t reset;
+};
+
+inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {
+    {"CMD", "", 1.0, false, false, 0, 65535, 0 },
+    {"SETPOINT", "degC", 0.1, true, true, 0, 5000, 0 },
+    {"RAMP_UP", "degC/s", 0.01, false, true, 0, 1562, 0 },
+    {"RAMP_DOWN", "degC/s", 0.01, false, true, 0, 1562, 0 },
+    {"MODE", "", 1.0, false, true, 0, 1, 0 },
+    {"MANUAL_DUTY", "%", 0.01, false, true, 0, 10000, 0 },
+    {"FF_EXT", "%", 0.01, false, true, 0, 10000, 0 },
+    {"HOST_WD", "s", 0.1, false, true, 0, 65535, 100 },
+    {"TLM_PERIOD", "s", 0.1, false, true, 0, 65535, 0 },
+    {"AT_WINDOW", "degC", 0.1, false, true, 0, 1000, 10 },
+    {"AT_DWELL", "s", 0.1, false, true, 0, 65535, 50 },
+    {"LOCK", "", 1.0, false, true, 0, 65535, 0 },
+    {"CTRL", "", 1.0, false, true, 0, 127, 51 },
+    {"KP", "1/K", 1.52587890625e-05, false, true, 0, 65535, 6208 },
+    {"KI_APPROACH", "", 6.103515625e-05, false, true, 0, 65535, 1669 },
+    {"KI_HOLD", "", 6.103515625e-05, false, true, 0, 65535, 3339 },
+    {"KD", "", 0.125, false, true, 0, 65535, 46163 },
+    {"D_FILTER", "", 1.0, false, true, 0, 6, 4 },
+    {"KFF", "1/K", 2.384185791015625e-07, false, true, 0, 65535, 16534 },
+    {"T_AMB", "degC", 0.1, true, true, -400, 1000, 250 },
+    {"BAND_FULL", "degC", 0.1, false, true, 0, 5000, 180 },
+    {"BAND_OFF", "degC", 0.1, false, true, 0, 5000, 5000 },
+    {"DUTY_MAX", "%", 0.01, false, true, 0, 10000, 10000 },
+    {"SLEW", "%", 0.01, false, true, 0, 10000, 0 },
+    {"TS", "ms", 1.0, false, true, 10, 2000, 100 },
+    {"T_MAX", "degC", 0.1, true, true, 0, 5000, 1500 },
+    {"T_MIN", "degC", 0.1, true, true, -400, 1000, 0 },
+    {"EXC_LIMIT", "degC", 0.1, false, true, 10, 5000, 150 },
+    {"EXC_TIME", "s", 0.1, false, true, 0, 65535, 50 },
+    {"LBA_TIME", "s", 0.1, false, true, 0, 65535, 360 },
+    {"LBA_RISE", "degC", 0.1, false, true, 1, 1000, 20 },
+    {"HOLD_MULT", "", 0.00390625, false, true, 0, 65535, 333 },
+    {"HOLD_ADD", "%", 0.01, false, true, 0, 10000, 500 },
+    {"HOLD_TIME", "s", 0.1, false, true, 0, 65535, 300 },
+    {"DTDT_MAX", "degC", 0.1, false, true, 0, 5000, 100 },
+    {"ZERO_RISE", "degC", 0.1, false, true, 0, 5000, 80 },
+    {"ZERO_WAIT", "s", 0.1, false, true, 0, 65535, 300 },
+    {"BAD_MAX", "", 1.0, false, true, 1, 15, 3 },
+    {"SAMPLE_TIMEOUT", "s", 0.1, false, true, 1, 65535, 20 },
+    {"FB_TIME", "us", 1.3333333333333333, false, true, 1, 65535, 48 },
+    {"SENS_TYPE", "", 1.0, false, true, 0, 6, 1 },
+    {"SENS_FRAME", "", 1.0, false, true, 0, 16383, 12832 },
+    {"SENS_DATA", "", 1.0, false, true, 0, 65311, 14 },
+    {"SENS_SCALE", "", 0.00390625, false, true, 0, 65535, 4096 },
+    {"SENS_OFFSET", "degC", 0.015625, true, true, -32768, 32767, 0 },
+    {"SENS_FAULT_MASK", "", 1.0, false, true, 0, 65535, 7 },
+    {"SENS_CHECK_MASK_H", "", 1.0, false, true, 0, 65535, 3 },
+    {"SENS_CHECK_MASK_L", "", 1.0, false, true, 0, 65535, 8 },
+    {"SENS_CHECK_VALUE_H", "", 1.0, false, true, 0, 65535, 0 },
+    {"SENS_CHECK_VALUE_L", "", 1.0, false, true, 0, 65535, 0 },
+    {"SENS_SETUP", "", 1.0, false, true, 0, 65535, 0 },
+    {"SENS_TRIM", "degC", 0.015625, true, true, -2048, 2047, 0 },
+    {"SPI_DIV", "", 1.0, false, true, 2, 255, 5 },
+    {"PWM_PRESCALE", "", 1.0, false, true, 0, 65535, 0 },
+    {"PWM_PERIOD", "", 1.0, false, true, 2, 65535, 12000 },
+    {"PWM_MIN_ON", "", 1.0, false, true, 0, 32767, 0 },
+    {"ADDRESS", "", 1.0, false, true, 0, 247, 0 },
+    {"BAUD", "Bd", 100.0, false, true, 12, 5000, 1152 },
+    {"FORMAT", "", 1.0, false, true, 0, 3, 0 },
+} };
+
+struct InputInfo {
+  std::string_view name;
+  std::string_view unit;
+  double scale;
+  bool is_signed;
+};
+
+inline constexpr std::array<InputInfo, kInputCount> kInput{ {
+    {"STATUS", "", 1.0, false },
+    {"PV", "degC", 0.1, true },
+    {"SP_WORK", "degC", 0.1, true },
+    {"DUTY", "%", 0.01, false },
+    {"FAULT", "", 1.0, false },
+    {"FIRST_FAULT", "", 1.0, false },
+    {"PV_FINE", "degC", 0.015625, true },
+    {"PV_SLOPE", "degC", 0.015625, true },
+    {"TERM_P", "%", 0.01, true },
+    {"TERM_I", "%", 0.01, true },
+    {"TERM_D", "%", 0.01, true },
+    {"RAW_H", "", 1.0, false },
+    {"RAW_L", "", 1.0, false },
+    {"SAMPLES", "", 1.0, false },
+    {"WD_LEFT", "s", 0.1, false },
+    {"CAUSE", "", 1.0, false },
+    {"CRC_ERRORS", "", 1.0, false },
+    {"CHAR_ERRORS", "", 1.0, false },
+    {"MESSAGES", "", 1.0, false },
+    {"SENSOR_ERRORS", "", 1.0, false },
+    {"MEM_CORRECTED", "", 1.0, false },
+    {"DEVICE_ID", "", 1.0, false },
+    {"VERSION", "", 1.0, false },
+    {"MAP_CRC", "", 1.0, false },
+} };
+
+// Main state machine.
+enum State : std::uint8_t {
+  kStIdle = 0b00000,
+  kStCmdDecode = 0b00011,
+  kStExtrParam = 0b00101,
+  kStWrParam = 0b00110,
+  kStCmdReady = 0b01001,
+  kStReadTemp = 0b01010,
+  kStTempDisplay = 0b01100,
+  kStInitAlgor = 0b01111,
+  kStCfgPwm = 0b10001,
+};
+
+struct StateInfo {
+  State code;
+  std::string_view name;
+};
+
+inline constexpr std::array<StateInfo, 9> kStates{ {
+    {kStIdle, "Idle"},
+    {kStCmdDecode, "CmdDecode"},
+    {kStExtrParam, "ExtrParam"},
+    {kStWrParam, "WrParam"},
+    {kStCmdReady, "CmdReady"},
+    {kStReadTemp, "ReadTemp"},
+    {kStTempDisplay, "TempDisplay"},
+    {kStInitAlgor, "InitAlgor"},
+    {kStCfgPwm, "CfgPwm"},
+} };
+
+struct StateArc {
+  State from;
+  State to;
+};
+
+inline constexpr std::array kStateArcs{
+    StateArc{kStIdle, kStCmdDecode },
+    StateArc{kStCmdDecode, kStExtrParam },
+    StateArc{kStCmdDecode, kStCmdReady },
+    StateArc{kStExtrParam, kStWrParam },
+    StateArc{kStWrParam, kStExtrParam },
+    StateArc{kStWrParam, kStCmdReady },
+    StateArc{kStCmdReady, kStCmdDecode },
+    StateArc{kStCmdReady, kStReadTemp },
+    StateArc{kStReadTemp, kStTempDisplay },
+    StateArc{kStTempDisplay, kStInitAlgor },
+    StateArc{kStInitAlgor, kStCfgPwm },
+    StateArc{kStCfgPwm, kStCmdDecode },
+    StateArc{kStCfgPwm, kStReadTemp },
+};
+
+// Name of a state code, "illegal" for any other.
+constexpr std::string_view state_name(std::uint8_t code) {
+  for (const StateInfo& s : kStates) {
+    if (s.code == code) return s.name;
+  }
+  return "illegal";
+}
+
+constexpr bool state_legal(std::uint8_t code) { return state_name(code) != "illegal"; }
+
+// Fault causes, bit numbers of FAULT and CAUSE.
+enum Fault : std::uint8_t {
+  kFaultOverTemp = 0,
+  kFaultUnderTemp = 1,
+  kFaultSensorFault = 2,
+  kFaultSensorFrame = 3,
+  kFaultSensorStale = 4,
+  kFaultRate = 5,
+  kFaultNotHeating = 6,
+  kFaultHoldPower = 7,
+  kFaultExcursion = 8,
+  kFaultZeroRise = 9,
+  kFaultHeaterFb = 10,
+  kFaultHostWatchdog = 11,
+  kFaultParam = 12,
+  kFaultState = 13,
+  kFaultInhibit = 14,
+};
+inline constexpr unsigned kFaultCount = 15;
+// Causes that latch only while heating is on.
+inline constexpr std::uint16_t kFaultRunOnly = 0b000100111111110;
+
+struct FaultInfo {
+  std::string_view name;
+  std::string_view doc;
+};
+inline constexpr std::array<FaultInfo, kFaultCount> kFaults{ {
+    {"OverTemp", "An accepted sample reached T_MAX."},
+    {"UnderTemp", "An accepted sample fell below T_MIN."},
+    {"SensorFault", "The sensor reported open or short for BAD_MAX samples in a row."},
+    {"SensorFrame", "Frames failed the reserved-bit or stuck-line check for BAD_MAX samples in a row."},
+    {"SensorStale", "No accepted sample for SAMPLE_TIMEOUT."},
+    {"Rate", "Temperature moved by more than DTDT_MAX between two accepted samples."},
+    {"NotHeating", "Duty at its limit for LBA_TIME and the temperature rose by less than LBA_RISE (loop break)."},
+    {"HoldPower", "Duty above HOLD_MULT x KFF (T - T_AMB) + HOLD_ADD for HOLD_TIME inside the control band."},
+    {"Excursion", "Temperature above the set-point by EXC_LIMIT for EXC_TIME."},
+    {"ZeroRise", "Temperature rose by ZERO_RISE although the duty had been zero for ZERO_WAIT (shorted switch)."},
+    {"HeaterFb", "heater_fb_i differed from heater_o for FB_TIME (checked while CTRL.FB_EN)."},
+    {"HostWatchdog", "No valid frame to this address or broadcast for HOST_WD."},
+    {"Param", "A parameter word held a flip that SECDED can not correct."},
+    {"State", "Illegal code in the main state machine, or a control tick that was not finished before the next."},
+    {"Inhibit", "inhibit_i was high."},
+} };
+
+enum Cmd : std::uint16_t {
+  kCmdStop = 0x0000,
+  kCmdRun = 0xA501,
+  kCmdClearFault = 0xA5F0,
+  kCmdHold = 0xA5B0,
+  kCmdCommit = 0xA5C0,
+  kCmdDiscard = 0xA5D0,
+};
+
+// Parity rows of the (22,16) Hsiao SECDED code: check bit r covers the data bits set in row r.
+inline constexpr std::array<std::uint16_t, 6> kSecdedRows{ 0x2CB7, 0x555B, 0x9A6D, 0xE38E, 0x03F0, 0xFC00 };
+// Six-bit syndrome of a flip in data bit i.
+inline constexpr std::array<std::uint8_t, 16> kSecdedColumns{ 7, 11, 13, 14, 19, 21, 22, 25, 26, 28, 35, 37, 38, 41, 42, 44 };
+
+struct SensorPreset {
+  std::string_view name;
+  std::uint16_t frame;
+  std::uint16_t data;
+  std::uint16_t scale;
+  std::uint16_t offset;
+  std::uint16_t fault_mask;
+  std::uint32_t check_mask;
+  std::uint32_t check_value;
+  std::uint16_t setup;
+  std::uint16_t min_ts_ms;  // shortest control period with a fresh conversion each time
+};
+
+// Indexed by SENS_TYPE; entry 0 stands for the SENS_* registers.
+inline constexpr std::array<SensorPreset, 7> kSensorPresets{ {
+    {"custom", 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"MAX31855", 0x3220, 0x000E, 4096, 0x0000, 0x0007, 0x00030008, 0x00000000, 0x0000, 100 },
+    {"MAX6675", 0x0310, 0x000C, 4096, 0x0000, 0x0004, 0x00008002, 0x00000000, 0x0000, 220 },
+    {"MAX31865", 0x0158, 0x010F, 512, 0xC000, 0x0001, 0x00000000, 0x00000000, 0x80C3, 20 },
+    {"ADT7320", 0x20D8, 0x5010, 128, 0x0000, 0x0000, 0x00000000, 0x00000000, 0x0880, 240 },
+    {"ADT7310", 0x20D8, 0x5010, 128, 0x0000, 0x0000, 0x00000000, 0x00000000, 0x0880, 240 },
+    {"LM70", 0x2510, 0x000B, 4096, 0x0000, 0x0000, 0x0000001C, 0x0000001C, 0x0000, 210 },
+} };
+
+struct IdentPart {
+  std::uint8_t start;
+  std::uint8_t length;
+};
+inline constexpr IdentPart kIdentServer{ 0, 13 };
+inline constexpr std::array<IdentPart, 3> kIdentObjects{ { { 13, 9 }, { 22, 3 }, { 25, 3 } } };
+inline constexpr std::string_view kIdentBytes = "Meltstage TC1MeltstageTC10.1";
+
+struct PinInfo {
+  std::string_view name;
+  unsigned width;
+  bool output;
+  std::uint8_t idle;
+};
+inline constexpr std::array<PinInfo, 15> kPins{ {
+    {"uart_rx_i", 1, false, 1 },
+    {"uart_tx_o", 1, true, 1 },
+    {"uart_de_o", 1, true, 0 },
+    {"tlm_tx_o", 1, true, 1 },
+    {"addr_strap_i", 3, false, 0 },
+    {"spi_sclk_o", 1, true, 0 },
+    {"spi_cs_no", 1, true, 1 },
+    {"spi_mosi_o", 1, true, 0 },
+    {"spi_miso_i", 1, false, 0 },
+    {"heater_o", 1, true, 0 },
+    {"heater_fb_i", 1, false, 0 },
+    {"safe_en_o", 1, true, 0 },
+    {"inhibit_i", 1, false, 0 },
+    {"fault_no", 1, true, 1 },
+    {"at_temp_o", 1, true, 0 },
+} };
+
+}  // namespace meltstage::chip::spec

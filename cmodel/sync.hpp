@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cells tc_sync and tc_rst_sync.
+#pragma once
+
+#include <cstdint>
+
+#include "flops.hpp"
+
+namespace meltstage::chip {
+
+// The chip's two-flop synchroniser, all seven asynchronous pins side by side; rtl/tc_sync.sv as tc_top uses it. Only the
+// serial line (bit 0) idles high.
+#define TC_SYNC_FLOPS(X)      \
+  X(std::uint8_t, stage_q, 7, 1) \
+  X(std::uint8_t, out_q, 7, 1)
+
+struct Sync {
+  TC_SYNC_FLOPS(TC_DECLARE_FLOP)
+
+  // One rising clock edge; `pins` is the level before it.
+  constexpr void step(std::uint8_t pins) {
+    out_q = stage_q;
+    stage_q = static_cast<std::uint8_t>(pins & 0x7F);
+  }
+  constexpr std::uint8_t q() const { return out_q; }
+};
+
+// Reset synchroniser, twin of rtl/tc_rst_sync.sv.
+#define TC_RST_SYNC_FLOPS(X)     \
+  X(std::uint8_t, stage_q, 1, 0) \
+  X(std::uint8_t, out_q, 1, 0)
+
+struct RstSync {
+  TC_RST_SYNC_FLOPS(TC_DECLARE_FLOP)
+
+  // The reset pin fell: the output falls without a clock.
+  constexpr void assert_reset() { stage_q = out_q = 0; }
+  // One rising clock edge with the reset pin high.
+  constexpr void step() {
+    out_q = stage_q;
+    stage_q = 1;
+  }
+  // Level of the chip's reset, active low.
+  constexpr bool rst_n() const { return out_q != 0; }
+};
+
+}  // namespace meltstage::chip

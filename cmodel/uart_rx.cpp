@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "uart_rx.hpp"
+
+#include "spec.hpp"
+#include "uart_line.hpp"
+
+namespace meltstage::chip {
+namespace {
+
+// tick_q counts the ticks gone by in this bit: the n-th tick comes while tick_q is n - 1.
+constexpr std::uint8_t kFirstSample = 6;
+constexpr std::uint8_t kSecondSample = 7;
+constexpr std::uint8_t kThirdSample = 8;
+
+constexpr std::uint16_t kSilenceTicks = 616;  // 3.5 characters of 11 bits
+constexpr std::uint16_t kStopRest = 7;        // from the judged stop bit to its end
+constexpr std::uint16_t kSecondStop = 16;
+constexpr std::uint16_t kQuietClocks = spec::kClkHz / 4000 * 7;  // 1.75 ms: 4000 Hz is 0.25 ms
+
+}  // namespace
+
+void UartRx::step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format) {
+  valid_q = 0;
+  const std::uint8_t state = state_q;
+  // Silence is counted, also under a start bit not yet sure.
+  const bool listening = state == kIdle || state == kStart;
+  if (listening && quiet_q != 0) --quiet_q;
+
+  bool judged = false;
+  std::uint8_t level = 0;
+  if (state != kIdle || gap_q != 0) {
+    const BaudStep next = baud_step(acc_q, baud);
+    acc_q = next.acc;
+    if (next.tick) {
+      judged = tick_q == kThirdSample;
+      level = (high_q & 2u) != 0 || ((high_q & 1u) != 0 && rx != 0);  // two of three
+      if (tick_q == kFirstSample)
+        high_q = rx;
+      else if (tick_q == kSecondSample)
+        high_q = (high_q + rx) & 3u;
+      tick_q = (tick_q + 1u) & 15u;
+      if (listening && gap_q != 0) --gap_q;
+    }
+  }
+
+  if (judged) {
+    judge(level, format);
+  }
+  if (state == kIdle) {
+    if (rx == 0) {
+      state_q = kStart;
+      acc_q = 0;
+      tick_q = 0;
+    }
+  } else if (state == kBreak) {
+    if (rx != 0) state_q = kIdle;
+  } else if (state != kStart && state != kData && state != kParity && state != kStop) {
+    state_q = kIdle;
+  }
+}
+
+// The bit that has just been sampled.
+void UartRx::judge(std::uint8_t level, std::uint8_t format) {
+  switch (state_q) {
+    case kStart:
+      state_q = level != 0 ? kIdle : kData;
+      bit_q = 0;
+      parity_bad_q = 0;
+      break;
+    case kData:
+      shift_q = static_cast<std::uint8_t>(level << 7 | shift_q >> 1);
+      if (bit_q == 7) state_q = has_parity(format) ? kParity : kStop;
+      bit_q = (bit_q + 1u) & 7u;
+      break;
+    case kParity:
+      state_q = kStop;
+      parity_bad_q = level != ninth_bit(format, shift_q);
+      break;
+    case kStop:
+      state_q = level != 0 ? kIdle : kBreak;
+      valid_q = 1;
+      error_q = parity_bad_q | (level ^ 1u);
+      gap_q = kSilenceTicks + kStopRest + (format == kFormat8N2 ? kSecondStop : 0);
+      quiet_q = kQuietClocks;
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace meltstage::chip

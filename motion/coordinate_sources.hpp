@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inside the motion room: the readers behind read_coordinates(), one a format.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace meltstage::motion::detail {
+
+/// A coordinate pair as the file has it, before pitch, rotation and origin.
+struct RawPoint {
+  double x = 0.0;
+  double y = 0.0;
+  std::size_t row = 0;
+};
+
+/// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense.
+struct RawPoints {
+  std::vector<RawPoint> points;
+  bool has_unit = false;
+};
+
+/// A table cell: text as it stands in the file; `number` is set when the format itself says that it is one.
+struct Cell {
+  std::string text;
+  std::optional<double> number;
+};
+
+/// One row of a table; `ended` is false for a last row of a text file that lacks its line end.
+struct TableRow {
+  std::size_t row = 0;
+  std::vector<Cell> cells;
+  bool ended = true;
+};
+
+using RowHandler = std::function<void(const TableRow&)>;
+
+void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
+void read_xls_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
+RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,
+                            void (*read_rows)(const std::filesystem::path&, std::string_view,
+                                              const RowHandler&));
+RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content);
+
+/// A whole cell as a number, "." as decimal point whatever the locale; nothing if it isn't one. May be NaN or
+/// infinite.
+std::optional<double> parse_number(std::string_view text);
+
+/// Text of a file made fit for a one-line message: quoted, control characters replaced, long ones cut.
+std::string in_quotes(std::string_view text);
+
+/// What the first bytes look like, e.g. "a PNG image", for messages about files of the wrong kind.
+std::string_view describe_content(std::string_view content);
+
+/// Throws the CoordinateError for too many points once `count` is beyond max_points.
+void check_point_count(const std::filesystem::path& path, std::size_t count);
+
+}  // namespace meltstage::motion::detail

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bump coordinates out of a file: Excel 97-2003 workbook (.xls), separated text (.csv) or KiCad footprint
+// (.kicad_mod).
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <vector>
+
+namespace meltstage::motion {
+
+/// One bump in the stage's frame, x to the right, y away from the operator.
+struct Point {
+  double x_mm = 0.0;
+  double y_mm = 0.0;
+  std::size_t row =
+      0;  ///< where it came from, counted from 1: sheet row (.xls) or text line (.csv, .kicad_mod)
+};
+
+/// Where the head may go; the ends belong to the range.
+struct Range {
+  double min_mm = 0.0;
+  double max_mm = 200.0;
+};
+
+/// Travel of the stage; the default is the platform of paper B (Xiao et al., 200 mm x 200 mm x 200 mm).
+struct Travel {
+  Range x, y, z;
+};
+
+/// How numbers of the file become stage positions: mirror, scale by the pitch, rotate, then shift, in this
+/// order.
+struct CoordinateOptions {
+  double pitch_mm =
+      1.0;  ///< length of one unit of the file, > 0; for files whose numbers carry no unit of their own
+  double origin_x_mm = 0.0;  ///< stage position of the file's (0, 0)
+  double origin_y_mm = 0.0;
+  double rotation_deg = 0.0;  ///< counter-clockwise about the file's (0, 0)
+  bool mirror_x = false;      ///< x becomes -x: a package seen from its other side
+  Travel travel;
+};
+
+/// A file or an option that can't be used. what() is one line: file, place, value found, what was expected.
+class CoordinateError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// More bumps than this in one file are refused.
+inline constexpr std::size_t max_points = 2'000'000;
+
+/// Two bumps nearer than this in both axes are the same bump.
+inline constexpr double duplicate_distance_mm = 1e-6;
+
+/// Reads the bumps of a coordinate file in the order of the file.
+///
+/// The format follows from the extension (any case) and the content must fit it:
+/// - `.xls`: first sheet of a BIFF workbook, numbers or text that is a number.
+/// - `.csv`: UTF-8 (byte order mark allowed) separated by comma, semicolon or tab, LF or CRLF, quotes as in
+/// RFC 4180.
+/// - `.kicad_mod`: position of every `smd` and `thru_hole` pad that has copper, in millimetres. KiCad's y
+/// points down, so
+///   the sign of y is turned: what lies above in KiCad lies above on the stage.
+///
+/// A table may begin with a row that names the columns `x` and `y` in any case, each with or without a unit
+/// (`x_mm`, `Y (um)`, `X [mil]`); without such a row the first two numeric columns of the first row are x and
+/// y. Rows without any content are skipped.
+///
+/// @throws CoordinateError if the file is missing, no file, empty, of another kind, ends early, holds no
+/// point or more
+///   than `max_points`; if a number is missing, malformed or not finite; if two points coincide or one is out
+///   of travel; if an option is out of range, or a pitch is given for a file whose numbers already have a
+///   unit.
+std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options = {});
+
+}  // namespace meltstage::motion

@@ -1,0 +1,17 @@
+tc_pkg.sv
+tc_math_pkg.sv
+tc_uart_pkg.sv
+tc_sync.sv
+tc_rst_sync.sv
+tc_uart_rx.sv
+tc_uart_frame.sv
+tc_uart_tx.sv
+tc_uartc.sv
+tc_sysctrl.sv
+tc_paramc.sv
+tc_mem.sv
+tc_sensc.sv
+tc_algor.sv
+tc_pwmc.sv
+tc_guard.sv
+tc_top.sv

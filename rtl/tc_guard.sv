@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+// GUARD: accepts samples, watches for faults, and alone decides whether heater_o may be high.
+//
+// Every detector writes one bit of cause_q; a cause latches into fault_q (FaultRunOnly causes only while heating is on), and
+// from the same clock edge on heater_q is low: a fault is at most two clocks behind its cause. fault_q stays until a
+// keyed clear with the cause gone. The first fault since clear is kept. safe_en_o toggles only while heating is permitted, so
+// a stopped clock opens the second switch as well. Faults and their meaning: docs/registers.md.
+`include "tc_assert.svh"
+
+module tc_guard (
+  input  logic               clk_i,
+  input  logic               rst_ni,
+
+  input  tc_pkg::params_t    params_i,
+  input  logic               tenth_i,          // pulse each 0.1 s
+
+  // Sensor.
+  input  logic               sens_done_i,
+  input  logic               sens_ok_i,
+  input  logic               sens_dev_fault_i,
+  input  logic signed [15:0] sens_pv_i,
+
+  // Control loop.
+  input  logic [16:0]        duty_i,
+  input  logic [17:0]        hold_limit_i,
+  input  logic               limited_i,
+  input  logic [1:0]         segment_i,
+  input  logic signed [15:0] sp_work_i,
+  input  logic               ramping_i,
+  input  logic               pwm_i,
+
+  // Commands and supervision.
+  input  logic               run_i,            // pulses
+  input  logic               stop_i,
+  input  logic               clear_i,
+  input  logic               good_frame_i,
+  input  logic               mem_bad_i,
+  input  logic               state_illegal_i,
+  input  logic               overrun_i,
+  input  logic               inhibit_i,        // synchronised
+  input  logic               heater_fb_i,      // synchronised
+
+  output logic               heater_o,         // to the pin's gate
+  output logic               safe_en_o,
+  output logic               run_o,
+  output logic               run_allowed_o,
+  output logic               at_temp_o,
+  output logic               sensor_ok_o,
+  output logic               sample_held_o,    // last sample refused, the one before is in use
+  output logic               wd_armed_o,
+  output logic               permitted_o,      // heating permitted: safe_en_o toggles
+  output logic               pv_valid_o,
+  output logic signed [15:0] pv_o,
+  output logic [15:0]        slope_o,
+  output logic [15:0]        samples_o,
+  output logic [15:0]        sensor_errors_o,
+  output logic [15:0]        wd_left_o,
+  output logic [14:0]        cause_o,
+  output logic [14:0]        fault_o,
+  output logic [3:0]         first_fault_o     // 1 + bit number, 0 none
+);
+
+  localparam logic [1:0] SegPid = 2'd2;
+
+  // Heater permission.
+  logic        run_q, heater_q, safe_en_q;
+  logic [9:0]  safe_cnt_q;
+  logic [14:0] cause_q, cause_d, fault_q;
+  logic [3:0]  first_q;
+  // Samples.
+  logic               pv_valid_q, bad_dev_q;
+  logic signed [15:0] pv_q, slope_q;
+  logic [15:0]        samples_q, sensor_errors_q, stale_q;
+  logic [3:0]         bad_q;                   // refused samples in a row
+  // Detectors.
+  logic signed [15:0] lba_ref_q, zero_ref_q, sp_past_q;
+  logic [15:0]        lba_q, hold_q, exc_q, zero_q, wd_q, at_q;
+  logic [19:0]        fb_q;
+  logic               exc_armed_q, rate_q, lba_trip_q, at_temp_q;
+
+  // ---- Samples -----------------------------------------------------------------------------------------------------------
+
+  logic               accept, refuse;
+  logic signed [16:0] step;                    // change between accepted samples
+  assign accept = sens_done_i && sens_ok_i;
+  assign refuse = sens_done_i && !sens_ok_i;
+  assign step   = 17'(sens_pv_i) - 17'(pv_q);
+
+  // 1/320 degC on both sides of a comparison: 5 x 1/64 degC, 32 x 0.1 degC.
+  function automatic logic signed [23:0] of_temp(input logic signed [16:0] x);
+    of_temp = 24'(x) * 24'sd5;
+  endfunction
+  function automatic logic signed [23:0] of_tenths(input logic signed [16:0] x);
+    of_tenths = 24'(x) <<< 5;
+  endfunction
+  function automatic logic signed [23:0] magnitude(input logic signed [23:0] x);
+    magnitude = x < 24'sd0 ? -x : x;
+  endfunction
+  // Count of 0.1 s that stops at its top.
+  function automatic logic [15:0] count_up(input logic [15:0] x, input logic tick);
+    count_up = tick && x != 16'hFFFF ? x + 16'd1 : x;
+  endfunction
+
+  // ---- Detectors' comparisons, on the accepted temperature --------------------------------------------------------------
+
+  logic too_fast, auto_mode, heating, in_window, above_exc, over_hold, lba_rose, off_duty, zero_rose, fb_differs, fb_trip;
+  assign too_fast  = pv_valid_q && params_i.dtdt_max != 16'd0 &&
+                     magnitude(of_temp(step)) > of_tenths($signed({1'b0, params_i.dtdt_max}));
+  assign auto_mode = !params_i.mode[0];
+  assign heating   = run_q && auto_mode;
+  logic signed [16:0] over_sp;
+  assign over_sp   = 17'(pv_q) - 17'(sp_work_i);
+  assign in_window = magnitude(of_temp(over_sp)) <= of_tenths($signed({1'b0, params_i.at_window}));
+  assign above_exc = of_temp(over_sp) > of_tenths($signed({1'b0, params_i.exc_limit}));
+  assign over_hold = {1'b0, duty_i} > hold_limit_i;
+  assign lba_rose  = of_temp(17'(pv_q) - 17'(lba_ref_q)) >= of_tenths($signed({1'b0, params_i.lba_rise}));
+  assign off_duty  = duty_i == 17'd0 || !run_q;
+  assign zero_rose = of_temp(17'(pv_q) - 17'(zero_ref_q)) >= of_tenths($signed({1'b0, params_i.zero_rise}));
+  assign fb_differs = heater_q != heater_fb_i;
+  assign fb_trip    = fb_q >= {params_i.fb_time, 4'd0};
+
+  logic lba_active, hold_active, exc_active, zero_due, bad_limit;
+  assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
+  assign hold_active = heating && segment_i == SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 && over_hold;
+  assign exc_active  = heating && exc_armed_q && above_exc;
+  assign zero_due    = off_duty && zero_q >= params_i.zero_wait;
+  assign bad_limit   = bad_q >= params_i.bad_max[3:0];
+
+  always_comb begin
+    cause_d = 15'd0;
+    // Over-temperature acts on the sample itself, unfiltered.
+    cause_d[tc_pkg::FaultOverTemp]  = accept ? of_temp(17'(sens_pv_i)) >= of_tenths(17'($signed(params_i.t_max)))
+                                    : cause_q[tc_pkg::FaultOverTemp];
+    cause_d[tc_pkg::FaultUnderTemp] = accept ? of_temp(17'(sens_pv_i)) < of_tenths(17'($signed(params_i.t_min)))
+                                    : cause_q[tc_pkg::FaultUnderTemp];
+    cause_d[tc_pkg::FaultSensorFault]  = bad_limit && bad_dev_q;
+    cause_d[tc_pkg::FaultSensorFrame]  = bad_limit && !bad_dev_q;
+    cause_d[tc_pkg::FaultSensorStale]  = stale_q >= params_i.sample_timeout;
+    cause_d[tc_pkg::FaultRate]         = rate_q;
+    cause_d[tc_pkg::FaultNotHeating]   = lba_trip_q;
+    cause_d[tc_pkg::FaultHoldPower]    = hold_active && hold_q >= params_i.hold_time;
+    cause_d[tc_pkg::FaultExcursion]    = exc_active && exc_q >= params_i.exc_time;
+    cause_d[tc_pkg::FaultZeroRise]     = zero_due && params_i.zero_rise != 16'd0 && zero_rose;
+    cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[5] && fb_trip;
+    cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_q == 16'd0;
+    cause_d[tc_pkg::FaultParam]        = mem_bad_i;
+    cause_d[tc_pkg::FaultState]        = state_illegal_i || overrun_i;
+    cause_d[tc_pkg::FaultInhibit]      = inhibit_i;
+  end
+
+  logic [14:0] latching;                       // causes that stop the heater now
+  logic        stop;
+  assign latching = cause_q & ~(run_q ? 15'd0 : tc_pkg::FaultRunOnly);
+  assign stop     = stop_i || latching != 15'd0 || fault_q != 15'd0;
+
+  function automatic logic [3:0] first_of(input logic [14:0] causes);
+    first_of = 4'd0;
+    for (int i = 14; i >= 0; i--) if (causes[i]) first_of = 4'(i + 1);
+  endfunction
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      run_q           <= 1'b0;
+      heater_q        <= 1'b0;
+      safe_en_q       <= 1'b0;
+      safe_cnt_q      <= 10'd0;
+      cause_q         <= 15'd0;
+      fault_q         <= 15'd0;
+      first_q         <= 4'd0;
+      pv_valid_q      <= 1'b0;
+      bad_dev_q       <= 1'b0;
+      pv_q            <= 16'sd0;
+      slope_q         <= 16'sd0;
+      samples_q       <= 16'd0;
+      sensor_errors_q <= 16'd0;
+      stale_q         <= 16'd0;
+      bad_q           <= 4'd0;
+      lba_ref_q       <= 16'sd0;
+      zero_ref_q      <= 16'sd0;
+      sp_past_q       <= 16'sd0;
+      lba_q           <= 16'd0;
+      hold_q          <= 16'd0;
+      exc_q           <= 16'd0;
+      zero_q          <= 16'd0;
+      wd_q            <= 16'd0;
+      at_q            <= 16'd0;
+      fb_q            <= 20'd0;
+      exc_armed_q     <= 1'b0;
+      rate_q          <= 1'b0;
+      lba_trip_q      <= 1'b0;
+      at_temp_q       <= 1'b0;
+    end else begin
+      // Heater permission: a fault, a stop or the emergency stop beats everything.
+      run_q    <= !stop && (run_q || (run_i && run_allowed_o));
+      heater_q <= pwm_i && run_q && !stop && !inhibit_i;
+      if (run_q && !stop) begin
+        safe_cnt_q <= safe_cnt_q + 10'd1;
+        if (safe_cnt_q == 10'h3FF) safe_en_q <= !safe_en_q;
+      end else begin
+        safe_cnt_q <= 10'd0;
+        safe_en_q  <= 1'b0;
+      end
+      cause_q <= cause_d;
+      fault_q <= (clear_i ? 15'd0 : fault_q) | latching;
+      if (clear_i) first_q <= first_of(latching);
+      else if (fault_q == 15'd0) first_q <= first_of(latching);
+
+      // Samples.
+      if (accept) begin
+        pv_valid_q <= 1'b1;
+        pv_q       <= sens_pv_i;
+        slope_q    <= pv_valid_q ? tc_math_pkg::sat_s16(40'(step)) : 16'sd0;
+        samples_q  <= samples_q + 16'd1;
+        bad_q      <= 4'd0;
+        stale_q    <= 16'd0;
+        rate_q     <= too_fast;
+      end else begin
+        stale_q <= count_up(stale_q, tenth_i);
+      end
+      if (refuse) begin
+        sensor_errors_q <= sensor_errors_q + 16'd1;
+        bad_dev_q       <= sens_dev_fault_i;
+        if (bad_q != 4'hF) bad_q <= bad_q + 4'd1;
+      end
+
+      // Loop break: at full duty the temperature must rise by LBA_RISE within each LBA_TIME.
+      if (!lba_active || lba_rose) begin
+        lba_q     <= 16'd0;
+        lba_ref_q <= pv_q;
+      end else begin
+        lba_q <= count_up(lba_q, tenth_i);
+      end
+      lba_trip_q <= lba_active && !lba_rose && lba_q >= params_i.lba_time;
+
+      hold_q <= hold_active ? count_up(hold_q, tenth_i) : 16'd0;
+
+      // Excursion: armed once the temperature is at or below the window's top, disarmed when the set-point falls away.
+      sp_past_q <= sp_work_i;
+      if (!heating || sp_work_i < sp_past_q) exc_armed_q <= 1'b0;
+      else if (of_temp(over_sp) <= of_tenths($signed({1'b0, params_i.at_window}))) exc_armed_q <= 1'b1;
+      exc_q <= exc_active ? count_up(exc_q, tenth_i) : 16'd0;
+
+      // Rise at zero duty, against the lowest temperature seen since the heat stored in the head has spread.
+      if (!off_duty) zero_q <= 16'd0;
+      else if (!zero_due) zero_q <= count_up(zero_q, tenth_i);
+      if (!zero_due || pv_q < zero_ref_q) zero_ref_q <= pv_q;
+
+      if (!fb_differs) fb_q <= 20'd0;
+      else if (!fb_trip) fb_q <= fb_q + 20'd1;
+
+      if (!run_q || good_frame_i) wd_q <= params_i.host_wd;
+      else if (tenth_i && wd_q != 16'd0) wd_q <= wd_q - 16'd1;
+
+      // At temperature.
+      at_q      <= heating && pv_valid_q && !ramping_i && in_window ? count_up(at_q, tenth_i) : 16'd0;
+      at_temp_q <= heating && pv_valid_q && !ramping_i && in_window && at_q >= params_i.at_dwell;
+    end
+  end
+
+  assign heater_o        = heater_q;
+  assign safe_en_o       = safe_en_q;
+  assign run_o           = run_q;
+  assign run_allowed_o   = fault_q == 15'd0 && cause_q == 15'd0 && pv_valid_q;
+  assign at_temp_o       = at_temp_q;
+  assign sensor_ok_o     = pv_valid_q && !bad_limit && !cause_q[tc_pkg::FaultSensorStale];
+  assign sample_held_o   = bad_q != 4'd0;
+  assign wd_armed_o      = run_q && params_i.host_wd != 16'd0;
+  assign permitted_o     = run_q && fault_q == 15'd0;
+  assign pv_valid_o      = pv_valid_q;
+  assign pv_o            = pv_q;
+  assign slope_o         = slope_q;
+  assign samples_o       = samples_q;
+  assign sensor_errors_o = sensor_errors_q;
+  assign wd_left_o       = wd_q;
+  assign cause_o         = cause_q;
+  assign fault_o         = fault_q;
+  assign first_fault_o   = first_q;
+
+  logic unused;
+  assign unused = ^params_i;
+
+`ifndef SYNTHESIS
+  `TC_ASSERT_SETUP
+  // P2: a fault flag means the heater is off, now and until cleared.
+  `TC_ASSERT_IF(GuardFaultMeansOff_A, fault_q != 15'd0, !heater_q)
+  `TC_ASSERT_NEXT(GuardCauseTurnsOff_A, latching != 15'd0, !heater_q && fault_q != 15'd0)
+  `TC_ASSERT_NEXT(GuardFaultStays_A, fault_q != 15'd0 && !clear_i, fault_q != 15'd0)
+  // P3: heat only while running, with a sample, without fault.
+  `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)
+  `TC_ASSERT_IF(GuardHeatNeedsSample_A, heater_q, pv_valid_q)
+  // P9, P6: stop and inhibit act in the next clock.
+  `TC_ASSERT_NEXT(GuardStopTurnsOff_A, stop_i, !heater_q && !run_q)
+  `TC_ASSERT_NEXT(GuardInhibitTurnsOff_A, inhibit_i, !heater_q)
+  // P17: the first cause is never overwritten.
+  logic [3:0] first_past;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) first_past <= 4'd0;
+    else first_past <= first_q;
+  end
+  `TC_ASSERT_NEXT(GuardFirstFaultKept_A, fault_q != 15'd0 && !clear_i, first_q == first_past)
+  `TC_ASSERT_IF(GuardFaultNamesFirst_A, fault_q != 15'd0, first_q != 4'd0)
+  `TC_ASSERT_NEXT(GuardNoPermissionNoToggle_A, !run_q || stop, !safe_en_q)
+`endif
+
+endmodule

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arithmetic that RTL and model share by name (cmodel/math.hpp is the twin).
+
+package tc_math_pkg;
+
+  // Narrowing to 16 bits signed with saturation.
+  function automatic logic [15:0] sat_s16(input logic signed [39:0] x);
+    if (x > 40'sd32767) sat_s16 = 16'h7FFF;
+    else if (x < -40'sd32768) sat_s16 = 16'h8000;
+    else sat_s16 = x[15:0];
+  endfunction
+
+  // Narrowing to a duty, UQ1.16 clamped to 0 .. 65536.
+  function automatic logic [16:0] sat_duty(input logic signed [39:0] x);
+    if (x < 40'sd0) sat_duty = 17'd0;
+    else if (x > 40'sd65536) sat_duty = 17'd65536;
+    else sat_duty = x[16:0];
+  endfunction
+
+  // Check bits of the (22,16) Hsiao code.
+  function automatic logic [5:0] secded_check(input logic [15:0] data);
+    secded_check = {^(data & tc_pkg::SecdedRow5), ^(data & tc_pkg::SecdedRow4), ^(data & tc_pkg::SecdedRow3),
+                    ^(data & tc_pkg::SecdedRow2), ^(data & tc_pkg::SecdedRow1), ^(data & tc_pkg::SecdedRow0)};
+  endfunction
+
+  // Code word as stored: check bits above the data.
+  function automatic logic [21:0] secded_encode(input logic [15:0] data);
+    secded_encode = {secded_check(data), data};
+  endfunction
+
+  // Wrong bit of a stored word (one bit set); zero when the word is clean or can not be corrected.
+  function automatic logic [21:0] secded_flip(input logic [21:0] code);
+    logic [5:0] syndrome;
+    syndrome = secded_check(code[15:0]) ^ code[21:16];
+    for (int i = 0; i < 16; i++) secded_flip[i] = syndrome == secded_check(16'd1 << i);
+    for (int i = 0; i < 6; i++) secded_flip[16+i] = syndrome == (6'd1 << i);
+  endfunction
+
+  // The stored word holds flips that can not be corrected (two, or an odd number that no single flip explains).
+  function automatic logic secded_bad(input logic [21:0] code);
+    secded_bad = (secded_check(code[15:0]) != code[21:16]) && (secded_flip(code) == 22'd0);
+  endfunction
+
+  // Modbus CRC-16 (reflected 0x8005) of one more byte.
+  function automatic logic [15:0] crc16_byte(input logic [15:0] crc, input logic [7:0] data);
+    logic [15:0] c;
+    c = crc ^ {8'h00, data};
+    for (int i = 0; i < 8; i++) c = c[0] ? ((c >> 1) ^ 16'hA001) : (c >> 1);
+    crc16_byte = c;
+  endfunction
+
+endpackage

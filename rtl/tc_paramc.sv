@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: Apache-2.0
+// PARAMC: judges a received command, hands its parameters to MEM one by one, keeps the staged-write bookkeeping, and answers
+// register reads.
+//
+// CmdDecode: one clock for function, length, count and address, then one clock for each value; the first defect decides the
+// exception, and nothing is written. ExtrParam takes the next value, WrParam writes it (write_i with store_o) or carries out
+// the command word. Reads show the staged holding registers and the input registers as TempDisplay latched them.
+`include "tc_assert.svh"
+
+module tc_paramc (
+  input  logic        clk_i,
+  input  logic        rst_ni,
+
+  // Main state machine.
+  input  logic        decode_i,
+  input  logic        extract_i,
+  input  logic        write_i,
+  input  logic        commit_i,
+  input  logic        display_i,
+  output logic        decoded_o,
+  output logic        writes_o,
+  output logic        last_o,
+  output logic        pending_o,        // staged writes to commit at the tick
+
+  // Command as UARTC holds it.
+  input  logic        cmd_broadcast_i,
+  input  logic [7:0]  cmd_fc_i,
+  input  logic [15:0] cmd_a_i,
+  input  logic [15:0] cmd_b_i,
+  input  logic [7:0]  cmd_count_i,
+  input  logic [8:0]  cmd_len_i,
+  output logic [3:0]  cmd_word_index_o,
+  input  logic [15:0] cmd_word_i,       // read port: follows cmd_word_index_o in the same clock
+  output logic [2:0]  rsp_kind_o,
+  output logic [7:0]  rsp_exc_o,        // exception code; with the server id the run indicator
+
+  // MEM.
+  output logic        store_o,          // the parameter in hand goes to MEM (not the command word)
+  output logic [5:0]  index_o,
+  output logic [15:0] value_o,
+  output logic        discard_o,
+  input  logic [15:0] t_max_staged_i,
+  input  logic [15:0] lock_i,           // active LOCK
+
+  // GUARD.
+  input  logic        running_i,
+  input  logic        run_allowed_i,
+  input  logic        cause_present_i,
+  output logic        run_o,            // pulses
+  output logic        stop_o,
+  output logic        clear_o,
+
+  // Register read port of UARTC.
+  input  logic [15:0] rd_addr_i,
+  output logic [15:0] rd_data_o,        // follows rd_addr_i in the same clock
+  output logic [5:0]  mem_rd_index_o,   // follows rd_addr_i in the same clock
+  input  logic [15:0] mem_rd_data_i,
+  input  logic        rd_busy_i,        // an answer or telemetry frame is being sent: keep the snapshot
+
+  // What the input registers show.
+  input  logic        pv_valid_i,
+  input  logic [15:0] pv_i,
+  input  logic [15:0] slope_i,
+  input  logic [15:0] sp_work_i,
+  input  logic [16:0] duty_i,
+  input  logic [17:0] term_p_i,
+  input  logic [17:0] term_i_i,
+  input  logic [17:0] term_d_i,
+  input  logic [31:0] raw_i,
+  input  logic [15:0] samples_i,
+  input  logic [15:0] status_i,         // STATUS but for bits 7 and 8, which are PARAMC's own
+  input  logic [14:0] fault_i,
+  input  logic [14:0] cause_i,
+  input  logic [3:0]  first_fault_i,
+  input  logic [4:0]  state_i,
+  input  logic [15:0] wd_left_i,
+  input  logic [15:0] crc_errors_i,
+  input  logic [15:0] char_errors_i,
+  input  logic [15:0] messages_i,
+  input  logic [15:0] sensor_errors_i,
+  input  logic [15:0] mem_corrected_i
+);
+
+  // Modbus exception codes and UARTC's answer kinds.
+  localparam logic [7:0] ExcFunction = 8'd1;
+  localparam logic [7:0] ExcAddress  = 8'd2;
+  localparam logic [7:0] ExcValue    = 8'd3;
+  localparam logic [7:0] ExcDevice   = 8'd4;
+  localparam logic [7:0] ExcBusy     = 8'd6;
+  localparam logic [2:0] RspNone = 3'd0;
+  localparam logic [2:0] RspException = 3'd1;
+  localparam logic [2:0] RspRead = 3'd2;
+  localparam logic [2:0] RspEcho = 3'd3;
+  localparam logic [2:0] RspServerId = 3'd4;
+  localparam logic [2:0] RspIdStream = 3'd5;
+  localparam logic [2:0] RspIdObject = 3'd6;
+  localparam logic [15:0] MaxRead = 16'd32;
+  localparam logic [15:0] MaxWrite = 16'd16;
+  localparam logic [15:0] HoldingEnd = tc_pkg::HoldingBase + 16'(tc_pkg::HoldingCount);
+
+  logic        decoded_q, writes_q, checking_q, last_q;
+  logic [2:0]  rsp_kind_q;
+  logic [7:0]  rsp_exc_q;
+  logic [3:0]  word_q;          // word of the command in hand
+  logic [5:0]  index_q;         // register in hand
+  logic [15:0] value_q;
+  logic        staged_q;        // writes wait for a commit
+  logic        hold_q;          // host asked to keep them staged
+  logic        ordered_q;       // host ordered the commit
+  logic        run_q, stop_q, clear_q, discard_q;
+
+  // Snapshot of the input registers.
+  logic        snap_valid_q;
+  logic [15:0] snap_pv_q, snap_slope_q, snap_sp_q, snap_samples_q;
+  logic [16:0] snap_duty_q;
+  logic [17:0] snap_p_q, snap_i_q, snap_d_q;
+  logic [31:0] snap_raw_q;
+
+  assign decoded_o        = decoded_q;
+  assign writes_o         = writes_q;
+  assign last_o           = last_q;
+  assign pending_o        = staged_q && !hold_q;
+  assign cmd_word_index_o = word_q;
+  assign rsp_kind_o       = rsp_kind_q;
+  assign rsp_exc_o        = rsp_exc_q;
+  assign store_o          = index_q != tc_pkg::RegCmd;
+  assign index_o          = index_q;
+  assign value_o          = value_q;
+  assign discard_o        = discard_q;
+  assign run_o            = run_q;
+  assign stop_o           = stop_q;
+  assign clear_o          = clear_q;
+
+  // ---- Judging a command -------------------------------------------------------------------------------------------------
+
+  logic fc_read, fc_single, fc_multiple, fc_write;
+  assign fc_read     = cmd_fc_i == 8'd3 || cmd_fc_i == 8'd4;
+  assign fc_single   = cmd_fc_i == 8'd6;
+  assign fc_multiple = cmd_fc_i == 8'd16;
+  assign fc_write    = fc_single || fc_multiple;
+
+  logic [15:0] end_addr;  // one past the last register asked for; no wrap, as counts are checked first
+  assign end_addr = cmd_a_i + (fc_single ? 16'd1 : cmd_b_i);
+
+  logic in_holding, in_input;
+  assign in_holding = cmd_a_i >= tc_pkg::HoldingBase && end_addr <= HoldingEnd && end_addr > cmd_a_i;
+  assign in_input   = cmd_a_i < 16'(tc_pkg::InputCount) && end_addr <= 16'(tc_pkg::InputCount);
+
+  // Function, length, count, address, in the order the standard asks for; 0 = sound.
+  logic [7:0] form_exc;
+  logic [2:0] form_kind;
+  always_comb begin
+    form_exc  = ExcFunction;
+    form_kind = RspException;
+    if (fc_read) begin
+      form_kind = RspRead;
+      if (cmd_len_i != 9'd8 || cmd_b_i == 16'd0 || cmd_b_i > MaxRead) form_exc = ExcValue;
+      else if (!in_holding && !in_input) form_exc = ExcAddress;
+      else form_exc = 8'd0;
+    end else if (fc_single) begin
+      form_kind = RspEcho;
+      if (cmd_len_i != 9'd8) form_exc = ExcValue;
+      else if (!in_holding) form_exc = ExcAddress;
+      else form_exc = 8'd0;
+    end else if (fc_multiple) begin
+      form_kind = RspEcho;
+      if (cmd_b_i == 16'd0 || cmd_b_i > MaxWrite || {8'd0, cmd_count_i} != {cmd_b_i[14:0], 1'b0} ||
+          {7'd0, cmd_len_i} != {cmd_b_i[14:0], 1'b0} + 16'd9) form_exc = ExcValue;
+      else if (!in_holding) form_exc = ExcAddress;
+      else form_exc = 8'd0;
+    end else if (cmd_fc_i == 8'd8) begin
+      form_kind = RspEcho;
+      if (cmd_a_i != 16'd0) form_exc = ExcFunction;
+      else if (cmd_len_i != 9'd8) form_exc = ExcValue;
+      else form_exc = 8'd0;
+    end else if (cmd_fc_i == 8'd17) begin
+      form_kind = RspServerId;
+      form_exc  = cmd_len_i == 9'd4 ? 8'd0 : ExcValue;
+    end else if (cmd_fc_i == 8'd43) begin
+      form_kind = cmd_a_i[7:0] == 8'd4 ? RspIdObject : RspIdStream;
+      if (cmd_a_i[15:8] != 8'h0E) form_exc = ExcFunction;
+      else if (cmd_len_i != 9'd7 || cmd_a_i[7:0] == 8'd0 || cmd_a_i[7:0] > 8'd4) form_exc = ExcValue;
+      else if (cmd_a_i[7:0] == 8'd4 && cmd_b_i[15:8] >= 8'(tc_pkg::IdentObjects)) form_exc = ExcAddress;
+      else form_exc = 8'd0;
+    end
+  end
+
+  // The value in hand against its register.
+  logic [5:0]  reg_now;
+  logic [15:0] value_now;
+  assign reg_now   = cmd_a_i[5:0] + {2'd0, word_q};
+  assign value_now = fc_single ? cmd_b_i : cmd_word_i;
+
+  logic        last_now, is_stop, cmd_known, too_low, too_high, above_t_max;
+  logic [15:0] flip, setpoint_limit;
+  assign last_now  = fc_single || {12'd0, word_q} + 16'd1 == cmd_b_i;
+  assign is_stop   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdStop;
+  assign cmd_known = value_now == tc_pkg::CmdStop || value_now == tc_pkg::CmdRun || value_now == tc_pkg::CmdClearFault ||
+                     value_now == tc_pkg::CmdHold || value_now == tc_pkg::CmdCommit || value_now == tc_pkg::CmdDiscard;
+  // Two's complement values compare as unsigned once their sign bits are flipped.
+  assign flip      = {tc_pkg::reg_signed(reg_now), 15'd0};
+  assign too_low   = (value_now ^ flip) < (tc_pkg::reg_min(reg_now) ^ flip);
+  assign too_high  = (value_now ^ flip) > (tc_pkg::reg_max(reg_now) ^ flip);
+  assign setpoint_limit = t_max_staged_i - tc_pkg::SetpointMargin;
+  assign above_t_max    = reg_now == tc_pkg::RegSetpoint && $signed(value_now) > $signed(setpoint_limit);
+
+  logic [7:0] value_exc;
+  always_comb begin
+    value_exc = 8'd0;
+    if (reg_now == tc_pkg::RegCmd && !cmd_known) value_exc = ExcValue;
+    else if (too_low || too_high || above_t_max) value_exc = ExcValue;
+    else if (is_stop) value_exc = 8'd0;
+    else if (lock_i != 16'd0 && !(reg_now == tc_pkg::RegLock && value_now == 16'd0)) value_exc = ExcDevice;
+    else if (ordered_q) value_exc = ExcBusy;
+    else if (reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdRun && !run_allowed_i) value_exc = ExcDevice;
+    else if (reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdClearFault && cause_present_i) value_exc = ExcDevice;
+  end
+
+  logic exec;  // the command word in hand is carried out
+  assign exec = write_i && index_q == tc_pkg::RegCmd;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      decoded_q  <= 1'b0;
+      writes_q   <= 1'b0;
+      checking_q <= 1'b0;
+      last_q     <= 1'b0;
+      rsp_kind_q <= RspNone;
+      rsp_exc_q  <= 8'd0;
+      word_q     <= 4'd0;
+      index_q    <= 6'd0;
+      value_q    <= 16'd0;
+      staged_q   <= 1'b0;
+      hold_q     <= 1'b0;
+      ordered_q  <= 1'b0;
+      run_q      <= 1'b0;
+      stop_q     <= 1'b0;
+      clear_q    <= 1'b0;
+      discard_q  <= 1'b0;
+    end else begin
+      if (decode_i && !decoded_q) begin
+        if (!checking_q) begin
+          word_q <= 4'd0;
+          if (form_exc == 8'd0 && fc_write) begin
+            checking_q <= 1'b1;
+          end else begin
+            decoded_q  <= 1'b1;
+            writes_q   <= 1'b0;
+            rsp_kind_q <= cmd_broadcast_i ? RspNone : form_exc != 8'd0 ? RspException : form_kind;
+            rsp_exc_q  <= form_exc != 8'd0 ? form_exc : {8{form_kind == RspServerId && running_i}};
+          end
+        end else if (value_exc != 8'd0 || last_now) begin
+          checking_q <= 1'b0;
+          decoded_q  <= 1'b1;
+          writes_q   <= value_exc == 8'd0;
+          rsp_kind_q <= cmd_broadcast_i ? RspNone : value_exc != 8'd0 ? RspException : RspEcho;
+          rsp_exc_q  <= value_exc;
+          word_q     <= 4'd0;
+        end else begin
+          word_q <= word_q + 4'd1;
+        end
+      end else if (!decode_i) begin
+        decoded_q  <= 1'b0;
+        checking_q <= 1'b0;
+      end
+
+      if (extract_i) begin
+        index_q <= reg_now;
+        value_q <= value_now;
+        last_q  <= last_now;
+        word_q  <= word_q + 4'd1;
+      end
+
+      run_q     <= exec && value_q == tc_pkg::CmdRun;
+      stop_q    <= exec && value_q == tc_pkg::CmdStop;
+      clear_q   <= exec && value_q == tc_pkg::CmdClearFault;
+      discard_q <= exec && value_q == tc_pkg::CmdDiscard;
+      if (write_i && store_o) staged_q <= 1'b1;
+      else if (commit_i || discard_q) staged_q <= 1'b0;
+      if (exec && value_q == tc_pkg::CmdHold) hold_q <= 1'b1;
+      else if (exec && (value_q == tc_pkg::CmdCommit || value_q == tc_pkg::CmdDiscard)) hold_q <= 1'b0;
+      if (exec && value_q == tc_pkg::CmdCommit && staged_q) ordered_q <= 1'b1;
+      else if (commit_i || discard_q) ordered_q <= 1'b0;
+    end
+  end
+
+  // ---- Input registers ---------------------------------------------------------------------------------------------------
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      snap_valid_q   <= 1'b0;
+      snap_pv_q      <= 16'd0;
+      snap_slope_q   <= 16'd0;
+      snap_sp_q      <= 16'd0;
+      snap_samples_q <= 16'd0;
+      snap_duty_q    <= 17'd0;
+      snap_p_q       <= 18'd0;
+      snap_i_q       <= 18'd0;
+      snap_d_q       <= 18'd0;
+      snap_raw_q     <= 32'd0;
+    end else if (display_i && !rd_busy_i) begin
+      snap_valid_q   <= pv_valid_i;
+      snap_pv_q      <= pv_i;
+      snap_slope_q   <= slope_i;
+      snap_sp_q      <= sp_work_i;
+      snap_samples_q <= samples_i;
+      snap_duty_q    <= duty_i;
+      snap_p_q       <= term_p_i;
+      snap_i_q       <= term_i_i;
+      snap_d_q       <= term_d_i;
+      snap_raw_q     <= raw_i;
+    end
+  end
+
+  // Temperatures in 0.1 degC: x 10 / 64, rounded.
+  logic signed [15:0] tenths_src;
+  logic signed [19:0] tenths;
+  assign tenths_src = rd_addr_i[1:0] == 2'd1 ? snap_pv_q : snap_sp_q;
+  assign tenths     = (20'(tenths_src) * 20'sd5 + 20'sd16) >>> 5;
+
+  // Duties in 0.01 %: x 10000 / 65536, rounded.
+  logic signed [17:0] percent_src;
+  logic signed [28:0] percent;
+  always_comb begin
+    case (rd_addr_i[3:0])
+      4'd8:    percent_src = snap_p_q;
+      4'd9:    percent_src = snap_i_q;
+      4'd10:   percent_src = snap_d_q;
+      default: percent_src = {1'b0, snap_duty_q};
+    endcase
+  end
+  assign percent = (29'(percent_src) * 29'sd625 + 29'sd2048) >>> 12;
+
+  assign mem_rd_index_o = rd_addr_i[5:0];
+
+  always_comb begin
+    rd_data_o = mem_rd_data_i;
+    if (!rd_addr_i[8]) begin
+      case (rd_addr_i[5:0])
+        tc_pkg::InStatus:       rd_data_o = {status_i[15:9], hold_q, staged_q, status_i[6:0]};
+        tc_pkg::InPv:           rd_data_o = snap_valid_q ? tenths[15:0] : 16'h8000;
+        tc_pkg::InSpWork:       rd_data_o = tenths[15:0];
+        tc_pkg::InDuty:         rd_data_o = percent[15:0];
+        tc_pkg::InFault:        rd_data_o = {1'b0, fault_i};
+        tc_pkg::InFirstFault:   rd_data_o = {4'd0, first_fault_i, 3'd0, state_i};
+        tc_pkg::InPvFine:       rd_data_o = snap_pv_q;
+        tc_pkg::InPvSlope:      rd_data_o = snap_slope_q;
+        tc_pkg::InTermP:        rd_data_o = percent[15:0];
+        tc_pkg::InTermI:        rd_data_o = percent[15:0];
+        tc_pkg::InTermD:        rd_data_o = percent[15:0];
+        tc_pkg::InRawH:         rd_data_o = snap_raw_q[31:16];
+        tc_pkg::InRawL:         rd_data_o = snap_raw_q[15:0];
+        tc_pkg::InSamples:      rd_data_o = snap_samples_q;
+        tc_pkg::InWdLeft:       rd_data_o = wd_left_i;
+        tc_pkg::InCause:        rd_data_o = {1'b0, cause_i};
+        tc_pkg::InCrcErrors:    rd_data_o = crc_errors_i;
+        tc_pkg::InCharErrors:   rd_data_o = char_errors_i;
+        tc_pkg::InMessages:     rd_data_o = messages_i;
+        tc_pkg::InSensorErrors: rd_data_o = sensor_errors_i;
+        tc_pkg::InMemCorrected: rd_data_o = mem_corrected_i;
+        tc_pkg::InDeviceId:     rd_data_o = tc_pkg::DeviceId;
+        tc_pkg::InVersion:      rd_data_o = tc_pkg::Version;
+        tc_pkg::InMapCrc:       rd_data_o = tc_pkg::MapCrc;
+        default:                rd_data_o = 16'd0;
+      endcase
+    end
+  end
+
+  logic unused;
+  assign unused = ^{tenths[19:16], percent[28:16], status_i[8:7], rd_addr_i[15:9], rd_addr_i[7:6], cmd_a_i[15:6]};
+
+`ifndef SYNTHESIS
+  `TC_ASSERT_SETUP
+  // A refused command writes nothing, and a broadcast is never answered.
+  `TC_ASSERT_IF(ParamcRefusedWritesNothing_A, decoded_q && rsp_kind_q == RspException, !writes_q)
+  `TC_ASSERT_IF(ParamcOneCommandPulse_A, run_q || stop_q || clear_q || discard_q,
+                $onehot0({run_q, stop_q, clear_q, discard_q}))
+  `TC_ASSERT_IF(ParamcHeldIsNotPending_A, hold_q, !pending_o)
+`endif
+
+endmodule

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// PWMC, pulse-width modulation of the heater: period, prescaler, duty with sigma-delta fraction, shortest pulse.
+//
+// Contract
+// - A period has period_i counts of prescale_i + 1 clocks. Duty, period and prescaler in force change only where a period
+//   starts, all three together; a period whose product duty x period is not ready yet (17 clocks) repeats the old set.
+// - Within a period pwm_o is high for its first `high` counts: at most one pulse, none when high = 0, no gap when
+//   high = period. Pulses and gaps shorter than min_on_i counts (at most half a period) do not occur.
+// - dither_i carries what rounding and min_on_i took away to the next period, so that the mean over periods is exact.
+//   Duty 0 is strictly low. A new period length starts with nothing carried.
+// - enable_i low: pwm_o is low at the next clock. enable_i high: a period starts at once, or as soon as the product is ready.
+
+`include "tc_assert.svh"
+
+module tc_pwmc (
+  input  logic        clk_i,
+  input  logic        rst_ni,
+  input  logic [15:0] prescale_i,       // clocks a count, less one
+  input  logic [15:0] period_i,         // counts a period; 0 and 1 count as 2
+  input  logic [15:0] min_on_i,         // counts
+  input  logic        dither_i,
+  input  logic        enable_i,
+  input  logic [16:0] duty_i,           // UQ1.16; above 65536 counts as 65536
+  input  logic        load_i,
+  output logic        pwm_o,
+  output logic        period_start_o    // first clock of a period
+);
+
+  localparam logic [4:0] MulSteps = 5'd17;     // bits of the duty
+
+  logic [16:0] duty_q;            // duty for the next period
+  logic [4:0]  mul_left_q;        // steps of duty_q x mul_period_q still to do
+  logic [31:0] mul_acc_q;         // their product when mul_left_q is 0, 16 fraction bits
+  logic [15:0] mul_period_q;
+  logic        running_q;
+  logic [15:0] prescale_q, period_q;   // in force
+  logic [31:0] product_q;         // duty x period in force, 16 fraction bits
+  logic [15:0] high_q;            // high counts of this period
+  logic [15:0] pre_q, count_q;    // clock in the count, count in the period
+  logic signed [31:0] acc_q;      // carried to the next period, counts with 16 fraction bits
+  logic        pwm_q, period_start_q;
+
+  // ---- product, one duty bit a clock, most significant first
+  logic [15:0] period_legal;
+  logic        mul_stale, mul_fresh;
+  logic [31:0] duty_bits, mul_step;
+
+  assign period_legal = (period_i < 16'd2) ? 16'd2 : period_i;
+  assign mul_stale = load_i || (period_legal != mul_period_q);
+  assign mul_fresh = (mul_left_q == 5'd0) && (period_legal == mul_period_q);
+  assign duty_bits = {15'd0, duty_q};
+  assign mul_step = {mul_acc_q[30:0], 1'b0} + (duty_bits[mul_left_q-5'd1] ? {16'd0, mul_period_q} : 32'd0);
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      duty_q <= 17'd0;
+      mul_left_q <= 5'd0;
+      mul_acc_q <= 32'd0;
+      mul_period_q <= tc_pkg::reg_reset(tc_pkg::RegPwmPeriod);
+    end else if (mul_stale) begin
+      if (load_i) duty_q <= duty_i[16] ? 17'h10000 : duty_i;
+      mul_left_q <= MulSteps;
+      mul_acc_q <= 32'd0;
+      mul_period_q <= period_legal;
+    end else if (mul_left_q != 5'd0) begin
+      mul_left_q <= mul_left_q - 5'd1;
+      mul_acc_q <= mul_step;
+    end
+  end
+
+  // ---- where the next period would start: its length, its high counts, what it carries on
+  logic        count_end, period_end, start;
+  logic [16:0] count_next;
+  logic [15:0] period_next, min_on, high_next;
+  logic [31:0] product_next;
+  logic signed [31:0] acc_used;
+  logic signed [33:0] sum;
+  logic signed [31:0] rest;
+  logic signed [17:0] whole;
+
+  assign count_end = pre_q >= prescale_q;
+  assign count_next = {1'b0, count_q} + 17'd1;
+  assign period_end = count_end && (count_next >= {1'b0, period_q});
+  assign start = enable_i && (running_q ? period_end : mul_fresh && !load_i);
+
+  assign period_next = mul_fresh ? mul_period_q : period_q;
+  assign product_next = mul_fresh ? mul_acc_q : product_q;
+  assign min_on = (min_on_i > {1'b0, period_next[15:1]}) ? {1'b0, period_next[15:1]} : min_on_i;
+  assign acc_used = (period_next == period_q) ? acc_q : 32'sd0;
+  assign sum = 34'(acc_used) + $signed({2'b00, product_next});
+  assign whole = sum[33:16];
+
+  always_comb begin
+    if (product_next == 32'd0) high_next = 16'd0;
+    else if (whole < $signed({2'b00, min_on})) high_next = 16'd0;
+    else if (whole > $signed({2'b00, period_next}) - $signed({2'b00, min_on})) high_next = period_next;
+    else high_next = whole[15:0];
+  end
+  assign rest = 32'(sum - $signed({2'b00, high_next, 16'd0}));   // below half a period, see the proof
+
+  // ---- the period
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      running_q <= 1'b0;
+      prescale_q <= tc_pkg::reg_reset(tc_pkg::RegPwmPrescale);
+      period_q <= tc_pkg::reg_reset(tc_pkg::RegPwmPeriod);
+      product_q <= 32'd0;
+      high_q <= 16'd0;
+      pre_q <= 16'd0;
+      count_q <= 16'd0;
+      acc_q <= 32'sd0;
+      pwm_q <= 1'b0;
+      period_start_q <= 1'b0;
+    end else begin
+      period_start_q <= start;
+      if (!enable_i) begin
+        running_q <= 1'b0;
+        high_q <= 16'd0;
+        pre_q <= 16'd0;
+        count_q <= 16'd0;
+        acc_q <= 32'sd0;
+        pwm_q <= 1'b0;
+      end else if (start) begin
+        running_q <= 1'b1;
+        if (mul_fresh) prescale_q <= prescale_i;
+        period_q <= period_next;
+        product_q <= product_next;
+        high_q <= high_next;
+        pre_q <= 16'd0;
+        count_q <= 16'd0;
+        acc_q <= (dither_i && product_next != 32'd0) ? rest : 32'sd0;
+        pwm_q <= high_next != 16'd0;
+      end else if (running_q) begin
+        if (count_end) begin
+          pre_q <= 16'd0;
+          count_q <= count_next[15:0];
+          pwm_q <= count_next[15:0] < high_q;
+        end else begin
+          pre_q <= pre_q + 16'd1;
+        end
+      end
+    end
+  end
+
+  assign pwm_o = pwm_q;
+  assign period_start_o = period_start_q;
+
+endmodule

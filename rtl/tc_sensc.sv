@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// SENSC, the sensor interface: an SPI master that reads one frame as a description in parameters says and turns its
+// temperature field into 1/64 degC.
+//
+// Contract
+// - start_i while idle begins a read; done_o pulses once at its end and pv_o, raw_o, ok_o, dev_fault_o, frame_bad_o hold
+//   till the next done_o. A start while busy_o is ignored. The description must be stable while busy_o (it is: parameters
+//   change at control ticks); frame length, SPI mode and chip select stay sound even if it is not.
+// - Half a period of SCLK is spi_div_i + 1 clocks, 3 at least. Chip select falls half a period before the first edge, rises half
+//   a period after the last, and is high for 4 half periods before every frame; SCLK changes its idle level only there.
+// - miso_i is the pin two clocks ago: it is taken in the last clock of the half period after the sampling edge.
+// - The set-up word goes out as a 16-bit frame of its own before the read: the first one after reset, after reconfig_i, and
+//   after any bad frame.
+// - pv = sat((floor(field x scale / 256) + offset + trim)): rounding is toward minus infinity.
+
+module tc_sensc (
+  input  logic             clk_i,
+  input  logic             rst_ni,
+  input  logic             start_i,
+  input  logic             reconfig_i,
+  input  logic [2:0]       type_i,          // sensor preset, 0 = custom_i
+  input  tc_pkg::sensor_t  custom_i,
+  input  logic [7:0]       spi_div_i,
+  input  logic [15:0]      trim_i,          // 1/64 degC, signed
+  input  logic             miso_i,
+  output logic             sclk_o,
+  output logic             cs_no,
+  output logic             mosi_o,
+  output logic             busy_o,
+  output logic             done_o,
+  output logic             ok_o,
+  output logic             dev_fault_o,     // a fault bit of the frame is set
+  output logic             frame_bad_o,     // reserved bits wrong, or a stuck line
+  output logic [15:0]      pv_o,            // Q9.6
+  output logic [31:0]      raw_o
+);
+
+  // Distance 2: any other code is an upset and falls to Idle.
+  localparam logic [3:0] StIdle = 4'b0000;
+  localparam logic [3:0] StGap = 4'b0011;     // chip select high before a frame
+  localparam logic [3:0] StLead = 4'b0101;    // chip select low, before the first edge
+  localparam logic [3:0] StShift = 4'b0110;   // between the edges and after the last
+  localparam logic [3:0] StJudge = 4'b1001;   // frame complete
+
+  localparam logic [6:0] GapHalves = 7'd4;    // chip-select high time of the slowest part in the presets, MAX31855 at 5 MHz
+  localparam logic [6:0] SetupEdges = 7'd32;  // 16-bit set-up word
+
+  logic [3:0]  state_q;
+  logic [1:0]  mode_q;            // SPI mode {CPOL, CPHA} of the frame
+  logic        setup_q;           // the frame is the set-up word
+  logic        setup_due_q;       // the next read sends it first
+  logic [7:0]  half_q;            // clock in the half period
+  logic [6:0]  left_q;            // half periods (Gap) or edges (Lead, Shift) left
+  logic        sclk_q, cs_nq;
+  logic [16:0] tx_q;              // bit 16 is on the MOSI pin
+  logic [31:0] rx_q;
+  logic        zero_seen_q;       // the frame held a 0
+  logic        all_zero_q;        // the last frame was all zeros
+  logic signed [32:0] acc_q;      // field x scale, 1/16384 degC
+  logic [15:0] pv_q;
+  logic [31:0] raw_q;
+  logic        done_q, dev_fault_q, frame_bad_q;
+
+  // ---- description
+  tc_pkg::sensor_t sens;
+  logic [5:0] length;
+  logic [4:0] width;
+  logic [5:0] field_low, field_end;   // the field is bits field_end-1 .. field_low
+  logic [7:0] half_last;
+
+  assign sens = (type_i == 3'd0) ? custom_i : tc_pkg::sensor_preset(type_i);
+  assign length = (sens.frame[5:0] == 6'd0 || sens.frame[5:0] > 6'd32) ? 6'd32 : sens.frame[5:0];
+  assign width = (sens.data[4:0] == 5'd0 || sens.data[4:0] > 5'd16) ? 5'd16 : sens.data[4:0];
+  assign field_low = {1'b0, sens.frame[12:8]};
+  assign field_end = field_low + {1'b0, width};
+  assign half_last = (spi_div_i < 8'd2) ? 8'd2 : spi_div_i;
+
+  logic unused_sens;
+  assign unused_sens = ^{sens.frame[15:14], sens.data[7:5]};
+
+  // ---- bit timing
+  logic half_end, sampling, edge_now;
+  logic [6:0] left_next;
+
+  assign half_end = half_q >= half_last;
+  assign left_next = left_q - 7'd1;
+  // An odd number of edges left: the last one was a leading edge.
+  assign sampling = (state_q == StShift) && half_end && (left_q[0] != mode_q[0]);
+  assign edge_now = (state_q == StLead || (state_q == StShift && left_q != 7'd0)) && half_end;
+
+  // ---- the arriving bit in the field
+  logic [5:0] bit_place;               // 0 is the last bit of the frame
+  logic       in_field, sign_bit;
+  logic signed [32:0] acc_twice, scale;
+  assign bit_place = left_q[6:1];
+  assign in_field = bit_place >= field_low && bit_place < field_end;
+  assign sign_bit = sens.frame[13] && (bit_place + 6'd1 == field_end);
+  assign acc_twice = {acc_q[31:0], 1'b0};
+  assign scale = $signed({17'd0, sens.scale});
+
+  // ---- the complete frame
+  logic mismatch, all_zero, frame_bad, dev_fault;
+  logic signed [39:0] pv_sum;
+  assign mismatch = ((rx_q ^ sens.check_value) & sens.check_mask) != 32'd0;
+  assign all_zero = rx_q == 32'd0;
+  assign frame_bad = mismatch || !zero_seen_q || (all_zero && all_zero_q);
+  assign dev_fault = (rx_q[15:0] & sens.fault_mask) != 16'd0;
+  assign pv_sum = 40'($signed(acc_q[32:8])) + 40'($signed(sens.offset)) + 40'($signed(trim_i));
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      state_q <= StIdle;
+      mode_q <= 2'd0;
+      setup_q <= 1'b0;
+      setup_due_q <= 1'b1;
+      half_q <= 8'd0;
+      left_q <= 7'd0;
+      sclk_q <= 1'b0;
+      cs_nq <= 1'b1;
+      tx_q <= 17'd0;
+      rx_q <= 32'd0;
+      zero_seen_q <= 1'b0;
+      all_zero_q <= 1'b0;
+      acc_q <= 33'sd0;
+      pv_q <= 16'd0;
+      raw_q <= 32'd0;
+      done_q <= 1'b0;
+      dev_fault_q <= 1'b0;
+      frame_bad_q <= 1'b0;
+    end else begin
+      done_q <= 1'b0;
+      half_q <= half_end ? 8'd0 : half_q + 8'd1;
+      if (reconfig_i) setup_due_q <= 1'b1;
+
+      if (sampling) begin
+        rx_q <= {rx_q[30:0], miso_i};
+        if (!miso_i) zero_seen_q <= 1'b1;
+        if (in_field) acc_q <= !miso_i ? acc_twice : sign_bit ? acc_twice - scale : acc_twice + scale;
+      end
+
+      if (edge_now) begin
+        left_q <= left_next;
+        sclk_q <= mode_q[1] ^ left_next[0];
+        if (left_next[0] == mode_q[0]) tx_q <= {tx_q[15:0], 1'b0};
+      end
+
+      case (state_q)
+        StIdle: begin
+          half_q <= 8'd0;
+          mode_q <= sens.frame[7:6];
+          sclk_q <= sens.frame[7];
+          if (start_i) begin
+            state_q <= StGap;
+            left_q <= GapHalves;
+            setup_q <= setup_due_q && sens.setup != 16'd0;
+            setup_due_q <= reconfig_i;
+          end
+        end
+
+        StGap: begin
+          if (half_end) begin
+            left_q <= left_next;
+            if (left_q <= 7'd1) begin
+              state_q <= StLead;
+              cs_nq <= 1'b0;
+              left_q <= setup_q ? SetupEdges : {length, 1'b0};
+              // Without CPHA the first bit is there before the first edge, with it only at that edge.
+              if (setup_q) tx_q <= mode_q[0] ? {1'b0, sens.setup} : {sens.setup, 1'b0};
+              else tx_q <= mode_q[0] ? {1'b0, sens.data[15:8], 8'd0} : {sens.data[15:8], 9'd0};
+              rx_q <= 32'd0;
+              zero_seen_q <= 1'b0;
+              acc_q <= 33'sd0;
+            end
+          end
+        end
+
+        StLead: begin
+          if (half_end) state_q <= StShift;
+        end
+
+        StShift: begin
+          if (half_end && left_q == 7'd0) begin
+            cs_nq <= 1'b1;
+            tx_q <= 17'd0;
+            setup_q <= 1'b0;
+            left_q <= GapHalves;
+            state_q <= setup_q ? StGap : StJudge;
+          end
+        end
+
+        StJudge: begin
+          state_q <= StIdle;
+          done_q <= 1'b1;
+          pv_q <= tc_math_pkg::sat_s16(pv_sum);
+          raw_q <= rx_q;
+          dev_fault_q <= dev_fault;
+          frame_bad_q <= frame_bad;
+          all_zero_q <= all_zero;
+          if (dev_fault || frame_bad) setup_due_q <= 1'b1;
+        end
+
+        default: begin
+          state_q <= StIdle;
+          cs_nq <= 1'b1;
+          sclk_q <= mode_q[1];
+          tx_q <= 17'd0;
+        end
+      endcase
+    end
+  end
+
+  assign sclk_o = sclk_q;
+  assign cs_no = cs_nq;
+  assign mosi_o = tx_q[16];
+  assign busy_o = state_q != StIdle;
+  assign done_o = done_q;
+  assign ok_o = !dev_fault_q && !frame_bad_q;
+  assign dev_fault_o = dev_fault_q;
+  assign frame_bad_o = frame_bad_q;
+  assign pv_o = pv_q;
+  assign raw_o = raw_q;
+
+endmodule

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// Temperature controller for a print head: the seven blocks of Xie et al. 2023, fig. 4, and GUARD, the safety detectors.
+//
+//   uart_rx -> UARTC -> SYSCTRL/PARAMC -> MEM -> parameters of every block
+//   sensor  -> SENSC -> GUARD -> ALGOR -> PWMC -> GUARD -> heater_o
+//
+// One clock. rst_ni asserts asynchronously and is released synchronously. heater_o is the only output with logic behind a
+// flop: inhibit_i forces it low without a clock.
+
+module tc_top (
+  input  logic       clk_i,
+  input  logic       rst_ni,
+  input  logic       uart_rx_i,
+  output logic       uart_tx_o,
+  output logic       uart_de_o,
+  output logic       tlm_tx_o,
+  input  logic [2:0] addr_strap_i,
+  output logic       spi_sclk_o,
+  output logic       spi_cs_no,
+  output logic       spi_mosi_o,
+  input  logic       spi_miso_i,
+  output logic       heater_o,
+  input  logic       heater_fb_i,
+  output logic       safe_en_o,
+  input  logic       inhibit_i,
+  output logic       fault_no,
+  output logic       at_temp_o
+);
+
+  // ---- Reset and asynchronous inputs -------------------------------------------------------------------------------------
+
+  logic rst_n;
+  tc_rst_sync u_rst_sync (.clk_i, .rst_ni, .rst_no(rst_n));
+
+  // One synchroniser for all asynchronous pins; the serial line idles high.
+  logic       rx, miso, heater_fb, inhibit;
+  logic [2:0] strap;
+  tc_sync #(.Width(7), .ResetValue(7'b0000001)) u_sync (
+    .clk_i, .rst_ni(rst_n),
+    .d_i({inhibit_i, heater_fb_i, spi_miso_i, addr_strap_i, uart_rx_i}),
+    .q_o({inhibit, heater_fb, miso, strap, rx})
+  );
+
+  // ---- Wires between blocks ----------------------------------------------------------------------------------------------
+
+  tc_pkg::params_t params;
+
+  logic        cmd_valid, cmd_broadcast, uart_stop, good_frame, rsp_busy, tlm_busy;
+  logic [7:0]  cmd_fc, cmd_count;
+  logic [8:0]  cmd_len;
+  logic [15:0] cmd_a, cmd_b, cmd_word, rd_addr, rd_data, crc_errors, char_errors, messages;
+  logic [3:0]  cmd_word_index;
+
+  logic [4:0]  state;
+  logic        decode, extract, write, cmd_done, commit, tick, sens_start, display, tlm_start, algor_start, pwm_load;
+  logic        illegal, overrun, ms, tenth;
+
+  logic        decoded, writes, last, pending, store, discard, cmd_run, cmd_stop, cmd_clear;
+  logic [2:0]  rsp_kind;
+  logic [7:0]  rsp_exc;
+  logic [5:0]  index, mem_rd_index;
+  logic [15:0] value, mem_rd_data;
+
+  logic        mem_bad, scrub_busy;
+  logic [15:0] t_max_staged, mem_corrected;
+
+  logic        sens_busy, sens_done, sens_ok, sens_dev_fault, sens_frame_bad;
+  logic [15:0] sens_pv;
+  logic [31:0] sens_raw;
+
+  logic               algor_done, ramping, limited, i_held;
+  logic [16:0]        duty;
+  logic signed [15:0] sp_work, pv;
+  logic [1:0]         segment;
+  logic [17:0]        hold_limit, term_p, term_i, term_d;
+
+  logic        pwm, period_start;
+
+  logic        heater, run, run_allowed, at_temp, sensor_ok, sample_held, wd_armed, permitted, pv_valid;
+  logic [15:0] slope, samples, sensor_errors, wd_left;
+  logic [14:0] cause, fault;
+  logic [3:0]  first_fault;
+
+  // ---- Blocks ------------------------------------------------------------------------------------------------------------
+
+  tc_uartc u_uartc (
+    .clk_i, .rst_ni(rst_n),
+    .rx_i(rx), .tx_o(uart_tx_o), .de_o(uart_de_o), .tlm_tx_o,
+    .cfg_address_i(params.address[7:0]), .strap_i(strap),
+    .cfg_baud_i(params.baud[12:0]), .cfg_format_i(params.format[1:0]),
+    .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast), .cmd_fc_o(cmd_fc), .cmd_a_o(cmd_a), .cmd_b_o(cmd_b),
+    .cmd_count_o(cmd_count), .cmd_len_o(cmd_len), .cmd_word_index_i(cmd_word_index), .cmd_word_o(cmd_word),
+    .stop_o(uart_stop), .good_o(good_frame),
+    .cmd_done_i(cmd_done), .rsp_kind_i(rsp_kind), .rsp_exc_i(rsp_exc), .rsp_busy_o(rsp_busy),
+    .rd_addr_o(rd_addr), .rd_data_i(rd_data),
+    .tlm_start_i(tlm_start), .tlm_busy_o(tlm_busy),
+    .crc_errors_o(crc_errors), .char_errors_o(char_errors), .messages_o(messages)
+  );
+
+  tc_sysctrl u_sysctrl (
+    .clk_i, .rst_ni(rst_n),
+    .ts_i(params.ts), .tlm_period_i(params.tlm_period),
+    .cmd_valid_i(cmd_valid), .decoded_i(decoded), .writes_i(writes), .last_i(last), .pending_i(pending),
+    .sens_done_i(sens_done), .algor_done_i(algor_done),
+    .state_o(state), .decode_o(decode), .extract_o(extract), .write_o(write), .cmd_done_o(cmd_done),
+    .commit_o(commit), .tick_o(tick), .sens_start_o(sens_start), .display_o(display), .tlm_start_o(tlm_start),
+    .algor_start_o(algor_start), .pwm_load_o(pwm_load), .illegal_o(illegal), .overrun_o(overrun),
+    .ms_o(ms), .tenth_o(tenth)
+  );
+
+  tc_paramc u_paramc (
+    .clk_i, .rst_ni(rst_n),
+    .decode_i(decode), .extract_i(extract), .write_i(write), .commit_i(commit), .display_i(display),
+    .decoded_o(decoded), .writes_o(writes), .last_o(last), .pending_o(pending),
+    .cmd_broadcast_i(cmd_broadcast), .cmd_fc_i(cmd_fc), .cmd_a_i(cmd_a), .cmd_b_i(cmd_b), .cmd_count_i(cmd_count),
+    .cmd_len_i(cmd_len), .cmd_word_index_o(cmd_word_index), .cmd_word_i(cmd_word),
+    .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
+    .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .t_max_staged_i(t_max_staged),
+    .lock_i(params.lock), .running_i(run), .run_allowed_i(run_allowed), .cause_present_i(cause != 15'd0),
+    .run_o(cmd_run), .stop_o(cmd_stop), .clear_o(cmd_clear),
+    .rd_addr_i(rd_addr), .rd_data_o(rd_data), .mem_rd_index_o(mem_rd_index), .mem_rd_data_i(mem_rd_data),
+    .rd_busy_i(rsp_busy || tlm_busy),
+    .pv_valid_i(pv_valid), .pv_i(pv), .slope_i(slope), .sp_work_i(sp_work), .duty_i(duty),
+    .term_p_i(term_p), .term_i_i(term_i), .term_d_i(term_d), .raw_i(sens_raw), .samples_i(samples),
+    .status_i({fault != 15'd0, permitted, sample_held, wd_armed, i_held, sensor_ok, params.lock != 16'd0, 2'b00,
+               limited, ramping, segment == 2'd3, segment == 2'd2, segment == 2'd1, at_temp, run}),
+    .fault_i(fault), .cause_i(cause), .first_fault_i(first_fault), .state_i(state), .wd_left_i(wd_left),
+    .crc_errors_i(crc_errors), .char_errors_i(char_errors), .messages_i(messages),
+    .sensor_errors_i(sensor_errors), .mem_corrected_i(mem_corrected)
+  );
+
+  tc_mem u_mem (
+    .clk_i, .rst_ni(rst_n),
+    .wr_i(write && store), .wr_index_i(index), .wr_data_i(value), .commit_i(commit), .discard_i(discard),
+    .rd_index_i(mem_rd_index), .rd_data_o(mem_rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
+    .scrub_start_i(tick), .bad_o(mem_bad), .corrected_o(mem_corrected), .scrub_busy_o(scrub_busy)
+  );
+
+  tc_sensc u_sensc (
+    .clk_i, .rst_ni(rst_n),
+    .start_i(sens_start), .type_i(params.sens_type[2:0]),
+    .custom_i({params.sens_frame, params.sens_data, params.sens_scale, params.sens_offset, params.sens_fault_mask,
+               params.sens_check_mask_h, params.sens_check_mask_l, params.sens_check_value_h, params.sens_check_value_l,
+               params.sens_setup}),
+    .spi_div_i(params.spi_div[7:0]), .trim_i(params.sens_trim), .miso_i(miso), .reconfig_i(commit),
+    .sclk_o(spi_sclk_o), .cs_no(spi_cs_no), .mosi_o(spi_mosi_o),
+    .busy_o(sens_busy), .done_o(sens_done), .ok_o(sens_ok), .dev_fault_o(sens_dev_fault),
+    .frame_bad_o(sens_frame_bad), .pv_o(sens_pv), .raw_o(sens_raw)
+  );
+
+  tc_algor u_algor (
+    .clk_i, .rst_ni(rst_n),
+    .params_i(params), .start_i(algor_start), .sample_ok_i(sens_ok), .run_i(run), .at_temp_i(at_temp), .ms_i(ms),
+    .pv_i(pv), .done_o(algor_done), .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .limited_o(limited),
+    .segment_o(segment), .i_held_o(i_held), .hold_limit_o(hold_limit), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d)
+  );
+
+  tc_pwmc u_pwmc (
+    .clk_i, .rst_ni(rst_n),
+    .prescale_i(params.pwm_prescale), .period_i(params.pwm_period), .min_on_i(params.pwm_min_on), .dither_i(params.ctrl[4]),
+    .enable_i(run), .duty_i(duty), .load_i(pwm_load), .pwm_o(pwm), .period_start_o(period_start)
+  );
+
+  tc_guard u_guard (
+    .clk_i, .rst_ni(rst_n),
+    .params_i(params), .tenth_i(tenth),
+    .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_dev_fault_i(sens_dev_fault), .sens_pv_i(sens_pv),
+    .duty_i(duty), .hold_limit_i(hold_limit), .limited_i(limited), .segment_i(segment), .sp_work_i(sp_work),
+    .ramping_i(ramping), .pwm_i(pwm),
+    .run_i(cmd_run), .stop_i(cmd_stop || uart_stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
+    .state_illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit), .heater_fb_i(heater_fb),
+    .heater_o(heater), .safe_en_o, .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
+    .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),
+    .pv_valid_o(pv_valid), .pv_o(pv), .slope_o(slope), .samples_o(samples), .sensor_errors_o(sensor_errors),
+    .wd_left_o(wd_left), .cause_o(cause), .fault_o(fault), .first_fault_o(first_fault)
+  );
+
+  // ---- Pins --------------------------------------------------------------------------------------------------------------
+
+  // The emergency stop acts even when the clock is gone.
+  assign heater_o  = heater && !inhibit_i;
+  assign fault_no  = fault == 15'd0;
+  assign at_temp_o = at_temp;
+
+  logic unused;
+  assign unused = ^{params, sens_busy, sens_frame_bad, scrub_busy, period_start};
+
+endmodule

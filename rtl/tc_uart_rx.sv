@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Serial receiver: characters of 8 data bits at any baud rate, and the silence after them.
+//
+// A low line starts a character; the start bit and every later bit is the majority of ticks 7, 8 and 9 of 16. A high start bit
+// was a glitch and leaves no trace. valid_o pulses for one clock when the first stop bit has been judged (data_o and error_o hold
+// then); the next start bit is accepted from there on. After a low stop bit the line must first go high again.
+// gap_o: 3.5 characters of silence since the end of the last character; long_gap_o: also 1.75 ms since the middle of its first
+// stop bit. Both stay until the next start bit. idle_o: long_gap_o, nothing moves. baud_i, format_i change only while idle_o.
+
+module tc_uart_rx (
+  input  logic        clk_i,
+  input  logic        rst_ni,
+  input  logic [12:0] baud_i,
+  input  logic [1:0]  format_i,
+  input  logic        rx_i,
+  output logic        valid_o,
+  output logic [7:0]  data_o,
+  output logic        error_o,
+  output logic        gap_o,
+  output logic        long_gap_o,
+  output logic        idle_o
+);
+
+  // Any two codes differ in two bits; an illegal code falls back to idle.
+  localparam logic [3:0] RxIdle   = 4'b0000;
+  localparam logic [3:0] RxStart  = 4'b0011;
+  localparam logic [3:0] RxData   = 4'b0101;
+  localparam logic [3:0] RxParity = 4'b0110;
+  localparam logic [3:0] RxStop   = 4'b1001;
+  localparam logic [3:0] RxBreak  = 4'b1010;
+
+  // tick_q counts the ticks gone by in this bit: the n-th tick comes while tick_q is n - 1.
+  localparam logic [3:0] FirstSample  = 4'd6;
+  localparam logic [3:0] SecondSample = 4'd7;
+  localparam logic [3:0] ThirdSample  = 4'd8;
+
+  localparam logic [9:0] SilenceTicks = 10'd616;  // 3.5 characters of 11 bits
+  localparam logic [9:0] StopRest     = 10'd7;    // from the judged stop bit to its end
+  localparam logic [9:0] SecondStop   = 10'd16;
+  localparam logic [14:0] QuietClocks = 15'(tc_pkg::ClkHz / 4000 * 7);  // 1.75 ms: 4000 Hz is 0.25 ms
+
+  logic [3:0]  state_q;
+  logic [12:0] acc_q;
+  logic [3:0]  tick_q;
+  logic [2:0]  bit_q;
+  logic [1:0]  high_q;      // samples of this bit that were high
+  logic [7:0]  shift_q;
+  logic        parity_bad_q;
+  logic        valid_q;
+  logic        error_q;
+  logic [9:0]  gap_q;       // ticks of silence still missing
+  logic [14:0] quiet_q;     // clocks of silence still missing
+
+  logic [12:0] acc_next;
+  logic tick, judged, level, listening;
+  assign {tick, acc_next} = tc_uart_pkg::baud_step(acc_q, baud_i);
+  assign judged    = tick && tick_q == ThirdSample;
+  assign level     = high_q[1] || (high_q[0] && rx_i);  // two of three
+  assign listening = state_q == RxIdle || state_q == RxStart;  // silence is counted, also under a start bit not yet sure
+
+  assign valid_o    = valid_q;
+  assign data_o     = shift_q;
+  assign error_o    = error_q;
+  assign gap_o      = state_q == RxIdle && gap_q == 10'd0;
+  assign long_gap_o = gap_o && quiet_q == 15'd0;
+  assign idle_o     = long_gap_o;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      state_q      <= RxIdle;
+      acc_q        <= 13'd0;
+      tick_q       <= 4'd0;
+      bit_q        <= 3'd0;
+      high_q       <= 2'd0;
+      shift_q      <= 8'd0;
+      parity_bad_q <= 1'b0;
+      valid_q      <= 1'b0;
+      error_q      <= 1'b0;
+      gap_q        <= 10'd0;
+      quiet_q      <= 15'd0;
+    end else begin
+      valid_q <= 1'b0;
+      if (listening && quiet_q != 15'd0) quiet_q <= quiet_q - 15'd1;
+
+      if (state_q != RxIdle || gap_q != 10'd0) begin
+        acc_q <= acc_next;
+        if (tick) begin
+          tick_q <= tick_q + 4'd1;
+          if (listening && gap_q != 10'd0) gap_q <= gap_q - 10'd1;
+          if (tick_q == FirstSample) high_q <= {1'b0, rx_i};
+          else if (tick_q == SecondSample) high_q <= high_q + {1'b0, rx_i};
+        end
+      end
+
+      case (state_q)
+        RxIdle: begin
+          if (!rx_i) begin
+            state_q <= RxStart;
+            acc_q   <= 13'd0;
+            tick_q  <= 4'd0;
+          end
+        end
+        RxStart: begin
+          if (judged) begin
+            state_q      <= level ? RxIdle : RxData;
+            bit_q        <= 3'd0;
+            parity_bad_q <= 1'b0;
+          end
+        end
+        RxData: begin
+          if (judged) begin
+            shift_q <= {level, shift_q[7:1]};
+            bit_q   <= bit_q + 3'd1;
+            if (bit_q == 3'd7) state_q <= tc_uart_pkg::has_parity(format_i) ? RxParity : RxStop;
+          end
+        end
+        RxParity: begin
+          if (judged) begin
+            state_q      <= RxStop;
+            parity_bad_q <= level != tc_uart_pkg::ninth_bit(format_i, shift_q);
+          end
+        end
+        RxStop: begin
+          if (judged) begin
+            state_q <= level ? RxIdle : RxBreak;
+            valid_q <= 1'b1;
+            error_q <= parity_bad_q || !level;
+            gap_q   <= SilenceTicks + StopRest + (format_i == tc_uart_pkg::Format8N2 ? SecondStop : 10'd0);
+            quiet_q <= QuietClocks;
+          end
+        end
+        RxBreak: if (rx_i) state_q <= RxIdle;
+        default: state_q <= RxIdle;
+      endcase
+    end
+  end
+
+endmodule

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Serial transmitter of whole Modbus frames: the bytes offered to it, then their CRC.
+//
+// A frame starts when valid_i is high while busy_o is low: one bit time of mark (driver enable leads the first start bit), then the
+// characters without a gap. data_i is taken at each character's start and take_o pulses in the next clock; the next byte must then
+// stand before the character ends (at least 160 clocks). With the byte taken under last_i the CRC follows by itself, low byte first.
+// busy_o: from the lead to the end of the last stop bit. baud_i, format_i change only while busy_o is low.
+
+module tc_uart_tx (
+  input  logic        clk_i,
+  input  logic        rst_ni,
+  input  logic [12:0] baud_i,
+  input  logic [1:0]  format_i,
+  input  logic        valid_i,
+  input  logic [7:0]  data_i,
+  input  logic        last_i,
+  output logic        take_o,
+  output logic        busy_o,
+  output logic        tx_o
+);
+
+  // What follows the character being sent.
+  localparam logic [1:0] NextData    = 2'd0;
+  localparam logic [1:0] NextCrcLow  = 2'd1;
+  localparam logic [1:0] NextCrcHigh = 2'd2;
+  localparam logic [1:0] NextEnd     = 2'd3;
+
+  localparam logic [10:0] Mark = 11'h7FF;
+
+  logic        busy_q;
+  logic [12:0] acc_q;
+  logic [3:0]  tick_q;
+  logic [3:0]  bits_q;    // bits of this character after the one on the line
+  logic [10:0] shift_q;   // bit 0 is on the line
+  logic [1:0]  next_q;
+  logic [15:0] crc_q;
+  logic        take_q;
+
+  assign tx_o   = shift_q[0];
+  assign busy_o = busy_q;
+  assign take_o = take_q;
+
+  logic [12:0] acc_next;
+  logic tick, bit_end, char_end;
+  assign {tick, acc_next} = tc_uart_pkg::baud_step(acc_q, baud_i);
+  assign bit_end  = tick && tick_q == 4'd15;
+  assign char_end = bit_end && bits_q == 4'd0;
+
+  logic [7:0] byte_now;
+  always_comb begin
+    case (next_q)
+      NextCrcLow:  byte_now = crc_q[7:0];
+      NextCrcHigh: byte_now = crc_q[15:8];
+      default:     byte_now = data_i;
+    endcase
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      busy_q  <= 1'b0;
+      acc_q   <= 13'd0;
+      tick_q  <= 4'd0;
+      bits_q  <= 4'd0;
+      shift_q <= Mark;
+      next_q  <= NextData;
+      crc_q   <= 16'hFFFF;
+      take_q  <= 1'b0;
+    end else begin
+      take_q <= 1'b0;
+      if (!busy_q) begin
+        if (valid_i) begin
+          busy_q <= 1'b1;
+          acc_q  <= 13'd0;
+          tick_q <= 4'd0;
+          bits_q <= 4'd0;
+          next_q <= NextData;
+          crc_q  <= 16'hFFFF;
+        end
+      end else begin
+        acc_q <= acc_next;
+        if (tick) tick_q <= tick_q + 4'd1;
+        if (char_end) begin
+          bits_q  <= tc_uart_pkg::char_bits(format_i) - 4'd1;
+          shift_q <= {1'b1, tc_uart_pkg::ninth_bit(format_i, byte_now), byte_now, 1'b0};
+          case (next_q)
+            NextData: begin
+              take_q <= 1'b1;
+              crc_q  <= tc_math_pkg::crc16_byte(crc_q, data_i);
+              if (last_i) next_q <= NextCrcLow;
+            end
+            NextCrcLow:  next_q <= NextCrcHigh;
+            NextCrcHigh: next_q <= NextEnd;
+            default: begin
+              busy_q  <= 1'b0;
+              shift_q <= Mark;
+            end
+          endcase
+        end else if (bit_end) begin
+          bits_q  <= bits_q - 4'd1;
+          shift_q <= {1'b1, shift_q[10:1]};
+        end
+      end
+    end
+  end
+
+endmodule

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+// UARTC: serial port of the host. Modbus RTU slave on rx_i/tx_o (de_o drives an RS-485 transceiver), telemetry on tlm_tx_o.
+//
+// It frames, checks and answers; what a register means is PARAMC's. A valid frame to this slave raises cmd_valid_o until
+// cmd_done_i, whose answer descriptor starts the answer at once: the 3.5 characters of silence are over by then. Broadcasts are never
+// answered, whatever the descriptor says. Register words are read through rd_addr_o/rd_data_i, the answer before telemetry.
+// Address, baud rate and format are taken over only while nothing is received, waiting or sent.
+`include "tc_assert.svh"
+
+module tc_uartc (
+  input  logic        clk_i,
+  input  logic        rst_ni,
+  // Lines; rx_i and strap_i have passed their synchronisers.
+  input  logic        rx_i,
+  output logic        tx_o,
+  output logic        de_o,
+  output logic        tlm_tx_o,
+  // Parameters.
+  input  logic [7:0]  cfg_address_i,     // 0: 1 + strap_i
+  input  logic [2:0]  strap_i,
+  input  logic [12:0] cfg_baud_i,        // baud rate / 100
+  input  logic [1:0]  cfg_format_i,
+  // Received command.
+  output logic        cmd_valid_o,
+  output logic        cmd_broadcast_o,
+  output logic [7:0]  cmd_fc_o,
+  output logic [15:0] cmd_a_o,           // bytes 2, 3
+  output logic [15:0] cmd_b_o,           // bytes 4, 5
+  output logic [7:0]  cmd_count_o,       // byte 6
+  output logic [8:0]  cmd_len_o,         // bytes, address and CRC included
+  input  logic [3:0]  cmd_word_index_i,
+  output logic [15:0] cmd_word_o,        // read port: follows cmd_word_index_i in the same clock
+  output logic        stop_o,            // STOP received
+  output logic        good_o,            // a frame accepted
+  // Answer.
+  input  logic        cmd_done_i,
+  input  logic [2:0]  rsp_kind_i,
+  input  logic [7:0]  rsp_exc_i,         // exception code; with RspServerId the run indicator, FF on, 00 off
+  output logic        rsp_busy_o,
+  // Register read port: rd_data_i follows rd_addr_o in the same clock.
+  output logic [15:0] rd_addr_o,
+  input  logic [15:0] rd_data_i,
+  // Telemetry.
+  input  logic        tlm_start_i,
+  output logic        tlm_busy_o,
+  // Counters, modulo 65536.
+  output logic [15:0] crc_errors_o,
+  output logic [15:0] char_errors_o,
+  output logic [15:0] messages_o
+);
+
+  localparam logic [7:0] ExceptionFlag = 8'h80;    // added to the function code
+  localparam logic [7:0] Conformity    = 8'h81;    // basic identification, stream and single objects
+  localparam logic [1:0] LastObject    = 2'(tc_pkg::IdentObjects - 1);
+
+  // Places of bytes in the answers.
+  localparam logic [7:0] FirstData  = 8'd3;        // first register byte
+  localparam logic [7:0] ServerText = 8'd5;
+  localparam logic [7:0] ObjectId   = 8'd8;
+  localparam logic [7:0] ObjectText = 8'd10;
+
+  localparam logic [7:0] TelemetryBytes = 8'd32;   // input registers 0..15
+  localparam logic [5:0] TelemetryLast  = 6'd34;
+
+  logic [12:0] baud_q;
+  logic [1:0]  format_q;
+  logic [7:0]  address_q;
+
+  logic        rsp_active_q;    // bytes of the answer are still to be handed to the transmitter
+  logic [2:0]  rsp_kind_q;
+  logic [7:0]  rsp_exc_q;
+  logic [7:0]  rsp_place_q;     // byte that comes next; counts from ObjectId again for each object
+  logic [1:0]  rsp_object_q;
+  logic        rsp_have_q;      // rsp_word_q holds the register that comes next
+  logic [15:0] rsp_word_q;
+
+  logic        tlm_active_q;
+  logic [5:0]  tlm_place_q;
+  logic        tlm_have_q;
+  logic [15:0] tlm_word_q;
+
+  logic [15:0] rd_addr_q;
+  logic        rd_rsp_q;        // rd_addr_q stands for the answer
+  logic        rd_tlm_q;        // ... for telemetry
+
+  // -- Receiver and framing ---------------------------------------------------------------------------------------------------------
+
+  logic       rx_valid, rx_error, rx_gap, rx_long_gap, rx_idle, frame_open;
+  logic [7:0] rx_data;
+
+  tc_uart_rx u_rx (
+    .clk_i, .rst_ni,
+    .baud_i     (baud_q),
+    .format_i   (format_q),
+    .rx_i,
+    .valid_o    (rx_valid),
+    .data_o     (rx_data),
+    .error_o    (rx_error),
+    .gap_o      (rx_gap),
+    .long_gap_o (rx_long_gap),
+    .idle_o     (rx_idle)
+  );
+
+  tc_uart_frame u_frame (
+    .clk_i, .rst_ni,
+    .address_i  (address_q),
+    .valid_i    (rx_valid),
+    .data_i     (rx_data),
+    .error_i    (rx_error),
+    .gap_i      (rx_gap),
+    .long_gap_i (rx_long_gap),
+    .busy_i     (rsp_busy_o),
+    .cmd_done_i,
+    .open_o     (frame_open),
+    .cmd_valid_o, .cmd_broadcast_o, .cmd_fc_o, .cmd_a_o, .cmd_b_o, .cmd_count_o, .cmd_len_o,
+    .cmd_word_index_i, .cmd_word_o,
+    .stop_o, .good_o,
+    .crc_errors_o, .char_errors_o, .messages_o
+  );
+
+  // -- Configuration ----------------------------------------------------------------------------------------------------------------
+
+  logic idle;
+  assign idle = rx_idle && !frame_open && !cmd_valid_o && !rsp_busy_o && !tlm_busy_o;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      baud_q    <= 13'(tc_pkg::reg_reset(tc_pkg::RegBaud));
+      format_q  <= 2'(tc_pkg::reg_reset(tc_pkg::RegFormat));
+      address_q <= 8'd1;
+    end else if (idle) begin
+      baud_q    <= cfg_baud_i;
+      format_q  <= cfg_format_i;
+      address_q <= cfg_address_i != 8'd0 ? cfg_address_i : 8'd1 + {5'd0, strap_i};
+    end
+  end
+
+  // -- Answer -----------------------------------------------------------------------------------------------------------------------
+
+  logic       rsp_ident, rsp_reading, rsp_ready, rsp_last, rsp_object_end, rsp_take, rsp_sending;
+  logic [7:0] rsp_byte;
+  logic [7:0] read_bytes, object_text, object_end;
+  assign rsp_ident   = rsp_kind_q == tc_uart_pkg::RspIdStream || rsp_kind_q == tc_uart_pkg::RspIdObject;
+  assign rsp_reading = rsp_kind_q == tc_uart_pkg::RspRead && rsp_place_q >= FirstData;
+  assign rsp_ready   = rsp_active_q && (!rsp_reading || rsp_have_q);
+  assign read_bytes  = {1'b0, cmd_b_o[5:0], 1'b0};
+  assign object_end  = ObjectText - 8'd1 + tc_pkg::ident_length(rsp_object_q);
+  assign object_text = tc_pkg::ident_byte(tc_pkg::ident_start(rsp_object_q) + rsp_place_q - ObjectText);
+  assign rsp_object_end = rsp_ident && rsp_place_q == object_end;
+
+  always_comb begin
+    case (rsp_kind_q)
+      tc_uart_pkg::RspException: rsp_last = rsp_place_q == 8'd2;
+      tc_uart_pkg::RspRead:      rsp_last = rsp_place_q == FirstData - 8'd1 + read_bytes;
+      tc_uart_pkg::RspEcho:      rsp_last = rsp_place_q == 8'd5;
+      tc_uart_pkg::RspServerId:  rsp_last = rsp_place_q == ServerText - 8'd1 + tc_pkg::IdentServerLength;
+      tc_uart_pkg::RspIdStream:  rsp_last = rsp_object_end && rsp_object_q == LastObject;
+      default:                   rsp_last = rsp_object_end;
+    endcase
+  end
+
+  always_comb begin
+    rsp_byte = 8'd0;
+    if (rsp_place_q == 8'd0) rsp_byte = address_q;
+    else if (rsp_place_q == 8'd1) rsp_byte = rsp_kind_q == tc_uart_pkg::RspException ? cmd_fc_o | ExceptionFlag : cmd_fc_o;
+    else begin
+      case (rsp_kind_q)
+        tc_uart_pkg::RspException: rsp_byte = rsp_exc_q;
+        tc_uart_pkg::RspRead: begin
+          if (!rsp_reading) rsp_byte = read_bytes;
+          else rsp_byte = rsp_place_q[0] ? rsp_word_q[15:8] : rsp_word_q[7:0];
+        end
+        tc_uart_pkg::RspEcho: begin
+          case (rsp_place_q[1:0])
+            2'd2:    rsp_byte = cmd_a_o[15:8];
+            2'd3:    rsp_byte = cmd_a_o[7:0];
+            2'd0:    rsp_byte = cmd_b_o[15:8];
+            default: rsp_byte = cmd_b_o[7:0];
+          endcase
+        end
+        tc_uart_pkg::RspServerId: begin
+          case (rsp_place_q)
+            8'd2:    rsp_byte = tc_pkg::IdentServerLength + 8'd2;
+            8'd3:    rsp_byte = tc_pkg::DeviceId[15:8];
+            8'd4:    rsp_byte = rsp_exc_q;
+            default: rsp_byte = tc_pkg::ident_byte(tc_pkg::IdentServerStart + rsp_place_q - ServerText);
+          endcase
+        end
+        default: begin
+          case (rsp_place_q)
+            8'd2:    rsp_byte = cmd_a_o[15:8];  // MEI type
+            8'd3:    rsp_byte = cmd_a_o[7:0];   // code of the request
+            8'd4:    rsp_byte = Conformity;
+            8'd5:    rsp_byte = 8'd0;           // nothing follows
+            8'd6:    rsp_byte = 8'd0;           // so no next object
+            8'd7:    rsp_byte = rsp_kind_q == tc_uart_pkg::RspIdStream ? 8'(tc_pkg::IdentObjects) : 8'd1;
+            8'd8:    rsp_byte = {6'd0, rsp_object_q};
+            8'd9:    rsp_byte = tc_pkg::ident_length(rsp_object_q);
+            default: rsp_byte = object_text;
+          endcase
+        end
+      endcase
+    end
+  end
+
+  logic answered;
+  assign answered = cmd_done_i && cmd_valid_o && !cmd_broadcast_o && rsp_kind_i >= tc_uart_pkg::RspException &&
+                    rsp_kind_i <= tc_uart_pkg::RspIdObject;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      rsp_active_q <= 1'b0;
+      rsp_kind_q   <= tc_uart_pkg::RspNone;
+      rsp_exc_q    <= 8'd0;
+      rsp_place_q  <= 8'd0;
+      rsp_object_q <= 2'd0;
+      rsp_have_q   <= 1'b0;
+      rsp_word_q   <= 16'd0;
+    end else if (answered) begin
+      rsp_active_q <= 1'b1;
+      rsp_kind_q   <= rsp_kind_i;
+      rsp_exc_q    <= rsp_exc_i;
+      rsp_place_q  <= 8'd0;
+      rsp_object_q <= rsp_kind_i == tc_uart_pkg::RspIdObject ? cmd_b_o[9:8] : 2'd0;
+      rsp_have_q   <= 1'b0;
+    end else if (rd_rsp_q) begin
+      rsp_word_q <= rd_data_i;
+      rsp_have_q <= 1'b1;
+    end else if (rsp_take) begin
+      rsp_place_q <= rsp_place_q + 8'd1;
+      if (rsp_last) begin
+        rsp_active_q <= 1'b0;
+      end else if (rsp_object_end) begin
+        rsp_object_q <= rsp_object_q + 2'd1;
+        rsp_place_q  <= ObjectId;
+      end
+      if (!rsp_place_q[0]) rsp_have_q <= 1'b0;
+    end
+  end
+
+  tc_uart_tx u_tx (
+    .clk_i, .rst_ni,
+    .baud_i   (baud_q),
+    .format_i (format_q),
+    .valid_i  (rsp_ready),
+    .data_i   (rsp_byte),
+    .last_i   (rsp_last),
+    .take_o   (rsp_take),
+    .busy_o   (rsp_sending),
+    .tx_o
+  );
+  assign de_o       = rsp_sending;
+  assign rsp_busy_o = rsp_active_q || rsp_sending;
+
+  // -- Telemetry --------------------------------------------------------------------------------------------------------------------
+
+  logic       tlm_reading, tlm_ready, tlm_last, tlm_take, tlm_sending;
+  logic [7:0] tlm_byte;
+  assign tlm_reading = tlm_place_q >= FirstData[5:0];
+  assign tlm_ready   = tlm_active_q && (!tlm_reading || tlm_have_q);
+  assign tlm_last    = tlm_place_q == TelemetryLast;
+
+  always_comb begin
+    case (tlm_place_q)
+      6'd0:    tlm_byte = address_q;
+      6'd1:    tlm_byte = tc_uart_pkg::FcReadInput;
+      6'd2:    tlm_byte = TelemetryBytes;
+      default: tlm_byte = tlm_place_q[0] ? tlm_word_q[15:8] : tlm_word_q[7:0];
+    endcase
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      tlm_active_q <= 1'b0;
+      tlm_place_q  <= 6'd0;
+      tlm_have_q   <= 1'b0;
+      tlm_word_q   <= 16'd0;
+    end else if (tlm_start_i && !tlm_busy_o) begin
+      tlm_active_q <= 1'b1;
+      tlm_place_q  <= 6'd0;
+      tlm_have_q   <= 1'b0;
+    end else if (rd_tlm_q) begin
+      tlm_word_q <= rd_data_i;
+      tlm_have_q <= 1'b1;
+    end else if (tlm_take) begin
+      tlm_place_q <= tlm_place_q + 6'd1;
+      if (tlm_last) tlm_active_q <= 1'b0;
+      if (!tlm_place_q[0]) tlm_have_q <= 1'b0;
+    end
+  end
+
+  tc_uart_tx u_tlm (
+    .clk_i, .rst_ni,
+    .baud_i   (baud_q),
+    .format_i (format_q),
+    .valid_i  (tlm_ready),
+    .data_i   (tlm_byte),
+    .last_i   (tlm_last),
+    .take_o   (tlm_take),
+    .busy_o   (tlm_sending),
+    .tx_o     (tlm_tx_o)
+  );
+  assign tlm_busy_o = tlm_active_q || tlm_sending;
+
+  // -- Register read port -----------------------------------------------------------------------------------------------------------
+
+  logic rsp_wants, tlm_wants;
+  assign rsp_wants = rsp_active_q && rsp_reading && !rsp_have_q && !rd_rsp_q;
+  assign tlm_wants = tlm_active_q && tlm_reading && !tlm_have_q && !rd_tlm_q;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      rd_addr_q <= 16'd0;
+      rd_rsp_q  <= 1'b0;
+      rd_tlm_q  <= 1'b0;
+    end else begin
+      rd_rsp_q <= rsp_wants;
+      rd_tlm_q <= tlm_wants && !rsp_wants;
+      if (rsp_wants) rd_addr_q <= cmd_a_o + {9'd0, 7'((rsp_place_q - FirstData) >> 1)};
+      else if (tlm_wants) rd_addr_q <= {11'd0, 5'((tlm_place_q - FirstData[5:0]) >> 1)};
+    end
+  end
+  assign rd_addr_o = rd_addr_q;
+
+  `TC_ASSERT_SETUP
+  `TC_ASSERT_IF(UartcDriverEnabled_A, !tx_o, de_o)
+  `TC_ASSERT_IF(UartcAnswerByteInTime_A, rsp_take, rsp_ready)
+  `TC_ASSERT_IF(UartcTelemetryByteInTime_A, tlm_take, tlm_ready)
+
+endmodule

@@ -1,0 +1,156 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes every file derived from spec/*.toml; with --check, fails on a derived file that is stale instead.
+
+Usage: generate.py [--check] [--out DIR]    (DIR: project root, default the parent of this file's folder)
+"""
+import argparse
+import json
+import pathlib
+import sys
+import tomllib
+from fractions import Fraction
+
+import jinja2
+
+SPEC = pathlib.Path(__file__).resolve().parent
+HOLDING_BASE = 0x100
+SECDED_DATA_BITS = 16
+
+# template -> file written, relative to the project root
+OUTPUTS = {
+    "tc_pkg.sv.j2": "rtl/tc_pkg.sv",
+    "spec.hpp.j2": "cmodel/spec.hpp",
+    "registers.md.j2": "docs/registers.md",
+    "modbus_map.csv.j2": "docs/modbus_map.csv",
+    "modbus_map.json.j2": "docs/modbus_map.json",
+}
+
+
+class SpecError(Exception):
+    """One line that names the entry and what is wrong with it."""
+
+
+def camel(name: str) -> str:
+    return "".join(part.capitalize() for part in name.lower().split("_"))
+
+
+def scale_value(text: str) -> float:
+    if text.startswith("2^"):
+        return float(Fraction(2) ** int(text[2:]))
+    return float(Fraction(text))
+
+
+def crc16_modbus(data: bytes) -> int:
+    crc = 0xFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc >> 1) ^ (0xA001 if crc & 1 else 0)
+    return crc
+
+
+def hsiao_columns() -> list[int]:
+    """Odd-weight columns of the (22,16) Hsiao code: 16 of the 20 six-bit words of weight three."""
+    return [word for word in range(64) if bin(word).count("1") == 3][:SECDED_DATA_BITS]
+
+
+def finish_registers(spec: dict) -> None:
+    for space, base in (("input", 0), ("holding", HOLDING_BASE)):
+        for index, reg in enumerate(spec[space]):
+            reg["index"] = index
+            reg["addr"] = base + index
+            reg["camel"] = camel(reg["name"])
+            reg["scale_value"] = scale_value(reg["scale"])
+            reg["signed"] = reg["type"] == "s"
+    for reg in spec["holding"]:
+        if not reg["min"] <= reg["reset"] <= reg["max"]:
+            raise SpecError(f"registers.toml: {reg['name']}: reset {reg['reset']} is outside {reg['min']}..{reg['max']}")
+        reg["min_word"], reg["max_word"], reg["reset_word"] = (reg[k] & 0xFFFF for k in ("min", "max", "reset"))
+
+
+def finish_presets(spec: dict) -> None:
+    for p in spec["preset"]:
+        p["frame_word"] = p["length"] | p["mode"] << 6 | p["lsb"] << 8 | int(p["signed"]) << 13
+        p["data_word"] = p["width"] | p["tx"] << 8
+        p["offset_word"] = p["offset"] & 0xFFFF
+
+
+def check_states(spec: dict) -> None:
+    codes = [s["code"] for s in spec["state"]]
+    for i, a in enumerate(codes):
+        for b in codes[:i]:
+            if bin(a ^ b).count("1") < 2:
+                raise SpecError(f"chip.toml: states {a:05b} and {b:05b} are closer than two bits")
+
+
+def ident_rom(spec: dict) -> dict:
+    """Bytes of FC 17 and FC 43/14 answers, with the place and length of each part."""
+    chip = spec["chip"]
+    rom = bytearray()
+    parts = []
+    for text in (chip["server_id"], chip["vendor"], chip["product"], chip["revision"]):
+        parts.append({"start": len(rom), "length": len(text)})
+        rom += text.encode("ascii")
+    return {"bytes": list(rom), "server_id": parts[0], "objects": parts[1:]}
+
+
+def map_rows(spec: dict) -> list[dict]:
+    rows = []
+    for reg in spec["input"]:
+        rows.append({"name": reg["name"], "space": "input", "address": reg["addr"], "type": "int16" if reg["signed"] else "uint16",
+                     "unit": reg["unit"], "scale": reg["scale_value"], "access": "ro", "doc": reg["doc"]})
+    for reg in spec["holding"]:
+        rows.append({"name": reg["name"], "space": "holding", "address": reg["addr"], "type": "int16" if reg["signed"] else "uint16",
+                     "unit": reg["unit"], "scale": reg["scale_value"], "access": reg["access"],
+                     "min": reg["min"], "max": reg["max"], "reset": reg["reset"], "doc": reg["doc"]})
+    return rows
+
+
+def load() -> dict:
+    spec = {}
+    for name in ("chip", "registers", "presets"):
+        spec |= tomllib.loads((SPEC / f"{name}.toml").read_text())
+    finish_registers(spec)
+    finish_presets(spec)
+    check_states(spec)
+    spec["ident"] = ident_rom(spec)
+    spec["map_rows"] = map_rows(spec)
+    spec["map_crc"] = crc16_modbus(json.dumps(spec["map_rows"], sort_keys=True).encode())
+    spec["secded_columns"] = hsiao_columns()
+    spec["secded_rows"] = [sum(1 << bit for bit, col in enumerate(spec["secded_columns"]) if col >> row & 1) for row in range(6)]
+    return spec
+
+
+def render(spec: dict) -> dict[str, str]:
+    env = jinja2.Environment(loader=jinja2.FileSystemLoader(SPEC / "templates"), undefined=jinja2.StrictUndefined,
+                             trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
+    env.filters["camel"] = camel
+    return {target: env.get_template(template).render(**spec) for template, target in OUTPUTS.items()}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="write nothing; fail on a stale file")
+    parser.add_argument("--out", type=pathlib.Path, default=SPEC.parent, help="project root to write into")
+    args = parser.parse_args()
+    try:
+        files = render(load())
+    except (SpecError, tomllib.TOMLDecodeError, jinja2.TemplateError) as error:
+        print(f"generate.py: {error}", file=sys.stderr)
+        return 2
+    stale = [name for name, text in files.items()
+             if not (args.out / name).exists() or (args.out / name).read_text() != text]
+    if args.check:
+        for name in stale:
+            print(f"{name}: stale, differs from what spec/*.toml give; run spec/generate.py and commit", file=sys.stderr)
+        return 1 if stale else 0
+    for name in stale:
+        target = args.out / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(files[name])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything around the chip's pins: Modbus host, temperature sensor, heated head, emergency stop.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "cmodel/chip.hpp"
+#include "tb/devices/heater.hpp"
+#include "tb/devices/modbus_host.hpp"
+#include "tb/devices/rng.hpp"
+#include "tb/devices/spi_sensors.hpp"
+
+namespace meltstage::tb {
+
+struct HeadConfig {
+  PlantConfig plant = plant_config("PH-1");
+  std::string sensor = "MAX31855";     // part, as in the spec's presets
+  double sensor_noise_degc = 0.05;     // sigma, before quantisation
+  double baud = 115200.0;
+  UartFormat format = k8E1;
+  std::uint8_t addr_strap = 0;
+  std::uint64_t seed = 1;
+};
+
+// The chip's surroundings as one device: takes the chip's output pins of a clock, gives its input pins.
+class Head {
+ public:
+  explicit Head(const HeadConfig& config);
+
+  // Input pins for the clock edge that ends `cycle`, from the output pins standing in it.
+  chip::Inputs step(std::uint64_t cycle, const chip::Outputs& out) {
+    // The second switch: a charge pump on safe_en_o would follow its toggling; it is closed while the chip permits heating.
+    plant_.set_heater(cycle, out.heater);
+    pins_.uart_rx = host_.step(cycle, out.uart_tx);
+    pins_.spi_miso = sensor_->step(cycle, out.spi_cs_n, out.spi_sclk, out.spi_mosi);
+    pins_.heater_fb = plant_.switch_conducting();
+    telemetry_.step(cycle, out.tlm_tx);
+    return pins_;
+  }
+  // Emergency stop button.
+  void set_inhibit(bool pressed) { pins_.inhibit = pressed; }
+  void set_reset(bool asserted) { pins_.rst_n = !asserted; }
+
+  ModbusHost& host() { return host_; }
+  HeaterPlant& plant() { return plant_; }
+  SpiSensor& sensor() { return *sensor_; }
+  TelemetryListener& telemetry() { return telemetry_; }
+
+ private:
+  HeaterPlant plant_;
+  std::unique_ptr<SpiSensor> sensor_;
+  ModbusHost host_;
+  TelemetryListener telemetry_;
+  chip::Inputs pins_;
+};
+
+}  // namespace meltstage::tb

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads a coordinate file, plans the path and makes the first move: every header of the installed library.
+#include <motion/coordinates.hpp>
+#include <motion/path.hpp>
+#include <motion/profile.hpp>
+#include <motion/stage.hpp>
+
+int main(int argc, char** argv) {
+  using namespace meltstage::motion;
+  if (argc != 2) return 2;
+  const std::vector<Point> points = read_coordinates(argv[1]);
+  const Plan plan = plan_path(points, Metric::manhattan, {});
+  const Point& first = points[plan.order.front()];
+  Stage stage{StageConfig{}};
+  const std::uint64_t end = stage.move_to({first.x_mm, first.y_mm, 0.0}, 0);
+  stage.run_until(end, [](const StageEvent&) {});
+  const bool arrived = (stage.position_mm() - Eigen::Vector3d(first.x_mm, first.y_mm, 0.0)).norm() < 1e-3;
+  return arrived && plan.length_after_mm < plan.length_before_mm ? 0 : 1;
+}

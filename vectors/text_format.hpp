@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What reader and writer of .mvec share.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace meltstage::vectors {
+
+inline constexpr std::string_view text_magic = "meltstage-vectors";
+inline constexpr unsigned text_version = 1;
+/// No line that the writer makes is longer: max_pins changes of max_name_bytes, ' ', '=', "0x" and 16 digits
+/// each.
+inline constexpr std::size_t max_line_bytes = std::size_t{2} * 1024 * 1024;
+
+/// Bytes below 0x20, 0x7f and the backslash can't stand for themselves in origin and meta values.
+constexpr bool needs_escape(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '\\'; }
+
+/// "\\" for a backslash, "\xHH" (lower case) for the other bytes that need it.
+std::string escape(std::string_view text);
+
+}  // namespace meltstage::vectors
