@@ -13,7 +13,7 @@ constexpr std::uint8_t kSecondSample = 7;
 constexpr std::uint8_t kThirdSample = 8;
 
 constexpr std::uint16_t kSilenceTicks = 616;  // 3.5 characters of 11 bits
-constexpr std::uint16_t kStopRest = 7;        // from the judged stop bit to its end
+constexpr std::uint16_t kStopRest = 8;        // from the middle of the stop bit to its end
 constexpr std::uint16_t kSecondStop = 16;
 constexpr std::uint16_t kQuietClocks = spec::kClkHz / 4000 * 7;  // 1.75 ms: 4000 Hz is 0.25 ms
 
@@ -32,8 +32,10 @@ void UartRx::step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format) {
     const BaudStep next = baud_step(acc_q, baud);
     acc_q = next.acc;
     if (next.tick) {
-      judged = tick_q == kThirdSample;
-      level = (high_q & 2u) != 0 || ((high_q & 1u) != 0 && rx != 0);  // two of three
+      // One or two samples are in high_q, the last is on the line. A stop bit is sure after two that are
+      // high.
+      level = (high_q & 2u) != 0 || ((high_q & 1u) != 0 && rx != 0);
+      judged = tick_q == kThirdSample || (state == kStop && tick_q == kSecondSample && level != 0);
       if (tick_q == kFirstSample)
         high_q = rx;
       else if (tick_q == kSecondSample)

@@ -175,7 +175,7 @@ void check_in_travel(const std::filesystem::path& path, std::size_t row, std::st
                   path.string(), row, axis, value_mm, range.min_mm, range.max_mm));
 }
 
-/// Neighbours in the order of x are compared as long as they are within the duplicate distance.
+/// Names the first point of the file that stands where an earlier one does.
 void check_no_duplicates(const std::filesystem::path& path, const std::vector<Point>& points) {
   std::vector<std::size_t> cell_order(points.size());
   std::iota(cell_order.begin(), cell_order.end(), std::size_t{0});

@@ -24,7 +24,7 @@ struct Range {
   double max_mm = 200.0;
 };
 
-/// Travel of the stage; the default is the platform of paper B (Xiao et al., 200 mm x 200 mm x 200 mm).
+/// Travel of the stage; the default is the paper's bump-printing platform, 200 mm x 200 mm x 200 mm.
 struct Travel {
   Range x, y, z;
 };
@@ -50,7 +50,7 @@ class CoordinateError : public std::runtime_error {
 /// More bumps than this in one file are refused.
 inline constexpr std::size_t max_points = 2'000'000;
 
-/// Two bumps nearer than this in both axes are the same bump.
+/// Two bumps whose positions agree when rounded to this are the same bump.
 inline constexpr double duplicate_distance_mm = 1e-6;
 
 /// Reads the bumps of a coordinate file in the order of the file.

@@ -10,7 +10,8 @@
 
 namespace meltstage::motion {
 
-/// Length of a move (dx, dy): |dx|+|dy| (paper B, section 3), max(|dx|,|dy|), or the straight line.
+/// Length of a move (dx, dy): |dx|+|dy| (bump-printing paper, section 3), max(|dx|,|dy|), or the straight
+/// line.
 enum class Metric { manhattan, chebyshev, euclidean };
 
 /// Where the head stands before the first bump.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Velocity profile of a move: the asymmetric seven-segment S-curve of paper C (Zhang & Zhang), alone and
+// Velocity profile of a move: the asymmetric seven-segment S-curve of Zhang & Zhang, alone and
 // along a line.
 #pragma once
 
@@ -57,7 +57,7 @@ struct Scurve {
 };
 
 /// The fastest seven-segment profile over `distance_mm` (>= 0) from speed Vs to speed Ve (each 0..Vc), with
-/// no acceleration at either end. Research and paper: Zhang & Zhang, eqs. (1)-(14) with T2, T4, T6 empty
+/// no acceleration at either end. Zhang & Zhang, eqs. (1)-(14), with T2, T4, T6 empty
 /// where the distance or the change of speed is too small. Closed form if Vc is reached, if both A and D are
 /// reached, or if neither is in a move from rest to rest; otherwise the peak speed is the root of one
 /// increasing function by safeguarded Newton steps.

@@ -25,9 +25,9 @@ struct AxisConfig {
   ScurveLimits limits;
 };
 
-/// Stage of paper B: leads 10, 5, 5 mm, electronic gear 1/10, travel 200 mm each. The paper doesn't print the
-/// encoder's resolution: 100 000 pulses a turn give command pulses of 1.0, 0.5 and 0.5 um, below the screws'
-/// repeatability of 3 um.
+/// Stage of the bump-printing paper: leads 10, 5, 5 mm, electronic gear 1/10, travel 200 mm each. The paper
+/// doesn't print the encoder's resolution: 100 000 pulses a turn give command pulses of 1.0, 0.5 and 0.5 um,
+/// below the screws' repeatability of 3 um.
 struct StageConfig {
   std::array<AxisConfig, 3> axes = {AxisConfig{.lead_mm = 10.0, .travel = {}, .limits = {}}, AxisConfig{},
                                     AxisConfig{}};
@@ -36,7 +36,7 @@ struct StageConfig {
   std::uint32_t dir_setup_cycles = 8;  ///< from a change of direction to the first step
 };
 
-/// Length of a command pulse: lead / (encoder pulses per turn * gear) (paper B, section 4).
+/// Length of a command pulse: lead / (encoder pulses per turn * gear) (bump-printing paper, section 2).
 double pulse_length_mm(const AxisConfig& axis);
 
 /// The command pulse nearest to a position; halves go away from zero.

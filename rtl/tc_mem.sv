@@ -22,10 +22,13 @@ module tc_mem (
   output logic [15:0]      rd_data_o,
   output tc_pkg::params_t  params_o,
   output logic [15:0]      t_max_staged_o,
-`ifdef TC_MEM_UPSET                            // proofs of the scrubbing flip bits of one word of each set
+`ifdef TC_MEM_UPSET                            // the proof of the scrubbing flips bits of one word and looks at it
   input  logic [5:0]       upset_index_i,
   input  logic [21:0]      upset_staged_i,
   input  logic [21:0]      upset_active_i,
+  output logic [21:0]      upset_staged_o,
+  output logic [21:0]      upset_active_o,
+  output logic [5:0]       upset_scrub_index_o,
 `endif
   input  logic             scrub_start_i,
   output logic             scrub_busy_o,
@@ -132,6 +135,20 @@ module tc_mem (
     for (int unsigned i = 1; i <= LastWord; i++) params_bits[16*i+:16] = active_q[i][15:0];
   end
   assign params_o = params_bits;
+
+`ifdef TC_MEM_UPSET
+  always_comb begin
+    upset_staged_o = 22'd0;
+    upset_active_o = 22'd0;
+    for (int unsigned i = 1; i <= LastWord; i++) begin
+      if (upset_index_i == 6'(i)) begin
+        upset_staged_o = staged_q[i];
+        upset_active_o = active_q[i];
+      end
+    end
+  end
+  assign upset_scrub_index_o = scrub_index_q;
+`endif
 
   assign t_max_staged_o = staged_q[tc_pkg::RegTMax][15:0];
   assign scrub_busy_o = scrub_busy_q;

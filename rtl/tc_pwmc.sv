@@ -145,4 +145,38 @@ module tc_pwmc (
   assign pwm_o = pwm_q;
   assign period_start_o = period_start_q;
 
+  `TC_ASSERT_SETUP
+  `TC_ASSERT_NEXT(PwmcDisabledIsLow_A, !enable_i, !pwm_q && !period_start_q)
+  `TC_ASSERT_NEXT(PwmcRisesOnlyAtStart_A, !pwm_q, !pwm_q || period_start_q)
+  `TC_COVER(PwmcSuppressed_C, running_q && high_q == 16'd0 && product_q != 32'd0)
+
+`ifdef FORMAL
+  // What holds in every clock; together the induction hypothesis of the proofs in tests/formal/pwmc.
+  logic [15:0] min_on_used_q;       // shortest pulse of the running period
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) min_on_used_q <= 16'd0;
+    else if (!enable_i) min_on_used_q <= 16'd0;
+    else if (start) min_on_used_q <= min_on;
+  end
+
+  logic [31:0] mul_bound;           // product of the duty bits done so far, were they all ones, one period more
+  assign mul_bound = {16'd0, mul_period_q} << (5'd16 - mul_left_q);
+
+  `TC_ASSERT(PwmcPulseIsCount_A, pwm_q == (running_q && count_q < high_q))
+  `TC_ASSERT(PwmcCountInPeriod_A, count_q < period_q && pre_q <= prescale_q || !running_q)
+  `TC_ASSERT(PwmcStoppedIsClear_A, running_q || (pre_q == 16'd0 && count_q == 16'd0 && high_q == 16'd0 && acc_q == 32'sd0))
+  `TC_ASSERT(PwmcHighInPeriod_A, high_q <= period_q)
+  `TC_ASSERT(PwmcNoRunt_A, high_q == 16'd0 || high_q == period_q ||
+             (high_q >= min_on_used_q && period_q - high_q >= min_on_used_q))
+  `TC_ASSERT(PwmcZeroDutyIsLow_A, product_q != 32'd0 || high_q == 16'd0)
+  `TC_ASSERT(PwmcPeriodLegal_A, period_q >= 16'd2 && mul_period_q >= 16'd2)
+  `TC_ASSERT(PwmcDutyLegal_A, duty_q <= 17'h10000)
+  `TC_ASSERT(PwmcCarryBounded_A, acc_q < $signed({1'b0, period_q[15:1], 16'd0}))
+  `TC_ASSERT(PwmcCarryBoundedBelow_A, acc_q > -$signed({1'b0, period_q[15:1], 16'd0}))
+  `TC_ASSERT(PwmcProductBounded_A, product_q <= {period_q, 16'd0})
+  `TC_ASSERT(PwmcMulSteps_A, mul_left_q <= MulSteps && (mul_left_q != MulSteps || mul_acc_q == 32'd0))
+  `TC_ASSERT_IF(PwmcMulFull_A, mul_left_q <= 5'd16 && duty_q[16], mul_acc_q == mul_bound)
+  `TC_ASSERT_IF(PwmcMulBounded_A, mul_left_q <= 5'd16 && !duty_q[16], mul_acc_q <= mul_bound - {16'd0, mul_period_q})
+`endif
+
 endmodule

@@ -13,6 +13,8 @@
 //   after any bad frame.
 // - pv = sat((floor(field x scale / 256) + offset + trim)): rounding is toward minus infinity.
 
+`include "tc_assert.svh"
+
 module tc_sensc (
   input  logic             clk_i,
   input  logic             rst_ni,
@@ -219,5 +221,54 @@ module tc_sensc (
   assign frame_bad_o = frame_bad_q;
   assign pv_o = pv_q;
   assign raw_o = raw_q;
+
+  `TC_ASSERT_SETUP
+  `TC_ASSERT_IF(SenscDeselectedClockIdles_A, cs_nq, sclk_q == mode_q[1])
+  `TC_ASSERT_IF(SenscDeselectedSendsNothing_A, cs_nq, !mosi_o)
+  `TC_ASSERT_IF(SenscDoneIsIdle_A, done_q, !busy_o)
+  `TC_COVER(SenscSetUp_C, setup_q && state_q == StShift)
+  `TC_COVER(SenscBadFrame_C, done_q && frame_bad_q)
+
+`ifdef FORMAL
+  // What holds in every clock; together the induction hypothesis of the proofs in tests/formal/sensc.
+  // The clocks that a read still takes at most: it falls in every clock, so every read ends.
+  localparam logic [14:0] LongestRead = 15'd27137;    // 106 half periods of 256 clocks, and the judging
+  logic [7:0]  halves_left;
+  logic [14:0] clocks_left, clocks_left_q;
+  logic        busy_past_q, sclk_past_q;
+  always_comb begin
+    case (state_q)
+      StGap: halves_left = {1'b0, left_q} + (setup_q ? 8'd102 : 8'd65);
+      StLead, StShift: halves_left = {1'b0, left_q} + (setup_q ? 8'd70 : 8'd1);
+      default: halves_left = 8'd0;
+    endcase
+    clocks_left = (state_q == StIdle) ? 15'd0 :
+                  (state_q == StJudge) ? 15'd1 : {halves_left[6:0], 8'd0} - {7'd0, half_q} + 15'd1;
+  end
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      clocks_left_q <= 15'd0;
+      busy_past_q <= 1'b0;
+      sclk_past_q <= 1'b0;
+    end else begin
+      clocks_left_q <= clocks_left;
+      busy_past_q <= busy_o;
+      sclk_past_q <= sclk_q;
+    end
+  end
+
+  `TC_ASSERT(SenscStateLegal_A, state_q == StIdle || state_q == StGap || state_q == StLead || state_q == StShift ||
+             state_q == StJudge)
+  `TC_ASSERT_IF(SenscReadEnds_A, busy_past_q, clocks_left < clocks_left_q)
+  `TC_ASSERT_NEXT(SenscClockMovesAtHalfPeriods_A, state_q != StIdle && !half_end, sclk_q == sclk_past_q)
+  `TC_ASSERT(SenscReadBounded_A, clocks_left <= LongestRead)
+  `TC_ASSERT(SenscSelect_A, cs_nq == (state_q != StLead && state_q != StShift))
+  `TC_ASSERT_IF(SenscLeadIdles_A, state_q == StLead, sclk_q == mode_q[1] && left_q != 7'd0 && !left_q[0])
+  `TC_ASSERT_IF(SenscClockPhase_A, state_q == StShift, sclk_q == (mode_q[1] ^ left_q[0]))
+  `TC_ASSERT_IF(SenscGapCounts_A, state_q == StGap, left_q >= 7'd1 && left_q <= GapHalves)
+  `TC_ASSERT(SenscEdgesBounded_A, left_q <= 7'd64 && (!setup_q || left_q <= SetupEdges))
+  `TC_ASSERT_IF(SenscNoSetUpLeft_A, state_q == StJudge || state_q == StIdle, !setup_q)
+  `TC_ASSERT_IF(SenscDeselectedTxClear_A, cs_nq, tx_q == 17'd0)
+`endif
 
 endmodule

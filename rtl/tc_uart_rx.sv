@@ -3,9 +3,11 @@
 //
 // A low line starts a character; the start bit and every later bit is the majority of ticks 7, 8 and 9 of 16. A high start bit
 // was a glitch and leaves no trace. valid_o pulses for one clock when the first stop bit has been judged (data_o and error_o hold
-// then); the next start bit is accepted from there on. After a low stop bit the line must first go high again.
+// then); the next start bit is accepted from there on: from the middle of the stop bit if two samples were high by then, or a
+// host that is 3.5 % fast would gain on us at 500 kBd. After a low stop bit the line must first go high again.
 // gap_o: 3.5 characters of silence since the end of the last character; long_gap_o: also 1.75 ms since the middle of its first
 // stop bit. Both stay until the next start bit. idle_o: long_gap_o, nothing moves. baud_i, format_i change only while idle_o.
+`include "tc_assert.svh"
 
 module tc_uart_rx (
   input  logic        clk_i,
@@ -35,7 +37,7 @@ module tc_uart_rx (
   localparam logic [3:0] ThirdSample  = 4'd8;
 
   localparam logic [9:0] SilenceTicks = 10'd616;  // 3.5 characters of 11 bits
-  localparam logic [9:0] StopRest     = 10'd7;    // from the judged stop bit to its end
+  localparam logic [9:0] StopRest     = 10'd8;    // from the middle of the stop bit to its end
   localparam logic [9:0] SecondStop   = 10'd16;
   localparam logic [14:0] QuietClocks = 15'(tc_pkg::ClkHz / 4000 * 7);  // 1.75 ms: 4000 Hz is 0.25 ms
 
@@ -52,11 +54,13 @@ module tc_uart_rx (
   logic [14:0] quiet_q;     // clocks of silence still missing
 
   logic [12:0] acc_next;
-  logic tick, judged, level, listening;
+  logic tick, judged, stop_judged, level, listening;
   assign {tick, acc_next} = tc_uart_pkg::baud_step(acc_q, baud_i);
-  assign judged    = tick && tick_q == ThirdSample;
-  assign level     = high_q[1] || (high_q[0] && rx_i);  // two of three
-  assign listening = state_q == RxIdle || state_q == RxStart;  // silence is counted, also under a start bit not yet sure
+  assign judged      = tick && tick_q == ThirdSample;
+  // One or two samples are in high_q, the last is on the line.
+  assign level       = high_q[1] || (high_q[0] && rx_i);  // two of three
+  assign stop_judged = judged || (tick && tick_q == SecondSample && level);
+  assign listening   = state_q == RxIdle || state_q == RxStart;  // silence is counted, also under a start bit not yet sure
 
   assign valid_o    = valid_q;
   assign data_o     = shift_q;
@@ -121,7 +125,7 @@ module tc_uart_rx (
           end
         end
         RxStop: begin
-          if (judged) begin
+          if (stop_judged) begin
             state_q <= level ? RxIdle : RxBreak;
             valid_q <= 1'b1;
             error_q <= parity_bad_q || !level;
@@ -134,5 +138,34 @@ module tc_uart_rx (
       endcase
     end
   end
+
+  `TC_ASSERT_SETUP
+  `TC_ASSERT(UartRxStateLegal_A, state_q == RxIdle || state_q == RxStart || state_q == RxData || state_q == RxParity ||
+                                 state_q == RxStop || state_q == RxBreak)
+  `TC_ASSERT(UartRxSilenceLegal_A, gap_q <= SilenceTicks + StopRest + SecondStop && quiet_q <= QuietClocks)
+  `TC_ASSERT_IF(UartRxCharacterBreaksSilence_A, valid_o, !gap_o && !idle_o)
+  `TC_ASSERT_NEXT(UartRxIdleTillStart_A, idle_o && rx_i, idle_o)
+
+`ifdef FORMAL
+  // Never locks up: with every tick a character comes nearer to its end, from at most 169 ticks away. phase: ticks since a bit was
+  // judged; left: ticks to the end.
+  logic       in_char;
+  logic [3:0] phase, bits_left;
+  logic [7:0] left;
+  assign in_char = state_q == RxStart || state_q == RxData || state_q == RxParity || state_q == RxStop;
+  assign phase   = tick_q - 4'd9;
+  always_comb begin
+    case (state_q)
+      RxStart:  bits_left = 4'd11;
+      RxData:   bits_left = 4'd10 - {1'b0, bit_q};
+      RxParity: bits_left = 4'd2;
+      default:  bits_left = 4'd1;
+    endcase
+  end
+  assign left = in_char ? {bits_left, 4'd0} - {4'd0, phase} : 8'd0;
+  `TC_ASSERT(UartRxCharacterBounded_A, left <= 8'd169)
+  `TC_ASSERT_NEXT(UartRxProgress_A, in_char && tick, left < $past(left))
+  `TC_ASSERT_NEXT(UartRxKeepsPlace_A, in_char && !tick, left == $past(left))
+`endif
 
 endmodule

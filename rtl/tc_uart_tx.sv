@@ -5,6 +5,7 @@
 // characters without a gap. data_i is taken at each character's start and take_o pulses in the next clock; the next byte must then
 // stand before the character ends (at least 160 clocks). With the byte taken under last_i the CRC follows by itself, low byte first.
 // busy_o: from the lead to the end of the last stop bit. baud_i, format_i change only while busy_o is low.
+`include "tc_assert.svh"
 
 module tc_uart_tx (
   input  logic        clk_i,
@@ -102,5 +103,11 @@ module tc_uart_tx (
       end
     end
   end
+
+  `TC_ASSERT_SETUP
+  `TC_ASSERT_IF(UartTxIdleIsMark_A, !busy_q, shift_q == Mark)
+  `TC_ASSERT(UartTxBitsLegal_A, bits_q <= 4'd10)
+  `TC_ASSERT_NEXT(UartTxLevelHeldThroughABit_A, busy_q && !bit_end, tx_o == $past(tx_o) && busy_o)
+  `TC_ASSERT_IF(UartTxTakesOnlyInAFrame_A, take_o, busy_o)
 
 endmodule

@@ -326,5 +326,24 @@ module tc_uartc (
   `TC_ASSERT_IF(UartcDriverEnabled_A, !tx_o, de_o)
   `TC_ASSERT_IF(UartcAnswerByteInTime_A, rsp_take, rsp_ready)
   `TC_ASSERT_IF(UartcTelemetryByteInTime_A, tlm_take, tlm_ready)
+  `TC_ASSERT_NEXT(UartcConfigKept_A, !idle,
+                  baud_q == $past(baud_q) && format_q == $past(format_q) && address_q == $past(address_q))
+  `TC_ASSERT_NEXT(UartcConfigTaken_A, idle, baud_q == $past(cfg_baud_i) && format_q == $past(cfg_format_i))
+
+`ifdef FORMAL
+  // No answer runs past its last byte.
+  logic [7:0] final_place;
+  always_comb begin
+    case (rsp_kind_q)
+      tc_uart_pkg::RspException: final_place = 8'd2;
+      tc_uart_pkg::RspRead:      final_place = FirstData - 8'd1 + read_bytes;
+      tc_uart_pkg::RspEcho:      final_place = 8'd5;
+      tc_uart_pkg::RspServerId:  final_place = ServerText - 8'd1 + tc_pkg::IdentServerLength;
+      default:                   final_place = object_end;
+    endcase
+  end
+  `TC_ASSERT_IF(UartcAnswerEnds_A, rsp_active_q, rsp_place_q <= final_place)
+  `TC_ASSERT_IF(UartcTelemetryEnds_A, tlm_active_q, tlm_place_q <= TelemetryLast)
+`endif
 
 endmodule

@@ -9,8 +9,10 @@
 
 #include "Vtc_top.h"
 #include "Vtc_top___024root.h"
+#include "Vtc_top__Syms.h"
 #include "Vtc_top_traced.h"
 #include "Vtc_top_traced___024root.h"
+#include "Vtc_top_traced__Syms.h"
 
 // A flop's member in the Verilated root.
 #define TC_PATH2(instance, name) tc_top__DOT__##instance##__DOT__##name
@@ -22,6 +24,8 @@
 namespace meltstage::tb {
 
 namespace {
+
+namespace spec = chip::spec;  // the flop lists are written inside meltstage::chip
 
 // Low `width` bits, as the RTL stores them.
 template <unsigned width, class T>
@@ -132,12 +136,12 @@ class VerilatedTop : public VerilatedRtl {
   std::string name() const override { return "Verilated RTL"; }
 
   void load(const chip::Chip& model, const chip::Inputs& in) override {
-    // Out of reset first, so that no reset edge follows and overwrites what is loaded.
+    // Out of reset first, so that no reset edge follows and overwrites what is loaded. Verilator does not expect flops to be
+    // written (flops.vlt): a repeated initial settling makes it recompute everything behind them.
     apply(in);
     top_.eval();
     store(*top_.rootp, model);
-    top_.eval();
-    store(*top_.rootp, model);
+    top_.rootp->vlSymsp->__Vm_didInit = false;
     top_.eval();
   }
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
-#include <utility>
 
 #include "app/report/decimate.hpp"
 #include "page_parts.hpp"
@@ -18,7 +18,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Texts come from files of the user: bytes that are no UTF-8 become U+FFFD instead of an exception.
-std::string dump(const Json& json, int indent) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+std::string dump(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 Json named_texts(const std::vector<NamedText>& rows) {
   Json list = Json::array();
@@ -42,7 +44,8 @@ Json lockstep_windows(const std::vector<LockstepWindow>& windows) {
 /// What page and summary have in common.
 Json summary(const PrintReport& report) {
   Json figures = Json::array();
-  for (const auto& f : report.key_figures) figures.push_back({{"what", f.what}, {"value", f.value}, {"unit", f.unit}});
+  for (const auto& f : report.key_figures)
+    figures.push_back({{"what", f.what}, {"value", f.value}, {"unit", f.unit}});
   Json phases = Json::array();
   for (const auto& p : report.phases)
     phases.push_back({{"name", p.name}, {"begin_s", p.begin_s}, {"end_s", p.end_s}});
@@ -82,7 +85,8 @@ Json column(const std::vector<double>& values, const std::vector<std::size_t>& k
 template <typename Sample>
 std::vector<double> channel(const std::vector<Sample>& samples, double Sample::*member) {
   std::vector<double> values(samples.size());
-  std::transform(samples.begin(), samples.end(), values.begin(), [member](const Sample& s) { return s.*member; });
+  std::transform(samples.begin(), samples.end(), values.begin(),
+                 [member](const Sample& s) { return s.*member; });
   return values;
 }
 
@@ -127,7 +131,7 @@ void replace_all(std::string& text, std::string_view from, std::string_view to) 
     text.replace(at, from.size(), to);
 }
 
-/// JSON inside a <script> element: "<" could end the element or open a comment, in a string or nowhere else.
+/// JSON inside a <script> element: a "<" of a text (JSON has it nowhere else) could end the element.
 std::string script_safe(std::string json) {
   replace_all(json, "<", "\\u003c");
   return json;
@@ -140,15 +144,14 @@ std::string html_text(std::string text) {
 }
 
 /// `html` with each {{name}} replaced once; what is put in isn't looked at again.
-std::string fill(std::string_view html, const std::vector<std::pair<std::string_view, std::string>>& parts) {
+std::string fill(std::string_view html, const std::map<std::string_view, std::string>& parts) {
   std::string page;
   for (std::size_t at = 0; at < html.size();) {
     const std::size_t open = std::min(html.find("{{", at), html.size());
     page += html.substr(at, open - at);
     if (open == html.size()) break;
     const std::size_t close = html.find("}}", open);
-    const std::string_view name = html.substr(open + 2, close - open - 2);
-    page += std::find_if(parts.begin(), parts.end(), [name](const auto& part) { return part.first == name; })->second;
+    page += parts.at(html.substr(open + 2, close - open - 2));
     at = close + 2;
   }
   return page;

@@ -101,8 +101,8 @@ inline constexpr std::size_t max_path_points = 20'000;
 /// The page: one HTML file that needs neither network nor other files. Texts may hold any character.
 std::string render_report(const PrintReport& report);
 
-/// The report without its curves and paths, as indented JSON: schema, job, verdict, key figures, phases, lockstep,
-/// faults, settings, versions. NaN is written as null.
+/// The report without its curves and paths, as indented JSON: schema, job, verdict, key figures, phases,
+/// lockstep, faults, settings, versions. NaN is written as null.
 std::string summary_json(const PrintReport& report);
 
 /// Writes the page; it appears whole or not at all.

@@ -590,13 +590,13 @@ void Adt73x0::write(std::uint64_t cycle) {
 }
 
 std::unique_ptr<SpiSensor> make_spi_sensor(std::string_view part, SpiSensorConfig config) {
-  if (part == "max31855") return std::make_unique<Max31855>(std::move(config));
-  if (part == "max6675") return std::make_unique<Max6675>(std::move(config));
-  if (part == "max31865") return std::make_unique<Max31865>(std::move(config), RtdCurve::CallendarVanDusen);
-  if (part == "adt7310" || part == "adt7320") return std::make_unique<Adt73x0>(std::move(config));
-  if (part == "lm70") return std::make_unique<Lm70>(std::move(config));
+  if (part == "MAX31855") return std::make_unique<Max31855>(std::move(config));
+  if (part == "MAX6675") return std::make_unique<Max6675>(std::move(config));
+  if (part == "MAX31865") return std::make_unique<Max31865>(std::move(config), RtdCurve::CallendarVanDusen);
+  if (part == "ADT7310" || part == "ADT7320") return std::make_unique<Adt73x0>(std::move(config));
+  if (part == "LM70") return std::make_unique<Lm70>(std::move(config));
   throw std::invalid_argument(fmt::format(
-      "SPI sensor '{}' is unknown, expected one of: max31855, max6675, max31865, adt7310, adt7320, lm70",
+      "SPI sensor '{}' is unknown, expected one of: MAX31855, MAX6675, MAX31865, ADT7310, ADT7320, LM70",
       part));
 }
 

@@ -296,7 +296,7 @@ TEST_P(UartcLine, CommandIsHandedOverAfterThreeAndAHalfCharacters) {
   ASSERT_EQ(port.goods.size(), 1u);
   const double silence = static_cast<double>(port.goods[0] - end_of_frame) / port.bit();
   EXPECT_GE(silence, 38.5);
-  EXPECT_LE(silence, 38.5 + 1.0 / 16 + 4 / port.bit());
+  EXPECT_LE(silence, 38.5 + 2.0 / 16 + 4 / port.bit());
 }
 
 // -- Tolerance
@@ -652,7 +652,7 @@ TEST(UartcFrame, GlitchShorterThanHalfABitLeavesNoTrace) {
 }
 
 TEST(UartcFrame, StartBitOfHalfABitAndMoreCounts) {
-  Port port(96);
+  Port port(96, kFormat8N1);
   port.hold(0, 0.57 * port.bit());
   port.run_bits(60);
   EXPECT_EQ(port.chip.crc_errors(), 1) << "a character FF came in";

@@ -17,8 +17,8 @@ TEST(Smoke, HeatsInLockstep) {
   head.host().submit(read_input_registers(1, 0, 24));
   head.host().submit(write_multiple_registers(1, 0x101, values));
   bool ran = false;
-  for (std::uint64_t cycle = 0; cycle < 4'000'000; ++cycle) {
-    if (cycle == 2'400'000) head.host().submit(write_single_register(1, 0x100, 0xA501));
+  for (std::uint64_t cycle = 0; cycle < 6'000'000; ++cycle) {
+    if (cycle == 4'500'000) head.host().submit(write_single_register(1, 0x100, 0xA501));
     chip::Inputs in = head.step(cycle, out);
     in.rst_n = cycle >= 10;
     out = run.step(in);

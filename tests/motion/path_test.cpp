@@ -57,9 +57,9 @@ TEST(PathLength, CountsTheWayFromTheStart) {
   EXPECT_EQ(path_length(points, {}, Metric::manhattan, {0, 0}), 0.0);
 }
 
-// The paper's figures for its 8x8 example: 73 units in file order, 39 planned (paper B, section 3). The paper
-// doesn't print its bumps; examples/bumps_8x8.xls has 24 bumps with the same two figures, 39 proved to be the
-// optimum.
+// The paper's figures for its 8x8 example: 73 units in file order, 39 planned (bump-printing paper, section
+// 3). The paper doesn't print its bumps; examples/bumps_8x8.xls has 24 bumps with the same two figures, 39
+// proved to be the optimum.
 TEST(Plan, EightByEightExampleFallsFrom73To39) {
   CoordinateOptions options;
   const auto points =

@@ -201,7 +201,7 @@ TEST(SpiFault, AnAbsentPartLeavesTheLineToItsPull) {
 }
 
 TEST(SpiFault, FrozenValueStays) {
-  for (const char* part : {"max31855", "max6675", "lm70"}) {
+  for (const char* part : {"MAX31855", "MAX6675", "LM70"}) {
     const auto sensor = make_spi_sensor(part, ramp());
     Master master(*sensor, 0);
     master.idle(50 * kSecond);
@@ -233,9 +233,9 @@ TEST(SpiFault, ReservedBitsReadInverted) {
     master.idle(kSecond);
     return master.frame(bits);
   };
-  EXPECT_EQ(frame_with("max31855", 32, true) ^ frame_with("max31855", 32, false), 0x00020008U);
-  EXPECT_EQ(frame_with("max6675", 16, true) ^ frame_with("max6675", 16, false), 0x8002U);
-  EXPECT_EQ(frame_with("lm70", 16, true) ^ frame_with("lm70", 16, false), 0x001CU);
+  EXPECT_EQ(frame_with("MAX31855", 32, true) ^ frame_with("MAX31855", 32, false), 0x00020008U);
+  EXPECT_EQ(frame_with("MAX6675", 16, true) ^ frame_with("MAX6675", 16, false), 0x8002U);
+  EXPECT_EQ(frame_with("LM70", 16, true) ^ frame_with("LM70", 16, false), 0x001CU);
 }
 
 TEST(SpiSensor, NoiseHasItsSigmaAndRepeatsWithItsSeed) {
