@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+"use strict";
+const data = JSON.parse(document.getElementById("data").textContent);
+const phaseColors = ["--band-0", "--band-1", "--band-2", "--band-3"];
+const deviationLimit = 3;  // degC: shows the regulation; the heat-up lies far outside and is cut off
+
+// ---- texts and tables
+
+const grouped = new Intl.NumberFormat("en-US", { maximumFractionDigits: 0 });
+const significant = new Intl.NumberFormat("en-US", { maximumSignificantDigits: 4 });
+
+function number(value) {
+  if (value === null) return "–";
+  const text = (Number.isInteger(value) ? grouped : significant).format(value);
+  return text.replace(/,/g, "\u202f").replace(/^-/, "\u2212");
+}
+
+function withUnit(value, unit) {
+  return unit ? number(value) + "\u00a0" + unit : number(value);
+}
+
+function element(tag, text = "", className = "") {
+  const node = document.createElement(tag);
+  node.textContent = text;
+  node.className = className;
+  return node;
+}
+
+function row(...cells) {
+  const node = document.createElement("tr");
+  node.append(...cells);
+  return node;
+}
+
+function fillTable(id, rows, foot = []) {
+  const table = document.getElementById(id);
+  const body = document.createElement("tbody");
+  body.append(...(rows.length ? rows : [row(element("td", "none", "muted"))]));
+  table.append(body);
+  if (foot.length) {
+    const node = document.createElement("tfoot");
+    node.append(...foot);
+    table.append(node);
+  }
+}
+
+function namedTexts(id, list) {
+  fillTable(id, list.map(entry => row(element("th", entry.name), element("td", entry.text))));
+}
+
+function showHeader() {
+  document.getElementById("date").textContent = data.date;
+  document.getElementById("verdict").classList.add(data.good ? "good" : "bad");
+}
+
+function showPhases() {
+  const list = document.getElementById("phases");
+  data.phases.forEach((phase, i) => {
+    const item = document.createElement("li");
+    const swatch = document.createElement("i");
+    swatch.style.background = `var(${phaseColors[i % phaseColors.length]})`;
+    item.append(swatch, element("strong", phase.name),
+                ` ${number(phase.begin_s)} – ${withUnit(phase.end_s, "s")}`);
+    list.append(item);
+  });
+}
+
+function showFaults() {
+  const place = document.getElementById("faults");
+  if (!data.faults.length) {
+    place.append(element("p", "Faults: none.", "muted"));
+    return;
+  }
+  const list = document.createElement("ul");
+  for (const fault of data.faults) list.append(element("li", `${withUnit(fault.t_s, "s")}: ${fault.sentence}`));
+  place.append(element("strong", data.faults.length === 1 ? "1 fault" : `${data.faults.length} faults`, "bad"), list);
+}
+
+function showPathTexts() {
+  const { path_before: before, path_after: after } = data;
+  document.getElementById("length_before").textContent = withUnit(before.length_mm, "mm");
+  const change = before.length_mm > 0 ? Math.round(100 * (after.length_mm / before.length_mm - 1)) : 0;
+  const sign = change < 0 ? "\u2212" : "+";
+  document.getElementById("length_after").textContent =
+    withUnit(after.length_mm, "mm") + (change ? ` (${sign}${Math.abs(change)}\u00a0%)` : "");
+  const drawn = after.x_mm.length;
+  if (drawn < after.points)
+    document.getElementById("path_note").textContent = `Drawn: the first ${number(drawn)} of ${number(after.points)} bumps.`;
+}
+
+function showLockstep() {
+  const windows = data.lockstep;
+  const sum = field => windows.reduce((total, w) => total + w[field], 0);
+  const verdict = mismatches =>
+    element("td", mismatches ? `${number(mismatches)} differ` : "equal", mismatches ? "bad" : "good");
+  const sentence = document.getElementById("lockstep_sentence");
+  if (!sum("comparisons")) {
+    sentence.textContent = "The RTL did not run beside the model in this print: nothing was compared.";
+    return;
+  }
+  sentence.textContent = `${number(sum("comparisons"))} values of ${number(sum("clocks"))} clocks compared, `
+    + (sum("mismatches") ? `${number(sum("mismatches"))} of them differ.` : "all of them equal.");
+  const head = document.createElement("thead");
+  head.append(row(element("th", "Window"),
+    ...["First cycle", "Last cycle", "Clocks", "Flops a clock", "Comparisons"].map(text => element("th", text, "number")),
+    element("th", "Verdict")));
+  document.getElementById("lockstep").append(head);
+  const fields = ["first_cycle", "last_cycle", "clocks", "flops_per_clock", "comparisons"];
+  const rows = windows.map(w => row(element("td", w.name), ...fields.map(f => element("td", number(w[f]), "number")),
+                                    verdict(w.mismatches)));
+  const total = row(element("td", "Total"), element("td"), element("td"), element("td", number(sum("clocks")), "number"),
+                    element("td"), element("td", number(sum("comparisons")), "number"), verdict(sum("mismatches")));
+  fillTable("lockstep", rows, windows.length > 1 ? [total] : []);
+}
+
+function showKeyFigures() {
+  fillTable("key_figures", data.key_figures.map(figure => row(
+    element("th", figure.what), element("td", number(figure.value), "number"), element("td", figure.unit, "unit"))));
+}
+
+// ---- charts
+
+function color(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+function curve(t, values) {
+  return t.map((x, i) => ({ x, y: values[i] }));
+}
+
+// Of each curve the point nearest in time, so that one tooltip tells what held at one instant.
+Chart.Interaction.modes.instant = (chart, event) => {
+  const { x, y } = Chart.helpers.getRelativePosition(event, chart);
+  const { left, right, top, bottom } = chart.chartArea;
+  if (x < left || x > right || y < top || y > bottom) return [];
+  const t = chart.scales.x.getValueForPixel(x);
+  return chart.getSortedVisibleDatasetMetas().flatMap(meta => {
+    const points = chart.data.datasets[meta.index].data;
+    let low = 0, high = points.length - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (points[middle].x <= t) low = middle; else high = middle;
+    }
+    if (high < 0) return [];
+    const index = Math.abs(points[high].x - t) < Math.abs(points[low].x - t) ? high : low;
+    return points[index].y === null ? [] : [{ element: meta.data[index], datasetIndex: meta.index, index }];
+  });
+};
+
+// Phases as shaded bands and faults as lines, behind the curves.
+const timeMarks = {
+  id: "timeMarks",
+  beforeDatasetsDraw({ ctx, chartArea, scales: { x } }) {
+    const { left, right, top, bottom } = chartArea;
+    const clip = pixel => Math.min(right, Math.max(left, pixel));
+    ctx.save();
+    data.phases.forEach((phase, i) => {
+      const begin = clip(x.getPixelForValue(phase.begin_s)), end = clip(x.getPixelForValue(phase.end_s));
+      ctx.fillStyle = color(phaseColors[i % phaseColors.length]);
+      ctx.fillRect(begin, top, end - begin, bottom - top);
+    });
+    ctx.strokeStyle = color("--bad");
+    ctx.setLineDash([4, 3]);
+    for (const fault of data.faults) {
+      const at = clip(x.getPixelForValue(fault.t_s));
+      ctx.beginPath();
+      ctx.moveTo(at, top);
+      ctx.lineTo(at, bottom);
+      ctx.stroke();
+    }
+    ctx.restore();
+  },
+};
+
+// A millimetre is as long on x as on y: the axis with room to spare gets the wider range.
+const equalAspect = {
+  id: "equalAspect",
+  afterLayout(chart) {
+    const { width, height } = chart.chartArea;
+    const { x, y } = chart.options.scales;
+    const box = chart.options.plugins.equalAspect;
+    const mmPerPixel = Math.max((box.x[1] - box.x[0]) / width, (box.y[1] - box.y[0]) / height);
+    const centre = range => (range[0] + range[1]) / 2;
+    const wanted = {
+      x: [centre(box.x) - mmPerPixel * width / 2, centre(box.x) + mmPerPixel * width / 2],
+      y: [centre(box.y) - mmPerPixel * height / 2, centre(box.y) + mmPerPixel * height / 2],
+    };
+    // labels of the new range may change the area by a pixel or two, so settle within a small tolerance
+    const tolerance = 3 * mmPerPixel;
+    if (Math.abs(x.min - wanted.x[0]) < tolerance && Math.abs(y.min - wanted.y[0]) < tolerance) return;
+    [x.min, x.max] = wanted.x;
+    [y.min, y.max] = wanted.y;
+    queueMicrotask(() => chart.update("none"));
+  },
+};
+
+function axis(title, more = {}) {
+  return {
+    ...more,
+    title: { display: true, text: title, color: color("--muted") },
+    ticks: { color: color("--muted"), includeBounds: false, ...more.ticks },
+    grid: { color: color("--grid"), borderColor: color("--line"), ...more.grid },
+  };
+}
+
+function plain(label, points, line, more = {}) {
+  return { label, data: points, borderColor: line, backgroundColor: line, borderWidth: 1.6, pointRadius: 0, ...more };
+}
+
+const lastTime = Math.max(...data.temperature.t_s.slice(-1), ...data.duty.t_s.slice(-1),
+                          ...data.phases.map(phase => phase.end_s), 0);
+
+function timeAxis() {
+  return axis("time (s)", { type: "linear", min: 0, max: lastTime });
+}
+
+function timeChartOptions(scales, unitOf) {
+  return {
+    animation: false, maintainAspectRatio: false, responsive: true, parsing: false, normalized: true,
+    interaction: { mode: "instant" },
+    scales,
+    plugins: {
+      legend: { align: "start", labels: { color: color("--text"), usePointStyle: true, pointStyle: "line", pointStyleWidth: 26 } },
+      tooltip: { callbacks: {
+        title: items => items.length ? `${number(items[0].parsed.x)} s` : "",
+        label: item => `${item.dataset.label}: ${withUnit(Number(item.parsed.y.toFixed(3)), unitOf(item))}`,
+      } },
+    },
+  };
+}
+
+function temperatureChart() {
+  const { t_s, reading_degc, heater_degc, setpoint_degc } = data.temperature;
+  const datasets = [
+    plain("set-point", curve(t_s, setpoint_degc), color("--setpoint"), { borderDash: [6, 4], stepped: true, yAxisID: "y", order: 1 }),
+    plain("chip reading", curve(t_s, reading_degc), color("--reading"), { borderWidth: 2.2, yAxisID: "y", order: 0 }),
+    plain("heater", curve(t_s, heater_degc), color("--heater"), { borderWidth: 1.2, yAxisID: "y", order: 2 }),
+    plain("duty (right)", curve(data.duty.t_s, data.duty.duty.map(duty => duty === null ? null : 100 * duty)), color("--duty"),
+          { stepped: true, fill: "origin", backgroundColor: color("--duty-fill"), borderWidth: 1, yAxisID: "duty", order: 3 }),
+  ].filter(dataset => dataset.data.some(point => point.y !== null));
+  const scales = {
+    x: timeAxis(),
+    y: axis("temperature (°C)", { beginAtZero: true, grace: "8%" }),
+    duty: axis("heater duty (%)", { position: "right", min: 0, max: 100, grid: { drawOnChartArea: false } }),
+  };
+  return new Chart("temperature", {
+    type: "line", data: { datasets }, plugins: [timeMarks],
+    options: timeChartOptions(scales, item => item.dataset.yAxisID === "duty" ? "%" : "°C"),
+  });
+}
+
+function deviationChart() {
+  const { t_s, reading_degc, setpoint_degc } = data.temperature;
+  const difference = reading_degc.map((reading, i) =>
+    reading === null || setpoint_degc[i] === null ? null : reading - setpoint_degc[i]);
+  const options = timeChartOptions({
+    x: timeAxis(),
+    y: axis("°C", { min: -deviationLimit, max: deviationLimit, ticks: { stepSize: 1, autoSkip: false } }),
+    // an empty right axis of the width of the chart above, so that both time axes stand one below the other
+    right: axis("", { position: "right", grid: { display: false, drawBorder: false }, ticks: { display: false },
+                      afterFit: scale => { scale.width = charts[0] ? charts[0].scales.duty.width : scale.width; } }),
+  }, () => "°C");
+  options.scales.y.afterFit = scale => { scale.width = charts[0] ? charts[0].scales.y.width : scale.width; };
+  options.plugins.legend.display = false;
+  return new Chart("deviation", {
+    type: "line", plugins: [timeMarks],
+    data: { datasets: [plain("reading minus set-point", curve(t_s, difference), color("--reading"))] }, options,
+  });
+}
+
+function range(...lists) {
+  let low = Infinity, high = -Infinity;
+  for (const list of lists) for (const value of list) {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  if (low > high) return [0, 1];
+  const margin = Math.max(0.06 * (high - low), 0.1);
+  return [low - margin, high + margin];
+}
+
+function pathChart(id, path, box) {
+  const points = curve(path.x_mm, path.y_mm);
+  const radius = points.length > 4000 ? 0 : points.length > 400 ? 1.2 : 2.6;
+  const datasets = [
+    plain("start", points.slice(0, 1), color("--good"), { pointRadius: 7, pointHoverRadius: 7 }),
+    plain("bump", points, color("--path"), { showLine: true, borderWidth: 1.1, pointRadius: radius, pointHoverRadius: 5 }),
+  ];
+  return new Chart(id, {
+    type: "scatter", data: { datasets }, plugins: [equalAspect],
+    options: {
+      animation: false, maintainAspectRatio: false, responsive: true, parsing: false, normalized: true,
+      scales: { x: axis("x (mm)", { min: box.x[0], max: box.x[1] }), y: axis("y (mm)", { min: box.y[0], max: box.y[1] }) },
+      plugins: {
+        equalAspect: box,
+        legend: { align: "start", labels: { color: color("--text"), usePointStyle: true, boxHeight: 7, filter: item => item.text === "start" } },
+        tooltip: { callbacks: {
+          label: item => `bump ${number(item.dataIndex + 1)}: x ${withUnit(item.parsed.x, "mm")}, y ${withUnit(item.parsed.y, "mm")}`,
+        } },
+      },
+    },
+  });
+}
+
+let charts = [];
+
+function draw() {
+  for (const chart of charts) chart.destroy();
+  charts = [];
+  const { path_before: before, path_after: after } = data;
+  const box = { x: range(before.x_mm, after.x_mm), y: range(before.y_mm, after.y_mm) };
+  charts.push(temperatureChart());
+  charts.push(deviationChart(), pathChart("path_before", before, box), pathChart("path_after", after, box));
+}
+
+Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
+showHeader();
+showPhases();
+showFaults();
+showPathTexts();
+showLockstep();
+showKeyFigures();
+namedTexts("settings", data.settings);
+namedTexts("versions", data.versions);
+draw();
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+matchMedia("print").addEventListener("change", draw);

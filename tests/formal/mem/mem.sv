@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proof of tc_mem with free inputs and reset at any time, for any one word of each set (chosen by the solver). Upsets flip
+// one bit of the word in either set or both, in any clock, and again only after a pass that began later has healed it.
+// Words do not act on each other except by the flags, so what holds for any word holds for all.
+
+`include "tc_assert.svh"
+
+module formal_mem (
+  input logic        clk_i,
+  input logic        reset_i,
+  input logic        wr_i,
+  input logic [5:0]  wr_index_i,
+  input logic [15:0] wr_data_i,
+  input logic        commit_i,
+  input logic        discard_i,
+  input logic        scrub_start_i,
+  input logic [5:0]  word_i,            // taken in the first clock
+  input logic        upset_i,
+  input logic [4:0]  upset_staged_i,    // bit that flips; 22 and above: none
+  input logic [4:0]  upset_active_i,
+  input logic [15:0] data_i,            // for the code alone
+  input logic [4:0]  flip_a_i,
+  input logic [4:0]  flip_b_i
+);
+
+  logic       started_q = 1'b0;
+  logic [5:0] word_q;
+  always_ff @(posedge clk_i) begin
+    started_q <= 1'b1;
+    if (!started_q) word_q <= (word_i == 6'd0 || word_i > 6'd58) ? 6'd58 : word_i;
+  end
+  logic rst_ni;
+  assign rst_ni = started_q && !reset_i;
+
+  function automatic logic [21:0] one_bit(input logic [4:0] place);
+    one_bit = (place < 5'd22) ? 22'd1 << place : 22'd0;
+  endfunction
+
+  function automatic logic at_most_one(input logic [21:0] bits);
+    at_most_one = (bits & (bits - 22'd1)) == 22'd0;
+  endfunction
+
+  // ---- the memory, and what its word should hold
+  logic        clean_q;             // the word holds no flip
+  logic        upset;
+  logic [15:0] rd_data, t_max_staged, corrected;
+  logic        busy, bad;
+  logic [21:0] staged, active;
+  logic [5:0]  scrub_index;
+  tc_pkg::params_t params;
+  assign upset = upset_i && clean_q;
+
+  tc_mem u_mem (
+    .clk_i, .rst_ni, .wr_i, .wr_index_i, .wr_data_i, .commit_i, .discard_i, .scrub_start_i,
+    .rd_index_i(word_q), .rd_data_o(rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
+    .upset_index_i(word_q), .upset_staged_i(upset ? one_bit(upset_staged_i) : 22'd0),
+    .upset_active_i(upset ? one_bit(upset_active_i) : 22'd0),
+    .upset_staged_o(staged), .upset_active_o(active), .upset_scrub_index_o(scrub_index),
+    .scrub_busy_o(busy), .bad_o(bad), .corrected_o(corrected)
+  );
+
+  logic        fresh_q;             // no clock since reset: the words hold their reset values
+  logic [15:0] staged_q, active_q, staged_ref, active_ref;
+  assign staged_ref = fresh_q ? tc_pkg::reg_reset(word_q) : staged_q;
+  assign active_ref = fresh_q ? tc_pkg::reg_reset(word_q) : active_q;
+  logic        pass_q;              // a pass that began after the upset is running
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      fresh_q <= 1'b1;
+      staged_q <= 16'd0;
+      active_q <= 16'd0;
+      clean_q <= 1'b1;
+      pass_q <= 1'b0;
+    end else begin
+      fresh_q <= 1'b0;
+      if (wr_i && wr_index_i == word_q) staged_q <= wr_data_i;
+      else if (discard_i && !commit_i) staged_q <= active_ref;
+      else staged_q <= staged_ref;
+      active_q <= commit_i ? staged_ref : active_ref;
+
+      if (upset) begin
+        clean_q <= 1'b0;
+        pass_q <= 1'b0;
+      end else if (!clean_q) begin
+        if (!busy && scrub_start_i) pass_q <= 1'b1;
+        if (pass_q && !busy) clean_q <= 1'b1;
+      end
+    end
+  end
+
+  `TC_ASSERT_SETUP
+
+  // What stands in the word: the code of the written value, with one flip at most, and none after a pass.
+  logic [21:0] wrong_staged, wrong_active;
+  assign wrong_staged = staged ^ tc_math_pkg::secded_encode(staged_ref);
+  assign wrong_active = active ^ tc_math_pkg::secded_encode(active_ref);
+  `TC_ASSERT(FormalMemOneFlip_A, at_most_one(wrong_staged) && at_most_one(wrong_active))
+  `TC_ASSERT_IF(FormalMemHealed_A, clean_q, wrong_staged == 22'd0 && wrong_active == 22'd0)
+  `TC_ASSERT_IF(FormalMemCorrectable_A, !clean_q, !tc_math_pkg::secded_bad(staged) && !tc_math_pkg::secded_bad(active))
+  `TC_COVER(FormalMemHealing_C, pass_q && !busy)
+
+  // Inside the pass the word is healed as soon as the pass has gone by it.
+  `TC_ASSERT_IF(FormalMemPassHeals_A, pass_q && (!busy || scrub_index > word_q),
+                wrong_staged == 22'd0 && wrong_active == 22'd0)
+  `TC_ASSERT_IF(FormalMemPassPlace_A, busy, scrub_index >= 6'd1 && scrub_index <= 6'd58)
+
+  // A clean word is seen at the ports; the active one changes only with a commit, an upset or its correction.
+  `TC_ASSERT_IF(FormalMemReadPort_A, clean_q, rd_data == staged_ref)
+  logic [21:0] active_past_q;
+  logic        commit_past_q, touched_past_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      active_past_q <= 22'd0;
+      commit_past_q <= 1'b1;      // nothing to compare with yet
+      touched_past_q <= 1'b0;
+    end else begin
+      active_past_q <= active;
+      commit_past_q <= commit_i;
+      touched_past_q <= upset || !clean_q;
+    end
+  end
+  `TC_ASSERT_IF(FormalMemActiveStays_A, !commit_past_q && !touched_past_q, active == active_past_q)
+
+  // The code alone: clean words are untouched, one flip is found, two are bad and never "corrected".
+  logic [21:0] code, flipped;
+  assign code = tc_math_pkg::secded_encode(data_i);
+  assign flipped = code ^ one_bit(flip_a_i) ^ one_bit(flip_b_i);
+  `TC_ASSERT(FormalMemCodeClean_A, tc_math_pkg::secded_flip(code) == 22'd0 && !tc_math_pkg::secded_bad(code))
+  `TC_ASSERT(FormalMemCodeSingle_A, tc_math_pkg::secded_flip(code ^ one_bit(flip_a_i)) == one_bit(flip_a_i))
+  `TC_ASSERT_IF(FormalMemCodeDouble_A, flip_a_i != flip_b_i && flip_a_i < 5'd22 && flip_b_i < 5'd22,
+                tc_math_pkg::secded_bad(flipped) && tc_math_pkg::secded_flip(flipped) == 22'd0)
+
+endmodule

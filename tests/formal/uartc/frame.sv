@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// Framing alone, for every sequence of characters: a command, and a STOP, exactly when an independent checker says so (P9, P10).
+// The checker keeps the first bytes as they are and computes the CRC bit by bit.
+`include "tc_assert.svh"
+
+module frame (
+  input logic       clk_i,
+  input logic       valid_i,
+  input logic [7:0] data_i,
+  input logic       error_i,
+  input logic       gap_i,
+  input logic       long_gap_i,
+  input logic       busy_i,
+  input logic       cmd_done_i,
+  input logic [7:0] address_free_i,
+  input logic [3:0] cmd_word_index_i
+);
+
+  logic rst_ni;
+  initial rst_ni = 1'b0;
+  always @(posedge clk_i) rst_ni <= 1'b1;
+
+  logic        open, cmd_valid, cmd_broadcast, stop, good;
+  logic [7:0]  cmd_fc;
+  logic [15:0] cmd_a, cmd_b, cmd_word, crc_errors, char_errors, messages;
+  logic [7:0]  cmd_count;
+  logic [8:0]  cmd_len;
+
+  // The address changes only between frames, as UARTC's configuration does.
+  logic [7:0] address_q;
+  always @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) address_q <= 8'd1;
+    else if (!open && !valid_i) address_q <= address_free_i;
+  end
+
+  tc_uart_frame dut (
+    .clk_i, .rst_ni, .address_i(address_q),
+    .valid_i, .data_i, .error_i, .gap_i, .long_gap_i, .busy_i, .cmd_done_i,
+    .open_o(open), .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast), .cmd_fc_o(cmd_fc), .cmd_a_o(cmd_a),
+    .cmd_b_o(cmd_b), .cmd_count_o(cmd_count), .cmd_len_o(cmd_len), .cmd_word_index_i, .cmd_word_o(cmd_word),
+    .stop_o(stop), .good_o(good), .crc_errors_o(crc_errors), .char_errors_o(char_errors), .messages_o(messages)
+  );
+
+  // -- Checker ----------------------------------------------------------------------------------------------------------------
+
+  logic [15:0] crc_q, crc_next;
+  logic [8:0]  bytes_q;         // stays at 257
+  logic        error_q, busy_q;
+  logic [47:0] head_q;          // first six bytes, the first in the top byte
+  integer i;
+  always_comb begin
+    crc_next = crc_q;
+    for (i = 0; i < 8; i = i + 1) begin
+      crc_next = {1'b0, crc_next[15:1]} ^ ((crc_next[0] ^ data_i[i]) ? 16'hA001 : 16'h0000);
+    end
+  end
+
+  logic sound, ours, ends, is_stop;
+  assign sound   = crc_q == 16'd0 && bytes_q >= 9'd4 && bytes_q != 9'd257 && !error_q;
+  assign ours    = head_q[47:40] == address_q || head_q[47:40] == 8'd0;
+  assign is_stop = head_q[39:0] == 40'h06_0100_0000 && bytes_q == 9'd8;
+  assign ends    = !valid_i && bytes_q != 9'd0 && gap_i && (sound || long_gap_i);
+
+  always @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      crc_q   <= 16'hFFFF;
+      bytes_q <= 9'd0;
+      error_q <= 1'b0;
+      busy_q  <= 1'b0;
+      head_q  <= 48'd0;
+    end else if (valid_i) begin
+      crc_q   <= crc_next;
+      error_q <= error_q || error_i;
+      busy_q  <= busy_q || busy_i || cmd_valid;
+      if (bytes_q != 9'd257) bytes_q <= bytes_q + 9'd1;
+      case (bytes_q)
+        9'd0: head_q[47:40] <= data_i;
+        9'd1: head_q[39:32] <= data_i;
+        9'd2: head_q[31:24] <= data_i;
+        9'd3: head_q[23:16] <= data_i;
+        9'd4: head_q[15:8]  <= data_i;
+        9'd5: head_q[7:0]   <= data_i;
+        default: ;
+      endcase
+    end else if (ends) begin
+      crc_q   <= 16'hFFFF;
+      bytes_q <= 9'd0;
+      error_q <= 1'b0;
+      busy_q  <= 1'b0;
+    end
+  end
+
+  // -- Properties -------------------------------------------------------------------------------------------------------------
+
+  logic accepts;
+  assign accepts = ends && sound && ours && !busy_q;
+
+  `TC_ASSERT_SETUP
+  `TC_ASSERT_NEXT(AcceptedFrameIsCommand_A, accepts, cmd_valid && good)
+  `TC_ASSERT_NEXT(NothingElseIsCommand_A, !accepts, !good && (!cmd_valid || $past(cmd_valid)))
+  `TC_ASSERT_NEXT(CommandKeptTillDone_A, cmd_valid && !cmd_done_i, cmd_valid)
+  `TC_ASSERT_NEXT(CommandEndsWhenDone_A, cmd_valid && cmd_done_i && !accepts, !cmd_valid)
+  `TC_ASSERT_NEXT(StopFrameStops_A, ends && sound && ours && is_stop, stop)
+  `TC_ASSERT_NEXT(NothingElseStops_A, !(ends && sound && ours && is_stop), !stop)
+  `TC_ASSERT_NEXT(HeaderIsTheFrames_A, accepts,
+                  cmd_fc == $past(head_q[39:32]) && cmd_broadcast == ($past(head_q[47:40]) == 8'd0) &&
+                  cmd_len == $past(bytes_q) && ($past(bytes_q) < 9'd6 || {cmd_a, cmd_b} == $past(head_q[31:0])))
+  `TC_ASSERT_NEXT(CommandUntouchedWhileInHand_A, cmd_valid || busy_i,
+                  cmd_fc == $past(cmd_fc) && cmd_a == $past(cmd_a) && cmd_b == $past(cmd_b) &&
+                  cmd_count == $past(cmd_count) && cmd_broadcast == $past(cmd_broadcast))
+  `TC_ASSERT_NEXT(OneCounterAtMost_A, 1'b1,
+                  $countones({crc_errors != $past(crc_errors), char_errors != $past(char_errors),
+                              messages != $past(messages)}) <= 1)
+
+endmodule
