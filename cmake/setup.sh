@@ -42,7 +42,8 @@ configure() {
     grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$folder/CMakeCache.txt"; then
     return 0
   fi
-  (cd "$root" && cmake --fresh --preset "$1")
+  echo "Configuring build/$1"
+  (cd "$root" && cmake --fresh --log-level=NOTICE --preset "$1")
 }
 
 # build PRESET TARGET...

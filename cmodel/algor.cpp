@@ -93,6 +93,8 @@ void Algor::sum(const AlgorIn& in) {
   } else if (accept) {
     i_after = static_cast<std::uint32_t>(i_next);
   }
+  // A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
+  i_after = std::min(i_after, static_cast<std::uint32_t>(limit));
   const std::int64_t u_now = (pd + i_after) >> 14;
   u_q = full ? duty_max_q : off ? 0 : u_now > duty_max_q ? duty_max_q : sat_duty(u_now);
   i_held_q = i_after == i_q;

@@ -62,7 +62,7 @@ Readings Chip::readings() const {
           .cause = guard.cause_q,
           .first_fault = guard.first_q,
           .state = sysctrl.state_q,
-          .wd_left = guard.wd_q,
+          .wd_left = guard.wd_left(p),
           .crc_errors = uartc.crc_errors(),
           .char_errors = uartc.char_errors(),
           .messages = uartc.messages(),

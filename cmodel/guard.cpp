@@ -32,6 +32,11 @@ bool Guard::sensor_ok(const Params& p) const {
   return pv_valid_q != 0 && !bad_limit(p) && (cause_q & bit(spec::kFaultSensorStale, true)) == 0;
 }
 
+std::uint16_t Guard::wd_left(const Params& p) const {
+  const std::uint16_t limit = p[spec::kRegHostWd];
+  return wd_q >= limit ? std::uint16_t{0} : static_cast<std::uint16_t>(limit - wd_q);
+}
+
 void Guard::step(const GuardIn& in) {
   const Params& p = in.params;
   const bool accept = in.sens_done && in.sens_ok;
@@ -67,7 +72,7 @@ void Guard::step(const GuardIn& in) {
       bit(spec::kFaultExcursion, exc_active && exc_q >= p[spec::kRegExcTime]) |
       bit(spec::kFaultZeroRise, zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
       bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, 5) && fb_trip) |
-      bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_q == 0) | bit(spec::kFaultParam, in.mem_bad) |
+      bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_left(p) == 0) | bit(spec::kFaultParam, in.mem_bad) |
       bit(spec::kFaultState, in.state_illegal || in.overrun) | bit(spec::kFaultInhibit, in.inhibit));
 
   const std::uint16_t latching = cause_q & static_cast<std::uint16_t>(run_q != 0 ? 0xFFFF : ~spec::kFaultRunOnly);
@@ -95,17 +100,18 @@ void Guard::step(const GuardIn& in) {
   } else if (!zero_due) {
     zero_q = count_up(zero_q, in.tenth);
   }
-  if (!zero_due || pv_q < zero_ref_q) zero_ref_q = pv_q;
+  if (accept && pv_valid_q == 0) {
+    zero_ref_q = in.sens_pv;  // the first sample is no rise
+  } else if (!zero_due || pv_q < zero_ref_q) {
+    zero_ref_q = pv_q;
+  }
   if ((heater_q != 0) == in.heater_fb) {
     fb_q = 0;
   } else if (!fb_trip) {
     fb_q = (fb_q + 1) & 0xFFFFF;
   }
-  if (!running || in.good_frame) {
-    wd_q = p[spec::kRegHostWd];
-  } else if (in.tenth && wd_q != 0) {
-    --wd_q;
-  }
+  // Time since the last frame, so that a changed HOST_WD is in force at once.
+  wd_q = !running || in.good_frame ? 0 : count_up(wd_q, in.tenth);
   const bool at = heating && pv_valid_q != 0 && !in.ramping && in_window;
   at_temp_q = at && at_q >= p[spec::kRegAtDwell];
   at_q = at ? count_up(at_q, in.tenth) : 0;

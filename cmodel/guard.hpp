@@ -75,6 +75,8 @@ struct Guard {
   bool run_allowed() const { return fault_q == 0 && cause_q == 0 && pv_valid_q != 0; }
   bool sensor_ok(const Params& p) const;
   bool wd_armed(const Params& p) const { return run_q != 0 && p[spec::kRegHostWd] != 0; }
+  // Time left of the host watchdog, 0.1 s.
+  std::uint16_t wd_left(const Params& p) const;
   bool permitted() const { return run_q != 0 && fault_q == 0; }
 };
 

@@ -45,18 +45,21 @@ void Sysctrl::step(const SysctrlIn& in) {
   if (in.tlm_period == 0) {
     tlm_cnt_q = 0;
     tlm_due_q = 0;
-  } else if (tenth_q != 0) {
-    const bool due = tlm_cnt_q + 1 >= in.tlm_period || tlm_cnt_q == 0xFFFF;
-    tlm_cnt_q = due ? 0 : static_cast<std::uint16_t>(tlm_cnt_q + 1);
-    if (due) tlm_due_q = 1;
-  } else if (on_display) {
-    tlm_due_q = 0;
+  } else {
+    if (on_display) tlm_due_q = 0;
+    if (tenth_q != 0) {
+      const bool wrap = tlm_cnt_q + 1 >= in.tlm_period;
+      tlm_cnt_q = wrap ? 0 : static_cast<std::uint16_t>(tlm_cnt_q + 1);
+      if (wrap) tlm_due_q = 1;
+    }
   }
 
   // Control tick. Before the first command nothing is due, so nothing can be late.
-  overrun_q = ts_wrap && tick_pend_q != 0 && state_q != spec::kStIdle;
+  overrun_q = ts_wrap && tick_pend_q != 0;
   if (ms_q != 0) ts_cnt_q = ts_wrap ? 0 : (ts_cnt_q + 1) & 0x7FF;
-  if (ts_wrap) {
+  if (state_q == spec::kStIdle) {
+    tick_pend_q = 0;
+  } else if (ts_wrap) {
     tick_pend_q = 1;
   } else if (to_read) {
     tick_pend_q = 0;

@@ -153,8 +153,10 @@ module tc_algor (
   assign full = seg_model ? model_full : band_full;
   assign off  = seg_model ? model_off : band_off;
 
-  logic [31:0] i_after;
-  assign i_after = full || off ? (i_zero ? 32'd0 : full && ff_en ? {1'b0, ff_q, 14'd0} : i_q)
+  // A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
+  logic [31:0] i_wanted, i_after;
+  assign i_after  = $signed({10'd0, i_wanted}) > i_limit ? i_limit[31:0] : i_wanted;
+  assign i_wanted = full || off ? (i_zero ? 32'd0 : full && ff_en ? {1'b0, ff_q, 14'd0} : i_q)
                  : accept_i ? i_next[31:0] : i_q;
   assign u_now   = (pd + $signed({10'd0, i_after})) >>> 14;
 

@@ -119,12 +119,13 @@ module tc_guard (
   assign fb_differs = heater_q != heater_fb_i;
   assign fb_trip    = fb_q >= {params_i.fb_time, 4'd0};
 
-  logic lba_active, hold_active, exc_active, zero_due, bad_limit;
+  logic lba_active, hold_active, exc_active, zero_due, bad_limit, wd_expired;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
   assign hold_active = heating && segment_i == SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 && over_hold;
   assign exc_active  = heating && exc_armed_q && above_exc;
   assign zero_due    = off_duty && zero_q >= params_i.zero_wait;
   assign bad_limit   = bad_q >= params_i.bad_max[3:0];
+  assign wd_expired  = wd_q >= params_i.host_wd;
 
   always_comb begin
     cause_d = 15'd0;
@@ -142,7 +143,7 @@ module tc_guard (
     cause_d[tc_pkg::FaultExcursion]    = exc_active && exc_q >= params_i.exc_time;
     cause_d[tc_pkg::FaultZeroRise]     = zero_due && params_i.zero_rise != 16'd0 && zero_rose;
     cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[5] && fb_trip;
-    cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_q == 16'd0;
+    cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_expired;
     cause_d[tc_pkg::FaultParam]        = mem_bad_i;
     cause_d[tc_pkg::FaultState]        = state_illegal_i || overrun_i;
     cause_d[tc_pkg::FaultInhibit]      = inhibit_i;
@@ -243,13 +244,15 @@ module tc_guard (
       // Rise at zero duty, against the lowest temperature seen since the heat stored in the head has spread.
       if (!off_duty) zero_q <= 16'd0;
       else if (!zero_due) zero_q <= count_up(zero_q, tenth_i);
-      if (!zero_due || pv_q < zero_ref_q) zero_ref_q <= pv_q;
+      // The first sample is no rise.
+      if (accept && !pv_valid_q) zero_ref_q <= sens_pv_i;
+      else if (!zero_due || pv_q < zero_ref_q) zero_ref_q <= pv_q;
 
       if (!fb_differs) fb_q <= 20'd0;
       else if (!fb_trip) fb_q <= fb_q + 20'd1;
 
-      if (!run_q || good_frame_i) wd_q <= params_i.host_wd;
-      else if (tenth_i && wd_q != 16'd0) wd_q <= wd_q - 16'd1;
+      // Time since the last frame, so that a changed HOST_WD is in force at once.
+      wd_q <= !run_q || good_frame_i ? 16'd0 : count_up(wd_q, tenth_i);
 
       // At temperature.
       at_q      <= heating && pv_valid_q && !ramping_i && in_window ? count_up(at_q, tenth_i) : 16'd0;
@@ -271,7 +274,7 @@ module tc_guard (
   assign slope_o         = slope_q;
   assign samples_o       = samples_q;
   assign sensor_errors_o = sensor_errors_q;
-  assign wd_left_o       = wd_q;
+  assign wd_left_o       = wd_expired ? 16'd0 : params_i.host_wd - wd_q;
   assign cause_o         = cause_q;
   assign fault_o         = fault_q;
   assign first_fault_o   = first_q;

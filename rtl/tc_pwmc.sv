@@ -159,6 +159,12 @@ module tc_pwmc (
     else if (start) min_on_used_q <= min_on;
   end
 
+  logic loaded_q;                   // a duty has been loaded since reset
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) loaded_q <= 1'b0;
+    else loaded_q <= loaded_q || load_i;
+  end
+
   logic [31:0] mul_bound;           // product of the duty bits done so far, were they all ones, one period more
   assign mul_bound = {16'd0, mul_period_q} << (5'd16 - mul_left_q);
 
@@ -174,6 +180,8 @@ module tc_pwmc (
   `TC_ASSERT(PwmcCarryBounded_A, acc_q < $signed({1'b0, period_q[15:1], 16'd0}))
   `TC_ASSERT(PwmcCarryBoundedBelow_A, acc_q > -$signed({1'b0, period_q[15:1], 16'd0}))
   `TC_ASSERT(PwmcProductBounded_A, product_q <= {period_q, 16'd0})
+  `TC_ASSERT_IF(PwmcNeedsLoad_A, !loaded_q, duty_q == 17'd0 && product_q == 32'd0 && !pwm_q)
+  `TC_ASSERT(PwmcMulZero_A, (duty_q >> mul_left_q) != 17'd0 || mul_acc_q == 32'd0)
   `TC_ASSERT(PwmcMulSteps_A, mul_left_q <= MulSteps && (mul_left_q != MulSteps || mul_acc_q == 32'd0))
   `TC_ASSERT_IF(PwmcMulFull_A, mul_left_q <= 5'd16 && duty_q[16], mul_acc_q == mul_bound)
   `TC_ASSERT_IF(PwmcMulBounded_A, mul_left_q <= 5'd16 && !duty_q[16], mul_acc_q <= mul_bound - {16'd0, mul_period_q})

@@ -92,10 +92,11 @@ module tc_sysctrl #(
     endcase
   end
 
-  logic to_read, to_ready, ts_wrap;
+  logic to_read, to_ready, ts_wrap, tlm_wrap;
   assign to_read  = state_d == tc_pkg::StReadTemp && state_q != tc_pkg::StReadTemp;
   assign to_ready = state_d == tc_pkg::StCmdReady && state_q != tc_pkg::StCmdReady;
   assign ts_wrap  = ms_q && ({5'd0, ts_cnt_q} + 16'd1 >= ts_i);
+  assign tlm_wrap = {1'b0, tlm_cnt_q} + 17'd1 >= {1'b0, tlm_period_i};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -127,19 +128,21 @@ module tc_sysctrl #(
 
       // Control tick. Before the first command nothing is due, so nothing can be late.
       if (ms_q) ts_cnt_q <= ts_wrap ? 11'd0 : ts_cnt_q + 11'd1;
-      if (ts_wrap) tick_pend_q <= 1'b1;
+      if (state_q == tc_pkg::StIdle) tick_pend_q <= 1'b0;
+      else if (ts_wrap) tick_pend_q <= 1'b1;
       else if (to_read) tick_pend_q <= 1'b0;
-      overrun_q <= ts_wrap && tick_pend_q && state_q != tc_pkg::StIdle;
+      overrun_q <= ts_wrap && tick_pend_q;
 
       // Telemetry.
       if (tlm_period_i == 16'd0) begin
         tlm_cnt_q <= 16'd0;
         tlm_due_q <= 1'b0;
-      end else if (tenth_q) begin
-        tlm_cnt_q <= tlm_cnt_q + 16'd1 >= tlm_period_i ? 16'd0 : tlm_cnt_q + 16'd1;
-        if (tlm_cnt_q + 16'd1 >= tlm_period_i) tlm_due_q <= 1'b1;
-      end else if (display_o) begin
-        tlm_due_q <= 1'b0;
+      end else begin
+        if (display_o) tlm_due_q <= 1'b0;
+        if (tenth_q) begin
+          tlm_cnt_q <= tlm_wrap ? 16'd0 : tlm_cnt_q + 16'd1;
+          if (tlm_wrap) tlm_due_q <= 1'b1;
+        end
       end
       tlm_start_q <= display_o && tlm_due_q;
 

@@ -31,7 +31,7 @@ class Head {
 
   // Input pins for the clock edge that ends `cycle`, from the output pins standing in it.
   chip::Inputs step(std::uint64_t cycle, const chip::Outputs& out) {
-    // The second switch: a charge pump on safe_en_o would follow its toggling; it is closed while the chip permits heating.
+    if (out.safe_en != safe_en_ || cycle > relay_opens_) move_relay(cycle, out.safe_en);
     plant_.set_heater(cycle, out.heater);
     pins_.uart_rx = host_.step(cycle, out.uart_tx);
     pins_.spi_miso = sensor_->step(cycle, out.spi_cs_n, out.spi_sclk, out.spi_mosi);
@@ -49,7 +49,12 @@ class Head {
   TelemetryListener& telemetry() { return telemetry_; }
 
  private:
+  // The second switch: a charge pump on safe_en_o holds the heater's supply while the pin toggles.
+  void move_relay(std::uint64_t cycle, bool safe_en);
+
   HeaterPlant plant_;
+  bool safe_en_ = false;
+  std::uint64_t relay_opens_ = 0;  // the supply falls behind this cycle unless the pin toggles again
   std::unique_ptr<SpiSensor> sensor_;
   ModbusHost host_;
   TelemetryListener telemetry_;

@@ -102,6 +102,7 @@ module formal_mem (
   // Inside the pass the word is healed as soon as the pass has gone by it.
   `TC_ASSERT_IF(FormalMemPassHeals_A, pass_q && (!busy || scrub_index > word_q),
                 wrong_staged == 22'd0 && wrong_active == 22'd0)
+  `TC_ASSERT(FormalMemWord_A, word_q >= 6'd1 && word_q <= 6'd58)
   `TC_ASSERT_IF(FormalMemPassPlace_A, busy, scrub_index >= 6'd1 && scrub_index <= 6'd58)
 
   // A clean word is seen at the ports; the active one changes only with a commit, an upset or its correction.

@@ -35,12 +35,4 @@ module formal_pwmc (
   // One pulse a period, at its start: pwm rises only in a period's first clock.
   `TC_ASSERT_NEXT(FormalPwmcOnePulse_A, !pwm, !pwm || period_start)
 
-  // With no duty ever loaded the heater never turns on.
-  logic loaded_q;
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) loaded_q <= 1'b0;
-    else loaded_q <= loaded_q || load_i;
-  end
-  `TC_ASSERT_IF(FormalPwmcNeedsLoad_A, !loaded_q, !pwm)
-
 endmodule

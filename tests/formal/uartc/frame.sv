@@ -46,7 +46,9 @@ module frame (
   logic [15:0] crc_q, crc_next;
   logic [8:0]  bytes_q;         // stays at 257
   logic        error_q, busy_q;
-  logic [47:0] head_q;          // first six bytes, the first in the top byte
+  logic        ours_q, all_q;   // addressed to this slave, to all
+  logic [2:0]  stop_q;          // bytes in a row from the first that are those of a STOP, of 5 after the address
+  logic [39:0] head_q;          // the five bytes after the address, the first in the top byte
   integer i;
   always_comb begin
     crc_next = crc_q;
@@ -55,10 +57,9 @@ module frame (
     end
   end
 
-  logic sound, ours, ends, is_stop;
+  logic sound, ends, is_stop;
   assign sound   = crc_q == 16'd0 && bytes_q >= 9'd4 && bytes_q != 9'd257 && !error_q;
-  assign ours    = head_q[47:40] == address_q || head_q[47:40] == 8'd0;
-  assign is_stop = head_q[39:0] == 40'h06_0100_0000 && bytes_q == 9'd8;
+  assign is_stop = stop_q == 3'd5 && bytes_q == 9'd8;
   assign ends    = !valid_i && bytes_q != 9'd0 && gap_i && (sound || long_gap_i);
 
   always @(posedge clk_i or negedge rst_ni) begin
@@ -67,14 +68,21 @@ module frame (
       bytes_q <= 9'd0;
       error_q <= 1'b0;
       busy_q  <= 1'b0;
-      head_q  <= 48'd0;
+      ours_q  <= 1'b0;
+      all_q   <= 1'b0;
+      stop_q  <= 3'd0;
+      head_q  <= 40'd0;
     end else if (valid_i) begin
       crc_q   <= crc_next;
       error_q <= error_q || error_i;
       busy_q  <= busy_q || busy_i || cmd_valid;
       if (bytes_q != 9'd257) bytes_q <= bytes_q + 9'd1;
       case (bytes_q)
-        9'd0: head_q[47:40] <= data_i;
+        9'd0: begin
+          ours_q <= data_i == address_q || data_i == 8'd0;
+          all_q  <= data_i == 8'd0;
+          stop_q <= 3'd0;
+        end
         9'd1: head_q[39:32] <= data_i;
         9'd2: head_q[31:24] <= data_i;
         9'd3: head_q[23:16] <= data_i;
@@ -82,6 +90,11 @@ module frame (
         9'd5: head_q[7:0]   <= data_i;
         default: ;
       endcase
+      if ((bytes_q == 9'd1 && stop_q == 3'd0 && data_i == 8'h06) || (bytes_q == 9'd2 && stop_q == 3'd1 && data_i == 8'h01) ||
+          (bytes_q == 9'd3 && stop_q == 3'd2 && data_i == 8'h00) || (bytes_q == 9'd4 && stop_q == 3'd3 && data_i == 8'h00) ||
+          (bytes_q == 9'd5 && stop_q == 3'd4 && data_i == 8'h00)) begin
+        stop_q <= stop_q + 3'd1;
+      end
     end else if (ends) begin
       crc_q   <= 16'hFFFF;
       bytes_q <= 9'd0;
@@ -93,17 +106,17 @@ module frame (
   // -- Properties -------------------------------------------------------------------------------------------------------------
 
   logic accepts;
-  assign accepts = ends && sound && ours && !busy_q;
+  assign accepts = ends && sound && ours_q && !busy_q;
 
   `TC_ASSERT_SETUP
   `TC_ASSERT_NEXT(AcceptedFrameIsCommand_A, accepts, cmd_valid && good)
   `TC_ASSERT_NEXT(NothingElseIsCommand_A, !accepts, !good && (!cmd_valid || $past(cmd_valid)))
   `TC_ASSERT_NEXT(CommandKeptTillDone_A, cmd_valid && !cmd_done_i, cmd_valid)
   `TC_ASSERT_NEXT(CommandEndsWhenDone_A, cmd_valid && cmd_done_i && !accepts, !cmd_valid)
-  `TC_ASSERT_NEXT(StopFrameStops_A, ends && sound && ours && is_stop, stop)
-  `TC_ASSERT_NEXT(NothingElseStops_A, !(ends && sound && ours && is_stop), !stop)
+  `TC_ASSERT_NEXT(StopFrameStops_A, ends && sound && ours_q && is_stop, stop)
+  `TC_ASSERT_NEXT(NothingElseStops_A, !(ends && sound && ours_q && is_stop), !stop)
   `TC_ASSERT_NEXT(HeaderIsTheFrames_A, accepts,
-                  cmd_fc == $past(head_q[39:32]) && cmd_broadcast == ($past(head_q[47:40]) == 8'd0) &&
+                  cmd_fc == $past(head_q[39:32]) && cmd_broadcast == $past(all_q) &&
                   cmd_len == $past(bytes_q) && ($past(bytes_q) < 9'd6 || {cmd_a, cmd_b} == $past(head_q[31:0])))
   `TC_ASSERT_NEXT(CommandUntouchedWhileInHand_A, cmd_valid || busy_i,
                   cmd_fc == $past(cmd_fc) && cmd_a == $past(cmd_a) && cmd_b == $past(cmd_b) &&

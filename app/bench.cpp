@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace meltstage::app {
+
+namespace {
+
+constexpr Bench kBenches[] = {
+    {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
+};
+
+std::string wanted(const BenchRow& row) {
+  if (row.at_least) return fmt::format(">= {:.4g}", *row.at_least);
+  if (row.at_most) return fmt::format("<= {:.4g}", *row.at_most);
+  return "";
+}
+
+}  // namespace
+
+std::span<const Bench> benches() { return kBenches; }
+
+int report_bench(const Bench& bench, const BenchOptions& options, bool json) {
+  const std::vector<BenchRow> rows = bench.run(options);
+  const bool good = std::all_of(rows.begin(), rows.end(), [](const BenchRow& row) { return row.good(); });
+  if (json) {
+    nlohmann::ordered_json out = {{"bench", bench.name}, {"quick", options.quick}, {"good", good}, {"rows", nlohmann::json::array()}};
+    for (const BenchRow& row : rows) {
+      nlohmann::ordered_json entry = {{"what", row.what}, {"value", row.value}, {"unit", row.unit}, {"good", row.good()}};
+      if (row.at_least) entry["at_least"] = *row.at_least;
+      if (row.at_most) entry["at_most"] = *row.at_most;
+      out["rows"].push_back(entry);
+    }
+    fmt::print("{}\n", out.dump(2));
+  } else {
+    fmt::print("{:<52} {:>12} {:<12} {:<12}\n", bench.name, "value", "unit", "wanted");
+    for (const BenchRow& row : rows) {
+      fmt::print("{:<52} {:>12.4g} {:<12} {:<12} {}\n", row.what, row.value, row.unit, wanted(row), row.good() ? "" : "SHORT");
+    }
+  }
+  return good ? 0 : 1;
+}
+
+}  // namespace meltstage::app

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/build_stamp.hpp"
+
+namespace meltstage::app {
+
+std::string version() {
+  const std::string stamp = MELTSTAGE_STAMP;
+  return MELTSTAGE_VERSION + (stamp.empty() ? std::string() : " (" + stamp + ")");
+}
+std::string verilator_version() { return MELTSTAGE_VERILATOR; }
+std::string compiler_version() { return "g++ " __VERSION__; }
+
+}  // namespace meltstage::app

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The job file of `meltstage print`: TOML, every field named with its unit. Reference: docs/jobs.md.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include "tb/printer.hpp"
+
+namespace meltstage::app {
+
+// Wrong input; what() is one line: file, field or row, value found, what was expected.
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct LoadedJob {
+  tb::PrintJob job;        // bumps in planned order
+  std::string plan_metric;
+  std::vector<motion::Point> bumps_in_file_order;
+  double path_before_mm = 0.0;
+  double path_after_mm = 0.0;
+  std::filesystem::path coordinates;
+};
+
+// Reads the job and its coordinate file (relative to the job file) and plans the path. Throws InputError.
+LoadedJob load_job(const std::filesystem::path& path);
+
+}  // namespace meltstage::app

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/print.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "app/build_stamp.hpp"
+#include "app/job_file.hpp"
+#include "app/report/report.hpp"
+#include "vectors/text.hpp"
+#include "vectors/vcd.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+namespace spec = chip::spec;
+
+// One line on a terminal, nothing in a pipe.
+class ProgressLine {
+ public:
+  ~ProgressLine() { clear(); }
+  void show(const tb::Progress& p) {
+    if (!terminal_) return;
+    fmt::print(stderr, "\r\033[K{:>8.2f} s  {:<9} {:7.2f} degC of {:.1f}  {} droplets", p.t_s, p.phase, p.reading_degc,
+               p.setpoint_degc, p.droplets);
+    std::fflush(stderr);
+  }
+  void clear() {
+    if (terminal_) fmt::print(stderr, "\r\033[K");
+  }
+
+ private:
+  bool terminal_ = isatty(STDERR_FILENO) != 0;
+};
+
+// A folder that gets its name only when it is complete.
+class OutputFolder {
+ public:
+  explicit OutputFolder(std::filesystem::path target) : target_(std::move(target)) {
+    if (std::filesystem::exists(target_) && !std::filesystem::exists(target_ / "summary.json")) {
+      throw InputError(fmt::format("{}: exists and was not written by this command (no summary.json); choose another --out",
+                                   target_.string()));
+    }
+    if (target_.has_parent_path()) std::filesystem::create_directories(target_.parent_path());
+    partial_ = target_.string() + fmt::format(".partial.{}", getpid());
+    std::filesystem::create_directory(partial_);
+  }
+  ~OutputFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(partial_, ignored);
+  }
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  std::filesystem::path file(const char* name) const { return partial_ / name; }
+  void publish() {
+    std::filesystem::remove_all(target_);
+    std::filesystem::rename(partial_, target_);
+  }
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path partial_;
+};
+
+// Plays one recording into two sinks.
+class Tee final : public vectors::Sink {
+ public:
+  Tee(vectors::Sink& a, vectors::Sink* b) : a_(a), b_(b) {}
+  void begin(const vectors::Header& header) override {
+    a_.begin(header);
+    if (b_ != nullptr) b_->begin(header);
+  }
+  void change(const vectors::Change& change) override {
+    a_.change(change);
+    if (b_ != nullptr) b_->change(change);
+  }
+  void end(std::uint64_t final_cycle) override {
+    a_.end(final_cycle);
+    if (b_ != nullptr) b_->end(final_cycle);
+  }
+
+ private:
+  vectors::Sink& a_;
+  vectors::Sink* b_;
+};
+
+double setpoint_degc(const tb::PrintJob& job) {
+  for (const tb::RegisterValue& r : job.registers) {
+    if (r.reg == spec::kRegSetpoint) return static_cast<std::int16_t>(r.value) * 0.1;
+  }
+  return spec::kHolding[spec::kRegSetpoint].reset * 0.1;
+}
+
+double phase_length_s(const tb::PrintResult& result, std::string_view name) {
+  for (const tb::PhaseTime& phase : result.phases) {
+    if (phase.name == name) return phase.end_s - phase.begin_s;
+  }
+  return 0.0;
+}
+
+// Largest distance from the set-point while printing, degC.
+double largest_error_while_printing(const tb::PrintResult& result) {
+  double worst = 0.0;
+  for (const tb::PhaseTime& phase : result.phases) {
+    if (phase.name != "print") continue;
+    for (const tb::Reading& r : result.readings) {
+      if (r.t_s >= phase.begin_s && r.t_s <= phase.end_s) worst = std::max(worst, std::abs(r.reading_degc - r.setpoint_degc));
+    }
+  }
+  return worst;
+}
+
+double overshoot_degc(const tb::PrintResult& result, double setpoint) {
+  double peak = -std::numeric_limits<double>::infinity();
+  for (const tb::Reading& r : result.readings) peak = std::max(peak, r.reading_degc);
+  return std::max(0.0, peak - setpoint);
+}
+
+Path path_of(const std::vector<motion::Point>& points, double length_mm) {
+  Path path{.points = {}, .length_mm = length_mm};
+  for (const motion::Point& p : points) path.points.push_back({p.x_mm, p.y_mm});
+  return path;
+}
+
+std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& options) {
+  const tb::PrintJob& job = loaded.job;
+  std::vector<NamedText> settings{
+      {"Command", options.command},
+      {"Coordinates", fmt::format("{}, {} bumps", loaded.coordinates.filename().string(), job.bumps.size())},
+      {"Plant", std::string(job.head.plant.name)},
+      {"Sensor", fmt::format("{}, noise {} degC", job.head.sensor, job.head.sensor_noise_degc)},
+      {"Path metric", loaded.plan_metric},
+      {"Seed", fmt::format("{}", job.head.seed)},
+  };
+  for (const tb::RegisterValue& r : job.registers) {
+    const spec::RegisterInfo& info = spec::kHolding[r.reg];
+    const double raw = info.is_signed ? static_cast<std::int16_t>(r.value) : r.value;
+    settings.push_back({std::string(info.name), fmt::format("{:.6g} {}", raw * info.scale, info.unit)});
+  }
+  return settings;
+}
+
+PrintReport make_report(const LoadedJob& loaded, const tb::PrintResult& result, const PrintOptions& options) {
+  const double setpoint = setpoint_degc(loaded.job);
+  PrintReport report;
+  report.job = loaded.job.name;
+  report.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::now()));
+  report.versions = {{"meltstage", version()}, {"Verilator", verilator_version()}, {"Compiler", compiler_version()}};
+  report.good = result.good;
+  report.verdict = result.verdict;
+  report.key_figures = {
+      {"Set-point", setpoint, "degC"},
+      {"Time from RUN to at-temperature", phase_length_s(result, "heat-up"), "s"},
+      {"Overshoot", overshoot_degc(result, setpoint), "degC"},
+      {"Largest error while printing", largest_error_while_printing(result), "degC"},
+      {"Peak of the heater node", result.peak_heater_degc, "degC"},
+      {"Heater energy", result.heater_energy_j, "J"},
+      {"Droplets", static_cast<double>(result.droplets), ""},
+      {"Print time", phase_length_s(result, "print"), "s"},
+      {"Path, file order", loaded.path_before_mm, "mm"},
+      {"Path, planned", loaded.path_after_mm, "mm"},
+      {"Chip clocks", static_cast<double>(result.cycles), ""},
+      {"Modbus frames accepted", static_cast<double>(result.frames), ""},
+  };
+  for (const tb::Reading& r : result.readings) {
+    report.temperature.push_back({r.t_s, r.reading_degc, r.heater_degc,
+                                  r.run ? r.setpoint_degc : std::numeric_limits<double>::quiet_NaN()});
+    report.duty.push_back({r.t_s, r.duty});
+  }
+  for (const tb::PhaseTime& p : result.phases) report.phases.push_back({p.name, p.begin_s, p.end_s});
+  report.path_before = path_of(loaded.bumps_in_file_order, loaded.path_before_mm);
+  report.path_after = path_of(loaded.job.bumps, loaded.path_after_mm);
+  for (const tb::CheckedWindow& w : result.windows) {
+    report.lockstep.push_back({w.name, w.first_cycle, w.last_cycle, w.compared.clocks, w.flop_bits,
+                               w.compared.flop_values + w.compared.pin_values, 0});
+  }
+  for (const tb::PrintFault& f : result.faults) report.faults.push_back({f.t_s, f.sentence});
+  report.settings = settings_of(loaded, options);
+  return report;
+}
+
+}  // namespace
+
+int print_job(const PrintOptions& options) {
+  LoadedJob loaded = load_job(options.job);
+  if (options.rtl) loaded.job.rtl = *options.rtl;
+  loaded.job.identity = {loaded.job.name, loaded.job.head.seed, options.command};
+  loaded.job.failures = options.out.string() + ".failures";
+
+  OutputFolder folder(options.out);
+  tb::PrintResult result;
+  {
+    vectors::TextWriter text(folder.file("pins.mvec"));
+    std::optional<vectors::VcdWriter> vcd;
+    if (options.vcd) vcd.emplace(folder.file("pins.vcd"), vectors::BusForm::bits);
+    Tee sink(text, vcd ? &*vcd : nullptr);
+    ProgressLine line;
+    try {
+      result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) { line.show(p); });
+    } catch (const tb::Mismatch& mismatch) {
+      line.clear();
+      fmt::print(stderr, "{}", mismatch.what());
+      return 1;
+    }
+  }
+  const PrintReport report = make_report(loaded, result, options);
+  write_report(folder.file("report.html"), report);
+  std::ofstream(folder.file("summary.json")) << summary_json(report);
+  folder.publish();
+
+  std::uint64_t clocks = 0;
+  std::uint64_t comparisons = 0;
+  for (const LockstepWindow& w : report.lockstep) {
+    clocks += w.clocks;
+    comparisons += w.comparisons;
+  }
+  fmt::print("{}: {}\n", loaded.job.name, report.verdict);
+  fmt::print("path {:.3f} mm in file order, {:.3f} mm planned; heat-up {:.1f} s; print {:.1f} s; {} chip clocks\n",
+             loaded.path_before_mm, loaded.path_after_mm, phase_length_s(result, "heat-up"), phase_length_s(result, "print"),
+             result.cycles);
+  fmt::print("lockstep: {} windows, {} clocks, {} values compared, 0 mismatches\n", report.lockstep.size(), clocks, comparisons);
+  fmt::print("page: {}\n", (options.out / "report.html").string());
+  return result.good ? 0 : 1;
+}
+
+}  // namespace meltstage::app

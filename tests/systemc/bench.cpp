@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench.hpp"
+
+#include <stdexcept>
+
+namespace meltstage::systemc {
+
+namespace {
+
+constexpr double kClockHz = chip::spec::kClkHz;
+const sc_core::sc_time kPeriod(1e9 / kClockHz, sc_core::SC_NS);
+
+template <class Module>
+void bind(Module& module, PinsOut& out) {
+  module.uart_tx_o(out.uart_tx_o);
+  module.uart_de_o(out.uart_de_o);
+  module.tlm_tx_o(out.tlm_tx_o);
+  module.spi_sclk_o(out.spi_sclk_o);
+  module.spi_cs_no(out.spi_cs_no);
+  module.spi_mosi_o(out.spi_mosi_o);
+  module.heater_o(out.heater_o);
+  module.safe_en_o(out.safe_en_o);
+  module.fault_no(out.fault_no);
+  module.at_temp_o(out.at_temp_o);
+}
+
+}  // namespace
+
+std::vector<bool> PinsOut::levels() const {
+  return {uart_tx_o, uart_de_o, tlm_tx_o, spi_sclk_o, spi_cs_no, spi_mosi_o, heater_o, safe_en_o, fault_no, at_temp_o};
+}
+
+const std::vector<std::string>& PinsOut::names() {
+  static const std::vector<std::string> kNames{"uart_tx_o",  "uart_de_o", "tlm_tx_o",  "spi_sclk_o", "spi_cs_no",
+                                               "spi_mosi_o", "heater_o",  "safe_en_o", "fault_no",   "at_temp_o"};
+  return kNames;
+}
+
+Devices::Devices()
+    : plant(tb::plant_config("PH-1"), kClockHz),
+      sensor(tb::make_spi_sensor(
+          "MAX31855",
+          {.clock_hz = kClockHz, .source = [this](std::uint64_t cycle) { return plant.sensor_degc(cycle); }})),
+      host({.line = {kClockHz, 115200.0, tb::k8E1}}, tb::stream(1, "host")) {}
+
+Bench& Bench::instance() {
+  static Bench bench("bench");
+  return bench;
+}
+
+Bench::Bench(const sc_core::sc_module_name& name) : sc_core::sc_module(name), clk_("clk", kPeriod) {
+  const auto connect = [this](auto& module, PinsOut& out) {
+    module.clk_i(clk_);
+    module.rst_ni(rst_n_);
+    module.uart_rx_i(uart_rx_);
+    module.addr_strap_i(addr_strap_);
+    module.spi_miso_i(spi_miso_);
+    module.heater_fb_i(heater_fb_);
+    module.inhibit_i(inhibit_);
+    bind(module, out);
+  };
+  connect(model.pins, of_model_);
+  connect(rtl_, of_rtl_);
+  socket.bind(model.socket);
+  SC_HAS_PROCESS(Bench);
+  SC_METHOD(falling_edge);
+  sensitive << clk_.negedge_event();
+  dont_initialize();
+}
+
+void Bench::reset() {
+  devices_.emplace();
+  cycle_ = 0;
+  inhibit_.write(false);
+  rst_n_.write(true);  // so that a falling edge follows: reset acts without a clock
+  sc_core::sc_start(sc_core::sc_time(1, sc_core::SC_NS));
+  rst_n_.write(false);
+  settle();
+  clocks(5);
+  rst_n_.write(true);
+  compared_ = 0;
+  heater_edges_ = 0;
+  difference_.clear();
+}
+
+// Whole periods from and to an instant between the edges, so that levels set by a case are stable at a rising edge.
+void Bench::clocks(std::uint64_t count) { sc_core::sc_start(static_cast<double>(count) * kPeriod); }
+
+void Bench::settle() {
+  sc_core::sc_start(sc_core::sc_time(1, sc_core::SC_PS));
+  compare();
+}
+
+tb::ModbusResult Bench::ask(tb::ModbusRequest request) {
+  devices_->host.submit(std::move(request));
+  for (;;) {
+    clocks(1000);
+    if (auto result = devices_->host.take_result()) return *result;
+  }
+}
+
+void Bench::falling_edge() {
+  compare();
+  heater_edges_ += of_model_.heater_o.read() != heater_past_;
+  heater_past_ = of_model_.heater_o.read();
+  ++cycle_;
+  const PinsOut& out = of_model_;
+  Devices& around = *devices_;
+  around.plant.set_heater(cycle_, out.heater_o);
+  uart_rx_.write(around.host.step(cycle_, out.uart_tx_o));
+  spi_miso_.write(around.sensor->step(cycle_, out.spi_cs_no, out.spi_sclk_o, out.spi_mosi_o));
+  heater_fb_.write(around.plant.switch_conducting());
+}
+
+void Bench::compare() {
+  ++compared_;
+  const auto equal = [](const PinsOut& a, const PinsOut& b) { return a.levels() == b.levels(); };
+  if (!difference_.empty() || equal(of_model_, of_rtl_)) return;
+  const std::vector<bool> model_levels = of_model_.levels();
+  const std::vector<bool> rtl_levels = of_rtl_.levels();
+  for (std::size_t i = 0; i < model_levels.size(); ++i) {
+    if (model_levels[i] == rtl_levels[i]) continue;
+    difference_ += PinsOut::names()[i] + " model " + (model_levels[i] ? "1" : "0") + " RTL " + (rtl_levels[i] ? "1" : "0") +
+                   " clock " + std::to_string(cycle_) + "; ";
+  }
+}
+
+}  // namespace meltstage::systemc
