@@ -13,8 +13,13 @@ constexpr std::uint32_t kFullDuty = 65536;
 
 // The product duty x period, one duty bit a clock, most significant first.
 void Pwmc::step_product(const PwmcIn& in, std::uint16_t period_legal) {
-  if (in.load || period_legal != mul_period_q) {
-    if (in.load) duty_q = std::min(in.duty, kFullDuty);
+  const bool drop = !in.enable && duty_q != 0;  // a stopped output forgets its duty
+  if (in.load || drop || period_legal != mul_period_q) {
+    if (in.load) {
+      duty_q = std::min(in.duty, kFullDuty);
+    } else if (drop) {
+      duty_q = 0;
+    }
     mul_left_q = kMulSteps;
     mul_acc_q = 0;
     mul_period_q = period_legal;
@@ -78,7 +83,7 @@ void Pwmc::step(const PwmcIn& in) {
       ++pre_q;
     }
   }
-  if (in.load || !mul_fresh) step_product(in, period_legal);
+  if (in.load || !mul_fresh || !in.enable) step_product(in, period_legal);
 }
 
 }  // namespace meltstage::chip

@@ -43,10 +43,12 @@ module tc_pwmc (
   // ---- product, one duty bit a clock, most significant first
   logic [15:0] period_legal;
   logic        mul_stale, mul_fresh;
+  logic        drop;              // a stopped output forgets its duty: it starts again with what is loaded then
   logic [31:0] duty_bits, mul_step;
 
   assign period_legal = (period_i < 16'd2) ? 16'd2 : period_i;
-  assign mul_stale = load_i || (period_legal != mul_period_q);
+  assign drop = !enable_i && duty_q != 17'd0;
+  assign mul_stale = load_i || drop || (period_legal != mul_period_q);
   assign mul_fresh = (mul_left_q == 5'd0) && (period_legal == mul_period_q);
   assign duty_bits = {15'd0, duty_q};
   assign mul_step = {mul_acc_q[30:0], 1'b0} + (duty_bits[mul_left_q-5'd1] ? {16'd0, mul_period_q} : 32'd0);
@@ -59,6 +61,7 @@ module tc_pwmc (
       mul_period_q <= tc_pkg::reg_reset(tc_pkg::RegPwmPeriod);
     end else if (mul_stale) begin
       if (load_i) duty_q <= duty_i[16] ? 17'h10000 : duty_i;
+      else if (drop) duty_q <= 17'd0;
       mul_left_q <= MulSteps;
       mul_acc_q <= 32'd0;
       mul_period_q <= period_legal;

@@ -12,6 +12,10 @@ module tc_sysctrl #(
 ) (
   input  logic        clk_i,
   input  logic        rst_ni,
+`ifdef TC_SYSCTRL_UPSET
+  // For tests and proofs: flips bits of the state.
+  input  logic [4:0]  upset_i,
+`endif
 
   input  logic [15:0] ts_i,            // control period, ms
   input  logic [15:0] tlm_period_i,    // 0.1 s, 0 = off
@@ -118,7 +122,11 @@ module tc_sysctrl #(
       algor_start_q <= 1'b0;
       pwm_load_q    <= 1'b0;
     end else begin
+`ifdef TC_SYSCTRL_UPSET
+      state_q <= state_d ^ upset_i;
+`else
       state_q <= state_d;
+`endif
 
       // Time base.
       ms_cnt_q <= ms_cnt_q == MsLast ? 14'd0 : ms_cnt_q + 14'd1;
@@ -160,8 +168,10 @@ module tc_sysctrl #(
   `TC_ASSERT_SETUP
   `TC_ASSERT_IF(SysctrlIllegalFallsToIdle_A, illegal_o, state_d == tc_pkg::StIdle)
   `TC_ASSERT_NEXT(SysctrlCommitOnlyWithTick_A, to_read && pending_i, commit_q && tick_q)
+`ifndef TC_SYSCTRL_UPSET
   `TC_ASSERT_IF(SysctrlSensStartInReadTemp_A, sens_start_q, state_q == tc_pkg::StReadTemp || state_q == tc_pkg::StTempDisplay)
   `TC_ASSERT(SysctrlTickExcludesDecode_A, !(tick_q && decode_o))
+`endif
 `endif
 
 endmodule

@@ -324,8 +324,8 @@ module tc_uartc (
 
   `TC_ASSERT_SETUP
   `TC_ASSERT_IF(UartcDriverEnabled_A, !tx_o, de_o)
-  `TC_ASSERT_IF(UartcAnswerByteInTime_A, rsp_take, rsp_ready)
-  `TC_ASSERT_IF(UartcTelemetryByteInTime_A, tlm_take, tlm_ready)
+  `TC_ASSERT_IF(UartcAnswerKindLegal_A, rsp_active_q,
+                rsp_kind_q >= tc_uart_pkg::RspException && rsp_kind_q <= tc_uart_pkg::RspIdObject)
   `TC_ASSERT_NEXT(UartcConfigKept_A, !idle,
                   baud_q == $past(baud_q) && format_q == $past(format_q) && address_q == $past(address_q))
   `TC_ASSERT_NEXT(UartcConfigTaken_A, idle, baud_q == $past(cfg_baud_i) && format_q == $past(cfg_format_i))

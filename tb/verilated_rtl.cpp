@@ -108,7 +108,11 @@ class VerilatedTop : public VerilatedRtl {
     top_.clk_i = 0;
     top_.eval();
   }
-  ~VerilatedTop() override { top_.final(); }
+  ~VerilatedTop() override {
+    top_.final();
+    // Verilator 5.006 unregisters an instance's scopes from the thread's newest context; that must be its own.
+    Verilated::threadContextp(&context_);
+  }
 
   chip::Outputs step(const chip::Inputs& in) override {
     apply(in);

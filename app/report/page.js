@@ -15,6 +15,11 @@ function number(value) {
   return text.replace(/,/g, "\u202f").replace(/^-/, "\u2212");
 }
 
+// Units are plain ASCII in the data, for programs, and typeset here.
+function typeset(text) {
+  return text.replace(/\bdegC\b/g, "°C");
+}
+
 function withUnit(value, unit) {
   return unit ? number(value) + "\u00a0" + unit : number(value);
 }
@@ -45,11 +50,11 @@ function fillTable(id, rows, foot = []) {
 }
 
 function namedTexts(id, list) {
-  fillTable(id, list.map(entry => row(element("th", entry.name), element("td", entry.text))));
+  fillTable(id, list.map(entry => row(element("th", entry.name), element("td", typeset(entry.text)))));
 }
 
 function showHeader() {
-  document.getElementById("date").textContent = data.date;
+  document.getElementById("date").textContent = data.date.replace("T", " ").replace(/Z$/, " UTC");
   document.getElementById("verdict").classList.add(data.good ? "good" : "bad");
 }
 
@@ -115,7 +120,7 @@ function showLockstep() {
 
 function showKeyFigures() {
   fillTable("key_figures", data.key_figures.map(figure => row(
-    element("th", figure.what), element("td", number(figure.value), "number"), element("td", figure.unit, "unit"))));
+    element("th", figure.what), element("td", number(figure.value), "number"), element("td", typeset(figure.unit), "unit"))));
 }
 
 // ---- charts

@@ -19,7 +19,7 @@ struct NamedText {
 struct KeyFigure {
   std::string what;
   double value = 0.0;
-  std::string unit;  ///< empty for a count
+  std::string unit;  ///< plain ASCII (degC, mm/s); empty for a count
 };
 
 /// Temperatures at one instant; NaN where there is none (the curve has a gap there).

@@ -28,7 +28,7 @@ PrintReport sample() {
   report.versions = {{"meltstage", "0.1.0 (abc1234)"}};
   report.good = true;
   report.verdict = "32 bumps printed at 180 °C, RTL and model equal.";
-  report.key_figures = {{"bumps", 32, ""}, {"overshoot", 0.4213, "°C"}};
+  report.key_figures = {{"bumps", 32, ""}, {"overshoot", 0.4213, "degC"}};
   report.temperature = {{0.0, 25.0, 25.5, nan}, {1.0, 60.25, 70.0, 180.0}, {2.0, 179.75, 190.0, 180.0}};
   report.duty = {{0.0, 0.0}, {0.5, 1.0}, {2.0, 0.25}};
   report.phases = {{"command", 0.0, 0.5}, {"heat-up", 0.5, 2.0}};
@@ -150,7 +150,7 @@ TEST(Summary, SaysWhatHappenedWithoutTheCurves) {
   EXPECT_EQ(summary["date"], "2026-11-21T03:00:00Z");
   EXPECT_EQ(summary["good"], true);
   EXPECT_EQ(summary["verdict"], "32 bumps printed at 180 °C, RTL and model equal.");
-  EXPECT_EQ(summary["key_figures"][1], json({{"what", "overshoot"}, {"value", 0.4213}, {"unit", "°C"}}));
+  EXPECT_EQ(summary["key_figures"][1], json({{"what", "overshoot"}, {"value", 0.4213}, {"unit", "degC"}}));
   EXPECT_EQ(summary["phases"][1], json({{"name", "heat-up"}, {"begin_s", 0.5}, {"end_s", 2.0}}));
   EXPECT_EQ(summary["path"], json({{"points", 3}, {"length_before_mm", 13.0}, {"length_after_mm", 7.0}}));
   EXPECT_EQ(summary["lockstep"][0]["comparisons"], 1'250'000);

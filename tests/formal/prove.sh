@@ -1,59 +1,98 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Proofs of one block, for all inputs and all time (Yosys writes an AIGER, ABC's PDR proves it).
+# Proofs of one block, for all inputs and all time: Yosys writes an AIGER, ABC's PDR proves it.
 #   prove.sh BLOCK           every harness tests/formal/BLOCK/*.sv: all assertions hold, every cover can be reached
-#   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt, a change of the RTL that the proof must refuse
-# tests/formal/BLOCK/flags, if there, holds Yosys read options. Covers are looked for within 40 clocks of reset.
-# Exit status 0 when all is as it should be.
+#   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt (file, tab, sed expression, tab, what it breaks) changes a copy
+#                            of the RTL so that the proof must fail
+# tests/formal/BLOCK/flags, if there, holds Yosys read options. Exit status: 0 all as it should be, 1 not, 2 wrong call.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
-block=${1:?usage: prove.sh BLOCK [--bugs]}
+block=${1:-}
 mode=${2:-}
-[[ -d $here/$block ]] || { echo "prove.sh: no folder tests/formal/$block; blocks: $(cd "$here" && ls -d */ | tr -d /| xargs)" >&2; exit 2; }
+if [[ -z $block || ! -d $here/$block || ( -n $mode && $mode != --bugs ) ]]; then
+  echo "prove.sh: expected BLOCK [--bugs] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
+  exit 2
+fi
+seconds=300   # for one proof
 flags=$(cat "$here/$block/flags" 2>/dev/null || true)
-cover_clocks=40
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-bugs=$here/$block/bugs.txt
+trap 'cp -r $work/. /tmp/fu; rm -rf "$work"' EXIT
 
-# write_aiger HARNESS RTL_FOLDER: $work/assert.aig and $work/cover.aig, with the properties' names as symbols.
+# write_aiger HARNESS RTL_FOLDER: assert.aig and cover.aig, an output a property. A cover is reached when the assertion of its
+# contrary fails.
+echo 'module \$cover (input A, input EN); \$assert never (.A(!A), .EN(EN)); endmodule' > "$work/cover_map.v"
 write_aiger() {
-  local harness=$1 rtl=$2 top files common finish
+  local harness=$1 rtl=$2 top files finish
   top=$(sed -n 's/^module \([A-Za-z0-9_]*\).*/\1/p' "$harness" | head -1)
   files=$(sed "s,^,$rtl/," "$root/rtl/tc.f" | xargs)
-  common="read_verilog -sv -formal -defer -I $rtl $flags $files $harness; hierarchy -check -top $top; proc; flatten; opt -fast; async2sync"
   finish="opt -fast -nodffe -nosdff; dffunmap; techmap; opt -fast -nodffe -nosdff; dffunmap; abc -g AND; opt_clean"
-  # A cover is reached when the assertion of its contrary fails.
-  echo 'module \$cover (input A, input EN); \$assert never (.A(!A), .EN(EN)); endmodule' > "$work/cover_map.v"
-  yosys -q -p "$common; design -save read
-    chformal -cover -remove; $finish; write_aiger -zinit -symbols $work/assert.aig
+  yosys -q -p "read_verilog -sv -formal -defer -I $rtl $flags $files $harness
+    hierarchy -check -top $top; proc; memory_map; flatten; opt -fast; async2sync; design -save read
+    chformal -cover -remove; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
     design -load read
-    chformal -assert -remove; techmap -map $work/cover_map.v; $finish; write_aiger -zinit -symbols $work/cover.aig" \
-    > "$work/yosys.log" 2>&1 || { tail -5 "$work/yosys.log" >&2; exit 1; }
+    chformal -assert -remove; techmap -map $work/cover_map.v; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert" \
+    > "$work/yosys.log" 2>&1 || { echo "prove.sh: $harness: $(grep -m1 ERROR "$work/yosys.log")" >&2; exit 1; }
+}
+# ABC's exit status says nothing about the proof: only its words do.
+prove() { berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1; }
+
+# Name of the assertion that ABC refuted, and in which clock; else its last words.
+failed() {
+  local words output
+  words=$(grep -a -m1 'asserted in frame' "$work/abc.log") || { tail -n 1 "$work/abc.log"; return; }
+  output=$(sed 's/Output *\([0-9]*\).*/\1/' <<< "$words")
+  echo "$(sed -n "$((output + 1))p" "$work/assert.names" | sed 's,.*/,,') in clock $(sed 's/.*frame *\([0-9]*\).*/\1/' <<< "$words")"
 }
 
-# ABC's own exit status says nothing about the proof.
-proved() { berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; scorr; pdr" > "$work/abc.log" 2>&1; grep -q 'Property proved' "$work/abc.log"; }
-symbols() { grep -a '^b[0-9]' "$1" || true; }
-
 status=0
-for harness in "$here/$block"/*.sv; do
-  name=$block/$(basename "$harness" .sv)
-  if [[ $mode != --bugs ]]; then
-    write_aiger "$harness" "$root/rtl"
-    total=$(symbols "$work/assert.aig" | wc -l)
-    if proved; then
-      echo "$name: $total assertions proved"
-    else
-      echo "$name: NOT proved: $(grep -a -m1 'Output' "$work/abc.log" || tail -1 "$work/abc.log")"
-      symbols "$work/assert.aig"
-      status=1
-    fi
-    total=$(symbols "$work/cover.aig" | wc -l)
-    berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; bmc3 -a -F $cover_clocks" > "$work/cover.log" 2>&1 || true
-    cat "$work/cover.log" | tail -3
+say() { echo "$1"; [[ $1 != FAIL* ]] || status=1; }
+
+prove_harness() {
+  local name=$1 n all
+  n=$(wc -l < "$work/assert.names")
+  if prove && grep -q 'Property proved' "$work/abc.log"; then
+    say "ok    $name: $n assertions proved"
+  else
+    say "FAIL  $name: $(failed)"
   fi
-done
+  n=$(wc -l < "$work/cover.names")
+  berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; pdr -a -T $seconds" > "$work/cover.log" 2>&1 || true
+  all=$(grep -a '^Properties:' "$work/cover.log" || tail -n 1 "$work/cover.log")
+  case $n:$all in
+    0:*|*"Disproved = $n."*) say "ok    $name: $n covers reached" ;;
+    *) say "FAIL  $name: covers that are never reached ('Proved'): $all" ;;
+  esac
+}
+
+# Every seeded bug must give a counterexample in some harness of the block.
+prove_bugs() {
+  local file change what found harness
+  while IFS=$'\t' read -r file change what; do
+    [[ -n $file && $file != '#'* ]] || continue
+    rm -rf "$work/rtl" && cp -r "$root/rtl" "$work/rtl"
+    sed -i "$change" "$work/rtl/$file"
+    if cmp -s "$root/rtl/$file" "$work/rtl/$file"; then
+      say "FAIL  $block: '$what': the change no longer applies to rtl/$file"
+      continue
+    fi
+    found=
+    for harness in "$here/$block"/*.sv; do
+      write_aiger "$harness" "$work/rtl"
+      prove || true
+      if grep -aq 'asserted in frame' "$work/abc.log"; then found=yes; break; fi
+    done
+    if [[ -n $found ]]; then say "ok    $block: refused: $what ($(failed))"; else say "FAIL  $block: proof does not see: $what"; fi
+  done < "$here/$block/bugs.txt"
+}
+
+if [[ $mode == --bugs ]]; then
+  prove_bugs
+else
+  for harness in "$here/$block"/*.sv; do
+    write_aiger "$harness" "$root/rtl"
+    prove_harness "$block/$(basename "$harness" .sv)"
+  done
+fi
 exit $status

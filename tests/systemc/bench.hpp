@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ model (pins and TLM-2.0 socket) and the Verilated RTL side by side: the same signals go into both, every output
-// pin is compared.
+// The C++ model (pins and TLM-2.0 socket) and the Verilated RTL side by side: the same signals go into both,
+// every output pin is compared.
 #pragma once
 
 #include <tlm_utils/simple_initiator_socket.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <systemc>
-#include <vector>
 
 #include "systemc/chip_tlm.hpp"
 #include "systemc/rtl_module.hpp"
@@ -22,11 +22,12 @@ namespace meltstage::systemc {
 
 // The output pins of one of both.
 struct PinsOut {
-  sc_core::sc_signal<bool> uart_tx_o, uart_de_o, tlm_tx_o, spi_sclk_o, spi_cs_no, spi_mosi_o, heater_o, safe_en_o, fault_no,
-      at_temp_o;
-  // Level of each, in the order of names().
-  std::vector<bool> levels() const;
-  static const std::vector<std::string>& names();
+  sc_core::sc_signal<bool> uart_tx_o, uart_de_o, tlm_tx_o, spi_sclk_o, spi_cs_no, spi_mosi_o, heater_o,
+      safe_en_o, fault_no, at_temp_o;
+  static constexpr std::array kNames{"uart_tx_o",  "uart_de_o", "tlm_tx_o",  "spi_sclk_o", "spi_cs_no",
+                                     "spi_mosi_o", "heater_o",  "safe_en_o", "fault_no",   "at_temp_o"};
+  // Level of each, in the order of the names.
+  std::array<bool, kNames.size()> levels() const;
 };
 
 // What stands around the chip: Modbus host, MAX31855, heated head. Renewed at each reset.
@@ -39,8 +40,9 @@ struct Devices {
 
 class Bench : public sc_core::sc_module {
  public:
-  // The process's only one. SystemC elaborates once, so cases share it and begin with reset().
-  static Bench& instance();
+  // The process's only one: SystemC elaborates once, so cases share it and begin with reset().
+  explicit Bench(const sc_core::sc_module_name& name);
+  static Bench& instance() { return *only_; }
 
   // Asserts reset between clock edges, renews the devices, clocks, releases reset; clears what was counted.
   void reset();
@@ -52,10 +54,11 @@ class Bench : public sc_core::sc_module {
   void settle();
   void set_inhibit(bool pressed) { inhibit_.write(pressed); }
   void set_reset(bool asserted) { rst_n_.write(!asserted); }
-  // While false the host's line is idle whatever it sends.
+
+  // Since reset(): how often all output pins were compared, and edges of heater_o.
   std::uint64_t compared() const { return compared_; }
   std::uint64_t heater_edges() const { return heater_edges_; }
-  // The first pins that were not equal: name, levels, clock.
+  // The pins that were not equal when any first was: names, levels, clock; empty when all were.
   const std::string& difference() const { return difference_; }
 
   bool heater() const { return of_model_.heater_o.read(); }
@@ -65,15 +68,14 @@ class Bench : public sc_core::sc_module {
   TcChipTlm model{"model"};
 
  private:
-  explicit Bench(const sc_core::sc_module_name& name);
-  void connect(TcChip& chip);
   void falling_edge();
   void compare();
 
+  static inline Bench* only_ = nullptr;
   TcRtl rtl_{"rtl"};
   sc_core::sc_clock clk_;
-  sc_core::sc_signal<bool> rst_n_{"rst_n"}, uart_rx_{"uart_rx", true}, spi_miso_{"spi_miso"}, heater_fb_{"heater_fb"},
-      inhibit_{"inhibit"};
+  sc_core::sc_signal<bool> rst_n_{"rst_n"}, uart_rx_{"uart_rx", true}, spi_miso_{"spi_miso"},
+      heater_fb_{"heater_fb"}, inhibit_{"inhibit"};
   sc_core::sc_signal<sc_dt::sc_uint<3>> addr_strap_{"addr_strap"};
   PinsOut of_model_, of_rtl_;
   std::optional<Devices> devices_;

@@ -60,10 +60,8 @@ module formal_guard (
   assign trips   = too_hot || mem_bad_i || state_illegal_i || overrun_i || inhibit_i;
 
   logic [1:0] trips_q;                   // 1 and 2 clocks ago
-  logic       expired_q, clear_q, run_q, inhibit_q, stop_q, heater_q, fault_q;
+  logic       clear_q, run_q;
   logic [1:0] expired_past_q;
-  logic [9:0] still_q;                   // clocks since safe_en moved, stays at its top
-  logic       safe_en_q;
   logic       expired;                   // armed host watchdog has run out (P6)
   assign expired = wd_armed && wd_left == 16'd0;
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -72,19 +70,11 @@ module formal_guard (
       expired_past_q <= 2'd0;
       clear_q        <= 1'b0;
       run_q          <= 1'b0;
-      heater_q       <= 1'b0;
-      fault_q        <= 1'b0;
-      safe_en_q      <= 1'b0;
-      still_q        <= 10'd0;
     end else begin
       trips_q        <= {trips_q[0], trips};
       expired_past_q <= {expired_past_q[0], expired};
       clear_q        <= clear_i;
       run_q          <= run;
-      heater_q       <= heater;
-      fault_q        <= fault != 15'd0;
-      safe_en_q      <= safe_en;
-      still_q        <= safe_en != safe_en_q ? 10'd0 : still_q == 10'h3FF ? still_q : still_q + 10'd1;
     end
   end
 
@@ -111,9 +101,8 @@ module formal_guard (
   end
   `TC_ASSERT(FormalGuardFaultHasCause_A, (fault & ~fault_past_q & ~cause_q) == 15'd0)
   `TC_ASSERT_IF(FormalGuardNoFaultLost_A, !clear_q, (fault_past_q & ~fault) == 15'd0)
-  // safe_en moves only while heating is on, and never again within 1024 clocks of a rise.
+  // safe_en moves only while heating is on.
   `TC_ASSERT_IF(FormalGuardSafeEnStill_A, !run && !run_q, !safe_en)
-  `TC_ASSERT_IF(FormalGuardSafeEnSlow_A, safe_en && !safe_en_q, still_q == 10'h3FF)
   // At temperature only while running.
   `TC_ASSERT_NEXT(FormalGuardAtTempNeedsRun_A, !run, !at_temp)
 

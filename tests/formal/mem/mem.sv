@@ -5,7 +5,9 @@
 
 `include "tc_assert.svh"
 
-module formal_mem (
+module mem #(
+  parameter logic [5:0] Word = 6'd25   // the word that is looked at, T_MAX
+) (
   input logic        clk_i,
   input logic        reset_i,
   input logic        wr_i,
@@ -14,7 +16,6 @@ module formal_mem (
   input logic        commit_i,
   input logic        discard_i,
   input logic        scrub_start_i,
-  input logic [5:0]  word_i,            // taken in the first clock
   input logic        upset_i,
   input logic [4:0]  upset_staged_i,    // bit that flips; 22 and above: none
   input logic [4:0]  upset_active_i,
@@ -23,12 +24,8 @@ module formal_mem (
   input logic [4:0]  flip_b_i
 );
 
-  logic       started_q = 1'b0;
-  logic [5:0] word_q;
-  always_ff @(posedge clk_i) begin
-    started_q <= 1'b1;
-    if (!started_q) word_q <= (word_i == 6'd0 || word_i > 6'd58) ? 6'd58 : word_i;
-  end
+  logic started_q = 1'b0;
+  always_ff @(posedge clk_i) started_q <= 1'b1;
   logic rst_ni;
   assign rst_ni = started_q && !reset_i;
 
@@ -52,8 +49,8 @@ module formal_mem (
 
   tc_mem u_mem (
     .clk_i, .rst_ni, .wr_i, .wr_index_i, .wr_data_i, .commit_i, .discard_i, .scrub_start_i,
-    .rd_index_i(word_q), .rd_data_o(rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
-    .upset_index_i(word_q), .upset_staged_i(upset ? one_bit(upset_staged_i) : 22'd0),
+    .rd_index_i(Word), .rd_data_o(rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
+    .upset_index_i(Word), .upset_staged_i(upset ? one_bit(upset_staged_i) : 22'd0),
     .upset_active_i(upset ? one_bit(upset_active_i) : 22'd0),
     .upset_staged_o(staged), .upset_active_o(active), .upset_scrub_index_o(scrub_index),
     .scrub_busy_o(busy), .bad_o(bad), .corrected_o(corrected)
@@ -61,8 +58,8 @@ module formal_mem (
 
   logic        fresh_q;             // no clock since reset: the words hold their reset values
   logic [15:0] staged_q, active_q, staged_ref, active_ref;
-  assign staged_ref = fresh_q ? tc_pkg::reg_reset(word_q) : staged_q;
-  assign active_ref = fresh_q ? tc_pkg::reg_reset(word_q) : active_q;
+  assign staged_ref = fresh_q ? tc_pkg::reg_reset(Word) : staged_q;
+  assign active_ref = fresh_q ? tc_pkg::reg_reset(Word) : active_q;
   logic        pass_q;              // a pass that began after the upset is running
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -73,7 +70,7 @@ module formal_mem (
       pass_q <= 1'b0;
     end else begin
       fresh_q <= 1'b0;
-      if (wr_i && wr_index_i == word_q) staged_q <= wr_data_i;
+      if (wr_i && wr_index_i == Word) staged_q <= wr_data_i;
       else if (discard_i && !commit_i) staged_q <= active_ref;
       else staged_q <= staged_ref;
       active_q <= commit_i ? staged_ref : active_ref;
@@ -94,19 +91,18 @@ module formal_mem (
   logic [21:0] wrong_staged, wrong_active;
   assign wrong_staged = staged ^ tc_math_pkg::secded_encode(staged_ref);
   assign wrong_active = active ^ tc_math_pkg::secded_encode(active_ref);
-  `TC_ASSERT(FormalMemOneFlip_A, at_most_one(wrong_staged) && at_most_one(wrong_active))
-  `TC_ASSERT_IF(FormalMemHealed_A, clean_q, wrong_staged == 22'd0 && wrong_active == 22'd0)
-  `TC_ASSERT_IF(FormalMemCorrectable_A, !clean_q, !tc_math_pkg::secded_bad(staged) && !tc_math_pkg::secded_bad(active))
-  `TC_COVER(FormalMemHealing_C, pass_q && !busy)
+  `TC_ASSERT(MemProofOneFlip_A, at_most_one(wrong_staged) && at_most_one(wrong_active))
+  `TC_ASSERT_IF(MemProofHealed_A, clean_q, wrong_staged == 22'd0 && wrong_active == 22'd0)
+  `TC_ASSERT_IF(MemProofCorrectable_A, !clean_q, !tc_math_pkg::secded_bad(staged) && !tc_math_pkg::secded_bad(active))
+  `TC_COVER(MemProofHealing_C, pass_q && !busy)
 
   // Inside the pass the word is healed as soon as the pass has gone by it.
-  `TC_ASSERT_IF(FormalMemPassHeals_A, pass_q && (!busy || scrub_index > word_q),
+  `TC_ASSERT_IF(MemProofPassHeals_A, pass_q && (!busy || scrub_index > Word),
                 wrong_staged == 22'd0 && wrong_active == 22'd0)
-  `TC_ASSERT(FormalMemWord_A, word_q >= 6'd1 && word_q <= 6'd58)
-  `TC_ASSERT_IF(FormalMemPassPlace_A, busy, scrub_index >= 6'd1 && scrub_index <= 6'd58)
+  `TC_ASSERT_IF(MemProofPassPlace_A, busy, scrub_index >= 6'd1 && scrub_index <= 6'd58)
 
   // A clean word is seen at the ports; the active one changes only with a commit, an upset or its correction.
-  `TC_ASSERT_IF(FormalMemReadPort_A, clean_q, rd_data == staged_ref)
+  `TC_ASSERT_IF(MemProofReadPort_A, clean_q, rd_data == staged_ref)
   logic [21:0] active_past_q;
   logic        commit_past_q, touched_past_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -120,15 +116,15 @@ module formal_mem (
       touched_past_q <= upset || !clean_q;
     end
   end
-  `TC_ASSERT_IF(FormalMemActiveStays_A, !commit_past_q && !touched_past_q, active == active_past_q)
+  `TC_ASSERT_IF(MemProofActiveStays_A, !commit_past_q && !touched_past_q, active == active_past_q)
 
   // The code alone: clean words are untouched, one flip is found, two are bad and never "corrected".
   logic [21:0] code, flipped;
   assign code = tc_math_pkg::secded_encode(data_i);
   assign flipped = code ^ one_bit(flip_a_i) ^ one_bit(flip_b_i);
-  `TC_ASSERT(FormalMemCodeClean_A, tc_math_pkg::secded_flip(code) == 22'd0 && !tc_math_pkg::secded_bad(code))
-  `TC_ASSERT(FormalMemCodeSingle_A, tc_math_pkg::secded_flip(code ^ one_bit(flip_a_i)) == one_bit(flip_a_i))
-  `TC_ASSERT_IF(FormalMemCodeDouble_A, flip_a_i != flip_b_i && flip_a_i < 5'd22 && flip_b_i < 5'd22,
+  `TC_ASSERT(MemProofCodeClean_A, tc_math_pkg::secded_flip(code) == 22'd0 && !tc_math_pkg::secded_bad(code))
+  `TC_ASSERT(MemProofCodeSingle_A, tc_math_pkg::secded_flip(code ^ one_bit(flip_a_i)) == one_bit(flip_a_i))
+  `TC_ASSERT_IF(MemProofCodeDouble_A, flip_a_i != flip_b_i && flip_a_i < 5'd22 && flip_b_i < 5'd22,
                 tc_math_pkg::secded_bad(flipped) && tc_math_pkg::secded_flip(flipped) == 22'd0)
 
 endmodule

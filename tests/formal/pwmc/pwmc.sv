@@ -4,7 +4,7 @@
 
 `include "tc_assert.svh"
 
-module formal_pwmc (
+module pwmc (
   input logic        clk_i,
   input logic        reset_i,
   input logic [15:0] prescale_i,
@@ -30,9 +30,9 @@ module formal_pwmc (
   `TC_ASSERT_SETUP
 
   // Emergency: low within a clock of enable low.
-  `TC_ASSERT_NEXT(FormalPwmcOff_A, !enable_i, !pwm)
+  `TC_ASSERT_NEXT(PwmcProofOff_A, !enable_i, !pwm)
 
   // One pulse a period, at its start: pwm rises only in a period's first clock.
-  `TC_ASSERT_NEXT(FormalPwmcOnePulse_A, !pwm, !pwm || period_start)
+  `TC_ASSERT_NEXT(PwmcProofOnePulse_A, !pwm, !pwm || period_start)
 
 endmodule

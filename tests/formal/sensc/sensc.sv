@@ -4,7 +4,7 @@
 
 `include "tc_assert.svh"
 
-module formal_sensc (
+module sensc (
   input logic             clk_i,
   input logic             reset_i,
   input logic             start_i,
@@ -58,18 +58,18 @@ module formal_sensc (
   end
 
   // A start is answered by exactly one done: none without a start, busy till then, and every read ends (SenscReadEnds_A).
-  `TC_ASSERT_IF(FormalSenscDoneOnce_A, done, pending_q)
-  `TC_ASSERT(FormalSenscBusyTillDone_A, pending_q == (busy || done))
+  `TC_ASSERT_IF(SenscProofDoneOnce_A, done, pending_q)
+  `TC_ASSERT(SenscProofBusyTillDone_A, pending_q == (busy || done))
 
   // Chip select never moves together with the clock.
-  `TC_ASSERT_IF(FormalSenscSelectAlone_A, cs_n != cs_n_q, sclk == sclk_q)
+  `TC_ASSERT_IF(SenscProofSelectAlone_A, cs_n != cs_n_q, sclk == sclk_q)
 
   // Results change only with done.
-  `TC_ASSERT_IF(FormalSenscResultsHold_A, !done,
+  `TC_ASSERT_IF(SenscProofResultsHold_A, !done,
                 pv == pv_q && raw == raw_q && dev_fault == dev_fault_q && frame_bad == frame_bad_q)
 
   // ok says what the flags say; a frame of ones is never ok.
-  `TC_ASSERT_IF(FormalSenscOk_A, ok, !dev_fault && !frame_bad)
-  `TC_ASSERT_IF(FormalSenscStuckHigh_A, done && raw == 32'hFFFFFFFF, !ok)
+  `TC_ASSERT_IF(SenscProofOk_A, ok, !dev_fault && !frame_bad)
+  `TC_ASSERT_IF(SenscProofStuckHigh_A, done && raw == 32'hFFFFFFFF, !ok)
 
 endmodule

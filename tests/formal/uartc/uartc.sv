@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// UARTC as a whole, all inputs free. Proved here besides the assertions inside the blocks:
+// UARTC with all inputs free. The receiver is replaced (Yosys option in flags) by one that says anything at any time: what is proved
+// for it holds for the real one, and a whole frame takes a few clocks instead of thousands. rx.sv proves the real one.
+// Proved here besides the assertions inside the blocks:
 //   the line is silent but for the answer to a command that was addressed to this slave alone (P13, P14).
 `include "tc_assert.svh"
 
@@ -54,4 +56,21 @@ module uartc (
   `TC_ASSERT_IF(GoodRaisesACommand_A, good, cmd_valid)
   `TC_COVER(StopHeardWhileAnswering_C, stop && rsp_busy)
 
+endmodule
+
+module tc_uart_rx (
+  input  logic        clk_i,
+  input  logic        rst_ni,
+  input  logic [12:0] baud_i,
+  input  logic [1:0]  format_i,
+  input  logic        rx_i,
+  output logic        valid_o,
+  output logic [7:0]  data_o,
+  output logic        error_o,
+  output logic        gap_o,
+  output logic        long_gap_o,
+  output logic        idle_o
+);
+  (* anyseq *) logic [12:0] any;
+  assign {valid_o, data_o, error_o, gap_o, long_gap_o, idle_o} = any;
 endmodule
