@@ -28,9 +28,11 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json) {
   const std::vector<BenchRow> rows = bench.run(options);
   const bool good = std::all_of(rows.begin(), rows.end(), [](const BenchRow& row) { return row.good(); });
   if (json) {
-    nlohmann::ordered_json out = {{"bench", bench.name}, {"quick", options.quick}, {"good", good}, {"rows", nlohmann::json::array()}};
+    nlohmann::ordered_json out = {
+        {"bench", bench.name}, {"quick", options.quick}, {"good", good}, {"rows", nlohmann::json::array()}};
     for (const BenchRow& row : rows) {
-      nlohmann::ordered_json entry = {{"what", row.what}, {"value", row.value}, {"unit", row.unit}, {"good", row.good()}};
+      nlohmann::ordered_json entry = {
+          {"what", row.what}, {"value", row.value}, {"unit", row.unit}, {"good", row.good()}};
       if (row.at_least) entry["at_least"] = *row.at_least;
       if (row.at_most) entry["at_most"] = *row.at_most;
       out["rows"].push_back(entry);
@@ -39,7 +41,8 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json) {
   } else {
     fmt::print("{:<52} {:>12} {:<12} {:<12}\n", bench.name, "value", "unit", "wanted");
     for (const BenchRow& row : rows) {
-      fmt::print("{:<52} {:>12.4g} {:<12} {:<12} {}\n", row.what, row.value, row.unit, wanted(row), row.good() ? "" : "SHORT");
+      fmt::print("{:<52} {:>12.4g} {:<12} {:<12} {}\n", row.what, row.value, row.unit, wanted(row),
+                 row.good() ? "" : "SHORT");
     }
   }
   return good ? 0 : 1;

@@ -32,7 +32,8 @@ Stimulus record_stimulus(std::size_t clocks) {
   const std::uint16_t setpoint[] = {1100};
   head.host().submit(tb::write_multiple_registers(1, spec::kHoldingBase + spec::kRegSetpoint, setpoint));
   for (std::uint64_t cycle = 0; cycle < kWarmUp + clocks; ++cycle) {
-    if (cycle == kWarmUp - 1'000'000) head.host().submit(tb::write_single_register(1, spec::kHoldingBase, spec::kCmdRun));
+    if (cycle == kWarmUp - 1'000'000)
+      head.host().submit(tb::write_single_register(1, spec::kHoldingBase, spec::kCmdRun));
     if (cycle % kPoll == kPoll - 1) head.host().submit(tb::read_input_registers(1, 0, 16));
     while (head.host().take_result()) {
     }
@@ -74,15 +75,19 @@ std::vector<BenchRow> bench_lockstep(const BenchOptions& options) {
     const auto dut = tb::make_verilated_rtl();
     dut->load(stimulus.start, stimulus.before);
     flop_bits = dut->flop_bits();
-    rtl = std::max(rtl, clocks_per_second(stimulus, [&](const chip::Inputs& in) { toggles += dut->step(in).heater; }));
+    rtl = std::max(
+        rtl, clocks_per_second(stimulus, [&](const chip::Inputs& in) { toggles += dut->step(in).heater; }));
 
     chip::Chip chip = stimulus.start;
-    model = std::max(model, clocks_per_second(stimulus, [&](const chip::Inputs& in) { toggles += chip.step(in).heater; }));
+    model = std::max(
+        model, clocks_per_second(stimulus, [&](const chip::Inputs& in) { toggles += chip.step(in).heater; }));
 
     auto beside = tb::make_verilated_rtl();
     beside->load(stimulus.start, stimulus.before);
     tb::Lockstep lockstep(std::move(beside), stimulus.start, 0, {"bench", 0, "meltstage bench lockstep"});
-    pair = std::max(pair, clocks_per_second(stimulus, [&](const chip::Inputs& in) { toggles += lockstep.step(in).heater; }));
+    pair = std::max(pair, clocks_per_second(stimulus, [&](const chip::Inputs& in) {
+                      toggles += lockstep.step(in).heater;
+                    }));
     lockstep.finish();
   }
   return {

@@ -2,13 +2,13 @@
 #include "app/job_file.hpp"
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
 #include <string_view>
-#include <toml++/toml.h>
 
 #include "motion/coordinates.hpp"
 #include "motion/profile.hpp"
@@ -31,17 +31,21 @@ class Section {
     const toml::node* node = find(key);
     if (node == nullptr) return fallback;
     const auto value = node->value<double>();
-    if (!value || !node->is_number()) fail(key, text_of(*node), fmt::format("a number from {} to {}", min, max), node);
-    if (!(*value >= min && *value <= max)) fail(key, fmt::format("{}", *value), fmt::format("{} to {}", min, max), node);
+    if (!value || !node->is_number())
+      fail(key, text_of(*node), fmt::format("a number from {} to {}", min, max), node);
+    if (!(*value >= min && *value <= max))
+      fail(key, fmt::format("{}", *value), fmt::format("{} to {}", min, max), node);
     return *value;
   }
 
   std::int64_t integer(std::string_view key, std::int64_t fallback, std::int64_t min, std::int64_t max) {
     const toml::node* node = find(key);
     if (node == nullptr) return fallback;
-    if (!node->is_integer()) fail(key, text_of(*node), fmt::format("a whole number from {} to {}", min, max), node);
+    if (!node->is_integer())
+      fail(key, text_of(*node), fmt::format("a whole number from {} to {}", min, max), node);
     const std::int64_t value = **node->as_integer();
-    if (value < min || value > max) fail(key, fmt::format("{}", value), fmt::format("{} to {}", min, max), node);
+    if (value < min || value > max)
+      fail(key, fmt::format("{}", value), fmt::format("{} to {}", min, max), node);
     return value;
   }
 
@@ -60,7 +64,8 @@ class Section {
   }
 
   template <class T, std::size_t n>
-  T choice(std::string_view key, std::string_view fallback, const std::array<std::pair<std::string_view, T>, n>& choices) {
+  T choice(std::string_view key, std::string_view fallback,
+           const std::array<std::pair<std::string_view, T>, n>& choices) {
     const std::string value = text(key, fallback);
     std::string names;
     for (const auto& [name, result] : choices) {
@@ -70,9 +75,11 @@ class Section {
     fail(key, '"' + value + '"', "one of: " + names, find(key));
   }
 
-  [[noreturn]] void fail(std::string_view key, const std::string& found, const std::string& expected, const toml::node* node) const {
+  [[noreturn]] void fail(std::string_view key, const std::string& found, const std::string& expected,
+                         const toml::node* node) const {
     const auto line = node != nullptr ? node->source().begin.line : 0;
-    throw InputError(fmt::format("{}:{}: {}.{}: found {}, expected {}", file_.string(), line, name_, key, found, expected));
+    throw InputError(fmt::format("{}:{}: {}.{}: found {}, expected {}", file_.string(), line, name_, key,
+                                 found, expected));
   }
 
   // Every key that nobody asked for is a mistake.
@@ -108,21 +115,24 @@ class Section {
 
 toml::table parse(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path)) {
-    throw InputError(fmt::format("{}: no such file, expected a job file (TOML); examples/ has some", path.string()));
+    throw InputError(
+        fmt::format("{}: no such file, expected a job file (TOML); examples/ has some", path.string()));
   }
-  if (std::filesystem::is_directory(path)) throw InputError(fmt::format("{}: is a folder, expected a job file (TOML)", path.string()));
+  if (std::filesystem::is_directory(path))
+    throw InputError(fmt::format("{}: is a folder, expected a job file (TOML)", path.string()));
   try {
     toml::table table = toml::parse_file(path.string());
-    if (table.empty()) throw InputError(fmt::format("{}: is empty, expected a job file (TOML)", path.string()));
+    if (table.empty())
+      throw InputError(fmt::format("{}: is empty, expected a job file (TOML)", path.string()));
     return table;
   } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}:{}: not TOML: {}", path.string(), error.source().begin.line, error.source().begin.column,
-                                 std::string(error.description())));
+    throw InputError(fmt::format("{}:{}:{}: not TOML: {}", path.string(), error.source().begin.line,
+                                 error.source().begin.column, std::string(error.description())));
   }
 }
 
-// Control settings for a plant from its step response, dead time D and slope R (degC/s at full power): Kp = 0.7 / (R D),
-// Ti = 8 D on the way up and 4 D in hold, Td = D / 2, each over the control period.
+// Control settings for a plant from its step response, dead time D and slope R (degC/s at full power): Kp =
+// 0.7 / (R D), Ti = 8 D on the way up and 4 D in hold, Td = D / 2, each over the control period.
 struct StepResponse {
   std::string_view plant;
   double slope_degc_per_s;
@@ -136,13 +146,15 @@ constexpr std::array<StepResponse, 5> kStepResponses{{
     {"E3D-like", 2.24, 5.0},
 }};
 
-std::uint16_t to_register(double value) { return static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, 65535.0))); }
+std::uint16_t to_register(double value) {
+  return static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, 65535.0)));
+}
 
 std::vector<tb::RegisterValue> tuned(const tb::PlantConfig& plant, double ts_s) {
   for (const StepResponse& r : kStepResponses) {
     if (r.plant != plant.name) continue;
-    const double kp = 0.7 / (r.slope_degc_per_s * r.dead_time_s);  // 1/K
-    const double lsb = kp * 65536.0 / 64.0;                        // duty LSB per 1/64 degC
+    const double kp = 0.7 / (r.slope_degc_per_s * r.dead_time_s);     // 1/K
+    const double lsb = kp * 65536.0 / 64.0;                           // duty LSB per 1/64 degC
     const double hold = plant.block_ambient_w_per_k / plant.power_w;  // duty per degree above ambient
     return {{spec::kRegKp, to_register(lsb * 64.0)},
             {spec::kRegKiApproach, to_register(lsb * ts_s / (8.0 * r.dead_time_s) * 16384.0)},
@@ -173,7 +185,8 @@ void read_registers(Section& section, std::vector<tb::RegisterValue>& registers)
       continue;
     }
     const double value = section.number(info.name, 0.0, info.min * info.scale, info.max * info.scale);
-    set_register(registers, static_cast<spec::Reg>(i), static_cast<std::uint16_t>(std::lround(value / info.scale)));
+    set_register(registers, static_cast<spec::Reg>(i),
+                 static_cast<std::uint16_t>(std::lround(value / info.scale)));
   }
 }
 
@@ -204,15 +217,19 @@ LoadedJob load_job(const std::filesystem::path& path) {
   const auto section = [&](const char* name) {
     const toml::node* node = root.get(name);
     if (node != nullptr && !node->is_table()) {
-      throw InputError(fmt::format("{}:{}: {}: expected a section [{}]", path.string(), node->source().begin.line, name, name));
+      throw InputError(fmt::format("{}:{}: {}: expected a section [{}]", path.string(),
+                                   node->source().begin.line, name, name));
     }
     return Section(path, node != nullptr ? node->as_table() : nullptr, name);
   };
   for (const auto& [key, node] : root) {
-    static const std::set<std::string_view> known{"job", "coordinates", "head", "temperature", "registers", "print", "stage", "rtl", "event"};
+    static const std::set<std::string_view> known{"job",   "coordinates", "head", "temperature", "registers",
+                                                  "print", "stage",       "rtl",  "event"};
     if (!known.contains(key.str())) {
-      throw InputError(fmt::format("{}:{}: [{}]: unknown section, expected one of: job, coordinates, head, temperature, registers, "
-                                   "print, stage, rtl, event", path.string(), node.source().begin.line, key.str()));
+      throw InputError(fmt::format(
+          "{}:{}: [{}]: unknown section, expected one of: job, coordinates, head, temperature, registers, "
+          "print, stage, rtl, event",
+          path.string(), node.source().begin.line, key.str()));
     }
   }
 
@@ -234,8 +251,9 @@ LoadedJob load_job(const std::filesystem::path& path) {
   job.head.sensor = head.text("sensor", "MAX31855");
   const std::uint16_t sensor = sensor_code(job.head.sensor);
   if (sensor == 0) {
-    throw InputError(fmt::format("{}: head.sensor: found \"{}\", expected one of: MAX31855, MAX6675, MAX31865, ADT7320, ADT7310, LM70",
-                                 path.string(), job.head.sensor));
+    throw InputError(fmt::format(
+        "{}: head.sensor: found \"{}\", expected one of: MAX31855, MAX6675, MAX31865, ADT7320, ADT7310, LM70",
+        path.string(), job.head.sensor));
   }
   job.head.sensor_noise_degc = head.number("sensor_noise_degc", 0.05, 0.0, 5.0);
   job.head.plant.ambient_degc = head.number("ambient_degc", 25.0, -20.0, 80.0);
@@ -246,13 +264,16 @@ LoadedJob load_job(const std::filesystem::path& path) {
   const double window = temperature.number("window_degc", 1.0, 0.1, 100.0);
   const double dwell = temperature.number("dwell_s", 3.0, 0.0, 600.0);
   job.heat_timeout_s = temperature.number("timeout_s", 600.0, 1.0, 7200.0);
-  const double period_ms = temperature.number("period_ms", spec::kSensorPresets[sensor].min_ts_ms, 10.0, 2000.0);
+  const double period_ms =
+      temperature.number("period_ms", spec::kSensorPresets[sensor].min_ts_ms, 10.0, 2000.0);
   temperature.finish();
 
   job.registers = tuned(job.head.plant, period_ms / 1000.0);
   set_register(job.registers, spec::kRegSetpoint, static_cast<std::uint16_t>(std::lround(setpoint * 10.0)));
-  set_register(job.registers, spec::kRegTMax, static_cast<std::uint16_t>(std::lround(std::min(setpoint + 40.0, 500.0) * 10.0)));
-  set_register(job.registers, spec::kRegTAmb, static_cast<std::uint16_t>(std::lround(job.head.plant.ambient_degc * 10.0)));
+  set_register(job.registers, spec::kRegTMax,
+               static_cast<std::uint16_t>(std::lround(std::min(setpoint + 40.0, 500.0) * 10.0)));
+  set_register(job.registers, spec::kRegTAmb,
+               static_cast<std::uint16_t>(std::lround(job.head.plant.ambient_degc * 10.0)));
   set_register(job.registers, spec::kRegAtWindow, static_cast<std::uint16_t>(std::lround(window * 10.0)));
   set_register(job.registers, spec::kRegAtDwell, static_cast<std::uint16_t>(std::lround(dwell * 10.0)));
   set_register(job.registers, spec::kRegTs, static_cast<std::uint16_t>(std::lround(period_ms)));
@@ -263,23 +284,30 @@ LoadedJob load_job(const std::filesystem::path& path) {
   for (const spec::Reg bus : {spec::kRegAddress, spec::kRegBaud, spec::kRegFormat}) {
     for (const tb::RegisterValue& r : job.registers) {
       if (r.reg == bus) {
-        throw InputError(fmt::format("{}: registers.{}: the printer's host talks at the reset address, baud rate and format; "
-                                     "leave it out", path.string(), spec::kHolding[bus].name));
+        throw InputError(fmt::format(
+            "{}: registers.{}: the printer's host talks at the reset address, baud rate and format; "
+            "leave it out",
+            path.string(), spec::kHolding[bus].name));
       }
     }
   }
 
   Section stage = section("stage");
-  job.start_mm = {stage.number("start_x_mm", 0.0, 0.0, 200.0), stage.number("start_y_mm", 0.0, 0.0, 200.0), 0.0};
+  job.start_mm = {stage.number("start_x_mm", 0.0, 0.0, 200.0), stage.number("start_y_mm", 0.0, 0.0, 200.0),
+                  0.0};
   const double speed = stage.number("speed_mm_s", 100.0, 0.1, 400.0);
   const double acceleration = stage.number("acceleration_mm_s2", 1000.0, 1.0, 20000.0);
   const double jerk = stage.number("jerk_mm_s3", 50000.0, 10.0, 1e7);
   stage.finish();
-  for (motion::AxisConfig& axis : job.stage.axes) axis.limits = motion::asymmetric_limits(speed, acceleration, acceleration, jerk, jerk);
+  for (motion::AxisConfig& axis : job.stage.axes)
+    axis.limits = motion::asymmetric_limits(speed, acceleration, acceleration, jerk, jerk);
 
   Section coordinates = section("coordinates");
   const std::string file = coordinates.text("file", "");
-  if (file.empty()) throw InputError(fmt::format("{}: coordinates.file: missing, expected the name of a .xls, .csv or .kicad_mod file", path.string()));
+  if (file.empty())
+    throw InputError(
+        fmt::format("{}: coordinates.file: missing, expected the name of a .xls, .csv or .kicad_mod file",
+                    path.string()));
   motion::CoordinateOptions options;
   options.pitch_mm = coordinates.number("pitch_mm", 1.0, 1e-6, 1e6);
   options.origin_x_mm = coordinates.number("origin_x_mm", 0.0, -1e6, 1e6);
@@ -293,7 +321,9 @@ LoadedJob load_job(const std::filesystem::path& path) {
   job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
   job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
   static constexpr std::array<std::pair<std::string_view, motion::Metric>, 3> kMetrics{
-      {{"manhattan", motion::Metric::manhattan}, {"chebyshev", motion::Metric::chebyshev}, {"euclidean", motion::Metric::euclidean}}};
+      {{"manhattan", motion::Metric::manhattan},
+       {"chebyshev", motion::Metric::chebyshev},
+       {"euclidean", motion::Metric::euclidean}}};
   const motion::Metric metric = print.choice("metric", "manhattan", kMetrics);
   loaded.plan_metric = print.text("metric", "manhattan");
   print.finish();
@@ -305,7 +335,8 @@ LoadedJob load_job(const std::filesystem::path& path) {
   rtl.finish();
 
   if (const toml::node* events = root.get("event"); events != nullptr) {
-    if (!events->is_array_of_tables()) throw InputError(fmt::format("{}: event: expected sections [[event]]", path.string()));
+    if (!events->is_array_of_tables())
+      throw InputError(fmt::format("{}: event: expected sections [[event]]", path.string()));
     for (const toml::node& node : *events->as_array()) {
       Section event(path, node.as_table(), "event");
       const double at = event.number("at_s", -1.0, 0.0, 1e6);
@@ -321,7 +352,8 @@ LoadedJob load_job(const std::filesystem::path& path) {
   } catch (const motion::CoordinateError& error) {
     throw InputError(error.what());
   }
-  const motion::Plan plan = motion::plan_path(loaded.bumps_in_file_order, metric, {job.start_mm.x(), job.start_mm.y()});
+  const motion::Plan plan =
+      motion::plan_path(loaded.bumps_in_file_order, metric, {job.start_mm.x(), job.start_mm.y()});
   for (const std::size_t i : plan.order) job.bumps.push_back(loaded.bumps_in_file_order[i]);
   loaded.path_before_mm = plan.length_before_mm;
   loaded.path_after_mm = plan.length_after_mm;

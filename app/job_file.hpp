@@ -16,7 +16,7 @@ struct InputError : std::runtime_error {
 };
 
 struct LoadedJob {
-  tb::PrintJob job;        // bumps in planned order
+  tb::PrintJob job;  // bumps in planned order
   std::string plan_metric;
   std::vector<motion::Point> bumps_in_file_order;
   double path_before_mm = 0.0;

@@ -43,14 +43,16 @@ int main(int argc, char** argv) {
   app::PrintOptions print;
   print.command = command_line(argc, argv);
   tb::RtlWindows rtl = tb::RtlWindows::chosen;
-  CLI::App* print_command = cli.add_subcommand("print", "Print a job on the virtual printer: chip, heated head and stage");
+  CLI::App* print_command =
+      cli.add_subcommand("print", "Print a job on the virtual printer: chip, heated head and stage");
   print_command->add_option("JOB", print.job, "Job file (TOML); reference in docs/jobs.md")->required();
   print_command->add_option("--out", print.out, "Folder to write (default: out/NAME of the job file)");
   CLI::Option* rtl_option =
       print_command->add_option("--rtl", rtl, "RTL beside the model: chosen windows, full job, none")
           ->transform(CLI::CheckedTransformer(
-              std::map<std::string, tb::RtlWindows>{
-                  {"chosen", tb::RtlWindows::chosen}, {"full", tb::RtlWindows::full}, {"none", tb::RtlWindows::none}},
+              std::map<std::string, tb::RtlWindows>{{"chosen", tb::RtlWindows::chosen},
+                                                    {"full", tb::RtlWindows::full},
+                                                    {"none", tb::RtlWindows::none}},
               CLI::ignore_case));
   print_command->add_flag("--vcd", print.vcd, "Write the pins as pins.vcd too");
 
@@ -58,7 +60,8 @@ int main(int argc, char** argv) {
   bool bench_list = false;
   bool bench_json = false;
   app::BenchOptions bench;
-  CLI::App* bench_command = cli.add_subcommand("bench", "Measure and print the figures of a part, with what is wanted");
+  CLI::App* bench_command =
+      cli.add_subcommand("bench", "Measure and print the figures of a part, with what is wanted");
   bench_command->add_option("NAME", bench_name, "Which bench; --list names them");
   bench_command->add_flag("--list", bench_list, "Name the benches");
   bench_command->add_flag("--json", bench_json, "Print JSON");

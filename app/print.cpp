@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <fstream>
 #include <limits>
 
@@ -22,14 +23,20 @@ namespace {
 
 namespace spec = chip::spec;
 
+volatile std::sig_atomic_t interrupted = 0;
+void on_interrupt(int /*signal*/) { interrupted = 1; }
+
+// Ctrl-C or SIGTERM during a print: unwinds, so that nothing half-written stays.
+struct Interrupted {};
+
 // One line on a terminal, nothing in a pipe.
 class ProgressLine {
  public:
   ~ProgressLine() { clear(); }
   void show(const tb::Progress& p) {
     if (!terminal_) return;
-    fmt::print(stderr, "\r\033[K{:>8.2f} s  {:<9} {:7.2f} degC of {:.1f}  {} droplets", p.t_s, p.phase, p.reading_degc,
-               p.setpoint_degc, p.droplets);
+    fmt::print(stderr, "\r\033[K{:>8.2f} s  {:<9} {:7.2f} degC of {:.1f}  {} droplets", p.t_s, p.phase,
+               p.reading_degc, p.setpoint_degc, p.droplets);
     std::fflush(stderr);
   }
   void clear() {
@@ -45,8 +52,9 @@ class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path target) : target_(std::move(target)) {
     if (std::filesystem::exists(target_) && !std::filesystem::exists(target_ / "summary.json")) {
-      throw InputError(fmt::format("{}: exists and was not written by this command (no summary.json); choose another --out",
-                                   target_.string()));
+      throw InputError(fmt::format(
+          "{}: exists and was not written by this command (no summary.json); choose another --out",
+          target_.string()));
     }
     if (target_.has_parent_path()) std::filesystem::create_directories(target_.parent_path());
     partial_ = target_.string() + fmt::format(".partial.{}", getpid());
@@ -112,7 +120,8 @@ double largest_error_while_printing(const tb::PrintResult& result) {
   for (const tb::PhaseTime& phase : result.phases) {
     if (phase.name != "print") continue;
     for (const tb::Reading& r : result.readings) {
-      if (r.t_s >= phase.begin_s && r.t_s <= phase.end_s) worst = std::max(worst, std::abs(r.reading_degc - r.setpoint_degc));
+      if (r.t_s >= phase.begin_s && r.t_s <= phase.end_s)
+        worst = std::max(worst, std::abs(r.reading_degc - r.setpoint_degc));
     }
   }
   return worst;
@@ -153,7 +162,8 @@ PrintReport make_report(const LoadedJob& loaded, const tb::PrintResult& result, 
   PrintReport report;
   report.job = loaded.job.name;
   report.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::now()));
-  report.versions = {{"meltstage", version()}, {"Verilator", verilator_version()}, {"Compiler", compiler_version()}};
+  report.versions = {
+      {"meltstage", version()}, {"Verilator", verilator_version()}, {"Compiler", compiler_version()}};
   report.good = result.good;
   report.verdict = result.verdict;
   report.key_figures = {
@@ -196,6 +206,8 @@ int print_job(const PrintOptions& options) {
   loaded.job.failures = options.out.string() + ".failures";
 
   OutputFolder folder(options.out);
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
   tb::PrintResult result;
   {
     vectors::TextWriter text(folder.file("pins.mvec"));
@@ -204,7 +216,14 @@ int print_job(const PrintOptions& options) {
     Tee sink(text, vcd ? &*vcd : nullptr);
     ProgressLine line;
     try {
-      result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) { line.show(p); });
+      result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) {
+        if (interrupted != 0) throw Interrupted{};
+        line.show(p);
+      });
+    } catch (const Interrupted&) {
+      line.clear();
+      fmt::print(stderr, "meltstage: interrupted; nothing written\n");
+      return 1;
     } catch (const tb::Mismatch& mismatch) {
       line.clear();
       fmt::print(stderr, "{}", mismatch.what());
@@ -213,7 +232,12 @@ int print_job(const PrintOptions& options) {
   }
   const PrintReport report = make_report(loaded, result, options);
   write_report(folder.file("report.html"), report);
-  std::ofstream(folder.file("summary.json")) << summary_json(report);
+  std::ofstream summary(folder.file("summary.json"));
+  summary << summary_json(report);
+  summary.close();
+  if (!summary)
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written, is the disk full?", folder.file("summary.json").string()));
   folder.publish();
 
   std::uint64_t clocks = 0;
@@ -223,10 +247,12 @@ int print_job(const PrintOptions& options) {
     comparisons += w.comparisons;
   }
   fmt::print("{}: {}\n", loaded.job.name, report.verdict);
-  fmt::print("path {:.3f} mm in file order, {:.3f} mm planned; heat-up {:.1f} s; print {:.1f} s; {} chip clocks\n",
-             loaded.path_before_mm, loaded.path_after_mm, phase_length_s(result, "heat-up"), phase_length_s(result, "print"),
-             result.cycles);
-  fmt::print("lockstep: {} windows, {} clocks, {} values compared, 0 mismatches\n", report.lockstep.size(), clocks, comparisons);
+  fmt::print(
+      "path {:.3f} mm in file order, {:.3f} mm planned; heat-up {:.1f} s; print {:.1f} s; {} chip clocks\n",
+      loaded.path_before_mm, loaded.path_after_mm, phase_length_s(result, "heat-up"),
+      phase_length_s(result, "print"), result.cycles);
+  fmt::print("lockstep: {} windows, {} clocks, {} values compared, 0 mismatches\n", report.lockstep.size(),
+             clocks, comparisons);
   fmt::print("page: {}\n", (options.out / "report.html").string());
   return result.good ? 0 : 1;
 }

@@ -11,14 +11,14 @@ namespace meltstage::app {
 
 struct PrintOptions {
   std::filesystem::path job;
-  std::filesystem::path out;                // folder to write; replaced only if `print` made it
-  std::optional<tb::RtlWindows> rtl;        // instead of the job's
-  bool vcd = false;                         // the waves of all pins as job.vcd too
-  std::string command;                      // as typed, for reports
+  std::filesystem::path out;          // folder to write; replaced only if `print` made it
+  std::optional<tb::RtlWindows> rtl;  // instead of the job's
+  bool vcd = false;                   // the waves of all pins as job.vcd too
+  std::string command;                // as typed, for reports
 };
 
-// Writes summary.json, report.html, pins.mvec (and pins.vcd) into a folder that appears whole or not at all. Returns the exit
-// status: 0 printed, 1 stopped or mismatch. Throws InputError for wrong input.
+// Writes summary.json, report.html, pins.mvec (and pins.vcd) into a folder that appears whole or not at all.
+// Returns the exit status: 0 printed, 1 stopped or mismatch. Throws InputError for wrong input.
 int print_job(const PrintOptions& options);
 
 }  // namespace meltstage::app

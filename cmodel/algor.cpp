@@ -27,10 +27,14 @@ constexpr std::int64_t converted(std::int64_t product) { return (product + 2048)
 
 bool manual(const Params& p) { return p.bit(spec::kRegMode, 0); }
 
-std::int32_t sat_term(std::int64_t x) { return static_cast<std::int32_t>(std::clamp<std::int64_t>(x, -131072, 131071)); }
+std::int32_t sat_term(std::int64_t x) {
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(x, -131072, 131071));
+}
 
 // 22-bit two's complement.
-std::int32_t wrap22(std::int32_t x) { return static_cast<std::int32_t>(static_cast<std::uint32_t>(x) << 10) >> 10; }
+std::int32_t wrap22(std::int32_t x) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(x) << 10) >> 10;
+}
 
 // Error of the step; whole degrees truncated toward zero where asked, as the published controller computes.
 std::int16_t error_of(std::int16_t sp, std::int16_t pv, bool integer) {
@@ -157,7 +161,8 @@ void Algor::compute(const AlgorIn& in, std::int16_t sp) {
     case kStepProducts:
       // The three multipliers of fig. 6.
       p_q = static_cast<std::int32_t>(std::int64_t{p[spec::kRegKp]} * e_q);
-      ie_q = static_cast<std::int32_t>(std::int64_t{p[in.at_temp ? spec::kRegKiHold : spec::kRegKiApproach]} * e_q);
+      ie_q = static_cast<std::int32_t>(std::int64_t{p[in.at_temp ? spec::kRegKiHold : spec::kRegKiApproach]} *
+                                       e_q);
       d_q = static_cast<std::int32_t>(std::int64_t{p[spec::kRegKd]} * delta_q);
       break;
     case kStepSum:

@@ -29,29 +29,29 @@ enum AlgorStep : std::uint8_t {
   kStepLimit,
 };
 
-#define TC_ALGOR_FLOPS(X)               \
-  X(std::uint8_t, step_q, 4, 0)         \
-  X(std::uint8_t, done_q, 1, 0)         \
-  X(std::uint8_t, fresh_q, 1, 1)        \
-  X(std::uint8_t, i_held_q, 1, 0)       \
-  X(std::uint8_t, segment_q, 2, 0)      \
-  X(std::int16_t, target_q, 16, 0)      \
-  X(std::int16_t, sp_work_q, 16, 0)     \
-  X(std::int16_t, amb_q, 16, 0)         \
-  X(std::int16_t, e_q, 16, 0)           \
-  X(std::int16_t, delta_q, 16, 0)       \
-  X(std::uint16_t, ramp_q, 13, 0)       \
-  X(std::uint32_t, duty_max_q, 17, 0)   \
-  X(std::uint32_t, slew_q, 17, 0)       \
-  X(std::uint32_t, ext_q, 17, 0)        \
-  X(std::uint32_t, ff_q, 17, 0)         \
-  X(std::uint32_t, u_q, 17, 0)          \
-  X(std::uint32_t, duty_q, 17, 0)       \
-  X(std::uint32_t, hold_q, 18, 0)       \
-  X(std::int32_t, filt_q, 22, 0)        \
-  X(std::int32_t, p_q, 32, 0)           \
-  X(std::int32_t, ie_q, 32, 0)          \
-  X(std::int32_t, d_q, 32, 0)           \
+#define TC_ALGOR_FLOPS(X)             \
+  X(std::uint8_t, step_q, 4, 0)       \
+  X(std::uint8_t, done_q, 1, 0)       \
+  X(std::uint8_t, fresh_q, 1, 1)      \
+  X(std::uint8_t, i_held_q, 1, 0)     \
+  X(std::uint8_t, segment_q, 2, 0)    \
+  X(std::int16_t, target_q, 16, 0)    \
+  X(std::int16_t, sp_work_q, 16, 0)   \
+  X(std::int16_t, amb_q, 16, 0)       \
+  X(std::int16_t, e_q, 16, 0)         \
+  X(std::int16_t, delta_q, 16, 0)     \
+  X(std::uint16_t, ramp_q, 13, 0)     \
+  X(std::uint32_t, duty_max_q, 17, 0) \
+  X(std::uint32_t, slew_q, 17, 0)     \
+  X(std::uint32_t, ext_q, 17, 0)      \
+  X(std::uint32_t, ff_q, 17, 0)       \
+  X(std::uint32_t, u_q, 17, 0)        \
+  X(std::uint32_t, duty_q, 17, 0)     \
+  X(std::uint32_t, hold_q, 18, 0)     \
+  X(std::int32_t, filt_q, 22, 0)      \
+  X(std::int32_t, p_q, 32, 0)         \
+  X(std::int32_t, ie_q, 32, 0)        \
+  X(std::int32_t, d_q, 32, 0)         \
   X(std::uint32_t, i_q, 32, 0)
 
 struct AlgorIn {
@@ -69,7 +69,8 @@ struct Algor {
 
   // True when a step changes nothing.
   bool idle(const AlgorIn& in) const {
-    return step_q == kStepIdle && !in.start && done_q == 0 && in.run && !in.ms && in.params[spec::kRegMode] == 0;
+    return step_q == kStepIdle && !in.start && done_q == 0 && in.run && !in.ms &&
+           in.params[spec::kRegMode] == 0;
   }
   void step(const AlgorIn& in);
 

@@ -8,7 +8,8 @@ namespace {
 // Pins in the order of tc_top's synchroniser.
 std::uint8_t asynchronous_pins(const Inputs& in) {
   return static_cast<std::uint8_t>(static_cast<unsigned>(in.uart_rx) | (in.addr_strap & 7u) << 1 |
-                                   static_cast<unsigned>(in.spi_miso) << 4 | static_cast<unsigned>(in.heater_fb) << 5 |
+                                   static_cast<unsigned>(in.spi_miso) << 4 |
+                                   static_cast<unsigned>(in.heater_fb) << 5 |
                                    static_cast<unsigned>(in.inhibit) << 6);
 }
 
@@ -74,8 +75,8 @@ std::uint16_t Chip::read_register(std::uint16_t address) const {
   return paramc.read(address, readings(), mem.rd_data(address & 0x3Fu));
 }
 
-// Every block's inputs are gathered from the flops of the clock before; only then the blocks move. MEM is last, because the
-// others look at its parameters by reference.
+// Every block's inputs are gathered from the flops of the clock before; only then the blocks move. MEM is
+// last, because the others look at its parameters by reference.
 void Chip::clock(const Inputs& in) {
   const Params& p = params();
   const std::uint8_t pins = sync.q();

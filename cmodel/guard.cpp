@@ -16,7 +16,9 @@ constexpr std::int32_t of_temp(std::int32_t x) { return x * 5; }
 constexpr std::int32_t of_tenths(std::int32_t x) { return x * 32; }
 
 // Count of 0.1 s that stops at its top.
-std::uint16_t count_up(std::uint16_t x, bool tick) { return tick && x != 0xFFFF ? static_cast<std::uint16_t>(x + 1) : x; }
+std::uint16_t count_up(std::uint16_t x, bool tick) {
+  return tick && x != 0xFFFF ? static_cast<std::uint16_t>(x + 1) : x;
+}
 
 std::uint8_t first_of(std::uint16_t causes) {
   return causes == 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(std::countr_zero(causes) + 1);
@@ -50,8 +52,8 @@ void Guard::step(const GuardIn& in) {
   const bool off_duty = in.duty == 0 || run_q == 0;
   const bool fb_trip = fb_q >= static_cast<std::uint32_t>(p[spec::kRegFbTime]) << 4;
   const bool lba_active = heating && in.limited && p[spec::kRegLbaTime] != 0;
-  const bool hold_active = heating && in.segment == kSegPid && p[spec::kRegKff] != 0 && p[spec::kRegHoldTime] != 0 &&
-                           in.duty > in.hold_limit;
+  const bool hold_active = heating && in.segment == kSegPid && p[spec::kRegKff] != 0 &&
+                           p[spec::kRegHoldTime] != 0 && in.duty > in.hold_limit;
   const bool exc_active = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]);
   const bool zero_due = off_duty && zero_q >= p[spec::kRegZeroWait];
   const bool zero_rose = of_temp(pv_q - zero_ref_q) >= of_tenths(p[spec::kRegZeroRise]);
@@ -65,9 +67,10 @@ void Guard::step(const GuardIn& in) {
   }
   const bool bad = bad_limit(p);
   cause = static_cast<std::uint16_t>(
-      cause | bit(spec::kFaultSensorFault, bad && bad_dev_q != 0) | bit(spec::kFaultSensorFrame, bad && bad_dev_q == 0) |
-      bit(spec::kFaultSensorStale, stale_q >= p[spec::kRegSampleTimeout]) | bit(spec::kFaultRate, rate_q != 0) |
-      bit(spec::kFaultNotHeating, lba_trip_q != 0) |
+      cause | bit(spec::kFaultSensorFault, bad && bad_dev_q != 0) |
+      bit(spec::kFaultSensorFrame, bad && bad_dev_q == 0) |
+      bit(spec::kFaultSensorStale, stale_q >= p[spec::kRegSampleTimeout]) |
+      bit(spec::kFaultRate, rate_q != 0) | bit(spec::kFaultNotHeating, lba_trip_q != 0) |
       bit(spec::kFaultHoldPower, hold_active && hold_q >= p[spec::kRegHoldTime]) |
       bit(spec::kFaultExcursion, exc_active && exc_q >= p[spec::kRegExcTime]) |
       bit(spec::kFaultZeroRise, zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
@@ -75,7 +78,8 @@ void Guard::step(const GuardIn& in) {
       bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_left(p) == 0) | bit(spec::kFaultParam, in.mem_bad) |
       bit(spec::kFaultState, in.state_illegal || in.overrun) | bit(spec::kFaultInhibit, in.inhibit));
 
-  const std::uint16_t latching = cause_q & static_cast<std::uint16_t>(run_q != 0 ? 0xFFFF : ~spec::kFaultRunOnly);
+  const std::uint16_t latching =
+      cause_q & static_cast<std::uint16_t>(run_q != 0 ? 0xFFFF : ~spec::kFaultRunOnly);
   const bool stop = in.stop || latching != 0 || fault_q != 0;
   const bool running = run_q != 0;
 
@@ -133,7 +137,8 @@ void Guard::step(const GuardIn& in) {
 
   // Samples.
   if (accept) {
-    rate_q = pv_valid_q != 0 && p[spec::kRegDtdtMax] != 0 && std::abs(of_temp(change)) > of_tenths(p[spec::kRegDtdtMax]);
+    rate_q = pv_valid_q != 0 && p[spec::kRegDtdtMax] != 0 &&
+             std::abs(of_temp(change)) > of_tenths(p[spec::kRegDtdtMax]);
     slope_q = pv_valid_q != 0 ? sat_s16(change) : std::int16_t{0};
     pv_valid_q = 1;
     pv_q = in.sens_pv;

@@ -55,7 +55,7 @@ struct GuardIn {
   std::int16_t sp_work;
   bool ramping;
   bool pwm;
-  bool run;    // pulses
+  bool run;  // pulses
   bool stop;
   bool clear;
   bool good_frame;

@@ -37,7 +37,8 @@ constexpr std::uint32_t secded_encode(std::uint16_t data) {
 
 // Wrong bit of a stored word (one bit set); zero when the word is clean or can not be corrected.
 constexpr std::uint32_t secded_flip(std::uint32_t code) {
-  const auto syndrome = static_cast<std::uint8_t>(secded_check(static_cast<std::uint16_t>(code)) ^ (code >> 16));
+  const auto syndrome =
+      static_cast<std::uint8_t>(secded_check(static_cast<std::uint16_t>(code)) ^ (code >> 16));
   if (syndrome == 0) return 0;
   for (unsigned i = 0; i < 16; ++i) {
     if (syndrome == spec::kSecdedColumns[i]) return 1u << i;

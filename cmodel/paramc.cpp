@@ -36,7 +36,8 @@ Judgement judge_form(const Command& c) {
       if (c.len != 8) return {kExcValue, kRspEcho};
       return {in_holding(c) ? kExcNone : kExcAddress, kRspEcho};
     case 16:
-      if (c.b == 0 || c.b > kMaxWrite || c.count != 2 * c.b || c.len != 9 + 2 * c.b) return {kExcValue, kRspEcho};
+      if (c.b == 0 || c.b > kMaxWrite || c.count != 2 * c.b || c.len != 9 + 2 * c.b)
+        return {kExcValue, kRspEcho};
       return {in_holding(c) ? kExcNone : kExcAddress, kRspEcho};
     case 8:
       if (c.a != 0) return {kExcFunction, kRspEcho};
@@ -57,8 +58,8 @@ Judgement judge_form(const Command& c) {
 }
 
 bool known_command(std::uint16_t word) {
-  return word == spec::kCmdStop || word == spec::kCmdRun || word == spec::kCmdClearFault || word == spec::kCmdHold ||
-         word == spec::kCmdCommit || word == spec::kCmdDiscard;
+  return word == spec::kCmdStop || word == spec::kCmdRun || word == spec::kCmdClearFault ||
+         word == spec::kCmdHold || word == spec::kCmdCommit || word == spec::kCmdDiscard;
 }
 
 // Raw value against min..max of its register; index beyond the map: no bounds, as in the RTL's default.
@@ -129,7 +130,9 @@ void Paramc::step(const ParamcIn& in, const Readings& r) {
         decoded_q = 1;
         writes_q = 0;
         rsp_kind_q = c.broadcast ? kRspNone : form.exception != kExcNone ? kRspException : form.kind;
-        rsp_exc_q = form.exception != kExcNone ? form.exception : form.kind == kRspServerId && in.running ? 0xFF : 0;
+        rsp_exc_q = form.exception != kExcNone                ? form.exception
+                    : form.kind == kRspServerId && in.running ? 0xFF
+                                                              : 0;
       }
     } else {
       const Exception exception = judge_value(reg_now, value_now, in, ordered_q != 0);

@@ -12,44 +12,51 @@
 namespace meltstage::chip {
 
 // Modbus exception codes (Modbus application protocol V1.1b3, section 7).
-enum Exception : std::uint8_t { kExcNone = 0, kExcFunction = 1, kExcAddress = 2, kExcValue = 3, kExcDevice = 4, kExcBusy = 6 };
+enum Exception : std::uint8_t {
+  kExcNone = 0,
+  kExcFunction = 1,
+  kExcAddress = 2,
+  kExcValue = 3,
+  kExcDevice = 4,
+  kExcBusy = 6
+};
 
-#define TC_PARAMC_FLOPS(X)               \
-  X(std::uint8_t, decoded_q, 1, 0)       \
-  X(std::uint8_t, writes_q, 1, 0)        \
-  X(std::uint8_t, checking_q, 1, 0)      \
-  X(std::uint8_t, last_q, 1, 0)          \
-  X(std::uint8_t, rsp_kind_q, 3, 0)      \
-  X(std::uint8_t, rsp_exc_q, 8, 0)       \
-  X(std::uint8_t, word_q, 4, 0)          \
-  X(std::uint8_t, index_q, 6, 0)         \
-  X(std::uint16_t, value_q, 16, 0)       \
-  X(std::uint8_t, staged_q, 1, 0)        \
-  X(std::uint8_t, hold_q, 1, 0)          \
-  X(std::uint8_t, ordered_q, 1, 0)       \
-  X(std::uint8_t, run_q, 1, 0)           \
-  X(std::uint8_t, stop_q, 1, 0)          \
-  X(std::uint8_t, clear_q, 1, 0)         \
-  X(std::uint8_t, discard_q, 1, 0)       \
-  X(std::uint8_t, snap_valid_q, 1, 0)    \
-  X(std::int16_t, snap_pv_q, 16, 0)      \
-  X(std::int16_t, snap_slope_q, 16, 0)   \
-  X(std::int16_t, snap_sp_q, 16, 0)      \
-  X(std::uint16_t, snap_samples_q, 16, 0)\
-  X(std::uint32_t, snap_duty_q, 17, 0)   \
-  X(std::int32_t, snap_p_q, 18, 0)       \
-  X(std::int32_t, snap_i_q, 18, 0)       \
-  X(std::int32_t, snap_d_q, 18, 0)       \
+#define TC_PARAMC_FLOPS(X)                \
+  X(std::uint8_t, decoded_q, 1, 0)        \
+  X(std::uint8_t, writes_q, 1, 0)         \
+  X(std::uint8_t, checking_q, 1, 0)       \
+  X(std::uint8_t, last_q, 1, 0)           \
+  X(std::uint8_t, rsp_kind_q, 3, 0)       \
+  X(std::uint8_t, rsp_exc_q, 8, 0)        \
+  X(std::uint8_t, word_q, 4, 0)           \
+  X(std::uint8_t, index_q, 6, 0)          \
+  X(std::uint16_t, value_q, 16, 0)        \
+  X(std::uint8_t, staged_q, 1, 0)         \
+  X(std::uint8_t, hold_q, 1, 0)           \
+  X(std::uint8_t, ordered_q, 1, 0)        \
+  X(std::uint8_t, run_q, 1, 0)            \
+  X(std::uint8_t, stop_q, 1, 0)           \
+  X(std::uint8_t, clear_q, 1, 0)          \
+  X(std::uint8_t, discard_q, 1, 0)        \
+  X(std::uint8_t, snap_valid_q, 1, 0)     \
+  X(std::int16_t, snap_pv_q, 16, 0)       \
+  X(std::int16_t, snap_slope_q, 16, 0)    \
+  X(std::int16_t, snap_sp_q, 16, 0)       \
+  X(std::uint16_t, snap_samples_q, 16, 0) \
+  X(std::uint32_t, snap_duty_q, 17, 0)    \
+  X(std::int32_t, snap_p_q, 18, 0)        \
+  X(std::int32_t, snap_i_q, 18, 0)        \
+  X(std::int32_t, snap_d_q, 18, 0)        \
   X(std::uint32_t, snap_raw_q, 32, 0)
 
 // A received command as UARTC holds it.
 struct Command {
   bool broadcast;
   std::uint8_t fc;
-  std::uint16_t a;      // bytes 2, 3
-  std::uint16_t b;      // bytes 4, 5
-  std::uint8_t count;   // byte 6
-  std::uint16_t len;    // bytes of the frame
+  std::uint16_t a;     // bytes 2, 3
+  std::uint16_t b;     // bytes 4, 5
+  std::uint8_t count;  // byte 6
+  std::uint16_t len;   // bytes of the frame
 };
 
 // What the input registers show; the snapshot takes the first part.
@@ -85,7 +92,7 @@ struct ParamcIn {
   bool commit;
   bool display;
   Command cmd;
-  std::uint16_t cmd_word;      // word word_index() of the command
+  std::uint16_t cmd_word;  // word word_index() of the command
   std::uint16_t t_max_staged;
   std::uint16_t lock;
   bool running;
@@ -99,8 +106,8 @@ struct Paramc {
 
   // True when a step can change nothing but the command pulses: no command in work, no display, no commit.
   bool idle(const ParamcIn& in) const {
-    return !in.decode && !in.extract && !in.write && !in.commit && !in.display && decoded_q == 0 && checking_q == 0 &&
-           (run_q | stop_q | clear_q | discard_q) == 0;
+    return !in.decode && !in.extract && !in.write && !in.commit && !in.display && decoded_q == 0 &&
+           checking_q == 0 && (run_q | stop_q | clear_q | discard_q) == 0;
   }
   void step(const ParamcIn& in, const Readings& readings);
 

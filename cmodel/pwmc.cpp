@@ -78,7 +78,7 @@ void Pwmc::step(const PwmcIn& in) {
     if (count_end) {
       pre_q = 0;
       ++count_q;
-      pwm_q = count_q < high_q;
+      pwm_q = pwm_q != 0 && count_q < high_q;  // never a second pulse
     } else {
       ++pre_q;
     }

@@ -20,7 +20,9 @@ std::uint8_t next_state(const Sysctrl& s, const SysctrlIn& in) {
       return in.last ? spec::kStCmdReady : spec::kStExtrParam;
     case spec::kStCmdReady:
     case spec::kStCfgPwm:
-      return new_cmd ? std::uint8_t{spec::kStCmdDecode} : s.tick_pend_q != 0 ? std::uint8_t{spec::kStReadTemp} : s.state_q;
+      return new_cmd              ? std::uint8_t{spec::kStCmdDecode}
+             : s.tick_pend_q != 0 ? std::uint8_t{spec::kStReadTemp}
+                                  : s.state_q;
     case spec::kStReadTemp:
       return in.sens_done ? spec::kStTempDisplay : spec::kStReadTemp;
     case spec::kStTempDisplay:

@@ -10,23 +10,23 @@
 
 namespace meltstage::chip {
 
-#define TC_SYSCTRL_FLOPS(X)                   \
-  X(std::uint8_t, state_q, 5, spec::kStIdle)  \
-  X(std::uint16_t, ms_cnt_q, 14, 0)           \
-  X(std::uint8_t, ms_q, 1, 0)                 \
-  X(std::uint8_t, tenth_cnt_q, 7, 0)          \
-  X(std::uint8_t, tenth_q, 1, 0)              \
-  X(std::uint16_t, ts_cnt_q, 11, 0)           \
-  X(std::uint8_t, tick_pend_q, 1, 0)          \
-  X(std::uint8_t, overrun_q, 1, 0)            \
-  X(std::uint16_t, tlm_cnt_q, 16, 0)          \
-  X(std::uint8_t, tlm_due_q, 1, 0)            \
-  X(std::uint8_t, cmd_done_q, 1, 0)           \
-  X(std::uint8_t, commit_q, 1, 0)             \
-  X(std::uint8_t, tick_q, 1, 0)               \
-  X(std::uint8_t, sens_start_q, 1, 0)         \
-  X(std::uint8_t, tlm_start_q, 1, 0)          \
-  X(std::uint8_t, algor_start_q, 1, 0)        \
+#define TC_SYSCTRL_FLOPS(X)                  \
+  X(std::uint8_t, state_q, 5, spec::kStIdle) \
+  X(std::uint16_t, ms_cnt_q, 14, 0)          \
+  X(std::uint8_t, ms_q, 1, 0)                \
+  X(std::uint8_t, tenth_cnt_q, 7, 0)         \
+  X(std::uint8_t, tenth_q, 1, 0)             \
+  X(std::uint16_t, ts_cnt_q, 11, 0)          \
+  X(std::uint8_t, tick_pend_q, 1, 0)         \
+  X(std::uint8_t, overrun_q, 1, 0)           \
+  X(std::uint16_t, tlm_cnt_q, 16, 0)         \
+  X(std::uint8_t, tlm_due_q, 1, 0)           \
+  X(std::uint8_t, cmd_done_q, 1, 0)          \
+  X(std::uint8_t, commit_q, 1, 0)            \
+  X(std::uint8_t, tick_q, 1, 0)              \
+  X(std::uint8_t, sens_start_q, 1, 0)        \
+  X(std::uint8_t, tlm_start_q, 1, 0)         \
+  X(std::uint8_t, algor_start_q, 1, 0)       \
   X(std::uint8_t, pwm_load_q, 1, 0)
 
 struct SysctrlIn {

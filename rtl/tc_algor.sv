@@ -323,9 +323,18 @@ module tc_algor (
   `TC_ASSERT_SETUP
   `TC_ASSERT(AlgorIntegralInRange_A, i_q <= {1'b0, 17'd65536, 14'd0})
   `TC_ASSERT(AlgorDutyInRange_A, duty_q <= 17'd65536)
+  `TC_ASSERT(AlgorOperandsInRange_A, duty_max_q <= 17'd65536 && slew_q <= 17'd65536 && ext_q <= 17'd65536 &&
+             ff_q <= 17'd65536 && u_q <= 17'd65536)
+  `TC_ASSERT_IF(AlgorWantedLimited_A, step_q == StepLimit, u_q <= duty_max_q)
+  `TC_ASSERT_IF(AlgorHoldFirstPart_A, step_q == StepHoldAdd, hold_q <= 18'd65536)
+  `TC_ASSERT(AlgorStepLegal_A, step_q <= StepLimit)
   `TC_ASSERT_NEXT(AlgorStoppedIsZero_A, !run_i, duty_q == 17'd0 && i_q == 32'd0)
+  `TC_ASSERT_IF(AlgorIntegralLimited_A, step_q == StepLimit, i_q <= i_limit[31:0])
+  `TC_ASSERT_NEXT(AlgorDutyLimited_A, step_q == StepLimit, duty_q <= duty_max_q)
+`ifndef TC_ALGOR_CUT
   `TC_ASSERT_IF(AlgorProductsFit_A, step_q == StepProducts,
                 product_a[32] == product_a[31] && product_b[32] == product_b[31] && product_c[32] == product_c[31])
+`endif
 `endif
 
 endmodule

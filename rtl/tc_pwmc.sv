@@ -137,7 +137,7 @@ module tc_pwmc (
         if (count_end) begin
           pre_q <= 16'd0;
           count_q <= count_next[15:0];
-          pwm_q <= count_next[15:0] < high_q;
+          pwm_q <= pwm_q && count_next[15:0] < high_q;   // never a second pulse
         end else begin
           pre_q <= pre_q + 16'd1;
         end
@@ -154,40 +154,45 @@ module tc_pwmc (
   `TC_COVER(PwmcSuppressed_C, running_q && high_q == 16'd0 && product_q != 32'd0)
 
 `ifdef FORMAL
-  // What holds in every clock; together the induction hypothesis of the proofs in tests/formal/pwmc.
+  // What holds in every clock; each part needs the others, so they are one assertion.
   logic [15:0] min_on_used_q;       // shortest pulse of the running period
+  logic        loaded_q;            // a duty has been loaded since reset
   always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) min_on_used_q <= 16'd0;
-    else if (!enable_i) min_on_used_q <= 16'd0;
-    else if (start) min_on_used_q <= min_on;
+    if (!rst_ni) begin
+      min_on_used_q <= 16'd0;
+      loaded_q <= 1'b0;
+    end else begin
+      if (!enable_i) min_on_used_q <= 16'd0;
+      else if (start) min_on_used_q <= min_on;
+      loaded_q <= loaded_q || load_i;
+    end
   end
 
-  logic loaded_q;                   // a duty has been loaded since reset
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) loaded_q <= 1'b0;
-    else loaded_q <= loaded_q || load_i;
-  end
-
-  logic [31:0] mul_bound;           // product of the duty bits done so far, were they all ones, one period more
+  logic [31:0] mul_bound;           // mul_period_q times 2^(bits of the duty done, less one)
+  logic signed [31:0] half_period;
+  logic pulse_sound, legal, carry_bounded, product_sound;
   assign mul_bound = {16'd0, mul_period_q} << (5'd16 - mul_left_q);
+  assign half_period = $signed({1'b0, period_q[15:1], 16'd0});
 
-  `TC_ASSERT(PwmcPulseIsCount_A, pwm_q == (running_q && count_q < high_q))
-  `TC_ASSERT(PwmcCountInPeriod_A, count_q < period_q && pre_q <= prescale_q || !running_q)
-  `TC_ASSERT(PwmcStoppedIsClear_A, running_q || (pre_q == 16'd0 && count_q == 16'd0 && high_q == 16'd0 && acc_q == 32'sd0))
-  `TC_ASSERT(PwmcHighInPeriod_A, high_q <= period_q)
-  `TC_ASSERT(PwmcNoRunt_A, high_q == 16'd0 || high_q == period_q ||
-             (high_q >= min_on_used_q && period_q - high_q >= min_on_used_q))
-  `TC_ASSERT(PwmcZeroDutyIsLow_A, product_q != 32'd0 || high_q == 16'd0)
-  `TC_ASSERT(PwmcPeriodLegal_A, period_q >= 16'd2 && mul_period_q >= 16'd2)
-  `TC_ASSERT(PwmcDutyLegal_A, duty_q <= 17'h10000)
-  `TC_ASSERT(PwmcCarryBounded_A, acc_q < $signed({1'b0, period_q[15:1], 16'd0}))
-  `TC_ASSERT(PwmcCarryBoundedBelow_A, acc_q > -$signed({1'b0, period_q[15:1], 16'd0}))
-  `TC_ASSERT(PwmcProductBounded_A, product_q <= {period_q, 16'd0})
-  `TC_ASSERT_IF(PwmcNeedsLoad_A, !loaded_q, duty_q == 17'd0 && product_q == 32'd0 && !pwm_q)
-  `TC_ASSERT(PwmcMulZero_A, (duty_q >> mul_left_q) != 17'd0 || mul_acc_q == 32'd0)
-  `TC_ASSERT(PwmcMulSteps_A, mul_left_q <= MulSteps && (mul_left_q != MulSteps || mul_acc_q == 32'd0))
-  `TC_ASSERT_IF(PwmcMulFull_A, mul_left_q <= 5'd16 && duty_q[16], mul_acc_q == mul_bound)
-  `TC_ASSERT_IF(PwmcMulBounded_A, mul_left_q <= 5'd16 && !duty_q[16], mul_acc_q <= mul_bound - {16'd0, mul_period_q})
+  // The pulse is the first high_q counts; pulse and gap are both long enough; zero duty gives none; nothing runs unless enabled.
+  assign pulse_sound = pwm_q == (running_q && count_q < high_q) && high_q <= period_q &&
+      (high_q == 16'd0 || high_q == period_q || (high_q >= min_on_used_q && period_q - high_q >= min_on_used_q)) &&
+      (product_q != 32'd0 || high_q == 16'd0) &&
+      (running_q ? count_q < period_q && pre_q <= prescale_q
+                 : pre_q == 16'd0 && count_q == 16'd0 && high_q == 16'd0 && acc_q == 32'sd0);
+  assign legal = period_q >= 16'd2 && mul_period_q >= 16'd2 && duty_q <= 17'h10000 && mul_left_q <= MulSteps;
+  // Less than half a period is carried, so the mean is off by less than that at any time.
+  assign carry_bounded = acc_q < half_period && acc_q > -half_period;
+  // A product never exceeds the period, is zero with a zero duty, and is zero until a duty has been loaded.
+  assign product_sound = product_q <= {period_q, 16'd0} &&
+      (mul_left_q != MulSteps || mul_acc_q == 32'd0) &&
+      ((duty_q >> mul_left_q) != 17'd0 || mul_acc_q == 32'd0) &&
+      (mul_left_q > 5'd16 || (duty_q[16] ? mul_acc_q == mul_bound : mul_acc_q <= mul_bound - {16'd0, mul_period_q})) &&
+      (loaded_q || (duty_q == 17'd0 && product_q == 32'd0));
+
+  always_comb begin
+    PwmcInvariant_A: assert (pulse_sound && legal && carry_bounded && product_sound);
+  end
 `endif
 
 endmodule

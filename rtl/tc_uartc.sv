@@ -323,7 +323,7 @@ module tc_uartc (
   assign rd_addr_o = rd_addr_q;
 
   `TC_ASSERT_SETUP
-  `TC_ASSERT_IF(UartcDriverEnabled_A, !tx_o, de_o)
+  `TC_ASSERT(UartcDriverEnabled_A, tx_o || de_o)
   `TC_ASSERT_IF(UartcAnswerKindLegal_A, rsp_active_q,
                 rsp_kind_q >= tc_uart_pkg::RspException && rsp_kind_q <= tc_uart_pkg::RspIdObject)
   `TC_ASSERT_NEXT(UartcConfigKept_A, !idle,

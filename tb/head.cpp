@@ -5,7 +5,8 @@ namespace meltstage::tb {
 
 namespace {
 constexpr double kClockHz = chip::spec::kClkHz;
-constexpr std::uint64_t kPumpHoldClocks = chip::spec::kClkHz / 1000;  // the charge pump bridges 1 ms without an edge
+constexpr std::uint64_t kPumpHoldClocks =
+    chip::spec::kClkHz / 1000;  // the charge pump bridges 1 ms without an edge
 }  // namespace
 
 void Head::move_relay(std::uint64_t cycle, bool safe_en) {

@@ -16,8 +16,8 @@ namespace meltstage::tb {
 
 struct HeadConfig {
   PlantConfig plant = plant_config("PH-1");
-  std::string sensor = "MAX31855";     // part, as in the spec's presets
-  double sensor_noise_degc = 0.05;     // sigma, before quantisation
+  std::string sensor = "MAX31855";  // part, as in the spec's presets
+  double sensor_noise_degc = 0.05;  // sigma, before quantisation
   double baud = 115200.0;
   UartFormat format = k8E1;
   std::uint8_t addr_strap = 0;

@@ -69,8 +69,8 @@ vectors::Header input_header(const RunIdentity& identity) {
 Lockstep::Lockstep(std::unique_ptr<Dut> dut, RunIdentity identity, std::filesystem::path failures)
     : Lockstep(std::move(dut), chip::Chip{}, 0, std::move(identity), std::move(failures)) {}
 
-Lockstep::Lockstep(std::unique_ptr<Dut> dut, const chip::Chip& model, std::uint64_t cycle, RunIdentity identity,
-                   std::filesystem::path failures)
+Lockstep::Lockstep(std::unique_ptr<Dut> dut, const chip::Chip& model, std::uint64_t cycle,
+                   RunIdentity identity, std::filesystem::path failures)
     : model_(model),
       start_(model),
       dut_(std::move(dut)),
@@ -100,29 +100,33 @@ Compared Lockstep::compared() const {
 Compared Lockstep::finish() const {
   const Compared c = compared();
   if (c.clocks == 0 || c.pin_values == 0 || c.flop_values == 0) {
-    throw std::logic_error(fmt::format("lockstep test={}: nothing was compared: {} clocks, {} pin values, {} flop bits",
-                                       identity_.test, c.clocks, c.pin_values, c.flop_values));
+    throw std::logic_error(
+        fmt::format("lockstep test={}: nothing was compared: {} clocks, {} pin values, {} flop bits",
+                    identity_.test, c.clocks, c.pin_values, c.flop_values));
   }
   return c;
 }
 
 std::string Lockstep::report(const chip::Outputs& expected, const chip::Outputs& got) const {
   const std::uint64_t in_run = cycle_ - first_cycle_;
-  std::string text = fmt::format("MISMATCH test={} seed={:#x} cycle={} t={:.6f} ms  (model against {})\n", identity_.test,
-                                 identity_.seed, cycle_, static_cast<double>(cycle_) * 1e3 / chip::spec::kClkHz, dut_->name());
+  std::string text = fmt::format("MISMATCH test={} seed={:#x} cycle={} t={:.6f} ms  (model against {})\n",
+                                 identity_.test, identity_.seed, cycle_,
+                                 static_cast<double>(cycle_) * 1e3 / chip::spec::kClkHz, dut_->name());
   for (const PinDifference& d : pin_differences(got, expected)) {
     text += fmt::format("  pin  {:<28} dut={} model={}\n", d.name, d.dut ? 1 : 0, d.model ? 1 : 0);
   }
   const std::vector<FlopDifference> flops = dut_->differences(model_);
   for (std::size_t i = 0; i < flops.size() && i < kShownDifferences; ++i) {
-    text += fmt::format("  flop {:<28} dut={:#x} model={:#x} xor={:#x}\n", flops[i].name, flops[i].dut, flops[i].model,
-                        flops[i].dut ^ flops[i].model);
+    text += fmt::format("  flop {:<28} dut={:#x} model={:#x} xor={:#x}\n", flops[i].name, flops[i].dut,
+                        flops[i].model, flops[i].dut ^ flops[i].model);
   }
-  if (flops.size() > kShownDifferences) text += fmt::format("  ... {} flops more\n", flops.size() - kShownDifferences);
-  text += in_run == 0 ? std::string("  no clock of this run was equal\n") : fmt::format("  last equal cycle {}\n", cycle_ - 1);
+  if (flops.size() > kShownDifferences)
+    text += fmt::format("  ... {} flops more\n", flops.size() - kShownDifferences);
+  text += in_run == 0 ? std::string("  no clock of this run was equal\n")
+                      : fmt::format("  last equal cycle {}\n", cycle_ - 1);
   text += fmt::format("  model: state={} fault={:#06x} T={:.3f} degC duty={:.2f} %\n",
-                      chip::spec::state_name(model_.sysctrl.state_q), model_.guard.fault_q, model_.guard.pv_q / 64.0,
-                      model_.algor.duty_q * 100.0 / 65536.0);
+                      chip::spec::state_name(model_.sysctrl.state_q), model_.guard.fault_q,
+                      model_.guard.pv_q / 64.0, model_.algor.duty_q * 100.0 / 65536.0);
   text += fmt::format("  last frame: fc={} a={:#06x} b={:#06x}, {} accepted so far\n", model_.uartc.cmd_fc(),
                       model_.uartc.cmd_a(), model_.uartc.cmd_b(), model_.uartc.messages());
   text += fmt::format("  compared: {} clocks x ({} flop bits + pins)\n", compared_.clocks, dut_->flop_bits());

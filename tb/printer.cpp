@@ -18,13 +18,13 @@ namespace spec = chip::spec;
 constexpr double kClockHz = spec::kClkHz;
 constexpr std::uint64_t kMs = spec::kClkHz / 1000;
 constexpr std::uint64_t kResetClocks = 20;
-constexpr std::uint64_t kLook = kMs / 10;              // how often the host program looks at its results
-constexpr std::uint64_t kPollClocks = 250 * kMs;       // between status polls
-constexpr std::uint64_t kTriggerClocks = kMs / 100;    // droplet trigger pulse, 10 us
-constexpr std::uint64_t kWatchOff = 50 * kMs;          // heater watched after STOP
-constexpr std::uint64_t kReplyTimeout = 2000 * kMs;    // no answer: the chip is lost
+constexpr std::uint64_t kLook = kMs / 10;            // how often the host program looks at its results
+constexpr std::uint64_t kPollClocks = 250 * kMs;     // between status polls
+constexpr std::uint64_t kTriggerClocks = kMs / 100;  // droplet trigger pulse, 10 us
+constexpr std::uint64_t kWatchOff = 50 * kMs;        // heater watched after STOP
+constexpr std::uint64_t kReplyTimeout = 2000 * kMs;  // no answer: the chip is lost
 constexpr std::uint8_t kUnit = 1;
-constexpr std::size_t kCheckedBumps = 3;               // bumps that the RTL prints along
+constexpr std::size_t kCheckedBumps = 3;  // bumps that the RTL prints along
 constexpr std::uint16_t kStatusRegisters = 16;
 
 // Heat-up samples of the RTL, after RUN.
@@ -38,8 +38,24 @@ constexpr std::uint64_t kShutdownClocks = 60 * kMs;
 
 // Pin indices of the recording, in the order of printer_header.
 enum PinIndex : std::uint32_t {
-  kRstN, kUartRx, kUartTx, kUartDe, kTlmTx, kAddrStrap, kSclk, kCsN, kMosi, kMiso, kHeater, kHeaterFb, kSafeEn, kInhibit,
-  kFaultN, kAtTemp, kTrigger, kFirstAxis,
+  kRstN,
+  kUartRx,
+  kUartTx,
+  kUartDe,
+  kTlmTx,
+  kAddrStrap,
+  kSclk,
+  kCsN,
+  kMosi,
+  kMiso,
+  kHeater,
+  kHeaterFb,
+  kSafeEn,
+  kInhibit,
+  kFaultN,
+  kAtTemp,
+  kTrigger,
+  kFirstAxis,
 };
 constexpr std::uint32_t kPinsPerAxis = 6;
 constexpr const char* kAxisNames[] = {"x", "y", "z"};
@@ -59,14 +75,17 @@ std::vector<ModbusRequest> write_frames(std::vector<RegisterValue> registers) {
   std::vector<ModbusRequest> frames;
   // The limit first: a set-point is judged against the staged T_MAX.
   for (const RegisterValue& r : registers) {
-    if (r.reg == spec::kRegTMax) frames.push_back(write_single_register(kUnit, spec::kHoldingBase + r.reg, r.value));
+    if (r.reg == spec::kRegTMax)
+      frames.push_back(write_single_register(kUnit, spec::kHoldingBase + r.reg, r.value));
   }
   for (std::size_t i = 0; i < registers.size();) {
     std::vector<std::uint16_t> values{registers[i].value};
     std::size_t next = i + 1;
-    while (next < registers.size() && registers[next].reg == registers[next - 1].reg + 1 && values.size() < 16)
+    while (next < registers.size() && registers[next].reg == registers[next - 1].reg + 1 &&
+           values.size() < 16)
       values.push_back(registers[next++].value);
-    frames.push_back(write_multiple_registers(kUnit, static_cast<std::uint16_t>(spec::kHoldingBase + registers[i].reg), values));
+    frames.push_back(write_multiple_registers(
+        kUnit, static_cast<std::uint16_t>(spec::kHoldingBase + registers[i].reg), values));
     i = next;
   }
   return frames;
@@ -87,7 +106,8 @@ class Printer {
   PrintResult run() {
     enter("command");
     head_.set_reset(true);
-    if (job_.rtl != RtlWindows::none) open_window(job_.rtl == RtlWindows::full ? "whole job" : "command phase");
+    if (job_.rtl != RtlWindows::none)
+      open_window(job_.rtl == RtlWindows::full ? "whole job" : "command phase");
     wake_ = kResetClocks;
     while (phase_ != Phase::done) {
       const chip::Inputs in = head_.step(cycle_, out_);
@@ -106,7 +126,19 @@ class Printer {
   }
 
  private:
-  enum class Phase { reset, configure, wait_sensor, wait_run, heat, move, settle, trigger, stop, watch_off, done };
+  enum class Phase {
+    reset,
+    configure,
+    wait_sensor,
+    wait_run,
+    heat,
+    move,
+    settle,
+    trigger,
+    stop,
+    watch_off,
+    done
+  };
 
   static motion::StageConfig stage_config(const PrintJob& job) {
     motion::StageConfig config = job.stage;
@@ -173,15 +205,17 @@ class Printer {
     status_ = r;
     const bool valid = r[spec::kInPv] != 0x8000;
     const auto temp = [&](spec::In reg, double scale) { return static_cast<std::int16_t>(r[reg]) * scale; };
-    const Reading reading{.t_s = seconds(cycle_),
-                          .reading_degc = valid ? temp(spec::kInPvFine, 1.0 / 64) : job_.head.plant.ambient_degc,
-                          .setpoint_degc = temp(spec::kInSpWork, 0.1),
-                          .duty = r[spec::kInDuty] * 1e-4,
-                          .heater_degc = head_.plant().heater_degc(cycle_),
-                          .run = (r[spec::kInStatus] & 1) != 0};
+    const Reading reading{
+        .t_s = seconds(cycle_),
+        .reading_degc = valid ? temp(spec::kInPvFine, 1.0 / 64) : job_.head.plant.ambient_degc,
+        .setpoint_degc = temp(spec::kInSpWork, 0.1),
+        .duty = r[spec::kInDuty] * 1e-4,
+        .heater_degc = head_.plant().heater_degc(cycle_),
+        .run = (r[spec::kInStatus] & 1) != 0};
     if (valid) result_.readings.push_back(reading);
     result_.peak_heater_degc = std::max(result_.peak_heater_degc, reading.heater_degc);
-    progress_({result_.phases.back().name, reading.t_s, reading.reading_degc, reading.setpoint_degc, result_.droplets});
+    progress_({result_.phases.back().name, reading.t_s, reading.reading_degc, reading.setpoint_degc,
+               result_.droplets});
   }
 
   // ---- Bad ends ----
@@ -247,7 +281,8 @@ class Printer {
   // ---- The job, looked at every kLook clocks ----
   void act() {
     wake_ = cycle_ + kLook;
-    for (; next_event_ < job_.events.size() && seconds(cycle_) >= job_.events[next_event_].at_s; ++next_event_)
+    for (; next_event_ < job_.events.size() && seconds(cycle_) >= job_.events[next_event_].at_s;
+         ++next_event_)
       happen(job_.events[next_event_].kind);
     take_results();
     if (!out_.fault_n && !aborted_ && phase_ != Phase::reset) {
@@ -274,12 +309,13 @@ class Printer {
         }
         break;
       case Phase::wait_sensor:
-        if (!status_.empty() && status_[spec::kInPv] != 0x8000 && status_[spec::kInCause] == 0 && waiting_ == 0) {
+        if (!status_.empty() && status_[spec::kInPv] != 0x8000 && status_[spec::kInCause] == 0 &&
+            waiting_ == 0) {
           submit(command(spec::kCmdRun));
           phase_ = Phase::wait_run;
         } else if (cycle_ > deadline_) {
-          abort(fmt::format("no sound sensor reading in {:.0f} s (cause bits {:#06x})", seconds(kReplyTimeout),
-                            status_.empty() ? 0 : status_[spec::kInCause]));
+          abort(fmt::format("no sound sensor reading in {:.0f} s (cause bits {:#06x})",
+                            seconds(kReplyTimeout), status_.empty() ? 0 : status_[spec::kInCause]));
         }
         break;
       case Phase::wait_run:
@@ -345,7 +381,8 @@ class Printer {
     if (job_.rtl != RtlWindows::chosen) return;
     if (lockstep_) {
       const std::uint64_t length = heat_sample_ == 0 ? 0 : kSampleClocks;
-      if (cycle_ - result_.windows.back().first_cycle >= length && cycle_ - run_at_ >= kSampleClocks) close_window();
+      if (cycle_ - result_.windows.back().first_cycle >= length && cycle_ - run_at_ >= kSampleClocks)
+        close_window();
     } else if (heat_sample_ < std::size(kHeatSamples) &&
                seconds(cycle_ - run_at_) >= kHeatSamples[heat_sample_].after_run_s) {
       open_window(kHeatSamples[heat_sample_].name);
@@ -376,7 +413,8 @@ class Printer {
   void finish() {
     result_.good = !aborted_;
     if (result_.good) {
-      result_.verdict = fmt::format("{} of {} bumps printed, heater off", result_.droplets, job_.bumps.size());
+      result_.verdict =
+          fmt::format("{} of {} bumps printed, heater off", result_.droplets, job_.bumps.size());
     }
     phase_ = Phase::done;
   }
@@ -498,7 +536,8 @@ vectors::Header printer_header(const PrintJob& job) {
   return header;
 }
 
-PrintResult run_print(const PrintJob& job, vectors::Sink& sink, const std::function<void(const Progress&)>& progress) {
+PrintResult run_print(const PrintJob& job, vectors::Sink& sink,
+                      const std::function<void(const Progress&)>& progress) {
   return Printer(job, sink, progress).run();
 }
 

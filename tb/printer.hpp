@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The virtual printer: the chip heats a simulated head over its UART while the stage prints bumps; every pin is recorded.
+// The virtual printer: the chip heats a simulated head over its UART while the stage prints bumps; every pin
+// is recorded.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +25,15 @@ struct RegisterValue {
   std::uint16_t value;
 };
 
-enum class EventKind { emergency_stop, sensor_open, sensor_short, sensor_out, heater_open, switch_short, host_lost };
+enum class EventKind {
+  emergency_stop,
+  sensor_open,
+  sensor_short,
+  sensor_out,
+  heater_open,
+  switch_short,
+  host_lost
+};
 
 // Something that happens to the printer.
 struct PrintEvent {
@@ -109,8 +118,9 @@ struct Progress {
 // Pins of chip and stage as they are recorded.
 vectors::Header printer_header(const PrintJob& job);
 
-// Runs the job; every pin goes to `sink`. Throws Mismatch when model and RTL differ; whatever else goes wrong with the
-// printer (fault, emergency stop, lost chip) stops it and is in the result.
-PrintResult run_print(const PrintJob& job, vectors::Sink& sink, const std::function<void(const Progress&)>& progress);
+// Runs the job; every pin goes to `sink`. Throws Mismatch when model and RTL differ; whatever else goes wrong
+// with the printer (fault, emergency stop, lost chip) stops it and is in the result.
+PrintResult run_print(const PrintJob& job, vectors::Sink& sink,
+                      const std::function<void(const Progress&)>& progress);
 
 }  // namespace meltstage::tb

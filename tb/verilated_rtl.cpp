@@ -8,11 +8,11 @@
 #include <type_traits>
 
 #include "Vtc_top.h"
-#include "Vtc_top___024root.h"
 #include "Vtc_top__Syms.h"
+#include "Vtc_top___024root.h"
 #include "Vtc_top_traced.h"
-#include "Vtc_top_traced___024root.h"
 #include "Vtc_top_traced__Syms.h"
+#include "Vtc_top_traced___024root.h"
 
 // A flop's member in the Verilated root.
 #define TC_PATH2(instance, name) tc_top__DOT__##instance##__DOT__##name
@@ -49,10 +49,11 @@ template <class Root>
 bool equal(const Root& root, const chip::Chip& model) {
   std::uint64_t difference = 0;
 #define TC_FLOP(type, name, width, reset) difference |= TC_ROOT(name) ^ bits<width>(model.TC_MEMBER.name);
-#define TC_ARRAY(type, name, count, width)                                                                      \
-  {                                                                                                             \
-    const std::size_t before = words_before(model.TC_MEMBER.name, TC_ROOT(name));                               \
-    for (std::size_t i = before; i < count; ++i) difference |= TC_ROOT(name)[i - before] ^ model.TC_MEMBER.name[i]; \
+#define TC_ARRAY(type, name, count, width)                                        \
+  {                                                                               \
+    const std::size_t before = words_before(model.TC_MEMBER.name, TC_ROOT(name)); \
+    for (std::size_t i = before; i < count; ++i)                                  \
+      difference |= TC_ROOT(name)[i - before] ^ model.TC_MEMBER.name[i];          \
   }
 #include "cmodel/for_each_flop.inc"
   return difference == 0;
@@ -61,17 +62,18 @@ bool equal(const Root& root, const chip::Chip& model) {
 template <class Root>
 std::vector<FlopDifference> list_differences(const Root& root, const chip::Chip& model) {
   std::vector<FlopDifference> list;
-  const auto compare = [&](const char* instance, const std::string& name, std::uint64_t dut, std::uint64_t expected) {
+  const auto compare = [&](const char* instance, const std::string& name, std::uint64_t dut,
+                           std::uint64_t expected) {
     if (dut != expected) list.push_back({dotted(instance) + "." + name, dut, expected});
   };
 #define TC_FLOP(type, name, width, reset) \
   compare(TC_TEXT1(TC_INSTANCE), #name, TC_ROOT(name), bits<width>(model.TC_MEMBER.name));
-#define TC_ARRAY(type, name, count, width)                                                                       \
-  {                                                                                                              \
-    const std::size_t before = words_before(model.TC_MEMBER.name, TC_ROOT(name));                                \
-    for (std::size_t i = before; i < count; ++i)                                                                 \
-      compare(TC_TEXT1(TC_INSTANCE), #name "[" + std::to_string(i) + "]", TC_ROOT(name)[i - before],             \
-              model.TC_MEMBER.name[i]);                                                                          \
+#define TC_ARRAY(type, name, count, width)                                                           \
+  {                                                                                                  \
+    const std::size_t before = words_before(model.TC_MEMBER.name, TC_ROOT(name));                    \
+    for (std::size_t i = before; i < count; ++i)                                                     \
+      compare(TC_TEXT1(TC_INSTANCE), #name "[" + std::to_string(i) + "]", TC_ROOT(name)[i - before], \
+              model.TC_MEMBER.name[i]);                                                              \
   }
 #include "cmodel/for_each_flop.inc"
   return list;
@@ -91,11 +93,12 @@ unsigned count_bits(const Root& root) {
 template <class Root>
 void store(Root& root, const chip::Chip& model) {
 #define TC_FLOP(type, name, width, reset) \
-  TC_ROOT(name) = static_cast<std::remove_reference_t<decltype(TC_ROOT(name))>>(bits<width>(model.TC_MEMBER.name));
-#define TC_ARRAY(type, name, count, width)                                                                        \
-  {                                                                                                               \
-    const std::size_t before = words_before(model.TC_MEMBER.name, TC_ROOT(name));                                 \
-    for (std::size_t i = before; i < count; ++i) TC_ROOT(name)[i - before] = model.TC_MEMBER.name[i];             \
+  TC_ROOT(name) =                         \
+      static_cast<std::remove_reference_t<decltype(TC_ROOT(name))>>(bits<width>(model.TC_MEMBER.name));
+#define TC_ARRAY(type, name, count, width)                                                            \
+  {                                                                                                   \
+    const std::size_t before = words_before(model.TC_MEMBER.name, TC_ROOT(name));                     \
+    for (std::size_t i = before; i < count; ++i) TC_ROOT(name)[i - before] = model.TC_MEMBER.name[i]; \
   }
 #include "cmodel/for_each_flop.inc"
 }
@@ -110,7 +113,8 @@ class VerilatedTop : public VerilatedRtl {
   }
   ~VerilatedTop() override {
     top_.final();
-    // Verilator 5.006 unregisters an instance's scopes from the thread's newest context; that must be its own.
+    // Verilator 5.006 unregisters an instance's scopes from the thread's newest context; that must be its
+    // own.
     Verilated::threadContextp(&context_);
   }
 
@@ -140,8 +144,9 @@ class VerilatedTop : public VerilatedRtl {
   std::string name() const override { return "Verilated RTL"; }
 
   void load(const chip::Chip& model, const chip::Inputs& in) override {
-    // Out of reset first, so that no reset edge follows and overwrites what is loaded. Verilator does not expect flops to be
-    // written (flops.vlt): a repeated initial settling makes it recompute everything behind them.
+    // Out of reset first, so that no reset edge follows and overwrites what is loaded. Verilator does not
+    // expect flops to be written (flops.vlt): a repeated initial settling makes it recompute everything
+    // behind them.
     apply(in);
     top_.eval();
     store(*top_.rootp, model);

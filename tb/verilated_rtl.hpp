@@ -9,7 +9,8 @@
 
 namespace meltstage::tb {
 
-// Out of reset lines idle, all flops at their reset values; reset is asserted until the first step says otherwise.
+// Out of reset lines idle, all flops at their reset values; reset is asserted until the first step says
+// otherwise.
 class VerilatedRtl : public Dut {
  public:
   // Sets every flop to the model's value, with the pins at `in`: the RTL goes on from the model's state.

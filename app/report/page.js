@@ -54,7 +54,7 @@ function namedTexts(id, list) {
 }
 
 function showHeader() {
-  document.getElementById("date").textContent = data.date.replace("T", " ").replace(/Z$/, " UTC");
+  document.getElementById("date").textContent = data.date.replace(/(\d)T(\d)/, "$1 $2").replace(/Z$/, " UTC");
   document.getElementById("verdict").classList.add(data.good ? "good" : "bad");
 }
 

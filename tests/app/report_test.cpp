@@ -161,6 +161,12 @@ TEST(Summary, SaysWhatHappenedWithoutTheCurves) {
   EXPECT_FALSE(summary.contains("temperature"));
 }
 
+TEST(Summary, TellsMismatches) {
+  PrintReport report = sample();
+  report.lockstep[0].mismatches = 3;
+  EXPECT_EQ(json::parse(summary_json(report))["lockstep"][0]["mismatches"], 3);
+}
+
 TEST(Summary, KeepsCountsBeyond32Bits) {
   PrintReport report = sample();
   report.lockstep[0].comparisons = 123'456'789'012'345;

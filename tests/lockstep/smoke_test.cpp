@@ -26,8 +26,8 @@ TEST(Smoke, HeatsInLockstep) {
   }
   int good = 0;
   while (auto result = head.host().take_result()) {
-    EXPECT_EQ(result->outcome == ModbusOutcome::Data, true) << "request " << result->id << " exception "
-                                                            << int{result->exception_code} << result->problem;
+    EXPECT_EQ(result->outcome == ModbusOutcome::Data, true)
+        << "request " << result->id << " exception " << int{result->exception_code} << result->problem;
     good += result->outcome == ModbusOutcome::Data;
   }
   EXPECT_EQ(good, 3);

@@ -8,6 +8,9 @@ namespace meltstage::systemc {
 namespace {
 
 constexpr double kClockHz = chip::spec::kClkHz;
+// The devices have had power for 0.3 s: the sensor's first conversion takes 0.2 s (MAX31855 data sheet,
+// power-up time).
+constexpr std::uint64_t kPoweredClocks = 3 * chip::spec::kClkHz / 10;
 const sc_core::sc_time kPeriod(1e9 / kClockHz, sc_core::SC_NS);
 // The bench stops at whole periods, away from the clock's edges, where a case may move pins.
 const sc_core::sc_time kFirstEdge = 0.25 * kPeriod;
@@ -64,7 +67,7 @@ Bench::Bench(const sc_core::sc_module_name& name)
 
 void Bench::reset() {
   devices_.emplace();
-  cycle_ = 0;
+  cycle_ = kPoweredClocks;
   inhibit_.write(false);
   rst_n_.write(true);  // so that a falling edge follows: reset acts without a clock
   settle();

@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <memory>
 #include <random>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "tb/devices/modbus_host.hpp"
@@ -20,13 +20,14 @@ using namespace spec;
 
 constexpr std::uint16_t at(Reg reg) { return static_cast<std::uint16_t>(kHoldingBase + reg); }
 
+std::unique_ptr<tb::SpiSensor> room_sensor() {
+  tb::SpiSensorConfig config{.clock_hz = kClkHz, .source = [](std::uint64_t) { return 25.0; }};
+  return tb::make_spi_sensor("MAX31855", std::move(config));
+}
+
 // A chip with a sensor at room temperature.
 class Fed {
  public:
-  Fed()
-      : sensor_(tb::make_spi_sensor("MAX31855",
-                                    {.clock_hz = kClkHz, .source = [](std::uint64_t) { return 25.0; }})) {}
-
   void step(std::uint64_t cycle, bool uart_rx) {
     in_.uart_rx = uart_rx;
     in_.heater_fb = out_.heater;
@@ -34,13 +35,14 @@ class Fed {
     out_ = chip.step(in_);
   }
   const Outputs& out() const { return out_; }
+  void set_inhibit(bool pressed) { in_.inhibit = pressed; }
 
   Chip chip;
 
  private:
-  std::unique_ptr<tb::SpiSensor> sensor_;
+  std::unique_ptr<tb::SpiSensor> sensor_ = room_sensor();
   Inputs in_;
-  Outputs out_ = chip.outputs({});
+  Outputs out_ = chip.outputs(in_);
 };
 
 struct Access {
@@ -134,7 +136,7 @@ class Pair {
   }
 
   tb::ModbusHost host_{{.line = {kClkHz, 115200.0, tb::k8E1}}, tb::stream(1, "host")};
-  std::uint64_t cycle_ = 0;
+  std::uint64_t cycle_ = 3 * kClkHz / 10;  // the sensors are past their power-up time
 };
 
 // Frames of all kinds that leave the serial line as it is.
@@ -202,9 +204,23 @@ TEST(HostAccess, IsWhatFramesDo) {
   EXPECT_GT(runs, 0u);
 }
 
-class Direct : public testing::Test {
+TEST(HostAccess, ClearsAFaultAsAFrameDoes) {
+  Pair pair;
+  start_heating(pair);
+  for (Fed* fed : {&pair.serial, &pair.direct}) fed->set_inhibit(true);
+  pair.clocks(10);
+  for (Fed* fed : {&pair.serial, &pair.direct}) fed->set_inhibit(false);
+  pair.clocks(10);
+  ASSERT_EQ(pair.direct.chip.read_register(kInFault), 1u << kFaultInhibit);
+  pair.access({false, at(kRegCmd), {kCmdClearFault}}, true);
+  pair.clocks(200);
+  EXPECT_EQ(pair.direct.chip.read_register(kInFault), 0);
+  pair.expect_equal("after ClearFault");
+}
+
+class HostAccessAlone : public testing::Test {
  protected:
-  Direct() { clocks(10); }
+  HostAccessAlone() { clocks(10); }
   void clocks(unsigned count) {
     for (; count != 0; --count) chip.step({});
   }
@@ -212,14 +228,14 @@ class Direct : public testing::Test {
   Chip chip;
 };
 
-TEST_F(Direct, AccessWakesTheChipFromIdle) {
+TEST_F(HostAccessAlone, AccessWakesTheChipFromIdle) {
   ASSERT_EQ(chip.sysctrl.state_q, kStIdle);
   std::vector<std::uint16_t> out(1);
   EXPECT_EQ(host_read(chip, kInStatus, out), kExcNone);
   EXPECT_EQ(chip.sysctrl.state_q, kStCmdReady);
 }
 
-TEST_F(Direct, AnEmptyOrTooLongAccessIsAValueError) {
+TEST_F(HostAccessAlone, AnEmptyOrTooLongAccessIsAValueError) {
   std::vector<std::uint16_t> none, many_reads(33), many_writes(17);
   EXPECT_EQ(host_read(chip, 0, none), kExcValue);
   EXPECT_EQ(host_read(chip, kHoldingBase, many_reads), kExcValue);
@@ -227,37 +243,37 @@ TEST_F(Direct, AnEmptyOrTooLongAccessIsAValueError) {
   EXPECT_EQ(write(kRegSensFrame, many_writes), kExcValue);
 }
 
-TEST_F(Direct, ARefusedReadLeavesTheBuffer) {
+TEST_F(HostAccessAlone, ARefusedReadLeavesTheBuffer) {
   std::vector<std::uint16_t> out(2, 0xEEEE);
   EXPECT_EQ(host_read(chip, kInMapCrc, out), kExcAddress);
   EXPECT_EQ(out, std::vector<std::uint16_t>(2, 0xEEEE));
 }
 
-TEST_F(Direct, IsBusyWhileASerialCommandIsCarriedOut) {
+TEST_F(HostAccessAlone, IsBusyWhileASerialCommandIsCarriedOut) {
   chip.sysctrl.state_q = kStCmdDecode;
   EXPECT_EQ(write(kRegSetpoint, {100}), kExcBusy);
   EXPECT_EQ(chip.read_register(at(kRegSetpoint)), 0);
 }
 
-TEST_F(Direct, IsBusyInTheClockOfACommit) {
+TEST_F(HostAccessAlone, IsBusyInTheClockOfACommit) {
   chip.sysctrl.commit_q = 1;
   EXPECT_EQ(write(kRegSetpoint, {100}), kExcBusy);
 }
 
-TEST_F(Direct, StopIsTakenWhileBusy) {
+TEST_F(HostAccessAlone, StopIsTakenWhileBusy) {
   chip.sysctrl.state_q = kStWrParam;
   EXPECT_EQ(write(kRegCmd, {kCmdStop}), kExcNone);
   EXPECT_EQ(chip.paramc.stop_q, 1);
 }
 
-TEST_F(Direct, DiscardActsAtOnce) {
+TEST_F(HostAccessAlone, DiscardActsAtOnce) {
   ASSERT_EQ(write(kRegSetpoint, {100}), kExcNone);
   ASSERT_EQ(write(kRegCmd, {kCmdDiscard}), kExcNone);
   EXPECT_EQ(chip.read_register(at(kRegSetpoint)), 0);
   EXPECT_EQ(chip.read_register(kInStatus) & 0x80, 0);
 }
 
-TEST_F(Direct, AFrameOnItsWayKeepsItsAnswer) {
+TEST_F(HostAccessAlone, AFrameOnItsWayKeepsItsAnswer) {
   chip.paramc.rsp_kind_q = kRspEcho;
   chip.paramc.rsp_exc_q = 0x55;
   ASSERT_EQ(write(kRegSetpoint, {9999}), kExcValue);
@@ -265,7 +281,7 @@ TEST_F(Direct, AFrameOnItsWayKeepsItsAnswer) {
   EXPECT_EQ(chip.paramc.rsp_exc_q, 0x55);
 }
 
-TEST_F(Direct, InResetNothingIsAnswered) {
+TEST_F(HostAccessAlone, InResetNothingIsAnswered) {
   Chip in_reset;
   std::vector<std::uint16_t> out(1);
   EXPECT_EQ(host_read(in_reset, kInStatus, out), kExcDevice);

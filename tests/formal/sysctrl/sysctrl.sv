@@ -101,7 +101,7 @@ module formal_sysctrl (
   `TC_ASSERT_IF(FormalSysctrlEveryTick_A, !upset_q && in_read_first && past_ok_q, tick)
   `TC_ASSERT_IF(FormalSysctrlCommit_A, commit, tick && pending_q)
   `TC_ASSERT_IF(FormalSysctrlPendingCommits_A, tick && pending_q, commit)
-  `TC_ASSERT_IF(FormalSysctrlSensAfterCommit_A, sens_start, tick_q && !commit)
+  `TC_ASSERT_IF(FormalSysctrlSensAfterCommit_A, !upset_ever_q && sens_start, tick_q && !commit)
   `TC_ASSERT_IF(FormalSysctrlTickNotDecode_A, !upset_q && tick, !decode)
   // A command ends once for each decoding, and the command that has just ended does not start again.
   `TC_ASSERT_IF(FormalSysctrlDone_A, cmd_done && !upset_q, past_q == 5'b00011 || past_q == 5'b00110)

@@ -115,6 +115,7 @@ module frame (
   `TC_ASSERT_NEXT(CommandEndsWhenDone_A, cmd_valid && cmd_done_i && !accepts, !cmd_valid)
   `TC_ASSERT_NEXT(StopFrameStops_A, ends && sound && ours_q && is_stop, stop)
   `TC_ASSERT_NEXT(NothingElseStops_A, !(ends && sound && ours_q && is_stop), !stop)
+  `TC_COVER(StopHeardWhileBusy_C, stop && busy_i && $past(busy_q))
   `TC_ASSERT_NEXT(HeaderIsTheFrames_A, accepts,
                   cmd_fc == $past(head_q[39:32]) && cmd_broadcast == $past(all_q) &&
                   cmd_len == $past(bytes_q) && ($past(bytes_q) < 9'd6 || {cmd_a, cmd_b} == $past(head_q[31:0])))

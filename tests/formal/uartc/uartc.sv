@@ -54,7 +54,6 @@ module uartc (
   `TC_ASSERT_IF(SilentButForTelemetry_A, !tlm_tx || tlm_busy, tlm_due_q)
   `TC_ASSERT_IF(NoCommandWhileAnswering_A, rsp_busy, !cmd_valid)
   `TC_ASSERT_IF(GoodRaisesACommand_A, good, cmd_valid)
-  `TC_COVER(StopHeardWhileAnswering_C, stop && rsp_busy)
 
 endmodule
 

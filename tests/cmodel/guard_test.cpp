@@ -1,0 +1,701 @@
+// SPDX-License-Identifier: Apache-2.0
+// GUARD: every detector at its threshold and time, latching, the way to heater off, safe_en, at temperature, held samples.
+#include "cmodel/guard.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "cmodel/algor.hpp"
+#include "support.hpp"
+
+namespace meltstage::chip {
+namespace {
+
+using namespace spec;
+
+constexpr std::uint16_t mask(Fault fault) { return static_cast<std::uint16_t>(1u << fault); }
+constexpr int kRoom = 25 * 64;
+
+// A guard with reset parameters, a sample of 25 degC, heater wanted on all the time, and feedback that follows.
+struct Bench {
+  Params p = reset_params();
+  Guard g;
+  GuardIn in{.params = p,
+             .tenth = false,
+             .sens_done = false,
+             .sens_ok = false,
+             .sens_dev_fault = false,
+             .sens_pv = 0,
+             .duty = 1000,
+             .hold_limit = 70000,
+             .limited = false,
+             .segment = kSegPid,
+             .sp_work = temp(100),
+             .ramping = false,
+             .pwm = true,
+             .run = false,
+             .stop = false,
+             .clear = false,
+             .good_frame = false,
+             .mem_bad = false,
+             .state_illegal = false,
+             .overrun = false,
+             .inhibit = false,
+             .heater_fb = false};
+  bool feedback_follows = true;
+
+  Bench() { sample(kRoom); }
+  void set(Reg reg, int value) { p.value[reg] = static_cast<std::uint16_t>(value); }
+  void clock() {
+    if (feedback_follows) in.heater_fb = g.heater_q != 0;
+    g.step(in);
+    in.tenth = in.sens_done = in.run = in.stop = in.clear = in.good_frame = in.overrun = false;
+  }
+  void clocks(int n) {
+    for (int i = 0; i < n; ++i) clock();
+  }
+  // Pulses of 0.1 s, two clocks each.
+  void tenths(int n) {
+    for (int i = 0; i < n; ++i) {
+      in.tenth = true;
+      clock();
+      clock();
+    }
+  }
+  void sample(int pv) {
+    in.sens_done = in.sens_ok = true;
+    in.sens_pv = static_cast<std::int16_t>(pv);
+    clock();
+    clock();
+  }
+  void refuse(bool dev_fault) {
+    in.sens_done = true;
+    in.sens_ok = false;
+    in.sens_dev_fault = dev_fault;
+    clock();
+    clock();
+  }
+  void run() {
+    in.run = true;
+    clock();
+    ASSERT_EQ(g.run_q, 1);
+    clock();
+    ASSERT_EQ(g.heater_q, 1);
+  }
+  bool cause(Fault fault) const { return (g.cause_q & mask(fault)) != 0; }
+};
+
+// ---- Thresholds and times -------------------------------------------------------------------------------------------------
+
+TEST(GuardOverTemp, TripsAtTheLimitExactly) {
+  for (auto [t_max, trips] : {std::pair{1500, 9600}, {1501, 9607}, {0, 0}, {5000, 32000}}) {
+    Bench b;
+    b.set(kRegDtdtMax, 0);
+    b.set(kRegTMax, t_max);
+    b.sample(trips - 1);
+    EXPECT_FALSE(b.cause(kFaultOverTemp)) << t_max;
+    b.sample(trips);
+    EXPECT_TRUE(b.cause(kFaultOverTemp)) << t_max;
+  }
+}
+
+TEST(GuardUnderTemp, TripsBelowTheLimit) {
+  for (auto [t_min, last] : {std::pair{0, 0}, {-400, -2560}, {-1, -6}, {1000, 6400}}) {
+    Bench b;
+    b.set(kRegTMin, t_min);
+    b.sample(last);
+    EXPECT_FALSE(b.cause(kFaultUnderTemp)) << t_min;
+    b.sample(last - 1);
+    EXPECT_TRUE(b.cause(kFaultUnderTemp)) << t_min;
+  }
+}
+
+TEST(GuardLimits, RefusedSampleDoesNotCount) {
+  Bench b;
+  b.in.sens_pv = 32767;
+  b.refuse(false);
+  EXPECT_FALSE(b.cause(kFaultOverTemp));
+  EXPECT_EQ(b.g.pv_q, kRoom);
+}
+
+class GuardBadSamples : public testing::TestWithParam<bool> {};
+
+TEST_P(GuardBadSamples, TripAtBadMaxInARow) {
+  const bool dev_fault = GetParam();
+  for (int bad_max : {1, 3, 15}) {
+    Bench b;
+    b.set(kRegBadMax, bad_max);
+    for (int i = 1; i < bad_max; ++i) b.refuse(dev_fault);
+    EXPECT_EQ(b.g.cause_q, 0) << bad_max;
+    EXPECT_EQ(b.g.sensor_ok(b.p), true);
+    b.refuse(dev_fault);
+    EXPECT_EQ(b.g.cause_q, mask(dev_fault ? kFaultSensorFault : kFaultSensorFrame)) << bad_max;
+    EXPECT_EQ(b.g.sensor_ok(b.p), false);
+    b.sample(kRoom);
+    EXPECT_EQ(b.g.cause_q, 0) << "a good sample ends the cause";
+  }
+}
+
+TEST_P(GuardBadSamples, AGoodSampleBeginsTheCountAnew) {
+  Bench b;
+  for (int i = 0; i < 10; ++i) {
+    b.refuse(GetParam());
+    b.refuse(GetParam());
+    b.sample(kRoom);
+  }
+  EXPECT_EQ(b.g.cause_q, 0);
+  EXPECT_EQ(b.g.sensor_errors_q, 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, GuardBadSamples, testing::Bool());
+
+TEST(GuardSamples, ARefusedSampleHoldsTheTemperature) {
+  Bench b;
+  b.sample(1700);
+  b.refuse(true);
+  EXPECT_EQ(b.g.pv_q, 1700);
+  EXPECT_EQ(b.g.bad_q, 1);
+  EXPECT_EQ(b.g.samples_q, 2);
+}
+
+TEST(GuardSamples, SlopeIsTheChangeBetweenAcceptedSamples) {
+  Bench b;
+  EXPECT_EQ(b.g.slope_q, 0) << "the first sample";
+  b.sample(kRoom + 5);
+  EXPECT_EQ(b.g.slope_q, 5);
+  b.refuse(true);
+  b.sample(-32768);
+  b.sample(32767);
+  EXPECT_EQ(b.g.slope_q, 32767) << "saturated";
+}
+
+TEST(GuardStale, TripsAtTheTimeExactly) {
+  for (int timeout : {1, 20, 65535}) {
+    Bench b;
+    b.set(kRegHostWd, 0);
+    b.set(kRegSampleTimeout, timeout);
+    b.tenths(timeout - 1);
+    EXPECT_FALSE(b.cause(kFaultSensorStale)) << timeout;
+    b.tenths(1);
+    EXPECT_TRUE(b.cause(kFaultSensorStale)) << timeout;
+    b.sample(kRoom);
+    EXPECT_FALSE(b.cause(kFaultSensorStale)) << timeout;
+  }
+}
+
+TEST(GuardRate, TripsAboveTheLimitInBothDirections) {
+  for (auto [limit, last] : {std::pair{100, 640}, {1, 6}}) {
+    for (int sign : {1, -1}) {
+      Bench b;
+      b.set(kRegTMin, -400);
+      b.set(kRegDtdtMax, limit);
+      b.sample(kRoom + sign * last);
+      EXPECT_FALSE(b.cause(kFaultRate));
+      b.sample(kRoom + sign * (2 * last + 1));
+      EXPECT_TRUE(b.cause(kFaultRate)) << sign * limit;
+    }
+  }
+}
+
+TEST(GuardRate, IsOffAtZeroAndForTheFirstSample) {
+  Bench b;
+  EXPECT_FALSE(b.cause(kFaultRate)) << "0 to 25 degC";
+  b.set(kRegDtdtMax, 0);
+  b.sample(9000);
+  EXPECT_FALSE(b.cause(kFaultRate));
+}
+
+struct NotHeating : Bench {
+  NotHeating() {
+    set(kRegHostWd, 0);
+    set(kRegSampleTimeout, 65535);
+    in.limited = true;
+    run();
+  }
+};
+
+TEST(GuardNotHeating, TripsAtTheEndOfTheWindow) {
+  NotHeating b;
+  b.tenths(359);
+  EXPECT_FALSE(b.cause(kFaultNotHeating));
+  b.tenths(1);
+  b.clock();
+  EXPECT_TRUE(b.cause(kFaultNotHeating));
+}
+
+TEST(GuardNotHeating, TheLeastRiseBeginsANewWindow) {
+  for (int rise : {127, 128}) {  // LBA_RISE 2.0 degC = 128
+    NotHeating b;
+    b.tenths(359);
+    b.sample(kRoom + rise);
+    b.tenths(2);
+    b.clock();
+    EXPECT_EQ((b.g.fault_q & mask(kFaultNotHeating)) != 0, rise < 128) << rise;
+  }
+}
+
+TEST(GuardNotHeating, IsOffAtZeroTimeBelowTheLimitAndInManual) {
+  for (int which : {0, 1, 2}) {
+    NotHeating b;
+    if (which == 0) b.set(kRegLbaTime, 0);
+    if (which == 1) b.in.limited = false;
+    if (which == 2) b.set(kRegMode, 1);
+    b.tenths(1000);
+    EXPECT_EQ(b.g.fault_q, 0) << which;
+  }
+}
+
+TEST(GuardHoldPower, TripsAboveTheLimitAtItsTime) {
+  for (unsigned over : {0u, 1u}) {
+    Bench b;
+    b.set(kRegHostWd, 0);
+    b.set(kRegSampleTimeout, 65535);
+    b.in.hold_limit = 1000;
+    b.in.duty = 1000 + over;
+    b.run();
+    b.tenths(299);
+    EXPECT_FALSE(b.cause(kFaultHoldPower));
+    b.in.tenth = true;
+    b.clock();
+    b.clock();
+    EXPECT_EQ(b.cause(kFaultHoldPower), over == 1) << over;
+  }
+}
+
+TEST(GuardHoldPower, IsOffWithoutKffAtZeroTimeAndOutsideTheBand) {
+  for (int which : {0, 1, 2}) {
+    Bench b;
+    b.set(kRegHostWd, 0);
+    b.set(kRegSampleTimeout, 65535);
+    b.in.hold_limit = 0;
+    if (which == 0) b.set(kRegKff, 0);
+    if (which == 1) b.set(kRegHoldTime, 0);
+    if (which == 2) b.in.segment = kSegFull;
+    b.run();
+    b.tenths(1000);
+    EXPECT_EQ(b.g.fault_q, 0) << which;
+  }
+}
+
+struct Excursion : Bench {
+  Excursion() {
+    set(kRegHostWd, 0);
+    set(kRegSampleTimeout, 65535);
+    set(kRegDtdtMax, 0);
+    in.sp_work = kRoom;
+    run();
+    clocks(2);
+  }
+};
+
+TEST(GuardExcursion, TripsAboveTheLimitAtItsTime) {
+  for (int over : {960, 961}) {  // EXC_LIMIT 15.0 degC = 960
+    Excursion b;
+    b.sample(kRoom + over);
+    b.tenths(49);
+    EXPECT_FALSE(b.cause(kFaultExcursion));
+    b.tenths(1);
+    EXPECT_EQ(b.cause(kFaultExcursion), over > 960) << over;
+  }
+}
+
+TEST(GuardExcursion, IsNotCountedUntilALowerSetPointIsReached) {
+  Excursion b;
+  b.set(kRegTMin, -400);
+  b.sample(kRoom + 2000);
+  b.sample(kRoom);
+  b.in.sp_work = kRoom - 2000;
+  b.tenths(1000);
+  EXPECT_EQ(b.g.fault_q, 0);
+  b.sample(kRoom - 2000 + 64);  // the window's top
+  b.clocks(2);
+  b.sample(kRoom - 2000 + 961);
+  b.tenths(50);
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, mask(kFaultExcursion));
+}
+
+struct ZeroRise : Bench {
+  ZeroRise() {
+    set(kRegSampleTimeout, 65535);
+    set(kRegDtdtMax, 0);
+    in.duty = 0;
+  }
+};
+
+TEST(GuardZeroRise, TripsAtTheRiseAfterTheWait) {
+  for (int rise : {511, 512}) {  // ZERO_RISE 8.0 degC = 512
+    ZeroRise b;
+    b.tenths(301);
+    b.sample(kRoom + rise);
+    b.clock();
+    EXPECT_EQ(b.cause(kFaultZeroRise), rise == 512) << rise;
+  }
+}
+
+TEST(GuardZeroRise, IsNotCountedDuringTheWait) {
+  ZeroRise b;
+  b.tenths(299);
+  b.sample(kRoom + 2000);
+  b.tenths(10);
+  EXPECT_FALSE(b.cause(kFaultZeroRise));
+}
+
+TEST(GuardZeroRise, CountsFromTheLowestTemperature) {
+  ZeroRise b;
+  b.tenths(301);
+  b.sample(kRoom - 400);
+  b.clock();
+  b.sample(kRoom + 112);
+  b.clock();
+  EXPECT_TRUE(b.cause(kFaultZeroRise));
+}
+
+TEST(GuardZeroRise, IsOffAtZeroAndWhileHeating) {
+  for (int which : {0, 1}) {
+    ZeroRise b;
+    b.set(kRegHostWd, 0);
+    if (which == 0) b.set(kRegZeroRise, 0);
+    if (which == 1) {
+      b.in.duty = 1;
+      b.run();
+    }
+    b.tenths(400);
+    b.sample(kRoom + 2000);
+    b.clock();
+    EXPECT_FALSE(b.cause(kFaultZeroRise)) << which;
+  }
+}
+
+TEST(GuardZeroRise, TheFirstSampleIsNoRise) {
+  for (int wait : {0, 300}) {
+    Bench b;
+    b.g = Guard{};
+    b.set(kRegZeroWait, wait);
+    b.in.duty = 0;
+    b.tenths(400);
+    b.sample(temp(80));
+    b.clocks(3);
+    EXPECT_FALSE(b.cause(kFaultZeroRise)) << wait;
+    EXPECT_EQ(b.g.fault_q, 0);
+  }
+}
+
+TEST(GuardHeaterFb, TripsAtItsTime) {
+  for (bool fb : {true, false}) {
+    Bench b;
+    b.feedback_follows = false;
+    b.in.heater_fb = false;
+    b.set(kRegFbTime, 48);
+    if (!fb) {
+      b.run();
+      b.g.fb_q = 0;
+    }
+    b.in.heater_fb = fb;
+    b.clocks(768);
+    EXPECT_FALSE(b.cause(kFaultHeaterFb)) << fb;
+    b.clock();
+    EXPECT_TRUE(b.cause(kFaultHeaterFb)) << fb;
+  }
+}
+
+TEST(GuardHeaterFb, AMomentOfAgreementBeginsAnew) {
+  Bench b;
+  b.feedback_follows = false;
+  for (int i = 0; i < 10; ++i) {
+    b.in.heater_fb = true;
+    b.clocks(700);
+    b.in.heater_fb = false;
+    b.clock();
+  }
+  EXPECT_EQ(b.g.cause_q, 0);
+}
+
+TEST(GuardHeaterFb, IsOffWithoutFbEn) {
+  Bench b;
+  b.set(kRegCtrl, 0);
+  b.feedback_follows = false;
+  b.in.heater_fb = true;
+  b.clocks(2000);
+  EXPECT_EQ(b.g.cause_q, 0);
+}
+
+struct Watchdog : Bench {
+  Watchdog() {
+    set(kRegSampleTimeout, 65535);
+    run();
+  }
+};
+
+TEST(GuardWatchdog, TripsAtItsTime) {
+  Watchdog b;
+  b.tenths(99);
+  EXPECT_EQ(b.g.wd_left(b.p), 1);
+  EXPECT_EQ(b.g.fault_q, 0);
+  b.tenths(1);
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, mask(kFaultHostWatchdog));
+  EXPECT_EQ(b.g.heater_q, 0);
+}
+
+TEST(GuardWatchdog, AGoodFrameBeginsAnew) {
+  Watchdog b;
+  for (int i = 0; i < 5; ++i) {
+    b.tenths(99);
+    b.in.good_frame = true;
+    b.clock();
+    EXPECT_EQ(b.g.wd_left(b.p), 100);
+  }
+  EXPECT_EQ(b.g.fault_q, 0);
+}
+
+TEST(GuardWatchdog, IsOffAtZero) {
+  Watchdog b;
+  b.set(kRegHostWd, 0);
+  b.tenths(60000);
+  EXPECT_EQ(b.g.fault_q, 0);
+  EXPECT_FALSE(b.g.wd_armed(b.p));
+}
+
+TEST(GuardWatchdog, CanBeSwitchedOnWhileHeating) {
+  Watchdog b;
+  b.set(kRegHostWd, 0);
+  b.tenths(500);
+  b.in.good_frame = true;  // the frame that writes it
+  b.clock();
+  b.set(kRegHostWd, 10);
+  b.tenths(9);
+  EXPECT_EQ(b.g.fault_q, 0);
+  b.tenths(1);
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, mask(kFaultHostWatchdog));
+}
+
+TEST(GuardWatchdog, AShorterTimeIsInForceAtOnce) {
+  Watchdog b;
+  b.set(kRegHostWd, 6000);
+  b.in.good_frame = true;
+  b.clock();
+  b.set(kRegHostWd, 10);
+  b.tenths(10);
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, mask(kFaultHostWatchdog));
+}
+
+// ---- Latching -------------------------------------------------------------------------------------------------------------
+
+class GuardFaults : public testing::TestWithParam<unsigned> {};
+
+TEST_P(GuardFaults, LatchWhileRunningAndOnlyThenWhereSo) {
+  const auto bit = static_cast<std::uint16_t>(1u << GetParam());
+  for (bool running : {false, true}) {
+    Bench b;
+    if (running) b.run();
+    b.g.cause_q = bit;
+    b.clock();
+    const bool latches = running || (kFaultRunOnly & bit) == 0;
+    EXPECT_EQ(b.g.fault_q, latches ? bit : 0) << running;
+    EXPECT_EQ(b.g.heater_q, 0);
+    EXPECT_EQ(b.g.first_q, latches ? GetParam() + 1 : 0u);
+    EXPECT_EQ(b.g.run_q, 0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, GuardFaults, testing::Range(0u, kFaultCount));
+
+struct Trip {
+  const char* name;
+  Fault fault;
+  std::function<void(Bench&)> cause;  // set for one clock
+};
+
+class GuardTrips : public testing::TestWithParam<Trip> {};
+
+TEST_P(GuardTrips, HeaterIsOffTwoClocksAfterTheCause) {
+  Bench b;
+  b.run();
+  GetParam().cause(b);
+  b.clock();
+  b.clock();
+  EXPECT_EQ(b.g.heater_q, 0);
+  EXPECT_EQ(b.g.fault_q, mask(GetParam().fault));
+  EXPECT_EQ(b.g.run_q, 0);
+}
+
+TEST_P(GuardTrips, StayUntilCleared) {
+  Bench b;
+  b.run();
+  GetParam().cause(b);
+  b.clock();
+  b.in.inhibit = b.in.mem_bad = b.in.state_illegal = false;
+  b.sample(kRoom);
+  b.clocks(5000);
+  EXPECT_EQ(b.g.fault_q & mask(GetParam().fault), mask(GetParam().fault));
+  EXPECT_EQ(b.g.heater_q, 0);
+  b.in.run = true;
+  b.clock();
+  EXPECT_EQ(b.g.run_q, 0) << "no run command before the clear";
+  b.in.clear = true;
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, 0);
+  EXPECT_EQ(b.g.first_q, 0);
+  b.clocks(10);
+  EXPECT_EQ(b.g.run_q, 0) << "a clear does not start the heater";
+  b.run();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Causes, GuardTrips,
+    testing::Values(Trip{"OverTemp", kFaultOverTemp,
+                         [](Bench& b) {
+                           b.set(kRegTMax, 255);
+                           b.in.sens_done = b.in.sens_ok = true;
+                           b.in.sens_pv = 26 * 64;
+                         }},
+                    Trip{"Param", kFaultParam, [](Bench& b) { b.in.mem_bad = true; }},
+                    Trip{"IllegalState", kFaultState, [](Bench& b) { b.in.state_illegal = true; }},
+                    Trip{"Overrun", kFaultState, [](Bench& b) { b.in.overrun = true; }},
+                    Trip{"Inhibit", kFaultInhibit, [](Bench& b) { b.in.inhibit = true; }}),
+    [](const auto& trip) { return std::string(trip.param.name); });
+
+TEST(GuardFirstFault, IsKeptWhenOthersFollow) {
+  Bench b;
+  b.g.cause_q = mask(kFaultInhibit);
+  b.clock();
+  b.g.cause_q = mask(kFaultOverTemp);
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, mask(kFaultInhibit) | mask(kFaultOverTemp));
+  EXPECT_EQ(b.g.first_q, kFaultInhibit + 1);
+}
+
+TEST(GuardFirstFault, IsTheLowestOfSeveralAtOnce) {
+  Bench b;
+  b.g.cause_q = mask(kFaultParam) | mask(kFaultHeaterFb);
+  b.clock();
+  EXPECT_EQ(b.g.first_q, kFaultHeaterFb + 1);
+}
+
+TEST(GuardClear, KeepsWhatIsStillPresent) {
+  Bench b;
+  b.in.inhibit = true;
+  b.clocks(3);
+  b.in.clear = true;
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, mask(kFaultInhibit));
+  EXPECT_EQ(b.g.first_q, kFaultInhibit + 1);
+}
+
+// ---- Permission -----------------------------------------------------------------------------------------------------------
+
+TEST(GuardRun, NeedsASampleNoCauseAndNoFault) {
+  Bench no_sample;
+  no_sample.g = Guard{};
+  EXPECT_FALSE(no_sample.g.run_allowed());
+  no_sample.in.run = true;
+  no_sample.clocks(2);
+  EXPECT_EQ(no_sample.g.run_q, 0);
+  Bench cause;
+  cause.g.cause_q = mask(kFaultUnderTemp);
+  EXPECT_FALSE(cause.g.run_allowed());
+  Bench fault;
+  fault.g.fault_q = mask(kFaultUnderTemp);
+  EXPECT_FALSE(fault.g.run_allowed());
+}
+
+TEST(GuardRun, StopTurnsOffInTheNextClock) {
+  Bench b;
+  b.run();
+  b.in.stop = b.in.run = true;
+  b.clock();
+  EXPECT_EQ(b.g.heater_q, 0);
+  EXPECT_EQ(b.g.run_q, 0);
+}
+
+TEST(GuardRun, InhibitTurnsOffInTheNextClock) {
+  Bench b;
+  b.run();
+  b.in.inhibit = true;
+  b.clock();
+  EXPECT_EQ(b.g.heater_q, 0);
+}
+
+TEST(GuardRun, HeaterFollowsThePulses) {
+  Bench b;
+  b.run();
+  b.in.pwm = false;
+  b.clock();
+  EXPECT_EQ(b.g.heater_q, 0);
+  b.in.pwm = true;
+  b.clock();
+  EXPECT_EQ(b.g.heater_q, 1);
+}
+
+TEST(GuardSafeEn, TogglesEvery1024ClocksWhileRunning) {
+  Bench b;
+  b.in.run = true;
+  b.clock();
+  for (int half = 0; half < 4; ++half) {
+    EXPECT_EQ(b.g.safe_en_q, half % 2);
+    b.clocks(1023);
+    EXPECT_EQ(b.g.safe_en_q, half % 2);
+    b.clock();
+  }
+  b.clocks(1024);
+  ASSERT_EQ(b.g.safe_en_q, 1);
+  b.in.stop = true;
+  b.clock();
+  EXPECT_EQ(b.g.safe_en_q, 0);
+  b.clocks(5000);
+  EXPECT_EQ(b.g.safe_en_q, 0);
+}
+
+// ---- At temperature -------------------------------------------------------------------------------------------------------
+
+struct AtTemp : Bench {
+  AtTemp() {
+    set(kRegHostWd, 0);
+    set(kRegSampleTimeout, 65535);
+    in.sp_work = kRoom;
+    run();
+  }
+};
+
+TEST(GuardAtTemp, WindowIsInclusiveOnBothSides) {
+  for (int off : {64, 65, -64, -65}) {  // AT_WINDOW 1.0 degC = 64
+    AtTemp b;
+    b.sample(kRoom + off);
+    b.tenths(60);
+    EXPECT_EQ(b.g.at_temp_q, off * off == 64 * 64) << off;
+  }
+}
+
+TEST(GuardAtTemp, RisesAfterTheDwellAndFallsAtOnce) {
+  AtTemp b;
+  b.sample(kRoom + 100);
+  b.sample(kRoom);
+  b.tenths(49);
+  EXPECT_EQ(b.g.at_temp_q, 0);
+  b.tenths(1);
+  EXPECT_EQ(b.g.at_temp_q, 1);
+  b.sample(kRoom + 65);
+  EXPECT_EQ(b.g.at_temp_q, 0);
+}
+
+TEST(GuardAtTemp, NotWhileRampingStoppedOrManual) {
+  for (int which : {0, 1, 2}) {
+    AtTemp b;
+    b.tenths(51);
+    ASSERT_EQ(b.g.at_temp_q, 1);
+    if (which == 0) b.in.ramping = true;
+    if (which == 1) b.in.stop = true;
+    if (which == 2) b.set(kRegMode, 1);
+    b.clocks(2);
+    EXPECT_EQ(b.g.at_temp_q, 0) << which;
+  }
+}
+
+}  // namespace
+}  // namespace meltstage::chip
