@@ -302,6 +302,13 @@ LoadedJob load_job(const std::filesystem::path& path) {
   for (motion::AxisConfig& axis : job.stage.axes)
     axis.limits = motion::asymmetric_limits(speed, acceleration, acceleration, jerk, jerk);
 
+  job.stage.clock_hz = spec::kClkHz;
+  try {
+    const motion::Stage probe(job.stage, job.start_mm);
+  } catch (const motion::MotionError& error) {
+    throw InputError(fmt::format("{}: [stage]: {}", path.string(), error.what()));
+  }
+
   Section coordinates = section("coordinates");
   const std::string file = coordinates.text("file", "");
   if (file.empty())

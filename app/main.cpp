@@ -86,6 +86,6 @@ int main(int argc, char** argv) {
     return 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
-    return 2;
+    return 1;
   }
 }

@@ -11,7 +11,8 @@ constexpr std::uint32_t kFullDuty = 65536;
 
 }  // namespace
 
-// The product duty x period, one duty bit a clock, most significant first.
+// The product duty x period, one duty bit a clock, least significant first: add above, shift down; the last
+// bit has the weight 1.
 void Pwmc::step_product(const PwmcIn& in, std::uint16_t period_legal) {
   const bool drop = !in.enable && duty_q != 0;  // a stopped output forgets its duty
   if (in.load || drop || period_legal != mul_period_q) {
@@ -24,8 +25,10 @@ void Pwmc::step_product(const PwmcIn& in, std::uint16_t period_legal) {
     mul_acc_q = 0;
     mul_period_q = period_legal;
   } else if (mul_left_q != 0) {
+    const bool bit = (duty_q >> (kMulSteps - mul_left_q) & 1u) != 0;
     --mul_left_q;
-    mul_acc_q = (mul_acc_q << 1) + ((duty_q >> mul_left_q & 1u) != 0 ? mul_period_q : 0u);
+    const std::uint32_t sum = (mul_acc_q >> 16) + (bit ? mul_period_q : 0u);
+    mul_acc_q = mul_left_q == 0 ? sum << 16 | (mul_acc_q & 0xFFFFu) : sum << 15 | (mul_acc_q & 0xFFFFu) >> 1;
   }
 }
 

@@ -8,7 +8,8 @@
 //   high = period. Pulses and gaps shorter than min_on_i counts (at most half a period) do not occur.
 // - dither_i carries what rounding and min_on_i took away to the next period, so that the mean over periods is exact.
 //   Duty 0 is strictly low. A new period length starts with nothing carried.
-// - enable_i low: pwm_o is low at the next clock. enable_i high: a period starts at once, or as soon as the product is ready.
+// - enable_i low: pwm_o is low at the next clock and the duty is forgotten. enable_i high: a period starts at once, or as
+//   soon as the product is ready, with the duty loaded since.
 
 `include "tc_assert.svh"
 
@@ -40,18 +41,21 @@ module tc_pwmc (
   logic signed [31:0] acc_q;      // carried to the next period, counts with 16 fraction bits
   logic        pwm_q, period_start_q;
 
-  // ---- product, one duty bit a clock, most significant first
+  // ---- product, one duty bit a clock, least significant first: add above, shift down; the last bit has the weight 1
   logic [15:0] period_legal;
   logic        mul_stale, mul_fresh;
   logic        drop;              // a stopped output forgets its duty: it starts again with what is loaded then
-  logic [31:0] duty_bits, mul_step;
+  logic [31:0] duty_bits;
+  logic        mul_bit;
+  logic [16:0] mul_sum;
 
   assign period_legal = (period_i < 16'd2) ? 16'd2 : period_i;
   assign drop = !enable_i && duty_q != 17'd0;
   assign mul_stale = load_i || drop || (period_legal != mul_period_q);
   assign mul_fresh = (mul_left_q == 5'd0) && (period_legal == mul_period_q);
   assign duty_bits = {15'd0, duty_q};
-  assign mul_step = {mul_acc_q[30:0], 1'b0} + (duty_bits[mul_left_q-5'd1] ? {16'd0, mul_period_q} : 32'd0);
+  assign mul_bit = duty_bits[MulSteps-mul_left_q];
+  assign mul_sum = {1'b0, mul_acc_q[31:16]} + (mul_bit ? {1'b0, mul_period_q} : 17'd0);
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -67,7 +71,7 @@ module tc_pwmc (
       mul_period_q <= period_legal;
     end else if (mul_left_q != 5'd0) begin
       mul_left_q <= mul_left_q - 5'd1;
-      mul_acc_q <= mul_step;
+      mul_acc_q <= (mul_left_q == 5'd1) ? {mul_sum[15:0], mul_acc_q[15:0]} : {mul_sum, mul_acc_q[15:1]};
     end
   end
 
@@ -168,10 +172,8 @@ module tc_pwmc (
     end
   end
 
-  logic [31:0] mul_bound;           // mul_period_q times 2^(bits of the duty done, less one)
   logic signed [31:0] half_period;
   logic pulse_sound, legal, carry_bounded, product_sound;
-  assign mul_bound = {16'd0, mul_period_q} << (5'd16 - mul_left_q);
   assign half_period = $signed({1'b0, period_q[15:1], 16'd0});
 
   // The pulse is the first high_q counts; pulse and gap are both long enough; zero duty gives none; nothing runs unless enabled.
@@ -184,10 +186,8 @@ module tc_pwmc (
   // Less than half a period is carried, so the mean is off by less than that at any time.
   assign carry_bounded = acc_q < half_period && acc_q > -half_period;
   // A product never exceeds the period, is zero with a zero duty, and is zero until a duty has been loaded.
-  assign product_sound = product_q <= {period_q, 16'd0} &&
-      (mul_left_q != MulSteps || mul_acc_q == 32'd0) &&
-      ((duty_q >> mul_left_q) != 17'd0 || mul_acc_q == 32'd0) &&
-      (mul_left_q > 5'd16 || (duty_q[16] ? mul_acc_q == mul_bound : mul_acc_q <= mul_bound - {16'd0, mul_period_q})) &&
+  assign product_sound = product_q <= {period_q, 16'd0} && (duty_q != 17'd0 || mul_acc_q == 32'd0) &&
+      (duty_q[16] ? mul_acc_q == (mul_left_q != 5'd0 ? 32'd0 : {mul_period_q, 16'd0}) : mul_acc_q[31:16] < mul_period_q) &&
       (loaded_q || (duty_q == 17'd0 && product_q == 32'd0));
 
   always_comb begin

@@ -326,7 +326,7 @@ module tc_uartc (
   `TC_ASSERT(UartcDriverEnabled_A, tx_o || de_o)
   `TC_ASSERT_IF(UartcAnswerKindLegal_A, rsp_active_q,
                 rsp_kind_q >= tc_uart_pkg::RspException && rsp_kind_q <= tc_uart_pkg::RspIdObject)
-  `TC_ASSERT_NEXT(UartcConfigKept_A, !idle,
+  `TC_ASSERT_NEXT(UartcConfigKept_A, !rx_idle || frame_open || cmd_valid_o || rsp_busy_o || tlm_busy_o,
                   baud_q == $past(baud_q) && format_q == $past(format_q) && address_q == $past(address_q))
   `TC_ASSERT_NEXT(UartcConfigTaken_A, idle, baud_q == $past(cfg_baud_i) && format_q == $past(cfg_format_i))
 

@@ -99,7 +99,7 @@ class Printer {
       : job_(job),
         progress_(progress),
         head_(job.head),
-        stage_(stage_config(job), job.start_mm),
+        stage_(job.stage, job.start_mm),
         recorder_(sink, printer_header(job)),
         out_(chip_.outputs({.rst_n = false})) {}
 
@@ -139,12 +139,6 @@ class Printer {
     watch_off,
     done
   };
-
-  static motion::StageConfig stage_config(const PrintJob& job) {
-    motion::StageConfig config = job.stage;
-    config.clock_hz = kClockHz;
-    return config;
-  }
 
   const chip::Chip& model() const { return lockstep_ ? lockstep_->model() : chip_; }
 

@@ -53,7 +53,7 @@ struct PrintJob {
   HeadConfig head;
   std::vector<RegisterValue> registers;  // set-point and whatever else the job sets
   std::vector<motion::Point> bumps;      // in the order of printing
-  motion::StageConfig stage;
+  motion::StageConfig stage;             // its clock is the chip's
   Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();
   double droplet_j = 0.0;         // heat that a droplet takes along
   double settle_s = 0.015;        // pause at each bump before the droplet

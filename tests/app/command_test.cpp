@@ -220,7 +220,7 @@ TEST_F(Command, InterruptedPrintLeavesNothing) {
   job.replace(job.find("28.0"), 4, "60.0");
   write("job.toml", job);
   const Ran ran = run("print " + (folder_ / "job.toml").string() + " --rtl none --out " + out().string() +
-                      " & sleep 1; kill -INT $!; wait $!; echo status $?");
+                      " 2>&1 & sleep 1; kill -INT $!; wait $!; echo status $?");
   EXPECT_THAT(ran.output, HasSubstr("interrupted; nothing written"));
   EXPECT_THAT(ran.output, HasSubstr("status 1"));
   for (const auto& entry : fs::directory_iterator(folder_))
