@@ -375,6 +375,7 @@ module tc_paramc (
   `TC_ASSERT_IF(ParamcRefusedWritesNothing_A, decoded_q && rsp_kind_q == RspException, !writes_q)
   `TC_ASSERT_IF(ParamcOneCommandPulse_A, run_q || stop_q || clear_q || discard_q,
                 $onehot0({run_q, stop_q, clear_q, discard_q}))
+  `TC_ASSERT_IF(ParamcChecksSoundForm_A, checking_q, decode_i && !decoded_q && form_exc == 8'd0 && fc_write)
   `TC_ASSERT_IF(ParamcHeldIsNotPending_A, hold_q, !pending_o)
 `endif
 

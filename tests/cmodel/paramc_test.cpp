@@ -100,7 +100,7 @@ struct Bench {
 // ---- Functions and their form ---------------------------------------------------------------------------------------------
 
 TEST(ParamcFunction, ReadsAreAnswered) {
-  for (std::uint8_t fc : {3, 4}) {
+  for (std::uint8_t fc : {std::uint8_t{3}, std::uint8_t{4}}) {
     Bench b;
     b.frame(fc, 0, 24);
     EXPECT_EQ(b.p.rsp_kind_q, kRspRead);
@@ -145,7 +145,7 @@ TEST(ParamcFunction, EchoServerIdAndIdentificationAreAnswered) {
     EXPECT_EQ(b.p.rsp_kind_q, kRspServerId);
     EXPECT_EQ(b.p.rsp_exc_q, running ? 0xFF : 0);
   }
-  for (std::uint16_t code : {1, 2, 3}) {
+  for (unsigned code = 1; code <= 3; ++code) {
     b.frame(43, static_cast<std::uint16_t>(0x0E00 | code), 0, 7);
     EXPECT_EQ(b.p.rsp_kind_q, kRspIdStream);
   }

@@ -931,9 +931,10 @@ TEST(UartcTelemetry, StartIsIgnoredWhileOneIsSent) {
   EXPECT_EQ(decode(port.tlm_line, port.bit(), kFormat8E1).bytes, telemetry_frame(port));
 }
 
-// The offsets sweep the two senders' reads of the shared port over each other.
+// The offsets, a clock apart over the two characters of a word, sweep the senders' reads of the port over
+// each other.
 TEST(UartcTelemetry, BesideAnAnswerBothAreWhole) {
-  for (unsigned offset = 0; offset < 264; offset += 4) {
+  for (unsigned offset = 0; offset < 528; ++offset) {
     Port port(5000);
     port.kind = kRspRead;
     port.send(sealed({kOwn, 0x03, 0x01, 0x01, 0x00, 0x10}));

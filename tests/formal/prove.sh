@@ -1,6 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Proofs of one block, for all inputs and all time: Yosys writes an AIGER, ABC's PDR proves it.
+# Proofs of one block, for all inputs and all time: Yosys writes an AIGER, ABC's PDR proves it; or, where
+# tests/formal/BLOCK/engine says "induction", Yosys proves it by k-induction.
 #   prove.sh BLOCK           every harness tests/formal/BLOCK/*.sv: all assertions hold, every cover can be reached
 #   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt (file, tab, sed expression, tab, what it breaks) changes a copy
 #                            of the RTL so that the proof must fail
@@ -18,11 +19,12 @@ if [[ -z $block || ! -d $here/$block || ( -n $mode && $mode != --bugs ) ]]; then
 fi
 seconds=300   # for one proof
 flags=$(cat "$here/$block/flags" 2>/dev/null || true)
+engine=$(cat "$here/$block/engine" 2>/dev/null || echo pdr)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# write_aiger HARNESS RTL_FOLDER: assert.aig and cover.aig, an output a property. A cover is reached when the assertion of its
-# contrary fails.
+# write_aiger HARNESS RTL_FOLDER: assert.aig and cover.aig, an output a property, named in assert.names and cover.names. A cover is
+# reached when the assertion of its contrary fails.
 echo 'module \$cover (input A, input EN); \$assert never (.A(!A), .EN(EN)); endmodule' > "$work/cover_map.v"
 write_aiger() {
   local harness=$1 rtl=$2 cut=${1%.sv}.map top files finish
@@ -31,14 +33,24 @@ write_aiger() {
   [[ -f $cut ]] && cut="techmap -map $cut" || cut=
   finish="opt -fast -nodffe -nosdff; dffunmap; techmap; opt -fast -nodffe -nosdff; dffunmap; abc -g AND; opt_clean"
   yosys -q -p "read_verilog -sv -formal -defer -I $rtl $flags $files $harness
-    hierarchy -check -top $top; proc; memory_map; flatten; $cut; opt -fast; async2sync; design -save read
-    chformal -cover -remove; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
+    hierarchy -check -top $top; proc; memory_map; flatten; $cut; opt -fast; async2sync; opt_clean; chformal -early; design -save read
+    chformal -cover -remove; write_ilang $work/asserts.il; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
     design -load read
     chformal -assert -remove; techmap -map $work/cover_map.v; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert" \
     > "$work/yosys.log" 2>&1 || { echo "prove.sh: $harness: $(grep -m1 ERROR "$work/yosys.log")" >&2; exit 1; }
 }
-# All assertions as one property, so that each may lean on the others. ABC's exit status says nothing: only its words do.
-prove() { berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1; }
+# All assertions as one property, so that each may lean on the others. The words of the tools count, not their exit status.
+prove() {
+  if [[ $engine == induction ]]; then
+    yosys -p "read_ilang $work/asserts.il; opt -fast -nodffe -nosdff; dffunmap; opt_clean
+              sat -tempinduct -maxsteps 4 -prove-asserts -timeout $seconds" > "$work/abc.log" 2>&1 || true
+    grep -q 'Induction step proven: SUCCESS' "$work/abc.log" && return
+    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 40 -T $seconds" > "$work/abc.log" 2>&1 || true
+    return 1
+  fi
+  berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1 || true
+  grep -q 'Property proved' "$work/abc.log"
+}
 refuted() { grep -aq 'asserted in frame' "$work/abc.log"; }
 
 # Name of an assertion that does not hold, and in which clock; else ABC's last words.
@@ -57,7 +69,7 @@ say() { echo "$1"; [[ $1 != FAIL* ]] || status=1; }
 prove_harness() {
   local name=$1 n all
   n=$(wc -l < "$work/assert.names")
-  if prove && grep -q 'Property proved' "$work/abc.log"; then
+  if prove; then
     say "ok    $name: $n assertions proved"
   else
     say "FAIL  $name: $(failed)"

@@ -18,20 +18,22 @@ namespace {
 
 constexpr double kClockHz = spec::kClkHz;
 constexpr std::uint16_t kMsLast = spec::kClkHz / 1000 - 1;
-constexpr double kConversionS = 1e-3;
+constexpr double kConversionS =
+    5e-6;  // a fresh conversion for every control tick, however early next_tick() brings it
 constexpr std::array kFormats{k8E1, k8O1, k8N2, k8N1};  // as register FORMAT
 
 UartLine line_of(unsigned baud, unsigned format) { return {kClockHz, baud * 100.0, kFormats[format]}; }
 
 bool differ(const SpiFaults& a, const SpiFaults& b) {
-  return a.probe != b.probe || a.miso != b.miso || a.frozen != b.frozen || a.reserved_bits_wrong != b.reserved_bits_wrong;
+  return a.probe != b.probe || a.miso != b.miso || a.frozen != b.frozen ||
+         a.reserved_bits_wrong != b.reserved_bits_wrong;
 }
 
 // Nothing is under way but the wait for a tick or a command.
 bool at_rest(const chip::Chip& chip) {
   const auto state = chip.sysctrl.state_q;
-  return (state == spec::kStCmdReady || state == spec::kStCfgPwm || state == spec::kStIdle) && chip.sysctrl.tick_pend_q == 0 &&
-         chip.sysctrl.ms_q == 0 && !chip.uartc.cmd_valid();
+  return (state == spec::kStCmdReady || state == spec::kStCfgPwm || state == spec::kStIdle) &&
+         chip.sysctrl.tick_pend_q == 0 && chip.sysctrl.ms_q == 0 && !chip.uartc.cmd_valid();
 }
 
 class ModelAlone final : public Device {
@@ -48,7 +50,9 @@ class ModelAlone final : public Device {
 
 class InLockstep final : public Device {
  public:
-  InLockstep(const chip::Chip& start, RunIdentity identity) : identity_(std::move(identity)) { restart(start, {}); }
+  InLockstep(const chip::Chip& start, RunIdentity identity) : identity_(std::move(identity)) {
+    restart(start, {});
+  }
   chip::Outputs step(const chip::Inputs& in) override { return run_->step(in); }
   const chip::Chip& model() const override { return run_->model(); }
 
@@ -144,7 +148,9 @@ void Coverage::observe(const chip::Chip& now, const chip::Inputs& in, const chip
 }
 
 void Coverage::add(const Coverage& other) {
-  const auto sum = [](auto& a, const auto& b) { std::transform(a.begin(), a.end(), b.begin(), a.begin(), std::plus<>{}); };
+  const auto sum = [](auto& a, const auto& b) {
+    std::transform(a.begin(), a.end(), b.begin(), a.begin(), std::plus<>{});
+  };
   sum(states, other.states);
   for (std::size_t i = 0; i < arcs.size(); ++i) sum(arcs[i], other.arcs[i]);
   sum(latched, other.latched);
@@ -169,10 +175,13 @@ std::vector<std::string> Coverage::holes() const {
   };
   for (const spec::StateInfo& s : spec::kStates) want(states[s.code] != 0, fmt::format("state {}", s.name));
   for (const spec::StateArc& a : spec::kStateArcs) {
-    want(arcs[a.from][a.to] != 0, fmt::format("arc {} -> {}", spec::state_name(a.from), spec::state_name(a.to)));
+    want(arcs[a.from][a.to] != 0,
+         fmt::format("arc {} -> {}", spec::state_name(a.from), spec::state_name(a.to)));
   }
-  for (unsigned i = 0; i < spec::kFaultCount; ++i) want(latched[i] != 0, fmt::format("fault {}", spec::kFaults[i].name));
-  for (const unsigned fc : {3, 4, 6, 8, 16, 17, 43}) want(functions[fc] != 0, fmt::format("function code {}", fc));
+  for (unsigned i = 0; i < spec::kFaultCount; ++i)
+    want(latched[i] != 0, fmt::format("fault {}", spec::kFaults[i].name));
+  for (const unsigned fc : {3, 4, 6, 8, 16, 17, 43})
+    want(functions[fc] != 0, fmt::format("function code {}", fc));
   for (const unsigned exc : {1, 2, 3, 4, 6}) want(exceptions[exc] != 0, fmt::format("exception {:02}", exc));
   for (const unsigned segment : {chip::kSegNone, chip::kSegFull, chip::kSegPid, chip::kSegOff}) {
     want(segments[segment] != 0, fmt::format("segment {}", segment));
@@ -237,11 +246,12 @@ void Bench::hash_pins() {
 
 void Bench::check_safety(std::uint16_t latching_before) const {
   const auto broken = [&](const char* what) {
-    throw SafetyViolation(fmt::format("cycle {}: heater high {}, expected low (fault {:#06x}, cause {:#06x})", cycle_, what,
-                                      model().guard.fault_q, model().guard.cause_q));
+    throw SafetyViolation(fmt::format("cycle {}: heater high {}, expected low (fault {:#06x}, cause {:#06x})",
+                                      cycle_, what, model().guard.fault_q, model().guard.cause_q));
   };
   if (latching_before != 0 && model().guard.fault_q == 0) {
-    throw SafetyViolation(fmt::format("cycle {}: cause {:#06x} has not latched a fault", cycle_, latching_before));
+    throw SafetyViolation(
+        fmt::format("cycle {}: cause {:#06x} has not latched a fault", cycle_, latching_before));
   }
   if (!out_.heater) return;
   if (!out_.fault_n) broken("with a fault latched");
@@ -263,7 +273,8 @@ chip::Outputs Bench::clock() {
   in_.uart_rx = transmitter_->step(cycle_);
   hash_pins();
   const chip::Guard& guard = model().guard;
-  const unsigned latching = guard.cause_q & (guard.run_q != 0 ? 0x7FFFu : 0x7FFFu & ~unsigned{spec::kFaultRunOnly});
+  const unsigned latching =
+      guard.cause_q & (guard.run_q != 0 ? 0x7FFFu : 0x7FFFu & ~unsigned{spec::kFaultRunOnly});
   out_ = device_->step(in_);
   check_safety(in_.rst_n ? static_cast<std::uint16_t>(latching) : std::uint16_t{0});
   receiver_->step(cycle_, out_.uart_tx);
@@ -316,14 +327,15 @@ ModbusResult Bench::write(spec::Reg reg, std::uint16_t value) {
 }
 
 ModbusResult Bench::write_block(spec::Reg first, const std::vector<std::uint16_t>& values) {
-  return ask(write_multiple_registers(unit(), static_cast<std::uint16_t>(spec::kHoldingBase + first), values));
+  return ask(
+      write_multiple_registers(unit(), static_cast<std::uint16_t>(spec::kHoldingBase + first), values));
 }
 
 namespace {
 std::vector<std::uint16_t> data_of(const ModbusResult& result, unsigned first) {
   if (result.outcome != ModbusOutcome::Data) {
-    throw std::runtime_error(fmt::format("reading register {:#x}: no data, exception {} {}", first, result.exception_code,
-                                         result.problem));
+    throw std::runtime_error(fmt::format("reading register {:#x}: no data, exception {} {}", first,
+                                         result.exception_code, result.problem));
   }
   return result.registers;
 }
@@ -346,8 +358,10 @@ void Bench::poke(const std::function<void(chip::Chip&)>& change) {
 }
 
 void Bench::next_tick() {
+  run(100);  // the sensor converts between two readings
   run_until(at_rest, 2'000'000);
-  if (model().sysctrl.state_q == spec::kStIdle) command(spec::kCmdStop);  // the host's first command starts the cycle
+  if (model().sysctrl.state_q == spec::kStIdle)
+    command(spec::kCmdStop);  // the host's first command starts the cycle
   run_until(at_rest, 2'000'000);
   poke([](chip::Chip& chip) {
     chip.sysctrl.ms_cnt_q = kMsLast - 2;

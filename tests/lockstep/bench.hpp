@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bench of the chip tests: Modbus host, sensor and heater feedback around a device, with coverage and safety checks each clock.
+// Bench of the chip tests: Modbus host, sensor and heater feedback around a device, with coverage and safety
+// checks each clock.
 #pragma once
 
 #include <array>
@@ -32,7 +33,8 @@ using Settings = std::vector<Setting>;
 Settings quick(std::initializer_list<Setting> others = {});
 // A chip out of reset in which a host has written these registers and they have become active.
 chip::Chip chip_with(const Settings& settings);
-// Flips the bits of `mask` (22 bits, check bits above the data) in one word of the active set, as a particle would.
+// Flips the bits of `mask` (22 bits, check bits above the data) in one word of the active set, as a particle
+// would.
 void flip_active(chip::Chip& chip, spec::Reg reg, std::uint32_t mask);
 
 // What a run has exercised, from the model's flops; all counts of clocks or events.
@@ -103,15 +105,17 @@ struct World {
   std::uint8_t addr_strap = 0;
 };
 
-// A safety promise was broken: heater high with a fault, with the emergency stop, or later than promised after a cause.
+// A safety promise was broken: heater high with a fault, with the emergency stop, or later than promised
+// after a cause.
 struct SafetyViolation : std::logic_error {
   using std::logic_error::logic_error;
 };
 
 class Bench {
  public:
-  // `sensor`: part name; its conversions take 1 ms of bench time whatever the data sheet says.
-  explicit Bench(std::unique_ptr<Device> device, const std::string& sensor = "MAX31855", std::uint64_t seed = 1);
+  // `sensor`: part name; its conversions take 5 us of bench time whatever the data sheet says.
+  explicit Bench(std::unique_ptr<Device> device, const std::string& sensor = "MAX31855",
+                 std::uint64_t seed = 1);
 
   World world;
   // Temperature at the sensor; by default world.temperature_degc.
@@ -138,8 +142,9 @@ class Bench {
   std::vector<std::uint16_t> read_input(unsigned first, unsigned count);
   std::uint16_t read_input(spec::In address) { return read_input(address, 1)[0]; }
 
-  // Puts the time base of model and RTL just before the next control tick, when the main state machine is at rest, and runs
-  // until the tick's work is done. Skips only waiting: every state so reached is one that mere waiting reaches too.
+  // Puts the time base of model and RTL just before the next control tick, when the main state machine is at
+  // rest, and runs until the tick's work is done. Skips only waiting: every state so reached is one that mere
+  // waiting reaches too.
   void next_tick();
   // The same for the next 0.1 s pulse and a control tick with it.
   void next_tenth();

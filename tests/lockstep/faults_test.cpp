@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every fault of the specification, in lockstep: raised by its cause, the heater low at once, the first fault kept, the clear
-// refused while the cause stands and accepted after it. The bench itself checks on every clock that a cause has the heater
-// low one clock later (SafetyViolation).
+// Every fault of the specification, in lockstep: raised by its cause, the heater low at once, the first fault
+// kept, the clear refused while the cause stands and accepted after it. The bench itself checks on every
+// clock that a cause has the heater low one clock later (SafetyViolation).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,7 +36,8 @@ TEST_P(Fault, IsRaisedReportedAndCleared) {
   if (s.heating) {
     ASSERT_EQ(bench.command(spec::kCmdRun).outcome, ModbusOutcome::Data);
     bench.next_tick();
-    ASSERT_TRUE(bench.run_until([](const chip::Chip& chip) { return chip.guard.heater_q != 0; }, 20'000)) << "never heated";
+    ASSERT_TRUE(bench.run_until([](const chip::Chip& chip) { return chip.guard.heater_q != 0; }, 20'000))
+        << "never heated";
   }
   if (s.fault == spec::kFaultZeroRise) {
     for (int i = 0; i < 3; ++i) bench.next_tenth();
@@ -79,7 +80,7 @@ TEST_P(Fault, IsRaisedReportedAndCleared) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, Fault, ::testing::ValuesIn(fault_scenarios()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& scenario) { return std::string(scenario.param.name); });
 
 TEST(FaultScenarios, NameEveryFaultOfTheSpecification) {
   std::vector<bool> seen(spec::kFaultCount);

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "random_run.hpp"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "tb/devices/rng.hpp"
+
+namespace meltstage::tb {
+
+namespace {
+
+// Each kind of chance has its own sub-stream, so that a new kind does not shift the others.
+struct Chances {
+  explicit Chances(std::uint64_t seed)
+      : host(stream(seed, "host")),
+        line(stream(seed, "line-noise")),
+        sensor(stream(seed, "sensor-faults")),
+        plant(stream(seed, "plant")),
+        reset(stream(seed, "reset")),
+        upset(stream(seed, "upset")) {}
+  Rng host, line, sensor, plant, reset, upset;
+};
+
+bool one_in(Rng& rng, std::uint64_t n) { return rng.below(n) == 0; }
+
+std::uint16_t any16(Rng& rng) { return static_cast<std::uint16_t>(rng.bits()); }
+
+// A value for a register: mostly inside its range, often at an end, sometimes anything.
+std::uint16_t value_for(Rng& rng, unsigned index) {
+  const spec::RegisterInfo& info = spec::kHolding[index];
+  switch (rng.below(6)) {
+    case 0:
+      return static_cast<std::uint16_t>(info.min);
+    case 1:
+      return static_cast<std::uint16_t>(info.max);
+    case 2:
+      return any16(rng);
+    default:
+      return static_cast<std::uint16_t>(info.min + static_cast<std::int64_t>(rng.below(
+                                                       static_cast<std::uint64_t>(info.max - info.min) + 1)));
+  }
+}
+
+// Registers that a random host may write without silencing itself or slowing everything to a crawl.
+bool writable(unsigned index) {
+  return index != spec::kRegAddress && index != spec::kRegBaud && index != spec::kRegFormat &&
+         index != spec::kRegTs && index != spec::kRegSpiDiv && index != spec::kRegPwmPrescale;
+}
+
+constexpr std::array kCommands{spec::kCmdRun,  spec::kCmdRun,        spec::kCmdRun,
+                               spec::kCmdStop, spec::kCmdClearFault, spec::kCmdClearFault,
+                               spec::kCmdHold, spec::kCmdCommit,     spec::kCmdDiscard};
+
+ModbusRequest random_request(Rng& rng, std::uint8_t unit) {
+  const auto to = static_cast<std::uint8_t>(one_in(rng, 12) ? 0 : one_in(rng, 12) ? rng.below(256) : unit);
+  switch (rng.below(14)) {
+    case 0:
+      return read_input_registers(to, static_cast<std::uint16_t>(rng.below(28)),
+                                  static_cast<std::uint16_t>(rng.below(36)));
+    case 1:
+      return read_holding_registers(to, static_cast<std::uint16_t>(spec::kHoldingBase + rng.below(62)),
+                                    static_cast<std::uint16_t>(rng.below(36)));
+    case 2:
+    case 3:
+    case 4:
+      return write_single_register(to, spec::kHoldingBase, kCommands[rng.below(kCommands.size())]);
+    case 5:
+    case 6:
+    case 7: {
+      unsigned index;
+      do index = static_cast<unsigned>(rng.below(spec::kHoldingCount));
+      while (!writable(index));
+      return write_single_register(to, static_cast<std::uint16_t>(spec::kHoldingBase + index),
+                                   value_for(rng, index));
+    }
+    case 8:
+    case 9: {
+      const unsigned first = 1 + static_cast<unsigned>(rng.below(spec::kRegTs - 1));
+      std::vector<std::uint16_t> values;
+      const unsigned count = 1 + static_cast<unsigned>(rng.below(std::min(16u, spec::kRegTs - first)));
+      for (unsigned i = 0; i < count; ++i) values.push_back(value_for(rng, first + i));
+      return write_multiple_registers(to, static_cast<std::uint16_t>(spec::kHoldingBase + first), values);
+    }
+    case 10:
+      return diagnostic_echo(to, any16(rng));
+    case 11:
+      return report_server_id(to);
+    case 12:
+      return read_device_identification(to, static_cast<std::uint8_t>(rng.below(6)),
+                                        static_cast<std::uint8_t>(rng.below(5)));
+    default: {
+      std::vector<std::uint8_t> bytes{to, static_cast<std::uint8_t>(rng.below(128))};
+      for (std::uint64_t n = rng.below(9); n > 0; --n) bytes.push_back(static_cast<std::uint8_t>(rng.bits()));
+      return with_crc(bytes);
+    }
+  }
+}
+
+// What a bad line does to a frame.
+void damage(Rng& rng, ModbusRequest& request) {
+  auto& frame = request.frame;
+  switch (rng.below(6)) {
+    case 0:
+      frame[rng.below(frame.size())].data ^= static_cast<std::uint8_t>(1u << rng.below(8));
+      break;
+    case 1:
+      frame.resize(1 + rng.below(frame.size()));
+      break;
+    case 2:
+      frame[rng.below(frame.size())].gap_bits = static_cast<double>(rng.below(80));
+      break;
+    case 3:
+      frame[rng.below(frame.size())].wrong_parity = true;
+      break;
+    case 4:
+      frame[rng.below(frame.size())].missing_stop = true;
+      break;
+    default:
+      for (std::uint64_t n = 1 + rng.below(40); n > 0; --n)
+        frame.push_back({.data = static_cast<std::uint8_t>(rng.bits())});
+      break;
+  }
+}
+
+// What a host sends that wants the head to work: clear, run, poll, and settings that do not stand in their
+// own way.
+ModbusRequest orderly_request(Rng& rng, std::uint8_t unit) {
+  switch (rng.below(10)) {
+    case 0:
+    case 1:
+    case 2:
+      return write_single_register(unit, spec::kHoldingBase, spec::kCmdClearFault);
+    case 3:
+    case 4:
+    case 5:
+    case 6:
+      return write_single_register(unit, spec::kHoldingBase, spec::kCmdRun);
+    case 7:
+      return write_single_register(unit, spec::kHoldingBase + spec::kRegSetpoint,
+                                   static_cast<std::uint16_t>(400 + rng.below(600)));
+    case 8:
+      return write_single_register(unit, spec::kHoldingBase + spec::kRegMode,
+                                   static_cast<std::uint16_t>(one_in(rng, 4)));
+    default:
+      return read_input_registers(unit, 0, spec::kInputCount);
+  }
+}
+
+// A head that is at work near its set-point, or leaves it the way each detector is made for.
+double head_temperature(Rng& rng) {
+  constexpr std::array kPlaces{50.0, 55.0, 59.0, 60.5, 75.0, 99.0, -20.0, 190.0};
+  return one_in(rng, 3) ? kPlaces[rng.below(kPlaces.size())] : 58.0 + 4.0 * rng.uniform();
+}
+
+void disturb_sensor(Rng& rng, World& world) {
+  world.sensor = {};
+  switch (rng.below(8)) {
+    case 0:
+      world.sensor.probe = ProbeFault::Open;
+      break;
+    case 1:
+      world.sensor.probe = ProbeFault::ShortToGround;
+      break;
+    case 2:
+      world.sensor.miso = MisoFault::StuckLow;
+      break;
+    case 3:
+      world.sensor.miso = MisoFault::StuckHigh;
+      break;
+    case 4:
+      world.sensor.reserved_bits_wrong = true;
+      break;
+    default:
+      break;
+  }
+}
+
+// Detectors with short times, so that each can trip within a run.
+Settings detectors(std::uint64_t seed) {
+  Settings settings = quick({{spec::kRegSetpoint, 600},
+                             {spec::kRegLbaTime, 1},
+                             {spec::kRegHoldTime, 1},
+                             {spec::kRegExcTime, 1},
+                             {spec::kRegZeroWait, 2},
+                             {spec::kRegZeroRise, 50},
+                             {spec::kRegHostWd, 3},
+                             {spec::kRegBadMax, 2},
+                             {spec::kRegSampleTimeout, 2},
+                             {spec::kRegAtDwell, 1},
+                             {spec::kRegFbTime, 200},
+                             {spec::kRegPwmPeriod, 600},
+                             {spec::kRegTlmPeriod, 5},
+                             {spec::kRegDFilter, 0},
+                             {spec::kRegKd, 0},
+                             {spec::kRegHoldMult, 0},
+                             {spec::kRegHoldAdd, 0}});
+  settings.push_back({spec::kRegDtdtMax, static_cast<std::uint16_t>(seed % 4 == 0 ? 100 : 0)});
+  settings.push_back({spec::kRegCtrl, static_cast<std::uint16_t>(seed % 8 < 4 ? 0x37 : 0x72)});
+  settings.push_back({spec::kRegBadMax, static_cast<std::uint16_t>(seed % 16 == 2 ? 15 : 2)});
+  settings.push_back({spec::kRegBandOff, 100});
+  return settings;
+}
+
+// Outside the orderly half of the seeds anything goes.
+bool orderly(std::uint64_t seed) { return seed % 2 == 0; }
+
+// One bit of a word of the active set, sometimes two.
+void flip_parameter(Rng& rng, Bench& bench) {
+  const auto reg = static_cast<spec::Reg>(1 + rng.below(spec::kHoldingCount - 1));
+  const std::uint32_t mask = 1u << rng.below(22) | (one_in(rng, 6) ? 1u << rng.below(22) : 0u);
+  bench.poke([&](chip::Chip& chip) { flip_active(chip, reg, mask); });
+}
+
+// Time that mere waiting would fill: the next control tick, or the next 0.1 s with it, comes early.
+void hurry(Rng& rng, Bench& bench) {
+  bench.poke([&](chip::Chip& chip) {
+    chip.sysctrl.ms_cnt_q = spec::kClkHz / 1000 - 3;
+    if (one_in(rng, 2)) chip.sysctrl.tenth_cnt_q = 99;
+    if (chip.sysctrl.tick_pend_q == 0)
+      chip.sysctrl.ts_cnt_q = static_cast<std::uint16_t>((chip.params()[spec::kRegTs] - 1) & 0x7FF);
+  });
+}
+
+}  // namespace
+
+chip::Chip random_start(std::uint64_t seed) { return chip_with(orderly(seed) ? detectors(seed) : quick()); }
+
+RandomRun random_run(std::unique_ptr<Device> device, std::uint64_t seed, std::uint64_t clocks) {
+  Chances chance(seed);
+  Bench bench(std::move(device), "MAX31855", seed);
+  bench.world.temperature_degc = 50.0;
+  // Calm seeds see a disturbance so many times more rarely.
+  const std::uint64_t calm = orderly(seed) ? 12 : 1;
+  std::uint64_t next_frame = 0;
+  while (bench.cycle() < clocks) {
+    if (!bench.sending() && !bench.out().uart_de && bench.cycle() >= next_frame) {
+      ModbusRequest request = orderly(seed) ? orderly_request(chance.host, bench.unit())
+                                            : random_request(chance.host, bench.unit());
+      if (one_in(chance.line, 8 * calm)) damage(chance.line, request);
+      bench.send(request);
+      // Mostly a polite pause, sometimes on top of the answer, sometimes too long for the watchdog.
+      next_frame = bench.cycle() + (one_in(chance.host, 20)  ? 90'000
+                                    : one_in(chance.host, 6) ? 500
+                                                             : 4'000 + chance.host.below(10'000));
+    }
+    if (one_in(chance.line, 40 * calm))
+      bench.transmitter().glitch(bench.cycle() + 1 + chance.line.below(500), 1 + chance.line.below(30));
+    if (one_in(chance.plant, 20)) {
+      bench.world.temperature_degc =
+          orderly(seed)
+              ? head_temperature(chance.plant)
+              : std::clamp(bench.world.temperature_degc + (chance.plant.uniform() - 0.5) * 8.0, -30.0, 200.0);
+    }
+    if (one_in(chance.sensor, 120)) disturb_sensor(chance.sensor, bench.world);
+    if (one_in(chance.sensor, 40)) bench.world.sensor = {};
+    if (one_in(chance.sensor, 200)) bench.world.feedback = static_cast<Feedback>(chance.sensor.below(3));
+    if (one_in(chance.sensor, 20)) bench.world.feedback = Feedback::Follows;
+    if (one_in(chance.reset, 400)) bench.world.inhibit = true;
+    if (one_in(chance.reset, 4)) bench.world.inhibit = false;
+    if (one_in(chance.upset, 60 * calm)) flip_parameter(chance.upset, bench);
+    if (one_in(chance.upset, 500))
+      bench.poke([&](chip::Chip& chip) {
+        chip.sysctrl.state_q ^= static_cast<std::uint8_t>(1u << chance.upset.below(5));
+      });
+    if (one_in(chance.plant, 5)) hurry(chance.plant, bench);
+    if (one_in(chance.reset, 600)) {
+      bench.world.reset = true;
+      bench.run(1 + chance.reset.below(5));
+      bench.world.reset = false;
+    }
+    bench.run(1 + chance.plant.below(1'500));
+  }
+  return {bench.coverage(), bench.finish(), bench.stimulus_hash()};
+}
+
+}  // namespace meltstage::tb
