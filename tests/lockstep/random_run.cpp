@@ -181,11 +181,10 @@ void disturb_sensor(Rng& rng, World& world) {
 Settings detectors(std::uint64_t seed) {
   Settings settings = quick({{spec::kRegSetpoint, 600},
                              {spec::kRegLbaTime, 1},
-                             {spec::kRegHoldTime, 1},
                              {spec::kRegExcTime, 1},
                              {spec::kRegZeroWait, 2},
                              {spec::kRegZeroRise, 50},
-                             {spec::kRegHostWd, 3},
+                             {spec::kRegHostWd, 40},
                              {spec::kRegBadMax, 2},
                              {spec::kRegSampleTimeout, 2},
                              {spec::kRegAtDwell, 1},
@@ -199,6 +198,7 @@ Settings detectors(std::uint64_t seed) {
   settings.push_back({spec::kRegDtdtMax, static_cast<std::uint16_t>(seed % 4 == 0 ? 100 : 0)});
   settings.push_back({spec::kRegCtrl, static_cast<std::uint16_t>(seed % 8 < 4 ? 0x37 : 0x72)});
   settings.push_back({spec::kRegBadMax, static_cast<std::uint16_t>(seed % 16 == 2 ? 15 : 2)});
+  settings.push_back({spec::kRegHoldTime, static_cast<std::uint16_t>(seed % 8 == 6 ? 1 : 0)});
   settings.push_back({spec::kRegBandOff, 100});
   return settings;
 }
@@ -234,8 +234,15 @@ RandomRun random_run(std::unique_ptr<Device> device, std::uint64_t seed, std::ui
   // Calm seeds see a disturbance so many times more rarely.
   const std::uint64_t calm = orderly(seed) ? 12 : 1;
   std::uint64_t next_frame = 0;
+  std::uint64_t last_frame = 0;
+  std::uint16_t heard = 0;
   while (bench.cycle() < clocks) {
-    if (!bench.sending() && !bench.out().uart_de && bench.cycle() >= next_frame) {
+    // A host whose frame was not heard leaves the line alone until the chip has forgotten it (1.75 ms of
+    // silence).
+    const bool answered = bench.model().uartc.messages() != heard || bench.cycle() >= last_frame + 26'000;
+    if (!bench.sending() && !bench.out().uart_de && bench.cycle() >= next_frame && answered) {
+      heard = bench.model().uartc.messages();
+      last_frame = bench.cycle();
       ModbusRequest request = orderly(seed) ? orderly_request(chance.host, bench.unit())
                                             : random_request(chance.host, bench.unit());
       if (one_in(chance.line, 8 * calm)) damage(chance.line, request);
@@ -247,7 +254,7 @@ RandomRun random_run(std::unique_ptr<Device> device, std::uint64_t seed, std::ui
     }
     if (one_in(chance.line, 40 * calm))
       bench.transmitter().glitch(bench.cycle() + 1 + chance.line.below(500), 1 + chance.line.below(30));
-    if (one_in(chance.plant, 20)) {
+    if (one_in(chance.plant, 8)) {
       bench.world.temperature_degc =
           orderly(seed)
               ? head_temperature(chance.plant)
@@ -264,7 +271,7 @@ RandomRun random_run(std::unique_ptr<Device> device, std::uint64_t seed, std::ui
       bench.poke([&](chip::Chip& chip) {
         chip.sysctrl.state_q ^= static_cast<std::uint8_t>(1u << chance.upset.below(5));
       });
-    if (one_in(chance.plant, 5)) hurry(chance.plant, bench);
+    if (one_in(chance.plant, 3)) hurry(chance.plant, bench);
     if (one_in(chance.reset, 600)) {
       bench.world.reset = true;
       bench.run(1 + chance.reset.below(5));
