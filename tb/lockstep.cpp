@@ -161,6 +161,7 @@ void Lockstep::save(const std::filesystem::path& folder, const std::string& text
 
 void Lockstep::fail(const chip::Outputs& expected, const chip::Outputs& got) {
   std::string text = report(expected, got);
+  if (failures_.empty()) throw Mismatch(text);
   const auto folder = failures_ / fmt::format("{}.{:x}", identity_.test, identity_.seed);
   try {
     save(folder, text);

@@ -21,7 +21,8 @@ constexpr std::uint32_t kFull = 65536;
 struct Loop {
   Params p = reset_params();
   Algor a;
-  AlgorIn in{.params = p, .start = false, .sample_ok = true, .run = true, .at_temp = false, .ms = false, .pv = 0};
+  AlgorIn in{
+      .params = p, .start = false, .sample_ok = true, .run = true, .at_temp = false, .ms = false, .pv = 0};
 
   Loop() {
     set(kRegSetpoint, 2000);
@@ -58,7 +59,8 @@ struct Loop {
   }
 };
 
-// ---- Eq. (2) --------------------------------------------------------------------------------------------------------------
+// ---- Eq. (2)
+// --------------------------------------------------------------------------------------------------------------
 
 TEST(Algor, PaperLawIsEquationTwoToTheBit) {
   std::mt19937 random(2023);
@@ -82,8 +84,9 @@ TEST(Algor, PaperLawIsEquationTwoToTheBit) {
       // Gains as fractions: KP 2^-6, KI 2^-14, KD 2^-3; common denominator 2^14.
       const std::int64_t integral = ki * (sum + e);
       const std::int64_t u = ((kp << 8) + (kd << 11)) * e + integral - (kd << 11) * before;
-      const bool linear = integral >= 0 && integral <= std::int64_t{kFull} << 14 && u >= 0 && u >> 14 <= kFull &&
-                          u <= std::int64_t{kFull} << 14 && e - before < 2048 && before - e <= 2048;
+      const bool linear = integral >= 0 && integral <= std::int64_t{kFull} << 14 && u >= 0 &&
+                          u >> 14 <= kFull && u <= std::int64_t{kFull} << 14 && e - before < 2048 &&
+                          before - e <= 2048;
       if (!linear) continue;
       ASSERT_EQ(loop.error(e), static_cast<std::uint32_t>(u >> 14)) << "run " << run << " step " << n;
       sum += e;
@@ -117,7 +120,8 @@ TEST(Algor, ProductsFitTheirRegistersAtTheCorners) {
 }
 
 TEST(Algor, WholeDegreeErrorTruncatesTowardZero) {
-  const int cases[][2] = {{0, 0}, {63, 0}, {64, 64}, {127, 64}, {128, 128}, {-63, 0}, {-64, -64}, {-127, -64}, {-128, -128}};
+  const int cases[][2] = {{0, 0},   {63, 0},    {64, 64},    {127, 64},   {128, 128},
+                          {-63, 0}, {-64, -64}, {-127, -64}, {-128, -128}};
   for (const auto& [e, whole] : cases) {
     Loop loop;
     loop.set(kRegCtrl, kCtrlInteger);
@@ -126,7 +130,8 @@ TEST(Algor, WholeDegreeErrorTruncatesTowardZero) {
   }
 }
 
-// ---- Segments -------------------------------------------------------------------------------------------------------------
+// ---- Segments
+// -------------------------------------------------------------------------------------------------------------
 
 TEST(Algor, FullBandBeginsAboveItsBorder) {
   for (auto [band, last] : {std::pair{180, 1152}, {1, 6}, {0, 0}}) {  // 18.0, 0.1, 0 degC in 1/64 degC, floor
@@ -205,7 +210,8 @@ TEST(Algor, ModelOffNeedsFeedForward) {
   EXPECT_EQ(loop.a.duty_q, 0u);
 }
 
-// ---- Integral -------------------------------------------------------------------------------------------------------------
+// ---- Integral
+// -------------------------------------------------------------------------------------------------------------
 
 TEST(Algor, IntegralStaysWithinZeroAndDutyMax) {
   Loop loop;
@@ -303,7 +309,8 @@ TEST(Algor, KiHoldActsAtTemperature) {
   EXPECT_EQ(loop.a.ie_q, 70);
 }
 
-// ---- Derivative -----------------------------------------------------------------------------------------------------------
+// ---- Derivative
+// -----------------------------------------------------------------------------------------------------------
 
 TEST(Algor, DerivativeOnTemperatureHasNoKickAtASetPointChange) {
   for (bool on_pv : {true, false}) {
@@ -356,7 +363,8 @@ TEST(Algor, DerivativeTermSettlesToZero) {
   EXPECT_EQ(loop.a.delta_q, 0);
 }
 
-// ---- Duty -----------------------------------------------------------------------------------------------------------------
+// ---- Duty
+// -----------------------------------------------------------------------------------------------------------------
 
 TEST(Algor, DutyIsLimited) {
   Loop loop;
@@ -447,12 +455,13 @@ TEST(Algor, StoppedComputationLeavesNoDuty) {
   EXPECT_EQ(loop.error(5000), 0u);
 }
 
-// ---- Ramp -----------------------------------------------------------------------------------------------------------------
+// ---- Ramp
+// -----------------------------------------------------------------------------------------------------------------
 
 struct RampTime {
-  int rate;      // 0.01 degC/s
-  int lsb;       // 1/64 degC
-  int ms;        // after which they have been climbed, exactly
+  int rate;  // 0.01 degC/s
+  int lsb;   // 1/64 degC
+  int ms;    // after which they have been climbed, exactly
 };
 
 class AlgorRamp : public testing::TestWithParam<RampTime> {};
@@ -478,8 +487,9 @@ TEST_P(AlgorRamp, ClimbsOnTheMillisecond) {
 
 // 1/64 degC takes 3125 / (2 rate) ms.
 INSTANTIATE_TEST_SUITE_P(Rates, AlgorRamp,
-                         testing::Values(RampTime{1, 1, 1563}, RampTime{1, 2, 3125}, RampTime{100, 640, 10000},
-                                         RampTime{625, 2, 5}, RampTime{1562, 1, 2}, RampTime{1562, 3124, 3125}));
+                         testing::Values(RampTime{1, 1, 1563}, RampTime{1, 2, 3125},
+                                         RampTime{100, 640, 10000}, RampTime{625, 2, 5}, RampTime{1562, 1, 2},
+                                         RampTime{1562, 3124, 3125}));
 
 TEST(AlgorRampEnds, StopsAtTheTarget) {
   Loop loop;
@@ -509,7 +519,8 @@ TEST(AlgorRampEnds, StandsWhileStopped) {
   EXPECT_EQ(loop.a.sp_work_q, 640) << "starts from the temperature";
 }
 
-// ---- Conversions ----------------------------------------------------------------------------------------------------------
+// ---- Conversions
+// ----------------------------------------------------------------------------------------------------------
 
 TEST(Algor, SetPointConvertsWithinOneLsbAndReadsBackTheSame) {
   for (int tenths = 0; tenths <= 5000; ++tenths) {

@@ -85,7 +85,8 @@ TEST(Chip, EveryHoldingRegisterHasItsResetValue) {
   for (unsigned i = 0; i < kHoldingCount; ++i) {
     const auto address = static_cast<std::uint16_t>(kHoldingBase + i);
     EXPECT_EQ(chip.read_register(address), static_cast<std::uint16_t>(kHolding[i].reset)) << kHolding[i].name;
-    EXPECT_EQ(chip.params().value[i], static_cast<std::uint16_t>(i == 0 ? 0 : kHolding[i].reset)) << kHolding[i].name;
+    EXPECT_EQ(chip.params().value[i], static_cast<std::uint16_t>(i == 0 ? 0 : kHolding[i].reset))
+        << kHolding[i].name;
   }
 }
 
@@ -139,7 +140,8 @@ TEST(Chip, SavedAndRestoredMidRunHasTheSameFuture) {
     Chip copy;
     copy = saved;
     Stimulus again = stimulus;
-    for (int i = 0; i < 200'000; ++i) ASSERT_EQ(chip.step(stimulus.next()), copy.step(again.next())) << save_at << " + " << i;
+    for (int i = 0; i < 200'000; ++i)
+      ASSERT_EQ(chip.step(stimulus.next()), copy.step(again.next())) << save_at << " + " << i;
     ASSERT_EQ(flops(chip), flops(copy)) << save_at;
   }
   EXPECT_GT(chip.guard.sensor_errors_q + chip.guard.samples_q, 0) << "the run went through control ticks";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// GUARD: every detector at its threshold and time, latching, the way to heater off, safe_en, at temperature, held samples.
+// GUARD: every detector at its threshold and time, latching, the way to heater off, safe_en, at temperature,
+// held samples.
 #include "cmodel/guard.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +20,8 @@ using namespace spec;
 constexpr std::uint16_t mask(Fault fault) { return static_cast<std::uint16_t>(1u << fault); }
 constexpr int kRoom = 25 * 64;
 
-// A guard with reset parameters, a sample of 25 degC, heater wanted on all the time, and feedback that follows.
+// A guard with reset parameters, a sample of 25 degC, heater wanted on all the time, and feedback that
+// follows.
 struct Bench {
   Params p = reset_params();
   Guard g;
@@ -88,7 +90,8 @@ struct Bench {
   bool cause(Fault fault) const { return (g.cause_q & mask(fault)) != 0; }
 };
 
-// ---- Thresholds and times -------------------------------------------------------------------------------------------------
+// ---- Thresholds and times
+// -------------------------------------------------------------------------------------------------
 
 TEST(GuardOverTemp, TripsAtTheLimitExactly) {
   for (auto [t_max, trips] : {std::pair{1500, 9600}, {1501, 9607}, {0, 0}, {5000, 32000}}) {
@@ -329,7 +332,7 @@ struct ZeroRise : Bench {
 TEST(GuardZeroRise, TripsAtTheRiseAfterTheWait) {
   for (int rise : {511, 512}) {  // ZERO_RISE 8.0 degC = 512
     ZeroRise b;
-    b.tenths(301);
+    b.tenths(300);
     b.sample(kRoom + rise);
     b.clock();
     EXPECT_EQ(b.cause(kFaultZeroRise), rise == 512) << rise;
@@ -346,7 +349,7 @@ TEST(GuardZeroRise, IsNotCountedDuringTheWait) {
 
 TEST(GuardZeroRise, CountsFromTheLowestTemperature) {
   ZeroRise b;
-  b.tenths(301);
+  b.tenths(300);
   b.sample(kRoom - 400);
   b.clock();
   b.sample(kRoom + 112);
@@ -485,7 +488,8 @@ TEST(GuardWatchdog, AShorterTimeIsInForceAtOnce) {
   EXPECT_EQ(b.g.fault_q, mask(kFaultHostWatchdog));
 }
 
-// ---- Latching -------------------------------------------------------------------------------------------------------------
+// ---- Latching
+// -------------------------------------------------------------------------------------------------------------
 
 class GuardFaults : public testing::TestWithParam<unsigned> {};
 
@@ -588,7 +592,8 @@ TEST(GuardClear, KeepsWhatIsStillPresent) {
   EXPECT_EQ(b.g.first_q, kFaultInhibit + 1);
 }
 
-// ---- Permission -----------------------------------------------------------------------------------------------------------
+// ---- Permission
+// -----------------------------------------------------------------------------------------------------------
 
 TEST(GuardRun, NeedsASampleNoCauseAndNoFault) {
   Bench no_sample;
@@ -652,7 +657,8 @@ TEST(GuardSafeEn, TogglesEvery1024ClocksWhileRunning) {
   EXPECT_EQ(b.g.safe_en_q, 0);
 }
 
-// ---- At temperature -------------------------------------------------------------------------------------------------------
+// ---- At temperature
+// -------------------------------------------------------------------------------------------------------
 
 struct AtTemp : Bench {
   AtTemp() {

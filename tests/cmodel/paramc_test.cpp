@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdint>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -69,7 +69,8 @@ struct Bench {
     }
     return clocks;
   }
-  void frame(std::uint8_t fc, std::uint16_t a, std::uint16_t b, std::uint16_t len = 8, std::uint8_t count = 0) {
+  void frame(std::uint8_t fc, std::uint16_t a, std::uint16_t b, std::uint16_t len = 8,
+             std::uint8_t count = 0) {
     in.cmd = {.broadcast = false, .fc = fc, .a = a, .b = b, .count = count, .len = len};
     command();
   }
@@ -86,7 +87,8 @@ struct Bench {
   int write(std::uint16_t a, std::vector<std::uint16_t> values) {
     words = std::move(values);
     const auto n = static_cast<unsigned>(words.size());
-    frame(16, a, static_cast<std::uint16_t>(n), static_cast<std::uint16_t>(9 + 2 * n), static_cast<std::uint8_t>(2 * n));
+    frame(16, a, static_cast<std::uint16_t>(n), static_cast<std::uint16_t>(9 + 2 * n),
+          static_cast<std::uint8_t>(2 * n));
     return exception();
   }
   int order(Cmd word) { return write(kHoldingBase, word); }
@@ -97,7 +99,8 @@ struct Bench {
   }
 };
 
-// ---- Functions and their form ---------------------------------------------------------------------------------------------
+// ---- Functions and their form
+// ---------------------------------------------------------------------------------------------
 
 TEST(ParamcFunction, ReadsAreAnswered) {
   for (std::uint8_t fc : {std::uint8_t{3}, std::uint8_t{4}}) {
@@ -179,28 +182,31 @@ constexpr std::uint16_t kEnd = kHoldingBase + kHoldingCount;
 // Function before count before address before value.
 INSTANTIATE_TEST_SUITE_P(
     Form, ParamcRefuses,
-    testing::Values(Refusal{"unknown function", 1, 0, 1, 8, 0, 1}, Refusal{"function 0", 0, 0, 1, 8, 0, 1},
-                    Refusal{"function 255", 255, 0, 1, 8, 0, 1}, Refusal{"no registers", 3, 0, 0, 8, 0, 3},
-                    Refusal{"33 registers", 3, kHoldingBase, 33, 8, 0, 3}, Refusal{"short read", 3, 0, 1, 7, 0, 3},
-                    Refusal{"long read", 4, 0, 1, 9, 0, 3}, Refusal{"count before address", 3, 0x5000, 0, 8, 0, 3},
-                    Refusal{"gap between the spaces", 3, kInputCount, 1, 8, 0, 2},
-                    Refusal{"end of the inputs", 3, 0, kInputCount + 1, 8, 0, 2},
-                    Refusal{"end of the holdings", 3, kEnd - 1, 2, 8, 0, 2}, Refusal{"behind", 3, kEnd, 1, 8, 0, 2},
-                    Refusal{"wrapping address", 3, 0xFFFF, 2, 8, 0, 2}, Refusal{"write of an input", 6, 1, 0, 8, 0, 2},
-                    Refusal{"write behind", 6, kEnd, 0, 8, 0, 2}, Refusal{"write at the end of addresses", 6, 0xFFFF, 0, 8, 0, 2},
-                    Refusal{"short write", 6, kHoldingBase + 1, 0, 7, 0, 3},
-                    Refusal{"address before value", 6, kEnd, 0xFFFF, 8, 0, 2},
-                    Refusal{"no words", 16, kHoldingBase + 1, 0, 9, 0, 3},
-                    Refusal{"wrong byte count", 16, kHoldingBase + 1, 2, 13, 3, 3},
-                    Refusal{"wrong length", 16, kHoldingBase + 1, 2, 12, 4, 3},
-                    Refusal{"multiple write behind", 16, kEnd - 1, 2, 13, 4, 2},
-                    Refusal{"multiple write of inputs", 16, 0, 2, 13, 4, 2},
-                    Refusal{"huge count", 16, kHoldingBase, 0x8001, 11, 2, 3},
-                    Refusal{"diagnostic 1", 8, 1, 0, 8, 0, 1}, Refusal{"long echo", 8, 0, 0, 10, 0, 3},
-                    Refusal{"long server id", 17, 0, 0, 5, 0, 3}, Refusal{"other MEI", 43, 0x0D01, 0, 7, 0, 1},
-                    Refusal{"identification 0", 43, 0x0E00, 0, 7, 0, 3}, Refusal{"identification 5", 43, 0x0E05, 0, 7, 0, 3},
-                    Refusal{"short identification", 43, 0x0E01, 0, 6, 0, 3},
-                    Refusal{"unknown object", 43, 0x0E04, static_cast<std::uint16_t>(kIdentObjects.size() << 8), 7, 0, 2}));
+    testing::Values(
+        Refusal{"unknown function", 1, 0, 1, 8, 0, 1}, Refusal{"function 0", 0, 0, 1, 8, 0, 1},
+        Refusal{"function 255", 255, 0, 1, 8, 0, 1}, Refusal{"no registers", 3, 0, 0, 8, 0, 3},
+        Refusal{"33 registers", 3, kHoldingBase, 33, 8, 0, 3}, Refusal{"short read", 3, 0, 1, 7, 0, 3},
+        Refusal{"long read", 4, 0, 1, 9, 0, 3}, Refusal{"count before address", 3, 0x5000, 0, 8, 0, 3},
+        Refusal{"gap between the spaces", 3, kInputCount, 1, 8, 0, 2},
+        Refusal{"end of the inputs", 3, 0, kInputCount + 1, 8, 0, 2},
+        Refusal{"end of the holdings", 3, kEnd - 1, 2, 8, 0, 2}, Refusal{"behind", 3, kEnd, 1, 8, 0, 2},
+        Refusal{"wrapping address", 3, 0xFFFF, 2, 8, 0, 2}, Refusal{"write of an input", 6, 1, 0, 8, 0, 2},
+        Refusal{"write behind", 6, kEnd, 0, 8, 0, 2},
+        Refusal{"write at the end of addresses", 6, 0xFFFF, 0, 8, 0, 2},
+        Refusal{"short write", 6, kHoldingBase + 1, 0, 7, 0, 3},
+        Refusal{"address before value", 6, kEnd, 0xFFFF, 8, 0, 2},
+        Refusal{"no words", 16, kHoldingBase + 1, 0, 9, 0, 3},
+        Refusal{"wrong byte count", 16, kHoldingBase + 1, 2, 13, 3, 3},
+        Refusal{"wrong length", 16, kHoldingBase + 1, 2, 12, 4, 3},
+        Refusal{"multiple write behind", 16, kEnd - 1, 2, 13, 4, 2},
+        Refusal{"multiple write of inputs", 16, 0, 2, 13, 4, 2},
+        Refusal{"huge count", 16, kHoldingBase, 0x8001, 11, 2, 3}, Refusal{"diagnostic 1", 8, 1, 0, 8, 0, 1},
+        Refusal{"long echo", 8, 0, 0, 10, 0, 3}, Refusal{"long server id", 17, 0, 0, 5, 0, 3},
+        Refusal{"other MEI", 43, 0x0D01, 0, 7, 0, 1}, Refusal{"identification 0", 43, 0x0E00, 0, 7, 0, 3},
+        Refusal{"identification 5", 43, 0x0E05, 0, 7, 0, 3},
+        Refusal{"short identification", 43, 0x0E01, 0, 6, 0, 3},
+        Refusal{"unknown object", 43, 0x0E04, static_cast<std::uint16_t>(kIdentObjects.size() << 8), 7, 0,
+                2}));
 
 TEST(ParamcBroadcast, IsCarriedOutAndNeverAnswered) {
   Bench b;
@@ -225,7 +231,8 @@ TEST(ParamcTime, OneClockForTheFormAndOneForEachValue) {
   EXPECT_EQ(b.command(), 5);
 }
 
-// ---- Ranges ---------------------------------------------------------------------------------------------------------------
+// ---- Ranges
+// ---------------------------------------------------------------------------------------------------------------
 
 class ParamcRange : public testing::TestWithParam<unsigned> {};
 
@@ -235,7 +242,8 @@ TEST_P(ParamcRange, BothEndsAreAcceptedAndTheirNeighboursRefused) {
   const auto address = static_cast<std::uint16_t>(kHoldingBase + reg);
   const std::int32_t lowest = info.is_signed ? -32768 : 0;
   const std::int32_t highest = info.is_signed ? 32767 : 65535;
-  for (std::int32_t value : {info.min - 1, info.min, info.min + 1, info.reset, info.max - 1, info.max, info.max + 1}) {
+  for (std::int32_t value :
+       {info.min - 1, info.min, info.min + 1, info.reset, info.max - 1, info.max, info.max + 1}) {
     if (value < lowest || value > highest) continue;
     Bench b;
     b.in.t_max_staged = 5000;
@@ -248,7 +256,8 @@ TEST_P(ParamcRange, BothEndsAreAcceptedAndTheirNeighboursRefused) {
     }
     Bench multiple;
     multiple.in.t_max_staged = 5000;
-    EXPECT_EQ(multiple.write(address, std::vector{static_cast<std::uint16_t>(value)}), sound ? 0 : kExcValue) << info.name;
+    EXPECT_EQ(multiple.write(address, std::vector{static_cast<std::uint16_t>(value)}), sound ? 0 : kExcValue)
+        << info.name;
   }
 }
 
@@ -278,7 +287,8 @@ TEST(ParamcMultiple, OneBadValueRefusesTheFrame) {
   }
 }
 
-// ---- Commands -------------------------------------------------------------------------------------------------------------
+// ---- Commands
+// -------------------------------------------------------------------------------------------------------------
 
 TEST(ParamcCommand, EachGivesItsPulseForOneClock) {
   const std::pair<Cmd, std::uint8_t Paramc::*> pulses[] = {{kCmdRun, &Paramc::run_q},
@@ -320,14 +330,16 @@ TEST(ParamcCommand, ClearIsRefusedWhileACauseIsPresent) {
   EXPECT_EQ(b.order(kCmdStop), 0);
 }
 
-// ---- Lock -----------------------------------------------------------------------------------------------------------------
+// ---- Lock
+// -----------------------------------------------------------------------------------------------------------------
 
 TEST(ParamcLock, RefusesAllButUnlockAndStop) {
   Bench b;
   b.in.lock = 7;
   EXPECT_EQ(b.write(at(kRegSetpoint), 500), kExcDevice);
   EXPECT_EQ(b.write(at(kRegLock), 8), kExcDevice);
-  for (Cmd word : {kCmdRun, kCmdClearFault, kCmdHold, kCmdCommit, kCmdDiscard}) EXPECT_EQ(b.order(word), kExcDevice);
+  for (Cmd word : {kCmdRun, kCmdClearFault, kCmdHold, kCmdCommit, kCmdDiscard})
+    EXPECT_EQ(b.order(word), kExcDevice);
   EXPECT_EQ(b.order(kCmdStop), 0);
   EXPECT_EQ(b.write(at(kRegLock), 0), 0);
   EXPECT_EQ(b.read(kHoldingBase, 1), 0);
@@ -339,7 +351,8 @@ TEST(ParamcLock, AnImpossibleValueIsRefusedAsSuch) {
   EXPECT_EQ(b.write(at(kRegMode), 2), kExcValue);
 }
 
-// ---- Staging --------------------------------------------------------------------------------------------------------------
+// ---- Staging
+// --------------------------------------------------------------------------------------------------------------
 
 TEST(ParamcStaging, AWriteWaitsForTheTick) {
   Bench b;
@@ -399,7 +412,8 @@ TEST(ParamcStaging, CommandAndParametersInOneFrame) {
   EXPECT_FALSE(b.p.pending());
 }
 
-// ---- Register reads -------------------------------------------------------------------------------------------------------
+// ---- Register reads
+// -------------------------------------------------------------------------------------------------------
 
 Readings some_readings() {
   Readings r{};

@@ -13,7 +13,8 @@ namespace meltstage::chip {
 // The parameter set after reset.
 inline Params reset_params() {
   Params p;
-  for (unsigned i = 1; i < spec::kHoldingCount; ++i) p.value[i] = static_cast<std::uint16_t>(spec::kHolding[i].reset);
+  for (unsigned i = 1; i < spec::kHoldingCount; ++i)
+    p.value[i] = static_cast<std::uint16_t>(spec::kHolding[i].reset);
   return p;
 }
 

@@ -90,7 +90,8 @@ TEST(Sysctrl, IllegalStateFallsToIdleInOneClock) {
 
 TEST(Sysctrl, LegalStatesDifferInTwoBits) {
   for (const spec::StateInfo& a : spec::kStates) {
-    for (unsigned bit = 0; bit < 5; ++bit) EXPECT_FALSE(spec::state_legal(static_cast<std::uint8_t>(a.code ^ 1u << bit))) << a.name;
+    for (unsigned bit = 0; bit < 5; ++bit)
+      EXPECT_FALSE(spec::state_legal(static_cast<std::uint8_t>(a.code ^ 1u << bit))) << a.name;
   }
 }
 
@@ -219,6 +220,7 @@ TEST(Sysctrl, ACommandIsCarriedOutOnce) {
   b.in.cmd_valid = true;
   b.until(b.s.cmd_done_q);
   b.clock();  // cmd_valid falls only after cmd_done
+  EXPECT_EQ(b.s.state_q, spec::kStCmdReady);
   b.in.cmd_valid = false;
   b.run(100);
   EXPECT_EQ(b.s.state_q, spec::kStCmdReady);

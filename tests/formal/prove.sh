@@ -67,7 +67,7 @@ status=0
 say() { echo "$1"; [[ $1 != FAIL* ]] || status=1; }
 
 prove_harness() {
-  local name=$1 n all
+  local name=$1 n reached unreached
   n=$(wc -l < "$work/assert.names")
   if prove; then
     say "ok    $name: $n assertions proved"
@@ -76,11 +76,9 @@ prove_harness() {
   fi
   n=$(wc -l < "$work/cover.names")
   berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; pdr -a -T $seconds" > "$work/cover.log" 2>&1 || true
-  all=$(grep -a '^Properties:' "$work/cover.log" || tail -n 1 "$work/cover.log")
-  case $n:$all in
-    0:*|*"Disproved = $n."*) say "ok    $name: $n covers reached" ;;
-    *) say "FAIL  $name: covers that are never reached ('Proved'): $all" ;;
-  esac
+  reached=" $(grep -ao 'Output *[0-9]* was asserted' "$work/cover.log" | grep -o '[0-9]*' | xargs || true) "
+  unreached=$(awk -v reached="$reached" 'index(reached, " " NR - 1 " ") == 0 { sub(/.*\//, ""); sub(/\.never$/, ""); print }' "$work/cover.names")
+  if [[ -z $unreached ]]; then say "ok    $name: $n covers reached"; else say "FAIL  $name: never reached: $(xargs <<< "$unreached")"; fi
 }
 
 # Every seeded bug must give a counterexample in some harness of the block.

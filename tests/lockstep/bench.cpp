@@ -50,7 +50,8 @@ class ModelAlone final : public Device {
 
 class InLockstep final : public Device {
  public:
-  InLockstep(const chip::Chip& start, RunIdentity identity) : identity_(std::move(identity)) {
+  InLockstep(MakeRtl make, std::filesystem::path failures, const chip::Chip& start, RunIdentity identity)
+      : make_(std::move(make)), failures_(std::move(failures)), identity_(std::move(identity)) {
     restart(start, {});
   }
   chip::Outputs step(const chip::Inputs& in) override { return run_->step(in); }
@@ -59,9 +60,9 @@ class InLockstep final : public Device {
   void restart(const chip::Chip& state, const chip::Inputs& in) override {
     const std::uint64_t cycle = run_ ? run_->cycle() : 0;
     if (run_) done_ = sum(done_, run_->compared());
-    auto rtl = make_verilated_rtl();
+    auto rtl = make_();
     rtl->load(state, in);
-    run_.emplace(std::move(rtl), state, cycle, identity_);
+    run_.emplace(std::move(rtl), state, cycle, identity_, failures_);
   }
   Compared finish() const override {
     const Compared all = sum(done_, run_->compared());
@@ -77,6 +78,8 @@ class InLockstep final : public Device {
             a.resets + b.resets, a.frames + b.frames,         a.samples + b.samples};
   }
 
+  MakeRtl make_;
+  std::filesystem::path failures_;
   RunIdentity identity_;
   Compared done_;
   std::optional<Lockstep> run_;
@@ -200,7 +203,11 @@ std::vector<std::string> Coverage::holes() const {
 std::unique_ptr<Device> model_alone(const chip::Chip& start) { return std::make_unique<ModelAlone>(start); }
 
 std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& identity) {
-  return std::make_unique<InLockstep>(start, identity);
+  return std::make_unique<InLockstep>(make_verilated_rtl, "failures", start, identity);
+}
+
+std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start, const RunIdentity& identity) {
+  return std::make_unique<InLockstep>(make, std::filesystem::path(), start, identity);
 }
 
 std::unique_ptr<Device> in_lockstep(const chip::Chip& start) {

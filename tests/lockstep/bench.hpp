@@ -17,6 +17,7 @@
 #include "tb/devices/modbus_host.hpp"
 #include "tb/devices/spi_sensors.hpp"
 #include "tb/lockstep.hpp"
+#include "tb/verilated_rtl.hpp"
 
 namespace meltstage::tb {
 
@@ -89,6 +90,9 @@ class Device {
 std::unique_ptr<Device> model_alone(const chip::Chip& start);
 // Model and Verilated RTL, every flop and pin compared on every clock, from `start`.
 std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& identity);
+// The same against another RTL, whose mismatches leave no files.
+using MakeRtl = std::function<std::unique_ptr<VerilatedRtl>()>;
+std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start, const RunIdentity& identity);
 // The same for the running GoogleTest case.
 std::unique_ptr<Device> in_lockstep(const chip::Chip& start);
 
@@ -148,7 +152,7 @@ class Bench {
   void next_tick();
   // The same for the next 0.1 s pulse and a control tick with it.
   void next_tenth();
-  // Changes the state of model and RTL alike.
+  // Changes the state of model and RTL alike; not while reset is asserted, which would undo it in the RTL.
   void poke(const std::function<void(chip::Chip&)>& change);
 
   const chip::Chip& model() const { return device_->model(); }

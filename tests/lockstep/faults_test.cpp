@@ -10,8 +10,6 @@
 namespace meltstage::tb {
 namespace {
 
-using ::testing::Values;
-
 constexpr std::uint8_t kExcDevice = 4;
 
 Settings with(const Settings& more) {

@@ -35,14 +35,7 @@ TEST(Random, LockstepHoldsAndCoversTheSpecification) {
     clocks += run.compared.clocks;
   }
   EXPECT_GE(clocks, kClocks * 50);
-  // Each fault and the busy answer have directed tests; a slice this short sees most of them by chance, not
-  // all.
-  std::vector<std::string> holes = all.holes();
-  std::erase(holes, "exception 06");
-  const std::size_t faults_missed =
-      std::erase_if(holes, [](const std::string& hole) { return hole.starts_with("fault "); });
-  EXPECT_THAT(holes, ::testing::IsEmpty());
-  EXPECT_LE(faults_missed, spec::kFaultCount / 2);
+  EXPECT_THAT(all.holes(), ::testing::IsEmpty());
 }
 
 TEST(Random, SameSeedGivesTheSameStimulusAndOthersDoNot) {

@@ -82,7 +82,7 @@ module formal_paramc (
   assign word = word_index == watched_q ? watched_word_q : other_word_i;
 
   tc_sysctrl #(.MsClocks(2)) u_sysctrl (
-    .clk_i, .rst_ni, .ts_i(16'd1), .tlm_period_i(16'd0), .cmd_valid_i(valid_q), .decoded_i(decoded), .writes_i(writes),
+    .clk_i, .rst_ni, .ts_i(16'd40), .tlm_period_i(16'd0), .cmd_valid_i(valid_q), .decoded_i(decoded), .writes_i(writes),
     .last_i(last), .pending_i(pending), .sens_done_i, .algor_done_i, .state_o(state), .decode_o(decode), .extract_o(extract),
     .write_o(write), .cmd_done_o(cmd_done), .commit_o(commit), .tick_o(tick), .sens_start_o(sens_start), .display_o(display),
     .tlm_start_o(tlm_start), .algor_start_o(algor_start), .pwm_load_o(pwm_load), .illegal_o(illegal), .overrun_o(overrun),
@@ -210,7 +210,7 @@ module formal_paramc (
   `TC_ASSERT(FormalParamcPulses_A, {run, stop, clear, discard} ==
              (!exec_q ? 4'b0000 : value_q == 16'hA501 ? 4'b1000 : value_q == 16'h0000 ? 4'b0100 :
               value_q == 16'hA5F0 ? 4'b0010 : value_q == 16'hA5D0 ? 4'b0001 : 4'b0000))
-  // Every command ends: CmdDecode within 18 clocks, the writing within 33 more.
+  // Every command ends within 50 clocks: 18 in CmdDecode, 32 for sixteen parameters.
   `TC_ASSERT(FormalParamcEnds_A, work_q <= 6'd50)
   `TC_COVER(FormalParamcSixteen_C, write && last && hand_q == 4'd15)
   `TC_COVER(FormalParamcBusy_C, cmd_done && rsp_kind == 3'd1 && rsp_exc == 8'd6)

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pins of the chip's model over a run, run-length coded: lines "clocks inputs outputs", pins as binary digits.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "cmodel/chip.hpp"
+
+namespace meltstage::tb {
+
+// Bits from the highest: inhibit, heater_fb, spi_miso, addr_strap[2:0], uart_rx, rst_n.
+inline std::uint8_t pack(const chip::Inputs& in) {
+  return static_cast<std::uint8_t>(in.inhibit << 7 | in.heater_fb << 6 | in.spi_miso << 5 | (in.addr_strap & 7) << 2 |
+                                   in.uart_rx << 1 | in.rst_n << 0);
+}
+
+// Bits from the highest: at_temp, fault_n, safe_en, heater, spi_mosi, spi_cs_n, spi_sclk, tlm_tx, uart_de, uart_tx.
+inline std::uint16_t pack(const chip::Outputs& out) {
+  return static_cast<std::uint16_t>(out.at_temp << 9 | out.fault_n << 8 | out.safe_en << 7 | out.heater << 6 |
+                                    out.spi_mosi << 5 | out.spi_cs_n << 4 | out.spi_sclk << 3 | out.tlm_tx << 2 |
+                                    out.uart_de << 1 | out.uart_tx << 0);
+}
+
+// So many clocks with these input pins, after each of which the output pins were these.
+struct Stretch {
+  std::uint64_t clocks;
+  std::uint8_t in;
+  std::uint16_t out;
+};
+
+// Throws std::runtime_error when the file is missing, empty or has a line of another form.
+inline std::vector<Stretch> read_recording(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::vector<Stretch> recording;
+  std::string clocks, in, out;
+  while (file >> clocks >> in >> out) {
+    recording.push_back({std::stoull(clocks), static_cast<std::uint8_t>(std::stoul(in, nullptr, 2)),
+                         static_cast<std::uint16_t>(std::stoul(out, nullptr, 2))});
+  }
+  if (recording.empty()) {
+    throw std::runtime_error(path.string() + ": expected lines 'clocks inputs outputs', found none; build target recordings");
+  }
+  return recording;
+}
+
+}  // namespace meltstage::tb
