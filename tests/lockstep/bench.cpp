@@ -42,7 +42,7 @@ class ModelAlone final : public Device {
   chip::Outputs step(const chip::Inputs& in) override { return chip_.step(in); }
   const chip::Chip& model() const override { return chip_; }
   void restart(const chip::Chip& state, const chip::Inputs&) override { chip_ = state; }
-  Compared finish() const override { return {}; }
+  Compared finish() override { return {}; }
 
  private:
   chip::Chip chip_;
@@ -64,7 +64,7 @@ class InLockstep final : public Device {
     rtl->load(state, in);
     run_.emplace(std::move(rtl), state, cycle, identity_, failures_);
   }
-  Compared finish() const override {
+  Compared finish() override {
     const Compared all = sum(done_, run_->compared());
     if (all.clocks == 0 || all.pin_values == 0 || all.flop_values == 0) {
       throw std::logic_error(fmt::format("test={}: nothing was compared", identity_.test));
