@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ALGOR: segmented fixed-point PID (Xie et al. 2023, eq. 2, figs. 6 and 7). Twin of rtl/tc_algor.sv.
+// ALGOR: segmented fixed-point PID (Xie et al. 2023, eq. 2, figs. 6 and 7). Twin of rtl/tc_algor.sv. Its arithmetic stands in
+// algor_kernel.hpp, over any number type.
 #pragma once
 
 #include <array>
@@ -73,17 +74,16 @@ struct Algor {
            in.params[spec::kRegMode] == 0;
   }
   void step(const AlgorIn& in);
+  // Nothing counts between two computations but the ramp: there is nothing to skip.
+  std::uint64_t quiet(const AlgorIn& in) const;
 
-  bool ramping() const { return sp_work_q != target_q; }
-  bool limited() const { return duty_q == duty_max_q && duty_q != 0; }
+  // A millisecond moves the working set-point.
+  bool ramps(const AlgorIn& in) const { return in.run && ramping(); }
+  bool ramping() const;
+  bool limited() const;
   std::int32_t term_p() const;  // Q1.16, saturated
   std::int32_t term_i() const;
   std::int32_t term_d() const;
-
- private:
-  void ramp(const AlgorIn& in);
-  void compute(const AlgorIn& in, std::int16_t sp);
-  void sum(const AlgorIn& in);
 };
 
 }  // namespace meltstage::chip

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "chip.hpp"
 
+#include <algorithm>
+
 namespace meltstage::chip {
 
 namespace {
@@ -12,6 +14,9 @@ std::uint8_t asynchronous_pins(const Inputs& in) {
                                    static_cast<unsigned>(in.heater_fb) << 5 |
                                    static_cast<unsigned>(in.inhibit) << 6);
 }
+
+// All but miso, which SENSC takes at the end of a half period only.
+constexpr std::uint8_t kPinsThatStir = 0b1101111;
 
 }  // namespace
 
@@ -75,106 +80,173 @@ std::uint16_t Chip::read_register(std::uint16_t address) const {
   return paramc.read(address, readings(), mem.rd_data(address & 0x3Fu));
 }
 
+UartcIn Chip::uartc_in() const {
+  const Params& p = params();
+  return {.rx = static_cast<std::uint8_t>(sync.q() & 1),
+          .cfg_address = static_cast<std::uint8_t>(p[spec::kRegAddress]),
+          .strap = static_cast<std::uint8_t>(sync.q() >> 1 & 7),
+          .cfg_baud = static_cast<std::uint16_t>(p[spec::kRegBaud] & 0x1FFF),
+          .cfg_format = static_cast<std::uint8_t>(p[spec::kRegFormat] & 3),
+          .cmd_done = sysctrl.cmd_done_q != 0,
+          .rsp_kind = paramc.rsp_kind_q,
+          .rsp_exc = paramc.rsp_exc_q,
+          .rd_data = uartc.reads() ? read_register(uartc.rd_addr()) : std::uint16_t{0},
+          .tlm_start = sysctrl.tlm_start_q != 0};
+}
+
+SysctrlIn Chip::sysctrl_in() const {
+  const Params& p = params();
+  return {.ts = p[spec::kRegTs],
+          .tlm_period = p[spec::kRegTlmPeriod],
+          .cmd_valid = uartc.cmd_valid(),
+          .decoded = paramc.decoded_q != 0,
+          .writes = paramc.writes_q != 0,
+          .last = paramc.last_q != 0,
+          .pending = paramc.pending(),
+          .sens_done = sensc.done(),
+          .algor_done = algor.done_q != 0};
+}
+
+ParamcIn Chip::paramc_in() const {
+  const Params& p = params();
+  return {.decode = sysctrl.decode(),
+          .extract = sysctrl.extract(),
+          .write = sysctrl.write(),
+          .commit = sysctrl.commit_q != 0,
+          .display = sysctrl.display(),
+          .cmd = {.broadcast = uartc.cmd_broadcast(),
+                  .fc = uartc.cmd_fc(),
+                  .a = uartc.cmd_a(),
+                  .b = uartc.cmd_b(),
+                  .count = uartc.cmd_count(),
+                  .len = uartc.cmd_len()},
+          .cmd_word = uartc.cmd_word(paramc.word_q),
+          .t_max_staged = mem.t_max_staged(),
+          .lock = p[spec::kRegLock],
+          .running = guard.run_q != 0,
+          .run_allowed = guard.run_allowed(),
+          .cause_present = guard.cause_q != 0,
+          .rd_busy = uartc.rsp_busy() || uartc.tlm_busy()};
+}
+
+MemIn Chip::mem_in() const {
+  return {.wr = sysctrl.write() && paramc.store(),
+          .wr_index = paramc.index_q,
+          .wr_data = paramc.value_q,
+          .commit = sysctrl.commit_q != 0,
+          .discard = paramc.discard_q != 0,
+          .scrub_start = sysctrl.tick_q != 0};
+}
+
+SenscIn Chip::sensc_in() const {
+  return {.params = params(),
+          .start = sysctrl.sens_start_q != 0,
+          .reconfig = sysctrl.commit_q != 0,
+          .miso = (sync.q() >> 4 & 1) != 0};
+}
+
+AlgorIn Chip::algor_in() const {
+  return {.params = params(),
+          .start = sysctrl.algor_start_q != 0,
+          .sample_ok = sensc.ok(),
+          .run = guard.run_q != 0,
+          .at_temp = guard.at_temp_q != 0,
+          .ms = sysctrl.ms_q != 0,
+          .pv = guard.pv_q};
+}
+
+PwmcIn Chip::pwmc_in() const {
+  const Params& p = params();
+  return {.prescale = p[spec::kRegPwmPrescale],
+          .period = p[spec::kRegPwmPeriod],
+          .min_on = p[spec::kRegPwmMinOn],
+          .dither = p.bit(spec::kRegCtrl, 4),
+          .enable = guard.run_q != 0,
+          .duty = algor.duty_q,
+          .load = sysctrl.pwm_load_q != 0};
+}
+
+GuardIn Chip::guard_in() const {
+  return {.params = params(),
+          .tenth = sysctrl.tenth_q != 0,
+          .sens_done = sensc.done(),
+          .sens_ok = sensc.ok(),
+          .sens_dev_fault = sensc.dev_fault(),
+          .sens_pv = sensc.pv(),
+          .duty = algor.duty_q,
+          .hold_limit = algor.hold_q,
+          .limited = algor.limited(),
+          .segment = algor.segment_q,
+          .sp_work = algor.sp_work_q,
+          .ramping = algor.ramping(),
+          .pwm = pwmc.pwm(),
+          .run = paramc.run_q != 0,
+          .stop = paramc.stop_q != 0 || uartc.stop(),
+          .clear = paramc.clear_q != 0,
+          .good_frame = uartc.good(),
+          .mem_bad = mem.bad(),
+          .state_illegal = sysctrl.illegal(),
+          .overrun = sysctrl.overrun_q != 0,
+          .inhibit = (sync.q() >> 6 & 1) != 0,
+          .heater_fb = (sync.q() >> 5 & 1) != 0};
+}
+
 // Every block's inputs are gathered from the flops of the clock before; only then the blocks move. MEM is
 // last, because the others look at its parameters by reference.
 void Chip::clock(const Inputs& in) {
-  const Params& p = params();
-  const std::uint8_t pins = sync.q();
-  const bool inhibit = (pins >> 6 & 1) != 0;
+  const UartcIn to_uartc = uartc_in();
+  const SysctrlIn to_sysctrl = sysctrl_in();
+  const ParamcIn to_paramc = paramc_in();
+  const MemIn to_mem = mem_in();
+  const SenscIn to_sensc = sensc_in();
+  const AlgorIn to_algor = algor_in();
+  const PwmcIn to_pwmc = pwmc_in();
+  const GuardIn to_guard = guard_in();
 
-  const UartcIn uartc_in{.rx = static_cast<std::uint8_t>(pins & 1),
-                         .cfg_address = static_cast<std::uint8_t>(p[spec::kRegAddress]),
-                         .strap = static_cast<std::uint8_t>(pins >> 1 & 7),
-                         .cfg_baud = static_cast<std::uint16_t>(p[spec::kRegBaud] & 0x1FFF),
-                         .cfg_format = static_cast<std::uint8_t>(p[spec::kRegFormat] & 3),
-                         .cmd_done = sysctrl.cmd_done_q != 0,
-                         .rsp_kind = paramc.rsp_kind_q,
-                         .rsp_exc = paramc.rsp_exc_q,
-                         .rd_data = uartc.reads() ? read_register(uartc.rd_addr()) : std::uint16_t{0},
-                         .tlm_start = sysctrl.tlm_start_q != 0};
-  const SysctrlIn sysctrl_in{.ts = p[spec::kRegTs],
-                             .tlm_period = p[spec::kRegTlmPeriod],
-                             .cmd_valid = uartc.cmd_valid(),
-                             .decoded = paramc.decoded_q != 0,
-                             .writes = paramc.writes_q != 0,
-                             .last = paramc.last_q != 0,
-                             .pending = paramc.pending(),
-                             .sens_done = sensc.done(),
-                             .algor_done = algor.done_q != 0};
-  const ParamcIn paramc_in{.decode = sysctrl.decode(),
-                           .extract = sysctrl.extract(),
-                           .write = sysctrl.write(),
-                           .commit = sysctrl.commit_q != 0,
-                           .display = sysctrl.display(),
-                           .cmd = {.broadcast = uartc.cmd_broadcast(),
-                                   .fc = uartc.cmd_fc(),
-                                   .a = uartc.cmd_a(),
-                                   .b = uartc.cmd_b(),
-                                   .count = uartc.cmd_count(),
-                                   .len = uartc.cmd_len()},
-                           .cmd_word = uartc.cmd_word(paramc.word_q),
-                           .t_max_staged = mem.t_max_staged(),
-                           .lock = p[spec::kRegLock],
-                           .running = guard.run_q != 0,
-                           .run_allowed = guard.run_allowed(),
-                           .cause_present = guard.cause_q != 0,
-                           .rd_busy = uartc.rsp_busy() || uartc.tlm_busy()};
-  const MemIn mem_in{.wr = sysctrl.write() && paramc.store(),
-                     .wr_index = paramc.index_q,
-                     .wr_data = paramc.value_q,
-                     .commit = sysctrl.commit_q != 0,
-                     .discard = paramc.discard_q != 0,
-                     .scrub_start = sysctrl.tick_q != 0};
-  const SenscIn sensc_in{.params = p,
-                         .start = sysctrl.sens_start_q != 0,
-                         .reconfig = sysctrl.commit_q != 0,
-                         .miso = (pins >> 4 & 1) != 0};
-  const AlgorIn algor_in{.params = p,
-                         .start = sysctrl.algor_start_q != 0,
-                         .sample_ok = sensc.ok(),
-                         .run = guard.run_q != 0,
-                         .at_temp = guard.at_temp_q != 0,
-                         .ms = sysctrl.ms_q != 0,
-                         .pv = guard.pv_q};
-  const PwmcIn pwmc_in{.prescale = p[spec::kRegPwmPrescale],
-                       .period = p[spec::kRegPwmPeriod],
-                       .min_on = p[spec::kRegPwmMinOn],
-                       .dither = p.bit(spec::kRegCtrl, 4),
-                       .enable = guard.run_q != 0,
-                       .duty = algor.duty_q,
-                       .load = sysctrl.pwm_load_q != 0};
-  const GuardIn guard_in{.params = p,
-                         .tenth = sysctrl.tenth_q != 0,
-                         .sens_done = sensc.done(),
-                         .sens_ok = sensc.ok(),
-                         .sens_dev_fault = sensc.dev_fault(),
-                         .sens_pv = sensc.pv(),
-                         .duty = algor.duty_q,
-                         .hold_limit = algor.hold_q,
-                         .limited = algor.limited(),
-                         .segment = algor.segment_q,
-                         .sp_work = algor.sp_work_q,
-                         .ramping = algor.ramping(),
-                         .pwm = pwmc.pwm(),
-                         .run = paramc.run_q != 0,
-                         .stop = paramc.stop_q != 0 || uartc.stop(),
-                         .clear = paramc.clear_q != 0,
-                         .good_frame = uartc.good(),
-                         .mem_bad = mem.bad(),
-                         .state_illegal = sysctrl.illegal(),
-                         .overrun = sysctrl.overrun_q != 0,
-                         .inhibit = inhibit,
-                         .heater_fb = (pins >> 5 & 1) != 0};
-
-  if (!paramc.idle(paramc_in)) paramc.step(paramc_in, paramc_in.display ? readings() : Readings{});
-  uartc.step(uartc_in);
-  sysctrl.step(sysctrl_in);
-  sensc.step(sensc_in);
-  algor.step(algor_in);
-  pwmc.step(pwmc_in);
-  guard.step(guard_in);
-  mem.step(mem_in);
+  if (!paramc.idle(to_paramc)) paramc.step(to_paramc, to_paramc.display ? readings() : Readings{});
+  uartc.step(to_uartc);
+  sysctrl.step(to_sysctrl);
+  sensc.step(to_sensc);
+  algor.step(to_algor);
+  pwmc.step(to_pwmc);
+  guard.step(to_guard);
+  mem.step(to_mem);
   sync.step(asynchronous_pins(in));
+}
+
+// The cheapest and the likeliest to move come first.
+std::uint64_t Chip::quiet(const Inputs& in) const {
+  // In reset nothing moves; this flop tells whether the last clock was one of reset.
+  if (!in.rst_n) return rst_sync.stage_q == 0 ? kForever : 0;
+  if (!rst_sync.rst_n()) return 0;
+  std::uint64_t clocks = sync.quiet(asynchronous_pins(in), kPinsThatStir);
+  const auto at_most = [&](std::uint64_t n) {
+    clocks = std::min(clocks, n);
+    return n != 0;
+  };
+  const AlgorIn to_algor = algor_in();
+  if (!at_most(sysctrl.quiet(sysctrl_in())) || !at_most(pwmc.quiet(pwmc_in())) ||
+      !at_most(sensc.quiet(sensc_in())) || !at_most(mem.quiet(mem_in())) || !at_most(algor.quiet(to_algor)) ||
+      !at_most(uartc.quiet(uartc_in()))) {
+    return 0;
+  }
+  if (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms())) return 0;
+  if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in()))) return 0;
+  return clocks;
+}
+
+void Chip::skip(const Inputs& in, std::uint64_t clocks) {
+  if (clocks == 0) return;
+  if (!in.rst_n) {
+    *this = Chip{};
+    return;
+  }
+  uartc.skip(uartc_in(), clocks);
+  sysctrl.skip(clocks);
+  sensc.skip(clocks);
+  pwmc.skip(clocks);
+  guard.skip(guard_in(), clocks);
+  sync.skip(asynchronous_pins(in), clocks);
 }
 
 Outputs Chip::step(const Inputs& in) {

@@ -60,6 +60,11 @@ struct Chip {
 
   // One rising clock edge with the pins at `in` before it; the pins after it, with `in` still applied.
   Outputs step(const Inputs& in);
+  // Coming clocks, at least, in which step(in) would do nothing but count, and move no output pin but safe_en: for those, a
+  // skip does what that many steps do. kForever: for all. advance.hpp is the loop that uses them.
+  std::uint64_t quiet(const Inputs& in) const;
+  // clocks <= quiet(in).
+  void skip(const Inputs& in, std::uint64_t clocks);
   // The output pins now; only heater depends on an input (inhibit).
   Outputs outputs(const Inputs& in) const;
 
@@ -69,6 +74,14 @@ struct Chip {
   Readings readings() const;
 
  private:
+  UartcIn uartc_in() const;
+  SysctrlIn sysctrl_in() const;
+  ParamcIn paramc_in() const;
+  MemIn mem_in() const;
+  SenscIn sensc_in() const;
+  AlgorIn algor_in() const;
+  PwmcIn pwmc_in() const;
+  GuardIn guard_in() const;
   void clock(const Inputs& in);
 };
 

@@ -39,6 +39,36 @@ std::uint16_t Guard::wd_left(const Params& p) const {
   return wd_q >= limit ? std::uint16_t{0} : static_cast<std::uint16_t>(limit - wd_q);
 }
 
+// Whether anything but the two fast counters moves is asked of step() itself.
+std::uint64_t Guard::quiet(const GuardIn& in) const {
+  if (in.tenth || in.sens_done) return 0;
+  Guard next = *this;
+  next.step(in);
+  next.safe_cnt_q = safe_cnt_q;
+  next.safe_en_q = safe_en_q;
+  const std::uint32_t trip = std::uint32_t{in.params[spec::kRegFbTime]} << 4;
+  if (fb_q < trip) next.fb_q = fb_q;
+  if (next != *this) return 0;
+  return (heater_q != 0) != in.heater_fb && fb_q < trip ? trip - fb_q : kForever;
+}
+
+void Guard::skip(const GuardIn& in, std::uint64_t clocks) {
+  if (run_q != 0) {
+    const std::uint64_t sum = safe_cnt_q + clocks;
+    safe_en_q ^= static_cast<std::uint8_t>(sum / kSafeEnClocks & 1);
+    safe_cnt_q = static_cast<std::uint16_t>(sum % kSafeEnClocks);
+  } else {
+    safe_cnt_q = 0;
+    safe_en_q = 0;
+  }
+  const std::uint32_t trip = std::uint32_t{in.params[spec::kRegFbTime]} << 4;
+  if ((heater_q != 0) == in.heater_fb) {
+    fb_q = 0;
+  } else if (fb_q < trip) {
+    fb_q += static_cast<std::uint32_t>(clocks);
+  }
+}
+
 void Guard::step(const GuardIn& in) {
   const Params& p = in.params;
   const bool accept = in.sens_done && in.sens_ok;

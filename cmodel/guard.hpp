@@ -66,10 +66,19 @@ struct GuardIn {
   bool heater_fb;
 };
 
+// Clocks between two edges of safe_en_o while heating is permitted.
+inline constexpr unsigned kSafeEnClocks = 1024;
+
 struct Guard {
   TC_GUARD_FLOPS(TC_DECLARE_FLOP)
 
+  friend bool operator==(const Guard&, const Guard&) = default;
+
   void step(const GuardIn& in);
+  std::uint64_t quiet(const GuardIn& in) const;
+  void skip(const GuardIn& in, std::uint64_t clocks);
+  // Clock in which safe_en_o moves next, from 1; kForever when it stands.
+  std::uint64_t clocks_to_safe_edge() const { return run_q != 0 ? kSafeEnClocks - safe_cnt_q : kForever; }
 
   bool bad_limit(const Params& p) const { return bad_q >= (p[spec::kRegBadMax] & 0xF); }
   bool run_allowed() const { return fault_q == 0 && cause_q == 0 && pv_valid_q != 0; }

@@ -33,8 +33,8 @@ void Mem::set_active(unsigned index, std::uint32_t word) {
 }
 
 void Mem::step(const MemIn& in) {
+  if (idle(in)) return;
   const bool change = in.wr || in.commit || in.discard;
-  if (!change && scrub_busy_q == 0 && !in.scrub_start) return;
 
   if (scrub_busy_q == 0) {
     if (in.scrub_start) {

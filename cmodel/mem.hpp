@@ -42,6 +42,8 @@ struct Mem {
 
   // One rising clock edge, not in reset.
   void step(const MemIn& in);
+  // Nothing counts between two passes: there is nothing to skip.
+  std::uint64_t quiet(const MemIn& in) const { return idle(in) ? kForever : 0; }
 
   // Read port of the staged set: data of word `index`, 0 for index 0 and beyond the map.
   std::uint16_t rd_data(unsigned index) const {
@@ -58,6 +60,9 @@ struct Mem {
   void refresh_params();
 
  private:
+  bool idle(const MemIn& in) const {
+    return !in.wr && !in.commit && !in.discard && !in.scrub_start && scrub_busy_q == 0;
+  }
   void scrub();
   void set_active(unsigned index, std::uint32_t word);
 

@@ -9,6 +9,8 @@ namespace {
 constexpr std::uint8_t kMulSteps = 17;  // bits of the duty
 constexpr std::uint32_t kFullDuty = 65536;
 
+std::uint16_t legal_period(const PwmcIn& in) { return std::max<std::uint16_t>(in.period, 2); }
+
 }  // namespace
 
 // The product duty x period, one duty bit a clock, least significant first: add above, shift down; the last
@@ -66,8 +68,26 @@ void Pwmc::stop() {
   pwm_q = 0;
 }
 
+std::uint64_t Pwmc::quiet(const PwmcIn& in) const {
+  const bool product_stands = !in.load && mul_left_q == 0 && legal_period(in) == mul_period_q;
+  if (!product_stands || period_start_q != 0) return 0;
+  if (!in.enable)
+    return (duty_q | running_q | high_q | pre_q | count_q | pwm_q) == 0 && acc_q == 0 ? kForever : 0;
+  if (running_q == 0 || pre_q > prescale_q) return 0;
+  const unsigned next_edge = pwm_q != 0 && high_q < period_q ? high_q : period_q;
+  if (count_q >= next_edge) return 0;
+  return (next_edge - count_q) * (prescale_q + std::uint64_t{1}) - pre_q - 1;
+}
+
+void Pwmc::skip(std::uint64_t clocks) {
+  if (running_q == 0) return;
+  const std::uint64_t sum = pre_q + clocks;
+  count_q = static_cast<std::uint16_t>(count_q + sum / (prescale_q + 1u));
+  pre_q = static_cast<std::uint16_t>(sum % (prescale_q + 1u));
+}
+
 void Pwmc::step(const PwmcIn& in) {
-  const std::uint16_t period_legal = std::max<std::uint16_t>(in.period, 2);
+  const std::uint16_t period_legal = legal_period(in);
   const bool mul_fresh = mul_left_q == 0 && period_legal == mul_period_q;
   const bool count_end = pre_q >= prescale_q;
   const bool period_end = count_end && count_q + 1 >= period_q;

@@ -40,6 +40,8 @@ struct Pwmc {
 
   // One rising clock edge, not in reset.
   void step(const PwmcIn& in);
+  std::uint64_t quiet(const PwmcIn& in) const;
+  void skip(std::uint64_t clocks);
 
   bool pwm() const { return pwm_q != 0; }
   bool period_start() const { return period_start_q != 0; }

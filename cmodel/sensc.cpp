@@ -35,6 +35,11 @@ unsigned spi_mode(const Params& params) {
   return type < spec::kSensorPresets.size() ? spec::kSensorPresets[type].frame >> 6 & 3u : 0u;
 }
 
+// Clock of a half period that ends it.
+std::uint16_t last_of_half(const Params& params) {
+  return std::max<std::uint16_t>(params[spec::kRegSpiDiv] & kSpiDivMask, 2);
+}
+
 spec::SensorPreset description(const Params& params) {
   const unsigned type = params[spec::kRegSensType] & kTypeMask;
   if (type != 0)
@@ -141,6 +146,28 @@ void Sensc::judge(const Params& params) {
   if (!ok()) setup_due_q = 1;
 }
 
+std::uint64_t Sensc::quiet(const SenscIn& in) const {
+  if (done_q != 0 || in.start || in.reconfig) return 0;
+  switch (state_q) {
+    case kIdle: {
+      const unsigned mode = spi_mode(in.params);
+      return half_q == 0 && mode_q == mode && sclk_q == mode >> 1 ? kForever : 0;
+    }
+    case kGap:
+    case kLead:
+    case kShift: {
+      const std::uint16_t last = last_of_half(in.params);
+      return half_q < last ? last - half_q : 0;
+    }
+    default:
+      return 0;
+  }
+}
+
+void Sensc::skip(std::uint64_t clocks) {
+  if (state_q != kIdle) half_q = static_cast<std::uint8_t>(half_q + clocks);
+}
+
 void Sensc::step(const SenscIn& in) {
   done_q = 0;
   if (state_q == kIdle) {
@@ -148,7 +175,7 @@ void Sensc::step(const SenscIn& in) {
     return;
   }
   if (in.reconfig) setup_due_q = 1;
-  const bool half_end = half_q >= std::max<std::uint16_t>(in.params[spec::kRegSpiDiv] & kSpiDivMask, 2);
+  const bool half_end = half_q >= last_of_half(in.params);
   half_q = half_end ? std::uint8_t{0} : static_cast<std::uint8_t>(half_q + 1);
 
   switch (state_q) {

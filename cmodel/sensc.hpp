@@ -61,6 +61,8 @@ struct Sensc {
 
   // One rising clock edge, not in reset.
   void step(const SenscIn& in);
+  std::uint64_t quiet(const SenscIn& in) const;
+  void skip(std::uint64_t clocks);
 
   bool sclk() const { return sclk_q != 0; }
   bool cs_n() const { return cs_nq != 0; }

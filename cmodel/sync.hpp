@@ -23,6 +23,16 @@ struct Sync {
     stage_q = static_cast<std::uint8_t>(pins & 0x7F);
   }
   constexpr std::uint8_t q() const { return out_q; }
+
+  // Clocks in which the blocks see what they see now, of the pins in `watched`.
+  constexpr std::uint64_t quiet(std::uint8_t pins, std::uint8_t watched) const {
+    if (((stage_q ^ out_q) & watched) != 0) return 1;
+    return ((pins ^ out_q) & watched) != 0 ? 2 : kForever;
+  }
+  constexpr void skip(std::uint8_t pins, std::uint64_t clocks) {
+    step(pins);
+    if (clocks > 1) step(pins);
+  }
 };
 
 // Reset synchroniser, twin of rtl/tc_rst_sync.sv.

@@ -45,6 +45,10 @@ struct Sysctrl {
   TC_SYSCTRL_FLOPS(TC_DECLARE_FLOP)
 
   void step(const SysctrlIn& in);
+  std::uint64_t quiet(const SysctrlIn& in) const;
+  void skip(std::uint64_t clocks);
+  // Clocks before the one that sees the next millisecond.
+  std::uint64_t clocks_to_ms() const;
 
   bool decode() const { return state_q == spec::kStCmdDecode; }
   bool extract() const { return state_q == spec::kStExtrParam; }

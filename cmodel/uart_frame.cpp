@@ -51,7 +51,7 @@ void UartFrame::step(const UartFrameIn& in) {
   good_q = 0;
   if (in.valid) add_byte(in);
   if (in.cmd_done) cmd_valid_q = 0;
-  if (!in.valid && open() && in.gap) judge(in);
+  if (!in.valid && judges(in)) judge();
 }
 
 void UartFrame::add_byte(const UartFrameIn& in) {
@@ -105,12 +105,12 @@ void UartFrame::store(std::uint8_t data) {
   }
 }
 
+bool UartFrame::bad() const { return bad_q != 0 || count_q == kOverLong; }
+bool UartFrame::good() const { return crc_q == 0 && count_q >= kLeastBytes && !bad(); }
+
 // Silence of 3.5 characters: a sound frame ends here, another only when the host can no longer be pausing.
-void UartFrame::judge(const UartFrameIn& in) {
-  const bool bad = bad_q != 0 || count_q == kOverLong;
-  const bool good = crc_q == 0 && count_q >= kLeastBytes && !bad;
-  if (!good && !in.long_gap) return;
-  if (good && match_q != 0) {
+void UartFrame::judge() {
+  if (good() && match_q != 0) {
     stop_q = stop_like_q != 0 && count_q == kStopBytes;
     if (skip_q == 0) {
       cmd_valid_q = 1;
@@ -119,7 +119,7 @@ void UartFrame::judge(const UartFrameIn& in) {
       ++messages_q;
     }
   }
-  if (!good && !bad && skip_q == 0) ++crc_errors_q;
+  if (!good() && !bad() && skip_q == 0) ++crc_errors_q;
   count_q = 0;
   crc_q = 0xFFFF;
   bad_q = 0;

@@ -49,11 +49,15 @@ struct UartFrame {
   void step(const UartFrameIn& in);
 
   bool open() const { return count_q != 0; }
+  // What the frame's end, a silence of 3.5 characters, does in the next clock.
+  bool judges(const UartFrameIn& in) const { return open() && in.gap && (good() || in.long_gap); }
 
  private:
+  bool bad() const;
+  bool good() const;
   void add_byte(const UartFrameIn& in);
   void store(std::uint8_t data);
-  void judge(const UartFrameIn& in);
+  void judge();
 };
 
 }  // namespace meltstage::chip

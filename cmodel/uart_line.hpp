@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "flops.hpp"
 #include "spec.hpp"
 
 namespace meltstage::chip {
@@ -15,10 +16,27 @@ struct BaudStep {
   bool tick;
   std::uint16_t acc;  // of the next clock
 };
+inline constexpr unsigned kBaudModulus = spec::kClkHz / (16 * 100);
 constexpr BaudStep baud_step(std::uint16_t acc, std::uint16_t baud) {
-  constexpr unsigned kModulus = spec::kClkHz / (16 * 100);
   const unsigned sum = acc + baud;
-  return {sum >= kModulus, static_cast<std::uint16_t>((sum < kModulus ? sum : sum - kModulus) & 0x1FFFu)};
+  return {sum >= kBaudModulus, static_cast<std::uint16_t>((sum < kBaudModulus ? sum : sum - kBaudModulus) & 0x1FFFu)};
+}
+
+// Clocks before the one that brings the n-th tick from now, n > 0.
+constexpr std::uint64_t clocks_to_tick(std::uint16_t acc, std::uint16_t baud, unsigned n) {
+  if (acc >= kBaudModulus || baud >= kBaudModulus) return 0;  // after an upset: clock by clock
+  if (baud == 0) return kForever;
+  return (n * kBaudModulus - acc - 1) / baud;
+}
+
+// The same steps at once.
+struct BaudRun {
+  std::uint64_t ticks;
+  std::uint16_t acc;
+};
+constexpr BaudRun baud_run(std::uint16_t acc, std::uint16_t baud, std::uint64_t clocks) {
+  const std::uint64_t sum = acc + baud * clocks;
+  return {sum / kBaudModulus, static_cast<std::uint16_t>(sum % kBaudModulus)};
 }
 
 // Register FORMAT.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uart_rx.hpp"
 
+#include <algorithm>
+
 #include "spec.hpp"
 #include "uart_line.hpp"
 
@@ -36,11 +38,7 @@ void UartRx::step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format) {
       // high.
       level = (high_q & 2u) != 0 || ((high_q & 1u) != 0 && rx != 0);
       judged = tick_q == kThirdSample || (state == kStop && tick_q == kSecondSample && level != 0);
-      if (tick_q == kFirstSample)
-        high_q = rx;
-      else if (tick_q == kSecondSample)
-        high_q = (high_q + rx) & 3u;
-      tick_q = (tick_q + 1u) & 15u;
+      sample(rx);
       if (listening && gap_q != 0) --gap_q;
     }
   }
@@ -59,6 +57,49 @@ void UartRx::step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format) {
   } else if (state != kStart && state != kData && state != kParity && state != kStop) {
     state_q = kIdle;
   }
+}
+
+// A tick: two samples are counted, the third is judged at once.
+void UartRx::sample(std::uint8_t rx) {
+  if (tick_q == kFirstSample)
+    high_q = rx;
+  else if (tick_q == kSecondSample)
+    high_q = (high_q + rx) & 3u;
+  tick_q = (tick_q + 1u) & 15u;
+}
+
+std::uint64_t UartRx::quiet(std::uint8_t rx, std::uint16_t baud) const {
+  const auto before = [&](unsigned tick) { return clocks_to_tick(acc_q, baud, ((tick - tick_q) & 15u) + 1u); };
+  const std::uint64_t silence = quiet_q != 0 ? quiet_q : kForever;
+  switch (state_q) {
+    case kIdle:
+      if (rx == 0) return 0;
+      // The clock that ends a silence only counts; the one after it sees the silence.
+      return gap_q == 0 ? silence : std::min(silence, clocks_to_tick(acc_q, baud, gap_q));
+    case kStart:
+    case kData:
+    case kParity:
+      return before(kThirdSample);
+    case kStop:
+      return std::min(before(kSecondSample), before(kThirdSample));
+    case kBreak:
+      return rx != 0 ? 0 : kForever;
+    default:
+      return 0;
+  }
+}
+
+void UartRx::skip(std::uint8_t rx, std::uint16_t baud, std::uint64_t clocks) {
+  const bool listening = state_q == kIdle || state_q == kStart;
+  if (listening) quiet_q = static_cast<std::uint16_t>(quiet_q - std::min<std::uint64_t>(quiet_q, clocks));
+  if (state_q == kIdle && gap_q == 0) return;
+  const BaudRun run = baud_run(acc_q, baud, clocks);
+  acc_q = run.acc;
+  if (listening) gap_q = static_cast<std::uint16_t>(gap_q - std::min<std::uint64_t>(gap_q, run.ticks));
+  // The last 16 ticks leave their samples.
+  const std::uint64_t last = std::min<std::uint64_t>(run.ticks, 16);
+  tick_q = static_cast<std::uint8_t>((tick_q + (run.ticks - last)) & 15u);
+  for (std::uint64_t i = 0; i < last; ++i) sample(rx);
 }
 
 // The bit that has just been sampled.

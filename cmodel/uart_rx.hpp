@@ -36,6 +36,8 @@ struct UartRx {
 
   // One clock; rx is the synchronised line, baud in 100 Bd, format as register FORMAT.
   void step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format);
+  std::uint64_t quiet(std::uint8_t rx, std::uint16_t baud) const;
+  void skip(std::uint8_t rx, std::uint16_t baud, std::uint64_t clocks);
 
   // 3.5 characters of silence since the last character's end.
   bool gap() const { return (state_q | gap_q) == 0; }
@@ -44,6 +46,7 @@ struct UartRx {
   bool idle() const { return long_gap(); }
 
  private:
+  void sample(std::uint8_t rx);
   void judge(std::uint8_t level, std::uint8_t format);
 };
 

@@ -39,6 +39,17 @@ void UartTx::step(const UartTxIn& in, std::uint16_t baud, std::uint8_t format) {
   }
 }
 
+std::uint64_t UartTx::quiet(std::uint16_t baud) const {
+  return busy_q == 0 ? kForever : clocks_to_tick(acc_q, baud, 16u - tick_q);
+}
+
+void UartTx::skip(std::uint16_t baud, std::uint64_t clocks) {
+  if (busy_q == 0) return;
+  const BaudRun run = baud_run(acc_q, baud, clocks);
+  acc_q = run.acc;
+  tick_q = static_cast<std::uint8_t>(tick_q + run.ticks);
+}
+
 void UartTx::next_char(const UartTxIn& in, std::uint8_t format) {
   std::uint8_t byte = in.data;
   if (next_q == kNextCrcLow)

@@ -31,6 +31,9 @@ struct UartTx {
 
   // One clock; baud in 100 Bd, format as register FORMAT.
   void step(const UartTxIn& in, std::uint16_t baud, std::uint8_t format);
+  // While no byte waits to be taken by an idle transmitter.
+  std::uint64_t quiet(std::uint16_t baud) const;
+  void skip(std::uint16_t baud, std::uint64_t clocks);
 
   // The next character, if any, is taken in this clock.
   bool char_ends(std::uint16_t baud) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uartc.hpp"
 
+#include <algorithm>
+
 namespace meltstage::chip {
 namespace {
 
@@ -25,6 +27,9 @@ std::uint8_t ident_byte(unsigned place) {
   return place < spec::kIdentBytes.size() ? static_cast<std::uint8_t>(spec::kIdentBytes[place])
                                           : std::uint8_t{0};
 }
+std::uint8_t address_of(const UartcIn& in) {
+  return in.cfg_address != 0 ? in.cfg_address : static_cast<std::uint8_t>(1u + in.strap);
+}
 spec::IdentPart ident_object(unsigned object) {
   return object < kObjects ? spec::kIdentObjects[object] : spec::IdentPart{0, 0};
 }
@@ -34,7 +39,31 @@ spec::IdentPart ident_object(unsigned object) {
 void Uartc::take_over(const UartcIn& in) {
   baud_q = in.cfg_baud;
   format_q = in.cfg_format;
-  address_q = in.cfg_address != 0 ? in.cfg_address : static_cast<std::uint8_t>(1u + in.strap);
+  address_q = address_of(in);
+}
+
+bool Uartc::taken_over(const UartcIn& in) const {
+  return baud_q == in.cfg_baud && format_q == in.cfg_format && address_q == address_of(in);
+}
+
+UartFrameIn Uartc::heard(const UartcIn& in) const {
+  return {rx.valid_q != 0, rx.shift_q, rx.error_q != 0, rx.gap(), rx.long_gap(), address_q, rsp_busy(), in.cmd_done};
+}
+
+std::uint64_t Uartc::quiet(const UartcIn& in) const {
+  if (pulses() || in.tlm_start || in.cmd_done) return 0;
+  if (idle()) return in.rx != 0 && taken_over(in) ? kForever : 0;
+  const bool starts = (rsp_active_q != 0 && tx.busy_q == 0) || (tlm_active_q != 0 && tlm.busy_q == 0);
+  const bool wants = (rsp_active_q != 0 && rsp_reading() && rsp_have_q == 0) ||
+                     (tlm_active_q != 0 && tlm_reading() && tlm_have_q == 0);
+  if (starts || wants || frame.judges(heard(in))) return 0;
+  return std::min({rx.quiet(in.rx, baud_q), tx.quiet(baud_q), tlm.quiet(baud_q)});
+}
+
+void Uartc::skip(const UartcIn& in, std::uint64_t clocks) {
+  rx.skip(in.rx, baud_q, clocks);
+  tx.skip(baud_q, clocks);
+  tlm.skip(baud_q, clocks);
 }
 
 void Uartc::step(const UartcIn& in) {
@@ -62,8 +91,7 @@ void Uartc::step(const UartcIn& in) {
     telemetry.data = tlm_byte();
     telemetry.last = tlm_last();
   }
-  const UartFrameIn heard{rx.valid_q != 0, rx.shift_q, rx.error_q != 0, rx.gap(),
-                          rx.long_gap(),   address_q,  rsp_busy(),      in.cmd_done};
+  const UartFrameIn frame_in = heard(in);
 
   step_answer(in);
   step_telemetry(in);
@@ -71,7 +99,7 @@ void Uartc::step(const UartcIn& in) {
   rd_tlm_q = tlm_wants && !rsp_wants;  // the answer's words first
   tx.step(answer, baud_q, format_q);
   tlm.step(telemetry, baud_q, format_q);
-  frame.step(heard);
+  frame.step(frame_in);
   rx.step(in.rx, baud_q, format_q);
   if (at_rest) take_over(in);
 }

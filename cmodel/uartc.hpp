@@ -53,6 +53,8 @@ struct Uartc {
 
   // One rising clock edge, not in reset.
   void step(const UartcIn& in);
+  std::uint64_t quiet(const UartcIn& in) const;
+  void skip(const UartcIn& in, std::uint64_t clocks);
 
   bool tx_o() const { return tx.tx(); }
   bool de() const { return tx.busy(); }
@@ -84,6 +86,8 @@ struct Uartc {
     return (frame.stop_q | frame.good_q | rx.valid_q | tx.take_q | tlm.take_q | rd_rsp_q | rd_tlm_q) != 0;
   }
   void take_over(const UartcIn& in);
+  bool taken_over(const UartcIn& in) const;
+  UartFrameIn heard(const UartcIn& in) const;
   bool rsp_reading() const;
   bool rsp_object_end() const;
   bool rsp_last() const;

@@ -2,6 +2,7 @@
 // Everything around the chip's pins: Modbus host, temperature sensor, heated head, emergency stop.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -38,6 +39,10 @@ class Head {
     pins_.heater_fb = plant_.switch_conducting();
     telemetry_.step(cycle, out.tlm_tx);
     return pins_;
+  }
+  // First cycle in which an input pin may change, or the head must look at its surroundings, although the output pins stand.
+  std::uint64_t next_event() const {
+    return std::min({host_.next_event(), sensor_->next_event(), relay_opens_ == kNever ? kNever : relay_opens_ + 1});
   }
   // Emergency stop button.
   void set_inhibit(bool pressed) { pins_.inhibit = pressed; }

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+// ALGOR's arithmetic, one clock of it, over any number type of exact_int.hpp: all flops, pins and parameters in, all next
+// flops and outputs out. Algor::step runs it on plain integers, tests/proof/ on a solver's bit-vectors (equal to
+// rtl/tc_algor.sv for every state and input), tests/systemc/ on SystemC's fixed-width types.
+//
+// Law: eq. (2) of Xie et al. 2023, u(n) = (Kp + Kd) e(n) + Ki sum e(k) - Kd e(n-1), as P + I + D with
+// P = Kp e, I += Ki e, D = Kd (d(n) - d(n-1)); three multipliers side by side (fig. 6), segments (fig. 7).
+#pragma once
+
+#include <type_traits>
+
+#include "algor.hpp"
+#include "exact_int.hpp"
+#include "params.hpp"
+
+namespace meltstage::chip::algor_kernel {
+
+// The flops where they are kept: q.e_q() reads, q.e_q = x writes.
+#define TC_ALGOR_VIEW(type, name, width, reset) Flop<B, type, width> name;
+#define TC_ALGOR_BIND(type, name, width, reset) .name = Flop<B, type, width>(state.name),
+template <class B>
+struct Flops {
+  TC_ALGOR_FLOPS(TC_ALGOR_VIEW)
+};
+// `State` has a member of type B::Stored<type, width> for each flop, under its name.
+template <class B, class State>
+Flops<B> flops_of(State& state) {
+  return {TC_ALGOR_FLOPS(TC_ALGOR_BIND)};
+}
+#undef TC_ALGOR_VIEW
+#undef TC_ALGOR_BIND
+
+// The pins; `Params` is indexed by spec::Reg and gives the 16 bits of a register as B::Stored<std::uint16_t, 16>.
+template <class B, class Params>
+struct Pins {
+  using Bool = typename B::Bool;
+  const Params& params;
+  Bool start;
+  Bool sample_ok;
+  Bool run;
+  Bool at_temp;
+  Bool ms;
+  Int<B, 16> pv;  // Q9.6
+
+  Int<B, 17> u16(spec::Reg reg) const {
+    return Int<B, 17>(B::template load<std::uint16_t, 16>(params[reg]));
+  }
+  Int<B, 16> s16(spec::Reg reg) const { return wrap<16>(u16(reg)); }
+  template <std::int64_t I>
+  Bool bit(spec::Reg reg, Const<I> index) const {
+    return wrap_u<1>(u16(reg) >> index) != 0_k;
+  }
+
+  Bool manual() const { return bit(spec::kRegMode, 0_k); }
+  Bool seg_model() const { return bit(spec::kRegCtrl, 0_k); }
+  Bool d_on_pv() const { return bit(spec::kRegCtrl, 1_k); }
+  Bool ff_en() const { return bit(spec::kRegCtrl, 2_k); }
+  Bool err_integer() const { return bit(spec::kRegCtrl, 3_k); }
+  Bool i_zero() const { return bit(spec::kRegCtrl, 6_k); }
+};
+
+// if (condition) body(); body works on q.
+template <class B, class Body>
+void when(Flops<B>& q, const typename B::Bool& condition, const Body& body) {
+  B::choose(q, condition, body, [] {});
+}
+
+// ---- Narrowing and multiplying -----------------------------------------------------------------------------
+
+// 16 bits signed.
+template <class B, int W>
+Int<B, 16> sat_s16(const Int<B, W>& x) {
+  return clamp<-32768, 32767>(x);
+}
+// A duty, UQ1.16 clamped to 0 .. 65536.
+template <class B, int W>
+Int<B, 18> sat_duty(const Int<B, W>& x) {
+  return clamp<0, 65536>(x);
+}
+// A term as the host reads it, Q1.16.
+template <class B, int W>
+Int<B, 18> sat_term(const Int<B, W>& x) {
+  return clamp<-131072, 131071>(x);
+}
+
+// One of the three multipliers of fig. 6: a gain of 16 bits without sign, a term of 16 bits with sign.
+template <class B>
+Int<B, 33> multiply(const Int<B, 17>& gain, const Int<B, 16>& term) {
+  return gain * term;
+}
+
+// Unit conversions by a factor in UQ4.12, rounded.
+template <class B, std::int64_t Factor>
+auto convert(Const<Factor> factor, const Int<B, 16>& x) {
+  return (multiply<B>(factor, x) + 2048_k) >> 12_k;
+}
+template <class B>
+Int<B, 16> temperature(const Int<B, 16>& tenths) {  // 0.1 degC -> 1/64 degC
+  return sat_s16(convert(26214_k, tenths));
+}
+template <class B>
+Int<B, 18> duty(const Int<B, 16>& percent) {  // 0.01 % -> 2^-16
+  return sat_duty(convert(26844_k, percent));
+}
+
+// ---- Set-point ---------------------------------------------------------------------------------------------
+
+// A ramp of r x 0.01 degC/s moves 1/64 degC each 3125 / (2 r) ms.
+template <class B, class In>
+void ramp(Flops<B>& q, const In& in) {
+  const auto target = q.target_q();
+  const auto sp = q.sp_work_q();
+  const auto rising = target > sp;
+  const auto rate = select(rising, in.u16(spec::kRegRampUp), in.u16(spec::kRegRampDown));
+  const auto sum = wrap_u<13>(q.ramp_q() + (wrap_u<11>(rate) << 1_k));
+  when(q, in.ms && in.run && target != sp && rate != 0_k, [&] {
+    B::choose(
+        q, sum >= 3125_k,
+        [&] {
+          q.ramp_q = wrap_u<13>(sum - 3125_k);
+          q.sp_work_q = wrap<16>(select(rising, sp + 1_k, sp - 1_k));
+        },
+        [&] { q.ramp_q = sum; });
+  });
+}
+
+// `sp`: working set-point before this clock's ramp. Rate 0 is a step; a stopped loop follows the temperature.
+template <class B, class In>
+void take_setpoint(Flops<B>& q, const In& in, const Int<B, 16>& sp) {
+  const auto target = temperature(in.s16(spec::kRegSetpoint));
+  const auto rising = target > select(in.run, sp, in.pv);
+  const auto rate = select(rising, in.u16(spec::kRegRampUp), in.u16(spec::kRegRampDown));
+  q.target_q = target;
+  when(q, rate == 0_k || !in.run, [&] { q.sp_work_q = select(rate == 0_k, target, in.pv); });
+}
+
+// ---- Error and derivative ----------------------------------------------------------------------------------
+
+template <class B, class In>
+void take_error(Flops<B>& q, const In& in, const Int<B, 16>& sp) {
+  const auto fine = sat_s16(sp - in.pv);
+  // Whole degrees, truncated toward zero, as the published controller computes.
+  const auto whole = wrap<16>((select(fine < 0_k, fine + 63_k, fine) >> 6_k) << 6_k);
+  const auto e = select(in.err_integer(), whole, fine);
+  // d: the error or the negated temperature behind a first-order low-pass, 1/1024 degC.
+  const auto source = select(in.d_on_pv(), -in.pv, e) << 4_k;
+  const auto fresh = q.fresh_q() != 0_k;
+  const auto past = q.filt_q();
+  const auto step = (source - past) >> wrap_u<3>(in.u16(spec::kRegDFilter));
+  const auto now = select(fresh, Int<B, 22>(source), wrap<22>(past + step));
+  q.e_q = e;
+  q.delta_q = select(fresh, 0_k, sat_s16(now - past));
+  q.filt_q = now;
+}
+
+template <class B, class In>
+void take_products(Flops<B>& q, const In& in) {
+  const auto ki = select(in.at_temp, in.u16(spec::kRegKiHold), in.u16(spec::kRegKiApproach));
+  q.p_q = wrap<32>(multiply(in.u16(spec::kRegKp), q.e_q()));
+  q.ie_q = wrap<32>(multiply(ki, q.e_q()));
+  q.d_q = wrap<32>(multiply(in.u16(spec::kRegKd), q.delta_q()));
+}
+
+// ---- Sum, segments, anti-windup: everything in 2^-14 duty LSB ----------------------------------------------
+
+template <class B, class In>
+void take_sum(Flops<B>& q, const In& in) {
+  const auto e = q.e_q();
+  const auto i = q.i_q();
+  const auto duty_max = q.duty_max_q();
+  const auto limit = duty_max << 14_k;
+  const auto feed_forward = q.ff_q() << 14_k;
+  const auto external = select(in.manual(), 0_k, q.ext_q() << 14_k);
+  const auto pd = (q.p_q() << 8_k) + (q.d_q() << 7_k) + external;
+
+  // I takes its step only where that does not drive the output further into its limit.
+  const auto i_sum = i + q.ie_q();
+  const auto i_next = wrap_u<32>(select(i_sum < 0_k, 0_k, select(i_sum > limit, limit, i_sum)));
+  const auto u_try = pd + i_next;
+  const auto accept = !(u_try > limit && e >= 0_k) && !(u_try < 0_k && e <= 0_k);
+
+  // Segments by bands, in 1/320 degC (5 x 1/64 and 32 x 0.1), or by what P + D + feed-forward alone would give.
+  const auto band_full = e * 5_k > in.u16(spec::kRegBandFull) << 5_k;
+  const auto band_off = -(e * 5_k) > in.u16(spec::kRegBandOff) << 5_k;
+  const auto pd_ff = pd + select(in.ff_en(), feed_forward, 0_k);
+  const auto model_full = pd_ff > limit && e > 0_k;
+  // Without feed-forward this rule makes a limit cycle around the set-point.
+  const auto model_off = in.ff_en() && pd_ff < 0_k && e < 0_k;
+  const auto full = (in.seg_model() && model_full) || (!in.seg_model() && band_full);
+  const auto off = (in.seg_model() && model_off) || (!in.seg_model() && band_off);
+
+  const auto i_outside = select(in.i_zero(), 0_k, select(full && in.ff_en(), feed_forward, i));
+  const auto i_wanted = select(full || off, i_outside, select(accept, i_next, i));
+  // A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
+  const auto i_after = select(i_wanted > limit, limit, i_wanted);
+
+  const auto u = (pd + i_after) >> 14_k;
+  const auto u_limited = select(u > duty_max, duty_max, sat_duty(u));
+  q.u_q = select(full, duty_max, select(off, 0_k, u_limited));
+  q.i_held_q = i_after == i;
+  q.i_q = i_after;
+  const auto segment = select(full, Const<kSegFull>{}, select(off, Const<kSegOff>{}, Int<B, 3>(Const<kSegPid>{})));
+  q.segment_q = select(in.manual(), Const<kSegNone>{}, segment);
+  q.fresh_q = 0_k;
+}
+
+// The rise of the duty, never its fall, is held to SLEW.
+template <class B, class In>
+void take_duty(Flops<B>& q, const In& in) {
+  const auto duty_max = q.duty_max_q();
+  const auto ext = q.ext_q();
+  const auto wanted = select(in.manual(), select(ext > duty_max, duty_max, ext), q.u_q());
+  const auto highest = q.duty_q() + q.slew_q();
+  q.duty_q = select(q.slew_q() != 0_k && wanted > highest, wrap_u<17>(highest), wanted);
+  q.done_q = 1_k;
+}
+
+// ---- One clock ---------------------------------------------------------------------------------------------
+
+template <AlgorStep At, AlgorStep Next, class Body>
+struct Case {
+  const Body& body;
+};
+// In step `At`: body(), and go on to step `Next`.
+template <AlgorStep At, AlgorStep Next, class Body>
+Case<At, Next, Body> on(const Body& body) {
+  return {body};
+}
+template <class B>
+void one_of(Flops<B>& q, const Int<B, 5>&) {
+  q.step_q = Const<kStepIdle>{};
+}
+template <class B, AlgorStep At, AlgorStep Next, class Body, class... Others>
+void one_of(Flops<B>& q, const Int<B, 5>& step, const Case<At, Next, Body>& first, const Others&... others) {
+  B::choose(
+      q, step == Const<At>{},
+      [&] {
+        q.step_q = Const<Next>{};
+        first.body();
+      },
+      [&] { one_of(q, step, others...); });
+}
+
+template <class B, class In>
+void clock(Flops<B>& q, const In& in) {
+  const auto sp = q.sp_work_q();
+  const auto ff_quarter = wrap<16>(q.ff_q() >> 2_k);
+  q.done_q = 0_k;
+  ramp(q, in);
+  // After the ramp: a step that sets the working set-point wins.
+  one_of(
+      q, q.step_q(),
+      on<kStepIdle, kStepIdle>([&] {
+        when(q, in.start && in.sample_ok, [&] { q.step_q = Const<kStepSetpoint>{}; });
+        q.done_q = in.start && !in.sample_ok;
+      }),
+      on<kStepSetpoint, kStepDutyMax>([&] { take_setpoint(q, in, sp); }),
+      on<kStepDutyMax, kStepSlew>([&] { q.duty_max_q = duty(in.s16(spec::kRegDutyMax)); }),
+      on<kStepSlew, kStepAmbient>([&] { q.slew_q = duty(in.s16(spec::kRegSlew)); }),
+      on<kStepAmbient, kStepExternal>([&] { q.amb_q = temperature(in.s16(spec::kRegTAmb)); }),
+      on<kStepExternal, kStepFeedForward>([&] {
+        q.ext_q = duty(select(in.manual(), in.s16(spec::kRegManualDuty), in.s16(spec::kRegFfExt)));
+      }),
+      on<kStepFeedForward, kStepHold>([&] {
+        q.ff_q = sat_duty(multiply(in.u16(spec::kRegKff), sat_s16(in.pv - q.amb_q())) >> 12_k);
+      }),
+      on<kStepHold, kStepHoldAdd>([&] {
+        // ff goes in divided by four; HOLD_MULT is UQ8.8. Above 100 % there is nothing left to tell apart.
+        q.hold_q = sat_duty(multiply(in.u16(spec::kRegHoldMult), ff_quarter) >> 6_k);
+      }),
+      on<kStepHoldAdd, kStepError>([&] {
+        q.hold_q = wrap_u<18>(q.hold_q() + duty(in.s16(spec::kRegHoldAdd)));
+      }),
+      on<kStepError, kStepProducts>([&] { take_error(q, in, sp); }),
+      on<kStepProducts, kStepSum>([&] { take_products(q, in); }),
+      on<kStepSum, kStepLimit>([&] { take_sum(q, in); }),
+      on<kStepLimit, kStepIdle>([&] { take_duty(q, in); }));
+
+  // A stopped or manual loop keeps no history: the next automatic step starts without kick or windup.
+  when(q, !in.run || in.manual(), [&] {
+    q.i_q = 0_k;
+    q.fresh_q = 1_k;
+  });
+  when(q, !in.run, [&] {
+    q.duty_q = 0_k;
+    q.segment_q = Const<kSegNone>{};
+  });
+}
+
+// ---- Outputs that are not flops ----------------------------------------------------------------------------
+
+template <class B>
+typename B::Bool ramping(const Flops<B>& q) {
+  return q.sp_work_q() != q.target_q();
+}
+template <class B>
+typename B::Bool limited(const Flops<B>& q) {
+  return q.duty_q() == q.duty_max_q() && q.duty_q() != 0_k;
+}
+template <class B>
+Int<B, 18> term_p(const Flops<B>& q) {
+  return sat_term(q.p_q() >> 6_k);
+}
+template <class B>
+Int<B, 18> term_i(const Flops<B>& q) {
+  return wrap_u<17>(q.i_q() >> 14_k);
+}
+template <class B>
+Int<B, 18> term_d(const Flops<B>& q) {
+  return sat_term(q.d_q() >> 7_k);
+}
+
+}  // namespace meltstage::chip::algor_kernel
