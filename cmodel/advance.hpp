@@ -36,9 +36,9 @@ void step_until(Run& run, std::uint64_t until, Around& around, Observer&& observ
   }
 }
 
-// The same pins, and the same state at `until`, but clocks in which the chip only counts are skipped. `around` is stepped, and
-// `observe` called, in every cycle whose pins differ from those of the cycle before, and in some more; the chip's counters stand
-// still meanwhile.
+// The same pins, and the same state at `until`, but clocks in which the chip only counts are skipped.
+// `around` is stepped, and `observe` called, in every cycle whose pins differ from those of the cycle before,
+// and in some more; the chip's counters stand still meanwhile.
 template <Surroundings Around, std::invocable<std::uint64_t, const Inputs&, const Outputs&> Observer>
 void advance(Run& run, std::uint64_t until, Around& around, Observer&& observe) {
   const auto look = [&] {
@@ -48,9 +48,11 @@ void advance(Run& run, std::uint64_t until, Around& around, Observer&& observe) 
   };
   if (run.cycle >= until) return;
   Inputs in = look();
+  bool due = false;  // a stretch has just ended by itself: something moves in the next clock
   for (;;) {
-    const std::uint64_t quiet = run.chip.quiet(in);
+    const std::uint64_t quiet = due ? 0 : run.chip.quiet(in);
     if (quiet == 0) {
+      due = false;
       run.out = run.chip.step(in);
       if (++run.cycle == until) return;
       in = look();
@@ -78,6 +80,7 @@ void advance(Run& run, std::uint64_t until, Around& around, Observer&& observe) 
       stop = end;
     } while (in == standing && run.cycle < end);
     run.chip.skip(standing, run.cycle - begin);
+    due = run.cycle - begin == quiet;
     if (run.cycle == until) return;
   }
 }

@@ -5,7 +5,8 @@
 
 namespace meltstage::chip {
 
-// [[gnu::flatten]]: the kernel is many small functions on a view of the flops; inlined, the view costs nothing.
+// [[gnu::flatten]]: the kernel is many small functions on a view of the flops; inlined, the view costs
+// nothing.
 
 namespace {
 
@@ -20,9 +21,15 @@ algor_kernel::Flops<PlainBits> flops_of(const Algor& algor) {
 
 [[gnu::flatten]] bool Algor::ramping() const { return algor_kernel::ramping(flops_of(*this)); }
 [[gnu::flatten]] bool Algor::limited() const { return algor_kernel::limited(flops_of(*this)); }
-[[gnu::flatten]] std::int32_t Algor::term_p() const { return static_cast<std::int32_t>(algor_kernel::term_p(flops_of(*this)).bits); }
-[[gnu::flatten]] std::int32_t Algor::term_i() const { return static_cast<std::int32_t>(algor_kernel::term_i(flops_of(*this)).bits); }
-[[gnu::flatten]] std::int32_t Algor::term_d() const { return static_cast<std::int32_t>(algor_kernel::term_d(flops_of(*this)).bits); }
+[[gnu::flatten]] std::int32_t Algor::term_p() const {
+  return static_cast<std::int32_t>(algor_kernel::term_p(flops_of(*this)).bits);
+}
+[[gnu::flatten]] std::int32_t Algor::term_i() const {
+  return static_cast<std::int32_t>(algor_kernel::term_i(flops_of(*this)).bits);
+}
+[[gnu::flatten]] std::int32_t Algor::term_d() const {
+  return static_cast<std::int32_t>(algor_kernel::term_d(flops_of(*this)).bits);
+}
 
 std::uint64_t Algor::quiet(const AlgorIn& in) const {
   if (step_q != kStepIdle || done_q != 0 || in.start) return 0;
@@ -31,15 +38,15 @@ std::uint64_t Algor::quiet(const AlgorIn& in) const {
 }
 
 [[gnu::flatten]] void Algor::step(const AlgorIn& in) {
-  if (idle(in)) return;
+  const algor_kernel::Pins<PlainBits, Params> pins{.params = in.params,
+                                                   .start = in.start,
+                                                   .sample_ok = in.sample_ok,
+                                                   .run = in.run,
+                                                   .at_temp = in.at_temp,
+                                                   .ms = in.ms,
+                                                   .pv = Int<PlainBits, 16>(in.pv)};
   auto flops = flops_of<PlainBits>(*this);
-  algor_kernel::clock(flops, algor_kernel::Pins<PlainBits, Params>{.params = in.params,
-                                                                   .start = in.start,
-                                                                   .sample_ok = in.sample_ok,
-                                                                   .run = in.run,
-                                                                   .at_temp = in.at_temp,
-                                                                   .ms = in.ms,
-                                                                   .pv = Int<PlainBits, 16>(in.pv)});
+  if (!algor_kernel::idle(flops, pins)) algor_kernel::clock(flops, pins);
 }
 
 }  // namespace meltstage::chip

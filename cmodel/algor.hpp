@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ALGOR: segmented fixed-point PID (Xie et al. 2023, eq. 2, figs. 6 and 7). Twin of rtl/tc_algor.sv. Its arithmetic stands in
-// algor_kernel.hpp, over any number type.
+// ALGOR: segmented fixed-point PID (Xie et al. 2023, eq. 2, figs. 6 and 7). Twin of rtl/tc_algor.sv. Its
+// arithmetic stands in algor_kernel.hpp, over any number type.
 #pragma once
 
 #include <array>
@@ -68,11 +68,6 @@ struct AlgorIn {
 struct Algor {
   TC_ALGOR_FLOPS(TC_DECLARE_FLOP)
 
-  // True when a step changes nothing.
-  bool idle(const AlgorIn& in) const {
-    return step_q == kStepIdle && !in.start && done_q == 0 && in.run && !in.ms &&
-           in.params[spec::kRegMode] == 0;
-  }
   void step(const AlgorIn& in);
   // Nothing counts between two computations but the ramp: there is nothing to skip.
   std::uint64_t quiet(const AlgorIn& in) const;

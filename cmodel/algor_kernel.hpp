@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// ALGOR's arithmetic, one clock of it, over any number type of exact_int.hpp: all flops, pins and parameters in, all next
-// flops and outputs out. Algor::step runs it on plain integers, tests/proof/ on a solver's bit-vectors (equal to
-// rtl/tc_algor.sv for every state and input), tests/systemc/ on SystemC's fixed-width types.
+// ALGOR's arithmetic, one clock of it, over any number type of exact_int.hpp: all flops, pins and parameters
+// in, all next flops and outputs out. Algor::step runs it on plain integers, tests/proof/ on a solver's
+// bit-vectors (equal to rtl/tc_algor.sv for every state and input), tests/systemc/ on SystemC's fixed-width
+// types.
 //
 // Law: eq. (2) of Xie et al. 2023, u(n) = (Kp + Kd) e(n) + Ki sum e(k) - Kd e(n-1), as P + I + D with
 // P = Kp e, I += Ki e, D = Kd (d(n) - d(n-1)); three multipliers side by side (fig. 6), segments (fig. 7).
@@ -30,7 +31,8 @@ Flops<B> flops_of(State& state) {
 #undef TC_ALGOR_VIEW
 #undef TC_ALGOR_BIND
 
-// The pins; `Params` is indexed by spec::Reg and gives the 16 bits of a register as B::Stored<std::uint16_t, 16>.
+// The pins; `Params` is indexed by spec::Reg and gives the 16 bits of a register as B::Stored<std::uint16_t,
+// 16>.
 template <class B, class Params>
 struct Pins {
   using Bool = typename B::Bool;
@@ -42,9 +44,7 @@ struct Pins {
   Bool ms;
   Int<B, 16> pv;  // Q9.6
 
-  Int<B, 17> u16(spec::Reg reg) const {
-    return Int<B, 17>(B::template load<std::uint16_t, 16>(params[reg]));
-  }
+  Int<B, 17> u16(spec::Reg reg) const { return Int<B, 17>(B::template load<std::uint16_t, 16>(params[reg])); }
   Int<B, 16> s16(spec::Reg reg) const { return wrap<16>(u16(reg)); }
   template <std::int64_t I>
   Bool bit(spec::Reg reg, Const<I> index) const {
@@ -65,7 +65,8 @@ void when(Flops<B>& q, const typename B::Bool& condition, const Body& body) {
   B::choose(q, condition, body, [] {});
 }
 
-// ---- Narrowing and multiplying -----------------------------------------------------------------------------
+// ---- Narrowing and multiplying
+// -----------------------------------------------------------------------------
 
 // 16 bits signed.
 template <class B, int W>
@@ -103,7 +104,8 @@ Int<B, 18> duty(const Int<B, 16>& percent) {  // 0.01 % -> 2^-16
   return sat_duty(convert(26844_k, percent));
 }
 
-// ---- Set-point ---------------------------------------------------------------------------------------------
+// ---- Set-point
+// ---------------------------------------------------------------------------------------------
 
 // A ramp of r x 0.01 degC/s moves 1/64 degC each 3125 / (2 r) ms.
 template <class B, class In>
@@ -134,7 +136,8 @@ void take_setpoint(Flops<B>& q, const In& in, const Int<B, 16>& sp) {
   when(q, rate == 0_k || !in.run, [&] { q.sp_work_q = select(rate == 0_k, target, in.pv); });
 }
 
-// ---- Error and derivative ----------------------------------------------------------------------------------
+// ---- Error and derivative
+// ----------------------------------------------------------------------------------
 
 template <class B, class In>
 void take_error(Flops<B>& q, const In& in, const Int<B, 16>& sp) {
@@ -161,7 +164,8 @@ void take_products(Flops<B>& q, const In& in) {
   q.d_q = wrap<32>(multiply(in.u16(spec::kRegKd), q.delta_q()));
 }
 
-// ---- Sum, segments, anti-windup: everything in 2^-14 duty LSB ----------------------------------------------
+// ---- Sum, segments, anti-windup: everything in 2^-14 duty LSB
+// ----------------------------------------------
 
 template <class B, class In>
 void take_sum(Flops<B>& q, const In& in) {
@@ -179,7 +183,8 @@ void take_sum(Flops<B>& q, const In& in) {
   const auto u_try = pd + i_next;
   const auto accept = !(u_try > limit && e >= 0_k) && !(u_try < 0_k && e <= 0_k);
 
-  // Segments by bands, in 1/320 degC (5 x 1/64 and 32 x 0.1), or by what P + D + feed-forward alone would give.
+  // Segments by bands, in 1/320 degC (5 x 1/64 and 32 x 0.1), or by what P + D + feed-forward alone would
+  // give.
   const auto band_full = e * 5_k > in.u16(spec::kRegBandFull) << 5_k;
   const auto band_off = -(e * 5_k) > in.u16(spec::kRegBandOff) << 5_k;
   const auto pd_ff = pd + select(in.ff_en(), feed_forward, 0_k);
@@ -199,7 +204,8 @@ void take_sum(Flops<B>& q, const In& in) {
   q.u_q = select(full, duty_max, select(off, 0_k, u_limited));
   q.i_held_q = i_after == i;
   q.i_q = i_after;
-  const auto segment = select(full, Const<kSegFull>{}, select(off, Const<kSegOff>{}, Int<B, 3>(Const<kSegPid>{})));
+  const auto segment =
+      select(full, Const<kSegFull>{}, select(off, Const<kSegOff>{}, Int<B, 3>(Const<kSegPid>{})));
   q.segment_q = select(in.manual(), Const<kSegNone>{}, segment);
   q.fresh_q = 0_k;
 }
@@ -215,7 +221,8 @@ void take_duty(Flops<B>& q, const In& in) {
   q.done_q = 1_k;
 }
 
-// ---- One clock ---------------------------------------------------------------------------------------------
+// ---- One clock
+// ---------------------------------------------------------------------------------------------
 
 template <AlgorStep At, AlgorStep Next, class Body>
 struct Case {
@@ -248,33 +255,29 @@ void clock(Flops<B>& q, const In& in) {
   q.done_q = 0_k;
   ramp(q, in);
   // After the ramp: a step that sets the working set-point wins.
-  one_of(
-      q, q.step_q(),
-      on<kStepIdle, kStepIdle>([&] {
-        when(q, in.start && in.sample_ok, [&] { q.step_q = Const<kStepSetpoint>{}; });
-        q.done_q = in.start && !in.sample_ok;
-      }),
-      on<kStepSetpoint, kStepDutyMax>([&] { take_setpoint(q, in, sp); }),
-      on<kStepDutyMax, kStepSlew>([&] { q.duty_max_q = duty(in.s16(spec::kRegDutyMax)); }),
-      on<kStepSlew, kStepAmbient>([&] { q.slew_q = duty(in.s16(spec::kRegSlew)); }),
-      on<kStepAmbient, kStepExternal>([&] { q.amb_q = temperature(in.s16(spec::kRegTAmb)); }),
-      on<kStepExternal, kStepFeedForward>([&] {
-        q.ext_q = duty(select(in.manual(), in.s16(spec::kRegManualDuty), in.s16(spec::kRegFfExt)));
-      }),
-      on<kStepFeedForward, kStepHold>([&] {
-        q.ff_q = sat_duty(multiply(in.u16(spec::kRegKff), sat_s16(in.pv - q.amb_q())) >> 12_k);
-      }),
-      on<kStepHold, kStepHoldAdd>([&] {
-        // ff goes in divided by four; HOLD_MULT is UQ8.8. Above 100 % there is nothing left to tell apart.
-        q.hold_q = sat_duty(multiply(in.u16(spec::kRegHoldMult), ff_quarter) >> 6_k);
-      }),
-      on<kStepHoldAdd, kStepError>([&] {
-        q.hold_q = wrap_u<18>(q.hold_q() + duty(in.s16(spec::kRegHoldAdd)));
-      }),
-      on<kStepError, kStepProducts>([&] { take_error(q, in, sp); }),
-      on<kStepProducts, kStepSum>([&] { take_products(q, in); }),
-      on<kStepSum, kStepLimit>([&] { take_sum(q, in); }),
-      on<kStepLimit, kStepIdle>([&] { take_duty(q, in); }));
+  one_of(q, q.step_q(), on<kStepIdle, kStepIdle>([&] {
+           when(q, in.start && in.sample_ok, [&] { q.step_q = Const<kStepSetpoint>{}; });
+           q.done_q = in.start && !in.sample_ok;
+         }),
+         on<kStepSetpoint, kStepDutyMax>([&] { take_setpoint(q, in, sp); }),
+         on<kStepDutyMax, kStepSlew>([&] { q.duty_max_q = duty(in.s16(spec::kRegDutyMax)); }),
+         on<kStepSlew, kStepAmbient>([&] { q.slew_q = duty(in.s16(spec::kRegSlew)); }),
+         on<kStepAmbient, kStepExternal>([&] { q.amb_q = temperature(in.s16(spec::kRegTAmb)); }),
+         on<kStepExternal, kStepFeedForward>([&] {
+           q.ext_q = duty(select(in.manual(), in.s16(spec::kRegManualDuty), in.s16(spec::kRegFfExt)));
+         }),
+         on<kStepFeedForward, kStepHold>(
+             [&] { q.ff_q = sat_duty(multiply(in.u16(spec::kRegKff), sat_s16(in.pv - q.amb_q())) >> 12_k); }),
+         on<kStepHold, kStepHoldAdd>([&] {
+           // ff goes in divided by four; HOLD_MULT is UQ8.8. Above 100 % there is nothing left to tell apart.
+           q.hold_q = sat_duty(multiply(in.u16(spec::kRegHoldMult), ff_quarter) >> 6_k);
+         }),
+         on<kStepHoldAdd, kStepError>(
+             [&] { q.hold_q = wrap_u<18>(q.hold_q() + duty(in.s16(spec::kRegHoldAdd))); }),
+         on<kStepError, kStepProducts>([&] { take_error(q, in, sp); }),
+         on<kStepProducts, kStepSum>([&] { take_products(q, in); }),
+         on<kStepSum, kStepLimit>([&] { take_sum(q, in); }),
+         on<kStepLimit, kStepIdle>([&] { take_duty(q, in); }));
 
   // A stopped or manual loop keeps no history: the next automatic step starts without kick or windup.
   when(q, !in.run || in.manual(), [&] {
@@ -287,7 +290,15 @@ void clock(Flops<B>& q, const In& in) {
   });
 }
 
-// ---- Outputs that are not flops ----------------------------------------------------------------------------
+// A clock then changes nothing (proved in tests/proof/).
+template <class B, class In>
+typename B::Bool idle(const Flops<B>& q, const In& in) {
+  return q.step_q() == Const<kStepIdle>{} && !in.start && q.done_q() == 0_k && in.run && !in.ms &&
+         in.u16(spec::kRegMode) == 0_k;
+}
+
+// ---- Outputs that are not flops
+// ----------------------------------------------------------------------------
 
 template <class B>
 typename B::Bool ramping(const Flops<B>& q) {

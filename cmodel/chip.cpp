@@ -15,23 +15,12 @@ std::uint8_t asynchronous_pins(const Inputs& in) {
                                    static_cast<unsigned>(in.inhibit) << 6);
 }
 
-// All but miso, which SENSC takes at the end of a half period only.
-constexpr std::uint8_t kPinsThatStir = 0b1101111;
+// Of those: feedback, which GUARD follows by itself; and all but that and miso, which SENSC takes at the end
+// of a half period only.
+constexpr unsigned kPinFeedback = 5;
+constexpr std::uint8_t kPinsThatStir = 0b1001111;
 
 }  // namespace
-
-Outputs Chip::outputs(const Inputs& in) const {
-  return {.uart_tx = uartc.tx_o(),
-          .uart_de = uartc.de(),
-          .tlm_tx = uartc.tlm_tx(),
-          .spi_sclk = sensc.sclk(),
-          .spi_cs_n = sensc.cs_n(),
-          .spi_mosi = sensc.mosi(),
-          .heater = guard.heater_q != 0 && !in.inhibit,
-          .safe_en = guard.safe_en_q != 0,
-          .fault_n = guard.fault_q == 0,
-          .at_temp = guard.at_temp_q != 0};
-}
 
 Readings Chip::readings() const {
   const Params& p = params();
@@ -90,7 +79,7 @@ UartcIn Chip::uartc_in() const {
           .cmd_done = sysctrl.cmd_done_q != 0,
           .rsp_kind = paramc.rsp_kind_q,
           .rsp_exc = paramc.rsp_exc_q,
-          .rd_data = uartc.reads() ? read_register(uartc.rd_addr()) : std::uint16_t{0},
+          .rd_data = 0,
           .tlm_start = sysctrl.tlm_start_q != 0};
 }
 
@@ -194,7 +183,8 @@ GuardIn Chip::guard_in() const {
 // Every block's inputs are gathered from the flops of the clock before; only then the blocks move. MEM is
 // last, because the others look at its parameters by reference.
 void Chip::clock(const Inputs& in) {
-  const UartcIn to_uartc = uartc_in();
+  UartcIn to_uartc = uartc_in();
+  if (uartc.reads()) to_uartc.rd_data = read_register(uartc.rd_addr());
   const SysctrlIn to_sysctrl = sysctrl_in();
   const ParamcIn to_paramc = paramc_in();
   const MemIn to_mem = mem_in();
@@ -219,7 +209,8 @@ std::uint64_t Chip::quiet(const Inputs& in) const {
   // In reset nothing moves; this flop tells whether the last clock was one of reset.
   if (!in.rst_n) return rst_sync.stage_q == 0 ? kForever : 0;
   if (!rst_sync.rst_n()) return 0;
-  std::uint64_t clocks = sync.quiet(asynchronous_pins(in), kPinsThatStir);
+  const std::uint8_t pins = asynchronous_pins(in);
+  std::uint64_t clocks = sync.quiet(pins, kPinsThatStir);
   const auto at_most = [&](std::uint64_t n) {
     clocks = std::min(clocks, n);
     return n != 0;
@@ -231,7 +222,7 @@ std::uint64_t Chip::quiet(const Inputs& in) const {
     return 0;
   }
   if (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms())) return 0;
-  if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in()))) return 0;
+  if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in(), sync.seen(pins, kPinFeedback)))) return 0;
   return clocks;
 }
 
@@ -245,8 +236,9 @@ void Chip::skip(const Inputs& in, std::uint64_t clocks) {
   sysctrl.skip(clocks);
   sensc.skip(clocks);
   pwmc.skip(clocks);
-  guard.skip(guard_in(), clocks);
-  sync.skip(asynchronous_pins(in), clocks);
+  const std::uint8_t pins = asynchronous_pins(in);
+  guard.skip(guard_in(), sync.seen(pins, kPinFeedback), clocks);
+  sync.skip(pins, clocks);
 }
 
 Outputs Chip::step(const Inputs& in) {

@@ -74,7 +74,7 @@ struct Chip {
   Readings readings() const;
 
  private:
-  UartcIn uartc_in() const;
+  UartcIn uartc_in() const;  // all but rd_data
   SysctrlIn sysctrl_in() const;
   ParamcIn paramc_in() const;
   MemIn mem_in() const;
@@ -86,5 +86,18 @@ struct Chip {
 };
 
 static_assert(std::is_trivially_copyable_v<Chip>);
+
+inline Outputs Chip::outputs(const Inputs& in) const {
+  return {.uart_tx = uartc.tx_o(),
+          .uart_de = uartc.de(),
+          .tlm_tx = uartc.tlm_tx(),
+          .spi_sclk = sensc.sclk(),
+          .spi_cs_n = sensc.cs_n(),
+          .spi_mosi = sensc.mosi(),
+          .heater = guard.heater_q != 0 && !in.inhibit,
+          .safe_en = guard.safe_en_q != 0,
+          .fault_n = guard.fault_q == 0,
+          .at_temp = guard.at_temp_q != 0};
+}
 
 }  // namespace meltstage::chip

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integers of a known number of bits for arithmetic that is written once and runs on several number types: plain integers
-// (PlainBits, below), SystemC's sc_int, a solver's bit-vectors (tests/proof/). +, - and * are exact: the result is as wide as
-// it can become, as in a datapath without overflow. Only wrap(), wrap_u(), clamp() and Flop narrow.
+// Integers of a known number of bits for arithmetic that is written once and runs on several number types:
+// plain integers (PlainBits, below), SystemC's sc_int, a solver's bit-vectors (tests/proof/). +, - and * are
+// exact: the result is as wide as it can become, as in a datapath without overflow. Only wrap(), wrap_u(),
+// clamp() and Flop narrow.
 #pragma once
 
 #include <algorithm>
@@ -53,11 +54,9 @@ struct Int {
 
   constexpr explicit Int(const Bits& value) : bits(value) {}
   template <int V>
-    requires(V < W)
-  constexpr Int(const Int<B, V>& narrower) : bits(B::template resize<W, V>(narrower.bits)) {}
+  requires(V < W) constexpr Int(const Int<B, V>& narrower) : bits(B::template resize<W, V>(narrower.bits)) {}
   template <std::int64_t V>
-    requires(width_of(V) <= W)
-  constexpr Int(Const<V>) : bits(B::template constant<W>(V)) {}
+  requires(width_of(V) <= W) constexpr Int(Const<V>) : bits(B::template constant<W>(V)) {}
 };
 
 template <class B, int V, int W>
@@ -82,20 +81,20 @@ constexpr auto operator-(const Int<B, W>& a) {
   return Const<0>{} - a;
 }
 
-#define TC_COMPARISON(op)                                                                        \
-  template <class B, int V, int W>                                                               \
-  constexpr typename B::Bool operator op(const Int<B, V>& a, const Int<B, W>& b) {               \
-    using Wide = Int<B, std::max(V, W)>;                                                         \
-    return typename B::Bool(Wide(a).bits op Wide(b).bits);                                       \
+#define TC_COMPARISON(op)                                                          \
+  template <class B, int V, int W>                                                 \
+  constexpr typename B::Bool operator op(const Int<B, V>& a, const Int<B, W>& b) { \
+    using Wide = Int<B, std::max(V, W)>;                                           \
+    return typename B::Bool(Wide(a).bits op Wide(b).bits);                         \
   }
-#define TC_WITH_CONSTANT(op)                                                                     \
-  template <class B, int W, std::int64_t V>                                                      \
-  constexpr auto operator op(const Int<B, W>& a, Const<V> b) {                                   \
-    return a op Int<B, width_of(V)>(b);                                                          \
-  }                                                                                              \
-  template <class B, int W, std::int64_t V>                                                      \
-  constexpr auto operator op(Const<V> a, const Int<B, W>& b) {                                   \
-    return Int<B, width_of(V)>(a) op b;                                                          \
+#define TC_WITH_CONSTANT(op)                                   \
+  template <class B, int W, std::int64_t V>                    \
+  constexpr auto operator op(const Int<B, W>& a, Const<V> b) { \
+    return a op Int<B, width_of(V)>(b);                        \
+  }                                                            \
+  template <class B, int W, std::int64_t V>                    \
+  constexpr auto operator op(Const<V> a, const Int<B, W>& b) { \
+    return Int<B, width_of(V)>(a) op b;                        \
   }
 TC_COMPARISON(<)
 TC_COMPARISON(<=)
@@ -171,7 +170,8 @@ constexpr auto clamp(const Int<B, W>& a) {
   }
 }
 
-// A flop of W bits somewhere else: q() reads, q = x writes its low W bits; only the sign may get lost that way.
+// A flop of W bits somewhere else: q() reads, q = x writes its low W bits; only the sign may get lost that
+// way.
 template <class B, class T, int W>
 class Flop {
  public:
@@ -183,18 +183,15 @@ class Flop {
   Stored& stored() const { return stored_; }
   Int<B, kWidth> operator()() const { return Int<B, kWidth>(B::template load<T, W>(stored_)); }
   template <int V>
-    requires(V <= kWidth)
-  void operator=(const Int<B, V>& value) {
+  requires(V <= kWidth) void operator=(const Int<B, V>& value) {
     stored_ = B::template store<T, W>(Int<B, kWidth>(value).bits);
   }
   template <std::int64_t V>
-    requires(width_of(V) <= kWidth)
-  void operator=(Const<V> value) {
-    *this = Int<B, kWidth>(value);
-  }
+  requires(width_of(V) <= kWidth) void operator=(Const<V> value) { *this = Int<B, kWidth>(value); }
   void operator=(const typename B::Bool& value) {
     static_assert(W == 1);
-    *this = Int<B, kWidth>(B::select(value, Int<B, kWidth>(Const<1>{}).bits, Int<B, kWidth>(Const<0>{}).bits));
+    *this =
+        Int<B, kWidth>(B::select(value, Int<B, kWidth>(Const<1>{}).bits, Int<B, kWidth>(Const<0>{}).bits));
   }
 
  private:

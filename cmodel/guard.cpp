@@ -20,6 +20,8 @@ std::uint16_t count_up(std::uint16_t x, bool tick) {
   return tick && x != 0xFFFF ? static_cast<std::uint16_t>(x + 1) : x;
 }
 
+std::uint32_t fb_trip_clocks(const Params& p) { return std::uint32_t{p[spec::kRegFbTime]} << 4; }
+
 std::uint8_t first_of(std::uint16_t causes) {
   return causes == 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(std::countr_zero(causes) + 1);
 }
@@ -40,19 +42,27 @@ std::uint16_t Guard::wd_left(const Params& p) const {
 }
 
 // Whether anything but the two fast counters moves is asked of step() itself.
-std::uint64_t Guard::quiet(const GuardIn& in) const {
+std::uint64_t Guard::quiet(const GuardIn& in, const Sync::Seen& feedback) const {
   if (in.tenth || in.sens_done) return 0;
+  const std::uint32_t trip = fb_trip_clocks(in.params);
   Guard next = *this;
   next.step(in);
   next.safe_cnt_q = safe_cnt_q;
   next.safe_en_q = safe_en_q;
-  const std::uint32_t trip = std::uint32_t{in.params[spec::kRegFbTime]} << 4;
   if (fb_q < trip) next.fb_q = fb_q;
   if (next != *this) return 0;
-  return (heater_q != 0) != in.heater_fb && fb_q < trip ? trip - fb_q : kForever;
+
+  const bool heater = heater_q != 0;
+  if (fb_q >= trip)
+    return feedback.second != feedback.first ? 1 : feedback.later != feedback.first ? 2 : kForever;
+  const std::uint32_t first = heater != feedback.first ? fb_q + 1 : 0;
+  if (first >= trip) return 1;
+  const std::uint32_t second = heater != feedback.second ? first + 1 : 0;
+  if (second >= trip) return 2;
+  return heater != feedback.later ? std::uint64_t{2} + trip - second : kForever;
 }
 
-void Guard::skip(const GuardIn& in, std::uint64_t clocks) {
+void Guard::skip(const GuardIn& in, const Sync::Seen& feedback, std::uint64_t clocks) {
   if (run_q != 0) {
     const std::uint64_t sum = safe_cnt_q + clocks;
     safe_en_q ^= static_cast<std::uint8_t>(sum / kSafeEnClocks & 1);
@@ -61,12 +71,11 @@ void Guard::skip(const GuardIn& in, std::uint64_t clocks) {
     safe_cnt_q = 0;
     safe_en_q = 0;
   }
-  const std::uint32_t trip = std::uint32_t{in.params[spec::kRegFbTime]} << 4;
-  if ((heater_q != 0) == in.heater_fb) {
-    fb_q = 0;
-  } else if (fb_q < trip) {
-    fb_q += static_cast<std::uint32_t>(clocks);
-  }
+  if (fb_q >= fb_trip_clocks(in.params)) return;
+  const bool heater = heater_q != 0;
+  fb_q = heater != feedback.first ? fb_q + 1 : 0;
+  if (clocks > 1) fb_q = heater != feedback.second ? fb_q + 1 : 0;
+  if (clocks > 2) fb_q = heater != feedback.later ? fb_q + static_cast<std::uint32_t>(clocks - 2) : 0;
 }
 
 void Guard::step(const GuardIn& in) {
@@ -80,7 +89,7 @@ void Guard::step(const GuardIn& in) {
   const bool in_window = std::abs(over_sp) <= window;
   const bool lba_rose = of_temp(pv_q - lba_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
   const bool off_duty = in.duty == 0 || run_q == 0;
-  const bool fb_trip = fb_q >= static_cast<std::uint32_t>(p[spec::kRegFbTime]) << 4;
+  const bool fb_trip = fb_q >= fb_trip_clocks(p);
   const bool lba_active = heating && in.limited && p[spec::kRegLbaTime] != 0;
   const bool hold_active = heating && in.segment == kSegPid && p[spec::kRegKff] != 0 &&
                            p[spec::kRegHoldTime] != 0 && in.duty > in.hold_limit;

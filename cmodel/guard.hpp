@@ -7,6 +7,7 @@
 
 #include "flops.hpp"
 #include "params.hpp"
+#include "sync.hpp"
 
 namespace meltstage::chip {
 
@@ -75,8 +76,10 @@ struct Guard {
   friend bool operator==(const Guard&, const Guard&) = default;
 
   void step(const GuardIn& in);
-  std::uint64_t quiet(const GuardIn& in) const;
-  void skip(const GuardIn& in, std::uint64_t clocks);
+
+  // heater_fb alone may change meanwhile, as `feedback` says.
+  std::uint64_t quiet(const GuardIn& in, const Sync::Seen& feedback) const;
+  void skip(const GuardIn& in, const Sync::Seen& feedback, std::uint64_t clocks);
   // Clock in which safe_en_o moves next, from 1; kForever when it stands.
   std::uint64_t clocks_to_safe_edge() const { return run_q != 0 ? kSafeEnClocks - safe_cnt_q : kForever; }
 

@@ -24,6 +24,16 @@ struct Sync {
   }
   constexpr std::uint8_t q() const { return out_q; }
 
+  // Levels of one pin as the blocks see them in the next clock, the one after, and all later ones.
+  struct Seen {
+    bool first;
+    bool second;
+    bool later;
+  };
+  constexpr Seen seen(std::uint8_t pins, unsigned bit) const {
+    return {(out_q >> bit & 1) != 0, (stage_q >> bit & 1) != 0, (pins >> bit & 1) != 0};
+  }
+
   // Clocks in which the blocks see what they see now, of the pins in `watched`.
   constexpr std::uint64_t quiet(std::uint8_t pins, std::uint8_t watched) const {
     if (((stage_q ^ out_q) & watched) != 0) return 1;

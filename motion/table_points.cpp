@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coordinates out of tables: workbook cells through freexl, separated text through libcsv.
+// Coordinates out of tables: rows of separated text through libcsv, and what columns and rows mean.
 #include <csv.h>
 #include <fmt/format.h>
-#include <freexl.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <memory>
-#include <span>
 #include <utility>
 
 #include "motion/coordinate_sources.hpp"
@@ -78,32 +75,6 @@ struct CsvParser {
 void hand_over(CsvRows& rows, const RowHandler& handle) {
   for (const TableRow& row : rows.finished) handle(row);
   rows.finished.clear();
-}
-
-// ---- workbook ----
-
-struct Workbook {
-  const void* handle = nullptr;
-  ~Workbook() { freexl_close(handle); }
-};
-
-void check_xls(int result, const std::filesystem::path& path, std::string_view what) {
-  if (result != FREEXL_OK)
-    fail(path, fmt::format("{} (freexl {}), expected an Excel 97-2003 workbook; it may be damaged or cut off",
-                           what, result));
-}
-
-Cell to_cell(const FreeXL_CellValue& value) {
-  switch (value.type) {
-    case FREEXL_CELL_INT:
-      return {std::to_string(value.value.int_value), value.value.int_value};
-    case FREEXL_CELL_DOUBLE:
-      return {fmt::format("{}", value.value.double_value), value.value.double_value};
-    case FREEXL_CELL_NULL:
-      return {};
-    default:
-      return {value.value.text_value == nullptr ? "" : value.value.text_value, std::nullopt};
-  }
 }
 
 // ---- columns and rows ----
@@ -299,35 +270,6 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
          fmt::format("row {}, column {}: the file ends inside a quoted cell, expected the closing quote",
                      rows.line, rows.current.cells.size() + 1));
   hand_over(rows, handle);
-}
-
-void read_xls_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
-  if (const auto kind = describe_content(content); !kind.starts_with("an OLE2"))
-    fail(path, fmt::format("found {}, expected an Excel 97-2003 workbook (.xls)", kind));
-  Workbook book;
-  check_xls(freexl_open(path.c_str(), &book.handle), path, "the workbook can't be opened");
-  unsigned int password = 0;
-  check_xls(freexl_get_info(book.handle, FREEXL_BIFF_PASSWORD, &password), path,
-            "the workbook can't be read");
-  if (password == FREEXL_BIFF_OBFUSCATED)
-    fail(path, "found a workbook with a password, expected one without; save it again unprotected");
-  check_xls(freexl_select_active_worksheet(book.handle, 0), path, "there is no first sheet");
-  unsigned int row_count = 0;
-  unsigned short column_count = 0;
-  check_xls(freexl_worksheet_dimensions(book.handle, &row_count, &column_count), path,
-            "the first sheet has no size");
-  TableRow row;
-  for (unsigned int r = 0; r < row_count; ++r) {
-    row.row = r + 1;
-    row.cells.clear();
-    for (unsigned short c = 0; c < column_count; ++c) {
-      FreeXL_CellValue value{};
-      check_xls(freexl_get_cell_value(book.handle, r, c, &value), path,
-                fmt::format("row {} can't be read", r + 1));
-      row.cells.push_back(to_cell(value));
-    }
-    handle(row);
-  }
 }
 
 RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,

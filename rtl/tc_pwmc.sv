@@ -160,7 +160,7 @@ module tc_pwmc (
 `ifdef FORMAL
   // What holds in every clock; each part needs the others, so they are one assertion.
   logic [15:0] min_on_used_q;       // shortest pulse of the running period
-  logic        loaded_q;            // a duty has been loaded since reset
+  logic        loaded_q;            // a duty above 0 has been loaded since the output was last disabled
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       min_on_used_q <= 16'd0;
@@ -168,7 +168,7 @@ module tc_pwmc (
     end else begin
       if (!enable_i) min_on_used_q <= 16'd0;
       else if (start) min_on_used_q <= min_on;
-      loaded_q <= loaded_q || load_i;
+      loaded_q <= (loaded_q && enable_i) || (load_i && duty_i != 17'd0);
     end
   end
 
@@ -185,10 +185,10 @@ module tc_pwmc (
   assign legal = period_q >= 16'd2 && mul_period_q >= 16'd2 && duty_q <= 17'h10000 && mul_left_q <= MulSteps;
   // Less than half a period is carried, so the mean is off by less than that at any time.
   assign carry_bounded = acc_q < half_period && acc_q > -half_period;
-  // A product never exceeds the period, is zero with a zero duty, and is zero until a duty has been loaded.
+  // A product never exceeds the period, is zero with a zero duty, and none runs that was loaded before the output was disabled.
   assign product_sound = product_q <= {period_q, 16'd0} && (duty_q != 17'd0 || mul_acc_q == 32'd0) &&
       (duty_q[16] ? mul_acc_q == (mul_left_q != 5'd0 ? 32'd0 : {mul_period_q, 16'd0}) : mul_acc_q[31:16] < mul_period_q) &&
-      (loaded_q || (duty_q == 17'd0 && product_q == 32'd0));
+      (loaded_q || (duty_q == 17'd0 && (!running_q || product_q == 32'd0)));
 
   always_comb begin
     PwmcInvariant_A: assert (pulse_sound && legal && carry_bounded && product_sound);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// advance() against step() for as long as one likes: advance_soak --first SEED --clocks TOTAL. Exit status 1 at the first
-// difference, whose seed belongs into tests/seeds/advance.txt.
+// advance() against step() for as long as one likes: advance_soak --first SEED --clocks TOTAL. Exit status 1
+// at the first difference, whose seed belongs into tests/seeds/advance.txt.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -33,7 +33,10 @@ int main(int argc, char** argv) {
       return 1;
     }
   }
-  fmt::print("seeds {} to {}: {} clocks, {} stops, {} pin changes, 0 differences; one clock in {:.0f} was looked at\n", first,
-             seed - 1, all.clocks, all.stops, all.pin_changes, static_cast<double>(all.clocks) / static_cast<double>(all.looks));
+  fmt::print(
+      "seeds {} to {}: {} clocks, {} stops, {} pin changes, 0 differences; one clock in {:.0f} was looked "
+      "at\n",
+      first, seed - 1, all.clocks, all.stops, all.pin_changes,
+      static_cast<double>(all.clocks) / static_cast<double>(all.looks));
   return 0;
 }

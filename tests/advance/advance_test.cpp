@@ -35,7 +35,8 @@ TEST(Advance, TwinsStayEqualWhateverHappens) {
   EXPECT_LT(all.looks, all.clocks / 10) << "nothing to speak of was skipped";
 }
 
-// A bench's device: the model stepped on every clock; the stretches between changes of the input pins are advanced on a twin.
+// A bench's device: the model stepped on every clock; the stretches between changes of the input pins are
+// advanced on a twin.
 class BesideAdvance final : public Device {
  public:
   explicit BesideAdvance(const chip::Chip& start) : stepped_(start) { twin_.chip = start; }
@@ -80,8 +81,9 @@ class BesideAdvance final : public Device {
       last = out;
     };
     Constant around{in_};
-    chip::advance(twin_, twin_.cycle + waiting_, around,
-                  [&](std::uint64_t cycle, const chip::Inputs&, const chip::Outputs& out) { see(cycle, out); });
+    chip::advance(
+        twin_, twin_.cycle + waiting_, around,
+        [&](std::uint64_t cycle, const chip::Inputs&, const chip::Outputs& out) { see(cycle, out); });
     see(twin_.cycle, twin_.out);
     waiting_ = 0;
     EXPECT_TRUE(seen == changes_) << "pin changes before cycle " << twin_.cycle;

@@ -64,7 +64,9 @@ struct Twin {
 };
 
 // A sensor as it stands in SENS_TYPE.
-std::uint16_t sensor_type_of(std::uint64_t seed) { return static_cast<std::uint16_t>(1 + seed % (spec::kSensorPresets.size() - 1)); }
+std::uint16_t sensor_type_of(std::uint64_t seed) {
+  return static_cast<std::uint16_t>(1 + seed % (spec::kSensorPresets.size() - 1));
+}
 
 HeadConfig config_of(std::uint64_t seed) {
   HeadConfig config;
@@ -85,7 +87,11 @@ ModbusRequest write_of(Rng& rng, std::uint8_t unit) {
 // Both twins alike. Everything is drawn once.
 class Fate {
  public:
-  Fate(std::uint64_t seed, Twin& a, Twin& b) : rng_(stream(seed, "fate")), sensor_type_(sensor_type_of(seed)), calm_(seed % 2 == 0), twins_{&a, &b} {}
+  Fate(std::uint64_t seed, Twin& a, Twin& b)
+      : rng_(stream(seed, "fate")),
+        sensor_type_(sensor_type_of(seed)),
+        calm_(seed % 2 == 0),
+        twins_{&a, &b} {}
 
   // Clocks to the next stop: anything from one clock to a second.
   std::uint64_t clocks() {
@@ -111,7 +117,8 @@ class Fate {
         command(one_in(3) ? spec::kCmdStop : spec::kCmdRun);
         break;
       case 5:
-        submit(read_input_registers(unit(), 0, static_cast<std::uint16_t>(1 + rng_.below(spec::kInputCount))));
+        submit(
+            read_input_registers(unit(), 0, static_cast<std::uint16_t>(1 + rng_.below(spec::kInputCount))));
         break;
       case 6: {
         const std::uint64_t at = cycle + 1 + rng_.below(3'000);
@@ -130,7 +137,8 @@ class Fate {
         break;
       }
       case 9: {
-        constexpr std::array kProbes{ProbeFault::None, ProbeFault::None, ProbeFault::Open, ProbeFault::ShortToGround};
+        constexpr std::array kProbes{ProbeFault::None, ProbeFault::None, ProbeFault::Open,
+                                     ProbeFault::ShortToGround};
         const SpiFaults faults{.probe = kProbes[rng_.below(kProbes.size())],
                                .miso = one_in(4) ? MisoFault::StuckHigh : MisoFault::None};
         each([&](Twin& t) { t.head.sensor().set_faults(faults); });
@@ -183,7 +191,8 @@ class Fate {
     chip::Chip chip;
     for (int i = 0; i < 4; ++i) chip.step({});  // the reset synchroniser lets go
     const auto set = [&](spec::Reg reg, std::uint64_t value) {
-      chip.mem.staged_q[reg] = chip.mem.active_q[reg] = chip::secded_encode(static_cast<std::uint16_t>(value));
+      chip.mem.staged_q[reg] = chip.mem.active_q[reg] =
+          chip::secded_encode(static_cast<std::uint16_t>(value));
     };
     set(spec::kRegSensType, sensor_type_);
     set(spec::kRegTs, 10 + rng_.below(one_in(2) ? 20 : 200));
@@ -213,35 +222,43 @@ class Fate {
 std::string describe(const PinChange& change) {
   const auto& [cycle, in, out] = change;
   return fmt::format(
-      "cycle {}: rst_n {:d} rx {:d} miso {:d} fb {:d} inhibit {:d} | tx {:d} de {:d} tlm {:d} sclk {:d} cs_n {:d} mosi {:d} heater {:d} "
+      "cycle {}: rst_n {:d} rx {:d} miso {:d} fb {:d} inhibit {:d} | tx {:d} de {:d} tlm {:d} sclk {:d} cs_n "
+      "{:d} mosi {:d} heater {:d} "
       "safe_en {:d} fault_n {:d} at_temp {:d}",
-      cycle, in.rst_n, in.uart_rx, in.spi_miso, in.heater_fb, in.inhibit, out.uart_tx, out.uart_de, out.tlm_tx, out.spi_sclk,
-      out.spi_cs_n, out.spi_mosi, out.heater, out.safe_en, out.fault_n, out.at_temp);
+      cycle, in.rst_n, in.uart_rx, in.spi_miso, in.heater_fb, in.inhibit, out.uart_tx, out.uart_de,
+      out.tlm_tx, out.spi_sclk, out.spi_cs_n, out.spi_mosi, out.heater, out.safe_en, out.fault_n,
+      out.at_temp);
 }
 
 void compare(std::uint64_t seed, const Twin& stepped, const Twin& advanced) {
-  const auto [a, b] =
-      std::mismatch(stepped.changes.begin(), stepped.changes.end(), advanced.changes.begin(), advanced.changes.end());
+  const auto [a, b] = std::mismatch(stepped.changes.begin(), stepped.changes.end(), advanced.changes.begin(),
+                                    advanced.changes.end());
   if (a != stepped.changes.end() || b != advanced.changes.end()) {
     throw TwinsDiffer(fmt::format("seed {}: pin change\n  stepped  {}\n  advanced {}", seed,
-                                  a != stepped.changes.end() ? describe(*a) : "none", b != advanced.changes.end() ? describe(*b) : "none"));
+                                  a != stepped.changes.end() ? describe(*a) : "none",
+                                  b != advanced.changes.end() ? describe(*b) : "none"));
   }
   const std::string flops = different_flops(stepped.run.chip, advanced.run.chip);
-  if (!flops.empty()) throw TwinsDiffer(fmt::format("seed {}: at cycle {}\n{}", seed, stepped.run.cycle, flops));
+  if (!flops.empty())
+    throw TwinsDiffer(fmt::format("seed {}: at cycle {}\n{}", seed, stepped.run.cycle, flops));
   if (!(stepped.run.out == advanced.run.out))
-    throw TwinsDiffer(fmt::format("seed {}: at cycle {} the pins that the caller is left with differ", seed, stepped.run.cycle));
+    throw TwinsDiffer(fmt::format("seed {}: at cycle {} the pins that the caller is left with differ", seed,
+                                  stepped.run.cycle));
 }
 
 }  // namespace
 
 std::string different_flops(const chip::Chip& stepped, const chip::Chip& advanced) {
   std::vector<std::uint64_t> values;
-  chip::visit_flops(stepped, [&](const char*, const auto& value, unsigned) { values.push_back(static_cast<std::uint64_t>(value)); });
+  chip::visit_flops(stepped, [&](const char*, const auto& value, unsigned) {
+    values.push_back(static_cast<std::uint64_t>(value));
+  });
   std::string list;
   std::size_t i = 0;
   chip::visit_flops(advanced, [&](const char* name, const auto& value, unsigned) {
     const auto other = static_cast<std::uint64_t>(value);
-    if (values[i] != other) list += fmt::format("  {} stepped {:#x} advanced {:#x}\n", name, values[i], other);
+    if (values[i] != other)
+      list += fmt::format("  {} stepped {:#x} advanced {:#x}\n", name, values[i], other);
     ++i;
   });
   if (stepped.params().value != advanced.params().value) list += "  parameters beside the memory\n";

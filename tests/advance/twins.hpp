@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One chip stepped clock by clock and its twin advanced from event to event, each in its own copy of the same surroundings, to
-// which the same things happen at random stops. At each stop every flop, and every pin change since, must be equal.
+// One chip stepped clock by clock and its twin advanced from event to event, each in its own copy of the same
+// surroundings, to which the same things happen at random stops. At each stop every flop, and every pin
+// change since, must be equal.
 #pragma once
 
 #include <cstdint>

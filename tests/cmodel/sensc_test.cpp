@@ -195,6 +195,34 @@ INSTANTIATE_TEST_SUITE_P(Lm70, DataSheet,
                                            Example{kLm70, 0x001F, 0.0}, Example{kLm70, 0xFFFC, -0.25},
                                            Example{kLm70, 0xF39F, -25.0}, Example{kLm70, 0xE49F, -55.0}));
 
+// The TC77 is no preset: Microchip DS20092, 13 bits of 1/16 degC in D15..D3, D2 is 1 once a conversion is
+// complete, D1..D0 are undriven (here low). The registers are those of docs/blocks/sensc.md, the words those
+// of the data sheet's table.
+TEST(Sensc, DescriptionOfASensorThatIsNoPreset) {
+  Bench tc77(kCustom, {{spec::kRegSensFrame, 0x2310},
+                       {spec::kRegSensData, 0x000D},
+                       {spec::kRegSensScale, 0x0400},
+                       {spec::kRegSensFaultMask, 0},
+                       {spec::kRegSensCheckMaskH, 0},
+                       {spec::kRegSensCheckMaskL, 0x0004},
+                       {spec::kRegSensCheckValueL, 0x0004}});
+  const std::pair<std::uint32_t, double> words[] = {{0x3E84, 125.0}, {0x0C84, 25.0},    {0x000C, 0.0625},
+                                                    {0x0004, 0.0},   {0xFFFC, -0.0625}, {0xF384, -25.0},
+                                                    {0xE484, -55.0}};
+  for (const auto& [word, degc] : words) {
+    EXPECT_DOUBLE_EQ(tc77.read(word), degc);
+    EXPECT_TRUE(tc77.sensc.ok()) << degc;
+  }
+  EXPECT_EQ(tc77.read_clocks, (5 + 2 * 16) * 6 + 2u);
+  EXPECT_EQ(tc77.slave.frames.back().bits, 16u);
+  tc77.read(0x0C80);
+  EXPECT_TRUE(tc77.sensc.frame_bad()) << "the first conversion is not complete";
+  tc77.read(0);
+  EXPECT_TRUE(tc77.sensc.frame_bad()) << "a line stuck low";
+  tc77.read(0xFFFF);
+  EXPECT_TRUE(tc77.sensc.frame_bad()) << "a line stuck high";
+}
+
 TEST(Sensc, Max31855OpenAndShortAreDeviceFaults) {
   for (const unsigned bit : {0u, 1u, 2u}) {
     Bench bench(kMax31855);

@@ -23,20 +23,21 @@ engine=$(cat "$here/$block/engine" 2>/dev/null || echo pdr)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# write_aiger HARNESS RTL_FOLDER: assert.aig and cover.aig, an output a property, named in assert.names and cover.names. A cover is
-# reached when the assertion of its contrary fails.
+# write_aiger HARNESS RTL_FOLDER WHAT: assert.aig and, where WHAT is "and covers", cover.aig, an output a property, named in
+# assert.names and cover.names. A cover is reached when the assertion of its contrary fails.
 echo 'module \$cover (input A, input EN); \$assert never (.A(!A), .EN(EN)); endmodule' > "$work/cover_map.v"
 write_aiger() {
-  local harness=$1 rtl=$2 cut=${1%.sv}.map top files finish
+  local harness=$1 rtl=$2 cut=${1%.sv}.map top files finish covers=
   top=$(sed -n 's/^module \([A-Za-z0-9_]*\).*/\1/p' "$harness" | head -1)
   files=$(sed "s,^,$rtl/," "$root/rtl/tc.f" | xargs)
   [[ -f $cut ]] && cut="techmap -map $cut" || cut=
   finish="opt -fast -nodffe -nosdff; dffunmap; techmap; opt -fast -nodffe -nosdff; dffunmap; abc -g AND; opt_clean"
+  [[ ${3:-} != "and covers" ]] || covers="design -load read
+    chformal -assert -remove; techmap -map $work/cover_map.v; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert"
   yosys -q -p "read_verilog -sv -formal -defer -I $rtl $flags $files $harness
     hierarchy -check -top $top; proc; memory_map; flatten; $cut; opt -fast; async2sync; opt_clean; chformal -early; design -save read
     chformal -cover -remove; write_ilang $work/asserts.il; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
-    design -load read
-    chformal -assert -remove; techmap -map $work/cover_map.v; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert" \
+    $covers" \
     > "$work/yosys.log" 2>&1 || { echo "prove.sh: $harness: $(grep -m1 ERROR "$work/yosys.log")" >&2; exit 1; }
 }
 # All assertions as one property, so that each may lean on the others. The words of the tools count, not their exit status.
@@ -50,6 +51,14 @@ prove() {
   fi
   berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1 || true
   grep -q 'Property proved' "$work/abc.log"
+}
+# A counterexample alone, for a seeded bug: where induction proves, bounded search is what refutes.
+refute() {
+  if [[ $engine == induction ]]; then
+    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 40 -T $seconds" > "$work/abc.log" 2>&1 || true
+  else
+    prove || true
+  fi
 }
 refuted() { grep -aq 'asserted in frame' "$work/abc.log"; }
 
@@ -95,7 +104,7 @@ prove_bugs() {
     found=
     for harness in "$here/$block"/*.sv; do
       write_aiger "$harness" "$work/rtl"
-      prove || true
+      refute
       if refuted; then found=yes; break; fi
     done
     if [[ -n $found ]]; then say "ok    $block: refused: $what ($(failed))"; else say "FAIL  $block: proof does not see: $what"; fi
@@ -106,7 +115,7 @@ if [[ $mode == --bugs ]]; then
   prove_bugs
 else
   for harness in "$here/$block"/*.sv; do
-    write_aiger "$harness" "$root/rtl"
+    write_aiger "$harness" "$root/rtl" "and covers"
     prove_harness "$block/$(basename "$harness" .sv)"
   done
 fi

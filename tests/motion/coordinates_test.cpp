@@ -6,11 +6,14 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 
 namespace meltstage::motion {
@@ -269,6 +272,74 @@ TEST_F(Coordinates, XlsCutOffAnywhereIsRefused) {
   const std::string whole = read_file(examples / "bumps_8x8.xls");
   for (std::size_t size = 1; size < whole.size(); size += 61)
     EXPECT_NE(error_of(write("cut.xls", whole.substr(0, size))), "") << size;
+}
+
+// One byte changed: a record length that leads freexl 1.0.6 to a second sheet size, and out of its buffer.
+TEST_F(Coordinates, XlsThatCrashesItsReaderIsRefusedInOneLine) {
+  const std::string message = error_of(data / "damaged_record_length.xls");
+  EXPECT_THAT(message, StartsWith("damaged: the spreadsheet reader failed (signal "));
+  EXPECT_THAT(message,
+              EndsWith("); expected an .xls of Excel 97-2003; save the file again or export it as .csv"));
+}
+
+// The parent must leave no child behind, whether it read all rows, stopped at a bad one or lost the child.
+TEST_F(Coordinates, XlsReaderLeavesNoChildProcess) {
+  for (const char* name : {"named_columns.xls", "bad_number.xls", "damaged_record_length.xls"}) {
+    try {
+      read_coordinates(data / name);
+    } catch (const CoordinateError&) {
+    }
+    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << name;
+    EXPECT_EQ(errno, ECHILD) << name;
+  }
+}
+
+/// The content with one to four places damaged: a bit, a byte, a stretch, or the rest cut off.
+std::string damaged(std::string content, std::mt19937& random) {
+  for (unsigned n = 1 + random() % 4; n > 0; --n) {
+    const std::size_t at = random() % content.size();
+    switch (random() % 8) {
+      case 0:
+        content[at] = static_cast<char>(content[at] ^ 1 << random() % 8);
+        break;
+      case 1:
+        for (std::size_t i = at; i < std::min(content.size(), at + 32); ++i)
+          content[i] = static_cast<char>(random());
+        break;
+      case 2:
+        content.resize(at + 1);
+        break;
+      default:
+        content[at] = static_cast<char>(random());
+    }
+  }
+  return content;
+}
+
+TEST_F(Coordinates, DamagedFilesGivePointsOrOneLine) {
+  const fs::path originals[] = {examples / "bumps_8x8.xls", data / "damaged_record_length.xls",
+                                data / "named_columns.xls", data / "header_only.xls",
+                                examples / "bumps.csv",     examples / "bga.kicad_mod"};
+  std::mt19937 random(20260711);
+  int refused = 0, crashed = 0;
+  constexpr int files = 700;
+  for (int i = 0; i < files; ++i) {
+    const fs::path& original = originals[random() % std::size(originals)];
+    const fs::path path =
+        write("damaged" + original.extension().string(), damaged(read_file(original), random));
+    try {
+      EXPECT_FALSE(read_coordinates(path).empty());
+    } catch (const CoordinateError& error) {
+      const std::string message = error.what();
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+      EXPECT_THAT(message, StartsWith(path.string() + ": "));
+      ++refused;
+      crashed += message.find("reader failed") != std::string::npos ? 1 : 0;
+    }
+  }
+  EXPECT_GT(refused, files / 4);
+  EXPECT_LT(refused, files);
+  EXPECT_GT(crashed, 0) << "no file reached the separate process's purpose";
 }
 
 TEST_F(Coordinates, NoPoints) {

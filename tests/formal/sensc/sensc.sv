@@ -68,6 +68,41 @@ module sensc (
   `TC_ASSERT_IF(SenscProofResultsHold_A, !done,
                 pv == pv_q && raw == raw_q && dev_fault == dev_fault_q && frame_bad == frame_bad_q)
 
+  // Around the pins' changes: chip select waits half a period (3 clocks at least) behind the clock's last edge, the clock's first
+  // edge as long behind it; between two frames it is high for four half periods.
+  logic [1:0] sclk_age_q, select_age_q;   // clocks since the last change, 3 and more as 3
+  logic [3:0] high_age_q;                 // clocks of chip select high, 12 and more as 12
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      sclk_age_q <= 2'd3;
+      select_age_q <= 2'd3;
+      high_age_q <= 4'd0;
+    end else begin
+      sclk_age_q <= (sclk != sclk_q) ? 2'd1 : (sclk_age_q == 2'd3) ? 2'd3 : sclk_age_q + 2'd1;
+      select_age_q <= (cs_n != cs_n_q) ? 2'd1 : (select_age_q == 2'd3) ? 2'd3 : select_age_q + 2'd1;
+      high_age_q <= !cs_n ? 4'd0 : (high_age_q == 4'd12) ? 4'd12 : high_age_q + 4'd1;
+    end
+  end
+  `TC_ASSERT_IF(SenscProofSelectWaits_A, cs_n != cs_n_q, sclk_age_q == 2'd3)
+  `TC_ASSERT_IF(SenscProofClockWaits_A, !cs_n && sclk != sclk_q, select_age_q == 2'd3)
+  `TC_ASSERT_IF(SenscProofSelectHigh_A, !cs_n && cs_n_q, high_age_q == 4'd12)
+
+  // The judgement: bits that the description of that clock checks, its fault bits, and a second frame of zeros in a row.
+  tc_pkg::sensor_t sens_q;
+  logic            zero_q;                // the last frame was all zeros
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      sens_q <= 160'd0;
+      zero_q <= 1'b0;
+    end else begin
+      sens_q <= (type_i == 3'd0) ? custom_i : tc_pkg::sensor_preset(type_i);
+      if (done) zero_q <= raw == 32'd0;
+    end
+  end
+  `TC_ASSERT_IF(SenscProofCheck_A, done && ((raw ^ sens_q.check_value) & sens_q.check_mask) != 32'd0, frame_bad)
+  `TC_ASSERT_IF(SenscProofFault_A, done, dev_fault == ((raw[15:0] & sens_q.fault_mask) != 16'd0))
+  `TC_ASSERT_IF(SenscProofStuckLow_A, done && raw == 32'd0 && zero_q, frame_bad)
+
   // ok says what the flags say; a frame of ones is never ok.
   `TC_ASSERT_IF(SenscProofOk_A, ok, !dev_fault && !frame_bad)
   `TC_ASSERT_IF(SenscProofStuckHigh_A, done && raw == 32'hFFFFFFFF, !ok)
