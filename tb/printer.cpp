@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "cmodel/advance.hpp"
 #include "tb/verilated_rtl.hpp"
 
 namespace meltstage::tb {
@@ -100,8 +101,7 @@ class Printer {
         progress_(progress),
         head_(job.head),
         stage_(job.stage, job.start_mm),
-        recorder_(sink, printer_header(job)),
-        out_(chip_.outputs({.rst_n = false})) {}
+        recorder_(sink, printer_header(job)) {}
 
   PrintResult run() {
     enter("command");
@@ -110,18 +110,15 @@ class Printer {
       open_window(job_.rtl == RtlWindows::full ? "whole job" : "command phase");
     wake_ = kResetClocks;
     while (phase_ != Phase::done) {
-      const chip::Inputs in = head_.step(cycle_, out_);
-      if (cycle_ >= wake_) act();
-      if (stage_next_ <= cycle_) move_stage();
-      record(in);
-      out_ = lockstep_ ? lockstep_->step(in) : chip_.step(in);
-      ++cycle_;
+      if (cycle() >= wake_) act();
+      if (stage_next_ <= cycle()) move_stage();
+      if (phase_ != Phase::done) run_until(std::min(wake_, stage_next_));
     }
     close_window();
     leave();
-    recorder_.finish(cycle_);
-    result_.cycles = cycle_;
-    result_.frames = chip_.uartc.messages();
+    recorder_.finish(cycle());
+    result_.cycles = cycle();
+    result_.frames = run_.chip.uartc.messages();
     return std::move(result_);
   }
 
@@ -140,31 +137,46 @@ class Printer {
     done
   };
 
-  const chip::Chip& model() const { return lockstep_ ? lockstep_->model() : chip_; }
+  std::uint64_t cycle() const { return run_.cycle; }
+  const chip::Chip& model() const { return lockstep_ ? lockstep_->model() : run_.chip; }
+
+  // The chip among its surroundings: every clock beside the RTL, from event to event alone.
+  void run_until(std::uint64_t until) {
+    const auto observe = [this](std::uint64_t, const chip::Inputs& in, const chip::Outputs&) { record(in); };
+    if (!lockstep_) {
+      chip::advance(run_, until, head_, observe);
+      return;
+    }
+    for (; run_.cycle < until; ++run_.cycle) {
+      const chip::Inputs in = head_.step(run_.cycle, run_.out);
+      record(in);
+      run_.out = lockstep_->step(in);
+    }
+  }
 
   // ---- Phases of the report ----
   void enter(const char* name) {
     leave();
-    result_.phases.push_back({name, seconds(cycle_), seconds(cycle_)});
+    result_.phases.push_back({name, seconds(cycle()), seconds(cycle())});
   }
   void leave() {
-    if (!result_.phases.empty()) result_.phases.back().end_s = seconds(cycle_);
+    if (!result_.phases.empty()) result_.phases.back().end_s = seconds(cycle());
   }
 
   // ---- Lockstep windows: the RTL is loaded with the model's state and runs along ----
   void open_window(const std::string& name) {
     if (job_.rtl == RtlWindows::none || lockstep_) return;
     auto rtl = make_verilated_rtl();
-    if (cycle_ > 0) rtl->load(chip_, last_in_);
+    if (cycle() > 0) rtl->load(run_.chip, last_in_);
     const unsigned bits = rtl->flop_bits();
-    lockstep_.emplace(std::move(rtl), chip_, cycle_, job_.identity, job_.failures);
-    result_.windows.push_back({name, cycle_, cycle_, bits, {}});
+    lockstep_.emplace(std::move(rtl), run_.chip, cycle(), job_.identity, job_.failures);
+    result_.windows.push_back({name, cycle(), cycle(), bits, {}});
   }
   void close_window() {
     if (!lockstep_) return;
-    result_.windows.back().last_cycle = cycle_ - 1;
+    result_.windows.back().last_cycle = cycle() - 1;
     result_.windows.back().compared = lockstep_->finish();
-    chip_ = lockstep_->model();
+    run_.chip = lockstep_->model();
     lockstep_.reset();
   }
   void close_chosen_window() {
@@ -179,7 +191,7 @@ class Printer {
   void poll() {
     if (host_lost_) return;
     submit(read_input_registers(kUnit, 0, kStatusRegisters));
-    next_poll_ = cycle_ + kPollClocks;
+    next_poll_ = cycle() + kPollClocks;
   }
 
   void take_results() {
@@ -200,11 +212,11 @@ class Printer {
     const bool valid = r[spec::kInPv] != 0x8000;
     const auto temp = [&](spec::In reg, double scale) { return static_cast<std::int16_t>(r[reg]) * scale; };
     const Reading reading{
-        .t_s = seconds(cycle_),
+        .t_s = seconds(cycle()),
         .reading_degc = valid ? temp(spec::kInPvFine, 1.0 / 64) : job_.head.plant.ambient_degc,
         .setpoint_degc = temp(spec::kInSpWork, 0.1),
         .duty = r[spec::kInDuty] * 1e-4,
-        .heater_degc = head_.plant().heater_degc(cycle_),
+        .heater_degc = head_.plant().heater_degc(cycle()),
         .run = (r[spec::kInStatus] & 1) != 0};
     if (valid) result_.readings.push_back(reading);
     result_.peak_heater_degc = std::max(result_.peak_heater_degc, reading.heater_degc);
@@ -216,15 +228,15 @@ class Printer {
   void abort(const std::string& sentence) {
     if (aborted_) return;
     aborted_ = true;
-    result_.verdict = fmt::format("stopped at {:.3f} s: {}", seconds(cycle_), sentence);
-    result_.faults.push_back({seconds(cycle_), sentence});
+    result_.verdict = fmt::format("stopped at {:.3f} s: {}", seconds(cycle()), sentence);
+    result_.faults.push_back({seconds(cycle()), sentence});
     stop_stage();
     shut_down();
   }
 
   void stop_stage() {
-    stage_.run_until(cycle_, [this](const motion::StageEvent& e) { record_stage(e); });
-    stage_.emergency_stop(cycle_);
+    stage_.run_until(cycle(), [this](const motion::StageEvent& e) { record_stage(e); });
+    stage_.emergency_stop(cycle());
     stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
   }
 
@@ -232,11 +244,11 @@ class Printer {
     close_chosen_window();
     enter("shutdown");
     open_window("shutdown");
-    off_at_ = cycle_;
+    off_at_ = cycle();
     if (!host_lost_) submit(command(spec::kCmdStop));
     if (!host_lost_) poll();
     phase_ = Phase::stop;
-    deadline_ = cycle_ + kReplyTimeout;
+    deadline_ = cycle() + kReplyTimeout;
   }
 
   // ---- What happens to the printer ----
@@ -256,15 +268,15 @@ class Printer {
         head_.sensor().set_faults(faults);
         break;
       case EventKind::sensor_out:
-        head_.plant().set_sensor_coupling(cycle_, 0.0);
+        head_.plant().set_sensor_coupling(cycle(), 0.0);
         break;
       case EventKind::heater_open:
         heater.element_open = true;
-        head_.plant().set_faults(cycle_, heater);
+        head_.plant().set_faults(cycle(), heater);
         break;
       case EventKind::switch_short:
         heater.switch_shorted = true;
-        head_.plant().set_faults(cycle_, heater);
+        head_.plant().set_faults(cycle(), heater);
         break;
       case EventKind::host_lost:
         host_lost_ = true;
@@ -274,16 +286,16 @@ class Printer {
 
   // ---- The job, looked at every kLook clocks ----
   void act() {
-    wake_ = cycle_ + kLook;
-    for (; next_event_ < job_.events.size() && seconds(cycle_) >= job_.events[next_event_].at_s;
+    wake_ = cycle() + kLook;
+    for (; next_event_ < job_.events.size() && seconds(cycle()) >= job_.events[next_event_].at_s;
          ++next_event_)
       happen(job_.events[next_event_].kind);
     take_results();
-    if (!out_.fault_n && !aborted_ && phase_ != Phase::reset) {
+    if (!run_.out.fault_n && !aborted_ && phase_ != Phase::reset) {
       const chip::Chip& chip = model();
       abort(describe_fault(static_cast<std::uint16_t>(chip.guard.first_q << 8), chip.guard.fault_q));
     }
-    if (!aborted_ && cycle_ >= next_poll_ && phase_ > Phase::configure && waiting_ == 0) poll();
+    if (!aborted_ && cycle() >= next_poll_ && phase_ > Phase::configure && waiting_ == 0) poll();
 
     switch (phase_) {
       case Phase::reset:
@@ -293,7 +305,7 @@ class Printer {
         for (ModbusRequest& frame : write_frames(job_.registers)) submit(std::move(frame));
         submit(command(spec::kCmdCommit));
         phase_ = Phase::configure;
-        deadline_ = cycle_ + kReplyTimeout;
+        deadline_ = cycle() + kReplyTimeout;
         break;
       case Phase::configure:
         if (refused_ != 0) {
@@ -307,7 +319,7 @@ class Printer {
             waiting_ == 0) {
           submit(command(spec::kCmdRun));
           phase_ = Phase::wait_run;
-        } else if (cycle_ > deadline_) {
+        } else if (cycle() > deadline_) {
           abort(fmt::format("no sound sensor reading in {:.0f} s (cause bits {:#06x})",
                             seconds(kReplyTimeout), status_.empty() ? 0 : status_[spec::kInCause]));
         }
@@ -317,37 +329,37 @@ class Printer {
           abort(fmt::format("the chip refused to heat with Modbus exception {:02}", refused_));
         } else if (waiting_ == 0) {
           enter("heat-up");
-          run_at_ = cycle_;
-          deadline_ = cycle_ + static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz);
+          run_at_ = cycle();
+          deadline_ = cycle() + static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz);
           phase_ = Phase::heat;
         }
         break;
       case Phase::heat:
         sample_heat_up();
-        if (out_.at_temp) {
+        if (run_.out.at_temp) {
           close_chosen_window();
           enter("print");
           open_window("first bumps");
           next_bump();
-        } else if (cycle_ > deadline_) {
+        } else if (cycle() > deadline_) {
           abort(fmt::format("not at temperature {:.0f} s after RUN", job_.heat_timeout_s));
         }
         break;
       case Phase::move:
-        if (!stage_.moving(cycle_)) {
+        if (!stage_.moving(cycle())) {
           phase_ = Phase::settle;
-          deadline_ = cycle_ + static_cast<std::uint64_t>(job_.settle_s * kClockHz);
+          deadline_ = cycle() + static_cast<std::uint64_t>(job_.settle_s * kClockHz);
         }
         break;
       case Phase::settle:
         // A droplet only at temperature.
-        if (cycle_ >= deadline_ && out_.at_temp) {
+        if (cycle() >= deadline_ && run_.out.at_temp) {
           recorder_.set(kTrigger, 1);
-          head_.plant().droplet(cycle_, job_.droplet_j);
+          head_.plant().droplet(cycle(), job_.droplet_j);
           ++result_.droplets;
-          deadline_ = cycle_ + kTriggerClocks;
+          deadline_ = cycle() + kTriggerClocks;
           phase_ = Phase::trigger;
-        } else if (cycle_ >= deadline_ + static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz)) {
+        } else if (cycle() >= deadline_ + static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz)) {
           abort(fmt::format("temperature left its window for {:.0f} s", job_.heat_timeout_s));
         }
         break;
@@ -357,14 +369,14 @@ class Printer {
         next_bump();
         break;
       case Phase::stop:
-        if (waiting_ == 0 || cycle_ > deadline_) {
-          off_at_ = cycle_;
+        if (waiting_ == 0 || cycle() > deadline_) {
+          off_at_ = cycle();
           phase_ = Phase::watch_off;
         }
         break;
       case Phase::watch_off:
-        if (out_.heater) abort_off();
-        if (cycle_ - off_at_ >= kWatchOff) finish();
+        if (run_.out.heater) abort_off();
+        if (cycle() - off_at_ >= kWatchOff) finish();
         break;
       case Phase::done:
         break;
@@ -375,10 +387,10 @@ class Printer {
     if (job_.rtl != RtlWindows::chosen) return;
     if (lockstep_) {
       const std::uint64_t length = heat_sample_ == 0 ? 0 : kSampleClocks;
-      if (cycle_ - result_.windows.back().first_cycle >= length && cycle_ - run_at_ >= kSampleClocks)
+      if (cycle() - result_.windows.back().first_cycle >= length && cycle() - run_at_ >= kSampleClocks)
         close_window();
     } else if (heat_sample_ < std::size(kHeatSamples) &&
-               seconds(cycle_ - run_at_) >= kHeatSamples[heat_sample_].after_run_s) {
+               seconds(cycle() - run_at_) >= kHeatSamples[heat_sample_].after_run_s) {
       open_window(kHeatSamples[heat_sample_].name);
       ++heat_sample_;
     }
@@ -387,7 +399,7 @@ class Printer {
   void abort_off() {
     if (heater_stayed_on_) return;
     heater_stayed_on_ = true;
-    result_.faults.push_back({seconds(cycle_), "heater_o is high although the job is over"});
+    result_.faults.push_back({seconds(cycle()), "heater_o is high although the job is over"});
     if (result_.verdict.empty()) result_.verdict = "heater_o was high after STOP";
     aborted_ = true;
   }
@@ -398,8 +410,8 @@ class Printer {
       return;
     }
     const motion::Point& p = job_.bumps[bump_++];
-    stage_.run_until(cycle_, [this](const motion::StageEvent& e) { record_stage(e); });
-    stage_.move_to({p.x_mm, p.y_mm, job_.start_mm.z()}, cycle_ + 1);
+    stage_.run_until(cycle(), [this](const motion::StageEvent& e) { record_stage(e); });
+    stage_.move_to({p.x_mm, p.y_mm, job_.start_mm.z()}, cycle() + 1);
     stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
     phase_ = Phase::move;
   }
@@ -415,7 +427,7 @@ class Printer {
 
   // ---- Pins ----
   void move_stage() {
-    stage_.run_until(cycle_, [this](const motion::StageEvent& e) { record_stage(e); });
+    stage_.run_until(cycle(), [this](const motion::StageEvent& e) { record_stage(e); });
     stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
   }
   void record_stage(const motion::StageEvent& e) {
@@ -430,10 +442,10 @@ class Printer {
 
   // Levels standing before the clock edge that ends this cycle.
   void record(const chip::Inputs& in) {
-    if (cycle_ == 0) {
+    if (cycle() == 0) {
       for (std::uint32_t axis = 0; axis < 3; ++axis) record_stage({0, axis, stage_.pins(axis)});
     }
-    if (cycle_ == 0 || !(in == last_in_)) {
+    if (cycle() == 0 || !(in == last_in_)) {
       recorder_.set(kRstN, in.rst_n);
       recorder_.set(kUartRx, in.uart_rx);
       recorder_.set(kAddrStrap, in.addr_strap);
@@ -441,23 +453,25 @@ class Printer {
       recorder_.set(kHeaterFb, in.heater_fb);
       recorder_.set(kInhibit, in.inhibit);
     }
-    const bool heater = out_.heater && !in.inhibit;
-    if (cycle_ == 0 || !(out_ == last_out_) || !(in == last_in_)) {
-      recorder_.set(kUartTx, out_.uart_tx);
-      recorder_.set(kUartDe, out_.uart_de);
-      recorder_.set(kTlmTx, out_.tlm_tx);
-      recorder_.set(kSclk, out_.spi_sclk);
-      recorder_.set(kCsN, out_.spi_cs_n);
-      recorder_.set(kMosi, out_.spi_mosi);
+    const bool heater = run_.out.heater && !in.inhibit;
+    if (cycle() == 0 || !(run_.out == last_out_) || !(in == last_in_)) {
+      recorder_.set(kUartTx, run_.out.uart_tx);
+      recorder_.set(kUartDe, run_.out.uart_de);
+      recorder_.set(kTlmTx, run_.out.tlm_tx);
+      recorder_.set(kSclk, run_.out.spi_sclk);
+      recorder_.set(kCsN, run_.out.spi_cs_n);
+      recorder_.set(kMosi, run_.out.spi_mosi);
       recorder_.set(kHeater, heater);
-      recorder_.set(kSafeEn, out_.safe_en);
-      recorder_.set(kFaultN, out_.fault_n);
-      recorder_.set(kAtTemp, out_.at_temp);
+      recorder_.set(kSafeEn, run_.out.safe_en);
+      recorder_.set(kFaultN, run_.out.fault_n);
+      recorder_.set(kAtTemp, run_.out.at_temp);
       last_in_ = in;
-      last_out_ = out_;
+      last_out_ = run_.out;
     }
-    if (heater) result_.heater_energy_j += job_.head.plant.power_w / kClockHz;
-    recorder_.commit(cycle_);
+    result_.heater_energy_j += heated_ ? seconds(cycle() - looked_at_) * job_.head.plant.power_w : 0.0;
+    heated_ = heater;
+    looked_at_ = cycle();
+    recorder_.commit(cycle());
   }
 
   const PrintJob& job_;
@@ -465,12 +479,10 @@ class Printer {
   Head head_;
   motion::Stage stage_;
   vectors::Recorder recorder_;
-  chip::Chip chip_;
-  chip::Outputs out_;
+  chip::Run run_;
   std::optional<Lockstep> lockstep_;
   PrintResult result_;
 
-  std::uint64_t cycle_ = 0;
   std::uint64_t wake_ = 0;
   std::uint64_t stage_next_ = ~std::uint64_t{0};
   Phase phase_ = Phase::reset;
@@ -489,6 +501,8 @@ class Printer {
   bool heater_stayed_on_ = false;
   chip::Inputs last_in_;
   chip::Outputs last_out_{};
+  bool heated_ = false;  // heater_o since looked_at_
+  std::uint64_t looked_at_ = 0;
 };
 
 }  // namespace
