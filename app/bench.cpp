@@ -12,6 +12,8 @@ namespace {
 
 constexpr Bench kBenches[] = {
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
+    {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
+    {"windows", "time-parallel lockstep on two processes against one run from end to end", bench_windows},
 };
 
 std::string wanted(const BenchRow& row) {

@@ -1,64 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Speed of the pair: the same recorded stimulus on RTL alone, model alone, and both in lockstep.
-#include <chrono>
+#include <algorithm>
 #include <vector>
 
 #include "app/bench.hpp"
-#include "tb/head.hpp"
+#include "app/bench_stimulus.hpp"
 #include "tb/lockstep.hpp"
 #include "tb/verilated_rtl.hpp"
 
 namespace meltstage::app {
-
-namespace {
-
-namespace spec = chip::spec;
-
-// Input pins of a heated chip in work: polled twenty times a second, 10 Hz control, 1 kHz PWM.
-struct Stimulus {
-  chip::Chip start;                // state of the chip before the first clock
-  chip::Inputs before;             // pins of the clock before that
-  std::vector<chip::Inputs> pins;  // one entry a clock
-};
-
-Stimulus record_stimulus(std::size_t clocks) {
-  constexpr std::uint64_t kWarmUp = 6'000'000;
-  constexpr std::uint64_t kPoll = spec::kClkHz / 20;
-  tb::Head head({});
-  chip::Chip chip;
-  chip::Outputs out = chip.outputs({.rst_n = false});
-  Stimulus stimulus;
-  stimulus.pins.reserve(clocks);
-  const std::uint16_t setpoint[] = {1100};
-  head.host().submit(tb::write_multiple_registers(1, spec::kHoldingBase + spec::kRegSetpoint, setpoint));
-  for (std::uint64_t cycle = 0; cycle < kWarmUp + clocks; ++cycle) {
-    if (cycle == kWarmUp - 1'000'000)
-      head.host().submit(tb::write_single_register(1, spec::kHoldingBase, spec::kCmdRun));
-    if (cycle % kPoll == kPoll - 1) head.host().submit(tb::read_input_registers(1, 0, 16));
-    while (head.host().take_result()) {
-    }
-    chip::Inputs in = head.step(cycle, out);
-    in.rst_n = cycle >= 20;
-    if (cycle == kWarmUp) stimulus.start = chip;
-    if (cycle < kWarmUp) {
-      stimulus.before = in;
-    } else {
-      stimulus.pins.push_back(in);
-    }
-    out = chip.step(in);
-  }
-  return stimulus;
-}
-
-template <class Step>
-double clocks_per_second(const Stimulus& stimulus, Step step) {
-  const auto begin = std::chrono::steady_clock::now();
-  for (const chip::Inputs& in : stimulus.pins) step(in);
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-  return static_cast<double>(stimulus.pins.size()) / elapsed.count();
-}
-
-}  // namespace
 
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options) {
   const std::size_t clocks = options.quick ? 600'000 : 3'000'000;

@@ -9,6 +9,8 @@
 #include "app/build_stamp.hpp"
 #include "app/job_file.hpp"
 #include "app/print.hpp"
+#include "app/windows.hpp"
+#include "vectors/text.hpp"
 
 namespace {
 
@@ -25,6 +27,17 @@ int run_bench(const std::string& name, bool list, const app::BenchOptions& optio
     known += (known.empty() ? "" : ", ") + std::string(bench.name);
   }
   throw app::InputError(fmt::format("bench: found \"{}\", expected one of: {}", name, known));
+}
+
+// Who checks the windows; the same for every command that does.
+void add_runner_options(CLI::App* command, app::RunWindowsSettings& settings, bool& slurm) {
+  command
+      ->add_option("-j,--jobs", settings.processes,
+                   "Windows checked at once on this machine (default: its cores)")
+      ->check(CLI::Range(1, 1024));
+  command->add_flag("--slurm", slurm, "Check the windows in Slurm job arrays");
+  command->add_option("--attempts", settings.attempts, "Runs of a window whose worker is lost (default 3)")
+      ->check(CLI::Range(1, 100));
 }
 
 std::string command_line(int argc, char** argv) {
@@ -55,6 +68,41 @@ int main(int argc, char** argv) {
                                                     {"none", tb::RtlWindows::none}},
               CLI::ignore_case));
   print_command->add_flag("--vcd", print.vcd, "Write the pins as pins.vcd too");
+  bool slurm = false;
+  add_runner_options(print_command, print.windows, slurm);
+  print_command
+      ->add_option("--window-clocks", print.borders.every,
+                   "With --rtl full: clocks of a window (default 12000000)")
+      ->check(CLI::Range(std::uint64_t{1}, vectors::max_cycle));
+  print_command->add_option("--borders", print.borders.at, "Instead: first cycles of windows, with commas")
+      ->delimiter(',');
+  print_command->add_option("--work", print.work,
+                            "With --rtl full: folder of states, stimulus and results, which then stays "
+                            "(default: OUT.windows, removed when all is equal)");
+
+  std::filesystem::path work;
+  std::filesystem::path pins;
+  std::size_t window = 0;
+  tb::WindowBorders borders;
+  app::RunWindowsSettings runner;
+  CLI::App* windows_command =
+      cli.add_subcommand("windows", "Check a recorded run in RTL by time windows (docs/windows.md)");
+  windows_command->require_subcommand(1);
+  CLI::App* windows_plan = windows_command->add_subcommand("plan", "Cut a recording into windows");
+  windows_plan->add_option("PINS", pins, "Recording (.mvec) that begins in reset")->required();
+  windows_plan->add_option("DIR", work, "Work folder to write")->required();
+  windows_plan->add_option("--window-clocks", borders.every, "Clocks of a window (default 12000000)")
+      ->check(CLI::Range(std::uint64_t{1}, vectors::max_cycle));
+  windows_plan->add_option("--borders", borders.at, "Instead: first cycles of windows, with commas")
+      ->delimiter(',');
+  CLI::App* windows_run = windows_command->add_subcommand("run", "Check the windows that have no result yet");
+  windows_run->add_option("DIR", work, "Work folder")->required();
+  add_runner_options(windows_run, runner, slurm);
+  CLI::App* windows_verdict = windows_command->add_subcommand("verdict", "Join the results");
+  windows_verdict->add_option("DIR", work, "Work folder")->required();
+  CLI::App* window_command = cli.add_subcommand("window", "Check one window of a work folder");
+  window_command->add_option("DIR", work, "Work folder")->required();
+  window_command->add_option("NUMBER", window, "Window, from 0")->required();
 
   std::string bench_name;
   bool bench_list = false;
@@ -78,10 +126,24 @@ int main(int argc, char** argv) {
     if (*print_command) {
       if (*rtl_option) print.rtl = rtl;
       if (print.out.empty()) print.out = std::filesystem::path("out") / print.job.stem();
+      if (slurm) print.windows.runner = app::WindowRunner::slurm;
+      for (const char* option : {"--jobs", "--slurm", "--attempts", "--window-clocks", "--borders", "--work"})
+        if (print_command->count(option) != 0) print.for_full_rtl = option;
       return app::print_job(print);
     }
+    if (slurm) runner.runner = app::WindowRunner::slurm;
+    if (*windows_plan) return app::plan_windows(pins, work, borders);
+    if (*windows_run) return app::run_windows(work, runner);
+    if (*windows_verdict) return app::join_windows(work);
+    if (*window_command) return app::check_one_window(work, window);
     return run_bench(bench_name, bench_list, bench, bench_json);
   } catch (const app::InputError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const tb::WindowError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const vectors::FormatError& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const std::exception& error) {

@@ -5,15 +5,18 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <limits>
+#include <sstream>
 
 #include "app/build_stamp.hpp"
 #include "app/job_file.hpp"
 #include "app/report/report.hpp"
+#include "app/terminal.hpp"
+#include "tb/window_plan.hpp"
 #include "vectors/text.hpp"
 #include "vectors/vcd.hpp"
 
@@ -22,30 +25,6 @@ namespace meltstage::app {
 namespace {
 
 namespace spec = chip::spec;
-
-volatile std::sig_atomic_t interrupted = 0;
-void on_interrupt(int /*signal*/) { interrupted = 1; }
-
-// Ctrl-C or SIGTERM during a print: unwinds, so that nothing half-written stays.
-struct Interrupted {};
-
-// One line on a terminal, nothing in a pipe.
-class ProgressLine {
- public:
-  ~ProgressLine() { clear(); }
-  void show(const tb::Progress& p) {
-    if (!terminal_) return;
-    fmt::print(stderr, "\r\033[K{:>8.2f} s  {:<9} {:7.2f} degC of {:.1f}  {} droplets", p.t_s, p.phase,
-               p.reading_degc, p.setpoint_degc, p.droplets);
-    std::fflush(stderr);
-  }
-  void clear() {
-    if (terminal_) fmt::print(stderr, "\r\033[K");
-  }
-
- private:
-  bool terminal_ = isatty(STDERR_FILENO) != 0;
-};
 
 // A folder that gets its name only when it is complete.
 class OutputFolder {
@@ -78,26 +57,22 @@ class OutputFolder {
   std::filesystem::path partial_;
 };
 
-// Plays one recording into two sinks.
+// Plays one recording into several sinks.
 class Tee final : public vectors::Sink {
  public:
-  Tee(vectors::Sink& a, vectors::Sink* b) : a_(a), b_(b) {}
+  void add(vectors::Sink& sink) { sinks_.push_back(&sink); }
   void begin(const vectors::Header& header) override {
-    a_.begin(header);
-    if (b_ != nullptr) b_->begin(header);
+    for (vectors::Sink* sink : sinks_) sink->begin(header);
   }
   void change(const vectors::Change& change) override {
-    a_.change(change);
-    if (b_ != nullptr) b_->change(change);
+    for (vectors::Sink* sink : sinks_) sink->change(change);
   }
   void end(std::uint64_t final_cycle) override {
-    a_.end(final_cycle);
-    if (b_ != nullptr) b_->end(final_cycle);
+    for (vectors::Sink* sink : sinks_) sink->end(final_cycle);
   }
 
  private:
-  vectors::Sink& a_;
-  vectors::Sink* b_;
+  std::vector<vectors::Sink*> sinks_;
 };
 
 double setpoint_degc(const tb::PrintJob& job) {
@@ -197,40 +172,111 @@ PrintReport make_report(const LoadedJob& loaded, const tb::PrintResult& result, 
   return report;
 }
 
+const char* to_text(tb::WindowState state) {
+  switch (state) {
+    case tb::WindowState::missing:
+      return "missing";
+    case tb::WindowState::equal:
+      return "equal";
+    case tb::WindowState::differs:
+      return "differs";
+    case tb::WindowState::unusable:
+      return "unusable";
+  }
+  return "";
+}
+
+// Runs of white space become one space.
+std::string in_one_line(const std::string& text) {
+  std::istringstream words(text);
+  std::string line;
+  for (std::string word; words >> word;) line += (line.empty() ? "" : " ") + word;
+  return line;
+}
+
+// The check of the whole job, as part of the report and of its verdict.
+void add_windows(PrintReport& report, const CheckedRun& run) {
+  const tb::JoinedWindows& joined = run.joined;
+  WindowCheck check{.whole = joined.whole,
+                    .windows = {},
+                    .equal = joined.equal,
+                    .cycles = joined.cycles,
+                    .clocks = joined.compared.clocks,
+                    .flop_values = joined.compared.flop_values,
+                    .pin_values = joined.compared.pin_values,
+                    .clock_hz = spec::kClkHz,
+                    .faults = joined.faults,
+                    .lost_workers = run.notes,
+                    .workers = run.workers,
+                    .wall_s = run.wall_s};
+  for (std::size_t i = 0; i < run.plan.windows.size(); ++i) {
+    const tb::PlannedWindow& w = run.plan.windows[i];
+    check.windows.push_back(
+        {w.first_cycle, w.last_cycle, to_text(joined.windows[i]), w.start_state, w.end_state});
+  }
+  const auto differing = std::count(joined.windows.begin(), joined.windows.end(), tb::WindowState::differs);
+  report.lockstep.push_back({fmt::format("whole job in {} windows", check.windows.size()), 0,
+                             joined.cycles == 0 ? 0 : joined.cycles - 1, check.clocks, joined.flop_bits,
+                             check.flop_values + check.pin_values, static_cast<std::uint64_t>(differing)});
+  if (!joined.whole) {
+    report.good = false;
+    report.verdict += "; RTL and model: " + in_one_line(joined.faults.front());
+  }
+  report.windows = std::move(check);
+}
+
 }  // namespace
 
 int print_job(const PrintOptions& options) {
   LoadedJob loaded = load_job(options.job);
   if (options.rtl) loaded.job.rtl = *options.rtl;
+  if (loaded.job.rtl != tb::RtlWindows::full && !options.for_full_rtl.empty()) {
+    throw InputError(
+        fmt::format("{}: is for the full job in RTL; add --rtl full or leave it out", options.for_full_rtl));
+  }
   loaded.job.identity = {loaded.job.name, loaded.job.head.seed, options.command};
   loaded.job.failures = options.out.string() + ".failures";
 
   OutputFolder folder(options.out);
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
-  tb::PrintResult result;
-  {
-    vectors::TextWriter text(folder.file("pins.mvec"));
-    std::optional<vectors::VcdWriter> vcd;
-    if (options.vcd) vcd.emplace(folder.file("pins.vcd"), vectors::BusForm::bits);
-    Tee sink(text, vcd ? &*vcd : nullptr);
-    ProgressLine line;
-    try {
-      result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) {
-        if (interrupted != 0) throw Interrupted{};
-        line.show(p);
-      });
-    } catch (const Interrupted&) {
-      line.clear();
-      fmt::print(stderr, "meltstage: interrupted; nothing written\n");
-      return 1;
-    } catch (const tb::Mismatch& mismatch) {
-      line.clear();
-      fmt::print(stderr, "{}", mismatch.what());
-      return 1;
-    }
+  const std::filesystem::path work =
+      options.work.empty() ? std::filesystem::path(options.out.string() + ".windows") : options.work;
+  std::optional<tb::WindowPlanner> planner;
+  if (loaded.job.rtl == tb::RtlWindows::full) {
+    planner.emplace(work, tb::WindowRunName{loaded.job.name, loaded.job.head.seed}, options.borders);
   }
-  const PrintReport report = make_report(loaded, result, options);
+  catch_interrupts();
+  tb::PrintResult result;
+  std::optional<CheckedRun> checked;
+  try {
+    {
+      vectors::TextWriter text(folder.file("pins.mvec"));
+      std::optional<vectors::VcdWriter> vcd;
+      Tee sink;
+      sink.add(text);
+      if (options.vcd) sink.add(vcd.emplace(folder.file("pins.vcd"), vectors::BusForm::bits));
+      if (planner) sink.add(*planner);
+      ProgressLine line;
+      result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) {
+        throw_if_interrupted();
+        line.show(fmt::format("{:>8.2f} s  {:<9} {:7.2f} degC of {:.1f}  {} droplets", p.t_s, p.phase,
+                              p.reading_degc, p.setpoint_degc, p.droplets));
+      });
+    }
+    if (planner) {
+      planner->publish();
+      checked = check_run(work, options.windows);
+    }
+  } catch (const Interrupted&) {
+    fmt::print(stderr, "meltstage: interrupted; nothing written\n");
+    if (std::filesystem::exists(tb::plan_file(work)) && planner)
+      fmt::print(stderr, "{}: windows checked so far; the same command goes on from there\n", work.string());
+    return 1;
+  } catch (const tb::Mismatch& mismatch) {
+    fmt::print(stderr, "{}", mismatch.what());
+    return 1;
+  }
+  PrintReport report = make_report(loaded, result, options);
+  if (checked) add_windows(report, *checked);
   write_report(folder.file("report.html"), report);
   std::ofstream summary(folder.file("summary.json"));
   summary << summary_json(report);
@@ -240,21 +286,30 @@ int print_job(const PrintOptions& options) {
         fmt::format("{}: cannot be written, is the disk full?", folder.file("summary.json").string()));
   folder.publish();
 
-  std::uint64_t clocks = 0;
-  std::uint64_t comparisons = 0;
-  for (const LockstepWindow& w : report.lockstep) {
-    clocks += w.clocks;
-    comparisons += w.comparisons;
-  }
   fmt::print("{}: {}\n", loaded.job.name, report.verdict);
   fmt::print(
       "path {:.3f} mm in file order, {:.3f} mm planned; heat-up {:.1f} s; print {:.1f} s; {} chip clocks\n",
       loaded.path_before_mm, loaded.path_after_mm, phase_length_s(result, "heat-up"),
       phase_length_s(result, "print"), result.cycles);
-  fmt::print("lockstep: {} windows, {} clocks, {} values compared, 0 mismatches\n", report.lockstep.size(),
-             clocks, comparisons);
+  if (checked) {
+    fmt::print("{}", describe(*checked));
+    if (!checked->joined.whole) {
+      fmt::print("work folder: {}\n", work.string());
+    } else if (options.work.empty()) {
+      std::filesystem::remove_all(work);
+    }
+  } else {
+    std::uint64_t clocks = 0;
+    std::uint64_t comparisons = 0;
+    for (const LockstepWindow& w : report.lockstep) {
+      clocks += w.clocks;
+      comparisons += w.comparisons;
+    }
+    fmt::print("lockstep: {} windows, {} clocks, {} values compared, 0 mismatches\n", report.lockstep.size(),
+               clocks, comparisons);
+  }
   fmt::print("page: {}\n", (options.out / "report.html").string());
-  return result.good ? 0 : 1;
+  return report.good ? 0 : 1;
 }
 
 }  // namespace meltstage::app

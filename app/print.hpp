@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/windows.hpp"
 #include "tb/printer.hpp"
 
 namespace meltstage::app {
@@ -15,6 +16,12 @@ struct PrintOptions {
   std::optional<tb::RtlWindows> rtl;  // instead of the job's
   bool vcd = false;                   // the waves of all pins as job.vcd too
   std::string command;                // as typed, for reports
+  // With the full job in RTL:
+  std::string for_full_rtl;  // an option given that means nothing without; empty: none
+  std::filesystem::path
+      work;  // folder of plan and results; empty: beside `out`, and removed when all is equal
+  tb::WindowBorders borders;
+  RunWindowsSettings windows;
 };
 
 // Writes summary.json, report.html, pins.mvec (and pins.vcd) into a folder that appears whole or not at all.

@@ -8,10 +8,11 @@
 // P = Kp e, I += Ki e, D = Kd (d(n) - d(n-1)); three multipliers side by side (fig. 6), segments (fig. 7).
 #pragma once
 
-#include <type_traits>
+#include <cstdint>
 
 #include "algor.hpp"
 #include "exact_int.hpp"
+#include "math.hpp"
 #include "params.hpp"
 
 namespace meltstage::chip::algor_kernel {
@@ -31,8 +32,7 @@ Flops<B> flops_of(State& state) {
 #undef TC_ALGOR_VIEW
 #undef TC_ALGOR_BIND
 
-// The pins; `Params` is indexed by spec::Reg and gives the 16 bits of a register as B::Stored<std::uint16_t,
-// 16>.
+// The pins; `Params` is indexed by spec::Reg and gives a register as a B::Stored<std::uint16_t, 16>.
 template <class B, class Params>
 struct Pins {
   using Bool = typename B::Bool;
@@ -65,19 +65,8 @@ void when(Flops<B>& q, const typename B::Bool& condition, const Body& body) {
   B::choose(q, condition, body, [] {});
 }
 
-// ---- Narrowing and multiplying
-// -----------------------------------------------------------------------------
+// ---- Narrowing and multiplying ----
 
-// 16 bits signed.
-template <class B, int W>
-Int<B, 16> sat_s16(const Int<B, W>& x) {
-  return clamp<-32768, 32767>(x);
-}
-// A duty, UQ1.16 clamped to 0 .. 65536.
-template <class B, int W>
-Int<B, 18> sat_duty(const Int<B, W>& x) {
-  return clamp<0, 65536>(x);
-}
 // A term as the host reads it, Q1.16.
 template <class B, int W>
 Int<B, 18> sat_term(const Int<B, W>& x) {
@@ -104,8 +93,7 @@ Int<B, 18> duty(const Int<B, 16>& percent) {  // 0.01 % -> 2^-16
   return sat_duty(convert(26844_k, percent));
 }
 
-// ---- Set-point
-// ---------------------------------------------------------------------------------------------
+// ---- Set-point ----
 
 // A ramp of r x 0.01 degC/s moves 1/64 degC each 3125 / (2 r) ms.
 template <class B, class In>
@@ -136,8 +124,7 @@ void take_setpoint(Flops<B>& q, const In& in, const Int<B, 16>& sp) {
   when(q, rate == 0_k || !in.run, [&] { q.sp_work_q = select(rate == 0_k, target, in.pv); });
 }
 
-// ---- Error and derivative
-// ----------------------------------------------------------------------------------
+// ---- Error and derivative ----
 
 template <class B, class In>
 void take_error(Flops<B>& q, const In& in, const Int<B, 16>& sp) {
@@ -164,8 +151,7 @@ void take_products(Flops<B>& q, const In& in) {
   q.d_q = wrap<32>(multiply(in.u16(spec::kRegKd), q.delta_q()));
 }
 
-// ---- Sum, segments, anti-windup: everything in 2^-14 duty LSB
-// ----------------------------------------------
+// ---- Sum, segments, anti-windup: everything in 2^-14 duty LSB ----
 
 template <class B, class In>
 void take_sum(Flops<B>& q, const In& in) {
@@ -183,8 +169,7 @@ void take_sum(Flops<B>& q, const In& in) {
   const auto u_try = pd + i_next;
   const auto accept = !(u_try > limit && e >= 0_k) && !(u_try < 0_k && e <= 0_k);
 
-  // Segments by bands, in 1/320 degC (5 x 1/64 and 32 x 0.1), or by what P + D + feed-forward alone would
-  // give.
+  // Segments by bands, in 1/320 degC (5 x 1/64 and 32 x 0.1), or by what P + D + feed-forward alone give.
   const auto band_full = e * 5_k > in.u16(spec::kRegBandFull) << 5_k;
   const auto band_off = -(e * 5_k) > in.u16(spec::kRegBandOff) << 5_k;
   const auto pd_ff = pd + select(in.ff_en(), feed_forward, 0_k);
@@ -221,8 +206,7 @@ void take_duty(Flops<B>& q, const In& in) {
   q.done_q = 1_k;
 }
 
-// ---- One clock
-// ---------------------------------------------------------------------------------------------
+// ---- One clock ----
 
 template <AlgorStep At, AlgorStep Next, class Body>
 struct Case {
@@ -251,7 +235,6 @@ void one_of(Flops<B>& q, const Int<B, 5>& step, const Case<At, Next, Body>& firs
 template <class B, class In>
 void clock(Flops<B>& q, const In& in) {
   const auto sp = q.sp_work_q();
-  const auto ff_quarter = wrap<16>(q.ff_q() >> 2_k);
   q.done_q = 0_k;
   ramp(q, in);
   // After the ramp: a step that sets the working set-point wins.
@@ -270,7 +253,7 @@ void clock(Flops<B>& q, const In& in) {
              [&] { q.ff_q = sat_duty(multiply(in.u16(spec::kRegKff), sat_s16(in.pv - q.amb_q())) >> 12_k); }),
          on<kStepHold, kStepHoldAdd>([&] {
            // ff goes in divided by four; HOLD_MULT is UQ8.8. Above 100 % there is nothing left to tell apart.
-           q.hold_q = sat_duty(multiply(in.u16(spec::kRegHoldMult), ff_quarter) >> 6_k);
+           q.hold_q = sat_duty(multiply(in.u16(spec::kRegHoldMult), q.ff_q() >> 2_k) >> 6_k);
          }),
          on<kStepHoldAdd, kStepError>(
              [&] { q.hold_q = wrap_u<18>(q.hold_q() + duty(in.s16(spec::kRegHoldAdd))); }),
@@ -297,8 +280,7 @@ typename B::Bool idle(const Flops<B>& q, const In& in) {
          in.u16(spec::kRegMode) == 0_k;
 }
 
-// ---- Outputs that are not flops
-// ----------------------------------------------------------------------------
+// ---- Outputs that are not flops ----
 
 template <class B>
 typename B::Bool ramping(const Flops<B>& q) {

@@ -215,13 +215,14 @@ std::uint64_t Chip::quiet(const Inputs& in) const {
     clocks = std::min(clocks, n);
     return n != 0;
   };
-  const AlgorIn to_algor = algor_in();
-  if (!at_most(sysctrl.quiet(sysctrl_in())) || !at_most(pwmc.quiet(pwmc_in())) ||
-      !at_most(sensc.quiet(sensc_in())) || !at_most(mem.quiet(mem_in())) || !at_most(algor.quiet(to_algor)) ||
+  if (!at_most(pwmc.quiet(pwmc_in())) || !at_most(sysctrl.quiet(sysctrl_in())) ||
+      !at_most(sensc.quiet(sensc_in())) || !at_most(mem.quiet(mem_in())) ||
       !at_most(uartc.quiet(uartc_in()))) {
     return 0;
   }
-  if (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms())) return 0;
+  const AlgorIn to_algor = algor_in();
+  if (!at_most(algor.quiet(to_algor)) || (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms())))
+    return 0;
   if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in(), sync.seen(pins, kPinFeedback)))) return 0;
   return clocks;
 }

@@ -29,18 +29,18 @@ struct Inputs {
   friend bool operator==(const Inputs&, const Inputs&) = default;
 };
 
-// Levels of the output pins.
+// Levels of the output pins, a bit each: they are copied and compared more often than anything else.
 struct Outputs {
-  bool uart_tx;
-  bool uart_de;
-  bool tlm_tx;
-  bool spi_sclk;
-  bool spi_cs_n;
-  bool spi_mosi;
-  bool heater;
-  bool safe_en;
-  bool fault_n;
-  bool at_temp;
+  bool uart_tx : 1;
+  bool uart_de : 1;
+  bool tlm_tx : 1;
+  bool spi_sclk : 1;
+  bool spi_cs_n : 1;
+  bool spi_mosi : 1;
+  bool heater : 1;
+  bool safe_en : 1;
+  bool fault_n : 1;
+  bool at_temp : 1;
 
   friend bool operator==(const Outputs&, const Outputs&) = default;
 };

@@ -41,6 +41,15 @@ std::uint16_t Guard::wd_left(const Params& p) const {
   return wd_q >= limit ? std::uint16_t{0} : static_cast<std::uint16_t>(limit - wd_q);
 }
 
+// Without a branch a flop.
+bool operator==(const Guard& a, const Guard& b) {
+  unsigned difference = 0;
+#define TC_COMPARE_FLOP(type, name, width, reset) difference |= static_cast<unsigned>(a.name ^ b.name);
+  TC_GUARD_FLOPS(TC_COMPARE_FLOP)
+#undef TC_COMPARE_FLOP
+  return difference == 0;
+}
+
 // Whether anything but the two fast counters moves is asked of step() itself.
 std::uint64_t Guard::quiet(const GuardIn& in, const Sync::Seen& feedback) const {
   if (in.tenth || in.sens_done) return 0;

@@ -73,7 +73,7 @@ inline constexpr unsigned kSafeEnClocks = 1024;
 struct Guard {
   TC_GUARD_FLOPS(TC_DECLARE_FLOP)
 
-  friend bool operator==(const Guard&, const Guard&) = default;
+  friend bool operator==(const Guard& a, const Guard& b);
 
   void step(const GuardIn& in);
 

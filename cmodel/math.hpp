@@ -2,23 +2,28 @@
 // Arithmetic that RTL and model share by name (rtl/tc_math_pkg.sv is the twin).
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
 
+#include "exact_int.hpp"
 #include "spec.hpp"
 
 namespace meltstage::chip {
 
 // Narrowing to 16 bits signed with saturation.
+template <class B, int W>
+constexpr Int<B, 16> sat_s16(const Int<B, W>& x) {
+  return clamp<-32768, 32767>(x);
+}
 constexpr std::int16_t sat_s16(std::int64_t x) {
-  return static_cast<std::int16_t>(std::clamp<std::int64_t>(x, -32768, 32767));
+  return static_cast<std::int16_t>(sat_s16(Int<PlainBits, 64>(x)).bits);
 }
 
 // Narrowing to a duty, UQ1.16 clamped to 0 .. 65536.
-constexpr std::uint32_t sat_duty(std::int64_t x) {
-  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(x, 0, 65536));
+template <class B, int W>
+constexpr Int<B, 18> sat_duty(const Int<B, W>& x) {
+  return clamp<0, 65536>(x);
 }
 
 // Check bits of the (22,16) Hsiao code.

@@ -23,6 +23,7 @@ struct HeadConfig {
   UartFormat format = k8E1;
   std::uint8_t addr_strap = 0;
   std::uint64_t seed = 1;
+  double clock_hz = chip::spec::kClkHz;
 };
 
 // The chip's surroundings as one device: takes the chip's output pins of a clock, gives its input pins.
@@ -40,9 +41,11 @@ class Head {
     telemetry_.step(cycle, out.tlm_tx);
     return pins_;
   }
-  // First cycle in which an input pin may change, or the head must look at its surroundings, although the output pins stand.
+  // First cycle in which an input pin may change, or the head must look at its surroundings, although the
+  // output pins stand.
   std::uint64_t next_event() const {
-    return std::min({host_.next_event(), sensor_->next_event(), relay_opens_ == kNever ? kNever : relay_opens_ + 1});
+    return std::min(
+        {host_.next_event(), sensor_->next_event(), relay_opens_ == kNever ? kNever : relay_opens_ + 1});
   }
   // Emergency stop button.
   void set_inhibit(bool pressed) { pins_.inhibit = pressed; }
@@ -57,6 +60,7 @@ class Head {
   // The second switch: a charge pump on safe_en_o holds the heater's supply while the pin toggles.
   void move_relay(std::uint64_t cycle, bool safe_en);
 
+  std::uint64_t pump_hold_clocks_;
   HeaterPlant plant_;
   bool safe_en_ = false;
   std::uint64_t relay_opens_ = 0;  // the supply falls behind this cycle unless the pin toggles again

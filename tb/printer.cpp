@@ -106,8 +106,7 @@ class Printer {
   PrintResult run() {
     enter("command");
     head_.set_reset(true);
-    if (job_.rtl != RtlWindows::none)
-      open_window(job_.rtl == RtlWindows::full ? "whole job" : "command phase");
+    open_window("command phase");
     wake_ = kResetClocks;
     while (phase_ != Phase::done) {
       if (cycle() >= wake_) act();
@@ -165,7 +164,7 @@ class Printer {
 
   // ---- Lockstep windows: the RTL is loaded with the model's state and runs along ----
   void open_window(const std::string& name) {
-    if (job_.rtl == RtlWindows::none || lockstep_) return;
+    if (job_.rtl != RtlWindows::chosen || lockstep_) return;
     auto rtl = make_verilated_rtl();
     if (cycle() > 0) rtl->load(run_.chip, last_in_);
     const unsigned bits = rtl->flop_bits();
@@ -178,9 +177,6 @@ class Printer {
     result_.windows.back().compared = lockstep_->finish();
     run_.chip = lockstep_->model();
     lockstep_.reset();
-  }
-  void close_chosen_window() {
-    if (job_.rtl == RtlWindows::chosen) close_window();
   }
 
   // ---- Host program ----
@@ -241,7 +237,7 @@ class Printer {
   }
 
   void shut_down() {
-    close_chosen_window();
+    close_window();
     enter("shutdown");
     open_window("shutdown");
     off_at_ = cycle();
@@ -337,7 +333,7 @@ class Printer {
       case Phase::heat:
         sample_heat_up();
         if (run_.out.at_temp) {
-          close_chosen_window();
+          close_window();
           enter("print");
           open_window("first bumps");
           next_bump();
@@ -365,7 +361,7 @@ class Printer {
         break;
       case Phase::trigger:
         recorder_.set(kTrigger, 0);
-        if (result_.droplets == kCheckedBumps) close_chosen_window();
+        if (result_.droplets == kCheckedBumps) close_window();
         next_bump();
         break;
       case Phase::stop:

@@ -45,7 +45,7 @@ struct PrintEvent {
 enum class RtlWindows {
   none,
   chosen,  // command phase, heat-up samples, first bumps, shutdown
-  full,    // the whole job
+  full,    // the whole job, after the print, from its recording (tb/windows.hpp): none while it prints
 };
 
 struct PrintJob {

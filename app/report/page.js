@@ -118,6 +118,47 @@ function showLockstep() {
   fillTable("lockstep", rows, windows.length > 1 ? [total] : []);
 }
 
+// A segment for each window, as wide as it is long; of very many, neighbours share one that shows the worst of them.
+function showWindows() {
+  const check = data.windows;
+  if (!check) return;
+  const maxSegments = 600, maxFaults = 20;
+  const badness = ["equal", "missing", "unusable", "differs"];
+  document.getElementById("windows").hidden = false;
+  const strip = document.getElementById("window_strip");
+  const share = Math.max(1, Math.ceil(check.list.length / maxSegments));
+  for (let first = 0; first < check.list.length; first += share) {
+    const group = check.list.slice(first, first + share);
+    const verdict = badness[Math.max(...group.map(w => badness.indexOf(w.verdict)))];
+    const last = first + group.length - 1;
+    const segment = element("i", "", verdict);
+    const begin = group[0].first_cycle, end = group[group.length - 1].last_cycle;
+    segment.style.flexGrow = end - begin + 1;
+    segment.title = `${first === last ? `window ${first}` : `windows ${first} to ${last}`}: cycles ${number(begin)} to ${number(end)}, ${verdict}`;
+    strip.append(segment);
+  }
+  strip.classList.toggle("dense", strip.childElementCount > 150);
+  strip.setAttribute("aria-label", `${check.equal} of ${check.windows} windows equal`);
+  document.getElementById("window_end").textContent = withUnit(check.cycles / check.clock_hz, "s");
+  const line = (name, text, className = "") => row(element("th", name), element("td", text, "number " + className));
+  fillTable("window_figures", [
+    line("Windows equal", `${number(check.equal)} of ${number(check.windows)}`, check.equal === check.windows ? "good" : "bad"),
+    line("Clocks compared", `${number(check.clocks)} of ${number(check.cycles)}`, check.clocks === check.cycles ? "good" : "bad"),
+    line("Flop values compared", number(check.flop_values)),
+    line("Pin values compared", number(check.pin_values)),
+    line("Gaps and differences", check.whole ? "none" : `${number(check.faults.length)}, listed below`, check.whole ? "good" : "bad"),
+    line("Lost workers, windows run again", check.lost_workers.length ? number(check.lost_workers.length) : "none"),
+    line("Workers", check.workers),
+    line("Wall time", withUnit(check.wall_s, "s")),
+  ]);
+  if (!check.faults.length) return;
+  const list = document.createElement("ul");
+  for (const fault of check.faults.slice(0, maxFaults)) list.append(element("li", fault));
+  if (check.faults.length > maxFaults)
+    list.append(element("li", `${number(check.faults.length - maxFaults)} more in summary.json`, "muted"));
+  document.getElementById("window_faults").append(list);
+}
+
 function showKeyFigures() {
   fillTable("key_figures", data.key_figures.map(figure => row(
     element("th", figure.what), element("td", number(figure.value), "number"), element("td", typeset(figure.unit), "unit"))));
@@ -324,6 +365,7 @@ showPhases();
 showFaults();
 showPathTexts();
 showLockstep();
+showWindows();
 showKeyFigures();
 namedTexts("settings", data.settings);
 namedTexts("versions", data.versions);

@@ -41,6 +41,24 @@ Json lockstep_windows(const std::vector<LockstepWindow>& windows) {
   return list;
 }
 
+Json window_check(const std::optional<WindowCheck>& check) {
+  if (!check) return nullptr;
+  Json list = Json::array();
+  for (const CheckedWindow& w : check->windows)
+    list.push_back({{"first_cycle", w.first_cycle},
+                    {"last_cycle", w.last_cycle},
+                    {"verdict", w.verdict},
+                    {"start_state", w.start_state},
+                    {"end_state", w.end_state}});
+  return {{"whole", check->whole},           {"windows", check->windows.size()},
+          {"equal", check->equal},           {"cycles", check->cycles},
+          {"clocks", check->clocks},         {"flop_values", check->flop_values},
+          {"pin_values", check->pin_values}, {"clock_hz", check->clock_hz},
+          {"faults", check->faults},         {"lost_workers", check->lost_workers},
+          {"workers", check->workers},       {"wall_s", check->wall_s},
+          {"list", std::move(list)}};
+}
+
 /// What page and summary have in common.
 Json summary(const PrintReport& report) {
   Json figures = Json::array();
@@ -63,6 +81,7 @@ Json summary(const PrintReport& report) {
             {"length_before_mm", report.path_before.length_mm},
             {"length_after_mm", report.path_after.length_mm}}},
           {"lockstep", lockstep_windows(report.lockstep)},
+          {"windows", window_check(report.windows)},
           {"faults", faults},
           {"settings", named_texts(report.settings)},
           {"versions", named_texts(report.versions)}};

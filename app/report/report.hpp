@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,31 @@ struct LockstepWindow {
   std::uint64_t mismatches = 0;
 };
 
+/// One window of a check of the whole job.
+struct CheckedWindow {
+  std::uint64_t first_cycle = 0;
+  std::uint64_t last_cycle = 0;
+  std::string verdict;      ///< equal, differs, missing, unusable
+  std::string start_state;  ///< SHA-256 of the chip's state
+  std::string end_state;
+};
+
+/// The whole job in RTL, window by window.
+struct WindowCheck {
+  bool whole = false;  ///< every clock compared exactly once, all equal
+  std::vector<CheckedWindow> windows;
+  std::uint64_t equal = 0;   ///< windows
+  std::uint64_t cycles = 0;  ///< clocks of the job
+  std::uint64_t clocks = 0;  ///< clocks compared and equal
+  std::uint64_t flop_values = 0;
+  std::uint64_t pin_values = 0;
+  double clock_hz = 0.0;
+  std::vector<std::string> faults;  ///< gaps, differences
+  std::vector<std::string> lost_workers;
+  std::string workers;
+  double wall_s = 0.0;
+};
+
 /// Something that went wrong, and when.
 struct Fault {
   double t_s = 0.0;
@@ -85,6 +111,7 @@ struct PrintReport {
   Path path_before;  ///< order of the coordinate file
   Path path_after;   ///< planned order
   std::vector<LockstepWindow> lockstep;
+  std::optional<WindowCheck> windows;  ///< of a job that ran in RTL as a whole
   std::vector<Fault> faults;
   std::vector<NamedText> settings;
 };
@@ -102,7 +129,7 @@ inline constexpr std::size_t max_path_points = 20'000;
 std::string render_report(const PrintReport& report);
 
 /// The report without its curves and paths, as indented JSON: schema, job, verdict, key figures, phases,
-/// lockstep, faults, settings, versions. NaN is written as null.
+/// lockstep, windows, faults, settings, versions. NaN is written as null.
 std::string summary_json(const PrintReport& report);
 
 /// Writes the page; it appears whole or not at all.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 
@@ -56,21 +57,29 @@ ThermalNetwork::ThermalNetwork(const PlantConfig& config, double extra_loss_w_pe
   mode_of_node_ = solver.eigenvectors().transpose() * root_c.asDiagonal();
 }
 
+ThermalNetwork::Decay ThermalNetwork::decay_over(double dt_s) const {
+  Decay& known = known_decays_[std::bit_cast<std::uint64_t>(dt_s) * 0x9E3779B97F4A7C15U >> 58];
+  if (known.dt_s == dt_s) return known;
+  known.dt_s = dt_s;
+  known.modes = (-decay_per_s_ * dt_s).array().exp();
+  known.sensor = std::exp(-sensor_rate_per_s_ * dt_s);
+  for (int i = 0; i < 2; ++i)
+    known.modes_to_sensor(i) =
+        sensor_rate_per_s_ * convolve_exponentials(sensor_rate_per_s_, decay_per_s_(i), dt_s);
+  return known;
+}
+
 PlantState ThermalNetwork::advance(const PlantState& state, const PlantDrive& drive, double dt_s) const {
   const double block_end = drive.ambient_degc + drive.power_w / block_ambient_w_per_k_;
   const Eigen::Vector2d end{block_end + drive.power_w / heater_block_w_per_k_, block_end};
   const Eigen::Vector2d modes = mode_of_node_ * (Eigen::Vector2d{state.heater_degc, state.block_degc} - end);
-  const Eigen::Vector2d decayed = (-decay_per_s_ * dt_s).array().exp().matrix().cwiseProduct(modes);
-  const Eigen::Vector2d nodes = end + node_of_mode_ * decayed;
+  const Decay decay = decay_over(dt_s);
+  const Eigen::Vector2d nodes = end + node_of_mode_ * decay.modes.cwiseProduct(modes);
 
   const double k = drive.sensor_coupling;
   const double sensor_end = drive.ambient_degc + k * (block_end - drive.ambient_degc);
-  const double sensor_decay = std::exp(-sensor_rate_per_s_ * dt_s);
-  double sensor = sensor_end + (state.sensor_degc - sensor_end) * sensor_decay;
-  for (int i = 0; i < 2; ++i) {
-    sensor += k * node_of_mode_(1, i) * modes(i) * sensor_rate_per_s_ *
-              convolve_exponentials(sensor_rate_per_s_, decay_per_s_(i), dt_s);
-  }
+  double sensor = sensor_end + (state.sensor_degc - sensor_end) * decay.sensor;
+  for (int i = 0; i < 2; ++i) sensor += k * node_of_mode_(1, i) * modes(i) * decay.modes_to_sensor(i);
   return {nodes(0), nodes(1), sensor};
 }
 

@@ -67,12 +67,24 @@ class ThermalNetwork {
   Eigen::Vector2d time_constants_s() const { return decay_per_s_.cwiseInverse(); }
 
  private:
+  // What is left of each mode, and of the sensor's lag, after a time; and what a mode has added to the sensor
+  // by then.
+  struct Decay {
+    double dt_s = 0.0;
+    Eigen::Vector2d modes{1.0, 1.0};
+    double sensor = 1.0;
+    Eigen::Vector2d modes_to_sensor{0.0, 0.0};
+  };
+  Decay decay_over(double dt_s) const;
+
   double heater_block_w_per_k_;
   double block_ambient_w_per_k_;
   double sensor_rate_per_s_;
   Eigen::Vector2d decay_per_s_;   // eigenvalues, ascending
   Eigen::Matrix2d node_of_mode_;  // C^-1/2 Q
   Eigen::Matrix2d mode_of_node_;  // Q^T C^1/2
+  // A heater that is pulsed meets the same few times again and again.
+  mutable std::array<Decay, 64> known_decays_{};
 };
 
 /// What can be broken in the heater's circuit.

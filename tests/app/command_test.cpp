@@ -2,16 +2,14 @@
 // The `meltstage` command as a user meets it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "cmodel/chip.hpp"
+#include "tests/app/run_command.hpp"
 #include "vectors/stream.hpp"
 #include "vectors/text.hpp"
 
@@ -21,22 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-struct Ran {
-  int status;
-  std::string output;  // standard output and error together
-};
-
-Ran run(const std::string& arguments) {
-  FILE* pipe = popen((std::string(MELTSTAGE_COMMAND) + " " + arguments + " 2>&1").c_str(), "r");
-  Ran ran{-1, {}};
-  std::array<char, 4096> buffer;
-  while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
-    ran.output.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  ran.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ran;
-}
 
 // A folder of its own for each test.
 class Command : public ::testing::Test {
@@ -55,7 +37,7 @@ class Command : public ::testing::Test {
   }
   fs::path out() const { return folder_ / "out"; }
   Ran print(const fs::path& job, const std::string& more = "--rtl none") const {
-    return run("print " + job.string() + " --out " + out().string() + " " + more);
+    return run_command("print " + job.string() + " --out " + out().string() + " " + more);
   }
   // Wrong input: one line, status 2, nothing left behind.
   void expect_refused(const Ran& ran, const std::string& part) const {
@@ -216,11 +198,10 @@ TEST_F(Command, WrongCoordinateFilesAreRefusedInOneLine) {
 
 TEST_F(Command, InterruptedPrintLeavesNothing) {
   write("bumps.csv", kBumps);
-  std::string job = kJob;
-  job.replace(job.find("28.0"), 4, "60.0");
-  write("job.toml", job);
-  const Ran ran = run("print " + (folder_ / "job.toml").string() + " --rtl none --out " + out().string() +
-                      " 2>&1 & sleep 1; kill -INT $!; wait $!; echo status $?");
+  write("job.toml", kJob);
+  // With the RTL beside it, so that it takes long enough.
+  const Ran ran = run_command("print " + (folder_ / "job.toml").string() + " --out " + out().string() +
+                              " 2>&1 & sleep 1; kill -INT $!; wait $!; echo status $?");
   EXPECT_THAT(ran.output, HasSubstr("interrupted; nothing written"));
   EXPECT_THAT(ran.output, HasSubstr("status 1"));
   for (const auto& entry : fs::directory_iterator(folder_))
@@ -231,24 +212,32 @@ TEST_F(Command, ForeignFolderIsNotReplaced) {
   write("bumps.csv", kBumps);
   fs::create_directories(folder_ / "mine");
   std::ofstream(folder_ / "mine" / "thesis.txt") << "x";
-  const Ran ran =
-      run("print " + write("job.toml", kJob).string() + " --rtl none --out " + (folder_ / "mine").string());
+  const Ran ran = run_command("print " + write("job.toml", kJob).string() + " --rtl none --out " +
+                              (folder_ / "mine").string());
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.output, HasSubstr("was not written by this command"));
   EXPECT_TRUE(fs::exists(folder_ / "mine" / "thesis.txt"));
 }
 
+TEST_F(Command, OptionForTheFullJobIsRefusedWithout) {
+  write("bumps.csv", kBumps);
+  const Ran ran = print(write("job.toml", kJob), "--slurm");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.output, HasSubstr("--slurm: is for the full job in RTL"));
+  EXPECT_FALSE(fs::exists(out()));
+}
+
 TEST_F(Command, WrongUseHasStatusTwo) {
-  EXPECT_EQ(run("").status, 2);
-  EXPECT_EQ(run("prnit").status, 2);
-  EXPECT_EQ(run("print").status, 2);
-  EXPECT_EQ(run("bench nonsense").status, 2);
-  EXPECT_EQ(run("--help").status, 0);
-  EXPECT_EQ(run("bench --list").status, 0);
+  EXPECT_EQ(run_command("").status, 2);
+  EXPECT_EQ(run_command("prnit").status, 2);
+  EXPECT_EQ(run_command("print").status, 2);
+  EXPECT_EQ(run_command("bench nonsense").status, 2);
+  EXPECT_EQ(run_command("--help").status, 0);
+  EXPECT_EQ(run_command("bench --list").status, 0);
 }
 
 TEST_F(Command, BenchLockstepMeetsItsRowsAndSpeaksJson) {
-  const Ran ran = run("bench lockstep --quick --json");
+  const Ran ran = run_command("bench lockstep --quick --json");
   const auto report = nlohmann::json::parse(ran.output);
   EXPECT_EQ(report.at("rows").size(), 7u);
   for (const auto& row : report.at("rows")) EXPECT_GT(row.at("value").get<double>(), 0.0) << row.at("what");

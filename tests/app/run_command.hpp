@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The `meltstage` command from outside.
+#pragma once
+
+#include <string>
+
+namespace meltstage {
+
+struct Ran {
+  int status;          // exit status, -1 when it was killed
+  std::string output;  // standard output and error together
+};
+
+// Runs `meltstage ARGUMENTS` in a shell to its end.
+Ran run_command(const std::string& arguments);
+
+}  // namespace meltstage
