@@ -26,6 +26,32 @@ inline std::uint16_t pack(const chip::Outputs& out) {
                                     out.uart_de << 1 | out.uart_tx << 0);
 }
 
+inline chip::Inputs unpack_inputs(std::uint8_t pins) {
+  chip::Inputs in;
+  in.inhibit = (pins >> 7 & 1) != 0;
+  in.heater_fb = (pins >> 6 & 1) != 0;
+  in.spi_miso = (pins >> 5 & 1) != 0;
+  in.addr_strap = pins >> 2 & 7;
+  in.uart_rx = (pins >> 1 & 1) != 0;
+  in.rst_n = (pins & 1) != 0;
+  return in;
+}
+
+inline chip::Outputs unpack_outputs(std::uint16_t pins) {
+  chip::Outputs out{};
+  out.at_temp = (pins >> 9 & 1) != 0;
+  out.fault_n = (pins >> 8 & 1) != 0;
+  out.safe_en = (pins >> 7 & 1) != 0;
+  out.heater = (pins >> 6 & 1) != 0;
+  out.spi_mosi = (pins >> 5 & 1) != 0;
+  out.spi_cs_n = (pins >> 4 & 1) != 0;
+  out.spi_sclk = (pins >> 3 & 1) != 0;
+  out.tlm_tx = (pins >> 2 & 1) != 0;
+  out.uart_de = (pins >> 1 & 1) != 0;
+  out.uart_tx = (pins >> 0 & 1) != 0;
+  return out;
+}
+
 // So many clocks with these input pins, after each of which the output pins were these.
 struct Stretch {
   std::uint64_t clocks;
