@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <deque>
+#include <optional>
 #include <vector>
 
+#include "cmodel/math.hpp"
+#include "random_requests.hpp"
 #include "scenarios.hpp"
 #include "tb/devices/rng.hpp"
 
@@ -19,161 +22,371 @@ struct Chances {
       : host(stream(seed, "host")),
         line(stream(seed, "line-noise")),
         sensor(stream(seed, "sensor-faults")),
+        inhibit(stream(seed, "inhibit")),
         plant(stream(seed, "plant")),
+        time(stream(seed, "time")),
         reset(stream(seed, "reset")),
-        upset(stream(seed, "upset")) {}
-  Rng host, line, sensor, plant, reset, upset;
+        upset(stream(seed, "upset")),
+        flip(stream(seed, "flip")) {}
+  Rng host, line, sensor, inhibit, plant, time, reset, upset, flip;
 };
 
-bool one_in(Rng& rng, std::uint64_t n) { return rng.below(n) == 0; }
+// ---- What the seeds are about ----------------------------------------------------------------------------
 
-std::uint16_t any16(Rng& rng) { return static_cast<std::uint16_t>(rng.bits()); }
-
-// A value for a register: mostly inside its range, often at an end, sometimes anything.
-std::uint16_t value_for(Rng& rng, unsigned index) {
-  const spec::RegisterInfo& info = spec::kHolding[index];
-  switch (rng.below(6)) {
-    case 0:
-      return static_cast<std::uint16_t>(info.min);
-    case 1:
-      return static_cast<std::uint16_t>(info.max);
-    case 2:
-      return any16(rng);
-    default:
-      return static_cast<std::uint16_t>(info.min + static_cast<std::int64_t>(rng.below(
-                                                       static_cast<std::uint64_t>(info.max - info.min) + 1)));
-  }
+// Values of the control and detector registers between which a heating head is moved: ends, ties and steps
+// that the arithmetic meets exactly (temperatures on a grid of 0.5 degC, which the sensor and both number
+// formats hold).
+const Choices& control_choices() {
+  using namespace spec;
+  static const Choices list{{kRegSetpoint, {600, 600, 600, 620, 580, 800, 0}},
+                            {kRegRampUp, {0, 0, 0, 625, 1562, 37}},
+                            {kRegRampDown, {0, 0, 0, 625, 1562, 37}},
+                            {kRegMode, {0, 0, 1}},
+                            {kRegManualDuty, {0, 2500, 10000, 10000, 3000}},
+                            {kRegFfExt, {0, 0, 500, 10000}},
+                            {kRegHostWd, {0, 0, 0, 4, 100}},
+                            {kRegTlmPeriod, {0, 1, 2, 5}},
+                            {kRegAtWindow, {0, 5, 10, 20, 20}},
+                            {kRegAtDwell, {0, 0, 1, 3}},
+                            {kRegCtrl, {0x37, 0x33, 0x72, 0x10, 0x05, 0x45, 0x3F, 0x08, 0x44, 0x36}},
+                            {kRegKp, {6208, 6208, 0, 0, 65535, 100}},
+                            {kRegKiApproach, {1669, 65535, 65535, 0}},
+                            {kRegKiHold, {3339, 65535, 0}},
+                            {kRegKd, {0, 0, 46163, 500, 65535}},
+                            {kRegDFilter, {0, 0, 4, 6, 1}},
+                            {kRegKff, {16534, 16534, 0, 65535}},
+                            {kRegTAmb, {250, 250, static_cast<std::uint16_t>(-400), 600}},
+                            {kRegBandFull, {180, 5, 0, 20, 5000}},
+                            {kRegBandOff, {5000, 0, 5, 20}},
+                            {kRegDutyMax, {10000, 10000, 10000, 3000, 3000, 6000, 1000, 1000, 0}},
+                            {kRegSlew, {0, 0, 0, 100, 2000, 10000}},
+                            {kRegTMax, {1500, 1500, 1500, 900}},
+                            {kRegTMin, {0, 0, 0, 500}},
+                            {kRegExcLimit, {150, 10, 20, 5000}},
+                            {kRegExcTime, {50, 1, 0}},
+                            {kRegLbaTime, {0, 360, 1, 2}},
+                            {kRegLbaRise, {20, 5, 10}},
+                            {kRegHoldMult, {0, 0, 333, 65535}},
+                            {kRegHoldAdd, {0, 3000, 3000, 500}},
+                            {kRegHoldTime, {0, 1, 1, 300}},
+                            {kRegDtdtMax, {0, 0, 0, 0, 100, 20}},
+                            {kRegZeroRise, {0, 0, 0, 0, 0, 0, 0, 0, 80, 10}},
+                            {kRegZeroWait, {300, 1, 3}},
+                            {kRegBadMax, {15, 3, 1}},
+                            {kRegSampleTimeout, {20, 50, 3}},
+                            {kRegFbTime, {48, 200, 2000}},
+                            {kRegPwmPrescale, {0, 0, 0, 1, 3}},
+                            {kRegPwmPeriod, {600, 700, 100, 2, 3, 2, 37}},
+                            {kRegPwmMinOn, {0, 0, 10, 300}}};
+  return list;
 }
 
-// Registers that a random host may write without slowing everything to a crawl.
-bool writable(unsigned index) {
-  return index != spec::kRegBaud && index != spec::kRegTs && index != spec::kRegSpiDiv;
-}
-
-constexpr std::array kCommands{spec::kCmdRun,  spec::kCmdRun,        spec::kCmdRun,
-                               spec::kCmdStop, spec::kCmdClearFault, spec::kCmdClearFault,
-                               spec::kCmdHold, spec::kCmdCommit,     spec::kCmdDiscard};
-
-ModbusRequest random_request(Rng& rng, std::uint8_t unit) {
-  const auto to = static_cast<std::uint8_t>(one_in(rng, 12) ? 0 : one_in(rng, 12) ? rng.below(256) : unit);
-  switch (rng.below(14)) {
-    case 0:
-      return read_input_registers(to, static_cast<std::uint16_t>(rng.below(28)),
-                                  static_cast<std::uint16_t>(rng.below(36)));
-    case 1:
-      return read_holding_registers(to, static_cast<std::uint16_t>(spec::kHoldingBase + rng.below(62)),
-                                    static_cast<std::uint16_t>(rng.below(36)));
-    case 2:
-    case 3:
-    case 4:
-      return write_single_register(to, spec::kHoldingBase, kCommands[rng.below(kCommands.size())]);
-    case 5:
-    case 6:
-    case 7: {
-      unsigned index;
-      do index = static_cast<unsigned>(rng.below(spec::kHoldingCount));
-      while (!writable(index));
-      return write_single_register(to, static_cast<std::uint16_t>(spec::kHoldingBase + index),
-                                   value_for(rng, index));
+// The same for a loop that has little but its integral, which then meets its limit exactly.
+const Choices& integral_choices() {
+  using namespace spec;
+  static const Choices list = [] {
+    Choices all = control_choices();
+    const Choices others{{kRegMode, {0}},
+                         {kRegFfExt, {0}},
+                         {kRegKp, {0, 0, 0, 100}},
+                         {kRegKiApproach, {65535}},
+                         {kRegKiHold, {65535, 3339}},
+                         {kRegKd, {0, 0, 0, 65535}},
+                         {kRegCtrl, {0x10, 0x32, 0x01, 0x05, 0x07, 0x15, 0x45, 0x3D}},
+                         {kRegBandFull, {5000, 5000, 20}},
+                         {kRegDutyMax, {10000, 3000, 3000, 1000}},
+                         {kRegHoldMult, {0}},
+                         {kRegHoldAdd, {3000, 1000, 0}},
+                         {kRegExcTime, {1, 0}}};
+    for (const Choice& other : others) {
+      const auto same = [&](const Choice& choice) { return choice.reg == other.reg; };
+      *std::find_if(all.begin(), all.end(), same) = other;
     }
-    case 8:
-    case 9: {
-      const unsigned first = 1 + static_cast<unsigned>(rng.below(spec::kRegTs - 1));
-      std::vector<std::uint16_t> values;
-      const unsigned count = 1 + static_cast<unsigned>(rng.below(std::min(16u, spec::kRegTs - first)));
-      for (unsigned i = 0; i < count; ++i) values.push_back(value_for(rng, first + i));
-      return write_multiple_registers(to, static_cast<std::uint16_t>(spec::kHoldingBase + first), values);
-    }
-    case 10:
-      return diagnostic_echo(to, any16(rng));
-    case 11:
-      return report_server_id(to);
-    case 12:
-      return read_device_identification(to, static_cast<std::uint8_t>(rng.below(6)),
-                                        static_cast<std::uint8_t>(rng.below(5)));
-    default: {
-      std::vector<std::uint8_t> bytes{to, static_cast<std::uint8_t>(rng.below(128))};
-      for (std::uint64_t n = rng.below(9); n > 0; --n) bytes.push_back(static_cast<std::uint8_t>(rng.bits()));
-      return with_crc(bytes);
-    }
-  }
+    return all;
+  }();
+  return list;
 }
 
-// What a bad line does to a frame.
-void damage(Rng& rng, ModbusRequest& request) {
-  auto& frame = request.frame;
-  switch (rng.below(7)) {
-    case 0:
-      frame[rng.below(frame.size())].data ^= static_cast<std::uint8_t>(1u << rng.below(8));
-      break;
-    case 1:
-      frame.resize(1 + rng.below(frame.size()));
-      break;
-    case 2:
-      frame[rng.below(frame.size())].gap_bits = static_cast<double>(rng.below(80));
-      break;
-    case 3:
-      frame[rng.below(frame.size())].wrong_parity = true;
-      break;
-    case 4:
-      frame[rng.below(frame.size())].missing_stop = true;
-      break;
-    case 5: {  // the next frame without a gap
-      const ModbusRequest merged = read_input_registers(frame[0].data, 0, 1);
-      frame.insert(frame.end(), merged.frame.begin(), merged.frame.end());
-      break;
-    }
-    default:
-      for (std::uint64_t n = 1 + rng.below(40); n > 0; --n)
-        frame.push_back({.data = static_cast<std::uint8_t>(rng.bits())});
-      break;
-  }
+// Detectors with short times, so that each can trip within a run; limits that the head meets exactly.
+const Choices& detector_choices() {
+  using namespace spec;
+  static const Choices list{{kRegSetpoint, {600}},   {kRegHostWd, {40, 10}},   {kRegTlmPeriod, {5}},
+                            {kRegAtDwell, {1}},      {kRegCtrl, {0x37, 0x72}}, {kRegKd, {0}},
+                            {kRegDFilter, {0}},      {kRegBandOff, {100}},     {kRegTMax, {990, 990, 1500}},
+                            {kRegTMin, {0, 500}},    {kRegExcTime, {1}},       {kRegLbaTime, {1}},
+                            {kRegHoldMult, {0}},     {kRegHoldAdd, {0}},       {kRegHoldTime, {0, 0, 1}},
+                            {kRegDtdtMax, {0, 100}}, {kRegZeroRise, {50}},     {kRegZeroWait, {2}},
+                            {kRegBadMax, {2, 15}},   {kRegSampleTimeout, {2}}, {kRegFbTime, {200}},
+                            {kRegPwmPeriod, {600}}};
+  return list;
 }
 
-// What a host sends that leaves the settings alone.
-ModbusRequest attentive_request(Rng& rng, std::uint8_t unit) {
-  switch (rng.below(4)) {
-    case 0:
-      return write_single_register(unit, spec::kHoldingBase, spec::kCmdClearFault);
-    case 1:
-      return write_single_register(unit, spec::kHoldingBase, spec::kCmdRun);
-    default:
-      return read_input_registers(unit, 0, spec::kInputCount);
-  }
+// A loop that heats by a manual duty, whatever the head does, and a lock that comes and goes.
+const Choices& protocol_choices() {
+  using namespace spec;
+  static const Choices list{
+      {kRegSetpoint, {600, 700}}, {kRegMode, {1}},         {kRegManualDuty, {5000, 2500}},
+      {kRegHostWd, {0}},          {kRegTlmPeriod, {0, 2}}, {kRegAtWindow, {10, 20}},
+      {kRegAtDwell, {0, 3}},      {kRegLock, {0, 1}},      {kRegDtdtMax, {0}},
+      {kRegZeroRise, {0}},        {kRegBadMax, {15}},      {kRegSampleTimeout, {100}},
+      {kRegPwmPeriod, {600}}};
+  return list;
 }
 
-// What a host sends that wants the head to work: clear, run, poll, and settings that do not stand in their
-// own way.
-ModbusRequest orderly_request(Rng& rng, std::uint8_t unit) {
-  switch (rng.below(12)) {
-    case 0:
-    case 1:
-    case 2:
-      return write_single_register(unit, spec::kHoldingBase, spec::kCmdClearFault);
-    case 10:
-    case 11:
-      return write_single_register(unit, spec::kHoldingBase, spec::kCmdStop);
-    case 3:
-    case 4:
-    case 5:
-    case 6:
-      return write_single_register(unit, spec::kHoldingBase, spec::kCmdRun);
-    case 7:
-      return write_single_register(unit, spec::kHoldingBase + spec::kRegSetpoint,
-                                   static_cast<std::uint16_t>(400 + rng.below(600)));
-    case 8:
-      return write_single_register(unit, spec::kHoldingBase + spec::kRegMode,
-                                   static_cast<std::uint16_t>(one_in(rng, 4)));
-    default:
-      return read_input_registers(unit, 0, spec::kInputCount);
-  }
+// What of a head that heats whatever its sensor says, and a frame of the sensor's own or of any shape.
+const Choices& sensor_choices() {
+  using namespace spec;
+  static const Choices list{{kRegMode, {1}},
+                            {kRegManualDuty, {3000}},
+                            {kRegHostWd, {0}},
+                            {kRegTMax, {5000}},
+                            {kRegTMin, {static_cast<std::uint16_t>(-400)}},
+                            {kRegDtdtMax, {0}},
+                            {kRegZeroRise, {0}},
+                            {kRegBadMax, {15, 3}},
+                            {kRegSampleTimeout, {100}},
+                            {kRegSensTrim, {0, 16, static_cast<std::uint16_t>(-2048), 2047}},
+                            {kRegSpiDiv, {2, 3, 7}},
+                            {kRegPwmPeriod, {600}}};
+  return list;
 }
 
-// A head that is at work near its set-point, or leaves it the way each detector is made for.
-double head_temperature(Rng& rng) {
+ModbusRequest (*const kRun)(Rng&, std::uint8_t, const Choices&) = order<spec::kCmdRun>;
+ModbusRequest (*const kStop)(Rng&, std::uint8_t, const Choices&) = order<spec::kCmdStop>;
+ModbusRequest (*const kClear)(Rng&, std::uint8_t, const Choices&) = order<spec::kCmdClearFault>;
+
+// Leaves the settings alone.
+const Mix& attentive_mix() {
+  static const Mix mix{{1, kClear}, {1, kRun}, {2, read_all}};
+  return mix;
+}
+const Mix& orderly_mix() {
+  static const Mix mix{{3, kClear}, {2, kStop}, {4, kRun}, {3, set_one}, {2, read_all}};
+  return mix;
+}
+const Mix& setting_mix() {
+  static const Mix mix{{1, kClear},   {2, kStop},    {1, order_by_block}, {1, kRun},
+                       {14, set_one}, {2, read_all}, {1, identify}};
+  return mix;
+}
+const Mix& protocol_mix() {
+  static const Mix mix{{4, kStop},
+                       {1, order<spec::kCmdHold>},
+                       {1, order<spec::kCmdCommit>},
+                       {1, order<spec::kCmdDiscard>},
+                       {4, order_by_block},
+                       {4, set_one},
+                       {1, read_some},
+                       {3, identify},
+                       {2, server_id},
+                       {1, echo},
+                       {14, wrong_length},
+                       {8, wrong_function},
+                       {1, anything}};
+  return mix;
+}
+const Mix& any_mix() {
+  static const Mix mix{{1, anything}};
+  return mix;
+}
+const Mix& half_any_mix() {
+  static const Mix mix{{1, anything}, {1, set_one}, {1, kRun}, {1, read_all}};
+  return mix;
+}
+
+const Choices& no_choices() {
+  static const Choices none;
+  return none;
+}
+
+using Temperature = double (*)(Rng& rng, double degc, const chip::Chip& chip);
+
+struct Kind {
+  const Choices& (*choices)();
+  const Mix& (*mix)();
+  Temperature temperature;
+  unsigned calm;         // so many times more rarely does the line fail
+  unsigned damaged;      // one frame in so many is damaged
+  unsigned pause;        // clocks between two frames, at most
+  unsigned move;         // one look in so many moves the temperature
+  bool recovers;         // the host clears a fault and starts again before anything else
+  bool breaks;           // fault scenarios one after another, in place of chance
+  bool random_settings;  // of bus, PWM and some other registers
+  bool any_sensor;
+};
+
+// ---- The head --------------------------------------------------------------------------------------------
+
+double wandering(Rng& rng, double degc, const chip::Chip&) {
+  return std::clamp(degc + (rng.uniform() - 0.5) * 8.0, -30.0, 200.0);
+}
+
+// At work near its set-point, or leaving it the way each detector is made for.
+double at_work(Rng& rng, double, const chip::Chip&) {
   constexpr std::array kPlaces{50.0, 55.0, 59.0, 60.5, 75.0, 99.0, -20.0, 190.0};
   return one_in(rng, 3) ? kPlaces[rng.below(kPlaces.size())] : 58.0 + 4.0 * rng.uniform();
 }
+
+// A temperature at which a comparison of the chip finds both sides equal.
+double at_a_limit(Rng& rng, const chip::Chip& chip) {
+  const auto tenths = [&](spec::Reg reg) { return chip.params().s16(reg) / 10.0; };
+  const auto degc = [](std::int16_t temperature) { return temperature / 64.0; };
+  const double pv = degc(chip.guard.pv_q);
+  const double setpoint = degc(chip.algor.sp_work_q);
+  const double limits[] = {setpoint,
+                           setpoint + tenths(spec::kRegAtWindow),
+                           setpoint - tenths(spec::kRegAtWindow),
+                           setpoint + tenths(spec::kRegExcLimit),
+                           setpoint - tenths(spec::kRegBandFull),
+                           setpoint + tenths(spec::kRegBandOff),
+                           pv + tenths(spec::kRegDtdtMax),
+                           pv - tenths(spec::kRegDtdtMax),
+                           degc(chip.guard.lba_ref_q) + tenths(spec::kRegLbaRise),
+                           degc(chip.guard.zero_ref_q) + tenths(spec::kRegZeroRise),
+                           tenths(spec::kRegTMax),
+                           tenths(spec::kRegTMin)};
+  return limits[rng.below(std::size(limits))];
+}
+
+// Stays near the set-point, goes to a limit and comes back; in steps of a quarter degree, as the sensor sees
+// it.
+double between_limits(Rng& rng, double degc, const chip::Chip& chip) {
+  const double setpoint = chip.algor.target_q / 64.0;
+  const double step = 0.25 * (static_cast<double>(rng.below(3)) - 1.0);
+  // Some causes last until the head itself mends them.
+  const auto caused = [&](spec::Fault fault) { return (chip.guard.cause_q >> fault & 1) != 0; };
+  if (caused(spec::kFaultZeroRise)) return chip.guard.zero_ref_q / 64.0 - 1.0;
+  if (caused(spec::kFaultRate)) return degc;
+  if (caused(spec::kFaultOverTemp) || caused(spec::kFaultUnderTemp)) return 58.0;
+  switch (rng.below(5)) {
+    case 0:
+      return std::clamp(at_a_limit(rng, chip) + (one_in(rng, 3) ? step : 0.0), -30.0, 200.0);
+    case 1:
+      return setpoint > 0 ? setpoint - 10.0 * rng.uniform() : 55.0;
+    case 2:
+    case 3:
+      return setpoint > 0 ? setpoint + 4.0 * step : 58.0;
+    default:
+      return degc + step;
+  }
+}
+
+// ---- Kinds -----------------------------------------------------------------------------------------------
+
+// In turn over the seeds.
+constexpr std::array kKinds{
+    // A host that wants the head to work, detectors with short times.
+    Kind{detector_choices, orderly_mix, at_work, 12, 96, 6'000, 8, true, false, false, false},
+    // Whatever comes to a host's mind, to a chip set up at random.
+    Kind{no_choices, any_mix, wandering, 1, 8, 10'000, 8, false, false, true, false},
+    // Each fault scenario in turn breaks, and is mended; the host leaves the settings alone.
+    Kind{no_choices, attentive_mix, nullptr, 0, 96, 10'000, 0, false, true, false, false},
+    // A heating head moved between limits, its loop set anew all the time.
+    Kind{control_choices, setting_mix, between_limits, 12, 96, 3'000, 2, true, false, false, false},
+    // Every form of request in quick succession.
+    Kind{protocol_choices, protocol_mix, wandering, 24, 64, 1'500, 8, true, false, false, false},
+    // The same with an integral loop.
+    Kind{integral_choices, setting_mix, between_limits, 12, 96, 3'000, 2, true, false, false, false},
+    // Each sensor, and frames of any shape.
+    Kind{sensor_choices, setting_mix, wandering, 24, 96, 4'000, 2, true, false, false, true},
+    // As the second, but the host tries to keep the head working.
+    Kind{control_choices, half_any_mix, between_limits, 2, 24, 4'000, 2, true, false, true, false},
+};
+
+const Kind& kind_of(std::uint64_t seed) { return kKinds[seed % kKinds.size()]; }
+
+Settings with(Settings all, const Settings& more) {
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+// A value inside the register's range.
+Setting any_legal(Rng& rng, unsigned index) {
+  const spec::RegisterInfo& info = spec::kHolding[index];
+  const auto span = static_cast<std::uint64_t>(info.max - info.min) + 1;
+  return {static_cast<spec::Reg>(index),
+          static_cast<std::uint16_t>(info.min + static_cast<std::int64_t>(rng.below(span)))};
+}
+
+Settings random_settings(Rng& rng) {
+  constexpr std::array<std::uint16_t, 4> kBauds{5000, 5000, 4000, 2304};
+  Settings settings{{spec::kRegBaud, kBauds[rng.below(kBauds.size())]},
+                    {spec::kRegFormat, static_cast<std::uint16_t>(rng.below(4))},
+                    {spec::kRegAddress, static_cast<std::uint16_t>(one_in(rng, 2) ? rng.below(248) : 0)},
+                    {spec::kRegSpiDiv, static_cast<std::uint16_t>(2 + rng.below(6))},
+                    {spec::kRegPwmPeriod, static_cast<std::uint16_t>(2 + rng.below(700))},
+                    {spec::kRegPwmMinOn, static_cast<std::uint16_t>(rng.below(100))},
+                    {spec::kRegPwmPrescale, static_cast<std::uint16_t>(rng.below(4))}};
+  for (int i = 0; i < 8; ++i) {
+    const auto index = static_cast<unsigned>(1 + rng.below(spec::kRegPwmPrescale - 1));
+    if (writable(index) && index != spec::kRegLock) settings.push_back(any_legal(rng, index));
+  }
+  return settings;
+}
+
+// The part on the bench: the first by far the most often.
+std::size_t part_of(std::uint64_t seed) {
+  return kind_of(seed).any_sensor ? 1 + seed / kKinds.size() % (spec::kSensorPresets.size() - 1) : 1;
+}
+
+// The description of a part, as a host would write it for one that the chip does not know.
+Settings as_custom(const spec::SensorPreset& part) {
+  const auto high = [](std::uint32_t word) { return static_cast<std::uint16_t>(word >> 16); };
+  const auto low = [](std::uint32_t word) { return static_cast<std::uint16_t>(word); };
+  return {{spec::kRegSensType, 0},
+          {spec::kRegSensFrame, part.frame},
+          {spec::kRegSensData, part.data},
+          {spec::kRegSensScale, part.scale},
+          {spec::kRegSensOffset, part.offset},
+          {spec::kRegSensFaultMask, part.fault_mask},
+          {spec::kRegSensCheckMaskH, high(part.check_mask)},
+          {spec::kRegSensCheckMaskL, low(part.check_mask)},
+          {spec::kRegSensCheckValueH, high(part.check_value)},
+          {spec::kRegSensCheckValueL, low(part.check_value)},
+          {spec::kRegSensSetup, part.setup}};
+}
+
+// A frame of any length and mode whose checks, if any, the line passes now and then.
+Settings any_description(Rng& rng) {
+  Settings settings = as_custom({});
+  for (Setting& setting : settings) {
+    const bool check = setting.reg >= spec::kRegSensFaultMask && setting.reg <= spec::kRegSensCheckValueL;
+    if (setting.reg != spec::kRegSensType && (!check || one_in(rng, 4)))
+      setting = any_legal(rng, setting.reg);
+  }
+  return settings;
+}
+
+Settings sensor_settings(Rng& rng, std::size_t part) {
+  switch (rng.below(4)) {
+    case 0:
+      return {{spec::kRegSensType, static_cast<std::uint16_t>(part)}};
+    case 1:
+      return {{spec::kRegSensType, static_cast<std::uint16_t>(rng.below(8))}};
+    case 2:
+      return as_custom(spec::kSensorPresets[part]);
+    default:
+      return any_description(rng);
+  }
+}
+
+Settings start_settings(std::uint64_t seed) {
+  const Kind& kind = kind_of(seed);
+  Rng rng = stream(seed, "settings");
+  Settings settings = quick();
+  if (kind.random_settings) settings = with(settings, random_settings(rng));
+  settings = with(settings, draw(rng, kind.choices()));
+  if (kind.any_sensor) settings.push_back({spec::kRegSensType, static_cast<std::uint16_t>(part_of(seed))});
+  return settings;
+}
+
+void write_words(chip::Chip& chip, const Settings& settings) {
+  for (const Setting& s : settings)
+    chip.mem.staged_q[s.reg] = chip.mem.active_q[s.reg] = chip::secded_encode(s.value);
+  chip.mem.refresh_params();
+}
+
+// ---- What happens at any moment ---------------------------------------------------------------------------
 
 void disturb_sensor(Rng& rng, World& world) {
   world.sensor = {};
@@ -198,84 +411,46 @@ void disturb_sensor(Rng& rng, World& world) {
   }
 }
 
-// Detectors with short times, so that each can trip within a run.
-Settings detectors(std::uint64_t seed) {
-  Settings settings = quick({{spec::kRegSetpoint, 600},
-                             {spec::kRegLbaTime, 1},
-                             {spec::kRegExcTime, 1},
-                             {spec::kRegZeroWait, 2},
-                             {spec::kRegZeroRise, 50},
-                             {spec::kRegHostWd, 40},
-                             {spec::kRegBadMax, 2},
-                             {spec::kRegSampleTimeout, 2},
-                             {spec::kRegAtDwell, 1},
-                             {spec::kRegFbTime, 200},
-                             {spec::kRegPwmPeriod, 600},
-                             {spec::kRegTlmPeriod, 5},
-                             {spec::kRegDFilter, 0},
-                             {spec::kRegKd, 0},
-                             {spec::kRegHoldMult, 0},
-                             {spec::kRegHoldAdd, 0}});
-  settings.push_back({spec::kRegDtdtMax, static_cast<std::uint16_t>(seed % 4 == 0 ? 100 : 0)});
-  settings.push_back({spec::kRegCtrl, static_cast<std::uint16_t>(seed % 8 < 4 ? 0x37 : 0x72)});
-  settings.push_back({spec::kRegBadMax, static_cast<std::uint16_t>(seed % 16 == 2 ? 15 : 2)});
-  settings.push_back({spec::kRegHoldTime, static_cast<std::uint16_t>(seed % 8 == 6 ? 1 : 0)});
-  settings.push_back({spec::kRegBandOff, 100});
-  // Limits that the head meets exactly (head_temperature).
-  settings.push_back({spec::kRegTMax, static_cast<std::uint16_t>(seed % 3 == 0 ? 1500 : 990)});
-  settings.push_back({spec::kRegTMin, static_cast<std::uint16_t>(seed % 4 == 0 ? 500 : 0)});
-  return settings;
-}
+// Flips in the parameter memory; what is beyond repair is written anew by the host some time later.
+class Flips {
+ public:
+  Flips(Bench& bench, Rng& rng) : bench_(bench), rng_(rng) {}
 
-// What the seeds are about, in turn.
-enum class Kind : std::uint8_t {
-  Anything,  // a host that sends whatever comes to its mind to a chip set up at random
-  Orderly,   // a host that wants the head to work, detectors with short times
-  Breaks,    // a host that leaves the settings alone; each fault scenario in turn breaks, and is mended
-};
-
-Kind kind_of(std::uint64_t seed) {
-  constexpr std::array kKinds{Kind::Orderly, Kind::Anything, Kind::Breaks, Kind::Anything};
-  return kKinds[seed % kKinds.size()];
-}
-
-Settings random_settings(std::uint64_t seed) {
-  Rng rng = stream(seed, "settings");
-  constexpr std::array<std::uint16_t, 4> kBauds{5000, 5000, 4000, 2304};
-  Settings settings = quick({{spec::kRegBaud, kBauds[rng.below(kBauds.size())]},
-                             {spec::kRegFormat, static_cast<std::uint16_t>(rng.below(4))},
-                             {spec::kRegAddress, static_cast<std::uint16_t>(one_in(rng, 2) ? rng.below(248) : 0)},
-                             {spec::kRegSpiDiv, static_cast<std::uint16_t>(2 + rng.below(6))},
-                             {spec::kRegPwmPeriod, static_cast<std::uint16_t>(2 + rng.below(700))},
-                             {spec::kRegPwmMinOn, static_cast<std::uint16_t>(rng.below(100))},
-                             {spec::kRegPwmPrescale, static_cast<std::uint16_t>(rng.below(4))}});
-  for (int i = 0; i < 8; ++i) {
-    const auto index = static_cast<unsigned>(1 + rng.below(spec::kRegPwmPrescale - 1));
-    const spec::RegisterInfo& info = spec::kHolding[index];
-    if (!writable(index) || index == spec::kRegLock) continue;
-    const auto span = static_cast<std::uint64_t>(info.max - info.min) + 1;
-    settings.push_back({static_cast<spec::Reg>(index),
-                        static_cast<std::uint16_t>(info.min + static_cast<std::int64_t>(rng.below(span)))});
+  void step() {
+    if (one_in(rng_, 60)) flip();
+    if (sound_ && one_in(rng_, 20)) write_anew();
   }
-  return settings;
-}
 
-Settings with(const Settings& more) {
-  Settings all = quick();
-  all.insert(all.end(), more.begin(), more.end());
-  return all;
-}
+ private:
+  // One bit of a word of either set, sometimes two; half of the time one of the lowest bits.
+  void flip() {
+    const auto any = static_cast<spec::Reg>(1 + rng_.below(spec::kHoldingCount - 1));
+    const spec::Reg reg = one_in(rng_, 3) ? spec::kRegPwmPeriod : any;
+    const std::uint32_t second = one_in(rng_, 12) ? 1u << rng_.below(22) : 0u;
+    const std::uint32_t mask = 1u << rng_.below(one_in(rng_, 2) ? 2 : 22) | second;
+    const bool staged = one_in(rng_, 2);
+    if (second != 0 && !sound_) sound_ = bench_.model().mem;
+    bench_.poke([&](chip::Chip& chip) {
+      if (staged)
+        chip.mem.staged_q[reg] ^= mask;
+      else
+        flip_active(chip, reg, mask);
+    });
+  }
 
-// One bit of a word of either set, sometimes two.
-void flip_parameter(Rng& rng, Bench& bench) {
-  const auto reg = static_cast<spec::Reg>(1 + rng.below(spec::kHoldingCount - 1));
-  const std::uint32_t mask = 1u << rng.below(22) | (one_in(rng, 6) ? 1u << rng.below(22) : 0u);
-  const bool staged = one_in(rng, 2);
-  bench.poke([&](chip::Chip& chip) {
-    if (staged) chip.mem.staged_q[reg] ^= mask;
-    else flip_active(chip, reg, mask);
-  });
-}
+  void write_anew() {
+    bench_.poke([&](chip::Chip& chip) {
+      chip.mem.staged_q = sound_->staged_q;
+      chip.mem.active_q = sound_->active_q;
+      chip.mem.refresh_params();
+    });
+    sound_.reset();
+  }
+
+  Bench& bench_;
+  Rng& rng_;
+  std::optional<chip::Mem> sound_;
+};
 
 // Time that mere waiting would fill: the next control tick, or the next 0.1 s with it, comes early.
 void hurry(Rng& rng, Bench& bench) {
@@ -287,10 +462,108 @@ void hurry(Rng& rng, Bench& bench) {
   });
 }
 
+// The silence after a bad frame ends early.
+void hurry_line(Bench& bench) {
+  const chip::UartRx& rx = bench.model().uartc.rx;
+  if (bench.sending() || rx.gap_q != 0 || rx.quiet_q < 10) return;
+  bench.poke([](chip::Chip& chip) { chip.uartc.rx.quiet_q = 3; });
+}
+
+// The next two ticks come so early that the second finds the first not finished.
+void be_late(Bench& bench) {
+  const auto reads = [](const chip::Chip& chip) { return chip.sysctrl.state_q == spec::kStReadTemp; };
+  if (!bench.run_until(reads, 3'000)) return;
+  bench.poke([](chip::Chip& chip) {
+    chip.sysctrl.tick_pend_q = 1;
+    chip.sysctrl.ms_cnt_q = spec::kClkHz / 1000 - 3;
+    chip.sysctrl.ts_cnt_q = static_cast<std::uint16_t>((chip.params()[spec::kRegTs] - 1) & 0x7FF);
+  });
+}
+
+// Counters as they stand after a long time, just before their top.
+void age(Rng& rng, Bench& bench) {
+  static constexpr void (*kAges[])(chip::Chip&) = {
+      [](chip::Chip& c) { c.guard.samples_q = 0xFFFE; },
+      [](chip::Chip& c) { c.guard.sensor_errors_q = 0xFFFE; },
+      [](chip::Chip& c) {
+        if (c.params()[spec::kRegBadMax] == 15) c.guard.bad_q = 14;
+      },
+      [](chip::Chip& c) { c.guard.zero_q = 0xFFFE; },
+      [](chip::Chip& c) { c.guard.at_q = 0xFFFE; },
+      [](chip::Chip& c) { c.mem.corrected_q = 0xFFFE; },
+      [](chip::Chip& c) { c.uartc.frame.messages_q = 0xFFFE; },
+      [](chip::Chip& c) { c.uartc.frame.crc_errors_q = 0xFFFE; },
+      [](chip::Chip& c) { c.uartc.frame.char_errors_q = 0xFFFE; },
+  };
+  bench.poke(kAges[rng.below(std::size(kAges))]);
+}
+
+// Whether each flop (an array as one) stands at another value than after reset.
+using Stirred = bool (*)(const chip::Chip&);
+const std::vector<Stirred>& stirred_flops() {
+  static const std::vector<Stirred> list{
+#define TC_FLOP(type, name, width, reset) \
+  [](const chip::Chip& chip) { return chip.TC_MEMBER.name != static_cast<type>(reset); },
+#define TC_ARRAY(type, name, count, width)
+#include "cmodel/for_each_flop.inc"
+  };
+  return list;
+}
+
+// Resets aimed at the clocks in which a flop that no reset of this run has put back yet is not as reset
+// leaves it. Most of them give the state from before back, so that the head goes on working.
+class Resets {
+ public:
+  Resets(Bench& bench, Rng& rng)
+      : bench_(bench), rng_(rng), left_(stirred_flops()), next_(rng.below(kPause)) {}
+
+  // Runs so many clocks, or to the end of a reset that falls into them.
+  void run(std::uint64_t clocks) {
+    if (bench_.cycle() < next_) {
+      bench_.run(clocks);
+      return;
+    }
+    const auto one_is_stirred = [&](const chip::Chip& chip) {
+      return std::any_of(left_.begin(), left_.end(), [&](Stirred stirred) { return stirred(chip); });
+    };
+    if (!bench_.run_until(one_is_stirred, clocks)) return;
+    if (one_in(rng_, 6)) bench_.run(rng_.below(400));
+    strike();
+    if (one_in(rng_, 20)) left_ = stirred_flops();
+    next_ = bench_.cycle() + rng_.below(kPause);
+  }
+
+ private:
+  void strike() {
+    const chip::Chip before = bench_.model();
+    std::erase_if(left_, [&](Stirred stirred) { return stirred(before); });
+    if (one_in(rng_, 4)) bench_.world.addr_strap = static_cast<std::uint8_t>(rng_.below(8));
+    bench_.world.reset = true;
+    bench_.run(1 + rng_.below(one_in(rng_, 4) ? 5 : 2));
+    bench_.world.reset = false;
+    bench_.run(4);  // the reset synchroniser lets go before anything pokes
+    const bool starts_again = one_in(rng_, 40);
+    if (starts_again) bench_.run(rng_.below(3'000));
+    bench_.poke([&](chip::Chip& chip) {
+      if (starts_again)
+        chip.mem = before.mem;
+      else
+        chip = before;
+    });
+  }
+
+  static constexpr std::uint64_t kPause = 5'000;
+
+  Bench& bench_;
+  Rng& rng_;
+  std::vector<Stirred> left_;
+  std::uint64_t next_;
+};
+
 // The host: sends when the line is free, most of the time politely.
 class Host {
  public:
-  Host(Bench& bench, Chances& chance, Kind kind) : bench_(bench), chance_(chance), kind_(kind) {}
+  Host(Bench& bench, Chances& chance, const Kind& kind) : bench_(bench), chance_(chance), kind_(kind) {}
 
   // A sequence is under way whose frames belong to one control period.
   bool in_sequence() const { return !sequence_.empty(); }
@@ -298,98 +571,125 @@ class Host {
   void silent_until(std::uint64_t cycle) { next_frame_ = cycle; }
 
   void step() {
-    // A host whose frame was not heard leaves the line alone until the chip has forgotten it (1.75 ms of
-    // silence).
-    const bool answered = bench_.model().uartc.messages() != heard_ || bench_.cycle() >= last_frame_ + 26'000;
-    if (bench_.sending() || bench_.out().uart_de || bench_.cycle() < next_frame_ || !answered) return;
-    heard_ = bench_.model().uartc.messages();
-    last_frame_ = bench_.cycle();
+    // A polite host leaves the line alone until the chip has answered, or has forgotten a frame that it did
+    // not like.
+    const chip::Uartc& uart = bench_.model().uartc;
+    const bool busy = uart.frame.count_q != 0 || uart.cmd_valid() || uart.rsp_busy();
+    if (bench_.sending() || (busy && polite_) || bench_.cycle() < next_frame_) return;
     bench_.send(next_request());
     // Mostly a polite pause, sometimes on top of the answer, sometimes too long for the watchdog.
-    next_frame_ = bench_.cycle() + (in_sequence()               ? 3'000
-                                    : one_in(chance_.host, 20) ? 90'000
-                                    : one_in(chance_.host, 6)  ? 500
-                                                               : 4'000 + chance_.host.below(10'000));
+    Rng& rng = chance_.host;
+    polite_ = in_sequence() || !one_in(rng, 12);
+    next_frame_ =
+        bench_.cycle() + (one_in(rng, 30) && !in_sequence() ? 9 * kind_.pause : 500 + rng.below(kind_.pause));
   }
 
  private:
   ModbusRequest next_request() {
-    if (kind_ == Kind::Anything && sequence_.empty() && one_in(chance_.host, 25)) begin_held_writes();
+    if (!in_sequence() && kind_.random_settings && one_in(chance_.host, 25)) begin_held_writes();
     if (in_sequence()) {
       ModbusRequest request = sequence_.front();
       sequence_.pop_front();
       return request;
     }
-    ModbusRequest request = kind_ == Kind::Anything  ? random_request(chance_.host, bench_.unit())
-                            : kind_ == Kind::Orderly ? orderly_request(chance_.host, bench_.unit())
-                                                     : attentive_request(chance_.host, bench_.unit());
-    if (one_in(chance_.line, kind_ == Kind::Anything ? 8 : 96)) damage(chance_.line, request);
+    ModbusRequest request = wanted_request();
+    if (one_in(chance_.line, kind_.damaged)) damage(chance_.line, request);
     return request;
   }
 
-  // Hold, a write, Commit, and a write that comes while the commit waits for its tick (exception 06); the read keeps the
-  // sequence open until that one has been answered.
+  ModbusRequest wanted_request() {
+    Rng& rng = chance_.host;
+    const chip::Guard& guard = bench_.model().guard;
+    const Choices& choices = kind_.choices();
+    if (kind_.recovers && !one_in(rng, 4)) {
+      if (bench_.model().params()[spec::kRegLock] != 0 && one_in(rng, 6))
+        return unlock(rng, bench_.unit(), choices);
+      if (guard.fault_q != 0 && guard.cause_q == 0) return kClear(rng, bench_.unit(), choices);
+      if (guard.fault_q == 0 && guard.run_q == 0) return kRun(rng, bench_.unit(), choices);
+    }
+    return draw(rng, kind_.mix(), bench_.unit(), choices);
+  }
+
+  // Hold, a write, Commit, and a write that comes while the commit waits for its tick (exception 06); the
+  // read keeps the sequence open until that one has been answered.
   void begin_held_writes() {
     const std::uint8_t unit = bench_.unit();
     const auto value = static_cast<std::uint16_t>(chance_.host.below(1'000));
-    const auto at = [](spec::Reg reg) { return static_cast<std::uint16_t>(spec::kHoldingBase + reg); };
+    const auto to_cmd = [&](spec::Cmd cmd) {
+      return write_single_register(unit, holding_address(spec::kRegCmd), cmd);
+    };
     for (const ModbusRequest& request :
-         {write_single_register(unit, at(spec::kRegLock), 0), write_single_register(unit, at(spec::kRegCmd), spec::kCmdHold),
-          write_single_register(unit, at(spec::kRegAtDwell), value),
-          write_single_register(unit, at(spec::kRegCmd), spec::kCmdCommit),
-          write_single_register(unit, at(spec::kRegKp), value), read_input_registers(unit, 0, 1)}) {
+         {write_single_register(unit, holding_address(spec::kRegLock), 0), to_cmd(spec::kCmdHold),
+          write_single_register(unit, holding_address(spec::kRegAtDwell), value), to_cmd(spec::kCmdCommit),
+          write_single_register(unit, holding_address(spec::kRegKp), value),
+          read_input_registers(unit, 0, 1)}) {
       sequence_.push_back(request);
     }
   }
 
   Bench& bench_;
   Chances& chance_;
-  Kind kind_;
+  const Kind& kind_;
   std::deque<ModbusRequest> sequence_;
   std::uint64_t next_frame_ = 0;
-  std::uint64_t last_frame_ = 0;
-  std::uint16_t heard_ = 0;
+  bool polite_ = true;
 };
 
-// What befalls the chip and its surroundings at any moment.
-void befall(Chances& chance, Bench& bench, Kind kind) {
-  const std::uint64_t calm = kind == Kind::Anything ? 1 : 12;  // so many times more rarely
-  if (one_in(chance.line, 40 * calm))
-    bench.transmitter().glitch(bench.cycle() + 1 + chance.line.below(500), 1 + chance.line.below(30));
-  if (one_in(chance.sensor, 120)) disturb_sensor(chance.sensor, bench.world);
-  if (one_in(chance.sensor, 40)) bench.world.sensor = {};
-  if (one_in(chance.sensor, 60)) bench.sensor().corrupt_next_frame(1u << chance.sensor.below(32));
-  if (one_in(chance.sensor, 200)) bench.world.feedback = static_cast<Feedback>(chance.sensor.below(3));
-  if (one_in(chance.sensor, 20)) bench.world.feedback = Feedback::Follows;
-  if (one_in(chance.reset, 400)) bench.world.inhibit = true;
-  if (one_in(chance.reset, 4)) bench.world.inhibit = false;
-  if (one_in(chance.upset, 60 * calm)) flip_parameter(chance.upset, bench);
-  if (one_in(chance.upset, 500)) {
-    bench.poke([&](chip::Chip& chip) {
-      chip.sysctrl.state_q ^= static_cast<std::uint8_t>(1u << chance.upset.below(5));
-    });
-  }
-  if (one_in(chance.reset, 600)) {
-    bench.world.addr_strap = static_cast<std::uint8_t>(chance.reset.below(8));
-    bench.world.reset = true;
-    bench.run(1 + chance.reset.below(5));
-    bench.world.reset = false;
-    bench.run(4);  // the reset synchroniser lets go before anything pokes at the state
-  }
+void befall_line(Rng& rng, Bench& bench, const Kind& kind) {
+  if (one_in(rng, 40 * kind.calm))
+    bench.transmitter().glitch(bench.cycle() + 1 + rng.below(500), 1 + rng.below(30));
 }
 
-void move_temperature(Chances& chance, Bench& bench, Kind kind) {
-  if (!one_in(chance.plant, 8)) return;
-  double& degc = bench.world.temperature_degc;
-  degc = kind == Kind::Orderly ? head_temperature(chance.plant)
-                               : std::clamp(degc + (chance.plant.uniform() - 0.5) * 8.0, -30.0, 200.0);
+void befall_sensor(Rng& rng, Bench& bench, const Kind& kind) {
+  if (one_in(rng, kind.any_sensor ? 30 : 120)) disturb_sensor(rng, bench.world);
+  if (one_in(rng, kind.recovers ? 10 : 40)) bench.world.sensor = {};
+  if (one_in(rng, 60)) bench.sensor().corrupt_next_frame(1u << rng.below(32));
+  if (one_in(rng, 200)) bench.world.feedback = static_cast<Feedback>(rng.below(3));
+  if (one_in(rng, 20)) bench.world.feedback = Feedback::Follows;
 }
 
-// Fault scenarios one after another, each on a chip set up for it: sound, broken at some moment, mended at another.
+void befall_switch(Rng& rng, Bench& bench) {
+  if (one_in(rng, 400)) bench.world.inhibit = true;
+  if (one_in(rng, 4)) bench.world.inhibit = false;
+}
+
+void befall_state(Rng& rng, Bench& bench, const Kind& kind) {
+  if (!one_in(rng, kind.recovers ? 2'000 : 500)) return;
+  bench.poke(
+      [&](chip::Chip& chip) { chip.sysctrl.state_q ^= static_cast<std::uint8_t>(1u << rng.below(5)); });
+}
+
+void befall_time(Rng& rng, Bench& bench) {
+  if (one_in(rng, 3)) hurry(rng, bench);
+  if (one_in(rng, 3)) hurry_line(bench);
+  if (one_in(rng, 400)) be_late(bench);
+  if (one_in(rng, 40)) age(rng, bench);
+}
+
+// What befalls the chip and its surroundings.
+void befall(Chances& chance, Bench& bench, const Kind& kind, std::size_t part) {
+  befall_line(chance.line, bench, kind);
+  befall_sensor(chance.sensor, bench, kind);
+  befall_switch(chance.inhibit, bench);
+  befall_state(chance.upset, bench, kind);
+  if (kind.any_sensor && one_in(chance.sensor, 12)) {
+    const Settings settings = sensor_settings(chance.sensor, part);
+    bench.poke([&](chip::Chip& chip) { write_words(chip, settings); });
+  }
+  if (one_in(chance.plant, kind.move))
+    bench.world.temperature_degc =
+        kind.temperature(chance.plant, bench.world.temperature_degc, bench.model());
+}
+
+// Fault scenarios one after another, each on a chip set up for it: sound, broken at some moment, mended at
+// another.
 class Breakdowns {
  public:
   Breakdowns(Bench& bench, Chances& chance, Host& host, std::uint64_t seed)
-      : bench_(bench), chance_(chance), host_(host), next_(static_cast<std::size_t>(seed) * 7) {}
+      : bench_(bench),
+        chance_(chance),
+        host_(host),
+        next_(static_cast<std::size_t>(seed) * kScenariosInARun) {}
 
   void step() {
     if (bench_.cycle() < until_) return;
@@ -407,15 +707,17 @@ class Breakdowns {
         phase_ = 0;
         break;
     }
-    until_ = bench_.cycle() + 15'000 + chance_.plant.below(20'000);
+    until_ = bench_.cycle() + 12'000 + chance_.plant.below(18'000);
   }
 
  private:
+  static constexpr std::size_t kScenariosInARun = 4;  // about; the next run goes on from there
+
   void begin() {
     const auto& all = fault_scenarios();
     scenario_ = &all[next_++ % all.size()];
     bench_.world = World{};
-    bench_.poke([&](chip::Chip& chip) { chip = chip_with(with(scenario_->settings)); });
+    bench_.poke([&](chip::Chip& chip) { chip = chip_with(with(quick(), scenario_->settings)); });
     scenario_->sound(bench_);
     bench_.next_tick();
     if (scenario_->heating) bench_.command(spec::kCmdRun);
@@ -432,34 +734,32 @@ class Breakdowns {
 
 }  // namespace
 
-chip::Chip random_start(std::uint64_t seed) {
-  switch (kind_of(seed)) {
-    case Kind::Anything:
-      return chip_with(random_settings(seed));
-    case Kind::Orderly:
-      return chip_with(detectors(seed / 2));
-    default:
-      return chip_with(quick());
-  }
-}
+chip::Chip random_start(std::uint64_t seed) { return chip_with(start_settings(seed)); }
 
 RandomRun random_run(std::unique_ptr<Device> device, std::uint64_t seed, std::uint64_t clocks) {
-  const Kind kind = kind_of(seed);
+  const Kind& kind = kind_of(seed);
+  const std::size_t part = part_of(seed);
   Chances chance(seed);
-  Bench bench(std::move(device), "MAX31855", seed);
+  Bench bench(std::move(device), std::string(spec::kSensorPresets[part].name), seed);
   bench.world.temperature_degc = 50.0;
   Host host(bench, chance, kind);
-  Breakdowns breakdowns(bench, chance, host, seed / 4);
+  Resets resets(bench, chance.reset);
+  Flips flips(bench, chance.flip);
+  Breakdowns breakdowns(bench, chance, host, seed / kKinds.size());
   while (bench.cycle() < clocks) {
-    if (kind == Kind::Breaks) {
+    if (kind.breaks) {
       breakdowns.step();
     } else {
-      befall(chance, bench, kind);
-      move_temperature(chance, bench, kind);
+      befall(chance, bench, kind, part);
+      flips.step();
     }
     host.step();
-    if (!host.in_sequence() && one_in(chance.plant, 3)) hurry(chance.plant, bench);
-    bench.run(1 + chance.plant.below(1'500));
+    if (!host.in_sequence()) befall_time(chance.time, bench);
+    const std::uint64_t look = 1 + chance.plant.below(1'500);
+    if (kind.breaks)
+      bench.run(look);
+    else
+      resets.run(look);
   }
   return {bench.coverage(), bench.finish(), bench.stimulus_hash()};
 }

@@ -8,10 +8,12 @@ file exactly once; it becomes (tc_top.bug_i == k ? broken : right).
 import pathlib
 import sys
 
+import variants
+
 
 def main() -> int:
     rtl, bugs, out = map(pathlib.Path, sys.argv[1:4])
-    text = {path.name: path.read_text() for path in rtl.glob("tc*.sv*")}
+    text = variants.read(rtl)
     lines = [line for line in bugs.read_text().splitlines() if line and not line.startswith("#")]
     for number, line in enumerate(lines, 1):
         name, right, broken, _ = line.split("\t")
@@ -20,11 +22,8 @@ def main() -> int:
             print(f"{bugs}: bug {number}: {name}: expected '{right}' once, found {found} times; adapt the line to the RTL",
                   file=sys.stderr)
             return 1
-        text[name] = text[name].replace(right, f"(tc_top.bug_i == 8'd{number} ? ({broken}) : ({right}))")
-    text["tc_top.sv"] = text["tc_top.sv"].replace("module tc_top (", "module tc_top (\n  input logic [7:0] bug_i,", 1)
-    out.mkdir(parents=True, exist_ok=True)
-    for name, body in text.items():
-        (out / name).write_text(body)
+        text[name] = text[name].replace(right, variants.choose(number, broken, right))
+    variants.write(text, out)
     return 0
 
 
