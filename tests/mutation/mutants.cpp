@@ -25,7 +25,7 @@ namespace {
 
 constexpr unsigned kLongestRun_s = 3'600;  // far above what a survivor takes on a busy machine
 constexpr std::uint64_t kControlSeeds =
-    4;  // one of each kind; the random lockstep test runs them all on the chip itself
+    8;  // one of each kind; the random lockstep test runs them all on the chip itself
 
 struct Mutant {
   unsigned number = 0;
