@@ -112,6 +112,8 @@ SlurmCluster::SlurmCluster() {
                              fmt::arg("node_port", free_port()),
                              fmt::arg("user", user != nullptr ? user->pw_name : "root"),
                              fmt::arg("folder", folder.string())));
+  // Named, so that no mounted control groups are looked for; nothing here uses them.
+  set_text(folder / "cgroup.conf", "CgroupPlugin=cgroup/v1\n");
   setenv("SLURM_CONF", conf.c_str(), 1);
   // Debian keeps the daemons where a user's PATH may not look.
   setenv("PATH", (std::string(getenv("PATH")) + ":/usr/sbin:/sbin").c_str(), 1);

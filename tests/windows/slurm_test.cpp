@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 
 #include "command.hpp"
 #include "recording.hpp"
@@ -23,9 +22,6 @@ using ::testing::HasSubstr;
 
 class Slurm : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() { cluster_ = std::make_unique<SlurmCluster>(); }
-  static void TearDownTestSuite() { cluster_.reset(); }
-
   fs::path work() const { return folder_ / "work"; }
   void plan(std::uint64_t clocks, std::uint64_t window_clocks) const {
     const Ran ran = plan_by_command(work(), clocks, window_clocks);
@@ -33,10 +29,9 @@ class Slurm : public ::testing::Test {
   }
   std::string run_arguments() const { return "windows run --slurm " + work().string(); }
 
-  static std::unique_ptr<SlurmCluster> cluster_;
+  SlurmCluster cluster_;  // of the test: one that does not come up fails it, where a suite's would be skipped
   TemporaryFolder folder_;
 };
-std::unique_ptr<SlurmCluster> Slurm::cluster_;
 
 TEST_F(Slurm, AJobArrayGivesAWholeVerdict) {
   plan(600'000, 100'000);
