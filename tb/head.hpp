@@ -49,6 +49,8 @@ class Head {
   }
   // Emergency stop button.
   void set_inhibit(bool pressed) { pins_.inhibit = pressed; }
+  // Droplet trigger line.
+  void set_drop(bool high) { pins_.drop = high; }
   void set_reset(bool asserted) { pins_.rst_n = !asserted; }
 
   ModbusHost& host() { return host_; }

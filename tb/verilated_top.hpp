@@ -161,6 +161,7 @@ class VerilatedTop : public VerilatedRtl {
     top_.spi_miso_i = in.spi_miso;
     top_.heater_fb_i = in.heater_fb;
     top_.inhibit_i = in.inhibit;
+    top_.drop_i = in.drop;
     if (!in.rst_n) top_.eval();  // asynchronous: acts before the clock edge
   }
 
