@@ -63,6 +63,7 @@ host::Setting parse_setting(const std::string& text) {
     throw host::UsageError(fmt::format("{}: found \"{}\", expected a number{}{}", reg.name, value_text,
                                        reg.unit.empty() ? "" : " in ", reg.unit));
   }
+  host::to_raw(reg, *value);  // refused before anything is sent
   return {&reg, *value};
 }
 

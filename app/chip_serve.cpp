@@ -95,6 +95,8 @@ class Pace {
     const auto due = static_cast<std::uint64_t>(std::max(0.0, Seconds(now - origin_).count()) * clocks_per_s);
     return std::clamp(due, cycle, cycle + largest_step_);
   }
+  // More is due than one step does.
+  bool behind(std::uint64_t cycle, Clock::time_point now) { return due(cycle, now) == cycle + largest_step_; }
   // A step of so many clocks has taken so long: the longest ones become as long as a slice.
   void took(std::uint64_t clocks, Seconds time) {
     if (time > 2 * kSlice) largest_step_ = std::max<std::uint64_t>(largest_step_ / 2, 100);
@@ -226,7 +228,7 @@ void serve(Server& server, PseudoTerminal& port, const std::optional<double>& sp
   for (;;) {
     throw_if_interrupted();
     const bool hurry = server.serving() || frames.size() != 0;
-    const bool behind = pace.due(server.cycle(), now) > server.cycle();
+    const bool behind = pace.behind(server.cycle(), now);
     const int patience_ms = behind ? 0 : hurry ? 1 : 5;
     if (frames.size() >= kFewFrames) {
       std::this_thread::sleep_for(std::chrono::milliseconds(patience_ms));

@@ -13,6 +13,7 @@
 #include <functional>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "app/chip_chart.hpp"
@@ -173,8 +174,12 @@ int poll_chip(host::Controller& controller, const WatchOptions& options,
 }
 
 int watch_as_csv(host::Controller& controller, const WatchOptions& options) {
-  print_csv_header();
-  return poll_chip(controller, options, print_csv, [](Seconds time) {
+  bool first = true;
+  const auto show = [&](double t_s, const host::Status& status) {
+    if (std::exchange(first, false)) print_csv_header();
+    print_csv(t_s, status);
+  };
+  return poll_chip(controller, options, show, [](Seconds time) {
     const Clock::time_point end = Clock::now() + std::chrono::duration_cast<Clock::duration>(time);
     while (Clock::now() < end) {  // in pieces, so that Ctrl-C is heard
       throw_if_interrupted();

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace meltstage::app {
 
@@ -41,6 +42,7 @@ MasterEnd::MasterEnd(const LineSettings& settings)
 void MasterEnd::follow(const LineSettings& settings) {
   if (settings == settings_ || busy()) return;
   settings_ = settings;
+  heard_ = take();
   transmitter_ = tb::UartTransmitter(line_of(settings), {}, tb::stream(0, "master"));
   receiver_ = tb::UartReceiver(line_of(settings));
 }
@@ -60,7 +62,7 @@ void MasterEnd::send(std::uint64_t cycle, std::span<const std::uint8_t> frame) {
 }
 
 std::vector<std::uint8_t> MasterEnd::take() {
-  std::vector<std::uint8_t> bytes;
+  std::vector<std::uint8_t> bytes = std::exchange(heard_, {});
   while (const auto byte = receiver_.take()) bytes.push_back(byte->data);
   return bytes;
 }

@@ -52,6 +52,7 @@ class MasterEnd {
   LineSettings settings_;
   tb::UartTransmitter transmitter_;
   tb::UartReceiver receiver_;
+  std::vector<std::uint8_t> heard_;   // with an earlier speed or format
   std::uint64_t earliest_start_ = 0;  // of the next frame
 };
 

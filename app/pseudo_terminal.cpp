@@ -75,29 +75,30 @@ PseudoTerminal::~PseudoTerminal() {
   close(far_end_);
 }
 
-bool PseudoTerminal::open_by_other() {
-  pollfd state{.fd = far_end_, .events = 0, .revents = 0};
-  const bool open = ::poll(&state, 1, 0) >= 0 && (state.revents & POLLHUP) == 0;
+// Looks at the port, for at most so long; true when bytes have come. opened_ is up to date then.
+bool PseudoTerminal::look(int timeout_ms) {
+  pollfd state{.fd = far_end_, .events = POLLIN, .revents = 0};
+  ::poll(&state, 1, timeout_ms);
+  const bool open = (state.revents & POLLHUP) == 0;
   if (opened_ && !open) {
-    // What that program left unread is not for the next one.
+    // What that program left unread is not for the next one, nor are its settings: a tcsetattr(3) that
+    // changes nothing and asks for parity, which no pseudo-terminal has, is refused.
     if (const int near_end = ::open(device_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
         near_end >= 0) {
       tcflush(near_end, TCIFLUSH);
+      make_raw(near_end);
       close(near_end);
     }
   }
   opened_ = open;
-  return open;
+  return (state.revents & POLLIN) != 0;
 }
 
 bool PseudoTerminal::wait(int timeout_ms) {
-  if (timeout_ms > 0 && !open_by_other()) {
-    // poll() does not wait for a port that nobody has open.
-    std::this_thread::sleep_for(std::chrono::milliseconds(timeout_ms));
-    timeout_ms = 0;
-  }
-  pollfd state{.fd = far_end_, .events = POLLIN, .revents = 0};
-  return ::poll(&state, 1, timeout_ms) > 0 && (state.revents & POLLIN) != 0;
+  if (look(timeout_ms)) return true;
+  // poll(2) does not wait for a port that nobody has open.
+  if (!opened_ && timeout_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(timeout_ms));
+  return false;
 }
 
 std::vector<std::uint8_t> PseudoTerminal::read() {
@@ -109,7 +110,9 @@ std::vector<std::uint8_t> PseudoTerminal::read() {
 }
 
 void PseudoTerminal::write(std::span<const std::uint8_t> bytes) {
-  if (bytes.empty() || !open_by_other()) return;
+  if (bytes.empty()) return;
+  look(0);
+  if (!opened_) return;
   // A program that never reads fills the kernel's few kilobytes; what comes then is lost, as on a wire.
   while (!bytes.empty()) {
     const ssize_t n = ::write(far_end_, bytes.data(), bytes.size());

@@ -29,7 +29,7 @@ class PseudoTerminal {
   void write(std::span<const std::uint8_t> bytes);
 
  private:
-  bool open_by_other();
+  bool look(int timeout_ms);
 
   std::filesystem::path link_;
   std::string device_;

@@ -10,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -74,6 +75,13 @@ void check(const Connection& c) {
           fmt::format("time-out: found {:g} s, expected 0.01 to 60 s", c.timeout_s));
 }
 
+// A pseudo-terminal has no line: its second program can't ask for parity (tcsetattr(3) refuses).
+char parity_for(const Connection& c) {
+  std::error_code ignored;
+  const auto device = std::filesystem::canonical(c.device, ignored);
+  return device.parent_path() == "/dev/pts" ? 'N' : c.format.parity;
+}
+
 // Runs of neighbouring addresses, none longer than `most`; [first, last) of a sorted sequence.
 template <class Item, class AddressOf, class Use>
 void for_each_run(const std::vector<Item>& sorted, std::size_t most, AddressOf&& address_of, Use&& use) {
@@ -125,8 +133,8 @@ class Controller::Locked {
 
 Controller::Controller(const Connection& connection) : connection_(connection), modbus_(new Modbus) {
   check(connection);
-  modbus_->context.reset(modbus_new_rtu(connection.device.c_str(), connection.baud, connection.format.parity,
-                                        8, connection.format.stop_bits));
+  modbus_->context.reset(modbus_new_rtu(connection.device.c_str(), connection.baud, parity_for(connection), 8,
+                                        connection.format.stop_bits));
   modbus_t* context = modbus_->get();
   require(context != nullptr, "port: found an empty name, expected a serial device such as /dev/ttyUSB0");
   modbus_set_slave(context, connection.address);

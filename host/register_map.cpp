@@ -19,6 +19,7 @@ namespace {
 
 namespace spec = chip::spec;
 
+constexpr std::uint16_t kNoSample = 0x8000;  // PV before the first sample
 constexpr std::size_t kCount = spec::kInputCount + spec::kHoldingCount;
 
 constexpr std::array<Register, kCount> make_registers() {
@@ -69,11 +70,13 @@ std::string near_names(std::string_view name) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// Digits behind the point that tell two neighbouring values apart.
+// Digits behind the point that tell two neighbouring values apart; one more for a step that is no power of
+// ten.
 int decimals(double scale) {
   int digits = 0;
-  for (double step = scale; digits < 8 && step < 0.999; step *= 10.0) ++digits;
-  return digits;
+  double step = scale;
+  for (; digits < 8 && step < 0.999; step *= 10.0) ++digits;
+  return std::abs(step - std::round(step)) > 1e-9 ? digits + 1 : digits;
 }
 
 bool has_bits(const Register& reg) {
@@ -136,6 +139,7 @@ std::string meaning(const Register& reg, std::uint16_t raw) {
   if (is(reg, spec::kInStatus))
     return names_of_bits(
         raw, [](std::size_t bit) { return spec::kStatusBits[bit]; }, spec::kStatusBits.size());
+  if (is(reg, spec::kInPv)) return raw == kNoSample ? "no sample yet" : "";
   if (is(reg, spec::kInFault) || is(reg, spec::kInCause)) return raw == 0 ? "none" : fault_names(raw);
   if (is(reg, spec::kInFirstFault)) {
     const unsigned code = raw >> 8;
