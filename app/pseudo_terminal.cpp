@@ -26,8 +26,8 @@ std::string reason(int error) { return std::generic_category().message(error); }
 // Bytes pass as they are; a program that opens the port may set it otherwise.
 void make_raw(int near_end) {
   termios settings{};
-  if (tcgetattr(near_end, &settings) != 0) return;
   cfmakeraw(&settings);
+  settings.c_cflag |= CREAD;
   cfsetspeed(&settings, B115200);
   tcsetattr(near_end, TCSANOW, &settings);
 }
