@@ -138,7 +138,7 @@ void draw(const History& history, double t_s, const host::Status& s, const std::
   }
   const double span = std::clamp(t_s, kShortestSpan_s, kLongestSpan_s);
   const double from = std::max(0.0, t_s - span);
-  const int duty_rows = std::max(3, LINES / 5);
+  const int duty_rows = std::max(3, LINES / 5 | 1);  // odd: 50 % has a row of its own
   const int temperature_rows = LINES - 6 - duty_rows;
   ChartScale scale = fit_scale(history.temperature, history.setpoint, kLeastRange_degc);
   scale.from_s = from;
