@@ -94,13 +94,16 @@ TEST_P(Mbpoll, ShowsExceptions) {
 
 // A master that is killed leaves its settings on the port; the next one must not trip over them.
 TEST_P(Mbpoll, WorksAfterOneThatWasKilled) {
-  const std::string killed =
-      fmt::format("mbpoll -m rtu -b 115200 -P even -0 -o 10 -l 20 -a 1 -t 3 -r 0 {}", chip_.port());
+  // Killed between two polls: it has shown an answer, and the next poll is far away.
+  const std::string shown = (chip_.folder() / "shown").string();
+  const std::string killed = fmt::format(
+      "stdbuf -oL mbpoll -m rtu -b 115200 -P even -0 -o 10 -l 60000 -a 1 -t 3 -r 0 {} >{} & "
+      "until grep -q '^.0.:' {}; do sleep 0.05; done; kill -9 $!; wait $!",
+      chip_.port(), shown, shown);
   // The server sets the port right when it sees it closed; clocal is what mbpoll had set.
   const std::string right =
       fmt::format("until stty -F {} -a | grep -q -- -clocal; do sleep 0.05; done", chip_.port());
-  const Ran left =
-      run_shell(fmt::format("{} >/dev/null & sleep 0.5; kill -9 $!; wait $!; {}", killed, right));
+  run_shell(killed + "; " + right);
   const Ran ran = mbpoll(fmt::format("-a 1 -t 3:hex -r {}", +spec::kInDeviceId));
   EXPECT_THAT(ran.output, HasSubstr(fmt::format("0x{:04X}", spec::kDeviceId)));
 }
