@@ -241,6 +241,44 @@ inline constexpr std::array<InputInfo, kInputCount> kInput{ {
     {"AT_DUTY", "%", 0.01, false },
 } };
 
+// Bit numbers of STATUS, and their names.
+enum StatusBit : std::uint8_t {
+  kStatusRun = 0,
+  kStatusAtTemperature = 1,
+  kStatusFullSegment = 2,
+  kStatusPidSegment = 3,
+  kStatusOffSegment = 4,
+  kStatusRampActive = 5,
+  kStatusDutyLimited = 6,
+  kStatusWritesPending = 7,
+  kStatusHold = 8,
+  kStatusLocked = 9,
+  kStatusSensorOk = 10,
+  kStatusIntegralHeld = 11,
+  kStatusWatchdogArmed = 12,
+  kStatusSampleHeld = 13,
+  kStatusSafeEnActive = 14,
+  kStatusFault = 15,
+};
+inline constexpr std::array<std::string_view, 16> kStatusBits{ {
+    "run",
+    "at temperature",
+    "full segment",
+    "PID segment",
+    "off segment",
+    "ramp active",
+    "duty limited",
+    "writes pending",
+    "hold",
+    "locked",
+    "sensor ok",
+    "integral held",
+    "watchdog armed",
+    "sample held",
+    "safe_en active",
+    "fault",
+} };
+
 // Main state machine.
 enum State : std::uint8_t {
   kStIdle = 0b00000,

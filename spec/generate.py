@@ -64,6 +64,8 @@ def finish_registers(spec: dict) -> None:
             reg["camel"] = camel(reg["name"])
             reg["scale_value"] = scale_value(reg["scale"])
             reg["signed"] = reg["type"] == "s"
+            if "bits" in reg:
+                reg["doc"] = "Bits: " + ", ".join(f"{i} {name}" for i, name in enumerate(reg["bits"])) + "."
     for reg in spec["holding"]:
         if not reg["min"] <= reg["reset"] <= reg["max"]:
             raise SpecError(f"registers.toml: {reg['name']}: reset {reg['reset']} is outside {reg['min']}..{reg['max']}")
@@ -130,6 +132,7 @@ def load() -> dict:
     finish_presets(spec)
     check_states(spec)
     finish_autotune(spec)
+    spec["status_bits"] = next(reg["bits"] for reg in spec["input"] if reg["name"] == "STATUS")
     spec["ident"] = ident_rom(spec)
     spec["map_rows"] = map_rows(spec)
     spec["map_crc"] = crc16_modbus(json.dumps(spec["map_rows"], sort_keys=True).encode())
