@@ -127,7 +127,7 @@ void Stage::schedule_rise(std::size_t axis) {
 }
 
 void Stage::begin_profile(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                          const Scurve& profile, const Eigen::Vector3d& target_mm,
+                          const JerkProfile& profile, const Eigen::Vector3d& target_mm,
                           std::uint64_t motion_start_cycle) {
   origin_mm_ = origin_mm;
   direction_ = direction;
@@ -189,7 +189,7 @@ std::uint64_t Stage::emergency_stop(std::uint64_t cycle) {
                             ? 0.0
                             : static_cast<double>(cycle - motion_start_cycle_) / config_.clock_hz;
   const MotionState state = profile_.sample(time_s);
-  const Scurve stop = plan_stop(path_limits_, state);
+  const JerkProfile stop = plan_stop(path_limits_, state);
   const Eigen::Vector3d origin_mm = origin_mm_ + state.position_mm * direction_;
   const Eigen::Vector3d target_mm = origin_mm + stop.end.position_mm * direction_;
   for (AxisProgress& axis : axes_) axis.earliest_rise = std::max(axis.earliest_rise, cycle + 1);

@@ -11,6 +11,7 @@
 
 #include "motion/coordinates.hpp"
 #include "motion/profile.hpp"
+#include "motion/retarget.hpp"
 
 namespace meltstage::motion {
 
@@ -115,7 +116,7 @@ class Stage {
   std::uint64_t cycle_at(double time_s) const;
   void schedule_rise(std::size_t axis);
   void begin_profile(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                     const Scurve& profile, const Eigen::Vector3d& target_mm,
+                     const JerkProfile& profile, const Eigen::Vector3d& target_mm,
                      std::uint64_t motion_start_cycle);
   void set_position_pins(std::size_t axis);
   static std::optional<std::uint64_t> next_edge(const AxisProgress& axis);
@@ -126,7 +127,7 @@ class Stage {
   Eigen::Vector3d commanded_mm_;
   Eigen::Vector3d origin_mm_, direction_;
   ScurveLimits path_limits_;
-  Scurve profile_;
+  JerkProfile profile_;
   std::uint64_t motion_start_cycle_ = 0;
   std::uint64_t end_cycle_ = 0;
   std::uint64_t now_ = 0;
