@@ -19,14 +19,18 @@ struct Task {
   double start_velocity, end_velocity, distance;
 };
 
+/// Both ramps to a peak speed, which is given by what it is above a speed no lower than either end: of peaks
+/// just above that, the difference alone has the digits that the ways need.
 struct Ramps {
-  double peak;
+  double peak, up_change, down_change;
   Ramp up, down;
 
-  Ramps(const Task& task, double peak_velocity)
-      : peak(peak_velocity),
-        up(ramp_between(task.start_velocity, peak_velocity, task.up)),
-        down(ramp_between(task.end_velocity, peak_velocity, task.down)) {}
+  Ramps(const Task& task, double above, double excess)
+      : peak(above + excess),
+        up_change((above - task.start_velocity) + excess),
+        down_change((above - task.end_velocity) + excess),
+        up(ramp_by(task.start_velocity, up_change, task.up)),
+        down(ramp_by(task.end_velocity, down_change, task.down)) {}
   double distance() const { return up.distance + down.distance; }
 };
 
@@ -84,39 +88,39 @@ double peak_of_mixed_ramps(const Task& task, double highest) {
 }
 
 /// Newton in w = sqrt(peak - slowest possible peak), where the function is smooth, kept inside a shrinking
-/// bracket.
-double peak_by_newton(const Task& task, double slowest, double fastest) {
+/// bracket. Returns w^2.
+double excess_by_newton(const Task& task, double slowest, double fastest) {
   double low = 0.0, high = std::sqrt(fastest - slowest), w = high;
   for (int step = 0; step < 200; ++step) {
-    const Ramps ramps(task, slowest + w * w);
-    const double excess = ramps.distance() - task.distance;
-    (excess > 0.0 ? high : low) = w;
-    const double slope =
-        distance_slope(ramps.up, ramps.peak, task.up) + distance_slope(ramps.down, ramps.peak, task.down);
-    const double change = excess / (2.0 * w * slope);
+    const Ramps ramps(task, slowest, w * w);
+    const double error = ramps.distance() - task.distance;
+    (error > 0.0 ? high : low) = w;
+    const double slope = distance_slope(ramps.up, ramps.up_change, task.up) +
+                         distance_slope(ramps.down, ramps.down_change, task.down);
+    const double change = error / (2.0 * w * slope);
     if (std::abs(change) <= 2e-16 * w) break;
     w = w - change > low && w - change < high ? w - change : 0.5 * (low + high);
   }
-  return slowest + w * w;
+  return w * w;
 }
 
-/// Peak speed below the limit `fastest` with which both ramps together take the whole distance.
-double find_peak(const Task& task, double slowest, double fastest) {
+/// By how much the peak speed with which both ramps together take the whole distance is above the slowest
+/// possible.
+double find_excess(const Task& task, double slowest, double fastest) {
   const double both_full =
       std::max(task.start_velocity + task.up.full_change, task.end_velocity + task.down.full_change);
-  double peak = -1.0;
   if (slowest == 0.0) {
     const double one_full = std::min(task.up.full_change, task.down.full_change);
     const double short_peak = peak_of_short_ramps(task);
     if (short_peak <= one_full) return std::min(short_peak, fastest);
-    peak = peak_of_full_ramps(task);
+    double peak = peak_of_full_ramps(task);
     if (!(peak >= both_full)) peak = peak_of_mixed_ramps(task, std::min(both_full, fastest));
     if (peak >= one_full && peak <= fastest) return peak;
   } else if (both_full < fastest) {
-    peak = peak_of_full_ramps(task);
-    if (peak >= both_full && peak <= fastest) return peak;
+    const double peak = peak_of_full_ramps(task);
+    if (peak >= both_full && peak <= fastest) return peak - slowest;
   }
-  return peak_by_newton(task, slowest, fastest);
+  return excess_by_newton(task, slowest, fastest);
 }
 
 void check_positive(std::string_view what, double value, std::string_view unit) {
@@ -235,14 +239,14 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
     nothing.starts.fill(nothing.end);
     return nothing;
   }
-  const Ramps fastest(task, limits.velocity_mm_s);
+  const Ramps fastest(task, limits.velocity_mm_s, 0.0);
   const double cruise_mm = distance_mm - fastest.distance();
   if (cruise_mm >= 0.0)
     return lay_out(fastest.up, cruise_mm / limits.velocity_mm_s, fastest.down, limits, distance_mm);
 
   const double slowest = std::max(start_velocity_mm_s, end_velocity_mm_s);
   if (slowest > 0.0) {
-    const Ramps shortest(task, slowest);
+    const Ramps shortest(task, slowest, 0.0);
     constexpr double rounding = 1e-12;
     if (shortest.distance() > distance_mm * (1.0 + rounding))
       throw MotionError(fmt::format(
@@ -251,7 +255,7 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
     if (shortest.distance() >= distance_mm)
       return lay_out(shortest.up, 0.0, shortest.down, limits, distance_mm);
   }
-  const Ramps ramps(task, find_peak(task, slowest, limits.velocity_mm_s));
+  const Ramps ramps(task, slowest, find_excess(task, slowest, limits.velocity_mm_s));
   const double rest_mm = std::max(0.0, distance_mm - ramps.distance());
   return lay_out(ramps.up, rest_mm / ramps.peak, ramps.down, limits, distance_mm);
 }

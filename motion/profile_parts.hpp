@@ -48,9 +48,9 @@ struct Ramp {
   double duration_s() const { return rise_s + hold_s + fall_s; }
 };
 
-/// The fastest ramp low -> high (low <= high; the low speed may be below zero).
-inline Ramp ramp_between(double low, double high, const RampLimits& limits) {
-  const double change = high - low;
+/// The fastest ramp from a low speed (which may be below zero) by a change >= 0.
+inline Ramp ramp_by(double low, double change, const RampLimits& limits) {
+  const double high = low + change;
   Ramp ramp;
   ramp.low_velocity = low;
   if (change >= limits.full_change) {
@@ -68,12 +68,15 @@ inline Ramp ramp_between(double low, double high, const RampLimits& limits) {
   return ramp;
 }
 
-/// d distance / d high speed of a ramp to `high`; infinite where the speeds are equal.
-inline double distance_slope(const Ramp& ramp, double high, const RampLimits& limits) {
-  const double change = high - ramp.low_velocity;
+inline Ramp ramp_between(double low, double high, const RampLimits& limits) {
+  return ramp_by(low, high - low, limits);
+}
+
+/// d distance / d change of a ramp; infinite for a change of 0.
+inline double distance_slope(const Ramp& ramp, double change, const RampLimits& limits) {
   const double duration_slope =
       change >= limits.full_change ? 1.0 / limits.acceleration : std::sqrt(limits.half_jerk_time / change);
-  return 0.5 * ramp.duration_s() + 0.5 * (ramp.low_velocity + high) * duration_slope +
+  return 0.5 * ramp.duration_s() + (ramp.low_velocity + 0.5 * change) * duration_slope +
          0.25 * (ramp.fall_s - ramp.rise_s);
 }
 

@@ -128,44 +128,65 @@ Course eased_stop(Course course, const ScurveLimits& limits, double braking) {
   return course;
 }
 
-/// Down from above the speed limit, with no acceleration yet, to rest at the target.
-Course from_above_the_limit(Course course, const ScurveLimits& limits, double target_mm) {
-  const double speed = course.now.velocity_mm_s, way_mm = target_mm - course.now.position_mm;
-  RampLimits down = slowing_down(limits);
+Course stop_and_go_on(Course course, const ScurveLimits& limits, double target_mm) {
+  stop_forward(course, limits);
+  course.append(plan_scurve(limits, target_mm - course.now.position_mm), 1.0);
+  return course;
+}
+
+/// Slows down to the speed limit from above, goes on with it and stops at the target; if the target is too
+/// near, in one gentler deceleration.
+Course slow_down(Course course, const ScurveLimits& limits, double target_mm) {
+  if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
+  const double excess = -course.now.acceleration_mm_s2 - limits.deceleration_mm_s2;
+  course.append(excess / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+  const double braking = -course.now.acceleration_mm_s2;
+  const RampLimits down = slowing_down(limits);
+  const Course before = course;
+
+  const double speed = speed_before(course.now.velocity_mm_s, -braking, limits.jerk5_mm_s3);
   const Ramp to_limit = ramp_between(std::min(limits.velocity_mm_s, speed), speed, down);
+  course.append((to_limit.peak_acceleration - braking) / limits.jerk5_mm_s3, -limits.jerk5_mm_s3);
+  course.append(to_limit.hold_s, 0.0);
+  course.append(to_limit.rise_s, limits.jerk7_mm_s3);
+  course.now.velocity_mm_s = limits.velocity_mm_s;
+  course.now.acceleration_mm_s2 = 0.0;
   const Ramp to_rest = ramp_between(0.0, limits.velocity_mm_s, down);
-  const double cruise_mm = way_mm - to_limit.distance - to_rest.distance;
-  const auto append = [&](const Ramp& ramp) {
-    course.append(ramp.fall_s, -limits.jerk5_mm_s3);
-    course.append(ramp.hold_s, 0.0);
-    course.append(ramp.rise_s, limits.jerk7_mm_s3);
-    course.now.acceleration_mm_s2 = 0.0;
-  };
+  const double cruise_mm = target_mm - course.now.position_mm - to_rest.distance;
   if (cruise_mm >= 0.0) {
-    append(to_limit);
-    course.now.velocity_mm_s = limits.velocity_mm_s;
     course.append(cruise_mm / limits.velocity_mm_s, 0.0);
-    append(to_rest);
+    stop_forward(course, limits);
     return course;
   }
+
+  course = before;
+  course.append(braking / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+  course.now.acceleration_mm_s2 = 0.0;
+  const double way_mm = target_mm - course.now.position_mm, start_speed = course.now.velocity_mm_s;
   const auto gentle = [&](double share) {
-    return ramp_between(0.0, speed,
+    return ramp_between(0.0, start_speed,
                         {share * limits.deceleration_mm_s2, limits.jerk7_mm_s3, limits.jerk5_mm_s3});
   };
-  // The ramp's way shrinks as its deceleration grows; half a millionth of D would stop later than any travel.
-  const double share = -root_of_rising(
-      [&](double minus_share) { return gentle(-minus_share).distance - way_mm; }, -1.0, -5e-7);
-  append(gentle(share));
+  // The way shrinks as the deceleration grows; half a millionth of D would stop later than any travel.
+  const Ramp ramp = gentle(-root_of_rising(
+      [&](double minus_share) { return gentle(-minus_share).distance - way_mm; }, -1.0, -5e-7));
+  course.append(ramp.fall_s, -limits.jerk5_mm_s3);
+  course.append(ramp.hold_s, 0.0);
+  course.append(ramp.rise_s, limits.jerk7_mm_s3);
   return course;
+}
+
+Course from_above_the_limit(const Course& course, const ScurveLimits& limits, double target_mm) {
+  const Course slower = slow_down(course, limits, target_mm),
+               stop_first = stop_and_go_on(course, limits, target_mm);
+  return slower.profile.duration_s <= stop_first.profile.duration_s ? slower : stop_first;
 }
 
 /// To rest at a target beyond the stopping point, of a forward motion.
 Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
-  if (turns_back(course.now, limits)) {
-    stop_forward(course, limits);
-    course.append(plan_scurve(limits, target_mm - course.now.position_mm), 1.0);
-    return course;
-  }
+  if (turns_back(course.now, limits)) return stop_and_go_on(course, limits, target_mm);
+  constexpr double rounding = 1e-12;  // a profile under the same limits ends its acceleration at Vc
+  const double above_limit = limits.velocity_mm_s * (1.0 + rounding);
   const double braking = -course.now.acceleration_mm_s2;
   if (braking > 0.0) {
     const Course released = eased_stop(course, limits, 0.0);
@@ -177,6 +198,8 @@ Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
           -braking, 0.0);
       return eased_stop(course, limits, -minus_ease);
     }
+    if (speed_before(course.now.velocity_mm_s, braking, limits.jerk7_mm_s3) > above_limit)
+      return from_above_the_limit(course, limits, target_mm);
     course.append(braking / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
     course.now.acceleration_mm_s2 = 0.0;
   }
@@ -185,11 +208,7 @@ Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
   course.append(excess / limits.jerk3_mm_s3, -limits.jerk3_mm_s3);
   const auto [position, velocity, acceleration, jerk] = course.now;
   const double lowest = velocity + acceleration * acceleration / (2.0 * limits.jerk3_mm_s3);
-  constexpr double rounding = 1e-12;  // a profile under the same limits ends its acceleration at Vc
-  if (lowest > limits.velocity_mm_s * (1.0 + rounding)) {
-    if (acceleration > 0.0) end_acceleration(course, limits);
-    return from_above_the_limit(course, limits, target_mm);
-  }
+  if (lowest > above_limit) return from_above_the_limit(course, limits, target_mm);
   // The acceleration continues one that began without acceleration at this speed, a little earlier.
   const double earlier_s = acceleration / limits.jerk1_mm_s3;
   const double earlier_speed = speed_before(velocity, acceleration, limits.jerk1_mm_s3);

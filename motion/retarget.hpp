@@ -9,9 +9,9 @@
 
 namespace meltstage::motion {
 
-/// A motion in up to twelve segments of constant jerk. It begins at position 0.
+/// A motion in segments of constant jerk. It begins at position 0.
 struct JerkProfile {
-  static constexpr std::size_t most_segments = 12;
+  static constexpr std::size_t most_segments = 32;  ///< a shaped S-curve has 31
 
   std::size_t segments = 0;
   std::array<double, most_segments> durations_s{};
@@ -56,7 +56,7 @@ StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state
 /// the limits allow; before that point, the axis stops and comes back. (A turn passes through rest with no
 /// acceleration, as A, D and their jerks belong to speeding up and slowing down.) A speed above a lowered
 /// limit comes down with D as plan_stop does; where the target is too near for that, it comes down in one
-/// gentler deceleration that ends at the target.
+/// gentler deceleration that ends at the target, or stops first where that is faster.
 /// @throws MotionError as plan_stop, or if the target isn't finite.
 JerkProfile plan_retarget(const ScurveLimits& limits, const MotionState& state, double target_mm);
 
