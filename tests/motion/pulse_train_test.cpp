@@ -37,7 +37,7 @@ TEST(PulseAccumulators, AtAnyCycleAreThoseOfSteppingThere) {
   std::mt19937_64 random(1);
   for (int i = 0; i < 50; ++i) {
     const auto any = [&](int bits) {
-      return static_cast<FixedPulses>(static_cast<std::int64_t>(random())) << bits;
+      return static_cast<FixedPulses>(static_cast<std::int64_t>(random())) * (FixedPulses{1} << bits);
     };
     const PulseAccumulators start{any(20), any(10), any(0), static_cast<std::int64_t>(random() >> 20)};
     PulseAccumulators stepped = start;
