@@ -33,7 +33,9 @@ std::span<const Bench> benches();
 int report_bench(const Bench& bench, const BenchOptions& options, bool json);
 
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
+std::vector<BenchRow> bench_profile(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
+std::vector<BenchRow> bench_vibration(const BenchOptions& options);
 std::vector<BenchRow> bench_windows(const BenchOptions& options);
 
 }  // namespace meltstage::app
