@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/chip_serve.hpp"
+#include "app/chip_tune.hpp"
 #include "app/chip_watch.hpp"
 #include "host/controller.hpp"
 
@@ -131,8 +132,9 @@ std::function<int()> add_chip_command(CLI::App& cli, const std::string& command_
           ->check(CLI::Range(0.0, 1e9));
   CLI::App* run = chip->add_subcommand("run", "Heating on");
   CLI::App* stop = chip->add_subcommand("stop", "Heater off");
+  CLI::App* tune = chip->add_subcommand("tune", "Start the chip's autotune and follow it");
   CLI::App* clear = chip->add_subcommand("clear", "Clear latched faults");
-  for (CLI::App* command : {read, set, watch, run, stop, clear}) add_connection(command, *asked);
+  for (CLI::App* command : {read, set, watch, run, stop, tune, clear}) add_connection(command, *asked);
 
   return [=] {
     if (*serve_command) {
@@ -150,6 +152,7 @@ std::function<int()> add_chip_command(CLI::App& cli, const std::string& command_
       if (*watch_for) asked->watch.for_s = asked->watch_for_s;
       return watch_chip(controller, asked->watch);
     }
+    if (*tune) return tune_chip(controller);
     if (*run) controller.run();
     if (*stop) controller.stop();
     return *clear ? clear_faults(controller) : 0;

@@ -376,4 +376,28 @@ void Controller::clear_faults() {
   }
 }
 
+void Controller::start_tuning() {
+  const Locked locked(*modbus_);
+  try {
+    command(spec::kCmdTune, "CMD Tune");
+  } catch (const Refusal& refusal) {
+    throw BusError(std::string(refusal.what()) +
+                   "; heating must be on (chip run), in automatic mode (MODE=0), unlocked");
+  }
+}
+
+Tuning Controller::tuning() {
+  static const std::array<const Register*, 5> wanted{&find_register("AT_STATE"), &find_register("AT_KU"),
+                                                     &find_register("AT_TU"), &find_register("AT_DUTY"),
+                                                     &find_register("TS")};
+  const auto words = read(wanted);
+  const auto value = [&](std::size_t i) { return to_unit(*wanted[i], words[i]); };
+  const int phase = words[0] & 0xFF;
+  constexpr int kLastPhase = static_cast<int>(TuningPhase::timed_out);
+  if (phase > kLastPhase)
+    throw BusError(fmt::format("AT_STATE: found {}, expected 0 to {}", phase, kLastPhase));
+  // AT_TU counts control periods, TS milliseconds.
+  return {static_cast<TuningPhase>(phase), words[0] >> 8, value(1), value(2) * value(4) / 1000.0, value(3)};
+}
+
 }  // namespace meltstage::host

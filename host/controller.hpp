@@ -69,6 +69,17 @@ struct Identity {
   std::uint16_t map_crc;
 };
 
+enum class TuningPhase { never_ran, runs, finished, stopped, timed_out };
+
+/// The chip's autotune.
+struct Tuning {
+  TuningPhase phase;
+  int cycles;       ///< done, while it runs
+  double ku_per_k;  ///< ultimate gain, duty (0..1) per degree
+  double tu_s;      ///< ultimate period
+  double hold_duty_percent;
+};
+
 /// Every call throws BusError when the chip does not answer or refuses, naming the registers.
 class Controller {
  public:
@@ -97,6 +108,9 @@ class Controller {
   void run();
   /// Heater off, always accepted.
   void stop();
+  /// Starts the autotune at the set-point; heating must be on in automatic mode.
+  void start_tuning();
+  Tuning tuning();
   /// Clears the latched faults; a refusal names the cause that is still there.
   void clear_faults();
 
