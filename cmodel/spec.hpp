@@ -12,7 +12,7 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0xECC6;
+inline constexpr std::uint16_t kMapCrc = 0xB309;
 inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
 
 inline constexpr unsigned kInputCount = 34;
@@ -146,13 +146,13 @@ inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {
     {"AT_WINDOW", "degC", 0.1, false, true, 0, 1000, 10 },
     {"AT_DWELL", "s", 0.1, false, true, 0, 65535, 50 },
     {"LOCK", "", 1.0, false, true, 0, 65535, 0 },
-    {"CTRL", "", 1.0, false, true, 0, 127, 51 },
-    {"KP", "1/K", 1.52587890625e-05, false, true, 0, 65535, 6208 },
-    {"KI_APPROACH", "", 6.103515625e-05, false, true, 0, 65535, 1669 },
-    {"KI_HOLD", "", 6.103515625e-05, false, true, 0, 65535, 3339 },
-    {"KD", "", 0.125, false, true, 0, 65535, 46163 },
+    {"CTRL", "", 1.0, false, true, 0, 127, 55 },
+    {"KP", "1/K", 1.52587890625e-05, false, true, 0, 65535, 5131 },
+    {"KI_APPROACH", "", 6.103515625e-05, false, true, 0, 65535, 1229 },
+    {"KI_HOLD", "", 6.103515625e-05, false, true, 0, 65535, 1602 },
+    {"KD", "", 0.125, false, true, 0, 65535, 17409 },
     {"D_FILTER", "", 1.0, false, true, 0, 6, 4 },
-    {"KFF", "1/K", 2.384185791015625e-07, false, true, 0, 65535, 16534 },
+    {"KFF", "1/K", 2.384185791015625e-07, false, true, 0, 65535, 18874 },
     {"T_AMB", "degC", 0.1, true, true, -400, 1000, 250 },
     {"BAND_FULL", "degC", 0.1, false, true, 0, 5000, 180 },
     {"BAND_OFF", "degC", 0.1, false, true, 0, 5000, 5000 },
@@ -193,7 +193,7 @@ inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {
     {"ADDRESS", "", 1.0, false, true, 0, 247, 0 },
     {"BAUD", "Bd", 100.0, false, true, 12, 5000, 1152 },
     {"FORMAT", "", 1.0, false, true, 0, 3, 0 },
-    {"PRESET", "", 0.00390625, false, true, 0, 256, 58 },
+    {"PRESET", "", 0.00390625, false, true, 0, 256, 50 },
     {"FF_DROP", "", 9.5367431640625e-07, false, true, 0, 65535, 0 },
 } };
 

@@ -7,7 +7,7 @@ package tc_pkg;
   localparam int unsigned ClkHz = 12000000;
   localparam logic [15:0] DeviceId = 16'h7C01;
   localparam logic [15:0] Version = 16'h0001;
-  localparam logic [15:0] MapCrc = 16'hECC6;
+  localparam logic [15:0] MapCrc = 16'hB309;
   localparam logic [15:0] SetpointMargin = 16'd50;
 
   // Register spaces, Modbus PDU addresses.
@@ -191,13 +191,13 @@ package tc_pkg;
       6'd9: reg_reset = 16'h000A;  // AT_WINDOW
       6'd10: reg_reset = 16'h0032;  // AT_DWELL
       6'd11: reg_reset = 16'h0000;  // LOCK
-      6'd12: reg_reset = 16'h0033;  // CTRL
-      6'd13: reg_reset = 16'h1840;  // KP
-      6'd14: reg_reset = 16'h0685;  // KI_APPROACH
-      6'd15: reg_reset = 16'h0D0B;  // KI_HOLD
-      6'd16: reg_reset = 16'hB453;  // KD
+      6'd12: reg_reset = 16'h0037;  // CTRL
+      6'd13: reg_reset = 16'h140B;  // KP
+      6'd14: reg_reset = 16'h04CD;  // KI_APPROACH
+      6'd15: reg_reset = 16'h0642;  // KI_HOLD
+      6'd16: reg_reset = 16'h4401;  // KD
       6'd17: reg_reset = 16'h0004;  // D_FILTER
-      6'd18: reg_reset = 16'h4096;  // KFF
+      6'd18: reg_reset = 16'h49BA;  // KFF
       6'd19: reg_reset = 16'h00FA;  // T_AMB
       6'd20: reg_reset = 16'h00B4;  // BAND_FULL
       6'd21: reg_reset = 16'h1388;  // BAND_OFF
@@ -238,7 +238,7 @@ package tc_pkg;
       6'd56: reg_reset = 16'h0000;  // ADDRESS
       6'd57: reg_reset = 16'h0480;  // BAUD
       6'd58: reg_reset = 16'h0000;  // FORMAT
-      6'd59: reg_reset = 16'h003A;  // PRESET
+      6'd59: reg_reset = 16'h0032;  // PRESET
       6'd60: reg_reset = 16'h0000;  // FF_DROP
       default: reg_reset = 16'h0000;
     endcase

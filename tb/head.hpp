@@ -19,6 +19,7 @@ struct HeadConfig {
   PlantConfig plant = plant_config("PH-1");
   std::string sensor = "MAX31855";  // part, as in the spec's presets
   double sensor_noise_degc = 0.05;  // sigma, before quantisation
+  double conversion_s = 0.0;        // 0: the part's typical time
   double baud = 115200.0;
   UartFormat format = k8E1;
   std::uint8_t addr_strap = 0;
