@@ -12,7 +12,9 @@ namespace {
 
 constexpr Bench kBenches[] = {
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
+    {"protection", "faults of a head against firmware's rules; healthy jobs without a trip", bench_protection},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
+    {"upset", "every flop inverted once in each phase of a job: outcomes a block", bench_upset},
     {"windows", "time-parallel lockstep on two processes against one run from end to end", bench_windows},
 };
 

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "tests/lockstep/random_run.hpp"
+#include "tb/upset.hpp"
 #include "twins.hpp"
 
 namespace meltstage::tb {
@@ -117,7 +118,7 @@ TEST(Advance, OneFlopMoreOrLessIsSeen) {
   chip::Chip a;
   chip::Chip b;
   EXPECT_EQ(different_flops(a, b), "");
-  for (unsigned bit = 0; bit < flop_bits(); ++bit) {
+  for (std::size_t bit = 0; bit < flop_bits().size(); ++bit) {
     invert_flop_bit(b, bit);
     EXPECT_NE(different_flops(a, b), "") << bit;
     invert_flop_bit(b, bit);
