@@ -342,7 +342,7 @@ module tc_guard (
                   cause_q[tc_pkg::FaultOverTemp])
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)
-  `TC_ASSERT_NEXT(GuardHeatNeedsBothRails_A, run_q == run_nq, !heater_q && !run_q)
+  `TC_ASSERT(GuardHeatNeedsBothRails_A, run_q != run_nq || stop)
   `TC_ASSERT_IF(GuardHeatNeedsSample_A, heater_q, pv_valid_q)
   // P9, P6: stop and inhibit act in the next clock.
   `TC_ASSERT_NEXT(GuardStopTurnsOff_A, stop_i, !heater_q && !run_q)

@@ -38,6 +38,7 @@ constexpr double kPoll_s = 0.05;
 constexpr double kTolerance = 0.02;  // of a tick
 constexpr double kSetpoint_degc = 110.0;
 constexpr double kCold_degc = 60.0;
+constexpr double kCooled_degc = 20.0;  // below the set-point, once stopped
 
 std::uint64_t clocks(double seconds) { return static_cast<std::uint64_t>(std::llround(seconds * spec::kClkHz)); }
 
@@ -109,11 +110,20 @@ UpsetStudy::UpsetStudy(UpsetPhase phase, UpsetPwm pwm)
     run.until(run.now_s() + 5.0);
   }
   if (phase == UpsetPhase::stopped) run.write(spec::kRegCmd, spec::kCmdStop);
+  const auto cool = [&] {
+    // So that a heater on by mistake is one at full power.
+    for (; element_degc_ > kSetpoint_degc - kCooled_degc; element_degc_ -= 1.0) {
+      run.head().set_element_degc(element_degc_);
+      run.until(run.now_s() + 1.0);
+    }
+    run.head().set_element_degc(element_degc_);
+  };
   if (phase == UpsetPhase::faulted) {
     run.head().set_inhibit(true);
     run.until(run.now_s() + 0.2);
     run.head().set_inhibit(false);
   }
+  if (phase == UpsetPhase::stopped || phase == UpsetPhase::faulted) cool();
   // The chip's ticks lie on tenths of a second since its reset; the state is that just before one.
   run.until(std::ceil(run.now_s() * 10.0 + 1.0) / 10.0);
   start_ = run.chip();

@@ -2,6 +2,7 @@
 // advance() against step(): every flop at every stop and every pin change in between are equal.
 #include "cmodel/advance.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -111,7 +112,7 @@ TEST(Advance, EqualsStepInTheRandomRunsOfTheLockstepSuite) {
     clocks += run.compared.clocks;
   }
   EXPECT_GE(clocks, 16'000'000u);
-  EXPECT_TRUE(all.holes().empty());
+  EXPECT_THAT(all.holes(), testing::IsEmpty());
 }
 
 TEST(Advance, OneFlopMoreOrLessIsSeen) {

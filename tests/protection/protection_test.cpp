@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "tb/heated_run.hpp"
 
@@ -31,7 +32,7 @@ TEST_P(HeadFaults, AreSeenInTime) {
   const FaultOutcome outcome = run_fault({plant, degc, wanted.fault, wanted.feedback, 7}, Protector::chip);
   EXPECT_GE(outcome.detected_s, 0.0);
   EXPECT_LE(outcome.detected_s, wanted.within_s);
-  if (wanted.fault_bit != 0) EXPECT_EQ(outcome.faults & wanted.fault_bit, wanted.fault_bit);
+  EXPECT_EQ(outcome.faults & wanted.fault_bit, wanted.fault_bit);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -56,7 +57,7 @@ TEST(HeadFaultsControl, AreNotSeenWithoutDetectors) {
   run.head().plant().set_sensor_coupling(run.cycle(), 0.0);
   run.until(200.0);
   EXPECT_FALSE(std::isfinite(run.tripped_s()));
-  EXPECT_GT(run.heater_degc(), 200.0);
+  EXPECT_GT(run.heater_degc(), 160.0) << "133 in hold";
 }
 
 TEST(HealthyJobs, TripNothing) {
