@@ -2,6 +2,7 @@
 // `meltstage bench NAME`: figures measured now, a row each, with what is wanted beside them.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,7 +20,8 @@ struct BenchRow {
 };
 
 struct BenchOptions {
-  bool quick = false;  // shorter measurement; a row that leaves something out says so
+  bool quick = false;      // shorter measurement; a row that leaves something out says so
+  std::uint64_t seed = 1;  // of what is random; benches without chance take no notice
 };
 
 struct Bench {
@@ -35,7 +37,9 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json);
 std::vector<BenchRow> bench_control(const BenchOptions& options);
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
 std::vector<BenchRow> bench_profile(const BenchOptions& options);
+std::vector<BenchRow> bench_protection(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
+std::vector<BenchRow> bench_upset(const BenchOptions& options);
 std::vector<BenchRow> bench_vibration(const BenchOptions& options);
 std::vector<BenchRow> bench_windows(const BenchOptions& options);
 

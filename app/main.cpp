@@ -116,6 +116,7 @@ int main(int argc, char** argv) {
   bench_command->add_flag("--list", bench_list, "Name the benches");
   bench_command->add_flag("--json", bench_json, "Print JSON");
   bench_command->add_flag("--quick", bench.quick, "Shorter measurement");
+  bench_command->add_option("--seed", bench.seed, "Seed of what is random (default 1)");
 
   const std::function<int()> chip = app::add_chip_command(cli, print.command);
 

@@ -20,6 +20,10 @@ algor_kernel::Flops<PlainBits> flops_of(const Algor& algor) {
 }  // namespace
 
 [[gnu::flatten]] bool Algor::ramping() const { return algor_kernel::ramping(flops_of(*this)); }
+bool Algor::parity() const {
+  return __builtin_parity(i_q ^ (static_cast<std::uint32_t>(filt_q) & 0x3FFFFFu) ^
+                          static_cast<std::uint16_t>(sp_work_q)) != 0;
+}
 [[gnu::flatten]] bool Algor::limited() const { return algor_kernel::limited(flops_of(*this)); }
 [[gnu::flatten]] std::int32_t Algor::term_p() const {
   return static_cast<std::int32_t>(algor_kernel::term_p(flops_of(*this)).bits);
@@ -38,18 +42,30 @@ std::uint64_t Algor::quiet(const AlgorIn& in) const {
   return in.run || (duty_q == 0 && segment_q == kSegNone) ? kForever : 0;
 }
 
+namespace {
+
+algor_kernel::Pins<PlainBits, Params> pins_of(const AlgorIn& in) {
+  return {.params = in.params,
+          .start = in.start,
+          .sample_ok = in.sample_ok,
+          .run = in.run,
+          .at_temp = in.at_temp,
+          .ms = in.ms,
+          .pv = Int<PlainBits, 16>(in.pv),
+          .drop = in.drop,
+          .tuning = in.tuning,
+          .tune_duty = Int<PlainBits, 18>(in.tune_duty),
+          .tune_hold = Int<PlainBits, 18>(in.tune_hold)};
+}
+
+}  // namespace
+
+[[gnu::flatten]] bool Algor::still(const AlgorIn& in) const {
+  return algor_kernel::still(flops_of(*this), pins_of(in));
+}
+
 [[gnu::flatten]] void Algor::step(const AlgorIn& in) {
-  const algor_kernel::Pins<PlainBits, Params> pins{.params = in.params,
-                                                   .start = in.start,
-                                                   .sample_ok = in.sample_ok,
-                                                   .run = in.run,
-                                                   .at_temp = in.at_temp,
-                                                   .ms = in.ms,
-                                                   .pv = Int<PlainBits, 16>(in.pv),
-                                                   .drop = in.drop,
-                                                   .tuning = in.tuning,
-                                                   .tune_duty = Int<PlainBits, 18>(in.tune_duty),
-                                                   .tune_hold = Int<PlainBits, 18>(in.tune_hold)};
+  const algor_kernel::Pins<PlainBits, Params> pins = pins_of(in);
   auto flops = flops_of<PlainBits>(*this);
   if (!algor_kernel::idle(flops, pins)) algor_kernel::clock(flops, pins);
 }

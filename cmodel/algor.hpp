@@ -84,6 +84,9 @@ struct Algor {
   bool ramps(const AlgorIn& in) const { return in.run && ramping(); }
   bool ramping() const;
   bool limited() const;
+  // Parity of what one computation hands to the next, and whether the next clock leaves it as it is.
+  bool parity() const;
+  bool still(const AlgorIn& in) const;
   std::int32_t term_p() const;  // Q1.16, saturated
   std::int32_t term_i() const;
   std::int32_t term_d() const;

@@ -311,13 +311,21 @@ typename B::Bool idle(const Flops<B>& q, const In& in) {
 
 // ---- Outputs that are not flops ----
 
+// What one computation hands to the next (integral, filter, working set-point) stays as it is.
+template <class B, class In>
+typename B::Bool still(const Flops<B>& q, const In& in) {
+  return q.step_q() == Const<kStepIdle>{} && !in.start && q.done_q() == 0_k && in.run && !in.manual() &&
+         !(in.ms && q.sp_work_q() != q.target_q());
+}
+
 template <class B>
 typename B::Bool ramping(const Flops<B>& q) {
   return q.sp_work_q() != q.target_q();
 }
 template <class B>
 typename B::Bool limited(const Flops<B>& q) {
-  return q.duty_q() == q.duty_max_q() && q.duty_q() != 0_k;
+  // The integral may stop just short of the limit.
+  return q.duty_q() + (q.duty_max_q() >> 4_k) >= q.duty_max_q() && q.duty_q() != 0_k;
 }
 template <class B>
 Int<B, 18> term_p(const Flops<B>& q) {

@@ -150,7 +150,7 @@ SenscIn Chip::sensc_in() const {
 AlgorIn Chip::algor_in() const {
   return {.params = params(),
           .start = sysctrl.algor_start_q != 0,
-          .sample_ok = sensc.ok(),
+          .sample_ok = guard.bad_q == 0,
           .run = guard.run_q != 0,
           .at_temp = guard.at_temp_q != 0,
           .ms = sysctrl.ms_q != 0,
@@ -164,7 +164,7 @@ AlgorIn Chip::algor_in() const {
 AtuneIn Chip::atune_in() const {
   return {.tune = paramc.tune_q != 0,
           .run = guard.run_q != 0,
-          .sample = sysctrl.algor_start_q != 0 && sensc.ok(),
+          .sample = sysctrl.algor_start_q != 0 && guard.bad_q == 0,
           .tenth = sysctrl.tenth_q != 0,
           .commit = sysctrl.commit_q != 0,
           .pv = guard.pv_q,
@@ -176,7 +176,7 @@ AtuneIn Chip::atune_in() const {
 
 QualityIn Chip::quality_in() const {
   return {.run = guard.run_q != 0,
-          .sample = sysctrl.algor_start_q != 0 && sensc.ok(),
+          .sample = sysctrl.algor_start_q != 0 && guard.bad_q == 0,
           .tenth = sysctrl.tenth_q != 0,
           .pv = guard.pv_q,
           .target = algor.target_q,
@@ -210,13 +210,17 @@ GuardIn Chip::guard_in() const {
           .sp_work = algor.sp_work_q,
           .ramping = algor.ramping(),
           .pwm = pwmc.pwm(),
-          .run = paramc.run_q != 0,
+          .run = paramc.run(),
           .stop = paramc.stop_q != 0 || uartc.stop() || atune.stop_q != 0,
           .clear = paramc.clear_q != 0,
           .good_frame = uartc.good(),
           .mem_bad = mem.bad(),
-          .state_illegal = sysctrl.illegal(),
+          .state_illegal = sysctrl.illegal() || (guard.run_q != 0 && sysctrl.state_q == spec::kStIdle),
           .overrun = sysctrl.overrun_q != 0,
+          .watch_parity = static_cast<std::uint8_t>(static_cast<unsigned>(pwmc.parity()) << 1 |
+                                                    static_cast<unsigned>(algor.parity())),
+          .watch_still = static_cast<std::uint8_t>(static_cast<unsigned>(pwmc.still(pwmc_in())) << 1 |
+                                                   static_cast<unsigned>(algor.still(algor_in()))),
           .inhibit = (sync.q() >> 6 & 1) != 0,
           .heater_fb = (sync.q() >> 5 & 1) != 0};
 }

@@ -15,6 +15,14 @@ namespace {
 constexpr std::int32_t of_temp(std::int32_t x) { return x * 5; }
 constexpr std::int32_t of_tenths(std::int32_t x) { return x * 32; }
 
+constexpr std::uint8_t kRateTenths = 10;  // DTDT_MAX is a change within 1 s
+// So far above ambient a head without heat must cool; 1/320 degC.
+constexpr std::int32_t kHotAbove = 20 * 320;
+
+bool above_rate(const Params& p, std::int32_t change) {
+  return std::abs(of_temp(change)) > of_tenths(p[spec::kRegDtdtMax]);
+}
+
 // Count of 0.1 s that stops at its top.
 std::uint16_t count_up(std::uint16_t x, bool tick) {
   return tick && x != 0xFFFF ? static_cast<std::uint16_t>(x + 1) : x;
@@ -89,14 +97,21 @@ void Guard::skip(const GuardIn& in, const Sync::Seen& feedback, std::uint64_t cl
 
 void Guard::step(const GuardIn& in) {
   const Params& p = in.params;
-  const bool accept = in.sens_done && in.sens_ok;
-  const bool refuse = in.sens_done && !in.sens_ok;
   const std::int32_t change = in.sens_pv - pv_q;
+  // No head moves by half of DTDT_MAX between two samples, or by DTDT_MAX in a second: such a frame is refused as a bad
+  // one. The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no
+  // noise.
+  const bool jump = pv_valid_q != 0 && p[spec::kRegDtdtMax] != 0 &&
+                    (above_rate(p, 2 * change) || above_rate(p, in.sens_pv - rate_ref_q));
+  const bool jump_stays = jump && bad_q + 1 >= (p[spec::kRegBadMax] & 0xF);
+  const bool accept = in.sens_done && in.sens_ok && (!jump || jump_stays);
+  const bool refuse = in.sens_done && !accept;
   const bool heating = run_q != 0 && !p.bit(spec::kRegMode, 0);
   const std::int32_t over_sp = of_temp(pv_q - in.sp_work);
   const std::int32_t window = of_tenths(p[spec::kRegAtWindow]);
   const bool in_window = std::abs(over_sp) <= window;
   const bool lba_rose = of_temp(pv_q - lba_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
+  const bool hold_rose = of_temp(pv_q - hold_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
   const bool off_duty = in.duty == 0 || run_q == 0;
   const bool fb_trip = fb_q >= fb_trip_clocks(p);
   const bool lba_active = heating && in.limited && p[spec::kRegLbaTime] != 0;
@@ -104,6 +119,10 @@ void Guard::step(const GuardIn& in) {
                            p[spec::kRegHoldTime] != 0 && in.duty > in.hold_limit;
   const bool exc_active = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]);
   const bool zero_due = off_duty && zero_q >= p[spec::kRegZeroWait];
+  const bool frozen_active = run_q != 0 && in.duty == 0 && p[spec::kRegLbaTime] != 0 &&
+                            of_temp(pv_q) > of_tenths(p.s16(spec::kRegTAmb)) + kHotAbove;
+  const bool rails_differ = run_q == run_nq;
+  const bool upset = (watch_still_q & (watch_parity_q ^ in.watch_parity)) != 0;
   const bool zero_rose = of_temp(pv_q - zero_ref_q) >= of_tenths(p[spec::kRegZeroRise]);
 
   // Over-temperature acts on the sample itself, unfiltered.
@@ -117,18 +136,19 @@ void Guard::step(const GuardIn& in) {
   cause = static_cast<std::uint16_t>(
       cause | bit(spec::kFaultSensorFault, bad && bad_dev_q != 0) |
       bit(spec::kFaultSensorFrame, bad && bad_dev_q == 0) |
-      bit(spec::kFaultSensorStale, stale_q >= p[spec::kRegSampleTimeout]) |
+      bit(spec::kFaultSensorStale, stale_q >= p[spec::kRegSampleTimeout] ||
+                                       (frozen_active && frozen_q >= p[spec::kRegLbaTime])) |
       bit(spec::kFaultRate, rate_q != 0) | bit(spec::kFaultNotHeating, lba_trip_q != 0) |
       bit(spec::kFaultHoldPower, hold_active && hold_q >= p[spec::kRegHoldTime]) |
       bit(spec::kFaultExcursion, exc_active && exc_q >= p[spec::kRegExcTime]) |
       bit(spec::kFaultZeroRise, zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
       bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, 5) && fb_trip) |
       bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_left(p) == 0) | bit(spec::kFaultParam, in.mem_bad) |
-      bit(spec::kFaultState, in.state_illegal || in.overrun) | bit(spec::kFaultInhibit, in.inhibit));
+      bit(spec::kFaultState, in.state_illegal || in.overrun || rails_differ || upset) | bit(spec::kFaultInhibit, in.inhibit));
 
   const std::uint16_t latching =
       cause_q & static_cast<std::uint16_t>(run_q != 0 ? 0xFFFF : ~spec::kFaultRunOnly);
-  const bool stop = in.stop || latching != 0 || fault_q != 0;
+  const bool stop = in.stop || latching != 0 || fault_q != 0 || rails_differ;
   const bool running = run_q != 0;
 
   // Detectors, from the flops before this clock.
@@ -139,7 +159,12 @@ void Guard::step(const GuardIn& in) {
   } else {
     lba_q = count_up(lba_q, in.tenth);
   }
-  hold_q = hold_active ? count_up(hold_q, in.tenth) : 0;
+  if (!hold_active || hold_rose) {
+    hold_q = 0;
+    hold_ref_q = pv_q;
+  } else {
+    hold_q = count_up(hold_q, in.tenth);
+  }
   if (!heating || in.sp_work < sp_past_q) {
     exc_armed_q = 0;
   } else if (over_sp <= window) {
@@ -157,6 +182,8 @@ void Guard::step(const GuardIn& in) {
   } else if (!zero_due || pv_q < zero_ref_q) {
     zero_ref_q = pv_q;
   }
+  // Frozen: a hot head without heat cools, so its samples move.
+  frozen_q = frozen_active && !(accept && change != 0) ? count_up(frozen_q, in.tenth) : 0;
   if ((heater_q != 0) == in.heater_fb) {
     fb_q = 0;
   } else if (!fb_trip) {
@@ -179,14 +206,22 @@ void Guard::step(const GuardIn& in) {
     safe_en_q = 0;
   }
   run_q = !stop && (running || start);
+  run_nq = run_q ^ 1;
   if (in.clear || fault_q == 0) first_q = first_of(latching);
   fault_q = (in.clear ? 0 : fault_q) | latching;
   cause_q = cause;
+  watch_parity_q = in.watch_parity;
+  watch_still_q = in.watch_still;
 
   // Samples.
+  if (accept && (pv_valid_q == 0 || jump || rate_cnt_q >= kRateTenths)) {
+    rate_ref_q = in.sens_pv;
+    rate_cnt_q = 0;
+  } else if (in.tenth && rate_cnt_q < kRateTenths) {
+    ++rate_cnt_q;
+  }
   if (accept) {
-    rate_q = pv_valid_q != 0 && p[spec::kRegDtdtMax] != 0 &&
-             std::abs(of_temp(change)) > of_tenths(p[spec::kRegDtdtMax]);
+    rate_q = jump;
     slope_q = pv_valid_q != 0 ? sat_s16(change) : std::int16_t{0};
     pv_valid_q = 1;
     pv_q = in.sens_pv;

@@ -13,12 +13,15 @@ namespace meltstage::chip {
 
 #define TC_GUARD_FLOPS(X)                  \
   X(std::uint8_t, run_q, 1, 0)             \
+  X(std::uint8_t, run_nq, 1, 1)            \
   X(std::uint8_t, heater_q, 1, 0)          \
   X(std::uint8_t, safe_en_q, 1, 0)         \
   X(std::uint16_t, safe_cnt_q, 10, 0)      \
   X(std::uint16_t, cause_q, 15, 0)         \
   X(std::uint16_t, fault_q, 15, 0)         \
   X(std::uint8_t, first_q, 4, 0)           \
+  X(std::uint8_t, watch_parity_q, 2, 0)    \
+  X(std::uint8_t, watch_still_q, 2, 0)     \
   X(std::uint8_t, pv_valid_q, 1, 0)        \
   X(std::uint8_t, bad_dev_q, 1, 0)         \
   X(std::int16_t, pv_q, 16, 0)             \
@@ -27,13 +30,17 @@ namespace meltstage::chip {
   X(std::uint16_t, sensor_errors_q, 16, 0) \
   X(std::uint16_t, stale_q, 16, 0)         \
   X(std::uint8_t, bad_q, 4, 0)             \
+  X(std::int16_t, rate_ref_q, 16, 0)       \
+  X(std::uint8_t, rate_cnt_q, 4, 0)        \
   X(std::int16_t, lba_ref_q, 16, 0)        \
+  X(std::int16_t, hold_ref_q, 16, 0)       \
   X(std::int16_t, zero_ref_q, 16, 0)       \
   X(std::int16_t, sp_past_q, 16, 0)        \
   X(std::uint16_t, lba_q, 16, 0)           \
   X(std::uint16_t, hold_q, 16, 0)          \
   X(std::uint16_t, exc_q, 16, 0)           \
   X(std::uint16_t, zero_q, 16, 0)          \
+  X(std::uint16_t, frozen_q, 16, 0)        \
   X(std::uint16_t, wd_q, 16, 0)            \
   X(std::uint16_t, at_q, 16, 0)            \
   X(std::uint32_t, fb_q, 20, 0)            \
@@ -63,6 +70,8 @@ struct GuardIn {
   bool mem_bad;
   bool state_illegal;
   bool overrun;
+  std::uint8_t watch_parity;  // of flops that decide over the heater for longer than a control tick: ALGOR, PWMC
+  std::uint8_t watch_still;   // and whether the next clock leaves them as they are
   bool inhibit;
   bool heater_fb;
 };

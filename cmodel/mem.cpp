@@ -17,19 +17,24 @@ constexpr std::array<std::uint32_t, spec::kHoldingCount> reset_words() {
 }
 constexpr auto kResetWords = reset_words();
 
+// What the blocks see of a word. A flip of these three would outlast the pass that corrects it: in the control
+// period, or in a PWM period begun with it.
+std::uint16_t parameter(unsigned index, std::uint32_t word) {
+  const bool lasting = index == spec::kRegTs || index == spec::kRegPwmPrescale || index == spec::kRegPwmPeriod;
+  return static_cast<std::uint16_t>(lasting ? word ^ secded_flip(word) : word);
+}
+
 }  // namespace
 
 Mem::Mem() : staged_q(kResetWords), active_q(kResetWords) { refresh_params(); }
 
 void Mem::refresh_params() {
-  for (unsigned i = 1; i < spec::kHoldingCount; ++i) {
-    params_.value[i] = static_cast<std::uint16_t>(active_q[i]);
-  }
+  for (unsigned i = 1; i < spec::kHoldingCount; ++i) params_.value[i] = parameter(i, active_q[i]);
 }
 
 void Mem::set_active(unsigned index, std::uint32_t word) {
   active_q[index] = word;
-  params_.value[index] = static_cast<std::uint16_t>(word);
+  params_.value[index] = parameter(index, word);
 }
 
 void Mem::step(const MemIn& in) {

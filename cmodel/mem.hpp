@@ -66,7 +66,7 @@ struct Mem {
   void scrub();
   void set_active(unsigned index, std::uint32_t word);
 
-  Params params_;  // the data bits of active_q, kept beside it so that reading parameters costs nothing
+  Params params_;  // the data of active_q, kept beside it so that reading parameters costs nothing
 };
 
 }  // namespace meltstage::chip

@@ -117,6 +117,9 @@ struct ParamcIn {
 struct Paramc {
   TC_PARAMC_FLOPS(TC_DECLARE_FLOP)
 
+  // The run pulse counts only with its command still in hand: an upset of one flop is no command.
+  bool run() const { return run_q != 0 && index_q == spec::kRegCmd && value_q == spec::kCmdRun; }
+
   // True when a step can change nothing but the command pulses: no command in work, no display, no commit.
   bool idle(const ParamcIn& in) const {
     return !in.decode && !in.extract && !in.write && !in.commit && !in.display && !in.tune_wr &&

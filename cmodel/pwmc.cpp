@@ -86,6 +86,16 @@ void Pwmc::skip(std::uint64_t clocks) {
   pre_q = static_cast<std::uint16_t>(sum % (prescale_q + 1u));
 }
 
+bool Pwmc::parity() const {
+  return __builtin_parity(duty_q ^ mul_acc_q ^ product_q ^ static_cast<std::uint32_t>(acc_q) ^
+                          (std::uint32_t{mul_period_q} ^ prescale_q ^ period_q ^ high_q)) != 0;
+}
+
+bool Pwmc::still(const PwmcIn& in) const {
+  const bool period_end = pre_q >= prescale_q && count_q + 1 >= period_q;
+  return in.enable && running_q != 0 && !period_end && !in.load && mul_left_q == 0 && legal_period(in) == mul_period_q;
+}
+
 void Pwmc::step(const PwmcIn& in) {
   const std::uint16_t period_legal = legal_period(in);
   const bool mul_fresh = mul_left_q == 0 && period_legal == mul_period_q;

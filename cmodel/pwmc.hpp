@@ -44,6 +44,9 @@ struct Pwmc {
   void skip(std::uint64_t clocks);
 
   bool pwm() const { return pwm_q != 0; }
+  // Parity of what lasts for a PWM period or a control tick, and whether the next clock leaves it as it is.
+  bool parity() const;
+  bool still(const PwmcIn& in) const;
   bool period_start() const { return period_start_q != 0; }
 
  private:

@@ -12,7 +12,7 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0xB309;
+inline constexpr std::uint16_t kMapCrc = 0x0D22;
 inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
 
 inline constexpr unsigned kInputCount = 34;
@@ -168,7 +168,7 @@ inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {
     {"HOLD_MULT", "", 0.00390625, false, true, 0, 65535, 333 },
     {"HOLD_ADD", "%", 0.01, false, true, 0, 10000, 500 },
     {"HOLD_TIME", "s", 0.1, false, true, 0, 65535, 300 },
-    {"DTDT_MAX", "degC", 0.1, false, true, 0, 5000, 100 },
+    {"DTDT_MAX", "degC", 0.1, false, true, 0, 5000, 50 },
     {"ZERO_RISE", "degC", 0.1, false, true, 0, 5000, 80 },
     {"ZERO_WAIT", "s", 0.1, false, true, 0, 65535, 300 },
     {"BAD_MAX", "", 1.0, false, true, 1, 15, 3 },
@@ -249,7 +249,7 @@ enum StatusBit : std::uint8_t {
   kStatusPidSegment = 3,
   kStatusOffSegment = 4,
   kStatusRampActive = 5,
-  kStatusDutyLimited = 6,
+  kStatusDutyWithin1/16OfItsLimit = 6,
   kStatusWritesPending = 7,
   kStatusHold = 8,
   kStatusLocked = 9,
@@ -267,7 +267,7 @@ inline constexpr std::array<std::string_view, 16> kStatusBits{ {
     "PID segment",
     "off segment",
     "ramp active",
-    "duty limited",
+    "duty within 1/16 of its limit",
     "writes pending",
     "hold",
     "locked",
@@ -371,16 +371,16 @@ inline constexpr std::array<FaultInfo, kFaultCount> kFaults{ {
     {"UnderTemp", "An accepted sample fell below T_MIN."},
     {"SensorFault", "The sensor reported open or short for BAD_MAX samples in a row."},
     {"SensorFrame", "Frames failed the reserved-bit or stuck-line check for BAD_MAX samples in a row."},
-    {"SensorStale", "No accepted sample for SAMPLE_TIMEOUT."},
-    {"Rate", "Temperature moved by more than DTDT_MAX between two accepted samples."},
-    {"NotHeating", "Duty at its limit for LBA_TIME and the temperature rose by less than LBA_RISE (loop break)."},
-    {"HoldPower", "Duty above HOLD_MULT x KFF (T - T_AMB) + HOLD_ADD for HOLD_TIME inside the control band."},
+    {"SensorStale", "No accepted sample for SAMPLE_TIMEOUT, or a frozen one: zero duty for LBA_TIME, 20 degC above T_AMB, and no sample moved."},
+    {"Rate", "Temperature moved by more than DTDT_MAX within 1 s, or by half of it at once, and BAD_MAX samples in a row say so."},
+    {"NotHeating", "Duty within 1/16 of its limit for LBA_TIME and the temperature rose by less than LBA_RISE (loop break)."},
+    {"HoldPower", "Duty above HOLD_MULT x KFF (T - T_AMB) + HOLD_ADD for HOLD_TIME inside the control band, and no rise by LBA_RISE."},
     {"Excursion", "Temperature above the set-point by EXC_LIMIT for EXC_TIME."},
     {"ZeroRise", "Temperature rose by ZERO_RISE although the duty had been zero for ZERO_WAIT (shorted switch)."},
     {"HeaterFb", "heater_fb_i differed from heater_o for FB_TIME (checked while CTRL.FB_EN)."},
     {"HostWatchdog", "No valid frame to this address or broadcast for HOST_WD."},
     {"Param", "A parameter word held a flip that SECDED can not correct."},
-    {"State", "Illegal code in the main state machine, or a control tick that was not finished before the next."},
+    {"State", "Illegal code or broken order in the main state machine, a control tick that was not finished before the next, or an upset flop that decides over the heater."},
     {"Inhibit", "inhibit_i was high."},
 } };
 

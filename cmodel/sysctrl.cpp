@@ -7,6 +7,8 @@ namespace {
 constexpr std::uint16_t kMsClocks = spec::kClkHz / 1000;
 constexpr std::uint16_t kMsLast = kMsClocks - 1;
 constexpr std::uint8_t kTenthLast = 99;
+// Parts of a tick's work, as served_q collects them.
+constexpr std::uint8_t kSampled = 1, kShown = 2, kComputed = 4, kServed = 7;
 
 std::uint8_t next_state(const Sysctrl& s, const SysctrlIn& in) {
   // cmd_valid falls one clock after cmd_done_q: the command just carried out must not start again.
@@ -58,8 +60,20 @@ void Sysctrl::step(const SysctrlIn& in) {
     }
   }
 
-  // Control tick. Before the first command nothing is due, so nothing can be late.
-  overrun_q = ts_wrap && tick_pend_q != 0;
+  // Control tick. Before the first command nothing is due, so nothing can be late. All its work must be done when the
+  // next tick comes, and in order.
+  const bool sampled = state_q == spec::kStReadTemp && in.sens_done;
+  const bool computed = state_q == spec::kStInitAlgor && in.algor_done;
+  const bool disordered = (sampled && served_q != 0) || (on_display && served_q != kSampled) ||
+                          (computed && served_q != (kSampled | kShown));
+  overrun_q = (ts_wrap && (tick_pend_q != 0 || served_q != kServed)) || disordered;
+  if (state_q == spec::kStIdle) {
+    served_q = kServed;
+  } else if (to_read) {
+    served_q = 0;
+  } else {
+    served_q |= (sampled ? kSampled : 0) | (on_display ? kShown : 0) | (computed ? kComputed : 0);
+  }
   if (ms_q != 0) ts_cnt_q = ts_wrap ? 0 : (ts_cnt_q + 1) & 0x7FF;
   if (state_q == spec::kStIdle) {
     tick_pend_q = 0;
@@ -70,7 +84,7 @@ void Sysctrl::step(const SysctrlIn& in) {
   }
 
   // Hand-overs.
-  pwm_load_q = state_q == spec::kStInitAlgor && in.algor_done;
+  pwm_load_q = computed;
   algor_start_q = on_display;
   sens_start_q = tick_q;
   commit_q = to_read && in.pending;
@@ -91,7 +105,7 @@ std::uint64_t Sysctrl::quiet(const SysctrlIn& in) const {
   const bool pulses = (tenth_q | overrun_q | cmd_done_q | commit_q | tick_q | sens_start_q | tlm_start_q |
                        algor_start_q | pwm_load_q) != 0;
   const bool settles =
-      (state_q == spec::kStIdle && tick_pend_q != 0) || (in.tlm_period == 0 && (tlm_cnt_q | tlm_due_q) != 0);
+      (state_q == spec::kStIdle && (tick_pend_q != 0 || served_q != kServed)) || (in.tlm_period == 0 && (tlm_cnt_q | tlm_due_q) != 0);
   if (pulses || settles || ms_cnt_q > kMsLast || next_state(*this, in) != state_q) return 0;
   // Milliseconds that only count: the next one is a control tick or ends a tenth of a second.
   const int until_tick = in.ts - 1 - ts_cnt_q;

@@ -12,6 +12,7 @@ namespace meltstage::chip {
 
 #define TC_SYSCTRL_FLOPS(X)                  \
   X(std::uint8_t, state_q, 5, spec::kStIdle) \
+  X(std::uint8_t, served_q, 3, 7)            \
   X(std::uint16_t, ms_cnt_q, 14, 0)          \
   X(std::uint8_t, ms_q, 1, 0)                \
   X(std::uint8_t, tenth_cnt_q, 7, 0)         \

@@ -35,7 +35,10 @@ module tc_algor (
   output logic [16:0]       duty_o,        // UQ1.16
   output logic signed [15:0] sp_work_o,    // Q9.6
   output logic              ramping_o,
-  output logic              limited_o,     // duty at DUTY_MAX
+  output logic [31:0]       i_o,           // what one computation hands to the next, with sp_work_o ...
+  output logic [21:0]       filt_o,
+  output logic              still_o,       // ... and whether the next clock leaves it as it is
+  output logic              limited_o,     // duty within 1/16 of DUTY_MAX
   output logic [1:0]        segment_o,     // 0 none, 1 full, 2 PID, 3 off
   output logic              i_held_o,      // integral did not move in the last step
   output logic [17:0]       hold_limit_o,  // largest plausible hold duty, UQ2.16
@@ -349,7 +352,11 @@ module tc_algor (
   assign duty_o       = duty_q;
   assign sp_work_o    = sp_work_q;
   assign ramping_o    = sp_work_q != target_q;
-  assign limited_o    = duty_q == duty_max_q && duty_q != 17'd0;
+  assign i_o          = i_q;
+  assign filt_o       = filt_q;
+  assign still_o      = step_q == StepIdle && !start_i && !done_q && run_i && !manual && !(ramping_o && ms_i);
+  // The integral may stop just short of the limit.
+  assign limited_o    = {1'b0, duty_q} + {5'd0, duty_max_q[16:4]} >= {1'b0, duty_max_q} && duty_q != 17'd0;
   assign segment_o    = segment_q;
   assign i_held_o     = i_held_q;
   assign hold_limit_o = hold_q;

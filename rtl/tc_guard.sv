@@ -5,6 +5,8 @@
 // from the same clock edge on heater_q is low: a fault is at most two clocks behind its cause. fault_q stays until a
 // keyed clear with the cause gone. The first fault since clear is kept. safe_en_o toggles only while heating is permitted, so
 // a stopped clock opens the second switch as well. Faults and their meaning: docs/registers.md.
+//
+// The permission stands in two flops of opposite level: a single upset can not turn the heater on.
 `include "tc_assert.svh"
 
 module tc_guard (
@@ -37,6 +39,8 @@ module tc_guard (
   input  logic               mem_bad_i,
   input  logic               state_illegal_i,
   input  logic               overrun_i,
+  input  logic [1:0]         watch_parity_i,   // parity of flops that decide over the heater for longer than a control tick ...
+  input  logic [1:0]         watch_still_i,    // ... and whether the next clock leaves them as they are
   input  logic               inhibit_i,        // synchronised
   input  logic               heater_fb_i,      // synchronised
 
@@ -61,30 +65,40 @@ module tc_guard (
 );
 
   localparam logic [1:0] SegPid = 2'd2;
+  localparam logic [3:0] RateTenths = 4'd10;   // DTDT_MAX is a change within 1 s
+  localparam logic signed [23:0] HotAbove = 24'sd6400;  // 20 degC above ambient a head without heat must cool; 1/320 degC
 
   // Heater permission.
-  logic        run_q, heater_q, safe_en_q;
+  logic        run_q, run_nq, heater_q, safe_en_q;
   logic [9:0]  safe_cnt_q;
   logic [14:0] cause_q, cause_d, fault_q;
   logic [3:0]  first_q;
+  logic [1:0]  watch_parity_q, watch_still_q;
   // Samples.
   logic               pv_valid_q, bad_dev_q;
   logic signed [15:0] pv_q, slope_q;
   logic [15:0]        samples_q, sensor_errors_q, stale_q;
   logic [3:0]         bad_q;                   // refused samples in a row
+  logic signed [15:0] rate_ref_q;              // temperature at the start of the present second
+  logic [3:0]         rate_cnt_q;              // its tenths, to RateTenths
   // Detectors.
-  logic signed [15:0] lba_ref_q, zero_ref_q, sp_past_q;
-  logic [15:0]        lba_q, hold_q, exc_q, zero_q, wd_q, at_q;
+  logic signed [15:0] lba_ref_q, hold_ref_q, zero_ref_q, sp_past_q;
+  logic [15:0]        lba_q, hold_q, exc_q, zero_q, frozen_q, wd_q, at_q;
   logic [19:0]        fb_q;
   logic               exc_armed_q, rate_q, lba_trip_q, at_temp_q;
 
   // ---- Samples -----------------------------------------------------------------------------------------------------------
 
-  logic               accept, refuse;
-  logic signed [16:0] step;                    // change between accepted samples
-  assign accept = sens_done_i && sens_ok_i;
-  assign refuse = sens_done_i && !sens_ok_i;
-  assign step   = 17'(sens_pv_i) - 17'(pv_q);
+  logic               jump, jump_stays, accept, refuse;
+  logic signed [17:0] step;                    // change since the last accepted sample
+  assign step   = 18'(sens_pv_i) - 18'(pv_q);
+  // No head moves by half of DTDT_MAX between two samples, or by DTDT_MAX in a second: such a frame is refused as a bad one.
+  // The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no noise.
+  assign jump       = pv_valid_q && params_i.dtdt_max != 16'd0 &&
+                      (above_rate(step <<< 1) || above_rate(18'(sens_pv_i) - 18'(rate_ref_q)));
+  assign jump_stays = jump && {1'b0, bad_q} + 5'd1 >= {1'b0, params_i.bad_max[3:0]};
+  assign accept     = sens_done_i && sens_ok_i && (!jump || jump_stays);
+  assign refuse     = sens_done_i && !accept;
 
   // 1/320 degC on both sides of a comparison: 5 x 1/64 degC, 32 x 0.1 degC.
   function automatic logic signed [23:0] of_temp(input logic signed [16:0] x);
@@ -96,6 +110,9 @@ module tc_guard (
   function automatic logic signed [23:0] magnitude(input logic signed [23:0] x);
     magnitude = x < 24'sd0 ? -x : x;
   endfunction
+  function automatic logic above_rate(input logic signed [17:0] x);
+    above_rate = magnitude(24'(x) * 24'sd5) > of_tenths($signed({1'b0, params_i.dtdt_max}));
+  endfunction
   // Count of 0.1 s that stops at its top.
   function automatic logic [15:0] count_up(input logic [15:0] x, input logic tick);
     count_up = tick && x != 16'hFFFF ? x + 16'd1 : x;
@@ -103,9 +120,8 @@ module tc_guard (
 
   // ---- Detectors' comparisons, on the accepted temperature --------------------------------------------------------------
 
-  logic too_fast, auto_mode, heating, in_window, above_exc, over_hold, lba_rose, off_duty, zero_rose, fb_differs, fb_trip;
-  assign too_fast  = pv_valid_q && params_i.dtdt_max != 16'd0 &&
-                     magnitude(of_temp(step)) > of_tenths($signed({1'b0, params_i.dtdt_max}));
+  logic auto_mode, heating, in_window, above_exc, over_hold, lba_rose, hold_rose, off_duty, zero_rose,
+        fb_differs, fb_trip;
   assign auto_mode = !params_i.mode[0];
   assign heating   = run_q && auto_mode;
   logic signed [16:0] over_sp;
@@ -114,16 +130,21 @@ module tc_guard (
   assign above_exc = of_temp(over_sp) > of_tenths($signed({1'b0, params_i.exc_limit}));
   assign over_hold = {1'b0, duty_i} > hold_limit_i;
   assign lba_rose  = of_temp(17'(pv_q) - 17'(lba_ref_q)) >= of_tenths($signed({1'b0, params_i.lba_rise}));
+  assign hold_rose = of_temp(17'(pv_q) - 17'(hold_ref_q)) >= of_tenths($signed({1'b0, params_i.lba_rise}));
   assign off_duty  = duty_i == 17'd0 || !run_q;
   assign zero_rose = of_temp(17'(pv_q) - 17'(zero_ref_q)) >= of_tenths($signed({1'b0, params_i.zero_rise}));
   assign fb_differs = heater_q != heater_fb_i;
   assign fb_trip    = fb_q >= {params_i.fb_time, 4'd0};
 
-  logic lba_active, hold_active, exc_active, zero_due, bad_limit, wd_expired;
+  logic lba_active, hold_active, exc_active, zero_due, frozen_active, bad_limit, wd_expired, rails_differ, upset;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
   assign hold_active = heating && segment_i == SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 && over_hold;
   assign exc_active  = heating && exc_armed_q && above_exc;
   assign zero_due    = off_duty && zero_q >= params_i.zero_wait;
+  assign frozen_active = run_q && duty_i == 17'd0 && params_i.lba_time != 16'd0 &&
+                        of_temp(17'(pv_q)) > of_tenths(17'($signed(params_i.t_amb))) + HotAbove;
+  assign rails_differ = run_q == run_nq;
+  assign upset       = (watch_still_q & (watch_parity_q ^ watch_parity_i)) != 2'd0;
   assign bad_limit   = bad_q >= params_i.bad_max[3:0];
   assign wd_expired  = wd_q >= params_i.host_wd;
 
@@ -136,7 +157,8 @@ module tc_guard (
                                     : cause_q[tc_pkg::FaultUnderTemp];
     cause_d[tc_pkg::FaultSensorFault]  = bad_limit && bad_dev_q;
     cause_d[tc_pkg::FaultSensorFrame]  = bad_limit && !bad_dev_q;
-    cause_d[tc_pkg::FaultSensorStale]  = stale_q >= params_i.sample_timeout;
+    cause_d[tc_pkg::FaultSensorStale]  = stale_q >= params_i.sample_timeout ||
+                                         (frozen_active && frozen_q >= params_i.lba_time);
     cause_d[tc_pkg::FaultRate]         = rate_q;
     cause_d[tc_pkg::FaultNotHeating]   = lba_trip_q;
     cause_d[tc_pkg::FaultHoldPower]    = hold_active && hold_q >= params_i.hold_time;
@@ -145,14 +167,16 @@ module tc_guard (
     cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[5] && fb_trip;
     cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_expired;
     cause_d[tc_pkg::FaultParam]        = mem_bad_i;
-    cause_d[tc_pkg::FaultState]        = state_illegal_i || overrun_i;
+    cause_d[tc_pkg::FaultState]        = state_illegal_i || overrun_i || rails_differ || upset;
     cause_d[tc_pkg::FaultInhibit]      = inhibit_i;
   end
 
   logic [14:0] latching;                       // causes that stop the heater now
   logic        stop;
   assign latching = cause_q & ~(run_q ? 15'd0 : tc_pkg::FaultRunOnly);
-  assign stop     = stop_i || latching != 15'd0 || fault_q != 15'd0;
+  assign stop     = stop_i || latching != 15'd0 || fault_q != 15'd0 || rails_differ;
+  logic run_d;
+  assign run_d    = !stop && (run_q || (run_i && run_allowed_o));
 
   function automatic logic [3:0] first_of(input logic [14:0] causes);
     first_of = 4'd0;
@@ -162,12 +186,15 @@ module tc_guard (
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       run_q           <= 1'b0;
+      run_nq          <= 1'b1;
       heater_q        <= 1'b0;
       safe_en_q       <= 1'b0;
       safe_cnt_q      <= 10'd0;
       cause_q         <= 15'd0;
       fault_q         <= 15'd0;
       first_q         <= 4'd0;
+      watch_parity_q  <= 2'd0;
+      watch_still_q   <= 2'd0;
       pv_valid_q      <= 1'b0;
       bad_dev_q       <= 1'b0;
       pv_q            <= 16'sd0;
@@ -176,13 +203,17 @@ module tc_guard (
       sensor_errors_q <= 16'd0;
       stale_q         <= 16'd0;
       bad_q           <= 4'd0;
+      rate_ref_q      <= 16'sd0;
+      rate_cnt_q      <= 4'd0;
       lba_ref_q       <= 16'sd0;
+      hold_ref_q      <= 16'sd0;
       zero_ref_q      <= 16'sd0;
       sp_past_q       <= 16'sd0;
       lba_q           <= 16'd0;
       hold_q          <= 16'd0;
       exc_q           <= 16'd0;
       zero_q          <= 16'd0;
+      frozen_q         <= 16'd0;
       wd_q            <= 16'd0;
       at_q            <= 16'd0;
       fb_q            <= 20'd0;
@@ -192,7 +223,8 @@ module tc_guard (
       at_temp_q       <= 1'b0;
     end else begin
       // Heater permission: a fault, a stop or the emergency stop beats everything.
-      run_q    <= !stop && (run_q || (run_i && run_allowed_o));
+      run_q    <= run_d;
+      run_nq   <= !run_d;
       heater_q <= pwm_i && run_q && !stop && !inhibit_i;
       if (run_q && !stop) begin
         safe_cnt_q <= safe_cnt_q + 10'd1;
@@ -202,6 +234,8 @@ module tc_guard (
         safe_en_q  <= 1'b0;
       end
       cause_q <= cause_d;
+      watch_parity_q <= watch_parity_i;
+      watch_still_q  <= watch_still_i;
       fault_q <= (clear_i ? 15'd0 : fault_q) | latching;
       if (clear_i) first_q <= first_of(latching);
       else if (fault_q == 15'd0) first_q <= first_of(latching);
@@ -214,9 +248,15 @@ module tc_guard (
         samples_q  <= samples_q + 16'd1;
         bad_q      <= 4'd0;
         stale_q    <= 16'd0;
-        rate_q     <= too_fast;
+        rate_q     <= jump;
       end else begin
         stale_q <= count_up(stale_q, tenth_i);
+      end
+      if (accept && (!pv_valid_q || jump || rate_cnt_q >= RateTenths)) begin
+        rate_ref_q <= sens_pv_i;
+        rate_cnt_q <= 4'd0;
+      end else if (tenth_i && rate_cnt_q < RateTenths) begin
+        rate_cnt_q <= rate_cnt_q + 4'd1;
       end
       if (refuse) begin
         sensor_errors_q <= sensor_errors_q + 16'd1;
@@ -233,7 +273,13 @@ module tc_guard (
       end
       lba_trip_q <= lba_active && !lba_rose && lba_q >= params_i.lba_time;
 
-      hold_q <= hold_active ? count_up(hold_q, tenth_i) : 16'd0;
+      // Hold power: more than the head can need, and no rise to show for it.
+      if (!hold_active || hold_rose) begin
+        hold_q     <= 16'd0;
+        hold_ref_q <= pv_q;
+      end else begin
+        hold_q <= count_up(hold_q, tenth_i);
+      end
 
       // Excursion: armed once the temperature is at or below the window's top, disarmed when the set-point falls away.
       sp_past_q <= sp_work_i;
@@ -247,6 +293,9 @@ module tc_guard (
       // The first sample is no rise.
       if (accept && !pv_valid_q) zero_ref_q <= sens_pv_i;
       else if (!zero_due || pv_q < zero_ref_q) zero_ref_q <= pv_q;
+
+      // Frozen: a hot head without heat cools, so its samples move.
+      frozen_q <= frozen_active && !(accept && step != 18'sd0) ? count_up(frozen_q, tenth_i) : 16'd0;
 
       if (!fb_differs) fb_q <= 20'd0;
       else if (!fb_trip) fb_q <= fb_q + 20'd1;
@@ -288,8 +337,12 @@ module tc_guard (
   `TC_ASSERT_IF(GuardFaultMeansOff_A, fault_q != 15'd0, !heater_q)
   `TC_ASSERT_NEXT(GuardCauseTurnsOff_A, latching != 15'd0, !heater_q && fault_q != 15'd0)
   `TC_ASSERT_NEXT(GuardFaultStays_A, fault_q != 15'd0 && !clear_i, fault_q != 15'd0)
+  // P5: an accepted sample at or above T_MAX is a cause in the next clock.
+  `TC_ASSERT_NEXT(GuardHotSampleIsCause_A, accept && !(of_temp(17'(sens_pv_i)) < of_tenths(17'($signed(params_i.t_max)))),
+                  cause_q[tc_pkg::FaultOverTemp])
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)
+  `TC_ASSERT(GuardHeatNeedsBothRails_A, run_q != run_nq || stop)
   `TC_ASSERT_IF(GuardHeatNeedsSample_A, heater_q, pv_valid_q)
   // P9, P6: stop and inhibit act in the next clock.
   `TC_ASSERT_NEXT(GuardStopTurnsOff_A, stop_i, !heater_q && !run_q)

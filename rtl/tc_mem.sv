@@ -144,7 +144,12 @@ module tc_mem (
   logic [16*tc_pkg::HoldingCount-1:0] params_bits;
   always_comb begin
     params_bits = '0;
-    for (int unsigned i = 1; i <= LastWord; i++) params_bits[16*i+:16] = active_q[i][15:0];
+    for (int unsigned i = 1; i <= LastWord; i++) begin
+      params_bits[16*i+:16] = active_q[i][15:0];
+      // A flip of these would outlast the pass that corrects it: in the control period, or in a PWM period begun with it.
+      if (6'(i) == tc_pkg::RegTs || 6'(i) == tc_pkg::RegPwmPrescale || 6'(i) == tc_pkg::RegPwmPeriod)
+        params_bits[16*i+:16] = 16'(active_q[i] ^ tc_math_pkg::secded_flip(active_q[i]));
+    end
   end
   assign params_o = params_bits;
 

@@ -142,7 +142,8 @@ module tc_paramc (
   assign index_o          = index_q;
   assign value_o          = value_q;
   assign discard_o        = discard_q;
-  assign run_o            = run_q;
+  // With its command still in hand: an upset of one flop is no command.
+  assign run_o            = run_q && index_q == tc_pkg::RegCmd && value_q == tc_pkg::CmdRun;
   assign stop_o           = stop_q;
   assign clear_o          = clear_q;
   assign tune_o           = tune_q;

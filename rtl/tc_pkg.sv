@@ -7,7 +7,7 @@ package tc_pkg;
   localparam int unsigned ClkHz = 12000000;
   localparam logic [15:0] DeviceId = 16'h7C01;
   localparam logic [15:0] Version = 16'h0001;
-  localparam logic [15:0] MapCrc = 16'hB309;
+  localparam logic [15:0] MapCrc = 16'h0D22;
   localparam logic [15:0] SetpointMargin = 16'd50;
 
   // Register spaces, Modbus PDU addresses.
@@ -213,7 +213,7 @@ package tc_pkg;
       6'd31: reg_reset = 16'h014D;  // HOLD_MULT
       6'd32: reg_reset = 16'h01F4;  // HOLD_ADD
       6'd33: reg_reset = 16'h012C;  // HOLD_TIME
-      6'd34: reg_reset = 16'h0064;  // DTDT_MAX
+      6'd34: reg_reset = 16'h0032;  // DTDT_MAX
       6'd35: reg_reset = 16'h0050;  // ZERO_RISE
       6'd36: reg_reset = 16'h012C;  // ZERO_WAIT
       6'd37: reg_reset = 16'h0003;  // BAD_MAX

@@ -24,6 +24,8 @@ module tc_pwmc (
   input  logic [16:0] duty_i,           // UQ1.16; above 65536 counts as 65536
   input  logic        load_i,
   output logic        pwm_o,
+  output logic        parity_o,         // of what lasts for a PWM period or a control tick ...
+  output logic        still_o,          // ... and whether the next clock leaves it as it is
   output logic        period_start_o    // first clock of a period
 );
 
@@ -149,6 +151,8 @@ module tc_pwmc (
     end
   end
 
+  assign parity_o = ^{duty_q, mul_acc_q, mul_period_q, prescale_q, period_q, product_q, high_q, acc_q};
+  assign still_o  = enable_i && running_q && !period_end && !load_i && mul_fresh;
   assign pwm_o = pwm_q;
   assign period_start_o = period_start_q;
 

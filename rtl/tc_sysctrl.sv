@@ -41,7 +41,7 @@ module tc_sysctrl #(
   output logic        algor_start_o,   // pulse
   output logic        pwm_load_o,      // pulse
   output logic        illegal_o,       // level: illegal state code
-  output logic        overrun_o,       // pulse: a tick came before the last one was served
+  output logic        overrun_o,       // pulse: a tick came before the last one's work was done, or that went out of order
   output logic        ms_o,            // pulse each millisecond
   output logic        tenth_o          // pulse each 0.1 s
 );
@@ -49,6 +49,7 @@ module tc_sysctrl #(
   localparam logic [13:0] MsLast = 14'(MsClocks - 1);
 
   logic [4:0]  state_q, state_d;
+  logic [2:0]  served_q;               // parts of the tick's work done: sample, display, duty
   logic [13:0] ms_cnt_q;
   logic [6:0]  tenth_cnt_q;
   logic [10:0] ts_cnt_q;
@@ -96,8 +97,13 @@ module tc_sysctrl #(
     endcase
   end
 
-  logic to_read, to_ready, ts_wrap, tlm_wrap;
+  localparam logic [2:0] Served = 3'b111;
+
+  logic to_read, to_ready, ts_wrap, tlm_wrap, sampled, computed, disordered;
   assign to_read  = state_d == tc_pkg::StReadTemp && state_q != tc_pkg::StReadTemp;
+  assign sampled    = state_q == tc_pkg::StReadTemp && sens_done_i;
+  assign computed   = state_q == tc_pkg::StInitAlgor && algor_done_i;
+  assign disordered = (sampled && served_q != 3'b000) || (display_o && served_q != 3'b001) || (computed && served_q != 3'b011);
   assign to_ready = state_d == tc_pkg::StCmdReady && state_q != tc_pkg::StCmdReady;
   assign ts_wrap  = ms_q && ({5'd0, ts_cnt_q} + 16'd1 >= ts_i);
   assign tlm_wrap = {1'b0, tlm_cnt_q} + 17'd1 >= {1'b0, tlm_period_i};
@@ -105,6 +111,7 @@ module tc_sysctrl #(
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       state_q       <= tc_pkg::StIdle;
+      served_q      <= Served;
       ms_cnt_q      <= 14'd0;
       ms_q          <= 1'b0;
       tenth_cnt_q   <= 7'd0;
@@ -139,7 +146,11 @@ module tc_sysctrl #(
       if (state_q == tc_pkg::StIdle) tick_pend_q <= 1'b0;
       else if (ts_wrap) tick_pend_q <= 1'b1;
       else if (to_read) tick_pend_q <= 1'b0;
-      overrun_q <= ts_wrap && tick_pend_q;
+      // Its work, part by part: all of it must be done when the next tick comes, and in this order.
+      if (state_q == tc_pkg::StIdle) served_q <= Served;
+      else if (to_read) served_q <= 3'b000;
+      else served_q <= served_q | {computed, display_o, sampled};
+      overrun_q <= (ts_wrap && (tick_pend_q || served_q != Served)) || disordered;
 
       // Telemetry.
       if (tlm_period_i == 16'd0) begin
@@ -160,7 +171,7 @@ module tc_sysctrl #(
       commit_q      <= to_read && pending_i;
       sens_start_q  <= tick_q;
       algor_start_q <= display_o;
-      pwm_load_q    <= state_q == tc_pkg::StInitAlgor && algor_done_i;
+      pwm_load_q    <= computed;
     end
   end
 

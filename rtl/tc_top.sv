@@ -69,7 +69,9 @@ module tc_top (
   logic [15:0] sens_pv;
   logic [31:0] sens_raw;
 
-  logic               algor_done, ramping, limited, i_held;
+  logic               algor_done, ramping, limited, i_held, algor_still;
+  logic [31:0]        algor_i;
+  logic [21:0]        algor_filt;
   logic [16:0]        duty, duty_max;
   logic signed [15:0] sp_work, pv, target, amb;
   logic [1:0]         segment;
@@ -84,7 +86,7 @@ module tc_top (
   logic [15:0] overshoot, band_time, band_error, peak;
   logic [31:0] on_time;
 
-  logic        pwm, period_start;
+  logic        pwm, period_start, pwmc_parity, pwmc_still;
 
   logic        heater, run, run_allowed, at_temp, sensor_ok, sample_held, wd_armed, permitted, pv_valid;
   logic [15:0] slope, samples, sensor_errors, wd_left;
@@ -164,14 +166,15 @@ module tc_top (
 
   tc_algor u_algor (
     .clk_i, .rst_ni(rst_n),
-    .params_i(params), .start_i(algor_start), .sample_ok_i(sens_ok), .run_i(run), .at_temp_i(at_temp), .ms_i(ms),
+    .params_i(params), .start_i(algor_start), .sample_ok_i(!sample_held), .run_i(run), .at_temp_i(at_temp), .ms_i(ms),
     .pv_i(pv), .drop_i(drop), .tuning_i(tuning), .tune_duty_i(tune_duty), .tune_hold_i(tune_hold), .done_o(algor_done),
-     .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .limited_o(limited),
+    .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .i_o(algor_i), .filt_o(algor_filt), .still_o(algor_still),
+    .limited_o(limited),
     .segment_o(segment), .i_held_o(i_held), .hold_limit_o(hold_limit),
     .target_o(target), .amb_o(amb), .duty_max_o(duty_max), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d)
   );
 
-  assign sample = algor_start && sens_ok;
+  assign sample = algor_start && !sample_held;
 
   tc_atune u_atune (
     .clk_i, .rst_ni(rst_n),
@@ -191,7 +194,8 @@ module tc_top (
   tc_pwmc u_pwmc (
     .clk_i, .rst_ni(rst_n),
     .prescale_i(params.pwm_prescale), .period_i(params.pwm_period), .min_on_i(params.pwm_min_on), .dither_i(params.ctrl[4]),
-    .enable_i(run), .duty_i(duty), .load_i(pwm_load), .pwm_o(pwm), .period_start_o(period_start)
+    .enable_i(run), .duty_i(duty), .load_i(pwm_load), .pwm_o(pwm),
+    .parity_o(pwmc_parity), .still_o(pwmc_still), .period_start_o(period_start)
   );
 
   tc_guard u_guard (
@@ -201,7 +205,8 @@ module tc_top (
     .duty_i(duty), .hold_limit_i(hold_limit), .limited_i(limited), .segment_i(segment), .sp_work_i(sp_work),
     .ramping_i(ramping), .pwm_i(pwm),
     .run_i(cmd_run), .stop_i(cmd_stop || uart_stop || tune_stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
-    .state_illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit), .heater_fb_i(heater_fb),
+    .state_illegal_i(illegal || (run && state == tc_pkg::StIdle)), .overrun_i(overrun),
+    .watch_parity_i({pwmc_parity, ^{algor_i, algor_filt, sp_work}}), .watch_still_i({pwmc_still, algor_still}), .inhibit_i(inhibit), .heater_fb_i(heater_fb),
     .heater_o(heater), .safe_en_o, .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
     .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),
     .pv_valid_o(pv_valid), .pv_o(pv), .slope_o(slope), .samples_o(samples), .sensor_errors_o(sensor_errors),

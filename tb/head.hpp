@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "cmodel/chip.hpp"
@@ -25,6 +26,7 @@ struct HeadConfig {
   std::uint8_t addr_strap = 0;
   std::uint64_t seed = 1;
   double clock_hz = chip::spec::kClkHz;
+  bool second_switch = true;  // in the supply, held by safe_en_o; without it the supply is always there
 };
 
 // The chip's surroundings as one device: takes the chip's output pins of a clock, gives its input pins.
@@ -34,7 +36,7 @@ class Head {
 
   // Input pins for the clock edge that ends `cycle`, from the output pins standing in it.
   chip::Inputs step(std::uint64_t cycle, const chip::Outputs& out) {
-    if (out.safe_en != safe_en_ || cycle > relay_opens_) move_relay(cycle, out.safe_en);
+    if (second_switch_ && (out.safe_en != safe_en_ || cycle > relay_opens_)) move_relay(cycle, out.safe_en);
     plant_.set_heater(cycle, out.heater);
     pins_.uart_rx = host_.step(cycle, out.uart_tx);
     pins_.spi_miso = sensor_->step(cycle, out.spi_cs_n, out.spi_sclk, out.spi_mosi);
@@ -48,6 +50,10 @@ class Head {
     return std::min(
         {host_.next_event(), sensor_->next_event(), relay_opens_ == kNever ? kNever : relay_opens_ + 1});
   }
+  // Supply voltage over nominal, while the second switch is closed.
+  void set_supply_ratio(std::uint64_t cycle, double ratio);
+  // What the sensor's element has instead of the head's temperature there.
+  void set_element_degc(std::optional<double> degc) { element_degc_ = degc; }
   // Emergency stop button.
   void set_inhibit(bool pressed) { pins_.inhibit = pressed; }
   // Droplet trigger line.
@@ -56,6 +62,7 @@ class Head {
 
   ModbusHost& host() { return host_; }
   HeaterPlant& plant() { return plant_; }
+  const HeaterPlant& plant() const { return plant_; }
   SpiSensor& sensor() { return *sensor_; }
   TelemetryListener& telemetry() { return telemetry_; }
 
@@ -63,8 +70,15 @@ class Head {
   // The second switch: a charge pump on safe_en_o holds the heater's supply while the pin toggles.
   void move_relay(std::uint64_t cycle, bool safe_en);
 
+  double element_degc(std::uint64_t cycle) {
+    return element_degc_ ? *element_degc_ : plant_.sensor_degc(cycle);
+  }
+
   std::uint64_t pump_hold_clocks_;
   HeaterPlant plant_;
+  std::optional<double> element_degc_;
+  bool second_switch_;
+  double supply_ratio_ = 1.0;
   bool safe_en_ = false;
   std::uint64_t relay_opens_ = 0;  // the supply falls behind this cycle unless the pin toggles again
   std::unique_ptr<SpiSensor> sensor_;

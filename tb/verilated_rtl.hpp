@@ -15,6 +15,8 @@ class VerilatedRtl : public Dut {
  public:
   // Sets every flop to the model's value, with the pins at `in`: the RTL goes on from the model's state.
   virtual void load(const chip::Chip& model, const chip::Inputs& in) = 0;
+  // The RTL's assertions, on at first; off for states that no sound chip has (upset flops).
+  virtual void set_assertions(bool on) = 0;
 };
 
 std::unique_ptr<VerilatedRtl> make_verilated_rtl();

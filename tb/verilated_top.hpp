@@ -151,6 +151,8 @@ class VerilatedTop : public VerilatedRtl {
     top_.eval();
   }
 
+  void set_assertions(bool on) override { context_.assertOn(on); }
+
  protected:
   // Settles the design at the present pins.
   virtual void eval() { top_.eval(); }

@@ -2,11 +2,13 @@
 // advance() against step(): every flop at every stop and every pin change in between are equal.
 #include "cmodel/advance.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
 #include "tests/lockstep/random_run.hpp"
+#include "tb/upset.hpp"
 #include "twins.hpp"
 
 namespace meltstage::tb {
@@ -110,14 +112,14 @@ TEST(Advance, EqualsStepInTheRandomRunsOfTheLockstepSuite) {
     clocks += run.compared.clocks;
   }
   EXPECT_GE(clocks, 16'000'000u);
-  EXPECT_TRUE(all.holes().empty());
+  EXPECT_THAT(all.holes(), testing::IsEmpty());
 }
 
 TEST(Advance, OneFlopMoreOrLessIsSeen) {
   chip::Chip a;
   chip::Chip b;
   EXPECT_EQ(different_flops(a, b), "");
-  for (unsigned bit = 0; bit < flop_bits(); ++bit) {
+  for (std::size_t bit = 0; bit < flop_bits().size(); ++bit) {
     invert_flop_bit(b, bit);
     EXPECT_NE(different_flops(a, b), "") << bit;
     invert_flop_bit(b, bit);

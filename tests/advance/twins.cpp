@@ -10,6 +10,7 @@
 #include "cmodel/math.hpp"
 #include "tb/devices/rng.hpp"
 #include "tb/head.hpp"
+#include "tb/upset.hpp"
 
 namespace meltstage::chip {
 namespace {
@@ -150,7 +151,7 @@ class Fate {
         break;
       }
       case 11: {  // an upset of any flop, legal state or not
-        const auto bit = static_cast<unsigned>(rng_.below(flop_bits()));
+        const auto bit = static_cast<std::size_t>(rng_.below(flop_bits().size()));
         if (one_in(2)) each([&](Twin& t) { invert_flop_bit(t.run.chip, bit); });
         break;
       }
@@ -218,6 +219,7 @@ class Fate {
     chip.guard.pv_valid_q = 1;
     chip.guard.pv_q = 25 * 64;
     chip.guard.run_q = 1;
+    chip.guard.run_nq = 0;
     return chip;
   }
 
@@ -271,29 +273,6 @@ std::string different_flops(const chip::Chip& stepped, const chip::Chip& advance
   });
   if (stepped.params().value != advanced.params().value) list += "  parameters beside the memory\n";
   return list;
-}
-
-unsigned flop_bits() {
-  static const unsigned total = [] {
-    unsigned bits = 0;
-    const chip::Chip chip;
-    chip::visit_flops(chip, [&](const char*, const auto&, unsigned width) { bits += width; });
-    return bits;
-  }();
-  return total;
-}
-
-void invert_flop_bit(chip::Chip& chip, unsigned bit) {
-  chip::visit_flops(chip, [&]<class T>(const char*, T& value, unsigned width) {
-    if (bit < width) {
-      // The highest bit of a signed flop is its sign, extended in the model.
-      const bool sign = std::is_signed_v<T> && bit == width - 1;
-      const std::uint64_t mask = sign ? ~std::uint64_t{0} << bit : std::uint64_t{1} << bit;
-      value = static_cast<T>(static_cast<std::uint64_t>(value) ^ mask);
-    }
-    bit -= width;  // wraps past the flop that was meant, and then never fits again
-  });
-  chip.mem.refresh_params();
 }
 
 TwinCount run_twins(std::uint64_t seed, std::uint64_t clocks) {

@@ -16,10 +16,6 @@ namespace meltstage::tb {
 // Flops whose values differ: "name stepped advanced", one a line; empty when none does.
 std::string different_flops(const chip::Chip& stepped, const chip::Chip& advanced);
 
-// Number of flop bits, and the inversion of one; what hangs on the parameter memory follows.
-unsigned flop_bits();
-void invert_flop_bit(chip::Chip& chip, unsigned bit);
-
 struct TwinCount {
   std::uint64_t clocks = 0;
   std::uint64_t stops = 0;

@@ -187,6 +187,7 @@ TEST(Chip, AnyFlipOfTheStateTurnsTheHeaterOff) {
       Chip chip = started();
       chip.guard.pv_valid_q = 1;
       chip.guard.run_q = 1;
+      chip.guard.run_nq = 0;
       chip.guard.heater_q = 1;
       chip.sysctrl.state_q = static_cast<std::uint8_t>(state.code ^ 1u << bit);
       chip.step({});

@@ -45,6 +45,8 @@ struct Bench {
              .mem_bad = false,
              .state_illegal = false,
              .overrun = false,
+             .watch_parity = 0,
+             .watch_still = 0,
              .inhibit = false,
              .heater_fb = false};
   bool feedback_follows = true;
@@ -108,6 +110,7 @@ TEST(GuardOverTemp, TripsAtTheLimitExactly) {
 TEST(GuardUnderTemp, TripsBelowTheLimit) {
   for (auto [t_min, last] : {std::pair{0, 0}, {-400, -2560}, {-1, -6}, {1000, 6400}}) {
     Bench b;
+    b.set(kRegDtdtMax, 0);
     b.set(kRegTMin, t_min);
     b.sample(last);
     EXPECT_FALSE(b.cause(kFaultUnderTemp)) << t_min;
@@ -166,6 +169,7 @@ TEST(GuardSamples, ARefusedSampleHoldsTheTemperature) {
 
 TEST(GuardSamples, SlopeIsTheChangeBetweenAcceptedSamples) {
   Bench b;
+  b.set(kRegDtdtMax, 0);
   EXPECT_EQ(b.g.slope_q, 0) << "the first sample";
   b.sample(kRoom + 5);
   EXPECT_EQ(b.g.slope_q, 5);
@@ -189,18 +193,79 @@ TEST(GuardStale, TripsAtTheTimeExactly) {
   }
 }
 
-TEST(GuardRate, TripsAboveTheLimitInBothDirections) {
-  for (auto [limit, last] : {std::pair{100, 640}, {1, 6}}) {
+TEST(GuardRate, TripsAboveTheLimitOfASecondInBothDirections) {
+  for (auto [limit, last] : {std::pair{100, 640}, {1, 6}}) {  // 10.0 degC = 640
     for (int sign : {1, -1}) {
       Bench b;
       b.set(kRegTMin, -400);
+      b.set(kRegBadMax, 1);
       b.set(kRegDtdtMax, limit);
+      b.sample(kRoom + sign * last / 2);
       b.sample(kRoom + sign * last);
       EXPECT_FALSE(b.cause(kFaultRate));
-      b.sample(kRoom + sign * (2 * last + 1));
+      b.sample(kRoom + sign * (last + 1));
       EXPECT_TRUE(b.cause(kFaultRate)) << sign * limit;
     }
   }
+}
+
+TEST(GuardRate, TripsAboveHalfTheLimitBetweenTwoSamples) {
+  for (int step : {320, 321}) {
+    Bench b;
+    b.set(kRegBadMax, 1);
+    b.set(kRegDtdtMax, 100);
+    b.sample(kRoom + step);
+    EXPECT_EQ(b.cause(kFaultRate), step == 321) << step;
+  }
+}
+
+TEST(GuardRate, CountsFromTheBeginningOfEachSecond) {
+  Bench b;
+  b.set(kRegDtdtMax, 100);
+  for (int i = 1; i <= 20; ++i) {  // 5 degC a second, for 20 s
+    b.tenths(10);
+    b.sample(kRoom + i * 320);
+  }
+  EXPECT_EQ(b.g.cause_q, 0);
+  EXPECT_EQ(b.g.pv_q, kRoom + 20 * 320);
+  b.tenths(9);  // less than a second: the same samples closer together
+  b.sample(kRoom + 21 * 320);
+  b.sample(kRoom + 22 * 320);
+  b.sample(kRoom + 23 * 320);
+  EXPECT_EQ(b.g.pv_q, kRoom + 22 * 320) << "refused";
+}
+
+TEST(GuardRate, ASingleJumpIsRefusedAsABadSample) {
+  Bench b;
+  b.run();
+  for (int i = 0; i < 10; ++i) {
+    b.sample(32767);  // above T_MAX
+    EXPECT_EQ(b.g.bad_q, 1);
+    EXPECT_EQ(b.g.pv_q, kRoom);
+    b.sample(kRoom);
+    EXPECT_EQ(b.g.bad_q, 0);
+  }
+  EXPECT_EQ(b.g.fault_q, 0);
+  EXPECT_EQ(b.g.sensor_errors_q, 10);
+}
+
+TEST(GuardRate, AJumpThatStaysTripsAtBadMaxAndBecomesTheTemperature) {
+  Bench b;
+  for (int i = 1; i < 3; ++i) {
+    b.sample(kRoom + 3000);
+    EXPECT_EQ(b.g.cause_q, 0) << i;
+  }
+  b.sample(kRoom + 3000);
+  EXPECT_EQ(b.g.cause_q, mask(kFaultRate));
+  EXPECT_EQ(b.g.pv_q, kRoom + 3000);
+  b.sample(kRoom + 3000);
+  EXPECT_EQ(b.g.cause_q, 0);
+}
+
+TEST(GuardRate, AnOverTemperatureThatStaysIsOneToo) {
+  Bench b;
+  for (int i = 0; i < 3; ++i) b.sample(temp(150));
+  EXPECT_EQ(b.g.cause_q, mask(kFaultOverTemp) | mask(kFaultRate));
 }
 
 TEST(GuardRate, IsOffAtZeroAndForTheFirstSample) {
@@ -280,6 +345,90 @@ TEST(GuardHoldPower, IsOffWithoutKffAtZeroTimeAndOutsideTheBand) {
     b.run();
     b.tenths(1000);
     EXPECT_EQ(b.g.fault_q, 0) << which;
+  }
+}
+
+TEST(GuardHoldPower, ARiseBeginsANewWindow) {
+  for (int rise : {127, 128}) {  // LBA_RISE 2.0 degC = 128
+    Bench b;
+    b.set(kRegHostWd, 0);
+    b.set(kRegSampleTimeout, 65535);
+    b.in.hold_limit = 1000;
+    b.in.duty = 1001;
+    b.run();
+    b.tenths(299);
+    b.sample(kRoom + rise);
+    b.tenths(2);
+    b.clock();
+    EXPECT_EQ(b.cause(kFaultHoldPower) || b.g.fault_q != 0, rise < 128) << rise;
+  }
+}
+
+// 20 degC above T_AMB at zero duty.
+struct Frozen : Bench {
+  explicit Frozen(int above = temp(20) + 1) {
+    set(kRegHostWd, 0);
+    set(kRegDtdtMax, 0);
+    set(kRegSampleTimeout, 65535);
+    set(kRegZeroRise, 0);
+    in.duty = 0;
+    sample(kRoom + above);
+    in.run = true;
+    clocks(2);
+  }
+  void seconds_of_samples(int tenths_count, int pv) {
+    for (int i = 0; i < tenths_count; ++i) {
+      tenths(1);
+      sample(pv);
+    }
+  }
+};
+
+TEST(GuardFrozen, TripsAfterLbaTimeWithoutAMove) {
+  Frozen b;
+  const int pv = b.g.pv_q;
+  b.seconds_of_samples(359, pv);
+  EXPECT_EQ(b.g.cause_q, 0);
+  b.tenths(1);
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, mask(kFaultSensorStale));
+}
+
+TEST(GuardFrozen, AnyMoveBeginsAnew) {
+  Frozen b;
+  const int pv = b.g.pv_q;
+  b.seconds_of_samples(350, pv);
+  b.sample(pv + 1);
+  b.seconds_of_samples(350, pv + 1);
+  EXPECT_EQ(b.g.fault_q, 0);
+}
+
+TEST(GuardFrozen, NotInACoolHeadNorWithDutyNorStoppedNorSwitchedOff) {
+  for (int which : {0, 1, 2, 3}) {
+    Frozen b(which == 0 ? temp(20) : temp(20) + 1);
+    if (which == 1) b.in.duty = 1;
+    if (which == 2) {
+      b.in.stop = true;
+      b.clock();
+    }
+    if (which == 3) b.set(kRegLbaTime, 0);
+    b.seconds_of_samples(1000, b.g.pv_q);
+    EXPECT_EQ(b.g.cause_q, 0) << which;
+  }
+}
+
+TEST(GuardRails, ASingleUpsetCanNotGivePermission) {
+  for (bool second : {false, true}) {
+    for (bool running : {false, true}) {
+      Bench b;
+      if (running) b.run();
+      (second ? b.g.run_nq : b.g.run_q) ^= 1;
+      b.clock();
+      EXPECT_EQ(b.g.heater_q, 0);
+      EXPECT_EQ(b.g.run_q, 0);
+      b.clock();
+      EXPECT_EQ(b.g.fault_q, mask(kFaultState));
+    }
   }
 }
 

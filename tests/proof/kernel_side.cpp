@@ -76,6 +76,8 @@ Words<typename WordOf<B>::Word> clock(const Words<typename WordOf<B>::Word>& bef
   words.emplace("duty_o", W::template word<17>(q.duty_q.stored()));
   words.emplace("sp_work_o", W::template word<16>(q.sp_work_q.stored()));
   words.emplace("ramping_o", W::bit(kernel::ramping(q)));
+  words.emplace("i_o", W::template word<32>(q.i_q.stored()));
+  words.emplace("filt_o", W::template word<22>(q.filt_q.stored()));
   words.emplace("limited_o", W::bit(kernel::limited(q)));
   words.emplace("segment_o", W::template word<2>(q.segment_q.stored()));
   words.emplace("i_held_o", W::template word<1>(q.i_held_q.stored()));
@@ -103,6 +105,7 @@ Words<typename WordOf<B>::Word> clock(const Words<typename WordOf<B>::Word>& bef
                                                .tuning = W::condition(before.at("tuning_i")),
                                                .tune_duty = duty("tune_duty_i"),
                                                .tune_hold = duty("tune_hold_i")};
+  words.emplace("still_o", W::bit(kernel::still(q, pins)));
   const auto idle = kernel::idle(q, pins);
   kernel::clock(q, pins);
 #define TC_GIVE(type, name, width, reset)                       \

@@ -27,6 +27,8 @@ module formal_guard (
   input logic               mem_bad_i,
   input logic               state_illegal_i,
   input logic               overrun_i,
+  input logic [1:0]         watch_parity_i,
+  input logic [1:0]         watch_still_i,
   input logic               inhibit_i,
   input logic               heater_fb_i
 );
@@ -45,7 +47,7 @@ module formal_guard (
   tc_guard u_guard (
     .clk_i, .rst_ni, .params_i, .tenth_i, .sens_done_i, .sens_ok_i, .sens_dev_fault_i, .sens_pv_i, .duty_i, .hold_limit_i,
     .limited_i, .segment_i, .sp_work_i, .ramping_i, .pwm_i, .run_i, .stop_i, .clear_i, .good_frame_i, .mem_bad_i,
-    .state_illegal_i, .overrun_i, .inhibit_i, .heater_fb_i,
+    .state_illegal_i, .overrun_i, .watch_parity_i, .watch_still_i, .inhibit_i, .heater_fb_i,
     .heater_o(heater), .safe_en_o(safe_en), .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
     .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),
     .pv_valid_o(pv_valid), .pv_o(pv), .slope_o(slope), .samples_o(samples), .sensor_errors_o(sensor_errors),
@@ -56,7 +58,8 @@ module formal_guard (
 
   // What stops the heater whatever the state: two clocks from the input to the flop of the pin (P2, P5, P16).
   logic too_hot, trips;
-  assign too_hot = sens_done_i && sens_ok_i && 24'(sens_pv_i) * 24'sd5 >= 24'($signed(params_i.t_max)) * 24'sd32;
+  // Samples that are accepted whatever came before; of the others tc_guard's own assertion speaks (GuardHotSampleIsCause_A).
+  assign too_hot = sens_done_i && sens_ok_i && (!pv_valid || params_i.dtdt_max == 16'd0 || params_i.bad_max[3:0] <= 4'd1) && 24'(sens_pv_i) * 24'sd5 >= 24'($signed(params_i.t_max)) * 24'sd32;
   assign trips   = too_hot || mem_bad_i || state_illegal_i || overrun_i || inhibit_i;
 
   logic [1:0] trips_q;                   // 1 and 2 clocks ago
@@ -101,6 +104,33 @@ module formal_guard (
   end
   `TC_ASSERT(FormalGuardFaultHasCause_A, (fault & ~fault_past_q & ~cause_q) == 15'd0)
   `TC_ASSERT_IF(FormalGuardNoFaultLost_A, !clear_q, (fault_past_q & ~fault) == 15'd0)
+  // Watched flops: a parity that changes where nothing may change it stops the heater in two clocks.
+  logic [1:0] parity_past_q, still_past_q, upset_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      parity_past_q <= 2'd0;
+      still_past_q  <= 2'd0;
+      upset_q       <= 2'd0;
+    end else begin
+      parity_past_q <= watch_parity_i;
+      still_past_q  <= watch_still_i;
+      upset_q       <= {upset_q[0], (still_past_q & (parity_past_q ^ watch_parity_i)) != 2'd0};
+    end
+  end
+  `TC_ASSERT_IF(FormalGuardUpsetInTwo_A, upset_q[1], !heater && !run && fault[tc_pkg::FaultState])
+  // A jump is no reason to refuse BAD_MAX sound samples in a row (here BAD_MAX 1).
+  logic [15:0] samples_past_q;
+  logic        sound_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      samples_past_q <= 16'd0;
+      sound_q        <= 1'b0;
+    end else begin
+      samples_past_q <= samples;
+      sound_q        <= sens_done_i && sens_ok_i && params_i.bad_max[3:0] <= 4'd1;
+    end
+  end
+  `TC_ASSERT_IF(FormalGuardJumpIsTaken_A, sound_q, samples != samples_past_q)
   // safe_en moves only while heating is on.
   `TC_ASSERT_IF(FormalGuardSafeEnStill_A, !run && !run_q, !safe_en)
   // At temperature only while running.
