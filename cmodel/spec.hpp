@@ -12,7 +12,7 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0x0D22;
+inline constexpr std::uint16_t kMapCrc = 0x7C3E;
 inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
 
 inline constexpr unsigned kInputCount = 34;
@@ -249,7 +249,7 @@ enum StatusBit : std::uint8_t {
   kStatusPidSegment = 3,
   kStatusOffSegment = 4,
   kStatusRampActive = 5,
-  kStatusDutyWithin1/16OfItsLimit = 6,
+  kStatusDutyNearItsLimit = 6,
   kStatusWritesPending = 7,
   kStatusHold = 8,
   kStatusLocked = 9,
@@ -267,7 +267,7 @@ inline constexpr std::array<std::string_view, 16> kStatusBits{ {
     "PID segment",
     "off segment",
     "ramp active",
-    "duty within 1/16 of its limit",
+    "duty near its limit",
     "writes pending",
     "hold",
     "locked",
