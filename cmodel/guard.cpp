@@ -98,11 +98,14 @@ void Guard::skip(const GuardIn& in, const Sync::Seen& feedback, std::uint64_t cl
 void Guard::step(const GuardIn& in) {
   const Params& p = in.params;
   const std::int32_t change = in.sens_pv - pv_q;
-  // No head moves by half of DTDT_MAX between two samples, or by DTDT_MAX in a second: such a frame is refused as a bad
-  // one. The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no
+  // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's reference, so
+  // that the way back from a single wrong sample is no jump): such a frame is refused as a bad one. The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no
   // noise.
-  const bool jump = pv_valid_q != 0 && p[spec::kRegDtdtMax] != 0 &&
-                    (above_rate(p, 2 * change) || above_rate(p, in.sens_pv - rate_ref_q));
+  // A sensor's first words after power-up may be anything: nothing is a jump until two samples have agreed.
+  const std::int32_t drift = in.sens_pv - rate_ref_q;
+  const bool far = p[spec::kRegDtdtMax] != 0 &&
+                   (above_rate(p, drift) || (above_rate(p, 2 * change) && above_rate(p, 2 * drift)));
+  const bool jump = settled_q != 0 && far;
   const bool jump_stays = jump && bad_q + 1 >= (p[spec::kRegBadMax] & 0xF);
   const bool accept = in.sens_done && in.sens_ok && (!jump || jump_stays);
   const bool refuse = in.sens_done && !accept;
@@ -214,8 +217,8 @@ void Guard::step(const GuardIn& in) {
   watch_still_q = in.watch_still;
 
   // Samples.
-  if (accept && (pv_valid_q == 0 || jump || rate_cnt_q >= kRateTenths)) {
-    rate_ref_q = in.sens_pv;
+  if (accept && (settled_q == 0 || jump || rate_cnt_q >= kRateTenths)) {
+    rate_ref_q = settled_q != 0 && !jump ? pv_q : in.sens_pv;  // not the present sample, which may be a wrong one
     rate_cnt_q = 0;
   } else if (in.tenth && rate_cnt_q < kRateTenths) {
     ++rate_cnt_q;
@@ -223,6 +226,7 @@ void Guard::step(const GuardIn& in) {
   if (accept) {
     rate_q = jump;
     slope_q = pv_valid_q != 0 ? sat_s16(change) : std::int16_t{0};
+    if (pv_valid_q != 0 && !far) settled_q = 1;
     pv_valid_q = 1;
     pv_q = in.sens_pv;
     ++samples_q;

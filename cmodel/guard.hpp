@@ -24,6 +24,7 @@ namespace meltstage::chip {
   X(std::uint8_t, watch_still_q, 2, 0)     \
   X(std::uint8_t, pv_valid_q, 1, 0)        \
   X(std::uint8_t, bad_dev_q, 1, 0)         \
+  X(std::uint8_t, settled_q, 1, 0)         \
   X(std::int16_t, pv_q, 16, 0)             \
   X(std::int16_t, slope_q, 16, 0)          \
   X(std::uint16_t, samples_q, 16, 0)       \

@@ -76,10 +76,11 @@ module tc_guard (
   logic [1:0]  watch_parity_q, watch_still_q;
   // Samples.
   logic               pv_valid_q, bad_dev_q;
+  logic               settled_q;               // two samples in a row have agreed since reset
   logic signed [15:0] pv_q, slope_q;
   logic [15:0]        samples_q, sensor_errors_q, stale_q;
   logic [3:0]         bad_q;                   // refused samples in a row
-  logic signed [15:0] rate_ref_q;              // temperature at the start of the present second
+  logic signed [15:0] rate_ref_q;              // temperature before the present second
   logic [3:0]         rate_cnt_q;              // its tenths, to RateTenths
   // Detectors.
   logic signed [15:0] lba_ref_q, hold_ref_q, zero_ref_q, sp_past_q;
@@ -89,13 +90,17 @@ module tc_guard (
 
   // ---- Samples -----------------------------------------------------------------------------------------------------------
 
-  logic               jump, jump_stays, accept, refuse;
-  logic signed [17:0] step;                    // change since the last accepted sample
+  logic               far, jump, jump_stays, accept, refuse;
+  logic signed [17:0] step, drift;             // change since the last accepted sample, since the second's reference
   assign step   = 18'(sens_pv_i) - 18'(pv_q);
-  // No head moves by half of DTDT_MAX between two samples, or by DTDT_MAX in a second: such a frame is refused as a bad one.
+  assign drift  = 18'(sens_pv_i) - 18'(rate_ref_q);
+  // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's reference, so that
+  // the way back from a single wrong sample is no jump): such a frame is refused as a bad one.
   // The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no noise.
-  assign jump       = pv_valid_q && params_i.dtdt_max != 16'd0 &&
-                      (above_rate(step <<< 1) || above_rate(18'(sens_pv_i) - 18'(rate_ref_q)));
+  // A sensor's first words after power-up may be anything: nothing is a jump until two samples have agreed.
+  assign far        = params_i.dtdt_max != 16'd0 &&
+                      (above_rate(drift) || (above_rate(step <<< 1) && above_rate(drift <<< 1)));
+  assign jump       = settled_q && far;
   assign jump_stays = jump && {1'b0, bad_q} + 5'd1 >= {1'b0, params_i.bad_max[3:0]};
   assign accept     = sens_done_i && sens_ok_i && (!jump || jump_stays);
   assign refuse     = sens_done_i && !accept;
@@ -196,6 +201,7 @@ module tc_guard (
       watch_parity_q  <= 2'd0;
       watch_still_q   <= 2'd0;
       pv_valid_q      <= 1'b0;
+      settled_q       <= 1'b0;
       bad_dev_q       <= 1'b0;
       pv_q            <= 16'sd0;
       slope_q         <= 16'sd0;
@@ -243,6 +249,7 @@ module tc_guard (
       // Samples.
       if (accept) begin
         pv_valid_q <= 1'b1;
+        if (pv_valid_q && !far) settled_q <= 1'b1;
         pv_q       <= sens_pv_i;
         slope_q    <= pv_valid_q ? tc_math_pkg::sat_s16(40'(step)) : 16'sd0;
         samples_q  <= samples_q + 16'd1;
@@ -252,8 +259,8 @@ module tc_guard (
       end else begin
         stale_q <= count_up(stale_q, tenth_i);
       end
-      if (accept && (!pv_valid_q || jump || rate_cnt_q >= RateTenths)) begin
-        rate_ref_q <= sens_pv_i;
+      if (accept && (!settled_q || jump || rate_cnt_q >= RateTenths)) begin
+        rate_ref_q <= settled_q && !jump ? pv_q : sens_pv_i;   // not the present sample, which may be a wrong one
         rate_cnt_q <= 4'd0;
       end else if (tenth_i && rate_cnt_q < RateTenths) begin
         rate_cnt_q <= rate_cnt_q + 4'd1;

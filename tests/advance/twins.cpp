@@ -217,6 +217,7 @@ class Fate {
     chip.mem.refresh_params();
     chip.sysctrl.state_q = spec::kStCfgPwm;
     chip.guard.pv_valid_q = 1;
+    chip.guard.settled_q = 1;
     chip.guard.pv_q = 25 * 64;
     chip.guard.run_q = 1;
     chip.guard.run_nq = 0;

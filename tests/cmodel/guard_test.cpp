@@ -51,7 +51,10 @@ struct Bench {
              .heater_fb = false};
   bool feedback_follows = true;
 
-  Bench() { sample(kRoom); }
+  Bench() {
+    sample(kRoom);
+    g.settled_q = 1;
+  }
   void set(Reg reg, int value) { p.value[reg] = static_cast<std::uint16_t>(value); }
   void clock() {
     if (feedback_follows) in.heater_fb = g.heater_q != 0;
@@ -231,8 +234,20 @@ TEST(GuardRate, CountsFromTheBeginningOfEachSecond) {
   b.tenths(9);  // less than a second: the same samples closer together
   b.sample(kRoom + 21 * 320);
   b.sample(kRoom + 22 * 320);
-  b.sample(kRoom + 23 * 320);
-  EXPECT_EQ(b.g.pv_q, kRoom + 22 * 320) << "refused";
+  EXPECT_EQ(b.g.pv_q, kRoom + 21 * 320) << "refused";
+}
+
+TEST(GuardRate, NothingIsAJumpUntilTwoSamplesAgree) {
+  Bench b;
+  b.g = Guard{};
+  for (int pv : {0, +temp(90), -300, +temp(60)}) {
+    b.sample(pv);
+    EXPECT_EQ(b.g.pv_q, pv);
+    EXPECT_EQ(b.g.cause_q & mask(kFaultRate), 0);
+  }
+  b.sample(temp(60) + 10);
+  b.sample(temp(100));
+  EXPECT_EQ(b.g.pv_q, temp(60) + 10) << "refused";
 }
 
 TEST(GuardRate, ASingleJumpIsRefusedAsABadSample) {
@@ -247,6 +262,19 @@ TEST(GuardRate, ASingleJumpIsRefusedAsABadSample) {
   }
   EXPECT_EQ(b.g.fault_q, 0);
   EXPECT_EQ(b.g.sensor_errors_q, 10);
+}
+
+TEST(GuardRate, TheWayBackFromAWrongSampleIsNoJump) {
+  for (int phase = 0; phase < 12; ++phase) {  // wherever in the second the wrong one comes
+    Bench b;
+    b.set(kRegDtdtMax, 100);
+    for (int i = 0; i < 40; ++i) {
+      b.tenths(1);
+      b.sample(i == 20 + phase ? kRoom - 310 : kRoom + 16 * (i % 2));
+    }
+    EXPECT_EQ(b.g.sensor_errors_q, 0) << phase;
+    EXPECT_EQ(b.g.cause_q, 0) << phase;
+  }
 }
 
 TEST(GuardRate, AJumpThatStaysTripsAtBadMaxAndBecomesTheTemperature) {

@@ -462,11 +462,13 @@ class Flips {
   }
 
  private:
-  // One bit of a word of either set, sometimes two; half of the time one of the lowest bits.
+  // One bit of a word of either set, sometimes two; half of the time one of the lowest bits. Of PWM_PERIOD, which MEM hands
+  // out corrected, only two make a difference.
   void flip() {
     const auto any = static_cast<spec::Reg>(1 + rng_.below(spec::kHoldingCount - 1));
     const spec::Reg reg = one_in(rng_, 3) ? spec::kRegPwmPeriod : any;
-    const std::uint32_t second = one_in(rng_, 12) ? 1u << rng_.below(22) : 0u;
+    const bool period = reg == spec::kRegPwmPeriod;
+    const std::uint32_t second = !one_in(rng_, period ? 2 : 12) ? 0u : 1u << (period ? 16 + rng_.below(6) : rng_.below(22));
     const std::uint32_t mask = 1u << rng_.below(one_in(rng_, 2) ? 2 : 22) | second;
     const bool staged = one_in(rng_, 2);
     if (second != 0 && !sound_) sound_ = bench_.model().mem;
