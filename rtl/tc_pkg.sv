@@ -7,7 +7,7 @@ package tc_pkg;
   localparam int unsigned ClkHz = 12000000;
   localparam logic [15:0] DeviceId = 16'h7C01;
   localparam logic [15:0] Version = 16'h0001;
-  localparam logic [15:0] MapCrc = 16'hC404;
+  localparam logic [15:0] MapCrc = 16'h3A6B;
   localparam logic [15:0] SetpointMargin = 16'd50;
 
   // Register spaces, Modbus PDU addresses.

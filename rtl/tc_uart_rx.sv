@@ -8,9 +8,9 @@
 //
 // Silence is counted from the end of the last character and stays until the next start bit. Modbus leaves open what lies between
 // 1.5 characters, which a host may pause inside a frame, and 3.5 characters, which it keeps between frames.
-// give_up_o: 2.5 characters (28 bits; 24.5 where a character has 10): nothing that is still incomplete will be completed. A host that
-//   keeps its 3.5 characters is heard again although it is 3.5 % fast and although the receiver, having lost the place of the start
-//   bits, takes the last character to end up to 9 bits late. With pause_i also 1.75 ms since the middle of the first stop bit.
+// give_up_o: 27 bits (23.5 where a character has 10), nearly 2.5 characters: what is still incomplete won't be completed. A host
+//   that keeps its 3.5 characters is heard again although it is 3.5 % fast and although the receiver, having lost the place of the
+//   start bits, takes the last character to end up to 10 bits late. With pause_i also 1.75 ms since the middle of the first stop bit.
 // gap_o: 3.5 characters less 2.5 bits, so that frames of a host that is 6 % fast are told apart.
 // idle_o: nothing moves. baud_i, format_i and pause_i change only while idle_o.
 `include "tc_assert.svh"
@@ -45,7 +45,7 @@ module tc_uart_rx (
 
   localparam logic [9:0] GapTicks     = 10'd576;  // 3.5 characters of 11 bits, less 2.5 bits
   localparam logic [9:0] GapTicks10   = 10'd520;  // the same of 10 bits
-  localparam logic [9:0] GiveUpLeft   = 10'd128;  // an incomplete frame is given up when fewer ticks are missing
+  localparam logic [9:0] GiveUpLeft   = 10'd144;  // an incomplete frame is given up when fewer ticks are missing
   localparam logic [9:0] StopRest     = 10'd8;    // from the middle of the stop bit to its end
   localparam logic [9:0] SecondStop   = 10'd16;
   localparam logic [14:0] QuietClocks = 15'(tc_pkg::ClkHz / 4000 * 7);  // 1.75 ms: 4000 Hz is 0.25 ms
