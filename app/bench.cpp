@@ -11,6 +11,7 @@ namespace meltstage::app {
 namespace {
 
 constexpr Bench kBenches[] = {
+    {"bus", "how far off a host may be, jitter, glitches, and the time of a poll", bench_bus},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
