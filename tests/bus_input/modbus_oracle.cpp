@@ -11,7 +11,6 @@ namespace {
 constexpr std::size_t kLeastBytes = 4;
 constexpr std::size_t kMostBytes = 256;
 constexpr double kPauseChars = 1.5;  // t1.5: within a frame
-constexpr double kGapChars = 3.5;    // t3.5: between frames
 
 std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
