@@ -11,6 +11,7 @@ namespace meltstage::app {
 namespace {
 
 constexpr Bench kBenches[] = {
+    {"bus", "how far off a host may be, jitter, glitches, and the time of a poll", bench_bus},
     {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},

@@ -14,6 +14,10 @@ endif()
 
 set(MELTSTAGE_SANITIZE "" CACHE STRING "Sanitizers, e.g. address,undefined")
 option(MELTSTAGE_COVERAGE "Compile with gcov counters" OFF)
+option(MELTSTAGE_FUZZ "Build the libFuzzer targets (clang)" OFF)
+if(MELTSTAGE_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
 if(MELTSTAGE_SANITIZE)
   add_compile_options(-fsanitize=${MELTSTAGE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${MELTSTAGE_SANITIZE})
@@ -27,4 +31,5 @@ endif()
 add_library(meltstage_warnings INTERFACE)
 target_compile_options(meltstage_warnings INTERFACE
   -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-missing-braces>
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)  # false alarms on std::string in GCC 12 (GCC bug 105651)

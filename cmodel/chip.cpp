@@ -85,6 +85,7 @@ UartcIn Chip::uartc_in() const {
           .strap = static_cast<std::uint8_t>(sync.q() >> 1 & 7),
           .cfg_baud = static_cast<std::uint16_t>(p[spec::kRegBaud] & 0x1FFF),
           .cfg_format = static_cast<std::uint8_t>(p[spec::kRegFormat] & 3),
+          .cfg_pause = p.bit(spec::kRegFormat, 2),
           .cmd_done = sysctrl.cmd_done_q != 0,
           .rsp_kind = paramc.rsp_kind_q,
           .rsp_exc = paramc.rsp_exc_q,

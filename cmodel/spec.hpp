@@ -12,7 +12,7 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0x7C3E;
+inline constexpr std::uint16_t kMapCrc = 0x1662;
 inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
 
 inline constexpr unsigned kInputCount = 34;
@@ -192,7 +192,7 @@ inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {
     {"PWM_MIN_ON", "", 1.0, false, true, 0, 32767, 0 },
     {"ADDRESS", "", 1.0, false, true, 0, 247, 0 },
     {"BAUD", "Bd", 100.0, false, true, 12, 5000, 1152 },
-    {"FORMAT", "", 1.0, false, true, 0, 3, 0 },
+    {"FORMAT", "", 1.0, false, true, 0, 7, 0 },
     {"PRESET", "", 0.00390625, false, true, 0, 256, 50 },
     {"FF_DROP", "", 9.5367431640625e-07, false, true, 0, 65535, 0 },
 } };

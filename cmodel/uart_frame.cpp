@@ -108,7 +108,7 @@ void UartFrame::store(std::uint8_t data) {
 bool UartFrame::bad() const { return bad_q != 0 || count_q == kOverLong; }
 bool UartFrame::good() const { return crc_q == 0 && count_q >= kLeastBytes && !bad(); }
 
-// Silence of 3.5 characters: a sound frame ends here, another only when the host can no longer be pausing.
+// The end of a frame.
 void UartFrame::judge() {
   if (good() && match_q != 0) {
     stop_q = stop_like_q != 0 && count_q == kStopBytes;

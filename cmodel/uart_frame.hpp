@@ -36,7 +36,7 @@ struct UartFrameIn {
   std::uint8_t data;
   bool error;
   bool gap;
-  bool long_gap;
+  bool give_up;
   std::uint8_t address;
   bool busy;  // an answer is being sent
   bool cmd_done;
@@ -49,8 +49,8 @@ struct UartFrame {
   void step(const UartFrameIn& in);
 
   bool open() const { return count_q != 0; }
-  // What the frame's end, a silence of 3.5 characters, does in the next clock.
-  bool judges(const UartFrameIn& in) const { return open() && in.gap && (good() || in.long_gap); }
+  // The frame ends in the next clock: a sound one with the gap, any other when it is given up.
+  bool judges(const UartFrameIn& in) const { return open() && (good() ? in.gap : in.give_up); }
 
  private:
   bool bad() const;

@@ -14,14 +14,20 @@ constexpr std::uint8_t kFirstSample = 6;
 constexpr std::uint8_t kSecondSample = 7;
 constexpr std::uint8_t kThirdSample = 8;
 
-constexpr std::uint16_t kSilenceTicks = 616;  // 3.5 characters of 11 bits
+constexpr std::uint16_t kGapTicks = 576;      // 3.5 characters of 11 bits, less 2.5 bits
+constexpr std::uint16_t kGapTicks10 = 520;    // the same of 10 bits
 constexpr std::uint16_t kStopRest = 8;        // from the middle of the stop bit to its end
 constexpr std::uint16_t kSecondStop = 16;
 constexpr std::uint16_t kQuietClocks = spec::kClkHz / 4000 * 7;  // 1.75 ms: 4000 Hz is 0.25 ms
 
+constexpr std::uint16_t ticks_from_stop_to_gap(std::uint8_t format) {
+  if (format == kFormat8N2) return kGapTicks + kStopRest + kSecondStop;
+  return (char_bits(format) == 10 ? kGapTicks10 : kGapTicks) + kStopRest;
+}
+
 }  // namespace
 
-void UartRx::step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format) {
+void UartRx::step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format, bool pause) {
   valid_q = 0;
   const std::uint8_t state = state_q;
   // Silence is counted, also under a start bit not yet sure.
@@ -44,7 +50,7 @@ void UartRx::step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format) {
   }
 
   if (judged) {
-    judge(level, format);
+    judge(level, format, pause);
   }
   if (state == kIdle) {
     if (rx == 0) {
@@ -75,7 +81,9 @@ std::uint64_t UartRx::quiet(std::uint8_t rx, std::uint16_t baud) const {
     case kIdle:
       if (rx == 0) return 0;
       // The clock that ends a silence only counts; the one after it sees the silence.
-      return gap_q == 0 ? silence : std::min(silence, clocks_to_tick(acc_q, baud, gap_q));
+      if (gap_q == 0) return silence;
+      return std::min(
+          silence, clocks_to_tick(acc_q, baud, gap_q < kGiveUpLeft ? gap_q : gap_q - kGiveUpLeft + 1u));
     case kStart:
     case kData:
     case kParity:
@@ -103,7 +111,7 @@ void UartRx::skip(std::uint8_t rx, std::uint16_t baud, std::uint64_t clocks) {
 }
 
 // The bit that has just been sampled.
-void UartRx::judge(std::uint8_t level, std::uint8_t format) {
+void UartRx::judge(std::uint8_t level, std::uint8_t format, bool pause) {
   switch (state_q) {
     case kStart:
       state_q = level != 0 ? kIdle : kData;
@@ -123,8 +131,8 @@ void UartRx::judge(std::uint8_t level, std::uint8_t format) {
       state_q = level != 0 ? kIdle : kBreak;
       valid_q = 1;
       error_q = parity_bad_q | (level ^ 1u);
-      gap_q = kSilenceTicks + kStopRest + (format == kFormat8N2 ? kSecondStop : 0);
-      quiet_q = kQuietClocks;
+      gap_q = ticks_from_stop_to_gap(format);
+      quiet_q = pause ? kQuietClocks : 0;
       break;
     default:
       break;

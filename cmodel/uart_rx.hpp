@@ -34,20 +34,23 @@ struct UartRx {
 
   TC_UART_RX_FLOPS(TC_DECLARE_FLOP)
 
-  // One clock; rx is the synchronised line, baud in 100 Bd, format as register FORMAT.
-  void step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format);
+  // An incomplete frame is given up when fewer ticks of the gap are missing.
+  static constexpr std::uint16_t kGiveUpLeft = 144;
+
+  // One clock; rx is the synchronised line, baud in 100 Bd, format as register FORMAT's, pause as its bit 2.
+  void step(std::uint8_t rx, std::uint16_t baud, std::uint8_t format, bool pause);
   std::uint64_t quiet(std::uint8_t rx, std::uint16_t baud) const;
   void skip(std::uint8_t rx, std::uint16_t baud, std::uint64_t clocks);
 
-  // 3.5 characters of silence since the last character's end.
+  // 3.5 characters, less 2.5 bits, of silence since the last character's end.
   bool gap() const { return (state_q | gap_q) == 0; }
-  // ... and 1.75 ms since its stop bit.
-  bool long_gap() const { return (state_q | gap_q | quiet_q) == 0; }
-  bool idle() const { return long_gap(); }
+  // Nearly 2.5 characters; with pause also 1.75 ms since its stop bit.
+  bool give_up() const { return (state_q | quiet_q) == 0 && gap_q < kGiveUpLeft; }
+  bool idle() const { return (state_q | gap_q | quiet_q) == 0; }
 
  private:
   void sample(std::uint8_t rx);
-  void judge(std::uint8_t level, std::uint8_t format);
+  void judge(std::uint8_t level, std::uint8_t format, bool pause);
 };
 
 }  // namespace meltstage::chip

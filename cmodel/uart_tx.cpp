@@ -10,6 +10,7 @@ namespace {
 enum Next : std::uint8_t { kNextData = 0, kNextCrcLow = 1, kNextCrcHigh = 2, kNextEnd = 3 };
 
 constexpr std::uint16_t kMark = 0x7FF;
+constexpr std::uint8_t kLeadBits = 3;
 
 }  // namespace
 
@@ -20,7 +21,7 @@ void UartTx::step(const UartTxIn& in, std::uint16_t baud, std::uint8_t format) {
       busy_q = 1;
       acc_q = 0;
       tick_q = 0;
-      bits_q = 0;
+      bits_q = kLeadBits - 1;
       next_q = kNextData;
       crc_q = 0xFFFF;
     }

@@ -39,15 +39,17 @@ spec::IdentPart ident_object(unsigned object) {
 void Uartc::take_over(const UartcIn& in) {
   baud_q = in.cfg_baud;
   format_q = in.cfg_format;
+  pause_q = in.cfg_pause;
   address_q = address_of(in);
 }
 
 bool Uartc::taken_over(const UartcIn& in) const {
-  return baud_q == in.cfg_baud && format_q == in.cfg_format && address_q == address_of(in);
+  return baud_q == in.cfg_baud && format_q == in.cfg_format && (pause_q != 0) == in.cfg_pause &&
+         address_q == address_of(in);
 }
 
 UartFrameIn Uartc::heard(const UartcIn& in) const {
-  return {rx.valid_q != 0, rx.shift_q, rx.error_q != 0, rx.gap(), rx.long_gap(), address_q, rsp_busy(), in.cmd_done};
+  return {rx.valid_q != 0, rx.shift_q, rx.error_q != 0, rx.gap(), rx.give_up(), address_q, rsp_busy(), in.cmd_done};
 }
 
 std::uint64_t Uartc::quiet(const UartcIn& in) const {
@@ -100,7 +102,7 @@ void Uartc::step(const UartcIn& in) {
   tx.step(answer, baud_q, format_q);
   tlm.step(telemetry, baud_q, format_q);
   frame.step(frame_in);
-  rx.step(in.rx, baud_q, format_q);
+  rx.step(in.rx, baud_q, format_q, pause_q != 0);
   if (at_rest) take_over(in);
 }
 

@@ -15,6 +15,7 @@ namespace meltstage::chip {
 #define TC_UARTC_FLOPS(X)                                                                         \
   X(std::uint16_t, baud_q, 13, static_cast<std::uint16_t>(spec::kHolding[spec::kRegBaud].reset))  \
   X(std::uint8_t, format_q, 2, static_cast<std::uint8_t>(spec::kHolding[spec::kRegFormat].reset)) \
+  X(std::uint8_t, pause_q, 1, 0)                                                                  \
   X(std::uint8_t, address_q, 8, 1)                                                                \
   X(std::uint8_t, rsp_active_q, 1, 0)                                                             \
   X(std::uint8_t, rsp_kind_q, 3, 0)                                                               \
@@ -37,6 +38,7 @@ struct UartcIn {
   std::uint8_t strap = 0;
   std::uint16_t cfg_baud = 0;  // 100 Bd
   std::uint8_t cfg_format = 0;
+  bool cfg_pause = false;  // the host may pause inside a frame
   bool cmd_done = false;
   std::uint8_t rsp_kind = kRspNone;
   std::uint8_t rsp_exc = 0;   // exception code; with kRspServerId the run indicator, 0xFF on, 0 off

@@ -7,7 +7,7 @@ package tc_pkg;
   localparam int unsigned ClkHz = 12000000;
   localparam logic [15:0] DeviceId = 16'h7C01;
   localparam logic [15:0] Version = 16'h0001;
-  localparam logic [15:0] MapCrc = 16'h7C3E;
+  localparam logic [15:0] MapCrc = 16'h1662;
   localparam logic [15:0] SetpointMargin = 16'd50;
 
   // Register spaces, Modbus PDU addresses.
@@ -297,7 +297,7 @@ package tc_pkg;
       6'd55: reg_max = 16'h7FFF;  // PWM_MIN_ON
       6'd56: reg_max = 16'h00F7;  // ADDRESS
       6'd57: reg_max = 16'h1388;  // BAUD
-      6'd58: reg_max = 16'h0003;  // FORMAT
+      6'd58: reg_max = 16'h0007;  // FORMAT
       6'd59: reg_max = 16'h0100;  // PRESET
       default: reg_max = 16'hFFFF;
     endcase

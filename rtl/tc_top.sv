@@ -99,7 +99,7 @@ module tc_top (
     .clk_i, .rst_ni(rst_n),
     .rx_i(rx), .tx_o(uart_tx_o), .de_o(uart_de_o), .tlm_tx_o,
     .cfg_address_i(params.address[7:0]), .strap_i(strap),
-    .cfg_baud_i(params.baud[12:0]), .cfg_format_i(params.format[1:0]),
+    .cfg_baud_i(params.baud[12:0]), .cfg_format_i(params.format[1:0]), .cfg_pause_i(params.format[2]),
     .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast), .cmd_fc_o(cmd_fc), .cmd_a_o(cmd_a), .cmd_b_o(cmd_b),
     .cmd_count_o(cmd_count), .cmd_len_o(cmd_len), .cmd_word_index_i(cmd_word_index), .cmd_word_o(cmd_word),
     .stop_o(uart_stop), .good_o(good_frame),

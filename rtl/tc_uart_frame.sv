@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modbus RTU framing: collects characters into a frame, judges it at the end, and holds the command until it is done.
 //
-// A frame ends with 3.5 characters of silence if its CRC is right, it has 4..256 bytes and no character error. Otherwise the host
-// may only have paused (USB adapters do), so that it is given up no earlier than after long_gap_i. A frame for another
-// address is dropped in silence. A frame of which a byte came while busy_i or cmd_valid_o is dropped as a whole, with one
+// A frame ends with gap_i if its CRC is right, it has 4..256 bytes and no character error. Any other is given up with give_up_i,
+// which comes earlier unless the host may pause. A frame for another address is dropped in silence. A frame of which a byte came while busy_i or cmd_valid_o is dropped as a whole, with one
 // exception: STOP (FC 06, CMD = 0) is heard at any time, since it only needs matching, no storage.
 // stop_o, good_o: one clock, in the clock after the frame was judged. cmd_* hold from cmd_valid_o until the answer has been sent.
 `include "tc_assert.svh"
@@ -17,7 +16,7 @@ module tc_uart_frame (
   input  logic [7:0]  data_i,
   input  logic        error_i,
   input  logic        gap_i,
-  input  logic        long_gap_i,
+  input  logic        give_up_i,
   // Command.
   input  logic        busy_i,          // an answer is being sent
   input  logic        cmd_done_i,
@@ -97,12 +96,12 @@ module tc_uart_frame (
     endcase
   end
 
-  logic skip, bad, good, give_up;
+  logic skip, bad, good, ends;
   logic [8:0] place;
   assign skip    = skip_q || busy_i || cmd_valid_q;
   assign bad     = bad_q || count_q == OverLong;
   assign good    = crc_q == 16'd0 && count_q >= LeastBytes && !bad;
-  assign give_up = !good && long_gap_i;
+  assign ends    = open_o && (good ? gap_i : give_up_i);
   assign place   = count_q - FirstWord;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -155,7 +154,7 @@ module tc_uart_frame (
               end
           endcase
         end
-      end else if (open_o && gap_i && (good || give_up)) begin
+      end else if (ends) begin
         count_q <= 9'd0;
         crc_q   <= 16'hFFFF;
         bad_q   <= 1'b0;

@@ -5,8 +5,14 @@
 // was a glitch and leaves no trace. valid_o pulses for one clock when the first stop bit has been judged (data_o and error_o hold
 // then); the next start bit is accepted from there on: from the middle of the stop bit if two samples were high by then, or a
 // host that is 3.5 % fast would gain on us at 500 kBd. After a low stop bit the line must first go high again.
-// gap_o: 3.5 characters of silence since the end of the last character; long_gap_o: also 1.75 ms since the middle of its first
-// stop bit. Both stay until the next start bit. idle_o: long_gap_o, nothing moves. baud_i, format_i change only while idle_o.
+//
+// Silence is counted from the end of the last character and stays until the next start bit. Modbus leaves open what lies between
+// 1.5 characters, which a host may pause inside a frame, and 3.5 characters, which it keeps between frames.
+// give_up_o: 27 bits (23.5 where a character has 10), nearly 2.5 characters: what is still incomplete won't be completed. A host
+//   that keeps its 3.5 characters is heard again although it is 3.5 % fast and although the receiver, having lost the place of the
+//   start bits, takes the last character to end up to 10 bits late. With pause_i also 1.75 ms since the middle of the first stop bit.
+// gap_o: 3.5 characters less 2.5 bits, so that frames of a host that is 6 % fast are told apart.
+// idle_o: nothing moves. baud_i, format_i and pause_i change only while idle_o.
 `include "tc_assert.svh"
 
 module tc_uart_rx (
@@ -14,12 +20,13 @@ module tc_uart_rx (
   input  logic        rst_ni,
   input  logic [12:0] baud_i,
   input  logic [1:0]  format_i,
+  input  logic        pause_i,
   input  logic        rx_i,
   output logic        valid_o,
   output logic [7:0]  data_o,
   output logic        error_o,
   output logic        gap_o,
-  output logic        long_gap_o,
+  output logic        give_up_o,
   output logic        idle_o
 );
 
@@ -36,7 +43,9 @@ module tc_uart_rx (
   localparam logic [3:0] SecondSample = 4'd7;
   localparam logic [3:0] ThirdSample  = 4'd8;
 
-  localparam logic [9:0] SilenceTicks = 10'd616;  // 3.5 characters of 11 bits
+  localparam logic [9:0] GapTicks     = 10'd576;  // 3.5 characters of 11 bits, less 2.5 bits
+  localparam logic [9:0] GapTicks10   = 10'd520;  // the same of 10 bits
+  localparam logic [9:0] GiveUpLeft   = 10'd144;  // an incomplete frame is given up when fewer ticks are missing
   localparam logic [9:0] StopRest     = 10'd8;    // from the middle of the stop bit to its end
   localparam logic [9:0] SecondStop   = 10'd16;
   localparam logic [14:0] QuietClocks = 15'(tc_pkg::ClkHz / 4000 * 7);  // 1.75 ms: 4000 Hz is 0.25 ms
@@ -51,7 +60,7 @@ module tc_uart_rx (
   logic        valid_q;
   logic        error_q;
   logic [9:0]  gap_q;       // ticks of silence still missing
-  logic [14:0] quiet_q;     // clocks of silence still missing
+  logic [14:0] quiet_q;     // with pause_i: clocks of silence still missing
 
   logic [12:0] acc_next;
   logic tick, judged, stop_judged, level, listening;
@@ -66,8 +75,8 @@ module tc_uart_rx (
   assign data_o     = shift_q;
   assign error_o    = error_q;
   assign gap_o      = state_q == RxIdle && gap_q == 10'd0;
-  assign long_gap_o = gap_o && quiet_q == 15'd0;
-  assign idle_o     = long_gap_o;
+  assign give_up_o  = state_q == RxIdle && gap_q < GiveUpLeft && quiet_q == 15'd0;
+  assign idle_o     = gap_o && quiet_q == 15'd0;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -129,8 +138,9 @@ module tc_uart_rx (
             state_q <= level ? RxIdle : RxBreak;
             valid_q <= 1'b1;
             error_q <= parity_bad_q || !level;
-            gap_q   <= SilenceTicks + StopRest + (format_i == tc_uart_pkg::Format8N2 ? SecondStop : 10'd0);
-            quiet_q <= QuietClocks;
+            gap_q   <= (tc_uart_pkg::char_bits(format_i) == 4'd10 ? GapTicks10 : GapTicks) + StopRest +
+                       (format_i == tc_uart_pkg::Format8N2 ? SecondStop : 10'd0);
+            quiet_q <= pause_i ? QuietClocks : 15'd0;
           end
         end
         RxBreak: if (rx_i) state_q <= RxIdle;
@@ -142,11 +152,20 @@ module tc_uart_rx (
   `TC_ASSERT_SETUP
   `TC_ASSERT(UartRxStateLegal_A, state_q == RxIdle || state_q == RxStart || state_q == RxData || state_q == RxParity ||
                                  state_q == RxStop || state_q == RxBreak)
-  `TC_ASSERT(UartRxSilenceLegal_A, gap_q <= SilenceTicks + StopRest + SecondStop && quiet_q <= QuietClocks)
-  `TC_ASSERT_IF(UartRxCharacterBreaksSilence_A, valid_o, !gap_o && !idle_o)
+  `TC_ASSERT(UartRxSilenceLegal_A, gap_q <= GapTicks + StopRest + SecondStop && quiet_q <= QuietClocks)
+  `TC_ASSERT_IF(UartRxCharacterBreaksSilence_A, valid_o, !gap_o && !give_up_o && !idle_o)
   `TC_ASSERT_NEXT(UartRxIdleTillStart_A, idle_o && rx_i, idle_o)
 
 `ifdef FORMAL
+  // A host that has not been allowed to pause since reset is heard after every gap.
+  logic paused_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) paused_q <= 1'b0;
+    else paused_q <= paused_q || pause_i;
+  end
+  `TC_ASSERT_IF(UartRxNoPauseNoWait_A, !paused_q, quiet_q == 15'd0)
+  `TC_ASSERT_IF(UartRxHeardAfterGap_A, !paused_q && gap_o, give_up_o && idle_o)
+
   // Never locks up: with every tick a character comes nearer to its end, from at most 169 ticks away. phase: ticks since a bit was
   // judged; left: ticks to the end.
   logic       in_char;

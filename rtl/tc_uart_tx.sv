@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Serial transmitter of whole Modbus frames: the bytes offered to it, then their CRC.
 //
-// A frame starts when valid_i is high while busy_o is low: one bit time of mark (driver enable leads the first start bit), then the
-// characters without a gap. data_i is taken at each character's start and take_o pulses in the next clock; the next byte must then
+// A frame starts when valid_i is high while busy_o is low: three bit times of mark, then the characters without a gap:
+// driver enable leads the first start bit, and what the receiver's gap_o came early is made up for. data_i is taken at each character's start and take_o pulses in the next clock; the next byte must then
 // stand before the character ends (at least 160 clocks). With the byte taken under last_i the CRC follows by itself, low byte first.
 // busy_o: from the lead to the end of the last stop bit. baud_i, format_i change only while busy_o is low.
 `include "tc_assert.svh"
@@ -27,6 +27,7 @@ module tc_uart_tx (
   localparam logic [1:0] NextEnd     = 2'd3;
 
   localparam logic [10:0] Mark = 11'h7FF;
+  localparam logic [3:0]  LeadBits = 4'd3;
 
   logic        busy_q;
   logic [12:0] acc_q;
@@ -73,7 +74,7 @@ module tc_uart_tx (
           busy_q <= 1'b1;
           acc_q  <= 13'd0;
           tick_q <= 4'd0;
-          bits_q <= 4'd0;
+          bits_q <= LeadBits - 4'd1;
           next_q <= NextData;
           crc_q  <= 16'hFFFF;
         end

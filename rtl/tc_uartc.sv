@@ -2,7 +2,7 @@
 // UARTC: serial port of the host. Modbus RTU slave on rx_i/tx_o (de_o drives an RS-485 transceiver), telemetry on tlm_tx_o.
 //
 // It frames, checks and answers; what a register means is PARAMC's. A valid frame to this slave raises cmd_valid_o until
-// cmd_done_i, whose answer descriptor starts the answer at once: the 3.5 characters of silence are over by then. Broadcasts are never
+// cmd_done_i, whose answer descriptor starts the answer at once: with its lead the 3.5 characters of silence are over by then. Broadcasts are never
 // answered, whatever the descriptor says. Register words are read through rd_addr_o/rd_data_i, the answer before telemetry.
 // Address, baud rate and format are taken over only while nothing is received, waiting or sent.
 `include "tc_assert.svh"
@@ -20,6 +20,7 @@ module tc_uartc (
   input  logic [2:0]  strap_i,
   input  logic [12:0] cfg_baud_i,        // baud rate / 100
   input  logic [1:0]  cfg_format_i,
+  input  logic        cfg_pause_i,       // the host may pause inside a frame
   // Received command.
   output logic        cmd_valid_o,
   output logic        cmd_broadcast_o,
@@ -64,6 +65,7 @@ module tc_uartc (
 
   logic [12:0] baud_q;
   logic [1:0]  format_q;
+  logic        pause_q;
   logic [7:0]  address_q;
 
   logic        rsp_active_q;    // bytes of the answer are still to be handed to the transmitter
@@ -85,19 +87,20 @@ module tc_uartc (
 
   // -- Receiver and framing ---------------------------------------------------------------------------------------------------------
 
-  logic       rx_valid, rx_error, rx_gap, rx_long_gap, rx_idle, frame_open;
+  logic       rx_valid, rx_error, rx_gap, rx_give_up, rx_idle, frame_open;
   logic [7:0] rx_data;
 
   tc_uart_rx u_rx (
     .clk_i, .rst_ni,
     .baud_i     (baud_q),
     .format_i   (format_q),
+    .pause_i    (pause_q),
     .rx_i,
     .valid_o    (rx_valid),
     .data_o     (rx_data),
     .error_o    (rx_error),
     .gap_o      (rx_gap),
-    .long_gap_o (rx_long_gap),
+    .give_up_o  (rx_give_up),
     .idle_o     (rx_idle)
   );
 
@@ -108,7 +111,7 @@ module tc_uartc (
     .data_i     (rx_data),
     .error_i    (rx_error),
     .gap_i      (rx_gap),
-    .long_gap_i (rx_long_gap),
+    .give_up_i  (rx_give_up),
     .busy_i     (rsp_busy_o),
     .cmd_done_i,
     .open_o     (frame_open),
@@ -127,10 +130,12 @@ module tc_uartc (
     if (!rst_ni) begin
       baud_q    <= 13'(tc_pkg::reg_reset(tc_pkg::RegBaud));
       format_q  <= 2'(tc_pkg::reg_reset(tc_pkg::RegFormat));
+      pause_q   <= 1'b0;
       address_q <= 8'd1;
     end else if (idle) begin
       baud_q    <= cfg_baud_i;
       format_q  <= cfg_format_i;
+      pause_q   <= cfg_pause_i;
       address_q <= cfg_address_i != 8'd0 ? cfg_address_i : 8'd1 + {5'd0, strap_i};
     end
   end
@@ -327,8 +332,9 @@ module tc_uartc (
   `TC_ASSERT_IF(UartcAnswerKindLegal_A, rsp_active_q,
                 rsp_kind_q >= tc_uart_pkg::RspException && rsp_kind_q <= tc_uart_pkg::RspIdObject)
   `TC_ASSERT_NEXT(UartcConfigKept_A, !rx_idle || frame_open || cmd_valid_o || rsp_busy_o || tlm_busy_o,
-                  baud_q == $past(baud_q) && format_q == $past(format_q) && address_q == $past(address_q))
-  `TC_ASSERT_NEXT(UartcConfigTaken_A, idle, baud_q == $past(cfg_baud_i) && format_q == $past(cfg_format_i))
+                  baud_q == $past(baud_q) && format_q == $past(format_q) && pause_q == $past(pause_q) && address_q == $past(address_q))
+  `TC_ASSERT_NEXT(UartcConfigTaken_A, idle,
+                  baud_q == $past(cfg_baud_i) && format_q == $past(cfg_format_i) && pause_q == $past(cfg_pause_i))
 
 `ifdef FORMAL
   // No answer runs past its last byte.

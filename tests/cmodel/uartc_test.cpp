@@ -146,7 +146,8 @@ class Port {
     do {
       run(16);
       ASSERT_LT(++guard, 1000000u) << "the port never comes to rest";
-    } while (!chip.rx.idle() || chip.frame.open() || chip.rsp_busy() || chip.tlm_busy());
+    } while (!chip.rx.idle() || chip.frame.open() || (answers && chip.cmd_valid()) || chip.rsp_busy() ||
+             chip.tlm_busy());
   }
 
   // Sends a request and returns the answer's bytes.
@@ -267,7 +268,7 @@ TEST_P(UartcLine, AnswerIsExactToTheClock) {
   Port port(baud, format);
   port.exc = 0x02;
   port.ask(kReadTwo, kRspException);
-  std::vector<int> levels(1, 1);  // lead of the driver enable
+  std::vector<int> levels(3, 1);  // lead of the driver enable
   for (const std::uint8_t byte : sealed({kOwn, 0x83, 0x02})) {
     for (const int level : char_levels(byte, format)) levels.push_back(level);
   }
@@ -287,16 +288,91 @@ TEST_P(UartcLine, AnswerIsExactToTheClock) {
   EXPECT_EQ(port.de_line[from + bit_start(levels.size())], 0) << "driver off right after the last stop bit";
 }
 
-TEST_P(UartcLine, CommandIsHandedOverAfterThreeAndAHalfCharacters) {
+// The frame ends 2.5 bits before the host's 3.5 characters are over; the answer's first start bit comes after
+// them.
+TEST_P(UartcLine, AnswerStartsThreeAndAHalfCharactersAfterTheRequest) {
   const auto [baud, format] = GetParam();
   Port port(baud, format);
+  port.kind = kRspEcho;
   port.send(sealed(kReadTwo));
   const std::uint64_t end_of_frame = port.clock;
   port.run_bits(45);
+  const double gap = 3.5 * char_bits(format);
   ASSERT_EQ(port.goods.size(), 1u);
   const double silence = static_cast<double>(port.goods[0] - end_of_frame) / port.bit();
-  EXPECT_GE(silence, 38.5);
-  EXPECT_LE(silence, 38.5 + 2.0 / 16 + 4 / port.bit());
+  EXPECT_GE(silence, gap - 2.5);
+  EXPECT_LE(silence, gap - 2.5 + 2.0 / 16 + 4 / port.bit());
+  const auto start = std::find(port.tx_line.begin(), port.tx_line.end(), 0);
+  const auto before =
+      static_cast<double>(start - port.tx_line.begin()) - static_cast<double>(end_of_frame);
+  EXPECT_GE(before / port.bit(), gap);
+  EXPECT_LE(before / port.bit(), gap + 0.5 + 2.0 / 16 + 8 / port.bit());
+}
+
+// What a host may send that is no frame, as the levels of its bits.
+struct Noise {
+  std::string name;
+  std::vector<int> levels;
+};
+
+std::vector<int> levels_of(const Bytes& bytes, std::uint8_t format) {
+  std::vector<int> levels;
+  for (const std::uint8_t byte : bytes) {
+    const std::vector<int> more = char_levels(byte, format);
+    levels.insert(levels.end(), more.begin(), more.end());
+  }
+  return levels;
+}
+
+std::vector<Noise> noises(std::uint8_t format) {
+  const Bytes frame = sealed(kReadTwo);
+  Bytes wrong = frame;
+  wrong.back() ^= 1u;
+  Bytes longest(700, 0x55);
+  std::vector<Noise> list{{"wrong CRC", levels_of(wrong, format)},
+                          {"over-long", levels_of(longest, format)},
+                          {"all zero", levels_of(Bytes(8, 0), format)},
+                          {"all one", levels_of(Bytes(8, 0xFF), format)},
+                          {"break", std::vector<int>(30, 0)}};
+  for (std::size_t cut = 1; cut < frame.size(); ++cut)
+    list.push_back({"cut after " + std::to_string(cut),
+                    levels_of({frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(cut)}, format)});
+  // A start bit that got lost: the receiver takes the first zero after it for one, and ends late.
+  const std::size_t bits = char_bits(format);
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    Noise lost{"start bit lost of byte " + std::to_string(i), levels_of(frame, format)};
+    lost.levels[i * bits] = 1;
+    list.push_back(lost);
+  }
+  // A stop bit that got lost: of 8N2's the receiver takes the second for a start bit.
+  Noise stop{"last stop bit low", levels_of(frame, format)};
+  stop.levels.back() = 0;
+  list.push_back(stop);
+  for (const std::uint8_t last : Bytes{0x7F, 0x3F, 0xFE, 0x00}) {
+    Noise lost{"start bit lost of a last byte " + std::to_string(last), levels_of({1, 2, last}, format)};
+    lost.levels[2 * bits] = 1;
+    list.push_back(lost);
+  }
+  return list;
+}
+
+// Whatever came before: a valid frame that starts 3.5 characters later, by the host's own clock, is heard.
+TEST_P(UartcLine, HeardAgainThreeAndAHalfCharactersAfterAnythingWrong) {
+  const auto [baud, format] = GetParam();
+  if (baud != 96 && baud != 1152 && baud != 5000) return;
+  for (const double host : {0.965, 1.0, 1.035}) {
+    const double bit = bit_clocks(baud) / host;
+    Port port(baud, format);
+    unsigned heard = 0;
+    for (const Noise& noise : noises(format)) {
+      for (const int level : noise.levels) port.hold(level, bit);
+      port.hold(1, 3.5 * char_bits(format) * bit);
+      port.send(sealed(kReadTwo), format, bit);
+      port.settle();
+      EXPECT_EQ(port.goods.size(), ++heard) << noise.name << ", host's clock x " << host;
+      heard = static_cast<unsigned>(port.goods.size());
+    }
+  }
 }
 
 // -- Tolerance
@@ -548,10 +624,12 @@ TEST(UartcFrame, OverLongIsOneCharacterError) {
   }
 }
 
-TEST(UartcFrame, HostMayPauseUpTo1_75MillisecondsAtHighBaudRates) {
+TEST(UartcFrame, HostMayPauseUpTo1_75MillisecondsWhereFormatSaysSo) {
   const Bytes frame = sealed(kReadTwo);
   for (std::size_t cut = 1; cut < frame.size(); ++cut) {
     Port port;
+    port.in.cfg_pause = true;
+    port.run(1);
     port.send({frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(cut)});
     port.run(static_cast<std::uint64_t>(0.0017 * kClkHz));
     port.send({frame.begin() + static_cast<std::ptrdiff_t>(cut), frame.end()});
@@ -563,6 +641,8 @@ TEST(UartcFrame, HostMayPauseUpTo1_75MillisecondsAtHighBaudRates) {
 TEST(UartcFrame, LongerPauseEndsTheFrame) {
   const Bytes frame = sealed(kReadTwo);
   Port port;
+  port.in.cfg_pause = true;
+  port.run(1);
   port.send({frame.begin(), frame.begin() + 3});
   port.run(static_cast<std::uint64_t>(0.00176 * kClkHz));
   EXPECT_EQ(port.chip.crc_errors(), 1);
@@ -572,15 +652,18 @@ TEST(UartcFrame, LongerPauseEndsTheFrame) {
   EXPECT_EQ(port.chip.crc_errors(), 2);
 }
 
-TEST(UartcFrame, AtLowBaudRatesThreeAndAHalfCharactersEndTheFrame) {
+// Modbus allows a pause of 1.5 characters; the chip takes nearly 2.5.
+TEST_P(UartcLine, TwoAndAHalfCharactersEndAnIncompleteFrame) {
+  const auto [baud, format] = GetParam();
   const Bytes frame = sealed(kReadTwo);
-  for (const auto& [bits, complete] : {std::pair{37.0, true}, std::pair{40.0, false}}) {
-    Port port(96);
+  const double limit = format == kFormat8N1 ? 23.5 : 27.0;
+  for (const bool complete : {true, false}) {
+    Port port(baud, format);
     port.send({frame.begin(), frame.begin() + 3});
-    port.run_bits(bits);
+    port.run_bits(limit + (complete ? -0.2 : 0.4));
     port.send({frame.begin() + 3, frame.end()});
     port.settle();
-    EXPECT_EQ(port.goods.size() == 1, complete) << bits;
+    EXPECT_EQ(port.goods.size() == 1, complete);
   }
 }
 

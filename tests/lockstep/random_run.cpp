@@ -351,7 +351,7 @@ Setting any_legal(Rng& rng, unsigned index) {
 Settings random_settings(Rng& rng) {
   constexpr std::array<std::uint16_t, 4> kBauds{5000, 5000, 4000, 2304};
   Settings settings{{spec::kRegBaud, kBauds[rng.below(kBauds.size())]},
-                    {spec::kRegFormat, static_cast<std::uint16_t>(rng.below(4))},
+                    {spec::kRegFormat, static_cast<std::uint16_t>(rng.below(8))},
                     {spec::kRegAddress, static_cast<std::uint16_t>(one_in(rng, 2) ? rng.below(248) : 0)},
                     {spec::kRegSpiDiv, static_cast<std::uint16_t>(2 + rng.below(6))},
                     {spec::kRegPwmPeriod, static_cast<std::uint16_t>(2 + rng.below(700))},

@@ -231,17 +231,18 @@ TEST(RegisterBus, BaudFormatAndAddressChangeAfterTheAnswer) {
   struct Line {
     std::uint16_t baud, format, address;
   };
-  for (const Line& line : {Line{4608, 1, 0}, Line{2304, 2, 17}, Line{5000, 3, 247}}) {
+  for (const Line& line : {Line{4608, 1, 0}, Line{2304, 2, 17}, Line{5000, 3, 247}, Line{5000, 6, 1}}) {
     SCOPED_TRACE(fmt::format("baud {} format {} address {}", line.baud, line.format, line.address));
     Bench bench(in_lockstep(chip_with(quick())));
     bench.next_tick();
     ASSERT_EQ(bench.write_block(spec::kRegAddress, {line.address, line.baud, line.format}).outcome,
               ModbusOutcome::Data);
     bench.next_tick();
-    bench.run(30'000);  // the line counts as idle 1.75 ms after its last character
+    bench.run(30'000);  // the line counts as idle 3.5 characters after its last, here 1.75 ms where it says PAUSE
     EXPECT_EQ(bench.unit(), line.address == 0 ? 1 : line.address);
     EXPECT_EQ(bench.model().uartc.baud_q, line.baud);
-    EXPECT_EQ(bench.model().uartc.format_q, line.format);
+    EXPECT_EQ(bench.model().uartc.format_q, line.format & 3);
+    EXPECT_EQ(bench.model().uartc.pause_q, line.format >> 2);
     EXPECT_EQ(bench.read_input(spec::kInDeviceId), spec::kDeviceId);
   }
 }

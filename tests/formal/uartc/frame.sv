@@ -9,7 +9,7 @@ module frame (
   input logic [7:0] data_i,
   input logic       error_i,
   input logic       gap_i,
-  input logic       long_gap_i,
+  input logic       give_up_i,
   input logic       busy_i,
   input logic       cmd_done_i,
   input logic [7:0] address_free_i,
@@ -35,7 +35,7 @@ module frame (
 
   tc_uart_frame dut (
     .clk_i, .rst_ni, .address_i(address_q),
-    .valid_i, .data_i, .error_i, .gap_i, .long_gap_i, .busy_i, .cmd_done_i,
+    .valid_i, .data_i, .error_i, .gap_i, .give_up_i, .busy_i, .cmd_done_i,
     .open_o(open), .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast), .cmd_fc_o(cmd_fc), .cmd_a_o(cmd_a),
     .cmd_b_o(cmd_b), .cmd_count_o(cmd_count), .cmd_len_o(cmd_len), .cmd_word_index_i, .cmd_word_o(cmd_word),
     .stop_o(stop), .good_o(good), .crc_errors_o(crc_errors), .char_errors_o(char_errors), .messages_o(messages)
@@ -60,7 +60,7 @@ module frame (
   logic sound, ends, is_stop;
   assign sound   = crc_q == 16'd0 && bytes_q >= 9'd4 && bytes_q != 9'd257 && !error_q;
   assign is_stop = stop_q == 3'd5 && bytes_q == 9'd8;
-  assign ends    = !valid_i && bytes_q != 9'd0 && gap_i && (sound || long_gap_i);
+  assign ends    = !valid_i && bytes_q != 9'd0 && (sound ? gap_i : give_up_i);
 
   always @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

@@ -12,6 +12,7 @@ module uartc (
   input logic [2:0]  strap_i,
   input logic [12:0] cfg_baud_i,
   input logic [1:0]  cfg_format_i,
+  input logic        cfg_pause_i,
   input logic [3:0]  cmd_word_index_i,
   input logic        cmd_done_i,
   input logic [2:0]  rsp_kind_i,
@@ -29,7 +30,7 @@ module uartc (
   tc_uartc dut (
     .clk_i, .rst_ni, .rx_i,
     .tx_o(tx), .de_o(de), .tlm_tx_o(tlm_tx),
-    .cfg_address_i, .strap_i, .cfg_baud_i, .cfg_format_i,
+    .cfg_address_i, .strap_i, .cfg_baud_i, .cfg_format_i, .cfg_pause_i,
     .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast),
     .cmd_word_index_i, .stop_o(stop), .good_o(good),
     .cmd_done_i, .rsp_kind_i, .rsp_exc_i, .rsp_busy_o(rsp_busy),
@@ -62,14 +63,15 @@ module tc_uart_rx (
   input  logic        rst_ni,
   input  logic [12:0] baud_i,
   input  logic [1:0]  format_i,
+  input  logic        pause_i,
   input  logic        rx_i,
   output logic        valid_o,
   output logic [7:0]  data_o,
   output logic        error_o,
   output logic        gap_o,
-  output logic        long_gap_o,
+  output logic        give_up_o,
   output logic        idle_o
 );
   (* anyseq *) logic [12:0] any;
-  assign {valid_o, data_o, error_o, gap_o, long_gap_o, idle_o} = any;
+  assign {valid_o, data_o, error_o, gap_o, give_up_o, idle_o} = any;
 endmodule
