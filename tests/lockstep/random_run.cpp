@@ -77,7 +77,7 @@ const Choices& control_choices() {
                             {kRegSampleTimeout, {20, 50, 3}},
                             {kRegFbTime, {48, 200, 2000}},
                             {kRegPwmPrescale, {0, 0, 0, 1, 3}},
-                            {kRegPwmPeriod, {600, 700, 100, 2, 3, 2, 37}},
+                            {kRegPwmPeriod, {600, 700, 100, 2, 3, 2, 37, 2, 3, 2, 2}},
                             {kRegPwmMinOn, {0, 0, 10, 300}},
                             {kRegPreset, {58, 58, 0, 256}},
                             {kRegFfDrop, {0, 0, 3000, 65535}}};
@@ -533,7 +533,6 @@ void age(Rng& rng, Bench& bench) {
       [](chip::Chip& c) { c.guard.zero_q = 0xFFFE; },
       [](chip::Chip& c) { c.guard.at_q = 0xFFFE; },
       [](chip::Chip& c) { c.mem.corrected_q = 0xFFFE; },
-      [](chip::Chip& c) { c.atune.limit_q = spec::kTuneLimit - 1; },
       [](chip::Chip& c) { c.algor.drops_q = 254; },
       [](chip::Chip& c) { c.quality.since_q = 0xFFFE; },
       [](chip::Chip& c) {
@@ -712,7 +711,15 @@ void befall_state(Rng& rng, Bench& bench, const Kind& kind) {
       [&](chip::Chip& chip) { chip.sysctrl.state_q ^= static_cast<std::uint8_t>(1u << rng.below(5)); });
 }
 
+// An experiment that is near its end, or near its time limit.
+void hurry_tuning(Rng& rng, Bench& bench) {
+  if (bench.model().atune.phase_q != chip::kTuneCycle) return;
+  if (one_in(rng, 15)) bench.poke([](chip::Chip& c) { c.atune.cycles_q = spec::kTuneCycles - 1; });
+  if (one_in(rng, 60)) bench.poke([](chip::Chip& c) { c.atune.limit_q = spec::kTuneLimit - 1; });
+}
+
 void befall_time(Rng& rng, Bench& bench) {
+  hurry_tuning(rng, bench);
   if (one_in(rng, 3)) hurry(rng, bench);
   if (one_in(rng, 3)) hurry_line(bench);
   if (one_in(rng, 400)) be_late(bench);
