@@ -102,6 +102,10 @@ void carry_out(Chip& chip, Paramc& paramc, ParamcIn in, std::span<const std::uin
     paramc.step(in, Readings{});
     if (mem_in.wr || mem_in.discard) chip.mem.step(mem_in);
     chip.paramc.run_q |= paramc.run_q;
+    if (paramc.run_q != 0) {  // GUARD asks for the word itself
+      chip.paramc.index_q = paramc.index_q;
+      chip.paramc.value_q = paramc.value_q;
+    }
     chip.paramc.stop_q |= paramc.stop_q;
     chip.paramc.clear_q |= paramc.clear_q;
     chip.paramc.tune_q |= paramc.tune_q;

@@ -2,6 +2,8 @@
 // The temperature loop in short: what `meltstage bench control` measures on every plant, here on one or two.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tb/loop_trial.hpp"
 #include "tb/peer_loops.hpp"
 
@@ -22,7 +24,15 @@ TEST(Control, DefaultGainsReachTheBoundWithoutOvershoot) {
   const chip::Quality& q = loop.chip.quality;
   EXPECT_LE(q.over_q / 64.0, 0.001 * trial.setpoint_degc + 5 * trial.noise_degc);
   EXPECT_LE(q.error_q / 64.0, 1.0);
-  EXPECT_NEAR(q.band_q / 10.0, 180.0, 25.0);
+  const auto last_outside_s = [&](double window_degc) {
+    double last = 0.0;
+    for (std::size_t i = 0; i < loop.curve.sensor_degc.size(); ++i)
+      if (std::abs(loop.curve.sensor_degc[i] - trial.setpoint_degc) > window_degc)
+        last = static_cast<double>(i + 1) * kCurveStep_s;
+    return last;
+  };
+  EXPECT_GE(q.band_q / 10.0, last_outside_s(1.2));  // AT_WINDOW is 1 degC; the reading has noise
+  EXPECT_LE(q.band_q / 10.0, last_outside_s(0.8));
   double on_s = 0.0;
   for (const double duty : loop.curve.duty) on_s += duty * kCurveStep_s;
   EXPECT_NEAR(q.on_q / 10.0, on_s, 1.0);
