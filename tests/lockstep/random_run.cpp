@@ -39,7 +39,7 @@ struct Chances {
 // formats hold).
 const Choices& control_choices() {
   using namespace spec;
-  static const Choices list{{kRegSetpoint, {600, 600, 600, 620, 580, 800, 0}},
+  static const Choices list{{kRegSetpoint, {600, 600, 620, 580, 800, 0, 1480, 1490, 1500}},
                             {kRegRampUp, {0, 0, 0, 625, 1562, 37}},
                             {kRegRampDown, {0, 0, 0, 625, 1562, 37}},
                             {kRegMode, {0, 0, 1}},
@@ -113,7 +113,7 @@ const Choices& integral_choices() {
 // A loop that is tuned again and again, on a head that follows the relay.
 const Choices& tuning_choices() {
   using namespace spec;
-  static const Choices list{{kRegSetpoint, {600, 600, 600, 620}},
+  static const Choices list{{kRegSetpoint, {600, 600, 600, 620, 1500}},
                             {kRegRampUp, {0, 0, 625}},
                             {kRegHostWd, {0}},
                             {kRegCtrl, {0x37, 0x37, 0x33}},
@@ -462,13 +462,14 @@ class Flips {
   }
 
  private:
-  // One bit of a word of either set, sometimes two; half of the time one of the lowest bits. Of PWM_PERIOD, which MEM hands
-  // out corrected, only two make a difference.
+  // One bit of a word of either set, sometimes two; half of the time one of the lowest bits. Of PWM_PERIOD,
+  // which MEM hands out corrected, only two make a difference.
   void flip() {
     const auto any = static_cast<spec::Reg>(1 + rng_.below(spec::kHoldingCount - 1));
     const spec::Reg reg = one_in(rng_, 3) ? spec::kRegPwmPeriod : any;
     const bool period = reg == spec::kRegPwmPeriod;
-    const std::uint32_t second = !one_in(rng_, period ? 2 : 12) ? 0u : 1u << (period ? 16 + rng_.below(6) : rng_.below(22));
+    const std::uint32_t second =
+        !one_in(rng_, period ? 2 : 12) ? 0u : 1u << (period ? 16 + rng_.below(6) : rng_.below(22));
     const std::uint32_t mask = 1u << rng_.below(one_in(rng_, 2) ? 2 : 22) | second;
     const bool staged = one_in(rng_, 2);
     if (second != 0 && !sound_) sound_ = bench_.model().mem;
