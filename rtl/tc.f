@@ -14,4 +14,5 @@ tc_sensc.sv
 tc_algor.sv
 tc_pwmc.sv
 tc_guard.sv
+tc_properties.sv
 tc_top.sv

@@ -7,7 +7,10 @@
 // One clock. rst_ni asserts asynchronously and is released synchronously. heater_o is the only output with logic behind a
 // flop: inhibit_i forces it low without a clock.
 
-module tc_top (
+module tc_top #(
+  // Clocks of a millisecond; a parameter so that proofs can shorten the time base.
+  parameter int unsigned MsClocks = tc_pkg::ClkHz / 1000
+) (
   input  logic       clk_i,
   input  logic       rst_ni,
   input  logic       uart_rx_i,
@@ -97,7 +100,7 @@ module tc_top (
     .crc_errors_o(crc_errors), .char_errors_o(char_errors), .messages_o(messages)
   );
 
-  tc_sysctrl u_sysctrl (
+  tc_sysctrl #(.MsClocks(MsClocks)) u_sysctrl (
     .clk_i, .rst_ni(rst_n),
     .ts_i(params.ts), .tlm_period_i(params.tlm_period),
     .cmd_valid_i(cmd_valid), .decoded_i(decoded), .writes_i(writes), .last_i(last), .pending_i(pending),
@@ -184,5 +187,20 @@ module tc_top (
 
   logic unused;
   assign unused = ^{params, sens_busy, sens_frame_bad, scrub_busy, period_start};
+
+`ifndef SYNTHESIS
+  tc_properties u_properties (
+    .clk_i, .rst_ni(rst_n),
+    .heater_pin_i(heater_o), .inhibit_pin_i(inhibit_i), .safe_en_i(safe_en_o),
+    .params_i(params), .tenth_i(tenth), .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_pv_i(sens_pv), .duty_i(duty),
+    .run_cmd_i(cmd_run), .stop_i(cmd_stop || uart_stop), .clear_i(cmd_clear), .good_frame_i(good_frame),
+    .mem_bad_i(mem_bad), .illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit), .heater_i(heater), .run_i(run),
+    .sensor_ok_i(sensor_ok), .pv_valid_i(pv_valid), .pv_i(pv), .cause_i(cause), .fault_i(fault), .first_fault_i(first_fault),
+    .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd_broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
+    .write_i(write), .index_i(index), .value_i(value), .cmd_stop_i(cmd_stop), .discard_i(discard),
+    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_busy_i(sens_busy), .algor_start_i(algor_start),
+    .algor_done_i(algor_done)
+  );
+`endif
 
 endmodule
