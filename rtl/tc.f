@@ -4,6 +4,7 @@ tc_uart_pkg.sv
 tc_sync.sv
 tc_rst_sync.sv
 tc_uart_rx.sv
+tc_uart_judge.sv
 tc_uart_frame.sv
 tc_uart_tx.sv
 tc_uartc.sv

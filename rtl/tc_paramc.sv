@@ -377,6 +377,14 @@ module tc_paramc (
                 $onehot0({run_q, stop_q, clear_q, discard_q}))
   `TC_ASSERT_IF(ParamcChecksSoundForm_A, checking_q, decode_i && !decoded_q && form_exc == 8'd0 && fc_write)
   `TC_ASSERT_IF(ParamcHeldIsNotPending_A, hold_q, !pending_o)
+  // When the command word was judged no cause was present, or it does not clear faults.
+  logic judged_sound;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) judged_sound <= 1'b0;
+    else if (!past_ok_q) judged_sound <= 1'b1;
+    else if (decode_i && checking_q && reg_now == tc_pkg::RegCmd) judged_sound <= !cause_present_i;
+  end
+  `TC_ASSERT_IF(P02_ClearJudged_A, clear_q, judged_sound)
 `endif
 
 endmodule
