@@ -3,7 +3,7 @@
 // in that block. The names say which: P05_... is part of P5. docs/properties.md lists all of them with their proofs.
 // Alive in every simulation, absent in synthesis. Nothing here looks into a block, so a block may change inside.
 //
-// A bench may load the chip's flops at any time; it then clears past_ok_q and sets loaded_q, and what is remembered here starts anew
+// A bench may load the chip's flops at any time; it then clears past_ok_q and sets resumed_q, and what is remembered here starts anew
 // at a value from which nothing is claimed that would need the past.
 `include "tc_assert.svh"
 
@@ -30,6 +30,7 @@ module tc_properties (
   input logic               illegal_i,
   input logic               overrun_i,
   input logic               inhibit_i,
+  input logic               pwm_i,
   input logic               heater_i,
   input logic               run_i,
   input logic               sensor_ok_i,
@@ -52,6 +53,7 @@ module tc_properties (
   input logic [4:0]         state_i,
   input logic               tick_i,
   input logic               commit_i,
+  input logic               sens_start_i,
   input logic               sens_busy_i,
   input logic               algor_start_i,
   input logic               algor_done_i
@@ -78,7 +80,7 @@ module tc_properties (
 
   // ---- What happened before --------------------------------------------------------------------------------------------------
 
-  logic        loaded_q;                         // set by a bench alone
+  logic        resumed_q;                         // set by a bench alone
   logic        ran, was_hot, run_1, write_1, staged, algor_busy;
   logic [1:0]  well_past, hot_past, stale_past, host_lost_past, broken_past, rose_past;   // one and two clocks ago
   logic [15:0] silent, alone, cold, value_1;     // 0.1 s since a sample, since a frame, without heat
@@ -86,7 +88,8 @@ module tc_properties (
   logic signed [15:0] base;                      // lowest temperature since the time without heat was over
   logic [14:0] fault_1, latching_1;
   logic [3:0]  first_1;
-  logic [14:0] away;                             // clocks since the main state machine last stood where it waits
+  logic [14:0] ticked, reading;                  // clocks of the tick in work, of its sensor frame,
+  logic [3:0]  computing;                        // of its algorithm
 
   assign stale     = silent >= params_i.sample_timeout;
   assign host_lost = run_i && params_i.host_wd != 16'd0 && alone >= params_i.host_wd;
@@ -95,13 +98,13 @@ module tc_properties (
   assign zero_rose = zero_due && params_i.zero_rise != 16'd0 &&
                      reaches(17'(pv_i) - 17'(base), $signed({1'b0, params_i.zero_rise}));
 
-  logic well, waits;
-  assign well  = sensor_ok_i && !mem_bad_i && !was_hot;
-  assign waits = state_i == tc_pkg::StIdle || state_i == tc_pkg::StCmdReady || state_i == tc_pkg::StCfgPwm;
+  logic well, in_tick;
+  assign well    = sensor_ok_i && !mem_bad_i && !was_hot;
+  assign in_tick = state_i == tc_pkg::StReadTemp || state_i == tc_pkg::StTempDisplay || state_i == tc_pkg::StInitAlgor;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      loaded_q       <= 1'b0;
+      resumed_q       <= 1'b0;
       ran            <= 1'b0;
       was_hot        <= 1'b0;
       run_1          <= 1'b0;
@@ -123,31 +126,37 @@ module tc_properties (
       fault_1        <= 15'd0;
       latching_1     <= 15'd0;
       first_1        <= 4'd0;
-      away           <= 15'd0;
+      ticked         <= 15'd0;
+      reading        <= 15'd0;
+      computing      <= 4'd0;
     end else begin
-      loaded_q       <= 1'b0;
-      ran            <= (loaded_q ? run_i : ran) || run_cmd_i;
-      was_hot        <= accept ? hot : was_hot && !loaded_q;
+      resumed_q       <= 1'b0;
+      ran            <= (resumed_q ? run_i : ran) || run_cmd_i;
+      was_hot        <= accept ? hot : was_hot && !resumed_q;
       run_1          <= run_i;
       write_1        <= write_i;
       index_1        <= index_i;
       value_1        <= value_i;
-      staged         <= (write_i && index_i != tc_pkg::RegCmd) || (!commit_i && (staged || loaded_q));
-      algor_busy     <= algor_start_i || (algor_busy && !algor_done_i && !loaded_q);
-      well_past      <= {well_past[0] || loaded_q, well};
-      hot_past       <= {hot_past[0] && !loaded_q, hot};
-      stale_past     <= {stale_past[0] && !loaded_q, stale};
-      host_lost_past <= {host_lost_past[0] && !loaded_q, host_lost};
-      broken_past    <= {broken_past[0] && !loaded_q, mem_bad_i || illegal_i || overrun_i || inhibit_i};
-      rose_past      <= {rose_past[0] && !loaded_q, zero_rose};
-      silent         <= accept || loaded_q ? 16'd0 : count_up(silent, tenth_i);
-      alone          <= !run_i || good_frame_i || loaded_q ? 16'd0 : count_up(alone, tenth_i);
-      cold           <= !off_duty || loaded_q ? 16'd0 : zero_due ? cold : count_up(cold, tenth_i);
-      base           <= accept && !pv_valid_i ? sens_pv_i : loaded_q ? 16'sh7FFF : zero_due && pv_i >= base ? base : pv_i;
+      staged         <= (write_i && index_i != tc_pkg::RegCmd) || (!commit_i && (staged || resumed_q));
+      algor_busy     <= algor_start_i || (algor_busy && !algor_done_i && !resumed_q);
+      well_past      <= {well_past[0] || resumed_q, well};
+      hot_past       <= {hot_past[0] && !resumed_q, hot};
+      stale_past     <= {stale_past[0] && !resumed_q, stale};
+      host_lost_past <= {host_lost_past[0] && !resumed_q, host_lost};
+      broken_past    <= {broken_past[0] && !resumed_q, mem_bad_i || illegal_i || overrun_i || inhibit_i};
+      rose_past      <= {rose_past[0] && !resumed_q, zero_rose};
+      silent         <= accept || resumed_q ? 16'd0 : count_up(silent, tenth_i);
+      alone          <= !run_i || good_frame_i || resumed_q ? 16'd0 : count_up(alone, tenth_i);
+      cold           <= !off_duty || resumed_q ? 16'd0 : zero_due ? cold : count_up(cold, tenth_i);
+      base           <= accept && !pv_valid_i ? sens_pv_i : resumed_q ? 16'sh7FFF : zero_due && pv_i >= base ? base : pv_i;
       fault_1        <= fault_i;
       latching_1     <= latching;
       first_1        <= first_fault_i;
-      away           <= waits || loaded_q ? 15'd0 : away == 15'h7FFF ? away : away + 15'd1;
+      ticked         <= !in_tick || resumed_q ? 15'd0 : ticked + 15'(ticked != 15'h7FFF);
+      reading        <= sens_done_i || resumed_q ? 15'd0 : reading != 15'd0 ? reading + 15'(reading != 15'h7FFF)
+                      : 15'(sens_start_i && !sens_busy_i);
+      computing      <= algor_done_i || resumed_q ? 4'd0 : computing != 4'd0 ? computing + 4'(computing != 4'hF)
+                      : 4'(algor_start_i);
     end
   end
 
@@ -192,6 +201,10 @@ module tc_properties (
   // No good frame for HOST_WD while running: off in two clocks.
   `TC_ASSERT_IF(P06_HostLostIsOff_A, host_lost_past[1], !heater_i && !run_i)
 
+  // ---- P7: duty (that the pulse keeps to the duty stands in tc_pwmc, that the duty keeps to DUTY_MAX in tc_algor)
+  // The heater is on only in the clock after one of the pulse.
+  `TC_ASSERT_NEXT(P07_HeaterIsPulse_A, !pwm_i, !heater_i)
+
   // ---- P9: STOP (that every STOP frame raises stop_i stands in tc_uart_frame)
   // Off in the clock after STOP, whatever the state and the lock.
   `TC_ASSERT_NEXT(P09_StopIsOff_A, stop_i, !heater_i && !run_i && !safe_en_i)
@@ -214,11 +227,23 @@ module tc_properties (
   // A broadcast in hand leaves the line alone, in the clock after its end too.
   `TC_ASSERT_NEXT(P13_BroadcastIsSilent_A, cmd_valid_i && cmd_broadcast_i, !rsp_busy_i && !de_i)
 
-  // ---- P15: liveness
-  // The main state machine is back in Idle, CmdReady or CfgPwm, where it takes commands and ticks, within the longest read (27137
-  // clocks, tc_sensc) and 32 clocks, whatever comes on SPI and UART.
-  localparam logic [14:0] LongestAway = 15'd27169;
-  `TC_ASSERT_IF(P15_BackInTime_A, away != 15'd0, away <= LongestAway)
+  // ---- P15: liveness. The main state machine comes back to where it takes commands and ticks, whatever comes on UART and SPI (that a
+  // command ends stands in tc_paramc).
+  // A tick ends in CfgPwm within the longest read, 27138 clocks of SPI at its slowest with a set-up word before (P15_ReadEnds_A in
+  // tc_sensc), and 20 clocks.
+  localparam logic [14:0] LongestRead = 15'd27138;
+  `TC_ASSERT_IF(P15_TickEnds_A, ticked != 15'd0, ticked <= LongestRead + 15'd20)
+`ifdef FORMAL
+  // What leads there: the clocks of each state since the tick began.
+  `TC_ASSERT_IF(P15_SensorAnswers_A, reading != 15'd0, reading <= LongestRead)
+  `TC_ASSERT_IF(P15_AlgorAnswers_A, computing != 4'd0, computing <= 4'd14)
+  `TC_ASSERT_IF(P15_Displaying_A, state_i == tc_pkg::StTempDisplay, ticked <= LongestRead + 15'd2)
+  `TC_ASSERT_IF(P15_Computing_A, state_i == tc_pkg::StInitAlgor,
+                computing != 4'd0 ? ticked <= LongestRead + 15'd3 + {11'd0, computing}
+                                  : algor_start_i && ticked <= LongestRead + 15'd3)
+  `TC_ASSERT_IF(P15_Reading_A, state_i == tc_pkg::StReadTemp,
+                reading != 15'd0 ? ticked == reading + 15'd1 : ticked <= 15'd1)
+`endif
 
   // ---- P16: illegal state (that it falls to Idle in one clock stands in tc_sysctrl)
   // Off in two clocks: P02_BrokenIsOff_A.

@@ -194,11 +194,11 @@ module tc_top #(
     .heater_pin_i(heater_o), .inhibit_pin_i(inhibit_i), .safe_en_i(safe_en_o),
     .params_i(params), .tenth_i(tenth), .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_pv_i(sens_pv), .duty_i(duty),
     .run_cmd_i(cmd_run), .stop_i(cmd_stop || uart_stop), .clear_i(cmd_clear), .good_frame_i(good_frame),
-    .mem_bad_i(mem_bad), .illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit), .heater_i(heater), .run_i(run),
+    .mem_bad_i(mem_bad), .illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit), .pwm_i(pwm), .heater_i(heater), .run_i(run),
     .sensor_ok_i(sensor_ok), .pv_valid_i(pv_valid), .pv_i(pv), .cause_i(cause), .fault_i(fault), .first_fault_i(first_fault),
     .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd_broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
     .write_i(write), .index_i(index), .value_i(value), .cmd_stop_i(cmd_stop), .discard_i(discard),
-    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_busy_i(sens_busy), .algor_start_i(algor_start),
+    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy), .algor_start_i(algor_start),
     .algor_done_i(algor_done)
   );
 `endif

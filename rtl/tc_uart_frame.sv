@@ -186,20 +186,20 @@ module tc_uart_frame (
   logic        known, sound, busy, stop_bytes, is_stop, silent_past, sound_past, stop_past;
   logic [8:0]  bytes;
   logic [15:0] crc;
-  logic        loaded_q;                         // set by a bench that loads flops
+  logic        resumed_q;                         // set by a bench that loads flops
   tc_uart_judge u_judge (
-    .clk_i, .rst_ni, .loaded_i(loaded_q), .address_i, .valid_i, .data_i, .error_i, .in_hand_i(busy_i || cmd_valid_q),
+    .clk_i, .rst_ni, .resumed_i(resumed_q), .address_i, .valid_i, .data_i, .error_i, .in_hand_i(busy_i || cmd_valid_q),
     .open_i(open_o), .known_o(known), .bytes_o(bytes), .sound_o(sound), .busy_o(busy), .stop_o(stop_bytes), .crc_o(crc)
   );
   assign is_stop = sound && stop_bytes && bytes == 9'd8;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      loaded_q    <= 1'b0;
+      resumed_q    <= 1'b0;
       silent_past <= 1'b0;
       sound_past  <= 1'b0;
       stop_past   <= 1'b0;
     end else begin
-      loaded_q    <= 1'b0;
+      resumed_q    <= 1'b0;
       silent_past <= gap_i && !valid_i;
       sound_past  <= !known || (sound && !busy);
       stop_past   <= !known || is_stop;

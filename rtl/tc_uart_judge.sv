@@ -7,7 +7,7 @@
 module tc_uart_judge (
   input  logic       clk_i,
   input  logic       rst_ni,
-  input  logic       loaded_i,       // a bench has written flops: nothing is known till the next frame begins
+  input  logic       resumed_i,       // a bench has written flops: nothing is known till the next frame begins
   input  logic [7:0] address_i,
   input  logic       valid_i,
   input  logic [7:0] data_i,
@@ -45,7 +45,7 @@ module tc_uart_judge (
       crc   <= 16'hFFFF;
       head  <= 40'd0;
     end else begin
-      if (loaded_i) known <= 1'b0;
+      if (resumed_i) known <= 1'b0;
       else if (!open_i) known <= 1'b1;
       if (valid_i) begin
         error <= error_i || (open_i && error);

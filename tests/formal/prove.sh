@@ -62,7 +62,7 @@ write_aiger() {
   [[ ${3:-} != "and covers" ]] || covers="design -load read
     chformal -assert -remove; techmap -map $work/cover_map.v; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert"
   yosys -q -p "read_verilog -sv -formal -defer -I $rtl $flags $files $harness
-    hierarchy -check -top $top; proc; ${blocks:+cutpoint$blocks;} memory_map; flatten; $cut; opt -fast; async2sync; opt_clean; chformal -early
+    hierarchy -check -top $top; ${blocks:+cutpoint$blocks; hierarchy -top $top;} proc; memory_map; flatten; $cut; opt -fast; async2sync; opt_clean; chformal -early
     ${keep:+select -set keep$keep; chformal -assert -cover -remove t:\$assert t:\$cover %u @keep %d;} design -save read
     chformal -cover -remove; write_ilang $work/asserts.il; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
     $covers" \
