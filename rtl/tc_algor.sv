@@ -29,6 +29,9 @@ module tc_algor (
   output logic signed [15:0] sp_work_o,    // Q9.6
   output logic              ramping_o,
   output logic              limited_o,     // duty at DUTY_MAX
+`ifndef SYNTHESIS
+  output logic [3:0]        computing_o,   // clocks since the computation began, 0: none; for assertions
+`endif
   output logic [1:0]        segment_o,     // 0 none, 1 full, 2 PID, 3 off
   output logic              i_held_o,      // integral did not move in the last step
   output logic [17:0]       hold_limit_o,  // largest plausible hold duty, UQ2.16
@@ -329,6 +332,25 @@ module tc_algor (
   `TC_ASSERT_IF(AlgorHoldFirstPart_A, step_q == StepHoldAdd, hold_q <= 18'd65536)
   `TC_ASSERT(AlgorStepLegal_A, step_q <= StepLimit)
   `TC_ASSERT_NEXT(AlgorStoppedIsZero_A, !run_i, duty_q == 17'd0 && i_q == 32'd0)
+  // P15: a computation ends within thirteen clocks.
+  logic [3:0] computing;
+  logic       resumed_q;                   // set by a bench that loads flops
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      resumed_q <= 1'b0;
+      computing <= 4'd0;
+    end else begin
+      resumed_q <= 1'b0;
+      computing <= start_i && step_q == StepIdle ? 4'd1
+                 : done_q || resumed_q || computing == 4'd0 ? 4'd0 : computing + 4'(computing != 4'hF);
+    end
+  end
+  assign computing_o = computing;
+  `TC_ASSERT_IF(P15_AlgorAnswers_A, computing != 4'd0, computing <= 4'd13)
+`ifdef FORMAL
+  `TC_ASSERT(AlgorComputing_A, step_q != StepIdle ? computing == step_q && !done_q
+             : done_q ? computing == 4'd1 || computing == 4'd13 : computing == 4'd0)
+`endif
   // P12: no sum wraps: each is its exact value, computed with bits to spare.
   logic signed [47:0] pd_exact;
   assign pd_exact = (48'(p_q) <<< 8) + (48'(d_q) <<< 7) + (manual ? 48'sd0 : $signed({17'd0, ext_q, 14'd0}));

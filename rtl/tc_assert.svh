@@ -39,14 +39,9 @@
     name: assert (!name``_past_q || (cons)); \
     name``_C: cover (name``_past_q); \
   end
-// prop holds while reset is asserted and in the first clock after it.
+// prop holds while reset is asserted and in the first clock after it. For modules with a flop resumed_q (tc_properties).
 `define TC_ASSERT_RESET(name, prop) \
-  logic name``_left_q; \
-  always_ff @(posedge clk_i or negedge rst_ni) begin \
-    if (!rst_ni) name``_left_q <= 1'b0; \
-    else name``_left_q <= 1'b1; \
-  end \
-  always @(posedge clk_i) if (!name``_left_q) begin \
+  always @(posedge clk_i) if (!past_ok_q && !resumed_q) begin \
     name: assert (prop); \
     name``_C: cover (1'b1); \
   end

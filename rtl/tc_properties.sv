@@ -55,8 +55,9 @@ module tc_properties (
   input logic               commit_i,
   input logic               sens_start_i,
   input logic               sens_busy_i,
+  input logic [14:0]        reading_i,
   input logic               algor_start_i,
-  input logic               algor_done_i
+  input logic [3:0]         computing_i
 );
 
   `TC_ASSERT_SETUP
@@ -81,15 +82,14 @@ module tc_properties (
   // ---- What happened before --------------------------------------------------------------------------------------------------
 
   logic        resumed_q;                         // set by a bench alone
-  logic        ran, was_hot, run_1, write_1, staged, algor_busy;
+  logic        ran, was_hot, run_1, write_1, staged;
   logic [1:0]  well_past, hot_past, stale_past, host_lost_past, broken_past, rose_past;   // one and two clocks ago
   logic [15:0] silent, alone, cold, value_1;     // 0.1 s since a sample, since a frame, without heat
   logic [5:0]  index_1;
   logic signed [15:0] base;                      // lowest temperature since the time without heat was over
   logic [14:0] fault_1, latching_1;
   logic [3:0]  first_1;
-  logic [14:0] ticked, reading;                  // clocks of the tick in work, of its sensor frame,
-  logic [3:0]  computing;                        // of its algorithm
+  logic [14:0] ticked;                           // clocks of the tick in work
 
   assign stale     = silent >= params_i.sample_timeout;
   assign host_lost = run_i && params_i.host_wd != 16'd0 && alone >= params_i.host_wd;
@@ -112,7 +112,6 @@ module tc_properties (
       index_1        <= 6'd0;
       value_1        <= 16'd0;
       staged         <= 1'b0;
-      algor_busy     <= 1'b0;
       well_past      <= 2'b11;
       hot_past       <= 2'b00;
       stale_past     <= 2'b00;
@@ -127,8 +126,6 @@ module tc_properties (
       latching_1     <= 15'd0;
       first_1        <= 4'd0;
       ticked         <= 15'd0;
-      reading        <= 15'd0;
-      computing      <= 4'd0;
     end else begin
       resumed_q       <= 1'b0;
       ran            <= (resumed_q ? run_i : ran) || run_cmd_i;
@@ -138,7 +135,6 @@ module tc_properties (
       index_1        <= index_i;
       value_1        <= value_i;
       staged         <= (write_i && index_i != tc_pkg::RegCmd) || (!commit_i && (staged || resumed_q));
-      algor_busy     <= algor_start_i || (algor_busy && !algor_done_i && !resumed_q);
       well_past      <= {well_past[0] || resumed_q, well};
       hot_past       <= {hot_past[0] && !resumed_q, hot};
       stale_past     <= {stale_past[0] && !resumed_q, stale};
@@ -153,10 +149,6 @@ module tc_properties (
       latching_1     <= latching;
       first_1        <= first_fault_i;
       ticked         <= !in_tick || resumed_q ? 15'd0 : ticked + 15'(ticked != 15'h7FFF);
-      reading        <= sens_done_i || resumed_q ? 15'd0 : reading != 15'd0 ? reading + 15'(reading != 15'h7FFF)
-                      : 15'(sens_start_i && !sens_busy_i);
-      computing      <= algor_done_i || resumed_q ? 4'd0 : computing != 4'd0 ? computing + 4'(computing != 4'hF)
-                      : 4'(algor_start_i);
     end
   end
 
@@ -221,7 +213,7 @@ module tc_properties (
 
   // ---- P11: one parameter set a tick
   // A set becomes active in the first clock of a tick only, while neither the sensor is read nor the duty computed.
-  `TC_ASSERT_IF(P11_CommitAtTick_A, commit_i, tick_i && !sens_busy_i && !algor_start_i && !algor_busy)
+  `TC_ASSERT_IF(P11_CommitAtTick_A, commit_i, tick_i && !sens_busy_i && !algor_start_i && computing_i == 4'd0)
 
   // ---- P13: broadcasts (any other answer: tc_uartc)
   // A broadcast in hand leaves the line alone, in the clock after its end too.
@@ -230,19 +222,20 @@ module tc_properties (
   // ---- P15: liveness. The main state machine comes back to where it takes commands and ticks, whatever comes on UART and SPI (that a
   // command ends stands in tc_paramc).
   // A tick ends in CfgPwm within the longest read, 27138 clocks of SPI at its slowest with a set-up word before (P15_ReadEnds_A in
-  // tc_sensc), and 20 clocks.
+  // tc_sensc), the computation and 4 clocks.
   localparam logic [14:0] LongestRead = 15'd27138;
-  `TC_ASSERT_IF(P15_TickEnds_A, ticked != 15'd0, ticked <= LongestRead + 15'd20)
+  `TC_ASSERT_IF(P15_TickEnds_A, ticked != 15'd0, ticked <= LongestRead + 15'd17)
 `ifdef FORMAL
   // What leads there: the clocks of each state since the tick began.
-  `TC_ASSERT_IF(P15_SensorAnswers_A, reading != 15'd0, reading <= LongestRead)
-  `TC_ASSERT_IF(P15_AlgorAnswers_A, computing != 4'd0, computing <= 4'd14)
   `TC_ASSERT_IF(P15_Displaying_A, state_i == tc_pkg::StTempDisplay, ticked <= LongestRead + 15'd2)
   `TC_ASSERT_IF(P15_Computing_A, state_i == tc_pkg::StInitAlgor,
-                computing != 4'd0 ? ticked <= LongestRead + 15'd3 + {11'd0, computing}
+                computing_i != 4'd0 ? ticked <= LongestRead + 15'd3 + {11'd0, computing_i}
                                   : algor_start_i && ticked <= LongestRead + 15'd3)
   `TC_ASSERT_IF(P15_Reading_A, state_i == tc_pkg::StReadTemp,
-                reading != 15'd0 ? ticked == reading + 15'd1 : ticked <= 15'd1)
+                reading_i != 15'd0 ? ticked == reading_i + 15'd1
+                                 : tick_i != sens_start_i && ticked == {14'd0, sens_start_i})
+  `TC_ASSERT_IF(P15_ReadsInReadTemp_A, reading_i != 15'd0 || sens_start_i || tick_i, state_i == tc_pkg::StReadTemp)
+  `TC_ASSERT_IF(P15_ComputesInInitAlgor_A, computing_i != 4'd0 || algor_start_i, state_i == tc_pkg::StInitAlgor)
 `endif
 
   // ---- P16: illegal state (that it falls to Idle in one clock stands in tc_sysctrl)
@@ -262,7 +255,7 @@ module tc_properties (
   `TC_ASSERT_IF(P18_FaultStopsToggling_A, fault_i != 15'd0, !safe_en_i)
 
   logic unused;
-  assign unused = ^params_i;
+  assign unused = ^{params_i, sens_start_i, reading_i, computing_i};   // some for proofs alone
 
 endmodule
 `endif

@@ -34,6 +34,9 @@ module tc_sensc (
   output logic             dev_fault_o,     // a fault bit of the frame is set
   output logic             frame_bad_o,     // reserved bits wrong, or a stuck line
   output logic [15:0]      pv_o,            // Q9.6
+`ifndef SYNTHESIS
+  output logic [14:0]      reading_o,       // clocks since the read began, 0: none; for assertions
+`endif
   output logic [31:0]      raw_o
 );
 
@@ -239,10 +242,11 @@ module tc_sensc (
       reading  <= 15'd0;
     end else begin
       resumed_q <= 1'b0;
-      reading  <= done_q || resumed_q ? 15'd0 : reading != 15'd0 ? reading + 15'(reading != 15'h7FFF)
-                : 15'(start_i && state_q == StIdle);
+      reading  <= start_i && state_q == StIdle ? 15'd1
+                : done_q || resumed_q || reading == 15'd0 ? 15'd0 : reading + 15'(reading != 15'h7FFF);
     end
   end
+  assign reading_o = reading;
   `TC_ASSERT_IF(P15_ReadEnds_A, reading != 15'd0, reading <= LongestRead)
 `endif
   `TC_COVER(SenscSetUp_C, setup_q && state_q == StShift)
@@ -277,7 +281,7 @@ module tc_sensc (
 
   `TC_ASSERT(SenscStateLegal_A, state_q == StIdle || state_q == StGap || state_q == StLead || state_q == StShift ||
              state_q == StJudge)
-  `TC_ASSERT(SenscReading_A, (reading == 15'd0) == (state_q == StIdle && !done_q) && reading + clocks_left <= LongestRead)
+  `TC_ASSERT(SenscReading_A, (reading == 15'd0) == (state_q == StIdle && !done_q) && {1'b0, reading} + {1'b0, clocks_left} <= {1'b0, LongestRead})
   `TC_ASSERT_IF(SenscReadEnds_A, busy_past_q, clocks_left < clocks_left_q)
   `TC_ASSERT_NEXT(SenscClockMovesAtHalfPeriods_A, state_q != StIdle && !half_end, sclk_q == sclk_past_q)
   `TC_ASSERT(SenscReadBounded_A, clocks_left < LongestRead)

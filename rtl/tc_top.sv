@@ -70,6 +70,10 @@ module tc_top #(
   logic        sens_busy, sens_done, sens_ok, sens_dev_fault, sens_frame_bad;
   logic [15:0] sens_pv;
   logic [31:0] sens_raw;
+`ifndef SYNTHESIS
+  logic [14:0] reading;
+  logic [3:0]  computing;
+`endif
 
   logic               algor_done, ramping, limited, i_held;
   logic [16:0]        duty;
@@ -148,13 +152,20 @@ module tc_top #(
     .spi_div_i(params.spi_div[7:0]), .trim_i(params.sens_trim), .miso_i(miso), .reconfig_i(commit),
     .sclk_o(spi_sclk_o), .cs_no(spi_cs_no), .mosi_o(spi_mosi_o),
     .busy_o(sens_busy), .done_o(sens_done), .ok_o(sens_ok), .dev_fault_o(sens_dev_fault),
-    .frame_bad_o(sens_frame_bad), .pv_o(sens_pv), .raw_o(sens_raw)
+    .frame_bad_o(sens_frame_bad), .pv_o(sens_pv),
+`ifndef SYNTHESIS
+    .reading_o(reading),
+`endif
+    .raw_o(sens_raw)
   );
 
   tc_algor u_algor (
     .clk_i, .rst_ni(rst_n),
     .params_i(params), .start_i(algor_start), .sample_ok_i(sens_ok), .run_i(run), .at_temp_i(at_temp), .ms_i(ms),
     .pv_i(pv), .done_o(algor_done), .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .limited_o(limited),
+`ifndef SYNTHESIS
+    .computing_o(computing),
+`endif
     .segment_o(segment), .i_held_o(i_held), .hold_limit_o(hold_limit), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d)
   );
 
@@ -198,8 +209,8 @@ module tc_top #(
     .sensor_ok_i(sensor_ok), .pv_valid_i(pv_valid), .pv_i(pv), .cause_i(cause), .fault_i(fault), .first_fault_i(first_fault),
     .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd_broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
     .write_i(write), .index_i(index), .value_i(value), .cmd_stop_i(cmd_stop), .discard_i(discard),
-    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy), .algor_start_i(algor_start),
-    .algor_done_i(algor_done)
+    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy), .reading_i(reading), .algor_start_i(algor_start),
+    .computing_i(computing)
   );
 `endif
 

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Proofs of one block, for all inputs and all time: Yosys writes an AIGER, ABC's PDR proves it; or, where
-# tests/formal/BLOCK/engine says "induction", Yosys proves it by k-induction.
+# Proofs of one block, for all inputs and all time: Yosys writes an AIGER, ABC's PDR proves it; or, where the
+# harness says so, Yosys proves it by k-induction.
 #   prove.sh BLOCK           every harness tests/formal/BLOCK/*.sv: all assertions hold, every cover can be reached
 #   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt changes a copy of the RTL so that the proof must fail: file, tab,
 #                            sed expression, tab, what it breaks, and, after another tab, the assertion that it must refute (else any)
@@ -11,6 +11,7 @@
 # Yosys read options. Comment lines at the head of a harness say what is asked there:
 #   // cut: INSTANCE...      blocks whose outputs may be anything in any clock (over-approximation)
 #   // prove: NAME...        assertions that are proved here, * allowed; the others are left to another harness, not assumed. Default all
+#   // engine: induction      k-induction instead of PDR
 # Exit status: 0 all as it should be, 1 not, 2 wrong call.
 set -euo pipefail
 
@@ -33,7 +34,6 @@ while [[ $# -gt 0 ]]; do
 done
 seconds=300   # for one proof
 flags=$(cat "$here/$block/flags" 2>/dev/null || true)
-engine=$(cat "$here/$block/engine" 2>/dev/null || echo pdr)
 harnesses=("$here/$block"/*.sv)
 set -f  # a * in a name is a pattern for Yosys, not for files
 work=$(mktemp -d)
@@ -53,6 +53,8 @@ list() { sed -n "s,^// $2: *,,p" "$1" | xargs -r printf '%s\n'; }
 echo 'module \$cover (input A, input EN); \$assert never (.A(!A), .EN(EN)); endmodule' > "$work/cover_map.v"
 write_aiger() {
   local harness=$1 rtl=$2 cut=${1%.sv}.map top files finish covers= blocks= keep= name
+  engine=$(list "$harness" engine)
+  engine=${engine:-pdr}
   top=$(sed -n 's/^module \([A-Za-z0-9_]*\).*/\1/p' "$harness" | head -1)
   files=$(sed "s,^,$rtl/," "$root/rtl/tc.f" | xargs)
   [[ -f $cut ]] && cut="techmap -map $cut" || cut=
