@@ -11,12 +11,17 @@ namespace meltstage::app {
 namespace {
 
 constexpr Bench kBenches[] = {
+    {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
+    {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
+    {"vibration", "what moves leave behind: anchor plant, and the paper's table on a servo axis",
+     bench_vibration},
     {"windows", "time-parallel lockstep on two processes against one run from end to end", bench_windows},
 };
 
 std::string wanted(const BenchRow& row) {
+  if (row.at_least && row.at_most) return fmt::format("{:.4g}..{:.4g}", *row.at_least, *row.at_most);
   if (row.at_least) return fmt::format(">= {:.4g}", *row.at_least);
   if (row.at_most) return fmt::format("<= {:.4g}", *row.at_most);
   return "";

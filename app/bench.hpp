@@ -32,8 +32,11 @@ std::span<const Bench> benches();
 // Prints the rows as a table or as JSON; exit status 1 when one falls short.
 int report_bench(const Bench& bench, const BenchOptions& options, bool json);
 
+std::vector<BenchRow> bench_control(const BenchOptions& options);
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
+std::vector<BenchRow> bench_profile(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
+std::vector<BenchRow> bench_vibration(const BenchOptions& options);
 std::vector<BenchRow> bench_windows(const BenchOptions& options);
 
 }  // namespace meltstage::app

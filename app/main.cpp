@@ -7,9 +7,11 @@
 
 #include "app/bench.hpp"
 #include "app/build_stamp.hpp"
+#include "app/chip_command.hpp"
 #include "app/job_file.hpp"
 #include "app/print.hpp"
 #include "app/windows.hpp"
+#include "host/errors.hpp"
 #include "vectors/text.hpp"
 
 namespace {
@@ -115,6 +117,8 @@ int main(int argc, char** argv) {
   bench_command->add_flag("--json", bench_json, "Print JSON");
   bench_command->add_flag("--quick", bench.quick, "Shorter measurement");
 
+  const std::function<int()> chip = app::add_chip_command(cli, print.command);
+
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -131,6 +135,7 @@ int main(int argc, char** argv) {
         if (print_command->count(option) != 0) print.for_full_rtl = option;
       return app::print_job(print);
     }
+    if (cli.got_subcommand("chip")) return chip();
     if (slurm) runner.runner = app::WindowRunner::slurm;
     if (*windows_plan) return app::plan_windows(pins, work, borders);
     if (*windows_run) return app::run_windows(work, runner);
@@ -138,6 +143,9 @@ int main(int argc, char** argv) {
     if (*window_command) return app::check_one_window(work, window);
     return run_bench(bench_name, bench_list, bench, bench_json);
   } catch (const app::InputError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const host::UsageError& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const tb::WindowError& error) {

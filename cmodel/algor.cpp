@@ -32,7 +32,8 @@ algor_kernel::Flops<PlainBits> flops_of(const Algor& algor) {
 }
 
 std::uint64_t Algor::quiet(const AlgorIn& in) const {
-  if (step_q != kStepIdle || done_q != 0 || in.start) return 0;
+  if (step_q != kStepIdle || done_q != 0 || in.start || in.drop != (drop_q != 0)) return 0;
+  if (!in.run && drops_q != 0) return 0;
   if ((!in.run || in.params.bit(spec::kRegMode, 0)) && (i_q != 0 || fresh_q == 0)) return 0;
   return in.run || (duty_q == 0 && segment_q == kSegNone) ? kForever : 0;
 }
@@ -44,7 +45,11 @@ std::uint64_t Algor::quiet(const AlgorIn& in) const {
                                                    .run = in.run,
                                                    .at_temp = in.at_temp,
                                                    .ms = in.ms,
-                                                   .pv = Int<PlainBits, 16>(in.pv)};
+                                                   .pv = Int<PlainBits, 16>(in.pv),
+                                                   .drop = in.drop,
+                                                   .tuning = in.tuning,
+                                                   .tune_duty = Int<PlainBits, 18>(in.tune_duty),
+                                                   .tune_hold = Int<PlainBits, 18>(in.tune_hold)};
   auto flops = flops_of<PlainBits>(*this);
   if (!algor_kernel::idle(flops, pins)) algor_kernel::clock(flops, pins);
 }

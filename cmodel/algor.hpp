@@ -24,6 +24,8 @@ enum AlgorStep : std::uint8_t {
   kStepFeedForward,
   kStepHold,
   kStepHoldAdd,
+  kStepDrops,
+  kStepPreset,
   kStepError,
   kStepProducts,
   kStepSum,
@@ -36,6 +38,8 @@ enum AlgorStep : std::uint8_t {
   X(std::uint8_t, fresh_q, 1, 1)      \
   X(std::uint8_t, i_held_q, 1, 0)     \
   X(std::uint8_t, segment_q, 2, 0)    \
+  X(std::uint8_t, drop_q, 1, 0)       \
+  X(std::uint8_t, drops_q, 8, 0)      \
   X(std::int16_t, target_q, 16, 0)    \
   X(std::int16_t, sp_work_q, 16, 0)   \
   X(std::int16_t, amb_q, 16, 0)       \
@@ -63,6 +67,10 @@ struct AlgorIn {
   bool at_temp;
   bool ms;
   std::int16_t pv;  // Q9.6
+  bool drop;        // droplet trigger
+  bool tuning;
+  std::uint32_t tune_duty;  // UQ1.16
+  std::uint32_t tune_hold;
 };
 
 struct Algor {

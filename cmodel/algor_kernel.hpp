@@ -43,6 +43,10 @@ struct Pins {
   Bool at_temp;
   Bool ms;
   Int<B, 16> pv;  // Q9.6
+  Bool drop;      // droplet trigger
+  Bool tuning;
+  Int<B, 18> tune_duty;  // UQ1.16, as the next
+  Int<B, 18> tune_hold;
 
   Int<B, 17> u16(spec::Reg reg) const { return Int<B, 17>(B::template load<std::uint16_t, 16>(params[reg])); }
   Int<B, 16> s16(spec::Reg reg) const { return wrap<16>(u16(reg)); }
@@ -180,7 +184,10 @@ void take_sum(Flops<B>& q, const In& in) {
   const auto off = (in.seg_model() && model_off) || (!in.seg_model() && band_off);
 
   const auto i_outside = select(in.i_zero(), 0_k, select(full && in.ff_en(), feed_forward, i));
-  const auto i_wanted = select(full || off, i_outside, select(accept, i_next, i));
+  // While ATUNE drives, the integral waits at its hold duty.
+  const auto i_driven = in.tune_hold << 14_k;
+  const auto i_wanted =
+      select(in.tuning, i_driven, select(full || off, i_outside, select(accept, i_next, i)));
   // A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
   const auto i_after = select(i_wanted > limit, limit, i_wanted);
 
@@ -191,16 +198,28 @@ void take_sum(Flops<B>& q, const In& in) {
   q.i_q = i_after;
   const auto segment =
       select(full, Const<kSegFull>{}, select(off, Const<kSegOff>{}, Int<B, 3>(Const<kSegPid>{})));
-  q.segment_q = select(in.manual(), Const<kSegNone>{}, segment);
+  q.segment_q = select(in.manual() || in.tuning, Const<kSegNone>{}, segment);
   q.fresh_q = 0_k;
+}
+
+// Each droplet since the last computation adds FF_DROP, 2^-20, to the external feed-forward. A load that is
+// announced needs power: no reason to trip.
+template <class B, class In>
+void take_drops(Flops<B>& q, const In& in, const Int<B, 9>& drops, const typename B::Bool& dropped) {
+  const auto sum = sat_duty(q.ext_q() + (multiply(in.u16(spec::kRegFfDrop), wrap<16>(drops)) >> 4_k));
+  const auto ext = select(in.manual(), q.ext_q(), sum);
+  q.ext_q = ext;
+  q.hold_q = wrap_u<18>(q.hold_q() + ext);
+  q.drops_q = 0_k;
+  when(q, dropped, [&] { q.drops_q = 1_k; });
 }
 
 // The rise of the duty, never its fall, is held to SLEW.
 template <class B, class In>
 void take_duty(Flops<B>& q, const In& in) {
   const auto duty_max = q.duty_max_q();
-  const auto ext = q.ext_q();
-  const auto wanted = select(in.manual(), select(ext > duty_max, duty_max, ext), q.u_q());
+  const auto commanded = select(in.tuning, in.tune_duty, select(in.manual(), q.ext_q(), q.u_q()));
+  const auto wanted = select(commanded > duty_max, duty_max, commanded);
   const auto highest = q.duty_q() + q.slew_q();
   q.duty_q = select(q.slew_q() != 0_k && wanted > highest, wrap_u<17>(highest), wanted);
   q.done_q = 1_k;
@@ -235,7 +254,11 @@ void one_of(Flops<B>& q, const Int<B, 5>& step, const Case<At, Next, Body>& firs
 template <class B, class In>
 void clock(Flops<B>& q, const In& in) {
   const auto sp = q.sp_work_q();
+  const auto dropped = in.drop && q.drop_q() == 0_k;
+  const auto drops = q.drops_q();
   q.done_q = 0_k;
+  q.drop_q = in.drop;
+  when(q, dropped && drops != 255_k, [&] { q.drops_q = wrap_u<8>(drops + 1_k); });
   ramp(q, in);
   // After the ramp: a step that sets the working set-point wins.
   one_of(q, q.step_q(), on<kStepIdle, kStepIdle>([&] {
@@ -255,8 +278,13 @@ void clock(Flops<B>& q, const In& in) {
            // ff goes in divided by four; HOLD_MULT is UQ8.8. Above 100 % there is nothing left to tell apart.
            q.hold_q = sat_duty(multiply(in.u16(spec::kRegHoldMult), q.ff_q() >> 2_k) >> 6_k);
          }),
-         on<kStepHoldAdd, kStepError>(
+         on<kStepHoldAdd, kStepDrops>(
              [&] { q.hold_q = wrap_u<18>(q.hold_q() + duty(in.s16(spec::kRegHoldAdd))); }),
+         on<kStepDrops, kStepPreset>([&] { take_drops(q, in, drops, dropped); }),
+         on<kStepPreset, kStepError>([&] {
+           // As HOLD_MULT; PRESET is UQ0.8.
+           q.ff_q = sat_duty(multiply(in.u16(spec::kRegPreset), q.ff_q() >> 2_k) >> 6_k);
+         }),
          on<kStepError, kStepProducts>([&] { take_error(q, in, sp); }),
          on<kStepProducts, kStepSum>([&] { take_products(q, in); }),
          on<kStepSum, kStepLimit>([&] { take_sum(q, in); }),
@@ -268,6 +296,7 @@ void clock(Flops<B>& q, const In& in) {
     q.fresh_q = 1_k;
   });
   when(q, !in.run, [&] {
+    q.drops_q = 0_k;
     q.duty_q = 0_k;
     q.segment_q = Const<kSegNone>{};
   });
@@ -277,7 +306,7 @@ void clock(Flops<B>& q, const In& in) {
 template <class B, class In>
 typename B::Bool idle(const Flops<B>& q, const In& in) {
   return q.step_q() == Const<kStepIdle>{} && !in.start && q.done_q() == 0_k && in.run && !in.ms &&
-         in.u16(spec::kRegMode) == 0_k;
+         in.u16(spec::kRegMode) == 0_k && in.drop == (q.drop_q() != 0_k);
 }
 
 // ---- Outputs that are not flops ----

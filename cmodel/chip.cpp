@@ -9,16 +9,16 @@ namespace {
 
 // Pins in the order of tc_top's synchroniser.
 std::uint8_t asynchronous_pins(const Inputs& in) {
-  return static_cast<std::uint8_t>(static_cast<unsigned>(in.uart_rx) | (in.addr_strap & 7u) << 1 |
-                                   static_cast<unsigned>(in.spi_miso) << 4 |
-                                   static_cast<unsigned>(in.heater_fb) << 5 |
-                                   static_cast<unsigned>(in.inhibit) << 6);
+  return static_cast<std::uint8_t>(
+      static_cast<unsigned>(in.uart_rx) | (in.addr_strap & 7u) << 1 |
+      static_cast<unsigned>(in.spi_miso) << 4 | static_cast<unsigned>(in.heater_fb) << 5 |
+      static_cast<unsigned>(in.inhibit) << 6 | static_cast<unsigned>(in.drop) << 7);
 }
 
 // Of those: feedback, which GUARD follows by itself; and all but that and miso, which SENSC takes at the end
 // of a half period only.
 constexpr unsigned kPinFeedback = 5;
-constexpr std::uint8_t kPinsThatStir = 0b1001111;
+constexpr std::uint8_t kPinsThatStir = 0b11001111;
 
 }  // namespace
 
@@ -62,7 +62,16 @@ Readings Chip::readings() const {
           .char_errors = uartc.char_errors(),
           .messages = uartc.messages(),
           .sensor_errors = guard.sensor_errors_q,
-          .mem_corrected = mem.corrected()};
+          .mem_corrected = mem.corrected(),
+          .overshoot = quality.over_q,
+          .band_time = quality.band_q,
+          .band_error = quality.error_q,
+          .peak = static_cast<std::uint16_t>(quality.peak_q),
+          .on_time = quality.on_q,
+          .tune_state = atune.state(),
+          .tune_ku = atune.ku_q,
+          .tune_tu = atune.tu(),
+          .tune_hold = atune.hold_q};
 }
 
 std::uint16_t Chip::read_register(std::uint16_t address) const {
@@ -113,15 +122,19 @@ ParamcIn Chip::paramc_in() const {
           .t_max_staged = mem.t_max_staged(),
           .lock = p[spec::kRegLock],
           .running = guard.run_q != 0,
+          .manual = p.bit(spec::kRegMode, 0),
+          .tuning = atune.tuning(),
+          .tune_wr = atune.wr_q != 0,
           .run_allowed = guard.run_allowed(),
           .cause_present = guard.cause_q != 0,
           .rd_busy = uartc.rsp_busy() || uartc.tlm_busy()};
 }
 
 MemIn Chip::mem_in() const {
-  return {.wr = sysctrl.write() && paramc.store(),
-          .wr_index = paramc.index_q,
-          .wr_data = paramc.value_q,
+  const bool tuned = atune.wr_q != 0;
+  return {.wr = (sysctrl.write() && paramc.store()) || tuned,
+          .wr_index = tuned ? atune.wr_index_q : paramc.index_q,
+          .wr_data = tuned ? atune.wr_data_q : paramc.value_q,
           .commit = sysctrl.commit_q != 0,
           .discard = paramc.discard_q != 0,
           .scrub_start = sysctrl.tick_q != 0};
@@ -141,7 +154,35 @@ AlgorIn Chip::algor_in() const {
           .run = guard.run_q != 0,
           .at_temp = guard.at_temp_q != 0,
           .ms = sysctrl.ms_q != 0,
-          .pv = guard.pv_q};
+          .pv = guard.pv_q,
+          .drop = (sync.q() >> 7 & 1) != 0,
+          .tuning = atune.tuning(),
+          .tune_duty = atune.duty(),
+          .tune_hold = atune.hold_q};
+}
+
+AtuneIn Chip::atune_in() const {
+  return {.tune = paramc.tune_q != 0,
+          .run = guard.run_q != 0,
+          .sample = sysctrl.algor_start_q != 0 && sensc.ok(),
+          .tenth = sysctrl.tenth_q != 0,
+          .commit = sysctrl.commit_q != 0,
+          .pv = guard.pv_q,
+          .sp_work = algor.sp_work_q,
+          .amb = algor.amb_q,
+          .ramping = algor.ramping(),
+          .duty_max = algor.duty_max_q};
+}
+
+QualityIn Chip::quality_in() const {
+  return {.run = guard.run_q != 0,
+          .sample = sysctrl.algor_start_q != 0 && sensc.ok(),
+          .tenth = sysctrl.tenth_q != 0,
+          .pv = guard.pv_q,
+          .target = algor.target_q,
+          .window = params()[spec::kRegAtWindow],
+          .at_temp = guard.at_temp_q != 0,
+          .heater = guard.heater_q != 0};
 }
 
 PwmcIn Chip::pwmc_in() const {
@@ -170,7 +211,7 @@ GuardIn Chip::guard_in() const {
           .ramping = algor.ramping(),
           .pwm = pwmc.pwm(),
           .run = paramc.run_q != 0,
-          .stop = paramc.stop_q != 0 || uartc.stop(),
+          .stop = paramc.stop_q != 0 || uartc.stop() || atune.stop_q != 0,
           .clear = paramc.clear_q != 0,
           .good_frame = uartc.good(),
           .mem_bad = mem.bad(),
@@ -190,6 +231,8 @@ void Chip::clock(const Inputs& in) {
   const MemIn to_mem = mem_in();
   const SenscIn to_sensc = sensc_in();
   const AlgorIn to_algor = algor_in();
+  const AtuneIn to_atune = atune_in();
+  const QualityIn to_quality = quality_in();
   const PwmcIn to_pwmc = pwmc_in();
   const GuardIn to_guard = guard_in();
 
@@ -198,6 +241,8 @@ void Chip::clock(const Inputs& in) {
   sysctrl.step(to_sysctrl);
   sensc.step(to_sensc);
   algor.step(to_algor);
+  atune.step(to_atune);
+  quality.step(to_quality);
   pwmc.step(to_pwmc);
   guard.step(to_guard);
   mem.step(to_mem);
@@ -223,6 +268,7 @@ std::uint64_t Chip::quiet(const Inputs& in) const {
   const AlgorIn to_algor = algor_in();
   if (!at_most(algor.quiet(to_algor)) || (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms())))
     return 0;
+  if (!at_most(atune.quiet(atune_in())) || !at_most(quality.quiet(quality_in()))) return 0;
   if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in(), sync.seen(pins, kPinFeedback)))) return 0;
   return clocks;
 }
@@ -237,6 +283,7 @@ void Chip::skip(const Inputs& in, std::uint64_t clocks) {
   sysctrl.skip(clocks);
   sensc.skip(clocks);
   pwmc.skip(clocks);
+  quality.skip(quality_in(), clocks);
   const std::uint8_t pins = asynchronous_pins(in);
   guard.skip(guard_in(), sync.seen(pins, kPinFeedback), clocks);
   sync.skip(pins, clocks);

@@ -6,10 +6,12 @@
 #include <type_traits>
 
 #include "algor.hpp"
+#include "atune.hpp"
 #include "guard.hpp"
 #include "mem.hpp"
 #include "paramc.hpp"
 #include "pwmc.hpp"
+#include "quality.hpp"
 #include "sensc.hpp"
 #include "sync.hpp"
 #include "sysctrl.hpp"
@@ -25,6 +27,7 @@ struct Inputs {
   bool spi_miso = false;
   bool heater_fb = false;
   bool inhibit = false;
+  bool drop = false;
 
   friend bool operator==(const Inputs&, const Inputs&) = default;
 };
@@ -55,13 +58,16 @@ struct Chip {
   Mem mem;
   Sensc sensc;
   Algor algor;
+  Atune atune;
+  Quality quality;
   Pwmc pwmc;
   Guard guard;
 
   // One rising clock edge with the pins at `in` before it; the pins after it, with `in` still applied.
   Outputs step(const Inputs& in);
-  // Coming clocks, at least, in which step(in) would do nothing but count, and move no output pin but safe_en: for those, a
-  // skip does what that many steps do. kForever: for all. advance.hpp is the loop that uses them.
+  // Coming clocks, at least, in which step(in) would do nothing but count, and move no output pin but
+  // safe_en: for those, a skip does what that many steps do. kForever: for all. advance.hpp is the loop that
+  // uses them.
   std::uint64_t quiet(const Inputs& in) const;
   // clocks <= quiet(in).
   void skip(const Inputs& in, std::uint64_t clocks);
@@ -80,6 +86,8 @@ struct Chip {
   MemIn mem_in() const;
   SenscIn sensc_in() const;
   AlgorIn algor_in() const;
+  AtuneIn atune_in() const;
+  QualityIn quality_in() const;
   PwmcIn pwmc_in() const;
   GuardIn guard_in() const;
   void clock(const Inputs& in);

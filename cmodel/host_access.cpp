@@ -56,6 +56,9 @@ ParamcIn paramc_inputs(const Chip& chip, const Command& command) {
           .t_max_staged = chip.mem.t_max_staged(),
           .lock = chip.params()[spec::kRegLock],
           .running = chip.guard.run_q != 0,
+          .manual = chip.params().bit(spec::kRegMode, 0),
+          .tuning = chip.atune.tuning(),
+          .tune_wr = false,
           .run_allowed = chip.guard.run_allowed(),
           .cause_present = chip.guard.cause_q != 0,
           .rd_busy = true};
@@ -101,6 +104,7 @@ void carry_out(Chip& chip, Paramc& paramc, ParamcIn in, std::span<const std::uin
     chip.paramc.run_q |= paramc.run_q;
     chip.paramc.stop_q |= paramc.stop_q;
     chip.paramc.clear_q |= paramc.clear_q;
+    chip.paramc.tune_q |= paramc.tune_q;
   };
   for (std::size_t i = 0; i < values.size(); ++i) {
     clock(true, false);
@@ -114,7 +118,7 @@ void carry_out(Chip& chip, Paramc& paramc, ParamcIn in, std::span<const std::uin
 
 bool in_work(const Chip& chip) {
   return chip.sysctrl.decode() || chip.sysctrl.extract() || chip.sysctrl.write() ||
-         chip.sysctrl.commit_q != 0 || chip.paramc.discard_q != 0;
+         chip.sysctrl.commit_q != 0 || chip.paramc.discard_q != 0 || chip.paramc.tune_q != 0;
 }
 
 bool writes_command(std::uint16_t address, std::span<const std::uint16_t> values, std::uint16_t command) {

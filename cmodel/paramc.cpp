@@ -59,7 +59,8 @@ Judgement judge_form(const Command& c) {
 
 bool known_command(std::uint16_t word) {
   return word == spec::kCmdStop || word == spec::kCmdRun || word == spec::kCmdClearFault ||
-         word == spec::kCmdHold || word == spec::kCmdCommit || word == spec::kCmdDiscard;
+         word == spec::kCmdHold || word == spec::kCmdCommit || word == spec::kCmdDiscard ||
+         word == spec::kCmdTune;
 }
 
 // Raw value against min..max of its register; index beyond the map: no bounds, as in the RTL's default.
@@ -70,7 +71,8 @@ bool out_of_range(unsigned index, std::uint16_t raw) {
   return value < info.min || value > info.max;
 }
 
-Exception judge_value(unsigned index, std::uint16_t raw, const ParamcIn& in, bool ordered) {
+// `ordered`: a commit is on its way; `held_back`: writes are staged, or the host has asked to keep them so.
+Exception judge_value(unsigned index, std::uint16_t raw, const ParamcIn& in, bool ordered, bool held_back) {
   const bool is_cmd = index == spec::kRegCmd;
   if (is_cmd && !known_command(raw)) return kExcValue;
   if (out_of_range(index, raw)) return kExcValue;
@@ -78,9 +80,11 @@ Exception judge_value(unsigned index, std::uint16_t raw, const ParamcIn& in, boo
   if (index == spec::kRegSetpoint && static_cast<std::int16_t>(raw) > limit) return kExcValue;
   if (is_cmd && raw == spec::kCmdStop) return kExcNone;
   if (in.lock != 0 && !(index == spec::kRegLock && raw == 0)) return kExcDevice;
-  if (ordered) return kExcBusy;
+  const bool is_tune = is_cmd && raw == spec::kCmdTune;
+  if (ordered || in.tuning || (is_tune && held_back)) return kExcBusy;
   if (is_cmd && raw == spec::kCmdRun && !in.run_allowed) return kExcDevice;
   if (is_cmd && raw == spec::kCmdClearFault && in.cause_present) return kExcDevice;
+  if (is_tune && (!in.running || in.manual)) return kExcDevice;
   return kExcNone;
 }
 
@@ -99,17 +103,20 @@ void Paramc::step(const ParamcIn& in, const Readings& r) {
   const bool exec = in.write && index_q == spec::kRegCmd;
   const std::uint8_t discard_past = discard_q;
   const std::uint8_t staged_past = staged_q;
+  const bool held_back = (staged_q | hold_q) != 0;
+  const bool ordered = ordered_q != 0;
 
   run_q = exec && value_q == spec::kCmdRun;
   stop_q = exec && value_q == spec::kCmdStop;
   clear_q = exec && value_q == spec::kCmdClearFault;
   discard_q = exec && value_q == spec::kCmdDiscard;
+  tune_q = exec && value_q == spec::kCmdTune;
   if (exec && value_q == spec::kCmdCommit && staged_past != 0) {
     ordered_q = 1;
   } else if (in.commit || discard_past != 0) {
     ordered_q = 0;
   }
-  if (in.write && store()) {
+  if ((in.write && store()) || in.tune_wr) {
     staged_q = 1;
   } else if (in.commit || discard_past != 0) {
     staged_q = 0;
@@ -135,7 +142,7 @@ void Paramc::step(const ParamcIn& in, const Readings& r) {
                                                               : 0;
       }
     } else {
-      const Exception exception = judge_value(reg_now, value_now, in, ordered_q != 0);
+      const Exception exception = judge_value(reg_now, value_now, in, ordered, held_back);
       if (exception != kExcNone || last_now) {
         checking_q = 0;
         decoded_q = 1;
@@ -224,6 +231,26 @@ std::uint16_t Paramc::read(std::uint16_t address, const Readings& r, std::uint16
       return spec::kVersion;
     case spec::kInMapCrc:
       return spec::kMapCrc;
+    case spec::kInOvershoot:
+      return r.overshoot;
+    case spec::kInBandTime:
+      return r.band_time;
+    case spec::kInBandError:
+      return r.band_error;
+    case spec::kInPeak:
+      return r.peak;
+    case spec::kInOnTimeH:
+      return static_cast<std::uint16_t>(r.on_time >> 16);
+    case spec::kInOnTimeL:
+      return static_cast<std::uint16_t>(r.on_time);
+    case spec::kInAtState:
+      return r.tune_state;
+    case spec::kInAtKu:
+      return r.tune_ku;
+    case spec::kInAtTu:
+      return r.tune_tu;
+    case spec::kInAtDuty:
+      return percent(static_cast<std::int32_t>(r.tune_hold));
     default:
       return 0;
   }

@@ -38,6 +38,7 @@ enum Exception : std::uint8_t {
   X(std::uint8_t, stop_q, 1, 0)           \
   X(std::uint8_t, clear_q, 1, 0)          \
   X(std::uint8_t, discard_q, 1, 0)        \
+  X(std::uint8_t, tune_q, 1, 0)           \
   X(std::uint8_t, snap_valid_q, 1, 0)     \
   X(std::int16_t, snap_pv_q, 16, 0)       \
   X(std::int16_t, snap_slope_q, 16, 0)    \
@@ -83,6 +84,15 @@ struct Readings {
   std::uint16_t messages;
   std::uint16_t sensor_errors;
   std::uint16_t mem_corrected;
+  std::uint16_t overshoot;
+  std::uint16_t band_time;
+  std::uint16_t band_error;
+  std::uint16_t peak;
+  std::uint32_t on_time;
+  std::uint16_t tune_state;
+  std::uint16_t tune_ku;
+  std::uint16_t tune_tu;
+  std::uint32_t tune_hold;
 };
 
 struct ParamcIn {
@@ -96,6 +106,9 @@ struct ParamcIn {
   std::uint16_t t_max_staged;
   std::uint16_t lock;
   bool running;
+  bool manual;
+  bool tuning;
+  bool tune_wr;
   bool run_allowed;
   bool cause_present;
   bool rd_busy;
@@ -106,8 +119,8 @@ struct Paramc {
 
   // True when a step can change nothing but the command pulses: no command in work, no display, no commit.
   bool idle(const ParamcIn& in) const {
-    return !in.decode && !in.extract && !in.write && !in.commit && !in.display && decoded_q == 0 &&
-           checking_q == 0 && (run_q | stop_q | clear_q | discard_q) == 0;
+    return !in.decode && !in.extract && !in.write && !in.commit && !in.display && !in.tune_wr &&
+           decoded_q == 0 && checking_q == 0 && (run_q | stop_q | clear_q | discard_q | tune_q) == 0;
   }
   void step(const ParamcIn& in, const Readings& readings);
 

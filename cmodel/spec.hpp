@@ -12,11 +12,11 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0x957A;
+inline constexpr std::uint16_t kMapCrc = 0xB309;
 inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
 
-inline constexpr unsigned kInputCount = 24;
-inline constexpr unsigned kHoldingCount = 59;
+inline constexpr unsigned kInputCount = 34;
+inline constexpr unsigned kHoldingCount = 61;
 inline constexpr std::uint16_t kHoldingBase = 0x0100;
 
 // Input registers; the value is the Modbus PDU address.
@@ -45,6 +45,16 @@ enum In : std::uint16_t {
   kInDeviceId = 21,
   kInVersion = 22,
   kInMapCrc = 23,
+  kInOvershoot = 24,
+  kInBandTime = 25,
+  kInBandError = 26,
+  kInPeak = 27,
+  kInOnTimeH = 28,
+  kInOnTimeL = 29,
+  kInAtState = 30,
+  kInAtKu = 31,
+  kInAtTu = 32,
+  kInAtDuty = 33,
 };
 
 // Holding registers; the Modbus PDU address is kHoldingBase + value.
@@ -108,6 +118,8 @@ enum Reg : std::uint16_t {
   kRegAddress = 56,
   kRegBaud = 57,
   kRegFormat = 58,
+  kRegPreset = 59,
+  kRegFfDrop = 60,
 };
 
 struct RegisterInfo {
@@ -134,13 +146,13 @@ inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {
     {"AT_WINDOW", "degC", 0.1, false, true, 0, 1000, 10 },
     {"AT_DWELL", "s", 0.1, false, true, 0, 65535, 50 },
     {"LOCK", "", 1.0, false, true, 0, 65535, 0 },
-    {"CTRL", "", 1.0, false, true, 0, 127, 51 },
-    {"KP", "1/K", 1.52587890625e-05, false, true, 0, 65535, 6208 },
-    {"KI_APPROACH", "", 6.103515625e-05, false, true, 0, 65535, 1669 },
-    {"KI_HOLD", "", 6.103515625e-05, false, true, 0, 65535, 3339 },
-    {"KD", "", 0.125, false, true, 0, 65535, 46163 },
+    {"CTRL", "", 1.0, false, true, 0, 127, 55 },
+    {"KP", "1/K", 1.52587890625e-05, false, true, 0, 65535, 5131 },
+    {"KI_APPROACH", "", 6.103515625e-05, false, true, 0, 65535, 1229 },
+    {"KI_HOLD", "", 6.103515625e-05, false, true, 0, 65535, 1602 },
+    {"KD", "", 0.125, false, true, 0, 65535, 17409 },
     {"D_FILTER", "", 1.0, false, true, 0, 6, 4 },
-    {"KFF", "1/K", 2.384185791015625e-07, false, true, 0, 65535, 16534 },
+    {"KFF", "1/K", 2.384185791015625e-07, false, true, 0, 65535, 18874 },
     {"T_AMB", "degC", 0.1, true, true, -400, 1000, 250 },
     {"BAND_FULL", "degC", 0.1, false, true, 0, 5000, 180 },
     {"BAND_OFF", "degC", 0.1, false, true, 0, 5000, 5000 },
@@ -181,6 +193,8 @@ inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {
     {"ADDRESS", "", 1.0, false, true, 0, 247, 0 },
     {"BAUD", "Bd", 100.0, false, true, 12, 5000, 1152 },
     {"FORMAT", "", 1.0, false, true, 0, 3, 0 },
+    {"PRESET", "", 0.00390625, false, true, 0, 256, 50 },
+    {"FF_DROP", "", 9.5367431640625e-07, false, true, 0, 65535, 0 },
 } };
 
 struct InputInfo {
@@ -215,6 +229,54 @@ inline constexpr std::array<InputInfo, kInputCount> kInput{ {
     {"DEVICE_ID", "", 1.0, false },
     {"VERSION", "", 1.0, false },
     {"MAP_CRC", "", 1.0, false },
+    {"OVERSHOOT", "degC", 0.015625, false },
+    {"BAND_TIME", "s", 0.1, false },
+    {"BAND_ERROR", "degC", 0.015625, false },
+    {"PEAK", "degC", 0.015625, true },
+    {"ON_TIME_H", "s", 6553.6, false },
+    {"ON_TIME_L", "s", 0.1, false },
+    {"AT_STATE", "", 1.0, false },
+    {"AT_KU", "1/K", 1.52587890625e-05, false },
+    {"AT_TU", "TS", 0.25, false },
+    {"AT_DUTY", "%", 0.01, false },
+} };
+
+// Bit numbers of STATUS, and their names.
+enum StatusBit : std::uint8_t {
+  kStatusRun = 0,
+  kStatusAtTemperature = 1,
+  kStatusFullSegment = 2,
+  kStatusPidSegment = 3,
+  kStatusOffSegment = 4,
+  kStatusRampActive = 5,
+  kStatusDutyLimited = 6,
+  kStatusWritesPending = 7,
+  kStatusHold = 8,
+  kStatusLocked = 9,
+  kStatusSensorOk = 10,
+  kStatusIntegralHeld = 11,
+  kStatusWatchdogArmed = 12,
+  kStatusSampleHeld = 13,
+  kStatusSafeEnActive = 14,
+  kStatusFault = 15,
+};
+inline constexpr std::array<std::string_view, 16> kStatusBits{ {
+    "run",
+    "at temperature",
+    "full segment",
+    "PID segment",
+    "off segment",
+    "ramp active",
+    "duty limited",
+    "writes pending",
+    "hold",
+    "locked",
+    "sensor ok",
+    "integral held",
+    "watchdog armed",
+    "sample held",
+    "safe_en active",
+    "fault",
 } };
 
 // Main state machine.
@@ -329,7 +391,19 @@ enum Cmd : std::uint16_t {
   kCmdHold = 0xA5B0,
   kCmdCommit = 0xA5C0,
   kCmdDiscard = 0xA5D0,
+  kCmdTune = 0xA5A7,
 };
+
+// Autotune: relay and rule, factors of docs/blocks/atune.md.
+inline constexpr std::int32_t kTuneHysteresis = 32;  // 1/64 degC
+inline constexpr unsigned kTuneAdaptCycles = 3;
+inline constexpr unsigned kTuneCycles = 7;
+inline constexpr unsigned kTuneLimit = 16383;  // 0.1 s
+inline constexpr std::uint32_t kTuneKuFactor = 326;
+inline constexpr std::uint32_t kTuneKpFactor = 110;
+inline constexpr std::uint32_t kTuneKiApproachFactor = 542;
+inline constexpr std::uint32_t kTuneKiHoldFactor = 706;
+inline constexpr std::uint32_t kTuneKdDivisor = 667;
 
 // Parity rows of the (22,16) Hsiao SECDED code: check bit r covers the data bits set in row r.
 inline constexpr std::array<std::uint16_t, 6> kSecdedRows{ 0x2CB7, 0x555B, 0x9A6D, 0xE38E, 0x03F0, 0xFC00 };
@@ -374,7 +448,7 @@ struct PinInfo {
   bool output;
   std::uint8_t idle;
 };
-inline constexpr std::array<PinInfo, 15> kPins{ {
+inline constexpr std::array<PinInfo, 16> kPins{ {
     {"uart_rx_i", 1, false, 1 },
     {"uart_tx_o", 1, true, 1 },
     {"uart_de_o", 1, true, 0 },
@@ -388,6 +462,7 @@ inline constexpr std::array<PinInfo, 15> kPins{ {
     {"heater_fb_i", 1, false, 0 },
     {"safe_en_o", 1, true, 0 },
     {"inhibit_i", 1, false, 0 },
+    {"drop_i", 1, false, 0 },
     {"fault_no", 1, true, 1 },
     {"at_temp_o", 1, true, 0 },
 } };

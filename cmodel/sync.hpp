@@ -8,11 +8,11 @@
 
 namespace meltstage::chip {
 
-// The chip's two-flop synchroniser, all seven asynchronous pins side by side; rtl/tc_sync.sv as tc_top uses it. Only the
-// serial line (bit 0) idles high.
-#define TC_SYNC_FLOPS(X)      \
-  X(std::uint8_t, stage_q, 7, 1) \
-  X(std::uint8_t, out_q, 7, 1)
+// The chip's two-flop synchroniser, all eight asynchronous pins side by side; rtl/tc_sync.sv as tc_top uses
+// it. Only the serial line (bit 0) idles high.
+#define TC_SYNC_FLOPS(X)         \
+  X(std::uint8_t, stage_q, 8, 1) \
+  X(std::uint8_t, out_q, 8, 1)
 
 struct Sync {
   TC_SYNC_FLOPS(TC_DECLARE_FLOP)
@@ -20,7 +20,7 @@ struct Sync {
   // One rising clock edge; `pins` is the level before it.
   constexpr void step(std::uint8_t pins) {
     out_q = stage_q;
-    stage_q = static_cast<std::uint8_t>(pins & 0x7F);
+    stage_q = pins;
   }
   constexpr std::uint8_t q() const { return out_q; }
 

@@ -9,128 +9,118 @@
 #include <string_view>
 #include <utility>
 
+#include "motion/profile_parts.hpp"
+
 namespace meltstage::motion {
 namespace {
-
-/// A change of speed upwards: peak acceleration, its jerk where the acceleration rises and where it falls.
-struct RampLimits {
-  double acceleration, rise, fall;
-};
-
-struct Ramp {
-  double low_velocity = 0.0;
-  double rise_s = 0.0, hold_s = 0.0, fall_s = 0.0;
-  double peak_acceleration = 0.0;
-  double distance = 0.0;
-  double slope = 0.0;  ///< d distance / d high speed; infinite where the speeds are equal
-
-  double duration_s() const { return rise_s + hold_s + fall_s; }
-};
-
-/// Half of the time that building up and removing unit acceleration takes; A^2 times it is the smallest
-/// change of speed that reaches A.
-double jerk_time(const RampLimits& limits) { return 0.5 * (1.0 / limits.rise + 1.0 / limits.fall); }
-
-double smallest_full_change(const RampLimits& limits) {
-  return limits.acceleration * limits.acceleration * jerk_time(limits);
-}
-
-/// The ramp low -> high. A deceleration is the same ramp backwards in time (rise is then jerk 7, fall jerk
-/// 5).
-Ramp ramp_between(double low, double high, const RampLimits& limits) {
-  const double change = high - low;
-  const double half_jerk_time = jerk_time(limits);
-  Ramp ramp;
-  ramp.low_velocity = low;
-  if (change >= smallest_full_change(limits)) {
-    ramp.peak_acceleration = limits.acceleration;
-    ramp.hold_s = change / limits.acceleration - limits.acceleration * half_jerk_time;
-  } else {
-    ramp.peak_acceleration = std::sqrt(change / half_jerk_time);
-  }
-  ramp.rise_s = ramp.peak_acceleration / limits.rise;
-  ramp.fall_s = ramp.peak_acceleration / limits.fall;
-  // Mean speed times duration, and what unequal jerks add to it.
-  const double skew_s = ramp.fall_s - ramp.rise_s;
-  const double skew_factor = (ramp.rise_s + ramp.fall_s) / 12.0 + ramp.hold_s / 4.0;
-  ramp.distance = 0.5 * (low + high) * ramp.duration_s() + ramp.peak_acceleration * skew_s * skew_factor;
-  const bool holds = change >= smallest_full_change(limits);
-  const double duration_slope = holds ? 1.0 / limits.acceleration : std::sqrt(half_jerk_time / change);
-  ramp.slope = 0.5 * ramp.duration_s() + 0.5 * (low + high) * duration_slope + 0.25 * skew_s;
-  return ramp;
-}
 
 struct Task {
   RampLimits up, down;
   double start_velocity, end_velocity, distance;
 };
 
-double ramps_distance(const Task& task, double peak) {
-  return ramp_between(task.start_velocity, peak, task.up).distance +
-         ramp_between(task.end_velocity, peak, task.down).distance;
+/// Both ramps to a peak speed, which is given by what it is above a speed no lower than either end: of peaks
+/// just above that, the difference alone has the digits that the ways need.
+struct Ramps {
+  double peak, up_change, down_change;
+  Ramp up, down;
+
+  Ramps(const Task& task, double above, double excess)
+      : peak(above + excess),
+        up_change((above - task.start_velocity) + excess),
+        down_change((above - task.end_velocity) + excess),
+        up(ramp_by(task.start_velocity, up_change, task.up)),
+        down(ramp_by(task.end_velocity, down_change, task.down)) {}
+  double distance() const { return up.distance + down.distance; }
+};
+
+/// Way of a ramp that holds its acceleration: a v^2 + b v + c of its high speed v, from the formulas in
+/// ramp_between.
+struct FullRampWay {
+  double a, b, c;
+
+  FullRampWay(double low, const RampLimits& limits) {
+    const double acceleration = limits.acceleration, turn = acceleration * limits.half_jerk_time;
+    const double rise_s = acceleration * limits.inverse_rise, fall_s = acceleration * limits.inverse_fall,
+                 skew_s = fall_s - rise_s;
+    a = 0.5 / acceleration;
+    b = 0.5 * turn + 0.25 * skew_s;
+    c = 0.5 * low * (turn - low / acceleration) +
+        acceleration * skew_s * ((rise_s + fall_s) / 12.0 - 0.25 * (low / acceleration + turn));
+  }
+};
+
+/// Way of a ramp from rest that doesn't reach its acceleration, over v^1.5 of its high speed v.
+double short_ramp_factor(const RampLimits& limits) {
+  const double skew = limits.inverse_fall - limits.inverse_rise;
+  return std::sqrt(limits.half_jerk_time) + skew / (6.0 * std::sqrt(limits.half_jerk_time));
 }
 
-/// Peak speed if both ramps hold their acceleration: their distances are quadratic in it. NaN without a real
-/// root.
+/// Peak speed if both ramps hold their acceleration. NaN without a real root.
 double peak_of_full_ramps(const Task& task) {
-  // distance(v) of one ramp = a v^2 + b v + c, from the formulas in ramp_between.
-  const auto coefficients = [](double low, const RampLimits& limits) {
-    const double acceleration = limits.acceleration, half = jerk_time(limits);
-    const double rise_s = acceleration / limits.rise, fall_s = acceleration / limits.fall,
-                 skew_s = fall_s - rise_s;
-    return std::array{0.5 / acceleration, 0.5 * acceleration * half + 0.25 * skew_s,
-                      0.5 * low * (acceleration * half - low / acceleration) +
-                          acceleration * skew_s *
-                              ((rise_s + fall_s) / 12.0 - 0.25 * (low / acceleration + acceleration * half))};
-  };
-  const auto up = coefficients(task.start_velocity, task.up),
-             down = coefficients(task.end_velocity, task.down);
-  const double a = up[0] + down[0], b = up[1] + down[1], c = up[2] + down[2] - task.distance;
+  const FullRampWay up(task.start_velocity, task.up), down(task.end_velocity, task.down);
+  const double a = up.a + down.a, b = up.b + down.b, c = up.c + down.c - task.distance;
   return (-b + std::sqrt(b * b - 4.0 * a * c)) / (2.0 * a);
 }
 
-/// Peak speed from rest to rest if no ramp holds its acceleration: each distance is a constant times v^1.5.
+/// Peak speed from rest to rest if neither ramp reaches its acceleration.
 double peak_of_short_ramps(const Task& task) {
-  const auto factor = [](const RampLimits& limits) {
-    return ramp_between(0.0, 1.0, {1e300, limits.rise, limits.fall}).distance;
-  };
-  const double root = std::cbrt(task.distance / (factor(task.up) + factor(task.down)));
+  const double root = std::cbrt(task.distance / (short_ramp_factor(task.up) + short_ramp_factor(task.down)));
   return root * root;
 }
 
+/// Peak speed from rest to rest if one ramp holds its acceleration and the other doesn't reach it: the root
+/// of a polynomial in w = sqrt(peak) that is convex and rises, by Newton steps from above. NaN if the root
+/// isn't below `highest`.
+double peak_of_mixed_ramps(const Task& task, double highest) {
+  const bool up_holds = task.up.full_change < task.down.full_change;
+  const FullRampWay way(0.0, up_holds ? task.up : task.down);
+  const double cubic = short_ramp_factor(up_holds ? task.down : task.up), rest = way.c - task.distance;
+  double w = std::sqrt(highest);
+  for (int step = 0; step < 40; ++step) {
+    const double excess = ((way.a * w + cubic) * w + way.b) * w * w + rest;
+    const double slope = ((4.0 * way.a * w + 3.0 * cubic) * w + 2.0 * way.b) * w;
+    const double change = excess / slope;
+    w -= change;
+    if (std::abs(change) <= 1e-15 * w) return w * w;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
 /// Newton in w = sqrt(peak - slowest possible peak), where the function is smooth, kept inside a shrinking
-/// bracket.
-double peak_by_newton(const Task& task, double slowest, double fastest) {
+/// bracket. Returns w^2.
+double excess_by_newton(const Task& task, double slowest, double fastest) {
   double low = 0.0, high = std::sqrt(fastest - slowest), w = high;
   for (int step = 0; step < 200; ++step) {
-    const double peak = slowest + w * w;
-    const Ramp up = ramp_between(task.start_velocity, peak, task.up);
-    const Ramp down = ramp_between(task.end_velocity, peak, task.down);
-    const double excess = up.distance + down.distance - task.distance;
-    (excess > 0.0 ? high : low) = w;
-    const double change = excess / (2.0 * w * (up.slope + down.slope));
+    const Ramps ramps(task, slowest, w * w);
+    const double error = ramps.distance() - task.distance;
+    (error > 0.0 ? high : low) = w;
+    const double slope = distance_slope(ramps.up, ramps.up_change, task.up) +
+                         distance_slope(ramps.down, ramps.down_change, task.down);
+    const double change = error / (2.0 * w * slope);
     if (std::abs(change) <= 2e-16 * w) break;
     w = w - change > low && w - change < high ? w - change : 0.5 * (low + high);
   }
-  return slowest + w * w;
+  return w * w;
 }
 
-double find_peak(const Task& task, double fastest) {
-  if (ramps_distance(task, fastest) <= task.distance) return fastest;
-  const double slowest = std::max(task.start_velocity, task.end_velocity);
-  if (ramps_distance(task, slowest) >= task.distance) return slowest;
-  const double full = std::max(task.start_velocity + smallest_full_change(task.up),
-                               task.end_velocity + smallest_full_change(task.down));
-  double peak = -1.0;
-  if (full < fastest && ramps_distance(task, full) <= task.distance) {
-    peak = peak_of_full_ramps(task);
-  } else if (slowest == 0.0) {
+/// By how much the peak speed with which both ramps together take the whole distance is above the slowest
+/// possible.
+double find_excess(const Task& task, double slowest, double fastest) {
+  const double both_full =
+      std::max(task.start_velocity + task.up.full_change, task.end_velocity + task.down.full_change);
+  if (slowest == 0.0) {
+    const double one_full = std::min(task.up.full_change, task.down.full_change);
     const double short_peak = peak_of_short_ramps(task);
-    if (short_peak <= std::min(smallest_full_change(task.up), smallest_full_change(task.down)))
-      peak = short_peak;
+    if (short_peak <= one_full) return std::min(short_peak, fastest);
+    double peak = peak_of_full_ramps(task);
+    if (!(peak >= both_full)) peak = peak_of_mixed_ramps(task, std::min(both_full, fastest));
+    if (peak >= one_full && peak <= fastest) return peak;
+  } else if (both_full < fastest) {
+    const double peak = peak_of_full_ramps(task);
+    if (peak >= both_full && peak <= fastest) return peak - slowest;
   }
-  if (peak >= slowest && peak <= fastest) return peak;
-  return peak_by_newton(task, slowest, fastest);
+  return excess_by_newton(task, slowest, fastest);
 }
 
 void check_positive(std::string_view what, double value, std::string_view unit) {
@@ -138,25 +128,14 @@ void check_positive(std::string_view what, double value, std::string_view unit) 
     throw MotionError(fmt::format("{}: found {} {}, expected a finite number above 0", what, value, unit));
 }
 
-void check_limits(const ScurveLimits& limits) {
-  check_positive("velocity limit", limits.velocity_mm_s, "mm/s");
-  check_positive("acceleration limit", limits.acceleration_mm_s2, "mm/s2");
-  check_positive("deceleration limit", limits.deceleration_mm_s2, "mm/s2");
-  check_positive("jerk limit 1", limits.jerk1_mm_s3, "mm/s3");
-  check_positive("jerk limit 3", limits.jerk3_mm_s3, "mm/s3");
-  check_positive("jerk limit 5", limits.jerk5_mm_s3, "mm/s3");
-  check_positive("jerk limit 7", limits.jerk7_mm_s3, "mm/s3");
-}
-
 void check_velocity(std::string_view what, double value, double limit) {
   if (!(value >= 0.0 && value <= limit))
     throw MotionError(fmt::format("{}: found {} mm/s, expected 0..{} mm/s", what, value, limit));
 }
 
-MotionState after(const MotionState& start, double time_s) {
-  const auto [position, velocity, acceleration, jerk] = start;
-  return {position + time_s * (velocity + time_s * (acceleration / 2.0 + time_s * jerk / 6.0)),
-          velocity + time_s * (acceleration + time_s * jerk / 2.0), acceleration + time_s * jerk, jerk};
+void check_coordinates(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm) {
+  if (!from_mm.allFinite() || !to_mm.allFinite())
+    throw MotionError("move: found a coordinate that is not finite, expected millimetres");
 }
 
 /// Lays out both ramps with T4 between. The deceleration is laid out backwards from the end, so that the end
@@ -192,6 +171,18 @@ Scurve lay_out(const Ramp& up, double cruise_s, const Ramp& down, const ScurveLi
   return curve;
 }
 
+}  // namespace
+
+void check_limits(const ScurveLimits& limits) {
+  check_positive("velocity limit", limits.velocity_mm_s, "mm/s");
+  check_positive("acceleration limit", limits.acceleration_mm_s2, "mm/s2");
+  check_positive("deceleration limit", limits.deceleration_mm_s2, "mm/s2");
+  check_positive("jerk limit 1", limits.jerk1_mm_s3, "mm/s3");
+  check_positive("jerk limit 3", limits.jerk3_mm_s3, "mm/s3");
+  check_positive("jerk limit 5", limits.jerk5_mm_s3, "mm/s3");
+  check_positive("jerk limit 7", limits.jerk7_mm_s3, "mm/s3");
+}
+
 /// Time in a segment at which the position is reached: Newton inside a shrinking bracket, as the speed is
 /// never negative.
 double time_in_segment(const MotionState& start, double duration_s, double position) {
@@ -206,8 +197,6 @@ double time_in_segment(const MotionState& start, double duration_s, double posit
   }
   return time;
 }
-
-}  // namespace
 
 ScurveLimits asymmetric_limits(double velocity_mm_s, double acceleration_mm_s2, double deceleration_mm_s2,
                                double jerk_acceleration_mm_s3, double jerk_deceleration_mm_s3) {
@@ -244,53 +233,83 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
                   start_velocity_mm_s,
                   end_velocity_mm_s,
                   distance_mm};
-  const double needed_mm = ramps_distance(task, std::max(start_velocity_mm_s, end_velocity_mm_s));
-  constexpr double rounding = 1e-12;
-  if (needed_mm > distance_mm * (1.0 + rounding))
-    throw MotionError(fmt::format(
-        "distance: found {:.9g} mm, expected at least {:.9g} mm for the change from {} to {} mm/s",
-        distance_mm, needed_mm, start_velocity_mm_s, end_velocity_mm_s));
-  if (distance_mm == 0.0) {
+  if (distance_mm == 0.0 && start_velocity_mm_s == end_velocity_mm_s) {
     Scurve nothing;
     nothing.end.velocity_mm_s = end_velocity_mm_s;
     nothing.starts.fill(nothing.end);
     return nothing;
   }
-  const double peak = find_peak(task, limits.velocity_mm_s);
-  const Ramp up = ramp_between(start_velocity_mm_s, peak, task.up);
-  const Ramp down = ramp_between(end_velocity_mm_s, peak, task.down);
-  const double cruise_s = std::max(0.0, (distance_mm - up.distance - down.distance) / peak);
-  return lay_out(up, cruise_s, down, limits, distance_mm);
+  const Ramps fastest(task, limits.velocity_mm_s, 0.0);
+  const double cruise_mm = distance_mm - fastest.distance();
+  if (cruise_mm >= 0.0)
+    return lay_out(fastest.up, cruise_mm / limits.velocity_mm_s, fastest.down, limits, distance_mm);
+
+  const double slowest = std::max(start_velocity_mm_s, end_velocity_mm_s);
+  if (slowest > 0.0) {
+    const Ramps shortest(task, slowest, 0.0);
+    constexpr double rounding = 1e-12;
+    if (shortest.distance() > distance_mm * (1.0 + rounding))
+      throw MotionError(fmt::format(
+          "distance: found {:.9g} mm, expected at least {:.9g} mm for the change from {} to {} mm/s",
+          distance_mm, shortest.distance(), start_velocity_mm_s, end_velocity_mm_s));
+    if (shortest.distance() >= distance_mm)
+      return lay_out(shortest.up, 0.0, shortest.down, limits, distance_mm);
+  }
+  const Ramps ramps(task, slowest, find_excess(task, slowest, limits.velocity_mm_s));
+  const double rest_mm = std::max(0.0, distance_mm - ramps.distance());
+  return lay_out(ramps.up, rest_mm / ramps.peak, ramps.down, limits, distance_mm);
 }
 
-Scurve plan_stop(const ScurveLimits& limits, const MotionState& state) {
-  check_limits(limits);
-  Scurve curve;
-  MotionState now{0.0, state.velocity_mm_s, state.acceleration_mm_s2, 0.0};
-  const auto append = [&](std::size_t segment, double duration_s, double jerk) {
-    now.jerk_mm_s3 = jerk;
-    curve.durations_s[segment] = duration_s;
-    curve.start_times_s[segment] = curve.duration_s;
-    curve.starts[segment] = now;
-    curve.duration_s += duration_s;
-    now = after(now, duration_s);
+Scurve stretched(const Scurve& curve, double factor) {
+  Scurve slow = curve;
+  const double square = factor * factor;
+  for (double& duration_s : slow.durations_s) duration_s *= factor;
+  for (double& start_time_s : slow.start_times_s) start_time_s *= factor;
+  slow.duration_s *= factor;
+  const auto stretch = [&](MotionState& state) {
+    state.velocity_mm_s /= factor;
+    state.acceleration_mm_s2 /= square;
+    state.jerk_mm_s3 /= square * factor;
   };
-  append(0, 0.0, 0.0);
-  append(1, 0.0, 0.0);
-  append(2, std::max(0.0, now.acceleration_mm_s2) / limits.jerk3_mm_s3, -limits.jerk3_mm_s3);
-  append(3, 0.0, 0.0);
-  now.acceleration_mm_s2 = std::min(0.0, now.acceleration_mm_s2);
+  for (MotionState& start : slow.starts) stretch(start);
+  stretch(slow.end);
+  return slow;
+}
 
-  // Speed that a deceleration from zero acceleration would have had before it came to the present state.
-  const double braking = -now.acceleration_mm_s2;
-  const double virtual_velocity = now.velocity_mm_s + braking * braking / (2.0 * limits.jerk5_mm_s3);
-  const Ramp ramp = ramp_between(0.0, std::max(0.0, virtual_velocity),
-                                 {limits.deceleration_mm_s2, limits.jerk7_mm_s3, limits.jerk5_mm_s3});
-  append(4, std::max(0.0, (ramp.peak_acceleration - braking) / limits.jerk5_mm_s3), -limits.jerk5_mm_s3);
-  append(5, ramp.hold_s, 0.0);
-  append(6, ramp.rise_s, limits.jerk7_mm_s3);
-  curve.end = {now.position_mm, 0.0, 0.0, 0.0};
-  return curve;
+Scurve round_to_cycles(const Scurve& curve, double cycle_s) {
+  check_positive("servo cycle", cycle_s, "s");
+  if (curve.starts.front().velocity_mm_s != 0.0 || curve.end.velocity_mm_s != 0.0)
+    throw MotionError(
+        fmt::format("servo cycles: found a profile from {} to {} mm/s, expected rest at both ends",
+                    curve.starts.front().velocity_mm_s, curve.end.velocity_mm_s));
+  std::array<double, 7> durations_s{};
+  constexpr double rounding = 1e-9;  // of a cycle: a duration that is whole but for its last bits stays
+  for (std::size_t i = 0; i < 7; ++i)
+    durations_s[i] = cycle_s * std::ceil(curve.durations_s[i] / cycle_s - rounding);
+  // A ramp from rest of given durations, for a high speed of 1.
+  const auto unit_ramp = [](double rise_s, double hold_s, double fall_s) {
+    Ramp ramp{0.0, rise_s, hold_s, fall_s, 0.0, 0.0};
+    const double area_s = 0.5 * (rise_s + fall_s) + hold_s;
+    if (area_s == 0.0) return ramp;
+    ramp.peak_acceleration = 1.0 / area_s;
+    ramp.distance = ramp.peak_acceleration * (rise_s * rise_s / 6.0 + 0.5 * hold_s * (rise_s + hold_s) +
+                                              fall_s * (0.5 * rise_s + hold_s + fall_s / 3.0));
+    return ramp;
+  };
+  Ramp up = unit_ramp(durations_s[0], durations_s[1], durations_s[2]);
+  Ramp down = unit_ramp(durations_s[6], durations_s[5], durations_s[4]);
+  const double peak = curve.end.position_mm / (up.distance + durations_s[3] + down.distance);
+  if (!std::isfinite(peak)) return curve;  // a move of no length
+  up.peak_acceleration *= peak;
+  down.peak_acceleration *= peak;
+  const auto jerk = [](double acceleration, double time_s) {
+    return time_s > 0.0 ? acceleration / time_s : 0.0;
+  };
+  return lay_out(up, durations_s[3], down,
+                 {peak, up.peak_acceleration, down.peak_acceleration, jerk(up.peak_acceleration, up.rise_s),
+                  jerk(up.peak_acceleration, up.fall_s), jerk(down.peak_acceleration, down.fall_s),
+                  jerk(down.peak_acceleration, down.rise_s)},
+                 curve.end.position_mm);
 }
 
 AxisStates Move::sample(double time_s) const {
@@ -319,8 +338,7 @@ ScurveLimits limits_along(const AxisLimits& axes, const Eigen::Vector3d& directi
 }
 
 Move plan_move(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm, const AxisLimits& axes) {
-  if (!from_mm.allFinite() || !to_mm.allFinite())
-    throw MotionError("move: found a coordinate that is not finite, expected millimetres");
+  check_coordinates(from_mm, to_mm);
   for (const ScurveLimits& axis : axes) check_limits(axis);
   Move move;
   move.from_mm = from_mm;
@@ -331,6 +349,39 @@ Move plan_move(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm, con
   move.direction = way_mm / distance_mm;
   move.limits = limits_along(axes, move.direction);
   move.profile = plan_scurve(move.limits, distance_mm);
+  return move;
+}
+
+AxisStates SynchronizedMove::sample(double time_s) const {
+  AxisStates states;
+  for (std::size_t axis = 0; axis < profiles.size(); ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const double sign = to_mm[i] < from_mm[i] ? -1.0 : 1.0;
+    const MotionState along = profiles[axis].sample(time_s);
+    states.position_mm[i] = time_s >= duration_s ? to_mm[i] : from_mm[i] + sign * along.position_mm;
+    states.velocity_mm_s[i] = sign * along.velocity_mm_s;
+    states.acceleration_mm_s2[i] = sign * along.acceleration_mm_s2;
+    states.jerk_mm_s3[i] = sign * along.jerk_mm_s3;
+  }
+  return states;
+}
+
+SynchronizedMove plan_synchronized(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm,
+                                   const AxisLimits& axes) {
+  check_coordinates(from_mm, to_mm);
+  SynchronizedMove move;
+  move.from_mm = from_mm;
+  move.to_mm = to_mm;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    move.profiles[axis] = plan_scurve(axes[axis], std::abs(to_mm[i] - from_mm[i]));
+    move.duration_s = std::max(move.duration_s, move.profiles[axis].duration_s);
+  }
+  for (Scurve& profile : move.profiles) {
+    if (profile.duration_s == 0.0 || profile.duration_s == move.duration_s) continue;
+    profile = stretched(profile, move.duration_s / profile.duration_s);
+    profile.duration_s = move.duration_s;
+  }
   return move;
 }
 

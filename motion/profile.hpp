@@ -59,8 +59,8 @@ struct Scurve {
 /// The fastest seven-segment profile over `distance_mm` (>= 0) from speed Vs to speed Ve (each 0..Vc), with
 /// no acceleration at either end. Zhang & Zhang, eqs. (1)-(14), with T2, T4, T6 empty
 /// where the distance or the change of speed is too small. Closed form if Vc is reached, if both A and D are
-/// reached, or if neither is in a move from rest to rest; otherwise the peak speed is the root of one
-/// increasing function by safeguarded Newton steps.
+/// reached, or if neither is in a move from rest to rest; if one of them is, the peak speed of a move from
+/// rest to rest is the root of one quartic, otherwise that of one increasing function.
 ///
 /// @throws MotionError if a limit isn't positive, a speed is outside 0..Vc, or the distance is too short for
 /// the change
@@ -68,9 +68,15 @@ struct Scurve {
 Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_velocity_mm_s = 0.0,
                    double end_velocity_mm_s = 0.0);
 
-/// The fastest stop from a state on a profile made under the same limits: the acceleration falls with jerk 3,
-/// then the ordinary deceleration follows. Positions count from the state's position.
-Scurve plan_stop(const ScurveLimits& limits, const MotionState& state);
+/// The same way in `factor` (> 0) times the duration: speeds fall by factor, accelerations by factor^2,
+/// jerks by factor^3.
+Scurve stretched(const Scurve& curve, double factor);
+
+/// A profile from rest to rest whose segments each last a whole number of servo cycles: none is shorter than
+/// in `curve`, the distance is the same to the last bit, and speed, accelerations and jerks are not above
+/// those of `curve`.
+/// @throws MotionError if the cycle isn't positive or the profile doesn't begin and end at rest.
+Scurve round_to_cycles(const Scurve& curve, double cycle_s);
 
 /// Limits of the three axes of the stage.
 using AxisLimits = std::array<ScurveLimits, 3>;
@@ -92,11 +98,29 @@ struct Move {
   AxisStates sample(double time_s) const;
 };
 
+/// A move from point to point whose axes start and arrive together, each on its own S-curve: the slowest axis
+/// moves as fast as it can, the others' curves are stretched to its duration. Where the axes' limits differ
+/// it is faster than the straight line of Move, and not straight.
+struct SynchronizedMove {
+  Eigen::Vector3d from_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to_mm = Eigen::Vector3d::Zero();
+  std::array<Scurve, 3> profiles;  ///< of each axis' distance, without its sign
+  double duration_s = 0.0;
+
+  /// All axes at `time_s`; exactly `from_mm` before and `to_mm` after the move.
+  AxisStates sample(double time_s) const;
+};
+
 /// Limits along a unit direction under which no axis exceeds its own.
 ScurveLimits limits_along(const AxisLimits& axes, const Eigen::Vector3d& direction);
 
 /// Plans the fastest rest-to-rest move along the line under the axes' limits.
 /// @throws MotionError if a limit isn't positive or a coordinate isn't finite.
 Move plan_move(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm, const AxisLimits& axes);
+
+/// Plans the fastest rest-to-rest move from point to point under the axes' limits.
+/// @throws MotionError if a limit isn't positive or a coordinate isn't finite.
+SynchronizedMove plan_synchronized(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm,
+                                   const AxisLimits& axes);
 
 }  // namespace meltstage::motion

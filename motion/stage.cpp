@@ -119,15 +119,14 @@ void Stage::schedule_rise(std::size_t axis) {
   progress.next_rise.reset();
   if (progress.pulses == progress.target_pulses) return;
   const double half_step = progress.target_pulses > progress.pulses ? 0.5 : -0.5;
-  const double middle_mm =
-      (static_cast<double>(progress.pulses) + half_step) * pulse_length_mm(config_.axes[axis]);
-  const auto i = static_cast<Eigen::Index>(axis);
-  const double along_mm = (middle_mm - origin_mm_[i]) / direction_[i];
-  progress.next_rise = std::max(progress.earliest_rise, cycle_at(profile_.time_at(along_mm)));
+  const FixedPulses middle = to_fixed(static_cast<double>(progress.pulses) + half_step);
+  const std::uint64_t from_cycle =
+      std::max(progress.earliest_rise, motion_start_cycle_) - motion_start_cycle_;
+  progress.next_rise = motion_start_cycle_ + progress.train.cycle_reaching(middle, from_cycle);
 }
 
 void Stage::begin_profile(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                          const Scurve& profile, const Eigen::Vector3d& target_mm,
+                          const JerkProfile& profile, const Eigen::Vector3d& target_mm,
                           std::uint64_t motion_start_cycle) {
   origin_mm_ = origin_mm;
   direction_ = direction;
@@ -142,6 +141,9 @@ void Stage::begin_profile(const Eigen::Vector3d& origin_mm, const Eigen::Vector3
     progress.target_pulses =
         direction[i] > 0.0 ? std::max(target, progress.pulses) : std::min(target, progress.pulses);
     if (direction[i] == 0.0) progress.target_pulses = progress.pulses;
+    const double pulses_per_mm = 1.0 / pulse_length_mm(config_.axes[axis]);
+    progress.train =
+        PulseTrain(profile, direction[i] * pulses_per_mm, origin_mm[i] * pulses_per_mm, config_.clock_hz);
     schedule_rise(axis);
   }
   const std::uint64_t pulse_cycles = 2 * std::uint64_t{config_.step_high_cycles};
@@ -168,6 +170,7 @@ std::uint64_t Stage::move_to(const Eigen::Vector3d& target_mm, std::uint64_t sta
   const Move move = plan_move(commanded_mm_, target_mm,
                               {config_.axes[0].limits, config_.axes[1].limits, config_.axes[2].limits});
   path_limits_ = move.limits;
+  broken_off_.reset();
   const std::uint64_t motion_start_cycle = start_cycle + config_.dir_setup_cycles;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double component = move.direction[static_cast<Eigen::Index>(axis)];
@@ -178,23 +181,43 @@ std::uint64_t Stage::move_to(const Eigen::Vector3d& target_mm, std::uint64_t sta
   return end_cycle_;
 }
 
-std::uint64_t Stage::emergency_stop(std::uint64_t cycle) {
-  if (cycle < now_) fail("emergency stop: found cycle {}, expected at least {} (now)", cycle, now_);
+std::uint64_t Stage::slow_down(std::uint64_t cycle, const char* what) {
+  if (cycle < now_) fail("{}: found cycle {}, expected at least {} (now)", what, cycle, now_);
   if (const auto pending = next_event_cycle(); pending && *pending <= cycle)
-    fail("emergency stop: the pin change at cycle {} has not been handed over, expected run_until({}) first",
+    fail("{}: the pin change at cycle {} has not been handed over, expected run_until({}) first", what,
          *pending, cycle);
-  held_ = true;
   if (!moving(cycle)) return cycle;
   const double time_s = cycle <= motion_start_cycle_
                             ? 0.0
                             : static_cast<double>(cycle - motion_start_cycle_) / config_.clock_hz;
   const MotionState state = profile_.sample(time_s);
-  const Scurve stop = plan_stop(path_limits_, state);
+  const JerkProfile stop = plan_stop(path_limits_, state);
   const Eigen::Vector3d origin_mm = origin_mm_ + state.position_mm * direction_;
   const Eigen::Vector3d target_mm = origin_mm + stop.end.position_mm * direction_;
   for (AxisProgress& axis : axes_) axis.earliest_rise = std::max(axis.earliest_rise, cycle + 1);
   begin_profile(origin_mm, direction_, stop, target_mm, std::max(cycle, motion_start_cycle_));
   return end_cycle_;
+}
+
+std::uint64_t Stage::emergency_stop(std::uint64_t cycle) {
+  const std::uint64_t end_cycle = slow_down(cycle, "emergency stop");
+  held_ = true;
+  broken_off_.reset();
+  return end_cycle;
+}
+
+std::uint64_t Stage::feed_hold(std::uint64_t cycle) {
+  const Eigen::Vector3d target_mm = commanded_mm_;
+  const bool breaks_off = moving(cycle) && !broken_off_ && !held_;
+  const std::uint64_t end_cycle =
+      broken_off_ || held_ ? std::max(cycle, end_cycle_) : slow_down(cycle, "feed hold");
+  if (breaks_off) broken_off_ = target_mm;
+  return end_cycle;
+}
+
+std::uint64_t Stage::resume(std::uint64_t start_cycle) {
+  if (!broken_off_) return start_cycle;
+  return move_to(*broken_off_, start_cycle);
 }
 
 std::optional<std::uint64_t> Stage::next_edge(const AxisProgress& axis) {

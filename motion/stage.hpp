@@ -11,6 +11,8 @@
 
 #include "motion/coordinates.hpp"
 #include "motion/profile.hpp"
+#include "motion/pulse_train.hpp"
+#include "motion/retarget.hpp"
 
 namespace meltstage::motion {
 
@@ -64,7 +66,7 @@ struct StageEvent {
 
 /// The stage as a chip's bench sees it: moves in, pin changes out, an ideal servo that follows every step.
 ///
-/// Every edge is computed from the move's own start, and every step from the absolute position, so nothing
+/// Steps come from one PulseTrain an axis, in fixed point and from the absolute position, so nothing
 /// accumulates: after a move each axis stands at mm_to_pulses(target). The cycle of a step is the first clock
 /// edge at which the planned position is nearer to the next pulse than to the present one.
 class Stage {
@@ -80,6 +82,15 @@ class Stage {
   /// run backwards,
   ///   or the stage is held by an emergency stop.
   std::uint64_t move_to(const Eigen::Vector3d& target_mm, std::uint64_t start_cycle);
+
+  /// Feed hold: slows down along the line within the limits, as emergency_stop does, but remembers the
+  /// target. Does nothing if the stage is at rest.
+  /// @return the first cycle at which the stage stands still.
+  std::uint64_t feed_hold(std::uint64_t cycle);
+
+  /// Goes on to the target of the move that a feed hold broke off; the same rules as for move_to.
+  /// @return the first cycle at which the move is over; `start_cycle` if no move was broken off.
+  std::uint64_t resume(std::uint64_t start_cycle);
 
   /// Slows down along the line as fast as the limits allow, from the planned state at `cycle`, and keeps the
   /// position. Moves are refused until release(). Does nothing but hold if the stage is at rest.
@@ -109,13 +120,15 @@ class Stage {
     std::int64_t target_pulses = 0;
     std::optional<std::uint64_t> next_rise, next_fall, next_turn;
     std::uint64_t earliest_rise = 0;
+    PulseTrain train;  ///< of the present motion
     AxisPins pins;
   };
 
   std::uint64_t cycle_at(double time_s) const;
+  std::uint64_t slow_down(std::uint64_t cycle, const char* what);
   void schedule_rise(std::size_t axis);
   void begin_profile(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                     const Scurve& profile, const Eigen::Vector3d& target_mm,
+                     const JerkProfile& profile, const Eigen::Vector3d& target_mm,
                      std::uint64_t motion_start_cycle);
   void set_position_pins(std::size_t axis);
   static std::optional<std::uint64_t> next_edge(const AxisProgress& axis);
@@ -126,10 +139,11 @@ class Stage {
   Eigen::Vector3d commanded_mm_;
   Eigen::Vector3d origin_mm_, direction_;
   ScurveLimits path_limits_;
-  Scurve profile_;
+  JerkProfile profile_;
   std::uint64_t motion_start_cycle_ = 0;
   std::uint64_t end_cycle_ = 0;
   std::uint64_t now_ = 0;
+  std::optional<Eigen::Vector3d> broken_off_;  ///< target of the move that a feed hold stopped
   bool held_ = false;
 };
 

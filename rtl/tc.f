@@ -13,7 +13,9 @@ tc_paramc.sv
 tc_mem.sv
 tc_sensc.sv
 tc_algor.sv
+tc_atune.sv
 tc_pwmc.sv
 tc_guard.sv
+tc_quality.sv
 tc_properties.sv
 tc_top.sv

@@ -8,7 +8,10 @@
 // alone exceed the duty limit. Anti-windup: I is clamped to 0..DUTY_MAX and integrates only where that does not drive
 // the output further into its limit.
 //
-// start_i begins thirteen steps, one a clock; multiplier A also converts register units on the way. done_o follows.
+// Droplets (rising edges of drop_i) since the last computation add FF_DROP each to the external feed-forward. While tuning_i
+// the duty is ATUNE's, and the integral waits at its hold duty.
+//
+// start_i begins fourteen steps, one a clock; multiplier A also converts register units on the way. done_o follows.
 // A refused sample (sample_ok_i low) keeps the duty as it is. While run_i is low duty and integral are zero.
 `include "tc_assert.svh"
 
@@ -23,6 +26,10 @@ module tc_algor (
   input  logic              at_temp_i,     // chooses KI_HOLD instead of KI_APPROACH
   input  logic              ms_i,
   input  logic signed [15:0] pv_i,         // Q9.6
+  input  logic              drop_i,        // synchronised droplet trigger
+  input  logic              tuning_i,
+  input  logic [16:0]       tune_duty_i,   // UQ1.16
+  input  logic [16:0]       tune_hold_i,
 
   output logic              done_o,
   output logic [16:0]       duty_o,        // UQ1.16
@@ -30,11 +37,14 @@ module tc_algor (
   output logic              ramping_o,
   output logic              limited_o,     // duty at DUTY_MAX
 `ifndef SYNTHESIS
-  output logic [3:0]        computing_o,   // clocks since the computation began, 0: none; for assertions
+  output logic [4:0]        computing_o,   // clocks since the computation began, 0: none; for assertions
 `endif
   output logic [1:0]        segment_o,     // 0 none, 1 full, 2 PID, 3 off
   output logic              i_held_o,      // integral did not move in the last step
   output logic [17:0]       hold_limit_o,  // largest plausible hold duty, UQ2.16
+  output logic signed [15:0] target_o,     // SETPOINT, Q9.6
+  output logic signed [15:0] amb_o,        // T_AMB, Q9.6
+  output logic [16:0]       duty_max_o,    // UQ1.16
   output logic signed [17:0] term_p_o,     // Q1.16, saturated
   output logic signed [17:0] term_i_o,
   output logic signed [17:0] term_d_o
@@ -59,10 +69,12 @@ module tc_algor (
   localparam logic [3:0] StepFeedForward = 4'd6;
   localparam logic [3:0] StepHold = 4'd7;
   localparam logic [3:0] StepHoldAdd = 4'd8;
-  localparam logic [3:0] StepError = 4'd9;
-  localparam logic [3:0] StepProducts = 4'd10;
-  localparam logic [3:0] StepSum = 4'd11;
-  localparam logic [3:0] StepLimit = 4'd12;
+  localparam logic [3:0] StepDrops = 4'd9;
+  localparam logic [3:0] StepPreset = 4'd10;
+  localparam logic [3:0] StepError = 4'd11;
+  localparam logic [3:0] StepProducts = 4'd12;
+  localparam logic [3:0] StepSum = 4'd13;
+  localparam logic [3:0] StepLimit = 4'd14;
 
   logic [3:0]         step_q;
   logic               done_q, fresh_q, i_held_q;
@@ -74,6 +86,8 @@ module tc_algor (
   logic signed [31:0] p_q, ie_q, d_q;   // products: 2^-6, 2^-14, 2^-7 duty LSB
   logic [31:0]        i_q;              // UQ17.14 duty LSB
   logic [1:0]         segment_q;
+  logic               drop_q;           // drop_i one clock ago
+  logic [7:0]         drops_q;          // droplets since the last computation
 
   logic seg_model, d_on_pv, ff_en, err_integer, i_zero, manual;
   assign seg_model   = params_i.ctrl[0];
@@ -100,6 +114,8 @@ module tc_algor (
       StepFeedForward: begin a_gain = params_i.kff;       a_term = ambient_rise; end
       StepHold:        begin a_gain = params_i.hold_mult; a_term = {1'b0, ff_q[16:2]}; end
       StepHoldAdd:     begin a_gain = PercentToDuty;      a_term = params_i.hold_add; end
+      StepDrops:       begin a_gain = params_i.ff_drop;   a_term = {8'd0, drops_q}; end
+      StepPreset:      begin a_gain = params_i.preset;    a_term = {1'b0, ff_q[16:2]}; end
       default: ;
     endcase
   end
@@ -115,6 +131,10 @@ module tc_algor (
   // UQ4.12 scaled result of a conversion, rounded.
   logic signed [39:0] converted;
   assign converted = (40'(product_a) + 40'sd2048) >>> 12;
+
+  // External feed-forward with that of the droplets.
+  logic [16:0] ext_drops;
+  assign ext_drops = manual ? ext_q : tc_math_pkg::sat_duty((40'(product_a) >>> 4) + $signed({23'd0, ext_q}));
 
   // ---- Error and filtered derivative -------------------------------------------------------------------------------------
 
@@ -159,15 +179,20 @@ module tc_algor (
   // A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
   logic [31:0] i_wanted, i_after;
   assign i_after  = $signed({10'd0, i_wanted}) > i_limit ? i_limit[31:0] : i_wanted;
-  assign i_wanted = full || off ? (i_zero ? 32'd0 : full && ff_en ? {1'b0, ff_q, 14'd0} : i_q)
+  assign i_wanted = tuning_i ? {1'b0, tune_hold_i, 14'd0}
+                 : full || off ? (i_zero ? 32'd0 : full && ff_en ? {1'b0, ff_q, 14'd0} : i_q)
                  : accept_i ? i_next[31:0] : i_q;
   assign u_now   = (pd + $signed({10'd0, i_after})) >>> 14;
 
-  logic [16:0] u_limited, wanted, duty_next;
+  logic [16:0] u_limited, commanded, wanted, duty_next;
   assign u_limited = full ? duty_max_q : off ? 17'd0
                    : u_now > $signed({25'd0, duty_max_q}) ? duty_max_q : tc_math_pkg::sat_duty(40'(u_now));
-  assign wanted    = !manual ? u_q : ext_q > duty_max_q ? duty_max_q : ext_q;
+  assign commanded = tuning_i ? tune_duty_i : manual ? ext_q : u_q;
+  assign wanted    = commanded > duty_max_q ? duty_max_q : commanded;
   assign duty_next = slew_q != 17'd0 && {1'b0, wanted} > {1'b0, duty_q} + {1'b0, slew_q} ? duty_q + slew_q : wanted;
+
+  logic dropped;
+  assign dropped = drop_i && !drop_q;
 
   // ---- Set-point ramp ----------------------------------------------------------------------------------------------------
 
@@ -206,8 +231,12 @@ module tc_algor (
       d_q        <= 32'sd0;
       i_q        <= 32'd0;
       segment_q  <= SegNone;
+      drop_q     <= 1'b0;
+      drops_q    <= 8'd0;
     end else begin
       done_q <= 1'b0;
+      drop_q <= drop_i;
+      if (dropped && drops_q != 8'hFF) drops_q <= drops_q + 8'd1;
 
       if (ms_i && run_i && target_q != sp_work_q && rate != 16'd0) begin
         if (ramp_sum >= RampModulus) begin
@@ -258,6 +287,17 @@ module tc_algor (
         end
         StepHoldAdd: begin
           hold_q <= hold_q + {1'b0, tc_math_pkg::sat_duty(converted)};
+          step_q <= StepDrops;
+        end
+        StepDrops: begin
+          // A load that is announced needs power: no reason to trip.
+          ext_q   <= ext_drops;
+          hold_q  <= hold_q + {1'b0, ext_drops};
+          drops_q <= {7'd0, dropped};
+          step_q  <= StepPreset;
+        end
+        StepPreset: begin
+          ff_q   <= tc_math_pkg::sat_duty(40'(product_a) >>> 6);
           step_q <= StepError;
         end
         StepError: begin
@@ -276,7 +316,7 @@ module tc_algor (
           u_q       <= u_limited;
           i_held_q  <= i_after == i_q;
           i_q       <= i_after;
-          segment_q <= manual ? SegNone : full ? SegFull : off ? SegOff : SegPid;
+          segment_q <= manual || tuning_i ? SegNone : full ? SegFull : off ? SegOff : SegPid;
           fresh_q   <= 1'b0;
           step_q    <= StepLimit;
         end
@@ -294,6 +334,7 @@ module tc_algor (
         fresh_q <= 1'b1;
       end
       if (!run_i) begin
+        drops_q   <= 8'd0;
         duty_q    <= 17'd0;
         segment_q <= SegNone;
       end
@@ -315,6 +356,9 @@ module tc_algor (
   assign segment_o    = segment_q;
   assign i_held_o     = i_held_q;
   assign hold_limit_o = hold_q;
+  assign target_o     = target_q;
+  assign amb_o        = amb_q;
+  assign duty_max_o   = duty_max_q;
   assign term_p_o     = sat_term(40'(p_q) >>> 6);
   assign term_i_o     = $signed({1'b0, i_q[30:14]});
   assign term_d_o     = sat_term(40'(d_q) >>> 7);
@@ -330,26 +374,27 @@ module tc_algor (
              ff_q <= 17'd65536 && u_q <= 17'd65536)
   `TC_ASSERT_IF(AlgorWantedLimited_A, step_q == StepLimit, u_q <= duty_max_q)
   `TC_ASSERT_IF(AlgorHoldFirstPart_A, step_q == StepHoldAdd, hold_q <= 18'd65536)
+  `TC_ASSERT_IF(AlgorHoldBothParts_A, step_q == StepDrops, hold_q <= 18'd131072)
   `TC_ASSERT(AlgorStepLegal_A, step_q <= StepLimit)
   `TC_ASSERT_NEXT(AlgorStoppedIsZero_A, !run_i, duty_q == 17'd0 && i_q == 32'd0)
-  // P15: a computation ends within thirteen clocks.
-  logic [3:0] computing;
+  // P15: a computation ends within fifteen clocks.
+  logic [4:0] computing;
   logic       resumed_q;                   // set by a bench that loads flops
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       resumed_q <= 1'b0;
-      computing <= 4'd0;
+      computing <= 5'd0;
     end else begin
       resumed_q <= 1'b0;
-      computing <= start_i && step_q == StepIdle ? 4'd1
-                 : done_q || resumed_q || computing == 4'd0 ? 4'd0 : computing + 4'(computing != 4'hF);
+      computing <= start_i && step_q == StepIdle ? 5'd1
+                 : done_q || resumed_q || computing == 5'd0 ? 5'd0 : computing + 5'(computing != 5'h1F);
     end
   end
   assign computing_o = computing;
-  `TC_ASSERT_IF(P15_AlgorAnswers_A, computing != 4'd0, computing <= 4'd13)
+  `TC_ASSERT_IF(P15_AlgorAnswers_A, computing != 5'd0, computing <= 5'd15)
 `ifdef FORMAL
-  `TC_ASSERT(AlgorComputing_A, step_q != StepIdle ? computing == step_q && !done_q
-             : done_q ? computing == 4'd1 || computing == 4'd13 : computing == 4'd0)
+  `TC_ASSERT(AlgorComputing_A, step_q != StepIdle ? computing == {1'b0, step_q} && !done_q
+             : done_q ? computing == 5'd1 || computing == 5'd15 : computing == 5'd0)
 `endif
   // P12: no sum wraps: each is its exact value, computed with bits to spare.
   logic signed [47:0] pd_exact;
@@ -393,7 +438,7 @@ module tc_algor (
   assign u_less         = (pd_less + $signed({10'd0, i_after_less})) >>> 14;
   assign u_limited_less = full_less ? duty_max_q : off_less || u_less < 42'sd0 ? 17'd0
                         : u_less > $signed({25'd0, duty_max_q}) ? duty_max_q : u_less[16:0];
-  `TC_ASSERT_IF(P12_Monotone_A, step_q == StepSum && e_less <= e_q && p_less <= p_q && i_after_less == i_after,
+  `TC_ASSERT_IF(P12_Monotone_A, step_q == StepSum && !tuning_i && e_less <= e_q && p_less <= p_q && i_after_less == i_after,
                 u_limited_less <= u_limited)
   logic unused_less;
   assign unused_less = ^u_less;

@@ -46,9 +46,15 @@ module tc_paramc (
   input  logic        running_i,
   input  logic        run_allowed_i,
   input  logic        cause_present_i,
+  input  logic        manual_i,
   output logic        run_o,            // pulses
   output logic        stop_o,
   output logic        clear_o,
+
+  // ATUNE.
+  input  logic        tuning_i,
+  input  logic        tune_wr_i,        // it writes a gain to MEM's staged set
+  output logic        tune_o,           // pulse
 
   // Register read port of UARTC.
   input  logic [15:0] rd_addr_i,
@@ -78,7 +84,16 @@ module tc_paramc (
   input  logic [15:0] char_errors_i,
   input  logic [15:0] messages_i,
   input  logic [15:0] sensor_errors_i,
-  input  logic [15:0] mem_corrected_i
+  input  logic [15:0] mem_corrected_i,
+  input  logic [15:0] overshoot_i,
+  input  logic [15:0] band_time_i,
+  input  logic [15:0] band_error_i,
+  input  logic [15:0] peak_i,
+  input  logic [31:0] on_time_i,
+  input  logic [15:0] tune_state_i,
+  input  logic [15:0] tune_ku_i,
+  input  logic [15:0] tune_tu_i,
+  input  logic [16:0] tune_hold_i
 );
 
   // Modbus exception codes and UARTC's answer kinds.
@@ -107,7 +122,7 @@ module tc_paramc (
   logic        staged_q;        // writes wait for a commit
   logic        hold_q;          // host asked to keep them staged
   logic        ordered_q;       // host ordered the commit
-  logic        run_q, stop_q, clear_q, discard_q;
+  logic        run_q, stop_q, clear_q, discard_q, tune_q;
 
   // Snapshot of the input registers.
   logic        snap_valid_q;
@@ -130,6 +145,7 @@ module tc_paramc (
   assign run_o            = run_q;
   assign stop_o           = stop_q;
   assign clear_o          = clear_q;
+  assign tune_o           = tune_q;
 
   // ---- Judging a command -------------------------------------------------------------------------------------------------
 
@@ -191,12 +207,14 @@ module tc_paramc (
   assign reg_now   = cmd_a_i[5:0] + {2'd0, word_q};
   assign value_now = fc_single ? cmd_b_i : cmd_word_i;
 
-  logic        last_now, is_stop, cmd_known, too_low, too_high, above_t_max;
+  logic        last_now, is_stop, is_tune, cmd_known, too_low, too_high, above_t_max;
   logic [15:0] flip, setpoint_limit;
   assign last_now  = fc_single || {12'd0, word_q} + 16'd1 == cmd_b_i;
   assign is_stop   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdStop;
+  assign is_tune   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdTune;
   assign cmd_known = value_now == tc_pkg::CmdStop || value_now == tc_pkg::CmdRun || value_now == tc_pkg::CmdClearFault ||
-                     value_now == tc_pkg::CmdHold || value_now == tc_pkg::CmdCommit || value_now == tc_pkg::CmdDiscard;
+                     value_now == tc_pkg::CmdHold || value_now == tc_pkg::CmdCommit || value_now == tc_pkg::CmdDiscard ||
+                     value_now == tc_pkg::CmdTune;
   // Two's complement values compare as unsigned once their sign bits are flipped.
   assign flip      = {tc_pkg::reg_signed(reg_now), 15'd0};
   assign too_low   = (value_now ^ flip) < (tc_pkg::reg_min(reg_now) ^ flip);
@@ -211,9 +229,10 @@ module tc_paramc (
     else if (too_low || too_high || above_t_max) value_exc = ExcValue;
     else if (is_stop) value_exc = 8'd0;
     else if (lock_i != 16'd0 && !(reg_now == tc_pkg::RegLock && value_now == 16'd0)) value_exc = ExcDevice;
-    else if (ordered_q) value_exc = ExcBusy;
+    else if (ordered_q || tuning_i || (is_tune && (staged_q || hold_q))) value_exc = ExcBusy;
     else if (reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdRun && !run_allowed_i) value_exc = ExcDevice;
     else if (reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdClearFault && cause_present_i) value_exc = ExcDevice;
+    else if (is_tune && (!running_i || manual_i)) value_exc = ExcDevice;
   end
 
   logic exec;  // the command word in hand is carried out
@@ -237,6 +256,7 @@ module tc_paramc (
       stop_q     <= 1'b0;
       clear_q    <= 1'b0;
       discard_q  <= 1'b0;
+      tune_q     <= 1'b0;
     end else begin
       if (decode_i && !decoded_q) begin
         if (!checking_q) begin
@@ -275,7 +295,8 @@ module tc_paramc (
       stop_q    <= exec && value_q == tc_pkg::CmdStop;
       clear_q   <= exec && value_q == tc_pkg::CmdClearFault;
       discard_q <= exec && value_q == tc_pkg::CmdDiscard;
-      if (write_i && store_o) staged_q <= 1'b1;
+      tune_q    <= exec && value_q == tc_pkg::CmdTune;
+      if ((write_i && store_o) || tune_wr_i) staged_q <= 1'b1;
       else if (commit_i || discard_q) staged_q <= 1'b0;
       if (exec && value_q == tc_pkg::CmdHold) hold_q <= 1'b1;
       else if (exec && (value_q == tc_pkg::CmdCommit || value_q == tc_pkg::CmdDiscard)) hold_q <= 1'b0;
@@ -326,6 +347,7 @@ module tc_paramc (
       4'd8:    percent_src = snap_p_q;
       4'd9:    percent_src = snap_i_q;
       4'd10:   percent_src = snap_d_q;
+      4'd1:    percent_src = {1'b0, tune_hold_i};
       default: percent_src = {1'b0, snap_duty_q};
     endcase
   end
@@ -361,6 +383,16 @@ module tc_paramc (
         tc_pkg::InDeviceId:     rd_data_o = tc_pkg::DeviceId;
         tc_pkg::InVersion:      rd_data_o = tc_pkg::Version;
         tc_pkg::InMapCrc:       rd_data_o = tc_pkg::MapCrc;
+        tc_pkg::InOvershoot:    rd_data_o = overshoot_i;
+        tc_pkg::InBandTime:     rd_data_o = band_time_i;
+        tc_pkg::InBandError:    rd_data_o = band_error_i;
+        tc_pkg::InPeak:         rd_data_o = peak_i;
+        tc_pkg::InOnTimeH:      rd_data_o = on_time_i[31:16];
+        tc_pkg::InOnTimeL:      rd_data_o = on_time_i[15:0];
+        tc_pkg::InAtState:      rd_data_o = tune_state_i;
+        tc_pkg::InAtKu:         rd_data_o = tune_ku_i;
+        tc_pkg::InAtTu:         rd_data_o = tune_tu_i;
+        tc_pkg::InAtDuty:       rd_data_o = percent[15:0];
         default:                rd_data_o = 16'd0;
       endcase
     end
@@ -373,8 +405,8 @@ module tc_paramc (
   `TC_ASSERT_SETUP
   // A refused command writes nothing, and a broadcast is never answered.
   `TC_ASSERT_IF(ParamcRefusedWritesNothing_A, decoded_q && rsp_kind_q == RspException, !writes_q)
-  `TC_ASSERT_IF(ParamcOneCommandPulse_A, run_q || stop_q || clear_q || discard_q,
-                $onehot0({run_q, stop_q, clear_q, discard_q}))
+  `TC_ASSERT_IF(ParamcOneCommandPulse_A, run_q || stop_q || clear_q || discard_q || tune_q,
+                $onehot0({run_q, stop_q, clear_q, discard_q, tune_q}))
   `TC_ASSERT_IF(ParamcChecksSoundForm_A, checking_q, decode_i && !decoded_q && form_exc == 8'd0 && fc_write)
   `TC_ASSERT_IF(ParamcHeldIsNotPending_A, hold_q, !pending_o)
   // When the command word was judged no cause was present, or it does not clear faults.

@@ -7,12 +7,12 @@ package tc_pkg;
   localparam int unsigned ClkHz = 12000000;
   localparam logic [15:0] DeviceId = 16'h7C01;
   localparam logic [15:0] Version = 16'h0001;
-  localparam logic [15:0] MapCrc = 16'h957A;
+  localparam logic [15:0] MapCrc = 16'hB309;
   localparam logic [15:0] SetpointMargin = 16'd50;
 
   // Register spaces, Modbus PDU addresses.
-  localparam int unsigned InputCount = 24;
-  localparam int unsigned HoldingCount = 59;
+  localparam int unsigned InputCount = 34;
+  localparam int unsigned HoldingCount = 61;
   localparam logic [15:0] HoldingBase = 16'h0100;
 
   localparam logic [5:0] InStatus = 6'd0;
@@ -39,6 +39,16 @@ package tc_pkg;
   localparam logic [5:0] InDeviceId = 6'd21;
   localparam logic [5:0] InVersion = 6'd22;
   localparam logic [5:0] InMapCrc = 6'd23;
+  localparam logic [5:0] InOvershoot = 6'd24;
+  localparam logic [5:0] InBandTime = 6'd25;
+  localparam logic [5:0] InBandError = 6'd26;
+  localparam logic [5:0] InPeak = 6'd27;
+  localparam logic [5:0] InOnTimeH = 6'd28;
+  localparam logic [5:0] InOnTimeL = 6'd29;
+  localparam logic [5:0] InAtState = 6'd30;
+  localparam logic [5:0] InAtKu = 6'd31;
+  localparam logic [5:0] InAtTu = 6'd32;
+  localparam logic [5:0] InAtDuty = 6'd33;
 
   localparam logic [5:0] RegCmd = 6'd0;
   localparam logic [5:0] RegSetpoint = 6'd1;
@@ -99,9 +109,13 @@ package tc_pkg;
   localparam logic [5:0] RegAddress = 6'd56;
   localparam logic [5:0] RegBaud = 6'd57;
   localparam logic [5:0] RegFormat = 6'd58;
+  localparam logic [5:0] RegPreset = 6'd59;
+  localparam logic [5:0] RegFfDrop = 6'd60;
 
   // The active parameter set. Holding register i stands at bits [16*i +: 16] (entry 0, CMD, is not stored).
   typedef struct packed {
+    logic [15:0] ff_drop;
+    logic [15:0] preset;
     logic [15:0] format;
     logic [15:0] baud;
     logic [15:0] address;
@@ -177,13 +191,13 @@ package tc_pkg;
       6'd9: reg_reset = 16'h000A;  // AT_WINDOW
       6'd10: reg_reset = 16'h0032;  // AT_DWELL
       6'd11: reg_reset = 16'h0000;  // LOCK
-      6'd12: reg_reset = 16'h0033;  // CTRL
-      6'd13: reg_reset = 16'h1840;  // KP
-      6'd14: reg_reset = 16'h0685;  // KI_APPROACH
-      6'd15: reg_reset = 16'h0D0B;  // KI_HOLD
-      6'd16: reg_reset = 16'hB453;  // KD
+      6'd12: reg_reset = 16'h0037;  // CTRL
+      6'd13: reg_reset = 16'h140B;  // KP
+      6'd14: reg_reset = 16'h04CD;  // KI_APPROACH
+      6'd15: reg_reset = 16'h0642;  // KI_HOLD
+      6'd16: reg_reset = 16'h4401;  // KD
       6'd17: reg_reset = 16'h0004;  // D_FILTER
-      6'd18: reg_reset = 16'h4096;  // KFF
+      6'd18: reg_reset = 16'h49BA;  // KFF
       6'd19: reg_reset = 16'h00FA;  // T_AMB
       6'd20: reg_reset = 16'h00B4;  // BAND_FULL
       6'd21: reg_reset = 16'h1388;  // BAND_OFF
@@ -224,6 +238,8 @@ package tc_pkg;
       6'd56: reg_reset = 16'h0000;  // ADDRESS
       6'd57: reg_reset = 16'h0480;  // BAUD
       6'd58: reg_reset = 16'h0000;  // FORMAT
+      6'd59: reg_reset = 16'h0032;  // PRESET
+      6'd60: reg_reset = 16'h0000;  // FF_DROP
       default: reg_reset = 16'h0000;
     endcase
   endfunction
@@ -282,6 +298,7 @@ package tc_pkg;
       6'd56: reg_max = 16'h00F7;  // ADDRESS
       6'd57: reg_max = 16'h1388;  // BAUD
       6'd58: reg_max = 16'h0003;  // FORMAT
+      6'd59: reg_max = 16'h0100;  // PRESET
       default: reg_max = 16'hFFFF;
     endcase
   endfunction
@@ -340,6 +357,18 @@ package tc_pkg;
   localparam logic [15:0] CmdHold = 16'hA5B0;
   localparam logic [15:0] CmdCommit = 16'hA5C0;
   localparam logic [15:0] CmdDiscard = 16'hA5D0;
+  localparam logic [15:0] CmdTune = 16'hA5A7;
+
+  // Autotune: relay and rule, factors of docs/blocks/atune.md.
+  localparam logic signed [16:0] TuneHysteresis = 17'sd32;
+  localparam logic [2:0] TuneAdaptCycles = 3'd3;
+  localparam logic [2:0] TuneCycles = 3'd7;
+  localparam logic [13:0] TuneLimit = 14'd16383;
+  localparam logic [17:0] TuneKuFactor = 18'd326;
+  localparam logic [17:0] TuneKpFactor = 18'd110;
+  localparam logic [17:0] TuneKiApproachFactor = 18'd542;
+  localparam logic [17:0] TuneKiHoldFactor = 18'd706;
+  localparam logic [17:0] TuneKdDivisor = 18'd667;
 
   // Parity rows of the (22,16) Hsiao SECDED code: check bit r covers the data bits set in row r.
   localparam logic [15:0] SecdedRow0 = 16'h2CB7;

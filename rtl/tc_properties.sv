@@ -49,6 +49,8 @@ module tc_properties (
   input logic [15:0]        value_i,
   input logic               cmd_stop_i,
   input logic               discard_i,
+  input logic               tune_i,
+  input logic               tune_wr_i,
   // The control tick.
   input logic [4:0]         state_i,
   input logic               tick_i,
@@ -57,7 +59,7 @@ module tc_properties (
   input logic               sens_busy_i,
   input logic [14:0]        reading_i,
   input logic               algor_start_i,
-  input logic [3:0]         computing_i
+  input logic [4:0]         computing_i
 );
 
   `TC_ASSERT_SETUP
@@ -77,12 +79,12 @@ module tc_properties (
   assign accept    = sens_done_i && sens_ok_i;
   assign hot       = accept && reaches(17'(sens_pv_i), 17'($signed(params_i.t_max)));
   assign latching  = cause_i & ~(run_i ? 15'd0 : tc_pkg::FaultRunOnly);
-  assign orders    = run_cmd_i || cmd_stop_i || clear_i || discard_i;
+  assign orders    = run_cmd_i || cmd_stop_i || clear_i || discard_i || tune_i;
 
   // ---- What happened before --------------------------------------------------------------------------------------------------
 
   logic        resumed_q;                         // set by a bench alone
-  logic        ran, was_hot, run_1, write_1, staged;
+  logic        ran, was_hot, run_1, write_1, staged, tuned;
   logic [1:0]  well_past, hot_past, stale_past, host_lost_past, broken_past, rose_past;   // one and two clocks ago
   logic [15:0] silent, alone, cold, value_1;     // 0.1 s since a sample, since a frame, without heat
   logic [5:0]  index_1;
@@ -112,6 +114,7 @@ module tc_properties (
       index_1        <= 6'd0;
       value_1        <= 16'd0;
       staged         <= 1'b0;
+      tuned          <= 1'b0;
       well_past      <= 2'b11;
       hot_past       <= 2'b00;
       stale_past     <= 2'b00;
@@ -134,7 +137,8 @@ module tc_properties (
       write_1        <= write_i;
       index_1        <= index_i;
       value_1        <= value_i;
-      staged         <= (write_i && index_i != tc_pkg::RegCmd) || (!commit_i && (staged || resumed_q));
+      staged         <= (write_i && index_i != tc_pkg::RegCmd) || tune_wr_i || (!commit_i && (staged || resumed_q));
+      tuned          <= tune_i || tuned || resumed_q;
       well_past      <= {well_past[0] || resumed_q, well};
       hot_past       <= {hot_past[0] && !resumed_q, hot};
       stale_past     <= {stale_past[0] && !resumed_q, stale};
@@ -206,14 +210,16 @@ module tc_properties (
   `TC_ASSERT_NEXT(P10_CommandNeedsFrame_A, !cmd_valid_i, !cmd_valid_i || good_frame_i)
   // Words are written, and commands carried out, only for a command in hand.
   `TC_ASSERT_IF(P10_WriteNeedsCommand_A, write_i, cmd_valid_i)
-  // Run, Stop, ClearFault and Discard come from a written command word.
+  // Run, Stop, ClearFault, Discard and Tune come from a written command word.
   `TC_ASSERT_IF(P10_OrderNeedsWrite_A, orders, write_1 && index_1 == tc_pkg::RegCmd)
+  // Self-tuning writes its gains only once it has been ordered.
+  `TC_ASSERT_IF(P10_TuneWritesWhenOrdered_A, tune_wr_i, tuned)
   // A set becomes active only if a word of it has been written.
   `TC_ASSERT_IF(P10_CommitNeedsWrite_A, commit_i, staged)
 
   // ---- P11: one parameter set a tick
   // A set becomes active in the first clock of a tick only, while neither the sensor is read nor the duty computed.
-  `TC_ASSERT_IF(P11_CommitAtTick_A, commit_i, tick_i && !sens_busy_i && !algor_start_i && computing_i == 4'd0)
+  `TC_ASSERT_IF(P11_CommitAtTick_A, commit_i, tick_i && !sens_busy_i && !algor_start_i && computing_i == 5'd0)
 
   // ---- P13: broadcasts (any other answer: tc_uartc)
   // A broadcast in hand leaves the line alone, in the clock after its end too.
@@ -224,18 +230,18 @@ module tc_properties (
   // A tick ends in CfgPwm within the longest read, 27138 clocks of SPI at its slowest with a set-up word before (P15_ReadEnds_A in
   // tc_sensc), the computation and 4 clocks.
   localparam logic [14:0] LongestRead = 15'd27138;
-  `TC_ASSERT_IF(P15_TickEnds_A, ticked != 15'd0, ticked <= LongestRead + 15'd17)
+  `TC_ASSERT_IF(P15_TickEnds_A, ticked != 15'd0, ticked <= LongestRead + 15'd19)
 `ifdef FORMAL
   // What leads there: the clocks of each state since the tick began.
   `TC_ASSERT_IF(P15_Displaying_A, state_i == tc_pkg::StTempDisplay, ticked <= LongestRead + 15'd2)
   `TC_ASSERT_IF(P15_Computing_A, state_i == tc_pkg::StInitAlgor,
-                computing_i != 4'd0 ? ticked <= LongestRead + 15'd3 + {11'd0, computing_i}
+                computing_i != 5'd0 ? ticked <= LongestRead + 15'd3 + {10'd0, computing_i}
                                   : algor_start_i && ticked <= LongestRead + 15'd3)
   `TC_ASSERT_IF(P15_Reading_A, state_i == tc_pkg::StReadTemp,
                 reading_i != 15'd0 ? ticked == reading_i + 15'd1
                                  : tick_i != sens_start_i && ticked == {14'd0, sens_start_i})
   `TC_ASSERT_IF(P15_ReadsInReadTemp_A, reading_i != 15'd0 || sens_start_i || tick_i, state_i == tc_pkg::StReadTemp)
-  `TC_ASSERT_IF(P15_ComputesInInitAlgor_A, computing_i != 4'd0 || algor_start_i, state_i == tc_pkg::StInitAlgor)
+  `TC_ASSERT_IF(P15_ComputesInInitAlgor_A, computing_i != 5'd0 || algor_start_i, state_i == tc_pkg::StInitAlgor)
 `endif
 
   // ---- P16: illegal state (that it falls to Idle in one clock stands in tc_sysctrl)

@@ -26,6 +26,7 @@ module tc_top #(
   input  logic       heater_fb_i,
   output logic       safe_en_o,
   input  logic       inhibit_i,
+  input  logic       drop_i,
   output logic       fault_no,
   output logic       at_temp_o
 );
@@ -36,12 +37,12 @@ module tc_top #(
   tc_rst_sync u_rst_sync (.clk_i, .rst_ni, .rst_no(rst_n));
 
   // One synchroniser for all asynchronous pins; the serial line idles high.
-  logic       rx, miso, heater_fb, inhibit;
+  logic       rx, miso, heater_fb, inhibit, drop;
   logic [2:0] strap;
-  tc_sync #(.Width(7), .ResetValue(7'b0000001)) u_sync (
+  tc_sync #(.Width(8), .ResetValue(8'b00000001)) u_sync (
     .clk_i, .rst_ni(rst_n),
-    .d_i({inhibit_i, heater_fb_i, spi_miso_i, addr_strap_i, uart_rx_i}),
-    .q_o({inhibit, heater_fb, miso, strap, rx})
+    .d_i({drop_i, inhibit_i, heater_fb_i, spi_miso_i, addr_strap_i, uart_rx_i}),
+    .q_o({drop, inhibit, heater_fb, miso, strap, rx})
   );
 
   // ---- Wires between blocks ----------------------------------------------------------------------------------------------
@@ -58,7 +59,7 @@ module tc_top #(
   logic        decode, extract, write, cmd_done, commit, tick, sens_start, display, tlm_start, algor_start, pwm_load;
   logic        illegal, overrun, ms, tenth;
 
-  logic        decoded, writes, last, pending, store, discard, cmd_run, cmd_stop, cmd_clear;
+  logic        decoded, writes, last, pending, store, discard, cmd_run, cmd_stop, cmd_clear, cmd_tune;
   logic [2:0]  rsp_kind;
   logic [7:0]  rsp_exc;
   logic [5:0]  index, mem_rd_index;
@@ -72,14 +73,23 @@ module tc_top #(
   logic [31:0] sens_raw;
 `ifndef SYNTHESIS
   logic [14:0] reading;
-  logic [3:0]  computing;
+  logic [4:0]  computing;
 `endif
 
   logic               algor_done, ramping, limited, i_held;
-  logic [16:0]        duty;
-  logic signed [15:0] sp_work, pv;
+  logic [16:0]        duty, duty_max;
+  logic signed [15:0] sp_work, pv, target, amb;
   logic [1:0]         segment;
   logic [17:0]        hold_limit, term_p, term_i, term_d;
+
+  logic        sample;               // control computation with a new sample
+  logic        tuning, tune_stop, tune_wr;
+  logic [16:0] tune_duty, tune_hold;
+  logic [5:0]  tune_index;
+  logic [15:0] tune_data, tune_state, tune_ku, tune_tu;
+
+  logic [15:0] overshoot, band_time, band_error, peak;
+  logic [31:0] on_time;
 
   logic        pwm, period_start;
 
@@ -124,7 +134,8 @@ module tc_top #(
     .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
     .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .t_max_staged_i(t_max_staged),
     .lock_i(params.lock), .running_i(run), .run_allowed_i(run_allowed), .cause_present_i(cause != 15'd0),
-    .run_o(cmd_run), .stop_o(cmd_stop), .clear_o(cmd_clear),
+    .manual_i(params.mode[0]), .run_o(cmd_run), .stop_o(cmd_stop), .clear_o(cmd_clear),
+    .tuning_i(tuning), .tune_wr_i(tune_wr), .tune_o(cmd_tune),
     .rd_addr_i(rd_addr), .rd_data_o(rd_data), .mem_rd_index_o(mem_rd_index), .mem_rd_data_i(mem_rd_data),
     .rd_busy_i(rsp_busy || tlm_busy),
     .pv_valid_i(pv_valid), .pv_i(pv), .slope_i(slope), .sp_work_i(sp_work), .duty_i(duty),
@@ -133,12 +144,15 @@ module tc_top #(
                limited, ramping, segment == 2'd3, segment == 2'd2, segment == 2'd1, at_temp, run}),
     .fault_i(fault), .cause_i(cause), .first_fault_i(first_fault), .state_i(state), .wd_left_i(wd_left),
     .crc_errors_i(crc_errors), .char_errors_i(char_errors), .messages_i(messages),
-    .sensor_errors_i(sensor_errors), .mem_corrected_i(mem_corrected)
+    .sensor_errors_i(sensor_errors), .mem_corrected_i(mem_corrected),
+    .overshoot_i(overshoot), .band_time_i(band_time), .band_error_i(band_error), .peak_i(peak), .on_time_i(on_time),
+    .tune_state_i(tune_state), .tune_ku_i(tune_ku), .tune_tu_i(tune_tu), .tune_hold_i(tune_hold)
   );
 
   tc_mem u_mem (
     .clk_i, .rst_ni(rst_n),
-    .wr_i(write && store), .wr_index_i(index), .wr_data_i(value), .commit_i(commit), .discard_i(discard),
+    .wr_i((write && store) || tune_wr), .wr_index_i(tune_wr ? tune_index : index), .wr_data_i(tune_wr ? tune_data : value),
+     .commit_i(commit), .discard_i(discard),
     .rd_index_i(mem_rd_index), .rd_data_o(mem_rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
     .scrub_start_i(tick), .bad_o(mem_bad), .corrected_o(mem_corrected), .scrub_busy_o(scrub_busy)
   );
@@ -162,11 +176,30 @@ module tc_top #(
   tc_algor u_algor (
     .clk_i, .rst_ni(rst_n),
     .params_i(params), .start_i(algor_start), .sample_ok_i(sens_ok), .run_i(run), .at_temp_i(at_temp), .ms_i(ms),
-    .pv_i(pv), .done_o(algor_done), .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .limited_o(limited),
+    .pv_i(pv), .drop_i(drop), .tuning_i(tuning), .tune_duty_i(tune_duty), .tune_hold_i(tune_hold), .done_o(algor_done),
+     .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .limited_o(limited),
 `ifndef SYNTHESIS
     .computing_o(computing),
 `endif
-    .segment_o(segment), .i_held_o(i_held), .hold_limit_o(hold_limit), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d)
+    .segment_o(segment), .i_held_o(i_held), .hold_limit_o(hold_limit),
+    .target_o(target), .amb_o(amb), .duty_max_o(duty_max), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d)
+  );
+
+  assign sample = algor_start && sens_ok;
+
+  tc_atune u_atune (
+    .clk_i, .rst_ni(rst_n),
+    .tune_i(cmd_tune), .run_i(run), .sample_i(sample), .tenth_i(tenth), .commit_i(commit), .pv_i(pv), .sp_work_i(sp_work),
+    .amb_i(amb), .ramping_i(ramping), .duty_max_i(duty_max),
+    .tuning_o(tuning), .duty_o(tune_duty), .hold_o(tune_hold), .stop_o(tune_stop), .wr_o(tune_wr), .wr_index_o(tune_index),
+    .wr_data_o(tune_data), .state_o(tune_state), .ku_o(tune_ku), .tu_o(tune_tu)
+  );
+
+  tc_quality u_quality (
+    .clk_i, .rst_ni(rst_n),
+    .run_i(run), .sample_i(sample), .tenth_i(tenth), .pv_i(pv), .target_i(target), .window_i(params.at_window),
+    .at_temp_i(at_temp), .heater_i(heater),
+    .overshoot_o(overshoot), .band_error_o(band_error), .peak_o(peak), .band_time_o(band_time), .on_time_o(on_time)
   );
 
   tc_pwmc u_pwmc (
@@ -181,7 +214,7 @@ module tc_top #(
     .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_dev_fault_i(sens_dev_fault), .sens_pv_i(sens_pv),
     .duty_i(duty), .hold_limit_i(hold_limit), .limited_i(limited), .segment_i(segment), .sp_work_i(sp_work),
     .ramping_i(ramping), .pwm_i(pwm),
-    .run_i(cmd_run), .stop_i(cmd_stop || uart_stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
+    .run_i(cmd_run), .stop_i(cmd_stop || uart_stop || tune_stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
     .state_illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit), .heater_fb_i(heater_fb),
     .heater_o(heater), .safe_en_o, .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
     .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),
@@ -204,12 +237,12 @@ module tc_top #(
     .clk_i, .rst_ni(rst_n),
     .heater_pin_i(heater_o), .inhibit_pin_i(inhibit_i), .safe_en_i(safe_en_o),
     .params_i(params), .tenth_i(tenth), .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_pv_i(sens_pv), .duty_i(duty),
-    .run_cmd_i(cmd_run), .stop_i(cmd_stop || uart_stop), .clear_i(cmd_clear), .good_frame_i(good_frame),
+    .run_cmd_i(cmd_run), .stop_i(cmd_stop || uart_stop || tune_stop), .clear_i(cmd_clear), .good_frame_i(good_frame),
     .mem_bad_i(mem_bad), .illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit), .pwm_i(pwm), .heater_i(heater), .run_i(run),
     .sensor_ok_i(sensor_ok), .pv_valid_i(pv_valid), .pv_i(pv), .cause_i(cause), .fault_i(fault), .first_fault_i(first_fault),
     .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd_broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
     .write_i(write), .index_i(index), .value_i(value), .cmd_stop_i(cmd_stop), .discard_i(discard),
-    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy), .reading_i(reading), .algor_start_i(algor_start),
+    .tune_i(cmd_tune), .tune_wr_i(tune_wr), .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy), .reading_i(reading), .algor_start_i(algor_start),
     .computing_i(computing)
   );
 `endif

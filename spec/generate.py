@@ -6,6 +6,7 @@ Usage: generate.py [--check] [--out DIR]    (DIR: project root, default the pare
 """
 import argparse
 import json
+import math
 import pathlib
 import sys
 import tomllib
@@ -63,6 +64,8 @@ def finish_registers(spec: dict) -> None:
             reg["camel"] = camel(reg["name"])
             reg["scale_value"] = scale_value(reg["scale"])
             reg["signed"] = reg["type"] == "s"
+            if "bits" in reg:
+                reg["doc"] = "Bits: " + ", ".join(f"{i} {name}" for i, name in enumerate(reg["bits"])) + "."
     for reg in spec["holding"]:
         if not reg["min"] <= reg["reset"] <= reg["max"]:
             raise SpecError(f"registers.toml: {reg['name']}: reset {reg['reset']} is outside {reg['min']}..{reg['max']}")
@@ -95,6 +98,20 @@ def ident_rom(spec: dict) -> dict:
     return {"bytes": list(rom), "server_id": parts[0], "objects": parts[1:]}
 
 
+def finish_autotune(spec: dict) -> None:
+    """Integer factors of the autotune rule; KU, KP in 2^-16 duty per degC, sums over the measured cycles."""
+    tune = spec["autotune"]
+    cycles = tune["measure_cycles"]
+    # KU = 4 h / (pi a): h half of the relay's step, a half of the mean swing in 1/64 degC.
+    ku = 64 * 4 / math.pi * cycles
+    tune["ku_factor"] = round(ku)
+    tune["kp_factor"] = round(ku * tune["kp"])
+    # KI in UQ2.14 per control period, KD in UQ13.3 on a temperature in 1/1024 degC.
+    tune["ki_approach_factor"] = round(256 * cycles / tune["ti_approach"])
+    tune["ki_hold_factor"] = round(256 * cycles / tune["ti_hold"])
+    tune["kd_divisor"] = round(8 * cycles / tune["td"])
+
+
 def map_rows(spec: dict) -> list[dict]:
     rows = []
     for reg in spec["input"]:
@@ -114,6 +131,8 @@ def load() -> dict:
     finish_registers(spec)
     finish_presets(spec)
     check_states(spec)
+    finish_autotune(spec)
+    spec["status_bits"] = next(reg["bits"] for reg in spec["input"] if reg["name"] == "STATUS")
     spec["ident"] = ident_rom(spec)
     spec["map_rows"] = map_rows(spec)
     spec["map_crc"] = crc16_modbus(json.dumps(spec["map_rows"], sort_keys=True).encode())

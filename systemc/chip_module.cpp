@@ -26,7 +26,8 @@ chip::Inputs TcChip::inputs() const {
           .addr_strap = static_cast<std::uint8_t>(addr_strap_i.read().to_uint()),
           .spi_miso = spi_miso_i.read(),
           .heater_fb = heater_fb_i.read(),
-          .inhibit = inhibit_i.read()};
+          .inhibit = inhibit_i.read(),
+          .drop = drop_i.read()};
 }
 
 void TcChip::drive(const chip::Outputs& out) {

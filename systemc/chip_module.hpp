@@ -30,6 +30,7 @@ class TcChip : public sc_core::sc_module {
   sc_core::sc_in<bool> heater_fb_i{"heater_fb_i"};
   sc_core::sc_out<bool> safe_en_o{"safe_en_o"};
   sc_core::sc_in<bool> inhibit_i{"inhibit_i"};
+  sc_core::sc_in<bool> drop_i{"drop_i"};
   sc_core::sc_out<bool> fault_no{"fault_no"};
   sc_core::sc_out<bool> at_temp_o{"at_temp_o"};
 

@@ -20,6 +20,7 @@ enum ChipPin : std::uint32_t {
   kPinSpiMiso,
   kPinHeaterFb,
   kPinInhibit,
+  kPinDrop,
   kPinUartTx,  // first output
   kPinUartDe,
   kPinTlmTx,

@@ -25,7 +25,8 @@ Head::Head(const HeadConfig& config)
                               {.clock_hz = config.clock_hz,
                                .source = [this](std::uint64_t cycle) { return plant_.sensor_degc(cycle); },
                                .noise_sigma_degc = config.sensor_noise_degc,
-                               .noise = stream(config.seed, "sensor")})),
+                               .noise = stream(config.seed, "sensor"),
+                               .conversion_s = config.conversion_s})),
       host_({.line = {config.clock_hz, config.baud, config.format}}, stream(config.seed, "host")),
       telemetry_({config.clock_hz, config.baud, config.format}) {
   pins_.addr_strap = config.addr_strap;

@@ -19,6 +19,7 @@ struct HeadConfig {
   PlantConfig plant = plant_config("PH-1");
   std::string sensor = "MAX31855";  // part, as in the spec's presets
   double sensor_noise_degc = 0.05;  // sigma, before quantisation
+  double conversion_s = 0.0;        // 0: the part's typical time
   double baud = 115200.0;
   UartFormat format = k8E1;
   std::uint8_t addr_strap = 0;
@@ -49,6 +50,8 @@ class Head {
   }
   // Emergency stop button.
   void set_inhibit(bool pressed) { pins_.inhibit = pressed; }
+  // Droplet trigger line.
+  void set_drop(bool high) { pins_.drop = high; }
   void set_reset(bool asserted) { pins_.rst_n = !asserted; }
 
   ModbusHost& host() { return host_; }

@@ -53,6 +53,7 @@ enum PinIndex : std::uint32_t {
   kHeaterFb,
   kSafeEn,
   kInhibit,
+  kDrop,
   kFaultN,
   kAtTemp,
   kTrigger,
@@ -351,6 +352,7 @@ class Printer {
         // A droplet only at temperature.
         if (cycle() >= deadline_ && run_.out.at_temp) {
           recorder_.set(kTrigger, 1);
+          head_.set_drop(true);
           head_.plant().droplet(cycle(), job_.droplet_j);
           ++result_.droplets;
           deadline_ = cycle() + kTriggerClocks;
@@ -361,6 +363,7 @@ class Printer {
         break;
       case Phase::trigger:
         recorder_.set(kTrigger, 0);
+        head_.set_drop(false);
         if (result_.droplets == kCheckedBumps) close_window();
         next_bump();
         break;
@@ -448,6 +451,7 @@ class Printer {
       recorder_.set(kMiso, in.spi_miso);
       recorder_.set(kHeaterFb, in.heater_fb);
       recorder_.set(kInhibit, in.inhibit);
+      recorder_.set(kDrop, in.drop);
     }
     const bool heater = run_.out.heater && !in.inhibit;
     if (cycle() == 0 || !(run_.out == last_out_) || !(in == last_in_)) {
@@ -526,6 +530,7 @@ vectors::Header printer_header(const PrintJob& job) {
   add("heater_fb_i", Direction::in, 1, "chip");
   add("safe_en_o", Direction::out, 1, "chip");
   add("inhibit_i", Direction::in, 1, "chip");
+  add("drop_i", Direction::in, 1, "chip");
   add("fault_no", Direction::out, 1, "chip");
   add("at_temp_o", Direction::out, 1, "chip");
   add("drop_trigger", Direction::in, 1, "stage");

@@ -109,8 +109,10 @@ void store(Root& root, const chip::Chip& model) {
   TC_FORGET(u_paramc)
   TC_FORGET(u_sensc)
   TC_FORGET(u_algor)
+  TC_FORGET(u_atune)
   TC_FORGET(u_pwmc)
   TC_FORGET(u_guard)
+  TC_FORGET(u_quality)
   TC_FORGET(u_properties)
 #undef TC_FORGET
 #define TC_RESUME(instance) root.TC_PATH1(instance, resumed_q) = 1;
@@ -183,6 +185,7 @@ class VerilatedTop : public VerilatedRtl {
     top_.spi_miso_i = in.spi_miso;
     top_.heater_fb_i = in.heater_fb;
     top_.inhibit_i = in.inhibit;
+    top_.drop_i = in.drop;
     if (!in.rst_n) top_.eval();  // asynchronous: acts before the clock edge
   }
 

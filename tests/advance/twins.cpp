@@ -104,7 +104,7 @@ class Fate {
     const bool idle = twins_[0]->run.chip.guard.run_q == 0;
     if (idle && one_in(3)) mend_and_heat(cycle);
     if (calm_ && !one_in(8)) return;
-    switch (rng_.below(16)) {
+    switch (rng_.below(18)) {
       case 0:
       case 1:
         submit(write_of(rng_, unit()));
@@ -156,6 +156,14 @@ class Fate {
       }
       case 12:
         submit(report_server_id(unit()));
+        break;
+      case 13: {
+        const bool high = one_in(2);
+        each([&](Twin& t) { t.head.set_drop(high); });
+        break;
+      }
+      case 14:
+        command(spec::kCmdTune);
         break;
       default:
         break;

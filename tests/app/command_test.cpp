@@ -87,7 +87,7 @@ TEST_F(Command, RecordedPinsReplayOnTheModel) {
   const vectors::Stream stream = vectors::read_text(out() / "pins.mvec");
   const auto pin = [&](const char* name) { return *vectors::find_pin(stream.header(), name); };
   const std::uint32_t rst = pin("rst_ni"), rx = pin("uart_rx_i"), strap = pin("addr_strap_i"),
-                      miso = pin("spi_miso_i"), fb = pin("heater_fb_i"), inhibit = pin("inhibit_i"),
+                      miso = pin("spi_miso_i"), fb = pin("heater_fb_i"), inhibit = pin("inhibit_i"), drop = pin("drop_i"),
                       tx = pin("uart_tx_o"), heater = pin("heater_o"), sclk = pin("spi_sclk_o"),
                       at_temp = pin("at_temp_o"), trigger = pin("drop_trigger");
   chip::Chip chip;
@@ -101,7 +101,8 @@ TEST_F(Command, RecordedPinsReplayOnTheModel) {
                           .addr_strap = static_cast<std::uint8_t>(cursor.value(strap)),
                           .spi_miso = cursor.value(miso) != 0,
                           .heater_fb = cursor.value(fb) != 0,
-                          .inhibit = cursor.value(inhibit) != 0};
+                          .inhibit = cursor.value(inhibit) != 0,
+                          .drop = cursor.value(drop) != 0};
     mismatches +=
         standing.uart_tx != (cursor.value(tx) != 0) || standing.heater != (cursor.value(heater) != 0) ||
         standing.spi_sclk != (cursor.value(sclk) != 0) || standing.at_temp != (cursor.value(at_temp) != 0);

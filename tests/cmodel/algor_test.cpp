@@ -22,11 +22,22 @@ struct Loop {
   Params p = reset_params();
   Algor a;
   AlgorIn in{
-      .params = p, .start = false, .sample_ok = true, .run = true, .at_temp = false, .ms = false, .pv = 0};
+      .params = p,
+      .start = false,
+      .sample_ok = true,
+      .run = true,
+      .at_temp = false,
+      .ms = false,
+      .pv = 0,
+      .drop = false,
+      .tuning = false,
+      .tune_duty = 0,
+      .tune_hold = 0};
 
   Loop() {
     set(kRegSetpoint, 2000);
     for (Reg reg : {kRegCtrl, kRegKp, kRegKiApproach, kRegKiHold, kRegKd, kRegDFilter, kRegKff}) set(reg, 0);
+    set(kRegPreset, 256);
     set(kRegBandFull, 5000);
     set(kRegBandOff, 5000);
   }
@@ -45,12 +56,22 @@ struct Loop {
       clock();
       ++clocks;
     } while (a.done_q == 0 && clocks < 20);
-    EXPECT_EQ(clocks, sample_ok ? 13 : 1) << "clocks of one computation";
+    EXPECT_EQ(clocks, sample_ok ? 15 : 1) << "clocks of one computation";
     clock();
     return a.duty_q;
   }
   // One computation at an error (1/64 degC) from 200 degC.
   std::uint32_t error(int e, bool sample_ok = true) { return tick(12800 - e, sample_ok); }
+  // A droplet's trigger pulse.
+  void droplets(int n) {
+    for (int i = 0; i < n; ++i) {
+      in.drop = true;
+      clock();
+      clock();
+      in.drop = false;
+      clock();
+    }
+  }
   void milliseconds(int n) {
     for (int i = 0; i < n; ++i) {
       in.ms = true;
@@ -186,7 +207,7 @@ TEST(Algor, FeedForwardMovesTheModelSegments) {
   loop.set(kRegDutyMax, 100);
   loop.error(0);
   const int limit = static_cast<int>(loop.a.duty_max_q);
-  auto ff = [](int e) { return (12800 - e) / 32; };
+  auto ff = [](int e) { return (12800 - e) / 32 & ~3; };  // PRESET counts in steps of four
   int e = 0;
   while (e + 1 + ff(e + 1) <= limit) ++e;
   loop.error(e);
@@ -423,6 +444,92 @@ TEST(Algor, ExternalFeedForwardAddsToTheDuty) {
   loop.set(kRegFfExt, 2500);
   EXPECT_EQ(loop.error(100), 16384u + 100u);
   EXPECT_EQ(loop.error(-100), 16384u - 100u);
+}
+
+TEST(Algor, PresetIsItsShareOfTheHoldDuty) {
+  for (const int share : {0, 1, 58, 128, 256}) {
+    Loop loop;
+    loop.set(kRegCtrl, kCtrlModel | kCtrlFf);
+    loop.set(kRegKp, 65535);
+    loop.set(kRegKff, 4096);
+    loop.set(kRegTAmb, 0);
+    loop.set(kRegPreset, share);
+    loop.error(640);
+    EXPECT_EQ(loop.a.segment_q, kSegFull);
+    EXPECT_EQ(loop.a.i_q >> 14, (12800u - 640u) * static_cast<unsigned>(share) / 256u) << share;
+  }
+}
+
+// FF_DROP is 2^-20 of the duty a droplet and control period.
+TEST(Algor, EachDropletAddsItsHeatOnce) {
+  Loop loop;
+  loop.set(kRegFfDrop, 16 * 100);
+  loop.set(kRegFfExt, 1000);
+  const std::uint32_t before = loop.error(0);
+  loop.droplets(3);
+  EXPECT_EQ(loop.error(0), before + 300);
+  EXPECT_EQ(loop.error(0), before) << "counted once";
+  loop.in.drop = true;
+  loop.milliseconds(50);
+  EXPECT_EQ(loop.error(0), before + 100) << "a level is one droplet";
+}
+
+TEST(Algor, DropletsOfARefusedSampleCountInTheNext) {
+  Loop loop;
+  loop.set(kRegFfDrop, 16 * 100);
+  loop.error(0);
+  loop.droplets(2);
+  loop.error(0, false);
+  loop.droplets(1);
+  EXPECT_EQ(loop.error(0), 300u);
+}
+
+TEST(Algor, DropletsSaturateAndAreForgottenWhileStopped) {
+  Loop loop;
+  loop.set(kRegFfDrop, 65535);
+  loop.error(0);
+  loop.droplets(300);
+  EXPECT_EQ(loop.a.drops_q, 255);
+  EXPECT_EQ(loop.error(0), kFull);
+  loop.droplets(5);
+  loop.in.run = false;
+  loop.clock();
+  EXPECT_EQ(loop.a.drops_q, 0);
+}
+
+TEST(Algor, DropletsDoNotMoveAManualDutyAndRaiseTheHoldLimit) {
+  Loop loop;
+  loop.set(kRegFfDrop, 16 * 100);
+  loop.set(kRegHoldAdd, 0);
+  loop.error(0);
+  const std::uint32_t limit = loop.a.hold_q;
+  loop.droplets(4);
+  loop.error(0);
+  EXPECT_EQ(loop.a.hold_q, limit + 400);
+  loop.set(kRegMode, 1);
+  loop.set(kRegManualDuty, 2500);
+  const std::uint32_t manual = loop.error(0);
+  loop.droplets(4);
+  EXPECT_EQ(loop.error(0), manual);
+}
+
+TEST(Algor, WhileTuningTheDutyIsAtunesAndTheIntegralWaits) {
+  Loop loop;
+  loop.set(kRegKp, 65535);
+  loop.set(kRegKiApproach, 65535);
+  loop.in.tuning = true;
+  loop.in.tune_duty = 50'000;
+  loop.in.tune_hold = 20'000;
+  EXPECT_EQ(loop.error(64), 50'000u);
+  EXPECT_EQ(loop.a.i_q, 20'000u << 14);
+  EXPECT_EQ(loop.a.segment_q, kSegNone);
+  loop.set(kRegDutyMax, 5000);
+  EXPECT_EQ(loop.error(64), loop.a.duty_max_q);
+  loop.set(kRegDutyMax, 10000);
+  loop.set(kRegKp, 0);
+  loop.set(kRegKiApproach, 0);
+  loop.in.tuning = false;
+  EXPECT_EQ(loop.error(64), 20'000u) << "without a bump";
 }
 
 TEST(Algor, RefusedSampleHoldsTheDuty) {

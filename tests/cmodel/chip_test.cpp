@@ -97,6 +97,7 @@ TEST(Chip, EveryInputRegisterHasItsResetValue) {
     if (address == kInPv) wanted = 0x8000;
     if (address == kInDeviceId) wanted = kDeviceId;
     if (address == kInVersion) wanted = kVersion;
+    if (address == kInBandTime) wanted = 0xFFFF;
     if (address == kInMapCrc) wanted = kMapCrc;
     if (address == kInWdLeft) wanted = static_cast<std::uint16_t>(kHolding[kRegHostWd].reset);
     EXPECT_EQ(chip.read_register(address), wanted) << kInput[address].name;

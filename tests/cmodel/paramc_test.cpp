@@ -188,7 +188,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"33 registers", 3, kHoldingBase, 33, 8, 0, 3}, Refusal{"short read", 3, 0, 1, 7, 0, 3},
         Refusal{"long read", 4, 0, 1, 9, 0, 3}, Refusal{"count before address", 3, 0x5000, 0, 8, 0, 3},
         Refusal{"gap between the spaces", 3, kInputCount, 1, 8, 0, 2},
-        Refusal{"end of the inputs", 3, 0, kInputCount + 1, 8, 0, 2},
+        Refusal{"end of the inputs", 3, kInputCount - 1, 2, 8, 0, 2},
         Refusal{"end of the holdings", 3, kEnd - 1, 2, 8, 0, 2}, Refusal{"behind", 3, kEnd, 1, 8, 0, 2},
         Refusal{"wrapping address", 3, 0xFFFF, 2, 8, 0, 2}, Refusal{"write of an input", 6, 1, 0, 8, 0, 2},
         Refusal{"write behind", 6, kEnd, 0, 8, 0, 2},
@@ -294,15 +294,18 @@ TEST(ParamcCommand, EachGivesItsPulseForOneClock) {
   const std::pair<Cmd, std::uint8_t Paramc::*> pulses[] = {{kCmdRun, &Paramc::run_q},
                                                            {kCmdStop, &Paramc::stop_q},
                                                            {kCmdClearFault, &Paramc::clear_q},
-                                                           {kCmdDiscard, &Paramc::discard_q}};
+                                                           {kCmdDiscard, &Paramc::discard_q},
+                                                           {kCmdTune, &Paramc::tune_q}};
   for (const auto& [word, flop] : pulses) {
     Bench b;
+    b.in.running = true;
+    const auto high = [&] { return b.p.run_q + b.p.stop_q + b.p.clear_q + b.p.discard_q + b.p.tune_q; };
     EXPECT_EQ(b.order(word), 0);
     EXPECT_EQ(b.writes, (std::vector<Write>{{kRegCmd, word, false}}));
-    EXPECT_EQ(b.p.run_q + b.p.stop_q + b.p.clear_q + b.p.discard_q, 1);
+    EXPECT_EQ(high(), 1);
     EXPECT_EQ(b.p.*flop, 1);
     b.clock();
-    EXPECT_EQ(b.p.run_q + b.p.stop_q + b.p.clear_q + b.p.discard_q, 0);
+    EXPECT_EQ(high(), 0);
     EXPECT_EQ(b.p.staged_q, 0) << "a command is no parameter";
   }
 }
@@ -311,9 +314,10 @@ TEST(ParamcCommand, UnknownWordsAreRefused) {
   int accepted = 0;
   for (int word = 0; word < 65536; ++word) {
     Bench b;
+    b.in.running = true;
     accepted += b.write(kHoldingBase, word) == 0;
   }
-  EXPECT_EQ(accepted, 6);
+  EXPECT_EQ(accepted, 7);
 }
 
 TEST(ParamcCommand, RunIsRefusedUnlessAllowed) {
@@ -328,6 +332,44 @@ TEST(ParamcCommand, ClearIsRefusedWhileACauseIsPresent) {
   b.in.cause_present = true;
   EXPECT_EQ(b.order(kCmdClearFault), kExcDevice);
   EXPECT_EQ(b.order(kCmdStop), 0);
+}
+
+TEST(ParamcTune, NeedsHeatingInAutomaticModeAndNoWritesUnderWay) {
+  Bench b;
+  EXPECT_EQ(b.order(kCmdTune), kExcDevice) << "not heating";
+  b.in.running = true;
+  b.in.manual = true;
+  EXPECT_EQ(b.order(kCmdTune), kExcDevice) << "manual";
+  b.in.manual = false;
+  EXPECT_EQ(b.write(at(kRegKp), 1), 0);
+  EXPECT_EQ(b.order(kCmdTune), kExcBusy) << "a write waits for the tick";
+  b.in.commit = true;
+  b.clock();
+  b.in.commit = false;
+  EXPECT_EQ(b.order(kCmdHold), 0);
+  EXPECT_EQ(b.order(kCmdTune), kExcBusy) << "writes are held";
+  EXPECT_EQ(b.order(kCmdDiscard), 0);
+  b.clock();
+  EXPECT_EQ(b.order(kCmdTune), 0);
+  EXPECT_EQ(b.p.tune_q, 1);
+}
+
+TEST(ParamcTune, EveryWriteButStopIsBusyUntilItEnds) {
+  Bench b;
+  b.in.running = b.in.tuning = true;
+  for (unsigned index = 1; index < kHoldingCount; ++index)
+    EXPECT_EQ(b.write(at(static_cast<Reg>(index)), kHolding[index].reset), kExcBusy) << kHolding[index].name;
+  for (const Cmd word : {kCmdRun, kCmdClearFault, kCmdHold, kCmdCommit, kCmdDiscard, kCmdTune})
+    EXPECT_EQ(b.order(word), kExcBusy);
+  EXPECT_EQ(b.order(kCmdStop), 0);
+  EXPECT_EQ(b.p.stop_q, 1);
+}
+
+TEST(ParamcTune, ItsGainsAreStagedForTheTick) {
+  Bench b;
+  b.in.tune_wr = true;
+  b.clock();
+  EXPECT_TRUE(b.p.pending());
 }
 
 // ---- Lock
@@ -438,6 +480,15 @@ Readings some_readings() {
   r.messages = 3;
   r.sensor_errors = 4;
   r.mem_corrected = 5;
+  r.overshoot = 6;
+  r.band_time = 7;
+  r.band_error = 8;
+  r.peak = 9;
+  r.on_time = 0x000A000B;
+  r.tune_state = 12;
+  r.tune_ku = 13;
+  r.tune_tu = 14;
+  r.tune_hold = 65536 / 4;
   return r;
 }
 
@@ -472,6 +523,16 @@ TEST(ParamcRead, EveryInputRegisterShowsItsReading) {
   EXPECT_EQ(shown(kInDeviceId), kDeviceId);
   EXPECT_EQ(shown(kInVersion), kVersion);
   EXPECT_EQ(shown(kInMapCrc), kMapCrc);
+  EXPECT_EQ(shown(kInOvershoot), 6);
+  EXPECT_EQ(shown(kInBandTime), 7);
+  EXPECT_EQ(shown(kInBandError), 8);
+  EXPECT_EQ(shown(kInPeak), 9);
+  EXPECT_EQ(shown(kInOnTimeH), 10);
+  EXPECT_EQ(shown(kInOnTimeL), 11);
+  EXPECT_EQ(shown(kInAtState), 12);
+  EXPECT_EQ(shown(kInAtKu), 13);
+  EXPECT_EQ(shown(kInAtTu), 14);
+  EXPECT_EQ(shown(kInAtDuty), 2500);
   EXPECT_EQ(b.p.read(kHoldingBase + 5, b.readings, 0xBEEF), 0xBEEF) << "holding registers are MEM's";
 }
 

@@ -171,6 +171,19 @@ constexpr Point kPoints[] = {
     {"integral held", [](const Moment& m) { return m.heating() && m.now.algor.i_q != 0 && m.now.algor.i_held_q != 0; }},
     {"whole degrees while heating",
      [](const Moment& m) { return m.heating() && m.now.algor.e_q != 0 && m.now.params().bit(spec::kRegCtrl, 3); }},
+    {"droplets made up for",
+     [](const Moment& m) {
+       return m.heating() && m.now.algor.drops_q != 0 && m.param(spec::kRegFfDrop) != 0 && m.now.algor.ext_q != 0;
+     }},
+    {"relay centred", [](const Moment& m) { return m.now.atune.cycles_q == spec::kTuneAdaptCycles; }},
+    {"gains worked out", [](const Moment& m) { return m.now.atune.phase_q == chip::kTuneResults; }},
+    {"tuning finished", [](const Moment& m) { return m.now.atune.end_q == chip::kTuneFinished; }},
+    {"tuning stopped", [](const Moment& m) { return m.now.atune.end_q == chip::kTuneStopped; }},
+    {"tuning ended by time", [](const Moment& m) { return m.now.atune.stop_q != 0; }},
+    {"write refused while tuning",
+     [](const Moment& m) { return m.refused(chip::kExcBusy) && m.now.atune.tuning(); }},
+    {"error at temperature", [](const Moment& m) { return m.now.quality.error_q != 0; }},
+    {"settling time", [](const Moment& m) { return m.now.quality.band_q != 0xFFFF && m.now.quality.band_q != 0; }},
     {"hold power counted", [](const Moment& m) { return m.now.guard.hold_q != 0; }},
     {"loop break counted", [](const Moment& m) { return m.now.guard.lba_q != 0; }},
     {"at temperature", [](const Moment& m) { return m.out.at_temp; }},
@@ -347,7 +360,8 @@ void Bench::hash_pins() {
   hashed_ = in_;
   const unsigned pins = static_cast<unsigned>(in_.rst_n) | static_cast<unsigned>(in_.uart_rx) << 1 |
                         static_cast<unsigned>(in_.spi_miso) << 2 | static_cast<unsigned>(in_.heater_fb) << 3 |
-                        static_cast<unsigned>(in_.inhibit) << 4 | static_cast<unsigned>(in_.addr_strap) << 5;
+                        static_cast<unsigned>(in_.inhibit) << 4 | static_cast<unsigned>(in_.addr_strap) << 5 |
+                        static_cast<unsigned>(in_.drop) << 8;
   hash_ = (hash_ ^ pins) * 0x100000001b3U;
   hash_ = (hash_ ^ cycle_) * 0x100000001b3U;
 }
@@ -375,6 +389,7 @@ chip::Outputs Bench::clock() {
   }
   in_.rst_n = !world.reset;
   in_.inhibit = world.inhibit;
+  in_.drop = world.drop;
   in_.addr_strap = world.addr_strap;
   in_.heater_fb = world.feedback == Feedback::Follows ? out_.heater : world.feedback == Feedback::StuckHigh;
   in_.spi_miso = sensor_->step(cycle_, out_.spi_cs_n, out_.spi_sclk, out_.spi_mosi);

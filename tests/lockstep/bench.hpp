@@ -112,6 +112,7 @@ struct World {
   SpiFaults sensor{};
   Feedback feedback = Feedback::Follows;
   bool inhibit = false;
+  bool drop = false;
   bool reset = false;
   std::uint8_t addr_strap = 0;
 };

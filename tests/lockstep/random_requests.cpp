@@ -15,9 +15,9 @@ std::uint16_t chosen(Rng& rng, const Choice& choice) {
   return choice.values[rng.below(choice.values.size())];
 }
 
-constexpr std::array kCommands{spec::kCmdRun,  spec::kCmdRun,        spec::kCmdRun,
-                               spec::kCmdStop, spec::kCmdClearFault, spec::kCmdClearFault,
-                               spec::kCmdHold, spec::kCmdCommit,     spec::kCmdDiscard};
+constexpr std::array kCommands{spec::kCmdRun,        spec::kCmdRun,        spec::kCmdRun,  spec::kCmdStop,
+                               spec::kCmdClearFault, spec::kCmdClearFault, spec::kCmdHold, spec::kCmdCommit,
+                               spec::kCmdDiscard,    spec::kCmdTune};
 
 // The frame without its CRC.
 std::vector<std::uint8_t> body(const ModbusRequest& request) {

@@ -23,12 +23,13 @@ struct Chances {
         line(stream(seed, "line-noise")),
         sensor(stream(seed, "sensor-faults")),
         inhibit(stream(seed, "inhibit")),
+        drop(stream(seed, "droplets")),
         plant(stream(seed, "plant")),
         time(stream(seed, "time")),
         reset(stream(seed, "reset")),
         upset(stream(seed, "upset")),
         flip(stream(seed, "flip")) {}
-  Rng host, line, sensor, inhibit, plant, time, reset, upset, flip;
+  Rng host, line, sensor, inhibit, drop, plant, time, reset, upset, flip;
 };
 
 // ---- What the seeds are about ----------------------------------------------------------------------------
@@ -77,7 +78,9 @@ const Choices& control_choices() {
                             {kRegFbTime, {48, 200, 2000}},
                             {kRegPwmPrescale, {0, 0, 0, 1, 3}},
                             {kRegPwmPeriod, {600, 700, 100, 2, 3, 2, 37}},
-                            {kRegPwmMinOn, {0, 0, 10, 300}}};
+                            {kRegPwmMinOn, {0, 0, 10, 300}},
+                            {kRegPreset, {58, 58, 0, 256}},
+                            {kRegFfDrop, {0, 0, 3000, 65535}}};
   return list;
 }
 
@@ -104,6 +107,28 @@ const Choices& integral_choices() {
     }
     return all;
   }();
+  return list;
+}
+
+// A loop that is tuned again and again, on a head that follows the relay.
+const Choices& tuning_choices() {
+  using namespace spec;
+  static const Choices list{{kRegSetpoint, {600, 600, 600, 620}},
+                            {kRegRampUp, {0, 0, 625}},
+                            {kRegHostWd, {0}},
+                            {kRegCtrl, {0x37, 0x37, 0x33}},
+                            {kRegKp, {6208, 0, 65535}},
+                            {kRegTAmb, {250, 250, 250, 700}},
+                            {kRegDutyMax, {10000, 10000, 3000}},
+                            {kRegExcLimit, {5000}},
+                            {kRegLbaTime, {0}},
+                            {kRegHoldTime, {0}},
+                            {kRegDtdtMax, {0}},
+                            {kRegZeroRise, {0}},
+                            {kRegBadMax, {15}},
+                            {kRegSampleTimeout, {100}},
+                            {kRegFfDrop, {0, 2000}},
+                            {kRegPwmPeriod, {600}}};
   return list;
 }
 
@@ -151,6 +176,7 @@ const Choices& sensor_choices() {
   return list;
 }
 
+ModbusRequest (*const kTune)(Rng&, std::uint8_t, const Choices&) = order<spec::kCmdTune>;
 ModbusRequest (*const kRun)(Rng&, std::uint8_t, const Choices&) = order<spec::kCmdRun>;
 ModbusRequest (*const kStop)(Rng&, std::uint8_t, const Choices&) = order<spec::kCmdStop>;
 ModbusRequest (*const kClear)(Rng&, std::uint8_t, const Choices&) = order<spec::kCmdClearFault>;
@@ -162,6 +188,10 @@ const Mix& attentive_mix() {
 }
 const Mix& orderly_mix() {
   static const Mix mix{{3, kClear}, {2, kStop}, {4, kRun}, {3, set_one}, {2, read_all}};
+  return mix;
+}
+const Mix& tuning_mix() {
+  static const Mix mix{{1, kClear}, {1, kRun}, {12, kTune}, {4, set_one}, {4, read_all}};
   return mix;
 }
 const Mix& setting_mix() {
@@ -271,6 +301,14 @@ double between_limits(Rng& rng, double degc, const chip::Chip& chip) {
   }
 }
 
+// Swings through the relay's band, quickly while it is being tuned.
+double swinging(Rng& rng, double degc, const chip::Chip& chip) {
+  const double setpoint = chip.algor.sp_work_q / 64.0;
+  if (!chip.atune.tuning()) return setpoint - 1.0 + 2.0 * rng.uniform();
+  const double far = one_in(rng, 8) ? 0.25 : 0.5 + 4.0 * rng.uniform();
+  return one_in(rng, 12) ? degc : setpoint + (chip.atune.on_q != 0 ? far : -far);
+}
+
 // ---- Kinds -----------------------------------------------------------------------------------------------
 
 // In turn over the seeds.
@@ -291,6 +329,8 @@ constexpr std::array kKinds{
     Kind{sensor_choices, setting_mix, wandering, 24, 96, 4'000, 2, true, false, false, true},
     // As the second, but the host tries to keep the head working.
     Kind{control_choices, half_any_mix, between_limits, 2, 24, 4'000, 2, true, false, true, false},
+    // A head that is tuned.
+    Kind{tuning_choices, tuning_mix, swinging, 48, 96, 6'000, 1, true, false, false, false},
 };
 
 const Kind& kind_of(std::uint64_t seed) { return kKinds[seed % kKinds.size()]; }
@@ -491,6 +531,13 @@ void age(Rng& rng, Bench& bench) {
       [](chip::Chip& c) { c.guard.zero_q = 0xFFFE; },
       [](chip::Chip& c) { c.guard.at_q = 0xFFFE; },
       [](chip::Chip& c) { c.mem.corrected_q = 0xFFFE; },
+      [](chip::Chip& c) { c.atune.limit_q = spec::kTuneLimit - 1; },
+      [](chip::Chip& c) { c.algor.drops_q = 254; },
+      [](chip::Chip& c) { c.quality.since_q = 0xFFFE; },
+      [](chip::Chip& c) {
+        c.quality.clocks_q = spec::kClkHz / 10 - 2;
+        c.quality.on_q = 0xFFFFFFFF;
+      },
       [](chip::Chip& c) { c.uartc.frame.messages_q = 0xFFFE; },
       [](chip::Chip& c) { c.uartc.frame.crc_errors_q = 0xFFFE; },
       [](chip::Chip& c) { c.uartc.frame.char_errors_q = 0xFFFE; },
@@ -653,6 +700,10 @@ void befall_switch(Rng& rng, Bench& bench) {
   if (one_in(rng, 4)) bench.world.inhibit = false;
 }
 
+void befall_trigger(Rng& rng, Bench& bench) {
+  if (one_in(rng, 6)) bench.world.drop = !bench.world.drop;
+}
+
 void befall_state(Rng& rng, Bench& bench, const Kind& kind) {
   if (!one_in(rng, kind.recovers ? 2'000 : 500)) return;
   bench.poke(
@@ -671,6 +722,7 @@ void befall(Chances& chance, Bench& bench, const Kind& kind, std::size_t part) {
   befall_line(chance.line, bench, kind);
   befall_sensor(chance.sensor, bench, kind);
   befall_switch(chance.inhibit, bench);
+  befall_trigger(chance.drop, bench);
   befall_state(chance.upset, bench, kind);
   if (kind.any_sensor && one_in(chance.sensor, 12)) {
     const Settings settings = sensor_settings(chance.sensor, part);

@@ -14,6 +14,8 @@
 #include <random>
 #include <string>
 
+#include "tests/motion/profile_cases.hpp"
+
 namespace meltstage::motion {
 namespace {
 
@@ -27,54 +29,6 @@ std::string error_of(const std::function<void()>& action) {
     return error.what();
   }
   return "";
-}
-
-/// Largest violation of what a profile promises, relative to the limit or the distance concerned.
-struct Violations {
-  double limits = 0.0, continuity = 0.0, end = 0.0;
-};
-
-/// Ends of the segments are where a profile of constant jerks has its extremes; the middles are looked at as
-/// well.
-Violations violations_of(const Scurve& curve, const ScurveLimits& limits, double distance_mm,
-                         double start_velocity, double end_velocity) {
-  Violations found;
-  const double total_s = std::accumulate(curve.durations_s.begin(), curve.durations_s.end(), 0.0);
-  const auto worse = [](double& worst, double value) {
-    worst = std::isnan(value) ? 1e9 : std::max(worst, value);
-  };
-  const auto check_limits = [&](const MotionState& state) {
-    worse(found.limits, state.velocity_mm_s / limits.velocity_mm_s - 1.0);
-    worse(found.limits, -state.velocity_mm_s / limits.velocity_mm_s);
-    worse(found.limits, state.acceleration_mm_s2 / limits.acceleration_mm_s2 - 1.0);
-    worse(found.limits, -state.acceleration_mm_s2 / limits.deceleration_mm_s2 - 1.0);
-  };
-  const double scale_mm = std::max(distance_mm, 1e-6);
-  const auto difference = [&](const MotionState& a, const MotionState& b) {
-    return std::max({std::abs(a.position_mm - b.position_mm) / scale_mm,
-                     std::abs(a.velocity_mm_s - b.velocity_mm_s) / limits.velocity_mm_s,
-                     std::abs(a.acceleration_mm_s2 - b.acceleration_mm_s2) /
-                         std::max(limits.acceleration_mm_s2, limits.deceleration_mm_s2)});
-  };
-  for (std::size_t i = 0; i < 7; ++i) {
-    const MotionState& start = curve.starts[i];
-    const double t = curve.durations_s[i], j = start.jerk_mm_s3, a = start.acceleration_mm_s2,
-                 v = start.velocity_mm_s;
-    worse(found.limits, -t);
-    const MotionState stop = {start.position_mm + v * t + a * t * t / 2 + j * t * t * t / 6,
-                              v + a * t + j * t * t / 2, a + j * t, j};
-    check_limits(start);
-    check_limits(stop);
-    check_limits(curve.sample(curve.start_times_s[i] + 0.5 * t));
-    worse(found.continuity, difference(stop, i == 6 ? curve.end : curve.starts[i + 1]));
-  }
-  const std::array jerks = {limits.jerk1_mm_s3, 0.0, limits.jerk3_mm_s3, 0.0,
-                            limits.jerk5_mm_s3, 0.0, limits.jerk7_mm_s3};
-  for (std::size_t i = 0; i < 7; ++i) worse(found.limits, std::abs(curve.starts[i].jerk_mm_s3) - jerks[i]);
-  worse(found.end, difference(curve.sample(0.0), {0.0, start_velocity, 0.0, 0.0}));
-  worse(found.end, difference(curve.sample(total_s), {distance_mm, end_velocity, 0.0, 0.0}));
-  worse(found.end, std::abs(curve.duration_s - total_s));
-  return found;
 }
 
 // ---- golden values: durations of independent planners, see docs of each case ----
@@ -169,60 +123,57 @@ TEST(Scurve, TimeAtIsTheInverseOfTheSample) {
 
 // ---- properties ----
 
-struct RandomTask {
-  ScurveLimits limits;
-  double distance_mm, start_velocity, end_velocity;
-};
-
-/// Limits, speeds and distances over several decades, so that every combination of degenerate segments comes
-/// up.
-RandomTask random_task(std::mt19937_64& random) {
-  const auto spread = [&](double low, double high) {
-    return low * std::pow(high / low, static_cast<double>(random() >> 11) * 0x1p-53);
-  };
-  RandomTask task;
-  task.limits = {spread(1, 1000),  spread(10, 2e4),  spread(10, 2e4), spread(1e2, 1e7),
-                 spread(1e2, 1e7), spread(1e2, 1e7), spread(1e2, 1e7)};
-  task.distance_mm = spread(1e-4, 1e4);
-  const bool from_rest = random() % 2 == 0, to_rest = random() % 2 == 0;
-  task.start_velocity = from_rest ? 0.0 : task.limits.velocity_mm_s * spread(1e-4, 1.0);
-  task.end_velocity = to_rest ? 0.0 : task.limits.velocity_mm_s * spread(1e-4, 1.0);
-  return task;
+TEST(ScurveProperty, TwoHundredThousandProfilesKeepLimitsContinuityAndEnd) {
+  std::mt19937_64 random(20240901);
+  ScurveSeen seen;
+  for (int i = 0; i < 200'000; ++i) ASSERT_EQ(scurve_case(random, seen), "") << "case " << i;
+  for (const std::uint64_t count :
+       {seen.cruise, seen.no_cruise, seen.hold_both, seen.hold_one, seen.hold_none, seen.refused})
+    EXPECT_GT(count, 1000U);
 }
 
-/// What the randomly drawn tasks must all have met at least once, or the property says little.
-struct Seen {
-  int cruise = 0, no_cruise = 0, hold_both = 0, hold_one = 0, hold_none = 0, refused = 0;
-};
+TEST(ScurveProperty, SymmetricProfilesLastAsLongAsTheTextbookOptimum) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 100'000; ++i) ASSERT_EQ(symmetric_case(random), "") << "case " << i;
+}
 
-TEST(ScurveProperty, HundredThousandProfilesKeepLimitsContinuityAndEnd) {
-  std::mt19937_64 random(20240901);
-  Seen seen;
-  for (int i = 0; i < 100'000; ++i) {
-    const auto [limits, distance_mm, start_velocity, end_velocity] = random_task(random);
-    Scurve curve;
-    try {
-      curve = plan_scurve(limits, distance_mm, start_velocity, end_velocity);
-    } catch (const MotionError& error) {
-      ASSERT_THAT(error.what(), StartsWith("distance: found "));
-      ++seen.refused;
-      continue;
-    }
-    const Violations worst = violations_of(curve, limits, distance_mm, start_velocity, end_velocity);
-    ASSERT_LE(worst.limits, 1e-12) << "case " << i;
-    ASSERT_LE(worst.continuity, 1e-9) << "case " << i;
-    ASSERT_LE(worst.end, 1e-9) << "case " << i;
-    // Time-optimal: the speed limit is reached, or there is no time at constant speed.
-    const double peak = curve.starts[3].velocity_mm_s;
-    const bool at_limit = peak >= limits.velocity_mm_s * (1.0 - 1e-12);
-    ASSERT_TRUE(at_limit || curve.durations_s[3] * peak <= 1e-9 * distance_mm) << "case " << i;
-    ++(at_limit ? seen.cruise : seen.no_cruise);
-    const int holds = (curve.durations_s[1] > 0.0) + (curve.durations_s[5] > 0.0);
-    ++(holds == 2 ? seen.hold_both : holds == 1 ? seen.hold_one : seen.hold_none);
+TEST(ScurveProperty, RoundedToCyclesKeepsLimitsAndDistance) {
+  std::mt19937_64 random(6);
+  for (int i = 0; i < 50'000; ++i) ASSERT_EQ(rounded_case(random), "") << "case " << i;
+}
+
+TEST(MoveProperty, SynchronizedAxesKeepTheirLimitsAndArriveTogether) {
+  std::mt19937_64 random(8);
+  for (int i = 0; i < 50'000; ++i) ASSERT_EQ(synchronized_case(random), "") << "case " << i;
+}
+
+// ---- the checks themselves see what is wrong ----
+
+TEST(ProfileChecks, SeeASpeedAnAccelerationAndAJerkAboveTheLimit) {
+  const ScurveLimits limits = asymmetric_limits(400, 4000, 3000, 4e5, 1e5);
+  const Scurve curve = plan_scurve(limits, 200.0);
+  EXPECT_LE(violations_of(curve, limits, 200.0, 0.0, 0.0).limits, 1e-12);
+  for (double ScurveLimits::*limit :
+       {&ScurveLimits::velocity_mm_s, &ScurveLimits::acceleration_mm_s2, &ScurveLimits::deceleration_mm_s2,
+        &ScurveLimits::jerk1_mm_s3, &ScurveLimits::jerk3_mm_s3, &ScurveLimits::jerk5_mm_s3,
+        &ScurveLimits::jerk7_mm_s3}) {
+    ScurveLimits lower = limits;
+    lower.*limit *= 1.0 - 1e-9;
+    EXPECT_GT(violations_of(curve, lower, 200.0, 0.0, 0.0).limits, 5e-10);
+    EXPECT_GT(violations_of(JerkProfile(curve), lower, {}, 200.0, lower.velocity_mm_s).limits, 5e-10);
   }
-  for (const int count :
-       {seen.cruise, seen.no_cruise, seen.hold_both, seen.hold_one, seen.hold_none, seen.refused})
-    EXPECT_GT(count, 1000);
+}
+
+TEST(ProfileChecks, SeeAJumpAndAWrongEnd) {
+  const ScurveLimits limits = asymmetric_limits(400, 4000, 3000, 4e5, 1e5);
+  const Scurve good = plan_scurve(limits, 200.0);
+  Scurve jump = good, wrong_end = good;
+  jump.starts[3].velocity_mm_s *= 1.0 + 1e-8;
+  EXPECT_GT(violations_of(jump, limits, 200.0, 0.0, 0.0).continuity, 1e-9);
+  EXPECT_GT(violations_of(JerkProfile(jump), limits, {}, 200.0, 401.0).continuity, 1e-9);
+  wrong_end.end.position_mm += 1e-6;
+  EXPECT_GT(violations_of(wrong_end, limits, 200.0, 0.0, 0.0).end, 1e-9);
+  EXPECT_GT(violations_of(JerkProfile(wrong_end), limits, {}, 200.0, 400.0).end, 1e-9);
 }
 
 RC_GTEST_PROP(ScurveProperty, ReversedInTimeTakesAsLong, ()) {
@@ -241,30 +192,19 @@ RC_GTEST_PROP(ScurveProperty, ReversedInTimeTakesAsLong, ()) {
   RC_ASSERT(std::abs(forward_s - backward_s) <= 1e-9 * forward_s);
 }
 
-RC_GTEST_PROP(ScurveProperty, StopFromAnyMomentKeepsTheLimitsAndNeverPassesTheTarget, ()) {
-  std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
-  const auto [limits, distance_mm, start_velocity, end_velocity] = random_task(random);
-  const Scurve curve = plan_scurve(limits, distance_mm);
-  const double time_s = curve.duration_s * *rc::gen::inRange(0, 1001) / 1000.0;
-  const MotionState state = curve.sample(time_s);
-  const Scurve stop = plan_stop(limits, state);
-  RC_ASSERT(state.position_mm + stop.end.position_mm <= distance_mm * (1.0 + 1e-9));
-  RC_ASSERT(time_s + stop.duration_s <= curve.duration_s * (1.0 + 1e-6));
-  const MotionState first = stop.sample(0.0), last = stop.sample(stop.duration_s * (1.0 - 1e-12));
-  RC_ASSERT(std::abs(first.velocity_mm_s - state.velocity_mm_s) <= 1e-9 * limits.velocity_mm_s);
-  RC_ASSERT(std::abs(last.velocity_mm_s) <= 1e-6 * limits.velocity_mm_s);
-  for (int i = 0; i <= 100; ++i) {
-    const MotionState now = stop.sample(stop.duration_s * i / 100.0);
-    RC_ASSERT(now.velocity_mm_s <= limits.velocity_mm_s * (1.0 + 1e-9));
-    RC_ASSERT(now.velocity_mm_s >= -1e-9 * limits.velocity_mm_s);
-    RC_ASSERT(-now.acceleration_mm_s2 <= limits.deceleration_mm_s2 * (1.0 + 1e-9));
-  }
+TEST(Scurve, StretchedTakesTheFactorLongerToTheSameEnd) {
+  const Scurve curve = plan_scurve(gentle_stop, 50.0);
+  const Scurve slow = stretched(curve, 1.5);
+  EXPECT_DOUBLE_EQ(slow.duration_s, 1.5 * curve.duration_s);
+  EXPECT_EQ(slow.end.position_mm, 50.0);
+  EXPECT_NEAR(slow.sample(0.15).position_mm, curve.sample(0.1).position_mm, 1e-12);
 }
 
-TEST(Stop, FromConstantSpeedIsThePlannedDeceleration) {
-  const Scurve planned = plan_scurve(gentle_stop, 200.0);
-  const Scurve stop = plan_stop(gentle_stop, {50.0, 400.0, 0.0, 0.0});
-  for (const std::size_t i : {4, 5, 6}) EXPECT_NEAR(stop.durations_s[i], planned.durations_s[i], 1e-15);
+TEST(Scurve, RoundedToCyclesRefusesAMoveThatDoesNotBeginAtRest) {
+  EXPECT_THAT(error_of([] { round_to_cycles(plan_scurve(gentle_stop, 50.0, 10.0, 0.0), 1e-3); }),
+              StartsWith("servo cycles: found a profile from 10 to 0 mm/s"));
+  EXPECT_THAT(error_of([] { round_to_cycles(plan_scurve(gentle_stop, 50.0), 0.0); }),
+              StartsWith("servo cycle: found 0 s"));
 }
 
 // ---- what is refused ----

@@ -312,6 +312,56 @@ RC_GTEST_PROP(EmergencyStopProperty, PinsAndReadBackAgreeFromAnyMoment, ()) {
   }
 }
 
+// ---- feed hold ----
+
+TEST(FeedHold, StopsOnTheLineAndResumesToTheTarget) {
+  Stage stage{StageConfig{}};
+  const Eigen::Vector3d target(40.0, 10.0, 0.0);
+  const auto planned_end = stage.move_to(target, 0);
+  PinCounter counter;
+  const std::uint64_t hold_cycle = planned_end / 3;  // in time to stop short of the target
+  stage.run_until(hold_cycle, std::ref(counter));
+  const auto held_at = stage.feed_hold(hold_cycle);
+  stage.run_until(held_at, std::ref(counter));
+  EXPECT_FALSE(stage.held());
+  EXPECT_FALSE(stage.moving(held_at));
+  EXPECT_NEAR(stage.position_mm().y() / stage.position_mm().x(), 0.25, 1e-4);
+  EXPECT_LT(stage.position_mm().x(), 40.0);
+  const auto end = stage.resume(held_at + 1000);
+  stage.run_until(end, std::ref(counter));
+  EXPECT_EQ(stage.position_pulses(), (std::array<std::int64_t, 3>{40'000, 20'000, 0}));
+  EXPECT_EQ(counter.position_, stage.position_pulses());
+}
+
+TEST(FeedHold, TwiceRemembersTheSameTarget) {
+  Stage stage{StageConfig{}};
+  const auto planned_end = stage.move_to({40.0, 0.0, 0.0}, 0);
+  stage.run_until(planned_end / 2, [](const StageEvent&) {});
+  const auto held_at = stage.feed_hold(planned_end / 2);
+  stage.run_until(planned_end / 2 + 10, [](const StageEvent&) {});
+  EXPECT_EQ(stage.feed_hold(planned_end / 2 + 10), held_at);
+  stage.run_until(held_at, [](const StageEvent&) {});
+  stage.run_until(stage.resume(held_at), [](const StageEvent&) {});
+  EXPECT_EQ(stage.position_pulses()[0], 40'000);
+}
+
+TEST(FeedHold, AtRestDoesNothingAndThereIsNothingToResume) {
+  Stage stage{StageConfig{}};
+  EXPECT_EQ(stage.feed_hold(42), 42U);
+  EXPECT_EQ(stage.resume(50), 50U);
+}
+
+TEST(FeedHold, AnEmergencyStopForgetsTheTarget) {
+  Stage stage{StageConfig{}};
+  const auto planned_end = stage.move_to({40.0, 0.0, 0.0}, 0);
+  stage.run_until(planned_end / 2, [](const StageEvent&) {});
+  const auto held_at = stage.feed_hold(planned_end / 2);
+  stage.run_until(held_at, [](const StageEvent&) {});
+  stage.emergency_stop(held_at);
+  stage.release();
+  EXPECT_EQ(stage.resume(held_at + 10), held_at + 10);
+}
+
 // ---- what is refused ----
 
 TEST(Stage, RefusesATargetOutOfTravel) {

@@ -13,9 +13,9 @@
 
 namespace meltstage::tb {
 
-// Bits from the highest: inhibit, heater_fb, spi_miso, addr_strap[2:0], uart_rx, rst_n.
-inline std::uint8_t pack(const chip::Inputs& in) {
-  return static_cast<std::uint8_t>(in.inhibit << 7 | in.heater_fb << 6 | in.spi_miso << 5 | (in.addr_strap & 7) << 2 |
+// Bits from the highest: drop, inhibit, heater_fb, spi_miso, addr_strap[2:0], uart_rx, rst_n.
+inline std::uint16_t pack(const chip::Inputs& in) {
+  return static_cast<std::uint16_t>(in.drop << 8 | in.inhibit << 7 | in.heater_fb << 6 | in.spi_miso << 5 | (in.addr_strap & 7) << 2 |
                                    in.uart_rx << 1 | in.rst_n << 0);
 }
 
@@ -26,8 +26,9 @@ inline std::uint16_t pack(const chip::Outputs& out) {
                                     out.uart_de << 1 | out.uart_tx << 0);
 }
 
-inline chip::Inputs unpack_inputs(std::uint8_t pins) {
+inline chip::Inputs unpack_inputs(std::uint16_t pins) {
   chip::Inputs in;
+  in.drop = (pins >> 8 & 1) != 0;
   in.inhibit = (pins >> 7 & 1) != 0;
   in.heater_fb = (pins >> 6 & 1) != 0;
   in.spi_miso = (pins >> 5 & 1) != 0;
@@ -55,7 +56,7 @@ inline chip::Outputs unpack_outputs(std::uint16_t pins) {
 // So many clocks with these input pins, after each of which the output pins were these.
 struct Stretch {
   std::uint64_t clocks;
-  std::uint8_t in;
+  std::uint16_t in;
   std::uint16_t out;
 };
 
@@ -65,7 +66,7 @@ inline std::vector<Stretch> read_recording(const std::filesystem::path& path) {
   std::vector<Stretch> recording;
   std::string clocks, in, out;
   while (file >> clocks >> in >> out) {
-    recording.push_back({std::stoull(clocks), static_cast<std::uint8_t>(std::stoul(in, nullptr, 2)),
+    recording.push_back({std::stoull(clocks), static_cast<std::uint16_t>(std::stoul(in, nullptr, 2)),
                          static_cast<std::uint16_t>(std::stoul(out, nullptr, 2))});
   }
   if (recording.empty()) {

@@ -11,7 +11,8 @@
 namespace meltstage::tb {
 
 template <class Top>
-void set_pins(Top& top, std::uint8_t in) {
+void set_pins(Top& top, std::uint16_t in) {
+  top.drop_i = in >> 8 & 1;
   top.inhibit_i = in >> 7 & 1;
   top.heater_fb_i = in >> 6 & 1;
   top.spi_miso_i = in >> 5 & 1;

@@ -80,18 +80,29 @@ Words<typename WordOf<B>::Word> clock(const Words<typename WordOf<B>::Word>& bef
   words.emplace("segment_o", W::template word<2>(q.segment_q.stored()));
   words.emplace("i_held_o", W::template word<1>(q.i_held_q.stored()));
   words.emplace("hold_limit_o", W::template word<18>(q.hold_q.stored()));
+  words.emplace("target_o", W::template word<16>(q.target_q.stored()));
+  words.emplace("amb_o", W::template word<16>(q.amb_q.stored()));
+  words.emplace("duty_max_o", W::template word<17>(q.duty_max_q.stored()));
   words.emplace("term_p_o", W::word(kernel::term_p(q)));
   words.emplace("term_i_o", W::word(kernel::term_i(q)));
   words.emplace("term_d_o", W::word(kernel::term_d(q)));
 
   const auto pv = W::template stored<std::int16_t, 16>(before.at("pv_i"));
+  const auto duty = [&](const char* name) {
+    return Int<B, 18>(
+        B::template load<std::uint32_t, 17>(W::template stored<std::uint32_t, 17>(before.at(name))));
+  };
   const kernel::Pins<B, decltype(params)> pins{.params = params,
                                                .start = W::condition(before.at("start_i")),
                                                .sample_ok = W::condition(before.at("sample_ok_i")),
                                                .run = W::condition(before.at("run_i")),
                                                .at_temp = W::condition(before.at("at_temp_i")),
                                                .ms = W::condition(before.at("ms_i")),
-                                               .pv = Int<B, 16>(pv)};
+                                               .pv = Int<B, 16>(pv),
+                                               .drop = W::condition(before.at("drop_i")),
+                                               .tuning = W::condition(before.at("tuning_i")),
+                                               .tune_duty = duty("tune_duty_i"),
+                                               .tune_hold = duty("tune_hold_i")};
   const auto idle = kernel::idle(q, pins);
   kernel::clock(q, pins);
 #define TC_GIVE(type, name, width, reset)                       \

@@ -54,6 +54,7 @@ Bench::Bench(const sc_core::sc_module_name& name)
     module.spi_miso_i(spi_miso_);
     module.heater_fb_i(heater_fb_);
     module.inhibit_i(inhibit_);
+    module.drop_i(drop_);
     bind(module, out);
   };
   connect(model.pins, of_model_);
@@ -69,6 +70,7 @@ void Bench::reset() {
   devices_.emplace();
   cycle_ = kPoweredClocks;
   inhibit_.write(false);
+  drop_.write(false);
   rst_n_.write(true);  // so that a falling edge follows: reset acts without a clock
   settle();
   rst_n_.write(false);

@@ -53,6 +53,7 @@ class Bench : public sc_core::sc_module {
   // Lets changes of the input pins act without a clock, and compares.
   void settle();
   void set_inhibit(bool pressed) { inhibit_.write(pressed); }
+  void set_drop(bool high) { drop_.write(high); }
   void set_reset(bool asserted) { rst_n_.write(!asserted); }
 
   // Since reset(): how often all output pins were compared, and edges of heater_o.
@@ -75,7 +76,7 @@ class Bench : public sc_core::sc_module {
   TcRtl rtl_{"rtl"};
   sc_core::sc_clock clk_;
   sc_core::sc_signal<bool> rst_n_{"rst_n"}, uart_rx_{"uart_rx", true}, spi_miso_{"spi_miso"},
-      heater_fb_{"heater_fb"}, inhibit_{"inhibit"};
+      heater_fb_{"heater_fb"}, inhibit_{"inhibit"}, drop_{"drop"};
   sc_core::sc_signal<sc_dt::sc_uint<3>> addr_strap_{"addr_strap"};
   PinsOut of_model_, of_rtl_;
   std::optional<Devices> devices_;

@@ -117,8 +117,10 @@ std::string compare_clock(Words& words, unsigned step, Params& p, SystemcParams&
     p.value[reg] = static_cast<std::uint16_t>(words.word(16));
     sc_p[reg] = p.value[reg];
   }
-  const std::uint64_t pins = words.below(32);
+  const std::uint64_t pins = words.below(128);
   const auto pv = static_cast<std::int16_t>(words.word(16));
+  const auto tune_duty = static_cast<std::uint32_t>(words.word(17));
+  const auto tune_hold = static_cast<std::uint32_t>(words.word(17));
   const auto pin = [&](unsigned i) { return (pins >> i & 1) != 0; };
 
   const algor_kernel::Pins<SystemcBits, SystemcParams> in{.params = sc_p,
@@ -127,7 +129,11 @@ std::string compare_clock(Words& words, unsigned step, Params& p, SystemcParams&
                                                           .run = pin(2),
                                                           .at_temp = pin(3),
                                                           .ms = pin(4),
-                                                          .pv = Int<SystemcBits, 16>(pv)};
+                                                          .pv = Int<SystemcBits, 16>(pv),
+                                                          .drop = pin(5),
+                                                          .tuning = pin(6),
+                                                          .tune_duty = Int<SystemcBits, 18>(tune_duty),
+                                                          .tune_hold = Int<SystemcBits, 18>(tune_hold)};
   auto q = algor_kernel::flops_of<SystemcBits>(systemc);
   algor_kernel::clock(q, in);
   plain.step({.params = p,
@@ -136,7 +142,11 @@ std::string compare_clock(Words& words, unsigned step, Params& p, SystemcParams&
               .run = pin(2),
               .at_temp = pin(3),
               .ms = pin(4),
-              .pv = pv});
+              .pv = pv,
+              .drop = pin(5),
+              .tuning = pin(6),
+              .tune_duty = tune_duty,
+              .tune_hold = tune_hold});
 
   std::string different;
 #define TC_COMPARE(type, name, width, reset) \

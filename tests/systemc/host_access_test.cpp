@@ -245,7 +245,7 @@ TEST_F(HostAccessAlone, AnEmptyOrTooLongAccessIsAValueError) {
 
 TEST_F(HostAccessAlone, ARefusedReadLeavesTheBuffer) {
   std::vector<std::uint16_t> out(2, 0xEEEE);
-  EXPECT_EQ(host_read(chip, kInMapCrc, out), kExcAddress);
+  EXPECT_EQ(host_read(chip, kInputCount - 1, out), kExcAddress);
   EXPECT_EQ(out, std::vector<std::uint16_t>(2, 0xEEEE));
 }
 

@@ -33,7 +33,7 @@ class Pins : public testing::Test {
 };
 
 TEST_F(Pins, EqualFromCommandToHeating) {
-  const tb::ModbusResult inputs = bench.ask(tb::read_input_registers(1, 0, chip::spec::kInputCount));
+  const tb::ModbusResult inputs = bench.ask(tb::read_input_registers(1, 0, 32));
   ASSERT_EQ(inputs.outcome, tb::ModbusOutcome::Data) << inputs.problem;
   EXPECT_EQ(inputs.registers[chip::spec::kInDeviceId], chip::spec::kDeviceId);
   start_heating();

@@ -113,7 +113,7 @@ TEST_F(Tlm, OneBadValueRefusesTheWholeWrite) {
 
 TEST_F(Tlm, AWriteOutsideTheHoldingRegistersIsAnAddressError) {
   EXPECT_EQ(write(kInStatus, {1}), tlm::TLM_ADDRESS_ERROR_RESPONSE);
-  EXPECT_EQ(write(at(kRegFormat), {0, 0}), tlm::TLM_ADDRESS_ERROR_RESPONSE);
+  EXPECT_EQ(write(at(static_cast<Reg>(kHoldingCount - 1)), {0, 0}), tlm::TLM_ADDRESS_ERROR_RESPONSE);
   EXPECT_EQ(bench.model.exception(), chip::kExcAddress);
 }
 
@@ -130,7 +130,7 @@ TEST_F(Tlm, AnAddressOutsideTheMapOrOddIsAnAddressError) {
 
 TEST_F(Tlm, AReadPastTheEndIsAnAddressErrorAndLeavesTheData) {
   std::vector<unsigned char> bytes(4, 0xEE);
-  Payload p(tlm::TLM_READ_COMMAND, kInMapCrc, bytes);
+  Payload p(tlm::TLM_READ_COMMAND, kInputCount - 1, bytes);
   EXPECT_EQ(send(p), tlm::TLM_ADDRESS_ERROR_RESPONSE);
   EXPECT_THAT(bytes, testing::Each(0xEE));
 }
@@ -200,7 +200,7 @@ TEST_F(Tlm, DebugReadsWithoutBeingAMessage) {
 
 TEST_F(Tlm, DebugEndsWithTheMapAndWritesNothing) {
   std::vector<unsigned char> bytes(8);
-  Payload end(tlm::TLM_READ_COMMAND, kInVersion, bytes);
+  Payload end(tlm::TLM_READ_COMMAND, kInputCount - 2, bytes);
   EXPECT_EQ(bench.socket->transport_dbg(end), 4u);
   Payload write(tlm::TLM_WRITE_COMMAND, at(kRegSetpoint), bytes);
   EXPECT_EQ(bench.socket->transport_dbg(write), 0u);

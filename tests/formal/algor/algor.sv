@@ -14,7 +14,11 @@ module formal_algor (
   input logic               run_i,
   input logic               at_temp_i,
   input logic               ms_i,
-  input logic signed [15:0] pv_i
+  input logic signed [15:0] pv_i,
+  input logic               drop_i,
+  input logic               tuning_i,
+  input logic [16:0]        tune_duty_i,
+  input logic [16:0]        tune_hold_i
 );
 
   logic started_q = 1'b0;
@@ -30,9 +34,9 @@ module formal_algor (
   logic signed [17:0] term_p, term_i, term_d;
 
   tc_algor u_algor (
-    .clk_i, .rst_ni, .params_i, .start_i, .sample_ok_i, .run_i, .at_temp_i, .ms_i, .pv_i,
+    .clk_i, .rst_ni, .params_i, .start_i, .sample_ok_i, .run_i, .at_temp_i, .ms_i, .pv_i, .drop_i, .tuning_i, .tune_duty_i, .tune_hold_i,
     .done_o(done), .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .limited_o(limited), .segment_o(segment),
-    .i_held_o(i_held), .hold_limit_o(hold_limit), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d)
+    .i_held_o(i_held), .hold_limit_o(hold_limit), .target_o(), .amb_o(), .duty_max_o(), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d)
   );
 
   `TC_ASSERT_SETUP
@@ -41,7 +45,7 @@ module formal_algor (
   logic        start_q, ok_q;
   logic [3:0]  since_q;              // clocks since a start was taken, 15: none in work
   logic        idle;
-  assign idle = since_q == 4'd15 || since_q == 4'd12;
+  assign idle = since_q == 4'd15 || since_q == 4'd14;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       duty_q  <= 17'd0;
@@ -56,15 +60,15 @@ module formal_algor (
     end
   end
 
-  `TC_ASSERT(FormalAlgorHoldLimit_A, hold_limit <= 18'd131072)
+  `TC_ASSERT(FormalAlgorHoldLimit_A, hold_limit <= 18'd196608)
   // P12 (0 <= integral <= DUTY_MAX, duty <= DUTY_MAX after each computation) stands in the RTL.
   `TC_ASSERT(FormalAlgorTermIInRange_A, term_i >= 18'sd0 && term_i <= 18'sd65536)
   // The duty moves only with a result or a stop; a refused sample keeps it and answers at once.
   `TC_ASSERT_IF(FormalAlgorDutyHolds_A, !done && duty != 17'd0, duty == duty_q)
   `TC_ASSERT_IF(FormalAlgorRefused_A, start_q && !ok_q, done && (duty == duty_q || duty == 17'd0))
-  // Every start is answered, thirteen clocks later (liveness as a bound); nothing is answered that was not asked.
-  `TC_ASSERT_IF(FormalAlgorAnswers_A, since_q == 4'd12, done)
-  `TC_ASSERT_IF(FormalAlgorDoneHasStart_A, done, (start_q && !ok_q) || since_q == 4'd12)
+  // Every start is answered, fifteen clocks later (liveness as a bound); nothing is answered that was not asked.
+  `TC_ASSERT_IF(FormalAlgorAnswers_A, since_q == 4'd14, done)
+  `TC_ASSERT_IF(FormalAlgorDoneHasStart_A, done, (start_q && !ok_q) || since_q == 4'd14)
   // A stopped loop shows no duty and no segment.
   `TC_ASSERT_NEXT(FormalAlgorStopped_A, !run_i, duty == 17'd0 && term_i == 18'sd0 && segment == 2'd0)
   `TC_ASSERT_NEXT(FormalAlgorManualNoIntegral_A, params_i.mode[0], term_i == 18'sd0)

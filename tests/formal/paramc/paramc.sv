@@ -24,6 +24,9 @@ module formal_paramc (
   input logic        running_i,
   input logic        run_allowed_i,
   input logic        cause_present_i,
+  input logic        manual_i,
+  input logic        tuning_i,
+  input logic        tune_wr_i,
   input logic        sens_done_i,
   input logic        algor_done_i,
   input logic        rd_busy_i,
@@ -35,8 +38,8 @@ module formal_paramc (
   logic rst_ni;
   assign rst_ni = started_q && !reset_i;
 
-  // ---- UARTC's side: a command stays as it is until the clock after cmd_done. LOCK and T_MAX stay while it is in hand.
-  logic        valid_q, broadcast_q;
+  // ---- UARTC's side: a command stays as it is until the clock after cmd_done. LOCK, T_MAX and tuning stay while it is in hand.
+  logic        valid_q, broadcast_q, tuning_q;
   logic [7:0]  fc_q, count_q;
   logic [8:0]  len_q;
   logic [15:0] a_q, b_q, watched_word_q, t_max_q, lock_q;
@@ -55,6 +58,7 @@ module formal_paramc (
       watched_word_q <= 16'd0;
       t_max_q        <= 16'd0;
       lock_q         <= 16'd0;
+      tuning_q       <= 1'b0;
     end else if (!valid_q) begin
       valid_q        <= cmd_start_i;
       broadcast_q    <= cmd_broadcast_i;
@@ -67,6 +71,7 @@ module formal_paramc (
       watched_word_q <= watched_word_i;
       t_max_q        <= t_max_staged_i;
       lock_q         <= lock_i;
+      tuning_q       <= tuning_i;
     end else if (cmd_done) begin
       valid_q        <= 1'b0;
     end
@@ -74,7 +79,7 @@ module formal_paramc (
 
   logic [4:0]  state;
   logic        decode, extract, write, commit, tick, sens_start, display, tlm_start, algor_start, pwm_load, illegal, overrun;
-  logic        ms, tenth, decoded, writes, last, pending, store, discard, run, stop, clear;
+  logic        ms, tenth, decoded, writes, last, pending, store, discard, run, stop, clear, tune;
   logic [3:0]  word_index;
   logic [2:0]  rsp_kind;
   logic [7:0]  rsp_exc;
@@ -96,12 +101,15 @@ module formal_paramc (
     .cmd_broadcast_i(broadcast_q), .cmd_fc_i(fc_q), .cmd_a_i(a_q), .cmd_b_i(b_q), .cmd_count_i(count_q), .cmd_len_i(len_q),
     .cmd_word_index_o(word_index), .cmd_word_i(word), .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
     .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .t_max_staged_i(t_max_q), .lock_i(lock_q),
-    .running_i, .run_allowed_i, .cause_present_i, .run_o(run), .stop_o(stop), .clear_o(clear),
+    .running_i, .run_allowed_i, .cause_present_i, .manual_i, .run_o(run), .stop_o(stop), .clear_o(clear),
+    .tuning_i(tuning_q), .tune_wr_i, .tune_o(tune),
     .rd_addr_i, .rd_data_o(rd_data), .mem_rd_index_o(mem_index), .mem_rd_data_i(16'd0), .rd_busy_i,
     .pv_valid_i(1'b0), .pv_i(16'd0), .slope_i(16'd0), .sp_work_i(16'd0), .duty_i(17'd0), .term_p_i(18'd0), .term_i_i(18'd0),
     .term_d_i(18'd0), .raw_i(32'd0), .samples_i(16'd0), .status_i(16'd0), .fault_i(15'd0), .cause_i(15'd0),
     .first_fault_i(4'd0), .state_i(state), .wd_left_i(16'd0), .crc_errors_i(16'd0), .char_errors_i(16'd0),
-    .messages_i(16'd0), .sensor_errors_i(16'd0), .mem_corrected_i(16'd0)
+    .messages_i(16'd0), .sensor_errors_i(16'd0), .mem_corrected_i(16'd0),
+    .overshoot_i(16'd0), .band_time_i(16'd0), .band_error_i(16'd0), .peak_i(16'd0), .on_time_i(32'd0), .tune_state_i(16'd0),
+    .tune_ku_i(16'd0), .tune_tu_i(16'd0), .tune_hold_i(17'd0)
   );
 
   `TC_ASSERT_SETUP
@@ -134,19 +142,22 @@ module formal_paramc (
   endfunction
 
   // What an accepted parameter satisfies: x in register r.
-  function automatic logic sound(input logic [5:0] r, input logic [15:0] x, input logic locked, input logic [15:0] t_max);
+  function automatic logic sound(input logic [5:0] r, input logic [15:0] x, input logic locked, input logic tuning,
+                                 input logic [15:0] t_max);
     logic [15:0] limit;
     limit = t_max - 16'd50;
-    sound = (r == 6'd0 ? x == 16'h0000 || x == 16'hA501 || x == 16'hA5F0 || x == 16'hA5B0 || x == 16'hA5C0 || x == 16'hA5D0
+    sound = (r == 6'd0 ? x == 16'h0000 || x == 16'hA501 || x == 16'hA5F0 || x == 16'hA5B0 || x == 16'hA5C0 || x == 16'hA5D0 ||
+                         x == 16'hA5A7
                        : in_range(r, x)) &&
             (r != tc_pkg::RegSetpoint || $signed(x) <= $signed(limit)) &&
-            (!locked || (x == 16'd0 && (r == tc_pkg::RegLock || r == 6'd0)));
+            (!locked || (x == 16'd0 && (r == tc_pkg::RegLock || r == 6'd0))) && (!tuning || (x == 16'd0 && r == 6'd0));
   endfunction
   logic        sound_now;
   logic [15:0] setpoint_limit;
   assign setpoint_limit = t_max_q - 16'd50;
-  assign sound_now = single ? sound(a_q[5:0], b_q, lock_q != 16'd0, t_max_q)
-                   : {12'd0, watched_q} >= b_q || sound(a_q[5:0] + {2'd0, watched_q}, watched_word_q, lock_q != 16'd0, t_max_q);
+  assign sound_now = single ? sound(a_q[5:0], b_q, lock_q != 16'd0, tuning_q, t_max_q)
+                   : {12'd0, watched_q} >= b_q || sound(a_q[5:0] + {2'd0, watched_q}, watched_word_q, lock_q != 16'd0, tuning_q,
+                                             t_max_q);
 
   // ---- Lemmas: how far each phase of a command has come.
   logic decode_q, checking;
@@ -196,6 +207,8 @@ module formal_paramc (
   // LOCK: only LOCK = 0 and STOP pass.
   `TC_ASSERT_IF(FormalParamcLocked_A, watched && lock_q != 16'd0,
                 value == 16'd0 && (index == tc_pkg::RegLock || index == tc_pkg::RegCmd))
+  // While ATUNE is at work: only STOP.
+  `TC_ASSERT_IF(FormalParamcTuning_A, watched && tuning_q, value == 16'd0 && index == tc_pkg::RegCmd)
   // Pulses come from a command word that was written in the clock before.
   logic exec_q;
   logic [15:0] value_q;
@@ -208,9 +221,9 @@ module formal_paramc (
       value_q <= value;
     end
   end
-  `TC_ASSERT(FormalParamcPulses_A, {run, stop, clear, discard} ==
-             (!exec_q ? 4'b0000 : value_q == 16'hA501 ? 4'b1000 : value_q == 16'h0000 ? 4'b0100 :
-              value_q == 16'hA5F0 ? 4'b0010 : value_q == 16'hA5D0 ? 4'b0001 : 4'b0000))
+  `TC_ASSERT(FormalParamcPulses_A, {run, stop, clear, discard, tune} ==
+             (!exec_q ? 5'b00000 : value_q == 16'hA501 ? 5'b10000 : value_q == 16'h0000 ? 5'b01000 :
+              value_q == 16'hA5F0 ? 5'b00100 : value_q == 16'hA5D0 ? 5'b00010 : value_q == 16'hA5A7 ? 5'b00001 : 5'b00000))
   // Every command ends within 50 clocks: 18 in CmdDecode, 32 for sixteen parameters.
   `TC_ASSERT(FormalParamcEnds_A, work_q <= 6'd50)
   `TC_COVER(FormalParamcSixteen_C, write && last && hand_q == 4'd15)

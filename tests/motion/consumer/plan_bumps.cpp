@@ -3,7 +3,12 @@
 #include <motion/coordinates.hpp>
 #include <motion/path.hpp>
 #include <motion/profile.hpp>
+#include <motion/pulse_train.hpp>
+#include <motion/retarget.hpp>
+#include <motion/shaping.hpp>
 #include <motion/stage.hpp>
+#include <motion/stage_model.hpp>
+#include <motion/vibration.hpp>
 
 int main(int argc, char** argv) {
   using namespace meltstage::motion;
@@ -15,5 +20,8 @@ int main(int argc, char** argv) {
   const std::uint64_t end = stage.move_to({first.x_mm, first.y_mm, 0.0}, 0);
   stage.run_until(end, [](const StageEvent&) {});
   const bool arrived = (stage.position_mm() - Eigen::Vector3d(first.x_mm, first.y_mm, 0.0)).norm() < 1e-3;
+  const JerkProfile quiet =
+      plan_quiet_move(asymmetric_limits(400, 4000, 4000, 1e6, 1e6), 20.0, {{38.0, 0.05}, 0.1}, 0.01);
+  if (settling_s(residual_mm(quiet, {38.0, 0.05}), {38.0, 0.05}, 0.01) != 0.0) return 1;
   return arrived && plan.length_after_mm < plan.length_before_mm ? 0 : 1;
 }

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// A serial port that other programs can open, under a name of the caller's choice.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace meltstage::app {
+
+// The far end of a pseudo-terminal, and a symbolic link to its near end; both go with the object.
+class PseudoTerminal {
+ public:
+  // Throws InputError when something exists at `link` already, or it can't be made.
+  explicit PseudoTerminal(std::filesystem::path link);
+  ~PseudoTerminal();
+  PseudoTerminal(const PseudoTerminal&) = delete;
+  PseudoTerminal& operator=(const PseudoTerminal&) = delete;
+
+  // Device that the link leads to.
+  const std::string& device() const { return device_; }
+  // Waits for bytes, at most so long; false when none came. Returns early on a signal.
+  bool wait(int timeout_ms);
+  // What has come, at once, a few kilobytes at most; nothing when nothing has.
+  std::vector<std::uint8_t> read();
+  // Lost when no program has the port open, as on a wire, or when it takes nothing for a long time.
+  void write(std::span<const std::uint8_t> bytes);
+
+ private:
+  bool look(int timeout_ms);
+
+  std::filesystem::path link_;
+  std::string device_;
+  int far_end_ = -1;
+  bool opened_ = false;  // by some program, when last looked at
+};
+
+}  // namespace meltstage::app

@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/controller.hpp"
+
+#include <errno.h>
+#include <fmt/format.h>
+#include <modbus.h>
+#include <sys/file.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace meltstage::host {
+
+namespace {
+
+namespace spec = chip::spec;
+
+// Limits of the chip, docs/blocks/paramc.md.
+constexpr std::size_t kMostRead = 32;
+constexpr std::size_t kMostWritten = 16;
+constexpr std::uint16_t kStatusRegisters = 16;
+constexpr std::uint16_t kNoTemperature = 0x8000;
+
+// Between a Commit and the control tick that carries it out, TS <= 2 s, the chip is busy.
+constexpr auto kBusyPause = std::chrono::milliseconds(50);
+constexpr int kBusyAttempts = 60;
+
+// What libmodbus can set a serial port to, inside the chip's range.
+constexpr std::array kBauds{1200,  1800,  2400,   4800,   9600,   19200,
+                            38400, 57600, 115200, 230400, 460800, 500000};
+
+// Exception code that the chip answered with; 0 when the error is another one.
+int exception_code(int error) {
+  return error > MODBUS_ENOBASE && error < MODBUS_ENOBASE + MODBUS_EXCEPTION_MAX ? error - MODBUS_ENOBASE : 0;
+}
+
+const char* exception_text(int code) {
+  switch (code) {
+    case MODBUS_EXCEPTION_ILLEGAL_FUNCTION:
+      return "illegal function";
+    case MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS:
+      return "illegal data address";
+    case MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE:
+      return "illegal data value";
+    case MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE:
+      return "not in this state";
+    case MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY:
+      return "busy";
+    default:
+      return "unknown";
+  }
+}
+
+// Refused by the chip itself; code is the exception's.
+struct Refusal : BusError {
+  Refusal(const std::string& text, int answered) : BusError(text), code(answered) {}
+  int code;
+};
+
+void require(bool good, const std::string& text) {
+  if (!good) throw UsageError(text);
+}
+
+void check(const Connection& c) {
+  require(c.address >= 1 && c.address <= 247, fmt::format("address: found {}, expected 1 to 247", c.address));
+  require(std::find(kBauds.begin(), kBauds.end(), c.baud) != kBauds.end(),
+          fmt::format("baud rate: found {}, expected one of {}", c.baud, fmt::join(kBauds, ", ")));
+  require(c.timeout_s >= 0.01 && c.timeout_s <= 60.0,
+          fmt::format("time-out: found {:g} s, expected 0.01 to 60 s", c.timeout_s));
+}
+
+// A pseudo-terminal has no line: its second program can't ask for parity (tcsetattr(3) refuses).
+char parity_for(const Connection& c) {
+  std::error_code ignored;
+  const auto device = std::filesystem::canonical(c.device, ignored);
+  return device.parent_path() == "/dev/pts" ? 'N' : c.format.parity;
+}
+
+// Runs of neighbouring addresses, none longer than `most`; [first, last) of a sorted sequence.
+template <class Item, class AddressOf, class Use>
+void for_each_run(const std::vector<Item>& sorted, std::size_t most, AddressOf&& address_of, Use&& use) {
+  for (std::size_t first = 0; first < sorted.size();) {
+    std::size_t last = first + 1;
+    while (last < sorted.size() && last - first < most &&
+           address_of(sorted[last]) == address_of(sorted[last - 1]) + 1)
+      ++last;
+    use(first, last);
+    first = last;
+  }
+}
+
+}  // namespace
+
+LineFormat parse_format(const std::string& text) {
+  for (const LineFormat& f :
+       {LineFormat{'E', 1}, LineFormat{'O', 1}, LineFormat{'N', 2}, LineFormat{'N', 1}}) {
+    if (text == fmt::format("8{}{}", f.parity, f.stop_bits)) return f;
+  }
+  throw UsageError(fmt::format("format: found \"{}\", expected 8E1, 8O1, 8N2 or 8N1", text));
+}
+
+struct Controller::Modbus {
+  struct Free {
+    void operator()(modbus_t* context) const {
+      modbus_close(context);
+      modbus_free(context);
+    }
+  };
+  std::unique_ptr<modbus_t, Free> context;
+  modbus_t* get() const { return context.get(); }
+};
+
+// The port is ours while this lives.
+class Controller::Locked {
+ public:
+  explicit Locked(const Modbus& modbus) : port_(modbus_get_socket(modbus.get())) {
+    while (flock(port_, LOCK_EX) != 0 && errno == EINTR) {
+    }
+  }
+  ~Locked() { flock(port_, LOCK_UN); }
+  Locked(const Locked&) = delete;
+  Locked& operator=(const Locked&) = delete;
+
+ private:
+  int port_;
+};
+
+Controller::Controller(const Connection& connection) : connection_(connection), modbus_(new Modbus) {
+  check(connection);
+  modbus_->context.reset(modbus_new_rtu(connection.device.c_str(), connection.baud, parity_for(connection), 8,
+                                        connection.format.stop_bits));
+  modbus_t* context = modbus_->get();
+  require(context != nullptr, "port: found an empty name, expected a serial device such as /dev/ttyUSB0");
+  modbus_set_slave(context, connection.address);
+  const auto whole = static_cast<std::uint32_t>(connection.timeout_s);
+  const auto micros = static_cast<std::uint32_t>((connection.timeout_s - whole) * 1e6);
+  modbus_set_response_timeout(context, whole, micros);
+  modbus_set_byte_timeout(context, whole, micros);
+  if (modbus_connect(context) != 0) {
+    throw UsageError(fmt::format("{}: cannot be opened: found \"{}\", expected a serial port",
+                                 connection.device, std::generic_category().message(errno)));
+  }
+}
+
+Controller::~Controller() = default;
+
+// Calls libmodbus until a sound answer comes or the attempts are used up.
+template <class Call>
+void Controller::transact(const std::string& what, Call&& call) {
+  int busy = 0;
+  for (int attempt = 1;;) {
+    if (call(modbus_->get()) >= 0) return;
+    const int error = errno;
+    if (const int code = exception_code(error); code != 0) {
+      if (code == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY && ++busy < kBusyAttempts) {
+        std::this_thread::sleep_for(kBusyPause);
+        continue;
+      }
+      throw Refusal(
+          fmt::format("{}: refused by the chip with exception {:02} ({})", what, code, exception_text(code)),
+          code);
+    }
+    modbus_flush(modbus_->get());
+    if (error == EIO || error == EBADF)
+      throw BusError(fmt::format("{}: the port is gone ({})", connection_.device,
+                                 std::generic_category().message(error)));
+    if (attempt++ < connection_.attempts) continue;
+    if (error == ETIMEDOUT) {
+      throw BusError(
+          fmt::format("{}: no answer from address {} ({} x {:g} s), expected the chip; see wiring, "
+                      "--address, --baud, --format",
+                      connection_.device, connection_.address, connection_.attempts, connection_.timeout_s));
+    }
+    throw BusError(fmt::format("{}: {}: garbled answer ({}); see wiring, --baud, --format",
+                               connection_.device, what, modbus_strerror(error)));
+  }
+}
+
+std::vector<std::uint16_t> Controller::poll(std::uint16_t address, std::uint16_t count,
+                                            const std::string& what) {
+  std::vector<std::uint16_t> words(count);
+  transact(what, [&](modbus_t* context) {
+    return address < spec::kHoldingBase ? modbus_read_input_registers(context, address, count, words.data())
+                                        : modbus_read_registers(context, address, count, words.data());
+  });
+  return words;
+}
+
+std::vector<std::uint16_t> Controller::read(std::span<const Register* const> wanted) {
+  std::vector<const Register*> sorted(wanted.begin(), wanted.end());
+  for (const Register* r : sorted)
+    require(r->readable,
+            fmt::format("{}: can be written only, expected a register that can be read", r->name));
+  const auto by_address = [](const Register* a, const Register* b) { return a->address < b->address; };
+  std::sort(sorted.begin(), sorted.end(), by_address);
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+
+  const Locked locked(*modbus_);
+  std::vector<std::uint16_t> words;
+  for_each_run(
+      sorted, kMostRead, [](const Register* r) { return r->address; },
+      [&](std::size_t first, std::size_t last) {
+        const auto part = poll(sorted[first]->address, static_cast<std::uint16_t>(last - first),
+                               std::string(sorted[first]->name));
+        words.insert(words.end(), part.begin(), part.end());
+      });
+  std::vector<std::uint16_t> answer;
+  for (const Register* r : wanted) {
+    const auto at = std::lower_bound(sorted.begin(), sorted.end(), r, by_address);
+    answer.push_back(words[static_cast<std::size_t>(at - sorted.begin())]);
+  }
+  return answer;
+}
+
+double Controller::read(const Register& reg) {
+  const Register* const one = &reg;
+  return to_unit(reg, read(std::span(&one, 1)).front());
+}
+
+Identity Controller::identity() {
+  const Locked locked(*modbus_);
+  std::array<std::uint8_t, 256> raw{};
+  int length = 0;
+  transact("identity (function 17)", [&](modbus_t* context) {
+    return length = modbus_report_slave_id(context, static_cast<int>(raw.size()), raw.data());
+  });
+  constexpr int kBeforeText = 2;  // id, run indicator
+  length = std::clamp(length, kBeforeText, static_cast<int>(raw.size()));
+  const auto words = poll(spec::kInDeviceId, 3, "DEVICE_ID");
+  return {std::string(raw.begin() + kBeforeText, raw.begin() + length), words[0], words[1], words[2]};
+}
+
+void Controller::check_identity() {
+  const Locked locked(*modbus_);
+  const auto words = poll(spec::kInDeviceId, 3, "DEVICE_ID");
+  require(words[0] == spec::kDeviceId,
+          fmt::format("{}: found device id 0x{:04X}, expected 0x{:04X}; that is another device",
+                      connection_.device, words[0], spec::kDeviceId));
+  require(words[2] == spec::kMapCrc,
+          fmt::format(
+              "{}: found a chip with register map 0x{:04X}, expected 0x{:04X}; use the driver of that chip",
+              connection_.device, words[2], spec::kMapCrc));
+}
+
+Status Controller::status() {
+  std::vector<std::uint16_t> words;
+  {
+    const Locked locked(*modbus_);
+    words = poll(spec::kInStatus, kStatusRegisters, "STATUS");
+  }
+  const auto value = [&](spec::In in) { return to_unit(registers()[in], words[in]); };
+  Status status{.bits = words[spec::kInStatus],
+                .temperature_degc = std::nullopt,
+                .setpoint_degc = value(spec::kInSpWork),
+                .duty_percent = value(spec::kInDuty),
+                .slope_degc = value(spec::kInPvSlope),
+                .p_percent = value(spec::kInTermP),
+                .i_percent = value(spec::kInTermI),
+                .d_percent = value(spec::kInTermD),
+                .faults = words[spec::kInFault],
+                .causes = words[spec::kInCause],
+                .first_fault = std::nullopt,
+                .state = static_cast<spec::State>(words[spec::kInFirstFault] & 0xFF),
+                .samples = words[spec::kInSamples],
+                .watchdog_left_s = value(spec::kInWdLeft)};
+  if (words[spec::kInPv] != kNoTemperature) status.temperature_degc = value(spec::kInPvFine);
+  if (const unsigned code = words[spec::kInFirstFault] >> 8; code != 0 && code <= spec::kFaultCount)
+    status.first_fault = static_cast<spec::Fault>(code - 1);
+  return status;
+}
+
+void Controller::send(const Frame& frame) {
+  transact(frame.names, [&](modbus_t* context) {
+    return frame.words.size() == 1
+               ? modbus_write_register(context, frame.address, frame.words.front())
+               : modbus_write_registers(context, frame.address, static_cast<int>(frame.words.size()),
+                                        frame.words.data());
+  });
+}
+
+void Controller::command(spec::Cmd cmd, const std::string& what) {
+  send({spec::kHoldingBase + spec::kRegCmd, {cmd}, what});
+}
+
+void Controller::write(std::span<const Setting> settings) {
+  constexpr std::uint16_t kCmdAddress = spec::kHoldingBase + spec::kRegCmd;
+  constexpr std::uint16_t kTMaxAddress = spec::kHoldingBase + spec::kRegTMax;
+  std::vector<std::pair<const Register*, std::uint16_t>> sorted;
+  for (const Setting& s : settings) {
+    require(s.reg->address != kCmdAddress, "CMD: is the command word, expected a parameter");
+    sorted.emplace_back(s.reg, to_raw(*s.reg, s.value));
+  }
+  std::sort(sorted.begin(), sorted.end(),
+            [](const auto& a, const auto& b) { return a.first->address < b.first->address; });
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    require(sorted[i].first != sorted[i - 1].first,
+            fmt::format("{}: is set twice, expected once", sorted[i].first->name));
+
+  std::vector<Frame> frames;
+  for_each_run(
+      sorted, kMostWritten, [](const auto& s) { return s.first->address; },
+      [&](std::size_t first, std::size_t last) {
+        Frame frame{sorted[first].first->address, {}, {}};
+        for (std::size_t i = first; i < last; ++i) {
+          frame.words.push_back(sorted[i].second);
+          frame.names += (i == first ? "" : ", ") + std::string(sorted[i].first->name);
+        }
+        frames.push_back(std::move(frame));
+      });
+  if (frames.empty()) return;
+  // The chip judges a set-point by the staged limit, so the limit goes first.
+  std::stable_partition(frames.begin(), frames.end(), [](const Frame& f) {
+    return f.address <= kTMaxAddress && kTMaxAddress < f.address + f.words.size();
+  });
+
+  const Locked locked(*modbus_);
+  try {
+    if (frames.size() == 1) {
+      send(frames.front());
+      return;
+    }
+    command(spec::kCmdHold, "CMD Hold");
+    try {
+      for (const Frame& frame : frames) send(frame);
+    } catch (const BusError&) {
+      command(spec::kCmdDiscard, "CMD Discard");
+      throw;
+    }
+    command(spec::kCmdCommit, "CMD Commit");
+  } catch (const Refusal& refusal) {
+    std::string text = refusal.what();
+    const bool setpoint = text.find(spec::kHolding[spec::kRegSetpoint].name) != std::string::npos;
+    if (refusal.code == MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE && setpoint)
+      text += fmt::format("; SETPOINT may be T_MAX - {:.1f} degC at most", spec::kSetpointMargin * 0.1);
+    if (refusal.code == MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE) text += "; LOCK is on, LOCK=0 opens it";
+    throw BusError(text + "; nothing was changed");
+  }
+}
+
+std::string Controller::faults_in_the_way() {
+  const auto words = poll(spec::kInStatus, kStatusRegisters, "STATUS");
+  const std::string latched = fault_names(words[spec::kInFault]);
+  const std::string present = fault_names(words[spec::kInCause]);
+  if (!present.empty()) return fmt::format("; present now: {}", present);
+  if (!latched.empty()) return fmt::format("; latched: {}, clear it first", latched);
+  if (words[spec::kInPv] == kNoTemperature) return "; no sound sample has come yet";
+  return "; LOCK is on, LOCK=0 opens it";
+}
+
+void Controller::run() {
+  const Locked locked(*modbus_);
+  try {
+    command(spec::kCmdRun, "CMD Run");
+  } catch (const Refusal& refusal) {
+    throw BusError(refusal.what() + faults_in_the_way());
+  }
+}
+
+void Controller::stop() {
+  const Locked locked(*modbus_);
+  command(spec::kCmdStop, "CMD Stop");
+}
+
+void Controller::clear_faults() {
+  const Locked locked(*modbus_);
+  try {
+    command(spec::kCmdClearFault, "CMD ClearFault");
+  } catch (const Refusal& refusal) {
+    throw BusError(refusal.what() + faults_in_the_way());
+  }
+}
+
+void Controller::start_tuning() {
+  const Locked locked(*modbus_);
+  try {
+    command(spec::kCmdTune, "CMD Tune");
+  } catch (const Refusal& refusal) {
+    throw BusError(std::string(refusal.what()) +
+                   "; heating must be on (chip run), in automatic mode (MODE=0), unlocked");
+  }
+}
+
+Tuning Controller::tuning() {
+  static const std::array<const Register*, 5> wanted{&find_register("AT_STATE"), &find_register("AT_KU"),
+                                                     &find_register("AT_TU"), &find_register("AT_DUTY"),
+                                                     &find_register("TS")};
+  const auto words = read(wanted);
+  const auto value = [&](std::size_t i) { return to_unit(*wanted[i], words[i]); };
+  const int phase = words[0] & 0xFF;
+  constexpr int kLastPhase = static_cast<int>(TuningPhase::timed_out);
+  if (phase > kLastPhase)
+    throw BusError(fmt::format("AT_STATE: found {}, expected 0 to {}", phase, kLastPhase));
+  // AT_TU counts control periods, TS milliseconds.
+  return {static_cast<TuningPhase>(phase), words[0] >> 8, value(1), value(2) * value(4) / 1000.0, value(3)};
+}
+
+}  // namespace meltstage::host

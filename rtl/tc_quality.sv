@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// QUALITY: how well the loop has done since the set-point last changed (or heating began): overshoot, settling time, largest
+// error once at temperature, peak, and how long the heater was on. Everything stands still while heating is off, so that a
+// finished job can be read out.
+`include "tc_assert.svh"
+
+module tc_quality #(
+  // Clocks of 0.1 s; a parameter so that proofs can shorten it.
+  parameter int unsigned TenthClocks = tc_pkg::ClkHz / 10
+) (
+  input  logic               clk_i,
+  input  logic               rst_ni,
+
+  input  logic               run_i,
+  input  logic               sample_i,         // pulse: control computation with a new sample
+  input  logic               tenth_i,          // pulse each 0.1 s
+  input  logic signed [15:0] pv_i,             // Q9.6, as the next
+  input  logic signed [15:0] target_i,
+  input  logic [15:0]        window_i,         // AT_WINDOW, 0.1 degC
+  input  logic               at_temp_i,
+  input  logic               heater_i,
+
+  output logic [15:0]        overshoot_o,      // 1/64 degC, as the next
+  output logic [15:0]        band_error_o,
+  output logic [15:0]        peak_o,           // Q9.6
+  output logic [15:0]        band_time_o,      // 0.1 s, 65535 outside
+  output logic [31:0]        on_time_o         // 0.1 s
+);
+
+  localparam logic [20:0] TenthLast = 21'(TenthClocks - 1);
+
+  logic               run_q, up_q, in_band_q, reached_q;
+  logic signed [15:0] target_q, peak_q;
+  logic [15:0]        over_q, error_q, since_q, band_q;
+  logic [20:0]        clocks_q;
+  logic [31:0]        on_q;
+
+  logic               restart, in_window;
+  logic signed [16:0] error, excess;
+  logic [16:0]        size;
+  logic [15:0]        size16;
+  assign restart = run_i && (!run_q || target_i != target_q);
+  assign error   = 17'(pv_i) - 17'(target_i);
+  assign excess  = up_q ? error : -error;
+  assign size    = error < 17'sd0 ? 17'(-error) : 17'(error);
+  assign size16  = size[16] ? 16'hFFFF : size[15:0];
+  // 1/320 degC on both sides: 5 x 1/64 and 32 x 0.1.
+  assign in_window  = 21'(size) * 21'd5 <= {window_i, 5'd0};
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      run_q     <= 1'b0;
+      up_q      <= 1'b0;
+      in_band_q <= 1'b0;
+      reached_q <= 1'b0;
+      target_q  <= 16'sd0;
+      peak_q    <= 16'sd0;
+      over_q    <= 16'd0;
+      error_q   <= 16'd0;
+      since_q   <= 16'd0;
+      band_q    <= 16'hFFFF;
+      clocks_q  <= 21'd0;
+      on_q      <= 32'd0;
+    end else begin
+      run_q <= run_i;
+      if (restart) begin
+        target_q  <= target_i;
+        up_q      <= target_i >= pv_i;
+        in_band_q <= 1'b0;
+        reached_q <= 1'b0;
+        peak_q    <= pv_i;
+        over_q    <= 16'd0;
+        error_q   <= 16'd0;
+        since_q   <= 16'd0;
+        band_q    <= 16'hFFFF;
+        clocks_q  <= 21'd0;
+        on_q      <= 32'd0;
+      end else if (run_i) begin
+        if (tenth_i && since_q != 16'hFFFF) since_q <= since_q + 16'd1;
+        if (at_temp_i) reached_q <= 1'b1;
+        if (sample_i) begin
+          if (pv_i > peak_q) peak_q <= pv_i;
+          if (excess > $signed({1'b0, over_q})) over_q <= excess[15:0];
+          if (reached_q && size16 > error_q) error_q <= size16;
+          in_band_q <= in_window;
+          if (!in_window) band_q <= 16'hFFFF;
+          else if (!in_band_q) band_q <= since_q;
+        end
+        if (heater_i) begin
+          clocks_q <= clocks_q == TenthLast ? 21'd0 : clocks_q + 21'd1;
+          if (clocks_q == TenthLast) on_q <= on_q + 32'd1;
+        end
+      end
+    end
+  end
+
+  assign overshoot_o  = over_q;
+  assign band_error_o = error_q;
+  assign peak_o       = peak_q;
+  assign band_time_o  = band_q;
+  assign on_time_o    = on_q;
+
+`ifndef SYNTHESIS
+  `TC_ASSERT_SETUP
+  `TC_ASSERT(QualityOnClocksInRange_A, clocks_q <= TenthLast)
+  `TC_ASSERT(QualityBandTimeMeansInBand_A, in_band_q || band_q == 16'hFFFF)
+  `TC_ASSERT(QualityEntryIsPast_A, band_q == 16'hFFFF || band_q <= since_q)
+  `TC_ASSERT_NEXT(QualityNewSetpointStartsAgain_A, restart, over_q == 16'd0 && error_q == 16'd0 && band_q == 16'hFFFF &&
+                  on_q == 32'd0)
+`endif
+
+endmodule

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/register_map.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "cmodel/spec.hpp"
+#include "host/errors.hpp"
+
+namespace meltstage::host {
+namespace {
+
+namespace spec = chip::spec;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+TEST(RegisterMap, HasEveryRegisterOfTheSpecAtItsAddress) {
+  ASSERT_EQ(registers().size(), spec::kInputCount + spec::kHoldingCount);
+  for (unsigned i = 0; i < spec::kInputCount; ++i) {
+    const Register& r = find_register(spec::kInput[i].name);
+    EXPECT_EQ(r.address, i);
+    EXPECT_FALSE(r.writable);
+  }
+  for (unsigned i = 0; i < spec::kHoldingCount; ++i) {
+    const Register& r = find_register(spec::kHolding[i].name);
+    EXPECT_EQ(r.address, spec::kHoldingBase + i);
+    EXPECT_TRUE(r.writable);
+    EXPECT_EQ(r.readable, spec::kHolding[i].readable);
+  }
+}
+
+TEST(RegisterMap, FindsSmallLettersAndNamesNearOnes) {
+  EXPECT_EQ(find_register("setpoint").name, "SETPOINT");
+  EXPECT_THAT([] { find_register("SETPONT"); }, ThrowsMessage<UsageError>(HasSubstr("such as SETPOINT")));
+}
+
+// Every word that a writable register can hold comes back from its value in the unit.
+TEST(RegisterMap, ValuesAndWordsAreInverse) {
+  for (const Register& r : registers()) {
+    if (!r.writable) continue;
+    for (std::int32_t raw = r.min; raw <= r.max; ++raw) {
+      const auto word = static_cast<std::uint16_t>(raw);
+      ASSERT_EQ(to_raw(r, to_unit(r, word)), word) << r.name << " " << raw;
+    }
+  }
+}
+
+TEST(RegisterMap, OutOfRangeIsRefusedWithTheRangeInItsUnit) {
+  for (const Register& r : registers()) {
+    if (!r.writable) {
+      EXPECT_THROW(to_raw(r, 0.0), UsageError) << r.name;
+      continue;
+    }
+    EXPECT_THROW(to_raw(r, (r.max + 0.6) * r.scale), UsageError) << r.name;
+    EXPECT_THROW(to_raw(r, (r.min - 0.6) * r.scale), UsageError) << r.name;
+    EXPECT_THROW(to_raw(r, std::nan("")), UsageError) << r.name;
+  }
+  EXPECT_THAT([] { to_raw(find_register("SETPOINT"), 501.0); },
+              ThrowsMessage<UsageError>(HasSubstr("SETPOINT: found 501, expected 0.0 to 500.0 degC")));
+}
+
+TEST(RegisterMap, TextTellsNeighbouringWordsApart) {
+  for (const Register& r : registers()) {
+    for (const unsigned word : {1u, 2u, 1000u, 1001u, 32766u, 32767u, 65534u, 65535u})
+      EXPECT_NE(value_text(r, static_cast<std::uint16_t>(word)),
+                value_text(r, static_cast<std::uint16_t>(word - 1)))
+          << r.name << " " << word;
+  }
+  EXPECT_EQ(value_text(find_register("T_AMB"), 0xFFFF), "-0.1");
+}
+
+TEST(RegisterMap, CodedRegistersSpeak) {
+  EXPECT_EQ(fault_names(1U << spec::kFaultOverTemp | 1U << spec::kFaultInhibit), "OverTemp, Inhibit");
+  EXPECT_EQ(fault_names(0), "");
+  EXPECT_EQ(meaning(find_register("FIRST_FAULT"), (1 + spec::kFaultRate) << 8 | spec::kStCmdReady),
+            "Rate, state CmdReady");
+  EXPECT_EQ(meaning(find_register("STATUS"), 1U << spec::kStatusRun | 1U << spec::kStatusFault),
+            "run, fault");
+  EXPECT_EQ(meaning(find_register("CAUSE"), 0), "none");
+  EXPECT_EQ(meaning(find_register("PV"), 0x8000), "no sample yet");
+  EXPECT_EQ(meaning(find_register("PV"), 250), "");
+}
+
+}  // namespace
+}  // namespace meltstage::host
