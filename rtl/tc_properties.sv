@@ -244,8 +244,7 @@ module tc_properties (
   `TC_ASSERT_IF(P15_ComputesInInitAlgor_A, computing_i != 5'd0 || algor_start_i, state_i == tc_pkg::StInitAlgor)
 `endif
 
-  // ---- P16: illegal state (that it falls to Idle in one clock stands in tc_sysctrl)
-  // Off in two clocks: P02_BrokenIsOff_A.
+  // ---- P16: illegal state. Off in two clocks: P02_BrokenIsOff_A; that it falls to Idle in one clock stands in tc_sysctrl.
 
   // ---- P17: first fault
   // The first fault since the clear is not overwritten,

@@ -209,11 +209,10 @@ module tc_pwmc (
   `TC_ASSERT_IF(P07_CarryIsExact_A, known && running_q && acc_q != 32'sd0, 34'(acc_q) == due - given && dithered)
   // P7: the product in force comes from the long-hand one; no duty above 1 enters it.
   `TC_ASSERT_IF(P07_ProductIsExact_A, known && mul_left_q == 5'd0, mul_acc_q == product_ref[31:0] && duty_q <= 17'h10000)
-  // P8: the output is low before a period ends, unless the duty is 100 % or, with DITHER, the gap would be shorter than
-  // PWM_MIN_ON or one count. So it is never high for as long as a period otherwise.
+  // P8: the output is low before a period ends, unless duty x period with what was owed fills the period (100 %) or, with DITHER,
+  // leaves a gap shorter than PWM_MIN_ON. So otherwise it is never high for as long as a period.
   `TC_ASSERT_IF(P08_LowBeforeEnd_A, known && running_q && count_q + 16'd1 == period_q && pwm_q,
-                product_q == {period_q, 16'd0} || due >= given ||
-                (dithered && given - due < $signed({2'b00, min_on_used, 16'd0})))
+                high_q == period_q && (due >= given || (dithered && given - due < $signed({2'b00, min_on_used, 16'd0}))))
 `ifdef FORMAL
   // While the product is in work it stands as many bits higher as are still to do.
   `TC_ASSERT_IF(P07_ProductInWork_A, mul_left_q != 5'd0, {17'd0, mul_acc_q} == {16'd0, product_ref} << (mul_left_q - 5'd1) &&

@@ -4,7 +4,8 @@
 # harness says so, Yosys proves it by k-induction.
 #   prove.sh BLOCK           every harness tests/formal/BLOCK/*.sv: all assertions hold, every cover can be reached
 #   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt changes a copy of the RTL so that the proof must fail: file, tab,
-#                            sed expression, tab, what it breaks, and, after another tab, the assertion that it must refute (else any)
+#                            sed expression, tab, what it breaks, and, after another tab, the assertion that it must refute (else any); NAME! where the
+#                            counterexample is too long to be found: the proof of NAME's harness must fail
 #   ... --table FILE         appends what was found to FILE, tab-separated, for report.sh:
 #                              proof BLOCK/HARNESS ENGINE CPU-SECONDS ASSERTION | cover BLOCK/HARNESS CLOCK COVER | bug BLOCK ASSERTION CLOCK WHAT
 # tests/formal/BLOCK/HARNESS.map, if there, is a techmap that cuts out cells (over-approximation); tests/formal/BLOCK/flags holds
@@ -76,7 +77,7 @@ prove() {
     yosys -p "read_ilang $work/asserts.il; opt -fast -nodffe -nosdff; dffunmap; opt_clean
               sat -tempinduct -maxsteps 4 -prove-asserts -timeout $seconds" > "$work/abc.log" 2>&1 || true
     grep -q 'Induction step proven: SUCCESS' "$work/abc.log" && return
-    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 40 -T $seconds" > "$work/abc.log" 2>&1 || true
+    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 70 -T $seconds" > "$work/abc.log" 2>&1 || true
     return 1
   fi
   berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1 || true
@@ -85,7 +86,7 @@ prove() {
 # A counterexample alone, for a seeded bug: where induction proves, bounded search is what refutes.
 refute() {
   if [[ $engine == induction ]]; then
-    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 40 -T $seconds" > "$work/abc.log" 2>&1 || true
+    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 70 -T $seconds" > "$work/abc.log" 2>&1 || true
   else
     prove || true
   fi
@@ -131,7 +132,7 @@ prove_harness() {
 
 # Every seeded bug must give a counterexample in some harness of the block; to the assertion that it names, if it names one.
 prove_bugs() {
-  local file change what wanted found harness words
+  local file change what wanted found harness
   while IFS=$'\t' read -r file change what wanted; do
     [[ -n $file && $file != '#'* ]] || continue
     rm -rf "$work/rtl" && cp -r "$root/rtl" "$work/rtl"
@@ -142,16 +143,20 @@ prove_bugs() {
     fi
     found=
     for harness in "${harnesses[@]}"; do
-      asked "$harness" "$wanted" || continue
+      asked "$harness" "${wanted%!}" || continue
+      if [[ $wanted == *! ]]; then
+        write_aiger "$harness" "$work/rtl"
+        prove || found="${wanted%!} is no longer proved"
+        break
+      fi
       write_aiger "$harness" "$work/rtl" "" "$wanted"
       [[ -s $work/assert.names ]] || continue
       refute
-      if refuted; then found=yes; break; fi
+      if refuted; then found=$(failed); break; fi
     done
     if [[ -z $found ]]; then say "FAIL  $block: proof does not see: $what"; continue; fi
-    words=$(failed)
-    say "ok    $block: refused: $what ($words)"
-    printf 'bug\t%s\t%s\t%s\t%s\n' "$block" "${words%% *}" "$(clock)" "$what" | sed 's,\t[^\t]*\.\([A-Za-z0-9_]*\t[0-9]*\t\),\t\1,' >> "$table"
+    say "ok    $block: refused: $what ($found)"
+    printf 'bug\t%s\t%s\t%s\t%s\n' "$block" "$(sed 's/ .*//; s/.*\.//' <<< "$found")" "$([[ $wanted == *! ]] && echo - || clock)" "$what" >> "$table"
   done < "$here/$block/bugs.txt"
 }
 # asked HARNESS ASSERTION: is it proved there?
