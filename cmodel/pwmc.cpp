@@ -45,7 +45,7 @@ void Pwmc::start_period(const PwmcIn& in, bool mul_fresh) {
   if (product == 0 || whole < min_on) {
     high = 0;
   } else if (whole > period - min_on) {
-    high = period;
+    high = in.dither || whole >= period ? period : period - min_on;  // never above the duty
   }
 
   running_q = 1;

@@ -39,6 +39,9 @@ module tc_algor (
   output logic [21:0]       filt_o,
   output logic              still_o,       // ... and whether the next clock leaves it as it is
   output logic              limited_o,     // duty within 1/16 of DUTY_MAX
+`ifndef SYNTHESIS
+  output logic [4:0]        computing_o,   // clocks since the computation began, 0: none; for assertions
+`endif
   output logic [1:0]        segment_o,     // 0 none, 1 full, 2 PID, 3 off
   output logic              i_held_o,      // integral did not move in the last step
   output logic [17:0]       hold_limit_o,  // largest plausible hold duty, UQ2.16
@@ -381,9 +384,73 @@ module tc_algor (
   `TC_ASSERT_IF(AlgorHoldBothParts_A, step_q == StepDrops, hold_q <= 18'd131072)
   `TC_ASSERT(AlgorStepLegal_A, step_q <= StepLimit)
   `TC_ASSERT_NEXT(AlgorStoppedIsZero_A, !run_i, duty_q == 17'd0 && i_q == 32'd0)
-  `TC_ASSERT_IF(AlgorIntegralLimited_A, step_q == StepLimit, i_q <= i_limit[31:0])
-  `TC_ASSERT_NEXT(AlgorDutyLimited_A, step_q == StepLimit, duty_q <= duty_max_q)
+  // P15: a computation ends within fifteen clocks.
+  logic [4:0] computing;
+  logic       resumed_q;                   // set by a bench that loads flops
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      resumed_q <= 1'b0;
+      computing <= 5'd0;
+    end else begin
+      resumed_q <= 1'b0;
+      computing <= start_i && step_q == StepIdle ? 5'd1
+                 : done_q || resumed_q || computing == 5'd0 ? 5'd0 : computing + 5'(computing != 5'h1F);
+    end
+  end
+  assign computing_o = computing;
+  `TC_ASSERT_IF(P15_AlgorAnswers_A, computing != 5'd0, computing <= 5'd15)
+`ifdef FORMAL
+  `TC_ASSERT(AlgorComputing_A, step_q != StepIdle ? computing == {1'b0, step_q} && !done_q
+             : done_q ? computing == 5'd1 || computing == 5'd15 : computing == 5'd0)
+`endif
+  // P12: no sum wraps: each is its exact value, computed with bits to spare.
+  logic signed [47:0] pd_exact;
+  assign pd_exact = (48'(p_q) <<< 8) + (48'(d_q) <<< 7) + (manual ? 48'sd0 : $signed({17'd0, ext_q, 14'd0}));
+  `TC_ASSERT(P12_SumsExact_A, 48'(pd) == pd_exact && 48'(i_sum) == $signed({16'd0, i_q}) + 48'(ie_q) &&
+             48'(u_try) == pd_exact + 48'(i_next) &&
+             48'(pd_ff) == pd_exact + (ff_en ? $signed({17'd0, ff_q, 14'd0}) : 48'sd0))
+  `TC_ASSERT(P12_ErrorExact_A, 24'(e_320) == 24'(e_q) * 24'sd5 && 24'(filt_gap) == 24'(d_source) - 24'(filt_q))
+  // P12: the integral stays between 0 and DUTY_MAX after each computation,
+  `TC_ASSERT_IF(P12_IntegralLimited_A, step_q == StepLimit, i_q <= i_limit[31:0])
+  // and so does the duty.
+  `TC_ASSERT_NEXT(P12_DutyLimited_A, step_q == StepLimit, duty_q <= duty_max_q)
+  // P12: with the same integral and derivative a larger error never gives a smaller output. The sum is computed once more for a
+  // smaller error, that of the computation before; its product is smaller because no gain is negative.
+  logic signed [15:0] e_less;
+  logic signed [31:0] p_less;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      e_less <= 16'sd0;
+      p_less <= 32'sd0;
+    end else if (step_q == StepSum) begin
+      e_less <= e_q;
+      p_less <= p_q;
+    end
+  end
+  logic signed [41:0] pd_less, pd_ff_less, u_try_less, u_less;
+  logic               full_less, off_less, accept_less;
+  logic [31:0]        i_less, i_after_less;
+  logic [16:0]        u_limited_less;
+  assign pd_less     = pd - (42'(p_q) <<< 8) + (42'(p_less) <<< 8);
+  assign pd_ff_less  = pd_less + (pd_ff - pd);
+  assign full_less   = seg_model ? pd_ff_less > i_limit && e_less > 16'sd0
+                                 : 22'(e_less) * 22'sd5 > $signed({1'b0, params_i.band_full, 5'd0});
+  assign off_less    = seg_model ? ff_en && pd_ff_less < 42'sd0 && e_less < 16'sd0
+                                 : 22'(e_less) * -22'sd5 > $signed({1'b0, params_i.band_off, 5'd0});
+  assign u_try_less  = pd_less + i_next;
+  assign accept_less = !(u_try_less > i_limit && e_less >= 16'sd0) && !(u_try_less < 42'sd0 && e_less <= 16'sd0);
+  assign i_less      = full_less || off_less ? (i_zero ? 32'd0 : full_less && ff_en ? {1'b0, ff_q, 14'd0} : i_q)
+                     : accept_less ? i_next[31:0] : i_q;
+  assign i_after_less   = $signed({10'd0, i_less}) > i_limit ? i_limit[31:0] : i_less;
+  assign u_less         = (pd_less + $signed({10'd0, i_after_less})) >>> 14;
+  assign u_limited_less = full_less ? duty_max_q : off_less || u_less < 42'sd0 ? 17'd0
+                        : u_less > $signed({25'd0, duty_max_q}) ? duty_max_q : u_less[16:0];
+  `TC_ASSERT_IF(P12_Monotone_A, step_q == StepSum && !tuning_i && e_less <= e_q && p_less <= p_q && i_after_less == i_after,
+                u_limited_less <= u_limited)
+  logic unused_less;
+  assign unused_less = ^u_less;
 `ifndef TC_ALGOR_CUT
+  // P12: the products fit.
   `TC_ASSERT_IF(AlgorProductsFit_A, step_q == StepProducts,
                 product_a[32] == product_a[31] && product_b[32] == product_b[31] && product_c[32] == product_c[31])
 `endif

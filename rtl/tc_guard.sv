@@ -59,6 +59,9 @@ module tc_guard (
   output logic [15:0]        samples_o,
   output logic [15:0]        sensor_errors_o,
   output logic [15:0]        wd_left_o,
+`ifndef SYNTHESIS
+  output logic               accept_o,         // this clock's sample is accepted; for assertions
+`endif
   output logic [14:0]        cause_o,
   output logic [14:0]        fault_o,
   output logic [3:0]         first_fault_o     // 1 + bit number, 0 none
@@ -339,6 +342,7 @@ module tc_guard (
   assign unused = ^params_i;
 
 `ifndef SYNTHESIS
+  assign accept_o = accept;
   `TC_ASSERT_SETUP
   // P2: a fault flag means the heater is off, now and until cleared.
   `TC_ASSERT_IF(GuardFaultMeansOff_A, fault_q != 15'd0, !heater_q)

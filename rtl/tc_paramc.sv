@@ -410,6 +410,39 @@ module tc_paramc (
                 $onehot0({run_q, stop_q, clear_q, discard_q, tune_q}))
   `TC_ASSERT_IF(ParamcChecksSoundForm_A, checking_q, decode_i && !decoded_q && form_exc == 8'd0 && fc_write)
   `TC_ASSERT_IF(ParamcHeldIsNotPending_A, hold_q, !pending_o)
+  // When the command word was judged no cause was present, or it does not clear faults.
+  logic judged_sound;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) judged_sound <= 1'b0;
+    else if (!past_ok_q) judged_sound <= 1'b1;
+    else if (decode_i && checking_q && reg_now == tc_pkg::RegCmd) judged_sound <= !cause_present_i;
+  end
+  `TC_ASSERT_IF(P02_ClearJudged_A, clear_q, judged_sound)
+  // P15: a command ends in CmdReady after 18 clocks of judging and 32 of writing sixteen parameters at the most.
+  logic [5:0] commanded;                         // clocks that the command has been in work
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) commanded <= 6'd0;
+    else if (!(decode_i || extract_i || write_i) || !past_ok_q) commanded <= 6'd0;
+    else commanded <= commanded + 6'(commanded != 6'h3F);
+  end
+  `TC_ASSERT_IF(P15_CommandEnds_A, commanded != 6'd0, commanded <= 6'd50)
+`ifdef FORMAL
+  // How far each phase has come.
+  logic [3:0]  hand;                             // place of the parameter in hand
+  logic [15:0] words;
+  assign words = fc_single ? 16'd1 : cmd_b_i;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) hand <= 4'd0;
+    else if (extract_i) hand <= word_q;
+  end
+  `TC_ASSERT_IF(P15_Judging_A, decode_i && checking_q, {12'd0, word_q} < words && words <= 16'd16 && commanded == 6'(word_q) + 6'd1)
+  `TC_ASSERT_IF(P15_Judged_A, decode_i && decoded_q,
+                commanded <= 6'd17 && (!writes_q || (word_q == 4'd0 && words != 16'd0 && words <= 16'd16)))
+  `TC_ASSERT_IF(P15_Begins_A, decode_i && !checking_q && !decoded_q, commanded == 6'd0)
+  `TC_ASSERT_IF(P15_Extracting_A, extract_i, {12'd0, word_q} < words && words <= 16'd16 && commanded <= 6'd18 + {1'b0, word_q, 1'b0})
+  `TC_ASSERT_IF(P15_Writing_A, write_i, {12'd0, hand} < words && words <= 16'd16 && word_q == hand + 4'd1 &&
+                last_q == ({12'd0, hand} + 16'd1 == words) && commanded <= 6'd19 + {1'b0, hand, 1'b0})
+`endif
 `endif
 
 endmodule

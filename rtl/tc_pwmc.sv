@@ -102,7 +102,8 @@ module tc_pwmc (
   always_comb begin
     if (product_next == 32'd0) high_next = 16'd0;
     else if (whole < $signed({2'b00, min_on})) high_next = 16'd0;
-    else if (whole > $signed({2'b00, period_next}) - $signed({2'b00, min_on})) high_next = period_next;
+    else if (whole > $signed({2'b00, period_next}) - $signed({2'b00, min_on}))
+      high_next = dither_i || whole >= $signed({2'b00, period_next}) ? period_next : period_next - min_on;   // never above the duty
     else high_next = whole[15:0];
   end
   assign rest = 32'(sum - $signed({2'b00, high_next, 16'd0}));   // below half a period, see the proof
@@ -159,6 +160,69 @@ module tc_pwmc (
   `TC_ASSERT_SETUP
   `TC_ASSERT_NEXT(PwmcDisabledIsLow_A, !enable_i, !pwm_q && !period_start_q)
   `TC_ASSERT_NEXT(PwmcRisesOnlyAtStart_A, !pwm_q, !pwm_q || period_start_q)
+
+`ifndef SYNTHESIS
+  // P7, P8: what the running period was made from.
+  logic signed [31:0] owed;         // what earlier periods had left over
+  logic [15:0] min_on_used;
+  logic        dithered;
+  logic [32:0] product_ref, addend; // duty x period in the long-hand way, and what its next bit adds
+  logic        resumed_q;            // set by a bench that loads flops
+  logic        known;               // the running period and the product in work began after that
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      owed        <= 32'sd0;
+      min_on_used <= 16'd0;
+      dithered    <= 1'b0;
+      product_ref <= 33'd0;
+      addend      <= 33'd0;
+      resumed_q    <= 1'b0;
+      known       <= 1'b1;
+    end else begin
+      resumed_q <= 1'b0;
+      if (resumed_q) known <= 1'b0;
+      else if (!enable_i && mul_stale) known <= 1'b1;
+      if (!enable_i) begin
+        owed        <= 32'sd0;
+        min_on_used <= 16'd0;
+      end else if (start) begin
+        owed        <= acc_used;
+        min_on_used <= min_on;
+        dithered    <= dither_i;
+      end
+      if (mul_stale) begin
+        product_ref <= 33'd0;
+        addend      <= {17'd0, period_legal};
+      end else if (mul_left_q != 5'd0) begin
+        if (mul_bit) product_ref <= product_ref + addend;
+        addend <= addend << 1;
+      end
+    end
+  end
+  logic signed [33:0] due, given;   // counts with 16 fraction bits: duty x period and what was owed; what the period gives
+  assign due   = 34'(owed) + $signed({2'b00, product_q});
+  assign given = $signed({2'b00, high_q, 16'd0});
+  // P7: the output is high in a period's first high_q counts and no others.
+  `TC_ASSERT(P07_PulseIsHigh_A, pwm_q == (running_q && count_q < high_q))
+  // P7: those are never more than duty x period and what earlier periods had left over, which is below half a period; only with DITHER
+  // a gap shorter than PWM_MIN_ON is filled, and that is taken off the next periods.
+  `TC_ASSERT_IF(P07_WithinDuty_A, known && running_q && high_q != 16'd0,
+                given <= due || (dithered && given - due < $signed({2'b00, min_on_used, 16'd0})))
+  `TC_ASSERT(P07_CarryIsBounded_A, acc_q < $signed({1'b0, period_q[15:1], 16'd0}) && acc_q > -$signed({1'b0, period_q[15:1], 16'd0}))
+  // P7: what is left over is the exact difference, or nothing.
+  `TC_ASSERT_IF(P07_CarryIsExact_A, known && running_q && acc_q != 32'sd0, 34'(acc_q) == due - given && dithered)
+  // P7: the product in force comes from the long-hand one; no duty above 1 enters it.
+  `TC_ASSERT_IF(P07_ProductIsExact_A, known && mul_left_q == 5'd0, mul_acc_q == product_ref[31:0] && duty_q <= 17'h10000)
+  // P8: the output is low before a period ends, unless duty x period with what was owed fills the period (100 %) or, with DITHER,
+  // leaves a gap shorter than PWM_MIN_ON. So otherwise it is never high for as long as a period.
+  `TC_ASSERT_IF(P08_LowBeforeEnd_A, known && running_q && count_q + 16'd1 == period_q && pwm_q,
+                high_q == period_q && (due >= given || (dithered && given - due < $signed({2'b00, min_on_used, 16'd0}))))
+`ifdef FORMAL
+  // While the product is in work it stands as many bits higher as are still to do.
+  `TC_ASSERT_IF(P07_ProductInWork_A, mul_left_q != 5'd0, {17'd0, mul_acc_q} == {16'd0, product_ref} << (mul_left_q - 5'd1) &&
+                addend == {17'd0, mul_period_q} << (5'd17 - mul_left_q) && product_ref < addend)
+`endif
+`endif
   `TC_COVER(PwmcSuppressed_C, running_q && high_q == 16'd0 && product_q != 32'd0)
 
 `ifdef FORMAL

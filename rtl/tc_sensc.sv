@@ -34,6 +34,9 @@ module tc_sensc (
   output logic             dev_fault_o,     // a fault bit of the frame is set
   output logic             frame_bad_o,     // reserved bits wrong, or a stuck line
   output logic [15:0]      pv_o,            // Q9.6
+`ifndef SYNTHESIS
+  output logic [14:0]      reading_o,       // clocks since the read began, 0: none; for assertions
+`endif
   output logic [31:0]      raw_o
 );
 
@@ -226,13 +229,32 @@ module tc_sensc (
   `TC_ASSERT_IF(SenscDeselectedClockIdles_A, cs_nq, sclk_q == mode_q[1])
   `TC_ASSERT_IF(SenscDeselectedSendsNothing_A, cs_nq, !mosi_o)
   `TC_ASSERT_IF(SenscDoneIsIdle_A, done_q, !busy_o)
+  // P5: a frame is judged in the clock after chip select has risen, and its sample handed over in the next.
+  `TC_ASSERT_NEXT(P05_SampleIsPrompt_A, state_q == StJudge, done_q)
+`ifndef SYNTHESIS
+  // P15: a read ends within 106 half periods of 256 clocks, the start and the judging.
+  localparam logic [14:0] LongestRead = 15'd27138;
+  logic [14:0] reading;                          // clocks since the read began
+  logic        resumed_q;                         // set by a bench that loads flops
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      resumed_q <= 1'b0;
+      reading  <= 15'd0;
+    end else begin
+      resumed_q <= 1'b0;
+      reading  <= start_i && state_q == StIdle ? 15'd1
+                : done_q || resumed_q || reading == 15'd0 ? 15'd0 : reading + 15'(reading != 15'h7FFF);
+    end
+  end
+  assign reading_o = reading;
+  `TC_ASSERT_IF(P15_ReadEnds_A, reading != 15'd0, reading <= LongestRead)
+`endif
   `TC_COVER(SenscSetUp_C, setup_q && state_q == StShift)
   `TC_COVER(SenscBadFrame_C, done_q && frame_bad_q)
 
 `ifdef FORMAL
   // What holds in every clock; together the induction hypothesis of the proofs in tests/formal/sensc.
   // The clocks that a read still takes at most: it falls in every clock, so every read ends.
-  localparam logic [14:0] LongestRead = 15'd27137;    // 106 half periods of 256 clocks, and the judging
   logic [7:0]  halves_left;
   logic [14:0] clocks_left, clocks_left_q;
   logic        busy_past_q, sclk_past_q;
@@ -259,9 +281,10 @@ module tc_sensc (
 
   `TC_ASSERT(SenscStateLegal_A, state_q == StIdle || state_q == StGap || state_q == StLead || state_q == StShift ||
              state_q == StJudge)
+  `TC_ASSERT(SenscReading_A, (reading == 15'd0) == (state_q == StIdle && !done_q) && {1'b0, reading} + {1'b0, clocks_left} <= {1'b0, LongestRead})
   `TC_ASSERT_IF(SenscReadEnds_A, busy_past_q, clocks_left < clocks_left_q)
   `TC_ASSERT_NEXT(SenscClockMovesAtHalfPeriods_A, state_q != StIdle && !half_end, sclk_q == sclk_past_q)
-  `TC_ASSERT(SenscReadBounded_A, clocks_left <= LongestRead)
+  `TC_ASSERT(SenscReadBounded_A, clocks_left < LongestRead)
   `TC_ASSERT(SenscSelect_A, cs_nq == (state_q != StLead && state_q != StShift))
   `TC_ASSERT_IF(SenscLeadIdles_A, state_q == StLead, sclk_q == mode_q[1] && left_q != 7'd0 && !left_q[0])
   `TC_ASSERT_IF(SenscClockPhase_A, state_q == StShift, sclk_q == (mode_q[1] ^ left_q[0]))

@@ -177,7 +177,8 @@ module tc_sysctrl #(
 
 `ifndef SYNTHESIS
   `TC_ASSERT_SETUP
-  `TC_ASSERT(SysctrlIllegalFallsToIdle_A, !illegal_o || state_d == tc_pkg::StIdle)
+  // P16: an illegal state falls to Idle in one clock (and has the heater off in two: P02_BrokenIsOff_A).
+  `TC_ASSERT_IF(P16_IllegalFallsToIdle_A, illegal_o, state_d == tc_pkg::StIdle)
   `TC_ASSERT_NEXT(SysctrlCommitOnlyWithTick_A, to_read && pending_i, commit_q && tick_q)
 `ifndef TC_SYSCTRL_UPSET
   `TC_ASSERT_IF(SysctrlSensStartInReadTemp_A, sens_start_q, state_q == tc_pkg::StReadTemp || state_q == tc_pkg::StTempDisplay)

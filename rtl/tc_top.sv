@@ -7,7 +7,10 @@
 // One clock. rst_ni asserts asynchronously and is released synchronously. heater_o is the only output with logic behind a
 // flop: inhibit_i forces it low without a clock.
 
-module tc_top (
+module tc_top #(
+  // Clocks of a millisecond; a parameter so that proofs can shorten the time base.
+  parameter int unsigned MsClocks = tc_pkg::ClkHz / 1000
+) (
   input  logic       clk_i,
   input  logic       rst_ni,
   input  logic       uart_rx_i,
@@ -68,6 +71,11 @@ module tc_top (
   logic        sens_busy, sens_done, sens_ok, sens_dev_fault, sens_frame_bad;
   logic [15:0] sens_pv;
   logic [31:0] sens_raw;
+`ifndef SYNTHESIS
+  logic        accept;
+  logic [14:0] reading;
+  logic [4:0]  computing;
+`endif
 
   logic               algor_done, ramping, limited, i_held, algor_still;
   logic [31:0]        algor_i;
@@ -87,6 +95,10 @@ module tc_top (
   logic [31:0] on_time;
 
   logic        pwm, period_start, pwmc_parity, pwmc_still;
+
+  logic        stop, state_bad;      // the host or self-tuning stops heating; a state that is none, or Idle while heating
+  assign stop      = cmd_stop || uart_stop || tune_stop;
+  assign state_bad = illegal || (run && state == tc_pkg::StIdle);
 
   logic        heater, run, run_allowed, at_temp, sensor_ok, sample_held, wd_armed, permitted, pv_valid;
   logic [15:0] slope, samples, sensor_errors, wd_left;
@@ -109,7 +121,7 @@ module tc_top (
     .crc_errors_o(crc_errors), .char_errors_o(char_errors), .messages_o(messages)
   );
 
-  tc_sysctrl u_sysctrl (
+  tc_sysctrl #(.MsClocks(MsClocks)) u_sysctrl (
     .clk_i, .rst_ni(rst_n),
     .ts_i(params.ts), .tlm_period_i(params.tlm_period),
     .cmd_valid_i(cmd_valid), .decoded_i(decoded), .writes_i(writes), .last_i(last), .pending_i(pending),
@@ -161,7 +173,11 @@ module tc_top (
     .spi_div_i(params.spi_div[7:0]), .trim_i(params.sens_trim), .miso_i(miso), .reconfig_i(commit),
     .sclk_o(spi_sclk_o), .cs_no(spi_cs_no), .mosi_o(spi_mosi_o),
     .busy_o(sens_busy), .done_o(sens_done), .ok_o(sens_ok), .dev_fault_o(sens_dev_fault),
-    .frame_bad_o(sens_frame_bad), .pv_o(sens_pv), .raw_o(sens_raw)
+    .frame_bad_o(sens_frame_bad), .pv_o(sens_pv),
+`ifndef SYNTHESIS
+    .reading_o(reading),
+`endif
+    .raw_o(sens_raw)
   );
 
   tc_algor u_algor (
@@ -170,6 +186,9 @@ module tc_top (
     .pv_i(pv), .drop_i(drop), .tuning_i(tuning), .tune_duty_i(tune_duty), .tune_hold_i(tune_hold), .done_o(algor_done),
     .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .i_o(algor_i), .filt_o(algor_filt), .still_o(algor_still),
     .limited_o(limited),
+`ifndef SYNTHESIS
+    .computing_o(computing),
+`endif
     .segment_o(segment), .i_held_o(i_held), .hold_limit_o(hold_limit),
     .target_o(target), .amb_o(amb), .duty_max_o(duty_max), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d)
   );
@@ -204,13 +223,18 @@ module tc_top (
     .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_dev_fault_i(sens_dev_fault), .sens_pv_i(sens_pv),
     .duty_i(duty), .hold_limit_i(hold_limit), .limited_i(limited), .segment_i(segment), .sp_work_i(sp_work),
     .ramping_i(ramping), .pwm_i(pwm),
-    .run_i(cmd_run), .stop_i(cmd_stop || uart_stop || tune_stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
-    .state_illegal_i(illegal || (run && state == tc_pkg::StIdle)), .overrun_i(overrun),
-    .watch_parity_i({pwmc_parity, ^{algor_i, algor_filt, sp_work}}), .watch_still_i({pwmc_still, algor_still}), .inhibit_i(inhibit), .heater_fb_i(heater_fb),
+    .run_i(cmd_run), .stop_i(stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
+    .state_illegal_i(state_bad), .overrun_i(overrun),
+    .watch_parity_i({pwmc_parity, ^{algor_i, algor_filt, sp_work}}), .watch_still_i({pwmc_still, algor_still}),
+    .inhibit_i(inhibit), .heater_fb_i(heater_fb),
     .heater_o(heater), .safe_en_o, .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
     .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),
     .pv_valid_o(pv_valid), .pv_o(pv), .slope_o(slope), .samples_o(samples), .sensor_errors_o(sensor_errors),
-    .wd_left_o(wd_left), .cause_o(cause), .fault_o(fault), .first_fault_o(first_fault)
+    .wd_left_o(wd_left),
+`ifndef SYNTHESIS
+    .accept_o(accept),
+`endif
+    .cause_o(cause), .fault_o(fault), .first_fault_o(first_fault)
   );
 
   // ---- Pins --------------------------------------------------------------------------------------------------------------
@@ -222,5 +246,23 @@ module tc_top (
 
   logic unused;
   assign unused = ^{params, sens_busy, sens_frame_bad, scrub_busy, period_start};
+
+`ifndef SYNTHESIS
+  tc_properties u_properties (
+    .clk_i, .rst_ni(rst_n),
+    .heater_pin_i(heater_o), .inhibit_pin_i(inhibit_i), .safe_en_i(safe_en_o),
+    .params_i(params), .tenth_i(tenth),
+    .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_pv_i(sens_pv), .accept_i(accept), .duty_i(duty),
+    .run_cmd_i(cmd_run), .cmd_stop_i(cmd_stop), .uart_stop_i(uart_stop), .tune_stop_i(tune_stop), .clear_i(cmd_clear),
+    .good_frame_i(good_frame), .mem_bad_i(mem_bad), .illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit),
+    .pwm_i(pwm), .heater_i(heater), .run_i(run), .sensor_ok_i(sensor_ok), .pv_valid_i(pv_valid), .pv_i(pv),
+    .cause_i(cause), .fault_i(fault), .first_fault_i(first_fault),
+    .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd_broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
+    .write_i(write), .index_i(index), .value_i(value), .discard_i(discard),
+    .tune_i(cmd_tune), .tune_wr_i(tune_wr),
+    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy), .reading_i(reading),
+    .algor_start_i(algor_start), .computing_i(computing)
+  );
+`endif
 
 endmodule

@@ -181,4 +181,39 @@ module tc_uart_frame (
   `TC_ASSERT_NEXT(UartFrameCommandKept_A, cmd_valid_q && !cmd_done_i, cmd_valid_q)
   `TC_ASSERT_IF(UartFrameGoodIsCommand_A, good_q, cmd_valid_q)
 
+`ifndef SYNTHESIS
+  logic        known, sound, busy, stop_bytes, is_stop, silent_past, sound_past, stop_past;
+  logic [8:0]  bytes;
+  logic [15:0] crc;
+  logic        resumed_q;                         // set by a bench that loads flops
+  tc_uart_judge u_judge (
+    .clk_i, .rst_ni, .resumed_i(resumed_q), .address_i, .valid_i, .data_i, .error_i, .in_hand_i(busy_i || cmd_valid_q),
+    .open_i(open_o), .known_o(known), .bytes_o(bytes), .sound_o(sound), .busy_o(busy), .stop_o(stop_bytes), .crc_o(crc)
+  );
+  assign is_stop = sound && stop_bytes && bytes == 9'd8;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      resumed_q    <= 1'b0;
+      silent_past <= 1'b0;
+      sound_past  <= 1'b0;
+      stop_past   <= 1'b0;
+    end else begin
+      resumed_q    <= 1'b0;
+      silent_past <= gap_i && !valid_i;
+      sound_past  <= !known || (sound && !busy);
+      stop_past   <= !known || is_stop;
+    end
+  end
+  // What framing keeps agrees with what the judge kept.
+  `TC_ASSERT_IF(UartFrameAgrees_A, known && open_o,
+                count_q == bytes && crc_q == crc && skip_q == busy && stop_like_q == stop_bytes && (match_q && good) == sound)
+  // P9: a sound STOP frame to this slave or all, followed by the silence, is a STOP in the next clock, while busy and locked too.
+  `TC_ASSERT_NEXT(P09_StopIsHeard_A, known && is_stop && gap_i && !valid_i, stop_q)
+  // Nothing else is a STOP.
+  `TC_ASSERT_IF(P09_StopIsTrue_A, stop_q, stop_past && silent_past)
+  // P10: only a frame with this slave's address or the broadcast's, a right CRC, 4 to 256 characters without error and the silence
+  // behind it becomes a command.
+  `TC_ASSERT_IF(P10_CommandIsSound_A, good_q, sound_past && silent_past)
+`endif
+
 endmodule

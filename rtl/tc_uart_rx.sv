@@ -156,7 +156,41 @@ module tc_uart_rx (
   `TC_ASSERT_IF(UartRxCharacterBreaksSilence_A, valid_o, !gap_o && !give_up_o && !idle_o)
   `TC_ASSERT_NEXT(UartRxIdleTillStart_A, idle_o && rx_i, idle_o)
 
+`ifndef SYNTHESIS
+  // P14: the silence counted the long-hand way, from the middle of the last first stop bit: a bit has 120000 units, a clock baud_i.
+  localparam logic [22:0] TickUnits = 23'(tc_pkg::ClkHz / 1600);
+  localparam logic [22:0] HalfBit   = 23'd8 * TickUnits;
+  logic        resumed_q;                   // set by a bench that loads flops
+  logic [22:0] missing;
+  logic [6:0]  half_bits;                   // 3.5 characters less 2.5 bits, and the rest of the stop bits
+  assign half_bits = (tc_uart_pkg::char_bits(format_i) == 4'd10 ? 7'd66 : 7'd73) + (format_i == tc_uart_pkg::Format8N2 ? 7'd2 : 7'd0);
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      resumed_q <= 1'b0;
+      missing   <= 23'd0;
+    end else begin
+      resumed_q <= 1'b0;
+      if (state_q == RxStop && stop_judged) missing <= 23'(half_bits) * HalfBit;
+      else if (resumed_q) missing <= 23'd0;
+      else if (state_q != RxBreak) missing <= missing > 23'(baud_i) ? missing - 23'(baud_i) : 23'd0;
+    end
+  end
+  // P14: a gap is 3.5 characters less 2.5 bits of silence, to a sixteenth of a bit.
+  `TC_ASSERT_IF(P14_GapIsSilence_A, gap_o, missing <= TickUnits)
+`endif
+
 `ifdef FORMAL
+  // What leads there: what is missing falls with the ticks, of which to_go counts the units.
+  logic [23:0] to_go;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) to_go <= 24'd0;
+    else if (state_q == RxStop && stop_judged) to_go <= 24'(half_bits) * 24'(HalfBit);
+    else if (tick && listening && gap_q != 10'd0) to_go <= to_go - 24'(TickUnits);
+  end
+  `TC_ASSERT(P14_UnitsAreTicks_A, to_go == 24'(gap_q) * 24'(TickUnits))
+  `TC_ASSERT(P14_SilenceFalls_A, acc_q < TickUnits[12:0] &&
+             (state_q == RxBreak ? {1'b0, missing} <= to_go
+                                 : {1'b0, missing} + 24'(acc_q) <= to_go + 24'(TickUnits) || missing == 23'd0))
   // A host that has not been allowed to pause since reset is heard after every gap.
   logic paused_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin

@@ -114,4 +114,36 @@ module tc_uart_tx (
   // frame's fourth byte; every lockstep run with telemetry does.)
   `TC_ASSERT(UartTxByteInTime_A, !busy_q || next_q != NextData || valid_i || (bits_q >= 4'd9 && tick_q <= 4'd7))
 
+`ifndef SYNTHESIS
+  // P14: the lead counted the long-hand way: a bit has 120000 units, a clock baud_i.
+  localparam logic [18:0] TickUnits = 19'(tc_pkg::ClkHz / 1600);
+  logic        resumed_q;                   // set by a bench that loads flops
+  logic [18:0] missing;                     // of three bits since the frame began
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      resumed_q <= 1'b0;
+      missing   <= 19'd0;
+    end else begin
+      resumed_q <= 1'b0;
+      if (!busy_q && valid_i) missing <= 19'd48 * TickUnits;
+      else if (resumed_q) missing <= 19'd0;
+      else missing <= missing > 19'(baud_i) ? missing - 19'(baud_i) : 19'd0;
+    end
+  end
+  // P14: the first start bit comes three bits after the frame began, so with the gap before (P14_GapIsSilence_A in tc_uart_rx)
+  // 3.5 characters and nearly half a bit after the last stop bit.
+  `TC_ASSERT_IF(P14_LeadIsThreeBits_A, !tx_o, missing == 19'd0)
+`ifdef FORMAL
+  // What leads there.
+  logic leading;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) leading <= 1'b0;
+    else leading <= busy_q ? leading && !char_end : valid_i;
+  end
+  `TC_ASSERT(P14_LeadFalls_A, acc_q < TickUnits[12:0] &&
+             (missing == 19'd0 || (leading && busy_q && shift_q == Mark && bits_q <= 4'd2 &&
+                                   {1'b0, missing} + 20'(acc_q) <= 20'({bits_q[1:0], 4'd0} + 6'd16 - {2'd0, tick_q}) * 20'(TickUnits))))
+`endif
+`endif
+
 endmodule

@@ -336,6 +336,27 @@ module tc_uartc (
   `TC_ASSERT_NEXT(UartcConfigTaken_A, idle,
                   baud_q == $past(cfg_baud_i) && format_q == $past(cfg_format_i) && pause_q == $past(cfg_pause_i))
 
+`ifndef SYNTHESIS
+  // P14: a character of the frame in hand, and no gap since.
+  logic resumed_q, heard;                   // resumed_q is set by a bench that loads flops
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      resumed_q <= 1'b0;
+      heard     <= 1'b0;
+    end else begin
+      resumed_q <= 1'b0;
+      if (rx_valid && !cmd_valid_o && !rsp_busy_o) heard <= 1'b1;
+      else if (rx_gap || resumed_q) heard <= 1'b0;
+    end
+  end
+  // P14: from the first to the last clock of an answer a gap lies behind the frame that is answered; the answer's lead follows
+  // (P14_LeadIsThreeBits_A in tc_uart_tx).
+  `TC_ASSERT_IF(P14_AnswerAfterGap_A, rsp_busy_o, !heard)
+`ifdef FORMAL
+  `TC_ASSERT_IF(P14_CommandAfterGap_A, cmd_valid_o, !heard)
+`endif
+`endif
+
 `ifdef FORMAL
   // No answer runs past its last byte.
   logic [7:0] final_place;

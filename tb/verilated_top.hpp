@@ -98,6 +98,34 @@ void store(Root& root, const chip::Chip& model) {
     for (std::size_t i = before; i < count; ++i) TC_ROOT(name)[i - before] = model.TC_MEMBER.name[i]; \
   }
 #include "cmodel/for_each_flop.inc"
+  // What the assertions remember belongs to the state before (rtl/tc_assert.svh, rtl/tc_properties.sv).
+#define TC_FORGET(instance) root.TC_PATH1(instance, past_ok_q) = 0;
+  TC_FORGET(u_uartc)
+  TC_FORGET(u_uartc__DOT__u_rx)
+  TC_FORGET(u_uartc__DOT__u_frame)
+  TC_FORGET(u_uartc__DOT__u_tx)
+  TC_FORGET(u_uartc__DOT__u_tlm)
+  TC_FORGET(u_sysctrl)
+  TC_FORGET(u_paramc)
+  TC_FORGET(u_sensc)
+  TC_FORGET(u_algor)
+  TC_FORGET(u_atune)
+  TC_FORGET(u_pwmc)
+  TC_FORGET(u_guard)
+  TC_FORGET(u_quality)
+  TC_FORGET(u_properties)
+#undef TC_FORGET
+#define TC_RESUME(instance) root.TC_PATH1(instance, resumed_q) = 1;
+  TC_RESUME(u_uartc)
+  TC_RESUME(u_uartc__DOT__u_rx)
+  TC_RESUME(u_uartc__DOT__u_frame)
+  TC_RESUME(u_uartc__DOT__u_tx)
+  TC_RESUME(u_uartc__DOT__u_tlm)
+  TC_RESUME(u_sensc)
+  TC_RESUME(u_algor)
+  TC_RESUME(u_pwmc)
+  TC_RESUME(u_properties)
+#undef TC_RESUME
 }
 
 template <class Top>

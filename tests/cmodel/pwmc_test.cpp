@@ -180,11 +180,13 @@ TEST(Pwmc, ShortestPulseIsLimitedToHalfAPeriod) {
   for (int i = 0; i < 20; ++i) ASSERT_EQ(next_period(bench).high, 5u);
 }
 
-TEST(Pwmc, ShortestPulseWithoutDitherRoundsToTheEnds) {
+TEST(Pwmc, ShortestPulseWithoutDitherRoundsDown) {
   Bench low(100, kFull * 19 / 100, 0, 20, false);
   EXPECT_EQ(next_period(low).high, 0u);
   Bench high(100, kFull * 82 / 100, 0, 20, false);
-  EXPECT_EQ(next_period(high).high, 100u);
+  EXPECT_EQ(next_period(high).high, 80u);
+  Bench full(100, kFull, 0, 20, false);
+  EXPECT_EQ(next_period(full).high, 100u);
 }
 
 TEST(Pwmc, DutyChangesOnlyAtAPeriodsEnd) {

@@ -1,41 +1,75 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Proofs of one block, for all inputs and all time: Yosys writes an AIGER, ABC's PDR proves it; or, where
-# tests/formal/BLOCK/engine says "induction", Yosys proves it by k-induction.
-#   prove.sh BLOCK           every harness tests/formal/BLOCK/*.sv: all assertions hold, every cover can be reached
-#   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt (file, tab, sed expression, tab, what it breaks) changes a copy
-#                            of the RTL so that the proof must fail
+# Proofs of one block, for all inputs and all time: Yosys writes an AIGER, ABC's PDR proves it; or, where the
+# harness says so, Yosys proves it by k-induction.
+#   prove.sh BLOCK           every harness tests/formal/BLOCK/*.sv: all assertions hold, every cover can be reached; BLOCK/HARNESS: that one
+#   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt changes a copy of the RTL so that the proof must fail: file, tab,
+#                            sed expression, tab, what it breaks, and, after another tab, the assertion that it must refute (else any); NAME! where the
+#                            counterexample is too long to be found: the proof of NAME's harness must fail
+#   ... --table FILE         appends what was found to FILE, tab-separated, for report.sh:
+#                              proof BLOCK/HARNESS ENGINE CPU-SECONDS ASSERTION | cover BLOCK/HARNESS CLOCK COVER | bug BLOCK ASSERTION CLOCK WHAT
 # tests/formal/BLOCK/HARNESS.map, if there, is a techmap that cuts out cells (over-approximation); tests/formal/BLOCK/flags holds
-# Yosys read options. Exit status: 0 all as it should be, 1 not, 2 wrong call.
+# Yosys read options. Comment lines at the head of a harness say what is asked there:
+#   // cut: INSTANCE...      blocks whose outputs may be anything in any clock (over-approximation)
+#   // prove: NAME...        assertions that are proved here, * allowed; the others are left to another harness, not assumed. Default all
+#   // engine: induction      k-induction instead of PDR
+# Exit status: 0 all as it should be, 1 not, 2 wrong call.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 block=${1:-}
-mode=${2:-}
-if [[ -z $block || ! -d $here/$block || ( -n $mode && $mode != --bugs ) ]]; then
-  echo "prove.sh: expected BLOCK [--bugs] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
+only=*
+[[ $block != */* ]] || { only=${block#*/}; block=${block%%/*}; }
+shift || true
+bugs= table=/dev/null
+usage() {
+  echo "prove.sh: expected BLOCK[/HARNESS] [--bugs] [--table FILE] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
   exit 2
-fi
+}
+[[ -n $block && -d $here/$block ]] || usage "$block" "$@"
+while [[ $# -gt 0 ]]; do
+  case $1 in
+    --bugs) bugs=yes; shift ;;
+    --table) [[ $# -ge 2 ]] || usage "$block" "$@"; table=$2; shift 2 ;;
+    *) usage "$block" "$@" ;;
+  esac
+done
 seconds=300   # for one proof
 flags=$(cat "$here/$block/flags" 2>/dev/null || true)
-engine=$(cat "$here/$block/engine" 2>/dev/null || echo pdr)
+harnesses=("$here/$block"/$only.sv)
+[[ -e ${harnesses[0]} ]] || usage "$block/$only" "$@"
+set -f  # a * in a name is a pattern for Yosys, not for files
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# write_aiger HARNESS RTL_FOLDER WHAT: assert.aig and, where WHAT is "and covers", cover.aig, an output a property, named in
-# assert.names and cover.names. A cover is reached when the assertion of its contrary fails.
+# CPU seconds of all children so far, into spent.
+cpu() {
+  times > "$work/times"  # in a subshell it would count that one's children
+  spent=$(awk 'END { for (i = 1; i <= 2; i++) { split($i, t, /[ms]/); s += 60 * t[1] + t[2] } printf "%.1f", s }' "$work/times")
+}
+
+# list HARNESS WHAT: the words of its comment line "// WHAT: ..."
+list() { sed -n "s,^// $2: *,,p" "$1" | xargs -r printf '%s\n'; }
+
+# write_aiger HARNESS RTL_FOLDER WHAT [ASSERTION]: assert.aig and, where WHAT is "and covers", cover.aig, an output a property, named
+# in assert.names and cover.names. A cover is reached when the assertion of its contrary fails. Bits without a value are free.
 echo 'module \$cover (input A, input EN); \$assert never (.A(!A), .EN(EN)); endmodule' > "$work/cover_map.v"
 write_aiger() {
-  local harness=$1 rtl=$2 cut=${1%.sv}.map top files finish covers=
+  local harness=$1 rtl=$2 cut=${1%.sv}.map top files finish covers= blocks= keep= name
+  engine=$(list "$harness" engine)
+  engine=${engine:-pdr}
   top=$(sed -n 's/^module \([A-Za-z0-9_]*\).*/\1/p' "$harness" | head -1)
   files=$(sed "s,^,$rtl/," "$root/rtl/tc.f" | xargs)
   [[ -f $cut ]] && cut="techmap -map $cut" || cut=
-  finish="opt -fast -nodffe -nosdff; dffunmap; techmap; opt -fast -nodffe -nosdff; dffunmap; abc -g AND; opt_clean"
+  for name in $(list "$harness" cut); do blocks+=" */$name"; done
+  for name in ${4:-$(list "$harness" prove)}; do keep+=" n:*$name n:*${name}_C"; done
+  finish="opt -fast -nodffe -nosdff; dffunmap; setundef -undriven -anyseq; techmap; opt -fast -nodffe -nosdff; dffunmap; aigmap; opt_clean"
   [[ ${3:-} != "and covers" ]] || covers="design -load read
     chformal -assert -remove; techmap -map $work/cover_map.v; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert"
   yosys -q -p "read_verilog -sv -formal -defer -I $rtl $flags $files $harness
-    hierarchy -check -top $top; proc; memory_map; flatten; $cut; opt -fast; async2sync; opt_clean; chformal -early; design -save read
+    hierarchy -check -top $top; ${blocks:+cutpoint$blocks; hierarchy -top $top;} proc; memory_map; flatten; $cut; opt -fast; async2sync; opt_clean; chformal -early
+    ${keep:+select -set keep$keep; chformal -assert -cover -remove t:\$assert t:\$cover %u @keep %d;} design -save read
     chformal -cover -remove; write_ilang $work/asserts.il; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
     $covers" \
     > "$work/yosys.log" 2>&1 || { echo "prove.sh: $harness: $(grep -m1 ERROR "$work/yosys.log")" >&2; exit 1; }
@@ -44,9 +78,9 @@ write_aiger() {
 prove() {
   if [[ $engine == induction ]]; then
     yosys -p "read_ilang $work/asserts.il; opt -fast -nodffe -nosdff; dffunmap; opt_clean
-              sat -tempinduct -maxsteps 4 -prove-asserts -timeout $seconds" > "$work/abc.log" 2>&1 || true
+              sat -tempinduct -maxsteps 4 -set-assumes -prove-asserts -timeout $seconds" > "$work/abc.log" 2>&1 || true
     grep -q 'Induction step proven: SUCCESS' "$work/abc.log" && return
-    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 40 -T $seconds" > "$work/abc.log" 2>&1 || true
+    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 70 -T $seconds" > "$work/abc.log" 2>&1 || true
     return 1
   fi
   berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1 || true
@@ -55,12 +89,13 @@ prove() {
 # A counterexample alone, for a seeded bug: where induction proves, bounded search is what refutes.
 refute() {
   if [[ $engine == induction ]]; then
-    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 40 -T $seconds" > "$work/abc.log" 2>&1 || true
+    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 70 -T $seconds" > "$work/abc.log" 2>&1 || true
   else
     prove || true
   fi
 }
 refuted() { grep -aq 'asserted in frame' "$work/abc.log"; }
+clock() { grep -am1 'asserted in frame' "$work/abc.log" | sed 's/.*frame *\([0-9]*\).*/\1/'; }
 
 # Name of an assertion that does not hold, and in which clock; else ABC's last words.
 failed() {
@@ -76,24 +111,32 @@ status=0
 say() { echo "$1"; [[ $1 != FAIL* ]] || status=1; }
 
 prove_harness() {
-  local name=$1 n reached unreached
+  local name=$1 n reached unreached before spent
   n=$(wc -l < "$work/assert.names")
-  if prove; then
+  cpu; before=$spent
+  if [[ $n == 0 ]]; then
+    say "FAIL  $name: nothing to prove"
+  elif prove; then
+    cpu; spent=$(awk "BEGIN { printf \"%.1f\", $spent - $before }")
     say "ok    $name: $n assertions proved"
+    sed "s,.*[/.],proof\t$name\t$engine\t$spent\t," "$work/assert.names" >> "$table"
   else
     say "FAIL  $name: $(failed)"
   fi
   n=$(wc -l < "$work/cover.names")
   berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; pdr -a -T $seconds" > "$work/cover.log" 2>&1 || true
-  reached=" $(grep -ao 'Output *[0-9]* was asserted' "$work/cover.log" | grep -o '[0-9]*' | xargs || true) "
-  unreached=$(awk -v reached="$reached" 'index(reached, " " NR - 1 " ") == 0 { sub(/.*\//, ""); sub(/\.never$/, ""); print }' "$work/cover.names")
+  grep -ao 'Output *[0-9]* was asserted in frame *[0-9]*' "$work/cover.log" | sed 's/[^0-9]*\([0-9]*\)[^0-9]*\([0-9]*\)/\1 \2/' > "$work/reached" || true
+  awk -v name="$name" -v OFS='\t' 'NR == FNR { clock[$1] = $2; next }
+    { cover = $0; sub(/.*[\/]/, "", cover); sub(/\.never$/, "", cover); sub(/.*\./, "", cover)
+      if (FNR - 1 in clock) print "cover", name, clock[FNR - 1], cover }' "$work/reached" "$work/cover.names" >> "$table"
+  unreached=$(awk 'NR == FNR { seen[$1] = 1; next } !(FNR - 1 in seen) { sub(/.*\//, ""); sub(/\.never$/, ""); print }' "$work/reached" "$work/cover.names")
   if [[ -z $unreached ]]; then say "ok    $name: $n covers reached"; else say "FAIL  $name: never reached: $(xargs <<< "$unreached")"; fi
 }
 
-# Every seeded bug must give a counterexample in some harness of the block.
+# Every seeded bug must give a counterexample in some harness of the block; to the assertion that it names, if it names one.
 prove_bugs() {
-  local file change what found harness
-  while IFS=$'\t' read -r file change what; do
+  local file change what wanted found harness
+  while IFS=$'\t' read -r file change what wanted; do
     [[ -n $file && $file != '#'* ]] || continue
     rm -rf "$work/rtl" && cp -r "$root/rtl" "$work/rtl"
     sed -i "$change" "$work/rtl/$file"
@@ -102,19 +145,35 @@ prove_bugs() {
       continue
     fi
     found=
-    for harness in "$here/$block"/*.sv; do
-      write_aiger "$harness" "$work/rtl"
+    for harness in "${harnesses[@]}"; do
+      asked "$harness" "${wanted%!}" || continue
+      if [[ $wanted == *! ]]; then
+        write_aiger "$harness" "$work/rtl"
+        prove || found="${wanted%!} is no longer proved"
+        break
+      fi
+      write_aiger "$harness" "$work/rtl" "" "$wanted"
+      [[ -s $work/assert.names ]] || continue
       refute
-      if refuted; then found=yes; break; fi
+      if refuted; then found=$(failed); break; fi
     done
-    if [[ -n $found ]]; then say "ok    $block: refused: $what ($(failed))"; else say "FAIL  $block: proof does not see: $what"; fi
+    if [[ -z $found ]]; then say "FAIL  $block: proof does not see: $what"; continue; fi
+    say "ok    $block: refused: $what ($found)"
+    printf 'bug\t%s\t%s\t%s\t%s\n' "$block" "$(sed 's/ .*//; s/.*\.//' <<< "$found")" "$([[ $wanted == *! ]] && echo - || clock)" "$what" >> "$table"
   done < "$here/$block/bugs.txt"
 }
+# asked HARNESS ASSERTION: is it proved there?
+asked() {
+  local name
+  [[ -n $2 && -n $(list "$1" prove) ]] || return 0
+  for name in $(list "$1" prove); do [[ $2 == $name ]] && return 0; done
+  return 1
+}
 
-if [[ $mode == --bugs ]]; then
+if [[ $bugs ]]; then
   prove_bugs
 else
-  for harness in "$here/$block"/*.sv; do
+  for harness in "${harnesses[@]}"; do
     write_aiger "$harness" "$root/rtl" "and covers"
     prove_harness "$block/$(basename "$harness" .sv)"
   done

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A copy of the RTL in which input bug_i of tc_top chooses a variant; 0 is the chip as it is."""
 import pathlib
+import re
 
-PORT = "module tc_top (\n  input logic [15:0] bug_i,"
+FIRST_PORT = re.compile(r"module tc_top (?:#\(.*?\n\) )?\(\n", re.DOTALL)
+PORT = "  input logic [15:0] bug_i,\n"
 
 
 def read(folder: pathlib.Path) -> dict[str, str]:
@@ -22,7 +24,7 @@ def omit(number: int, statement: str) -> str:
 
 def write(text: dict[str, str], folder: pathlib.Path) -> None:
     """Adds the port and writes the files."""
-    text = text | {"tc_top.sv": text["tc_top.sv"].replace("module tc_top (", PORT, 1)}
+    text = text | {"tc_top.sv": FIRST_PORT.sub(lambda head: head[0] + PORT, text["tc_top.sv"], count=1)}
     folder.mkdir(parents=True, exist_ok=True)
     for name, body in text.items():
         (folder / name).write_text(body)

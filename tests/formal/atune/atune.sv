@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proof of tc_atune with free inputs. That its duty stays below DUTY_MAX is ALGOR's part (AlgorDutyLimited_A).
 `include "tc_assert.svh"
+// engine: induction
 
 module formal_atune (
   input logic               clk_i,

@@ -2,6 +2,7 @@
 // Proof of tc_paramc driven by tc_sysctrl, for every command that UARTC can hold and reset at any time. One word of the
 // command (chosen by the solver) keeps its value while the command is in hand, the others are free in every clock: what holds
 // for any word holds for all.
+// engine: induction
 
 `include "tc_assert.svh"
 

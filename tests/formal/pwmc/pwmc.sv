@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proof of tc_pwmc with free inputs and reset at any time. The block's own assertions (FORMAL section of rtl/tc_pwmc.sv)
 // are proved with these, which see its pins alone.
+// engine: induction
 
 `include "tc_assert.svh"
 

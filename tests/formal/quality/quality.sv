@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proof of tc_quality with free inputs: what starts, moves and stops its figures.
 `include "tc_assert.svh"
+// engine: induction
 
 module formal_quality (
   input logic               clk_i,
