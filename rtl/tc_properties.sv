@@ -239,6 +239,7 @@ module tc_properties (
 
   // ---- P15: liveness. The main state machine comes back to where it takes commands and ticks, whatever comes on UART and SPI (that a
   // command ends stands in tc_paramc).
+
   // A tick ends in CfgPwm within the longest read, 27138 clocks of SPI at its slowest with a set-up word before (P15_ReadEnds_A in
   // tc_sensc), the computation and 4 clocks.
   localparam logic [14:0] LongestRead = 15'd27138;

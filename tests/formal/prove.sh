@@ -12,7 +12,7 @@
 # Yosys read options. Comment lines at the head of a harness say what is asked there:
 #   // cut: INSTANCE...      blocks whose outputs may be anything in any clock (over-approximation)
 #   // prove: NAME...        assertions that are proved here, * allowed; the others are left to another harness, not assumed. Default all
-#   // engine: induction      k-induction instead of PDR
+#   // engine: induction      k-induction by Yosys instead of PDR; abc-induction: by ABC
 # Exit status: 0 all as it should be, 1 not, 2 wrong call.
 set -euo pipefail
 
@@ -35,7 +35,7 @@ while [[ $# -gt 0 ]]; do
     *) usage "$block" "$@" ;;
   esac
 done
-seconds=300   # for one proof
+seconds=600   # for one proof
 flags=$(cat "$here/$block/flags" 2>/dev/null || true)
 harnesses=("$here/$block"/$only.sv)
 [[ -e ${harnesses[0]} ]] || usage "$block/$only" "$@"
@@ -80,19 +80,23 @@ prove() {
     yosys -p "read_ilang $work/asserts.il; opt -fast -nodffe -nosdff; dffunmap; opt_clean
               sat -tempinduct -maxsteps 4 -set-assumes -prove-asserts -timeout $seconds" > "$work/abc.log" 2>&1 || true
     grep -q 'Induction step proven: SUCCESS' "$work/abc.log" && return
-    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 70 -T $seconds" > "$work/abc.log" 2>&1 || true
+    return 1
+  fi
+  if [[ $engine == abc-induction ]]; then
+    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; ind -F 4 -C 0" > "$work/abc.log" 2>&1 || true
+    grep -q 'Networks are equivalent' "$work/abc.log" && return
     return 1
   fi
   berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1 || true
   grep -q 'Property proved' "$work/abc.log"
 }
-# A counterexample alone, for a seeded bug: where induction proves, bounded search is what refutes.
+# search ABC-OPTIONS: bounded search for a counterexample, into bmc.log; it names the assertion.
+search() { berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; bmc3 $* -T $seconds" > "$work/bmc.log" 2>&1 || true; }
+# A counterexample, for a seeded bug: bounded search is what finds it, else PDR.
 refute() {
-  if [[ $engine == induction ]]; then
-    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; bmc3 -F 70 -T $seconds" > "$work/abc.log" 2>&1 || true
-  else
-    prove || true
-  fi
+  search -F 200
+  cp "$work/bmc.log" "$work/abc.log"
+  if ! refuted && [[ $engine == pdr ]]; then prove || ! refuted || search; fi
 }
 refuted() { grep -aq 'asserted in frame' "$work/abc.log"; }
 clock() { grep -am1 'asserted in frame' "$work/abc.log" | sed 's/.*frame *\([0-9]*\).*/\1/'; }
@@ -101,7 +105,6 @@ clock() { grep -am1 'asserted in frame' "$work/abc.log" | sed 's/.*frame *\([0-9
 failed() {
   local words output
   refuted || { tail -n 1 "$work/abc.log"; return; }
-  berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; bmc3 -T $seconds" > "$work/bmc.log" 2>&1 || true
   words=$(grep -a -m1 'asserted in frame' "$work/bmc.log") || { echo "refuted"; return; }
   output=$(sed 's/Output *\([0-9]*\).*/\1/' <<< "$words")
   echo "$(sed -n "$((output + 1))p" "$work/assert.names" | sed 's,.*/,,') in clock $(sed 's/.*frame *\([0-9]*\).*/\1/' <<< "$words")"
@@ -121,10 +124,15 @@ prove_harness() {
     say "ok    $name: $n assertions proved"
     sed "s,.*[/.],proof\t$name\t$engine\t$spent\t," "$work/assert.names" >> "$table"
   else
+    search -F 100
+    cp "$work/bmc.log" "$work/abc.log"
     say "FAIL  $name: $(failed)"
   fi
   n=$(wc -l < "$work/cover.names")
-  berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; pdr -a -T $seconds" > "$work/cover.log" 2>&1 || true
+  # Bounded search reaches most in no time; PDR what lies deeper.
+  berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; bmc3 -a -x -F 60 -T 60" > "$work/cover.log" 2>&1 || true
+  [[ $n == $(grep -ac 'Output *[0-9]* was asserted' "$work/cover.log") ]] ||
+    berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; pdr -a -T $seconds" >> "$work/cover.log" 2>&1 || true
   grep -ao 'Output *[0-9]* was asserted in frame *[0-9]*' "$work/cover.log" | sed 's/[^0-9]*\([0-9]*\)[^0-9]*\([0-9]*\)/\1 \2/' > "$work/reached" || true
   awk -v name="$name" -v OFS='\t' 'NR == FNR { clock[$1] = $2; next }
     { cover = $0; sub(/.*[\/]/, "", cover); sub(/\.never$/, "", cover); sub(/.*\./, "", cover)

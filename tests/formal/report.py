@@ -18,28 +18,33 @@ PAGE = ROOT / "docs" / "properties.md"
 BEGIN, END = "<!-- made by tests/formal/report.sh: begin -->", "<!-- end -->"
 PROPERTIES = range(1, 19)
 
-Assertion = collections.namedtuple("Assertion", "name file says property conditional")
+Assertion = collections.namedtuple("Assertion", "name file says property conditional step")  # step: for proofs alone
 
 
 def assertions():
-    """Assertions of the RTL in the order of file and line, with the comment above each."""
+    """Assertions of the RTL in the order of file and line, with the last comment above each since a blank line."""
     found = []
     for path in sorted((ROOT / "rtl").glob("tc_*.sv")):
-        comment = []
-        lines = path.read_text().splitlines()
-        for number, line in enumerate(lines):
+        comment, used, inside, macros = [], False, False, []
+        for line in path.read_text().splitlines():
             text = line.strip()
+            if text.startswith("`if"):
+                macros.append(text.split()[1])
+            elif text.startswith("`endif"):
+                macros.pop()
             labelled = re.match(r"`TC_ASSERT(_IF|_NEXT|_RESET)?\((\w+)", text) or re.match(r"()(\w+_A): assert", text)
             if text.startswith("//"):
-                comment.append(text[2:].strip())
+                comment, used = (comment if inside else []) + [text[2:].strip()], False
             elif labelled:
-                says = " ".join(c for c in comment if not c.startswith("----"))
+                said = not used or labelled[2].startswith("P")   # one comment may stand above several parts of a property
+                says = " ".join(c for c in comment if said and not c.startswith("----"))
                 number_of = re.match(r"P(\d\d)_", labelled[2]) or re.match(r"P(\d+)[:,]", says)
                 found.append(Assertion(labelled[2], path.name, re.sub(r"^P\d+(, P\d+)*: ", "", says),
-                                       int(number_of[1]) if number_of else 0, labelled[1] in ("_IF", "_NEXT")))
+                                       int(number_of[1]) if number_of else 0, labelled[1] in ("_IF", "_NEXT"), "FORMAL" in macros))
+                used = True
+            elif not text:
                 comment = []
-            elif text and not text.startswith(("`if", "`end")):
-                comment = []
+            inside = text.startswith("//")
     return found
 
 
@@ -67,8 +72,8 @@ def table(rows, proofs, covers, bugs):
         lines.append("| {} | {} | {} | {} | {} | {} | {} |".format(
             a.name, a.says.replace("|", "\\|"), a.file, "<br>".join(p[0] for p in proof) or "**not proved**",
             "<br>".join(f"{p[1]}, {p[2]:.1f}" for p in proof) or "-",
-            covers.get(a.name + "_C", "**not reached**") if a.conditional else "none",
-            f"{bugs[a.name][2]} ({bugs[a.name][0]}, clock {bugs[a.name][1]})" if a.name in bugs else "-"))
+            covers.get(a.name + "_C", "**not reached**") if a.conditional else "always",
+            f"{bugs[a.name][2]} ({bugs[a.name][0]}, clock {bugs[a.name][1]})" if a.name in bugs else "step of a proof" if a.step else "-"))
     return lines
 
 
@@ -91,7 +96,8 @@ def write(path):
 def check():
     page = PAGE.read_text()
     made = page[page.index(BEGIN):page.index(END)]
-    rows = {row[1].strip(): row for row in (re.split(r"(?<!\\)\|", line) for line in made.splitlines() if line.startswith("| ")) if row[1].strip() != "assertion"}
+    split = [re.split(r"(?<!\\)\|", line) for line in made.splitlines() if line.startswith("| ")]
+    rows = {row[1].strip(): row for row in split if row[1].strip() != "assertion"}
     found, wrong = assertions(), []
     names = [a.name for a in found]
     wrong += [f"{name}: twice in rtl/" for name, n in collections.Counter(names).items() if n > 1]
@@ -118,7 +124,7 @@ def check():
                 wrong.append(f"{a.name}: no longer asked for in tests/formal/{harness}.sv")
         if a.property and a.name not in not_proved and reached == "**not reached**":
             wrong.append(f"{a.name}: its antecedent has not been reached")
-        if re.match(r"P\d\d_", a.name) and a.name not in not_proved and refuted == "-":
+        if re.match(r"P\d\d_", a.name) and not a.step and a.name not in not_proved and refuted == "-":
             wrong.append(f"{a.name}: no seeded bug refutes it")
     wrong += [f"P{number}: no assertion" for number in PROPERTIES if not any(a.property == number for a in found)]
     for line in wrong:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The receiver for every line, baud rate and format: the assertions inside tc_uart_rx (legal states, a character ends after at most
-// 169 ticks, silence is never reported during one), and how its outputs belong together.
+// 169 ticks, silence is never reported during one), and how its outputs belong together. Its measure of silence: silence.sv.
+// prove: UartRx* IdleEnds* LowLine* OneClock* CharacterWithout*
 `include "tc_assert.svh"
 
 module rx (

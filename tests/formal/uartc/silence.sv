@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The receiver's measure of silence (P14), for every line and format and every rate that BAUD can hold, changed in any clock.
-// engine: induction
+// engine: abc-induction
 // prove: P14_GapIsSilence_A P14_UnitsAreTicks_A P14_SilenceFalls_A UartRxStateLegal_A UartRxSilenceLegal_A
 
 module silence (

@@ -2,7 +2,8 @@
 // UARTC with all inputs free. The receiver is replaced (Yosys option in flags) by one that says anything at any time: what is proved
 // for it holds for the real one, and a whole frame takes a few clocks instead of thousands. rx.sv proves the real one.
 // Proved here besides the assertions inside the blocks:
-//   the line is silent but for the answer to a command that was addressed to this slave alone (P13, P14).
+//   the line is silent but for the answer to a command that was addressed to this slave alone (P13, P14). The lead of an answer: lead.sv.
+// prove: Uart* P09_* P10_* P14_Answer* P14_Command* Silent* NoCommand* GoodRaises*
 `include "tc_assert.svh"
 
 module uartc (
