@@ -281,7 +281,8 @@ module tc_sensc (
 
   `TC_ASSERT(SenscStateLegal_A, state_q == StIdle || state_q == StGap || state_q == StLead || state_q == StShift ||
              state_q == StJudge)
-  `TC_ASSERT(SenscReading_A, (reading == 15'd0) == (state_q == StIdle && !done_q) && {1'b0, reading} + {1'b0, clocks_left} <= {1'b0, LongestRead})
+  `TC_ASSERT(SenscReading_A, (reading == 15'd0) == (state_q == StIdle && !done_q) &&
+             {1'b0, reading} + {1'b0, clocks_left} <= {1'b0, LongestRead})
   `TC_ASSERT_IF(SenscReadEnds_A, busy_past_q, clocks_left < clocks_left_q)
   `TC_ASSERT_NEXT(SenscClockMovesAtHalfPeriods_A, state_q != StIdle && !half_end, sclk_q == sclk_past_q)
   `TC_ASSERT(SenscReadBounded_A, clocks_left < LongestRead)

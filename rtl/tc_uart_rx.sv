@@ -163,7 +163,8 @@ module tc_uart_rx (
   logic        resumed_q;                   // set by a bench that loads flops
   logic [22:0] missing;
   logic [6:0]  half_bits;                   // 3.5 characters less 2.5 bits, and the rest of the stop bits
-  assign half_bits = (tc_uart_pkg::char_bits(format_i) == 4'd10 ? 7'd66 : 7'd73) + (format_i == tc_uart_pkg::Format8N2 ? 7'd2 : 7'd0);
+  assign half_bits = (tc_uart_pkg::char_bits(format_i) == 4'd10 ? 7'd66 : 7'd73) +
+                     (format_i == tc_uart_pkg::Format8N2 ? 7'd2 : 7'd0);
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       resumed_q <= 1'b0;

@@ -142,7 +142,8 @@ module tc_uart_tx (
   end
   `TC_ASSERT(P14_LeadFalls_A, acc_q < TickUnits[12:0] &&
              (missing == 19'd0 || (leading && busy_q && shift_q == Mark && bits_q <= 4'd2 &&
-                                   {1'b0, missing} + 20'(acc_q) <= 20'({bits_q[1:0], 4'd0} + 6'd16 - {2'd0, tick_q}) * 20'(TickUnits))))
+                                   {1'b0, missing} + 20'(acc_q) <=
+                                   20'({bits_q[1:0], 4'd0} + 6'd16 - {2'd0, tick_q}) * 20'(TickUnits))))
 `endif
 `endif
 

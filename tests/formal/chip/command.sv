@@ -3,7 +3,8 @@
 // clocks and no length of silence matters; the other blocks are cut away. What is proved here holds for every sequence of
 // characters, gaps and ticks.
 // cut: u_rx u_tlm u_mem u_sensc u_algor u_atune u_quality u_pwmc u_guard
-// prove: P02_ClearIsKeyed_A P02_ClearJudged_A P09_StopIsHeard_A P09_StopIsTrue_A P10_[!T]* P13_* P15_CommandEnds_A P15_Judg* P15_Begins_A P15_Extracting_A P15_Writing_A UartFrame* Paramc*
+// prove: P02_ClearIsKeyed_A P02_ClearJudged_A P09_StopIsHeard_A P09_StopIsTrue_A P10_[!T]* P13_* P15_CommandEnds_A P15_Judg*
+// prove: P15_Begins_A P15_Extracting_A P15_Writing_A UartFrame* Paramc*
 
 module chip_command (
   input logic       clk_i,

@@ -3,7 +3,10 @@
 // What is proved here holds for every parameter in every clock, every command and every level on MISO.
 // engine: induction
 // cut: u_uartc u_paramc u_mem u_atune u_quality u_pwmc u_guard
-// prove: P05_SampleIsPrompt_A P11_* P15_TickEnds_A P15_AlgorAnswers_A P15_Displaying_A P15_Comput* P15_Read* SenscReading_A SenscStateLegal_A SenscEdgesBounded_A SenscGapCounts_A SenscNoSetUpLeft_A SenscReadBounded_A SenscLeadIdles_A SysctrlSensStartInReadTemp_A AlgorStepLegal_A AlgorComputing_A SenscDeselectedClockIdles_A SenscSelect_A SenscClockPhase_A
+// prove: P05_SampleIsPrompt_A P11_* P15_TickEnds_A P15_AlgorAnswers_A P15_Displaying_A P15_Comput* P15_Read* SenscReading_A
+// prove: SenscStateLegal_A SenscEdgesBounded_A SenscGapCounts_A SenscNoSetUpLeft_A SenscReadBounded_A SenscLeadIdles_A
+// prove: SysctrlSensStartInReadTemp_A AlgorStepLegal_A AlgorComputing_A SenscDeselectedClockIdles_A SenscSelect_A
+// prove: SenscClockPhase_A
 
 module chip_tick (
   input logic       clk_i,

@@ -2,7 +2,9 @@
 // Proof of tc_paramc driven by tc_sysctrl, for every command that UARTC can hold and reset at any time. One word of the
 // command (chosen by the solver) keeps its value while the command is in hand, the others are free in every clock: what holds
 // for any word holds for all.
+// (So a command word may differ when it is judged and when it is obeyed: P02_ClearJudged_A is proved in chip/command.)
 // engine: induction
+// prove: FormalParamc* Paramc* P15_* Sysctrl*
 
 `include "tc_assert.svh"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proof of tc_sensc with free inputs (the description may change in any clock) and reset at any time. The block's own
 // assertions (FORMAL section of rtl/tc_sensc.sv: every read ends, clock and chip select) are proved with these.
-// prove: SenscProof* SenscDeselected* SenscDoneIsIdle_A SenscSelect_A SenscClock* SenscGap* SenscEdges* SenscNoSetUpLeft_A SenscLeadIdles_A SenscStateLegal_A SenscReadEnds_A SenscReadBounded_A SenscSetUp SenscBadFrame P05_SampleIsPrompt_A
+// prove: SenscProof* SenscDeselected* SenscDoneIsIdle_A SenscSelect_A SenscClock* SenscGap* SenscEdges* SenscNoSetUpLeft_A
+// prove: SenscLeadIdles_A SenscStateLegal_A SenscReadEnds_A SenscReadBounded_A SenscSetUp SenscBadFrame P05_SampleIsPrompt_A
 
 `include "tc_assert.svh"
 
