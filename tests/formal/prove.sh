@@ -75,9 +75,9 @@ write_aiger() {
   for name in ${4:-$(list "$harness" prove)}; do keep+=" n:*$name n:*${name}_C"; done
   finish="opt -fast -nodffe -nosdff; dffunmap; setundef -undriven -anyseq; techmap; opt -fast -nodffe -nosdff; dffunmap; aigmap; opt_clean"
   [[ ${3:-} != "and covers" ]] || covers="design -load read
-    chformal -assert -remove; techmap -map $work/cover_map.v; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert"
+    chformal -assert -remove; techmap -map $work/cover_map.v; setattr -set keep 1 t:\$assert; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert"
   yosys -q -p "read_verilog -sv -formal -defer -I $rtl $flags $files $harness
-    hierarchy -check -top $top; ${blocks:+cutpoint$blocks; hierarchy -top $top;} proc; memory_map; flatten; $cut; opt -fast; async2sync; opt_clean; chformal -early
+    hierarchy -check -top $top; ${blocks:+cutpoint$blocks; hierarchy -top $top;} proc; memory_map; flatten; setattr -set keep 1 t:\$assert t:\$cover; $cut; opt -fast; async2sync; opt_clean; chformal -early
     ${keep:+select -set keep$keep; chformal -assert -cover -remove t:\$assert t:\$cover %u @keep %d;} design -save read
     chformal -cover -remove; write_ilang $work/asserts.il; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
     $covers" \
@@ -165,7 +165,7 @@ prove_bugs() {
     for harness in "${harnesses[@]}"; do
       asked "$harness" "${wanted%!}" || continue
       if [[ $wanted == *! ]]; then
-        [[ -n $(list "$harness" prove) ]] || continue
+        [[ ${#harnesses[@]} == 1 || -n $(list "$harness" prove) ]] || continue
         write_aiger "$harness" "$work/rtl"
         prove || found="${wanted%!} is no longer proved"
         break
