@@ -12,10 +12,12 @@ namespace {
 
 constexpr Bench kBenches[] = {
     {"bus", "how far off a host may be, jitter, glitches, and the time of a poll", bench_bus},
-    {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control},
+    {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control,
+     control_charts},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
-    {"protection", "faults of a head against firmware's rules; healthy jobs without a trip", bench_protection},
+    {"protection", "faults of a head against firmware's rules; healthy jobs without a trip",
+     bench_protection},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
     {"upset", "every flop inverted once in each phase of a job: outcomes a block", bench_upset},
     {"vibration", "what moves leave behind: anchor plant, and the paper's table on a servo axis",
@@ -28,6 +30,14 @@ std::string wanted(const BenchRow& row) {
   if (row.at_least) return fmt::format(">= {:.4g}", *row.at_least);
   if (row.at_most) return fmt::format("<= {:.4g}", *row.at_most);
   return "";
+}
+
+nlohmann::ordered_json json_of(const BenchChart& chart) {
+  nlohmann::ordered_json curves = nlohmann::json::array();
+  for (const BenchCurve& curve : chart.curves)
+    curves.push_back({{"name", curve.name}, {"x", curve.x}, {"y", curve.y}});
+  return {{"name", chart.name},   {"x_axis", chart.x_axis}, {"y_axis", chart.y_axis},
+          {"y_min", chart.y_min}, {"y_max", chart.y_max},   {"curves", curves}};
 }
 
 }  // namespace
@@ -46,6 +56,9 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json) {
       if (row.at_least) entry["at_least"] = *row.at_least;
       if (row.at_most) entry["at_most"] = *row.at_most;
       out["rows"].push_back(entry);
+    }
+    if (bench.charts != nullptr && !options.quick) {
+      for (const BenchChart& chart : bench.charts()) out["charts"].push_back(json_of(chart));
     }
     fmt::print("{}\n", out.dump(2));
   } else {
