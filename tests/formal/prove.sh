@@ -139,7 +139,7 @@ prove_harness() {
   fi
   n=$(wc -l < "$work/cover.names")
   # Bounded search reaches most in no time; PDR what lies deeper.
-  berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; bmc3 -a -x -F 60 -T 60" > "$work/cover.log" 2>&1 || true
+  berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; bmc3 -a -x -F 60 -T 20" > "$work/cover.log" 2>&1 || true
   [[ $n == $(grep -ac 'Output *[0-9]* was asserted' "$work/cover.log") ]] ||
     berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; pdr -a -T $seconds" >> "$work/cover.log" 2>&1 || true
   grep -ao 'Output *[0-9]* was asserted in frame *[0-9]*' "$work/cover.log" | sed 's/[^0-9]*\([0-9]*\)[^0-9]*\([0-9]*\)/\1 \2/' > "$work/reached" || true
