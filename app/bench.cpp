@@ -15,6 +15,7 @@ constexpr Bench kBenches[] = {
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
+    {"stage", "positioning accuracy before and after compensation, fly-by, droplets in images", bench_stage},
     {"vibration", "what moves leave behind: anchor plant, and the paper's table on a servo axis",
      bench_vibration},
     {"windows", "time-parallel lockstep on two processes against one run from end to end", bench_windows},
