@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stage: positioning accuracy as the bump-printing paper measured it and after compensation, droplets on the fly,
-// droplets in strobe images.
+// The stage: positioning accuracy as the bump-printing paper measured it and after compensation, droplets on
+// the fly, droplets in strobe images.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,9 +27,9 @@ struct PaperAxis {
   std::string name;
   AxisModelConfig model;
   InterferometerConfig instrument;
-  double accuracy_um;          // the paper's +-, twice
+  double accuracy_um;             // the paper's +-, twice
   double forward_um, reverse_um;  // the paper's repeatability at zero: range of four approaches
-  double accuracy_after_um;    // wanted with compensation
+  double accuracy_after_um;       // wanted with compensation
 };
 
 // Mean range of four draws from a normal distribution of sigma 1 (control chart constant d2).
@@ -58,27 +58,31 @@ double mean_range_of_four(const std::vector<double>& values) {
 }
 
 void add_accuracy_rows(std::vector<BenchRow>& rows, const PaperAxis& axis, bool quick) {
-  const motion::AccuracyTest test{
-      .target_mm = motion::accuracy_targets(0.0, 200.0, 11, axis.model.screw.lead_mm, 1)};
+  const motion::AccuracyTest test{.target_mm =
+                                      motion::accuracy_targets(0.0, 200.0, 11, axis.model.screw.lead_mm, 1)};
   const auto before_targets = measure_axis(axis.model, test, axis.instrument);
   const auto before = motion::evaluate_accuracy(before_targets);
   const std::string name = axis.name + ": ";
   rows.push_back({name + fmt::format("A / 2 as found (paper +-{:.0f})", 0.5 * axis.accuracy_um),
                   0.5 * before.accuracy_um, "um", 0.45 * axis.accuracy_um, 0.55 * axis.accuracy_um});
-  rows.push_back({name + "backlash by the residual method less that of the screw",
-                  std::abs(motion::residual_backlash(before_targets).backlash_um - axis.model.screw.backlash_mm * 1e3),
-                  "um", {}, 1.0});
+  rows.push_back(
+      {name + "backlash by the residual method less that of the screw",
+       std::abs(motion::residual_backlash(before_targets).backlash_um - axis.model.screw.backlash_mm * 1e3),
+       "um",
+       {},
+       1.0});
 
   motion::AccuracyTest learn{.target_mm = {}, .runs = 2};
   const double step_mm = quick ? 2.0 : 1.0;  // 5 to 10 positions a turn of the 5 mm and 10 mm screws
   for (double at_mm = 0.0; at_mm <= 200.0; at_mm += step_mm) learn.target_mm.push_back(at_mm);
   InterferometerConfig other = axis.instrument;
   other.seed = 2;
-  const auto table = motion::make_compensation(
-      motion::evaluate_accuracy(measure_axis(axis.model, learn, other)));
+  const auto table =
+      motion::make_compensation(motion::evaluate_accuracy(measure_axis(axis.model, learn, other)));
   other.seed = 3;
   const auto after = motion::evaluate_accuracy(measure_axis(axis.model, test, other, table));
-  rows.push_back({name + "A / 2 compensated", 0.5 * after.accuracy_um, "um", {}, 0.5 * axis.accuracy_after_um});
+  rows.push_back(
+      {name + "A / 2 compensated", 0.5 * after.accuracy_um, "um", {}, 0.5 * axis.accuracy_after_um});
   rows.push_back({name + "E as found", before.systematic_um, "um", {}, {}});
   rows.push_back({name + "E compensated", after.systematic_um, "um", {}, {}});
   rows.push_back({name + "B as found", before.reversal_um, "um", {}, {}});
@@ -117,7 +121,8 @@ void add_fly_by_rows(std::vector<BenchRow>& rows) {
   for (const double error : landing_errors_mm(plan, bumps, config, 1e-6, config.flight_s))
     worst = std::max(worst, std::abs(error));
   const double bound_um = (fastest * 1e-6 + 0.5 * config.encoder_mm) * 1e3;
-  rows.push_back({"largest trigger error (bound v x 1 us + half a count)", worst * 1e3, "um", {}, bound_um + 1e-6});
+  rows.push_back(
+      {"largest trigger error (bound v x 1 us + half a count)", worst * 1e3, "um", {}, bound_um + 1e-6});
 }
 
 void add_droplet_rows(std::vector<BenchRow>& rows, bool quick) {
@@ -127,7 +132,7 @@ void add_droplet_rows(std::vector<BenchRow>& rows, bool quick) {
   for (const double speed : {0.5, 1.0, 2.0, 3.0, 4.0})
     for (const double roundness : {1.0, 0.9, 0.8})
       for (int i = 0; i < (quick ? 2 : 6); ++i) {
-        motion::FlyingDroplet droplet{.x_um = 700.0 + 1.7 * i, .y_um = 300.0 + 2.3 * i, .diameter_um = 100.0};
+        motion::FlyingDroplet droplet{.x_um = 400.0 + 1.7 * i, .y_um = 300.0 + 2.3 * i, .diameter_um = 100.0};
         droplet.velocity_m_s = speed;
         droplet.roundness = roundness;
         motion::FlyingDroplet satellite = droplet;
@@ -141,13 +146,16 @@ void add_droplet_rows(std::vector<BenchRow>& rows, bool quick) {
         const auto second = render(scene, camera, seed + 1);
         const auto begin = std::chrono::steady_clock::now();
         const auto found = measure_pair(first, second, camera.strobe);
-        time_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+        time_ms +=
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
         ++pairs;
         worst_speed = std::max(worst_speed, found ? std::abs(found->velocity_m_s - speed) : INFINITY);
-        worst_roundness = std::max(worst_roundness, found ? std::abs(found->roundness - roundness) : INFINITY);
+        worst_roundness =
+            std::max(worst_roundness, found ? std::abs(found->roundness - roundness) : INFINITY);
         wrong_satellites += found && found->satellites == i % 2 ? 0 : 1;
       }
-  rows.push_back({fmt::format("strobe pairs ({}): largest velocity error", pairs), worst_speed, "m/s", {}, 0.01});
+  rows.push_back(
+      {fmt::format("strobe pairs ({}): largest velocity error", pairs), worst_speed, "m/s", {}, 0.01});
   rows.push_back({"strobe pairs: largest roundness error", worst_roundness, "", {}, 0.03});
   rows.push_back({"strobe pairs: satellites miscounted", static_cast<double>(wrong_satellites), "", {}, 0.0});
   rows.push_back({"strobe pairs: time of one", time_ms / pairs, "ms", {}, {}});
@@ -157,9 +165,15 @@ void add_droplet_rows(std::vector<BenchRow>& rows, bool quick) {
   const auto tuned = motion::tune_waveform(
       {}, {}, [&](const motion::Waveform& waveform) { return photograph(head, waveform, camera, ++seed); });
   const auto truth = jet(head, tuned.waveform);
-  rows.push_back({"waveform tuned by the images: velocity", truth ? truth->droplet.velocity_m_s : 0.0, "m/s", 1.8, 2.2});
-  rows.push_back({"waveform tuned by the images: satellites", truth ? truth->satellites : NAN, "", {}, 0.0});
-  rows.push_back({"waveform tuned by the images: pairs taken", static_cast<double>(tuned.measurements), "", {}, 60.0});
+  rows.push_back(
+      {"waveform tuned by the images: velocity", truth ? truth->droplet.velocity_m_s : 0.0, "m/s", 1.8, 2.2});
+  rows.push_back({"waveform tuned by the images: satellites",
+                  truth ? static_cast<double>(truth->satellites) : NAN,
+                  "",
+                  {},
+                  0.0});
+  rows.push_back(
+      {"waveform tuned by the images: pairs taken", static_cast<double>(tuned.measurements), "", {}, 60.0});
 }
 
 }  // namespace

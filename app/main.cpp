@@ -113,9 +113,8 @@ int main(int argc, char** argv) {
   gcode_command->add_option("JOB", gcode.job, "Job file (TOML), as for print")->required();
   gcode_command->add_option("--out", gcode.out, "File to write")->required();
   gcode_command->add_option("--dialect", gcode.dialect, "Control that reads it (default linuxcnc)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, motion::GcodeDialect>{{"linuxcnc", motion::GcodeDialect::linuxcnc},
-                                                      {"grbl", motion::GcodeDialect::grbl}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, motion::GcodeDialect>{
+          {"linuxcnc", motion::GcodeDialect::linuxcnc}, {"grbl", motion::GcodeDialect::grbl}}));
   app::AccuracyCommand accuracy;
   CLI::App* accuracy_command =
       cli.add_subcommand("accuracy", "Evaluate a positioning test of an axis after ISO 230-2");

@@ -52,10 +52,10 @@ int write_gcode_file(const GcodeCommand& command) {
     std::string program =
         motion::write_gcode(job.bumps, {job.start_mm.x(), job.start_mm.y()}, job.name, options);
     if (command.dialect == motion::GcodeDialect::grbl)
-      program = as_comments(motion::write_grbl_settings({1.0 / motion::pulse_length_mm(axes[0]),
-                                                         1.0 / motion::pulse_length_mm(axes[1]),
-                                                         1.0 / motion::pulse_length_mm(axes[2])},
-                                                        {axes[0].limits, axes[1].limits, axes[2].limits})) +
+      program = as_comments(motion::write_grbl_settings(
+                    {1.0 / motion::pulse_length_mm(axes[0]), 1.0 / motion::pulse_length_mm(axes[1]),
+                     1.0 / motion::pulse_length_mm(axes[2])},
+                    {axes[0].limits, axes[1].limits, axes[2].limits})) +
                 program;
     write_whole(command.out, program);
   } catch (const motion::MotionError& error) {
@@ -72,8 +72,8 @@ int show_accuracy(const AccuracyCommand& command) {
     const motion::ResidualBacklash backlash = motion::residual_backlash(targets);
     if (!command.compensation.empty())
       write_whole(command.compensation, motion::write_linuxcnc_compensation(motion::make_compensation(axis)));
-    fmt::print("{:>12} {:>10} {:>10} {:>10} {:>8} {:>8} {:>10}\n", "target mm", "mean + um", "mean - um", "B um",
-               "s + um", "s - um", "R um");
+    fmt::print("{:>12} {:>10} {:>10} {:>10} {:>8} {:>8} {:>10}\n", "target mm", "mean + um", "mean - um",
+               "B um", "s + um", "s - um", "R um");
     for (const motion::PositionAccuracy& at : axis.positions)
       fmt::print("{:>12.4f} {:>10.3f} {:>10.3f} {:>10.3f} {:>8.3f} {:>8.3f} {:>10.3f}\n", at.target_mm,
                  at.mean_forward_um, at.mean_reverse_um, at.reversal_um, at.deviation_forward_um,

@@ -30,7 +30,8 @@ double deviation_of(std::span<const double> values) {
 
 void check_targets(std::span<const TargetDeviations> targets) {
   if (targets.size() < 2)
-    throw MotionError(fmt::format("accuracy: found {} target positions, expected at least 2", targets.size()));
+    throw MotionError(
+        fmt::format("accuracy: found {} target positions, expected at least 2", targets.size()));
   std::vector<double> positions;
   for (const TargetDeviations& target : targets) {
     if (target.forward_um.size() < 2 || target.reverse_um.size() < 2)
@@ -209,7 +210,8 @@ ResidualBacklash residual_backlash(std::span<const TargetDeviations> targets) {
 
 std::vector<TargetDeviations> read_deviations(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) throw MotionError(fmt::format("{}: can't be read, expected a file of deviations", path.string()));
+  if (!file)
+    throw MotionError(fmt::format("{}: can't be read, expected a file of deviations", path.string()));
   constexpr std::string_view header = "target_mm,direction,deviation_um";
   std::map<double, TargetDeviations> targets;
   bool headed = false;
@@ -289,9 +291,10 @@ std::vector<TargetDeviations> measure_axis(const AxisModelConfig& axis, const Ac
   if (test.target_mm.empty() || test.runs < 1 ||
       std::adjacent_find(test.target_mm.begin(), test.target_mm.end(), std::greater_equal<>()) !=
           test.target_mm.end())
-    throw MotionError(fmt::format("accuracy test: found {} targets and {} runs, expected ascending targets "
-                                  "and at least 1 run",
-                                  test.target_mm.size(), test.runs));
+    throw MotionError(
+        fmt::format("accuracy test: found {} targets and {} runs, expected ascending targets "
+                    "and at least 1 run",
+                    test.target_mm.size(), test.runs));
   Bench bench(axis, test, instrument, table);
   std::vector<TargetDeviations> result(test.target_mm.size());
   const std::size_t count = result.size();

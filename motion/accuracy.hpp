@@ -24,8 +24,8 @@ struct TargetDeviations {
 struct PositionAccuracy {
   double target_mm = 0.0;
   double mean_forward_um = 0.0, mean_reverse_um = 0.0;
-  double mean_um = 0.0;      ///< of both directions
-  double reversal_um = 0.0;  ///< B_i, forward minus reverse
+  double mean_um = 0.0;                                           ///< of both directions
+  double reversal_um = 0.0;                                       ///< B_i, forward minus reverse
   double deviation_forward_um = 0.0, deviation_reverse_um = 0.0;  ///< estimators s of the standard deviation
   double repeatability_forward_um = 0.0, repeatability_reverse_um = 0.0;  ///< 4 s
   double repeatability_um = 0.0;  ///< R_i = max(2 s forward + 2 s reverse + |B_i|, 4 s forward, 4 s reverse)
@@ -68,7 +68,7 @@ std::vector<TargetDeviations> read_deviations(const std::filesystem::path& path)
 /// Deviations of an axis at commanded positions for each direction of approach, linear in between, constant
 /// outside. Empty: nothing is corrected.
 struct CompensationTable {
-  std::vector<double> position_mm;              ///< ascending
+  std::vector<double> position_mm;             ///< ascending
   std::vector<double> forward_mm, reverse_mm;  ///< actual minus commanded
 };
 
@@ -83,12 +83,12 @@ double compensated_reverse_mm(const CompensationTable& table, double target_mm);
 
 /// The instrument, and what no model of an axis has: scatter of its stops.
 struct InterferometerConfig {
-  double noise_um = 0.05;         ///< sigma of a reading
-  double resolution_um = 0.001;   ///< of a reading
-  double stop_forward_um = 0.0;   ///< sigma of where the axis stops, approached from below
-  double stop_reverse_um = 0.0;   ///< the same from above
-  double dwell_s = 0.4;           ///< from the end of the command to the end of the reading
-  double averaging_s = 0.05;      ///< readings over this time make one
+  double noise_um = 0.05;        ///< sigma of a reading
+  double resolution_um = 0.001;  ///< of a reading
+  double stop_forward_um = 0.0;  ///< sigma of where the axis stops, approached from below
+  double stop_reverse_um = 0.0;  ///< the same from above
+  double dwell_s = 0.4;          ///< from the end of the command to the end of the reading
+  double averaging_s = 0.05;     ///< readings over this time make one
   std::uint64_t seed = 1;
 };
 

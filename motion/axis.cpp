@@ -13,7 +13,8 @@ constexpr double kIndexTurns = 1.2;  // a whole turn has an index; the rest is f
 
 void check_positive(std::string_view what, double value) {
   if (!std::isfinite(value) || value <= 0.0)
-    throw MotionError(fmt::format("axis control: found {} {}, expected a finite number above 0", what, value));
+    throw MotionError(
+        fmt::format("axis control: found {} {}, expected a finite number above 0", what, value));
 }
 
 void check(const AxisControlConfig& config) {
@@ -26,15 +27,17 @@ void check(const AxisControlConfig& config) {
   check_positive("lead [mm]", homing.lead_mm);
   check_positive("following error [mm]", config.following_error_mm);
   if (!std::isfinite(config.following_error_s) || config.following_error_s < 0.0)
-    throw MotionError(fmt::format("axis control: found following error [s] {}, expected a finite number from 0",
-                                  config.following_error_s));
+    throw MotionError(
+        fmt::format("axis control: found following error [s] {}, expected a finite number from 0",
+                    config.following_error_s));
   if (!(homing.index_margin_share >= 0.0 && homing.index_margin_share < 0.5))
     throw MotionError(fmt::format("axis control: found index margin {} of a turn, expected 0..0.5",
                                   homing.index_margin_share));
   if (!std::isfinite(homing.index_position_mm) || !(config.travel.min_mm < config.travel.max_mm))
-    throw MotionError(fmt::format("axis control: found travel {}..{} mm and index at {} mm, expected finite numbers, "
-                                  "the smaller end first",
-                                  config.travel.min_mm, config.travel.max_mm, homing.index_position_mm));
+    throw MotionError(
+        fmt::format("axis control: found travel {}..{} mm and index at {} mm, expected finite numbers, "
+                    "the smaller end first",
+                    config.travel.min_mm, config.travel.max_mm, homing.index_position_mm));
   plan_scurve(config.limits, 1.0);  // these two refuse bad limits
   plan_scurve(config.stop_limits, 1.0);
 }
@@ -43,36 +46,56 @@ void check(const AxisControlConfig& config) {
 
 std::string_view name_of(AxisPhase phase) {
   switch (phase) {
-    case AxisPhase::unhomed: return "unhomed";
-    case AxisPhase::homing_search: return "homing: search";
-    case AxisPhase::homing_clear: return "homing: clear";
-    case AxisPhase::homing_latch: return "homing: latch";
-    case AxisPhase::homing_index: return "homing: index";
-    case AxisPhase::ready: return "ready";
-    case AxisPhase::moving: return "moving";
-    case AxisPhase::jogging: return "jogging";
-    case AxisPhase::stopping: return "stopping";
-    case AxisPhase::fault: return "fault";
+    case AxisPhase::unhomed:
+      return "unhomed";
+    case AxisPhase::homing_search:
+      return "homing: search";
+    case AxisPhase::homing_clear:
+      return "homing: clear";
+    case AxisPhase::homing_latch:
+      return "homing: latch";
+    case AxisPhase::homing_index:
+      return "homing: index";
+    case AxisPhase::ready:
+      return "ready";
+    case AxisPhase::moving:
+      return "moving";
+    case AxisPhase::jogging:
+      return "jogging";
+    case AxisPhase::stopping:
+      return "stopping";
+    case AxisPhase::fault:
+      return "fault";
   }
   return "?";
 }
 
 std::string_view name_of(AxisFault fault) {
   switch (fault) {
-    case AxisFault::none: return "none";
-    case AxisFault::emergency_stop: return "emergency stop";
-    case AxisFault::limit_negative: return "negative limit switch";
-    case AxisFault::limit_positive: return "positive limit switch";
-    case AxisFault::following_error: return "following error";
-    case AxisFault::switch_not_found: return "home switch not found";
-    case AxisFault::switch_stuck: return "home switch stuck";
-    case AxisFault::index_not_found: return "index not found";
-    case AxisFault::index_near_switch: return "index too near to the home switch";
+    case AxisFault::none:
+      return "none";
+    case AxisFault::emergency_stop:
+      return "emergency stop";
+    case AxisFault::limit_negative:
+      return "negative limit switch";
+    case AxisFault::limit_positive:
+      return "positive limit switch";
+    case AxisFault::following_error:
+      return "following error";
+    case AxisFault::switch_not_found:
+      return "home switch not found";
+    case AxisFault::switch_stuck:
+      return "home switch stuck";
+    case AxisFault::index_not_found:
+      return "index not found";
+    case AxisFault::index_near_switch:
+      return "index too near to the home switch";
   }
   return "?";
 }
 
-AxisControl::AxisControl(const AxisControlConfig& config, double encoder_mm) : config_(config), offset_mm_(encoder_mm) {
+AxisControl::AxisControl(const AxisControlConfig& config, double encoder_mm)
+    : config_(config), offset_mm_(encoder_mm) {
   check(config);
   inputs_.encoder_mm = encoder_mm;
   command_.position_mm = encoder_mm;
@@ -227,8 +250,8 @@ void AxisControl::home() {
 
 void AxisControl::move_to(double position_mm) {
   if (phase_ != AxisPhase::ready && phase_ != AxisPhase::moving && phase_ != AxisPhase::jogging)
-    throw MotionError(fmt::format("move: found the axis in phase \"{}\", expected it homed and without a fault",
-                                  name_of(phase_)));
+    throw MotionError(fmt::format(
+        "move: found the axis in phase \"{}\", expected it homed and without a fault", name_of(phase_)));
   if (!homed_) throw MotionError("move: found the axis not homed, expected home() first");
   if (!(position_mm >= config_.travel.min_mm && position_mm <= config_.travel.max_mm))
     throw MotionError(fmt::format("move: found {} mm, expected {}..{} mm (travel)", position_mm,
@@ -264,8 +287,10 @@ void AxisControl::stop() {
 
 void AxisControl::reset() {
   if (phase_ != AxisPhase::fault)
-    throw MotionError(fmt::format("reset: found the axis in phase \"{}\", expected a fault, at rest", name_of(phase_)));
-  if (inputs_.emergency_stop) throw MotionError("reset: found the emergency stop still pressed, expected it released");
+    throw MotionError(
+        fmt::format("reset: found the axis in phase \"{}\", expected a fault, at rest", name_of(phase_)));
+  if (inputs_.emergency_stop)
+    throw MotionError("reset: found the emergency stop still pressed, expected it released");
   fault_ = AxisFault::none;
   enabled_ = true;
   command_ = {inputs_.encoder_mm, 0.0, 0.0, 0.0};

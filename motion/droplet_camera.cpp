@@ -14,7 +14,8 @@ constexpr int kFine = 4;     // subpixels a pixel, either way
 constexpr int kFlashes = 9;  // moments of a flash
 
 /// Adds the share of cover at one moment; the bright middle takes away what the ellipse has put there.
-void cover(cv::Mat& fine, const FlyingDroplet& droplet, const CameraConfig& camera, double along_um, float weight) {
+void cover(cv::Mat& fine, const FlyingDroplet& droplet, const CameraConfig& camera, double along_um,
+           float weight) {
   const double scale = kFine / camera.strobe.pixel_um;
   const double angle = droplet.angle_deg * std::numbers::pi / 180.0;
   const double ux = std::sin(angle), uy = std::cos(angle);
@@ -25,9 +26,10 @@ void cover(cv::Mat& fine, const FlyingDroplet& droplet, const CameraConfig& came
   const double major = minor / droplet.roundness;
   const double bright = camera.highlight_share * camera.highlight_share;
   const int reach = static_cast<int>(std::ceil(major)) + 1;
-  for (int y = std::max(0, static_cast<int>(cy) - reach); y <= std::min(fine.rows - 1, static_cast<int>(cy) + reach); ++y)
-    for (int x = std::max(0, static_cast<int>(cx) - reach); x <= std::min(fine.cols - 1, static_cast<int>(cx) + reach);
-         ++x) {
+  for (int y = std::max(0, static_cast<int>(cy) - reach);
+       y <= std::min(fine.rows - 1, static_cast<int>(cy) + reach); ++y)
+    for (int x = std::max(0, static_cast<int>(cx) - reach);
+         x <= std::min(fine.cols - 1, static_cast<int>(cx) + reach); ++x) {
       const double dx = x - cx, dy = y - cy;
       const double along = (dx * ux + dy * uy) / major, across = (dx * uy - dy * ux) / minor;
       const double square = along * along + across * across;
@@ -42,7 +44,8 @@ GrayImage render(const std::vector<FlyingDroplet>& droplets, const CameraConfig&
   for (const FlyingDroplet& droplet : droplets)
     for (int flash = 0; flash < kFlashes; ++flash) {
       const double share = (flash + 0.5) / kFlashes - 0.5;
-      cover(fine, droplet, camera, share * droplet.velocity_m_s * 1e6 * camera.strobe.flash_s, 1.0F / kFlashes);
+      cover(fine, droplet, camera, share * droplet.velocity_m_s * 1e6 * camera.strobe.flash_s,
+            1.0F / kFlashes);
     }
   cv::Mat covered;
   cv::resize(fine, covered, {camera.width, camera.height}, 0, 0, cv::INTER_AREA);
@@ -52,7 +55,8 @@ GrayImage render(const std::vector<FlyingDroplet>& droplets, const CameraConfig&
   GrayImage image{camera.width, camera.height, {}};
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
-      const double light = camera.background + camera.gradient * (static_cast<double>(x) / camera.width - 0.5);
+      const double light =
+          camera.background + camera.gradient * (static_cast<double>(x) / camera.width - 0.5);
       const double level = light - camera.darkness * covered.at<float>(y, x) + camera.noise * noise(random);
       image.pixels.push_back(static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L)));
     }
@@ -79,7 +83,8 @@ std::optional<DropletFigures> photograph(const JettingModel& head, const Wavefor
   if (!jetted) return std::nullopt;
   const auto image_at = [&](double time_s, std::uint64_t image_seed) {
     FlyingDroplet droplet = jetted->droplet;
-    const double angle = droplet.angle_deg * std::numbers::pi / 180.0, way_um = droplet.velocity_m_s * 1e6 * time_s;
+    const double angle = droplet.angle_deg * std::numbers::pi / 180.0,
+                 way_um = droplet.velocity_m_s * 1e6 * time_s;
     droplet.x_um = 0.5 * camera.width * camera.strobe.pixel_um + way_um * std::sin(angle);
     droplet.y_um = 0.25 * camera.height * camera.strobe.pixel_um + way_um * std::cos(angle);
     std::vector<FlyingDroplet> droplets = {droplet};

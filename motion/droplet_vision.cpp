@@ -8,29 +8,33 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace meltstage::motion {
 namespace {
 
-constexpr double kSmooth_px = 1.0;      // of the image in which droplets are looked for
-constexpr double kNoiseFactor = 6.0;    // a droplet is darker than this many sigma of that image
+constexpr double kSmooth_px = 1.0;    // of the image in which droplets are looked for
+constexpr double kNoiseFactor = 6.0;  // a droplet is darker than this many sigma of that image
 constexpr double kShareOfDarkest = 0.25;
-constexpr double kLeastArea_px = 6.0;   // smaller is noise
-constexpr int kRim_px = 4;              // over which an edge is blurred
+constexpr double kLeastArea_px = 6.0;  // smaller is noise
+constexpr int kRim_px = 4;             // as far as an edge is blurred
+constexpr double kHoleShare = 0.05;    // of the full darkness: less is no bright middle
 
 cv::Mat checked(const GrayImage& image) {
   if (image.width < 16 || image.height < 16 ||
       image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
-    throw MotionError(fmt::format("strobe image: found {} x {} with {} pixels, expected at least 16 x 16 and a byte for "
-                                  "each",
-                                  image.width, image.height, image.pixels.size()));
+    throw MotionError(
+        fmt::format("strobe image: found {} x {} with {} pixels, expected at least 16 x 16 and a byte for "
+                    "each",
+                    image.width, image.height, image.pixels.size()));
   const cv::Mat bytes(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data()));
   cv::Mat grey;
   bytes.convertTo(grey, CV_32F);
   return grey;
 }
 
-/// How much darker each pixel is than the background, a plane fitted to all pixels near it, and the noise around it.
+/// How much darker each pixel is than the background, a plane fitted to all pixels near it, and the noise
+/// around it.
 struct Darkness {
   cv::Mat map;
   double noise = 0.0;
@@ -63,38 +67,66 @@ Darkness darkness_of(const cv::Mat& grey) {
   Darkness darkness{cv::Mat(grey.size(), CV_32F), deviation};
   for (int y = 0; y < grey.rows; ++y)
     for (int x = 0; x < grey.cols; ++x)
-      darkness.map.at<float>(y, x) = static_cast<float>(plane.dot(Eigen::Vector3d(1.0, x, y))) - grey.at<float>(y, x);
+      darkness.map.at<float>(y, x) =
+          static_cast<float>(plane.dot(Eigen::Vector3d(1.0, x, y))) - grey.at<float>(y, x);
   return darkness;
 }
 
-/// Darkness of a fully covered pixel of this droplet: high among those inside, which the bright middle leaves out.
-double full_darkness(const cv::Mat& darkness, const cv::Mat& inside, const cv::Rect& box) {
-  std::vector<float> values;
+/// Darkness of a fully covered pixel: the mean over the fifth of the droplet that is darkest in the smoothed
+/// image, by which the noise of a pixel hardly has a say in whether it counts.
+double full_darkness(const cv::Mat& darkness, const cv::Mat& smooth, const cv::Mat& inside,
+                     const cv::Rect& box) {
+  std::vector<std::pair<float, float>> values;  // smoothed, as it is
   for (int y = box.y; y < box.y + box.height; ++y)
     for (int x = box.x; x < box.x + box.width; ++x)
-      if (inside.at<std::uint8_t>(y, x) != 0) values.push_back(darkness.at<float>(y, x));
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(0.8 * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+      if (inside.at<std::uint8_t>(y, x) != 0)
+        values.emplace_back(smooth.at<float>(y, x), darkness.at<float>(y, x));
+  const std::size_t fifth = std::max<std::size_t>(1, values.size() / 5);
+  std::partial_sort(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(fifth), values.end(),
+                    [](const auto& l, const auto& r) { return l.first > r.first; });
+  double sum = 0.0;
+  for (std::size_t i = 0; i < fifth; ++i) sum += static_cast<double>(values[i].second);
+  return sum / static_cast<double>(fifth);
 }
 
-ImagedDroplet weigh(const cv::Mat& darkness, const std::vector<cv::Point>& contour) {
-  cv::Mat filled = cv::Mat::zeros(darkness.size(), CV_8U);
-  cv::drawContours(filled, std::vector{contour}, 0, cv::Scalar(255), cv::FILLED);
-  const cv::Mat rim = cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kRim_px + 1, 2 * kRim_px + 1});
-  cv::Mat reach, core;
-  cv::dilate(filled, reach, rim);
-  cv::erode(filled, core, rim);
-  const cv::Rect box = cv::boundingRect(contour) + cv::Size(2 * kRim_px, 2 * kRim_px) - cv::Point(kRim_px, kRim_px);
-  const cv::Rect clipped = box & cv::Rect(0, 0, darkness.cols, darkness.rows);
-  const double full = full_darkness(darkness, filled, clipped);
+/// The smoothed droplet without its bright middle: along each row no pixel is brighter than both what lies
+/// left and what lies right of it.
+cv::Mat without_middle(const cv::Mat& smooth, const cv::Rect& box) {
+  cv::Mat filled = smooth(box).clone();
+  for (int y = 0; y < filled.rows; ++y) {
+    float* row = filled.ptr<float>(y);
+    std::vector<float> from_left(row, row + filled.cols);
+    for (std::size_t x = 1; x < from_left.size(); ++x)
+      from_left[x] = std::max(from_left[x], from_left[x - 1]);
+    float from_right = row[filled.cols - 1];
+    for (int x = filled.cols - 1; x >= 0; --x) {
+      from_right = std::max(from_right, row[x]);
+      row[x] = std::min(from_left[static_cast<std::size_t>(x)], from_right);
+    }
+  }
+  return filled;
+}
+
+ImagedDroplet weigh(const Darkness& darkness, const cv::Mat& smooth, double smooth_noise,
+                    const std::vector<cv::Point>& contour) {
+  cv::Mat inside = cv::Mat::zeros(smooth.size(), CV_8U), reach;
+  cv::drawContours(inside, std::vector<std::vector<cv::Point>>{contour}, 0, cv::Scalar(255), cv::FILLED);
+  cv::dilate(inside, reach, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kRim_px + 1, 2 * kRim_px + 1}));
+  const cv::Rect image(0, 0, smooth.cols, smooth.rows), tight = cv::boundingRect(contour);
+  const cv::Rect box =
+      cv::Rect(tight.x - kRim_px, tight.y - kRim_px, tight.width + 2 * kRim_px, tight.height + 2 * kRim_px) &
+      image;
+  const double full = full_darkness(darkness.map, smooth, inside, tight);
+  const cv::Mat filled = without_middle(smooth, box);
+  const double hole = std::max(kHoleShare * full, kNoiseFactor * smooth_noise);
   double sum = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
-  for (int y = clipped.y; y < clipped.y + clipped.height; ++y)
-    for (int x = clipped.x; x < clipped.x + clipped.width; ++x) {
+  for (int y = box.y; y < box.y + box.height; ++y)
+    for (int x = box.x; x < box.x + box.width; ++x) {
       if (reach.at<std::uint8_t>(y, x) == 0) continue;
-      // Noise outside weighs as much below zero as above: it isn't clipped there.
-      const double cover =
-          core.at<std::uint8_t>(y, x) != 0 ? 1.0 : std::min(1.5, static_cast<double>(darkness.at<float>(y, x)) / full);
+      const float fill = filled.at<float>(y - box.y, x - box.x);
+      const bool in_middle = static_cast<double>(fill - smooth.at<float>(y, x)) > hole;
+      // Noise weighs as much below as above: nothing is clipped.
+      const double cover = static_cast<double>(in_middle ? fill : darkness.map.at<float>(y, x)) / full;
       sum += cover;
       sx += cover * x;
       sy += cover * y;
@@ -127,7 +159,7 @@ std::vector<ImagedDroplet> find_droplets(const GrayImage& image) {
     const bool whole =
         box.x > 0 && box.y > 0 && box.x + box.width < image.width && box.y + box.height < image.height;
     if (!whole) continue;
-    const ImagedDroplet droplet = weigh(darkness.map, contour);
+    const ImagedDroplet droplet = weigh(darkness, smooth, noise, contour);
     if (droplet.area_px >= kLeastArea_px) droplets.push_back(droplet);
   }
   std::sort(droplets.begin(), droplets.end(),
@@ -135,13 +167,15 @@ std::vector<ImagedDroplet> find_droplets(const GrayImage& image) {
   return droplets;
 }
 
-std::optional<DropletFigures> measure_pair(const GrayImage& first, const GrayImage& second, const StrobeSetup& setup) {
+std::optional<DropletFigures> measure_pair(const GrayImage& first, const GrayImage& second,
+                                           const StrobeSetup& setup) {
   if (!(setup.pixel_um > 0.0) || !(setup.delay_s > 0.0) || !(setup.flash_s >= 0.0))
-    throw MotionError(fmt::format("strobe: found pixel {} um, delay {} s, flash {} s, expected numbers above 0",
-                                  setup.pixel_um, setup.delay_s, setup.flash_s));
+    throw MotionError(
+        fmt::format("strobe: found pixel {} um, delay {} s, flash {} s, expected numbers above 0",
+                    setup.pixel_um, setup.delay_s, setup.flash_s));
   if (first.width != second.width || first.height != second.height)
-    throw MotionError(fmt::format("strobe pair: found {} x {} and {} x {}, expected images of one size", first.width,
-                                  first.height, second.width, second.height));
+    throw MotionError(fmt::format("strobe pair: found {} x {} and {} x {}, expected images of one size",
+                                  first.width, first.height, second.width, second.height));
   const auto early = find_droplets(first), late = find_droplets(second);
   if (early.empty() || late.empty()) return std::nullopt;
   const Eigen::Vector2d way_px(late[0].x_px - early[0].x_px, late[0].y_px - early[0].y_px);

@@ -24,8 +24,8 @@ void check_in_travel(const GcodeOptions& options, double x_mm, double y_mm, cons
     return value >= range.min_mm && value <= range.max_mm;
   };
   if (!inside(options.x, x_mm) || !inside(options.y, y_mm))
-    throw MotionError(fmt::format("G-code: found {} at ({}, {}) mm, expected x {}..{} mm and y {}..{} mm", what,
-                                  x_mm, y_mm, options.x.min_mm, options.x.max_mm, options.y.min_mm,
+    throw MotionError(fmt::format("G-code: found {} at ({}, {}) mm, expected x {}..{} mm and y {}..{} mm",
+                                  what, x_mm, y_mm, options.x.min_mm, options.x.max_mm, options.y.min_mm,
                                   options.y.max_mm));
 }
 
@@ -53,9 +53,9 @@ std::string move_line(const Eigen::Vector2d& to_mm, const std::array<std::string
 }
 
 struct Words {
-  std::string_view before;     ///< sets the modes
-  std::string wait_heat;       ///< only a heated head prints
-  std::string_view fire, rest; ///< of the droplet's output
+  std::string_view before;      ///< sets the modes
+  std::string wait_heat;        ///< only a heated head prints
+  std::string_view fire, rest;  ///< of the droplet's output
 };
 
 Words words_of(const GcodeOptions& options) {
@@ -78,7 +78,8 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
   check_positive("heat timeout [s]", options.heat_timeout_s);
   check_positive("droplet pulse [s]", options.pulse_s);
   if (!std::isfinite(options.settle_s) || options.settle_s < 0.0)
-    throw MotionError(fmt::format("G-code: found settle time {} s, expected a finite number from 0", options.settle_s));
+    throw MotionError(
+        fmt::format("G-code: found settle time {} s, expected a finite number from 0", options.settle_s));
   if (bumps.empty()) throw MotionError("G-code: found no bumps, expected at least 1");
   check_in_travel(options, start_mm.x(), start_mm.y(), "the start");
   for (const Point& bump : bumps)

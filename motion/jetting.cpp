@@ -16,8 +16,9 @@ constexpr double kSlowest_mm_s = 1.0;  // below, a row would be passed in no tim
 
 void check_range(std::string_view what, double low, double high) {
   if (!std::isfinite(low) || !std::isfinite(high) || low <= 0.0 || low > high)
-    throw MotionError(fmt::format("waveform range: found {} {}..{}, expected finite numbers above 0, the smaller first",
-                                  what, low, high));
+    throw MotionError(
+        fmt::format("waveform range: found {} {}..{}, expected finite numbers above 0, the smaller first",
+                    what, low, high));
 }
 
 /// Measures and counts, until it may not any more.
@@ -74,7 +75,8 @@ class Tuner {
         const auto droplet = look(waveform);
         speed[i] = droplet ? droplet->velocity_m_s : 0.0;
       }
-      const auto peak = static_cast<std::size_t>(std::max_element(speed.begin(), speed.end()) - speed.begin());
+      const auto peak =
+          static_cast<std::size_t>(std::max_element(speed.begin(), speed.end()) - speed.begin());
       if (speed[peak] <= 0.0) continue;
       const double dwell_us = low + static_cast<double>(peak) * step;
       if (peak == 0 || peak == kDwells - 1) return dwell_us;
@@ -85,7 +87,8 @@ class Tuner {
     return low + 0.5 * (kDwells - 1) * step;
   }
 
-  /// Regula falsi with the Illinois change (Dowell & Jarratt 1971) on the velocity's distance from the band's middle.
+  /// Regula falsi with the Illinois change (Dowell & Jarratt 1971) on the velocity's distance from the band's
+  /// middle.
   void tune_amplitude(Waveform& waveform) {
     double low = range_.lowest.amplitude_v, high = range_.highest.amplitude_v;
     waveform.amplitude_v = high;
@@ -143,7 +146,8 @@ Ramps ramps_at(const ScurveLimits& limits, double speed_mm_s) {
           curve.duration_s - curve.durations_s[3]};
 }
 
-/// The speed at which a row of this length takes the least time: T(v) = ramps(v) + length / v has one minimum.
+/// The speed at which a row of this length takes the least time: T(v) = ramps(v) + length / v has one
+/// minimum.
 double best_speed_mm_s(const ScurveLimits& limits, double length_mm, double highest_mm_s) {
   const auto time_s = [&](double speed) { return ramps_at(limits, speed).time_s + length_mm / speed; };
   double low = std::min(kSlowest_mm_s, highest_mm_s), high = highest_mm_s;
@@ -196,8 +200,9 @@ double nearest_gap_mm(std::span<const Point> bumps, const std::vector<std::size_
   for (std::size_t i = 1; i < row.size(); ++i) {
     gap_mm = std::min(gap_mm, bumps[row[i]].x_mm - bumps[row[i - 1]].x_mm);
     if (!(gap_mm > 0.0))
-      throw MotionError(fmt::format("fly-by: found the bumps of rows {} and {} at one place, expected each once",
-                                    bumps[row[i - 1]].row, bumps[row[i]].row));
+      throw MotionError(
+          fmt::format("fly-by: found the bumps of rows {} and {} at one place, expected each once",
+                      bumps[row[i - 1]].row, bumps[row[i]].row));
   }
   return gap_mm;
 }
@@ -215,7 +220,9 @@ double edge_mm(std::int64_t count, double direction, double encoder_mm) {
 
 }  // namespace
 
-double duration_us(const Waveform& waveform) { return waveform.rise_us + waveform.dwell_us + waveform.fall_us; }
+double duration_us(const Waveform& waveform) {
+  return waveform.rise_us + waveform.dwell_us + waveform.fall_us;
+}
 
 double waveform_v(const Waveform& waveform, double time_us) {
   if (time_us <= 0.0 || time_us >= duration_us(waveform)) return 0.0;
@@ -226,14 +233,15 @@ double waveform_v(const Waveform& waveform, double time_us) {
 
 std::optional<std::string> why_out_of_band(const DropletBand& band, const DropletFigures& droplet) {
   if (!(droplet.velocity_m_s >= band.slowest_m_s && droplet.velocity_m_s <= band.fastest_m_s))
-    return fmt::format("velocity {:.3f} m/s, expected {:.2f}..{:.2f} m/s", droplet.velocity_m_s, band.slowest_m_s,
-                       band.fastest_m_s);
+    return fmt::format("velocity {:.3f} m/s, expected {:.2f}..{:.2f} m/s", droplet.velocity_m_s,
+                       band.slowest_m_s, band.fastest_m_s);
   if (droplet.satellites > band.most_satellites)
     return fmt::format("{} satellites, expected at most {}", droplet.satellites, band.most_satellites);
   if (!(droplet.roundness >= band.least_roundness))
     return fmt::format("roundness {:.3f}, expected at least {:.2f}", droplet.roundness, band.least_roundness);
   if (!(std::abs(droplet.angle_deg) <= band.largest_angle_deg))
-    return fmt::format("flight {:.2f} deg off, expected at most {:.1f} deg", droplet.angle_deg, band.largest_angle_deg);
+    return fmt::format("flight {:.2f} deg off, expected at most {:.1f} deg", droplet.angle_deg,
+                       band.largest_angle_deg);
   return std::nullopt;
 }
 
@@ -245,8 +253,9 @@ TunedWaveform tune_waveform(const WaveformRange& range, const DropletBand& band,
   check_range("dwell [us]", range.lowest.dwell_us, range.highest.dwell_us);
   check_range("fall [us]", range.lowest.fall_us, range.highest.fall_us);
   if (!(band.slowest_m_s > 0.0 && band.slowest_m_s < band.fastest_m_s))
-    throw MotionError(fmt::format("droplet band: found {}..{} m/s, expected numbers above 0, the smaller first",
-                                  band.slowest_m_s, band.fastest_m_s));
+    throw MotionError(
+        fmt::format("droplet band: found {}..{} m/s, expected numbers above 0, the smaller first",
+                    band.slowest_m_s, band.fastest_m_s));
   return Tuner(range, band, measure, most_measurements).run();
 }
 
@@ -264,8 +273,9 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
   if (bumps.empty()) throw MotionError("fly-by: found no bumps, expected at least 1");
   for (const Point& bump : bumps)
     if (!std::isfinite(bump.x_mm) || !std::isfinite(bump.y_mm))
-      throw MotionError(fmt::format("fly-by: found the bump of row {} at ({}, {}) mm, expected finite numbers", bump.row,
-                                    bump.x_mm, bump.y_mm));
+      throw MotionError(
+          fmt::format("fly-by: found the bump of row {} at ({}, {}) mm, expected finite numbers", bump.row,
+                      bump.x_mm, bump.y_mm));
   FlyByPlan plan;
   const auto rows = rows_of(bumps, config.row_tolerance_mm);
   double direction = 1.0;
@@ -274,8 +284,8 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
     const double length_mm = bumps[order.back()].x_mm - bumps[order.front()].x_mm;
     FlyByRow row;
     row.y_mm = row_y_mm(bumps, order);
-    row.speed_mm_s =
-        best_speed_mm_s(config.x, length_mm, std::min(config.x.velocity_mm_s, gap_mm * config.droplets_per_s));
+    row.speed_mm_s = best_speed_mm_s(config.x, length_mm,
+                                     std::min(config.x.velocity_mm_s, gap_mm * config.droplets_per_s));
     if (direction < 0.0) std::reverse(order.begin(), order.end());
     const double ahead_mm = row.speed_mm_s * (config.latency_s + config.flight_s);
     for (const std::size_t i : order) {
@@ -292,8 +302,8 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
     // One turning point for two rows: the farther.
     if (!plan.rows.empty()) {
       FlyByRow& before = plan.rows.back();
-      const double turn_mm = direction < 0.0 ? std::max(before.to_x_mm, row.from_x_mm)
-                                             : std::min(before.to_x_mm, row.from_x_mm);
+      const double turn_mm =
+          direction < 0.0 ? std::max(before.to_x_mm, row.from_x_mm) : std::min(before.to_x_mm, row.from_x_mm);
       before.to_x_mm = row.from_x_mm = turn_mm;
     }
     plan.rows.push_back(std::move(row));
@@ -308,7 +318,8 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
           std::abs(edge_mm(trigger.count, row.direction(), config.encoder_mm) - row.from_x_mm);
       return row.x.time_at(way_mm);
     };
-    const double y_over_s = y_from_s + plan_scurve(config.y, std::abs(row.y_mm - y_mm)).duration_s + config.settle_s;
+    const double y_over_s =
+        y_from_s + plan_scurve(config.y, std::abs(row.y_mm - y_mm)).duration_s + config.settle_s;
     row.start_s = std::max(free_s, y_over_s - time_of(row.triggers.front()));
     for (Trigger& trigger : row.triggers) trigger.time_s = row.start_s + time_of(trigger);
     free_s = row.start_s + row.x.duration_s;
@@ -319,8 +330,8 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
   return plan;
 }
 
-std::vector<double> landing_errors_mm(const FlyByPlan& plan, std::span<const Point> bumps, const FlyByConfig& config,
-                                      double compare_s, double flight_s) {
+std::vector<double> landing_errors_mm(const FlyByPlan& plan, std::span<const Point> bumps,
+                                      const FlyByConfig& config, double compare_s, double flight_s) {
   std::vector<double> errors;
   for (const FlyByRow& row : plan.rows)
     for (const Trigger& trigger : row.triggers) {

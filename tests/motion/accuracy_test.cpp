@@ -28,9 +28,9 @@ std::string error_of(const std::function<void()>& action) {
   return "";
 }
 
-// A measured axis; the figures were computed from its raw readings in decimal arithmetic by another program. (The
-// report that the readings come from takes R = max(R forward, R reverse) and E from the reverse means alone; the
-// standard doesn't.)
+// A measured axis; the figures were computed from its raw readings in decimal arithmetic by another program.
+// (The report that the readings come from takes R = max(R forward, R reverse) and E from the reverse means
+// alone; the standard doesn't.)
 TEST(Accuracy, IsTheStandardsOnAMeasuredAxis) {
   const AxisAccuracy axis = evaluate_accuracy(read_deviations(kSlits));
   EXPECT_NEAR(axis.reversal_um, 4.564, 1e-6);
@@ -126,9 +126,9 @@ TEST(Interferometer, FindsTheScrewsErrorsAsTheyWerePutIn) {
 
 TEST(Interferometer, ScattersAsTheStopsDo) {
   const AccuracyTest test{.target_mm = {0.0, 1.0}, .runs = 40};
-  const auto targets = measure_axis(AxisModelConfig{}, test,
-                                    {.noise_um = 0.0, .stop_forward_um = 1.0, .stop_reverse_um = 2.0,
-                                     .dwell_s = 0.1});
+  const auto targets =
+      measure_axis(AxisModelConfig{}, test,
+                   {.noise_um = 0.0, .stop_forward_um = 1.0, .stop_reverse_um = 2.0, .dwell_s = 0.1});
   const AxisAccuracy axis = evaluate_accuracy(targets);
   // chi distribution, 39 degrees of freedom: 99.9 % within a third
   EXPECT_NEAR(axis.positions[0].deviation_forward_um, 1.0, 0.36);
@@ -172,7 +172,8 @@ TEST(AccuracyTargets, LieInTheWayAndDontKeepToThePeriod) {
     smallest = std::min(smallest, std::fmod(target, 10.0));
   }
   EXPECT_GT(largest - smallest, 5.0);
-  EXPECT_THAT(error_of([] { accuracy_targets(0.0, 200.0, 40, 10.0, 1); }), HasSubstr("40 targets, period 10"));
+  EXPECT_THAT(error_of([] { accuracy_targets(0.0, 200.0, 40, 10.0, 1); }),
+              HasSubstr("40 targets, period 10"));
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ std::string error_of(const std::function<void()>& action) {
   return "";
 }
 
-/// A machine on the servo axis: switches and index stand in a frame of the machine, the encoder counts from where
-/// power came on.
+/// A machine on the servo axis: switches and index stand in a frame of the machine, the encoder counts from
+/// where power came on.
 class Machine {
  public:
   explicit Machine(double at_mm, const AxisControlConfig& config = config_for_tests())
@@ -59,7 +59,8 @@ class Machine {
     inputs.limit_negative = place <= home_mm - 1.0;
     inputs.limit_positive = place >= 54.0;
     inputs.emergency_stop = emergency_stop;
-    const double turn = std::floor((place - index_mm) / 5.0), before = std::floor((last_place_mm_ - index_mm) / 5.0);
+    const double turn = std::floor((place - index_mm) / 5.0),
+                 before = std::floor((last_place_mm_ - index_mm) / 5.0);
     if (turn != before && !index_dead)
       inputs.index_mm = std::max(turn, before) * 5.0 + index_mm - power_on_mm_;
     last_place_mm_ = place;
@@ -86,13 +87,15 @@ class Machine {
   }
 
   bool home() {
+    cycle();  // the switches have been seen
     control.home();
     return run_to_rest() && control.homed();
   }
 
   AxisControl control;
   double home_mm = -0.5, index_mm = 1.5;  // places of the switch's edge and of one index
-  bool home_dead = false, home_stuck = false, index_dead = false, encoder_stuck = false, emergency_stop = false;
+  bool home_dead = false, home_stuck = false, index_dead = false, encoder_stuck = false,
+       emergency_stop = false;
   double fastest_mm_s = 0.0, highest_mm = -1e9;
   std::vector<AxisPhase> phases;
 
@@ -106,9 +109,9 @@ class Machine {
 TEST(Homing, FindsTheIndexAboveTheSwitch) {
   Machine machine(23.4);
   ASSERT_TRUE(machine.home());
-  EXPECT_THAT(machine.phases, ::testing::ElementsAre(AxisPhase::homing_search, AxisPhase::homing_clear,
-                                                     AxisPhase::homing_latch, AxisPhase::homing_index,
-                                                     AxisPhase::ready));
+  EXPECT_THAT(machine.phases,
+              ::testing::ElementsAre(AxisPhase::homing_search, AxisPhase::homing_clear,
+                                     AxisPhase::homing_latch, AxisPhase::homing_index, AxisPhase::ready));
   // the machine's zero is the index at place 1.5
   machine.run(0.2);
   EXPECT_NEAR(machine.control.position_mm(), machine.place_mm() - 1.5, 1e-9);
@@ -179,7 +182,8 @@ TEST(AxisControl, GoesWhereItIsToldOnceHomed) {
   machine.run(0.3);
   EXPECT_NEAR(machine.control.position_mm(), 12.5, 2e-4);
   EXPECT_NEAR(machine.place_mm(), 14.0, 2e-4);
-  EXPECT_EQ(error_of([&] { machine.control.move_to(50.5); }), "move: found 50.5 mm, expected 0..50 mm (travel)");
+  EXPECT_EQ(error_of([&] { machine.control.move_to(50.5); }),
+            "move: found 50.5 mm, expected 0..50 mm (travel)");
   EXPECT_THAT(error_of([&] { machine.control.move_to(NAN); }), HasSubstr("found nan mm"));
 }
 
@@ -235,7 +239,8 @@ TEST(EmergencyStop, StopsTheAxisWithoutLosingItsPosition) {
   EXPECT_NEAR(machine.control.position_mm(), machine.place_mm() - 1.5, 1e-9);
   EXPECT_TRUE(machine.control.homed());
   EXPECT_THAT(error_of([&] { machine.control.reset(); }), HasSubstr("still pressed"));
-  EXPECT_THAT(error_of([&] { machine.control.move_to(45.0); }), StartsWith("move: found the axis in phase \"fault\""));
+  EXPECT_THAT(error_of([&] { machine.control.move_to(45.0); }),
+              StartsWith("move: found the axis in phase \"fault\""));
   machine.emergency_stop = false;
   machine.cycle();
   machine.control.reset();
@@ -299,7 +304,8 @@ TEST(AxisControl, RefusesWhatCannotBe) {
   };
   EXPECT_EQ(message([](AxisControlConfig& c) { c.homing.slow_mm_s = 0.0; }),
             "axis control: found slow homing speed [mm/s] 0, expected a finite number above 0");
-  EXPECT_THAT(message([](AxisControlConfig& c) { c.homing.index_margin_share = 0.5; }), HasSubstr("0.5 of a turn"));
+  EXPECT_THAT(message([](AxisControlConfig& c) { c.homing.index_margin_share = 0.5; }),
+              HasSubstr("0.5 of a turn"));
   EXPECT_THAT(message([](AxisControlConfig& c) { c.travel = {5.0, 5.0}; }), HasSubstr("travel 5..5 mm"));
   EXPECT_NE(message([](AxisControlConfig& c) { c.stop_limits.jerk1_mm_s3 = -1.0; }), "");
   AxisControl control({});

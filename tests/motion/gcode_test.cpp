@@ -36,7 +36,8 @@ GcodeOptions options_of(GcodeDialect dialect) {
   return {.dialect = dialect, .x = {-1.0, 200.0}, .y = {-1.0, 200.0}};
 }
 
-/// What LinuxCNC's interpreter would have its machine do: lines of its canonical commands, and its exit status.
+/// What LinuxCNC's interpreter would have its machine do: lines of its canonical commands, and its exit
+/// status.
 struct Interpreted {
   bool good = false;
   std::vector<std::string> commands;
@@ -79,13 +80,15 @@ TEST(Gcode, FiresAtEveryBumpInLinuxCncsInterpreter) {
   const auto droplets = droplets_of(run);
   ASSERT_EQ(droplets.size(), kBumps.size());
   for (std::size_t i = 0; i < kBumps.size(); ++i)
-    EXPECT_LT((droplets[i] - Eigen::Vector2d(kBumps[i].x_mm, kBumps[i].y_mm)).lpNorm<Eigen::Infinity>(), 0.51e-4);
+    EXPECT_LT((droplets[i] - Eigen::Vector2d(kBumps[i].x_mm, kBumps[i].y_mm)).lpNorm<Eigen::Infinity>(),
+              0.51e-4);
   EXPECT_THAT(run.commands, ::testing::Contains("SET_MOTION_CONTROL_MODE(CANON_EXACT_STOP)"));
   EXPECT_THAT(run.commands, ::testing::Contains("DWELL(0.0150)").Times(4));
   EXPECT_THAT(run.commands, ::testing::Contains("DWELL(0.0010)").Times(4));
   EXPECT_THAT(run.commands, ::testing::Contains("CLEAR_AUX_OUTPUT_BIT(0)").Times(5));  // the first before all
-  EXPECT_THAT(run.commands, ::testing::Contains("STRAIGHT_TRAVERSE(5.0000, 6.0000, 0.0000, 0.0000, 0.0000, 0.0000)")
-                                .Times(2));
+  EXPECT_THAT(
+      run.commands,
+      ::testing::Contains("STRAIGHT_TRAVERSE(5.0000, 6.0000, 0.0000, 0.0000, 0.0000, 0.0000)").Times(2));
 }
 
 TEST(Gcode, IsWhatTheInterpreterSeesNotWhatWeMeant) {
@@ -117,7 +120,8 @@ TEST(Gcode, WaitsForTheTemperatureAndEndsWithoutIt) {
 
 // The words that grbl 1.1 knows (its wiki, "G-code commands supported"), and its line length.
 TEST(Gcode, KeepsToGrblsWords) {
-  const std::string program = write_gcode(kBumps, kStart, std::string(500, 'n'), options_of(GcodeDialect::grbl));
+  const std::string program =
+      write_gcode(kBumps, kStart, std::string(500, 'n'), options_of(GcodeDialect::grbl));
   const std::regex line_form(
       R"(\([^()]*\)|(G(0|4|17|21|54|61|90|94)|M(0|2|8|9))( G(17|90|94))*( [XYP]-?[0-9]+\.[0-9]{4})*)");
   std::istringstream lines(program);
@@ -142,7 +146,8 @@ TEST(Gcode, OfGrblVisitsTheSameBumps) {
 }
 
 TEST(Gcode, RefusesWhatAMachineCannotDo) {
-  const auto message = [](const std::function<void(GcodeOptions&)>& change, std::vector<Point> bumps = kBumps) {
+  const auto message = [](const std::function<void(GcodeOptions&)>& change,
+                          std::vector<Point> bumps = kBumps) {
     GcodeOptions options = options_of(GcodeDialect::linuxcnc);
     change(options);
     return error_of([&] { write_gcode(bumps, kStart, "", options); });
@@ -154,14 +159,15 @@ TEST(Gcode, RefusesWhatAMachineCannotDo) {
   EXPECT_THAT(message([](GcodeOptions&) {}, {{NAN, 0.0, 7}}), HasSubstr("row 7 at (nan, 0)"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.settle_s = -1.0; }), HasSubstr("settle time -1 s"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 0.0; }), HasSubstr("droplet pulse [s] 0"));
-  EXPECT_THAT(message([](GcodeOptions& o) { o.heat_timeout_s = INFINITY; }), HasSubstr("heat timeout [s] inf"));
+  EXPECT_THAT(message([](GcodeOptions& o) { o.heat_timeout_s = INFINITY; }),
+              HasSubstr("heat timeout [s] inf"));
 }
 
 TEST(Gcode, WritesLinuxCncsCompensationFile) {
   const CompensationTable table{{0.0, 10.0}, {0.0, 0.01}, {0.02, -0.03}};
-  EXPECT_EQ(write_linuxcnc_compensation(table),
-            "0.000000 0.000000 0.020000\n10.000000 10.010000 9.970000\n");
-  EXPECT_THAT(error_of([] { write_linuxcnc_compensation({}); }), HasSubstr("found 0 positions, expected 1..256"));
+  EXPECT_EQ(write_linuxcnc_compensation(table), "0.000000 0.000000 0.020000\n10.000000 10.010000 9.970000\n");
+  EXPECT_THAT(error_of([] { write_linuxcnc_compensation({}); }),
+              HasSubstr("found 0 positions, expected 1..256"));
 }
 
 TEST(Gcode, WritesGrblsSettings) {

@@ -93,7 +93,8 @@ RC_GTEST_PROP(FlyBy, HoldsWhatItPromisesOnAnyBumps, ()) {
   const int count = *rc::gen::inRange(1, 40);
   std::vector<Point> bumps;
   for (int i = 0; i < count; ++i) {
-    const Point bump{0.25 * *rc::gen::inRange(0, 60), 0.4 * *rc::gen::inRange(0, 5), static_cast<std::size_t>(i)};
+    const Point bump{0.25 * *rc::gen::inRange(0, 60), 0.4 * *rc::gen::inRange(0, 5),
+                     static_cast<std::size_t>(i)};
     const auto same = [&](const Point& other) { return other.x_mm == bump.x_mm && other.y_mm == bump.y_mm; };
     if (std::none_of(bumps.begin(), bumps.end(), same)) bumps.push_back(bump);
   }
@@ -112,12 +113,14 @@ RC_GTEST_PROP(FlyBy, HoldsWhatItPromisesOnAnyBumps, ()) {
       const MotionState at = row.x.sample(trigger.time_s - row.start_s);
       RC_ASSERT(std::abs(at.velocity_mm_s - row.speed_mm_s) < 1e-6 * row.speed_mm_s);
       if (last_s >= 0.0)
-        RC_ASSERT(trigger.time_s - last_s > 1.0 / config.droplets_per_s - config.encoder_mm / row.speed_mm_s - 1e-9);
+        RC_ASSERT(trigger.time_s - last_s >
+                  1.0 / config.droplets_per_s - config.encoder_mm / row.speed_mm_s - 1e-9);
       last_s = trigger.time_s;
     }
     if (before_droplet_s >= 0.0) {
       const double step_s = plan_scurve(config.y, row.y_mm - before_y).duration_s;
-      RC_ASSERT(row.triggers.front().time_s >= before_droplet_s + config.latency_s + step_s + config.settle_s - 1e-9);
+      RC_ASSERT(row.triggers.front().time_s >=
+                before_droplet_s + config.latency_s + step_s + config.settle_s - 1e-9);
     }
     before_droplet_s = last_s;
     before_y = row.y_mm;
@@ -177,8 +180,8 @@ std::optional<DropletFigures> head(const Waveform& w, double threshold_v, double
 TEST(TuneWaveform, BringsTheDropletIntoTheBandAtTheBestDwell) {
   for (const double threshold_v : {15.0, 40.0, 80.0})
     for (const double dwell_us : {22.0, 35.0, 61.0}) {
-      const TunedWaveform tuned = tune_waveform(
-          {}, {}, [&](const Waveform& w) { return head(w, threshold_v, dwell_us); });
+      const TunedWaveform tuned =
+          tune_waveform({}, {}, [&](const Waveform& w) { return head(w, threshold_v, dwell_us); });
       ASSERT_EQ(tuned.shortfall, std::nullopt) << threshold_v << " " << *tuned.shortfall;
       EXPECT_NEAR(tuned.droplet->velocity_m_s, 2.0, 0.2);
       EXPECT_EQ(tuned.droplet->satellites, 0);
@@ -202,7 +205,10 @@ TEST(TuneWaveform, SaysWhatIsShort) {
   ASSERT_TRUE(oval.shortfall);
   EXPECT_THAT(*oval.shortfall, StartsWith("roundness 0.700"));
   EXPECT_EQ(oval.waveform.fall_us, WaveformRange{}.highest.fall_us);
-  EXPECT_LE(tune_waveform({}, {}, [](const Waveform& w) { return head(w, 40.0, 35.0); }, 3).measurements, 3);
+  EXPECT_LE(tune_waveform(
+                {}, {}, [](const Waveform& w) { return head(w, 40.0, 35.0); }, 3)
+                .measurements,
+            3);
 }
 
 TEST(TuneWaveform, RefusesWhatCannotBe) {
@@ -210,7 +216,8 @@ TEST(TuneWaveform, RefusesWhatCannotBe) {
   range.lowest.dwell_us = 100.0;
   const auto measure = [](const Waveform&) { return std::optional(kGood); };
   EXPECT_THAT(error_of([&] { tune_waveform(range, {}, measure); }), HasSubstr("dwell [us] 100..80"));
-  EXPECT_THAT(error_of([&] { tune_waveform({}, {.slowest_m_s = 3.0}, measure); }), HasSubstr("found 3..2.2 m/s"));
+  EXPECT_THAT(error_of([&] { tune_waveform({}, {.slowest_m_s = 3.0}, measure); }),
+              HasSubstr("found 3..2.2 m/s"));
 }
 
 }  // namespace
