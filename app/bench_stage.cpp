@@ -90,7 +90,7 @@ void add_accuracy_rows(std::vector<BenchRow>& rows, const PaperAxis& axis, bool 
   rows.push_back({name + "R compensated", after.repeatability_um, "um", {}, {}});
 
   // The paper measured zero with the backlash taken out, four times from either side.
-  const motion::AccuracyTest zero{.target_mm = {0.0, 1.0}, .runs = quick ? 160 : 400};
+  const motion::AccuracyTest zero{.target_mm = {0.0, 1.0}, .runs = quick ? 400 : 1000};
   other.seed = 4;
   other.dwell_s = 0.15;
   const auto repeated = measure_axis(axis.model, zero, other, table);

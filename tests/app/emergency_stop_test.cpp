@@ -17,14 +17,14 @@
 namespace meltstage {
 namespace {
 
-struct Run {
+struct Recorded {
   tb::PrintJob job;
   vectors::Stream stream;
   tb::PrintResult result;
 };
 
-Run run(const std::vector<tb::PrintEvent>& events) {
-  Run run;
+Recorded record(const std::vector<tb::PrintEvent>& events) {
+  Recorded run;
   run.job = app::load_job(MELTSTAGE_SOURCE_DIR "/examples/first.toml").job;
   run.job.rtl = tb::RtlWindows::none;
   run.job.events = events;
@@ -55,7 +55,7 @@ std::int64_t counted_pulses(const vectors::Stream& stream, const std::string& ax
 }
 
 TEST(EmergencyStop, SwitchesTheHeaterOffAndKeepsTheStagesPosition) {
-  const Run whole = run({});
+  const Recorded whole = record({});
   ASSERT_TRUE(whole.result.good) << whole.result.verdict;
   const double clock_hz = whole.job.stage.clock_hz;
   auto undisturbed = rises(whole.stream);
@@ -69,7 +69,7 @@ TEST(EmergencyStop, SwitchesTheHeaterOffAndKeepsTheStagesPosition) {
   };
   EXPECT_GT(after_stop(undisturbed["heater_o"]), 10);  // or the test below would show nothing
 
-  const Run stopped = run({{stop_s, tb::EventKind::emergency_stop}});
+  const Recorded stopped = record({{stop_s, tb::EventKind::emergency_stop}});
   EXPECT_FALSE(stopped.result.good);
   auto pins = rises(stopped.stream);
   ASSERT_EQ(pins["inhibit_i"].size(), 1U);

@@ -26,7 +26,7 @@ std::string error_of(const std::function<void()>& action) {
 
 FlyingDroplet droplet_at(double x_um, double y_um) { return {.x_um = x_um, .y_um = y_um}; }
 
-TEST(FindDroplets, PlacesADropletToAFiftiethOfAPixel) {
+TEST(FindDroplets, PlacesADropletToATwentiethOfAPixel) {
   const CameraConfig camera;
   double squares = 0.0;
   constexpr int kImages = 20;
