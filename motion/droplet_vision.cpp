@@ -18,7 +18,8 @@ constexpr double kNoiseFactor = 6.0;  // a droplet is darker than this many sigm
 constexpr double kShareOfDarkest = 0.25;
 constexpr double kLeastArea_px = 6.0;  // smaller is noise
 constexpr int kRim_px = 4;             // as far as an edge is blurred
-constexpr double kHoleShare = 0.05;    // of the full darkness: less is no bright middle
+constexpr double kNearlyDarkest = 0.93;
+constexpr double kHoleShare = 0.05;  // of the full darkness: less is no bright middle
 
 cv::Mat checked(const GrayImage& image) {
   if (image.width < 16 || image.height < 16 ||
@@ -72,8 +73,9 @@ Darkness darkness_of(const cv::Mat& grey) {
   return darkness;
 }
 
-/// Darkness of a fully covered pixel: the mean over the fifth of the droplet that is darkest in the smoothed
-/// image, by which the noise of a pixel hardly has a say in whether it counts.
+/// Darkness of a fully covered pixel: the mean over what is nearly as dark as the darkest twentieth in the
+/// smoothed image. The cut lies some sigma of its noise below, so that noise doesn't choose the pixels; edges
+/// and the bright middle fall out.
 double full_darkness(const cv::Mat& darkness, const cv::Mat& smooth, const cv::Mat& inside,
                      const cv::Rect& box) {
   std::vector<std::pair<float, float>> values;  // smoothed, as it is
@@ -81,12 +83,17 @@ double full_darkness(const cv::Mat& darkness, const cv::Mat& smooth, const cv::M
     for (int x = box.x; x < box.x + box.width; ++x)
       if (inside.at<std::uint8_t>(y, x) != 0)
         values.emplace_back(smooth.at<float>(y, x), darkness.at<float>(y, x));
-  const std::size_t fifth = std::max<std::size_t>(1, values.size() / 5);
-  std::partial_sort(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(fifth), values.end(),
-                    [](const auto& l, const auto& r) { return l.first > r.first; });
-  double sum = 0.0;
-  for (std::size_t i = 0; i < fifth; ++i) sum += static_cast<double>(values[i].second);
-  return sum / static_cast<double>(fifth);
+  const auto dark = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 20);
+  std::nth_element(values.begin(), dark, values.end(),
+                   [](const auto& left, const auto& right) { return left.first > right.first; });
+  const double cut = kNearlyDarkest * static_cast<double>(dark->first);
+  double sum = 0.0, count = 0.0;
+  for (const auto& [smoothed, as_it_is] : values)
+    if (static_cast<double>(smoothed) >= cut) {
+      sum += static_cast<double>(as_it_is);
+      count += 1.0;
+    }
+  return sum / count;
 }
 
 /// The smoothed droplet without its bright middle: along each row no pixel is brighter than both what lies
