@@ -33,6 +33,7 @@ std::span<const Bench> benches();
 int report_bench(const Bench& bench, const BenchOptions& options, bool json);
 
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
+std::vector<BenchRow> bench_path(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
 std::vector<BenchRow> bench_windows(const BenchOptions& options);
 

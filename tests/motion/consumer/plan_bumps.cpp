@@ -15,5 +15,5 @@ int main(int argc, char** argv) {
   const std::uint64_t end = stage.move_to({first.x_mm, first.y_mm, 0.0}, 0);
   stage.run_until(end, [](const StageEvent&) {});
   const bool arrived = (stage.position_mm() - Eigen::Vector3d(first.x_mm, first.y_mm, 0.0)).norm() < 1e-3;
-  return arrived && plan.length_after_mm < plan.length_before_mm ? 0 : 1;
+  return arrived && plan.cost_after < plan.cost_before ? 0 : 1;
 }
