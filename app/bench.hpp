@@ -37,6 +37,7 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json);
 std::vector<BenchRow> bench_bus(const BenchOptions& options);
 std::vector<BenchRow> bench_control(const BenchOptions& options);
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
+std::vector<BenchRow> bench_path(const BenchOptions& options);
 std::vector<BenchRow> bench_profile(const BenchOptions& options);
 std::vector<BenchRow> bench_protection(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);

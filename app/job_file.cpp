@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <string_view>
 
 #include "motion/coordinates.hpp"
+#include "motion/path.hpp"
 #include "motion/profile.hpp"
 
 namespace meltstage::app {
@@ -210,6 +212,35 @@ tb::EventKind event_kind(Section& section) {
   return section.choice("what", "", kKinds);
 }
 
+// [print]: what the path is planned for. The stage's limits and the pause at a bump are known by then.
+motion::PathTask path_task(Section& print, tb::PrintJob& job) {
+  static constexpr std::array<std::pair<std::string_view, motion::Metric>, 4> kMetrics{
+      {{"manhattan", motion::Metric::manhattan},
+       {"chebyshev", motion::Metric::chebyshev},
+       {"euclidean", motion::Metric::euclidean},
+       {"time", motion::Metric::time}}};
+  static constexpr std::array<std::pair<std::string_view, motion::Tour>, 2> kTours{
+      {{"open", motion::Tour::open}, {"closed", motion::Tour::closed}}};
+  static constexpr std::array<std::pair<std::string_view, bool>, 2> kStarts{
+      {{"stage", true}, {"free", false}}};
+  motion::PathTask task;
+  task.metric = print.choice("metric", "manhattan", kMetrics);
+  task.tour = print.choice("tour", "open", kTours);
+  const bool from_stage = print.choice("begin", "stage", kStarts);
+  if (from_stage) task.start = {job.start_mm.x(), job.start_mm.y()};
+  task.times = {job.stage.axes[0].limits, job.stage.axes[1].limits, job.settle_s};
+  const double nowhere = std::numeric_limits<double>::quiet_NaN();
+  const double x_mm = print.number("end_x_mm", nowhere, 0.0, 200.0);
+  const double y_mm = print.number("end_y_mm", nowhere, 0.0, 200.0);
+  if (std::isnan(x_mm) != std::isnan(y_mm))
+    print.fail(std::isnan(x_mm) ? "end_x_mm" : "end_y_mm", "nothing", "both end_x_mm and end_y_mm, or none",
+               nullptr);
+  if (!std::isnan(x_mm)) task.end = {x_mm, y_mm};
+  if (task.end && task.tour == motion::Tour::closed)
+    print.fail("end_x_mm", "an end", "none for a closed tour, which returns to where it began", nullptr);
+  return task;
+}
+
 }  // namespace
 
 LoadedJob load_job(const std::filesystem::path& path) {
@@ -312,9 +343,9 @@ LoadedJob load_job(const std::filesystem::path& path) {
   Section coordinates = section("coordinates");
   const std::string file = coordinates.text("file", "");
   if (file.empty())
-    throw InputError(
-        fmt::format("{}: coordinates.file: missing, expected the name of a .xls, .csv or .kicad_mod file",
-                    path.string()));
+    throw InputError(fmt::format(
+        "{}: coordinates.file: missing, expected the name of a file with bumps, such as bumps.csv",
+        path.string()));
   motion::CoordinateOptions options;
   options.pitch_mm = coordinates.number("pitch_mm", 1.0, 1e-6, 1e6);
   options.origin_x_mm = coordinates.number("origin_x_mm", 0.0, -1e6, 1e6);
@@ -327,12 +358,9 @@ LoadedJob load_job(const std::filesystem::path& path) {
   Section print = section("print");
   job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
   job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
-  static constexpr std::array<std::pair<std::string_view, motion::Metric>, 3> kMetrics{
-      {{"manhattan", motion::Metric::manhattan},
-       {"chebyshev", motion::Metric::chebyshev},
-       {"euclidean", motion::Metric::euclidean}}};
-  const motion::Metric metric = print.choice("metric", "manhattan", kMetrics);
+  motion::PathTask task = path_task(print, job);
   loaded.plan_metric = print.text("metric", "manhattan");
+  loaded.plan_unit = task.metric == motion::Metric::time ? "s" : "mm";
   print.finish();
 
   Section rtl = section("rtl");
@@ -359,11 +387,18 @@ LoadedJob load_job(const std::filesystem::path& path) {
   } catch (const motion::CoordinateError& error) {
     throw InputError(error.what());
   }
-  const motion::Plan plan =
-      motion::plan_path(loaded.bumps_in_file_order, metric, {job.start_mm.x(), job.start_mm.y()});
-  for (const std::size_t i : plan.order) job.bumps.push_back(loaded.bumps_in_file_order[i]);
-  loaded.path_before_mm = plan.length_before_mm;
-  loaded.path_after_mm = plan.length_after_mm;
+  try {
+    loaded.plan = motion::plan_path(loaded.bumps_in_file_order, task);
+  } catch (const motion::MotionError& error) {
+    throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+  }
+  for (const std::size_t i : loaded.plan.order) job.bumps.push_back(loaded.bumps_in_file_order[i]);
+  if (task.end) job.end_mm = Eigen::Vector3d(task.end->x_mm, task.end->y_mm, job.start_mm.z());
+  if (task.tour == motion::Tour::closed) {
+    const bool from_stage = task.start.has_value();
+    const motion::Point& first = job.bumps.front();
+    job.end_mm = from_stage ? job.start_mm : Eigen::Vector3d(first.x_mm, first.y_mm, job.start_mm.z());
+  }
   return loaded;
 }
 

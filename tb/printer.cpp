@@ -343,7 +343,9 @@ class Printer {
         }
         break;
       case Phase::move:
-        if (!stage_.moving(cycle())) {
+        if (!stage_.moving(cycle()) && left_bumps_) {
+          shut_down();
+        } else if (!stage_.moving(cycle())) {
           phase_ = Phase::settle;
           deadline_ = cycle() + static_cast<std::uint64_t>(job_.settle_s * kClockHz);
         }
@@ -405,12 +407,20 @@ class Printer {
 
   void next_bump() {
     if (bump_ == job_.bumps.size()) {
-      shut_down();
+      left_bumps_ = job_.end_mm.has_value();
+      if (left_bumps_)
+        move_to(*job_.end_mm);
+      else
+        shut_down();
       return;
     }
     const motion::Point& p = job_.bumps[bump_++];
+    move_to({p.x_mm, p.y_mm, job_.start_mm.z()});
+  }
+
+  void move_to(const Eigen::Vector3d& to_mm) {
     stage_.run_until(cycle(), [this](const motion::StageEvent& e) { record_stage(e); });
-    stage_.move_to({p.x_mm, p.y_mm, job_.start_mm.z()}, cycle() + 1);
+    stage_.move_to(to_mm, cycle() + 1);
     stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
     phase_ = Phase::move;
   }
@@ -491,6 +501,7 @@ class Printer {
   std::uint64_t deadline_ = 0;
   std::uint64_t next_poll_ = 0;
   std::size_t bump_ = 0;
+  bool left_bumps_ = false;  // on the way from the last bump to the end
   std::size_t heat_sample_ = 0;
   std::size_t next_event_ = 0;
   int waiting_ = 0;                    // requests without an answer yet

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,7 @@ struct PrintJob {
   std::vector<motion::Point> bumps;      // in the order of printing
   motion::StageConfig stage;             // its clock is the chip's
   Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> end_mm;  // where the head goes after the last bump
   double droplet_j = 0.0;         // heat that a droplet takes along
   double settle_s = 0.015;        // pause at each bump before the droplet
   double heat_timeout_s = 600.0;  // from RUN to at-temperature
