@@ -122,6 +122,8 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
       {"Plant", std::string(job.head.plant.name)},
       {"Sensor", fmt::format("{}, noise {} degC", job.head.sensor, job.head.sensor_noise_degc)},
       {"Path metric", loaded.plan_metric},
+      {"Printing", job.fly_by ? "on the fly" : "stop at each bump"},
+      {"Moves", job.stage.quiet ? "quiet" : "as fast as the limits allow"},
       {"Seed", fmt::format("{}", job.head.seed)},
   };
   for (const tb::RegisterValue& r : job.registers) {
@@ -154,6 +156,11 @@ PrintReport make_report(const LoadedJob& loaded, const tb::PrintResult& result, 
       {"Path, planned", loaded.plan.cost_after, loaded.plan_unit},
       {"Path, lower bound", loaded.plan.lower_bound, loaded.plan_unit},
       {"Path, at most above the cheapest", 100.0 * loaded.plan.gap(), "%"},
+      {"Stops and moves, file order", loaded.moves_before_s, "s"},
+      {"Stops and moves, planned", loaded.moves_after_s, "s"},
+      {"Homing", result.homing_s, "s"},
+      {"Largest miss of a droplet", 1e3 * result.largest_miss_mm, "um"},
+      {"Mean miss of a droplet", 1e3 * result.mean_miss_mm, "um"},
       {"Chip clocks", static_cast<double>(result.cycles), ""},
       {"Modbus frames accepted", static_cast<double>(result.frames), ""},
   };

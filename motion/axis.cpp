@@ -9,6 +9,7 @@
 namespace meltstage::motion {
 namespace {
 
+constexpr double kSoftLimit_mm = 0.01;  // a coordinated command may be off by homing's scatter
 constexpr double kIndexTurns = 1.2;  // a whole turn has an index; the rest is for the stop
 
 void check_positive(std::string_view what, double value) {
@@ -62,6 +63,8 @@ std::string_view name_of(AxisPhase phase) {
       return "moving";
     case AxisPhase::jogging:
       return "jogging";
+    case AxisPhase::coordinated:
+      return "coordinated";
     case AxisPhase::stopping:
       return "stopping";
     case AxisPhase::fault:
@@ -80,6 +83,8 @@ std::string_view name_of(AxisFault fault) {
       return "negative limit switch";
     case AxisFault::limit_positive:
       return "positive limit switch";
+    case AxisFault::soft_limit:
+      return "soft limit";
     case AxisFault::following_error:
       return "following error";
     case AxisFault::switch_not_found:
@@ -129,7 +134,7 @@ void AxisControl::fail(AxisFault fault) {
   fault_ = fault;
   if (homing()) homed_ = false;
   phase_ = AxisPhase::stopping;
-  slow_down(config_.stop_limits);
+  if (!coupled_) slow_down(config_.stop_limits);
 }
 
 /// Faults of this cycle; one at a time, the first stays.
@@ -147,6 +152,10 @@ void AxisControl::watch() {
     fail(homing() ? AxisFault::switch_not_found : AxisFault::limit_negative);
   } else if (inputs_.limit_positive && command_.velocity_mm_s > 0.0) {
     fail(phase_ == AxisPhase::homing_clear ? AxisFault::switch_stuck : AxisFault::limit_positive);
+  } else if (phase_ == AxisPhase::coordinated) {
+    const double at_mm = command_.position_mm - offset_mm_;
+    if (!(at_mm >= config_.travel.min_mm - kSoftLimit_mm && at_mm <= config_.travel.max_mm + kSoftLimit_mm))
+      fail(AxisFault::soft_limit);
   }
 }
 
@@ -217,6 +226,8 @@ void AxisControl::advance_homing() {
 }
 
 AxisOutputs AxisControl::step(const AxisInputs& inputs) {
+  if (coupled_)
+    throw MotionError("step: found the axis coupled to a path, expected follow(), or decouple() before");
   inputs_ = inputs;
   if (!enabled_) {  // the drive is off: the command follows, so that nothing jumps when it comes on again
     command_ = {inputs.encoder_mm, 0.0, 0.0, 0.0};
@@ -235,6 +246,53 @@ AxisOutputs AxisControl::step(const AxisInputs& inputs) {
       phase_ = homed_ ? AxisPhase::ready : AxisPhase::unhomed;
   }
   return {command_, enabled_};
+}
+
+AxisOutputs AxisControl::follow(const AxisInputs& inputs, const MotionState& command) {
+  if (!coupled_) throw MotionError("follow: found the axis not coupled to a path, expected couple() before");
+  inputs_ = inputs;
+  command_ = enabled_ ? command : MotionState{inputs.encoder_mm, 0.0, 0.0, 0.0};
+  if (enabled_) watch();
+  const bool stands = command_.velocity_mm_s == 0.0 && command_.acceleration_mm_s2 == 0.0;
+  if (phase_ == AxisPhase::stopping && stands) phase_ = AxisPhase::fault;
+  return {command_, enabled_};
+}
+
+void AxisControl::hold_at(double encoder_mm) {
+  command_ = {encoder_mm, 0.0, 0.0, 0.0};
+  origin_mm_ = encoder_mm;
+  profile_ = {};
+  cycles_ = 0;
+}
+
+void AxisControl::couple() {
+  if (phase_ != AxisPhase::ready)
+    throw MotionError(fmt::format(
+        "couple: found the axis in phase \"{}\", expected it homed, at rest and without a fault",
+        name_of(phase_)));
+  coupled_ = true;
+  phase_ = AxisPhase::coordinated;
+}
+
+void AxisControl::decouple() {
+  if (!coupled_ || command_.velocity_mm_s != 0.0 || phase_ == AxisPhase::stopping)
+    throw MotionError(fmt::format("decouple: found the axis in phase \"{}\" at {} mm/s, expected it coupled "
+                                  "and at rest",
+                                  name_of(phase_), command_.velocity_mm_s));
+  coupled_ = false;
+  if (phase_ == AxisPhase::coordinated) phase_ = AxisPhase::ready;
+  hold_at(command_.position_mm);
+}
+
+void AxisControl::set_homed(double position_mm) {
+  if (phase_ != AxisPhase::ready && phase_ != AxisPhase::unhomed)
+    throw MotionError(fmt::format(
+        "position: found the axis in phase \"{}\", expected it at rest without a fault", name_of(phase_)));
+  if (!std::isfinite(position_mm))
+    throw MotionError(fmt::format("position: found {} mm, expected a finite number", position_mm));
+  offset_mm_ = inputs_.encoder_mm - position_mm;
+  homed_ = true;
+  phase_ = AxisPhase::ready;
 }
 
 void AxisControl::home() {
@@ -293,10 +351,8 @@ void AxisControl::reset() {
     throw MotionError("reset: found the emergency stop still pressed, expected it released");
   fault_ = AxisFault::none;
   enabled_ = true;
-  command_ = {inputs_.encoder_mm, 0.0, 0.0, 0.0};
-  origin_mm_ = inputs_.encoder_mm;
-  profile_ = {};
-  cycles_ = 0;
+  coupled_ = false;
+  hold_at(inputs_.encoder_mm);
   phase_ = homed_ ? AxisPhase::ready : AxisPhase::unhomed;
 }
 

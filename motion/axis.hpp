@@ -44,6 +44,7 @@ enum class AxisPhase {
   ready,          ///< at rest
   moving,
   jogging,
+  coordinated,    ///< its command comes from a path of several axes
   stopping,  ///< slowing down because of a fault
   fault      ///< at rest until reset()
 };
@@ -53,6 +54,7 @@ enum class AxisFault {
   emergency_stop,
   limit_negative,
   limit_positive,
+  soft_limit,  ///< a coordinated command outside the travel
   following_error,
   switch_not_found,  ///< way or limit switch reached first
   switch_stuck,      ///< still active after the whole way off it
@@ -93,14 +95,24 @@ class AxisControl {
   /// @throws MotionError if a value is outside its range.
   explicit AxisControl(const AxisControlConfig& config, double encoder_mm = 0.0);
 
-  /// One servo cycle.
+  /// One servo cycle of an axis on its own.
   AxisOutputs step(const AxisInputs& inputs);
+
+  /// One servo cycle of an axis that follows a path of several axes (the cyclic synchronous position mode of
+  /// IEC 61800-7-201): `command` in the encoder's frame, watched as the axis' own are. After a fault whoever
+  /// plans the path has to bring it to rest, as only he knows the line; the axis is in its fault phase once
+  /// the command stands still.
+  /// @throws MotionError unless couple() came before.
+  AxisOutputs follow(const AxisInputs& inputs, const MotionState& command);
 
   /// Orders; each is refused (MotionError) in a phase or at a place that doesn't allow it.
   void home();
   void move_to(double position_mm);  ///< also while it moves or jogs: goes there without a stop in between
   void jog(double velocity_mm_s);    ///< signed; ends by itself at the soft limit
   void stop();                       ///< under the ordinary limits
+  void couple();                     ///< from now on follow(), from where the command stands
+  void decouple();                   ///< at rest: from now on step() again
+  void set_homed(double position_mm);  ///< at rest: it stands there, known from elsewhere (an absolute encoder)
   void reset();                      ///< after a fault, its cause gone
 
   AxisPhase phase() const { return phase_; }
@@ -111,6 +123,9 @@ class AxisControl {
   }
   /// Read-back in the machine's frame, by the encoder. Before homing its zero is where power came on.
   double position_mm() const { return inputs_.encoder_mm - offset_mm_; }
+  /// The place in the encoder's frame of a position in the machine's.
+  double encoder_of(double position_mm) const { return position_mm + offset_mm_; }
+  bool coupled() const { return coupled_; }
   const HomingReport& homing_report() const { return report_; }
 
  private:
@@ -121,13 +136,14 @@ class AxisControl {
   void slow_down(const ScurveLimits& limits);
   void fail(AxisFault fault);
   void watch();
+  void hold_at(double encoder_mm);
   void advance_homing();
 
   AxisControlConfig config_;
   AxisInputs inputs_;
   AxisPhase phase_ = AxisPhase::unhomed;
   AxisFault fault_ = AxisFault::none;
-  bool homed_ = false, enabled_ = true;
+  bool homed_ = false, enabled_ = true, coupled_ = false;
   bool found_ = false;  ///< what this phase of homing looks for; it then slows down
   double offset_mm_ = 0.0;
   HomingReport report_;

@@ -318,8 +318,10 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
           std::abs(edge_mm(trigger.count, row.direction(), config.encoder_mm) - row.from_x_mm);
       return row.x.time_at(way_mm);
     };
-    const double y_over_s =
-        y_from_s + plan_scurve(config.y, std::abs(row.y_mm - y_mm)).duration_s + config.settle_s;
+    row.from_y_mm = y_mm;
+    row.y_start_s = y_from_s;
+    row.y = plan_scurve(config.y, std::abs(row.y_mm - y_mm));
+    const double y_over_s = y_from_s + row.y.duration_s + config.settle_s;
     row.start_s = std::max(free_s, y_over_s - time_of(row.triggers.front()));
     for (Trigger& trigger : row.triggers) trigger.time_s = row.start_s + time_of(trigger);
     free_s = row.start_s + row.x.duration_s;
@@ -328,6 +330,26 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
   }
   plan.duration_s = free_s;
   return plan;
+}
+
+FlyByState FlyByPlan::sample(double time_s) const {
+  const auto on_the_way = [](const Scurve& curve, double from_mm, double direction, double since_s) {
+    // Before its start a curve keeps its speed, after its end too: both are at rest here.
+    const MotionState along = curve.sample(since_s);
+    return MotionState{from_mm + direction * along.position_mm, direction * along.velocity_mm_s,
+                       direction * along.acceleration_mm_s2, direction * along.jerk_mm_s3};
+  };
+  // The rows of x and of y change at different times: the next row's step begins while x still slows down.
+  const auto last = [&](auto begins_s) {
+    const auto next = std::partition_point(rows.begin(), rows.end(),
+                                           [&](const FlyByRow& row) { return begins_s(row) <= time_s; });
+    return next == rows.begin() ? rows.begin() : std::prev(next);
+  };
+  const FlyByRow& in_x = *last([](const FlyByRow& row) { return row.start_s; });
+  const FlyByRow& in_y = *last([](const FlyByRow& row) { return row.y_start_s; });
+  return {on_the_way(in_x.x, in_x.from_x_mm, in_x.direction(), time_s - in_x.start_s),
+          on_the_way(in_y.y, in_y.from_y_mm, in_y.y_mm < in_y.from_y_mm ? -1.0 : 1.0,
+                     time_s - in_y.y_start_s)};
 }
 
 std::vector<double> landing_errors_mm(const FlyByPlan& plan, std::span<const Point> bumps,

@@ -107,6 +107,8 @@ struct FlyByRow {
   double start_s = 0.0;
   double speed_mm_s = 0.0;  ///< over all triggers
   Scurve x;                 ///< of |to - from|
+  double from_y_mm = 0.0, y_start_s = 0.0;  ///< the step to this row
+  Scurve y;                                 ///< of |y - from|
   std::vector<Trigger> triggers;
   double direction() const { return to_x_mm < from_x_mm ? -1.0 : 1.0; }
   /// Head position while the row runs, clamped to its ends.
@@ -115,11 +117,19 @@ struct FlyByRow {
   }
 };
 
+/// Both axes at one moment of a plan.
+struct FlyByState {
+  MotionState x, y;
+};
+
 /// Rows in order of y, to and fro. The step to the next row begins when the last droplet has left, and is
 /// over before the first trigger of the next; x turns meanwhile.
 struct FlyByPlan {
   std::vector<FlyByRow> rows;
   double duration_s = 0.0;
+
+  /// Where the head is to be; before the start and after the end it rests.
+  FlyByState sample(double time_s) const;
 };
 
 /// Plans rows at the speed that is best for each (no faster than the nearest two bumps of a row allow the

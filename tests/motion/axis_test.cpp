@@ -315,5 +315,90 @@ TEST(AxisControl, RefusesWhatCannotBe) {
   EXPECT_THAT(error_of([&] { control.reset(); }), HasSubstr("expected a fault"));
 }
 
+// ---- on a path of several axes ----
+
+/// An ideal drive whose control stands homed at `at_mm`.
+AxisControl coupled(double at_mm) {
+  AxisControl control(Machine::config_for_tests(), at_mm);
+  control.set_homed(at_mm);
+  control.couple();
+  return control;
+}
+
+AxisOutputs follow(AxisControl& control, const MotionState& command,
+                   const std::function<void(AxisInputs&)>& change = [](AxisInputs&) {}) {
+  AxisInputs inputs;
+  inputs.encoder_mm = command.position_mm;
+  change(inputs);
+  return control.follow(inputs, command);
+}
+
+TEST(Coordinated, FollowsThePathAndGoesOnAloneAfterwards) {
+  AxisControl control = coupled(10.0);
+  for (int i = 1; i <= 100; ++i) {
+    const AxisOutputs out = follow(control, {10.0 + 0.01 * i, 80.0, 0.0, 0.0});
+    ASSERT_EQ(out.command.position_mm, 10.0 + 0.01 * i);
+    ASSERT_TRUE(out.enabled);
+  }
+  EXPECT_EQ(control.phase(), AxisPhase::coordinated);
+  EXPECT_THAT(error_of([&] { control.decouple(); }), HasSubstr("at 80 mm/s, expected it coupled and at rest"));
+  EXPECT_THAT(error_of([&] { control.move_to(20.0); }), HasSubstr("\"coordinated\""));
+  EXPECT_THAT(error_of([&] { control.step({}); }), StartsWith("step: found the axis coupled"));
+  follow(control, {11.0, 0.0, 0.0, 0.0});
+  control.decouple();
+  EXPECT_EQ(control.phase(), AxisPhase::ready);
+  control.move_to(12.0);
+  AxisInputs inputs;
+  inputs.encoder_mm = 11.0;
+  double last_mm = 11.0;
+  while (!control.at_rest()) {
+    inputs.encoder_mm = control.step(inputs).command.position_mm;
+    ASSERT_LT(std::abs(inputs.encoder_mm - last_mm), 0.02);
+    last_mm = inputs.encoder_mm;
+  }
+  EXPECT_NEAR(control.position_mm(), 12.0, 1e-6);
+}
+
+TEST(Coordinated, NeedsAnAxisThatIsHomed) {
+  AxisControl control(Machine::config_for_tests());
+  EXPECT_THAT(error_of([&] { control.couple(); }), HasSubstr("\"unhomed\", expected it homed"));
+  EXPECT_THAT(error_of([&] { control.follow({}, {}); }), HasSubstr("not coupled"));
+  EXPECT_THAT(error_of([&] { control.decouple(); }), HasSubstr("expected it coupled"));
+  EXPECT_THAT(error_of([&] { control.set_homed(NAN); }), HasSubstr("found nan mm"));
+}
+
+TEST(Coordinated, WatchesWhatAnAxisAloneWatches) {
+  const auto fault_of = [](double at_mm, const MotionState& command,
+                           const std::function<void(AxisInputs&)>& change) {
+    AxisControl control = coupled(at_mm);
+    follow(control, command, change);
+    return control.fault();
+  };
+  const MotionState up{20.0, 50.0, 0.0, 0.0}, down{20.0, -50.0, 0.0, 0.0};
+  EXPECT_EQ(fault_of(20.0, up, [](AxisInputs&) {}), AxisFault::none);
+  EXPECT_EQ(fault_of(20.0, up, [](AxisInputs& in) { in.emergency_stop = true; }), AxisFault::emergency_stop);
+  EXPECT_EQ(fault_of(20.0, up, [](AxisInputs& in) { in.limit_positive = true; }), AxisFault::limit_positive);
+  EXPECT_EQ(fault_of(20.0, down, [](AxisInputs& in) { in.limit_negative = true; }), AxisFault::limit_negative);
+  EXPECT_EQ(fault_of(20.0, down, [](AxisInputs& in) { in.limit_positive = true; }), AxisFault::none);
+  EXPECT_EQ(fault_of(20.0, up, [](AxisInputs& in) { in.encoder_mm -= 0.2; }), AxisFault::following_error);
+  EXPECT_EQ(fault_of(49.0, {50.02, 10.0, 0.0, 0.0}, [](AxisInputs&) {}), AxisFault::soft_limit);
+  EXPECT_EQ(fault_of(1.0, {-0.02, -10.0, 0.0, 0.0}, [](AxisInputs&) {}), AxisFault::soft_limit);
+}
+
+TEST(Coordinated, AfterAFaultThePathBringsItToRestAndThePositionStays) {
+  AxisControl control = coupled(10.0);
+  follow(control, {12.0, 80.0, 0.0, 0.0}, [](AxisInputs& in) { in.emergency_stop = true; });
+  EXPECT_EQ(control.phase(), AxisPhase::stopping);
+  EXPECT_EQ(follow(control, {12.3, 20.0, -1000.0, 0.0}).command.position_mm, 12.3);
+  EXPECT_EQ(control.phase(), AxisPhase::stopping);
+  follow(control, {12.4, 0.0, 0.0, 0.0});
+  EXPECT_EQ(control.phase(), AxisPhase::fault);
+  EXPECT_TRUE(control.homed());
+  control.decouple();
+  control.reset();
+  EXPECT_EQ(control.phase(), AxisPhase::ready);
+  EXPECT_NEAR(control.position_mm(), 12.4, 1e-12);
+}
+
 }  // namespace
 }  // namespace meltstage::motion

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace meltstage::motion {
@@ -218,6 +219,36 @@ TEST(TuneWaveform, RefusesWhatCannotBe) {
   EXPECT_THAT(error_of([&] { tune_waveform(range, {}, measure); }), HasSubstr("dwell [us] 100..80"));
   EXPECT_THAT(error_of([&] { tune_waveform({}, {.slowest_m_s = 3.0}, measure); }),
               HasSubstr("found 3..2.2 m/s"));
+}
+
+TEST(FlyBy, CourseIsSmoothInBothAxesAndIsAtTheRowsWhenItFires) {
+  FlyByConfig config;
+  config.settle_s = 0.01;
+  const auto bumps = lattice(6, 4, 0.7);
+  const FlyByPlan plan = plan_fly_by(bumps, config);
+  for (const FlyByRow& row : plan.rows)
+    for (const Trigger& trigger : row.triggers) {
+      const FlyByState at = plan.sample(trigger.time_s);
+      EXPECT_NEAR(at.x.position_mm, row.x_mm(trigger.time_s), 1e-12);
+      EXPECT_NEAR(std::abs(at.x.velocity_mm_s), row.speed_mm_s, 1e-9);
+      EXPECT_EQ(at.y.position_mm, row.y_mm);
+      EXPECT_EQ(at.y.velocity_mm_s, 0.0);
+    }
+  EXPECT_EQ(plan.sample(-1.0).x.position_mm, plan.rows.front().from_x_mm);
+  EXPECT_EQ(plan.sample(plan.duration_s + 1.0).x.position_mm, plan.rows.back().to_x_mm);
+  EXPECT_EQ(plan.sample(plan.duration_s + 1.0).x.velocity_mm_s, 0.0);
+  const double step_s = 1e-4;
+  FlyByState before = plan.sample(0.0);
+  for (double time_s = step_s; time_s < plan.duration_s; time_s += step_s) {
+    const FlyByState now = plan.sample(time_s);
+    for (const auto& [a, b, limits] :
+         {std::tuple(before.x, now.x, config.x), std::tuple(before.y, now.y, config.y)}) {
+      ASSERT_LE(std::abs(b.velocity_mm_s), limits.velocity_mm_s * (1.0 + 1e-9));
+      ASSERT_LE(std::abs(b.velocity_mm_s - a.velocity_mm_s), 1.01 * limits.acceleration_mm_s2 * step_s);
+      ASSERT_LE(std::abs(b.position_mm - a.position_mm), limits.velocity_mm_s * step_s * 1.001);
+    }
+    before = now;
+  }
 }
 
 }  // namespace
