@@ -102,8 +102,9 @@ class GerberFile {
         run_word(command.text);
     }
     if (!ended_) fail(path_, "the file ends without M02*, expected it; the file may be cut off");
-    if (levels_.size() > 1)
-      fail(path_, "the file ends inside a step and repeat or a block, expected %SR*% or %AB*% before M02*");
+    // Old files leave the end of a step and repeat to the end of the file.
+    if (levels_.back().kind == Level::step) close_step();
+    if (levels_.size() > 1) fail(path_, "the file ends inside a block, expected %AB*% before M02*");
   }
 
   RawPoints finish() && {
@@ -176,7 +177,7 @@ class GerberFile {
       if (rest != "POS") fail_here(text, "IPPOS: an image in negative has no flashes to bump");
     } else if (code == "MI" || code == "OF" || code == "SF" || code == "IR" || code == "AS") {
       check_neutral(text);
-    } else if (code != "TF" && code != "TA" && code != "TO" && code != "TD" && code != "IN" && code != "LN") {
+    } else if (text != "ICAS" && code != "TF" && code != "TA" && code != "TO" && code != "TD" && code != "IN" && code != "LN") {
       fail_here(text, "a command of the Gerber layer format");
     }
   }
@@ -278,11 +279,18 @@ class GerberFile {
 
   /// Deprecated commands are fine where they do nothing.
   void check_neutral(std::string_view text) const {
-    static const std::set<std::string_view> neutral{
-        "MIA0B0", "OFA0B0",           "OFA0.0B0.0",         "OFA0.0000B0.0000",   "SFA1.0B1.0",
-        "SFA1B1", "SFA1.0000B1.0000", "SFA1.00000B1.00000", "OFA0.00000B0.00000", "IR0",
-        "ASAXBY"};
-    if (!neutral.contains(text)) fail_here(text, "no change of the whole image; export it without");
+    const std::string_view code = text.substr(0, 2);
+    bool does_nothing = code == "AS" ? text == "ASAXBY" : true;
+    // Every number of it is the one that leaves the image as it is.
+    const double neutral = code == "SF" ? 1.0 : 0.0;
+    for (std::size_t at = 2; code != "AS" && at < text.size();) {
+      at = text.find_first_of("+-.0123456789", at);
+      if (at == std::string_view::npos) break;
+      const std::size_t end = std::min(text.find_first_not_of("+-.0123456789", at), text.size());
+      does_nothing = does_nothing && parse_number(text.substr(at, end - at)) == neutral;
+      at = end;
+    }
+    if (!does_nothing) fail_here(text, "no change of the whole image; export it without");
   }
 
   // ---- word commands ----

@@ -198,11 +198,20 @@ void DrivenStage::home() {
   mode_ = Mode::homing;
 }
 
+void DrivenStage::require_ready() const {
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    if (const motion::AxisPhase phase = axes_[i].control.phase(); phase != motion::AxisPhase::ready)
+      throw motion::MotionError(
+          fmt::format("stage: found axis {} in phase \"{}\", expected it homed, at rest and without a fault",
+                      kAxisNames[i], motion::name_of(phase)));
+}
+
 void DrivenStage::couple() {
   for (Axis& axis : axes_) axis.control.couple();
 }
 
 void DrivenStage::move_to(const Eigen::Vector3d& position_mm, std::uint64_t cycle) {
+  require_ready();
   Eigen::Vector3d stage_mm;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
@@ -215,6 +224,7 @@ void DrivenStage::move_to(const Eigen::Vector3d& position_mm, std::uint64_t cycl
 
 void DrivenStage::print_on_the_fly(const motion::FlyByPlan& plan, const motion::FlyByConfig& config,
                                    std::uint64_t cycle) {
+  require_ready();
   couple();
   plan_ = plan;
   encoder_mm_ = config.encoder_mm;

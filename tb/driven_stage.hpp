@@ -93,6 +93,7 @@ class DrivenStage {
   motion::AxisInputs inputs_of(std::size_t axis, bool emergency_loop);
   motion::MotionState command_of(std::size_t axis, std::uint64_t cycle) const;
   void track(std::size_t axis, double stage_mm, std::uint64_t cycle);
+  void require_ready() const;
   void couple();
   void look_for_faults(std::uint64_t cycle);
   void look_for_end(std::uint64_t cycle);

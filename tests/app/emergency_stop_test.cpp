@@ -27,6 +27,7 @@ Recorded record(const std::vector<tb::PrintEvent>& events) {
   Recorded run;
   run.job = app::load_job(MELTSTAGE_SOURCE_DIR "/examples/first.toml").job;
   run.job.rtl = tb::RtlWindows::none;
+  run.job.droplet_j = 0.5;  // so that the head has to be heated while it prints
   run.job.events = events;
   run.result = tb::run_print(run.job, run.stream, [](const tb::Progress&) {});
   return run;

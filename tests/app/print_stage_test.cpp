@@ -40,11 +40,11 @@ TEST(PrintStage, ExampleHomesCorrectsItsScrewsAndMovesQuietly) {
   EXPECT_TRUE(result.good) << result.verdict;
   EXPECT_EQ(result.droplets, loaded.job.bumps.size());
   EXPECT_GT(result.homing_s, 1.0);
-  EXPECT_LT(result.largest_miss_mm, 0.004);
+  EXPECT_LT(result.largest_miss_mm, 0.003);
 
   tb::PrintJob uncorrected = loaded.job;
   uncorrected.compensation = {};
-  EXPECT_GT(print(uncorrected).largest_miss_mm, 2.0 * result.largest_miss_mm);
+  EXPECT_GT(print(uncorrected).largest_miss_mm, 3.0 * result.largest_miss_mm);
 }
 
 TEST(PrintStage, QuietMovesNeedNoPauseForTheSameMiss) {
@@ -54,6 +54,7 @@ TEST(PrintStage, QuietMovesNeedNoPauseForTheSameMiss) {
   job.power_on_mm = job.start_mm;
   for (motion::AxisModelConfig& axis : job.drive.axes) axis.screw = {};
   job.compensation = {};
+  job.settle_s = 0.005;
   const double quiet_mm = print(job).largest_miss_mm;
   job.stage.quiet.reset();
   EXPECT_GT(print(job).largest_miss_mm, 3.0 * quiet_mm);
@@ -68,7 +69,7 @@ TEST(PrintStage, ExampleOnTheFlyPrintsEveryBumpSooner) {
   stopping.fly_by.reset();
   const tb::PrintResult stops = print(stopping);
   EXPECT_TRUE(stops.good) << stops.verdict;
-  EXPECT_LT(seconds_of(fly_by, "print"), 0.5 * seconds_of(stops, "print"));
+  EXPECT_LT(seconds_of(fly_by, "print"), 0.6 * seconds_of(stops, "print"));
   EXPECT_LT(fly_by.largest_miss_mm, 0.005);
 }
 
@@ -141,8 +142,10 @@ TEST_F(StageJob, PointsMustBeReachable) {
   EXPECT_THAT(refusal("x_mm,y_mm\n10,10\nnan,10\n", ""), HasSubstr("row 3, column 1 (x): found 'nan'"));
   EXPECT_THAT(refusal("x_mm,y_mm\n10,10\n12", ""), HasSubstr("ends in the middle of the row"));
   // On the fly the head needs room to speed up.
-  EXPECT_EQ(refusal("x_mm,y_mm\n0.5,10\n1.0,10\n", ""), "");
-  EXPECT_THAT(refusal("x_mm,y_mm\n0.5,10\n1.0,10\n", "[print]\nmode = \"fly-by\"\n"),
+  std::string row = "x_mm,y_mm\n";
+  for (int i = 1; i <= 80; ++i) row += std::to_string(i) + ",10\n";
+  EXPECT_EQ(refusal(row, ""), "");
+  EXPECT_THAT(refusal(row, "[print]\nmode = \"fly-by\"\n"),
               HasSubstr("row at y 10.000 mm that turns at x -"));
 }
 

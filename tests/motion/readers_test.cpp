@@ -194,7 +194,13 @@ TEST_F(Readers, GerberOldStyles) {
   // line.
   const auto file =
       read("a.gbr", "%FSTAX23Y23*MOIN*%%ADD10C,0.05*%G54D10*G01X01Y02D02*D03*X015*G04 X9D03*\nX1Y1D02*M02*");
-  expect_points(file.points, {{254.0 / 10 * 10, 508.0, 1}, {381.0, 508.0, 1}});
+  expect_points(file.points, {{25.4, 50.8, 1}, {38.1, 50.8, 1}});
+}
+
+TEST_F(Readers, GerberCommandsThatDoNothingAreRead) {
+  const auto file = read("a.gbr", gerber("%ICAS*%%IPPOS*%%ASAXBY*%%MIA0B0*%%OFA0.00B0.0*%%SFA1.000B1.000*%%IR0*%"
+                                         "%SRX1Y1*%D10*\nX1000000Y2000000D03*\n"));
+  expect_points(file.points, {{1, 2, 6}});
 }
 
 TEST_F(Readers, GerberIncrementalNotation) {
@@ -263,7 +269,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{"bad_coordinate", gerber("D10*\nX1.5Y0D03*"), "row 6: found 'X1.5Y0D03', expected"},
         BadFile{"too_many_digits", gerber("D10*\nX123456789012D03*"),
                 "row 6: found 'X123456789012D03', expected coordinates of at most 10"},
-        BadFile{"open_step", gerber("D10*%SRX2Y1I1J0*%X0Y0D03*"), "the file ends inside a step"},
+        BadFile{"open_block", gerber("%ABD20*%D10*X0Y0D03*"), "the file ends inside a block"},
+        BadFile{"scaled_image", gerber("%SFA1.0B1.01*%"), "row 5: found 'SFA1.0B1.01', expected no change"},
+        BadFile{"swapped_axes", gerber("%ASAYBX*%"), "row 5: found 'ASAYBX', expected no change"},
         BadFile{"endless_step", gerber("D10*%SRX2000000Y2000000I1J1*%X0Y0D03*%SR*%"),
                 "found more than 2000000 points"},
         BadFile{"negative_step", gerber("D10*%SRX-2Y1I1J0*%"),
@@ -328,9 +336,19 @@ CoordinateOptions wide() {
   return options;
 }
 
-TEST(Boards, StepAndRepeatIsTheSameAsAllFlashesWrittenOut) {
-  const auto file = read_coordinate_file(boards / "dan" / "top_sr.gbx", wide());
-  EXPECT_GT(file.points.size(), 0U);
+// gerbv's example board alone and as a panel of two by three.
+TEST(Boards, PanelIsTheBoardRepeated) {
+  const auto board = read_coordinates(boards / "dan" / "top.gbx", wide());
+  const auto panel = read_coordinates(boards / "dan" / "top_sr.gbx", wide());
+  ASSERT_EQ(panel.size(), 6 * board.size());
+  auto place = panel.begin();
+  for (int column = 0; column < 2; ++column)
+    for (int line = 0; line < 3; ++line)
+      for (const Point& p : board) {
+        EXPECT_NEAR(place->x_mm, p.x_mm + column * 4.0 * 25.4, 1e-9);
+        EXPECT_NEAR(place->y_mm, p.y_mm + line * 3.0 * 25.4, 1e-9);
+        ++place;
+      }
 }
 
 TEST(Boards, EveryExampleOfGerbvGivesPointsOrOneLine) {

@@ -26,16 +26,17 @@ motion::StageConfig stage_config() {
   return config;
 }
 
-DriveConfig drive_config(bool homed) {
+DriveConfig drive_config(bool homed, double mode_hz) {
   DriveConfig config;
   config.homed = homed;
+  for (motion::AxisModelConfig& axis : config.axes) axis.mode.frequency_hz = mode_hz;
   return config;
 }
 
 /// The stage and its clock.
 struct Bench {
-  explicit Bench(const Eigen::Vector3d& power_on_mm, bool homed = true)
-      : stage(stage_config(), drive_config(homed), power_on_mm, kServoClocks) {
+  explicit Bench(const Eigen::Vector3d& power_on_mm, bool homed = true, double mode_hz = 38.0)
+      : stage(stage_config(), drive_config(homed, mode_hz), power_on_mm, kServoClocks) {
     tick();
   }
 
@@ -158,7 +159,7 @@ TEST(DrivenStage, OnTheFlyEveryBumpGetsItsDroplet) {
   const std::vector<motion::Point> bumps = lattice(8, 3, 0.5);
   const motion::FlyByConfig config = fly_by_config();
   const motion::FlyByPlan plan = motion::plan_fly_by(bumps, config);
-  Bench bench({plan.rows.front().from_x_mm, plan.rows.front().y_mm, 0.0});
+  Bench bench({plan.rows.front().from_x_mm, plan.rows.front().y_mm, 0.0}, true, 150.0);
   bench.stage.print_on_the_fly(plan, config, bench.cycle);
   std::vector<bool> hit(bumps.size(), false);
   double worst_mm = 0.0;
@@ -181,19 +182,20 @@ TEST(DrivenStage, OnTheFlyEveryBumpGetsItsDroplet) {
   }
   EXPECT_EQ(std::count(hit.begin(), hit.end(), true), 24);
   EXPECT_FALSE(bench.stage.fault()) << *bench.stage.fault();
-  EXPECT_LT(worst_mm, 2e-3);  // trigger 0.15 um, the rest is the load on its mode
+  // On a stiff machine what the trigger misses is left: a microsecond, half a count, and the servo's noise.
+  EXPECT_LT(worst_mm, plan.rows.front().speed_mm_s * 1e-6 + 0.5 * config.encoder_mm + 3e-4);
 }
 
 TEST(DrivenStage, OnTheFlyWithAWrongFlightTimeTheDropletsMiss) {
   const std::vector<motion::Point> bumps = lattice(8, 1, 0.5);
   const motion::FlyByConfig config = fly_by_config();
   const motion::FlyByPlan plan = motion::plan_fly_by(bumps, config);
-  Bench bench({plan.rows.front().from_x_mm, plan.rows.front().y_mm, 0.0});
+  Bench bench({plan.rows.front().from_x_mm, plan.rows.front().y_mm, 0.0}, true, 150.0);
   bench.stage.print_on_the_fly(plan, config, bench.cycle);
   while (!bench.stage.next_trigger()) bench.tick();
   const double landing_mm =
       bench.stage.landing_mm(bench.stage.next_trigger()->cycle, config.latency_s, config.flight_s + 1e-3).x();
-  EXPECT_NEAR(landing_mm - 100.0, 1e-3 * plan.rows.front().speed_mm_s, 3e-3);
+  EXPECT_NEAR(landing_mm - 100.0, 1e-3 * plan.rows.front().speed_mm_s, 5e-4);
 }
 
 TEST(DrivenStage, EmergencyLoopEndsAPrintOnTheFly) {
