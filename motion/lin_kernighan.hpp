@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <random>
 #include <span>
@@ -72,10 +73,15 @@ class LinKernighan {
   }
 
   /// `kicks` times: exchanges four edges near each other, repairs, and goes back unless the tour is as short
-  /// as before. Stops at `good_enough`.
+  /// as before, or longer by no more than chance allows at a temperature that falls to 0 (Metropolis et al.
+  /// 1953): what one kick spoils here, others mend there. Stops at `good_enough`.
   void improve_by_kicks(std::size_t kicks, double good_enough, std::mt19937_64& random) {
     if (size() < 8) return;
-    for (std::size_t i = 0; i < kicks && length() > good_enough + tolerance_; ++i) kick(random);
+    const double hottest = hottest_share * length() / static_cast<double>(size());
+    for (std::size_t i = 0; i < kicks && length() > good_enough + tolerance_; ++i) {
+      const double left = 1.0 - static_cast<double>(i) / (cooled_share * static_cast<double>(kicks));
+      kick(random, hottest * std::max(0.0, left));
+    }
   }
 
  private:
@@ -98,6 +104,8 @@ class LinKernighan {
   static constexpr int deepest_splice = 1;  // levels that try the exchanges of three edges
   static constexpr std::array<std::size_t, deepest> breadth = {0, 5, 3};
   static constexpr Place longest_segment = 100;  // of a kick
+  static constexpr double hottest_share = 0.4;   // first temperature over the mean edge
+  static constexpr double cooled_share = 0.95;   // of the kicks, behind which the temperature is 0
 
   Place size() const { return static_cast<Place>(tour_.size()); }
 
@@ -366,7 +374,7 @@ class LinKernighan {
   // ---- kicks ----
 
   /// Double bridge: the neighbouring stretches B C D at a random place become D C B.
-  void kick(std::mt19937_64& random) {
+  void kick(std::mt19937_64& random, double temperature) {
     const Place longest = std::min(longest_segment, (size() - 1) / 3);
     const auto any = [&](Place below) {
       return static_cast<Place>(random() % static_cast<std::uint64_t>(below));
@@ -396,7 +404,8 @@ class LinKernighan {
     for (const Place edge : {Place{0}, d, d + c, all})
       length_ += cost(tour_[real((edge + size() - 1) % size())], tour_[real(edge % size())]);
     drain();
-    if (length_ <= length_before + tolerance_) return;
+    const double chance = std::ldexp(static_cast<double>(random() >> 11U) + 0.5, -53);
+    if (length_ <= length_before + tolerance_ - temperature * std::log(chance)) return;
     for (auto entry = journal_.rbegin(); entry != journal_.rend(); ++entry)
       reverse_real(entry->first, entry->second);
     length_ = length_before;

@@ -222,7 +222,7 @@ struct Effort {
 Effort effort_for(std::size_t count, const PathTask& task) {
   // About ten seconds for ten thousand points; from there on the time may grow with their number only until
   // the search alone, without kicks, takes minutes.
-  constexpr double most_kicks = 2e5, usual = 5.0;
+  constexpr double most_kicks = 2e5, usual = 5.5;
   constexpr double ascent_work = 3e7;  // sites x steps
   const double n = static_cast<double>(count);
   const double kicks = task.kicks_per_point
