@@ -442,7 +442,8 @@ LoadedJob load_job(const std::filesystem::path& path) {
   motion::PathTask task = path_task(print, job);
   loaded.plan_metric = print.text("metric", "manhattan");
   loaded.plan_unit = task.metric == motion::Metric::time ? "s" : "mm";
-  static constexpr std::array<std::pair<std::string_view, bool>, 2> kModes{{{"stop", false}, {"fly-by", true}}};
+  static constexpr std::array<std::pair<std::string_view, bool>, 2> kModes{
+      {{"stop", false}, {"fly-by", true}}};
   const bool on_the_fly = print.choice("mode", "stop", kModes);
   motion::FlyByConfig fly_by;
   fly_by.x = job.stage.axes[0].limits;

@@ -20,7 +20,7 @@ struct LoadedJob {
   tb::PrintJob job;  // bumps in planned order
   std::string plan_metric;
   std::vector<motion::Point> bumps_in_file_order;
-  motion::Plan plan;  // costs in s if the metric is time, else mm
+  motion::Plan plan;                                 // costs in s if the metric is time, else mm
   double moves_before_s = 0.0, moves_after_s = 0.0;  // of the stage with a stop at each bump
   std::string plan_unit;
   std::filesystem::path coordinates;

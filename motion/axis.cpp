@@ -10,7 +10,7 @@ namespace meltstage::motion {
 namespace {
 
 constexpr double kSoftLimit_mm = 0.01;  // a coordinated command may be off by homing's scatter
-constexpr double kIndexTurns = 1.2;  // a whole turn has an index; the rest is for the stop
+constexpr double kIndexTurns = 1.2;     // a whole turn has an index; the rest is for the stop
 
 void check_positive(std::string_view what, double value) {
   if (!std::isfinite(value) || value <= 0.0)
@@ -267,18 +267,19 @@ void AxisControl::hold_at(double encoder_mm) {
 
 void AxisControl::couple() {
   if (phase_ != AxisPhase::ready)
-    throw MotionError(fmt::format(
-        "couple: found the axis in phase \"{}\", expected it homed, at rest and without a fault",
-        name_of(phase_)));
+    throw MotionError(
+        fmt::format("couple: found the axis in phase \"{}\", expected it homed, at rest and without a fault",
+                    name_of(phase_)));
   coupled_ = true;
   phase_ = AxisPhase::coordinated;
 }
 
 void AxisControl::decouple() {
   if (!coupled_ || command_.velocity_mm_s != 0.0 || phase_ == AxisPhase::stopping)
-    throw MotionError(fmt::format("decouple: found the axis in phase \"{}\" at {} mm/s, expected it coupled "
-                                  "and at rest",
-                                  name_of(phase_), command_.velocity_mm_s));
+    throw MotionError(
+        fmt::format("decouple: found the axis in phase \"{}\" at {} mm/s, expected it coupled "
+                    "and at rest",
+                    name_of(phase_), command_.velocity_mm_s));
   coupled_ = false;
   if (phase_ == AxisPhase::coordinated) phase_ = AxisPhase::ready;
   hold_at(command_.position_mm);

@@ -44,9 +44,9 @@ enum class AxisPhase {
   ready,          ///< at rest
   moving,
   jogging,
-  coordinated,    ///< its command comes from a path of several axes
-  stopping,  ///< slowing down because of a fault
-  fault      ///< at rest until reset()
+  coordinated,  ///< its command comes from a path of several axes
+  stopping,     ///< slowing down because of a fault
+  fault         ///< at rest until reset()
 };
 
 enum class AxisFault {
@@ -112,8 +112,9 @@ class AxisControl {
   void stop();                       ///< under the ordinary limits
   void couple();                     ///< from now on follow(), from where the command stands
   void decouple();                   ///< at rest: from now on step() again
-  void set_homed(double position_mm);  ///< at rest: it stands there, known from elsewhere (an absolute encoder)
-  void reset();                      ///< after a fault, its cause gone
+  void set_homed(
+      double position_mm);  ///< at rest: it stands there, known from elsewhere (an absolute encoder)
+  void reset();             ///< after a fault, its cause gone
 
   AxisPhase phase() const { return phase_; }
   AxisFault fault() const { return fault_; }

@@ -177,7 +177,8 @@ class GerberFile {
       if (rest != "POS") fail_here(text, "IPPOS: an image in negative has no flashes to bump");
     } else if (code == "MI" || code == "OF" || code == "SF" || code == "IR" || code == "AS") {
       check_neutral(text);
-    } else if (text != "ICAS" && code != "TF" && code != "TA" && code != "TO" && code != "TD" && code != "IN" && code != "LN") {
+    } else if (text != "ICAS" && code != "TF" && code != "TA" && code != "TO" && code != "TD" &&
+               code != "IN" && code != "LN") {
       fail_here(text, "a command of the Gerber layer format");
     }
   }

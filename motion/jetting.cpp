@@ -347,9 +347,9 @@ FlyByState FlyByPlan::sample(double time_s) const {
   };
   const FlyByRow& in_x = *last([](const FlyByRow& row) { return row.start_s; });
   const FlyByRow& in_y = *last([](const FlyByRow& row) { return row.y_start_s; });
-  return {on_the_way(in_x.x, in_x.from_x_mm, in_x.direction(), time_s - in_x.start_s),
-          on_the_way(in_y.y, in_y.from_y_mm, in_y.y_mm < in_y.from_y_mm ? -1.0 : 1.0,
-                     time_s - in_y.y_start_s)};
+  return {
+      on_the_way(in_x.x, in_x.from_x_mm, in_x.direction(), time_s - in_x.start_s),
+      on_the_way(in_y.y, in_y.from_y_mm, in_y.y_mm < in_y.from_y_mm ? -1.0 : 1.0, time_s - in_y.y_start_s)};
 }
 
 std::vector<double> landing_errors_mm(const FlyByPlan& plan, std::span<const Point> bumps,

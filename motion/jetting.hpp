@@ -105,8 +105,8 @@ struct FlyByRow {
   double y_mm = 0.0;
   double from_x_mm = 0.0, to_x_mm = 0.0;  ///< rest to rest
   double start_s = 0.0;
-  double speed_mm_s = 0.0;  ///< over all triggers
-  Scurve x;                 ///< of |to - from|
+  double speed_mm_s = 0.0;                  ///< over all triggers
+  Scurve x;                                 ///< of |to - from|
   double from_y_mm = 0.0, y_start_s = 0.0;  ///< the step to this row
   Scurve y;                                 ///< of |y - from|
   std::vector<Trigger> triggers;

@@ -67,9 +67,9 @@ double path_cost(std::span<const Point> points, std::span<const std::size_t> ord
 
 /// Plans the order. Up to 10 points: the cheapest of all orders. A full lattice: the serpentine, where that
 /// is proved to be the cheapest. Otherwise chained Lin-Kernighan on candidate edges by alpha-nearness (Lin &
-/// Kernighan 1973; Applegate, Cook & Rohe 2003; Helsgaun 2000), which stops once the bound is met. The bound
-/// is that of Held & Karp (1971) over all pairs of points, raised on lattices to the next length that a tour
-/// can have.
+/// Kernighan 1973; Applegate, Cook & Rohe 2003; Helsgaun 2000) under a falling temperature, which stops once
+/// the bound is met. The bound is that of Held & Karp (1971) over all pairs of points, raised on lattices to
+/// the next length that a tour can have.
 ///
 /// The same input gives the same order. Never dearer than the order of the points. About n log n in memory of
 /// 300 bytes a point; up to `max_points`.

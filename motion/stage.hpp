@@ -121,7 +121,8 @@ class Stage {
   /// One axis follows a course that is handed over piece by piece, as homing and printing on the fly need it:
   /// from `cycle` on it goes evenly to `position_mm`, where it is `cycles` later. The pieces of a course are
   /// handed over without a gap.
-  /// @throws MotionError if a straight move is still running, the stage is held, or the position isn't finite.
+  /// @throws MotionError if a straight move is still running, the stage is held, or the position isn't
+  /// finite.
   void track(std::size_t axis, double position_mm, std::uint64_t cycle, std::uint32_t cycles);
 
   /// What is planned for an axis at a cycle of the present straight move, before and after it included.

@@ -19,7 +19,7 @@ namespace spec = chip::spec;
 constexpr double kClockHz = spec::kClkHz;
 constexpr std::uint64_t kMs = spec::kClkHz / 1000;
 constexpr std::uint64_t kResetClocks = 20;
-constexpr std::uint64_t kLook = kMs / 10;            // how often the host program looks at its results; servo cycle
+constexpr std::uint64_t kLook = kMs / 10;  // how often the host program looks at its results; servo cycle
 constexpr std::uint64_t kPollClocks = 250 * kMs;     // between status polls
 constexpr std::uint64_t kTriggerClocks = kMs / 100;  // droplet trigger pulse, 10 us
 constexpr std::uint64_t kWatchOff = 50 * kMs;        // heater watched after STOP
@@ -583,7 +583,7 @@ class Printer {
   std::uint64_t deadline_ = 0;
   std::uint64_t next_poll_ = 0;
   std::size_t bump_ = 0;
-  bool left_bumps_ = false;  // on the way from the last bump to the end
+  bool left_bumps_ = false;   // on the way from the last bump to the end
   bool stage_ready_ = false;  // homed, and at the job's start
   bool emergency_loop_ = false;
   std::uint64_t shot_over_ = 0;  // end of the trigger's pulse, 0 outside of one

@@ -70,10 +70,10 @@ struct PrintJob {
   Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();     // where it waits for the temperature
   std::array<motion::CompensationTable, 2> compensation;  // of X and Y; empty: none
   std::optional<FlyBy> fly_by;                            // otherwise it stops at each bump
-  std::optional<Eigen::Vector3d> end_mm;  // where the head goes after the last bump
-  double droplet_j = 0.0;         // heat that a droplet takes along
-  double settle_s = 0.015;        // pause at each bump before the droplet
-  double heat_timeout_s = 600.0;  // from RUN to at-temperature
+  std::optional<Eigen::Vector3d> end_mm;                  // where the head goes after the last bump
+  double droplet_j = 0.0;                                 // heat that a droplet takes along
+  double settle_s = 0.015;                                // pause at each bump before the droplet
+  double heat_timeout_s = 600.0;                          // from RUN to at-temperature
   std::vector<PrintEvent> events;
   RtlWindows rtl = RtlWindows::chosen;
   RunIdentity identity;
@@ -118,8 +118,8 @@ struct PrintResult {
   std::vector<PrintFault> faults;
   std::size_t droplets = 0;
   std::uint64_t cycles = 0;
-  std::uint64_t frames = 0;  // Modbus frames that the chip accepted
-  double homing_s = 0.0;     // 0: the stage was homed before
+  std::uint64_t frames = 0;                          // Modbus frames that the chip accepted
+  double homing_s = 0.0;                             // 0: the stage was homed before
   double largest_miss_mm = 0.0, mean_miss_mm = 0.0;  // of the droplets from their bumps
   double heater_energy_j = 0.0;
   double peak_heater_degc = 0.0;

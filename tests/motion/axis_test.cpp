@@ -325,8 +325,9 @@ AxisControl coupled(double at_mm) {
   return control;
 }
 
-AxisOutputs follow(AxisControl& control, const MotionState& command,
-                   const std::function<void(AxisInputs&)>& change = [](AxisInputs&) {}) {
+AxisOutputs follow(
+    AxisControl& control, const MotionState& command,
+    const std::function<void(AxisInputs&)>& change = [](AxisInputs&) {}) {
   AxisInputs inputs;
   inputs.encoder_mm = command.position_mm;
   change(inputs);
@@ -341,7 +342,8 @@ TEST(Coordinated, FollowsThePathAndGoesOnAloneAfterwards) {
     ASSERT_TRUE(out.enabled);
   }
   EXPECT_EQ(control.phase(), AxisPhase::coordinated);
-  EXPECT_THAT(error_of([&] { control.decouple(); }), HasSubstr("at 80 mm/s, expected it coupled and at rest"));
+  EXPECT_THAT(error_of([&] { control.decouple(); }),
+              HasSubstr("at 80 mm/s, expected it coupled and at rest"));
   EXPECT_THAT(error_of([&] { control.move_to(20.0); }), HasSubstr("\"coordinated\""));
   EXPECT_THAT(error_of([&] { control.step({}); }), StartsWith("step: found the axis coupled"));
   follow(control, {11.0, 0.0, 0.0, 0.0});
@@ -378,7 +380,8 @@ TEST(Coordinated, WatchesWhatAnAxisAloneWatches) {
   EXPECT_EQ(fault_of(20.0, up, [](AxisInputs&) {}), AxisFault::none);
   EXPECT_EQ(fault_of(20.0, up, [](AxisInputs& in) { in.emergency_stop = true; }), AxisFault::emergency_stop);
   EXPECT_EQ(fault_of(20.0, up, [](AxisInputs& in) { in.limit_positive = true; }), AxisFault::limit_positive);
-  EXPECT_EQ(fault_of(20.0, down, [](AxisInputs& in) { in.limit_negative = true; }), AxisFault::limit_negative);
+  EXPECT_EQ(fault_of(20.0, down, [](AxisInputs& in) { in.limit_negative = true; }),
+            AxisFault::limit_negative);
   EXPECT_EQ(fault_of(20.0, down, [](AxisInputs& in) { in.limit_positive = true; }), AxisFault::none);
   EXPECT_EQ(fault_of(20.0, up, [](AxisInputs& in) { in.encoder_mm -= 0.2; }), AxisFault::following_error);
   EXPECT_EQ(fault_of(49.0, {50.02, 10.0, 0.0, 0.0}, [](AxisInputs&) {}), AxisFault::soft_limit);

@@ -198,8 +198,9 @@ TEST_F(Readers, GerberOldStyles) {
 }
 
 TEST_F(Readers, GerberCommandsThatDoNothingAreRead) {
-  const auto file = read("a.gbr", gerber("%ICAS*%%IPPOS*%%ASAXBY*%%MIA0B0*%%OFA0.00B0.0*%%SFA1.000B1.000*%%IR0*%"
-                                         "%SRX1Y1*%D10*\nX1000000Y2000000D03*\n"));
+  const auto file =
+      read("a.gbr", gerber("%ICAS*%%IPPOS*%%ASAXBY*%%MIA0B0*%%OFA0.00B0.0*%%SFA1.000B1.000*%%IR0*%"
+                           "%SRX1Y1*%D10*\nX1000000Y2000000D03*\n"));
   expect_points(file.points, {{1, 2, 6}});
 }
 

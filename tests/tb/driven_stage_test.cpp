@@ -79,8 +79,7 @@ TEST(DrivenStage, BringsTheHeadWhereItIsSent) {
 }
 
 TEST(DrivenStage, HomingFindsTheMachinesFrame) {
-  for (const Eigen::Vector3d& power_on :
-       {Eigen::Vector3d(3.3, 1.7, 0.4), Eigen::Vector3d(0.0, 12.0, 0.0)}) {
+  for (const Eigen::Vector3d& power_on : {Eigen::Vector3d(3.3, 1.7, 0.4), Eigen::Vector3d(0.0, 12.0, 0.0)}) {
     Bench bench(power_on, false);
     EXPECT_FALSE(bench.stage.homed());
     EXPECT_THAT(error_of([&] { bench.stage.move_to({10, 10, 0}, bench.cycle); }), HasSubstr("unhomed"));
