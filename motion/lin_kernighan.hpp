@@ -74,14 +74,21 @@ class LinKernighan {
 
   /// `kicks` times: exchanges four edges near each other, repairs, and goes back unless the tour is as short
   /// as before, or longer by no more than chance allows at a temperature that falls to 0 (Metropolis et al.
-  /// 1953): what one kick spoils here, others mend there. Stops at `good_enough`.
+  /// 1953): what one kick spoils here, others mend there. Never longer in the end. Stops at
+  /// `good_enough`.
   void improve_by_kicks(std::size_t kicks, double good_enough, std::mt19937_64& random) {
     if (size() < 8) return;
+    const std::vector<Node> tour_before = tour_;
+    const double length_before = length_;
     const double hottest = hottest_share * length() / static_cast<double>(size());
     for (std::size_t i = 0; i < kicks && length() > good_enough + tolerance_; ++i) {
       const double left = 1.0 - static_cast<double>(i) / (cooled_share * static_cast<double>(kicks));
       kick(random, hottest * std::max(0.0, left));
     }
+    if (length_ <= length_before) return;
+    tour_ = tour_before;
+    for (Place i = 0; i < size(); ++i) place_[tour_[static_cast<std::size_t>(i)]] = i;
+    length_ = length_before;
   }
 
  private:

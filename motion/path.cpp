@@ -227,7 +227,7 @@ Effort effort_for(std::size_t count, const PathTask& task) {
   const double n = static_cast<double>(count);
   const double kicks = task.kicks_per_point
                            ? *task.kicks_per_point * n
-                           : std::min(std::max(usual * n, std::min(20.0 * n, 2e4)), most_kicks);
+                           : std::min(std::max(usual * n, std::min(30.0 * n, 1.2e4)), most_kicks);
   return {static_cast<std::size_t>(kicks), static_cast<int>(std::clamp(ascent_work / n, 20.0, 300.0))};
 }
 
