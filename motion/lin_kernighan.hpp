@@ -72,18 +72,29 @@ class LinKernighan {
     drain();
   }
 
-  /// `kicks` times: exchanges four edges near each other, repairs, and goes back unless the tour is as short
-  /// as before, or longer by no more than chance allows at a temperature that falls to 0 (Metropolis et al.
-  /// 1953): what one kick spoils here, others mend there. Never longer in the end. Stops at
+  /// What a search may cost; either ends it. Work is counted alike on every machine: a place that is looked
+  /// at, or 64 that are turned.
+  struct Budget {
+    std::size_t kicks = SIZE_MAX;
+    std::uint64_t work = UINT64_MAX;
+  };
+
+  /// Again and again: exchanges four edges near each other, repairs, and goes back unless the tour is as
+  /// short as before, or longer by no more than chance allows at a temperature that falls to 0 (Metropolis et
+  /// al. 1953): what one kick spoils here, others mend there. Never longer in the end. Stops at
   /// `good_enough`.
-  void improve_by_kicks(std::size_t kicks, double good_enough, std::mt19937_64& random) {
+  void improve_by_kicks(const Budget& budget, double good_enough, std::mt19937_64& random) {
     if (size() < 8) return;
     const std::vector<Node> tour_before = tour_;
     const double length_before = length_;
     const double hottest = hottest_share * length() / static_cast<double>(size());
-    for (std::size_t i = 0; i < kicks && length() > good_enough + tolerance_; ++i) {
-      const double left = 1.0 - static_cast<double>(i) / (cooled_share * static_cast<double>(kicks));
-      kick(random, hottest * std::max(0.0, left));
+    const std::uint64_t work_before = work_;
+    for (std::size_t i = 0; length() > good_enough + tolerance_; ++i) {
+      const double spent =
+          std::max(static_cast<double>(i) / static_cast<double>(budget.kicks),
+                   static_cast<double>(work_ - work_before) / static_cast<double>(budget.work));
+      if (!(spent < 1.0)) break;
+      kick(random, hottest * std::max(0.0, 1.0 - spent / cooled_share));
     }
     if (length_ <= length_before) return;
     tour_ = tour_before;
@@ -112,7 +123,7 @@ class LinKernighan {
   static constexpr std::array<std::size_t, deepest> breadth = {0, 5, 3};
   static constexpr Place longest_segment = 100;  // of a kick
   static constexpr double hottest_share = 0.4;   // first temperature over the mean edge
-  static constexpr double cooled_share = 0.95;   // of the kicks, behind which the temperature is 0
+  static constexpr double cooled_share = 0.95;   // of the budget, behind which the temperature is 0
 
   Place size() const { return static_cast<Place>(tour_.size()); }
 
@@ -176,6 +187,7 @@ class LinKernighan {
       if (turned > 1) {
         const std::size_t start = mirrored_ ? real((begin + turned - 1) % size()) : real(begin % size());
         reverse_real(start, turned);
+        work_ += static_cast<std::uint64_t>(turned) / 64;
         journal_.push_back({start, turned});
       }
       if (!inside) {
@@ -187,7 +199,7 @@ class LinKernighan {
     turn_count_ = 0;
   }
 
-  Place work() const {
+  Place longest_turn() const {
     Place most = 0;
     for (int i = 0; i < turn_count_; ++i) {
       const Place count = turns_[i].last - turns_[i].first + 1;
@@ -274,6 +286,7 @@ class LinKernighan {
 
   /// The exchanges that extend the open path at places 0..n-1. `gain`: of the edges removed over those added.
   void collect(int level, double gain, Steps& steps) {
+    ++work_;
     const Place last = size() - 1;
     const Node near_end = node_at(0), far_end = node_at(last);
     // From the near end to c, removing the edge before c: the stretch from the near end to there is turned.
@@ -307,7 +320,7 @@ class LinKernighan {
     const std::size_t touched_before = touched_.size();
     if (steps.closed > tolerance_) {
       take(steps.closing);
-      if (work() <= longest_turn_) {
+      if (longest_turn() <= longest_turn_) {
         gained_ = steps.closed;
         return true;
       }
@@ -427,6 +440,7 @@ class LinKernighan {
   std::vector<Place> place_;
   double length_ = 0.0, tolerance_ = 0.0, gained_ = 0.0;
   Place longest_turn_ = 0;
+  std::uint64_t work_ = 0;
 
   Place base_ = 0;
   bool mirrored_ = false;

@@ -216,19 +216,22 @@ std::optional<Order> proved_serpentine(const Route& route, const Cost& cost, con
 
 struct Effort {
   std::size_t kicks;
+  std::uint64_t work;
   int ascent_steps;
 };
 
 Effort effort_for(std::size_t count, const PathTask& task) {
-  // About ten seconds for ten thousand points; from there on the time may grow with their number only until
-  // the search alone, without kicks, takes minutes.
-  constexpr double most_kicks = 2e5, usual = 5.5;
-  constexpr double ascent_work = 3e7;  // sites x steps
   const double n = static_cast<double>(count);
-  const double kicks = task.kicks_per_point
-                           ? *task.kicks_per_point * n
-                           : std::min(std::max(usual * n, std::min(30.0 * n, 1.2e4)), most_kicks);
-  return {static_cast<std::size_t>(kicks), static_cast<int>(std::clamp(ascent_work / n, 20.0, 300.0))};
+  constexpr double ascent_work = 3e7;  // sites x steps
+  const int ascent_steps = static_cast<int>(std::clamp(ascent_work / n, 20.0, 300.0));
+  if (task.kicks_per_point)
+    return {static_cast<std::size_t>(*task.kicks_per_point * n), UINT64_MAX, ascent_steps};
+  // In places that are looked at, six million a second or so: below a second for hundreds of points, below
+  // ten for ten thousand; from there on the time may grow with their number only until it is most of a
+  // minute.
+  constexpr double small = 16e3, large = 5.2e3, most_small = 1e7, most = 2.5e8;
+  const double work = std::min(std::max(large * n, std::min(small * n, most_small)), most);
+  return {SIZE_MAX, static_cast<std::uint64_t>(work), ascent_steps};
 }
 
 struct Found {
@@ -282,7 +285,7 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
     detail::LinKernighan<Cost> fine(tree.sites(), weights, cost, alpha, rules, std::move(tour));
     fine.improve_everywhere();
     std::mt19937_64 random(1);
-    fine.improve_by_kicks(effort.kicks, bound + extra, random);
+    fine.improve_by_kicks({effort.kicks, effort.work}, bound + extra, random);
     tour.assign(fine.tour().begin(), fine.tour().end());
   }
 
