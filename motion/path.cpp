@@ -239,6 +239,18 @@ struct Found {
   double bound;
 };
 
+// Do most sites stand inside of full lattices, with three neighbours or more as near as the nearest? There
+// many edges are equally good, and the search needs more of them to choose from.
+bool mostly_in_blocks(const detail::Neighbours& near) {
+  constexpr double as_near = 1.0 + 1e-9;
+  std::size_t inside = 0;
+  for (Node i = 0; i < near.size(); ++i) {
+    const auto of = near.of(i);
+    if (of.size() >= 3 && of[2].cost <= as_near * of[0].cost) ++inside;
+  }
+  return 2 * inside > near.size();
+}
+
 template <class Cost>
 Found search(const Route& route, const Cost& cost, const Outlook& outlook, const Effort& effort) {
   const detail::PointTree tree(route.sites);
@@ -261,8 +273,9 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
                            ? cost_between(cost, tree.sites()[rules.fixed_a], tree.sites()[rules.fixed_b])
                            : 0.0;
 
-  constexpr std::size_t nearest = 7, per_quadrant = 2, candidates = 5;
+  constexpr std::size_t nearest = 7, per_quadrant = 2;
   const auto near = detail::Neighbours::find(tree, cost, nearest, per_quadrant);
+  const std::size_t candidates = mostly_in_blocks(near) ? 8 : 5;
   const std::vector<double> no_weights(route.sites.size() + 1, 0.0);
   detail::LinKernighan<Cost> rough(tree.sites(), no_weights, cost, near, rules,
                                    detail::GreedyTour<Cost>(tree, cost, near, rules).tour());
