@@ -13,7 +13,8 @@ namespace {
 
 constexpr Bench kBenches[] = {
     {"bus", "how far off a host may be, jitter, glitches, and the time of a poll", bench_bus},
-    {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control},
+    {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control,
+     control_charts},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
     {"path", "tours against lower bounds, the paper's ants and chained Lin-Kernighan", bench_path},
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
@@ -40,6 +41,14 @@ std::string wanted(const BenchRow& row) {
   return "";
 }
 
+nlohmann::ordered_json json_of(const BenchChart& chart) {
+  nlohmann::ordered_json curves = nlohmann::json::array();
+  for (const BenchCurve& curve : chart.curves)
+    curves.push_back({{"name", curve.name}, {"x", curve.x}, {"y", curve.y}});
+  return {{"name", chart.name},   {"x_axis", chart.x_axis}, {"y_axis", chart.y_axis},
+          {"y_min", chart.y_min}, {"y_max", chart.y_max},   {"curves", curves}};
+}
+
 }  // namespace
 
 std::span<const Bench> benches() { return kBenches; }
@@ -56,6 +65,9 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json) {
       if (row.at_least) entry["at_least"] = *row.at_least;
       if (row.at_most) entry["at_most"] = *row.at_most;
       out["rows"].push_back(entry);
+    }
+    if (bench.charts != nullptr && !options.quick) {
+      for (const BenchChart& chart : bench.charts()) out["charts"].push_back(json_of(chart));
     }
     fmt::print("{}\n", out.dump(2));
   } else {

@@ -19,6 +19,23 @@ struct BenchRow {
   bool good() const { return (!at_least || value >= *at_least) && (!at_most || value <= *at_most); }
 };
 
+/// One line of a chart; x and y of one length.
+struct BenchCurve {
+  std::string name;
+  std::vector<double> x;
+  std::vector<double> y;
+};
+
+/// Curves that belong to the rows: part of the JSON, from which docs/pictures/bench_charts.sh draws them.
+struct BenchChart {
+  std::string name;  // of the picture's file
+  std::string x_axis;
+  std::string y_axis;
+  double y_min;
+  double y_max;
+  std::vector<BenchCurve> curves;
+};
+
 struct BenchOptions {
   bool quick = false;      // shorter measurement; a row that leaves something out says so
   std::uint64_t seed = 1;  // of what is random; benches without chance take no notice
@@ -28,6 +45,7 @@ struct Bench {
   const char* name;
   const char* summary;
   std::vector<BenchRow> (*run)(const BenchOptions&);
+  std::vector<BenchChart> (*charts)() = nullptr;  // of benches that have some
 };
 
 std::span<const Bench> benches();
@@ -36,6 +54,7 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json);
 
 std::vector<BenchRow> bench_bus(const BenchOptions& options);
 std::vector<BenchRow> bench_control(const BenchOptions& options);
+std::vector<BenchChart> control_charts();
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
 std::vector<BenchRow> bench_path(const BenchOptions& options);
 std::vector<BenchRow> bench_profile(const BenchOptions& options);

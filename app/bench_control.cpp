@@ -196,7 +196,51 @@ void beside_rows(std::vector<BenchRow>& rows, const std::string& name, const Cur
       {"  deviation under load", load_deviation(curve(loaded), loaded.setpoint_degc), "degC", {}, {}});
 }
 
+// Of a run, a point a second from begin_s to end_s.
+BenchCurve cut(const std::string& name, const std::vector<double>& values, double begin_s, double end_s,
+               const std::function<double(double)>& drawn) {
+  BenchCurve curve{name, {}, {}};
+  const auto step = static_cast<std::size_t>(std::lround(1.0 / tb::kCurveStep_s));
+  for (auto i = static_cast<std::size_t>(begin_s) * step; i < values.size(); i += step) {
+    const double t_s = static_cast<double>(i) * tb::kCurveStep_s;
+    if (t_s > end_s) break;
+    curve.x.push_back(t_s);
+    curve.y.push_back(std::round(drawn(values[i]) * 1e4) / 1e4);
+  }
+  return curve;
+}
+
 }  // namespace
+
+std::vector<BenchChart> control_charts() {
+  const LoopTrial trial{.load = kPrinting};
+  BenchChart rise{"control_rise", "time since heating began, s", "temperature, degC", 20.0, 120.0, {}};
+  BenchChart settle{
+      "control_settle", "time since heating began, s", "temperature minus set-point, degC", -2.5, 2.5, {}};
+  BenchChart load{
+      "control_load", "time since heating began, s", "temperature minus set-point, degC", -2.0, 2.0, {}};
+  BenchChart duty{"control_duty", "time since heating began, s", "duty, % of full power", 0.0, 105.0, {}};
+  const auto draw = [&](const std::string& name, const tb::LoopCurve& run) {
+    const auto deviation = [&](double degc) { return degc - trial.setpoint_degc; };
+    rise.curves.push_back(cut(name, run.sensor_degc, 0.0, 450.0, [](double degc) { return degc; }));
+    settle.curves.push_back(cut(name, run.sensor_degc, 100.0, 450.0, deviation));
+    load.curves.push_back(cut(name, run.sensor_degc, 580.0, 1000.0, deviation));
+  };
+  const auto draw_duty = [&](const std::string& name, const tb::LoopCurve& run) {
+    duty.curves.push_back(cut(name, run.duty, 0.0, 450.0, [](double ratio) { return 100.0 * ratio; }));
+  };
+  const tb::LoopCurve chip = tb::run_chip(trial, {}).curve;
+  const tb::LoopCurve published = tb::run_chip(trial, published_form()).curve;
+  const int ff = droplet_feed_forward(trial.plant, kPrinting.energy_j);
+  draw("this chip", chip);
+  draw("this chip, FF_DROP", tb::run_chip(trial, {{spec::kRegFfDrop, ff}}).curve);
+  draw("published form", published);
+  for (const tb::PeerLoop& peer : tb::peer_loops(tb::identify(trial.plant, trial.setpoint_degc)))
+    draw(peer.name, tb::run_peer(trial, peer));
+  draw_duty("this chip", chip);
+  draw_duty("published form", published);
+  return {rise, settle, load, duty};
+}
 
 std::vector<BenchRow> bench_control(const BenchOptions& options) {
   std::vector<BenchRow> rows;

@@ -163,7 +163,7 @@ AlgorIn Chip::algor_in() const {
 }
 
 AtuneIn Chip::atune_in() const {
-  return {.tune = paramc.tune_q != 0,
+  return {.tune = paramc.tune(),
           .run = guard.run_q != 0,
           .sample = sysctrl.algor_start_q != 0 && guard.bad_q == 0,
           .tenth = sysctrl.tenth_q != 0,

@@ -156,12 +156,9 @@ void Guard::step(const GuardIn& in) {
 
   // Detectors, from the flops before this clock.
   lba_trip_q = lba_active && !lba_rose && lba_q >= p[spec::kRegLbaTime];
-  if (!lba_active || lba_rose) {
-    lba_q = 0;
-    lba_ref_q = pv_q;
-  } else {
-    lba_q = count_up(lba_q, in.tenth);
-  }
+  lba_q = lba_active && !lba_rose ? count_up(lba_q, in.tenth) : 0;
+  // From the lowest: a head that was cooling falls on for a while.
+  if (!lba_active || lba_rose || pv_q < lba_ref_q) lba_ref_q = pv_q;
   if (!hold_active || hold_rose) {
     hold_q = 0;
     hold_ref_q = pv_q;

@@ -102,7 +102,7 @@ void carry_out(Chip& chip, Paramc& paramc, ParamcIn in, std::span<const std::uin
     paramc.step(in, Readings{});
     if (mem_in.wr || mem_in.discard) chip.mem.step(mem_in);
     chip.paramc.run_q |= paramc.run_q;
-    if (paramc.run_q != 0) {  // GUARD asks for the word itself
+    if ((paramc.run_q | paramc.tune_q) != 0) {  // these count only with their word
       chip.paramc.index_q = paramc.index_q;
       chip.paramc.value_q = paramc.value_q;
     }

@@ -117,8 +117,9 @@ struct ParamcIn {
 struct Paramc {
   TC_PARAMC_FLOPS(TC_DECLARE_FLOP)
 
-  // The run pulse counts only with its command still in hand: an upset of one flop is no command.
+  // These pulses count only with their command still in hand: an upset of one flop is no command.
   bool run() const { return run_q != 0 && index_q == spec::kRegCmd && value_q == spec::kCmdRun; }
+  bool tune() const { return tune_q != 0 && index_q == spec::kRegCmd && value_q == spec::kCmdTune; }
 
   // True when a step can change nothing but the command pulses: no command in work, no display, no commit.
   bool idle(const ParamcIn& in) const {

@@ -271,13 +271,10 @@ module tc_guard (
         if (bad_q != 4'hF) bad_q <= bad_q + 4'd1;
       end
 
-      // Loop break: at full duty the temperature must rise by LBA_RISE within each LBA_TIME.
-      if (!lba_active || lba_rose) begin
-        lba_q     <= 16'd0;
-        lba_ref_q <= pv_q;
-      end else begin
-        lba_q <= count_up(lba_q, tenth_i);
-      end
+      // Loop break: at full duty the temperature must rise by LBA_RISE above its lowest within each LBA_TIME. From the lowest:
+      // a head that was cooling falls on for a while.
+      lba_q <= (lba_active && !lba_rose) ? count_up(lba_q, tenth_i) : 16'd0;
+      if (!lba_active || lba_rose || pv_q < lba_ref_q) lba_ref_q <= pv_q;
       lba_trip_q <= lba_active && !lba_rose && lba_q >= params_i.lba_time;
 
       // Hold power: more than the head can need, and no rise to show for it.

@@ -70,6 +70,11 @@ module tc_mem (
   assign one_active = flip_active != 22'd0;
   assign bad_now = tc_math_pkg::secded_bad(scrub_staged) || tc_math_pkg::secded_bad(scrub_active);
 
+  // What the one word that is written or under the pass takes: all words share it, each with an enable of its own.
+  logic [21:0] staged_in, active_in;
+  assign staged_in = wr_i ? tc_math_pkg::secded_encode(wr_data_i) : scrub_staged ^ flip_staged;
+  assign active_in = scrub_active ^ flip_active;
+
   // Low: no word changes. An enable that all words share: a simulator passes them by with one test.
   logic stir;
 `ifdef TC_MEM_UPSET
@@ -86,9 +91,8 @@ module tc_mem (
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) staged_q[i] <= ResetWord;
       else if (stir) begin
-        if (wr_i && wr_index_i == 6'(i)) staged_q[i] <= tc_math_pkg::secded_encode(wr_data_i);
+        if (hit || (wr_i && wr_index_i == 6'(i))) staged_q[i] <= staged_in;
         else if (discard_i && !commit_i) staged_q[i] <= active_q[i];
-        else if (hit) staged_q[i] <= staged_q[i] ^ flip_staged;
 `ifdef TC_MEM_UPSET
         else if (upset_index_i == 6'(i)) staged_q[i] <= staged_q[i] ^ upset_staged_i;
 `endif
@@ -99,7 +103,7 @@ module tc_mem (
       if (!rst_ni) active_q[i] <= ResetWord;
       else if (stir) begin
         if (commit_i) active_q[i] <= staged_q[i];
-        else if (hit) active_q[i] <= active_q[i] ^ flip_active;
+        else if (hit) active_q[i] <= active_in;
 `ifdef TC_MEM_UPSET
         else if (upset_index_i == 6'(i)) active_q[i] <= active_q[i] ^ upset_active_i;
 `endif

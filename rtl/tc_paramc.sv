@@ -146,7 +146,7 @@ module tc_paramc (
   assign run_o            = run_q && index_q == tc_pkg::RegCmd && value_q == tc_pkg::CmdRun;
   assign stop_o           = stop_q;
   assign clear_o          = clear_q;
-  assign tune_o           = tune_q;
+  assign tune_o           = tune_q && index_q == tc_pkg::RegCmd && value_q == tc_pkg::CmdTune;
 
   // ---- Judging a command -------------------------------------------------------------------------------------------------
 

@@ -333,6 +333,34 @@ TEST(GuardNotHeating, TheLeastRiseBeginsANewWindow) {
   }
 }
 
+// A head that was cooling falls on under full power; the rise counts from there.
+TEST(GuardNotHeating, CountsTheRiseFromTheLowest) {
+  for (int rise : {127, 128}) {
+    NotHeating b;
+    b.set(kRegDtdtMax, 0);
+    b.tenths(10);
+    b.sample(kRoom - 300);
+    b.tenths(349);
+    b.sample(kRoom - 300 + rise);
+    b.tenths(2);
+    b.clock();
+    EXPECT_EQ((b.g.fault_q & mask(kFaultNotHeating)) != 0, rise < 128) << rise;
+  }
+}
+
+// A fall alone begins no new window: an open heater trips in time.
+TEST(GuardNotHeating, AFallBeginsNoNewWindow) {
+  NotHeating b;
+  for (int i = 1; i <= 359; ++i) {
+    b.sample(kRoom - i);
+    b.tenths(1);
+  }
+  EXPECT_FALSE(b.cause(kFaultNotHeating));
+  b.tenths(1);
+  b.clock();
+  EXPECT_TRUE(b.cause(kFaultNotHeating));
+}
+
 TEST(GuardNotHeating, IsOffAtZeroTimeBelowTheLimitAndInManual) {
   for (int which : {0, 1, 2}) {
     NotHeating b;

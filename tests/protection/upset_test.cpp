@@ -98,6 +98,15 @@ TEST(Upset, OfThePermissionGivesNoHeat) {
   }
 }
 
+// A command's pulse without its word: no relay experiment begins in a heated job.
+TEST(Upset, OfACommandsPulseChangesNothing) {
+  for (const UpsetPwm pwm : {UpsetPwm::fast, UpsetPwm::slow}) {
+    const UpsetStudy study(UpsetPhase::hold, pwm);
+    for (const char* name : {"run_q", "tune_q"})
+      EXPECT_EQ(study.strike({{number_of("paramc", name, 0, 0)}, 0.0501}).outcome, UpsetOutcome::no_effect) << name;
+  }
+}
+
 // The study can find what it looks for: two flips at once pass the parity, and the heater stays on for seconds.
 TEST(UpsetControl, ADoubleFlipIsFoundOutside) {
   const UpsetStudy hold(UpsetPhase::hold, UpsetPwm::fast);

@@ -99,7 +99,7 @@ module mem #(
   // Inside the pass the word is healed as soon as the pass has gone by it.
   `TC_ASSERT_IF(MemProofPassHeals_A, pass_q && (!busy || scrub_index > Word),
                 wrong_staged == 22'd0 && wrong_active == 22'd0)
-  `TC_ASSERT_IF(MemProofPassPlace_A, busy, scrub_index >= 6'd1 && scrub_index <= 6'd58)
+  `TC_ASSERT_IF(MemProofPassPlace_A, busy, scrub_index >= 6'd1 && scrub_index <= 6'(tc_pkg::HoldingCount - 1))
 
   // A clean word is seen at the ports; the active one changes only with a commit, an upset or its correction.
   `TC_ASSERT_IF(MemProofReadPort_A, clean_q, rd_data == staged_ref)
