@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace meltstage::app {
@@ -15,20 +16,28 @@ constexpr Bench kBenches[] = {
     {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control,
      control_charts},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
+    {"path", "tours against lower bounds, the paper's ants and chained Lin-Kernighan", bench_path},
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
     {"protection", "faults of a head against firmware's rules; healthy jobs without a trip",
      bench_protection},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
+    {"stage", "positioning accuracy before and after compensation, fly-by, droplets in images", bench_stage},
     {"upset", "every flop inverted once in each phase of a job: outcomes a block", bench_upset},
     {"vibration", "what moves leave behind: anchor plant, and the paper's table on a servo axis",
      bench_vibration},
     {"windows", "time-parallel lockstep on two processes against one run from end to end", bench_windows},
 };
 
+// Four digits, or all in front of the point.
+std::string digits(double value) {
+  return std::abs(value) >= 1000.0 && std::abs(value) < 1e12 ? fmt::format("{:.0f}", value)
+                                                             : fmt::format("{:.4g}", value);
+}
+
 std::string wanted(const BenchRow& row) {
-  if (row.at_least && row.at_most) return fmt::format("{:.4g}..{:.4g}", *row.at_least, *row.at_most);
-  if (row.at_least) return fmt::format(">= {:.4g}", *row.at_least);
-  if (row.at_most) return fmt::format("<= {:.4g}", *row.at_most);
+  if (row.at_least && row.at_most) return fmt::format("{}..{}", digits(*row.at_least), digits(*row.at_most));
+  if (row.at_least) return ">= " + digits(*row.at_least);
+  if (row.at_most) return "<= " + digits(*row.at_most);
   return "";
 }
 
@@ -64,7 +73,7 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json) {
   } else {
     fmt::print("{:<52} {:>12} {:<12} {:<12}\n", bench.name, "value", "unit", "wanted");
     for (const BenchRow& row : rows) {
-      fmt::print("{:<52} {:>12.4g} {:<12} {:<12} {}\n", row.what, row.value, row.unit, wanted(row),
+      fmt::print("{:<52} {:>12} {:<12} {:<12} {}\n", row.what, digits(row.value), row.unit, wanted(row),
                  row.good() ? "" : "SHORT");
     }
   }

@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <set>
 #include <string_view>
 
 #include "motion/coordinates.hpp"
+#include "motion/path.hpp"
 #include "motion/profile.hpp"
 
 namespace meltstage::app {
@@ -198,7 +201,7 @@ std::uint16_t sensor_code(const std::string& name) {
 }
 
 tb::EventKind event_kind(Section& section) {
-  static constexpr std::array<std::pair<std::string_view, tb::EventKind>, 7> kKinds{{
+  static constexpr std::array<std::pair<std::string_view, tb::EventKind>, 8> kKinds{{
       {"emergency-stop", tb::EventKind::emergency_stop},
       {"sensor-open", tb::EventKind::sensor_open},
       {"sensor-short", tb::EventKind::sensor_short},
@@ -206,8 +209,125 @@ tb::EventKind event_kind(Section& section) {
       {"heater-open", tb::EventKind::heater_open},
       {"switch-short", tb::EventKind::switch_short},
       {"host-lost", tb::EventKind::host_lost},
+      {"stage-jam", tb::EventKind::stage_jam},
   }};
   return section.choice("what", "", kKinds);
+}
+
+// [print]: what the path is planned for. The stage's limits and the pause at a bump are known by then.
+motion::PathTask path_task(Section& print, tb::PrintJob& job) {
+  static constexpr std::array<std::pair<std::string_view, motion::Metric>, 4> kMetrics{
+      {{"manhattan", motion::Metric::manhattan},
+       {"chebyshev", motion::Metric::chebyshev},
+       {"euclidean", motion::Metric::euclidean},
+       {"time", motion::Metric::time}}};
+  static constexpr std::array<std::pair<std::string_view, motion::Tour>, 2> kTours{
+      {{"open", motion::Tour::open}, {"closed", motion::Tour::closed}}};
+  static constexpr std::array<std::pair<std::string_view, bool>, 2> kStarts{
+      {{"stage", true}, {"free", false}}};
+  motion::PathTask task;
+  task.metric = print.choice("metric", "manhattan", kMetrics);
+  task.tour = print.choice("tour", "open", kTours);
+  const bool from_stage = print.choice("begin", "stage", kStarts);
+  if (from_stage) task.start = {job.start_mm.x(), job.start_mm.y()};
+  task.times = {job.stage.axes[0].limits, job.stage.axes[1].limits, job.settle_s};
+  const double nowhere = std::numeric_limits<double>::quiet_NaN();
+  const double x_mm = print.number("end_x_mm", nowhere, 0.0, 200.0);
+  const double y_mm = print.number("end_y_mm", nowhere, 0.0, 200.0);
+  if (std::isnan(x_mm) != std::isnan(y_mm))
+    print.fail(std::isnan(x_mm) ? "end_x_mm" : "end_y_mm", "nothing", "both end_x_mm and end_y_mm, or none",
+               nullptr);
+  if (!std::isnan(x_mm)) task.end = {x_mm, y_mm};
+  if (task.end && task.tour == motion::Tour::closed)
+    print.fail("end_x_mm", "an end", "none for a closed tour, which returns to where it began", nullptr);
+  return task;
+}
+
+// [stage]: what drives it, and how it moves.
+void read_stage(Section& stage, tb::PrintJob& job, const std::filesystem::path& folder) {
+  job.start_mm = {stage.number("start_x_mm", 0.0, 0.0, 200.0), stage.number("start_y_mm", 0.0, 0.0, 200.0),
+                  0.0};
+  job.drive.homed = !stage.flag("homing", false);
+  job.power_on_mm = {stage.number("power_on_x_mm", job.start_mm.x(), 0.0, 200.0),
+                     stage.number("power_on_y_mm", job.start_mm.y(), 0.0, 200.0), 0.0};
+  const double speed = stage.number("speed_mm_s", 100.0, 0.1, 400.0);
+  const double acceleration = stage.number("acceleration_mm_s2", 1000.0, 1.0, 20000.0);
+  const double jerk = stage.number("jerk_mm_s3", 50000.0, 10.0, 1e7);
+  for (motion::AxisConfig& axis : job.stage.axes) {
+    axis.limits = motion::asymmetric_limits(speed, acceleration, acceleration, jerk, jerk);
+    // Half a turn above the home switch, as the coupling of a machine is set.
+    axis.index_mm = axis.travel.min_mm + 0.5 * axis.lead_mm;
+  }
+  job.stage.clock_hz = spec::kClkHz;
+
+  const motion::ModeBand band{
+      {stage.number("mode_hz", 38.0, 1.0, 1000.0), stage.number("mode_damping", 0.05, 0.0, 0.99)},
+      stage.number("mode_spread", 0.1, 0.0, 0.5)};
+  const double tolerance_mm = 1e-3 * stage.number("quiet_tolerance_um", 1.0, 0.01, 1000.0);
+  if (stage.flag("quiet", false)) job.stage.quiet = motion::QuietMoves{band, tolerance_mm};
+
+  static constexpr std::array<std::array<std::string_view, 4>, 2> kKeys{
+      {{"lead_error_x_um_per_m", "lead_error_x_um", "backlash_x_um", "deviations_x"},
+       {"lead_error_y_um_per_m", "lead_error_y_um", "backlash_y_um", "deviations_y"}}};
+  for (std::size_t i = 0; i < kKeys.size(); ++i) {
+    motion::AxisModelConfig& axis = job.drive.axes[i];
+    axis.mode = band.nominal;
+    axis.screw.lead_error_share = 1e-6 * stage.number(kKeys[i][0], 0.0, -1000.0, 1000.0);
+    axis.screw.lead_error_mm = 1e-3 * stage.number(kKeys[i][1], 0.0, -100.0, 100.0);
+    axis.screw.backlash_mm = 1e-3 * stage.number(kKeys[i][2], 0.0, 0.0, 1000.0);
+    const std::string file = stage.text(kKeys[i][3], "");
+    if (file.empty()) continue;
+    try {
+      job.compensation[i] =
+          motion::make_compensation(motion::evaluate_accuracy(motion::read_deviations(folder / file)));
+    } catch (const motion::MotionError& error) {
+      throw InputError(error.what());
+    }
+  }
+}
+
+// Rows of the bumps at constant speed. The head's errors are compensated in the plan: Y as it comes from
+// below, X in the count at which the comparator fires.
+tb::FlyBy plan_fly_by(const tb::PrintJob& job, const motion::FlyByConfig& config) {
+  tb::FlyBy fly_by{config, {}};
+  std::vector<motion::Point> bumps = job.bumps;
+  const motion::CompensationTable &x = job.compensation[0], &y = job.compensation[1];
+  if (!y.position_mm.empty())
+    for (motion::Point& bump : bumps) bump.y_mm = motion::compensated_forward_mm(y, bump.y_mm);
+  fly_by.plan = motion::plan_fly_by(bumps, config);
+  for (motion::FlyByRow& row : fly_by.plan.rows) {
+    for (const double turn_mm : {row.from_x_mm, row.to_x_mm}) {
+      const motion::Range& travel = job.stage.axes[0].travel;
+      if (!(turn_mm >= travel.min_mm && turn_mm <= travel.max_mm))
+        throw motion::MotionError(fmt::format(
+            "print on the fly: found a row at y {:.3f} mm that turns at x {:.3f} mm, expected {}..{} mm "
+            "(travel); move the origin, lower the speed or stop at each bump",
+            row.y_mm, turn_mm, travel.min_mm, travel.max_mm));
+    }
+    if (x.position_mm.empty()) continue;
+    for (motion::Trigger& trigger : row.triggers) {
+      const double bump_mm = bumps[trigger.bump].x_mm;
+      const double command_mm = row.direction() > 0.0 ? motion::compensated_forward_mm(x, bump_mm)
+                                                      : motion::compensated_reverse_mm(x, bump_mm);
+      trigger.count += std::llround((command_mm - bump_mm) / config.encoder_mm);
+    }
+  }
+  return fly_by;
+}
+
+// The bumps in the order in which the rows pass them.
+void print_in_rows(LoadedJob& loaded, const motion::PathTask& task) {
+  std::vector<motion::Point> bumps;
+  std::vector<std::size_t> order;
+  for (motion::FlyByRow& row : loaded.job.fly_by->plan.rows)
+    for (motion::Trigger& trigger : row.triggers) {
+      bumps.push_back(loaded.job.bumps[trigger.bump]);
+      order.push_back(loaded.plan.order[trigger.bump]);
+      trigger.bump = bumps.size() - 1;
+    }
+  loaded.job.bumps = std::move(bumps);
+  loaded.plan.order = std::move(order);
+  loaded.plan.cost_after = motion::path_cost(loaded.bumps_in_file_order, loaded.plan.order, task);
 }
 
 }  // namespace
@@ -293,16 +413,8 @@ LoadedJob load_job(const std::filesystem::path& path) {
   }
 
   Section stage = section("stage");
-  job.start_mm = {stage.number("start_x_mm", 0.0, 0.0, 200.0), stage.number("start_y_mm", 0.0, 0.0, 200.0),
-                  0.0};
-  const double speed = stage.number("speed_mm_s", 100.0, 0.1, 400.0);
-  const double acceleration = stage.number("acceleration_mm_s2", 1000.0, 1.0, 20000.0);
-  const double jerk = stage.number("jerk_mm_s3", 50000.0, 10.0, 1e7);
+  read_stage(stage, job, path.parent_path());
   stage.finish();
-  for (motion::AxisConfig& axis : job.stage.axes)
-    axis.limits = motion::asymmetric_limits(speed, acceleration, acceleration, jerk, jerk);
-
-  job.stage.clock_hz = spec::kClkHz;
   try {
     const motion::Stage probe(job.stage, job.start_mm);
   } catch (const motion::MotionError& error) {
@@ -312,9 +424,9 @@ LoadedJob load_job(const std::filesystem::path& path) {
   Section coordinates = section("coordinates");
   const std::string file = coordinates.text("file", "");
   if (file.empty())
-    throw InputError(
-        fmt::format("{}: coordinates.file: missing, expected the name of a .xls, .csv or .kicad_mod file",
-                    path.string()));
+    throw InputError(fmt::format(
+        "{}: coordinates.file: missing, expected the name of a file with bumps, such as bumps.csv",
+        path.string()));
   motion::CoordinateOptions options;
   options.pitch_mm = coordinates.number("pitch_mm", 1.0, 1e-6, 1e6);
   options.origin_x_mm = coordinates.number("origin_x_mm", 0.0, -1e6, 1e6);
@@ -327,12 +439,20 @@ LoadedJob load_job(const std::filesystem::path& path) {
   Section print = section("print");
   job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
   job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
-  static constexpr std::array<std::pair<std::string_view, motion::Metric>, 3> kMetrics{
-      {{"manhattan", motion::Metric::manhattan},
-       {"chebyshev", motion::Metric::chebyshev},
-       {"euclidean", motion::Metric::euclidean}}};
-  const motion::Metric metric = print.choice("metric", "manhattan", kMetrics);
+  motion::PathTask task = path_task(print, job);
   loaded.plan_metric = print.text("metric", "manhattan");
+  loaded.plan_unit = task.metric == motion::Metric::time ? "s" : "mm";
+  static constexpr std::array<std::pair<std::string_view, bool>, 2> kModes{
+      {{"stop", false}, {"fly-by", true}}};
+  const bool on_the_fly = print.choice("mode", "stop", kModes);
+  motion::FlyByConfig fly_by;
+  fly_by.x = job.stage.axes[0].limits;
+  fly_by.y = job.stage.axes[1].limits;
+  fly_by.droplets_per_s = print.number("droplets_per_s", 200.0, 0.1, 10000.0);
+  fly_by.latency_s = 1e-6 * print.number("latency_us", 50.0, 0.0, 10000.0);
+  fly_by.flight_s = 1e-6 * print.number("flight_us", 500.0, 0.0, 100000.0);
+  fly_by.encoder_mm = job.drive.axes[0].encoder_mm;
+  fly_by.settle_s = job.settle_s;
   print.finish();
 
   Section rtl = section("rtl");
@@ -359,11 +479,32 @@ LoadedJob load_job(const std::filesystem::path& path) {
   } catch (const motion::CoordinateError& error) {
     throw InputError(error.what());
   }
-  const motion::Plan plan =
-      motion::plan_path(loaded.bumps_in_file_order, metric, {job.start_mm.x(), job.start_mm.y()});
-  for (const std::size_t i : plan.order) job.bumps.push_back(loaded.bumps_in_file_order[i]);
-  loaded.path_before_mm = plan.length_before_mm;
-  loaded.path_after_mm = plan.length_after_mm;
+  try {
+    loaded.plan = motion::plan_path(loaded.bumps_in_file_order, task);
+  } catch (const motion::MotionError& error) {
+    throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+  }
+  motion::PathTask in_time = task;
+  in_time.metric = motion::Metric::time;
+  std::vector<std::size_t> file_order(loaded.bumps_in_file_order.size());
+  std::iota(file_order.begin(), file_order.end(), std::size_t{0});
+  loaded.moves_before_s = motion::path_cost(loaded.bumps_in_file_order, file_order, in_time);
+  loaded.moves_after_s = motion::path_cost(loaded.bumps_in_file_order, loaded.plan.order, in_time);
+  for (const std::size_t i : loaded.plan.order) job.bumps.push_back(loaded.bumps_in_file_order[i]);
+  if (task.end) job.end_mm = Eigen::Vector3d(task.end->x_mm, task.end->y_mm, job.start_mm.z());
+  if (task.tour == motion::Tour::closed) {
+    const bool from_stage = task.start.has_value();
+    const motion::Point& first = job.bumps.front();
+    job.end_mm = from_stage ? job.start_mm : Eigen::Vector3d(first.x_mm, first.y_mm, job.start_mm.z());
+  }
+  if (on_the_fly) {
+    try {
+      job.fly_by = plan_fly_by(job, fly_by);
+      print_in_rows(loaded, task);
+    } catch (const motion::MotionError& error) {
+      throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+    }
+  }
   return loaded;
 }
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "motion/path.hpp"
 #include "tb/printer.hpp"
 
 namespace meltstage::app {
@@ -19,8 +20,9 @@ struct LoadedJob {
   tb::PrintJob job;  // bumps in planned order
   std::string plan_metric;
   std::vector<motion::Point> bumps_in_file_order;
-  double path_before_mm = 0.0;
-  double path_after_mm = 0.0;
+  motion::Plan plan;                                 // costs in s if the metric is time, else mm
+  double moves_before_s = 0.0, moves_after_s = 0.0;  // of the stage with a stop at each bump
+  std::string plan_unit;
   std::filesystem::path coordinates;
 };
 

@@ -9,6 +9,7 @@
 #include "app/build_stamp.hpp"
 #include "app/chip_command.hpp"
 #include "app/job_file.hpp"
+#include "app/motion_command.hpp"
 #include "app/print.hpp"
 #include "app/windows.hpp"
 #include "host/errors.hpp"
@@ -106,6 +107,21 @@ int main(int argc, char** argv) {
   window_command->add_option("DIR", work, "Work folder")->required();
   window_command->add_option("NUMBER", window, "Window, from 0")->required();
 
+  app::GcodeCommand gcode;
+  CLI::App* gcode_command =
+      cli.add_subcommand("gcode", "Write a job as G-code for a real machine (docs/motion-stage.md)");
+  gcode_command->add_option("JOB", gcode.job, "Job file (TOML), as for print")->required();
+  gcode_command->add_option("--out", gcode.out, "File to write")->required();
+  gcode_command->add_option("--dialect", gcode.dialect, "Control that reads it (default linuxcnc)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, motion::GcodeDialect>{
+          {"linuxcnc", motion::GcodeDialect::linuxcnc}, {"grbl", motion::GcodeDialect::grbl}}));
+  app::AccuracyCommand accuracy;
+  CLI::App* accuracy_command =
+      cli.add_subcommand("accuracy", "Evaluate a positioning test of an axis after ISO 230-2");
+  accuracy_command->add_option("DEVIATIONS", accuracy.deviations, "Measured deviations (.csv)")->required();
+  accuracy_command->add_option("--compensation", accuracy.compensation,
+                               "Write the means as a LinuxCNC compensation file");
+
   std::string bench_name;
   bool bench_list = false;
   bool bench_json = false;
@@ -137,6 +153,8 @@ int main(int argc, char** argv) {
       return app::print_job(print);
     }
     if (cli.got_subcommand("chip")) return chip();
+    if (*gcode_command) return app::write_gcode_file(gcode);
+    if (*accuracy_command) return app::show_accuracy(accuracy);
     if (slurm) runner.runner = app::WindowRunner::slurm;
     if (*windows_plan) return app::plan_windows(pins, work, borders);
     if (*windows_run) return app::run_windows(work, runner);

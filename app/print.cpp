@@ -108,8 +108,8 @@ double overshoot_degc(const tb::PrintResult& result, double setpoint) {
   return std::max(0.0, peak - setpoint);
 }
 
-Path path_of(const std::vector<motion::Point>& points, double length_mm) {
-  Path path{.points = {}, .length_mm = length_mm};
+Path path_of(const std::vector<motion::Point>& points, double cost) {
+  Path path{.points = {}, .cost = cost};
   for (const motion::Point& p : points) path.points.push_back({p.x_mm, p.y_mm});
   return path;
 }
@@ -122,6 +122,8 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
       {"Plant", std::string(job.head.plant.name)},
       {"Sensor", fmt::format("{}, noise {} degC", job.head.sensor, job.head.sensor_noise_degc)},
       {"Path metric", loaded.plan_metric},
+      {"Printing", job.fly_by ? "on the fly" : "stop at each bump"},
+      {"Moves", job.stage.quiet ? "quiet" : "as fast as the limits allow"},
       {"Seed", fmt::format("{}", job.head.seed)},
   };
   for (const tb::RegisterValue& r : job.registers) {
@@ -150,8 +152,15 @@ PrintReport make_report(const LoadedJob& loaded, const tb::PrintResult& result, 
       {"Heater energy", result.heater_energy_j, "J"},
       {"Droplets", static_cast<double>(result.droplets), ""},
       {"Print time", phase_length_s(result, "print"), "s"},
-      {"Path, file order", loaded.path_before_mm, "mm"},
-      {"Path, planned", loaded.path_after_mm, "mm"},
+      {"Path, file order", loaded.plan.cost_before, loaded.plan_unit},
+      {"Path, planned", loaded.plan.cost_after, loaded.plan_unit},
+      {"Path, lower bound", loaded.plan.lower_bound, loaded.plan_unit},
+      {"Path, at most above the cheapest", 100.0 * loaded.plan.gap(), "%"},
+      {"Stops and moves, file order", loaded.moves_before_s, "s"},
+      {"Stops and moves, planned", loaded.moves_after_s, "s"},
+      {"Homing", result.homing_s, "s"},
+      {"Largest miss of a droplet", 1e3 * result.largest_miss_mm, "um"},
+      {"Mean miss of a droplet", 1e3 * result.mean_miss_mm, "um"},
       {"Chip clocks", static_cast<double>(result.cycles), ""},
       {"Modbus frames accepted", static_cast<double>(result.frames), ""},
   };
@@ -161,8 +170,10 @@ PrintReport make_report(const LoadedJob& loaded, const tb::PrintResult& result, 
     report.duty.push_back({r.t_s, r.duty});
   }
   for (const tb::PhaseTime& p : result.phases) report.phases.push_back({p.name, p.begin_s, p.end_s});
-  report.path_before = path_of(loaded.bumps_in_file_order, loaded.path_before_mm);
-  report.path_after = path_of(loaded.job.bumps, loaded.path_after_mm);
+  report.path_before = path_of(loaded.bumps_in_file_order, loaded.plan.cost_before);
+  report.path_after = path_of(loaded.job.bumps, loaded.plan.cost_after);
+  report.path_unit = loaded.plan_unit;
+  report.path_bound = loaded.plan.lower_bound;
   for (const tb::CheckedWindow& w : result.windows) {
     report.lockstep.push_back({w.name, w.first_cycle, w.last_cycle, w.compared.clocks, w.flop_bits,
                                w.compared.flop_values + w.compared.pin_values, 0});
@@ -288,9 +299,12 @@ int print_job(const PrintOptions& options) {
 
   fmt::print("{}: {}\n", loaded.job.name, report.verdict);
   fmt::print(
-      "path {:.3f} mm in file order, {:.3f} mm planned; heat-up {:.1f} s; print {:.1f} s; {} chip clocks\n",
-      loaded.path_before_mm, loaded.path_after_mm, phase_length_s(result, "heat-up"),
-      phase_length_s(result, "print"), result.cycles);
+      "path {:.3f} {} in file order, {:.3f} {} planned, at most {:.2f} % above the cheapest; heat-up {:.1f} "
+      "s; "
+      "print {:.1f} s; {} chip clocks\n",
+      loaded.plan.cost_before, loaded.plan_unit, loaded.plan.cost_after, loaded.plan_unit,
+      100.0 * loaded.plan.gap(), phase_length_s(result, "heat-up"), phase_length_s(result, "print"),
+      result.cycles);
   if (checked) {
     fmt::print("{}", describe(*checked));
     if (!checked->joined.whole) {

@@ -19,10 +19,12 @@ struct RawPoint {
   std::size_t row = 0;
 };
 
-/// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense.
+/// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense. `notes`:
+/// what it holds besides that is no bump.
 struct RawPoints {
   std::vector<RawPoint> points;
   bool has_unit = false;
+  std::vector<std::string> notes;
 };
 
 /// A table cell: text as it stands in the file; `number` is set when the format itself says that it is one.
@@ -42,10 +44,14 @@ using RowHandler = std::function<void(const TableRow&)>;
 
 void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
 void read_xls_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
+void read_xlsx_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
 RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,
                             void (*read_rows)(const std::filesystem::path&, std::string_view,
                                               const RowHandler&));
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content);
+RawPoints read_pos_points(const std::filesystem::path& path, std::string_view content);
+RawPoints read_gerber_points(const std::filesystem::path& path, std::string_view content);
+RawPoints read_excellon_points(const std::filesystem::path& path, std::string_view content);
 
 /// A whole cell as a number, "." as decimal point whatever the locale; nothing if it isn't one. May be NaN or
 /// infinite.

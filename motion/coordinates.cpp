@@ -9,10 +9,12 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 #include <numbers>
 #include <numeric>
 #include <system_error>
+#include <utility>
 
 #include "motion/coordinate_sources.hpp"
 
@@ -84,15 +86,16 @@ std::string read_whole_file(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::not_found)
-    throw CoordinateError(fmt::format("{}: no such file, expected a .xls, .csv or .kicad_mod file", name));
+    throw CoordinateError(
+        fmt::format("{}: no such file, expected a file with coordinates, such as bumps.csv", name));
   if (status.type() == std::filesystem::file_type::none)
     throw CoordinateError(fmt::format("{}: can't be read ({})", name, error.message()));
   if (std::filesystem::is_directory(status))
     throw CoordinateError(
-        fmt::format("{}: found a directory, expected a .xls, .csv or .kicad_mod file", name));
+        fmt::format("{}: found a directory, expected a file with coordinates, such as bumps.csv", name));
   if (!std::filesystem::is_regular_file(status))
     throw CoordinateError(
-        fmt::format("{}: not a regular file, expected a .xls, .csv or .kicad_mod file", name));
+        fmt::format("{}: not a regular file, expected a file with coordinates, such as bumps.csv", name));
   std::ifstream stream(path, std::ios::binary);
   if (!stream)
     throw CoordinateError(
@@ -110,10 +113,21 @@ detail::RawPoints read_raw(const std::filesystem::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension == ".xls") return detail::read_table_points(path, content, detail::read_xls_rows);
+  if (extension == ".xlsx") return detail::read_table_points(path, content, detail::read_xlsx_rows);
   if (extension == ".csv") return detail::read_table_points(path, content, detail::read_csv_rows);
   if (extension == ".kicad_mod") return detail::read_kicad_points(path, content);
-  throw CoordinateError(fmt::format("{}: found extension {}, expected .xls, .csv or .kicad_mod",
-                                    path.string(), detail::in_quotes(extension)));
+  if (extension == ".pos") return detail::read_pos_points(path, content);
+  const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), extension) != names.end();
+  };
+  if (is_one_of({".gbr", ".ger", ".grb", ".gbx", ".gtp", ".gbp"}))
+    return detail::read_gerber_points(path, content);
+  if (is_one_of({".drl", ".xln", ".exc", ".cnc"})) return detail::read_excellon_points(path, content);
+  throw CoordinateError(
+      fmt::format("{}: found extension {}, expected .xls, .xlsx, .csv, .kicad_mod, .pos, .gbr, .ger, .grb, "
+                  ".gbx, .gtp, .gbp, "
+                  ".drl, .xln, .exc or .cnc",
+                  path.string(), detail::in_quotes(extension)));
 }
 
 void check_range(std::string_view axis, const Range& range) {
@@ -206,9 +220,9 @@ void check_no_duplicates(const std::filesystem::path& path, const std::vector<Po
 
 }  // namespace
 
-std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options) {
+CoordinateFile read_coordinate_file(const std::filesystem::path& path, const CoordinateOptions& options) {
   check_options(options);
-  const detail::RawPoints raw = read_raw(path);
+  detail::RawPoints raw = read_raw(path);
   if (raw.points.empty())
     throw CoordinateError(fmt::format("{}: found no points, expected at least one", path.string()));
   if (raw.has_unit && options.pitch_mm != 1.0)
@@ -222,7 +236,11 @@ std::vector<Point> read_coordinates(const std::filesystem::path& path, const Coo
     check_in_travel(path, point.row, "y", point.y_mm, options.travel.y);
   }
   check_no_duplicates(path, points);
-  return points;
+  return {std::move(points), std::move(raw.notes)};
+}
+
+std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options) {
+  return read_coordinate_file(path, options).points;
 }
 
 }  // namespace meltstage::motion

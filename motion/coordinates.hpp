@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bump coordinates out of a file: Excel 97-2003 workbook (.xls), separated text (.csv) or KiCad footprint
-// (.kicad_mod).
+// Bump coordinates out of a file: workbook (.xls, .xlsx), separated text (.csv), KiCad footprint (.kicad_mod)
+// or placement (.pos), Gerber paste layer (.gbr, .gtp, .gbp), Excellon drill file (.drl, .xln).
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace meltstage::motion {
@@ -14,8 +15,7 @@ namespace meltstage::motion {
 struct Point {
   double x_mm = 0.0;
   double y_mm = 0.0;
-  std::size_t row =
-      0;  ///< where it came from, counted from 1: sheet row (.xls) or text line (.csv, .kicad_mod)
+  std::size_t row = 0;  ///< where it came from, counted from 1: sheet row (.xls, .xlsx) or text line
 };
 
 /// Where the head may go; the ends belong to the range.
@@ -53,25 +53,40 @@ inline constexpr std::size_t max_points = 2'000'000;
 /// Two bumps whose positions agree when rounded to this are the same bump.
 inline constexpr double duplicate_distance_mm = 1e-6;
 
+/// What a file holds. `notes`: a line each on what is in it but is no bump, such as the draws of a Gerber
+/// layer.
+struct CoordinateFile {
+  std::vector<Point> points;
+  std::vector<std::string> notes;
+};
+
 /// Reads the bumps of a coordinate file in the order of the file.
 ///
 /// The format follows from the extension (any case) and the content must fit it:
-/// - `.xls`: first sheet of a BIFF workbook, numbers or text that is a number.
+/// - `.xls`, `.xlsx`: first sheet of the workbook, numbers or text that is a number.
 /// - `.csv`: UTF-8 (byte order mark allowed) separated by comma, semicolon or tab, LF or CRLF, quotes as in
 /// RFC 4180.
 /// - `.kicad_mod`: position of every `smd` and `thru_hole` pad that has copper, in millimetres. KiCad's y
 /// points down, so
 ///   the sign of y is turned: what lies above in KiCad lies above on the stage.
+/// - `.pos`: KiCad's placement file (plain text), one bump a footprint; footprints of one side only.
+/// - `.gbr`, `.ger`, `.grb`, `.gbx`, `.gtp`, `.gbp`: Gerber layer (RS-274X, X2), one bump a flash, with step
+/// and repeat and aperture
+///   blocks; regions and draws are noted, clear flashes and commands that change the whole image are refused.
+/// - `.drl`, `.xln`, `.exc`, `.cnc`: Excellon drill file, one bump a hole; slots and routing are noted.
 ///
 /// A table may begin with a row that names the columns `x` and `y` in any case, each with or without a unit
-/// (`x_mm`, `Y (um)`, `X [mil]`); without such a row the first two numeric columns of the first row are x and
-/// y. Rows without any content are skipped.
+/// (`x_mm`, `Y (um)`, `X [mil]`), or `PosX`, `Mid X`, `Center-X` as placement tables do; without such a row
+/// the first two numeric columns of the first row are x and y. Rows without any content are skipped.
 ///
 /// @throws CoordinateError if the file is missing, no file, empty, of another kind, ends early, holds no
 /// point or more
 ///   than `max_points`; if a number is missing, malformed or not finite; if two points coincide or one is out
 ///   of travel; if an option is out of range, or a pitch is given for a file whose numbers already have a
 ///   unit.
+CoordinateFile read_coordinate_file(const std::filesystem::path& path, const CoordinateOptions& options = {});
+
+/// The points of read_coordinate_file().
 std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options = {});
 
 }  // namespace meltstage::motion

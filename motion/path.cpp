@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/path.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,375 +12,359 @@
 #include <random>
 #include <utility>
 
+#include "motion/greedy_tour.hpp"
+#include "motion/lattice.hpp"
+#include "motion/lin_kernighan.hpp"
+#include "motion/path_costs.hpp"
+#include "motion/point_tree.hpp"
+#include "motion/tour_bound.hpp"
+
 namespace meltstage::motion {
 namespace {
 
-using Index = std::uint32_t;
-constexpr double tolerance_mm = 1e-9;
+using detail::Node;
+using detail::Site;
+using detail::TourRules;
+using Order = std::vector<std::size_t>;
 
-struct Site {
-  double x, y;
-};
+// ---- what was asked for ----
 
-/// k-d tree over the points that lets points leave, for neighbour lists and for the nearest-neighbour walk.
-class PointTree {
- public:
-  PointTree(std::span<const Site> sites, Metric metric)
-      : sites_(sites), metric_(metric), order_(sites.size()) {
-    std::iota(order_.begin(), order_.end(), Index{0});
-    place_.resize(sites.size());
-    build(0, static_cast<Index>(sites.size()));
-    for (Index i = 0; i < order_.size(); ++i) place_[order_[i]] = i;
-  }
-
-  /// The `count` nearest points that have not left, nearest first, the lower index first when equally near.
-  void nearest(const Site& site, std::size_t count, std::vector<std::pair<double, Index>>& found) const {
-    found.clear();
-    search(0, site, count, found);
-  }
-
-  void leave(Index site) {
-    for (Index node = 0;;) {
-      --nodes_[node].present;
-      if (nodes_[node].left == 0) break;
-      node = place_[site] < nodes_[nodes_[node].left].end ? nodes_[node].left : nodes_[node].right;
-    }
-    gone_.resize(sites_.size());
-    gone_[site] = true;
-  }
-
- private:
-  struct Node {
-    Index begin, end, present;
-    Index left = 0, right = 0;  ///< 0: a leaf, as the root is nobody's child
-    Site low{}, high{};
+void check(std::span<const Point> points, const PathTask& task) {
+  const auto check_finite = [](std::string_view what, double x_mm, double y_mm) {
+    if (!std::isfinite(x_mm) || !std::isfinite(y_mm))
+      throw MotionError(
+          fmt::format("path: {}: found ({}, {}) mm, expected finite coordinates", what, x_mm, y_mm));
   };
-
-  Index build(Index begin, Index end) {
-    constexpr Index leaf_size = 8;
-    const auto id = static_cast<Index>(nodes_.size());
-    Node node{begin, end, end - begin, 0, 0, {1e300, 1e300}, {-1e300, -1e300}};
-    for (Index i = begin; i < end; ++i) {
-      const Site& site = sites_[order_[i]];
-      node.low = {std::min(node.low.x, site.x), std::min(node.low.y, site.y)};
-      node.high = {std::max(node.high.x, site.x), std::max(node.high.y, site.y)};
-    }
-    nodes_.push_back(node);
-    if (end - begin <= leaf_size) return id;
-    const Index middle = begin + (end - begin) / 2;
-    const bool by_x = node.high.x - node.low.x >= node.high.y - node.low.y;
-    std::nth_element(
-        order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](Index a, Index b) {
-          const double va = by_x ? sites_[a].x : sites_[a].y, vb = by_x ? sites_[b].x : sites_[b].y;
-          return va != vb ? va < vb : a < b;
-        });
-    const Index left = build(begin, middle);
-    const Index right = build(middle, end);
-    nodes_[id].left = left;
-    nodes_[id].right = right;
-    return id;
-  }
-
-  double distance_to_box(const Node& node, const Site& site) const {
-    return distance_mm(std::max({node.low.x - site.x, site.x - node.high.x, 0.0}),
-                       std::max({node.low.y - site.y, site.y - node.high.y, 0.0}), metric_);
-  }
-
-  void search(Index id, const Site& site, std::size_t count,
-              std::vector<std::pair<double, Index>>& found) const {
-    const Node& node = nodes_[id];
-    if (node.present == 0) return;
-    if (found.size() == count && distance_to_box(node, site) > found.back().first) return;
-    if (node.left != 0) {
-      const bool left_first =
-          distance_to_box(nodes_[node.left], site) <= distance_to_box(nodes_[node.right], site);
-      search(left_first ? node.left : node.right, site, count, found);
-      search(left_first ? node.right : node.left, site, count, found);
-      return;
-    }
-    for (Index i = node.begin; i < node.end; ++i) {
-      const Index other = order_[i];
-      if (!gone_.empty() && gone_[other]) continue;
-      const std::pair entry(distance_mm(sites_[other].x - site.x, sites_[other].y - site.y, metric_), other);
-      if (found.size() == count && entry >= found.back()) continue;
-      if (found.size() == count) found.pop_back();
-      found.insert(std::upper_bound(found.begin(), found.end(), entry), entry);
-    }
-  }
-
-  std::span<const Site> sites_;
-  Metric metric_;
-  std::vector<Index> order_, place_;
-  std::vector<Node> nodes_;
-  std::vector<bool> gone_;
-};
-
-/// Always to the nearest point not yet visited.
-std::vector<Index> walk_to_nearest(std::span<const Site> sites, Site from, Metric metric) {
-  PointTree tree(sites, metric);
-  std::vector<Index> order;
-  std::vector<std::pair<double, Index>> found;
-  while (order.size() < sites.size()) {
-    tree.nearest(from, 1, found);
-    order.push_back(found[0].second);
-    from = sites[order.back()];
-    tree.leave(order.back());
-  }
-  return order;
+  if (points.size() > max_points)
+    throw MotionError(fmt::format("path: found {} points, expected at most {}", points.size(), max_points));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    check_finite(fmt::format("point {} (row {})", i + 1, points[i].row), points[i].x_mm, points[i].y_mm);
+  if (task.start) check_finite("start", task.start->x_mm, task.start->y_mm);
+  if (task.end) check_finite("end", task.end->x_mm, task.end->y_mm);
+  if (task.end && task.tour == Tour::closed)
+    throw MotionError("path: found an end for a closed tour, which ends where it begins; leave it out");
+  if (!(task.times.pause_s >= 0.0) || !std::isfinite(task.times.pause_s))
+    throw MotionError(fmt::format("path: found a pause of {} s, expected 0 or more", task.times.pause_s));
+  const double kicks = task.kicks_per_point.value_or(0.0);
+  if (!(kicks >= 0.0) || !std::isfinite(kicks))
+    throw MotionError(fmt::format("path: found {} kicks a point, expected 0 or more", kicks));
 }
 
-/// Local search on the path closed to a ring: points 0..n-1, then the start, then an end that is free to
-/// reach from anywhere. The edge end-start is never removed, so cutting the ring there gives the open path.
-class Ring {
- public:
-  Ring(std::span<const Site> sites, Site start, Metric metric, std::span<const Index> order)
-      : sites_(sites.begin(), sites.end()),
-        metric_(metric),
-        start_(static_cast<Index>(sites.size())),
-        end_(start_ + 1),
-        neighbours_per_point_(std::min<std::size_t>(10, sites.size() - 1)) {
-    find_neighbours(sites);
-    sites_.push_back(start);
-    ring_.push_back(start_);
-    ring_.insert(ring_.end(), order.begin(), order.end());
-    ring_.push_back(end_);
-    place_.resize(ring_.size());
-    for (Index i = 0; i < ring_.size(); ++i) place_[ring_[i]] = i;
-    queued_.assign(ring_.size(), false);
-    longest_reversal_ = sites.size() <= 100'000 ? ring_.size() : 50'000;
-  }
-
-  void improve_from(std::span<const Index> points) {
-    for (const Index point : points) push(point);
-    while (!queue_.empty()) {
-      const Index point = queue_.back();
-      queue_.pop_back();
-      queued_[point] = false;
-      while (improve_at(point)) {
-      }
-    }
-  }
-
-  /// Swaps neighbouring segments near a random place and repairs; keeps the result unless it is longer.
-  void kick(std::mt19937_64& random) {
-    constexpr std::size_t longest_segment = 50;
-    const std::size_t reach = std::min(longest_segment, (ring_.size() - 2) / 2);
-    const auto at = static_cast<Index>(random() % ring_.size());
-    const auto first = static_cast<Index>(1 + random() % reach),
-               second = static_cast<Index>(1 + random() % reach);
-    const std::array<Index, 6> ends = {node_at(at),
-                                       node_at(at + 1),
-                                       node_at(at + first),
-                                       node_at(at + first + 1),
-                                       node_at(at + first + second),
-                                       node_at(at + first + second + 1)};
-    if (is_fixed(ends[0], ends[1]) || is_fixed(ends[2], ends[3]) || is_fixed(ends[4], ends[5])) return;
-    journal_.clear();
-    gained_mm_ = 0.0;
-    move_segment(ends[0], ends[1], ends[2], ends[3], ends[4], ends[5], true);
-    improve_from(ends);
-    if (gained_mm_ >= -tolerance_mm) return;
-    for (auto entry = journal_.rbegin(); entry != journal_.rend(); ++entry)
-      reverse(entry->first, entry->second);
-  }
-
-  std::vector<Index> order() const {
-    std::vector<Index> out;
-    const bool forward = next(end_) == start_;
-    for (Index node = start_; out.size() + 2 < ring_.size();) {
-      node = forward ? next(node) : previous(node);
-      out.push_back(node);
-    }
-    return out;
-  }
-
- private:
-  void find_neighbours(std::span<const Site> sites) {
-    const PointTree tree(sites, metric_);
-    std::vector<std::pair<double, Index>> found;
-    neighbours_.reserve(sites.size() * neighbours_per_point_);
-    for (Index i = 0; i < sites.size(); ++i) {
-      tree.nearest(sites[i], neighbours_per_point_ + 1, found);
-      std::erase_if(found, [&](const auto& entry) { return entry.second == i; });
-      for (std::size_t k = 0; k < neighbours_per_point_; ++k) neighbours_.push_back(found[k].second);
-    }
-  }
-
-  std::span<const Index> neighbours(Index point) const {
-    return point >= start_
-               ? std::span<const Index>{}
-               : std::span(neighbours_).subspan(point * neighbours_per_point_, neighbours_per_point_);
-  }
-
-  double length(Index a, Index b) const {
-    if (a == end_ || b == end_) return 0.0;
-    return distance_mm(sites_[a].x - sites_[b].x, sites_[a].y - sites_[b].y, metric_);
-  }
-
-  Index node_at(std::size_t place) const { return ring_[place % ring_.size()]; }
-  Index next(Index node) const {
-    return place_[node] + 1 == ring_.size() ? ring_.front() : ring_[place_[node] + 1];
-  }
-  Index previous(Index node) const { return place_[node] == 0 ? ring_.back() : ring_[place_[node] - 1]; }
-  bool is_fixed(Index a, Index b) const { return (a == end_ && b == start_) || (a == start_ && b == end_); }
-
-  void push(Index node) {
-    if (queued_[node]) return;
-    queued_[node] = true;
-    queue_.push_back(node);
-  }
-
-  /// Reverses the places i..j (round the ring); turning the rest instead gives the same ring, so the shorter
-  /// is turned.
-  void reverse(Index i, Index j) {
-    const auto size = static_cast<Index>(ring_.size());
-    Index count = (j + size - i) % size + 1;
-    if (2 * count > size) {
-      const Index old_i = i;
-      i = (j + 1) % size;
-      j = (old_i + size - 1) % size;
-      count = size - count;
-    }
-    for (Index step = 0; step < count / 2; ++step) {
-      std::swap(ring_[i], ring_[j]);
-      place_[ring_[i]] = i;
-      place_[ring_[j]] = j;
-      i = i + 1 == size ? 0 : i + 1;
-      j = j == 0 ? size - 1 : j - 1;
-    }
-  }
-
-  /// Replaces the edges (a,b), (c,d) by (a,c), (b,d); b follows a and d follows c, in either direction of the
-  /// ring.
-  void exchange(Index a, Index b, Index c, Index d) {
-    gained_mm_ += length(a, b) + length(c, d) - length(a, c) - length(b, d);
-    const bool forward = next(a) == b;
-    const std::pair<Index, Index> places =
-        forward ? std::pair(place_[b], place_[c]) : std::pair(place_[a], place_[d]);
-    journal_.push_back(places);
-    reverse(places.first, places.second);
-    for (const Index node : {a, b, c, d}) push(node);
-  }
-
-  /// Takes the segment first..last from between before and after, and puts it between c and its follower d (d
-  /// follows c in the direction before -> first): keeping its direction (c-first, last-d) or turned (c-last,
-  /// first-d).
-  void move_segment(Index before, Index first, Index last, Index after, Index c, Index d,
-                    bool keep_direction) {
-    exchange(before, first, c, d);
-    exchange(before, c, after, last);
-    if (keep_direction) exchange(c, last, first, d);
-  }
-
-  bool improve_at(Index a) { return try_two_opt(a) || try_or_opt(a); }
-
-  std::size_t reversal_cost(Index i, Index j) const {
-    const std::size_t span = (place_[j] + ring_.size() - place_[i]) % ring_.size();
-    return std::min(span, ring_.size() - span);
-  }
-
-  bool try_two_opt(Index a) {
-    for (const bool forward : {true, false}) {
-      const Index b = forward ? next(a) : previous(a);
-      if (is_fixed(a, b)) continue;
-      const double removed = length(a, b);
-      for (const Index c : neighbours(a)) {
-        const double added = length(a, c);
-        if (added >= removed - tolerance_mm) break;
-        const Index d = forward ? next(c) : previous(c);
-        if (is_fixed(c, d)) continue;
-        if (removed + length(c, d) - added - length(b, d) <= tolerance_mm) continue;
-        if (reversal_cost(a, c) > longest_reversal_) continue;
-        exchange(a, b, c, d);
-        return true;
-      }
-    }
-    return false;
-  }
-
-  /// Moves a segment of one to three points that ends at a, to beside a neighbour c of a.
-  bool try_or_opt(Index a) {
-    if (a >= start_) return false;
-    for (const bool forward : {true, false}) {
-      const auto follow = [&](Index node) { return forward ? next(node) : previous(node); };
-      const auto precede = [&](Index node) { return forward ? previous(node) : next(node); };
-      // Segment first..last in the direction of `follow`; a = first, so that a's edge to `before` is the one
-      // to lose.
-      const Index before = precede(a);
-      Index last = a;
-      for (int size = 1; size <= 3; ++size, last = follow(last)) {
-        if (last >= start_) break;
-        const Index after = follow(last);
-        if (before == after) break;
-        const double freed = length(before, a) + length(last, after) - length(before, after);
-        if (freed <= tolerance_mm) continue;
-        if (try_insert(a, before, last, after, freed, forward, size)) return true;
-      }
-    }
-    return false;
-  }
-
-  bool is_inside(Index node, Index first, bool forward, int size) const {
-    const std::size_t n = ring_.size();
-    const std::size_t offset =
-        forward ? (place_[node] + n - place_[first]) % n : (place_[first] + n - place_[node]) % n;
-    return offset < static_cast<std::size_t>(size);
-  }
-
-  bool try_insert(Index first, Index before, Index last, Index after, double freed, bool forward, int size) {
-    for (const Index c : neighbours(first)) {
-      const double reached = length(first, c);
-      if (reached >= freed - tolerance_mm) break;
-      if (is_inside(c, first, forward, size)) continue;
-      const Index follower = forward ? next(c) : previous(c), leader = forward ? previous(c) : next(c);
-      // Behind c: c-first..last-follower keeps the direction. Before c: leader-last..first-c turns the
-      // segment.
-      if (c != before && !is_fixed(c, follower) &&
-          freed + length(c, follower) - reached - length(last, follower) > tolerance_mm &&
-          reversal_cost(first, c) <= longest_reversal_) {
-        move_segment(before, first, last, after, c, follower, true);
-        return true;
-      }
-      if (c != after && !is_fixed(leader, c) &&
-          freed + length(leader, c) - reached - length(last, leader) > tolerance_mm &&
-          reversal_cost(first, c) <= longest_reversal_) {
-        move_segment(before, first, last, after, leader, c, false);
-        return true;
-      }
-    }
-    return false;
-  }
-
-  std::vector<Site> sites_;
-  Metric metric_;
-  Index start_, end_;
-  std::size_t neighbours_per_point_;
-  std::vector<Index> neighbours_, ring_, place_, queue_;
-  std::vector<bool> queued_;
-  std::size_t longest_reversal_ = 0;
-  std::vector<std::pair<Index, Index>> journal_;
-  double gained_mm_ = 0.0;
+/// The sites that a tour has to visit: the points, then start and end where they are given.
+struct Route {
+  std::vector<Site> sites;
+  std::size_t points = 0;
+  bool closed = false;
+  Node start = TourRules::none, end = TourRules::none;
 };
 
-std::vector<Index> shorten(std::span<const Site> sites, Site start, Metric metric, std::vector<Index> order) {
-  constexpr std::size_t smallest_ring = 4;  // fewer points leave no segments to swap
-  if (sites.size() < smallest_ring) return order;
-  Ring ring(sites, start, metric, order);
-  ring.improve_from(order);
-  // Bounded so that the time stays about linear: a second or two for ten thousand points.
-  const std::size_t kicks = std::clamp<std::size_t>(10 * sites.size(), 2'000, 100'000);
-  std::mt19937_64 random(1);
-  for (std::size_t i = 0; i < kicks; ++i) ring.kick(random);
-  return ring.order();
+Route route_of(std::span<const Point> points, const PathTask& task) {
+  Route route;
+  route.points = points.size();
+  route.closed = task.tour == Tour::closed;
+  route.sites.reserve(points.size() + 2);
+  for (const Point& point : points) route.sites.push_back({point.x_mm, point.y_mm});
+  const auto add = [&](const std::optional<Position>& position) {
+    if (!position) return TourRules::none;
+    route.sites.push_back({position->x_mm, position->y_mm});
+    return static_cast<Node>(route.sites.size() - 1);
+  };
+  route.start = add(task.start);
+  route.end = add(task.end);
+  return route;
 }
 
-/// All orders of up to three points.
-std::vector<Index> shortest_of_all(std::vector<Index> order, const auto& length_of) {
-  std::sort(order.begin(), order.end());
-  std::vector<Index> best = order;
-  while (std::next_permutation(order.begin(), order.end()))
-    if (length_of(order) < length_of(best) - tolerance_mm) best = order;
-  return best;
+template <class Cost>
+double cost_between(const Cost& cost, const Site& a, const Site& b) {
+  return cost(a.x - b.x, a.y - b.y);
+}
+
+/// Cost of the route's points in this order, with the ways from the start, to the end or back.
+template <class Cost>
+double cost_of(const Route& route, std::span<const std::size_t> order, const Cost& cost) {
+  if (order.empty()) {
+    const bool moves = route.start != TourRules::none && route.end != TourRules::none;
+    return moves ? cost_between(cost, route.sites[route.start], route.sites[route.end]) : 0.0;
+  }
+  const Site& first = route.sites[route.start != TourRules::none ? route.start : order.front()];
+  double total = 0.0;
+  Site at = first;
+  for (const std::size_t i : order) {
+    total += cost_between(cost, at, route.sites[i]);
+    at = route.sites[i];
+  }
+  if (route.closed) total += cost_between(cost, at, first);
+  if (route.end != TourRules::none) total += cost_between(cost, at, route.sites[route.end]);
+  return total;
+}
+
+// ---- few points: all orders, by dynamic programming over subsets (Held & Karp 1962) ----
+
+constexpr std::size_t few_points = 10;
+
+template <class Cost>
+Order cheapest_of_all(const Route& route, const Cost& cost) {
+  const std::size_t count = route.points;
+  const auto site = [&](std::size_t i) { return route.sites[i]; };
+  const double infinity = std::numeric_limits<double>::infinity();
+  const std::size_t subsets = std::size_t{1} << count;
+  std::vector<double> best(subsets * count);
+  std::vector<std::size_t> before(subsets * count);
+  Order cheapest;
+  double least = infinity;
+  // A closed tour without a start may begin anywhere, so it begins at the first point.
+  const bool ring = route.closed && route.start == TourRules::none;
+  std::fill(best.begin(), best.end(), infinity);
+  for (std::size_t i = 0; i < (ring ? 1 : count); ++i)
+    best[(std::size_t{1} << i) * count + i] =
+        route.start != TourRules::none ? cost_between(cost, site(route.start), site(i)) : 0.0;
+  for (std::size_t set = 1; set < subsets; ++set)
+    for (std::size_t last = 0; last < count; ++last) {
+      const double reached = best[set * count + last];
+      if (reached == infinity) continue;
+      for (std::size_t next = 0; next < count; ++next) {
+        if ((set >> next & 1U) != 0) continue;
+        const std::size_t to = (set | std::size_t{1} << next) * count + next;
+        const double total = reached + cost_between(cost, site(last), site(next));
+        if (total >= best[to]) continue;
+        best[to] = total;
+        before[to] = last;
+      }
+    }
+  std::size_t end = 0;
+  for (std::size_t last = 0; last < count; ++last) {
+    double total = best[(subsets - 1) * count + last];
+    if (route.closed) total += cost_between(cost, site(last), site(ring ? 0 : route.start));
+    if (route.end != TourRules::none) total += cost_between(cost, site(last), site(route.end));
+    if (total >= least) continue;
+    least = total;
+    end = last;
+  }
+  for (std::size_t set = subsets - 1; set != 0;) {
+    cheapest.push_back(end);
+    const std::size_t from = before[set * count + end];
+    set &= ~(std::size_t{1} << end);
+    end = from;
+  }
+  std::reverse(cheapest.begin(), cheapest.end());
+  return cheapest;
+}
+
+// ---- bounds that need no search ----
+
+/// What is known of all tours from where the sites lie.
+struct Outlook {
+  double bound = 0.0;
+  double step = 0.0;  ///< costs of tours differ by whole multiples of this; 0: nothing known
+  std::optional<detail::Lattice> lattice;  ///< of the points alone
+
+  /// The least cost of a tour that isn't below `bound`.
+  double raised(double bound_before) const {
+    if (step == 0.0) return bound_before;
+    constexpr double rounding = 1e-6;
+    return std::ceil(bound_before / step - rounding) * step;
+  }
+};
+
+template <class Cost>
+Outlook look_out(const Route& route, const Cost& cost, Metric metric) {
+  Outlook out;
+  const auto points = std::span(route.sites).first(route.points);
+  out.lattice = detail::find_lattice(points);
+  const bool rectilinear = metric == Metric::manhattan;
+  if (const auto all = rectilinear ? detail::find_lattice(route.sites) : std::nullopt; all) {
+    if (const auto pitch = detail::common_pitch(*all)) {
+      // Closed: as many steps left as right, up as down. Open between fixed ends: their parity, which the
+      // smallest step between two lengths, twice the pitch, does not hit from 0; so one pitch.
+      out.step = route.closed ? 2.0 * *pitch : *pitch;
+      out.bound = detail::colour_bound_mm(*all, route.sites, route.closed);
+    }
+  }
+  // On a full lattice, every hop costs at least the shorter pitch's.
+  if (out.lattice && detail::is_full(*out.lattice, points) && route.points > 1) {
+    const detail::Lattice& lattice = *out.lattice;
+    double least = std::numeric_limits<double>::infinity();
+    if (lattice.columns > 1) least = std::min(least, cost(lattice.pitch_x, 0.0));
+    if (lattice.rows > 1) least = std::min(least, cost(0.0, lattice.pitch_y));
+    const auto nearest_to = [&](Node node) {
+      double nearest = std::numeric_limits<double>::infinity();
+      if (node == TourRules::none) return 0.0;
+      for (const Site& site : points)
+        nearest = std::min(nearest, cost_between(cost, site, route.sites[node]));
+      return nearest;
+    };
+    const bool ring = route.closed && route.start == TourRules::none;
+    const double hops = static_cast<double>(route.points - (ring ? 0 : 1)) * least;
+    const double ways =
+        nearest_to(route.start) + (route.closed ? nearest_to(route.start) : nearest_to(route.end));
+    out.bound = std::max(out.bound, hops + ways);
+  }
+  return out;
+}
+
+template <class Cost>
+std::optional<Order> proved_serpentine(const Route& route, const Cost& cost, const Outlook& outlook) {
+  const auto points = std::span(route.sites).first(route.points);
+  if (!outlook.lattice || !detail::is_full(*outlook.lattice, points)) return std::nullopt;
+  const bool ring = route.closed && route.start == TourRules::none;
+  for (Order& order : detail::serpentines(*outlook.lattice, points, ring))
+    if (cost_of(route, order, cost) <= outlook.bound * (1.0 + 1e-12)) return std::move(order);
+  return std::nullopt;
+}
+
+// ---- the search ----
+
+struct Effort {
+  std::size_t kicks;
+  std::uint64_t work;
+  int ascent_steps;
+};
+
+Effort effort_for(std::size_t count, const PathTask& task) {
+  const double n = static_cast<double>(count);
+  constexpr double ascent_work = 3e7;  // sites x steps
+  const int ascent_steps = static_cast<int>(std::clamp(ascent_work / n, 20.0, 300.0));
+  if (task.kicks_per_point)
+    return {static_cast<std::size_t>(*task.kicks_per_point * n), UINT64_MAX, ascent_steps};
+  // In places that are looked at, six million a second or so: below a second for hundreds of points, below
+  // ten for ten thousand; from there on the time may grow with their number only until it is most of a
+  // minute.
+  constexpr double small = 16e3, large = 5.2e3, most_small = 1e7, most = 2.5e8;
+  const double work = std::min(std::max(large * n, std::min(small * n, most_small)), most);
+  return {SIZE_MAX, static_cast<std::uint64_t>(work), ascent_steps};
+}
+
+struct Found {
+  Order order;
+  double bound;
+};
+
+// Do most sites stand inside of full lattices, with three neighbours or more as near as the nearest? There
+// many edges are equally good, and the search needs more of them to choose from.
+bool mostly_in_blocks(const detail::Neighbours& near) {
+  constexpr double as_near = 1.0 + 1e-9;
+  std::size_t inside = 0;
+  for (Node i = 0; i < near.size(); ++i) {
+    const auto of = near.of(i);
+    if (of.size() >= 3 && of[2].cost <= as_near * of[0].cost) ++inside;
+  }
+  return 2 * inside > near.size();
+}
+
+template <class Cost>
+Found search(const Route& route, const Cost& cost, const Outlook& outlook, const Effort& effort) {
+  const detail::PointTree tree(route.sites);
+  std::vector<Node> in_tree(route.sites.size());
+  for (Node i = 0; i < in_tree.size(); ++i) in_tree[tree.origin()[i]] = i;
+
+  // An open path is a tour through the joker; between two given ends the edge that joins them takes its
+  // place.
+  TourRules rules;
+  const auto sites = static_cast<Node>(route.sites.size());
+  if (!route.closed) {
+    const bool both = route.start != TourRules::none && route.end != TourRules::none;
+    if (!both) rules.joker = sites;
+    if (route.start != TourRules::none) rules.fixed_a = in_tree[route.start];
+    if (route.end != TourRules::none) (both ? rules.fixed_b : rules.fixed_a) = in_tree[route.end];
+    if (!both && rules.fixed_a != TourRules::none) rules.fixed_b = rules.joker;
+  }
+  // What the search counts besides the route: the edge between two given ends.
+  const double extra = rules.joker == TourRules::none && rules.fixed_a != TourRules::none
+                           ? cost_between(cost, tree.sites()[rules.fixed_a], tree.sites()[rules.fixed_b])
+                           : 0.0;
+
+  constexpr std::size_t nearest = 7, per_quadrant = 2;
+  const auto near = detail::Neighbours::find(tree, cost, nearest, per_quadrant);
+  const std::size_t candidates = mostly_in_blocks(near) ? 8 : 5;
+  const std::vector<double> no_weights(route.sites.size() + 1, 0.0);
+  detail::LinKernighan<Cost> rough(tree.sites(), no_weights, cost, near, rules,
+                                   detail::GreedyTour<Cost>(tree, cost, near, rules).tour());
+  rough.improve_everywhere();
+
+  detail::TourBound<Cost> bounds(tree, cost, rules);
+  const auto proves = [&](double bound, double length) {
+    return outlook.raised(std::max(bound, outlook.bound)) >= (length - extra) * (1.0 - 1e-12);
+  };
+  double bound = outlook.bound;
+  std::vector<Node> tour(rough.tour().begin(), rough.tour().end());
+  if (!proves(bound, rough.length())) {
+    bound = std::max(bound, bounds.ascend(near, tour, rough.length(), effort.ascent_steps,
+                                          [&](double reached) { return proves(reached, rough.length()); }));
+  }
+  bound = outlook.raised(bound);
+  if (!proves(bound, rough.length())) {
+    const auto alpha = bounds.alpha_nearest(candidates);
+    const auto weights = bounds.weights();
+    detail::LinKernighan<Cost> fine(tree.sites(), weights, cost, alpha, rules, std::move(tour));
+    fine.improve_everywhere();
+    std::mt19937_64 random(1);
+    fine.improve_by_kicks({effort.kicks, effort.work}, bound + extra, random);
+    tour.assign(fine.tour().begin(), fine.tour().end());
+  }
+
+  // Cut open where the path begins.
+  const auto place = [&](Node node) {
+    return static_cast<std::size_t>(std::find(tour.begin(), tour.end(), node) - tour.begin());
+  };
+  const Node start = route.start != TourRules::none ? in_tree[route.start] : TourRules::none;
+  const Node end = route.end != TourRules::none ? in_tree[route.end] : TourRules::none;
+  const Node cut = start != TourRules::none         ? start
+                   : rules.joker != TourRules::none ? rules.joker
+                                                    : tour.front();
+  std::rotate(tour.begin(), tour.begin() + static_cast<std::ptrdiff_t>(place(cut)), tour.end());
+  // From the start, away from what is fixed to it; to the end at the last.
+  const Node last =
+      start != TourRules::none && !route.closed ? (end != TourRules::none ? end : rules.joker) : end;
+  if (last != TourRules::none && tour.back() != last) std::reverse(tour.begin() + 1, tour.end());
+  Found found;
+  found.bound = bound;
+  found.order.reserve(route.points);
+  for (const Node node : tour)
+    if (node < sites && tree.origin()[node] < route.points) found.order.push_back(tree.origin()[node]);
+  return found;
+}
+
+template <class Cost>
+Found plan_route(const Route& route, const Cost& cost, const PathTask& task) {
+  if (route.points == 0) return {{}, cost_of(route, {}, cost)};
+  if (route.points <= few_points) {
+    Order order = cheapest_of_all(route, cost);
+    const double bound = cost_of(route, order, cost);
+    return {std::move(order), bound};
+  }
+  const Outlook outlook = look_out(route, cost, task.metric);
+  if (auto order = proved_serpentine(route, cost, outlook)) return {std::move(*order), outlook.bound};
+  return search(route, cost, outlook, effort_for(route.points, task));
+}
+
+Found plan_route(const Route& route, const PathTask& task) {
+  switch (task.metric) {
+    case Metric::manhattan:
+      return plan_route(route, detail::ManhattanCost{}, task);
+    case Metric::chebyshev:
+      return plan_route(route, detail::ChebyshevCost{}, task);
+    case Metric::euclidean:
+      return plan_route(route, detail::EuclideanCost{}, task);
+    case Metric::time:
+      break;
+  }
+  // Chords of a concave curve lie below it, so the table's bound holds for the exact times.
+  return plan_route(route, detail::TimeCost{detail::AxisTimes(task.times.x), detail::AxisTimes(task.times.y)},
+                    task);
+}
+
+/// The exact cost of a hop.
+struct TaskCost {
+  const PathTask& task;
+  double operator()(double dx_mm, double dy_mm) const {
+    if (task.metric != Metric::time) return distance_mm(dx_mm, dy_mm, task.metric);
+    return std::max(plan_scurve(task.times.x, std::abs(dx_mm)).duration_s,
+                    plan_scurve(task.times.y, std::abs(dy_mm)).duration_s);
+  }
+};
+
+double pauses_s(const Route& route, const PathTask& task) {
+  return task.metric == Metric::time ? static_cast<double>(route.points) * task.times.pause_s : 0.0;
 }
 
 }  // namespace
@@ -391,44 +377,42 @@ double distance_mm(double dx_mm, double dy_mm, Metric metric) {
     case Metric::chebyshev:
       return std::max(dx, dy);
     case Metric::euclidean:
+    case Metric::time:
       break;
   }
   return std::sqrt(dx * dx + dy * dy);
 }
 
-double path_length(std::span<const Point> points, std::span<const std::size_t> order, Metric metric,
-                   Start start) {
-  double length = 0.0, x = start.x_mm, y = start.y_mm;
-  for (const std::size_t i : order) {
-    length += distance_mm(points[i].x_mm - x, points[i].y_mm - y, metric);
-    x = points[i].x_mm;
-    y = points[i].y_mm;
-  }
-  return length;
+double path_cost(std::span<const Point> points, std::span<const std::size_t> order, const PathTask& task) {
+  check(points, task);
+  const Route route = route_of(points, task);
+  return cost_of(route, order, TaskCost{task}) + pauses_s(route, task);
 }
 
-Plan plan_path(std::span<const Point> points, Metric metric, Start start) {
+Plan plan_path(std::span<const Point> points, const PathTask& task) {
+  check(points, task);
+  const Route route = route_of(points, task);
   Plan plan;
   plan.order.resize(points.size());
   std::iota(plan.order.begin(), plan.order.end(), std::size_t{0});
-  plan.length_before_mm = plan.length_after_mm = path_length(points, plan.order, metric, start);
-  if (points.empty()) return plan;
-
-  std::vector<Site> sites;
-  for (const Point& point : points) sites.push_back({point.x_mm, point.y_mm});
-  const Site from{start.x_mm, start.y_mm};
-  std::vector<Index> order = walk_to_nearest(sites, from, metric);
-  const auto length_of = [&](const std::vector<Index>& candidate) {
-    return path_length(points, std::vector<std::size_t>(candidate.begin(), candidate.end()), metric, start);
-  };
-  order = points.size() <= 3 ? shortest_of_all(std::move(order), length_of)
-                             : shorten(sites, from, metric, std::move(order));
-  const double length = length_of(order);
-  if (length < plan.length_before_mm) {
-    plan.order.assign(order.begin(), order.end());
-    plan.length_after_mm = length;
+  const TaskCost cost{task};
+  const double pauses = pauses_s(route, task);
+  plan.cost_before = plan.cost_after = cost_of(route, plan.order, cost) + pauses;
+  Found found = plan_route(route, task);
+  const double planned = cost_of(route, found.order, cost) + pauses;
+  if (planned < plan.cost_before) {
+    plan.order = std::move(found.order);
+    plan.cost_after = planned;
   }
+  // Rounding may leave the bound of a proved order a hair above it.
+  plan.lower_bound = std::min(found.bound + pauses, plan.cost_after);
   return plan;
+}
+
+Plan plan_path(std::span<const Point> points, Metric metric, Position start) {
+  return plan_path(
+      points,
+      {.metric = metric, .tour = Tour::open, .start = start, .end = {}, .times = {}, .kicks_per_point = {}});
 }
 
 }  // namespace meltstage::motion

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "motion/shaping.hpp"
+
 namespace meltstage::motion {
 namespace {
 
@@ -17,10 +19,11 @@ std::int64_t modulo(std::int64_t value, std::int64_t divisor) {
   return rest < 0 ? rest + divisor : rest;
 }
 
-/// The first command pulse at or behind a whole turn of the motor.
+/// The first command pulse at or behind a whole turn of the motor from the index.
 bool is_index(const AxisConfig& axis, std::int64_t pulses) {
   const std::int64_t turn = axis.encoder_pulses_per_turn * axis.gear_numerator;
-  return modulo(pulses * axis.gear_denominator, turn) < axis.gear_denominator;
+  const std::int64_t from_index = pulses - mm_to_pulses(axis, axis.index_mm);
+  return modulo(from_index * axis.gear_denominator, turn) < axis.gear_denominator;
 }
 
 template <typename... Values>
@@ -40,6 +43,8 @@ void check_axis(const AxisConfig& axis, std::string_view name, const StageConfig
          axis.travel.max_mm);
   if (!std::isfinite(axis.overtravel_mm) || axis.overtravel_mm <= 0.0)
     fail("axis {}: found overtravel {} mm, expected a finite number above 0", name, axis.overtravel_mm);
+  if (!std::isfinite(axis.index_mm))
+    fail("axis {}: found the index at {} mm, expected a finite number", name, axis.index_mm);
   const double steps_per_s = axis.limits.velocity_mm_s / pulse_length_mm(axis);
   const double most_steps_per_s = config.clock_hz / (2.0 * config.step_high_cycles);
   if (!(steps_per_s <= most_steps_per_s))
@@ -76,6 +81,16 @@ std::int64_t mm_to_pulses(const AxisConfig& axis, double position_mm) {
 double pulses_to_mm(const AxisConfig& axis, std::int64_t pulses) {
   return static_cast<double>(pulses) * axis.lead_mm * static_cast<double>(axis.gear_denominator) /
          static_cast<double>(axis.encoder_pulses_per_turn * axis.gear_numerator);
+}
+
+StageMove plan_stage_move(const StageConfig& config, const Eigen::Vector3d& from_mm,
+                          const Eigen::Vector3d& to_mm) {
+  const Move move =
+      plan_move(from_mm, to_mm, {config.axes[0].limits, config.axes[1].limits, config.axes[2].limits});
+  const double length_mm = move.profile.end.position_mm;
+  if (!config.quiet || length_mm == 0.0) return {move.direction, move.limits, move.profile};
+  return {move.direction, move.limits,
+          plan_quiet_move(move.limits, length_mm, config.quiet->band, config.quiet->tolerance_mm)};
 }
 
 Stage::Stage(const StageConfig& config, const Eigen::Vector3d& position_mm)
@@ -121,8 +136,8 @@ void Stage::schedule_rise(std::size_t axis) {
   const double half_step = progress.target_pulses > progress.pulses ? 0.5 : -0.5;
   const FixedPulses middle = to_fixed(static_cast<double>(progress.pulses) + half_step);
   const std::uint64_t from_cycle =
-      std::max(progress.earliest_rise, motion_start_cycle_) - motion_start_cycle_;
-  progress.next_rise = motion_start_cycle_ + progress.train.cycle_reaching(middle, from_cycle);
+      std::max(progress.earliest_rise, progress.train_start_cycle) - progress.train_start_cycle;
+  progress.next_rise = progress.train_start_cycle + progress.train.cycle_reaching(middle, from_cycle);
 }
 
 void Stage::begin_profile(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
@@ -144,6 +159,7 @@ void Stage::begin_profile(const Eigen::Vector3d& origin_mm, const Eigen::Vector3
     const double pulses_per_mm = 1.0 / pulse_length_mm(config_.axes[axis]);
     progress.train =
         PulseTrain(profile, direction[i] * pulses_per_mm, origin_mm[i] * pulses_per_mm, config_.clock_hz);
+    progress.train_start_cycle = motion_start_cycle;
     schedule_rise(axis);
   }
   const std::uint64_t pulse_cycles = 2 * std::uint64_t{config_.step_high_cycles};
@@ -167,8 +183,7 @@ std::uint64_t Stage::move_to(const Eigen::Vector3d& target_mm, std::uint64_t sta
     fail("move: the pin change at cycle {} has not been handed over, expected run_until({}) first", *pending,
          start_cycle);
   check_position(config_, target_mm);
-  const Move move = plan_move(commanded_mm_, target_mm,
-                              {config_.axes[0].limits, config_.axes[1].limits, config_.axes[2].limits});
+  const StageMove move = plan_stage_move(config_, commanded_mm_, target_mm);
   path_limits_ = move.limits;
   broken_off_.reset();
   const std::uint64_t motion_start_cycle = start_cycle + config_.dir_setup_cycles;
@@ -177,8 +192,53 @@ std::uint64_t Stage::move_to(const Eigen::Vector3d& target_mm, std::uint64_t sta
     if (component != 0.0 && (component > 0.0) != axes_[axis].pins.dir) axes_[axis].next_turn = start_cycle;
     axes_[axis].earliest_rise = motion_start_cycle;
   }
-  begin_profile(move.from_mm, move.direction, move.profile, target_mm, motion_start_cycle);
+  begin_profile(Eigen::Vector3d(commanded_mm_), move.direction, move.profile, target_mm, motion_start_cycle);
   return end_cycle_;
+}
+
+void Stage::track(std::size_t axis, double position_mm, std::uint64_t cycle, std::uint32_t cycles) {
+  const auto i = static_cast<Eigen::Index>(axis);
+  if (held_) fail("track: the stage is held by an emergency stop, expected release() first");
+  if (moving(cycle) || cycle < now_)
+    fail("track: found cycle {}, expected at least {} (end of the move before)", cycle,
+         std::max(end_cycle_, now_));
+  if (!std::isfinite(position_mm) || cycles == 0)
+    fail("axis {}: found {} mm in {} cycles, expected a finite number and at least 1 cycle", axis_names[axis],
+         position_mm, cycles);
+  AxisProgress& progress = axes_[axis];
+  const double way_mm = position_mm - commanded_mm_[i];
+  JerkProfile even;
+  even.segments = 1;
+  even.duration_s = even.durations_s[0] = static_cast<double>(cycles) / config_.clock_hz;
+  even.starts[0].velocity_mm_s = std::abs(way_mm) / even.duration_s;
+  even.end.position_mm = std::abs(way_mm);
+  const double pulses_per_mm = 1.0 / pulse_length_mm(config_.axes[axis]);
+  progress.train = PulseTrain(even, std::copysign(pulses_per_mm, way_mm), commanded_mm_[i] * pulses_per_mm,
+                              config_.clock_hz);
+  progress.train_start_cycle = cycle;
+  progress.target_pulses = mm_to_pulses(config_.axes[axis], position_mm);
+  const bool up = progress.target_pulses > progress.pulses;
+  if (progress.target_pulses != progress.pulses && up != progress.pins.dir) {
+    progress.next_turn = cycle;
+    progress.earliest_rise = std::max(progress.earliest_rise, cycle + config_.dir_setup_cycles);
+  }
+  commanded_mm_[i] = position_mm;
+  // What planned() says afterwards: at rest there.
+  origin_mm_ = commanded_mm_;
+  direction_.setZero();
+  profile_ = {};
+  schedule_rise(axis);
+}
+
+MotionState Stage::planned(std::size_t axis, std::uint64_t cycle) const {
+  const double time_s = cycle <= motion_start_cycle_
+                            ? 0.0
+                            : static_cast<double>(cycle - motion_start_cycle_) / config_.clock_hz;
+  const auto i = static_cast<Eigen::Index>(axis);
+  const MotionState along = profile_.sample(time_s);
+  const double part = direction_[i];
+  return {origin_mm_[i] + part * along.position_mm, part * along.velocity_mm_s,
+          part * along.acceleration_mm_s2, part * along.jerk_mm_s3};
 }
 
 std::uint64_t Stage::slow_down(std::uint64_t cycle, const char* what) {

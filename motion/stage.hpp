@@ -13,6 +13,7 @@
 #include "motion/profile.hpp"
 #include "motion/pulse_train.hpp"
 #include "motion/retarget.hpp"
+#include "motion/vibration.hpp"
 
 namespace meltstage::motion {
 
@@ -24,7 +25,14 @@ struct AxisConfig {
   std::int64_t gear_denominator = 10;
   Range travel;
   double overtravel_mm = 1.0;  ///< the limit switches stand this far outside the travel
+  double index_mm = 0.0;       ///< where an index pulse is; the others lie whole turns from it
   ScurveLimits limits;
+};
+
+/// Moves that leave no more than the tolerance of vibration in a mode of the machine (motion/shaping.hpp).
+struct QuietMoves {
+  ModeBand band;
+  double tolerance_mm = 0.001;
 };
 
 /// Stage of the bump-printing paper: leads 10, 5, 5 mm, electronic gear 1/10, travel 200 mm each. The paper
@@ -36,7 +44,19 @@ struct StageConfig {
   double clock_hz = 10e6;
   std::uint32_t step_high_cycles = 4;  ///< length of a step pulse, and the least pause behind it
   std::uint32_t dir_setup_cycles = 8;  ///< from a change of direction to the first step
+  std::optional<QuietMoves> quiet;     ///< otherwise moves are as fast as the limits allow
 };
+
+/// A straight move as the stage makes it.
+struct StageMove {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit vector, zero for a move of no length
+  ScurveLimits limits;                                  ///< along the path
+  JerkProfile profile;                                  ///< of the way along the path
+};
+
+/// @throws MotionError as plan_move and plan_quiet_move.
+StageMove plan_stage_move(const StageConfig& config, const Eigen::Vector3d& from_mm,
+                          const Eigen::Vector3d& to_mm);
 
 /// Length of a command pulse: lead / (encoder pulses per turn * gear) (bump-printing paper, section 2).
 double pulse_length_mm(const AxisConfig& axis);
@@ -52,7 +72,7 @@ struct AxisPins {
   bool home = false;            ///< at or below the travel's lower end
   bool limit_negative = false;  ///< at or beyond the lower limit switch
   bool limit_positive = false;  ///< at or beyond the upper limit switch
-  bool index = false;           ///< once a turn, for one encoder position that is a whole turn from zero
+  bool index = false;           ///< once a turn, for one encoder position that is a whole turn from index_mm
 
   bool operator==(const AxisPins&) const = default;
 };
@@ -98,6 +118,16 @@ class Stage {
   std::uint64_t emergency_stop(std::uint64_t cycle);
   void release() { held_ = false; }
 
+  /// One axis follows a course that is handed over piece by piece, as homing and printing on the fly need it:
+  /// from `cycle` on it goes evenly to `position_mm`, where it is `cycles` later. The pieces of a course are
+  /// handed over without a gap.
+  /// @throws MotionError if a straight move is still running, the stage is held, or the position isn't
+  /// finite.
+  void track(std::size_t axis, double position_mm, std::uint64_t cycle, std::uint32_t cycles);
+
+  /// What is planned for an axis at a cycle of the present straight move, before and after it included.
+  MotionState planned(std::size_t axis, std::uint64_t cycle) const;
+
   /// Hands over every pin change up to and including `cycle`, in order of cycle, then axis.
   void run_until(std::uint64_t cycle, const std::function<void(const StageEvent&)>& on_event);
 
@@ -120,7 +150,8 @@ class Stage {
     std::int64_t target_pulses = 0;
     std::optional<std::uint64_t> next_rise, next_fall, next_turn;
     std::uint64_t earliest_rise = 0;
-    PulseTrain train;  ///< of the present motion
+    PulseTrain train;  ///< of the present motion, and when it begins
+    std::uint64_t train_start_cycle = 0;
     AxisPins pins;
   };
 

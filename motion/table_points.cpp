@@ -170,7 +170,11 @@ class PointTable {
       std::string name = row.cells[i].text;
       std::transform(name.begin(), name.end(), name.begin(),
                      [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-      const auto start = name.find_first_not_of(separators);
+      auto start = name.find_first_not_of(separators);
+      // Placement tables: PosX, Mid X, Center-X(mm).
+      for (const std::string_view prefix : {"pos", "mid", "center"})
+        if (start != std::string::npos && std::string_view(name).substr(start).starts_with(prefix))
+          start = name.find_first_not_of(" \t_-", start + prefix.size());
       if (start == std::string::npos || name[start] != axis) continue;
       if (start + 1 < name.size() && separators.find(name[start + 1]) == std::string_view::npos) continue;
       const auto unit_start = name.find_first_not_of(separators, start + 1);

@@ -19,7 +19,7 @@ namespace spec = chip::spec;
 constexpr double kClockHz = spec::kClkHz;
 constexpr std::uint64_t kMs = spec::kClkHz / 1000;
 constexpr std::uint64_t kResetClocks = 20;
-constexpr std::uint64_t kLook = kMs / 10;            // how often the host program looks at its results
+constexpr std::uint64_t kLook = kMs / 10;  // how often the host program looks at its results; servo cycle
 constexpr std::uint64_t kPollClocks = 250 * kMs;     // between status polls
 constexpr std::uint64_t kTriggerClocks = kMs / 100;  // droplet trigger pulse, 10 us
 constexpr std::uint64_t kWatchOff = 50 * kMs;        // heater watched after STOP
@@ -101,7 +101,8 @@ class Printer {
       : job_(job),
         progress_(progress),
         head_(job.head),
-        stage_(job.stage, job.start_mm),
+        stage_(job.stage, job.drive, job.power_on_mm, kLook),
+        at_{job.power_on_mm, job.power_on_mm},
         recorder_(sink, printer_header(job)) {}
 
   PrintResult run() {
@@ -112,7 +113,8 @@ class Printer {
     while (phase_ != Phase::done) {
       if (cycle() >= wake_) act();
       if (stage_next_ <= cycle()) move_stage();
-      if (phase_ != Phase::done) run_until(std::min(wake_, stage_next_));
+      if (cycle() >= shot_next()) shoot();
+      if (phase_ != Phase::done) run_until(std::min({wake_, stage_next_, shot_next()}));
     }
     close_window();
     leave();
@@ -132,6 +134,8 @@ class Printer {
     move,
     settle,
     trigger,
+    approach,  // to the first row of a print on the fly
+    fly,
     stop,
     watch_off,
     done
@@ -232,8 +236,8 @@ class Printer {
   }
 
   void stop_stage() {
-    stage_.run_until(cycle(), [this](const motion::StageEvent& e) { record_stage(e); });
-    stage_.emergency_stop(cycle());
+    move_stage();
+    stage_.stop(cycle());
     stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
   }
 
@@ -253,8 +257,12 @@ class Printer {
     SpiFaults faults;
     HeaterFaults heater;
     switch (kind) {
-      case EventKind::emergency_stop:
+      case EventKind::emergency_stop:  // one loop: the chip's inhibit pin and the axis controls
         head_.set_inhibit(true);
+        emergency_loop_ = true;
+        break;
+      case EventKind::stage_jam:
+        stage_.jam(0);
         break;
       case EventKind::sensor_open:
         faults.probe = ProbeFault::Open;
@@ -287,11 +295,16 @@ class Printer {
     for (; next_event_ < job_.events.size() && seconds(cycle()) >= job_.events[next_event_].at_s;
          ++next_event_)
       happen(job_.events[next_event_].kind);
+    move_stage();
+    stage_.tick(cycle(), emergency_loop_);
+    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
     take_results();
     if (!run_.out.fault_n && !aborted_ && phase_ != Phase::reset) {
       const chip::Chip& chip = model();
       abort(describe_fault(static_cast<std::uint16_t>(chip.guard.first_q << 8), chip.guard.fault_q));
     }
+    // The emergency stop is told by the chip.
+    if (stage_.fault() && !emergency_loop_) abort(*stage_.fault());
     if (!aborted_ && cycle() >= next_poll_ && phase_ > Phase::configure && waiting_ == 0) poll();
 
     switch (phase_) {
@@ -327,23 +340,30 @@ class Printer {
         } else if (waiting_ == 0) {
           enter("heat-up");
           run_at_ = cycle();
+          if (!stage_.homed()) stage_.home();
           deadline_ = cycle() + static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz);
           phase_ = Phase::heat;
         }
         break;
       case Phase::heat:
         sample_heat_up();
-        if (run_.out.at_temp) {
+        prepare_stage();
+        if (run_.out.at_temp && stage_ready_) {
           close_window();
           enter("print");
           open_window("first bumps");
-          next_bump();
+          if (job_.fly_by)
+            approach_first_row();
+          else
+            next_bump();
         } else if (cycle() > deadline_) {
           abort(fmt::format("not at temperature {:.0f} s after RUN", job_.heat_timeout_s));
         }
         break;
       case Phase::move:
-        if (!stage_.moving(cycle())) {
+        if (!stage_.busy() && left_bumps_) {
+          shut_down();
+        } else if (!stage_.busy()) {
           phase_ = Phase::settle;
           deadline_ = cycle() + static_cast<std::uint64_t>(job_.settle_s * kClockHz);
         }
@@ -351,21 +371,24 @@ class Printer {
       case Phase::settle:
         // A droplet only at temperature.
         if (cycle() >= deadline_ && run_.out.at_temp) {
-          recorder_.set(kTrigger, 1);
-          head_.set_drop(true);
-          head_.plant().droplet(cycle(), job_.droplet_j);
-          ++result_.droplets;
-          deadline_ = cycle() + kTriggerClocks;
+          drop(bump_ - 1, stage_.landing_mm(cycle(), 0.0, 0.0));
           phase_ = Phase::trigger;
         } else if (cycle() >= deadline_ + static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz)) {
           abort(fmt::format("temperature left its window for {:.0f} s", job_.heat_timeout_s));
         }
         break;
       case Phase::trigger:
-        recorder_.set(kTrigger, 0);
-        head_.set_drop(false);
         if (result_.droplets == kCheckedBumps) close_window();
         next_bump();
+        break;
+      case Phase::approach:
+        if (stage_.busy()) break;
+        stage_.print_on_the_fly(job_.fly_by->plan, job_.fly_by->config, cycle());
+        phase_ = Phase::fly;
+        break;
+      case Phase::fly:
+        if (result_.droplets == kCheckedBumps) close_window();
+        if (!stage_.busy()) leave_bumps();
         break;
       case Phase::stop:
         if (waiting_ == 0 || cycle() > deadline_) {
@@ -403,16 +426,84 @@ class Printer {
     aborted_ = true;
   }
 
+  // Homes while the head heats up, then goes to where the print begins.
+  void prepare_stage() {
+    if (stage_ready_ || stage_.busy()) return;
+    if (result_.homing_s == 0.0 && !job_.drive.homed) {
+      result_.homing_s = seconds(cycle() - run_at_);
+      at_.to_mm = at_.commanded_mm = stage_.read_back_mm();
+    }
+    stage_ready_ = at_.to_mm == job_.start_mm;
+    if (!stage_ready_) move_to(job_.start_mm);
+  }
+
   void next_bump() {
     if (bump_ == job_.bumps.size()) {
-      shut_down();
+      leave_bumps();
       return;
     }
     const motion::Point& p = job_.bumps[bump_++];
-    stage_.run_until(cycle(), [this](const motion::StageEvent& e) { record_stage(e); });
-    stage_.move_to({p.x_mm, p.y_mm, job_.start_mm.z()}, cycle() + 1);
-    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
+    move_to({p.x_mm, p.y_mm, job_.start_mm.z()});
     phase_ = Phase::move;
+  }
+
+  void leave_bumps() {
+    left_bumps_ = job_.end_mm.has_value();
+    if (!left_bumps_) {
+      shut_down();
+      return;
+    }
+    move_to(*job_.end_mm);
+    phase_ = Phase::move;
+  }
+
+  void approach_first_row() {
+    // The plan is compensated already.
+    const motion::FlyByRow& row = job_.fly_by->plan.rows.front();
+    at_.to_mm = at_.commanded_mm = {row.from_x_mm, row.y_mm, job_.start_mm.z()};
+    stage_.move_to(at_.commanded_mm, cycle());
+    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
+    phase_ = Phase::approach;
+  }
+
+  void move_to(const Eigen::Vector3d& to_mm) {
+    at_ = send(job_, at_, to_mm);
+    stage_.move_to(at_.commanded_mm, cycle());
+    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
+  }
+
+  // ---- Droplets ----
+  std::uint64_t shot_next() const {
+    if (shot_over_ != 0) return shot_over_;
+    return stage_.next_trigger() ? stage_.next_trigger()->cycle : ~std::uint64_t{0};
+  }
+
+  // The comparator fires, or the pulse ends.
+  void shoot() {
+    if (shot_over_ != 0) {
+      recorder_.set(kTrigger, 0);
+      head_.set_drop(false);
+      shot_over_ = 0;
+      return;
+    }
+    const motion::FlyByConfig& config = job_.fly_by->config;
+    const std::size_t bump = stage_.next_trigger()->bump;
+    stage_.fired();
+    if (run_.out.at_temp)
+      drop(bump, stage_.landing_mm(cycle(), config.latency_s, config.flight_s));
+    else
+      abort("temperature left its window while a row was printed on the fly");
+  }
+
+  void drop(std::size_t bump, const Eigen::Vector2d& landing_mm) {
+    recorder_.set(kTrigger, 1);
+    head_.set_drop(true);
+    head_.plant().droplet(cycle(), job_.droplet_j);
+    shot_over_ = cycle() + kTriggerClocks;
+    const double miss_mm =
+        (landing_mm - Eigen::Vector2d(job_.bumps[bump].x_mm, job_.bumps[bump].y_mm)).norm();
+    result_.largest_miss_mm = std::max(result_.largest_miss_mm, miss_mm);
+    result_.mean_miss_mm += (miss_mm - result_.mean_miss_mm) / static_cast<double>(++result_.droplets);
   }
 
   void finish() {
@@ -477,7 +568,8 @@ class Printer {
   const PrintJob& job_;
   const std::function<void(const Progress&)>& progress_;
   Head head_;
-  motion::Stage stage_;
+  DrivenStage stage_;
+  Sent at_;  // the last move
   vectors::Recorder recorder_;
   chip::Run run_;
   std::optional<Lockstep> lockstep_;
@@ -491,6 +583,10 @@ class Printer {
   std::uint64_t deadline_ = 0;
   std::uint64_t next_poll_ = 0;
   std::size_t bump_ = 0;
+  bool left_bumps_ = false;   // on the way from the last bump to the end
+  bool stage_ready_ = false;  // homed, and at the job's start
+  bool emergency_loop_ = false;
+  std::uint64_t shot_over_ = 0;  // end of the trigger's pulse, 0 outside of one
   std::size_t heat_sample_ = 0;
   std::size_t next_event_ = 0;
   int waiting_ = 0;                    // requests without an answer yet
@@ -506,6 +602,23 @@ class Printer {
 };
 
 }  // namespace
+
+Sent send(const PrintJob& job, const Sent& before, const Eigen::Vector3d& to_mm) {
+  Sent sent{to_mm, to_mm};
+  for (std::size_t i = 0; i < job.compensation.size(); ++i) {
+    const motion::CompensationTable& table = job.compensation[i];
+    const auto axis = static_cast<Eigen::Index>(i);
+    const double target_mm = to_mm[axis];
+    if (table.position_mm.empty()) continue;
+    if (target_mm == before.to_mm[axis])
+      sent.commanded_mm[axis] = before.commanded_mm[axis];
+    else
+      sent.commanded_mm[axis] = target_mm > before.to_mm[axis]
+                                    ? motion::compensated_forward_mm(table, target_mm)
+                                    : motion::compensated_reverse_mm(table, target_mm);
+  }
+  return sent;
+}
 
 vectors::Header printer_header(const PrintJob& job) {
   using vectors::Direction;

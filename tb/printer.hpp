@@ -7,12 +7,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cmodel/spec.hpp"
+#include "motion/accuracy.hpp"
+#include "motion/jetting.hpp"
 #include "motion/path.hpp"
 #include "motion/stage.hpp"
+#include "tb/driven_stage.hpp"
 #include "tb/head.hpp"
 #include "tb/lockstep.hpp"
 #include "vectors/stream.hpp"
@@ -32,7 +36,8 @@ enum class EventKind {
   sensor_out,
   heater_open,
   switch_short,
-  host_lost
+  host_lost,
+  stage_jam  // the slide of the X axis is stuck
 };
 
 // Something that happens to the printer.
@@ -48,16 +53,27 @@ enum class RtlWindows {
   full,    // the whole job, after the print, from its recording (tb/windows.hpp): none while it prints
 };
 
+// Printing without a stop at the bumps. `plan` is of the job's bumps.
+struct FlyBy {
+  motion::FlyByConfig config;
+  motion::FlyByPlan plan;
+};
+
 struct PrintJob {
   std::string name;
   HeadConfig head;
   std::vector<RegisterValue> registers;  // set-point and whatever else the job sets
   std::vector<motion::Point> bumps;      // in the order of printing
   motion::StageConfig stage;             // its clock is the chip's
-  Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();
-  double droplet_j = 0.0;         // heat that a droplet takes along
-  double settle_s = 0.015;        // pause at each bump before the droplet
-  double heat_timeout_s = 600.0;  // from RUN to at-temperature
+  DriveConfig drive;
+  Eigen::Vector3d power_on_mm = Eigen::Vector3d::Zero();  // where the head stands first
+  Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();     // where it waits for the temperature
+  std::array<motion::CompensationTable, 2> compensation;  // of X and Y; empty: none
+  std::optional<FlyBy> fly_by;                            // otherwise it stops at each bump
+  std::optional<Eigen::Vector3d> end_mm;                  // where the head goes after the last bump
+  double droplet_j = 0.0;                                 // heat that a droplet takes along
+  double settle_s = 0.015;                                // pause at each bump before the droplet
+  double heat_timeout_s = 600.0;                          // from RUN to at-temperature
   std::vector<PrintEvent> events;
   RtlWindows rtl = RtlWindows::chosen;
   RunIdentity identity;
@@ -102,7 +118,9 @@ struct PrintResult {
   std::vector<PrintFault> faults;
   std::size_t droplets = 0;
   std::uint64_t cycles = 0;
-  std::uint64_t frames = 0;  // Modbus frames that the chip accepted
+  std::uint64_t frames = 0;                          // Modbus frames that the chip accepted
+  double homing_s = 0.0;                             // 0: the stage was homed before
+  double largest_miss_mm = 0.0, mean_miss_mm = 0.0;  // of the droplets from their bumps
   double heater_energy_j = 0.0;
   double peak_heater_degc = 0.0;
 };
@@ -114,6 +132,15 @@ struct Progress {
   double setpoint_degc;
   std::size_t droplets;
 };
+
+// A place of the head, and where the stage is sent so that the head comes there.
+struct Sent {
+  Eigen::Vector3d to_mm, commanded_mm;
+};
+
+// The next move: each compensated axis is corrected for the side from which it comes; one that needn't move
+// stays.
+Sent send(const PrintJob& job, const Sent& before, const Eigen::Vector3d& to_mm);
 
 // Pins of chip and stage as they are recorded.
 vectors::Header printer_header(const PrintJob& job);

@@ -100,6 +100,10 @@ ServoAxis servo_axis(const motion::AxisConfig& axis, double start_mm, double clo
 }  // namespace
 
 StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream) {
+  if (job.fly_by || !job.drive.homed || job.power_on_mm != job.start_mm)
+    throw std::invalid_argument(
+        "stage replay: found a job that homes, goes to its start or prints on the fly, expected one that "
+        "stops at each bump and begins at its first position");
   RecordedStage recorded(stream);
   motion::Stage generator(job.stage, job.start_mm);
   const double clock_hz = job.stage.clock_hz;
@@ -109,7 +113,7 @@ StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream) {
         servo_axis(job.stage.axes[axis], job.start_mm[static_cast<Eigen::Index>(axis)], clock_hz));
 
   StageReplay replay;
-  Eigen::Vector3d from_mm = job.start_mm;
+  Sent from{job.start_mm, job.start_mm};
   std::array<std::int64_t, 3> pulses = generator.position_pulses();
   std::array<bool, 3> stepping{};
   std::uint64_t free_cycle = 0;
@@ -117,7 +121,8 @@ StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream) {
     const RecordedStage::UntilDroplet part = recorded.next();
     if (!part.dropped) break;
     ++replay.moves;
-    const Eigen::Vector3d to_mm(bump.x_mm, bump.y_mm, job.start_mm.z());
+    const Sent to = send(job, from, {bump.x_mm, bump.y_mm, job.start_mm.z()});
+    const Eigen::Vector3d& to_mm = to.commanded_mm;
 
     // The pins don't say when a move was asked for, but when its first edge came, and edges come at the same
     // distance from the asking wherever that is.
@@ -144,8 +149,7 @@ StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream) {
                         kAxisNames[part.events[i].axis], generated[i].cycle, kAxisNames[generated[i].axis]);
     }
 
-    const motion::Move plan = motion::plan_move(
-        from_mm, to_mm, {job.stage.axes[0].limits, job.stage.axes[1].limits, job.stage.axes[2].limits});
+    const motion::StageMove plan = motion::plan_stage_move(job.stage, from.commanded_mm, to_mm);
     const std::uint64_t motion_cycle = start_cycle + job.stage.dir_setup_cycles;
     for (const motion::StageEvent& event : part.events) {
       servos[event.axis].step(event.cycle, event.pins.step, event.pins.dir);
@@ -155,8 +159,10 @@ StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream) {
       pulses[event.axis] += event.pins.dir ? 1 : -1;
       ++replay.steps;
       const double time_s = (static_cast<double>(event.cycle) - static_cast<double>(motion_cycle)) / clock_hz;
-      const double planned = plan.sample(time_s).position_mm[static_cast<Eigen::Index>(event.axis)] /
-                             motion::pulse_length_mm(job.stage.axes[event.axis]);
+      const auto axis = static_cast<Eigen::Index>(event.axis);
+      const double planned =
+          (from.commanded_mm[axis] + plan.direction[axis] * plan.profile.sample(time_s).position_mm) /
+          motion::pulse_length_mm(job.stage.axes[event.axis]);
       replay.plan_pulses =
           std::max(replay.plan_pulses, std::abs(static_cast<double>(pulses[event.axis]) - planned));
     }
@@ -165,7 +171,7 @@ StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream) {
           servos[axis].position_mm(part.droplet_cycle) - to_mm[static_cast<Eigen::Index>(axis)];
       replay.droplet_um = std::max(replay.droplet_um, std::abs(error_mm) * 1e3);
     }
-    from_mm = to_mm;
+    from = to;
   }
   return replay;
 }

@@ -20,8 +20,9 @@ struct StageReplay {
   double droplet_um = 0.0;       // largest distance of a servo axis from its bump at the droplet
 };
 
-// Replays a complete recording of `job`. A job broken off is replayed as far as its bumps go.
-// Throws std::invalid_argument when the stream is not one of `job`'s pins.
+// Replays a complete recording of `job`, which stops at each bump on a stage that was homed before and stands
+// at its start. A job broken off is replayed as far as its bumps go.
+// Throws std::invalid_argument for other jobs, and when the stream is not one of `job`'s pins.
 StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream);
 
 }  // namespace meltstage::tb

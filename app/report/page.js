@@ -83,11 +83,16 @@ function showFaults() {
 
 function showPathTexts() {
   const { path_before: before, path_after: after } = data;
-  document.getElementById("length_before").textContent = withUnit(before.length_mm, "mm");
-  const change = before.length_mm > 0 ? Math.round(100 * (after.length_mm / before.length_mm - 1)) : 0;
+  const { unit, lower_bound: bound } = data.path;
+  document.getElementById("length_before").textContent = withUnit(before.cost, unit);
+  const change = before.cost > 0 ? Math.round(100 * (after.cost / before.cost - 1)) : 0;
   const sign = change < 0 ? "\u2212" : "+";
   document.getElementById("length_after").textContent =
-    withUnit(after.length_mm, "mm") + (change ? ` (${sign}${Math.abs(change)}\u00a0%)` : "");
+    withUnit(after.cost, unit) + (change ? ` (${sign}${Math.abs(change)}\u00a0%)` : "");
+  const gap = bound > 0 ? 100 * (after.cost / bound - 1) : 0;
+  document.getElementById("path_bound").textContent =
+    gap < 1e-6 ? "Proved: no order is cheaper."
+      : `No order costs less than ${withUnit(bound, unit)}: this one is at most ${gap.toPrecision(2)}\u00a0% above the cheapest.`;
   const drawn = after.x_mm.length;
   if (drawn < after.points)
     document.getElementById("path_note").textContent = `Drawn: the first ${number(drawn)} of ${number(after.points)} bumps.`;

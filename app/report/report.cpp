@@ -78,8 +78,10 @@ Json summary(const PrintReport& report) {
           {"phases", phases},
           {"path",
            {{"points", report.path_after.points.size()},
-            {"length_before_mm", report.path_before.length_mm},
-            {"length_after_mm", report.path_after.length_mm}}},
+            {"unit", report.path_unit},
+            {"cost_before", report.path_before.cost},
+            {"cost_after", report.path_after.cost},
+            {"lower_bound", report.path_bound}}},
           {"lockstep", lockstep_windows(report.lockstep)},
           {"windows", window_check(report.windows)},
           {"faults", faults},
@@ -133,7 +135,7 @@ Json drawn_path(const Path& path) {
     x.push_back(drawn(path.points[i].x_mm));
     y.push_back(drawn(path.points[i].y_mm));
   }
-  return {{"x_mm", x}, {"y_mm", y}, {"points", path.points.size()}, {"length_mm", path.length_mm}};
+  return {{"x_mm", x}, {"y_mm", y}, {"points", path.points.size()}, {"cost", path.cost}};
 }
 
 Json page_data(const PrintReport& report) {

@@ -49,10 +49,10 @@ struct PathPoint {
   double y_mm = 0.0;
 };
 
-/// The bumps in the order they are visited, and how far that is in the planner's metric.
+/// The bumps in the order they are visited, and what that costs in the planner's metric.
 struct Path {
   std::vector<PathPoint> points;
-  double length_mm = 0.0;
+  double cost = 0.0;
 };
 
 /// A stretch of clocks over which the RTL ran beside the C++ model.
@@ -110,6 +110,8 @@ struct PrintReport {
   std::vector<Phase> phases;
   Path path_before;  ///< order of the coordinate file
   Path path_after;   ///< planned order
+  std::string path_unit = "mm";  ///< of the paths' costs: "mm", or "s" where the path is planned in time
+  double path_bound = 0.0;       ///< no order costs less
   std::vector<LockstepWindow> lockstep;
   std::optional<WindowCheck> windows;  ///< of a job that ran in RTL as a whole
   std::vector<Fault> faults;
@@ -117,7 +119,7 @@ struct PrintReport {
 };
 
 /// Version of summary.json's structure; raised when a field changes its meaning or goes away.
-inline constexpr int summary_schema = 1;
+inline constexpr int summary_schema = 2;
 
 /// Curves of the page hold at most this many values each; extremes are kept.
 inline constexpr std::size_t max_curve_points = 2000;

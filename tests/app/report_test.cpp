@@ -34,6 +34,7 @@ PrintReport sample() {
   report.phases = {{"command", 0.0, 0.5}, {"heat-up", 0.5, 2.0}};
   report.path_before = {{{0.0, 0.0}, {3.0, 4.0}, {1.0, 0.0}}, 13.0};
   report.path_after = {{{0.0, 0.0}, {1.0, 0.0}, {3.0, 4.0}}, 7.0};
+  report.path_bound = 6.5;
   report.lockstep = {{"command", 0, 999, 1000, 1234, 1'250'000, 0}};
   report.faults = {{1.5, "sensor open"}};
   report.settings = {{"set-point", "180 °C"}};
@@ -95,9 +96,9 @@ TEST(ReportPage, ShowsAMissingValueAsAGap) {
 TEST(ReportPage, HoldsBothPathsWithTheirLengths) {
   const json data = page_data(render_report(sample()));
   EXPECT_EQ(data["path_before"]["x_mm"], json({0.0, 3.0, 1.0}));
-  EXPECT_EQ(data["path_before"]["length_mm"], 13.0);
+  EXPECT_EQ(data["path_before"]["cost"], 13.0);
   EXPECT_EQ(data["path_after"]["y_mm"], json({0.0, 0.0, 4.0}));
-  EXPECT_EQ(data["path_after"]["length_mm"], 7.0);
+  EXPECT_EQ(data["path_after"]["cost"], 7.0);
 }
 
 TEST(ReportPage, CutsALongCurveAndKeepsItsPeak) {
@@ -152,7 +153,7 @@ TEST(Summary, SaysWhatHappenedWithoutTheCurves) {
   EXPECT_EQ(summary["verdict"], "32 bumps printed at 180 °C, RTL and model equal.");
   EXPECT_EQ(summary["key_figures"][1], json({{"what", "overshoot"}, {"value", 0.4213}, {"unit", "degC"}}));
   EXPECT_EQ(summary["phases"][1], json({{"name", "heat-up"}, {"begin_s", 0.5}, {"end_s", 2.0}}));
-  EXPECT_EQ(summary["path"], json({{"points", 3}, {"length_before_mm", 13.0}, {"length_after_mm", 7.0}}));
+  EXPECT_EQ(summary["path"], json({{"points", 3}, {"unit", "mm"}, {"cost_before", 13.0}, {"cost_after", 7.0}, {"lower_bound", 6.5}}));
   EXPECT_EQ(summary["lockstep"][0]["comparisons"], 1'250'000);
   EXPECT_EQ(summary["lockstep"][0]["flops_per_clock"], 1234);
   EXPECT_EQ(summary["faults"][0], json({{"t_s", 1.5}, {"sentence", "sensor open"}}));

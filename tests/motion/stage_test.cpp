@@ -426,5 +426,88 @@ TEST(Stage, RefusesAConfigurationThatCannotWork) {
               StartsWith("axis x: found position -1"));
 }
 
+// ---- courses piece by piece ----
+
+TEST(Track, PulsesFollowTheCourseThereAndBack) {
+  Stage stage({}, {100.0, 100.0, 0.0});
+  PinCounter counter;
+  constexpr std::uint32_t piece = 1000;  // 0.1 ms
+  double last_mm = 100.0;
+  for (std::uint64_t i = 0; i < 4000; ++i) {
+    const std::uint64_t cycle = i * piece;
+    stage.run_until(cycle, std::ref(counter));
+    ASSERT_LE(std::abs(stage.position_mm().x() - last_mm), 0.51e-3) << i;  // half a pulse at a piece's end
+    last_mm = 100.0 + 2.0 * std::sin(static_cast<double>(i + 1) * 2e-3);
+    stage.track(0, last_mm, cycle, piece);
+  }
+  stage.run_until(4001 * piece, std::ref(counter));
+  EXPECT_EQ(counter.position_[0] + 100'000, stage.position_pulses()[0]);
+  EXPECT_EQ(counter.position_[1], 0);
+  const auto& rises = counter.rises_[0];
+  ASSERT_GT(rises.size(), 5000U);
+  for (std::size_t i = 1; i < rises.size(); ++i) ASSERT_GE(rises[i] - rises[i - 1], 8U);  // high and low
+  EXPECT_EQ(counter.turns_[0].size(), 4U);  // up at the start, and where the sine turns
+  // A straight move goes on from where the course ended.
+  EXPECT_FALSE(stage.next_event_cycle());
+  stage.move_to({101.0, 100.0, 0.0}, 4001 * piece);
+  stage.run_until(4001 * piece + 10'000'000, std::ref(counter));
+  EXPECT_EQ(stage.position_pulses()[0], 101'000);
+}
+
+TEST(Track, IsRefusedDuringAMoveAndWhenHeld) {
+  Stage stage({}, {100.0, 100.0, 0.0});
+  stage.move_to({110.0, 100.0, 0.0}, 0);
+  EXPECT_THAT(error_of([&] { stage.track(1, 101.0, 5, 100); }), HasSubstr("end of the move before"));
+  stage.run_until(10, [](const StageEvent&) {});
+  stage.emergency_stop(10);
+  EXPECT_THAT(error_of([&] { stage.track(1, 101.0, 50'000'000, 100); }), HasSubstr("held by an emergency"));
+  Stage other({}, {100.0, 100.0, 0.0});
+  EXPECT_THAT(error_of([&] { other.track(1, NAN, 5, 100); }), HasSubstr("axis y: found nan mm"));
+  EXPECT_THAT(error_of([&] { other.track(1, 1.0, 5, 0); }), HasSubstr("at least 1 cycle"));
+}
+
+TEST(Stage, PlannedIsThePlanAtAClockCycle) {
+  Stage stage({}, {100.0, 100.0, 0.0});
+  const std::uint64_t over = stage.move_to({103.0, 96.0, 0.0}, 1000);
+  const Move plan = plan_move({100.0, 100.0, 0.0}, {103.0, 96.0, 0.0}, {});
+  EXPECT_EQ(stage.planned(0, 0).position_mm, 100.0);
+  const std::uint64_t middle = 1008 + 500'000;  // 50 ms behind the set-up of the directions
+  const AxisStates expected = plan.sample(0.05);
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    EXPECT_NEAR(stage.planned(axis, middle).position_mm, expected.position_mm[i], 1e-9);
+    EXPECT_NEAR(stage.planned(axis, middle).velocity_mm_s, expected.velocity_mm_s[i], 1e-6);
+    EXPECT_NEAR(stage.planned(axis, middle).acceleration_mm_s2, expected.acceleration_mm_s2[i], 1e-4);
+  }
+  EXPECT_NEAR(stage.planned(1, over).position_mm, 96.0, 1e-12);
+  EXPECT_EQ(stage.planned(1, over).velocity_mm_s, 0.0);
+}
+
+TEST(Stage, QuietMovesArriveAtTheSamePulsesAndLeaveLittleVibration) {
+  StageConfig config;
+  const Mode mode{38.0, 0.05};
+  config.quiet = QuietMoves{{mode, 0.1}, 0.002};
+  const Eigen::Vector3d from(100, 100, 0), to(104, 103, 0);
+  const StageMove quiet = plan_stage_move(config, from, to);
+  EXPECT_NEAR(quiet.profile.end.position_mm, 5.0, 1e-12);
+  EXPECT_LE(worst_residual_mm(quiet.profile, config.quiet->band), 0.002 * (1.0 + 1e-9));
+  EXPECT_GT(worst_residual_mm(plan_stage_move({}, from, to).profile, config.quiet->band), 0.01);
+  Stage stage(config, from);
+  const std::uint64_t over = stage.move_to(to, 0);
+  stage.run_until(over, [](const StageEvent&) {});
+  EXPECT_EQ(stage.position_pulses()[0], 104'000);
+  EXPECT_EQ(stage.position_pulses()[1], 206'000);
+}
+
+TEST(Stage, IndexStandsWhereItIsSet) {
+  StageConfig config;
+  config.axes[0].index_mm = 5.0;
+  Stage at(config, {15.0, 1.0, 0.0}), off(config, {10.0, 1.0, 0.0});
+  EXPECT_TRUE(at.pins(0).index);
+  EXPECT_FALSE(off.pins(0).index);
+  config.axes[0].index_mm = NAN;
+  EXPECT_THAT(error_of([&] { Stage stage(config); }), HasSubstr("axis x: found the index at nan mm"));
+}
+
 }  // namespace
 }  // namespace meltstage::motion

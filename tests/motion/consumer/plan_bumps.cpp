@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads a coordinate file, plans the path and makes the first move: every header of the installed library.
+#include <motion/accuracy.hpp>
+#include <motion/ants.hpp>
+#include <motion/axis.hpp>
 #include <motion/coordinates.hpp>
+#include <motion/droplet_camera.hpp>
+#include <motion/droplet_vision.hpp>
+#include <motion/gcode.hpp>
+#include <motion/jetting.hpp>
 #include <motion/path.hpp>
 #include <motion/profile.hpp>
 #include <motion/pulse_train.hpp>
@@ -23,5 +30,16 @@ int main(int argc, char** argv) {
   const JerkProfile quiet =
       plan_quiet_move(asymmetric_limits(400, 4000, 4000, 1e6, 1e6), 20.0, {{38.0, 0.05}, 0.1}, 0.01);
   if (settling_s(residual_mm(quiet, {38.0, 0.05}), {38.0, 0.05}, 0.01) != 0.0) return 1;
-  return arrived && plan.length_after_mm < plan.length_before_mm ? 0 : 1;
+  const FlyByPlan rows = plan_fly_by(points, {});
+  AxisControl control{{}};
+  control.set_homed(0.0);
+  const bool fires = !rows.rows.front().triggers.empty() && control.homed();
+  const TargetDeviations low{10.0, {1.0, 1.2}, {3.0, 3.1}}, high{90.0, {2.0, 2.1}, {4.0, 4.2}};
+  const std::vector<TargetDeviations> test = {low, high};
+  const CompensationTable table = make_compensation(evaluate_accuracy(test));
+  GcodeOptions machine;
+  const std::string program = write_gcode(points, {0.0, 0.0}, "bumps", machine);
+  if (!fires || compensated_forward_mm(table, 50.0) >= 50.0 || program.empty()) return 1;
+  if (plan_path_by_ants(points, Tour::open).cost_after < plan_path(points).lower_bound) return 1;
+  return arrived && plan.cost_after < plan.cost_before ? 0 : 1;
 }
