@@ -7,11 +7,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <regex>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 namespace meltstage::motion {
@@ -44,8 +46,10 @@ struct Interpreted {
 };
 
 Interpreted interpret(const std::string& program) {
-  const auto folder = std::filesystem::temp_directory_path() / "meltstage_gcode_test";
-  std::filesystem::create_directories(folder);
+  // A folder of its own: tests run side by side.
+  std::string name = (std::filesystem::temp_directory_path() / "meltstage_gcode.XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  const std::filesystem::path folder = name;
   std::ofstream(folder / "program.ngc") << program;
   const std::string call = "cd '" + folder.string() + "' && " MELTSTAGE_RS274 " -g program.ngc 2>&1";
   FILE* pipe = popen(call.c_str(), "r");
