@@ -51,7 +51,7 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
   const dft::Netlist netlist = dft::read_yosys_json(file);
   const dft::CellLibrary& library = dft::yosys_library();
   const dft::ScanDesign design = dft::insert_scan(netlist, library);
-  const dft::CaptureView view = dft::capture_view(design.netlist, library, dft::capture_holds(design));
+  const dft::CaptureView view = dft::scan_view(design, library);
 
   auto start = std::chrono::steady_clock::now();
   const dft::TestSet set = dft::generate_tests(view.circuit, {.seed = options.seed});

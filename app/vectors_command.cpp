@@ -153,7 +153,7 @@ Subject subject_of(const Options& options, const CellLibrary& library) {
   scan.chains = options.chains;
   scan.reset = options.reset;
   subject.design = insert_scan(netlist, library, scan);
-  subject.view = capture_view(subject.design.netlist, library, capture_holds(subject.design));
+  subject.view = scan_view(subject.design, library);
   subject.circuit = subject.view.circuit;
   subject.scanned = true;
   return subject;

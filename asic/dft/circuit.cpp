@@ -16,6 +16,62 @@ std::size_t Circuit::gate_count() const {
   }));
 }
 
+namespace {
+
+std::int8_t inverse(std::int8_t value) { return value < 0 ? value : static_cast<std::int8_t>(1 - value); }
+
+std::int8_t constant_of(const Circuit& circuit, Node node, const std::vector<std::int8_t>& known) {
+  const auto fanin = circuit.fanin(node);
+  const auto count = [&](std::int8_t value) {
+    return static_cast<std::size_t>(
+        std::count_if(fanin.begin(), fanin.end(), [&](Node n) { return known[n] == value; }));
+  };
+  const auto wide = [&](std::int8_t controlling) -> std::int8_t {  // the output of an AND (0) or OR (1)
+    if (count(controlling) != 0) return controlling;
+    return count(inverse(controlling)) == fanin.size() ? inverse(controlling) : std::int8_t{-1};
+  };
+  switch (circuit.kind(node)) {
+    case Gate::input:
+      return known[node];
+    case Gate::tie0:
+      return 0;
+    case Gate::tie1:
+      return 1;
+    case Gate::buf:
+    case Gate::output:
+      return known[fanin[0]];
+    case Gate::inv:
+      return inverse(known[fanin[0]]);
+    case Gate::all:
+      return wide(0);
+    case Gate::nall:
+      return inverse(wide(0));
+    case Gate::any:
+      return wide(1);
+    case Gate::none:
+      return inverse(wide(1));
+    case Gate::parity:
+    case Gate::same: {
+      if (count(-1) != 0) return -1;
+      const bool odd = count(1) % 2 == 1;
+      return odd == (circuit.kind(node) == Gate::parity) ? 1 : 0;
+    }
+    case Gate::mux:
+      if (known[fanin[2]] >= 0) return known[fanin[known[fanin[2]] == 0 ? 0 : 1]];
+      return known[fanin[0]] == known[fanin[1]] ? known[fanin[0]] : std::int8_t{-1};
+  }
+  return -1;
+}
+
+}  // namespace
+
+std::vector<std::int8_t> constants(const Circuit& circuit, const std::vector<std::int8_t>& inputs) {
+  std::vector<std::int8_t> known(circuit.size(), -1);
+  for (std::size_t i = 0; i < inputs.size(); ++i) known[circuit.inputs()[i]] = inputs[i];
+  for (Node node = 0; node < circuit.size(); ++node) known[node] = constant_of(circuit, node, known);
+  return known;
+}
+
 Node CircuitBuilder::add(Gate kind, std::vector<Node> fanin, std::string name) {
   nodes_.push_back({kind, std::move(fanin), std::move(name)});
   return static_cast<Node>(nodes_.size() - 1);

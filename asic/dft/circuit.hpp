@@ -58,6 +58,8 @@ class Circuit {
   const std::vector<Node>& outputs() const { return outputs_; }  ///< likewise
   const std::string& name(Node node) const { return names_[node]; }
   const std::vector<Site>& sites() const { return sites_; }
+  /// A fault of a site that the chain test or the reset test shows.
+  void imply(std::size_t site, bool stuck) { sites_[site].implied[stuck ? 1 : 0] = true; }
   /// Inputs held at a value while a test captures (test mode, scan enable): -1 free, else 0 or 1; by input
   /// order.
   const std::vector<std::int8_t>& held() const { return held_; }
@@ -73,6 +75,10 @@ class Circuit {
   std::vector<Site> sites_;
   std::vector<std::int8_t> held_;
 };
+
+/// Value of every node when the inputs have these (by input; -1: any): 0, 1, or -1 where it depends on what
+/// is free.
+std::vector<std::int8_t> constants(const Circuit& circuit, const std::vector<std::int8_t>& inputs);
 
 /// Takes nodes in any order; finish() sorts them. Node numbers of the builder hold only inside it.
 class CircuitBuilder {

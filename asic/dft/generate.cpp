@@ -66,50 +66,46 @@ class Generator {
   }
 
  private:
-  // Lines that are constant, or from which no output is reached.
+  // What constants settle without a search: a fault at the value its line has anyway, or behind gates that
+  // they close. Ties make it untestable; held inputs make it so for this test alone.
   void drop_structural() {
-    std::vector<std::int8_t> constant(circuit_.size(), -1);
+    const std::vector<std::int8_t> free(circuit_.inputs().size(), -1);
+    settle_constant(constants(circuit_, free), FaultClass::UT);
+    if (circuit_.held() != free) settle_constant(constants(circuit_, circuit_.held()), FaultClass::AU);
+  }
+  void settle_constant(const std::vector<std::int8_t>& constant, FaultClass c) {
     std::vector<std::uint8_t> reaches(circuit_.size(), 0);
-    for (Node node = 0; node < circuit_.size(); ++node) constant[node] = constant_of(node, constant);
     for (Node node = static_cast<Node>(circuit_.size()); node-- > 0;) {
       reaches[node] = circuit_.kind(node) == Gate::output ? 1 : 0;
-      for (const Node next : circuit_.fanout(node)) reaches[node] |= reaches[next];
+      for (const Node next : circuit_.fanout(node)) {
+        const auto fanin = circuit_.fanin(next);
+        for (std::size_t pin = 0; pin < fanin.size() && reaches[node] == 0; ++pin) {
+          if (fanin[pin] == node && reaches[next] != 0 && !closed(next, pin, constant)) reaches[node] = 1;
+        }
+      }
     }
     for (std::size_t i = 0; i < set_.faults.classes.size(); ++i) {
+      if (alive_[i] == 0) continue;
       const Fault& fault = set_.faults.classes[i];
-      const Node line =
-          fault.pin == kStem ? fault.node : circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
-      if (reaches[fault.node] == 0 || constant[line] == (fault.stuck ? 1 : 0)) settle(i, FaultClass::UT);
+      const auto pin = static_cast<std::size_t>(fault.pin);
+      const Node line = fault.pin == kStem ? fault.node : circuit_.fanin(fault.node)[pin];
+      bool hidden = reaches[fault.node] == 0 || (fault.pin != kStem && closed(fault.node, pin, constant));
+      if (constant[line] >= 0)
+        hidden = false;  // the fault changes the constant, and with it what that closes
+      if (hidden || constant[line] == (fault.stuck ? 1 : 0)) settle(i, c);
     }
   }
-  std::int8_t constant_of(Node node, const std::vector<std::int8_t>& known) const {
-    const auto fanin = circuit_.fanin(node);
-    const auto count = [&](std::int8_t value) {
-      return static_cast<std::size_t>(
-          std::count_if(fanin.begin(), fanin.end(), [&](Node n) { return known[n] == value; }));
-    };
-    const Gate kind = circuit_.kind(node);
-    switch (kind) {
-      case Gate::tie0:
-        return 0;
-      case Gate::tie1:
-        return 1;
-      case Gate::buf:
-      case Gate::output:
-        return known[fanin[0]];
-      case Gate::inv:
-        return known[fanin[0]] < 0 ? std::int8_t{-1} : static_cast<std::int8_t>(1 - known[fanin[0]]);
-      case Gate::all:
-      case Gate::nall:
-        if (count(0) != 0) return kind == Gate::all ? 0 : 1;
-        return count(1) == fanin.size() ? (kind == Gate::all ? 1 : 0) : std::int8_t{-1};
-      case Gate::any:
-      case Gate::none:
-        if (count(1) != 0) return kind == Gate::any ? 1 : 0;
-        return count(0) == fanin.size() ? (kind == Gate::any ? 0 : 1) : std::int8_t{-1};
-      default:
-        return -1;
+  // Another input of the gate is at a constant that hides this one.
+  bool closed(Node gate, std::size_t pin, const std::vector<std::int8_t>& constant) const {
+    const auto fanin = circuit_.fanin(gate);
+    const Gate kind = circuit_.kind(gate);
+    if (kind == Gate::mux) return pin < 2 && constant[fanin[2]] == (pin == 0 ? 1 : 0);
+    if (kind != Gate::all && kind != Gate::nall && kind != Gate::any && kind != Gate::none) return false;
+    const std::int8_t controlling = kind == Gate::all || kind == Gate::nall ? 0 : 1;
+    for (std::size_t other = 0; other < fanin.size(); ++other) {
+      if (other != pin && constant[fanin[other]] == controlling) return true;
     }
+    return false;
   }
   void settle(std::size_t i, FaultClass c) {
     set_.of_class[i] = c;
@@ -181,7 +177,6 @@ class Generator {
   struct Solved {
     std::size_t fault;
     Verdict verdict = Verdict::aborted;
-    bool held = false;  // untestable only because of held inputs
     Cube cube;
   };
 
@@ -190,7 +185,7 @@ class Generator {
     while (at < order.size() || !pool_.empty()) {
       std::vector<Solved> batch;
       for (; at < order.size() && batch.size() < kWorkers * kBatch; ++at) {
-        if (alive_[order[at]] != 0) batch.push_back({order[at], Verdict::aborted, false, {}});
+        if (alive_[order[at]] != 0) batch.push_back({order[at], Verdict::aborted, {}});
       }
       auto start = std::chrono::steady_clock::now();
       in_parallel([&](unsigned w) {
@@ -204,8 +199,8 @@ class Generator {
         if (alive_[solved.fault] == 0) continue;
         if (solved.verdict == Verdict::test) {
           merge(solved.cube);
-        } else if (solved.verdict == Verdict::untestable) {
-          settle(solved.fault, solved.held ? FaultClass::AU : FaultClass::UR);
+        } else if (solved.verdict != Verdict::aborted) {
+          settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
         } else {
           alive_[solved.fault] = 0;
           ++set_.aborted;
@@ -216,11 +211,7 @@ class Generator {
     }
   }
   void solve(TestSolver& solver, Solved& solved) const {
-    const Fault& fault = set_.faults.classes[solved.fault];
-    solved.verdict = solver.solve(fault, solved.cube, options_.conflict_limit);
-    const bool any_held =
-        std::any_of(circuit_.held().begin(), circuit_.held().end(), [](std::int8_t h) { return h >= 0; });
-    if (solved.verdict == Verdict::untestable && any_held) solved.held = solver.testable_unheld(fault);
+    solved.verdict = solver.solve(set_.faults.classes[solved.fault], solved.cube, options_.conflict_limit);
   }
 
   // Into the open pattern that shares most values with the cube and contradicts none.

@@ -94,7 +94,8 @@ class Player {
     const Node capture = view_.circuit.outputs()[view_.output_ports.size() + f];
     Node gate = fault_.line->node;
     if (view_.circuit.fanin(gate)[static_cast<std::size_t>(fault_.line->pin)] != reset_node_[f]) return false;
-    while (gate != capture && view_.circuit.name(gate) == view_.flops[f].name && view_.circuit.fanout(gate).size() == 1)
+    while (gate != capture && view_.circuit.name(gate) == view_.flops[f].name &&
+           view_.circuit.fanout(gate).size() == 1)
       gate = view_.circuit.fanout(gate)[0];
     return gate == capture;
   }

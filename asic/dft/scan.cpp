@@ -438,4 +438,116 @@ HeldPorts capture_holds(const ScanDesign& design) {
   return held;
 }
 
+namespace {
+
+// Marks what lies on open ways through a circuit whose constants are known.
+class WayMarker {
+ public:
+  WayMarker(Circuit& circuit, std::vector<std::int8_t> constant)
+      : circuit_(circuit), constant_(std::move(constant)) {
+    for (std::size_t i = 0; i < circuit.sites().size(); ++i) {
+      const Site& site = circuit.sites()[i];
+      if (site.node != kNoNode) sites_[key(site.node, site.pin)].push_back(i);
+    }
+  }
+  // Backwards from the input of `node` as long as one input of each gate is free and the others let it pass.
+  void from(Node node) {
+    while (!circuit_.fanin(node).empty()) {
+      const std::int32_t open = open_pin(node);
+      if (open < 0) return;
+      const auto fanin = circuit_.fanin(node);
+      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
+        if (static_cast<std::int32_t>(pin) == open || constant_[fanin[pin]] < 0) continue;
+        hold_open(node, static_cast<std::int32_t>(pin));
+      }
+      mark(node, open, false);
+      mark(node, open, true);
+      node = fanin[static_cast<std::size_t>(open)];
+      mark(node, kStem, false);
+      mark(node, kStem, true);
+    }
+  }
+
+ private:
+  static std::uint64_t key(Node node, std::int32_t pin) {
+    return (std::uint64_t{node} << 32) | static_cast<std::uint32_t>(pin);
+  }
+  void mark(Node node, std::int32_t pin, bool stuck) {
+    const auto found = sites_.find(key(node, pin));
+    if (found == sites_.end()) return;
+    for (const std::size_t site : found->second) circuit_.imply(site, stuck);
+  }
+  std::int32_t open_pin(Node node) const {
+    const auto fanin = circuit_.fanin(node);
+    switch (circuit_.kind(node)) {
+      case Gate::output:
+      case Gate::buf:
+      case Gate::inv:
+        return constant_[fanin[0]] < 0 ? 0 : -1;
+      case Gate::mux: {
+        const std::int8_t select = constant_[fanin[2]];
+        return select >= 0 && constant_[fanin[static_cast<std::size_t>(select)]] < 0 ? select : -1;
+      }
+      case Gate::all:
+      case Gate::nall:
+      case Gate::any:
+      case Gate::none: {
+        const bool is_and = circuit_.kind(node) == Gate::all || circuit_.kind(node) == Gate::nall;
+        std::int32_t open = -1;
+        for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
+          const std::int8_t value = constant_[fanin[pin]];
+          if (value == (is_and ? 1 : 0)) continue;
+          if (value >= 0 || open >= 0) return -1;
+          open = static_cast<std::int32_t>(pin);
+        }
+        return open;
+      }
+      default:
+        return -1;
+    }
+  }
+  // A constant that keeps a gate open: the other value closes it; so does that of the line it comes from.
+  void hold_open(Node node, std::int32_t pin) {
+    for (;;) {
+      const Node driver = circuit_.fanin(node)[static_cast<std::size_t>(pin)];
+      if (circuit_.kind(node) == Gate::mux && pin != 2) return;  // the side that is not selected
+      const bool stuck = constant_[driver] == 0;
+      mark(node, pin, stuck);
+      mark(driver, kStem, stuck);
+      if (circuit_.kind(driver) != Gate::buf && circuit_.kind(driver) != Gate::inv) return;
+      node = driver;
+      pin = 0;
+    }
+  }
+
+  Circuit& circuit_;
+  std::vector<std::int8_t> constant_;
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> sites_;
+};
+
+}  // namespace
+
+CaptureView scan_view(const ScanDesign& design, const CellLibrary& library) {
+  CaptureView view = capture_view(design.netlist, library, capture_holds(design));
+  std::vector<std::int8_t> shifting = view.circuit.held(), resetting = view.circuit.held();
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+    if (view.input_ports[i] == design.scan_enable) shifting[i] = 1;
+    if (view.input_ports[i] == design.reset) resetting[i] = -1;
+  }
+  WayMarker chain(view.circuit, constants(view.circuit, shifting));
+  for (std::size_t f = 0; f < view.flops.size(); ++f)
+    chain.from(view.circuit.outputs()[view.output_ports.size() + f]);
+  for (std::size_t o = 0; o < view.output_ports.size(); ++o) {
+    const bool scan_out = std::any_of(design.chains.begin(), design.chains.end(),
+                                      [&](const ScanChain& c) { return c.out == view.output_ports[o]; });
+    if (scan_out) chain.from(view.circuit.outputs()[o]);
+  }
+  WayMarker reset(view.circuit, constants(view.circuit, resetting));
+  for (const ScanFlop& flop : view.flops) {
+    const auto node = view.node_of_net.find(flop.reset);
+    if (flop.has_reset && node != view.node_of_net.end()) reset.from(node->second);
+  }
+  return view;
+}
+
 }  // namespace meltstage::dft

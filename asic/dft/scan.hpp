@@ -49,4 +49,9 @@ ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const
 /// Values that the ports of a scan design hold while it captures.
 HeldPorts capture_holds(const ScanDesign& design);
 
+/// The capture view of a scan design, with the faults marked that the chain test or the reset test shows:
+/// lines on the way from flop to flop while shifting, the constants that keep this way open, and lines on the
+/// way from the reset port to a flop.
+CaptureView scan_view(const ScanDesign& design, const CellLibrary& library);
+
 }  // namespace meltstage::dft

@@ -181,9 +181,12 @@ void TestSolver::start(bool held) {
   std::vector<int> in;
   for (const Node node : support_) good_[node] = bad_[node] = ++variables_;
   for (const Node node : support_) {
+    const auto fanin = circuit_.fanin(node);
+    const bool cut =
+        std::any_of(fanin.begin(), fanin.end(), [&](Node driver) { return in_support_[driver] == 0; });
     in.clear();
-    for (const Node driver : circuit_.fanin(node)) in.push_back(good_[driver]);
-    add_gate(node, in, good_[node]);
+    for (const Node driver : fanin) in.push_back(good_[driver]);
+    if (!cut) add_gate(node, in, good_[node]);  // at the edge of a window any value may come in
     if (held && circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0)
       add({circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]});
   }
@@ -218,9 +221,12 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
     }
     add({-differs_[node], good_[node], bad_[node]});
     add({-differs_[node], -good_[node], -bad_[node]});
-    if (circuit_.kind(node) == Gate::output) continue;
+    const auto fanout = circuit_.fanout(node);
+    const bool leaves =
+        std::any_of(fanout.begin(), fanout.end(), [&](Node next) { return in_fault_cone_[next] == 0; });
+    if (circuit_.kind(node) == Gate::output || (window_ && leaves)) continue;
     clauses_.push_back(-differs_[node]);
-    for (const Node next : circuit_.fanout(node)) {
+    for (const Node next : fanout) {
       if (in_fault_cone_[next] != 0) clauses_.push_back(differs_[next]);
     }
     clauses_.push_back(0);
@@ -241,7 +247,7 @@ void TestSolver::read_model() {
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
   constexpr int kGrowth = 4;  // a solver that has grown to so many times its circuit starts anew
   const Node nearest = nearest_output_[fault.node];
-  if (nearest == kNoNode) return Verdict::untestable;
+  if (nearest == kNoNode) return Verdict::redundant;
   if (solver_output_ != nearest || variables_ > kGrowth * first_variables_ + 1000) {
     take_support({nearest});
     start(true);
@@ -262,12 +268,68 @@ Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict
   solver_->engine.add(-activation);
   solver_->engine.add(0);
   if (status != kSat) {
+    if (!window_has_effect(fault)) return Verdict::redundant;
     ++effort_.full_calls;
-    status = solve_full(fault, true, conflict_limit);
+    encode_full(fault, true);
+    status = run(conflict_limit);
+    if (status == kUnsat && support_is_held()) {
+      encode_full(fault, false);
+      return run(conflict_limit) == kSat ? Verdict::held : Verdict::redundant;
+    }
   }
   if (status == kSat) lift(fault, cube);
   for (const Node node : fault_cone_) bad_[node] = good_[node];
-  return status == kSat ? Verdict::test : status == kUnsat ? Verdict::untestable : Verdict::aborted;
+  return status == kSat ? Verdict::test : status == kUnsat ? Verdict::redundant : Verdict::aborted;
+}
+
+bool TestSolver::support_is_held() const {
+  return std::any_of(support_.begin(), support_.end(), [&](Node node) {
+    return circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0;
+  });
+}
+
+// Most redundant faults are so in their surroundings: whatever comes in at the edge of a piece of the circuit
+// around the fault, no difference leaves it. That is quickly refuted where the whole circuit would be large.
+void TestSolver::encode_window(const Fault& fault) {
+  constexpr std::size_t kCone = 150, kSupport = 1500;
+  for (const Node node : fault_cone_) in_fault_cone_[node] = 0;
+  for (const Node node : support_) in_support_[node] = 0;
+  std::vector<Node> cone{fault.node};
+  in_fault_cone_[fault.node] = 1;
+  for (std::size_t i = 0; i < cone.size() && cone.size() < kCone; ++i) {
+    for (const Node next : circuit_.fanout(cone[i])) {
+      if (in_fault_cone_[next] != 0) continue;
+      in_fault_cone_[next] = 1;
+      cone.push_back(next);
+    }
+  }
+  fault_cone_ = std::move(cone);
+  std::sort(fault_cone_.begin(), fault_cone_.end());
+  support_ = fault_cone_;
+  for (const Node node : support_) in_support_[node] = 1;
+  for (std::size_t i = 0; i < support_.size(); ++i) {
+    // all drivers of a node or none: half of them would make it an edge, and no use of them. Those of the
+    // cone are always there.
+    if (support_.size() > kSupport && in_fault_cone_[support_[i]] == 0) break;
+    for (const Node driver : circuit_.fanin(support_[i])) {
+      if (in_support_[driver] != 0) continue;
+      in_support_[driver] = 1;
+      support_.push_back(driver);
+    }
+  }
+  std::sort(support_.begin(), support_.end());
+  solver_output_ = kNoNode;
+  start(false);
+  window_ = true;
+  add_fault(fault, 0);
+  window_ = false;
+}
+
+bool TestSolver::window_has_effect(const Fault& fault) {
+  ++effort_.window_calls;
+  encode_window(fault);
+  constexpr std::uint32_t kConflicts = 2000;
+  return run(kConflicts) != kUnsat;
 }
 
 // To all outputs that the fault reaches.
@@ -291,8 +353,8 @@ void TestSolver::encode_full(const Fault& fault, bool held) {
   solver_output_ = kNoNode;
 }
 
-int TestSolver::solve_full(const Fault& fault, bool held, std::uint32_t conflict_limit) {
-  encode_full(fault, held);
+// What is encoded, in a solver of its own.
+int TestSolver::run(std::uint32_t conflict_limit) {
   solver_ = std::make_unique<Solver>();
   solver_->engine.configure("plain");
   for (const int literal : clauses_) solver_->engine.add(literal);
@@ -303,13 +365,12 @@ int TestSolver::solve_full(const Fault& fault, bool held, std::uint32_t conflict
   return status;
 }
 
-bool TestSolver::testable_unheld(const Fault& fault) {
-  return nearest_output_[fault.node] != kNoNode && solve_full(fault, false, 0) == kSat;
-}
-
 bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::path& folder,
                                   const std::string& name) {
-  encode_full(fault, true);
+  if (window_has_effect(fault))
+    encode_full(fault, true);
+  else
+    encode_window(fault);
   const std::filesystem::path cnf = folder / (name + ".cnf"), drat = folder / (name + ".drat");
   std::string text =
       fmt::format("p cnf {} {}\n", variables_, std::count(clauses_.begin(), clauses_.end(), 0));

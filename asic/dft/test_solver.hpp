@@ -19,7 +19,12 @@ namespace meltstage::dft {
 /// The inputs that a test needs at a value; the others are free. Ascending by input.
 using Cube = std::vector<std::pair<std::uint32_t, bool>>;
 
-enum class Verdict : std::uint8_t { test, untestable, aborted };
+enum class Verdict : std::uint8_t {
+  test,
+  redundant,  ///< no test, whatever the inputs are
+  held,       ///< no test while the held inputs have their values
+  aborted
+};
 
 /// For each node the output with the smallest cone that it reaches; kNoNode when it reaches none.
 std::vector<Node> nearest_outputs(const Circuit& circuit);
@@ -37,16 +42,15 @@ class TestSolver {
   /// A test for the fault with the circuit's held inputs at their values; `cube` is set for Verdict::test.
   /// `conflict_limit` 0: none.
   Verdict solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit = 0);
-  /// True when the fault has a test with no input held.
-  bool testable_unheld(const Fault& fault);
-  /// Writes FOLDER/NAME.cnf (DIMACS: "this fault has a test") and, when that is unsatisfiable,
-  /// FOLDER/NAME.drat (its refutation in text DRAT). Returns whether it is refuted. Throws std::runtime_error
-  /// when a file can't be written.
+  /// Writes FOLDER/NAME.cnf (DIMACS: "this fault has a test", or "its effect leaves its surroundings" where
+  /// that is refuted already) and, when that is unsatisfiable, FOLDER/NAME.drat (its refutation in text
+  /// DRAT). Returns whether it is refuted. Throws std::runtime_error when a file can't be written.
   bool prove_untestable(const Fault& fault, const std::filesystem::path& folder, const std::string& name);
 
   struct Effort {
-    std::uint64_t near_calls = 0;  ///< to the nearest output alone
-    std::uint64_t full_calls = 0;  ///< to all outputs
+    std::uint64_t near_calls = 0;    ///< to the nearest output alone
+    std::uint64_t window_calls = 0;  ///< out of the fault's surroundings
+    std::uint64_t full_calls = 0;    ///< to all outputs
   };
   const Effort& effort() const { return effort_; }
 
@@ -58,8 +62,11 @@ class TestSolver {
   void add_fault(const Fault& fault, int activation);
   void add_gate(Node node, const std::vector<int>& in, int out);
   void add(std::initializer_list<int> literals);
-  int solve_full(const Fault& fault, bool held, std::uint32_t conflict_limit);
   void encode_full(const Fault& fault, bool held);
+  void encode_window(const Fault& fault);
+  bool window_has_effect(const Fault& fault);
+  int run(std::uint32_t conflict_limit);
+  bool support_is_held() const;
   void read_model();
   void lift(const Fault& fault, Cube& cube);
 
@@ -74,6 +81,7 @@ class TestSolver {
   std::vector<std::int8_t> model_;  // by variable
   int variables_ = 0;
   int first_variables_ = 0;  // of the circuit without a fault
+  bool window_ = false;      // a difference may end where the fault's cone is cut, too
   Node solver_output_ = kNoNode;
   std::unique_ptr<Solver> solver_;
   Effort effort_;

@@ -22,7 +22,7 @@ using testing::ThrowsMessage;
 struct Machine {
   Netlist plain = circuit_netlist("machine");
   ScanDesign design = insert_scan(plain, mini_library(), {.chains = 2});
-  CaptureView view = capture_view(design.netlist, mini_library(), capture_holds(design));
+  CaptureView view = scan_view(design, mini_library());
   CaptureView free_view = capture_view(design.netlist, mini_library());
   TestSet set = generate_tests(view.circuit);
   ScanTest test = make_scan_test(design, view, set.patterns, "machine");
