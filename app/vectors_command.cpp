@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/build_stamp.hpp"
 #include "asic/dft/error.hpp"
@@ -108,10 +109,16 @@ CycleStream plain_stream(const Circuit& circuit, const std::vector<Pattern>& pat
                          const std::string& title) {
   CycleStream stream;
   stream.title = title;
-  for (const Node node : circuit.inputs()) stream.signals.push_back({circuit.name(node), true});
-  for (const Node node : circuit.outputs())
-    stream.signals.push_back(
-        {circuit.name(node) + (circuit.kind(node) == Gate::output ? "_out" : ""), false});
+  std::set<std::string> taken;
+  const auto add =
+      [&](Node node,
+          bool input) {  // an output has the name of the line it shows; a tester wants each name once
+        std::string name = circuit.name(node) + (input ? "" : "_out");
+        while (!taken.insert(name).second) name += "_";
+        stream.signals.push_back({name, input});
+      };
+  for (const Node node : circuit.inputs()) add(node, true);
+  for (const Node node : circuit.outputs()) add(node, false);
   std::vector<Word> values;
   std::size_t first = 0;
   for (const PatternBlock& block : blocks_of(patterns, circuit.inputs().size())) {
@@ -235,6 +242,34 @@ std::vector<Pattern> plain_patterns(const Circuit& circuit, const CycleStream& s
 }
 
 // A scanned netlist as `generate` writes it, or one without flops.
+CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library) {
+  const ScanOptions names;
+  const auto has = [&](const std::string& name) {
+    return std::any_of(netlist.ports.begin(), netlist.ports.end(),
+                       [&](const Port& p) { return p.is_input && p.name == name; });
+  };
+  CaptureView view = capture_view(netlist, library);
+  if (view.flops.empty()) return view;
+  if (!has(names.test_mode) || !has(names.scan_enable))
+    throw InputError(
+        fmt::format("{}: found no ports {} and {}, expected a netlist that `vectors generate` has scanned",
+                    netlist.file, names.test_mode, names.scan_enable));
+  ScanDesign design;
+  design.netlist = netlist;
+  design.test_mode = names.test_mode;
+  design.scan_enable = names.scan_enable;
+  for (const ScanFlop& flop : view.flops) {
+    for (const Port& port : netlist.ports) {
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        if (!flop.has_reset || !port.is_input || port.bits[i] != flop.reset) continue;
+        design.reset = port.bit_name(i);
+        design.reset_low = flop.reset_low;
+      }
+    }
+  }
+  return scan_view(design, library);
+}
+
 int grade_patterns(const Options& options) {
   const CellLibrary library = library_of(options);
   const CycleStream stream = read_stil(options.patterns);
@@ -245,15 +280,9 @@ int grade_patterns(const Options& options) {
     patterns = plain_patterns(circuit, stream);
   } else {
     const Netlist netlist = read_yosys_json(options.netlist);
-    const ScanOptions names;
-    HeldPorts held;
-    for (const Port& port : netlist.ports) {
-      if (port.name == names.test_mode) held[port.name] = true;
-      if (port.name == names.scan_enable) held[port.name] = false;
-    }
-    CaptureView view = capture_view(netlist, library, held);
+    CaptureView view = view_for_grading(netlist, library);
     patterns = view.flops.empty() ? plain_patterns(view.circuit, stream)
-                                  : captures_of(view, stream, names.scan_enable, &compared);
+                                  : captures_of(view, stream, ScanOptions{}.scan_enable, &compared);
     circuit = std::move(view.circuit);
   }
   const FaultList list = collapse(circuit);

@@ -41,8 +41,8 @@ class Generator {
     set_.faults = collapse(circuit);
     set_.of_class.assign(set_.faults.classes.size(), FaultClass::NO);
     alive_.assign(set_.faults.classes.size(), 1);
-    nearest_ = nearest_outputs(circuit);
-    for (unsigned i = 0; i < kWorkers; ++i) solvers_.emplace_back(circuit, nearest_);
+    cones_ = output_cones(circuit);
+    for (unsigned i = 0; i < kWorkers; ++i) solvers_.emplace_back(circuit, cones_);
   }
 
   TestSet run() {
@@ -160,7 +160,7 @@ class Generator {
     std::iota(place.begin(), place.end(), 0u);
     std::shuffle(place.begin(), place.end(), random_);
     const auto key = [&](std::size_t i) {
-      const Node output = nearest_[set_.faults.classes[i].node];
+      const Node output = cones_.nearest[set_.faults.classes[i].node];
       return std::pair(hits[i] != 0, output == kNoNode ? 0u : place[output]);
     };
     std::stable_sort(order.begin(), order.end(),
@@ -292,7 +292,7 @@ class Generator {
   GenerateOptions options_;
   std::mt19937_64 random_;
   std::vector<FaultSimulator> simulators_;
-  std::vector<Node> nearest_;
+  OutputCones cones_;
   std::vector<TestSolver> solvers_;
   std::vector<std::uint8_t> alive_;
   std::vector<Merged> pool_;

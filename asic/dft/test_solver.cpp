@@ -14,10 +14,18 @@ namespace {
 
 constexpr int kSat = 10;
 constexpr int kUnsat = 20;
+constexpr std::size_t kAll = ~std::size_t{0};
 
-// Size of the cone that feeds each output.
-std::vector<std::uint32_t> output_cones(const Circuit& circuit) {
-  std::vector<std::uint32_t> size(circuit.size(), 0), stamp(circuit.size(), 0);
+}  // namespace
+
+struct TestSolver::Solver {
+  CaDiCaL::Solver engine;
+};
+
+OutputCones output_cones(const Circuit& circuit) {
+  OutputCones cones{std::vector<std::uint32_t>(circuit.size(), 0),
+                    std::vector<Node>(circuit.size(), kNoNode)};
+  std::vector<std::uint32_t> stamp(circuit.size(), 0);
   std::vector<Node> stack;
   std::uint32_t now = 0;
   for (const Node output : circuit.outputs()) {
@@ -26,7 +34,7 @@ std::vector<std::uint32_t> output_cones(const Circuit& circuit) {
     while (!stack.empty()) {
       const Node node = stack.back();
       stack.pop_back();
-      ++size[output];
+      ++cones.size[output];
       for (const Node driver : circuit.fanin(node)) {
         if (stamp[driver] == now) continue;
         stamp[driver] = now;
@@ -34,32 +42,20 @@ std::vector<std::uint32_t> output_cones(const Circuit& circuit) {
       }
     }
   }
-  return size;
-}
-
-}  // namespace
-
-struct TestSolver::Solver {
-  CaDiCaL::Solver engine;
-};
-
-std::vector<Node> nearest_outputs(const Circuit& circuit) {
-  const auto cone = output_cones(circuit);
-  std::vector<Node> nearest(circuit.size(), kNoNode);
   for (Node node = static_cast<Node>(circuit.size()); node-- > 0;) {
-    if (circuit.kind(node) == Gate::output) nearest[node] = node;
+    if (circuit.kind(node) == Gate::output) cones.nearest[node] = node;
     for (const Node next : circuit.fanout(node)) {
-      const Node candidate = nearest[next];
-      if (candidate == kNoNode) continue;
-      if (nearest[node] == kNoNode || cone[candidate] < cone[nearest[node]]) nearest[node] = candidate;
+      const Node candidate = cones.nearest[next], best = cones.nearest[node];
+      if (candidate != kNoNode && (best == kNoNode || cones.size[candidate] < cones.size[best]))
+        cones.nearest[node] = candidate;
     }
   }
-  return nearest;
+  return cones;
 }
 
-TestSolver::TestSolver(const Circuit& circuit, std::vector<Node> nearest)
+TestSolver::TestSolver(const Circuit& circuit, OutputCones cones)
     : circuit_(circuit),
-      nearest_output_(std::move(nearest)),
+      cones_(std::move(cones)),
       input_of_(circuit.size(), 0),
       in_fault_cone_(circuit.size(), 0),
       in_support_(circuit.size(), 0),
@@ -245,13 +241,15 @@ void TestSolver::read_model() {
 }
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
+  constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
   constexpr int kGrowth = 4;  // a solver that has grown to so many times its circuit starts anew
-  const Node nearest = nearest_output_[fault.node];
+  const Node nearest = cones_.nearest[fault.node];
   if (nearest == kNoNode) return Verdict::redundant;
   if (solver_output_ != nearest || variables_ > kGrowth * first_variables_ + 1000) {
     take_support({nearest});
     start(true);
     solver_ = std::make_unique<Solver>();
+    solver_->engine.set("quiet", 1);
     solver_->engine.configure("plain");  // the problems are many and small: no pre- and inprocessing
     solver_output_ = nearest;
   }
@@ -260,7 +258,7 @@ Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict
   add_fault(fault, activation);
   for (const int literal : clauses_) solver_->engine.add(literal);
   clauses_.clear();
-  if (conflict_limit != 0) solver_->engine.limit("conflicts", static_cast<int>(conflict_limit));
+  solver_->engine.limit("conflicts", kTry);
   solver_->engine.assume(activation);
   ++effort_.near_calls;
   int status = solver_->engine.solve();
@@ -269,11 +267,15 @@ Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict
   solver_->engine.add(0);
   if (status != kSat) {
     if (!window_has_effect(fault)) return Verdict::redundant;
-    ++effort_.full_calls;
-    encode_full(fault, true);
-    status = run(conflict_limit);
+    // more and more outputs, small cones first
+    for (std::size_t most = 8;; most *= 8) {
+      const bool all = encode_outputs(fault, true, most) <= most;
+      ++effort_.full_calls;
+      status = run(all ? conflict_limit : kTry);
+      if (status == kSat || all) break;
+    }
     if (status == kUnsat && support_is_held()) {
-      encode_full(fault, false);
+      encode_outputs(fault, false, kAll);
       return run(conflict_limit) == kSat ? Verdict::held : Verdict::redundant;
     }
   }
@@ -332,13 +334,14 @@ bool TestSolver::window_has_effect(const Fault& fault) {
   return run(kConflicts) != kUnsat;
 }
 
-// To all outputs that the fault reaches.
-void TestSolver::encode_full(const Fault& fault, bool held) {
-  std::vector<Node> reached{fault.node}, targets{fault.node};
+// To those outputs that the fault reaches, at most so many, smallest cones first. Returns how many it
+// reaches.
+std::size_t TestSolver::encode_outputs(const Fault& fault, bool held, std::size_t most) {
+  std::vector<Node> reached{fault.node}, targets;
   for (const Node node : fault_cone_) in_fault_cone_[node] = 0;
   in_fault_cone_[fault.node] = 1;
   for (std::size_t i = 0; i < reached.size(); ++i) {
-    if (circuit_.kind(reached[i]) == Gate::output && reached[i] != fault.node) targets.push_back(reached[i]);
+    if (circuit_.kind(reached[i]) == Gate::output) targets.push_back(reached[i]);
     for (const Node next : circuit_.fanout(reached[i])) {
       if (in_fault_cone_[next] != 0) continue;
       in_fault_cone_[next] = 1;
@@ -346,16 +349,22 @@ void TestSolver::encode_full(const Fault& fault, bool held) {
     }
   }
   fault_cone_ = std::move(reached);
+  const std::size_t count = targets.size();
+  std::sort(targets.begin(), targets.end(),
+            [&](Node a, Node b) { return std::pair(cones_.size[a], a) < std::pair(cones_.size[b], b); });
+  if (count > most) targets.resize(most);
   take_support(std::move(targets));
   take_fault_cone(fault);
   start(held);
   add_fault(fault, 0);
   solver_output_ = kNoNode;
+  return count;
 }
 
 // What is encoded, in a solver of its own.
 int TestSolver::run(std::uint32_t conflict_limit) {
   solver_ = std::make_unique<Solver>();
+  solver_->engine.set("quiet", 1);
   solver_->engine.configure("plain");
   for (const int literal : clauses_) solver_->engine.add(literal);
   clauses_.clear();
@@ -368,7 +377,7 @@ int TestSolver::run(std::uint32_t conflict_limit) {
 bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::path& folder,
                                   const std::string& name) {
   if (window_has_effect(fault))
-    encode_full(fault, true);
+    encode_outputs(fault, true, kAll);
   else
     encode_window(fault);
   const std::filesystem::path cnf = folder / (name + ".cnf"), drat = folder / (name + ".drat");
@@ -379,6 +388,7 @@ bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::pat
   file << text;
   if (!file.flush()) throw std::runtime_error(cnf.string() + ": can't be written");
   CaDiCaL::Solver solver;
+  solver.set("quiet", 1);
   solver.set("binary", 0);
   if (!solver.trace_proof(drat.c_str())) throw std::runtime_error(drat.string() + ": can't be written");
   solver.configure("plain");  // steps that follow by unit propagation alone

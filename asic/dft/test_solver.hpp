@@ -26,16 +26,21 @@ enum class Verdict : std::uint8_t {
   aborted
 };
 
-/// For each node the output with the smallest cone that it reaches; kNoNode when it reaches none.
-std::vector<Node> nearest_outputs(const Circuit& circuit);
+/// How large a problem each output makes.
+struct OutputCones {
+  std::vector<std::uint32_t> size;  ///< by node; of outputs, the nodes before them
+  std::vector<Node>
+      nearest;  ///< by node, the output of the smallest cone that it reaches; kNoNode when it reaches none
+};
+OutputCones output_cones(const Circuit& circuit);
 
 /// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output in
 /// a row share a solver: the circuit before that output is encoded once, each fault adds only what it
 /// reaches. The circuit must outlive it.
 class TestSolver {
  public:
-  TestSolver(const Circuit& circuit, std::vector<Node> nearest);
-  explicit TestSolver(const Circuit& circuit) : TestSolver(circuit, nearest_outputs(circuit)) {}
+  TestSolver(const Circuit& circuit, OutputCones cones);
+  explicit TestSolver(const Circuit& circuit) : TestSolver(circuit, output_cones(circuit)) {}
   TestSolver(TestSolver&&) noexcept;
   ~TestSolver();
 
@@ -62,7 +67,7 @@ class TestSolver {
   void add_fault(const Fault& fault, int activation);
   void add_gate(Node node, const std::vector<int>& in, int out);
   void add(std::initializer_list<int> literals);
-  void encode_full(const Fault& fault, bool held);
+  std::size_t encode_outputs(const Fault& fault, bool held, std::size_t most);
   void encode_window(const Fault& fault);
   bool window_has_effect(const Fault& fault);
   int run(std::uint32_t conflict_limit);
@@ -71,7 +76,7 @@ class TestSolver {
   void lift(const Fault& fault, Cube& cube);
 
   const Circuit& circuit_;
-  std::vector<Node> nearest_output_;
+  OutputCones cones_;
   std::vector<std::uint32_t> input_of_;  // circuit input of a node
   std::vector<std::uint8_t> in_fault_cone_, in_support_, need_;
   std::vector<Node> fault_cone_, support_;  // topological order
