@@ -24,6 +24,7 @@ namespace {
 constexpr std::size_t kGradedPatterns = 1000;
 constexpr std::size_t kQuickReplay = 8;  // patterns replayed with --quick
 constexpr unsigned kThreads = 2;
+constexpr std::uint32_t kConflicts = 20'000;  // then a fault is given up, and the row of those falls short
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -54,7 +55,8 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
   const dft::CaptureView view = dft::scan_view(design, library);
 
   auto start = std::chrono::steady_clock::now();
-  const dft::TestSet set = dft::generate_tests(view.circuit, {.seed = options.seed});
+  const dft::TestSet set =
+      dft::generate_tests(view.circuit, {.seed = options.seed, .conflict_limit = kConflicts});
   const double generate_s = since(start);
   const dft::Coverage result =
       dft::coverage(set.faults, dft::reported_classes(view.circuit, set.faults, set.of_class));

@@ -44,6 +44,7 @@ struct Options {
   std::string on = "netlist", reset;
   std::size_t chains = 8;
   std::uint64_t seed = 1;
+  std::uint32_t conflicts = 0;
 };
 
 void write_file(const fs::path& path, const std::string& text) {
@@ -170,7 +171,8 @@ int generate(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const CellLibrary library = library_of(options);
   const Subject subject = subject_of(options, library);
-  const TestSet set = generate_tests(subject.circuit, {.seed = options.seed});
+  const TestSet set =
+      generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
   const std::vector<FaultClass> reported = reported_classes(subject.circuit, set.faults, set.of_class);
   const Coverage result = coverage(set.faults, reported);
   const Grade graded =
@@ -374,7 +376,8 @@ int replay_patterns(const Options& options) {
 int prove(const Options& options) {
   const CellLibrary library = library_of(options);
   const Subject subject = subject_of(options, library);
-  const TestSet set = generate_tests(subject.circuit, {.seed = options.seed});
+  const TestSet set =
+      generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
   fs::create_directories(options.out);
   TestSolver solver(subject.circuit);
   std::size_t proved = 0, refused = 0;
@@ -419,6 +422,8 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
     sub->add_option("--chains", options->chains, "Scan chains (default 8)")->check(CLI::Range(1, 1024));
     sub->add_option("--reset", options->reset,
                     "Port that resets in test mode (default: the one that resets flops)");
+    sub->add_option("--conflicts", options->conflicts,
+                    "Give a fault up after so many conflicts of the solver (default: never)");
     sub->add_option("--seed", options->seed, "Seed of random patterns and fills (default 1)");
   };
   CLI::App* sub_generate = command->add_subcommand(
