@@ -17,7 +17,7 @@ struct GenerateOptions {
 };
 
 struct GenerateTimes {
-  double random_s = 0, solve_s = 0, simulate_s = 0, compact_s = 0;
+  double random_s = 0, solve_s = 0, merge_s = 0, compact_s = 0;
 };
 
 struct TestSet {

@@ -59,10 +59,10 @@ TestSolver::TestSolver(const Circuit& circuit, OutputCones cones)
       input_of_(circuit.size(), 0),
       in_fault_cone_(circuit.size(), 0),
       in_support_(circuit.size(), 0),
-      need_(circuit.size(), 0),
       good_(circuit.size(), 0),
       bad_(circuit.size(), 0),
-      differs_(circuit.size(), 0) {
+      differs_(circuit.size(), 0),
+      lifter_(circuit) {
   for (std::uint32_t i = 0; i < circuit.inputs().size(); ++i) input_of_[circuit.inputs()[i]] = i;
 }
 TestSolver::TestSolver(TestSolver&&) noexcept = default;
@@ -242,7 +242,7 @@ void TestSolver::read_model() {
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
   constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
-  constexpr int kGrowth = 4;  // a solver that has grown to so many times its circuit starts anew
+  static const int kGrowth = getenv("KG")?atoi(getenv("KG")):4;  // a solver that has grown to so many times its circuit starts anew
   const Node nearest = cones_.nearest[fault.node];
   if (nearest == kNoNode) return Verdict::redundant;
   if (solver_output_ != nearest || variables_ > kGrowth * first_variables_ + 1000) {
@@ -399,76 +399,13 @@ bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::pat
   return refuted;
 }
 
-// Which inputs keep the difference at one output, traced back from there through the good and the faulty
-// circuit: a controlling input justifies a gate by itself, otherwise all inputs do.
 void TestSolver::lift(const Fault& fault, Cube& cube) {
-  constexpr std::uint8_t kGood = 1, kBad = 2;
   const auto good = [&](Node node) { return model_[static_cast<std::size_t>(good_[node])] != 0; };
   const auto bad = [&](Node node) { return model_[static_cast<std::size_t>(bad_[node])] != 0; };
-  const auto require = [&](Node node, std::uint8_t which) {
-    need_[node] |= in_fault_cone_[node] != 0 ? which : kGood;
-  };
-  for (const Node node : support_) need_[node] = 0;
-  Node target = kNoNode;
-  for (const Node node : support_) {
-    if (in_fault_cone_[node] != 0 && circuit_.kind(node) == Gate::output && good(node) != bad(node)) {
-      target = node;
-      break;
-    }
-  }
-  require(target, kGood);
-  require(target, kBad);
-  require(fault.pin == kStem ? fault.node : circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)],
-          kGood);
-  cube.clear();
-  for (std::size_t i = support_.size(); i-- > 0;) {
-    const Node node = support_[i];
-    if (need_[node] == 0) continue;
-    const auto fanin = circuit_.fanin(node);
-    const Gate kind = circuit_.kind(node);
-    if (kind == Gate::input && (need_[node] & kGood) != 0 && circuit_.held()[input_of_[node]] < 0)
-      cube.emplace_back(input_of_[node], good(node));
-    for (const std::uint8_t which : {kGood, kBad}) {
-      if ((need_[node] & which) == 0) continue;
-      if (which == kBad && node == fault.node && fault.pin == kStem) continue;
-      // an input that is itself the faulty line reads the stuck value and needs nothing
-      const auto is_stuck = [&](std::size_t pin) {
-        return which == kBad && node == fault.node && static_cast<std::int32_t>(pin) == fault.pin;
-      };
-      const auto value = [&](std::size_t pin) {
-        if (is_stuck(pin)) return fault.stuck;
-        return which == kGood ? good(fanin[pin]) : bad(fanin[pin]);
-      };
-      const auto take = [&](std::size_t pin) {
-        if (!is_stuck(pin)) require(fanin[pin], which);
-      };
-      if (kind == Gate::mux) {
-        take(2);
-        take(value(2) ? 1 : 0);
-        continue;
-      }
-      const bool has_controlling =
-          kind == Gate::all || kind == Gate::nall || kind == Gate::any || kind == Gate::none;
-      const bool controlling = kind == Gate::any || kind == Gate::none;
-      std::size_t choice = fanin.size();
-      if (has_controlling) {
-        for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-          if (value(pin) != controlling) continue;
-          const bool free = is_stuck(pin) || need_[fanin[pin]] != 0;
-          if (choice == fanin.size() || free ||
-              (need_[fanin[choice]] == 0 && circuit_.level(fanin[pin]) < circuit_.level(fanin[choice])))
-            choice = pin;
-          if (free) break;
-        }
-      }
-      if (choice != fanin.size()) {
-        take(choice);
-      } else {
-        for (std::size_t pin = 0; pin < fanin.size(); ++pin) take(pin);
-      }
-    }
-  }
-  std::sort(cube.begin(), cube.end());
+  const auto target = std::find_if(fault_cone_.begin(), fault_cone_.end(), [&](Node node) {
+    return circuit_.kind(node) == Gate::output && good(node) != bad(node);
+  });
+  lifter_.lift(fault, *target, good, bad, cube);
 }
 
 }  // namespace meltstage::dft

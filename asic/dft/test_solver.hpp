@@ -9,15 +9,12 @@
 #include <initializer_list>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "asic/dft/faults.hpp"
+#include "asic/dft/lift.hpp"
 
 namespace meltstage::dft {
-
-/// The inputs that a test needs at a value; the others are free. Ascending by input.
-using Cube = std::vector<std::pair<std::uint32_t, bool>>;
 
 enum class Verdict : std::uint8_t {
   test,
@@ -78,7 +75,7 @@ class TestSolver {
   const Circuit& circuit_;
   OutputCones cones_;
   std::vector<std::uint32_t> input_of_;  // circuit input of a node
-  std::vector<std::uint8_t> in_fault_cone_, in_support_, need_;
+  std::vector<std::uint8_t> in_fault_cone_, in_support_;
   std::vector<Node> fault_cone_, support_;  // topological order
   std::vector<int> good_, bad_,
       differs_;                     // variables by node; bad_ of nodes outside the fault's cone is good_
@@ -90,6 +87,7 @@ class TestSolver {
   Node solver_output_ = kNoNode;
   std::unique_ptr<Solver> solver_;
   Effort effort_;
+  CubeLifter lifter_;
 };
 
 }  // namespace meltstage::dft
