@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kSat = 10;
 constexpr int kUnsat = 20;
+constexpr int kUndecided = 0;
 constexpr std::size_t kAll = ~std::size_t{0};
 
 }  // namespace
@@ -170,12 +171,17 @@ void TestSolver::add_gate(Node node, const std::vector<int>& in, int out) {
   }
 }
 
+void TestSolver::number_support() {
+  int number = 0;
+  for (const Node node : support_) good_[node] = bad_[node] = ++number;
+}
+
 // The good circuit of the support.
 void TestSolver::start(bool held) {
   clauses_.clear();
-  variables_ = 0;
+  number_support();
+  variables_ = static_cast<int>(support_.size());
   std::vector<int> in;
-  for (const Node node : support_) good_[node] = bad_[node] = ++variables_;
   for (const Node node : support_) {
     const auto fanin = circuit_.fanin(node);
     const bool cut =
@@ -186,7 +192,6 @@ void TestSolver::start(bool held) {
     if (held && circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0)
       add({circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]});
   }
-  first_variables_ = variables_;
 }
 
 // The faulty circuit where the fault reaches, and a chain of differences from the fault to an output.
@@ -234,54 +239,78 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
   }
 }
 
-void TestSolver::read_model() {
+void TestSolver::read_model(CaDiCaL::Solver& engine) {
   model_.resize(static_cast<std::size_t>(variables_) + 1);
   for (int v = 1; v <= variables_; ++v)
-    model_[static_cast<std::size_t>(v)] = solver_->engine.val(v) > 0 ? 1 : 0;
+    model_[static_cast<std::size_t>(v)] = engine.val(v) > 0 ? 1 : 0;
 }
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
   constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
-  static const int kGrowth = getenv("KG")?atoi(getenv("KG")):4;  // a solver that has grown to so many times its circuit starts anew
+  constexpr int kGrowth = 8;  // a solver that has grown to so many times its circuit starts anew
   const Node nearest = cones_.nearest[fault.node];
   if (nearest == kNoNode) return Verdict::redundant;
-  if (solver_output_ != nearest || variables_ > kGrowth * first_variables_ + 1000) {
-    take_support({nearest});
-    start(true);
-    solver_ = std::make_unique<Solver>();
-    solver_->engine.set("quiet", 1);
-    solver_->engine.configure("plain");  // the problems are many and small: no pre- and inprocessing
-    solver_output_ = nearest;
-  }
+  if (at_output_ == kNoNode || at_output_ != nearest) enter(nearest);
+  Near& near = near_[nearest];
+  if (near.solver == nullptr || variables_ > kGrowth * near.first_variables + 1000) build(near);
   take_fault_cone(fault);
   const int activation = ++variables_;
   add_fault(fault, activation);
-  for (const int literal : clauses_) solver_->engine.add(literal);
+  CaDiCaL::Solver& engine = near.solver->engine;
+  for (const int literal : clauses_) engine.add(literal);
   clauses_.clear();
-  solver_->engine.limit("conflicts", kTry);
-  solver_->engine.assume(activation);
+  engine.limit("conflicts", kTry);
+  engine.assume(activation);
   ++effort_.near_calls;
-  int status = solver_->engine.solve();
-  if (status == kSat) read_model();
-  solver_->engine.add(-activation);
-  solver_->engine.add(0);
+  int status = engine.solve();
+  if (status == kSat) read_model(engine);
+  engine.add(-activation);
+  engine.add(0);
+  near.variables = variables_;
   if (status != kSat) {
     if (!window_has_effect(fault)) return Verdict::redundant;
     // more and more outputs, small cones first
     for (std::size_t most = 8;; most *= 8) {
       const bool all = encode_outputs(fault, true, most) <= most;
       ++effort_.full_calls;
-      status = run(all ? conflict_limit : kTry);
+      status = run(kTry, "plain");
+      if (all && status == kUndecided) {
+        encode_outputs(fault, true, kAll);
+        status = run(conflict_limit, "default");
+      }
       if (status == kSat || all) break;
     }
     if (status == kUnsat && support_is_held()) {
       encode_outputs(fault, false, kAll);
-      return run(conflict_limit) == kSat ? Verdict::held : Verdict::redundant;
+      return run(conflict_limit, "default") == kSat ? Verdict::held : Verdict::redundant;
     }
   }
   if (status == kSat) lift(fault, cube);
   for (const Node node : fault_cone_) bad_[node] = good_[node];
   return status == kSat ? Verdict::test : status == kUnsat ? Verdict::redundant : Verdict::aborted;
+}
+
+// Numbers the circuit before an output as its solver does.
+void TestSolver::enter(Node output) {
+  constexpr std::size_t kMost = 3'000'000;  // variables of all solvers that are kept
+  if (kept_variables_ > kMost) {
+    near_.clear();
+    kept_variables_ = 0;
+  }
+  take_support({output});
+  number_support();
+  variables_ = near_[output].variables;
+  at_output_ = output;
+}
+
+// The solver of the output that was entered, anew.
+void TestSolver::build(Near& near) {
+  start(true);
+  near.solver = std::make_unique<Solver>();
+  near.solver->engine.set("quiet", 1);
+  near.solver->engine.configure("plain");  // the problems are many and small: no pre- and inprocessing
+  near.variables = near.first_variables = variables_;
+  kept_variables_ += static_cast<std::size_t>(variables_);
 }
 
 bool TestSolver::support_is_held() const {
@@ -320,7 +349,7 @@ void TestSolver::encode_window(const Fault& fault) {
     }
   }
   std::sort(support_.begin(), support_.end());
-  solver_output_ = kNoNode;
+  at_output_ = kNoNode;
   start(false);
   window_ = true;
   add_fault(fault, 0);
@@ -331,7 +360,7 @@ bool TestSolver::window_has_effect(const Fault& fault) {
   ++effort_.window_calls;
   encode_window(fault);
   constexpr std::uint32_t kConflicts = 2000;
-  return run(kConflicts) != kUnsat;
+  return run(kConflicts, "plain") != kUnsat;
 }
 
 // To those outputs that the fault reaches, at most so many, smallest cones first. Returns how many it
@@ -357,20 +386,21 @@ std::size_t TestSolver::encode_outputs(const Fault& fault, bool held, std::size_
   take_fault_cone(fault);
   start(held);
   add_fault(fault, 0);
-  solver_output_ = kNoNode;
+  at_output_ = kNoNode;
   return count;
 }
 
-// What is encoded, in a solver of its own.
-int TestSolver::run(std::uint32_t conflict_limit) {
-  solver_ = std::make_unique<Solver>();
-  solver_->engine.set("quiet", 1);
-  solver_->engine.configure("plain");
-  for (const int literal : clauses_) solver_->engine.add(literal);
+// What is encoded, in a solver of its own. Configuration "plain" has no inprocessing: quicker where little
+// search is needed.
+int TestSolver::run(std::uint32_t conflict_limit, const char* configuration) {
+  CaDiCaL::Solver engine;
+  engine.set("quiet", 1);
+  engine.configure(configuration);
+  for (const int literal : clauses_) engine.add(literal);
   clauses_.clear();
-  if (conflict_limit != 0) solver_->engine.limit("conflicts", static_cast<int>(conflict_limit));
-  const int status = solver_->engine.solve();
-  if (status == kSat) read_model();
+  if (conflict_limit != 0) engine.limit("conflicts", static_cast<int>(conflict_limit));
+  const int status = engine.solve();
+  if (status == kSat) read_model(engine);
   return status;
 }
 

@@ -9,10 +9,15 @@
 #include <initializer_list>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "asic/dft/faults.hpp"
 #include "asic/dft/lift.hpp"
+
+namespace CaDiCaL {
+class Solver;
+}
 
 namespace meltstage::dft {
 
@@ -31,9 +36,8 @@ struct OutputCones {
 };
 OutputCones output_cones(const Circuit& circuit);
 
-/// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output in
-/// a row share a solver: the circuit before that output is encoded once, each fault adds only what it
-/// reaches. The circuit must outlive it.
+/// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output share
+/// a solver: the circuit before that output is encoded once, each fault adds only what it reaches. The circuit must outlive it.
 class TestSolver {
  public:
   TestSolver(const Circuit& circuit, OutputCones cones);
@@ -58,6 +62,14 @@ class TestSolver {
 
  private:
   struct Solver;  // CaDiCaL
+  // The circuit before one output, encoded.
+  struct Near {
+    std::unique_ptr<Solver> solver;
+    int variables = 0, first_variables = 0;  // now; without a fault
+  };
+  void enter(Node output);
+  void build(Near& near);
+  void number_support();
   void take_support(std::vector<Node> targets);
   void take_fault_cone(const Fault& fault);
   void start(bool held);
@@ -67,9 +79,9 @@ class TestSolver {
   std::size_t encode_outputs(const Fault& fault, bool held, std::size_t most);
   void encode_window(const Fault& fault);
   bool window_has_effect(const Fault& fault);
-  int run(std::uint32_t conflict_limit);
+  int run(std::uint32_t conflict_limit, const char* configuration);
   bool support_is_held() const;
-  void read_model();
+  void read_model(CaDiCaL::Solver& engine);
   void lift(const Fault& fault, Cube& cube);
 
   const Circuit& circuit_;
@@ -82,10 +94,10 @@ class TestSolver {
   std::vector<int> clauses_;        // not handed to the solver yet
   std::vector<std::int8_t> model_;  // by variable
   int variables_ = 0;
-  int first_variables_ = 0;  // of the circuit without a fault
   bool window_ = false;      // a difference may end where the fault's cone is cut, too
-  Node solver_output_ = kNoNode;
-  std::unique_ptr<Solver> solver_;
+  Node at_output_ = kNoNode;  // good_ numbers the circuit before it; kNoNode: something else
+  std::unordered_map<Node, Near> near_;
+  std::size_t kept_variables_ = 0;
   Effort effort_;
   CubeLifter lifter_;
 };
