@@ -201,7 +201,9 @@ MELTSTAGE_WIDE void detect_wide(const Circuit& circuit, const Word* values, cons
     const Fault& fault = faults[i];
     const Node line =
         fault.pin == kStem ? fault.node : circuit.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
-    const Lanes excited = fault.stuck ? ~lanes(values[line]) : lanes(values[line]);
+    Lanes excited = fault.stuck ? ~lanes(values[line]) : lanes(values[line]);
+    if (fault.launch != kNoNode)
+      excited &= fault.stuck ? lanes(values[fault.launch]) : ~lanes(values[fault.launch]);
     Lanes open = lanes(observable[fault.node]) & lanes(used);
     if (fault.pin != kStem) {
       Lanes pass{};
@@ -293,6 +295,16 @@ void FaultSimulator::detect(const PatternBlock& block, const std::vector<Fault>&
               block.used(), detected.data());
 }
 
+void FaultSimulator::detect_at_gate(const PatternBlock& block, const std::vector<Fault>& faults,
+                                    std::vector<Word>& detected) {
+  simulate(circuit_, block, values_);
+  for (Word& word : observable_) word.part.fill(~std::uint64_t{0});
+  const std::vector<std::uint8_t> all(faults.size(), 1);
+  detected.resize(faults.size());
+  detect_wide(circuit_, values_.data(), observable_.data(), faults.data(), all.data(), faults.size(),
+              block.used(), detected.data());
+}
+
 Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, const std::vector<Fault>& faults,
             unsigned threads) {
   const std::vector<std::uint8_t> alive(faults.size(), 1);
@@ -362,7 +374,9 @@ bool gate_value(Gate kind, const std::vector<bool>& in) {
   }
 }
 
-std::vector<bool> run(const Circuit& circuit, const Pattern& pattern, const Fault* fault) {
+}  // namespace
+
+std::vector<bool> serial_values(const Circuit& circuit, const Pattern& pattern, const Fault* fault) {
   std::vector<bool> value(circuit.size());
   for (std::size_t i = 0; i < pattern.size(); ++i) value[circuit.inputs()[i]] = pattern[i] != 0;
   for (Node node = 0; node < circuit.size(); ++node) {
@@ -373,15 +387,15 @@ std::vector<bool> run(const Circuit& circuit, const Pattern& pattern, const Faul
     if (circuit.kind(node) != Gate::input) value[node] = gate_value(circuit.kind(node), in);
     if (fault != nullptr && fault->node == node && fault->pin == kStem) value[node] = fault->stuck;
   }
-  std::vector<bool> outputs;
-  for (const Node node : circuit.outputs()) outputs.push_back(value[node]);
-  return outputs;
+  return value;
 }
 
-}  // namespace
-
 bool serial_detects(const Circuit& circuit, const Pattern& pattern, const Fault& fault) {
-  return run(circuit, pattern, nullptr) != run(circuit, pattern, &fault);
+  const std::vector<bool> good = serial_values(circuit, pattern, nullptr),
+                          bad = serial_values(circuit, pattern, &fault);
+  if (fault.launch != kNoNode && good[fault.launch] != fault.stuck) return false;
+  return std::any_of(circuit.outputs().begin(), circuit.outputs().end(),
+                     [&](Node node) { return good[node] != bad[node]; });
 }
 
 }  // namespace meltstage::dft

@@ -17,7 +17,7 @@ namespace {
 constexpr unsigned kWorkers = 2;
 constexpr std::size_t kBatch = 64;  // faults solved by a worker between two simulations
 constexpr std::size_t kStride = 8;
-constexpr std::size_t kPool = 64;    // merged cubes that are open at a time
+constexpr std::size_t kPool = 64;  // merged cubes that are open at a time
 constexpr std::size_t kFills = kLanes / kPool;
 constexpr std::size_t kRandomBlocks = 64;
 constexpr double kRandomYield = 0.0005;  // random patterns end when a block detects less than this share
@@ -40,12 +40,12 @@ struct Witness {
 
 class Generator {
  public:
-  Generator(const Circuit& circuit, const GenerateOptions& options)
+  Generator(const Circuit& circuit, FaultList faults, const GenerateOptions& options)
       : circuit_(circuit),
         options_(options),
         random_(options.seed),
         simulators_(kWorkers, FaultSimulator(circuit)) {
-    set_.faults = collapse(circuit);
+    set_.faults = std::move(faults);
     set_.of_class.assign(set_.faults.classes.size(), FaultClass::NO);
     alive_.assign(set_.faults.classes.size(), 1);
     witness_.resize(set_.faults.classes.size());
@@ -107,7 +107,8 @@ class Generator {
       bool hidden = reaches[fault.node] == 0 || (fault.pin != kStem && closed(fault.node, pin, constant));
       if (constant[line] >= 0)
         hidden = false;  // the fault changes the constant, and with it what that closes
-      if (hidden || constant[line] == (fault.stuck ? 1 : 0)) settle(i, c);
+      const bool launched = fault.launch == kNoNode || constant[fault.launch] != (fault.stuck ? 0 : 1);
+      if (hidden || !launched || constant[line] == (fault.stuck ? 1 : 0)) settle(i, c);
     }
   }
   // Another input of the gate is at a constant that hides this one.
@@ -169,8 +170,8 @@ class Generator {
     return found;
   }
 
-  // A cube or a verdict for every fault without a witness; faults that the solver's patterns detect by the way
-  // have a witness in them. Faults of one output stand together and share a solver.
+  // A cube or a verdict for every fault without a witness; faults that the solver's patterns detect by the
+  // way have a witness in them. Faults of one output stand together and share a solver.
   void solve_phase() {
     std::vector<std::uint8_t> watched(alive_.size(), 0);
     std::vector<std::size_t> order;
@@ -182,8 +183,8 @@ class Generator {
     const auto output = [&](std::size_t i) { return cones_.nearest[set_.faults.classes[i].node]; };
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return output(a) < output(b); });
-    // Each worker takes its batches from its own half, every so manieth fault first: its neighbours often fall
-    // with it.
+    // Each worker takes its batches from its own half, every so manieth fault first: its neighbours often
+    // fall with it.
     std::vector<std::vector<std::size_t>> queue(kWorkers);
     for (unsigned w = 0; w < kWorkers; ++w) {
       const std::size_t first = order.size() * w / kWorkers, end = order.size() * (w + 1) / kWorkers;
@@ -435,7 +436,11 @@ std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patter
 }
 
 TestSet generate_tests(const Circuit& circuit, const GenerateOptions& options) {
-  return Generator(circuit, options).run();
+  return generate_tests(circuit, collapse(circuit), options);
+}
+
+TestSet generate_tests(const Circuit& circuit, FaultList faults, const GenerateOptions& options) {
+  return Generator(circuit, std::move(faults), options).run();
 }
 
 }  // namespace meltstage::dft

@@ -52,7 +52,8 @@ Node CubeLifter::first_difference(const Fault& fault, const std::vector<Word>& v
   Node found = kNoNode;
   for (std::size_t word = fault.node / 64; waiting != 0; ++word) {
     while (pending_[word] != 0) {
-      const Node node = static_cast<Node>(64 * word + static_cast<std::size_t>(__builtin_ctzll(pending_[word])));
+      const Node node =
+          static_cast<Node>(64 * word + static_cast<std::size_t>(__builtin_ctzll(pending_[word])));
       pending_[word] &= pending_[word] - 1;
       --waiting;
       if (found != kNoNode) continue;
@@ -81,7 +82,8 @@ Node CubeLifter::first_difference(const Fault& fault, const std::vector<Word>& v
   return found;
 }
 
-bool CubeLifter::lift_lane(const Fault& fault, const std::vector<Word>& values, std::size_t lane, Cube& cube) {
+bool CubeLifter::lift_lane(const Fault& fault, const std::vector<Word>& values, std::size_t lane,
+                           Cube& cube) {
   const Node target = first_difference(fault, values, lane);
   if (target == kNoNode) return false;
   const auto good = [&](Node node) { return values[node].bit(lane); };

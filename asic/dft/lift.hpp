@@ -21,8 +21,8 @@ class CubeLifter {
   explicit CubeLifter(const Circuit& circuit);
 
   /// Which inputs keep the difference at the output `target`, traced back from there through the good and the
-  /// faulty circuit: a controlling input justifies a gate by itself, otherwise all inputs do. `good` and `bad`
-  /// give a node's value without and with the fault. Held inputs are left out.
+  /// faulty circuit: a controlling input justifies a gate by itself, otherwise all inputs do. `good` and
+  /// `bad` give a node's value without and with the fault. Held inputs are left out.
   template <class Good, class Bad>
   void lift(const Fault& fault, Node target, const Good& good, const Bad& bad, Cube& cube);
 
@@ -52,8 +52,9 @@ void CubeLifter::lift(const Fault& fault, Node target, const Good& good, const B
   require(target, kGood | kBad);
   require(fault.pin == kStem ? fault.node : circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)],
           kGood);
+  if (fault.launch != kNoNode) require(fault.launch, kGood);
   cube.clear();
-  for (std::size_t word = std::max(target, fault.node) / 64 + 1; word-- > 0;) {
+  for (std::size_t word = pending_.size(); word-- > 0;) {
     while (pending_[word] != 0) {
       const auto bit = static_cast<std::size_t>(63 - __builtin_clzll(pending_[word]));
       pending_[word] ^= std::uint64_t{1} << bit;

@@ -181,17 +181,18 @@ void TestSolver::start(bool held) {
   clauses_.clear();
   number_support();
   variables_ = static_cast<int>(support_.size());
+  for (const Node node : support_) encode_good(node, held);
+}
+
+void TestSolver::encode_good(Node node, bool held) {
+  const auto fanin = circuit_.fanin(node);
+  const bool cut =
+      std::any_of(fanin.begin(), fanin.end(), [&](Node driver) { return in_support_[driver] == 0; });
   std::vector<int> in;
-  for (const Node node : support_) {
-    const auto fanin = circuit_.fanin(node);
-    const bool cut =
-        std::any_of(fanin.begin(), fanin.end(), [&](Node driver) { return in_support_[driver] == 0; });
-    in.clear();
-    for (const Node driver : fanin) in.push_back(good_[driver]);
-    if (!cut) add_gate(node, in, good_[node]);  // at the edge of a window any value may come in
-    if (held && circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0)
-      add({circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]});
-  }
+  for (const Node driver : fanin) in.push_back(good_[driver]);
+  if (!cut) add_gate(node, in, good_[node]);  // at the edge of a window any value may come in
+  if (held && circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0)
+    add({circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]});
 }
 
 // The faulty circuit where the fault reaches, and a chain of differences from the fault to an output.
@@ -233,6 +234,7 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
     clauses_.push_back(0);
   }
   demand(differs_[fault.node]);
+  if (fault.launch != kNoNode && !window_) demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
   if (fault.pin != kStem) {
     const int line = good_[circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]];
     demand(fault.stuck ? -line : line);
@@ -241,8 +243,7 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
 
 void TestSolver::read_model(CaDiCaL::Solver& engine) {
   model_.resize(static_cast<std::size_t>(variables_) + 1);
-  for (int v = 1; v <= variables_; ++v)
-    model_[static_cast<std::size_t>(v)] = engine.val(v) > 0 ? 1 : 0;
+  for (int v = 1; v <= variables_; ++v) model_[static_cast<std::size_t>(v)] = engine.val(v) > 0 ? 1 : 0;
 }
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
@@ -254,6 +255,7 @@ Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict
   Near& near = near_[nearest];
   if (near.solver == nullptr || variables_ > kGrowth * near.first_variables + 1000) build(near);
   take_fault_cone(fault);
+  if (fault.launch != kNoNode) add_launch(near, fault.launch);
   const int activation = ++variables_;
   add_fault(fault, activation);
   CaDiCaL::Solver& engine = near.solver->engine;
@@ -299,18 +301,47 @@ void TestSolver::enter(Node output) {
   }
   take_support({output});
   number_support();
-  variables_ = near_[output].variables;
+  const Near& near = near_[output];
+  for (const auto& [node, variable] : near.beside) {
+    support_.push_back(node);
+    in_support_[node] = 1;
+    good_[node] = bad_[node] = variable;
+  }
+  variables_ = near.variables;
   at_output_ = output;
 }
 
 // The solver of the output that was entered, anew.
 void TestSolver::build(Near& near) {
+  near.beside.clear();
+  take_support({at_output_});
   start(true);
   near.solver = std::make_unique<Solver>();
   near.solver->engine.set("quiet", 1);
   near.solver->engine.configure("plain");  // the problems are many and small: no pre- and inprocessing
   near.variables = near.first_variables = variables_;
   kept_variables_ += static_cast<std::size_t>(variables_);
+}
+
+// What drives the line before a transition and isn't encoded yet.
+void TestSolver::add_launch(Near& near, Node launch) {
+  if (in_support_[launch] != 0) return;
+  std::vector<Node> fresh{launch};
+  in_support_[launch] = 1;
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    for (const Node driver : circuit_.fanin(fresh[i])) {
+      if (in_support_[driver] != 0) continue;
+      in_support_[driver] = 1;
+      fresh.push_back(driver);
+    }
+  }
+  std::sort(fresh.begin(), fresh.end());
+  for (const Node node : fresh) {
+    good_[node] = bad_[node] = ++variables_;
+    support_.push_back(node);
+    near.beside.emplace_back(node, variables_);
+    encode_good(node, true);
+  }
 }
 
 bool TestSolver::support_is_held() const {
@@ -382,6 +413,7 @@ std::size_t TestSolver::encode_outputs(const Fault& fault, bool held, std::size_
   std::sort(targets.begin(), targets.end(),
             [&](Node a, Node b) { return std::pair(cones_.size[a], a) < std::pair(cones_.size[b], b); });
   if (count > most) targets.resize(most);
+  if (fault.launch != kNoNode) targets.push_back(fault.launch);
   take_support(std::move(targets));
   take_fault_cone(fault);
   start(held);

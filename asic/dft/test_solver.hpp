@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "asic/dft/faults.hpp"
@@ -36,8 +37,9 @@ struct OutputCones {
 };
 OutputCones output_cones(const Circuit& circuit);
 
-/// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output share
-/// a solver: the circuit before that output is encoded once, each fault adds only what it reaches. The circuit must outlive it.
+/// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output
+/// share a solver: the circuit before that output is encoded once, each fault adds only what it reaches. The
+/// circuit must outlive it.
 class TestSolver {
  public:
   TestSolver(const Circuit& circuit, OutputCones cones);
@@ -65,11 +67,14 @@ class TestSolver {
   // The circuit before one output, encoded.
   struct Near {
     std::unique_ptr<Solver> solver;
-    int variables = 0, first_variables = 0;  // now; without a fault
+    int variables = 0, first_variables = 0;    // now; without a fault
+    std::vector<std::pair<Node, int>> beside;  // what only launches need, with its variables
   };
   void enter(Node output);
   void build(Near& near);
+  void add_launch(Near& near, Node launch);
   void number_support();
+  void encode_good(Node node, bool held);
   void take_support(std::vector<Node> targets);
   void take_fault_cone(const Fault& fault);
   void start(bool held);
@@ -94,7 +99,7 @@ class TestSolver {
   std::vector<int> clauses_;        // not handed to the solver yet
   std::vector<std::int8_t> model_;  // by variable
   int variables_ = 0;
-  bool window_ = false;      // a difference may end where the fault's cone is cut, too
+  bool window_ = false;       // a difference may end where the fault's cone is cut, too
   Node at_output_ = kNoNode;  // good_ numbers the circuit before it; kNoNode: something else
   std::unordered_map<Node, Near> near_;
   std::size_t kept_variables_ = 0;
