@@ -6,15 +6,21 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
+#include <numeric>
 #include <random>
 #include <stdexcept>
 
 #include "app/bench.hpp"
+#include "app/functional_vectors.hpp"
 #include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/functional.hpp"
 #include "asic/dft/generate.hpp"
+#include "asic/dft/iddq.hpp"
 #include "asic/dft/replay.hpp"
 #include "asic/dft/scan_test.hpp"
 #include "asic/dft/stil.hpp"
+#include "asic/dft/transition.hpp"
 #include "asic/dft/yosys_library.hpp"
 
 namespace meltstage::app {
@@ -24,7 +30,11 @@ namespace {
 constexpr std::size_t kGradedPatterns = 1000;
 constexpr std::size_t kQuickReplay = 8;  // patterns replayed with --quick
 constexpr unsigned kThreads = 2;
-constexpr std::uint32_t kConflicts = 20'000;  // then a fault is given up, and the row of those falls short
+// Conflicts of the solver after which a fault is given up, and the row of those falls short.
+constexpr std::uint32_t kConflicts = 50'000;
+constexpr std::uint32_t kTransitionConflicts = 2'000;
+constexpr std::size_t kIddqStops = 20;
+constexpr std::size_t kIddqStates = 256;  // patterns to choose from, each with scan enable off and on
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -41,6 +51,74 @@ std::vector<dft::Pattern> random_patterns(const dft::Circuit& circuit, std::size
     }
   }
   return patterns;
+}
+
+// While the supply current is measured the chip rests, once with scan enable off and once with it on.
+dft::IddqStops iddq_stops(const dft::ScanDesign& design, const dft::CaptureView& view,
+                          const std::vector<dft::Pattern>& patterns) {
+  const auto enable = static_cast<std::size_t>(
+      std::find(view.input_ports.begin(), view.input_ports.end(), design.scan_enable) -
+      view.input_ports.begin());
+  std::vector<dft::Pattern> states;
+  for (std::size_t i = 0; i < std::min(patterns.size(), kIddqStates); ++i) {
+    states.push_back(patterns[i]);
+    states.push_back(patterns[i]);
+    states.back()[enable] = 1;
+  }
+  return dft::choose_iddq_stops(view.circuit, states, kIddqStops);
+}
+
+struct Sampled {
+  dft::Coverage coverage;
+  std::size_t aborted = 0;
+  double seconds = 0;
+};
+
+// Transition faults drawn at random, each with a test or a verdict.
+Sampled transition_sample(const dft::CaptureView& view, std::size_t count, std::uint64_t seed) {
+  dft::TransitionView transitions = dft::launch_on_capture(view);
+  std::vector<std::size_t> inside, sample;
+  for (std::size_t fault = 0; fault < transitions.faults.total(); ++fault) {
+    if (transitions.faults.class_of[fault] != dft::FaultList::kNoClass) inside.push_back(fault);
+  }
+  std::mt19937_64 random(seed);
+  std::sample(inside.begin(), inside.end(), std::back_inserter(sample), count, random);
+  dft::FaultList list;
+  list.class_of.assign(transitions.faults.total(), dft::FaultList::kNoClass);
+  for (const std::size_t fault : sample) {
+    list.class_of[fault] = static_cast<std::uint32_t>(list.classes.size());
+    list.classes.push_back(transitions.faults.classes[transitions.faults.class_of[fault]]);
+  }
+  transitions.faults = list;
+  const auto start = std::chrono::steady_clock::now();
+  const dft::TestSet set =
+      dft::generate_tests(transitions.circuit, list, {.seed = seed, .conflict_limit = kTransitionConflicts});
+  Sampled result;
+  result.seconds = since(start);
+  result.aborted = set.aborted;
+  const auto reported = dft::reported_transitions(view, transitions, set.of_class);
+  for (const std::size_t fault : sample) ++result.coverage.count[static_cast<std::size_t>(reported[fault])];
+  return result;
+}
+
+struct Functional {
+  std::uint64_t clocks = 0;
+  double toggle = 0;    // 0..1
+  double coverage = 0;  // of the sample, 0..1
+};
+
+Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary& library, std::size_t faults,
+                             const BenchOptions& options) {
+  const dft::CaptureView view = dft::capture_view(netlist, library);
+  const auto clock = static_cast<std::size_t>(std::find(view.clock_ports.begin(), view.clock_ports.end(), 1) -
+                                              view.clock_ports.begin());
+  const FunctionalSet set = functional_set(options.quick ? FunctionalLength::quick : FunctionalLength::whole);
+  const auto stretches = functional_stretches(set.stream, view.input_ports, view.input_ports[clock]);
+  const auto sample = dft::sample_faults(dft::collapse(view.circuit).classes, faults, options.seed);
+  const dft::FunctionalGrade grade = dft::grade_functional(view, stretches, sample, kThreads);
+  const dft::ToggleCoverage toggle = dft::toggle_coverage(view, stretches);
+  return {grade.clocks, static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
+          static_cast<double>(grade.detected()) / static_cast<double>(sample.size())};
 }
 
 }  // namespace
@@ -77,6 +155,12 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
   const dft::ReplayResult replay =
       dft::replay(dft::capture_view(design.netlist, library), stream, design.scan_enable, options.seed);
 
+  const dft::IddqStops iddq = iddq_stops(design, view, set.patterns);
+  const std::size_t transition_faults = options.quick ? 250 : 2000;
+  const Sampled transition = transition_sample(view, transition_faults, options.seed);
+  const std::size_t functional_faults = options.quick ? 511 : 2044;
+  const Functional functional = functional_sample(netlist, library, functional_faults, options);
+
   const auto number = [](std::size_t n) { return static_cast<double>(n); };
   const std::string part = options.quick ? fmt::format(" (first {} patterns)", replayed.size()) : "";
   return {
@@ -99,6 +183,22 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
        {}},
       {"strobes replayed from the STIL file" + part, number(replay.strobes), "", {}, {}},
       {"mismatches on the netlist" + part, number(replay.mismatches), "", {}, 0.0},
+      {"supply current stops", number(iddq.stops.size()), "", {}, number(kIddqStops)},
+      {"pseudo-stuck-at coverage of the stops", 100 * iddq.coverage(), "%", 95.0, {}},
+      {fmt::format("transition test coverage ({} faults at random)", transition_faults),
+       100 * transition.coverage.test_coverage(),
+       "%",
+       92.0,
+       {}},
+      {"of these given up", number(transition.aborted), "", {}, 0.0},
+      {"of these generated in", transition.seconds, "s", {}, {}},
+      {"functional set: clocks", number(functional.clocks), "", {}, {}},
+      {fmt::format("functional set: stuck-at coverage ({} faults at random)", functional_faults),
+       100 * functional.coverage,
+       "%",
+       80.0,
+       {}},
+      {"functional set: cell outputs that rise and fall", 100 * functional.toggle, "%", 99.0, {}},
   };
 }
 
