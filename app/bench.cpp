@@ -20,6 +20,7 @@ constexpr Bench kBenches[] = {
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
     {"protection", "faults of a head against firmware's rules; healthy jobs without a trip",
      bench_protection},
+    {"silicon", "the chip's netlist: area, timing at each corner, proof, what safety costs", bench_silicon},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
     {"stage", "positioning accuracy before and after compensation, fly-by, droplets in images", bench_stage},
     {"upset", "every flop inverted once in each phase of a job: outcomes a block", bench_upset},

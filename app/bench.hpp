@@ -59,6 +59,7 @@ std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
 std::vector<BenchRow> bench_path(const BenchOptions& options);
 std::vector<BenchRow> bench_profile(const BenchOptions& options);
 std::vector<BenchRow> bench_protection(const BenchOptions& options);
+std::vector<BenchRow> bench_silicon(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
 std::vector<BenchRow> bench_stage(const BenchOptions& options);
 std::vector<BenchRow> bench_upset(const BenchOptions& options);
