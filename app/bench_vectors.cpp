@@ -117,7 +117,7 @@ Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary
   const auto stretches = functional_stretches(set.stream, view.input_ports, view.input_ports[clock]);
   const auto sample = dft::sample_faults(dft::collapse(view.circuit).classes, faults, options.seed);
   const dft::FunctionalGrade grade = dft::grade_functional(view, stretches, sample, kThreads);
-  const dft::ToggleCoverage toggle = dft::toggle_coverage(view, stretches);
+  const dft::ToggleCoverage& toggle = grade.toggle;
   return {grade.clocks, static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
           static_cast<double>(grade.detected()) / static_cast<double>(sample.size())};
 }
@@ -168,9 +168,9 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
                                .mismatches;
 
   const dft::IddqStops iddq = iddq_stops(design, view, set.patterns);
-  const std::size_t transition_faults = options.quick ? 250 : 2000;
+  const std::size_t transition_faults = options.quick ? 250 : 1000;
   const Sampled transition = transition_sample(view, transition_faults, options.seed);
-  const std::size_t functional_faults = options.quick ? 511 : 2044;
+  const std::size_t functional_faults = options.quick ? 511 : 1022;
   const Functional functional = functional_sample(netlist, library, functional_faults, options);
 
   const auto number = [](std::size_t n) { return static_cast<double>(n); };

@@ -48,7 +48,7 @@ struct Options {
   std::size_t chains = 8;
   std::uint64_t seed = 1;
   std::uint32_t conflicts = 0;
-  std::size_t faults = 2044;
+  std::size_t faults = 1022;
   FunctionalLength length = FunctionalLength::whole;
 };
 
@@ -294,7 +294,7 @@ int grade_recording(const Options& options) {
   const std::vector<Fault> sample =
       options.faults == 0 ? all : sample_faults(all, options.faults, options.seed);
   const FunctionalGrade graded = grade_functional(view, stretches, sample, 2);
-  const ToggleCoverage toggle = toggle_coverage(view, stretches);
+  const ToggleCoverage& toggle = graded.toggle;
   std::string report;
   for (std::size_t i = 0; i < sample.size(); ++i) {
     const std::uint64_t first = graded.first_clock[i];
@@ -510,7 +510,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_grade->add_option("--patterns", options->patterns, "STIL file, or recording of pins (.mvec)")
       ->required();
   sub_grade->add_option("--faults", options->faults,
-                        "Recordings: so many faults at random, 0 for all (default 2044)");
+                        "Recordings: so many faults at random, 0 for all (default 1022)");
   sub_grade->add_option("--seed", options->seed, "Recordings: seed of the draw (default 1)");
   sub_grade->add_option("--report", options->out, "File for one line a fault");
   CLI::App* sub_functional = command->add_subcommand(

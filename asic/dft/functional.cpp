@@ -232,7 +232,6 @@ void run(Machines& m, const std::vector<FunctionalStretch>& stretches, std::span
   constexpr std::uint64_t kDropEvery = 64;  // clocks; dropping goes over all nodes
   std::uint64_t clock = 0;
   Word gone, differs;
-  std::size_t left = first_clock.size();
   bool fresh = false;
   power_up_wide(m);
   for (const FunctionalStretch& stretch : stretches) {
@@ -253,16 +252,30 @@ void run(Machines& m, const std::vector<FunctionalStretch>& stretches, std::span
           first_clock[k] = clock;
           gone.set(k + 1, true);
           fresh = true;
-          --left;
         }
       }
       if (fresh && clock % kDropEvery == 0) {
         drop_wide(m, gone);
         fresh = false;
       }
-      if (left == 0 && !first_clock.empty()) return;
     }
   }
+}
+
+ToggleCoverage toggle_coverage(const Machines& machines) {
+  const Circuit& circuit = machines.circuit;
+  const std::vector<std::int8_t> constant =
+      constants(circuit, std::vector<std::int8_t>(circuit.inputs().size(), -1));
+  ToggleCoverage result;
+  for (const Site& site : circuit.sites()) {
+    if (site.node == kNoNode || site.pin != kStem || constant[site.node] >= 0) continue;
+    ++result.lines;
+    if (machines.rose[site.node] != 0 && machines.fell[site.node] != 0)
+      ++result.toggled;
+    else
+      result.idle.push_back(site.name);
+  }
+  return result;
 }
 
 }  // namespace
@@ -279,11 +292,11 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
   for (const FunctionalStretch& stretch : stretches) grade.clocks += stretch.clocks;
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
-    for (std::size_t first = next.fetch_add(kMachines); first < faults.size();
-         first = next.fetch_add(kMachines)) {
-      const std::size_t count = std::min(kMachines, faults.size() - first);
+    for (std::size_t batch = next++; batch == 0 || batch * kMachines < faults.size(); batch = next++) {
+      const std::size_t first = batch * kMachines, count = std::min(kMachines, faults.size() - first);
       Machines machines(view, std::span(faults).subspan(first, count));
       run(machines, stretches, std::span(grade.first_clock).subspan(first, count));
+      if (batch == 0) grade.toggle = toggle_coverage(machines);
     }
   };
   {
@@ -292,24 +305,6 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
     work();
   }
   return grade;
-}
-
-ToggleCoverage toggle_coverage(const CaptureView& view, const std::vector<FunctionalStretch>& stretches) {
-  Machines machines(view, {});
-  std::vector<std::uint64_t> none;
-  run(machines, stretches, none);
-  const std::vector<std::int8_t> constant =
-      constants(view.circuit, std::vector<std::int8_t>(view.circuit.inputs().size(), -1));
-  ToggleCoverage result;
-  for (const Site& site : view.circuit.sites()) {
-    if (site.node == kNoNode || site.pin != kStem || constant[site.node] >= 0) continue;
-    ++result.lines;
-    if (machines.rose[site.node] != 0 && machines.fell[site.node] != 0)
-      ++result.toggled;
-    else
-      result.idle.push_back(site.name);
-  }
-  return result;
 }
 
 std::vector<Fault> sample_faults(const std::vector<Fault>& faults, std::size_t count, std::uint64_t seed) {

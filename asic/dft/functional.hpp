@@ -19,10 +19,17 @@ struct FunctionalStretch {
   std::vector<std::uint8_t> inputs;
 };
 
+/// Outputs of cells (constants left out) that rise and fall in the good machine, and those that don't.
+struct ToggleCoverage {
+  std::size_t lines = 0, toggled = 0;
+  std::vector<std::string> idle;
+};
+
 struct FunctionalGrade {
   static constexpr std::uint64_t kUndetected = ~std::uint64_t{0};
   std::vector<std::uint64_t> first_clock;  ///< by fault, the clock that shows it
   std::uint64_t clocks = 0;
+  ToggleCoverage toggle;
 
   std::size_t detected() const;
 };
@@ -32,13 +39,6 @@ struct FunctionalGrade {
 /// reset follow it at once.
 FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
                                  const std::vector<Fault>& faults, unsigned threads);
-
-/// Outputs of cells (constants left out) that rise and fall, and those that don't.
-struct ToggleCoverage {
-  std::size_t lines = 0, toggled = 0;
-  std::vector<std::string> idle;
-};
-ToggleCoverage toggle_coverage(const CaptureView& view, const std::vector<FunctionalStretch>& stretches);
 
 /// `count` of `faults` drawn at random without repetition, in their order; all when there are fewer.
 std::vector<Fault> sample_faults(const std::vector<Fault>& faults, std::size_t count, std::uint64_t seed);

@@ -130,12 +130,15 @@ TEST(Functional, VectorsThatDoNothingDetectAndToggleLittle) {
   const std::vector<Fault> faults = collapse(view.circuit).classes;
   const std::vector<FunctionalStretch> idle{{100, std::vector<std::uint8_t>(view.input_ports.size(), 0)}};
   const auto busy = stimulus(view, 400, 1);
-  EXPECT_LT(2 * grade_functional(view, idle, faults, 2).detected(),
-            grade_functional(view, busy, faults, 2).detected());
-  const ToggleCoverage none = toggle_coverage(view, idle), most = toggle_coverage(view, busy);
+  const FunctionalGrade little = grade_functional(view, idle, faults, 2),
+                        much = grade_functional(view, busy, faults, 2);
+  EXPECT_LT(2 * little.detected(), much.detected());
+  const ToggleCoverage &none = little.toggle, &most = much.toggle;
   EXPECT_EQ(most.lines, none.lines);
   EXPECT_EQ(most.lines, most.toggled + most.idle.size());
   EXPECT_LT(none.toggled, most.toggled);
+  EXPECT_EQ(grade_functional(view, busy, {}, 2).toggle.toggled,
+            most.toggled);  // no fault touches the good machine
 }
 
 }  // namespace
