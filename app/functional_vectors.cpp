@@ -42,8 +42,14 @@ class Session {
                                   static_cast<std::uint16_t>(value)));
   }
   void read_all() {
-    ask(tb::read_holding_registers(kUnit, spec::kHoldingBase, spec::kHoldingCount));
-    ask(tb::read_input_registers(kUnit, 0, 34));
+    constexpr std::uint16_t kMost = 32;  // registers in a request
+    ask(tb::read_holding_registers(kUnit, spec::kHoldingBase, kMost));
+    ask(tb::read_holding_registers(kUnit, spec::kHoldingBase + kMost, spec::kHoldingCount - kMost));
+    read_inputs();
+  }
+  void read_inputs() {
+    ask(tb::read_input_registers(kUnit, 0, 24));
+    ask(tb::read_input_registers(kUnit, 24, spec::kInputCount - 24));
   }
   tb::Head& head() { return head_; }
   FunctionalSet finish() {
@@ -102,7 +108,7 @@ void heat(Session& session) {
   session.write(spec::kRegCmd, spec::kCmdClearFault);
   session.write(spec::kRegCmd, spec::kCmdRun);
   session.run(60 * kMillisecond);
-  session.read_all();
+  session.read_inputs();
 }
 
 void control(Session& session) {
@@ -114,7 +120,7 @@ void control(Session& session) {
   for (const double degc : {60.0, 105.0, 109.0, 112.0}) {
     session.head().set_element_degc(degc);
     session.run(40 * kMillisecond);
-    session.read_all();
+    session.read_inputs();
   }
   session.write(spec::kRegMode, 1);
   for (const int duty : {0, 3, 5000, 9997, 10000}) {
@@ -126,20 +132,20 @@ void control(Session& session) {
 void trips(Session& session) {
   session.head().set_element_degc(160.0);
   session.run(30 * kMillisecond);
-  session.read_all();
+  session.read_inputs();
   session.head().set_element_degc(28.0);
   heat(session);
   session.head().set_inhibit(true);
   session.run(kMillisecond);
   session.head().set_inhibit(false);
-  session.read_all();
+  session.read_inputs();
   heat(session);
   session.head().set_drop(true);
   session.run(kMillisecond);
   session.head().set_drop(false);
   session.write(spec::kRegHostWd, 1);
   session.run(250 * kMillisecond);
-  session.read_all();
+  session.read_inputs();
 }
 
 }  // namespace

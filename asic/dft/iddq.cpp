@@ -35,6 +35,22 @@ double IddqStops::coverage() const {
   return detected.empty() ? 0.0 : static_cast<double>(detected.back()) / static_cast<double>(faults - tied);
 }
 
+Circuit observe_every_gate(const Circuit& circuit) {
+  CircuitBuilder builder;
+  // nodes stand in topological order: their numbers are the builder's
+  for (Node node = 0; node < circuit.size(); ++node)
+    builder.add(circuit.kind(node), {circuit.fanin(node).begin(), circuit.fanin(node).end()},
+                circuit.name(node));
+  for (Node node = 0; node < circuit.size(); ++node) {
+    if (circuit.kind(node) != Gate::output) builder.add(Gate::output, {node}, circuit.name(node));
+  }
+  for (const Site& site : circuit.sites()) builder.add_site(site);
+  for (std::size_t i = 0; i < circuit.inputs().size(); ++i) {
+    if (circuit.held()[i] >= 0) builder.hold(circuit.inputs()[i], circuit.held()[i] != 0);
+  }
+  return builder.finish("every gate observed");
+}
+
 IddqStops choose_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& states, std::size_t most) {
   IddqStops result;
   const std::vector<std::int8_t> constant =

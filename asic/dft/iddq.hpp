@@ -26,4 +26,8 @@ struct IddqStops {
 /// state adds a fault.
 IddqStops choose_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& states, std::size_t most);
 
+/// The circuit with an output behind every gate: a test for it shows a fault at the gate that its line feeds,
+/// so that generate_tests() on it makes good states to choose stops from. Same inputs, same sites.
+Circuit observe_every_gate(const Circuit& circuit);
+
 }  // namespace meltstage::dft

@@ -133,6 +133,16 @@ TEST(Iddq, StopsShowWhatTheyClaim) {
   EXPECT_LT(stops.detected.front(), shown);
 }
 
+// States made for it show every fault that any state shows.
+TEST(Iddq, StatesFromGatesObservedShowAllThatCanBeShown) {
+  const Circuit circuit = capture_view(circuit_netlist("multiplier"), mini_library()).circuit;
+  const TestSet set = generate_tests(observe_every_gate(circuit));
+  const IddqStops made = choose_iddq_stops(circuit, set.patterns, 1000);
+  const IddqStops any = choose_iddq_stops(circuit, random_patterns(9, 2000, circuit.inputs().size()), 1000);
+  ASSERT_FALSE(any.detected.empty());
+  EXPECT_GE(made.detected.back(), any.detected.back());
+}
+
 TEST(Generate, ACubeAloneDetectsItsFault) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Circuit circuit = random_circuit(seed, 8, 60);
