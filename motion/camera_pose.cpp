@@ -21,15 +21,16 @@ Vector2d on_plate(const DotPlate& plate, const PlateDot& dot) {
 
 void check_view(const GantryView& view, std::size_t number) {
   if (!view.turns.allFinite())
-    throw MotionError(fmt::format("camera calibration, view {}: found turns {}, {}, expected finite numbers", number,
-                                  view.turns.x(), view.turns.y()));
+    throw MotionError(fmt::format("camera calibration, view {}: found turns {}, {}, expected finite numbers",
+                                  number, view.turns.x(), view.turns.y()));
   if (view.dots.size() < 4)
-    throw MotionError(
-        fmt::format("camera calibration, view {}: found {} dots, expected at least 4", number, view.dots.size()));
+    throw MotionError(fmt::format("camera calibration, view {}: found {} dots, expected at least 4", number,
+                                  view.dots.size()));
   for (const PlateDot& dot : view.dots)
     if (!dot.at_px.allFinite())
-      throw MotionError(fmt::format("camera calibration, view {}: found dot ({}, {}) at {}, {} px, expected finite numbers",
-                                    number, dot.dot.x(), dot.dot.y(), dot.at_px.x(), dot.at_px.y()));
+      throw MotionError(
+          fmt::format("camera calibration, view {}: found dot ({}, {}) at {}, {} px, expected finite numbers",
+                      number, dot.dot.x(), dot.dot.y(), dot.at_px.x(), dot.at_px.y()));
 }
 
 /// Scale and angle of the plate in an image or several, from dots about each image's mean.
@@ -91,7 +92,8 @@ struct RowResult {
   MeanOf ratio_mm, angle_rad;  // angle against the axis' nominal direction
 };
 
-RowResult along_axis(const DotPlate& plate, const std::vector<GantryView>& row, int axis, const Scale& scale) {
+RowResult along_axis(const DotPlate& plate, const std::vector<GantryView>& row, int axis,
+                     const Scale& scale) {
   if (row.size() < 2)
     throw MotionError(fmt::format("camera calibration along {}: found {} views, expected at least 2",
                                   axis == 0 ? "X" : "Y", row.size()));
@@ -100,9 +102,10 @@ RowResult along_axis(const DotPlate& plate, const std::vector<GantryView>& row, 
   for (std::size_t k = 1; k < row.size(); ++k) {
     const Vector2d turns = row[k].turns - row[0].turns;
     if (turns[axis] == 0.0 || turns[1 - axis] != 0.0)
-      throw MotionError(fmt::format("camera calibration along {}, view {}: found a move by {}, {} turns, expected one "
-                                    "along this axis alone",
-                                    axis == 0 ? "X" : "Y", k + 1, turns.x(), turns.y()));
+      throw MotionError(
+          fmt::format("camera calibration along {}, view {}: found a move by {}, {} turns, expected one "
+                      "along this axis alone",
+                      axis == 0 ? "X" : "Y", k + 1, turns.x(), turns.y()));
     const Vector2d way = (place_seen(plate, row[k], scale) - first) / turns[axis];
     result.ratio_mm.add(way.norm());
     result.angle_rad.add(axis == 0 ? std::atan2(way.y(), way.x()) : std::atan2(-way.x(), way.y()));
@@ -115,7 +118,8 @@ RowResult along_axis(const DotPlate& plate, const std::vector<GantryView>& row, 
 Vector2d camera_place(const CameraGantry& gantry, const Vector2d& turns) {
   const double x = gantry.rx_mm * turns.x(), y = gantry.ry_mm * turns.y();
   const double skewed = gantry.alpha_rad + gantry.theta_rad;
-  return {std::cos(gantry.alpha_rad) * x - std::sin(skewed) * y, std::sin(gantry.alpha_rad) * x + std::cos(skewed) * y};
+  return {std::cos(gantry.alpha_rad) * x - std::sin(skewed) * y,
+          std::sin(gantry.alpha_rad) * x + std::cos(skewed) * y};
 }
 
 IdentifiedGantry identify_gantry_staged(const DotPlate& plate, const std::vector<GantryView>& along_x,
@@ -168,7 +172,8 @@ IdentifiedGantry identify_gantry(const DotPlate& plate, const std::vector<Gantry
   const Vector2d mean(normal(0, 2) / count, normal(1, 2) / count);
   const Eigen::Matrix2d spread = normal.topLeftCorner<2, 2>() / count - mean * mean.transpose();
   if (!(spread.determinant() > 1e-8 * spread.trace() * spread.trace()))
-    throw MotionError("camera calibration: found all views on one line of the gantry, expected moves along X and along Y");
+    throw MotionError(
+        "camera calibration: found all views on one line of the gantry, expected moves along X and along Y");
   const Eigen::Matrix3d inverse = normal.inverse();
   const Eigen::Matrix<double, 3, 2> found = inverse * right;
   double squares = 0.0;
@@ -182,7 +187,8 @@ IdentifiedGantry identify_gantry(const DotPlate& plate, const std::vector<Gantry
   const Vector2d x = found.row(0), y = found.row(1);
   result.value = {scale.pixel_mm(), x.norm(), y.norm(), std::atan2(x.y(), x.x()), 0.0};
   result.value.theta_rad = std::atan2(-y.x(), y.y()) - result.value.alpha_rad;
-  const double x_sigma = result.stop_rms_mm * std::sqrt(inverse(0, 0)), y_sigma = result.stop_rms_mm * std::sqrt(inverse(1, 1));
+  const double x_sigma = result.stop_rms_mm * std::sqrt(inverse(0, 0)),
+               y_sigma = result.stop_rms_mm * std::sqrt(inverse(1, 1));
   const double alpha_sigma = x_sigma / x.norm(), beta_sigma = y_sigma / y.norm();
   result.sigma = {scale.pixel_mm() * scale.angle_sigma(), x_sigma, y_sigma,
                   std::hypot(alpha_sigma, scale.angle_sigma()), std::hypot(alpha_sigma, beta_sigma)};

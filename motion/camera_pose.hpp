@@ -35,15 +35,16 @@ struct IdentifiedGantry {
   double stop_rms_mm = 0.0;  ///< of the gantry's stops about the model, per axis
 };
 
-/// As in the paper: pixel equivalent and angle of the plate are means over the images; then, from the first image of a
-/// row along one axis, each further one gives a gear ratio and an angle, and the means count. Both rows start at the
-/// same dot.
+/// As in the paper: pixel equivalent and angle of the plate are means over the images; then, from the first
+/// image of a row along one axis, each further one gives a gear ratio and an angle, and the means count. Both
+/// rows start at the same dot.
 /// @throws MotionError if a row has fewer than two views, doesn't run along its axis only, or views can't be.
 IdentifiedGantry identify_gantry_staged(const DotPlate& plate, const std::vector<GantryView>& along_x,
                                         const std::vector<GantryView>& along_y);
 
-/// All at once: least squares of pixel equivalent and the plate's angle within the images, then of the gantry over
-/// all of them. Uncertainties come from the residuals of the stops, so that scatter of the gantry is in them.
+/// All at once: least squares of pixel equivalent and the plate's angle within the images, then of the gantry
+/// over all of them. Uncertainties come from the residuals of the stops, so that scatter of the gantry is in
+/// them.
 /// @throws MotionError if there are fewer than four views, they don't leave one line, or views can't be.
 IdentifiedGantry identify_gantry(const DotPlate& plate, const std::vector<GantryView>& views);
 
@@ -58,8 +59,8 @@ struct GantryModel {
   std::uint64_t seed = 1;
 };
 
-/// Drives the gantry along X and Y over the plate by steps of a whole number of pitches of the nominal gear, takes an
-/// image at each stop and reads it.
+/// Drives the gantry along X and Y over the plate by steps of a whole number of pitches of the nominal gear,
+/// takes an image at each stop and reads it.
 struct GantryRows {
   std::vector<GantryView> along_x, along_y;
 };

@@ -19,6 +19,7 @@ using Eigen::Vector2d;
 using Eigen::Vector2i;
 
 constexpr double kLeastArea_px = 20.0;
+constexpr double kRim_px = 6.0;          // of light around a dot that is fitted with it
 constexpr double kLeastContrast = 12.0;  // of 255
 constexpr double kWorstMisfit = 0.08;    // of the contrast; a clean dot stays at the noise, 0.01 to 0.04
 constexpr double kLargeFrom = 1.2;       // a dot this many times the median radius is a large one
@@ -50,7 +51,9 @@ void draw_dot(cv::Mat& cover, const Vector2d& centre_px, double radius_px, doubl
     }
 }
 
-bool is_large(const Vector2i& dot) { return dot == Vector2i(0, 0) || dot == Vector2i(2, 0) || dot == Vector2i(0, 1); }
+bool is_large(const Vector2i& dot) {
+  return dot == Vector2i(0, 0) || dot == Vector2i(2, 0) || dot == Vector2i(0, 1);
+}
 
 // ---- finding dots ----
 
@@ -58,8 +61,8 @@ cv::Mat checked(const GrayImage& image) {
   if (image.width < 16 || image.height < 16 ||
       image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
     throw MotionError(fmt::format(
-        "plate image: found {} x {} with {} pixels, expected at least 16 x 16 and a byte for each", image.width,
-        image.height, image.pixels.size()));
+        "plate image: found {} x {} with {} pixels, expected at least 16 x 16 and a byte for each",
+        image.width, image.height, image.pixels.size()));
   return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
 }
 
@@ -75,8 +78,8 @@ std::pair<double, double> grey_range(const cv::Mat& bytes) {
   return {low, high};
 }
 
-/// The disc with a blurred edge: centre, radius, blur, light in the centre and its slopes, share of it that the dot
-/// lets through.
+/// The disc with a blurred edge: centre, radius, blur, light in the centre and its slopes, share of it that
+/// the dot lets through.
 struct DotModel {
   double x, y, radius, blur, light, slope_x, slope_y, dark_share;
 };
@@ -87,20 +90,24 @@ struct Step {
   double squares = 0.0, count = 0.0;
 };
 
-Step gauss_newton(const cv::Mat& bytes, const DotModel& model) {
+/// The pixels that are fitted: the same in every step, so that the steps come to rest.
+struct Window {
+  double x, y, reach;
+};
+
+Step gauss_newton(const cv::Mat& bytes, const DotModel& model, const Window& window) {
   Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
   Eigen::Matrix<double, 8, 1> right = Eigen::Matrix<double, 8, 1>::Zero(), by;
   Step step;
-  const double reach = model.radius + 4.0 + 2.0 * model.blur;
-  const int left = std::max(0, static_cast<int>(std::ceil(model.x - reach)));
-  const int end = std::min(bytes.cols - 1, static_cast<int>(std::floor(model.x + reach)));
-  const int top = std::max(0, static_cast<int>(std::ceil(model.y - reach)));
-  const int bottom = std::min(bytes.rows - 1, static_cast<int>(std::floor(model.y + reach)));
+  const int left = std::max(0, static_cast<int>(std::ceil(window.x - window.reach)));
+  const int end = std::min(bytes.cols - 1, static_cast<int>(std::floor(window.x + window.reach)));
+  const int top = std::max(0, static_cast<int>(std::ceil(window.y - window.reach)));
+  const int bottom = std::min(bytes.rows - 1, static_cast<int>(std::floor(window.y + window.reach)));
   const double density = 1.0 / (std::sqrt(2.0 * std::numbers::pi) * model.blur);
   for (int row = top; row <= bottom; ++row)
     for (int column = left; column <= end; ++column) {
+      if (std::hypot(column - window.x, row - window.y) > window.reach) continue;
       const double dx = column - model.x, dy = row - model.y, distance = std::hypot(dx, dy);
-      if (distance > reach) continue;
       const double beyond = (distance - model.radius) / model.blur;
       const double cover = edge_cover(beyond * model.blur, model.blur);
       const double slope = density * std::exp(-0.5 * beyond * beyond);  // -d cover / d distance
@@ -125,9 +132,10 @@ std::optional<DotMark> refine(const cv::Mat& bytes, const Vector2d& centre_px, d
                               double dark) {
   const double radius = std::sqrt(area_px / std::numbers::pi);
   DotModel model{centre_px.x(), centre_px.y(), radius, 1.0, bright, 0.0, 0.0, dark / bright};
+  const Window window{centre_px.x(), centre_px.y(), radius + kRim_px};
   constexpr int kMostSteps = 12;
   for (int i = 0; i < kMostSteps; ++i) {
-    const Step step = gauss_newton(bytes, model);
+    const Step step = gauss_newton(bytes, model, window);
     if (!step.change.allFinite()) return std::nullopt;
     model.x += step.change[0];
     model.y += step.change[1];
@@ -156,8 +164,8 @@ Vector2d in_camera(const DotMark& mark, const GrayImage& image) {
   return {mark.x_px - 0.5 * (image.width - 1), 0.5 * (image.height - 1) - mark.y_px};
 }
 
-/// Grid coordinates of marks in an arbitrary one of its directions: the first axis is `column_px`, the second is it
-/// turned by +90 degrees.
+/// Grid coordinates of marks in an arbitrary one of its directions: the first axis is `column_px`, the second
+/// is it turned by +90 degrees.
 struct Grid {
   Vector2d origin_px, column_px;
 
@@ -224,16 +232,17 @@ Vector2i quarter_turned(Vector2i cell, int quarters) {
   return cell;
 }
 
-std::vector<PlateDot> named(const std::vector<Vector2d>& at, const Grid& grid, const Vector2i& origin, int quarters,
-                            const DotPlate& plate) {
+std::vector<PlateDot> named(const std::vector<Vector2d>& at, const Grid& grid, const Vector2i& origin,
+                            int quarters, const DotPlate& plate) {
   std::vector<PlateDot> dots;
   for (const auto& each : at) {
     const Vector2i dot = quarter_turned(grid.cell(each) - origin, quarters);
-    const bool same = std::any_of(dots.begin(), dots.end(), [&](const PlateDot& other) { return other.dot == dot; });
+    const bool same =
+        std::any_of(dots.begin(), dots.end(), [&](const PlateDot& other) { return other.dot == dot; });
     if (same || std::abs(dot.x()) > plate.columns / 2 || std::abs(dot.y()) > plate.rows / 2)
-      throw MotionError(
-          fmt::format("plate image: found {} dot ({}, {}), expected each once and columns within +-{}, rows within +-{}",
-                      same ? "a second" : "a", dot.x(), dot.y(), plate.columns / 2, plate.rows / 2));
+      throw MotionError(fmt::format(
+          "plate image: found {} dot ({}, {}), expected each once and columns within +-{}, rows within +-{}",
+          same ? "a second" : "a", dot.x(), dot.y(), plate.columns / 2, plate.rows / 2));
     dots.push_back({dot, each});
   }
   return dots;
@@ -243,17 +252,18 @@ std::vector<PlateDot> named(const std::vector<Vector2d>& at, const Grid& grid, c
 
 void check_plate(const DotPlate& plate) {
   if (plate.columns < 5 || plate.rows < 3 || plate.columns % 2 == 0 || plate.rows % 2 == 0)
-    throw MotionError(fmt::format("plate: found {} x {} dots, expected odd numbers, at least 5 x 3", plate.columns,
-                                  plate.rows));
+    throw MotionError(fmt::format("plate: found {} x {} dots, expected odd numbers, at least 5 x 3",
+                                  plate.columns, plate.rows));
   if (!(plate.dot_mm > 0.0) || !(plate.large_share >= 1.3) ||
       !(0.5 * plate.dot_mm * (1.0 + plate.large_share) < plate.pitch_mm))
-    throw MotionError(
-        fmt::format("plate: found dots of {} mm ({} times that for the large ones) every {} mm, expected dots that "
-                    "don't touch and large ones of at least 1.3 times",
-                    plate.dot_mm, plate.large_share, plate.pitch_mm));
+    throw MotionError(fmt::format(
+        "plate: found dots of {} mm ({} times that for the large ones) every {} mm, expected dots that "
+        "don't touch and large ones of at least 1.3 times",
+        plate.dot_mm, plate.large_share, plate.pitch_mm));
 }
 
-GrayImage render(const DotPlate& plate, const PlateCamera& camera, const PlateScene& scene, std::uint64_t seed) {
+GrayImage render(const DotPlate& plate, const PlateCamera& camera, const PlateScene& scene,
+                 std::uint64_t seed) {
   check_plate(plate);
   cv::Mat cover = cv::Mat::zeros(camera.height, camera.width, CV_64F);
   for (int row = -plate.rows / 2; row <= plate.rows / 2; ++row)
@@ -296,13 +306,15 @@ std::vector<DotMark> find_dots(const GrayImage& image) {
   std::vector<DotMark> marks;
   for (int blob = 1; blob < blobs; ++blob) {
     const int x = stats.at<int>(blob, cv::CC_STAT_LEFT), y = stats.at<int>(blob, cv::CC_STAT_TOP);
-    const int width = stats.at<int>(blob, cv::CC_STAT_WIDTH), height = stats.at<int>(blob, cv::CC_STAT_HEIGHT);
+    const int width = stats.at<int>(blob, cv::CC_STAT_WIDTH),
+              height = stats.at<int>(blob, cv::CC_STAT_HEIGHT);
     const double area = stats.at<int>(blob, cv::CC_STAT_AREA);
     const bool whole = x > 1 && y > 1 && x + width < image.width - 1 && y + height < image.height - 1;
     const bool round = std::abs(width - height) <= 2 + 0.15 * std::max(width, height) &&
                        area > 0.65 * width * height && area < 0.95 * width * height;
     if (!whole || !round || area < kLeastArea_px) continue;
-    const auto mark = refine(bytes, {centres.at<double>(blob, 0), centres.at<double>(blob, 1)}, area, high, low);
+    const auto mark =
+        refine(bytes, {centres.at<double>(blob, 0), centres.at<double>(blob, 1)}, area, high, low);
     if (mark) marks.push_back(*mark);
   }
   return marks;
@@ -321,8 +333,9 @@ std::vector<PlateDot> read_plate(const GrayImage& image, const DotPlate& plate) 
   for (std::size_t i = 0; i < marks.size(); ++i)
     if (marks[i].radius_px > kLargeFrom * median) large.push_back(grid.cell(at[i]));
   if (large.size() != 3)
-    throw MotionError(fmt::format("plate image: found {} large dots, expected 3; move the camera over the plate's middle",
-                                  large.size()));
+    throw MotionError(
+        fmt::format("plate image: found {} large dots, expected 3; move the camera over the plate's middle",
+                    large.size()));
   for (const Vector2i& origin : large)
     for (const Vector2i& second : large)
       for (const Vector2i& third : large)
@@ -332,10 +345,12 @@ std::vector<PlateDot> read_plate(const GrayImage& image, const DotPlate& plate) 
           if (side == Vector2i(0, 1)) return named(at, grid, origin, quarters, plate);
           if (side == Vector2i(0, -1))
             throw MotionError(
-                "plate image: found the large dots mirrored, expected (0,0), (2,0), (0,1); the plate lies upside down, "
+                "plate image: found the large dots mirrored, expected (0,0), (2,0), (0,1); the plate lies "
+                "upside down, "
                 "or an axis of the camera is reversed");
         }
-  throw MotionError("plate image: found 3 large dots elsewhere than at (0,0), (2,0), (0,1); is it another plate?");
+  throw MotionError(
+      "plate image: found 3 large dots elsewhere than at (0,0), (2,0), (0,1); is it another plate?");
 }
 
 std::vector<PlateDot> read_plate(const GrayImage& image, const DotPlate& plate, const PlanarPose& expected,
@@ -350,9 +365,10 @@ std::vector<PlateDot> read_plate(const GrayImage& image, const DotPlate& plate, 
   const Vector2d first = moved(to_plate, at[0] * pixel_mm) / plate.pitch_mm;
   const Vector2i first_dot = first.array().round().cast<int>();
   if ((first - first_dot.cast<double>()).cwiseAbs().maxCoeff() > 0.25)
-    throw MotionError(fmt::format(
-        "plate image: found the grid ({:.2f}, {:.2f}) of a pitch from where it was expected, expected within a quarter",
-        first.x() - first_dot.x(), first.y() - first_dot.y()));
+    throw MotionError(
+        fmt::format("plate image: found the grid ({:.2f}, {:.2f}) of a pitch from where it was expected, "
+                    "expected within a quarter",
+                    first.x() - first_dot.x(), first.y() - first_dot.y()));
   const Vector2i origin = grid.cell(at[0]) - quarter_turned(first_dot, (4 - quarters) % 4);
   return named(at, grid, origin, quarters, plate);
 }

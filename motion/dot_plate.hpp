@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The glass plate of dots by which cameras are calibrated: its images, the centres of its dots to a hundredth of
-// a pixel, and which dot is which.
+// The glass plate of dots by which cameras are calibrated: its images, the centres of its dots to a hundredth
+// of a pixel, and which dot is which.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,8 +13,8 @@
 namespace meltstage::motion {
 
 /// A square grid of dark dots on glass. Dots are named by column and row from the plate's middle; the plate's
-/// frame has its origin in dot (0, 0). Three dots, (0, 0), (2, 0) and (0, 1), are larger and show which way the
-/// plate lies.
+/// frame has its origin in dot (0, 0). Three dots, (0, 0), (2, 0) and (0, 1), are larger and show which way
+/// the plate lies.
 struct DotPlate {
   int columns = 101, rows = 101;  ///< odd
   double pitch_mm = 1.0;
@@ -43,7 +43,8 @@ struct PlateScene {
   std::vector<Eigen::Vector2i> missing;  ///< dots that are scratched off
 };
 
-/// An image of the plate: each dot a disc blurred by lens and pixel, light with a gradient, noise, eight bits.
+/// An image of the plate: each dot a disc blurred by lens and pixel, light with a gradient, noise, eight
+/// bits.
 GrayImage render(const DotPlate& plate, const PlateCamera& camera, const PlateScene& scene,
                  std::uint64_t seed);
 
@@ -54,10 +55,10 @@ struct DotMark {
   double misfit = 0.0;  ///< rms of what the model leaves, as a share of the contrast
 };
 
-/// All dark round marks that lie wholly inside the image, by rows. Blobs of a local threshold (OpenCV) give the
-/// start; then a disc with a blurred edge under a sloping light is fitted to the grey values by least squares
-/// (8 parameters, Gauss-Newton). That uses all there is in the edge: with noise 2/255 and contrast 150 about
-/// 0.003 px at a radius of 20 px. A mark that the model fits badly (dirt, a scratch) is left out.
+/// All dark round marks that lie wholly inside the image, by rows. Blobs of a local threshold (OpenCV) give
+/// the start; then a disc with a blurred edge under a sloping light is fitted to the grey values by least
+/// squares (8 parameters, Gauss-Newton). That uses all there is in the edge: with noise 2/255 and contrast
+/// 150 about 0.003 px at a radius of 20 px. A mark that the model fits badly (dirt, a scratch) is left out.
 /// @throws MotionError if the image is smaller than 16 x 16 or its pixels don't fit its size.
 std::vector<DotMark> find_dots(const GrayImage& image);
 
@@ -68,11 +69,12 @@ struct PlateDot {
 };
 
 /// Names the dots of an image by the three large dots in it.
-/// @throws MotionError if the image isn't one of the plate: fewer than four dots, all on a line, no grid, not three large
-/// dots in the image, or the plate upside down.
+/// @throws MotionError if the image isn't one of the plate: fewer than four dots, all on a line, no grid, not
+/// three large dots in the image, or the plate upside down.
 std::vector<PlateDot> read_plate(const GrayImage& image, const DotPlate& plate);
 
-/// Names the dots by where the plate must be to within a quarter of its pitch: for images without the large dots.
+/// Names the dots by where the plate must be to within a quarter of its pitch: for images without the large
+/// dots.
 /// @throws MotionError as above, or if the grid isn't where it was expected.
 std::vector<PlateDot> read_plate(const GrayImage& image, const DotPlate& plate, const PlanarPose& expected,
                                  double pixel_mm);

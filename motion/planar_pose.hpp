@@ -37,8 +37,8 @@ struct PoseFit {
   std::vector<double> distances_mm;  ///< what is left at each mark
 };
 
-/// The least-squares rigid displacement that takes `from_mm` to `to_mm`, mark by mark (closed form, paper 003,
-/// eq. (2)).
+/// The least-squares rigid displacement that takes `from_mm` to `to_mm`, mark by mark (closed form, paper
+/// 003, eq. (2)).
 /// @throws MotionError if fewer than two marks are given, the numbers differ, a coordinate isn't finite, two
 /// marks stand at one place, or a mirror image fits better than the marks themselves.
 PoseFit fit_pose(const std::vector<Eigen::Vector2d>& from_mm, const std::vector<Eigen::Vector2d>& to_mm);

@@ -16,14 +16,14 @@ namespace meltstage::motion {
 /// middle of branch 2's stroke, Y through that of branch 1 (paper 003, figs. 3 and 5). The defaults are the
 /// paper's nominal values; the 12 geometric and 3 gear errors are what a real stage's differ from them by.
 struct PrpGeometry {
-  std::array<double, 3> lead_mm{2.0, 2.0, 2.0};      ///< R: travel of the slider per turn of the motor
-  std::array<double, 3> offset_mm{0.0, 0.0, 0.0};    ///< q0: slider's place at 0 turns
-  std::array<double, 3> d_mm{268.0, 39.5, 431.5};    ///< y of branch 1, x of branches 2 and 3
-  std::array<double, 3> beta_rad{0.0, 0.0, 0.0};     ///< of the slider's way against X, Y, Y
-  double link_mm = 0.0;                              ///< l3 - l2: guide of branch 3 above that of branch 2
-  double alpha1_rad = 0.5 * std::numbers::pi;        ///< from the guide of 2 and 3 to the guide of branch 1
-  double alpha2_rad = 0.0;                           ///< from the platform's own X to the guide of 2 and 3
-  double stroke_mm = 5.0;                            ///< largest travel to either side
+  std::array<double, 3> lead_mm{2.0, 2.0, 2.0};    ///< R: travel of the slider per turn of the motor
+  std::array<double, 3> offset_mm{0.0, 0.0, 0.0};  ///< q0: slider's place at 0 turns
+  std::array<double, 3> d_mm{268.0, 39.5, 431.5};  ///< y of branch 1, x of branches 2 and 3
+  std::array<double, 3> beta_rad{0.0, 0.0, 0.0};   ///< of the slider's way against X, Y, Y
+  double link_mm = 0.0;                            ///< l3 - l2: guide of branch 3 above that of branch 2
+  double alpha1_rad = 0.5 * std::numbers::pi;      ///< from the guide of 2 and 3 to the guide of branch 1
+  double alpha2_rad = 0.0;                         ///< from the platform's own X to the guide of 2 and 3
+  double stroke_mm = 5.0;                          ///< largest travel to either side
 };
 
 /// Turns of the motors 1, 2, 3 from home.
@@ -34,8 +34,8 @@ using PrpTurns = Eigen::Vector3d;
 /// @throws MotionError if a number isn't finite.
 PrpTurns prp_inverse(const PrpGeometry& geometry, const PlanarPose& pose);
 
-/// Pose of the platform at these turns, closed form: the angle from branches 2 and 3, the place from two lines.
-/// With the nominal geometry this is paper 003, eq. (4).
+/// Pose of the platform at these turns, closed form: the angle from branches 2 and 3, the place from two
+/// lines. With the nominal geometry this is paper 003, eq. (4).
 /// @throws MotionError if a number isn't finite or the guides can't meet.
 PlanarPose prp_forward(const PrpGeometry& geometry, const PrpTurns& turns);
 

@@ -44,8 +44,8 @@ All prior_sigmas(const PrpGeometry& nominal, const PrpPriors& priors) {
   return sigma;
 }
 
-/// Travel that the model asks of each slider for a pose of the plate, less what was commanded; T is double or a
-/// Jet. The platform's pose is the plate's without the plate's place on it.
+/// Travel that the model asks of each slider for a pose of the plate, less what was commanded; T is double or
+/// a Jet. The platform's pose is the plate's without the plate's place on it.
 template <typename T>
 void travel_excess(const T* values, const PlanarPose& seen, const PrpTurns& turns, T* excess_mm) {
   using std::cos;
@@ -109,24 +109,24 @@ Matrix3d whitening(const PrpGeometry& nominal, const PrpTurns& turns, const std:
   const Matrix3d pose = information.inverse() * options.mark_sigma_mm * options.mark_sigma_mm;
   Matrix3d travel_by_pose = prp_jacobian(nominal, turns).inverse();
   for (int i = 0; i < 3; ++i) travel_by_pose.row(i) *= nominal.lead_mm[static_cast<std::size_t>(i)];
-  const Matrix3d covariance =
-      travel_by_pose * pose * travel_by_pose.transpose() +
-      Matrix3d::Identity() * options.actuator_sigma_mm * options.actuator_sigma_mm;
+  const Matrix3d covariance = travel_by_pose * pose * travel_by_pose.transpose() +
+                              Matrix3d::Identity() * options.actuator_sigma_mm * options.actuator_sigma_mm;
   return Eigen::LLT<Matrix3d>(covariance).matrixL().solve(Matrix3d::Identity());
 }
 
 void check_options(const PrpCalibrationOptions& options) {
   if (!(options.actuator_sigma_mm > 0.0) || !(options.mark_sigma_mm > 0.0))
-    throw MotionError(fmt::format("stage calibration: found sigma {} mm of the sliders and {} mm of the marks, "
-                                  "expected both above 0",
-                                  options.actuator_sigma_mm, options.mark_sigma_mm));
+    throw MotionError(
+        fmt::format("stage calibration: found sigma {} mm of the sliders and {} mm of the marks, "
+                    "expected both above 0",
+                    options.actuator_sigma_mm, options.mark_sigma_mm));
 }
 
 std::vector<SeenPose> seen_poses(const std::vector<Vector2d>& plate_mm, const std::vector<PlateView>& views,
                                  const PrpGeometry& nominal, const PrpCalibrationOptions& options) {
   if (views.size() < kFewestViews)
-    throw MotionError(fmt::format("stage calibration: found {} poses, expected at least {}", views.size(),
-                                  kFewestViews));
+    throw MotionError(
+        fmt::format("stage calibration: found {} poses, expected at least {}", views.size(), kFewestViews));
   std::vector<SeenPose> poses;
   for (std::size_t k = 0; k < views.size(); ++k) {
     const PlateView& view = views[k];
@@ -138,8 +138,9 @@ std::vector<SeenPose> seen_poses(const std::vector<Vector2d>& plate_mm, const st
       known.push_back(plate_mm[mark]);
     }
     if (!view.turns.allFinite())
-      throw MotionError(fmt::format("stage calibration, pose {}: found turns {}, {}, {}, expected finite numbers",
-                                    k + 1, view.turns[0], view.turns[1], view.turns[2]));
+      throw MotionError(
+          fmt::format("stage calibration, pose {}: found turns {}, {}, {}, expected finite numbers", k + 1,
+                      view.turns[0], view.turns[1], view.turns[2]));
     try {
       poses.push_back({view.turns, fit_pose(known, view.seen_mm).pose,
                        whitening(nominal, view.turns, view.seen_mm, options)});
@@ -160,9 +161,9 @@ PlanarPose first_plate_place(const std::vector<SeenPose>& poses, const PrpGeomet
 
 std::vector<IdentifiedParameter> named_parameters(const All& nominal, const All& value,
                                                   const Information& covariance, const All& prior) {
-  constexpr std::array<const char*, kAll> kNames{"R_1",    "R_2",    "R_3",  "q_1",     "q_2",     "q_3",
-                                                 "d_1",    "d_2",    "d_3",  "beta_1",  "beta_2",  "beta_3",
-                                                 "l_32",   "alpha_1", "alpha_2", "plate x", "plate y", "plate angle"};
+  constexpr std::array<const char*, kAll> kNames{
+      "R_1",    "R_2",    "R_3",    "q_1",  "q_2",     "q_3",     "d_1",     "d_2",     "d_3",
+      "beta_1", "beta_2", "beta_3", "l_32", "alpha_1", "alpha_2", "plate x", "plate y", "plate angle"};
   std::vector<IdentifiedParameter> parameters;
   for (int i = 0; i < kAll; ++i) {
     const bool angle = (i >= prp_parts::kBeta && i != prp_parts::kLink && i < kStage) || i == kAll - 1;
@@ -173,15 +174,16 @@ std::vector<IdentifiedParameter> named_parameters(const All& nominal, const All&
   return parameters;
 }
 
-/// Standard uncertainty of the worst slider over the 27 corners and middles of the workspace, for displacements
-/// from home: what the calibration is for.
+/// Standard uncertainty of the worst slider over the 27 corners and middles of the workspace, for
+/// displacements from home: what the calibration is for.
 double prediction_sigma_mm(const PrpGeometry& geometry, const Information& covariance) {
   const Parameters at = prp_parts::to_vector(geometry);
   const PlanarPose home = prp_forward(geometry, PrpTurns::Zero());
   double worst = 0.0;
   for (int corner = 0; corner < 27; ++corner) {
     PrpTurns turns(corner % 3 - 1, corner / 3 % 3 - 1, corner / 9 - 1);
-    for (int i = 0; i < 3; ++i) turns[i] *= geometry.stroke_mm / geometry.lead_mm[static_cast<std::size_t>(i)];
+    for (int i = 0; i < 3; ++i)
+      turns[i] *= geometry.stroke_mm / geometry.lead_mm[static_cast<std::size_t>(i)];
     const PlanarPose by = displacement(home, prp_forward(geometry, turns));
     Eigen::Matrix<double, 3, kStage> by_parameter;
     for (int i = 0; i < kStage; ++i) {
@@ -196,7 +198,8 @@ double prediction_sigma_mm(const PrpGeometry& geometry, const Information& covar
       }
       by_parameter.col(i) = (turned[1] - turned[0]) / (2.0 * step);
     }
-    const Matrix3d spread = by_parameter * covariance.topLeftCorner<kStage, kStage>() * by_parameter.transpose();
+    const Matrix3d spread =
+        by_parameter * covariance.topLeftCorner<kStage, kStage>() * by_parameter.transpose();
     for (int i = 0; i < 3; ++i)
       worst = std::max(worst, geometry.lead_mm[static_cast<std::size_t>(i)] * std::sqrt(spread(i, i)));
   }
@@ -216,21 +219,23 @@ void add_warnings(PrpCalibration& result, const PrpCalibrationOptions& options) 
     }
   for (const auto& parameter : result.parameters)
     if (parameter.sigma > 0.9 * parameter.prior_sigma)
-      result.warnings.push_back(fmt::format("these data say nothing about {}: it is still known to {:.3g} {} only",
-                                            parameter.name, parameter.sigma, parameter.unit));
+      result.warnings.push_back(
+          fmt::format("these data say nothing about {}: it is still known to {:.3g} {} only", parameter.name,
+                      parameter.sigma, parameter.unit));
   if (result.prediction_sigma_mm > options.actuator_sigma_mm)
-    result.warnings.push_back(
-        fmt::format("the poses leave {:.1f} um (sigma) open at the corners of the workspace, expected less than "
-                    "the sliders' scatter of {:.1f} um; take more poses, or those of choose_poses",
-                    result.prediction_sigma_mm * 1e3, options.actuator_sigma_mm * 1e3));
+    result.warnings.push_back(fmt::format(
+        "the poses leave {:.1f} um (sigma) open at the corners of the workspace, expected less than "
+        "the sliders' scatter of {:.1f} um; take more poses, or those of choose_poses",
+        result.prediction_sigma_mm * 1e3, options.actuator_sigma_mm * 1e3));
   if (result.misfit > kMisfit)
-    result.warnings.push_back(fmt::format("residuals are {:.1f} times the noise given: the stage does what the "
-                                          "model doesn't know, or the noise is larger than told",
-                                          result.misfit));
+    result.warnings.push_back(
+        fmt::format("residuals are {:.1f} times the noise given: the stage does what the "
+                    "model doesn't know, or the noise is larger than told",
+                    result.misfit));
 }
 
-/// Largest over smallest eigenvalue of the information of the data, over the directions in which they say more
-/// than the priors.
+/// Largest over smallest eigenvalue of the information of the data, over the directions in which they say
+/// more than the priors.
 double condition_of(const Information& data) {
   const Eigen::SelfAdjointEigenSolver<Information> solver(data);
   double smallest = INFINITY;
@@ -256,8 +261,8 @@ PrpCalibration calibrate_prp(const std::vector<Vector2d>& plate_mm, const std::v
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<ViewResidual, 3, kAll>(new ViewResidual{pose, start, sigma}), nullptr,
         scaled.data());
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PriorResidual, kAll, kAll>(new PriorResidual), nullptr,
-                           scaled.data());
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PriorResidual, kAll, kAll>(new PriorResidual),
+                           nullptr, scaled.data());
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_QR;
   solver.logging_type = ceres::SILENT;
@@ -286,7 +291,8 @@ PrpCalibration calibrate_prp(const std::vector<Vector2d>& plate_mm, const std::v
     travel_excess(value.data(), pose.plate, pose.turns, excess.data());
     result.residuals_mm.push_back(excess);
   }
-  const Information scaled_covariance = (data + Information::Identity()).ldlt().solve(Information::Identity());
+  const Information scaled_covariance =
+      (data + Information::Identity()).ldlt().solve(Information::Identity());
   const Information covariance = sigma.asDiagonal() * scaled_covariance * sigma.asDiagonal();
   const All deviation = scaled_covariance.diagonal().cwiseSqrt();
 
@@ -374,16 +380,16 @@ std::vector<PrpTurns> choose_poses(std::size_t count, const PrpGeometry& nominal
   return turns;
 }
 
-ResidualTable::ResidualTable(const std::vector<Vector3d>& travels_mm, const std::vector<Vector3d>& residuals_mm,
-                             double sigma_mm, double stroke_mm)
+ResidualTable::ResidualTable(const std::vector<Vector3d>& travels_mm,
+                             const std::vector<Vector3d>& residuals_mm, double sigma_mm, double stroke_mm)
     : stroke_mm_(stroke_mm) {
   const auto count = static_cast<Eigen::Index>(travels_mm.size());
   Eigen::MatrixXd squared(count, count);
   for (Eigen::Index i = 0; i < count; ++i)
     for (Eigen::Index j = 0; j < count; ++j)
-      squared(i, j) = (travels_mm[static_cast<std::size_t>(i)] - travels_mm[static_cast<std::size_t>(j)])
-                          .squaredNorm() /
-                      (stroke_mm * stroke_mm);
+      squared(i, j) =
+          (travels_mm[static_cast<std::size_t>(i)] - travels_mm[static_cast<std::size_t>(j)]).squaredNorm() /
+          (stroke_mm * stroke_mm);
   Eigen::MatrixXd residuals(count, 3);
   for (Eigen::Index i = 0; i < count; ++i) residuals.row(i) = residuals_mm[static_cast<std::size_t>(i)];
   // Minus twice the log likelihood, up to a constant; a table must earn its two parameters (Akaike).
@@ -408,7 +414,8 @@ ResidualTable::ResidualTable(const std::vector<Vector3d>& travels_mm, const std:
       }
     }
   }
-  const bool any = std::any_of(fit_.begin(), fit_.end(), [](const Fit& fit) { return fit.variance_mm2 > 0.0; });
+  const bool any =
+      std::any_of(fit_.begin(), fit_.end(), [](const Fit& fit) { return fit.variance_mm2 > 0.0; });
   if (!any) return;
   for (const auto& travel : travels_mm) nodes_.push_back(travel / stroke_mm);
 }
@@ -419,7 +426,8 @@ Vector3d ResidualTable::at(const Vector3d& travel_mm) const {
     const double squared = (travel_mm / stroke_mm_ - nodes_[k]).squaredNorm();
     for (std::size_t b = 0; b < 3; ++b)
       if (fit_[b].variance_mm2 > 0.0)
-        sum[static_cast<Eigen::Index>(b)] += weights_[b][static_cast<Eigen::Index>(k)] * fit_[b].variance_mm2 *
+        sum[static_cast<Eigen::Index>(b)] += weights_[b][static_cast<Eigen::Index>(k)] *
+                                             fit_[b].variance_mm2 *
                                              std::exp(-0.5 * squared / (fit_[b].length * fit_[b].length));
   }
   return sum;

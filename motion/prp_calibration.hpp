@@ -18,8 +18,8 @@ struct PlateView {
   std::vector<Eigen::Vector2d> seen_mm;  ///< where, in the camera's frame
 };
 
-/// How far each error may be from nominal, one sigma: weak knowledge that decides only what the data leave open.
-/// Places are wide, since the camera's frame may lie anywhere in the stage's.
+/// How far each error may be from nominal, one sigma: weak knowledge that decides only what the data leave
+/// open. Places are wide, since the camera's frame may lie anywhere in the stage's.
 struct PrpPriors {
   double lead_share = 0.01;
   double offset_mm = 100.0, d_mm = 100.0, link_mm = 0.05;
@@ -69,27 +69,28 @@ class ResidualTable {
 };
 
 struct PrpCalibration {
-  PrpGeometry geometry;   ///< identified, in the camera's frame
-  PlanarPose plate;       ///< of the plate in the platform's frame
-  ResidualTable table;    ///< on top of the geometry
+  PrpGeometry geometry;                         ///< identified, in the camera's frame
+  PlanarPose plate;                             ///< of the plate in the platform's frame
+  ResidualTable table;                          ///< on top of the geometry
   std::vector<IdentifiedParameter> parameters;  ///< 15 of the stage, then 3 of the plate's place
   Eigen::MatrixXd correlation;                  ///< of the parameters
   std::vector<Eigen::Vector3d> residuals_mm;    ///< of the sliders at each view
-  double misfit = 0.0;            ///< rms of the residuals in their sigma; 1 if the noise explains all
+  double misfit = 0.0;               ///< rms of the residuals in their sigma; 1 if the noise explains all
   double prediction_sigma_mm = 0.0;  ///< worst slider over the corners of the workspace, from the data alone
   double condition = 0.0;  ///< of the information on what the data determine, each in its prior's unit
   int iterations = 0;
   std::vector<std::string> warnings;  ///< one line each: what can't be told apart, too few poses, misfit
 };
 
-/// Least squares of all parameters over the views (Levenberg-Marquardt, Ceres). A view's marks give the plate's
-/// pose in closed form; the inverse kinematics give the travel of each slider for it, and what differs from the
-/// commanded one is weighed with the scatter of the sliders and the camera's noise.
+/// Least squares of all parameters over the views (Levenberg-Marquardt, Ceres). A view's marks give the
+/// plate's pose in closed form; the inverse kinematics give the travel of each slider for it, and what
+/// differs from the commanded one is weighed with the scatter of the sliders and the camera's noise.
 /// @param plate_mm the plate's marks in its own frame, as made.
 /// @throws MotionError on fewer than 7 views, marks that can't be (see fit_pose), a mark not on the plate, or
 /// numbers that aren't finite: which view, what was found.
-PrpCalibration calibrate_prp(const std::vector<Eigen::Vector2d>& plate_mm, const std::vector<PlateView>& views,
-                             const PrpGeometry& nominal, const PrpCalibrationOptions& options = {});
+PrpCalibration calibrate_prp(const std::vector<Eigen::Vector2d>& plate_mm,
+                             const std::vector<PlateView>& views, const PrpGeometry& nominal,
+                             const PrpCalibrationOptions& options = {});
 
 /// Poses for a calibration: those of a 5 x 5 x 5 grid over the strokes that together have the largest
 /// determinant of information (D-optimal, greedy and then exchanged). A pose may come up more than once.

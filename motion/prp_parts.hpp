@@ -46,8 +46,8 @@ inline PrpGeometry to_geometry(const Parameters& v, PrpGeometry nominal) {
   return nominal;
 }
 
-/// Travel of each slider from home, R p. The guide of branch i is the line n (A - C) = c with the slider's place
-/// A = base + (offset + travel) u: one linear equation each.
+/// Travel of each slider from home, R p. The guide of branch i is the line n (A - C) = c with the slider's
+/// place A = base + (offset + travel) u: one linear equation each.
 template <typename T>
 std::array<T, 3> travels_mm(const T* v, const T& x, const T& y, const T& angle) {
   using std::cos;

@@ -57,8 +57,8 @@ void PrpStageModel::place(const PrpTurns& turns, double scatter_mm) {
     const double wave_mm =
         config_.screw_wave_mm * std::sin(2.0 * std::numbers::pi * travel_mm / config_.screw_wavelength_mm +
                                          static_cast<double>(branch));
-    reached[i] = (travel_mm + lost_mm_[branch] + wave_mm + noise(scatter_mm)) /
-                 config_.geometry.lead_mm[branch];
+    reached[i] =
+        (travel_mm + lost_mm_[branch] + wave_mm + noise(scatter_mm)) / config_.geometry.lead_mm[branch];
   }
   commanded_ = turns;
   pose_ = prp_forward(config_.geometry, reached);

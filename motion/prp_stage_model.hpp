@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated 3-PRP alignment stage under a camera: geometric and gear errors, scatter of the stops, backlash,
-// screws and guides that aren't straight, noise of the camera.
+// A simulated 3-PRP alignment stage under a camera: geometric and gear errors, scatter of the stops,
+// backlash, screws and guides that aren't straight, noise of the camera.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ struct PrpStageConfig {
 struct PrpTolerances {
   double lead_share = 0.003;
   double offset_mm = 0.3, d_mm = 1.0, link_mm = 0.02;
-  double angle_rad = 0.003;         ///< of beta 1..3, alpha 1, alpha 2
-  double frame_origin_mm = 50.0;    ///< of the camera's frame in the stage's
+  double angle_rad = 0.003;       ///< of beta 1..3, alpha 1, alpha 2
+  double frame_origin_mm = 50.0;  ///< of the camera's frame in the stage's
   double frame_angle_rad = 0.003;
 };
 

@@ -116,7 +116,8 @@ struct Steps {
       return std::atan2(way.y(), way.x());
     };
     const double at_home = angle(known.nodes[static_cast<std::size_t>(last)]);
-    for (auto& node : known.nodes) node.angle_rad = std::remainder(angle(node) - at_home, 2.0 * std::numbers::pi);
+    for (auto& node : known.nodes)
+      node.angle_rad = std::remainder(angle(node) - at_home, 2.0 * std::numbers::pi);
   }
 };
 
@@ -129,10 +130,11 @@ struct TablePlace {
 TablePlace place_of(const StagedCalibration& calibration, double angle_rad) {
   const auto& nodes = calibration.nodes;
   if (!(angle_rad >= nodes.front().angle_rad && angle_rad <= nodes.back().angle_rad))
-    throw MotionError(fmt::format("board: found turned by {:.1f} arcsec, expected {:.1f} to {:.1f} (the "
-                                  "attitude table's range)",
-                                  angle_rad / kArcsecond_rad, nodes.front().angle_rad / kArcsecond_rad,
-                                  nodes.back().angle_rad / kArcsecond_rad));
+    throw MotionError(
+        fmt::format("board: found turned by {:.1f} arcsec, expected {:.1f} to {:.1f} (the "
+                    "attitude table's range)",
+                    angle_rad / kArcsecond_rad, nodes.front().angle_rad / kArcsecond_rad,
+                    nodes.back().angle_rad / kArcsecond_rad));
   std::size_t upper = 1;
   while (upper + 1 < nodes.size() && nodes[upper].angle_rad < angle_rad) ++upper;
   const double low = nodes[upper - 1].angle_rad, high = nodes[upper].angle_rad;
@@ -154,8 +156,7 @@ Vector2d turned_mark(const StagedCalibration& calibration, const TablePlace& pla
   if (third == looked_at)
     throw MotionError("plate: found the marks nearest to the board's on one line, expected a grid");
   const std::array<std::size_t, 3> corner{nearest[0], nearest[1], nearest[third]};
-  const Eigen::Vector3d share =
-      triangle_shares(mark_mm, home[corner[0]], home[corner[1]], home[corner[2]]);
+  const Eigen::Vector3d share = triangle_shares(mark_mm, home[corner[0]], home[corner[1]], home[corner[2]]);
   Vector2d turned = Vector2d::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
     const Vector2d low = calibration.nodes[place.lower].marks_mm[corner[i]];
@@ -191,7 +192,8 @@ Decoupled decoupled(const Vector2d& move_mm, double angle_rad, double alpha1_rad
           move_mm.y() - move_mm.x() * std::tan(angle_rad)};
 }
 
-Eigen::Vector3d triangle_shares(const Vector2d& point, const Vector2d& a, const Vector2d& b, const Vector2d& c) {
+Eigen::Vector3d triangle_shares(const Vector2d& point, const Vector2d& a, const Vector2d& b,
+                                const Vector2d& c) {
   if (on_a_line(a, b, c))
     throw MotionError(
         fmt::format("triangle: found corners ({}, {}), ({}, {}), ({}, {}) on a line, expected an area", a.x(),
@@ -223,8 +225,9 @@ PrpTurns staged_turns(const StagedCalibration& calibration, const PrpGeometry& n
 
 double node_interval(double tolerance, double largest_second_derivative) {
   if (!(tolerance > 0.0) || !(largest_second_derivative > 0.0))
-    throw MotionError(fmt::format("interval rule: found tolerance {} and second derivative {}, expected both above 0",
-                                  tolerance, largest_second_derivative));
+    throw MotionError(
+        fmt::format("interval rule: found tolerance {} and second derivative {}, expected both above 0",
+                    tolerance, largest_second_derivative));
   return std::sqrt(8.0 * tolerance / largest_second_derivative);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Staged self-calibration and alignment of the 3-PRP stage as published in paper 003: frame, gear ratios, axis
-// skew alpha_1, attitude table; triangular interpolation and decoupled translation.
+// Staged self-calibration and alignment of the 3-PRP stage as published in paper 003: frame, gear ratios,
+// axis skew alpha_1, attitude table; triangular interpolation and decoupled translation.
 #pragma once
 
 #include <vector>
@@ -19,23 +19,23 @@ struct AttitudeNode {
 
 /// What the paper's method knows of a stage.
 struct StagedCalibration {
-  PrpTurns home = PrpTurns::Zero();          ///< step 1: travel along X is the camera's X from here
-  std::array<double, 3> lead_mm{};           ///< step 2: R1, R2, R3
-  double alpha1_rad = 0.0;                   ///< step 3
-  std::vector<AttitudeNode> nodes;           ///< step 4, rising difference
+  PrpTurns home = PrpTurns::Zero();  ///< step 1: travel along X is the camera's X from here
+  std::array<double, 3> lead_mm{};   ///< step 2: R1, R2, R3
+  double alpha1_rad = 0.0;           ///< step 3
+  std::vector<AttitudeNode> nodes;   ///< step 4, rising difference
 };
 
 /// How the steps are made.
 struct StagedOptions {
-  double travel_mm = 4.0;      ///< to either side in steps 1 to 3
-  int repeats = 5;             ///< of each of their measurements, averaged
-  double interval_mm = 1.0;    ///< between nodes, of the difference q3 - q2 (paper: 1 mm)
-  double difference_mm = 10.0; ///< of the last node, to either side (twice the stroke)
+  double travel_mm = 4.0;       ///< to either side in steps 1 to 3
+  int repeats = 5;              ///< of each of their measurements, averaged
+  double interval_mm = 1.0;     ///< between nodes, of the difference q3 - q2 (paper: 1 mm)
+  double difference_mm = 10.0;  ///< of the last node, to either side (twice the stroke)
 };
 
-/// Section 4.2, steps 1 to 4. `plate_mm` are the plate's marks, about where they stand; the first and the last
-/// must be far apart, since angles come from them. At each mark the whole table is run through, as the paper
-/// does, so that marks of one node don't stand still together.
+/// Section 4.2, steps 1 to 4. `plate_mm` are the plate's marks, about where they stand; the first and the
+/// last must be far apart, since angles come from them. At each mark the whole table is run through, as the
+/// paper does, so that marks of one node don't stand still together.
 /// @throws MotionError on a plate of fewer than three marks, or options that can't be.
 StagedCalibration calibrate_staged(const PrpMachine& machine, const std::vector<Eigen::Vector2d>& plate_mm,
                                    const PrpGeometry& nominal, const StagedOptions& options = {});
@@ -58,17 +58,18 @@ Decoupled decoupled(const Eigen::Vector2d& move_mm, double angle_rad, double alp
 Eigen::Vector3d triangle_shares(const Eigen::Vector2d& point, const Eigen::Vector2d& a,
                                 const Eigen::Vector2d& b, const Eigen::Vector2d& c);
 
-/// Section 4.3: turns that take a board's marks from where they were seen with the stage at home to where they
-/// are wanted. Equation (7) picks the three nearest marks of the plate; a nearest three on a line is passed
-/// over for the next that isn't.
-/// @throws MotionError if marks are too few or can't be, the angle lies outside the table, or the pose is out of
-/// reach.
+/// Section 4.3: turns that take a board's marks from where they were seen with the stage at home to where
+/// they are wanted. Equation (7) picks the three nearest marks of the plate; a nearest three on a line is
+/// passed over for the next that isn't.
+/// @throws MotionError if marks are too few or can't be, the angle lies outside the table, or the pose is out
+/// of reach.
 using Decoupling = Decoupled (*)(const Eigen::Vector2d& move_mm, double angle_rad, double alpha1_rad);
 PrpTurns staged_turns(const StagedCalibration& calibration, const PrpGeometry& nominal,
                       const std::vector<Eigen::Vector2d>& seen_mm,
                       const std::vector<Eigen::Vector2d>& wanted_mm, Decoupling decoupling = decoupled);
 
-/// Interval rule, (11) of section 4.4: h < sqrt(8 eps / M), M the largest second derivative over the interval.
+/// Interval rule, (11) of section 4.4: h < sqrt(8 eps / M), M the largest second derivative over the
+/// interval.
 double node_interval(double tolerance, double largest_second_derivative);
 
 }  // namespace meltstage::motion

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <random>
@@ -10,6 +11,23 @@
 namespace meltstage::motion {
 
 using Eigen::Vector2d;
+
+namespace {
+
+/// Marks far from each other: each the farthest from those chosen before.
+std::vector<std::size_t> spread_marks(const std::vector<Vector2d>& plate_mm, std::size_t count) {
+  std::vector<std::size_t> chosen{0};
+  std::vector<double> nearest_mm(plate_mm.size(), INFINITY);
+  while (chosen.size() < std::min(count, plate_mm.size())) {
+    for (std::size_t i = 0; i < plate_mm.size(); ++i)
+      nearest_mm[i] = std::min(nearest_mm[i], (plate_mm[i] - plate_mm[chosen.back()]).norm());
+    const auto farthest = std::max_element(nearest_mm.begin(), nearest_mm.end());
+    chosen.push_back(static_cast<std::size_t>(farthest - nearest_mm.begin()));
+  }
+  return chosen;
+}
+
+}  // namespace
 
 std::vector<PlanarPose> table2_poses() {
   constexpr double kUm = 1e-3;
@@ -92,14 +110,12 @@ AlignmentError worst_of(const std::vector<AlignmentError>& errors) {
 
 std::vector<PlateView> view_plate(const PrpMachine& machine, const std::vector<Vector2d>& plate_mm,
                                   const std::vector<PrpTurns>& poses, std::size_t marks_per_view) {
+  const std::vector<std::size_t> marks = spread_marks(plate_mm, marks_per_view);
   std::vector<PlateView> views;
   for (const PrpTurns& turns : poses) {
     machine.move_to(turns);
-    PlateView view{turns, {}, {}};
-    for (std::size_t i = 0; i < marks_per_view; ++i) {
-      view.marks.push_back(i * (plate_mm.size() - 1) / (marks_per_view - 1));
-      view.seen_mm.push_back(machine.see(view.marks.back()));
-    }
+    PlateView view{turns, marks, {}};
+    for (const std::size_t mark : marks) view.seen_mm.push_back(machine.see(mark));
     views.push_back(view);
   }
   return views;
@@ -110,14 +126,14 @@ std::vector<Vector2d> plate_marks(std::size_t columns, std::size_t rows, double 
   std::vector<Vector2d> marks;
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column)
-      marks.push_back(first_mm +
-                      pitch_mm * Vector2d(static_cast<double>(column), static_cast<double>(row)));
+      marks.push_back(first_mm + pitch_mm * Vector2d(static_cast<double>(column), static_cast<double>(row)));
   return marks;
 }
 
 Repeatability repeatability(const std::vector<AlignmentError>& attained) {
   if (attained.size() < 2)
-    throw MotionError(fmt::format("repeatability: found {} poses attained, expected at least 2", attained.size()));
+    throw MotionError(
+        fmt::format("repeatability: found {} poses attained, expected at least 2", attained.size()));
   const auto count = static_cast<double>(attained.size());
   AlignmentError centre;
   for (const auto& each : attained) {

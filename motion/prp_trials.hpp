@@ -35,7 +35,7 @@ struct AlignmentError {
 struct TrialSetup {
   std::vector<Eigen::Vector2d> board_mm{{85.0, 135.0}, {385.0, 335.0}};  ///< marks in the platform's frame
   PrpTurns home = PrpTurns::Zero();
-  int repeats = 5;            ///< of each pose, averaged
+  int repeats = 5;             ///< of each pose, averaged
   bool home_scatters = false;  ///< else the home stop is what the scatter of the others is counted from
 };
 
@@ -56,9 +56,9 @@ std::vector<Eigen::Vector2d> plate_marks(std::size_t columns, std::size_t rows, 
 
 /// Repeatability of attained poses.
 struct Repeatability {
-  double radius_mm = 0.0;    ///< RP = mean + 3 sigma of the distances from the barycentre (ISO 9283, 7.2)
-  double angle_rad = 0.0;    ///< +- 3 sigma
-  double enclosing_mm = 0.0; ///< radius of the smallest circle around all
+  double radius_mm = 0.0;     ///< RP = mean + 3 sigma of the distances from the barycentre (ISO 9283, 7.2)
+  double angle_rad = 0.0;     ///< +- 3 sigma
+  double enclosing_mm = 0.0;  ///< radius of the smallest circle around all
 };
 
 /// @throws MotionError if there are fewer than two.

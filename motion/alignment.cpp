@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/alignment.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace meltstage::motion {
+namespace {
+
+using Eigen::Vector2d;
+
+void check_limits(const AlignmentLimits& limits) {
+  if (!(limits.place_mm > 0.0) || !(limits.board_mm > 0.0) || !(limits.capture_mm > 0.0) ||
+      limits.most_moves < 1)
+    throw MotionError(
+        fmt::format("alignment: found limits {} mm in place, {} mm on the board, {} mm around a mark and {} "
+                    "moves, expected all above 0",
+                    limits.place_mm, limits.board_mm, limits.capture_mm, limits.most_moves));
+}
+
+AlignmentLook look_at(const AlignmentMachine& machine, const PrpTurns& turns,
+                      const std::vector<Vector2d>& wanted_mm, const AlignmentLimits& limits) {
+  const std::vector<Vector2d> seen = match_marks(wanted_mm, machine.see_board(), limits.capture_mm);
+  const PoseFit fit = fit_pose(seen, wanted_mm);
+  if (fit.rms_mm > limits.board_mm)
+    throw MotionError(
+        fmt::format("board: found its marks {:.4f} mm (rms) from where its data have them, expected at most "
+                    "{} mm; is it this board?",
+                    fit.rms_mm, limits.board_mm));
+  AlignmentLook look{turns, fit.pose, 0.0};
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    look.worst_mm = std::max(look.worst_mm, (seen[i] - wanted_mm[i]).norm());
+  return look;
+}
+
+}  // namespace
+
+std::vector<Vector2d> match_marks(const std::vector<Vector2d>& wanted_mm,
+                                  const std::vector<Vector2d>& seen_mm, double reach_mm) {
+  for (std::size_t i = 0; i < seen_mm.size(); ++i)
+    if (!seen_mm[i].allFinite())
+      throw MotionError(fmt::format("board: found mark {} of those seen at ({}, {}), expected finite numbers",
+                                    i + 1, seen_mm[i].x(), seen_mm[i].y()));
+  std::vector<Vector2d> matched;
+  for (std::size_t i = 0; i < wanted_mm.size(); ++i) {
+    std::vector<Vector2d> near;
+    for (const auto& seen : seen_mm)
+      if ((seen - wanted_mm[i]).norm() <= reach_mm) near.push_back(seen);
+    if (near.size() != 1)
+      throw MotionError(
+          fmt::format("board mark {}: found {} marks within {} mm of ({:.3f}, {:.3f}) mm, expected 1", i + 1,
+                      near.size(), reach_mm, wanted_mm[i].x(), wanted_mm[i].y()));
+    matched.push_back(near.front());
+  }
+  return matched;
+}
+
+AlignmentResult align_board(const AlignmentMachine& machine, const Displacer& displaced,
+                            const PrpTurns& start, const std::vector<Vector2d>& wanted_mm,
+                            const AlignmentLimits& limits) {
+  check_limits(limits);
+  AlignmentResult result;
+  result.looks.push_back(look_at(machine, start, wanted_mm, limits));
+  for (int move = 0; move < limits.most_moves && result.looks.back().worst_mm > limits.place_mm; ++move) {
+    const PrpTurns turns = displaced(result.looks.back().turns, result.looks.back().to_go);
+    machine.move_to(turns);
+    result.looks.push_back(look_at(machine, turns, wanted_mm, limits));
+  }
+  result.aligned = result.looks.back().worst_mm <= limits.place_mm;
+  return result;
+}
+
+}  // namespace meltstage::motion

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/dot_plate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "tests/motion/error_line.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using Eigen::Vector2d;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+/// One dot alone in a small image, at (x, y) px from its middle, to the right and up.
+GrayImage one_dot(const PlateCamera& camera, double radius_px, double x_px, double y_px, std::uint64_t seed) {
+  DotPlate plate{5, 3, 200.0};
+  plate.dot_mm = 2.0 * radius_px * camera.pixel_mm / plate.large_share;
+  return render(plate, camera, {{x_px * camera.pixel_mm, y_px * camera.pixel_mm, 0.0}, false, {}}, seed);
+}
+
+double rms_px(const PlateCamera& camera, double radius_px, int images) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> within(-0.5, 0.5);
+  double squares = 0.0;
+  for (int i = 0; i < images; ++i) {
+    const double x = within(random), y = within(random);
+    const auto marks = find_dots(one_dot(camera, radius_px, x, y, static_cast<std::uint64_t>(i)));
+    EXPECT_EQ(marks.size(), 1U);
+    if (marks.size() != 1) return INFINITY;
+    squares += std::pow(marks[0].x_px - 0.5 * (camera.width - 1) - x, 2) +
+               std::pow(marks[0].y_px - 0.5 * (camera.height - 1) + y, 2);
+  }
+  return std::sqrt(squares / (2.0 * images));
+}
+
+PlateCamera small_camera() {
+  PlateCamera camera;
+  camera.width = camera.height = 96;
+  return camera;
+}
+
+TEST(DotCentres, FinerThanAHundredthOfAPixel) {
+  EXPECT_LT(rms_px(small_camera(), 20.0, 100), 0.005);
+  EXPECT_LT(rms_px(small_camera(), 8.0, 100), 0.008);
+}
+
+TEST(DotCentres, SlopingLightDoesNotPullThem) {
+  PlateCamera camera = small_camera();
+  camera.noise = 0.0;
+  camera.gradient_x = 0.5;
+  camera.gradient_y = -0.3;
+  EXPECT_LT(rms_px(camera, 20.0, 50), 0.002);
+  EXPECT_LT(rms_px(camera, 8.0, 50), 0.003);
+}
+
+TEST(DotCentres, StrongNoiseIsBorne) {
+  PlateCamera camera = small_camera();
+  camera.noise = 6.0;
+  EXPECT_LT(rms_px(camera, 20.0, 50), 0.015);
+  camera.blur_px = 2.0;
+  EXPECT_LT(rms_px(camera, 20.0, 50), 0.025);
+}
+
+TEST(DotCentres, DirtIsNoDot) {
+  const PlateCamera camera = small_camera();
+  GrayImage image = one_dot(camera, 20.0, 0.3, 0.1, 1);
+  const auto blot = [&](int x0, int y0, int width, int height, std::uint8_t grey) {
+    for (int y = y0; y < y0 + height; ++y)
+      for (int x = x0; x < x0 + width; ++x)
+        image.pixels[static_cast<std::size_t>(y * image.width + x)] = grey;
+  };
+  blot(5, 5, 3, 30, 60);  // a scratch
+  EXPECT_EQ(find_dots(image).size(), 1U);
+  blot(50, 30, 12, 12, 240);  // a flake on the dot
+  EXPECT_EQ(find_dots(image).size(), 0U);
+}
+
+/// Every dot that was named stands where the scene has it.
+void expect_named_rightly(const std::vector<PlateDot>& dots, const DotPlate& plate, const PlateScene& scene,
+                          const PlateCamera& camera) {
+  for (const PlateDot& each : dots)
+    EXPECT_LT(
+        (moved(scene.plate, plate.pitch_mm * each.dot.cast<double>()) / camera.pixel_mm - each.at_px).norm(),
+        0.05)
+        << each.dot.transpose();
+}
+
+TEST(ReadPlate, NamesTheDotsWhicheverWayThePlateLies) {
+  const DotPlate plate;
+  const PlateCamera camera;
+  for (const double degrees : {0.2, 37.0, 90.0, 181.0, -100.0}) {
+    const PlateScene scene{{-0.4, 0.3, degrees * std::numbers::pi / 180.0}, false, {}};
+    const auto dots = read_plate(render(plate, camera, scene, 1), plate);
+    EXPECT_GE(dots.size(), 24U);
+    expect_named_rightly(dots, plate, scene, camera);
+  }
+}
+
+TEST(ReadPlate, MissingDotsAreLeftOut) {
+  const DotPlate plate;
+  const PlateCamera camera;
+  const PlateScene scene{{0.1, 0.2, 0.01}, false, {{1, 0}, {-1, 1}, {-2, -1}}};
+  const auto dots = read_plate(render(plate, camera, scene, 1), plate);
+  EXPECT_EQ(dots.size(), 32U);
+  expect_named_rightly(dots, plate, scene, camera);
+}
+
+TEST(ReadPlate, FarFromTheMiddleByWhereItMustBe) {
+  const DotPlate plate;
+  const PlateCamera camera;
+  const PlateScene scene{{-30.1, 12.2, 0.004}, false, {}};
+  const auto image = render(plate, camera, scene, 1);
+  PlanarPose expected = scene.plate;
+  expected.x_mm += 0.1;
+  const auto dots = read_plate(image, plate, expected, 0.0125);
+  EXPECT_GE(dots.size(), 28U);
+  expect_named_rightly(dots, plate, scene, camera);
+  expected.x_mm += 0.3;
+  EXPECT_THAT(error_line([&] { read_plate(image, plate, expected, 0.0125); }),
+              HasSubstr("from where it was expected"));
+  EXPECT_EQ(error_line([&] { read_plate(image, plate); }),
+            "plate image: found 0 large dots, expected 3; move the camera over the plate's middle");
+}
+
+TEST(ReadPlate, RefusesWhatIsNoPlate) {
+  const DotPlate plate;
+  const PlateCamera camera;
+  const auto refusal = [&](const PlateScene& scene) {
+    return error_line([&] { read_plate(render(plate, camera, scene, 1), plate); });
+  };
+  EXPECT_THAT(refusal({{0.1, 0.2, 0.01}, true, {}}),
+              HasSubstr("mirrored, expected (0,0), (2,0), (0,1); the plate lies upside down"));
+  EXPECT_THAT(refusal({{0.1, 0.2, 0.01}, false, {{2, 0}}}), StartsWith("plate image: found 2 large dots"));
+  EXPECT_EQ(refusal({{500.0, 0.0, 0.0}, false, {}}), "plate image: found 0 dots, expected at least 4");
+  PlateScene line{{0.1, 0.2, 0.01}, false, {}};
+  for (int row = -3; row <= 3; ++row)
+    for (int column = -4; column <= 4; ++column)
+      if (row != 0) line.missing.emplace_back(column, row);
+  EXPECT_THAT(refusal(line), HasSubstr("dots on a line, expected a grid"));
+  GrayImage cut = render(plate, camera, {{0.0, 0.0, 0.0}, false, {}}, 1);
+  cut.pixels.pop_back();
+  EXPECT_THAT(error_line([&] { read_plate(cut, plate); }),
+              StartsWith("plate image: found 640 x 480 with 307199 pixels"));
+  DotPlate touching;
+  touching.dot_mm = 0.9;
+  EXPECT_THAT(error_line([&] { check_plate(touching); }), StartsWith("plate: found dots of 0.9 mm"));
+}
+
+}  // namespace
+}  // namespace meltstage::motion
