@@ -112,6 +112,21 @@ TEST(IntervalRule, OneMillimetreKeepsTheAngleTo8500ths) {
   EXPECT_THAT(error_line([] { node_interval(0.0, 1.0); }), StartsWith("interval rule"));
 }
 
+TEST(IntervalRule, OneMillimetreKeepsMarksToAMicrometre) {
+  // Marks up to 500 mm away, interpolated between nodes 1 mm apart; the paper allows 15 um.
+  double worst_mm = 0.0;
+  const auto at = [](double difference_mm, const Vector2d& mark) {
+    return moved(prp_forward(nominal, PrpTurns(0.0, -0.25 * difference_mm, 0.25 * difference_mm)), mark);
+  };
+  for (const Vector2d& mark :
+       {Vector2d(0.0, 0.0), Vector2d(400.0, 300.0), Vector2d(500.0, 0.0), Vector2d(0.0, 500.0)})
+    for (int node = -10; node < 10; ++node)
+      worst_mm =
+          std::max(worst_mm, (0.5 * (at(node, mark) + at(node + 1, mark)) - at(node + 0.5, mark)).norm());
+  EXPECT_LT(worst_mm, 1.0e-3);
+  EXPECT_GT(worst_mm, 1.0e-4);
+}
+
 TEST(Staged, FindsGearRatiosAndSkewOfAQuietStage) {
   PrpGeometry built;
   built.lead_mm = {2.0064, 2.0027, 2.0021};  // paper 003, table 1
