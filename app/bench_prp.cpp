@@ -149,7 +149,8 @@ void add_random_poses(std::vector<BenchRow>& rows, bool quick, std::uint64_t see
   const auto figures = try_stages(trial, seed);
   for (std::size_t m = 0; m < figures.size(); ++m) {
     const auto label = fmt::format("{} random poses, single: {}", figures[m].all_um.size(), kMethods[m]);
-    // A single stop can't be better than its scatter: wanted of ours is at most a fifth above the floor of this very run.
+    // A single stop can't be better than its scatter: wanted of ours is at most a fifth above the floor of
+    // this very run.
     rows.push_back({label + ", worst",
                     figures[m].worst_um,
                     "um",
