@@ -25,6 +25,7 @@ constexpr Bench kBenches[] = {
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
     {"stage", "positioning accuracy before and after compensation, fly-by, droplets in images", bench_stage},
     {"upset", "every flop inverted once in each phase of a job: outcomes a block", bench_upset},
+    {"vectors", "test vectors of the chip: coverage, time, speed of grading, replay", bench_vectors},
     {"vibration", "what moves leave behind: anchor plant, and the paper's table on a servo axis",
      bench_vibration},
     {"vision", "centres of marks beside OpenCV's own; the camera's gantry from images", bench_vision},

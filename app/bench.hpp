@@ -64,6 +64,7 @@ std::vector<BenchChart> prp_charts();
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
 std::vector<BenchRow> bench_stage(const BenchOptions& options);
 std::vector<BenchRow> bench_upset(const BenchOptions& options);
+std::vector<BenchRow> bench_vectors(const BenchOptions& options);
 std::vector<BenchRow> bench_vibration(const BenchOptions& options);
 std::vector<BenchRow> bench_vision(const BenchOptions& options);
 std::vector<BenchRow> bench_windows(const BenchOptions& options);

@@ -11,7 +11,10 @@
 #include "app/job_file.hpp"
 #include "app/motion_command.hpp"
 #include "app/print.hpp"
+#include "app/vectors_command.hpp"
 #include "app/windows.hpp"
+#include "asic/dft/error.hpp"
+#include "asic/dft/stil.hpp"
 #include "host/errors.hpp"
 #include "vectors/text.hpp"
 
@@ -135,6 +138,7 @@ int main(int argc, char** argv) {
   bench_command->add_option("--seed", bench.seed, "Seed of what is random (default 1)");
 
   const std::function<int()> chip = app::add_chip_command(cli, print.command);
+  const std::function<int()> vectors_command = app::add_vectors_command(cli);
 
   try {
     cli.parse(argc, argv);
@@ -155,6 +159,7 @@ int main(int argc, char** argv) {
     if (cli.got_subcommand("chip")) return chip();
     if (*gcode_command) return app::write_gcode_file(gcode);
     if (*accuracy_command) return app::show_accuracy(accuracy);
+    if (cli.got_subcommand("vectors")) return vectors_command();
     if (slurm) runner.runner = app::WindowRunner::slurm;
     if (*windows_plan) return app::plan_windows(pins, work, borders);
     if (*windows_run) return app::run_windows(work, runner);
@@ -168,6 +173,12 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const tb::WindowError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const dft::InputError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const dft::StilError& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const vectors::FormatError& error) {

@@ -1,0 +1,469 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/vectors_command.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+#include <toml++/toml.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/build_stamp.hpp"
+#include "asic/dft/error.hpp"
+#include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/formats.hpp"
+#include "asic/dft/generate.hpp"
+#include "asic/dft/lint.hpp"
+#include "asic/dft/proof_check.hpp"
+#include "asic/dft/replay.hpp"
+#include "asic/dft/scan.hpp"
+#include "asic/dft/scan_test.hpp"
+#include "asic/dft/stil.hpp"
+#include "asic/dft/test_solver.hpp"
+#include "asic/dft/yosys_library.hpp"
+#include "vectors/output_file.hpp"
+#include "vectors/sha256.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace dft;
+
+struct Options {
+  fs::path netlist, patterns, liberty, out, tester, cnf, proof;
+  std::string on = "netlist", reset;
+  std::size_t chains = 8;
+  std::uint64_t seed = 1;
+  std::uint32_t conflicts = 0;
+};
+
+void write_file(const fs::path& path, const std::string& text) {
+  vectors::OutputFile file(path);
+  file.write(text);
+  file.publish();
+}
+
+std::string read_file(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError(path.string() + ": can't be read; give an existing file");
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+std::string sha256(const std::string& text) {
+  vectors::Sha256 hash;
+  hash.update(text);
+  return hash.finish();
+}
+
+bool is_bench(const fs::path& path) { return path.extension() == ".bench"; }
+
+CellLibrary library_of(const Options& options) {
+  return options.liberty.empty() ? yosys_library() : read_liberty(options.liberty);
+}
+
+void print_coverage(const Coverage& c) {
+  for (const FaultClass k : {FaultClass::DS, FaultClass::DI, FaultClass::PT, FaultClass::UT, FaultClass::UR,
+                             FaultClass::AU, FaultClass::NC, FaultClass::NO})
+    fmt::print("{:<22} {:>10}\n", to_string(k), c.of(k));
+  fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n", "faults", c.total(), "collapsed", c.collapsed);
+  fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "test coverage",
+             100 * c.test_coverage(), "fault coverage", 100 * c.fault_coverage(), "fault efficiency",
+             100 * c.fault_efficiency());
+}
+
+nlohmann::ordered_json coverage_json(const Coverage& c) {
+  nlohmann::ordered_json json;
+  for (std::size_t k = 0; k < kFaultClasses; ++k) json[to_string(static_cast<FaultClass>(k))] = c.count[k];
+  json["total"] = c.total();
+  json["collapsed"] = c.collapsed;
+  json["test_coverage"] = c.test_coverage();
+  json["fault_coverage"] = c.fault_coverage();
+  json["fault_efficiency"] = c.fault_efficiency();
+  return json;
+}
+
+// One line a fault: class, name, first pattern that detects it.
+std::string fault_report(const Circuit& circuit, const FaultList& list,
+                         const std::vector<FaultClass>& reported, const Grade& graded) {
+  std::string text;
+  for (std::size_t f = 0; f < reported.size(); ++f) {
+    const std::uint32_t first =
+        list.class_of[f] == FaultList::kNoClass ? Grade::kUndetected : graded.first_pattern[list.class_of[f]];
+    text += fmt::format("{} {} {}\n", to_string(reported[f]),
+                        first == Grade::kUndetected ? "-" : std::to_string(first), fault_name(circuit, f));
+  }
+  return text;
+}
+
+// Patterns of a combinational view as cycles: every input driven, every output compared.
+CycleStream plain_stream(const Circuit& circuit, const std::vector<Pattern>& patterns,
+                         const std::string& title) {
+  CycleStream stream;
+  stream.title = title;
+  std::set<std::string> taken;
+  const auto add =
+      [&](Node node,
+          bool input) {  // an output has the name of the line it shows; a tester wants each name once
+        std::string name = circuit.name(node) + (input ? "" : "_out");
+        while (!taken.insert(name).second) name += "_";
+        stream.signals.push_back({name, input});
+      };
+  for (const Node node : circuit.inputs()) add(node, true);
+  for (const Node node : circuit.outputs()) add(node, false);
+  std::vector<Word> values;
+  std::size_t first = 0;
+  for (const PatternBlock& block : blocks_of(patterns, circuit.inputs().size())) {
+    simulate(circuit, block, values);
+    for (std::size_t lane = 0; lane < block.count; ++lane) {
+      std::string states;
+      for (const std::uint8_t bit : patterns[first + lane]) states += bit != 0 ? '1' : '0';
+      for (const Node node : circuit.outputs()) states += values[node].bit(lane) ? 'H' : 'L';
+      stream.cycles.push_back({states, fmt::format("pattern {}", first + lane)});
+    }
+    first += block.count;
+  }
+  return stream;
+}
+
+struct Subject {  // what tests are generated for
+  Circuit circuit;
+  ScanDesign design;  // empty for a netlist without flops
+  CaptureView view;
+  bool scanned = false;
+};
+
+Subject subject_of(const Options& options, const CellLibrary& library) {
+  Subject subject;
+  if (is_bench(options.netlist)) {
+    subject.circuit = read_bench(options.netlist);
+    return subject;
+  }
+  const Netlist netlist = read_yosys_json(options.netlist);
+  const bool flops = std::any_of(netlist.instances.begin(), netlist.instances.end(), [&](const Instance& i) {
+    const auto cell = library.find(i.type);
+    return cell != library.end() && cell->second.flop;
+  });
+  if (!flops) {
+    subject.circuit = capture_view(netlist, library).circuit;
+    return subject;
+  }
+  ScanOptions scan;
+  scan.chains = options.chains;
+  scan.reset = options.reset;
+  subject.design = insert_scan(netlist, library, scan);
+  subject.view = scan_view(subject.design, library);
+  subject.circuit = subject.view.circuit;
+  subject.scanned = true;
+  return subject;
+}
+
+int generate(const Options& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const CellLibrary library = library_of(options);
+  const Subject subject = subject_of(options, library);
+  const TestSet set =
+      generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
+  const std::vector<FaultClass> reported = reported_classes(subject.circuit, set.faults, set.of_class);
+  const Coverage result = coverage(set.faults, reported);
+  const Grade graded =
+      grade(subject.circuit, blocks_of(set.patterns, subject.circuit.inputs().size()), set.faults.classes, 2);
+  const std::string title = options.netlist.stem().string();
+  std::map<std::string, std::string> files;
+  CycleStream stream;
+  if (subject.scanned) {
+    const ScanTest test = make_scan_test(subject.design, subject.view, set.patterns, title);
+    files["patterns.stil"] = stil_text(test);
+    stream = expand(test);
+    files["netlist.json"] = yosys_json_text(subject.design.netlist);
+    files["netlist.v"] = verilog_text(subject.design.netlist);
+    files["cells.v"] = cell_models(subject.design.netlist, library);
+  } else {
+    stream = plain_stream(subject.circuit, set.patterns, title);
+    files["patterns.stil"] = flat_stil_text(stream);
+  }
+  files["patterns.wgl"] = wgl_text(stream);
+  files["patterns.avc"] = avc_text(stream);
+  files["patterns.atp"] = atp_text(stream);
+  files["faults.txt"] = fault_report(subject.circuit, set.faults, reported, graded);
+  nlohmann::ordered_json manifest = {
+      {"tool", version()},
+      {"seed", options.seed},
+      {"netlist",
+       {{"file", options.netlist.filename().string()}, {"sha256", sha256(read_file(options.netlist))}}},
+      {"library", options.liberty.empty() ? nlohmann::ordered_json("yosys gates")
+                                          : nlohmann::ordered_json(sha256(read_file(options.liberty)))},
+      {"patterns", set.patterns.size()},
+      {"cycles", stream.cycles.size()},
+      {"chains", subject.design.chains.size()},
+      {"aborted", set.aborted},
+      {"stuck_at", coverage_json(result)}};
+  fs::create_directories(options.out);
+  for (const auto& [name, text] : files) {
+    write_file(options.out / name, text);
+    manifest["files"][name] = sha256(text);
+  }
+  write_file(options.out / "manifest.json", manifest.dump(2) + "\n");
+  print_coverage(result);
+  fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
+             set.patterns.size(), "cycles", stream.cycles.size());
+  fmt::print("{:<22} {:>9.2f} s\n", "time",
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  return set.aborted == 0 ? 0 : 1;
+}
+
+// Circuit inputs of a netlist without scan in each cycle of a stream.
+std::vector<Pattern> plain_patterns(const Circuit& circuit, const CycleStream& stream) {
+  std::vector<std::size_t> signal;
+  for (const Node node : circuit.inputs()) {
+    std::size_t s = 0;
+    while (s < stream.signals.size() &&
+           !(stream.signals[s].is_input && stream.signals[s].name == circuit.name(node)))
+      ++s;
+    if (s == stream.signals.size())
+      throw InputError(fmt::format("{}: found no input signal {}, expected every input of the netlist",
+                                   stream.title, circuit.name(node)));
+    signal.push_back(s);
+  }
+  std::vector<Pattern> patterns;
+  for (const TestCycle& cycle : stream.cycles) {
+    Pattern pattern;
+    for (const std::size_t s : signal) pattern.push_back(cycle.states[s] == '1' ? 1 : 0);
+    patterns.push_back(std::move(pattern));
+  }
+  return patterns;
+}
+
+// A scanned netlist as `generate` writes it, or one without flops.
+CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library) {
+  const ScanOptions names;
+  const auto has = [&](const std::string& name) {
+    return std::any_of(netlist.ports.begin(), netlist.ports.end(),
+                       [&](const Port& p) { return p.is_input && p.name == name; });
+  };
+  CaptureView view = capture_view(netlist, library);
+  if (view.flops.empty()) return view;
+  if (!has(names.test_mode) || !has(names.scan_enable))
+    throw InputError(
+        fmt::format("{}: found no ports {} and {}, expected a netlist that `vectors generate` has scanned",
+                    netlist.file, names.test_mode, names.scan_enable));
+  ScanDesign design;
+  design.netlist = netlist;
+  design.test_mode = names.test_mode;
+  design.scan_enable = names.scan_enable;
+  for (const ScanFlop& flop : view.flops) {
+    for (const Port& port : netlist.ports) {
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        if (!flop.has_reset || !port.is_input || port.bits[i] != flop.reset) continue;
+        design.reset = port.bit_name(i);
+        design.reset_low = flop.reset_low;
+      }
+    }
+  }
+  return scan_view(design, library);
+}
+
+int grade_patterns(const Options& options) {
+  const CellLibrary library = library_of(options);
+  const CycleStream stream = read_stil(options.patterns);
+  Circuit circuit;
+  std::vector<Pattern> patterns, compared;
+  if (is_bench(options.netlist)) {
+    circuit = read_bench(options.netlist);
+    patterns = plain_patterns(circuit, stream);
+  } else {
+    const Netlist netlist = read_yosys_json(options.netlist);
+    CaptureView view = view_for_grading(netlist, library);
+    patterns = view.flops.empty() ? plain_patterns(view.circuit, stream)
+                                  : captures_of(view, stream, ScanOptions{}.scan_enable, &compared);
+    circuit = std::move(view.circuit);
+  }
+  const FaultList list = collapse(circuit);
+  const Grade graded =
+      grade(circuit, blocks_of(patterns, circuit.inputs().size(), compared), list.classes, 2);
+  std::vector<FaultClass> of_class(list.classes.size(), FaultClass::NO);
+  for (std::size_t i = 0; i < of_class.size(); ++i) {
+    if (graded.detections[i] != 0) of_class[i] = FaultClass::DS;
+  }
+  const std::vector<FaultClass> reported = reported_classes(circuit, list, of_class);
+  if (!options.out.empty()) write_file(options.out, fault_report(circuit, list, reported, graded));
+  print_coverage(coverage(list, reported));
+  fmt::print("{:<22} {:>10}\n", "patterns", patterns.size());
+  return 0;
+}
+
+int check_scan_rules(const Options& options) {
+  const std::vector<RuleViolation> violations =
+      check_rules(read_yosys_json(options.netlist), library_of(options));
+  for (const RuleViolation& v : violations) fmt::print("{}: {}: {}\n", v.rule, v.offender, v.text);
+  fmt::print("{} violations\n", violations.size());
+  return violations.empty() ? 0 : 1;
+}
+
+TesterProfile tester_of(const fs::path& path) {
+  TesterProfile profile;
+  if (path.empty()) return profile;
+  try {
+    const toml::table table = toml::parse_file(path.string());
+    profile.name = table["name"].value_or(profile.name);
+    profile.least_period_ns = table["least_period_ns"].value_or(profile.least_period_ns);
+    profile.edge_resolution_ns = table["edge_resolution_ns"].value_or(profile.edge_resolution_ns);
+    profile.least_pulse_ns = table["least_pulse_ns"].value_or(profile.least_pulse_ns);
+    profile.vector_memory = table["vector_memory"].value_or(profile.vector_memory);
+    profile.pins = table["pins"].value_or(profile.pins);
+  } catch (const toml::parse_error& error) {
+    throw InputError(fmt::format("{}:{}: {}; expected a tester profile in TOML", path.string(),
+                                 error.source().begin.line, error.description()));
+  }
+  if (profile.edge_resolution_ns <= 0)
+    throw InputError(path.string() + ": edge_resolution_ns: expected a number above 0");
+  return profile;
+}
+
+int lint_patterns(const Options& options) {
+  const CycleStream stream = read_stil(options.patterns);
+  const std::vector<std::string> reasons = lint(stream, tester_of(options.tester));
+  for (const std::string& reason : reasons) fmt::print("{}\n", reason);
+  fmt::print("{} cycles, {} signals, {} complaints\n", stream.cycles.size(), stream.signals.size(),
+             reasons.size());
+  return reasons.empty() ? 0 : 1;
+}
+
+class WorkFolder {
+ public:
+  WorkFolder() {
+    std::string name = (fs::temp_directory_path() / "meltstage_vectors.XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
+    path_ = name;
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+int replay_patterns(const Options& options) {
+  const CellLibrary library = library_of(options);
+  const Netlist netlist = read_yosys_json(options.netlist);
+  const CycleStream stream = read_stil(options.patterns);
+  ReplayResult result;
+  if (options.on == "icarus") {
+    const WorkFolder folder;
+    result = replay_in_icarus(netlist, library, stream, folder.path());
+  } else {
+    result = replay(capture_view(netlist, library), stream, ScanOptions{}.scan_enable, options.seed);
+  }
+  fmt::print("{} cycles, {} strobes, {} mismatches\n", result.cycles, result.strobes, result.mismatches);
+  if (result.mismatches != 0) fmt::print("first: {}\n", result.first);
+  return result.mismatches == 0 ? 0 : 1;
+}
+
+int prove(const Options& options) {
+  const CellLibrary library = library_of(options);
+  const Subject subject = subject_of(options, library);
+  const TestSet set =
+      generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
+  fs::create_directories(options.out);
+  TestSolver solver(subject.circuit);
+  std::size_t proved = 0, refused = 0;
+  std::string index;
+  for (std::size_t f = 0; f < set.faults.total(); ++f) {
+    const std::uint32_t c = set.faults.class_of[f];
+    if (c == FaultList::kNoClass || set.of_class[c] != FaultClass::UR) continue;
+    const std::string name = fmt::format("class{}", c);
+    index += fmt::format("{} {}\n", name, fault_name(subject.circuit, f));
+    if (fs::exists(options.out / (name + ".cnf"))) continue;  // an equivalent fault had it
+    std::string reason;
+    const bool good =
+        solver.prove_untestable(set.faults.classes[c], options.out, name) &&
+        refutes(read_file(options.out / (name + ".cnf")), read_file(options.out / (name + ".drat")), reason);
+    ++(good ? proved : refused);
+    if (!good) fmt::print("{}: {}\n", name, reason.empty() ? "not refuted" : reason);
+  }
+  write_file(options.out / "index.txt", index);
+  fmt::print("{} classes proved untestable, {} refused\n", proved, refused);
+  return refused == 0 ? 0 : 1;
+}
+
+int check_proof(const Options& options) {
+  std::string reason;
+  const bool good = refutes(read_file(options.cnf), read_file(options.proof), reason);
+  fmt::print("{}\n", good ? "verified" : "refused: " + reason);
+  return good ? 0 : 1;
+}
+
+}  // namespace
+
+std::function<int()> add_vectors_command(CLI::App& cli) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      cli.add_subcommand("vectors", "Sign-off test vectors for a flat netlist (docs/test-vectors.md)");
+  command->require_subcommand(1);
+  const auto netlist_of = [&](CLI::App* sub) {
+    sub->add_option("NETLIST", options->netlist, "Yosys JSON (flat, mapped) or .bench")->required();
+    sub->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
+  };
+  const auto generation_of = [&](CLI::App* sub) {
+    sub->add_option("--chains", options->chains, "Scan chains (default 8)")->check(CLI::Range(1, 1024));
+    sub->add_option("--reset", options->reset,
+                    "Port that resets in test mode (default: the one that resets flops)");
+    sub->add_option("--conflicts", options->conflicts,
+                    "Give a fault up after so many conflicts of the solver (default: never)");
+    sub->add_option("--seed", options->seed, "Seed of random patterns and fills (default 1)");
+  };
+  CLI::App* sub_generate = command->add_subcommand(
+      "generate", "Insert scan, generate tests, write them and a verdict on every fault");
+  netlist_of(sub_generate);
+  generation_of(sub_generate);
+  sub_generate->add_option("--out", options->out, "Folder to write")->required();
+  CLI::App* sub_grade = command->add_subcommand("grade", "Which faults a STIL file detects");
+  netlist_of(sub_grade);
+  sub_grade->add_option("--patterns", options->patterns, "STIL file")->required();
+  sub_grade->add_option("--report", options->out, "File for one line a fault");
+  CLI::App* sub_rules = command->add_subcommand("rules", "Breaches of the rules that scan asks for");
+  netlist_of(sub_rules);
+  CLI::App* sub_lint = command->add_subcommand("lint", "Read a STIL file and check it against a tester");
+  sub_lint->add_option("PATTERNS", options->patterns, "STIL file")->required();
+  sub_lint->add_option("--tester", options->tester, "Tester profile (TOML)");
+  CLI::App* sub_replay = command->add_subcommand("replay", "Run a STIL file on the scanned netlist");
+  sub_replay->add_option("PATTERNS", options->patterns, "STIL file")->required();
+  sub_replay->add_option("--netlist", options->netlist, "Yosys JSON of the scanned netlist")->required();
+  sub_replay->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
+  sub_replay->add_option("--on", options->on, "netlist (default) or icarus")
+      ->check(CLI::IsMember({"netlist", "icarus"}));
+  sub_replay->add_option("--seed", options->seed, "Seed of the power-up state (default 1)");
+  CLI::App* sub_prove =
+      command->add_subcommand("prove", "A checked refutation for every fault called redundant");
+  netlist_of(sub_prove);
+  generation_of(sub_prove);
+  sub_prove->add_option("--out", options->out, "Folder for .cnf and .drat")->required();
+  CLI::App* sub_check = command->add_subcommand("check-proof", "Check one refutation");
+  sub_check->add_option("CNF", options->cnf, "DIMACS file")->required();
+  sub_check->add_option("PROOF", options->proof, "DRAT file in text")->required();
+  return [=] {
+    if (*sub_generate) return generate(*options);
+    if (*sub_grade) return grade_patterns(*options);
+    if (*sub_rules) return check_scan_rules(*options);
+    if (*sub_lint) return lint_patterns(*options);
+    if (*sub_replay) return replay_patterns(*options);
+    if (*sub_prove) return prove(*options);
+    return check_proof(*options);
+  };
+}
+
+}  // namespace meltstage::app

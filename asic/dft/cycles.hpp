@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a tester does, cycle by cycle: the one stream that every pattern format is written from and read into.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace meltstage::dft {
+
+struct TestSignal {
+  std::string name;
+  bool is_input = true;
+  friend bool operator==(const TestSignal&, const TestSignal&) = default;
+};
+
+/// Times within a cycle, in ns. Inputs change at `drive_ns`, outputs are compared at `strobe_ns`, the clock
+/// is high in between.
+struct TestTiming {
+  double period_ns = 100, drive_ns = 0, strobe_ns = 40, clock_rise_ns = 50, clock_fall_ns = 80;
+  friend bool operator==(const TestTiming&, const TestTiming&) = default;
+};
+
+/// One tester cycle: a character a signal. Inputs: 0, 1, P (clock pulse); outputs: L, H, X (not compared).
+struct TestCycle {
+  std::string states;
+  std::string label;  ///< of the pattern that begins here; not compared
+};
+
+/// A chain from its input to its output: flop names in shift order.
+struct ScanChain {
+  std::string name;
+  std::string in, out;  ///< port bits
+  std::vector<std::string> cells;
+};
+
+struct CycleStream {
+  std::string title;
+  std::vector<TestSignal> signals;
+  TestTiming timing;
+  std::vector<TestCycle> cycles;
+  std::vector<ScanChain> chains;  ///< empty where the format has none
+};
+
+/// Same signals, timing and states of all cycles.
+bool same_cycles(const CycleStream& a, const CycleStream& b);
+
+}  // namespace meltstage::dft

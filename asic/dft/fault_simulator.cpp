@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/fault_simulator.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+namespace meltstage::dft {
+
+namespace {
+
+// Compiled for each width of vector register; the loader takes the one that fits the machine.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#define MELTSTAGE_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define MELTSTAGE_WIDE
+#endif
+#define MELTSTAGE_INLINE __attribute__((always_inline)) inline
+
+using Lanes = std::uint64_t __attribute__((vector_size(64), may_alias));
+
+MELTSTAGE_INLINE Lanes& lanes(Word& word) { return *reinterpret_cast<Lanes*>(&word); }
+MELTSTAGE_INLINE const Lanes& lanes(const Word& word) { return *reinterpret_cast<const Lanes*>(&word); }
+
+MELTSTAGE_INLINE bool is_zero(const Lanes& a) {
+  return ((a[0] | a[1]) | (a[2] | a[3]) | (a[4] | a[5]) | (a[6] | a[7])) == 0;
+}
+
+// A gate's value; `in` gives the lanes of an input by position.
+template <class In>
+MELTSTAGE_INLINE void evaluate(Gate kind, std::size_t inputs, const In& in, Lanes& result) {
+  const Lanes ones = ~Lanes{};
+  switch (kind) {
+    case Gate::tie0:
+      result = Lanes{};
+      return;
+    case Gate::tie1:
+      result = ones;
+      return;
+    case Gate::input:
+      return;
+    case Gate::mux: {
+      const Lanes s = in(2);
+      result = (in(0) & ~s) | (in(1) & s);
+      return;
+    }
+    default:
+      break;
+  }
+  Lanes value = in(0);
+  switch (kind) {
+    case Gate::all:
+    case Gate::nall:
+      for (std::size_t i = 1; i < inputs; ++i) value &= in(i);
+      break;
+    case Gate::any:
+    case Gate::none:
+      for (std::size_t i = 1; i < inputs; ++i) value |= in(i);
+      break;
+    case Gate::parity:
+    case Gate::same:
+      for (std::size_t i = 1; i < inputs; ++i) value ^= in(i);
+      break;
+    default:
+      break;
+  }
+  const bool invert = kind == Gate::inv || kind == Gate::nall || kind == Gate::none || kind == Gate::same;
+  result = invert ? ~value : value;
+}
+
+// In which patterns the gate's output follows its input `pin`.
+MELTSTAGE_INLINE void sensitive(const Circuit& circuit, const Word* values, Node node, std::size_t pin,
+                                Lanes& result) {
+  const auto fanin = circuit.fanin(node);
+  const Lanes ones = ~Lanes{};
+  Lanes open = ones;
+  switch (circuit.kind(node)) {
+    case Gate::all:
+    case Gate::nall:
+      for (std::size_t i = 0; i < fanin.size(); ++i) {
+        if (i != pin) open &= lanes(values[fanin[i]]);
+      }
+      break;
+    case Gate::any:
+    case Gate::none:
+      for (std::size_t i = 0; i < fanin.size(); ++i) {
+        if (i != pin) open &= ~lanes(values[fanin[i]]);
+      }
+      break;
+    case Gate::mux: {
+      const Lanes s = lanes(values[fanin[2]]);
+      open = pin == 0 ? ~s : pin == 1 ? s : lanes(values[fanin[0]]) ^ lanes(values[fanin[1]]);
+      break;
+    }
+    default:
+      break;
+  }
+  result = open;
+}
+
+MELTSTAGE_WIDE void simulate_wide(const Circuit& circuit, Word* values) {
+  for (Node node = 0; node < circuit.size(); ++node) {
+    const auto fanin = circuit.fanin(node);
+    evaluate(
+        circuit.kind(node), fanin.size(),
+        [&](std::size_t i) __attribute__((always_inline))->const Lanes& { return lanes(values[fanin[i]]); },
+        lanes(values[node]));
+  }
+}
+
+struct Workspace {
+  const Circuit& circuit;
+  const Word* values;
+  Word* observable;
+  std::uint8_t* known;
+  const std::uint8_t* needed;
+  Word* faulty;
+  std::uint32_t* stamp;
+  std::uint64_t* pending;
+  std::size_t pending_words;
+  std::uint32_t now;
+};
+
+// A change of `stem` in all patterns, propagated.
+MELTSTAGE_INLINE void propagate(Workspace& w, Node stem, Lanes& seen) {
+  const Circuit& circuit = w.circuit;
+  ++w.now;
+  lanes(w.faulty[stem]) = ~lanes(w.values[stem]);
+  w.stamp[stem] = w.now;
+  std::size_t waiting = 0;
+  std::size_t at = stem / 64;
+  const auto wake = [&](Node node) __attribute__((always_inline)) {
+    for (const Node next : circuit.fanout(node)) {
+      std::uint64_t& word = w.pending[next / 64];
+      const std::uint64_t bit = std::uint64_t{1} << (next % 64);
+      waiting += (word & bit) == 0 ? 1 : 0;
+      word |= bit;
+    }
+  };
+  wake(stem);
+  Lanes found{};
+  while (waiting != 0) {
+    while (w.pending[at] == 0) ++at;
+    const Node node = static_cast<Node>(64 * at + static_cast<std::size_t>(__builtin_ctzll(w.pending[at])));
+    w.pending[at] &= w.pending[at] - 1;
+    --waiting;
+    const auto fanin = circuit.fanin(node);
+    Lanes value{};
+    evaluate(
+        circuit.kind(node), fanin.size(),
+        [&](std::size_t i) __attribute__((always_inline))->const Lanes& {
+          return w.stamp[fanin[i]] == w.now ? lanes(w.faulty[fanin[i]]) : lanes(w.values[fanin[i]]);
+        },
+        value);
+    const Lanes difference = value ^ lanes(w.values[node]);
+    if (is_zero(difference)) continue;
+    if (circuit.kind(node) == Gate::output) {
+      found |= difference & lanes(w.observable[node]);
+    } else if (waiting == 0 && w.known[node] != 0) {
+      found |= difference & lanes(w.observable[node]);
+    } else {
+      lanes(w.faulty[node]) = value;
+      w.stamp[node] = w.now;
+      wake(node);
+    }
+  }
+  seen = found;
+}
+
+MELTSTAGE_WIDE void observe_wide(Workspace& w) {
+  const Circuit& circuit = w.circuit;
+  for (Node node = static_cast<Node>(circuit.size()); node-- > 0;) {
+    if (w.needed[node] == 0) continue;
+    Lanes& seen = lanes(w.observable[node]);
+    w.known[node] = 1;
+    const auto fanout = circuit.fanout(node);
+    if (circuit.kind(node) == Gate::output) continue;  // what is compared stands there already
+    if (fanout.empty()) {
+      seen = Lanes{};
+    } else if (fanout.size() == 1) {
+      const auto fanin = circuit.fanin(fanout[0]);
+      std::size_t pin = 0;
+      while (fanin[pin] != node) ++pin;
+      Lanes open{};
+      sensitive(circuit, w.values, fanout[0], pin, open);
+      seen = open & lanes(w.observable[fanout[0]]);
+    } else {
+      propagate(w, node, seen);
+    }
+  }
+}
+
+MELTSTAGE_WIDE void detect_wide(const Circuit& circuit, const Word* values, const Word* observable,
+                                const Fault* faults, const std::uint8_t* alive, std::size_t count,
+                                const Word& used, Word* detected) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (alive[i] == 0) {
+      lanes(detected[i]) = Lanes{};
+      continue;
+    }
+    const Fault& fault = faults[i];
+    const Node line =
+        fault.pin == kStem ? fault.node : circuit.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
+    const Lanes excited = fault.stuck ? ~lanes(values[line]) : lanes(values[line]);
+    Lanes open = lanes(observable[fault.node]) & lanes(used);
+    if (fault.pin != kStem) {
+      Lanes pass{};
+      sensitive(circuit, values, fault.node, static_cast<std::size_t>(fault.pin), pass);
+      open &= pass;
+    }
+    lanes(detected[i]) = excited & open;
+  }
+}
+
+}  // namespace
+
+std::vector<PatternBlock> blocks_of(const std::vector<Pattern>& patterns, std::size_t inputs,
+                                    const std::vector<Pattern>& compared) {
+  std::vector<PatternBlock> blocks;
+  for (std::size_t i = 0; i < patterns.size(); ++i) {
+    if (i % kLanes == 0)
+      blocks.push_back(
+          {std::vector<Word>(inputs), 0, std::vector<Word>(compared.empty() ? 0 : compared[0].size())});
+    PatternBlock& block = blocks.back();
+    for (std::size_t k = 0; k < inputs; ++k) block.inputs[k].set(block.count, patterns[i][k] != 0);
+    for (std::size_t k = 0; k < block.compared.size(); ++k)
+      block.compared[k].set(block.count, compared[i][k] != 0);
+    ++block.count;
+  }
+  return blocks;
+}
+
+void simulate(const Circuit& circuit, const PatternBlock& block, std::vector<Word>& values) {
+  values.resize(circuit.size());
+  for (std::size_t i = 0; i < circuit.inputs().size(); ++i) values[circuit.inputs()[i]] = block.inputs[i];
+  simulate_wide(circuit, values.data());
+}
+
+void simulate_values(const Circuit& circuit, std::vector<Word>& values) {
+  simulate_wide(circuit, values.data());
+}
+
+void simulate_faulty(const Circuit& circuit, const Fault& fault, std::vector<Word>& values) {
+  Lanes stuck{};
+  if (fault.stuck) stuck = ~stuck;
+  for (Node node = 0; node < circuit.size(); ++node) {
+    const auto fanin = circuit.fanin(node);
+    evaluate(
+        circuit.kind(node), fanin.size(),
+        [&](std::size_t i) -> const Lanes& {
+          return fault.node == node && fault.pin == static_cast<std::int32_t>(i) ? stuck
+                                                                                 : lanes(values[fanin[i]]);
+        },
+        lanes(values[node]));
+    if (fault.node == node && fault.pin == kStem) lanes(values[node]) = stuck;
+  }
+}
+
+FaultSimulator::FaultSimulator(const Circuit& circuit)
+    : circuit_(circuit),
+      values_(circuit.size()),
+      observable_(circuit.size()),
+      known_(circuit.size()),
+      needed_(circuit.size()),
+      faulty_(circuit.size()),
+      stamp_(circuit.size(), 0),
+      pending_(circuit.size() / 64 + 1, 0) {}
+
+void FaultSimulator::detect(const PatternBlock& block, const std::vector<Fault>& faults,
+                            const std::vector<std::uint8_t>& alive, std::vector<Word>& detected) {
+  simulate(circuit_, block, values_);
+  std::fill(known_.begin(), known_.end(), std::uint8_t{0});
+  std::fill(needed_.begin(), needed_.end(), std::uint8_t{0});
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    if (alive[i] != 0) needed_[faults[i].node] = 1;
+  }
+  for (Node node = 0; node < circuit_.size();
+       ++node) {  // a line without branches takes what the gate it feeds has
+    if (needed_[node] != 0 && circuit_.fanout(node).size() == 1) needed_[circuit_.fanout(node)[0]] = 1;
+  }
+  for (std::size_t i = 0; i < circuit_.outputs().size(); ++i) {
+    if (block.compared.empty())
+      observable_[circuit_.outputs()[i]].part.fill(~std::uint64_t{0});
+    else
+      observable_[circuit_.outputs()[i]] = block.compared[i];
+  }
+  Workspace w{circuit_,       values_.data(), observable_.data(), known_.data(),   needed_.data(),
+              faulty_.data(), stamp_.data(),  pending_.data(),    pending_.size(), now_};
+  observe_wide(w);
+  now_ = w.now;
+  detected.resize(faults.size());
+  detect_wide(circuit_, values_.data(), observable_.data(), faults.data(), alive.data(), faults.size(),
+              block.used(), detected.data());
+}
+
+Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, const std::vector<Fault>& faults,
+            unsigned threads) {
+  const std::vector<std::uint8_t> alive(faults.size(), 1);
+  std::vector<Grade> parts(std::max(1U, threads));
+  std::atomic<std::size_t> next{0};
+  const auto work = [&](Grade& part) {
+    part.first_pattern.assign(faults.size(), Grade::kUndetected);
+    part.detections.assign(faults.size(), 0);
+    FaultSimulator simulator(circuit);
+    std::vector<Word> detected;
+    for (std::size_t b = next++; b < blocks.size(); b = next++) {
+      simulator.detect(blocks[b], faults, alive, detected);
+      for (std::size_t i = 0; i < faults.size(); ++i) {
+        const std::size_t lane = detected[i].first();
+        if (lane == kLanes) continue;
+        part.first_pattern[i] =
+            std::min(part.first_pattern[i], static_cast<std::uint32_t>(b * kLanes + lane));
+        for (const std::uint64_t p : detected[i].part)
+          part.detections[i] += static_cast<std::uint32_t>(__builtin_popcountll(p));
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> pool;
+    for (std::size_t i = 1; i < parts.size(); ++i) pool.emplace_back([&work, &parts, i] { work(parts[i]); });
+    work(parts[0]);
+  }
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    for (std::size_t f = 0; f < faults.size(); ++f) {
+      parts[0].first_pattern[f] = std::min(parts[0].first_pattern[f], parts[i].first_pattern[f]);
+      parts[0].detections[f] += parts[i].detections[f];
+    }
+  }
+  return std::move(parts[0]);
+}
+
+namespace {
+
+bool gate_value(Gate kind, const std::vector<bool>& in) {
+  const auto ones = std::count(in.begin(), in.end(), true);
+  switch (kind) {
+    case Gate::tie0:
+      return false;
+    case Gate::tie1:
+      return true;
+    case Gate::buf:
+    case Gate::output:
+      return in[0];
+    case Gate::inv:
+      return !in[0];
+    case Gate::all:
+      return ones == static_cast<std::ptrdiff_t>(in.size());
+    case Gate::nall:
+      return ones != static_cast<std::ptrdiff_t>(in.size());
+    case Gate::any:
+      return ones != 0;
+    case Gate::none:
+      return ones == 0;
+    case Gate::parity:
+      return ones % 2 == 1;
+    case Gate::same:
+      return ones % 2 == 0;
+    case Gate::mux:
+      return in[2] ? in[1] : in[0];
+    default:
+      return false;
+  }
+}
+
+std::vector<bool> run(const Circuit& circuit, const Pattern& pattern, const Fault* fault) {
+  std::vector<bool> value(circuit.size());
+  for (std::size_t i = 0; i < pattern.size(); ++i) value[circuit.inputs()[i]] = pattern[i] != 0;
+  for (Node node = 0; node < circuit.size(); ++node) {
+    std::vector<bool> in;
+    for (const Node driver : circuit.fanin(node)) in.push_back(value[driver]);
+    if (fault != nullptr && fault->node == node && fault->pin != kStem)
+      in[static_cast<std::size_t>(fault->pin)] = fault->stuck;
+    if (circuit.kind(node) != Gate::input) value[node] = gate_value(circuit.kind(node), in);
+    if (fault != nullptr && fault->node == node && fault->pin == kStem) value[node] = fault->stuck;
+  }
+  std::vector<bool> outputs;
+  for (const Node node : circuit.outputs()) outputs.push_back(value[node]);
+  return outputs;
+}
+
+}  // namespace
+
+bool serial_detects(const Circuit& circuit, const Pattern& pattern, const Fault& fault) {
+  return run(circuit, pattern, nullptr) != run(circuit, pattern, &fault);
+}
+
+}  // namespace meltstage::dft

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/faults.hpp"
+
+#include <numeric>
+
+namespace meltstage::dft {
+
+namespace {
+
+// Numbers of all line faults: stems, then input lines; two each.
+struct Lines {
+  const Circuit& circuit;
+
+  std::size_t count() const { return 2 * (circuit.size() + circuit.input_line_count()); }
+  std::uint32_t number(const Fault& fault) const {
+    const std::size_t line = fault.pin == kStem ? fault.node
+                                                : circuit.size() + circuit.first_input_line(fault.node) +
+                                                      static_cast<std::size_t>(fault.pin);
+    return static_cast<std::uint32_t>(2 * line + (fault.stuck ? 1 : 0));
+  }
+};
+
+class Union {
+ public:
+  explicit Union(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t find(std::uint32_t x) {
+    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
+    return x;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+}  // namespace
+
+const char* to_string(FaultClass c) {
+  constexpr const char* names[] = {"NO", "NC", "DS", "DI", "PT", "UT", "UR", "AU"};
+  return names[static_cast<std::size_t>(c)];
+}
+
+FaultList collapse(const Circuit& circuit) {
+  const Lines lines{circuit};
+  Union classes(lines.count());
+  const auto join = [&](Fault a, Fault b) { classes.join(lines.number(a), lines.number(b)); };
+  for (Node node = 0; node < circuit.size(); ++node) {
+    const auto fanin = circuit.fanin(node);
+    for (std::int32_t pin = 0; pin < static_cast<std::int32_t>(fanin.size()); ++pin) {
+      const Node driver = fanin[static_cast<std::size_t>(pin)];
+      if (circuit.fanout(driver).size() == 1) {
+        join({driver, kStem, false}, {node, pin, false});
+        join({driver, kStem, true}, {node, pin, true});
+      }
+      switch (circuit.kind(node)) {
+        case Gate::buf:
+        case Gate::output:
+          join({node, pin, false}, {node, kStem, false});
+          join({node, pin, true}, {node, kStem, true});
+          break;
+        case Gate::inv:
+          join({node, pin, false}, {node, kStem, true});
+          join({node, pin, true}, {node, kStem, false});
+          break;
+        case Gate::all:
+          join({node, pin, false}, {node, kStem, false});
+          break;
+        case Gate::nall:
+          join({node, pin, false}, {node, kStem, true});
+          break;
+        case Gate::any:
+          join({node, pin, true}, {node, kStem, true});
+          break;
+        case Gate::none:
+          join({node, pin, true}, {node, kStem, false});
+          break;
+        default:
+          break;
+      }
+    }
+  }
+  FaultList list;
+  std::vector<std::uint32_t> class_of_root(lines.count(), FaultList::kNoClass);
+  for (const Site& site : circuit.sites()) {
+    for (const bool stuck : {false, true}) {
+      if (site.node == kNoNode) {
+        list.class_of.push_back(FaultList::kNoClass);
+        continue;
+      }
+      const Fault fault{site.node, site.pin, stuck};
+      std::uint32_t& number = class_of_root[classes.find(lines.number(fault))];
+      if (number == FaultList::kNoClass) {
+        number = static_cast<std::uint32_t>(list.classes.size());
+        list.classes.push_back(fault);
+      }
+      list.class_of.push_back(number);
+    }
+  }
+  return list;
+}
+
+std::size_t Coverage::total() const { return std::accumulate(count.begin(), count.end(), std::size_t{0}); }
+
+double Coverage::test_coverage() const {
+  const std::size_t testable = total() - undetectable();
+  return testable == 0 ? 1.0 : static_cast<double>(detected()) / static_cast<double>(testable);
+}
+
+double Coverage::fault_coverage() const {
+  return total() == 0 ? 1.0 : static_cast<double>(detected()) / static_cast<double>(total());
+}
+
+double Coverage::fault_efficiency() const {
+  const std::size_t settled = detected() + undetectable() + of(FaultClass::AU);
+  return total() == 0 ? 1.0 : static_cast<double>(settled) / static_cast<double>(total());
+}
+
+std::vector<FaultClass> reported_classes(const Circuit& circuit, const FaultList& list,
+                                         const std::vector<FaultClass>& of_class) {
+  std::vector<FaultClass> reported;
+  for (std::size_t fault = 0; fault < list.total(); ++fault) {
+    const bool implied = circuit.sites()[fault / 2].implied[fault % 2];
+    FaultClass c =
+        list.class_of[fault] == FaultList::kNoClass ? FaultClass::UT : of_class[list.class_of[fault]];
+    if (implied && c != FaultClass::DS) c = FaultClass::DI;
+    reported.push_back(c);
+  }
+  return reported;
+}
+
+Coverage coverage(const FaultList& list, const std::vector<FaultClass>& reported) {
+  Coverage result;
+  for (const FaultClass c : reported) ++result.count[static_cast<std::size_t>(c)];
+  result.collapsed = list.classes.size();
+  return result;
+}
+
+std::string fault_name(const Circuit& circuit, std::size_t fault) {
+  return circuit.sites()[fault / 2].name + (fault % 2 == 0 ? " stuck-at-0" : " stuck-at-1");
+}
+
+}  // namespace meltstage::dft

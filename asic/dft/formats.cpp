@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/formats.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "asic/dft/replay.hpp"
+
+namespace meltstage::dft {
+
+namespace {
+
+// Equal cycles in a row, at most `most`, a label only on the first.
+template <class Write>
+void runs(const CycleStream& stream, std::size_t most, const Write& write) {
+  for (std::size_t i = 0; i < stream.cycles.size();) {
+    std::size_t end = i + 1;
+    while (end < stream.cycles.size() && end - i < most &&
+           stream.cycles[end].states == stream.cycles[i].states && stream.cycles[end].label.empty())
+      ++end;
+    write(stream.cycles[i], end - i);
+    i = end;
+  }
+}
+
+bool pulsed(const CycleStream& stream, std::size_t s) {
+  return std::any_of(stream.cycles.begin(), stream.cycles.end(),
+                     [&](const TestCycle& c) { return c.states[s] == 'P'; });
+}
+
+// Names that a tester's language takes: letters, digits, underscores.
+std::string pin_name(std::string name) {
+  name.erase(std::remove(name.begin(), name.end(), ']'), name.end());
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+  return name;
+}
+
+std::string code_of(std::size_t i) {  // printable identifiers of VCD
+  std::string code;
+  do {
+    code += static_cast<char>('!' + i % 94);
+    i /= 94;
+  } while (i != 0);
+  return code;
+}
+
+// Times of a dump in ps; changes in order.
+struct Dump {
+  std::string text;
+  long long stamped = -1;
+
+  void at(double ns) {
+    const long long ps = std::llround(ns * 1000.0);
+    if (ps == stamped) return;
+    stamped = ps;
+    text += fmt::format("#{}\n", ps);
+  }
+};
+
+template <class Change>
+std::string dump(const CycleStream& stream, std::string header, const Change& change) {
+  Dump dump{std::move(header)};
+  std::string shown(stream.signals.size(), '\0');
+  const auto set = [&](std::size_t s, char value, double ns) {
+    if (shown[s] == value) return;
+    dump.at(ns);
+    shown[s] = value;
+    dump.text += change(s, value);
+  };
+  const TestTiming& t = stream.timing;
+  for (std::size_t i = 0; i < stream.cycles.size(); ++i) {
+    const std::string& now = stream.cycles[i].states;
+    const double start = static_cast<double>(i) * t.period_ns;
+    const auto each = [&](bool inputs, const auto& body) {
+      for (std::size_t s = 0; s < now.size(); ++s) {
+        if (stream.signals[s].is_input == inputs) body(s);
+      }
+    };
+    each(true, [&](std::size_t s) { set(s, now[s] == '1' ? '1' : '0', start + t.drive_ns); });
+    if (i == 0) each(false, [&](std::size_t s) { set(s, 'x', start + t.drive_ns); });
+    each(false, [&](std::size_t s) {
+      set(s, now[s] == 'H' ? '1' : now[s] == 'L' ? '0' : 'x', start + t.strobe_ns);
+    });
+    each(true, [&](std::size_t s) {
+      if (now[s] == 'P') set(s, '1', start + t.clock_rise_ns);
+    });
+    each(true, [&](std::size_t s) {
+      if (now[s] == 'P') set(s, '0', start + t.clock_fall_ns);
+    });
+  }
+  dump.at(static_cast<double>(stream.cycles.size()) * t.period_ns);
+  return dump.text;
+}
+
+}  // namespace
+
+std::string wgl_text(const CycleStream& stream) {
+  const TestTiming& t = stream.timing;
+  std::string text = fmt::format("waveform {}\n\nsignal\n", pin_name(stream.title));
+  for (const TestSignal& signal : stream.signals)
+    text += fmt::format("  \"{}\" : {};\n", signal.name, signal.is_input ? "input" : "output");
+  text += fmt::format("end\n\ntimeplate tp period {}nS\n", t.period_ns);
+  for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+    const TestSignal& signal = stream.signals[s];
+    if (!signal.is_input)
+      text += fmt::format("  \"{}\" := output[0nS:X, {}nS:Q, {}nS:X];\n", signal.name, t.strobe_ns,
+                          t.strobe_ns + 1);
+    else if (pulsed(stream, s))
+      text += fmt::format("  \"{}\" := input[0nS:D, {}nS:S, {}nS:D];\n", signal.name, t.clock_rise_ns,
+                          t.clock_fall_ns);
+    else
+      text += fmt::format("  \"{}\" := input[0nS:P, {}nS:S];\n", signal.name, t.drive_ns);
+  }
+  text += "end\n\npattern main (";
+  for (std::size_t s = 0; s < stream.signals.size(); ++s)
+    text += fmt::format("{}\"{}\"", s == 0 ? "" : ", ", stream.signals[s].name);
+  text += ")\n";
+  runs(stream, 1'000'000, [&](const TestCycle& cycle, std::size_t count) {
+    if (!cycle.label.empty()) text += fmt::format("  {{ {} }}\n", cycle.label);
+    std::string vector;
+    for (const char c : cycle.states)
+      vector += fmt::format(" {}", c == 'P' || c == 'H' ? '1' : c == 'L' ? '0' : c == 'X' ? 'X' : c);
+    text += count == 1 ? fmt::format("  vector(tp) := [{} ];\n", vector)
+                       : fmt::format("  repeat {} vector(tp) := [{} ];\n", count, vector);
+  });
+  return text + "end\n\nend\n";
+}
+
+std::string evcd_text(const CycleStream& stream) {
+  std::string header = "$version\n  meltstage\n$end\n$timescale\n  1 ps\n$end\n$scope module dut $end\n";
+  for (std::size_t s = 0; s < stream.signals.size(); ++s)
+    header += fmt::format("$var port 1 <{} {} $end\n", s, pin_name(stream.signals[s].name));
+  header += "$upscope $end\n$enddefinitions $end\n";
+  return dump(stream, header, [&](std::size_t s, char value) {
+    const char state = stream.signals[s].is_input ? (value == '1' ? 'U' : 'D')
+                       : value == '1'             ? 'H'
+                       : value == '0'             ? 'L'
+                                                  : 'X';
+    const bool low = state == 'D' || state == 'L', high = state == 'U' || state == 'H';
+    return fmt::format("p{} {} {} <{}\n", state, high ? 0 : 6, low ? 0 : 6, s);
+  });
+}
+
+std::string vcd_text(const CycleStream& stream) {
+  std::string header = "$version meltstage $end\n$timescale 1 ps $end\n$scope module dut $end\n";
+  for (std::size_t s = 0; s < stream.signals.size(); ++s)
+    header += fmt::format("$var wire 1 {} {} $end\n", code_of(s), pin_name(stream.signals[s].name));
+  header += "$upscope $end\n$enddefinitions $end\n";
+  return dump(stream, header,
+              [&](std::size_t s, char value) { return fmt::format("{}{}\n", value, code_of(s)); });
+}
+
+std::string atp_text(const CycleStream& stream) {
+  std::string text = "import tset tp0;\n\nvector ($tset";
+  for (const TestSignal& signal : stream.signals) text += ", " + pin_name(signal.name);
+  text += ")\n{\nstart_label pattern_st:\n";
+  runs(stream, 65535, [&](const TestCycle& cycle, std::size_t count) {
+    if (!cycle.label.empty()) text += fmt::format("// {}\n", cycle.label);
+    text += count == 1 ? "> tp0" : fmt::format("repeat {} > tp0", count);
+    for (const char c : cycle.states) text += fmt::format(" {}", c == 'P' ? '1' : c);
+    text += ";\n";
+  });
+  return text + "}\n";
+}
+
+std::string avc_text(const CycleStream& stream) {
+  std::string text = "FORMAT";
+  for (const TestSignal& signal : stream.signals) text += " " + pin_name(signal.name);
+  text += ";\n";
+  runs(stream, 65535, [&](const TestCycle& cycle, std::size_t count) {
+    text += fmt::format("R{} tp0 ", count);
+    for (const char c : cycle.states) text += c;
+    text += cycle.label.empty() ? ";\n" : fmt::format("; # {}\n", cycle.label);
+  });
+  return text;
+}
+
+std::string mem_text(const CycleStream& stream) { return icarus_vectors(stream); }
+
+}  // namespace meltstage::dft

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/generate.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <random>
+#include <thread>
+
+#include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/test_solver.hpp"
+
+namespace meltstage::dft {
+
+namespace {
+
+constexpr unsigned kWorkers = 2;
+constexpr std::size_t kBatch = 128;  // faults solved by a worker between two merges
+constexpr std::size_t kPool = 64;    // merged cubes that are open at a time
+constexpr std::size_t kFills = kLanes / kPool;
+constexpr std::size_t kRandomBlocks = 32;
+constexpr double kRandomYield = 0.001;  // random patterns end when a block detects less than this share
+
+double since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// A pattern with free inputs: bits that are set, and their values.
+struct Merged {
+  std::vector<std::int8_t> value;  // by input; -1: free
+  std::size_t set = 0;
+};
+
+class Generator {
+ public:
+  Generator(const Circuit& circuit, const GenerateOptions& options)
+      : circuit_(circuit),
+        options_(options),
+        random_(options.seed),
+        simulators_(kWorkers, FaultSimulator(circuit)) {
+    set_.faults = collapse(circuit);
+    set_.of_class.assign(set_.faults.classes.size(), FaultClass::NO);
+    alive_.assign(set_.faults.classes.size(), 1);
+    cones_ = output_cones(circuit);
+    for (unsigned i = 0; i < kWorkers; ++i) solvers_.emplace_back(circuit, cones_);
+  }
+
+  TestSet run() {
+    drop_structural();
+    auto start = std::chrono::steady_clock::now();
+    const std::vector<std::size_t> order = random_phase();
+    set_.times.random_s = since(start);
+    target(order);
+    start = std::chrono::steady_clock::now();
+    set_.before_compaction = set_.patterns.size();
+    std::vector<Fault> detected;
+    for (std::size_t i = 0; i < set_.of_class.size(); ++i) {
+      if (set_.of_class[i] == FaultClass::DS) detected.push_back(set_.faults.classes[i]);
+    }
+    set_.patterns =
+        compact(circuit_, std::move(set_.patterns), detected, options_.seed, options_.compaction_passes);
+    set_.times.compact_s = since(start);
+    for (const TestSolver& solver : solvers_)
+      set_.solver_calls += solver.effort().near_calls + solver.effort().full_calls;
+    return std::move(set_);
+  }
+
+ private:
+  // What constants settle without a search: a fault at the value its line has anyway, or behind gates that
+  // they close. Ties make it untestable; held inputs make it so for this test alone.
+  void drop_structural() {
+    const std::vector<std::int8_t> free(circuit_.inputs().size(), -1);
+    settle_constant(constants(circuit_, free), FaultClass::UT);
+    if (circuit_.held() != free) settle_constant(constants(circuit_, circuit_.held()), FaultClass::AU);
+  }
+  void settle_constant(const std::vector<std::int8_t>& constant, FaultClass c) {
+    std::vector<std::uint8_t> reaches(circuit_.size(), 0);
+    for (Node node = static_cast<Node>(circuit_.size()); node-- > 0;) {
+      reaches[node] = circuit_.kind(node) == Gate::output ? 1 : 0;
+      for (const Node next : circuit_.fanout(node)) {
+        const auto fanin = circuit_.fanin(next);
+        for (std::size_t pin = 0; pin < fanin.size() && reaches[node] == 0; ++pin) {
+          if (fanin[pin] == node && reaches[next] != 0 && !closed(next, pin, constant)) reaches[node] = 1;
+        }
+      }
+    }
+    for (std::size_t i = 0; i < set_.faults.classes.size(); ++i) {
+      if (alive_[i] == 0) continue;
+      const Fault& fault = set_.faults.classes[i];
+      const auto pin = static_cast<std::size_t>(fault.pin);
+      const Node line = fault.pin == kStem ? fault.node : circuit_.fanin(fault.node)[pin];
+      bool hidden = reaches[fault.node] == 0 || (fault.pin != kStem && closed(fault.node, pin, constant));
+      if (constant[line] >= 0)
+        hidden = false;  // the fault changes the constant, and with it what that closes
+      if (hidden || constant[line] == (fault.stuck ? 1 : 0)) settle(i, c);
+    }
+  }
+  // Another input of the gate is at a constant that hides this one.
+  bool closed(Node gate, std::size_t pin, const std::vector<std::int8_t>& constant) const {
+    const auto fanin = circuit_.fanin(gate);
+    const Gate kind = circuit_.kind(gate);
+    if (kind == Gate::mux) return pin < 2 && constant[fanin[2]] == (pin == 0 ? 1 : 0);
+    if (kind != Gate::all && kind != Gate::nall && kind != Gate::any && kind != Gate::none) return false;
+    const std::int8_t controlling = kind == Gate::all || kind == Gate::nall ? 0 : 1;
+    for (std::size_t other = 0; other < fanin.size(); ++other) {
+      if (other != pin && constant[fanin[other]] == controlling) return true;
+    }
+    return false;
+  }
+  void settle(std::size_t i, FaultClass c) {
+    set_.of_class[i] = c;
+    alive_[i] = 0;
+  }
+
+  std::uint64_t bits() { return random_(); }
+  PatternBlock random_block() {
+    PatternBlock block{std::vector<Word>(circuit_.inputs().size()), kLanes, {}};
+    for (std::size_t i = 0; i < block.inputs.size(); ++i) {
+      const std::int8_t held = circuit_.held()[i];
+      for (std::uint64_t& part : block.inputs[i].part)
+        part = held < 0 ? bits() : held != 0 ? ~std::uint64_t{0} : 0;
+    }
+    return block;
+  }
+
+  // Faults that random patterns miss or seldom detect, hardest first. Nothing is dropped: these patterns are
+  // not kept.
+  std::vector<std::size_t> random_phase() {
+    std::vector<std::uint32_t> hits(alive_.size(), 0);
+    std::vector<std::uint8_t> watched = alive_;
+    std::size_t left = static_cast<std::size_t>(std::count(alive_.begin(), alive_.end(), 1));
+    for (std::size_t b = 0; b < kRandomBlocks && left != 0; b += kWorkers) {
+      std::vector<PatternBlock> blocks;
+      for (unsigned w = 0; w < kWorkers; ++w) blocks.push_back(random_block());
+      std::vector<std::vector<Word>> detected(kWorkers);
+      in_parallel(
+          [&](unsigned w) { simulators_[w].detect(blocks[w], set_.faults.classes, watched, detected[w]); });
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < watched.size(); ++i) {
+        if (watched[i] == 0) continue;
+        const std::uint32_t before = hits[i];
+        for (const auto& words : detected) {
+          for (const std::uint64_t p : words[i].part)
+            hits[i] += static_cast<std::uint32_t>(__builtin_popcountll(p));
+        }
+        if (hits[i] == 0) continue;
+        watched[i] = 0;
+        found += before == 0 ? 1 : 0;
+      }
+      left -= found;
+      if (static_cast<double>(found) < kRandomYield * static_cast<double>(alive_.size())) break;
+    }
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < alive_.size(); ++i) {
+      if (alive_[i] != 0) order.push_back(i);
+    }
+    // Faults of one output stand together and share a solver; outputs in random order, so that cubes of far
+    // parts meet and merge.
+    std::vector<std::uint32_t> place(circuit_.size());
+    std::iota(place.begin(), place.end(), 0u);
+    std::shuffle(place.begin(), place.end(), random_);
+    const auto key = [&](std::size_t i) {
+      const Node output = cones_.nearest[set_.faults.classes[i].node];
+      return std::pair(hits[i] != 0, output == kNoNode ? 0u : place[output]);
+    };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+    return order;
+  }
+
+  template <class Body>
+  void in_parallel(const Body& body) {
+    std::jthread other([&] { body(1); });
+    body(0);
+  }
+
+  struct Solved {
+    std::size_t fault;
+    Verdict verdict = Verdict::aborted;
+    Cube cube;
+  };
+
+  void target(const std::vector<std::size_t>& order) {
+    std::size_t at = 0;
+    while (at < order.size() || !pool_.empty()) {
+      std::vector<Solved> batch;
+      for (; at < order.size() && batch.size() < kWorkers * kBatch; ++at) {
+        if (alive_[order[at]] != 0) batch.push_back({order[at], Verdict::aborted, {}});
+      }
+      auto start = std::chrono::steady_clock::now();
+      in_parallel([&](unsigned w) {
+        const std::size_t half = (batch.size() + kWorkers - 1) / kWorkers;
+        for (std::size_t i = w * half; i < std::min((w + 1) * half, batch.size()); ++i)
+          solve(solvers_[w], batch[i]);
+      });
+      set_.times.solve_s += since(start);
+      start = std::chrono::steady_clock::now();
+      for (const Solved& solved : batch) {
+        if (alive_[solved.fault] == 0) continue;
+        if (solved.verdict == Verdict::test) {
+          merge(solved.cube);
+        } else if (solved.verdict != Verdict::aborted) {
+          settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
+        } else {
+          alive_[solved.fault] = 0;
+          ++set_.aborted;
+        }
+      }
+      if (at >= order.size()) flush();
+      set_.times.simulate_s += since(start);
+    }
+  }
+  void solve(TestSolver& solver, Solved& solved) const {
+    solved.verdict = solver.solve(set_.faults.classes[solved.fault], solved.cube, options_.conflict_limit);
+  }
+
+  // Into the open pattern that shares most values with the cube and contradicts none.
+  void merge(const Cube& cube) {
+    Merged* best = nullptr;
+    std::size_t best_shared = 0;
+    for (Merged& merged : pool_) {
+      std::size_t shared = 0;
+      bool fits = true;
+      for (const auto& [input, value] : cube) {
+        const std::int8_t have = merged.value[input];
+        if (have < 0) continue;
+        if (have != (value ? 1 : 0)) {
+          fits = false;
+          break;
+        }
+        ++shared;
+      }
+      if (fits && (best == nullptr || shared > best_shared)) {
+        best = &merged;
+        best_shared = shared;
+      }
+    }
+    if (best == nullptr) {
+      if (pool_.size() == kPool) flush();
+      pool_.push_back({std::vector<std::int8_t>(circuit_.inputs().size(), -1), 0});
+      best = &pool_.back();
+    }
+    for (const auto& [input, value] : cube) {
+      best->set += best->value[input] < 0 ? 1 : 0;
+      best->value[input] = value ? 1 : 0;
+    }
+  }
+
+  // Every open pattern is filled in several ways; the fill that detects most is kept.
+  void flush() {
+    if (pool_.empty()) return;
+    PatternBlock block = random_block();
+    block.count = pool_.size() * kFills;
+    for (std::size_t k = 0; k < pool_.size(); ++k) {
+      for (std::size_t input = 0; input < block.inputs.size(); ++input) {
+        if (pool_[k].value[input] < 0) continue;
+        for (std::size_t fill = 0; fill < kFills; ++fill)
+          block.inputs[input].set(k * kFills + fill, pool_[k].value[input] != 0);
+      }
+    }
+    std::vector<Word> detected;
+    simulators_[0].detect(block, set_.faults.classes, alive_, detected);
+    std::vector<std::vector<std::uint32_t>> by_lane(block.count);
+    for (std::size_t i = 0; i < detected.size(); ++i) {
+      for (std::size_t part = 0; part < detected[i].part.size(); ++part) {
+        for (std::uint64_t bits = detected[i].part[part]; bits != 0; bits &= bits - 1)
+          by_lane[64 * part + static_cast<std::size_t>(__builtin_ctzll(bits))].push_back(
+              static_cast<std::uint32_t>(i));
+      }
+    }
+    for (std::size_t k = 0; k < pool_.size(); ++k) {
+      std::size_t best = k * kFills, best_new = 0;
+      for (std::size_t lane = k * kFills; lane < (k + 1) * kFills; ++lane) {
+        const auto fresh = static_cast<std::size_t>(std::count_if(
+            by_lane[lane].begin(), by_lane[lane].end(), [&](std::uint32_t i) { return alive_[i] != 0; }));
+        if (fresh > best_new) {
+          best_new = fresh;
+          best = lane;
+        }
+      }
+      if (best_new == 0) continue;
+      for (const std::uint32_t i : by_lane[best]) settle(i, FaultClass::DS);
+      Pattern pattern(circuit_.inputs().size());
+      for (std::size_t input = 0; input < pattern.size(); ++input)
+        pattern[input] = block.inputs[input].bit(best) ? 1 : 0;
+      set_.patterns.push_back(std::move(pattern));
+    }
+    pool_.clear();
+  }
+
+  const Circuit& circuit_;
+  GenerateOptions options_;
+  std::mt19937_64 random_;
+  std::vector<FaultSimulator> simulators_;
+  OutputCones cones_;
+  std::vector<TestSolver> solvers_;
+  std::vector<std::uint8_t> alive_;
+  std::vector<Merged> pool_;
+  TestSet set_;
+};
+
+}  // namespace
+
+std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patterns,
+                             const std::vector<Fault>& faults, std::uint64_t seed, unsigned passes) {
+  std::mt19937_64 random(seed);
+  FaultSimulator simulator(circuit);
+  for (unsigned pass = 0; pass < passes; ++pass) {
+    std::vector<std::size_t> order(patterns.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::reverse(order.begin(), order.end());
+    if (pass > 0) std::shuffle(order.begin(), order.end(), random);
+    std::vector<Pattern> ordered;
+    for (const std::size_t i : order) ordered.push_back(patterns[i]);
+    std::vector<std::uint8_t> keep(patterns.size(), 0), alive(faults.size(), 1);
+    std::vector<Word> detected;
+    std::size_t first = 0;
+    for (const PatternBlock& block : blocks_of(ordered, circuit.inputs().size())) {
+      simulator.detect(block, faults, alive, detected);
+      for (std::size_t i = 0; i < faults.size(); ++i) {
+        const std::size_t lane = detected[i].first();
+        if (lane == kLanes) continue;
+        keep[order[first + lane]] = 1;
+        alive[i] = 0;
+      }
+      first += block.count;
+    }
+    std::vector<Pattern> kept;
+    for (std::size_t i = 0; i < patterns.size(); ++i) {
+      if (keep[i] != 0) kept.push_back(std::move(patterns[i]));
+    }
+    patterns = std::move(kept);
+  }
+  return patterns;
+}
+
+TestSet generate_tests(const Circuit& circuit, const GenerateOptions& options) {
+  return Generator(circuit, options).run();
+}
+
+}  // namespace meltstage::dft

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What test generation needs of a Liberty file: the function of each output, flops, scan cells (test_cell).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace meltstage::dft {
+
+/// A Boolean expression of Liberty's `function` attribute.
+struct Expression {
+  enum class Op { zero, one, pin, inv, all, any, parity };  ///< all: AND, any: OR, parity: XOR
+  Op op = Op::zero;
+  std::string pin;               ///< Op::pin only
+  std::vector<Expression> args;  ///< one for inv, two or more for all, any, parity
+
+  friend bool operator==(const Expression&, const Expression&) = default;
+};
+
+/// Parses one expression (`!`, postfix `'`, `^`, `&` `*` or a blank, `|` `+`, parentheses; in falling
+/// precedence). Throws InputError with the position counted from 1.
+Expression parse_expression(std::string_view text);
+
+/// The `ff` group: an edge-triggered flop.
+struct Flop {
+  std::string state;    ///< IQ
+  std::string state_n;  ///< IQN
+  Expression next_state;
+  Expression clocked_on;
+  std::optional<Expression> clear;   ///< true: state is 0
+  std::optional<Expression> preset;  ///< true: state is 1
+};
+
+struct CellPin {
+  std::string name;
+  bool is_output = false;
+  std::optional<Expression> function;  ///< outputs; may name the flop's state
+};
+
+/// Pins of a scan flop, from the signal_type of its test_cell.
+struct ScanPins {
+  std::string in;
+  std::string enable;
+  bool enable_low = false;  ///< shifts while the enable is 0
+  Expression next_state;    ///< of test_cell: what it captures outside shift
+};
+
+struct Cell {
+  std::string name;
+  double area = 0.0;
+  std::vector<CellPin> pins;  ///< without supply pins
+  std::optional<Flop> flop;
+  std::optional<ScanPins> scan;
+  bool has_latch = false;
+
+  const CellPin* find(std::string_view pin) const;
+};
+
+using CellLibrary = std::map<std::string, Cell, std::less<>>;
+
+/// Reads a Liberty file. Cells whose outputs have no function are kept without one. Throws InputError.
+CellLibrary read_liberty(const std::filesystem::path& path);
+/// The same from text; `name` stands in messages.
+CellLibrary parse_liberty(std::string_view text, const std::string& name);
+
+}  // namespace meltstage::dft

@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/replay.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <set>
+
+#include "asic/dft/error.hpp"
+#include "asic/dft/fault_simulator.hpp"
+
+namespace meltstage::dft {
+
+namespace {
+
+// A piece of the stream that one lane runs, and from where on its strobes count.
+struct Piece {
+  std::size_t begin, compare_from, end;
+};
+
+std::vector<Piece> pieces_of(const CycleStream& stream, const std::string& scan_enable) {
+  const std::size_t total = stream.cycles.size();
+  std::vector<std::size_t> rises;
+  std::size_t enable = 0;
+  while (enable < stream.signals.size() && stream.signals[enable].name != scan_enable) ++enable;
+  if (enable < stream.signals.size()) {
+    for (std::size_t i = 0; i < total; ++i) {
+      if (stream.cycles[i].states[enable] == '1' && (i == 0 || stream.cycles[i - 1].states[enable] != '1'))
+        rises.push_back(i);
+    }
+  }
+  if (rises.size() < 2) return {{0, 0, total}};
+  std::vector<std::size_t> loaded;  // first cycle behind each load
+  for (const std::size_t rise : rises) {
+    std::size_t i = rise;
+    while (i < total && stream.cycles[i].states[enable] == '1') ++i;
+    loaded.push_back(i);
+  }
+  std::vector<Piece> pieces{{0, 0, loaded[0]}};
+  for (std::size_t k = 0; k + 1 < rises.size(); ++k) pieces.push_back({rises[k], loaded[k], loaded[k + 1]});
+  if (loaded.back() < total) pieces.push_back({rises.back(), loaded.back(), total});
+  return pieces;
+}
+
+class Player {
+ public:
+  Player(const CaptureView& view, const CycleStream& stream, std::uint64_t seed, const ReplayFault& fault)
+      : view_(view), stream_(stream), fault_(fault), random_(seed) {
+    for (const std::string& name : view.input_ports) input_.push_back(signal(name, true));
+    for (std::size_t i = 0; i < stream.signals.size(); ++i) {
+      if (stream.signals[i].is_input) continue;
+      const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), stream.signals[i].name);
+      if (port == view.output_ports.end())
+        throw InputError(fmt::format("{}: found output signal {}, expected an output port of the netlist",
+                                     stream.title, stream.signals[i].name));
+      output_.emplace_back(
+          i, view.circuit.outputs()[static_cast<std::size_t>(port - view.output_ports.begin())]);
+    }
+    values_.resize(view.circuit.size());
+    for (std::size_t f = 0; f < view.flops.size(); ++f) {
+      const auto node = view.node_of_net.find(view.flops[f].reset);
+      reset_node_.push_back(view.flops[f].has_reset && node != view.node_of_net.end() ? node->second
+                                                                                      : kNoNode);
+      if (is_reset_pin(f)) stuck_reset_ = f;
+    }
+  }
+
+  ReplayResult run(const std::vector<Piece>& pieces) {
+    result_.cycles = stream_.cycles.size();
+    for (std::size_t first = 0; first < pieces.size(); first += kLanes) {
+      const std::size_t count = std::min(kLanes, pieces.size() - first);
+      run_lanes({pieces.begin() + static_cast<std::ptrdiff_t>(first),
+                 pieces.begin() + static_cast<std::ptrdiff_t>(first + count)});
+    }
+    return result_;
+  }
+
+ private:
+  std::size_t signal(const std::string& name, bool input) const {
+    for (std::size_t i = 0; i < stream_.signals.size(); ++i) {
+      if (stream_.signals[i].name == name && stream_.signals[i].is_input == input) return i;
+    }
+    throw InputError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
+                                 stream_.title, name));
+  }
+  // The stuck line is the reset pin of this flop.
+  bool is_reset_pin(std::size_t f) const {
+    if (!fault_.line || fault_.line->pin == kStem || reset_node_[f] == kNoNode) return false;
+    const Node capture = view_.circuit.outputs()[view_.output_ports.size() + f];
+    Node gate = fault_.line->node;
+    if (view_.circuit.fanin(gate)[static_cast<std::size_t>(fault_.line->pin)] != reset_node_[f]) return false;
+    while (gate != capture && view_.circuit.name(gate) == view_.flops[f].name &&
+           view_.circuit.fanout(gate).size() == 1)
+      gate = view_.circuit.fanout(gate)[0];
+    return gate == capture;
+  }
+  Word& state(std::size_t flop) { return values_[view_.circuit.inputs()[view_.input_ports.size() + flop]]; }
+  void evaluate() {
+    if (fault_.line)
+      simulate_faulty(view_.circuit, *fault_.line, values_);
+    else
+      simulate_values(view_.circuit, values_);
+  }
+  // Asynchronous resets; true when a state changed.
+  bool apply_resets() {
+    bool changed = false;
+    for (std::size_t f = 0; f < view_.flops.size(); ++f) {
+      if (reset_node_[f] == kNoNode) continue;
+      for (std::size_t p = 0; p < kLanes / 64; ++p) {
+        const std::uint64_t stuck = fault_.line && fault_.line->stuck ? ~std::uint64_t{0} : 0;
+        const std::uint64_t net = stuck_reset_ == f ? stuck : values_[reset_node_[f]].part[p];
+        std::uint64_t& word = states_[f].part[p];
+        const std::uint64_t active = view_.flops[f].reset_low ? ~net : net;
+        const std::uint64_t next = view_.flops[f].reset_value ? word | active : word & ~active;
+        changed = changed || next != word;
+        word = next;
+      }
+    }
+    return changed;
+  }
+  void put_states() {
+    for (std::size_t f = 0; f < states_.size(); ++f) state(f) = states_[f];
+  }
+
+  void run_lanes(const std::vector<Piece>& lanes) {
+    states_.assign(view_.flops.size(), {});
+    for (Word& word : states_) {
+      for (std::uint64_t& part : word.part) part = random_();
+    }
+    std::size_t steps = 0;
+    for (const Piece& piece : lanes) steps = std::max(steps, piece.end - piece.begin);
+    for (std::size_t t = 0; t < steps; ++t) {
+      Word clocked;
+      for (std::size_t k = 0; k < lanes.size(); ++k) {
+        if (lanes[k].begin + t >= lanes[k].end) continue;
+        const std::string& now = stream_.cycles[lanes[k].begin + t].states;
+        for (std::size_t i = 0; i < input_.size(); ++i) {
+          values_[view_.circuit.inputs()[i]].set(k, now[input_[i]] == '1');
+          if (now[input_[i]] == 'P' && view_.clock_ports[i] != 0) clocked.set(k, true);
+        }
+      }
+      put_states();
+      evaluate();
+      if (apply_resets()) {
+        put_states();
+        evaluate();
+      }
+      compare(lanes, t);
+      clock(clocked);
+    }
+  }
+  void compare(const std::vector<Piece>& lanes, std::size_t t) {
+    for (std::size_t k = 0; k < lanes.size(); ++k) {
+      const std::size_t at = lanes[k].begin + t;
+      if (at < lanes[k].compare_from || at >= lanes[k].end) continue;
+      const std::string& now = stream_.cycles[at].states;
+      for (const auto& [s, node] : output_) {
+        if (now[s] != 'H' && now[s] != 'L') continue;
+        ++result_.strobes;
+        const bool value = values_[node].bit(k);
+        if (value == (now[s] == 'H')) continue;
+        ++result_.mismatches;
+        if (at < first_cycle_) {
+          first_cycle_ = at;
+          result_.first = fmt::format("cycle {} ({}): {}: found {}, expected {}", at, label_before(at),
+                                      stream_.signals[s].name, value ? 1 : 0, now[s]);
+        }
+      }
+    }
+  }
+  std::string label_before(std::size_t at) const {
+    for (std::size_t i = at + 1; i-- > 0;) {
+      if (!stream_.cycles[i].label.empty()) return stream_.cycles[i].label;
+    }
+    return "start";
+  }
+  void clock(const Word& clocked) {
+    const std::size_t outs = view_.output_ports.size();
+    for (std::size_t f = 0; f < states_.size(); ++f) {
+      if (fault_.dead_clock && *fault_.dead_clock == f) continue;
+      const Word& next = values_[view_.circuit.outputs()[outs + f]];
+      for (std::size_t p = 0; p < kLanes / 64; ++p)
+        states_[f].part[p] = (states_[f].part[p] & ~clocked.part[p]) | (next.part[p] & clocked.part[p]);
+    }
+  }
+
+  const CaptureView& view_;
+  const CycleStream& stream_;
+  const ReplayFault& fault_;
+  std::mt19937_64 random_;
+  std::vector<std::size_t> input_;                    // signal of each input port
+  std::vector<std::pair<std::size_t, Node>> output_;  // signal and node of each output port
+  std::vector<Node> reset_node_;
+  std::optional<std::size_t> stuck_reset_;
+  std::vector<Word> values_, states_;
+  std::size_t first_cycle_ = ~std::size_t{0};
+  ReplayResult result_;
+};
+
+std::string escaped(const std::string& name) { return "\\" + name + " "; }
+
+std::string verilog_expression(const Expression& e) {
+  const char* joint = e.op == Expression::Op::all ? " & " : e.op == Expression::Op::any ? " | " : " ^ ";
+  switch (e.op) {
+    case Expression::Op::zero:
+      return "1'b0";
+    case Expression::Op::one:
+      return "1'b1";
+    case Expression::Op::pin:
+      return e.pin;
+    case Expression::Op::inv:
+      return "~(" + verilog_expression(e.args[0]) + ")";
+    default:
+      break;
+  }
+  std::string text;
+  for (const Expression& arg : e.args) text += (text.empty() ? "(" : joint) + verilog_expression(arg);
+  return text + ")";
+}
+
+}  // namespace
+
+ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
+                    std::uint64_t seed, const ReplayFault& fault) {
+  return Player(view, stream, seed, fault).run(pieces_of(stream, scan_enable));
+}
+
+std::string cell_models(const Netlist& netlist, const CellLibrary& library) {
+  std::set<std::string> used;
+  for (const Instance& instance : netlist.instances) used.insert(instance.type);
+  std::string text;
+  for (const std::string& type : used) {
+    const auto found = library.find(type);
+    if (found == library.end())
+      throw InputError(fmt::format("{}: found type {}, expected a cell of the library", netlist.file, type));
+    const Cell& cell = found->second;
+    std::string ports, body;
+    for (const CellPin& pin : cell.pins) {
+      ports += (ports.empty() ? "" : ", ") + std::string(pin.is_output ? "output " : "input ") + pin.name;
+      if (pin.is_output && pin.function)
+        body += fmt::format("  assign {} = {};\n", pin.name, verilog_expression(*pin.function));
+    }
+    if (cell.flop) {
+      const Flop& flop = *cell.flop;
+      const auto edge = [](const Expression& e) {
+        return e.op == Expression::Op::inv ? "negedge " + verilog_expression(e.args[0])
+                                           : "posedge " + verilog_expression(e);
+      };
+      std::string events = edge(flop.clocked_on), resets;
+      if (flop.clear) {
+        events += " or " + edge(*flop.clear);
+        resets += fmt::format("    if ({}) {} <= 1'b0; else\n", verilog_expression(*flop.clear), flop.state);
+      }
+      if (flop.preset) {
+        events += " or " + edge(*flop.preset);
+        resets += fmt::format("    if ({}) {} <= 1'b1; else\n", verilog_expression(*flop.preset), flop.state);
+      }
+      body = fmt::format("  reg {};\n  wire {} = ~{};\n  always @({})\n{}    {} <= {};\n", flop.state,
+                         flop.state_n, flop.state, events, resets, flop.state,
+                         verilog_expression(flop.next_state)) +
+             body;
+    }
+    text += fmt::format("module {}({});\n{}endmodule\n", escaped(type), ports, body);
+  }
+  return text;
+}
+
+std::string icarus_vectors(const CycleStream& stream) {
+  std::string text;
+  for (const TestCycle& cycle :
+       stream.cycles) {  // two digits a signal: value, and whether it is a clock pulse or compared
+    for (const char c : cycle.states)
+      text += c == '0' ? "00" : c == '1' ? "10" : c == 'P' ? "01" : c == 'L' ? "01" : c == 'H' ? "11" : "00";
+    text += '\n';
+  }
+  return text;
+}
+
+std::string icarus_bench(const Netlist& netlist, const CycleStream& stream) {
+  std::string text = "`timescale 1ns/1ps\nmodule bench;\n";
+  const std::size_t width = 2 * stream.signals.size();
+  const auto value_bit = [&](std::size_t s) { return fmt::format("v[{}]", width - 1 - 2 * s); };
+  const auto flag_bit = [&](std::size_t s) { return fmt::format("v[{}]", width - 2 - 2 * s); };
+  text += fmt::format("  reg [{}:0] v;\n  integer file, got, strobes = 0, mismatches = 0, cycle = 0;\n",
+                      width - 1);
+  for (std::size_t s = 0; s < stream.signals.size(); ++s)
+    text += fmt::format("  {} s{};\n", stream.signals[s].is_input ? "reg" : "wire", s);
+  const auto index = [&](const std::string& name) {
+    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+      if (stream.signals[s].name == name) return fmt::format("s{}", s);
+    }
+    return std::string();
+  };
+  text += "  " + escaped(netlist.top) + "dut (";
+  const char* separator = "";
+  for (const Port& port : netlist.ports) {
+    std::string bits;
+    for (std::size_t i = port.bits.size(); i-- > 0;)
+      bits += (bits.empty() ? "" : ", ") + index(port.bit_name(i));
+    text += fmt::format("{}.{}({{{}}})", separator, escaped(port.name), bits);
+    separator = ", ";
+  }
+  const TestTiming& t = stream.timing;
+  text +=
+      ");\n  initial begin\n    file = $fopen(\"vectors.txt\", \"r\");\n    got = $fscanf(file, \"%b\\n\", "
+      "v);\n    while (got == 1) begin\n";
+  std::string drive, rise, fall, check;
+  for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+    if (stream.signals[s].is_input) {
+      drive += fmt::format("      s{} = {};\n", s, value_bit(s));
+      rise += fmt::format("      if ({}) s{} = 1'b1;\n", flag_bit(s), s);
+      fall += fmt::format("      if ({}) s{} = 1'b0;\n", flag_bit(s), s);
+    } else {
+      check += fmt::format(
+          "      if ({0}) begin strobes = strobes + 1; if (s{1} !== {2}) begin mismatches = mismatches + 1; "
+          "if (mismatches == 1) $display(\"cycle %0d: {3}: found "
+          "%b, expected %b\", cycle, s{1}, {2}); end end\n",
+          flag_bit(s), s, value_bit(s), stream.signals[s].name);
+    }
+  }
+  text += fmt::format("      #{};\n{}      #{};\n{}      #{};\n{}      #{};\n{}      #{};\n", t.drive_ns,
+                      drive, t.strobe_ns - t.drive_ns, check, t.clock_rise_ns - t.strobe_ns, rise,
+                      t.clock_fall_ns - t.clock_rise_ns, fall, t.period_ns - t.clock_fall_ns);
+  return text +
+         "      cycle = cycle + 1;\n      got = $fscanf(file, \"%b\\n\", v);\n    end\n    $display(\"%0d "
+         "cycles, %0d strobes, %0d mismatches\", cycle, strobes, "
+         "mismatches);\n    $finish;\n  end\nendmodule\n";
+}
+
+ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
+                              const std::filesystem::path& work) {
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream file(work / name, std::ios::binary);
+    file << text;
+    if (!file.flush()) throw InputError(fmt::format("{}: can't be written", (work / name).string()));
+  };
+  write("netlist.v", verilog_text(netlist));
+  write("cells.v", cell_models(netlist, library));
+  write("bench.v", icarus_bench(netlist, stream));
+  write("vectors.txt", icarus_vectors(stream));
+  const std::string command = fmt::format(
+      "cd '{}' && iverilog -g2012 -o bench.vvp bench.v netlist.v cells.v 2>&1 && vvp -n bench.vvp 2>&1",
+      work.string());
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::string output;
+  char buffer[4096];
+  while (pipe && std::fgets(buffer, sizeof buffer, pipe.get()) != nullptr) output += buffer;
+  ReplayResult result;
+  const std::size_t verdict = output.rfind(" cycles, ");
+  const std::size_t begin = verdict == std::string::npos ? 0 : output.rfind('\n', verdict) + 1;
+  if (verdict == std::string::npos ||
+      std::sscanf(output.c_str() + begin, "%zu cycles, %zu strobes, %zu mismatches", &result.cycles,
+                  &result.strobes, &result.mismatches) != 3)
+    throw InputError(fmt::format("{}: Icarus did not finish ({}); see the files there", work.string(),
+                                 output.substr(0, output.find('\n'))));
+  if (result.mismatches != 0) result.first = output.substr(0, output.find('\n'));
+  return result;
+}
+
+}  // namespace meltstage::dft

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// A cycle stream, as read back from a file, run on the netlist: what the outputs are against what the stream
+// compares.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "asic/dft/cycles.hpp"
+#include "asic/dft/faults.hpp"
+#include "asic/dft/netlist.hpp"
+
+namespace meltstage::dft {
+
+struct ReplayResult {
+  std::size_t cycles = 0;
+  std::size_t strobes = 0;  ///< comparisons with H or L
+  std::size_t mismatches = 0;
+  std::string first;  ///< "cycle 12 (pattern 3): so[0]: found 0, expected H"
+};
+
+/// A defect put into the netlist for the replay.
+struct ReplayFault {
+  std::optional<Fault> line;              ///< stuck line of view.circuit
+  std::optional<std::size_t> dead_clock;  ///< flop whose clock pin is stuck
+};
+
+/// Runs the stream without delays. `view` is the capture view of the netlist with nothing held. With
+/// `scan_enable` named, the stream is cut where that signal rises, and up to 512 pieces run side by side:
+/// each begins with a whole load, so that nothing is carried over; power-up states are drawn from `seed`, so
+/// that a strobe which depends on them shows. Throws InputError when the stream names other ports than the
+/// netlist has.
+ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable = "",
+                    std::uint64_t seed = 1, const ReplayFault& fault = {});
+
+/// Verilog of the library's cells that the netlist uses: behaviour alone, no delays.
+std::string cell_models(const Netlist& netlist, const CellLibrary& library);
+/// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N strobes, M mismatches".
+std::string icarus_bench(const Netlist& netlist, const CycleStream& stream);
+/// Lines of vectors.txt.
+std::string icarus_vectors(const CycleStream& stream);
+/// Runs the stream on the netlist in Icarus (four-state), in the existing folder `work`. Throws InputError
+/// when Icarus can't be run.
+ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
+                              const std::filesystem::path& work);
+
+}  // namespace meltstage::dft

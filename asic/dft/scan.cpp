@@ -1,0 +1,553 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/scan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <unordered_map>
+
+#include "asic/dft/error.hpp"
+
+namespace meltstage::dft {
+
+namespace {
+
+using Op = Expression::Op;
+
+const Cell* find_cell(const CellLibrary& library, const std::string& type) {
+  const auto found = library.find(type);
+  return found == library.end() ? nullptr : &found->second;
+}
+
+std::string only_pin(const Expression& e) {
+  if (e.op == Op::pin) return e.pin;
+  if (e.op == Op::inv && e.args[0].op == Op::pin) return e.args[0].pin;
+  return "";
+}
+
+// Where nets come from.
+class Drivers {
+ public:
+  Drivers(const Netlist& netlist, const CellLibrary& library) : netlist_(netlist), library_(library) {
+    for (const Port& port : netlist.ports) {
+      if (!port.is_input) continue;
+      for (std::size_t i = 0; i < port.bits.size(); ++i) port_[port.bits[i]] = port.bit_name(i);
+    }
+    for (std::size_t i = 0; i < netlist.instances.size(); ++i) {
+      const Cell* cell = find_cell(library, netlist.instances[i].type);
+      if (cell == nullptr) continue;
+      for (const auto& [pin, net] : netlist.instances[i].pins) {
+        const CellPin* known = cell->find(pin);
+        if (known != nullptr && known->is_output) driver_[net] = i;
+      }
+    }
+  }
+  bool is_driven(Net net) const {
+    return net == 0 || net == 1 || port_.count(net) != 0 || driver_.count(net) != 0;
+  }
+  /// The input port that drives a net straight or through buffers and inverters; "" when logic does.
+  /// `inverted` tells the sense.
+  std::string port_of(Net net, bool* inverted = nullptr) const {
+    bool odd = false;
+    for (std::size_t steps = 0; steps < 1000; ++steps) {
+      const auto port = port_.find(net);
+      if (port != port_.end()) {
+        if (inverted != nullptr) *inverted = odd;
+        return port->second;
+      }
+      const auto driver = driver_.find(net);
+      if (driver == driver_.end()) return "";
+      const Instance& instance = netlist_.instances[driver->second];
+      const Cell& cell = *find_cell(library_, instance.type);
+      if (cell.flop || instance.pins.size() != 2) return "";
+      for (const CellPin& pin : cell.pins) {
+        if (!pin.is_output || !pin.function) continue;
+        const std::string source = only_pin(*pin.function);
+        if (source.empty() || instance.pins.count(source) == 0) return "";
+        odd = odd != (pin.function->op == Op::inv);
+        net = instance.pins.at(source);
+      }
+    }
+    return "";
+  }
+
+ private:
+  const Netlist& netlist_;
+  const CellLibrary& library_;
+  std::unordered_map<Net, std::string> port_;
+  std::unordered_map<Net, std::size_t> driver_;
+};
+
+struct MuxCell {
+  const Cell* cell;
+  std::string zero, one, select, out;
+};
+
+// A library cell that is a two-way multiplexer.
+MuxCell find_mux(const CellLibrary& library, const std::string& file) {
+  for (const auto& [name, cell] : library) {
+    if (cell.flop || cell.pins.size() != 4) continue;
+    for (const CellPin& out : cell.pins) {
+      if (!out.is_output || !out.function || out.function->op != Op::any || out.function->args.size() != 2)
+        continue;
+      MuxCell mux{&cell, "", "", "", out.name};
+      for (const Expression& side : out.function->args) {
+        if (side.op != Op::all || side.args.size() != 2) continue;
+        for (std::size_t i = 0; i < 2; ++i) {
+          const Expression &control = side.args[i], &data = side.args[1 - i];
+          if (control.op == Op::inv && only_pin(control) != "" && data.op == Op::pin) {
+            mux.select = only_pin(control);
+            mux.zero = data.pin;
+          }
+        }
+      }
+      for (const CellPin& pin : cell.pins) {
+        if (!pin.is_output && pin.name != mux.select && pin.name != mux.zero) mux.one = pin.name;
+      }
+      if (!mux.select.empty() && !mux.one.empty()) return mux;
+    }
+  }
+  throw InputError(
+      fmt::format("{}: found no two-way multiplexer in the library, expected one for scan", file));
+}
+
+// The scan cell that does what `flop` does: same pins and state, plus scan-in and enable.
+const Cell* scan_form(const CellLibrary& library, const Cell& plain) {
+  const Cell* best = nullptr;
+  for (const auto& [name, cell] : library) {
+    if (!cell.scan || !cell.flop || cell.has_latch) continue;
+    if (!(cell.scan->next_state == plain.flop->next_state) ||
+        !(cell.flop->clocked_on == plain.flop->clocked_on) || cell.flop->clear != plain.flop->clear ||
+        cell.flop->preset != plain.flop->preset)
+      continue;
+    const bool same_pins = std::all_of(plain.pins.begin(), plain.pins.end(),
+                                       [&](const CellPin& pin) { return cell.find(pin.name) != nullptr; });
+    if (same_pins && (best == nullptr || cell.area < best->area)) best = &cell;
+  }
+  return best;
+}
+
+// "u_a.q_reg[10]" after "u_a.q_reg[9]": runs of digits compare as numbers.
+bool natural_less(const std::string& a, const std::string& b) {
+  std::size_t i = 0, k = 0;
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  while (i < a.size() && k < b.size()) {
+    if (digit(a[i]) && digit(b[k])) {
+      std::size_t ie = i, ke = k;
+      while (ie < a.size() && digit(a[ie])) ++ie;
+      while (ke < b.size() && digit(b[ke])) ++ke;
+      while (i < ie && a[i] == '0') ++i;
+      while (k < ke && b[k] == '0') ++k;
+      if (ie - i != ke - k) return ie - i < ke - k;
+      for (; i < ie; ++i, ++k) {
+        if (a[i] != b[k]) return a[i] < b[k];
+      }
+    } else {
+      if (a[i] != b[k]) return a[i] < b[k];
+      ++i;
+      ++k;
+    }
+  }
+  return a.size() - i < b.size() - k || (a.size() - i == b.size() - k && a < b);
+}
+
+class Inserter {
+ public:
+  Inserter(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options)
+      : library_(library), options_(options), drivers_(netlist, library) {
+    design_.netlist = netlist;
+    design_.test_mode = options.test_mode;
+    design_.scan_enable = options.scan_enable;
+  }
+
+  ScanDesign run() {
+    Netlist& netlist = design_.netlist;
+    for (const std::string& name :
+         {options_.test_mode, options_.scan_enable, options_.scan_in, options_.scan_out}) {
+      for (const Port& port : netlist.ports) {
+        if (port.name == name)
+          throw InputError(
+              fmt::format("{}: found a port {} already, expected none; name the test ports otherwise",
+                          netlist.file, name));
+      }
+    }
+    collect_flops();
+    const Net mode = add_port(options_.test_mode, true, 1).front();
+    const Net enable = add_port(options_.scan_enable, true, 1).front();
+    bypass_resets(mode);
+    const std::size_t chains = std::min(std::max<std::size_t>(options_.chains, 1), flops_.size());
+    const std::vector<Net> in = add_port(options_.scan_in, true, chains);
+    std::vector<Net> out;
+    std::size_t at = 0;
+    for (std::size_t c = 0; c < chains; ++c) {
+      const std::size_t length = flops_.size() / chains + (c < flops_.size() % chains ? 1 : 0);
+      ScanChain chain{fmt::format("chain{}", c),
+                      bit_of(options_.scan_in, c, chains),
+                      bit_of(options_.scan_out, c, chains),
+                      {}};
+      Net from = in[c];
+      for (std::size_t k = 0; k < length; ++k) {
+        const std::size_t flop = flops_[at++];
+        chain.cells.push_back(netlist.instances[flop].name);
+        from = stitch(flop, from, enable);
+      }
+      out.push_back(from);
+      design_.chains.push_back(std::move(chain));
+    }
+    netlist.ports.push_back({options_.scan_out, false, out});
+    return std::move(design_);
+  }
+
+ private:
+  static std::string bit_of(const std::string& port, std::size_t i, std::size_t width) {
+    return width == 1 ? port : fmt::format("{}[{}]", port, i);
+  }
+  [[noreturn]] void fail(const Instance& instance, const std::string& text) const {
+    throw InputError(fmt::format("{}: cell {}: {}", design_.netlist.file, instance.name, text));
+  }
+
+  void collect_flops() {
+    const Netlist& netlist = design_.netlist;
+    for (std::size_t i = 0; i < netlist.instances.size(); ++i) {
+      const Instance& instance = netlist.instances[i];
+      const Cell* cell = find_cell(library_, instance.type);
+      if (cell == nullptr)
+        fail(instance, fmt::format("found type {}, expected a cell of the library", instance.type));
+      if (!cell->flop) continue;
+      flops_.push_back(i);
+      const std::string clock_pin = only_pin(cell->flop->clocked_on);
+      bool inverted = false;
+      const std::string port = clock_pin.empty() || instance.pins.count(clock_pin) == 0
+                                   ? ""
+                                   : drivers_.port_of(instance.pins.at(clock_pin), &inverted);
+      if (port.empty())
+        fail(instance,
+             "found a clock from logic, expected one from an input port through buffers; bypass it in test "
+             "mode");
+      if (inverted != (cell->flop->clocked_on.op == Op::inv))
+        fail(instance,
+             "found a flop on the falling edge, expected the rising one; scan of both edges isn't built");
+      if (design_.clock.empty()) design_.clock = port;
+      if (port != design_.clock)
+        fail(
+            instance,
+            fmt::format("found clock {}, expected {} as the flops before; scan of several clocks isn't built",
+                        port, design_.clock));
+    }
+    if (flops_.empty())
+      throw InputError(fmt::format("{}: found no flop, expected some to scan", netlist.file));
+    std::sort(flops_.begin(), flops_.end(), [&](std::size_t a, std::size_t b) {
+      return natural_less(netlist.instances[a].name, netlist.instances[b].name);
+    });
+  }
+
+  std::vector<Net> add_port(const std::string& name, bool input, std::size_t width) {
+    std::vector<Net> bits;
+    for (std::size_t i = 0; i < width; ++i) {
+      design_.netlist.net_names[design_.netlist.next_net] = bit_of(name, i, width);
+      bits.push_back(design_.netlist.next_net++);
+    }
+    design_.netlist.ports.push_back({name, input, bits});
+    return bits;
+  }
+  Net add_mux(const std::string& name, Net zero, Net one, Net select) {
+    if (mux_.cell == nullptr) mux_ = find_mux(library_, design_.netlist.file);
+    const Net out = design_.netlist.next_net++;
+    design_.netlist.net_names[out] = name + "_y";
+    design_.netlist.instances.push_back(
+        {name,
+         mux_.cell->name,
+         {{mux_.zero, zero}, {mux_.one, one}, {mux_.select, select}, {mux_.out, out}}});
+    return out;
+  }
+
+  // In test mode every asynchronous reset comes from the reset port.
+  void bypass_resets(Net mode) {
+    struct Reset {
+      std::string pin;
+      bool low;
+    };
+    Netlist& netlist = design_.netlist;
+    const auto resets_of = [&](std::size_t i) {
+      std::vector<Reset> resets;
+      const Flop& flop = *find_cell(library_, netlist.instances[i].type)->flop;
+      for (const auto& reset : {flop.clear, flop.preset}) {
+        if (reset) resets.push_back({only_pin(*reset), reset->op == Op::inv});
+      }
+      return resets;
+    };
+    std::map<Net, bool> from_logic;  // by net: active low
+    for (const std::size_t i : flops_) {
+      for (const Reset& reset : resets_of(i)) {
+        if (reset.pin.empty() || netlist.instances[i].pins.count(reset.pin) == 0)
+          fail(netlist.instances[i], "found a reset of several pins, expected one");
+        const Net net = netlist.instances[i].pins.at(reset.pin);
+        if (net == 0 || net == 1) continue;
+        bool inverted = false;
+        const std::string port = drivers_.port_of(net, &inverted);
+        if (port.empty()) {
+          from_logic[net] = reset.low;
+        } else if (design_.reset.empty() && (options_.reset.empty() || options_.reset == port)) {
+          design_.reset = port;
+          design_.reset_low = reset.low != inverted;
+        }
+      }
+    }
+    if (from_logic.empty()) return;
+    if (design_.reset.empty())
+      throw InputError(fmt::format(
+          "{}: found resets from logic alone, expected an input port that resets a flop; name one that may "
+          "reset all in test mode",
+          netlist.file));
+    Net reset = 1;
+    for (const Port& port : netlist.ports) {
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        if (port.bit_name(i) == design_.reset) reset = port.bits[i];
+      }
+    }
+    std::map<Net, Net> bypassed;
+    for (const auto& [net, low] : from_logic) {
+      if (low != design_.reset_low)
+        throw InputError(
+            fmt::format("{}: found resets of both senses, expected one; invert in the RTL", netlist.file));
+      bypassed[net] = add_mux(fmt::format("dft_reset_bypass{}", bypassed.size()), net, reset, mode);
+    }
+    for (const std::size_t i : flops_) {
+      for (const Reset& r : resets_of(i)) {
+        Net& net = netlist.instances[i].pins.at(r.pin);
+        if (const auto found = bypassed.find(net); found != bypassed.end()) net = found->second;
+      }
+    }
+  }
+
+  // The flop into the chain; returns the net that leads to the next one.
+  Net stitch(std::size_t index, Net from, Net enable) {
+    Netlist& netlist = design_.netlist;
+    const Cell& plain = *find_cell(library_, netlist.instances[index].type);
+    if (plain.scan) fail(netlist.instances[index], "found a scan flop, expected a netlist before scan");
+    if (const Cell* scan = scan_form(library_, plain)) {
+      netlist.instances[index].type = scan->name;
+      netlist.instances[index].pins[scan->scan->in] = from;
+      netlist.instances[index].pins[scan->scan->enable] = enable;
+      if (scan->scan->enable_low)
+        fail(netlist.instances[index], "found a scan cell with a low enable, expected a high one");
+    } else {
+      const std::string data = plain.flop->next_state.op == Op::pin ? plain.flop->next_state.pin : "";
+      if (data.empty())
+        fail(netlist.instances[index],
+             fmt::format("found {}, a flop with logic inside and no scan form in the library; map without "
+                         "enables (dfflegalize)",
+                         plain.name));
+      const Net functional = netlist.instances[index].pins.at(data);
+      const Net shifted = add_mux("dft_scan_" + netlist.instances[index].name, functional, from, enable);
+      netlist.instances[index].pins[data] = shifted;
+    }
+    for (const CellPin& pin : plain.pins) {
+      if (!pin.is_output || !pin.function ||
+          !(pin.function->op == Op::pin && pin.function->pin == plain.flop->state))
+        continue;
+      Instance& instance = netlist.instances[index];
+      if (instance.pins.count(pin.name) == 0) {
+        netlist.net_names[netlist.next_net] = instance.name + "_q";
+        instance.pins[pin.name] = netlist.next_net++;
+      }
+      return instance.pins.at(pin.name);
+    }
+    fail(netlist.instances[index], "found no output that is the state, expected one for the chain");
+  }
+
+  const CellLibrary& library_;
+  const ScanOptions& options_;
+  Drivers drivers_;
+  ScanDesign design_;
+  std::vector<std::size_t> flops_;
+  MuxCell mux_{nullptr, "", "", "", ""};
+};
+
+}  // namespace
+
+std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary& library) {
+  std::vector<RuleViolation> violations;
+  const Drivers drivers(netlist, library);
+  const auto net_name = [&](Net net) {
+    const auto found = netlist.net_names.find(net);
+    return net == kUnknownNet                 ? std::string("x")
+           : found == netlist.net_names.end() ? fmt::format("{}", net)
+                                              : found->second;
+  };
+  std::map<std::string, std::string> clocks;
+  for (const Instance& instance : netlist.instances) {
+    const Cell* cell = find_cell(library, instance.type);
+    if (cell == nullptr) {
+      violations.push_back(
+          {"unknown cell", instance.name, fmt::format("type {} is not in the library", instance.type)});
+      continue;
+    }
+    if (cell->has_latch)
+      violations.push_back(
+          {"latch", instance.name, fmt::format("{} keeps a state that no chain sets", instance.type)});
+    for (const auto& [pin, net] : instance.pins) {
+      const CellPin* known = cell->find(pin);
+      if (known != nullptr && !known->is_output && !drivers.is_driven(net))
+        violations.push_back(
+            {"X source", instance.name + "/" + pin, fmt::format("net {} has no driver", net_name(net))});
+    }
+    if (!cell->flop) continue;
+    const std::string clock_pin = only_pin(cell->flop->clocked_on);
+    bool inverted = false;
+    const std::string clock = clock_pin.empty() || instance.pins.count(clock_pin) == 0
+                                  ? ""
+                                  : drivers.port_of(instance.pins.at(clock_pin), &inverted);
+    if (clock.empty())
+      violations.push_back({"uncontrollable clock", instance.name, "its clock comes from logic"});
+    if (!clock.empty() && inverted != (cell->flop->clocked_on.op == Op::inv))
+      violations.push_back({"falling edge", instance.name, "it is clocked by the other edge of " + clock});
+    if (!clock.empty()) clocks.emplace(clock, instance.name);
+    if (!cell->flop->clear && !cell->flop->preset)
+      violations.push_back({"no reset", instance.name, "its state after power-up is unknown"});
+    for (const auto& reset : {cell->flop->clear, cell->flop->preset}) {
+      if (!reset) continue;
+      const std::string pin = only_pin(*reset);
+      if (pin.empty() || instance.pins.count(pin) == 0 ||
+          (instance.pins.at(pin) > 1 && drivers.port_of(instance.pins.at(pin)).empty()))
+        violations.push_back({"uncontrollable reset", instance.name,
+                              "its asynchronous reset comes from logic; scan insertion bypasses it"});
+    }
+  }
+  if (clocks.size() > 1)
+    violations.push_back({"several clocks", std::next(clocks.begin())->second,
+                          fmt::format("it is clocked by {}, others by {}", std::next(clocks.begin())->first,
+                                      clocks.begin()->first)});
+  try {
+    capture_view(netlist, library);
+  } catch (const InputError& error) {
+    if (std::string(error.what()).find("loop") != std::string::npos)
+      violations.push_back({"combinational loop", netlist.top, error.what()});
+  }
+  return violations;
+}
+
+ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options) {
+  return Inserter(netlist, library, options).run();
+}
+
+HeldPorts capture_holds(const ScanDesign& design) {
+  HeldPorts held{{design.test_mode, true}, {design.scan_enable, false}};
+  if (!design.reset.empty()) held[design.reset] = design.reset_low;
+  return held;
+}
+
+namespace {
+
+// Marks what lies on open ways through a circuit whose constants are known.
+class WayMarker {
+ public:
+  WayMarker(Circuit& circuit, std::vector<std::int8_t> constant)
+      : circuit_(circuit), constant_(std::move(constant)) {
+    for (std::size_t i = 0; i < circuit.sites().size(); ++i) {
+      const Site& site = circuit.sites()[i];
+      if (site.node != kNoNode) sites_[key(site.node, site.pin)].push_back(i);
+    }
+  }
+  // Backwards from the input of `node` as long as one input of each gate is free and the others let it pass.
+  void from(Node node) {
+    while (!circuit_.fanin(node).empty()) {
+      const std::int32_t open = open_pin(node);
+      if (open < 0) return;
+      const auto fanin = circuit_.fanin(node);
+      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
+        if (static_cast<std::int32_t>(pin) == open || constant_[fanin[pin]] < 0) continue;
+        hold_open(node, static_cast<std::int32_t>(pin));
+      }
+      mark(node, open, false);
+      mark(node, open, true);
+      node = fanin[static_cast<std::size_t>(open)];
+      mark(node, kStem, false);
+      mark(node, kStem, true);
+    }
+  }
+
+ private:
+  static std::uint64_t key(Node node, std::int32_t pin) {
+    return (std::uint64_t{node} << 32) | static_cast<std::uint32_t>(pin);
+  }
+  void mark(Node node, std::int32_t pin, bool stuck) {
+    const auto found = sites_.find(key(node, pin));
+    if (found == sites_.end()) return;
+    for (const std::size_t site : found->second) circuit_.imply(site, stuck);
+  }
+  std::int32_t open_pin(Node node) const {
+    const auto fanin = circuit_.fanin(node);
+    switch (circuit_.kind(node)) {
+      case Gate::output:
+      case Gate::buf:
+      case Gate::inv:
+        return constant_[fanin[0]] < 0 ? 0 : -1;
+      case Gate::mux: {
+        const std::int8_t select = constant_[fanin[2]];
+        return select >= 0 && constant_[fanin[static_cast<std::size_t>(select)]] < 0 ? select : -1;
+      }
+      case Gate::all:
+      case Gate::nall:
+      case Gate::any:
+      case Gate::none: {
+        const bool is_and = circuit_.kind(node) == Gate::all || circuit_.kind(node) == Gate::nall;
+        std::int32_t open = -1;
+        for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
+          const std::int8_t value = constant_[fanin[pin]];
+          if (value == (is_and ? 1 : 0)) continue;
+          if (value >= 0 || open >= 0) return -1;
+          open = static_cast<std::int32_t>(pin);
+        }
+        return open;
+      }
+      default:
+        return -1;
+    }
+  }
+  // A constant that keeps a gate open: the other value closes it; so does that of the line it comes from.
+  void hold_open(Node node, std::int32_t pin) {
+    for (;;) {
+      const Node driver = circuit_.fanin(node)[static_cast<std::size_t>(pin)];
+      if (circuit_.kind(node) == Gate::mux && pin != 2) return;  // the side that is not selected
+      const bool stuck = constant_[driver] == 0;
+      mark(node, pin, stuck);
+      mark(driver, kStem, stuck);
+      if (circuit_.kind(driver) != Gate::buf && circuit_.kind(driver) != Gate::inv) return;
+      node = driver;
+      pin = 0;
+    }
+  }
+
+  Circuit& circuit_;
+  std::vector<std::int8_t> constant_;
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> sites_;
+};
+
+}  // namespace
+
+CaptureView scan_view(const ScanDesign& design, const CellLibrary& library) {
+  CaptureView view = capture_view(design.netlist, library, capture_holds(design));
+  std::vector<std::int8_t> shifting = view.circuit.held(), resetting = view.circuit.held();
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+    if (view.input_ports[i] == design.scan_enable) shifting[i] = 1;
+    if (view.input_ports[i] == design.reset) resetting[i] = -1;
+  }
+  WayMarker chain(view.circuit, constants(view.circuit, shifting));
+  for (std::size_t f = 0; f < view.flops.size(); ++f)
+    chain.from(view.circuit.outputs()[view.output_ports.size() + f]);
+  for (std::size_t o = 0; o < view.output_ports.size(); ++o) {
+    const bool scan_out = std::any_of(design.chains.begin(), design.chains.end(),
+                                      [&](const ScanChain& c) { return c.out == view.output_ports[o]; });
+    if (scan_out) chain.from(view.circuit.outputs()[o]);
+  }
+  WayMarker reset(view.circuit, constants(view.circuit, resetting));
+  for (const ScanFlop& flop : view.flops) {
+    const auto node = view.node_of_net.find(flop.reset);
+    if (flop.has_reset && node != view.node_of_net.end()) reset.from(node->second);
+  }
+  return view;
+}
+
+}  // namespace meltstage::dft

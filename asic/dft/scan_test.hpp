@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Patterns of a scan design as a tester applies them: load, capture, unload.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "asic/dft/cycles.hpp"
+#include "asic/dft/patterns.hpp"
+#include "asic/dft/scan.hpp"
+
+namespace meltstage::dft {
+
+/// What a pattern does between its load and the unload that goes with the next load.
+enum class Action { none, capture, reset };
+
+struct ScanPattern {
+  Action action = Action::capture;
+  std::vector<std::string> load;    ///< by chain, the bit shifted in first comes first
+  std::vector<std::string> unload;  ///< by chain, L H X, the bit shifted out first comes first
+  std::string inputs;               ///< by input signal in capture: 0 1 P
+  std::string outputs;              ///< by output signal in capture: L H X
+  std::string label;
+};
+
+struct ScanTest {
+  std::string title;
+  std::vector<TestSignal> signals;  ///< inputs, then outputs
+  TestTiming timing;
+  std::vector<ScanChain> chains;
+  std::string clock, reset, scan_enable;  ///< names; reset may be empty
+  bool reset_low = true;
+  std::string idle_inputs;  ///< by input signal while shifting, but for scan enable, scan-in and clock
+  std::vector<ScanPattern> patterns;
+
+  std::size_t chain_length() const;  ///< of the longest
+  std::size_t input_count() const;
+};
+
+/// Chain test (0011 through every chain), reset test (every flop away from its reset value, then reset
+/// without a clock), and the patterns of `view` (the capture view of design.netlist with capture_holds) with
+/// their expected values.
+ScanTest make_scan_test(const ScanDesign& design, const CaptureView& view,
+                        const std::vector<Pattern>& patterns, const std::string& title);
+
+/// All cycles: reset, then load/capture of each pattern with the unload of the one before, then the last
+/// unload. Shorter chains are loaded with leading zeros.
+CycleStream expand(const ScanTest& test);
+
+/// The other way: the capture patterns of a stream, by input of `view`, from what its chains load and its
+/// ports drive. A capture is a clock with scan enable off right behind a load. `compared`, when given, tells
+/// by output of `view` whether the stream compares it. Throws InputError when chains or ports are not those
+/// of the netlist.
+std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& stream,
+                                 const std::string& scan_enable, std::vector<Pattern>* compared = nullptr);
+
+}  // namespace meltstage::dft

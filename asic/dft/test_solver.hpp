@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// One test for one fault, by satisfiability (Larrabee, "Test pattern generation using Boolean
+// satisfiability", IEEE TCAD 11(1) 1992, with the D-chains of Stephan et al., IEEE TCAD 15(9) 1996), and the
+// part of it that the fault needs.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "asic/dft/faults.hpp"
+
+namespace meltstage::dft {
+
+/// The inputs that a test needs at a value; the others are free. Ascending by input.
+using Cube = std::vector<std::pair<std::uint32_t, bool>>;
+
+enum class Verdict : std::uint8_t {
+  test,
+  redundant,  ///< no test, whatever the inputs are
+  held,       ///< no test while the held inputs have their values
+  aborted
+};
+
+/// How large a problem each output makes.
+struct OutputCones {
+  std::vector<std::uint32_t> size;  ///< by node; of outputs, the nodes before them
+  std::vector<Node>
+      nearest;  ///< by node, the output of the smallest cone that it reaches; kNoNode when it reaches none
+};
+OutputCones output_cones(const Circuit& circuit);
+
+/// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output in
+/// a row share a solver: the circuit before that output is encoded once, each fault adds only what it
+/// reaches. The circuit must outlive it.
+class TestSolver {
+ public:
+  TestSolver(const Circuit& circuit, OutputCones cones);
+  explicit TestSolver(const Circuit& circuit) : TestSolver(circuit, output_cones(circuit)) {}
+  TestSolver(TestSolver&&) noexcept;
+  ~TestSolver();
+
+  /// A test for the fault with the circuit's held inputs at their values; `cube` is set for Verdict::test.
+  /// `conflict_limit` 0: none.
+  Verdict solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit = 0);
+  /// Writes FOLDER/NAME.cnf (DIMACS: "this fault has a test", or "its effect leaves its surroundings" where
+  /// that is refuted already) and, when that is unsatisfiable, FOLDER/NAME.drat (its refutation in text
+  /// DRAT). Returns whether it is refuted. Throws std::runtime_error when a file can't be written.
+  bool prove_untestable(const Fault& fault, const std::filesystem::path& folder, const std::string& name);
+
+  struct Effort {
+    std::uint64_t near_calls = 0;    ///< to the nearest output alone
+    std::uint64_t window_calls = 0;  ///< out of the fault's surroundings
+    std::uint64_t full_calls = 0;    ///< to all outputs
+  };
+  const Effort& effort() const { return effort_; }
+
+ private:
+  struct Solver;  // CaDiCaL
+  void take_support(std::vector<Node> targets);
+  void take_fault_cone(const Fault& fault);
+  void start(bool held);
+  void add_fault(const Fault& fault, int activation);
+  void add_gate(Node node, const std::vector<int>& in, int out);
+  void add(std::initializer_list<int> literals);
+  std::size_t encode_outputs(const Fault& fault, bool held, std::size_t most);
+  void encode_window(const Fault& fault);
+  bool window_has_effect(const Fault& fault);
+  int run(std::uint32_t conflict_limit);
+  bool support_is_held() const;
+  void read_model();
+  void lift(const Fault& fault, Cube& cube);
+
+  const Circuit& circuit_;
+  OutputCones cones_;
+  std::vector<std::uint32_t> input_of_;  // circuit input of a node
+  std::vector<std::uint8_t> in_fault_cone_, in_support_, need_;
+  std::vector<Node> fault_cone_, support_;  // topological order
+  std::vector<int> good_, bad_,
+      differs_;                     // variables by node; bad_ of nodes outside the fault's cone is good_
+  std::vector<int> clauses_;        // not handed to the solver yet
+  std::vector<std::int8_t> model_;  // by variable
+  int variables_ = 0;
+  int first_variables_ = 0;  // of the circuit without a fault
+  bool window_ = false;      // a difference may end where the fault's cone is cut, too
+  Node solver_output_ = kNoNode;
+  std::unique_ptr<Solver> solver_;
+  Effort effort_;
+};
+
+}  // namespace meltstage::dft

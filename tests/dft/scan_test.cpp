@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/scan.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+
+#include "asic/dft/error.hpp"
+#include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/generate.hpp"
+#include "asic/dft/replay.hpp"
+#include "asic/dft/scan_test.hpp"
+#include "asic/dft/stil.hpp"
+#include "asic/dft/yosys_library.hpp"
+#include "tests/dft/support.hpp"
+
+namespace meltstage::dft {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+struct Machine {
+  Machine(const std::string& name, const CellLibrary& cells) : library(cells), plain(circuit_netlist(name)) {}
+
+  const CellLibrary& library;
+  Netlist plain;
+  ScanDesign design = insert_scan(plain, library, {.chains = 2});
+  CaptureView view = scan_view(design, library);
+  CaptureView free_view = capture_view(design.netlist, library);
+  TestSet set = generate_tests(view.circuit);
+  ScanTest test = make_scan_test(design, view, set.patterns, "machine");
+  // as written and read back
+  CycleStream stream = parse_stil(stil_text(test), "machine.stil");
+};
+
+const Machine& machine() {
+  static const Machine the_machine("machine", mini_library());
+  return the_machine;
+}
+
+TEST(Scan, ChainsAreBalancedAndHoldEveryFlop) {
+  const ScanDesign& design = machine().design;
+  ASSERT_EQ(design.chains.size(), 2u);
+  const std::size_t a = design.chains[0].cells.size(), b = design.chains[1].cells.size();
+  EXPECT_LE(a > b ? a - b : b - a, 1u);
+  EXPECT_EQ(a + b, machine().view.flops.size());
+  EXPECT_EQ(design.reset, "rst_ni");
+  EXPECT_EQ(design.clock, "clk_i");
+  for (const Instance& instance : design.netlist.instances) {
+    EXPECT_TRUE(!mini_library().at(instance.type).flop || mini_library().at(instance.type).scan)
+        << instance.name;
+  }
+}
+
+// The scanned netlist without its test ports, inputs at the given values. Nets keep their numbers.
+Netlist tied(Netlist netlist, bool scan_enable) {
+  std::map<Net, Net> constant;
+  std::vector<Port> kept;
+  for (const Port& port : netlist.ports) {
+    const bool test = port.name == "scan_en_i" || port.name == "test_mode_i" || port.name == "scan_i";
+    for (const Net bit : port.bits) {
+      if (test) constant[bit] = port.name == "scan_en_i" && scan_enable ? 1 : 0;
+    }
+    if (!test && port.name != "scan_o") kept.push_back(port);
+  }
+  netlist.ports = std::move(kept);
+  for (Instance& instance : netlist.instances) {
+    for (auto& [pin, net] : instance.pins) {
+      if (const auto found = constant.find(net); found != constant.end()) net = found->second;
+    }
+  }
+  return netlist;
+}
+// Yosys' proof, flops matched by their nets' names.
+bool equivalent(Netlist gold, Netlist gate) {
+  const TestFolder folder;
+  gold.top = "gold";
+  gate.top = "gate";
+  folder.file("gold.v", verilog_text(gold) + cell_models(gold, mini_library()));
+  folder.file("gate.v", verilog_text(gate) + cell_models(gate, mini_library()));
+  const std::string script =
+      "cd " + folder.path().string() +
+      " && yosys -q -p 'read_verilog gold.v; prep -flatten -top gold; async2sync; design -stash g;"
+      " read_verilog gate.v; prep -flatten -top gate; async2sync; design -stash t;"
+      " design -copy-from g -as gold gold; design -copy-from t -as gate gate; equiv_make gold gate equiv; "
+      "prep -top equiv;"
+      " equiv_simple -undef; equiv_induct -undef; equiv_status -assert' > log.txt 2>&1";
+  return std::system(script.c_str()) == 0;
+}
+
+// With scan off the netlist is what it was, proved by Yosys; with scan on it is not.
+TEST(Scan, DisabledScanHasNoEffect) {
+  EXPECT_TRUE(equivalent(machine().plain, tied(machine().design.netlist, false)));
+  EXPECT_FALSE(equivalent(machine().plain, tied(machine().design.netlist, true)));
+}
+
+TEST(Scan, FileAsWrittenRunsOnTheNetlist) {
+  EXPECT_TRUE(same_cycles(machine().stream, expand(machine().test)));
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {  // power-up states
+    const ReplayResult result = replay(machine().free_view, machine().stream, "scan_en_i", seed);
+    EXPECT_EQ(result.mismatches, 0u) << result.first;
+    EXPECT_GT(result.strobes, 100u);
+  }
+  const ReplayResult whole = replay(machine().free_view, machine().stream),
+                     pieces = replay(machine().free_view, machine().stream, "scan_en_i");
+  EXPECT_EQ(whole.mismatches, 0u) << whole.first;
+  EXPECT_EQ(whole.strobes, pieces.strobes);  // no strobe is lost between pieces
+}
+
+TEST(Scan, FileAsWrittenRunsInIcarus) {
+  const TestFolder folder;
+  const ReplayResult result =
+      replay_in_icarus(machine().design.netlist, mini_library(), machine().stream, folder.path());
+  EXPECT_EQ(result.mismatches, 0u) << result.first;
+  EXPECT_EQ(result.strobes, replay(machine().free_view, machine().stream).strobes);
+  CycleStream wrong = machine().stream;
+  for (TestCycle& cycle : wrong.cycles) {
+    const std::size_t at = cycle.states.find('H');
+    if (at == std::string::npos) continue;
+    cycle.states[at] = 'L';
+    break;
+  }
+  const TestFolder other;
+  EXPECT_EQ(replay_in_icarus(machine().design.netlist, mini_library(), wrong, other.path()).mismatches, 1u);
+}
+
+// Every fault that counts as detected, by simulation or by implication, makes the file fail; one called
+// untestable never does.
+void check_verdicts(const Machine& m) {
+  const auto reported = reported_classes(m.view.circuit, m.set.faults, m.set.of_class);
+  ASSERT_EQ(m.view.circuit.sites().size(), m.free_view.circuit.sites().size());
+  std::size_t implied = 0, untestable = 0;
+  for (std::size_t f = 0; f < reported.size(); ++f) {
+    const Site& site = m.free_view.circuit.sites()[f / 2];
+    ASSERT_EQ(site.name, m.view.circuit.sites()[f / 2].name);
+    ReplayFault fault;
+    if (site.node != kNoNode) {
+      fault.line = Fault{site.node, site.pin, f % 2 != 0};
+    } else {
+      for (std::size_t k = 0; k < m.free_view.flops.size(); ++k) {
+        if (site.name == m.free_view.flops[k].name + "/" +
+                             m.library.at(m.design.netlist.instances[m.free_view.flops[k].instance].type)
+                                 .flop->clocked_on.pin)
+          fault.dead_clock = k;
+      }
+      ASSERT_TRUE(fault.dead_clock) << site.name;
+    }
+    if (site.name == "clk_i") continue;  // every flop at once; its pins are looked at one by one
+    const bool fails = replay(m.free_view, m.stream, "", 3, fault).mismatches != 0;
+    const FaultClass c = reported[f];
+    const bool detected = c == FaultClass::DS || c == FaultClass::DI;
+    const bool none = c == FaultClass::UR || c == FaultClass::UT;
+    EXPECT_TRUE(fails || !detected) << fault_name(m.view.circuit, f) << " " << to_string(c);
+    EXPECT_FALSE(fails && none) << fault_name(m.view.circuit, f);
+    implied += c == FaultClass::DI ? 1 : 0;
+    untestable += c == FaultClass::UR || c == FaultClass::UT || c == FaultClass::AU ? 1 : 0;
+  }
+  EXPECT_GT(implied, 20u);
+  const Coverage result = coverage(m.set.faults, reported);
+  EXPECT_EQ(m.set.aborted, 0u);
+  EXPECT_GE(result.test_coverage(), 0.95);
+}
+
+TEST(Scan, EveryVerdictHoldsOnTheTester) { check_verdicts(machine()); }
+TEST(Scan, EveryVerdictHoldsWithoutScanFlops) { check_verdicts(Machine("machine_gates", yosys_library())); }
+
+// Twenty defects in the netlist, another cell or crossed wires: the file fails on each that changes what scan
+// can see.
+TEST(Scan, SeededNetlistDefectsAreCaught) {
+  const std::map<std::string, std::string> other = {
+      {"AND2", "OR2"},    {"OR2", "AND2"},    {"NAND2", "NOR2"}, {"NOR2", "NAND2"},
+      {"XOR2", "XNOR2"},  {"XNOR2", "XOR2"},  {"INV", "BUF"},    {"AOI21", "OAI21"},
+      {"OAI21", "AOI21"}, {"SDFFR", "SDFFS"}, {"SDFFS", "SDFFR"}};
+  std::size_t seeded = 0;
+  for (std::size_t i = 0; i < machine().design.netlist.instances.size(); ++i) {
+    Netlist wrong = machine().design.netlist;
+    Instance& instance = wrong.instances[i];
+    const auto change = other.find(instance.type);
+    if (change == other.end()) continue;
+    instance.type = change->second;
+    if (instance.pins.count("RN") != 0 && change->second == "SDFFS")
+      instance.pins["SN"] = instance.pins["RN"], instance.pins.erase("RN");
+    if (instance.pins.count("SN") != 0 && change->second == "SDFFR")
+      instance.pins["RN"] = instance.pins["SN"], instance.pins.erase("SN");
+    const CaptureView view = capture_view(wrong, mini_library());
+    EXPECT_NE(replay(view, machine().stream).mismatches, 0u) << instance.name << " became " << instance.type;
+    ++seeded;
+  }
+  EXPECT_GE(seeded, 20u);
+}
+
+// What the stream loads and compares, taken from it again, grades as it did.
+TEST(Scan, GradingTheFileFindsTheSameFaults) {
+  const Machine& m = machine();
+  std::vector<Pattern> compared;
+  const std::vector<Pattern> patterns = captures_of(m.view, m.stream, "scan_en_i", &compared);
+  ASSERT_EQ(patterns.size(), m.set.patterns.size());
+  const std::size_t inputs = m.view.circuit.inputs().size();
+  const Grade again = grade(m.view.circuit, blocks_of(patterns, inputs, compared), m.set.faults.classes, 1);
+  const Grade before = grade(m.view.circuit, blocks_of(m.set.patterns, inputs), m.set.faults.classes, 1);
+  EXPECT_EQ(again.first_pattern, before.first_pattern);
+}
+
+TEST(Scan, RulesNameTheOffender) {
+  const auto rules_of = [](Netlist netlist) {
+    std::string all;
+    for (const RuleViolation& v : check_rules(netlist, mini_library()))
+      all += v.rule + ":" + v.offender + "; ";
+    return all;
+  };
+  const Netlist good = machine().design.netlist;
+  EXPECT_EQ(rules_of(good).find("clock"), std::string::npos);
+  const auto flop = [](Netlist& netlist) -> Instance& {
+    for (Instance& instance : netlist.instances) {
+      if (mini_library().at(instance.type).flop) return instance;
+    }
+    throw std::logic_error("no flop");
+  };
+  const auto gate_output = [](const Netlist& netlist) {
+    for (const Instance& instance : netlist.instances) {
+      if (instance.type == "NAND2" || instance.type == "NOR2" || instance.type == "MUX2")
+        return instance.pins.at("Y");
+    }
+    throw std::logic_error("no gate");
+  };
+  Netlist clock = good;
+  flop(clock).pins["CK"] = gate_output(clock);
+  EXPECT_THAT(rules_of(clock), HasSubstr("uncontrollable clock:" + flop(clock).name));
+  EXPECT_THAT([&] { capture_view(clock, mini_library()); },
+              ThrowsMessage<InputError>(HasSubstr("driven by logic")));
+  Netlist plain_clock = machine().plain;
+  flop(plain_clock).pins["CK"] = gate_output(plain_clock);
+  EXPECT_THAT(
+      [&] { insert_scan(plain_clock, mini_library()); },
+      ThrowsMessage<InputError>(HasSubstr("cell " + flop(plain_clock).name + ": found a clock from logic")));
+  EXPECT_THAT(rules_of(machine().plain), HasSubstr("uncontrollable reset:"));
+  Netlist no_reset = machine().plain;
+  flop(no_reset).pins.erase(flop(no_reset).pins.count("RN") != 0 ? "RN" : "SN");
+  flop(no_reset).type = "DFF";
+  EXPECT_THAT(rules_of(no_reset), HasSubstr("no reset:" + flop(no_reset).name));
+  Netlist open = machine().plain;
+  flop(open).pins["D"] = 999999;
+  EXPECT_THAT(rules_of(open), HasSubstr("X source:" + flop(open).name + "/D"));
+  Netlist odd = machine().plain;
+  flop(odd).type = "NONE";
+  EXPECT_THAT(rules_of(odd), HasSubstr("unknown cell:"));
+  Netlist two = machine().plain;
+  two.ports.push_back({"clk2_i", true, {two.next_net}});
+  flop(two).pins["CK"] = two.next_net++;
+  EXPECT_THAT(rules_of(two), HasSubstr("several clocks:"));
+}
+
+}  // namespace
+}  // namespace meltstage::dft
