@@ -53,8 +53,30 @@ TEST(Calibration, OfAQuietStageIsExact) {
   }
 }
 
+/// Squares of what the true geometry leaves of the sliders' places, in their sigma: the noise that was drawn.
+double squares_of_truth(const PrpStageConfig& config, const std::vector<PlateView>& views) {
+  double squares = 0.0;
+  for (const PlateView& view : views) {
+    std::vector<Vector2d> on_platform;
+    for (const std::size_t mark : view.marks) on_platform.push_back(plate[mark]);
+    const PrpTurns reached = prp_inverse(config.geometry, fit_pose(on_platform, view.seen_mm).pose);
+    for (std::size_t i = 0; i < 3; ++i)
+      squares += std::pow((reached - view.turns)[static_cast<Eigen::Index>(i)] * config.geometry.lead_mm[i] /
+                              config.actuator_sigma_mm,
+                          2);
+  }
+  return squares;
+}
+
+/// What the found geometry leaves, likewise.
+double squares_of(const PrpCalibration& found, double sigma_mm) {
+  double squares = 0.0;
+  for (const auto& residual : found.residuals_mm) squares += residual.squaredNorm() / (sigma_mm * sigma_mm);
+  return squares;
+}
+
 TEST(Calibration, UncertaintiesAreHonest) {
-  // Gear ratios, d and alpha_1 over 40 stages: deviations in their own sigma have mean square 1.
+  // Gear ratios, d and alpha_1 over 100 stages: deviations in their own sigma have mean square 1.
   // The priors are those that the stages are drawn from: a uniform error's sigma is its tolerance over
   // sqrt 3.
   PrpCalibrationOptions options;
@@ -64,13 +86,14 @@ TEST(Calibration, UncertaintiesAreHonest) {
   options.priors.offset_mm = options.priors.d_mm = drawn.frame_origin_mm * share;
   options.priors.link_mm = drawn.link_mm * share;
   options.priors.angle_rad = std::sqrt(2.0) * drawn.angle_rad * share;  // its own and the camera's
+  constexpr int kStages = 100;
   const auto poses = choose_poses(40, nominal, options);
-  double squares = 0.0, count = 0.0, mean_misfit = 0.0;
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+  double squares = 0.0, count = 0.0, mean_square_misfit = 0.0, mean_taken = 0.0;
+  for (std::uint64_t seed = 1; seed <= kStages; ++seed) {
     const PrpStageConfig config = random_stage(nominal, {}, seed);
     PrpStageModel stage(config);
-    const auto found =
-        calibrate_prp(plate, view_plate(stage.with_plate(plate), plate, poses, kMarks), nominal, options);
+    const auto views = view_plate(stage.with_plate(plate), plate, poses, kMarks);
+    const auto found = calibrate_prp(plate, views, nominal, options);
     const auto add = [&](const char* name, double truth) {
       const auto& each = parameter(found, name);
       squares += std::pow((each.value - truth) / each.sigma, 2);
@@ -83,10 +106,19 @@ TEST(Calibration, UncertaintiesAreHonest) {
     add("d_2", config.geometry.d_mm[1]);
     add("d_3", config.geometry.d_mm[2]);
     add("alpha_1", config.geometry.alpha1_rad);
-    mean_misfit += found.misfit / 40.0;
+    mean_square_misfit += found.misfit * found.misfit / kStages;
+    // No stage ends in a local minimum: the truth never fits better by more than the priors' pull, and what
+    // the fit takes of the noise is chi-squared with the 15 degrees of freedom that the data determine (above
+    // 50 one time in 85,000). The misfit of a single stage is that of the noise it happened to draw.
+    const double taken = squares_of_truth(config, views) - squares_of(found, config.actuator_sigma_mm);
+    EXPECT_GT(taken, -2.0) << "stage " << seed;
+    EXPECT_LT(taken, 50.0) << "stage " << seed;
+    mean_taken += taken / kStages;
   }
-  EXPECT_NEAR(mean_misfit, 1.0, 0.05);
-  EXPECT_NEAR(squares / count, 1.0, 0.35);
+  // Degrees of freedom: 105 a stage, 10,500 in all, whose mean square has sigma 0.014.
+  EXPECT_NEAR(mean_square_misfit, 1.0, 0.042);
+  EXPECT_NEAR(mean_taken, 15.0, 2.0);
+  EXPECT_NEAR(squares / count, 1.0, 0.25);
 }
 
 TEST(Calibration, ReachesTheFloorOfAPerfectModel) {
