@@ -87,8 +87,6 @@ double floor_px(double radius_px, const motion::PlateCamera& camera) {
 void add_marks(std::vector<BenchRow>& rows, double radius_px, const motion::PlateCamera& camera,
                const std::string& light, std::optional<double> wanted_px, bool quick) {
   const int images = quick ? 60 : 200;
-  motion::DotPlate plate{5, 3, 200.0};
-  plate.dot_mm = 2.0 * radius_px * camera.pixel_mm / plate.large_share;
   const auto what = fmt::format("r = {} px, noise {}/255{}", radius_px, camera.noise, light);
   for (const MarkFinder& finder : kFinders) {
     std::mt19937_64 random(1);
@@ -97,8 +95,8 @@ void add_marks(std::vector<BenchRow>& rows, double radius_px, const motion::Plat
     for (int i = 0; i < images; ++i) {
       const double x = within(random), y = within(random);
       const GrayImage image =
-          render(plate, camera, {{x * camera.pixel_mm, y * camera.pixel_mm, 0.0}, false, {}},
-                 static_cast<std::uint64_t>(i));
+          motion::render({{{x * camera.pixel_mm, y * camera.pixel_mm}, 2.0 * radius_px * camera.pixel_mm}},
+                         camera, static_cast<std::uint64_t>(i));
       const double begin = processor_s();
       const Vector2d found = finder.find(image);
       time_s += processor_s() - begin;

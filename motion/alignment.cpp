@@ -50,8 +50,10 @@ std::vector<Vector2d> match_marks(const std::vector<Vector2d>& wanted_mm,
       if ((seen - wanted_mm[i]).norm() <= reach_mm) near.push_back(seen);
     if (near.size() != 1)
       throw MotionError(
-          fmt::format("board mark {}: found {} marks within {} mm of ({:.3f}, {:.3f}) mm, expected 1", i + 1,
-                      near.size(), reach_mm, wanted_mm[i].x(), wanted_mm[i].y()));
+          fmt::format("board mark {}: found {} marks within {} mm of ({:.3f}, {:.3f}) mm, expected 1; {}",
+                      i + 1, near.size(), reach_mm, wanted_mm[i].x(), wanted_mm[i].y(),
+                      near.empty() ? "is it dirty, or the board upside down, turned round or too far off?"
+                                   : "is something else dark beside it?"));
     matched.push_back(near.front());
   }
   return matched;

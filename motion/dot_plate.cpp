@@ -66,12 +66,13 @@ cv::Mat checked(const GrayImage& image) {
   return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
 }
 
-/// Grey values below and above which the darkest and brightest fiftieth of the pixels lie.
+/// Grey values below and above which so many pixels lie as the smallest dot has: one dot in a large image
+/// counts.
 std::pair<double, double> grey_range(const cv::Mat& bytes) {
   std::array<int, 256> histogram{};
   for (int y = 0; y < bytes.rows; ++y)
     for (int x = 0; x < bytes.cols; ++x) ++histogram[bytes.at<std::uint8_t>(y, x)];
-  const int tail = bytes.rows * bytes.cols / 50;
+  const int tail = static_cast<int>(kLeastArea_px);
   int low = 0, high = 255;
   for (int sum = histogram[0]; sum < tail; sum += histogram[static_cast<std::size_t>(low)]) ++low;
   for (int sum = histogram[255]; sum < tail; sum += histogram[static_cast<std::size_t>(high)]) --high;
@@ -158,11 +159,6 @@ std::optional<DotMark> refine(const cv::Mat& bytes, const Vector2d& centre_px, d
 }
 
 // ---- naming dots ----
-
-/// From pixels to the right and down to the camera's frame.
-Vector2d in_camera(const DotMark& mark, const GrayImage& image) {
-  return {mark.x_px - 0.5 * (image.width - 1), 0.5 * (image.height - 1) - mark.y_px};
-}
 
 /// Grid coordinates of marks in an arbitrary one of its directions: the first axis is `column_px`, the second
 /// is it turned by +90 degrees.
@@ -265,17 +261,25 @@ void check_plate(const DotPlate& plate) {
 GrayImage render(const DotPlate& plate, const PlateCamera& camera, const PlateScene& scene,
                  std::uint64_t seed) {
   check_plate(plate);
-  cv::Mat cover = cv::Mat::zeros(camera.height, camera.width, CV_64F);
+  std::vector<Disc> discs;
   for (int row = -plate.rows / 2; row <= plate.rows / 2; ++row)
     for (int column = -plate.columns / 2; column <= plate.columns / 2; ++column) {
       const Vector2i dot(column, row);
       if (std::find(scene.missing.begin(), scene.missing.end(), dot) != scene.missing.end()) continue;
       const Vector2d on_plate = plate.pitch_mm * Vector2d(scene.upside_down ? -column : column, row);
-      const Vector2d at = moved(scene.plate, on_plate) / camera.pixel_mm;
-      const double radius = 0.5 * plate.dot_mm * (is_large(dot) ? plate.large_share : 1.0) / camera.pixel_mm;
-      draw_dot(cover, {0.5 * (camera.width - 1) + at.x(), 0.5 * (camera.height - 1) - at.y()}, radius,
-               camera.blur_px);
+      discs.push_back(
+          {moved(scene.plate, on_plate), plate.dot_mm * (is_large(dot) ? plate.large_share : 1.0)});
     }
+  return render(discs, camera, seed);
+}
+
+GrayImage render(const std::vector<Disc>& discs, const PlateCamera& camera, std::uint64_t seed) {
+  cv::Mat cover = cv::Mat::zeros(camera.height, camera.width, CV_64F);
+  for (const Disc& disc : discs) {
+    const Vector2d at = disc.at_mm / camera.pixel_mm;
+    draw_dot(cover, {0.5 * (camera.width - 1) + at.x(), 0.5 * (camera.height - 1) - at.y()},
+             0.5 * disc.diameter_mm / camera.pixel_mm, camera.blur_px);
+  }
   cv::Mat noise(cover.size(), CV_64F);
   cv::RNG random(seed * 0x9E3779B97F4A7C15U + 1U);
   random.fill(noise, cv::RNG::NORMAL, 0.0, camera.noise);
@@ -294,11 +298,11 @@ GrayImage render(const DotPlate& plate, const PlateCamera& camera, const PlateSc
 
 std::vector<DotMark> find_dots(const GrayImage& image) {
   const cv::Mat bytes = checked(image);
-  const auto [low, high] = grey_range(bytes);
-  if (high - low < kLeastContrast) return {};
-  // Darker than the surroundings by a tenth of the range: a gradient of the light doesn't matter.
   cv::Mat smooth, dark, labels, stats, centres;
   cv::GaussianBlur(bytes, smooth, {0, 0}, 1.0);
+  const auto [low, high] = grey_range(smooth);
+  if (high - low < kLeastContrast) return {};
+  // Darker than the surroundings by a tenth of the range: a gradient of the light doesn't matter.
   const int block = std::max(15, std::min(image.width, image.height) / 3) | 1;
   cv::adaptiveThreshold(smooth, dark, 255.0, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY_INV, block,
                         0.1 * (high - low));
@@ -318,6 +322,10 @@ std::vector<DotMark> find_dots(const GrayImage& image) {
     if (mark) marks.push_back(*mark);
   }
   return marks;
+}
+
+Vector2d in_camera(const DotMark& mark, const GrayImage& image) {
+  return {mark.x_px - 0.5 * (image.width - 1), 0.5 * (image.height - 1) - mark.y_px};
 }
 
 std::vector<PlateDot> read_plate(const GrayImage& image, const DotPlate& plate) {

@@ -36,6 +36,15 @@ struct PlateCamera {
   double noise = 2.0;                         ///< sigma, of 255
 };
 
+/// A dark disc before the camera: a dot of the plate, a mark of a board.
+struct Disc {
+  Eigen::Vector2d at_mm;  ///< in the camera's frame
+  double diameter_mm = 0.0;
+};
+
+/// An image of discs: each blurred by lens and pixel, light with a gradient, noise, eight bits.
+GrayImage render(const std::vector<Disc>& discs, const PlateCamera& camera, std::uint64_t seed);
+
 /// What stands before the camera.
 struct PlateScene {
   PlanarPose plate;  ///< in the camera's frame
@@ -43,8 +52,7 @@ struct PlateScene {
   std::vector<Eigen::Vector2i> missing;  ///< dots that are scratched off
 };
 
-/// An image of the plate: each dot a disc blurred by lens and pixel, light with a gradient, noise, eight
-/// bits.
+/// An image of the plate.
 GrayImage render(const DotPlate& plate, const PlateCamera& camera, const PlateScene& scene,
                  std::uint64_t seed);
 
@@ -61,6 +69,9 @@ struct DotMark {
 /// 150 about 0.003 px at a radius of 20 px. A mark that the model fits badly (dirt, a scratch) is left out.
 /// @throws MotionError if the image is smaller than 16 x 16 or its pixels don't fit its size.
 std::vector<DotMark> find_dots(const GrayImage& image);
+
+/// A mark's place in the camera's frame, in pixels: from the image's middle, to the right and up.
+Eigen::Vector2d in_camera(const DotMark& mark, const GrayImage& image);
 
 /// A dot whose place on the plate is known.
 struct PlateDot {

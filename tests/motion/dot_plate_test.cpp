@@ -19,9 +19,8 @@ using ::testing::StartsWith;
 
 /// One dot alone in a small image, at (x, y) px from its middle, to the right and up.
 GrayImage one_dot(const PlateCamera& camera, double radius_px, double x_px, double y_px, std::uint64_t seed) {
-  DotPlate plate{5, 3, 200.0};
-  plate.dot_mm = 2.0 * radius_px * camera.pixel_mm / plate.large_share;
-  return render(plate, camera, {{x_px * camera.pixel_mm, y_px * camera.pixel_mm, 0.0}, false, {}}, seed);
+  const double pixel_mm = camera.pixel_mm;
+  return render({{{x_px * pixel_mm, y_px * pixel_mm}, 2.0 * radius_px * pixel_mm}}, camera, seed);
 }
 
 double rms_px(const PlateCamera& camera, double radius_px, int images) {
@@ -65,6 +64,17 @@ TEST(DotCentres, StrongNoiseIsBorne) {
   EXPECT_LT(rms_px(camera, 20.0, 50), 0.015);
   camera.blur_px = 2.0;
   EXPECT_LT(rms_px(camera, 20.0, 50), 0.025);
+}
+
+TEST(DotCentres, OneDotInALargeImageIsFound) {
+  PlateCamera camera;
+  camera.gradient_x = 0.3;
+  for (const double radius_px : {4.0, 12.0, 40.0, 80.0})
+    EXPECT_EQ(find_dots(one_dot(camera, radius_px, 150.2, -80.4, 1)).size(), 1U) << radius_px;
+  EXPECT_EQ(find_dots(render({}, camera, 1)).size(), 0U);
+  camera.noise = 6.0;
+  EXPECT_EQ(find_dots(one_dot(camera, 8.0, 150.2, -80.4, 1)).size(), 1U);
+  EXPECT_EQ(find_dots(render({}, camera, 1)).size(), 0U);
 }
 
 TEST(DotCentres, DirtIsNoDot) {
