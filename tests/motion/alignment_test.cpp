@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "motion/prp_trials.hpp"
-#include "tests/motion/error_line.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -92,7 +92,7 @@ TEST(Alignment, RefusesWhatCannotBeAndDoesNotMove) {
                           const PlanarPose& lies = {0.8, -1.1, 0.002}) {
     Bench bench(1, lies);
     spoil(bench);
-    const std::string line = error_line(
+    const std::string line = error_of(
         [&] { align_board(bench.machine(), by_geometry(nominal), PrpTurns::Zero(), bench.wanted()); });
     EXPECT_EQ(bench.moves, 0);
     return line;
@@ -109,7 +109,7 @@ TEST(Alignment, RefusesWhatCannotBeAndDoesNotMove) {
   Bench far(1, {2.5, 0.0, 0.0});
   far.machine().move_to(PrpTurns(-1.5, 0.0, 0.0));
   far.moves = 0;
-  EXPECT_EQ(error_line([&] {
+  EXPECT_EQ(error_of([&] {
               AlignmentLimits wide;
               wide.capture_mm = 20.0;
               std::vector<Vector2d> wanted = far.wanted();

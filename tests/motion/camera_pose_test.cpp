@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "tests/motion/error_line.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -119,20 +119,20 @@ TEST(Gantry, FromImagesAloneWithinThePapersUncertainty) {
 
 TEST(Gantry, RefusesWhatCannotBe) {
   const GantryRows rows = rows_of(crooked, 0.0, 0.0, 1);
-  EXPECT_THAT(error_line([&] { identify_gantry(plate, rows.along_x); }),
+  EXPECT_THAT(error_of([&] { identify_gantry(plate, rows.along_x); }),
               HasSubstr("on one line of the gantry"));
-  EXPECT_EQ(error_line([&] { identify_gantry(plate, {rows.along_x[0]}); }),
+  EXPECT_EQ(error_of([&] { identify_gantry(plate, {rows.along_x[0]}); }),
             "camera calibration: found 1 views, expected at least 4");
   auto few = both(rows);
   few[3].dots.resize(2);
-  EXPECT_THAT(error_line([&] { identify_gantry(plate, few); }),
+  EXPECT_THAT(error_of([&] { identify_gantry(plate, few); }),
               HasSubstr("view 4: found 2 dots, expected at least 4"));
   auto broken = both(rows);
   broken[5].dots[0].at_px.x() = NAN;
-  EXPECT_THAT(error_line([&] { identify_gantry(plate, broken); }), HasSubstr("view 6: found dot"));
-  EXPECT_THAT(error_line([&] { identify_gantry_staged(plate, rows.along_y, rows.along_y); }),
+  EXPECT_THAT(error_of([&] { identify_gantry(plate, broken); }), HasSubstr("view 6: found dot"));
+  EXPECT_THAT(error_of([&] { identify_gantry_staged(plate, rows.along_y, rows.along_y); }),
               StartsWith("camera calibration along X, view 2: found a move by 0,"));
-  EXPECT_THAT(error_line([&] { identify_gantry_staged(plate, {rows.along_x[0]}, rows.along_y); }),
+  EXPECT_THAT(error_of([&] { identify_gantry_staged(plate, {rows.along_x[0]}, rows.along_y); }),
               HasSubstr("found 1 views, expected at least 2"));
 }
 

@@ -4,11 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "tests/motion/error_line.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -47,6 +49,51 @@ PlateCamera small_camera() {
 TEST(DotCentres, FinerThanAHundredthOfAPixel) {
   EXPECT_LT(rms_px(small_camera(), 20.0, 100), 0.005);
   EXPECT_LT(rms_px(small_camera(), 8.0, 100), 0.008);
+}
+
+/// The same scene drawn another way, which knows nothing of the fitted edge: a sharp disc at 16 times the
+/// size, blurred by a Gaussian kernel and averaged over each pixel.
+GrayImage drawn_otherwise(const PlateCamera& camera, double radius_px, double x_px, double y_px,
+                          std::uint64_t seed) {
+  constexpr int kTimes = 16;
+  cv::Mat fine(camera.height * kTimes, camera.width * kTimes, CV_32F);
+  for (int row = 0; row < fine.rows; ++row)
+    for (int column = 0; column < fine.cols; ++column) {
+      const double dx = (column + 0.5) / kTimes - 0.5 * camera.width - x_px,
+                   dy = (row + 0.5) / kTimes - 0.5 * camera.height + y_px;
+      fine.at<float>(row, column) =
+          static_cast<float>(std::hypot(dx, dy) < radius_px ? camera.dark : camera.bright);
+    }
+  cv::GaussianBlur(fine, fine, {0, 0}, camera.blur_px * kTimes);
+  cv::Mat pixels;
+  cv::resize(fine, pixels, {camera.width, camera.height}, 0.0, 0.0, cv::INTER_AREA);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, camera.noise);
+  GrayImage image{camera.width, camera.height, {}};
+  for (int row = 0; row < pixels.rows; ++row)
+    for (int column = 0; column < pixels.cols; ++column)
+      image.pixels.push_back(static_cast<std::uint8_t>(
+          std::clamp(std::lround(pixels.at<float>(row, column) + noise(random)), 0L, 255L)));
+  return image;
+}
+
+TEST(DotCentres, ImagesDrawnOtherwiseGiveTheSame) {
+  const PlateCamera camera = small_camera();
+  for (const auto& [radius_px, wanted_px] : {std::pair(20.0, 0.005), std::pair(8.0, 0.008)}) {
+    double squares = 0.0;
+    constexpr int kImages = 16;
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> within(-0.5, 0.5);
+    for (int i = 0; i < kImages; ++i) {
+      const double x = within(random), y = within(random);
+      const auto marks =
+          find_dots(drawn_otherwise(camera, radius_px, x, y, static_cast<std::uint64_t>(i)));
+      ASSERT_EQ(marks.size(), 1U);
+      squares += std::pow(marks[0].x_px - 0.5 * (camera.width - 1) - x, 2) +
+                 std::pow(marks[0].y_px - 0.5 * (camera.height - 1) + y, 2);
+    }
+    EXPECT_LT(std::sqrt(squares / (2.0 * kImages)), wanted_px);
+  }
 }
 
 TEST(DotCentres, SlopingLightDoesNotPullThem) {
@@ -132,9 +179,9 @@ TEST(ReadPlate, FarFromTheMiddleByWhereItMustBe) {
   EXPECT_GE(dots.size(), 28U);
   expect_named_rightly(dots, plate, scene, camera);
   expected.x_mm += 0.3;
-  EXPECT_THAT(error_line([&] { read_plate(image, plate, expected, 0.0125); }),
+  EXPECT_THAT(error_of([&] { read_plate(image, plate, expected, 0.0125); }),
               HasSubstr("from where it was expected"));
-  EXPECT_EQ(error_line([&] { read_plate(image, plate); }),
+  EXPECT_EQ(error_of([&] { read_plate(image, plate); }),
             "plate image: found 0 large dots, expected 3; move the camera over the plate's middle");
 }
 
@@ -142,7 +189,7 @@ TEST(ReadPlate, RefusesWhatIsNoPlate) {
   const DotPlate plate;
   const PlateCamera camera;
   const auto refusal = [&](const PlateScene& scene) {
-    return error_line([&] { read_plate(render(plate, camera, scene, 1), plate); });
+    return error_of([&] { read_plate(render(plate, camera, scene, 1), plate); });
   };
   EXPECT_THAT(refusal({{0.1, 0.2, 0.01}, true, {}}),
               HasSubstr("mirrored, expected (0,0), (2,0), (0,1); the plate lies upside down"));
@@ -155,11 +202,11 @@ TEST(ReadPlate, RefusesWhatIsNoPlate) {
   EXPECT_THAT(refusal(line), HasSubstr("dots on a line, expected a grid"));
   GrayImage cut = render(plate, camera, {{0.0, 0.0, 0.0}, false, {}}, 1);
   cut.pixels.pop_back();
-  EXPECT_THAT(error_line([&] { read_plate(cut, plate); }),
+  EXPECT_THAT(error_of([&] { read_plate(cut, plate); }),
               StartsWith("plate image: found 640 x 480 with 307199 pixels"));
   DotPlate touching;
   touching.dot_mm = 0.9;
-  EXPECT_THAT(error_line([&] { check_plate(touching); }), StartsWith("plate: found dots of 0.9 mm"));
+  EXPECT_THAT(error_of([&] { check_plate(touching); }), StartsWith("plate: found dots of 0.9 mm"));
 }
 
 }  // namespace

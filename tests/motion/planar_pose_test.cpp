@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "tests/motion/error_line.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -71,7 +71,7 @@ TEST(FitPose, TwoMarksOrALineOfThemSuffice) {
 
 TEST(FitPose, RefusesWhatCannotBe) {
   const auto refusal = [](std::vector<Vector2d> from, std::vector<Vector2d> to) {
-    return error_line([&] { fit_pose(from, to); });
+    return error_of([&] { fit_pose(from, to); });
   };
   EXPECT_EQ(refusal({{1.0, 1.0}}, {{1.0, 1.0}}), "marks: found 1, expected at least 2");
   EXPECT_EQ(refusal(board, {{1.0, 1.0}}), "marks: found 1 seen, expected the 4 that are known");

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "motion/prp_trials.hpp"
-#include "tests/motion/error_line.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -175,7 +175,7 @@ TEST(ChoiceOfPoses, IsBetterThanChance) {
   for (const PlanarPose& pose : random_poses(nominal, 5.0, 20, 4))
     random.push_back(prp_inverse(nominal, pose));
   EXPECT_LT(sigma_with(choose_poses(20, nominal)), 0.7 * sigma_with(random));
-  EXPECT_THAT(error_line([] { choose_poses(6, nominal); }), StartsWith("choice of poses: found 6"));
+  EXPECT_THAT(error_of([] { choose_poses(6, nominal); }), StartsWith("choice of poses: found 6"));
 }
 
 TEST(ResidualTable, TakesWhatTheModelMissesAndLeavesNoiseAlone) {
@@ -213,7 +213,7 @@ TEST(Calibration, RefusesWhatCannotBe) {
   const auto refusal = [&](const std::function<void(std::vector<PlateView>&)>& spoil) {
     auto spoilt = views;
     spoil(spoilt);
-    return error_line([&] { calibrate_prp(plate, spoilt, nominal); });
+    return error_of([&] { calibrate_prp(plate, spoilt, nominal); });
   };
   EXPECT_EQ(refusal([](auto& v) { v.resize(6); }), "stage calibration: found 6 poses, expected at least 7");
   EXPECT_THAT(refusal([](auto& v) { v[2].seen_mm.pop_back(); }),
@@ -231,7 +231,7 @@ TEST(Calibration, RefusesWhatCannotBe) {
               HasSubstr("pose 2: marks: found their mirror image"));
   PrpCalibrationOptions none;
   none.actuator_sigma_mm = 0.0;
-  EXPECT_THAT(error_line([&] { calibrate_prp(plate, views, nominal, none); }),
+  EXPECT_THAT(error_of([&] { calibrate_prp(plate, views, nominal, none); }),
               HasSubstr("expected both above 0"));
 }
 

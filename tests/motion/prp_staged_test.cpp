@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "motion/prp_trials.hpp"
-#include "tests/motion/error_line.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -94,7 +94,7 @@ TEST(Triangle, SharesAreThePapersSectionRatios) {
                 1e-9);
   }
   EXPECT_TRUE(triangle_shares(0.5 * (b + c), a, b, c).allFinite());  // where lambda1 is infinite
-  EXPECT_THAT(error_line([&] {
+  EXPECT_THAT(error_of([&] {
                 triangle_shares(a, {0.0, 0.0}, {1.0, 1.0}, {2.0, 2.0});
               }),
               HasSubstr("on a line"));
@@ -109,7 +109,7 @@ TEST(IntervalRule, OneMillimetreKeepsTheAngleTo8500ths) {
   }
   const double tolerance = 8.55e-3 * kArcsecond_rad;
   EXPECT_NEAR(node_interval(tolerance, largest), 1.0, 0.01);
-  EXPECT_THAT(error_line([] { node_interval(0.0, 1.0); }), StartsWith("interval rule"));
+  EXPECT_THAT(error_of([] { node_interval(0.0, 1.0); }), StartsWith("interval rule"));
 }
 
 TEST(IntervalRule, OneMillimetreKeepsMarksToAMicrometre) {
@@ -173,7 +173,7 @@ TEST(Staged, RefusesWhatCannotBe) {
   const auto known = calibrate_staged(stage.with_plate(plate), plate, nominal);
   const std::vector<Vector2d> seen{{85.0, 135.0}, {385.0, 335.0}};
   const auto align = [&](const PlanarPose& by) {
-    return error_line([&] {
+    return error_of([&] {
       std::vector<Vector2d> wanted;
       for (const auto& mark : seen) wanted.push_back(moved(by, mark));
       staged_turns(known, nominal, seen, wanted);
@@ -181,18 +181,18 @@ TEST(Staged, RefusesWhatCannotBe) {
   };
   EXPECT_THAT(align({0.0, 0.0, 0.05}), HasSubstr("attitude table's range"));
   EXPECT_THAT(align({7.0, 0.0, 0.0}), StartsWith("stage pose out of reach: branch 1"));
-  EXPECT_EQ(error_line([&] {
+  EXPECT_EQ(error_of([&] {
               calibrate_staged(stage.with_plate(plate), {{0.0, 0.0}}, nominal);
             }),
             "plate: found 1 marks, expected at least 3");
   StagedOptions none;
   none.interval_mm = 0.0;
-  EXPECT_THAT(error_line([&] { calibrate_staged(stage.with_plate(plate), plate, nominal, none); }),
+  EXPECT_THAT(error_of([&] { calibrate_staged(stage.with_plate(plate), plate, nominal, none); }),
               StartsWith("staged calibration: found travel"));
   std::vector<Vector2d> line;
   for (int i = 0; i < 20; ++i) line.emplace_back(20.0 * i, 35.0);
   const auto on_line = calibrate_staged(stage.with_plate(line), line, nominal);
-  EXPECT_THAT(error_line([&] { staged_turns(on_line, nominal, seen, seen); }), HasSubstr("on one line"));
+  EXPECT_THAT(error_of([&] { staged_turns(on_line, nominal, seen, seen); }), HasSubstr("on one line"));
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "motion/prp_trials.hpp"
-#include "tests/motion/error_line.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -111,23 +111,23 @@ TEST(Prp, EveryErrorIsFelt) {
 }
 
 TEST(Prp, RefusesWhatCannotBe) {
-  EXPECT_EQ(error_line([] {
+  EXPECT_EQ(error_of([] {
               displaced_turns(nominal, PrpTurns::Zero(), {6.0, 0.0, 0.0});
             }),
             "stage pose out of reach: branch 1 would travel 6.0000 mm, expected at most +-5 mm; turn or move "
             "the board "
             "less");
-  EXPECT_THAT(error_line([] {
+  EXPECT_THAT(error_of([] {
                 prp_inverse(nominal, {NAN, 0.0, 0.0});
               }),
               StartsWith("stage pose: found (nan mm"));
-  EXPECT_THAT(error_line([] {
+  EXPECT_THAT(error_of([] {
                 prp_forward(nominal, {0.0, INFINITY, 0.0});
               }),
               StartsWith("stage motors: found 0, inf, 0 turns"));
   PrpGeometry broken;
   broken.link_mm = 500.0;
-  EXPECT_THAT(error_line([&] { prp_forward(broken, PrpTurns::Zero()); }),
+  EXPECT_THAT(error_of([&] { prp_forward(broken, PrpTurns::Zero()); }),
               StartsWith("stage geometry: found links"));
 }
 
@@ -161,7 +161,7 @@ TEST(Repeatability, IsThatOfIso9283) {
   EXPECT_NEAR(found.radius_mm, 0.002, 1e-12);
   EXPECT_NEAR(found.enclosing_mm, 0.002, 1e-6);
   EXPECT_NEAR(found.angle_rad, 3.0 * std::sqrt(4.0 / 3.0) * 1e-6, 1e-12);
-  EXPECT_EQ(error_line([&] { repeatability({cross[0]}); }),
+  EXPECT_EQ(error_of([&] { repeatability({cross[0]}); }),
             "repeatability: found 1 poses attained, expected at least 2");
 }
 
