@@ -28,7 +28,8 @@ constexpr Bench kBenches[] = {
     {"vectors", "test vectors of the chip: coverage, time, speed of grading, replay", bench_vectors},
     {"vibration", "what moves leave behind: anchor plant, and the paper's table on a servo axis",
      bench_vibration},
-    {"vision", "centres of marks beside OpenCV's own; the camera's gantry from images", bench_vision},
+    {"vision", "centres of marks beside OpenCV's own; the camera's gantry from images", bench_vision,
+     vision_charts},
     {"windows", "time-parallel lockstep on two processes against one run from end to end", bench_windows},
 };
 

@@ -67,6 +67,7 @@ std::vector<BenchRow> bench_upset(const BenchOptions& options);
 std::vector<BenchRow> bench_vectors(const BenchOptions& options);
 std::vector<BenchRow> bench_vibration(const BenchOptions& options);
 std::vector<BenchRow> bench_vision(const BenchOptions& options);
+std::vector<BenchChart> vision_charts();
 std::vector<BenchRow> bench_windows(const BenchOptions& options);
 
 }  // namespace meltstage::app

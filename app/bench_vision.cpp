@@ -70,10 +70,33 @@ struct MarkFinder {
   const char* name;
   Vector2d (*find)(const GrayImage&);
 };
-constexpr std::array<MarkFinder, 4> kFinders{{{"edge model, least squares", ours},
-                                              {"peer: grey centroid", grey_centroid},
-                                              {"peer: Otsu + moments", otsu_moments},
-                                              {"peer: Otsu + fitEllipse", otsu_ellipse}}};
+constexpr std::array<MarkFinder, 4> kFinders{{{"edge fit", ours},
+                                              {"grey centroid", grey_centroid},
+                                              {"Otsu, moments", otsu_moments},
+                                              {"Otsu, fitEllipse", otsu_ellipse}}};
+
+struct MarkErrors {
+  double rms_px = 0.0, time_s = 0.0;  // per coordinate; of an image
+};
+
+/// One disc at random places within a pixel, `images` times.
+MarkErrors errors_of(const MarkFinder& finder, double radius_px, const motion::PlateCamera& camera,
+                     int images) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> within(-0.5, 0.5);
+  double squares = 0.0, time_s = 0.0;
+  for (int i = 0; i < images; ++i) {
+    const double x = within(random), y = within(random);
+    const GrayImage image =
+        motion::render({{{x * camera.pixel_mm, y * camera.pixel_mm}, 2.0 * radius_px * camera.pixel_mm}},
+                       camera, static_cast<std::uint64_t>(i));
+    const double begin = processor_s();
+    const Vector2d found = finder.find(image);
+    time_s += processor_s() - begin;
+    squares += (found - Vector2d(0.5 * (camera.width - 1) + x, 0.5 * (camera.height - 1) - y)).squaredNorm();
+  }
+  return {std::sqrt(squares / (2.0 * images)), time_s / images};
+}
 
 /// The least that any unbiased method can do (Cramer-Rao): pixels of noise s and an edge of blur b and
 /// contrast C around a disc of radius r tell of the centre pi r C^2 / (2 sqrt(pi) b s^2) per square pixel.
@@ -87,31 +110,18 @@ double floor_px(double radius_px, const motion::PlateCamera& camera) {
 void add_marks(std::vector<BenchRow>& rows, double radius_px, const motion::PlateCamera& camera,
                const std::string& light, std::optional<double> wanted_px, bool quick) {
   const int images = quick ? 60 : 200;
-  const auto what = fmt::format("r = {} px, noise {}/255{}", radius_px, camera.noise, light);
+  const auto what = fmt::format("r = {}, noise {}/255{}", radius_px, camera.noise, light);
   for (const MarkFinder& finder : kFinders) {
-    std::mt19937_64 random(1);
-    std::uniform_real_distribution<double> within(-0.5, 0.5);
-    double squares = 0.0, time_s = 0.0;
-    for (int i = 0; i < images; ++i) {
-      const double x = within(random), y = within(random);
-      const GrayImage image =
-          motion::render({{{x * camera.pixel_mm, y * camera.pixel_mm}, 2.0 * radius_px * camera.pixel_mm}},
-                         camera, static_cast<std::uint64_t>(i));
-      const double begin = processor_s();
-      const Vector2d found = finder.find(image);
-      time_s += processor_s() - begin;
-      squares +=
-          (found - Vector2d(0.5 * (camera.width - 1) + x, 0.5 * (camera.height - 1) - y)).squaredNorm();
-    }
+    const MarkErrors errors = errors_of(finder, radius_px, camera, images);
     const bool is_ours = finder.find == ours;
     rows.push_back({fmt::format("{}: {}", what, finder.name),
-                    std::sqrt(squares / (2.0 * images)),
+                    errors.rms_px,
                     "px rms",
                     {},
                     is_ours ? wanted_px : std::nullopt});
     if (is_ours) {
       rows.push_back({"  floor of any method (Cramer-Rao)", floor_px(radius_px, camera), "px rms", {}, {}});
-      rows.push_back({"  time of an image", time_s / images * 1e3, "ms", {}, {}});
+      rows.push_back({"  time of an image", errors.time_s * 1e3, "ms", {}, {}});
     }
   }
 }
@@ -166,11 +176,26 @@ std::vector<BenchRow> bench_vision(const BenchOptions& options) {
   add_marks(rows, 8.0, camera, "", 0.020, options.quick);
   camera.gradient_x = 0.3;
   camera.gradient_y = -0.2;
-  add_marks(rows, 20.0, camera, ", light sloping", 0.010, options.quick);
+  add_marks(rows, 20.0, camera, ", slope", 0.010, options.quick);
   camera.noise = 6.0;
-  add_marks(rows, 20.0, camera, ", light sloping", {}, options.quick);
+  add_marks(rows, 20.0, camera, ", slope", {}, options.quick);
   add_gantry(rows, options);
   return rows;
+}
+
+std::vector<BenchChart> vision_charts() {
+  motion::PlateCamera camera;
+  camera.width = camera.height = 128;
+  BenchChart chart{"vision_marks", "radius of the mark, px", "error of its centre, px rms", 0.0, 0.03, {}};
+  BenchCurve floor{"Cramer-Rao bound", {}, {}}, fit{"edge fit", {}, {}}, centroid{"grey centroid", {}, {}};
+  for (double radius_px = 4.0; radius_px <= 40.0; radius_px += 2.0) {
+    for (BenchCurve* curve : {&fit, &centroid, &floor}) curve->x.push_back(radius_px);
+    fit.y.push_back(errors_of(kFinders[0], radius_px, camera, 100).rms_px);
+    centroid.y.push_back(errors_of(kFinders[1], radius_px, camera, 100).rms_px);
+    floor.y.push_back(floor_px(radius_px, camera));
+  }
+  chart.curves = {fit, centroid, floor};
+  return {chart};
 }
 
 }  // namespace meltstage::app

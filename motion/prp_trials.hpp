@@ -33,7 +33,8 @@ struct AlignmentError {
 };
 
 struct TrialSetup {
-  std::vector<Eigen::Vector2d> board_mm{{85.0, 135.0}, {385.0, 335.0}};  ///< marks in the platform's frame
+  /// Marks in the platform's frame: a board with one in each corner.
+  std::vector<Eigen::Vector2d> board_mm{{85.0, 135.0}, {385.0, 135.0}, {385.0, 335.0}, {85.0, 335.0}};
   PrpTurns home = PrpTurns::Zero();
   int repeats = 5;             ///< of each pose, averaged
   bool home_scatters = false;  ///< else the home stop is what the scatter of the others is counted from

@@ -86,8 +86,7 @@ TEST(DotCentres, ImagesDrawnOtherwiseGiveTheSame) {
     std::uniform_real_distribution<double> within(-0.5, 0.5);
     for (int i = 0; i < kImages; ++i) {
       const double x = within(random), y = within(random);
-      const auto marks =
-          find_dots(drawn_otherwise(camera, radius_px, x, y, static_cast<std::uint64_t>(i)));
+      const auto marks = find_dots(drawn_otherwise(camera, radius_px, x, y, static_cast<std::uint64_t>(i)));
       ASSERT_EQ(marks.size(), 1U);
       squares += std::pow(marks[0].x_px - 0.5 * (camera.width - 1) - x, 2) +
                  std::pow(marks[0].y_px - 0.5 * (camera.height - 1) + y, 2);
