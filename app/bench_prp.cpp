@@ -348,7 +348,7 @@ std::vector<BenchChart> prp_charts() {
     auto errors = figures[m].all_um;
     std::sort(errors.begin(), errors.end());
     BenchCurve curve{kMethods[m], {}, {}};
-    for (double um = 0.0; um <= 30.0; um += 0.1) {
+    for (double um = 0.0; um <= 10.0; um += 0.05) {
       const auto within = std::upper_bound(errors.begin(), errors.end(), um) - errors.begin();
       curve.x.push_back(um);
       curve.y.push_back(100.0 * static_cast<double>(within) / static_cast<double>(errors.size()));

@@ -22,6 +22,7 @@ constexpr double kLeastArea_px = 20.0;
 constexpr double kRim_px = 6.0;          // of light around a dot that is fitted with it
 constexpr double kLeastContrast = 12.0;  // of 255
 constexpr double kWorstMisfit = 0.08;    // of the contrast; a clean dot stays at the noise, 0.01 to 0.04
+constexpr double kSurelyDark = 0.25;     // of the range from the darkest to the brightest
 constexpr double kLargeFrom = 1.2;       // a dot this many times the median radius is a large one
 constexpr std::size_t kFewestDots = 4;
 
@@ -306,6 +307,8 @@ std::vector<DotMark> find_dots(const GrayImage& image) {
   const int block = std::max(15, std::min(image.width, image.height) / 3) | 1;
   cv::adaptiveThreshold(smooth, dark, 255.0, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY_INV, block,
                         0.1 * (high - low));
+  // What is dark in any light counts too: large dots would otherwise have a hole where they fill the block.
+  dark |= smooth < low + kSurelyDark * (high - low);
   const int blobs = cv::connectedComponentsWithStats(dark, labels, stats, centres, 8);
   std::vector<DotMark> marks;
   for (int blob = 1; blob < blobs; ++blob) {

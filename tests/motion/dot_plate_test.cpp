@@ -123,6 +123,13 @@ TEST(DotCentres, OneDotInALargeImageIsFound) {
   EXPECT_EQ(find_dots(render({}, camera, 1)).size(), 0U);
 }
 
+TEST(DotCentres, OneThatNearlyFillsTheImageIsFound) {
+  PlateCamera camera = small_camera();
+  camera.gradient_x = 0.3;
+  for (const double radius_px : {24.0, 32.0, 40.0})
+    EXPECT_EQ(find_dots(one_dot(camera, radius_px, 0.4, 0.3, 1)).size(), 1U) << radius_px;
+}
+
 TEST(DotCentres, DirtIsNoDot) {
   const PlateCamera camera = small_camera();
   GrayImage image = one_dot(camera, 20.0, 0.3, 0.1, 1);
