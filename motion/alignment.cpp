@@ -37,6 +37,19 @@ AlignmentLook look_at(const AlignmentMachine& machine, const PrpTurns& turns,
 
 }  // namespace
 
+bool looks_the_same_flipped(const std::vector<Vector2d>& marks_mm, double reach_mm) {
+  Vector2d middle = Vector2d::Zero();
+  for (const auto& mark : marks_mm) middle += mark / static_cast<double>(marks_mm.size());
+  const auto onto_themselves = [&](const Vector2d& signs) {
+    return std::all_of(marks_mm.begin(), marks_mm.end(), [&](const Vector2d& mark) {
+      const Vector2d flipped = middle + signs.cwiseProduct(mark - middle);
+      return std::any_of(marks_mm.begin(), marks_mm.end(),
+                         [&](const Vector2d& other) { return (other - flipped).norm() <= reach_mm; });
+    });
+  };
+  return onto_themselves({-1.0, 1.0}) || onto_themselves({1.0, -1.0}) || onto_themselves({-1.0, -1.0});
+}
+
 std::vector<Vector2d> match_marks(const std::vector<Vector2d>& wanted_mm,
                                   const std::vector<Vector2d>& seen_mm, double reach_mm) {
   for (std::size_t i = 0; i < seen_mm.size(); ++i)

@@ -39,6 +39,10 @@ struct AlignmentResult {
   std::vector<AlignmentLook> looks;  ///< first to last: one more than moves
 };
 
+/// Whether the marks look the same, to within `reach_mm`, with the board flipped over one of the axes or
+/// turned by half a turn: then no camera can tell that it lies so.
+bool looks_the_same_flipped(const std::vector<Eigen::Vector2d>& marks_mm, double reach_mm);
+
 /// The seen mark of each wanted one: the only one within reach.
 /// @throws MotionError that names the mark, if none or several are there, or a coordinate isn't finite.
 std::vector<Eigen::Vector2d> match_marks(const std::vector<Eigen::Vector2d>& wanted_mm,

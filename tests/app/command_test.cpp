@@ -148,6 +148,7 @@ TEST_F(Command, AlignsABoardByItsMarksOrSaysWhyNot) {
   const Ran ran = with("board_x_um = 500\nboard_turn_deg = -0.3\n");
   EXPECT_EQ(ran.status, 0) << ran.output;
   EXPECT_THAT(ran.output, HasSubstr("um after 1 move, wanted 5.0 um"));
+  EXPECT_THAT(ran.output, ::testing::Not(HasSubstr("note:")));
   const auto summary = nlohmann::json::parse(std::ifstream(out() / "summary.json"));
   const auto figures = summary.at("key_figures");
   const auto off = std::find_if(figures.begin(), figures.end(), [](const auto& figure) {
@@ -155,6 +156,9 @@ TEST_F(Command, AlignsABoardByItsMarksOrSaysWhyNot) {
   });
   ASSERT_NE(off, figures.end());
   EXPECT_LT(off->at("value").template get<double>(), 5.0);
+
+  write("marks.csv", "x_mm,y_mm\n90,90\n118,114\n");
+  EXPECT_THAT(with("").output, HasSubstr("note: these marks look the same with the board turned over"));
 }
 
 TEST_F(Command, EmergencyStopEndsTheJobWithStatusOne) {

@@ -87,6 +87,16 @@ TEST(Alignment, SaysWhenItDidNotGetThere) {
   EXPECT_EQ(bench.moves, 3);
 }
 
+TEST(Alignment, KnowsMarksThatDoNotTellWhichWayTheBoardLies) {
+  const Vector2d a(0.0, 0.0), b(40.0, 0.0), c(40.0, 30.0), d(0.0, 30.0);
+  EXPECT_TRUE(looks_the_same_flipped({a, c}, 2.0));                             // half a turn
+  EXPECT_TRUE(looks_the_same_flipped({a, b}, 2.0));                             // over either axis
+  EXPECT_TRUE(looks_the_same_flipped({a, b, c, d}, 2.0));                       // all three
+  EXPECT_TRUE(looks_the_same_flipped({a, b, c + Vector2d(1.0, 0.0), d}, 2.0));  // within reach
+  EXPECT_FALSE(looks_the_same_flipped({a, b, c}, 2.0));
+  EXPECT_FALSE(looks_the_same_flipped({a, b, c, d + Vector2d(9.0, 0.0)}, 2.0));
+}
+
 TEST(Alignment, RefusesWhatCannotBeAndDoesNotMove) {
   const auto refusal = [](const std::function<void(Bench&)>& spoil,
                           const PlanarPose& lies = {0.8, -1.1, 0.002}) {
