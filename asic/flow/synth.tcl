@@ -31,5 +31,6 @@ yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;dc2\;dch
 yosys opt_clean -purge
 # One net a bit: OpenSTA of 2019 reads no concatenation on the left of an assignment.
 yosys splitnets -format _
+yosys opt_clean -purge
 yosys tee -o area.txt stat -liberty $::env(LIBERTY)
 yosys write_verilog -noattr -noexpr -nohex -nodec netlist.v
