@@ -188,36 +188,45 @@ PinReplay replay_pins(const vectors::Stream& stream, ReplayDevice device) {
 
 std::vector<dft::FunctionalStretch> functional_stretches(const vectors::Stream& stream,
                                                          const std::vector<std::string>& input_ports,
-                                                         const std::string& clock) {
+                                                         const std::string& clock,
+                                                         const std::vector<std::string>& output_ports) {
   struct Source {
     std::uint32_t pin;
     unsigned bit;
   };
-  std::vector<std::optional<Source>> sources;
-  for (const std::string& port : input_ports) {
-    const std::size_t bracket = port.find('[');
-    const auto pin = vectors::find_pin(stream.header(), port.substr(0, bracket));
-    if (!pin && port != clock)
-      throw std::runtime_error(
-          fmt::format("recording: found no pin {}, expected every input of the netlist", port));
-    sources.push_back(std::nullopt);
-    if (pin)
-      sources.back() = {*pin, bracket == std::string::npos
-                                  ? 0
-                                  : static_cast<unsigned>(std::stoul(port.substr(bracket + 1)))};
-  }
-  std::vector<dft::FunctionalStretch> stretches;
+  const auto sources_of = [&](const std::vector<std::string>& ports) {
+    std::vector<std::optional<Source>> sources;
+    for (const std::string& port : ports) {
+      const std::size_t bracket = port.find('[');
+      const auto pin = vectors::find_pin(stream.header(), port.substr(0, bracket));
+      if (!pin && port != clock)
+        throw std::runtime_error(
+            fmt::format("recording: found no pin {}, expected every port of the netlist", port));
+      const unsigned bit =
+          bracket == std::string::npos ? 0 : static_cast<unsigned>(std::stoul(port.substr(bracket + 1)));
+      sources.push_back(pin ? std::optional(Source{*pin, bit}) : std::nullopt);
+    }
+    return sources;
+  };
+  const auto inputs = sources_of(input_ports), outputs = sources_of(output_ports);
   vectors::Cursor cursor(stream);
-  for (bool more = true; more;) {
-    dft::FunctionalStretch stretch{
-        cursor.next_event_cycle().value_or(cursor.final_cycle() + 1) - cursor.cycle(), {}};
+  const auto values_of = [&](const std::vector<std::optional<Source>>& sources) {
+    std::vector<std::uint8_t> values;
     for (const auto& source : sources)
-      stretch.inputs.push_back(source && (cursor.value(source->pin) >> source->bit & 1) != 0 ? 1 : 0);
-    if (!stretches.empty() && stretches.back().inputs == stretch.inputs)
+      values.push_back(source && (cursor.value(source->pin) >> source->bit & 1) != 0 ? 1 : 0);
+    return values;
+  };
+  std::vector<dft::FunctionalStretch> stretches;
+  for (bool more = true; more; more = cursor.next_event()) {
+    dft::FunctionalStretch stretch{
+        cursor.next_event_cycle().value_or(cursor.final_cycle() + 1) - cursor.cycle(), values_of(inputs),
+        values_of(outputs)};
+    const bool same = !stretches.empty() && stretches.back().inputs == stretch.inputs &&
+                      stretches.back().outputs == stretch.outputs;
+    if (same)
       stretches.back().clocks += stretch.clocks;
     else
       stretches.push_back(std::move(stretch));
-    more = cursor.next_event();
   }
   return stretches;
 }

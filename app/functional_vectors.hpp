@@ -35,10 +35,11 @@ enum class ReplayDevice { model, rtl };
 // A recording of the chip's pins run on a device. Throws std::runtime_error when its pins are not the chip's.
 PinReplay replay_pins(const vectors::Stream& stream, ReplayDevice device);
 
-// The inputs of a recording for a netlist with these input port bits; the clock is at 0. Throws
-// std::runtime_error that names a port which the recording lacks.
+// A recording for a netlist with these port bits; the clock is at 0. Without output ports nothing is
+// compared. Throws std::runtime_error that names a port which the recording lacks.
 std::vector<dft::FunctionalStretch> functional_stretches(const vectors::Stream& stream,
                                                          const std::vector<std::string>& input_ports,
-                                                         const std::string& clock);
+                                                         const std::string& clock,
+                                                         const std::vector<std::string>& output_ports = {});
 
 }  // namespace meltstage::app

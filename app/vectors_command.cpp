@@ -279,17 +279,20 @@ CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library)
 
 bool is_recording(const fs::path& path) { return path.extension() == ".mvec"; }
 
+// The one clock of a netlist.
+std::string clock_of(const CaptureView& view, const fs::path& netlist) {
+  const auto clock = std::find(view.clock_ports.begin(), view.clock_ports.end(), 1);
+  if (clock == view.clock_ports.end())
+    throw InputError(netlist.string() + ": found no clock, expected flops; give STIL patterns instead");
+  return view.input_ports[static_cast<std::size_t>(clock - view.clock_ports.begin())];
+}
+
 // Functional vectors on a netlist without (or before) scan, faults drawn at random.
 int grade_recording(const Options& options) {
   const CellLibrary library = library_of(options);
   const CaptureView view = capture_view(read_yosys_json(options.netlist), library);
-  const auto clock = std::find(view.clock_ports.begin(), view.clock_ports.end(), 1);
-  if (clock == view.clock_ports.end())
-    throw InputError(options.netlist.string() +
-                     ": found no clock, expected flops; give STIL patterns instead");
-  const auto stretches =
-      functional_stretches(vectors::read_text(options.patterns), view.input_ports,
-                           view.input_ports[static_cast<std::size_t>(clock - view.clock_ports.begin())]);
+  const auto stretches = functional_stretches(vectors::read_text(options.patterns), view.input_ports,
+                                              clock_of(view, options.netlist));
   const std::vector<Fault> all = collapse(view.circuit).classes;
   const std::vector<Fault> sample =
       options.faults == 0 ? all : sample_faults(all, options.faults, options.seed);
@@ -330,12 +333,24 @@ int record_functional(const Options& options) {
   return 0;
 }
 
+int report_replay(std::uint64_t cycles, std::uint64_t strobes, std::uint64_t mismatches,
+                  const std::string& first) {
+  fmt::print("{} cycles, {} strobes, {} mismatches\n", cycles, strobes, mismatches);
+  if (mismatches != 0) fmt::print("first: {}\n", first);
+  return mismatches == 0 ? 0 : 1;
+}
+
 int replay_recording(const Options& options) {
-  const PinReplay result = replay_pins(vectors::read_text(options.patterns),
-                                       options.on == "rtl" ? ReplayDevice::rtl : ReplayDevice::model);
-  fmt::print("{} cycles, {} strobes, {} mismatches\n", result.clocks, result.strobes, result.mismatches);
-  if (result.mismatches != 0) fmt::print("first: {}\n", result.first);
-  return result.mismatches == 0 ? 0 : 1;
+  const vectors::Stream stream = vectors::read_text(options.patterns);
+  if (options.on == "netlist") {
+    const CaptureView view = capture_view(read_yosys_json(options.netlist), library_of(options));
+    const ReplayResult result = replay_functional(
+        view,
+        functional_stretches(stream, view.input_ports, clock_of(view, options.netlist), view.output_ports));
+    return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
+  }
+  const PinReplay result = replay_pins(stream, options.on == "rtl" ? ReplayDevice::rtl : ReplayDevice::model);
+  return report_replay(result.clocks, result.strobes, result.mismatches, result.first);
 }
 
 int grade_patterns(const Options& options) {
@@ -426,12 +441,15 @@ class WorkFolder {
 
 int replay_patterns(const Options& options) {
   const bool on_chip = options.on == "model" || options.on == "rtl";
-  if (is_recording(options.patterns) != on_chip)
-    throw InputError(fmt::format("{}: found {} for --on {}, expected {}", options.patterns.string(),
-                                 on_chip ? "scan patterns" : "a recording of pins", options.on,
-                                 on_chip ? "a recording (.mvec)" : "STIL; give --on model or rtl"));
-  if (on_chip) return replay_recording(options);
-  if (options.netlist.empty()) throw InputError("--netlist: found nothing, expected the scanned netlist");
+  if (!on_chip && options.netlist.empty())
+    throw InputError("--netlist: found nothing, expected the netlist to run on");
+  if (is_recording(options.patterns)) {
+    if (options.on != "icarus") return replay_recording(options);
+    throw InputError(options.patterns.string() + ": found a recording for --on icarus, expected STIL");
+  }
+  if (on_chip)
+    throw InputError(fmt::format("{}: found scan patterns for --on {}, expected a recording (.mvec)",
+                                 options.patterns.string(), options.on));
   const CellLibrary library = library_of(options);
   const Netlist netlist = read_yosys_json(options.netlist);
   const CycleStream stream = read_stil(options.patterns);
@@ -442,9 +460,7 @@ int replay_patterns(const Options& options) {
   } else {
     result = replay(capture_view(netlist, library), stream, ScanOptions{}.scan_enable, options.seed);
   }
-  fmt::print("{} cycles, {} strobes, {} mismatches\n", result.cycles, result.strobes, result.mismatches);
-  if (result.mismatches != 0) fmt::print("first: {}\n", result.first);
-  return result.mismatches == 0 ? 0 : 1;
+  return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
 }
 
 int prove(const Options& options) {
@@ -527,10 +543,11 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
       command->add_subcommand("replay", "Run a STIL file on the scanned netlist, or a recording on the chip");
   sub_replay->add_option("PATTERNS", options->patterns, "STIL file, or recording of pins (.mvec)")
       ->required();
-  sub_replay->add_option("--netlist", options->netlist, "Yosys JSON of the scanned netlist (STIL)");
+  sub_replay->add_option("--netlist", options->netlist,
+                         "Yosys JSON: of the scanned netlist for STIL, any for recordings");
   sub_replay->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
   sub_replay
-      ->add_option("--on", options->on, "netlist (default) or icarus for STIL, model or rtl for recordings")
+      ->add_option("--on", options->on, "netlist (default), icarus for STIL, model or rtl for recordings")
       ->check(CLI::IsMember({"netlist", "icarus", "model", "rtl"}));
   sub_replay->add_option("--seed", options->seed, "Seed of the power-up state (default 1)");
   CLI::App* sub_prove =

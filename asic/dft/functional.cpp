@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/dft/functional.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <numeric>
@@ -228,6 +230,15 @@ MELTSTAGE_WIDE void drop_wide(Machines& m, const Word& machines) {
   }
 }
 
+void set_inputs(Machines& m, const std::vector<std::uint8_t>& inputs) {
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    Word value;
+    if (inputs[i] != 0) value.part.fill(~std::uint64_t{0});
+    drive_wide(m, m.circuit.inputs()[i], value);
+  }
+  settle_wide(m);
+}
+
 void run(Machines& m, const std::vector<FunctionalStretch>& stretches, std::span<std::uint64_t> first_clock) {
   constexpr std::uint64_t kDropEvery = 64;  // clocks; dropping goes over all nodes
   std::uint64_t clock = 0;
@@ -235,12 +246,7 @@ void run(Machines& m, const std::vector<FunctionalStretch>& stretches, std::span
   bool fresh = false;
   power_up_wide(m);
   for (const FunctionalStretch& stretch : stretches) {
-    for (std::size_t i = 0; i < stretch.inputs.size(); ++i) {
-      Word value;
-      if (stretch.inputs[i] != 0) value.part.fill(~std::uint64_t{0});
-      drive_wide(m, m.circuit.inputs()[i], value);
-    }
-    settle_wide(m);
+    set_inputs(m, stretch.inputs);
     for (std::uint64_t c = 0; c < stretch.clocks; ++c, ++clock) {
       capture_wide(m);
       settle_wide(m);
@@ -305,6 +311,28 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
     work();
   }
   return grade;
+}
+
+ReplayResult replay_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches) {
+  Machines m(view, {});
+  ReplayResult result;
+  power_up_wide(m);
+  for (const FunctionalStretch& stretch : stretches) {
+    set_inputs(m, stretch.inputs);
+    for (std::uint64_t c = 0; c < stretch.clocks; ++c, ++result.cycles) {
+      capture_wide(m);
+      settle_wide(m);
+      for (std::size_t i = 0; i < stretch.outputs.size(); ++i) {
+        const bool found = m.values[view.circuit.outputs()[i]].bit(0);
+        ++result.strobes;
+        if (found == (stretch.outputs[i] != 0)) continue;
+        if (result.mismatches++ == 0)
+          result.first = fmt::format("cycle {}: {}: found {}, expected {}", result.cycles,
+                                     view.output_ports[i], found ? 1 : 0, found ? 0 : 1);
+      }
+    }
+  }
+  return result;
 }
 
 std::vector<Fault> sample_faults(const std::vector<Fault>& faults, std::size_t count, std::uint64_t seed) {

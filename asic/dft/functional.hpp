@@ -10,6 +10,7 @@
 
 #include "asic/dft/faults.hpp"
 #include "asic/dft/netlist.hpp"
+#include "asic/dft/replay.hpp"
 
 namespace meltstage::dft {
 
@@ -17,6 +18,8 @@ namespace meltstage::dft {
 struct FunctionalStretch {
   std::uint64_t clocks = 1;
   std::vector<std::uint8_t> inputs;
+  std::vector<std::uint8_t> outputs =
+      {};  ///< after each of these clocks, by output port; empty: not compared
 };
 
 /// Outputs of cells (constants left out) that rise and fall in the good machine, and those that don't.
@@ -39,6 +42,9 @@ struct FunctionalGrade {
 /// reset follow it at once.
 FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
                                  const std::vector<Fault>& faults, unsigned threads);
+
+/// Runs the vectors on the netlist and compares the outputs where the stretches have some.
+ReplayResult replay_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches);
 
 /// `count` of `faults` drawn at random without repetition, in their order; all when there are fewer.
 std::vector<Fault> sample_faults(const std::vector<Fault>& faults, std::size_t count, std::uint64_t seed);

@@ -141,5 +141,27 @@ TEST(Functional, VectorsThatDoNothingDetectAndToggleLittle) {
             most.toggled);  // no fault touches the good machine
 }
 
+// What one machine gives, clock by clock, is what the replay finds; one turned bit is one mismatch.
+TEST(Functional, ReplayComparesEveryClock) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  OneMachine good(view, nullptr);
+  std::vector<FunctionalStretch> stretches;
+  for (const FunctionalStretch& part : stimulus(view, 60, 2)) {
+    good.set_inputs(part.inputs);
+    for (std::uint64_t c = 0; c < part.clocks; ++c) {
+      const std::vector<bool> ports = good.clock();
+      stretches.push_back({1, part.inputs, {ports.begin(), ports.end()}});
+    }
+  }
+  const ReplayResult right = replay_functional(view, stretches);
+  EXPECT_EQ(right.cycles, stretches.size());
+  EXPECT_EQ(right.strobes, stretches.size() * view.output_ports.size());
+  EXPECT_EQ(right.mismatches, 0u) << right.first;
+  stretches[17].outputs[1] ^= 1;
+  const ReplayResult wrong = replay_functional(view, stretches);
+  EXPECT_EQ(wrong.mismatches, 1u);
+  EXPECT_EQ(wrong.first.substr(0, 9), "cycle 17:");
+}
+
 }  // namespace
 }  // namespace meltstage::dft
