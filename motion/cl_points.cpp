@@ -44,6 +44,7 @@ class Lines {
   }
 
   void name_next(std::string_view name) { name_ = name; }
+  void has_axes() { has_axes_ = true; }
 
   /// A point under the tool; `axis` of any length.
   void add(const Eigen::Vector3d& position_mm, const Eigen::Vector3d& axis, std::size_t row) {
@@ -59,6 +60,7 @@ class Lines {
   /// The tool leaves the surface; `keep_ends`: there is no lowering or lifting in what was added.
   void end_line(bool keep_ends) {
     if (!keep_ends) drop_approach();
+    if (!has_axes_) square_axes();
     if (open_.size() >= 2)
       lines_.push_back({name_.empty() ? fmt::format("line {}", lines_.size() + 1) : unique_name(), open_});
     open_.clear();
@@ -77,10 +79,22 @@ class Lines {
   void drop_approach() {
     const auto along_axis = [](const ClPoint& near, const ClPoint& far) {
       const Eigen::Vector3d way = far.position_mm - near.position_mm;
-      return way.dot(near.axis) > 0.9999 * way.norm();
+      return way.dot(near.axis) > 0.99 * way.norm();
     };
     if (open_.size() >= 3 && along_axis(open_[1], open_[0])) open_.erase(open_.begin());
     if (open_.size() >= 3 && along_axis(open_[open_.size() - 2], open_.back())) open_.pop_back();
+  }
+
+  /// Where the path has no tool axes: the upright one, made square to the line.
+  void square_axes() {
+    std::vector<Eigen::Vector3d> axes;
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      const std::size_t next = std::min(i + 1, open_.size() - 1), before = i == 0 ? 0 : i - 1;
+      const Eigen::Vector3d along = (open_[next].position_mm - open_[before].position_mm).normalized();
+      const Eigen::Vector3d across = Eigen::Vector3d::UnitZ() - along.z() * along;
+      axes.push_back(across.norm() > 0.1 ? across.normalized() : Eigen::Vector3d::UnitZ());
+    }
+    for (std::size_t i = 0; i < axes.size(); ++i) open_[i].axis = axes[i];
   }
 
   std::string unique_name() const {
@@ -95,6 +109,7 @@ class Lines {
   std::string_view file_;
   std::string name_;
   std::size_t count_ = 0;
+  bool has_axes_ = false;
   std::vector<ClPoint> open_;
   std::vector<ClLine> lines_;
 };
@@ -205,7 +220,10 @@ class AptReader {
 
   void go_to(const Statement& s) {
     const auto v = numbers(s, 6);
-    if (s.minor.size() == 6) axis_ = {v[3], v[4], v[5]};
+    if (s.minor.size() == 6) {
+      axis_ = {v[3], v[4], v[5]};
+      lines_.has_axes();
+    }
     move(unit_mm_ * Eigen::Vector3d(v[0], v[1], v[2]), s.row, s.major == "FROM");
   }
 
@@ -431,6 +449,7 @@ std::vector<ClLine> read_csv(std::string_view file, std::string_view content) {
         lines.fail(row.row, "found no columns x, y and z, expected all three");
       if (column[3].has_value() != column[5].has_value() || column[3].has_value() != column[4].has_value())
         lines.fail(row.row, "found some of the columns i, j and k, expected all three or none");
+      if (column[3]) lines.has_axes();
       if (named) return;
     }
     const auto value = [&](std::size_t which) {

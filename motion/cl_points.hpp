@@ -43,7 +43,8 @@ inline constexpr double same_point_mm = 1e-9;
 ///   line too.
 ///
 /// Where a line begins or ends with one move along the tool axis (lowering, lifting), that move is left out.
-/// Points that coincide with their neighbour are left out.
+/// Points that coincide with their neighbour are left out. A path without tool axes gets upright ones, made
+/// square to the line; the slope across it isn't known then.
 ///
 /// @throws CoordinateError if the file is missing, empty, of another kind or ends early; if a statement can't
 ///   be understood, a number is malformed or not finite, an axis has no length; if there is no line or more

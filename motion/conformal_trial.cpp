@@ -56,7 +56,7 @@ std::vector<Eigen::Vector2d> arc(double y_mm) {
 }
 
 std::vector<Eigen::Vector2d> free_curve(double y_mm) {
-  constexpr std::array kOffsets_mm{0.0, 2.2, -1.4, 1.8, -2.0, 1.2, 0.0};
+  constexpr std::array kOffsets_mm{0.0, 1.2, -0.8, 1.0, -1.1, 0.7, 0.0};
   std::vector<Eigen::Vector3d> through;
   for (std::size_t i = 0; i < kOffsets_mm.size(); ++i)
     through.emplace_back(kFirst_mm + kSpan_mm * static_cast<double>(i) / (kOffsets_mm.size() - 1),
@@ -87,6 +87,16 @@ std::vector<ClLine> trial_lines() {
 }
 
 std::vector<double> trial_heights_mm() { return {0.08, 0.10, 0.11, 0.08, 0.10, 0.11, 0.08, 0.10, 0.11}; }
+
+PartErrors calibrated_errors() {
+  constexpr double kFitted = 0.49865;  // found together with the deposition model
+  const PartErrors drawn;
+  return {.form_mm = kFitted * drawn.form_mm,
+          .shortest_wave_mm = drawn.shortest_wave_mm,
+          .height_mm = kFitted * drawn.height_mm,
+          .tilt_rad = kFitted * drawn.tilt_rad,
+          .shift_mm = kFitted * drawn.shift_mm};
+}
 
 RealPart make_trial_part(const PartErrors& errors, std::uint64_t seed) {
   std::mt19937_64 random(seed);

@@ -18,7 +18,8 @@ struct TwinRotaryTable {
   Tilt tilt = Tilt::a;
   Eigen::Vector3d tilt_centre_mm = Eigen::Vector3d::Zero();    ///< a point of the tilting axis
   Eigen::Vector3d rotary_centre_mm = Eigen::Vector3d::Zero();  ///< a point of the turning axis
-  int tilt_sign = 1;  ///< 1: a positive angle turns the table right-handed; -1 as LinuxCNC's xyzac-trt
+  int tilt_sign = 1;  ///< 1: a positive angle turns the table right-handed; as LinuxCNC's trt kinematics; -1:
+                      ///< the other way
   int rotary_sign = 1;
   Range tilt_deg{-100.0, 100.0};
   Range rotary_deg{-3600.0, 3600.0};

@@ -232,32 +232,50 @@ std::vector<double> corners_mm(const std::vector<Eigen::Vector3d>& points,
   return out;
 }
 
-/// Distance across a curve of a point near it, whose parameter is known roughly.
-double across_mm(const Nurbs& curve, double u, const Eigen::Vector3d& point) {
-  const CurvePoint here = curve.at(u);
-  const Eigen::Vector3d off = point - here.position_mm;
-  return (off - off.dot(here.first) / here.first.squaredNorm() * here.first).norm();
+/// Directions across the line, in the plane of line and tool axis, at every point.
+std::vector<Eigen::Vector3d> directions_across(const ClLine& line) {
+  const std::size_t n = line.points.size();
+  std::vector<Eigen::Vector3d> out;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d along =
+        (line.points[std::min(i + 1, n - 1)].position_mm - line.points[i == 0 ? 0 : i - 1].position_mm)
+            .normalized();
+    const Eigen::Vector3d& axis = line.points[i].axis;
+    const Eigen::Vector3d across = axis - axis.dot(along) * along;
+    out.push_back(across.norm() > 1e-6 ? across.normalized() : axis);
+  }
+  return out;
 }
 
-/// Splits every gap of a smooth piece in which the spline departs from the path, until none does.
-std::vector<double> refine(const ClLine& line, const std::vector<double>& lengths, std::vector<double> at,
-                           double allowed_mm) {
+/// Splits every gap of a smooth piece in which a spline through the directions at the chosen places departs
+/// from them by more than `allowed` (rad), until none does.
+std::vector<double> refine(const std::vector<Eigen::Vector3d>& across, const std::vector<double>& lengths,
+                           std::vector<double> at, double allowed) {
   constexpr double kShortest_mm = 0.05;
+  const auto value_at = [&](double place) -> Eigen::Vector3d {
+    const auto after = std::upper_bound(lengths.begin() + 1, lengths.end() - 1, place);
+    const auto i = static_cast<std::size_t>(after - lengths.begin());
+    const double share = (place - lengths[i - 1]) / (lengths[i] - lengths[i - 1]);
+    return (1.0 - share) * across[i - 1] + share * across[i];
+  };
+  const double first = at.front(), scale = 1.0 / (at.back() - at.front());
   while (true) {
-    std::vector<Eigen::Vector3d> points;
-    for (const double s : at) points.push_back(place_on(line, lengths, s).position_mm);
-    const std::vector<double> u = point_parameters(points, Parameters::chord_length);
-    const Nurbs curve = interpolate(points, u);
-    std::vector<double> finer{at.front()};
-    auto inner = std::upper_bound(lengths.begin(), lengths.end(), at.front());
+    std::vector<Eigen::Vector3d> values;
+    std::vector<double> u;
+    for (const double place : at) {
+      values.push_back(value_at(place));
+      u.push_back(place == at.back() ? 1.0 : (place - first) * scale);
+    }
+    const Nurbs spline = interpolate(values, u);
+    std::vector<double> finer{first};
+    auto inner = std::upper_bound(lengths.begin(), lengths.end(), first);
     for (std::size_t i = 1; i < at.size(); ++i) {
-      double worst_mm = 0.0;
-      for (; inner != lengths.end() && *inner < at[i]; ++inner) {
-        const double share = (*inner - at[i - 1]) / (at[i] - at[i - 1]);
-        const auto& point = line.points[static_cast<std::size_t>(inner - lengths.begin())].position_mm;
-        worst_mm = std::max(worst_mm, across_mm(curve, u[i - 1] + share * (u[i] - u[i - 1]), point));
-      }
-      if (worst_mm > allowed_mm && at[i] - at[i - 1] > 2.0 * kShortest_mm)
+      double worst = 0.0;
+      for (; inner != lengths.end() && *inner < at[i]; ++inner)
+        worst = std::max(worst, (spline.position_mm((*inner - first) * scale) -
+                                 across[static_cast<std::size_t>(inner - lengths.begin())])
+                                    .norm());
+      if (worst > allowed && at[i] - at[i - 1] > 2.0 * kShortest_mm)
         finer.push_back(0.5 * (at[i - 1] + at[i]));
       finer.push_back(at[i]);
     }
@@ -270,9 +288,12 @@ std::vector<double> refine(const ClLine& line, const std::vector<double>& length
 
 std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineChoice& choice) {
   check_choice(line.points.size(), choice.tolerance_mm);
-  if (!(choice.form_wavelength_mm > 0.0) || !std::isfinite(choice.form_wavelength_mm))
-    throw MotionError(fmt::format("form wavelength: found {} mm, expected a finite number above 0",
-                                  choice.form_wavelength_mm));
+  const auto check = [](const char* what, double value_mm) {
+    if (!(value_mm > 0.0) || !std::isfinite(value_mm))
+      throw MotionError(fmt::format("{}: found {} mm, expected a finite number above 0", what, value_mm));
+  };
+  check("form wavelength", choice.form_wavelength_mm);
+  check("placement", choice.placement_mm);
   const std::vector<Eigen::Vector3d> points = positions_mm(line);
   const std::vector<double> lengths = polygon_lengths_mm(points);
   const double gap_mm = choice.form_wavelength_mm / 5.0;
@@ -280,6 +301,7 @@ std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineCho
     throw MotionError(
         fmt::format("form wavelength: {} mm asks for {:.3g} points on {:.6g} mm, expected at most {}",
                     choice.form_wavelength_mm, lengths.back() / gap_mm, lengths.back(), max_points));
+  const std::vector<Eigen::Vector3d> across = directions_across(line);
   const std::vector<double> corners = corners_mm(points, lengths);
   std::vector<MeasuringPoint> out;
   for (std::size_t piece = 0; piece + 1 < corners.size(); ++piece) {
@@ -288,7 +310,7 @@ std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineCho
     std::vector<double> at;
     for (std::size_t i = 0; i <= gaps; ++i)
       at.push_back(from + (to - from) * static_cast<double>(i) / static_cast<double>(gaps));
-    at = refine(line, lengths, std::move(at), 0.5 * choice.tolerance_mm);
+    at = refine(across, lengths, std::move(at), 0.5 * choice.tolerance_mm / choice.placement_mm);
     for (std::size_t i = piece == 0 ? 0 : 1; i < at.size(); ++i)
       out.push_back(place_on(line, lengths, at[i]));
   }

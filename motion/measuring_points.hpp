@@ -37,6 +37,9 @@ struct SplineChoice {
   double tolerance_mm = 0.020;  ///< that the reconstructed line is to hold on the real surface
   /// Shortest wavelength of the form error that is to be seen. Five points a wave leave 3 % of its amplitude.
   double form_wavelength_mm = 8.0;
+  /// How far beside its place the part may lie. Shifted by so much, a slope that changes shows as a shift of
+  /// the surface.
+  double placement_mm = 0.2;
 };
 
 /// A place to touch on the nominal line.
@@ -46,8 +49,9 @@ struct MeasuringPoint {
   double length_mm = 0.0;  ///< along the line's polygon
 };
 
-/// Places such that no gap is longer than a fifth of the form wavelength and the cubic spline through them
-/// departs from the nominal line by half the tolerance at most. Corners (more than 20 degrees) are touched.
+/// Places such that what reconstruct() does with them holds the tolerance: no gap is longer than a fifth of
+/// the form wavelength, and where the surface bends they are so close that a part beside its place is seen
+/// within half the tolerance. Corners (more than 20 degrees) are touched.
 /// @throws MotionError if an option isn't positive.
 std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineChoice& choice);
 

@@ -146,156 +146,177 @@ void check_points(std::span<const Eigen::Vector3d> points_mm) {
     fail(fmt::format("curve: found {} points, expected at least 2", points_mm.size()));
 }
 
-/// Steps between the points in the measure of their parameters, before scaling to 0..1.
-std::vector<double> steps(std::span<const Eigen::Vector3d> points_mm, Parameters parameters) {
+[[noreturn]] void fail_point(std::span<const Eigen::Vector3d> points_mm, std::size_t i) {
+  fail(fmt::format("point {}: found ({}, {}, {}), expected finite numbers", i + 1, points_mm[i].x(),
+                   points_mm[i].y(), points_mm[i].z()));
+}
+
+/// Writes the points' parameters, as many as there are points.
+void fill_parameters(std::span<const Eigen::Vector3d> points_mm, Parameters parameters, double* u) {
   check_points(points_mm);
-  std::vector<double> steps(points_mm.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = (points_mm[i + 1] - points_mm[i]).norm();
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    if (!std::isfinite(steps[i])) {
-      const std::size_t bad = points_mm[i].allFinite() ? i + 1 : i;
-      fail(fmt::format("point {}: found ({}, {}, {}), expected finite numbers", bad + 1, points_mm[bad].x(),
-                       points_mm[bad].y(), points_mm[bad].z()));
-    }
-    if (steps[i] == 0.0)
+  const std::size_t last = points_mm.size() - 1;
+  double sum = 0.0;
+  u[0] = 0.0;
+  for (std::size_t i = 0; i < last; ++i) {
+    const double distance_mm = (points_mm[i + 1] - points_mm[i]).norm();
+    if (!(distance_mm > 0.0) || !std::isfinite(distance_mm)) {
+      if (!points_mm[i].allFinite()) fail_point(points_mm, i);
+      if (!points_mm[i + 1].allFinite()) fail_point(points_mm, i + 1);
       fail(
           fmt::format("points {} and {}: both are ({:.6g}, {:.6g}, {:.6g}) mm, expected distinct points; "
                       "remove one",
                       i + 1, i + 2, points_mm[i].x(), points_mm[i].y(), points_mm[i].z()));
-  }
-  if (parameters == Parameters::centripetal)
-    for (double& step : steps) step = std::sqrt(step);
-  return steps;
-}
-
-/// Knots 0 0 0 0 u1 .. 1 1 1 1: the points' parameters, the ends four times (eq. (2)).
-std::vector<double> clamped_knots(std::span<const double> u) {
-  std::vector<double> knots(u.size() + 2 * kDegree);
-  std::fill_n(knots.begin(), kDegree, 0.0);
-  std::copy(u.begin(), u.end(), knots.begin() + kDegree);
-  std::fill_n(knots.end() - kDegree, kDegree, 1.0);
-  return knots;
-}
-
-/// Rows of the tridiagonal system of the tangents, eliminated from the first to the last (Thomas).
-struct TangentSolver {
-  std::vector<double> upper;             ///< after elimination, diagonal 1
-  std::vector<Eigen::Array4d> tangents;  ///< right sides, then tangents
-
-  explicit TangentSolver(std::size_t n) : upper(n), tangents(n) {}
-
-  void first(double diagonal, double above, const Eigen::Array4d& right) {
-    upper[0] = above / diagonal;
-    tangents[0] = right / diagonal;
-  }
-  void row(std::size_t i, double below, double diagonal, double above, const Eigen::Array4d& right) {
-    const double scale = 1.0 / (diagonal - below * upper[i - 1]);
-    upper[i] = above * scale;
-    tangents[i] = (right - below * tangents[i - 1]) * scale;
-  }
-  void back() {
-    for (std::size_t i = tangents.size() - 1; i-- > 0;) tangents[i] -= upper[i] * tangents[i + 1];
-  }
-};
-
-/// Tangents by parameter at the points `y` (homogeneous) of a C2 cubic spline with steps `h`.
-std::vector<Eigen::Array4d> solve_tangents(const std::vector<Eigen::Array4d>& y, const std::vector<double>& h,
-                                           EndCondition ends) {
-  const std::size_t last = h.size();  // index of the last point
-  const auto slope = [&](std::size_t i) -> Eigen::Array4d { return (y[i + 1] - y[i]) * (1.0 / h[i]); };
-  if (last == 1) return {slope(0), slope(0)};
-  if (last == 2 && ends == EndCondition::not_a_knot) {
-    const Eigen::Array4d s0 = slope(0), s1 = slope(1), bend = (s1 - s0) / (h[0] + h[1]);
-    return {s0 - h[0] * bend, s0 + h[0] * bend, s1 + h[1] * bend};
-  }
-  TangentSolver system(last + 1);
-  Eigen::Array4d before = slope(0);
-  if (ends == EndCondition::natural) {
-    system.first(2.0, 1.0, 3.0 * before);
-  } else {
-    const double both = h[0] + h[1];
-    system.first(h[1], both, ((h[0] + 2.0 * both) * h[1] * before + h[0] * h[0] * slope(1)) / both);
-  }
-  for (std::size_t i = 1; i < last; ++i) {
-    const Eigen::Array4d after = slope(i);
-    system.row(i, h[i], 2.0 * (h[i - 1] + h[i]), h[i - 1], 3.0 * (h[i] * before + h[i - 1] * after));
-    before = after;
-  }
-  if (ends == EndCondition::natural) {
-    system.row(last, 1.0, 2.0, 0.0, 3.0 * before);
-  } else {
-    const double a = h[last - 2], b = h[last - 1], both = a + b;
-    system.row(last, both, a, 0.0, (b * b * slope(last - 2) + (2.0 * both + b) * a * before) / both);
-  }
-  system.back();
-  return std::move(system.tangents);
-}
-
-/// Control points are the blossom of a span's cubic at three neighbouring knots; of the two spans at a knot
-/// the longer is taken, from which less is extrapolated.
-std::vector<Eigen::Vector4d> control_points(const std::vector<Eigen::Array4d>& y,
-                                            const std::vector<double>& h,
-                                            const std::vector<Eigen::Array4d>& m) {
-  const std::size_t last = h.size();
-  std::vector<Eigen::Vector4d> controls(last + 3);
-  controls[0] = y[0];
-  controls[1] = y[0] + h[0] * m[0] / 3.0;
-  for (std::size_t i = 1; i < last; ++i) {
-    const double both = h[i - 1] + h[i];
-    if (h[i - 1] > h[i])
-      controls[i + 1] = y[i] - (m[i] * both + h[i] * m[i - 1]) / 3.0 + (y[i] - y[i - 1]) * (h[i] / h[i - 1]);
-    else
-      controls[i + 1] =
-          y[i] + (m[i] * both + h[i - 1] * m[i + 1]) / 3.0 - (y[i + 1] - y[i]) * (h[i - 1] / h[i]);
-  }
-  controls[last + 1] = y[last] - h[last - 1] * m[last] / 3.0;
-  controls[last + 2] = y[last];
-  return controls;
-}
-
-Nurbs through(std::span<const Eigen::Vector3d> points_mm, std::span<const double> u,
-              const InterpolationOptions& options) {
-  const std::size_t n = points_mm.size();
-  if (!options.weights.empty() && options.weights.size() != n)
-    fail(fmt::format("weights: found {} for {} points, expected one a point", options.weights.size(), n));
-  std::vector<Eigen::Array4d> y(n);
-  for (std::size_t i = 0; i < n; ++i) y[i] << points_mm[i].array(), 1.0;
-  for (std::size_t i = 0; i < options.weights.size(); ++i) {
-    if (!(options.weights[i] > 0.0) || !std::isfinite(options.weights[i]))
-      fail(fmt::format("weight {}: found {}, expected a finite number above 0", i + 1, options.weights[i]));
-    y[i] *= options.weights[i];
-  }
-  std::vector<double> h(n - 1);
-  for (std::size_t i = 0; i + 1 < n; ++i) h[i] = u[i + 1] - u[i];
-  const auto tangents = solve_tangents(y, h, options.ends);
-  return {clamped_knots(u), control_points(y, h, tangents)};
-}
-
-}  // namespace
-
-std::vector<double> point_parameters(std::span<const Eigen::Vector3d> points_mm, Parameters parameters) {
-  std::vector<double> u = steps(points_mm, parameters);
-  double sum = 0.0;
-  for (double& step : u) {
-    const double start = sum;
-    sum += step;
-    step = start;
+    }
+    sum += parameters == Parameters::centripetal ? std::sqrt(distance_mm) : distance_mm;
+    u[i + 1] = sum;
   }
   const double scale = 1.0 / sum;
-  for (double& start : u) start *= scale;
-  u.push_back(1.0);
-  for (std::size_t i = 1; i < u.size(); ++i)
+  for (std::size_t i = 1; i < last; ++i) u[i] *= scale;
+  u[last] = 1.0;
+  for (std::size_t i = 1; i <= last; ++i)
     if (!(u[i] > u[i - 1]))
       fail(fmt::format(
           "points {} and {}: too close for a curve of {:.6g} mm, expected distinct points; remove "
           "one",
           i, i + 1, sum));
+}
+
+/// Knots 0 0 0 0 u1 .. 1 1 1 1, the points' parameters with the ends four times (eq. (2)); without parameters
+/// yet.
+std::vector<double> empty_knots(std::size_t points) {
+  std::vector<double> knots(points + 2 * kDegree);
+  std::fill_n(knots.end() - kDegree, kDegree, 1.0);
+  return knots;
+}
+
+/// A C2 cubic spline through points: its tangents by parameter, and from them the control points, in one
+/// array.
+class SplineSolver {
+ public:
+  SplineSolver(std::span<const Eigen::Vector3d> points_mm, const double* u,
+               const InterpolationOptions& options)
+      : points_(points_mm),
+        weights_(options.weights),
+        u_(u),
+        last_(points_mm.size() - 1),
+        controls_(points_mm.size() + 2) {
+    if (last_ == 1) {
+      tangent(0) = tangent(1) = slope(0);
+    } else if (last_ == 2 && options.ends == EndCondition::not_a_knot) {
+      const Eigen::Array4d bend = (slope(1) - slope(0)) / (step(0) + step(1));
+      tangent(0) = slope(0) - step(0) * bend;
+      tangent(1) = slope(0) + step(0) * bend;
+      tangent(2) = slope(1) + step(1) * bend;
+    } else {
+      solve_tangents(options.ends);
+    }
+    to_controls();
+  }
+
+  std::vector<Eigen::Vector4d> take() { return std::move(controls_); }
+
+ private:
+  /// Homogeneous point.
+  Eigen::Array4d point(std::size_t i) const {
+    const Eigen::Vector3d& p = points_[i];
+    const Eigen::Array4d out(p.x(), p.y(), p.z(), 1.0);
+    if (weights_.empty()) return out;
+    return out * weights_[i];
+  }
+  double step(std::size_t i) const { return u_[i + 1] - u_[i]; }
+  Eigen::Array4d slope(std::size_t i) const { return (point(i + 1) - point(i)) * (1.0 / step(i)); }
+  /// Tangents stand where their points' control points will.
+  Eigen::ArrayWrapper<Eigen::Vector4d> tangent(std::size_t i) { return controls_[i + 1].array(); }
+
+  /// One row of the tridiagonal system, eliminated by the row before it (Thomas).
+  void row(std::size_t i, double below, double diagonal, double above, const Eigen::Array4d& right) {
+    const double scale = 1.0 / (diagonal - below * upper_[i - 1]);
+    upper_[i] = above * scale;
+    tangent(i) = (right - below * tangent(i - 1)) * scale;
+  }
+
+  void solve_tangents(EndCondition ends) {
+    upper_.resize(last_ + 1);
+    Eigen::Array4d before = slope(0);
+    double h = step(0);
+    if (ends == EndCondition::natural) {
+      upper_[0] = 0.5;
+      tangent(0) = 1.5 * before;
+    } else {
+      const double next = step(1), both = h + next;
+      upper_[0] = both / next;
+      tangent(0) = ((h + 2.0 * both) * next * before + h * h * slope(1)) / (both * next);
+    }
+    for (std::size_t i = 1; i < last_; ++i) {
+      const double next = step(i);
+      const Eigen::Array4d after = slope(i);
+      row(i, next, 2.0 * (h + next), h, 3.0 * (next * before + h * after));
+      before = after;
+      h = next;
+    }
+    if (ends == EndCondition::natural) {
+      row(last_, 1.0, 2.0, 0.0, 3.0 * before);
+    } else {
+      const double a = step(last_ - 2), both = a + h;
+      row(last_, both, a, 0.0, (h * h * slope(last_ - 2) + (2.0 * both + h) * a * before) / both);
+    }
+    for (std::size_t i = last_; i-- > 0;) tangent(i) -= upper_[i] * tangent(i + 1);
+  }
+
+  /// A control point is the blossom of a span's cubic at three neighbouring knots; of the two spans at a knot
+  /// the longer is taken, from which less is extrapolated.
+  void to_controls() {
+    const Eigen::Array4d first = tangent(0), end = tangent(last_);
+    Eigen::Array4d m_before = first, m = tangent(1);
+    Eigen::Array4d y_before = point(0), y = point(1);
+    double h_before = step(0);
+    controls_[0] = y_before;
+    controls_[1] = y_before + h_before * first / 3.0;
+    for (std::size_t i = 1; i < last_; ++i) {
+      const Eigen::Array4d y_after = point(i + 1), m_after = tangent(i + 1);
+      const double h = step(i), both = h_before + h;
+      if (h_before > h)
+        tangent(i) = y - (m * both + h * m_before) / 3.0 + (y - y_before) * (h / h_before);
+      else
+        tangent(i) = y + (m * both + h_before * m_after) / 3.0 - (y_after - y) * (h_before / h);
+      y_before = y, y = y_after, m_before = m, m = m_after, h_before = h;
+    }
+    controls_[last_ + 1] = point(last_) - step(last_ - 1) * end / 3.0;
+    controls_[last_ + 2] = point(last_);
+  }
+
+  std::span<const Eigen::Vector3d> points_;
+  std::span<const double> weights_;
+  const double* u_;
+  std::size_t last_;
+  std::vector<Eigen::Vector4d> controls_;
+  std::vector<double> upper_;  ///< of the eliminated rows, whose diagonal is 1
+};
+
+Nurbs through(std::span<const Eigen::Vector3d> points_mm, std::vector<double> knots,
+              const InterpolationOptions& options) {
+  const std::size_t n = points_mm.size();
+  if (!options.weights.empty() && options.weights.size() != n)
+    fail(fmt::format("weights: found {} for {} points, expected one a point", options.weights.size(), n));
+  for (std::size_t i = 0; i < options.weights.size(); ++i)
+    if (!(options.weights[i] > 0.0) || !std::isfinite(options.weights[i]))
+      fail(fmt::format("weight {}: found {}, expected a finite number above 0", i + 1, options.weights[i]));
+  SplineSolver solver(points_mm, knots.data() + kDegree, options);
+  return {std::move(knots), solver.take()};
+}
+
+}  // namespace
+
+std::vector<double> point_parameters(std::span<const Eigen::Vector3d> points_mm, Parameters parameters) {
+  std::vector<double> u(std::max<std::size_t>(1, points_mm.size()));
+  fill_parameters(points_mm, parameters, u.data());
   return u;
 }
 
 Nurbs interpolate(std::span<const Eigen::Vector3d> points_mm, const InterpolationOptions& options) {
-  const std::vector<double> u = point_parameters(points_mm, options.parameters);
-  return through(points_mm, u, options);
+  std::vector<double> knots = empty_knots(std::max<std::size_t>(1, points_mm.size()));
+  fill_parameters(points_mm, options.parameters, knots.data() + kDegree);
+  return through(points_mm, std::move(knots), options);
 }
 
 Nurbs interpolate(std::span<const Eigen::Vector3d> points_mm, std::span<const double> parameters,
@@ -309,10 +330,10 @@ Nurbs interpolate(std::span<const Eigen::Vector3d> points_mm, std::span<const do
       fail(fmt::format("parameter {}: found {} after {}, expected more", i + 1, parameters[i],
                        parameters[i - 1]));
   for (std::size_t i = 0; i < points_mm.size(); ++i)
-    if (!points_mm[i].allFinite())
-      fail(fmt::format("point {}: found ({}, {}, {}), expected finite numbers", i + 1, points_mm[i].x(),
-                       points_mm[i].y(), points_mm[i].z()));
-  return through(points_mm, parameters, options);
+    if (!points_mm[i].allFinite()) fail_point(points_mm, i);
+  std::vector<double> knots = empty_knots(points_mm.size());
+  std::copy(parameters.begin(), parameters.end(), knots.begin() + kDegree);
+  return through(points_mm, std::move(knots), options);
 }
 
 // ---------------------------------------------------------------- smoothing

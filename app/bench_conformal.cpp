@@ -1,0 +1,467 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conformal printing: interpolation, measuring points on simulated surfaces, five axes, and the experiment of
+// Xu et al. 2024 rebuilt.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "app/bench.hpp"
+#include "motion/conformal.hpp"
+#include "motion/conformal_trial.hpp"
+#include "motion/measuring_points.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+using Points = std::vector<Eigen::Vector3d>;
+
+double processor_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Processor time of the best of some rounds: others on the machine slow the rest.
+template <class Action>
+double best_s(int rounds, const Action& action) {
+  double best = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < rounds; ++i) {
+    const double start = processor_s();
+    action();
+    best = std::min(best, processor_s() - start);
+  }
+  return best;
+}
+
+// A line with uneven steps, 0.05 mm in the mean, over some tens of millimetres to and fro.
+Points test_points(int count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> step(0.02, 0.08);
+  Points out;
+  double s = 0.0;
+  for (int i = 0; i < count; ++i) {
+    s += step(random);
+    out.emplace_back(30.0 * std::sin(s / 30.0) + 0.02 * s, 20.0 * std::cos(s / 11.0),
+                     3.0 * std::sin(s / 5.0));
+  }
+  return out;
+}
+
+struct Peer {
+  double time_us = 0.0, error_mm = 0.0;
+};
+
+// SISL on the same points, by the program beside this one.
+std::optional<Peer> run_sisl(const Points& points, int rounds) {
+  const auto folder = std::filesystem::temp_directory_path();
+  const auto file = folder / fmt::format("meltstage_points.{}", getpid());
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(points.data()),
+             static_cast<std::streamsize>(points.size() * sizeof(Eigen::Vector3d)));
+  const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "sisl_interpolation";
+  const std::string command = fmt::format("'{}' '{}' {}", program.string(), file.string(), rounds);
+  Peer peer;
+  bool read = false;
+  if (std::filesystem::exists(program)) {
+    if (FILE* pipe = popen(command.c_str(), "r"); pipe != nullptr) {
+      read = std::fscanf(pipe, "%lf %lf", &peer.time_us, &peer.error_mm) == 2;
+      read = pclose(pipe) == 0 && read;
+    }
+  }
+  std::filesystem::remove(file);
+  return read ? std::optional(peer) : std::nullopt;
+}
+
+void add_interpolation(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  constexpr int kCount = 10'000;
+  const int rounds = options.quick ? 30 : 200;
+  const Points points = test_points(kCount, options.seed), twice = test_points(2 * kCount, options.seed);
+  const motion::Nurbs curve = motion::interpolate(points);
+  const std::vector<double> u = motion::point_parameters(points, motion::Parameters::chord_length);
+  double error_mm = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    error_mm = std::max(error_mm, (curve.position_mm(u[i]) - points[i]).norm());
+  const double time_s = best_s(rounds, [&] { motion::interpolate(points); });
+  const double twice_s = best_s(rounds / 2, [&] { motion::interpolate(twice); });
+  rows.push_back({"interpolation, 10000 points: largest error", error_mm, "mm", {}, 1e-12});
+  rows.push_back({"  processor time", time_s * 1e6, "us", {}, 500.0});
+  if (const auto peer = run_sisl(points, options.quick ? 10 : 60)) {
+    rows.push_back({"  SISL s1356 on the same points", peer->time_us, "us", {}, {}});
+    rows.push_back({"  SISL's largest error", peer->error_mm, "mm", {}, {}});
+    rows.push_back({"  SISL / ours", peer->time_us / (time_s * 1e6), "", 1.0, {}});
+  } else {
+    rows.push_back({"  SISL not measured (sisl_interpolation isn't there)", 0.0, "", 1.0, {}});
+  }
+  rows.push_back({"  20000 points / 10000 points", twice_s / time_s, "", {}, 2.6});
+  std::mt19937_64 random(options.seed);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::vector<double> places(100'000);
+  for (double& place : places) place = uniform(random);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const auto evaluate = [&] {
+    for (const double place : places) sum += curve.position_mm(place);
+  };
+  const double random_s = best_s(rounds / 10, evaluate);
+  std::sort(places.begin(), places.end());
+  const double sorted_s = best_s(rounds / 10, evaluate);
+  rows.push_back({"evaluation at random places", 1e9 * random_s / 1e5, "ns", {}, 50.0});
+  rows.push_back({"  at places in order", 1e9 * sorted_s / 1e5, "ns", sum.allFinite() ? 0.0 : 1e9, 50.0});
+}
+
+// A servo's way along a free line at its planned speed: how even the speed is, and what limits it.
+void add_feed(std::vector<BenchRow>& rows) {
+  const motion::ClLine line = motion::trial_lines()[7];
+  const Points all = positions_mm(line);
+  Points some;
+  for (std::size_t i = 0; i < all.size(); i += 10) some.push_back(all[i]);
+  const motion::Nurbs curve = motion::interpolate(some);
+  const motion::ArcLength length(curve);
+  const motion::FeedLimits limits{.feed_mm_s = 60.0, .normal_acceleration_mm_s2 = 300.0};
+  const motion::FeedPlan plan = plan_feed(curve, length, limits);
+  double uneven = 0.0, above = 0.0, chord_mm = 0.0;
+  Eigen::Vector3d last = curve.position_mm(0.0);
+  double last_mm = 0.0, last_u = 0.0;
+  for (double t = limits.cycle_s; t < plan.duration_s; t += limits.cycle_s) {
+    const motion::MotionState state = plan.sample(t);
+    const double u = length.parameter(state.position_mm);
+    const Eigen::Vector3d here = curve.position_mm(u), middle = curve.position_mm(0.5 * (u + last_u));
+    const double way_mm = state.position_mm - last_mm;
+    // The chord is shorter than the way by what the curve bends; that is no unevenness.
+    if (way_mm > 1e-3)
+      uneven = std::max(uneven, std::abs(length.length_mm(u) - length.length_mm(last_u) - way_mm) / way_mm);
+    above = std::max(above, state.velocity_mm_s / feed_limit_mm_s(curve, u, limits) - 1.0);
+    chord_mm = std::max(chord_mm, motion::distance_to_segment_mm(middle, last, here));
+    last = here, last_mm = state.position_mm, last_u = u;
+  }
+  rows.push_back({"feed: unevenness of the way a cycle, 60 mm/s", 100.0 * uneven, "%", {}, 1e-6});
+  rows.push_back({"  speed above its limit anywhere", 100.0 * above, "%", {}, 0.1});
+  rows.push_back({"  chord error of a cycle", 1e3 * chord_mm, "um", {}, 1.0});
+  rows.push_back({"  time / length at full feed", plan.duration_s / (length.total_mm() / 60.0), "", {}, {}});
+}
+
+// The three test lines: one of each shape, on parts with drawn errors.
+void add_points(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  constexpr std::array<std::size_t, 3> kLines{1, 4, 7};
+  constexpr std::array kNames{"straight", "arc", "free"};
+  const int parts = options.quick ? 2 : 8;
+  const auto lines = motion::trial_lines();
+  const motion::TouchProbeModel model;
+  motion::ProbeProgramOptions program;
+  const motion::ReconstructionOptions reconstruction{.ball_radius_mm = effective_radius_mm(model),
+                                                     .noise_mm = model.noise_mm};
+  const auto worst_um = [&](const motion::ClLine& line, const motion::ProbeLine& points, bool published) {
+    double worst = 0.0;
+    for (int i = 0; i < parts; ++i) {
+      const motion::RealPart part = motion::make_trial_part({}, options.seed * 100 + i);
+      motion::TouchProbe probe(model, options.seed * 100 + i);
+      const Points touches = touch_all(part, {&points, 1}, program, probe);
+      const motion::RealLine real = published
+                                        ? reconstruct_as_published(line, points, touches, reconstruction)
+                                        : reconstruct(line, points, touches, reconstruction);
+      worst = std::max(worst, 1e3 * largest_gap_error_mm(real, part));
+    }
+    return worst;
+  };
+  for (std::size_t k = 0; k < kLines.size(); ++k) {
+    const motion::ClLine& line = lines[kLines[k]];
+    const motion::ProbeLine ours{line.name, choose_by_spline(line, {})};
+    const motion::ProbeLine papers{line.name,
+                                   measuring_points(line, choose_by_chord(positions_mm(line), 0.020))};
+    const motion::ProbeLine even{
+        line.name, measuring_points(line, motion::choose_evenly(positions_mm(line), ours.points.size()))};
+    rows.push_back({fmt::format("{} line, 20 um: points", kNames[k]),
+                    static_cast<double>(ours.points.size()),
+                    "",
+                    {},
+                    27.0});
+    rows.push_back({fmt::format("  error on the real surface, worst of {} parts", parts),
+                    worst_um(line, ours, false),
+                    "um",
+                    {},
+                    20.0});
+    rows.push_back({"  paper's rule: points", static_cast<double>(papers.points.size()), "", {}, {}});
+    rows.push_back({"  paper's rule: error", worst_um(line, papers, true), "um", {}, {}});
+    rows.push_back(
+        {"  even, as many as ours, paper's curve: error", worst_um(line, even, true), "um", {}, {}});
+  }
+}
+
+void add_chord(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  const int count = options.quick ? 20'000 : 200'000;
+  // Nearly straight with roughness: the chords are long, which is what makes the published form slow.
+  const auto rough = [&](int n) {
+    std::mt19937_64 random(options.seed);
+    std::normal_distribution<double> noise(0.0, 0.001);
+    Points out;
+    for (int i = 0; i < n; ++i)
+      out.emplace_back(0.01 * i, 0.001 * std::sin(0.002 * i) + noise(random), noise(random));
+    return out;
+  };
+  const Points half = rough(count / 2), full = rough(count), few = rough(2000);
+  const double half_s = best_s(3, [&] { motion::choose_by_chord(half, 0.02); });
+  const double full_s = best_s(3, [&] { motion::choose_by_chord(full, 0.02); });
+  rows.push_back({fmt::format("chord rule, {} points", count), 1e3 * full_s, "ms", {}, {}});
+  rows.push_back({"  time / that of half the points", full_s / half_s, "", {}, 2.6});
+  const double published_s = best_s(1, [&] { motion::choose_by_chord_as_published(few, 0.02); });
+  const double fast_s = best_s(3, [&] { motion::choose_by_chord(few, 0.02); });
+  rows.push_back({"  as published / ours, 2000 points", published_s / fast_s, "", 1.0, {}});
+  rows.push_back(
+      {"  same points chosen",
+       motion::choose_by_chord_as_published(few, 0.02) == motion::choose_by_chord(few, 0.02) ? 1.0 : 0.0,
+       "",
+       1.0,
+       {}});
+}
+
+void add_five_axis(std::vector<BenchRow>& rows) {
+  const motion::TwinRotaryTable table{.tilt_centre_mm = {0.0, 30.0, -40.0},
+                                      .rotary_centre_mm = {20.0, 30.0, 0.0}};
+  motion::PrintProgramOptions options;
+  options.table = table;
+  double round_trip = 0.0, between_mm = 0.0, lean_deg = 0.0;
+  for (const motion::ClLine& line : motion::trial_lines()) {
+    const auto moves = plan_line(motion::nominal_line(line), options);
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      const motion::ToolPose back = pose_of(table, moves[i].axes);
+      round_trip = std::max(round_trip, (back.tip_mm - moves[i].pose.tip_mm).norm());
+      lean_deg = std::max(lean_deg, std::acos(std::clamp(back.axis.dot(moves[i].pose.axis), -1.0, 1.0)) *
+                                        180.0 / std::numbers::pi);
+      if (i == 0) continue;
+      const auto &a = moves[i - 1], &b = moves[i];
+      for (const double share : {0.25, 0.5, 0.75}) {
+        const motion::AxesPosition at{(1.0 - share) * a.axes.linear_mm + share * b.axes.linear_mm,
+                                      (1.0 - share) * a.axes.tilt_deg + share * b.axes.tilt_deg,
+                                      (1.0 - share) * a.axes.rotary_deg + share * b.axes.rotary_deg};
+        between_mm = std::max(between_mm, motion::distance_to_segment_mm(pose_of(table, at).tip_mm,
+                                                                         a.pose.tip_mm, b.pose.tip_mm));
+      }
+    }
+  }
+  rows.push_back({"five axes: tip, there and back", round_trip, "mm", {}, 1e-12});
+  rows.push_back({"  tip off its line between blocks", 1e3 * between_mm, "um", {}, 1.0});
+  rows.push_back({"  tool off the normal (singular cone 0.5)", lean_deg, "deg", {}, 0.5});
+}
+
+// Noise far above what a probe has: interpolation hands it through, smoothing takes part of it away and says
+// what is left.
+void add_smoothing(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  constexpr int kCount = 200;
+  constexpr double kNoise_mm = 0.010;
+  std::mt19937_64 random(options.seed);
+  std::normal_distribution<double> noise(0.0, kNoise_mm);
+  std::vector<double> at;
+  Eigen::MatrixXd truth(kCount, 1), measured(kCount, 1);
+  for (int i = 0; i < kCount; ++i) {
+    at.push_back(0.2 * i);
+    truth(i, 0) = 0.1 * std::sin(0.4 * at.back()) + 0.05 * std::cos(0.9 * at.back());
+    measured(i, 0) = truth(i, 0) + noise(random);
+  }
+  const motion::SmoothedValues smoothed = motion::smooth(at, measured, kNoise_mm);
+  const motion::SmoothedValues unknown = motion::smooth(at, measured, 0.0);
+  const double error_mm = (smoothed.values - truth).norm() / std::sqrt(kCount);
+  rows.push_back({"smoothing, 200 touches of 10 um noise: error", 1e3 * error_mm, "um", {}, 5.0});
+  rows.push_back({"  error / the error told", error_mm / (smoothed.standard_error.norm() / std::sqrt(kCount)),
+                  "", 0.5, 1.6});
+  rows.push_back({"  noise estimated where it isn't known", 1e3 * unknown.noise, "um", 8.0, 12.0});
+}
+
+// ---------------------------------------------------------------- experiment
+
+// Tables 1 and 2 of the paper.
+struct PaperLine {
+  double width_um[2], deviation_um[2], resistance_ohm[2];  // first and second group
+};
+constexpr std::array<PaperLine, 9> kPaper{{{{482.51, 421.17}, {88.98, 80.80}, {0.856, 0.648}},
+                                           {{427.82, 406.28}, {108.28, 79.59}, {3.245, 0.632}},
+                                           {{407.82, 395.99}, {96.68, 76.34}, {0.824, 0.676}},
+                                           {{554.54, 418.84}, {103.34, 70.82}, {0.892, 0.679}},
+                                           {{484.33, 416.99}, {50.18, 81.00}, {0.902, 0.685}},
+                                           {{437.94, 412.70}, {106.52, 79.59}, {4.519, 0.694}},
+                                           {{614.27, 405.06}, {104.17, 69.81}, {0.922, 0.721}},
+                                           {{449.11, 396.42}, {88.11, 67.83}, {0.935, 0.699}},
+                                           {{517.05, 370.48}, {110.82, 71.30}, {4.946, 0.705}}}};
+
+using Trial = std::vector<motion::TrialLineResult>;
+
+struct Experiment {
+  Trial before, published, full;
+};
+
+Experiment run_experiment(std::uint64_t seed) {
+  const motion::RealPart part = motion::make_trial_part(motion::calibrated_errors(), seed);
+  const auto run = [&](motion::Compensation compensation) {
+    return run_trial(part, compensation, motion::DepositionModel{}, seed);
+  };
+  return {run(motion::Compensation::none), run(motion::Compensation::as_published),
+          run(motion::Compensation::full)};
+}
+
+template <class Value>
+double mean(const Trial& trial, const Value& value) {
+  double sum = 0.0;
+  for (const motion::TrialLineResult& line : trial) sum += value(line) / static_cast<double>(trial.size());
+  return sum;
+}
+
+double resistance(const motion::TrialLineResult& line) { return line.resistance_ohm; }
+double deviation_um(const motion::TrialLineResult& line) { return 1e3 * line.width.deviation_mm; }
+double width_um(const motion::TrialLineResult& line) { return 1e3 * line.width.mean_mm; }
+double gap_um(const motion::TrialLineResult& line) { return 1e3 * line.gap_error_mm; }
+
+double worst_gap_um(const Trial& trial) {
+  double worst = 0.0;
+  for (const motion::TrialLineResult& line : trial) worst = std::max(worst, gap_um(line));
+  return worst;
+}
+
+void add_experiment(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  const Experiment run = run_experiment(motion::calibrated_part);
+  // The calibration: what the model makes of the part without compensation, beside the paper's first group.
+  rows.push_back(
+      {"experiment, before: mean resistance (paper 2.005)", mean(run.before, resistance), "ohm", 1.8, 2.2});
+  rows.push_back({"  mean width (paper 486)", mean(run.before, width_um), "um", 437.0, 535.0});
+  rows.push_back(
+      {"  mean spread of the width (paper 95)", mean(run.before, deviation_um), "um", 76.0, 114.0});
+  for (std::size_t i = 0; i < run.before.size(); ++i) {
+    const PaperLine& paper = kPaper[i];
+    const auto &before = run.before[i], &after = run.full[i];
+    rows.push_back({fmt::format("line {}: resistance before (paper {:.3f})", i + 1, paper.resistance_ohm[0]),
+                    before.resistance_ohm,
+                    "ohm",
+                    {},
+                    {}});
+    rows.push_back({fmt::format("  after, paper's compensation (paper {:.3f})", paper.resistance_ohm[1]),
+                    run.published[i].resistance_ohm,
+                    "ohm",
+                    {},
+                    {}});
+    rows.push_back({"  after, ours", after.resistance_ohm, "ohm", {}, {}});
+    rows.push_back({fmt::format("  reduction, ours (paper {:.2f})",
+                                100.0 * (1.0 - paper.resistance_ohm[1] / paper.resistance_ohm[0])),
+                    100.0 * (1.0 - after.resistance_ohm / before.resistance_ohm),
+                    "%",
+                    0.0,
+                    {}});
+    rows.push_back({fmt::format("  width before (paper {:.0f} +- {:.0f}): spread", paper.width_um[0],
+                                paper.deviation_um[0]),
+                    deviation_um(before),
+                    "um",
+                    {},
+                    {}});
+    rows.push_back({fmt::format("  after, paper's compensation (paper {:.0f} +- {:.0f})", paper.width_um[1],
+                                paper.deviation_um[1]),
+                    deviation_um(run.published[i]),
+                    "um",
+                    {},
+                    {}});
+    rows.push_back({"  after, ours", deviation_um(after), "um", {}, deviation_um(before)});
+    rows.push_back({"  gap error before", gap_um(before), "um", {}, {}});
+    rows.push_back({"  gap error after, ours", gap_um(after), "um", {}, 20.0});
+  }
+  const auto reduction = [&](const Trial& after) {
+    return 100.0 * (1.0 - mean(after, resistance) / mean(run.before, resistance));
+  };
+  const auto mean_reduction = [&](const Trial& after) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < after.size(); ++i)
+      sum += 100.0 / 9.0 * (1.0 - after[i].resistance_ohm / run.before[i].resistance_ohm);
+    return sum;
+  };
+  rows.push_back(
+      {"mean resistance after, paper's (paper 0.682)", mean(run.published, resistance), "ohm", {}, {}});
+  rows.push_back({"  ours", mean(run.full, resistance), "ohm", {}, {}});
+  rows.push_back({"reduction of the means, paper's (paper 65.99)", reduction(run.published), "%", 60.0, 72.0});
+  rows.push_back({"  ours", reduction(run.full), "%", {}, {}});
+  rows.push_back(
+      {"mean of the reductions, paper's (paper 43.13)", mean_reduction(run.published), "%", {}, {}});
+  rows.push_back({"  ours", mean_reduction(run.full), "%", {}, {}});
+  rows.push_back({"worst gap error before", worst_gap_um(run.before), "um", {}, {}});
+  rows.push_back({"  after, paper's compensation", worst_gap_um(run.published), "um", {}, {}});
+  rows.push_back({"  after, ours", worst_gap_um(run.full), "um", {}, 20.0});
+  // Parts that nothing was fitted to.
+  const int others = options.quick ? 2 : 20;
+  int steadier = 0, reduced = 0;
+  double gap = 0.0;
+  for (int i = 0; i < others; ++i) {
+    const Experiment other = run_experiment(1'000'000 + options.seed * 100 + i);
+    for (std::size_t k = 0; k < 9; ++k) {
+      steadier += other.full[k].width.deviation_mm < other.before[k].width.deviation_mm ? 1 : 0;
+      reduced += other.full[k].resistance_ohm < other.before[k].resistance_ohm ? 1 : 0;
+    }
+    gap = std::max(gap, worst_gap_um(other.full));
+  }
+  const double lines = 9.0 * others;
+  rows.push_back({fmt::format("{} other parts: worst gap error, ours", others), gap, "um", {}, 20.0});
+  rows.push_back({"  lines with a lower spread of the width", 100.0 * steadier / lines, "%", 100.0, {}});
+  rows.push_back({"  lines with a lower resistance", 100.0 * reduced / lines, "%", {}, {}});
+}
+
+// Outline of a line as printed, seen from above; its width true to scale.
+BenchCurve outline(const std::string& name, const motion::ClLine& line,
+                   const motion::TrialLineResult& result) {
+  BenchCurve curve{name, {}, {}};
+  const std::size_t n = std::min(line.points.size(), result.deposited.widths_mm.size());
+  const auto edge = [&](std::size_t i, double side) {
+    const Eigen::Vector3d along =
+        line.points[std::min(i + 1, n - 1)].position_mm - line.points[i == 0 ? 0 : i - 1].position_mm;
+    const Eigen::Vector2d across = Eigen::Vector2d(-along.y(), along.x()).normalized();
+    const double half_mm = 0.5 * side * result.deposited.widths_mm[i];
+    curve.x.push_back(line.points[i].position_mm.x() + half_mm * across.x());
+    curve.y.push_back(line.points[i].position_mm.y() + half_mm * across.y());
+  };
+  for (std::size_t i = 0; i < n; ++i) edge(i, 1.0);
+  for (std::size_t i = n; i-- > 0;) edge(i, -1.0);
+  return curve;
+}
+
+}  // namespace
+
+std::vector<BenchChart> conformal_charts() {
+  const Experiment run = run_experiment(motion::calibrated_part);
+  const auto lines = motion::trial_lines();
+  BenchChart before{
+      "conformal_before", "x, mm", "y, mm: lines as printed without compensation", 0.0, 60.0, {}};
+  BenchChart after{"conformal_after", "x, mm", "y, mm: lines as printed, compensated", 0.0, 60.0, {}};
+  BenchChart widths{"conformal_widths", "along line 9, mm", "width, um", 0.0, 1000.0, {}};
+  BenchChart gaps{"conformal_gaps", "along line 9, mm", "gap between head and surface, um", -50.0, 300.0, {}};
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    before.curves.push_back(outline(lines[i].name, lines[i], run.before[i]));
+    after.curves.push_back(outline(lines[i].name, lines[i], run.full[i]));
+  }
+  const auto add = [&](const std::string& name, const motion::TrialLineResult& line) {
+    BenchCurve width{name, line.deposited.lengths_mm, {}}, gap{name, line.deposited.lengths_mm, {}};
+    for (const double w : line.deposited.widths_mm) width.y.push_back(1e3 * w);
+    for (const double g : line.gaps_mm) gap.y.push_back(1e3 * g);
+    widths.curves.push_back(width);
+    gaps.curves.push_back(gap);
+  };
+  add("ours", run.full[8]);
+  add("before", run.before[8]);
+  add("paper's compensation", run.published[8]);
+  return {before, after, widths, gaps};
+}
+
+std::vector<BenchRow> bench_conformal(const BenchOptions& options) {
+  std::vector<BenchRow> rows;
+  add_interpolation(rows, options);
+  add_feed(rows);
+  add_points(rows, options);
+  add_chord(rows, options);
+  add_smoothing(rows, options);
+  add_five_axis(rows);
+  add_experiment(rows, options);
+  return rows;
+}
+
+}  // namespace meltstage::app
