@@ -586,15 +586,15 @@ struct Breakpoint {
 class FeedPlanner {
  public:
   FeedPlanner(const Nurbs& curve, const ArcLength& length, const FeedLimits& limits) : limits_(limits) {
-    const std::size_t cells =
-        std::clamp<std::size_t>(std::max<std::size_t>(4 * curve.controls().size(),
-                                                      static_cast<std::size_t>(length.total_mm() / kCell_mm)),
-                                64, 200'000);
-    places_mm_.resize(cells + 1);
-    allowed_mm_s_.resize(cells + 1);
-    for (std::size_t i = 0; i <= cells; ++i) {
-      places_mm_[i] = length.total_mm() * static_cast<double>(i) / static_cast<double>(cells);
-      allowed_mm_s_[i] = feed_limit_mm_s(curve, length.parameter(places_mm_[i]), limits);
+    const auto& knots = curve.knots();
+    add_place(curve, length, 0.0, 0.0);
+    for (std::size_t i = kDegree; i + kDegree + 1 < knots.size(); ++i) {
+      const double width = knots[i + 1] - knots[i];
+      if (width == 0.0) continue;
+      const double span_mm = length.length_mm(knots[i + 1]) - length.length_mm(knots[i]);
+      const double cells = std::clamp(std::ceil(span_mm / kCell_mm), kCellsOfSpan, kMostCellsOfSpan);
+      for (double k = 1.0; k <= cells; ++k)
+        add_place(curve, length, k == cells ? knots[i + 1] : knots[i] + width * k / cells, width / cells);
     }
   }
 
@@ -612,6 +612,17 @@ class FeedPlanner {
 
  private:
   static constexpr double kCell_mm = 0.05;
+  static constexpr double kCellsOfSpan = 8.0, kMostCellsOfSpan = 10'000.0;
+
+  /// The limit there is the least within half a cell, so that a peak of the curvature between two places
+  /// isn't passed over.
+  void add_place(const Nurbs& curve, const ArcLength& length, double u, double cell) {
+    places_mm_.push_back(length.length_mm(u));
+    const double here = feed_limit_mm_s(curve, u, limits_);
+    const double before = feed_limit_mm_s(curve, u - 0.5 * cell, limits_);
+    const double after = feed_limit_mm_s(curve, u + 0.5 * cell, limits_);
+    allowed_mm_s_.push_back(std::min({here, before, after}));
+  }
 
   std::vector<Breakpoint> minima() const {
     const std::size_t last = places_mm_.size() - 1;
@@ -634,12 +645,13 @@ class FeedPlanner {
   /// No breakpoint faster than can be reached from its neighbours.
   void make_reachable(std::vector<Breakpoint>& points) const {
     const auto hold = [&](const Breakpoint& from, Breakpoint& to) {
-      const double room_mm = std::abs(places_mm_[to.cell] - places_mm_[from.cell]);
+      // A little less than the room, so that rounding doesn't make the ramp too long for it.
+      const double room_mm = std::abs(places_mm_[to.cell] - places_mm_[from.cell]) * (1.0 - 1e-9);
       if (to.speed_mm_s <= from.speed_mm_s || way_mm(from.speed_mm_s, to.speed_mm_s) <= room_mm) return;
       double low = from.speed_mm_s, high = to.speed_mm_s;
       for (int i = 0; i < 60; ++i) {
         const double middle = 0.5 * (low + high);
-        (way_mm(from.speed_mm_s, middle) <= room_mm * (1.0 - 1e-9) ? low : high) = middle;
+        (way_mm(from.speed_mm_s, middle) <= room_mm ? low : high) = middle;
       }
       to.speed_mm_s = low;
     };

@@ -123,7 +123,7 @@ TEST(TwinRotary, IsLedThroughNearThePole) {
     ASSERT_LT((back.tip_mm - path[i].tip_mm).norm(), 1e-12);
     ASSERT_LT(std::acos(std::min(1.0, back.axis.dot(path[i].axis))) * kDeg, 0.5);
     if (i > 0) {
-      ASSERT_LT(std::abs(axes[i].rotary_deg - axes[i - 1].rotary_deg), 12.0) << i;
+      ASSERT_LT(std::abs(axes[i].rotary_deg - axes[i - 1].rotary_deg), 6.0) << i;
     }
   }
   // Without the cone C would jump here.
@@ -131,7 +131,7 @@ TEST(TwinRotary, IsLedThroughNearThePole) {
   const auto plain = solve_path(table, path, 0.0);
   for (std::size_t i = 1; i < plain.size(); ++i)
     jump = std::max(jump, std::abs(plain[i].rotary_deg - plain[i - 1].rotary_deg));
-  EXPECT_GT(jump, 12.0);
+  EXPECT_GT(jump, 10.0);
 }
 
 TEST(TwinRotary, TakesTheSolutionThatItsLimitsAllow) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -16,6 +17,7 @@
 namespace meltstage::motion {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 std::string error_of(const std::function<void()>& action) {
@@ -93,7 +95,7 @@ TEST(ProbeProgram, IsWhatAnInterpreterMakesOfIt) {
   const std::string program = write_probe_program({&line, 1}, "a (dome)", options);
   const Interpreted run = interpret(program);
   EXPECT_EQ(run.error, "");
-  EXPECT_EQ(run.offsets_mm.back(), Eigen::Vector3d(1.5, -20.0, 12.25));
+  EXPECT_THAT(run.offsets_mm, Contains(Eigen::Vector3d(1.5, -20.0, 12.25)));
   ASSERT_EQ(run.count("STRAIGHT_PROBE"), line.points.size());
   std::size_t next = 0;
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
