@@ -176,8 +176,8 @@ void add_points(std::vector<BenchRow>& rows, const BenchOptions& options) {
   for (std::size_t k = 0; k < kLines.size(); ++k) {
     const motion::ClLine& line = lines[kLines[k]];
     const motion::ProbeLine ours{line.name, choose_by_spline(line, {})};
-    const motion::ProbeLine papers{line.name,
-                                   measuring_points(line, choose_by_chord(positions_mm(line), 0.020))};
+    const motion::ProbeLine papers{
+        line.name, measuring_points(line, motion::choose_by_chord(positions_mm(line), 0.020))};
     const motion::ProbeLine even{
         line.name, measuring_points(line, motion::choose_evenly(positions_mm(line), ours.points.size()))};
     rows.push_back({fmt::format("{} line, 20 um: points", kNames[k]),
@@ -381,7 +381,8 @@ void add_experiment(std::vector<BenchRow>& rows, const BenchOptions& options) {
   rows.push_back(
       {"mean resistance after, paper's (paper 0.682)", mean(run.published, resistance), "ohm", {}, {}});
   rows.push_back({"  ours", mean(run.full, resistance), "ohm", {}, {}});
-  rows.push_back({"reduction of the means, paper's (paper 65.99)", reduction(run.published), "%", 60.0, 72.0});
+  rows.push_back(
+      {"reduction of the means, paper's (paper 65.99)", reduction(run.published), "%", 60.0, 72.0});
   rows.push_back({"  ours", reduction(run.full), "%", {}, {}});
   rows.push_back(
       {"mean of the reductions, paper's (paper 43.13)", mean_reduction(run.published), "%", {}, {}});

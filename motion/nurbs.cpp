@@ -612,7 +612,7 @@ class FeedPlanner {
 
  private:
   static constexpr double kCell_mm = 0.05;
-  static constexpr double kCellsOfSpan = 8.0, kMostCellsOfSpan = 10'000.0;
+  static constexpr double kCellsOfSpan = 32.0, kMostCellsOfSpan = 10'000.0;
 
   /// The limit there is the least within half a cell, so that a peak of the curvature between two places
   /// isn't passed over.

@@ -187,12 +187,12 @@ TEST(ArcLength, GoesThereAndBack) {
   const ArcLength length(curve);
   double sum = 0.0;
   Eigen::Vector3d last = curve.position_mm(0.0);
-  for (int i = 1; i <= 200'000; ++i) {
-    const Eigen::Vector3d here = curve.position_mm(i / 200'000.0);
+  for (int i = 1; i <= 20'000; ++i) {
+    const Eigen::Vector3d here = curve.position_mm(i / 20'000.0);
     sum += (here - last).norm();
     last = here;
   }
-  EXPECT_NEAR(length.total_mm(), sum, 1e-6 * sum);
+  EXPECT_NEAR(length.total_mm(), sum, 1e-5 * sum);
   for (double s = 0.0; s <= length.total_mm(); s += 0.173)
     EXPECT_NEAR(length.length_mm(length.parameter(s)), s, 1e-11 * length.total_mm());
   EXPECT_EQ(length.parameter(-1.0), 0.0);
@@ -259,7 +259,7 @@ TEST(Smoothing, TakesNoiseAwayAndTellsItsError) {
   for (const double known : {0.01, 0.0}) {
     const SmoothedValues out = smooth(data.at, data.measured, known);
     const double error = (out.values - data.truth).norm() / std::sqrt(600.0);
-    EXPECT_LT(error, 0.004) << known;
+    EXPECT_LT(error, 0.005) << known;  // half of what interpolation hands through
     const double told = out.standard_error.norm() / std::sqrt(300.0);
     EXPECT_GT(error / told, 0.6) << known;
     EXPECT_LT(error / told, 1.5) << known;
