@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "motion/nurbs.hpp"
 #include "motion/profile.hpp"
@@ -197,15 +198,52 @@ std::vector<std::size_t> choose_evenly(std::span<const Eigen::Vector3d> points_m
   return chosen;
 }
 
+namespace {
+
+/// Where a line's direction turns by more, it has a corner.
+const double kCornerCosine = std::cos(20.0 * std::numbers::pi / 180.0);
+
+/// Tangent of the tool path by its length, at one end of the segment i..i+1: that of the parabola through
+/// the point and both neighbours; across a corner or an end only the segment itself is known.
+std::optional<Eigen::Vector3d> tangent_at(const ClLine& line, std::span<const double> lengths_mm,
+                                          std::size_t point) {
+  if (point == 0 || point + 1 == line.points.size()) return std::nullopt;
+  const double before_mm = lengths_mm[point] - lengths_mm[point - 1],
+               after_mm = lengths_mm[point + 1] - lengths_mm[point];
+  const Eigen::Vector3d before =
+      (line.points[point].position_mm - line.points[point - 1].position_mm) / before_mm;
+  const Eigen::Vector3d after =
+      (line.points[point + 1].position_mm - line.points[point].position_mm) / after_mm;
+  if (before.dot(after) < kCornerCosine) return std::nullopt;
+  return (after_mm * before + before_mm * after) / (before_mm + after_mm);
+}
+
+}  // namespace
+
 MeasuringPoint place_on(const ClLine& line, std::span<const double> lengths_mm, double length_mm) {
+  // Chords of a curve are off it by no more than the CAM system's tolerance; what a curve through the points
+  // would be off by more is meant to be straight.
+  constexpr double kLargestSag_mm = 0.010;
   const auto after = std::upper_bound(lengths_mm.begin() + 1, lengths_mm.end() - 1, length_mm);
   const auto i = static_cast<std::size_t>(after - lengths_mm.begin());
-  const double share =
-      std::clamp((length_mm - lengths_mm[i - 1]) / (lengths_mm[i] - lengths_mm[i - 1]), 0.0, 1.0);
+  const double way_mm = lengths_mm[i] - lengths_mm[i - 1];
+  const double share = std::clamp((length_mm - lengths_mm[i - 1]) / way_mm, 0.0, 1.0);
   const ClPoint &a = line.points[i - 1], &b = line.points[i];
+  Eigen::Vector3d position = (1.0 - share) * a.position_mm + share * b.position_mm;
+  const auto first = tangent_at(line, lengths_mm, i - 1), second = tangent_at(line, lengths_mm, i);
+  if (first || second) {
+    // Cubic of Hermite; with one tangent the parabola.
+    const Eigen::Vector3d chord = (b.position_mm - a.position_mm) / way_mm;
+    const Eigen::Vector3d m0 = first ? *first : 2.0 * chord - *second;
+    const Eigen::Vector3d m1 = second ? *second : 2.0 * chord - *first;
+    if (0.125 * way_mm * (m0 - m1).norm() <= kLargestSag_mm) {
+      const double left = 1.0 - share;
+      position += way_mm * share * left * (left * (m0 - chord) - share * (m1 - chord));
+    }
+  }
   const Eigen::Vector3d axis = (1.0 - share) * a.axis + share * b.axis;
-  return {(1.0 - share) * a.position_mm + share * b.position_mm,
-          axis.norm() > 1e-6 ? axis.normalized() : a.axis, std::clamp(length_mm, 0.0, lengths_mm.back())};
+  return {position, axis.norm() > 1e-6 ? axis.normalized() : a.axis,
+          std::clamp(length_mm, 0.0, lengths_mm.back())};
 }
 
 std::vector<MeasuringPoint> measuring_points(const ClLine& line, std::span<const std::size_t> chosen) {
@@ -218,15 +256,14 @@ std::vector<MeasuringPoint> measuring_points(const ClLine& line, std::span<const
 
 namespace {
 
-/// Lengths at which the line's direction turns by more than 20 degrees, and both ends.
+/// Lengths at which the line has a corner, and both ends.
 std::vector<double> corners_mm(const std::vector<Eigen::Vector3d>& points,
                                const std::vector<double>& lengths) {
-  const double least_cosine = std::cos(20.0 * std::numbers::pi / 180.0);
   std::vector<double> out{0.0};
   for (std::size_t i = 1; i + 1 < points.size(); ++i) {
     const Eigen::Vector3d before = (points[i] - points[i - 1]).normalized();
     const Eigen::Vector3d after = (points[i + 1] - points[i]).normalized();
-    if (before.dot(after) < least_cosine) out.push_back(lengths[i]);
+    if (before.dot(after) < kCornerCosine) out.push_back(lengths[i]);
   }
   out.push_back(lengths.back());
   return out;

@@ -587,15 +587,20 @@ class FeedPlanner {
  public:
   FeedPlanner(const Nurbs& curve, const ArcLength& length, const FeedLimits& limits) : limits_(limits) {
     const auto& knots = curve.knots();
-    add_place(curve, length, 0.0, 0.0);
+    places_mm_.push_back(0.0);
     for (std::size_t i = kDegree; i + kDegree + 1 < knots.size(); ++i) {
       const double width = knots[i + 1] - knots[i];
       if (width == 0.0) continue;
       const double span_mm = length.length_mm(knots[i + 1]) - length.length_mm(knots[i]);
       const double cells = std::clamp(std::ceil(span_mm / kCell_mm), kCellsOfSpan, kMostCellsOfSpan);
       for (double k = 1.0; k <= cells; ++k)
-        add_place(curve, length, k == cells ? knots[i + 1] : knots[i] + width * k / cells, width / cells);
+        add_cells(curve, length, knots[i] + width * (k - 1.0) / cells,
+                  k == cells ? knots[i + 1] : knots[i] + width * k / cells, 0);
     }
+    allowed_mm_s_.push_back(least_mm_s_.front());
+    for (std::size_t i = 1; i < least_mm_s_.size(); ++i)
+      allowed_mm_s_.push_back(std::min(least_mm_s_[i - 1], least_mm_s_[i]));
+    allowed_mm_s_.push_back(least_mm_s_.back());
   }
 
   FeedPlan plan() {
@@ -612,16 +617,24 @@ class FeedPlanner {
 
  private:
   static constexpr double kCell_mm = 0.05;
-  static constexpr double kCellsOfSpan = 32.0, kMostCellsOfSpan = 10'000.0;
+  static constexpr double kCellsOfSpan = 8.0, kMostCellsOfSpan = 10'000.0;
 
-  /// The limit there is the least within half a cell, so that a peak of the curvature between two places
-  /// isn't passed over.
-  void add_place(const Nurbs& curve, const ArcLength& length, double u, double cell) {
-    places_mm_.push_back(length.length_mm(u));
-    const double here = feed_limit_mm_s(curve, u, limits_);
-    const double before = feed_limit_mm_s(curve, u - 0.5 * cell, limits_);
-    const double after = feed_limit_mm_s(curve, u + 0.5 * cell, limits_);
-    allowed_mm_s_.push_back(std::min({here, before, after}));
+  /// Adds cells of the curve, halved until the limit is nearly straight in each. The least limit of a cell is
+  /// that of the parabola through its ends and middle, and once more its sag less for what isn't a parabola.
+  void add_cells(const Nurbs& curve, const ArcLength& length, double from, double to, int depth) {
+    constexpr double kStraight = 1e-3;
+    constexpr int kDeepest = 10;
+    const double middle = 0.5 * (from + to);
+    const double a = feed_limit_mm_s(curve, from, limits_), b = feed_limit_mm_s(curve, to, limits_);
+    const double m = feed_limit_mm_s(curve, middle, limits_), sag = std::abs(m - 0.5 * (a + b));
+    if (sag > kStraight * m && depth < kDeepest) {
+      add_cells(curve, length, from, middle, depth + 1);
+      add_cells(curve, length, middle, to, depth + 1);
+      return;
+    }
+    // The parabola is at most its sag below the lower end.
+    places_mm_.push_back(length.length_mm(to));
+    least_mm_s_.push_back(std::max(std::min({a, b, m}) - 2.0 * sag, 0.5 * std::min({a, b, m})));
   }
 
   std::vector<Breakpoint> minima() const {
@@ -665,13 +678,19 @@ class FeedPlanner {
                        from.speed_mm_s, to.speed_mm_s);
   }
 
-  /// Largest share by which a block is above what is allowed inside it; 0 if it isn't.
+  /// Largest share by which a block is above what is allowed inside it; 0 if it isn't. Its speed rises to a
+  /// top and falls, so that in a cell without the top it is largest at one end.
   double excess(const Breakpoint& from, const Breakpoint& to, const Scurve& profile) const {
     double worst = 0.0;
     for (std::size_t i = from.cell + 1; i < to.cell; ++i) {
       const double time_s = profile.time_at(places_mm_[i] - places_mm_[from.cell]);
       worst = std::max(worst, profile.sample(time_s).velocity_mm_s / allowed_mm_s_[i] - 1.0);
     }
+    const double top_from_mm = places_mm_[from.cell] + profile.starts[3].position_mm,
+                 top_to_mm = places_mm_[from.cell] + profile.starts[4].position_mm;
+    for (std::size_t i = from.cell; i < to.cell; ++i)
+      if (places_mm_[i] <= top_to_mm && places_mm_[i + 1] >= top_from_mm)
+        worst = std::max(worst, profile.starts[3].velocity_mm_s / least_mm_s_[i] - 1.0);
     return worst > 1e-9 ? worst : 0.0;
   }
 
@@ -700,7 +719,9 @@ class FeedPlanner {
   }
 
   FeedLimits limits_;
-  std::vector<double> places_mm_, allowed_mm_s_;
+  std::vector<double> places_mm_;     ///< borders of the cells
+  std::vector<double> allowed_mm_s_;  ///< at the borders: the least of both cells
+  std::vector<double> least_mm_s_;    ///< of each cell
 };
 
 }  // namespace

@@ -48,10 +48,8 @@ TEST(Reconstruction, OfThePerfectPartIsTheNominalLine) {
   const TouchProbeModel exact{.pretravel_mm = 0.0, .lobing_mm = 0.0, .noise_mm = 0.0, .scale_mm = 1e-9};
   const Measured m = measure(4, part, exact, 1);
   const RealLine real = reconstruct(m.line, m.points, m.touches, calibrated(exact));
-  // Points between the CAM system's lie on its chords of 0.1 mm, which are 0.2 um off where the face bends
-  // most.
-  EXPECT_LT(real.shift_largest_mm, 2.5e-4);
-  EXPECT_LT(largest_gap_error_mm(real, part), 2.5e-4);
+  EXPECT_LT(real.shift_largest_mm, 1e-5);
+  EXPECT_LT(largest_gap_error_mm(real, part), 2e-5);
   EXPECT_FALSE(real.smoothed);
 }
 

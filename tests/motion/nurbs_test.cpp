@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -185,14 +187,20 @@ TEST(Curve, FindsItsSpanAmongUnevenKnots) {
 TEST(ArcLength, GoesThereAndBack) {
   const Nurbs curve = interpolate(wander(60, 5));
   const ArcLength length(curve);
-  double sum = 0.0;
-  Eigen::Vector3d last = curve.position_mm(0.0);
-  for (int i = 1; i <= 20'000; ++i) {
-    const Eigen::Vector3d here = curve.position_mm(i / 20'000.0);
-    sum += (here - last).norm();
-    last = here;
-  }
-  EXPECT_NEAR(length.total_mm(), sum, 1e-5 * sum);
+  const auto polygon_mm = [&](int sides) {
+    double sum = 0.0;
+    Eigen::Vector3d last = curve.position_mm(0.0);
+    for (int i = 1; i <= sides; ++i) {
+      const Eigen::Vector3d here = curve.position_mm(static_cast<double>(i) / sides);
+      sum += (here - last).norm();
+      last = here;
+    }
+    return sum;
+  };
+  // A polygon's length is off by the square of its step (2.7e-7 with 20,000 sides), so two of them give the
+  // curve's.
+  const double coarse_mm = polygon_mm(20'000), fine_mm = polygon_mm(40'000);
+  EXPECT_NEAR(length.total_mm(), fine_mm + (fine_mm - coarse_mm) / 3.0, 1e-11 * fine_mm);
   for (double s = 0.0; s <= length.total_mm(); s += 0.173)
     EXPECT_NEAR(length.length_mm(length.parameter(s)), s, 1e-11 * length.total_mm());
   EXPECT_EQ(length.parameter(-1.0), 0.0);
@@ -200,7 +208,7 @@ TEST(ArcLength, GoesThereAndBack) {
 }
 
 TEST(Feed, KeepsItsLimits) {
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 24; ++seed) {
     const Nurbs curve = interpolate(wander(30, seed));
     const ArcLength length(curve);
     const FeedLimits limits{.feed_mm_s = 50.0,
@@ -214,7 +222,7 @@ TEST(Feed, KeepsItsLimits) {
     for (double t = kStep_s; t < plan.duration_s; t += kStep_s) {
       const MotionState here = plan.sample(t);
       const double allowed = feed_limit_mm_s(curve, length.parameter(here.position_mm), limits);
-      ASSERT_LE(here.velocity_mm_s, allowed * 1.01) << seed << " at " << t;
+      ASSERT_LE(here.velocity_mm_s, allowed * (1 + 1e-9)) << seed << " at " << t;
       ASSERT_LE(std::abs(here.acceleration_mm_s2), 500.0 * (1 + 1e-9));
       ASSERT_LE(std::abs(here.acceleration_mm_s2 - last.acceleration_mm_s2), 2e4 * kStep_s * (1 + 1e-6));
       ASSERT_GE(here.position_mm, last.position_mm - 1e-9);
@@ -254,19 +262,47 @@ Noisy noisy(int count, double noise, std::uint64_t seed) {
   return out;
 }
 
-TEST(Smoothing, TakesNoiseAwayAndTellsItsError) {
-  const Noisy data = noisy(300, 0.01, 4);
-  for (const double known : {0.01, 0.0}) {
-    const SmoothedValues out = smooth(data.at, data.measured, known);
-    const double error = (out.values - data.truth).norm() / std::sqrt(600.0);
-    EXPECT_LT(error, 0.005) << known;  // half of what interpolation hands through
-    const double told = out.standard_error.norm() / std::sqrt(300.0);
-    EXPECT_GT(error / told, 0.6) << known;
-    EXPECT_LT(error / told, 1.5) << known;
-    EXPECT_NEAR(out.noise, 0.01, 0.0012);
-    EXPECT_GT(out.freedom, 5.0);
-    EXPECT_LT(out.freedom, 100.0);
+/// The smallest rms error that any amount of smoothing has on these values: Reinsch's matrix in full.
+double best_error(const Noisy& data) {
+  const auto n = static_cast<Eigen::Index>(data.at.size());
+  Eigen::MatrixXd q = Eigen::MatrixXd::Zero(n, n - 2), r = Eigen::MatrixXd::Zero(n - 2, n - 2);
+  for (Eigen::Index i = 0; i + 2 < n; ++i) {
+    const double h = data.at[i + 1] - data.at[i], next = data.at[i + 2] - data.at[i + 1];
+    q(i, i) = 1.0 / h, q(i + 1, i) = -1.0 / h - 1.0 / next, q(i + 2, i) = 1.0 / next;
+    r(i, i) = (h + next) / 3.0;
+    if (i + 3 < n) r(i, i + 1) = r(i + 1, i) = next / 6.0;
   }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> roughness(q * r.llt().solve(q.transpose()));
+  const Eigen::MatrixXd measured = roughness.eigenvectors().transpose() * data.measured,
+                        truth = roughness.eigenvectors().transpose() * data.truth;
+  double best = 1e9;
+  for (double smoothing = 1e-6; smoothing < 1e3; smoothing *= 1.2) {
+    const Eigen::ArrayXd kept = 1.0 / (1.0 + smoothing * roughness.eigenvalues().array());
+    best = std::min(best, (kept.matrix().asDiagonal() * measured - truth).norm());
+  }
+  return best / std::sqrt(static_cast<double>(data.truth.size()));
+}
+
+TEST(Smoothing, TakesNoiseAwayAndTellsItsError) {
+  double square = 0.0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const Noisy data = noisy(300, 0.01, seed);
+    const double best = best_error(data);
+    for (const double known : {0.01, 0.0}) {
+      const SmoothedValues out = smooth(data.at, data.measured, known);
+      const double error = (out.values - data.truth).norm() / std::sqrt(600.0);
+      EXPECT_LT(error, 1.15 * best) << known;  // the amount is found without knowing the truth
+      const double told = out.standard_error.norm() / std::sqrt(300.0);
+      EXPECT_GT(error / told, 0.6) << known;
+      EXPECT_LT(error / told, 1.5) << known;
+      EXPECT_NEAR(out.noise, 0.01, 0.0012);
+      EXPECT_GT(out.freedom, 5.0);
+      EXPECT_LT(out.freedom, 100.0);
+      square += error * error / 16.0;
+    }
+  }
+  // The best amount leaves 3.5 um in the mean of draws (variance and bias of the spline for these values).
+  EXPECT_LT(std::sqrt(square), 0.004);
 }
 
 TEST(Smoothing, LeavesExactValuesAlone) {
