@@ -88,14 +88,21 @@ std::vector<ClLine> trial_lines() {
 
 std::vector<double> trial_heights_mm() { return {0.08, 0.10, 0.11, 0.08, 0.10, 0.11, 0.08, 0.10, 0.11}; }
 
-PartErrors calibrated_errors() {
-  constexpr double kFitted = 0.49865;  // found together with the deposition model
-  const PartErrors drawn;
-  return {.form_mm = kFitted * drawn.form_mm,
-          .shortest_wave_mm = drawn.shortest_wave_mm,
-          .height_mm = kFitted * drawn.height_mm,
-          .tilt_rad = kFitted * drawn.tilt_rad,
-          .shift_mm = kFitted * drawn.shift_mm};
+FaceError::Modes FaceError::shapes(double x_mm, double y_mm) {
+  Eigen::Matrix<double, kAlong, 1> along;
+  Eigen::Matrix<double, 1, kAcross> across;
+  for (int i = 0; i < kAlong; ++i) along[i] = std::cos(kPi * i * x_mm / 40.0);
+  for (int j = 0; j < kAcross; ++j) across[j] = std::cos(kPi * j * y_mm / 60.0);
+  return along * across;
+}
+
+const FaceError& paper_error() {
+  static const FaceError error;
+  return error;
+}
+
+RealPart make_trial_part(const FaceError& error) {
+  return {[error](double x, double y) { return trial_height_mm(x, y) + error.at_mm(x, y); }};
 }
 
 RealPart make_trial_part(const PartErrors& errors, std::uint64_t seed) {

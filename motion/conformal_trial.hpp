@@ -3,6 +3,7 @@
 // placed with errors, measured, and printed with and without compensation.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -31,13 +32,23 @@ struct PartErrors {
   double shift_mm = 0.10;          ///< of its place in the plane
 };
 
-/// Errors with which the calibrated part below is drawn.
-PartErrors calibrated_errors();
+/// Form and placement error of a part over its face, in cosines: the sum of
+/// modes_mm(i, j) cos(pi i x / 40 mm) cos(pi j y / 60 mm).
+struct FaceError {
+  static constexpr int kAlong = 8, kAcross = 11;
+  using Modes = Eigen::Matrix<double, kAlong, kAcross>;
+  Modes modes_mm = Modes::Zero();
 
-/// Seed of the part that stands for the paper's: of some hundreds, the one whose lines without compensation
-/// come nearest to its first group (the deposition model was fitted to that group on the same part). Nothing
-/// was fitted to the second group.
-inline constexpr std::uint64_t calibrated_part = 21;
+  static Modes shapes(double x_mm, double y_mm);  ///< the cosines there
+  double at_mm(double x_mm, double y_mm) const { return modes_mm.cwiseProduct(shapes(x_mm, y_mm)).sum(); }
+};
+
+/// Form and placement error of the part that stands for the paper's, fitted together with DepositionModel to
+/// the paper's first group (trial_calibration.hpp).
+const FaceError& paper_error();
+
+/// A part with a given error.
+RealPart make_trial_part(const FaceError& error);
 
 /// A part with errors drawn from a seed.
 RealPart make_trial_part(const PartErrors& errors, std::uint64_t seed);

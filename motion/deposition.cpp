@@ -27,7 +27,7 @@ DepositedLine deposit(const DepositionModel& model, std::span<const double> leng
     throw MotionError(fmt::format("deposition: found {} lengths and {} gaps, expected as many, 2 at least",
                                   lengths_mm.size(), gaps_mm.size()));
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> noise(0.0, model.width_noise_mm);
+  std::normal_distribution<double> noise;  // of unit deviation
   DepositedLine line;
   line.lengths_mm.assign(lengths_mm.begin(), lengths_mm.end());
   for (std::size_t i = 0; i < lengths_mm.size(); ++i) {
@@ -43,7 +43,7 @@ DepositedLine deposit(const DepositionModel& model, std::span<const double> leng
     const double flat_mm = std::min(gap, model.stringing_gap_mm);
     line.sections_mm2.push_back(pressed_mm2 * share);
     line.widths_mm.push_back(
-        std::max(0.02, pressed_mm2 / flat_mm * std::pow(share, model.thinning) + noise(random)));
+        std::max(0.02, pressed_mm2 / flat_mm * std::pow(share, model.thinning) + model.width_noise_mm * noise(random)));
     if (i > 0)
       line.resistance_ohm += 0.5 * model.resistivity_ohm_mm * (lengths_mm[i] - lengths_mm[i - 1]) *
                              (1.0 / line.sections_mm2[i] + 1.0 / line.sections_mm2[i - 1]);
