@@ -151,50 +151,68 @@ void add_feed(std::vector<BenchRow>& rows) {
   rows.push_back({"  time / length at full feed", plan.duration_s / (length.total_mm() / 60.0), "", {}, {}});
 }
 
-// The three test lines: one of each shape, on parts with drawn errors.
-void add_points(std::vector<BenchRow>& rows, const BenchOptions& options) {
-  constexpr std::array<std::size_t, 3> kLines{1, 4, 7};
-  constexpr std::array kNames{"straight", "arc", "free"};
-  const int parts = options.quick ? 2 : 8;
-  const auto lines = motion::trial_lines();
+// Three test lines, one of each shape, and the parts they lie on: as machined, and as rough as a printed
+// part, with waves as short as choose_by_spline() is told to expect.
+struct TestLine {
+  std::size_t number;
+  const char* name;
+};
+constexpr std::array<TestLine, 3> kTestLines{{{1, "straight"}, {4, "arc"}, {7, "free"}}};
+struct PartKind {
+  const char* name;
+  motion::PartErrors errors;
+};
+const std::array<PartKind, 2> kPartKinds{
+    {{"35 um form error, waves from 12 mm", {}},
+     {"60 um form error, waves from 8 mm", {.form_mm = 0.060, .shortest_wave_mm = 8.0}}}};
+
+enum class PointRule { ours, papers, even };
+
+motion::ProbeLine points_by(PointRule rule, const motion::ClLine& line) {
+  const auto ours = choose_by_spline(line, {});
+  const Points path = positions_mm(line);
+  if (rule == PointRule::ours) return {line.name, ours};
+  return {line.name,
+          measuring_points(line, rule == PointRule::papers ? motion::choose_by_chord(path, 0.020)
+                                                           : motion::choose_evenly(path, ours.size()))};
+}
+
+motion::RealLine rebuild(PointRule rule, const motion::ClLine& line, const motion::RealPart& part,
+                         std::uint64_t seed) {
   const motion::TouchProbeModel model;
-  motion::ProbeProgramOptions program;
-  const motion::ReconstructionOptions reconstruction{.ball_radius_mm = effective_radius_mm(model),
-                                                     .noise_mm = model.noise_mm};
-  const auto worst_um = [&](const motion::ClLine& line, const motion::ProbeLine& points, bool published) {
-    double worst = 0.0;
-    for (int i = 0; i < parts; ++i) {
-      const motion::RealPart part = motion::make_trial_part({}, options.seed * 100 + i);
-      motion::TouchProbe probe(model, options.seed * 100 + i);
-      const Points touches = touch_all(part, {&points, 1}, program, probe);
-      const motion::RealLine real = published
-                                        ? reconstruct_as_published(line, points, touches, reconstruction)
-                                        : reconstruct(line, points, touches, reconstruction);
-      worst = std::max(worst, 1e3 * largest_gap_error_mm(real, part));
+  const motion::ReconstructionOptions options{.ball_radius_mm = effective_radius_mm(model),
+                                              .noise_mm = model.noise_mm};
+  const motion::ProbeLine points = points_by(rule, line);
+  motion::TouchProbe probe(model, seed);
+  const Points touches = touch_all(part, {&points, 1}, {}, probe);
+  return rule == PointRule::ours ? reconstruct(line, points, touches, options)
+                                 : reconstruct_as_published(line, points, touches, options);
+}
+
+void add_points(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  const int parts = options.quick ? 4 : 40;
+  const auto lines = motion::trial_lines();
+  for (const auto& [number, name] : kTestLines) {
+    const motion::ClLine& line = lines[number];
+    const auto count = [&](PointRule rule) {
+      return static_cast<double>(points_by(rule, line).points.size());
+    };
+    rows.push_back({fmt::format("{} line, 20 um: points", name), count(PointRule::ours), "", {}, 27.0});
+    rows.push_back({"  paper's rule", count(PointRule::papers), "", {}, {}});
+    for (const PartKind& kind : kPartKinds) {
+      std::array<double, 3> worst_um{};
+      for (int i = 0; i < parts; ++i) {
+        const std::uint64_t seed = options.seed * 1000 + i;
+        const motion::RealPart part = motion::make_trial_part(kind.errors, seed);
+        for (const PointRule rule : {PointRule::ours, PointRule::papers, PointRule::even}) {
+          double& worst = worst_um[static_cast<std::size_t>(rule)];
+          worst = std::max(worst, 1e3 * largest_gap_error_mm(rebuild(rule, line, part, seed), part));
+        }
+      }
+      rows.push_back({fmt::format("  {}: worst of {} parts", kind.name, parts), worst_um[0], "um", {}, 20.0});
+      rows.push_back({"    paper's rule", worst_um[1], "um", {}, {}});
+      rows.push_back({"    even, as many as ours, paper's curve", worst_um[2], "um", {}, {}});
     }
-    return worst;
-  };
-  for (std::size_t k = 0; k < kLines.size(); ++k) {
-    const motion::ClLine& line = lines[kLines[k]];
-    const motion::ProbeLine ours{line.name, choose_by_spline(line, {})};
-    const motion::ProbeLine papers{
-        line.name, measuring_points(line, motion::choose_by_chord(positions_mm(line), 0.020))};
-    const motion::ProbeLine even{
-        line.name, measuring_points(line, motion::choose_evenly(positions_mm(line), ours.points.size()))};
-    rows.push_back({fmt::format("{} line, 20 um: points", kNames[k]),
-                    static_cast<double>(ours.points.size()),
-                    "",
-                    {},
-                    27.0});
-    rows.push_back({fmt::format("  error on the real surface, worst of {} parts", parts),
-                    worst_um(line, ours, false),
-                    "um",
-                    {},
-                    20.0});
-    rows.push_back({"  paper's rule: points", static_cast<double>(papers.points.size()), "", {}, {}});
-    rows.push_back({"  paper's rule: error", worst_um(line, papers, true), "um", {}, {}});
-    rows.push_back(
-        {"  even, as many as ours, paper's curve: error", worst_um(line, even, true), "um", {}, {}});
   }
 }
 
@@ -376,8 +394,8 @@ void add_line(std::vector<BenchRow>& rows, const Experiment& run, std::size_t i)
 // The paper's experiment: nothing in it was fitted to the paper's second group.
 void add_experiment(std::vector<BenchRow>& rows) {
   const Experiment run = run_papers();
-  rows.push_back({"experiment, before: mean resistance (paper 2.005)", mean(run.before, resistance), "ohm",
-                  1.98, 2.03});
+  rows.push_back(
+      {"experiment, before: mean resistance (paper 2.005)", mean(run.before, resistance), "ohm", 1.98, 2.03});
   rows.push_back({"  mean width (paper 486)", mean(run.before, width_um), "um", 476.0, 496.0});
   rows.push_back(
       {"  mean spread of the width (paper 95)", mean(run.before, deviation_um), "um", 90.0, 100.0});
@@ -438,9 +456,11 @@ void add_other_parts(std::vector<BenchRow>& rows, const BenchOptions& options) {
   const double lines = 9.0 * parts;
   rows.push_back({fmt::format("{} other parts: worst gap error, ours", parts), gap, "um", {}, 20.0});
   rows.push_back({"  lines with a lower spread of the width", 100.0 * steadier / lines, "%", 100.0, {}});
-  rows.push_back({"  parts with a lower spread on nine of nine", 100.0 * steadier_parts / parts, "%", 100.0, {}});
+  rows.push_back(
+      {"  parts with a lower spread on nine of nine", 100.0 * steadier_parts / parts, "%", 100.0, {}});
   rows.push_back({"  lines with a lower resistance", 100.0 * reduced / lines, "%", 100.0, {}});
-  rows.push_back({"  parts with a lower resistance on nine of nine", 100.0 * reduced_parts / parts, "%", {}, {}});
+  rows.push_back(
+      {"  parts with a lower resistance on nine of nine", 100.0 * reduced_parts / parts, "%", {}, {}});
   rows.push_back({"  reduction of the means", 100.0 * (1.0 - after_ohm / before_ohm), "%", {}, {}});
 }
 
@@ -470,23 +490,53 @@ std::vector<BenchChart> conformal_charts() {
   BenchChart before{
       "conformal_before", "x, mm", "y, mm: lines as printed without compensation", 0.0, 60.0, {}};
   BenchChart after{"conformal_after", "x, mm", "y, mm: lines as printed, compensated", 0.0, 60.0, {}};
-  BenchChart widths{"conformal_widths", "along line 9, mm", "width, um", 0.0, 1000.0, {}};
-  BenchChart gaps{"conformal_gaps", "along line 9, mm", "gap between head and surface, um", -50.0, 300.0, {}};
   for (std::size_t i = 0; i < lines.size(); ++i) {
     before.curves.push_back(outline(lines[i].name, lines[i], run.before[i]));
     after.curves.push_back(outline(lines[i].name, lines[i], run.full[i]));
   }
-  const auto add = [&](const std::string& name, const motion::TrialLineResult& line) {
-    BenchCurve width{name, line.deposited.lengths_mm, {}}, gap{name, line.deposited.lengths_mm, {}};
-    for (const double w : line.deposited.widths_mm) width.y.push_back(1e3 * w);
-    for (const double g : line.gaps_mm) gap.y.push_back(1e3 * g);
-    widths.curves.push_back(width);
-    gaps.curves.push_back(gap);
-  };
-  add("ours", run.full[8]);
-  add("before", run.before[8]);
-  add("paper's compensation", run.published[8]);
-  return {before, after, widths, gaps};
+  std::vector<BenchChart> charts{before, after};
+  for (const std::size_t i : {1U, 5U, 8U}) {
+    BenchChart gaps{fmt::format("conformal_gap_{}", i + 1),
+                    fmt::format("along line {}, mm", i + 1),
+                    "gap between head and surface, um",
+                    0.0,
+                    200.0,
+                    {}};
+    const auto add = [&](const std::string& name, const motion::TrialLineResult& line) {
+      BenchCurve gap{name, line.deposited.lengths_mm, {}};
+      for (const double g : line.gaps_mm) gap.y.push_back(1e3 * g);
+      gaps.curves.push_back(gap);
+    };
+    add("ours", run.full[i]);
+    add("before", run.before[i]);
+    add("paper's compensation", run.published[i]);
+    charts.push_back(gaps);
+  }
+  // Errors of the rebuilt lines on a rough part, and where it was touched.
+  constexpr std::uint64_t kPart = 1;
+  const motion::RealPart part = motion::make_trial_part(kPartKinds[1].errors, kPart);
+  for (const auto& [number, name] : kTestLines) {
+    BenchChart errors{fmt::format("conformal_points_{}", name),
+                      fmt::format("along the {} line, mm", name),
+                      "rebuilt line off the real surface, um",
+                      -60.0,
+                      60.0,
+                      {}};
+    for (const PointRule rule : {PointRule::ours, PointRule::papers}) {
+      const std::string whose = rule == PointRule::ours ? "ours" : "paper's rule";
+      const motion::RealLine real = rebuild(rule, lines[number], part, kPart);
+      BenchCurve error{whose, real.lengths_mm, {}}, touched{whose + ", touches", {}, {}};
+      for (const double gap : gaps_mm(real, 0.0, part)) error.y.push_back(1e3 * gap);
+      for (const motion::MeasuringPoint& point : points_by(rule, lines[number]).points) {
+        touched.x.push_back(point.length_mm);
+        touched.y.push_back(0.0);
+      }
+      errors.curves.push_back(error);
+      errors.curves.push_back(touched);
+    }
+    charts.push_back(errors);
+  }
+  return charts;
 }
 
 std::vector<BenchRow> bench_conformal(const BenchOptions& options) {

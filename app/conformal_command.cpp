@@ -10,6 +10,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "app/job_file.hpp"
 #include "motion/conformal.hpp"
@@ -37,6 +38,7 @@ struct Settings {
   Choice choice;
   motion::ProbeProgramOptions probe;
   motion::ReconstructionOptions reconstruction;
+  std::optional<double> effective_radius_mm;
   bool as_published = false;
   motion::PrintProgramOptions print;
   std::vector<double> heights_mm;
@@ -119,8 +121,7 @@ int write_print(Settings& s) {
   if (heights.size() == 1) heights.assign(lines.size(), heights[0]);
   const auto points = probe_lines(lines, s.choice);
   // The nominal radius places the touches; the effective one takes the surface out of them.
-  const double nominal_mm = s.probe.ball_radius_mm;
-  if (s.reconstruction.ball_radius_mm <= 0.0) s.reconstruction.ball_radius_mm = nominal_mm;
+  s.reconstruction.ball_radius_mm = s.effective_radius_mm.value_or(s.probe.ball_radius_mm);
   s.reconstruction.tolerance_mm = s.choice.spline.tolerance_mm;
   const auto touches = assign_touches(points, motion::read_touches(s.touches), s.probe);
   std::vector<motion::RealLine> real;
@@ -192,7 +193,8 @@ int calibrate(const Settings& s) {
       d.thinning, d.resistivity_ohm_mm, d.end_excess, d.end_mm, d.width_noise_mm);
   for (int i = 0; i < motion::FaceError::kAlong; ++i) {
     for (int j = 0; j < motion::FaceError::kAcross; ++j)
-      fmt::print("{:.3f},{}", 1e3 * best.error.modes_mm(i, j), j + 1 == motion::FaceError::kAcross ? "\n" : " ");
+      fmt::print("{:.3f},{}", 1e3 * best.error.modes_mm(i, j),
+                 j + 1 == motion::FaceError::kAcross ? "\n" : " ");
   }
   return 0;
 }
@@ -224,7 +226,6 @@ CLI::Option* add_vector(CLI::App* command, const char* name, std::vector<double>
 
 std::function<int()> add_conformal_command(CLI::App& cli) {
   const auto s = std::make_shared<Settings>();
-  s->reconstruction.ball_radius_mm = 0.0;  // as the nominal one, unless told
   CLI::App* command =
       cli.add_subcommand("conformal", "Print on a measured surface (docs/motion-conformal.md)");
   command->require_subcommand(1);
@@ -244,7 +245,7 @@ std::function<int()> add_conformal_command(CLI::App& cli) {
   print->add_option("POINTS", s->touches, "What the probe program wrote")->required();
   print->add_option("--out", s->out, "Program to write")->required();
   add_choice_options(print, *s);
-  print->add_option("--effective-radius", s->reconstruction.ball_radius_mm,
+  print->add_option("--effective-radius", s->effective_radius_mm,
                     "Of the ball, calibrated with the pre-travel in it, mm (the nominal one)");
   print->add_option("--noise", s->reconstruction.noise_mm, "Standard deviation of a touch, mm (0)");
   print->add_flag("--as-published", s->as_published, "NURBS through the touches alone, as in the paper");
@@ -252,6 +253,9 @@ std::function<int()> add_conformal_command(CLI::App& cli) {
       ->delimiter(',');
   print->add_option("--feed", s->print.feed_mm_s, "Of the tip, mm/s (5)");
   print->add_option("--rotary-speed", s->print.rotary_deg_s, "Largest of a rotary axis, degrees/s (30)");
+  print->add_option("--axis-speed", s->print.linear_mm_s, "Largest of a linear axis, mm/s (100)");
+  print->add_option("--normal-acceleration", s->print.normal_acceleration_mm_s2,
+                    "Of the tip where the line bends, mm/s2 (500)");
   print->add_option("--rtcp", s->print.rtcp, "Who follows the tip: post (X Y Z of the machine), control")
       ->transform(CLI::CheckedTransformer(std::map<std::string, motion::PrintProgramOptions::Rtcp>{
           {"post", motion::PrintProgramOptions::Rtcp::post},

@@ -23,6 +23,15 @@ void check_positive(const char* what, double value) {
     throw MotionError(fmt::format("{}: found {}, expected a finite number above 0", what, value));
 }
 
+void check_options(const ReconstructionOptions& options) {
+  check_positive("ball radius", options.ball_radius_mm);
+  check_positive("tolerance", options.tolerance_mm);
+  check_positive("step", options.step_mm);
+  if (!(options.noise_mm >= 0.0) || !std::isfinite(options.noise_mm))
+    throw MotionError(
+        fmt::format("noise of a touch: found {} mm, expected a finite number, 0 or more", options.noise_mm));
+}
+
 /// Normals across the line's own direction.
 void square_normals(RealLine& line) {
   const std::size_t n = line.points_mm.size();
@@ -119,6 +128,7 @@ RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
                                   std::span<const Eigen::Vector3d> touches,
                                   const ReconstructionOptions& options) {
   check_touches(points, touches.size());
+  check_options(options);
   RealLine out{.name = line.name, .points_mm = {}, .normals = {}, .lengths_mm = {}};
   const std::vector<double> shifts = raw_shifts(points, touches, options.ball_radius_mm);
   note_shifts(out, shifts);
@@ -149,7 +159,7 @@ RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
 RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<const Eigen::Vector3d> touches,
                      const ReconstructionOptions& options) {
   check_touches(points, touches.size());
-  check_positive("step", options.step_mm);
+  check_options(options);
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
   const std::vector<double> at = lengths_of(points);
   std::vector<double> shifts = raw_shifts(points, touches, options.ball_radius_mm);
@@ -194,6 +204,8 @@ void check_options(const PrintProgramOptions& options) {
   check_positive("height", options.height_mm);
   check_positive("feed", options.feed_mm_s);
   check_positive("rotary speed", options.rotary_deg_s);
+  check_positive("linear axis speed", options.linear_mm_s);
+  check_positive("normal acceleration", options.normal_acceleration_mm_s2);
   check_positive("path error", options.path_error_mm);
   check_positive("retract", options.retract_mm);
   if (!(options.on_delay_s >= 0.0) || !(options.off_delay_s >= 0.0) || !std::isfinite(options.on_delay_s) ||
@@ -212,8 +224,17 @@ ToolPose halfway(const TwinRotaryTable& table, const AxesPosition& a, const Axes
                          0.5 * (a.rotary_deg + b.rotary_deg)});
 }
 
-/// Adds moves up to `to`; the straight way of the axes bends at the tip, so it is halved until it doesn't.
-void add_way(const PrintProgramOptions& options, const PrintMove& from, const PrintMove& to,
+/// Curvature of the circle through three neighbours; 0 at the ends.
+double curvature_1_mm(const std::vector<ToolPose>& path, std::size_t i) {
+  if (i == 0 || i + 1 == path.size()) return 0.0;
+  const Eigen::Vector3d a = path[i].tip_mm - path[i - 1].tip_mm, b = path[i + 1].tip_mm - path[i].tip_mm;
+  const double sides = a.norm() * b.norm() * (a + b).norm();
+  return sides > 0.0 ? 2.0 * a.cross(b).norm() / sides : 0.0;
+}
+
+/// Adds moves up to `to`, at most `feed_mm_s` fast; the straight way of the axes bends at the tip, so it is
+/// halved until it doesn't.
+void add_way(const PrintProgramOptions& options, double feed_mm_s, const PrintMove& from, const PrintMove& to,
              std::vector<PrintMove>& out, int depth) {
   constexpr int kDeepest = 16;
   const Eigen::Vector3d middle_mm = 0.5 * (from.pose.tip_mm + to.pose.tip_mm);
@@ -225,13 +246,14 @@ void add_way(const PrintProgramOptions& options, const PrintMove& from, const Pr
     middle.axes = axes_at(options.table, middle_mm, 0.5 * (from.axes.tilt_deg + to.axes.tilt_deg),
                           0.5 * (from.axes.rotary_deg + to.axes.rotary_deg));
     middle.pose = {middle_mm, (from.pose.axis + to.pose.axis).normalized()};
-    add_way(options, from, middle, out, depth + 1);
-    add_way(options, middle, to, out, depth + 1);
+    add_way(options, feed_mm_s, from, middle, out, depth + 1);
+    add_way(options, feed_mm_s, middle, to, out, depth + 1);
     return;
   }
   out.push_back(to);
   out.back().time_s =
-      std::max({(to.pose.tip_mm - from.pose.tip_mm).norm() / options.feed_mm_s,
+      std::max({(to.pose.tip_mm - from.pose.tip_mm).norm() / feed_mm_s,
+                (to.axes.linear_mm - from.axes.linear_mm).cwiseAbs().maxCoeff() / options.linear_mm_s,
                 std::abs(to.axes.tilt_deg - from.axes.tilt_deg) / options.rotary_deg_s,
                 std::abs(to.axes.rotary_deg - from.axes.rotary_deg) / options.rotary_deg_s, 1e-6});
 }
@@ -353,9 +375,21 @@ std::vector<PrintMove> plan_line(const RealLine& line, const PrintProgramOptions
   } catch (const MotionError& error) {
     throw MotionError(fmt::format("{}: {}", line.name, error.what()));
   }
+  const auto speed_at = [&](std::size_t i) {
+    const double bend = curvature_1_mm(path, i);
+    return bend > 0.0 ? std::min(options.feed_mm_s, std::sqrt(options.normal_acceleration_mm_s2 / bend))
+                      : options.feed_mm_s;
+  };
   std::vector<PrintMove> out{{path[0], axes[0], 0.0}};
+  double time_s = 0.0;
   for (std::size_t i = 1; i < path.size(); ++i)
-    add_way(options, {path[i - 1], axes[i - 1], 0.0}, {path[i], axes[i], 0.0}, out, 0);
+    add_way(options, std::min(speed_at(i - 1), speed_at(i)), {path[i - 1], axes[i - 1], 0.0},
+            {path[i], axes[i], 0.0}, out, 0);
+  for (const PrintMove& move : out) time_s += move.time_s;
+  if (time_s <= options.off_delay_s)
+    throw MotionError(fmt::format(
+        "{}: printed in {:.4f} s, expected longer than the valve takes to close ({} s); print slower",
+        line.name, time_s, options.off_delay_s));
   return out;
 }
 

@@ -62,15 +62,17 @@ struct PrintProgramOptions {
   Rtcp rtcp = Rtcp::post;
   TwinRotaryTable table;
   double singular_deg = 0.5;
-  double height_mm = 0.1;        ///< of the tip over the surface, along the normal
-  double feed_mm_s = 5.0;        ///< of the tip along the line
-  double rotary_deg_s = 30.0;    ///< largest speed of a rotary axis
-  double path_error_mm = 0.001;  ///< of the tip between two blocks
-  double on_delay_s = 0.05;      ///< from the valve's opening until paste flows: the head waits so long
-  double off_delay_s = 0.05;     ///< from its closing until none flows: it closes so much earlier
-  double retract_mm = 5.0;       ///< along the tool before and after a line
-  double safe_z_mm = 80.0;       ///< of the machine between lines, above all that the table may lift
-  int pressure_output = 0;       ///< digital output of the valve (M62, M63)
+  double height_mm = 0.1;      ///< of the tip over the surface, along the normal
+  double feed_mm_s = 5.0;      ///< of the tip along the line
+  double rotary_deg_s = 30.0;  ///< largest speed of a rotary axis
+  double linear_mm_s = 100.0;  ///< largest speed of a linear axis, which follows the table's turning
+  double normal_acceleration_mm_s2 = 500.0;  ///< of the tip, where the line bends
+  double path_error_mm = 0.001;              ///< of the tip between two blocks
+  double on_delay_s = 0.05;   ///< from the valve's opening until paste flows: the head waits so long
+  double off_delay_s = 0.05;  ///< from its closing until none flows: it closes so much earlier
+  double retract_mm = 5.0;    ///< along the tool before and after a line
+  double safe_z_mm = 80.0;    ///< of the machine between lines, above all that the table may lift
+  int pressure_output = 0;    ///< digital output of the valve (M62, M63)
   Eigen::Vector3d station_offset_mm = Eigen::Vector3d::Zero();  ///< of the head on the spindle (G43.1)
 };
 
@@ -82,7 +84,8 @@ struct PrintMove {
 };
 
 /// Moves along one line: tips at the height over the surface, rotary axes solved, ways that aren't straight
-/// at the tip divided until they are within the path error.
+/// at the tip divided until they are within the path error; each as slow as the feed, the axes and the line's
+/// bend ask for.
 std::vector<PrintMove> plan_line(const RealLine& line, const PrintProgramOptions& options);
 
 /// RS-274/NGC as LinuxCNC reads it. Feed is inverse time, so that the tip's speed is right whatever the

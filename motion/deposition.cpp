@@ -42,8 +42,8 @@ DepositedLine deposit(const DepositionModel& model, std::span<const double> leng
     // Stretched paste is as flat as it was where the stretching began.
     const double flat_mm = std::min(gap, model.stringing_gap_mm);
     line.sections_mm2.push_back(pressed_mm2 * share);
-    line.widths_mm.push_back(
-        std::max(0.02, pressed_mm2 / flat_mm * std::pow(share, model.thinning) + model.width_noise_mm * noise(random)));
+    line.widths_mm.push_back(std::max(0.02, pressed_mm2 / flat_mm * std::pow(share, model.thinning) +
+                                                model.width_noise_mm * noise(random)));
     if (i > 0)
       line.resistance_ohm += 0.5 * model.resistivity_ohm_mm * (lengths_mm[i] - lengths_mm[i - 1]) *
                              (1.0 / line.sections_mm2[i] + 1.0 / line.sections_mm2[i - 1]);

@@ -15,10 +15,10 @@ namespace meltstage::motion {
 /// (piling). Above a gap at which the paste no longer reaches the surface unstretched it is drawn thin
 /// (stringing).
 struct DepositionModel {
-  double section_mm2 = 0.0448;      ///< flow of the free nozzle / speed
+  double section_mm2 = 0.0448;       ///< flow of the free nozzle / speed
   double slit_gap_mm = 0.0368;       ///< gap whose slit resists as much as the nozzle
   double stringing_gap_mm = 0.1255;  ///< gap above which the paste is stretched
-  double stringing_mm = 0.00214;      ///< further gap that takes the section to 1/e
+  double stringing_mm = 0.00214;     ///< further gap that takes the section to 1/e
   double least_share = 0.0169;       ///< of the section that stringing leaves
   double thinning = 0.224;           ///< stretched width goes with this power of the section
   double resistivity_ohm_mm = 1.046e-3;
@@ -26,7 +26,7 @@ struct DepositionModel {
   /// The valve: more flows in the first millimetres (pressure surge) and the last (residual pressure), where
   /// lead and lag of the pressure don't allow for it.
   double end_excess = 0.52;        ///< of the section, at the very end
-  double end_mm = 2.0;            ///< falls to 1/e over this way
+  double end_mm = 2.0;             ///< falls to 1/e over this way
   double width_noise_mm = 0.0258;  ///< standard deviation of what a gap doesn't explain
 };
 

@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "motion/profile.hpp"
 
@@ -56,6 +57,15 @@ double half_turn(double degrees) { return std::remainder(degrees, 360.0); }
 bool within(const Range& range, double value) {
   constexpr double kRounding_deg = 1e-9;
   return value >= range.min_mm - kRounding_deg && value <= range.max_mm + kRounding_deg;
+}
+
+void check_table(const TwinRotaryTable& table) {
+  if (!table.tilt_centre_mm.allFinite() || !table.rotary_centre_mm.allFinite())
+    throw MotionError("rotary axes' centres: found a number that isn't finite, expected finite ones");
+  for (const auto& [name, range] : {std::pair{"tilt", table.tilt_deg}, {"rotary", table.rotary_deg}})
+    if (!(range.min_mm < range.max_mm))
+      throw MotionError(fmt::format("{} limits: found {}..{} degrees, expected a lower and a higher one",
+                                    name, range.min_mm, range.max_mm));
 }
 
 /// Of each regular pose the solution on the way that turns least in all.
@@ -142,6 +152,7 @@ ToolPose pose_of(const TwinRotaryTable& table, const AxesPosition& axes) {
 std::vector<AxesPosition> solve_path(const TwinRotaryTable& table, std::span<const ToolPose> path,
                                      double singular_deg) {
   if (path.empty()) throw MotionError("path: found no pose, expected at least one");
+  check_table(table);
   std::vector<std::size_t> regular;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const Eigen::Vector3d& axis = path[i].axis;

@@ -15,8 +15,8 @@ namespace {
 
 /// What is assumed of a number of the deposition model: log-normal. The paper's nozzle is conical. Flow in
 /// series through a cone (half angle b, opening d) and the radial slit under its face (outer radius q times
-/// the inner one): both resist alike at a gap of (36 tan b ln q / 128)^(1/3) d, which is 57 um for 10 degrees,
-/// 1.6 and 0.2 mm.
+/// the inner one): both resist alike at a gap of (36 tan b ln q / 128)^(1/3) d, which is 57 um for 10
+/// degrees, 1.6 and 0.2 mm.
 struct Assumed {
   double DepositionModel::*number;
   double median, log_deviation;
@@ -78,8 +78,8 @@ class Problem {
     Eigen::VectorXd out(kNumbers);
     out.head(kModes) = (error.modes_mm.array() / assumed_.modes_mm.array()).matrix().reshaped();
     for (std::size_t i = 0; i < kAssumed.size(); ++i)
-      out[kModes + i] = std::log(deposition.*kAssumed[i].number / kAssumed[i].median) /
-                        kAssumed[i].log_deviation;
+      out[kModes + i] =
+          std::log(deposition.*kAssumed[i].number / kAssumed[i].median) / kAssumed[i].log_deviation;
     return out;
   }
 

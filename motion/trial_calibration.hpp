@@ -38,10 +38,10 @@ TrialFit assess_fit(const DepositionModel& deposition, const FaceError& error);
 TrialFit draw_start(std::uint64_t seed);
 
 /// The most probable numbers near `start` (Levenberg-Marquardt). Fitted to: ln resistance (standard deviation
-/// 2 %), mean (10 um) and standard deviation (5 um) of the widths of nine lines; where the paper saw stringing
-/// (section 3.3: line 2 at 5-8 and 17-19 mm, line 6 at 14-18, line 9 at 11-13 and 29-31) the least width is
-/// 150 um (30 um), elsewhere it is not below 250 um (30 um). Assumed before: form and placement error of 45 um
-/// rms, smooth over 14 mm; the deposition model's numbers log-normal (trial_calibration.cpp).
+/// 2 %), mean (10 um) and standard deviation (5 um) of the widths of nine lines; where the paper saw
+/// stringing (section 3.3: line 2 at 5-8 and 17-19 mm, line 6 at 14-18, line 9 at 11-13 and 29-31) the least
+/// width is 150 um (30 um), elsewhere it is not below 250 um (30 um). Assumed before: form and placement
+/// error of 45 um rms, smooth over 14 mm; the deposition model's numbers log-normal (trial_calibration.cpp).
 TrialFit fit_first_group(const TrialFit& start, int iterations);
 
 }  // namespace meltstage::motion

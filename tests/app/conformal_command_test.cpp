@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 #include "tests/app/run_command.hpp"
 
@@ -72,6 +73,34 @@ TEST_F(Conformal, RefusesWrongInputInOneLine) {
   expect_refused("print " + path + " " + points + " --rule chord", "point cloud: found");
   expect_refused("print " + path + " " + points + " --height 0.1,0.2", "heights: found 2 for 9 lines");
   expect_refused("print " + path + " " + points + " --tilt-limits=-3,3", "needs a tilt of");
+  expect_refused("probe " + path + " --ball-radius -1", "ball radius: found -1");
+  expect_refused("probe " + path + " --approach 0", "approach: found 0");
+  expect_refused("probe " + path + " --rule chord --chord-error 0", "chord error: found 0 mm");
+  expect_refused("probe " + path + " --rule even --capability 1", "process capability: found 1");
+  expect_refused("probe " + path + " --rule even --confidence 1", "confidence: found 1");
+  expect_refused("probe " + path + " --station nan,0,0", "station offset or safe z");
+  expect_refused("print " + path + " " + points + " --effective-radius -1", "ball radius: found -1");
+  expect_refused("print " + path + " " + points + " --noise -1", "noise of a touch: found -1 mm");
+  expect_refused("print " + path + " " + points + " --height 0", "height: found 0");
+  expect_refused("print " + path + " " + points + " --feed 0", "feed: found 0");
+  expect_refused("print " + path + " " + points + " --tilt-limits=3,-3", "tilt limits: found 3..-3");
+  expect_refused("print " + path + " " + points + " --tilt-centre nan,0,0", "rotary axes' centres");
+  expect_refused("print " + path + " " + points + " --output 99", "pressure output: found 99");
+  expect_refused("print " + path + " " + points + " --off-delay 1000", "takes to close");
+  expect_refused("print " + path + " " + at("none.txt"), "no such file");
+  std::ofstream(at("swapped.txt")) << [&] {
+    std::istringstream rows(read(points));
+    std::string first, second, rest;
+    std::getline(rows, first), std::getline(rows, second), std::getline(rows, rest, '\0');
+    return second + '\n' + first + '\n' + rest;
+  }();
+  expect_refused("print " + path + " " + at("swapped.txt"), "beside the way of its touch");
+  std::ofstream(at("nan.txt")) << "nan 2 3\n";
+  expect_refused("print " + path + " " + at("nan.txt"), "row 1, column 1: found 'nan'");
+  std::ofstream(at("down.csv")) << "x,y,z,i,j,k\n0,0,0,0,0,-1\n1,0,0,0,0,-1\n";
+  expect_refused("probe " + at("down.csv"), "faces sideways or down");
+  std::ofstream(at("point.csv")) << "x,y,z\n0,0,0\n0,0,0\n";
+  expect_refused("probe " + at("point.csv"), "found no line");
   std::ofstream(at("bad.csv")) << "x,y,z\n0,0,0\n1,nan,0\n";
   expect_refused("probe " + at("bad.csv"), "found 'nan', expected a finite number");
   std::ofstream(at("short.txt")) << "1 2 3\n";

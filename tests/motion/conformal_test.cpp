@@ -191,6 +191,42 @@ TEST(PrintProgram, KeepsTheTipBetweenBlocksAndTheRotarySpeed) {
   }
 }
 
+TEST(PrintProgram, IsSlowWhereTheLineBendsAndWhereAnAxisHasFarToGo) {
+  RealLine bend{.name = "bend", .points_mm = {}, .normals = {}, .lengths_mm = {}};
+  constexpr double kRadius_mm = 2.0;
+  for (int i = 0; i <= 100; ++i)
+    bend.points_mm.emplace_back(kRadius_mm * std::cos(0.02 * i), kRadius_mm * std::sin(0.02 * i), 5.0);
+  bend.normals.assign(101, Eigen::Vector3d::UnitZ());
+  bend.lengths_mm = polygon_lengths_mm(bend.points_mm);
+  PrintProgramOptions options = machine();
+  options.feed_mm_s = 100.0;
+  options.normal_acceleration_mm_s2 = 200.0;  // sqrt(200 * 2) = 20 mm/s
+  auto moves = plan_line(bend, options);
+  for (std::size_t i = 2; i + 1 < moves.size(); ++i)
+    ASSERT_NEAR((moves[i].pose.tip_mm - moves[i - 1].pose.tip_mm).norm() / moves[i].time_s, 20.0, 1e-6);
+  options.normal_acceleration_mm_s2 = 1e9;
+  options.linear_mm_s = 15.0;
+  moves = plan_line(bend, options);
+  double fastest = 0.0;
+  for (std::size_t i = 1; i < moves.size(); ++i)
+    fastest =
+        std::max(fastest, (moves[i].axes.linear_mm - moves[i - 1].axes.linear_mm).cwiseAbs().maxCoeff() /
+                              moves[i].time_s);
+  EXPECT_NEAR(fastest, 15.0, 1e-6);
+}
+
+TEST(Reconstruction, RefusesWhatCannotBe) {
+  const Measured m = measure(1, RealPart{trial_height_mm}, {}, 1);
+  const auto message = [&](const ReconstructionOptions& options) {
+    return error_of([&] { reconstruct(m.line, m.points, m.touches, options); });
+  };
+  EXPECT_EQ(message({.ball_radius_mm = -1.0}), "ball radius: found -1, expected a finite number above 0");
+  EXPECT_EQ(message({.noise_mm = -0.001}),
+            "noise of a touch: found -0.001 mm, expected a finite number, 0 or more");
+  EXPECT_THAT(message({.tolerance_mm = NAN}), HasSubstr("tolerance: found nan"));
+  EXPECT_THAT(message({.step_mm = 0.0}), HasSubstr("step: found 0"));
+}
+
 TEST(PrintProgram, RefusesWhatCannotBe) {
   const RealLine line = nominal_line(trial_lines()[0]);
   const auto message = [&](const std::function<void(PrintProgramOptions&)>& change) {
@@ -203,6 +239,16 @@ TEST(PrintProgram, RefusesWhatCannotBe) {
   EXPECT_THAT(message([](auto& o) { o.off_delay_s = -1; }), HasSubstr("pressure delays"));
   EXPECT_THAT(message([](auto& o) { o.pressure_output = 64; }), HasSubstr("pressure output: found 64"));
   EXPECT_THAT(message([](auto& o) { o.table.tilt_deg = {-1, 1}; }), HasSubstr("line 1: pose"));
+  EXPECT_THAT(message([](auto& o) {
+                o.table.tilt_deg = {5, -5};
+              }),
+              HasSubstr("tilt limits: found 5..-5 degrees"));
+  EXPECT_THAT(message([](auto& o) { o.table.rotary_centre_mm.x() = NAN; }),
+              HasSubstr("rotary axes' centres: found a number that isn't finite"));
+  EXPECT_THAT(message([](auto& o) { o.linear_mm_s = 0; }), HasSubstr("linear axis speed: found 0"));
+  EXPECT_THAT(message([](auto& o) { o.normal_acceleration_mm_s2 = -1; }), HasSubstr("normal acceleration"));
+  EXPECT_THAT(message([](auto& o) { o.off_delay_s = 100; }), HasSubstr("takes to close (100 s)"));
+  EXPECT_THAT(message([](auto& o) { o.station_offset_mm.x() = NAN; }), HasSubstr("station offset"));
   EXPECT_THAT(error_of([] { write_print_program({}, "x", machine()); }), HasSubstr("found no line"));
 }
 

@@ -51,8 +51,8 @@ TEST(Deposition, RefusesWhatCannotBe) {
 
 // The calibration: without compensation, the calibrated part is the paper's first group in its main figures.
 TEST(Deposition, IsCalibratedOnThePapersFirstGroup) {
-  const RealPart part = make_trial_part(calibrated_errors(), calibrated_part);
-  const auto lines = run_trial(part, Compensation::none, DepositionModel{}, calibrated_part);
+  const RealPart part = make_trial_part(paper_error());
+  const auto lines = run_trial(part, Compensation::none, DepositionModel{}, 1);
   double resistance = 0.0, width = 0.0, spread = 0.0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     resistance += lines[i].resistance_ohm / 9.0;

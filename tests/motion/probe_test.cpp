@@ -173,6 +173,12 @@ TEST(AssignTouches, FindsAnotherPartsFile) {
   wrong[3].x() += 0.5;
   EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("point cloud: point 4 is"));
   wrong = touches;
+  wrong[4] = wrong[3];  // one came twice
+  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("point cloud: point 5 is"));
+  wrong = touches;
+  for (Eigen::Vector3d& p : wrong) p.x() = -p.x();  // mirrored
+  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("is it this part's file?"));
+  wrong = touches;
   wrong[3] += 5.0 * line.points[3].axis;
   EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("+5.0200 mm off"));
   wrong.pop_back();
