@@ -21,13 +21,13 @@ using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 struct Machine {
-  Machine(const std::string& name, const CellLibrary& cells) : library(cells), plain(circuit_netlist(name)) {}
+  Machine(const std::string& name, const CellLibrary& library) : cells(library), plain(circuit_netlist(name)) {}
 
-  const CellLibrary& library;
+  const CellLibrary& cells;
   Netlist plain;
-  ScanDesign design = insert_scan(plain, library, {.chains = 2});
-  CaptureView view = scan_view(design, library);
-  CaptureView free_view = capture_view(design.netlist, library);
+  ScanDesign design = insert_scan(plain, cells, {.chains = 2});
+  CaptureView view = scan_view(design, cells);
+  CaptureView free_view = capture_view(design.netlist, cells);
   TestSet set = generate_tests(view.circuit);
   ScanTest test = make_scan_test(design, view, set.patterns, "machine");
   // as written and read back
@@ -140,7 +140,7 @@ void check_verdicts(const Machine& m) {
     } else {
       for (std::size_t k = 0; k < m.free_view.flops.size(); ++k) {
         if (site.name == m.free_view.flops[k].name + "/" +
-                             m.library.at(m.design.netlist.instances[m.free_view.flops[k].instance].type)
+                             m.cells.at(m.design.netlist.instances[m.free_view.flops[k].instance].type)
                                  .flop->clocked_on.pin)
           fault.dead_clock = k;
       }

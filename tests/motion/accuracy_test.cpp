@@ -7,8 +7,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <string>
+
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -18,15 +19,6 @@ using ::testing::HasSubstr;
 
 const std::filesystem::path kSlits =
     std::filesystem::path(MELTSTAGE_SOURCE_DIR) / "tests/motion/data/iso230_2_slits.csv";
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 // A measured axis; the figures were computed from its raw readings in decimal arithmetic by another program.
 // (The report that the readings come from takes R = max(R forward, R reverse) and E from the reverse means

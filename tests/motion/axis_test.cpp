@@ -11,21 +11,13 @@
 #include <vector>
 
 #include "motion/stage_model.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 /// A machine on the servo axis: switches and index stand in a frame of the machine, the encoder counts from
 /// where power came on.

@@ -16,20 +16,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/motion/error_of.hpp"
+
 namespace meltstage::motion {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 const std::vector<Point> kBumps = {{1.5, 2.25, 1}, {1.5, 3.0, 2}, {-0.00004, 3.0, 3}, {12.34567, 0.8, 4}};
 const Eigen::Vector2d kStart(5.0, 6.0);

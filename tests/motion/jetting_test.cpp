@@ -12,20 +12,13 @@
 #include <tuple>
 #include <vector>
 
+#include "tests/motion/error_of.hpp"
+
 namespace meltstage::motion {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 std::vector<Point> lattice(int columns, int rows, double pitch_mm) {
   std::vector<Point> bumps;

@@ -8,12 +8,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numeric>
 #include <random>
 #include <string>
 
+#include "tests/motion/error_of.hpp"
 #include "tests/motion/profile_cases.hpp"
 
 namespace meltstage::motion {
@@ -21,15 +21,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 // ---- golden values: durations of independent planners, see docs of each case ----
 

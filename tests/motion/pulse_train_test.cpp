@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <random>
 #include <string>
 
 #include "motion/shaping.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -18,15 +18,6 @@ using ::testing::StartsWith;
 
 constexpr double kClock_hz = 1e6;
 const ScurveLimits limits = asymmetric_limits(400, 4000, 3000, 4e5, 1e5);
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(FixedPulses, RoundTripWithoutLoss) {
   for (const double pulses : {0.0, 0.5, -0.5, 1234567.25, -2e9, 0x1p-90})

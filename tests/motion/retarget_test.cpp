@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <random>
 #include <string>
 
+#include "tests/motion/error_of.hpp"
 #include "tests/motion/profile_cases.hpp"
 
 namespace meltstage::motion {
@@ -17,15 +17,6 @@ namespace {
 using ::testing::StartsWith;
 
 const ScurveLimits gentle_stop = asymmetric_limits(400, 4000, 3000, 4e5, 1e5);
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 

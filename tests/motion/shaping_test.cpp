@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <numeric>
 #include <random>
 #include <string>
 
+#include "tests/motion/error_of.hpp"
 #include "tests/motion/profile_checks.hpp"
 
 namespace meltstage::motion {
@@ -20,15 +20,6 @@ using ::testing::StartsWith;
 const Mode anchor{38.0, 0.05};
 const ScurveLimits trapezoid = asymmetric_limits(400, 4000, 4000, 1e9, 1e9);
 const ScurveLimits gentle_stop = asymmetric_limits(400, 4000, 3000, 4e5, 1e5);
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(Shapers, HavePositiveAmplitudesThatSumToOne) {
   for (const Shaper& shaper :

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "motion/shaping.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -17,15 +18,6 @@ namespace {
 using ::testing::StartsWith;
 
 const ScurveLimits limits = asymmetric_limits(400, 4000, 4000, 1e6, 1e6);
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 /// A motor so heavy and stiff that it follows the command, without friction.
 AxisModelConfig stiff_axis() {

@@ -11,20 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/motion/error_of.hpp"
+
 namespace meltstage::motion {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 std::vector<StageEvent> collect(Stage& stage, std::uint64_t until_cycle) {
   std::vector<StageEvent> events;

@@ -6,12 +6,12 @@
 
 #include <cmath>
 #include <complex>
-#include <functional>
 #include <numbers>
 #include <random>
 #include <set>
 #include <string>
 
+#include "tests/motion/error_of.hpp"
 #include "tests/motion/profile_checks.hpp"
 
 namespace meltstage::motion {
@@ -22,15 +22,6 @@ using ::testing::StartsWith;
 const Mode anchor{38.0, 0.05};
 const ScurveLimits trapezoid = asymmetric_limits(400, 4000, 4000, 1e9, 1e9);
 const ScurveLimits symmetric = asymmetric_limits(400, 4000, 4000, 2e5, 2e5);
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 /// Amplitude at the end of the motion by a fine Runge-Kutta over the mode's equation.
 double integrated_residual_mm(const JerkProfile& profile, const Mode& mode) {

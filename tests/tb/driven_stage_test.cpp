@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/motion/error_of.hpp"
+
 namespace meltstage::tb {
 namespace {
 
@@ -59,14 +61,7 @@ struct Bench {
   bool emergency_loop = false;
 };
 
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const motion::MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
+using motion::error_of;
 
 TEST(DrivenStage, BringsTheHeadWhereItIsSent) {
   Bench bench({100.0, 100.0, 0.0});

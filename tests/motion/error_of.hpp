@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "motion/profile.hpp"
+
+namespace meltstage::motion {
+
+/// The line that an action is refused with; empty when it goes through.
+inline std::string error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const MotionError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace meltstage::motion
