@@ -9,6 +9,7 @@
 #include <string>
 
 #include "motion/conformal_trial.hpp"
+#include "tests/motion/error_of.hpp"
 #include "tests/motion/rs274.hpp"
 
 namespace meltstage::motion {
@@ -16,15 +17,6 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 struct Measured {
   ClLine line;

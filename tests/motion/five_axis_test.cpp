@@ -6,11 +6,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <functional>
 #include <random>
 #include <string>
 
 #include "motion/profile.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -18,15 +18,6 @@ namespace {
 using ::testing::HasSubstr;
 using Tilt = TwinRotaryTable::Tilt;
 constexpr double kDeg = 180.0 / M_PI;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 Eigen::Vector3d leaning(double lean_deg, double towards_deg) {
   const double a = lean_deg / kDeg, b = towards_deg / kDeg;

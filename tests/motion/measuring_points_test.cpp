@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <random>
 #include <string>
 
 #include "motion/profile.hpp"
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -17,15 +17,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Points = std::vector<Eigen::Vector3d>;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(PointCount, IsEquationOne) {
   EXPECT_EQ(measuring_point_count(1.2, 0.95), 164U);

@@ -9,25 +9,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <random>
 #include <string>
+
+#include "tests/motion/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
 
 using ::testing::HasSubstr;
 using Points = std::vector<Eigen::Vector3d>;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const MotionError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 Points wander(int count, std::uint64_t seed, double step_mm = 0.3) {
   std::mt19937_64 random(seed);
