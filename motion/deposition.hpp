@@ -15,19 +15,19 @@ namespace meltstage::motion {
 /// (piling). Above a gap at which the paste no longer reaches the surface unstretched it is drawn thin
 /// (stringing).
 struct DepositionModel {
-  double section_mm2 = 0.05112;       ///< flow of the free nozzle / speed
-  double slit_gap_mm = 0.03908;       ///< gap whose slit resists as much as the nozzle
-  double stringing_gap_mm = 0.12501;  ///< gap above which the paste is stretched
-  double stringing_mm = 0.002878;     ///< further gap that takes the section to 1/e
-  double least_share = 0.004333;      ///< of the section that stringing leaves
-  double thinning = 0.2124;           ///< stretched width goes with this power of the section
-  double resistivity_ohm_mm = 9.23467e-04;
+  double section_mm2 = 0.0511741;     ///< flow of the free nozzle / speed
+  double slit_gap_mm = 0.0393073;     ///< gap whose slit resists as much as the nozzle
+  double stringing_gap_mm = 0.12512;  ///< gap above which the paste is stretched
+  double stringing_mm = 0.00255522;   ///< further gap that takes the section to 1/e
+  double least_share = 0.00452238;    ///< of the section that stringing leaves
+  double thinning = 0.212833;         ///< stretched width goes with this power of the section
+  double resistivity_ohm_mm = 0.000925969;
   double least_gap_mm = 0.02;  ///< a head that meets the surface pushes it this far away
   /// The valve: more flows in the first millimetres (pressure surge) and the last (residual pressure), where
   /// lead and lag of the pressure don't allow for it.
-  double end_excess = 0.4248;       ///< of the section, at the very end
-  double end_mm = 1.9303;           ///< falls to 1/e over this way
-  double width_noise_mm = 0.01877;  ///< standard deviation of what a gap doesn't explain
+  double end_excess = 0.433595;       ///< of the section, at the very end
+  double end_mm = 1.91749;            ///< falls to 1/e over this way
+  double width_noise_mm = 0.0191066;  ///< standard deviation of what a gap doesn't explain
 };
 
 struct DepositedLine {

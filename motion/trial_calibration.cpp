@@ -198,7 +198,7 @@ TrialFit draw_start(std::uint64_t seed) {
 }
 
 TrialFit fit_first_group(const TrialFit& start, int iterations) {
-  constexpr double kStep = 1e-4, kLargestMove = 0.5;
+  constexpr double kStep = 1e-4, kLargestMove = 0.5, kStandsStill = 1e-9;
   const Problem problem;
   Eigen::VectorXd at = problem.numbers(start.deposition, start.error);
   Eigen::VectorXd misfits = problem.misfits(at);
@@ -223,6 +223,7 @@ TrialFit fit_first_group(const TrialFit& start, int iterations) {
       better = next_objective < objective;
       damping = better ? std::max(1e-6, damping / 4.0) : damping * 4.0;
       if (!better) continue;
+      if (objective - next_objective < kStandsStill * objective) iteration = iterations;
       at = next, misfits = next_misfits, objective = next_objective;
     }
   }

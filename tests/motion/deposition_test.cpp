@@ -8,6 +8,7 @@
 
 #include "motion/conformal_trial.hpp"
 #include "motion/profile.hpp"
+#include "motion/trial_calibration.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -49,21 +50,51 @@ TEST(Deposition, RefusesWhatCannotBe) {
   EXPECT_THROW(deposit({}, std::vector<double>{0, 1}, std::vector<double>{0.1, NAN}, 0.0, 1), MotionError);
 }
 
-// The calibration: without compensation, the calibrated part is the paper's first group in its main figures.
-TEST(Deposition, IsCalibratedOnThePapersFirstGroup) {
+// Without compensation the part that stands for the paper's is its first group.
+TEST(Calibration, IsThePapersFirstGroup) {
   const RealPart part = make_trial_part(paper_error());
-  const auto lines = run_trial(part, Compensation::none, DepositionModel{}, 1);
-  double resistance = 0.0, width = 0.0, spread = 0.0;
+  DepositionModel steady;
+  steady.width_noise_mm = 0.0;
+  const auto lines = run_trial(part, Compensation::none, steady, 1);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    resistance += lines[i].resistance_ohm / 9.0;
-    width += lines[i].width.mean_mm / 9.0;
-    spread += lines[i].width.deviation_mm / 9.0;
-    const bool strung = i == 1 || i == 5 || i == 8;  // lines 2, 6 and 9 in the paper
-    EXPECT_EQ(lines[i].resistance_ohm > 2.0, strung) << "line " << i + 1;
+    const PrintedLine& paper = first_group()[i];
+    EXPECT_NEAR(lines[i].resistance_ohm, paper.resistance_ohm, 0.04 * paper.resistance_ohm) << i + 1;
+    EXPECT_NEAR(1e3 * lines[i].width.mean_mm, paper.width_um, 20.0) << i + 1;
+    EXPECT_NEAR(1e3 * std::hypot(lines[i].width.deviation_mm, DepositionModel{}.width_noise_mm),
+                paper.deviation_um, 10.0)
+        << i + 1;
   }
-  EXPECT_NEAR(resistance, 2.005, 0.2);
-  EXPECT_NEAR(width, 0.486, 0.05);
-  EXPECT_NEAR(spread, 0.095, 0.02);
+  EXPECT_LT(std::sqrt(assess_fit({}, paper_error()).misfit / 41.0), 1.0);
+}
+
+TEST(Calibration, StoredNumbersAreWhereTheFitStands) {
+  const TrialFit stored = assess_fit({}, paper_error());
+  EXPECT_GT(fit_first_group(stored, 3).objective, stored.objective - 0.05);
+  DepositionModel other;
+  other.resistivity_ohm_mm *= 1.05;
+  EXPECT_GT(assess_fit(other, paper_error()).objective, stored.objective + 5.0);
+  EXPECT_GT(draw_start(1).objective, 100.0 * stored.objective);
+}
+
+TEST(Calibration, FaceErrorIsItsCosines) {
+  FaceError error;
+  error.modes_mm(2, 3) = 0.01;
+  EXPECT_NEAR(error.at_mm(7.0, 11.0), 0.01 * std::cos(M_PI * 2 * 7 / 40) * std::cos(M_PI * 3 * 11 / 60),
+              1e-15);
+  EXPECT_NEAR(make_trial_part(error).height_mm(7.0, 11.0) - trial_height_mm(7.0, 11.0),
+              error.at_mm(7.0, 11.0), 1e-12);
+}
+
+// What the issue asks of compensation on that part: nine of nine.
+TEST(Calibration, CompensationHelpsEveryLine) {
+  const RealPart part = make_trial_part(paper_error());
+  const auto before = run_trial(part, Compensation::none, {}, 1),
+             after = run_trial(part, Compensation::full, {}, 1);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_LT(after[i].resistance_ohm, before[i].resistance_ohm) << i + 1;
+    EXPECT_LT(after[i].width.deviation_mm, before[i].width.deviation_mm) << i + 1;
+    EXPECT_LT(after[i].gap_error_mm, 0.020) << i + 1;
+  }
 }
 
 }  // namespace
