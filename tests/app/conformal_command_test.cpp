@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "tests/app/run_command.hpp"
+#include "tests/motion/rs274.hpp"
 
 namespace meltstage {
 namespace {
@@ -62,6 +63,18 @@ TEST_F(Conformal, GoesFromToolPathToPrintProgram) {
   ASSERT_EQ(print.status, 0) << print.output;
   EXPECT_THAT(print.output, HasSubstr("9 lines"));
   EXPECT_THAT(read(at("print.ngc")), HasSubstr("G93"));
+  const Ran control =
+      run_command("conformal print " + path + " " + points + " --out " + at("control.ngc") +
+                  " --effective-radius 0.992 --rtcp control --tilt-axis b --station 30,0.5,-4");
+  ASSERT_EQ(control.status, 0) << control.output;
+  // LinuxCNC's interpreter takes all three.
+  EXPECT_EQ(motion::interpret(program).error, "");
+  EXPECT_EQ(motion::interpret(program).count("STRAIGHT_PROBE"), touches);
+  for (const char* name : {"print.ngc", "control.ngc"}) {
+    const motion::Interpreted run = motion::interpret(read(at(name)));
+    EXPECT_EQ(run.error, "") << name;
+    EXPECT_GT(run.count("STRAIGHT_FEED"), 9U * 300U) << name;
+  }
 }
 
 TEST_F(Conformal, RefusesWrongInputInOneLine) {
