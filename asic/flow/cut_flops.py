@@ -1,0 +1,98 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""cut_flops.py NETLIST.json TOP GATE/PIN OUT.json: a flat netlist of Yosys' own cells without its flops and clock gates.
+
+Each flop's output becomes an input `<net>.q`, what it takes becomes the outputs `<net>.d`, `.clk`, `.clear` and `.set` (the last
+two active high). Names are those of nets with the attribute `named`: pins of flattened cells have names too. Each clock gate (cell type GATE, output PIN) becomes an input `<net>.g` and outputs of its input pins. Two netlists whose flops
+stand on nets of the same names are equal as machines when these combinational rests are equal, output by output.
+"""
+import json
+import re
+import sys
+
+WRITTEN_PRIVATE = re.compile(r"^_\d+_")  # what write_verilog calls a net that has no name of its own
+FLOP = re.compile(r"^\$_(?:DFF_P_|DFF_PN[01]_|DFFSR_PNN_)$")
+
+
+def stop(text):
+    print(f"cut_flops.py: {text}", file=sys.stderr)
+    sys.exit(2)
+
+
+def name_of_net(module):
+    """One public name a net bit: the shortest, then the first in the alphabet."""
+    names = {}
+    for name, net in module["netnames"].items():
+        if net.get("hide_name") or "named" not in net["attributes"] or WRITTEN_PRIVATE.match(name):
+            continue
+        for index, bit in enumerate(net["bits"]):
+            full = name if len(net["bits"]) == 1 else f"{name}[{index + net.get('offset', 0)}]"
+            names.setdefault(bit, []).append(full)
+    return {bit: min(all_names, key=lambda n: (len(n), n)) for bit, all_names in names.items()}
+
+
+def main(source, top, gate, target):
+    gate, gate_output = gate.split("/")
+    with open(source, encoding="utf-8") as file:
+        module = json.load(file)["modules"][top]
+    names = name_of_net(module)
+    fresh = max([bit for cell in module["cells"].values() for bits in cell["connections"].values() for bit in bits
+                 if isinstance(bit, int)] + [1]) + 1
+    ports = {name: port for name, port in module["ports"].items()}
+    cells = {}
+    cut = 0
+
+    def inverse(bit):
+        nonlocal fresh
+        if bit in ("0", "1"):
+            return "1" if bit == "0" else "0"
+        cells[f"inverse${fresh}"] = {"type": "$_NOT_", "port_directions": {"A": "input", "Y": "output"},
+                                     "connections": {"A": [bit], "Y": [fresh]}}
+        fresh += 1
+        return fresh - 1
+
+    def port(name, direction, bit):
+        if name in ports:
+            stop(f"{source}: two nets are called {name}")
+        ports[name] = {"direction": direction, "bits": [bit]}
+
+    for name, cell in module["cells"].items():
+        kind, pins = cell["type"], {pin: bits[0] for pin, bits in cell["connections"].items() if bits}
+        if kind == gate:
+            net = names.get(pins[gate_output])
+            if net is None:
+                stop(f"{source}: clock gate {name} drives no named net, expected one; keep the names of clocks")
+            port(f"{net}.g", "input", pins.pop(gate_output))
+            for pin, bit in pins.items():
+                port(f"{net}.{pin}", "output", bit)
+        elif FLOP.match(kind):
+            net = names.get(pins["Q"])
+            if net is None:
+                stop(f"{source}: flop {name} drives no named net, expected one; keep the names of flops")
+            clear = set_ = "0"
+            if kind.startswith("$_DFFSR"):
+                clear, set_ = inverse(pins["R"]), inverse(pins["S"])
+            elif kind.endswith("N0_"):
+                clear = inverse(pins["R"])
+            elif kind.endswith("N1_"):
+                set_ = inverse(pins["R"])
+            port(f"{net}.q", "input", pins["Q"])
+            for pin, bit in (("d", pins["D"]), ("clk", pins["C"]), ("clear", clear), ("set", set_)):
+                port(f"{net}.{pin}", "output", bit)
+            cut += 1
+        elif "DFF" in kind or "DLATCH" in kind:
+            stop(f"{source}: {name} is a {kind}, expected one of the kinds that the flow maps to")
+        else:
+            cells[name] = cell
+    module["ports"] = ports
+    module["cells"] = cells
+    module["netnames"] = {}
+    with open(target, "w", encoding="utf-8") as file:
+        json.dump({"modules": {top: module}}, file)
+    print(f"{cut} flops cut")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 5:
+        stop("expected NETLIST.json TOP GATE/PIN OUT.json")
+    main(*sys.argv[1:])

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+# Placement to GDS with qflow's steps (graywolf, qrouter, magic, netgen), then what the result is worth. Included by the Makefile.
+lay := $(out)/layout
+ifeq ($(TECH),osu018)
+layout: $(addprefix $(lay)/,route.txt drc.txt lvs.txt equivalence.txt timing.txt sdf.txt layout.png)
+	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
+else
+layout:
+	@echo "layout: TECH=$(TECH) ends at the timed netlist (no placement and rule files for these tools), expected TECH=osu018" >&2; exit 2
+endif
+
+$(addprefix $(lay)/,route.txt drc.txt lvs.txt $(TOP).gds $(TOP).sdf routed.v) &: $(out)/netlist.v $(here)/qflow.sh
+	$(here)/qflow.sh $(out) $(TOP) $(tech_dir)
+
+# What was laid out, buffers and all, against the same reference as the mapped netlist.
+$(lay)/equivalence.txt: $(lay)/routed.v $(out)/reference.il
+	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) > $@.part
+	mv $@.part $@
+
+$(lay)/timing.txt $(lay)/delays.sdf &: $(lay)/routed.v $(lay)/$(TOP).sdf $(here)/routed_timing.tcl
+	cd $(lay) && LIBERTY=$(liberty) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(TOP).sdf DELAYS=delays.sdf \
+	  sta -no_splash -exit $(here)/routed_timing.tcl > timing.txt.part 2>&1
+	mv $(lay)/timing.txt.part $(lay)/timing.txt
+
+# The routed netlist with its delays beside the RTL's gates in Icarus, random inputs, outputs compared before each clock edge.
+$(lay)/sdf.txt: $(lay)/delays.sdf $(lay)/routed.v $(out)/reference.il $(here)/sdf_replay.py
+	$(here)/sdf_replay.py $(out) $(TOP) $(tech_dir)/osu018_stdcells.v $(PERIOD_NS) > $@.part
+	mv $@.part $@
+
+$(lay)/layout.png: $(lay)/$(TOP).gds $(here)/picture.py
+	QT_QPA_PLATFORM=offscreen klayout -z -r $(here)/picture.py -rd gds=$< -rd png=$@ > $(lay)/log/picture.txt 2>&1

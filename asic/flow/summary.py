@@ -1,0 +1,138 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""summary.py FOLDER TOP PERIOD_NS CORNER...: what the flow has found, from the files of FOLDER/TOP and FOLDER/*.
+
+Writes summary.txt, summary.json and summary.html into FOLDER/TOP. What has not been run is left out.
+"""
+import json
+import pathlib
+import re
+import sys
+
+import jinja2
+
+PAPER_DIE_UM2 = 740 * 740  # Xie et al. 2023, fig. 13: the whole die in a 0.13 um process
+
+PAGE = jinja2.Template("""<!DOCTYPE html>
+<html lang="en"><meta charset="utf-8"><title>{{ top }} in {{ tech }}</title>
+<style>
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
+table { border-collapse: collapse; margin: 0.5rem 0 1.5rem } th, td { padding: 0.2rem 1rem 0.2rem 0; text-align: left; border-bottom: 1px solid #ddd }
+td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-width: 100%; border: 1px solid #ddd }
+</style>
+<h1>{{ top }} in {{ tech }}</h1>
+{% for table in tables %}<h2>{{ table.title }}</h2>
+<table>{% for row in table.rows %}<tr><td>{{ row.what }}</td><td class="figure">{{ row.value }}</td><td>{{ row.unit }}</td></tr>
+{% endfor %}</table>
+{% endfor %}{% if picture %}<h2>Layout</h2>
+<p>Metal layers as routed, cells as their abstracts.</p><img src="{{ picture }}" alt="Layout of {{ top }}">
+{% endif %}</html>
+""", autoescape=True)
+
+
+def text_of(path):
+    return path.read_text(encoding="utf-8") if path.exists() else ""
+
+
+def cells(path):
+    """Cell counts and area of a Yosys report."""
+    text = text_of(path)
+    counts = {kind: int(number) for kind, number in re.findall(r"^ +(\w+) +(\d+)$", text, re.M)}
+    area = re.search(r"Chip area for module .*: ([\d.]+)", text)
+    return counts, float(area.group(1)) if area else None
+
+
+def slacks(path):
+    """Setup and hold slack of an OpenSTA report, in its order; None where it found no path."""
+    found = {}
+    for part in re.split(r"^== ", text_of(path), flags=re.M)[1:]:
+        slack = re.search(r"(-?[\d.]+) +slack", part)
+        found[part.split()[0]] = float(slack.group(1)) if slack else None
+    return found
+
+
+def row(what, value, unit=""):
+    return {"what": what, "value": value, "unit": unit}
+
+
+def timing_rows(name, path, period_ns):
+    found = slacks(path)
+    if found.get("setup") is None:
+        return []
+    rows = [row(f"setup slack, {name}", found["setup"], f"ns of {period_ns:g}"),
+            row(f"highest clock, {name}", round(1000 / (period_ns - found["setup"]), 1), "MHz")]
+    if found.get("hold") is not None:
+        rows.append(row(f"hold slack, {name}", found["hold"], "ns"))
+    return rows
+
+
+def netlist_rows(folder):
+    counts, area = cells(folder / "area.txt")
+    flops = sum(number for kind, number in counts.items() if re.search(r"df[a-z]*r|DFF", kind))
+    gates = sum(number for kind, number in counts.items() if re.search(r"lgcp", kind))
+    rows = [row("cells", sum(counts.values())), row("of them flops", flops)]
+    if gates:
+        rows.append(row("of them clock gates", gates))
+    rows += [row("area of the cells", round(area), "um2"),
+             row("of the paper's whole die (547,600 um2)", round(100 * area / PAPER_DIE_UM2, 1), "%")]
+    if "Networks are equivalent" in text_of(folder / "equivalence.txt"):
+        rows.append(row("RTL's gates = netlist", "proved"))
+    return rows
+
+
+def layout_rows(folder, period_ns):
+    layout = folder / "layout"
+    if not (layout / "route.txt").exists():
+        return []
+    area = re.search(r"DIEAREA \( (-?\d+) (-?\d+) \) \( (-?\d+) (-?\d+) \)", text_of(layout / "place.txt"))
+    x0, y0, x1, y1 = (int(v) / 100 for v in area.groups())
+    rows = [row("laid out", f"{x1 - x0:.0f} x {y1 - y0:.0f}", "um"),
+            row("utilisation", round(100 * cells(folder / "area.txt")[1] / ((x1 - x0) * (y1 - y0)), 1), "%"),
+            row("nets not routed", 0 if "No failed routes" in text_of(layout / "route.txt") else "some"),
+            row("DRC errors", int(re.search(r"drc *= *(\d+)", text_of(layout / "drc.txt")).group(1))),
+            row("LVS errors", int(re.search(r"Total errors = (\d+)", text_of(layout / "lvs.txt")).group(1)))]
+    if "Networks are equivalent" in text_of(layout / "equivalence.txt"):
+        rows.append(row("RTL's gates = what is routed", "proved"))
+    rows += timing_rows("routed", layout / "timing.txt", period_ns)
+    replay = re.search(r"(\d+) clocks of ([\d.]+) ns, (\d+) mismatches", text_of(layout / "sdf.txt"))
+    if replay:
+        rows.append(row(f"mismatches in Icarus with SDF, {replay.group(1)} clocks of {replay.group(2)} ns", int(replay.group(3))))
+    return rows
+
+
+def block_rows(folder):
+    areas = {path.parent.name: cells(path)[1] for path in folder.glob("*/area.txt") if path.parent.name != "tc_top"}
+    return [row(block, round(area), "um2") for block, area in sorted(areas.items(), key=lambda item: -item[1])]
+
+
+def feature_rows(folder):
+    path = folder / "features.json"
+    if not path.exists():
+        return []
+    features = json.loads(text_of(path))["features"]
+    return [row(f"{f['feature']} ({f['block']})", round(f["area_um2"]), "um2") for f in sorted(features, key=lambda f: -f["area_um2"])]
+
+
+def main(folder, top, period_ns, corners):
+    own = folder / top
+    tables = [("Netlist", netlist_rows(own)),
+              ("Timing before layout, ideal clock", [r for c in corners for r in timing_rows(c, own / f"timing_{c}.txt", period_ns)]),
+              ("Layout", layout_rows(own, period_ns))]
+    if top == "tc_top":
+        tables += [("Area by block, each by itself", block_rows(folder)), ("What safety features cost", feature_rows(folder))]
+    tables = [{"title": title, "rows": rows} for title, rows in tables if rows]
+    picture = "layout/layout.png" if (own / "layout/layout.png").exists() else None
+    lines = [f"{top} in {folder.name}"]
+    for table in tables:
+        lines += ["", table["title"]] + [f"  {r['what']:<58} {r['value']:>12} {r['unit']}".rstrip() for r in table["rows"]]
+    outputs = {"summary.txt": "\n".join(lines) + "\n", "summary.json": json.dumps({"top": top, "tech": folder.name, "tables": tables}, indent=1),
+               "summary.html": PAGE.render(top=top, tech=folder.name, tables=tables, picture=picture)}
+    for name, text in outputs.items():
+        part = own / (name + ".part")
+        part.write_text(text, encoding="utf-8")
+        part.rename(own / name)
+    print(outputs["summary.txt"], end="")
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), sys.argv[4:])

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+# Yosys: RTL to a flat netlist of the library's cells. From the environment: RTL (folder), TOP, LIBERTY, CLOCK_GATE_MAP (techmap
+# file or empty). Writes into the current folder:
+#   reference.il  the flops as the library has them, the logic as Yosys' gates: what netlist.v is proved equal to
+#   netlist.v     cells of the library
+#   area.txt      their count and area
+yosys -import
+set rtl $::env(RTL)
+yosys read_liberty -lib -ignore_miss_func -setattr blackbox $::env(LIBERTY)
+set list [open $rtl/tc.f]
+set files {}
+foreach file [split [string trim [read $list]] \n] { lappend files $rtl/$file }
+close $list
+yosys read_verilog -sv -DSYNTHESIS -I$rtl {*}$files
+yosys hierarchy -check -top $::env(TOP)
+yosys synth -flatten -top $::env(TOP) -run begin:fine
+if {$::env(CLOCK_GATE_MAP) ne ""} {
+  yosys techmap -map $::env(CLOCK_GATE_MAP)
+  yosys rename -enumerate -pattern gated_clk_% w:*gclk
+}
+yosys opt
+yosys synth -run fine:check
+yosys dfflibmap -prepare -liberty $::env(LIBERTY)
+yosys opt_clean -purge
+# A flop behind an inverter has lost its name: the proof finds flops by name.
+yosys rename -enumerate -pattern flop_% t:\$_DFF* %x:+\[Q\] w:* %i
+yosys setundef -zero
+yosys write_rtlil reference.il
+yosys dfflibmap -map-only -liberty $::env(LIBERTY)
+yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;dc2\;dch,-f\;amap,-m\;topo\;buffer,-N,24\;topo
+yosys opt_clean -purge
+yosys tee -o area.txt stat -liberty $::env(LIBERTY)
+yosys write_verilog -noattr -noexpr -nohex -nodec netlist.v

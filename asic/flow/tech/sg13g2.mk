@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: Apache-2.0
+# IHP SG13G2, 0.13 um, open: from the user's own copy, PDK_ROOT as its makers define it.
+cells_dir := $(PDK_ROOT)/ihp-sg13g2/libs.ref/sg13g2_stdcell
+tech_needs := $(cells_dir)/lib/sg13g2_stdcell_typ_1p20V_25C.lib
+tech_help := PDK_ROOT to the folder that holds ihp-sg13g2 (github.com/IHP-GmbH/IHP-Open-PDK)
+corners := slow typ fast
+liberty_slow := $(cells_dir)/lib/sg13g2_stdcell_slow_1p08V_125C.lib
+liberty_typ := $(cells_dir)/lib/sg13g2_stdcell_typ_1p20V_25C.lib
+liberty_fast := $(cells_dir)/lib/sg13g2_stdcell_fast_1p32V_m40C.lib
+synth_corner := typ
+clock_gate := sg13g2_lgcp_1/GCLK
+clock_gate_map := $(here)/tech/sg13g2_clock_gate.v
