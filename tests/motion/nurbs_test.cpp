@@ -226,6 +226,22 @@ TEST(Feed, KeepsItsLimits) {
   }
 }
 
+// Curves so short that the top of the speed lies inside one of the cells the limit is taken over.
+TEST(Feed, KeepsItsLimitsInsideACell) {
+  const FeedLimits limits{
+      .feed_mm_s = 50.0, .acceleration_mm_s2 = 500.0, .jerk_mm_s3 = 2e6, .normal_acceleration_mm_s2 = 50.0};
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    const Nurbs curve = interpolate(wander(4, seed, 0.02));
+    const ArcLength length(curve);
+    const FeedPlan plan = plan_feed(curve, length, limits);
+    for (int i = 1; i < 2000; ++i) {
+      const MotionState here = plan.sample(plan.duration_s * i / 2000.0);
+      const double allowed = feed_limit_mm_s(curve, length.parameter(here.position_mm), limits);
+      ASSERT_LE(here.velocity_mm_s, allowed * (1 + 1e-9)) << seed;
+    }
+  }
+}
+
 TEST(Feed, OfAStraightLineIsOneSCurve) {
   const Nurbs line = interpolate(Points{{0, 0, 0}, {30, 40, 0}});
   const FeedPlan plan =
