@@ -22,12 +22,17 @@ constexpr Bench kBenches[] = {
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
     {"protection", "faults of a head against firmware's rules; healthy jobs without a trip",
      bench_protection},
+    {"prp", "alignment stage: nominal, the paper's calibration, full least squares, floor", bench_prp,
+     prp_charts},
+    {"silicon", "the chip's netlist: area, timing at each corner, proof, what safety costs", bench_silicon},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
     {"stage", "positioning accuracy before and after compensation, fly-by, droplets in images", bench_stage},
     {"upset", "every flop inverted once in each phase of a job: outcomes a block", bench_upset},
     {"vectors", "test vectors of the chip: coverage, time, speed of grading, replay", bench_vectors},
     {"vibration", "what moves leave behind: anchor plant, and the paper's table on a servo axis",
      bench_vibration},
+    {"vision", "centres of marks beside OpenCV's own; the camera's gantry from images", bench_vision,
+     vision_charts},
     {"windows", "time-parallel lockstep on two processes against one run from end to end", bench_windows},
 };
 

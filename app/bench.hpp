@@ -61,11 +61,16 @@ std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
 std::vector<BenchRow> bench_path(const BenchOptions& options);
 std::vector<BenchRow> bench_profile(const BenchOptions& options);
 std::vector<BenchRow> bench_protection(const BenchOptions& options);
+std::vector<BenchRow> bench_prp(const BenchOptions& options);
+std::vector<BenchChart> prp_charts();
+std::vector<BenchRow> bench_silicon(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
 std::vector<BenchRow> bench_stage(const BenchOptions& options);
 std::vector<BenchRow> bench_upset(const BenchOptions& options);
 std::vector<BenchRow> bench_vectors(const BenchOptions& options);
 std::vector<BenchRow> bench_vibration(const BenchOptions& options);
+std::vector<BenchRow> bench_vision(const BenchOptions& options);
+std::vector<BenchChart> vision_charts();
 std::vector<BenchRow> bench_windows(const BenchOptions& options);
 
 }  // namespace meltstage::app

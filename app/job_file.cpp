@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <set>
 #include <string_view>
@@ -286,6 +287,44 @@ void read_stage(Section& stage, tb::PrintJob& job, const std::filesystem::path& 
   }
 }
 
+// [alignment]: the board's marks, in the frame of the bumps' file and placed with them.
+tb::BoardAlignment read_alignment(Section& alignment, const std::filesystem::path& folder,
+                                  motion::CoordinateOptions placed, std::uint64_t seed) {
+  constexpr double kDegree_rad = std::numbers::pi / 180.0;
+  static constexpr std::array<std::pair<std::string_view, tb::StageKnowledge>, 2> kKnowledge{
+      {{"calibrated", tb::StageKnowledge::calibrated}, {"nominal", tb::StageKnowledge::nominal}}};
+  tb::BoardAlignment board;
+  board.seed = seed;
+  const std::string file = alignment.text("marks", "");
+  if (file.empty())
+    alignment.fail("marks", "nothing", "the name of a file with the board's marks, such as fiducials.csv",
+                   alignment.table());
+  placed.pitch_mm = alignment.number("pitch_mm", 1.0, 1e-6, 1e6);
+  board.mark_diameter_mm = alignment.number("mark_diameter_mm", 1.0, 0.3, 1.5);
+  board.limits.place_mm = 1e-3 * alignment.number("tolerance_um", 5.0, 0.1, 1000.0);
+  board.limits.board_mm = 1e-3 * alignment.number("board_tolerance_um", 50.0, 1.0, 1000.0);
+  board.limits.most_moves = static_cast<int>(alignment.integer("moves", 3, 1, 20));
+  board.knowledge = alignment.choice("stage", "calibrated", kKnowledge);
+  board.slider_sigma_mm = 1e-3 * alignment.number("slider_sigma_um", 1.0, 0.01, 100.0);
+  board.lies = {1e-3 * alignment.number("board_x_um", 0.0, -10000.0, 10000.0),
+                1e-3 * alignment.number("board_y_um", 0.0, -10000.0, 10000.0),
+                kDegree_rad * alignment.number("board_turn_deg", 0.0, -180.0, 180.0)};
+  board.upside_down = alignment.flag("upside_down", false);
+  const auto missing = alignment.integer("missing_mark", 0, 0, 1000);
+  if (missing > 0) board.missing_mark = static_cast<std::size_t>(missing - 1);
+  alignment.finish();
+  for (const motion::Point& mark : motion::read_coordinates(folder / file, placed))
+    board.marks_mm.emplace_back(mark.x_mm, mark.y_mm);
+  if (board.marks_mm.size() < 2)
+    throw InputError(
+        fmt::format("{}: found 1 mark, expected at least 2 to align a board by", (folder / file).string()));
+  if (board.missing_mark && *board.missing_mark >= board.marks_mm.size())
+    alignment.fail("missing_mark", fmt::format("{}", missing),
+                   fmt::format("0 (none) to {}, the marks of {}", board.marks_mm.size(), file),
+                   alignment.table()->get("missing_mark"));
+  return board;
+}
+
 // Rows of the bumps at constant speed. The head's errors are compensated in the plan: Y as it comes from
 // below, X in the count at which the comparator fires.
 tb::FlyBy plan_fly_by(const tb::PrintJob& job, const motion::FlyByConfig& config) {
@@ -344,11 +383,11 @@ LoadedJob load_job(const std::filesystem::path& path) {
   };
   for (const auto& [key, node] : root) {
     static const std::set<std::string_view> known{"job",   "coordinates", "head", "temperature", "registers",
-                                                  "print", "stage",       "rtl",  "event"};
+                                                  "print", "stage",       "rtl",  "event",       "alignment"};
     if (!known.contains(key.str())) {
       throw InputError(fmt::format(
           "{}:{}: [{}]: unknown section, expected one of: job, coordinates, head, temperature, registers, "
-          "print, stage, rtl, event",
+          "print, stage, alignment, rtl, event",
           path.string(), node.source().begin.line, key.str()));
     }
   }
@@ -474,8 +513,11 @@ LoadedJob load_job(const std::filesystem::path& path) {
     std::stable_sort(job.events.begin(), job.events.end(), [](auto& a, auto& b) { return a.at_s < b.at_s; });
   }
 
+  Section alignment = section("alignment");
   try {
     loaded.bumps_in_file_order = motion::read_coordinates(loaded.coordinates, options);
+    if (alignment.present())
+      loaded.alignment = read_alignment(alignment, path.parent_path(), options, job.head.seed);
   } catch (const motion::CoordinateError& error) {
     throw InputError(error.what());
   }

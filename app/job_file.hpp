@@ -3,10 +3,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "motion/path.hpp"
+#include "tb/board_alignment.hpp"
 #include "tb/printer.hpp"
 
 namespace meltstage::app {
@@ -24,6 +26,7 @@ struct LoadedJob {
   double moves_before_s = 0.0, moves_after_s = 0.0;  // of the stage with a stop at each bump
   std::string plan_unit;
   std::filesystem::path coordinates;
+  std::optional<tb::BoardAlignment> alignment;  // before the print
 };
 
 // Reads the job and its coordinate file (relative to the job file) and plans the path. Throws InputError.

@@ -126,6 +126,13 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
       {"Moves", job.stage.quiet ? "quiet" : "as fast as the limits allow"},
       {"Seed", fmt::format("{}", job.head.seed)},
   };
+  if (loaded.alignment)
+    settings.push_back(
+        {"Alignment",
+         fmt::format(
+             "{} marks, within {:.6g} um, stage {}", loaded.alignment->marks_mm.size(),
+             1e3 * loaded.alignment->limits.place_mm,
+             loaded.alignment->knowledge == tb::StageKnowledge::nominal ? "as drawn" : "calibrated")});
   for (const tb::RegisterValue& r : job.registers) {
     const spec::RegisterInfo& info = spec::kHolding[r.reg];
     const double raw = info.is_signed ? static_cast<std::int16_t>(r.value) : r.value;
@@ -134,7 +141,19 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
   return settings;
 }
 
-PrintReport make_report(const LoadedJob& loaded, const tb::PrintResult& result, const PrintOptions& options) {
+// The board of the job, brought to where the print expects it; nothing if the job has no [alignment].
+// Throws InputError if that can't be.
+std::optional<tb::AlignedBoard> align_board(const LoadedJob& loaded, const std::filesystem::path& job) {
+  if (!loaded.alignment) return std::nullopt;
+  try {
+    return tb::align_board(*loaded.alignment);
+  } catch (const motion::MotionError& error) {
+    throw InputError(fmt::format("{}: [alignment]: {}", job.string(), error.what()));
+  }
+}
+
+PrintReport make_report(const LoadedJob& loaded, const std::optional<tb::AlignedBoard>& board,
+                        const tb::PrintResult& result, const PrintOptions& options) {
   const double setpoint = setpoint_degc(loaded.job);
   PrintReport report;
   report.job = loaded.job.name;
@@ -164,6 +183,12 @@ PrintReport make_report(const LoadedJob& loaded, const tb::PrintResult& result, 
       {"Chip clocks", static_cast<double>(result.cycles), ""},
       {"Modbus frames accepted", static_cast<double>(result.frames), ""},
   };
+  if (board) {
+    const auto& looks = board->result.looks;
+    report.key_figures.push_back({"Board marks off, first look", 1e3 * looks.front().worst_mm, "um"});
+    report.key_figures.push_back({"Board marks off, aligned", 1e3 * looks.back().worst_mm, "um"});
+    report.key_figures.push_back({"Moves of the alignment", static_cast<double>(looks.size() - 1), ""});
+  }
   for (const tb::Reading& r : result.readings) {
     report.temperature.push_back({r.t_s, r.reading_degc, r.heater_degc,
                                   r.run ? r.setpoint_degc : std::numeric_limits<double>::quiet_NaN()});
@@ -248,6 +273,25 @@ int print_job(const PrintOptions& options) {
   loaded.job.identity = {loaded.job.name, loaded.job.head.seed, options.command};
   loaded.job.failures = options.out.string() + ".failures";
 
+  const std::optional<tb::AlignedBoard> board = align_board(loaded, options.job);
+  if (board) {
+    const auto& looks = board->result.looks;
+    const auto aligned =
+        fmt::format("board marks {:.1f} um off, {:.1f} um after {} move{}, wanted {:.1f} um",
+                    1e3 * looks.front().worst_mm, 1e3 * looks.back().worst_mm, looks.size() - 1,
+                    looks.size() == 2 ? "" : "s", 1e3 * loaded.alignment->limits.place_mm);
+    if (!board->result.aligned) {
+      fmt::print(stderr, "meltstage: {}: [alignment]: {}; nothing printed, nothing written\n",
+                 options.job.string(), aligned);
+      return 1;
+    }
+    fmt::print("{}: {}\n", loaded.job.name, aligned);
+    if (motion::looks_the_same_flipped(loaded.alignment->marks_mm, loaded.alignment->limits.capture_mm))
+      fmt::print(
+          "note: these marks look the same with the board turned over or round; one more mark would tell\n");
+    loaded.job.board_off = board->off;
+  }
+
   OutputFolder folder(options.out);
   const std::filesystem::path work =
       options.work.empty() ? std::filesystem::path(options.out.string() + ".windows") : options.work;
@@ -286,7 +330,7 @@ int print_job(const PrintOptions& options) {
     fmt::print(stderr, "{}", mismatch.what());
     return 1;
   }
-  PrintReport report = make_report(loaded, result, options);
+  PrintReport report = make_report(loaded, board, result, options);
   if (checked) add_windows(report, *checked);
   write_report(folder.file("report.html"), report);
   std::ofstream summary(folder.file("summary.json"));

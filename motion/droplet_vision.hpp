@@ -2,19 +2,13 @@
 // Droplets in strobe images: position, size, roundness and satellites of one image, velocity from a pair.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "motion/gray_image.hpp"
 #include "motion/jetting.hpp"
 
 namespace meltstage::motion {
-
-/// Eight-bit grey image, rows from top to bottom; droplets are dark on a bright background.
-struct GrayImage {
-  int width = 0, height = 0;
-  std::vector<std::uint8_t> pixels;
-};
 
 /// A droplet in an image; the frame is the pixels', y downwards.
 struct ImagedDroplet {

@@ -500,8 +500,9 @@ class Printer {
     head_.set_drop(true);
     head_.plant().droplet(cycle(), job_.droplet_j);
     shot_over_ = cycle() + kTriggerClocks;
-    const double miss_mm =
-        (landing_mm - Eigen::Vector2d(job_.bumps[bump].x_mm, job_.bumps[bump].y_mm)).norm();
+    const Eigen::Vector2d on_board =
+        motion::moved(job_.board_off, {job_.bumps[bump].x_mm, job_.bumps[bump].y_mm});
+    const double miss_mm = (landing_mm - on_board).norm();
     result_.largest_miss_mm = std::max(result_.largest_miss_mm, miss_mm);
     result_.mean_miss_mm += (miss_mm - result_.mean_miss_mm) / static_cast<double>(++result_.droplets);
   }

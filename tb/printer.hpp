@@ -15,6 +15,7 @@
 #include "motion/accuracy.hpp"
 #include "motion/jetting.hpp"
 #include "motion/path.hpp"
+#include "motion/planar_pose.hpp"
 #include "motion/stage.hpp"
 #include "tb/driven_stage.hpp"
 #include "tb/head.hpp"
@@ -64,6 +65,7 @@ struct PrintJob {
   HeadConfig head;
   std::vector<RegisterValue> registers;  // set-point and whatever else the job sets
   std::vector<motion::Point> bumps;      // in the order of printing
+  motion::PlanarPose board_off;          // takes the bumps' places to where the board has them in truth
   motion::StageConfig stage;             // its clock is the chip's
   DriveConfig drive;
   Eigen::Vector3d power_on_mm = Eigen::Vector3d::Zero();  // where the head stands first

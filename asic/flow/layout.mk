@@ -20,6 +20,7 @@ $(lay)/equivalence.txt: $(lay)/routed.v $(out)/reference.il
 $(lay)/timing.txt $(lay)/delays.sdf &: $(lay)/routed.v $(lay)/$(TOP).sdf $(here)/routed_timing.tcl
 	cd $(lay) && LIBERTY=$(liberty) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(TOP).sdf DELAYS=delays.sdf \
 	  sta -no_splash -exit $(here)/routed_timing.tcl > timing.txt.part 2>&1
+	! grep -m1 '^Error' $(lay)/timing.txt.part >&2
 	mv $(lay)/timing.txt.part $(lay)/timing.txt
 
 # The routed netlist with its delays beside the RTL's gates in Icarus, random inputs, outputs compared before each clock edge.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """summary.py FOLDER TOP PERIOD_NS CORNER...: what the flow has found, from the files of FOLDER/TOP and FOLDER/*.
 
-Writes summary.txt, summary.json and summary.html into FOLDER/TOP. What has not been run is left out.
+Writes summary.txt, summary.json and summary.html into FOLDER/TOP. What has not been run is left out. Exits with 1 when a layout has errors.
 """
 import json
 import pathlib
@@ -28,6 +28,10 @@ td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-wi
 <p>Metal layers as routed, cells as their abstracts.</p><img src="{{ picture }}" alt="Layout of {{ top }}">
 {% endif %}</html>
 """, autoescape=True)
+
+
+
+NONE_ALLOWED = re.compile(r"nets not routed|(DRC|LVS) errors|mismatches in Icarus")
 
 
 def text_of(path):
@@ -132,7 +136,11 @@ def main(folder, top, period_ns, corners):
         part.write_text(text, encoding="utf-8")
         part.rename(own / name)
     print(outputs["summary.txt"], end="")
+    bad = [r["what"] for table in tables for r in table["rows"] if NONE_ALLOWED.match(r["what"]) and r["value"] != 0]
+    if bad:
+        print(f"{top}: not good: {', '.join(bad)}", file=sys.stderr)
+    return 1 if bad else 0
 
 
 if __name__ == "__main__":
-    main(pathlib.Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), sys.argv[4:])
+    sys.exit(main(pathlib.Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), sys.argv[4:]))

@@ -27,7 +27,10 @@ yosys rename -enumerate -pattern flop_% t:\$_DFF* %x:+\[Q\] w:* %i
 yosys setundef -zero
 yosys write_rtlil reference.il
 yosys dfflibmap -map-only -liberty $::env(LIBERTY)
-yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;dc2\;dch,-f\;amap,-m\;topo\;buffer,-N,24\;topo
+yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;dc2\;dch,-f\;amap,-m\;topo\;buffer,-N,16\;topo\;upsize,-D,9000\;dnsize,-D,9000\;topo
+yosys opt_clean -purge
+# One net a bit: OpenSTA of 2019 reads no concatenation on the left of an assignment.
+yosys splitnets -format _
 yosys opt_clean -purge
 yosys tee -o area.txt stat -liberty $::env(LIBERTY)
 yosys write_verilog -noattr -noexpr -nohex -nodec netlist.v

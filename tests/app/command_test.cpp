@@ -87,9 +87,9 @@ TEST_F(Command, RecordedPinsReplayOnTheModel) {
   const vectors::Stream stream = vectors::read_text(out() / "pins.mvec");
   const auto pin = [&](const char* name) { return *vectors::find_pin(stream.header(), name); };
   const std::uint32_t rst = pin("rst_ni"), rx = pin("uart_rx_i"), strap = pin("addr_strap_i"),
-                      miso = pin("spi_miso_i"), fb = pin("heater_fb_i"), inhibit = pin("inhibit_i"), drop = pin("drop_i"),
-                      tx = pin("uart_tx_o"), heater = pin("heater_o"), sclk = pin("spi_sclk_o"),
-                      at_temp = pin("at_temp_o"), trigger = pin("drop_trigger");
+                      miso = pin("spi_miso_i"), fb = pin("heater_fb_i"), inhibit = pin("inhibit_i"),
+                      drop = pin("drop_i"), tx = pin("uart_tx_o"), heater = pin("heater_o"),
+                      sclk = pin("spi_sclk_o"), at_temp = pin("at_temp_o"), trigger = pin("drop_trigger");
   chip::Chip chip;
   chip::Outputs standing = chip.outputs({.rst_n = false});
   vectors::Cursor cursor(stream);
@@ -128,6 +128,37 @@ TEST_F(Command, ReadsKicadFootprintsAndSpreadsheets) {
     const Ran ran = print(write("job.toml", job));
     EXPECT_EQ(ran.status, 0) << file << ": " << ran.output;
   }
+}
+
+TEST_F(Command, AlignsABoardByItsMarksOrSaysWhyNot) {
+  write("bumps.csv", "x_mm,y_mm\n100,100\n102,100\n");
+  write("marks.csv", "x_mm,y_mm\n90,90\n118,90\n118,114\n");
+  const auto with = [&](const std::string& fields) {
+    return print(write("job.toml", std::string(kJob) + "[alignment]\nmarks = \"marks.csv\"\n" + fields));
+  };
+  expect_refused(with("missing_mark = 2\n"), "board mark 2: found 0 marks within 2 mm of (118.000, 90.000)");
+  expect_refused(with("upside_down = true\n"), "is it dirty, or the board upside down");
+  expect_refused(with("board_x_um = 5000\n"), "board mark 1: found 0 marks");
+  expect_refused(with("board_turn_deg = 1.5\n"), "stage pose out of reach: branch 2");
+  const Ran short_of_it = with("board_x_um = 500\ntolerance_um = 0.1\n");
+  EXPECT_EQ(short_of_it.status, 1);
+  EXPECT_THAT(short_of_it.output, HasSubstr("wanted 0.1 um; nothing printed, nothing written"));
+  EXPECT_FALSE(fs::exists(out()));
+
+  const Ran ran = with("board_x_um = 500\nboard_turn_deg = -0.3\n");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("um after 1 move, wanted 5.0 um"));
+  EXPECT_THAT(ran.output, ::testing::Not(HasSubstr("note:")));
+  const auto summary = nlohmann::json::parse(std::ifstream(out() / "summary.json"));
+  const auto figures = summary.at("key_figures");
+  const auto off = std::find_if(figures.begin(), figures.end(), [](const auto& figure) {
+    return figure.at("what") == "Board marks off, aligned";
+  });
+  ASSERT_NE(off, figures.end());
+  EXPECT_LT(off->at("value").template get<double>(), 5.0);
+
+  write("marks.csv", "x_mm,y_mm\n90,90\n118,114\n");
+  EXPECT_THAT(with("").output, HasSubstr("note: these marks look the same with the board turned over"));
 }
 
 TEST_F(Command, EmergencyStopEndsTheJobWithStatusOne) {

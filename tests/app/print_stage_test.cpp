@@ -73,6 +73,35 @@ TEST(PrintStage, ExampleOnTheFlyPrintsEveryBumpSooner) {
   EXPECT_LT(fly_by.largest_miss_mm, 0.005);
 }
 
+TEST(PrintStage, ExampleIsAlignedByItsMarksBeforeItPrints) {
+  app::LoadedJob loaded = example("aligned.toml");
+  ASSERT_TRUE(loaded.alignment);
+  loaded.job.settle_s = 0.2;  // droplets miss by what the board is off, not by what still swings
+  const tb::AlignedBoard board = tb::align_board(*loaded.alignment);
+  EXPECT_TRUE(board.result.aligned);
+  EXPECT_EQ(board.result.looks.size(), 2U);
+  EXPECT_GT(board.result.looks.front().worst_mm, 0.5);
+  loaded.job.board_off = board.off;
+  EXPECT_LT(print(loaded.job).largest_miss_mm, 0.006);
+
+  const Eigen::Vector2d pad(102.0, 102.0);
+  tb::BoardAlignment left_alone = *loaded.alignment;
+  left_alone.limits.place_mm = 5.0;  // the board stays as it was laid
+  loaded.job.board_off = tb::align_board(left_alone).off;
+  EXPECT_GT((motion::moved(loaded.job.board_off, pad) - pad).norm(), 0.5);
+  EXPECT_GT(print(loaded.job).largest_miss_mm, 0.5);
+}
+
+TEST(PrintStage, TheCameraMakesUpForAStageThatIsOnlyKnownByItsDrawings) {
+  tb::BoardAlignment board = *example("aligned.toml").alignment;
+  board.knowledge = tb::StageKnowledge::nominal;
+  const tb::AlignedBoard aligned = tb::align_board(board);
+  EXPECT_TRUE(aligned.result.aligned);
+  EXPECT_GT(aligned.result.looks.size(), 2U);
+  board.limits.most_moves = 1;
+  EXPECT_FALSE(tb::align_board(board).result.aligned);
+}
+
 TEST(PrintStage, JammedSlideStopsThePrintWithTheHeaterOff) {
   tb::PrintJob job = example("first.toml").job;
   const tb::PrintResult whole = print(job);
@@ -147,6 +176,24 @@ TEST_F(StageJob, PointsMustBeReachable) {
   EXPECT_EQ(refusal(row, ""), "");
   EXPECT_THAT(refusal(row, "[print]\nmode = \"fly-by\"\n"),
               HasSubstr("row at y 10.000 mm that turns at x -"));
+}
+
+TEST_F(StageJob, BoardMarksMustBeAbleToAlign) {
+  const auto with = [&](const std::string& marks, const std::string& fields = "") {
+    std::ofstream(folder_ / "marks.csv") << "x_mm,y_mm\n" << marks;
+    return refusal(kBumps, "[alignment]\nmarks = \"marks.csv\"\n" + fields);
+  };
+  EXPECT_EQ(with("5,5\n40,5\n"), "");
+  EXPECT_THAT(with("5,5\n"), HasSubstr("marks.csv: found 1 mark, expected at least 2"));
+  EXPECT_THAT(with("5,5\n5,5\n"), HasSubstr("marks.csv"));
+  EXPECT_THAT(with("5,5\nnan,5\n"), HasSubstr("row 3, column 1 (x): found 'nan'"));
+  EXPECT_THAT(with("5,5\n205,5\n"), HasSubstr("row 3: x is 205 mm"));
+  EXPECT_THAT(with("5,5\n40,5\n", "missing_mark = 3\n"), HasSubstr("alignment.missing_mark: found 3"));
+  EXPECT_THAT(with("5,5\n40,5\n", "stage = \"good\"\n"), HasSubstr("one of: calibrated, nominal"));
+  EXPECT_THAT(with("5,5\n40,5\n", "tolerance_um = nan\n"), HasSubstr("alignment.tolerance_um: found nan"));
+  EXPECT_THAT(with("5,5\n40,5\n", "mark = 1\n"), HasSubstr("alignment.mark: unknown field"));
+  EXPECT_THAT(refusal(kBumps, "[alignment]\n"), HasSubstr("alignment.marks: found nothing"));
+  EXPECT_THAT(refusal(kBumps, "[alignment]\nmarks = \"none.csv\"\n"), HasSubstr("none.csv"));
 }
 
 TEST_F(StageJob, DeviationsAreATest) {

@@ -8,12 +8,13 @@
 
 namespace meltstage::motion {
 
-/// The line that an action is refused with; empty when it goes through.
+/// The line that an action is refused with; empty when it goes through, or when what it says isn't one line.
 inline std::string error_of(const std::function<void()>& action) {
   try {
     action();
   } catch (const MotionError& error) {
-    return error.what();
+    const std::string line = error.what();
+    return line.find('\n') == std::string::npos ? line : "";
   }
   return "";
 }

@@ -8,3 +8,4 @@ liberty_typ := $(tech_dir)/osu018_stdcells.lib
 synth_corner := typ
 clock_gate := none/none
 clock_gate_map :=
+cells_model :=

@@ -10,3 +10,4 @@ liberty_fast := $(cells_dir)/lib/sg13g2_stdcell_fast_1p32V_m40C.lib
 synth_corner := typ
 clock_gate := sg13g2_lgcp_1/GCLK
 clock_gate_map := $(here)/tech/sg13g2_clock_gate.v
+cells_model := $(here)/tech/sg13g2_cells.v
