@@ -2,19 +2,26 @@
 // Test vectors of the chip: its gate netlist, scan inserted, stuck-at tests generated, graded, written as
 // STIL, read back and replayed.
 #include <fmt/format.h>
+#include <time.h>
 
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
+#include <numeric>
 #include <random>
 #include <stdexcept>
 
 #include "app/bench.hpp"
+#include "app/functional_vectors.hpp"
 #include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/functional.hpp"
 #include "asic/dft/generate.hpp"
+#include "asic/dft/iddq.hpp"
 #include "asic/dft/replay.hpp"
 #include "asic/dft/scan_test.hpp"
 #include "asic/dft/stil.hpp"
+#include "asic/dft/transition.hpp"
 #include "asic/dft/yosys_library.hpp"
 
 namespace meltstage::app {
@@ -23,11 +30,23 @@ namespace {
 
 constexpr std::size_t kGradedPatterns = 1000;
 constexpr std::size_t kQuickReplay = 8;  // patterns replayed with --quick
+constexpr std::uint64_t kPowerUps = 10;
 constexpr unsigned kThreads = 2;
-constexpr std::uint32_t kConflicts = 20'000;  // then a fault is given up, and the row of those falls short
+// Conflicts of the solver after which a fault is given up, and the row of those falls short.
+constexpr std::uint32_t kConflicts = 50'000;
+constexpr std::uint32_t kFewConflicts = 2'000;  // where not every fault counts
+constexpr std::size_t kIddqStops = 20;
+constexpr std::size_t kIddqStates = 256;  // patterns to choose from, each with scan enable off and on
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Of all threads of the program.
+double processor_time() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
 std::vector<dft::Pattern> random_patterns(const dft::Circuit& circuit, std::size_t count,
@@ -43,6 +62,75 @@ std::vector<dft::Pattern> random_patterns(const dft::Circuit& circuit, std::size
   return patterns;
 }
 
+// While the supply current is measured the chip rests, once with scan enable off and once with it on.
+dft::IddqStops iddq_stops(const dft::ScanDesign& design, const dft::CaptureView& view,
+                          const dft::GenerateOptions& options) {
+  const auto enable = static_cast<std::size_t>(
+      std::find(view.input_ports.begin(), view.input_ports.end(), design.scan_enable) -
+      view.input_ports.begin());
+  std::vector<dft::Pattern> states =
+      dft::generate_tests(dft::observe_every_gate(view.circuit), options).patterns;
+  if (states.size() > kIddqStates) states.resize(kIddqStates);
+  for (std::size_t i = 0, count = states.size(); i < count; ++i) {
+    states.push_back(states[i]);
+    states.back()[enable] = 1;
+  }
+  return dft::choose_iddq_stops(view.circuit, states, kIddqStops);
+}
+
+struct Sampled {
+  dft::Coverage coverage;
+  std::size_t aborted = 0;
+  double seconds = 0;
+};
+
+// Transition faults drawn at random, each with a test or a verdict.
+Sampled transition_sample(const dft::CaptureView& view, std::size_t count, std::uint64_t seed) {
+  dft::TransitionView transitions = dft::launch_on_capture(view);
+  std::vector<std::size_t> inside, sample;
+  for (std::size_t fault = 0; fault < transitions.faults.total(); ++fault) {
+    if (transitions.faults.class_of[fault] != dft::FaultList::kNoClass) inside.push_back(fault);
+  }
+  std::mt19937_64 random(seed);
+  std::sample(inside.begin(), inside.end(), std::back_inserter(sample), count, random);
+  dft::FaultList list;
+  list.class_of.assign(transitions.faults.total(), dft::FaultList::kNoClass);
+  for (const std::size_t fault : sample) {
+    list.class_of[fault] = static_cast<std::uint32_t>(list.classes.size());
+    list.classes.push_back(transitions.faults.classes[transitions.faults.class_of[fault]]);
+  }
+  transitions.faults = list;
+  const auto start = std::chrono::steady_clock::now();
+  const dft::TestSet set =
+      dft::generate_tests(transitions.circuit, list, {.seed = seed, .conflict_limit = kFewConflicts});
+  Sampled result;
+  result.seconds = since(start);
+  result.aborted = set.aborted;
+  const auto reported = dft::reported_transitions(view, transitions, set.of_class);
+  for (const std::size_t fault : sample) ++result.coverage.count[static_cast<std::size_t>(reported[fault])];
+  return result;
+}
+
+struct Functional {
+  std::uint64_t clocks = 0;
+  double toggle = 0;    // 0..1
+  double coverage = 0;  // of the sample, 0..1
+};
+
+Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary& library, std::size_t faults,
+                             const BenchOptions& options) {
+  const dft::CaptureView view = dft::capture_view(netlist, library);
+  const auto clock = static_cast<std::size_t>(std::find(view.clock_ports.begin(), view.clock_ports.end(), 1) -
+                                              view.clock_ports.begin());
+  const FunctionalSet set = functional_set(options.quick ? FunctionalLength::quick : FunctionalLength::whole);
+  const auto stretches = functional_stretches(set.stream, view.input_ports, view.input_ports[clock]);
+  const auto sample = dft::sample_faults(dft::collapse(view.circuit).classes, faults, options.seed);
+  const dft::FunctionalGrade grade = dft::grade_functional(view, stretches, sample, kThreads);
+  const dft::ToggleCoverage& toggle = grade.toggle;
+  return {grade.clocks, static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
+          static_cast<double>(grade.detected()) / static_cast<double>(sample.size())};
+}
+
 }  // namespace
 
 std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
@@ -55,9 +143,11 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
   const dft::CaptureView view = dft::scan_view(design, library);
 
   auto start = std::chrono::steady_clock::now();
+  const double cpu_start = processor_time();
   const dft::TestSet set =
       dft::generate_tests(view.circuit, {.seed = options.seed, .conflict_limit = kConflicts});
   const double generate_s = since(start);
+  const double generate_cpu_s = processor_time() - cpu_start;
   const dft::Coverage result =
       dft::coverage(set.faults, dft::reported_classes(view.circuit, set.faults, set.of_class));
 
@@ -77,6 +167,24 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
   const dft::ReplayResult replay =
       dft::replay(dft::capture_view(design.netlist, library), stream, design.scan_enable, options.seed);
 
+  // X-safety: no strobe may depend on the power-up state.
+  const std::vector<dft::Pattern> few(
+      set.patterns.begin(),
+      set.patterns.begin() + static_cast<std::ptrdiff_t>(std::min(kQuickReplay, set.patterns.size())));
+  const dft::CycleStream short_stream = dft::expand(dft::make_scan_test(design, view, few, "tc_top"));
+  std::size_t power_up_mismatches = 0;
+  for (std::uint64_t seed = 1; seed <= kPowerUps; ++seed)
+    power_up_mismatches += dft::replay(dft::capture_view(design.netlist, library), short_stream,
+                                       design.scan_enable, options.seed + seed)
+                               .mismatches;
+
+  const dft::IddqStops iddq =
+      iddq_stops(design, view, {.seed = options.seed, .conflict_limit = kFewConflicts});
+  const std::size_t transition_faults = options.quick ? 250 : 1000;
+  const Sampled transition = transition_sample(view, transition_faults, options.seed);
+  const std::size_t functional_faults = options.quick ? 511 : 1022;
+  const Functional functional = functional_sample(netlist, library, functional_faults, options);
+
   const auto number = [](std::size_t n) { return static_cast<double>(n); };
   const std::string part = options.quick ? fmt::format(" (first {} patterns)", replayed.size()) : "";
   return {
@@ -91,6 +199,7 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
       {"patterns", number(set.patterns.size()), "", {}, {}},
       {"tester cycles" + part, number(stream.cycles.size()), "", {}, {}},
       {"generation with compaction", generate_s, "s", {}, 10.0},
+      {"processor time of that, both threads", generate_cpu_s, "s", {}, {}},
       {"1,000 scan patterns graded", grade_s, "s", {}, 0.5},
       {"fault-patterns graded a second",
        number(set.faults.classes.size() * kGradedPatterns) / grade_s,
@@ -99,6 +208,27 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
        {}},
       {"strobes replayed from the STIL file" + part, number(replay.strobes), "", {}, {}},
       {"mismatches on the netlist" + part, number(replay.mismatches), "", {}, 0.0},
+      {fmt::format("mismatches from {} random power-up states (first {} patterns)", kPowerUps, few.size()),
+       number(power_up_mismatches),
+       "",
+       {},
+       0.0},
+      {"supply current stops", number(iddq.stops.size()), "", {}, number(kIddqStops)},
+      {"pseudo-stuck-at coverage of the stops", 100 * iddq.coverage(), "%", 95.0, {}},
+      {fmt::format("transition test coverage ({} faults at random)", transition_faults),
+       100 * transition.coverage.test_coverage(),
+       "%",
+       92.0,
+       {}},
+      {"of these given up", number(transition.aborted), "", {}, 0.0},
+      {"of these generated in", transition.seconds, "s", {}, {}},
+      {"functional set: clocks", number(functional.clocks), "", {}, {}},
+      {fmt::format("functional set: stuck-at coverage ({} faults at random)", functional_faults),
+       100 * functional.coverage,
+       "%",
+       80.0,
+       {}},
+      {"functional set: cell outputs that rise and fall", 100 * functional.toggle, "%", 99.0, {}},
   };
 }
 

@@ -17,9 +17,11 @@
 #include <set>
 
 #include "app/build_stamp.hpp"
+#include "app/functional_vectors.hpp"
 #include "asic/dft/error.hpp"
 #include "asic/dft/fault_simulator.hpp"
 #include "asic/dft/formats.hpp"
+#include "asic/dft/functional.hpp"
 #include "asic/dft/generate.hpp"
 #include "asic/dft/lint.hpp"
 #include "asic/dft/proof_check.hpp"
@@ -31,6 +33,7 @@
 #include "asic/dft/yosys_library.hpp"
 #include "vectors/output_file.hpp"
 #include "vectors/sha256.hpp"
+#include "vectors/text.hpp"
 
 namespace meltstage::app {
 
@@ -45,6 +48,8 @@ struct Options {
   std::size_t chains = 8;
   std::uint64_t seed = 1;
   std::uint32_t conflicts = 0;
+  std::size_t faults = 1022;
+  FunctionalLength length = FunctionalLength::whole;
 };
 
 void write_file(const fs::path& path, const std::string& text) {
@@ -272,7 +277,84 @@ CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library)
   return scan_view(design, library);
 }
 
+bool is_recording(const fs::path& path) { return path.extension() == ".mvec"; }
+
+// The one clock of a netlist.
+std::string clock_of(const CaptureView& view, const fs::path& netlist) {
+  const auto clock = std::find(view.clock_ports.begin(), view.clock_ports.end(), 1);
+  if (clock == view.clock_ports.end())
+    throw InputError(netlist.string() + ": found no clock, expected flops; give STIL patterns instead");
+  return view.input_ports[static_cast<std::size_t>(clock - view.clock_ports.begin())];
+}
+
+// Functional vectors on a netlist without (or before) scan, faults drawn at random.
+int grade_recording(const Options& options) {
+  const CellLibrary library = library_of(options);
+  const CaptureView view = capture_view(read_yosys_json(options.netlist), library);
+  const auto stretches = functional_stretches(vectors::read_text(options.patterns), view.input_ports,
+                                              clock_of(view, options.netlist));
+  const std::vector<Fault> all = collapse(view.circuit).classes;
+  const std::vector<Fault> sample =
+      options.faults == 0 ? all : sample_faults(all, options.faults, options.seed);
+  const FunctionalGrade graded = grade_functional(view, stretches, sample, 2);
+  const ToggleCoverage& toggle = graded.toggle;
+  std::string report;
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const std::uint64_t first = graded.first_clock[i];
+    const std::string pin = sample[i].pin == kStem ? "" : fmt::format(" input {}", sample[i].pin);
+    report +=
+        fmt::format("{}{} stuck-at-{} {}\n", view.circuit.name(sample[i].node), pin, sample[i].stuck ? 1 : 0,
+                    first == FunctionalGrade::kUndetected ? "NO" : fmt::format("DS {}", first));
+  }
+  for (const std::string& name : toggle.idle) report += fmt::format("{} does not toggle\n", name);
+  if (!options.out.empty()) write_file(options.out, report);
+  fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "clocks", graded.clocks, "faults graded",
+             sample.size(), "detected", graded.detected());
+  fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "coverage",
+             100.0 * static_cast<double>(graded.detected()) / static_cast<double>(sample.size()),
+             "outputs toggled",
+             100.0 * static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines));
+  return 0;
+}
+
+// The functional set of the chip, and what each piece of it is there for.
+int record_functional(const Options& options) {
+  const FunctionalSet set = functional_set(options.length);
+  fs::create_directories(options.out);
+  const fs::path file = options.out / "functional.mvec";
+  vectors::write_text(set.stream, file);
+  nlohmann::ordered_json manifest = {{"tool", version()},
+                                     {"clocks", set.stream.final_cycle() + 1},
+                                     {"files", {{"functional.mvec", sha256(read_file(file))}}}};
+  for (const FunctionalPiece& piece : set.pieces)
+    manifest["pieces"].push_back({{"requirement", piece.requirement}, {"first_cycle", piece.first_cycle}});
+  write_file(options.out / "functional.json", manifest.dump(2) + "\n");
+  fmt::print("{} clocks, {} pieces\n", set.stream.final_cycle() + 1, set.pieces.size());
+  return 0;
+}
+
+int report_replay(std::uint64_t cycles, std::uint64_t strobes, std::uint64_t mismatches,
+                  const std::string& first) {
+  fmt::print("{} cycles, {} strobes, {} mismatches\n", cycles, strobes, mismatches);
+  if (mismatches != 0) fmt::print("first: {}\n", first);
+  return mismatches == 0 ? 0 : 1;
+}
+
+int replay_recording(const Options& options) {
+  const vectors::Stream stream = vectors::read_text(options.patterns);
+  if (options.on == "netlist") {
+    const CaptureView view = capture_view(read_yosys_json(options.netlist), library_of(options));
+    const ReplayResult result = replay_functional(
+        view,
+        functional_stretches(stream, view.input_ports, clock_of(view, options.netlist), view.output_ports));
+    return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
+  }
+  const PinReplay result = replay_pins(stream, options.on == "rtl" ? ReplayDevice::rtl : ReplayDevice::model);
+  return report_replay(result.clocks, result.strobes, result.mismatches, result.first);
+}
+
 int grade_patterns(const Options& options) {
+  if (is_recording(options.patterns)) return grade_recording(options);
   const CellLibrary library = library_of(options);
   const CycleStream stream = read_stil(options.patterns);
   Circuit circuit;
@@ -358,6 +440,16 @@ class WorkFolder {
 };
 
 int replay_patterns(const Options& options) {
+  const bool on_chip = options.on == "model" || options.on == "rtl";
+  if (!on_chip && options.netlist.empty())
+    throw InputError("--netlist: found nothing, expected the netlist to run on");
+  if (is_recording(options.patterns)) {
+    if (options.on != "icarus") return replay_recording(options);
+    throw InputError(options.patterns.string() + ": found a recording for --on icarus, expected STIL");
+  }
+  if (on_chip)
+    throw InputError(fmt::format("{}: found scan patterns for --on {}, expected a recording (.mvec)",
+                                 options.patterns.string(), options.on));
   const CellLibrary library = library_of(options);
   const Netlist netlist = read_yosys_json(options.netlist);
   const CycleStream stream = read_stil(options.patterns);
@@ -368,9 +460,7 @@ int replay_patterns(const Options& options) {
   } else {
     result = replay(capture_view(netlist, library), stream, ScanOptions{}.scan_enable, options.seed);
   }
-  fmt::print("{} cycles, {} strobes, {} mismatches\n", result.cycles, result.strobes, result.mismatches);
-  if (result.mismatches != 0) fmt::print("first: {}\n", result.first);
-  return result.mismatches == 0 ? 0 : 1;
+  return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
 }
 
 int prove(const Options& options) {
@@ -431,21 +521,34 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   netlist_of(sub_generate);
   generation_of(sub_generate);
   sub_generate->add_option("--out", options->out, "Folder to write")->required();
-  CLI::App* sub_grade = command->add_subcommand("grade", "Which faults a STIL file detects");
+  CLI::App* sub_grade = command->add_subcommand("grade", "Which faults a STIL file or a recording detects");
   netlist_of(sub_grade);
-  sub_grade->add_option("--patterns", options->patterns, "STIL file")->required();
+  sub_grade->add_option("--patterns", options->patterns, "STIL file, or recording of pins (.mvec)")
+      ->required();
+  sub_grade->add_option("--faults", options->faults,
+                        "Recordings: so many faults at random, 0 for all (default 1022)");
+  sub_grade->add_option("--seed", options->seed, "Recordings: seed of the draw (default 1)");
   sub_grade->add_option("--report", options->out, "File for one line a fault");
+  CLI::App* sub_functional = command->add_subcommand(
+      "functional", "Record the chip's functional set (.mvec), labelled by requirement");
+  sub_functional->add_option("--out", options->out, "Folder to write")->required();
+  sub_functional->add_flag_callback(
+      "--quick", [=] { options->length = FunctionalLength::quick; }, "Each register written once");
   CLI::App* sub_rules = command->add_subcommand("rules", "Breaches of the rules that scan asks for");
   netlist_of(sub_rules);
   CLI::App* sub_lint = command->add_subcommand("lint", "Read a STIL file and check it against a tester");
   sub_lint->add_option("PATTERNS", options->patterns, "STIL file")->required();
   sub_lint->add_option("--tester", options->tester, "Tester profile (TOML)");
-  CLI::App* sub_replay = command->add_subcommand("replay", "Run a STIL file on the scanned netlist");
-  sub_replay->add_option("PATTERNS", options->patterns, "STIL file")->required();
-  sub_replay->add_option("--netlist", options->netlist, "Yosys JSON of the scanned netlist")->required();
+  CLI::App* sub_replay =
+      command->add_subcommand("replay", "Run a STIL file on the scanned netlist, or a recording on the chip");
+  sub_replay->add_option("PATTERNS", options->patterns, "STIL file, or recording of pins (.mvec)")
+      ->required();
+  sub_replay->add_option("--netlist", options->netlist,
+                         "Yosys JSON: of the scanned netlist for STIL, any for recordings");
   sub_replay->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
-  sub_replay->add_option("--on", options->on, "netlist (default) or icarus")
-      ->check(CLI::IsMember({"netlist", "icarus"}));
+  sub_replay
+      ->add_option("--on", options->on, "netlist (default), icarus for STIL, model or rtl for recordings")
+      ->check(CLI::IsMember({"netlist", "icarus", "model", "rtl"}));
   sub_replay->add_option("--seed", options->seed, "Seed of the power-up state (default 1)");
   CLI::App* sub_prove =
       command->add_subcommand("prove", "A checked refutation for every fault called redundant");
@@ -458,6 +561,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   return [=] {
     if (*sub_generate) return generate(*options);
     if (*sub_grade) return grade_patterns(*options);
+    if (*sub_functional) return record_functional(*options);
     if (*sub_rules) return check_scan_rules(*options);
     if (*sub_lint) return lint_patterns(*options);
     if (*sub_replay) return replay_patterns(*options);

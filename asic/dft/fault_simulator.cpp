@@ -5,68 +5,11 @@
 #include <atomic>
 #include <thread>
 
+#include "asic/dft/lanes.hpp"
+
 namespace meltstage::dft {
 
 namespace {
-
-// Compiled for each width of vector register; the loader takes the one that fits the machine.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define MELTSTAGE_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define MELTSTAGE_WIDE
-#endif
-#define MELTSTAGE_INLINE __attribute__((always_inline)) inline
-
-using Lanes = std::uint64_t __attribute__((vector_size(64), may_alias));
-
-MELTSTAGE_INLINE Lanes& lanes(Word& word) { return *reinterpret_cast<Lanes*>(&word); }
-MELTSTAGE_INLINE const Lanes& lanes(const Word& word) { return *reinterpret_cast<const Lanes*>(&word); }
-
-MELTSTAGE_INLINE bool is_zero(const Lanes& a) {
-  return ((a[0] | a[1]) | (a[2] | a[3]) | (a[4] | a[5]) | (a[6] | a[7])) == 0;
-}
-
-// A gate's value; `in` gives the lanes of an input by position.
-template <class In>
-MELTSTAGE_INLINE void evaluate(Gate kind, std::size_t inputs, const In& in, Lanes& result) {
-  const Lanes ones = ~Lanes{};
-  switch (kind) {
-    case Gate::tie0:
-      result = Lanes{};
-      return;
-    case Gate::tie1:
-      result = ones;
-      return;
-    case Gate::input:
-      return;
-    case Gate::mux: {
-      const Lanes s = in(2);
-      result = (in(0) & ~s) | (in(1) & s);
-      return;
-    }
-    default:
-      break;
-  }
-  Lanes value = in(0);
-  switch (kind) {
-    case Gate::all:
-    case Gate::nall:
-      for (std::size_t i = 1; i < inputs; ++i) value &= in(i);
-      break;
-    case Gate::any:
-    case Gate::none:
-      for (std::size_t i = 1; i < inputs; ++i) value |= in(i);
-      break;
-    case Gate::parity:
-    case Gate::same:
-      for (std::size_t i = 1; i < inputs; ++i) value ^= in(i);
-      break;
-    default:
-      break;
-  }
-  const bool invert = kind == Gate::inv || kind == Gate::nall || kind == Gate::none || kind == Gate::same;
-  result = invert ? ~value : value;
-}
 
 // In which patterns the gate's output follows its input `pin`.
 MELTSTAGE_INLINE void sensitive(const Circuit& circuit, const Word* values, Node node, std::size_t pin,
@@ -201,7 +144,9 @@ MELTSTAGE_WIDE void detect_wide(const Circuit& circuit, const Word* values, cons
     const Fault& fault = faults[i];
     const Node line =
         fault.pin == kStem ? fault.node : circuit.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
-    const Lanes excited = fault.stuck ? ~lanes(values[line]) : lanes(values[line]);
+    Lanes excited = fault.stuck ? ~lanes(values[line]) : lanes(values[line]);
+    if (fault.launch != kNoNode)
+      excited &= fault.stuck ? lanes(values[fault.launch]) : ~lanes(values[fault.launch]);
     Lanes open = lanes(observable[fault.node]) & lanes(used);
     if (fault.pin != kStem) {
       Lanes pass{};
@@ -293,6 +238,16 @@ void FaultSimulator::detect(const PatternBlock& block, const std::vector<Fault>&
               block.used(), detected.data());
 }
 
+void FaultSimulator::detect_at_gate(const PatternBlock& block, const std::vector<Fault>& faults,
+                                    std::vector<Word>& detected) {
+  simulate(circuit_, block, values_);
+  for (Word& word : observable_) word.part.fill(~std::uint64_t{0});
+  const std::vector<std::uint8_t> all(faults.size(), 1);
+  detected.resize(faults.size());
+  detect_wide(circuit_, values_.data(), observable_.data(), faults.data(), all.data(), faults.size(),
+              block.used(), detected.data());
+}
+
 Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, const std::vector<Fault>& faults,
             unsigned threads) {
   const std::vector<std::uint8_t> alive(faults.size(), 1);
@@ -362,7 +317,9 @@ bool gate_value(Gate kind, const std::vector<bool>& in) {
   }
 }
 
-std::vector<bool> run(const Circuit& circuit, const Pattern& pattern, const Fault* fault) {
+}  // namespace
+
+std::vector<bool> serial_values(const Circuit& circuit, const Pattern& pattern, const Fault* fault) {
   std::vector<bool> value(circuit.size());
   for (std::size_t i = 0; i < pattern.size(); ++i) value[circuit.inputs()[i]] = pattern[i] != 0;
   for (Node node = 0; node < circuit.size(); ++node) {
@@ -373,15 +330,15 @@ std::vector<bool> run(const Circuit& circuit, const Pattern& pattern, const Faul
     if (circuit.kind(node) != Gate::input) value[node] = gate_value(circuit.kind(node), in);
     if (fault != nullptr && fault->node == node && fault->pin == kStem) value[node] = fault->stuck;
   }
-  std::vector<bool> outputs;
-  for (const Node node : circuit.outputs()) outputs.push_back(value[node]);
-  return outputs;
+  return value;
 }
 
-}  // namespace
-
 bool serial_detects(const Circuit& circuit, const Pattern& pattern, const Fault& fault) {
-  return run(circuit, pattern, nullptr) != run(circuit, pattern, &fault);
+  const std::vector<bool> good = serial_values(circuit, pattern, nullptr),
+                          bad = serial_values(circuit, pattern, &fault);
+  if (fault.launch != kNoNode && good[fault.launch] != fault.stuck) return false;
+  return std::any_of(circuit.outputs().begin(), circuit.outputs().end(),
+                     [&](Node node) { return good[node] != bad[node]; });
 }
 
 }  // namespace meltstage::dft

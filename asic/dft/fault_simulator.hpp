@@ -33,6 +33,11 @@ class FaultSimulator {
   void detect(const PatternBlock& block, const std::vector<Fault>& faults,
               const std::vector<std::uint8_t>& alive, std::vector<Word>& detected);
 
+  /// Which patterns excite each fault and carry it through the gate that its line feeds (pseudo-stuck-at, for
+  /// supply current measurement).
+  void detect_at_gate(const PatternBlock& block, const std::vector<Fault>& faults,
+                      std::vector<Word>& detected);
+
   /// Values of the fault-free circuit of the last block.
   const std::vector<Word>& values() const { return values_; }
 
@@ -58,6 +63,8 @@ struct Grade {
 Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, const std::vector<Fault>& faults,
             unsigned threads);
 
+/// Every node's value, every gate evaluated by its definition, with a line stuck or (nullptr) without. Slow.
+std::vector<bool> serial_values(const Circuit& circuit, const Pattern& pattern, const Fault* fault);
 /// The oracle: one fault, one pattern, every gate evaluated by its definition. For tests; slow.
 bool serial_detects(const Circuit& circuit, const Pattern& pattern, const Fault& fault);
 

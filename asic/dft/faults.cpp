@@ -33,52 +33,37 @@ class Union {
   std::vector<std::uint32_t> parent_;
 };
 
-}  // namespace
-
-const char* to_string(FaultClass c) {
-  constexpr const char* names[] = {"NO", "NC", "DS", "DI", "PT", "UT", "UR", "AU"};
-  return names[static_cast<std::size_t>(c)];
-}
-
-FaultList collapse(const Circuit& circuit) {
-  const Lines lines{circuit};
-  Union classes(lines.count());
+// Both faults of buffers, inverters and lines without branches.
+void join_along_wires(const Circuit& circuit, const Lines& lines, Union& classes) {
   const auto join = [&](Fault a, Fault b) { classes.join(lines.number(a), lines.number(b)); };
   for (Node node = 0; node < circuit.size(); ++node) {
     const auto fanin = circuit.fanin(node);
+    const Gate kind = circuit.kind(node);
     for (std::int32_t pin = 0; pin < static_cast<std::int32_t>(fanin.size()); ++pin) {
       const Node driver = fanin[static_cast<std::size_t>(pin)];
-      if (circuit.fanout(driver).size() == 1) {
-        join({driver, kStem, false}, {node, pin, false});
-        join({driver, kStem, true}, {node, pin, true});
-      }
-      switch (circuit.kind(node)) {
-        case Gate::buf:
-        case Gate::output:
-          join({node, pin, false}, {node, kStem, false});
-          join({node, pin, true}, {node, kStem, true});
-          break;
-        case Gate::inv:
-          join({node, pin, false}, {node, kStem, true});
-          join({node, pin, true}, {node, kStem, false});
-          break;
-        case Gate::all:
-          join({node, pin, false}, {node, kStem, false});
-          break;
-        case Gate::nall:
-          join({node, pin, false}, {node, kStem, true});
-          break;
-        case Gate::any:
-          join({node, pin, true}, {node, kStem, true});
-          break;
-        case Gate::none:
-          join({node, pin, true}, {node, kStem, false});
-          break;
-        default:
-          break;
+      for (const bool stuck : {false, true}) {
+        if (circuit.fanout(driver).size() == 1) join({driver, kStem, stuck}, {node, pin, stuck});
+        if (kind == Gate::buf || kind == Gate::output) join({node, pin, stuck}, {node, kStem, stuck});
+        if (kind == Gate::inv) join({node, pin, stuck}, {node, kStem, !stuck});
       }
     }
   }
+}
+
+// A controlling input and the output.
+void join_at_gates(const Circuit& circuit, const Lines& lines, Union& classes) {
+  for (Node node = 0; node < circuit.size(); ++node) {
+    const Gate kind = circuit.kind(node);
+    if (kind != Gate::all && kind != Gate::nall && kind != Gate::any && kind != Gate::none) continue;
+    const bool controlling = kind == Gate::any || kind == Gate::none;
+    const bool inverts = kind == Gate::nall || kind == Gate::none;
+    for (std::int32_t pin = 0; pin < static_cast<std::int32_t>(circuit.fanin(node).size()); ++pin)
+      classes.join(lines.number({node, pin, controlling}),
+                   lines.number({node, kStem, controlling != inverts}));
+  }
+}
+
+FaultList list_of(const Circuit& circuit, const Lines& lines, Union& classes) {
   FaultList list;
   std::vector<std::uint32_t> class_of_root(lines.count(), FaultList::kNoClass);
   for (const Site& site : circuit.sites()) {
@@ -97,6 +82,28 @@ FaultList collapse(const Circuit& circuit) {
     }
   }
   return list;
+}
+
+}  // namespace
+
+const char* to_string(FaultClass c) {
+  constexpr const char* names[] = {"NO", "NC", "DS", "DI", "PT", "UT", "UR", "AU"};
+  return names[static_cast<std::size_t>(c)];
+}
+
+FaultList collapse(const Circuit& circuit) {
+  const Lines lines{circuit};
+  Union classes(lines.count());
+  join_along_wires(circuit, lines, classes);
+  join_at_gates(circuit, lines, classes);
+  return list_of(circuit, lines, classes);
+}
+
+FaultList collapse_along_wires(const Circuit& circuit) {
+  const Lines lines{circuit};
+  Union classes(lines.count());
+  join_along_wires(circuit, lines, classes);
+  return list_of(circuit, lines, classes);
 }
 
 std::size_t Coverage::total() const { return std::accumulate(count.begin(), count.end(), std::size_t{0}); }

@@ -31,6 +31,8 @@ struct Fault {
   Node node = kNoNode;
   std::int32_t pin = kStem;
   bool stuck = false;
+  /// Where it isn't kNoNode, a test must also set this node to `stuck`: the line before a transition.
+  Node launch = kNoNode;
 
   friend bool operator==(const Fault&, const Fault&) = default;
 };
@@ -47,6 +49,8 @@ struct FaultList {
 /// Joins faults that are equivalent by structure: a controlling input of a gate and its output, both faults
 /// of buffers, inverters and lines without branches.
 FaultList collapse(const Circuit& circuit);
+/// Joins only what holds for transitions, too: both ends of buffers, inverters and lines without branches.
+FaultList collapse_along_wires(const Circuit& circuit);
 
 /// Counts over the reported (uncollapsed) faults.
 struct Coverage {

@@ -15,11 +15,12 @@ namespace meltstage::dft {
 namespace {
 
 constexpr unsigned kWorkers = 2;
-constexpr std::size_t kBatch = 128;  // faults solved by a worker between two merges
-constexpr std::size_t kPool = 64;    // merged cubes that are open at a time
+constexpr std::size_t kBatch = 64;  // faults solved by a worker between two simulations
+constexpr std::size_t kStride = 8;
+constexpr std::size_t kPool = 64;  // merged cubes that are open at a time
 constexpr std::size_t kFills = kLanes / kPool;
-constexpr std::size_t kRandomBlocks = 32;
-constexpr double kRandomYield = 0.001;  // random patterns end when a block detects less than this share
+constexpr std::size_t kRandomBlocks = 64;
+constexpr double kRandomYield = 0.0005;  // random patterns end when a block detects less than this share
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -31,16 +32,24 @@ struct Merged {
   std::size_t set = 0;
 };
 
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+// A pattern that detects a fault.
+struct Witness {
+  std::uint32_t block = kNone, lane = 0;
+};
+
 class Generator {
  public:
-  Generator(const Circuit& circuit, const GenerateOptions& options)
+  Generator(const Circuit& circuit, FaultList faults, const GenerateOptions& options)
       : circuit_(circuit),
         options_(options),
         random_(options.seed),
         simulators_(kWorkers, FaultSimulator(circuit)) {
-    set_.faults = collapse(circuit);
+    set_.faults = std::move(faults);
     set_.of_class.assign(set_.faults.classes.size(), FaultClass::NO);
     alive_.assign(set_.faults.classes.size(), 1);
+    witness_.resize(set_.faults.classes.size());
+    cube_of_.resize(set_.faults.classes.size());
     cones_ = output_cones(circuit);
     for (unsigned i = 0; i < kWorkers; ++i) solvers_.emplace_back(circuit, cones_);
   }
@@ -48,9 +57,15 @@ class Generator {
   TestSet run() {
     drop_structural();
     auto start = std::chrono::steady_clock::now();
-    const std::vector<std::size_t> order = random_phase();
+    random_phase();
+    random_blocks_ = static_cast<std::uint32_t>(blocks_.size());
     set_.times.random_s = since(start);
-    target(order);
+    start = std::chrono::steady_clock::now();
+    solve_phase();
+    set_.times.solve_s = since(start);
+    start = std::chrono::steady_clock::now();
+    merge_phase();
+    set_.times.merge_s = since(start);
     start = std::chrono::steady_clock::now();
     set_.before_compaction = set_.patterns.size();
     std::vector<Fault> detected;
@@ -92,7 +107,8 @@ class Generator {
       bool hidden = reaches[fault.node] == 0 || (fault.pin != kStem && closed(fault.node, pin, constant));
       if (constant[line] >= 0)
         hidden = false;  // the fault changes the constant, and with it what that closes
-      if (hidden || constant[line] == (fault.stuck ? 1 : 0)) settle(i, c);
+      const bool launched = fault.launch == kNoNode || constant[fault.launch] != (fault.stuck ? 0 : 1);
+      if (hidden || !launched || constant[line] == (fault.stuck ? 1 : 0)) settle(i, c);
     }
   }
   // Another input of the gate is at a constant that hides this one.
@@ -123,49 +139,113 @@ class Generator {
     return block;
   }
 
-  // Faults that random patterns miss or seldom detect, hardest first. Nothing is dropped: these patterns are
-  // not kept.
-  std::vector<std::size_t> random_phase() {
-    std::vector<std::uint32_t> hits(alive_.size(), 0);
+  // Random patterns tell easy faults from hard ones and give the easy ones a witness.
+  void random_phase() {
     std::vector<std::uint8_t> watched = alive_;
-    std::size_t left = static_cast<std::size_t>(std::count(alive_.begin(), alive_.end(), 1));
-    for (std::size_t b = 0; b < kRandomBlocks && left != 0; b += kWorkers) {
-      std::vector<PatternBlock> blocks;
-      for (unsigned w = 0; w < kWorkers; ++w) blocks.push_back(random_block());
+    for (std::size_t b = 0; b < kRandomBlocks; b += kWorkers) {
       std::vector<std::vector<Word>> detected(kWorkers);
-      in_parallel(
-          [&](unsigned w) { simulators_[w].detect(blocks[w], set_.faults.classes, watched, detected[w]); });
+      const std::size_t first = blocks_.size();
+      for (unsigned w = 0; w < kWorkers; ++w) blocks_.push_back(random_block());
+      in_parallel([&](unsigned w) {
+        simulators_[w].detect(blocks_[first + w], set_.faults.classes, watched, detected[w]);
+      });
       std::size_t found = 0;
-      for (std::size_t i = 0; i < watched.size(); ++i) {
-        if (watched[i] == 0) continue;
-        const std::uint32_t before = hits[i];
-        for (const auto& words : detected) {
-          for (const std::uint64_t p : words[i].part)
-            hits[i] += static_cast<std::uint32_t>(__builtin_popcountll(p));
-        }
-        if (hits[i] == 0) continue;
-        watched[i] = 0;
-        found += before == 0 ? 1 : 0;
-      }
-      left -= found;
+      for (unsigned w = 0; w < kWorkers; ++w) found += take_witnesses(detected[w], first + w, watched);
       if (static_cast<double>(found) < kRandomYield * static_cast<double>(alive_.size())) break;
     }
+  }
+
+  // Returns how many faults of `watched` have got a witness; they are watched no more.
+  std::size_t take_witnesses(const std::vector<Word>& detected, std::size_t block,
+                             std::vector<std::uint8_t>& watched) {
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < watched.size(); ++i) {
+      if (watched[i] == 0) continue;
+      const std::size_t lane = detected[i].first();
+      if (lane == kLanes) continue;
+      witness_[i] = {static_cast<std::uint32_t>(block), static_cast<std::uint32_t>(lane)};
+      watched[i] = 0;
+      ++found;
+    }
+    return found;
+  }
+
+  // A cube or a verdict for every fault without a witness; faults that the solver's patterns detect by the
+  // way have a witness in them. Faults of one output stand together and share a solver.
+  void solve_phase() {
+    std::vector<std::uint8_t> watched(alive_.size(), 0);
     std::vector<std::size_t> order;
     for (std::size_t i = 0; i < alive_.size(); ++i) {
-      if (alive_[i] != 0) order.push_back(i);
+      if (alive_[i] == 0 || witness_[i].block != kNone) continue;
+      watched[i] = 1;
+      order.push_back(i);
     }
-    // Faults of one output stand together and share a solver; outputs in random order, so that cubes of far
-    // parts meet and merge.
-    std::vector<std::uint32_t> place(circuit_.size());
-    std::iota(place.begin(), place.end(), 0u);
-    std::shuffle(place.begin(), place.end(), random_);
-    const auto key = [&](std::size_t i) {
-      const Node output = cones_.nearest[set_.faults.classes[i].node];
-      return std::pair(hits[i] != 0, output == kNoNode ? 0u : place[output]);
-    };
+    const auto output = [&](std::size_t i) { return cones_.nearest[set_.faults.classes[i].node]; };
     std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
-    return order;
+                     [&](std::size_t a, std::size_t b) { return output(a) < output(b); });
+    // Each worker takes its batches from its own half, every so manieth fault first: its neighbours often
+    // fall with it.
+    std::vector<std::vector<std::size_t>> queue(kWorkers);
+    for (unsigned w = 0; w < kWorkers; ++w) {
+      const std::size_t first = order.size() * w / kWorkers, end = order.size() * (w + 1) / kWorkers;
+      for (std::size_t offset = 0; offset < kStride; ++offset) {
+        for (std::size_t k = first + offset; k < end; k += kStride) queue[w].push_back(order[k]);
+      }
+    }
+    std::vector<std::vector<Word>> detected(kWorkers);
+    std::vector<std::size_t> at(kWorkers, 0);
+    const auto done = [&] {
+      for (unsigned w = 0; w < kWorkers; ++w) {
+        if (at[w] < queue[w].size()) return false;
+      }
+      return true;
+    };
+    while (!done()) {
+      std::vector<std::vector<Solved>> batch(kWorkers);
+      in_parallel([&](unsigned w) {
+        for (; at[w] < queue[w].size() && batch[w].size() < kBatch; ++at[w]) {
+          const std::size_t i = queue[w][at[w]];
+          if (watched[i] == 0) continue;
+          Solved solved{i, Verdict::aborted, {}};
+          solved.verdict = solvers_[w].solve(set_.faults.classes[i], solved.cube, options_.conflict_limit);
+          batch[w].push_back(std::move(solved));
+        }
+      });
+      std::vector<Cube> cubes;
+      for (std::vector<Solved>& part : batch) {
+        for (Solved& solved : part) {
+          watched[solved.fault] = 0;
+          if (solved.verdict == Verdict::test) {
+            cubes.push_back(solved.cube);
+            cube_of_[solved.fault] = std::move(solved.cube);
+          } else if (solved.verdict == Verdict::aborted) {
+            alive_[solved.fault] = 0;
+            ++set_.aborted;
+          } else {
+            settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
+          }
+        }
+      }
+      if (cubes.empty()) continue;
+      const std::size_t first = blocks_.size();
+      for (unsigned w = 0; w < kWorkers; ++w) blocks_.push_back(filled(cubes, kLanes / (kWorkers * kBatch)));
+      in_parallel([&](unsigned w) {
+        simulators_[w].detect(blocks_[first + w], set_.faults.classes, watched, detected[w]);
+      });
+      for (unsigned w = 0; w < kWorkers; ++w) take_witnesses(detected[w], first + w, watched);
+    }
+  }
+
+  // Random patterns around cubes, `fills` in a row for each.
+  PatternBlock filled(const std::vector<Cube>& cubes, std::size_t fills) {
+    PatternBlock block = random_block();
+    block.count = cubes.size() * fills;
+    for (std::size_t k = 0; k < cubes.size(); ++k) {
+      for (const auto& [input, value] : cubes[k]) {
+        for (std::size_t fill = 0; fill < fills; ++fill) block.inputs[input].set(k * fills + fill, value);
+      }
+    }
+    return block;
   }
 
   template <class Body>
@@ -180,38 +260,55 @@ class Generator {
     Cube cube;
   };
 
-  void target(const std::vector<std::size_t>& order) {
-    std::size_t at = 0;
-    while (at < order.size() || !pool_.empty()) {
-      std::vector<Solved> batch;
-      for (; at < order.size() && batch.size() < kWorkers * kBatch; ++at) {
-        if (alive_[order[at]] != 0) batch.push_back({order[at], Verdict::aborted, {}});
-      }
-      auto start = std::chrono::steady_clock::now();
-      in_parallel([&](unsigned w) {
-        const std::size_t half = (batch.size() + kWorkers - 1) / kWorkers;
-        for (std::size_t i = w * half; i < std::min((w + 1) * half, batch.size()); ++i)
-          solve(solvers_[w], batch[i]);
-      });
-      set_.times.solve_s += since(start);
-      start = std::chrono::steady_clock::now();
-      for (const Solved& solved : batch) {
-        if (alive_[solved.fault] == 0) continue;
-        if (solved.verdict == Verdict::test) {
-          merge(solved.cube);
-        } else if (solved.verdict != Verdict::aborted) {
-          settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
-        } else {
-          alive_[solved.fault] = 0;
-          ++set_.aborted;
-        }
-      }
-      if (at >= order.size()) flush();
-      set_.times.simulate_s += since(start);
+  // Hard faults first, each group in random order, so that cubes of far parts meet and merge.
+  std::vector<std::size_t> merge_order() {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < alive_.size(); ++i) {
+      if (alive_[i] != 0) order.push_back(i);
     }
+    std::shuffle(order.begin(), order.end(), random_);
+    const auto ease = [&](std::size_t i) {
+      if (!cube_of_[i].empty()) return 0u;
+      return witness_[i].block < random_blocks_ ? random_blocks_ - witness_[i].block : 1u;
+    };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return ease(a) < ease(b); });
+    return order;
   }
-  void solve(TestSolver& solver, Solved& solved) const {
-    solved.verdict = solver.solve(set_.faults.classes[solved.fault], solved.cube, options_.conflict_limit);
+
+  // Patterns for all faults that have a cube or a witness.
+  void merge_phase() {
+    const std::vector<std::size_t> order = merge_order();
+    std::vector<CubeLifter> lifters(kWorkers, CubeLifter(circuit_));
+    for (std::size_t at = 0; at < order.size();) {
+      std::vector<std::size_t> batch;
+      for (; at < order.size() && batch.size() < kLanes; ++at) {
+        if (alive_[order[at]] != 0) batch.push_back(order[at]);
+      }
+      lift_witnesses(batch, lifters);
+      for (const std::size_t i : batch) {
+        if (alive_[i] != 0) merge(cube_of_[i]);
+        cube_of_[i] = {};
+      }
+    }
+    flush();
+  }
+  void lift_witnesses(const std::vector<std::size_t>& batch, std::vector<CubeLifter>& lifters) {
+    PatternBlock block{std::vector<Word>(circuit_.inputs().size()), batch.size(), {}};
+    for (std::size_t k = 0; k < batch.size(); ++k) {
+      const Witness& witness = witness_[batch[k]];
+      if (witness.block == kNone) continue;
+      const std::vector<Word>& from = blocks_[witness.block].inputs;
+      for (std::size_t i = 0; i < from.size(); ++i) block.inputs[i].set(k, from[i].bit(witness.lane));
+    }
+    std::vector<Word> values;
+    simulate(circuit_, block, values);
+    in_parallel([&](unsigned w) {
+      for (std::size_t k = w; k < batch.size(); k += kWorkers) {
+        if (witness_[batch[k]].block != kNone)
+          lifters[w].lift_lane(set_.faults.classes[batch[k]], values, k, cube_of_[batch[k]]);
+      }
+    });
   }
 
   // Into the open pattern that shares most values with the cube and contradicts none.
@@ -295,6 +392,10 @@ class Generator {
   OutputCones cones_;
   std::vector<TestSolver> solvers_;
   std::vector<std::uint8_t> alive_;
+  std::vector<PatternBlock> blocks_;  // random ones, then those around the solver's cubes
+  std::uint32_t random_blocks_ = 0;
+  std::vector<Witness> witness_;
+  std::vector<Cube> cube_of_;
   std::vector<Merged> pool_;
   TestSet set_;
 };
@@ -335,7 +436,11 @@ std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patter
 }
 
 TestSet generate_tests(const Circuit& circuit, const GenerateOptions& options) {
-  return Generator(circuit, options).run();
+  return generate_tests(circuit, collapse(circuit), options);
+}
+
+TestSet generate_tests(const Circuit& circuit, FaultList faults, const GenerateOptions& options) {
+  return Generator(circuit, std::move(faults), options).run();
 }
 
 }  // namespace meltstage::dft

@@ -17,7 +17,7 @@ struct GenerateOptions {
 };
 
 struct GenerateTimes {
-  double random_s = 0, solve_s = 0, simulate_s = 0, compact_s = 0;
+  double random_s = 0, solve_s = 0, merge_s = 0, compact_s = 0;
 };
 
 struct TestSet {
@@ -35,6 +35,8 @@ struct TestSet {
 /// the rest makes superfluous are dropped in reverse and shuffled order. The result depends on circuit and
 /// options alone, not on timing.
 TestSet generate_tests(const Circuit& circuit, const GenerateOptions& options = {});
+/// The same for given faults.
+TestSet generate_tests(const Circuit& circuit, FaultList faults, const GenerateOptions& options);
 
 /// Drops patterns without which every fault of `faults` that was detected still is.
 std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patterns,

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kSat = 10;
 constexpr int kUnsat = 20;
+constexpr int kUndecided = 0;
 constexpr std::size_t kAll = ~std::size_t{0};
 
 }  // namespace
@@ -59,10 +60,10 @@ TestSolver::TestSolver(const Circuit& circuit, OutputCones cones)
       input_of_(circuit.size(), 0),
       in_fault_cone_(circuit.size(), 0),
       in_support_(circuit.size(), 0),
-      need_(circuit.size(), 0),
       good_(circuit.size(), 0),
       bad_(circuit.size(), 0),
-      differs_(circuit.size(), 0) {
+      differs_(circuit.size(), 0),
+      lifter_(circuit) {
   for (std::uint32_t i = 0; i < circuit.inputs().size(); ++i) input_of_[circuit.inputs()[i]] = i;
 }
 TestSolver::TestSolver(TestSolver&&) noexcept = default;
@@ -170,23 +171,28 @@ void TestSolver::add_gate(Node node, const std::vector<int>& in, int out) {
   }
 }
 
+void TestSolver::number_support() {
+  int number = 0;
+  for (const Node node : support_) good_[node] = bad_[node] = ++number;
+}
+
 // The good circuit of the support.
 void TestSolver::start(bool held) {
   clauses_.clear();
-  variables_ = 0;
+  number_support();
+  variables_ = static_cast<int>(support_.size());
+  for (const Node node : support_) encode_good(node, held);
+}
+
+void TestSolver::encode_good(Node node, bool held) {
+  const auto fanin = circuit_.fanin(node);
+  const bool cut =
+      std::any_of(fanin.begin(), fanin.end(), [&](Node driver) { return in_support_[driver] == 0; });
   std::vector<int> in;
-  for (const Node node : support_) good_[node] = bad_[node] = ++variables_;
-  for (const Node node : support_) {
-    const auto fanin = circuit_.fanin(node);
-    const bool cut =
-        std::any_of(fanin.begin(), fanin.end(), [&](Node driver) { return in_support_[driver] == 0; });
-    in.clear();
-    for (const Node driver : fanin) in.push_back(good_[driver]);
-    if (!cut) add_gate(node, in, good_[node]);  // at the edge of a window any value may come in
-    if (held && circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0)
-      add({circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]});
-  }
-  first_variables_ = variables_;
+  for (const Node driver : fanin) in.push_back(good_[driver]);
+  if (!cut) add_gate(node, in, good_[node]);  // at the edge of a window any value may come in
+  if (held && circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0)
+    add({circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]});
 }
 
 // The faulty circuit where the fault reaches, and a chain of differences from the fault to an output.
@@ -228,60 +234,114 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
     clauses_.push_back(0);
   }
   demand(differs_[fault.node]);
+  if (fault.launch != kNoNode && !window_) demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
   if (fault.pin != kStem) {
     const int line = good_[circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]];
     demand(fault.stuck ? -line : line);
   }
 }
 
-void TestSolver::read_model() {
+void TestSolver::read_model(CaDiCaL::Solver& engine) {
   model_.resize(static_cast<std::size_t>(variables_) + 1);
-  for (int v = 1; v <= variables_; ++v)
-    model_[static_cast<std::size_t>(v)] = solver_->engine.val(v) > 0 ? 1 : 0;
+  for (int v = 1; v <= variables_; ++v) model_[static_cast<std::size_t>(v)] = engine.val(v) > 0 ? 1 : 0;
 }
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
   constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
-  constexpr int kGrowth = 4;  // a solver that has grown to so many times its circuit starts anew
+  constexpr int kGrowth = 8;  // a solver that has grown to so many times its circuit starts anew
   const Node nearest = cones_.nearest[fault.node];
   if (nearest == kNoNode) return Verdict::redundant;
-  if (solver_output_ != nearest || variables_ > kGrowth * first_variables_ + 1000) {
-    take_support({nearest});
-    start(true);
-    solver_ = std::make_unique<Solver>();
-    solver_->engine.set("quiet", 1);
-    solver_->engine.configure("plain");  // the problems are many and small: no pre- and inprocessing
-    solver_output_ = nearest;
-  }
+  if (at_output_ == kNoNode || at_output_ != nearest) enter(nearest);
+  Near& near = near_[nearest];
+  if (near.solver == nullptr || variables_ > kGrowth * near.first_variables + 1000) build(near);
   take_fault_cone(fault);
+  if (fault.launch != kNoNode) add_launch(near, fault.launch);
   const int activation = ++variables_;
   add_fault(fault, activation);
-  for (const int literal : clauses_) solver_->engine.add(literal);
+  CaDiCaL::Solver& engine = near.solver->engine;
+  for (const int literal : clauses_) engine.add(literal);
   clauses_.clear();
-  solver_->engine.limit("conflicts", kTry);
-  solver_->engine.assume(activation);
+  engine.limit("conflicts", kTry);
+  engine.assume(activation);
   ++effort_.near_calls;
-  int status = solver_->engine.solve();
-  if (status == kSat) read_model();
-  solver_->engine.add(-activation);
-  solver_->engine.add(0);
+  int status = engine.solve();
+  if (status == kSat) read_model(engine);
+  engine.add(-activation);
+  engine.add(0);
+  near.variables = variables_;
   if (status != kSat) {
     if (!window_has_effect(fault)) return Verdict::redundant;
     // more and more outputs, small cones first
     for (std::size_t most = 8;; most *= 8) {
       const bool all = encode_outputs(fault, true, most) <= most;
       ++effort_.full_calls;
-      status = run(all ? conflict_limit : kTry);
+      status = run(kTry, "plain");
+      if (all && status == kUndecided) {
+        encode_outputs(fault, true, kAll);
+        status = run(conflict_limit, "default");
+      }
       if (status == kSat || all) break;
     }
     if (status == kUnsat && support_is_held()) {
       encode_outputs(fault, false, kAll);
-      return run(conflict_limit) == kSat ? Verdict::held : Verdict::redundant;
+      return run(conflict_limit, "default") == kSat ? Verdict::held : Verdict::redundant;
     }
   }
   if (status == kSat) lift(fault, cube);
   for (const Node node : fault_cone_) bad_[node] = good_[node];
   return status == kSat ? Verdict::test : status == kUnsat ? Verdict::redundant : Verdict::aborted;
+}
+
+// Numbers the circuit before an output as its solver does.
+void TestSolver::enter(Node output) {
+  constexpr std::size_t kMost = 3'000'000;  // variables of all solvers that are kept
+  if (kept_variables_ > kMost) {
+    near_.clear();
+    kept_variables_ = 0;
+  }
+  take_support({output});
+  number_support();
+  const Near& near = near_[output];
+  for (const auto& [node, variable] : near.beside) {
+    support_.push_back(node);
+    in_support_[node] = 1;
+    good_[node] = bad_[node] = variable;
+  }
+  variables_ = near.variables;
+  at_output_ = output;
+}
+
+// The solver of the output that was entered, anew.
+void TestSolver::build(Near& near) {
+  near.beside.clear();
+  take_support({at_output_});
+  start(true);
+  near.solver = std::make_unique<Solver>();
+  near.solver->engine.set("quiet", 1);
+  near.solver->engine.configure("plain");  // the problems are many and small: no pre- and inprocessing
+  near.variables = near.first_variables = variables_;
+  kept_variables_ += static_cast<std::size_t>(variables_);
+}
+
+// What drives the line before a transition and isn't encoded yet.
+void TestSolver::add_launch(Near& near, Node launch) {
+  if (in_support_[launch] != 0) return;
+  std::vector<Node> fresh{launch};
+  in_support_[launch] = 1;
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    for (const Node driver : circuit_.fanin(fresh[i])) {
+      if (in_support_[driver] != 0) continue;
+      in_support_[driver] = 1;
+      fresh.push_back(driver);
+    }
+  }
+  std::sort(fresh.begin(), fresh.end());
+  for (const Node node : fresh) {
+    good_[node] = bad_[node] = ++variables_;
+    support_.push_back(node);
+    near.beside.emplace_back(node, variables_);
+    encode_good(node, true);
+  }
 }
 
 bool TestSolver::support_is_held() const {
@@ -320,7 +380,7 @@ void TestSolver::encode_window(const Fault& fault) {
     }
   }
   std::sort(support_.begin(), support_.end());
-  solver_output_ = kNoNode;
+  at_output_ = kNoNode;
   start(false);
   window_ = true;
   add_fault(fault, 0);
@@ -331,7 +391,7 @@ bool TestSolver::window_has_effect(const Fault& fault) {
   ++effort_.window_calls;
   encode_window(fault);
   constexpr std::uint32_t kConflicts = 2000;
-  return run(kConflicts) != kUnsat;
+  return run(kConflicts, "plain") != kUnsat;
 }
 
 // To those outputs that the fault reaches, at most so many, smallest cones first. Returns how many it
@@ -353,24 +413,26 @@ std::size_t TestSolver::encode_outputs(const Fault& fault, bool held, std::size_
   std::sort(targets.begin(), targets.end(),
             [&](Node a, Node b) { return std::pair(cones_.size[a], a) < std::pair(cones_.size[b], b); });
   if (count > most) targets.resize(most);
+  if (fault.launch != kNoNode) targets.push_back(fault.launch);
   take_support(std::move(targets));
   take_fault_cone(fault);
   start(held);
   add_fault(fault, 0);
-  solver_output_ = kNoNode;
+  at_output_ = kNoNode;
   return count;
 }
 
-// What is encoded, in a solver of its own.
-int TestSolver::run(std::uint32_t conflict_limit) {
-  solver_ = std::make_unique<Solver>();
-  solver_->engine.set("quiet", 1);
-  solver_->engine.configure("plain");
-  for (const int literal : clauses_) solver_->engine.add(literal);
+// What is encoded, in a solver of its own. Configuration "plain" has no inprocessing: quicker where little
+// search is needed.
+int TestSolver::run(std::uint32_t conflict_limit, const char* configuration) {
+  CaDiCaL::Solver engine;
+  engine.set("quiet", 1);
+  engine.configure(configuration);
+  for (const int literal : clauses_) engine.add(literal);
   clauses_.clear();
-  if (conflict_limit != 0) solver_->engine.limit("conflicts", static_cast<int>(conflict_limit));
-  const int status = solver_->engine.solve();
-  if (status == kSat) read_model();
+  if (conflict_limit != 0) engine.limit("conflicts", static_cast<int>(conflict_limit));
+  const int status = engine.solve();
+  if (status == kSat) read_model(engine);
   return status;
 }
 
@@ -399,76 +461,13 @@ bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::pat
   return refuted;
 }
 
-// Which inputs keep the difference at one output, traced back from there through the good and the faulty
-// circuit: a controlling input justifies a gate by itself, otherwise all inputs do.
 void TestSolver::lift(const Fault& fault, Cube& cube) {
-  constexpr std::uint8_t kGood = 1, kBad = 2;
   const auto good = [&](Node node) { return model_[static_cast<std::size_t>(good_[node])] != 0; };
   const auto bad = [&](Node node) { return model_[static_cast<std::size_t>(bad_[node])] != 0; };
-  const auto require = [&](Node node, std::uint8_t which) {
-    need_[node] |= in_fault_cone_[node] != 0 ? which : kGood;
-  };
-  for (const Node node : support_) need_[node] = 0;
-  Node target = kNoNode;
-  for (const Node node : support_) {
-    if (in_fault_cone_[node] != 0 && circuit_.kind(node) == Gate::output && good(node) != bad(node)) {
-      target = node;
-      break;
-    }
-  }
-  require(target, kGood);
-  require(target, kBad);
-  require(fault.pin == kStem ? fault.node : circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)],
-          kGood);
-  cube.clear();
-  for (std::size_t i = support_.size(); i-- > 0;) {
-    const Node node = support_[i];
-    if (need_[node] == 0) continue;
-    const auto fanin = circuit_.fanin(node);
-    const Gate kind = circuit_.kind(node);
-    if (kind == Gate::input && (need_[node] & kGood) != 0 && circuit_.held()[input_of_[node]] < 0)
-      cube.emplace_back(input_of_[node], good(node));
-    for (const std::uint8_t which : {kGood, kBad}) {
-      if ((need_[node] & which) == 0) continue;
-      if (which == kBad && node == fault.node && fault.pin == kStem) continue;
-      // an input that is itself the faulty line reads the stuck value and needs nothing
-      const auto is_stuck = [&](std::size_t pin) {
-        return which == kBad && node == fault.node && static_cast<std::int32_t>(pin) == fault.pin;
-      };
-      const auto value = [&](std::size_t pin) {
-        if (is_stuck(pin)) return fault.stuck;
-        return which == kGood ? good(fanin[pin]) : bad(fanin[pin]);
-      };
-      const auto take = [&](std::size_t pin) {
-        if (!is_stuck(pin)) require(fanin[pin], which);
-      };
-      if (kind == Gate::mux) {
-        take(2);
-        take(value(2) ? 1 : 0);
-        continue;
-      }
-      const bool has_controlling =
-          kind == Gate::all || kind == Gate::nall || kind == Gate::any || kind == Gate::none;
-      const bool controlling = kind == Gate::any || kind == Gate::none;
-      std::size_t choice = fanin.size();
-      if (has_controlling) {
-        for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-          if (value(pin) != controlling) continue;
-          const bool free = is_stuck(pin) || need_[fanin[pin]] != 0;
-          if (choice == fanin.size() || free ||
-              (need_[fanin[choice]] == 0 && circuit_.level(fanin[pin]) < circuit_.level(fanin[choice])))
-            choice = pin;
-          if (free) break;
-        }
-      }
-      if (choice != fanin.size()) {
-        take(choice);
-      } else {
-        for (std::size_t pin = 0; pin < fanin.size(); ++pin) take(pin);
-      }
-    }
-  }
-  std::sort(cube.begin(), cube.end());
+  const auto target = std::find_if(fault_cone_.begin(), fault_cone_.end(), [&](Node node) {
+    return circuit_.kind(node) == Gate::output && good(node) != bad(node);
+  });
+  lifter_.lift(fault, *target, good, bad, cube);
 }
 
 }  // namespace meltstage::dft

@@ -9,15 +9,18 @@
 #include <initializer_list>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "asic/dft/faults.hpp"
+#include "asic/dft/lift.hpp"
+
+namespace CaDiCaL {
+class Solver;
+}
 
 namespace meltstage::dft {
-
-/// The inputs that a test needs at a value; the others are free. Ascending by input.
-using Cube = std::vector<std::pair<std::uint32_t, bool>>;
 
 enum class Verdict : std::uint8_t {
   test,
@@ -34,9 +37,9 @@ struct OutputCones {
 };
 OutputCones output_cones(const Circuit& circuit);
 
-/// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output in
-/// a row share a solver: the circuit before that output is encoded once, each fault adds only what it
-/// reaches. The circuit must outlive it.
+/// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output
+/// share a solver: the circuit before that output is encoded once, each fault adds only what it reaches. The
+/// circuit must outlive it.
 class TestSolver {
  public:
   TestSolver(const Circuit& circuit, OutputCones cones);
@@ -61,6 +64,17 @@ class TestSolver {
 
  private:
   struct Solver;  // CaDiCaL
+  // The circuit before one output, encoded.
+  struct Near {
+    std::unique_ptr<Solver> solver;
+    int variables = 0, first_variables = 0;    // now; without a fault
+    std::vector<std::pair<Node, int>> beside;  // what only launches need, with its variables
+  };
+  void enter(Node output);
+  void build(Near& near);
+  void add_launch(Near& near, Node launch);
+  void number_support();
+  void encode_good(Node node, bool held);
   void take_support(std::vector<Node> targets);
   void take_fault_cone(const Fault& fault);
   void start(bool held);
@@ -70,26 +84,27 @@ class TestSolver {
   std::size_t encode_outputs(const Fault& fault, bool held, std::size_t most);
   void encode_window(const Fault& fault);
   bool window_has_effect(const Fault& fault);
-  int run(std::uint32_t conflict_limit);
+  int run(std::uint32_t conflict_limit, const char* configuration);
   bool support_is_held() const;
-  void read_model();
+  void read_model(CaDiCaL::Solver& engine);
   void lift(const Fault& fault, Cube& cube);
 
   const Circuit& circuit_;
   OutputCones cones_;
   std::vector<std::uint32_t> input_of_;  // circuit input of a node
-  std::vector<std::uint8_t> in_fault_cone_, in_support_, need_;
+  std::vector<std::uint8_t> in_fault_cone_, in_support_;
   std::vector<Node> fault_cone_, support_;  // topological order
   std::vector<int> good_, bad_,
       differs_;                     // variables by node; bad_ of nodes outside the fault's cone is good_
   std::vector<int> clauses_;        // not handed to the solver yet
   std::vector<std::int8_t> model_;  // by variable
   int variables_ = 0;
-  int first_variables_ = 0;  // of the circuit without a fault
-  bool window_ = false;      // a difference may end where the fault's cone is cut, too
-  Node solver_output_ = kNoNode;
-  std::unique_ptr<Solver> solver_;
+  bool window_ = false;       // a difference may end where the fault's cone is cut, too
+  Node at_output_ = kNoNode;  // good_ numbers the circuit before it; kNoNode: something else
+  std::unordered_map<Node, Near> near_;
+  std::size_t kept_variables_ = 0;
   Effort effort_;
+  CubeLifter lifter_;
 };
 
 }  // namespace meltstage::dft

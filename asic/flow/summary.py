@@ -84,6 +84,18 @@ def netlist_rows(folder):
     return rows
 
 
+def run_rows(folder):
+    """The netlist over recorded pins, and what it drew; OpenSTA's last column is the total in W."""
+    replay = re.search(r"(\d+) clocks, (\d+) mismatches", text_of(folder / "replay.txt"))
+    rows = [row(f"mismatches with the model's pins, {replay.group(1)} clocks", int(replay.group(2)))] if replay else []
+    power = {name: float(total) for name, total in
+             re.findall(r"^(Sequential|Combinational|Total) +\S+ +\S+ +\S+ +(\S+)", text_of(folder / "power.txt"), re.M)}
+    if power:
+        rows += [row(f"{name.lower()} power at 12 MHz", round(1e3 * watts, 3), "mW") for name, watts in power.items()]
+        rows.append(row("current at 12 MHz and 1.2 V", round(1e3 * power["Total"] / 1.2, 3), "mA"))
+    return rows
+
+
 def layout_rows(folder, period_ns):
     layout = folder / "layout"
     if not (layout / "route.txt").exists():
@@ -121,6 +133,7 @@ def main(folder, top, period_ns, corners):
     own = folder / top
     tables = [("Netlist", netlist_rows(own)),
               ("Timing before layout, ideal clock", [r for c in corners for r in timing_rows(c, own / f"timing_{c}.txt", period_ns)]),
+              ("A recorded run", run_rows(own)),
               ("Layout", layout_rows(own, period_ns))]
     if top == "tc_top":
         tables += [("Area by block, each by itself", block_rows(folder)), ("What safety features cost", feature_rows(folder))]

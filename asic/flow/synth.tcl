@@ -21,16 +21,15 @@ if {$::env(CLOCK_GATE_MAP) ne ""} {
 yosys opt
 yosys synth -run fine:check
 yosys dfflibmap -prepare -liberty $::env(LIBERTY)
+# One net a bit, and one name a net: the proof finds flops by name, and OpenSTA of 2019 reads no concatenation on the left of an assignment.
+yosys splitnets -format _
 yosys opt_clean -purge
-# A flop behind an inverter has lost its name: the proof finds flops by name.
+# A flop behind an inverter has lost its name.
 yosys rename -enumerate -pattern flop_% t:\$_DFF* %x:+\[Q\] w:* %i
 yosys setundef -zero
 yosys write_rtlil reference.il
 yosys dfflibmap -map-only -liberty $::env(LIBERTY)
 yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;dc2\;dch,-f\;amap,-m\;topo\;buffer,-N,16\;topo\;upsize,-D,9000\;dnsize,-D,9000\;topo
-yosys opt_clean -purge
-# One net a bit: OpenSTA of 2019 reads no concatenation on the left of an assignment.
-yosys splitnets -format _
 yosys opt_clean -purge
 yosys tee -o area.txt stat -liberty $::env(LIBERTY)
 yosys write_verilog -noattr -noexpr -nohex -nodec netlist.v

@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 
 #include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/iddq.hpp"
 #include "asic/dft/proof_check.hpp"
 #include "asic/dft/test_solver.hpp"
+#include "asic/dft/transition.hpp"
 #include "tests/dft/support.hpp"
 
 namespace meltstage::dft {
@@ -44,6 +47,100 @@ TEST(Generate, EveryVerdictIsRightOnRandomCircuits) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed)
     untestable += check_all(random_circuit(seed, 7, 40), "seed " + std::to_string(seed));
   EXPECT_GT(untestable, 20u);  // the case that needs a proof has been met
+}
+
+// A state machine with inputs and flops, as clocked twice, against all patterns that keep its clock and
+// reset.
+TEST(Generate, EveryTransitionVerdictIsRight) {
+  const TransitionView transitions =
+      launch_on_capture(capture_view(circuit_netlist("machine"), mini_library(), {{"rst_ni", true}}));
+  const Circuit& circuit = transitions.circuit;
+  const TestSet set = generate_tests(circuit, transitions.faults, {});
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < circuit.inputs().size(); ++i) {
+    if (circuit.held()[i] < 0) free.push_back(i);
+  }
+  ASSERT_LT(free.size(), 22u);
+  std::vector<std::uint8_t> testable(set.of_class.size(), 0), alive(set.of_class.size(), 1);
+  FaultSimulator simulator(circuit);
+  std::vector<Word> detected;
+  for (std::size_t first = 0; first < std::size_t{1} << free.size(); first += kLanes) {
+    PatternBlock block{std::vector<Word>(circuit.inputs().size()), kLanes, {}};
+    for (std::size_t i = 0; i < circuit.inputs().size(); ++i) {
+      if (circuit.held()[i] == 1) block.inputs[i].part.fill(~std::uint64_t{0});
+    }
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      for (std::size_t k = 0; k < free.size(); ++k)
+        block.inputs[free[k]].set(lane, (((first + lane) >> k) & 1) != 0);
+    }
+    simulator.detect(block, set.faults.classes, alive, detected);
+    for (std::size_t i = 0; i < testable.size(); ++i) {
+      if (!detected[i].any()) continue;
+      testable[i] = 1;
+      alive[i] = 0;
+    }
+  }
+  for (std::size_t i = 0; i < testable.size(); ++i) {
+    const Fault& fault = set.faults.classes[i];
+    EXPECT_EQ(set.of_class[i] == FaultClass::DS, testable[i] != 0) << i << " " << to_string(set.of_class[i]);
+    EXPECT_EQ(std::any_of(set.patterns.begin(), set.patterns.end(),
+                          [&](const Pattern& pattern) { return serial_detects(circuit, pattern, fault); }),
+              testable[i] != 0)
+        << i;
+  }
+  EXPECT_GT(std::count(testable.begin(), testable.end(), 0), 0);
+}
+
+// A slow line is a stuck line only where it had to move.
+TEST(Transition, IsDetectedWhereTheLineMovesAndTheOldValueShows) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library(), {{"rst_ni", true}});
+  const TransitionView transitions = launch_on_capture(view);
+  std::size_t detected = 0, unmoved = 0;
+  for (const Pattern& pattern : random_patterns(3, 40, transitions.circuit.inputs().size())) {
+    for (Fault fault : transitions.faults.classes) {
+      const bool slow = serial_detects(transitions.circuit, pattern, fault);
+      fault.launch = kNoNode;
+      const bool stuck = serial_detects(transitions.circuit, pattern, fault);
+      EXPECT_TRUE(stuck || !slow);
+      detected += slow ? 1 : 0;
+      unmoved += stuck && !slow ? 1 : 0;
+    }
+  }
+  EXPECT_GT(detected, 100u);
+  EXPECT_GT(unmoved, 100u);
+}
+
+// Stops against the definition, one pattern and one site at a time.
+TEST(Iddq, StopsShowWhatTheyClaim) {
+  const Circuit circuit = capture_view(circuit_netlist("multiplier"), mini_library()).circuit;
+  const std::vector<Pattern> states = random_patterns(5, 100, circuit.inputs().size());
+  const IddqStops stops = choose_iddq_stops(circuit, states, 6);
+  ASSERT_FALSE(stops.stops.empty());
+  EXPECT_LE(stops.stops.size(), 6u);
+  std::size_t shown = 0;
+  for (const Site& site : circuit.sites()) {
+    if (site.node == kNoNode) continue;
+    for (const bool stuck : {false, true}) {
+      const bool seen = std::any_of(stops.stops.begin(), stops.stops.end(), [&](std::size_t stop) {
+        const std::vector<bool> good = serial_values(circuit, states[stop], nullptr);
+        const Fault fault{site.node, site.pin, stuck};
+        return serial_values(circuit, states[stop], &fault)[site.node] != good[site.node];
+      });
+      shown += seen ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(stops.detected.back(), shown);
+  EXPECT_LT(stops.detected.front(), shown);
+}
+
+// States made for it show every fault that any state shows.
+TEST(Iddq, StatesFromGatesObservedShowAllThatCanBeShown) {
+  const Circuit circuit = capture_view(circuit_netlist("multiplier"), mini_library()).circuit;
+  const TestSet set = generate_tests(observe_every_gate(circuit));
+  const IddqStops made = choose_iddq_stops(circuit, set.patterns, 1000);
+  const IddqStops any = choose_iddq_stops(circuit, random_patterns(9, 2000, circuit.inputs().size()), 1000);
+  ASSERT_FALSE(any.detected.empty());
+  EXPECT_GE(made.detected.back(), any.detected.back());
 }
 
 TEST(Generate, ACubeAloneDetectsItsFault) {

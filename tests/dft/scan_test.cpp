@@ -21,7 +21,8 @@ using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 struct Machine {
-  Machine(const std::string& name, const CellLibrary& library) : cells(library), plain(circuit_netlist(name)) {}
+  Machine(const std::string& name, const CellLibrary& library)
+      : cells(library), plain(circuit_netlist(name)) {}
 
   const CellLibrary& cells;
   Netlist plain;
