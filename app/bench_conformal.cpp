@@ -248,8 +248,8 @@ void add_chord(std::vector<BenchRow>& rows, const BenchOptions& options) {
     return out;
   };
   const Points half = rough(count / 2), full = rough(count), few = rough(2000);
-  const double half_s = best_s(3, [&] { motion::choose_by_chord(half, 0.02); });
-  const double full_s = best_s(3, [&] { motion::choose_by_chord(full, 0.02); });
+  const double half_s = best_s(9, [&] { motion::choose_by_chord(half, 0.02); });
+  const double full_s = best_s(9, [&] { motion::choose_by_chord(full, 0.02); });
   rows.push_back({fmt::format("chord rule, {} points", count), 1e3 * full_s, "ms", {}, {}});
   rows.push_back({"  time / that of half the points", full_s / half_s, "", {}, 2.6});
   const double published_s = best_s(1, [&] { motion::choose_by_chord_as_published(few, 0.02); });
