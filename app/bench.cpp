@@ -13,6 +13,8 @@ namespace {
 
 constexpr Bench kBenches[] = {
     {"bus", "how far off a host may be, jitter, glitches, and the time of a poll", bench_bus},
+    {"conformal", "measured surfaces: interpolation, touches, five axes, the paper's nine lines",
+     bench_conformal, conformal_charts},
     {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control,
      control_charts},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},

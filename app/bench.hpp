@@ -53,6 +53,8 @@ std::span<const Bench> benches();
 int report_bench(const Bench& bench, const BenchOptions& options, bool json);
 
 std::vector<BenchRow> bench_bus(const BenchOptions& options);
+std::vector<BenchRow> bench_conformal(const BenchOptions& options);
+std::vector<BenchChart> conformal_charts();
 std::vector<BenchRow> bench_control(const BenchOptions& options);
 std::vector<BenchChart> control_charts();
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);

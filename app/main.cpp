@@ -8,6 +8,7 @@
 #include "app/bench.hpp"
 #include "app/build_stamp.hpp"
 #include "app/chip_command.hpp"
+#include "app/conformal_command.hpp"
 #include "app/job_file.hpp"
 #include "app/motion_command.hpp"
 #include "app/print.hpp"
@@ -139,6 +140,7 @@ int main(int argc, char** argv) {
 
   const std::function<int()> chip = app::add_chip_command(cli, print.command);
   const std::function<int()> vectors_command = app::add_vectors_command(cli);
+  const std::function<int()> conformal = app::add_conformal_command(cli);
 
   try {
     cli.parse(argc, argv);
@@ -160,6 +162,7 @@ int main(int argc, char** argv) {
     if (*gcode_command) return app::write_gcode_file(gcode);
     if (*accuracy_command) return app::show_accuracy(accuracy);
     if (cli.got_subcommand("vectors")) return vectors_command();
+    if (cli.got_subcommand("conformal")) return conformal();
     if (slurm) runner.runner = app::WindowRunner::slurm;
     if (*windows_plan) return app::plan_windows(pins, work, borders);
     if (*windows_run) return app::run_windows(work, runner);
