@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """features.py OUT.json: the area of each safety feature, by synthesising its block without it.
 
-A feature is taken out of a copy of the RTL by a substitution; the difference in area is what it costs. RTL, LIBERTY and CLOCK_GATE_MAP
+A feature is taken out of a copy of the RTL by substitutions; the difference in area is what it costs. RTL, LIBERTY and CLOCK_GATE_MAP
 come from the environment, as for synth.tcl. Exits with 2 when a substitution no longer finds its line.
 """
 import json
@@ -16,10 +16,11 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 FEATURES = [
-    ("check bits of parameters and their scrubbing", "tc_mem", "tc_math_pkg.sv", r"(secded_check|secded_flip\[(?:16\+)?i\]) =[^;]*;",
-     r"\1 = '0;"),
-    ("second flop of the heater's permission", "tc_guard", "tc_guard.sv", r"(assign rails_differ =)[^;]*;", r"\1 1'b0;"),
-    ("parity of long-lived flops", "tc_guard", "tc_guard.sv", r"(assign upset +=)[^;]*;", r"\1 1'b0;"),
+    ("check bits of parameters and their scrubbing", "tc_mem", [
+        ("tc_math_pkg.sv", r"(secded_check|secded_flip\[(?:16\+)?i\]) =[^;]*;", r"\1 = '0;"),
+        ("tc_mem.sv", r"<= (active|staged)_q\[i\];", r"<= {6'd0, \1_q[i][15:0]};")]),
+    ("second flop of the heater's permission", "tc_guard", [("tc_guard.sv", r"(assign rails_differ =)[^;]*;", r"\1 1'b0;")]),
+    ("parity of long-lived flops", "tc_guard", [("tc_guard.sv", r"(assign upset +=)[^;]*;", r"\1 1'b0;")]),
 ]
 
 
@@ -40,24 +41,25 @@ def area_um2(rtl, top, folder):
 def features(rtl):
     guard = (rtl / "tc_guard.sv").read_text()
     for cause in re.findall(r"cause_d\[tc_pkg::Fault(\w+)\] *=", guard):
-        yield f"detector {cause}", "tc_guard", "tc_guard.sv", rf"(cause_d\[tc_pkg::Fault{cause}\] *=)[^;]*;", r"\1 1'b0;"
+        yield f"detector {cause}", "tc_guard", [("tc_guard.sv", rf"(cause_d\[tc_pkg::Fault{cause}\] *=)[^;]*;", r"\1 1'b0;")]
     yield from FEATURES
 
 
 def main(target):
     rtl = pathlib.Path(os.environ["RTL"])
     whole, rows = {}, []
-    for name, block, file, pattern, replacement in features(rtl):
+    for name, block, changes in features(rtl):
         with tempfile.TemporaryDirectory() as work:
             folder = pathlib.Path(work)
             if block not in whole:
                 whole[block] = area_um2(rtl, block, folder)
             without = folder / "rtl"
             shutil.copytree(rtl, without)
-            text, count = re.subn(pattern, replacement, (without / file).read_text())
-            if count == 0:
-                stop(f"{name}: {pattern} is not in {file}; mend this feature's substitution")
-            (without / file).write_text(text)
+            for file, pattern, replacement in changes:
+                text, count = re.subn(pattern, replacement, (without / file).read_text())
+                if count == 0:
+                    stop(f"{name}: {pattern} is not in {file}; mend this feature's substitution")
+                (without / file).write_text(text)
             rows.append({"feature": name, "block": block, "area_um2": whole[block] - area_um2(without, block, folder)})
     part = pathlib.Path(target + ".part")
     part.write_text(json.dumps({"blocks": whole, "features": rows}, indent=1))
