@@ -2,18 +2,17 @@
 #include "app/conformal_command.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
 
 #include "app/job_file.hpp"
+#include "app/whole_file.hpp"
 #include "motion/conformal.hpp"
 #include "motion/conformal_trial.hpp"
 #include "motion/measuring_points.hpp"
@@ -50,20 +49,6 @@ struct Settings {
 };
 
 constexpr int kFitIterations = 160, kLastIterations = 200;
-
-// The file appears whole or not at all.
-void write_whole(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path partial = path.string() + fmt::format(".partial.{}", getpid());
-  std::ofstream file(partial, std::ios::binary);
-  file << text;
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(partial, path, error);
-  if (!file || error) {
-    std::filesystem::remove(partial, error);
-    throw InputError(fmt::format("{}: can't be written, expected a place for a new file", path.string()));
-  }
-}
 
 std::vector<motion::MeasuringPoint> choose(const motion::ClLine& line, const Choice& choice) {
   if (choice.rule == Rule::spline) return choose_by_spline(line, choice.spline);

@@ -2,33 +2,18 @@
 #include "app/motion_command.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <fstream>
 #include <sstream>
 #include <string>
 
 #include "app/job_file.hpp"
+#include "app/whole_file.hpp"
 #include "motion/accuracy.hpp"
 #include "motion/stage.hpp"
 
 namespace meltstage::app {
 
 namespace {
-
-// The file appears whole or not at all.
-void write_whole(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path partial = path.string() + fmt::format(".partial.{}", getpid());
-  std::ofstream file(partial, std::ios::binary);
-  file << text;
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(partial, path, error);
-  if (!file || error) {
-    std::filesystem::remove(partial, error);
-    throw InputError(fmt::format("{}: can't be written, expected a place for a new file", path.string()));
-  }
-}
 
 // grbl takes its settings apart from programs; at the program's head they stand for whoever sends it.
 std::string as_comments(const std::string& settings) {
