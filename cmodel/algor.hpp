@@ -16,27 +16,33 @@ enum Segment : std::uint8_t { kSegNone = 0, kSegFull = 1, kSegPid = 2, kSegOff =
 // Steps of one computation, a clock each.
 enum AlgorStep : std::uint8_t {
   kStepIdle,
+  kStepAmbient,
   kStepSetpoint,
   kStepDutyMax,
-  kStepSlew,
-  kStepAmbient,
-  kStepExternal,
   kStepFeedForward,
-  kStepHold,
   kStepHoldAdd,
-  kStepDrops,
+  kStepHold,
   kStepPreset,
-  kStepError,
-  kStepProducts,
-  kStepSum,
+  kStepExternal,
+  kStepDrops,
+  kStepSlew,
+  kStepDerivative,
+  kStepProportional,
+  kStepIntegral,
+  kStepSegment,
+  kStepAntiWindup,
+  kStepClamp,
+  kStepOutput,
   kStepLimit,
 };
 
 #define TC_ALGOR_FLOPS(X)             \
-  X(std::uint8_t, step_q, 4, 0)       \
+  X(std::uint8_t, step_q, 5, 0)       \
   X(std::uint8_t, done_q, 1, 0)       \
   X(std::uint8_t, fresh_q, 1, 1)      \
   X(std::uint8_t, i_held_q, 1, 0)     \
+  X(std::uint8_t, full_q, 1, 0)       \
+  X(std::uint8_t, off_q, 1, 0)        \
   X(std::uint8_t, segment_q, 2, 0)    \
   X(std::uint8_t, drop_q, 1, 0)       \
   X(std::uint8_t, drops_q, 8, 0)      \
@@ -50,13 +56,13 @@ enum AlgorStep : std::uint8_t {
   X(std::uint32_t, slew_q, 17, 0)     \
   X(std::uint32_t, ext_q, 17, 0)      \
   X(std::uint32_t, ff_q, 17, 0)       \
-  X(std::uint32_t, u_q, 17, 0)        \
   X(std::uint32_t, duty_q, 17, 0)     \
   X(std::uint32_t, hold_q, 18, 0)     \
+  X(std::int32_t, term_p_q, 18, 0)    \
+  X(std::int32_t, term_d_q, 18, 0)    \
   X(std::int32_t, filt_q, 22, 0)      \
-  X(std::int32_t, p_q, 32, 0)         \
-  X(std::int32_t, ie_q, 32, 0)        \
-  X(std::int32_t, d_q, 32, 0)         \
+  X(std::int32_t, work_q, 32, 0)      \
+  X(std::int64_t, pd_q, 34, 0)        \
   X(std::uint32_t, i_q, 32, 0)
 
 struct AlgorIn {

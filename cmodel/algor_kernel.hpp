@@ -5,7 +5,8 @@
 // types.
 //
 // Law: eq. (2) of Xie et al. 2023, u(n) = (Kp + Kd) e(n) + Ki sum e(k) - Kd e(n-1), as P + I + D with
-// P = Kp e, I += Ki e, D = Kd (d(n) - d(n-1)); three multipliers side by side (fig. 6), segments (fig. 7).
+// P = Kp e, I += Ki e, D = Kd (d(n) - d(n-1)), segments (fig. 7). One multiplier, where fig. 6 has three side by
+// side: a step multiplies what it is called after and takes the product of the step before it (work_q).
 #pragma once
 
 #include <cstdint>
@@ -77,24 +78,39 @@ Int<B, 18> sat_term(const Int<B, W>& x) {
   return clamp<-131072, 131071>(x);
 }
 
-// One of the three multipliers of fig. 6: a gain of 16 bits without sign, a term of 16 bits with sign.
+// The multiplier: a gain of 16 bits without sign, a term of 16 bits with sign; the product waits in work_q.
 template <class B>
-Int<B, 33> multiply(const Int<B, 17>& gain, const Int<B, 16>& term) {
-  return gain * term;
+void multiply(Flops<B>& q, const Int<B, 17>& gain, const Int<B, 16>& term) {
+  q.work_q = wrap<32>(Int<B, 33>(gain * term));
 }
 
-// Unit conversions by a factor in UQ4.12, rounded.
-template <class B, std::int64_t Factor>
-auto convert(Const<Factor> factor, const Int<B, 16>& x) {
-  return (multiply<B>(factor, x) + 2048_k) >> 12_k;
+// Unit conversions by a factor in UQ4.12: 0.1 degC -> 1/64 degC and 0.01 % -> 2^-16,
+template <class B>
+void multiply_tenths(Flops<B>& q, const Int<B, 16>& tenths) {
+  multiply<B>(q, 26214_k, tenths);
 }
 template <class B>
-Int<B, 16> temperature(const Int<B, 16>& tenths) {  // 0.1 degC -> 1/64 degC
-  return sat_s16(convert(26214_k, tenths));
+void multiply_percent(Flops<B>& q, const Int<B, 16>& percent) {
+  multiply<B>(q, 26844_k, percent);
+}
+// and their results, rounded.
+template <class B>
+Int<B, 16> temperature(const Int<B, 32>& work) {
+  return sat_s16((work + 2048_k) >> 12_k);
 }
 template <class B>
-Int<B, 18> duty(const Int<B, 16>& percent) {  // 0.01 % -> 2^-16
-  return sat_duty(convert(26844_k, percent));
+Int<B, 18> duty(const Int<B, 32>& work) {
+  return sat_duty((work + 2048_k) >> 12_k);
+}
+// Share of the feed-forward, which goes in divided by four: HOLD_MULT is UQ8.8, PRESET UQ0.8. Above 100 % there is
+// nothing left to tell apart.
+template <class B>
+void multiply_share(Flops<B>& q, const Int<B, 17>& share) {
+  multiply<B>(q, share, q.ff_q() >> 2_k);
+}
+template <class B>
+Int<B, 18> share(const Int<B, 32>& work) {
+  return sat_duty(work >> 6_k);
 }
 
 // ---- Set-point ----
@@ -120,8 +136,7 @@ void ramp(Flops<B>& q, const In& in) {
 
 // `sp`: working set-point before this clock's ramp. Rate 0 is a step; a stopped loop follows the temperature.
 template <class B, class In>
-void take_setpoint(Flops<B>& q, const In& in, const Int<B, 16>& sp) {
-  const auto target = temperature(in.s16(spec::kRegSetpoint));
+void take_setpoint(Flops<B>& q, const In& in, const Int<B, 16>& sp, const Int<B, 16>& target) {
   const auto rising = target > select(in.run, sp, in.pv);
   const auto rate = select(rising, in.u16(spec::kRegRampUp), in.u16(spec::kRegRampDown));
   q.target_q = target;
@@ -136,66 +151,85 @@ void take_error(Flops<B>& q, const In& in, const Int<B, 16>& sp) {
   // Whole degrees, truncated toward zero, as the published controller computes.
   const auto whole = wrap<16>((select(fine < 0_k, fine + 63_k, fine) >> 6_k) << 6_k);
   const auto e = select(in.err_integer(), whole, fine);
-  // d: the error or the negated temperature behind a first-order low-pass, 1/1024 degC.
-  const auto source = select(in.d_on_pv(), -in.pv, e) << 4_k;
+  q.e_q = e;
+}
+
+// d: the error or the negated temperature behind a first-order low-pass, 1/1024 degC.
+template <class B, class In>
+void take_derivative(Flops<B>& q, const In& in) {
+  const auto source = select(in.d_on_pv(), -in.pv, q.e_q()) << 4_k;
   const auto fresh = q.fresh_q() != 0_k;
   const auto past = q.filt_q();
   const auto step = (source - past) >> wrap_u<3>(in.u16(spec::kRegDFilter));
-  const auto now = select(fresh, Int<B, 22>(source), wrap<22>(past + step));
-  q.e_q = e;
-  q.delta_q = select(fresh, 0_k, sat_s16(now - past));
-  q.filt_q = now;
+  q.delta_q = select(fresh, 0_k, sat_s16(step));
+  q.filt_q = select(fresh, Int<B, 22>(source), wrap<22>(past + step));
 }
 
+// ---- Sum, segments, anti-windup: pd_q in 2^-7 duty LSB, the integral in 2^-14 ----
+
 template <class B, class In>
-void take_products(Flops<B>& q, const In& in) {
-  const auto ki = select(in.at_temp, in.u16(spec::kRegKiHold), in.u16(spec::kRegKiApproach));
-  q.p_q = wrap<32>(multiply(in.u16(spec::kRegKp), q.e_q()));
-  q.ie_q = wrap<32>(multiply(ki, q.e_q()));
-  q.d_q = wrap<32>(multiply(in.u16(spec::kRegKd), q.delta_q()));
+void take_d(Flops<B>& q, const In& in, const Int<B, 32>& product) {
+  q.term_d_q = sat_term(product >> 7_k);
+  q.pd_q = wrap<34>(select(in.manual(), 0_k, q.ext_q() << 7_k) + product);
+}
+template <class B>
+void take_p(Flops<B>& q, const Int<B, 32>& product) {
+  q.term_p_q = sat_term(product >> 6_k);
+  q.pd_q = wrap<34>(q.pd_q() + (product << 1_k));
 }
 
-// ---- Sum, segments, anti-windup: everything in 2^-14 duty LSB ----
-
+// The segment, by bands in 1/320 degC (5 x 1/64 and 32 x 0.1) or by what P + D + feed-forward alone give; and the
+// integral after its step.
 template <class B, class In>
-void take_sum(Flops<B>& q, const In& in) {
+void take_segment(Flops<B>& q, const In& in, const Int<B, 32>& product) {
   const auto e = q.e_q();
-  const auto i = q.i_q();
-  const auto duty_max = q.duty_max_q();
-  const auto limit = duty_max << 14_k;
-  const auto feed_forward = q.ff_q() << 14_k;
-  const auto external = select(in.manual(), 0_k, q.ext_q() << 14_k);
-  const auto pd = (q.p_q() << 8_k) + (q.d_q() << 7_k) + external;
-
-  // I takes its step only where that does not drive the output further into its limit.
-  const auto i_sum = i + q.ie_q();
-  const auto i_next = wrap_u<32>(select(i_sum < 0_k, 0_k, select(i_sum > limit, limit, i_sum)));
-  const auto u_try = pd + i_next;
-  const auto accept = !(u_try > limit && e >= 0_k) && !(u_try < 0_k && e <= 0_k);
-
-  // Segments by bands, in 1/320 degC (5 x 1/64 and 32 x 0.1), or by what P + D + feed-forward alone give.
   const auto band_full = e * 5_k > in.u16(spec::kRegBandFull) << 5_k;
   const auto band_off = -(e * 5_k) > in.u16(spec::kRegBandOff) << 5_k;
-  const auto pd_ff = pd + select(in.ff_en(), feed_forward, 0_k);
-  const auto model_full = pd_ff > limit && e > 0_k;
+  const auto pd_ff = q.pd_q() + select(in.ff_en(), q.ff_q() << 7_k, 0_k);
+  const auto model_full = pd_ff > q.duty_max_q() << 7_k && e > 0_k;
   // Without feed-forward this rule makes a limit cycle around the set-point.
   const auto model_off = in.ff_en() && pd_ff < 0_k && e < 0_k;
-  const auto full = (in.seg_model() && model_full) || (!in.seg_model() && band_full);
-  const auto off = (in.seg_model() && model_off) || (!in.seg_model() && band_off);
+  q.full_q = (in.seg_model() && model_full) || (!in.seg_model() && band_full);
+  q.off_q = (in.seg_model() && model_off) || (!in.seg_model() && band_off);
 
+  const auto limit = q.duty_max_q() << 14_k;
+  const auto i_sum = q.i_q() + product;
+  q.work_q = wrap<32>(select(i_sum < 0_k, 0_k, select(i_sum > limit, limit, i_sum)));
+}
+
+// I takes its step only where that does not drive the output further into its limit. While ATUNE drives, the integral
+// waits at its hold duty.
+template <class B, class In>
+void take_integral(Flops<B>& q, const In& in, const Int<B, 32>& i_next) {
+  const auto e = q.e_q();
+  const auto i = q.i_q();
+  const auto feed_forward = q.ff_q() << 14_k;
+  const auto u_try = (q.pd_q() << 7_k) + i_next;
+  const auto accept = !(u_try > q.duty_max_q() << 14_k && e >= 0_k) && !(u_try < 0_k && e <= 0_k);
+  const auto full = q.full_q() != 0_k;
+  const auto off = q.off_q() != 0_k;
   const auto i_outside = select(in.i_zero(), 0_k, select(full && in.ff_en(), feed_forward, i));
-  // While ATUNE drives, the integral waits at its hold duty.
-  const auto i_driven = in.tune_hold << 14_k;
-  const auto i_wanted =
-      select(in.tuning, i_driven, select(full || off, i_outside, select(accept, i_next, i)));
-  // A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
-  const auto i_after = select(i_wanted > limit, limit, i_wanted);
+  const auto i_inside = select(accept, i_next, i);
+  q.work_q = wrap<32>(select(in.tuning, in.tune_hold << 14_k, select(full || off, i_outside, i_inside)));
+}
 
-  const auto u = (pd + i_after) >> 14_k;
-  const auto u_limited = select(u > duty_max, duty_max, sat_duty(u));
-  q.u_q = select(full, duty_max, select(off, 0_k, u_limited));
-  q.i_held_q = i_after == i;
+// A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
+template <class B>
+void clamp_integral(Flops<B>& q, const Int<B, 33>& i_wanted) {
+  const auto limit = q.duty_max_q() << 14_k;
+  const auto i_after = wrap_u<32>(select(i_wanted > limit, limit, i_wanted));
+  q.i_held_q = i_after == q.i_q();
   q.i_q = i_after;
+}
+
+template <class B, class In>
+void take_output(Flops<B>& q, const In& in) {
+  const auto duty_max = q.duty_max_q();
+  const auto full = q.full_q() != 0_k;
+  const auto off = q.off_q() != 0_k;
+  const auto u = ((q.pd_q() << 7_k) + q.i_q()) >> 14_k;
+  const auto u_limited = select(u > duty_max, duty_max, sat_duty(u));
+  q.work_q = wrap<32>(select(full, duty_max, select(off, 0_k, u_limited)));
   const auto segment =
       select(full, Const<kSegFull>{}, select(off, Const<kSegOff>{}, Int<B, 3>(Const<kSegPid>{})));
   q.segment_q = select(in.manual() || in.tuning, Const<kSegNone>{}, segment);
@@ -205,20 +239,17 @@ void take_sum(Flops<B>& q, const In& in) {
 // Each droplet since the last computation adds FF_DROP, 2^-20, to the external feed-forward. A load that is
 // announced needs power: no reason to trip.
 template <class B, class In>
-void take_drops(Flops<B>& q, const In& in, const Int<B, 9>& drops, const typename B::Bool& dropped) {
-  const auto sum = sat_duty(q.ext_q() + (multiply(in.u16(spec::kRegFfDrop), wrap<16>(drops)) >> 4_k));
-  const auto ext = select(in.manual(), q.ext_q(), sum);
+void take_drops(Flops<B>& q, const In& in, const Int<B, 32>& product) {
+  const auto ext = select(in.manual(), q.ext_q(), sat_duty(q.ext_q() + (product >> 4_k)));
   q.ext_q = ext;
   q.hold_q = wrap_u<18>(q.hold_q() + ext);
-  q.drops_q = 0_k;
-  when(q, dropped, [&] { q.drops_q = 1_k; });
 }
 
 // The rise of the duty, never its fall, is held to SLEW.
 template <class B, class In>
-void take_duty(Flops<B>& q, const In& in) {
+void take_duty(Flops<B>& q, const In& in, const Int<B, 18>& output) {
   const auto duty_max = q.duty_max_q();
-  const auto commanded = select(in.tuning, in.tune_duty, select(in.manual(), q.ext_q(), q.u_q()));
+  const auto commanded = select(in.tuning, in.tune_duty, select(in.manual(), q.ext_q(), output));
   const auto wanted = select(commanded > duty_max, duty_max, commanded);
   const auto highest = q.duty_q() + q.slew_q();
   q.duty_q = select(q.slew_q() != 0_k && wanted > highest, wrap_u<17>(highest), wanted);
@@ -237,11 +268,11 @@ Case<At, Next, Body> on(const Body& body) {
   return {body};
 }
 template <class B>
-void one_of(Flops<B>& q, const Int<B, 5>&) {
+void one_of(Flops<B>& q, const Int<B, 6>&) {
   q.step_q = Const<kStepIdle>{};
 }
 template <class B, AlgorStep At, AlgorStep Next, class Body, class... Others>
-void one_of(Flops<B>& q, const Int<B, 5>& step, const Case<At, Next, Body>& first, const Others&... others) {
+void one_of(Flops<B>& q, const Int<B, 6>& step, const Case<At, Next, Body>& first, const Others&... others) {
   B::choose(
       q, step == Const<At>{},
       [&] {
@@ -256,39 +287,75 @@ void clock(Flops<B>& q, const In& in) {
   const auto sp = q.sp_work_q();
   const auto dropped = in.drop && q.drop_q() == 0_k;
   const auto drops = q.drops_q();
+  const auto work = q.work_q();
   q.done_q = 0_k;
   q.drop_q = in.drop;
   when(q, dropped && drops != 255_k, [&] { q.drops_q = wrap_u<8>(drops + 1_k); });
   ramp(q, in);
   // After the ramp: a step that sets the working set-point wins.
   one_of(q, q.step_q(), on<kStepIdle, kStepIdle>([&] {
-           when(q, in.start && in.sample_ok, [&] { q.step_q = Const<kStepSetpoint>{}; });
+           when(q, in.start && in.sample_ok, [&] { q.step_q = Const<kStepAmbient>{}; });
            q.done_q = in.start && !in.sample_ok;
          }),
-         on<kStepSetpoint, kStepDutyMax>([&] { take_setpoint(q, in, sp); }),
-         on<kStepDutyMax, kStepSlew>([&] { q.duty_max_q = duty(in.s16(spec::kRegDutyMax)); }),
-         on<kStepSlew, kStepAmbient>([&] { q.slew_q = duty(in.s16(spec::kRegSlew)); }),
-         on<kStepAmbient, kStepExternal>([&] { q.amb_q = temperature(in.s16(spec::kRegTAmb)); }),
-         on<kStepExternal, kStepFeedForward>([&] {
-           q.ext_q = duty(select(in.manual(), in.s16(spec::kRegManualDuty), in.s16(spec::kRegFfExt)));
+         on<kStepAmbient, kStepSetpoint>([&] { multiply_tenths(q, in.s16(spec::kRegTAmb)); }),
+         on<kStepSetpoint, kStepDutyMax>([&] {
+           q.amb_q = temperature(work);
+           multiply_tenths(q, in.s16(spec::kRegSetpoint));
          }),
-         on<kStepFeedForward, kStepHold>(
-             [&] { q.ff_q = sat_duty(multiply(in.u16(spec::kRegKff), sat_s16(in.pv - q.amb_q())) >> 12_k); }),
-         on<kStepHold, kStepHoldAdd>([&] {
-           // ff goes in divided by four; HOLD_MULT is UQ8.8. Above 100 % there is nothing left to tell apart.
-           q.hold_q = sat_duty(multiply(in.u16(spec::kRegHoldMult), q.ff_q() >> 2_k) >> 6_k);
+         on<kStepDutyMax, kStepFeedForward>([&] {
+           take_setpoint(q, in, sp, temperature(work));
+           q.delta_q = sat_s16(in.pv - q.amb_q());
+           multiply_percent(q, in.s16(spec::kRegDutyMax));
          }),
-         on<kStepHoldAdd, kStepDrops>(
-             [&] { q.hold_q = wrap_u<18>(q.hold_q() + duty(in.s16(spec::kRegHoldAdd))); }),
-         on<kStepDrops, kStepPreset>([&] { take_drops(q, in, drops, dropped); }),
-         on<kStepPreset, kStepError>([&] {
-           // As HOLD_MULT; PRESET is UQ0.8.
-           q.ff_q = sat_duty(multiply(in.u16(spec::kRegPreset), q.ff_q() >> 2_k) >> 6_k);
+         on<kStepFeedForward, kStepHoldAdd>([&] {
+           q.duty_max_q = duty(work);
+           multiply<B>(q, in.u16(spec::kRegKff), q.delta_q());
          }),
-         on<kStepError, kStepProducts>([&] { take_error(q, in, sp); }),
-         on<kStepProducts, kStepSum>([&] { take_products(q, in); }),
-         on<kStepSum, kStepLimit>([&] { take_sum(q, in); }),
-         on<kStepLimit, kStepIdle>([&] { take_duty(q, in); }));
+         on<kStepHoldAdd, kStepHold>([&] {
+           q.ff_q = sat_duty(work >> 12_k);
+           multiply_percent(q, in.s16(spec::kRegHoldAdd));
+         }),
+         on<kStepHold, kStepPreset>([&] {
+           q.hold_q = duty(work);
+           multiply_share(q, in.u16(spec::kRegHoldMult));
+         }),
+         on<kStepPreset, kStepExternal>([&] {
+           q.hold_q = wrap_u<18>(q.hold_q() + share(work));
+           multiply_share(q, in.u16(spec::kRegPreset));
+         }),
+         on<kStepExternal, kStepDrops>([&] {
+           q.ff_q = share(work);
+           take_error(q, in, sp);
+           multiply_percent(q, select(in.manual(), in.s16(spec::kRegManualDuty), in.s16(spec::kRegFfExt)));
+         }),
+         on<kStepDrops, kStepSlew>([&] {
+           q.ext_q = duty(work);
+           take_derivative(q, in);
+           multiply<B>(q, in.u16(spec::kRegFfDrop), wrap<16>(drops));
+           q.drops_q = 0_k;
+           when(q, dropped, [&] { q.drops_q = 1_k; });
+         }),
+         on<kStepSlew, kStepDerivative>([&] {
+           take_drops(q, in, work);
+           multiply_percent(q, in.s16(spec::kRegSlew));
+         }),
+         on<kStepDerivative, kStepProportional>([&] {
+           q.slew_q = duty(work);
+           multiply<B>(q, in.u16(spec::kRegKd), q.delta_q());
+         }),
+         on<kStepProportional, kStepIntegral>([&] {
+           take_d(q, in, work);
+           multiply<B>(q, in.u16(spec::kRegKp), q.e_q());
+         }),
+         on<kStepIntegral, kStepSegment>([&] {
+           take_p(q, work);
+           multiply<B>(q, select(in.at_temp, in.u16(spec::kRegKiHold), in.u16(spec::kRegKiApproach)), q.e_q());
+         }),
+         on<kStepSegment, kStepAntiWindup>([&] { take_segment(q, in, work); }),
+         on<kStepAntiWindup, kStepClamp>([&] { take_integral(q, in, work); }),
+         on<kStepClamp, kStepOutput>([&] { clamp_integral(q, wrap_u<32>(work)); }),
+         on<kStepOutput, kStepLimit>([&] { take_output(q, in); }),
+         on<kStepLimit, kStepIdle>([&] { take_duty(q, in, wrap_u<17>(work)); }));
 
   // A stopped or manual loop keeps no history: the next automatic step starts without kick or windup.
   when(q, !in.run || in.manual(), [&] {
@@ -329,7 +396,7 @@ typename B::Bool limited(const Flops<B>& q) {
 }
 template <class B>
 Int<B, 18> term_p(const Flops<B>& q) {
-  return sat_term(q.p_q() >> 6_k);
+  return q.term_p_q();
 }
 template <class B>
 Int<B, 18> term_i(const Flops<B>& q) {
@@ -337,7 +404,7 @@ Int<B, 18> term_i(const Flops<B>& q) {
 }
 template <class B>
 Int<B, 18> term_d(const Flops<B>& q) {
-  return sat_term(q.d_q() >> 7_k);
+  return q.term_d_q();
 }
 
 }  // namespace meltstage::chip::algor_kernel

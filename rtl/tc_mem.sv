@@ -52,14 +52,15 @@ module tc_mem (
   logic        one_staged, one_active, bad_now;
   logic        scrub_step;
 
+  // Each word behind its own select, all in one OR: flatter than a choice of one after the other.
+  logic [LastWord:1] under_pass;
   always_comb begin
     scrub_staged = 22'd0;
     scrub_active = 22'd0;
     for (int unsigned i = 1; i <= LastWord; i++) begin
-      if (scrub_index_q == 6'(i)) begin
-        scrub_staged = staged_q[i];
-        scrub_active = active_q[i];
-      end
+      under_pass[i] = scrub_index_q == 6'(i);
+      scrub_staged |= {22{under_pass[i]}} & staged_q[i];
+      scrub_active |= {22{under_pass[i]}} & active_q[i];
     end
   end
 
@@ -86,7 +87,7 @@ module tc_mem (
   for (genvar i = 1; i <= LastWord; i++) begin : gen_word
     localparam logic [21:0] ResetWord = tc_math_pkg::secded_encode(tc_pkg::reg_reset(6'(i)));
     logic hit;                                       // the pass stands on this word
-    assign hit = scrub_step && scrub_index_q == 6'(i);
+    assign hit = scrub_step && under_pass[i];
 
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) staged_q[i] <= ResetWord;
@@ -141,7 +142,7 @@ module tc_mem (
   always_comb begin
     rd_data_o = 16'd0;
     for (int unsigned i = 1; i <= LastWord; i++) begin
-      if (rd_index_i == 6'(i)) rd_data_o = staged_q[i][15:0];
+      rd_data_o |= {16{rd_index_i == 6'(i)}} & staged_q[i][15:0];
     end
   end
 

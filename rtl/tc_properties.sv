@@ -243,7 +243,7 @@ module tc_properties (
   // A tick ends in CfgPwm within the longest read, 27138 clocks of SPI at its slowest with a set-up word before (P15_ReadEnds_A in
   // tc_sensc), the computation and 4 clocks.
   localparam logic [14:0] LongestRead = 15'd27138;
-  `TC_ASSERT_IF(P15_TickEnds_A, ticked != 15'd0, ticked <= LongestRead + 15'd19)
+  `TC_ASSERT_IF(P15_TickEnds_A, ticked != 15'd0, ticked <= LongestRead + 15'd23)
 `ifdef FORMAL
   // What leads there: the clocks of each state since the tick began.
   `TC_ASSERT_IF(P15_Displaying_A, state_i == tc_pkg::StTempDisplay, ticked <= LongestRead + 15'd2)

@@ -95,18 +95,29 @@ module tc_pwmc (
   assign period_next = mul_fresh ? mul_period_q : period_q;
   assign product_next = mul_fresh ? mul_acc_q : product_q;
   assign min_on = (min_on_i > {1'b0, period_next[15:1]}) ? {1'b0, period_next[15:1]} : min_on_i;
-  assign acc_used = (period_next == period_q) ? acc_q : 32'sd0;
+  assign acc_used = (!mul_fresh || mul_period_q == period_q) ? acc_q : 32'sd0;
   assign sum = 34'(acc_used) + $signed({2'b00, product_next});
   assign whole = sum[33:16];
 
+  logic        too_short, too_long;
+  logic [15:0] longest;           // below the whole period
+  logic signed [17:0] beyond;     // counts beyond the period
+  assign longest   = period_next - min_on;
+  assign too_short = whole < $signed({2'b00, min_on});
+  assign too_long  = whole > $signed({2'b00, longest});
+  assign beyond    = whole - $signed({2'b00, period_next});
   always_comb begin
-    if (product_next == 32'd0) high_next = 16'd0;
-    else if (whole < $signed({2'b00, min_on})) high_next = 16'd0;
-    else if (whole > $signed({2'b00, period_next}) - $signed({2'b00, min_on}))
-      high_next = dither_i || whole >= $signed({2'b00, period_next}) ? period_next : period_next - min_on;   // never above the duty
+    if (product_next == 32'd0 || too_short) high_next = 16'd0;
+    else if (too_long) high_next = dither_i || beyond >= 18'sd0 ? period_next : longest;   // never above the duty
     else high_next = whole[15:0];
   end
-  assign rest = 32'(sum - $signed({2'b00, high_next, 16'd0}));   // below half a period, see the proof
+  // What dithering carries on: sum less high_next, below half a period, see the proof.
+  always_comb begin
+    if (product_next == 32'd0) rest = 32'sd0;
+    else if (too_short) rest = sum[31:0];
+    else if (too_long) rest = {beyond[15:0], sum[15:0]};
+    else rest = {16'd0, sum[15:0]};
+  end
 
   // ---- the period
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -138,7 +149,7 @@ module tc_pwmc (
         high_q <= high_next;
         pre_q <= 16'd0;
         count_q <= 16'd0;
-        acc_q <= (dither_i && product_next != 32'd0) ? rest : 32'sd0;
+        acc_q <= dither_i ? rest : 32'sd0;
         pwm_q <= high_next != 16'd0;
       end else if (running_q) begin
         if (count_end) begin

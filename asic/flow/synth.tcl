@@ -29,7 +29,8 @@ yosys rename -enumerate -pattern flop_% t:\$_DFF* %x:+\[Q\] w:* %i
 yosys setundef -zero
 yosys write_rtlil reference.il
 yosys dfflibmap -map-only -liberty $::env(LIBERTY)
-yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;dc2\;dch,-f\;amap,-m\;topo\;buffer,-N,16\;topo\;upsize,-D,9000\;dnsize,-D,9000\;topo
+# Small first (dc2), then flat again (if -g): dc2 alone makes chains of what were fast adders. Sized by ABC's own delays; OpenSTA judges.
+yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;if,-g\;dch,-f\;if,-g\;dch,-f\;amap,-m\;topo\;buffer,-N,16\;topo\;upsize,-D,4000\;dnsize,-D,4000\;topo
 yosys opt_clean -purge
 yosys tee -o area.txt stat -liberty $::env(LIBERTY)
 yosys write_verilog -noattr -noexpr -nohex -nodec netlist.v

@@ -159,7 +159,7 @@ constexpr Point kPoints[] = {
     {"rise of the duty held by SLEW",
      [](const Moment& m) {
        return m.heating() && !m.manual() && m.now.algor.done_q != 0 && m.now.algor.slew_q != 0 &&
-              m.now.algor.duty_q < m.now.algor.u_q;
+              m.now.algor.duty_q < static_cast<std::uint32_t>(m.now.algor.work_q);
      }},
     {"duty at a DUTY_MAX below 100 % in the PID segment",
      [](const Moment& m) {

@@ -715,6 +715,7 @@ void befall_state(Rng& rng, Bench& bench, const Kind& kind) {
 // An experiment that is near its end, or near its time limit.
 void hurry_tuning(Rng& rng, Bench& bench) {
   if (bench.model().atune.phase_q != chip::kTuneCycle) return;
+  if (one_in(rng, 30)) bench.poke([](chip::Chip& c) { c.atune.cycles_q = spec::kTuneAdaptCycles - 1; });
   if (one_in(rng, 15)) bench.poke([](chip::Chip& c) { c.atune.cycles_q = spec::kTuneCycles - 1; });
   if (one_in(rng, 60)) bench.poke([](chip::Chip& c) { c.atune.limit_q = spec::kTuneLimit - 1; });
 }

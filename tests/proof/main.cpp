@@ -23,7 +23,7 @@ namespace meltstage::proof {
 namespace {
 
 constexpr unsigned kQuerySeconds = 120;
-constexpr unsigned kStepCodes = 16;     // of step_q: all its bits can say
+constexpr unsigned kStepCodes = 32;     // of step_q: all its bits can say
 constexpr unsigned kProductWidth = 33;  // gain x term; narrower products stay what they are
 
 // The same for the same expression, as long as it lives.
@@ -75,7 +75,7 @@ z3::expr at_step(z3::expr e, const z3::expr& step_q, unsigned code) {
   z3::expr_vector from(c);
   z3::expr_vector to(c);
   from.push_back(step_q);
-  to.push_back(c.bv_val(code, 4));
+  to.push_back(c.bv_val(code, 5));
   return e.substitute(from, to).simplify();
 }
 

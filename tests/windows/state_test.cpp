@@ -69,7 +69,8 @@ TEST_F(State, ExtremeNumbersComeBack) {
   SavedState saved = state_at(2'500'000);
   saved.chip.algor.e_q = -32768;
   saved.chip.algor.filt_q = -1;
-  saved.chip.algor.p_q = INT32_MIN;
+  saved.chip.algor.work_q = INT32_MIN;
+  saved.chip.algor.pd_q = -(std::int64_t{1} << 33);
   saved.chip.algor.i_q = UINT32_MAX;
   write_state(path(), saved);
   EXPECT_EQ(unequal_members(read_state(path()).chip, saved.chip), 0u);

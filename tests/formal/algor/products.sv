@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ALGOR keeps 32 of a product's 33 bits: that is enough for every gain (unsigned) and every term (signed). The three products
+// ALGOR keeps 32 of a product's 33 bits: that is enough for every gain (unsigned) and every term (signed). The products
 // of tc_algor have these widths (AlgorProductsFit_A there watches them in simulation).
 
 `include "tc_assert.svh"
