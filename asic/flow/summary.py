@@ -89,10 +89,10 @@ def run_rows(folder):
     replay = re.search(r"(\d+) clocks, (\d+) mismatches", text_of(folder / "replay.txt"))
     rows = [row(f"mismatches with the model's pins, {replay.group(1)} clocks", int(replay.group(2)))] if replay else []
     power = {name: float(total) for name, total in
-             re.findall(r"^(Sequential|Combinational|Total) +\S+ +\S+ +\S+ +(\S+)", text_of(folder / "power.txt"), re.M)}
+             re.findall(r"^(logic|flops|clock gates|clock pin|leakage|Total) .*?(\S+)(?: +\S+ mA.*)?$", text_of(folder / "power.txt"), re.M)}
     if power:
-        rows += [row(f"{name.lower()} power at 12 MHz", round(1e3 * watts, 3), "mW") for name, watts in power.items()]
-        rows.append(row("current at 12 MHz and 1.2 V, every flop clocked", round(1e3 * power["Total"] / 1.2, 3), "mA"))
+        rows += [row(f"{name.lower()} power at 12 MHz", round(1e3 * watts, 4), "mW") for name, watts in power.items()]
+        rows.append(row("current at 12 MHz and 1.2 V, no wires, no glitches", round(1e3 * power["Total"] / 1.2, 3), "mA"))
     return rows
 
 
