@@ -761,7 +761,7 @@ class Pieces {
   }
 
   bool quick_;
-  std::mt19937_64 random_{1};
+  std::mt19937_64 random_{kFunctionalSeed};
   FunctionalSession s_;
   Parameters now_ = calm();
 };
