@@ -120,10 +120,9 @@ struct Functional {
 Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary& library, std::size_t faults,
                              const BenchOptions& options) {
   const dft::CaptureView view = dft::capture_view(netlist, library);
-  const auto clock = static_cast<std::size_t>(std::find(view.clock_ports.begin(), view.clock_ports.end(), 1) -
-                                              view.clock_ports.begin());
   const FunctionalSet set = functional_set(options.quick ? FunctionalLength::quick : FunctionalLength::whole);
-  const auto stretches = functional_stretches(set.stream, view.input_ports, view.input_ports[clock]);
+  const dft::CycleStream cycles = chip_cycles(set.stream);
+  const auto stretches = dft::stretches_of(view, cycles);
   const auto sample = dft::sample_faults(dft::collapse(view.circuit).classes, faults, options.seed);
   const dft::FunctionalGrade grade = dft::grade_functional(view, stretches, sample, kThreads);
   const dft::ToggleCoverage& toggle = grade.toggle;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "asic/dft/functional.hpp"
+#include "asic/dft/cycles.hpp"
 #include "vectors/stream.hpp"
 
 namespace meltstage::app {
@@ -23,6 +23,8 @@ struct FunctionalSet {
   std::vector<FunctionalPiece> pieces;
 };
 
+constexpr std::uint64_t kFunctionalSeed = 1;
+
 enum class FunctionalLength { whole, quick };  // quick: every register is written once instead of twice
 
 FunctionalSet functional_set(FunctionalLength length);
@@ -35,11 +37,19 @@ enum class ReplayDevice { model, rtl };
 // A recording of the chip's pins run on a device. Throws std::runtime_error when its pins are not the chip's.
 PinReplay replay_pins(const vectors::Stream& stream, ReplayDevice device);
 
-// A recording for a netlist with these port bits; the clock is at 0. Without output ports nothing is
-// compared. Throws std::runtime_error that names a port which the recording lacks.
-std::vector<dft::FunctionalStretch> functional_stretches(const vectors::Stream& stream,
-                                                         const std::vector<std::string>& input_ports,
-                                                         const std::string& clock,
-                                                         const std::vector<std::string>& output_ports = {});
+// Strobes of a cycle stream that are not compared, and why.
+struct MaskedStrobes {
+  std::uint64_t cycle;
+  std::vector<std::string> outputs;
+  std::string reason;
+};
+
+// The recording as a tester runs it: clock clk_i, the inputs of each clock before it, and before it too the
+// outputs that the clock before left. `pieces` become labels. What that leaves open is masked and told.
+dft::CycleStream chip_cycles(const vectors::Stream& stream, const std::vector<FunctionalPiece>& pieces = {},
+                             std::vector<MaskedStrobes>* masked = nullptr);
+// Such a stream, as read back from a file, run on a device. Throws std::runtime_error when it has other
+// signals than the chip has pins.
+PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device);
 
 }  // namespace meltstage::app

@@ -24,6 +24,7 @@
 #include "asic/dft/functional.hpp"
 #include "asic/dft/generate.hpp"
 #include "asic/dft/lint.hpp"
+#include "asic/dft/pattern_files.hpp"
 #include "asic/dft/proof_check.hpp"
 #include "asic/dft/replay.hpp"
 #include "asic/dft/scan.hpp"
@@ -43,14 +44,20 @@ namespace fs = std::filesystem;
 using namespace dft;
 
 struct Options {
-  fs::path netlist, patterns, liberty, out, tester, cnf, proof;
+  fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells;
   std::string on = "netlist", reset;
   std::size_t chains = 8;
   std::uint64_t seed = 1;
   std::uint32_t conflicts = 0;
   std::size_t faults = 1022;
   FunctionalLength length = FunctionalLength::whole;
+  bool two_power_ups = false;
+  std::uint64_t cycles = 0;  // 0: all
+  std::vector<fs::path> rtl;
+  std::vector<double> timing;  // period, drive, strobe, clock rise and fall; ns
 };
+
+constexpr unsigned kPowerUps = 10;  // at random, beside all 0 and all 1
 
 void write_file(const fs::path& path, const std::string& text) {
   vectors::OutputFile file(path);
@@ -68,6 +75,12 @@ std::string sha256(const std::string& text) {
   vectors::Sha256 hash;
   hash.update(text);
   return hash.finish();
+}
+
+nlohmann::ordered_json hashes(const std::vector<fs::path>& files) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const fs::path& file : files) json[file.filename().string()] = sha256(read_file(file));
+  return json;
 }
 
 bool is_bench(const fs::path& path) { return path.extension() == ".bench"; }
@@ -207,6 +220,7 @@ int generate(const Options& options) {
        {{"file", options.netlist.filename().string()}, {"sha256", sha256(read_file(options.netlist))}}},
       {"library", options.liberty.empty() ? nlohmann::ordered_json("yosys gates")
                                           : nlohmann::ordered_json(sha256(read_file(options.liberty)))},
+      {"rtl", hashes(options.rtl)},
       {"patterns", set.patterns.size()},
       {"cycles", stream.cycles.size()},
       {"chains", subject.design.chains.size()},
@@ -279,57 +293,115 @@ CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library)
 
 bool is_recording(const fs::path& path) { return path.extension() == ".mvec"; }
 
-// The one clock of a netlist.
-std::string clock_of(const CaptureView& view, const fs::path& netlist) {
-  const auto clock = std::find(view.clock_ports.begin(), view.clock_ports.end(), 1);
-  if (clock == view.clock_ports.end())
-    throw InputError(netlist.string() + ": found no clock, expected flops; give STIL patterns instead");
-  return view.input_ports[static_cast<std::size_t>(clock - view.clock_ports.begin())];
+// What a file of patterns holds, whatever its format.
+CycleStream read_patterns(const Options& options) {
+  const fs::path& path = options.patterns;
+  if (is_recording(path)) return chip_cycles(vectors::read_text(path));
+  if (path.extension() == ".wgl") return parse_wgl(read_file(path), path.string());
+  if (path.extension() != ".vcd" && path.extension() != ".evcd") return read_stil(path);
+  TestTiming timing;
+  if (!options.timing.empty())
+    timing = {options.timing[0], options.timing[1], options.timing[2], options.timing[3], options.timing[4]};
+  Directions directions;
+  if (path.extension() == ".vcd") {
+    if (options.netlist.empty() || is_bench(options.netlist))
+      throw InputError(path.string() +
+                       ": a plain VCD tells no directions; give --netlist, or an extended VCD");
+    for (const Port& port : read_yosys_json(options.netlist).ports) {
+      for (std::size_t i = 0; i < port.bits.size(); ++i) directions[port.bit_name(i)] = port.is_input;
+    }
+  }
+  return parse_dump(read_file(path), path.string(), timing, directions);
 }
 
-// Functional vectors on a netlist without (or before) scan, faults drawn at random.
-int grade_recording(const Options& options) {
-  const CellLibrary library = library_of(options);
-  const CaptureView view = capture_view(read_yosys_json(options.netlist), library);
-  const auto stretches = functional_stretches(vectors::read_text(options.patterns), view.input_ports,
-                                              clock_of(view, options.netlist));
+// Vectors without scan, clock by clock, faults drawn at random.
+int grade_clock_by_clock(const Options& options, const CaptureView& view, const CycleStream& stream) {
+  const auto stretches = stretches_of(view, stream);
   const std::vector<Fault> all = collapse(view.circuit).classes;
   const std::vector<Fault> sample =
       options.faults == 0 ? all : sample_faults(all, options.faults, options.seed);
   const FunctionalGrade graded = grade_functional(view, stretches, sample, 2);
+  // Detected from one power-up state alone: possibly.
+  std::vector<std::uint8_t> surely(sample.size(), 1);
+  if (options.two_power_ups) {
+    const FunctionalGrade other = grade_functional(view, stretches, sample, 2, PowerUp::ones);
+    for (std::size_t i = 0; i < sample.size(); ++i)
+      surely[i] = other.first_clock[i] != FunctionalGrade::kUndetected ? 1 : 0;
+  }
   const ToggleCoverage& toggle = graded.toggle;
+  std::size_t detected = 0, possibly = 0;
   std::string report;
   for (std::size_t i = 0; i < sample.size(); ++i) {
     const std::uint64_t first = graded.first_clock[i];
     const std::string pin = sample[i].pin == kStem ? "" : fmt::format(" input {}", sample[i].pin);
+    const bool found = first != FunctionalGrade::kUndetected;
+    const FaultClass verdict = !found ? FaultClass::NO : surely[i] != 0 ? FaultClass::DS : FaultClass::PT;
+    detected += verdict == FaultClass::DS ? 1 : 0;
+    possibly += verdict == FaultClass::PT ? 1 : 0;
     report +=
-        fmt::format("{}{} stuck-at-{} {}\n", view.circuit.name(sample[i].node), pin, sample[i].stuck ? 1 : 0,
-                    first == FunctionalGrade::kUndetected ? "NO" : fmt::format("DS {}", first));
+        fmt::format("{}{} stuck-at-{} {}{}\n", view.circuit.name(sample[i].node), pin,
+                    sample[i].stuck ? 1 : 0, to_string(verdict), found ? fmt::format(" {}", first) : "");
   }
   for (const std::string& name : toggle.idle) report += fmt::format("{} does not toggle\n", name);
   if (!options.out.empty()) write_file(options.out, report);
   fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "clocks", graded.clocks, "faults graded",
-             sample.size(), "detected", graded.detected());
+             sample.size(), "detected", detected);
+  if (options.two_power_ups) fmt::print("{:<22} {:>10}\n", "possibly detected", possibly);
   fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "coverage",
-             100.0 * static_cast<double>(graded.detected()) / static_cast<double>(sample.size()),
-             "outputs toggled",
+             100.0 * static_cast<double>(detected) / static_cast<double>(sample.size()), "outputs toggled",
              100.0 * static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines));
   return 0;
 }
 
-// The functional set of the chip, and what each piece of it is there for.
+// Which strobes are not compared, and why.
+nlohmann::ordered_json mask_json(const std::vector<MaskedStrobes>& masked) {
+  nlohmann::ordered_json json = {{"strobes", 0}, {"reasons", nlohmann::ordered_json::object()}};
+  std::size_t strobes = 0;
+  std::map<std::string, std::size_t> reasons;
+  for (const MaskedStrobes& entry : masked) {
+    strobes += entry.outputs.size();
+    reasons[entry.reason] += entry.outputs.size();
+  }
+  json["strobes"] = strobes;
+  for (const auto& [reason, count] : reasons) json["reasons"][reason] = count;
+  return json;
+}
+std::string mask_report(const std::vector<MaskedStrobes>& masked) {
+  std::string text;
+  for (const MaskedStrobes& entry : masked) {
+    text += fmt::format("cycle {}:", entry.cycle);
+    for (const std::string& output : entry.outputs) text += " " + output;
+    text += fmt::format(": {}\n", entry.reason);
+  }
+  return text;
+}
+
+// The functional set of the chip in every format, and what each piece of it is there for.
 int record_functional(const Options& options) {
   const FunctionalSet set = functional_set(options.length);
+  std::vector<MaskedStrobes> masked;
+  const CycleStream stream = chip_cycles(set.stream, set.pieces, &masked);
   fs::create_directories(options.out);
-  const fs::path file = options.out / "functional.mvec";
-  vectors::write_text(set.stream, file);
+  vectors::write_text(set.stream, options.out / "functional.mvec");
+  write_file(options.out / "functional.stil", flat_stil_text(stream));
+  write_file(options.out / "functional.wgl", wgl_text(stream));
+  write_file(options.out / "functional.avc", avc_text(stream));
+  write_file(options.out / "functional.atp", atp_text(stream));
+  write_file(options.out / "masks.txt", mask_report(masked));
   nlohmann::ordered_json manifest = {{"tool", version()},
-                                     {"clocks", set.stream.final_cycle() + 1},
-                                     {"files", {{"functional.mvec", sha256(read_file(file))}}}};
+                                     {"rtl", rtl_sha256()},
+                                     {"seed", kFunctionalSeed},
+                                     {"clocks", cycle_count(stream)},
+                                     {"vectors", stream.cycles.size()},
+                                     {"masked", mask_json(masked)}};
+  for (const char* name : {"functional.mvec", "functional.stil", "functional.wgl", "functional.avc",
+                           "functional.atp", "masks.txt"})
+    manifest["files"][name] = sha256(read_file(options.out / name));
   for (const FunctionalPiece& piece : set.pieces)
     manifest["pieces"].push_back({{"requirement", piece.requirement}, {"first_cycle", piece.first_cycle}});
-  write_file(options.out / "functional.json", manifest.dump(2) + "\n");
-  fmt::print("{} clocks, {} pieces\n", set.stream.final_cycle() + 1, set.pieces.size());
+  write_file(options.out / "manifest.json", manifest.dump(2) + "\n");
+  fmt::print("{} clocks in {} vectors, {} pieces, {} strobes masked\n", cycle_count(stream),
+             stream.cycles.size(), set.pieces.size(), manifest["masked"]["strobes"].get<std::size_t>());
   return 0;
 }
 
@@ -340,23 +412,21 @@ int report_replay(std::uint64_t cycles, std::uint64_t strobes, std::uint64_t mis
   return mismatches == 0 ? 0 : 1;
 }
 
-int replay_recording(const Options& options) {
-  const vectors::Stream stream = vectors::read_text(options.patterns);
+// A stream without scan, on whatever it is asked for.
+int replay_functional_stream(const Options& options, const CycleStream& stream) {
   if (options.on == "netlist") {
     const CaptureView view = capture_view(read_yosys_json(options.netlist), library_of(options));
-    const ReplayResult result = replay_functional(
-        view,
-        functional_stretches(stream, view.input_ports, clock_of(view, options.netlist), view.output_ports));
+    const ReplayResult result = replay_cycles(view, stream, kPowerUps, options.seed);
     return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
   }
-  const PinReplay result = replay_pins(stream, options.on == "rtl" ? ReplayDevice::rtl : ReplayDevice::model);
+  const PinReplay result =
+      replay_cycles_on(stream, options.on == "rtl" ? ReplayDevice::rtl : ReplayDevice::model);
   return report_replay(result.clocks, result.strobes, result.mismatches, result.first);
 }
 
 int grade_patterns(const Options& options) {
-  if (is_recording(options.patterns)) return grade_recording(options);
   const CellLibrary library = library_of(options);
-  const CycleStream stream = read_stil(options.patterns);
+  const CycleStream stream = read_patterns(options);
   Circuit circuit;
   std::vector<Pattern> patterns, compared;
   if (is_bench(options.netlist)) {
@@ -364,6 +434,10 @@ int grade_patterns(const Options& options) {
     patterns = plain_patterns(circuit, stream);
   } else {
     const Netlist netlist = read_yosys_json(options.netlist);
+    if (stream.chains.empty()) {
+      const CaptureView plain = capture_view(netlist, library);
+      if (!plain.flops.empty()) return grade_clock_by_clock(options, plain, stream);
+    }
     CaptureView view = view_for_grading(netlist, library);
     patterns = view.flops.empty() ? plain_patterns(view.circuit, stream)
                                   : captures_of(view, stream, ScanOptions{}.scan_enable, &compared);
@@ -412,7 +486,7 @@ TesterProfile tester_of(const fs::path& path) {
 }
 
 int lint_patterns(const Options& options) {
-  const CycleStream stream = read_stil(options.patterns);
+  const CycleStream stream = read_patterns(options);
   const std::vector<std::string> reasons = lint(stream, tester_of(options.tester));
   for (const std::string& reason : reasons) fmt::print("{}\n", reason);
   fmt::print("{} cycles, {} signals, {} complaints\n", stream.cycles.size(), stream.signals.size(),
@@ -439,24 +513,32 @@ class WorkFolder {
   fs::path path_;
 };
 
+// What runs in a simulator that takes a while.
+void keep_first(CycleStream& stream, std::uint64_t cycles) {
+  std::size_t kept = 0;
+  for (; kept < stream.cycles.size() && cycles != 0; ++kept) {
+    stream.cycles[kept].count = std::min(stream.cycles[kept].count, cycles);
+    cycles -= stream.cycles[kept].count;
+  }
+  stream.cycles.resize(kept);
+}
+
 int replay_patterns(const Options& options) {
   const bool on_chip = options.on == "model" || options.on == "rtl";
   if (!on_chip && options.netlist.empty())
     throw InputError("--netlist: found nothing, expected the netlist to run on");
-  if (is_recording(options.patterns)) {
-    if (options.on != "icarus") return replay_recording(options);
-    throw InputError(options.patterns.string() + ": found a recording for --on icarus, expected STIL");
-  }
+  CycleStream stream = read_patterns(options);
+  if (options.cycles != 0) keep_first(stream, options.cycles);
+  if (stream.chains.empty() && options.on != "icarus") return replay_functional_stream(options, stream);
   if (on_chip)
-    throw InputError(fmt::format("{}: found scan patterns for --on {}, expected a recording (.mvec)",
+    throw InputError(fmt::format("{}: found scan patterns for --on {}, expected functional vectors",
                                  options.patterns.string(), options.on));
   const CellLibrary library = library_of(options);
   const Netlist netlist = read_yosys_json(options.netlist);
-  const CycleStream stream = read_stil(options.patterns);
   ReplayResult result;
   if (options.on == "icarus") {
     const WorkFolder folder;
-    result = replay_in_icarus(netlist, library, stream, folder.path());
+    result = replay_in_icarus(netlist, library, stream, folder.path(), {options.cells, options.sdf});
   } else {
     result = replay(capture_view(netlist, library), stream, ScanOptions{}.scan_enable, options.seed);
   }
@@ -520,15 +602,28 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
       "generate", "Insert scan, generate tests, write them and a verdict on every fault");
   netlist_of(sub_generate);
   generation_of(sub_generate);
+  sub_generate->add_option("--rtl", options->rtl,
+                           "Sources of the netlist: their hashes go into the manifest");
   sub_generate->add_option("--out", options->out, "Folder to write")->required();
-  CLI::App* sub_grade = command->add_subcommand("grade", "Which faults a STIL file or a recording detects");
+  CLI::App* sub_grade = command->add_subcommand("grade", "Which faults patterns detect");
   netlist_of(sub_grade);
-  sub_grade->add_option("--patterns", options->patterns, "STIL file, or recording of pins (.mvec)")
+  sub_grade
+      ->add_option("--patterns", options->patterns,
+                   "STIL, WGL (.wgl), dump (.vcd, .evcd), or recording of the chip's pins (.mvec)")
       ->required();
   sub_grade->add_option("--faults", options->faults,
-                        "Recordings: so many faults at random, 0 for all (default 1022)");
-  sub_grade->add_option("--seed", options->seed, "Recordings: seed of the draw (default 1)");
+                        "Vectors without scan: so many faults at random, 0 for all (default 1022)");
+  sub_grade->add_option("--seed", options->seed, "Vectors without scan: seed of the draw (default 1)");
+  sub_grade->add_flag("--two-power-ups", options->two_power_ups,
+                      "Vectors without scan: all flops at 0 and at 1 first; tells possibly detected faults");
   sub_grade->add_option("--report", options->out, "File for one line a fault");
+  const auto timing_of = [&](CLI::App* sub) {
+    sub->add_option("--timing", options->timing,
+                    "Dumps: period, drive, strobe, clock rise, clock fall, ns (default 100,0,40,50,80)")
+        ->delimiter(',')
+        ->expected(5);
+  };
+  timing_of(sub_grade);
   CLI::App* sub_functional = command->add_subcommand(
       "functional", "Record the chip's functional set (.mvec), labelled by requirement");
   sub_functional->add_option("--out", options->out, "Folder to write")->required();
@@ -541,15 +636,24 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_lint->add_option("--tester", options->tester, "Tester profile (TOML)");
   CLI::App* sub_replay =
       command->add_subcommand("replay", "Run a STIL file on the scanned netlist, or a recording on the chip");
-  sub_replay->add_option("PATTERNS", options->patterns, "STIL file, or recording of pins (.mvec)")
+  sub_replay
+      ->add_option("PATTERNS", options->patterns,
+                   "STIL, WGL (.wgl), dump (.vcd, .evcd), or recording of the chip's pins (.mvec)")
       ->required();
   sub_replay->add_option("--netlist", options->netlist,
                          "Yosys JSON: of the scanned netlist for STIL, any for recordings");
   sub_replay->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
   sub_replay
-      ->add_option("--on", options->on, "netlist (default), icarus for STIL, model or rtl for recordings")
+      ->add_option("--on", options->on,
+                   "netlist (default), icarus; model or rtl for the chip's vectors without scan")
       ->check(CLI::IsMember({"netlist", "icarus", "model", "rtl"}));
-  sub_replay->add_option("--seed", options->seed, "Seed of the power-up state (default 1)");
+  sub_replay->add_option("--seed", options->seed, "Seed of the power-up states (default 1)");
+  CLI::Option* cells =
+      sub_replay->add_option("--cells", options->cells, "Verilog of the cells with specify blocks");
+  sub_replay->add_option("--sdf", options->sdf, "Delays of the netlist's instances, for --on icarus")
+      ->needs(cells);
+  timing_of(sub_replay);
+  sub_replay->add_option("--cycles", options->cycles, "Only so many cycles from the first (default: all)");
   CLI::App* sub_prove =
       command->add_subcommand("prove", "A checked refutation for every fault called redundant");
   netlist_of(sub_prove);

@@ -25,7 +25,8 @@ struct TestTiming {
 /// One tester cycle: a character a signal. Inputs: 0, 1, P (clock pulse); outputs: L, H, X (not compared).
 struct TestCycle {
   std::string states;
-  std::string label;  ///< of the pattern that begins here; not compared
+  std::string label;        ///< of the pattern that begins here; not compared
+  std::uint64_t count = 1;  ///< so many cycles like this one in a row
 };
 
 /// A chain from its input to its output: flop names in shift order.
@@ -43,7 +44,11 @@ struct CycleStream {
   std::vector<ScanChain> chains;  ///< empty where the format has none
 };
 
-/// Same signals, timing and states of all cycles.
+/// Cycles with their counts.
+std::uint64_t cycle_count(const CycleStream& stream);
+/// Each cycle by itself, all counts 1.
+CycleStream unrolled(CycleStream stream);
+/// Same signals, timing and states of all cycles, however they are counted.
 bool same_cycles(const CycleStream& a, const CycleStream& b);
 
 }  // namespace meltstage::dft

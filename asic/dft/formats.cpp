@@ -14,13 +14,20 @@ namespace {
 
 // Equal cycles in a row, at most `most`, a label only on the first.
 template <class Write>
-void runs(const CycleStream& stream, std::size_t most, const Write& write) {
+void runs(const CycleStream& stream, std::uint64_t most, const Write& write) {
   for (std::size_t i = 0; i < stream.cycles.size();) {
-    std::size_t end = i + 1;
-    while (end < stream.cycles.size() && end - i < most &&
-           stream.cycles[end].states == stream.cycles[i].states && stream.cycles[end].label.empty())
-      ++end;
-    write(stream.cycles[i], end - i);
+    std::uint64_t count = 0;
+    std::size_t end = i;
+    do {
+      count += stream.cycles[end++].count;
+    } while (end < stream.cycles.size() && stream.cycles[end].states == stream.cycles[i].states &&
+             stream.cycles[end].label.empty());
+    TestCycle cycle = stream.cycles[i];
+    for (; count != 0; cycle.label.clear()) {
+      const std::uint64_t part = std::min(count, most);
+      write(cycle, part);
+      count -= part;
+    }
     i = end;
   }
 }
@@ -71,16 +78,16 @@ std::string dump(const CycleStream& stream, std::string header, const Change& ch
     dump.text += change(s, value);
   };
   const TestTiming& t = stream.timing;
-  for (std::size_t i = 0; i < stream.cycles.size(); ++i) {
-    const std::string& now = stream.cycles[i].states;
-    const double start = static_cast<double>(i) * t.period_ns;
+  std::uint64_t cycle = 0;
+  const auto show = [&](const std::string& now) {
+    const double start = static_cast<double>(cycle) * t.period_ns;
     const auto each = [&](bool inputs, const auto& body) {
       for (std::size_t s = 0; s < now.size(); ++s) {
         if (stream.signals[s].is_input == inputs) body(s);
       }
     };
     each(true, [&](std::size_t s) { set(s, now[s] == '1' ? '1' : '0', start + t.drive_ns); });
-    if (i == 0) each(false, [&](std::size_t s) { set(s, 'x', start + t.drive_ns); });
+    if (cycle == 0) each(false, [&](std::size_t s) { set(s, 'x', start + t.drive_ns); });
     each(false, [&](std::size_t s) {
       set(s, now[s] == 'H' ? '1' : now[s] == 'L' ? '0' : 'x', start + t.strobe_ns);
     });
@@ -90,8 +97,12 @@ std::string dump(const CycleStream& stream, std::string header, const Change& ch
     each(true, [&](std::size_t s) {
       if (now[s] == 'P') set(s, '0', start + t.clock_fall_ns);
     });
+    ++cycle;
+  };
+  for (const TestCycle& now : stream.cycles) {
+    for (std::uint64_t i = 0; i < now.count; ++i) show(now.states);
   }
-  dump.at(static_cast<double>(stream.cycles.size()) * t.period_ns);
+  dump.at(static_cast<double>(cycle) * t.period_ns);
   return dump.text;
 }
 
@@ -112,13 +123,14 @@ std::string wgl_text(const CycleStream& stream) {
       text += fmt::format("  \"{}\" := input[0nS:D, {}nS:S, {}nS:D];\n", signal.name, t.clock_rise_ns,
                           t.clock_fall_ns);
     else
-      text += fmt::format("  \"{}\" := input[0nS:P, {}nS:S];\n", signal.name, t.drive_ns);
+      text += fmt::format("  \"{}\" := input[{}{}nS:S];\n", signal.name, t.drive_ns > 0 ? "0nS:P, " : "",
+                          t.drive_ns);
   }
   text += "end\n\npattern main (";
   for (std::size_t s = 0; s < stream.signals.size(); ++s)
     text += fmt::format("{}\"{}\"", s == 0 ? "" : ", ", stream.signals[s].name);
   text += ")\n";
-  runs(stream, 1'000'000, [&](const TestCycle& cycle, std::size_t count) {
+  runs(stream, 1'000'000, [&](const TestCycle& cycle, std::uint64_t count) {
     if (!cycle.label.empty()) text += fmt::format("  {{ {} }}\n", cycle.label);
     std::string vector;
     for (const char c : cycle.states)
@@ -132,7 +144,7 @@ std::string wgl_text(const CycleStream& stream) {
 std::string evcd_text(const CycleStream& stream) {
   std::string header = "$version\n  meltstage\n$end\n$timescale\n  1 ps\n$end\n$scope module dut $end\n";
   for (std::size_t s = 0; s < stream.signals.size(); ++s)
-    header += fmt::format("$var port 1 <{} {} $end\n", s, pin_name(stream.signals[s].name));
+    header += fmt::format("$var port 1 <{} {} $end\n", s, stream.signals[s].name);
   header += "$upscope $end\n$enddefinitions $end\n";
   return dump(stream, header, [&](std::size_t s, char value) {
     const char state = stream.signals[s].is_input ? (value == '1' ? 'U' : 'D')
@@ -147,7 +159,7 @@ std::string evcd_text(const CycleStream& stream) {
 std::string vcd_text(const CycleStream& stream) {
   std::string header = "$version meltstage $end\n$timescale 1 ps $end\n$scope module dut $end\n";
   for (std::size_t s = 0; s < stream.signals.size(); ++s)
-    header += fmt::format("$var wire 1 {} {} $end\n", code_of(s), pin_name(stream.signals[s].name));
+    header += fmt::format("$var wire 1 {} {} $end\n", code_of(s), stream.signals[s].name);
   header += "$upscope $end\n$enddefinitions $end\n";
   return dump(stream, header,
               [&](std::size_t s, char value) { return fmt::format("{}{}\n", value, code_of(s)); });
@@ -157,7 +169,7 @@ std::string atp_text(const CycleStream& stream) {
   std::string text = "import tset tp0;\n\nvector ($tset";
   for (const TestSignal& signal : stream.signals) text += ", " + pin_name(signal.name);
   text += ")\n{\nstart_label pattern_st:\n";
-  runs(stream, 65535, [&](const TestCycle& cycle, std::size_t count) {
+  runs(stream, 65535, [&](const TestCycle& cycle, std::uint64_t count) {
     if (!cycle.label.empty()) text += fmt::format("// {}\n", cycle.label);
     text += count == 1 ? "> tp0" : fmt::format("repeat {} > tp0", count);
     for (const char c : cycle.states) text += fmt::format(" {}", c == 'P' ? '1' : c);
@@ -170,7 +182,7 @@ std::string avc_text(const CycleStream& stream) {
   std::string text = "FORMAT";
   for (const TestSignal& signal : stream.signals) text += " " + pin_name(signal.name);
   text += ";\n";
-  runs(stream, 65535, [&](const TestCycle& cycle, std::size_t count) {
+  runs(stream, 65535, [&](const TestCycle& cycle, std::uint64_t count) {
     text += fmt::format("R{} tp0 ", count);
     for (const char c : cycle.states) text += c;
     text += cycle.label.empty() ? ";\n" : fmt::format("; # {}\n", cycle.label);

@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "asic/dft/error.hpp"
 #include "asic/dft/lanes.hpp"
 
 namespace meltstage::dft {
@@ -292,7 +293,7 @@ std::size_t FunctionalGrade::detected() const {
 }
 
 FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
-                                 const std::vector<Fault>& faults, unsigned threads) {
+                                 const std::vector<Fault>& faults, unsigned threads, PowerUp power_up) {
   FunctionalGrade grade;
   grade.first_clock.assign(faults.size(), FunctionalGrade::kUndetected);
   for (const FunctionalStretch& stretch : stretches) grade.clocks += stretch.clocks;
@@ -301,6 +302,9 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
     for (std::size_t batch = next++; batch == 0 || batch * kMachines < faults.size(); batch = next++) {
       const std::size_t first = batch * kMachines, count = std::min(kMachines, faults.size() - first);
       Machines machines(view, std::span(faults).subspan(first, count));
+      if (power_up == PowerUp::ones) {
+        for (const Node state : machines.states) machines.values[state].part.fill(~std::uint64_t{0});
+      }
       run(machines, stretches, std::span(grade.first_clock).subspan(first, count));
       if (batch == 0) grade.toggle = toggle_coverage(machines);
     }
@@ -313,23 +317,120 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
   return grade;
 }
 
-ReplayResult replay_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches) {
+namespace {
+
+std::size_t signal_of(const CycleStream& stream, const std::string& name, bool input) {
+  std::size_t s = 0;
+  while (s < stream.signals.size() && (stream.signals[s].name != name || stream.signals[s].is_input != input))
+    ++s;
+  return s;
+}
+
+// By input port, the signal that drives it; the number of signals where none does.
+std::vector<std::size_t> drivers(const CaptureView& view, const CycleStream& stream) {
+  std::vector<std::size_t> signals;
+  for (const std::string& port : view.input_ports) {
+    signals.push_back(signal_of(stream, port, true));
+    const bool of_test = port.starts_with("test_mode") || port.starts_with("scan_");
+    if (signals.back() == stream.signals.size() && !of_test)
+      throw InputError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
+                                   stream.title, port));
+  }
+  return signals;
+}
+
+struct Expected {
+  std::size_t signal;
+  Node node;
+};
+
+// Mismatches of a cycle, over all power-up states.
+struct Comparison {
+  std::size_t strobes = 0, mismatches = 0;
+  std::string first;
+};
+
+MELTSTAGE_WIDE void check_wide(const Machines& m, const Word& used, const std::vector<Expected>& outputs,
+                               const std::string& states, const CycleStream& stream, Comparison& result) {
+  result = {};
+  for (const Expected& output : outputs) {
+    const char c = states[output.signal];
+    if (c != 'H' && c != 'L') continue;
+    ++result.strobes;
+    const Lanes zero{};
+    Word wrong;
+    lanes(wrong) = (lanes(m.values[output.node]) ^ (c == 'H' ? ~zero : zero)) & lanes(used);
+    if (!wrong.any()) continue;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) result.mismatches += wrong.bit(lane) ? 1 : 0;
+    if (result.first.empty())
+      result.first = fmt::format("{}: found {}, expected {} (power-up state {})",
+                                 stream.signals[output.signal].name, c == 'H' ? 0 : 1, c, wrong.first());
+  }
+}
+
+}  // namespace
+
+std::vector<FunctionalStretch> stretches_of(const CaptureView& view, const CycleStream& stream) {
+  const std::vector<std::size_t> signals = drivers(view, stream);
+  std::vector<FunctionalStretch> stretches;
+  for (const TestCycle& cycle : stream.cycles) {
+    FunctionalStretch stretch{0, {}};
+    for (const std::size_t s : signals)
+      stretch.inputs.push_back(s < stream.signals.size() && cycle.states[s] == '1' ? 1 : 0);
+    if (cycle.states.find('P') != std::string::npos) stretch.clocks = cycle.count;
+    if (!stretches.empty() && stretches.back().inputs == stretch.inputs)
+      stretches.back().clocks += stretch.clocks;
+    else
+      stretches.push_back(std::move(stretch));
+  }
+  return stretches;
+}
+
+ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_power_ups,
+                           std::uint64_t seed) {
+  const std::vector<std::size_t> signals = drivers(view, stream);
+  std::vector<Expected> outputs;
+  for (std::size_t i = 0; i < view.output_ports.size(); ++i) {
+    const std::size_t s = signal_of(stream, view.output_ports[i], false);
+    if (s < stream.signals.size()) outputs.push_back({s, view.circuit.outputs()[i]});
+  }
+  const auto named = static_cast<std::size_t>(std::count_if(stream.signals.begin(), stream.signals.end(),
+                                                            [](const TestSignal& s) { return !s.is_input; }));
+  if (outputs.size() != named)
+    throw InputError(fmt::format("{}: found {} output signals that the netlist has, expected all {}",
+                                 stream.title, outputs.size(), named));
   Machines m(view, {});
-  ReplayResult result;
+  Word used;
+  const std::size_t machines = std::min<std::size_t>(2 + random_power_ups, kLanes);
+  for (std::size_t lane = 0; lane < machines; ++lane) used.set(lane, true);
+  std::mt19937_64 random(seed);
+  for (const Node state : m.states) {
+    m.values[state].set(1, true);
+    for (std::size_t lane = 2; lane < machines; ++lane) m.values[state].set(lane, (random() & 1) != 0);
+  }
   power_up_wide(m);
-  for (const FunctionalStretch& stretch : stretches) {
-    set_inputs(m, stretch.inputs);
-    for (std::uint64_t c = 0; c < stretch.clocks; ++c, ++result.cycles) {
+  ReplayResult result;
+  Comparison now;
+  std::vector<std::uint8_t> inputs(signals.size());
+  for (const TestCycle& cycle : stream.cycles) {
+    bool clocked = false;
+    for (std::size_t i = 0; i < signals.size(); ++i) {
+      const char c = signals[i] < stream.signals.size() ? cycle.states[signals[i]] : '0';
+      inputs[i] = c == '1' ? 1 : 0;
+      clocked = clocked || c == 'P';
+    }
+    set_inputs(m, inputs);
+    m.port_changed = true;
+    for (std::uint64_t c = 0; c < cycle.count; ++c, ++result.cycles) {
+      if (m.port_changed) check_wide(m, used, outputs, cycle.states, stream, now);
+      m.port_changed = false;
+      result.strobes += now.strobes;
+      if (now.mismatches != 0 && result.mismatches == 0)
+        result.first = fmt::format("cycle {}: {}", result.cycles, now.first);
+      result.mismatches += now.mismatches;
+      if (!clocked) continue;
       capture_wide(m);
       settle_wide(m);
-      for (std::size_t i = 0; i < stretch.outputs.size(); ++i) {
-        const bool found = m.values[view.circuit.outputs()[i]].bit(0);
-        ++result.strobes;
-        if (found == (stretch.outputs[i] != 0)) continue;
-        if (result.mismatches++ == 0)
-          result.first = fmt::format("cycle {}: {}: found {}, expected {}", result.cycles,
-                                     view.output_ports[i], found ? 1 : 0, found ? 0 : 1);
-      }
     }
   }
   return result;

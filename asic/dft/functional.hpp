@@ -18,8 +18,6 @@ namespace meltstage::dft {
 struct FunctionalStretch {
   std::uint64_t clocks = 1;
   std::vector<std::uint8_t> inputs;
-  std::vector<std::uint8_t> outputs =
-      {};  ///< after each of these clocks, by output port; empty: not compared
 };
 
 /// Outputs of cells (constants left out) that rise and fall in the good machine, and those that don't.
@@ -37,14 +35,26 @@ struct FunctionalGrade {
   std::size_t detected() const;
 };
 
-/// Grades `faults`, 511 at a time, on so many threads. `view` is the capture view with nothing held; all
-/// flops power up at 0 in all machines, so that vectors should begin with a reset. Flops with an asynchronous
-/// reset follow it at once.
-FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
-                                 const std::vector<Fault>& faults, unsigned threads);
+/// What all flops hold before the first clock.
+enum class PowerUp : std::uint8_t { zeros, ones };
 
-/// Runs the vectors on the netlist and compares the outputs where the stretches have some.
-ReplayResult replay_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches);
+/// Grades `faults`, 511 at a time, on so many threads. `view` is the capture view with nothing held; vectors
+/// should begin with a reset. Flops with an asynchronous reset follow it at once. What is detected from one
+/// power-up state and not from the other is possibly detected (PT): it hangs on flops that the fault keeps
+/// from their reset.
+FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
+                                 const std::vector<Fault>& faults, unsigned threads,
+                                 PowerUp power_up = PowerUp::zeros);
+
+/// Stretches of a stream without scan: a cycle with a clock pulse is a clock. Ports of the netlist that the
+/// stream doesn't name are inputs of the test, held at 0; without any of them InputError.
+std::vector<FunctionalStretch> stretches_of(const CaptureView& view, const CycleStream& stream);
+
+/// Runs a stream of any length without scan; outputs are compared before each cycle's clock where it has H or
+/// L. Beside each other run the power-up states 0, 1 and `random_power_ups` more: a strobe that depends on
+/// one of them is a mismatch, so that 0 mismatches mean that no unknown reaches a strobe. Strobes count once.
+ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_power_ups = 0,
+                           std::uint64_t seed = 1);
 
 /// `count` of `faults` drawn at random without repetition, in their order; all when there are fewer.
 std::vector<Fault> sample_faults(const std::vector<Fault>& faults, std::size_t count, std::uint64_t seed);

@@ -37,13 +37,14 @@ std::vector<std::string> lint(const CycleStream& stream, const TesterProfile& pr
   if (stream.cycles.size() > profile.vector_memory)
     complain(
         fmt::format("found {} vectors, expected {} or fewer", stream.cycles.size(), profile.vector_memory));
-  for (std::size_t i = 0; i < stream.cycles.size(); ++i) {
+  std::uint64_t at = 0;
+  for (std::size_t i = 0; i < stream.cycles.size(); at += stream.cycles[i++].count) {
     for (std::size_t s = 0; s < stream.signals.size(); ++s) {
       const char c = stream.cycles[i].states[s];
       const bool known =
           stream.signals[s].is_input ? c == '0' || c == '1' || c == 'P' : c == 'H' || c == 'L' || c == 'X';
       if (!known) {
-        complain(fmt::format("cycle {}: found {} on {}, expected {}", i, c, stream.signals[s].name,
+        complain(fmt::format("cycle {}: found {} on {}, expected {}", at, c, stream.signals[s].name,
                              stream.signals[s].is_input ? "0, 1 or P" : "H, L or X"));
         return reasons;
       }

@@ -227,7 +227,8 @@ std::string verilog_expression(const Expression& e) {
 
 ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
                     std::uint64_t seed, const ReplayFault& fault) {
-  return Player(view, stream, seed, fault).run(pieces_of(stream, scan_enable));
+  const CycleStream single = unrolled(stream);
+  return Player(view, single, seed, fault).run(pieces_of(single, scan_enable));
 }
 
 std::string cell_models(const Netlist& netlist, const CellLibrary& library) {
@@ -274,14 +275,17 @@ std::string icarus_vectors(const CycleStream& stream) {
   std::string text;
   for (const TestCycle& cycle :
        stream.cycles) {  // two digits a signal: value, and whether it is a clock pulse or compared
+    std::string line;
     for (const char c : cycle.states)
-      text += c == '0' ? "00" : c == '1' ? "10" : c == 'P' ? "01" : c == 'L' ? "01" : c == 'H' ? "11" : "00";
-    text += '\n';
+      line += c == '0' ? "00" : c == '1' ? "10" : c == 'P' ? "01" : c == 'L' ? "01" : c == 'H' ? "11" : "00";
+    line += '\n';
+    for (std::uint64_t i = 0; i < cycle.count; ++i) text += line;
   }
   return text;
 }
 
-std::string icarus_bench(const Netlist& netlist, const CycleStream& stream) {
+std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
+                         const std::filesystem::path& sdf) {
   std::string text = "`timescale 1ns/1ps\nmodule bench;\n";
   const std::size_t width = 2 * stream.signals.size();
   const auto value_bit = [&](std::size_t s) { return fmt::format("v[{}]", width - 1 - 2 * s); };
@@ -306,8 +310,10 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream) {
     separator = ", ";
   }
   const TestTiming& t = stream.timing;
+  text += ");\n";
+  if (!sdf.empty()) text += fmt::format("  initial $sdf_annotate(\"{}\", dut);\n", sdf.string());
   text +=
-      ");\n  initial begin\n    file = $fopen(\"vectors.txt\", \"r\");\n    got = $fscanf(file, \"%b\\n\", "
+      "  initial begin\n    file = $fopen(\"vectors.txt\", \"r\");\n    got = $fscanf(file, \"%b\\n\", "
       "v);\n    while (got == 1) begin\n";
   std::string drive, rise, fall, check;
   for (std::size_t s = 0; s < stream.signals.size(); ++s) {
@@ -333,19 +339,26 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream) {
 }
 
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
-                              const std::filesystem::path& work) {
+                              const std::filesystem::path& work, const IcarusDelays& delays) {
   const auto write = [&](const char* name, const std::string& text) {
     std::ofstream file(work / name, std::ios::binary);
     file << text;
     if (!file.flush()) throw InputError(fmt::format("{}: can't be written", (work / name).string()));
   };
   write("netlist.v", verilog_text(netlist));
-  write("cells.v", cell_models(netlist, library));
-  write("bench.v", icarus_bench(netlist, stream));
+  write("bench.v", icarus_bench(netlist, stream,
+                                delays.sdf.empty() ? delays.sdf : std::filesystem::absolute(delays.sdf)));
+  std::string cells = "cells.v", specify;
+  if (delays.sdf.empty()) {
+    write("cells.v", cell_models(netlist, library));
+  } else {
+    cells = fmt::format("'{}'", std::filesystem::absolute(delays.cells).string());
+    specify = " -gspecify -Ttyp";
+  }
   write("vectors.txt", icarus_vectors(stream));
   const std::string command = fmt::format(
-      "cd '{}' && iverilog -g2012 -o bench.vvp bench.v netlist.v cells.v 2>&1 && vvp -n bench.vvp 2>&1",
-      work.string());
+      "cd '{}' && iverilog -g2012{} -s bench -o bench.vvp bench.v netlist.v {} 2>&1 && vvp -n bench.vvp 2>&1",
+      work.string(), specify, cells);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   std::string output;
   char buffer[4096];
@@ -358,7 +371,16 @@ ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library
                   &result.strobes, &result.mismatches) != 3)
     throw InputError(fmt::format("{}: Icarus did not finish ({}); see the files there", work.string(),
                                  output.substr(0, output.find('\n'))));
-  if (result.mismatches != 0) result.first = output.substr(0, output.find('\n'));
+  // A delay that finds no path in the cells, or a file that can't be read, is told and passed over there.
+  const std::size_t complaint = std::min(output.find("SDF WARNING"), output.find("SDF ERROR"));
+  if (complaint != std::string::npos)
+    throw InputError(fmt::format("{}: found {}, expected delays of this netlist and these cells",
+                                 delays.sdf.string(),
+                                 output.substr(complaint, output.find('\n', complaint) - complaint)));
+  if (result.mismatches != 0) {
+    const std::size_t first = output.find("cycle ");
+    result.first = output.substr(first, output.find('\n', first) - first);
+  }
   return result;
 }
 

@@ -36,13 +36,21 @@ ReplayResult replay(const CaptureView& view, const CycleStream& stream, const st
 
 /// Verilog of the library's cells that the netlist uses: behaviour alone, no delays.
 std::string cell_models(const Netlist& netlist, const CellLibrary& library);
-/// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N strobes, M mismatches".
-std::string icarus_bench(const Netlist& netlist, const CycleStream& stream);
+/// Delays for a run in Icarus: Verilog of the cells with specify blocks, and the SDF file of the netlist's
+/// instances. Both empty: none.
+struct IcarusDelays {
+  std::filesystem::path cells, sdf;
+};
+
+/// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N strobes, M mismatches". Delays are
+/// annotated from `sdf` where one is named.
+std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
+                         const std::filesystem::path& sdf = {});
 /// Lines of vectors.txt.
 std::string icarus_vectors(const CycleStream& stream);
 /// Runs the stream on the netlist in Icarus (four-state), in the existing folder `work`. Throws InputError
-/// when Icarus can't be run.
+/// when Icarus can't be run, or complains about the delays.
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
-                              const std::filesystem::path& work);
+                              const std::filesystem::path& work, const IcarusDelays& delays = {});
 
 }  // namespace meltstage::dft

@@ -126,12 +126,6 @@ class Maker {
 
 }  // namespace
 
-bool same_cycles(const CycleStream& a, const CycleStream& b) {
-  return a.signals == b.signals && a.timing == b.timing && a.cycles.size() == b.cycles.size() &&
-         std::equal(a.cycles.begin(), a.cycles.end(), b.cycles.begin(),
-                    [](const TestCycle& x, const TestCycle& y) { return x.states == y.states; });
-}
-
 std::size_t ScanTest::chain_length() const {
   std::size_t length = 0;
   for (const ScanChain& chain : chains) length = std::max(length, chain.cells.size());
@@ -143,8 +137,9 @@ std::size_t ScanTest::input_count() const {
       std::count_if(signals.begin(), signals.end(), [](const TestSignal& s) { return s.is_input; }));
 }
 
-std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& stream,
+std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& counted,
                                  const std::string& scan_enable, std::vector<Pattern>* compared) {
+  const CycleStream stream = unrolled(counted);
   const std::size_t enable = index_of(stream.signals, scan_enable), ports = view.input_ports.size(),
                     outs = view.output_ports.size();
   if (enable == stream.signals.size())

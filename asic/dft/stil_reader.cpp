@@ -641,10 +641,14 @@ class Reader {
           shift(statement, parameters, depth);
           break;
         case Statement::Kind::loop:
-          for (std::size_t i = 0; i < statement.count; ++i) {
-            if (i == 0) pending_label_ = statement.label.empty() ? pending_label_ : statement.label;
-            run(statement.body, parameters, depth);
+          if (!statement.label.empty()) pending_label_ = statement.label;
+          if (statement.body.size() == 1 && statement.body[0].kind == Statement::Kind::vector && depth == 0) {
+            if (statement.count == 0) break;
+            assign(statement.body[0], parameters);
+            emit(statement.body[0], statement.count);
+            break;
           }
+          for (std::size_t i = 0; i < statement.count; ++i) run(statement.body, parameters, depth);
           break;
         case Statement::Kind::stop:
           break;
@@ -738,7 +742,7 @@ class Reader {
       }
     }
   }
-  void emit(const Statement& statement) {
+  void emit(const Statement& statement, std::uint64_t count = 1) {
     for (std::size_t s = 0; s < states_.size(); ++s) {
       if (states_[s] == '\0')
         fail(statement.line, fmt::format("no value of \"{}\" so far", stream_.signals[s].name),
@@ -747,7 +751,7 @@ class Reader {
     if (stream_.cycles.size() >= kMaxCycles)
       fail(statement.line, "more cycles than this program takes", fmt::format("at most {}", kMaxCycles));
     std::string label = !statement.label.empty() && pending_label_.empty() ? statement.label : pending_label_;
-    stream_.cycles.push_back({states_, std::move(label)});
+    stream_.cycles.push_back({states_, std::move(label), count});
     pending_label_.clear();
   }
 

@@ -156,15 +156,17 @@ std::string flat_stil_text(const CycleStream& stream) {
   text += "Pattern \"_pattern_\" {\n  W \"_default_WFT_\";\n";
   for (std::size_t i = 0; i < stream.cycles.size();) {
     const TestCycle& cycle = stream.cycles[i];
-    std::size_t end = i + 1;
-    while (end < stream.cycles.size() && stream.cycles[end].states == cycle.states &&
-           stream.cycles[end].label.empty())
-      ++end;
+    std::uint64_t count = 0;
+    std::size_t end = i;
+    do {
+      count += stream.cycles[end++].count;
+    } while (end < stream.cycles.size() && stream.cycles[end].states == cycle.states &&
+             stream.cycles[end].label.empty());
     const std::string vector = fmt::format("V {{ \"_pi\"={}; \"_po\"={}; }}", cycle.states.substr(0, inputs),
                                            cycle.states.substr(inputs));
     const std::string label = cycle.label.empty() ? "" : quoted(cycle.label) + ": ";
-    text += end - i == 1 ? fmt::format("  {}{}\n", label, vector)
-                         : fmt::format("  {}Loop {} {{ {} }}\n", label, end - i, vector);
+    text += count == 1 ? fmt::format("  {}{}\n", label, vector)
+                       : fmt::format("  {}Loop {} {{ {} }}\n", label, count, vector);
     i = end;
   }
   return text + "}\n";

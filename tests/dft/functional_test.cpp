@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/dft/functional.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <set>
 
 #include "asic/dft/fault_simulator.hpp"
 #include "tests/dft/support.hpp"
@@ -43,6 +49,9 @@ class OneMachine {
       pattern_[view_.input_ports.size() + k] = captured_[k];
     captured_.clear();
     settle();
+    return outputs();
+  }
+  std::vector<bool> outputs() const {
     std::vector<bool> ports;
     for (std::size_t i = 0; i < view_.output_ports.size(); ++i)
       ports.push_back(values_[view_.circuit.outputs()[i]]);
@@ -141,26 +150,124 @@ TEST(Functional, VectorsThatDoNothingDetectAndToggleLittle) {
             most.toggled);  // no fault touches the good machine
 }
 
-// What one machine gives, clock by clock, is what the replay finds; one turned bit is one mismatch.
-TEST(Functional, ReplayComparesEveryClock) {
-  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+// What one machine shows before each clock, as a stream.
+CycleStream shown(const CaptureView& view) {
+  CycleStream stream;
+  stream.title = "machine";
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i)
+    stream.signals.push_back({view.input_ports[i], true});
+  for (const std::string& port : view.output_ports) stream.signals.push_back({port, false});
   OneMachine good(view, nullptr);
-  std::vector<FunctionalStretch> stretches;
+  std::vector<bool> ports;
   for (const FunctionalStretch& part : stimulus(view, 60, 2)) {
     good.set_inputs(part.inputs);
+    std::string driven;
+    for (std::size_t i = 0; i < part.inputs.size(); ++i)
+      driven += view.clock_ports[i] != 0 ? 'P' : part.inputs[i] != 0 ? '1' : '0';
     for (std::uint64_t c = 0; c < part.clocks; ++c) {
-      const std::vector<bool> ports = good.clock();
-      stretches.push_back({1, part.inputs, {ports.begin(), ports.end()}});
+      std::string states = driven;
+      for (const bool level : good.outputs()) states += level ? 'H' : 'L';
+      stream.cycles.push_back({states, ""});
+      good.clock();
     }
   }
-  const ReplayResult right = replay_functional(view, stretches);
-  EXPECT_EQ(right.cycles, stretches.size());
-  EXPECT_EQ(right.strobes, stretches.size() * view.output_ports.size());
+  return stream;
+}
+
+// One turned bit is one mismatch in each power-up state.
+TEST(Functional, ReplayComparesEveryClock) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  CycleStream stream = shown(view);
+  const ReplayResult right = replay_cycles(view, stream, 10);
+  EXPECT_EQ(right.cycles, stream.cycles.size());
+  EXPECT_EQ(right.strobes, stream.cycles.size() * view.output_ports.size());
   EXPECT_EQ(right.mismatches, 0u) << right.first;
-  stretches[17].outputs[1] ^= 1;
-  const ReplayResult wrong = replay_functional(view, stretches);
-  EXPECT_EQ(wrong.mismatches, 1u);
+  char& state = stream.cycles[17].states[view.input_ports.size() + 1];
+  state = state == 'H' ? 'L' : 'H';
+  const ReplayResult wrong = replay_cycles(view, stream, 10);
+  EXPECT_EQ(wrong.mismatches, 12u);
   EXPECT_EQ(wrong.first.substr(0, 9), "cycle 17:");
+}
+
+TEST(Functional, CountedCyclesAreTheSame) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  CycleStream stream = shown(view);
+  stream.cycles.resize(40);
+  CycleStream counted = stream;
+  counted.cycles.clear();
+  for (const TestCycle& cycle : stream.cycles) {
+    if (!counted.cycles.empty() && counted.cycles.back().states == cycle.states)
+      ++counted.cycles.back().count;
+    else
+      counted.cycles.push_back(cycle);
+  }
+  ASSERT_LT(counted.cycles.size(), stream.cycles.size());
+  EXPECT_TRUE(same_cycles(stream, counted));
+  EXPECT_TRUE(same_cycles(counted, unrolled(counted)));
+  EXPECT_EQ(replay_cycles(view, counted).strobes, replay_cycles(view, stream).strobes);
+  EXPECT_EQ(replay_cycles(view, counted).mismatches, 0u);
+  counted.cycles.back().states[0] ^= 1;
+  EXPECT_FALSE(same_cycles(stream, counted));
+}
+
+// Every path of every gate takes so long.
+void write_delays(const Netlist& netlist, const CellLibrary& library, double ns,
+                  const std::filesystem::path& folder) {
+  std::string sdf = "(DELAYFILE (SDFVERSION \"3.0\") (TIMESCALE 1ns)\n",
+              models = cell_models(netlist, library);
+  std::set<std::string> known;
+  for (const Instance& instance : netlist.instances) {
+    const Cell& cell = library.at(instance.type);
+    if (cell.flop) continue;
+    std::string paths, delays;
+    for (const CellPin& out : cell.pins) {
+      for (const CellPin& in : cell.pins) {
+        if (!out.is_output || in.is_output) continue;
+        paths += fmt::format("    ({} => {}) = 0;\n", in.name, out.name);
+        delays += fmt::format(" (IOPATH {} {} ({}) ({}))", in.name, out.name, ns, ns);
+      }
+    }
+    std::string name;
+    for (const char c : instance.name)
+      name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ? std::string(1, c)
+                                                                           : std::string("\\") + c;
+    sdf += fmt::format("(CELL (CELLTYPE \"{}\") (INSTANCE {}) (DELAY (ABSOLUTE{})))\n", instance.type, name,
+                       delays);
+    if (!known.insert(instance.type).second) continue;
+    const std::size_t module = models.find("module \\" + instance.type + " ");
+    ASSERT_NE(module, std::string::npos);
+    models.insert(models.find("endmodule", module), "  specify\n" + paths + "  endspecify\n");
+  }
+  std::ofstream(folder / "delays.sdf") << sdf << ")\n";
+  std::ofstream(folder / "delayed_cells.v") << models;
+}
+
+// With delays in Icarus the strobes hold as long as the longest path ends before them.
+TEST(Functional, DelaysDecideInIcarus) {
+  const Netlist netlist = circuit_netlist("machine");
+  const CaptureView view = capture_view(netlist, mini_library());
+  const CycleStream stream = shown(view);
+  const std::filesystem::path work = std::filesystem::path(testing::TempDir()) / "delays";
+  std::filesystem::create_directories(work);
+  const auto replayed = [&](double ns) {
+    write_delays(netlist, mini_library(), ns, work);
+    return replay_in_icarus(netlist, mini_library(), stream, work,
+                            {work / "delayed_cells.v", work / "delays.sdf"});
+  };
+  const ReplayResult fast = replayed(0.1);
+  EXPECT_EQ(fast.strobes, stream.cycles.size() * view.output_ports.size());
+  EXPECT_EQ(fast.mismatches, 0u) << fast.first;
+  EXPECT_NE(replayed(45).mismatches, 0u);
+}
+
+// Without its reset the machine's first strobes hang on the power-up state.
+TEST(Functional, StrobesOfUnknownStatesAreFound) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  CycleStream stream = shown(view);
+  const auto reset = static_cast<std::size_t>(
+      std::find(view.input_ports.begin(), view.input_ports.end(), "rst_ni") - view.input_ports.begin());
+  for (TestCycle& cycle : stream.cycles) cycle.states[reset] = '1';
+  EXPECT_NE(replay_cycles(view, stream, 10).mismatches, 0u);
 }
 
 }  // namespace

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "app/functional_vectors.hpp"
+#include "asic/dft/stil.hpp"
 #include "tb/chip_pins.hpp"
 
 namespace meltstage::app {
@@ -55,16 +58,69 @@ TEST(Recording, OtherPinsAreRefused) {
   EXPECT_THROW(replay_pins(stream, ReplayDevice::model), std::runtime_error);
 }
 
-TEST(Recording, BecomesStretchesOfInputs) {
-  const vectors::Stream stream = recorded(2'000);
-  const auto stretches = functional_stretches(
-      stream, {"addr_strap_i[0]", "addr_strap_i[1]", "addr_strap_i[2]", "clk_i", "rst_ni"}, "clk_i");
-  ASSERT_EQ(stretches.size(), 2u);  // what outputs do divides nothing
-  EXPECT_EQ(stretches[0].clocks, 20u);
-  EXPECT_EQ(stretches[0].inputs, (std::vector<std::uint8_t>{1, 0, 1, 0, 0}));
-  EXPECT_EQ(stretches[1].clocks, 1'980u);
-  EXPECT_EQ(stretches[1].inputs, (std::vector<std::uint8_t>{1, 0, 1, 0, 1}));
-  EXPECT_THROW(functional_stretches(stream, {"other_i"}, "clk_i"), std::runtime_error);
+// As a tester's cycles, through a STIL file and back: same verdict, masks told, one wrong strobe found.
+TEST(Recording, RunsFromItsStilFile) {
+  std::vector<MaskedStrobes> masked;
+  const dft::CycleStream stream = chip_cycles(recorded(30'000), {{"reset", 0}, {"rest", 1'000}}, &masked);
+  ASSERT_EQ(masked.size(), 1u);
+  EXPECT_EQ(masked[0].outputs.size(), 10u);
+  EXPECT_EQ(cycle_count(stream), 30'000u);
+  dft::CycleStream read = dft::parse_stil(dft::flat_stil_text(stream), "recorded.stil");
+  EXPECT_TRUE(same_cycles(read, stream));
+  for (const ReplayDevice device : {ReplayDevice::model, ReplayDevice::rtl}) {
+    const PinReplay replay = replay_cycles_on(read, device);
+    EXPECT_EQ(replay.clocks, 30'000u);
+    EXPECT_EQ(replay.strobes, 299'990u);
+    EXPECT_EQ(replay.mismatches, 0u) << replay.first;
+  }
+  read = chip_cycles(recorded(2'000, 1'234));
+  const PinReplay wrong = replay_cycles_on(read, ReplayDevice::model);
+  EXPECT_EQ(wrong.mismatches, 1u);
+  EXPECT_EQ(wrong.first, "cycle 1235: heater_o: found 0, expected H");
+}
+
+// The set itself: the same bytes each time, and what its file says holds on the model.
+TEST(Recording, FunctionalSetIsTheSameEachTime) {
+  const FunctionalSet set = functional_set(FunctionalLength::quick),
+                      again = functional_set(FunctionalLength::quick);
+  EXPECT_TRUE(set.stream == again.stream);
+  ASSERT_GE(set.pieces.size(), 20u);
+  for (std::size_t i = 1; i < set.pieces.size(); ++i)
+    EXPECT_LT(set.pieces[i - 1].first_cycle, set.pieces[i].first_cycle);
+  std::vector<MaskedStrobes> masked;
+  const dft::CycleStream cycles = chip_cycles(set.stream, set.pieces, &masked);
+  std::size_t strobes = 0;
+  for (const MaskedStrobes& entry : masked) strobes += entry.outputs.size();
+  EXPECT_EQ(std::count_if(cycles.cycles.begin(), cycles.cycles.end(),
+                          [](const dft::TestCycle& c) { return !c.label.empty(); }),
+            static_cast<std::ptrdiff_t>(set.pieces.size()));
+  const PinReplay replay = replay_cycles_on(cycles, ReplayDevice::model);
+  EXPECT_EQ(replay.mismatches, 0u) << replay.first;
+  EXPECT_EQ(replay.clocks, set.stream.final_cycle() + 1);
+  EXPECT_EQ(replay.strobes, 10 * replay.clocks - strobes);
+}
+
+TEST(Recording, AResetInOperationIsMasked) {
+  vectors::Stream stream;
+  vectors::Recorder recorder(stream, tb::chip_pin_header("test"));
+  chip::Chip chip;
+  for (std::uint64_t cycle = 0; cycle < 3'000; ++cycle) {
+    chip::Inputs in;
+    in.rst_n = cycle >= 20 && cycle != 2'000;
+    in.inhibit = cycle >= 2'500;
+    const auto levels = tb::pin_levels(in, chip.step(in));
+    for (std::uint32_t pin = 0; pin < tb::kChipPinCount; ++pin) recorder.set(pin, levels[pin]);
+    recorder.commit(cycle);
+  }
+  recorder.finish(2'999);
+  std::vector<MaskedStrobes> masked;
+  const dft::CycleStream cycles = chip_cycles(stream, {}, &masked);
+  ASSERT_EQ(masked.size(), 3u);
+  EXPECT_EQ(masked[1].cycle, 2'000u);
+  EXPECT_EQ(masked[1].outputs.size(), 10u);
+  EXPECT_EQ(masked[2].outputs, std::vector<std::string>{"heater_o"});
+  for (const ReplayDevice device : {ReplayDevice::model, ReplayDevice::rtl})
+    EXPECT_EQ(replay_cycles_on(cycles, device).mismatches, 0u);
 }
 
 }  // namespace

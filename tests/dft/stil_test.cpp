@@ -121,7 +121,7 @@ Timing { WaveformTable t { Period '0.1us'; Waveforms {
 PatternBurst p { PatList { main; } }
 PatternExec { PatternBurst p; }
 Pattern main { W t; Loop 3 { V { all = 01H; } } V { a=1; } {* a comment *} Stop; })";
-  const CycleStream stream = parse_stil(text, "c.stil");
+  const CycleStream stream = unrolled(parse_stil(text, "c.stil"));
   ASSERT_EQ(stream.cycles.size(), 4u);
   EXPECT_EQ(stream.cycles[3].states, "11H");
   EXPECT_EQ(stream.timing.period_ns, 100);
