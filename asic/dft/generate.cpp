@@ -2,6 +2,7 @@
 #include "asic/dft/generate.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <numeric>
 #include <random>
@@ -36,6 +37,12 @@ constexpr std::uint32_t kNone = ~std::uint32_t{0};
 // A pattern that detects a fault.
 struct Witness {
   std::uint32_t block = kNone, lane = 0;
+};
+
+struct Solved {
+  std::size_t fault;
+  Verdict verdict = Verdict::aborted;
+  Cube cube;
 };
 
 class Generator {
@@ -76,7 +83,7 @@ class Generator {
         compact(circuit_, std::move(set_.patterns), detected, options_.seed, options_.compaction_passes);
     set_.times.compact_s = since(start);
     for (const TestSolver& solver : solvers_)
-      set_.solver_calls += solver.effort().near_calls + solver.effort().full_calls;
+      set_.solver_calls += solver.effort().near_calls + solver.effort().apart_calls;
     return std::move(set_);
   }
 
@@ -171,7 +178,7 @@ class Generator {
   }
 
   // A cube or a verdict for every fault without a witness; faults that the solver's patterns detect by the
-  // way have a witness in them. Faults of one output stand together and share a solver.
+  // way have a witness in them.
   void solve_phase() {
     std::vector<std::uint8_t> watched(alive_.size(), 0);
     std::vector<std::size_t> order;
@@ -180,11 +187,16 @@ class Generator {
       watched[i] = 1;
       order.push_back(i);
     }
+    solve_apart(solve_near(order, watched), watched);
+  }
+
+  // At the nearest output of each fault alone; returns those that have no test there. Faults of one output
+  // stand together and share a solver. Each worker takes its batches from its own half, every so manieth
+  // fault first: its neighbours often fall with it.
+  std::vector<std::size_t> solve_near(std::vector<std::size_t> order, std::vector<std::uint8_t>& watched) {
     const auto output = [&](std::size_t i) { return cones_.nearest[set_.faults.classes[i].node]; };
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return output(a) < output(b); });
-    // Each worker takes its batches from its own half, every so manieth fault first: its neighbours often
-    // fall with it.
     std::vector<std::vector<std::size_t>> queue(kWorkers);
     for (unsigned w = 0; w < kWorkers; ++w) {
       const std::size_t first = order.size() * w / kWorkers, end = order.size() * (w + 1) / kWorkers;
@@ -192,8 +204,7 @@ class Generator {
         for (std::size_t k = first + offset; k < end; k += kStride) queue[w].push_back(order[k]);
       }
     }
-    std::vector<std::vector<Word>> detected(kWorkers);
-    std::vector<std::size_t> at(kWorkers, 0);
+    std::vector<std::size_t> at(kWorkers, 0), left;
     const auto done = [&] {
       for (unsigned w = 0; w < kWorkers; ++w) {
         if (at[w] < queue[w].size()) return false;
@@ -207,41 +218,75 @@ class Generator {
           const std::size_t i = queue[w][at[w]];
           if (watched[i] == 0) continue;
           Solved solved{i, Verdict::aborted, {}};
-          solved.verdict = solvers_[w].solve(set_.faults.classes[i], solved.cube, options_.conflict_limit);
+          if (solvers_[w].solve_near(set_.faults.classes[i], solved.cube)) solved.verdict = Verdict::test;
           batch[w].push_back(std::move(solved));
         }
       });
-      std::vector<Cube> cubes;
+      std::vector<Solved> found;
       for (std::vector<Solved>& part : batch) {
         for (Solved& solved : part) {
-          watched[solved.fault] = 0;
-          if (solved.verdict == Verdict::test) {
-            cubes.push_back(solved.cube);
-            cube_of_[solved.fault] = std::move(solved.cube);
-          } else if (solved.verdict == Verdict::aborted) {
-            alive_[solved.fault] = 0;
-            ++set_.aborted;
-          } else {
-            settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
-          }
+          if (solved.verdict == Verdict::test)
+            found.push_back(std::move(solved));
+          else
+            left.push_back(solved.fault);
         }
       }
-      if (cubes.empty()) continue;
-      const std::size_t first = blocks_.size();
-      for (unsigned w = 0; w < kWorkers; ++w) blocks_.push_back(filled(cubes, kLanes / (kWorkers * kBatch)));
+      take_cubes(found, watched);
+    }
+    return left;
+  }
+
+  // A verdict for each. They are independent of each other, so that a worker that is free takes the next.
+  void solve_apart(const std::vector<std::size_t>& order, std::vector<std::uint8_t>& watched) {
+    for (std::size_t at = 0; at < order.size();) {
+      std::vector<Solved> batch;
+      for (; at < order.size() && batch.size() < kWorkers * kBatch; ++at) {
+        if (watched[order[at]] != 0) batch.push_back({order[at], Verdict::aborted, {}});
+      }
+      std::atomic<std::size_t> next{0};
       in_parallel([&](unsigned w) {
-        simulators_[w].detect(blocks_[first + w], set_.faults.classes, watched, detected[w]);
+        for (std::size_t k = next++; k < batch.size(); k = next++)
+          batch[k].verdict = solvers_[w].solve_apart(set_.faults.classes[batch[k].fault], batch[k].cube,
+                                                     options_.conflict_limit);
       });
-      for (unsigned w = 0; w < kWorkers; ++w) take_witnesses(detected[w], first + w, watched);
+      std::vector<Solved> found;
+      for (Solved& solved : batch) {
+        watched[solved.fault] = 0;
+        if (solved.verdict == Verdict::test) {
+          found.push_back(std::move(solved));
+        } else if (solved.verdict == Verdict::aborted) {
+          alive_[solved.fault] = 0;
+          ++set_.aborted;
+        } else {
+          settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
+        }
+      }
+      take_cubes(found, watched);
     }
   }
 
+  // Keeps the cubes, and looks what else patterns around them detect.
+  void take_cubes(std::vector<Solved>& found, std::vector<std::uint8_t>& watched) {
+    if (found.empty()) return;
+    const std::size_t first = blocks_.size();
+    for (unsigned w = 0; w < kWorkers; ++w) blocks_.push_back(filled(found, kLanes / (kWorkers * kBatch)));
+    for (Solved& solved : found) {
+      watched[solved.fault] = 0;
+      cube_of_[solved.fault] = std::move(solved.cube);
+    }
+    std::vector<std::vector<Word>> detected(kWorkers);
+    in_parallel([&](unsigned w) {
+      simulators_[w].detect(blocks_[first + w], set_.faults.classes, watched, detected[w]);
+    });
+    for (unsigned w = 0; w < kWorkers; ++w) take_witnesses(detected[w], first + w, watched);
+  }
+
   // Random patterns around cubes, `fills` in a row for each.
-  PatternBlock filled(const std::vector<Cube>& cubes, std::size_t fills) {
+  PatternBlock filled(const std::vector<Solved>& found, std::size_t fills) {
     PatternBlock block = random_block();
-    block.count = cubes.size() * fills;
-    for (std::size_t k = 0; k < cubes.size(); ++k) {
-      for (const auto& [input, value] : cubes[k]) {
+    block.count = found.size() * fills;
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      for (const auto& [input, value] : found[k].cube) {
         for (std::size_t fill = 0; fill < fills; ++fill) block.inputs[input].set(k * fills + fill, value);
       }
     }
@@ -253,12 +298,6 @@ class Generator {
     std::jthread other([&] { body(1); });
     body(0);
   }
-
-  struct Solved {
-    std::size_t fault;
-    Verdict verdict = Verdict::aborted;
-    Cube cube;
-  };
 
   // Hard faults first, each group in random order, so that cubes of far parts meet and merge.
   std::vector<std::size_t> merge_order() {
