@@ -244,7 +244,8 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
     clauses_.push_back(0);
   }
   demand(differs_[fault.node]);
-  if (fault.launch != kNoNode && !window_) demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
+  if (fault.launch != kNoNode && in_support_[fault.launch] != 0)  // a window may be without it
+    demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
   if (fault.pin != kStem) {
     const int line = good_[circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]];
     demand(fault.stuck ? -line : line);
@@ -390,6 +391,8 @@ void TestSolver::encode_window(const Fault& fault, const Window& window) {
   fault_cone_ = std::move(cone);
   std::sort(fault_cone_.begin(), fault_cone_.end());
   support_ = fault_cone_;
+  if (fault.launch != kNoNode && window.support == kAll && in_fault_cone_[fault.launch] == 0)
+    support_.push_back(fault.launch);
   for (const Node node : support_) in_support_[node] = 1;
   for (std::size_t i = 0; i < support_.size(); ++i) {
     // all drivers of a node or none: half of them would make it an edge, and no use of them. Those of the
