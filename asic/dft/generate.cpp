@@ -20,7 +20,7 @@ constexpr std::size_t kBatch = 64;  // faults solved by a worker between two sim
 constexpr std::size_t kStride = 8;
 constexpr std::size_t kPool = 64;  // merged cubes that are open at a time
 constexpr std::size_t kFills = kLanes / kPool;
-constexpr std::size_t kRandomBlocks = 64;
+constexpr std::size_t kRandomBlocks = 512;
 constexpr double kRandomYield = 0.0005;  // random patterns end when a block detects less than this share
 
 double since(std::chrono::steady_clock::time_point start) {
