@@ -17,9 +17,10 @@ namespace {
 
 constexpr unsigned kWorkers = 2;
 constexpr std::size_t kBatch = 64;  // faults solved by a worker between two simulations
-constexpr std::size_t kStride = 8;
-constexpr std::size_t kPool = 64;  // merged cubes that are open at a time
-constexpr std::size_t kFills = kLanes / kPool;
+constexpr std::size_t kStride = 8, kChunk = 64 * kBatch;
+constexpr std::size_t kPool = 64;    // merged cubes that are open at a time
+constexpr std::size_t kClosed = 16;  // of these are closed at a time, when a cube fits none
+constexpr std::size_t kFills = kLanes / kClosed;
 constexpr std::size_t kRandomBlocks = 512;
 constexpr double kRandomYield = 0.0005;  // random patterns end when a block detects less than this share
 
@@ -200,8 +201,11 @@ class Generator {
     std::vector<std::vector<std::size_t>> queue(kWorkers);
     for (unsigned w = 0; w < kWorkers; ++w) {
       const std::size_t first = order.size() * w / kWorkers, end = order.size() * (w + 1) / kWorkers;
-      for (std::size_t offset = 0; offset < kStride; ++offset) {
-        for (std::size_t k = first + offset; k < end; k += kStride) queue[w].push_back(order[k]);
+      for (std::size_t chunk = first; chunk < end; chunk += kChunk) {
+        for (std::size_t offset = 0; offset < kStride; ++offset) {
+          for (std::size_t k = chunk + offset; k < std::min(chunk + kChunk, end); k += kStride)
+            queue[w].push_back(order[k]);
+        }
       }
     }
     std::vector<std::size_t> at(kWorkers, 0), left;
@@ -330,7 +334,7 @@ class Generator {
         cube_of_[i] = {};
       }
     }
-    flush();
+    while (!pool_.empty()) close(std::min(pool_.size(), kClosed));
   }
   void lift_witnesses(const std::vector<std::size_t>& batch, std::vector<CubeLifter>& lifters) {
     PatternBlock block{std::vector<Word>(circuit_.inputs().size()), batch.size(), {}};
@@ -372,7 +376,7 @@ class Generator {
       }
     }
     if (best == nullptr) {
-      if (pool_.size() == kPool) flush();
+      if (pool_.size() == kPool) close(kClosed);
       pool_.push_back({std::vector<std::int8_t>(circuit_.inputs().size(), -1), 0});
       best = &pool_.back();
     }
@@ -382,18 +386,21 @@ class Generator {
     }
   }
 
-  // Every open pattern is filled in several ways; the fill that detects most is kept.
-  void flush() {
-    if (pool_.empty()) return;
+  // The `count` open patterns that have most inputs set are filled in several ways; of each, the fill that
+  // detects most is kept.
+  void close(std::size_t count) {
+    std::stable_sort(pool_.begin(), pool_.end(),
+                     [](const Merged& a, const Merged& b) { return a.set > b.set; });
     PatternBlock block = random_block();
-    block.count = pool_.size() * kFills;
-    for (std::size_t k = 0; k < pool_.size(); ++k) {
+    block.count = count * kFills;
+    for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t input = 0; input < block.inputs.size(); ++input) {
         if (pool_[k].value[input] < 0) continue;
         for (std::size_t fill = 0; fill < kFills; ++fill)
           block.inputs[input].set(k * kFills + fill, pool_[k].value[input] != 0);
       }
     }
+    pool_.erase(pool_.begin(), pool_.begin() + static_cast<std::ptrdiff_t>(count));
     std::vector<Word> detected;
     simulators_[0].detect(block, set_.faults.classes, alive_, detected);
     std::vector<std::vector<std::uint32_t>> by_lane(block.count);
@@ -404,7 +411,7 @@ class Generator {
               static_cast<std::uint32_t>(i));
       }
     }
-    for (std::size_t k = 0; k < pool_.size(); ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
       std::size_t best = k * kFills, best_new = 0;
       for (std::size_t lane = k * kFills; lane < (k + 1) * kFills; ++lane) {
         const auto fresh = static_cast<std::size_t>(std::count_if(
@@ -421,7 +428,6 @@ class Generator {
         pattern[input] = block.inputs[input].bit(best) ? 1 : 0;
       set_.patterns.push_back(std::move(pattern));
     }
-    pool_.clear();
   }
 
   const Circuit& circuit_;
