@@ -18,6 +18,11 @@ constexpr int kUndecided = 0;
 constexpr std::size_t kAll = ~std::size_t{0};
 constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
 
+// After a refutation: whether it makes use of one of these assumptions.
+bool needs_any(CaDiCaL::Solver& engine, const std::vector<int>& assumed) {
+  return std::any_of(assumed.begin(), assumed.end(), [&](int literal) { return engine.failed(literal); });
+}
+
 }  // namespace
 
 struct TestSolver::Solver {
@@ -244,8 +249,7 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
     clauses_.push_back(0);
   }
   demand(differs_[fault.node]);
-  if (fault.launch != kNoNode && in_support_[fault.launch] != 0)  // a window may be without it
-    demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
+  if (fault.launch != kNoNode) demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
   if (fault.pin != kStem) {
     const int line = good_[circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]];
     demand(fault.stuck ? -line : line);
@@ -289,8 +293,8 @@ Verdict TestSolver::solve_apart(const Fault& fault, Cube& cube, std::uint32_t co
   bool all = false;
   int status = kUndecided;
   for (const std::size_t most : {std::size_t{8}, std::size_t{64}}) {
-    all = encode_outputs(fault, true, most) <= most;
-    status = run(kTry, "plain", &fault, cube);
+    all = encode_outputs(fault, most) <= most;
+    status = run(kTry, "plain", &fault, held_literals(), cube);
     if (status == kSat) return Verdict::test;
     if (all && status == kUnsat) break;
     if (most == 8 && !window_has_effect(fault, kWholeSupport)) return Verdict::redundant;
@@ -300,20 +304,22 @@ Verdict TestSolver::solve_apart(const Fault& fault, Cube& cube, std::uint32_t co
     if (status == kSat) return Verdict::test;
     if (status == kUndecided) return Verdict::aborted;
   }
-  if (!support_is_held()) return Verdict::redundant;
+  if (!holds_refute_) return Verdict::redundant;
+  // no test with the holds; without a verdict on the fault with nothing held, that is what is known
   Cube without_holds;
-  status = run_to_all(fault, false, conflict_limit, without_holds);
-  return status == kSat ? Verdict::held : status == kUnsat ? Verdict::redundant : Verdict::aborted;
+  return run_to_all(fault, false, conflict_limit, without_holds) == kUnsat ? Verdict::redundant
+                                                                           : Verdict::held;
 }
 
 // To all outputs: by cases of what steers the circuit; in one search with inprocessing where that doesn't
 // end.
 int TestSolver::run_to_all(const Fault& fault, bool held, std::uint32_t conflict_limit, Cube& cube) {
-  encode_outputs(fault, held, kAll);
-  const int status = run_by_cases(fault, cube);
+  encode_outputs(fault, kAll);
+  const std::vector<int> holds = held ? held_literals() : std::vector<int>{};
+  const int status = run_by_cases(fault, conflict_limit, holds, cube);
   if (status != kUndecided) return status;
-  encode_outputs(fault, held, kAll);
-  return run(conflict_limit, "default", &fault, cube);
+  encode_outputs(fault, kAll);
+  return run(conflict_limit, "default", &fault, holds, cube);
 }
 
 // Numbers the circuit before an output as its solver does.
@@ -368,10 +374,14 @@ void TestSolver::add_launch(Near& near, Node launch) {
   }
 }
 
-bool TestSolver::support_is_held() const {
-  return std::any_of(support_.begin(), support_.end(), [&](Node node) {
-    return circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0;
-  });
+// The values of held inputs in the support.
+std::vector<int> TestSolver::held_literals() const {
+  std::vector<int> literals;
+  for (const Node node : support_) {
+    if (circuit_.kind(node) != Gate::input || circuit_.held()[input_of_[node]] < 0) continue;
+    literals.push_back(circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]);
+  }
+  return literals;
 }
 
 // Most redundant faults are so in their surroundings: whatever comes in at the edge of a piece of the circuit
@@ -391,8 +401,7 @@ void TestSolver::encode_window(const Fault& fault, const Window& window) {
   fault_cone_ = std::move(cone);
   std::sort(fault_cone_.begin(), fault_cone_.end());
   support_ = fault_cone_;
-  if (fault.launch != kNoNode && window.support == kAll && in_fault_cone_[fault.launch] == 0)
-    support_.push_back(fault.launch);
+  if (fault.launch != kNoNode) support_.push_back(fault.launch);
   for (const Node node : support_) in_support_[node] = 1;
   for (std::size_t i = 0; i < support_.size(); ++i) {
     // all drivers of a node or none: half of them would make it an edge, and no use of them. Those of the
@@ -415,12 +424,12 @@ void TestSolver::encode_window(const Fault& fault, const Window& window) {
 bool TestSolver::window_has_effect(const Fault& fault, const Window& window) {
   encode_window(fault, window);
   Cube none;
-  return run(window.conflicts, "plain", nullptr, none) != kUnsat;
+  return run(window.conflicts, "plain", nullptr, {}, none) != kUnsat;
 }
 
 // To those outputs that the fault reaches, at most so many, smallest cones first. Returns how many it
 // reaches.
-std::size_t TestSolver::encode_outputs(const Fault& fault, bool held, std::size_t most) {
+std::size_t TestSolver::encode_outputs(const Fault& fault, std::size_t most) {
   std::vector<Node> reached{fault.node}, targets;
   for (const Node node : fault_cone_) in_fault_cone_[node] = 0;
   in_fault_cone_[fault.node] = 1;
@@ -440,21 +449,25 @@ std::size_t TestSolver::encode_outputs(const Fault& fault, bool held, std::size_
   if (fault.launch != kNoNode) targets.push_back(fault.launch);
   take_support(std::move(targets));
   take_fault_cone(fault);
-  start(held);
+  start(false);
   add_fault(fault, 0);
   at_output_ = kNoNode;
   return count;
 }
 
 // What is encoded, in a solver of its own; of a test for `fault`, when it is given, the cube. Configuration
-// "plain" has no inprocessing: quicker where little search is needed.
-int TestSolver::run(std::uint32_t conflict_limit, const char* configuration, const Fault* fault, Cube& cube) {
+// "plain" has no inprocessing: quicker where little search is needed. `holds` are assumed, so that a
+// refutation tells whether it needs them.
+int TestSolver::run(std::uint32_t conflict_limit, const char* configuration, const Fault* fault,
+                    const std::vector<int>& holds, Cube& cube) {
   CaDiCaL::Solver engine;
   hand_over(engine, configuration);
   if (conflict_limit != 0) engine.limit("conflicts", static_cast<int>(conflict_limit));
+  for (const int literal : holds) engine.assume(literal);
   ++effort_.apart_calls;
   const int status = engine.solve();
   if (status == kSat && fault != nullptr) lift(*fault, engine, cube);
+  holds_refute_ = status == kUnsat && needs_any(engine, holds);
   return status;
 }
 
@@ -495,16 +508,21 @@ std::vector<int> TestSolver::steering_inputs(std::size_t most) const {
 }
 
 // What is encoded, split into cases where a short search doesn't decide it. All cases share what is learned.
-int TestSolver::run_by_cases(const Fault& fault, Cube& cube) {
+int TestSolver::run_by_cases(const Fault& fault, std::uint32_t conflict_limit, const std::vector<int>& holds,
+                             Cube& cube) {
   constexpr std::size_t kDepth = 20;
-  constexpr int kShort = 300, kLeaf = 10'000;  // conflicts
+  constexpr std::uint32_t kShort = 300, kLeaf = 10'000;  // conflicts
   const std::vector<int> split = steering_inputs(kDepth);
   CaDiCaL::Solver engine;
   hand_over(engine, "plain");
   std::vector<int> chosen;  // the case at hand
-  while (true) {
+  holds_refute_ = false;
+  for (std::uint32_t spent = 0; conflict_limit == 0 || spent < conflict_limit;) {
+    for (const int literal : holds) engine.assume(literal);
     for (const int literal : chosen) engine.assume(literal);
-    engine.limit("conflicts", chosen.size() < split.size() ? kShort : kLeaf);
+    const std::uint32_t conflicts = chosen.size() < split.size() ? kShort : kLeaf;
+    engine.limit("conflicts", static_cast<int>(conflicts));
+    spent += conflicts;
     ++effort_.apart_calls;
     const int status = engine.solve();
     if (status == kSat) {
@@ -516,10 +534,12 @@ int TestSolver::run_by_cases(const Fault& fault, Cube& cube) {
       chosen.push_back(split[chosen.size()]);
       continue;
     }
+    holds_refute_ = holds_refute_ || needs_any(engine, holds);
     while (!chosen.empty() && chosen.back() < 0) chosen.pop_back();
     if (chosen.empty()) return kUnsat;
     chosen.back() = -chosen.back();
   }
+  return kUndecided;
 }
 
 bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::path& folder,
@@ -529,7 +549,7 @@ bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::pat
   else if (!window_has_effect(fault, kWholeSupport))
     encode_window(fault, kWholeSupport);
   else
-    encode_outputs(fault, false, kAll);
+    encode_outputs(fault, kAll);
   const std::filesystem::path cnf = folder / (name + ".cnf"), drat = folder / (name + ".drat");
   std::string text =
       fmt::format("p cnf {} {}\n", variables_, std::count(clauses_.begin(), clauses_.end(), 0));

@@ -87,15 +87,17 @@ class TestSolver {
   void add_fault(const Fault& fault, int activation);
   void add_gate(Node node, const std::vector<int>& in, int out);
   void add(std::initializer_list<int> literals);
-  std::size_t encode_outputs(const Fault& fault, bool held, std::size_t most);
+  std::size_t encode_outputs(const Fault& fault, std::size_t most);
   void encode_window(const Fault& fault, const Window& window);
   bool window_has_effect(const Fault& fault, const Window& window);
   void hand_over(CaDiCaL::Solver& engine, const char* configuration);
-  int run(std::uint32_t conflict_limit, const char* configuration, const Fault* fault, Cube& cube);
+  int run(std::uint32_t conflict_limit, const char* configuration, const Fault* fault,
+          const std::vector<int>& holds, Cube& cube);
   std::vector<int> steering_inputs(std::size_t most) const;
-  int run_by_cases(const Fault& fault, Cube& cube);
+  int run_by_cases(const Fault& fault, std::uint32_t conflict_limit, const std::vector<int>& holds,
+                   Cube& cube);
   int run_to_all(const Fault& fault, bool held, std::uint32_t conflict_limit, Cube& cube);
-  bool support_is_held() const;
+  std::vector<int> held_literals() const;
   void lift(const Fault& fault, CaDiCaL::Solver& engine, Cube& cube);
 
   const Circuit& circuit_;
@@ -107,8 +109,9 @@ class TestSolver {
       differs_;               // variables by node; bad_ of nodes outside the fault's cone is good_
   std::vector<int> clauses_;  // not handed to the solver yet
   int variables_ = 0;
-  bool window_ = false;       // a difference may end where the fault's cone is cut, too
-  Node at_output_ = kNoNode;  // good_ numbers the circuit before it; kNoNode: something else
+  bool holds_refute_ = false;  // the last refutation needs a held input
+  bool window_ = false;        // a difference may end where the fault's cone is cut, too
+  Node at_output_ = kNoNode;   // good_ numbers the circuit before it; kNoNode: something else
   std::unordered_map<Node, Near> near_;
   std::size_t kept_variables_ = 0;
   Effort effort_;
