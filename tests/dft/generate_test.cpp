@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <map>
 
 #include "asic/dft/fault_simulator.hpp"
 #include "asic/dft/iddq.hpp"
@@ -172,6 +173,43 @@ TEST(Generate, ACubeAloneDetectsItsFault) {
       }
     }
   }
+}
+
+// The same circuit with its first two inputs held at 0 and 1.
+Circuit with_holds(const Circuit& circuit) {
+  CircuitBuilder builder;
+  for (Node node = 0; node < circuit.size(); ++node)
+    builder.add(circuit.kind(node), {circuit.fanin(node).begin(), circuit.fanin(node).end()});
+  for (const Site& site : circuit.sites()) builder.add_site(site);
+  for (std::size_t i = 0; i < 2; ++i) builder.hold(circuit.inputs()[i], i == 1);
+  return builder.finish("held");
+}
+
+// To all outputs: with a test, without one while the holds last, without one at all.
+TEST(Generate, HeldAndRedundantAreToldApart) {
+  std::map<Verdict, std::size_t> met;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const Circuit circuit = with_holds(random_circuit(seed, 7, 40));
+    const std::vector<Pattern> everything = all_patterns(circuit.inputs().size());
+    TestSolver solver(circuit);
+    for (const Fault& fault : collapse(circuit).classes) {
+      const auto detects = [&](const Pattern& pattern) { return serial_detects(circuit, pattern, fault); };
+      const auto within_holds = [&](const Pattern& pattern) {
+        return pattern[0] == 0 && pattern[1] == 1 && detects(pattern);
+      };
+      Verdict expected = Verdict::redundant;
+      if (std::any_of(everything.begin(), everything.end(), within_holds))
+        expected = Verdict::test;
+      else if (std::any_of(everything.begin(), everything.end(), detects))
+        expected = Verdict::held;
+      Cube cube;
+      EXPECT_EQ(solver.solve_apart(fault, cube), expected) << "seed " << seed;
+      ++met[expected];
+    }
+  }
+  EXPECT_GT(met[Verdict::test], 100u);
+  EXPECT_GT(met[Verdict::held], 20u);
+  EXPECT_GT(met[Verdict::redundant], 20u);
 }
 
 TEST(Generate, SameInputsSamePatterns) {
