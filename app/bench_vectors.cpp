@@ -75,7 +75,7 @@ dft::IddqStops iddq_stops(const dft::ScanDesign& design, const dft::CaptureView&
     states.push_back(states[i]);
     states.back()[enable] = 1;
   }
-  return dft::choose_iddq_stops(view.circuit, states, kIddqStops);
+  return dft::search_iddq_stops(view.circuit, states, kIddqStops, options.seed);
 }
 
 struct Sampled {
@@ -212,7 +212,7 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
        "",
        {},
        0.0},
-      {"supply current stops", number(iddq.stops.size()), "", {}, number(kIddqStops)},
+      {"supply current stops", number(iddq.states.size()), "", {}, number(kIddqStops)},
       {"pseudo-stuck-at coverage of the stops", 100 * iddq.coverage(), "%", 95.0, {}},
       {fmt::format("transition test coverage ({} faults at random)", transition_faults),
        100 * transition.coverage.test_coverage(),

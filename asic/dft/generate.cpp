@@ -2,6 +2,7 @@
 #include "asic/dft/generate.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <numeric>
 #include <random>
@@ -16,10 +17,11 @@ namespace {
 
 constexpr unsigned kWorkers = 2;
 constexpr std::size_t kBatch = 64;  // faults solved by a worker between two simulations
-constexpr std::size_t kStride = 8;
-constexpr std::size_t kPool = 64;  // merged cubes that are open at a time
-constexpr std::size_t kFills = kLanes / kPool;
-constexpr std::size_t kRandomBlocks = 64;
+constexpr std::size_t kStride = 8, kChunk = 64 * kBatch;
+constexpr std::size_t kPool = 64;    // merged cubes that are open at a time
+constexpr std::size_t kClosed = 16;  // of these are closed at a time, when a cube fits none
+constexpr std::size_t kFills = kLanes / kClosed;
+constexpr std::size_t kRandomBlocks = 512;
 constexpr double kRandomYield = 0.0005;  // random patterns end when a block detects less than this share
 
 double since(std::chrono::steady_clock::time_point start) {
@@ -36,6 +38,12 @@ constexpr std::uint32_t kNone = ~std::uint32_t{0};
 // A pattern that detects a fault.
 struct Witness {
   std::uint32_t block = kNone, lane = 0;
+};
+
+struct Solved {
+  std::size_t fault;
+  Verdict verdict = Verdict::aborted;
+  Cube cube;
 };
 
 class Generator {
@@ -76,7 +84,7 @@ class Generator {
         compact(circuit_, std::move(set_.patterns), detected, options_.seed, options_.compaction_passes);
     set_.times.compact_s = since(start);
     for (const TestSolver& solver : solvers_)
-      set_.solver_calls += solver.effort().near_calls + solver.effort().full_calls;
+      set_.solver_calls += solver.effort().near_calls + solver.effort().apart_calls;
     return std::move(set_);
   }
 
@@ -171,7 +179,7 @@ class Generator {
   }
 
   // A cube or a verdict for every fault without a witness; faults that the solver's patterns detect by the
-  // way have a witness in them. Faults of one output stand together and share a solver.
+  // way have a witness in them.
   void solve_phase() {
     std::vector<std::uint8_t> watched(alive_.size(), 0);
     std::vector<std::size_t> order;
@@ -180,20 +188,27 @@ class Generator {
       watched[i] = 1;
       order.push_back(i);
     }
+    solve_apart(solve_near(order, watched), watched);
+  }
+
+  // At the nearest output of each fault alone; returns those that have no test there. Faults of one output
+  // stand together and share a solver. Each worker takes its batches from its own half, every so manieth
+  // fault first: its neighbours often fall with it.
+  std::vector<std::size_t> solve_near(std::vector<std::size_t> order, std::vector<std::uint8_t>& watched) {
     const auto output = [&](std::size_t i) { return cones_.nearest[set_.faults.classes[i].node]; };
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return output(a) < output(b); });
-    // Each worker takes its batches from its own half, every so manieth fault first: its neighbours often
-    // fall with it.
     std::vector<std::vector<std::size_t>> queue(kWorkers);
     for (unsigned w = 0; w < kWorkers; ++w) {
       const std::size_t first = order.size() * w / kWorkers, end = order.size() * (w + 1) / kWorkers;
-      for (std::size_t offset = 0; offset < kStride; ++offset) {
-        for (std::size_t k = first + offset; k < end; k += kStride) queue[w].push_back(order[k]);
+      for (std::size_t chunk = first; chunk < end; chunk += kChunk) {
+        for (std::size_t offset = 0; offset < kStride; ++offset) {
+          for (std::size_t k = chunk + offset; k < std::min(chunk + kChunk, end); k += kStride)
+            queue[w].push_back(order[k]);
+        }
       }
     }
-    std::vector<std::vector<Word>> detected(kWorkers);
-    std::vector<std::size_t> at(kWorkers, 0);
+    std::vector<std::size_t> at(kWorkers, 0), left;
     const auto done = [&] {
       for (unsigned w = 0; w < kWorkers; ++w) {
         if (at[w] < queue[w].size()) return false;
@@ -207,41 +222,75 @@ class Generator {
           const std::size_t i = queue[w][at[w]];
           if (watched[i] == 0) continue;
           Solved solved{i, Verdict::aborted, {}};
-          solved.verdict = solvers_[w].solve(set_.faults.classes[i], solved.cube, options_.conflict_limit);
+          if (solvers_[w].solve_near(set_.faults.classes[i], solved.cube)) solved.verdict = Verdict::test;
           batch[w].push_back(std::move(solved));
         }
       });
-      std::vector<Cube> cubes;
+      std::vector<Solved> found;
       for (std::vector<Solved>& part : batch) {
         for (Solved& solved : part) {
-          watched[solved.fault] = 0;
-          if (solved.verdict == Verdict::test) {
-            cubes.push_back(solved.cube);
-            cube_of_[solved.fault] = std::move(solved.cube);
-          } else if (solved.verdict == Verdict::aborted) {
-            alive_[solved.fault] = 0;
-            ++set_.aborted;
-          } else {
-            settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
-          }
+          if (solved.verdict == Verdict::test)
+            found.push_back(std::move(solved));
+          else
+            left.push_back(solved.fault);
         }
       }
-      if (cubes.empty()) continue;
-      const std::size_t first = blocks_.size();
-      for (unsigned w = 0; w < kWorkers; ++w) blocks_.push_back(filled(cubes, kLanes / (kWorkers * kBatch)));
+      take_cubes(found, watched);
+    }
+    return left;
+  }
+
+  // A verdict for each. They are independent of each other, so that a worker that is free takes the next.
+  void solve_apart(const std::vector<std::size_t>& order, std::vector<std::uint8_t>& watched) {
+    for (std::size_t at = 0; at < order.size();) {
+      std::vector<Solved> batch;
+      for (; at < order.size() && batch.size() < kWorkers * kBatch; ++at) {
+        if (watched[order[at]] != 0) batch.push_back({order[at], Verdict::aborted, {}});
+      }
+      std::atomic<std::size_t> next{0};
       in_parallel([&](unsigned w) {
-        simulators_[w].detect(blocks_[first + w], set_.faults.classes, watched, detected[w]);
+        for (std::size_t k = next++; k < batch.size(); k = next++)
+          batch[k].verdict = solvers_[w].solve_apart(set_.faults.classes[batch[k].fault], batch[k].cube,
+                                                     options_.conflict_limit);
       });
-      for (unsigned w = 0; w < kWorkers; ++w) take_witnesses(detected[w], first + w, watched);
+      std::vector<Solved> found;
+      for (Solved& solved : batch) {
+        watched[solved.fault] = 0;
+        if (solved.verdict == Verdict::test) {
+          found.push_back(std::move(solved));
+        } else if (solved.verdict == Verdict::aborted) {
+          alive_[solved.fault] = 0;
+          ++set_.aborted;
+        } else {
+          settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
+        }
+      }
+      take_cubes(found, watched);
     }
   }
 
+  // Keeps the cubes, and looks what else patterns around them detect.
+  void take_cubes(std::vector<Solved>& found, std::vector<std::uint8_t>& watched) {
+    if (found.empty()) return;
+    const std::size_t first = blocks_.size();
+    for (unsigned w = 0; w < kWorkers; ++w) blocks_.push_back(filled(found, kLanes / (kWorkers * kBatch)));
+    for (Solved& solved : found) {
+      watched[solved.fault] = 0;
+      cube_of_[solved.fault] = std::move(solved.cube);
+    }
+    std::vector<std::vector<Word>> detected(kWorkers);
+    in_parallel([&](unsigned w) {
+      simulators_[w].detect(blocks_[first + w], set_.faults.classes, watched, detected[w]);
+    });
+    for (unsigned w = 0; w < kWorkers; ++w) take_witnesses(detected[w], first + w, watched);
+  }
+
   // Random patterns around cubes, `fills` in a row for each.
-  PatternBlock filled(const std::vector<Cube>& cubes, std::size_t fills) {
+  PatternBlock filled(const std::vector<Solved>& found, std::size_t fills) {
     PatternBlock block = random_block();
-    block.count = cubes.size() * fills;
-    for (std::size_t k = 0; k < cubes.size(); ++k) {
-      for (const auto& [input, value] : cubes[k]) {
+    block.count = found.size() * fills;
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      for (const auto& [input, value] : found[k].cube) {
         for (std::size_t fill = 0; fill < fills; ++fill) block.inputs[input].set(k * fills + fill, value);
       }
     }
@@ -253,12 +302,6 @@ class Generator {
     std::jthread other([&] { body(1); });
     body(0);
   }
-
-  struct Solved {
-    std::size_t fault;
-    Verdict verdict = Verdict::aborted;
-    Cube cube;
-  };
 
   // Hard faults first, each group in random order, so that cubes of far parts meet and merge.
   std::vector<std::size_t> merge_order() {
@@ -291,7 +334,7 @@ class Generator {
         cube_of_[i] = {};
       }
     }
-    flush();
+    while (!pool_.empty()) close(std::min(pool_.size(), kClosed));
   }
   void lift_witnesses(const std::vector<std::size_t>& batch, std::vector<CubeLifter>& lifters) {
     PatternBlock block{std::vector<Word>(circuit_.inputs().size()), batch.size(), {}};
@@ -333,7 +376,7 @@ class Generator {
       }
     }
     if (best == nullptr) {
-      if (pool_.size() == kPool) flush();
+      if (pool_.size() == kPool) close(kClosed);
       pool_.push_back({std::vector<std::int8_t>(circuit_.inputs().size(), -1), 0});
       best = &pool_.back();
     }
@@ -343,18 +386,21 @@ class Generator {
     }
   }
 
-  // Every open pattern is filled in several ways; the fill that detects most is kept.
-  void flush() {
-    if (pool_.empty()) return;
+  // The `count` open patterns that have most inputs set are filled in several ways; of each, the fill that
+  // detects most is kept.
+  void close(std::size_t count) {
+    std::stable_sort(pool_.begin(), pool_.end(),
+                     [](const Merged& a, const Merged& b) { return a.set > b.set; });
     PatternBlock block = random_block();
-    block.count = pool_.size() * kFills;
-    for (std::size_t k = 0; k < pool_.size(); ++k) {
+    block.count = count * kFills;
+    for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t input = 0; input < block.inputs.size(); ++input) {
         if (pool_[k].value[input] < 0) continue;
         for (std::size_t fill = 0; fill < kFills; ++fill)
           block.inputs[input].set(k * kFills + fill, pool_[k].value[input] != 0);
       }
     }
+    pool_.erase(pool_.begin(), pool_.begin() + static_cast<std::ptrdiff_t>(count));
     std::vector<Word> detected;
     simulators_[0].detect(block, set_.faults.classes, alive_, detected);
     std::vector<std::vector<std::uint32_t>> by_lane(block.count);
@@ -365,7 +411,7 @@ class Generator {
               static_cast<std::uint32_t>(i));
       }
     }
-    for (std::size_t k = 0; k < pool_.size(); ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
       std::size_t best = k * kFills, best_new = 0;
       for (std::size_t lane = k * kFills; lane < (k + 1) * kFills; ++lane) {
         const auto fresh = static_cast<std::size_t>(std::count_if(
@@ -382,7 +428,6 @@ class Generator {
         pattern[input] = block.inputs[input].bit(best) ? 1 : 0;
       set_.patterns.push_back(std::move(pattern));
     }
-    pool_.clear();
   }
 
   const Circuit& circuit_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "asic/dft/faults.hpp"
@@ -13,7 +14,7 @@ namespace meltstage::dft {
 /// Pseudo-stuck-at model: a fault draws current when its line has the opposite value and the change shows at
 /// the output of the gate that the line feeds; no way to an output is needed.
 struct IddqStops {
-  std::vector<std::size_t> stops;     ///< indices of states, in the order of choice
+  std::vector<Pattern> states;        ///< in the order of choice
   std::vector<std::size_t> detected;  ///< faults seen up to and with each stop
   std::size_t faults = 0;             ///< two for every site inside the circuit
   std::size_t tied = 0;               ///< of these, stuck at a value that the line has anyway
@@ -25,6 +26,11 @@ struct IddqStops {
 /// Picks states, each the one that shows most faults which no earlier one shows, until there are `most` or no
 /// state adds a fault.
 IddqStops choose_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& states, std::size_t most);
+
+/// The same, and every state is improved when it is picked: what other states need to show faults that are
+/// still unseen is put into it, as long as it shows more by that. The result depends on the arguments alone.
+IddqStops search_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& states, std::size_t most,
+                            std::uint64_t seed);
 
 /// The circuit with an output behind every gate: a test for it shows a fault at the gate that its line feeds,
 /// so that generate_tests() on it makes good states to choose stops from. Same inputs, same sites.

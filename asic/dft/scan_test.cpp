@@ -40,21 +40,41 @@ class Maker {
     for (std::size_t k = 0; k < view.flops.size(); ++k) flop_[view.flops[k].name] = k;
   }
 
-  ScanTest make(const std::vector<Pattern>& patterns) {
+  ScanTest captures(const std::vector<Pattern>& patterns) {
+    const std::vector<Node>& outputs = view_.circuit.outputs();
+    const auto ports = static_cast<std::ptrdiff_t>(view_.output_ports.size());
+    return make(Action::capture, view_.circuit, patterns, {outputs.begin(), outputs.begin() + ports},
+                {outputs.begin() + ports, outputs.end()});
+  }
+  ScanTest launches(const TransitionView& transitions, const std::vector<Pattern>& patterns) {
+    return make(Action::launch, transitions.circuit, patterns, {}, transitions.circuit.outputs());
+  }
+
+ private:
+  // `ports` and `flops`: what they show and take at the end of a pattern; without `ports` they aren't
+  // compared.
+  ScanTest make(Action action, const Circuit& circuit, const std::vector<Pattern>& patterns,
+                const std::vector<Node>& ports, const std::vector<Node>& flops) {
     add_chain_test();
     if (!design_.reset.empty()) add_reset_test();
     std::vector<Word> values;
     std::size_t first = 0;
-    for (const PatternBlock& block : blocks_of(patterns, view_.circuit.inputs().size())) {
-      simulate(view_.circuit, block, values);
-      for (std::size_t lane = 0; lane < block.count; ++lane)
-        add_capture(patterns[first + lane], values, lane, first + lane);
+    for (const PatternBlock& block : blocks_of(patterns, circuit.inputs().size())) {
+      simulate(circuit, block, values);
+      for (std::size_t lane = 0; lane < block.count; ++lane) {
+        const auto value = [&](Node node) { return values[node].bit(lane); };
+        const Pattern& pattern = patterns[first + lane];
+        ScanPattern entry = loaded(action, pattern, first + lane);
+        entry.unload = unload([&](std::size_t flop) { return value(flops[flop]); });
+        entry.outputs = no_compare();
+        for (std::size_t i = 0; i < ports.size(); ++i) entry.outputs[i] = compare_char(value(ports[i]));
+        test_.patterns.push_back(std::move(entry));
+      }
       first += block.count;
     }
     return std::move(test_);
   }
 
- private:
   // One character a chain cell from a value a flop; leading zeros (or trailing X) make all chains as long as
   // the longest.
   template <class Value>
@@ -103,19 +123,15 @@ class Maker {
     }
     test_.patterns.push_back(std::move(pattern));
   }
-  void add_capture(const Pattern& pattern, const std::vector<Word>& values, std::size_t lane,
-                   std::size_t number) {
-    const std::size_t ports = view_.input_ports.size(), outs = view_.output_ports.size();
+  ScanPattern loaded(Action action, const Pattern& pattern, std::size_t number) {
+    const std::size_t ports = view_.input_ports.size();
     ScanPattern entry;
+    entry.action = action;
     entry.label = fmt::format("pattern {}", number);
     entry.load = load([&](std::size_t flop) { return pattern[ports + flop] != 0; });
-    entry.unload =
-        unload([&](std::size_t flop) { return values[view_.circuit.outputs()[outs + flop]].bit(lane); });
     for (std::size_t i = 0; i < ports; ++i)
       entry.inputs += view_.clock_ports[i] != 0 ? 'P' : pattern[i] != 0 ? '1' : '0';
-    for (std::size_t i = 0; i < outs; ++i)
-      entry.outputs += compare_char(values[view_.circuit.outputs()[i]].bit(lane));
-    test_.patterns.push_back(std::move(entry));
+    return entry;
   }
 
   const ScanDesign& design_;
@@ -212,7 +228,13 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
 
 ScanTest make_scan_test(const ScanDesign& design, const CaptureView& view,
                         const std::vector<Pattern>& patterns, const std::string& title) {
-  return Maker(design, view, title).make(patterns);
+  return Maker(design, view, title).captures(patterns);
+}
+
+ScanTest make_transition_test(const ScanDesign& design, const CaptureView& view,
+                              const TransitionView& transitions, const std::vector<Pattern>& patterns,
+                              const std::string& title) {
+  return Maker(design, view, title).launches(transitions, patterns);
 }
 
 CycleStream expand(const ScanTest& test) {
@@ -249,7 +271,9 @@ CycleStream expand(const ScanTest& test) {
     }
     if (pattern == nullptr) break;
     unload = pattern->unload;
-    if (pattern->action == Action::capture) cycle(pattern->inputs + pattern->outputs, "");
+    if (pattern->action == Action::launch) cycle(pattern->inputs + nothing, "");
+    if (pattern->action == Action::capture || pattern->action == Action::launch)
+      cycle(pattern->inputs + pattern->outputs, "");
     if (pattern->action == Action::reset) {
       std::string states = idle + nothing;
       states[index_of(test.signals, test.reset)] = test.reset_low ? '0' : '1';

@@ -8,11 +8,17 @@
 #include "asic/dft/cycles.hpp"
 #include "asic/dft/patterns.hpp"
 #include "asic/dft/scan.hpp"
+#include "asic/dft/transition.hpp"
 
 namespace meltstage::dft {
 
 /// What a pattern does between its load and the unload that goes with the next load.
-enum class Action { none, capture, reset };
+enum class Action {
+  none,
+  capture,
+  launch,  ///< two clocks in a row, the second of which captures what the first launched
+  reset
+};
 
 struct ScanPattern {
   Action action = Action::capture;
@@ -42,6 +48,12 @@ struct ScanTest {
 /// their expected values.
 ScanTest make_scan_test(const ScanDesign& design, const CaptureView& view,
                         const std::vector<Pattern>& patterns, const std::string& title);
+
+/// The same with patterns of transition faults (generate_tests() on transitions.circuit): each is clocked
+/// twice, ports are not compared. The test speed is that of the stream's cycles.
+ScanTest make_transition_test(const ScanDesign& design, const CaptureView& view,
+                              const TransitionView& transitions, const std::vector<Pattern>& patterns,
+                              const std::string& title);
 
 /// All cycles: reset, then load/capture of each pattern with the unload of the one before, then the last
 /// unload. Shorter chains are loaded with leading zeros.

@@ -140,7 +140,10 @@ std::string stil_text(const ScanTest& test) {
     text += "  }\n";
     if (last) break;
     unload = &test.patterns[p].unload;
-    if (test.patterns[p].action == Action::capture)
+    if (test.patterns[p].action == Action::launch)
+      text += fmt::format("  Call \"multiclock_capture\" {{ \"_pi\"={}; \"_po\"={}; }}\n",
+                          test.patterns[p].inputs, std::string(outputs, 'X'));
+    if (test.patterns[p].action == Action::capture || test.patterns[p].action == Action::launch)
       text += fmt::format("  Call \"multiclock_capture\" {{ \"_pi\"={}; \"_po\"={}; }}\n",
                           test.patterns[p].inputs, test.patterns[p].outputs);
     if (test.patterns[p].action == Action::reset) text += "  Call \"reset_pulse\";\n";

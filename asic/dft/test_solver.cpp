@@ -16,12 +16,27 @@ constexpr int kSat = 10;
 constexpr int kUnsat = 20;
 constexpr int kUndecided = 0;
 constexpr std::size_t kAll = ~std::size_t{0};
+constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
+
+// After a refutation: whether it makes use of one of these assumptions.
+bool needs_any(CaDiCaL::Solver& engine, const std::vector<int>& assumed) {
+  return std::any_of(assumed.begin(), assumed.end(), [&](int literal) { return engine.failed(literal); });
+}
 
 }  // namespace
 
 struct TestSolver::Solver {
   CaDiCaL::Solver engine;
 };
+
+// A piece of the circuit around a fault: nodes that it reaches, nodes that feed them, conflicts to spend on
+// it.
+struct TestSolver::Window {
+  std::size_t cone, support;
+  std::uint32_t conflicts;
+};
+constexpr TestSolver::Window TestSolver::kSurroundings{150, 1500, 2000};
+constexpr TestSolver::Window TestSolver::kWholeSupport{250, kAll, 300};
 
 OutputCones output_cones(const Circuit& circuit) {
   OutputCones cones{std::vector<std::uint32_t>(circuit.size(), 0),
@@ -234,23 +249,21 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
     clauses_.push_back(0);
   }
   demand(differs_[fault.node]);
-  if (fault.launch != kNoNode && !window_) demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
+  if (fault.launch != kNoNode) demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
   if (fault.pin != kStem) {
     const int line = good_[circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]];
     demand(fault.stuck ? -line : line);
   }
 }
 
-void TestSolver::read_model(CaDiCaL::Solver& engine) {
-  model_.resize(static_cast<std::size_t>(variables_) + 1);
-  for (int v = 1; v <= variables_; ++v) model_[static_cast<std::size_t>(v)] = engine.val(v) > 0 ? 1 : 0;
+Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
+  return solve_near(fault, cube) ? Verdict::test : solve_apart(fault, cube, conflict_limit);
 }
 
-Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
-  constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
+bool TestSolver::solve_near(const Fault& fault, Cube& cube) {
   constexpr int kGrowth = 8;  // a solver that has grown to so many times its circuit starts anew
   const Node nearest = cones_.nearest[fault.node];
-  if (nearest == kNoNode) return Verdict::redundant;
+  if (nearest == kNoNode) return false;
   if (at_output_ == kNoNode || at_output_ != nearest) enter(nearest);
   Near& near = near_[nearest];
   if (near.solver == nullptr || variables_ > kGrowth * near.first_variables + 1000) build(near);
@@ -264,32 +277,49 @@ Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict
   engine.limit("conflicts", kTry);
   engine.assume(activation);
   ++effort_.near_calls;
-  int status = engine.solve();
-  if (status == kSat) read_model(engine);
+  const bool found = engine.solve() == kSat;
+  if (found) lift(fault, engine, cube);
   engine.add(-activation);
   engine.add(0);
   near.variables = variables_;
-  if (status != kSat) {
-    if (!window_has_effect(fault)) return Verdict::redundant;
-    // more and more outputs, small cones first
-    for (std::size_t most = 8;; most *= 8) {
-      const bool all = encode_outputs(fault, true, most) <= most;
-      ++effort_.full_calls;
-      status = run(kTry, "plain");
-      if (all && status == kUndecided) {
-        encode_outputs(fault, true, kAll);
-        status = run(conflict_limit, "default");
-      }
-      if (status == kSat || all) break;
-    }
-    if (status == kUnsat && support_is_held()) {
-      encode_outputs(fault, false, kAll);
-      return run(conflict_limit, "default") == kSat ? Verdict::held : Verdict::redundant;
-    }
-  }
-  if (status == kSat) lift(fault, cube);
   for (const Node node : fault_cone_) bad_[node] = good_[node];
-  return status == kSat ? Verdict::test : status == kUnsat ? Verdict::redundant : Verdict::aborted;
+  return found;
+}
+
+Verdict TestSolver::solve_apart(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
+  if (cones_.nearest[fault.node] == kNoNode || !window_has_effect(fault, kSurroundings))
+    return Verdict::redundant;
+  // more and more outputs, small cones first
+  bool all = false;
+  int status = kUndecided;
+  for (const std::size_t most : {std::size_t{8}, std::size_t{64}}) {
+    all = encode_outputs(fault, most) <= most;
+    status = run(kTry, "plain", &fault, held_literals(), cube);
+    if (status == kSat) return Verdict::test;
+    if (all && status == kUnsat) break;
+    if (most == 8 && !window_has_effect(fault, kWholeSupport)) return Verdict::redundant;
+  }
+  if (!all || status != kUnsat) {
+    status = run_to_all(fault, true, conflict_limit, cube);
+    if (status == kSat) return Verdict::test;
+    if (status == kUndecided) return Verdict::aborted;
+  }
+  if (!holds_refute_) return Verdict::redundant;
+  // no test with the holds; without a verdict on the fault with nothing held, that is what is known
+  Cube without_holds;
+  return run_to_all(fault, false, conflict_limit, without_holds) == kUnsat ? Verdict::redundant
+                                                                           : Verdict::held;
+}
+
+// To all outputs: by cases of what steers the circuit; in one search with inprocessing where that doesn't
+// end.
+int TestSolver::run_to_all(const Fault& fault, bool held, std::uint32_t conflict_limit, Cube& cube) {
+  encode_outputs(fault, kAll);
+  const std::vector<int> holds = held ? held_literals() : std::vector<int>{};
+  const int status = run_by_cases(fault, conflict_limit, holds, cube);
+  if (status != kUndecided) return status;
+  encode_outputs(fault, kAll);
+  return run(conflict_limit, "default", &fault, holds, cube);
 }
 
 // Numbers the circuit before an output as its solver does.
@@ -344,21 +374,24 @@ void TestSolver::add_launch(Near& near, Node launch) {
   }
 }
 
-bool TestSolver::support_is_held() const {
-  return std::any_of(support_.begin(), support_.end(), [&](Node node) {
-    return circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0;
-  });
+// The values of held inputs in the support.
+std::vector<int> TestSolver::held_literals() const {
+  std::vector<int> literals;
+  for (const Node node : support_) {
+    if (circuit_.kind(node) != Gate::input || circuit_.held()[input_of_[node]] < 0) continue;
+    literals.push_back(circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]);
+  }
+  return literals;
 }
 
 // Most redundant faults are so in their surroundings: whatever comes in at the edge of a piece of the circuit
 // around the fault, no difference leaves it. That is quickly refuted where the whole circuit would be large.
-void TestSolver::encode_window(const Fault& fault) {
-  constexpr std::size_t kCone = 150, kSupport = 1500;
+void TestSolver::encode_window(const Fault& fault, const Window& window) {
   for (const Node node : fault_cone_) in_fault_cone_[node] = 0;
   for (const Node node : support_) in_support_[node] = 0;
   std::vector<Node> cone{fault.node};
   in_fault_cone_[fault.node] = 1;
-  for (std::size_t i = 0; i < cone.size() && cone.size() < kCone; ++i) {
+  for (std::size_t i = 0; i < cone.size() && cone.size() < window.cone; ++i) {
     for (const Node next : circuit_.fanout(cone[i])) {
       if (in_fault_cone_[next] != 0) continue;
       in_fault_cone_[next] = 1;
@@ -368,11 +401,12 @@ void TestSolver::encode_window(const Fault& fault) {
   fault_cone_ = std::move(cone);
   std::sort(fault_cone_.begin(), fault_cone_.end());
   support_ = fault_cone_;
+  if (fault.launch != kNoNode) support_.push_back(fault.launch);
   for (const Node node : support_) in_support_[node] = 1;
   for (std::size_t i = 0; i < support_.size(); ++i) {
     // all drivers of a node or none: half of them would make it an edge, and no use of them. Those of the
     // cone are always there.
-    if (support_.size() > kSupport && in_fault_cone_[support_[i]] == 0) break;
+    if (support_.size() > window.support && in_fault_cone_[support_[i]] == 0) break;
     for (const Node driver : circuit_.fanin(support_[i])) {
       if (in_support_[driver] != 0) continue;
       in_support_[driver] = 1;
@@ -387,16 +421,15 @@ void TestSolver::encode_window(const Fault& fault) {
   window_ = false;
 }
 
-bool TestSolver::window_has_effect(const Fault& fault) {
-  ++effort_.window_calls;
-  encode_window(fault);
-  constexpr std::uint32_t kConflicts = 2000;
-  return run(kConflicts, "plain") != kUnsat;
+bool TestSolver::window_has_effect(const Fault& fault, const Window& window) {
+  encode_window(fault, window);
+  Cube none;
+  return run(window.conflicts, "plain", nullptr, {}, none) != kUnsat;
 }
 
 // To those outputs that the fault reaches, at most so many, smallest cones first. Returns how many it
 // reaches.
-std::size_t TestSolver::encode_outputs(const Fault& fault, bool held, std::size_t most) {
+std::size_t TestSolver::encode_outputs(const Fault& fault, std::size_t most) {
   std::vector<Node> reached{fault.node}, targets;
   for (const Node node : fault_cone_) in_fault_cone_[node] = 0;
   in_fault_cone_[fault.node] = 1;
@@ -416,32 +449,107 @@ std::size_t TestSolver::encode_outputs(const Fault& fault, bool held, std::size_
   if (fault.launch != kNoNode) targets.push_back(fault.launch);
   take_support(std::move(targets));
   take_fault_cone(fault);
-  start(held);
+  start(false);
   add_fault(fault, 0);
   at_output_ = kNoNode;
   return count;
 }
 
-// What is encoded, in a solver of its own. Configuration "plain" has no inprocessing: quicker where little
-// search is needed.
-int TestSolver::run(std::uint32_t conflict_limit, const char* configuration) {
+// What is encoded, in a solver of its own; of a test for `fault`, when it is given, the cube. Configuration
+// "plain" has no inprocessing: quicker where little search is needed. `holds` are assumed, so that a
+// refutation tells whether it needs them.
+int TestSolver::run(std::uint32_t conflict_limit, const char* configuration, const Fault* fault,
+                    const std::vector<int>& holds, Cube& cube) {
   CaDiCaL::Solver engine;
+  hand_over(engine, configuration);
+  if (conflict_limit != 0) engine.limit("conflicts", static_cast<int>(conflict_limit));
+  for (const int literal : holds) engine.assume(literal);
+  ++effort_.apart_calls;
+  const int status = engine.solve();
+  if (status == kSat && fault != nullptr) lift(*fault, engine, cube);
+  holds_refute_ = status == kUnsat && needs_any(engine, holds);
+  return status;
+}
+
+void TestSolver::hand_over(CaDiCaL::Solver& engine, const char* configuration) {
   engine.set("quiet", 1);
   engine.configure(configuration);
   for (const int literal : clauses_) engine.add(literal);
   clauses_.clear();
-  if (conflict_limit != 0) engine.limit("conflicts", static_cast<int>(conflict_limit));
-  const int status = engine.solve();
-  if (status == kSat) read_model(engine);
-  return status;
+}
+
+// The inputs that drive most gates: as a rule they steer what the circuit does, and with them at a value much
+// of it falls away.
+std::vector<int> TestSolver::steering_inputs(std::size_t most) const {
+  std::vector<std::pair<std::size_t, Node>> ranked;
+  std::vector<Node> wires;
+  for (const Node input : support_) {
+    if (circuit_.kind(input) != Gate::input || circuit_.held()[input_of_[input]] >= 0) continue;
+    std::size_t gates = 0;
+    wires.assign(1, input);
+    for (std::size_t i = 0; i < wires.size(); ++i) {
+      for (const Node next : circuit_.fanout(wires[i])) {
+        if (in_support_[next] == 0) continue;
+        if (circuit_.kind(next) == Gate::buf || circuit_.kind(next) == Gate::inv)
+          wires.push_back(next);
+        else
+          ++gates;
+      }
+    }
+    ranked.emplace_back(gates, input);
+  }
+  std::sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
+  });
+  if (ranked.size() > most) ranked.resize(most);
+  std::vector<int> variables;
+  for (const auto& [gates, input] : ranked) variables.push_back(good_[input]);
+  return variables;
+}
+
+// What is encoded, split into cases where a short search doesn't decide it. All cases share what is learned.
+int TestSolver::run_by_cases(const Fault& fault, std::uint32_t conflict_limit, const std::vector<int>& holds,
+                             Cube& cube) {
+  constexpr std::size_t kDepth = 20;
+  constexpr std::uint32_t kShort = 300, kLeaf = 10'000;  // conflicts
+  const std::vector<int> split = steering_inputs(kDepth);
+  CaDiCaL::Solver engine;
+  hand_over(engine, "plain");
+  std::vector<int> chosen;  // the case at hand
+  holds_refute_ = false;
+  for (std::uint32_t spent = 0; conflict_limit == 0 || spent < conflict_limit;) {
+    for (const int literal : holds) engine.assume(literal);
+    for (const int literal : chosen) engine.assume(literal);
+    const std::uint32_t conflicts = chosen.size() < split.size() ? kShort : kLeaf;
+    engine.limit("conflicts", static_cast<int>(conflicts));
+    spent += conflicts;
+    ++effort_.apart_calls;
+    const int status = engine.solve();
+    if (status == kSat) {
+      lift(fault, engine, cube);
+      return kSat;
+    }
+    if (status == kUndecided) {
+      if (chosen.size() == split.size()) return kUndecided;
+      chosen.push_back(split[chosen.size()]);
+      continue;
+    }
+    holds_refute_ = holds_refute_ || needs_any(engine, holds);
+    while (!chosen.empty() && chosen.back() < 0) chosen.pop_back();
+    if (chosen.empty()) return kUnsat;
+    chosen.back() = -chosen.back();
+  }
+  return kUndecided;
 }
 
 bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::path& folder,
                                   const std::string& name) {
-  if (window_has_effect(fault))
-    encode_outputs(fault, true, kAll);
+  if (!window_has_effect(fault, kSurroundings))
+    encode_window(fault, kSurroundings);
+  else if (!window_has_effect(fault, kWholeSupport))
+    encode_window(fault, kWholeSupport);
   else
-    encode_window(fault);
+    encode_outputs(fault, kAll);
   const std::filesystem::path cnf = folder / (name + ".cnf"), drat = folder / (name + ".drat");
   std::string text =
       fmt::format("p cnf {} {}\n", variables_, std::count(clauses_.begin(), clauses_.end(), 0));
@@ -461,9 +569,10 @@ bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::pat
   return refuted;
 }
 
-void TestSolver::lift(const Fault& fault, Cube& cube) {
-  const auto good = [&](Node node) { return model_[static_cast<std::size_t>(good_[node])] != 0; };
-  const auto bad = [&](Node node) { return model_[static_cast<std::size_t>(bad_[node])] != 0; };
+// Reads only those values of the solver's model that matter.
+void TestSolver::lift(const Fault& fault, CaDiCaL::Solver& engine, Cube& cube) {
+  const auto good = [&](Node node) { return engine.val(good_[node]) > 0; };
+  const auto bad = [&](Node node) { return engine.val(bad_[node]) > 0; };
   const auto target = std::find_if(fault_cone_.begin(), fault_cone_.end(), [&](Node node) {
     return circuit_.kind(node) == Gate::output && good(node) != bad(node);
   });

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <map>
 
 #include "asic/dft/fault_simulator.hpp"
 #include "asic/dft/iddq.hpp"
@@ -110,27 +111,43 @@ TEST(Transition, IsDetectedWhereTheLineMovesAndTheOldValueShows) {
   EXPECT_GT(unmoved, 100u);
 }
 
-// Stops against the definition, one pattern and one site at a time.
-TEST(Iddq, StopsShowWhatTheyClaim) {
-  const Circuit circuit = capture_view(circuit_netlist("multiplier"), mini_library()).circuit;
-  const std::vector<Pattern> states = random_patterns(5, 100, circuit.inputs().size());
-  const IddqStops stops = choose_iddq_stops(circuit, states, 6);
-  ASSERT_FALSE(stops.stops.empty());
-  EXPECT_LE(stops.stops.size(), 6u);
+// Faults that a set of states shows by the definition, one state and one site at a time.
+std::size_t shown_by(const Circuit& circuit, const std::vector<Pattern>& states) {
   std::size_t shown = 0;
   for (const Site& site : circuit.sites()) {
     if (site.node == kNoNode) continue;
     for (const bool stuck : {false, true}) {
-      const bool seen = std::any_of(stops.stops.begin(), stops.stops.end(), [&](std::size_t stop) {
-        const std::vector<bool> good = serial_values(circuit, states[stop], nullptr);
-        const Fault fault{site.node, site.pin, stuck};
-        return serial_values(circuit, states[stop], &fault)[site.node] != good[site.node];
+      const Fault fault{site.node, site.pin, stuck};
+      shown += std::any_of(states.begin(), states.end(), [&](const Pattern& state) {
+        return serial_values(circuit, state, &fault)[site.node] !=
+               serial_values(circuit, state, nullptr)[site.node];
       });
-      shown += seen ? 1 : 0;
     }
   }
-  EXPECT_EQ(stops.detected.back(), shown);
-  EXPECT_LT(stops.detected.front(), shown);
+  return shown;
+}
+
+TEST(Iddq, StopsShowWhatTheyClaim) {
+  const Circuit circuit = capture_view(circuit_netlist("multiplier"), mini_library()).circuit;
+  const std::vector<Pattern> states = random_patterns(5, 100, circuit.inputs().size());
+  const IddqStops stops = choose_iddq_stops(circuit, states, 6);
+  ASSERT_FALSE(stops.states.empty());
+  EXPECT_LE(stops.states.size(), 6u);
+  for (const Pattern& state : stops.states)
+    EXPECT_NE(std::find(states.begin(), states.end(), state), states.end());
+  EXPECT_EQ(stops.detected.back(), shown_by(circuit, stops.states));
+  EXPECT_LT(stops.detected.front(), stops.detected.back());
+}
+
+// Improved states show what they claim, and more than those that they were made from.
+TEST(Iddq, SearchShowsMore) {
+  const Circuit circuit = random_circuit(3, 40, 600);
+  const std::vector<Pattern> states = random_patterns(5, 100, circuit.inputs().size());
+  const IddqStops chosen = choose_iddq_stops(circuit, states, 4),
+                  made = search_iddq_stops(circuit, states, 4, 1);
+  EXPECT_EQ(made.detected.back(), shown_by(circuit, made.states));
+  EXPECT_GT(made.detected.back(), chosen.detected.back());
+  EXPECT_EQ(made.states, search_iddq_stops(circuit, states, 4, 1).states);
 }
 
 // States made for it show every fault that any state shows.
@@ -156,6 +173,43 @@ TEST(Generate, ACubeAloneDetectsItsFault) {
       }
     }
   }
+}
+
+// The same circuit with its first two inputs held at 0 and 1.
+Circuit with_holds(const Circuit& circuit) {
+  CircuitBuilder builder;
+  for (Node node = 0; node < circuit.size(); ++node)
+    builder.add(circuit.kind(node), {circuit.fanin(node).begin(), circuit.fanin(node).end()});
+  for (const Site& site : circuit.sites()) builder.add_site(site);
+  for (std::size_t i = 0; i < 2; ++i) builder.hold(circuit.inputs()[i], i == 1);
+  return builder.finish("held");
+}
+
+// To all outputs: with a test, without one while the holds last, without one at all.
+TEST(Generate, HeldAndRedundantAreToldApart) {
+  std::map<Verdict, std::size_t> met;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const Circuit circuit = with_holds(random_circuit(seed, 7, 40));
+    const std::vector<Pattern> everything = all_patterns(circuit.inputs().size());
+    TestSolver solver(circuit);
+    for (const Fault& fault : collapse(circuit).classes) {
+      const auto detects = [&](const Pattern& pattern) { return serial_detects(circuit, pattern, fault); };
+      const auto within_holds = [&](const Pattern& pattern) {
+        return pattern[0] == 0 && pattern[1] == 1 && detects(pattern);
+      };
+      Verdict expected = Verdict::redundant;
+      if (std::any_of(everything.begin(), everything.end(), within_holds))
+        expected = Verdict::test;
+      else if (std::any_of(everything.begin(), everything.end(), detects))
+        expected = Verdict::held;
+      Cube cube;
+      EXPECT_EQ(solver.solve_apart(fault, cube), expected) << "seed " << seed;
+      ++met[expected];
+    }
+  }
+  EXPECT_GT(met[Verdict::test], 100u);
+  EXPECT_GT(met[Verdict::held], 20u);
+  EXPECT_GT(met[Verdict::redundant], 20u);
 }
 
 TEST(Generate, SameInputsSamePatterns) {

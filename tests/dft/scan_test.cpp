@@ -109,6 +109,25 @@ TEST(Scan, FileAsWrittenRunsOnTheNetlist) {
   EXPECT_EQ(whole.strobes, pieces.strobes);  // no strobe is lost between pieces
 }
 
+// Transition tests as a file: two clocks a pattern, read back and run. Clocked once it fails.
+TEST(Scan, TransitionFileAsWrittenRunsOnTheNetlist) {
+  const Machine& m = machine();
+  const TransitionView transitions = launch_on_capture(m.view);
+  const TestSet set = generate_tests(transitions.circuit, transitions.faults, {});
+  ASSERT_GT(set.patterns.size(), 3u);
+  const ScanTest test = make_transition_test(m.design, m.view, transitions, set.patterns, "machine");
+  const CycleStream stream = parse_stil(stil_text(test), "machine.stil");
+  EXPECT_TRUE(same_cycles(stream, expand(test)));
+  const ReplayResult good = replay(m.free_view, stream, m.design.scan_enable);
+  EXPECT_GT(good.strobes, set.patterns.size() * m.view.flops.size());
+  EXPECT_EQ(good.mismatches, 0u) << good.first;
+  ScanTest once = test;
+  for (ScanPattern& pattern : once.patterns) {
+    if (pattern.action == Action::launch) pattern.action = Action::capture;
+  }
+  EXPECT_GT(replay(m.free_view, expand(once), m.design.scan_enable).mismatches, 0u);
+}
+
 TEST(Scan, FileAsWrittenRunsInIcarus) {
   const TestFolder folder;
   const ReplayResult result =
