@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Places a netlist of library cells: writes DEF, Verilog and a summary.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+
+#include "asic/layout/error.hpp"
+#include "asic/layout/place.hpp"
+
+namespace {
+
+using namespace meltstage::layout;
+
+struct Options {
+  std::vector<std::filesystem::path> lef;
+  std::filesystem::path netlist;
+  std::filesystem::path def;
+  std::filesystem::path verilog;
+  double utilization = 0.7;
+  double density = 0.8;
+  double margin_um = 10.0;
+  int passes = 3;
+  std::string fillers;
+  std::string strap_layer;
+  double strap_width_um = 2.0;
+  double strap_pitch_um = 50.0;
+};
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Nm nm(double um) { return static_cast<Nm>(um * 1000.0 + 0.5); }
+
+int run(const Options& o) {
+  const double start = seconds();
+  const Technology technology = read_lef(o.lef);
+  Design design = read_netlist(o.netlist, technology);
+  make_floorplan(design, technology, {o.utilization, nm(o.margin_um)});
+  const double used = utilization(design, technology);
+  const std::size_t cells = design.components.size();
+  GlobalPlacement global;
+  global.density = o.density;
+  place_globally(design, technology, global);
+  const double spread = static_cast<double>(wirelength(design, technology)) / 1e6;
+  const double global_end = seconds();
+  legalize(design, technology);
+  const double legal = static_cast<double>(wirelength(design, technology)) / 1e6;
+  improve(design, technology, o.passes);
+  const double improved = static_cast<double>(wirelength(design, technology)) / 1e6;
+  if (!o.fillers.empty()) add_fillers(design, technology, o.fillers);
+  if (!o.strap_layer.empty())
+    add_power_grid(design, technology, {o.strap_layer, nm(o.strap_width_um), nm(o.strap_pitch_um)});
+  const std::vector<std::string> errors = placement_errors(design, technology);
+  for (const std::string& error : errors) fmt::print(stderr, "{}\n", error);
+  fmt::print("cells {}\ndie_um {:.2f} x {:.2f}\nutilization {:.1f} %\n", cells,
+             static_cast<double>(design.die.x1) / 1000, static_cast<double>(design.die.y1) / 1000,
+             100 * used);
+  fmt::print("wirelength_mm {:.2f} global, {:.2f} legal, {:.2f} improved\n", spread, legal, improved);
+  fmt::print("time_s {:.1f} global, {:.1f} in all\nerrors {}\n", global_end - start, seconds() - start,
+             errors.size());
+  if (!o.def.empty()) write_whole(o.def, def_text(design, technology));
+  if (!o.verilog.empty()) write_whole(o.verilog, verilog_text(design, technology));
+  return errors.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options o;
+  CLI::App app{"Places a netlist of library cells"};
+  app.add_option("--lef", o.lef, "LEF files, technology first")->required();
+  app.add_option("--netlist", o.netlist, "netlist (Yosys write_json)")->required();
+  app.add_option("--def", o.def, "placed design to write");
+  app.add_option("--verilog", o.verilog, "its netlist to write");
+  app.add_option("--utilization", o.utilization, "area of the cells over that of the rows");
+  app.add_option("--density", o.density, "highest share of a region that cells may take");
+  app.add_option("--margin", o.margin_um, "from the edge to the rows, um");
+  app.add_option("--passes", o.passes, "of improvement");
+  app.add_option("--fillers", o.fillers, "first letters of the fillers' names");
+  app.add_option("--strap-layer", o.strap_layer, "layer of the power straps");
+  app.add_option("--strap-width", o.strap_width_um, "um");
+  app.add_option("--strap-pitch", o.strap_pitch_um, "um, from pair to pair");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return run(o);
+  } catch (const InputError& error) {
+    fmt::print(stderr, "place: {}\n", error.what());
+    return 2;
+  }
+}
