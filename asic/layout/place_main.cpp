@@ -8,6 +8,8 @@
 
 #include "asic/layout/error.hpp"
 #include "asic/layout/place.hpp"
+#include "asic/layout/spef.hpp"
+#include "asic/layout/trees.hpp"
 
 namespace {
 
@@ -26,6 +28,13 @@ struct Options {
   std::string strap_layer;
   double strap_width_um = 2.0;
   double strap_pitch_um = 50.0;
+  std::filesystem::path spef;
+  std::filesystem::path liberty;
+  std::string clock;
+  std::vector<std::string> buffers;
+  std::vector<std::string> tie_high;
+  std::vector<std::string> tie_low;
+  std::size_t fanout = 40;
 };
 
 double seconds() {
@@ -38,14 +47,26 @@ int run(const Options& o) {
   const double start = seconds();
   const Technology technology = read_lef(o.lef);
   Design design = read_netlist(o.netlist, technology);
+  if (!o.tie_high.empty()) add_ties(design, technology, Use::power, o.tie_high.at(0), o.tie_high.at(1));
+  if (!o.tie_low.empty()) add_ties(design, technology, Use::ground, o.tie_low.at(0), o.tie_low.at(1));
   make_floorplan(design, technology, {o.utilization, nm(o.margin_um)});
-  const double used = utilization(design, technology);
-  const std::size_t cells = design.components.size();
   GlobalPlacement global;
   global.density = o.density;
   place_globally(design, technology, global);
   const double spread = static_cast<double>(wirelength(design, technology)) / 1e6;
   const double global_end = seconds();
+  Delays delays;
+  int fanout_buffers = 0;
+  ClockTree tree;
+  if (!o.clock.empty()) {
+    delays = read_delays(o.liberty);
+    TreeOptions trees;
+    trees.buffers = o.buffers;
+    fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, trees);
+    tree = build_clock_tree(design, technology, delays, o.clock, trees);
+  }
+  const double used = utilization(design, technology);
+  const std::size_t cells = design.components.size();
   legalize(design, technology);
   const double legal = static_cast<double>(wirelength(design, technology)) / 1e6;
   improve(design, technology, o.passes);
@@ -59,9 +80,18 @@ int run(const Options& o) {
              static_cast<double>(design.die.x1) / 1000, static_cast<double>(design.die.y1) / 1000,
              100 * used);
   fmt::print("wirelength_mm {:.2f} global, {:.2f} legal, {:.2f} improved\n", spread, legal, improved);
+  if (!o.clock.empty()) {
+    const ClockTree now = measure_clock(design, technology, delays, o.clock);
+    fmt::print(
+        "clock {} flops, {} buffers, {} levels, latency {:.3f} ns, skew {:.3f} ns ({:.3f} ns before legal "
+        "sites)\n",
+        now.sinks, tree.buffers, now.levels, now.latency_ns, now.skew_ns, tree.skew_ns);
+    fmt::print("fanout_buffers {}\n", fanout_buffers);
+  }
   fmt::print("time_s {:.1f} global, {:.1f} in all\nerrors {}\n", global_end - start, seconds() - start,
              errors.size());
   if (!o.def.empty()) write_whole(o.def, def_text(design, technology));
+  if (!o.spef.empty()) write_whole(o.spef, spef_text(design, technology));
   if (!o.verilog.empty()) write_whole(o.verilog, verilog_text(design, technology));
   return errors.empty() ? 0 : 1;
 }
@@ -83,6 +113,15 @@ int main(int argc, char** argv) {
   app.add_option("--strap-layer", o.strap_layer, "layer of the power straps");
   app.add_option("--strap-width", o.strap_width_um, "um");
   app.add_option("--strap-pitch", o.strap_pitch_um, "um, from pair to pair");
+  app.add_option("--spef", o.spef, "expected wires to write");
+  auto* liberty = app.add_option("--liberty", o.liberty, "delays of the cells");
+  auto* buffers = app.add_option("--buffers", o.buffers, "cells for trees, weakest first");
+  app.add_option("--clock", o.clock, "port of the clock: its tree and those of large nets are built")
+      ->needs(liberty)
+      ->needs(buffers);
+  app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
+  app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
+  app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
   CLI11_PARSE(app, argc, argv);
   try {
     return run(o);
