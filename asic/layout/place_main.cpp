@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdio>
+#include <ctime>
 
 #include "asic/layout/error.hpp"
 #include "asic/layout/place.hpp"
@@ -34,14 +34,21 @@ struct Options {
   std::vector<std::string> buffers;
   std::vector<std::string> tie_high;
   std::vector<std::string> tie_low;
+  double leaf_load_pf = 0.08;
   std::size_t fanout = 40;
 };
 
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+/// Of the processor.
+double seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 Nm nm(double um) { return static_cast<Nm>(um * 1000.0 + 0.5); }
+
+double um(Nm value) { return static_cast<double>(value) / 1000.0; }
+
+/// A row of the summary.
+void print(const char* what, const std::string& value, const char* unit) {
+  fmt::print("{}\t{}\t{}\n", what, value, unit);
+}
 
 int run(const Options& o) {
   const double start = seconds();
@@ -54,7 +61,6 @@ int run(const Options& o) {
   global.density = o.density;
   place_globally(design, technology, global);
   const double spread = static_cast<double>(wirelength(design, technology)) / 1e6;
-  const double global_end = seconds();
   Delays delays;
   int fanout_buffers = 0;
   ClockTree tree;
@@ -62,6 +68,7 @@ int run(const Options& o) {
     delays = read_delays(o.liberty);
     TreeOptions trees;
     trees.buffers = o.buffers;
+    trees.leaf_load_pf = o.leaf_load_pf;
     fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, trees);
     tree = build_clock_tree(design, technology, delays, o.clock, trees);
   }
@@ -76,20 +83,25 @@ int run(const Options& o) {
     add_power_grid(design, technology, {o.strap_layer, nm(o.strap_width_um), nm(o.strap_pitch_um)});
   const std::vector<std::string> errors = placement_errors(design, technology);
   for (const std::string& error : errors) fmt::print(stderr, "{}\n", error);
-  fmt::print("cells {}\ndie_um {:.2f} x {:.2f}\nutilization {:.1f} %\n", cells,
-             static_cast<double>(design.die.x1) / 1000, static_cast<double>(design.die.y1) / 1000,
-             100 * used);
-  fmt::print("wirelength_mm {:.2f} global, {:.2f} legal, {:.2f} improved\n", spread, legal, improved);
+  const auto mm2 = [](Nm x, Nm y) { return static_cast<double>(x) * static_cast<double>(y) / 1e6; };
+  print("cells placed", fmt::format("{}", cells), "");
+  print("die", fmt::format("{:.1f} x {:.1f}", um(design.die.x1), um(design.die.y1)), "um");
+  print("area of the die", fmt::format("{:.0f}", mm2(design.die.x1, design.die.y1)), "um2");
+  print("utilization of the rows", fmt::format("{:.1f}", 100 * used), "%");
+  print("half-perimeter wirelength", fmt::format("{:.2f}", improved), "mm");
+  print("the same before improvement", fmt::format("{:.2f}", legal), "mm");
+  print("the same before legal sites", fmt::format("{:.2f}", spread), "mm");
   if (!o.clock.empty()) {
     const ClockTree now = measure_clock(design, technology, delays, o.clock);
-    fmt::print(
-        "clock {} flops, {} buffers, {} levels, latency {:.3f} ns, skew {:.3f} ns ({:.3f} ns before legal "
-        "sites)\n",
-        now.sinks, tree.buffers, now.levels, now.latency_ns, now.skew_ns, tree.skew_ns);
-    fmt::print("fanout_buffers {}\n", fanout_buffers);
+    print("flops on the clock", fmt::format("{}", now.sinks), "");
+    print("buffers of the clock tree", fmt::format("{}", tree.buffers), "");
+    print("levels of the clock tree", fmt::format("{}", now.levels), "");
+    print("clock latency (Elmore)", fmt::format("{:.3f}", now.latency_ns), "ns");
+    print("clock skew (Elmore)", fmt::format("{:.3f}", now.skew_ns), "ns");
+    print("buffers in other nets", fmt::format("{}", fanout_buffers), "");
   }
-  fmt::print("time_s {:.1f} global, {:.1f} in all\nerrors {}\n", global_end - start, seconds() - start,
-             errors.size());
+  print("processor time of placement", fmt::format("{:.1f}", seconds() - start), "s");
+  print("placement errors", fmt::format("{}", errors.size()), "");
   if (!o.def.empty()) write_whole(o.def, def_text(design, technology));
   if (!o.spef.empty()) write_whole(o.spef, spef_text(design, technology));
   if (!o.verilog.empty()) write_whole(o.verilog, verilog_text(design, technology));
@@ -119,6 +131,7 @@ int main(int argc, char** argv) {
   app.add_option("--clock", o.clock, "port of the clock: its tree and those of large nets are built")
       ->needs(liberty)
       ->needs(buffers);
+  app.add_option("--leaf-load", o.leaf_load_pf, "what a buffer of a tree drives at most, pF");
   app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
   app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
   app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);

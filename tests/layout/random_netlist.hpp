@@ -39,7 +39,7 @@ inline Design random_netlist(const Technology& technology, int cells, unsigned s
     d.components.push_back({fmt::format("u{}", i), macro, {}, Orientation::N, false, false});
     const auto& pins = technology.macros[static_cast<std::size_t>(macro)].pins;
     for (std::size_t p = 0; p < pins.size(); ++p) {
-      if (pins[p].use != Use::signal) continue;
+      if (pins[p].use == Use::power || pins[p].use == Use::ground) continue;
       int net = 2;
       if (pins[p].direction == PinDirection::output)
         net = new_net(fmt::format("n{}", i));
