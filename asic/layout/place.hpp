@@ -20,7 +20,7 @@ struct Floorplan {
 void make_floorplan(Design& design, const Technology& technology, const Floorplan& floorplan);
 
 struct GlobalPlacement {
-  double density = 0.8;  ///< highest share of a region that cells may take, at least the utilization
+  double density = 0.9;  ///< highest share of a region that cells may take, at least the utilization
   int iterations = 60;   ///< at most
   std::size_t ignored_pins = 200;  ///< nets of more pins have no wirelength (they become trees later)
 };

@@ -18,10 +18,11 @@ using namespace meltstage::layout;
 struct Options {
   std::vector<std::filesystem::path> lef;
   std::filesystem::path netlist;
+  std::filesystem::path again;
   std::filesystem::path def;
   std::filesystem::path verilog;
   double utilization = 0.7;
-  double density = 0.8;
+  double density = 0.9;
   double margin_um = 10.0;
   int passes = 3;
   std::string fillers;
@@ -50,7 +51,73 @@ void print(const char* what, const std::string& value, const char* unit) {
   fmt::print("{}\t{}\t{}\n", what, value, unit);
 }
 
+/// The same netlist, nothing placed, without cells that only fill and without pins of supplies.
+Design not_placed(const Design& from, const Technology& technology) {
+  Design to;
+  to.name = from.name;
+  std::vector<int> component(from.components.size(), -1);
+  std::vector<int> pin(from.pins.size(), -1);
+  for (const Net& net : from.nets) {
+    Net copy;
+    copy.name = net.name;
+    copy.use = net.use;
+    for (const PinRef& ref : net.pins) {
+      const auto k = static_cast<std::size_t>(ref.component == kDiePin ? ref.pin : ref.component);
+      int& index = ref.component == kDiePin ? pin[k] : component[k];
+      if (index < 0 && ref.component == kDiePin) {
+        index = static_cast<int>(to.pins.size());
+        to.pins.push_back({from.pins[k].name,
+                           static_cast<int>(to.nets.size()),
+                           from.pins[k].direction,
+                           Use::signal,
+                           false,
+                           {}});
+      } else if (index < 0) {
+        index = static_cast<int>(to.components.size());
+        to.components.push_back(
+            {from.components[k].name, from.components[k].macro, {}, Orientation::N, false, false});
+      }
+      copy.pins.push_back(ref.component == kDiePin ? PinRef{kDiePin, index} : PinRef{index, ref.pin});
+    }
+    to.nets.push_back(std::move(copy));
+  }
+  make_floorplan(to, technology, {1.0, 0});
+  return to;
+}
+
+/// Places the cells of a finished layout again on rows of the same area, and prints both wirelengths.
+int place_again(const Options& o) {
+  const Technology technology = read_lef(o.lef);
+  const Design theirs = read_def(o.again, technology);
+  Design ours = not_placed(theirs, technology);
+  Rect box = outline(theirs.components.at(0), technology);
+  for (const Component& c : theirs.components) {
+    const Rect r = outline(c, technology);
+    box = {std::min(box.x0, r.x0), std::min(box.y0, r.y0), std::max(box.x1, r.x1), std::max(box.y1, r.y1)};
+  }
+  double cells = 0.0;
+  for (const Component& c : ours.components) {
+    const Rect r = outline(c, technology);
+    cells += um(r.width()) * um(r.height());
+  }
+  make_floorplan(ours, technology, {cells / (um(box.width()) * um(box.height())), 0});
+  place_globally(ours, technology, {});
+  legalize(ours, technology);
+  improve(ours, technology, o.passes);
+  const std::vector<std::string> errors = placement_errors(ours, technology);
+  const double before = um(wirelength(theirs, technology)) / 1000;
+  const double now = um(wirelength(ours, technology)) / 1000;
+  print("cells", fmt::format("{}", ours.components.size()), "");
+  print("utilization of the rows", fmt::format("{:.1f}", 100 * utilization(ours, technology)), "%");
+  print("wirelength of the file", fmt::format("{:.2f}", before), "mm");
+  print("wirelength placed again", fmt::format("{:.2f}", now), "mm");
+  print("ratio", fmt::format("{:.3f}", now / before), "");
+  print("placement errors", fmt::format("{}", errors.size()), "");
+  return errors.empty() ? 0 : 1;
+}
+
 int run(const Options& o) {
+  if (!o.again.empty()) return place_again(o);
   const double start = seconds();
   const Technology technology = read_lef(o.lef);
   Design design = read_netlist(o.netlist, technology);
@@ -114,7 +181,10 @@ int main(int argc, char** argv) {
   Options o;
   CLI::App app{"Places a netlist of library cells"};
   app.add_option("--lef", o.lef, "LEF files, technology first")->required();
-  app.add_option("--netlist", o.netlist, "netlist (Yosys write_json)")->required();
+  auto* input = app.add_option_group("input");
+  input->add_option("--netlist", o.netlist, "netlist (Yosys write_json)");
+  input->add_option("--again", o.again, "DEF whose cells are placed again, to compare wirelengths");
+  input->require_option(1);
   app.add_option("--def", o.def, "placed design to write");
   app.add_option("--verilog", o.verilog, "its netlist to write");
   app.add_option("--utilization", o.utilization, "area of the cells over that of the rows");
