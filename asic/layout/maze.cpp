@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/layout/maze.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <numeric>
+
+namespace meltstage::layout {
+namespace {
+
+using Cost = std::int32_t;
+constexpr Cost unreached = std::numeric_limits<Cost>::max();
+constexpr Cost units_per_pitch = 100;  // of the finer pitch
+constexpr Cost via_cost = 150;
+constexpr Cost first_share_cost = 60;
+constexpr double share_growth = 1.5;
+constexpr Cost most_share_cost = 20'000;
+constexpr Cost history_step = 50;
+constexpr int window_margin = 10;
+
+struct Window {
+  int x0, y0, x1, y1;
+  void include(int ix, int iy) {
+    x0 = std::min(x0, ix);
+    y0 = std::min(y0, iy);
+    x1 = std::max(x1, ix);
+    y1 = std::max(y1, iy);
+  }
+};
+constexpr Window no_window{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
+
+struct Entry {
+  Cost estimate;
+  Cost cost;
+  int node;
+  bool operator<(const Entry& o) const { return estimate > o.estimate || (estimate == o.estimate && cost < o.cost); }
+};
+
+class Router {
+ public:
+  explicit Router(const MazeProblem& problem)
+      : problem_(problem), grid_(problem.grid), uses_(size()), history_(size()), cost_(size(), unreached), from_(size()), tree_mark_(size()),
+        step_x_(units_of(grid_.pitch_x)), step_y_(units_of(grid_.pitch_y)), trees_(problem.nets.size()) {}
+
+  bool route(int net, int margin);
+  void rip_up(int net);
+  bool shares(int net);
+  void remember_shared(int net);
+  void set_share_cost(Cost cost) { share_cost_ = cost; }
+  const MazeTree& tree(int net) const { return trees_[static_cast<std::size_t>(net)]; }
+
+ private:
+  std::size_t size() const { return static_cast<std::size_t>(grid_.nodes()); }
+  Cost units_of(Nm pitch) const { return static_cast<Cost>(pitch * units_per_pitch / std::min(grid_.pitch_x, grid_.pitch_y)); }
+  static std::size_t at(int node) { return static_cast<std::size_t>(node); }
+  std::vector<int> bodies(int net) const;
+  void claim(int net, int sign);
+  bool extend(int net, const std::vector<int>& terminal, const Window& tree_box, int margin);
+  bool search(int net, const Window& tree_box, const Window& limits, int& reached);
+
+  /// Other nets' bodies at the node or, where ends need room, beside it.
+  template <typename Visit>
+  void around(int node, Visit visit) const {
+    visit(node);
+    const Grid::Crossing c = grid_.crossing(node);
+    if (!grid_.ends_spread[at(c.layer)]) return;
+    const bool vertical = grid_.vertical[at(c.layer)];
+    const int along = vertical ? c.iy : c.ix;
+    const int last = (vertical ? grid_.rows : grid_.columns) - 1;
+    if (along > 0) visit(node - 1);
+    if (along < last) visit(node + 1);
+  }
+
+  const MazeProblem& problem_;
+  const Grid& grid_;
+  std::vector<std::uint16_t> uses_;  // bodies of nets at the node and, where ends spread, beside it
+  std::vector<Cost> history_;
+  std::vector<Cost> cost_;
+  std::vector<std::int32_t> from_;
+  std::vector<std::int32_t> tree_mark_;
+  std::int32_t tree_stamp_ = 0;
+  std::vector<int> touched_;
+  std::vector<Entry> heap_;
+  std::vector<int> tree_nodes_;
+  Cost step_x_, step_y_;
+  Cost share_cost_ = 0;
+  std::vector<MazeTree> trees_;
+};
+
+std::vector<int> Router::bodies(int net) const {
+  std::vector<int> nodes;
+  for (const auto& [a, b] : tree(net)) {
+    nodes.push_back(a);
+    nodes.push_back(b);
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+void Router::claim(int net, int sign) {
+  for (const int node : bodies(net))
+    around(node, [&](int n) { uses_[at(n)] = static_cast<std::uint16_t>(uses_[at(n)] + sign); });
+}
+
+void Router::rip_up(int net) {
+  claim(net, -1);
+  trees_[static_cast<std::size_t>(net)].clear();
+}
+
+bool Router::shares(int net) {
+  claim(net, -1);
+  const std::vector<int> nodes = bodies(net);
+  const bool shared = std::any_of(nodes.begin(), nodes.end(), [&](int node) { return uses_[at(node)] > 0; });
+  claim(net, 1);
+  return shared;
+}
+
+void Router::remember_shared(int net) {
+  claim(net, -1);
+  for (const int node : bodies(net))
+    if (uses_[at(node)] > 0) history_[at(node)] += history_step;
+  claim(net, 1);
+}
+
+// From the terminal (in heap_) to any node of the tree.
+bool Router::search(int net, const Window& tree_box, const Window& limits, int& reached) {
+  const int layer_size = grid_.layer_size();
+  const int top = grid_.layers() - 1;
+  const auto ahead = [&](int ix, int iy) {
+    const int dx = std::max({0, tree_box.x0 - ix, ix - tree_box.x1});
+    const int dy = std::max({0, tree_box.y0 - iy, iy - tree_box.y1});
+    return dx * step_x_ + dy * step_y_;
+  };
+  while (!heap_.empty()) {
+    std::pop_heap(heap_.begin(), heap_.end());
+    const Entry entry = heap_.back();
+    heap_.pop_back();
+    const int node = entry.node;
+    if (entry.cost != cost_[at(node)]) continue;
+    if (tree_mark_[at(node)] == tree_stamp_) {
+      reached = node;
+      return true;
+    }
+    const Grid::Crossing c = grid_.crossing(node);
+    const auto visit = [&](int next, int ix, int iy, Cost step) {
+      if (ix < limits.x0 || ix > limits.x1 || iy < limits.y0 || iy > limits.y1) return;
+      const std::int32_t owner = problem_.owner[at(next)];
+      if (owner != free_node && owner != net) return;
+      const Cost cost = entry.cost + step + history_[at(next)] + (uses_[at(next)] > 0 ? share_cost_ : 0);
+      if (cost >= cost_[at(next)]) return;
+      if (cost_[at(next)] == unreached) touched_.push_back(next);
+      cost_[at(next)] = cost;
+      from_[at(next)] = node;
+      heap_.push_back({cost + ahead(ix, iy), cost, next});
+      std::push_heap(heap_.begin(), heap_.end());
+    };
+    if (grid_.vertical[at(c.layer)]) {
+      if (c.iy > 0) visit(node - 1, c.ix, c.iy - 1, step_y_);
+      if (c.iy + 1 < grid_.rows) visit(node + 1, c.ix, c.iy + 1, step_y_);
+    } else {
+      if (c.ix > 0) visit(node - 1, c.ix - 1, c.iy, step_x_);
+      if (c.ix + 1 < grid_.columns) visit(node + 1, c.ix + 1, c.iy, step_x_);
+    }
+    const bool vertical = grid_.vertical[at(c.layer)];
+    const auto other_layer = [&](int layer) {
+      if (grid_.vertical[at(layer)] == vertical) return layer * layer_size + node % layer_size;
+      return grid_.node(layer, c.ix, c.iy);
+    };
+    if (c.layer > 0) visit(other_layer(c.layer - 1), c.ix, c.iy, via_cost);
+    if (c.layer < top) visit(other_layer(c.layer + 1), c.ix, c.iy, via_cost);
+  }
+  return false;
+}
+
+bool Router::extend(int net, const std::vector<int>& terminal, const Window& tree_box, int margin) {
+  Window limits = tree_box;
+  for (const int node : terminal) {
+    if (tree_mark_[at(node)] == tree_stamp_) return true;
+    const Grid::Crossing c = grid_.crossing(node);
+    limits.include(c.ix, c.iy);
+  }
+  limits = {limits.x0 - margin, limits.y0 - margin, limits.x1 + margin, limits.y1 + margin};
+  heap_.clear();
+  for (const int node : terminal) {
+    cost_[at(node)] = uses_[at(node)] > 0 ? share_cost_ : 0;
+    from_[at(node)] = -1;
+    touched_.push_back(node);
+    heap_.push_back({cost_[at(node)], cost_[at(node)], node});
+  }
+  std::make_heap(heap_.begin(), heap_.end());
+  int reached = -1;
+  const bool found = search(net, tree_box, limits, reached);
+  if (found) {
+    MazeTree& tree = trees_[static_cast<std::size_t>(net)];
+    for (int node = reached; node >= 0; node = from_[at(node)]) {
+      if (tree_mark_[at(node)] != tree_stamp_) {
+        tree_mark_[at(node)] = tree_stamp_;
+        tree_nodes_.push_back(node);
+      }
+      if (from_[at(node)] >= 0) tree.emplace_back(node, from_[at(node)]);
+    }
+  }
+  for (const int node : touched_) cost_[at(node)] = unreached;
+  touched_.clear();
+  return found;
+}
+
+// Terminals join the tree in Prim's order: the one nearest to those that are in comes next.
+std::vector<int> prim_order(const std::vector<Grid::Crossing>& places) {
+  const std::size_t n = places.size();
+  std::vector<int> order{0};
+  std::vector<int> distance(n, std::numeric_limits<int>::max());
+  std::vector<bool> in(n, false);
+  in[0] = true;
+  for (std::size_t last = 0; order.size() < n;) {
+    std::size_t best = n;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (in[i]) continue;
+      distance[i] = std::min(distance[i], std::abs(places[i].ix - places[last].ix) + std::abs(places[i].iy - places[last].iy));
+      if (best == n || distance[i] < distance[best]) best = i;
+    }
+    in[best] = true;
+    order.push_back(static_cast<int>(best));
+    last = best;
+  }
+  return order;
+}
+
+bool Router::route(int net, int margin) {
+  const MazeNet& wanted = problem_.nets[static_cast<std::size_t>(net)];
+  if (wanted.terminals.size() < 2) return true;
+  std::vector<Grid::Crossing> places;
+  for (const auto& terminal : wanted.terminals) places.push_back(grid_.crossing(terminal.front()));
+  const std::vector<int> order = prim_order(places);
+  ++tree_stamp_;
+  tree_nodes_.clear();
+  for (const int node : wanted.terminals[static_cast<std::size_t>(order[0])]) {
+    tree_mark_[at(node)] = tree_stamp_;
+    tree_nodes_.push_back(node);
+  }
+  bool all = true;
+  std::size_t boxed = 0;
+  Window box = no_window;
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    for (; boxed < tree_nodes_.size(); ++boxed) {
+      const Grid::Crossing c = grid_.crossing(tree_nodes_[boxed]);
+      box.include(c.ix, c.iy);
+    }
+    const auto& terminal = wanted.terminals[static_cast<std::size_t>(order[k])];
+    bool found = extend(net, terminal, box, margin);
+    if (!found) found = extend(net, terminal, box, std::max(grid_.columns, grid_.rows));
+    all = all && found;
+  }
+  claim(net, 1);
+  return all;
+}
+
+}  // namespace
+
+MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
+  Router router(problem);
+  MazeResult result;
+  const int nets = static_cast<int>(problem.nets.size());
+  const auto span = [&](int net) {
+    Window box = no_window;
+    for (const auto& terminal : problem.nets[static_cast<std::size_t>(net)].terminals)
+      for (const int node : terminal) {
+        const Grid::Crossing c = problem.grid.crossing(node);
+        box.include(c.ix, c.iy);
+      }
+    return box.x1 - box.x0 + box.y1 - box.y0;
+  };
+  std::vector<int> spans(static_cast<std::size_t>(nets));
+  for (int net = 0; net < nets; ++net) spans[static_cast<std::size_t>(net)] = span(net);
+  std::vector<int> todo(static_cast<std::size_t>(nets));
+  std::iota(todo.begin(), todo.end(), 0);
+  std::stable_sort(todo.begin(), todo.end(), [&](int a, int b) { return spans[static_cast<std::size_t>(a)] < spans[static_cast<std::size_t>(b)]; });
+  std::vector<bool> open(static_cast<std::size_t>(nets), false);
+  double share_cost = first_share_cost;
+  for (int round = 0; round < options.rounds && !todo.empty(); ++round) {
+    router.set_share_cost(static_cast<Cost>(share_cost));
+    for (const int net : todo) {
+      if (round > 0) {
+        if (!open[static_cast<std::size_t>(net)] && !router.shares(net)) continue;  // a net routed before has made room
+        router.rip_up(net);
+      }
+      open[static_cast<std::size_t>(net)] = !router.route(net, window_margin + 4 * round);
+    }
+    const int routed = static_cast<int>(todo.size());
+    todo.clear();
+    for (int net = 0; net < nets; ++net)
+      if (router.shares(net)) {
+        router.remember_shared(net);
+        todo.push_back(net);
+      }
+    result.rounds = round + 1;
+    if (options.progress) options.progress(round + 1, routed, static_cast<int>(todo.size()));
+    share_cost = std::min(share_cost * share_growth, static_cast<double>(most_share_cost));
+  }
+  result.conflicting = todo;
+  for (int net = 0; net < nets; ++net) {
+    result.trees.push_back(router.tree(net));
+    if (open[static_cast<std::size_t>(net)]) result.open.push_back(net);
+  }
+  return result;
+}
+
+}  // namespace meltstage::layout
