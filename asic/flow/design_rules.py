@@ -60,9 +60,9 @@ for below, cut, above in zip(known["metals"], known["cuts"], known["metals"][1:]
         tell(f"{name}.{metal['name']}.open", "cut without metal", cuts - over)
         tell(f"{name}.{metal['name']}.side", f"metal less than {rule['side']} um beside the cut", cuts.enclosed_check(over, dbu(rule["side"])))
         if rule["end"] > rule["side"]:
-            tell(f"{name}.{metal['name']}.end", f"metal less than {rule['end']} um over the cut on more than two opposite sides",
-                 cuts.enclosed_check(over, dbu(rule["end"]), False, pya.Region.Euclidian, None, None, None, True, pya.Region.NoOppositeFilter,
-                                     pya.Region.TwoOppositeSidesAllowed))
+            end, beside = dbu(rule["end"]), dbu(rule["side"])
+            good = cuts.sized(end, beside, 2).inside(over) + cuts.sized(beside, end, 2).inside(over)
+            tell(f"{name}.{metal['name']}.end", f"metal less than {rule['end']} um over two opposite sides of the cut", cuts.outside(good))
 database.save(marks)  # noqa: F821
 total = sum(count for count, _ in found.values())
 with open(report, "w", encoding="utf-8") as file:  # noqa: F821

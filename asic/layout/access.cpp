@@ -76,7 +76,7 @@ std::vector<Nm> positions(const Context& c, Nm low, Nm high, Nm half_low, Nm hal
 
 // Metal from the via to the crossing, long enough for the least area. Extension: up, down or both ways along the track, or wider.
 std::vector<std::vector<Rect>> upper_shapes(const Context& c, Point via, const Rect& pad, Point crossing) {
-  const Nm half = c.rules.upper_wire / 2;
+  const Nm half = std::max(c.rules.upper_wire / 2, c.rules.upper_pad.x1);
   const Rect jog{std::min(via.x + pad.x0, crossing.x - half), via.y + pad.y0, std::max(via.x + pad.x1, crossing.x + half), via.y + pad.y1};
   const Rect track{crossing.x - half, std::min(via.y + pad.y0, crossing.y + c.rules.upper_pad.y0), crossing.x + half,
                    std::max(via.y + pad.y1, crossing.y + c.rules.upper_pad.y1)};

@@ -65,7 +65,9 @@ class Wiring {
   void add_tied_input(int net, const Access& access);
   void check_terminals(RouteReport& report);
   void draw(int maze_net, const MazeTree& tree, RouteReport& report);
-  void draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, RouteReport& report);
+  void draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, const std::vector<int>& via_nodes,
+                 RouteReport& report);
+  void smooth_run(Net& net, const std::vector<int>& run, const std::vector<int>& via_nodes) const;
   void extract(int maze_net, const MazeTree& tree, RouteReport& report) const;
 
   Design& design_;
@@ -413,7 +415,25 @@ void Wiring::check_terminals(RouteReport& report) {
   }
 }
 
-void Wiring::draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, RouteReport& report) {
+// Vias' metal may be a little wider than the wire: between two of them that are near, and beside a pin's metal, the wire gets their
+// width, so that no slit is left.
+void Wiring::smooth_run(Net& net, const std::vector<int>& run, const std::vector<int>& via_nodes) const {
+  const RoutedLayer& r = layers_[at(grid_.crossing(run.front()).layer)];
+  const Nm half = r.vertical ? r.pad.x1 : r.pad.y1;
+  if (half <= r.wire / 2) return;
+  const auto widen = [&](int first, int last) {
+    const Point from = grid_.place(first), to = grid_.place(last);
+    net.patches.push_back({r.layer, r.vertical ? Rect{from.x - half, from.y, to.x + half, to.y} : Rect{from.x, from.y - half, to.x, to.y + half}});
+  };
+  const auto has_via = [&](int node) { return std::binary_search(via_nodes.begin(), via_nodes.end(), node); };
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    if (holds_metal_[at(run[i])]) widen(run[i - std::min<std::size_t>(i, 2)], run[std::min(i + 2, run.size() - 1)]);
+    else if (i + 1 < run.size() && has_via(run[i]) && has_via(run[i + 1])) widen(run[i], run[i + 1]);
+  }
+}
+
+void Wiring::draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, const std::vector<int>& via_nodes,
+                       RouteReport& report) {
   // nodes sorted: those of one track that are joined stand side by side
   for (std::size_t i = 0; i < nodes.size();) {
     std::size_t last = i;
@@ -426,6 +446,7 @@ void Wiring::draw_runs(Net& net, const std::vector<int>& nodes, const std::vecto
     const RoutedLayer& r = layers_[at(c.layer)];
     const Point from = grid_.place(nodes[i]), to = grid_.place(nodes[last]);
     if (last > i) {
+      smooth_run(net, {nodes.begin() + static_cast<std::ptrdiff_t>(i), nodes.begin() + static_cast<std::ptrdiff_t>(last) + 1}, via_nodes);
       net.wires.push_back({r.layer, from, to, r.wire});
       const Nm length = (to.x - from.x) + (to.y - from.y);
       report.wire_nm += length;
@@ -444,6 +465,7 @@ void Wiring::draw_runs(Net& net, const std::vector<int>& nodes, const std::vecto
 void Wiring::draw(int maze_net, const MazeTree& tree, RouteReport& report) {
   Net& net = design_.nets[at(design_net_[at(maze_net)])];
   std::vector<int> nodes;
+  std::vector<int> via_nodes;
   std::vector<std::pair<int, int>> along;
   for (const auto& [a, b] : tree) {
     nodes.push_back(a);
@@ -454,6 +476,8 @@ void Wiring::draw(int maze_net, const MazeTree& tree, RouteReport& report) {
     } else {
       net.vias.push_back({vias_[at(std::min(ca.layer, cb.layer))], grid_.place(a)});
       ++report.vias;
+      via_nodes.push_back(a);
+      via_nodes.push_back(b);
     }
   }
   std::sort(nodes.begin(), nodes.end());
@@ -467,7 +491,8 @@ void Wiring::draw(int maze_net, const MazeTree& tree, RouteReport& report) {
   }
   std::sort(along.begin(), along.end());
   along.erase(std::unique(along.begin(), along.end()), along.end());
-  draw_runs(net, nodes, along, report);
+  std::sort(via_nodes.begin(), via_nodes.end());
+  draw_runs(net, nodes, along, via_nodes, report);
 }
 
 void Wiring::extract(int maze_net, const MazeTree& tree, RouteReport& report) const {
