@@ -45,6 +45,6 @@ struct RouteReport {
 RouteReport route(Design& design, const Technology& technology, const RouteOptions& options);
 
 /// IEEE 1481 (SPEF) of a routed design: a net each as the tree of its wires.
-std::string spef_text(const Design& design, const Technology& technology, const RouteReport& report);
+std::string routed_spef_text(const Design& design, const Technology& technology, const RouteReport& report);
 
 }  // namespace meltstage::layout

@@ -49,7 +49,7 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
   const RouteReport report = route(design, technology, options);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   write_whole(out, def_text(design, technology));
-  if (!spef.empty()) write_whole(spef, spef_text(design, technology, report));
+  if (!spef.empty()) write_whole(spef, routed_spef_text(design, technology, report));
   const std::string text = report_text(report, technology, seconds);
   if (!report_path.empty()) write_whole(report_path, text);
   fmt::print("{}", text);

@@ -45,7 +45,7 @@ NetParasitics without_middles(NetParasitics net) {
 
 }  // namespace
 
-std::string spef_text(const Design& design, const Technology& technology, const RouteReport& report) {
+std::string routed_spef_text(const Design& design, const Technology& technology, const RouteReport& report) {
   std::string text;
   auto out = std::back_inserter(text);
   fmt::format_to(out,
