@@ -28,4 +28,4 @@ $(lay)/sdf.txt: $(lay)/delays.sdf $(lay)/routed.v $(out)/reference.il $(here)/sd
 	mv $@.part $@
 
 $(lay)/layout.png: $(lay)/$(TOP).gds $(here)/picture.py
-	QT_QPA_PLATFORM=offscreen klayout -z -r $(here)/picture.py -rd gds=$< -rd png=$@ > $(lay)/log/picture.txt 2>&1
+	QT_QPA_PLATFORM=offscreen klayout -z -r $(here)/picture.py -rd rules=$(rules) -rd gds=$< -rd png=$@ > $(lay)/log/picture.txt 2>&1

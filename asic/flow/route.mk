@@ -44,4 +44,5 @@ $(routed)/timing_%.txt: $(placed)/placed.v $(routed)/routed.spef $(here)/placed_
 	mv $@.part $@
 
 $(routed)/layout.png: $(routed)/$(TOP).gds $(here)/picture.py
-	$(klayout) -z -r $(here)/picture.py -rd gds=$< -rd png=$@ > $(routed)/picture.txt 2>&1
+	$(klayout) -z -r $(here)/picture.py -rd rules=$(rules) -rd gds=$< -rd png=$(routed)/middle.png -rd share=0.15 > $(routed)/picture.log 2>&1
+	$(klayout) -z -r $(here)/picture.py -rd rules=$(rules) -rd gds=$< -rd png=$@ >> $(routed)/picture.log 2>&1

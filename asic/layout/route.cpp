@@ -364,19 +364,28 @@ void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
     throw InputError(fmt::format("DEF: found pin {} {}, expected it placed on a layer of tracks", pin.name, pin.is_placed ? "on another layer" : "not placed"));
   const RoutedLayer& r = layers_[at(index)];
   std::vector<int> nodes;
+  int nearest = -1;  // on the pin's track, when the pin ends between the die's edge and the first crossing
   const Rect reserve = hull(r.pad, r.patch);
+  const auto wire_at = [&](Point p) { return Rect{p.x - r.wire / 2, p.y - r.wire / 2, p.x + r.wire / 2, p.y + r.wire / 2}; };
   nodes_near(pin.shape.rect.grown(r.spacing + std::max(reserve.x1, reserve.y1)), [&](int ix, int iy) {
     const Point p = place(ix, iy);
     const int node = grid_.node(index, ix, iy);
     const bool on_track = r.vertical ? (p.x >= pin.shape.rect.x0 && p.x <= pin.shape.rect.x1) : (p.y >= pin.shape.rect.y0 && p.y <= pin.shape.rect.y1);
-    const Rect wire{p.x - r.wire / 2, p.y - r.wire / 2, p.x + r.wire / 2, p.y + r.wire / 2};
-    const bool joins = on_track && nearer_than(wire, pin.shape.rect, 1);
-    if (joins) nodes.push_back(node);
+    const Nm distance = distance_squared(wire_at(p), pin.shape.rect);
+    if (on_track && distance == 0) nodes.push_back(node);
+    if (on_track && (nearest < 0 || distance < distance_squared(wire_at(grid_.place(nearest)), pin.shape.rect))) nearest = node;
     if (nearer_than(reserve.moved(p), pin.shape.rect, r.spacing)) {
       if (on_track) claim(node, net);
       else problem_.owner[at(node)] = blocked_node;
     }
   });
+  if (nodes.empty() && nearest >= 0) {
+    nodes.push_back(nearest);
+    const Rect wire = wire_at(grid_.place(nearest));
+    const Rect both = hull(wire, pin.shape.rect);
+    design_.nets[at(design_net_[at(net)])].patches.push_back(
+        {r.layer, r.vertical ? Rect{wire.x0, both.y0, wire.x1, both.y1} : Rect{both.x0, wire.y0, both.x1, wire.y1}});
+  }
   if (nodes.empty()) throw InputError(fmt::format("DEF: found pin {} beside the tracks of {}, expected it on one", pin.name, layer(pin.shape.layer).name));
   for (const int node : nodes) problem_.owner[at(node)] = net;
   terminals_.push_back({net, pin_position, nodes});
