@@ -15,8 +15,9 @@ constexpr Cost units_per_pitch = 100;  // of the finer pitch
 constexpr Cost via_cost = 150;
 constexpr Cost first_share_cost = 60;
 constexpr double share_growth = 1.5;
-constexpr Cost most_share_cost = 20'000;
+constexpr Cost most_share_cost = 4'000;
 constexpr Cost history_step = 50;
+constexpr Cost history_share = 8;  // of the cost of sharing, so that history still tells in late rounds
 constexpr int window_margin = 10;
 
 struct Window {
@@ -120,7 +121,7 @@ bool Router::shares(int net) {
 void Router::remember_shared(int net) {
   claim(net, -1);
   for (const int node : bodies(net))
-    if (uses_[at(node)] > 0) history_[at(node)] += history_step;
+    if (uses_[at(node)] > 0) history_[at(node)] += history_step + share_cost_ / history_share;
   claim(net, 1);
 }
 

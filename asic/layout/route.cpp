@@ -85,11 +85,6 @@ class Wiring {
     std::vector<int> nodes;
   };
   std::vector<Terminal> terminals_;
-  struct Rail {
-    int net;
-    std::vector<int> nodes;
-  };
-  std::vector<Rail> rails_;  // of tied inputs
   std::vector<char> holds_metal_;  // nodes with a pin's metal of least area: no patch
 };
 
@@ -309,6 +304,7 @@ void Wiring::add_cells(RouteReport& report) {
   }
   const auto accesses = choose_access(technology_, rules_, grid_, cells);
   std::vector<std::vector<int>> maze_nets(design_.nets.size());
+  std::vector<std::pair<int, Access>> tied;  // their rails are sought when all pins have their metal
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Component& component = design_.components[at(component_of[i])];
     const Macro& macro = technology_.macros[at(component.macro)];
@@ -339,7 +335,7 @@ void Wiring::add_cells(RouteReport& report) {
       Net& drawn = design_.nets[at(net)];
       drawn.vias.push_back({access.via, access.at});
       for (const Rect& m : access.metal) drawn.patches.push_back({layers_[0].layer, m});
-      if (is_supply(drawn)) add_tied_input(maze_net, access);
+      if (is_supply(drawn)) tied.emplace_back(maze_net, access);
     }
     if (crowded) report.crowded.push_back(component.name);
   }
@@ -356,6 +352,7 @@ void Wiring::add_cells(RouteReport& report) {
       add_die_pin(maze_nets[n].front(), static_cast<int>(p), design_.pins[at(ref.pin)]);
     }
   }
+  for (const auto& [net, access] : tied) add_tied_input(net, access);
 }
 
 void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
@@ -393,20 +390,41 @@ void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
   problem_.nets[at(net)].terminals.push_back(std::move(nodes));
 }
 
-// A tied input goes to the supply's rail on the pins' layer, at a crossing over it.
+// A tied input goes to the supply's rail on the pins' layer: a via in the rail's middle, and metal from there to the crossings above and
+// below it, which the net keeps for itself.
 void Wiring::add_tied_input(int net, const Access& access) {
-  const Net& supply = design_.nets[at(design_net_[at(net)])];
-  const Rect pad = technology_.vias[at(rules_.vias.front())].shapes[0].rect;
-  std::vector<int> nodes;
+  Net& supply = design_.nets[at(design_net_[at(net)])];
+  const int via = rules_.vias.front();
+  const Rect pad = technology_.vias[at(via)].shapes[0].rect;
+  int best_ix = -1, best_far = std::numeric_limits<int>::max();
+  Nm best_y = 0;
+  std::vector<int> best;
   for (const Shape& strap : supply.straps) {
     if (strap.layer != pin_layer_) continue;
-    for (int ix = std::max(0, access.ix - rail_reach); ix <= std::min(grid_.columns - 1, access.ix + rail_reach); ++ix)
-      for (int iy = std::max(0, access.iy - rail_reach); iy <= std::min(grid_.rows - 1, access.iy + rail_reach); ++iy)
-        if (strap.rect.contains(pad.moved(place(ix, iy))) && problem_.owner[at(grid_.node(0, ix, iy))] == free_node) nodes.push_back(grid_.node(0, ix, iy));
+    const Nm y = strap.rect.middle().y;
+    const int low = static_cast<int>((y - grid_.y0) / grid_.pitch_y), high = (y - grid_.y0) % grid_.pitch_y == 0 ? low : low + 1;
+    if (y < grid_.y0 || high >= grid_.rows || std::abs(low - access.iy) > rail_reach) continue;
+    for (int ix = std::max(0, access.ix - rail_reach); ix <= std::min(grid_.columns - 1, access.ix + rail_reach); ++ix) {
+      const int far = std::abs(ix - access.ix) + std::abs(low - access.iy);
+      if (far >= best_far || !strap.rect.contains(pad.moved({place(ix, 0).x, y}))) continue;
+      std::vector<int> nodes;
+      for (int iy = low; iy <= high; ++iy) nodes.push_back(grid_.node(0, ix, iy));
+      if (!std::all_of(nodes.begin(), nodes.end(), [&](int node) { return problem_.owner[at(node)] == free_node || problem_.owner[at(node)] == net; })) continue;
+      best_ix = ix;
+      best_far = far;
+      best_y = y;
+      best = std::move(nodes);
+    }
   }
-  if (nodes.empty()) return;
-  rails_.push_back({net, nodes});
-  problem_.nets[at(net)].terminals.push_back(std::move(nodes));
+  if (best.empty()) return;
+  for (const int node : best) problem_.owner[at(node)] = net;
+  const Point down{place(best_ix, 0).x, best_y};
+  supply.vias.push_back({via, down});
+  if (best.size() > 1) {
+    const Nm half = layers_[0].pad.x1;
+    supply.patches.push_back({layers_[0].layer, {down.x - half, grid_.place(best.front()).y, down.x + half, grid_.place(best.back()).y}});
+  }
+  problem_.nets[at(net)].terminals.push_back(std::move(best));
 }
 
 void Wiring::check_terminals(RouteReport& report) {
@@ -563,14 +581,6 @@ RouteReport Wiring::run(const RouteOptions& options) {
   std::stable_sort(terminals_.begin(), terminals_.end(), [](const Terminal& a, const Terminal& b) { return a.net < b.net; });
   for (std::size_t n = 0; n < result.trees.size(); ++n) draw(static_cast<int>(n), result.trees[n], report);
   for (std::size_t n = 0; n < result.trees.size(); ++n) extract(static_cast<int>(n), result.trees[n], report);
-  for (const Rail& rail : rails_) {
-    const auto on_rail = [&](int node) { return std::find(rail.nodes.begin(), rail.nodes.end(), node) != rail.nodes.end(); };
-    const MazeTree& tree = result.trees[at(rail.net)];
-    const auto edge = std::find_if(tree.begin(), tree.end(), [&](const auto& e) { return on_rail(e.first) || on_rail(e.second); });
-    if (edge == tree.end()) continue;
-    const Point down = grid_.place(on_rail(edge->first) ? edge->first : edge->second);
-    design_.nets[at(design_net_[at(rail.net)])].vias.push_back({rules_.vias.front(), down});
-  }
   return report;
 }
 
