@@ -41,12 +41,14 @@ struct Entry {
 class Router {
  public:
   explicit Router(const MazeProblem& problem)
-      : problem_(problem), grid_(problem.grid), uses_(size()), history_(size()), cost_(size(), unreached), from_(size()), tree_mark_(size()),
-        step_x_(units_of(grid_.pitch_x)), step_y_(units_of(grid_.pitch_y)), trees_(problem.nets.size()) {}
+      : problem_(problem), grid_(problem.grid), places_(size()), marks_(size()), step_x_(units_of(grid_.pitch_x)), step_y_(units_of(grid_.pitch_y)),
+        trees_(problem.nets.size()), bodies_(problem.nets.size()) {
+    for (std::size_t i = 0; i < size(); ++i) places_[i].owner = problem.owner[i];
+  }
 
   bool route(int net, int margin);
   void rip_up(int net);
-  bool shares(int net);
+  bool shares(int net) const;
   void remember_shared(int net);
   void set_share_cost(Cost cost) { share_cost_ = cost; }
   const MazeTree& tree(int net) const { return trees_[static_cast<std::size_t>(net)]; }
@@ -55,7 +57,8 @@ class Router {
   std::size_t size() const { return static_cast<std::size_t>(grid_.nodes()); }
   Cost units_of(Nm pitch) const { return static_cast<Cost>(pitch * units_per_pitch / std::min(grid_.pitch_x, grid_.pitch_y)); }
   static std::size_t at(int node) { return static_cast<std::size_t>(node); }
-  std::vector<int> bodies(int net) const;
+  void find_bodies(int net);
+  int own_uses(int net, std::size_t i) const;
   void claim(int net, int sign);
   bool extend(int net, const std::vector<int>& terminal, const Window& tree_box, int margin);
   bool search(int net, const Window& tree_box, const Window& limits, int& reached);
@@ -75,11 +78,19 @@ class Router {
 
   const MazeProblem& problem_;
   const Grid& grid_;
-  std::vector<std::uint16_t> uses_;  // bodies of nets at the node and, where ends spread, beside it
-  std::vector<Cost> history_;
-  std::vector<Cost> cost_;
-  std::vector<std::int32_t> from_;
-  std::vector<std::int32_t> tree_mark_;
+  // what a step of the search looks at lies side by side in memory
+  struct Place {
+    std::int32_t owner;
+    Cost history = 0;
+    std::uint16_t uses = 0;  // bodies of nets at the node and, where ends spread, beside it
+  };
+  struct Mark {
+    Cost cost = unreached;
+    std::int32_t from = -1;
+    std::int32_t tree = 0;
+  };
+  std::vector<Place> places_;
+  std::vector<Mark> marks_;
   std::int32_t tree_stamp_ = 0;
   std::vector<int> touched_;
   std::vector<Entry> heap_;
@@ -87,42 +98,52 @@ class Router {
   Cost step_x_, step_y_;
   Cost share_cost_ = 0;
   std::vector<MazeTree> trees_;
+  std::vector<std::vector<int>> bodies_;  // a net each: its nodes, sorted
 };
 
-std::vector<int> Router::bodies(int net) const {
-  std::vector<int> nodes;
+void Router::find_bodies(int net) {
+  std::vector<int>& nodes = bodies_[at(net)];
+  nodes.clear();
   for (const auto& [a, b] : tree(net)) {
     nodes.push_back(a);
     nodes.push_back(b);
   }
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  return nodes;
 }
 
 void Router::claim(int net, int sign) {
-  for (const int node : bodies(net))
-    around(node, [&](int n) { uses_[at(n)] = static_cast<std::uint16_t>(uses_[at(n)] + sign); });
+  for (const int node : bodies_[at(net)])
+    around(node, [&](int n) { places_[at(n)].uses = static_cast<std::uint16_t>(places_[at(n)].uses + sign); });
 }
 
 void Router::rip_up(int net) {
   claim(net, -1);
-  trees_[static_cast<std::size_t>(net)].clear();
+  trees_[at(net)].clear();
+  bodies_[at(net)].clear();
 }
 
-bool Router::shares(int net) {
-  claim(net, -1);
-  const std::vector<int> nodes = bodies(net);
-  const bool shared = std::any_of(nodes.begin(), nodes.end(), [&](int node) { return uses_[at(node)] > 0; });
-  claim(net, 1);
-  return shared;
+// How much of the count at its i-th node is the net's own.
+int Router::own_uses(int net, std::size_t i) const {
+  const std::vector<int>& nodes = bodies_[at(net)];
+  int own = 0;
+  around(nodes[i], [&](int n) {
+    if (n == nodes[i] || (i > 0 && n == nodes[i - 1]) || (i + 1 < nodes.size() && n == nodes[i + 1])) ++own;
+  });
+  return own;
+}
+
+bool Router::shares(int net) const {
+  const std::vector<int>& nodes = bodies_[at(net)];
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (places_[at(nodes[i])].uses > own_uses(net, i)) return true;
+  return false;
 }
 
 void Router::remember_shared(int net) {
-  claim(net, -1);
-  for (const int node : bodies(net))
-    if (uses_[at(node)] > 0) history_[at(node)] += history_step + share_cost_ / history_share;
-  claim(net, 1);
+  const std::vector<int>& nodes = bodies_[at(net)];
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (places_[at(nodes[i])].uses > own_uses(net, i)) places_[at(nodes[i])].history += history_step + share_cost_ / history_share;
 }
 
 // From the terminal (in heap_) to any node of the tree.
@@ -139,21 +160,22 @@ bool Router::search(int net, const Window& tree_box, const Window& limits, int& 
     const Entry entry = heap_.back();
     heap_.pop_back();
     const int node = entry.node;
-    if (entry.cost != cost_[at(node)]) continue;
-    if (tree_mark_[at(node)] == tree_stamp_) {
+    if (entry.cost != marks_[at(node)].cost) continue;
+    if (marks_[at(node)].tree == tree_stamp_) {
       reached = node;
       return true;
     }
     const Grid::Crossing c = grid_.crossing(node);
     const auto visit = [&](int next, int ix, int iy, Cost step) {
       if (ix < limits.x0 || ix > limits.x1 || iy < limits.y0 || iy > limits.y1) return;
-      const std::int32_t owner = problem_.owner[at(next)];
-      if (owner != free_node && owner != net) return;
-      const Cost cost = entry.cost + step + history_[at(next)] + (uses_[at(next)] > 0 ? share_cost_ : 0);
-      if (cost >= cost_[at(next)]) return;
-      if (cost_[at(next)] == unreached) touched_.push_back(next);
-      cost_[at(next)] = cost;
-      from_[at(next)] = node;
+      const Place& place = places_[at(next)];
+      if (place.owner != free_node && place.owner != net) return;
+      const Cost cost = entry.cost + step + place.history + (place.uses > 0 ? share_cost_ : 0);
+      Mark& mark = marks_[at(next)];
+      if (cost >= mark.cost) return;
+      if (mark.cost == unreached) touched_.push_back(next);
+      mark.cost = cost;
+      mark.from = node;
       heap_.push_back({cost + ahead(ix, iy), cost, next});
       std::push_heap(heap_.begin(), heap_.end());
     };
@@ -178,32 +200,32 @@ bool Router::search(int net, const Window& tree_box, const Window& limits, int& 
 bool Router::extend(int net, const std::vector<int>& terminal, const Window& tree_box, int margin) {
   Window limits = tree_box;
   for (const int node : terminal) {
-    if (tree_mark_[at(node)] == tree_stamp_) return true;
+    if (marks_[at(node)].tree == tree_stamp_) return true;
     const Grid::Crossing c = grid_.crossing(node);
     limits.include(c.ix, c.iy);
   }
   limits = {limits.x0 - margin, limits.y0 - margin, limits.x1 + margin, limits.y1 + margin};
   heap_.clear();
   for (const int node : terminal) {
-    cost_[at(node)] = uses_[at(node)] > 0 ? share_cost_ : 0;
-    from_[at(node)] = -1;
+    marks_[at(node)].cost = places_[at(node)].uses > 0 ? share_cost_ : 0;
+    marks_[at(node)].from = -1;
     touched_.push_back(node);
-    heap_.push_back({cost_[at(node)], cost_[at(node)], node});
+    heap_.push_back({marks_[at(node)].cost, marks_[at(node)].cost, node});
   }
   std::make_heap(heap_.begin(), heap_.end());
   int reached = -1;
   const bool found = search(net, tree_box, limits, reached);
   if (found) {
     MazeTree& tree = trees_[static_cast<std::size_t>(net)];
-    for (int node = reached; node >= 0; node = from_[at(node)]) {
-      if (tree_mark_[at(node)] != tree_stamp_) {
-        tree_mark_[at(node)] = tree_stamp_;
+    for (int node = reached; node >= 0; node = marks_[at(node)].from) {
+      if (marks_[at(node)].tree != tree_stamp_) {
+        marks_[at(node)].tree = tree_stamp_;
         tree_nodes_.push_back(node);
       }
-      if (from_[at(node)] >= 0) tree.emplace_back(node, from_[at(node)]);
+      if (marks_[at(node)].from >= 0) tree.emplace_back(node, marks_[at(node)].from);
     }
   }
-  for (const int node : touched_) cost_[at(node)] = unreached;
+  for (const int node : touched_) marks_[at(node)].cost = unreached;
   touched_.clear();
   return found;
 }
@@ -238,7 +260,7 @@ bool Router::route(int net, int margin) {
   ++tree_stamp_;
   tree_nodes_.clear();
   for (const int node : wanted.terminals[static_cast<std::size_t>(order[0])]) {
-    tree_mark_[at(node)] = tree_stamp_;
+    marks_[at(node)].tree = tree_stamp_;
     tree_nodes_.push_back(node);
   }
   bool all = true;
@@ -254,6 +276,7 @@ bool Router::route(int net, int margin) {
     if (!found) found = extend(net, terminal, box, std::max(grid_.columns, grid_.rows));
     all = all && found;
   }
+  find_bodies(net);
   claim(net, 1);
   return all;
 }
