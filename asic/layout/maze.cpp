@@ -29,6 +29,10 @@ struct Window {
     y1 = std::max(y1, iy);
   }
 };
+constexpr std::size_t boxes_aimed_at = 6;
+
+int distance(const Window& box, int ix, int iy) { return std::max({0, box.x0 - ix, ix - box.x1}) + std::max({0, box.y0 - iy, iy - box.y1}); }
+
 constexpr Window no_window{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
 
 struct Entry {
@@ -60,8 +64,8 @@ class Router {
   void find_bodies(int net);
   int own_uses(int net, std::size_t i) const;
   void claim(int net, int sign);
-  bool extend(int net, const std::vector<int>& terminal, const Window& tree_box, int margin);
-  bool search(int net, const Window& tree_box, const Window& limits, int& reached);
+  bool extend(int net, const std::vector<int>& terminal, int margin);
+  bool search(int net, const Window& limits, int& reached);
 
   /// Other nets' bodies at the node or, where ends need room, beside it.
   template <typename Visit>
@@ -94,7 +98,8 @@ class Router {
   std::int32_t tree_stamp_ = 0;
   std::vector<int> touched_;
   std::vector<Entry> heap_;
-  std::vector<int> tree_nodes_;
+  std::vector<Window> tree_boxes_;  // of each way that the net's tree has so far
+  std::vector<Window> aims_;
   Cost step_x_, step_y_;
   Cost share_cost_ = 0;
   std::vector<MazeTree> trees_;
@@ -147,13 +152,17 @@ void Router::remember_shared(int net) {
 }
 
 // From the terminal (in heap_) to any node of the tree.
-bool Router::search(int net, const Window& tree_box, const Window& limits, int& reached) {
+bool Router::search(int net, const Window& limits, int& reached) {
   const int layer_size = grid_.layer_size();
   const int top = grid_.layers() - 1;
   const auto ahead = [&](int ix, int iy) {
-    const int dx = std::max({0, tree_box.x0 - ix, ix - tree_box.x1});
-    const int dy = std::max({0, tree_box.y0 - iy, iy - tree_box.y1});
-    return dx * step_x_ + dy * step_y_;
+    Cost least = unreached;
+    for (const Window& box : aims_) {
+      const int dx = std::max({0, box.x0 - ix, ix - box.x1});
+      const int dy = std::max({0, box.y0 - iy, iy - box.y1});
+      least = std::min(least, dx * step_x_ + dy * step_y_);
+    }
+    return least;
   };
   while (!heap_.empty()) {
     std::pop_heap(heap_.begin(), heap_.end());
@@ -197,13 +206,24 @@ bool Router::search(int net, const Window& tree_box, const Window& limits, int& 
   return false;
 }
 
-bool Router::extend(int net, const std::vector<int>& terminal, const Window& tree_box, int margin) {
-  Window limits = tree_box;
+bool Router::extend(int net, const std::vector<int>& terminal, int margin) {
+  Window limits = no_window;
   for (const int node : terminal) {
     if (marks_[at(node)].tree == tree_stamp_) return true;
     const Grid::Crossing c = grid_.crossing(node);
     limits.include(c.ix, c.iy);
   }
+  // the way is sought towards the nearest parts of the tree
+  const int ix = limits.x0, iy = limits.y0;
+  aims_ = tree_boxes_;
+  const auto nearer = [&](const Window& a, const Window& b) { return distance(a, ix, iy) < distance(b, ix, iy); };
+  if (aims_.size() > boxes_aimed_at) {
+    std::nth_element(aims_.begin(), aims_.begin() + boxes_aimed_at, aims_.end(), nearer);
+    aims_.resize(boxes_aimed_at);
+  }
+  const Window nearest = *std::min_element(aims_.begin(), aims_.end(), nearer);
+  limits.include(nearest.x0, nearest.y0);
+  limits.include(nearest.x1, nearest.y1);
   limits = {limits.x0 - margin, limits.y0 - margin, limits.x1 + margin, limits.y1 + margin};
   heap_.clear();
   for (const int node : terminal) {
@@ -214,16 +234,17 @@ bool Router::extend(int net, const std::vector<int>& terminal, const Window& tre
   }
   std::make_heap(heap_.begin(), heap_.end());
   int reached = -1;
-  const bool found = search(net, tree_box, limits, reached);
+  const bool found = search(net, limits, reached);
   if (found) {
     MazeTree& tree = trees_[static_cast<std::size_t>(net)];
+    Window box = no_window;
     for (int node = reached; node >= 0; node = marks_[at(node)].from) {
-      if (marks_[at(node)].tree != tree_stamp_) {
-        marks_[at(node)].tree = tree_stamp_;
-        tree_nodes_.push_back(node);
-      }
+      const Grid::Crossing c = grid_.crossing(node);
+      box.include(c.ix, c.iy);
+      marks_[at(node)].tree = tree_stamp_;
       if (marks_[at(node)].from >= 0) tree.emplace_back(node, marks_[at(node)].from);
     }
+    tree_boxes_.push_back(box);
   }
   for (const int node : touched_) marks_[at(node)].cost = unreached;
   touched_.clear();
@@ -258,22 +279,17 @@ bool Router::route(int net, int margin) {
   for (const auto& terminal : wanted.terminals) places.push_back(grid_.crossing(terminal.front()));
   const std::vector<int> order = prim_order(places);
   ++tree_stamp_;
-  tree_nodes_.clear();
-  for (const int node : wanted.terminals[static_cast<std::size_t>(order[0])]) {
+  Window start = no_window;
+  for (const int node : wanted.terminals[at(order[0])]) {
     marks_[at(node)].tree = tree_stamp_;
-    tree_nodes_.push_back(node);
+    const Grid::Crossing c = grid_.crossing(node);
+    start.include(c.ix, c.iy);
   }
+  tree_boxes_ = {start};
   bool all = true;
-  std::size_t boxed = 0;
-  Window box = no_window;
   for (std::size_t k = 1; k < order.size(); ++k) {
-    for (; boxed < tree_nodes_.size(); ++boxed) {
-      const Grid::Crossing c = grid_.crossing(tree_nodes_[boxed]);
-      box.include(c.ix, c.iy);
-    }
-    const auto& terminal = wanted.terminals[static_cast<std::size_t>(order[k])];
-    bool found = extend(net, terminal, box, margin);
-    if (!found) found = extend(net, terminal, box, std::max(grid_.columns, grid_.rows));
+    const auto& terminal = wanted.terminals[at(order[k])];
+    const bool found = extend(net, terminal, margin) || extend(net, terminal, std::max(grid_.columns, grid_.rows));
     all = all && found;
   }
   find_bodies(net);
