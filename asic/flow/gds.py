@@ -13,7 +13,6 @@ config = options.lefdef_config
 config.dbu = 0.001
 config.lef_files = lef.split(",")  # noqa: F821
 config.read_lef_with_def = False
-config.produce_lef_labels = False
 if cells:  # noqa: F821
     config.macro_layout_files = [cells]  # noqa: F821
     config.macro_resolution_mode = 2
