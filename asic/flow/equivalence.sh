@@ -13,8 +13,9 @@ yosys -q -w "implicitly declared" -p "read_liberty -ignore_miss_func -ignore_mis
   { grep -v "unsupported expression" || true; } # scan flops, which the netlist has none of
 for side in reference netlist; do
   "$here/cut_flops.py" "$work/$side.json" "$top" "$gate" "$work/$side.cut.json"
-  yosys -q -p "read_json $work/$side.cut.json; techmap; aigmap; opt_clean; write_aiger -zinit -symbols $work/$side.aig"
-  grep -a -E '^[io][0-9]+ ' "$work/$side.aig" | sed -E 's/^(.)[0-9]+/\1/' | sort >"$work/$side.ports"
+  yosys -q -p "read_json $work/$side.cut.json; techmap; aigmap; opt_clean; write_aiger -zinit -symbols $work/$side.aig; write_aiger -ascii -zinit -symbols $work/$side.aag"
+  # names from the text form: in the binary one the first name stands behind bytes without a line's end
+  grep -E '^[io][0-9]+ ' "$work/$side.aag" | sed -E 's/^(.)[0-9]+/\1/' | sort >"$work/$side.ports"
 done
 if ! cmp -s "$work/reference.ports" "$work/netlist.ports"; then
   echo "equivalence.sh: flops or ports differ by name, e.g. $(diff "$work/reference.ports" "$work/netlist.ports" | sed -n 2p)"

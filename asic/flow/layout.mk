@@ -5,8 +5,7 @@ ifeq ($(TECH),osu018)
 layout: $(addprefix $(lay)/,route.txt drc.txt lvs.txt equivalence.txt timing.txt sdf.txt layout.png)
 	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
 else
-layout:
-	@echo "layout: TECH=$(TECH) ends at the timed netlist (no placement and rule files for these tools), expected TECH=osu018" >&2; exit 2
+layout: routed
 endif
 
 $(addprefix $(lay)/,route.txt drc.txt lvs.txt $(TOP).gds $(TOP).sdf routed.v) &: $(out)/netlist.v $(here)/qflow.sh
@@ -29,4 +28,4 @@ $(lay)/sdf.txt: $(lay)/delays.sdf $(lay)/routed.v $(out)/reference.il $(here)/sd
 	mv $@.part $@
 
 $(lay)/layout.png: $(lay)/$(TOP).gds $(here)/picture.py
-	QT_QPA_PLATFORM=offscreen klayout -z -r $(here)/picture.py -rd gds=$< -rd png=$@ > $(lay)/log/picture.txt 2>&1
+	QT_QPA_PLATFORM=offscreen klayout -z -r $(here)/picture.py -rd rules=$(rules) -rd gds=$< -rd png=$@ > $(lay)/log/picture.txt 2>&1

@@ -1,30 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-# KLayout (-z -r): a GDS file as a picture. -rd gds=FILE -rd png=FILE
+# KLayout (-z -r): the metals of a GDS file as a picture, bottom to top. -rd rules=RULES.json -rd gds=FILE -rd png=FILE
+# [-rd share=0.2: only so much of its width and height, in the middle]
+import json
+
 import pya
 
 WIDTH_PX = 1600
-# Of the conducting layers, bottom to top; what isn't listed is drawn thin and grey.
-COLOURS = [0x4060C0, 0xC04040, 0x30A050, 0xD09020, 0x9040B0, 0x208090]
+# Of the metals, bottom to top. The lowest, which is mostly inside cells, stays pale.
+COLOURS = [0xB8C4D8, 0x2F5FD0, 0xD03A3A, 0x2E9E4F, 0xE09A20, 0x8E44AD]
+SOLID, HATCHED, HOLLOW = 0, 5, 1
 
+with open(rules, encoding="utf-8") as file:  # noqa: F821, from the command line
+    known = json.load(file)
 view = pya.LayoutView()
-view.load_layout(gds, True)  # noqa: F821, from the command line
+view.load_layout(gds, True)  # noqa: F821
 view.max_hier()
-view.set_config("background-color", "#ffffff")
-view.set_config("grid-visible", "false")
-view.set_config("text-visible", "false")
-view.add_missing_layers()
-shown = 0
-each = view.begin_layers()
-while not each.at_end():
-    layer = each.current()
-    properties = layer.dup()
-    colour = COLOURS[shown % len(COLOURS)]
-    properties.fill_color = properties.frame_color = colour
-    properties.dither_pattern = 5
-    properties.width = 1
-    view.set_layer_properties(each, properties)
-    shown += 1
-    each.next()
+for name, value in (("background-color", "#ffffff"), ("grid-visible", "false"), ("text-visible", "false"), ("cell-box-visible", "false"), ("bitmap-oversampling", "2")):
+    view.set_config(name, value)
+view.clear_layers()
+shown = [(metal["gds"], COLOURS[min(number, len(COLOURS) - 1)], SOLID if number < 5 else HATCHED) for number, metal in enumerate(known["metals"])]
+shown.append((known["outline"], 0x808080, HOLLOW))
+for (number, kind), colour, pattern in shown:
+    layer = pya.LayerProperties()
+    layer.source = f"{number}/{kind}@1"
+    layer.fill_color = layer.frame_color = 0xFF000000 | colour
+    layer.dither_pattern = pattern
+    layer.width = 1
+    view.insert_layer(view.end_layers(), layer)
 box = view.active_cellview().cell.dbbox().enlarged(2, 2)
+part = float(globals().get("share", 1))
+middle = box.center()
+box = pya.DBox(middle.x - box.width() * part / 2, middle.y - box.height() * part / 2, middle.x + box.width() * part / 2, middle.y + box.height() * part / 2)
 view.zoom_box(box)
 view.save_image(png, WIDTH_PX, max(200, round(WIDTH_PX * box.height() / box.width())))  # noqa: F821

@@ -25,13 +25,13 @@ td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-wi
 <table>{% for row in table.rows %}<tr><td>{{ row.what }}</td><td class="figure">{{ row.value }}</td><td>{{ row.unit }}</td></tr>
 {% endfor %}</table>
 {% endfor %}{% if picture %}<h2>Layout</h2>
-<p>Metal layers as routed, cells as their abstracts.</p><img src="{{ picture }}" alt="Layout of {{ top }}">
+<p>Metal layers as routed, over the cells.</p><img src="{{ picture }}" alt="Layout of {{ top }}">
 {% endif %}</html>
 """, autoescape=True)
 
 
 
-NONE_ALLOWED = re.compile(r"nets not routed|(DRC|LVS) errors|mismatches in Icarus")
+NONE_ALLOWED = re.compile(r"nets not routed|open nets|nets in conflict|pins without access|cells with crowded pins|(DRC|LVS) errors|mismatches in Icarus|placement errors")
 
 
 def text_of(path):
@@ -96,6 +96,17 @@ def run_rows(folder):
     return rows
 
 
+def placement_rows(folder, period_ns, corners):
+    """What the placer wrote (what, value and unit, parted by tabs), the proof, and timing with the clock through its tree."""
+    placed = folder / "placed"
+    rows = [row(*line.split("\t")) for line in text_of(placed / "place.txt").splitlines()]
+    if "Networks are equivalent" in text_of(placed / "equivalence.txt"):
+        rows.append(row("RTL's gates = what is placed", "proved"))
+    for corner in corners:
+        rows += timing_rows(corner, placed / f"timing_{corner}.txt", period_ns)
+    return rows
+
+
 def layout_rows(folder, period_ns):
     layout = folder / "layout"
     if not (layout / "route.txt").exists():
@@ -113,6 +124,25 @@ def layout_rows(folder, period_ns):
     replay = re.search(r"(\d+) clocks of ([\d.]+) ns, (\d+) mismatches", text_of(layout / "sdf.txt"))
     if replay:
         rows.append(row(f"mismatches in Icarus with SDF, {replay.group(1)} clocks of {replay.group(2)} ns", int(replay.group(3))))
+    return rows
+
+
+def routing_rows(folder, period_ns, corners):
+    """What the router wrote (what: value), rules and connectivity as KLayout found them, the proof, timing with the wires as drawn."""
+    routed = folder / "routed"
+    told = dict(re.findall(r"^([a-z ]+): (.*)$", text_of(routed / "route.txt"), re.M))
+    if not told:
+        return []
+    rows = [row(what, int(told[what])) for what in ("nets", "pins without access", "cells with crowded pins", "open nets", "nets in conflict", "vias")]
+    rows += [row("wires", told["wires"].split(" mm")[0], "mm"), row("time of the router", told["time"].split()[0], "s")]
+    for name, what in (("drc", "DRC errors"), ("lvs", "LVS errors")):
+        errors = re.search(r"(\d+) errors$", text_of(routed / f"{name}.txt").strip())
+        if errors:
+            rows.append(row(what, int(errors.group(1))))
+    if "Networks are equivalent" in text_of(routed / "equivalence.txt"):
+        rows.append(row("RTL's gates = what the metal connects", "proved"))
+    for corner in corners:
+        rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns)
     return rows
 
 
@@ -134,11 +164,13 @@ def main(folder, top, period_ns, corners):
     tables = [("Netlist", netlist_rows(own)),
               ("Timing before layout, ideal clock", [r for c in corners for r in timing_rows(c, own / f"timing_{c}.txt", period_ns)]),
               ("A recorded run", run_rows(own)),
+              ("Placement, the clock through its tree, wires estimated", placement_rows(own, period_ns, corners)),
+              ("Routing, wires as drawn", routing_rows(own, period_ns, corners)),
               ("Layout", layout_rows(own, period_ns))]
     if top == "tc_top":
         tables += [("Area by block, each by itself", block_rows(folder)), ("What safety features cost", feature_rows(folder))]
     tables = [{"title": title, "rows": rows} for title, rows in tables if rows]
-    picture = "layout/layout.png" if (own / "layout/layout.png").exists() else None
+    picture = next((name for name in ("routed/layout.png", "layout/layout.png") if (own / name).exists()), None)
     lines = [f"{top} in {folder.name}"]
     for table in tables:
         lines += ["", table["title"]] + [f"  {r['what']:<58} {r['value']:>12} {r['unit']}".rstrip() for r in table["rows"]]
@@ -149,7 +181,7 @@ def main(folder, top, period_ns, corners):
         part.write_text(text, encoding="utf-8")
         part.rename(own / name)
     print(outputs["summary.txt"], end="")
-    bad = [r["what"] for table in tables for r in table["rows"] if NONE_ALLOWED.match(r["what"]) and r["value"] != 0]
+    bad = [r["what"] for table in tables for r in table["rows"] if NONE_ALLOWED.match(r["what"]) and r["value"] not in (0, "0")]
     if bad:
         print(f"{top}: not good: {', '.join(bad)}", file=sys.stderr)
     return 1 if bad else 0

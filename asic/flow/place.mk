@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+# Placement, clock tree and power grid by our own placer (docs/layout.md), proved and timed at each corner. Included by the Makefile.
+placed := $(out)/placed
+UTILIZATION ?= 0.70
+ifeq ($(PLACER),)
+PLACER := $(root)/build/release/asic/layout/meltstage_place
+$(PLACER): $(wildcard $(root)/asic/layout/*.?pp)
+	cd $(root) && cmake --preset release > /dev/null && cmake --build --preset release --target meltstage_place > /dev/null
+endif
+.PHONY: place
+place: $(placed)/place.txt $(placed)/equivalence.txt $(corners:%=$(placed)/timing_%.txt)
+	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
+
+$(placed)/netlist.json: $(out)/netlist.v
+	mkdir -p $(@D)
+	yosys -q -p "read_verilog $<; write_json $@.part" > $(placed)/yosys.log 2>&1 || { tail -n 3 $(placed)/yosys.log >&2; exit 1; }
+	mv $@.part $@
+
+$(addprefix $(placed)/,place.txt placed.def placed.v placed.spef) &: $(placed)/netlist.json $(PLACER)
+	$(PLACER) --lef $(lef) --liberty $(liberty) --netlist $< --utilization $(UTILIZATION) --clock clk_i $(place_options) \
+	  --def $(placed)/placed.def --verilog $(placed)/placed.v --spef $(placed)/placed.spef > $(placed)/place.txt.part
+	mv $(placed)/place.txt.part $(placed)/place.txt
+
+$(placed)/equivalence.txt: $(placed)/placed.v $(out)/reference.il
+	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) > $@.part
+	mv $@.part $@
+
+$(placed)/timing_%.txt: $(placed)/placed.v $(placed)/placed.spef $(here)/placed_timing.tcl
+	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(placed)/placed.spef \
+	  sta -no_splash -exit $(here)/placed_timing.tcl > $@.part 2>&1
+	! grep -m1 '^Error' $@.part >&2
+	mv $@.part $@

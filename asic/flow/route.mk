@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+# Routing of what place.mk placed by our own router, GDS, design rules, connectivity, and what the result is worth (docs/layout.md).
+# Included by the Makefile.
+routed := $(out)/routed
+rules := $(here)/tech/$(TECH)_rules.json
+klayout := QT_QPA_PLATFORM=offscreen klayout
+comma := ,
+empty :=
+ifeq ($(ROUTER),)
+ROUTER := $(root)/build/release/asic/layout/meltstage_route
+$(ROUTER): $(wildcard $(root)/asic/layout/*.?pp)
+	cd $(root) && cmake --preset release > /dev/null && cmake --build --preset release --target meltstage_route > /dev/null
+endif
+.PHONY: routed
+routed: $(addprefix $(routed)/,route.txt drc.txt lvs.txt equivalence.txt layout.png) $(corners:%=$(routed)/timing_%.txt)
+	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
+
+# Open nets and conflicts are in route.txt; the summary is what fails for them.
+$(addprefix $(routed)/,route.txt routed.def routed.spef) &: $(placed)/placed.def $(ROUTER)
+	mkdir -p $(routed)
+	$(ROUTER) --lef $(lef) --def $< --out $(routed)/routed.def --spef $(routed)/routed.spef > $(routed)/route.txt.part || [ $$? = 1 ]
+	mv $(routed)/route.txt.part $(routed)/route.txt
+
+$(routed)/$(TOP).gds: $(routed)/routed.def $(rules) $(here)/gds.py
+	$(klayout) -b -r $(here)/gds.py -rd rules=$(rules) -rd lef=$(subst $(empty) $(empty),$(comma),$(lef)) -rd routed=$< -rd cells=$(cells_gds) -rd gds=$@
+
+$(routed)/drc.txt: $(routed)/$(TOP).gds $(rules) $(here)/design_rules.py
+	$(klayout) -b -r $(here)/design_rules.py -rd rules=$(rules) -rd gds=$< -rd report=$@ -rd marks=$(routed)/drc.lyrdb
+
+# The netlist is the placer's; the metal is the GDS's.
+$(routed)/lvs.txt $(routed)/metal.v &: $(routed)/$(TOP).gds $(placed)/placed.def $(rules) $(here)/connectivity.py
+	$(klayout) -b -r $(here)/connectivity.py -rd rules=$(rules) -rd lef=$(lastword $(lef)) -rd placed=$(placed)/placed.def -rd gds=$< \
+	  -rd report=$(routed)/lvs.txt -rd netlist=$(routed)/metal.v
+
+# What the metal connects, against the same reference as the mapped netlist.
+$(routed)/equivalence.txt: $(routed)/metal.v $(out)/reference.il
+	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) > $@.part
+	mv $@.part $@
+
+$(routed)/timing_%.txt: $(placed)/placed.v $(routed)/routed.spef $(here)/placed_timing.tcl
+	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(routed)/routed.spef \
+	  sta -no_splash -exit $(here)/placed_timing.tcl > $@.part 2>&1
+	! grep -m1 '^Error' $@.part >&2
+	mv $@.part $@
+
+$(routed)/layout.png: $(routed)/$(TOP).gds $(here)/picture.py
+	$(klayout) -z -r $(here)/picture.py -rd rules=$(rules) -rd gds=$< -rd png=$(routed)/middle.png -rd share=0.15 > $(routed)/picture.log 2>&1
+	$(klayout) -z -r $(here)/picture.py -rd rules=$(rules) -rd gds=$< -rd png=$@ >> $(routed)/picture.log 2>&1

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wires as they may be expected from a placement: each net a shortest tree between its pins, as resistances
+// and capacitances.
+#pragma once
+
+#include <string>
+
+#include "asic/layout/design.hpp"
+
+namespace meltstage::layout {
+
+/// SPEF (IEEE 1481) of all nets of signals, with the wire of trees.hpp's wire_model.
+std::string spef_text(const Design& design, const Technology& technology);
+
+}  // namespace meltstage::layout

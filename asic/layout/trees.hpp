@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Buffers: the clock's balanced tree, trees for nets with many sinks, cells that tie inputs to a constant.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "asic/layout/delays.hpp"
+#include "asic/layout/design.hpp"
+
+namespace meltstage::layout {
+
+/// What a wire of the signal layers costs, from the LEF.
+struct WireModel {
+  double ohm_per_um = 0.0;
+  double pf_per_um = 0.0;
+};
+/// Mean of the second and third routing layer, alone above ground.
+WireModel wire_model(const Technology& technology);
+
+struct TreeOptions {
+  std::vector<std::string> buffers;  ///< macros with one input and one output, weakest first
+  double leaf_load_pf = 0.08;        ///< what a buffer of a tree drives at most, wires with it
+  std::size_t leaf_sinks = 20;       ///< and how many pins
+};
+
+struct ClockTree {
+  int sinks = 0;
+  int buffers = 0;
+  int levels = 0;           ///< buffers and gates on the longest way
+  double latency_ns = 0.0;  ///< from the port to the last flop, Elmore wires and Liberty's tables
+  double skew_ns = 0.0;     ///< last flop minus first
+};
+
+/// Grows a tree from the port to the flops' clock pins, through clock gates, so that each flop gets its edge
+/// at about the same time: clusters of near sinks with like latency get a buffer in their middle, whose size
+/// is chosen for equal latency; so on to the port. Cells must be placed (globally); the buffers are placed
+/// where they belong, overlaps and all. Throws InputError.
+ClockTree build_clock_tree(Design& design, const Technology& technology, const Delays& delays,
+                           const std::string& port, const TreeOptions& options);
+
+/// Latency and skew of the clock as it stands, by the same model.
+ClockTree measure_clock(const Design& design, const Technology& technology, const Delays& delays,
+                        const std::string& port);
+
+/// Puts trees of buffers into each net of more than `most_sinks` pins that isn't part of the clock. Returns
+/// how many buffers.
+int buffer_nets(Design& design, const Technology& technology, const Delays& delays,
+                const std::string& clock_port, std::size_t most_sinks, const TreeOptions& options);
+
+/// One cell `macro` with output `pin` for each input tied to the supply `use`; beside its sink. Returns how
+/// many.
+int add_ties(Design& design, const Technology& technology, Use use, const std::string& macro,
+             const std::string& pin);
+
+}  // namespace meltstage::layout

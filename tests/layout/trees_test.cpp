@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/layout/trees.hpp"
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include "asic/layout/error.hpp"
+#include "asic/layout/place.hpp"
+#include "asic/layout/spef.hpp"
+#include "tests/layout/random_netlist.hpp"
+
+namespace meltstage::layout {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// Every sink of the original net is reached from it through buffers alone, once.
+std::multiset<std::string> reached(const Design& d, const Technology& t, int net) {
+  std::multiset<std::string> names;
+  for (const PinRef& ref : d.nets[static_cast<std::size_t>(net)].pins) {
+    if (ref.component == kDiePin || pin_direction(d, t, ref) == PinDirection::output) continue;
+    const Component& c = d.components[static_cast<std::size_t>(ref.component)];
+    const Macro& macro = t.macros[static_cast<std::size_t>(c.macro)];
+    if (macro.name.find("BUF") == std::string::npos) {
+      names.insert(c.name + "/" + macro.pins[static_cast<std::size_t>(ref.pin)].name);
+      continue;
+    }
+    for (std::size_t n = 0; n < d.nets.size(); ++n) {
+      for (const PinRef& out : d.nets[n].pins) {
+        if (out.component == ref.component && pin_direction(d, t, out) == PinDirection::output)
+          names.merge(reached(d, t, static_cast<int>(n)));
+      }
+    }
+  }
+  return names;
+}
+
+class Trees : public ::testing::Test {
+ protected:
+  Design placed_design(int cells, unsigned seed) const {
+    Design d = random_netlist(technology, cells, seed);
+    make_floorplan(d, technology, {0.6, 5000});
+    place_globally(d, technology, {});
+    return d;
+  }
+  const Technology technology = read_lef({OSU018_LEF});
+  const Delays delays = read_delays(OSU018_LIBERTY);
+  const TreeOptions options{{"BUFX2", "BUFX4", "CLKBUF1"}, 0.25, 20};
+};
+
+TEST_F(Trees, ReadsDebiansDelays) {
+  const DelayPin& out = delays.at("BUFX2").pins.at("Y");
+  EXPECT_EQ(out.arcs.at(0).from, "A");
+  EXPECT_TRUE(delays.at("DFFPOSX1").is_flop);
+  EXPECT_TRUE(delays.at("DFFPOSX1").pins.at("CLK").is_clock);
+  const DelayTable table{{0.1, 0.3}, {1.0, 2.0}, {10, 20, 30, 40}};
+  EXPECT_DOUBLE_EQ(table.at(0.1, 1.0), 10);
+  EXPECT_DOUBLE_EQ(table.at(0.2, 1.5), 25);
+  EXPECT_DOUBLE_EQ(table.at(0.1, 3.0), 30);  // beyond the table, as between its last points
+  try {
+    parse_delays("library (a) { cell (b) { area 3; } }", "a.lib");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "a.lib:1: found \"3\", expected \":\" or \"(\"");
+  }
+}
+
+TEST_F(Trees, ClockReachesEachFlopOnceAtNearlyTheSameTime) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    Design d = placed_design(300 * static_cast<int>(seed), seed);
+    const int clock = d.find_net("clk");
+    const auto before = reached(d, technology, clock);
+    const ClockTree tree = build_clock_tree(d, technology, delays, "clk", options);
+    EXPECT_EQ(reached(d, technology, clock), before) << seed;
+    EXPECT_EQ(static_cast<std::size_t>(tree.sinks), before.size());
+    EXPECT_GT(tree.buffers, 0);
+    legalize(d, technology);
+    EXPECT_THAT(placement_errors(d, technology), IsEmpty());
+    const ClockTree legal = measure_clock(d, technology, delays, "clk");
+    EXPECT_LT(legal.skew_ns, 0.25 * legal.latency_ns) << seed;
+  }
+}
+
+// A flop that hangs at the root instead of a leaf must show.
+TEST_F(Trees, SkewShowsAMisplacedFlop) {
+  Design d = placed_design(600, 1);
+  const ClockTree good = build_clock_tree(d, technology, delays, "clk", options);
+  const int clock = d.find_net("clk");
+  for (std::size_t n = d.nets.size(); n-- > 0;) {
+    Net& net = d.nets[n];
+    const auto flop = std::find_if(net.pins.begin(), net.pins.end(), [&](const PinRef& ref) {
+      return ref.component != kDiePin && d.components[static_cast<std::size_t>(ref.component)].name[0] == 'u';
+    });
+    if (net.use != Use::clock || static_cast<int>(n) == clock || flop == net.pins.end()) continue;
+    d.nets[static_cast<std::size_t>(clock)].pins.push_back(*flop);
+    net.pins.erase(flop);
+    break;
+  }
+  EXPECT_GT(measure_clock(d, technology, delays, "clk").skew_ns, 2 * good.skew_ns);
+}
+
+TEST_F(Trees, LargeNetsAreSplitAndReachTheSamePins) {
+  Design d = placed_design(500, 4);
+  const int a = d.find_net("a");
+  for (std::size_t c = 0; c < 120; ++c) {  // a net of many inputs
+    for (Net& other : d.nets) {
+      const auto moved = std::find_if(other.pins.begin(), other.pins.end(), [&](const PinRef& ref) {
+        return ref.component == static_cast<int>(c) && &other != &d.nets[static_cast<std::size_t>(a)] &&
+               other.name != "clk" && pin_direction(d, technology, ref) == PinDirection::input;
+      });
+      if (moved == other.pins.end()) continue;
+      d.nets[static_cast<std::size_t>(a)].pins.push_back(*moved);
+      other.pins.erase(moved);
+      break;
+    }
+  }
+  const auto before = reached(d, technology, a);
+  ASSERT_GT(before.size(), 80u);
+  EXPECT_GT(buffer_nets(d, technology, delays, "clk", 40, options), 0);
+  EXPECT_EQ(reached(d, technology, a), before);
+  EXPECT_LE(d.nets[static_cast<std::size_t>(a)].pins.size(), 41u);
+}
+
+TEST_F(Trees, SpefHoldsTheWiresBetweenPins) {
+  Design d = placed_design(20, 1);
+  legalize(d, technology);
+  const std::string text = spef_text(d, technology);
+  EXPECT_THAT(text, HasSubstr("*D_NET clk "));
+  EXPECT_THAT(text, HasSubstr("*P clk I"));
+  const WireModel wire = wire_model(technology);
+  EXPECT_NEAR(wire.ohm_per_um, 0.08 / 0.3, 1e-9);
+  EXPECT_NEAR(wire.pf_per_um, ((1.9e-5 + 1.3e-5) * 0.3 + 2 * (6e-5 + 5.4e-5)) / 2, 1e-12);
+}
+
+TEST_F(Trees, TiedInputsGetACell) {
+  Design d = placed_design(20, 1);
+  const int b = d.find_net("b");
+  Net& from = d.nets[static_cast<std::size_t>(b)];
+  ASSERT_GT(from.pins.size(), 1u);
+  d.nets[0].pins.push_back(from.pins.back());
+  from.pins.pop_back();
+  EXPECT_EQ(add_ties(d, technology, Use::power, "BUFX2", "Y"), 1);
+  EXPECT_TRUE(d.nets[0].pins.empty());
+  EXPECT_EQ(d.nets.back().pins.size(), 2u);
+  EXPECT_THROW(add_ties(d, technology, Use::power, "NOSUCH", "Y"), InputError);
+}
+
+}  // namespace
+}  // namespace meltstage::layout
