@@ -33,6 +33,8 @@ struct Buffer {
   const DelayArc* arc = nullptr;
 };
 
+constexpr double kCatchUpNs = 0.08;  // less than what a buffer of the tree takes
+
 double um(Nm nm) { return static_cast<double>(nm) / 1000.0; }
 double distance_um(Point a, Point b) { return um(std::abs(a.x - b.x) + std::abs(a.y - b.y)); }
 
@@ -51,6 +53,11 @@ class TreeBuilder {
   }
 
   int made() const { return made_; }
+  std::vector<int> macros() const {
+    std::vector<int> all;
+    for (const Buffer& b : buffers_) all.push_back(b.macro);
+    return all;
+  }
 
   Sink sink(PinRef ref, double latency_ns) const {
     const Component& component = design_.components[static_cast<std::size_t>(ref.component)];
@@ -102,26 +109,19 @@ class TreeBuilder {
     return done;
   }
 
-  /// A buffer for each cluster; `net` then drives the buffers. The sinks must be off the net already.
+  /// A buffer for each cluster; `net` then drives the buffers. The sinks must be off the net already. All
+  /// buffers aim at the latency `target`, or without one at what the slowest cluster reaches with its best
+  /// buffer.
   std::vector<Sink> buffer_level(const std::vector<Sink>& sinks, int net) {
     std::vector<std::vector<Sink>> groups;
     for (auto& alike : by_latency(sinks)) {
       for (auto& group : clusters(std::move(alike))) groups.push_back(std::move(group));
     }
-    // all buffers of a level aim at what the slowest cluster reaches with its best buffer
-    double target = 0.0;
-    for (const auto& group : groups) {
-      double best = std::numeric_limits<double>::max();
-      for (const Buffer& b : buffers_) best = std::min(best, delay(b, group));
-      target = std::max(target, best);
-    }
     std::vector<Sink> level;
     for (const auto& group : groups) {
-      const Buffer* chosen = nullptr;
+      const Buffer* chosen = &buffers_.front();
       for (const Buffer& b : buffers_) {
-        if (chosen == nullptr ||
-            std::abs(delay(b, group) - target) < std::abs(delay(*chosen, group) - target))
-          chosen = &b;
+        if (delay(b, group) < delay(*chosen, group)) chosen = &b;
       }
       level.push_back(insert(*chosen, group, net));
     }
@@ -290,6 +290,166 @@ std::vector<PinRef> take_sinks(Design& design, const Technology& technology, int
   return sinks;
 }
 
+/// A net of the clock as the edge passes it.
+struct ClockStage {
+  int driver = kDiePin;  ///< component
+  int in_net = -1;       ///< net at the driver's input
+  int net = -1;
+  int depth = 0;       ///< buffers and gates before it
+  double in_ns = 0.0;  ///< edge at the driver's input
+  double in_slew_ns = 0.0;
+  double out_ns = 0.0;  ///< edge at the driver's output
+  double load_pf = 0.0;
+  bool is_leaf = true;           ///< nothing but flops behind it
+  std::vector<double> sinks_ns;  ///< edge at each flop on this net
+};
+
+class ClockWalk {
+ public:
+  ClockWalk(const Design& design, const Technology& technology, const Delays& delays)
+      : design_(design),
+        technology_(technology),
+        delays_(delays),
+        wire_(wire_model(technology)),
+        driven_(driven_nets(design, technology)) {}
+
+  /// Calls `see` once for each net, from the port on.
+  void visit(int root, const std::function<void(const ClockStage&)>& see) const {
+    ClockStage stage;
+    stage.net = root;
+    stage.in_slew_ns = 0.05;
+    pass(stage, 0.05, see);
+  }
+
+ private:
+  Point at(const PinRef& ref) const {
+    if (ref.component == kDiePin) return design_.pins[static_cast<std::size_t>(ref.pin)].shape.rect.middle();
+    const Component& c = design_.components[static_cast<std::size_t>(ref.component)];
+    const Macro& macro = technology_.macros[static_cast<std::size_t>(c.macro)];
+    const Point middle = middle_of(macro.pins[static_cast<std::size_t>(ref.pin)]);
+    return placed({middle.x, middle.y, middle.x, middle.y}, macro, c).middle();
+  }
+  double load(const PinRef& ref) const {
+    const DelayCell* cell =
+        ref.component == kDiePin ? nullptr : cell_of(design_, technology_, delays_, ref.component);
+    if (cell == nullptr) return 0.0;
+    const Macro& macro = technology_.macros[static_cast<std::size_t>(
+        design_.components[static_cast<std::size_t>(ref.component)].macro)];
+    const auto pin = cell->pins.find(macro.pins[static_cast<std::size_t>(ref.pin)].name);
+    return pin == cell->pins.end() ? 0.0 : pin->second.capacitance_pf;
+  }
+  double load(const Net& net) const {
+    std::vector<Sink> sinks;
+    double sum = 0.0;
+    for (const PinRef& ref : net.pins) {
+      sinks.push_back({ref, at(ref), 0.0, 0.0});
+      sum += is_driver(design_, technology_, ref) ? 0.0 : load(ref);
+    }
+    return sum + wire_.pf_per_um * TreeBuilder::tree_um(sinks);
+  }
+  /// The way through a buffer or gate, nullptr for a flop.
+  const DelayArc* arc_of(int component) const {
+    const DelayCell* cell = cell_of(design_, technology_, delays_, component);
+    if (cell == nullptr || cell->is_flop || driven_[static_cast<std::size_t>(component)] < 0) return nullptr;
+    for (const auto& [name, pin] : cell->pins) {
+      if (!pin.arcs.empty()) return &pin.arcs.front();
+    }
+    return nullptr;
+  }
+
+  void pass(ClockStage& stage, double slew_ns, const std::function<void(const ClockStage&)>& see) const {
+    const Net& net = design_.nets[static_cast<std::size_t>(stage.net)];
+    Point from;
+    for (const PinRef& ref : net.pins) {
+      if (is_driver(design_, technology_, ref)) from = at(ref);
+    }
+    for (const PinRef& ref : net.pins) {
+      if (ref.component == kDiePin || is_driver(design_, technology_, ref)) continue;
+      const double length = distance_um(from, at(ref));
+      const double here =
+          stage.out_ns + 1e-3 * wire_.ohm_per_um * length * (wire_.pf_per_um * length / 2 + load(ref));
+      const DelayArc* arc = arc_of(ref.component);
+      if (arc == nullptr) {
+        stage.sinks_ns.push_back(here);
+        continue;
+      }
+      stage.is_leaf = false;
+      ClockStage next;
+      next.driver = ref.component;
+      next.in_net = stage.net;
+      next.net = driven_[static_cast<std::size_t>(ref.component)];
+      next.depth = stage.depth + 1;
+      next.in_ns = here;
+      next.in_slew_ns = slew_ns;
+      next.load_pf = load(design_.nets[static_cast<std::size_t>(next.net)]);
+      next.out_ns = here + arc->delay.at(slew_ns, next.load_pf);
+      pass(next, arc->slew.at(slew_ns, next.load_pf), see);
+    }
+    see(stage);
+  }
+
+  const Design& design_;
+  const Technology& technology_;
+  const Delays& delays_;
+  const WireModel wire_;
+  const std::vector<int> driven_;
+};
+
+void change_macro(Design& design, const Technology& technology, int component, int macro,
+                  std::initializer_list<int> nets) {
+  const auto& old =
+      technology
+          .macros[static_cast<std::size_t>(design.components[static_cast<std::size_t>(component)].macro)];
+  const Macro& now = technology.macros[static_cast<std::size_t>(macro)];
+  for (const int n : nets) {
+    for (PinRef& ref : design.nets[static_cast<std::size_t>(n)].pins) {
+      if (ref.component == component)
+        ref.pin = now.find_pin(old.pins[static_cast<std::size_t>(ref.pin)].name);
+    }
+  }
+  design.components[static_cast<std::size_t>(component)].macro = macro;
+}
+
+/// Takes for each buffer that drives flops alone the slowest size that isn't later than the last flop is with
+/// the fastest sizes.
+void even_out(Design& design, const Technology& technology, const Delays& delays, int root,
+              const std::vector<int>& buffers) {
+  std::vector<ClockStage> leaves;
+  double last = 0.0;
+  const auto arrival = [&](const ClockStage& leaf, int macro) {
+    const double wire = *std::max_element(leaf.sinks_ns.begin(), leaf.sinks_ns.end()) - leaf.out_ns;
+    for (const auto& [name, pin] :
+         delays.find(technology.macros[static_cast<std::size_t>(macro)].name)->second.pins) {
+      if (!pin.arcs.empty())
+        return leaf.in_ns + pin.arcs.front().delay.at(leaf.in_slew_ns, leaf.load_pf) + wire;
+    }
+    return 0.0;
+  };
+  ClockWalk(design, technology, delays).visit(root, [&](const ClockStage& stage) {
+    if (stage.sinks_ns.empty()) return;
+    const bool is_buffer = stage.driver != kDiePin &&
+                           std::count(buffers.begin(), buffers.end(),
+                                      design.components[static_cast<std::size_t>(stage.driver)].macro) > 0;
+    double soonest = *std::max_element(stage.sinks_ns.begin(), stage.sinks_ns.end());
+    if (stage.is_leaf && is_buffer) {
+      leaves.push_back(stage);
+      for (const int b : buffers) soonest = std::min(soonest, arrival(stage, b));
+    }
+    last = std::max(last, soonest);
+  });
+  for (const ClockStage& leaf : leaves) {
+    int best = buffers.back();
+    for (const int b : buffers) {
+      const bool is_late = arrival(leaf, b) > last;
+      const bool best_is_late = arrival(leaf, best) > last;
+      if (best_is_late ? arrival(leaf, b) < arrival(leaf, best)
+                       : !is_late && arrival(leaf, b) > arrival(leaf, best))
+        best = b;
+    }
+    change_macro(design, technology, leaf.driver, best, {leaf.in_net, leaf.net});
+  }
+}
+
 }  // namespace
 
 WireModel wire_model(const Technology& technology) {
@@ -336,29 +496,29 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
     if (arc != nullptr) latency += arc->delay.at(0.08, builder.load_pf(behind));
     level.push_back(builder.sink(ref, latency));
   }
-  // level by level towards the port; who has the most latency already waits for the others
-  const auto fastest = [](const std::vector<Sink>& sinks) {
-    return std::min_element(sinks.begin(), sinks.end(),
-                            [](const Sink& a, const Sink& b) { return a.latency_ns < b.latency_ns; })
-        ->latency_ns;
-  };
   level.insert(level.end(), flops.begin(), flops.end());
-  while (level.size() > 1) {
-    const double slowest = std::max_element(level.begin(), level.end(), [](const Sink& a, const Sink& b) {
-                             return a.latency_ns < b.latency_ns;
-                           })->latency_ns;
-    const double reach = std::max(fastest(level) + 0.1, slowest - 0.12);
-    std::vector<Sink> now, later;
-    for (const Sink& s : level) (s.latency_ns <= reach || reach >= slowest - 0.02 ? now : later).push_back(s);
+  // first those catch up that have less behind them than the slowest gate, then level by level towards the
+  // port
+  double slowest = 0.0;
+  for (const Sink& s : level) slowest = std::max(slowest, s.latency_ns);
+  const auto add_level = [&](std::vector<Sink> now, std::vector<Sink> later) {
     level = builder.buffer_level(now, root);
     auto& pins = design.nets[static_cast<std::size_t>(root)].pins;
     std::erase_if(pins, [&](const PinRef& ref) { return ref.component != kDiePin; });
     level.insert(level.end(), later.begin(), later.end());
+  };
+  for (bool is_uneven = true; is_uneven;) {
+    std::vector<Sink> now, later;
+    for (const Sink& s : level) (s.latency_ns < slowest - kCatchUpNs ? now : later).push_back(s);
+    is_uneven = !now.empty() && !later.empty();
+    if (is_uneven) add_level(std::move(now), std::move(later));
   }
+  while (level.size() > 1) add_level(level, {});
   for (const Sink& s : level) design.nets[static_cast<std::size_t>(root)].pins.push_back(s.pin);
   for (Net& net : design.nets) {
     if (net.name.ends_with("_clock") && net.name.starts_with("_")) net.use = Use::clock;
   }
+  for (int round = 0; round < 3; ++round) even_out(design, technology, delays, root, builder.macros());
   ClockTree tree = measure_clock(design, technology, delays, port);
   tree.buffers = builder.made();
   return tree;
@@ -366,67 +526,17 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
 
 ClockTree measure_clock(const Design& design, const Technology& technology, const Delays& delays,
                         const std::string& port) {
-  const std::vector<int> driven = driven_nets(design, technology);
-  const WireModel wire = wire_model(technology);
   ClockTree tree;
   double first = std::numeric_limits<double>::max();
-  const auto pin_at = [&](const PinRef& ref) {
-    if (ref.component == kDiePin) return design.pins[static_cast<std::size_t>(ref.pin)].shape.rect.middle();
-    const Component& c = design.components[static_cast<std::size_t>(ref.component)];
-    const Macro& macro = technology.macros[static_cast<std::size_t>(c.macro)];
-    const Point middle = middle_of(macro.pins[static_cast<std::size_t>(ref.pin)]);
-    return placed({middle.x, middle.y, middle.x, middle.y}, macro, c).middle();
-  };
-  const auto pin_load = [&](const PinRef& ref) {
-    const DelayCell* cell =
-        ref.component == kDiePin ? nullptr : cell_of(design, technology, delays, ref.component);
-    if (cell == nullptr) return 0.0;
-    const Macro& macro = technology.macros[static_cast<std::size_t>(
-        design.components[static_cast<std::size_t>(ref.component)].macro)];
-    const auto pin = cell->pins.find(macro.pins[static_cast<std::size_t>(ref.pin)].name);
-    return pin == cell->pins.end() ? 0.0 : pin->second.capacitance_pf;
-  };
-  const auto net_load = [&](const Net& net) {
-    std::vector<Sink> sinks;
-    double load = 0.0;
-    for (const PinRef& ref : net.pins) {
-      sinks.push_back({ref, pin_at(ref), 0.0, 0.0});
-      load += is_driver(design, technology, ref) ? 0.0 : pin_load(ref);
-    }
-    return load + wire.pf_per_um * TreeBuilder::tree_um(sinks);
-  };
-  const std::function<void(int, double, double, int)> visit = [&](int n, double at_ns, double slew_ns,
-                                                                  int depth) {
-    const Net& net = design.nets[static_cast<std::size_t>(n)];
-    Point from;
-    for (const PinRef& ref : net.pins) {
-      if (is_driver(design, technology, ref)) from = pin_at(ref);
-    }
-    for (const PinRef& ref : net.pins) {
-      if (ref.component == kDiePin || is_driver(design, technology, ref)) continue;
-      const double length = distance_um(from, pin_at(ref));
-      const double here =
-          at_ns + 1e-3 * wire.ohm_per_um * length * (wire.pf_per_um * length / 2 + pin_load(ref));
-      const DelayCell* cell = cell_of(design, technology, delays, ref.component);
-      const int behind = driven[static_cast<std::size_t>(ref.component)];
-      const DelayArc* arc = nullptr;
-      if (cell != nullptr && !cell->is_flop && behind >= 0) {
-        for (const auto& [name, pin] : cell->pins) {
-          if (!pin.arcs.empty()) arc = &pin.arcs.front();
-        }
-      }
-      if (arc != nullptr) {
-        const double load = net_load(design.nets[static_cast<std::size_t>(behind)]);
-        visit(behind, here + arc->delay.at(slew_ns, load), arc->slew.at(slew_ns, load), depth + 1);
-        continue;
-      }
+  ClockWalk walk(design, technology, delays);
+  walk.visit(net_of_port(design, port), [&](const ClockStage& stage) {
+    for (const double at : stage.sinks_ns) {
       ++tree.sinks;
-      tree.levels = std::max(tree.levels, depth);
-      tree.latency_ns = std::max(tree.latency_ns, here);
-      first = std::min(first, here);
+      tree.levels = std::max(tree.levels, stage.depth);
+      tree.latency_ns = std::max(tree.latency_ns, at);
+      first = std::min(first, at);
     }
-  };
-  visit(net_of_port(design, port), 0.0, 0.05, 0);
+  });
   tree.skew_ns = tree.sinks == 0 ? 0.0 : tree.latency_ns - first;
   return tree;
 }
