@@ -9,7 +9,7 @@ $(PLACER): $(wildcard $(root)/asic/layout/*.?pp)
 endif
 .PHONY: place
 place: $(placed)/place.txt $(placed)/equivalence.txt $(corners:%=$(placed)/timing_%.txt)
-	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
+	$(here)/summary.py $(BUILD)/$(TECH) $(TOP) $(PERIOD_NS) $(corners)
 
 $(placed)/netlist.json: $(out)/netlist.v
 	mkdir -p $(@D)
