@@ -31,7 +31,7 @@ struct GlobalPlacement {
 /// order that suits the nets.
 void place_globally(Design& design, const Technology& technology, const GlobalPlacement& options);
 
-/// Moves each cell that isn't fixed to sites of a row, without overlap, as near as may be (Spindler et al.,
+/// Moves each cell to sites of a row, without overlap, as near as may be (Spindler et al.,
 /// Abacus, ISPD 2008). Throws InputError when the rows are too small.
 void legalize(Design& design, const Technology& technology);
 
