@@ -30,6 +30,10 @@ struct Window {
   }
 };
 constexpr std::size_t boxes_aimed_at = 6;
+// On a long way what lies ahead counts double: through crowded places a pitch costs about that, and with less the search floods all between
+// its ends (a chip of 37,500 nets: first round 15 s instead of 4 minutes). The way found may cost up to twice the least.
+constexpr int long_way = 150;  // crossings
+constexpr Cost long_way_weight = 2;
 
 int distance(const Window& box, int ix, int iy) { return std::max({0, box.x0 - ix, ix - box.x1}) + std::max({0, box.y0 - iy, iy - box.y1}); }
 
@@ -98,10 +102,11 @@ class Router {
   std::int32_t tree_stamp_ = 0;
   std::vector<int> touched_;
   std::vector<Entry> heap_;
-  std::vector<Window> tree_boxes_;  // of each way that the net's tree has so far
+  std::vector<Window> tree_boxes_;  // of each straight run that the net's tree has so far
   std::vector<Window> aims_;
   Cost step_x_, step_y_;
   Cost share_cost_ = 0;
+  Cost ahead_weight_ = 1;
   std::vector<MazeTree> trees_;
   std::vector<std::vector<int>> bodies_;  // a net each: its nodes, sorted
 };
@@ -160,7 +165,7 @@ bool Router::search(int net, const Window& limits, int& reached) {
     for (const Window& box : aims_) {
       const int dx = std::max({0, box.x0 - ix, ix - box.x1});
       const int dy = std::max({0, box.y0 - iy, iy - box.y1});
-      least = std::min(least, dx * step_x_ + dy * step_y_);
+      least = std::min(least, ahead_weight_ * (dx * step_x_ + dy * step_y_));
     }
     return least;
   };
@@ -222,6 +227,7 @@ bool Router::extend(int net, const std::vector<int>& terminal, int margin) {
     aims_.resize(boxes_aimed_at);
   }
   const Window nearest = *std::min_element(aims_.begin(), aims_.end(), nearer);
+  ahead_weight_ = distance(nearest, ix, iy) > long_way ? long_way_weight : 1;
   limits.include(nearest.x0, nearest.y0);
   limits.include(nearest.x1, nearest.y1);
   limits = {limits.x0 - margin, limits.y0 - margin, limits.x1 + margin, limits.y1 + margin};
@@ -240,7 +246,13 @@ bool Router::extend(int net, const std::vector<int>& terminal, int margin) {
     Window box = no_window;
     for (int node = reached; node >= 0; node = marks_[at(node)].from) {
       const Grid::Crossing c = grid_.crossing(node);
-      box.include(c.ix, c.iy);
+      Window longer = box;
+      longer.include(c.ix, c.iy);
+      if (longer.x0 < longer.x1 && longer.y0 < longer.y1) {  // a turn: the box of a whole way would be empty in the middle
+        tree_boxes_.push_back(box);
+        longer = {c.ix, c.iy, c.ix, c.iy};
+      }
+      box = longer;
       marks_[at(node)].tree = tree_stamp_;
       if (marks_[at(node)].from >= 0) tree.emplace_back(node, marks_[at(node)].from);
     }
