@@ -466,7 +466,9 @@ module tc_algor (
   `TC_ASSERT(P12_SumsFit_A, 48'(pd_ff) == 48'(pd_q) + (ff_en ? $signed({24'd0, ff_q, 7'd0}) : 48'sd0) &&
              48'(i_sum) == $signed({16'd0, i_q}) + 48'(work_q) && 48'(u_try) == (48'(pd_q) <<< 7) + 48'(work_q))
   `TC_ASSERT(P12_ErrorExact_A, 24'(e_320) == 24'(e_q) * 24'sd5 && 24'(filt_gap) == 24'(d_source) - 24'(filt_q))
+`ifdef FORMAL
   `TC_ASSERT(P12_FilterFits_A, filt_q >= -22'sd524288 && filt_q <= 22'sd524288)
+`endif
   // P12: the integral stays between 0 and DUTY_MAX after each computation,
   `TC_ASSERT_IF(P12_IntegralLimited_A, step_q == StepOutput || step_q == StepLimit, i_q <= {1'b0, limit_i})
   // and so does the duty.
@@ -525,9 +527,11 @@ module tc_algor (
       if (resumed_q) ordered <= 1'b0;
     end
   end
+`ifdef FORMAL
   `TC_ASSERT_IF(P12_MonotoneSum_A, step_q >= StepSegment && step_q <= StepOutput && ordered, pd_less <= pd_q && e_less <= e_q)
   `TC_ASSERT_IF(P12_MonotoneSegments_A, step_q >= StepAntiWindup && step_q <= StepOutput && ordered,
                 (!full_less || full_q) && (!off_q || off_less))
+`endif
   `TC_ASSERT_IF(P12_Monotone_A, step_q == StepOutput && ordered && i_less == i_q, u_limited_less <= u_limited)
   logic unused_less;
   assign unused_less = ^{u_less, pd_less_now};
