@@ -2,6 +2,7 @@
 # KLayout (-z -r): the metals of a GDS file as a picture, bottom to top. -rd rules=RULES.json -rd gds=FILE -rd png=FILE
 # [-rd share=0.2: only so much of its width and height, in the middle]
 import json
+import tempfile
 
 import pya
 
@@ -31,5 +32,9 @@ box = view.active_cellview().cell.dbbox().enlarged(2, 2)
 part = float(globals().get("share", 1))
 middle = box.center()
 box = pya.DBox(middle.x - box.width() * part / 2, middle.y - box.height() * part / 2, middle.x + box.width() * part / 2, middle.y + box.height() * part / 2)
+# Without a window KLayout 0.28 draws the colours of a file alone.
+with tempfile.NamedTemporaryFile(suffix=".lyp") as properties:
+    view.save_layer_props(properties.name)
+    view.load_layer_props(properties.name)
 view.zoom_box(box)
 view.save_image(png, WIDTH_PX, max(200, round(WIDTH_PX * box.height() / box.width())))  # noqa: F821
