@@ -513,7 +513,11 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
     is_uneven = !now.empty() && !later.empty();
     if (is_uneven) add_level(std::move(now), std::move(later));
   }
-  while (level.size() > 1) add_level(level, {});
+  // Sinks too far apart for a common buffer stay as many as they were: the port drives them.
+  for (std::size_t before = level.size() + 1; level.size() > 1 && level.size() < before;) {
+    before = level.size();
+    add_level(level, {});
+  }
   for (const Sink& s : level) design.nets[static_cast<std::size_t>(root)].pins.push_back(s.pin);
   for (Net& net : design.nets) {
     if (net.name.ends_with("_clock") && net.name.starts_with("_")) net.use = Use::clock;
@@ -552,7 +556,8 @@ int buffer_nets(Design& design, const Technology& technology, const Delays& dela
     std::vector<Sink> level;
     for (const PinRef& ref : take_sinks(design, technology, static_cast<int>(n)))
       level.push_back(builder.sink(ref, 0.0));
-    while (level.size() > 4) {
+    for (std::size_t before = level.size() + 1; level.size() > 4 && level.size() < before;) {
+      before = level.size();
       std::vector<Sink> next;
       for (auto& group : builder.clusters(level)) {
         std::vector<Sink> one = std::move(group);
