@@ -37,7 +37,7 @@ class LibertyReader {
  public:
   LibertyReader(std::string_view text, const std::string& name) : text_(text), name_(name) {}
 
-  Statement library() {
+  Statement read() {
     Statement top = statement();
     if (top.name != "library") fail("library (NAME) { ... }");
     return top;
@@ -200,7 +200,7 @@ double DelayTable::at(double slew_ns, double load_pf) const {
 }
 
 Delays parse_delays(std::string_view text, const std::string& name) {
-  const Statement library = LibertyReader(text, name).library();
+  const Statement library = LibertyReader(text, name).read();
   Delays delays;
   for (const Statement& cell : library.inner) {
     if (cell.name != "cell") continue;
