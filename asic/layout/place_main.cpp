@@ -205,9 +205,11 @@ int main(int argc, char** argv) {
   app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
   app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
   app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
-  CLI11_PARSE(app, argc, argv);
   try {
+    app.parse(argc, argv);
     return run(o);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
   } catch (const InputError& error) {
     fmt::print(stderr, "place: {}\n", error.what());
     return 2;

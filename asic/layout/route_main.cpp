@@ -69,9 +69,11 @@ int main(int argc, char** argv) {
   app.add_option("--spef", spef, "resistances and capacitances of the wires");
   app.add_option("--report", report, "what is printed, as a file");
   app.add_option("--rounds", options.rounds, "most rounds of rip-up")->check(CLI::Range(1, 1000));
-  CLI11_PARSE(app, argc, argv);
   try {
+    app.parse(argc, argv);
     return run(lef, def, out, spef, report, options);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
   } catch (const InputError& error) {
     fmt::print(stderr, "route: {}\n", error.what());
     return 2;
