@@ -70,59 +70,54 @@ layout.read(gds)  # noqa: F821
 top = layout.top_cell()
 layer_of = {layer["name"]: layout.layer(*layer["gds"]) for layer in known["metals"] + known["cuts"]}
 label_of = {layer["name"]: layout.layer(PIN_LAYER[0], number) for number, layer in enumerate(known["metals"])}
-via_cells = {cell.cell_index() for cell in layout.each_cell() if cell.name not in macros} - {top.cell_index()}
-for instance in [i for i in top.each_inst() if i.cell_index in via_cells]:
-    instance.flatten()
-for name, pins in macros.items():
-    cell = layout.cell(name)
-    if cell is None:
+# Each pin of each cell is marked on its metal, where the GDS has that cell; the name of a metal's net is then the list of what it reaches.
+problems = []
+instances = collections.Counter()
+for instance in top.each_inst():
+    macro = instance.cell.name
+    if macro not in macros:
         continue
-    for pin, shapes in pins.items():
+    width, height = sizes[macro]
+    corner = pya.DBox(0, 0, width, height).transformed(instance.dtrans)
+    name = cells.get((macro, round(corner.left * 1000), round(corner.bottom * 1000)))
+    if name is None:
+        problems.append(f"a {macro} at {corner.left} {corner.bottom} um that the netlist doesn't have")
+        continue
+    instances[name] += 1
+    for pin, shapes in macros[macro].items():
         for layer, (x0, y0, x1, y1) in shapes:
             if layer in label_of:
-                cell.shapes(label_of[layer]).insert(pya.Text(pin, pya.Trans(round((x0 + x1) * 500), round((y0 + y1) * 500))))
+                middle = instance.trans * pya.Point(round((x0 + x1) * 500), round((y0 + y1) * 500))
+                top.shapes(label_of[layer]).insert(pya.Text(f"{name} {pin}", pya.Trans(middle)))
+problems += [f"cell {name} is there {instances[name]} times" for name in cells.values() if instances[name] != 1]
 for port, (layer, x, y) in ports.items():
-    top.shapes(label_of[layer]).insert(pya.Text("port " + port, pya.Trans(x, y)))
+    top.shapes(label_of[layer]).insert(pya.Text(f" {port}", pya.Trans(x, y)))
 
-extraction = pya.LayoutToNetlist(pya.RecursiveShapeIterator(layout, top, []))
+# Flat: rails and straps touch every cell, which makes a search cell by cell slow.
+extraction = pya.LayoutToNetlist(top.name, layout.dbu)
 metal_layers = []
 for metal in known["metals"]:
-    shapes = extraction.make_polygon_layer(layer_of[metal["name"]], metal["name"])
-    labels = extraction.make_text_layer(label_of[metal["name"]], metal["name"] + "_pins")
+    shapes = pya.Region(top.begin_shapes_rec(layer_of[metal["name"]]))
+    labels = pya.Texts(top.begin_shapes_rec(label_of[metal["name"]]))
+    shapes.merged_semantics = False
+    extraction.register(shapes, metal["name"])
+    extraction.register(labels, metal["name"] + "_pins")
     extraction.connect(shapes)
     extraction.connect(shapes, labels)
     metal_layers.append(shapes)
 for below, cut, above in zip(metal_layers, known["cuts"], metal_layers[1:]):
-    cuts = extraction.make_layer(layer_of[cut["name"]], cut["name"])
+    cuts = pya.Region(top.begin_shapes_rec(layer_of[cut["name"]]))
+    cuts.merged_semantics = False
+    extraction.register(cuts, cut["name"])
     extraction.connect(cuts)
     extraction.connect(below, cuts)
     extraction.connect(cuts, above)
 extraction.extract_netlist()
-netlist_found = extraction.netlist()
-circuit = netlist_found.circuit_by_name(top.name)
+circuit = extraction.netlist().circuit_by_name(top.name)
 
 # Each metal net: its members as (cell, pin) and ("", port).
 expected = {member: name for name, members in nets.items() for member in members}
-problems = []
-found = []
-for net in circuit.each_net():
-    members = set()
-    for reference in net.each_subcircuit_pin():
-        sub = reference.subcircuit()
-        inner = sub.circuit_ref()
-        inner_net = inner.net_for_pin(reference.pin().id())
-        if inner_net is None or not inner_net.name:
-            continue
-        width, height = sizes[inner.name]
-        corner = pya.DBox(0, 0, width, height).transformed(sub.trans)
-        name = cells.get((inner.name, round(corner.left * 1000), round(corner.bottom * 1000)))
-        if name is None:
-            problems.append(f"a {inner.name} at {corner.left} {corner.bottom} um that the netlist doesn't have")
-            continue
-        members.update((name, pin) for pin in inner_net.name.split(","))
-    members.update(("", name[5:]) for name in net.name.split(",") if name.startswith("port "))
-    if members:
-        found.append(members)
+found = [{tuple(member.split(" ")) for member in net.name.split(",")} for net in circuit.each_net() if net.name]
 
 # One pin can lie on more than one piece of metal, which the cell itself joins: those nets are one.
 parent = list(range(len(found)))
