@@ -22,6 +22,7 @@ struct Component {
   Orientation orientation = Orientation::N;
   bool is_placed = false;
   bool is_fixed = false;
+  Nm padding = 0;  ///< kept free of cells to its right while cells find their sites, whole sites
 };
 
 /// A pin of the die.

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "asic/layout/guides.hpp"
 #include "asic/layout/model.hpp"
 #include "asic/layout/place.hpp"
 
@@ -33,21 +34,50 @@ class GlobalPlacer {
     variable_.assign(design.components.size(), -1);
     for (std::size_t v = 0; v < movable_.size(); ++v)
       variable_[static_cast<std::size_t>(movable_[v])] = static_cast<int>(v);
-    double area = 0.0;
-    for (const int c : movable_) area += area_of(c);
-    const double room = (core_.x1 - core_.x0) * (core_.y1 - core_.y0);
-    density_ = std::min(1.0, std::max(options.density, 1.02 * area / room));
+    inflation_.assign(design.components.size(), 1.0);
+    limit_density();
   }
 
   void run() {
     spread_pins({});
     start();
-    iterate(options_.iterations / 3);
+    iterate(0, options_.iterations / 3);
     std::vector<double> wishes;
     for (const DiePin& pin : design_.pins) wishes.push_back(wish_of(pin));
     spread_pins(wishes);
     start();
-    iterate(options_.iterations);
+    iterate(0, options_.iterations);
+    put_cells();
+    for (int round = 0; round < options_.crowding_rounds && make_room(); ++round) {
+      iterate(options_.iterations / 2, options_.iterations);
+      put_cells();
+    }
+    const double site = static_cast<double>(technology_.sites[static_cast<std::size_t>(design_.rows.front().site)].width);
+    for (const int c : movable_) {
+      const auto k = static_cast<std::size_t>(c);
+      design_.components[k].padding = static_cast<Nm>((inflation_[k] - 1.0) * width_[k] / site) * static_cast<Nm>(site);
+    }
+  }
+
+ private:
+  static constexpr double kFullest = 0.92;  ///< of the rows, with the room given; trees need some, too
+  struct Box {
+    double x0, y0, x1, y1;
+  };
+  static Eigen::Index i(std::size_t v) { return static_cast<Eigen::Index>(v); }
+  double area_of(int c) const {
+    const auto k = static_cast<std::size_t>(c);
+    return inflation_[k] * width_[k] * height_[k];
+  }
+  double area() const {
+    double sum = 0.0;
+    for (const int c : movable_) sum += area_of(c);
+    return sum;
+  }
+  double room() const { return (core_.x1 - core_.x0) * (core_.y1 - core_.y0); }
+  void limit_density() { density_ = std::min(1.0, std::max(options_.density, 1.02 * area() / room())); }
+
+  void put_cells() {
     for (std::size_t v = 0; v < movable_.size(); ++v) {
       const auto c = static_cast<std::size_t>(movable_[v]);
       Component& component = design_.components[c];
@@ -57,13 +87,27 @@ class GlobalPlacer {
     }
   }
 
- private:
-  struct Box {
-    double x0, y0, x1, y1;
-  };
-  static Eigen::Index i(std::size_t v) { return static_cast<Eigen::Index>(v); }
-  double area_of(int c) const {
-    return width_[static_cast<std::size_t>(c)] * height_[static_cast<std::size_t>(c)];
+  /// More room for cells where wires are crowded; false when there is nothing to gain.
+  bool make_room() {
+    GuideOptions estimate;
+    estimate.rounds = 1;
+    estimate.usable = options_.usable_tracks;
+    estimate.ignored_pins = options_.ignored_pins;
+    const Guides guides = route_globally(design_, technology_, estimate);
+    const double left = kFullest * room() - area();
+    std::vector<double> growth(inflation_.size(), 0.0);
+    double wanted = 0.0;
+    for (const int c : movable_) {
+      const auto k = static_cast<std::size_t>(c);
+      const double crowding = guides.crowding[static_cast<std::size_t>(guides.grid.region_of(outline(design_.components[k], technology_).middle()))];
+      growth[k] = std::clamp(crowding - 1.0, 0.0, 1.0) * inflation_[k];
+      wanted += growth[k] * width_[k] * height_[k];
+    }
+    if (wanted <= 0.0 || left <= 0.0) return false;
+    const double share = std::min(1.0, left / wanted);
+    for (std::size_t k = 0; k < growth.size(); ++k) inflation_[k] += share * growth[k];
+    limit_density();
+    return true;
   }
 
   /// A die pin's best place on the edge, as a share of the way around it: where its net's cells are, seen
@@ -158,8 +202,8 @@ class GlobalPlacer {
     for (int k = 0; k < 6; ++k) solve(0.0);
   }
 
-  void iterate(int count) {
-    for (int k = 0; k < count; ++k) {
+  void iterate(int first, int last) {
+    for (int k = first; k < last; ++k) {
       spread(k);
       const double upper = length(spread_x_, spread_y_);
       const double lower = length(x_, y_);
@@ -363,6 +407,7 @@ class GlobalPlacer {
   Model model_;
   std::vector<double> width_;
   std::vector<double> height_;
+  std::vector<double> inflation_;  ///< room a component is given, over its width
   std::vector<int> movable_;   ///< components
   std::vector<int> variable_;  ///< by component, -1: fixed
   Box core_{};

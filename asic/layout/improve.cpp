@@ -46,7 +46,7 @@ class Improver {
   const Component& cell(int c) const { return design_.components[static_cast<std::size_t>(c)]; }
   const Macro& macro(int c) const { return technology_.macros[static_cast<std::size_t>(cell(c).macro)]; }
   Nm x(int c) const { return cell(c).at.x; }
-  Nm width(int c) const { return macro(c).width; }
+  Nm width(int c) const { return macro(c).width + cell(c).padding; }
   std::vector<int>& row(int r) { return rows_[static_cast<std::size_t>(r)]; }
 
   Point point_of(int p) const {

@@ -80,7 +80,7 @@ void legalize(Design& design, const Technology& technology) {
   std::iota(order.begin(), order.end(), 0);
   const auto component = [&](int c) -> Component& { return design.components[static_cast<std::size_t>(c)]; };
   const auto width = [&](int c) {
-    return technology.macros[static_cast<std::size_t>(component(c).macro)].width;
+    return technology.macros[static_cast<std::size_t>(component(c).macro)].width + component(c).padding;
   };
   std::sort(order.begin(), order.end(), [&](int a, int b) {
     return std::tuple(component(a).at.x, component(a).at.y, a) <

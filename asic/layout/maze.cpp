@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <limits>
 #include <numeric>
+#include <random>
 
 namespace meltstage::layout {
 namespace {
@@ -13,12 +14,12 @@ using Cost = std::int32_t;
 constexpr Cost unreached = std::numeric_limits<Cost>::max();
 constexpr Cost units_per_pitch = 100;  // of the finer pitch
 constexpr Cost via_cost = 150;
-constexpr Cost first_share_cost = 60;
+constexpr Cost first_share_cost = 400;
 constexpr double share_growth = 1.5;
 constexpr Cost most_share_cost = 4'000;
 constexpr Cost history_step = 50;
 constexpr Cost history_share = 8;  // of the cost of sharing, so that history still tells in late rounds
-constexpr int window_margin = 10;
+constexpr int rounds_a_widening = 6;  // after which a net may leave its regions by one more
 
 struct Window {
   int x0, y0, x1, y1;
@@ -30,11 +31,6 @@ struct Window {
   }
 };
 constexpr std::size_t boxes_aimed_at = 6;
-// On a long way what lies ahead counts double: through crowded places a pitch costs about that, and with less the search floods all between
-// its ends (a chip of 37,500 nets: first round 15 s instead of 4 minutes). The way found may cost up to twice the least.
-constexpr int long_way = 150;  // crossings
-constexpr Cost long_way_weight = 2;
-
 int distance(const Window& box, int ix, int iy) { return std::max({0, box.x0 - ix, ix - box.x1}) + std::max({0, box.y0 - iy, iy - box.y1}); }
 
 constexpr Window no_window{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
@@ -52,9 +48,15 @@ class Router {
       : problem_(problem), grid_(problem.grid), places_(size()), marks_(size()), step_x_(units_of(grid_.pitch_x)), step_y_(units_of(grid_.pitch_y)),
         trees_(problem.nets.size()), bodies_(problem.nets.size()) {
     for (std::size_t i = 0; i < size(); ++i) places_[i].owner = problem.owner[i];
+    const MazeRegions& regions = problem.regions;
+    region_of_column_ = regions.of_column;
+    region_of_row_ = regions.of_row;
+    region_of_column_.resize(at(grid_.columns));
+    region_of_row_.resize(at(grid_.rows));
+    opened_.resize(at(std::max(1, regions.columns * regions.rows)));
   }
 
-  bool route(int net, int margin);
+  bool route(int net, int widening);
   void rip_up(int net);
   bool shares(int net) const;
   void remember_shared(int net);
@@ -68,8 +70,10 @@ class Router {
   void find_bodies(int net);
   int own_uses(int net, std::size_t i) const;
   void claim(int net, int sign);
-  bool extend(int net, const std::vector<int>& terminal, int margin);
-  bool search(int net, const Window& limits, int& reached);
+  void open_regions(int net, int widening);
+  void open_all_regions();
+  bool extend(int net, const std::vector<int>& terminal);
+  bool search(int net, int& reached);
 
   /// Other nets' bodies at the node or, where ends need room, beside it.
   template <typename Visit>
@@ -100,13 +104,15 @@ class Router {
   std::vector<Place> places_;
   std::vector<Mark> marks_;
   std::int32_t tree_stamp_ = 0;
+  std::vector<int> region_of_column_, region_of_row_;
+  std::vector<std::int32_t> opened_;  // a region each
+  std::int32_t open_stamp_ = 0;
   std::vector<int> touched_;
   std::vector<Entry> heap_;
   std::vector<Window> tree_boxes_;  // of each straight run that the net's tree has so far
   std::vector<Window> aims_;
   Cost step_x_, step_y_;
   Cost share_cost_ = 0;
-  Cost ahead_weight_ = 1;
   std::vector<MazeTree> trees_;
   std::vector<std::vector<int>> bodies_;  // a net each: its nodes, sorted
 };
@@ -157,7 +163,7 @@ void Router::remember_shared(int net) {
 }
 
 // From the terminal (in heap_) to any node of the tree.
-bool Router::search(int net, const Window& limits, int& reached) {
+bool Router::search(int net, int& reached) {
   const int layer_size = grid_.layer_size();
   const int top = grid_.layers() - 1;
   const auto ahead = [&](int ix, int iy) {
@@ -165,7 +171,7 @@ bool Router::search(int net, const Window& limits, int& reached) {
     for (const Window& box : aims_) {
       const int dx = std::max({0, box.x0 - ix, ix - box.x1});
       const int dy = std::max({0, box.y0 - iy, iy - box.y1});
-      least = std::min(least, ahead_weight_ * (dx * step_x_ + dy * step_y_));
+      least = std::min(least, dx * step_x_ + dy * step_y_);
     }
     return least;
   };
@@ -181,7 +187,7 @@ bool Router::search(int net, const Window& limits, int& reached) {
     }
     const Grid::Crossing c = grid_.crossing(node);
     const auto visit = [&](int next, int ix, int iy, Cost step) {
-      if (ix < limits.x0 || ix > limits.x1 || iy < limits.y0 || iy > limits.y1) return;
+      if (opened_[at(region_of_column_[at(ix)] + region_of_row_[at(iy)])] != open_stamp_) return;
       const Place& place = places_[at(next)];
       if (place.owner != free_node && place.owner != net) return;
       const Cost cost = entry.cost + step + place.history + (place.uses > 0 ? share_cost_ : 0);
@@ -211,26 +217,34 @@ bool Router::search(int net, const Window& limits, int& reached) {
   return false;
 }
 
-bool Router::extend(int net, const std::vector<int>& terminal, int margin) {
-  Window limits = no_window;
-  for (const int node : terminal) {
-    if (marks_[at(node)].tree == tree_stamp_) return true;
-    const Grid::Crossing c = grid_.crossing(node);
-    limits.include(c.ix, c.iy);
+void Router::open_regions(int net, int widening) {
+  const MazeRegions& regions = problem_.regions;
+  const std::vector<int>& wanted = problem_.nets[at(net)].regions;
+  if (wanted.empty()) return open_all_regions();
+  ++open_stamp_;
+  for (const int region : wanted) {
+    const int x = region % regions.columns, y = region / regions.columns;
+    for (int j = std::max(0, y - widening); j <= std::min(regions.rows - 1, y + widening); ++j)
+      for (int i = std::max(0, x - widening); i <= std::min(regions.columns - 1, x + widening); ++i) opened_[at(j * regions.columns + i)] = open_stamp_;
   }
+}
+
+void Router::open_all_regions() {
+  ++open_stamp_;
+  std::fill(opened_.begin(), opened_.end(), open_stamp_);
+}
+
+bool Router::extend(int net, const std::vector<int>& terminal) {
+  for (const int node : terminal)
+    if (marks_[at(node)].tree == tree_stamp_) return true;
   // the way is sought towards the nearest parts of the tree
-  const int ix = limits.x0, iy = limits.y0;
+  const auto [layer, ix, iy] = grid_.crossing(terminal.front());
   aims_ = tree_boxes_;
   const auto nearer = [&](const Window& a, const Window& b) { return distance(a, ix, iy) < distance(b, ix, iy); };
   if (aims_.size() > boxes_aimed_at) {
     std::nth_element(aims_.begin(), aims_.begin() + boxes_aimed_at, aims_.end(), nearer);
     aims_.resize(boxes_aimed_at);
   }
-  const Window nearest = *std::min_element(aims_.begin(), aims_.end(), nearer);
-  ahead_weight_ = distance(nearest, ix, iy) > long_way ? long_way_weight : 1;
-  limits.include(nearest.x0, nearest.y0);
-  limits.include(nearest.x1, nearest.y1);
-  limits = {limits.x0 - margin, limits.y0 - margin, limits.x1 + margin, limits.y1 + margin};
   heap_.clear();
   for (const int node : terminal) {
     marks_[at(node)].cost = places_[at(node)].uses > 0 ? share_cost_ : 0;
@@ -240,7 +254,7 @@ bool Router::extend(int net, const std::vector<int>& terminal, int margin) {
   }
   std::make_heap(heap_.begin(), heap_.end());
   int reached = -1;
-  const bool found = search(net, limits, reached);
+  const bool found = search(net, reached);
   if (found) {
     MazeTree& tree = trees_[static_cast<std::size_t>(net)];
     Window box = no_window;
@@ -284,7 +298,7 @@ std::vector<int> prim_order(const std::vector<Grid::Crossing>& places) {
   return order;
 }
 
-bool Router::route(int net, int margin) {
+bool Router::route(int net, int widening) {
   const MazeNet& wanted = problem_.nets[static_cast<std::size_t>(net)];
   if (wanted.terminals.size() < 2) return true;
   std::vector<Grid::Crossing> places;
@@ -298,11 +312,14 @@ bool Router::route(int net, int margin) {
     start.include(c.ix, c.iy);
   }
   tree_boxes_ = {start};
+  open_regions(net, widening);
   bool all = true;
   for (std::size_t k = 1; k < order.size(); ++k) {
     const auto& terminal = wanted.terminals[at(order[k])];
-    const bool found = extend(net, terminal, margin) || extend(net, terminal, std::max(grid_.columns, grid_.rows));
-    all = all && found;
+    if (extend(net, terminal)) continue;
+    open_all_regions();
+    all = extend(net, terminal) && all;
+    open_regions(net, widening);
   }
   find_bodies(net);
   claim(net, 1);
@@ -331,14 +348,18 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
   std::stable_sort(todo.begin(), todo.end(), [&](int a, int b) { return spans[static_cast<std::size_t>(a)] < spans[static_cast<std::size_t>(b)]; });
   std::vector<bool> open(static_cast<std::size_t>(nets), false);
   double share_cost = first_share_cost;
+  // from the second round on in any order, another each time: a net that always goes before its neighbours would for ever move between
+  // two of them, and neither of these would ever have to give way
+  std::mt19937 any_order(1);
   for (int round = 0; round < options.rounds && !todo.empty(); ++round) {
     router.set_share_cost(static_cast<Cost>(share_cost));
+    if (round > 0) std::shuffle(todo.begin(), todo.end(), any_order);
     for (const int net : todo) {
       if (round > 0) {
         if (!open[static_cast<std::size_t>(net)] && !router.shares(net)) continue;  // a net routed before has made room
         router.rip_up(net);
       }
-      open[static_cast<std::size_t>(net)] = !router.route(net, window_margin + 4 * round);
+      open[static_cast<std::size_t>(net)] = !router.route(net, 1 + round / rounds_a_widening);
     }
     const int routed = static_cast<int>(todo.size());
     todo.clear();

@@ -50,10 +50,20 @@ constexpr std::int32_t blocked_node = -2;
 /// What is to be joined. A terminal is any of its nodes.
 struct MazeNet {
   std::vector<std::vector<int>> terminals;
+  std::vector<int> regions;  ///< where its wires should be; empty: anywhere
+};
+
+/// Rectangles of crossings, all layers of them: region = of_column[ix] + of_row[iy].
+struct MazeRegions {
+  std::vector<int> of_column;
+  std::vector<int> of_row;  ///< times the regions in a row
+  int columns = 0;
+  int rows = 0;
 };
 
 struct MazeProblem {
   Grid grid;
+  MazeRegions regions;  ///< none: nets have none, too
   std::vector<std::int32_t> owner;  ///< a node each: free_node, blocked_node, or the only net that may use it
   std::vector<MazeNet> nets;
 };

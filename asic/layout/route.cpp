@@ -10,6 +10,7 @@
 
 #include "asic/layout/access.hpp"
 #include "asic/layout/error.hpp"
+#include "asic/layout/guides.hpp"
 #include "asic/layout/maze.hpp"
 
 namespace meltstage::layout {
@@ -64,6 +65,7 @@ class Wiring {
   void add_die_pin(int net, int pin_position, const DiePin& pin);
   void add_tied_input(int net, const Access& access);
   void check_terminals(RouteReport& report);
+  void guide();
   void draw(int maze_net, const MazeTree& tree, RouteReport& report);
   void draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, const std::vector<int>& via_nodes,
                  RouteReport& report);
@@ -98,11 +100,10 @@ void Wiring::find_layers() {
   const std::vector<int> metals = technology_.routing_layers();
   if (metals.size() < 3) throw InputError("LEF: found fewer than three routing layers, expected a pin layer and two layers of tracks");
   pin_layer_ = metals[0];
-  for (std::size_t i = 1; i < metals.size(); ++i) {
-    const Layer& metal = layer(metals[i]);
-    if (i >= 3 && (metal.pitch != layer(metals[i - 2]).pitch || metal.direction != layer(metals[i - 2]).direction)) break;
+  for (const int index : track_layers(technology_)) {
+    const Layer& metal = layer(index);
     RoutedLayer routed;
-    routed.layer = metals[i];
+    routed.layer = index;
     routed.vertical = metal.direction == Axis::vertical;
     routed.wire = metal.width;
     routed.spacing = metal.spacing;
@@ -558,6 +559,16 @@ void Wiring::extract(int maze_net, const MazeTree& tree, RouteReport& report) co
       if (const auto found = index.find(node); found != index.end()) parasitics.node_of_pin[at(t->pin_position)] = found->second;
 }
 
+void Wiring::guide() {
+  const Guides guides = route_globally(design_, technology_, {});
+  MazeRegions& regions = problem_.regions;
+  regions.columns = guides.grid.columns;
+  regions.rows = guides.grid.rows;
+  for (int ix = 0; ix < grid_.columns; ++ix) regions.of_column.push_back(guides.grid.column_of(place(ix, 0).x));
+  for (int iy = 0; iy < grid_.rows; ++iy) regions.of_row.push_back(guides.grid.row_of(place(0, iy).y) * regions.columns);
+  for (std::size_t n = 0; n < problem_.nets.size(); ++n) problem_.nets[n].regions = guides.regions[at(design_net_[n])];
+}
+
 RouteReport Wiring::run(const RouteOptions& options) {
   RouteReport report;
   report.wire_nm_of_layer.assign(technology_.layers.size(), 0);
@@ -573,6 +584,7 @@ RouteReport Wiring::run(const RouteOptions& options) {
   obstruct_supplies_and_macros();
   add_cells(report);
   check_terminals(report);
+  guide();
   const MazeResult result = route_maze(problem_, {options.rounds, options.progress});
   report.rounds = result.rounds;
   report.nets = static_cast<int>(problem_.nets.size());

@@ -66,7 +66,7 @@ std::vector<std::string> maze_errors(const MazeProblem& problem, const MazeResul
 
 TEST(Maze, FindsTheStraightWay) {
   MazeProblem problem = empty_maze(8, 8, false);
-  problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}});
+  problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}, {}});
   const MazeResult result = route_maze(problem, {});
   EXPECT_THAT(result.open, IsEmpty());
   EXPECT_THAT(result.trees[0], SizeIs(5));
@@ -76,7 +76,7 @@ TEST(Maze, TellsANetThatIsWalledIn) {
   MazeProblem problem = empty_maze(8, 8, false);
   for (int layer = 0; layer < problem.grid.layers(); ++layer)
     for (int ix = 0; ix < 8; ++ix) problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = blocked_node;
-  problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}});
+  problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}, {}});
   EXPECT_THAT(route_maze(problem, {}).open, Contains(0));
 }
 
@@ -85,9 +85,45 @@ TEST(Maze, TellsNetsThatCannotShare) {
   problem.grid.vertical = {true};
   problem.grid.ends_spread = {false};
   problem.owner.assign(static_cast<std::size_t>(problem.grid.nodes()), free_node);
-  problem.nets.push_back({{{problem.grid.node(0, 0, 1)}, {problem.grid.node(0, 0, 5)}}});
-  problem.nets.push_back({{{problem.grid.node(0, 0, 3)}, {problem.grid.node(0, 0, 7)}}});
+  problem.nets.push_back({{{problem.grid.node(0, 0, 1)}, {problem.grid.node(0, 0, 5)}}, {}});
+  problem.nets.push_back({{{problem.grid.node(0, 0, 3)}, {problem.grid.node(0, 0, 7)}}, {}});
   EXPECT_THAT(route_maze(problem, {.rounds = 5, .progress = {}}).conflicting, SizeIs(2));
+}
+
+/// Regions of 4 by 4 crossings.
+void divide(MazeProblem& problem) {
+  MazeRegions& regions = problem.regions;
+  regions.columns = problem.grid.columns / 4;
+  regions.rows = problem.grid.rows / 4;
+  for (int ix = 0; ix < problem.grid.columns; ++ix) regions.of_column.push_back(ix / 4);
+  for (int iy = 0; iy < problem.grid.rows; ++iy) regions.of_row.push_back(iy / 4 * regions.columns);
+}
+
+TEST(Maze, WiresStayNearTheirRegionsUnlessThereIsNoWay) {
+  for (const bool is_walled : {false, true}) {
+    MazeProblem problem = empty_maze(40, 40, false);
+    divide(problem);
+    // from the left to the right along the upper edge, though the straight way is along the lower one
+    MazeNet net{{{problem.grid.node(0, 1, 1)}, {problem.grid.node(0, 38, 1)}}, {}};
+    for (int k = 0; k < 10; ++k) {
+      net.regions.push_back(90 + k);
+      net.regions.push_back(10 * k);
+      net.regions.push_back(10 * k + 9);
+    }
+    if (is_walled)
+      for (int layer = 0; layer < 4; ++layer)
+        for (int iy = 20; iy < 40; ++iy) problem.owner[static_cast<std::size_t>(problem.grid.node(layer, 20, iy))] = blocked_node;
+    problem.nets.push_back(net);
+    const MazeResult result = route_maze(problem, {});
+    EXPECT_THAT(maze_errors(problem, result), IsEmpty());
+    int lowest_in_middle = 40;
+    for (const auto& [a, b] : result.trees[0]) {
+      const Grid::Crossing c = problem.grid.crossing(a);
+      if (c.ix >= 12 && c.ix < 28) lowest_in_middle = std::min(lowest_in_middle, c.iy);
+    }
+    if (is_walled) EXPECT_LT(lowest_in_middle, 20);
+    else EXPECT_GE(lowest_in_middle, 32);
+  }
 }
 
 TEST(Maze, RandomNetsEndWithoutConflict) {
