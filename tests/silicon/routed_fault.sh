@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# routed_fault.sh removed_via|displaced_wire FOLDER TOP FLOW TECH: passes when the check of a routed layout (make ... routed) finds
+# routed_fault.sh removed_via|displaced_wire|shorted_nets FOLDER TOP FLOW TECH: passes when the check of a routed layout (make ... routed) finds
 # the fault in a copy of it, in the words that fit.
 set -euo pipefail
 fault=$1 folder=$2 top=$3 flow=$4 tech=$5
@@ -14,6 +14,8 @@ rules=$flow/tech/${tech}_rules.json
 case $fault in
 removed_via) change='/^- / { net = 1 } net && !done && / M3_M2$/ { done = 1; next } { print }' ;;
 displaced_wire) change='!done && /NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { $4 += 250; $8 += 250; done = 1 } { print }' ;;
+# one wire across the die, over all that stands on its track
+shorted_nets) change='!done && /NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { $4 = 20000; $8 = 200000; done = 1 } { print }' ;;
 esac
 awk "$change" "$folder/routed/routed.def" >"$work/routed.def"
 ! cmp -s "$work/routed.def" "$folder/routed/routed.def"
@@ -29,4 +31,5 @@ klayout -b -r "$flow/connectivity.py" -rd rules="$rules" -rd lef="$lef" -rd plac
 cat "$work/lvs.txt"
 case $fault in
 removed_via) grep -q "is open" "$work/lvs.txt" ;;
+shorted_nets) grep -q "^short between" "$work/lvs.txt" ;;
 esac
