@@ -21,11 +21,16 @@ def stop(text):
     sys.exit(2)
 
 
-def name_of_net(module):
-    """One public name a net bit: the shortest, then the first in the alphabet."""
+def named_as(name, ports_as):
+    """What PORT=VALUE says of a port, or of a bit of it."""
+    return ports_as.get(name, ports_as.get(re.sub(r"_\d+$", "", name)))
+
+
+def name_of_net(module, ports_as):
+    """One public name a net bit, not that of a port that is left out: the shortest, then the first in the alphabet."""
     names = {}
     for name, net in module["netnames"].items():
-        if net.get("hide_name") or "named" not in net["attributes"] or WRITTEN_PRIVATE.match(name):
+        if net.get("hide_name") or "named" not in net["attributes"] or WRITTEN_PRIVATE.match(name) or named_as(name, ports_as) == "-":
             continue
         for index, bit in enumerate(net["bits"]):
             full = name if len(net["bits"]) == 1 else f"{name}[{index + net.get('offset', 0)}]"
@@ -39,13 +44,13 @@ def main(source, top, gate, target, *ports_as):
     enable, test = gate_enables[0].split("+") if gate_enables else ("", "")
     with open(source, encoding="utf-8") as file:
         module = json.load(file)["modules"][top]
-    names = name_of_net(module)
+    ports_as = dict(item.split("=") for item in ports_as)
+    names = name_of_net(module, ports_as)
     fresh = max([bit for cell in module["cells"].values() for bits in cell["connections"].values() for bit in bits
                  if isinstance(bit, int)] + [1]) + 1
     ports, held = {}, {}
-    as_named = dict(item.split("=") for item in ports_as)
     for name, entry in module["ports"].items():
-        value = as_named.get(name, as_named.get(re.sub(r"_\d+$", "", name)))
+        value = named_as(name, ports_as)
         if value is None:
             ports[name] = entry
         elif value in ("0", "1") and entry["direction"] == "input":
