@@ -240,6 +240,37 @@ int generate(const Options& options) {
   return set.aborted == 0 ? 0 : 1;
 }
 
+// Scan alone.
+int scan(const Options& options) {
+  const CellLibrary library = library_of(options);
+  if (is_bench(options.netlist))
+    throw InputError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
+  const Subject subject = subject_of(options, library);
+  if (!subject.scanned) throw InputError(options.netlist.string() + ": found no flop, expected some to scan");
+  const ScanDesign& design = subject.design;
+  nlohmann::ordered_json manifest = {
+      {"tool", version()},
+      {"netlist",
+       {{"file", options.netlist.filename().string()}, {"sha256", sha256(read_file(options.netlist))}}},
+      {"clock", design.clock},
+      {"reset", design.reset},
+      {"test_mode", design.test_mode},
+      {"scan_enable", design.scan_enable}};
+  std::size_t longest = 0;
+  for (const ScanChain& chain : design.chains) {
+    longest = std::max(longest, chain.cells.size());
+    manifest["chains"].push_back(
+        {{"name", chain.name}, {"in", chain.in}, {"out", chain.out}, {"cells", chain.cells}});
+  }
+  fs::create_directories(options.out);
+  write_file(options.out / "netlist.json", yosys_json_text(design.netlist));
+  write_file(options.out / "netlist.v", verilog_text(design.netlist));
+  write_file(options.out / "scan.json", manifest.dump(2) + "\n");
+  fmt::print("{} flops in {} chains of {} at the most\n", subject.view.flops.size(), design.chains.size(),
+             longest);
+  return 0;
+}
+
 // Circuit inputs of a netlist without scan in each cycle of a stream.
 std::vector<Pattern> plain_patterns(const Circuit& circuit, const CycleStream& stream) {
   std::vector<std::size_t> signal;
@@ -590,10 +621,15 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
     sub->add_option("NETLIST", options->netlist, "Yosys JSON (flat, mapped) or .bench")->required();
     sub->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
   };
-  const auto generation_of = [&](CLI::App* sub) {
-    sub->add_option("--chains", options->chains, "Scan chains (default 8)")->check(CLI::Range(1, 1024));
+  const auto chains_of = [&](CLI::App* sub) {
+    sub->add_option("--chains", options->chains,
+                    "Scan chains (default 8) of a netlist without ports scan_i and scan_o")
+        ->check(CLI::Range(1, 1024));
     sub->add_option("--reset", options->reset,
                     "Port that resets in test mode (default: the one that resets flops)");
+  };
+  const auto generation_of = [&](CLI::App* sub) {
+    chains_of(sub);
     sub->add_option("--conflicts", options->conflicts,
                     "Give a fault up after so many conflicts of the solver (default: never)");
     sub->add_option("--seed", options->seed, "Seed of random patterns and fills (default 1)");
@@ -605,6 +641,10 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_generate->add_option("--rtl", options->rtl,
                            "Sources of the netlist: their hashes go into the manifest");
   sub_generate->add_option("--out", options->out, "Folder to write")->required();
+  CLI::App* sub_scan = command->add_subcommand("scan", "Insert scan alone: netlist and order of the chains");
+  netlist_of(sub_scan);
+  chains_of(sub_scan);
+  sub_scan->add_option("--out", options->out, "Folder to write")->required();
   CLI::App* sub_grade = command->add_subcommand("grade", "Which faults patterns detect");
   netlist_of(sub_grade);
   sub_grade
@@ -664,6 +704,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_check->add_option("PROOF", options->proof, "DRAT file in text")->required();
   return [=] {
     if (*sub_generate) return generate(*options);
+    if (*sub_scan) return scan(*options);
     if (*sub_grade) return grade_patterns(*options);
     if (*sub_functional) return record_functional(*options);
     if (*sub_rules) return check_scan_rules(*options);

@@ -13,6 +13,7 @@ inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
 inline constexpr std::uint16_t kMapCrc = 0x1662;
+inline constexpr unsigned kScanChains = 8;
 inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
 
 inline constexpr unsigned kInputCount = 34;

@@ -8,11 +8,14 @@
 // - scrub_start_i walks all words, one index a clock, both sets side by side: a single flip is corrected, a flip that can
 //   not be corrected raises bad_o at once; bad_o falls at the end of a pass that found none. A start while busy is ignored.
 //   The pass stands still in a clock of wr_i, commit_i or discard_i, so that no correction meets a change of its word.
+// - scan_en_i selects every word for writing and for reading at once, so that the supply current at rest shows defects in all of them: low in
+//   operation, and no flop takes what it brings, since the chains shift.
 // - rd_data_o, params_o and t_max_staged_o show the stored data bits, uncorrected until the scrub has passed.
 
 module tc_mem (
   input  logic             clk_i,
   input  logic             rst_ni,
+  input  logic             scan_en_i,
   input  logic             wr_i,
   input  logic [5:0]       wr_index_i,
   input  logic [15:0]      wr_data_i,
@@ -58,7 +61,7 @@ module tc_mem (
     scrub_staged = 22'd0;
     scrub_active = 22'd0;
     for (int unsigned i = 1; i <= LastWord; i++) begin
-      under_pass[i] = scrub_index_q == 6'(i);
+      under_pass[i] = scrub_index_q == 6'(i) || scan_en_i;
       scrub_staged |= {22{under_pass[i]}} & staged_q[i];
       scrub_active |= {22{under_pass[i]}} & active_q[i];
     end
@@ -81,13 +84,13 @@ module tc_mem (
 `ifdef TC_MEM_UPSET
   assign stir = 1'b1;
 `else
-  assign stir = wr_i || commit_i || discard_i || scrub_busy_q;
+  assign stir = wr_i || commit_i || discard_i || scrub_busy_q || scan_en_i;
 `endif
 
   for (genvar i = 1; i <= LastWord; i++) begin : gen_word
     localparam logic [21:0] ResetWord = tc_math_pkg::secded_encode(tc_pkg::reg_reset(6'(i)));
     logic hit;                                       // the pass stands on this word
-    assign hit = scrub_step && under_pass[i];
+    assign hit = (scrub_step || scan_en_i) && under_pass[i];
 
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) staged_q[i] <= ResetWord;
@@ -142,7 +145,7 @@ module tc_mem (
   always_comb begin
     rd_data_o = 16'd0;
     for (int unsigned i = 1; i <= LastWord; i++) begin
-      rd_data_o |= {16{rd_index_i == 6'(i)}} & staged_q[i][15:0];
+      rd_data_o |= {16{rd_index_i == 6'(i) || scan_en_i}} & staged_q[i][15:0];
     end
   end
 

@@ -8,6 +8,7 @@ package tc_pkg;
   localparam logic [15:0] DeviceId = 16'h7C01;
   localparam logic [15:0] Version = 16'h0001;
   localparam logic [15:0] MapCrc = 16'h1662;
+  localparam int unsigned ScanChains = 8;
   localparam logic [15:0] SetpointMargin = 16'd50;
 
   // Register spaces, Modbus PDU addresses.

@@ -6,6 +6,8 @@
 //
 // One clock. rst_ni asserts asynchronously and is released synchronously. heater_o is the only output with logic behind a
 // flop: inhibit_i forces it low without a clock.
+//
+// Test pins are low in operation. scan_o is low here: scan insertion (asic/dft/scan.hpp) puts the chains between scan_i and it.
 
 module tc_top #(
   // Clocks of a millisecond; a parameter so that proofs can shorten the time base.
@@ -28,13 +30,17 @@ module tc_top #(
   input  logic       inhibit_i,
   input  logic       drop_i,
   output logic       fault_no,
-  output logic       at_temp_o
+  output logic       at_temp_o,
+  input  logic       test_mode_i,
+  input  logic       scan_en_i,
+  input  logic [tc_pkg::ScanChains-1:0] scan_i,
+  output logic [tc_pkg::ScanChains-1:0] scan_o
 );
 
   // ---- Reset and asynchronous inputs -------------------------------------------------------------------------------------
 
   logic rst_n;
-  tc_rst_sync u_rst_sync (.clk_i, .rst_ni, .rst_no(rst_n));
+  tc_rst_sync u_rst_sync (.clk_i, .rst_ni, .test_mode_i, .rst_no(rst_n));
 
   // One synchroniser for all asynchronous pins; the serial line idles high.
   logic       rx, miso, heater_fb, inhibit, drop;
@@ -157,7 +163,7 @@ module tc_top #(
   );
 
   tc_mem u_mem (
-    .clk_i, .rst_ni(rst_n),
+    .clk_i, .rst_ni(rst_n), .scan_en_i,
     .wr_i((write && store) || tune_wr), .wr_index_i(tune_wr ? tune_index : index), .wr_data_i(tune_wr ? tune_data : value),
      .commit_i(commit), .discard_i(discard),
     .rd_index_i(mem_rd_index), .rd_data_o(mem_rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
@@ -243,9 +249,10 @@ module tc_top #(
   assign heater_o  = heater && !inhibit_i;
   assign fault_no  = fault == 15'd0;
   assign at_temp_o = at_temp;
+  assign scan_o    = '0;
 
   logic unused;
-  assign unused = ^{params, sens_busy, sens_frame_bad, scrub_busy, period_start};
+  assign unused = ^{params, sens_busy, sens_frame_bad, scrub_busy, period_start, scan_i};
 
 `ifndef SYNTHESIS
   tc_properties u_properties (

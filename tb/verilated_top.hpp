@@ -132,6 +132,9 @@ template <class Top>
 class VerilatedTop : public VerilatedRtl {
  public:
   VerilatedTop() : top_(&context_) {
+    top_.test_mode_i = 0;
+    top_.scan_en_i = 0;
+    top_.scan_i = 0;
     apply({.rst_n = false});
     top_.clk_i = 0;
     top_.eval();

@@ -116,9 +116,14 @@ void count_pins(const Term& term, std::map<std::string, int>& uses) {
   for (const Term& arg : term.args) count_pins(arg, uses);
 }
 
-// What a flop has in its state after a clock (or in asynchronous reset).
-Term captured(const Flop& flop) {
+// Stands for the clock gates before a flop: 1 when they let the clock pass.
+constexpr char kOpen[] = "(clock gate open)";
+
+// What a flop has in its state after a clock (or in asynchronous reset). Behind closed clock gates it keeps
+// its state.
+Term captured(const Flop& flop, bool gated) {
   Term next = term_of(flop.next_state);
+  if (gated) next = gate_term(Gate::mux, {pin_term(flop.state), std::move(next), pin_term(kOpen)});
   if (flop.clear) next = gate_term(Gate::all, {std::move(next), inverted(term_of(*flop.clear))});
   if (flop.preset) next = gate_term(Gate::any, {std::move(next), term_of(*flop.preset)});
   return next;
@@ -141,6 +146,7 @@ class ViewBuilder {
       if (cells_[i]->flop) add_state(i);
     }
     for (std::size_t i = 0; i < cells_.size(); ++i) add_outputs(i);
+    find_clock_cells();
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (!cells_[i]->flop) connect(i);
     }
@@ -275,6 +281,10 @@ class ViewBuilder {
       }
       return;
     }
+    if (cell.gate) {
+      add_clock_gate(i);
+      return;
+    }
     for (const CellPin& pin : cell.pins) {
       const auto net = instance.pins.find(pin.name);
       if (!pin.is_output || net == instance.pins.end()) continue;
@@ -289,6 +299,28 @@ class ViewBuilder {
       drive(net->second, node, instance.name);
       driven_[i].push_back({&pin, std::move(term), node});
     }
+  }
+
+  // A clock gate is whether it is open, which the flops behind it read; its clock stands still at 0 while the
+  // circuit is looked at. A gate that is dead shows in the chain test.
+  void add_clock_gate(std::size_t i) {
+    const Instance& instance = netlist_.instances[i];
+    const ClockGate& gate = *cells_[i]->gate;
+    open_of_[i] = builder_.add(gate.test.empty() ? Gate::buf : Gate::any, {}, instance.name);
+    const auto net = instance.pins.find(gate.out);
+    if (net == instance.pins.end()) return;
+    drive(net->second, constant(false), instance.name);
+    builder_.add_site({instance.name + "/" + gate.out, kNoNode, kStem, {true, true}});
+  }
+  void connect_clock_gate(std::size_t i) {
+    const ClockGate& gate = *cells_[i]->gate;
+    Term open = pin_term(gate.enable);
+    if (!gate.test.empty()) open = gate_term(Gate::any, {std::move(open), pin_term(gate.test)});
+    uses_.clear();
+    pin_buffers_.clear();
+    count_pins(open, uses_);
+    fill(open_of_.at(i), open, i);
+    add_idle_pins(i);
   }
 
   // Fan-in of `node` from the arguments of `term`; a pin that is read once is a branch there, else it gets a
@@ -313,6 +345,7 @@ class ViewBuilder {
     const Instance& instance = netlist_.instances[i];
     if (cells_[i]->flop && pin == cells_[i]->flop->state)
       return state_of_.at(i);  // an enable keeps the state
+    if (pin == kOpen) return open_node(gates_before_.at(i));
     if (const auto known = pin_buffers_.find(pin); known != pin_buffers_.end()) return known->second;
     const auto net = instance.pins.find(pin);
     const std::string name = instance.name + "/" + pin;
@@ -346,6 +379,10 @@ class ViewBuilder {
   }
 
   void connect(std::size_t i) {
+    if (cells_[i]->gate) {
+      connect_clock_gate(i);
+      return;
+    }
     uses_.clear();
     pin_buffers_.clear();
     for (const Driven& driven : driven_[i]) count_pins(driven.term, uses_);
@@ -357,7 +394,8 @@ class ViewBuilder {
     const Instance& instance = netlist_.instances[i];
     for (const CellPin& pin : cells_[i]->pins) {
       if (pin.is_output || instance.pins.count(pin.name) == 0 || uses_.count(pin.name) != 0) continue;
-      const bool clock = cells_[i]->flop && reads(cells_[i]->flop->clocked_on, pin.name);
+      const bool clock = (cells_[i]->flop && reads(cells_[i]->flop->clocked_on, pin.name)) ||
+                         (cells_[i]->gate && cells_[i]->gate->clock == pin.name);
       builder_.add_site({instance.name + "/" + pin.name, kNoNode, kStem, {clock, clock}});
     }
   }
@@ -371,7 +409,8 @@ class ViewBuilder {
     const std::size_t i = view_.flops[k].instance;
     uses_.clear();
     pin_buffers_.clear();
-    const Term term = captured(*cells_[i]->flop);
+    gates_before_[i] = clock_of(view_.flops[k].clock).gates;
+    const Term term = captured(*cells_[i]->flop, !gates_before_[i].empty());
     count_pins(term, uses_);
     const Node node = builder_.add(Gate::output, {}, view_.flops[k].name);
     if (term.kind == Term::Kind::pin) {
@@ -396,29 +435,57 @@ class ViewBuilder {
     }
   }
 
-  // Clock pins lie outside the circuit; what leads to them must be a port, buffers and inverters.
-  void mark_clocks() {
-    std::unordered_map<Net, std::size_t> buffer_of;
+  // Clock pins lie outside the circuit; what leads to them must be a port, buffers, inverters and clock
+  // gates.
+  void find_clock_cells() {
     for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (cells_[i]->gate) {
+        const auto out = netlist_.instances[i].pins.find(cells_[i]->gate->out);
+        if (out != netlist_.instances[i].pins.end()) clock_cell_[out->second] = i;
+      }
       if (cells_[i]->flop || driven_[i].size() != 1) continue;
       const Term& term = driven_[i][0].term;
       if (term.kind == Term::Kind::pin || term.gate == Gate::inv || term.gate == Gate::buf)
-        buffer_of[netlist_.instances[i].pins.at(driven_[i][0].pin->name)] = i;
+        clock_cell_[netlist_.instances[i].pins.at(driven_[i][0].pin->name)] = i;
     }
-    for (const ScanFlop& flop : view_.flops) {
-      Net net = flop.clock;
-      for (auto at = buffer_of.find(net); at != buffer_of.end(); at = buffer_of.find(net)) {
-        const Instance& instance = netlist_.instances[at->second];
-        for (const auto& [pin, source] : instance.pins) {
-          if (!cells_[at->second]->find(pin)->is_output) net = source;
-        }
+  }
+  struct ClockWay {
+    Net source;
+    std::vector<std::size_t> gates;  // from the flop on
+  };
+  ClockWay clock_of(Net net) const {
+    ClockWay way{net, {}};
+    std::size_t steps = 0;
+    for (auto at = clock_cell_.find(net); at != clock_cell_.end() && steps <= cells_.size();
+         at = clock_cell_.find(way.source), ++steps) {
+      const std::size_t i = at->second;
+      if (cells_[i]->gate) way.gates.push_back(i);
+      for (const auto& [pin, source] : netlist_.instances[i].pins) {
+        const bool leads = cells_[i]->gate ? pin == cells_[i]->gate->clock : !cells_[i]->find(pin)->is_output;
+        if (leads) way.source = source;
       }
-      const auto port = port_node_.find(net);
+    }
+    return way;
+  }
+  Node open_node(const std::vector<std::size_t>& gates) {
+    if (gates.size() == 1) return open_of_.at(gates[0]);
+    const auto [known, fresh] = open_of_all_.emplace(gates, kNoNode);
+    if (fresh) {
+      std::vector<Node> opens;
+      for (const std::size_t i : gates) opens.push_back(open_of_.at(i));
+      known->second = builder_.add(Gate::all, std::move(opens), netlist_.instances[gates[0]].name);
+    }
+    return known->second;
+  }
+  void mark_clocks() {
+    for (const ScanFlop& flop : view_.flops) {
+      const auto port = port_node_.find(clock_of(flop.clock).source);
       if (port == port_node_.end())
-        throw InputError(fmt::format(
-            "{}: cell {}: found clock net {} driven by logic, expected an input port through buffers; bypass "
-            "it in test mode",
-            netlist_.file, flop.name, net_name(flop.clock)));
+        throw InputError(
+            fmt::format("{}: cell {}: found clock net {} driven by logic, expected an input port through "
+                        "buffers and clock gates; bypass "
+                        "it in test mode",
+                        netlist_.file, flop.name, net_name(flop.clock)));
       if (view_.clock_ports[port->second] != 0) continue;
       view_.clock_ports[port->second] = 1;
       Site& site = builder_.site(port_site_[port->second]);
@@ -440,6 +507,10 @@ class ViewBuilder {
   std::unordered_map<Net, std::size_t> port_node_;
   std::vector<std::size_t> port_site_;
   std::unordered_map<std::size_t, std::vector<Driven>> driven_;
+  std::unordered_map<Net, std::size_t> clock_cell_;  // buffer, inverter or clock gate that drives a net
+  std::unordered_map<std::size_t, Node> open_of_;    // by clock gate
+  std::map<std::vector<std::size_t>, Node> open_of_all_;
+  std::unordered_map<std::size_t, std::vector<std::size_t>> gates_before_;  // by flop
   std::map<std::string, int> uses_;
   std::map<std::string, Node> pin_buffers_;
   Node constants_[2] = {kNoNode, kNoNode};

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <set>
 
 #include "asic/dft/error.hpp"
 
@@ -223,6 +224,28 @@ class GroupParser {
   std::size_t line_ = 1;
 };
 
+// What is left of an expression when a pin is 0.
+Expression with_pin_at_zero(const Expression& e, const std::string& pin) {
+  if (e.op == Op::pin) return e.pin == pin ? Expression{Op::zero, "", {}} : e;
+  if (e.op == Op::zero || e.op == Op::one) return e;
+  if (e.op == Op::inv) {
+    Expression arg = with_pin_at_zero(e.args[0], pin);
+    if (arg.op == Op::zero) return {Op::one, "", {}};
+    if (arg.op == Op::one) return {Op::zero, "", {}};
+    return {Op::inv, "", {std::move(arg)}};
+  }
+  Expression result{e.op, "", {}};
+  for (const Expression& part : e.args) {
+    Expression arg = with_pin_at_zero(part, pin);
+    if (arg.op == Op::zero && e.op == Op::all) return arg;
+    if (arg.op == Op::one && e.op == Op::any) return arg;
+    const bool neutral = arg.op == Op::zero || (arg.op == Op::one && e.op == Op::all);
+    if (!neutral) result.args.push_back(std::move(arg));
+  }
+  if (result.args.empty()) return {e.op == Op::all ? Op::one : Op::zero, "", {}};
+  return result.args.size() == 1 ? result.args[0] : result;
+}
+
 class CellReader {
  public:
   CellReader(const Group& group, const std::string& file) : group_(group), file_(file) {}
@@ -239,6 +262,9 @@ class CellReader {
     for (const Group& part : group_.groups) {
       if (part.name == "test_cell") cell.scan = scan(part);
     }
+    if (cell.flop && !cell.scan) cell.scan = scan_of_pins(*cell.flop);
+    cell.gate = clock_gate();
+    if (cell.gate) cell.has_latch = false;
     return cell;
   }
 
@@ -285,6 +311,34 @@ class CellReader {
     }
     if (pins.in.empty() || pins.enable.empty()) return std::nullopt;
     return pins;
+  }
+  // Libraries without test_cell say it at the pins; what is captured is the next state with the enable at 0.
+  std::optional<ScanPins> scan_of_pins(const Flop& flop) const {
+    ScanPins pins;
+    for (const Group& part : group_.groups) {
+      if (part.name != "pin" || part.args.empty()) continue;
+      const std::string type = part.attribute("nextstate_type");
+      if (type == "scan_in") pins.in = part.args[0];
+      if (type == "scan_enable") pins.enable = part.args[0];
+    }
+    if (pins.in.empty() || pins.enable.empty()) return std::nullopt;
+    pins.next_state = with_pin_at_zero(flop.next_state, pins.enable);
+    return pins;
+  }
+  std::optional<ClockGate> clock_gate() const {
+    static const std::set<std::string> kinds = {"latch_posedge", "latch_posedge_precontrol",
+                                                "latch_posedge_postcontrol"};
+    if (kinds.count(group_.attribute("clock_gating_integrated_cell")) == 0) return std::nullopt;
+    ClockGate gate;
+    for (const Group& part : group_.groups) {
+      if (part.name != "pin" || part.args.empty()) continue;
+      if (part.attribute("clock_gate_clock_pin") == "true") gate.clock = part.args[0];
+      if (part.attribute("clock_gate_enable_pin") == "true") gate.enable = part.args[0];
+      if (part.attribute("clock_gate_test_pin") == "true") gate.test = part.args[0];
+      if (part.attribute("clock_gate_out_pin") == "true") gate.out = part.args[0];
+    }
+    if (gate.clock.empty() || gate.enable.empty() || gate.out.empty()) return std::nullopt;
+    return gate;
   }
 
   const Group& group_;

@@ -41,12 +41,19 @@ struct CellPin {
   std::optional<Expression> function;  ///< outputs; may name the flop's state
 };
 
-/// Pins of a scan flop, from the signal_type of its test_cell.
+/// Pins of a scan flop, from the signal_type of its test_cell or the nextstate_type of its pins.
 struct ScanPins {
   std::string in;
   std::string enable;
   bool enable_low = false;  ///< shifts while the enable is 0
-  Expression next_state;    ///< of test_cell: what it captures outside shift
+  Expression next_state;    ///< what it captures outside shift
+};
+
+/// An integrated clock gate with a latch that is open while the clock is low: `out` pulses with the clock
+/// when `enable` or `test` was 1 before its rise.
+struct ClockGate {
+  std::string clock, enable, out;
+  std::string test;  ///< empty when it has none
 };
 
 struct Cell {
@@ -55,7 +62,8 @@ struct Cell {
   std::vector<CellPin> pins;  ///< without supply pins
   std::optional<Flop> flop;
   std::optional<ScanPins> scan;
-  bool has_latch = false;
+  std::optional<ClockGate> gate;
+  bool has_latch = false;  ///< other than a clock gate's
 
   const CellPin* find(std::string_view pin) const;
 };

@@ -266,6 +266,12 @@ std::string cell_models(const Netlist& netlist, const CellLibrary& library) {
                          verilog_expression(flop.next_state)) +
              body;
     }
+    if (cell.gate) {
+      const ClockGate& gate = *cell.gate;
+      body = fmt::format("  reg open;\n  always @* if (!{}) open = {}{};\n  assign {} = {} & open;\n",
+                         gate.clock, gate.enable, gate.test.empty() ? "" : " | " + gate.test, gate.out,
+                         gate.clock);
+    }
     text += fmt::format("module {}({});\n{}endmodule\n", escaped(type), ports, body);
   }
   return text;

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <optional>
 #include <set>
 #include <unordered_map>
+#include <utility>
 
 #include "asic/dft/error.hpp"
 
@@ -46,8 +49,19 @@ class Drivers {
   bool is_driven(Net net) const {
     return net == 0 || net == 1 || port_.count(net) != 0 || driver_.count(net) != 0;
   }
-  /// The input port that drives a net straight or through buffers and inverters; "" when logic does.
-  /// `inverted` tells the sense.
+  /// Instance that drives a net; nothing for ports and constants.
+  std::optional<std::size_t> driver_of(Net net) const {
+    const auto found = driver_.find(net);
+    if (found == driver_.end()) return std::nullopt;
+    return found->second;
+  }
+  /// The input port that drives a net straight; "" when none does.
+  std::string port_at(Net net) const {
+    const auto found = port_.find(net);
+    return found == port_.end() ? "" : found->second;
+  }
+  /// The input port that drives a net straight or through buffers, inverters and clock gates; "" when logic
+  /// does. `inverted` tells the sense.
   std::string port_of(Net net, bool* inverted = nullptr) const {
     bool odd = false;
     for (std::size_t steps = 0; steps < 1000; ++steps) {
@@ -60,6 +74,10 @@ class Drivers {
       if (driver == driver_.end()) return "";
       const Instance& instance = netlist_.instances[driver->second];
       const Cell& cell = *find_cell(library_, instance.type);
+      if (cell.gate && instance.pins.count(cell.gate->clock) != 0) {
+        net = instance.pins.at(cell.gate->clock);
+        continue;
+      }
       if (cell.flop || instance.pins.size() != 2) return "";
       for (const CellPin& pin : cell.pins) {
         if (!pin.is_output || !pin.function) continue;
@@ -78,6 +96,99 @@ class Drivers {
   std::unordered_map<Net, std::string> port_;
   std::unordered_map<Net, std::size_t> driver_;
 };
+
+// Values of nets where some input ports have one and all else, flops too, is unknown (-1).
+class PortValues {
+ public:
+  PortValues(const Netlist& netlist, const CellLibrary& library, const Drivers& drivers,
+             std::map<std::string, bool> ports)
+      : netlist_(netlist), library_(library), drivers_(drivers), ports_(std::move(ports)) {}
+
+  int value(Net net) {
+    if (net == 0 || net == 1) return net;
+    const auto [known, fresh] = value_.emplace(net, -1);  // unknown too while a loop leads back here
+    if (!fresh) return known->second;
+    const int found = evaluate(net);
+    return value_[net] = found;
+  }
+
+ private:
+  int evaluate(Net net) {
+    if (const auto port = ports_.find(drivers_.port_at(net)); port != ports_.end())
+      return port->second ? 1 : 0;
+    const auto driver = drivers_.driver_of(net);
+    if (!driver) return -1;
+    const Instance& instance = netlist_.instances[*driver];
+    const Cell& cell = *find_cell(library_, instance.type);
+    if (cell.flop || cell.gate) return -1;
+    for (const auto& [name, out] : instance.pins) {
+      const CellPin* pin = cell.find(name);
+      if (out == net && pin != nullptr && pin->is_output && pin->function)
+        return value(*pin->function, instance);
+    }
+    return -1;
+  }
+  int value(const Expression& e, const Instance& instance) {
+    if (e.op == Op::zero) return 0;
+    if (e.op == Op::one) return 1;
+    if (e.op == Op::pin) {
+      const auto net = instance.pins.find(e.pin);
+      return net == instance.pins.end() ? -1 : value(net->second);
+    }
+    if (e.op == Op::inv) {
+      const int arg = value(e.args[0], instance);
+      return arg < 0 ? -1 : 1 - arg;
+    }
+    int parity = 0;
+    bool unknown = false;
+    for (const Expression& part : e.args) {
+      const int arg = value(part, instance);
+      if (e.op == Op::all && arg == 0) return 0;
+      if (e.op == Op::any && arg == 1) return 1;
+      unknown = unknown || arg < 0;
+      parity ^= arg & 1;
+    }
+    if (unknown) return -1;
+    return e.op == Op::parity ? parity : e.op == Op::all ? 1 : 0;
+  }
+
+  const Netlist& netlist_;
+  const CellLibrary& library_;
+  const Drivers& drivers_;
+  std::map<std::string, bool> ports_;
+  std::unordered_map<Net, int> value_;
+};
+
+// The input port that alone decides a net in test mode, with the sense of the net: the way of a reset that
+// has its bypass already. "" when there is none.
+std::string bypass_of(const Netlist& netlist, const CellLibrary& library, const Drivers& drivers, Net net,
+                      const std::string& test_mode, bool* inverted) {
+  std::set<Net> seen{net};
+  std::vector<Net> open{net};
+  std::set<std::string> ports;
+  while (!open.empty()) {
+    const Net at = open.back();
+    open.pop_back();
+    if (const std::string port = drivers.port_at(at); !port.empty()) ports.insert(port);
+    const auto driver = drivers.driver_of(at);
+    if (!driver) continue;
+    const Instance& instance = netlist.instances[*driver];
+    const Cell& cell = *find_cell(library, instance.type);
+    if (cell.flop || cell.gate) continue;
+    for (const auto& [pin, source] : instance.pins) {
+      if (!cell.find(pin)->is_output && seen.insert(source).second) open.push_back(source);
+    }
+  }
+  if (ports.erase(test_mode) == 0) return "";
+  for (const std::string& port : ports) {
+    const int low = PortValues(netlist, library, drivers, {{test_mode, true}, {port, false}}).value(net);
+    const int high = PortValues(netlist, library, drivers, {{test_mode, true}, {port, true}}).value(net);
+    if (low < 0 || high < 0 || low == high) continue;
+    *inverted = low == 1;
+    return port;
+  }
+  return "";
+}
 
 struct MuxCell {
   const Cell* cell;
@@ -128,6 +239,15 @@ const Cell* scan_form(const CellLibrary& library, const Cell& plain) {
   return best;
 }
 
+// The clock gate that does what `plain` does and has a test enable.
+const Cell* testable_form(const CellLibrary& library, const Cell& plain) {
+  const Cell* best = nullptr;
+  for (const auto& [name, cell] : library) {
+    if (cell.gate && !cell.gate->test.empty() && (best == nullptr || cell.area < best->area)) best = &cell;
+  }
+  return plain.gate->test.empty() ? best : &plain;
+}
+
 // "u_a.q_reg[10]" after "u_a.q_reg[9]": runs of digits compare as numbers.
 bool natural_less(const std::string& a, const std::string& b) {
   std::size_t i = 0, k = 0;
@@ -163,28 +283,29 @@ class Inserter {
 
   ScanDesign run() {
     Netlist& netlist = design_.netlist;
-    for (const std::string& name :
-         {options_.test_mode, options_.scan_enable, options_.scan_in, options_.scan_out}) {
-      for (const Port& port : netlist.ports) {
-        if (port.name == name)
-          throw InputError(
-              fmt::format("{}: found a port {} already, expected none; name the test ports otherwise",
-                          netlist.file, name));
-      }
-    }
     collect_flops();
-    const Net mode = add_port(options_.test_mode, true, 1).front();
-    const Net enable = add_port(options_.scan_enable, true, 1).front();
+    const Port* had_in = port_of_netlist(options_.scan_in, true);
+    const Port* had_out = port_of_netlist(options_.scan_out, false);
+    if (had_in != nullptr && had_out != nullptr && had_in->bits.size() != had_out->bits.size())
+      throw InputError(fmt::format("{}: found {} of {} bits and {} of {}, expected one width", netlist.file,
+                                   had_in->name, had_in->bits.size(), had_out->name, had_out->bits.size()));
+    const std::size_t width = had_in != nullptr    ? had_in->bits.size()
+                              : had_out != nullptr ? had_out->bits.size()
+                                                   : std::max<std::size_t>(options_.chains, 1);
+    const bool given = had_in != nullptr || had_out != nullptr;  // its width stays
+    const std::size_t chains = std::min(width, flops_.size());
+    const Net mode = input_port(options_.test_mode, 1).front();
+    const Net enable = input_port(options_.scan_enable, 1).front();
     bypass_resets(mode);
-    const std::size_t chains = std::min(std::max<std::size_t>(options_.chains, 1), flops_.size());
-    const std::vector<Net> in = add_port(options_.scan_in, true, chains);
+    open_clock_gates(enable);
+    const std::vector<Net> in = input_port(options_.scan_in, given ? width : chains);
     std::vector<Net> out;
     std::size_t at = 0;
     for (std::size_t c = 0; c < chains; ++c) {
       const std::size_t length = flops_.size() / chains + (c < flops_.size() % chains ? 1 : 0);
       ScanChain chain{fmt::format("chain{}", c),
-                      bit_of(options_.scan_in, c, chains),
-                      bit_of(options_.scan_out, c, chains),
+                      bit_of(options_.scan_in, c, in.size()),
+                      bit_of(options_.scan_out, c, in.size()),
                       {}};
       Net from = in[c];
       for (std::size_t k = 0; k < length; ++k) {
@@ -195,7 +316,8 @@ class Inserter {
       out.push_back(from);
       design_.chains.push_back(std::move(chain));
     }
-    netlist.ports.push_back({options_.scan_out, false, out});
+    out.resize(in.size(), 0);  // of a given port more bits than flops
+    connect_scan_out(out);
     return std::move(design_);
   }
 
@@ -205,6 +327,44 @@ class Inserter {
   }
   [[noreturn]] void fail(const Instance& instance, const std::string& text) const {
     throw InputError(fmt::format("{}: cell {}: {}", design_.netlist.file, instance.name, text));
+  }
+
+  // A test port that the netlist has already; nullptr when it hasn't.
+  const Port* port_of_netlist(const std::string& name, bool input) const {
+    for (const Port& port : design_.netlist.ports) {
+      if (port.name != name) continue;
+      if (port.is_input != input)
+        throw InputError(fmt::format("{}: found {} port {}, expected an {}; name the test ports otherwise",
+                                     design_.netlist.file, input ? "output" : "input", name,
+                                     input ? "input" : "output"));
+      return &port;
+    }
+    return nullptr;
+  }
+  // Bits of an input port, which is added when the netlist has none of the name.
+  std::vector<Net> input_port(const std::string& name, std::size_t width) {
+    const Port* had = port_of_netlist(name, true);
+    if (had == nullptr) return add_port(name, true, width);
+    if (had->bits.size() != width)
+      throw InputError(fmt::format("{}: found port {} of {} bits, expected {}", design_.netlist.file, name,
+                                   had->bits.size(), width));
+    return had->bits;
+  }
+  // A scan-out port that is there must be a constant so far, from a tie cell maybe.
+  void connect_scan_out(const std::vector<Net>& out) {
+    for (Port& port : design_.netlist.ports) {
+      if (port.name != options_.scan_out) continue;
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        const auto driver = drivers_.driver_of(port.bits[i]);
+        const bool tied = driver && design_.netlist.instances[*driver].pins.size() == 1;
+        if (port.bits[i] > 1 && !tied)
+          throw InputError(fmt::format("{}: found logic that drives {}, expected a constant before scan",
+                                       design_.netlist.file, port.bit_name(i)));
+      }
+      port.bits = out;
+      return;
+    }
+    design_.netlist.ports.push_back({options_.scan_out, false, out});
   }
 
   void collect_flops() {
@@ -223,8 +383,9 @@ class Inserter {
                                    : drivers_.port_of(instance.pins.at(clock_pin), &inverted);
       if (port.empty())
         fail(instance,
-             "found a clock from logic, expected one from an input port through buffers; bypass it in test "
-             "mode");
+             "found a clock from logic, expected one from an input port through buffers and clock gates; "
+             "bypass "
+             "it in test mode");
       if (inverted != (cell->flop->clocked_on.op == Op::inv))
         fail(instance,
              "found a flop on the falling edge, expected the rising one; scan of both edges isn't built");
@@ -260,6 +421,34 @@ class Inserter {
          mux_.cell->name,
          {{mux_.zero, zero}, {mux_.one, one}, {mux_.select, select}, {mux_.out, out}}});
     return out;
+  }
+
+  // In shift every clock gate is open.
+  void open_clock_gates(Net enable) {
+    for (Instance& instance : design_.netlist.instances) {
+      const Cell& plain = *find_cell(library_, instance.type);
+      if (!plain.gate) continue;
+      const Cell* form = testable_form(library_, plain);
+      if (form == nullptr)
+        fail(instance,
+             fmt::format("found {}, a clock gate without a test enable, and none with one in the library",
+                         plain.name));
+      if (form != &plain) {
+        std::map<std::string, Net> pins;
+        for (const auto& [from, to] : {std::pair(plain.gate->clock, form->gate->clock),
+                                       std::pair(plain.gate->enable, form->gate->enable),
+                                       std::pair(plain.gate->out, form->gate->out)}) {
+          if (instance.pins.count(from) != 0) pins[to] = instance.pins.at(from);
+        }
+        instance.type = form->name;
+        instance.pins = std::move(pins);
+      }
+      const auto [test, fresh] = instance.pins.emplace(form->gate->test, enable);
+      if (!fresh && test->second != 0 && test->second != enable)
+        fail(instance, fmt::format("found something at {} already, expected 0 or {}", form->gate->test,
+                                   design_.scan_enable));
+      test->second = enable;
+    }
   }
 
   // In test mode every asynchronous reset comes from the reset port.
@@ -300,6 +489,13 @@ class Inserter {
           "{}: found resets from logic alone, expected an input port that resets a flop; name one that may "
           "reset all in test mode",
           netlist.file));
+    for (auto at = from_logic.begin(); at != from_logic.end();) {
+      bool inverted = false;
+      const bool bypassed =
+          bypass_of(netlist, library_, drivers_, at->first, design_.test_mode, &inverted) == design_.reset &&
+          at->second == (design_.reset_low != inverted);
+      at = bypassed ? from_logic.erase(at) : std::next(at);
+    }
     Net reset = 1;
     for (const Port& port : netlist.ports) {
       for (std::size_t i = 0; i < port.bits.size(); ++i) {
@@ -367,7 +563,8 @@ class Inserter {
 
 }  // namespace
 
-std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary& library) {
+std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary& library,
+                                       const ScanOptions& options) {
   std::vector<RuleViolation> violations;
   const Drivers drivers(netlist, library);
   const auto net_name = [&](Net net) {
@@ -375,6 +572,15 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
     return net == kUnknownNet                 ? std::string("x")
            : found == netlist.net_names.end() ? fmt::format("{}", net)
                                               : found->second;
+  };
+  std::map<Net, bool> judged;  // resets
+  const auto controllable = [&](Net net) {
+    const auto [entry, fresh] = judged.emplace(net, true);
+    bool inverted = false;
+    if (fresh)
+      entry->second = net == 0 || net == 1 || !drivers.port_of(net).empty() ||
+                      !bypass_of(netlist, library, drivers, net, options.test_mode, &inverted).empty();
+    return entry->second;
   };
   std::map<std::string, std::string> clocks;
   for (const Instance& instance : netlist.instances) {
@@ -393,6 +599,14 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
         violations.push_back(
             {"X source", instance.name + "/" + pin, fmt::format("net {} has no driver", net_name(net))});
     }
+    if (cell->gate) {
+      const auto test = instance.pins.find(cell->gate->test);
+      if (test == instance.pins.end() || drivers.port_of(test->second) != options.scan_enable)
+        violations.push_back({"closed clock gate", instance.name,
+                              testable_form(library, *cell) == nullptr
+                                  ? "no clock gate of the library has a test enable"
+                                  : "the scan enable doesn't open it; scan insertion lets it"});
+    }
     if (!cell->flop) continue;
     const std::string clock_pin = only_pin(cell->flop->clocked_on);
     bool inverted = false;
@@ -409,8 +623,7 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
     for (const auto& reset : {cell->flop->clear, cell->flop->preset}) {
       if (!reset) continue;
       const std::string pin = only_pin(*reset);
-      if (pin.empty() || instance.pins.count(pin) == 0 ||
-          (instance.pins.at(pin) > 1 && drivers.port_of(instance.pins.at(pin)).empty()))
+      if (pin.empty() || instance.pins.count(pin) == 0 || !controllable(instance.pins.at(pin)))
         violations.push_back({"uncontrollable reset", instance.name,
                               "its asynchronous reset comes from logic; scan insertion bypasses it"});
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scan on the netlist: flops become scan flops in balanced chains, resets that logic drives get a bypass,
-// test ports are added.
+// clock gates open in shift, test ports are added.
 #pragma once
 
 #include <string>
@@ -11,8 +11,9 @@
 
 namespace meltstage::dft {
 
+/// Ports of these names that the netlist has are used; those it hasn't are added.
 struct ScanOptions {
-  std::size_t chains = 8;
+  std::size_t chains = 8;  ///< unless the netlist has scan_in or scan_out, whose width it is then
   std::string test_mode = "test_mode_i";
   std::string scan_enable = "scan_en_i";
   std::string scan_in = "scan_i";   ///< bus, a bit a chain
@@ -36,14 +37,17 @@ struct RuleViolation {
   std::string text;
 };
 
-/// All breaches at once: clocks not from one port, resets from logic, flops without a reset, latches, loops,
-/// undriven nets, unknown cells. With `scanned`, resets must be controllable in test mode already.
-std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary& library);
+/// All breaches at once: clocks not from one port, clock gates that the scan enable doesn't open, resets from
+/// logic that the test mode doesn't bypass, flops without a reset, latches, loops, undriven nets, unknown
+/// cells.
+std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary& library,
+                                       const ScanOptions& options = {});
 
 /// Inserts scan: each flop becomes the library's scan flop of the same function, or gets a multiplexer before
 /// its D pin where there is none. Chains differ by one cell at the most and follow the names, so that
-/// neighbours lie in one chain. Throws InputError that names the cell when a rule that can't be mended is
-/// broken.
+/// neighbours lie in one chain. A reset from logic is switched to the reset port in test mode, unless the
+/// netlist does so already; clock gates get the scan enable as their test enable. Throws InputError that
+/// names the cell when a rule that can't be mended is broken.
 ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options = {});
 
 /// Values that the ports of a scan design hold while it captures.

@@ -13,7 +13,7 @@ $(addprefix $(lay)/,route.txt drc.txt lvs.txt $(TOP).gds $(TOP).sdf routed.v) &:
 
 # What was laid out, buffers and all, against the same reference as the mapped netlist.
 $(lay)/equivalence.txt: $(lay)/routed.v $(out)/reference.il
-	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) > $@.part
+	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
 	mv $@.part $@
 
 $(lay)/timing.txt $(lay)/delays.sdf &: $(lay)/routed.v $(lay)/$(TOP).sdf $(here)/routed_timing.tcl

@@ -22,7 +22,7 @@ $(addprefix $(placed)/,place.txt placed.def placed.v placed.spef) &: $(placed)/n
 	mv $(placed)/place.txt.part $(placed)/place.txt
 
 $(placed)/equivalence.txt: $(placed)/placed.v $(out)/reference.il
-	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) > $@.part
+	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
 	mv $@.part $@
 
 $(placed)/timing_%.txt: $(placed)/placed.v $(placed)/placed.spef $(here)/placed_timing.tcl

@@ -14,6 +14,9 @@ int main(int argc, char** argv) {
   if (argc != 3) return std::fprintf(stderr, "replay: expected RECORDING COUNTS\n"), 2;
   std::ifstream recording(argv[1]);
   Vnetlist top;
+  top.test_mode_i = 0;
+  top.scan_en_i = 0;
+  top.scan_i = 0;
   const auto clock = [&top] {
     top.eval();
     top.clk_i = 1;

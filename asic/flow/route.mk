@@ -34,7 +34,7 @@ $(routed)/lvs.txt $(routed)/metal.v &: $(routed)/$(TOP).gds $(placed)/placed.def
 
 # What the metal connects, against the same reference as the mapped netlist.
 $(routed)/equivalence.txt: $(routed)/metal.v $(out)/reference.il
-	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) > $@.part
+	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
 	mv $@.part $@
 
 $(routed)/timing_%.txt: $(placed)/placed.v $(routed)/routed.spef $(here)/placed_timing.tcl

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Yosys: RTL to a flat netlist of the library's cells. From the environment: RTL (folder), TOP, LIBERTY, CLOCK_GATE_MAP (techmap
-# file or empty). Writes into the current folder:
+# file or empty), SCANNER (the meltstage command where the netlist gets scan, or empty). Writes into the current folder:
 #   reference.il  the flops as the library has them, the logic as Yosys' gates: what netlist.v is proved equal to
 #   netlist.v     cells of the library
 #   area.txt      their count and area
+#   scan/         with SCANNER: the chains by name (scan.json), the netlist for test generation (netlist.json)
 yosys -import
 set rtl $::env(RTL)
 yosys read_liberty -lib -ignore_miss_func -setattr blackbox $::env(LIBERTY)
@@ -32,5 +33,14 @@ yosys dfflibmap -map-only -liberty $::env(LIBERTY)
 # Small first (dc2), then flat again (if -g): dc2 alone makes chains of what were fast adders. Sized by ABC's own delays; OpenSTA judges.
 yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;if,-g\;dch,-f\;if,-g\;dch,-f\;amap,-m\;topo\;buffer,-N,16\;topo\;upsize,-D,4000\;dnsize,-D,4000\;topo
 yosys opt_clean -purge
+if {[info exists ::env(SCANNER)] && $::env(SCANNER) ne ""} {
+  yosys write_json unscanned.json
+  exec $::env(SCANNER) vectors scan unscanned.json --liberty $::env(LIBERTY) --out scan
+  yosys design -reset
+  yosys read_liberty -lib -ignore_miss_func -setattr blackbox $::env(LIBERTY)
+  yosys read_json scan/netlist.json
+  yosys hierarchy -check -top $::env(TOP)
+  yosys opt_clean -purge
+}
 yosys tee -o area.txt stat -liberty $::env(LIBERTY)
 yosys write_verilog -noattr -noexpr -nohex -nodec netlist.v

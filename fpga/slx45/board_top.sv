@@ -29,10 +29,14 @@ module board_top (
 
   // A clock that stops being locked is a clock that isn't known: reset, heater off.
   logic fault_n, at_temp, tlm, de;
+  logic [tc_pkg::ScanChains-1:0] scan;
+  logic unused;
+  assign unused = ^scan;
   tc_top chip (
     .clk_i(clk_buffered), .rst_ni(button_reset_ni && locked), .uart_rx_i, .uart_tx_o, .uart_de_o(de), .tlm_tx_o(tlm),
     .addr_strap_i(3'd0), .spi_sclk_o, .spi_cs_no, .spi_mosi_o, .spi_miso_i, .heater_o, .heater_fb_i, .safe_en_o, .inhibit_i,
-    .drop_i(1'b0), .fault_no(fault_n), .at_temp_o(at_temp)
+    .drop_i(1'b0), .fault_no(fault_n), .at_temp_o(at_temp),
+    .test_mode_i(1'b0), .scan_en_i(1'b0), .scan_i('0), .scan_o(scan)
   );
 
   assign led_o = {locked, inhibit_i, tlm, de, safe_en_o, at_temp, heater_o, !fault_n};

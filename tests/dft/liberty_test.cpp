@@ -34,6 +34,33 @@ TEST(Liberty, ScanCellOfTheBuiltInLibrary) {
   EXPECT_EQ(*cell.flop->clear, parse_expression("!RN"));
 }
 
+// Without test_cell the pins say it.
+TEST(Liberty, ScanPinsByTheirNextStateType) {
+  const CellLibrary cells = parse_liberty(
+      "library (x) { cell (S) { ff (IQ,IQN) { clocked_on : \"CK\"; next_state : \"(SE*SI)+(!SE*D)\"; }"
+      " pin (D) { direction : input; } pin (CK) { direction : input; }"
+      " pin (SI) { direction : input; nextstate_type : scan_in; }"
+      " pin (SE) { direction : input; nextstate_type : scan_enable; }"
+      " pin (Q) { direction : output; function : \"IQ\"; } } }",
+      "x.lib");
+  const Cell& cell = cells.at("S");
+  ASSERT_TRUE(cell.scan);
+  EXPECT_EQ(cell.scan->in, "SI");
+  EXPECT_EQ(cell.scan->enable, "SE");
+  EXPECT_EQ(cell.scan->next_state, parse_expression("D"));
+}
+
+TEST(Liberty, ClockGatesAreNoLatches) {
+  const Cell& plain = mini_library().at("CKG");
+  ASSERT_TRUE(plain.gate);
+  EXPECT_FALSE(plain.has_latch);
+  EXPECT_EQ(plain.gate->test, "");
+  const Cell& testable = mini_library().at("CKGT");
+  ASSERT_TRUE(testable.gate);
+  EXPECT_EQ(testable.gate->clock + testable.gate->enable + testable.gate->test + testable.gate->out,
+            "CKETEGCK");
+}
+
 TEST(Liberty, CommentsContinuationsAndUnknownGroupsArePassedOver) {
   const CellLibrary cells = parse_liberty(
       "library (x) { /* a\n b */ voltage_map (VDD, 1.8);\n lu_table_template (t) { index_1 (\"1, \\\n 2\"); "

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "asic/dft/error.hpp"
@@ -164,6 +165,14 @@ void check_verdicts(const Machine& m) {
                                  .flop->clocked_on.pin)
           fault.dead_clock = k;
       }
+      for (const Instance& gate : m.design.netlist.instances) {  // a dead gate: one of the flops behind it
+        const auto& pins = m.cells.at(gate.type).gate;
+        if (!pins || (site.name != gate.name + "/" + pins->clock && site.name != gate.name + "/" + pins->out))
+          continue;
+        for (std::size_t k = 0; k < m.free_view.flops.size(); ++k) {
+          if (m.free_view.flops[k].clock == gate.pins.at(pins->out)) fault.dead_clock = k;
+        }
+      }
       ASSERT_TRUE(fault.dead_clock) << site.name;
     }
     if (site.name == "clk_i") continue;  // every flop at once; its pins are looked at one by one
@@ -184,6 +193,66 @@ void check_verdicts(const Machine& m) {
 
 TEST(Scan, EveryVerdictHoldsOnTheTester) { check_verdicts(machine()); }
 TEST(Scan, EveryVerdictHoldsWithoutScanFlops) { check_verdicts(Machine("machine_gates", yosys_library())); }
+
+const Machine& gated() {
+  static const Machine the_machine("gated", mini_library());
+  return the_machine;
+}
+
+TEST(Scan, EveryVerdictHoldsBehindClockGates) {
+  check_verdicts(gated());
+  const TestFolder folder;
+  const ReplayResult result =
+      replay_in_icarus(gated().design.netlist, mini_library(), gated().stream, folder.path());
+  EXPECT_EQ(result.mismatches, 0u) << result.first;
+  EXPECT_GT(result.strobes, 100u);
+}
+
+// A gate that stays closed in shift breaks the chain; one that is always open captures where it should hold.
+TEST(Scan, ClockGatesMustOpenInShiftAlone) {
+  for (const Net test : {Net{0}, Net{1}}) {
+    Netlist wrong = gated().design.netlist;
+    for (Instance& instance : wrong.instances) {
+      if (instance.type == "CKGT") instance.pins["TE"] = test;
+    }
+    EXPECT_GT(replay(capture_view(wrong, mini_library()), gated().stream).mismatches, 0u) << test;
+  }
+}
+
+TEST(Scan, PortsAndBypassOfTheNetlistAreUsed) {
+  const ScanDesign& design = gated().design;
+  EXPECT_EQ(design.netlist.ports.size(), gated().plain.ports.size());
+  EXPECT_EQ(design.reset, "rst_ni");
+  ASSERT_EQ(design.chains.size(), 2u);
+  EXPECT_EQ(design.chains[1].in, "scan_i[1]");
+  EXPECT_EQ(design.chains[1].out, "scan_o[1]");
+  for (const Instance& instance : design.netlist.instances)
+    EXPECT_EQ(instance.name.find("dft_reset"), std::string::npos) << instance.name;
+  // without the RTL's bypass there is one
+  Netlist without = gated().plain;
+  for (Port& port : without.ports) {
+    if (port.name == "test_mode_i") port.name = "other_i";
+  }
+  const Netlist bypassed = insert_scan(without, mini_library()).netlist;
+  EXPECT_TRUE(std::any_of(bypassed.instances.begin(), bypassed.instances.end(),
+                          [](const Instance& i) { return i.name == "dft_reset_bypass0"; }));
+  Netlist driven = gated().plain;
+  for (Port& port : driven.ports) {
+    if (port.name != "scan_o") continue;
+    for (const Instance& instance : driven.instances) {
+      if (instance.type == "DFFR") port.bits[0] = instance.pins.at("Q");
+    }
+  }
+  EXPECT_THAT([&] { insert_scan(driven, mini_library()); },
+              ThrowsMessage<InputError>(HasSubstr("found logic that drives scan_o[0]")));
+  Netlist narrow = gated().plain;
+  for (Port& port : narrow.ports) {
+    if (port.name == "scan_o") port.bits.pop_back();
+  }
+  EXPECT_THAT(
+      [&] { insert_scan(narrow, mini_library()); },
+      ThrowsMessage<InputError>(HasSubstr("found scan_i of 2 bits and scan_o of 1, expected one width")));
+}
 
 // Twenty defects in the netlist, another cell or crossed wires: the file fails on each that changes what scan
 // can see.
@@ -265,6 +334,9 @@ TEST(Scan, RulesNameTheOffender) {
   Netlist odd = machine().plain;
   flop(odd).type = "NONE";
   EXPECT_THAT(rules_of(odd), HasSubstr("unknown cell:"));
+  EXPECT_EQ(rules_of(gated().design.netlist), "");
+  EXPECT_THAT(rules_of(gated().plain), HasSubstr("closed clock gate:u_sum"));
+  EXPECT_EQ(rules_of(gated().plain).find("reset"), std::string::npos);
   Netlist two = machine().plain;
   two.ports.push_back({"clk2_i", true, {two.next_net}});
   flop(two).pins["CK"] = two.next_net++;

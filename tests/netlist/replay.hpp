@@ -33,6 +33,9 @@ template <class Top>
 std::optional<std::uint64_t> first_difference(Top& top, const std::vector<Stretch>& recording) {
   std::uint64_t clock = 0;
   top.clk_i = 0;
+  top.test_mode_i = 0;
+  top.scan_en_i = 0;
+  top.scan_i = 0;
   set_pins(top, 0);
   top.eval();
   for (const Stretch& stretch : recording) {

@@ -10,7 +10,8 @@ module replay;
     .clk_i(clk), .rst_ni(in[0]), .uart_rx_i(in[1]), .addr_strap_i(in[4:2]), .spi_miso_i(in[5]), .heater_fb_i(in[6]),
     .inhibit_i(in[7]), .drop_i(in[8]),
     .uart_tx_o(out[0]), .uart_de_o(out[1]), .tlm_tx_o(out[2]), .spi_sclk_o(out[3]), .spi_cs_no(out[4]), .spi_mosi_o(out[5]),
-    .heater_o(out[6]), .safe_en_o(out[7]), .fault_no(out[8]), .at_temp_o(out[9])
+    .heater_o(out[6]), .safe_en_o(out[7]), .fault_no(out[8]), .at_temp_o(out[9]),
+    .test_mode_i(1'b0), .scan_en_i(1'b0), .scan_i(8'd0), .scan_o()
   );
 
   integer file, left, clocks, mismatches;

@@ -49,7 +49,7 @@ module mem #(
   assign upset = upset_i && clean_q;
 
   tc_mem u_mem (
-    .clk_i, .rst_ni, .wr_i, .wr_index_i, .wr_data_i, .commit_i, .discard_i, .scrub_start_i,
+    .clk_i, .rst_ni, .scan_en_i(1'b0), .wr_i, .wr_index_i, .wr_data_i, .commit_i, .discard_i, .scrub_start_i,
     .rd_index_i(Word), .rd_data_o(rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
     .upset_index_i(Word), .upset_staged_i(upset ? one_bit(upset_staged_i) : 22'd0),
     .upset_active_i(upset ? one_bit(upset_active_i) : 22'd0),
