@@ -131,11 +131,11 @@ int run(const Options& o) {
   Delays delays;
   int fanout_buffers = 0;
   ClockTree tree;
+  TreeOptions trees;
+  trees.buffers = o.buffers;
+  trees.leaf_load_pf = o.leaf_load_pf;
   if (!o.clock.empty()) {
     delays = read_delays(o.liberty);
-    TreeOptions trees;
-    trees.buffers = o.buffers;
-    trees.leaf_load_pf = o.leaf_load_pf;
     fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, trees);
     tree = build_clock_tree(design, technology, delays, o.clock, trees);
   }
@@ -144,6 +144,10 @@ int run(const Options& o) {
   legalize(design, technology);
   const double legal = static_cast<double>(wirelength(design, technology)) / 1e6;
   improve(design, technology, o.passes);
+  if (!o.clock.empty()) {
+    balance_clock(design, technology, delays, o.clock, trees);
+    legalize(design, technology);
+  }
   const double improved = static_cast<double>(wirelength(design, technology)) / 1e6;
   if (!o.fillers.empty()) add_fillers(design, technology, o.fillers);
   if (!o.strap_layer.empty())

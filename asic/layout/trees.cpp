@@ -34,6 +34,8 @@ struct Buffer {
 };
 
 constexpr double kCatchUpNs = 0.08;  // less than what a buffer of the tree takes
+constexpr double kExtraBufferNs = 0.09;  // what one with little behind it takes
+constexpr int kExtraBuffers = 3;         // in a row, at most
 
 double um(Nm nm) { return static_cast<double>(nm) / 1000.0; }
 double distance_um(Point a, Point b) { return um(std::abs(a.x - b.x) + std::abs(a.y - b.y)); }
@@ -53,11 +55,6 @@ class TreeBuilder {
   }
 
   int made() const { return made_; }
-  std::vector<int> macros() const {
-    std::vector<int> all;
-    for (const Buffer& b : buffers_) all.push_back(b.macro);
-    return all;
-  }
 
   Sink sink(PinRef ref, double latency_ns) const {
     const Component& component = design_.components[static_cast<std::size_t>(ref.component)];
@@ -127,6 +124,8 @@ class TreeBuilder {
     }
     return level;
   }
+
+  void insert_weakest(const Sink& sink, int net) { insert(buffers_.front(), {sink}, net); }
 
   Sink insert(const Buffer& b, const std::vector<Sink>& group, int net) {
     const Macro& macro = technology_.macros[static_cast<std::size_t>(b.macro)];
@@ -450,6 +449,30 @@ void even_out(Design& design, const Technology& technology, const Delays& delays
   }
 }
 
+/// One more buffer before each buffer of flops that is early by more than such a buffer takes. Returns how many.
+int delay_early_leaves(Design& design, const Technology& technology, const Delays& delays, int root, TreeBuilder& builder) {
+  std::vector<ClockStage> leaves;
+  double last = 0.0;
+  ClockWalk(design, technology, delays).visit(root, [&](const ClockStage& stage) {
+    if (stage.sinks_ns.empty()) return;
+    last = std::max(last, *std::max_element(stage.sinks_ns.begin(), stage.sinks_ns.end()));
+    if (stage.is_leaf && stage.driver != kDiePin) leaves.push_back(stage);
+  });
+  int added = 0;
+  for (const ClockStage& leaf : leaves) {
+    if (*std::max_element(leaf.sinks_ns.begin(), leaf.sinks_ns.end()) > last - kExtraBufferNs) continue;
+    auto& before = design.nets[static_cast<std::size_t>(leaf.in_net)].pins;
+    const auto pin = std::find_if(before.begin(), before.end(), [&](const PinRef& ref) { return ref.component == leaf.driver; });
+    const DelayCell* cell = cell_of(design, technology, delays, leaf.driver);
+    if (cell == nullptr || cell->is_clock_gate || pin == before.end()) continue;
+    const Sink input = builder.sink(*pin, 0.0);
+    before.erase(pin);
+    builder.insert_weakest(input, leaf.in_net);
+    ++added;
+  }
+  return added;
+}
+
 }  // namespace
 
 WireModel wire_model(const Technology& technology) {
@@ -519,13 +542,22 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
     add_level(level, {});
   }
   for (const Sink& s : level) design.nets[static_cast<std::size_t>(root)].pins.push_back(s.pin);
+  balance_clock(design, technology, delays, port, options);
+  for (int round = 0; round < kExtraBuffers && delay_early_leaves(design, technology, delays, root, builder) > 0; ++round)
+    balance_clock(design, technology, delays, port, options);
   for (Net& net : design.nets) {
     if (net.name.ends_with("_clock") && net.name.starts_with("_")) net.use = Use::clock;
   }
-  for (int round = 0; round < 3; ++round) even_out(design, technology, delays, root, builder.macros());
   ClockTree tree = measure_clock(design, technology, delays, port);
   tree.buffers = builder.made();
   return tree;
+}
+
+void balance_clock(Design& design, const Technology& technology, const Delays& delays, const std::string& port,
+                   const TreeOptions& options) {
+  std::vector<int> buffers;
+  for (const std::string& name : options.buffers) buffers.push_back(technology.find_macro(name));
+  for (int round = 0; round < 3; ++round) even_out(design, technology, delays, net_of_port(design, port), buffers);
 }
 
 ClockTree measure_clock(const Design& design, const Technology& technology, const Delays& delays,

@@ -39,6 +39,11 @@ struct ClockTree {
 ClockTree build_clock_tree(Design& design, const Technology& technology, const Delays& delays,
                            const std::string& port, const TreeOptions& options);
 
+/// Sizes the buffers before flops anew, for the wires that they have where cells are now: legal sites aren't quite where the tree was
+/// built. Cells that grow may overlap after it.
+void balance_clock(Design& design, const Technology& technology, const Delays& delays, const std::string& port,
+                   const TreeOptions& options);
+
 /// Latency and skew of the clock as it stands, by the same model.
 ClockTree measure_clock(const Design& design, const Technology& technology, const Delays& delays,
                         const std::string& port);
