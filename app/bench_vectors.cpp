@@ -36,7 +36,6 @@ constexpr unsigned kThreads = 2;
 constexpr std::uint32_t kConflicts = 50'000;
 constexpr std::uint32_t kFewConflicts = 2'000;  // where not every fault counts
 constexpr std::size_t kIddqStops = 20;
-constexpr std::size_t kIddqStates = 256;  // patterns to choose from, each with scan enable off and on
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -60,22 +59,6 @@ std::vector<dft::Pattern> random_patterns(const dft::Circuit& circuit, std::size
     }
   }
   return patterns;
-}
-
-// While the supply current is measured the chip rests, once with scan enable off and once with it on.
-dft::IddqStops iddq_stops(const dft::ScanDesign& design, const dft::CaptureView& view,
-                          const dft::GenerateOptions& options) {
-  const auto enable = static_cast<std::size_t>(
-      std::find(view.input_ports.begin(), view.input_ports.end(), design.scan_enable) -
-      view.input_ports.begin());
-  std::vector<dft::Pattern> states =
-      dft::generate_tests(dft::observe_every_gate(view.circuit), options).patterns;
-  if (states.size() > kIddqStates) states.resize(kIddqStates);
-  for (std::size_t i = 0, count = states.size(); i < count; ++i) {
-    states.push_back(states[i]);
-    states.back()[enable] = 1;
-  }
-  return dft::search_iddq_stops(view.circuit, states, kIddqStops, options.seed);
 }
 
 struct Sampled {
@@ -178,7 +161,7 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
                                .mismatches;
 
   const dft::IddqStops iddq =
-      iddq_stops(design, view, {.seed = options.seed, .conflict_limit = kFewConflicts});
+      dft::scan_iddq_stops(design, view, kIddqStops, {.seed = options.seed, .conflict_limit = kFewConflicts});
   const std::size_t transition_faults = options.quick ? 250 : 1000;
   const Sampled transition = transition_sample(view, transition_faults, options.seed);
   const std::size_t functional_faults = options.quick ? 511 : 1022;

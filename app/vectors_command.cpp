@@ -23,6 +23,7 @@
 #include "asic/dft/formats.hpp"
 #include "asic/dft/functional.hpp"
 #include "asic/dft/generate.hpp"
+#include "asic/dft/iddq.hpp"
 #include "asic/dft/lint.hpp"
 #include "asic/dft/pattern_files.hpp"
 #include "asic/dft/proof_check.hpp"
@@ -47,6 +48,7 @@ struct Options {
   fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells;
   std::string on = "netlist", reset;
   std::size_t chains = 8;
+  std::size_t stops = 20;
   std::uint64_t seed = 1;
   std::uint32_t conflicts = 0;
   std::size_t faults = 1022;
@@ -603,6 +605,21 @@ int prove(const Options& options) {
   return refused == 0 ? 0 : 1;
 }
 
+// Where a tester stops to measure the supply current, and what it sees there.
+int iddq(const Options& options) {
+  const CellLibrary library = library_of(options);
+  const Subject subject = subject_of(options, library);
+  if (!subject.scanned)
+    throw InputError(options.netlist.string() + ": found no flop, expected some to load states into");
+  const IddqStops stops = scan_iddq_stops(subject.design, subject.view, options.stops,
+                                          {.seed = options.seed, .conflict_limit = options.conflicts});
+  for (std::size_t i = 0; i < stops.states.size(); ++i)
+    fmt::print("stop {:<17} {:>10}\n", i + 1, stops.detected[i]);
+  fmt::print("{:<22} {:>10}\n{:<22} {:>9.2f} %\n", "faults", stops.faults - stops.tied, "coverage",
+             100 * stops.coverage());
+  return 0;
+}
+
 int check_proof(const Options& options) {
   std::string reason;
   const bool good = refutes(read_file(options.cnf), read_file(options.proof), reason);
@@ -699,6 +716,10 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   netlist_of(sub_prove);
   generation_of(sub_prove);
   sub_prove->add_option("--out", options->out, "Folder for .cnf and .drat")->required();
+  CLI::App* sub_iddq = command->add_subcommand("iddq", "Pseudo-stuck-at coverage of supply current stops");
+  netlist_of(sub_iddq);
+  generation_of(sub_iddq);
+  sub_iddq->add_option("--stops", options->stops, "At the most (default 20)")->check(CLI::Range(1, 10000));
   CLI::App* sub_check = command->add_subcommand("check-proof", "Check one refutation");
   sub_check->add_option("CNF", options->cnf, "DIMACS file")->required();
   sub_check->add_option("PROOF", options->proof, "DRAT file in text")->required();
@@ -711,6 +732,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
     if (*sub_lint) return lint_patterns(*options);
     if (*sub_replay) return replay_patterns(*options);
     if (*sub_prove) return prove(*options);
+    if (*sub_iddq) return iddq(*options);
     return check_proof(*options);
   };
 }

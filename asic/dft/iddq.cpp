@@ -115,7 +115,7 @@ class StopSearch {
   IddqStops& result() { return result_; }
 
  private:
-  static constexpr std::size_t kFutile = 2;      // rounds in a row with hardly any gain
+  static constexpr std::size_t kFutile = 2;     // rounds in a row with hardly any gain
   static constexpr std::uint32_t kLeast = 400;  // what is gained in a round that is worth it: 1 / kLeast
 
   PatternBlock copies(std::size_t count) const {
@@ -254,6 +254,21 @@ IddqStops search_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& 
     search.take();
   }
   return std::move(search.result());
+}
+
+IddqStops scan_iddq_stops(const ScanDesign& design, const CaptureView& view, std::size_t most,
+                          const GenerateOptions& options) {
+  constexpr std::size_t kStates = 256;  // to choose from, each with scan enable off and on
+  const auto enable = static_cast<std::size_t>(
+      std::find(view.input_ports.begin(), view.input_ports.end(), design.scan_enable) -
+      view.input_ports.begin());
+  std::vector<Pattern> states = generate_tests(observe_every_gate(view.circuit), options).patterns;
+  if (states.size() > kStates) states.resize(kStates);
+  for (std::size_t i = 0, count = states.size(); i < count; ++i) {
+    states.push_back(states[i]);
+    states.back()[enable] = 1;
+  }
+  return search_iddq_stops(view.circuit, states, most, options.seed);
 }
 
 }  // namespace meltstage::dft

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "asic/dft/faults.hpp"
+#include "asic/dft/generate.hpp"
 #include "asic/dft/patterns.hpp"
+#include "asic/dft/scan.hpp"
 
 namespace meltstage::dft {
 
@@ -31,6 +33,11 @@ IddqStops choose_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& 
 /// still unseen is put into it, as long as it shows more by that. The result depends on the arguments alone.
 IddqStops search_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& states, std::size_t most,
                             std::uint64_t seed);
+
+/// Stops of a scan design: loaded states that tests for every gate make, each with the scan enable off and
+/// on, searched as above. Options: those of the tests.
+IddqStops scan_iddq_stops(const ScanDesign& design, const CaptureView& view, std::size_t most,
+                          const GenerateOptions& options);
 
 /// The circuit with an output behind every gate: a test for it shows a fault at the gate that its line feeds,
 /// so that generate_tests() on it makes good states to choose stops from. Same inputs, same sites.

@@ -223,6 +223,23 @@ MuxCell find_mux(const CellLibrary& library, const std::string& file) {
       fmt::format("{}: found no two-way multiplexer in the library, expected one for scan", file));
 }
 
+// The smallest buffer of a library, with its input and output; nothing when it has none.
+struct BufferCell {
+  const Cell* cell;
+  std::string in, out;
+};
+std::optional<BufferCell> find_buffer(const CellLibrary& library) {
+  std::optional<BufferCell> best;
+  for (const auto& [name, cell] : library) {
+    if (cell.flop || cell.gate || cell.has_latch || cell.pins.size() != 2) continue;
+    for (const CellPin& pin : cell.pins) {
+      if (!pin.is_output || !pin.function || pin.function->op != Op::pin) continue;
+      if (!best || cell.area < best->cell->area) best = BufferCell{&cell, pin.function->pin, pin.name};
+    }
+  }
+  return best;
+}
+
 // The scan cell that does what `flop` does: same pins and state, plus scan-in and enable.
 const Cell* scan_form(const CellLibrary& library, const Cell& plain) {
   const Cell* best = nullptr;
@@ -313,7 +330,7 @@ class Inserter {
         chain.cells.push_back(netlist.instances[flop].name);
         from = stitch(flop, from, enable);
       }
-      out.push_back(from);
+      out.push_back(buffered(fmt::format("dft_scan_out{}", c), from));
       design_.chains.push_back(std::move(chain));
     }
     out.resize(in.size(), 0);  // of a given port more bits than flops
@@ -420,6 +437,17 @@ class Inserter {
         {name,
          mux_.cell->name,
          {{mux_.zero, zero}, {mux_.one, one}, {mux_.select, select}, {mux_.out, out}}});
+    return out;
+  }
+
+  // The port's load and its wire aren't those of the function that the last flop has; and its net keeps its
+  // own name.
+  Net buffered(const std::string& name, Net net) {
+    const auto buffer = find_buffer(library_);
+    if (!buffer) return net;
+    const Net out = design_.netlist.next_net++;
+    design_.netlist.net_names[out] = name + "_y";
+    design_.netlist.instances.push_back({name, buffer->cell->name, {{buffer->in, net}, {buffer->out, out}}});
     return out;
   }
 
