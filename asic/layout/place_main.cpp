@@ -37,6 +37,7 @@ struct Options {
   std::vector<std::string> tie_low;
   double leaf_load_pf = 0.08;
   std::size_t fanout = 40;
+  double most_slew_ns = 0.3;
 };
 
 /// Of the processor.
@@ -130,6 +131,7 @@ int run(const Options& o) {
   const double spread = static_cast<double>(wirelength(design, technology)) / 1e6;
   Delays delays;
   int fanout_buffers = 0;
+  SizedDrivers sized;
   ClockTree tree;
   TreeOptions trees;
   trees.buffers = o.buffers;
@@ -137,6 +139,7 @@ int run(const Options& o) {
   if (!o.clock.empty()) {
     delays = read_delays(o.liberty);
     fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, trees);
+    sized = size_drivers(design, technology, delays, o.clock, o.most_slew_ns, trees);
     tree = build_clock_tree(design, technology, delays, o.clock, trees);
   }
   const double used = utilization(design, technology);
@@ -169,7 +172,9 @@ int run(const Options& o) {
     print("levels of the clock tree", fmt::format("{}", now.levels), "");
     print("clock latency (Elmore)", fmt::format("{:.3f}", now.latency_ns), "ns");
     print("clock skew (Elmore)", fmt::format("{:.3f}", now.skew_ns), "ns");
-    print("buffers in other nets", fmt::format("{}", fanout_buffers), "");
+    print("buffers in nets of many inputs", fmt::format("{}", fanout_buffers), "");
+    print("drivers made stronger", fmt::format("{}", sized.resized), "");
+    print("drivers helped by a buffer", fmt::format("{}", sized.buffered), "");
   }
   print("processor time of placement", fmt::format("{:.1f}", seconds() - start), "s");
   print("placement errors", fmt::format("{}", errors.size()), "");
@@ -207,6 +212,7 @@ int main(int argc, char** argv) {
       ->needs(buffers);
   app.add_option("--leaf-load", o.leaf_load_pf, "what a buffer of a tree drives at most, pF");
   app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
+  app.add_option("--most-slew", o.most_slew_ns, "slowest edge before a driver is made stronger, ns");
   app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
   app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
   try {

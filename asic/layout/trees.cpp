@@ -126,6 +126,7 @@ class TreeBuilder {
   }
 
   void insert_weakest(const Sink& sink, int net) { insert(buffers_.front(), {sink}, net); }
+  void insert_strongest(const std::vector<Sink>& sinks, int net) { insert(buffers_.back(), sinks, net); }
 
   Sink insert(const Buffer& b, const std::vector<Sink>& group, int net) {
     const Macro& macro = technology_.macros[static_cast<std::size_t>(b.macro)];
@@ -289,6 +290,23 @@ std::vector<PinRef> take_sinks(Design& design, const Technology& technology, int
   return sinks;
 }
 
+Point place_of(const Design& design, const Technology& technology, const PinRef& ref) {
+  if (ref.component == kDiePin) return design.pins[static_cast<std::size_t>(ref.pin)].shape.rect.middle();
+  const Component& c = design.components[static_cast<std::size_t>(ref.component)];
+  const Macro& macro = technology.macros[static_cast<std::size_t>(c.macro)];
+  const Point middle = middle_of(macro.pins[static_cast<std::size_t>(ref.pin)]);
+  return placed({middle.x, middle.y, middle.x, middle.y}, macro, c).middle();
+}
+
+double pin_load_pf(const Design& design, const Technology& technology, const Delays& delays, const PinRef& ref) {
+  const DelayCell* cell = ref.component == kDiePin ? nullptr : cell_of(design, technology, delays, ref.component);
+  if (cell == nullptr) return 0.0;
+  const Macro& macro = technology.macros[static_cast<std::size_t>(
+      design.components[static_cast<std::size_t>(ref.component)].macro)];
+  const auto pin = cell->pins.find(macro.pins[static_cast<std::size_t>(ref.pin)].name);
+  return pin == cell->pins.end() ? 0.0 : pin->second.capacitance_pf;
+}
+
 /// A net of the clock as the edge passes it.
 struct ClockStage {
   int driver = kDiePin;  ///< component
@@ -321,31 +339,6 @@ class ClockWalk {
   }
 
  private:
-  Point at(const PinRef& ref) const {
-    if (ref.component == kDiePin) return design_.pins[static_cast<std::size_t>(ref.pin)].shape.rect.middle();
-    const Component& c = design_.components[static_cast<std::size_t>(ref.component)];
-    const Macro& macro = technology_.macros[static_cast<std::size_t>(c.macro)];
-    const Point middle = middle_of(macro.pins[static_cast<std::size_t>(ref.pin)]);
-    return placed({middle.x, middle.y, middle.x, middle.y}, macro, c).middle();
-  }
-  double load(const PinRef& ref) const {
-    const DelayCell* cell =
-        ref.component == kDiePin ? nullptr : cell_of(design_, technology_, delays_, ref.component);
-    if (cell == nullptr) return 0.0;
-    const Macro& macro = technology_.macros[static_cast<std::size_t>(
-        design_.components[static_cast<std::size_t>(ref.component)].macro)];
-    const auto pin = cell->pins.find(macro.pins[static_cast<std::size_t>(ref.pin)].name);
-    return pin == cell->pins.end() ? 0.0 : pin->second.capacitance_pf;
-  }
-  double load(const Net& net) const {
-    std::vector<Sink> sinks;
-    double sum = 0.0;
-    for (const PinRef& ref : net.pins) {
-      sinks.push_back({ref, at(ref), 0.0, 0.0});
-      sum += is_driver(design_, technology_, ref) ? 0.0 : load(ref);
-    }
-    return sum + wire_.pf_per_um * TreeBuilder::tree_um(sinks);
-  }
   /// The way through a buffer or gate, nullptr for a flop.
   const DelayArc* arc_of(int component) const {
     const DelayCell* cell = cell_of(design_, technology_, delays_, component);
@@ -360,13 +353,13 @@ class ClockWalk {
     const Net& net = design_.nets[static_cast<std::size_t>(stage.net)];
     Point from;
     for (const PinRef& ref : net.pins) {
-      if (is_driver(design_, technology_, ref)) from = at(ref);
+      if (is_driver(design_, technology_, ref)) from = place_of(design_, technology_, ref);
     }
     for (const PinRef& ref : net.pins) {
       if (ref.component == kDiePin || is_driver(design_, technology_, ref)) continue;
-      const double length = distance_um(from, at(ref));
+      const double length = distance_um(from, place_of(design_, technology_, ref));
       const double here =
-          stage.out_ns + 1e-3 * wire_.ohm_per_um * length * (wire_.pf_per_um * length / 2 + load(ref));
+          stage.out_ns + 1e-3 * wire_.ohm_per_um * length * (wire_.pf_per_um * length / 2 + pin_load_pf(design_, technology_, delays_, ref));
       const DelayArc* arc = arc_of(ref.component);
       if (arc == nullptr) {
         stage.sinks_ns.push_back(here);
@@ -380,7 +373,7 @@ class ClockWalk {
       next.depth = stage.depth + 1;
       next.in_ns = here;
       next.in_slew_ns = slew_ns;
-      next.load_pf = load(design_.nets[static_cast<std::size_t>(next.net)]);
+      next.load_pf = expected_load_pf(design_, technology_, delays_, design_.nets[static_cast<std::size_t>(next.net)]);
       next.out_ns = here + arc->delay.at(slew_ns, next.load_pf);
       pass(next, arc->slew.at(slew_ns, next.load_pf), see);
     }
@@ -395,7 +388,7 @@ class ClockWalk {
 };
 
 void change_macro(Design& design, const Technology& technology, int component, int macro,
-                  std::initializer_list<int> nets) {
+                  const std::vector<int>& nets) {
   const auto& old =
       technology
           .macros[static_cast<std::size_t>(design.components[static_cast<std::size_t>(component)].macro)];
@@ -486,6 +479,16 @@ WireModel wire_model(const Technology& technology) {
     model.pf_per_um += (layer.area_cap_pf_um2 * width_um + 2 * layer.edge_cap_pf_um) / 2;
   }
   return model;
+}
+
+double expected_load_pf(const Design& design, const Technology& technology, const Delays& delays, const Net& net) {
+  std::vector<Sink> sinks;
+  double sum = 0.0;
+  for (const PinRef& ref : net.pins) {
+    sinks.push_back({ref, place_of(design, technology, ref), 0.0, 0.0});
+    sum += is_driver(design, technology, ref) ? 0.0 : pin_load_pf(design, technology, delays, ref);
+  }
+  return sum + wire_model(technology).pf_per_um * TreeBuilder::tree_um(sinks);
 }
 
 ClockTree build_clock_tree(Design& design, const Technology& technology, const Delays& delays,
@@ -606,6 +609,74 @@ int buffer_nets(Design& design, const Technology& technology, const Delays& dela
     for (const Sink& s : level) design.nets[n].pins.push_back(s.pin);
   }
   return builder.made();
+}
+
+/// Macros of the same function, by name: that of `macro` with any number at the end, smallest first.
+std::vector<int> sizes_of(const Technology& technology, int macro) {
+  const auto stem_of = [](const std::string& name) {
+    const std::size_t end = name.find_last_not_of("0123456789");
+    return end == std::string::npos || end + 1 == name.size() || (name[end] != '_' && name[end] != 'X') ? name : name.substr(0, end + 1);
+  };
+  const Macro& now = technology.macros[static_cast<std::size_t>(macro)];
+  std::vector<int> sizes;
+  for (std::size_t m = 0; m < technology.macros.size(); ++m)
+    if (technology.macros[m].macro_class == now.macro_class && stem_of(technology.macros[m].name) == stem_of(now.name)) sizes.push_back(static_cast<int>(m));
+  std::sort(sizes.begin(), sizes.end(), [&](int a, int b) {
+    return technology.macros[static_cast<std::size_t>(a)].width < technology.macros[static_cast<std::size_t>(b)].width;
+  });
+  return sizes;
+}
+
+SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port,
+                          double most_slew_ns, const TreeOptions& options) {
+  constexpr double kSlewInNs = 0.1;
+  TreeBuilder builder(design, technology, delays, options, "drive");
+  const int clock = net_of_port(design, clock_port);
+  std::vector<std::vector<int>> sizes(technology.macros.size());
+  const auto slew = [&](int macro, const std::string& pin, double load_pf) {
+    double most = 0.0;
+    const auto cell = delays.find(technology.macros[static_cast<std::size_t>(macro)].name);
+    if (cell == delays.end()) return most;
+    const auto found = cell->second.pins.find(pin);
+    if (found != cell->second.pins.end())
+      for (const DelayArc& arc : found->second.arcs) most = std::max(most, arc.slew.at(kSlewInNs, load_pf));
+    return most;
+  };
+  SizedDrivers done;
+  const std::size_t nets = design.nets.size();
+  std::vector<std::vector<int>> nets_of(design.components.size());
+  for (std::size_t n = 0; n < nets; ++n)
+    for (const PinRef& ref : design.nets[n].pins)
+      if (ref.component != kDiePin) nets_of[static_cast<std::size_t>(ref.component)].push_back(static_cast<int>(n));
+  for (std::size_t n = 0; n < nets; ++n) {
+    const Net& net = design.nets[n];
+    if (net.use != Use::signal || static_cast<int>(n) == clock) continue;
+    const auto driver = std::find_if(net.pins.begin(), net.pins.end(), [&](const PinRef& ref) { return is_driver(design, technology, ref); });
+    if (driver == net.pins.end() || driver->component == kDiePin) continue;
+    const int component = driver->component;
+    const int macro = design.components[static_cast<std::size_t>(component)].macro;
+    const DelayCell* cell = cell_of(design, technology, delays, component);
+    if (cell == nullptr || cell->is_clock_gate) continue;
+    const std::string pin = technology.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(driver->pin)].name;
+    const double load_pf = expected_load_pf(design, technology, delays, net);
+    if (slew(macro, pin, load_pf) <= most_slew_ns) continue;
+    auto& known = sizes[static_cast<std::size_t>(macro)];
+    if (known.empty()) known = sizes_of(technology, macro);
+    int best = macro;
+    for (const int size : known)
+      if (slew(best, pin, load_pf) > most_slew_ns && slew(size, pin, load_pf) < slew(best, pin, load_pf)) best = size;
+    if (best != macro) {
+      change_macro(design, technology, component, best, nets_of[static_cast<std::size_t>(component)]);
+      ++done.resized;
+    }
+    if (slew(best, pin, load_pf) > most_slew_ns) {
+      std::vector<Sink> sinks;
+      for (const PinRef& ref : take_sinks(design, technology, static_cast<int>(n))) sinks.push_back(builder.sink(ref, 0.0));
+      if (!sinks.empty()) builder.insert_strongest(sinks, static_cast<int>(n));
+    }
+  }
+  done.buffered = builder.made();
+  return done;
 }
 
 int add_ties(Design& design, const Technology& technology, Use use, const std::string& macro_name,

@@ -18,6 +18,9 @@ struct WireModel {
 /// Mean of the second and third routing layer, alone above ground.
 WireModel wire_model(const Technology& technology);
 
+/// What drives the net has to charge: pins and the wire that is expected where cells are now, pF.
+double expected_load_pf(const Design& design, const Technology& technology, const Delays& delays, const Net& net);
+
 struct TreeOptions {
   std::vector<std::string> buffers;  ///< macros with one input and one output, weakest first
   double leaf_load_pf = 0.08;        ///< what a buffer of a tree drives at most, wires with it
@@ -52,6 +55,16 @@ ClockTree measure_clock(const Design& design, const Technology& technology, cons
 /// how many buffers.
 int buffer_nets(Design& design, const Technology& technology, const Delays& delays,
                 const std::string& clock_port, std::size_t most_sinks, const TreeOptions& options);
+
+struct SizedDrivers {
+  int resized = 0;
+  int buffered = 0;
+};
+
+/// Each net's driver, clock and supplies apart, becomes the smallest of its sizes (cells whose names differ in the number behind the last
+/// `_` or `X`) that gives edges of at most `most_slew_ns` at the load expected; where none does, the largest buffer helps it.
+SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port,
+                          double most_slew_ns, const TreeOptions& options);
 
 /// One cell `macro` with output `pin` for each input tied to the supply `use`; beside its sink. Returns how
 /// many.
