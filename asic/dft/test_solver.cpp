@@ -78,11 +78,18 @@ TestSolver::TestSolver(const Circuit& circuit, OutputCones cones)
       good_(circuit.size(), 0),
       bad_(circuit.size(), 0),
       differs_(circuit.size(), 0),
+      near_(std::make_shared<std::unordered_map<Node, Near>>()),
       lifter_(circuit) {
   for (std::uint32_t i = 0; i < circuit.inputs().size(); ++i) input_of_[circuit.inputs()[i]] = i;
 }
 TestSolver::TestSolver(TestSolver&&) noexcept = default;
 TestSolver::~TestSolver() = default;
+
+TestSolver TestSolver::sibling() const {
+  TestSolver other(circuit_, cones_);
+  other.near_ = near_;
+  return other;
+}
 
 void TestSolver::add(std::initializer_list<int> literals) {
   clauses_.insert(clauses_.end(), literals);
@@ -264,8 +271,11 @@ bool TestSolver::solve_near(const Fault& fault, Cube& cube) {
   constexpr int kGrowth = 8;  // a solver that has grown to so many times its circuit starts anew
   const Node nearest = cones_.nearest[fault.node];
   if (nearest == kNoNode) return false;
-  if (at_output_ == kNoNode || at_output_ != nearest) enter(nearest);
-  Near& near = near_[nearest];
+  if (at_output_ != nearest) {
+    make_room({nearest});
+    enter(nearest);
+  }
+  Near& near = near_->at(nearest);
   if (near.solver == nullptr || variables_ > kGrowth * near.first_variables + 1000) build(near);
   take_fault_cone(fault);
   if (fault.launch != kNoNode) add_launch(near, fault.launch);
@@ -322,16 +332,19 @@ int TestSolver::run_to_all(const Fault& fault, bool held, std::uint32_t conflict
   return run(conflict_limit, "default", &fault, holds, cube);
 }
 
+void TestSolver::make_room(const std::vector<Node>& outputs) {
+  constexpr int kMost = 3'000'000;  // variables of all solvers that are kept
+  int kept = 0;
+  for (const auto& [output, near] : *near_) kept += near.variables;
+  if (kept > kMost) near_->clear();
+  for (const Node output : outputs) near_->try_emplace(output);
+}
+
 // Numbers the circuit before an output as its solver does.
 void TestSolver::enter(Node output) {
-  constexpr std::size_t kMost = 3'000'000;  // variables of all solvers that are kept
-  if (kept_variables_ > kMost) {
-    near_.clear();
-    kept_variables_ = 0;
-  }
   take_support({output});
   number_support();
-  const Near& near = near_[output];
+  const Near& near = near_->at(output);
   for (const auto& [node, variable] : near.beside) {
     support_.push_back(node);
     in_support_[node] = 1;
@@ -350,7 +363,6 @@ void TestSolver::build(Near& near) {
   near.solver->engine.set("quiet", 1);
   near.solver->engine.configure("plain");  // the problems are many and small: no pre- and inprocessing
   near.variables = near.first_variables = variables_;
-  kept_variables_ += static_cast<std::size_t>(variables_);
 }
 
 // What drives the line before a transition and isn't encoded yet.

@@ -44,6 +44,8 @@ class TestSolver {
  public:
   TestSolver(const Circuit& circuit, OutputCones cones);
   explicit TestSolver(const Circuit& circuit) : TestSolver(circuit, output_cones(circuit)) {}
+  /// Another worker, for another thread, that keeps its solvers in the same place.
+  TestSolver sibling() const;
   TestSolver(TestSolver&&) noexcept;
   ~TestSolver();
 
@@ -51,8 +53,12 @@ class TestSolver {
   /// `conflict_limit` 0: none.
   Verdict solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit = 0);
   /// The first half of it: whether there is a test that shows at the nearest output. What it finds depends on
-  /// the calls before.
+  /// the calls before for this output, whichever sibling they went to. Siblings may be called at the same
+  /// time for different outputs after make_room() for all of them, each enter()ed before its calls.
   bool solve_near(const Fault& fault, Cube& cube);
+  Node nearest_output(const Fault& fault) const { return cones_.nearest[fault.node]; }
+  void make_room(const std::vector<Node>& outputs);
+  void enter(Node output);
   /// The second half: to all outputs, in solvers of its own. What it finds depends on the fault alone.
   Verdict solve_apart(const Fault& fault, Cube& cube, std::uint32_t conflict_limit = 0);
   /// Writes FOLDER/NAME.cnf (DIMACS: "this fault has a test", or "its effect leaves its surroundings" where
@@ -76,7 +82,6 @@ class TestSolver {
     int variables = 0, first_variables = 0;    // now; without a fault
     std::vector<std::pair<Node, int>> beside;  // what only launches need, with its variables
   };
-  void enter(Node output);
   void build(Near& near);
   void add_launch(Near& near, Node launch);
   void number_support();
@@ -112,8 +117,7 @@ class TestSolver {
   bool holds_refute_ = false;  // the last refutation needs a held input
   bool window_ = false;        // a difference may end where the fault's cone is cut, too
   Node at_output_ = kNoNode;   // good_ numbers the circuit before it; kNoNode: something else
-  std::unordered_map<Node, Near> near_;
-  std::size_t kept_variables_ = 0;
+  std::shared_ptr<std::unordered_map<Node, Near>> near_;  // by output
   Effort effort_;
   CubeLifter lifter_;
 };

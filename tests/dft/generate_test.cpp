@@ -62,9 +62,8 @@ TEST(Generate, EveryTransitionVerdictIsRight) {
     if (circuit.held()[i] < 0) free.push_back(i);
   }
   ASSERT_LT(free.size(), 22u);
-  std::vector<std::uint8_t> testable(set.of_class.size(), 0), alive(set.of_class.size(), 1);
+  std::vector<std::uint8_t> testable(set.of_class.size(), 0);
   FaultSimulator simulator(circuit);
-  std::vector<Word> detected;
   for (std::size_t first = 0; first < std::size_t{1} << free.size(); first += kLanes) {
     PatternBlock block{std::vector<Word>(circuit.inputs().size()), kLanes, {}};
     for (std::size_t i = 0; i < circuit.inputs().size(); ++i) {
@@ -74,12 +73,12 @@ TEST(Generate, EveryTransitionVerdictIsRight) {
       for (std::size_t k = 0; k < free.size(); ++k)
         block.inputs[free[k]].set(lane, (((first + lane) >> k) & 1) != 0);
     }
-    simulator.detect(block, set.faults.classes, alive, detected);
-    for (std::size_t i = 0; i < testable.size(); ++i) {
-      if (!detected[i].any()) continue;
-      testable[i] = 1;
-      alive[i] = 0;
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t i = 0; i < testable.size(); ++i) {
+      if (testable[i] == 0) open.push_back(i);
     }
+    const std::vector<Word>& detected = simulator.detect(block, set.faults.classes, open);
+    for (std::size_t k = 0; k < open.size(); ++k) testable[open[k]] = detected[k].any() ? 1 : 0;
   }
   for (std::size_t i = 0; i < testable.size(); ++i) {
     const Fault& fault = set.faults.classes[i];
