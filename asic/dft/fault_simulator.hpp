@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parallel-pattern single-fault propagation: 512 patterns at once. Inside a fan-out-free region faults are
-// traced to its root, the branching line, by the gates on the way; from the outputs backwards a change of each
-// root is propagated event by event, in the patterns in which a fault of the region reaches it, until it has
-// died, reached outputs, or narrowed to one line that has been looked at in these patterns. After Waicukauski et al., "Fault
-// simulation for structured VLSI", VLSI Systems Design 1985, with critical-path tracing inside fan-out-free
-// regions (Abramovici et al. 1984).
+// traced to its root, the branching line, by the gates on the way; from the outputs backwards a change of
+// each root is propagated event by event, in the patterns in which a fault of the region reaches it, until it
+// has died, reached outputs, or narrowed to one line that has been looked at in these patterns. After
+// Waicukauski et al., "Fault simulation for structured VLSI", VLSI Systems Design 1985, with critical-path
+// tracing inside fan-out-free regions (Abramovici et al. 1984).
 #pragma once
 
 #include <cstdint>
@@ -47,8 +47,8 @@ class FaultSimulator {
   const Circuit& circuit_;
   std::vector<Node> root_;
   std::vector<Word> values_;
-  std::vector<Word> observable_;  // of a root, at an output, where reaching_; of others, at their root
-  std::vector<Word> reaching_;    // of a root, where a fault reaches it
+  std::vector<Word> observable_;      // of a root, at an output, where reaching_; of others, at their root
+  std::vector<Word> reaching_;        // of a root, where a fault reaches it
   std::vector<std::uint8_t> needed_;  // a fault of `which` passes here on the way to its root
   std::vector<Word> faulty_, detected_;
   std::vector<std::uint32_t> stamp_;

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <random>
 
+#include "asic/dft/podem.hpp"
 #include "asic/dft/test_solver.hpp"
 #include "asic/dft/workers.hpp"
 
@@ -53,14 +54,16 @@ class Generator {
         options_(options),
         random_(options.seed),
         simulator_(circuit),
+        podems_(kWorkers, Podem(circuit)),
         kept_(circuit.inputs().size()) {
     set_.faults = std::move(faults);
     set_.of_class.assign(set_.faults.classes.size(), FaultClass::NO);
     alive_.assign(set_.faults.classes.size(), 1);
     witness_.resize(set_.faults.classes.size());
     cube_of_.resize(set_.faults.classes.size());
-    solvers_.emplace_back(circuit);
-    while (solvers_.size() < kWorkers) solvers_.push_back(solvers_[0].sibling());
+    solvers_.reserve(kWorkers);
+    const OutputCones cones = output_cones(circuit);
+    while (solvers_.size() < kWorkers) solvers_.emplace_back(circuit, cones);
   }
 
   TestSet run() {
@@ -84,8 +87,7 @@ class Generator {
     set_.patterns =
         compact(circuit_, std::move(set_.patterns), detected, options_.seed, options_.compaction_passes);
     set_.times.compact_s = since(start);
-    for (const TestSolver& solver : solvers_)
-      set_.solver_calls += solver.effort().near_calls + solver.effort().apart_calls;
+    for (const TestSolver& solver : solvers_) set_.solver_calls += solver.calls();
     return std::move(set_);
   }
 
@@ -189,83 +191,63 @@ class Generator {
     for (std::uint32_t i = 0; i < alive_.size(); ++i) {
       if (alive_[i] != 0 && witness_[i].pattern == kNone) open.push_back(i);
     }
-    solve_apart(solve_near(std::move(open)));
-  }
-
-  // At the nearest output of each fault alone; returns those that have no test there. Faults of one output
-  // stand together and share a solver; every so manieth fault comes first: its neighbours often fall with it.
-  std::vector<std::uint32_t> solve_near(std::vector<std::uint32_t> order) {
-    const auto output = [&](std::uint32_t i) {
-      return solvers_[0].nearest_output(set_.faults.classes[i]);
-    };
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return output(a) < output(b); });
-    std::vector<std::uint32_t> queue, watched = order, left;
-    for (std::size_t chunk = 0; chunk < order.size(); chunk += kChunk) {
-      for (std::size_t offset = 0; offset < kStride; ++offset) {
-        for (std::size_t k = chunk + offset; k < std::min(chunk + kChunk, order.size()); k += kStride)
-          queue.push_back(order[k]);
-      }
-    }
-    for (std::size_t at = 0; at < queue.size();) {
-      std::vector<Solved> batch;
-      std::vector<std::size_t> groups;  // where faults of another output begin
-      std::vector<Node> outputs;
-      for (; at < queue.size() && batch.size() < kBatch; ++at) {
-        if (!is_open(queue[at])) continue;
-        if (outputs.empty() || outputs.back() != output(queue[at])) {
-          outputs.push_back(output(queue[at]));
-          groups.push_back(batch.size());
-        }
-        batch.push_back({queue[at], Verdict::aborted, {}});
-      }
-      groups.push_back(batch.size());
-      solvers_[0].make_room(outputs);
-      std::atomic<std::size_t> next{0};
-      in_parallel([&](unsigned w) {
-        for (std::size_t g = next++; g < outputs.size(); g = next++) {
-          solvers_[w].enter(outputs[g]);
-          for (std::size_t k = groups[g]; k < groups[g + 1]; ++k) {
-            if (solvers_[w].solve_near(set_.faults.classes[batch[k].fault], batch[k].cube))
-              batch[k].verdict = Verdict::test;
+    std::vector<std::uint32_t> left;
+    solve_each(
+        in_strides(std::move(open)),
+        [&](unsigned w, Solved& solved) {
+          const Fault& fault = set_.faults.classes[solved.fault];
+          solved.verdict = podems_[w].search(fault, solved.cube) ? Verdict::test : Verdict::aborted;
+        },
+        [&](const Solved& solved) { left.push_back(solved.fault); });
+    solve_each(
+        left,
+        [&](unsigned w, Solved& solved) {
+          const Fault& fault = set_.faults.classes[solved.fault];
+          solved.verdict = solvers_[w].solve(fault, solved.cube, options_.conflict_limit);
+        },
+        [&](const Solved& solved) {
+          if (solved.verdict == Verdict::aborted) {
+            alive_[solved.fault] = 0;
+            ++set_.aborted;
+          } else {
+            settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
           }
-        }
-      });
-      for (const Solved& solved : batch) {
-        if (solved.verdict != Verdict::test) left.push_back(solved.fault);
+        });
+  }
+  // Faults that lie together often fall together: of a chunk of them every so manieth comes first.
+  std::vector<std::uint32_t> in_strides(std::vector<std::uint32_t> faults) const {
+    std::stable_sort(faults.begin(), faults.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return set_.faults.classes[a].node < set_.faults.classes[b].node;
+    });
+    std::vector<std::uint32_t> queue;
+    for (std::size_t chunk = 0; chunk < faults.size(); chunk += kChunk) {
+      for (std::size_t offset = 0; offset < kStride; ++offset) {
+        for (std::size_t k = chunk + offset; k < std::min(chunk + kChunk, faults.size()); k += kStride)
+          queue.push_back(faults[k]);
       }
-      std::erase_if(batch, [](const Solved& solved) { return solved.verdict != Verdict::test; });
-      take_cubes(batch, watched);
     }
-    std::erase_if(left, [&](std::uint32_t i) { return !is_open(i); });
-    return left;
+    return queue;
   }
   bool is_open(std::uint32_t i) const {
     return alive_[i] != 0 && witness_[i].pattern == kNone && cube_of_[i].empty();
   }
 
-  // A verdict for each. They are independent of each other, so that a worker that is free takes the next.
-  void solve_apart(const std::vector<std::uint32_t>& order) {
-    std::vector<std::uint32_t> watched = order;
-    for (std::size_t at = 0; at < order.size();) {
+  // solve(worker, solved) for each that is still open; what it finds must depend on the fault alone, since a
+  // worker that is free takes the next. Faults without a test go to rest().
+  template <class Solve, class Rest>
+  void solve_each(const std::vector<std::uint32_t>& queue, const Solve& solve, const Rest& rest) {
+    std::vector<std::uint32_t> watched = queue;
+    for (std::size_t at = 0; at < queue.size();) {
       std::vector<Solved> batch;
-      for (; at < order.size() && batch.size() < kBatch; ++at) {
-        if (is_open(order[at])) batch.push_back({order[at], Verdict::aborted, {}});
+      for (; at < queue.size() && batch.size() < kBatch; ++at) {
+        if (is_open(queue[at])) batch.push_back({queue[at], Verdict::aborted, {}});
       }
       std::atomic<std::size_t> next{0};
       in_parallel([&](unsigned w) {
-        for (std::size_t k = next++; k < batch.size(); k = next++)
-          batch[k].verdict = solvers_[w].solve_apart(set_.faults.classes[batch[k].fault], batch[k].cube,
-                                                     options_.conflict_limit);
+        for (std::size_t k = next++; k < batch.size(); k = next++) solve(w, batch[k]);
       });
       for (const Solved& solved : batch) {
-        if (solved.verdict == Verdict::test) continue;
-        if (solved.verdict == Verdict::aborted) {
-          alive_[solved.fault] = 0;
-          ++set_.aborted;
-        } else {
-          settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
-        }
+        if (solved.verdict != Verdict::test) rest(solved);
       }
       std::erase_if(batch, [](const Solved& solved) { return solved.verdict != Verdict::test; });
       take_cubes(batch, watched);
@@ -380,7 +362,8 @@ class Generator {
     block.count = count * kFills;
     for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t input = 0; input < block.inputs.size(); ++input) {
-        if (pool_[k].value[input] >= 0) block.inputs[input].set(k * kFills, kFills, pool_[k].value[input] != 0);
+        if (pool_[k].value[input] >= 0)
+          block.inputs[input].set(k * kFills, kFills, pool_[k].value[input] != 0);
       }
     }
     pool_.erase(pool_.begin(), pool_.begin() + static_cast<std::ptrdiff_t>(count));
@@ -433,9 +416,10 @@ class Generator {
   GenerateOptions options_;
   std::mt19937_64 random_;
   ParallelFaultSimulator simulator_;
+  std::vector<Podem> podems_;
   std::vector<TestSolver> solvers_;
   std::vector<std::uint8_t> alive_;
-  PackedPatterns kept_;                            // witnesses
+  PackedPatterns kept_;                           // witnesses
   std::uint32_t blocks_ = 0, random_blocks_ = 0;  // that were looked at; of these the random ones
   std::vector<Witness> witness_;
   std::vector<Cube> cube_of_;

@@ -167,7 +167,8 @@ std::string yosys_json_text(const Netlist& netlist) {
     return net < 2 ? fmt::format("\"{}\"", net) : std::to_string(net);
   };
   std::string text = fmt::format(
-      "{{\n\"creator\": \"meltstage\",\n\"modules\": {{\n{}: {{\n\"attributes\": {{\"top\": \"1\"}},\n\"ports\": {{",
+      "{{\n\"creator\": \"meltstage\",\n\"modules\": {{\n{}: {{\n\"attributes\": {{\"top\": "
+      "\"1\"}},\n\"ports\": {{",
       quoted(netlist.top));
   const char* separator = "\n";
   for (const Port& port : netlist.ports) {

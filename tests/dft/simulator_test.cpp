@@ -54,7 +54,8 @@ TEST(FaultSimulator, SomeFaultsAreDetectedAsAmongAll) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Circuit circuit = random_circuit(seed, 8, 200);
     const std::vector<Fault> faults = all_faults(circuit);
-    const auto blocks = blocks_of(random_patterns(seed, 1024, circuit.inputs().size()), circuit.inputs().size());
+    const auto blocks =
+        blocks_of(random_patterns(seed, 1024, circuit.inputs().size()), circuit.inputs().size());
     FaultSimulator of_all(circuit), of_some(circuit);
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       std::vector<std::uint32_t> some;
