@@ -6,8 +6,8 @@ namespace meltstage::dft {
 namespace {
 
 constexpr std::uint32_t kNever = 1'000'000;  // cost of what can't be had
-constexpr std::size_t kBacktracks = 40;
-constexpr std::size_t kWork = 60'000;  // gates looked at
+constexpr std::size_t kBacktracks = 12;
+constexpr std::size_t kWork = 20'000;  // gates looked at
 
 std::uint64_t mixed(std::uint64_t x) {  // S. Vigna's splitmix64
   x += 0x9E3779B97F4A7C15U;
@@ -240,12 +240,13 @@ Podem::Outlook Podem::look(Goal& goal) {
   const std::uint8_t stuck = fault_.stuck ? 1 : 0;
   if (good(line_) == stuck) return Outlook::dead;
   if (fault_.launch != kNoNode && good(fault_.launch) == (stuck ^ 1U)) return Outlook::dead;
-  if (good(line_) == kX) {
-    goal = {line_, static_cast<std::uint8_t>(stuck ^ 1U)};
-    return Outlook::open;
-  }
+  // the line before the transition first: a flop that keeps its value is the easiest way to the other value
   if (fault_.launch != kNoNode && good(fault_.launch) == kX) {
     goal = {fault_.launch, stuck};
+    return Outlook::open;
+  }
+  if (good(line_) == kX) {
+    goal = {line_, static_cast<std::uint8_t>(stuck ^ 1U)};
     return Outlook::open;
   }
   ++now_;

@@ -16,7 +16,8 @@ constexpr int kSat = 10;
 constexpr int kUnsat = 20;
 constexpr int kUndecided = 0;
 constexpr std::size_t kAll = ~std::size_t{0};
-constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
+constexpr int kTry = 1000;             // conflicts, of a problem that need not be decided
+constexpr std::uint32_t kFree = 5000;  // with nothing held
 
 bool is_wire(Gate kind) { return kind == Gate::buf || kind == Gate::inv || kind == Gate::output; }
 
@@ -248,9 +249,10 @@ void TestSolver::add_fault(const Fault& fault) {
 }
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
-  if (cones_.nearest[fault.node] == kNoNode || !window_has_effect(fault, kNeighbours) ||
-      !window_has_effect(fault, kSurroundings))
-    return Verdict::redundant;
+  if (cones_.nearest[fault.node] == kNoNode) return Verdict::redundant;
+  if (!window_has_effect(fault, kNeighbours, Holds::held) ||
+      !window_has_effect(fault, kSurroundings, Holds::held))
+    return refuted(fault);
   // more and more outputs, small cones first
   bool all = false;
   int status = kUndecided;
@@ -258,26 +260,29 @@ Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict
     all = encode_outputs(fault, most) <= most;
     status = run(kTry, "plain", &fault, held_literals(), cube);
     if (status == kSat) return Verdict::test;
-    if (all && status == kUnsat) break;
-    if (most == 8 && !window_has_effect(fault, kWholeSupport)) return Verdict::redundant;
+    if (all && status == kUnsat) return refuted(fault);
+    if (most == 8 && !window_has_effect(fault, kWholeSupport, Holds::held)) return refuted(fault);
   }
-  if (!all || status != kUnsat) {
-    status = run_to_all(fault, true, conflict_limit, cube);
-    if (status == kSat) return Verdict::test;
-    if (status == kUndecided) return Verdict::aborted;
-  }
+  status = run_to_all(fault, conflict_limit, cube);
+  if (status == kSat) return Verdict::test;
+  return status == kUndecided ? Verdict::aborted : refuted(fault);
+}
+
+// After a refutation. Where that needs a held input, it is tried without; what has no quick verdict then is
+// known as held. A transition isn't tried: with scan enable free it is launched by a shift, as a rule.
+Verdict TestSolver::refuted(const Fault& fault) {
   if (!holds_refute_) return Verdict::redundant;
-  // no test with the holds; without a verdict on the fault with nothing held, that is what is known
-  Cube without_holds;
-  return run_to_all(fault, false, conflict_limit, without_holds) == kUnsat ? Verdict::redundant
-                                                                           : Verdict::held;
+  if (fault.launch != kNoNode) return Verdict::held;
+  Cube none;
+  encode_outputs(fault, kAll);
+  return run(kFree, "plain", nullptr, {}, none) == kUnsat ? Verdict::redundant : Verdict::held;
 }
 
 // To all outputs: by cases of what steers the circuit; in one search with inprocessing where that doesn't
 // end.
-int TestSolver::run_to_all(const Fault& fault, bool held, std::uint32_t conflict_limit, Cube& cube) {
+int TestSolver::run_to_all(const Fault& fault, std::uint32_t conflict_limit, Cube& cube) {
   encode_outputs(fault, kAll);
-  const std::vector<int> holds = held ? held_literals() : std::vector<int>{};
+  const std::vector<int> holds = held_literals();
   const int status = run_by_cases(fault, conflict_limit, holds, cube);
   if (status != kUndecided) return status;
   encode_outputs(fault, kAll);
@@ -330,10 +335,11 @@ void TestSolver::encode_window(const Fault& fault, const Window& window) {
   window_ = false;
 }
 
-bool TestSolver::window_has_effect(const Fault& fault, const Window& window) {
+bool TestSolver::window_has_effect(const Fault& fault, const Window& window, Holds holds) {
   encode_window(fault, window);
   Cube none;
-  return run(window.conflicts, "plain", nullptr, {}, none) != kUnsat;
+  return run(window.conflicts, "plain", nullptr, holds == Holds::held ? held_literals() : std::vector<int>{},
+             none) != kUnsat;
 }
 
 // To those outputs that the fault reaches, at most so many, smallest cones first. Returns how many it
@@ -454,11 +460,11 @@ int TestSolver::run_by_cases(const Fault& fault, std::uint32_t conflict_limit, c
 
 bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::path& folder,
                                   const std::string& name) {
-  if (!window_has_effect(fault, kNeighbours))
+  if (!window_has_effect(fault, kNeighbours, Holds::free))
     encode_window(fault, kNeighbours);
-  else if (!window_has_effect(fault, kSurroundings))
+  else if (!window_has_effect(fault, kSurroundings, Holds::free))
     encode_window(fault, kSurroundings);
-  else if (!window_has_effect(fault, kWholeSupport))
+  else if (!window_has_effect(fault, kWholeSupport, Holds::free))
     encode_window(fault, kWholeSupport);
   else
     encode_outputs(fault, kAll);

@@ -64,14 +64,16 @@ class TestSolver {
   void add(std::initializer_list<int> literals);
   std::size_t encode_outputs(const Fault& fault, std::size_t most);
   void encode_window(const Fault& fault, const Window& window);
-  bool window_has_effect(const Fault& fault, const Window& window);
+  enum class Holds : std::uint8_t { free, held };
+  bool window_has_effect(const Fault& fault, const Window& window, Holds holds);
+  Verdict refuted(const Fault& fault);
   void hand_over(CaDiCaL::Solver& engine, const char* configuration);
   int run(std::uint32_t conflict_limit, const char* configuration, const Fault* fault,
           const std::vector<int>& holds, Cube& cube);
   std::vector<int> steering_inputs(std::size_t most) const;
   int run_by_cases(const Fault& fault, std::uint32_t conflict_limit, const std::vector<int>& holds,
                    Cube& cube);
-  int run_to_all(const Fault& fault, bool held, std::uint32_t conflict_limit, Cube& cube);
+  int run_to_all(const Fault& fault, std::uint32_t conflict_limit, Cube& cube);
   std::vector<int> held_literals() const;
   void lift(const Fault& fault, CaDiCaL::Solver& engine, Cube& cube);
 
