@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -33,6 +34,7 @@
 #include "asic/dft/stil.hpp"
 #include "asic/dft/test_solver.hpp"
 #include "asic/dft/transition.hpp"
+#include "asic/dft/workers.hpp"
 #include "asic/dft/yosys_library.hpp"
 #include "vectors/output_file.hpp"
 #include "vectors/sha256.hpp"
@@ -229,6 +231,24 @@ Tests transition_tests(const Options& options, const Subject& subject) {
   return tests;
 }
 
+struct TextFile {
+  std::string name, text, hash;
+};
+
+// By two threads, each of which takes the next file when it is free.
+std::vector<TextFile> texts_of(const std::map<std::string, std::function<std::string()>>& writers) {
+  std::vector<TextFile> files;
+  for (const auto& [name, writer] : writers) files.push_back({name, "", ""});
+  std::atomic<std::size_t> next{0};
+  in_parallel([&](unsigned) {
+    for (std::size_t k = next++; k < files.size(); k = next++) {
+      files[k].text = writers.at(files[k].name)();
+      files[k].hash = sha256(files[k].text);
+    }
+  });
+  return files;
+}
+
 int generate(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const CellLibrary library = library_of(options);
@@ -237,23 +257,24 @@ int generate(const Options& options) {
   Tests tests = transitions ? transition_tests(options, subject) : stuck_at_tests(options, subject);
   const TestSet& set = tests.set;
   const Coverage result = coverage(set.faults, tests.reported);
-  std::map<std::string, std::string> files;
-  if (subject.scanned) {
-    files["patterns.stil"] = stil_text(tests.scan);
-    tests.stream = expand(tests.scan);
-    files["netlist.json"] = yosys_json_text(subject.design.netlist);
-    files["netlist.v"] = verilog_text(subject.design.netlist);
-    files["cells.v"] = cell_models(subject.design.netlist, library);
-  } else {
-    files["patterns.stil"] = flat_stil_text(tests.stream);
-  }
+  if (subject.scanned) tests.stream = expand(tests.scan);
   const CycleStream& stream = tests.stream;
-  files["patterns.wgl"] = wgl_text(stream);
-  files["patterns.avc"] = avc_text(stream);
-  files["patterns.atp"] = atp_text(stream);
-  files["faults.txt"] = fault_report(set.faults, tests.reported, tests.graded, [&](std::size_t fault) {
-    return transitions ? transition_name(subject.circuit, fault) : fault_name(subject.circuit, fault);
-  });
+  std::map<std::string, std::function<std::string()>> writers = {
+      {"patterns.stil", [&] { return subject.scanned ? stil_text(tests.scan) : flat_stil_text(stream); }},
+      {"patterns.wgl", [&] { return wgl_text(stream); }},
+      {"patterns.avc", [&] { return avc_text(stream); }},
+      {"patterns.atp", [&] { return atp_text(stream); }},
+      {"faults.txt", [&] {
+         return fault_report(set.faults, tests.reported, tests.graded, [&](std::size_t fault) {
+           return transitions ? transition_name(subject.circuit, fault) : fault_name(subject.circuit, fault);
+         });
+       }}};
+  if (subject.scanned) {
+    writers["netlist.json"] = [&] { return yosys_json_text(subject.design.netlist); };
+    writers["netlist.v"] = [&] { return verilog_text(subject.design.netlist); };
+    writers["cells.v"] = [&] { return cell_models(subject.design.netlist, library); };
+  }
+  const std::vector<TextFile> files = texts_of(writers);
   nlohmann::ordered_json manifest = {
       {"tool", version()},
       {"seed", options.seed},
@@ -268,9 +289,9 @@ int generate(const Options& options) {
       {"aborted", set.aborted},
       {transitions ? "transition" : "stuck_at", coverage_json(result)}};
   fs::create_directories(options.out);
-  for (const auto& [name, text] : files) {
-    write_file(options.out / name, text);
-    manifest["files"][name] = sha256(text);
+  for (const TextFile& file : files) {
+    write_file(options.out / file.name, file.text);
+    manifest["files"][file.name] = file.hash;
   }
   write_file(options.out / "manifest.json", manifest.dump(2) + "\n");
   print_coverage(result);
