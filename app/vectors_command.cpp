@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -32,6 +33,8 @@
 #include "asic/dft/scan_test.hpp"
 #include "asic/dft/stil.hpp"
 #include "asic/dft/test_solver.hpp"
+#include "asic/dft/transition.hpp"
+#include "asic/dft/workers.hpp"
 #include "asic/dft/yosys_library.hpp"
 #include "vectors/output_file.hpp"
 #include "vectors/sha256.hpp"
@@ -46,7 +49,7 @@ using namespace dft;
 
 struct Options {
   fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells;
-  std::string on = "netlist", reset;
+  std::string on = "netlist", reset, model = "stuck-at";
   std::size_t chains = 8;
   std::size_t stops = 20;
   std::uint64_t seed = 1;
@@ -113,14 +116,14 @@ nlohmann::ordered_json coverage_json(const Coverage& c) {
 }
 
 // One line a fault: class, name, first pattern that detects it.
-std::string fault_report(const Circuit& circuit, const FaultList& list,
-                         const std::vector<FaultClass>& reported, const Grade& graded) {
+std::string fault_report(const FaultList& list, const std::vector<FaultClass>& reported, const Grade& graded,
+                         const std::function<std::string(std::size_t)>& name) {
   std::string text;
   for (std::size_t f = 0; f < reported.size(); ++f) {
     const std::uint32_t first =
         list.class_of[f] == FaultList::kNoClass ? Grade::kUndetected : graded.first_pattern[list.class_of[f]];
     text += fmt::format("{} {} {}\n", to_string(reported[f]),
-                        first == Grade::kUndetected ? "-" : std::to_string(first), fault_name(circuit, f));
+                        first == Grade::kUndetected ? "-" : std::to_string(first), name(f));
   }
   return text;
 }
@@ -187,34 +190,91 @@ Subject subject_of(const Options& options, const CellLibrary& library) {
   return subject;
 }
 
+// Tests of one fault model, and what a tester is given.
+struct Tests {
+  TestSet set;
+  std::vector<FaultClass> reported;
+  Grade graded;
+  ScanTest scan;       // of a scanned netlist
+  CycleStream stream;  // the same, or that of a netlist without flops
+};
+
+Tests stuck_at_tests(const Options& options, const Subject& subject) {
+  Tests tests;
+  tests.set = generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
+  tests.reported = reported_classes(subject.circuit, tests.set.faults, tests.set.of_class);
+  tests.graded = grade(subject.circuit, blocks_of(tests.set.patterns, subject.circuit.inputs().size()),
+                       tests.set.faults.classes, 2);
+  const std::string title = options.netlist.stem().string();
+  if (subject.scanned)
+    tests.scan = make_scan_test(subject.design, subject.view, tests.set.patterns, title);
+  else
+    tests.stream = plain_stream(subject.circuit, tests.set.patterns, title);
+  return tests;
+}
+
+Tests transition_tests(const Options& options, const Subject& subject) {
+  if (!subject.scanned)
+    throw InputError(
+        fmt::format("{}: found no flops, expected some that launch transitions; "
+                    "give --faults stuck-at",
+                    options.netlist.string()));
+  const TransitionView view = launch_on_capture(subject.view);
+  Tests tests;
+  tests.set =
+      generate_tests(view.circuit, view.faults, {.seed = options.seed, .conflict_limit = options.conflicts});
+  tests.reported = reported_transitions(subject.view, view, tests.set.of_class);
+  tests.graded = grade(view.circuit, blocks_of(tests.set.patterns, view.circuit.inputs().size()),
+                       tests.set.faults.classes, 2);
+  tests.scan = make_transition_test(subject.design, subject.view, view, tests.set.patterns,
+                                    options.netlist.stem().string());
+  return tests;
+}
+
+struct TextFile {
+  std::string name, text, hash;
+};
+
+// By two threads, each of which takes the next file when it is free.
+std::vector<TextFile> texts_of(const std::map<std::string, std::function<std::string()>>& writers) {
+  std::vector<TextFile> files;
+  for (const auto& [name, writer] : writers) files.push_back({name, "", ""});
+  std::atomic<std::size_t> next{0};
+  in_parallel([&](unsigned) {
+    for (std::size_t k = next++; k < files.size(); k = next++) {
+      files[k].text = writers.at(files[k].name)();
+      files[k].hash = sha256(files[k].text);
+    }
+  });
+  return files;
+}
+
 int generate(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const CellLibrary library = library_of(options);
   const Subject subject = subject_of(options, library);
-  const TestSet set =
-      generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
-  const std::vector<FaultClass> reported = reported_classes(subject.circuit, set.faults, set.of_class);
-  const Coverage result = coverage(set.faults, reported);
-  const Grade graded =
-      grade(subject.circuit, blocks_of(set.patterns, subject.circuit.inputs().size()), set.faults.classes, 2);
-  const std::string title = options.netlist.stem().string();
-  std::map<std::string, std::string> files;
-  CycleStream stream;
+  const bool transitions = options.model == "transition";
+  Tests tests = transitions ? transition_tests(options, subject) : stuck_at_tests(options, subject);
+  const TestSet& set = tests.set;
+  const Coverage result = coverage(set.faults, tests.reported);
+  if (subject.scanned) tests.stream = expand(tests.scan);
+  const CycleStream& stream = tests.stream;
+  std::map<std::string, std::function<std::string()>> writers = {
+      {"patterns.stil", [&] { return subject.scanned ? stil_text(tests.scan) : flat_stil_text(stream); }},
+      {"patterns.wgl", [&] { return wgl_text(stream); }},
+      {"patterns.avc", [&] { return avc_text(stream); }},
+      {"patterns.atp", [&] { return atp_text(stream); }},
+      {"faults.txt", [&] {
+         return fault_report(set.faults, tests.reported, tests.graded, [&](std::size_t fault) {
+           return transitions ? transition_name(subject.circuit, fault) : fault_name(subject.circuit, fault);
+         });
+       }}};
   if (subject.scanned) {
-    const ScanTest test = make_scan_test(subject.design, subject.view, set.patterns, title);
-    files["patterns.stil"] = stil_text(test);
-    stream = expand(test);
-    files["netlist.json"] = yosys_json_text(subject.design.netlist);
-    files["netlist.v"] = verilog_text(subject.design.netlist);
-    files["cells.v"] = cell_models(subject.design.netlist, library);
-  } else {
-    stream = plain_stream(subject.circuit, set.patterns, title);
-    files["patterns.stil"] = flat_stil_text(stream);
+    writers["netlist.json"] = [&] { return yosys_json_text(subject.design.netlist); };
+    writers["netlist.v"] = [&] { return verilog_text(subject.design.netlist); };
+    writers["cells.v"] = [&] { return cell_models(subject.design.netlist, library); };
   }
-  files["patterns.wgl"] = wgl_text(stream);
-  files["patterns.avc"] = avc_text(stream);
-  files["patterns.atp"] = atp_text(stream);
-  files["faults.txt"] = fault_report(subject.circuit, set.faults, reported, graded);
+  const std::vector<TextFile> files = texts_of(writers);
   nlohmann::ordered_json manifest = {
       {"tool", version()},
       {"seed", options.seed},
@@ -227,11 +287,11 @@ int generate(const Options& options) {
       {"cycles", stream.cycles.size()},
       {"chains", subject.design.chains.size()},
       {"aborted", set.aborted},
-      {"stuck_at", coverage_json(result)}};
+      {transitions ? "transition" : "stuck_at", coverage_json(result)}};
   fs::create_directories(options.out);
-  for (const auto& [name, text] : files) {
-    write_file(options.out / name, text);
-    manifest["files"][name] = sha256(text);
+  for (const TextFile& file : files) {
+    write_file(options.out / file.name, file.text);
+    manifest["files"][file.name] = file.hash;
   }
   write_file(options.out / "manifest.json", manifest.dump(2) + "\n");
   print_coverage(result);
@@ -484,7 +544,9 @@ int grade_patterns(const Options& options) {
     if (graded.detections[i] != 0) of_class[i] = FaultClass::DS;
   }
   const std::vector<FaultClass> reported = reported_classes(circuit, list, of_class);
-  if (!options.out.empty()) write_file(options.out, fault_report(circuit, list, reported, graded));
+  if (!options.out.empty())
+    write_file(options.out, fault_report(list, reported, graded,
+                                         [&](std::size_t fault) { return fault_name(circuit, fault); }));
   print_coverage(coverage(list, reported));
   fmt::print("{:<22} {:>10}\n", "patterns", patterns.size());
   return 0;
@@ -657,6 +719,10 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   generation_of(sub_generate);
   sub_generate->add_option("--rtl", options->rtl,
                            "Sources of the netlist: their hashes go into the manifest");
+  sub_generate
+      ->add_option("--faults", options->model,
+                   "stuck-at (default), or transition: launched and captured by two clocks in a row")
+      ->check(CLI::IsMember({"stuck-at", "transition"}));
   sub_generate->add_option("--out", options->out, "Folder to write")->required();
   CLI::App* sub_scan = command->add_subcommand("scan", "Insert scan alone: netlist and order of the chains");
   netlist_of(sub_scan);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <thread>
 
 #include "asic/dft/lanes.hpp"
@@ -55,20 +56,62 @@ struct Workspace {
   const Circuit& circuit;
   const Word* values;
   Word* observable;
-  std::uint8_t* known;
+  const Word* reaching;
+  const Node* root;
   const std::uint8_t* needed;
   Word* faulty;
   std::uint32_t* stamp;
   std::uint64_t* pending;
-  std::size_t pending_words;
   std::uint32_t now;
 };
 
-// A change of `stem` in all patterns, propagated.
+// From which lines of a fan-out-free region its root follows a change, in which patterns.
+MELTSTAGE_WIDE void trace_regions_wide(const Circuit& circuit, const Word* values, const Node* root,
+                                       const std::uint8_t* needed, Word* observable, Word* reaching) {
+  for (Node node = static_cast<Node>(circuit.size()); node-- > 0;) {
+    if (needed[node] == 0 || circuit.kind(node) == Gate::output) continue;
+    if (root[node] == node) {
+      lanes(observable[node]) = ~Lanes{};
+      lanes(reaching[node]) = Lanes{};
+      continue;
+    }
+    const Node next = circuit.fanout(node)[0];
+    const auto fanin = circuit.fanin(next);
+    std::size_t pin = 0;
+    while (fanin[pin] != node) ++pin;
+    Lanes open{};
+    sensitive(circuit, values, next, pin, open);
+    lanes(observable[node]) = open & lanes(observable[next]);
+  }
+}
+
+// In which patterns each fault changes the root of its region, and where any does.
+MELTSTAGE_WIDE void excite_wide(const Circuit& circuit, const Word* values, const Word* observable,
+                                const Node* root, const Fault* faults, const std::uint32_t* which,
+                                std::size_t count, const Word& used, Word* detected, Word* reaching) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const Fault& fault = faults[which[k]];
+    const Node line =
+        fault.pin == kStem ? fault.node : circuit.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
+    Lanes changed = fault.stuck ? ~lanes(values[line]) : lanes(values[line]);
+    changed &= lanes(observable[fault.node]) & lanes(used);
+    if (fault.launch != kNoNode)
+      changed &= fault.stuck ? lanes(values[fault.launch]) : ~lanes(values[fault.launch]);
+    if (fault.pin != kStem) {
+      Lanes pass{};
+      sensitive(circuit, values, fault.node, static_cast<std::size_t>(fault.pin), pass);
+      changed &= pass;
+    }
+    lanes(detected[k]) = changed;
+    if (circuit.kind(root[fault.node]) != Gate::output) lanes(reaching[root[fault.node]]) |= changed;
+  }
+}
+
+// A change of `stem` in the patterns that reach it, propagated.
 MELTSTAGE_INLINE void propagate(Workspace& w, Node stem, Lanes& seen) {
   const Circuit& circuit = w.circuit;
   ++w.now;
-  lanes(w.faulty[stem]) = ~lanes(w.values[stem]);
+  lanes(w.faulty[stem]) = lanes(w.values[stem]) ^ lanes(w.reaching[stem]);
   w.stamp[stem] = w.now;
   std::size_t waiting = 0;
   std::size_t at = stem / 64;
@@ -99,81 +142,43 @@ MELTSTAGE_INLINE void propagate(Workspace& w, Node stem, Lanes& seen) {
     if (is_zero(difference)) continue;
     if (circuit.kind(node) == Gate::output) {
       found |= difference & lanes(w.observable[node]);
-    } else if (waiting == 0 && w.known[node] != 0) {
-      found |= difference & lanes(w.observable[node]);
-    } else {
-      lanes(w.faulty[node]) = value;
-      w.stamp[node] = w.now;
-      wake(node);
+      continue;
     }
+    if (waiting == 0 && w.needed[node] != 0) {  // what is left has been looked at, perhaps
+      const Node root = w.root[node];
+      const Lanes left = root == node ? difference : difference & lanes(w.observable[node]);
+      if (is_zero(left & ~lanes(w.reaching[root]))) {
+        found |= left & lanes(w.observable[root]);
+        continue;
+      }
+    }
+    lanes(w.faulty[node]) = value;
+    w.stamp[node] = w.now;
+    wake(node);
   }
   seen = found;
 }
 
+// Of each root the patterns in which what reaches it shows at an output.
 MELTSTAGE_WIDE void observe_wide(Workspace& w) {
   const Circuit& circuit = w.circuit;
   for (Node node = static_cast<Node>(circuit.size()); node-- > 0;) {
-    if (w.needed[node] == 0) continue;
+    if (w.needed[node] == 0 || w.root[node] != node || circuit.kind(node) == Gate::output) continue;
     Lanes& seen = lanes(w.observable[node]);
-    w.known[node] = 1;
-    const auto fanout = circuit.fanout(node);
-    if (circuit.kind(node) == Gate::output) continue;  // what is compared stands there already
-    if (fanout.empty()) {
+    if (is_zero(lanes(w.reaching[node])))
       seen = Lanes{};
-    } else if (fanout.size() == 1) {
-      const auto fanin = circuit.fanin(fanout[0]);
-      std::size_t pin = 0;
-      while (fanin[pin] != node) ++pin;
-      Lanes open{};
-      sensitive(circuit, w.values, fanout[0], pin, open);
-      seen = open & lanes(w.observable[fanout[0]]);
-    } else {
+    else
       propagate(w, node, seen);
-    }
   }
 }
 
-MELTSTAGE_WIDE void detect_wide(const Circuit& circuit, const Word* values, const Word* observable,
-                                const Fault* faults, const std::uint8_t* alive, std::size_t count,
-                                const Word& used, Word* detected) {
-  for (std::size_t i = 0; i < count; ++i) {
-    if (alive[i] == 0) {
-      lanes(detected[i]) = Lanes{};
-      continue;
-    }
-    const Fault& fault = faults[i];
-    const Node line =
-        fault.pin == kStem ? fault.node : circuit.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
-    Lanes excited = fault.stuck ? ~lanes(values[line]) : lanes(values[line]);
-    if (fault.launch != kNoNode)
-      excited &= fault.stuck ? lanes(values[fault.launch]) : ~lanes(values[fault.launch]);
-    Lanes open = lanes(observable[fault.node]) & lanes(used);
-    if (fault.pin != kStem) {
-      Lanes pass{};
-      sensitive(circuit, values, fault.node, static_cast<std::size_t>(fault.pin), pass);
-      open &= pass;
-    }
-    lanes(detected[i]) = excited & open;
-  }
+MELTSTAGE_WIDE void detect_wide(const Word* observable, const Node* root, const Fault* faults,
+                                const std::uint32_t* which, std::size_t count, Word* detected) {
+  for (std::size_t k = 0; k < count; ++k)
+    lanes(detected[k]) &= lanes(observable[root[faults[which[k]].node]]);
 }
 
 }  // namespace
-
-std::vector<PatternBlock> blocks_of(const std::vector<Pattern>& patterns, std::size_t inputs,
-                                    const std::vector<Pattern>& compared) {
-  std::vector<PatternBlock> blocks;
-  for (std::size_t i = 0; i < patterns.size(); ++i) {
-    if (i % kLanes == 0)
-      blocks.push_back(
-          {std::vector<Word>(inputs), 0, std::vector<Word>(compared.empty() ? 0 : compared[0].size())});
-    PatternBlock& block = blocks.back();
-    for (std::size_t k = 0; k < inputs; ++k) block.inputs[k].set(block.count, patterns[i][k] != 0);
-    for (std::size_t k = 0; k < block.compared.size(); ++k)
-      block.compared[k].set(block.count, compared[i][k] != 0);
-    ++block.count;
-  }
-  return blocks;
-}
 
 void simulate(const Circuit& circuit, const PatternBlock& block, std::vector<Word>& values) {
   values.resize(circuit.size());
@@ -201,27 +206,36 @@ void simulate_faulty(const Circuit& circuit, const Fault& fault, std::vector<Wor
   }
 }
 
+std::vector<std::uint32_t> every(std::size_t count) {
+  std::vector<std::uint32_t> all(count);
+  std::iota(all.begin(), all.end(), 0U);
+  return all;
+}
+
 FaultSimulator::FaultSimulator(const Circuit& circuit)
     : circuit_(circuit),
+      root_(circuit.size()),
       values_(circuit.size()),
       observable_(circuit.size()),
-      known_(circuit.size()),
+      reaching_(circuit.size()),
       needed_(circuit.size()),
       faulty_(circuit.size()),
       stamp_(circuit.size(), 0),
-      pending_(circuit.size() / 64 + 1, 0) {}
+      pending_(circuit.size() / 64 + 1, 0) {
+  for (Node node = static_cast<Node>(circuit.size()); node-- > 0;)
+    root_[node] = circuit.fanout(node).size() == 1 ? root_[circuit.fanout(node)[0]] : node;
+  for (const Node output : circuit.outputs()) reaching_[output].part.fill(~std::uint64_t{0});
+}
 
-void FaultSimulator::detect(const PatternBlock& block, const std::vector<Fault>& faults,
-                            const std::vector<std::uint8_t>& alive, std::vector<Word>& detected) {
+const std::vector<Word>& FaultSimulator::detect(const PatternBlock& block, const std::vector<Fault>& faults,
+                                                const std::vector<std::uint32_t>& which) {
   simulate(circuit_, block, values_);
-  std::fill(known_.begin(), known_.end(), std::uint8_t{0});
   std::fill(needed_.begin(), needed_.end(), std::uint8_t{0});
-  for (std::size_t i = 0; i < faults.size(); ++i) {
-    if (alive[i] != 0) needed_[faults[i].node] = 1;
-  }
-  for (Node node = 0; node < circuit_.size();
-       ++node) {  // a line without branches takes what the gate it feeds has
-    if (needed_[node] != 0 && circuit_.fanout(node).size() == 1) needed_[circuit_.fanout(node)[0]] = 1;
+  for (const std::uint32_t i : which) {
+    for (Node node = faults[i].node; needed_[node] == 0; node = circuit_.fanout(node)[0]) {
+      needed_[node] = 1;
+      if (root_[node] == node) break;
+    }
   }
   for (std::size_t i = 0; i < circuit_.outputs().size(); ++i) {
     if (block.compared.empty())
@@ -229,37 +243,40 @@ void FaultSimulator::detect(const PatternBlock& block, const std::vector<Fault>&
     else
       observable_[circuit_.outputs()[i]] = block.compared[i];
   }
-  Workspace w{circuit_,       values_.data(), observable_.data(), known_.data(),   needed_.data(),
-              faulty_.data(), stamp_.data(),  pending_.data(),    pending_.size(), now_};
+  detected_.resize(which.size());
+  trace_regions_wide(circuit_, values_.data(), root_.data(), needed_.data(), observable_.data(),
+                     reaching_.data());
+  excite_wide(circuit_, values_.data(), observable_.data(), root_.data(), faults.data(), which.data(),
+              which.size(), block.used(), detected_.data(), reaching_.data());
+  Workspace w{circuit_,       values_.data(), observable_.data(), reaching_.data(), root_.data(),
+              needed_.data(), faulty_.data(), stamp_.data(),      pending_.data(),  now_};
   observe_wide(w);
   now_ = w.now;
-  detected.resize(faults.size());
-  detect_wide(circuit_, values_.data(), observable_.data(), faults.data(), alive.data(), faults.size(),
-              block.used(), detected.data());
+  detect_wide(observable_.data(), root_.data(), faults.data(), which.data(), which.size(), detected_.data());
+  return detected_;
 }
 
 void FaultSimulator::detect_at_gate(const PatternBlock& block, const std::vector<Fault>& faults,
                                     std::vector<Word>& detected) {
   simulate(circuit_, block, values_);
   for (Word& word : observable_) word.part.fill(~std::uint64_t{0});
-  const std::vector<std::uint8_t> all(faults.size(), 1);
+  const std::vector<std::uint32_t> all = every(faults.size());
   detected.resize(faults.size());
-  detect_wide(circuit_, values_.data(), observable_.data(), faults.data(), all.data(), faults.size(),
-              block.used(), detected.data());
+  excite_wide(circuit_, values_.data(), observable_.data(), root_.data(), faults.data(), all.data(),
+              faults.size(), block.used(), detected.data(), reaching_.data());
 }
 
 Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, const std::vector<Fault>& faults,
             unsigned threads) {
-  const std::vector<std::uint8_t> alive(faults.size(), 1);
+  const std::vector<std::uint32_t> all = every(faults.size());
   std::vector<Grade> parts(std::max(1U, threads));
   std::atomic<std::size_t> next{0};
   const auto work = [&](Grade& part) {
     part.first_pattern.assign(faults.size(), Grade::kUndetected);
     part.detections.assign(faults.size(), 0);
     FaultSimulator simulator(circuit);
-    std::vector<Word> detected;
     for (std::size_t b = next++; b < blocks.size(); b = next++) {
-      simulator.detect(blocks[b], faults, alive, detected);
+      const std::vector<Word>& detected = simulator.detect(blocks[b], faults, all);
       for (std::size_t i = 0; i < faults.size(); ++i) {
         const std::size_t lane = detected[i].first();
         if (lane == kLanes) continue;

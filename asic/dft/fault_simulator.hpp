@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel-pattern single-fault propagation: 512 patterns at once. The observability of a line (in which
-// patterns a change of it reaches an output) is found from the outputs backwards: lines without branches take
-// it from the gate they feed; a change of a branching line is propagated event by event until it has died,
-// reached outputs, or narrowed to one line whose observability is known. After Waicukauski et al., "Fault
-// simulation for structured VLSI", VLSI Systems Design 1985, with critical-path tracing inside fan-out-free
-// regions (Abramovici et al. 1984).
+// Parallel-pattern single-fault propagation: 512 patterns at once. Inside a fan-out-free region faults are
+// traced to its root, the branching line, by the gates on the way; from the outputs backwards a change of
+// each root is propagated event by event, in the patterns in which a fault of the region reaches it, until it
+// has died, reached outputs, or narrowed to one line that has been looked at in these patterns. After
+// Waicukauski et al., "Fault simulation for structured VLSI", VLSI Systems Design 1985, with critical-path
+// tracing inside fan-out-free regions (Abramovici et al. 1984).
 #pragma once
 
 #include <cstdint>
@@ -28,10 +28,10 @@ class FaultSimulator {
  public:
   explicit FaultSimulator(const Circuit& circuit);
 
-  /// Which patterns of the block detect each fault of `faults`; one word a fault, unused lanes 0. Faults with
-  /// alive[i] == 0 are left out (their word is 0). Both vectors have the same length.
-  void detect(const PatternBlock& block, const std::vector<Fault>& faults,
-              const std::vector<std::uint8_t>& alive, std::vector<Word>& detected);
+  /// Which patterns of the block detect each of the faults at positions `which`, in their order; unused lanes
+  /// are 0. Holds until the next call.
+  const std::vector<Word>& detect(const PatternBlock& block, const std::vector<Fault>& faults,
+                                  const std::vector<std::uint32_t>& which);
 
   /// Which patterns excite each fault and carry it through the gate that its line feeds (pseudo-stuck-at, for
   /// supply current measurement).
@@ -40,18 +40,24 @@ class FaultSimulator {
 
   /// Values of the fault-free circuit of the last block.
   const std::vector<Word>& values() const { return values_; }
+  /// The branching line or output that a node alone leads to; itself where it branches.
+  Node root(Node node) const { return root_[node]; }
 
  private:
   const Circuit& circuit_;
+  std::vector<Node> root_;
   std::vector<Word> values_;
-  std::vector<Word> observable_;
-  std::vector<std::uint8_t> known_;   // observable_ holds for this block
-  std::vector<std::uint8_t> needed_;  // a fault that is alive needs it
-  std::vector<Word> faulty_;
+  std::vector<Word> observable_;      // of a root, at an output, where reaching_; of others, at their root
+  std::vector<Word> reaching_;        // of a root, where a fault reaches it
+  std::vector<std::uint8_t> needed_;  // a fault of `which` passes here on the way to its root
+  std::vector<Word> faulty_, detected_;
   std::vector<std::uint32_t> stamp_;
   std::vector<std::uint64_t> pending_;
   std::uint32_t now_ = 0;
 };
+
+/// 0 .. count - 1: all faults of a list.
+std::vector<std::uint32_t> every(std::size_t count);
 
 /// Grading without dropping: in `first_pattern` the first pattern that detects each fault (kUndetected for
 /// none), in `detections` how many do. Blocks are shared between `threads` threads.

@@ -132,11 +132,12 @@ std::string wgl_text(const CycleStream& stream) {
   text += ")\n";
   runs(stream, 1'000'000, [&](const TestCycle& cycle, std::uint64_t count) {
     if (!cycle.label.empty()) text += fmt::format("  {{ {} }}\n", cycle.label);
-    std::string vector;
-    for (const char c : cycle.states)
-      vector += fmt::format(" {}", c == 'P' || c == 'H' ? '1' : c == 'L' ? '0' : c == 'X' ? 'X' : c);
-    text += count == 1 ? fmt::format("  vector(tp) := [{} ];\n", vector)
-                       : fmt::format("  repeat {} vector(tp) := [{} ];\n", count, vector);
+    text += count == 1 ? "  vector(tp) := [" : fmt::format("  repeat {} vector(tp) := [", count);
+    for (const char c : cycle.states) {
+      text += ' ';
+      text += c == 'P' || c == 'H' ? '1' : c == 'L' ? '0' : c;
+    }
+    text += " ];\n";
   });
   return text + "end\n\nend\n";
 }
@@ -172,7 +173,10 @@ std::string atp_text(const CycleStream& stream) {
   runs(stream, 65535, [&](const TestCycle& cycle, std::uint64_t count) {
     if (!cycle.label.empty()) text += fmt::format("// {}\n", cycle.label);
     text += count == 1 ? "> tp0" : fmt::format("repeat {} > tp0", count);
-    for (const char c : cycle.states) text += fmt::format(" {}", c == 'P' ? '1' : c);
+    for (const char c : cycle.states) {
+      text += ' ';
+      text += c == 'P' ? '1' : c;
+    }
     text += ";\n";
   });
   return text + "}\n";
@@ -183,8 +187,7 @@ std::string avc_text(const CycleStream& stream) {
   for (const TestSignal& signal : stream.signals) text += " " + pin_name(signal.name);
   text += ";\n";
   runs(stream, 65535, [&](const TestCycle& cycle, std::uint64_t count) {
-    text += fmt::format("R{} tp0 ", count);
-    for (const char c : cycle.states) text += c;
+    text += fmt::format("R{} tp0 {}", count, cycle.states);
     text += cycle.label.empty() ? ";\n" : fmt::format("; # {}\n", cycle.label);
   });
   return text;

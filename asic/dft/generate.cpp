@@ -2,27 +2,27 @@
 #include "asic/dft/generate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <numeric>
 #include <random>
-#include <thread>
 
-#include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/podem.hpp"
 #include "asic/dft/test_solver.hpp"
+#include "asic/dft/workers.hpp"
 
 namespace meltstage::dft {
 
 namespace {
 
-constexpr unsigned kWorkers = 2;
-constexpr std::size_t kBatch = 64;  // faults solved by a worker between two simulations
+constexpr std::size_t kBatch = 128;  // faults solved between two simulations
 constexpr std::size_t kStride = 8, kChunk = 64 * kBatch;
 constexpr std::size_t kPool = 64;    // merged cubes that are open at a time
 constexpr std::size_t kClosed = 16;  // of these are closed at a time, when a cube fits none
 constexpr std::size_t kFills = kLanes / kClosed;
 constexpr std::size_t kRandomBlocks = 512;
-constexpr double kRandomYield = 0.0005;  // random patterns end when a block detects less than this share
+constexpr double kRandomYield = 0.00025;  // random patterns end when a block detects less than this share
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -37,11 +37,12 @@ struct Merged {
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 // A pattern that detects a fault.
 struct Witness {
-  std::uint32_t block = kNone, lane = 0;
+  std::uint32_t pattern = kNone;  // kept one
+  std::uint32_t block = kNone;    // the how manieth block of all it was in
 };
 
 struct Solved {
-  std::size_t fault;
+  std::uint32_t fault;
   Verdict verdict = Verdict::aborted;
   Cube cube;
 };
@@ -52,21 +53,24 @@ class Generator {
       : circuit_(circuit),
         options_(options),
         random_(options.seed),
-        simulators_(kWorkers, FaultSimulator(circuit)) {
+        simulator_(circuit),
+        podems_(kWorkers, Podem(circuit)),
+        kept_(circuit.inputs().size()) {
     set_.faults = std::move(faults);
     set_.of_class.assign(set_.faults.classes.size(), FaultClass::NO);
     alive_.assign(set_.faults.classes.size(), 1);
     witness_.resize(set_.faults.classes.size());
     cube_of_.resize(set_.faults.classes.size());
-    cones_ = output_cones(circuit);
-    for (unsigned i = 0; i < kWorkers; ++i) solvers_.emplace_back(circuit, cones_);
+    solvers_.reserve(kWorkers);
+    const OutputCones cones = output_cones(circuit);
+    while (solvers_.size() < kWorkers) solvers_.emplace_back(circuit, cones);
   }
 
   TestSet run() {
     drop_structural();
     auto start = std::chrono::steady_clock::now();
     random_phase();
-    random_blocks_ = static_cast<std::uint32_t>(blocks_.size());
+    random_blocks_ = blocks_;
     set_.times.random_s = since(start);
     start = std::chrono::steady_clock::now();
     solve_phase();
@@ -83,8 +87,7 @@ class Generator {
     set_.patterns =
         compact(circuit_, std::move(set_.patterns), detected, options_.seed, options_.compaction_passes);
     set_.times.compact_s = since(start);
-    for (const TestSolver& solver : solvers_)
-      set_.solver_calls += solver.effort().near_calls + solver.effort().apart_calls;
+    for (const TestSolver& solver : solvers_) set_.solver_calls += solver.calls();
     return std::move(set_);
   }
 
@@ -149,206 +152,170 @@ class Generator {
 
   // Random patterns tell easy faults from hard ones and give the easy ones a witness.
   void random_phase() {
-    std::vector<std::uint8_t> watched = alive_;
-    for (std::size_t b = 0; b < kRandomBlocks; b += kWorkers) {
-      std::vector<std::vector<Word>> detected(kWorkers);
-      const std::size_t first = blocks_.size();
-      for (unsigned w = 0; w < kWorkers; ++w) blocks_.push_back(random_block());
-      in_parallel([&](unsigned w) {
-        simulators_[w].detect(blocks_[first + w], set_.faults.classes, watched, detected[w]);
-      });
-      std::size_t found = 0;
-      for (unsigned w = 0; w < kWorkers; ++w) found += take_witnesses(detected[w], first + w, watched);
-      if (static_cast<double>(found) < kRandomYield * static_cast<double>(alive_.size())) break;
+    std::vector<std::uint32_t> watched;
+    for (std::uint32_t i = 0; i < alive_.size(); ++i) {
+      if (alive_[i] != 0) watched.push_back(i);
+    }
+    for (std::size_t b = 0; b < kRandomBlocks; ++b) {
+      const std::size_t before = watched.size();
+      look(random_block(), watched);
+      if (static_cast<double>(before - watched.size()) < kRandomYield * static_cast<double>(alive_.size()))
+        break;
     }
   }
 
-  // Returns how many faults of `watched` have got a witness; they are watched no more.
-  std::size_t take_witnesses(const std::vector<Word>& detected, std::size_t block,
-                             std::vector<std::uint8_t>& watched) {
-    std::size_t found = 0;
-    for (std::size_t i = 0; i < watched.size(); ++i) {
-      if (watched[i] == 0) continue;
-      const std::size_t lane = detected[i].first();
-      if (lane == kLanes) continue;
-      witness_[i] = {static_cast<std::uint32_t>(block), static_cast<std::uint32_t>(lane)};
-      watched[i] = 0;
-      ++found;
+  // Keeps a pattern of the block as a witness for every fault of `watched` that it detects; these are watched
+  // no more.
+  void look(const PatternBlock& block, std::vector<std::uint32_t>& watched) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // fault, lane
+    std::vector<std::uint32_t> place(kLanes, kNone), lanes;
+    simulator_.detect(block, set_.faults.classes, watched, [&](std::uint32_t i, const Word& patterns) {
+      found.emplace_back(i, static_cast<std::uint32_t>(patterns.first()));
+      place[found.back().second] = 0;
+    });
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      if (place[lane] == kNone) continue;
+      place[lane] = static_cast<std::uint32_t>(kept_.size() + lanes.size());
+      lanes.push_back(lane);
     }
-    return found;
+    kept_.append(block, lanes);
+    for (const auto& [i, lane] : found) witness_[i] = {place[lane], blocks_};
+    ++blocks_;
+    std::erase_if(watched, [&](std::uint32_t i) { return witness_[i].pattern != kNone; });
   }
 
   // A cube or a verdict for every fault without a witness; faults that the solver's patterns detect by the
   // way have a witness in them.
   void solve_phase() {
-    std::vector<std::uint8_t> watched(alive_.size(), 0);
-    std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < alive_.size(); ++i) {
-      if (alive_[i] == 0 || witness_[i].block != kNone) continue;
-      watched[i] = 1;
-      order.push_back(i);
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t i = 0; i < alive_.size(); ++i) {
+      if (alive_[i] != 0 && witness_[i].pattern == kNone) open.push_back(i);
     }
-    solve_apart(solve_near(order, watched), watched);
+    std::vector<std::uint32_t> left;
+    solve_each(
+        in_strides(std::move(open)),
+        [&](unsigned w, Solved& solved) {
+          const Fault& fault = set_.faults.classes[solved.fault];
+          solved.verdict = podems_[w].search(fault, solved.cube) ? Verdict::test : Verdict::aborted;
+        },
+        [&](const Solved& solved) { left.push_back(solved.fault); });
+    solve_each(
+        left,
+        [&](unsigned w, Solved& solved) {
+          const Fault& fault = set_.faults.classes[solved.fault];
+          solved.verdict = solvers_[w].solve(fault, solved.cube, options_.conflict_limit);
+        },
+        [&](const Solved& solved) {
+          if (solved.verdict == Verdict::aborted) {
+            alive_[solved.fault] = 0;
+            ++set_.aborted;
+          } else {
+            settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
+          }
+        });
+  }
+  // Faults that lie together often fall together: of a chunk of them every so manieth comes first.
+  std::vector<std::uint32_t> in_strides(std::vector<std::uint32_t> faults) const {
+    std::stable_sort(faults.begin(), faults.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return set_.faults.classes[a].node < set_.faults.classes[b].node;
+    });
+    std::vector<std::uint32_t> queue;
+    for (std::size_t chunk = 0; chunk < faults.size(); chunk += kChunk) {
+      for (std::size_t offset = 0; offset < kStride; ++offset) {
+        for (std::size_t k = chunk + offset; k < std::min(chunk + kChunk, faults.size()); k += kStride)
+          queue.push_back(faults[k]);
+      }
+    }
+    return queue;
+  }
+  bool is_open(std::uint32_t i) const {
+    return alive_[i] != 0 && witness_[i].pattern == kNone && cube_of_[i].empty();
   }
 
-  // At the nearest output of each fault alone; returns those that have no test there. Faults of one output
-  // stand together and share a solver. Each worker takes its batches from its own half, every so manieth
-  // fault first: its neighbours often fall with it.
-  std::vector<std::size_t> solve_near(std::vector<std::size_t> order, std::vector<std::uint8_t>& watched) {
-    const auto output = [&](std::size_t i) { return cones_.nearest[set_.faults.classes[i].node]; };
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return output(a) < output(b); });
-    std::vector<std::vector<std::size_t>> queue(kWorkers);
-    for (unsigned w = 0; w < kWorkers; ++w) {
-      const std::size_t first = order.size() * w / kWorkers, end = order.size() * (w + 1) / kWorkers;
-      for (std::size_t chunk = first; chunk < end; chunk += kChunk) {
-        for (std::size_t offset = 0; offset < kStride; ++offset) {
-          for (std::size_t k = chunk + offset; k < std::min(chunk + kChunk, end); k += kStride)
-            queue[w].push_back(order[k]);
-        }
-      }
-    }
-    std::vector<std::size_t> at(kWorkers, 0), left;
-    const auto done = [&] {
-      for (unsigned w = 0; w < kWorkers; ++w) {
-        if (at[w] < queue[w].size()) return false;
-      }
-      return true;
-    };
-    while (!done()) {
-      std::vector<std::vector<Solved>> batch(kWorkers);
-      in_parallel([&](unsigned w) {
-        for (; at[w] < queue[w].size() && batch[w].size() < kBatch; ++at[w]) {
-          const std::size_t i = queue[w][at[w]];
-          if (watched[i] == 0) continue;
-          Solved solved{i, Verdict::aborted, {}};
-          if (solvers_[w].solve_near(set_.faults.classes[i], solved.cube)) solved.verdict = Verdict::test;
-          batch[w].push_back(std::move(solved));
-        }
-      });
-      std::vector<Solved> found;
-      for (std::vector<Solved>& part : batch) {
-        for (Solved& solved : part) {
-          if (solved.verdict == Verdict::test)
-            found.push_back(std::move(solved));
-          else
-            left.push_back(solved.fault);
-        }
-      }
-      take_cubes(found, watched);
-    }
-    return left;
-  }
-
-  // A verdict for each. They are independent of each other, so that a worker that is free takes the next.
-  void solve_apart(const std::vector<std::size_t>& order, std::vector<std::uint8_t>& watched) {
-    for (std::size_t at = 0; at < order.size();) {
+  // solve(worker, solved) for each that is still open; what it finds must depend on the fault alone, since a
+  // worker that is free takes the next. Faults without a test go to rest().
+  template <class Solve, class Rest>
+  void solve_each(const std::vector<std::uint32_t>& queue, const Solve& solve, const Rest& rest) {
+    std::vector<std::uint32_t> watched = queue;
+    for (std::size_t at = 0; at < queue.size();) {
       std::vector<Solved> batch;
-      for (; at < order.size() && batch.size() < kWorkers * kBatch; ++at) {
-        if (watched[order[at]] != 0) batch.push_back({order[at], Verdict::aborted, {}});
+      for (; at < queue.size() && batch.size() < kBatch; ++at) {
+        if (is_open(queue[at])) batch.push_back({queue[at], Verdict::aborted, {}});
       }
       std::atomic<std::size_t> next{0};
       in_parallel([&](unsigned w) {
-        for (std::size_t k = next++; k < batch.size(); k = next++)
-          batch[k].verdict = solvers_[w].solve_apart(set_.faults.classes[batch[k].fault], batch[k].cube,
-                                                     options_.conflict_limit);
+        for (std::size_t k = next++; k < batch.size(); k = next++) solve(w, batch[k]);
       });
-      std::vector<Solved> found;
-      for (Solved& solved : batch) {
-        watched[solved.fault] = 0;
-        if (solved.verdict == Verdict::test) {
-          found.push_back(std::move(solved));
-        } else if (solved.verdict == Verdict::aborted) {
-          alive_[solved.fault] = 0;
-          ++set_.aborted;
-        } else {
-          settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
-        }
+      for (const Solved& solved : batch) {
+        if (solved.verdict != Verdict::test) rest(solved);
       }
-      take_cubes(found, watched);
+      std::erase_if(batch, [](const Solved& solved) { return solved.verdict != Verdict::test; });
+      take_cubes(batch, watched);
     }
   }
 
   // Keeps the cubes, and looks what else patterns around them detect.
-  void take_cubes(std::vector<Solved>& found, std::vector<std::uint8_t>& watched) {
+  void take_cubes(std::vector<Solved>& found, std::vector<std::uint32_t>& watched) {
     if (found.empty()) return;
-    const std::size_t first = blocks_.size();
-    for (unsigned w = 0; w < kWorkers; ++w) blocks_.push_back(filled(found, kLanes / (kWorkers * kBatch)));
-    for (Solved& solved : found) {
-      watched[solved.fault] = 0;
-      cube_of_[solved.fault] = std::move(solved.cube);
-    }
-    std::vector<std::vector<Word>> detected(kWorkers);
-    in_parallel([&](unsigned w) {
-      simulators_[w].detect(blocks_[first + w], set_.faults.classes, watched, detected[w]);
-    });
-    for (unsigned w = 0; w < kWorkers; ++w) take_witnesses(detected[w], first + w, watched);
+    const PatternBlock block = filled(found);
+    for (Solved& solved : found) cube_of_[solved.fault] = std::move(solved.cube);
+    std::erase_if(watched, [&](std::uint32_t i) { return !is_open(i); });
+    look(block, watched);
   }
 
-  // Random patterns around cubes, `fills` in a row for each.
-  PatternBlock filled(const std::vector<Solved>& found, std::size_t fills) {
+  // Random patterns around cubes, as many in a row for each as there is room for.
+  PatternBlock filled(const std::vector<Solved>& found) {
+    const std::size_t fills = kLanes / found.size();
     PatternBlock block = random_block();
     block.count = found.size() * fills;
     for (std::size_t k = 0; k < found.size(); ++k) {
-      for (const auto& [input, value] : found[k].cube) {
-        for (std::size_t fill = 0; fill < fills; ++fill) block.inputs[input].set(k * fills + fill, value);
-      }
+      for (const auto& [input, value] : found[k].cube) block.inputs[input].set(k * fills, fills, value);
     }
     return block;
   }
 
-  template <class Body>
-  void in_parallel(const Body& body) {
-    std::jthread other([&] { body(1); });
-    body(0);
-  }
-
   // Hard faults first, each group in random order, so that cubes of far parts meet and merge.
-  std::vector<std::size_t> merge_order() {
-    std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < alive_.size(); ++i) {
+  std::vector<std::uint32_t> merge_order() {
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t i = 0; i < alive_.size(); ++i) {
       if (alive_[i] != 0) order.push_back(i);
     }
     std::shuffle(order.begin(), order.end(), random_);
-    const auto ease = [&](std::size_t i) {
+    const auto ease = [&](std::uint32_t i) {
       if (!cube_of_[i].empty()) return 0u;
       return witness_[i].block < random_blocks_ ? random_blocks_ - witness_[i].block : 1u;
     };
     std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return ease(a) < ease(b); });
+                     [&](std::uint32_t a, std::uint32_t b) { return ease(a) < ease(b); });
     return order;
   }
 
   // Patterns for all faults that have a cube or a witness.
   void merge_phase() {
-    const std::vector<std::size_t> order = merge_order();
+    const std::vector<std::uint32_t> order = merge_order();
     std::vector<CubeLifter> lifters(kWorkers, CubeLifter(circuit_));
     for (std::size_t at = 0; at < order.size();) {
-      std::vector<std::size_t> batch;
+      std::vector<std::uint32_t> batch;
       for (; at < order.size() && batch.size() < kLanes; ++at) {
         if (alive_[order[at]] != 0) batch.push_back(order[at]);
       }
       lift_witnesses(batch, lifters);
-      for (const std::size_t i : batch) {
+      for (const std::uint32_t i : batch) {
         if (alive_[i] != 0) merge(cube_of_[i]);
         cube_of_[i] = {};
       }
     }
     while (!pool_.empty()) close(std::min(pool_.size(), kClosed));
   }
-  void lift_witnesses(const std::vector<std::size_t>& batch, std::vector<CubeLifter>& lifters) {
-    PatternBlock block{std::vector<Word>(circuit_.inputs().size()), batch.size(), {}};
-    for (std::size_t k = 0; k < batch.size(); ++k) {
-      const Witness& witness = witness_[batch[k]];
-      if (witness.block == kNone) continue;
-      const std::vector<Word>& from = blocks_[witness.block].inputs;
-      for (std::size_t i = 0; i < from.size(); ++i) block.inputs[i].set(k, from[i].bit(witness.lane));
-    }
+  void lift_witnesses(const std::vector<std::uint32_t>& batch, std::vector<CubeLifter>& lifters) {
+    std::vector<std::uint32_t> patterns;
+    for (const std::uint32_t i : batch)
+      patterns.push_back(witness_[i].pattern == kNone ? PackedPatterns::kSkip : witness_[i].pattern);
     std::vector<Word> values;
-    simulate(circuit_, block, values);
+    simulate(circuit_, kept_.block_of(patterns), values);
     in_parallel([&](unsigned w) {
       for (std::size_t k = w; k < batch.size(); k += kWorkers) {
-        if (witness_[batch[k]].block != kNone)
+        if (patterns[k] != PackedPatterns::kSkip)
           lifters[w].lift_lane(set_.faults.classes[batch[k]], values, k, cube_of_[batch[k]]);
       }
     });
@@ -395,50 +362,65 @@ class Generator {
     block.count = count * kFills;
     for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t input = 0; input < block.inputs.size(); ++input) {
-        if (pool_[k].value[input] < 0) continue;
-        for (std::size_t fill = 0; fill < kFills; ++fill)
-          block.inputs[input].set(k * kFills + fill, pool_[k].value[input] != 0);
+        if (pool_[k].value[input] >= 0)
+          block.inputs[input].set(k * kFills, kFills, pool_[k].value[input] != 0);
       }
     }
     pool_.erase(pool_.begin(), pool_.begin() + static_cast<std::ptrdiff_t>(count));
-    std::vector<Word> detected;
-    simulators_[0].detect(block, set_.faults.classes, alive_, detected);
-    std::vector<std::vector<std::uint32_t>> by_lane(block.count);
-    for (std::size_t i = 0; i < detected.size(); ++i) {
-      for (std::size_t part = 0; part < detected[i].part.size(); ++part) {
-        for (std::uint64_t bits = detected[i].part[part]; bits != 0; bits &= bits - 1)
-          by_lane[64 * part + static_cast<std::size_t>(__builtin_ctzll(bits))].push_back(
-              static_cast<std::uint32_t>(i));
-      }
+    std::vector<std::uint32_t> watched;
+    for (std::uint32_t i = 0; i < alive_.size(); ++i) {
+      if (alive_[i] != 0) watched.push_back(i);
     }
+    std::vector<std::pair<std::uint32_t, Word>> found;
+    simulator_.detect(block, set_.faults.classes, watched,
+                      [&](std::uint32_t i, const Word& patterns) { found.emplace_back(i, patterns); });
     for (std::size_t k = 0; k < count; ++k) {
-      std::size_t best = k * kFills, best_new = 0;
-      for (std::size_t lane = k * kFills; lane < (k + 1) * kFills; ++lane) {
-        const auto fresh = static_cast<std::size_t>(std::count_if(
-            by_lane[lane].begin(), by_lane[lane].end(), [&](std::uint32_t i) { return alive_[i] != 0; }));
-        if (fresh > best_new) {
-          best_new = fresh;
-          best = lane;
-        }
-      }
-      if (best_new == 0) continue;
-      for (const std::uint32_t i : by_lane[best]) settle(i, FaultClass::DS);
+      const std::size_t best = best_fill(found, k);
+      if (best == kLanes) continue;
+      std::erase_if(found, [&](const auto& entry) {
+        if (!entry.second.bit(best)) return false;
+        settle(entry.first, FaultClass::DS);
+        return true;
+      });
       Pattern pattern(circuit_.inputs().size());
       for (std::size_t input = 0; input < pattern.size(); ++input)
         pattern[input] = block.inputs[input].bit(best) ? 1 : 0;
       set_.patterns.push_back(std::move(pattern));
     }
   }
+  // The lane of the k-th pattern's fills that detects most; kLanes when none detects anything.
+  static std::size_t best_fill(const std::vector<std::pair<std::uint32_t, Word>>& found, std::size_t k) {
+    static_assert(kFills == 32);
+    std::array<std::uint64_t, 32> planes{};  // counters of all fills, a binary digit a plane
+    for (const auto& entry : found) {
+      std::uint64_t carry = entry.second.part[k / 2] >> (k % 2 * kFills) & 0xFFFFFFFFU;
+      for (std::size_t digit = 0; carry != 0; ++digit) {
+        const std::uint64_t both = planes[digit] & carry;
+        planes[digit] ^= carry;
+        carry = both;
+      }
+    }
+    std::size_t best = kLanes, most = 0;
+    for (std::size_t fill = 0; fill < kFills; ++fill) {
+      std::size_t count = 0;
+      for (std::size_t digit = 0; digit < planes.size(); ++digit)
+        count += (planes[digit] >> fill & 1U) << digit;
+      if (count <= most) continue;
+      most = count;
+      best = k * kFills + fill;
+    }
+    return best;
+  }
 
   const Circuit& circuit_;
   GenerateOptions options_;
   std::mt19937_64 random_;
-  std::vector<FaultSimulator> simulators_;
-  OutputCones cones_;
+  ParallelFaultSimulator simulator_;
+  std::vector<Podem> podems_;
   std::vector<TestSolver> solvers_;
   std::vector<std::uint8_t> alive_;
-  std::vector<PatternBlock> blocks_;  // random ones, then those around the solver's cubes
-  std::uint32_t random_blocks_ = 0;
+  PackedPatterns kept_;                           // witnesses
+  std::uint32_t blocks_ = 0, random_blocks_ = 0;  // that were looked at; of these the random ones
   std::vector<Witness> witness_;
   std::vector<Cube> cube_of_;
   std::vector<Merged> pool_;
@@ -450,7 +432,7 @@ class Generator {
 std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patterns,
                              const std::vector<Fault>& faults, std::uint64_t seed, unsigned passes) {
   std::mt19937_64 random(seed);
-  FaultSimulator simulator(circuit);
+  ParallelFaultSimulator simulator(circuit);
   for (unsigned pass = 0; pass < passes; ++pass) {
     std::vector<std::size_t> order(patterns.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -458,17 +440,15 @@ std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patter
     if (pass > 0) std::shuffle(order.begin(), order.end(), random);
     std::vector<Pattern> ordered;
     for (const std::size_t i : order) ordered.push_back(patterns[i]);
-    std::vector<std::uint8_t> keep(patterns.size(), 0), alive(faults.size(), 1);
-    std::vector<Word> detected;
+    std::vector<std::uint8_t> keep(patterns.size(), 0), seen(faults.size(), 0);
+    std::vector<std::uint32_t> open = every(faults.size());
     std::size_t first = 0;
     for (const PatternBlock& block : blocks_of(ordered, circuit.inputs().size())) {
-      simulator.detect(block, faults, alive, detected);
-      for (std::size_t i = 0; i < faults.size(); ++i) {
-        const std::size_t lane = detected[i].first();
-        if (lane == kLanes) continue;
-        keep[order[first + lane]] = 1;
-        alive[i] = 0;
-      }
+      simulator.detect(block, faults, open, [&](std::uint32_t i, const Word& detecting) {
+        keep[order[first + detecting.first()]] = 1;
+        seen[i] = 1;
+      });
+      std::erase_if(open, [&](std::uint32_t i) { return seen[i] != 0; });
       first += block.count;
     }
     std::vector<Pattern> kept;

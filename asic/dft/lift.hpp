@@ -22,7 +22,8 @@ class CubeLifter {
 
   /// Which inputs keep the difference at the output `target`, traced back from there through the good and the
   /// faulty circuit: a controlling input justifies a gate by itself, otherwise all inputs do. `good` and
-  /// `bad` give a node's value without and with the fault. Held inputs are left out.
+  /// `bad` give a node's value without and with the fault: 0, 1, or above that where it is unknown and not
+  /// needed. Held inputs are left out.
   template <class Good, class Bad>
   void lift(const Fault& fault, Node target, const Good& good, const Bad& bad, Cube& cube);
 
@@ -64,28 +65,33 @@ void CubeLifter::lift(const Fault& fault, Node target, const Good& good, const B
       const Gate kind = circuit_.kind(node);
       const bool is_stem = node == fault.node && fault.pin == kStem;
       if (kind == Gate::input && circuit_.held()[input_of_[node]] < 0 && (!is_stem || (need_[node] & kGood)))
-        cube.emplace_back(input_of_[node], good(node));
+        cube.emplace_back(input_of_[node], good(node) == 1);
       for (const std::uint8_t which : {kGood, kBad}) {
         if ((need_[node] & which) == 0 || fanin.empty() || (which == kBad && is_stem)) continue;
         // an input that is itself the faulty line reads the stuck value and needs nothing
         const auto is_stuck = [&](std::size_t pin) {
           return which == kBad && node == fault.node && static_cast<std::int32_t>(pin) == fault.pin;
         };
-        const auto value = [&](std::size_t pin) {
-          if (is_stuck(pin)) return fault.stuck;
+        const auto value = [&](std::size_t pin) -> std::uint8_t {
+          if (is_stuck(pin)) return fault.stuck ? 1 : 0;
           return which == kGood ? good(fanin[pin]) : bad(fanin[pin]);
         };
         const auto take = [&](std::size_t pin) {
           if (!is_stuck(pin)) require(fanin[pin], which);
         };
         if (kind == Gate::mux) {
-          take(2);
-          take(value(2) ? 1 : 0);
+          if (value(2) > 1) {  // whatever it selects is the same
+            take(0);
+            take(1);
+          } else {
+            take(2);
+            take(value(2));
+          }
           continue;
         }
         const bool has_controlling =
             kind == Gate::all || kind == Gate::nall || kind == Gate::any || kind == Gate::none;
-        const bool controlling = kind == Gate::any || kind == Gate::none;
+        const std::uint8_t controlling = kind == Gate::any || kind == Gate::none ? 1 : 0;
         std::size_t choice = fanin.size();
         for (std::size_t pin = 0; has_controlling && pin < fanin.size(); ++pin) {
           if (value(pin) != controlling) continue;

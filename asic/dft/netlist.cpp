@@ -159,33 +159,43 @@ std::string verilog_text(const Netlist& netlist) {
   return text + "endmodule\n";
 }
 
+// A line a port, cell and net, as it comes: a tree of it all would take longer than the tests.
 std::string yosys_json_text(const Netlist& netlist) {
-  const auto bit = [](Net net) -> json {
-    if (net == 0) return "0";
-    if (net == 1) return "1";
-    if (net == kUnknownNet) return "x";
-    return net;
+  const auto quoted = [](const std::string& name) { return json(name).dump(); };
+  const auto bit = [](Net net) {
+    if (net == kUnknownNet) return std::string("\"x\"");
+    return net < 2 ? fmt::format("\"{}\"", net) : std::to_string(net);
   };
-  nlohmann::ordered_json module = {{"attributes", {{"top", "1"}}},
-                                   {"ports", nlohmann::ordered_json::object()},
-                                   {"cells", nlohmann::ordered_json::object()},
-                                   {"netnames", nlohmann::ordered_json::object()}};
+  std::string text = fmt::format(
+      "{{\n\"creator\": \"meltstage\",\n\"modules\": {{\n{}: {{\n\"attributes\": {{\"top\": "
+      "\"1\"}},\n\"ports\": {{",
+      quoted(netlist.top));
+  const char* separator = "\n";
   for (const Port& port : netlist.ports) {
-    json bits = json::array();
-    for (const Net net : port.bits) bits.push_back(bit(net));
-    module["ports"][port.name] = {{"direction", port.is_input ? "input" : "output"}, {"bits", bits}};
+    std::string bits;
+    for (const Net net : port.bits) bits += (bits.empty() ? "" : ", ") + bit(net);
+    text += fmt::format("{}{}: {{\"direction\": \"{}\", \"bits\": [{}]}}", separator, quoted(port.name),
+                        port.is_input ? "input" : "output", bits);
+    separator = ",\n";
   }
+  text += "\n},\n\"cells\": {";
+  separator = "\n";
   for (const Instance& instance : netlist.instances) {
-    json connections = json::object();
-    for (const auto& [pin, net] : instance.pins) connections[pin] = json::array({bit(net)});
-    module["cells"][instance.name] = {
-        {"hide_name", 0}, {"type", instance.type}, {"connections", connections}};
+    std::string pins;
+    for (const auto& [pin, net] : instance.pins)
+      pins += fmt::format("{}{}: [{}]", pins.empty() ? "" : ", ", quoted(pin), bit(net));
+    text += fmt::format("{}{}: {{\"hide_name\": 0, \"type\": {}, \"connections\": {{{}}}}}", separator,
+                        quoted(instance.name), quoted(instance.type), pins);
+    separator = ",\n";
   }
-  for (const auto& [net, name] : netlist.net_names)
-    module["netnames"][name] = {
-        {"hide_name", 0}, {"bits", json::array({net})}, {"attributes", json::object()}};
-  const nlohmann::ordered_json root = {{"creator", "meltstage"}, {"modules", {{netlist.top, module}}}};
-  return root.dump(1) + "\n";
+  text += "\n},\n\"netnames\": {";
+  separator = "\n";
+  for (const auto& [net, name] : netlist.net_names) {
+    text += fmt::format("{}{}: {{\"hide_name\": 0, \"bits\": [{}], \"attributes\": {{}}}}", separator,
+                        quoted(name), net);
+    separator = ",\n";
+  }
+  return text + "\n}\n}\n}\n}\n";
 }
 
 }  // namespace meltstage::dft

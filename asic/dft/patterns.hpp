@@ -2,6 +2,7 @@
 // Test patterns of a circuit, in blocks of 512 that a simulator works on at once.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -19,6 +20,15 @@ struct Word {
   void set(std::size_t lane, bool value) {
     const std::uint64_t mask = std::uint64_t{1} << (lane % 64);
     part[lane / 64] = value ? part[lane / 64] | mask : part[lane / 64] & ~mask;
+  }
+  /// Lanes first .. first + count - 1.
+  void set(std::size_t first, std::size_t count, bool value) {
+    for (std::size_t end = first + count; first < end;) {
+      const std::size_t last = std::min(end, (first / 64 + 1) * 64);  // within one part
+      const std::uint64_t mask = (~std::uint64_t{0} >> (64 - (last - first))) << (first % 64);
+      part[first / 64] = value ? part[first / 64] | mask : part[first / 64] & ~mask;
+      first = last;
+    }
   }
   bool any() const {
     std::uint64_t all = 0;
@@ -46,9 +56,25 @@ struct PatternBlock {
 
   Word used() const {
     Word mask;
-    for (std::size_t lane = 0; lane < count; ++lane) mask.set(lane, true);
+    mask.set(0, count, true);
     return mask;
   }
+};
+
+/// Patterns picked out of blocks, a bit an input.
+class PackedPatterns {
+ public:
+  explicit PackedPatterns(std::size_t inputs) : inputs_(inputs), stride_((inputs + 63) / 64) {}
+  std::size_t size() const { return bits_.size() / stride_; }
+  /// Appends these lanes of the block in ascending order.
+  void append(const PatternBlock& block, const std::vector<std::uint32_t>& lanes);
+  /// A block of these patterns; kSkip leaves a lane at 0.
+  static constexpr std::uint32_t kSkip = ~std::uint32_t{0};
+  PatternBlock block_of(const std::vector<std::uint32_t>& patterns) const;
+
+ private:
+  std::size_t inputs_, stride_;
+  std::vector<std::uint64_t> bits_;
 };
 
 /// Patterns in order, 512 a block; `compared` is empty or one value for each circuit output of each pattern.

@@ -5,18 +5,21 @@
 
 #include <algorithm>
 #include <cadical.hpp>
+#include <cstdlib>
 #include <fstream>
 #include <stdexcept>
 
 namespace meltstage::dft {
 
 namespace {
-
 constexpr int kSat = 10;
 constexpr int kUnsat = 20;
 constexpr int kUndecided = 0;
 constexpr std::size_t kAll = ~std::size_t{0};
-constexpr int kTry = 1000;  // conflicts, of a problem that need not be decided
+constexpr int kTry = 1000;             // conflicts, of a problem that need not be decided
+constexpr std::uint32_t kFree = 5000;  // with nothing held
+
+bool is_wire(Gate kind) { return kind == Gate::buf || kind == Gate::inv || kind == Gate::output; }
 
 // After a refutation: whether it makes use of one of these assumptions.
 bool needs_any(CaDiCaL::Solver& engine, const std::vector<int>& assumed) {
@@ -25,16 +28,13 @@ bool needs_any(CaDiCaL::Solver& engine, const std::vector<int>& assumed) {
 
 }  // namespace
 
-struct TestSolver::Solver {
-  CaDiCaL::Solver engine;
-};
-
 // A piece of the circuit around a fault: nodes that it reaches, nodes that feed them, conflicts to spend on
 // it.
 struct TestSolver::Window {
   std::size_t cone, support;
   std::uint32_t conflicts;
 };
+constexpr TestSolver::Window TestSolver::kNeighbours{40, 250, 300};
 constexpr TestSolver::Window TestSolver::kSurroundings{150, 1500, 2000};
 constexpr TestSolver::Window TestSolver::kWholeSupport{250, kAll, 300};
 
@@ -81,8 +81,6 @@ TestSolver::TestSolver(const Circuit& circuit, OutputCones cones)
       lifter_(circuit) {
   for (std::uint32_t i = 0; i < circuit.inputs().size(); ++i) input_of_[circuit.inputs()[i]] = i;
 }
-TestSolver::TestSolver(TestSolver&&) noexcept = default;
-TestSolver::~TestSolver() = default;
 
 void TestSolver::add(std::initializer_list<int> literals) {
   clauses_.insert(clauses_.end(), literals);
@@ -186,40 +184,34 @@ void TestSolver::add_gate(Node node, const std::vector<int>& in, int out) {
   }
 }
 
-void TestSolver::number_support() {
-  int number = 0;
-  for (const Node node : support_) good_[node] = bad_[node] = ++number;
-}
-
-// The good circuit of the support.
-void TestSolver::start(bool held) {
+// The good circuit of the support. Buffers and inverters are their driver's literal.
+void TestSolver::start() {
   clauses_.clear();
-  number_support();
-  variables_ = static_cast<int>(support_.size());
-  for (const Node node : support_) encode_good(node, held);
+  variables_ = 0;
+  std::vector<int> in;
+  for (const Node node : support_) {
+    const auto fanin = circuit_.fanin(node);
+    const bool cut =
+        std::any_of(fanin.begin(), fanin.end(), [&](Node driver) { return in_support_[driver] == 0; });
+    const bool wire = !cut && is_wire(circuit_.kind(node));
+    good_[node] = bad_[node] = wire ? along_wire(node, good_) : ++variables_;
+    if (cut || wire) continue;  // at the edge of a window any value may come in
+    in.clear();
+    for (const Node driver : fanin) in.push_back(good_[driver]);
+    add_gate(node, in, good_[node]);
+  }
 }
 
-void TestSolver::encode_good(Node node, bool held) {
-  const auto fanin = circuit_.fanin(node);
-  const bool cut =
-      std::any_of(fanin.begin(), fanin.end(), [&](Node driver) { return in_support_[driver] == 0; });
-  std::vector<int> in;
-  for (const Node driver : fanin) in.push_back(good_[driver]);
-  if (!cut) add_gate(node, in, good_[node]);  // at the edge of a window any value may come in
-  if (held && circuit_.kind(node) == Gate::input && circuit_.held()[input_of_[node]] >= 0)
-    add({circuit_.held()[input_of_[node]] != 0 ? good_[node] : -good_[node]});
+int TestSolver::along_wire(Node node, const std::vector<int>& literals) const {
+  const int literal = literals[circuit_.fanin(node)[0]];
+  return circuit_.kind(node) == Gate::inv ? -literal : literal;
 }
 
 // The faulty circuit where the fault reaches, and a chain of differences from the fault to an output.
-// `activation`, when it isn't 0, must be true for the fault to be there: the other clauses only define what
-// is new and stay.
-void TestSolver::add_fault(const Fault& fault, int activation) {
-  const auto demand = [&](int literal) {
-    if (activation != 0) clauses_.push_back(-activation);
-    add({literal});
-  };
+void TestSolver::add_fault(const Fault& fault) {
   for (const Node node : fault_cone_) {
-    bad_[node] = ++variables_;
+    const bool wire = node != fault.node && is_wire(circuit_.kind(node));
+    bad_[node] = wire ? along_wire(node, bad_) : ++variables_;
     differs_[node] = ++variables_;
   }
   std::vector<int> in;
@@ -234,7 +226,7 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
         in[static_cast<std::size_t>(fault.pin)] = ++variables_;
         add({fault.stuck ? variables_ : -variables_});
       }
-      add_gate(node, in, bad_[node]);
+      if (node == fault.node || !is_wire(circuit_.kind(node))) add_gate(node, in, bad_[node]);
     }
     add({-differs_[node], good_[node], bad_[node]});
     add({-differs_[node], -good_[node], -bad_[node]});
@@ -248,47 +240,19 @@ void TestSolver::add_fault(const Fault& fault, int activation) {
     }
     clauses_.push_back(0);
   }
-  demand(differs_[fault.node]);
-  if (fault.launch != kNoNode) demand(fault.stuck ? good_[fault.launch] : -good_[fault.launch]);
+  add({differs_[fault.node]});
+  if (fault.launch != kNoNode) add({fault.stuck ? good_[fault.launch] : -good_[fault.launch]});
   if (fault.pin != kStem) {
     const int line = good_[circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]];
-    demand(fault.stuck ? -line : line);
+    add({fault.stuck ? -line : line});
   }
 }
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
-  return solve_near(fault, cube) ? Verdict::test : solve_apart(fault, cube, conflict_limit);
-}
-
-bool TestSolver::solve_near(const Fault& fault, Cube& cube) {
-  constexpr int kGrowth = 8;  // a solver that has grown to so many times its circuit starts anew
-  const Node nearest = cones_.nearest[fault.node];
-  if (nearest == kNoNode) return false;
-  if (at_output_ == kNoNode || at_output_ != nearest) enter(nearest);
-  Near& near = near_[nearest];
-  if (near.solver == nullptr || variables_ > kGrowth * near.first_variables + 1000) build(near);
-  take_fault_cone(fault);
-  if (fault.launch != kNoNode) add_launch(near, fault.launch);
-  const int activation = ++variables_;
-  add_fault(fault, activation);
-  CaDiCaL::Solver& engine = near.solver->engine;
-  for (const int literal : clauses_) engine.add(literal);
-  clauses_.clear();
-  engine.limit("conflicts", kTry);
-  engine.assume(activation);
-  ++effort_.near_calls;
-  const bool found = engine.solve() == kSat;
-  if (found) lift(fault, engine, cube);
-  engine.add(-activation);
-  engine.add(0);
-  near.variables = variables_;
-  for (const Node node : fault_cone_) bad_[node] = good_[node];
-  return found;
-}
-
-Verdict TestSolver::solve_apart(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
-  if (cones_.nearest[fault.node] == kNoNode || !window_has_effect(fault, kSurroundings))
-    return Verdict::redundant;
+  if (cones_.nearest[fault.node] == kNoNode) return Verdict::redundant;
+  if (!window_has_effect(fault, kNeighbours, Holds::held) ||
+      !window_has_effect(fault, kSurroundings, Holds::held))
+    return refuted(fault);
   // more and more outputs, small cones first
   bool all = false;
   int status = kUndecided;
@@ -296,82 +260,33 @@ Verdict TestSolver::solve_apart(const Fault& fault, Cube& cube, std::uint32_t co
     all = encode_outputs(fault, most) <= most;
     status = run(kTry, "plain", &fault, held_literals(), cube);
     if (status == kSat) return Verdict::test;
-    if (all && status == kUnsat) break;
-    if (most == 8 && !window_has_effect(fault, kWholeSupport)) return Verdict::redundant;
+    if (all && status == kUnsat) return refuted(fault);
+    if (most == 8 && !window_has_effect(fault, kWholeSupport, Holds::held)) return refuted(fault);
   }
-  if (!all || status != kUnsat) {
-    status = run_to_all(fault, true, conflict_limit, cube);
-    if (status == kSat) return Verdict::test;
-    if (status == kUndecided) return Verdict::aborted;
-  }
+  status = run_to_all(fault, conflict_limit, cube);
+  if (status == kSat) return Verdict::test;
+  return status == kUndecided ? Verdict::aborted : refuted(fault);
+}
+
+// After a refutation. Where that needs a held input, it is tried without; what has no quick verdict then is
+// known as held. A transition isn't tried: with scan enable free it is launched by a shift, as a rule.
+Verdict TestSolver::refuted(const Fault& fault) {
   if (!holds_refute_) return Verdict::redundant;
-  // no test with the holds; without a verdict on the fault with nothing held, that is what is known
-  Cube without_holds;
-  return run_to_all(fault, false, conflict_limit, without_holds) == kUnsat ? Verdict::redundant
-                                                                           : Verdict::held;
+  if (fault.launch != kNoNode) return Verdict::held;
+  Cube none;
+  encode_outputs(fault, kAll);
+  return run(kFree, "plain", nullptr, {}, none) == kUnsat ? Verdict::redundant : Verdict::held;
 }
 
 // To all outputs: by cases of what steers the circuit; in one search with inprocessing where that doesn't
 // end.
-int TestSolver::run_to_all(const Fault& fault, bool held, std::uint32_t conflict_limit, Cube& cube) {
+int TestSolver::run_to_all(const Fault& fault, std::uint32_t conflict_limit, Cube& cube) {
   encode_outputs(fault, kAll);
-  const std::vector<int> holds = held ? held_literals() : std::vector<int>{};
+  const std::vector<int> holds = held_literals();
   const int status = run_by_cases(fault, conflict_limit, holds, cube);
   if (status != kUndecided) return status;
   encode_outputs(fault, kAll);
   return run(conflict_limit, "default", &fault, holds, cube);
-}
-
-// Numbers the circuit before an output as its solver does.
-void TestSolver::enter(Node output) {
-  constexpr std::size_t kMost = 3'000'000;  // variables of all solvers that are kept
-  if (kept_variables_ > kMost) {
-    near_.clear();
-    kept_variables_ = 0;
-  }
-  take_support({output});
-  number_support();
-  const Near& near = near_[output];
-  for (const auto& [node, variable] : near.beside) {
-    support_.push_back(node);
-    in_support_[node] = 1;
-    good_[node] = bad_[node] = variable;
-  }
-  variables_ = near.variables;
-  at_output_ = output;
-}
-
-// The solver of the output that was entered, anew.
-void TestSolver::build(Near& near) {
-  near.beside.clear();
-  take_support({at_output_});
-  start(true);
-  near.solver = std::make_unique<Solver>();
-  near.solver->engine.set("quiet", 1);
-  near.solver->engine.configure("plain");  // the problems are many and small: no pre- and inprocessing
-  near.variables = near.first_variables = variables_;
-  kept_variables_ += static_cast<std::size_t>(variables_);
-}
-
-// What drives the line before a transition and isn't encoded yet.
-void TestSolver::add_launch(Near& near, Node launch) {
-  if (in_support_[launch] != 0) return;
-  std::vector<Node> fresh{launch};
-  in_support_[launch] = 1;
-  for (std::size_t i = 0; i < fresh.size(); ++i) {
-    for (const Node driver : circuit_.fanin(fresh[i])) {
-      if (in_support_[driver] != 0) continue;
-      in_support_[driver] = 1;
-      fresh.push_back(driver);
-    }
-  }
-  std::sort(fresh.begin(), fresh.end());
-  for (const Node node : fresh) {
-    good_[node] = bad_[node] = ++variables_;
-    support_.push_back(node);
-    near.beside.emplace_back(node, variables_);
-    encode_good(node, true);
-  }
 }
 
 // The values of held inputs in the support.
@@ -414,17 +329,17 @@ void TestSolver::encode_window(const Fault& fault, const Window& window) {
     }
   }
   std::sort(support_.begin(), support_.end());
-  at_output_ = kNoNode;
-  start(false);
+  start();
   window_ = true;
-  add_fault(fault, 0);
+  add_fault(fault);
   window_ = false;
 }
 
-bool TestSolver::window_has_effect(const Fault& fault, const Window& window) {
+bool TestSolver::window_has_effect(const Fault& fault, const Window& window, Holds holds) {
   encode_window(fault, window);
   Cube none;
-  return run(window.conflicts, "plain", nullptr, {}, none) != kUnsat;
+  return run(window.conflicts, "plain", nullptr, holds == Holds::held ? held_literals() : std::vector<int>{},
+             none) != kUnsat;
 }
 
 // To those outputs that the fault reaches, at most so many, smallest cones first. Returns how many it
@@ -449,9 +364,8 @@ std::size_t TestSolver::encode_outputs(const Fault& fault, std::size_t most) {
   if (fault.launch != kNoNode) targets.push_back(fault.launch);
   take_support(std::move(targets));
   take_fault_cone(fault);
-  start(false);
-  add_fault(fault, 0);
-  at_output_ = kNoNode;
+  start();
+  add_fault(fault);
   return count;
 }
 
@@ -464,7 +378,7 @@ int TestSolver::run(std::uint32_t conflict_limit, const char* configuration, con
   hand_over(engine, configuration);
   if (conflict_limit != 0) engine.limit("conflicts", static_cast<int>(conflict_limit));
   for (const int literal : holds) engine.assume(literal);
-  ++effort_.apart_calls;
+  ++calls_;
   const int status = engine.solve();
   if (status == kSat && fault != nullptr) lift(*fault, engine, cube);
   holds_refute_ = status == kUnsat && needs_any(engine, holds);
@@ -474,6 +388,8 @@ int TestSolver::run(std::uint32_t conflict_limit, const char* configuration, con
 void TestSolver::hand_over(CaDiCaL::Solver& engine, const char* configuration) {
   engine.set("quiet", 1);
   engine.configure(configuration);
+  engine.set("lucky", 0);  // as a rule costs more than the search
+  engine.reserve(variables_);
   for (const int literal : clauses_) engine.add(literal);
   clauses_.clear();
 }
@@ -523,7 +439,7 @@ int TestSolver::run_by_cases(const Fault& fault, std::uint32_t conflict_limit, c
     const std::uint32_t conflicts = chosen.size() < split.size() ? kShort : kLeaf;
     engine.limit("conflicts", static_cast<int>(conflicts));
     spent += conflicts;
-    ++effort_.apart_calls;
+    ++calls_;
     const int status = engine.solve();
     if (status == kSat) {
       lift(fault, engine, cube);
@@ -544,9 +460,11 @@ int TestSolver::run_by_cases(const Fault& fault, std::uint32_t conflict_limit, c
 
 bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::path& folder,
                                   const std::string& name) {
-  if (!window_has_effect(fault, kSurroundings))
+  if (!window_has_effect(fault, kNeighbours, Holds::free))
+    encode_window(fault, kNeighbours);
+  else if (!window_has_effect(fault, kSurroundings, Holds::free))
     encode_window(fault, kSurroundings);
-  else if (!window_has_effect(fault, kWholeSupport))
+  else if (!window_has_effect(fault, kWholeSupport, Holds::free))
     encode_window(fault, kWholeSupport);
   else
     encode_outputs(fault, kAll);
@@ -571,8 +489,9 @@ bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::pat
 
 // Reads only those values of the solver's model that matter.
 void TestSolver::lift(const Fault& fault, CaDiCaL::Solver& engine, Cube& cube) {
-  const auto good = [&](Node node) { return engine.val(good_[node]) > 0; };
-  const auto bad = [&](Node node) { return engine.val(bad_[node]) > 0; };
+  const auto value = [&](int literal) { return (engine.val(std::abs(literal)) > 0) == (literal > 0); };
+  const auto good = [&](Node node) { return value(good_[node]); };
+  const auto bad = [&](Node node) { return value(bad_[node]); };
   const auto target = std::find_if(fault_cone_.begin(), fault_cone_.end(), [&](Node node) {
     return circuit_.kind(node) == Gate::output && good(node) != bad(node);
   });

@@ -7,9 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
-#include <memory>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -37,66 +35,45 @@ struct OutputCones {
 };
 OutputCones output_cones(const Circuit& circuit);
 
-/// Solves faults of one circuit one after another; one worker's memory. Faults of the same nearest output
-/// share a solver: the circuit before that output is encoded once, each fault adds only what it reaches. The
-/// circuit must outlive it.
+/// Solves faults of one circuit one after another; one worker's memory. The circuit must outlive it.
 class TestSolver {
  public:
   TestSolver(const Circuit& circuit, OutputCones cones);
   explicit TestSolver(const Circuit& circuit) : TestSolver(circuit, output_cones(circuit)) {}
-  TestSolver(TestSolver&&) noexcept;
-  ~TestSolver();
 
   /// A test for the fault with the circuit's held inputs at their values; `cube` is set for Verdict::test.
-  /// `conflict_limit` 0: none.
+  /// `conflict_limit` 0: none. What it finds depends on the fault alone.
   Verdict solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit = 0);
-  /// The first half of it: whether there is a test that shows at the nearest output. What it finds depends on
-  /// the calls before.
-  bool solve_near(const Fault& fault, Cube& cube);
-  /// The second half: to all outputs, in solvers of its own. What it finds depends on the fault alone.
-  Verdict solve_apart(const Fault& fault, Cube& cube, std::uint32_t conflict_limit = 0);
   /// Writes FOLDER/NAME.cnf (DIMACS: "this fault has a test", or "its effect leaves its surroundings" where
   /// that is refuted already) and, when that is unsatisfiable, FOLDER/NAME.drat (its refutation in text
   /// DRAT). Returns whether it is refuted. Throws std::runtime_error when a file can't be written.
   bool prove_untestable(const Fault& fault, const std::filesystem::path& folder, const std::string& name);
 
-  struct Effort {
-    std::uint64_t near_calls = 0;   ///< to the nearest output alone, solvers kept
-    std::uint64_t apart_calls = 0;  ///< in a solver of their own
-  };
-  const Effort& effort() const { return effort_; }
+  /// Of the solver, so far.
+  std::uint64_t calls() const { return calls_; }
 
  private:
-  struct Solver;  // CaDiCaL
   struct Window;
-  static const Window kSurroundings, kWholeSupport;
-  // The circuit before one output, encoded.
-  struct Near {
-    std::unique_ptr<Solver> solver;
-    int variables = 0, first_variables = 0;    // now; without a fault
-    std::vector<std::pair<Node, int>> beside;  // what only launches need, with its variables
-  };
-  void enter(Node output);
-  void build(Near& near);
-  void add_launch(Near& near, Node launch);
-  void number_support();
-  void encode_good(Node node, bool held);
+  static const Window kNeighbours, kSurroundings, kWholeSupport;
+  int along_wire(Node node, const std::vector<int>& literals) const;
   void take_support(std::vector<Node> targets);
   void take_fault_cone(const Fault& fault);
-  void start(bool held);
-  void add_fault(const Fault& fault, int activation);
+  void start();
+  void add_fault(const Fault& fault);
   void add_gate(Node node, const std::vector<int>& in, int out);
   void add(std::initializer_list<int> literals);
   std::size_t encode_outputs(const Fault& fault, std::size_t most);
   void encode_window(const Fault& fault, const Window& window);
-  bool window_has_effect(const Fault& fault, const Window& window);
+  enum class Holds : std::uint8_t { free, held };
+  bool window_has_effect(const Fault& fault, const Window& window, Holds holds);
+  Verdict refuted(const Fault& fault);
   void hand_over(CaDiCaL::Solver& engine, const char* configuration);
   int run(std::uint32_t conflict_limit, const char* configuration, const Fault* fault,
           const std::vector<int>& holds, Cube& cube);
   std::vector<int> steering_inputs(std::size_t most) const;
   int run_by_cases(const Fault& fault, std::uint32_t conflict_limit, const std::vector<int>& holds,
                    Cube& cube);
-  int run_to_all(const Fault& fault, bool held, std::uint32_t conflict_limit, Cube& cube);
+  int run_to_all(const Fault& fault, std::uint32_t conflict_limit, Cube& cube);
   std::vector<int> held_literals() const;
   void lift(const Fault& fault, CaDiCaL::Solver& engine, Cube& cube);
 
@@ -105,16 +82,13 @@ class TestSolver {
   std::vector<std::uint32_t> input_of_;  // circuit input of a node
   std::vector<std::uint8_t> in_fault_cone_, in_support_;
   std::vector<Node> fault_cone_, support_;  // topological order
-  std::vector<int> good_, bad_,
-      differs_;               // variables by node; bad_ of nodes outside the fault's cone is good_
-  std::vector<int> clauses_;  // not handed to the solver yet
+  std::vector<int> good_, bad_;  // literals by node; bad_ of nodes outside the fault's cone is good_
+  std::vector<int> differs_;     // variables of nodes in the fault's cone
+  std::vector<int> clauses_;     // not handed to the solver yet
   int variables_ = 0;
   bool holds_refute_ = false;  // the last refutation needs a held input
   bool window_ = false;        // a difference may end where the fault's cone is cut, too
-  Node at_output_ = kNoNode;   // good_ numbers the circuit before it; kNoNode: something else
-  std::unordered_map<Node, Near> near_;
-  std::size_t kept_variables_ = 0;
-  Effort effort_;
+  std::uint64_t calls_ = 0;
   CubeLifter lifter_;
 };
 

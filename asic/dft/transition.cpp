@@ -94,4 +94,8 @@ std::vector<FaultClass> reported_transitions(const CaptureView& view, const Tran
   return reported;
 }
 
+std::string transition_name(const Circuit& circuit, std::size_t fault) {
+  return circuit.sites()[fault / 2].name + (fault % 2 == 0 ? " slow-to-rise" : " slow-to-fall");
+}
+
 }  // namespace meltstage::dft

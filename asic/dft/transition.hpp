@@ -3,6 +3,7 @@
 // launches the transition, the second captures what has become of it.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "asic/dft/faults.hpp"
@@ -26,5 +27,8 @@ TransitionView launch_on_capture(const CaptureView& view);
 /// are left at UT.
 std::vector<FaultClass> reported_transitions(const CaptureView& view, const TransitionView& transitions,
                                              const std::vector<FaultClass>& of_class);
+
+/// "u_pwm.cnt_q_reg/D slow-to-rise".
+std::string transition_name(const Circuit& circuit, std::size_t fault);
 
 }  // namespace meltstage::dft

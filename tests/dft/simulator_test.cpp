@@ -14,9 +14,8 @@ std::size_t differences(const Circuit& circuit, const std::vector<Fault>& simula
                         const std::vector<Fault>& defined) {
   const std::vector<Pattern> patterns = random_patterns(7, kSerial, circuit.inputs().size());
   FaultSimulator simulator(circuit);
-  std::vector<Word> detected;
-  simulator.detect(blocks_of(patterns, circuit.inputs().size())[0], simulated,
-                   std::vector<std::uint8_t>(simulated.size(), 1), detected);
+  const std::vector<Word>& detected =
+      simulator.detect(blocks_of(patterns, circuit.inputs().size())[0], simulated, every(simulated.size()));
   std::size_t count = 0;
   for (std::size_t f = 0; f < simulated.size(); ++f) {
     for (std::size_t p = 0; p < patterns.size(); ++p)
@@ -47,6 +46,26 @@ TEST(FaultSimulator, IsTheSerialOneOnRandomCircuits) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Circuit circuit = random_circuit(seed, 6, 40);
     EXPECT_EQ(differences(circuit, all_faults(circuit), all_faults(circuit)), 0u) << "seed " << seed;
+  }
+}
+
+// What is asked for has no bearing on the answer: some faults, in any order, after other blocks.
+TEST(FaultSimulator, SomeFaultsAreDetectedAsAmongAll) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Circuit circuit = random_circuit(seed, 8, 200);
+    const std::vector<Fault> faults = all_faults(circuit);
+    const auto blocks =
+        blocks_of(random_patterns(seed, 1024, circuit.inputs().size()), circuit.inputs().size());
+    FaultSimulator of_all(circuit), of_some(circuit);
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      std::vector<std::uint32_t> some;
+      for (std::size_t i = faults.size(); i-- > 0;) {
+        if ((i * 7 + seed + b) % 5 == 0) some.push_back(static_cast<std::uint32_t>(i));
+      }
+      const std::vector<Word>& all = of_all.detect(blocks[b], faults, every(faults.size()));
+      const std::vector<Word>& found = of_some.detect(blocks[b], faults, some);
+      for (std::size_t k = 0; k < some.size(); ++k) EXPECT_EQ(found[k], all[some[k]]) << "seed " << seed;
+    }
   }
 }
 

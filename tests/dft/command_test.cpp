@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltstage vectors` as a user meets it.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/run_command.hpp"
+
+namespace meltstage {
+namespace {
+
+namespace fs = std::filesystem;
+
+class VectorsCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("meltstage_vectors_command." + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  static std::string read(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+  Ran generate(const std::string& netlist, const std::string& more) const {
+    return run_command("vectors generate " + netlist + " --out " + (folder_ / "out").string() + " " + more);
+  }
+  Ran replay() const {
+    return run_command("vectors replay " + (folder_ / "out/patterns.stil").string() + " --netlist " +
+                       (folder_ / "out/netlist.json").string());
+  }
+  fs::path folder_;
+};
+
+constexpr const char* kMachine = CIRCUITS "/machine_gates.json";
+
+// The file says two clocks a pattern and holds on the netlist; with one expected bit turned it doesn't.
+TEST_F(VectorsCommand, TransitionTestsAreWrittenAndHold) {
+  const Ran made = generate(kMachine, "--faults transition");
+  ASSERT_EQ(made.status, 0) << made.output;
+  const auto manifest = nlohmann::json::parse(read(folder_ / "out/manifest.json"));
+  EXPECT_EQ(manifest.at("aborted"), 0);
+  EXPECT_GT(manifest.at("transition").at("DS"), 200);
+  EXPECT_DOUBLE_EQ(manifest.at("transition").at("fault_efficiency"), 1.0);
+  EXPECT_NE(read(folder_ / "out/faults.txt").find("slow-to-fall"), std::string::npos);
+  const Ran good = replay();
+  EXPECT_EQ(good.status, 0) << good.output;
+  std::string stil = read(folder_ / "out/patterns.stil");
+  std::size_t captures = 0;
+  for (std::size_t at = stil.find("Call \"multiclock_capture\""); at != std::string::npos;
+       at = stil.find("Call \"multiclock_capture\"", at + 1))
+    ++captures;
+  EXPECT_EQ(captures, 2 * manifest.at("patterns").get<std::size_t>());
+  char& bit = stil[stil.find("\"scan_o[0]\"=", stil.find("\"last unload\"")) + 12];
+  bit = bit == 'H' ? 'L' : 'H';
+  std::ofstream(folder_ / "out/patterns.stil", std::ios::binary) << stil;
+  EXPECT_EQ(replay().status, 1);
+}
+
+TEST_F(VectorsCommand, SameInputsSameBytes) {
+  ASSERT_EQ(generate(kMachine, "--seed 3").status, 0);
+  const std::string first = read(folder_ / "out/manifest.json");  // holds the hashes of all files
+  ASSERT_EQ(generate(kMachine, "--seed 3").status, 0);
+  EXPECT_EQ(read(folder_ / "out/manifest.json"), first);
+  ASSERT_EQ(generate(kMachine, "--seed 4").status, 0);
+  EXPECT_NE(read(folder_ / "out/manifest.json"), first);
+}
+
+TEST_F(VectorsCommand, TransitionsAskForFlops) {
+  std::ofstream(folder_ / "wire.bench") << "INPUT(a)\nOUTPUT(b)\nb = NOT(a)\n";
+  const Ran ran = generate((folder_ / "wire.bench").string(), "--faults transition");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_NE(ran.output.find("found no flops"), std::string::npos) << ran.output;
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+}  // namespace
+}  // namespace meltstage
