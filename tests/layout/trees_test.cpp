@@ -123,6 +123,35 @@ TEST_F(Trees, LargeNetsAreSplitAndReachTheSamePins) {
   EXPECT_LE(d.nets[static_cast<std::size_t>(a)].pins.size(), 41u);
 }
 
+TEST_F(Trees, WeakDriversBecomeStrongEnough) {
+  constexpr double limit_ns = 0.15;
+  Design d = placed_design(500, 4);
+  const std::size_t nets = d.nets.size();
+  const auto slow_nets = [&] {
+    std::vector<std::string> slow;
+    for (const Net& net : d.nets) {
+      if (net.use != Use::signal || net.name == "clk") continue;
+      for (const PinRef& ref : net.pins) {
+        if (ref.component == kDiePin || pin_direction(d, technology, ref) != PinDirection::output) continue;
+        const Macro& macro = technology.macros[static_cast<std::size_t>(d.components[static_cast<std::size_t>(ref.component)].macro)];
+        for (const DelayArc& arc : delays.at(macro.name).pins.at(macro.pins[static_cast<std::size_t>(ref.pin)].name).arcs)
+          if (arc.slew.at(0.1, expected_load_pf(d, technology, delays, net)) > limit_ns) slow.push_back(macro.name + " " + net.name);
+      }
+    }
+    return slow;
+  };
+  std::vector<std::multiset<std::string>> before;
+  for (std::size_t n = 0; n < nets; ++n) before.push_back(reached(d, technology, static_cast<int>(n)));
+  ASSERT_GT(slow_nets().size(), 5u);
+  const SizedDrivers sized = size_drivers(d, technology, delays, "clk", limit_ns, options);
+  EXPECT_GT(sized.resized, 0);
+  EXPECT_GT(sized.buffered, 0);
+  EXPECT_THAT(slow_nets(), ::testing::Each(HasSubstr("CLKBUF1 ")));  // the largest buffer: nothing is stronger
+  for (std::size_t n = 2; n < nets; ++n) EXPECT_EQ(reached(d, technology, static_cast<int>(n)), before[n]) << d.nets[n].name;
+  legalize(d, technology);
+  EXPECT_THAT(placement_errors(d, technology), IsEmpty());
+}
+
 TEST_F(Trees, SpefHoldsTheWiresBetweenPins) {
   Design d = placed_design(20, 1);
   legalize(d, technology);
