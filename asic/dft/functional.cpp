@@ -125,8 +125,8 @@ void compact(const CaptureView& view, const std::vector<Fault>& faults,
   if (moves.empty() || wanted >= batches.size()) return;
   std::vector<Batch> fewer;
   for (std::size_t first = 0; first < moves.size(); first += kMachines)
-    fewer.push_back(moved(view, faults,
-                          std::span(moves).subspan(first, std::min(kMachines, moves.size() - first)), inputs));
+    fewer.push_back(moved(
+        view, faults, std::span(moves).subspan(first, std::min(kMachines, moves.size() - first)), inputs));
   batches = std::move(fewer);
 }
 
@@ -141,14 +141,20 @@ ToggleCoverage toggle_coverage(const Circuit& circuit, const std::vector<std::ui
   const std::vector<std::int8_t> constant =
       constants(circuit, std::vector<std::int8_t>(circuit.inputs().size(), -1));
   ToggleCoverage result;
-  for (const Site& site : circuit.sites()) {
-    if (site.node == kNoNode || site.pin != kStem || constant[site.node] >= 0) continue;
+  for (std::size_t i = 0; i < circuit.sites().size(); ++i) {
+    const Site& site = circuit.sites()[i];
+    if (site.node == kNoNode || site.pin != kStem) continue;
+    if (constant[site.node] >= 0) {
+      ++result.tied;
+      continue;
+    }
     ++result.lines;
     if (moves[site.node] == (Machines::kRose | Machines::kFell))
-      ++result.toggled;
+      result.moving.push_back(site.node);
     else
-      result.idle.push_back(site.name);
+      result.idle.push_back(i);
   }
+  result.toggled = result.moving.size();
   return result;
 }
 
@@ -160,7 +166,8 @@ std::size_t FunctionalGrade::detected() const {
 }
 
 FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
-                                 const std::vector<Fault>& faults, unsigned threads, PowerUp power_up) {
+                                 const std::vector<Fault>& faults, unsigned threads, PowerUp power_up,
+                                 const GradeProgress& progress) {
   FunctionalGrade grade;
   grade.first_clock.assign(faults.size(), FunctionalGrade::kUndetected);
   for (const FunctionalStretch& stretch : stretches) grade.clocks += stretch.clocks;
@@ -196,6 +203,7 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
         compact(view, faults, grade.first_clock,
                 stretches[place.clock_of_stretch != 0 ? place.stretch : place.stretch - 1].inputs, batches);
       stage = std::min(2 * stage, kLongestStage);
+      if (progress) progress(place.clock, faults.size() - grade.detected());
     }
   }
   grade.toggle = toggle_coverage(view.circuit, moves);

@@ -191,8 +191,7 @@ void Machines::connect() {
     ports_.push_back(source_of(circuit_.outputs()[i]));
     readers[ports_.back() / 2].push_back(port_bit_);
   }
-  for (std::size_t i = 0; i < view_.input_ports.size(); ++i)
-    inputs_.push_back(number_[circuit_.inputs()[i]]);
+  for (std::size_t i = 0; i < view_.input_ports.size(); ++i) inputs_.push_back(number_[circuit_.inputs()[i]]);
   for (std::uint32_t number = 0; number < order_.size(); ++number) {
     std::vector<std::uint32_t>& to = readers[number];
     std::sort(to.begin(), to.end());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Up to 512 machines of one netlist side by side, clock by clock, each with faults and a power-up state of its
-// own. Only what changes is evaluated. For the files of this folder that simulate.
+// Up to 512 machines of one netlist side by side, clock by clock, each with faults and a power-up state of
+// its own. Only what changes is evaluated. For the files of this folder that simulate.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 
 namespace meltstage::dft {
 
-/// Lane 0 is the good machine; fault k of those given is in lane k + 1. Flops with an asynchronous reset follow
-/// it at once. Use: state() as wanted, start(), then inputs and clocks.
+/// Lane 0 is the good machine; fault k of those given is in lane k + 1. Flops with an asynchronous reset
+/// follow it at once. Use: state() as wanted, start(), then inputs and clocks.
 class Machines {
  public:
   /// At most 511 faults.
@@ -100,7 +100,7 @@ class Machines {
   static constexpr std::uint32_t kNoNumber = ~std::uint32_t{0};
   const CaptureView& view_;
   const Circuit& circuit_;
-  std::vector<std::uint32_t> number_;  // by node of the circuit; kNoNumber: folded into its readers
+  std::vector<std::uint32_t> number_;    // by node of the circuit; kNoNumber: folded into its readers
   std::vector<std::int32_t> forced_of_;  // by node of the circuit, index into forced_
   std::vector<Node> order_;              // nodes by number
   std::vector<Op> ops_;
