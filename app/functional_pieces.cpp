@@ -397,6 +397,7 @@ class Pieces {
   }
   void sensors() {
     s_.begin("sensors: presets, custom frames of every length and mode, bad frames");
+    start_work();
     for (std::uint16_t type = 1; type < spec::kSensorPresets.size(); ++type) {
       const spec::SensorPreset& preset = spec::kSensorPresets[type];
       set(spec::kRegSensType, type);
@@ -455,6 +456,7 @@ class Pieces {
   // Gains, limits and temperatures of any size, a new set each control period.
   void loop_arithmetic() {
     s_.begin("control law: gains, limits, temperatures of any size");
+    start_work();
     heat();
     for (unsigned i = 0; i < often(100, 16); ++i) {
       Parameters p = now_;
@@ -547,11 +549,11 @@ class Pieces {
 
   void self_tuning() {
     s_.begin("self-tuning: finished with different plants, stopped");
-    for (unsigned run = 0; run < often(5, 1); ++run) {
+    for (unsigned run = 0; run < often(4, 1); ++run) {
       write_all(now_ = calm());
       const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(4000));
       set(spec::kRegSetpoint, setpoint);
-      set(spec::kRegTAmb, run == 4 ? 1000 : in_range(spec::kRegTAmb) / 2);
+      set(spec::kRegTAmb, run == 2 ? 1000 : in_range(spec::kRegTAmb) / 2);
       set(spec::kRegDutyMax, run % 2 == 0 ? 10000 : 2000 + static_cast<std::int32_t>(below(8000)));
       const std::int32_t middle = of_tenths(setpoint);
       const std::int32_t swing = 40 + any_size(0, 3000);
@@ -584,6 +586,7 @@ class Pieces {
 
   void pulse_width() {
     s_.begin("PWM: duty ends, periods, prescaler, dither, shortest pulse");
+    start_work();
     set(spec::kRegMode, 1);
     s_.ticks();
     heat();
@@ -772,7 +775,8 @@ class Pieces {
 
     // Detectors with limits and temperatures of any size; which of them trips is left to chance.
     s_.begin("protection: limits of any size");
-    for (unsigned i = 0; i < often(14, 3); ++i) {
+    start_work();
+    for (unsigned i = 0; i < often(10, 3); ++i) {
       Parameters p = calm();
       p[spec::kRegSetpoint] = static_cast<std::int32_t>(below(kSetpointTop));
       p[spec::kRegAtWindow] = in_range(spec::kRegAtWindow);

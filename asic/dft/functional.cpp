@@ -22,6 +22,11 @@ constexpr std::size_t kMachines = kLanes - 1;  // faulty ones
 // Batches at work together: their undetected faults are put into fewer batches as the others are detected.
 constexpr std::size_t kBatches = 16;
 constexpr std::uint64_t kFirstStage = 1 << 16, kLongestStage = 1 << 20;  // clocks between two looks at that
+// A few machines that run wild without a sign at the outputs would cost more than all others. In the longest
+// stages one clock in kCountEvery is looked at; the wildest are set aside, until what remains changes no more
+// than kOwnChanges lines a clock. They begin again with the next reset.
+constexpr std::uint64_t kCountEvery = 61;
+constexpr double kOwnChanges = 15;
 
 // A place in the stretches.
 struct Place {
@@ -47,6 +52,7 @@ void run(Batch& batch, const std::vector<FunctionalStretch>& stretches, Place pl
     if (place.clock_of_stretch == 0) m.set_inputs(stretch.inputs);
     for (; place.clock_of_stretch < stretch.clocks && clocks != 0;
          ++place.clock_of_stretch, ++place.clock, --clocks) {
+      m.count_own_changes(place.clock % kCountEvery == 0);
       m.clock();
       if (m.ports_changed()) {
         const Word differs = m.different();
@@ -83,7 +89,7 @@ Place after(const std::vector<FunctionalStretch>& stretches, Place place, std::u
   return place;
 }
 
-// One machine that goes on in another batch.
+// One machine that goes on in another batch; without a lane, as the good machine stands.
 struct Move {
   std::size_t fault;
   const Machines* from;
@@ -101,7 +107,7 @@ Batch moved(const CaptureView& view, const std::vector<Fault>& faults, std::span
   Batch batch{Machines(view, own), std::move(indices)};
   for (std::size_t k = 0; k < batch.machines.flops(); ++k) {
     Word& state = batch.machines.state(k);
-    if (!moves.empty() && moves[0].from->state(k).bit(0)) state.part.fill(~std::uint64_t{0});
+    if (moves[0].from->state(k).bit(0)) state.part.fill(~std::uint64_t{0});
     for (std::size_t i = 0; i < moves.size(); ++i)
       state.set(i + 1, moves[i].from->state(k).bit(moves[i].lane));
   }
@@ -110,24 +116,76 @@ Batch moved(const CaptureView& view, const std::vector<Fault>& faults, std::span
   return batch;
 }
 
-// The undetected faults in as few batches as hold them.
-void compact(const CaptureView& view, const std::vector<Fault>& faults,
-             const std::vector<std::uint64_t>& first_clock, std::span<const std::uint8_t> inputs,
-             std::vector<Batch>& batches) {
+// Machines that go on: the undetected ones, less those that are to be set aside.
+std::vector<Move> remaining(const std::vector<Batch>& batches, const std::vector<std::uint64_t>& first_clock,
+                            std::vector<std::size_t>& aside) {
   std::vector<Move> moves;
   for (const Batch& batch : batches) {
     for (std::size_t i = 0; i < batch.faults.size(); ++i) {
-      if (first_clock[batch.faults[i]] == FunctionalGrade::kUndetected)
-        moves.push_back({batch.faults[i], &batch.machines, i + 1});
+      const std::size_t fault = batch.faults[i];
+      if (first_clock[fault] == FunctionalGrade::kUndetected &&
+          std::find(aside.begin(), aside.end(), fault) == aside.end())
+        moves.push_back({fault, &batch.machines, i + 1});
     }
   }
-  const std::size_t wanted = std::max<std::size_t>(1, (moves.size() + kMachines - 1) / kMachines);
-  if (moves.empty() || wanted >= batches.size()) return;
+  return moves;
+}
+
+// Faults whose machines ran wildest in the stage that ends.
+void set_aside(std::vector<Batch>& batches, const std::vector<std::uint64_t>& first_clock,
+               std::uint64_t stage, std::vector<std::size_t>& aside) {
+  for (Batch& batch : batches) {
+    std::vector<std::pair<std::uint64_t, std::size_t>> changes;
+    double all = 0;
+    const double most = kOwnChanges * static_cast<double>(stage) / static_cast<double>(kCountEvery);
+    for (std::size_t i = 0; i < batch.faults.size(); ++i) {
+      if (first_clock[batch.faults[i]] != FunctionalGrade::kUndetected) continue;
+      changes.emplace_back(batch.machines.own_changes()[i + 1], batch.faults[i]);
+      all += static_cast<double>(changes.back().first);
+    }
+    batch.machines.own_changes() = {};
+    std::sort(changes.rbegin(), changes.rend());
+    for (std::size_t i = 0; i < changes.size() && all > most; ++i) {
+      all -= static_cast<double>(changes[i].first);
+      aside.push_back(changes[i].second);
+    }
+  }
+}
+
+// The machines that go on, in as few batches as hold them. `always`: even if they are no fewer.
+void compact(const CaptureView& view, const std::vector<Fault>& faults, std::span<const Move> moves,
+             std::span<const std::uint8_t> inputs, bool always, std::vector<Batch>& batches) {
+  const std::size_t wanted = (moves.size() + kMachines - 1) / kMachines;
+  if (moves.empty() || (wanted >= batches.size() && !always)) return;
   std::vector<Batch> fewer;
   for (std::size_t first = 0; first < moves.size(); first += kMachines)
-    fewer.push_back(moved(
-        view, faults, std::span(moves).subspan(first, std::min(kMachines, moves.size() - first)), inputs));
+    fewer.push_back(
+        moved(view, faults, moves.subspan(first, std::min(kMachines, moves.size() - first)), inputs));
   batches = std::move(fewer);
+}
+
+// Stretches in which an input port that resets flops becomes active.
+std::vector<std::size_t> resets_in(const CaptureView& view, const std::vector<FunctionalStretch>& stretches) {
+  std::vector<std::pair<std::size_t, std::uint8_t>> ports;  // and the level that resets
+  for (const ScanFlop& flop : view.flops) {
+    const auto line = flop.has_reset ? view.node_of_net.find(flop.reset) : view.node_of_net.end();
+    if (line == view.node_of_net.end()) continue;
+    for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+      const std::pair<std::size_t, std::uint8_t> port{i, flop.reset_low ? 0 : 1};
+      if (view.circuit.inputs()[i] == line->second &&
+          std::find(ports.begin(), ports.end(), port) == ports.end())
+        ports.push_back(port);
+    }
+  }
+  std::vector<std::size_t> found;
+  for (std::size_t s = 1; s < stretches.size(); ++s) {
+    for (const auto& [port, level] : ports) {
+      if (stretches[s].inputs[port] != level || stretches[s - 1].inputs[port] == level) continue;
+      found.push_back(s);
+      break;
+    }
+  }
+  return found;
 }
 
 // Lines of the good machine that rose, fell.
@@ -171,8 +229,13 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
   FunctionalGrade grade;
   grade.first_clock.assign(faults.size(), FunctionalGrade::kUndetected);
   for (const FunctionalStretch& stretch : stretches) grade.clocks += stretch.clocks;
-  std::vector<std::uint8_t> moves(view.circuit.size(), 0);
-  const std::vector<std::uint8_t> no_inputs(view.input_ports.size(), 0);
+  std::vector<std::uint8_t> toggles(view.circuit.size(), 0);
+  std::vector<std::uint64_t> resets;  // clocks
+  {
+    std::vector<std::uint64_t> begins{0};
+    for (const FunctionalStretch& stretch : stretches) begins.push_back(begins.back() + stretch.clocks);
+    for (const std::size_t s : resets_in(view, stretches)) resets.push_back(begins[s]);
+  }
   for (std::size_t first = 0; first == 0 || first < faults.size(); first += kBatches * kMachines) {
     std::vector<Batch> batches;
     for (std::size_t at = first; at == first || (at < faults.size() && batches.size() < kBatches);
@@ -185,8 +248,12 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
         m.state(k).part.fill(~std::uint64_t{0});
       m.start();
     }
-    std::uint64_t stage = kFirstStage;
+    std::vector<std::size_t> aside;
+    std::uint64_t length = kFirstStage;
     for (Place place; place.stretch < stretches.size();) {
+      // To the next reset at the most.
+      const auto reset = std::upper_bound(resets.begin(), resets.end(), place.clock);
+      const std::uint64_t stage = reset == resets.end() ? length : std::min(length, *reset - place.clock);
       std::atomic<std::size_t> next{0};
       const auto work = [&] {
         for (std::size_t b = next++; b < batches.size(); b = next++)
@@ -197,16 +264,28 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
         for (unsigned i = 1; i < std::min<std::size_t>(threads, batches.size()); ++i) pool.emplace_back(work);
         work();
       }
-      note_toggles(view, batches[0].machines, moves);
+      note_toggles(view, batches[0].machines, toggles);
       place = after(stretches, place, stage);
-      if (place.stretch < stretches.size())
-        compact(view, faults, grade.first_clock,
-                stretches[place.clock_of_stretch != 0 ? place.stretch : place.stretch - 1].inputs, batches);
-      stage = std::min(2 * stage, kLongestStage);
-      if (progress) progress(place.clock, faults.size() - grade.detected());
+      if (place.stretch < stretches.size()) {
+        const bool in_reset = std::binary_search(resets.begin(), resets.end(), place.clock);
+        const std::size_t known = aside.size();
+        if (stage == kLongestStage) set_aside(batches, grade.first_clock, stage, aside);
+        std::vector<Move> moves = remaining(batches, grade.first_clock, aside);
+        const bool changed = known != aside.size() || (in_reset && !aside.empty());
+        for (const std::size_t fault : aside) {
+          if (in_reset) moves.push_back({fault, &batches[0].machines, 0});
+        }
+        if (in_reset) aside.clear();
+        compact(view, faults, moves,
+                stretches[place.clock_of_stretch != 0 ? place.stretch : place.stretch - 1].inputs, changed,
+                batches);
+      }
+      length = std::min(2 * length, kLongestStage);
+      if (progress) progress(place.clock, faults.size() - grade.detected(), aside.size());
     }
+    grade.set_aside += aside.size();
   }
-  grade.toggle = toggle_coverage(view.circuit, moves);
+  grade.toggle = toggle_coverage(view.circuit, toggles);
   return grade;
 }
 

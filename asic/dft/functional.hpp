@@ -33,6 +33,7 @@ struct FunctionalGrade {
   std::vector<std::uint64_t> first_clock;  ///< by fault, the clock that shows it
   std::uint64_t clocks = 0;
   ToggleCoverage toggle;
+  std::size_t set_aside = 0;  ///< faults that were not graded to the end; undetected
 
   std::size_t detected() const;
 };
@@ -40,8 +41,8 @@ struct FunctionalGrade {
 /// What all flops hold before the first clock.
 enum class PowerUp : std::uint8_t { zeros, ones };
 
-/// Told now and then: clocks done, and faults not detected yet.
-using GradeProgress = std::function<void(std::uint64_t clocks, std::size_t undetected)>;
+/// Told now and then: clocks done, faults not detected yet, and those of them that are set aside.
+using GradeProgress = std::function<void(std::uint64_t clocks, std::size_t undetected, std::size_t aside)>;
 
 /// Grades `faults` on so many threads, 511 beside each other; the undetected ones are put together as the
 /// others fall. `view` is the capture view with nothing held; vectors should begin with a reset. Flops with

@@ -250,8 +250,15 @@ struct MachineSteps {
     if (is_zero(change)) return;
     if ((change[0] & 1) != 0) m.moves_[line] |= (value[0] & 1) != 0 ? Machines::kRose : Machines::kFell;
     lanes(m.values_[line]) = value;
+    if (__builtin_expect(m.counting_, 0)) count(change);
     for (std::uint32_t i = op.fanout; i < op.fanout_end; ++i) m.wake(m.fanout_[i]);
     if (op.resets) reset_changed(m.resets_[m.reset_of_line_[line]]);
+  }
+  __attribute__((noinline)) void count(const Lanes& change) {
+    for (std::size_t i = 0; i < kLanes / 64; ++i) {
+      for (std::uint64_t own = change[i] ^ (std::uint64_t{0} - (change[0] & 1)); own != 0; own &= own - 1)
+        ++m.own_changes_[64 * i + static_cast<std::size_t>(__builtin_ctzll(own))];
+    }
   }
   void reset_changed(Machines::Reset& reset) {
     reset.any = true;  // until it is at rest again

@@ -41,6 +41,9 @@ class Machines {
   Word unlike(std::size_t port, bool level, const Word& machines) const;
   /// These become good machines: they cost nothing any more.
   void drop(const Word& machines);
+  /// While on, changes of lines in which a machine differs from the good one are counted, by machine.
+  void count_own_changes(bool on) { counting_ = on; }
+  std::array<std::uint64_t, kLanes>& own_changes() { return own_changes_; }
   static constexpr std::uint8_t kRose = 1, kFell = 2;
   /// What the line has done in the good machine since start(); by node of the view's circuit.
   std::uint8_t moves(Node node) const;
@@ -117,7 +120,8 @@ class Machines {
   // the ports; a bit for each word of these.
   std::vector<std::uint64_t> pending_, words_;
   std::uint32_t first_flop_bit_ = 0, port_bit_ = 0;
-  bool again_ = false;
+  bool again_ = false, counting_ = false;
+  std::array<std::uint64_t, kLanes> own_changes_{};
   std::vector<std::uint8_t> moves_;  // of the good machine, by number
   struct Captured {
     std::uint32_t line;
