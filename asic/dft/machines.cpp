@@ -119,16 +119,16 @@ void Machines::add_flops() {
       bool plain = forced_of_[next] < 0 && forced_of_[gate] < 0 && fanin.size() == 2;
       std::size_t data = 0;
       for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-        const bool inverter = is_wire(circuit_.kind(fanin[pin])) && fanin[pin] != line->second &&
-                              circuit_.fanin(fanin[pin])[0] == line->second;
-        if (!inverter && fanin[pin] != line->second) {
+        const bool between = is_wire(circuit_.kind(fanin[pin])) && fanin[pin] != line->second &&
+                             circuit_.fanin(fanin[pin])[0] == line->second;
+        if (!between && fanin[pin] != line->second) {
           data = pin;
           continue;
         }
         flop.gate = forced_of_[gate];
         flop.gate_pin = static_cast<std::int32_t>(pin);
-        flop.through_inverter = inverter;
-        if (inverter) flop.through = forced_of_[fanin[pin]];
+        flop.through_inverter = between && circuit_.kind(fanin[pin]) == Gate::inv;
+        if (between) flop.through = forced_of_[fanin[pin]];
         plain = plain && flop.through < 0;
       }
       if (plain) next = fanin[data];
@@ -232,11 +232,9 @@ struct MachineSteps {
   MELTSTAGE_INLINE void apply_reset(const Machines::Flop& flop, Lanes& state) const {
     const Machines::Reset& reset = m.resets_[flop.reset];
     Lanes line = lanes(m.values_[reset.line]);
-    if (flop.through_inverter) {
-      if (flop.through >= 0) force(m.forced_[static_cast<std::size_t>(flop.through)], 0, line);
-      line = ~line;
-      if (flop.through >= 0) force(m.forced_[static_cast<std::size_t>(flop.through)], kStem, line);
-    }
+    if (flop.through >= 0) force(m.forced_[static_cast<std::size_t>(flop.through)], 0, line);
+    if (flop.through_inverter) line = ~line;
+    if (flop.through >= 0) force(m.forced_[static_cast<std::size_t>(flop.through)], kStem, line);
     if (flop.gate >= 0) force(m.forced_[static_cast<std::size_t>(flop.gate)], flop.gate_pin, line);
     if (flop.through_inverter) line = ~line;
     const Lanes active = reset.low ? ~line : line;
