@@ -34,6 +34,7 @@ class Pieces {
 
   FunctionalSet record() {
     reset_and_identity();
+    at_work();
     registers();
     protocol();
     line_settings();
@@ -171,10 +172,71 @@ class Pieces {
       s_.ask(tb::read_device_identification(s_.address(), code, 0));
   }
 
+  // Every block once, briefly and all at a time: what a defect spoils for long shows here at once.
+  void at_work() {
+    s_.begin("closed loop at work: every block, briefly");
+    start_work();
+    set(spec::kRegTlmPeriod, 1);
+    set(spec::kRegMode, 1);
+    struct Pulse {
+      std::int32_t duty, ctrl, prescale, period, least;
+    };
+    for (const Pulse& to :
+         {Pulse{3333, 0x17, 0, 701, 0}, Pulse{9876, 0x07, 2, 300, 20}, Pulse{50, 0x17, 0, 90, 7},
+          Pulse{6543, 0x17, 5, 2, 0}, Pulse{10000, 0x17, 0, 97, 0}}) {
+      set(spec::kRegManualDuty, to.duty);
+      set(spec::kRegCtrl, to.ctrl);
+      const std::int32_t values[] = {to.prescale, to.period, to.least};
+      s_.write(spec::kRegPwmPrescale, values);
+      s_.ticks();
+      if (!heating()) heat();
+      sample(any_temperature(100, 900));
+      look();
+    }
+    Parameters p = calm();
+    p[spec::kRegSetpoint] = 1234;
+    p[spec::kRegTlmPeriod] = 1;
+    p[spec::kRegPwmPeriod] = 509;
+    p[spec::kRegBandFull] = 300;
+    p[spec::kRegBandOff] = 200;
+    p[spec::kRegFfDrop] = 3000;
+    for (const std::int32_t slew : {0, 700}) {
+      p[spec::kRegSlew] = slew;
+      p[spec::kRegRampDown] = slew;
+      write_all(p);
+      for (const std::int32_t tenths : {900, 1210, 1229, 1236, 1251, 1500}) {
+        s_.droplet(5);
+        sample(of_tenths(tenths));
+        look();
+      }
+    }
+    s_.command(spec::kCmdTune);
+    for (const std::int32_t tenths : {1200, 1260, 1190, 1270}) sample(of_tenths(tenths));
+    look();
+    s_.command(spec::kCmdStop);
+    for (std::int32_t mode = 1; mode < 4; ++mode) {
+      set(spec::kRegSensFrame, 0x2010 | (mode << 6));
+      set(spec::kRegSensTrim, 100 * mode);
+      s_.sensor().set(0x0C35U + static_cast<std::uint32_t>(mode), 16, static_cast<unsigned>(mode));
+      s_.ticks();
+      look();
+    }
+    write_all(now_ = calm());
+    sample(of_tenths(250));
+    heat();
+    s_.set_inhibit(true);
+    s_.run(100);
+    s_.set_inhibit(false);
+    look();
+    s_.command(spec::kCmdStop);
+    s_.command(spec::kCmdClearFault);
+    s_.read_holding();
+    look();
+  }
+
   // Staged and active words take a value and its complement; Discard copies the active words back to be read.
   void registers() {
     s_.begin("registers: staged and active, both values of every bit, SECDED");
-    start_work();
     s_.command(spec::kCmdDiscard);
     s_.read_holding();
     for (unsigned round = 0; round < often(8, 1); ++round) {
@@ -335,6 +397,7 @@ class Pieces {
   }
   void sensors() {
     s_.begin("sensors: presets, custom frames of every length and mode, bad frames");
+    start_work();
     for (std::uint16_t type = 1; type < spec::kSensorPresets.size(); ++type) {
       const spec::SensorPreset& preset = spec::kSensorPresets[type];
       set(spec::kRegSensType, type);
@@ -350,7 +413,7 @@ class Pieces {
       s_.ticks();
       look();
     }
-    for (unsigned i = 0; i < often(28, 4); ++i) {
+    for (unsigned i = 0; i < often(20, 4); ++i) {
       Parameters p = now_;
       p[spec::kRegSensType] = 0;
       p[spec::kRegSpiDiv] = i % 8 == 0 ? 255 : 2 + static_cast<std::int32_t>(below(20));
@@ -393,8 +456,9 @@ class Pieces {
   // Gains, limits and temperatures of any size, a new set each control period.
   void loop_arithmetic() {
     s_.begin("control law: gains, limits, temperatures of any size");
+    start_work();
     heat();
-    for (unsigned i = 0; i < often(160, 16); ++i) {
+    for (unsigned i = 0; i < often(100, 16); ++i) {
       Parameters p = now_;
       for (std::uint16_t reg = spec::kRegSetpoint; reg <= spec::kRegFfExt; ++reg) p[reg] = in_range(reg);
       for (std::uint16_t reg = spec::kRegKp; reg <= spec::kRegSlew; ++reg) p[reg] = in_range(reg);
@@ -441,12 +505,12 @@ class Pieces {
       set(spec::kRegSetpoint, kSetpointTop);
       s_.ticks();
       heat();
-      for (unsigned i = 0; i < often(6, 2); ++i) {
+      for (unsigned i = 0; i < often(4, 2); ++i) {
         sample(static_cast<std::int16_t>(of_tenths(from) + any_size(0, 300)));
         look();
       }
       set(spec::kRegSetpoint, 0);
-      for (unsigned i = 0; i < often(6, 2); ++i) {
+      for (unsigned i = 0; i < often(4, 2); ++i) {
         sample(static_cast<std::int16_t>(of_tenths(from) - any_size(0, 300)));
         look();
       }
@@ -468,7 +532,7 @@ class Pieces {
       const std::int32_t target = in_range(spec::kRegSetpoint);
       set(spec::kRegSetpoint, std::min<std::int32_t>(target, kSetpointTop));
       set(spec::kRegAtWindow, in_range(spec::kRegAtWindow));
-      set(spec::kRegAtDwell, i % 3 == 0 ? 1 : 0);
+      set(spec::kRegAtDwell, i % 6 == 0 ? 1 : 0);
       const std::int16_t middle = of_tenths(now_[spec::kRegSetpoint]);
       for (const int sign : {0, 1, -1, 1}) {
         const std::int32_t to = middle + sign * any_size(0, 6000);
@@ -476,7 +540,7 @@ class Pieces {
             std::clamp<std::int32_t>(to == 0 || to == -1 ? 1 : to, of_tenths(-390), of_tenths(4990))));
       }
       sample(static_cast<std::int16_t>(middle + 1));
-      if (i % 3 == 0) s_.run(2 * kTenth);
+      if (i % 6 == 0) s_.run(2 * kTenth);
       look();
     }
     s_.command(spec::kCmdStop);
@@ -485,11 +549,11 @@ class Pieces {
 
   void self_tuning() {
     s_.begin("self-tuning: finished with different plants, stopped");
-    for (unsigned run = 0; run < often(5, 1); ++run) {
+    for (unsigned run = 0; run < often(4, 1); ++run) {
       write_all(now_ = calm());
       const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(4000));
       set(spec::kRegSetpoint, setpoint);
-      set(spec::kRegTAmb, run == 4 ? 1000 : in_range(spec::kRegTAmb) / 2);
+      set(spec::kRegTAmb, run == 2 ? 1000 : in_range(spec::kRegTAmb) / 2);
       set(spec::kRegDutyMax, run % 2 == 0 ? 10000 : 2000 + static_cast<std::int32_t>(below(8000)));
       const std::int32_t middle = of_tenths(setpoint);
       const std::int32_t swing = 40 + any_size(0, 3000);
@@ -504,7 +568,7 @@ class Pieces {
       s_.command(spec::kCmdTune);
       s_.refused(write_request(spec::kRegKp, 1), 6);
       for (unsigned turn = 0; turn < 20 && s_.chip().atune.tuning(); ++turn) {
-        for (unsigned i = 1 + below(run == 0 ? 9 : 4); i > 0 && s_.chip().atune.tuning(); --i)
+        for (unsigned i = 1 + below(run == 0 ? 6 : 2); i > 0 && s_.chip().atune.tuning(); --i)
           sample(level(turn % 2 == 0));
         look();
         if (run == 3 && turn == 6) s_.command(spec::kCmdStop);
@@ -522,10 +586,11 @@ class Pieces {
 
   void pulse_width() {
     s_.begin("PWM: duty ends, periods, prescaler, dither, shortest pulse");
+    start_work();
     set(spec::kRegMode, 1);
     s_.ticks();
     heat();
-    for (unsigned i = 0; i < often(64, 8); ++i) {
+    for (unsigned i = 0; i < often(40, 8); ++i) {
       Parameters p = now_;
       p[spec::kRegManualDuty] = i < 4 ? (i % 2 == 0 ? 10000 : 0) : in_range(spec::kRegManualDuty);
       p[spec::kRegCtrl] = i % 2 == 0 ? 0x10 : 0;
@@ -545,7 +610,7 @@ class Pieces {
       set(spec::kRegManualDuty, to.duty);
       const std::int32_t values[] = {to.prescale, to.period, 0};
       s_.write(spec::kRegPwmPrescale, values);
-      s_.ticks(quick_ ? 2 : 4);
+      s_.ticks(2);
     }
     s_.command(spec::kCmdStop);
     look();
@@ -559,7 +624,6 @@ class Pieces {
     set(spec::kRegAtWindow, 1000);
     set(spec::kRegSetpoint, 2000);
     sample(of_tenths(1950));
-    s_.ticks();
     heat();
     s_.ticks();
     cause();
@@ -624,7 +688,7 @@ class Pieces {
         spec::kFaultSensorStale,  // frozen
         [&] {
           set(spec::kRegMode, 1);
-          set(spec::kRegLbaTime, 2);
+          set(spec::kRegLbaTime, 1);
         },
         calm_again);
     trip(
@@ -639,7 +703,7 @@ class Pieces {
     trip(
         spec::kFaultNotHeating,
         [&] {
-          set(spec::kRegLbaTime, 2);
+          set(spec::kRegLbaTime, 1);
           set(spec::kRegMode, 0);
           set(spec::kRegCtrl, 0x10);
           set(spec::kRegBandFull, 0);
@@ -648,7 +712,7 @@ class Pieces {
     trip(
         spec::kFaultHoldPower,
         [&] {
-          set(spec::kRegHoldTime, 2);
+          set(spec::kRegHoldTime, 1);
           set(spec::kRegHoldMult, 1);
           set(spec::kRegHoldAdd, 1);
           set(spec::kRegKff, 100);
@@ -661,7 +725,7 @@ class Pieces {
         spec::kFaultExcursion,
         [&] {
           set(spec::kRegExcLimit, 100);
-          set(spec::kRegExcTime, 2);
+          set(spec::kRegExcTime, 1);
           set(spec::kRegAtWindow, 20);
           sample(of_tenths(2000));
           s_.ticks();
@@ -672,9 +736,9 @@ class Pieces {
         spec::kFaultZeroRise,
         [&] {
           set(spec::kRegMode, 1);
-          set(spec::kRegZeroWait, 2);
+          set(spec::kRegZeroWait, 1);
           set(spec::kRegZeroRise, 80);
-          s_.run(3 * kTenth);
+          s_.run(2 * kTenth);
           sample(of_tenths(2100));
         },
         calm_again);
@@ -693,8 +757,8 @@ class Pieces {
     trip(
         spec::kFaultHostWatchdog,
         [&] {
-          set(spec::kRegHostWd, 2);
-          s_.run(4 * kTenth);
+          set(spec::kRegHostWd, 1);
+          s_.run(2 * kTenth);
         },
         calm_again);
     trip(
@@ -711,7 +775,8 @@ class Pieces {
 
     // Detectors with limits and temperatures of any size; which of them trips is left to chance.
     s_.begin("protection: limits of any size");
-    for (unsigned i = 0; i < often(20, 3); ++i) {
+    start_work();
+    for (unsigned i = 0; i < often(10, 3); ++i) {
       Parameters p = calm();
       p[spec::kRegSetpoint] = static_cast<std::int32_t>(below(kSetpointTop));
       p[spec::kRegAtWindow] = in_range(spec::kRegAtWindow);

@@ -19,6 +19,7 @@
 
 #include "app/build_stamp.hpp"
 #include "app/functional_vectors.hpp"
+#include "app/grade_report.hpp"
 #include "asic/dft/error.hpp"
 #include "asic/dft/fault_simulator.hpp"
 #include "asic/dft/formats.hpp"
@@ -48,7 +49,7 @@ namespace fs = std::filesystem;
 using namespace dft;
 
 struct Options {
-  fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells;
+  fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells, unreached;
   std::string on = "netlist", reset, model = "stuck-at";
   std::size_t chains = 8;
   std::size_t stops = 20;
@@ -408,41 +409,55 @@ CycleStream read_patterns(const Options& options) {
 }
 
 // Vectors without scan, clock by clock, faults drawn at random.
-int grade_clock_by_clock(const Options& options, const CaptureView& view, const CycleStream& stream) {
+int grade_clock_by_clock(const Options& options, const Netlist& netlist, const CaptureView& view,
+                         const CycleStream& stream) {
   const auto stretches = stretches_of(view, stream);
   const std::vector<Fault> all = collapse(view.circuit).classes;
   const std::vector<Fault> sample =
       options.faults == 0 ? all : sample_faults(all, options.faults, options.seed);
   const FunctionalGrade graded = grade_functional(view, stretches, sample, 2);
+  std::vector<FaultClass> verdicts;
+  for (const std::uint64_t first : graded.first_clock)
+    verdicts.push_back(first == FunctionalGrade::kUndetected ? FaultClass::NO : FaultClass::DS);
   // Detected from one power-up state alone: possibly.
-  std::vector<std::uint8_t> surely(sample.size(), 1);
   if (options.two_power_ups) {
     const FunctionalGrade other = grade_functional(view, stretches, sample, 2, PowerUp::ones);
-    for (std::size_t i = 0; i < sample.size(); ++i)
-      surely[i] = other.first_clock[i] != FunctionalGrade::kUndetected ? 1 : 0;
+    for (std::size_t i = 0; i < sample.size(); ++i) {
+      const bool also = other.first_clock[i] != FunctionalGrade::kUndetected;
+      if (also != (verdicts[i] == FaultClass::DS)) verdicts[i] = FaultClass::PT;
+    }
   }
+  const GradeReport report =
+      grade_report(netlist, view, stream, sample, verdicts, graded,
+                   options.unreached.empty() ? std::vector<Unreached>() : read_unreached(options.unreached));
+  if (!options.out.empty()) write_file(options.out, report.text);
   const ToggleCoverage& toggle = graded.toggle;
-  std::size_t detected = 0, possibly = 0;
-  std::string report;
-  for (std::size_t i = 0; i < sample.size(); ++i) {
-    const std::uint64_t first = graded.first_clock[i];
-    const std::string pin = sample[i].pin == kStem ? "" : fmt::format(" input {}", sample[i].pin);
-    const bool found = first != FunctionalGrade::kUndetected;
-    const FaultClass verdict = !found ? FaultClass::NO : surely[i] != 0 ? FaultClass::DS : FaultClass::PT;
-    detected += verdict == FaultClass::DS ? 1 : 0;
-    possibly += verdict == FaultClass::PT ? 1 : 0;
-    report +=
-        fmt::format("{}{} stuck-at-{} {}{}\n", view.circuit.name(sample[i].node), pin,
-                    sample[i].stuck ? 1 : 0, to_string(verdict), found ? fmt::format(" {}", first) : "");
-  }
-  for (const std::string& name : toggle.idle) report += fmt::format("{} does not toggle\n", name);
-  if (!options.out.empty()) write_file(options.out, report);
-  fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "clocks", graded.clocks, "faults graded",
-             sample.size(), "detected", detected);
-  if (options.two_power_ups) fmt::print("{:<22} {:>10}\n", "possibly detected", possibly);
-  fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "coverage",
+  const auto detected =
+      static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), FaultClass::DS));
+  const auto row = [](const char* name, std::size_t count) { fmt::print("{:<22} {:>10}\n", name, count); };
+  row("clocks", graded.clocks);
+  row("faults graded", sample.size());
+  row("detected", detected);
+  if (options.two_power_ups)
+    row("possibly detected",
+        static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), FaultClass::PT)));
+  row("cell outputs", toggle.lines);
+  row("tied, left out", toggle.tied);
+  row("toggled", toggle.toggled);
+  row("cannot toggle", report.unreached);
+  fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "coverage",
              100.0 * static_cast<double>(detected) / static_cast<double>(sample.size()), "outputs toggled",
-             100.0 * static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines));
+             100.0 * static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
+             "of those that can", 100.0 * report.toggle_of_reachable(toggle));
+  fmt::print("\n{:<22} {:>16} {:>8} {:>18} {:>8} {:>7}\n", "module", "faults found", "", "outputs toggle", "",
+             "cannot");
+  for (const auto& [name, m] : report.modules)
+    fmt::print(
+        "{:<22} {:>7} of {:>5} {:>6.1f} % {:>8} of {:>6} {:>6.1f} % {:>7}\n", name, m.detected, m.faults,
+        100.0 * static_cast<double>(m.detected) / static_cast<double>(std::max<std::size_t>(m.faults, 1)),
+        m.toggled, m.outputs,
+        100.0 * static_cast<double>(m.toggled) / static_cast<double>(std::max<std::size_t>(m.outputs, 1)),
+        m.unreached);
   return 0;
 }
 
@@ -529,7 +544,7 @@ int grade_patterns(const Options& options) {
     const Netlist netlist = read_yosys_json(options.netlist);
     if (stream.chains.empty()) {
       const CaptureView plain = capture_view(netlist, library);
-      if (!plain.flops.empty()) return grade_clock_by_clock(options, plain, stream);
+      if (!plain.flops.empty()) return grade_clock_by_clock(options, netlist, plain, stream);
     }
     CaptureView view = view_for_grading(netlist, library);
     patterns = view.flops.empty() ? plain_patterns(view.circuit, stream)
@@ -739,7 +754,10 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_grade->add_option("--seed", options->seed, "Vectors without scan: seed of the draw (default 1)");
   sub_grade->add_flag("--two-power-ups", options->two_power_ups,
                       "Vectors without scan: all flops at 0 and at 1 first; tells possibly detected faults");
-  sub_grade->add_option("--report", options->out, "File for one line a fault");
+  sub_grade->add_option("--unreached", options->unreached,
+                        "Vectors without scan: what function cannot move, and why (TOML)");
+  sub_grade->add_option("--report", options->out,
+                        "File for one line a fault, and an output that stands still");
   const auto timing_of = [&](CLI::App* sub) {
     sub->add_option("--timing", options->timing,
                     "Dumps: period, drive, strobe, clock rise, clock fall, ns (default 100,0,40,50,80)")

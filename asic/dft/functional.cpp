@@ -12,276 +12,207 @@
 #include <utility>
 
 #include "asic/dft/error.hpp"
-#include "asic/dft/lanes.hpp"
+#include "asic/dft/machines.hpp"
 
 namespace meltstage::dft {
 
 namespace {
 
-constexpr std::size_t kMachines = kLanes - 1;  // faulty ones; lane 0 is good
-constexpr std::int32_t kNoFlop = -1;
+constexpr std::size_t kMachines = kLanes - 1;  // faulty ones
+// Batches at work together: their undetected faults are put into fewer batches as the others are detected.
+constexpr std::size_t kBatches = 16;
+constexpr std::uint64_t kFirstStage = 1 << 16, kLongestStage = 1 << 20;  // clocks between two looks at that
+// A few machines that run wild without a sign at the outputs would cost more than all others. In the longest
+// stages one clock in kCountEvery is looked at; the wildest are set aside, until what remains changes no more
+// than kOwnChanges lines a clock. They begin again with the next reset.
+constexpr std::uint64_t kCountEvery = 61;
+constexpr double kOwnChanges = 15;
 
-MELTSTAGE_INLINE Lanes of_good(const Lanes& value) {
-  const Lanes zero{};
-  return (value[0] & 1) != 0 ? ~zero : zero;
-}
-
-// A line stuck in some machines.
-struct Stuck {
-  std::int32_t pin = kStem;
-  Word machines;
-  Word value;  // where it is stuck at 1
+// A place in the stretches.
+struct Place {
+  std::size_t stretch = 0;
+  std::uint64_t clock_of_stretch = 0, clock = 0;
 };
 
-// The good machine and up to 511 faulty ones.
-struct Machines {
-  Machines(const CaptureView& v, std::span<const Fault> faults)
-      : view(v),
-        circuit(v.circuit),
-        values(circuit.size()),
-        pending(circuit.size() / 64 + 1, 0),
-        dirty(v.flops.size() / 64 + 1, 0),
-        stuck_at(circuit.size(), 0),
-        flop_of_state(circuit.size(), kNoFlop),
-        flop_of_next(circuit.size(), kNoFlop),
-        is_port(circuit.size(), 0),
-        reset_list(circuit.size(), 0),
-        rose(circuit.size(), 0),
-        fell(circuit.size(), 0),
-        stuck(1),
-        flops_of_reset(1) {
-    for (std::size_t k = 0; k < faults.size(); ++k) add_fault(faults[k], k + 1);
-    for (std::size_t i = 0; i < view.output_ports.size(); ++i) is_port[circuit.outputs()[i]] = 1;
-    for (std::size_t k = 0; k < view.flops.size(); ++k) add_flop(k);
-    for (std::size_t k = 0; k < view.flops.size(); ++k) mark_dirty(k);
-  }
-
-  void add_fault(const Fault& fault, std::size_t lane) {
-    if (stuck_at[fault.node] == 0) {
-      stuck_at[fault.node] = static_cast<std::uint32_t>(stuck.size());
-      stuck.emplace_back();
-    }
-    std::vector<Stuck>& lines = stuck[stuck_at[fault.node]];
-    auto line = std::find_if(lines.begin(), lines.end(), [&](const Stuck& s) { return s.pin == fault.pin; });
-    if (line == lines.end()) line = lines.insert(lines.end(), Stuck{fault.pin, {}, {}});
-    line->machines.set(lane, true);
-    line->value.set(lane, fault.stuck);
-  }
-  void add_flop(std::size_t k) {
-    const Node state = circuit.inputs()[view.input_ports.size() + k];
-    const Node next = circuit.outputs()[view.output_ports.size() + k];
-    flop_of_state[state] = flop_of_next[next] = static_cast<std::int32_t>(k);
-    states.push_back(state);
-    nexts.push_back(next);
-    const ScanFlop& flop = view.flops[k];
-    const auto found = flop.has_reset ? view.node_of_net.find(flop.reset) : view.node_of_net.end();
-    resets.push_back(found == view.node_of_net.end() ? kNoNode : found->second);
-    if (resets.back() == kNoNode) return;
-    std::uint32_t& list = reset_list[resets.back()];
-    if (list == 0) {
-      list = static_cast<std::uint32_t>(flops_of_reset.size());
-      flops_of_reset.emplace_back();
-    }
-    flops_of_reset[list].push_back(k);
-  }
-  void wake(Node node) { pending[node / 64] |= std::uint64_t{1} << (node % 64); }
-  void mark_dirty(std::size_t flop) { dirty[flop / 64] |= std::uint64_t{1} << (flop % 64); }
-
-  MELTSTAGE_INLINE void force(Node node, std::int32_t pin, Lanes& value) const {
-    if (stuck_at[node] == 0) return;
-    for (const Stuck& s : stuck[stuck_at[node]]) {
-      if (s.pin == pin) value = (value & ~lanes(s.machines)) | (lanes(s.value) & lanes(s.machines));
-    }
-  }
-  // The reset as the flop sees it: its pin is an input of the gate before `next`.
-  MELTSTAGE_INLINE void apply_reset(std::size_t k, Lanes& state) const {
-    if (resets[k] == kNoNode) return;
-    Lanes line = lanes(values[resets[k]]);
-    const Node gate = circuit.fanin(nexts[k])[0];
-    if (stuck_at[gate] != 0) {
-      const auto fanin = circuit.fanin(gate);
-      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-        if (fanin[pin] == resets[k]) force(gate, static_cast<std::int32_t>(pin), line);
-      }
-    }
-    const Lanes active = view.flops[k].reset_low ? ~line : line;
-    state = view.flops[k].reset_value ? state | active : state & ~active;
-  }
-  MELTSTAGE_INLINE void store(Node node, const Lanes& value) {
-    const Lanes change = value ^ lanes(values[node]);
-    if (is_zero(change)) return;
-    if ((change[0] & 1) != 0) ((value[0] & 1) != 0 ? rose : fell)[node] = 1;
-    lanes(values[node]) = value;
-    for (const Node next : circuit.fanout(node)) wake(next);
-    if (flop_of_next[node] != kNoFlop) mark_dirty(static_cast<std::size_t>(flop_of_next[node]));
-    if (is_port[node] != 0) port_changed = true;
-    for (const std::size_t k : flops_of_reset[reset_list[node]]) {
-      mark_dirty(k);
-      wake(states[k]);
-    }
-  }
-  MELTSTAGE_INLINE void drive(Node node, Lanes value) {
-    force(node, kStem, value);
-    store(node, value);
-  }
-  MELTSTAGE_INLINE void evaluate_state(Node node) {
-    Lanes value = lanes(values[node]);
-    apply_reset(static_cast<std::size_t>(flop_of_state[node]), value);
-    drive(node, value);
-  }
-  MELTSTAGE_INLINE void evaluate_gate(Node node) {
-    const auto fanin = circuit.fanin(node);
-    Lanes value = lanes(values[node]);
-    if (stuck_at[node] == 0) {
-      evaluate(
-          circuit.kind(node), fanin.size(),
-          [&](std::size_t i) __attribute__((always_inline))->const Lanes& { return lanes(values[fanin[i]]); },
-          value);
-    } else {
-      evaluate(
-          circuit.kind(node), fanin.size(),
-          [&](std::size_t i) __attribute__((always_inline)) {
-            Lanes in = lanes(values[fanin[i]]);
-            force(node, static_cast<std::int32_t>(i), in);
-            return in;
-          },
-          value);
-    }
-    drive(node, value);
-  }
-
-  const CaptureView& view;
-  const Circuit& circuit;
-  std::vector<Word> values;
-  std::vector<std::uint64_t> pending;   // a bit a node to be evaluated
-  std::vector<std::uint64_t> dirty;     // a bit a flop that may change at the next clock
-  std::vector<std::uint32_t> stuck_at;  // by node, index into stuck; 0: no fault
-  std::vector<std::int32_t> flop_of_state, flop_of_next;
-  std::vector<std::uint8_t> is_port;
-  std::vector<std::uint32_t> reset_list;  // by node, index into flops_of_reset; 0: no reset
-  std::vector<std::uint8_t> rose, fell;   // in the good machine
-  std::vector<std::vector<Stuck>> stuck;
-  std::vector<std::vector<std::size_t>> flops_of_reset;
-  std::vector<Node> states, nexts, resets;  // by flop
-  std::vector<std::pair<Node, Word>> captured;
-  bool port_changed = true;
+// Machines and the faults they have.
+struct Batch {
+  Machines machines;
+  std::vector<std::size_t> faults;  // of machine i + 1
 };
 
-// All states 0, gates by these, no reset yet.
-MELTSTAGE_WIDE void power_up_wide(Machines& m) {
-  for (Node node = 0; node < m.circuit.size(); ++node) m.evaluate_gate(node);
-  for (const Node state : m.states) m.wake(state);
-  std::fill(m.rose.begin(), m.rose.end(), std::uint8_t{0});
-  std::fill(m.fell.begin(), m.fell.end(), std::uint8_t{0});
-}
-
-// Until nothing changes; a reset that logic drives reaches flops that stand before it.
-MELTSTAGE_WIDE void settle_wide(Machines& m) {
-  for (bool again = true; again;) {
-    again = false;
-    for (std::size_t word = 0; word < m.pending.size(); ++word) {
-      while (m.pending[word] != 0) {
-        const auto bit = static_cast<std::size_t>(__builtin_ctzll(m.pending[word]));
-        m.pending[word] &= m.pending[word] - 1;
-        const Node node = static_cast<Node>(64 * word + bit);
-        if (m.flop_of_state[node] != kNoFlop)
-          m.evaluate_state(node);
-        else
-          m.evaluate_gate(node);
-        again = true;
-      }
-    }
-  }
-}
-
-MELTSTAGE_WIDE void drive_wide(Machines& m, Node node, const Word& value) { m.drive(node, lanes(value)); }
-
-// A rising edge, before anything has settled.
-MELTSTAGE_WIDE void capture_wide(Machines& m) {
-  m.captured.clear();
-  for (std::size_t word = 0; word < m.dirty.size(); ++word) {
-    for (; m.dirty[word] != 0; m.dirty[word] &= m.dirty[word] - 1) {
-      const std::size_t k = 64 * word + static_cast<std::size_t>(__builtin_ctzll(m.dirty[word]));
-      m.captured.emplace_back(m.states[k], m.values[m.nexts[k]]);
-      m.apply_reset(k, lanes(m.captured.back().second));
-    }
-  }
-  for (const auto& [node, value] : m.captured) m.drive(node, lanes(value));
-}
-
-// In which machines a port differs from the good one's.
-MELTSTAGE_WIDE void compare_wide(Machines& m, Word& differs) {
-  Lanes found{};
-  for (std::size_t i = 0; i < m.view.output_ports.size(); ++i) {
-    const Lanes& value = lanes(m.values[m.circuit.outputs()[i]]);
-    found |= value ^ of_good(value);
-  }
-  lanes(differs) = found;
-}
-
-// Detected machines become good ones: they cost nothing any more.
-MELTSTAGE_WIDE void drop_wide(Machines& m, const Word& machines) {
-  const Lanes gone = lanes(machines);
-  for (std::vector<Stuck>& lines : m.stuck) {
-    for (Stuck& s : lines) lanes(s.machines) &= ~gone;
-  }
-  for (Word& word : m.values) {
-    const Lanes value = lanes(word);
-    lanes(word) = (value & ~gone) | (of_good(value) & gone);
-  }
-}
-
-void set_inputs(Machines& m, const std::vector<std::uint8_t>& inputs) {
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    Word value;
-    if (inputs[i] != 0) value.part.fill(~std::uint64_t{0});
-    drive_wide(m, m.circuit.inputs()[i], value);
-  }
-  settle_wide(m);
-}
-
-void run(Machines& m, const std::vector<FunctionalStretch>& stretches, std::span<std::uint64_t> first_clock) {
-  constexpr std::uint64_t kDropEvery = 64;  // clocks; dropping goes over all nodes
-  std::uint64_t clock = 0;
-  Word gone, differs;
+// So many clocks from a place on, or to the end.
+void run(Batch& batch, const std::vector<FunctionalStretch>& stretches, Place place, std::uint64_t clocks,
+         std::vector<std::uint64_t>& first_clock) {
+  constexpr std::uint64_t kDropEvery = 64;  // clocks; dropping goes over all lines
+  Machines& m = batch.machines;
+  Word gone;
   bool fresh = false;
-  power_up_wide(m);
-  for (const FunctionalStretch& stretch : stretches) {
-    set_inputs(m, stretch.inputs);
-    for (std::uint64_t c = 0; c < stretch.clocks; ++c, ++clock) {
-      capture_wide(m);
-      settle_wide(m);
-      if (m.port_changed) {
-        m.port_changed = false;
-        compare_wide(m, differs);
-        for (std::size_t k = 0; k < first_clock.size() && differs.any(); ++k) {
-          if (!differs.bit(k + 1) || first_clock[k] != FunctionalGrade::kUndetected) continue;
-          first_clock[k] = clock;
+  for (; place.stretch < stretches.size() && clocks != 0; ++place.stretch, place.clock_of_stretch = 0) {
+    const FunctionalStretch& stretch = stretches[place.stretch];
+    if (place.clock_of_stretch == 0) m.set_inputs(stretch.inputs);
+    for (; place.clock_of_stretch < stretch.clocks && clocks != 0;
+         ++place.clock_of_stretch, ++place.clock, --clocks) {
+      m.count_own_changes(place.clock % kCountEvery == 0);
+      m.clock();
+      if (m.ports_changed()) {
+        const Word differs = m.different();
+        for (std::size_t k = 0; k < batch.faults.size() && differs.any(); ++k) {
+          std::uint64_t& first = first_clock[batch.faults[k]];
+          if (!differs.bit(k + 1) || first != FunctionalGrade::kUndetected) continue;
+          first = place.clock;
           gone.set(k + 1, true);
           fresh = true;
         }
       }
-      if (fresh && clock % kDropEvery == 0) {
-        drop_wide(m, gone);
+      if (fresh && place.clock % kDropEvery == 0) {
+        m.drop(gone);
         fresh = false;
       }
+    }
+    if (place.clock_of_stretch < stretch.clocks) break;
+  }
+  m.drop(gone);
+}
+
+Place after(const std::vector<FunctionalStretch>& stretches, Place place, std::uint64_t clocks) {
+  while (place.stretch < stretches.size() && clocks != 0) {
+    const std::uint64_t left = stretches[place.stretch].clocks - place.clock_of_stretch,
+                        part = std::min(left, clocks);
+    clocks -= part;
+    place.clock += part;
+    place.clock_of_stretch += part;
+    if (part == left) {
+      ++place.stretch;
+      place.clock_of_stretch = 0;
+    }
+  }
+  return place;
+}
+
+// One machine that goes on in another batch; without a lane, as the good machine stands.
+struct Move {
+  std::size_t fault;
+  const Machines* from;
+  std::size_t lane;
+};
+
+Batch moved(const CaptureView& view, const std::vector<Fault>& faults, std::span<const Move> moves,
+            std::span<const std::uint8_t> inputs) {
+  std::vector<Fault> own;
+  std::vector<std::size_t> indices;
+  for (const Move& move : moves) {
+    own.push_back(faults[move.fault]);
+    indices.push_back(move.fault);
+  }
+  Batch batch{Machines(view, own), std::move(indices)};
+  for (std::size_t k = 0; k < batch.machines.flops(); ++k) {
+    Word& state = batch.machines.state(k);
+    if (moves[0].from->state(k).bit(0)) state.part.fill(~std::uint64_t{0});
+    for (std::size_t i = 0; i < moves.size(); ++i)
+      state.set(i + 1, moves[i].from->state(k).bit(moves[i].lane));
+  }
+  batch.machines.preset_inputs(inputs);
+  batch.machines.start();
+  return batch;
+}
+
+// Machines that go on: the undetected ones, less those that are to be set aside.
+std::vector<Move> remaining(const std::vector<Batch>& batches, const std::vector<std::uint64_t>& first_clock,
+                            std::vector<std::size_t>& aside) {
+  std::vector<Move> moves;
+  for (const Batch& batch : batches) {
+    for (std::size_t i = 0; i < batch.faults.size(); ++i) {
+      const std::size_t fault = batch.faults[i];
+      if (first_clock[fault] == FunctionalGrade::kUndetected &&
+          std::find(aside.begin(), aside.end(), fault) == aside.end())
+        moves.push_back({fault, &batch.machines, i + 1});
+    }
+  }
+  return moves;
+}
+
+// Faults whose machines ran wildest in the stage that ends.
+void set_aside(std::vector<Batch>& batches, const std::vector<std::uint64_t>& first_clock,
+               std::uint64_t stage, std::vector<std::size_t>& aside) {
+  for (Batch& batch : batches) {
+    std::vector<std::pair<std::uint64_t, std::size_t>> changes;
+    double all = 0;
+    const double most = kOwnChanges * static_cast<double>(stage) / static_cast<double>(kCountEvery);
+    for (std::size_t i = 0; i < batch.faults.size(); ++i) {
+      if (first_clock[batch.faults[i]] != FunctionalGrade::kUndetected) continue;
+      changes.emplace_back(batch.machines.own_changes()[i + 1], batch.faults[i]);
+      all += static_cast<double>(changes.back().first);
+    }
+    batch.machines.own_changes() = {};
+    std::sort(changes.rbegin(), changes.rend());
+    for (std::size_t i = 0; i < changes.size() && all > most; ++i) {
+      all -= static_cast<double>(changes[i].first);
+      aside.push_back(changes[i].second);
     }
   }
 }
 
-ToggleCoverage toggle_coverage(const Machines& machines) {
-  const Circuit& circuit = machines.circuit;
+// The machines that go on, in as few batches as hold them. `always`: even if they are no fewer.
+void compact(const CaptureView& view, const std::vector<Fault>& faults, std::span<const Move> moves,
+             std::span<const std::uint8_t> inputs, bool always, std::vector<Batch>& batches) {
+  const std::size_t wanted = (moves.size() + kMachines - 1) / kMachines;
+  if (moves.empty() || (wanted >= batches.size() && !always)) return;
+  std::vector<Batch> fewer;
+  for (std::size_t first = 0; first < moves.size(); first += kMachines)
+    fewer.push_back(
+        moved(view, faults, moves.subspan(first, std::min(kMachines, moves.size() - first)), inputs));
+  batches = std::move(fewer);
+}
+
+// Stretches in which an input port that resets flops becomes active.
+std::vector<std::size_t> resets_in(const CaptureView& view, const std::vector<FunctionalStretch>& stretches) {
+  std::vector<std::pair<std::size_t, std::uint8_t>> ports;  // and the level that resets
+  for (const ScanFlop& flop : view.flops) {
+    const auto line = flop.has_reset ? view.node_of_net.find(flop.reset) : view.node_of_net.end();
+    if (line == view.node_of_net.end()) continue;
+    for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+      const std::pair<std::size_t, std::uint8_t> port{i, flop.reset_low ? 0 : 1};
+      if (view.circuit.inputs()[i] == line->second &&
+          std::find(ports.begin(), ports.end(), port) == ports.end())
+        ports.push_back(port);
+    }
+  }
+  std::vector<std::size_t> found;
+  for (std::size_t s = 1; s < stretches.size(); ++s) {
+    for (const auto& [port, level] : ports) {
+      if (stretches[s].inputs[port] != level || stretches[s - 1].inputs[port] == level) continue;
+      found.push_back(s);
+      break;
+    }
+  }
+  return found;
+}
+
+// Lines of the good machine that rose, fell.
+void note_toggles(const CaptureView& view, const Machines& machines, std::vector<std::uint8_t>& moves) {
+  for (const Site& site : view.circuit.sites()) {
+    if (site.node != kNoNode && site.pin == kStem) moves[site.node] |= machines.moves(site.node);
+  }
+}
+
+ToggleCoverage toggle_coverage(const Circuit& circuit, const std::vector<std::uint8_t>& moves) {
   const std::vector<std::int8_t> constant =
       constants(circuit, std::vector<std::int8_t>(circuit.inputs().size(), -1));
   ToggleCoverage result;
-  for (const Site& site : circuit.sites()) {
-    if (site.node == kNoNode || site.pin != kStem || constant[site.node] >= 0) continue;
+  for (std::size_t i = 0; i < circuit.sites().size(); ++i) {
+    const Site& site = circuit.sites()[i];
+    if (site.node == kNoNode || site.pin != kStem) continue;
+    if (constant[site.node] >= 0) {
+      ++result.tied;
+      continue;
+    }
     ++result.lines;
-    if (machines.rose[site.node] != 0 && machines.fell[site.node] != 0)
-      ++result.toggled;
+    if (moves[site.node] == (Machines::kRose | Machines::kFell))
+      result.moving.push_back(site.node);
     else
-      result.idle.push_back(site.name);
+      result.idle.push_back(i);
   }
+  result.toggled = result.moving.size();
   return result;
 }
 
@@ -293,27 +224,68 @@ std::size_t FunctionalGrade::detected() const {
 }
 
 FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
-                                 const std::vector<Fault>& faults, unsigned threads, PowerUp power_up) {
+                                 const std::vector<Fault>& faults, unsigned threads, PowerUp power_up,
+                                 const GradeProgress& progress) {
   FunctionalGrade grade;
   grade.first_clock.assign(faults.size(), FunctionalGrade::kUndetected);
   for (const FunctionalStretch& stretch : stretches) grade.clocks += stretch.clocks;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t batch = next++; batch == 0 || batch * kMachines < faults.size(); batch = next++) {
-      const std::size_t first = batch * kMachines, count = std::min(kMachines, faults.size() - first);
-      Machines machines(view, std::span(faults).subspan(first, count));
-      if (power_up == PowerUp::ones) {
-        for (const Node state : machines.states) machines.values[state].part.fill(~std::uint64_t{0});
-      }
-      run(machines, stretches, std::span(grade.first_clock).subspan(first, count));
-      if (batch == 0) grade.toggle = toggle_coverage(machines);
-    }
-  };
+  std::vector<std::uint8_t> toggles(view.circuit.size(), 0);
+  std::vector<std::uint64_t> resets;  // clocks
   {
-    std::vector<std::jthread> pool;
-    for (unsigned i = 1; i < threads; ++i) pool.emplace_back(work);
-    work();
+    std::vector<std::uint64_t> begins{0};
+    for (const FunctionalStretch& stretch : stretches) begins.push_back(begins.back() + stretch.clocks);
+    for (const std::size_t s : resets_in(view, stretches)) resets.push_back(begins[s]);
   }
+  for (std::size_t first = 0; first == 0 || first < faults.size(); first += kBatches * kMachines) {
+    std::vector<Batch> batches;
+    for (std::size_t at = first; at == first || (at < faults.size() && batches.size() < kBatches);
+         at += kMachines) {
+      std::vector<std::size_t> indices(std::min(kMachines, faults.size() - at));
+      std::iota(indices.begin(), indices.end(), at);
+      batches.push_back({Machines(view, std::span(faults).subspan(at, indices.size())), std::move(indices)});
+      Machines& m = batches.back().machines;
+      for (std::size_t k = 0; power_up == PowerUp::ones && k < m.flops(); ++k)
+        m.state(k).part.fill(~std::uint64_t{0});
+      m.start();
+    }
+    std::vector<std::size_t> aside;
+    std::uint64_t length = kFirstStage;
+    for (Place place; place.stretch < stretches.size();) {
+      // To the next reset at the most.
+      const auto reset = std::upper_bound(resets.begin(), resets.end(), place.clock);
+      const std::uint64_t stage = reset == resets.end() ? length : std::min(length, *reset - place.clock);
+      std::atomic<std::size_t> next{0};
+      const auto work = [&] {
+        for (std::size_t b = next++; b < batches.size(); b = next++)
+          run(batches[b], stretches, place, stage, grade.first_clock);
+      };
+      {
+        std::vector<std::jthread> pool;
+        for (unsigned i = 1; i < std::min<std::size_t>(threads, batches.size()); ++i) pool.emplace_back(work);
+        work();
+      }
+      note_toggles(view, batches[0].machines, toggles);
+      place = after(stretches, place, stage);
+      if (place.stretch < stretches.size()) {
+        const bool in_reset = std::binary_search(resets.begin(), resets.end(), place.clock);
+        const std::size_t known = aside.size();
+        if (stage == kLongestStage) set_aside(batches, grade.first_clock, stage, aside);
+        std::vector<Move> moves = remaining(batches, grade.first_clock, aside);
+        const bool changed = known != aside.size() || (in_reset && !aside.empty());
+        for (const std::size_t fault : aside) {
+          if (in_reset) moves.push_back({fault, &batches[0].machines, 0});
+        }
+        if (in_reset) aside.clear();
+        compact(view, faults, moves,
+                stretches[place.clock_of_stretch != 0 ? place.stretch : place.stretch - 1].inputs, changed,
+                batches);
+      }
+      length = std::min(2 * length, kLongestStage);
+      if (progress) progress(place.clock, faults.size() - grade.detected(), aside.size());
+    }
+    grade.set_aside += aside.size();
+  }
+  grade.toggle = toggle_coverage(view.circuit, toggles);
   return grade;
 }
 
@@ -340,8 +312,7 @@ std::vector<std::size_t> drivers(const CaptureView& view, const CycleStream& str
 }
 
 struct Expected {
-  std::size_t signal;
-  Node node;
+  std::size_t signal, port;
 };
 
 // Mismatches of a cycle, over all power-up states.
@@ -350,16 +321,14 @@ struct Comparison {
   std::string first;
 };
 
-MELTSTAGE_WIDE void check_wide(const Machines& m, const Word& used, const std::vector<Expected>& outputs,
-                               const std::string& states, const CycleStream& stream, Comparison& result) {
+void check(const Machines& m, const Word& used, const std::vector<Expected>& outputs,
+           const std::string& states, const CycleStream& stream, Comparison& result) {
   result = {};
   for (const Expected& output : outputs) {
     const char c = states[output.signal];
     if (c != 'H' && c != 'L') continue;
     ++result.strobes;
-    const Lanes zero{};
-    Word wrong;
-    lanes(wrong) = (lanes(m.values[output.node]) ^ (c == 'H' ? ~zero : zero)) & lanes(used);
+    const Word wrong = m.unlike(output.port, c == 'H', used);
     if (!wrong.any()) continue;
     for (std::size_t lane = 0; lane < kLanes; ++lane) result.mismatches += wrong.bit(lane) ? 1 : 0;
     if (result.first.empty())
@@ -392,7 +361,7 @@ ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, u
   std::vector<Expected> outputs;
   for (std::size_t i = 0; i < view.output_ports.size(); ++i) {
     const std::size_t s = signal_of(stream, view.output_ports[i], false);
-    if (s < stream.signals.size()) outputs.push_back({s, view.circuit.outputs()[i]});
+    if (s < stream.signals.size()) outputs.push_back({s, i});
   }
   const auto named = static_cast<std::size_t>(std::count_if(stream.signals.begin(), stream.signals.end(),
                                                             [](const TestSignal& s) { return !s.is_input; }));
@@ -404,11 +373,11 @@ ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, u
   const std::size_t machines = std::min<std::size_t>(2 + random_power_ups, kLanes);
   for (std::size_t lane = 0; lane < machines; ++lane) used.set(lane, true);
   std::mt19937_64 random(seed);
-  for (const Node state : m.states) {
-    m.values[state].set(1, true);
-    for (std::size_t lane = 2; lane < machines; ++lane) m.values[state].set(lane, (random() & 1) != 0);
+  for (std::size_t k = 0; k < m.flops(); ++k) {
+    m.state(k).set(1, true);
+    for (std::size_t lane = 2; lane < machines; ++lane) m.state(k).set(lane, (random() & 1) != 0);
   }
-  power_up_wide(m);
+  m.start();
   ReplayResult result;
   Comparison now;
   std::vector<std::uint8_t> inputs(signals.size());
@@ -419,18 +388,16 @@ ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, u
       inputs[i] = c == '1' ? 1 : 0;
       clocked = clocked || c == 'P';
     }
-    set_inputs(m, inputs);
-    m.port_changed = true;
+    m.set_inputs(inputs);
+    bool look = true;  // other strobes
     for (std::uint64_t c = 0; c < cycle.count; ++c, ++result.cycles) {
-      if (m.port_changed) check_wide(m, used, outputs, cycle.states, stream, now);
-      m.port_changed = false;
+      if (m.ports_changed() || look) check(m, used, outputs, cycle.states, stream, now);
+      look = false;
       result.strobes += now.strobes;
       if (now.mismatches != 0 && result.mismatches == 0)
         result.first = fmt::format("cycle {}: {}", result.cycles, now.first);
       result.mismatches += now.mismatches;
-      if (!clocked) continue;
-      capture_wide(m);
-      settle_wide(m);
+      if (clocked) m.clock();
     }
   }
   return result;

@@ -101,6 +101,10 @@ Netlist read_yosys_json(const std::filesystem::path& path) {
         const std::string bit = bits.size() == 1 ? name : fmt::format("{}[{}]", name, i);
         std::string& known = netlist.net_names[net];
         if (known.empty() || bit.size() < known.size()) known = bit;
+        if (name.find('.') != std::string::npos && name.find('$') == std::string::npos) {
+          std::string& in_module = netlist.register_names[net];
+          if (in_module.empty() || bit.size() < in_module.size()) in_module = bit;
+        }
         netlist.next_net = std::max(netlist.next_net, net + 1);
       }
     }

@@ -39,6 +39,8 @@ struct Netlist {
   std::vector<Instance> instances;
   Net next_net = 2;  ///< first number that is free
   std::map<Net, std::string> net_names;
+  /// The shortest of the names that stand inside a module of the flattened design ("u_guard.wd_q[3]").
+  std::map<Net, std::string> register_names;
 };
 
 /// Reads the only, or top, module of a Yosys JSON file. Throws InputError.

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/places.hpp"
 #include "tests/dft/support.hpp"
 
 namespace meltstage::dft {
@@ -132,6 +133,68 @@ TEST(Functional, AStuckResetPinIsSeen) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed)
     detected = std::max(detected, grade_functional(view, stimulus(view, 400, seed), faults, 2).detected());
   EXPECT_GT(detected, 0u);
+}
+
+// Undetected machines move on in fewer batches: three copies of each fault fare as the one by itself does.
+TEST(Functional, MachinesThatMoveOnStayTheSame) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  const std::vector<Fault> once = collapse(view.circuit).classes;
+  std::vector<Fault> many;
+  while (many.size() < 1100) many.insert(many.end(), once.begin(), once.end());
+  std::vector<FunctionalStretch> stretches =
+      stimulus(view, 20, 1);  // a few fall, then nothing moves for long
+  stretches.back().clocks = 150'000;
+  const auto rest = stimulus(view, 400, 2);
+  stretches.insert(stretches.end(), rest.begin() + 1, rest.end());
+  const FunctionalGrade alone = grade_functional(view, stretches, once, 1),
+                        together = grade_functional(view, stretches, many, 2);
+  std::size_t early = 0, late = 0;
+  for (std::size_t i = 0; i < many.size(); ++i) {
+    const std::uint64_t first = alone.first_clock[i % once.size()];
+    EXPECT_EQ(together.first_clock[i], first);
+    (first < 60 ? early : late) += first == FunctionalGrade::kUndetected ? 0 : 1;
+  }
+  EXPECT_GT(early, many.size() / 3);
+  EXPECT_GT(late, 0u);
+  EXPECT_EQ(together.toggle.toggled, alone.toggle.toggled);
+  EXPECT_EQ(together.set_aside, 0u);
+}
+
+TEST(Functional, LinesAreToldByTheirFlops) {
+  const Netlist netlist = circuit_netlist("machine");
+  const CaptureView view = capture_view(netlist, mini_library());
+  const std::vector<std::string> places = places_of(netlist, view);
+  std::set<std::string> known(view.output_ports.begin(), view.output_ports.end());
+  for (std::size_t k = 0; k < view.flops.size(); ++k)
+    known.insert(places[view.circuit.inputs()[view.input_ports.size() + k]]);
+  EXPECT_EQ(known.count(""), 0u);
+  EXPECT_EQ(known.size(), view.output_ports.size() + view.flops.size());
+  for (const Site& site : view.circuit.sites()) {
+    if (site.node == kNoNode) continue;
+    const bool leads_nowhere = view.circuit.fanout(site.node).empty() && site.pin == kStem;  // the clock port
+    EXPECT_EQ(known.count(places[site.node]), leads_nowhere ? 0u : 1u) << site.name;
+  }
+  EXPECT_EQ(module_of("u_guard.wd_q[3]"), "u_guard");
+  EXPECT_EQ(module_of("u_uartc.u_frame.words_q[14][3]"), "u_uartc.u_frame");
+  EXPECT_EQ(module_of("heater_o"), "(top)");
+}
+
+// What is called still never moves; with all flops held nothing behind them does.
+TEST(Functional, StillLinesDontMove) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  const std::vector<std::uint8_t> still = still_after_reset(view),
+                                  held = still_after_reset(view,
+                                                           std::vector<std::uint8_t>(view.flops.size(), 1));
+  const FunctionalGrade grade = grade_functional(view, stimulus(view, 400, 1), {}, 1);
+  for (const Node node : grade.toggle.moving) EXPECT_EQ(still[node], 0);
+  std::size_t of_flops = 0;
+  for (std::size_t k = 0; k < view.flops.size(); ++k) {
+    const Node state = view.circuit.inputs()[view.input_ports.size() + k];
+    if (!view.flops[k].has_reset) continue;
+    EXPECT_EQ(held[state], 1);
+    ++of_flops;
+  }
+  EXPECT_GT(of_flops, 0u);
 }
 
 TEST(Functional, VectorsThatDoNothingDetectAndToggleLittle) {

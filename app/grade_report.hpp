@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What functional vectors show of a netlist, told by module, by piece and line by line.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "asic/dft/cycles.hpp"
+#include "asic/dft/functional.hpp"
+
+namespace meltstage::app {
+
+// Lines that function cannot move, and why. Flops that are said to keep their reset value, by the beginnings
+// of their names: what cannot move then, by three-valued simulation from reset, has this reason. `near` are
+// lines that have it because of where they are: beginnings of the names of the flop or port that they reach
+// first.
+struct Unreached {
+  std::vector<std::string> flops, near;
+  std::string reason;
+};
+// [[unreached]] tables with these three keys. Throws dft::InputError.
+std::vector<Unreached> read_unreached(const std::filesystem::path& path);
+
+struct ModuleGrade {
+  std::size_t faults = 0, detected = 0;
+  std::size_t outputs = 0, toggled = 0, unreached = 0;  // of cells
+};
+struct GradeReport {
+  std::map<std::string, ModuleGrade> modules;
+  std::size_t unreached = 0;                   // cell outputs that don't toggle, with a reason
+  std::map<std::string, std::size_t> reasons;  // how many each
+  std::string text;  // a line a module, a piece, a fault, an output that doesn't toggle
+
+  // 0..1, of the outputs that have no reason
+  double toggle_of_reachable(const dft::ToggleCoverage& toggle) const {
+    return static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines - unreached);
+  }
+};
+// `verdicts`: of each fault of `sample`.
+GradeReport grade_report(const dft::Netlist& netlist, const dft::CaptureView& view,
+                         const dft::CycleStream& stream, const std::vector<dft::Fault>& sample,
+                         const std::vector<dft::FaultClass>& verdicts, const dft::FunctionalGrade& grade,
+                         const std::vector<Unreached>& unreached);
+
+}  // namespace meltstage::app
