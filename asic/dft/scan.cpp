@@ -330,7 +330,7 @@ class Inserter {
         chain.cells.push_back(netlist.instances[flop].name);
         from = stitch(flop, from, enable);
       }
-      out.push_back(buffered(fmt::format("dft_scan_out{}", c), from));
+      out.push_back(buffered(fmt::format("dft_scan_out{}", c), from, chain.out));
       design_.chains.push_back(std::move(chain));
     }
     out.resize(in.size(), 0);  // of a given port more bits than flops
@@ -442,11 +442,11 @@ class Inserter {
 
   // The port's load and its wire aren't those of the function that the last flop has; and its net keeps its
   // own name.
-  Net buffered(const std::string& name, Net net) {
+  Net buffered(const std::string& name, Net net, const std::string& port) {
     const auto buffer = find_buffer(library_);
     if (!buffer) return net;
     const Net out = design_.netlist.next_net++;
-    design_.netlist.net_names[out] = name + "_y";
+    design_.netlist.net_names[out] = port;
     design_.netlist.instances.push_back({name, buffer->cell->name, {{buffer->in, net}, {buffer->out, out}}});
     return out;
   }

@@ -23,7 +23,7 @@ def stop(text):
 
 def named_as(name, ports_as):
     """What PORT=VALUE says of a port, or of a bit of it."""
-    return ports_as.get(name, ports_as.get(re.sub(r"_\d+$", "", name)))
+    return ports_as.get(name, ports_as.get(re.sub(r"(_\d+|\[\d+\])$", "", name)))
 
 
 def name_of_net(module, ports_as):
