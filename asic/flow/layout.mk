@@ -24,7 +24,7 @@ $(lay)/timing.txt $(lay)/delays.sdf &: $(lay)/routed.v $(lay)/$(TOP).sdf $(here)
 
 # The routed netlist with its delays beside the RTL's gates in Icarus, random inputs, outputs compared before each clock edge.
 $(lay)/sdf.txt: $(lay)/delays.sdf $(lay)/routed.v $(out)/reference.il $(here)/sdf_replay.py
-	$(here)/sdf_replay.py $(out) $(TOP) $(tech_dir)/osu018_stdcells.v $(PERIOD_NS) > $@.part
+	$(here)/sdf_replay.py $(out)/reference.il $(lay)/routed.v $(lay)/delays.sdf $(TOP) $(cells_verilog) $(PERIOD_NS) > $@.part
 	mv $@.part $@
 
 $(lay)/layout.png: $(lay)/$(TOP).gds $(here)/picture.py

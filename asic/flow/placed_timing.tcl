@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # OpenSTA: setup and hold of the placed netlist at one corner, the clock through its tree, wires as placement lets expect them.
-# From the environment: LIBERTY, NETLIST, TOP, PERIOD_NS, WIRES (SPEF).
+# From the environment: LIBERTY, NETLIST, TOP, PERIOD_NS, WIRES (SPEF), DELAYS (SDF to write, or empty).
 read_liberty $::env(LIBERTY)
 read_verilog $::env(NETLIST)
 link_design $::env(TOP)
@@ -14,3 +14,4 @@ report_checks -path_delay min -path_group clk -format full_clock_expanded
 puts "== skew"
 report_clock_skew -setup
 report_clock_skew -hold
+if {$::env(DELAYS) ne ""} { write_sdf $::env(DELAYS) }

@@ -12,7 +12,7 @@ $(ROUTER): $(wildcard $(root)/asic/layout/*.?pp)
 	cd $(root) && cmake --preset release > /dev/null && cmake --build --preset release --target meltstage_route > /dev/null
 endif
 .PHONY: routed
-routed: $(addprefix $(routed)/,route.txt drc.txt lvs.txt equivalence.txt layout.png) $(corners:%=$(routed)/timing_%.txt)
+routed: $(addprefix $(routed)/,route.txt drc.txt lvs.txt equivalence.txt sdf.txt layout.png) $(corners:%=$(routed)/timing_%.txt)
 	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
 
 # Open nets and conflicts are in route.txt; the summary is what fails for them.
@@ -37,10 +37,22 @@ $(routed)/equivalence.txt: $(routed)/metal.v $(out)/reference.il
 	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
 	mv $@.part $@
 
-$(routed)/timing_%.txt: $(placed)/placed.v $(routed)/routed.spef $(here)/placed_timing.tcl
-	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(routed)/routed.spef \
+$(routed)/timing_%.txt $(routed)/delays_%.sdf &: $(placed)/placed.v $(routed)/routed.spef $(here)/placed_timing.tcl
+	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(routed)/routed.spef DELAYS=$(routed)/delays_$*.sdf \
 	  sta -no_splash -exit $(here)/placed_timing.tcl > $@.part 2>&1
 	! grep -m1 '^Error' $@.part >&2
+	mv $@.part $@
+
+# What the metal connects with its wires' delays beside the RTL's gates in Icarus, random inputs, in the corner of synthesis.
+$(routed)/sdf.txt: $(placed)/placed.v $(routed)/delays_$(synth_corner).sdf $(cells_verilog) $(out)/reference.il $(here)/sdf_replay.py
+	$(here)/sdf_replay.py $(out)/reference.il $< $(routed)/delays_$(synth_corner).sdf $(TOP) $(cells_verilog) $(PERIOD_NS) test_mode_i=0 scan_en_i=0 scan_o=- > $@.part
+	mv $@.part $@
+
+# Where the library has no Verilog of its cells: their logic and paths from Liberty.
+$(BUILD)/$(TECH)/cells.v: $(liberty) $(cells_model) $(here)/cell_models.py
+	yosys -q -p "read_liberty -ignore_miss_func -ignore_miss_dir $(liberty); proc; write_verilog -noattr $@.functions" 2>&1 | { grep -v "unsupported expression" || true; }
+	cat $(cells_model) >> $@.functions
+	$(here)/cell_models.py $(liberty) $@.functions > $@.part
 	mv $@.part $@
 
 $(routed)/layout.png: $(routed)/$(TOP).gds $(here)/picture.py

@@ -1,14 +1,17 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""sdf_replay.py FOLDER TOP CELLS.v PERIOD_NS: FOLDER/layout/routed.v with its delays beside FOLDER/reference.il in Icarus.
+"""sdf_replay.py REFERENCE.il NETLIST.v DELAYS.sdf TOP CELLS.v PERIOD_NS [PORT=VALUE]...: a netlist with its delays beside RTL's gates in Icarus.
 
 Both get the same random inputs just after each rising edge, at the sign-off period; outputs are compared just before the next.
-An unknown on an output is a mismatch. Prints the clocks and mismatches; exits with 1 when there are mismatches.
+PORT=0 and PORT=1 hold an input, all bits of it; PORT=- leaves an output out. An unknown on an output is a mismatch. Prints the clocks and
+mismatches; exits with 1 when there are mismatches.
 """
 import json
 import pathlib
+import re
 import subprocess
 import sys
+import tempfile
 
 CLOCKS = 2000
 
@@ -55,30 +58,40 @@ def run(command, **options):
     return done.stdout
 
 
-def main(folder, top, cells, period, seed=1):
-    work = folder / "layout" / "sdf"
-    work.mkdir(exist_ok=True)
-    run(["yosys", "-q", "-p", f"read_rtlil {folder}/reference.il; splitnets -ports -format _; write_json {work}/ports.json; "
+def main(reference, netlist, delays, top, cells, period, *ports_as, seed=1):
+    ports_as = dict(item.split("=") for item in ports_as)
+    with tempfile.TemporaryDirectory() as folder:
+        return replay(pathlib.Path(folder), reference, netlist, delays, top, cells, float(period), ports_as, seed)
+
+
+def replay(work, reference, netlist, delays, top, cells, period, ports_as, seed):
+    run(["yosys", "-q", "-p", f"read_rtlil {reference}; splitnets -ports -format _; write_json {work}/ports.json; "
          f"rename {top} reference; write_verilog -noattr {work}/reference.v"])
     with open(work / "ports.json", encoding="utf-8") as file:
         ports = json.load(file)["modules"][top]["ports"]
+
+    def value(name):
+        return ports_as.get(name, ports_as.get(re.sub(r"_\d+$", "", name)))
+
     inputs = [name for name, port in ports.items() if port["direction"] == "input" and name != "clk_i"]
-    outputs = [name for name, port in ports.items() if port["direction"] == "output"]
-    stimuli = [name for name in inputs if name != "rst_ni"]
+    outputs = [name for name, port in ports.items() if port["direction"] == "output" and value(name) != "-"]
+    stimuli = [name for name in inputs if name != "rst_ni" and value(name) is None]
     (work / "bench.v").write_text(BENCH.format(
-        top=top, period=period, clocks=CLOCKS, seed=seed, sdf=folder / "layout" / "delays.sdf",
-        regs="\n".join(f"  reg {name} = 0;" for name in inputs),
+        top=top, period=period, clocks=CLOCKS, seed=seed, sdf=pathlib.Path(delays).resolve(),
+        regs="\n".join(f"  reg {name} = {value(name) or 0};" for name in inputs),
         wires="\n".join(f"  wire routed_{name}, gates_{name};" for name in outputs),
         routed=", ".join([f".{n}({n})" for n in ["clk_i", *inputs]] + [f".{n}(routed_{n})" for n in outputs]),
         gates=", ".join([f".{n}({n})" for n in ["clk_i", *inputs]] + [f".{n}(gates_{n})" for n in outputs]),
         drive="\n".join(f"      {name} = $random(seed) >> 7;" for name in stimuli),
         differs=" || ".join(f"routed_{n} !== gates_{n}" for n in outputs)), encoding="utf-8")
-    run(["iverilog", "-g2012", "-gspecify", "-Ttyp", "-s", "bench", "-o", str(work / "bench.vvp"), cells,
-         str(folder / "layout" / "routed.v"), str(work / "reference.v"), str(work / "bench.v")])
+    run(["iverilog", "-g2012", "-gspecify", "-Ttyp", "-s", "bench", "-o", str(work / "bench.vvp"), cells, netlist, str(work / "reference.v"),
+         str(work / "bench.v")])
     told = run(["vvp", "-n", str(work / "bench.vvp")])
     print("\n".join(line for line in told.splitlines() if "clock" in line))
     return 0 if ", 0 mismatches" in told else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main(pathlib.Path(sys.argv[1]).resolve(), sys.argv[2], sys.argv[3], float(sys.argv[4])))
+    if len(sys.argv) < 7:
+        sys.exit("sdf_replay.py: expected REFERENCE.il NETLIST.v DELAYS.sdf TOP CELLS.v PERIOD_NS [PORT=VALUE]...")
+    sys.exit(main(*sys.argv[1:]))

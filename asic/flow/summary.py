@@ -121,10 +121,12 @@ def layout_rows(folder, period_ns):
     if "Networks are equivalent" in text_of(layout / "equivalence.txt"):
         rows.append(row("RTL's gates = what is routed", "proved"))
     rows += timing_rows("routed", layout / "timing.txt", period_ns)
-    replay = re.search(r"(\d+) clocks of ([\d.]+) ns, (\d+) mismatches", text_of(layout / "sdf.txt"))
-    if replay:
-        rows.append(row(f"mismatches in Icarus with SDF, {replay.group(1)} clocks of {replay.group(2)} ns", int(replay.group(3))))
-    return rows
+    return rows + replay_rows(layout)
+
+
+def replay_rows(folder):
+    replay = re.search(r"(\d+) clocks of ([\d.]+) ns, (\d+) mismatches", text_of(folder / "sdf.txt"))
+    return [row(f"mismatches in Icarus with SDF, {replay.group(1)} clocks of {replay.group(2)} ns", int(replay.group(3)))] if replay else []
 
 
 def routing_rows(folder, period_ns, corners):
@@ -143,7 +145,7 @@ def routing_rows(folder, period_ns, corners):
         rows.append(row("RTL's gates = what the metal connects", "proved"))
     for corner in corners:
         rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns)
-    return rows
+    return rows + replay_rows(routed)
 
 
 def block_rows(folder):

@@ -642,38 +642,56 @@ SizedDrivers size_drivers(Design& design, const Technology& technology, const De
       for (const DelayArc& arc : found->second.arcs) most = std::max(most, arc.slew.at(kSlewInNs, load_pf));
     return most;
   };
+  struct Driver {
+    int component = kDiePin;
+    std::string pin;
+    double load_pf = 0.0;
+  };
+  const auto driver_of = [&](std::size_t n) {
+    Driver driver;
+    const Net& net = design.nets[n];
+    if (net.use != Use::signal || static_cast<int>(n) == clock) return driver;
+    for (const PinRef& ref : net.pins) {
+      if (ref.component == kDiePin || !is_driver(design, technology, ref)) continue;
+      const DelayCell* cell = cell_of(design, technology, delays, ref.component);
+      if (cell == nullptr || cell->is_clock_gate) continue;
+      const int macro = design.components[static_cast<std::size_t>(ref.component)].macro;
+      driver = {ref.component, technology.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(ref.pin)].name,
+                expected_load_pf(design, technology, delays, net)};
+    }
+    return driver;
+  };
   SizedDrivers done;
   const std::size_t nets = design.nets.size();
   std::vector<std::vector<int>> nets_of(design.components.size());
-  for (std::size_t n = 0; n < nets; ++n)
-    for (const PinRef& ref : design.nets[n].pins)
-      if (ref.component != kDiePin) nets_of[static_cast<std::size_t>(ref.component)].push_back(static_cast<int>(n));
   for (std::size_t n = 0; n < nets; ++n) {
-    const Net& net = design.nets[n];
-    if (net.use != Use::signal || static_cast<int>(n) == clock) continue;
-    const auto driver = std::find_if(net.pins.begin(), net.pins.end(), [&](const PinRef& ref) { return is_driver(design, technology, ref); });
-    if (driver == net.pins.end() || driver->component == kDiePin) continue;
-    const int component = driver->component;
-    const int macro = design.components[static_cast<std::size_t>(component)].macro;
-    const DelayCell* cell = cell_of(design, technology, delays, component);
-    if (cell == nullptr || cell->is_clock_gate) continue;
-    const std::string pin = technology.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(driver->pin)].name;
-    const double load_pf = expected_load_pf(design, technology, delays, net);
-    if (slew(macro, pin, load_pf) <= most_slew_ns) continue;
+    for (const PinRef& ref : design.nets[n].pins) {
+      if (ref.component == kDiePin) continue;
+      std::vector<int>& of = nets_of[static_cast<std::size_t>(ref.component)];
+      if (of.empty() || of.back() != static_cast<int>(n)) of.push_back(static_cast<int>(n));
+    }
+  }
+  // sizes first: buffers move pins to other nets
+  for (std::size_t n = 0; n < nets; ++n) {
+    const Driver driver = driver_of(n);
+    if (driver.component == kDiePin) continue;
+    const int macro = design.components[static_cast<std::size_t>(driver.component)].macro;
+    int best = macro;
     auto& known = sizes[static_cast<std::size_t>(macro)];
     if (known.empty()) known = sizes_of(technology, macro);
-    int best = macro;
     for (const int size : known)
-      if (slew(best, pin, load_pf) > most_slew_ns && slew(size, pin, load_pf) < slew(best, pin, load_pf)) best = size;
-    if (best != macro) {
-      change_macro(design, technology, component, best, nets_of[static_cast<std::size_t>(component)]);
-      ++done.resized;
-    }
-    if (slew(best, pin, load_pf) > most_slew_ns) {
-      std::vector<Sink> sinks;
-      for (const PinRef& ref : take_sinks(design, technology, static_cast<int>(n))) sinks.push_back(builder.sink(ref, 0.0));
-      if (!sinks.empty()) builder.insert_strongest(sinks, static_cast<int>(n));
-    }
+      if (slew(best, driver.pin, driver.load_pf) > most_slew_ns && slew(size, driver.pin, driver.load_pf) < slew(best, driver.pin, driver.load_pf)) best = size;
+    if (best == macro) continue;
+    change_macro(design, technology, driver.component, best, nets_of[static_cast<std::size_t>(driver.component)]);
+    ++done.resized;
+  }
+  for (std::size_t n = 0; n < nets; ++n) {
+    const Driver driver = driver_of(n);
+    if (driver.component == kDiePin) continue;
+    if (slew(design.components[static_cast<std::size_t>(driver.component)].macro, driver.pin, driver.load_pf) <= most_slew_ns) continue;
+    std::vector<Sink> sinks;
+    for (const PinRef& ref : take_sinks(design, technology, static_cast<int>(n))) sinks.push_back(builder.sink(ref, 0.0));
+    if (!sinks.empty()) builder.insert_strongest(sinks, static_cast<int>(n));
   }
   done.buffered = builder.made();
   return done;

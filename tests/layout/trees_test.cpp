@@ -146,6 +146,12 @@ TEST_F(Trees, WeakDriversBecomeStrongEnough) {
   const SizedDrivers sized = size_drivers(d, technology, delays, "clk", limit_ns, options);
   EXPECT_GT(sized.resized, 0);
   EXPECT_GT(sized.buffered, 0);
+  for (const Net& net : d.nets) {  // other sizes have their pins in another order
+    const auto drivers = std::count_if(net.pins.begin(), net.pins.end(), [&](const PinRef& ref) {
+      return pin_direction(d, technology, ref) == (ref.component == kDiePin ? PinDirection::input : PinDirection::output);
+    });
+    EXPECT_EQ(drivers, net.use == Use::signal ? 1 : 0) << net.name;
+  }
   EXPECT_THAT(slow_nets(), ::testing::Each(HasSubstr("CLKBUF1 ")));  // the largest buffer: nothing is stronger
   for (std::size_t n = 2; n < nets; ++n) EXPECT_EQ(reached(d, technology, static_cast<int>(n)), before[n]) << d.nets[n].name;
   legalize(d, technology);

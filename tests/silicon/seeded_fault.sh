@@ -37,7 +37,7 @@ thin_space)
   ;;
 slow_clock)
   # far below the delay of its longest path
-  ! "$flow/sdf_replay.py" "$work" "$top" /usr/share/qflow/tech/osu018/osu018_stdcells.v 0.3
+  ! "$flow/sdf_replay.py" "$work/reference.il" "$work/layout/routed.v" "$work/layout/delays.sdf" "$top" /usr/share/qflow/tech/osu018/osu018_stdcells.v 0.3
   ;;
 *)
   echo "seeded_fault.sh: no fault $fault" >&2

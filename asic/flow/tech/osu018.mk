@@ -9,6 +9,7 @@ synth_corner := typ
 clock_gate := none/none
 clock_gate_map :=
 cells_model :=
+cells_verilog := $(tech_dir)/osu018_stdcells.v
 lef := $(tech_dir)/osu018_stdcells.lef
 # The buffers of its clock tree drive some 0.25 pF at 0.2 ns; inputs tied to a constant are routed to the rails: there is no cell for it.
 place_options := --most-slew 0.5 --buffers BUFX2 BUFX4 CLKBUF1 --leaf-load 0.25 --fillers FILL --margin 8 --strap-layer metal6 --strap-width 1.6 --strap-pitch 100
