@@ -37,11 +37,11 @@ $(routed)/equivalence.txt: $(routed)/metal.v $(out)/reference.il
 	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
 	mv $@.part $@
 
-$(routed)/timing_%.txt $(routed)/delays_%.sdf &: $(placed)/placed.v $(routed)/routed.spef $(here)/placed_timing.tcl
+$(routed)/timing_%.txt $(routed)/delays_%.sdf: $(placed)/placed.v $(routed)/routed.spef $(here)/placed_timing.tcl
 	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(routed)/routed.spef DELAYS=$(routed)/delays_$*.sdf \
-	  sta -no_splash -exit $(here)/placed_timing.tcl > $@.part 2>&1
-	! grep -m1 '^Error' $@.part >&2
-	mv $@.part $@
+	  sta -no_splash -exit $(here)/placed_timing.tcl > $(routed)/timing_$*.part 2>&1
+	! grep -m1 '^Error' $(routed)/timing_$*.part >&2
+	mv $(routed)/timing_$*.part $(routed)/timing_$*.txt
 
 # What the metal connects with its wires' delays beside the RTL's gates in Icarus, random inputs, in the corner of synthesis.
 $(routed)/sdf.txt: $(placed)/placed.v $(routed)/delays_$(synth_corner).sdf $(cells_verilog) $(out)/reference.il $(here)/sdf_replay.py

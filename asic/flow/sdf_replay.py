@@ -87,6 +87,9 @@ def replay(work, reference, netlist, delays, top, cells, period, ports_as, seed)
     run(["iverilog", "-g2012", "-gspecify", "-Ttyp", "-s", "bench", "-o", str(work / "bench.vvp"), cells, netlist, str(work / "reference.v"),
          str(work / "bench.v")])
     told = run(["vvp", "-n", str(work / "bench.vvp")])
+    refused = re.search(r"^SDF ERROR.*$", told, re.M)
+    if refused:
+        sys.exit(f"sdf_replay.py: {delays}: {refused.group(0)}")
     print("\n".join(line for line in told.splitlines() if "clock" in line))
     return 0 if ", 0 mismatches" in told else 1
 
