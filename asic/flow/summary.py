@@ -38,6 +38,15 @@ def text_of(path):
     return path.read_text(encoding="utf-8") if path.exists() else ""
 
 
+def is_newer(path, source):
+    return path.exists() and path.stat().st_mtime >= source.stat().st_mtime
+
+
+def text_if_newer(path, source):
+    """What is told of an earlier netlist is not told of this one."""
+    return text_of(path) if is_newer(path, source) else ""
+
+
 def cells(path):
     """Cell counts and area of a Yosys report."""
     text = text_of(path)
@@ -86,10 +95,10 @@ def netlist_rows(folder):
 
 def run_rows(folder):
     """The netlist over recorded pins, and what it drew; OpenSTA's last column is the total in W."""
-    replay = re.search(r"(\d+) clocks, (\d+) mismatches", text_of(folder / "replay.txt"))
+    replay = re.search(r"(\d+) clocks, (\d+) mismatches", text_if_newer(folder / "replay.txt", folder / "netlist.v"))
     rows = [row(f"mismatches with the model's pins, {replay.group(1)} clocks", int(replay.group(2)))] if replay else []
     power = {name: float(total) for name, total in
-             re.findall(r"^(logic|flops|clock gates|clock pin|leakage|Total) .*?(\S+)(?: +\S+ mA.*)?$", text_of(folder / "power.txt"), re.M)}
+             re.findall(r"^(logic|flops|clock gates|clock pin|leakage|Total) .*?(\S+)(?: +\S+ mA.*)?$", text_if_newer(folder / "power.txt", folder / "netlist.v"), re.M)}
     if power:
         rows += [row(f"{name.lower()} power at 12 MHz", round(1e3 * watts, 4), "mW") for name, watts in power.items()]
         rows.append(row("current at 12 MHz and 1.2 V, no wires, no glitches", round(1e3 * power["Total"] / 1.2, 3), "mA"))
@@ -103,7 +112,8 @@ def placement_rows(folder, period_ns, corners):
     if "Networks are equivalent" in text_of(placed / "equivalence.txt"):
         rows.append(row("RTL's gates = what is placed", "proved"))
     for corner in corners:
-        rows += timing_rows(corner, placed / f"timing_{corner}.txt", period_ns)
+        if is_newer(placed / f"timing_{corner}.txt", placed / "place.txt"):
+            rows += timing_rows(corner, placed / f"timing_{corner}.txt", period_ns)
     return rows
 
 
@@ -144,7 +154,8 @@ def routing_rows(folder, period_ns, corners):
     if "Networks are equivalent" in text_of(routed / "equivalence.txt"):
         rows.append(row("RTL's gates = what the metal connects", "proved"))
     for corner in corners:
-        rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns)
+        if is_newer(routed / f"timing_{corner}.txt", routed / "route.txt"):
+            rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns)
     return rows + replay_rows(routed)
 
 
