@@ -88,7 +88,7 @@ def netlist_rows(folder):
         rows.append(row("of them clock gates", gates))
     rows += [row("area of the cells", round(area), "um2"),
              row("of the paper's whole die (547,600 um2)", round(100 * area / PAPER_DIE_UM2, 1), "%")]
-    if "Networks are equivalent" in text_of(folder / "equivalence.txt"):
+    if "Networks are equivalent" in text_if_newer(folder / "equivalence.txt", folder / "netlist.v"):
         rows.append(row("RTL's gates = netlist", "proved"))
     return rows
 
@@ -109,7 +109,7 @@ def placement_rows(folder, period_ns, corners):
     """What the placer wrote (what, value and unit, parted by tabs), the proof, and timing with the clock through its tree."""
     placed = folder / "placed"
     rows = [row(*line.split("\t")) for line in text_of(placed / "place.txt").splitlines()]
-    if "Networks are equivalent" in text_of(placed / "equivalence.txt"):
+    if "Networks are equivalent" in text_if_newer(placed / "equivalence.txt", placed / "place.txt"):
         rows.append(row("RTL's gates = what is placed", "proved"))
     for corner in corners:
         if is_newer(placed / f"timing_{corner}.txt", placed / "place.txt"):
@@ -151,7 +151,7 @@ def routing_rows(folder, period_ns, corners):
         errors = re.search(r"(\d+) errors$", text_of(routed / f"{name}.txt").strip())
         if errors:
             rows.append(row(what, int(errors.group(1))))
-    if "Networks are equivalent" in text_of(routed / "equivalence.txt"):
+    if "Networks are equivalent" in text_if_newer(routed / "equivalence.txt", routed / "route.txt"):
         rows.append(row("RTL's gates = what the metal connects", "proved"))
     for corner in corners:
         if is_newer(routed / f"timing_{corner}.txt", routed / "route.txt"):
