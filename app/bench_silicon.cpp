@@ -29,6 +29,7 @@ const std::map<std::string, Wanted> kWantedOfLayout{
     {"nets not routed", {{}, 0.0}},
     {"open nets", {{}, 0.0}},
     {"nets in conflict", {{}, 0.0}},
+    {"antenna rules broken", {{}, 0.0}},
     {"DRC errors", {{}, 0.0}},
     {"LVS errors", {{}, 0.0}},
 };

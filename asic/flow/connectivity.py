@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # KLayout (-b -r): which pins the metal of a GDS connects, compared with the nets of a DEF's netlist: opens and shorts. Knows nothing of the
-# router: shapes come from the GDS, pins from LEF, and what belongs together from the DEF's NETS before routing.
-# -rd rules=RULES.json -rd lef=FILE (cells) -rd placed=FILE.def -rd gds=FILE.gds -rd report=FILE.txt -rd netlist=FILE.v (to write)
+# router's wires: shapes come from the GDS, pins from LEF, and what belongs together from the pins in the DEF's NETS.
+# -rd rules=RULES.json -rd lef=FILE (cells) -rd netlist_of=FILE.def -rd gds=FILE.gds -rd report=FILE.txt -rd netlist=FILE.v (to write)
 import collections
 import json
 import re
@@ -64,7 +64,7 @@ def read_def(path):
 
 
 macros, sizes = read_pins(lef)  # noqa: F821
-cells, ports, nets, directions = read_def(placed)  # noqa: F821
+cells, ports, nets, directions = read_def(netlist_of)  # noqa: F821
 layout = pya.Layout()
 layout.read(gds)  # noqa: F821
 top = layout.top_cell()

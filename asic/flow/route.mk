@@ -15,10 +15,10 @@ endif
 routed: $(addprefix $(routed)/,route.txt drc.txt lvs.txt equivalence.txt sdf.txt layout.png) $(corners:%=$(routed)/timing_%.txt)
 	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
 
-# Open nets and conflicts are in route.txt; the summary is what fails for them.
-$(addprefix $(routed)/,route.txt routed.def routed.spef) &: $(placed)/placed.def $(ROUTER)
+# Open nets, conflicts and broken antenna rules are in route.txt; the summary is what fails for them.
+$(addprefix $(routed)/,route.txt routed.def routed.v routed.spef) &: $(placed)/placed.def $(ROUTER)
 	mkdir -p $(routed)
-	$(ROUTER) --lef $(lef) --def $< --out $(routed)/routed.def --spef $(routed)/routed.spef > $(routed)/route.txt.part || [ $$? = 1 ]
+	$(ROUTER) --lef $(lef) --def $< --out $(routed)/routed.def --netlist $(routed)/routed.v --spef $(routed)/routed.spef > $(routed)/route.txt.part || [ $$? = 1 ]
 	mv $(routed)/route.txt.part $(routed)/route.txt
 
 $(routed)/$(TOP).gds: $(routed)/routed.def $(rules) $(here)/gds.py
@@ -27,9 +27,9 @@ $(routed)/$(TOP).gds: $(routed)/routed.def $(rules) $(here)/gds.py
 $(routed)/drc.txt: $(routed)/$(TOP).gds $(rules) $(here)/design_rules.py
 	$(klayout) -b -r $(here)/design_rules.py -rd rules=$(rules) -rd gds=$< -rd report=$@ -rd marks=$(routed)/drc.lyrdb
 
-# The netlist is the placer's; the metal is the GDS's.
-$(routed)/lvs.txt $(routed)/metal.v &: $(routed)/$(TOP).gds $(placed)/placed.def $(rules) $(here)/connectivity.py
-	$(klayout) -b -r $(here)/connectivity.py -rd rules=$(rules) -rd lef=$(lastword $(lef)) -rd placed=$(placed)/placed.def -rd gds=$< \
+# The netlist is the DEF's, with the router's diodes; the metal is the GDS's.
+$(routed)/lvs.txt $(routed)/metal.v &: $(routed)/$(TOP).gds $(routed)/routed.def $(rules) $(here)/connectivity.py
+	$(klayout) -b -r $(here)/connectivity.py -rd rules=$(rules) -rd lef=$(lastword $(lef)) -rd netlist_of=$(routed)/routed.def -rd gds=$< \
 	  -rd report=$(routed)/lvs.txt -rd netlist=$(routed)/metal.v
 
 # What the metal connects, against the same reference as the mapped netlist.
@@ -37,14 +37,14 @@ $(routed)/equivalence.txt: $(routed)/metal.v $(out)/reference.il
 	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
 	mv $@.part $@
 
-$(routed)/timing_%.txt $(routed)/delays_%.sdf: $(placed)/placed.v $(routed)/routed.spef $(here)/placed_timing.tcl
+$(routed)/timing_%.txt $(routed)/delays_%.sdf: $(routed)/routed.v $(routed)/routed.spef $(here)/placed_timing.tcl
 	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(routed)/routed.spef DELAYS=$(routed)/delays_$*.sdf \
 	  sta -no_splash -exit $(here)/placed_timing.tcl > $(routed)/timing_$*.part 2>&1
 	! grep -m1 '^Error' $(routed)/timing_$*.part >&2
 	mv $(routed)/timing_$*.part $(routed)/timing_$*.txt
 
 # What the metal connects with its wires' delays beside the RTL's gates in Icarus, random inputs, in the corner of synthesis.
-$(routed)/sdf.txt: $(placed)/placed.v $(routed)/delays_$(synth_corner).sdf $(cells_verilog) $(out)/reference.il $(here)/sdf_replay.py
+$(routed)/sdf.txt: $(routed)/routed.v $(routed)/delays_$(synth_corner).sdf $(cells_verilog) $(out)/reference.il $(here)/sdf_replay.py
 	$(here)/sdf_replay.py $(out)/reference.il $< $(routed)/delays_$(synth_corner).sdf $(TOP) $(cells_verilog) $(PERIOD_NS) test_mode_i=0 scan_en_i=0 scan_o=- > $@.part
 	mv $@.part $@
 

@@ -31,7 +31,7 @@ td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-wi
 
 
 
-NONE_ALLOWED = re.compile(r"nets not routed|open nets|nets in conflict|pins without access|cells with crowded pins|(DRC|LVS) errors|mismatches in Icarus|placement errors")
+NONE_ALLOWED = re.compile(r"nets not routed|open nets|nets in conflict|antenna rules broken|pins without access|cells with crowded pins|(DRC|LVS) errors|mismatches in Icarus|placement errors")
 
 
 def text_of(path):
@@ -145,7 +145,8 @@ def routing_rows(folder, period_ns, corners):
     told = dict(re.findall(r"^([a-z ]+): (.*)$", text_of(routed / "route.txt"), re.M))
     if not told:
         return []
-    rows = [row(what, int(told[what])) for what in ("nets", "pins without access", "cells with crowded pins", "open nets", "nets in conflict", "vias")]
+    rows = [row(what, int(told[what])) for what in ("nets", "pins without access", "cells with crowded pins", "open nets", "nets in conflict",
+                                            "antenna rules broken", "antenna diodes", "vias")]
     rows += [row("wires", told["wires"].split(" mm")[0], "mm"), row("time of the router", told["time"].split()[0], "s")]
     for name, what in (("drc", "DRC errors"), ("lvs", "LVS errors")):
         errors = re.search(r"(\d+) errors$", text_of(routed / f"{name}.txt").strip())

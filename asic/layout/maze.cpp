@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <initializer_list>
 #include <limits>
-#include <numeric>
 #include <random>
 
 namespace meltstage::layout {
@@ -56,6 +56,7 @@ class Router {
     opened_.resize(at(std::max(1, regions.columns * regions.rows)));
   }
 
+  bool take_over(int net, const MazeTree& tree);
   bool route(int net, int widening);
   void rip_up(int net);
   bool shares(int net) const;
@@ -298,6 +299,24 @@ std::vector<int> prim_order(const std::vector<Grid::Crossing>& places) {
   return order;
 }
 
+// A way from before is kept when the net may still use all of it; whether it touches all terminals is told. If not, route() goes on from it.
+bool Router::take_over(int net, const MazeTree& tree) {
+  trees_[at(net)] = tree;
+  find_bodies(net);
+  const std::vector<int>& nodes = bodies_[at(net)];
+  const auto is_ours = [&](int node) { return places_[at(node)].owner == free_node || places_[at(node)].owner == net; };
+  const auto is_touched = [&](const std::vector<int>& terminal) {
+    return std::any_of(terminal.begin(), terminal.end(), [&](int node) { return std::binary_search(nodes.begin(), nodes.end(), node); });
+  };
+  const auto& terminals = problem_.nets[at(net)].terminals;
+  const bool is_kept = !tree.empty() && std::all_of(nodes.begin(), nodes.end(), is_ours) && std::any_of(terminals.begin(), terminals.end(), is_touched);
+  if (!is_kept) trees_[at(net)].clear();
+  const bool is_whole = is_kept && std::all_of(terminals.begin(), terminals.end(), is_touched);
+  if (is_whole) claim(net, 1);
+  else bodies_[at(net)].clear();
+  return is_whole;
+}
+
 bool Router::route(int net, int widening) {
   const MazeNet& wanted = problem_.nets[static_cast<std::size_t>(net)];
   if (wanted.terminals.size() < 2) return true;
@@ -305,17 +324,23 @@ bool Router::route(int net, int widening) {
   for (const auto& terminal : wanted.terminals) places.push_back(grid_.crossing(terminal.front()));
   const std::vector<int> order = prim_order(places);
   ++tree_stamp_;
-  Window start = no_window;
-  for (const int node : wanted.terminals[at(order[0])]) {
-    marks_[at(node)].tree = tree_stamp_;
-    const Grid::Crossing c = grid_.crossing(node);
-    start.include(c.ix, c.iy);
-  }
-  tree_boxes_ = {start};
+  tree_boxes_.clear();
+  const auto begin_with = [&](std::initializer_list<int> nodes) {
+    Window box = no_window;
+    for (const int node : nodes) {
+      marks_[at(node)].tree = tree_stamp_;
+      const Grid::Crossing c = grid_.crossing(node);
+      box.include(c.ix, c.iy);
+    }
+    tree_boxes_.push_back(box);
+  };
+  for (const auto& [a, b] : trees_[at(net)]) begin_with({a, b});
+  if (trees_[at(net)].empty())
+    for (const int node : wanted.terminals[at(order[0])]) begin_with({node});
   open_regions(net, widening);
   bool all = true;
-  for (std::size_t k = 1; k < order.size(); ++k) {
-    const auto& terminal = wanted.terminals[at(order[k])];
+  for (const int next : order) {
+    const auto& terminal = wanted.terminals[at(next)];
     if (extend(net, terminal)) continue;
     open_all_regions();
     all = extend(net, terminal) && all;
@@ -343,8 +368,11 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
   };
   std::vector<int> spans(static_cast<std::size_t>(nets));
   for (int net = 0; net < nets; ++net) spans[static_cast<std::size_t>(net)] = span(net);
-  std::vector<int> todo(static_cast<std::size_t>(nets));
-  std::iota(todo.begin(), todo.end(), 0);
+  std::vector<int> todo;
+  for (int net = 0; net < nets; ++net) {
+    const auto n = static_cast<std::size_t>(net);
+    if (n >= problem.begun.size() || !router.take_over(net, problem.begun[n])) todo.push_back(net);
+  }
   std::stable_sort(todo.begin(), todo.end(), [&](int a, int b) { return spans[static_cast<std::size_t>(a)] < spans[static_cast<std::size_t>(b)]; });
   std::vector<bool> open(static_cast<std::size_t>(nets), false);
   double share_cost = first_share_cost;

@@ -53,6 +53,9 @@ struct MazeNet {
   std::vector<int> regions;  ///< where its wires should be; empty: anywhere
 };
 
+/// Edges between neighbouring nodes (of one track, or of one crossing on adjacent layers).
+using MazeTree = std::vector<std::pair<int, int>>;
+
 /// Rectangles of crossings, all layers of them: region = of_column[ix] + of_row[iy].
 struct MazeRegions {
   std::vector<int> of_column;
@@ -66,10 +69,8 @@ struct MazeProblem {
   MazeRegions regions;  ///< none: nets have none, too
   std::vector<std::int32_t> owner;  ///< a node each: free_node, blocked_node, or the only net that may use it
   std::vector<MazeNet> nets;
+  std::vector<MazeTree> begun;  ///< ways from before, a net each, kept where they still serve; or none at all
 };
-
-/// Edges between neighbouring nodes (of one track, or of one crossing on adjacent layers).
-using MazeTree = std::vector<std::pair<int, int>>;
 
 struct MazeResult {
   std::vector<MazeTree> trees;   ///< a net each

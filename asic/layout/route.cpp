@@ -16,6 +16,7 @@
 namespace meltstage::layout {
 namespace {
 
+constexpr int diode_rounds = 8;
 constexpr int rail_reach = 24;  // crossings to the side that a tied input may go to its rail
 
 struct RoutedLayer {
@@ -41,7 +42,8 @@ class Wiring {
     find_grid();
     find_vias();
   }
-  RouteReport run(const RouteOptions& options);
+  /// `trees` are the ways of an earlier run, or none, and then those of this one.
+  RouteReport run(const RouteOptions& options, std::vector<MazeTree>& trees);
 
  private:
   void find_layers();
@@ -569,7 +571,7 @@ void Wiring::guide() {
   for (std::size_t n = 0; n < problem_.nets.size(); ++n) problem_.nets[n].regions = guides.regions[at(design_net_[n])];
 }
 
-RouteReport Wiring::run(const RouteOptions& options) {
+RouteReport Wiring::run(const RouteOptions& options, std::vector<MazeTree>& trees) {
   RouteReport report;
   report.wire_nm_of_layer.assign(technology_.layers.size(), 0);
   report.parasitics.resize(design_.nets.size());
@@ -585,7 +587,8 @@ RouteReport Wiring::run(const RouteOptions& options) {
   add_cells(report);
   check_terminals(report);
   guide();
-  const MazeResult result = route_maze(problem_, {options.rounds, options.progress});
+  problem_.begun = std::move(trees);
+  MazeResult result = route_maze(problem_, {options.rounds, options.progress});
   report.rounds = result.rounds;
   report.nets = static_cast<int>(problem_.nets.size());
   for (const int net : result.open) report.open.push_back(design_.nets[at(design_net_[at(net)])].name);
@@ -593,11 +596,26 @@ RouteReport Wiring::run(const RouteOptions& options) {
   std::stable_sort(terminals_.begin(), terminals_.end(), [](const Terminal& a, const Terminal& b) { return a.net < b.net; });
   for (std::size_t n = 0; n < result.trees.size(); ++n) draw(static_cast<int>(n), result.trees[n], report);
   for (std::size_t n = 0; n < result.trees.size(); ++n) extract(static_cast<int>(n), result.trees[n], report);
+  trees = std::move(result.trees);
   return report;
 }
 
 }  // namespace
 
-RouteReport route(Design& design, const Technology& technology, const RouteOptions& options) { return Wiring(design, technology).run(options); }
+RouteReport route(Design& design, const Technology& technology, const RouteOptions& options) {
+  std::vector<MazeTree> trees;
+  int diodes = 0;
+  int rounds = 0;
+  for (int round = 0;; ++round) {
+    RouteReport report = Wiring(design, technology).run(options, trees);
+    report.antenna = antenna_faults(design, technology);
+    report.diodes = diodes;
+    report.rounds += rounds;
+    rounds = report.rounds;
+    const int added = round < diode_rounds ? insert_diodes(design, technology, report.antenna) : 0;
+    if (added == 0) return report;
+    diodes += added;
+  }
+}
 
 }  // namespace meltstage::layout

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "asic/layout/antenna.hpp"
 #include "asic/layout/design.hpp"
 
 namespace meltstage::layout {
@@ -31,16 +32,19 @@ struct RouteReport {
   std::vector<std::string> crowded;      ///< components with pins too near to each other
   std::vector<std::string> open;         ///< nets with a pin that isn't reached
   std::vector<std::string> conflicting;  ///< nets that share a place with another
+  std::vector<AntennaFault> antenna;     ///< of the wires as they are
+  int diodes = 0;                        ///< antenna cells that took the place of fillers
   int nets = 0;
   int rounds = 0;
   Nm wire_nm = 0;
   std::vector<Nm> wire_nm_of_layer;  ///< by index into Technology::layers
   std::size_t vias = 0;
   std::vector<NetParasitics> parasitics;  ///< by index into Design::nets
-  bool is_clean() const { return no_access.empty() && crowded.empty() && open.empty() && conflicting.empty(); }
+  bool is_clean() const { return no_access.empty() && crowded.empty() && open.empty() && conflicting.empty() && antenna.empty(); }
 };
 
-/// Adds wires, vias and patches to the design's nets, in place of those it has. Throws InputError when a die pin lies on no track or
+/// Adds wires, vias and patches to the design's nets, in place of those it has. Where wires break an antenna rule and the library has a
+/// cell for it, a diode takes the place of a filler nearby, and what that concerns is routed once more. Throws InputError when a die pin lies on no track or
 /// the library's vias don't fit its tracks.
 RouteReport route(Design& design, const Technology& technology, const RouteOptions& options);
 

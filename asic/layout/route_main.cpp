@@ -27,7 +27,7 @@ void tell(std::string& text, const char* what, const std::vector<std::string>& n
   if (names.size() > names_told) text += fmt::format("  and {} more\n", names.size() - names_told);
 }
 
-std::string report_text(const RouteReport& report, const Technology& technology, double seconds) {
+std::string report_text(const RouteReport& report, const Design& design, const Technology& technology, double seconds) {
   std::string text = fmt::format("nets: {}\nwires: {:.1f} mm", report.nets, static_cast<double>(report.wire_nm) * 1e-6);
   for (std::size_t i = 0; i < report.wire_nm_of_layer.size(); ++i)
     if (report.wire_nm_of_layer[i] > 0) text += fmt::format(", {} {:.1f}", technology.layers[i].name, static_cast<double>(report.wire_nm_of_layer[i]) * 1e-6);
@@ -36,11 +36,15 @@ std::string report_text(const RouteReport& report, const Technology& technology,
   tell(text, "cells with crowded pins", report.crowded);
   tell(text, "open nets", report.open);
   tell(text, "nets in conflict", report.conflicting);
+  std::vector<std::string> antenna;
+  for (const AntennaFault& fault : report.antenna) antenna.push_back(antenna_text(fault, design, technology));
+  tell(text, "antenna rules broken", antenna);
+  text += fmt::format("antenna diodes: {}\n", report.diodes);
   return text;
 }
 
 int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::path& def, const std::filesystem::path& out,
-        const std::filesystem::path& spef, const std::filesystem::path& report_path, RouteOptions options) {
+        const std::filesystem::path& netlist, const std::filesystem::path& spef, const std::filesystem::path& report_path, RouteOptions options) {
   const Technology technology = read_lef(lef);
   Design design = read_def(def, technology);
   if (isatty(STDERR_FILENO))
@@ -49,8 +53,9 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
   const RouteReport report = route(design, technology, options);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   write_whole(out, def_text(design, technology));
+  if (!netlist.empty()) write_whole(netlist, verilog_text(design, technology));
   if (!spef.empty()) write_whole(spef, routed_spef_text(design, technology, report));
-  const std::string text = report_text(report, technology, seconds);
+  const std::string text = report_text(report, design, technology, seconds);
   if (!report_path.empty()) write_whole(report_path, text);
   fmt::print("{}", text);
   return report.is_clean() ? 0 : 1;
@@ -61,17 +66,18 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
 int main(int argc, char** argv) {
   CLI::App app{"Routes a placed design: DEF in, DEF out"};
   std::vector<std::filesystem::path> lef;
-  std::filesystem::path def, out, spef, report;
+  std::filesystem::path def, out, netlist, spef, report;
   RouteOptions options;
   app.add_option("--lef", lef, "LEF files, layers first")->required()->check(CLI::ExistingFile);
   app.add_option("--def", def, "placed DEF")->required()->check(CLI::ExistingFile);
   app.add_option("--out", out, "routed DEF")->required();
+  app.add_option("--netlist", netlist, "Verilog of the cells, with the diodes that were added");
   app.add_option("--spef", spef, "resistances and capacitances of the wires");
   app.add_option("--report", report, "what is printed, as a file");
   app.add_option("--rounds", options.rounds, "most rounds of rip-up")->check(CLI::Range(1, 1000));
   try {
     app.parse(argc, argv);
-    return run(lef, def, out, spef, report, options);
+    return run(lef, def, out, netlist, spef, report, options);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const InputError& error) {

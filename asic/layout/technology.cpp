@@ -100,6 +100,24 @@ class LefReader {
     layer.spacing = layer.spacing_table.front().spacing.front();
   }
 
+  /// A number, or PWL ( ( area ratio ) ... ).
+  std::vector<std::pair<double, double>> area_ratios() {
+    std::vector<std::pair<double, double>> points;
+    if (in_.take("PWL")) {
+      in_.expect("(");
+      while (in_.take("(")) {
+        const double area = in_.number();
+        points.emplace_back(area, in_.number());
+        in_.expect(")");
+      }
+      in_.expect(")");
+    } else {
+      points.emplace_back(0.0, in_.number());
+    }
+    in_.skip_statement();
+    return points;
+  }
+
   void layer() {
     Layer layer;
     layer.name = in_.next();
@@ -142,6 +160,13 @@ class LefReader {
       } else if (in_.take("EDGECAPACITANCE")) {
         layer.edge_cap_pf_um = in_.number();
         in_.skip_statement();
+      } else if (in_.is("ANTENNAAREARATIO") || in_.is("ANTENNACUMAREARATIO")) {
+        layer.antenna.is_cumulative = in_.is("ANTENNACUMAREARATIO");
+        in_.next();
+        layer.antenna.ratio = in_.number();
+        in_.skip_statement();
+      } else if (in_.take("ANTENNADIFFAREARATIO") || in_.take("ANTENNACUMDIFFAREARATIO")) {
+        layer.antenna.with_diffusion = area_ratios();
       } else {
         in_.skip_statement();
       }
@@ -275,6 +300,12 @@ class LefReader {
                   : in_.is("CLOCK")  ? Use::clock
                                      : Use::signal;
         in_.skip_statement();
+      } else if (in_.take("ANTENNAGATEAREA")) {
+        pin.gate_area_um2 = in_.number();
+        in_.skip_statement();
+      } else if (in_.take("ANTENNADIFFAREA")) {
+        pin.diffusion_area_um2 = in_.number();
+        in_.skip_statement();
       } else if (in_.take("PORT")) {
         shapes(pin.shapes, origin);
       } else {
@@ -340,6 +371,17 @@ Nm Layer::spacing_for(Nm width_nm, Nm run_nm) const {
       wanted = std::max(wanted, row.spacing[i]);
   }
   return wanted;
+}
+
+double AntennaRule::limit(double diffusion_um2) const {
+  if (diffusion_um2 <= 0.0 || with_diffusion.empty()) return ratio;
+  if (diffusion_um2 <= with_diffusion.front().first) return with_diffusion.front().second;
+  for (std::size_t i = 1; i < with_diffusion.size(); ++i) {
+    const auto [x0, y0] = with_diffusion[i - 1];
+    const auto [x1, y1] = with_diffusion[i];
+    if (diffusion_um2 <= x1) return y0 + (y1 - y0) * (diffusion_um2 - x0) / (x1 - x0);
+  }
+  return with_diffusion.back().second;
 }
 
 int Macro::find_pin(std::string_view pin) const { return index_by_name(pins, pin); }

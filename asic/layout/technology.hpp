@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What placement and routing know of a process and its cells: LEF 5.4 to 5.8, without antenna and density
-// rules.
+// What placement and routing know of a process and its cells: LEF 5.4 to 5.8, without density rules.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "asic/layout/geometry.hpp"
@@ -23,6 +23,14 @@ struct SpacingRow {
   std::vector<Nm> spacing;
 };
 
+/// Most area of metal or cuts over the area of the gates that it is connected to while it is etched.
+struct AntennaRule {
+  double ratio = 0.0;  ///< without diffusion on the way; 0: no rule
+  std::vector<std::pair<double, double>> with_diffusion;  ///< area of diffusion in um2, ratio: between these straight lines
+  bool is_cumulative = false;                             ///< ratios of the layers below are added
+  double limit(double diffusion_um2) const;
+};
+
 struct Layer {
   std::string name;
   LayerKind kind = LayerKind::other;
@@ -37,6 +45,7 @@ struct Layer {
   double resistance_ohm = 0.0;   ///< routing: per square; cut: per cut
   double area_cap_pf_um2 = 0.0;  ///< CAPACITANCE CPERSQDIST
   double edge_cap_pf_um = 0.0;   ///< EDGECAPACITANCE
+  AntennaRule antenna;
 
   /// Spacing between two shapes, the wider `width_nm` wide, that run side by side for `run_nm`.
   Nm spacing_for(Nm width_nm, Nm run_nm) const;
@@ -84,6 +93,8 @@ struct MacroPin {
   std::string name;
   PinDirection direction = PinDirection::input;
   Use use = Use::signal;
+  double gate_area_um2 = 0.0;       ///< ANTENNAGATEAREA
+  double diffusion_area_um2 = 0.0;  ///< ANTENNADIFFAREA
   std::vector<Shape> shapes;  ///< in the macro's frame, its lower left corner at 0, 0
 };
 

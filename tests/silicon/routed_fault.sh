@@ -11,7 +11,7 @@ export QT_QPA_PLATFORM=offscreen
 rules=$flow/tech/${tech}_rules.json
 
 if [ "$fault" = fast_clock ]; then  # far below the delay of its longest path
-  told=$("$flow/sdf_replay.py" "$folder/reference.il" "$folder/placed/placed.v" "$folder/routed/delays_typ.sdf" "$top" "${lef%.lef}.v" 0.3 || true)
+  told=$("$flow/sdf_replay.py" "$folder/reference.il" "$folder/routed/routed.v" "$folder/routed/delays_typ.sdf" "$top" "${lef%.lef}.v" 0.3 || true)
   echo "$told"
   grep -q ", [1-9][0-9]* mismatches" <<<"$told"
   exit
@@ -33,7 +33,7 @@ if [ "$fault" = displaced_wire ]; then
   grep -q "^metal3\|^via" "$work/drc.txt"
   exit
 fi
-klayout -b -r "$flow/connectivity.py" -rd rules="$rules" -rd lef="$lef" -rd placed="$folder/placed/placed.def" -rd gds="$work/$top.gds" \
+klayout -b -r "$flow/connectivity.py" -rd rules="$rules" -rd lef="$lef" -rd netlist_of="$folder/routed/routed.def" -rd gds="$work/$top.gds" \
   -rd report="$work/lvs.txt" -rd netlist="$work/metal.v"
 cat "$work/lvs.txt"
 case $fault in
