@@ -93,9 +93,10 @@ UartcIn Chip::uartc_in() const {
           .tlm_start = sysctrl.tlm_start_q != 0};
 }
 
-SysctrlIn Chip::sysctrl_in() const {
+SysctrlIn Chip::sysctrl_in(const Inputs& in) const {
   const Params& p = params();
-  return {.ts = p[spec::kRegTs],
+  return {.test_mode = in.test_mode,
+          .ts = p[spec::kRegTs],
           .tlm_period = p[spec::kRegTlmPeriod],
           .cmd_valid = uartc.cmd_valid(),
           .decoded = paramc.decoded_q != 0,
@@ -231,7 +232,7 @@ GuardIn Chip::guard_in() const {
 void Chip::clock(const Inputs& in) {
   UartcIn to_uartc = uartc_in();
   if (uartc.reads()) to_uartc.rd_data = read_register(uartc.rd_addr());
-  const SysctrlIn to_sysctrl = sysctrl_in();
+  const SysctrlIn to_sysctrl = sysctrl_in(in);
   const ParamcIn to_paramc = paramc_in();
   const MemIn to_mem = mem_in();
   const SenscIn to_sensc = sensc_in();
@@ -265,13 +266,14 @@ std::uint64_t Chip::quiet(const Inputs& in) const {
     clocks = std::min(clocks, n);
     return n != 0;
   };
-  if (!at_most(pwmc.quiet(pwmc_in())) || !at_most(sysctrl.quiet(sysctrl_in())) ||
+  const SysctrlIn to_sysctrl = sysctrl_in(in);
+  if (!at_most(pwmc.quiet(pwmc_in())) || !at_most(sysctrl.quiet(to_sysctrl)) ||
       !at_most(sensc.quiet(sensc_in())) || !at_most(mem.quiet(mem_in())) ||
       !at_most(uartc.quiet(uartc_in()))) {
     return 0;
   }
   const AlgorIn to_algor = algor_in();
-  if (!at_most(algor.quiet(to_algor)) || (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms())))
+  if (!at_most(algor.quiet(to_algor)) || (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms(to_sysctrl))))
     return 0;
   if (!at_most(atune.quiet(atune_in())) || !at_most(quality.quiet(quality_in()))) return 0;
   if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in(), sync.seen(pins, kPinFeedback)))) return 0;
@@ -285,7 +287,7 @@ void Chip::skip(const Inputs& in, std::uint64_t clocks) {
     return;
   }
   uartc.skip(uartc_in(), clocks);
-  sysctrl.skip(clocks);
+  sysctrl.skip(sysctrl_in(in), clocks);
   sensc.skip(clocks);
   pwmc.skip(clocks);
   quality.skip(quality_in(), clocks);
@@ -298,7 +300,13 @@ Outputs Chip::step(const Inputs& in) {
   if (!in.rst_n) {
     *this = Chip{};
   } else {
-    if (rst_sync.rst_n()) clock(in);
+    if (out_of_reset(in)) {
+      clock(in);
+    } else {
+      const RstSync past = rst_sync;
+      *this = Chip{};
+      rst_sync = past;
+    }
     rst_sync.step();
   }
   return outputs(in);

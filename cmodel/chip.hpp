@@ -28,6 +28,7 @@ struct Inputs {
   bool heater_fb = false;
   bool inhibit = false;
   bool drop = false;
+  bool test_mode = false;  // steady while the clock runs
 
   friend bool operator==(const Inputs&, const Inputs&) = default;
 };
@@ -81,7 +82,7 @@ struct Chip {
 
  private:
   UartcIn uartc_in() const;  // all but rd_data
-  SysctrlIn sysctrl_in() const;
+  SysctrlIn sysctrl_in(const Inputs& in) const;
   ParamcIn paramc_in() const;
   MemIn mem_in() const;
   SenscIn sensc_in() const;
@@ -90,6 +91,8 @@ struct Chip {
   QualityIn quality_in() const;
   PwmcIn pwmc_in() const;
   GuardIn guard_in() const;
+  // rst_ni past the reset synchroniser; straight in test mode.
+  bool out_of_reset(const Inputs& in) const { return in.rst_n && (rst_sync.rst_n() || in.test_mode); }
   void clock(const Inputs& in);
 };
 

@@ -33,8 +33,8 @@ void Mem::refresh_params() {
 }
 
 void Mem::set_active(unsigned index, std::uint32_t word) {
-  active_q[index] = word;
-  params_.value[index] = parameter(index, word);
+  active_q[index] = word & spec::kHolding[index].stored;
+  params_.value[index] = parameter(index, active_q[index]);
 }
 
 void Mem::step(const MemIn& in) {
@@ -57,7 +57,7 @@ void Mem::step(const MemIn& in) {
     staged_q = active_q;
   }
   if (in.wr && in.wr_index >= 1 && in.wr_index <= kLastIndex)
-    staged_q[in.wr_index] = secded_encode(in.wr_data);
+    staged_q[in.wr_index] = secded_encode(in.wr_data) & spec::kHolding[in.wr_index].stored;
 }
 
 void Mem::scrub() {
@@ -68,7 +68,7 @@ void Mem::scrub() {
   const std::uint32_t flip_active = secded_flip(active);
   const bool bad_now = secded_bad(staged) || secded_bad(active);
   if (flip_staged != 0) {
-    staged_q[i] = staged ^ flip_staged;
+    staged_q[i] = (staged ^ flip_staged) & spec::kHolding[i].stored;
     ++corrected_q;
   }
   if (flip_active != 0) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "flops.hpp"
 #include "params.hpp"
@@ -19,7 +20,7 @@ namespace meltstage::chip {
   X(std::uint16_t, corrected_q, 16, 0)
 
 // Words as stored, check bits above the data; index = holding register index, entry 0 (CMD) does not exist
-// and stays 0.
+// and stays 0. A word has the bits of spec::kHolding[index].stored, the others are 0.
 #define TC_MEM_ARRAYS(X)                              \
   X(std::uint32_t, staged_q, spec::kHoldingCount, 22) \
   X(std::uint32_t, active_q, spec::kHoldingCount, 22)
@@ -27,7 +28,7 @@ namespace meltstage::chip {
 struct MemIn {
   bool wr = false;
   std::uint8_t wr_index = 0;
-  std::uint16_t wr_data = 0;
+  std::uint16_t wr_data = 0;  // in the register's range
   bool commit = false;
   bool discard = false;
   bool scrub_start = false;
@@ -68,5 +69,12 @@ struct Mem {
 
   Params params_;  // the data of active_q, kept beside it so that reading parameters costs nothing
 };
+
+// Bits of word `word` of a block's array, `width` wide, that are flops.
+template <class Block>
+constexpr std::uint32_t array_flops(unsigned word, unsigned width) {
+  if constexpr (std::is_same_v<Block, Mem>) return spec::kHolding[word].stored;
+  return static_cast<std::uint32_t>((std::uint64_t{1} << width) - 1);
+}
 
 }  // namespace meltstage::chip

@@ -5,10 +5,14 @@ namespace meltstage::chip {
 
 namespace {
 constexpr std::uint16_t kMsClocks = spec::kClkHz / 1000;
-constexpr std::uint16_t kMsLast = kMsClocks - 1;
+constexpr std::uint16_t kTestMsClocks = kMsClocks / spec::kTestSpeedup;
 constexpr std::uint8_t kTenthLast = 99;
 // Parts of a tick's work, as served_q collects them.
 constexpr std::uint8_t kSampled = 1, kShown = 2, kComputed = 4, kServed = 7;
+
+// Clocks of a millisecond. In test mode it is shorter, and each ends a tenth of a second.
+std::uint16_t ms_clocks(const SysctrlIn& in) { return in.test_mode ? kTestMsClocks : kMsClocks; }
+bool tenth_last(const Sysctrl& s, const SysctrlIn& in) { return s.tenth_cnt_q == kTenthLast || in.test_mode; }
 
 std::uint8_t next_state(const Sysctrl& s, const SysctrlIn& in) {
   // cmd_valid falls one clock after cmd_done_q: the command just carried out must not start again.
@@ -93,33 +97,34 @@ void Sysctrl::step(const SysctrlIn& in) {
   state_q = state_d;
 
   // Time base.
-  tenth_q = ms_q != 0 && tenth_cnt_q == kTenthLast;
-  if (ms_q != 0) tenth_cnt_q = tenth_cnt_q == kTenthLast ? 0 : (tenth_cnt_q + 1) & 0x7F;
-  ms_q = ms_cnt_q == kMsLast;
-  ms_cnt_q = ms_cnt_q == kMsLast ? 0 : (ms_cnt_q + 1) & 0x3FFF;
+  const bool last = tenth_last(*this, in);
+  tenth_q = ms_q != 0 && last;
+  if (ms_q != 0) tenth_cnt_q = last ? 0 : (tenth_cnt_q + 1) & 0x7F;
+  ms_q = ms_cnt_q == ms_clocks(in) - 1;
+  ms_cnt_q = ms_q != 0 ? 0 : (ms_cnt_q + 1) & 0x3FFF;
 }
 
-std::uint64_t Sysctrl::clocks_to_ms() const { return ms_q != 0 ? 0 : kMsClocks - ms_cnt_q; }
+std::uint64_t Sysctrl::clocks_to_ms(const SysctrlIn& in) const { return ms_q != 0 ? 0 : ms_clocks(in) - ms_cnt_q; }
 
 std::uint64_t Sysctrl::quiet(const SysctrlIn& in) const {
   const bool pulses = (tenth_q | overrun_q | cmd_done_q | commit_q | tick_q | sens_start_q | tlm_start_q |
                        algor_start_q | pwm_load_q) != 0;
   const bool settles =
       (state_q == spec::kStIdle && (tick_pend_q != 0 || served_q != kServed)) || (in.tlm_period == 0 && (tlm_cnt_q | tlm_due_q) != 0);
-  if (pulses || settles || ms_cnt_q > kMsLast || next_state(*this, in) != state_q) return 0;
+  if (pulses || settles || ms_cnt_q >= ms_clocks(in) || next_state(*this, in) != state_q) return 0;
   // Milliseconds that only count: the next one is a control tick or ends a tenth of a second.
   const int until_tick = in.ts - 1 - ts_cnt_q;
-  const int until_tenth = kTenthLast - tenth_cnt_q;
+  const int until_tenth = in.test_mode ? 0 : kTenthLast - tenth_cnt_q;
   const int harmless = until_tick < until_tenth ? until_tick : until_tenth;
-  return harmless <= 0 ? clocks_to_ms()
-                       : static_cast<std::uint64_t>(harmless - (ms_q != 0 ? 1 : 0)) * kMsClocks +
-                             (kMsClocks - ms_cnt_q);
+  return harmless <= 0 ? clocks_to_ms(in)
+                       : static_cast<std::uint64_t>(harmless - (ms_q != 0 ? 1 : 0)) * ms_clocks(in) +
+                             (ms_clocks(in) - ms_cnt_q);
 }
 
-void Sysctrl::skip(std::uint64_t clocks) {
+void Sysctrl::skip(const SysctrlIn& in, std::uint64_t clocks) {
   const std::uint64_t sum = ms_cnt_q + clocks;
-  const std::uint64_t begun = sum / kMsClocks;
-  ms_cnt_q = static_cast<std::uint16_t>(sum % kMsClocks);
+  const std::uint64_t begun = sum / ms_clocks(in);
+  ms_cnt_q = static_cast<std::uint16_t>(sum % ms_clocks(in));
   const std::uint8_t seen_next = ms_cnt_q == 0 ? 1 : 0;  // clocks > 0: the last one has ended a millisecond
   const auto seen = static_cast<std::uint16_t>(begun + ms_q - seen_next);
   ms_q = seen_next;

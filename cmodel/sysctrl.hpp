@@ -31,6 +31,7 @@ namespace meltstage::chip {
   X(std::uint8_t, pwm_load_q, 1, 0)
 
 struct SysctrlIn {
+  bool test_mode = false;    // short times, for tests
   std::uint16_t ts;          // ms
   std::uint16_t tlm_period;  // 0.1 s, 0 = off
   bool cmd_valid;
@@ -47,9 +48,9 @@ struct Sysctrl {
 
   void step(const SysctrlIn& in);
   std::uint64_t quiet(const SysctrlIn& in) const;
-  void skip(std::uint64_t clocks);
+  void skip(const SysctrlIn& in, std::uint64_t clocks);
   // Clocks before the one that sees the next millisecond.
-  std::uint64_t clocks_to_ms() const;
+  std::uint64_t clocks_to_ms(const SysctrlIn& in) const;
 
   bool decode() const { return state_q == spec::kStCmdDecode; }
   bool extract() const { return state_q == spec::kStExtrParam; }

@@ -17,6 +17,7 @@ module tc_sysctrl #(
   input  logic [4:0]  upset_i,
 `endif
 
+  input  logic        test_mode_i,     // short times, for tests
   input  logic [15:0] ts_i,            // control period, ms
   input  logic [15:0] tlm_period_i,    // 0.1 s, 0 = off
 
@@ -47,6 +48,7 @@ module tc_sysctrl #(
 );
 
   localparam logic [13:0] MsLast = 14'(MsClocks - 1);
+  localparam logic [13:0] TestMsLast = MsClocks > tc_pkg::TestSpeedup ? 14'(MsClocks / tc_pkg::TestSpeedup - 1) : 14'd0;
 
   logic [4:0]  state_q, state_d;
   logic [2:0]  served_q;               // parts of the tick's work done: sample, display, duty
@@ -97,6 +99,11 @@ module tc_sysctrl #(
     endcase
   end
 
+  // In test mode a millisecond is TestSpeedup times shorter, and each ends a tenth of a second.
+  logic ms_last, tenth_last;
+  assign ms_last    = ms_cnt_q == (test_mode_i ? TestMsLast : MsLast);
+  assign tenth_last = tenth_cnt_q == 7'd99 || test_mode_i;
+
   localparam logic [2:0] Served = 3'b111;
 
   logic to_read, to_ready, ts_wrap, tlm_wrap, sampled, computed, disordered;
@@ -136,10 +143,10 @@ module tc_sysctrl #(
 `endif
 
       // Time base.
-      ms_cnt_q <= ms_cnt_q == MsLast ? 14'd0 : ms_cnt_q + 14'd1;
-      ms_q     <= ms_cnt_q == MsLast;
-      if (ms_q) tenth_cnt_q <= tenth_cnt_q == 7'd99 ? 7'd0 : tenth_cnt_q + 7'd1;
-      tenth_q <= ms_q && tenth_cnt_q == 7'd99;
+      ms_cnt_q <= ms_last ? 14'd0 : ms_cnt_q + 14'd1;
+      ms_q     <= ms_last;
+      if (ms_q) tenth_cnt_q <= tenth_last ? 7'd0 : tenth_cnt_q + 7'd1;
+      tenth_q <= ms_q && tenth_last;
 
       // Control tick. Before the first command nothing is due, so nothing can be late.
       if (ms_q) ts_cnt_q <= ts_wrap ? 11'd0 : ts_cnt_q + 11'd1;

@@ -128,7 +128,7 @@ module tc_top #(
   );
 
   tc_sysctrl #(.MsClocks(MsClocks)) u_sysctrl (
-    .clk_i, .rst_ni(rst_n),
+    .clk_i, .rst_ni(rst_n), .test_mode_i,
     .ts_i(params.ts), .tlm_period_i(params.tlm_period),
     .cmd_valid_i(cmd_valid), .decoded_i(decoded), .writes_i(writes), .last_i(last), .pending_i(pending),
     .sens_done_i(sens_done), .algor_done_i(algor_done),

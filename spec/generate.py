@@ -5,8 +5,10 @@
 Usage: generate.py [--check] [--out DIR]    (DIR: project root, default the parent of this file's folder)
 """
 import argparse
+import functools
 import json
 import math
+import operator
 import pathlib
 import sys
 import tomllib
@@ -17,6 +19,7 @@ import jinja2
 SPEC = pathlib.Path(__file__).resolve().parent
 HOLDING_BASE = 0x100
 SECDED_DATA_BITS = 16
+SECDED_CHECK_BITS = 6
 
 # template -> file written, relative to the project root
 OUTPUTS = {
@@ -56,6 +59,19 @@ def hsiao_columns() -> list[int]:
     return [word for word in range(64) if bin(word).count("1") == 3][:SECDED_DATA_BITS]
 
 
+def code_words() -> list[int]:
+    """Of each data word its code word, check bits above the data."""
+    words = [0]
+    for bit, column in enumerate(hsiao_columns()):
+        words += [word ^ (column << SECDED_DATA_BITS | 1 << bit) for word in words]
+    return words
+
+
+def stored_bits(words: list[int], low: int, high: int) -> int:
+    """Mask of the bits that are 1 in the code word of any value low..high."""
+    return functools.reduce(operator.or_, (words[value & 0xFFFF] for value in range(low, high + 1)))
+
+
 def finish_registers(spec: dict) -> None:
     for space, base in (("input", 0), ("holding", HOLDING_BASE)):
         for index, reg in enumerate(spec[space]):
@@ -66,7 +82,9 @@ def finish_registers(spec: dict) -> None:
             reg["signed"] = reg["type"] == "s"
             if "bits" in reg:
                 reg["doc"] = "Bits: " + ", ".join(f"{i} {name}" for i, name in enumerate(reg["bits"])) + "."
+    words = code_words()
     for reg in spec["holding"]:
+        reg["stored"] = stored_bits(words, reg["min"], reg["max"]) if reg["index"] else 0
         if not reg["min"] <= reg["reset"] <= reg["max"]:
             raise SpecError(f"registers.toml: {reg['name']}: reset {reg['reset']} is outside {reg['min']}..{reg['max']}")
         reg["min_word"], reg["max_word"], reg["reset_word"] = (reg[k] & 0xFFFF for k in ("min", "max", "reset"))
@@ -137,7 +155,7 @@ def load() -> dict:
     spec["map_rows"] = map_rows(spec)
     spec["map_crc"] = crc16_modbus(json.dumps(spec["map_rows"], sort_keys=True).encode())
     spec["secded_columns"] = hsiao_columns()
-    spec["secded_rows"] = [sum(1 << bit for bit, col in enumerate(spec["secded_columns"]) if col >> row & 1) for row in range(6)]
+    spec["secded_rows"] = [sum(1 << bit for bit, col in enumerate(spec["secded_columns"]) if col >> row & 1) for row in range(SECDED_CHECK_BITS)]
     return spec
 
 

@@ -16,7 +16,7 @@ vectors::Header chip_pin_header(std::string origin) {
   };
   for (const char* name : {"rst_ni", "uart_rx_i"}) add(name, vectors::Direction::in, 1);
   add("addr_strap_i", vectors::Direction::in, 3);
-  for (const char* name : {"spi_miso_i", "heater_fb_i", "inhibit_i", "drop_i"})
+  for (const char* name : {"spi_miso_i", "heater_fb_i", "inhibit_i", "drop_i", "test_mode_i"})
     add(name, vectors::Direction::in, 1);
   for (const char* name : {"uart_tx_o", "uart_de_o", "tlm_tx_o", "spi_sclk_o", "spi_cs_no", "spi_mosi_o",
                            "heater_o", "safe_en_o", "fault_no", "at_temp_o"})
@@ -33,6 +33,7 @@ chip::Inputs inputs_of(std::span<const std::uint64_t> pins) {
   in.heater_fb = pins[kPinHeaterFb] != 0;
   in.inhibit = pins[kPinInhibit] != 0;
   in.drop = pins[kPinDrop] != 0;
+  in.test_mode = pins[kPinTestMode] != 0;
   return in;
 }
 
@@ -52,9 +53,9 @@ chip::Outputs outputs_of(std::span<const std::uint64_t> pins) {
 }
 
 std::array<std::uint64_t, kChipPinCount> pin_levels(const chip::Inputs& in, const chip::Outputs& out) {
-  return {in.rst_n,     in.uart_rx,  in.addr_strap, in.spi_miso, in.heater_fb, in.inhibit,
-          in.drop,      out.uart_tx, out.uart_de,   out.tlm_tx,  out.spi_sclk, out.spi_cs_n,
-          out.spi_mosi, out.heater,  out.safe_en,   out.fault_n, out.at_temp};
+  return {in.rst_n,     in.uart_rx,   in.addr_strap, in.spi_miso, in.heater_fb,  in.inhibit,
+          in.drop,      in.test_mode, out.uart_tx,   out.uart_de, out.tlm_tx,    out.spi_sclk,
+          out.spi_cs_n, out.spi_mosi, out.heater,    out.safe_en, out.fault_n,   out.at_temp};
 }
 
 std::string output_difference(const chip::Outputs& recorded, const chip::Outputs& chip) {

@@ -21,6 +21,7 @@ enum ChipPin : std::uint32_t {
   kPinHeaterFb,
   kPinInhibit,
   kPinDrop,
+  kPinTestMode,
   kPinUartTx,  // first output
   kPinUartDe,
   kPinTlmTx,

@@ -18,7 +18,7 @@ constexpr std::uint64_t kWaveClocks = 20'000;  // clocks before a mismatch that 
 constexpr std::size_t kShownDifferences = 12;
 
 // Pin indices of the stimulus recording, in the order of input_header.
-enum InputPin : std::uint32_t { kRstN, kUartRx, kAddrStrap, kSpiMiso, kHeaterFb, kInhibit, kDrop };
+enum InputPin : std::uint32_t { kRstN, kUartRx, kAddrStrap, kSpiMiso, kHeaterFb, kInhibit, kDrop, kTestMode };
 
 chip::Inputs inputs_at(const vectors::Cursor& cursor) {
   return {.rst_n = cursor.value(kRstN) != 0,
@@ -27,7 +27,8 @@ chip::Inputs inputs_at(const vectors::Cursor& cursor) {
           .spi_miso = cursor.value(kSpiMiso) != 0,
           .heater_fb = cursor.value(kHeaterFb) != 0,
           .inhibit = cursor.value(kInhibit) != 0,
-          .drop = cursor.value(kDrop) != 0};
+          .drop = cursor.value(kDrop) != 0,
+          .test_mode = cursor.value(kTestMode) != 0};
 }
 
 struct PinDifference {
@@ -61,7 +62,7 @@ vectors::Header input_header(const RunIdentity& identity) {
     return vectors::Pin{name, vectors::Direction::in, width, "chip"};
   };
   return {.pins = {pin("rst_ni", 1), pin("uart_rx_i", 1), pin("addr_strap_i", 3), pin("spi_miso_i", 1),
-                   pin("heater_fb_i", 1), pin("inhibit_i", 1), pin("drop_i", 1)},
+                   pin("heater_fb_i", 1), pin("inhibit_i", 1), pin("drop_i", 1), pin("test_mode_i", 1)},
           .clock_hz = chip::spec::kClkHz,
           .origin = fmt::format("lockstep test={} seed={:#x}", identity.test, identity.seed),
           .meta = {{"command", identity.repeat_command}}};
@@ -89,6 +90,7 @@ void Lockstep::record(const chip::Inputs& in) {
   recorder_.set(kHeaterFb, in.heater_fb);
   recorder_.set(kInhibit, in.inhibit);
   recorder_.set(kDrop, in.drop);
+  recorder_.set(kTestMode, in.test_mode);
   recorder_.commit(cycle_);
 }
 

@@ -2,6 +2,7 @@
 #include "tb/upset.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <type_traits>
 
@@ -13,13 +14,14 @@ namespace {
 #define TC_QUOTE(x) #x
 #define TC_TEXT(x) TC_QUOTE(x)
 
-// f(block, name, word, value, width) for each flop, an array's words one by one. Word 0 of the parameter memory does not exist.
+// f(block, name, word, value, bits) for each flop, an array's words one by one; `bits` is the mask of those that exist.
 template <class Model, class F>
 void visit_flops(Model& model, F&& f) {
-#define TC_FLOP(type, name, width, reset) f(TC_TEXT(TC_INSTANCE), #name, 0u, model.TC_MEMBER.name, width);
-#define TC_ARRAY(type, name, count, width)                                       \
-  for (unsigned word = std::is_same_v<decltype(model.TC_MEMBER), Mem> ? 1 : 0; word < count; ++word) \
-    f(TC_TEXT(TC_INSTANCE), #name, word, model.TC_MEMBER.name[word], width);
+#define TC_FLOP(type, name, width, reset) f(TC_TEXT(TC_INSTANCE), #name, 0u, model.TC_MEMBER.name, ~std::uint64_t{0} >> (64 - width));
+#define TC_ARRAY(type, name, count, width)                                                 \
+  for (unsigned word = 0; word < count; ++word)                                            \
+    f(TC_TEXT(TC_INSTANCE), #name, word, model.TC_MEMBER.name[word],                       \
+      std::uint64_t{array_flops<std::remove_cvref_t<decltype(model.TC_MEMBER)>>(word, width)});
 #include "cmodel/for_each_flop.inc"
 }
 
@@ -53,8 +55,9 @@ const std::vector<FlopBit>& flop_bits() {
   static const std::vector<FlopBit> bits = [] {
     std::vector<FlopBit> list;
     const chip::Chip chip;
-    chip::visit_flops(chip, [&](const char* instance, const char* name, unsigned word, const auto&, unsigned width) {
-      for (unsigned bit = 0; bit < width; ++bit) list.push_back({block_of(instance), name, word, bit});
+    chip::visit_flops(chip, [&](const char* instance, const char* name, unsigned word, const auto&, std::uint64_t present) {
+      for (; present != 0; present &= present - 1)
+        list.push_back({block_of(instance), name, word, static_cast<unsigned>(std::countr_zero(present))});
     });
     return list;
   }();
@@ -63,14 +66,16 @@ const std::vector<FlopBit>& flop_bits() {
 
 void invert_flop_bit(chip::Chip& chip, std::size_t number) {
   std::size_t left = number;
-  chip::visit_flops(chip, [&]<class T>(const char*, const char*, unsigned, T& value, unsigned width) {
-    if (left < width) {
+  chip::visit_flops(chip, [&]<class T>(const char*, const char*, unsigned, T& value, std::uint64_t bits) {
+    const std::size_t count = static_cast<std::size_t>(std::popcount(bits));
+    if (left < count) {
+      for (; left != 0; --left) bits &= bits - 1;
+      const std::uint64_t lowest = bits & (~bits + 1);
       // The highest bit of a signed flop is its sign, extended in the model.
-      const bool sign = std::is_signed_v<T> && left == width - 1;
-      const std::uint64_t mask = sign ? ~std::uint64_t{0} << left : std::uint64_t{1} << left;
-      value = static_cast<T>(static_cast<std::uint64_t>(value) ^ mask);
+      const bool sign = std::is_signed_v<T> && bits == lowest;
+      value = static_cast<T>(static_cast<std::uint64_t>(value) ^ (sign ? ~(lowest - 1) : lowest));
     }
-    left -= width;  // wraps past the flop that was meant, and then never fits again
+    left -= count;  // wraps past the flop that was meant, and then never fits again
   });
   chip.mem.refresh_params();
 }
@@ -202,12 +207,12 @@ UpsetStudy::Result UpsetStudy::strike(const Strike& what) const {
 
 bool different(const chip::Chip& a, const chip::Chip& b) {
   std::vector<std::uint64_t> values;
-  chip::visit_flops(a, [&](const char*, const char*, unsigned, const auto& value, unsigned) {
+  chip::visit_flops(a, [&](const char*, const char*, unsigned, const auto& value, std::uint64_t) {
     values.push_back(static_cast<std::uint64_t>(value));
   });
   std::size_t i = 0;
   bool differ = false;
-  chip::visit_flops(b, [&](const char*, const char*, unsigned, const auto& value, unsigned) {
+  chip::visit_flops(b, [&](const char*, const char*, unsigned, const auto& value, std::uint64_t) {
     differ = differ || values[i++] != static_cast<std::uint64_t>(value);
   });
   return differ;

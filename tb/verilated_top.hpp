@@ -77,12 +77,12 @@ std::vector<FlopDifference> list_differences(const Root& root, const chip::Chip&
 }
 
 template <class Root>
-unsigned count_bits(const Root& root) {
-  const chip::Chip model;
+unsigned count_bits(const Root&) {
   std::size_t total = 0;
 #define TC_FLOP(type, name, width, reset) total += width;
-#define TC_ARRAY(type, name, count, width) \
-  total += static_cast<std::size_t>(width) * (count - words_before(model.TC_MEMBER.name, TC_ROOT(name)));
+#define TC_ARRAY(type, name, count, width)     \
+  for (unsigned word = 0; word < count; ++word) \
+    total += std::popcount(chip::array_flops<decltype(chip::Chip::TC_MEMBER)>(word, width));
 #include "cmodel/for_each_flop.inc"
   return static_cast<unsigned>(total);
 }
@@ -132,7 +132,6 @@ template <class Top>
 class VerilatedTop : public VerilatedRtl {
  public:
   VerilatedTop() : top_(&context_) {
-    top_.test_mode_i = 0;
     top_.scan_en_i = 0;
     top_.scan_i = 0;
     apply({.rst_n = false});
@@ -195,6 +194,7 @@ class VerilatedTop : public VerilatedRtl {
     top_.heater_fb_i = in.heater_fb;
     top_.inhibit_i = in.inhibit;
     top_.drop_i = in.drop;
+    top_.test_mode_i = in.test_mode;
     if (!in.rst_n) top_.eval();  // asynchronous: acts before the clock edge
   }
 

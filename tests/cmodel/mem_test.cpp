@@ -19,6 +19,8 @@ void write(Mem& mem, unsigned index, std::uint16_t value) {
   mem.step({.wr = true, .wr_index = static_cast<std::uint8_t>(index), .wr_data = value});
 }
 
+std::uint16_t data_bits(unsigned index) { return static_cast<std::uint16_t>(spec::kHolding[index].stored); }
+
 // A whole pass; returns its clocks.
 unsigned scrub(Mem& mem) {
   mem.step({.scrub_start = true});
@@ -75,7 +77,7 @@ TEST(Mem, ResetHoldsTheResetValuesInBothSets) {
 TEST(Mem, WriteReachesTheStagedSetAlone) {
   for (unsigned i = 1; i <= kWords; ++i) {
     Mem mem;
-    const std::uint16_t value = static_cast<std::uint16_t>(mem.rd_data(i) ^ 0xA5C3u);
+    const std::uint16_t value = static_cast<std::uint16_t>(mem.rd_data(i) ^ (0xA5C3u & data_bits(i)));
     write(mem, i, value);
     EXPECT_EQ(mem.rd_data(i), value);
     for (unsigned k = 1; k <= kWords; ++k) {
@@ -94,6 +96,22 @@ TEST(Mem, CmdAndIndicesBeyondTheMapAreNotStored) {
     EXPECT_EQ(mem.rd_data(i), 0);
   }
   EXPECT_EQ(mem.staged_q, staged);
+}
+
+TEST(Mem, AWordHasTheBitsThatItsRangeNeeds) {
+  unsigned bits = 0;
+  for (unsigned i = 1; i <= kWords; ++i) {
+    const spec::RegisterInfo& r = spec::kHolding[i];
+    std::uint32_t needed = 0;
+    for (std::int32_t value = r.min; value <= r.max; ++value) needed |= secded_encode(static_cast<std::uint16_t>(value));
+    EXPECT_EQ(r.stored, needed) << r.name;
+    bits += static_cast<unsigned>(std::popcount(r.stored));
+    Mem mem;
+    write(mem, i, 0xFFFF);
+    EXPECT_EQ(mem.staged_q[i] & ~r.stored, 0u) << r.name;
+  }
+  EXPECT_LT(bits, kWords * 22);
+  EXPECT_EQ(spec::kHolding[0].stored, 0u);
 }
 
 TEST(Mem, CommitTakesAllWritesAtOnce) {
@@ -144,10 +162,11 @@ TEST(Mem, PassTakesOneClockAWordAndChangesNoCleanWord) {
 TEST(Mem, PassCorrectsEverySingleFlipOfBothSets) {
   for (unsigned i = 1; i <= kWords; ++i) {
     for (unsigned bit = 0; bit < 22; ++bit) {
+      if ((spec::kHolding[i].stored >> bit & 1) == 0) continue;
       Mem mem;
       const Mem before = mem;
       mem.staged_q[i] ^= 1u << bit;
-      mem.active_q[i] ^= 1u << (21 - bit);
+      mem.active_q[i] ^= std::bit_floor(spec::kHolding[i].stored & ~(1u << bit));
       mem.refresh_params();
       scrub(mem);
       ASSERT_EQ(mem.staged_q, before.staged_q);

@@ -103,6 +103,19 @@ TEST(Sysctrl, MillisecondAndTenth) {
   EXPECT_EQ(b.until(b.s.tenth_q), 100 * kMs);
 }
 
+TEST(Sysctrl, TestModeShortensMillisecondAndTenth) {
+  Bench b;
+  b.run(5 * kMs + 7000);  // beyond a short millisecond: the count runs on to its end and then is short
+  b.in.test_mode = true;
+  b.until(b.s.ms_q);
+  EXPECT_EQ(b.until(b.s.ms_q), kMs / spec::kTestSpeedup);
+  b.until(b.s.tenth_q);
+  EXPECT_EQ(b.until(b.s.tenth_q), kMs / spec::kTestSpeedup);
+  b.in.test_mode = false;
+  b.until(b.s.tenth_q);
+  EXPECT_EQ(b.until(b.s.tenth_q), 100 * kMs);
+}
+
 class SysctrlTick : public testing::TestWithParam<std::uint16_t> {};
 
 TEST_P(SysctrlTick, ComesEveryTs) {

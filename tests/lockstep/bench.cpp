@@ -190,6 +190,8 @@ constexpr Point kPoints[] = {
     {"late tick", [](const Moment& m) { return m.now.sysctrl.overrun_q != 0; }},
     {"prescaler while heating", [](const Moment& m) { return m.out.heater && m.now.pwmc.prescale_q != 0; }},
     {"PWM period below 2", [](const Moment& m) { return m.param(spec::kRegPwmPeriod) < 2; }},
+    {"test mode while heating", [](const Moment& m) { return m.in.test_mode && m.heating() && m.now.sysctrl.tenth_q != 0; }},
+    {"reset in test mode", [](const Moment& m) { return m.resets() && m.in.test_mode; }},
     {"reset", [](const Moment& m) { return m.resets(); }},
     {"reset while heating", [](const Moment& m) { return m.resets() && m.before.heating; }},
     {"reset while answering", [](const Moment& m) { return m.resets() && m.before.answering; }},
@@ -361,7 +363,7 @@ void Bench::hash_pins() {
   const unsigned pins = static_cast<unsigned>(in_.rst_n) | static_cast<unsigned>(in_.uart_rx) << 1 |
                         static_cast<unsigned>(in_.spi_miso) << 2 | static_cast<unsigned>(in_.heater_fb) << 3 |
                         static_cast<unsigned>(in_.inhibit) << 4 | static_cast<unsigned>(in_.addr_strap) << 5 |
-                        static_cast<unsigned>(in_.drop) << 8;
+                        static_cast<unsigned>(in_.drop) << 8 | static_cast<unsigned>(in_.test_mode) << 9;
   hash_ = (hash_ ^ pins) * 0x100000001b3U;
   hash_ = (hash_ ^ cycle_) * 0x100000001b3U;
 }
@@ -390,6 +392,7 @@ chip::Outputs Bench::clock() {
   in_.rst_n = !world.reset;
   in_.inhibit = world.inhibit;
   in_.drop = world.drop;
+  in_.test_mode = world.test_mode;
   in_.addr_strap = world.addr_strap;
   in_.heater_fb = world.feedback == Feedback::Follows ? out_.heater : world.feedback == Feedback::StuckHigh;
   in_.spi_miso = sensor_->step(cycle_, out_.spi_cs_n, out_.spi_sclk, out_.spi_mosi);

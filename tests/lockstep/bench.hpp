@@ -113,6 +113,7 @@ struct World {
   Feedback feedback = Feedback::Follows;
   bool inhibit = false;
   bool drop = false;
+  bool test_mode = false;
   bool reset = false;
   std::uint8_t addr_strap = 0;
 };

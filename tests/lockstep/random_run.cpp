@@ -28,8 +28,9 @@ struct Chances {
         time(stream(seed, "time")),
         reset(stream(seed, "reset")),
         upset(stream(seed, "upset")),
-        flip(stream(seed, "flip")) {}
-  Rng host, line, sensor, inhibit, drop, plant, time, reset, upset, flip;
+        flip(stream(seed, "flip")),
+        test_mode(stream(seed, "test-mode")) {}
+  Rng host, line, sensor, inhibit, drop, plant, time, reset, upset, flip, test_mode;
 };
 
 // ---- What the seeds are about ----------------------------------------------------------------------------
@@ -470,7 +471,8 @@ class Flips {
     const bool period = reg == spec::kRegPwmPeriod;
     const std::uint32_t second =
         !one_in(rng_, period ? 2 : 12) ? 0u : 1u << (period ? 16 + rng_.below(6) : rng_.below(22));
-    const std::uint32_t mask = 1u << rng_.below(one_in(rng_, 2) ? 2 : 22) | second;
+    const std::uint32_t mask =
+        (1u << rng_.below(one_in(rng_, 2) ? 2 : 22) | second) & spec::kHolding[reg].stored;
     const bool staged = one_in(rng_, 2);
     if (second != 0 && !sound_) sound_ = bench_.model().mem;
     bench_.poke([&](chip::Chip& chip) {
@@ -706,6 +708,11 @@ void befall_trigger(Rng& rng, Bench& bench) {
   if (one_in(rng, 6)) bench.world.drop = !bench.world.drop;
 }
 
+void befall_test_mode(Rng& rng, Bench& bench) {
+  if (one_in(rng, bench.model().guard.run_q != 0 ? 100 : 1'000)) bench.world.test_mode = true;
+  if (one_in(rng, 8)) bench.world.test_mode = false;
+}
+
 void befall_state(Rng& rng, Bench& bench, const Kind& kind) {
   if (!one_in(rng, kind.recovers ? 2'000 : 500)) return;
   bench.poke(
@@ -717,7 +724,7 @@ void hurry_tuning(Rng& rng, Bench& bench) {
   if (bench.model().atune.phase_q != chip::kTuneCycle) return;
   if (one_in(rng, 30)) bench.poke([](chip::Chip& c) { c.atune.cycles_q = spec::kTuneAdaptCycles - 1; });
   if (one_in(rng, 15)) bench.poke([](chip::Chip& c) { c.atune.cycles_q = spec::kTuneCycles - 1; });
-  if (one_in(rng, 60)) bench.poke([](chip::Chip& c) { c.atune.limit_q = spec::kTuneLimit - 1; });
+  if (one_in(rng, 30)) bench.poke([](chip::Chip& c) { c.atune.limit_q = spec::kTuneLimit - 1; });
 }
 
 void befall_time(Rng& rng, Bench& bench) {
@@ -734,6 +741,7 @@ void befall(Chances& chance, Bench& bench, const Kind& kind, std::size_t part) {
   befall_sensor(chance.sensor, bench, kind);
   befall_switch(chance.inhibit, bench);
   befall_trigger(chance.drop, bench);
+  befall_test_mode(chance.test_mode, bench);
   befall_state(chance.upset, bench, kind);
   if (kind.any_sensor && one_in(chance.sensor, 12)) {
     const Settings settings = sensor_settings(chance.sensor, part);

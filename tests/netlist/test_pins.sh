@@ -13,11 +13,11 @@ pins='test_mode_i scan_en_i scan_i'
 elaborate() {
   local whole=
   for file in $files; do
-    case $file in tc_top.sv | tc_mem.sv | tc_rst_sync.sv | tc_sync.sv | tc_properties.sv | tc_uart_judge.sv | *_pkg.sv) continue ;; esac
+    case $file in tc_top.sv | tc_mem.sv | tc_sysctrl.sv | tc_rst_sync.sv | tc_sync.sv | tc_properties.sv | tc_uart_judge.sv | *_pkg.sv) continue ;; esac
     ! grep -qE 'scan_|test_mode' "$1/$file" || { echo "test_pins.sh: $file has test pins; let the proof look into it"; exit 1; }
     whole+=" *${file%.sv}*"
   done
-  (cd "$1" && yosys -q -p "read_verilog -sv -DSYNTHESIS -I. $(echo $files); hierarchy -check -top tc_top; blackbox$whole; proc; flatten; opt_clean
+  (cd "$1" && yosys -q -p "read_verilog -sv -DSYNTHESIS -I. $(echo $files); hierarchy -check -top tc_top; blackbox$whole; proc; flatten; memory_map; opt_clean
     simplemap; techmap; simplemap; opt_clean; dfflegalize -cell \$_DFF_PN0_ 01 -cell \$_DFF_PN1_ 01; opt_clean
     splitnets -ports -format _; setattr -set named 1 w:*_q*; $3; write_json $work/$2.json")
 }
@@ -32,6 +32,7 @@ change() {
 # Without the pins: they lead nowhere, which Yosys confirms.
 change rtl_without tc_rst_sync.sv 's/test_mode_i ? rst_ni : out_q/out_q/'
 sed -i 's/ *|| scan_en_i//' "$work/rtl_without/tc_mem.sv"
+sed -i 's/test_mode_i ? TestMsLast : MsLast/MsLast/; s/ || test_mode_i;/;/' "$work/rtl_without/tc_sysctrl.sv"
 elaborate "$work/rtl_without" without "select -assert-none w:test_mode_i w:scan_en_i w:scan_i_* %u %u %co1 c:* %i"
 elaborate "$rtl" chip ""
 prove chip
@@ -48,6 +49,7 @@ while IFS=$'\t' read -r name file edit; do
   echo "refused: $name"
 done <<'EOT'
 bypass_always	tc_rst_sync.sv	s/test_mode_i ? rst_ni : out_q/test_mode_i ? out_q : rst_ni/
+times_short	tc_sysctrl.sv	s/7'd99 || test_mode_i/7'd99 || !test_mode_i/
 words_open	tc_mem.sv	s/= (scrub_step || scan_en_i)/= (scrub_step || !scan_en_i)/
 chain_into_pin	tc_top.sv	s/{drop_i, inhibit_i/{drop_i ^ scan_i[0], inhibit_i/
 EOT

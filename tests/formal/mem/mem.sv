@@ -57,6 +57,9 @@ module mem #(
     .scrub_busy_o(busy), .bad_o(bad), .corrected_o(corrected)
   );
 
+  // PARAMC lets nothing through that the register's range does not need.
+  always_comb assume (!wr_i || wr_index_i != Word || (tc_math_pkg::secded_encode(wr_data_i) & ~tc_pkg::reg_stored(Word)) == 22'd0);
+
   logic        fresh_q;             // no clock since reset: the words hold their reset values
   logic [15:0] staged_q, active_q, staged_ref, active_ref;
   assign staged_ref = fresh_q ? tc_pkg::reg_reset(Word) : staged_q;

@@ -9,6 +9,7 @@ module formal_sysctrl (
   input logic        clk_i,
   input logic        reset_i,
   input logic [4:0]  upset_i,
+  input logic        test_mode_i,
   input logic [15:0] ts_i,
   input logic [15:0] tlm_period_i,
   input logic        cmd_valid_i,
@@ -29,9 +30,9 @@ module formal_sysctrl (
   logic decode, extract, write, cmd_done, commit, tick, sens_start, display, tlm_start, algor_start, pwm_load;
   logic illegal, overrun, ms, tenth;
 
-  // A short time base brings the ticks within reach; nothing proved depends on its length.
+  // A short time base brings the ticks within reach; nothing proved depends on its length, or on its being shortened for tests.
   tc_sysctrl #(.MsClocks(2)) u_sysctrl (
-    .clk_i, .rst_ni, .upset_i, .ts_i, .tlm_period_i, .cmd_valid_i, .decoded_i, .writes_i, .last_i, .pending_i, .sens_done_i,
+    .clk_i, .rst_ni, .upset_i, .test_mode_i, .ts_i, .tlm_period_i, .cmd_valid_i, .decoded_i, .writes_i, .last_i, .pending_i, .sens_done_i,
     .algor_done_i, .state_o(state), .decode_o(decode), .extract_o(extract), .write_o(write), .cmd_done_o(cmd_done),
     .commit_o(commit), .tick_o(tick), .sens_start_o(sens_start), .display_o(display), .tlm_start_o(tlm_start),
     .algor_start_o(algor_start), .pwm_load_o(pwm_load), .illegal_o(illegal), .overrun_o(overrun), .ms_o(ms), .tenth_o(tenth)
