@@ -48,17 +48,19 @@ module mem #(
   tc_pkg::params_t params;
   assign upset = upset_i && clean_q;
 
+  // PARAMC lets nothing through that the register's range does not need.
+  localparam logic [21:0] Stored = tc_pkg::reg_stored(Word);
+  logic [15:0] wr_data;
+  assign wr_data = wr_index_i == Word ? wr_data_i & Stored[15:0] : wr_data_i;
+
   tc_mem u_mem (
-    .clk_i, .rst_ni, .scan_en_i(1'b0), .wr_i, .wr_index_i, .wr_data_i, .commit_i, .discard_i, .scrub_start_i,
+    .clk_i, .rst_ni, .scan_en_i(1'b0), .wr_i, .wr_index_i, .wr_data_i(wr_data), .commit_i, .discard_i, .scrub_start_i,
     .rd_index_i(Word), .rd_data_o(rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
     .upset_index_i(Word), .upset_staged_i(upset ? one_bit(upset_staged_i) : 22'd0),
     .upset_active_i(upset ? one_bit(upset_active_i) : 22'd0),
     .upset_staged_o(staged), .upset_active_o(active), .upset_scrub_index_o(scrub_index),
     .scrub_busy_o(busy), .bad_o(bad), .corrected_o(corrected)
   );
-
-  // PARAMC lets nothing through that the register's range does not need.
-  always_comb assume (!wr_i || wr_index_i != Word || (tc_math_pkg::secded_encode(wr_data_i) & ~tc_pkg::reg_stored(Word)) == 22'd0);
 
   logic        fresh_q;             // no clock since reset: the words hold their reset values
   logic [15:0] staged_q, active_q, staged_ref, active_ref;
@@ -74,7 +76,7 @@ module mem #(
       pass_q <= 1'b0;
     end else begin
       fresh_q <= 1'b0;
-      if (wr_i && wr_index_i == Word) staged_q <= wr_data_i;
+      if (wr_i && wr_index_i == Word) staged_q <= wr_data;
       else if (discard_i && !commit_i) staged_q <= active_ref;
       else staged_q <= staged_ref;
       active_q <= commit_i ? staged_ref : active_ref;
@@ -95,6 +97,7 @@ module mem #(
   logic [21:0] wrong_staged, wrong_active;
   assign wrong_staged = staged ^ tc_math_pkg::secded_encode(staged_ref);
   assign wrong_active = active ^ tc_math_pkg::secded_encode(active_ref);
+  `TC_ASSERT(MemProofInRange_A, ((staged_ref | active_ref) & ~Stored[15:0]) == 16'd0)
   `TC_ASSERT(MemProofOneFlip_A, at_most_one(wrong_staged) && at_most_one(wrong_active))
   `TC_ASSERT_IF(MemProofHealed_A, clean_q, wrong_staged == 22'd0 && wrong_active == 22'd0)
   `TC_ASSERT_IF(MemProofCorrectable_A, !clean_q, !tc_math_pkg::secded_bad(staged) && !tc_math_pkg::secded_bad(active))
