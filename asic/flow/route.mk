@@ -11,8 +11,9 @@ ROUTER := $(root)/build/release/asic/layout/meltstage_route
 $(ROUTER): $(wildcard $(root)/asic/layout/*.?pp)
 	cd $(root) && cmake --preset release > /dev/null && cmake --build --preset release --target meltstage_route > /dev/null
 endif
-.PHONY: routed
-routed: $(addprefix $(routed)/,route.txt drc.txt lvs.txt equivalence.txt sdf.txt layout.png) $(corners:%=$(routed)/timing_%.txt)
+.PHONY: routed factory
+routed: $(addprefix $(routed)/,route.txt drc.txt lvs.txt equivalence.txt sdf.txt layout.png) $(corners:%=$(routed)/timing_%.txt) \
+  $(if $(wildcard $(FACTORY_DECK)),$(routed)/factory.txt)
 	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
 
 # Open nets, conflicts and broken antenna rules are in route.txt; the summary is what fails for them.
@@ -31,6 +32,17 @@ $(routed)/drc.txt: $(routed)/$(TOP).gds $(rules) $(here)/design_rules.py
 $(routed)/lvs.txt $(routed)/metal.v &: $(routed)/$(TOP).gds $(routed)/routed.def $(rules) $(here)/connectivity.py
 	$(klayout) -b -r $(here)/connectivity.py -rd rules=$(rules) -rd lef=$(lastword $(lef)) -rd netlist_of=$(routed)/routed.def -rd gds=$< \
 	  -rd report=$(routed)/lvs.txt -rd netlist=$(routed)/metal.v
+
+# The factory's own rules, by its own deck for KLayout, where the PDK has it. Density is told apart: fill is put in when the die is finished.
+factory: $(routed)/factory.txt
+	cat $<
+$(routed)/factory.txt: $(routed)/$(TOP).gds $(wildcard $(FACTORY_DECK))
+	test -f "$(FACTORY_DECK)" || { echo "factory: FACTORY_DECK=$(FACTORY_DECK): no such file, expected the deck for KLayout of a whole PDK (libs.tech)" >&2; exit 2; }
+	$(klayout) -b -r $(FACTORY_DECK) -rd in_gds=$< -rd report_file=$(routed)/factory.lyrdb > $(routed)/factory.log 2>&1 || \
+	  { echo "factory: $(FACTORY_DECK): $$(grep -m1 '^ERROR: [^I]' $(routed)/factory.log); expected a deck that this KLayout reads" >&2; exit 1; }
+	awk -v density='$(factory_density)' '/^Rule / { sub(/:$$/, "", $$2); rules++; if ($$3 > 0) print $$2 ": " $$3; if ($$2 ~ density) filled += $$3; else errors += $$3 } \
+	  END { print rules " rules, " errors + 0 " errors; of density: " filled + 0 }' $(routed)/factory.log > $@.part
+	mv $@.part $@
 
 # What the metal connects, against the same reference as the mapped netlist.
 $(routed)/equivalence.txt: $(routed)/metal.v $(out)/reference.il

@@ -146,12 +146,15 @@ def routing_rows(folder, period_ns, corners):
     if not told:
         return []
     rows = [row(what, int(told[what])) for what in ("nets", "pins without access", "cells with crowded pins", "open nets", "nets in conflict",
-                                            "antenna rules broken", "antenna diodes", "vias")]
+                                            "antenna rules broken", "antenna diodes", "vias") if what in told]
     rows += [row("wires", told["wires"].split(" mm")[0], "mm"), row("time of the router", told["time"].split()[0], "s")]
     for name, what in (("drc", "DRC errors"), ("lvs", "LVS errors")):
         errors = re.search(r"(\d+) errors$", text_of(routed / f"{name}.txt").strip())
         if errors:
             rows.append(row(what, int(errors.group(1))))
+    factory = re.search(r"(\d+) rules, (\d+) errors; of density: \d+$", text_if_newer(routed / "factory.txt", routed / "route.txt").strip())
+    if factory:
+        rows.append(row(f"DRC errors by the factory's {factory.group(1)} rules, density apart", int(factory.group(2))))
     if "Networks are equivalent" in text_if_newer(routed / "equivalence.txt", routed / "route.txt"):
         rows.append(row("RTL's gates = what the metal connects", "proved"))
     for corner in corners:
