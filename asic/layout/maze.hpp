@@ -51,6 +51,7 @@ constexpr std::int32_t blocked_node = -2;
 struct MazeNet {
   std::vector<std::vector<int>> terminals;
   std::vector<int> regions;  ///< where its wires should be; empty: anywhere
+  int lowest_reach = -1;     ///< so many crossings from its terminals, at most, on the lowest layer; -1: any
 };
 
 /// Edges between neighbouring nodes (of one track, or of one crossing on adjacent layers).

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 #include <unordered_map>
 
 #include "asic/layout/access.hpp"
@@ -17,6 +18,7 @@ namespace meltstage::layout {
 namespace {
 
 constexpr int diode_rounds = 8;
+constexpr int lowest_reach = 40;  // crossings; of a net whose wire on the lowest layer was too long for its gates
 constexpr int rail_reach = 24;  // crossings to the side that a tied input may go to its rail
 
 struct RoutedLayer {
@@ -42,8 +44,8 @@ class Wiring {
     find_grid();
     find_vias();
   }
-  /// `trees` are the ways of an earlier run, or none, and then those of this one.
-  RouteReport run(const RouteOptions& options, std::vector<MazeTree>& trees);
+  /// `trees` are the ways of an earlier run, or none, and then those of this one; nets in `lifted` leave the lowest layer soon.
+  RouteReport run(const RouteOptions& options, const std::set<int>& lifted, std::vector<MazeTree>& trees);
 
  private:
   void find_layers();
@@ -571,7 +573,7 @@ void Wiring::guide() {
   for (std::size_t n = 0; n < problem_.nets.size(); ++n) problem_.nets[n].regions = guides.regions[at(design_net_[n])];
 }
 
-RouteReport Wiring::run(const RouteOptions& options, std::vector<MazeTree>& trees) {
+RouteReport Wiring::run(const RouteOptions& options, const std::set<int>& lifted, std::vector<MazeTree>& trees) {
   RouteReport report;
   report.wire_nm_of_layer.assign(technology_.layers.size(), 0);
   report.parasitics.resize(design_.nets.size());
@@ -588,6 +590,8 @@ RouteReport Wiring::run(const RouteOptions& options, std::vector<MazeTree>& tree
   check_terminals(report);
   guide();
   problem_.begun = std::move(trees);
+  for (std::size_t n = 0; n < problem_.nets.size(); ++n)
+    if (lifted.contains(design_net_[n])) problem_.nets[n].lowest_reach = lowest_reach;
   MazeResult result = route_maze(problem_, {options.rounds, options.progress});
   report.rounds = result.rounds;
   report.nets = static_cast<int>(problem_.nets.size());
@@ -603,17 +607,27 @@ RouteReport Wiring::run(const RouteOptions& options, std::vector<MazeTree>& tree
 }  // namespace
 
 RouteReport route(Design& design, const Technology& technology, const RouteOptions& options) {
+  const int lowest = track_layers(technology).front();
   std::vector<MazeTree> trees;
+  std::set<int> lifted;
   int diodes = 0;
   int rounds = 0;
   for (int round = 0;; ++round) {
-    RouteReport report = Wiring(design, technology).run(options, trees);
+    RouteReport report = Wiring(design, technology).run(options, lifted, trees);
     report.antenna = antenna_faults(design, technology);
     report.diodes = diodes;
     report.rounds += rounds;
     rounds = report.rounds;
-    const int added = round < diode_rounds ? insert_diodes(design, technology, report.antenna) : 0;
-    if (added == 0) return report;
+    if (round == diode_rounds) return report;
+    // A diode hangs on the lowest layer's own metal only by chance: there the wire has to be shorter.
+    std::vector<AntennaFault> above;
+    const std::size_t lifted_before = lifted.size();
+    for (const AntennaFault& fault : report.antenna) {
+      if (fault.layer > lowest) above.push_back(fault);
+      else lifted.insert(fault.net);
+    }
+    const int added = insert_diodes(design, technology, above);
+    if (added == 0 && lifted.size() == lifted_before) return report;
     diodes += added;
   }
 }

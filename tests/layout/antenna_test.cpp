@@ -139,8 +139,7 @@ class Diodes : public ::testing::Test {
         if (pin.use == Use::power || pin.use == Use::ground) continue;
         (pin.direction == PinDirection::output ? pin.diffusion_area_um2 : pin.gate_area_um2) = 0.5;
       }
-    // from the third metal up: a diode is joined by wires of the lowest two
-    for (const char* name : {"metal3", "metal4", "metal5"}) technology.layers[static_cast<std::size_t>(technology.find_layer(name))].antenna = {30.0, {{0.0, 30.0}, {0.5, 1e6}}, true};
+    for (const char* name : {"metal2", "metal3", "metal4", "metal5"}) technology.layers[static_cast<std::size_t>(technology.find_layer(name))].antenna = {30.0, {{0.0, 30.0}, {0.5, 1e6}}, true};
     technology.macros[static_cast<std::size_t>(technology.find_macro("FILL"))].macro_class = "CORE SPACER";
     add_macro("FILLS", 4, "CORE SPACER");
   }

@@ -20,7 +20,7 @@ fi
 # The first net of two wires or more on the third metal gets the fault.
 case $fault in
 removed_via) change='/^- / { net = 1 } net && !done && / M3_M2$/ { done = 1; next } { print }' ;;
-displaced_wire) change='!done && /NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { $4 += 250; $8 += 250; done = 1 } { print }' ;;
+displaced_wire) change='moved < 20 && /NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { $4 += 250; $8 += 250; moved++ } { print }' ;;
 # one wire across the die, over all that stands on its track
 shorted_nets) change='!done && /NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { $4 = 20000; $8 = 200000; done = 1 } { print }' ;;
 esac
