@@ -262,7 +262,7 @@ int generate(const Options& options) {
   const CycleStream& stream = tests.stream;
   std::map<std::string, std::function<std::string()>> writers = {
       {"patterns.stil", [&] { return subject.scanned ? stil_text(tests.scan) : flat_stil_text(stream); }},
-      {"patterns.wgl", [&] { return wgl_text(stream); }},
+      {"patterns.wgl", [&] { return subject.scanned ? wgl_text(tests.scan) : wgl_text(stream); }},
       {"patterns.avc", [&] { return avc_text(stream); }},
       {"patterns.atp", [&] { return atp_text(stream); }},
       {"faults.txt", [&] {
