@@ -15,6 +15,7 @@
 #include "app/vectors_command.hpp"
 #include "app/windows.hpp"
 #include "asic/dft/error.hpp"
+#include "asic/dft/pattern_files.hpp"
 #include "asic/dft/stil.hpp"
 #include "host/errors.hpp"
 #include "vectors/text.hpp"
@@ -182,6 +183,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const dft::StilError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const dft::PatternFileError& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const vectors::FormatError& error) {

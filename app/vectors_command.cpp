@@ -51,6 +51,7 @@ using namespace dft;
 struct Options {
   fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells, unreached;
   std::string on = "netlist", reset, model = "stuck-at";
+  std::string scan;  // where the chains of a file without any stand
   std::size_t chains = 8;
   std::size_t stops = 20;
   std::uint64_t seed = 1;
@@ -232,6 +233,21 @@ Tests transition_tests(const Options& options, const Subject& subject) {
   return tests;
 }
 
+std::string scan_json(const Options& options, const ScanDesign& design) {
+  nlohmann::ordered_json json = {
+      {"tool", version()},
+      {"netlist",
+       {{"file", options.netlist.filename().string()}, {"sha256", sha256(read_file(options.netlist))}}},
+      {"clock", design.clock},
+      {"reset", design.reset},
+      {"test_mode", design.test_mode},
+      {"scan_enable", design.scan_enable}};
+  for (const ScanChain& chain : design.chains)
+    json["chains"].push_back(
+        {{"name", chain.name}, {"in", chain.in}, {"out", chain.out}, {"cells", chain.cells}});
+  return json.dump(2) + "\n";
+}
+
 struct TextFile {
   std::string name, text, hash;
 };
@@ -271,6 +287,7 @@ int generate(const Options& options) {
          });
        }}};
   if (subject.scanned) {
+    writers["scan.json"] = [&] { return scan_json(options, subject.design); };
     writers["netlist.json"] = [&] { return yosys_json_text(subject.design.netlist); };
     writers["netlist.v"] = [&] { return verilog_text(subject.design.netlist); };
     writers["cells.v"] = [&] { return cell_models(subject.design.netlist, library); };
@@ -304,31 +321,19 @@ int generate(const Options& options) {
 }
 
 // Scan alone.
-int scan(const Options& options) {
+int insert_chains(const Options& options) {
   const CellLibrary library = library_of(options);
   if (is_bench(options.netlist))
     throw InputError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
   const Subject subject = subject_of(options, library);
   if (!subject.scanned) throw InputError(options.netlist.string() + ": found no flop, expected some to scan");
   const ScanDesign& design = subject.design;
-  nlohmann::ordered_json manifest = {
-      {"tool", version()},
-      {"netlist",
-       {{"file", options.netlist.filename().string()}, {"sha256", sha256(read_file(options.netlist))}}},
-      {"clock", design.clock},
-      {"reset", design.reset},
-      {"test_mode", design.test_mode},
-      {"scan_enable", design.scan_enable}};
   std::size_t longest = 0;
-  for (const ScanChain& chain : design.chains) {
-    longest = std::max(longest, chain.cells.size());
-    manifest["chains"].push_back(
-        {{"name", chain.name}, {"in", chain.in}, {"out", chain.out}, {"cells", chain.cells}});
-  }
+  for (const ScanChain& chain : design.chains) longest = std::max(longest, chain.cells.size());
   fs::create_directories(options.out);
   write_file(options.out / "netlist.json", yosys_json_text(design.netlist));
   write_file(options.out / "netlist.v", verilog_text(design.netlist));
-  write_file(options.out / "scan.json", manifest.dump(2) + "\n");
+  write_file(options.out / "scan.json", scan_json(options, design));
   fmt::print("{} flops in {} chains of {} at the most\n", subject.view.flops.size(), design.chains.size(),
              longest);
   return 0;
@@ -387,8 +392,23 @@ CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library)
 
 bool is_recording(const fs::path& path) { return path.extension() == ".mvec"; }
 
+std::vector<ScanChain> read_chains(const fs::path& path) {
+  std::vector<ScanChain> chains;
+  try {
+    const nlohmann::json json = nlohmann::json::parse(read_file(path));
+    for (const nlohmann::json& chain : json.at("chains"))
+      chains.push_back({chain.at("name"), chain.at("in"), chain.at("out"), chain.at("cells")});
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(
+        fmt::format("{}: found {}, expected \"chains\", each with name, in, out and cells, as `vectors "
+                    "scan` writes them",
+                    path.string(), error.what()));
+  }
+  return chains;
+}
+
 // What a file of patterns holds, whatever its format.
-CycleStream read_patterns(const Options& options) {
+CycleStream read_cycles(const Options& options) {
   const fs::path& path = options.patterns;
   if (is_recording(path)) return chip_cycles(vectors::read_text(path));
   if (path.extension() == ".wgl") return parse_wgl(read_file(path), path.string());
@@ -406,6 +426,23 @@ CycleStream read_patterns(const Options& options) {
     }
   }
   return parse_dump(read_file(path), path.string(), timing, directions);
+}
+
+// The same, with chains from elsewhere where they are asked for.
+CycleStream read_patterns(const Options& options) {
+  CycleStream stream = read_cycles(options);
+  if (options.scan.empty()) return stream;
+  if (!stream.chains.empty())
+    throw InputError(fmt::format("{}: found {} chains in the file, expected none with --chains; leave it out",
+                                 options.patterns.string(), stream.chains.size()));
+  if (options.scan == "netlist" && options.netlist.empty())
+    throw InputError("--netlist: found nothing, expected the netlist to find the chains in");
+  attach_chains(stream,
+                options.scan == "netlist"
+                    ? trace_chains(read_yosys_json(options.netlist), library_of(options))
+                    : read_chains(options.scan),
+                ScanOptions{}.scan_enable);
+  return stream;
 }
 
 // Vectors without scan, clock by clock, faults drawn at random.
@@ -765,6 +802,13 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
         ->expected(5);
   };
   timing_of(sub_grade);
+  const auto scan_of = [&](CLI::App* sub) {
+    sub->add_option(
+        "--chains", options->scan,
+        "Files without scan chains: where they stand, scan.json of `vectors generate` or `scan`, or the "
+        "word netlist: found in it");
+  };
+  scan_of(sub_grade);
   CLI::App* sub_functional = command->add_subcommand(
       "functional", "Record the chip's functional set (.mvec), labelled by requirement");
   sub_functional->add_option("--out", options->out, "Folder to write")->required();
@@ -794,6 +838,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_replay->add_option("--sdf", options->sdf, "Delays of the netlist's instances, for --on icarus")
       ->needs(cells);
   timing_of(sub_replay);
+  scan_of(sub_replay);
   sub_replay->add_option("--cycles", options->cycles, "Only so many cycles from the first (default: all)");
   CLI::App* sub_prove =
       command->add_subcommand("prove", "A checked refutation for every fault called redundant");
@@ -809,7 +854,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_check->add_option("PROOF", options->proof, "DRAT file in text")->required();
   return [=] {
     if (*sub_generate) return generate(*options);
-    if (*sub_scan) return scan(*options);
+    if (*sub_scan) return insert_chains(*options);
     if (*sub_grade) return grade_patterns(*options);
     if (*sub_functional) return record_functional(*options);
     if (*sub_rules) return check_scan_rules(*options);

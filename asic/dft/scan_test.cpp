@@ -226,6 +226,58 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
   return patterns;
 }
 
+void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std::string& scan_enable) {
+  const auto require = [&](const std::string& name, bool input) {
+    const std::size_t s = index_of(stream.signals, name);
+    if (s == stream.signals.size() || stream.signals[s].is_input != input)
+      throw InputError(
+          fmt::format("{}: found no {} signal {}, expected the scan enable and the ports of every chain",
+                      stream.title, input ? "input" : "output", name));
+    return s;
+  };
+  if (chains.empty())
+    throw InputError(fmt::format("{}: found no chains to give it, expected some", stream.title));
+  const std::size_t enable = require(scan_enable, true);
+  std::size_t longest = 0;
+  for (const ScanChain& chain : chains) {
+    require(chain.in, true);
+    require(chain.out, false);
+    longest = std::max(longest, chain.cells.size());
+  }
+  std::uint64_t at = 0, begin = 0, shifts = 0;
+  std::size_t loads = 0;
+  bool shifting = false;
+  const auto finish_load = [&] {
+    if (shifting && shifts < longest)
+      throw InputError(
+          fmt::format("{}: found {} clocks with {} at 1 from cycle {} on, expected at least {}, the "
+                      "cells of the longest chain",
+                      stream.title, shifts, scan_enable, begin, longest));
+    shifting = false;
+  };
+  for (TestCycle& cycle : stream.cycles) {
+    if (cycle.states[enable] != '1') {
+      finish_load();
+    } else {
+      if (!shifting) {
+        shifting = true;
+        begin = at;
+        shifts = 0;
+        if (cycle.label.empty()) cycle.label = fmt::format("load {}", loads);
+        ++loads;
+      }
+      if (cycle.states.find('P') != std::string::npos) shifts += cycle.count;
+    }
+    at += cycle.count;
+  }
+  finish_load();
+  if (loads == 0)
+    throw InputError(
+        fmt::format("{}: found no cycle with {} at 1, expected scan patterns; leave --chains out",
+                    stream.title, scan_enable));
+  stream.chains = std::move(chains);
+}
+
 ScanTest make_scan_test(const ScanDesign& design, const CaptureView& view,
                         const std::vector<Pattern>& patterns, const std::string& title) {
   return Maker(design, view, title).captures(patterns);

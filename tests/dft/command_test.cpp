@@ -2,11 +2,14 @@
 // `meltstage vectors` as a user meets it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "asic/dft/formats.hpp"
+#include "asic/dft/stil.hpp"
 #include "tests/app/run_command.hpp"
 
 namespace meltstage {
@@ -58,6 +61,50 @@ TEST_F(VectorsCommand, TransitionTestsAreWrittenAndHold) {
   bit = bit == 'H' ? 'L' : 'H';
   std::ofstream(folder_ / "out/patterns.stil", std::ios::binary) << stil;
   EXPECT_EQ(replay().status, 1);
+}
+
+// The same patterns as STIL, WGL with its chains, and an extended VCD with chains from scan.json or the
+// netlist.
+TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const fs::path out = folder_ / "out";
+  std::ofstream(out / "patterns.evcd") << dft::evcd_text(dft::read_stil(out / "patterns.stil"));
+  const auto run = [&](const std::string& command) {
+    return run_command("vectors " + command + " --report " + (folder_ / "report.txt").string());
+  };
+  const std::string netlist = (out / "netlist.json").string();
+  const auto grade = [&](const std::string& patterns) {
+    const Ran ran = run("grade " + netlist + " --patterns " + (out / patterns).string());
+    EXPECT_EQ(ran.status, 0) << ran.output;
+    return read(folder_ / "report.txt");
+  };
+  const std::string stil = grade("patterns.stil");
+  EXPECT_NE(stil.find("DS "), std::string::npos);
+  EXPECT_EQ(grade("patterns.wgl"), stil);
+  const std::string traced = "patterns.evcd --chains netlist",
+                    listed = "patterns.evcd --chains " + (out / "scan.json").string();
+  EXPECT_EQ(grade(traced), stil);
+  EXPECT_EQ(grade(listed), stil);
+  EXPECT_NE(grade("patterns.evcd"), stil);  // clock by clock
+
+  const auto replays = [&](const std::string& patterns) {
+    return run_command("vectors replay " + (out / patterns).string() + " --netlist " + netlist).output;
+  };
+  EXPECT_NE(replays("patterns.stil").find(", 0 mismatches"), std::string::npos);
+  EXPECT_EQ(replays("patterns.wgl"), replays("patterns.stil"));
+  EXPECT_EQ(replays(traced), replays("patterns.stil"));
+
+  const auto refused = [&](const std::string& patterns, const std::string& reason) {
+    const Ran ran = run_command("vectors replay " + (out / patterns).string() + " --netlist " + netlist);
+    EXPECT_EQ(ran.status, 2);
+    EXPECT_NE(ran.output.find(reason), std::string::npos) << ran.output;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+  };
+  refused("patterns.stil --chains netlist", "leave it out");
+  refused("patterns.evcd --chains " + (out / "manifest.json").string(), "expected \"chains\"");
+  refused("patterns.evcd --chains nosuch.json", "nosuch.json: can't be read");
+  std::ofstream(out / "bad.wgl") << "waveforms x\n";
+  refused("bad.wgl", "bad.wgl:1: found");
 }
 
 TEST_F(VectorsCommand, SameInputsSameBytes) {

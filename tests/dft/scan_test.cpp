@@ -182,6 +182,73 @@ TEST(Scan, WglFileIsReplayedAndGradedAsTheStilFile) {
   }
 }
 
+// A dump has no chains: with those of the netlist it is graded and replayed as the STIL file.
+TEST(Scan, DumpsWithChainsAreGradedAsTheStilFile) {
+  const Machine& m = machine();
+  const CycleStream cycles = expand(m.test);
+  Directions directions;
+  for (const TestSignal& signal : cycles.signals) directions[signal.name] = signal.is_input;
+  const std::vector<ScanChain> chains = trace_chains(m.design.netlist, m.cells);
+  EXPECT_TRUE(same_chains(chains, m.design.chains));
+  for (const bool extended : {true, false}) {
+    CycleStream read = extended ? parse_dump(evcd_text(cycles), "machine.evcd", {})
+                                : parse_dump(vcd_text(cycles), "machine.vcd", {}, directions);
+    attach_chains(read, chains, "scan_en_i");
+    EXPECT_TRUE(Graded(read) == Graded(m.stream));
+    const ReplayResult result = replay(m.free_view, read, "scan_en_i");
+    EXPECT_EQ(result.mismatches, 0u) << result.first;
+    EXPECT_EQ(result.strobes, replay(m.free_view, m.stream, "scan_en_i").strobes);
+    // Cells exchanged in the chain: other faults.
+    std::vector<ScanChain> wrong = chains;
+    std::swap(wrong[0].cells[0], wrong[0].cells[1]);
+    attach_chains(read, wrong, "scan_en_i");
+    EXPECT_FALSE(Graded(read) == Graded(m.stream));
+  }
+}
+
+TEST(Scan, ChainsAreTracedInEveryLibrary) {
+  for (const char* name : {"machine", "gated"}) {
+    const ScanDesign design = insert_scan(circuit_netlist(name), mini_library(), {.chains = 2});
+    EXPECT_TRUE(same_chains(trace_chains(design.netlist, mini_library()), design.chains)) << name;
+  }
+  const ScanDesign gates = insert_scan(circuit_netlist("machine_gates"), yosys_library(), {.chains = 3});
+  EXPECT_TRUE(same_chains(trace_chains(gates.netlist, yosys_library()), gates.chains));
+}
+
+TEST(Scan, ChainsThatDontFitAreRefused) {
+  const Machine& m = machine();
+  const CycleStream good = expand(m.test);
+  const auto refuse = [&](CycleStream stream, std::vector<ScanChain> chains, const char* enable,
+                          const char* reason) {
+    EXPECT_THAT([&] { attach_chains(stream, chains, enable); }, ThrowsMessage<InputError>(HasSubstr(reason)));
+  };
+  const std::vector<ScanChain>& chains = m.design.chains;
+  refuse(good, {}, "scan_en_i", "found no chains");
+  refuse(good, chains, "se", "found no input signal se");
+  std::vector<ScanChain> wrong = chains;
+  wrong[1].out = "so";
+  refuse(good, wrong, "scan_en_i", "found no output signal so");
+  wrong = chains;
+  wrong[1].cells.resize(wrong[1].cells.size() + 3, "more");
+  refuse(good, wrong, "scan_en_i", "the cells of the longest chain");
+  refuse(good, chains, "start_i", "clocks with start_i at 1");
+  CycleStream cut = good;
+  cut.cycles.pop_back();
+  refuse(cut, chains, "scan_en_i", "the cells of the longest chain");
+  cut.cycles.resize(1);
+  refuse(cut, chains, "scan_en_i", "found no cycle with scan_en_i at 1");
+
+  EXPECT_THAT([&] { trace_chains(m.plain, m.cells); },
+              ThrowsMessage<InputError>(HasSubstr("no output port scan_o")));
+  Netlist broken = m.design.netlist;  // the second cell of a chain doesn't shift any more
+  for (Instance& instance : broken.instances) {
+    if (instance.name != chains[0].cells[1]) continue;
+    instance.pins[m.cells.at(instance.type).scan->enable] = 0;  // captures always
+  }
+  EXPECT_THAT([&] { trace_chains(broken, m.cells); },
+              ThrowsMessage<InputError>(HasSubstr(chains[0].cells[1])));
+}
+
 TEST(Scan, SeededDefectsOfWglScanDataAreRefusedWithLineAndReason) {
   const std::string good = wgl_text(machine().test);
   const auto& cells = machine().design.chains[0].cells;
