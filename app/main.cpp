@@ -18,6 +18,7 @@
 #include "asic/dft/pattern_files.hpp"
 #include "asic/dft/stil.hpp"
 #include "host/errors.hpp"
+#include "vectors/output_file.hpp"
 #include "vectors/text.hpp"
 
 namespace {
@@ -186,6 +187,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const dft::PatternFileError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const vectors::OutputError& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const vectors::FormatError& error) {

@@ -342,6 +342,7 @@ class WglReader {
     if (plate_.empty()) fail(name.line, "a pattern without a timeplate", "the timeplate before it");
     if (pattern_) fail(name.line, fmt::format("a second pattern \"{}\"", name.text), "one");
     pattern_ = true;
+    comment_.clear();
     expect("(");
     std::vector<std::size_t> order;
     for (bool more = true; more;) {
@@ -357,7 +358,6 @@ class WglReader {
       if (named[s] == 0)
         fail(name.line, fmt::format("no column of \"{}\"", stream_.signals[s].name), "one for every signal");
     }
-    comment_.clear();
     while (!at("end")) read_vector(order);
     advance();
   }

@@ -107,6 +107,61 @@ TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
   refused("bad.wgl", "bad.wgl:1: found");
 }
 
+// What the files leave open: told where they are made, and by replay from any of them.
+TEST_F(VectorsCommand, MasksAreToldWithTheirReasons) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const fs::path out = folder_ / "out", report = folder_ / "report.txt";
+  const auto manifest = nlohmann::json::parse(read(out / "manifest.json"));
+  const auto& masked = manifest.at("masked");
+  EXPECT_GT(masked.at("strobes"), 100);
+  std::size_t sum = 0;
+  for (const auto& [reason, strobes] : masked.at("reasons").items()) sum += strobes.get<std::size_t>();
+  EXPECT_EQ(masked.at("strobes"), sum);
+  EXPECT_TRUE(manifest.at("files").contains("masks.txt"));
+  const std::string told = read(out / "masks.txt");
+  const Ran ran = run_command("vectors replay " + (out / "patterns.wgl").string() + " --netlist " +
+                              (out / "netlist.json").string() + " --report " + report.string());
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(read(report), told);
+  EXPECT_NE(ran.output.find(std::to_string(sum) + " of "), std::string::npos) << ran.output;
+  const Ran unwritable =
+      run_command("vectors replay " + (out / "patterns.wgl").string() + " --netlist " +
+                  (out / "netlist.json").string() + " --report " + (folder_ / "no/such").string());
+  EXPECT_EQ(unwritable.status, 2) << unwritable.output;
+}
+
+TEST_F(VectorsCommand, OnFpgaAsksForTheReadback) {
+  const fs::path evcd = folder_ / "pins.evcd", readback = folder_ / "readback.v";
+  dft::CycleStream stream;
+  stream.title = "pins";
+  stream.signals = {{"clk_i", true}, {"d[0]", true}, {"q_o", false}};
+  stream.cycles = {{"P0X", ""}, {"P1L", ""}, {"P1H", "", 3}, {"P0H", ""}, {"00L", ""}};
+  std::ofstream(evcd) << dft::evcd_text(stream);
+  const auto verilog = [&](const std::string& ports, const std::string& initial) {
+    std::ofstream(readback) << "module bitstream (" << ports
+                            << ");\ninput clk_i; input \\d[0] ; output reg q_o;\n"
+                            << "initial q_o = " << initial
+                            << ";\nalways @(posedge clk_i) q_o <= \\d[0] ;\nendmodule\n";
+  };
+  const auto run = [&](const std::string& more) {
+    return run_command("vectors replay " + evcd.string() + " --on fpga" + more);
+  };
+  const std::string with = " --readback " + readback.string();
+  verilog("clk_i, \\d[0] , q_o", "0");
+  EXPECT_EQ(run(with).output, "7 cycles, 6 strobes, 0 mismatches\n");
+  EXPECT_EQ(run("").status, 2);
+  EXPECT_EQ(run(" --readback nosuch.v").status, 2);
+  stream.cycles[3].states[2] = 'L';
+  std::ofstream(evcd) << dft::evcd_text(stream);
+  EXPECT_EQ(run(with).status, 1);
+  EXPECT_NE(run(with).output.find("cycle 5: q_o: found 1, expected 0"), std::string::npos)
+      << run(with).output;
+  std::ofstream(readback)
+      << "module bitstream (input clk_i, input en_i, input \\d[0] , output q_o);\nendmodule\n";
+  EXPECT_EQ(run(with).status, 2);
+  EXPECT_NE(run(with).output.find("found other ports"), std::string::npos) << run(with).output;
+}
+
 TEST_F(VectorsCommand, SameInputsSameBytes) {
   ASSERT_EQ(generate(kMachine, "--seed 3").status, 0);
   const std::string first = read(folder_ / "out/manifest.json");  // holds the hashes of all files
