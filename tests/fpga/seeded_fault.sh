@@ -27,10 +27,13 @@ flipped_lut_bit)
   # the recorded vectors find it too; and are refused where they name another pin
   replay() { "$meltstage" vectors replay "$1" --on fpga --readback bitstream.v --cycles 20000 >log 2>&1 && status=0 || status=$?; cat log; }
   replay harness.evcd
-  [ "$status" = 1 ] && grep -qE "20000 cycles, 20000 strobes, [1-9][0-9]* mismatches" log
+  [ "$status" = 1 ]
+  grep -qE "20000 cycles, 20000 strobes, [1-9][0-9]* mismatches" log
   sed 's/latch_i/load_i/' harness.evcd >other.evcd
   replay other.evcd
-  [ "$status" = 2 ] && [ "$(wc -l <log)" = 1 ] && grep -q "found other ports than the signals of other.evcd" log
+  [ "$status" = 2 ]
+  [ "$(wc -l <log)" = 1 ]
+  grep -q "found other ports than the signals of other.evcd" log
   ;;
 flipped_file_bit)
   printf '\x5a' | dd of=harness.bin bs=1 seek=20000 conv=notrunc status=none
