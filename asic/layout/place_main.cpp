@@ -179,9 +179,9 @@ int run(const Options& o) {
   }
   print("processor time of placement", fmt::format("{:.1f}", seconds() - start), "s");
   print("placement errors", fmt::format("{}", errors.size()), "");
-  if (!o.def.empty()) vectors::write_whole(o.def, def_text(design, technology));
-  if (!o.spef.empty()) vectors::write_whole(o.spef, spef_text(design, technology));
-  if (!o.verilog.empty()) vectors::write_whole(o.verilog, verilog_text(design, technology));
+  if (!o.def.empty()) meltstage::vectors::write_whole(o.def, def_text(design, technology));
+  if (!o.spef.empty()) meltstage::vectors::write_whole(o.spef, spef_text(design, technology));
+  if (!o.verilog.empty()) meltstage::vectors::write_whole(o.verilog, verilog_text(design, technology));
   return errors.empty() ? 0 : 1;
 }
 
@@ -224,7 +224,7 @@ int main(int argc, char** argv) {
   } catch (const InputError& error) {
     fmt::print(stderr, "place: {}\n", error.what());
     return 2;
-  } catch (const vectors::OutputError& error) {
+  } catch (const meltstage::vectors::OutputError& error) {
     fmt::print(stderr, "place: {}\n", error.what());
     return 2;
   }
