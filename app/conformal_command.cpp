@@ -12,11 +12,11 @@
 #include <optional>
 
 #include "app/job_file.hpp"
-#include "app/whole_file.hpp"
 #include "motion/conformal.hpp"
 #include "motion/conformal_trial.hpp"
 #include "motion/measuring_points.hpp"
 #include "motion/trial_calibration.hpp"
+#include "vectors/output_file.hpp"
 
 namespace meltstage::app {
 
@@ -84,7 +84,7 @@ int write_probe(Settings& s) {
   take(s.probe_station_mm, s.probe.station_offset_mm);
   const auto lines = motion::read_tool_path(s.tool_path);
   const auto points = probe_lines(lines, s.choice);
-  write_whole(s.out, write_probe_program(points, s.tool_path.filename().string(), s.probe));
+  vectors::write_whole(s.out, write_probe_program(points, s.tool_path.filename().string(), s.probe));
   std::size_t all = 0;
   for (const motion::ProbeLine& line : points) {
     fmt::print("{:<20} {:>4} points on {:.3f} mm\n", line.name, line.points.size(),
@@ -116,7 +116,7 @@ int write_print(Settings& s) {
                        ? reconstruct_as_published(lines[i], points[i], touches[i], s.reconstruction)
                        : reconstruct(lines[i], points[i], touches[i], s.reconstruction));
   }
-  write_whole(s.out, write_print_program(real, s.tool_path.filename().string(), s.print, heights));
+  vectors::write_whole(s.out, write_print_program(real, s.tool_path.filename().string(), s.print, heights));
   fmt::print("{:<20} {:>8} {:>12} {:>14} {:>12}\n", "line", "touches", "shift um", "largest um", "error um");
   for (std::size_t i = 0; i < real.size(); ++i) {
     const motion::RealLine& line = real[i];
@@ -152,8 +152,8 @@ int write_trial(const Settings& s) {
   std::string touches;
   for (const Eigen::Vector3d& p : touch_all(part, points, s.probe, probe))
     touches += fmt::format("{:.6f} {:.6f} {:.6f} 0 0 0 0 0 0\n", p.x(), p.y(), p.z());
-  write_whole(s.out / "lines.apt", apt);
-  write_whole(s.out / "points.txt", touches);
+  vectors::write_whole(s.out / "lines.apt", apt);
+  vectors::write_whole(s.out / "points.txt", touches);
   fmt::print("{}: lines.apt (nine lines), points.txt (touches; effective ball radius {:.4f} mm)\n",
              s.out.string(), effective_radius_mm(motion::TouchProbeModel{}));
   return 0;

@@ -15,8 +15,10 @@
 #include "app/vectors_command.hpp"
 #include "app/windows.hpp"
 #include "asic/dft/error.hpp"
+#include "asic/dft/pattern_files.hpp"
 #include "asic/dft/stil.hpp"
 #include "host/errors.hpp"
+#include "vectors/output_file.hpp"
 #include "vectors/text.hpp"
 
 namespace {
@@ -182,6 +184,12 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const dft::StilError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const dft::PatternFileError& error) {
+    fmt::print(stderr, "meltstage: {}\n", error.what());
+    return 2;
+  } catch (const vectors::OutputError& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const vectors::FormatError& error) {

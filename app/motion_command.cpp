@@ -7,9 +7,9 @@
 #include <string>
 
 #include "app/job_file.hpp"
-#include "app/whole_file.hpp"
 #include "motion/accuracy.hpp"
 #include "motion/stage.hpp"
+#include "vectors/output_file.hpp"
 
 namespace meltstage::app {
 
@@ -42,7 +42,7 @@ int write_gcode_file(const GcodeCommand& command) {
                      1.0 / motion::pulse_length_mm(axes[2])},
                     {axes[0].limits, axes[1].limits, axes[2].limits})) +
                 program;
-    write_whole(command.out, program);
+    vectors::write_whole(command.out, program);
   } catch (const motion::MotionError& error) {
     throw InputError(fmt::format("{}: {}", command.job.string(), error.what()));
   }
@@ -56,7 +56,8 @@ int show_accuracy(const AccuracyCommand& command) {
     const motion::AxisAccuracy axis = motion::evaluate_accuracy(targets);
     const motion::ResidualBacklash backlash = motion::residual_backlash(targets);
     if (!command.compensation.empty())
-      write_whole(command.compensation, motion::write_linuxcnc_compensation(motion::make_compensation(axis)));
+      vectors::write_whole(command.compensation,
+                           motion::write_linuxcnc_compensation(motion::make_compensation(axis)));
     fmt::print("{:>12} {:>10} {:>10} {:>10} {:>8} {:>8} {:>10}\n", "target mm", "mean + um", "mean - um",
                "B um", "s + um", "s - um", "R um");
     for (const motion::PositionAccuracy& at : axis.positions)

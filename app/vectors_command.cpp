@@ -10,8 +10,6 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -20,6 +18,7 @@
 #include "app/build_stamp.hpp"
 #include "app/functional_vectors.hpp"
 #include "app/grade_report.hpp"
+#include "app/vectors_files.hpp"
 #include "asic/dft/error.hpp"
 #include "asic/dft/fault_simulator.hpp"
 #include "asic/dft/formats.hpp"
@@ -27,6 +26,7 @@
 #include "asic/dft/generate.hpp"
 #include "asic/dft/iddq.hpp"
 #include "asic/dft/lint.hpp"
+#include "asic/dft/masks.hpp"
 #include "asic/dft/pattern_files.hpp"
 #include "asic/dft/proof_check.hpp"
 #include "asic/dft/replay.hpp"
@@ -38,7 +38,6 @@
 #include "asic/dft/workers.hpp"
 #include "asic/dft/yosys_library.hpp"
 #include "vectors/output_file.hpp"
-#include "vectors/sha256.hpp"
 #include "vectors/text.hpp"
 
 namespace meltstage::app {
@@ -49,8 +48,9 @@ namespace fs = std::filesystem;
 using namespace dft;
 
 struct Options {
-  fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells, unreached;
+  fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells, unreached, readback;
   std::string on = "netlist", reset, model = "stuck-at";
+  std::string scan;  // where the chains of a file without any stand
   std::size_t chains = 8;
   std::size_t stops = 20;
   std::uint64_t seed = 1;
@@ -65,27 +65,9 @@ struct Options {
 
 constexpr unsigned kPowerUps = 10;  // at random, beside all 0 and all 1
 
-void write_file(const fs::path& path, const std::string& text) {
-  vectors::OutputFile file(path);
-  file.write(text);
-  file.publish();
-}
-
-std::string read_file(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path.string() + ": can't be read; give an existing file");
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-std::string sha256(const std::string& text) {
-  vectors::Sha256 hash;
-  hash.update(text);
-  return hash.finish();
-}
-
 nlohmann::ordered_json hashes(const std::vector<fs::path>& files) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (const fs::path& file : files) json[file.filename().string()] = sha256(read_file(file));
+  for (const fs::path& file : files) json[file.filename().string()] = sha256_of(read_file(file));
   return json;
 }
 
@@ -232,6 +214,21 @@ Tests transition_tests(const Options& options, const Subject& subject) {
   return tests;
 }
 
+std::string scan_json(const Options& options, const ScanDesign& design) {
+  nlohmann::ordered_json json = {
+      {"tool", version()},
+      {"netlist",
+       {{"file", options.netlist.filename().string()}, {"sha256", sha256_of(read_file(options.netlist))}}},
+      {"clock", design.clock},
+      {"reset", design.reset},
+      {"test_mode", design.test_mode},
+      {"scan_enable", design.scan_enable}};
+  for (const ScanChain& chain : design.chains)
+    json["chains"].push_back(
+        {{"name", chain.name}, {"in", chain.in}, {"out", chain.out}, {"cells", chain.cells}});
+  return json.dump(2) + "\n";
+}
+
 struct TextFile {
   std::string name, text, hash;
 };
@@ -244,7 +241,7 @@ std::vector<TextFile> texts_of(const std::map<std::string, std::function<std::st
   in_parallel([&](unsigned) {
     for (std::size_t k = next++; k < files.size(); k = next++) {
       files[k].text = writers.at(files[k].name)();
-      files[k].hash = sha256(files[k].text);
+      files[k].hash = sha256_of(files[k].text);
     }
   });
   return files;
@@ -260,17 +257,20 @@ int generate(const Options& options) {
   const Coverage result = coverage(set.faults, tests.reported);
   if (subject.scanned) tests.stream = expand(tests.scan);
   const CycleStream& stream = tests.stream;
+  const std::vector<dft::MaskedStrobes> masked = masked_strobes(stream, subject.design.scan_enable);
   std::map<std::string, std::function<std::string()>> writers = {
       {"patterns.stil", [&] { return subject.scanned ? stil_text(tests.scan) : flat_stil_text(stream); }},
-      {"patterns.wgl", [&] { return wgl_text(stream); }},
+      {"patterns.wgl", [&] { return subject.scanned ? wgl_text(tests.scan) : wgl_text(stream); }},
       {"patterns.avc", [&] { return avc_text(stream); }},
       {"patterns.atp", [&] { return atp_text(stream); }},
+      {"masks.txt", [&] { return mask_text(masked); }},
       {"faults.txt", [&] {
          return fault_report(set.faults, tests.reported, tests.graded, [&](std::size_t fault) {
            return transitions ? transition_name(subject.circuit, fault) : fault_name(subject.circuit, fault);
          });
        }}};
   if (subject.scanned) {
+    writers["scan.json"] = [&] { return scan_json(options, subject.design); };
     writers["netlist.json"] = [&] { return yosys_json_text(subject.design.netlist); };
     writers["netlist.v"] = [&] { return verilog_text(subject.design.netlist); };
     writers["cells.v"] = [&] { return cell_models(subject.design.netlist, library); };
@@ -280,21 +280,22 @@ int generate(const Options& options) {
       {"tool", version()},
       {"seed", options.seed},
       {"netlist",
-       {{"file", options.netlist.filename().string()}, {"sha256", sha256(read_file(options.netlist))}}},
+       {{"file", options.netlist.filename().string()}, {"sha256", sha256_of(read_file(options.netlist))}}},
       {"library", options.liberty.empty() ? nlohmann::ordered_json("yosys gates")
-                                          : nlohmann::ordered_json(sha256(read_file(options.liberty)))},
+                                          : nlohmann::ordered_json(sha256_of(read_file(options.liberty)))},
       {"rtl", hashes(options.rtl)},
       {"patterns", set.patterns.size()},
       {"cycles", stream.cycles.size()},
       {"chains", subject.design.chains.size()},
       {"aborted", set.aborted},
+      {"masked", mask_json(masked)},
       {transitions ? "transition" : "stuck_at", coverage_json(result)}};
   fs::create_directories(options.out);
   for (const TextFile& file : files) {
-    write_file(options.out / file.name, file.text);
+    vectors::write_whole(options.out / file.name, file.text);
     manifest["files"][file.name] = file.hash;
   }
-  write_file(options.out / "manifest.json", manifest.dump(2) + "\n");
+  vectors::write_whole(options.out / "manifest.json", manifest.dump(2) + "\n");
   print_coverage(result);
   fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
              set.patterns.size(), "cycles", stream.cycles.size());
@@ -304,31 +305,19 @@ int generate(const Options& options) {
 }
 
 // Scan alone.
-int scan(const Options& options) {
+int insert_chains(const Options& options) {
   const CellLibrary library = library_of(options);
   if (is_bench(options.netlist))
     throw InputError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
   const Subject subject = subject_of(options, library);
   if (!subject.scanned) throw InputError(options.netlist.string() + ": found no flop, expected some to scan");
   const ScanDesign& design = subject.design;
-  nlohmann::ordered_json manifest = {
-      {"tool", version()},
-      {"netlist",
-       {{"file", options.netlist.filename().string()}, {"sha256", sha256(read_file(options.netlist))}}},
-      {"clock", design.clock},
-      {"reset", design.reset},
-      {"test_mode", design.test_mode},
-      {"scan_enable", design.scan_enable}};
   std::size_t longest = 0;
-  for (const ScanChain& chain : design.chains) {
-    longest = std::max(longest, chain.cells.size());
-    manifest["chains"].push_back(
-        {{"name", chain.name}, {"in", chain.in}, {"out", chain.out}, {"cells", chain.cells}});
-  }
+  for (const ScanChain& chain : design.chains) longest = std::max(longest, chain.cells.size());
   fs::create_directories(options.out);
-  write_file(options.out / "netlist.json", yosys_json_text(design.netlist));
-  write_file(options.out / "netlist.v", verilog_text(design.netlist));
-  write_file(options.out / "scan.json", manifest.dump(2) + "\n");
+  vectors::write_whole(options.out / "netlist.json", yosys_json_text(design.netlist));
+  vectors::write_whole(options.out / "netlist.v", verilog_text(design.netlist));
+  vectors::write_whole(options.out / "scan.json", scan_json(options, design));
   fmt::print("{} flops in {} chains of {} at the most\n", subject.view.flops.size(), design.chains.size(),
              longest);
   return 0;
@@ -387,8 +376,23 @@ CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library)
 
 bool is_recording(const fs::path& path) { return path.extension() == ".mvec"; }
 
+std::vector<ScanChain> read_chains(const fs::path& path) {
+  std::vector<ScanChain> chains;
+  try {
+    const nlohmann::json json = nlohmann::json::parse(read_file(path));
+    for (const nlohmann::json& chain : json.at("chains"))
+      chains.push_back({chain.at("name"), chain.at("in"), chain.at("out"), chain.at("cells")});
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(
+        fmt::format("{}: found {}, expected \"chains\", each with name, in, out and cells, as `vectors "
+                    "scan` writes them",
+                    path.string(), error.what()));
+  }
+  return chains;
+}
+
 // What a file of patterns holds, whatever its format.
-CycleStream read_patterns(const Options& options) {
+CycleStream read_cycles(const Options& options) {
   const fs::path& path = options.patterns;
   if (is_recording(path)) return chip_cycles(vectors::read_text(path));
   if (path.extension() == ".wgl") return parse_wgl(read_file(path), path.string());
@@ -406,6 +410,23 @@ CycleStream read_patterns(const Options& options) {
     }
   }
   return parse_dump(read_file(path), path.string(), timing, directions);
+}
+
+// The same, with chains from elsewhere where they are asked for.
+CycleStream read_patterns(const Options& options) {
+  CycleStream stream = read_cycles(options);
+  if (options.scan.empty()) return stream;
+  if (!stream.chains.empty())
+    throw InputError(fmt::format("{}: found {} chains in the file, expected none with --chains; leave it out",
+                                 options.patterns.string(), stream.chains.size()));
+  if (options.scan == "netlist" && options.netlist.empty())
+    throw InputError("--netlist: found nothing, expected the netlist to find the chains in");
+  attach_chains(stream,
+                options.scan == "netlist"
+                    ? trace_chains(read_yosys_json(options.netlist), library_of(options))
+                    : read_chains(options.scan),
+                ScanOptions{}.scan_enable);
+  return stream;
 }
 
 // Vectors without scan, clock by clock, faults drawn at random.
@@ -430,7 +451,7 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
   const GradeReport report =
       grade_report(netlist, view, stream, sample, verdicts, graded,
                    options.unreached.empty() ? std::vector<Unreached>() : read_unreached(options.unreached));
-  if (!options.out.empty()) write_file(options.out, report.text);
+  if (!options.out.empty()) vectors::write_whole(options.out, report.text);
   const ToggleCoverage& toggle = graded.toggle;
   const auto detected =
       static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), FaultClass::DS));
@@ -461,56 +482,27 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
   return 0;
 }
 
-// Which strobes are not compared, and why.
-nlohmann::ordered_json mask_json(const std::vector<MaskedStrobes>& masked) {
-  nlohmann::ordered_json json = {{"strobes", 0}, {"reasons", nlohmann::ordered_json::object()}};
-  std::size_t strobes = 0;
-  std::map<std::string, std::size_t> reasons;
-  for (const MaskedStrobes& entry : masked) {
-    strobes += entry.outputs.size();
-    reasons[entry.reason] += entry.outputs.size();
+int record_functional(const Options& options) {
+  const FunctionalSources sources{options.netlist, options.liberty};
+  for (const fs::path& path : {sources.netlist, sources.library}) {
+    if (!path.empty()) read_file(path);  // recording takes minutes
   }
-  json["strobes"] = strobes;
-  for (const auto& [reason, count] : reasons) json["reasons"][reason] = count;
-  return json;
-}
-std::string mask_report(const std::vector<MaskedStrobes>& masked) {
-  std::string text;
-  for (const MaskedStrobes& entry : masked) {
-    text += fmt::format("cycle {}:", entry.cycle);
-    for (const std::string& output : entry.outputs) text += " " + output;
-    text += fmt::format(": {}\n", entry.reason);
-  }
-  return text;
+  const FunctionalSet set = functional_set(options.length);
+  const FunctionalFolder written = write_functional_set(set, sources, options.out);
+  fmt::print("{} clocks in {} vectors, {} pieces, {} strobes masked\n", written.clocks, written.vectors,
+             set.pieces.size(), written.masked);
+  return 0;
 }
 
-// The functional set of the chip in every format, and what each piece of it is there for.
-int record_functional(const Options& options) {
-  const FunctionalSet set = functional_set(options.length);
-  std::vector<MaskedStrobes> masked;
-  const CycleStream stream = chip_cycles(set.stream, set.pieces, &masked);
-  fs::create_directories(options.out);
-  vectors::write_text(set.stream, options.out / "functional.mvec");
-  write_file(options.out / "functional.stil", flat_stil_text(stream));
-  write_file(options.out / "functional.wgl", wgl_text(stream));
-  write_file(options.out / "functional.avc", avc_text(stream));
-  write_file(options.out / "functional.atp", atp_text(stream));
-  write_file(options.out / "masks.txt", mask_report(masked));
-  nlohmann::ordered_json manifest = {{"tool", version()},
-                                     {"rtl", rtl_sha256()},
-                                     {"seed", kFunctionalSeed},
-                                     {"clocks", cycle_count(stream)},
-                                     {"vectors", stream.cycles.size()},
-                                     {"masked", mask_json(masked)}};
-  for (const char* name : {"functional.mvec", "functional.stil", "functional.wgl", "functional.avc",
-                           "functional.atp", "masks.txt"})
-    manifest["files"][name] = sha256(read_file(options.out / name));
-  for (const FunctionalPiece& piece : set.pieces)
-    manifest["pieces"].push_back({{"requirement", piece.requirement}, {"first_cycle", piece.first_cycle}});
-  write_file(options.out / "manifest.json", manifest.dump(2) + "\n");
-  fmt::print("{} clocks in {} vectors, {} pieces, {} strobes masked\n", cycle_count(stream),
-             stream.cycles.size(), set.pieces.size(), manifest["masked"]["strobes"].get<std::size_t>());
-  return 0;
+// Every strobe that the file leaves open.
+void report_masks(const Options& options, const CycleStream& stream) {
+  const std::vector<dft::MaskedStrobes> masked = masked_strobes(stream, ScanOptions{}.scan_enable);
+  const MaskSummary sums = summary(masked);
+  const auto outputs = static_cast<std::uint64_t>(std::count_if(
+      stream.signals.begin(), stream.signals.end(), [](const TestSignal& s) { return !s.is_input; }));
+  vectors::write_whole(options.out, mask_text(masked));
+  fmt::print("{} of {} strobes masked\n", sums.masked, outputs * cycle_count(stream));
+  for (const auto& [reason, strobes] : sums.reasons) fmt::print("{:>12}  {}\n", strobes, reason);
 }
 
 int report_replay(std::uint64_t cycles, std::uint64_t strobes, std::uint64_t mismatches,
@@ -560,8 +552,9 @@ int grade_patterns(const Options& options) {
   }
   const std::vector<FaultClass> reported = reported_classes(circuit, list, of_class);
   if (!options.out.empty())
-    write_file(options.out, fault_report(list, reported, graded,
-                                         [&](std::size_t fault) { return fault_name(circuit, fault); }));
+    vectors::write_whole(options.out, fault_report(list, reported, graded, [&](std::size_t fault) {
+                           return fault_name(circuit, fault);
+                         }));
   print_coverage(coverage(list, reported));
   fmt::print("{:<22} {:>10}\n", "patterns", patterns.size());
   return 0;
@@ -634,11 +627,19 @@ void keep_first(CycleStream& stream, std::uint64_t cycles) {
 }
 
 int replay_patterns(const Options& options) {
-  const bool on_chip = options.on == "model" || options.on == "rtl";
-  if (!on_chip && options.netlist.empty())
+  const bool on_chip = options.on == "model" || options.on == "rtl", on_fpga = options.on == "fpga";
+  if (on_fpga && options.readback.empty())
+    throw InputError("--readback: found nothing, expected the Verilog read back from the bitstream");
+  if (!on_chip && !on_fpga && options.netlist.empty())
     throw InputError("--netlist: found nothing, expected the netlist to run on");
   CycleStream stream = read_patterns(options);
   if (options.cycles != 0) keep_first(stream, options.cycles);
+  if (!options.out.empty()) report_masks(options, stream);
+  if (on_fpga) {
+    const WorkFolder folder;
+    const ReplayResult result = replay_verilog_in_icarus(options.readback, stream, folder.path());
+    return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
+  }
   if (stream.chains.empty() && options.on != "icarus") return replay_functional_stream(options, stream);
   if (on_chip)
     throw InputError(fmt::format("{}: found scan patterns for --on {}, expected functional vectors",
@@ -677,7 +678,7 @@ int prove(const Options& options) {
     ++(good ? proved : refused);
     if (!good) fmt::print("{}: {}\n", name, reason.empty() ? "not refuted" : reason);
   }
-  write_file(options.out / "index.txt", index);
+  vectors::write_whole(options.out / "index.txt", index);
   fmt::print("{} classes proved untestable, {} refused\n", proved, refused);
   return refused == 0 ? 0 : 1;
 }
@@ -765,9 +766,19 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
         ->expected(5);
   };
   timing_of(sub_grade);
+  const auto scan_of = [&](CLI::App* sub) {
+    sub->add_option(
+        "--chains", options->scan,
+        "Files without scan chains: where they stand, scan.json of `vectors generate` or `scan`, or the "
+        "word netlist: found in it");
+  };
+  scan_of(sub_grade);
   CLI::App* sub_functional = command->add_subcommand(
       "functional", "Record the chip's functional set (.mvec), labelled by requirement");
   sub_functional->add_option("--out", options->out, "Folder to write")->required();
+  sub_functional->add_option("--netlist", options->netlist,
+                             "Netlist that the set is meant for: its hash goes into the manifest");
+  sub_functional->add_option("--liberty", options->liberty, "Library of its cells: likewise");
   sub_functional->add_flag_callback(
       "--quick", [=] { options->length = FunctionalLength::quick; }, "Each register written once");
   CLI::App* sub_rules = command->add_subcommand("rules", "Breaches of the rules that scan asks for");
@@ -785,15 +796,20 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
                          "Yosys JSON: of the scanned netlist for STIL, any for recordings");
   sub_replay->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
   sub_replay
-      ->add_option("--on", options->on,
-                   "netlist (default), icarus; model or rtl for the chip's vectors without scan")
-      ->check(CLI::IsMember({"netlist", "icarus", "model", "rtl"}));
+      ->add_option(
+          "--on", options->on,
+          "netlist (default), icarus; model or rtl for the chip's vectors without scan; fpga for a block's")
+      ->check(CLI::IsMember({"netlist", "icarus", "model", "rtl", "fpga"}));
+  sub_replay->add_option("--readback", options->readback,
+                         "For --on fpga: Verilog of what was read back from a bitstream (icebox_vlog)");
+  sub_replay->add_option("--report", options->out, "File for every strobe that is not made, and why");
   sub_replay->add_option("--seed", options->seed, "Seed of the power-up states (default 1)");
   CLI::Option* cells =
       sub_replay->add_option("--cells", options->cells, "Verilog of the cells with specify blocks");
   sub_replay->add_option("--sdf", options->sdf, "Delays of the netlist's instances, for --on icarus")
       ->needs(cells);
   timing_of(sub_replay);
+  scan_of(sub_replay);
   sub_replay->add_option("--cycles", options->cycles, "Only so many cycles from the first (default: all)");
   CLI::App* sub_prove =
       command->add_subcommand("prove", "A checked refutation for every fault called redundant");
@@ -809,7 +825,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_check->add_option("PROOF", options->proof, "DRAT file in text")->required();
   return [=] {
     if (*sub_generate) return generate(*options);
-    if (*sub_scan) return scan(*options);
+    if (*sub_scan) return insert_chains(*options);
     if (*sub_grade) return grade_patterns(*options);
     if (*sub_functional) return record_functional(*options);
     if (*sub_rules) return check_scan_rules(*options);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -13,7 +12,7 @@ namespace meltstage::vectors {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
-  throw std::runtime_error(
+  throw OutputError(
       fmt::format("{}: cannot write: found \"{}\", expected a writable folder with free space; "
                   "choose another place",
                   path.string(), std::generic_category().message(error)));
@@ -46,6 +45,12 @@ void OutputFile::publish() {
   std::filesystem::rename(partial_, path_, error);
   if (error) fail(path_, error.value());
   partial_.clear();
+}
+
+void write_whole(const std::filesystem::path& path, std::string_view text) {
+  OutputFile file(path);
+  file.write(text);
+  file.publish();
 }
 
 }  // namespace meltstage::vectors

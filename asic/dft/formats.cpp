@@ -106,40 +106,111 @@ std::string dump(const CycleStream& stream, std::string header, const Change& ch
   return dump.text;
 }
 
-}  // namespace
+char wgl_value(char state) { return state == 'P' || state == 'H' ? '1' : state == 'L' ? '0' : state; }
 
-std::string wgl_text(const CycleStream& stream) {
-  const TestTiming& t = stream.timing;
-  std::string text = fmt::format("waveform {}\n\nsignal\n", pin_name(stream.title));
-  for (const TestSignal& signal : stream.signals)
+std::string wgl_signals(const std::string& title, const std::vector<TestSignal>& signals) {
+  std::string text = fmt::format("waveform {}\n\nsignal\n", pin_name(title));
+  for (const TestSignal& signal : signals)
     text += fmt::format("  \"{}\" : {};\n", signal.name, signal.is_input ? "input" : "output");
-  text += fmt::format("end\n\ntimeplate tp period {}nS\n", t.period_ns);
-  for (std::size_t s = 0; s < stream.signals.size(); ++s) {
-    const TestSignal& signal = stream.signals[s];
+  return text + "end\n";
+}
+
+template <class Pulsed>
+std::string wgl_timeplate(const std::vector<TestSignal>& signals, const TestTiming& t, const Pulsed& pulsed) {
+  std::string text = fmt::format("\ntimeplate tp period {}nS\n", t.period_ns);
+  for (std::size_t s = 0; s < signals.size(); ++s) {
+    const TestSignal& signal = signals[s];
     if (!signal.is_input)
       text += fmt::format("  \"{}\" := output[0nS:X, {}nS:Q, {}nS:X];\n", signal.name, t.strobe_ns,
                           t.strobe_ns + 1);
-    else if (pulsed(stream, s))
+    else if (pulsed(s))
       text += fmt::format("  \"{}\" := input[0nS:D, {}nS:S, {}nS:D];\n", signal.name, t.clock_rise_ns,
                           t.clock_fall_ns);
     else
       text += fmt::format("  \"{}\" := input[{}{}nS:S];\n", signal.name, t.drive_ns > 0 ? "0nS:P, " : "",
                           t.drive_ns);
   }
-  text += "end\n\npattern main (";
-  for (std::size_t s = 0; s < stream.signals.size(); ++s)
-    text += fmt::format("{}\"{}\"", s == 0 ? "" : ", ", stream.signals[s].name);
-  text += ")\n";
+  return text + "end\n";
+}
+
+// The columns of the pattern; rows follow.
+std::string wgl_pattern(const std::vector<TestSignal>& signals) {
+  std::string text = "\npattern main (";
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    text += fmt::format("{}\"{}\"", s == 0 ? "" : ", ", signals[s].name);
+  return text + ")\n";
+}
+
+}  // namespace
+
+std::string wgl_text(const CycleStream& stream) {
+  std::string text = wgl_signals(stream.title, stream.signals);
+  text += wgl_timeplate(stream.signals, stream.timing, [&](std::size_t s) { return pulsed(stream, s); });
+  text += wgl_pattern(stream.signals);
   runs(stream, 1'000'000, [&](const TestCycle& cycle, std::uint64_t count) {
     if (!cycle.label.empty()) text += fmt::format("  {{ {} }}\n", cycle.label);
     text += count == 1 ? "  vector(tp) := [" : fmt::format("  repeat {} vector(tp) := [", count);
     for (const char c : cycle.states) {
       text += ' ';
-      text += c == 'P' || c == 'H' ? '1' : c == 'L' ? '0' : c;
+      text += wgl_value(c);
     }
     text += " ];\n";
   });
   return text + "end\n\nend\n";
+}
+
+std::string wgl_text(const ScanTest& test) {
+  std::string cells = "\nscancell\n", chains = "\nscanchain\n";
+  std::string ports(test.signals.size(), '\0');  // of the chains, '-' in a scan row
+  for (const ScanChain& chain : test.chains) {
+    chains += fmt::format("  \"{}\" [\"{}\"", chain.name, chain.in);
+    for (const std::string& cell : chain.cells) {
+      cells += fmt::format("  \"{}\";\n", cell);
+      chains += fmt::format(", \"{}\"", cell);
+    }
+    chains += fmt::format(", \"{}\"];\n", chain.out);
+    for (std::size_t s = 0; s < test.signals.size(); ++s) {
+      if (test.signals[s].name == chain.in || test.signals[s].name == chain.out) ports[s] = '-';
+    }
+  }
+  std::string states = "\nscanstate\n", pattern = wgl_pattern(test.signals);
+  std::size_t loads = 0;
+  // Declares what the chains hold and gives the list that a scan row names it by.
+  const auto declare = [&](const char* kind, const std::vector<std::string>& shifted) {
+    std::string list;
+    for (std::size_t c = 0; c < test.chains.size(); ++c) {
+      const ScanChain& chain = test.chains[c];
+      const std::string state = fmt::format("{}_{}{}", chain.name, kind, loads);
+      states += fmt::format("  \"{}\" := \"{}\"(", state, chain.name);
+      // The last cell's bit is shifted out first; of a load, the last bits stay in a shorter chain.
+      const std::string& bits = shifted[c];
+      const std::size_t length = chain.cells.size(), skipped = kind[0] == 'u' ? 0 : bits.size() - length;
+      for (std::size_t i = length; i-- > 0;) states += wgl_value(bits[skipped + i]);
+      states += ");\n";
+      list += fmt::format("{}\"{}\":\"{}\"", c == 0 ? "" : ", ", chain.name, state);
+    }
+    return list;
+  };
+  for_each_step(test, [&](const ScanStep& step) {
+    if (!step.label.empty()) pattern += fmt::format("  {{ {} }}\n", step.label);
+    pattern += step.load == nullptr ? "  vector(tp) := [" : "  scan(tp) := [";
+    for (std::size_t s = 0; s < step.states.size(); ++s) {
+      pattern += ' ';
+      pattern += step.load != nullptr && ports[s] != '\0' ? ports[s] : wgl_value(step.states[s]);
+    }
+    pattern += " ]";
+    if (step.load != nullptr) {
+      if (step.unload != nullptr)
+        pattern += fmt::format(",\n    output [{}]", declare("unload", *step.unload));
+      pattern += fmt::format(",\n    input [{}]", declare("load", *step.load));
+      ++loads;
+    }
+    pattern += ";\n";
+  });
+  return wgl_signals(test.title, test.signals) + cells + "end\n" + chains + "end\n" +
+         wgl_timeplate(test.signals, test.timing,
+                       [&](std::size_t s) { return test.signals[s].name == test.clock; }) +
+         states + "end\n" + pattern + "end\n\nend\n";
 }
 
 std::string evcd_text(const CycleStream& stream) {

@@ -5,11 +5,14 @@
 #include <string>
 
 #include "asic/dft/cycles.hpp"
+#include "asic/dft/scan_test.hpp"
 
 namespace meltstage::dft {
 
 /// WGL with one timeplate and flat vectors.
 std::string wgl_text(const CycleStream& stream);
+/// WGL with scan cells, chains and states; a scan row a load. States stand in the order of the chain's cells.
+std::string wgl_text(const ScanTest& test);
 /// Extended VCD ($dumpports, IEEE 1364-2005 clause 18): D and U on inputs, L H X on outputs, at their edges
 /// within the cycle.
 std::string evcd_text(const CycleStream& stream);

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <random>
 #include <set>
@@ -290,8 +291,11 @@ std::string icarus_vectors(const CycleStream& stream) {
   return text;
 }
 
-std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
-                         const std::filesystem::path& sdf) {
+namespace {
+
+// `instance`: the device under test, with its ports at s0, s1 ... by signal.
+std::string bench_of(const std::string& instance, const CycleStream& stream,
+                     const std::filesystem::path& sdf) {
   std::string text = "`timescale 1ns/1ps\nmodule bench;\n";
   const std::size_t width = 2 * stream.signals.size();
   const auto value_bit = [&](std::size_t s) { return fmt::format("v[{}]", width - 1 - 2 * s); };
@@ -300,23 +304,8 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
                       width - 1);
   for (std::size_t s = 0; s < stream.signals.size(); ++s)
     text += fmt::format("  {} s{};\n", stream.signals[s].is_input ? "reg" : "wire", s);
-  const auto index = [&](const std::string& name) {
-    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
-      if (stream.signals[s].name == name) return fmt::format("s{}", s);
-    }
-    return std::string();
-  };
-  text += "  " + escaped(netlist.top) + "dut (";
-  const char* separator = "";
-  for (const Port& port : netlist.ports) {
-    std::string bits;
-    for (std::size_t i = port.bits.size(); i-- > 0;)
-      bits += (bits.empty() ? "" : ", ") + index(port.bit_name(i));
-    text += fmt::format("{}.{}({{{}}})", separator, escaped(port.name), bits);
-    separator = ", ";
-  }
+  text += "  " + instance;
   const TestTiming& t = stream.timing;
-  text += ");\n";
   if (!sdf.empty()) text += fmt::format("  initial $sdf_annotate(\"{}\", dut);\n", sdf.string());
   text +=
       "  initial begin\n    file = $fopen(\"vectors.txt\", \"r\");\n    got = $fscanf(file, \"%b\\n\", "
@@ -344,50 +333,113 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
          "mismatches);\n    $finish;\n  end\nendmodule\n";
 }
 
-ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
-                              const std::filesystem::path& work, const IcarusDelays& delays) {
-  const auto write = [&](const char* name, const std::string& text) {
-    std::ofstream file(work / name, std::ios::binary);
-    file << text;
-    if (!file.flush()) throw InputError(fmt::format("{}: can't be written", (work / name).string()));
-  };
-  write("netlist.v", verilog_text(netlist));
-  write("bench.v", icarus_bench(netlist, stream,
-                                delays.sdf.empty() ? delays.sdf : std::filesystem::absolute(delays.sdf)));
-  std::string cells = "cells.v", specify;
-  if (delays.sdf.empty()) {
-    write("cells.v", cell_models(netlist, library));
-  } else {
-    cells = fmt::format("'{}'", std::filesystem::absolute(delays.cells).string());
-    specify = " -gspecify -Ttyp";
-  }
-  write("vectors.txt", icarus_vectors(stream));
-  const std::string command = fmt::format(
-      "cd '{}' && iverilog -g2012{} -s bench -o bench.vvp bench.v netlist.v {} 2>&1 && vvp -n bench.vvp 2>&1",
-      work.string(), specify, cells);
+// What the bench in `work` says; `command` compiles it. `complaint` reads what Icarus says beside the
+// verdict.
+ReplayResult verdict_of_icarus(const std::filesystem::path& work, const std::string& compile,
+                               const std::function<void(const std::string&)>& complaint) {
+  const std::string command =
+      fmt::format("cd '{}' && iverilog -g2012 -s bench -o bench.vvp {} 2>&1 && vvp -n bench.vvp 2>&1",
+                  work.string(), compile);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   std::string output;
   char buffer[4096];
   while (pipe && std::fgets(buffer, sizeof buffer, pipe.get()) != nullptr) output += buffer;
+  complaint(output);
   ReplayResult result;
   const std::size_t verdict = output.rfind(" cycles, ");
   const std::size_t begin = verdict == std::string::npos ? 0 : output.rfind('\n', verdict) + 1;
   if (verdict == std::string::npos ||
       std::sscanf(output.c_str() + begin, "%zu cycles, %zu strobes, %zu mismatches", &result.cycles,
                   &result.strobes, &result.mismatches) != 3)
-    throw InputError(fmt::format("{}: Icarus did not finish ({}); see the files there", work.string(),
-                                 output.substr(0, output.find('\n'))));
-  // A delay that finds no path in the cells, or a file that can't be read, is told and passed over there.
-  const std::size_t complaint = std::min(output.find("SDF WARNING"), output.find("SDF ERROR"));
-  if (complaint != std::string::npos)
-    throw InputError(fmt::format("{}: found {}, expected delays of this netlist and these cells",
-                                 delays.sdf.string(),
-                                 output.substr(complaint, output.find('\n', complaint) - complaint)));
+    throw InputError(
+        fmt::format("{}: Icarus did not finish ({})", work.string(), output.substr(0, output.find('\n'))));
   if (result.mismatches != 0) {
     const std::size_t first = output.find("cycle ");
     result.first = output.substr(first, output.find('\n', first) - first);
   }
   return result;
+}
+
+void write_work(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush()) throw InputError(fmt::format("{}: can't be written", path.string()));
+}
+
+}  // namespace
+
+std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
+                         const std::filesystem::path& sdf) {
+  const auto index = [&](const std::string& name) {
+    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+      if (stream.signals[s].name == name) return fmt::format("s{}", s);
+    }
+    return std::string();
+  };
+  std::string instance = escaped(netlist.top) + "dut (";
+  const char* separator = "";
+  for (const Port& port : netlist.ports) {
+    std::string bits;
+    for (std::size_t i = port.bits.size(); i-- > 0;)
+      bits += (bits.empty() ? "" : ", ") + index(port.bit_name(i));
+    instance += fmt::format("{}.{}({{{}}})", separator, escaped(port.name), bits);
+    separator = ", ";
+  }
+  return bench_of(instance + ");\n", stream, sdf);
+}
+
+ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
+                              const std::filesystem::path& work, const IcarusDelays& delays) {
+  write_work(work / "netlist.v", verilog_text(netlist));
+  write_work(
+      work / "bench.v",
+      icarus_bench(netlist, stream, delays.sdf.empty() ? delays.sdf : std::filesystem::absolute(delays.sdf)));
+  std::string cells = "cells.v", specify;
+  if (delays.sdf.empty()) {
+    write_work(work / "cells.v", cell_models(netlist, library));
+  } else {
+    cells = fmt::format("'{}'", std::filesystem::absolute(delays.cells).string());
+    specify = "-gspecify -Ttyp ";
+  }
+  write_work(work / "vectors.txt", icarus_vectors(stream));
+  return verdict_of_icarus(
+      work, fmt::format("{}bench.v netlist.v {}", specify, cells), [&](const std::string& output) {
+        // A delay that finds no path in the cells, or a file that can't be read, is told and passed over
+        // there.
+        const std::size_t at = std::min(output.find("SDF WARNING"), output.find("SDF ERROR"));
+        if (at != std::string::npos)
+          throw InputError(fmt::format("{}: found {}, expected delays of this netlist and these cells",
+                                       delays.sdf.string(), output.substr(at, output.find('\n', at) - at)));
+      });
+}
+
+ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, const CycleStream& stream,
+                                      const std::filesystem::path& work) {
+  std::ifstream file(verilog);
+  std::string top;
+  for (std::string line; top.empty() && std::getline(file, line);) {
+    if (line.rfind("module ", 0) == 0) top = line.substr(7, line.find_first_of(" (;", 7) - 7);
+  }
+  if (top.empty())
+    throw InputError(
+        fmt::format("{}: found no module, expected Verilog of what was read back", verilog.string()));
+  std::string instance = escaped(top) + "dut (";
+  for (std::size_t s = 0; s < stream.signals.size(); ++s)
+    instance += fmt::format("{}.{}(s{})", s == 0 ? "" : ", ", escaped(stream.signals[s].name), s);
+  write_work(work / "bench.v", bench_of(instance + ");\n", stream, {}));
+  write_work(work / "vectors.txt", icarus_vectors(stream));
+  return verdict_of_icarus(
+      work, fmt::format("-Wportbind bench.v '{}'", std::filesystem::absolute(verilog).string()),
+      [&](const std::string& output) {
+        for (const char* complaint : {"is not a port of", "dangling input port"}) {
+          const std::size_t at = output.find(complaint);
+          if (at == std::string::npos) continue;
+          const std::size_t begin = output.rfind('\n', at) + 1;
+          throw InputError(fmt::format("{}: found other ports than the signals of {} ({}), expected the same",
+                                       verilog.string(), stream.title,
+                                       output.substr(begin, output.find('\n', at) - begin)));
+        }
+      });
 }
 
 }  // namespace meltstage::dft

@@ -53,4 +53,10 @@ std::string icarus_vectors(const CycleStream& stream);
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
                               const std::filesystem::path& work, const IcarusDelays& delays = {});
 
+/// Runs a stream on the first module of a Verilog file, whose ports have the names of the stream's signals,
+/// as icebox_vlog reads a bitstream back. Four-state; no scan. Throws InputError when the file has no module,
+/// its ports are others, or Icarus can't be run.
+ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, const CycleStream& stream,
+                                      const std::filesystem::path& work);
+
 }  // namespace meltstage::dft

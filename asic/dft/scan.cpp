@@ -681,6 +681,37 @@ HeldPorts capture_holds(const ScanDesign& design) {
 
 namespace {
 
+// The one input of a gate that is not constant while the others let it pass; -1 when there is none.
+std::int32_t open_pin(const Circuit& circuit, const std::vector<std::int8_t>& constant, Node node) {
+  const auto fanin = circuit.fanin(node);
+  switch (circuit.kind(node)) {
+    case Gate::output:
+    case Gate::buf:
+    case Gate::inv:
+      return constant[fanin[0]] < 0 ? 0 : -1;
+    case Gate::mux: {
+      const std::int8_t select = constant[fanin[2]];
+      return select >= 0 && constant[fanin[static_cast<std::size_t>(select)]] < 0 ? select : -1;
+    }
+    case Gate::all:
+    case Gate::nall:
+    case Gate::any:
+    case Gate::none: {
+      const bool is_and = circuit.kind(node) == Gate::all || circuit.kind(node) == Gate::nall;
+      std::int32_t open = -1;
+      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
+        const std::int8_t value = constant[fanin[pin]];
+        if (value == (is_and ? 1 : 0)) continue;
+        if (value >= 0 || open >= 0) return -1;
+        open = static_cast<std::int32_t>(pin);
+      }
+      return open;
+    }
+    default:
+      return -1;
+  }
+}
+
 // Marks what lies on open ways through a circuit whose constants are known.
 class WayMarker {
  public:
@@ -694,7 +725,7 @@ class WayMarker {
   // Backwards from the input of `node` as long as one input of each gate is free and the others let it pass.
   void from(Node node) {
     while (!circuit_.fanin(node).empty()) {
-      const std::int32_t open = open_pin(node);
+      const std::int32_t open = open_pin(circuit_, constant_, node);
       if (open < 0) return;
       const auto fanin = circuit_.fanin(node);
       for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
@@ -718,35 +749,6 @@ class WayMarker {
     if (found == sites_.end()) return;
     for (const std::size_t site : found->second) circuit_.imply(site, stuck);
   }
-  std::int32_t open_pin(Node node) const {
-    const auto fanin = circuit_.fanin(node);
-    switch (circuit_.kind(node)) {
-      case Gate::output:
-      case Gate::buf:
-      case Gate::inv:
-        return constant_[fanin[0]] < 0 ? 0 : -1;
-      case Gate::mux: {
-        const std::int8_t select = constant_[fanin[2]];
-        return select >= 0 && constant_[fanin[static_cast<std::size_t>(select)]] < 0 ? select : -1;
-      }
-      case Gate::all:
-      case Gate::nall:
-      case Gate::any:
-      case Gate::none: {
-        const bool is_and = circuit_.kind(node) == Gate::all || circuit_.kind(node) == Gate::nall;
-        std::int32_t open = -1;
-        for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-          const std::int8_t value = constant_[fanin[pin]];
-          if (value == (is_and ? 1 : 0)) continue;
-          if (value >= 0 || open >= 0) return -1;
-          open = static_cast<std::int32_t>(pin);
-        }
-        return open;
-      }
-      default:
-        return -1;
-    }
-  }
   // A constant that keeps a gate open: the other value closes it; so does that of the line it comes from.
   void hold_open(Node node, std::int32_t pin) {
     for (;;) {
@@ -766,7 +768,82 @@ class WayMarker {
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> sites_;
 };
 
+// From the input of a node back along open ways to where they begin, a port or the state of a flop.
+struct Origin {
+  Node node;
+  bool inverted = false;
+};
+Origin origin_of(const Circuit& circuit, const std::vector<std::int8_t>& constant, Node node) {
+  bool inverted = false;
+  while (!circuit.fanin(node).empty()) {
+    const std::int32_t open = open_pin(circuit, constant, node);
+    if (open < 0) return {kNoNode};
+    const Gate kind = circuit.kind(node);
+    inverted ^= kind == Gate::inv || kind == Gate::nall || kind == Gate::none;
+    node = circuit.fanin(node)[static_cast<std::size_t>(open)];
+  }
+  return {node, inverted};
+}
+
 }  // namespace
+
+std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& library,
+                                    const ScanOptions& names) {
+  const CaptureView view = capture_view(netlist, library);
+  const std::vector<Node>&inputs = view.circuit.inputs(), &outputs = view.circuit.outputs();
+  std::vector<std::int8_t> shifting(inputs.size(), -1);
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+    if (view.input_ports[i] == names.scan_enable || view.input_ports[i] == names.test_mode) shifting[i] = 1;
+  }
+  std::unordered_map<Node, std::size_t> input;
+  for (std::size_t i = 0; i < inputs.size(); ++i) input[inputs[i]] = i;
+  std::vector<std::int8_t> constant = constants(view.circuit, shifting);
+  for (const ScanFlop& flop : view.flops) {  // resets don't act
+    const auto node = view.node_of_net.find(flop.reset);
+    if (!flop.has_reset || node == view.node_of_net.end()) continue;
+    const Origin origin = origin_of(view.circuit, constant, node->second);
+    if (origin.node != kNoNode && input.at(origin.node) < view.input_ports.size())
+      shifting[input.at(origin.node)] = flop.reset_low != origin.inverted ? 1 : 0;
+  }
+  constant = constants(view.circuit, shifting);
+  const Port* scan_out = nullptr;
+  for (const Port& port : netlist.ports) {
+    if (!port.is_input && port.name == names.scan_out) scan_out = &port;
+  }
+  if (scan_out == nullptr)
+    throw InputError(
+        fmt::format("{}: found no output port {}, expected a scanned netlist; give its scan.json",
+                    netlist.file, names.scan_out));
+  std::vector<ScanChain> chains;
+  for (std::size_t bit = 0; bit < scan_out->bits.size(); ++bit) {
+    ScanChain chain{fmt::format("chain{}", bit), "", scan_out->bit_name(bit), {}};
+    const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), chain.out);
+    Node at = outputs[static_cast<std::size_t>(port - view.output_ports.begin())];
+    while (chain.in.empty()) {
+      const Origin origin = origin_of(view.circuit, constant, at);
+      const std::string before = chain.cells.empty() ? chain.out : chain.cells.back();
+      if (origin.node == kNoNode || chain.cells.size() > view.flops.size())
+        throw InputError(
+            fmt::format("{}: {}: found no open way to one flop or port while scan is enabled, "
+                        "expected a scan chain",
+                        netlist.file, before));
+      if (origin.inverted)
+        throw InputError(fmt::format("{}: {}: found an inversion before it in the chain, expected none",
+                                     netlist.file, before));
+      const std::size_t i = input.at(origin.node);
+      if (i < view.input_ports.size()) {
+        chain.in = view.input_ports[i];
+      } else {
+        const std::size_t flop = i - view.input_ports.size();
+        chain.cells.push_back(view.flops[flop].name);
+        at = outputs[view.output_ports.size() + flop];
+      }
+    }
+    std::reverse(chain.cells.begin(), chain.cells.end());
+    chains.push_back(std::move(chain));
+  }
+  return chains;
+}
 
 CaptureView scan_view(const ScanDesign& design, const CellLibrary& library) {
   CaptureView view = capture_view(design.netlist, library, capture_holds(design));

@@ -50,6 +50,11 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
 /// names the cell when a rule that can't be mended is broken.
 ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options = {});
 
+/// Chains of a scanned netlist, found by following each bit of its scan output back while scan is enabled.
+/// Throws InputError that names the cell where a chain breaks or inverts.
+std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& library,
+                                    const ScanOptions& names = {});
+
 /// Values that the ports of a scan design hold while it captures.
 HeldPorts capture_holds(const ScanDesign& design);
 

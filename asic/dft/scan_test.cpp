@@ -226,6 +226,58 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
   return patterns;
 }
 
+void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std::string& scan_enable) {
+  const auto require = [&](const std::string& name, bool input) {
+    const std::size_t s = index_of(stream.signals, name);
+    if (s == stream.signals.size() || stream.signals[s].is_input != input)
+      throw InputError(
+          fmt::format("{}: found no {} signal {}, expected the scan enable and the ports of every chain",
+                      stream.title, input ? "input" : "output", name));
+    return s;
+  };
+  if (chains.empty())
+    throw InputError(fmt::format("{}: found no chains to give it, expected some", stream.title));
+  const std::size_t enable = require(scan_enable, true);
+  std::size_t longest = 0;
+  for (const ScanChain& chain : chains) {
+    require(chain.in, true);
+    require(chain.out, false);
+    longest = std::max(longest, chain.cells.size());
+  }
+  std::uint64_t at = 0, begin = 0, shifts = 0;
+  std::size_t loads = 0;
+  bool shifting = false;
+  const auto finish_load = [&] {
+    if (shifting && shifts < longest)
+      throw InputError(
+          fmt::format("{}: found {} clocks with {} at 1 from cycle {} on, expected at least {}, the "
+                      "cells of the longest chain",
+                      stream.title, shifts, scan_enable, begin, longest));
+    shifting = false;
+  };
+  for (TestCycle& cycle : stream.cycles) {
+    if (cycle.states[enable] != '1') {
+      finish_load();
+    } else {
+      if (!shifting) {
+        shifting = true;
+        begin = at;
+        shifts = 0;
+        if (cycle.label.empty()) cycle.label = fmt::format("load {}", loads);
+        ++loads;
+      }
+      if (cycle.states.find('P') != std::string::npos) shifts += cycle.count;
+    }
+    at += cycle.count;
+  }
+  finish_load();
+  if (loads == 0)
+    throw InputError(
+        fmt::format("{}: found no cycle with {} at 1, expected scan patterns; leave --chains out",
+                    stream.title, scan_enable));
+  stream.chains = std::move(chains);
+}
+
 ScanTest make_scan_test(const ScanDesign& design, const CaptureView& view,
                         const std::vector<Pattern>& patterns, const std::string& title) {
   return Maker(design, view, title).captures(patterns);
@@ -237,40 +289,30 @@ ScanTest make_transition_test(const ScanDesign& design, const CaptureView& view,
   return Maker(design, view, title).launches(transitions, patterns);
 }
 
-CycleStream expand(const ScanTest& test) {
-  CycleStream stream{test.title, test.signals, test.timing, {}, test.chains};
-  const std::size_t inputs = test.input_count(), length = test.chain_length();
-  const std::size_t clock = index_of(test.signals, test.clock),
+void for_each_step(const ScanTest& test, const std::function<void(const ScanStep&)>& take) {
+  const std::size_t inputs = test.input_count(), clock = index_of(test.signals, test.clock),
                     enable = index_of(test.signals, test.scan_enable);
   const std::string nothing(test.signals.size() - inputs, 'X');
-  const auto cycle = [&](const std::string& states, const std::string& label) {
-    stream.cycles.push_back({states, label});
-  };
-  std::string idle = test.idle_inputs;
+  const auto cycle = [&](const std::string& states, const std::string& label) { take({states, label}); };
+  const std::string idle = test.idle_inputs;
   if (!test.reset.empty()) {
-    const std::size_t reset = index_of(test.signals, test.reset);
     std::string in_reset = idle;
-    in_reset[reset] = test.reset_low ? '0' : '1';
+    in_reset[index_of(test.signals, test.reset)] = test.reset_low ? '0' : '1';
     in_reset[clock] = 'P';
     cycle(in_reset + nothing, "test_setup");
     cycle(idle + nothing, "");
   }
-  std::vector<std::string> unload;
+  const std::vector<std::string> zeros(test.chains.size(), std::string(test.chain_length(), '0'));
+  const std::vector<std::string>* unload = nullptr;
   for (std::size_t p = 0; p <= test.patterns.size(); ++p) {
     const ScanPattern* pattern = p < test.patterns.size() ? &test.patterns[p] : nullptr;
     std::string shift = idle + nothing;
     shift[enable] = '1';
     cycle(shift, pattern != nullptr ? pattern->label : "last unload");
     shift[clock] = 'P';
-    for (std::size_t i = 0; i < length; ++i) {
-      for (std::size_t c = 0; c < test.chains.size(); ++c) {
-        shift[index_of(test.signals, test.chains[c].in)] = pattern != nullptr ? pattern->load[c][i] : '0';
-        shift[index_of(test.signals, test.chains[c].out)] = unload.empty() ? 'X' : unload[c][i];
-      }
-      cycle(shift, "");
-    }
+    take({shift, "", pattern != nullptr ? &pattern->load : &zeros, unload});
     if (pattern == nullptr) break;
-    unload = pattern->unload;
+    unload = &pattern->unload;
     if (pattern->action == Action::launch) cycle(pattern->inputs + nothing, "");
     if (pattern->action == Action::capture || pattern->action == Action::launch)
       cycle(pattern->inputs + pattern->outputs, "");
@@ -281,6 +323,30 @@ CycleStream expand(const ScanTest& test) {
       cycle(idle + nothing, "");
     }
   }
+}
+
+CycleStream expand(const ScanTest& test) {
+  CycleStream stream{test.title, test.signals, test.timing, {}, test.chains};
+  std::vector<std::size_t> ins, outs;
+  for (const ScanChain& chain : test.chains) {
+    ins.push_back(index_of(test.signals, chain.in));
+    outs.push_back(index_of(test.signals, chain.out));
+  }
+  const std::size_t length = test.chain_length();
+  for_each_step(test, [&](const ScanStep& step) {
+    if (step.load == nullptr) {
+      stream.cycles.push_back({step.states, step.label});
+      return;
+    }
+    std::string states = step.states;
+    for (std::size_t i = 0; i < length; ++i) {
+      for (std::size_t c = 0; c < test.chains.size(); ++c) {
+        states[ins[c]] = (*step.load)[c][i];
+        states[outs[c]] = step.unload == nullptr ? 'X' : (*step.unload)[c][i];
+      }
+      stream.cycles.push_back({states, ""});
+    }
+  });
   return stream;
 }
 

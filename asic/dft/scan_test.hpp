@@ -2,6 +2,7 @@
 // Patterns of a scan design as a tester applies them: load, capture, unload.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -55,9 +56,25 @@ ScanTest make_transition_test(const ScanDesign& design, const CaptureView& view,
                               const TransitionView& transitions, const std::vector<Pattern>& patterns,
                               const std::string& title);
 
-/// All cycles: reset, then load/capture of each pattern with the unload of the one before, then the last
+/// What a tester does next: one cycle, or as many as the longest chain has cells, with a bit of `load` and of
+/// `unload` in each at the chains' ports.
+struct ScanStep {
+  std::string states;  ///< by signal; at the chains' ports 0 and X where they are shifted
+  std::string label;   ///< of the pattern that begins here
+  const std::vector<std::string>* load = nullptr;    ///< null: one cycle. By chain, as in ScanPattern
+  const std::vector<std::string>* unload = nullptr;  ///< null with a load: nothing is compared
+};
+
+/// All steps: reset, then load/capture of each pattern with the unload of the one before, then the last
 /// unload. Shorter chains are loaded with leading zeros.
+void for_each_step(const ScanTest& test, const std::function<void(const ScanStep&)>& take);
+/// The same, cycle by cycle.
 CycleStream expand(const ScanTest& test);
+
+/// Gives chains to a stream that has none, as a dump: from then on its shifts are loads and unloads. Each
+/// load gets a label. Throws InputError when ports are missing, nothing is shifted, or a load has fewer
+/// clocks than the longest chain has cells.
+void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std::string& scan_enable);
 
 /// The other way: the capture patterns of a stream, by input of `view`, from what its chains load and its
 /// ports drive. A capture is a clock with scan enable off right behind a load. `compared`, when given, tells

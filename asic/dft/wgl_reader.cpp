@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
-#include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -38,12 +38,17 @@ class WglReader {
         read_timeplate();
       else if (block.text == "pattern")
         read_pattern();
-      else if (block.text == "scancell" || block.text == "scanchain" || block.text == "scanstate")
-        skip_block(block.line);
+      else if (block.text == "scancell")
+        read_cells();
+      else if (block.text == "scanchain")
+        read_chains();
+      else if (block.text == "scanstate")
+        read_states();
       else
-        fail(block.line, shown(block), "signal, timeplate, pattern or end");
+        fail(block.line, shown(block), "signal, timeplate, scancell, scanchain, scanstate, pattern or end");
     }
     if (!pattern_) fail(token_.line, "no pattern", "one");
+    shift_rows();
     set_timing();
     return std::move(stream_);
   }
@@ -54,6 +59,22 @@ class WglReader {
     double ns;
     char state;
   };
+
+  struct Chain {
+    std::size_t index, in, out;  // of the stream; signals
+  };
+  struct State {
+    std::size_t chain;
+    std::string bits;  // by cell
+    std::size_t line;
+  };
+  struct ScanRow {
+    std::size_t at;  // cycles before it
+    std::string states, label;
+    std::size_t line;
+    std::vector<std::pair<const Chain*, Token>> load, unload;  // names of states
+  };
+  static constexpr std::size_t kMaxCycles = 50'000'000;
 
   [[noreturn]] void fail(std::size_t line, const std::string& found, const std::string& expected) const {
     throw PatternFileError(fmt::format("{}:{}: found {}, expected {}", name_, line, found, expected), line);
@@ -120,13 +141,7 @@ class WglReader {
     advance();
     return name;
   }
-  void skip_block(std::size_t line) {
-    while (!at("end")) {
-      if (token_.text.empty() && !token_.quoted) fail(line, "a block left open", "\"end\"");
-      advance();
-    }
-    advance();
-  }
+  bool at_end_of_file() const { return token_.text.empty() && !token_.quoted; }
   std::size_t signal(const Token& token) const {
     const auto found = signal_.find(token.text);
     if (found == signal_.end())
@@ -151,6 +166,90 @@ class WglReader {
         advance();
       }
       expect(";");
+    }
+    advance();
+  }
+
+  // Names; groups of cells in brackets are passed over.
+  void read_cells() {
+    for (; !at("end"); advance()) {
+      if (at_end_of_file()) fail(token_.line, shown(token_), "a scan cell or \"end\"");
+      if (at("[")) {
+        while (!at("]") && !at_end_of_file()) advance();
+      } else if (!at(";") && !at(",")) {
+        cells_.insert(token_.text);
+      }
+    }
+    advance();
+  }
+
+  // name [in, cell, ..., out];
+  void read_chains() {
+    while (!at("end")) {
+      const Token name = token_;
+      take_name();
+      expect("[");
+      std::vector<Token> members;
+      for (bool more = true; more;) {
+        members.push_back(token_);
+        take_name();
+        more = at(",");
+        if (more) advance();
+      }
+      expect("]");
+      expect(";");
+      if (members.size() < 3)
+        fail(name.line, fmt::format("chain \"{}\" with {} members", name.text, members.size()),
+             "its input, cells and output");
+      const std::size_t in = signal(members.front()), out = signal(members.back());
+      if (!stream_.signals[in].is_input || stream_.signals[out].is_input)
+        fail(name.line,
+             fmt::format("chain \"{}\" from \"{}\" to \"{}\"", name.text, members.front().text,
+                         members.back().text),
+             "an input first and an output last");
+      ScanChain chain{name.text, members.front().text, members.back().text, {}};
+      for (std::size_t i = 1; i + 1 < members.size(); ++i) {
+        if (members[i].text == "!" && !members[i].quoted)
+          fail(members[i].line, fmt::format("an inversion in chain \"{}\"", name.text), "chains without");
+        if (cells_.count(members[i].text) == 0)
+          fail(members[i].line, fmt::format("scan cell \"{}\"", members[i].text),
+               "one of the scancell block");
+        chain.cells.push_back(members[i].text);
+      }
+      if (!chain_.emplace(name.text, Chain{stream_.chains.size(), in, out}).second)
+        fail(name.line, fmt::format("chain \"{}\" again", name.text), "each chain once");
+      stream_.chains.push_back(std::move(chain));
+    }
+    advance();
+  }
+  const Chain& chain(const Token& token) const {
+    const auto found = chain_.find(token.text);
+    if (found == chain_.end())
+      fail(token.line, fmt::format("chain \"{}\"", token.text), "one of the scanchain block");
+    return found->second;
+  }
+
+  // name := chain (bits, that of the cell behind the chain's input first);
+  void read_states() {
+    while (!at("end")) {
+      const Token name = token_;
+      take_name();
+      expect(":=");
+      State state{chain(token_).index, "", name.line};
+      advance();
+      expect("(");
+      for (; !at(")"); advance()) {
+        if (at_end_of_file() || at(";")) fail(name.line, "a scan state left open", "\")\"");
+        state.bits += token_.text;
+      }
+      advance();
+      expect(";");
+      const ScanChain& of = stream_.chains[state.chain];
+      if (state.bits.size() != of.cells.size())
+        fail(name.line, fmt::format("{} bits in state \"{}\"", state.bits.size(), name.text),
+             fmt::format("{}, the cells of chain \"{}\"", of.cells.size(), of.name));
+      if (!state_.emplace(name.text, std::move(state)).second)
+        fail(name.line, fmt::format("state \"{}\" again", name.text), "each state once");
     }
     advance();
   }
@@ -243,6 +342,7 @@ class WglReader {
     if (plate_.empty()) fail(name.line, "a pattern without a timeplate", "the timeplate before it");
     if (pattern_) fail(name.line, fmt::format("a second pattern \"{}\"", name.text), "one");
     pattern_ = true;
+    comment_.clear();
     expect("(");
     std::vector<std::size_t> order;
     for (bool more = true; more;) {
@@ -258,7 +358,6 @@ class WglReader {
       if (named[s] == 0)
         fail(name.line, fmt::format("no column of \"{}\"", stream_.signals[s].name), "one for every signal");
     }
-    comment_.clear();
     while (!at("end")) read_vector(order);
     advance();
   }
@@ -274,37 +373,131 @@ class WglReader {
         fail(number.line, shown(number), "how often the vector is repeated");
       advance();
     }
-    expect("vector");
+    const Token row = token_;
+    const bool scan = at("scan");
+    if (scan && count != 1) fail(row.line, "a scan row repeated", "each by itself");
+    expect(scan ? "scan" : "vector");
     expect("(");
     if (token_.text != plate_)
       fail(token_.line, fmt::format("timeplate \"{}\"", token_.text), fmt::format("\"{}\"", plate_));
     advance();
     expect(")");
     expect(":=");
+    const std::string values = take_values(order.size());
+    if (scan) {
+      read_scan_row(order, values, label, row.line);
+      return;
+    }
+    expect(";");
+    std::string states(stream_.signals.size(), '\0');
+    for (std::size_t i = 0; i < order.size(); ++i) states[order[i]] = state_of(order[i], values[i], row.line);
+    stream_.cycles.push_back({std::move(states), label, count});
+  }
+
+  // "[ 0 1 X ]", so many.
+  std::string take_values(std::size_t count) {
     const std::size_t line = token_.line;
     expect("[");
-    std::string states(stream_.signals.size(), '\0'), values;
+    std::string values;
     for (; !at("]"); advance()) {
       if (token_.text.empty() || at(";")) fail(line, "a vector left open", "\"]\"");
       values += token_.text;
     }
     advance();
+    if (values.size() != count)
+      fail(line, fmt::format("{} values", values.size()), fmt::format("the {} of the pattern", count));
+    return values;
+  }
+  char state_of(std::size_t s, char c, std::size_t line) const {
+    const bool input = stream_.signals[s].is_input;
+    if (c == '0') return input ? '0' : 'L';
+    if (c == '1') return !input ? 'H' : pulsed(s) ? 'P' : '1';
+    if (!input && (c == 'X' || c == '-')) return 'X';
+    fail(line, fmt::format("{} for \"{}\"", c, stream_.signals[s].name), input ? "0 or 1" : "0, 1 or X");
+  }
+
+  // scan(tp) := [ 0 1 - X ], output [chain:state, ...], input [chain:state, ...];
+  void read_scan_row(const std::vector<std::size_t>& order, const std::string& values,
+                     const std::string& label, std::size_t line) {
+    ScanRow row{stream_.cycles.size(), std::string(stream_.signals.size(), '\0'), label, line, {}, {}};
+    std::vector<std::uint8_t> shifted(stream_.signals.size(), 0);
+    while (at(",")) {
+      advance();
+      const Token way = token_;
+      advance();
+      if (way.text != "input" && way.text != "output") fail(way.line, shown(way), "input or output");
+      const bool load = way.text == "input";
+      expect("[");
+      for (bool more = true; more;) {
+        const Chain& of = chain(token_);
+        advance();
+        expect(":");
+        const std::size_t port = load ? of.in : of.out;
+        if (shifted[port] != 0)
+          fail(token_.line, fmt::format("\"{}\" again", stream_.signals[port].name), "each chain once");
+        shifted[port] = 1;
+        (load ? row.load : row.unload).push_back({&of, token_});
+        take_name();
+        more = at(",");
+        if (more) advance();
+      }
+      expect("]");
+    }
     expect(";");
-    if (values.size() != order.size())
-      fail(line, fmt::format("{} values", values.size()), fmt::format("the {} of the pattern", order.size()));
+    if (row.load.empty() && row.unload.empty())
+      fail(line, "a scan row without states", "input or output [...]");
     for (std::size_t i = 0; i < order.size(); ++i) {
       const std::size_t s = order[i];
-      const char c = values[i];
-      char state = '\0';
-      if (stream_.signals[s].is_input && (c == '0' || c == '1')) state = c == '1' && pulsed(s) ? 'P' : c;
-      if (!stream_.signals[s].is_input && (c == '0' || c == '1')) state = c == '1' ? 'H' : 'L';
-      if (!stream_.signals[s].is_input && (c == 'X' || c == '-')) state = 'X';
-      if (state == '\0')
-        fail(line, fmt::format("{} for \"{}\"", c, stream_.signals[s].name),
-             stream_.signals[s].is_input ? "0 or 1" : "0, 1 or X");
-      states[s] = state;
+      row.states[s] = shifted[s] == 0               ? state_of(s, values[i], line)
+                      : stream_.signals[s].is_input ? '0'
+                                                    : 'X';
     }
-    stream_.cycles.push_back({std::move(states), label, count});
+    rows_.push_back(std::move(row));
+  }
+  const State& state(const Token& token, const Chain& of) const {
+    const auto found = state_.find(token.text);
+    if (found == state_.end())
+      fail(token.line, fmt::format("scan state \"{}\"", token.text), "one of the scanstate block");
+    if (found->second.chain != of.index)
+      fail(token.line, fmt::format("scan state \"{}\"", token.text),
+           fmt::format("one of chain \"{}\"", stream_.chains[of.index].name));
+    return found->second;
+  }
+  // Scan rows become cycles once all states are known: the bit of the cell before the chain's output moves
+  // first. Shorter chains are loaded with leading zeros.
+  void shift_rows() {
+    std::vector<TestCycle> cycles;
+    std::size_t done = 0;
+    for (const ScanRow& row : rows_) {
+      for (; done < row.at; ++done) cycles.push_back(std::move(stream_.cycles[done]));
+      std::size_t length = 0;
+      for (const auto* list : {&row.load, &row.unload}) {
+        for (const auto& [of, name] : *list)
+          length = std::max(length, stream_.chains[of->index].cells.size());
+      }
+      if (cycles.size() + length > kMaxCycles)
+        fail(row.line, "more cycles than this program takes", fmt::format("at most {}", kMaxCycles));
+      const std::size_t first = cycles.size();
+      cycles.resize(first + length, {row.states, ""});
+      cycles[first].label = row.label;
+      for (const auto& [of, name] : row.load) {
+        const State& loaded = state(name, *of);
+        for (std::size_t cell = 0; cell < loaded.bits.size(); ++cell) {
+          const char c = loaded.bits[cell];
+          if (c != '0' && c != '1') fail(loaded.line, fmt::format("{} to load", c), "0 or 1");
+          cycles[first + length - 1 - cell].states[of->in] = c;
+        }
+      }
+      for (const auto& [of, name] : row.unload) {
+        const State& shown = state(name, *of);
+        for (std::size_t cell = 0; cell < shown.bits.size(); ++cell)
+          cycles[first + shown.bits.size() - 1 - cell].states[of->out] =
+              state_of(of->out, shown.bits[cell], shown.line);
+      }
+    }
+    if (rows_.empty()) return;
+    for (; done < stream_.cycles.size(); ++done) cycles.push_back(std::move(stream_.cycles[done]));
+    stream_.cycles = std::move(cycles);
   }
 
   std::string_view text_;
@@ -316,6 +509,10 @@ class WglReader {
   CycleStream stream_;
   std::map<std::string, std::size_t> signal_;
   std::vector<std::vector<Event>> events_;
+  std::set<std::string> cells_;
+  std::map<std::string, Chain> chain_;
+  std::map<std::string, State> state_;
+  std::vector<ScanRow> rows_;
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 Both get the same random inputs just after each rising edge, at the sign-off period; outputs are compared just before the next.
 PORT=0 and PORT=1 hold an input, all bits of it; PORT=- leaves an output out. An unknown on an output is a mismatch. Prints the clocks and
-mismatches; exits with 1 when there are mismatches.
+mismatches; exits with 1 when there are mismatches, with 2 and one line on wrong use or files that don't fit.
 """
 import json
 import pathlib
@@ -51,14 +51,27 @@ endmodule
 """
 
 
+def refuse(reason):
+    print(f"sdf_replay.py: {reason}", file=sys.stderr)
+    sys.exit(2)
+
+
 def run(command, **options):
     done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
     if done.returncode:
-        sys.exit(f"sdf_replay.py: {command[0]} failed: {(done.stderr or done.stdout).strip().splitlines()[-1]}")
+        refuse(f"{command[0]} failed: {(done.stderr or done.stdout).strip().splitlines()[-1]}")
     return done.stdout
 
 
 def main(reference, netlist, delays, top, cells, period, *ports_as, seed=1):
+    for item in ports_as:
+        if not re.fullmatch(r"[^=]+=[01-]", item):
+            refuse(f"found {item}, expected PORT=0, PORT=1 or PORT=-")
+    if not re.fullmatch(r"\d*\.?\d+", period) or float(period) == 0:
+        refuse(f"PERIOD_NS: found {period}, expected a number above 0")
+    for path in (reference, netlist, delays, cells):
+        if not pathlib.Path(path).is_file():
+            refuse(f"{path}: not there, expected a file")
     ports_as = dict(item.split("=") for item in ports_as)
     with tempfile.TemporaryDirectory() as folder:
         return replay(pathlib.Path(folder), reference, netlist, delays, top, cells, float(period), ports_as, seed)
@@ -89,12 +102,12 @@ def replay(work, reference, netlist, delays, top, cells, period, ports_as, seed)
     told = run(["vvp", "-n", str(work / "bench.vvp")])
     refused = re.search(r"^SDF ERROR.*$", told, re.M)
     if refused:
-        sys.exit(f"sdf_replay.py: {delays}: {refused.group(0)}")
+        refuse(f"{delays}: {refused.group(0)}")
     print("\n".join(line for line in told.splitlines() if "clock" in line))
     return 0 if ", 0 mismatches" in told else 1
 
 
 if __name__ == "__main__":
     if len(sys.argv) < 7:
-        sys.exit("sdf_replay.py: expected REFERENCE.il NETLIST.v DELAYS.sdf TOP CELLS.v PERIOD_NS [PORT=VALUE]...")
+        refuse("expected REFERENCE.il NETLIST.v DELAYS.sdf TOP CELLS.v PERIOD_NS [PORT=VALUE]...")
     sys.exit(main(*sys.argv[1:]))

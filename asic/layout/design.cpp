@@ -2,14 +2,12 @@
 #include "asic/layout/design.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cctype>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <system_error>
 #include <unordered_map>
 
 #include "asic/layout/error.hpp"
@@ -279,19 +277,6 @@ std::string verilog_text(const Design& design, const Technology& technology) {
     fmt::format_to(out, ");\n");
   }
   return text + "endmodule\n";
-}
-
-void write_whole(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path partial = path.string() + fmt::format(".partial.{}", getpid());
-  std::ofstream file(partial, std::ios::binary);
-  file << text;
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(partial, path, error);
-  if (!file || error) {
-    std::filesystem::remove(partial, error);
-    throw InputError(fmt::format("{}: can't be written, expected a place for a new file", path.string()));
-  }
 }
 
 }  // namespace meltstage::layout

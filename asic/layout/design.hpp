@@ -123,7 +123,4 @@ Design parse_def(std::string_view text, const std::string& name, const Technolog
 /// DEF 5.8, 1000 units a micrometre.
 std::string def_text(const Design& design, const Technology& technology);
 
-/// Writes beside, then renames. Throws InputError.
-void write_whole(const std::filesystem::path& path, const std::string& text);
-
 }  // namespace meltstage::layout

@@ -10,6 +10,7 @@
 #include "asic/layout/place.hpp"
 #include "asic/layout/spef.hpp"
 #include "asic/layout/trees.hpp"
+#include "vectors/output_file.hpp"
 
 namespace {
 
@@ -178,9 +179,9 @@ int run(const Options& o) {
   }
   print("processor time of placement", fmt::format("{:.1f}", seconds() - start), "s");
   print("placement errors", fmt::format("{}", errors.size()), "");
-  if (!o.def.empty()) write_whole(o.def, def_text(design, technology));
-  if (!o.spef.empty()) write_whole(o.spef, spef_text(design, technology));
-  if (!o.verilog.empty()) write_whole(o.verilog, verilog_text(design, technology));
+  if (!o.def.empty()) meltstage::vectors::write_whole(o.def, def_text(design, technology));
+  if (!o.spef.empty()) meltstage::vectors::write_whole(o.spef, spef_text(design, technology));
+  if (!o.verilog.empty()) meltstage::vectors::write_whole(o.verilog, verilog_text(design, technology));
   return errors.empty() ? 0 : 1;
 }
 
@@ -221,6 +222,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const InputError& error) {
+    fmt::print(stderr, "place: {}\n", error.what());
+    return 2;
+  } catch (const meltstage::vectors::OutputError& error) {
     fmt::print(stderr, "place: {}\n", error.what());
     return 2;
   }

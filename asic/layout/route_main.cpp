@@ -14,6 +14,7 @@
 #include "asic/layout/error.hpp"
 #include "asic/layout/route.hpp"
 #include "asic/layout/technology.hpp"
+#include "vectors/output_file.hpp"
 
 namespace {
 
@@ -52,11 +53,11 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
   const auto start = std::chrono::steady_clock::now();
   const RouteReport report = route(design, technology, options);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  write_whole(out, def_text(design, technology));
-  if (!netlist.empty()) write_whole(netlist, verilog_text(design, technology));
-  if (!spef.empty()) write_whole(spef, routed_spef_text(design, technology, report));
+  meltstage::vectors::write_whole(out, def_text(design, technology));
+  if (!netlist.empty()) meltstage::vectors::write_whole(netlist, verilog_text(design, technology));
+  if (!spef.empty()) meltstage::vectors::write_whole(spef, routed_spef_text(design, technology, report));
   const std::string text = report_text(report, design, technology, seconds);
-  if (!report_path.empty()) write_whole(report_path, text);
+  if (!report_path.empty()) meltstage::vectors::write_whole(report_path, text);
   fmt::print("{}", text);
   return report.is_clean() ? 0 : 1;
 }
@@ -81,6 +82,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const InputError& error) {
+    fmt::print(stderr, "route: {}\n", error.what());
+    return 2;
+  } catch (const meltstage::vectors::OutputError& error) {
     fmt::print(stderr, "route: {}\n", error.what());
     return 2;
   }

@@ -59,7 +59,7 @@ TEST_F(MotionCommand, WritesAJobForEitherControl) {
 }
 
 TEST_F(MotionCommand, LeavesNothingBehindWhenItCannotWrite) {
-  expect_refused(run_command("gcode " + kJob + " --out " + in_folder("none/job.ngc")), "can't be written");
+  expect_refused(run_command("gcode " + kJob + " --out " + in_folder("none/job.ngc")), "cannot write");
   expect_refused(run_command("gcode nothing.toml --out " + in_folder("job.ngc")), "nothing.toml");
 }
 

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "app/functional_vectors.hpp"
+#include "app/vectors_files.hpp"
+#include "asic/dft/error.hpp"
 #include "asic/dft/stil.hpp"
 #include "tb/chip_pins.hpp"
+#include "vectors/output_file.hpp"
 
 namespace meltstage::app {
 namespace {
@@ -98,6 +104,49 @@ TEST(Recording, FunctionalSetIsTheSameEachTime) {
   EXPECT_EQ(replay.mismatches, 0u) << replay.first;
   EXPECT_EQ(replay.clocks, set.stream.final_cycle() + 1);
   EXPECT_EQ(replay.strobes, 10 * replay.clocks - strobes);
+}
+
+// The manifest names what the set was made from and for; same inputs same bytes, another netlist another
+// manifest.
+TEST(Recording, ManifestHoldsTheHashesOfItsSources) {
+  namespace fs = std::filesystem;
+  std::string name = (fs::temp_directory_path() / "meltstage_set.XXXXXX").string();
+  const fs::path folder = mkdtemp(name.data());
+  const FunctionalSet set{recorded(3'000), {{"reset", 0}, {"rest", 1'000}}};
+  vectors::write_whole(folder / "chip.json", "a netlist");
+  vectors::write_whole(folder / "cells.lib", "a library");
+  const FunctionalSources sources{folder / "chip.json", folder / "cells.lib"};
+  const FunctionalFolder written = write_functional_set(set, sources, folder / "a");
+  EXPECT_EQ(written.clocks, 3'000u);
+  EXPECT_EQ(written.masked, 10u);
+  write_functional_set(set, sources, folder / "b");
+  const auto manifest = [&](const char* of) { return read_file(folder / of / "manifest.json"); };
+  EXPECT_EQ(manifest("a"), manifest("b"));
+  const auto json = nlohmann::json::parse(manifest("a"));
+  EXPECT_EQ(json.at("netlist").at("file"), "chip.json");
+  EXPECT_EQ(json.at("netlist").at("sha256"), sha256_of("a netlist"));
+  EXPECT_EQ(json.at("library").at("sha256"), sha256_of("a library"));
+  EXPECT_EQ(json.at("rtl").get<std::string>().size(), 64u);
+  EXPECT_EQ(json.at("seed"), kFunctionalSeed);
+  EXPECT_EQ(json.at("masked").at("strobes"), 10);
+  ASSERT_EQ(json.at("files").size(), 6u);
+  for (const auto& [file, hash] : json.at("files").items()) {
+    EXPECT_EQ(hash, sha256_of(read_file(folder / "a" / file))) << file;
+    EXPECT_EQ(read_file(folder / "a" / file), read_file(folder / "b" / file)) << file;
+  }
+  EXPECT_NE(read_file(folder / "a/masks.txt").find("cycle 0: "), std::string::npos);
+
+  vectors::write_whole(folder / "chip.json", "another netlist");
+  write_functional_set(set, sources, folder / "c");
+  EXPECT_NE(manifest("c"), manifest("a"));
+  const FunctionalSet other{recorded(3'000, 1'234), set.pieces};
+  write_functional_set(other, sources, folder / "d");
+  EXPECT_NE(manifest("d"), manifest("c"));
+  EXPECT_THROW(write_functional_set(set, {folder / "nosuch.json", ""}, folder / "e"), dft::InputError);
+  EXPECT_FALSE(fs::exists(folder / "e"));
+  write_functional_set(set, {}, folder / "f");
+  EXPECT_FALSE(nlohmann::json::parse(manifest("f")).contains("netlist"));
+  fs::remove_all(folder);
 }
 
 TEST(Recording, AResetInOperationIsMasked) {

@@ -8,7 +8,9 @@
 
 #include "asic/dft/error.hpp"
 #include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/formats.hpp"
 #include "asic/dft/generate.hpp"
+#include "asic/dft/pattern_files.hpp"
 #include "asic/dft/replay.hpp"
 #include "asic/dft/scan_test.hpp"
 #include "asic/dft/stil.hpp"
@@ -127,6 +129,163 @@ TEST(Scan, TransitionFileAsWrittenRunsOnTheNetlist) {
     if (pattern.action == Action::launch) pattern.action = Action::capture;
   }
   EXPECT_GT(replay(m.free_view, expand(once), m.design.scan_enable).mismatches, 0u);
+}
+
+bool same_chains(const std::vector<ScanChain>& a, const std::vector<ScanChain>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ScanChain& x, const ScanChain& y) {
+    return x.name == y.name && x.in == y.in && x.out == y.out && x.cells == y.cells;
+  });
+}
+
+// What a stream's captures load, drive and compare, by which faults are graded.
+struct Graded {
+  explicit Graded(const CycleStream& stream)
+      : patterns(captures_of(machine().view, stream, "scan_en_i", &compared)),
+        first_pattern(grade(machine().view.circuit,
+                            blocks_of(patterns, machine().view.circuit.inputs().size(), compared),
+                            collapse(machine().view.circuit).classes, 1)
+                          .first_pattern) {}
+  std::vector<Pattern> compared, patterns;
+  std::vector<std::uint32_t> first_pattern;
+  friend bool operator==(const Graded&, const Graded&) = default;
+};
+
+// Scan cells, chains and states in WGL: the same cycles, strobes and faults as in STIL, whatever the lengths
+// of the chains.
+TEST(Scan, WglFileIsReplayedAndGradedAsTheStilFile) {
+  for (const std::size_t chains : {1, 2, 3}) {
+    const Machine& m = machine();
+    const ScanDesign design = insert_scan(m.plain, m.cells, {.chains = chains});
+    const ScanTest test = make_scan_test(design, scan_view(design, m.cells), m.set.patterns, "machine");
+    const std::string text = wgl_text(test);
+    const CycleStream read = parse_wgl(text, "machine.wgl");
+    EXPECT_TRUE(same_cycles(read, expand(test))) << chains;
+    EXPECT_TRUE(same_chains(read.chains, design.chains));
+    EXPECT_EQ(read.cycles[2].label, "chain test");
+    if (chains != 2) continue;
+    EXPECT_TRUE(Graded(read) == Graded(m.stream));
+    const ReplayResult wgl = replay(m.free_view, read, "scan_en_i"),
+                       stil = replay(m.free_view, m.stream, "scan_en_i");
+    EXPECT_EQ(wgl.mismatches, 0u) << wgl.first;
+    EXPECT_EQ(wgl.strobes, stil.strobes);
+    // One expected bit turned, one loaded bit turned, two loads exchanged: each fails.
+    for (const char* what : {"chain1_unload5\" := \"chain1\"(", "chain0_load5\" := \"chain0\"("}) {
+      std::string wrong = text;
+      char& bit = wrong[wrong.find(what) + std::string(what).size()];
+      bit = bit == '0' ? '1' : '0';
+      EXPECT_GT(replay(m.free_view, parse_wgl(wrong, "x"), "scan_en_i").mismatches, 0u) << what;
+    }
+    std::string swapped = text;
+    const std::string list = "\"chain0\":\"chain0_load4\"";
+    swapped.replace(swapped.find(list), list.size(), "\"chain0\":\"chain0_load5\"");
+    EXPECT_GT(replay(m.free_view, parse_wgl(swapped, "x"), "scan_en_i").mismatches, 0u);
+  }
+}
+
+// A dump has no chains: with those of the netlist it is graded and replayed as the STIL file.
+TEST(Scan, DumpsWithChainsAreGradedAsTheStilFile) {
+  const Machine& m = machine();
+  const CycleStream cycles = expand(m.test);
+  Directions directions;
+  for (const TestSignal& signal : cycles.signals) directions[signal.name] = signal.is_input;
+  const std::vector<ScanChain> chains = trace_chains(m.design.netlist, m.cells);
+  EXPECT_TRUE(same_chains(chains, m.design.chains));
+  for (const bool extended : {true, false}) {
+    CycleStream read = extended ? parse_dump(evcd_text(cycles), "machine.evcd", {})
+                                : parse_dump(vcd_text(cycles), "machine.vcd", {}, directions);
+    attach_chains(read, chains, "scan_en_i");
+    EXPECT_TRUE(Graded(read) == Graded(m.stream));
+    const ReplayResult result = replay(m.free_view, read, "scan_en_i");
+    EXPECT_EQ(result.mismatches, 0u) << result.first;
+    EXPECT_EQ(result.strobes, replay(m.free_view, m.stream, "scan_en_i").strobes);
+    // Cells exchanged in the chain: other faults.
+    std::vector<ScanChain> wrong = chains;
+    std::swap(wrong[0].cells[0], wrong[0].cells[1]);
+    attach_chains(read, wrong, "scan_en_i");
+    EXPECT_FALSE(Graded(read) == Graded(m.stream));
+  }
+}
+
+TEST(Scan, ChainsAreTracedInEveryLibrary) {
+  for (const char* name : {"machine", "gated"}) {
+    const ScanDesign design = insert_scan(circuit_netlist(name), mini_library(), {.chains = 2});
+    EXPECT_TRUE(same_chains(trace_chains(design.netlist, mini_library()), design.chains)) << name;
+  }
+  const ScanDesign gates = insert_scan(circuit_netlist("machine_gates"), yosys_library(), {.chains = 3});
+  EXPECT_TRUE(same_chains(trace_chains(gates.netlist, yosys_library()), gates.chains));
+}
+
+TEST(Scan, ChainsThatDontFitAreRefused) {
+  const Machine& m = machine();
+  const CycleStream good = expand(m.test);
+  const auto refuse = [&](CycleStream stream, std::vector<ScanChain> chains, const char* enable,
+                          const char* reason) {
+    EXPECT_THAT([&] { attach_chains(stream, chains, enable); }, ThrowsMessage<InputError>(HasSubstr(reason)));
+  };
+  const std::vector<ScanChain>& chains = m.design.chains;
+  refuse(good, {}, "scan_en_i", "found no chains");
+  refuse(good, chains, "se", "found no input signal se");
+  std::vector<ScanChain> wrong = chains;
+  wrong[1].out = "so";
+  refuse(good, wrong, "scan_en_i", "found no output signal so");
+  wrong = chains;
+  wrong[1].cells.resize(wrong[1].cells.size() + 3, "more");
+  refuse(good, wrong, "scan_en_i", "the cells of the longest chain");
+  refuse(good, chains, "start_i", "clocks with start_i at 1");
+  CycleStream cut = good;
+  cut.cycles.pop_back();
+  refuse(cut, chains, "scan_en_i", "the cells of the longest chain");
+  cut.cycles.resize(1);
+  refuse(cut, chains, "scan_en_i", "found no cycle with scan_en_i at 1");
+
+  EXPECT_THAT([&] { trace_chains(m.plain, m.cells); },
+              ThrowsMessage<InputError>(HasSubstr("no output port scan_o")));
+  Netlist broken = m.design.netlist;  // the second cell of a chain doesn't shift any more
+  for (Instance& instance : broken.instances) {
+    if (instance.name != chains[0].cells[1]) continue;
+    instance.pins[m.cells.at(instance.type).scan->enable] = 0;  // captures always
+  }
+  EXPECT_THAT([&] { trace_chains(broken, m.cells); },
+              ThrowsMessage<InputError>(HasSubstr(chains[0].cells[1])));
+}
+
+TEST(Scan, SeededDefectsOfWglScanDataAreRefusedWithLineAndReason) {
+  const std::string good = wgl_text(machine().test);
+  const auto& cells = machine().design.chains[0].cells;
+  struct Defect {
+    std::string find, put, reason;
+  };
+  const Defect defects[] = {
+      {"scancell\n  \"" + cells[0] + "\";\n", "scancell\n", "scan cell \"" + cells[0] + "\""},
+      {"[\"scan_i[0]\", ", "[\"scan_i[9]\", ", "signal \"scan_i[9]\""},
+      {"[\"scan_i[0]\", ", "[\"scan_o[0]\", ", "an input first and an output last"},
+      {"[\"scan_i[0]\", ", "[\"scan_i[0]\", !, ", "an inversion in chain \"chain0\""},
+      {"\"chain1\" [", "\"chain0\" [", "chain \"chain0\" again"},
+      {":= \"chain0\"(", ":= \"chain9\"(", "chain \"chain9\""},
+      {":= \"chain0\"(", ":= \"chain0\"(0", "bits in state \"chain0_load0\""},
+      {":= \"chain0\"(0", ":= \"chain0\"(2", "2 to load"},
+      {"\"chain0_unload3\" :=", "\"chain0_unload2\" :=", "state \"chain0_unload2\" again"},
+      {"\"chain0\":\"chain0_load2\"", "\"chain0\":\"chain0_load\"", "scan state \"chain0_load\""},
+      {"\"chain0\":\"chain0_load2\"", "\"chain0\":\"chain1_load2\"", "one of chain \"chain0\""},
+      {"\"chain0\":\"chain0_load2\"", "\"chain1\":\"chain1_load2\"", "\"scan_i[1]\" again"},
+      {"scan(tp) := [ ", "scan(tp) := [ 0 ", "values"},
+      {"scan(tp) := [ ", "repeat 2 scan(tp) := [ ", "a scan row repeated"},
+      {"    input [", "    inputs [", "expected input or output"},
+      {"scanstate\n", "scanstates\n", "\"scanstates\""},
+  };
+  for (const Defect& defect : defects) {
+    std::string text = good;
+    const std::size_t at = text.find(defect.find);
+    ASSERT_NE(at, std::string::npos) << defect.find;
+    text.replace(at, defect.find.size(), defect.put);
+    try {
+      parse_wgl(text, "bad.wgl");
+      ADD_FAILURE() << defect.put << " was taken";
+    } catch (const PatternFileError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(defect.reason)) << defect.put;
+      EXPECT_THAT(error.what(), HasSubstr("bad.wgl:" + std::to_string(error.line()) + ": found"));
+    }
+  }
 }
 
 TEST(Scan, FileAsWrittenRunsInIcarus) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "asic/layout/error.hpp"
+#include "vectors/output_file.hpp"
 
 namespace meltstage::layout {
 namespace {
@@ -22,7 +23,7 @@ class DesignTest : public ::testing::Test {
  protected:
   Design netlist() const {
     const auto path = std::filesystem::path(::testing::TempDir()) / "layout_netlist.json";
-    write_whole(path, kNetlist);
+    vectors::write_whole(path, kNetlist);
     return read_netlist(path, technology);
   }
   const Technology technology = read_lef({OSU018_LEF});
