@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/dft/generate.hpp"
 
+#include <time.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -22,10 +24,19 @@ constexpr std::size_t kPool = 64;    // merged cubes that are open at a time
 constexpr std::size_t kClosed = 16;  // of these are closed at a time, when a cube fits none
 constexpr std::size_t kFills = kLanes / kClosed;
 constexpr std::size_t kRandomBlocks = 512;
+constexpr std::array<std::size_t, 2> kBacktracks{12, 100};  // of the quick search, first and second time
+constexpr std::size_t kFreeBacktracks = 100;                // of the one with nothing held
 constexpr double kRandomYield = 0.00025;  // random patterns end when a block detects less than this share
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Of all threads of the program.
+double processor_s() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
 // A pattern with free inputs: bits that are set, and their values.
@@ -55,6 +66,7 @@ class Generator {
         random_(options.seed),
         simulator_(circuit),
         podems_(kWorkers, Podem(circuit)),
+        free_podems_(kWorkers, Podem(circuit, std::vector<std::int8_t>(circuit.inputs().size(), -1))),
         kept_(circuit.inputs().size()) {
     set_.faults = std::move(faults);
     set_.of_class.assign(set_.faults.classes.size(), FaultClass::NO);
@@ -68,17 +80,25 @@ class Generator {
 
   TestSet run() {
     drop_structural();
-    auto start = std::chrono::steady_clock::now();
-    random_phase();
+    step("random patterns", [&] { random_phase(); });
     random_blocks_ = blocks_;
-    set_.times.random_s = since(start);
-    start = std::chrono::steady_clock::now();
     solve_phase();
-    set_.times.solve_s = since(start);
-    start = std::chrono::steady_clock::now();
-    merge_phase();
-    set_.times.merge_s = since(start);
-    start = std::chrono::steady_clock::now();
+    step("merging", [&] { merge_phase(); });
+    step("dropping", [&] { drop_superfluous(); });
+    for (const TestSolver& solver : solvers_) set_.solver_calls += solver.calls();
+    return std::move(set_);
+  }
+
+ private:
+  template <class Body>
+  void step(const char* name, const Body& body) {
+    const auto start = std::chrono::steady_clock::now();
+    const double processor_start = processor_s();
+    body();
+    set_.steps.push_back({name, since(start), processor_s() - processor_start});
+  }
+
+  void drop_superfluous() {
     set_.before_compaction = set_.patterns.size();
     std::vector<Fault> detected;
     for (std::size_t i = 0; i < set_.of_class.size(); ++i) {
@@ -86,12 +106,8 @@ class Generator {
     }
     set_.patterns =
         compact(circuit_, std::move(set_.patterns), detected, options_.seed, options_.compaction_passes);
-    set_.times.compact_s = since(start);
-    for (const TestSolver& solver : solvers_) set_.solver_calls += solver.calls();
-    return std::move(set_);
   }
 
- private:
   // What constants settle without a search: a fault at the value its line has anyway, or behind gates that
   // they close. Ties make it untestable; held inputs make it so for this test alone.
   void drop_structural() {
@@ -191,28 +207,50 @@ class Generator {
     for (std::uint32_t i = 0; i < alive_.size(); ++i) {
       if (alive_[i] != 0 && witness_[i].pattern == kNone) open.push_back(i);
     }
-    std::vector<std::uint32_t> left;
-    solve_each(
-        in_strides(std::move(open)),
-        [&](unsigned w, Solved& solved) {
-          const Fault& fault = set_.faults.classes[solved.fault];
-          solved.verdict = podems_[w].search(fault, solved.cube) ? Verdict::test : Verdict::aborted;
-        },
-        [&](const Solved& solved) { left.push_back(solved.fault); });
-    solve_each(
-        left,
-        [&](unsigned w, Solved& solved) {
-          const Fault& fault = set_.faults.classes[solved.fault];
-          solved.verdict = solvers_[w].solve(fault, solved.cube, options_.conflict_limit);
-        },
-        [&](const Solved& solved) {
-          if (solved.verdict == Verdict::aborted) {
-            alive_[solved.fault] = 0;
-            ++set_.aborted;
-          } else {
-            settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
-          }
-        });
+    open = in_strides(std::move(open));
+    for (const std::size_t backtracks : kBacktracks) {
+      step("quick search", [&] {
+        std::vector<std::uint32_t> left;
+        solve_each(
+            open, [&](unsigned w, Solved& solved) { solved.verdict = search(w, solved, backtracks); },
+            [&](const Solved& solved) {
+              if (solved.verdict == Verdict::aborted)
+                left.push_back(solved.fault);
+              else
+                take_verdict(solved);
+            });
+        open = std::move(left);
+      });
+    }
+    step("solver", [&] {
+      solve_each(
+          open,
+          [&](unsigned w, Solved& solved) {
+            const Fault& fault = set_.faults.classes[solved.fault];
+            solved.verdict = solvers_[w].solve(fault, solved.cube, options_.conflict_limit);
+          },
+          [&](const Solved& solved) { take_verdict(solved); });
+    });
+  }
+  void take_verdict(const Solved& solved) {
+    if (solved.verdict == Verdict::aborted) {
+      alive_[solved.fault] = 0;
+      ++set_.aborted;
+    } else {
+      settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
+    }
+  }
+  // Where there is no test, the inputs that are held may be why.
+  Verdict search(unsigned w, Solved& solved, std::size_t backtracks) {
+    const Fault& fault = set_.faults.classes[solved.fault];
+    Search result = podems_[w].search(fault, backtracks, solved.cube);
+    if (result == Search::test) return Verdict::test;
+    if (result == Search::gave_up) return Verdict::aborted;
+    Cube any;
+    result = free_podems_[w].search(fault, kFreeBacktracks, any);
+    if (result == Search::none) return Verdict::redundant;
+    if (result == Search::test || fault.launch != kNoNode) return Verdict::held;
+    return solvers_[w].without_holds(fault);
   }
   // Faults that lie together often fall together: of a chunk of them every so manieth comes first.
   std::vector<std::uint32_t> in_strides(std::vector<std::uint32_t> faults) const {
@@ -416,7 +454,7 @@ class Generator {
   GenerateOptions options_;
   std::mt19937_64 random_;
   ParallelFaultSimulator simulator_;
-  std::vector<Podem> podems_;
+  std::vector<Podem> podems_, free_podems_;  // with the held inputs at their values; with all inputs free
   std::vector<TestSolver> solvers_;
   std::vector<std::uint8_t> alive_;
   PackedPatterns kept_;                           // witnesses

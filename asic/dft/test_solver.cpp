@@ -273,6 +273,10 @@ Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict
 Verdict TestSolver::refuted(const Fault& fault) {
   if (!holds_refute_) return Verdict::redundant;
   if (fault.launch != kNoNode) return Verdict::held;
+  return without_holds(fault);
+}
+
+Verdict TestSolver::without_holds(const Fault& fault) {
   Cube none;
   encode_outputs(fault, kAll);
   return run(kFree, "plain", nullptr, {}, none) == kUnsat ? Verdict::redundant : Verdict::held;

@@ -175,18 +175,26 @@ TEST(Generate, ACubeAloneDetectsItsFault) {
   }
 }
 
-// The quick search tells only tests: its cube detects its fault whatever else the inputs are, and hardly any
-// value of it could be another.
+// Of the quick search: a cube detects its fault whatever else the inputs are, and hardly any value of it
+// could be another; a fault without a test has none.
 TEST(Podem, ACubeAloneDetectsItsFault) {
-  std::size_t testable = 0, found = 0, turned = 0, still = 0;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  std::size_t testable = 0, found = 0, refuted = 0, turned = 0, still = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Circuit circuit = random_circuit(seed, 8, 60);
+    const std::vector<Pattern> everything = all_patterns(circuit.inputs().size());
     Podem podem(circuit);
-    TestSolver solver(circuit);
     for (const Fault& fault : collapse(circuit).classes) {
+      const bool has_test = std::any_of(everything.begin(), everything.end(), [&](const Pattern& pattern) {
+        return serial_detects(circuit, pattern, fault);
+      });
+      testable += has_test ? 1 : 0;
       Cube cube;
-      testable += solver.solve(fault, cube) == Verdict::test ? 1 : 0;
-      if (!podem.search(fault, cube)) continue;
+      const Search result = podem.search(fault, 12, cube);
+      if (result == Search::none) {
+        ++refuted;
+        EXPECT_FALSE(has_test) << "seed " << seed;
+      }
+      if (result != Search::test) continue;
       ++found;
       for (Pattern pattern : random_patterns(seed, 8, circuit.inputs().size())) {
         for (const auto& [input, value] : cube) pattern[input] = value ? 1 : 0;
@@ -200,9 +208,47 @@ TEST(Podem, ACubeAloneDetectsItsFault) {
       }
     }
   }
-  EXPECT_LE(found, testable);
-  EXPECT_GT(found, testable * 9 / 10);
+  EXPECT_GT(found, testable * 99 / 100);
+  EXPECT_GT(refuted, 50u);
   EXPECT_LT(still, turned / 2);
+}
+
+// The same circuit with its first two inputs held at 0 and 1.
+Circuit with_holds(const Circuit& circuit) {
+  CircuitBuilder builder;
+  for (Node node = 0; node < circuit.size(); ++node)
+    builder.add(circuit.kind(node), {circuit.fanin(node).begin(), circuit.fanin(node).end()});
+  for (const Site& site : circuit.sites()) builder.add_site(site);
+  for (std::size_t i = 0; i < 2; ++i) builder.hold(circuit.inputs()[i], i == 1);
+  return builder.finish("held");
+}
+
+// Without a test while the holds last, though there may be one with all inputs free.
+TEST(Podem, RefutesWithinHolds) {
+  std::size_t held = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Circuit circuit = with_holds(random_circuit(seed, 7, 40));
+    const std::vector<Pattern> everything = all_patterns(circuit.inputs().size());
+    Podem podem(circuit), with_all_free(circuit, std::vector<std::int8_t>(circuit.inputs().size(), -1));
+    for (const Fault& fault : collapse(circuit).classes) {
+      const auto detects = [&](const Pattern& pattern) { return serial_detects(circuit, pattern, fault); };
+      const bool any = std::any_of(everything.begin(), everything.end(), detects);
+      const bool within = std::any_of(everything.begin(), everything.end(), [&](const Pattern& pattern) {
+        return pattern[0] == 0 && pattern[1] == 1 && detects(pattern);
+      });
+      Cube cube;
+      const Search result = podem.search(fault, 100, cube);
+      if (result != Search::gave_up) {
+        EXPECT_EQ(result == Search::test, within) << "seed " << seed;
+      }
+      held += result == Search::none && any ? 1 : 0;
+      const Search free = with_all_free.search(fault, 100, cube);
+      if (free != Search::gave_up) {
+        EXPECT_EQ(free == Search::test, any) << "seed " << seed;
+      }
+    }
+  }
+  EXPECT_GT(held, 10u);
 }
 
 // With held inputs and lines that must have been at another value before.
@@ -214,7 +260,7 @@ TEST(Podem, FindsTransitionsAndKeepsHeldInputs) {
   std::size_t found = 0;
   for (const Fault& fault : transitions.faults.classes) {
     Cube cube;
-    if (!podem.search(fault, cube)) continue;
+    if (podem.search(fault, 12, cube) != Search::test) continue;
     ++found;
     for (Pattern pattern : random_patterns(found, 4, circuit.inputs().size())) {
       for (std::size_t i = 0; i < pattern.size(); ++i) {
@@ -249,16 +295,6 @@ TEST(PackedPatterns, ComeBack) {
     for (std::size_t k = 0; k < lanes.size(); ++k)
       EXPECT_EQ(back.inputs[i].bit(69 - k), patterns[lanes[k]][i] != 0);
   }
-}
-
-// The same circuit with its first two inputs held at 0 and 1.
-Circuit with_holds(const Circuit& circuit) {
-  CircuitBuilder builder;
-  for (Node node = 0; node < circuit.size(); ++node)
-    builder.add(circuit.kind(node), {circuit.fanin(node).begin(), circuit.fanin(node).end()});
-  for (const Site& site : circuit.sites()) builder.add_site(site);
-  for (std::size_t i = 0; i < 2; ++i) builder.hold(circuit.inputs()[i], i == 1);
-  return builder.finish("held");
 }
 
 // To all outputs: with a test, without one while the holds last, without one at all.
