@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -232,22 +233,33 @@ Tests transition_tests(const Options& options, const Subject& subject) {
   return tests;
 }
 
-struct TextFile {
-  std::string name, text, hash;
-};
+using Writers = std::map<std::string, std::function<std::string()>>;
 
-// By two threads, each of which takes the next file when it is free.
-std::vector<TextFile> texts_of(const std::map<std::string, std::function<std::string()>>& writers) {
-  std::vector<TextFile> files;
-  for (const auto& [name, writer] : writers) files.push_back({name, "", ""});
+// Writes files into the folder and returns their hashes by name. By two threads, each of which takes the next
+// file when it is free; the last ones by name, the patterns, are the largest and come first.
+std::map<std::string, std::string> write_files(const Writers& writers, const fs::path& folder) {
+  std::vector<Writers::const_reverse_iterator> files;
+  for (auto file = writers.rbegin(); file != writers.rend(); ++file) files.push_back(file);
+  std::vector<std::string> hash(files.size());
+  std::vector<std::exception_ptr> failed(files.size());
   std::atomic<std::size_t> next{0};
   in_parallel([&](unsigned) {
     for (std::size_t k = next++; k < files.size(); k = next++) {
-      files[k].text = writers.at(files[k].name)();
-      files[k].hash = sha256(files[k].text);
+      try {
+        const std::string text = files[k]->second();
+        hash[k] = sha256(text);
+        write_file(folder / files[k]->first, text);
+      } catch (...) {
+        failed[k] = std::current_exception();
+      }
     }
   });
-  return files;
+  std::map<std::string, std::string> hashes;
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    if (failed[k]) std::rethrow_exception(failed[k]);
+    hashes[files[k]->first] = hash[k];
+  }
+  return hashes;
 }
 
 int generate(const Options& options) {
@@ -260,7 +272,7 @@ int generate(const Options& options) {
   const Coverage result = coverage(set.faults, tests.reported);
   if (subject.scanned) tests.stream = expand(tests.scan);
   const CycleStream& stream = tests.stream;
-  std::map<std::string, std::function<std::string()>> writers = {
+  Writers writers = {
       {"patterns.stil", [&] { return subject.scanned ? stil_text(tests.scan) : flat_stil_text(stream); }},
       {"patterns.wgl", [&] { return wgl_text(stream); }},
       {"patterns.avc", [&] { return avc_text(stream); }},
@@ -275,7 +287,8 @@ int generate(const Options& options) {
     writers["netlist.v"] = [&] { return verilog_text(subject.design.netlist); };
     writers["cells.v"] = [&] { return cell_models(subject.design.netlist, library); };
   }
-  const std::vector<TextFile> files = texts_of(writers);
+  fs::create_directories(options.out);
+  const auto written = write_files(writers, options.out);
   nlohmann::ordered_json manifest = {
       {"tool", version()},
       {"seed", options.seed},
@@ -289,15 +302,19 @@ int generate(const Options& options) {
       {"chains", subject.design.chains.size()},
       {"aborted", set.aborted},
       {transitions ? "transition" : "stuck_at", coverage_json(result)}};
-  fs::create_directories(options.out);
-  for (const TextFile& file : files) {
-    write_file(options.out / file.name, file.text);
-    manifest["files"][file.name] = file.hash;
-  }
+  for (const auto& [name, hash] : written) manifest["files"][name] = hash;
   write_file(options.out / "manifest.json", manifest.dump(2) + "\n");
   print_coverage(result);
   fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
              set.patterns.size(), "cycles", stream.cycles.size());
+  double generation_s = 0, generation_processor_s = 0;
+  fmt::print("{:<22} {:>11} {:>11}\n", "", "time", "processor");
+  for (const StepTime& step : set.steps) {
+    fmt::print("{:<22} {:>9.2f} s {:>9.2f} s\n", step.name, step.wall_s, step.processor_s);
+    generation_s += step.wall_s;
+    generation_processor_s += step.processor_s;
+  }
+  fmt::print("{:<22} {:>9.2f} s {:>9.2f} s\n", "generation", generation_s, generation_processor_s);
   fmt::print("{:<22} {:>9.2f} s\n", "time",
              std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   return set.aborted == 0 ? 0 : 1;

@@ -138,15 +138,29 @@ std::uint32_t Podem::drawn(std::uint32_t cost, std::uint32_t choice) const {
 }
 
 void Podem::wake(Node node) {
-  pending_[node / 64] |= std::uint64_t{1} << (node % 64);
+  const std::uint64_t bit = std::uint64_t{1} << (node % 64);
+  waiting_ += (pending_[node / 64] & bit) == 0 ? 1 : 0;
+  pending_[node / 64] |= bit;
   first_pending_ = std::min<std::size_t>(first_pending_, node / 64);
+}
+
+// The lowest of the nodes that wait, which waits no more.
+Node Podem::take_pending() {
+  while (pending_[first_pending_] == 0) ++first_pending_;
+  std::uint64_t& word = pending_[first_pending_];
+  const auto node = static_cast<Node>(64 * first_pending_ + static_cast<std::size_t>(__builtin_ctzll(word)));
+  word &= word - 1;
+  --waiting_;
+  return node;
 }
 
 void Podem::set(Node node, std::uint8_t value) {
   trail_.push_back({node, value_[node]});
   value_[node] = value;
   if (must_[node] != kX && good(node) != kX && good(node) != must_[node]) contradicted_ = true;
-  for (const Node next : circuit_.fanout(node)) wake(next);
+  for (const Node next : circuit_.fanout(node)) {
+    if (!grows_ || is_unknown(next)) wake(next);
+  }
 }
 
 std::uint8_t Podem::evaluate(Node node) const {
@@ -185,15 +199,11 @@ std::uint8_t Podem::evaluate(Node node) const {
 }
 
 void Podem::imply() {
-  for (std::size_t word = first_pending_; word < pending_.size(); ++word) {
-    while (pending_[word] != 0) {
-      const Node node =
-          static_cast<Node>(64 * word + static_cast<std::size_t>(__builtin_ctzll(pending_[word])));
-      pending_[word] &= pending_[word] - 1;
-      ++work_;
-      const std::uint8_t value = evaluate(node);
-      if (value != value_[node]) set(node, value);
-    }
+  while (waiting_ != 0) {
+    const Node node = take_pending();
+    ++work_;
+    const std::uint8_t value = evaluate(node);
+    if (value != value_[node]) set(node, value);
   }
   first_pending_ = pending_.size();
 }
@@ -301,21 +311,17 @@ bool Podem::trace_cone() {
   cone_.clear();
   cone_end_ = kNoNode;
   wake(fault_.node);
-  for (std::size_t word = first_pending_; word < pending_.size(); ++word) {
-    while (pending_[word] != 0) {
-      const Node node =
-          static_cast<Node>(64 * word + static_cast<std::size_t>(__builtin_ctzll(pending_[word])));
-      pending_[word] &= pending_[word] - 1;
-      if (cone_.size() >= kCone) {
-        cone_end_ = std::min(cone_end_, node);
-        continue;
-      }
-      if (!(node == fault_.node && fault_.pin == kStem) && !lets_through(node)) continue;
-      in_cone_[node] = cone_now_;
-      cone_.push_back(node);
-      for (const Node next : circuit_.fanout(node)) {
-        if (observe_[next] < kNever) wake(next);
-      }
+  while (waiting_ != 0) {
+    const Node node = take_pending();
+    if (cone_.size() >= kCone) {
+      cone_end_ = std::min(cone_end_, node);
+      continue;
+    }
+    if (!(node == fault_.node && fault_.pin == kStem) && !lets_through(node)) continue;
+    in_cone_[node] = cone_now_;
+    cone_.push_back(node);
+    for (const Node next : circuit_.fanout(node)) {
+      if (observe_[next] < kNever) wake(next);
     }
   }
   first_pending_ = pending_.size();
@@ -390,35 +396,53 @@ void Podem::fix_needed_inputs() {
   imply();
 }
 
+void Podem::fix(const Cube& cube) {
+  first_pending_ = pending_.size();
+  for (const auto& [input, value] : cube) {
+    const std::uint8_t v = value ? 1 : 0;
+    if (good(circuit_.inputs()[input]) == kX) set(circuit_.inputs()[input], pair(v, v));
+  }
+  imply();
+  fixed_ = trail_.size();
+}
+
+void Podem::release() {
+  undo(0);
+  fixed_ = 0;
+}
+
 Search Podem::search(const Fault& fault, std::size_t backtracks, Cube& cube) {
   if (observe_[fault.node] >= kNever) return Search::gave_up;
   fault_ = fault;
   line_ = fault.pin == kStem ? fault.node : circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
   // a fault that changes a constant opens ways that are taken for closed here
-  const bool complete = good(line_) == kX;
+  const bool complete = cost(line_, 0) < kNever && cost(line_, 1) < kNever;
   work_ = 0;
   salt_ = 2 * std::uint64_t{fault.node} + (fault.stuck ? 1 : 0);
-  first_pending_ = pending_.size();
-  wake(fault.node);
-  imply();
-  Search result = Search::gave_up;
-  if (complete && !find_needs()) {
-    result = Search::none;
-  } else {
-    fix_needed_inputs();
-    result = decide(backtracks);
-    if (result == Search::none && !complete) result = Search::gave_up;
-  }
+  Search result = find(backtracks);
+  if (result == Search::none && !complete) result = Search::gave_up;
   if (result == Search::test)
     lifter_.lift(
         fault, shown_, [&](Node node) { return good(node); }, [&](Node node) { return bad(node); }, cube);
-  undo(0);
+  undo(fixed_);
   decisions_.clear();
   for (const Node node : needs_) must_[node] = kX;
   needs_.clear();
   followed_ = 0;
   fault_ = {};
   return result;
+}
+
+Search Podem::find(std::size_t backtracks) {
+  if (good(line_) == (fault_.stuck ? 1 : 0)) return Search::none;
+  first_pending_ = pending_.size();
+  wake(fault_.node);
+  grows_ = false;
+  imply();
+  grows_ = true;
+  if (!find_needs()) return Search::none;
+  fix_needed_inputs();
+  return decide(backtracks);
 }
 
 // Decisions at inputs until the fault shows at an output.

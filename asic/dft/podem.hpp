@@ -33,9 +33,16 @@ class Podem {
   /// Another worker, for another thread.
   Podem(const Podem& other) = default;
 
+  /// These inputs have these values, too, until release(): tests found are tests beside them. They must not
+  /// contradict what is fixed already.
+  void fix(const Cube& cube);
+  void release();
+
   /// A test cut down to what the fault needs; it ends after so many backtracks. What it finds depends on the
   /// fault, and on what is fixed, alone.
   Search search(const Fault& fault, std::size_t backtracks, Cube& cube);
+  /// Gates that the last search looked at.
+  std::size_t work() const { return work_; }
 
  private:
   static constexpr std::uint8_t kX = 2;  // beside 0 and 1
@@ -67,6 +74,7 @@ class Podem {
   void measure();
   void set(Node node, std::uint8_t value);
   void wake(Node node);
+  Node take_pending();
   std::uint8_t evaluate(Node node) const;
   void imply();
   void undo(std::size_t mark);
@@ -84,6 +92,7 @@ class Podem {
   bool require_passages();
   bool find_needs();
   void fix_needed_inputs();
+  Search find(std::size_t backtracks);
   Search decide(std::size_t most);
   bool side_input(Node gate, Goal& goal) const;
   bool reaches_output(Node gate);
@@ -101,9 +110,11 @@ class Podem {
   std::vector<std::uint64_t> pending_;  // a bit a node; all 0 between calls
   std::vector<std::uint32_t> seen_;     // == now_: met in this look
   std::uint32_t now_ = 0;
-  std::size_t first_pending_ = 0, work_ = 0;
+  std::size_t first_pending_ = 0, waiting_ = 0, work_ = 0;
+  bool grows_ = true;  // values that are known stay: all the time but when the fault is put in
   std::uint64_t salt_ = 0;
   std::vector<Change> trail_;
+  std::size_t fixed_ = 0;  // of trail_: by fix()
   std::vector<Decision> decisions_;
   std::vector<Node> differing_, frontier_, path_;
   std::vector<std::uint8_t> must_;  // beside value_: good values that every test of the fault has, else kX

@@ -250,9 +250,7 @@ void TestSolver::add_fault(const Fault& fault) {
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
   if (cones_.nearest[fault.node] == kNoNode) return Verdict::redundant;
-  if (!window_has_effect(fault, kNeighbours, Holds::held) ||
-      !window_has_effect(fault, kSurroundings, Holds::held))
-    return refuted(fault);
+  if (!window_has_effect(fault, kSurroundings, Holds::held)) return refuted(fault);
   // more and more outputs, small cones first
   bool all = false;
   int status = kUndecided;

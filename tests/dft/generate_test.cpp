@@ -251,6 +251,36 @@ TEST(Podem, RefutesWithinHolds) {
   EXPECT_GT(held, 10u);
 }
 
+// A cube that is found beside what is fixed contradicts none of it; both together detect both faults.
+TEST(Podem, FindsTestsBesideWhatIsFixed) {
+  std::size_t beside = 0, other = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Circuit circuit = random_circuit(seed, 12, 60);
+    const std::vector<Fault> faults = collapse(circuit).classes;
+    Podem free(circuit), podem(circuit);
+    for (std::size_t first = 0; first < faults.size(); first += 7) {
+      Cube fixed, alone, cube;
+      if (free.search(faults[first], 12, fixed) != Search::test) continue;
+      podem.release();
+      podem.fix(fixed);
+      for (std::size_t second = 0; second < faults.size(); second += 5) {
+        const Search without = free.search(faults[second], 12, alone);
+        if (podem.search(faults[second], 12, cube) != Search::test) continue;
+        EXPECT_NE(without, Search::none);
+        ++beside;
+        other += cube != alone ? 1 : 0;
+        Pattern pattern = random_patterns(second, 1, circuit.inputs().size())[0];
+        for (const auto& [input, value] : cube) pattern[input] = value ? 1 : 0;
+        for (const auto& [input, value] : fixed) pattern[input] = value ? 1 : 0;
+        EXPECT_TRUE(serial_detects(circuit, pattern, faults[first]));
+        EXPECT_TRUE(serial_detects(circuit, pattern, faults[second])) << "seed " << seed;
+      }
+    }
+  }
+  EXPECT_GT(beside, 500u);
+  EXPECT_GT(other, 100u);
+}
+
 // With held inputs and lines that must have been at another value before.
 TEST(Podem, FindsTransitionsAndKeepsHeldInputs) {
   const TransitionView transitions =
@@ -322,6 +352,21 @@ TEST(Generate, HeldAndRedundantAreToldApart) {
   EXPECT_GT(met[Verdict::test], 100u);
   EXPECT_GT(met[Verdict::held], 20u);
   EXPECT_GT(met[Verdict::redundant], 20u);
+}
+
+// Patterns that are extended: many cubes each, of which no part may be lost.
+TEST(Generate, MergedCubesKeepWhatTheyDetect) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Circuit circuit = random_circuit(seed, 24, 200);
+    const TestSet set = generate_tests(circuit);
+    const Grade graded =
+        grade(circuit, blocks_of(set.patterns, circuit.inputs().size()), set.faults.classes, 1);
+    for (std::size_t i = 0; i < set.faults.classes.size(); ++i) {
+      EXPECT_EQ(set.of_class[i] == FaultClass::DS, graded.first_pattern[i] != Grade::kUndetected)
+          << "seed " << seed;
+      EXPECT_NE(set.of_class[i], FaultClass::NO) << "seed " << seed;
+    }
+  }
 }
 
 TEST(Generate, SameInputsSamePatterns) {
