@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -229,22 +230,33 @@ std::string scan_json(const Options& options, const ScanDesign& design) {
   return json.dump(2) + "\n";
 }
 
-struct TextFile {
-  std::string name, text, hash;
-};
+using Writers = std::map<std::string, std::function<std::string()>>;
 
-// By two threads, each of which takes the next file when it is free.
-std::vector<TextFile> texts_of(const std::map<std::string, std::function<std::string()>>& writers) {
-  std::vector<TextFile> files;
-  for (const auto& [name, writer] : writers) files.push_back({name, "", ""});
+// Writes files into the folder and returns their hashes by name. By two threads, each of which takes the next
+// file when it is free; the last ones by name, the patterns, are the largest and come first.
+std::map<std::string, std::string> write_files(const Writers& writers, const fs::path& folder) {
+  std::vector<Writers::const_reverse_iterator> files;
+  for (auto file = writers.rbegin(); file != writers.rend(); ++file) files.push_back(file);
+  std::vector<std::string> hash(files.size());
+  std::vector<std::exception_ptr> failed(files.size());
   std::atomic<std::size_t> next{0};
   in_parallel([&](unsigned) {
     for (std::size_t k = next++; k < files.size(); k = next++) {
-      files[k].text = writers.at(files[k].name)();
-      files[k].hash = sha256_of(files[k].text);
+      try {
+        const std::string text = files[k]->second();
+        hash[k] = sha256_of(text);
+        vectors::write_whole(folder / files[k]->first, text);
+      } catch (...) {
+        failed[k] = std::current_exception();
+      }
     }
   });
-  return files;
+  std::map<std::string, std::string> hashes;
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    if (failed[k]) std::rethrow_exception(failed[k]);
+    hashes[files[k]->first] = hash[k];
+  }
+  return hashes;
 }
 
 int generate(const Options& options) {
@@ -258,7 +270,7 @@ int generate(const Options& options) {
   if (subject.scanned) tests.stream = expand(tests.scan);
   const CycleStream& stream = tests.stream;
   const std::vector<dft::MaskedStrobes> masked = masked_strobes(stream, subject.design.scan_enable);
-  std::map<std::string, std::function<std::string()>> writers = {
+  Writers writers = {
       {"patterns.stil", [&] { return subject.scanned ? stil_text(tests.scan) : flat_stil_text(stream); }},
       {"patterns.wgl", [&] { return subject.scanned ? wgl_text(tests.scan) : wgl_text(stream); }},
       {"patterns.avc", [&] { return avc_text(stream); }},
@@ -275,7 +287,8 @@ int generate(const Options& options) {
     writers["netlist.v"] = [&] { return verilog_text(subject.design.netlist); };
     writers["cells.v"] = [&] { return cell_models(subject.design.netlist, library); };
   }
-  const std::vector<TextFile> files = texts_of(writers);
+  fs::create_directories(options.out);
+  const auto written = write_files(writers, options.out);
   nlohmann::ordered_json manifest = {
       {"tool", version()},
       {"seed", options.seed},
@@ -290,15 +303,19 @@ int generate(const Options& options) {
       {"aborted", set.aborted},
       {"masked", mask_json(masked)},
       {transitions ? "transition" : "stuck_at", coverage_json(result)}};
-  fs::create_directories(options.out);
-  for (const TextFile& file : files) {
-    vectors::write_whole(options.out / file.name, file.text);
-    manifest["files"][file.name] = file.hash;
-  }
+  for (const auto& [name, hash] : written) manifest["files"][name] = hash;
   vectors::write_whole(options.out / "manifest.json", manifest.dump(2) + "\n");
   print_coverage(result);
   fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
              set.patterns.size(), "cycles", stream.cycles.size());
+  double generation_s = 0, generation_processor_s = 0;
+  fmt::print("{:<22} {:>11} {:>11}\n", "", "time", "processor");
+  for (const StepTime& step : set.steps) {
+    fmt::print("{:<22} {:>9.2f} s {:>9.2f} s\n", step.name, step.wall_s, step.processor_s);
+    generation_s += step.wall_s;
+    generation_processor_s += step.processor_s;
+  }
+  fmt::print("{:<22} {:>9.2f} s {:>9.2f} s\n", "generation", generation_s, generation_processor_s);
   fmt::print("{:<22} {:>9.2f} s\n", "time",
              std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   return set.aborted == 0 ? 0 : 1;

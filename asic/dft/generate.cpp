@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/dft/generate.hpp"
 
+#include <time.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -22,10 +24,25 @@ constexpr std::size_t kPool = 64;    // merged cubes that are open at a time
 constexpr std::size_t kClosed = 16;  // of these are closed at a time, when a cube fits none
 constexpr std::size_t kFills = kLanes / kClosed;
 constexpr std::size_t kRandomBlocks = 512;
-constexpr double kRandomYield = 0.00025;  // random patterns end when a block detects less than this share
+constexpr std::array<std::size_t, 2> kBacktracks{12, 100};  // of the quick search, first and second time
+constexpr std::size_t kCandidates = 2048;  // faults that a pattern is extended for when it is closed
+constexpr std::size_t kInTheWay = 8;       // values of their cubes, at the most, that it has otherwise
+constexpr std::size_t kExtendBacktracks = 3;
+// Gates that the search may look at to extend a pattern by half of them, times nodes of the circuit: patterns
+// are more and searches longer where that is larger.
+constexpr std::size_t kExtendWork = 500'000'000;
+constexpr std::size_t kFreeBacktracks = 100;  // of the one with nothing held
+constexpr double kRandomYield = 0.00025;      // random patterns end when a block detects less than this share
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Of all threads of the program.
+double processor_s() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
 // A pattern with free inputs: bits that are set, and their values.
@@ -55,12 +72,15 @@ class Generator {
         random_(options.seed),
         simulator_(circuit),
         podems_(kWorkers, Podem(circuit)),
-        kept_(circuit.inputs().size()) {
+        free_podems_(kWorkers, Podem(circuit, std::vector<std::int8_t>(circuit.inputs().size(), -1))),
+        kept_(circuit.inputs().size()),
+        extend_work_(kExtendWork / circuit.size()) {
     set_.faults = std::move(faults);
     set_.of_class.assign(set_.faults.classes.size(), FaultClass::NO);
     alive_.assign(set_.faults.classes.size(), 1);
     witness_.resize(set_.faults.classes.size());
     cube_of_.resize(set_.faults.classes.size());
+    placed_.assign(set_.faults.classes.size(), 0);
     solvers_.reserve(kWorkers);
     const OutputCones cones = output_cones(circuit);
     while (solvers_.size() < kWorkers) solvers_.emplace_back(circuit, cones);
@@ -68,17 +88,25 @@ class Generator {
 
   TestSet run() {
     drop_structural();
-    auto start = std::chrono::steady_clock::now();
-    random_phase();
+    step("random patterns", [&] { random_phase(); });
     random_blocks_ = blocks_;
-    set_.times.random_s = since(start);
-    start = std::chrono::steady_clock::now();
     solve_phase();
-    set_.times.solve_s = since(start);
-    start = std::chrono::steady_clock::now();
-    merge_phase();
-    set_.times.merge_s = since(start);
-    start = std::chrono::steady_clock::now();
+    step("merging", [&] { merge_phase(); });
+    step("dropping", [&] { drop_superfluous(); });
+    for (const TestSolver& solver : solvers_) set_.solver_calls += solver.calls();
+    return std::move(set_);
+  }
+
+ private:
+  template <class Body>
+  void step(const char* name, const Body& body) {
+    const auto start = std::chrono::steady_clock::now();
+    const double processor_start = processor_s();
+    body();
+    set_.steps.push_back({name, since(start), processor_s() - processor_start});
+  }
+
+  void drop_superfluous() {
     set_.before_compaction = set_.patterns.size();
     std::vector<Fault> detected;
     for (std::size_t i = 0; i < set_.of_class.size(); ++i) {
@@ -86,12 +114,8 @@ class Generator {
     }
     set_.patterns =
         compact(circuit_, std::move(set_.patterns), detected, options_.seed, options_.compaction_passes);
-    set_.times.compact_s = since(start);
-    for (const TestSolver& solver : solvers_) set_.solver_calls += solver.calls();
-    return std::move(set_);
   }
 
- private:
   // What constants settle without a search: a fault at the value its line has anyway, or behind gates that
   // they close. Ties make it untestable; held inputs make it so for this test alone.
   void drop_structural() {
@@ -191,28 +215,50 @@ class Generator {
     for (std::uint32_t i = 0; i < alive_.size(); ++i) {
       if (alive_[i] != 0 && witness_[i].pattern == kNone) open.push_back(i);
     }
-    std::vector<std::uint32_t> left;
-    solve_each(
-        in_strides(std::move(open)),
-        [&](unsigned w, Solved& solved) {
-          const Fault& fault = set_.faults.classes[solved.fault];
-          solved.verdict = podems_[w].search(fault, solved.cube) ? Verdict::test : Verdict::aborted;
-        },
-        [&](const Solved& solved) { left.push_back(solved.fault); });
-    solve_each(
-        left,
-        [&](unsigned w, Solved& solved) {
-          const Fault& fault = set_.faults.classes[solved.fault];
-          solved.verdict = solvers_[w].solve(fault, solved.cube, options_.conflict_limit);
-        },
-        [&](const Solved& solved) {
-          if (solved.verdict == Verdict::aborted) {
-            alive_[solved.fault] = 0;
-            ++set_.aborted;
-          } else {
-            settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
-          }
-        });
+    open = in_strides(std::move(open));
+    for (const std::size_t backtracks : kBacktracks) {
+      step("quick search", [&] {
+        std::vector<std::uint32_t> left;
+        solve_each(
+            open, [&](unsigned w, Solved& solved) { solved.verdict = search(w, solved, backtracks); },
+            [&](const Solved& solved) {
+              if (solved.verdict == Verdict::aborted)
+                left.push_back(solved.fault);
+              else
+                take_verdict(solved);
+            });
+        open = std::move(left);
+      });
+    }
+    step("solver", [&] {
+      solve_each(
+          open,
+          [&](unsigned w, Solved& solved) {
+            const Fault& fault = set_.faults.classes[solved.fault];
+            solved.verdict = solvers_[w].solve(fault, solved.cube, options_.conflict_limit);
+          },
+          [&](const Solved& solved) { take_verdict(solved); });
+    });
+  }
+  void take_verdict(const Solved& solved) {
+    if (solved.verdict == Verdict::aborted) {
+      alive_[solved.fault] = 0;
+      ++set_.aborted;
+    } else {
+      settle(solved.fault, solved.verdict == Verdict::held ? FaultClass::AU : FaultClass::UR);
+    }
+  }
+  // Where there is no test, the inputs that are held may be why.
+  Verdict search(unsigned w, Solved& solved, std::size_t backtracks) {
+    const Fault& fault = set_.faults.classes[solved.fault];
+    Search result = podems_[w].search(fault, backtracks, solved.cube);
+    if (result == Search::test) return Verdict::test;
+    if (result == Search::gave_up) return Verdict::aborted;
+    Cube any;
+    result = free_podems_[w].search(fault, kFreeBacktracks, any);
+    if (result == Search::none) return Verdict::redundant;
+    if (result == Search::test || fault.launch != kNoNode) return Verdict::held;
+    return solvers_[w].without_holds(fault);
   }
   // Faults that lie together often fall together: of a chunk of them every so manieth comes first.
   std::vector<std::uint32_t> in_strides(std::vector<std::uint32_t> faults) const {
@@ -292,18 +338,24 @@ class Generator {
 
   // Patterns for all faults that have a cube or a witness.
   void merge_phase() {
-    const std::vector<std::uint32_t> order = merge_order();
+    order_ = merge_order();
     std::vector<CubeLifter> lifters(kWorkers, CubeLifter(circuit_));
-    for (std::size_t at = 0; at < order.size();) {
-      std::vector<std::uint32_t> batch;
-      for (; at < order.size() && batch.size() < kLanes; ++at) {
-        if (alive_[order[at]] != 0) batch.push_back(order[at]);
+    for (std::size_t at = 0;; ++at) {
+      while (next_ < order_.size() && ready_.size() - at < kCandidates) {
+        std::vector<std::uint32_t> batch;
+        for (; next_ < order_.size() && batch.size() < kLanes; ++next_) {
+          if (is_waiting(order_[next_])) batch.push_back(order_[next_]);
+        }
+        lift_witnesses(batch, lifters);
+        ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(at));
+        ready_.insert(ready_.end(), batch.begin(), batch.end());
+        at = 0;
       }
-      lift_witnesses(batch, lifters);
-      for (const std::uint32_t i : batch) {
-        if (alive_[i] != 0) merge(cube_of_[i]);
-        cube_of_[i] = {};
-      }
+      if (at == ready_.size()) break;
+      const std::uint32_t i = ready_[at];
+      if (is_waiting(i)) merge(cube_of_[i]);
+      placed_[i] = 1;
+      cube_of_[i] = {};
     }
     while (!pool_.empty()) close(std::min(pool_.size(), kClosed));
   }
@@ -319,6 +371,77 @@ class Generator {
           lifters[w].lift_lane(set_.faults.classes[batch[k]], values, k, cube_of_[batch[k]]);
       }
     });
+  }
+
+  // Neither detected nor in an open pattern.
+  bool is_waiting(std::uint32_t i) const { return alive_[i] != 0 && placed_[i] == 0; }
+
+  // Faults that come next get tests beside what the first `count` open patterns have set, where little of
+  // their cubes is in the way. Each worker has patterns of its own, and of the faults one half after the
+  // other.
+  void extend(std::size_t count) {
+    std::vector<std::uint32_t> candidates;
+    for (const std::uint32_t i : ready_) {
+      if (is_waiting(i) && candidates.size() < kCandidates) candidates.push_back(i);
+    }
+    for (unsigned half = 0; half < kWorkers; ++half) {
+      in_parallel([&](unsigned w) {
+        std::vector<std::uint32_t> part;
+        for (std::size_t k = w; k < count; k += kWorkers) {
+          part.clear();
+          for (std::size_t c = (w + half) % kWorkers; c < candidates.size(); c += kWorkers) {
+            if (placed_[candidates[c]] == 0) part.push_back(candidates[c]);
+          }
+          extend(podems_[w], pool_[k], std::move(part));
+        }
+      });
+    }
+  }
+  // Those first whose cubes have least in their way.
+  void extend(Podem& podem, Merged& merged, std::vector<std::uint32_t> part) {
+    std::array<std::vector<std::uint32_t>, kInTheWay + 1> by_count;
+    for (const std::uint32_t i : part) {
+      const std::size_t count = in_the_way(cube_of_[i], merged);
+      if (count < by_count.size()) by_count[count].push_back(i);
+    }
+    podem.fix(cube_of(merged));
+    Cube cube;
+    std::size_t work = 0;
+    for (const std::vector<std::uint32_t>& faults : by_count) {
+      for (const std::uint32_t i : faults) {
+        if (work > extend_work_) break;
+        if (in_the_way(cube_of_[i], merged) == 0) {
+          cube = cube_of_[i];
+        } else {
+          const Search result = podem.search(set_.faults.classes[i], kExtendBacktracks, cube);
+          work += podem.work();
+          if (result != Search::test) continue;
+        }
+        placed_[i] = 1;
+        add(cube, merged);
+        podem.fix(cube);
+      }
+    }
+    podem.release();
+  }
+  // Values of the cube that the pattern has otherwise.
+  static std::size_t in_the_way(const Cube& cube, const Merged& merged) {
+    std::size_t count = 0;
+    for (const auto& [input, value] : cube) count += merged.value[input] == (value ? 0 : 1) ? 1 : 0;
+    return count;
+  }
+  static Cube cube_of(const Merged& merged) {
+    Cube cube;
+    for (std::uint32_t input = 0; input < merged.value.size(); ++input) {
+      if (merged.value[input] >= 0) cube.emplace_back(input, merged.value[input] != 0);
+    }
+    return cube;
+  }
+  static void add(const Cube& cube, Merged& merged) {
+    for (const auto& [input, value] : cube) {
+      merged.set += merged.value[input] < 0 ? 1 : 0;
+      merged.value[input] = value ? 1 : 0;
+    }
   }
 
   // Into the open pattern that shares most values with the cube and contradicts none.
@@ -347,10 +470,7 @@ class Generator {
       pool_.push_back({std::vector<std::int8_t>(circuit_.inputs().size(), -1), 0});
       best = &pool_.back();
     }
-    for (const auto& [input, value] : cube) {
-      best->set += best->value[input] < 0 ? 1 : 0;
-      best->value[input] = value ? 1 : 0;
-    }
+    add(cube, *best);
   }
 
   // The `count` open patterns that have most inputs set are filled in several ways; of each, the fill that
@@ -358,6 +478,7 @@ class Generator {
   void close(std::size_t count) {
     std::stable_sort(pool_.begin(), pool_.end(),
                      [](const Merged& a, const Merged& b) { return a.set > b.set; });
+    extend(count);
     PatternBlock block = random_block();
     block.count = count * kFills;
     for (std::size_t k = 0; k < count; ++k) {
@@ -416,7 +537,7 @@ class Generator {
   GenerateOptions options_;
   std::mt19937_64 random_;
   ParallelFaultSimulator simulator_;
-  std::vector<Podem> podems_;
+  std::vector<Podem> podems_, free_podems_;  // with the held inputs at their values; with all inputs free
   std::vector<TestSolver> solvers_;
   std::vector<std::uint8_t> alive_;
   PackedPatterns kept_;                           // witnesses
@@ -424,6 +545,11 @@ class Generator {
   std::vector<Witness> witness_;
   std::vector<Cube> cube_of_;
   std::vector<Merged> pool_;
+  std::size_t extend_work_;           // of each worker, a pattern
+  std::vector<std::uint32_t> order_;  // faults, as patterns are made for them
+  std::size_t next_ = 0;              // of order_
+  std::vector<std::uint32_t> ready_;  // the next ones, with their cubes
+  std::vector<std::uint8_t> placed_;  // by fault: an open pattern detects it, or one that was open
   TestSet set_;
 };
 

@@ -16,8 +16,10 @@ struct GenerateOptions {
   unsigned compaction_passes = 3;
 };
 
-struct GenerateTimes {
-  double random_s = 0, solve_s = 0, merge_s = 0, compact_s = 0;
+/// What a step of generation took: time, and processor time of all threads of the program.
+struct StepTime {
+  const char* name;
+  double wall_s, processor_s;
 };
 
 struct TestSet {
@@ -27,7 +29,7 @@ struct TestSet {
   std::size_t aborted = 0;           ///< classes the solver gave up
   std::size_t solver_calls = 0;
   std::size_t before_compaction = 0;  ///< patterns
-  GenerateTimes times;
+  std::vector<StepTime> steps;
 };
 
 /// Generates tests: random patterns tell hard faults from easy ones; each hard fault gets a cube from the

@@ -250,9 +250,7 @@ void TestSolver::add_fault(const Fault& fault) {
 
 Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit) {
   if (cones_.nearest[fault.node] == kNoNode) return Verdict::redundant;
-  if (!window_has_effect(fault, kNeighbours, Holds::held) ||
-      !window_has_effect(fault, kSurroundings, Holds::held))
-    return refuted(fault);
+  if (!window_has_effect(fault, kSurroundings, Holds::held)) return refuted(fault);
   // more and more outputs, small cones first
   bool all = false;
   int status = kUndecided;
@@ -273,6 +271,10 @@ Verdict TestSolver::solve(const Fault& fault, Cube& cube, std::uint32_t conflict
 Verdict TestSolver::refuted(const Fault& fault) {
   if (!holds_refute_) return Verdict::redundant;
   if (fault.launch != kNoNode) return Verdict::held;
+  return without_holds(fault);
+}
+
+Verdict TestSolver::without_holds(const Fault& fault) {
   Cube none;
   encode_outputs(fault, kAll);
   return run(kFree, "plain", nullptr, {}, none) == kUnsat ? Verdict::redundant : Verdict::held;

@@ -44,6 +44,9 @@ class TestSolver {
   /// A test for the fault with the circuit's held inputs at their values; `cube` is set for Verdict::test.
   /// `conflict_limit` 0: none. What it finds depends on the fault alone.
   Verdict solve(const Fault& fault, Cube& cube, std::uint32_t conflict_limit = 0);
+  /// Of a fault without a test while the held inputs have their values: redundant, or held where a short
+  /// search with all inputs free doesn't refute it.
+  Verdict without_holds(const Fault& fault);
   /// Writes FOLDER/NAME.cnf (DIMACS: "this fault has a test", or "its effect leaves its surroundings" where
   /// that is refuted already) and, when that is unsatisfiable, FOLDER/NAME.drat (its refutation in text
   /// DRAT). Returns whether it is refuted. Throws std::runtime_error when a file can't be written.

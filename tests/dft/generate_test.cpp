@@ -7,6 +7,8 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <numeric>
+#include <random>
 
 #include "asic/dft/fault_simulator.hpp"
 #include "asic/dft/iddq.hpp"
@@ -175,18 +177,26 @@ TEST(Generate, ACubeAloneDetectsItsFault) {
   }
 }
 
-// The quick search tells only tests: its cube detects its fault whatever else the inputs are, and hardly any
-// value of it could be another.
+// Of the quick search: a cube detects its fault whatever else the inputs are, and hardly any value of it
+// could be another; a fault without a test has none.
 TEST(Podem, ACubeAloneDetectsItsFault) {
-  std::size_t testable = 0, found = 0, turned = 0, still = 0;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  std::size_t testable = 0, found = 0, refuted = 0, turned = 0, still = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Circuit circuit = random_circuit(seed, 8, 60);
+    const std::vector<Pattern> everything = all_patterns(circuit.inputs().size());
     Podem podem(circuit);
-    TestSolver solver(circuit);
     for (const Fault& fault : collapse(circuit).classes) {
+      const bool has_test = std::any_of(everything.begin(), everything.end(), [&](const Pattern& pattern) {
+        return serial_detects(circuit, pattern, fault);
+      });
+      testable += has_test ? 1 : 0;
       Cube cube;
-      testable += solver.solve(fault, cube) == Verdict::test ? 1 : 0;
-      if (!podem.search(fault, cube)) continue;
+      const Search result = podem.search(fault, 12, cube);
+      if (result == Search::none) {
+        ++refuted;
+        EXPECT_FALSE(has_test) << "seed " << seed;
+      }
+      if (result != Search::test) continue;
       ++found;
       for (Pattern pattern : random_patterns(seed, 8, circuit.inputs().size())) {
         for (const auto& [input, value] : cube) pattern[input] = value ? 1 : 0;
@@ -200,9 +210,77 @@ TEST(Podem, ACubeAloneDetectsItsFault) {
       }
     }
   }
-  EXPECT_LE(found, testable);
-  EXPECT_GT(found, testable * 9 / 10);
+  EXPECT_GT(found, testable * 99 / 100);
+  EXPECT_GT(refuted, 50u);
   EXPECT_LT(still, turned / 2);
+}
+
+// The same circuit with its first two inputs held at 0 and 1.
+Circuit with_holds(const Circuit& circuit) {
+  CircuitBuilder builder;
+  for (Node node = 0; node < circuit.size(); ++node)
+    builder.add(circuit.kind(node), {circuit.fanin(node).begin(), circuit.fanin(node).end()});
+  for (const Site& site : circuit.sites()) builder.add_site(site);
+  for (std::size_t i = 0; i < 2; ++i) builder.hold(circuit.inputs()[i], i == 1);
+  return builder.finish("held");
+}
+
+// Without a test while the holds last, though there may be one with all inputs free.
+TEST(Podem, RefutesWithinHolds) {
+  std::size_t held = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Circuit circuit = with_holds(random_circuit(seed, 7, 40));
+    const std::vector<Pattern> everything = all_patterns(circuit.inputs().size());
+    Podem podem(circuit), with_all_free(circuit, std::vector<std::int8_t>(circuit.inputs().size(), -1));
+    for (const Fault& fault : collapse(circuit).classes) {
+      const auto detects = [&](const Pattern& pattern) { return serial_detects(circuit, pattern, fault); };
+      const bool any = std::any_of(everything.begin(), everything.end(), detects);
+      const bool within = std::any_of(everything.begin(), everything.end(), [&](const Pattern& pattern) {
+        return pattern[0] == 0 && pattern[1] == 1 && detects(pattern);
+      });
+      Cube cube;
+      const Search result = podem.search(fault, 100, cube);
+      if (result != Search::gave_up) {
+        EXPECT_EQ(result == Search::test, within) << "seed " << seed;
+      }
+      held += result == Search::none && any ? 1 : 0;
+      const Search free = with_all_free.search(fault, 100, cube);
+      if (free != Search::gave_up) {
+        EXPECT_EQ(free == Search::test, any) << "seed " << seed;
+      }
+    }
+  }
+  EXPECT_GT(held, 10u);
+}
+
+// A cube that is found beside what is fixed contradicts none of it; both together detect both faults.
+TEST(Podem, FindsTestsBesideWhatIsFixed) {
+  std::size_t beside = 0, other = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Circuit circuit = random_circuit(seed, 12, 60);
+    const std::vector<Fault> faults = collapse(circuit).classes;
+    Podem free(circuit), podem(circuit);
+    for (std::size_t first = 0; first < faults.size(); first += 7) {
+      Cube fixed, alone, cube;
+      if (free.search(faults[first], 12, fixed) != Search::test) continue;
+      podem.release();
+      podem.fix(fixed);
+      for (std::size_t second = 0; second < faults.size(); second += 5) {
+        const Search without = free.search(faults[second], 12, alone);
+        if (podem.search(faults[second], 12, cube) != Search::test) continue;
+        EXPECT_NE(without, Search::none);
+        ++beside;
+        other += cube != alone ? 1 : 0;
+        Pattern pattern = random_patterns(second, 1, circuit.inputs().size())[0];
+        for (const auto& [input, value] : cube) pattern[input] = value ? 1 : 0;
+        for (const auto& [input, value] : fixed) pattern[input] = value ? 1 : 0;
+        EXPECT_TRUE(serial_detects(circuit, pattern, faults[first]));
+        EXPECT_TRUE(serial_detects(circuit, pattern, faults[second])) << "seed " << seed;
+      }
+    }
+  }
+  EXPECT_GT(beside, 500u);
+  EXPECT_GT(other, 100u);
 }
 
 // With held inputs and lines that must have been at another value before.
@@ -214,7 +292,7 @@ TEST(Podem, FindsTransitionsAndKeepsHeldInputs) {
   std::size_t found = 0;
   for (const Fault& fault : transitions.faults.classes) {
     Cube cube;
-    if (!podem.search(fault, cube)) continue;
+    if (podem.search(fault, 12, cube) != Search::test) continue;
     ++found;
     for (Pattern pattern : random_patterns(found, 4, circuit.inputs().size())) {
       for (std::size_t i = 0; i < pattern.size(); ++i) {
@@ -251,16 +329,6 @@ TEST(PackedPatterns, ComeBack) {
   }
 }
 
-// The same circuit with its first two inputs held at 0 and 1.
-Circuit with_holds(const Circuit& circuit) {
-  CircuitBuilder builder;
-  for (Node node = 0; node < circuit.size(); ++node)
-    builder.add(circuit.kind(node), {circuit.fanin(node).begin(), circuit.fanin(node).end()});
-  for (const Site& site : circuit.sites()) builder.add_site(site);
-  for (std::size_t i = 0; i < 2; ++i) builder.hold(circuit.inputs()[i], i == 1);
-  return builder.finish("held");
-}
-
 // To all outputs: with a test, without one while the holds last, without one at all.
 TEST(Generate, HeldAndRedundantAreToldApart) {
   std::map<Verdict, std::size_t> met;
@@ -286,6 +354,43 @@ TEST(Generate, HeldAndRedundantAreToldApart) {
   EXPECT_GT(met[Verdict::test], 100u);
   EXPECT_GT(met[Verdict::held], 20u);
   EXPECT_GT(met[Verdict::redundant], 20u);
+}
+
+// Detectors of words: each wants its inputs at values of its own, and hardly shows by chance.
+Circuit detectors(std::uint64_t seed) {
+  constexpr std::size_t kInputs = 40, kWide = 14, kGates = 60;
+  std::mt19937_64 random(seed);
+  CircuitBuilder builder;
+  std::vector<Node> inputs, inverted;
+  for (std::size_t i = 0; i < kInputs; ++i) inputs.push_back(builder.add(Gate::input, {}));
+  for (const Node input : inputs) inverted.push_back(builder.add(Gate::inv, {input}));
+  for (std::size_t g = 0; g < kGates; ++g) {
+    std::vector<std::size_t> taken(kInputs);
+    std::iota(taken.begin(), taken.end(), std::size_t{0});
+    std::shuffle(taken.begin(), taken.end(), random);
+    std::vector<Node> fanin;
+    for (std::size_t k = 0; k < kWide; ++k) fanin.push_back((random() & 1 ? inputs : inverted)[taken[k]]);
+    const Node gate = builder.add(Gate::all, fanin);
+    for (std::size_t k = 0; k < kWide; ++k)
+      builder.add_site({"", gate, static_cast<std::int32_t>(k), {false, false}});
+    builder.add(Gate::output, {gate});
+  }
+  return builder.finish("detectors");
+}
+
+// Merged and extended: of no cube a part may be lost.
+TEST(Generate, MergedCubesKeepWhatTheyDetect) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Circuit circuit = detectors(seed);
+    const TestSet set = generate_tests(circuit);
+    const Grade graded =
+        grade(circuit, blocks_of(set.patterns, circuit.inputs().size()), set.faults.classes, 1);
+    for (std::size_t i = 0; i < set.faults.classes.size(); ++i) {
+      EXPECT_EQ(set.of_class[i], FaultClass::DS) << "seed " << seed;
+      EXPECT_NE(graded.first_pattern[i], Grade::kUndetected) << "seed " << seed;
+    }
+    EXPECT_LT(set.patterns.size(), set.faults.classes.size() / 2);
+  }
 }
 
 TEST(Generate, SameInputsSamePatterns) {
