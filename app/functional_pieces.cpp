@@ -18,8 +18,7 @@ namespace {
 using Parameters = std::array<std::int32_t, spec::kHoldingCount>;
 
 constexpr std::uint16_t kFastBaud = 5000;
-constexpr std::uint64_t kTenth = spec::kClkHz / 10;
-constexpr std::uint64_t kMillisecond = spec::kClkHz / 1000;
+constexpr std::uint16_t kTopTime = 65535;     // registers of time, 0.1 s
 constexpr std::uint16_t kSetpointTop = 4950;  // T_MAX at its top less the margin
 constexpr std::int32_t kPerTenthDegc = 5;     // 1/320 degC
 constexpr std::int32_t kPerSixtyFourth = 32;
@@ -34,17 +33,20 @@ class Pieces {
 
   FunctionalSet record() {
     reset_and_identity();
+    real_time();
     at_work();
     registers();
     protocol();
     line_settings();
     sensors();
+    control_periods();
     loop_arithmetic();
     ramps();
     regulation();
     self_tuning();
     pulse_width();
     protection();
+    long_times();
     reset_in_operation();
     return s_.finish();
   }
@@ -85,7 +87,7 @@ class Pieces {
     for (std::size_t i = 0; i < p.size(); ++i) p[i] = spec::kHolding[i].reset;
     p[spec::kRegHostWd] = 0;
     p[spec::kRegCtrl] = 0x17;
-    p[spec::kRegTs] = 10;
+    p[spec::kRegTs] = 20;
     p[spec::kRegTMax] = 5000;
     p[spec::kRegTMin] = -400;
     p[spec::kRegExcLimit] = 5000;
@@ -127,12 +129,12 @@ class Pieces {
     write_range(p, spec::kRegSetpoint, spec::kHoldingCount - 1);
   }
   // From reset to calm parameters on a fast line.
-  void start_work(std::uint8_t strap = 0) {
-    s_.reset(strap);
+  void start_work(TimeBase time = TimeBase::test) {
+    s_.reset(0, time);
     s_.set_temperature(of_tenths(250));
     now_ = calm();
-    s_.write(spec::kRegBaud, kFastBaud);
     s_.write(spec::kRegTs, now_[spec::kRegTs]);
+    s_.write(spec::kRegBaud, kFastBaud);
     s_.ticks();
     s_.set_line(kFastBaud, 0, s_.address());
     write_all(now_);
@@ -147,7 +149,7 @@ class Pieces {
     if (s_.chip().guard.fault_q != 0) s_.command(spec::kCmdClearFault);
     s_.command(spec::kCmdRun);
     s_.run(100);
-    if (!heating()) throw std::logic_error("functional set: heating did not begin");
+    if (!heating()) s_.fail("heating did not begin: causes " + std::to_string(s_.chip().guard.cause_q));
   }
   // Registers that the control computation and the judging of its result show.
   void look() { s_.read_inputs(); }
@@ -161,7 +163,7 @@ class Pieces {
   void reset_and_identity() {
     s_.begin("reset, address straps, identification");
     for (const std::uint8_t strap : std::initializer_list<std::uint8_t>{5, 2, 7, 0}) {
-      s_.reset(strap);
+      s_.reset(strap, TimeBase::real);
       s_.ask(tb::report_server_id(s_.address()));
     }
     s_.read_holding();
@@ -172,10 +174,25 @@ class Pieces {
       s_.ask(tb::read_device_identification(s_.address(), code, 0));
   }
 
+  // The only piece but the first in which a millisecond is one.
+  void real_time() {
+    s_.begin("time base in operation: control period, 0.1 s, ramp");
+    start_work(TimeBase::real);
+    set(spec::kRegTlmPeriod, 1);
+    set(spec::kRegAtDwell, 1);
+    set(spec::kRegRampUp, 1562);
+    sample(of_tenths(250));
+    heat();
+    set(spec::kRegSetpoint, 260);
+    s_.ticks(often(16, 8));
+    look();
+  }
+
   // Every block once, briefly and all at a time: what a defect spoils for long shows here at once.
   void at_work() {
     s_.begin("closed loop at work: every block, briefly");
     start_work();
+    set(spec::kRegTs, 200);
     set(spec::kRegTlmPeriod, 1);
     set(spec::kRegMode, 1);
     struct Pulse {
@@ -194,6 +211,7 @@ class Pieces {
       look();
     }
     Parameters p = calm();
+    p[spec::kRegTs] = 200;
     p[spec::kRegSetpoint] = 1234;
     p[spec::kRegTlmPeriod] = 1;
     p[spec::kRegPwmPeriod] = 509;
@@ -239,7 +257,7 @@ class Pieces {
     s_.begin("registers: staged and active, both values of every bit, SECDED");
     s_.command(spec::kCmdDiscard);
     s_.read_holding();
-    for (unsigned round = 0; round < often(8, 1); ++round) {
+    for (unsigned round = 0; round < often(8, 2); ++round) {
       Parameters value = calm();
       for (std::uint16_t reg = spec::kRegSetpoint; reg < spec::kHoldingCount; ++reg)
         value[reg] = in_range(reg);
@@ -277,6 +295,8 @@ class Pieces {
     s_.read_inputs();
     s_.command(spec::kCmdDiscard);
     s_.read_holding();
+    set(spec::kRegTs, 400);  // the commit waits for the control period's end, and more writes are refused
+    s_.ticks(2);
     s_.command(spec::kCmdHold);
     s_.write(spec::kRegKp, 0x5AA5);
     s_.command(spec::kCmdCommit);
@@ -294,6 +314,8 @@ class Pieces {
       s_.write(spec::kRegLock, 0);
       s_.ticks();
     }
+    set(spec::kRegTs, calm()[spec::kRegTs]);
+    s_.ticks();
   }
 
   tb::ModbusRequest write_request(std::uint16_t reg, std::int32_t value) const {
@@ -453,36 +475,100 @@ class Pieces {
     s_.ticks();
   }
 
-  // Gains, limits and temperatures of any size, a new set each control period.
+  // Every bit of the control period: each is waited for.
+  void control_periods() {
+    s_.begin("control periods, telemetry periods");
+    start_work();
+    heat();
+    for (const std::int32_t ts : {2000, 1365, 682, 1024, 512, 341, 256, 170, 128, 85, 64, 31, 10}) {
+      s_.write(spec::kRegTs, ts);
+      s_.ticks(2);
+      look();
+    }
+    set(spec::kRegTs, 40);
+    s_.ticks(2);
+    for (unsigned i = 0; i < often(24, 6); ++i) {
+      // Whole powers of two are not waited for: what takes one for less is early.
+      const bool waits = i % 2 == 0;
+      const std::int32_t period = waits ? any_size(1, 2000) : 1 << (3 + i / 2 % 13);
+      set(spec::kRegTlmPeriod, period);
+      s_.run((waits ? static_cast<std::uint64_t>(period) + 120 : 120) * kTestTenth);
+    }
+    set(spec::kRegTlmPeriod, 0);
+    s_.command(spec::kCmdStop);
+  }
+
+  // What a control computation with these parameters and this temperature would come to.
+  chip::Algor computed(const Parameters& p, std::int16_t pv) const {
+    chip::Params params;
+    for (std::size_t i = 0; i < p.size(); ++i) params.value[i] = static_cast<std::uint16_t>(p[i]);
+    chip::Algor algor = s_.chip().algor;
+    chip::AlgorIn in{.params = params,
+                     .start = true,
+                     .sample_ok = true,
+                     .run = true,
+                     .at_temp = s_.chip().guard.at_temp_q != 0,
+                     .ms = false,
+                     .pv = pv,
+                     .drop = false,
+                     .tuning = false,
+                     .tune_duty = 0,
+                     .tune_hold = 0};
+    do {
+      algor.step(in);
+      in.start = false;
+    } while (algor.done_q == 0);
+    return algor;
+  }
+
+  // Gains, limits and temperatures of any size.
+  void draw_law(Parameters& p, std::int16_t& pv) {
+    for (std::uint16_t reg = spec::kRegSetpoint; reg <= spec::kRegFfExt; ++reg) p[reg] = in_range(reg);
+    for (std::uint16_t reg = spec::kRegKp; reg <= spec::kRegSlew; ++reg) p[reg] = in_range(reg);
+    for (const std::uint16_t reg :
+         {spec::kRegHoldMult, spec::kRegHoldAdd, spec::kRegPreset, spec::kRegFfDrop, spec::kRegAtWindow})
+      p[reg] = in_range(reg);
+    p[spec::kRegSetpoint] = std::min<std::int32_t>(p[spec::kRegSetpoint], kSetpointTop);
+    p[spec::kRegCtrl] = static_cast<std::int32_t>(below(128) & ~0x20U);
+    p[spec::kRegMode] = one_in(10) ? 1 : 0;
+    p[spec::kRegAtDwell] = 0;
+    if (!one_in(8)) p[spec::kRegRampUp] = p[spec::kRegRampDown] = 0;
+    if (!one_in(4)) p[spec::kRegSlew] = 0;
+    if (!one_in(3)) p[spec::kRegDutyMax] = 10000;
+    if (one_in(2)) p[spec::kRegBandFull] = p[spec::kRegBandOff] = 5000;
+    const std::int32_t near = of_tenths(p[spec::kRegSetpoint]) + (one_in(2) ? 1 : -1) * any_size(0, 4000);
+    const bool far = one_in(3) || near < of_tenths(-390) || near > of_tenths(4990) || near == 0 || near == -1;
+    pv = far ? any_temperature(-390, 4990) : static_cast<std::int16_t>(near);
+  }
+
+  // A new set each control period. Most are drawn until the duty is none of its limits, so that each bit of
+  // each term counts in it; it shows in the length of the pulse.
   void loop_arithmetic() {
     s_.begin("control law: gains, limits, temperatures of any size");
     start_work();
+    now_[spec::kRegTs] = 400;
+    write_all(now_);
+    s_.ticks(2);
     heat();
-    for (unsigned i = 0; i < often(100, 16); ++i) {
+    for (unsigned i = 0; i < often(300, 60); ++i) {
       Parameters p = now_;
-      for (std::uint16_t reg = spec::kRegSetpoint; reg <= spec::kRegFfExt; ++reg) p[reg] = in_range(reg);
-      for (std::uint16_t reg = spec::kRegKp; reg <= spec::kRegSlew; ++reg) p[reg] = in_range(reg);
-      for (const std::uint16_t reg :
-           {spec::kRegHoldMult, spec::kRegHoldAdd, spec::kRegPreset, spec::kRegFfDrop})
-        p[reg] = in_range(reg);
-      p[spec::kRegSetpoint] = std::min<std::int32_t>(p[spec::kRegSetpoint], kSetpointTop);
-      p[spec::kRegCtrl] = static_cast<std::int32_t>(below(128) & ~0x20U);
-      if (!one_in(8)) p[spec::kRegMode] = 0;
-      if (!one_in(4)) p[spec::kRegRampUp] = p[spec::kRegRampDown] = 0;
-      if (!one_in(4)) p[spec::kRegSlew] = 0;
-      if (!one_in(3)) p[spec::kRegDutyMax] = 10000;
-      if (one_in(2)) p[spec::kRegBandFull] = p[spec::kRegBandOff] = 5000;
-      write_range(p, spec::kRegSetpoint, spec::kRegFfExt);
-      write_range(p, spec::kRegCtrl, spec::kRegSlew);
-      write_range(p, spec::kRegHoldMult, spec::kRegHoldAdd);
-      write_range(p, spec::kRegPreset, spec::kRegFfDrop);
+      std::int16_t pv = 1;
+      const bool any = one_in(4);
+      for (unsigned tries = 0; tries < 200; ++tries) {
+        draw_law(p, pv);
+        const chip::Algor result = computed(p, pv);
+        if (any || (result.duty_q > 64 && result.duty_q + 64 < result.duty_max_q)) break;
+      }
+      p[spec::kRegPwmPeriod] = 8000 + static_cast<std::int32_t>(below(12000));
+      write_range(p, spec::kRegSetpoint, spec::kRegHoldAdd);
+      if (one_in(3)) {
+        write_range(p, spec::kRegPwmPeriod, spec::kRegPwmPeriod);
+        write_range(p, spec::kRegPreset, spec::kRegFfDrop);
+      }
       for (unsigned drops = below(6); drops > 0; --drops) s_.droplet(3);
-      const std::int32_t near = of_tenths(p[spec::kRegSetpoint]) + (one_in(2) ? 1 : -1) * any_size(0, 4000);
-      const bool far =
-          one_in(3) || near < of_tenths(-390) || near > of_tenths(4990) || near == 0 || near == -1;
-      s_.set_temperature(far ? any_temperature(-390, 4990) : static_cast<std::int16_t>(near));
+      s_.set_temperature(pv);
       s_.ticks();
-      look();
+      s_.read_loop();
       if (!heating()) heat();
     }
     for (unsigned i = 0; i < 300; ++i) s_.droplet(2);  // the counter stops at its top
@@ -540,39 +626,47 @@ class Pieces {
             std::clamp<std::int32_t>(to == 0 || to == -1 ? 1 : to, of_tenths(-390), of_tenths(4990))));
       }
       sample(static_cast<std::int16_t>(middle + 1));
-      if (i % 6 == 0) s_.run(2 * kTenth);
+      s_.run(2 * kTestTenth);
       look();
     }
     s_.command(spec::kCmdStop);
     set(spec::kRegTlmPeriod, 0);
   }
 
+  // Relay cycles of so many control periods, more or less, until it ends; the plant's answer is a swing of
+  // this height.
+  void relay_cycles(std::int32_t middle, std::int32_t swing, std::uint32_t periods, unsigned turns) {
+    const auto level = [&](bool above) {
+      const std::int32_t away = swing - static_cast<std::int32_t>(below(8));
+      return static_cast<std::int16_t>(
+          std::clamp<std::int32_t>(above ? middle + away : middle - away, of_tenths(-390), of_tenths(4990)));
+    };
+    for (unsigned turn = 0; turn < turns && s_.chip().atune.tuning(); ++turn) {
+      s_.set_temperature(level(turn % 2 == 0));
+      for (std::uint32_t i = 1 + below(periods); i > 0 && s_.chip().atune.tuning(); --i) s_.ticks();
+      if (turn % 4 == 3) look();
+    }
+  }
+
   void self_tuning() {
-    s_.begin("self-tuning: finished with different plants, stopped");
-    for (unsigned run = 0; run < often(4, 1); ++run) {
+    s_.begin("self-tuning: finished with different plants, stopped, out of time");
+    constexpr unsigned kEnough = 40;  // turns
+    for (unsigned run = 0; run < often(16, 5); ++run) {
       write_all(now_ = calm());
       const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(4000));
       set(spec::kRegSetpoint, setpoint);
       set(spec::kRegTAmb, run == 2 ? 1000 : in_range(spec::kRegTAmb) / 2);
       set(spec::kRegDutyMax, run % 2 == 0 ? 10000 : 2000 + static_cast<std::int32_t>(below(8000)));
-      const std::int32_t middle = of_tenths(setpoint);
-      const std::int32_t swing = 40 + any_size(0, 3000);
-      const auto level = [&](bool above) {
-        const std::int32_t away = swing - static_cast<std::int32_t>(below(8));
-        return static_cast<std::int16_t>(std::clamp<std::int32_t>(above ? middle + away : middle - away,
-                                                                  of_tenths(-390), of_tenths(4990)));
-      };
-      sample(level(false));
+      set(spec::kRegTs, 10);
+      sample(static_cast<std::int16_t>(of_tenths(setpoint) - 40));
       s_.ticks();
       heat();
       s_.command(spec::kCmdTune);
       s_.refused(write_request(spec::kRegKp, 1), 6);
-      for (unsigned turn = 0; turn < 20 && s_.chip().atune.tuning(); ++turn) {
-        for (unsigned i = 1 + below(run == 0 ? 6 : 2); i > 0 && s_.chip().atune.tuning(); --i)
-          sample(level(turn % 2 == 0));
-        look();
-        if (run == 3 && turn == 6) s_.command(spec::kCmdStop);
-      }
+      const std::uint32_t periods = run == 1 ? often(600, 100) : 2U << below(5);
+      relay_cycles(of_tenths(setpoint), 40 + any_size(0, run % 3 == 0 ? 12000 : 3000), periods,
+                   run == 3 ? 7 : kEnough);
+      if (run == 3) s_.command(spec::kCmdStop);
       s_.ticks(2);
       look();
       s_.read_holding();
@@ -580,6 +674,18 @@ class Pieces {
       s_.read_holding();
       s_.command(spec::kCmdStop);
     }
+    // No switch of the relay for its time: ends with heating off.
+    write_all(now_ = calm());
+    set(spec::kRegSetpoint, 3000);
+    sample(of_tenths(250));
+    s_.ticks();
+    heat();
+    s_.command(spec::kCmdTune);
+    s_.run(2000 * kTestTenth);
+    look();
+    s_.run(std::uint64_t{14400} * kTestTenth);
+    if (heating()) s_.fail("self-tuning has not ended by time");
+    look();
     write_all(now_ = calm());
     sample(of_tenths(250));
   }
@@ -616,168 +722,358 @@ class Pieces {
     look();
   }
 
-  // One fault: what brings it about, what is seen, and that it can be cleared once its cause is gone.
-  template <class Cause, class Remedy>
-  void trip(unsigned fault, const Cause& cause, const Remedy& remedy) {
-    s_.begin(std::string("protection: ") + std::string(spec::kFaults[fault].name));
+  // ---- protection ----
+
+  static std::uint16_t bit(unsigned fault) { return static_cast<std::uint16_t>(1U << fault); }
+  std::uint16_t causes() const { return s_.chip().guard.cause_q; }
+  std::uint16_t faults() const { return s_.chip().guard.fault_q; }
+  void expect_cause(unsigned fault, bool present) {
+    if (((causes() & bit(fault)) != 0) != present)
+      s_.fail(std::string(spec::kFaults[fault].name) + (present ? ": found no cause" : ": found a cause"));
+  }
+  // The fault comes within this time, and no other before it.
+  void expect_trip(unsigned fault, std::uint64_t tenths) {
+    for (std::uint64_t i = 0; i <= tenths && faults() == 0; ++i) s_.run(kTestTenth);
+    if (faults() != bit(fault)) s_.fail(std::string(spec::kFaults[fault].name) + " did not trip alone");
+    s_.read_loop();
+  }
+  void expect_heating() {
+    if (!heating() || faults() != 0) s_.fail("found a fault, expected none");
+  }
+  // Of 5 x / 32 in tenths, the last register value that x still reaches (x >= register) or passes (x >
+  // register).
+  static std::int32_t reached(std::int32_t x) {
+    return x * kPerTenthDegc >= 0 ? x * kPerTenthDegc / kPerSixtyFourth
+                                  : -((-x * kPerTenthDegc + kPerSixtyFourth - 1) / kPerSixtyFourth);
+  }
+  static std::int32_t passed(std::int32_t x) { return -reached(-x) - 1; }
+  std::int32_t clamp_to(std::uint16_t reg, std::int32_t value) const {
+    return std::clamp(value, spec::kHolding[reg].min, spec::kHolding[reg].max);
+  }
+  std::int16_t to_sensor(std::int32_t pv) const {
+    const std::int32_t value = std::clamp<std::int32_t>(pv, of_tenths(-390), of_tenths(4990));
+    return static_cast<std::int16_t>(value == 0 || value == -1 ? 1 : value);
+  }
+
+  // Calm and heating at this temperature, with these control periods.
+  void heat_calmly(std::int32_t tenths, std::int32_t ts) {
+    if (heating()) s_.command(spec::kCmdStop);
     write_all(now_ = calm());
-    set(spec::kRegAtWindow, 1000);
-    set(spec::kRegSetpoint, 2000);
-    sample(of_tenths(1950));
+    sample(of_tenths(tenths));
+    set(spec::kRegTs, ts);
+    s_.ticks(2);
     heat();
     s_.ticks();
-    cause();
-    for (unsigned i = 0; i < 60 && (s_.chip().guard.fault_q >> fault & 1) == 0; ++i) s_.ticks();
-    if ((s_.chip().guard.fault_q >> fault & 1) == 0)
-      throw std::logic_error("functional set: " + std::string(spec::kFaults[fault].name) + " did not trip");
-    look();
-    s_.command(spec::kCmdStop);
-    remedy();
-    s_.ticks(2);
-    look();
-    for (unsigned i = 0; i < 60 && s_.chip().guard.cause_q != 0; ++i) s_.ticks();
-    s_.command(spec::kCmdClearFault);
-    look();
   }
-  void protection() {
-    const auto calm_again = [&] {
-      write_all(now_ = calm());
-      sample(of_tenths(250));
-    };
-    trip(
-        spec::kFaultOverTemp,
-        [&] {
-          set(spec::kRegSetpoint, 1900);
-          set(spec::kRegTMax, 2341);
-          sample(of_tenths(2342));
-        },
-        calm_again);
-    trip(
-        spec::kFaultUnderTemp,
-        [&] {
-          set(spec::kRegTMin, 682);
-          sample(of_tenths(681));
-        },
-        calm_again);
-    trip(
-        spec::kFaultSensorFault,
-        [&] {
-          set(spec::kRegBadMax, 3);
-          set(spec::kRegSensFaultMask, 1);
-          s_.ticks();
-          s_.sensor().set(0x1235, 16, 0);
-        },
-        calm_again);
-    trip(
-        spec::kFaultSensorFrame,
-        [&] {
-          set(spec::kRegBadMax, 15);
-          s_.ticks();
-          s_.sensor().set(0xFFFF, 16, 0);
-        },
-        calm_again);
-    trip(
-        spec::kFaultSensorStale,
-        [&] {
-          set(spec::kRegSampleTimeout, 1);
-          s_.ticks();
-          s_.sensor().set(0xFFFF, 16, 0);
-        },
-        calm_again);
-    trip(
-        spec::kFaultSensorStale,  // frozen
-        [&] {
-          set(spec::kRegMode, 1);
-          set(spec::kRegLbaTime, 1);
-        },
-        calm_again);
-    trip(
-        spec::kFaultRate,
-        [&] {
-          set(spec::kRegDtdtMax, 341);
-          set(spec::kRegBadMax, 4);
-          for (const int tenths : {1952, 1949, 1951}) sample(of_tenths(tenths));
-          sample(of_tenths(3000));
-        },
-        calm_again);
-    trip(
-        spec::kFaultNotHeating,
-        [&] {
-          set(spec::kRegLbaTime, 1);
-          set(spec::kRegMode, 0);
-          set(spec::kRegCtrl, 0x10);
-          set(spec::kRegBandFull, 0);
-        },
-        calm_again);
-    trip(
-        spec::kFaultHoldPower,
-        [&] {
-          set(spec::kRegHoldTime, 1);
-          set(spec::kRegHoldMult, 1);
-          set(spec::kRegHoldAdd, 1);
-          set(spec::kRegKff, 100);
-          set(spec::kRegCtrl, 0x10);
-          set(spec::kRegBandFull, 5000);
-          set(spec::kRegKp, 500);
-        },
-        calm_again);
-    trip(
-        spec::kFaultExcursion,
-        [&] {
-          set(spec::kRegExcLimit, 100);
-          set(spec::kRegExcTime, 1);
-          set(spec::kRegAtWindow, 20);
-          sample(of_tenths(2000));
-          s_.ticks();
-          sample(of_tenths(2150));
-        },
-        calm_again);
-    trip(
-        spec::kFaultZeroRise,
-        [&] {
-          set(spec::kRegMode, 1);
-          set(spec::kRegZeroWait, 1);
-          set(spec::kRegZeroRise, 80);
-          s_.run(2 * kTenth);
-          sample(of_tenths(2100));
-        },
-        calm_again);
-    trip(
-        spec::kFaultHeaterFb,
-        [&] {
-          set(spec::kRegFbTime, quick_ ? 100 : 65535);
-          set(spec::kRegCtrl, 0x37);
-          s_.hold_feedback(true);
-          set(spec::kRegMode, 1);
-        },
-        [&] {
-          s_.free_feedback();
-          calm_again();
-        });
-    trip(
-        spec::kFaultHostWatchdog,
-        [&] {
-          set(spec::kRegHostWd, 1);
-          s_.run(2 * kTenth);
-        },
-        calm_again);
-    trip(
-        spec::kFaultInhibit,
-        [&] {
-          s_.set_inhibit(true);
-          s_.run(kMillisecond);
-        },
-        [&] {
-          s_.refused(write_request(spec::kRegCmd, spec::kCmdClearFault), 4);
-          s_.refused(write_request(spec::kRegCmd, spec::kCmdRun), 4);
-          s_.set_inhibit(false);
-        });
 
-    // Detectors with limits and temperatures of any size; which of them trips is left to chance.
+  // Limits of temperature, rate and rise right at the sample, on either side; heater off, each cause for
+  // itself.
+  void limits_of_temperature() {
+    s_.begin("protection: over- and under-temperature, rate, rise at zero duty, right at the limit");
+    start_work();
+    set(spec::kRegTs, 240);
+    s_.ticks(2);
+    for (unsigned i = 0; i < often(160, 30); ++i) {
+      const chip::Guard& guard = s_.chip().guard;
+      Parameters p = now_;
+      std::int32_t pv = any_temperature(-390, 4900);
+      const auto side = [&] { return static_cast<std::int32_t>(below(2)); };
+      if (one_in(2))
+        pv = (in_range(spec::kRegTMax) * kPerSixtyFourth + kPerTenthDegc - 1) / kPerTenthDegc - side();
+      if (one_in(3)) pv = in_range(spec::kRegTMin) * kPerSixtyFourth / kPerTenthDegc + side();
+      if (one_in(2)) pv = guard.pv_q + (one_in(2) ? 1 : -1) * any_size(1, 8000);
+      pv = to_sensor(pv);
+      p[spec::kRegTMax] = clamp_to(spec::kRegTMax, reached(pv) + side());
+      p[spec::kRegTMin] = clamp_to(spec::kRegTMin, reached(pv) + side());
+      const std::int32_t step = pv - guard.pv_q, drift = pv - guard.rate_ref_q;
+      const std::int32_t change = std::max(std::abs(drift), 2 * std::min(std::abs(step), std::abs(drift)));
+      p[spec::kRegDtdtMax] = one_in(4) ? 0 : clamp_to(spec::kRegDtdtMax, passed(change) + side());
+      p[spec::kRegBadMax] = 1;
+      p[spec::kRegZeroRise] =
+          one_in(4) ? 0 : clamp_to(spec::kRegZeroRise, reached(pv - guard.zero_ref_q) + side());
+      p[spec::kRegZeroWait] = one_in(4) ? in_range(spec::kRegZeroWait) : any_size(0, 300);
+      const bool hot = pv * kPerTenthDegc >= p[spec::kRegTMax] * kPerSixtyFourth;
+      const bool cold = pv * kPerTenthDegc < p[spec::kRegTMin] * kPerSixtyFourth;
+      const bool rate = guard.settled_q != 0 && p[spec::kRegDtdtMax] != 0 &&
+                        change * kPerTenthDegc > p[spec::kRegDtdtMax] * kPerSixtyFourth;
+      write_range(p, spec::kRegTMax, spec::kRegSampleTimeout);
+      sample(static_cast<std::int16_t>(pv));
+      expect_cause(spec::kFaultOverTemp, hot);
+      expect_cause(spec::kFaultUnderTemp, cold);
+      expect_cause(spec::kFaultRate, rate);
+      s_.read_loop();
+    }
+    write_all(now_ = calm());
+    sample(of_tenths(250));
+    s_.ticks(2);
+    s_.command(spec::kCmdClearFault);
+  }
+
+  // Bad samples of both kinds, one fewer than BAD_MAX and as many.
+  void bad_samples() {
+    s_.begin("protection: bad samples in a row");
+    start_work();
+    set(spec::kRegTs, 30);
+    for (std::int32_t most = 1; most <= 15; most += quick_ ? 7 : 1) {
+      for (const bool device : {false, true}) {
+        sample(of_tenths(250));
+        s_.command(spec::kCmdClearFault);
+        set(spec::kRegBadMax, most);
+        set(spec::kRegSensFaultMask, device ? 1 : 0);
+        s_.ticks();
+        heat();
+        for (std::int32_t count = most - 1; count <= most; ++count) {
+          s_.sensor().set(device ? 0x0C35 : 0xFFFF, 16, 0);
+          s_.ticks(static_cast<unsigned>(count));
+          const unsigned fault = device ? spec::kFaultSensorFault : spec::kFaultSensorFrame;
+          if (count == most && faults() != bit(fault)) s_.fail("bad samples did not trip");
+          if (count < most) expect_heating();
+          sample(of_tenths(250));
+        }
+        s_.read_loop();
+      }
+    }
+  }
+
+  // Full duty without a rise, with a rise too small, with one that is enough and starts the time again.
+  void not_heating() {
+    s_.begin("protection: NotHeating, times and rises of any size");
+    start_work();
+    for (unsigned i = 0; i < often(16, 3); ++i) {
+      heat_calmly(1000, 60);
+      set(spec::kRegCtrl, 0x10);
+      set(spec::kRegBandFull, 0);
+      set(spec::kRegDutyMax, 100 + static_cast<std::int32_t>(below(9900)));
+      set(spec::kRegSetpoint, kSetpointTop);
+      const std::int32_t time = any_size(700, 2500), rise = any_size(1, 20000);
+      const std::int32_t from = any_temperature(-390, 1000);
+      set(spec::kRegLbaRise, clamp_to(spec::kRegLbaRise, reached(rise) + (i % 2 == 0 ? 1 : 0)));
+      sample(to_sensor(from));
+      set(spec::kRegLbaTime, time);
+      s_.ticks(4);
+      expect_heating();
+      sample(to_sensor(from + rise));
+      expect_trip(spec::kFaultNotHeating, static_cast<std::uint64_t>(time) + 4);
+    }
+  }
+
+  // Duty just above the hold power trips, as much below does not.
+  void hold_power() {
+    s_.begin("protection: HoldPower, right at the limit, times of any size");
+    start_work();
+    for (unsigned i = 0; i < often(24, 5); ++i) {
+      heat_calmly(1000, 80);
+      Parameters p = now_;
+      const std::int16_t pv = any_temperature(300, 3500);
+      std::int32_t add = -1;
+      while (add < 0 || add > 10000) {
+        p[spec::kRegSetpoint] = std::min<std::int32_t>(in_range(spec::kRegSetpoint), kSetpointTop);
+        p[spec::kRegKp] = in_range(spec::kRegKp);
+        p[spec::kRegKiApproach] = p[spec::kRegKiHold] = p[spec::kRegKd] = 0;
+        p[spec::kRegCtrl] = 0x10;
+        p[spec::kRegBandFull] = p[spec::kRegBandOff] = 5000;
+        p[spec::kRegKff] = any_size(1, 4000);
+        p[spec::kRegTAmb] = in_range(spec::kRegTAmb);
+        p[spec::kRegHoldMult] = in_range(spec::kRegHoldMult);
+        p[spec::kRegHoldAdd] = 0;
+        const chip::Algor result = computed(p, pv);
+        if (result.segment_q != chip::kSegPid || result.duty_q <= result.hold_q) continue;
+        // The largest addition that the duty still exceeds.
+        add = 10000;
+        while (add >= 0) {
+          p[spec::kRegHoldAdd] = add;
+          if (computed(p, pv).hold_q < result.duty_q) break;
+          --add;
+        }
+      }
+      const bool trips = i % 3 != 0;
+      p[spec::kRegHoldAdd] = trips ? add : std::min(add + 1, 10000);
+      p[spec::kRegHoldTime] = any_size(1, 1500);
+      const bool above = computed(p, pv).hold_q < computed(p, pv).duty_q;
+      s_.set_temperature(pv);
+      s_.command(spec::kCmdHold);
+      write_range(p, spec::kRegSetpoint, spec::kRegHoldTime);
+      s_.command(spec::kCmdCommit);
+      s_.ticks();
+      if (above) {
+        expect_trip(spec::kFaultHoldPower, static_cast<std::uint64_t>(p[spec::kRegHoldTime]) + 200);
+      } else {
+        s_.run(static_cast<std::uint64_t>(p[spec::kRegHoldTime] + 200) * kTestTenth);
+        expect_heating();
+        s_.read_loop();
+      }
+    }
+  }
+
+  // Above the set-point by the limit or a little less; inside the window or just outside.
+  void excursion() {
+    s_.begin("protection: Excursion and at-temperature, right at the limit, times of any size");
+    start_work();
+    for (unsigned i = 0; i < often(24, 5); ++i) {
+      const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(3000));
+      heat_calmly(setpoint, 100);
+      const std::int32_t over = any_size(40, 6000), time = any_size(1, 1200), dwell = any_size(1, 1200);
+      const bool trips = i % 3 != 0, inside = one_in(2);
+      set(spec::kRegTlmPeriod, 1);
+      const std::int32_t window[] = {clamp_to(spec::kRegAtWindow, passed(over) + (inside ? 1 : 0)), dwell};
+      s_.write(spec::kRegAtWindow, window);
+      set(spec::kRegSetpoint, setpoint);
+      s_.ticks(2);  // armed at the set-point
+      const std::int32_t limit[] = {clamp_to(spec::kRegExcLimit, passed(over) + (trips ? 0 : 1)), time};
+      s_.write(spec::kRegExcLimit, limit);
+      s_.ticks();
+      sample(to_sensor(of_tenths(setpoint) + over));
+      look();
+      const bool above = over * kPerTenthDegc > limit[0] * kPerSixtyFourth;
+      if (above) {
+        expect_trip(spec::kFaultExcursion, static_cast<std::uint64_t>(time) + 4);
+      } else {
+        s_.run(static_cast<std::uint64_t>(std::max(time, dwell) + 4) * kTestTenth);
+        expect_heating();
+        // Below the set-point by as much: at temperature or not, but no excursion.
+        sample(to_sensor(of_tenths(setpoint) - over));
+        s_.run(static_cast<std::uint64_t>(dwell + 4) * kTestTenth);
+        expect_heating();
+      }
+      look();
+    }
+  }
+
+  // A hot head at zero duty whose samples don't move, 20 degC above ambient or a little less.
+  void frozen() {
+    s_.begin("protection: SensorStale by a frozen sample, right at the limit, times of any size");
+    start_work();
+    for (unsigned i = 0; i < often(16, 4); ++i) {
+      heat_calmly(1000, 100);
+      set(spec::kRegMode, 1);
+      const std::int32_t ambient = in_range(spec::kRegTAmb), time = any_size(1, 1500);
+      const bool trips = i % 3 != 0;
+      const std::int32_t hot = (ambient + 200) * kPerSixtyFourth / kPerTenthDegc;
+      const std::int16_t pv = to_sensor(trips ? hot + 1 : hot - 1);
+      const bool active = pv * kPerTenthDegc > (ambient + 200) * kPerSixtyFourth;
+      sample(pv);
+      set(spec::kRegTAmb, ambient);
+      s_.ticks(2);
+      set(spec::kRegLbaTime, time);
+      s_.ticks();
+      if (active) {
+        expect_trip(spec::kFaultSensorStale, static_cast<std::uint64_t>(time) + 4);
+      } else {
+        s_.run(static_cast<std::uint64_t>(time + 4) * kTestTenth);
+        expect_heating();
+      }
+    }
+  }
+
+  // The first sample behind SAMPLE_TIMEOUT or in time.
+  void stale() {
+    s_.begin("protection: SensorStale, times of any size");
+    start_work();
+    for (unsigned i = 0; i < often(16, 4); ++i) {
+      heat_calmly(1000, 60);
+      const std::int32_t ts = any_size(60, 1500);
+      const bool trips = i % 2 == 0;
+      const std::int32_t values[] = {ts};
+      s_.write(spec::kRegTs, values);
+      set(spec::kRegSampleTimeout, trips ? ts - 3 : ts + 3);
+      s_.ticks(2);
+      if (trips) {
+        if (faults() != bit(spec::kFaultSensorStale)) s_.fail("no stale sample");
+      } else {
+        expect_heating();
+      }
+      s_.read_loop();
+      set(spec::kRegSampleTimeout, kTopTime);
+      s_.ticks();
+    }
+  }
+
+  // Telemetry shows the time left; the heater goes off with the last tenth.
+  void host_watchdog() {
+    s_.begin("protection: HostWatchdog, times of any size");
+    start_work();
+    for (unsigned i = 0; i < often(14, 4); ++i) {
+      heat_calmly(1000, 90);
+      set(spec::kRegTlmPeriod, 1);
+      const std::int32_t time = any_size(500, 3000);
+      set(spec::kRegHostWd, time);
+      s_.run(static_cast<std::uint64_t>(time) * 3 / 4 * kTestTenth);
+      expect_heating();
+      s_.ask(tb::diagnostic_echo(s_.address(), 0x5A5A));
+      s_.run(static_cast<std::uint64_t>(time) * 3 / 4 * kTestTenth);
+      expect_heating();
+      expect_trip(spec::kFaultHostWatchdog, static_cast<std::uint64_t>(time));
+      s_.command(spec::kCmdClearFault);
+    }
+  }
+
+  // The switch stays on for as long as FB_TIME, or a clock less.
+  void heater_feedback() {
+    s_.begin("protection: HeaterFb, times of any size");
+    start_work();
+    set(spec::kRegCtrl, 0x37);
+    s_.ticks(2);
+    for (unsigned i = 0; i < often(16, 4); ++i) {
+      constexpr std::uint64_t kFeedbackStep = 16;  // clocks
+      const std::int32_t time = i == 0 ? (quick_ ? 5000 : kTopTime) : any_size(1, 6000);
+      set(spec::kRegFbTime, time);
+      s_.ticks(2);
+      for (const std::uint64_t clocks : {kFeedbackStep * static_cast<std::uint64_t>(time) - 1,
+                                         kFeedbackStep * static_cast<std::uint64_t>(time) + 1}) {
+        s_.hold_feedback(true);
+        s_.run(clocks);
+        s_.free_feedback();
+        s_.run(20);
+      }
+      if (faults() != bit(spec::kFaultHeaterFb)) s_.fail("HeaterFb did not trip");
+      s_.read_loop();
+      s_.command(spec::kCmdClearFault);
+    }
+    set(spec::kRegCtrl, 0x17);
+  }
+
+  // The other causes: emergency stop, a control period too short for its work, a rise at zero duty while
+  // heating.
+  void other_faults() {
+    s_.begin("protection: Inhibit, State, ZeroRise");
+    start_work();
+    heat();
+    s_.set_inhibit(true);
+    s_.run(1000);
+    s_.refused(write_request(spec::kRegCmd, spec::kCmdClearFault), 4);
+    s_.refused(write_request(spec::kRegCmd, spec::kCmdRun), 4);
+    s_.set_inhibit(false);
+    s_.run(100);
+    look();
+    heat_calmly(500, 10);
+    set(spec::kRegSpiDiv, 255);
+    expect_trip(spec::kFaultState, 2000);
+    for (unsigned i = 0; i < often(6, 2); ++i) {
+      heat_calmly(500, 100);
+      set(spec::kRegMode, 1);
+      set(spec::kRegManualDuty, 100);  // starts the time at zero duty again
+      s_.ticks(2);
+      set(spec::kRegManualDuty, 0);
+      s_.ticks(2);
+      const std::int32_t rise = any_size(40, 8000);
+      const std::int32_t values[] = {clamp_to(spec::kRegZeroRise, reached(rise)), any_size(1, 400)};
+      s_.write(spec::kRegZeroRise, values);
+      s_.run(static_cast<std::uint64_t>(values[1] + 200) * kTestTenth);
+      expect_heating();
+      sample(to_sensor(of_tenths(500) + rise - 7));
+      expect_heating();
+      sample(to_sensor(of_tenths(500) + rise));
+      expect_trip(spec::kFaultZeroRise, 200);
+    }
+  }
+
+  // Detectors with limits and temperatures of any size; which of them trips is left to chance.
+  void limits_of_any_size() {
     s_.begin("protection: limits of any size");
     start_work();
-    for (unsigned i = 0; i < often(10, 3); ++i) {
+    for (unsigned i = 0; i < often(60, 12); ++i) {
       Parameters p = calm();
+      p[spec::kRegTs] = 60;
       p[spec::kRegSetpoint] = static_cast<std::int32_t>(below(kSetpointTop));
       p[spec::kRegAtWindow] = in_range(spec::kRegAtWindow);
       p[spec::kRegAtDwell] = below(2) != 0 ? 0 : in_range(spec::kRegAtDwell);
@@ -787,24 +1083,85 @@ class Pieces {
         if (one_in(2)) p[reg] = in_range(reg);
       }
       p[spec::kRegTMax] = std::max<std::int32_t>(p[spec::kRegTMax], p[spec::kRegSetpoint] + 50);
-      if (one_in(3)) p[spec::kRegLbaTime] = p[spec::kRegHoldTime] = p[spec::kRegZeroWait] = 1;
       p[spec::kRegHostWd] = in_range(spec::kRegHostWd);
       write_all(calm());
       s_.set_temperature(any_temperature(-390, 4900));
       s_.ticks(2);
-      if (s_.chip().guard.cause_q == 0) {
+      if (causes() == 0) {
         s_.command(spec::kCmdClearFault);
         s_.command(spec::kCmdRun);
       }
-      write_range(p, spec::kRegSetpoint, spec::kHoldingCount - 1);
-      for (unsigned n = 0; n < 5; ++n) {
+      write_range(p, spec::kRegSetpoint, spec::kRegHoldMult);
+      write_range(p, spec::kRegHoldAdd, spec::kRegSampleTimeout);
+      for (unsigned n = 0; n < 4; ++n) {
         sample(any_temperature(-390, 4900));
-        look();
+        s_.read_loop();
       }
-      if (one_in(6)) s_.run(kTenth);
       look();
     }
     write_all(now_ = calm());
+  }
+
+  void protection() {
+    limits_of_temperature();
+    bad_samples();
+    not_heating();
+    hold_power();
+    excursion();
+    frozen();
+    stale();
+    host_watchdog();
+    heater_feedback();
+    other_faults();
+    limits_of_any_size();
+  }
+
+  // Counts of 0.1 s to their top, as many at a time as can be; telemetry shows the time left of the watchdog.
+  void long_times() {
+    const std::uint64_t all = std::uint64_t{quick_ ? 3000U : 66000U} * kTestTenth;
+    s_.begin("long times: loop break, hold power, excursion, at-temperature, watchdog");
+    start_work();
+    heat_calmly(1000, 2000);
+    Parameters p = now_;
+    p[spec::kRegSetpoint] = 1500;
+    p[spec::kRegBandFull] = p[spec::kRegBandOff] = 5000;
+    p[spec::kRegCtrl] = 0x10;
+    p[spec::kRegKp] = 0;
+    p[spec::kRegKiApproach] = p[spec::kRegKiHold] = kTopTime;
+    p[spec::kRegKd] = 0;
+    p[spec::kRegKff] = 1;
+    p[spec::kRegHoldMult] = p[spec::kRegHoldAdd] = 0;
+    p[spec::kRegTlmPeriod] = 1;
+    write_range(p, spec::kRegSetpoint, spec::kRegHoldAdd);
+    s_.ticks(3);  // the integral is at its top, and stays there
+    p[spec::kRegKiApproach] = p[spec::kRegKiHold] = 0;
+    p[spec::kRegSetpoint] = 1000;
+    p[spec::kRegAtWindow] = 1000;
+    p[spec::kRegAtDwell] = kTopTime;
+    p[spec::kRegExcLimit] = 10;
+    p[spec::kRegExcTime] = p[spec::kRegHoldTime] = p[spec::kRegLbaTime] = kTopTime;
+    p[spec::kRegHostWd] = kTopTime;
+    write_range(p, spec::kRegSetpoint, spec::kRegHoldTime);
+    s_.ticks(2);
+    s_.set_temperature(of_tenths(1050));
+    s_.run(all);
+    look();
+    s_.ticks();
+    look();
+
+    s_.begin("long times: rise at zero duty, frozen sample, telemetry");
+    start_work();
+    heat_calmly(1000, 2000);
+    set(spec::kRegMode, 1);
+    set(spec::kRegLbaTime, kTopTime);
+    set(spec::kRegZeroWait, kTopTime);
+    set(spec::kRegZeroRise, 80);
+    set(spec::kRegTlmPeriod, 43690);
+    s_.ticks();
+    s_.run(all);
+    look();
+    write_all(now_ = calm());
+    sample(of_tenths(1000));
   }
 
   void reset_in_operation() {
@@ -818,7 +1175,7 @@ class Pieces {
       s_.ticks();
       s_.command(spec::kCmdDiscard);
       s_.read_holding();
-      s_.reset(0);
+      s_.reset();
       s_.read_holding();
       s_.read_inputs();
       if (ts == 1365) start_work();

@@ -69,8 +69,9 @@ void FunctionalSession::ticks(unsigned count) {
   }
 }
 
-void FunctionalSession::reset(std::uint8_t strap) {
+void FunctionalSession::reset(std::uint8_t strap, TimeBase time) {
   in_.addr_strap = strap;
+  in_.test_mode = time == TimeBase::test;
   in_.rst_n = false;
   run(20);
   in_.rst_n = true;
@@ -149,6 +150,8 @@ void FunctionalSession::read_inputs() {
   ask(tb::read_input_registers(address_, 0, kReadMost));
   ask(tb::read_input_registers(address_, kReadMost, spec::kInputCount - kReadMost));
 }
+
+void FunctionalSession::read_loop() { ask(tb::read_input_registers(address_, 0, spec::kInCause + 1)); }
 
 void FunctionalSession::droplet(std::uint64_t clocks) {
   in_.drop = true;

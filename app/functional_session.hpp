@@ -46,6 +46,10 @@ class FrameSource {
   bool samples_on_rise_ = true, sclk_ = false;
 };
 
+// Level of test_mode_i, chosen at a reset: in test time a millisecond and 0.1 s both last kTestTenth clocks.
+enum class TimeBase : std::uint8_t { real, test };
+constexpr std::uint64_t kTestTenth = chip::spec::kClkHz / 1000 / chip::spec::kTestSpeedup;
+
 class FunctionalSession {
  public:
   static constexpr std::uint16_t kResetBaud = 1152;  // register BAUD
@@ -62,7 +66,7 @@ class FunctionalSession {
   void ticks(unsigned count = 1);
   // Pulse at the reset pin with this address strap; the line is as after reset, the chip has address 1 +
   // strap.
-  void reset(std::uint8_t strap = 0);
+  void reset(std::uint8_t strap = 0, TimeBase time = TimeBase::test);
   // The host's side of the line from now on: registers BAUD and FORMAT, slave address.
   void set_line(std::uint16_t baud, std::uint16_t format, std::uint8_t address);
 
@@ -75,6 +79,7 @@ class FunctionalSession {
   void command(std::uint16_t word) { write(chip::spec::kRegCmd, word); }
   void read_holding();
   void read_inputs();
+  void read_loop();  // input registers 0..15: state, temperature, terms, faults and causes
 
   // Temperature in 1/64 degC as the plain 16-bit frame that `plain_sensor` in the pieces describes.
   void set_temperature(std::int16_t sixty_fourths) {
@@ -89,13 +94,13 @@ class FunctionalSession {
   void glitch(std::uint64_t clocks);  // on the idle receive line
   std::uint8_t address() const { return address_; }
   const chip::Chip& chip() const { return chip_; }
+  [[noreturn]] void fail(const std::string& what) const;
   std::uint64_t cycle() const { return cycle_; }
 
  private:
   void step();
   void send(const tb::ModbusRequest& request);
   void exchange(const tb::ModbusRequest& request, std::uint8_t exception);
-  [[noreturn]] void fail(const std::string& what) const;
   tb::UartLine line() const;
 
   std::uint16_t baud_ = kResetBaud, format_ = 0;
