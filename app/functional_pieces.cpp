@@ -184,7 +184,7 @@ class Pieces {
     sample(of_tenths(250));
     heat();
     set(spec::kRegSetpoint, 260);
-    s_.ticks(often(16, 8));
+    s_.ticks(8);
     look();
   }
 
@@ -257,7 +257,7 @@ class Pieces {
     s_.begin("registers: staged and active, both values of every bit, SECDED");
     s_.command(spec::kCmdDiscard);
     s_.read_holding();
-    for (unsigned round = 0; round < often(8, 2); ++round) {
+    for (unsigned round = 0; round < often(5, 2); ++round) {
       Parameters value = calm();
       for (std::uint16_t reg = spec::kRegSetpoint; reg < spec::kHoldingCount; ++reg)
         value[reg] = in_range(reg);
@@ -387,7 +387,7 @@ class Pieces {
     for (const unsigned clocks : {1U, 4U, 8U, 14U}) s_.glitch(clocks);
     s_.read_inputs();
     if (!quick_) {
-      for (unsigned i = 0; i < 600; ++i) s_.unanswered(tb::raw_frame(any_bytes(4)));
+      for (unsigned i = 0; i < 270; ++i) s_.unanswered(tb::raw_frame(any_bytes(4)));
       s_.read_inputs();
     }
   }
@@ -435,7 +435,7 @@ class Pieces {
       s_.ticks();
       look();
     }
-    for (unsigned i = 0; i < often(20, 4); ++i) {
+    for (unsigned i = 0; i < often(16, 5); ++i) {
       Parameters p = now_;
       p[spec::kRegSensType] = 0;
       p[spec::kRegSpiDiv] = i % 8 == 0 ? 255 : 2 + static_cast<std::int32_t>(below(20));
@@ -546,11 +546,11 @@ class Pieces {
   void loop_arithmetic() {
     s_.begin("control law: gains, limits, temperatures of any size");
     start_work();
-    now_[spec::kRegTs] = 400;
+    now_[spec::kRegTs] = 330;
     write_all(now_);
     s_.ticks(2);
     heat();
-    for (unsigned i = 0; i < often(300, 60); ++i) {
+    for (unsigned i = 0; i < often(220, 60); ++i) {
       Parameters p = now_;
       std::int16_t pv = 1;
       const bool any = one_in(4);
@@ -559,11 +559,19 @@ class Pieces {
         const chip::Algor result = computed(p, pv);
         if (any || (result.duty_q > 64 && result.duty_q + 64 < result.duty_max_q)) break;
       }
-      p[spec::kRegPwmPeriod] = 8000 + static_cast<std::int32_t>(below(12000));
-      write_range(p, spec::kRegSetpoint, spec::kRegHoldAdd);
+      p[spec::kRegPwmPeriod] = 6000 + static_cast<std::int32_t>(below(12000));
+      write_range(p, spec::kRegSetpoint, spec::kRegFfExt);
+      write_range(p, spec::kRegCtrl, spec::kRegSlew);
       if (one_in(3)) {
+        write_range(p, spec::kRegAtWindow, spec::kRegAtDwell);
+        write_range(p, spec::kRegHoldMult, spec::kRegHoldAdd);
         write_range(p, spec::kRegPwmPeriod, spec::kRegPwmPeriod);
         write_range(p, spec::kRegPreset, spec::kRegFfDrop);
+        now_ = p;
+      } else {
+        for (const std::uint16_t reg : {spec::kRegAtWindow, spec::kRegAtDwell, spec::kRegHoldMult,
+                                        spec::kRegHoldAdd, spec::kRegPreset, spec::kRegFfDrop})
+          p[reg] = now_[reg];
       }
       for (unsigned drops = below(6); drops > 0; --drops) s_.droplet(3);
       s_.set_temperature(pv);
@@ -651,7 +659,7 @@ class Pieces {
   void self_tuning() {
     s_.begin("self-tuning: finished with different plants, stopped, out of time");
     constexpr unsigned kEnough = 40;  // turns
-    for (unsigned run = 0; run < often(16, 5); ++run) {
+    for (unsigned run = 0; run < often(12, 5); ++run) {
       write_all(now_ = calm());
       const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(4000));
       set(spec::kRegSetpoint, setpoint);
@@ -663,7 +671,7 @@ class Pieces {
       heat();
       s_.command(spec::kCmdTune);
       s_.refused(write_request(spec::kRegKp, 1), 6);
-      const std::uint32_t periods = run == 1 ? often(600, 100) : 2U << below(5);
+      const std::uint32_t periods = run == 1 ? often(200, 60) : 2U << below(5);
       relay_cycles(of_tenths(setpoint), 40 + any_size(0, run % 3 == 0 ? 12000 : 3000), periods,
                    run == 3 ? 7 : kEnough);
       if (run == 3) s_.command(spec::kCmdStop);
@@ -773,7 +781,7 @@ class Pieces {
     start_work();
     set(spec::kRegTs, 240);
     s_.ticks(2);
-    for (unsigned i = 0; i < often(160, 30); ++i) {
+    for (unsigned i = 0; i < often(110, 30); ++i) {
       const chip::Guard& guard = s_.chip().guard;
       Parameters p = now_;
       std::int32_t pv = any_temperature(-390, 4900);
@@ -814,7 +822,7 @@ class Pieces {
     s_.begin("protection: bad samples in a row");
     start_work();
     set(spec::kRegTs, 30);
-    for (std::int32_t most = 1; most <= 15; most += quick_ ? 7 : 1) {
+    for (std::int32_t most = 1; most <= 15; most += quick_ ? 7 : 2) {
       for (const bool device : {false, true}) {
         sample(of_tenths(250));
         s_.command(spec::kCmdClearFault);
@@ -839,7 +847,7 @@ class Pieces {
   void not_heating() {
     s_.begin("protection: NotHeating, times and rises of any size");
     start_work();
-    for (unsigned i = 0; i < often(16, 3); ++i) {
+    for (unsigned i = 0; i < often(12, 3); ++i) {
       heat_calmly(1000, 60);
       set(spec::kRegCtrl, 0x10);
       set(spec::kRegBandFull, 0);
@@ -861,7 +869,7 @@ class Pieces {
   void hold_power() {
     s_.begin("protection: HoldPower, right at the limit, times of any size");
     start_work();
-    for (unsigned i = 0; i < often(24, 5); ++i) {
+    for (unsigned i = 0; i < often(16, 5); ++i) {
       heat_calmly(1000, 80);
       Parameters p = now_;
       const std::int16_t pv = any_temperature(300, 3500);
@@ -909,7 +917,7 @@ class Pieces {
   void excursion() {
     s_.begin("protection: Excursion and at-temperature, right at the limit, times of any size");
     start_work();
-    for (unsigned i = 0; i < often(24, 5); ++i) {
+    for (unsigned i = 0; i < often(16, 5); ++i) {
       const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(3000));
       heat_calmly(setpoint, 100);
       const std::int32_t over = any_size(40, 6000), time = any_size(1, 1200), dwell = any_size(1, 1200);
@@ -943,7 +951,7 @@ class Pieces {
   void frozen() {
     s_.begin("protection: SensorStale by a frozen sample, right at the limit, times of any size");
     start_work();
-    for (unsigned i = 0; i < often(16, 4); ++i) {
+    for (unsigned i = 0; i < often(10, 4); ++i) {
       heat_calmly(1000, 100);
       set(spec::kRegMode, 1);
       const std::int32_t ambient = in_range(spec::kRegTAmb), time = any_size(1, 1500);
@@ -969,7 +977,7 @@ class Pieces {
   void stale() {
     s_.begin("protection: SensorStale, times of any size");
     start_work();
-    for (unsigned i = 0; i < often(16, 4); ++i) {
+    for (unsigned i = 0; i < often(10, 4); ++i) {
       heat_calmly(1000, 60);
       const std::int32_t ts = any_size(60, 1500);
       const bool trips = i % 2 == 0;
@@ -992,7 +1000,7 @@ class Pieces {
   void host_watchdog() {
     s_.begin("protection: HostWatchdog, times of any size");
     start_work();
-    for (unsigned i = 0; i < often(14, 4); ++i) {
+    for (unsigned i = 0; i < often(8, 4); ++i) {
       heat_calmly(1000, 90);
       set(spec::kRegTlmPeriod, 1);
       const std::int32_t time = any_size(500, 3000);
@@ -1013,9 +1021,9 @@ class Pieces {
     start_work();
     set(spec::kRegCtrl, 0x37);
     s_.ticks(2);
-    for (unsigned i = 0; i < often(16, 4); ++i) {
+    for (unsigned i = 0; i < often(10, 4); ++i) {
       constexpr std::uint64_t kFeedbackStep = 16;  // clocks
-      const std::int32_t time = i == 0 ? (quick_ ? 5000 : kTopTime) : any_size(1, 6000);
+      const std::int32_t time = i == 0 ? (quick_ ? 5000 : 40000) : any_size(1, 3000);
       set(spec::kRegFbTime, time);
       s_.ticks(2);
       for (const std::uint64_t clocks : {kFeedbackStep * static_cast<std::uint64_t>(time) - 1,
@@ -1071,7 +1079,7 @@ class Pieces {
   void limits_of_any_size() {
     s_.begin("protection: limits of any size");
     start_work();
-    for (unsigned i = 0; i < often(60, 12); ++i) {
+    for (unsigned i = 0; i < often(20, 8); ++i) {
       Parameters p = calm();
       p[spec::kRegTs] = 60;
       p[spec::kRegSetpoint] = static_cast<std::int32_t>(below(kSetpointTop));
@@ -1116,9 +1124,10 @@ class Pieces {
     limits_of_any_size();
   }
 
-  // Counts of 0.1 s to their top, as many at a time as can be; telemetry shows the time left of the watchdog.
+  // Counts of 0.1 s to their highest bit, as many at a time as can be; telemetry shows the time left of the
+  // watchdog.
   void long_times() {
-    const std::uint64_t all = std::uint64_t{quick_ ? 3000U : 66000U} * kTestTenth;
+    const std::uint64_t all = std::uint64_t{quick_ ? 3000U : 33500U} * kTestTenth;
     s_.begin("long times: loop break, hold power, excursion, at-temperature, watchdog");
     start_work();
     heat_calmly(1000, 2000);
