@@ -22,31 +22,57 @@ bool begins_with_any(const std::string& name, const std::vector<std::string>& be
                      [&](const std::string& b) { return name.starts_with(b); });
 }
 
-// By node, why it cannot toggle; empty where nothing says so.
-std::vector<std::string> reasons_of(const CaptureView& view, const std::vector<std::string>& places,
+// Why a line cannot toggle, and why a fault of it cannot be seen; empty where nothing says so.
+struct LineReasons {
+  std::string still, unseen;
+  std::int8_t level = -1;  // that it keeps, where that is known
+};
+
+std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<std::string>& places,
                                     const std::vector<Unreached>& unreached) {
   const Circuit& circuit = view.circuit;
-  std::vector<std::string> reasons(circuit.size());
+  std::vector<LineReasons> reasons(circuit.size());
   std::vector<std::uint8_t> held(view.flops.size(), 0);
   const auto note = [&](const std::string& reason) {
-    const std::vector<std::uint8_t> still = still_after_reset(view, held);
+    const std::vector<std::int8_t> levels = still_after_reset(view, held);
     for (Node node = 0; node < circuit.size(); ++node) {
-      if (still[node] != 0 && reasons[node].empty()) reasons[node] = reason;
+      if (levels[node] >= 0 && reasons[node].still.empty()) reasons[node] = {reason, {}, levels[node]};
     }
   };
   note(kStill);
+  const std::size_t ports = view.input_ports.size();
   for (const Unreached& rule : unreached) {
     for (std::size_t k = 0; k < held.size(); ++k) {
-      if (begins_with_any(places[circuit.inputs()[view.input_ports.size() + k]], rule.flops)) held[k] = 1;
+      if (begins_with_any(places[circuit.inputs()[ports + k]], rule.flops)) held[k] = 1;
     }
     note(rule.reason);
   }
   for (const Unreached& rule : unreached) {
+    std::vector<std::uint8_t> unseen;
+    for (const std::string& port : view.output_ports)
+      unseen.push_back(begins_with_any(port, rule.unseen) ? 1 : 0);
+    for (std::size_t k = 0; k < held.size(); ++k)
+      unseen.push_back(begins_with_any(places[circuit.inputs()[ports + k]], rule.unseen) ? 1 : 0);
+    const std::vector<std::uint8_t> only = leads_only_to(view, unseen);
     for (Node node = 0; node < circuit.size(); ++node) {
-      if (reasons[node].empty() && begins_with_any(places[node], rule.near)) reasons[node] = rule.reason;
+      LineReasons& line = reasons[node];
+      if (line.still.empty() && begins_with_any(places[node], rule.near)) line.still = rule.reason;
+      if (line.unseen.empty() && only[node] != 0) line.unseen = rule.reason;
     }
   }
   return reasons;
+}
+
+// Why function cannot show an undetected fault; empty where nothing says so.
+std::string hidden_by(const std::vector<LineReasons>& reasons, const Circuit& circuit, const Fault& fault,
+                      const std::vector<std::uint8_t>& moving) {
+  const Node line =
+      fault.pin == kStem ? fault.node : circuit.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
+  const LineReasons& of_line = reasons[line];
+  if (of_line.level == (fault.stuck ? 1 : 0)) return of_line.still;
+  if (!reasons[fault.node].unseen.empty()) return reasons[fault.node].unseen;
+  // A place alone says nothing of a line that moves.
+  return of_line.level < 0 && moving[line] == 0 ? of_line.still : std::string();
 }
 
 // Pieces of the stream by the clock that begins them.
@@ -89,9 +115,9 @@ std::vector<Unreached> read_unreached(const std::filesystem::path& path) {
       if (table == nullptr || !(*table)["reason"].is_string())
         throw InputError(where + ": found no reason, expected a string");
       Unreached rule{strings_of(*table, "flops", where), strings_of(*table, "near", where),
-                     (*table)["reason"].value_or(std::string())};
-      if (rule.flops.empty() && rule.near.empty())
-        throw InputError(where + ": found neither flops nor near, expected names");
+                     strings_of(*table, "unseen", where), (*table)["reason"].value_or(std::string())};
+      if (rule.flops.empty() && rule.near.empty() && rule.unseen.empty())
+        throw InputError(where + ": found neither flops, near nor unseen, expected names");
       rules.push_back(std::move(rule));
     }
   } catch (const toml::parse_error& error) {
@@ -105,7 +131,9 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
                          const std::vector<Fault>& sample, const std::vector<FaultClass>& verdicts,
                          const FunctionalGrade& grade, const std::vector<Unreached>& unreached) {
   const std::vector<std::string> places = places_of(netlist, view);
-  const std::vector<std::string> reasons = reasons_of(view, places, unreached);
+  const std::vector<LineReasons> reasons = reasons_of(view, places, unreached);
+  std::vector<std::uint8_t> moving(view.circuit.size(), 0);
+  for (const Node node : grade.toggle.moving) moving[node] = 1;
   const std::vector<Site>& sites = view.circuit.sites();
   const std::map<std::uint64_t, std::string> pieces = pieces_of(stream);
   std::map<std::uint64_t, std::size_t> found_in;
@@ -118,20 +146,28 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
     const bool found = first != FunctionalGrade::kUndetected;
     module.detected += verdicts[i] == FaultClass::DS ? 1 : 0;
     if (found) ++found_in[std::prev(pieces.upper_bound(first))->first];
-    faults += fmt::format("{}{} stuck-at-{} {}{} at {}\n", view.circuit.name(sample[i].node),
-                          sample[i].pin == kStem ? "" : fmt::format(" input {}", sample[i].pin),
-                          sample[i].stuck ? 1 : 0, to_string(verdicts[i]),
-                          found ? fmt::format(" {}", first) : "", places[sample[i].node]);
+    const std::string reason =
+        verdicts[i] == FaultClass::DS ? "" : hidden_by(reasons, view.circuit, sample[i], moving);
+    if (!reason.empty()) {
+      ++report.hidden;
+      ++module.hidden;
+      ++report.reasons[reason].second;
+    }
+    faults +=
+        fmt::format("{}{} stuck-at-{} {}{} at {}{}\n", view.circuit.name(sample[i].node),
+                    sample[i].pin == kStem ? "" : fmt::format(" input {}", sample[i].pin),
+                    sample[i].stuck ? 1 : 0, to_string(verdicts[i]), found ? fmt::format(" {}", first) : "",
+                    places[sample[i].node], reason.empty() ? "" : ": " + reason);
   }
   for (const std::size_t site : grade.toggle.idle) {
     const Node node = sites[site].node;
     ++report.modules[module_of(places[node])].outputs;
-    const std::string& reason = reasons[node];
+    const std::string& reason = reasons[node].still;
     idle += fmt::format("{} does not toggle at {}{}\n", sites[site].name, places[node],
                         reason.empty() ? "" : ": " + reason);
     if (reason.empty()) continue;
     ++report.unreached;
-    ++report.reasons[reason];
+    ++report.reasons[reason].first;
     ++report.modules[module_of(places[node])].unreached;
   }
   for (const Node node : grade.toggle.moving) {
@@ -140,17 +176,17 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
     ++module.toggled;
   }
   for (const auto& [name, m] : report.modules)
-    report.text +=
-        fmt::format("module {}: {} of {} faults ({:.1f} %), {} of {} outputs toggle ({:.1f} %), {} cannot\n",
-                    name, m.detected, m.faults, percent(m.detected, m.faults), m.toggled, m.outputs,
-                    percent(m.toggled, m.outputs), m.unreached);
+    report.text += fmt::format(
+        "module {}: {} of {} faults ({:.1f} %), {} cannot; {} of {} outputs toggle ({:.1f} %), {} cannot\n",
+        name, m.detected, m.faults, percent(m.detected, m.faults), m.hidden, m.toggled, m.outputs,
+        percent(m.toggled, m.outputs), m.unreached);
   for (const auto& [clock, label] : pieces) {
     if (!label.empty() || found_in.count(clock) != 0)
       report.text +=
           fmt::format("piece \"{}\" from clock {}: {} faults first\n", label, clock, found_in[clock]);
   }
   for (const auto& [reason, count] : report.reasons)
-    report.text += fmt::format("reason \"{}\": {} outputs\n", reason, count);
+    report.text += fmt::format("reason \"{}\": {} outputs, {} faults\n", reason, count.first, count.second);
   report.text += faults + idle;
   return report;
 }

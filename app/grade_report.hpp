@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "asic/dft/cycles.hpp"
@@ -13,30 +14,35 @@
 
 namespace meltstage::app {
 
-// Lines that function cannot move, and why. Flops that are said to keep their reset value, by the beginnings
-// of their names: what cannot move then, by three-valued simulation from reset, has this reason. `near` are
-// lines that have it because of where they are: beginnings of the names of the flop or port that they reach
-// first.
+// Lines that function cannot move or show, and why. Names are the beginnings of those of flops and ports.
+// `flops` are said to keep their reset value: what cannot move then, by three-valued simulation from reset,
+// has this reason. `near` are lines that have it because of where they are: the flop or port that they reach
+// first. `unseen` are flops and ports whose values function cannot show: lines that lead to no others.
 struct Unreached {
-  std::vector<std::string> flops, near;
+  std::vector<std::string> flops, near, unseen;
   std::string reason;
 };
-// [[unreached]] tables with these three keys. Throws dft::InputError.
+// [[unreached]] tables with these four keys. Throws dft::InputError.
 std::vector<Unreached> read_unreached(const std::filesystem::path& path);
 
 struct ModuleGrade {
-  std::size_t faults = 0, detected = 0;
+  std::size_t faults = 0, detected = 0, hidden = 0;
   std::size_t outputs = 0, toggled = 0, unreached = 0;  // of cells
 };
 struct GradeReport {
   std::map<std::string, ModuleGrade> modules;
-  std::size_t unreached = 0;                   // cell outputs that don't toggle, with a reason
-  std::map<std::string, std::size_t> reasons;  // how many each
+  std::size_t unreached = 0;  // cell outputs that don't toggle, with a reason
+  std::size_t hidden = 0;     // faults that are not detected, with a reason
+  std::map<std::string, std::pair<std::size_t, std::size_t>> reasons;  // how many outputs, faults each
   std::string text;  // a line a module, a piece, a fault, an output that doesn't toggle
 
   // 0..1, of the outputs that have no reason
   double toggle_of_reachable(const dft::ToggleCoverage& toggle) const {
     return static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines - unreached);
+  }
+  // 0..1, of the faults that have no reason
+  double coverage_of_visible(std::size_t detected, std::size_t faults) const {
+    return static_cast<double>(detected) / static_cast<double>(faults - hidden);
   }
 };
 // `verdicts`: of each fault of `sample`.

@@ -483,8 +483,10 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
   row("tied, left out", toggle.tied);
   row("toggled", toggle.toggled);
   row("cannot toggle", report.unreached);
-  fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "coverage",
-             100.0 * static_cast<double>(detected) / static_cast<double>(sample.size()), "outputs toggled",
+  row("faults not to be shown", report.hidden);
+  fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "coverage",
+             100.0 * static_cast<double>(detected) / static_cast<double>(sample.size()), "of faults to be shown",
+             100.0 * report.coverage_of_visible(detected, sample.size()), "outputs toggled",
              100.0 * static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
              "of those that can", 100.0 * report.toggle_of_reachable(toggle));
   fmt::print("\n{:<22} {:>16} {:>8} {:>18} {:>8} {:>7}\n", "module", "faults found", "", "outputs toggle", "",

@@ -59,7 +59,7 @@ std::string module_of(const std::string& place) {
   return dot == std::string::npos ? "(top)" : place.substr(0, dot);
 }
 
-std::vector<std::uint8_t> still_after_reset(const CaptureView& view, const std::vector<std::uint8_t>& held) {
+std::vector<std::int8_t> still_after_reset(const CaptureView& view, const std::vector<std::uint8_t>& held) {
   const Circuit& circuit = view.circuit;
   const std::size_t ports = view.input_ports.size();
   std::vector<std::int8_t> inputs(circuit.inputs().size(), -1);
@@ -79,9 +79,30 @@ std::vector<std::uint8_t> still_after_reset(const CaptureView& view, const std::
       more = true;
     }
   }
-  std::vector<std::uint8_t> still;
-  for (const std::int8_t line : lines) still.push_back(line >= 0 ? 1 : 0);
-  return still;
+  return lines;
+}
+
+std::vector<std::uint8_t> leads_only_to(const CaptureView& view, const std::vector<std::uint8_t>& unseen) {
+  const Circuit& circuit = view.circuit;
+  std::vector<std::uint8_t> only(circuit.size(), 1);
+  std::vector<Node> queue;
+  const auto seen = [&](Node node) {
+    if (only[node] == 0) return;
+    only[node] = 0;
+    queue.push_back(node);
+  };
+  for (std::size_t i = 0; i < circuit.outputs().size(); ++i) {
+    if (unseen[i] == 0) seen(circuit.outputs()[i]);
+  }
+  // A reset is no gate's input: what drives one is seen.
+  for (const ScanFlop& flop : view.flops) {
+    const auto line = flop.has_reset ? view.node_of_net.find(flop.reset) : view.node_of_net.end();
+    if (line != view.node_of_net.end()) seen(line->second);
+  }
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    for (const Node driver : circuit.fanin(queue[i])) seen(driver);
+  }
+  return only;
 }
 
 }  // namespace meltstage::dft

@@ -17,11 +17,16 @@ std::vector<std::string> places_of(const Netlist& netlist, const CaptureView& vi
 /// The module of a place: what stands before the last dot, "(top)" without one.
 std::string module_of(const std::string& place);
 
-/// By node: 1 where the line cannot move once flops have been reset, whatever the vectors: three-valued
-/// simulation with unknown inputs, from the reset states, in which a flop that may change is unknown from
-/// then on, ends with a constant there. Flops without reset are unknown from the start. A proof of what it
-/// calls still, not a search for all that is.
-std::vector<std::uint8_t> still_after_reset(const CaptureView& view,
-                                            const std::vector<std::uint8_t>& held = {});
+/// By node, the level that the line keeps once flops have been reset, whatever the vectors; -1 where it may
+/// move: three-valued simulation with unknown inputs, from the reset states, in which a flop that may change
+/// is unknown from then on, ends with that constant. Flops without reset are unknown from the start; those of
+/// `held` (by flop, 1) are taken to keep their reset value. A proof of what it calls still, not a search for
+/// all that is.
+std::vector<std::int8_t> still_after_reset(const CaptureView& view,
+                                           const std::vector<std::uint8_t>& held = {});
+
+/// By node, 1 where the line leads through gates to no flop and no port but those of `unseen` (by output of
+/// the circuit, 1).
+std::vector<std::uint8_t> leads_only_to(const CaptureView& view, const std::vector<std::uint8_t>& unseen);
 
 }  // namespace meltstage::dft

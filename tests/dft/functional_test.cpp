@@ -182,19 +182,49 @@ TEST(Functional, LinesAreToldByTheirFlops) {
 // What is called still never moves; with all flops held nothing behind them does.
 TEST(Functional, StillLinesDontMove) {
   const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
-  const std::vector<std::uint8_t> still = still_after_reset(view),
-                                  held = still_after_reset(view,
-                                                           std::vector<std::uint8_t>(view.flops.size(), 1));
+  const std::vector<std::int8_t> still = still_after_reset(view),
+                                 held =
+                                     still_after_reset(view, std::vector<std::uint8_t>(view.flops.size(), 1));
   const FunctionalGrade grade = grade_functional(view, stimulus(view, 400, 1), {}, 1);
-  for (const Node node : grade.toggle.moving) EXPECT_EQ(still[node], 0);
+  for (const Node node : grade.toggle.moving) EXPECT_EQ(still[node], -1);
   std::size_t of_flops = 0;
   for (std::size_t k = 0; k < view.flops.size(); ++k) {
     const Node state = view.circuit.inputs()[view.input_ports.size() + k];
     if (!view.flops[k].has_reset) continue;
-    EXPECT_EQ(held[state], 1);
+    EXPECT_EQ(held[state], view.flops[k].reset_value ? 1 : 0);
     ++of_flops;
   }
   EXPECT_GT(of_flops, 0u);
+}
+
+// A fault of a line that leads to one flop alone changes nothing but that flop's next state.
+TEST(Functional, LinesThatLeadToOneFlopChangeNoOther) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  const std::size_t ports = view.output_ports.size();
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < view.flops.size(); ++k) {
+    std::vector<std::uint8_t> unseen(view.circuit.outputs().size(), 0);
+    unseen[ports + k] = 1;
+    const std::vector<std::uint8_t> only = leads_only_to(view, unseen);
+    std::mt19937_64 random(k);
+    for (const Site& site : view.circuit.sites()) {
+      if (site.node == kNoNode || site.pin != kStem || only[site.node] == 0 ||
+          view.circuit.fanout(site.node).empty())
+        continue;
+      ++found;
+      for (unsigned i = 0; i < 20; ++i) {
+        std::vector<std::uint8_t> pattern(view.circuit.inputs().size());
+        for (std::uint8_t& level : pattern) level = static_cast<std::uint8_t>(random() & 1);
+        const Fault fault{site.node, kStem, (random() & 1) != 0};
+        const auto good = serial_values(view.circuit, pattern, nullptr),
+                   bad = serial_values(view.circuit, pattern, &fault);
+        for (std::size_t o = 0; o < unseen.size(); ++o) {
+          if (unseen[o] == 0) EXPECT_EQ(good[view.circuit.outputs()[o]], bad[view.circuit.outputs()[o]]);
+        }
+      }
+    }
+  }
+  EXPECT_GT(found, 0u);
 }
 
 TEST(Functional, VectorsThatDoNothingDetectAndToggleLittle) {
