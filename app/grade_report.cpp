@@ -32,7 +32,7 @@ std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<s
                                     const std::vector<Unreached>& unreached) {
   const Circuit& circuit = view.circuit;
   std::vector<LineReasons> reasons(circuit.size());
-  std::vector<std::uint8_t> held(view.flops.size(), 0);
+  std::vector<std::uint8_t> held(circuit.inputs().size(), 0);
   const auto note = [&](const std::string& reason) {
     const std::vector<std::int8_t> levels = still_after_reset(view, held);
     for (Node node = 0; node < circuit.size(); ++node) {
@@ -42,8 +42,9 @@ std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<s
   note(kStill);
   const std::size_t ports = view.input_ports.size();
   for (const Unreached& rule : unreached) {
-    for (std::size_t k = 0; k < held.size(); ++k) {
-      if (begins_with_any(places[circuit.inputs()[ports + k]], rule.flops)) held[k] = 1;
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      const std::string& name = i < ports ? view.input_ports[i] : places[circuit.inputs()[i]];
+      if (begins_with_any(name, rule.flops)) held[i] = 1;
     }
     note(rule.reason);
   }
@@ -51,7 +52,7 @@ std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<s
     std::vector<std::uint8_t> unseen;
     for (const std::string& port : view.output_ports)
       unseen.push_back(begins_with_any(port, rule.unseen) ? 1 : 0);
-    for (std::size_t k = 0; k < held.size(); ++k)
+    for (std::size_t k = 0; k < view.flops.size(); ++k)
       unseen.push_back(begins_with_any(places[circuit.inputs()[ports + k]], rule.unseen) ? 1 : 0);
     const std::vector<std::uint8_t> only = leads_only_to(view, unseen);
     for (Node node = 0; node < circuit.size(); ++node) {

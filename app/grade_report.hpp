@@ -15,9 +15,10 @@
 namespace meltstage::app {
 
 // Lines that function cannot move or show, and why. Names are the beginnings of those of flops and ports.
-// `flops` are said to keep their reset value: what cannot move then, by three-valued simulation from reset,
-// has this reason. `near` are lines that have it because of where they are: the flop or port that they reach
-// first. `unseen` are flops and ports whose values function cannot show: lines that lead to no others.
+// `flops` are said to keep their reset value, input ports among them to stay at 0: what cannot move then, by
+// three-valued simulation from reset, has this reason. `near` are lines that have it because of where they
+// are: the flop or port that they reach first. `unseen` are flops and ports whose values function cannot
+// show: lines that lead to no others.
 struct Unreached {
   std::vector<std::string> flops, near, unseen;
   std::string reason;

@@ -63,6 +63,9 @@ std::vector<std::int8_t> still_after_reset(const CaptureView& view, const std::v
   const Circuit& circuit = view.circuit;
   const std::size_t ports = view.input_ports.size();
   std::vector<std::int8_t> inputs(circuit.inputs().size(), -1);
+  for (std::size_t i = 0; i < ports && !held.empty(); ++i) {
+    if (held[i] != 0) inputs[i] = 0;
+  }
   for (std::size_t k = 0; k < view.flops.size(); ++k) {
     if (view.flops[k].has_reset) inputs[ports + k] = view.flops[k].reset_value ? 1 : 0;
   }
@@ -72,7 +75,7 @@ std::vector<std::int8_t> still_after_reset(const CaptureView& view, const std::v
     lines = constants(circuit, inputs);
     for (std::size_t k = 0; k < view.flops.size(); ++k) {
       std::int8_t& state = inputs[ports + k];
-      if (state < 0 || (!held.empty() && held[k] != 0) ||
+      if (state < 0 || (!held.empty() && held[ports + k] != 0) ||
           lines[circuit.outputs()[view.output_ports.size() + k]] == state)
         continue;
       state = -1;

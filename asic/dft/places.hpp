@@ -20,8 +20,8 @@ std::string module_of(const std::string& place);
 /// By node, the level that the line keeps once flops have been reset, whatever the vectors; -1 where it may
 /// move: three-valued simulation with unknown inputs, from the reset states, in which a flop that may change
 /// is unknown from then on, ends with that constant. Flops without reset are unknown from the start; those of
-/// `held` (by flop, 1) are taken to keep their reset value. A proof of what it calls still, not a search for
-/// all that is.
+/// `held` (by input of the circuit, 1) are taken to keep their reset value, ports there to stay at 0. A proof
+/// of what it calls still, not a search for all that is.
 std::vector<std::int8_t> still_after_reset(const CaptureView& view,
                                            const std::vector<std::uint8_t>& held = {});
 

@@ -183,8 +183,8 @@ TEST(Functional, LinesAreToldByTheirFlops) {
 TEST(Functional, StillLinesDontMove) {
   const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
   const std::vector<std::int8_t> still = still_after_reset(view),
-                                 held =
-                                     still_after_reset(view, std::vector<std::uint8_t>(view.flops.size(), 1));
+                                 held = still_after_reset(
+                                     view, std::vector<std::uint8_t>(view.circuit.inputs().size(), 1));
   const FunctionalGrade grade = grade_functional(view, stimulus(view, 400, 1), {}, 1);
   for (const Node node : grade.toggle.moving) EXPECT_EQ(still[node], -1);
   std::size_t of_flops = 0;
