@@ -134,7 +134,12 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
   const std::vector<std::string> places = places_of(netlist, view);
   const std::vector<LineReasons> reasons = reasons_of(view, places, unreached);
   std::vector<std::uint8_t> moving(view.circuit.size(), 0);
-  for (const Node node : grade.toggle.moving) moving[node] = 1;
+  for (const Node node : grade.toggle.moving) {
+    moving[node] = 1;
+    if (reasons[node].level >= 0)
+      throw InputError(fmt::format("{}: found moving, expected still (\"{}\"); leave it out of the reasons",
+                                   places[node], reasons[node].still));
+  }
   const std::vector<Site>& sites = view.circuit.sites();
   const std::map<std::uint64_t, std::string> pieces = pieces_of(stream);
   std::map<std::uint64_t, std::size_t> found_in;

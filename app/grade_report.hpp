@@ -46,7 +46,8 @@ struct GradeReport {
     return static_cast<double>(detected) / static_cast<double>(faults - hidden);
   }
 };
-// `verdicts`: of each fault of `sample`.
+// `verdicts`: of each fault of `sample`. Throws dft::InputError when a line moves that is said to stand
+// still.
 GradeReport grade_report(const dft::Netlist& netlist, const dft::CaptureView& view,
                          const dft::CycleStream& stream, const std::vector<dft::Fault>& sample,
                          const std::vector<dft::FaultClass>& verdicts, const dft::FunctionalGrade& grade,
