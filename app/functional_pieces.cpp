@@ -550,7 +550,7 @@ class Pieces {
     write_all(now_);
     s_.ticks(2);
     heat();
-    for (unsigned i = 0; i < often(220, 60); ++i) {
+    for (unsigned i = 0; i < often(150, 60); ++i) {
       Parameters p = now_;
       std::int16_t pv = 1;
       const bool any = one_in(4);
@@ -659,7 +659,7 @@ class Pieces {
   void self_tuning() {
     s_.begin("self-tuning: finished with different plants, stopped, out of time");
     constexpr unsigned kEnough = 40;  // turns
-    for (unsigned run = 0; run < often(12, 5); ++run) {
+    for (unsigned run = 0; run < often(10, 5); ++run) {
       write_all(now_ = calm());
       const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(4000));
       set(spec::kRegSetpoint, setpoint);
@@ -671,7 +671,7 @@ class Pieces {
       heat();
       s_.command(spec::kCmdTune);
       s_.refused(write_request(spec::kRegKp, 1), 6);
-      const std::uint32_t periods = run == 1 ? often(200, 60) : 2U << below(5);
+      const std::uint32_t periods = run == 1 ? often(90, 60) : 2U << below(5);
       relay_cycles(of_tenths(setpoint), 40 + any_size(0, run % 3 == 0 ? 12000 : 3000), periods,
                    run == 3 ? 7 : kEnough);
       if (run == 3) s_.command(spec::kCmdStop);
@@ -917,7 +917,7 @@ class Pieces {
   void excursion() {
     s_.begin("protection: Excursion and at-temperature, right at the limit, times of any size");
     start_work();
-    for (unsigned i = 0; i < often(16, 5); ++i) {
+    for (unsigned i = 0; i < often(12, 5); ++i) {
       const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(3000));
       heat_calmly(setpoint, 100);
       const std::int32_t over = any_size(40, 6000), time = any_size(1, 1200), dwell = any_size(1, 1200);
@@ -1079,7 +1079,7 @@ class Pieces {
   void limits_of_any_size() {
     s_.begin("protection: limits of any size");
     start_work();
-    for (unsigned i = 0; i < often(20, 8); ++i) {
+    for (unsigned i = 0; i < often(10, 8); ++i) {
       Parameters p = calm();
       p[spec::kRegTs] = 60;
       p[spec::kRegSetpoint] = static_cast<std::int32_t>(below(kSetpointTop));
@@ -1124,10 +1124,10 @@ class Pieces {
     limits_of_any_size();
   }
 
-  // Counts of 0.1 s to their highest bit, as many at a time as can be; telemetry shows the time left of the
+  // Counts of 0.1 s past 16,384, as many at a time as can be; telemetry shows the time left of the
   // watchdog.
   void long_times() {
-    const std::uint64_t all = std::uint64_t{quick_ ? 3000U : 33500U} * kTestTenth;
+    const std::uint64_t all = std::uint64_t{quick_ ? 3000U : 16600U} * kTestTenth;
     s_.begin("long times: loop break, hold power, excursion, at-temperature, watchdog");
     start_work();
     heat_calmly(1000, 2000);
