@@ -17,9 +17,11 @@ using namespace dft;
 
 constexpr char kStill[] = "cannot move once reset, whatever the vectors";
 
-bool begins_with_any(const std::string& name, const std::vector<std::string>& beginnings) {
-  return std::any_of(beginnings.begin(), beginnings.end(),
-                     [&](const std::string& b) { return name.starts_with(b); });
+// A whole name; or, where it ends in [ or a dot, the beginning of one.
+bool is_any_of(const std::string& name, const std::vector<std::string>& wanted) {
+  return std::any_of(wanted.begin(), wanted.end(), [&](const std::string& w) {
+    return name == w || ((w.ends_with('[') || w.ends_with('.')) && name.starts_with(w));
+  });
 }
 
 // Why a line cannot toggle, and why a fault of it cannot be seen; empty where nothing says so.
@@ -44,20 +46,20 @@ std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<s
   for (const Unreached& rule : unreached) {
     for (std::size_t i = 0; i < held.size(); ++i) {
       const std::string& name = i < ports ? view.input_ports[i] : places[circuit.inputs()[i]];
-      if (begins_with_any(name, rule.flops)) held[i] = 1;
+      if (is_any_of(name, rule.flops)) held[i] = 1;
     }
     note(rule.reason);
   }
   for (const Unreached& rule : unreached) {
     std::vector<std::uint8_t> unseen;
     for (const std::string& port : view.output_ports)
-      unseen.push_back(begins_with_any(port, rule.unseen) ? 1 : 0);
+      unseen.push_back(is_any_of(port, rule.unseen) ? 1 : 0);
     for (std::size_t k = 0; k < view.flops.size(); ++k)
-      unseen.push_back(begins_with_any(places[circuit.inputs()[ports + k]], rule.unseen) ? 1 : 0);
+      unseen.push_back(is_any_of(places[circuit.inputs()[ports + k]], rule.unseen) ? 1 : 0);
     const std::vector<std::uint8_t> only = leads_only_to(view, unseen);
     for (Node node = 0; node < circuit.size(); ++node) {
       LineReasons& line = reasons[node];
-      if (line.still.empty() && begins_with_any(places[node], rule.near)) line.still = rule.reason;
+      if (line.still.empty() && is_any_of(places[node], rule.near)) line.still = rule.reason;
       if (line.unseen.empty() && only[node] != 0) line.unseen = rule.reason;
     }
   }

@@ -14,7 +14,7 @@
 
 namespace meltstage::app {
 
-// Lines that function cannot move or show, and why. Names are the beginnings of those of flops and ports.
+// Lines that function cannot move or show, and why. Names of flops and ports; with [ or a dot at their end the beginnings of names.
 // `flops` are said to keep their reset value, input ports among them to stay at 0: what cannot move then, by
 // three-valued simulation from reset, has this reason. `near` are lines that have it because of where they
 // are: the flop or port that they reach first. `unseen` are flops and ports whose values function cannot

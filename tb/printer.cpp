@@ -54,6 +54,7 @@ enum PinIndex : std::uint32_t {
   kSafeEn,
   kInhibit,
   kDrop,
+  kTestMode,
   kFaultN,
   kAtTemp,
   kTrigger,
@@ -544,6 +545,7 @@ class Printer {
       recorder_.set(kHeaterFb, in.heater_fb);
       recorder_.set(kInhibit, in.inhibit);
       recorder_.set(kDrop, in.drop);
+      recorder_.set(kTestMode, in.test_mode);
     }
     const bool heater = run_.out.heater && !in.inhibit;
     if (cycle() == 0 || !(run_.out == last_out_) || !(in == last_in_)) {
@@ -645,6 +647,7 @@ vectors::Header printer_header(const PrintJob& job) {
   add("safe_en_o", Direction::out, 1, "chip");
   add("inhibit_i", Direction::in, 1, "chip");
   add("drop_i", Direction::in, 1, "chip");
+  add("test_mode_i", Direction::in, 1, "chip");
   add("fault_no", Direction::out, 1, "chip");
   add("at_temp_o", Direction::out, 1, "chip");
   add("drop_trigger", Direction::in, 1, "stage");

@@ -66,7 +66,7 @@ TEST(Serve, WrongUseIsOneLine) {
                  "--speed: found \"fast\", expected 0.001 to 1000000 or max");
   expect_refused(run_command(port + " --speed 0"), "--speed");
   expect_refused(run_command(port + " --plant PH-9"), "--plant: ");
-  EXPECT_EQ(run_command(port + " --vcd " + (folder.path() / "no" / "w.vcd").string()).status, 1);
+  EXPECT_EQ(run_command(port + " --vcd " + (folder.path() / "no" / "w.vcd").string()).status, 2);
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
