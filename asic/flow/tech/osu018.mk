@@ -15,3 +15,6 @@ lef := $(tech_dir)/osu018_stdcells.lef
 place_options := --most-slew 0.5 --buffers BUFX2 BUFX4 CLKBUF1 --leaf-load 0.25 --fillers FILL --margin 8 --strap-layer metal6 --strap-width 1.6 --strap-pitch 100
 # Debian ships no layout inside the cells: the abstracts of the LEF stand in their place.
 cells_gds :=
+# Debian ships no deck of the factory's rules.
+FACTORY_DECK ?=
+factory_density := ^$$
