@@ -58,6 +58,7 @@ struct Options {
   std::uint32_t conflicts = 0;
   std::size_t faults = 1022;
   FunctionalLength length = FunctionalLength::whole;
+  bool board = false;
   bool two_power_ups = false;
   std::uint64_t cycles = 0;  // 0: all
   std::vector<fs::path> rtl;
@@ -485,8 +486,9 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
   row("cannot toggle", report.unreached);
   row("faults not to be shown", report.hidden);
   fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "coverage",
-             100.0 * static_cast<double>(detected) / static_cast<double>(sample.size()), "of faults to be shown",
-             100.0 * report.coverage_of_visible(detected, sample.size()), "outputs toggled",
+             100.0 * static_cast<double>(detected) / static_cast<double>(sample.size()),
+             "of faults to be shown", 100.0 * report.coverage_of_visible(detected, sample.size()),
+             "outputs toggled",
              100.0 * static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
              "of those that can", 100.0 * report.toggle_of_reachable(toggle));
   fmt::print("\n{:<22} {:>16} {:>8} {:>18} {:>8} {:>7}\n", "module", "faults found", "", "outputs toggle", "",
@@ -506,7 +508,7 @@ int record_functional(const Options& options) {
   for (const fs::path& path : {sources.netlist, sources.library}) {
     if (!path.empty()) read_file(path);  // recording takes minutes
   }
-  const FunctionalSet set = functional_set(options.length);
+  const FunctionalSet set = options.board ? board_set() : functional_set(options.length);
   const FunctionalFolder written = write_functional_set(set, sources, options.out);
   fmt::print("{} clocks in {} vectors, {} pieces, {} strobes masked\n", written.clocks, written.vectors,
              set.pieces.size(), written.masked);
@@ -800,6 +802,8 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_functional->add_option("--liberty", options->liberty, "Library of its cells: likewise");
   sub_functional->add_flag_callback(
       "--quick", [=] { options->length = FunctionalLength::quick; }, "Each register written once");
+  sub_functional->add_flag("--board", options->board, "The set for the chip on a small FPGA (fpga/ice40)")
+      ->excludes("--quick");
   CLI::App* sub_rules = command->add_subcommand("rules", "Breaches of the rules that scan asks for");
   netlist_of(sub_rules);
   CLI::App* sub_lint = command->add_subcommand("lint", "Read a STIL file and check it against a tester");

@@ -17,10 +17,17 @@ constexpr std::array<std::uint32_t, spec::kHoldingCount> reset_words() {
 }
 constexpr auto kResetWords = reset_words();
 
-// What the blocks see of a word. A flip of these three would outlast the pass that corrects it: in the control
-// period, or in a PWM period begun with it.
+// `word` with the bits that its register's range leaves no choice.
+constexpr std::uint32_t kept(unsigned index, std::uint32_t word) {
+  const std::uint32_t stored = spec::kHolding[index].stored;
+  return (word & stored) | (kResetWords[index] & ~stored);
+}
+
+// What the blocks see of a word. A flip of these three would outlast the pass that corrects it: in the
+// control period, or in a PWM period begun with it.
 std::uint16_t parameter(unsigned index, std::uint32_t word) {
-  const bool lasting = index == spec::kRegTs || index == spec::kRegPwmPrescale || index == spec::kRegPwmPeriod;
+  const bool lasting =
+      index == spec::kRegTs || index == spec::kRegPwmPrescale || index == spec::kRegPwmPeriod;
   return static_cast<std::uint16_t>(lasting ? word ^ secded_flip(word) : word);
 }
 
@@ -33,7 +40,7 @@ void Mem::refresh_params() {
 }
 
 void Mem::set_active(unsigned index, std::uint32_t word) {
-  active_q[index] = word & spec::kHolding[index].stored;
+  active_q[index] = kept(index, word);
   params_.value[index] = parameter(index, active_q[index]);
 }
 
@@ -57,7 +64,7 @@ void Mem::step(const MemIn& in) {
     staged_q = active_q;
   }
   if (in.wr && in.wr_index >= 1 && in.wr_index <= kLastIndex)
-    staged_q[in.wr_index] = secded_encode(in.wr_data) & spec::kHolding[in.wr_index].stored;
+    staged_q[in.wr_index] = kept(in.wr_index, secded_encode(in.wr_data));
 }
 
 void Mem::scrub() {
@@ -68,7 +75,7 @@ void Mem::scrub() {
   const std::uint32_t flip_active = secded_flip(active);
   const bool bad_now = secded_bad(staged) || secded_bad(active);
   if (flip_staged != 0) {
-    staged_q[i] = (staged ^ flip_staged) & spec::kHolding[i].stored;
+    staged_q[i] = kept(i, staged ^ flip_staged);
     ++corrected_q;
   }
   if (flip_active != 0) {

@@ -20,7 +20,8 @@ namespace meltstage::chip {
   X(std::uint16_t, corrected_q, 16, 0)
 
 // Words as stored, check bits above the data; index = holding register index, entry 0 (CMD) does not exist
-// and stays 0. A word has the bits of spec::kHolding[index].stored, the others are 0.
+// and stays 0. The bits of spec::kHolding[index].stored can change, the others are those of any value in
+// range.
 #define TC_MEM_ARRAYS(X)                              \
   X(std::uint32_t, staged_q, spec::kHoldingCount, 22) \
   X(std::uint32_t, active_q, spec::kHoldingCount, 22)

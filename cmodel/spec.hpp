@@ -133,7 +133,7 @@ struct RegisterInfo {
   std::int32_t min;
   std::int32_t max;
   std::int32_t reset;
-  std::uint32_t stored;  // bits of its word in MEM, check bits above data
+  std::uint32_t stored;  // bits of its word in MEM that differ within min..max, check bits above data
 };
 
 inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {

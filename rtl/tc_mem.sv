@@ -3,7 +3,8 @@
 //
 // Contract
 // - Words 1 .. HoldingCount-1 are stored; index 0 (CMD) and indices beyond the map read 0 and swallow writes.
-// - A word has the bits that its register's range needs (tc_pkg::reg_stored); what is written lies in that range.
+// - A word has the bits that differ within its register's range (tc_pkg::reg_stored), the others stand at their one value; what is
+//   written lies in that range.
 // - wr_i changes one staged word, commit_i copies the staged set to the active set in one clock, discard_i the active set to
 //   the staged set (no effect together with commit_i; a write in the same clock wins for its word).
 // - scrub_start_i walks all words, one index a clock, both sets side by side: a single flip is corrected, a flip that can
@@ -91,16 +92,17 @@ module tc_mem (
   for (genvar i = 1; i <= LastWord; i++) begin : gen_word
     localparam logic [21:0] ResetWord = tc_math_pkg::secded_encode(tc_pkg::reg_reset(6'(i)));
     localparam logic [21:0] Stored = tc_pkg::reg_stored(6'(i));
+    localparam logic [21:0] Steady = ResetWord & ~Stored;
     logic hit;                                       // the pass stands on this word
     assign hit = (scrub_step || scan_en_i) && under_pass[i];
 
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) staged_q[i] <= ResetWord;
       else if (stir) begin
-        if (hit || (wr_i && wr_index_i == 6'(i))) staged_q[i] <= staged_in & Stored;
-        else if (discard_i && !commit_i) staged_q[i] <= active_q[i] & Stored;
+        if (hit || (wr_i && wr_index_i == 6'(i))) staged_q[i] <= (staged_in & Stored) | Steady;
+        else if (discard_i && !commit_i) staged_q[i] <= (active_q[i] & Stored) | Steady;
 `ifdef TC_MEM_UPSET
-        else if (upset_index_i == 6'(i)) staged_q[i] <= (staged_q[i] ^ upset_staged_i) & Stored;
+        else if (upset_index_i == 6'(i)) staged_q[i] <= ((staged_q[i] ^ upset_staged_i) & Stored) | Steady;
 `endif
       end
     end
@@ -108,10 +110,10 @@ module tc_mem (
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) active_q[i] <= ResetWord;
       else if (stir) begin
-        if (commit_i) active_q[i] <= staged_q[i] & Stored;
-        else if (hit) active_q[i] <= active_in & Stored;
+        if (commit_i) active_q[i] <= (staged_q[i] & Stored) | Steady;
+        else if (hit) active_q[i] <= (active_in & Stored) | Steady;
 `ifdef TC_MEM_UPSET
-        else if (upset_index_i == 6'(i)) active_q[i] <= (active_q[i] ^ upset_active_i) & Stored;
+        else if (upset_index_i == 6'(i)) active_q[i] <= ((active_q[i] ^ upset_active_i) & Stored) | Steady;
 `endif
       end
     end

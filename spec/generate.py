@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes every file derived from spec/*.toml; with --check, fails on a derived file that is stale instead.
 
-Usage: generate.py [--check] [--out DIR]    (DIR: project root, default the parent of this file's folder)
+Usage: generate.py [--check] [--out DIR] [--writable NAME,NAME...]
+DIR: project root, default the parent of this file's folder
+NAMEs: a smaller chip for a small device: the other holding registers stand at their reset values for good
 """
 import argparse
 import functools
@@ -68,8 +70,9 @@ def code_words() -> list[int]:
 
 
 def stored_bits(words: list[int], low: int, high: int) -> int:
-    """Mask of the bits that are 1 in the code word of any value low..high."""
-    return functools.reduce(operator.or_, (words[value & 0xFFFF] for value in range(low, high + 1)))
+    """Mask of the bits that differ among the code words of low..high."""
+    codes = [words[value & 0xFFFF] for value in range(low, high + 1)]
+    return functools.reduce(operator.or_, codes) & ~functools.reduce(operator.and_, codes)
 
 
 def finish_registers(spec: dict) -> None:
@@ -88,6 +91,19 @@ def finish_registers(spec: dict) -> None:
         if not reg["min"] <= reg["reset"] <= reg["max"]:
             raise SpecError(f"registers.toml: {reg['name']}: reset {reg['reset']} is outside {reg['min']}..{reg['max']}")
         reg["min_word"], reg["max_word"], reg["reset_word"] = (reg[k] & 0xFFFF for k in ("min", "max", "reset"))
+
+
+def fix_all_but(writable: list[str], holding: list[dict]) -> None:
+    """Leaves registers other than these and the command word one value, that of reset. The map stays what it is, and so does its CRC."""
+    names = [reg["name"] for reg in holding]
+    for name in writable:
+        if name not in names:
+            raise SpecError(f"--writable: found {name}, expected names of holding registers (docs/registers.md)")
+    for reg in holding:
+        if reg["name"] not in (*writable, "CMD"):
+            reg["min"] = reg["max"] = reg["reset"]
+            reg["min_word"] = reg["max_word"] = reg["reset_word"]
+            reg["stored"] = 0
 
 
 def finish_presets(spec: dict) -> None:
@@ -169,10 +185,14 @@ def render(spec: dict) -> dict[str, str]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail on a stale file")
+    parser.add_argument("--writable", help="holding registers that a host can write, with commas; default all")
     parser.add_argument("--out", type=pathlib.Path, default=SPEC.parent, help="project root to write into")
     args = parser.parse_args()
     try:
-        files = render(load())
+        spec = load()
+        if args.writable is not None:
+            fix_all_but(args.writable.split(","), spec["holding"])
+        files = render(spec)
     except (SpecError, tomllib.TOMLDecodeError, jinja2.TemplateError) as error:
         print(f"generate.py: {error}", file=sys.stderr)
         return 2

@@ -48,10 +48,11 @@ module mem #(
   tc_pkg::params_t params;
   assign upset = upset_i && clean_q;
 
-  // PARAMC lets nothing through that the register's range does not need.
+  // PARAMC lets nothing through that lies outside the register's range.
   localparam logic [21:0] Stored = tc_pkg::reg_stored(Word);
+  localparam logic [15:0] Steady = tc_pkg::reg_reset(Word) & ~Stored[15:0];
   logic [15:0] wr_data;
-  assign wr_data = wr_index_i == Word ? wr_data_i & Stored[15:0] : wr_data_i;
+  assign wr_data = wr_index_i == Word ? (wr_data_i & Stored[15:0]) | Steady : wr_data_i;
 
   tc_mem u_mem (
     .clk_i, .rst_ni, .scan_en_i(1'b0), .wr_i, .wr_index_i, .wr_data_i(wr_data), .commit_i, .discard_i, .scrub_start_i,
@@ -97,7 +98,7 @@ module mem #(
   logic [21:0] wrong_staged, wrong_active;
   assign wrong_staged = staged ^ tc_math_pkg::secded_encode(staged_ref);
   assign wrong_active = active ^ tc_math_pkg::secded_encode(active_ref);
-  `TC_ASSERT(MemProofInRange_A, ((staged_ref | active_ref) & ~Stored[15:0]) == 16'd0)
+  `TC_ASSERT(MemProofInRange_A, (staged_ref & ~Stored[15:0]) == Steady && (active_ref & ~Stored[15:0]) == Steady)
   `TC_ASSERT(MemProofOneFlip_A, at_most_one(wrong_staged) && at_most_one(wrong_active))
   `TC_ASSERT_IF(MemProofHealed_A, clean_q, wrong_staged == 22'd0 && wrong_active == 22'd0)
   `TC_ASSERT_IF(MemProofCorrectable_A, !clean_q, !tc_math_pkg::secded_bad(staged) && !tc_math_pkg::secded_bad(active))
