@@ -138,107 +138,138 @@ module tc_algor (
   logic signed [32:0] product;
   assign product = $signed({1'b0, gain}) * term;
 
-  // UQ4.12 scaled result of a conversion, rounded.
-  logic signed [39:0] converted;
-  assign converted = (40'(work_q) + 40'sd2048) >>> 12;
-  logic signed [15:0] converted_temp;
-  logic [16:0]        converted_duty;
-  assign converted_temp = tc_math_pkg::sat_s16(converted);
-  assign converted_duty = tc_math_pkg::sat_duty(converted);
+  // The product in the units of a flop. A conversion is UQ4.12 scaled and rounded, the feed-forward is not rounded. Its shares went
+  // in divided by four: HOLD_MULT is UQ8.8, PRESET UQ0.8; above 100 % there is nothing left to tell apart. The droplets' share is
+  // added to the external feed-forward.
+  logic               shares, rounded;
+  logic signed [28:0] shifted;
+  logic signed [29:0] scaled;            // and half of its last bit, which rounds
+  logic signed [15:0] scaled_temp;
+  logic [16:0]        scaled_duty;
+  assign shares  = step_q == StepPreset || step_q == StepExternal;
+  assign rounded = !shares && step_q != StepHoldAdd && step_q != StepSlew;
+  assign shifted = step_q == StepSlew ? 29'(work_q >>> 4) : shares ? 29'(work_q >>> 6) : 29'(work_q >>> 12);
+  assign scaled  = {shifted, 1'b1} + {12'd0, step_q == StepSlew ? ext_q : 17'd0, rounded && work_q[11]};
+  assign scaled_temp = tc_math_pkg::sat_s16(40'(scaled) >>> 1);
+  assign scaled_duty = tc_math_pkg::sat_duty(40'(scaled) >>> 1);
 
-  // Share of the feed-forward, which went in divided by four: HOLD_MULT is UQ8.8, PRESET UQ0.8. Above 100 % there is nothing left to
-  // tell apart.
-  logic [16:0] ff_share;
-  assign ff_share = tc_math_pkg::sat_duty(40'(work_q) >>> 6);
-
-  // External feed-forward with that of the droplets.
-  logic [16:0] ext_drops;
-  assign ext_drops = manual ? ext_q : tc_math_pkg::sat_duty((40'(work_q) >>> 4) + $signed({23'd0, ext_q}));
+  // What adds to the largest plausible hold duty.
+  logic [16:0] hold_part;
+  assign hold_part = step_q == StepSlew && manual ? ext_q : scaled_duty;
 
   // ---- Error and filtered derivative -------------------------------------------------------------------------------------
 
-  logic signed [15:0] e_fine, e_now;
-  assign e_fine = tc_math_pkg::sat_s16(40'(sp_work_q) - 40'(pv_i));
+  // From pv_i to the working set-point or to zero; at StepDutyMax from the ambient temperature to pv_i, the inverse of a sum one too small.
+  logic signed [15:0] far_end;
+  logic signed [17:0] gap_sum;           // and half of its last bit, which carries
+  logic signed [16:0] gap;
+  logic signed [15:0] gap_fine, e_now;
+  assign far_end  = step_q == StepDutyMax ? amb_q : step_q == StepExternal ? sp_work_q : 16'sd0;
+  assign gap_sum  = {17'(far_end), 1'b1} + {~{pv_i[15], pv_i}, step_q != StepDutyMax};
+  assign gap      = gap_sum[17:1] ^ {17{step_q == StepDutyMax}};
+  assign gap_fine = tc_math_pkg::sat_s16(40'(gap));
   // Whole degrees, truncated toward zero, as the published controller computes.
-  assign e_now  = !err_integer ? e_fine
-                : e_fine < 16'sd0 ? ((e_fine + 16'sd63) & 16'shFFC0) : (e_fine & 16'shFFC0);
+  assign e_now    = err_integer ? {gap_fine[15:6] + 10'(gap_fine[15] && gap_fine[5:0] != 6'd0), 6'd0} : gap_fine;
 
-  logic signed [21:0] d_source;
-  logic signed [22:0] filt_gap, filt_step;
-  assign d_source  = (d_on_pv ? 22'sd0 - 22'(pv_i) : 22'(e_q)) <<< 4;
-  assign filt_gap  = 23'(d_source) - 23'(filt_q);
+  logic signed [22:0] d_source, filt_gap, filt_step;
+  assign d_source  = {{2{d_on_pv ? gap[16] : e_q[15]}}, d_on_pv ? gap : 17'(e_q), 4'd0};
+  assign filt_gap  = ~(23'(filt_q) + ~d_source);   // d_source - filt_q, by the inverse of the one that no flop holds
   assign filt_step = filt_gap >>> params_i.d_filter[2:0];
 
   // ---- Sum, segments, anti-windup: pd_q in 2^-7 duty LSB, the integral in 2^-14 ---------------------------------------------
 
-  // Narrowing of a term to Q1.16.
-  function automatic logic signed [17:0] sat_term(input logic signed [39:0] x);
-    if (x > 40'sd131071) sat_term = 18'sd131071;
-    else if (x < -40'sd131072) sat_term = -18'sd131072;
-    else sat_term = x[17:0];
+  // A product of P or D as Q1.16, 2^-6 of it or, halved, 2^-7.
+  function automatic logic signed [17:0] sat_term(input logic signed [25:0] x);
+    if (x[25:17] == {9{x[25]}}) sat_term = x[17:0];
+    else sat_term = {x[25], {17{!x[25]}}};
   endfunction
 
-  logic signed [34:0] pd_with_d, pd_with_p;
-  assign pd_with_d = (manual ? 35'sd0 : $signed({11'd0, ext_q, 7'd0})) + 35'(work_q);
-  assign pd_with_p = 35'(pd_q) + (35'(work_q) <<< 1);
+  // External feed-forward + D, then with P, then with the feed-forward that judges the segment.
+  logic signed [34:0] pd_sum;
+  logic signed [34:0] pd_addend;
+  always_comb begin
+    case (step_q)
+      StepProportional: pd_addend = $signed({11'd0, manual ? 17'd0 : ext_q, 7'd0});
+      StepIntegral:     pd_addend = 35'(work_q) <<< 1;
+      default:          pd_addend = $signed({11'd0, ff_en ? ff_q : 17'd0, 7'd0});
+    endcase
+  end
+  assign pd_sum = (step_q == StepProportional ? 35'(work_q) : 35'(pd_q)) + pd_addend;
 
-  logic signed [34:0] limit_pd;          // DUTY_MAX as pd_q counts
-  logic [30:0]        limit_i;           // and as the integral counts
-  assign limit_pd = $signed({11'd0, duty_max_q, 7'd0});
-  assign limit_i  = {duty_max_q, 14'd0};
+  logic [30:0] limit_i;                  // DUTY_MAX as the integral counts
+  assign limit_i = {duty_max_q, 14'd0};
 
-  logic signed [33:0] i_sum;
-  logic [31:0]        i_next;
-  assign i_sum  = $signed({2'd0, i_q}) + 34'(work_q);
-  assign i_next = i_sum < 34'sd0 ? 32'd0 : i_sum > $signed({3'd0, limit_i}) ? {1'b0, limit_i} : i_sum[31:0];
-
-  logic e_pos, e_neg, band_full, band_off, model_full, model_off;
-  assign e_pos = e_q > 16'sd0;
-  assign e_neg = e_q < 16'sd0;
+  logic e_pos, e_neg, e_far;
+  assign e_pos = !e_neg && e_q != 16'sd0;
+  assign e_neg = e_q[15];
   // 1/320 degC on both sides: 5 x 1/64 and 32 x 0.1.
   logic signed [21:0] e_320;
-  assign e_320     = 22'(e_q) * 22'sd5;
-  assign band_full = e_320 > $signed({1'b0, params_i.band_full, 5'd0});
-  assign band_off  = -e_320 > $signed({1'b0, params_i.band_off, 5'd0});
-  logic signed [34:0] pd_ff;
-  assign pd_ff      = 35'(pd_q) + (ff_en ? $signed({11'd0, ff_q, 7'd0}) : 35'sd0);
-  assign model_full = pd_ff > limit_pd && e_pos;
+  assign e_320 = (22'(e_q) <<< 2) + 22'(e_q);
+  assign e_far = tc_math_pkg::less({14'd0, e_neg ? params_i.band_off : params_i.band_full, 6'd0},
+                                   36'($signed({e_320 ^ {22{e_neg}}, e_neg})));
+  logic model_full, model_off;
+  assign model_full = tc_math_pkg::more(36'(pd_sum), {12'd0, duty_max_q, 7'd0}) && e_pos;
   // Without feed-forward this rule makes a limit cycle around the set-point.
-  assign model_off  = ff_en && pd_ff < 35'sd0 && e_neg;
+  assign model_off  = ff_en && pd_sum[34] && e_neg;
 
-  // P + I + D with the integral to come, and with the one that came of it.
-  logic signed [41:0] u_try, u_now;
-  logic               accept_i;
-  assign u_try    = (42'(pd_q) <<< 7) + 42'(work_q);
-  assign accept_i = !(u_try > $signed({11'd0, limit_i}) && !e_neg) && !(u_try < 42'sd0 && !e_pos);
-  assign u_now    = ((42'(pd_q) <<< 7) + $signed({10'd0, i_q})) >>> 14;
+  // The integral to come; P + I + D with it; its limit; P + I + D with what came of it. Compared with DUTY_MAX, the last as the whole
+  // duty LSB that the output has.
+  logic signed [41:0] u_base, u_addend, u_sum;
+  logic               u_neg, u_over;
+  always_comb begin
+    u_base   = 42'(pd_q) <<< 7;
+    u_addend = $signed({10'd0, i_q});
+    case (step_q)
+      StepSegment:    u_base = 42'(work_q);
+      StepAntiWindup: u_addend = 42'(work_q);
+      StepClamp: begin
+        u_base   = $signed({10'd0, work_q});
+        u_addend = 42'sd0;
+      end
+      default: ;
+    endcase
+  end
+  assign u_sum  = u_base + u_addend;
+  assign u_neg  = u_sum[41];
+  assign u_over = tc_math_pkg::more(36'($signed({u_sum[41:14], step_q != StepOutput && u_sum[13:0] != 14'd0})), {18'd0, duty_max_q, 1'b0});
 
-  logic [31:0] i_wanted, i_after;
+  logic [31:0] i_limited;
+  assign i_limited = u_neg ? 32'd0 : u_over ? {1'b0, limit_i} : u_sum[31:0];
+  logic accept_i;
+  assign accept_i  = !(u_over && !e_neg) && !(u_neg && !e_pos);
+
+  logic [31:0] i_wanted;
   assign i_wanted = tuning_i ? {1'b0, tune_hold_i, 14'd0}
                  : full_q || off_q ? (i_zero ? 32'd0 : full_q && ff_en ? {1'b0, ff_q, 14'd0} : i_q)
                  : accept_i ? work_q : i_q;
-  // A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
-  assign i_after  = $unsigned(work_q) > {1'b0, limit_i} ? {1'b0, limit_i} : work_q;
 
   logic [16:0] u_limited, commanded, wanted, duty_next;
+  logic [17:0] slewed;
   assign u_limited = full_q ? duty_max_q : off_q ? 17'd0
-                   : u_now > $signed({25'd0, duty_max_q}) ? duty_max_q : tc_math_pkg::sat_duty(40'(u_now));
+                   : u_over ? duty_max_q : tc_math_pkg::sat_duty(40'(u_sum >>> 14));
   assign commanded = tuning_i ? tune_duty_i : manual ? ext_q : work_q[16:0];
-  assign wanted    = commanded > duty_max_q ? duty_max_q : commanded;
-  assign duty_next = slew_q != 17'd0 && {1'b0, wanted} > {1'b0, duty_q} + {1'b0, slew_q} ? duty_q + slew_q : wanted;
+  assign wanted    = tc_math_pkg::more({19'd0, commanded}, {19'd0, duty_max_q}) ? duty_max_q : commanded;
+  assign slewed    = {1'b0, duty_q} + {1'b0, slew_q};
+  assign duty_next = slew_q != 17'd0 && tc_math_pkg::less({18'd0, slewed}, {19'd0, wanted}) ? slewed[16:0] : wanted;
 
   logic dropped;
   assign dropped = drop_i && !drop_q;
 
   // ---- Set-point ramp ----------------------------------------------------------------------------------------------------
 
-  logic        rising;
-  logic [15:0] rate, target_rate;
+  logic        rising, will_rise, up_steps, down_steps;   // a rate of 0 is a step
+  logic signed [15:0] ramp_from;
+  logic [10:0] rate;
   logic [12:0] ramp_sum;
-  assign rising   = target_q > sp_work_q;
-  assign rate     = rising ? params_i.ramp_up : params_i.ramp_down;
-  assign ramp_sum = ramp_q + {1'b0, rate[10:0], 1'b0};
-  assign target_rate = converted_temp > (run_i ? sp_work_q : pv_i) ? params_i.ramp_up : params_i.ramp_down;
+  logic [13:0] ramp_left;                // negative: not yet
+  assign rising     = tc_math_pkg::less(36'(sp_work_q), 36'(target_q));
+  assign ramp_from  = run_i ? sp_work_q : pv_i;
+  assign will_rise  = tc_math_pkg::less(36'(ramp_from), 36'(scaled_temp));
+  assign up_steps   = params_i.ramp_up == 16'd0;
+  assign down_steps = params_i.ramp_down == 16'd0;
+  assign rate       = rising ? params_i.ramp_up[10:0] : params_i.ramp_down[10:0];
+  assign ramp_sum   = ramp_q + {1'b0, rate, 1'b0};
+  assign ramp_left  = {1'b0, ramp_sum} - {1'b0, RampModulus};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -274,10 +305,10 @@ module tc_algor (
       drop_q <= drop_i;
       if (dropped && drops_q != 8'hFF) drops_q <= drops_q + 8'd1;
 
-      if (ms_i && run_i && target_q != sp_work_q && rate != 16'd0) begin
-        if (ramp_sum >= RampModulus) begin
-          ramp_q    <= ramp_sum - RampModulus;
-          sp_work_q <= rising ? sp_work_q + 16'sd1 : sp_work_q - 16'sd1;
+      if (ms_i && run_i && ramping_o && !(rising ? up_steps : down_steps)) begin
+        if (!ramp_left[13]) begin
+          ramp_q    <= ramp_left[12:0];
+          sp_work_q <= sp_work_q + $signed({{15{!rising}}, 1'b1});
         end else begin
           ramp_q <= ramp_sum;
         end
@@ -293,68 +324,68 @@ module tc_algor (
         end
         StepAmbient: step_q <= StepSetpoint;
         StepSetpoint: begin
-          amb_q  <= converted_temp;
+          amb_q  <= scaled_temp;
           step_q <= StepDutyMax;
         end
         StepDutyMax: begin
-          target_q <= converted_temp;
-          if (target_rate == 16'd0) sp_work_q <= converted_temp;
+          target_q <= scaled_temp;
+          if (will_rise ? up_steps : down_steps) sp_work_q <= scaled_temp;
           else if (!run_i) sp_work_q <= pv_i;
-          delta_q <= tc_math_pkg::sat_s16(40'(pv_i) - 40'(amb_q));
+          delta_q <= gap_fine;
           step_q  <= StepFeedForward;
         end
         StepFeedForward: begin
-          duty_max_q <= converted_duty;
+          duty_max_q <= scaled_duty;
           step_q     <= StepHoldAdd;
         end
         StepHoldAdd: begin
-          ff_q   <= tc_math_pkg::sat_duty(40'(work_q) >>> 12);
+          ff_q   <= scaled_duty;
           step_q <= StepHold;
         end
         StepHold: begin
-          hold_q <= {1'b0, converted_duty};
+          hold_q <= {1'b0, hold_part};
           step_q <= StepPreset;
         end
         StepPreset: begin
-          hold_q <= hold_q + {1'b0, ff_share};
+          hold_q <= hold_q + {1'b0, hold_part};
           step_q <= StepExternal;
         end
         StepExternal: begin
-          ff_q   <= ff_share;
+          ff_q   <= scaled_duty;
           e_q    <= e_now;
           step_q <= StepDrops;
         end
         StepDrops: begin
-          ext_q   <= converted_duty;
+          ext_q   <= scaled_duty;
           delta_q <= fresh_q ? 16'sd0 : tc_math_pkg::sat_s16(40'(filt_step));
-          filt_q  <= fresh_q ? d_source : filt_q + filt_step[21:0];
+          filt_q  <= fresh_q ? d_source[21:0] : filt_q + filt_step[21:0];
           drops_q <= {7'd0, dropped};
           step_q  <= StepSlew;
         end
         StepSlew: begin
           // A load that is announced needs power: no reason to trip.
-          ext_q  <= ext_drops;
-          hold_q <= hold_q + {1'b0, ext_drops};
+          if (!manual) ext_q <= scaled_duty;
+          hold_q <= hold_q + {1'b0, hold_part};
           step_q <= StepDerivative;
         end
         StepDerivative: begin
-          slew_q <= converted_duty;
+          slew_q <= scaled_duty;
           step_q <= StepProportional;
         end
         StepProportional: begin
-          term_d_q <= sat_term(40'(work_q) >>> 7);
-          pd_q     <= pd_with_d[33:0];
+          term_d_q <= sat_term(26'(work_q >>> 7));
+          pd_q     <= pd_sum[33:0];
           step_q   <= StepIntegral;
         end
         StepIntegral: begin
-          term_p_q <= sat_term(40'(work_q) >>> 6);
-          pd_q     <= pd_with_p[33:0];
+          term_p_q <= sat_term(26'(work_q >>> 6));
+          pd_q     <= pd_sum[33:0];
           step_q   <= StepSegment;
         end
         StepSegment: begin
-          full_q <= seg_model ? model_full : band_full;
-          off_q  <= seg_model ? model_off : band_off;
-          work_q <= i_next;
+          full_q <= seg_model ? model_full : e_far && !e_neg;
+          off_q  <= seg_model ? model_off : e_far && e_neg;
+          work_q <= i_limited;
           step_q <= StepAntiWindup;
         end
         StepAntiWindup: begin
@@ -362,8 +393,9 @@ module tc_algor (
           step_q <= StepClamp;
         end
         StepClamp: begin
-          i_held_q <= i_after == i_q;
-          i_q      <= i_after;
+          // A preset above DUTY_MAX, or a DUTY_MAX that has just been lowered, clamps the integral too.
+          i_held_q <= i_limited == i_q;
+          i_q      <= i_limited;
           step_q   <= StepOutput;
         end
         StepOutput: begin
@@ -401,7 +433,7 @@ module tc_algor (
   assign filt_o       = filt_q;
   assign still_o      = step_q == StepIdle && !start_i && !done_q && run_i && !manual && !(ramping_o && ms_i);
   // The integral may stop just short of the limit.
-  assign limited_o    = {1'b0, duty_q} + {5'd0, duty_max_q[16:4]} >= {1'b0, duty_max_q} && duty_q != 17'd0;
+  assign limited_o    = !tc_math_pkg::less({18'd0, {1'b0, duty_q} + {5'd0, duty_max_q[16:4]}}, {19'd0, duty_max_q}) && duty_q != 17'd0;
   assign segment_o    = segment_q;
   assign i_held_o     = i_held_q;
   assign hold_limit_o = hold_q;
@@ -413,7 +445,7 @@ module tc_algor (
   assign term_d_o     = term_d_q;
 
   logic unused;
-  assign unused = ^{product[32], pd_with_d[34], pd_with_p[34], i_sum[33:32], filt_step[22], u_now[41:40], params_i};
+  assign unused = ^{product[32], scaled[0], gap_sum[0], filt_step[22], params_i};
 
 `ifndef SYNTHESIS
   `TC_ASSERT_SETUP
@@ -463,8 +495,11 @@ module tc_algor (
   assign pd_least = 48'(d_now) + (step_q == StepIntegral ? 48'sd0 : 48'(p_now) <<< 1);
   `TC_ASSERT_IF(P12_SumsExact_A, followed && step_q >= StepIntegral && step_q <= StepOutput,
                 48'(pd_q) >= pd_least && 48'(pd_q) <= pd_least + 48'sd8388608)
-  `TC_ASSERT(P12_SumsFit_A, 48'(pd_ff) == 48'(pd_q) + (ff_en ? $signed({24'd0, ff_q, 7'd0}) : 48'sd0) &&
-             48'(i_sum) == $signed({16'd0, i_q}) + 48'(work_q) && 48'(u_try) == (48'(pd_q) <<< 7) + 48'(work_q))
+  `TC_ASSERT(P12_SumsFit_A,
+             (step_q != StepSegment || (48'(pd_sum) == 48'(pd_q) + (ff_en ? $signed({24'd0, ff_q, 7'd0}) : 48'sd0) &&
+                                        48'(u_sum) == $signed({16'd0, i_q}) + 48'(work_q))) &&
+             (step_q != StepAntiWindup || 48'(u_sum) == (48'(pd_q) <<< 7) + 48'(work_q)) &&
+             (step_q != StepOutput || 48'(u_sum) == (48'(pd_q) <<< 7) + $signed({16'd0, i_q})))
   `TC_ASSERT(P12_ErrorExact_A, 24'(e_320) == 24'(e_q) * 24'sd5 && 24'(filt_gap) == 24'(d_source) - 24'(filt_q))
 `ifdef FORMAL
   `TC_ASSERT(P12_FilterFits_A, filt_q >= -22'sd524288 && filt_q <= 22'sd524288)
@@ -480,7 +515,8 @@ module tc_algor (
   logic signed [33:0] pd_less;
   logic [31:0]        i_less;                    // the integral that comes of it
   logic               ordered, full_less, off_less;
-  logic signed [34:0] pd_less_now, pd_ff_less;
+  logic signed [34:0] pd_less_now, pd_ff_less, limit_pd;   // DUTY_MAX as pd_q counts
+  assign limit_pd    = $signed({11'd0, duty_max_q, 7'd0});
   assign pd_less_now = 35'(pd_q) + (35'(p_less) <<< 1);
   assign pd_ff_less  = 35'(pd_less) + (ff_en ? $signed({11'd0, ff_q, 7'd0}) : 35'sd0);
   logic signed [21:0] e_320_less;

@@ -69,7 +69,7 @@ module tc_guard (
 
   localparam logic [1:0] SegPid = 2'd2;
   localparam logic [3:0] RateTenths = 4'd10;   // DTDT_MAX is a change within 1 s
-  localparam logic signed [23:0] HotAbove = 24'sd6400;  // 20 degC above ambient a head without heat must cool; 1/320 degC
+  localparam logic signed [16:0] HotAbove = 17'sd1280;  // 20 degC above ambient a head without heat must cool; 1/64 degC
 
   // Heater permission.
   logic        run_q, run_nq, heater_q, safe_en_q;
@@ -94,15 +94,16 @@ module tc_guard (
   // ---- Samples -----------------------------------------------------------------------------------------------------------
 
   logic               far, jump, jump_stays, accept, refuse;
-  logic signed [17:0] step, drift;             // change since the last accepted sample, since the second's reference
-  assign step   = 18'(sens_pv_i) - 18'(pv_q);
-  assign drift  = 18'(sens_pv_i) - 18'(rate_ref_q);
+  logic signed [16:0] step, drift;             // change since the last accepted sample, since the second's reference
+  assign step   = 17'(sens_pv_i) - 17'(pv_q);
+  assign drift  = 17'(sens_pv_i) - 17'(rate_ref_q);
   // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's reference, so that
   // the way back from a single wrong sample is no jump): such a frame is refused as a bad one.
   // The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no noise.
   // A sensor's first words after power-up may be anything: nothing is a jump until two samples have agreed.
   assign far        = params_i.dtdt_max != 16'd0 &&
-                      (above_rate(drift) || (above_rate(step <<< 1) && above_rate(drift <<< 1)));
+                      (beyond(drift, {params_i.dtdt_max, 5'd0}) ||
+                       (beyond(step, {1'b0, params_i.dtdt_max, 4'd0}) && beyond(drift, {1'b0, params_i.dtdt_max, 4'd0})));
   assign jump       = settled_q && far;
   assign jump_stays = jump && {1'b0, bad_q} + 5'd1 >= {1'b0, params_i.bad_max[3:0]};
   assign accept     = sens_done_i && sens_ok_i && (!jump || jump_stays);
@@ -110,20 +111,36 @@ module tc_guard (
 
   // 1/320 degC on both sides of a comparison: 5 x 1/64 degC, 32 x 0.1 degC.
   function automatic logic signed [23:0] of_temp(input logic signed [16:0] x);
-    of_temp = 24'(x) * 24'sd5;
+    of_temp = (24'(x) <<< 2) + 24'(x);
   endfunction
   function automatic logic signed [23:0] of_tenths(input logic signed [16:0] x);
     of_tenths = 24'(x) <<< 5;
   endfunction
-  function automatic logic signed [23:0] magnitude(input logic signed [23:0] x);
-    magnitude = x < 24'sd0 ? -x : x;
+  function automatic logic above(input logic signed [16:0] x, input logic signed [16:0] tenths);
+    above = tc_math_pkg::less(36'(of_tenths(tenths)), 36'(of_temp(x)));
   endfunction
-  function automatic logic above_rate(input logic signed [17:0] x);
-    above_rate = magnitude(24'(x) * 24'sd5) > of_tenths($signed({1'b0, params_i.dtdt_max}));
+  function automatic logic at_or_above(input logic signed [16:0] x, input logic signed [16:0] tenths);
+    at_or_above = tc_math_pkg::less(36'(of_tenths(tenths)), 36'(of_temp(x)) | 36'sd31);   // the last of the 32 that share a tenth
+  endfunction
+  // The magnitude of x is above limit, 1/320 degC. A negative number's inverse is one less than its magnitude; the bit behind it
+  // makes up for that.
+  function automatic logic beyond(input logic signed [16:0] x, input logic [20:0] limit);
+    beyond = tc_math_pkg::less({14'd0, limit, 1'b0}, {15'd0, 20'(of_temp(x)) ^ {20{x[16]}}, x[16]});
+  endfunction
+  function automatic logic elapsed(input logic [15:0] count, input logic [15:0] limit);
+    elapsed = !tc_math_pkg::less({20'd0, count}, {20'd0, limit});
   endfunction
   // Count of 0.1 s that stops at its top.
   function automatic logic [15:0] count_up(input logic [15:0] x, input logic tick);
-    count_up = tick && x != 16'hFFFF ? x + 16'd1 : x;
+    logic [16:0] next;
+    next     = {1'b0, x} + 17'd1;
+    count_up = tick && !next[16] ? next[15:0] : x;
+  endfunction
+  // pv_q - x, written so that all share the inverse of pv_q.
+  logic signed [15:0] pv_inverse;
+  assign pv_inverse = ~pv_q;
+  function automatic logic signed [16:0] pv_above(input logic signed [15:0] x);
+    pv_above = ~(17'(x) + 17'(pv_inverse));
   endfunction
 
   // ---- Detectors' comparisons, on the accepted temperature --------------------------------------------------------------
@@ -132,45 +149,55 @@ module tc_guard (
         fb_differs, fb_trip;
   assign auto_mode = !params_i.mode[0];
   assign heating   = run_q && auto_mode;
-  logic signed [16:0] over_sp;
-  assign over_sp   = 17'(pv_q) - 17'(sp_work_i);
-  assign in_window = magnitude(of_temp(over_sp)) <= of_tenths($signed({1'b0, params_i.at_window}));
-  assign above_exc = of_temp(over_sp) > of_tenths($signed({1'b0, params_i.exc_limit}));
-  assign over_hold = {1'b0, duty_i} > hold_limit_i;
-  assign lba_rose  = of_temp(17'(pv_q) - 17'(lba_ref_q)) >= of_tenths($signed({1'b0, params_i.lba_rise}));
-  assign hold_rose = of_temp(17'(pv_q) - 17'(hold_ref_q)) >= of_tenths($signed({1'b0, params_i.lba_rise}));
+  logic               above_window;
+  logic signed [16:0] over_sp, over_lba, over_zero;
+  logic signed [23:0] over_bottom;             // of the window, 1/320 degC
+  assign over_sp   = pv_above(sp_work_i);
+  assign over_lba  = pv_above(lba_ref_q);
+  assign over_zero = pv_above(zero_ref_q);
+  assign over_bottom  = of_temp(over_sp) + of_tenths($signed({1'b0, params_i.at_window}));
+  assign above_window = above(over_sp, $signed({1'b0, params_i.at_window}));
+  assign in_window = !above_window && !over_bottom[23];
+  assign above_exc = above(over_sp, $signed({1'b0, params_i.exc_limit}));
+  assign over_hold = tc_math_pkg::less({18'd0, hold_limit_i}, {19'd0, duty_i});
+  assign lba_rose  = at_or_above(over_lba, $signed({1'b0, params_i.lba_rise}));
+  assign hold_rose = at_or_above(pv_above(hold_ref_q), $signed({1'b0, params_i.lba_rise}));
   assign off_duty  = duty_i == 17'd0 || !run_q;
-  assign zero_rose = of_temp(17'(pv_q) - 17'(zero_ref_q)) >= of_tenths($signed({1'b0, params_i.zero_rise}));
+  assign zero_rose = at_or_above(over_zero, $signed({1'b0, params_i.zero_rise}));
   assign fb_differs = heater_q != heater_fb_i;
-  assign fb_trip    = fb_q >= {params_i.fb_time, 4'd0};
+  assign fb_trip    = elapsed(fb_q[19:4], params_i.fb_time);
 
   logic lba_active, hold_active, exc_active, zero_due, frozen_active, bad_limit, wd_expired, rails_differ, upset;
+  logic [16:0] wd_gap;
+  logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
   assign hold_active = heating && segment_i == SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 && over_hold;
   assign exc_active  = heating && exc_armed_q && above_exc;
-  assign zero_due    = off_duty && zero_q >= params_i.zero_wait;
+  assign zero_due    = off_duty && elapsed(zero_q, params_i.zero_wait);
   assign frozen_active = run_q && duty_i == 17'd0 && params_i.lba_time != 16'd0 &&
-                        of_temp(17'(pv_q)) > of_tenths(17'($signed(params_i.t_amb))) + HotAbove;
+                        above(17'(pv_q) - HotAbove, 17'($signed(params_i.t_amb)));
   assign rails_differ = run_q == run_nq;
   assign upset       = (watch_still_q & (watch_parity_q ^ watch_parity_i)) != 2'd0;
   assign bad_limit   = bad_q >= params_i.bad_max[3:0];
-  assign wd_expired  = wd_q >= params_i.host_wd;
+  assign wd_gap      = {1'b0, params_i.host_wd} - {1'b0, wd_q};
+  assign wd_left     = wd_gap[16] ? 16'd0 : wd_gap[15:0];
+  assign wd_expired  = wd_left == 16'd0;
 
   always_comb begin
     cause_d = 15'd0;
     // Over-temperature acts on the sample itself, unfiltered.
-    cause_d[tc_pkg::FaultOverTemp]  = accept ? of_temp(17'(sens_pv_i)) >= of_tenths(17'($signed(params_i.t_max)))
+    cause_d[tc_pkg::FaultOverTemp]  = accept ? at_or_above(17'(sens_pv_i), 17'($signed(params_i.t_max)))
                                     : cause_q[tc_pkg::FaultOverTemp];
-    cause_d[tc_pkg::FaultUnderTemp] = accept ? of_temp(17'(sens_pv_i)) < of_tenths(17'($signed(params_i.t_min)))
+    cause_d[tc_pkg::FaultUnderTemp] = accept ? !at_or_above(17'(sens_pv_i), 17'($signed(params_i.t_min)))
                                     : cause_q[tc_pkg::FaultUnderTemp];
     cause_d[tc_pkg::FaultSensorFault]  = bad_limit && bad_dev_q;
     cause_d[tc_pkg::FaultSensorFrame]  = bad_limit && !bad_dev_q;
-    cause_d[tc_pkg::FaultSensorStale]  = stale_q >= params_i.sample_timeout ||
-                                         (frozen_active && frozen_q >= params_i.lba_time);
+    cause_d[tc_pkg::FaultSensorStale]  = elapsed(stale_q, params_i.sample_timeout) ||
+                                         (frozen_active && elapsed(frozen_q, params_i.lba_time));
     cause_d[tc_pkg::FaultRate]         = rate_q;
     cause_d[tc_pkg::FaultNotHeating]   = lba_trip_q;
-    cause_d[tc_pkg::FaultHoldPower]    = hold_active && hold_q >= params_i.hold_time;
-    cause_d[tc_pkg::FaultExcursion]    = exc_active && exc_q >= params_i.exc_time;
+    cause_d[tc_pkg::FaultHoldPower]    = hold_active && elapsed(hold_q, params_i.hold_time);
+    cause_d[tc_pkg::FaultExcursion]    = exc_active && elapsed(exc_q, params_i.exc_time);
     cause_d[tc_pkg::FaultZeroRise]     = zero_due && params_i.zero_rise != 16'd0 && zero_rose;
     cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[5] && fb_trip;
     cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_expired;
@@ -277,21 +304,17 @@ module tc_guard (
       // Loop break: at full duty the temperature must rise by LBA_RISE above its lowest within each LBA_TIME. From the lowest:
       // a head that was cooling falls on for a while.
       lba_q <= (lba_active && !lba_rose) ? count_up(lba_q, tenth_i) : 16'd0;
-      if (!lba_active || lba_rose || pv_q < lba_ref_q) lba_ref_q <= pv_q;
-      lba_trip_q <= lba_active && !lba_rose && lba_q >= params_i.lba_time;
+      if (!lba_active || lba_rose || over_lba[16]) lba_ref_q <= pv_q;
+      lba_trip_q <= lba_active && !lba_rose && elapsed(lba_q, params_i.lba_time);
 
       // Hold power: more than the head can need, and no rise to show for it.
-      if (!hold_active || hold_rose) begin
-        hold_q     <= 16'd0;
-        hold_ref_q <= pv_q;
-      end else begin
-        hold_q <= count_up(hold_q, tenth_i);
-      end
+      hold_q <= hold_active && !hold_rose ? count_up(hold_q, tenth_i) : 16'd0;
+      if (!hold_active || hold_rose) hold_ref_q <= pv_q;
 
       // Excursion: armed once the temperature is at or below the window's top, disarmed when the set-point falls away.
       sp_past_q <= sp_work_i;
-      if (!heating || sp_work_i < sp_past_q) exc_armed_q <= 1'b0;
-      else if (of_temp(over_sp) <= of_tenths($signed({1'b0, params_i.at_window}))) exc_armed_q <= 1'b1;
+      if (!heating || tc_math_pkg::less(36'(sp_work_i), 36'(sp_past_q))) exc_armed_q <= 1'b0;
+      else if (!above_window) exc_armed_q <= 1'b1;
       exc_q <= exc_active ? count_up(exc_q, tenth_i) : 16'd0;
 
       // Rise at zero duty, against the lowest temperature seen since the heat stored in the head has spread.
@@ -299,10 +322,10 @@ module tc_guard (
       else if (!zero_due) zero_q <= count_up(zero_q, tenth_i);
       // The first sample is no rise.
       if (accept && !pv_valid_q) zero_ref_q <= sens_pv_i;
-      else if (!zero_due || pv_q < zero_ref_q) zero_ref_q <= pv_q;
+      else if (!zero_due || over_zero[16]) zero_ref_q <= pv_q;
 
       // Frozen: a hot head without heat cools, so its samples move.
-      frozen_q <= frozen_active && !(accept && step != 18'sd0) ? count_up(frozen_q, tenth_i) : 16'd0;
+      frozen_q <= frozen_active && !(accept && step != 17'sd0) ? count_up(frozen_q, tenth_i) : 16'd0;
 
       if (!fb_differs) fb_q <= 20'd0;
       else if (!fb_trip) fb_q <= fb_q + 20'd1;
@@ -312,7 +335,7 @@ module tc_guard (
 
       // At temperature.
       at_q      <= heating && pv_valid_q && !ramping_i && in_window ? count_up(at_q, tenth_i) : 16'd0;
-      at_temp_q <= heating && pv_valid_q && !ramping_i && in_window && at_q >= params_i.at_dwell;
+      at_temp_q <= heating && pv_valid_q && !ramping_i && in_window && elapsed(at_q, params_i.at_dwell);
     end
   end
 
@@ -330,13 +353,13 @@ module tc_guard (
   assign slope_o         = slope_q;
   assign samples_o       = samples_q;
   assign sensor_errors_o = sensor_errors_q;
-  assign wd_left_o       = wd_expired ? 16'd0 : params_i.host_wd - wd_q;
+  assign wd_left_o       = wd_left;
   assign cause_o         = cause_q;
   assign fault_o         = fault_q;
   assign first_fault_o   = first_q;
 
   logic unused;
-  assign unused = ^params_i;
+  assign unused = ^{over_bottom[22:0], params_i};
 
 `ifndef SYNTHESIS
   assign accept_o = accept;

@@ -3,18 +3,25 @@
 
 package tc_math_pkg;
 
+  // a < b and a > b as the sign of a sum with the inverse of b: of the operators Yosys makes a subtraction and an equality.
+  function automatic logic less(input logic signed [35:0] a, input logic signed [35:0] b);
+    less = 1'((37'(a) - 37'(b)) >>> 36);
+  endfunction
+  function automatic logic more(input logic signed [35:0] a, input logic signed [35:0] b);
+    more = !(1'(({a[35], a} + ~{b[35], b}) >> 36));
+  endfunction
+
   // Narrowing to 16 bits signed with saturation.
   function automatic logic [15:0] sat_s16(input logic signed [39:0] x);
-    if (x > 40'sd32767) sat_s16 = 16'h7FFF;
-    else if (x < -40'sd32768) sat_s16 = 16'h8000;
-    else sat_s16 = x[15:0];
+    if (x[39:15] == {25{x[39]}}) sat_s16 = x[15:0];
+    else sat_s16 = x[39] ? 16'h8000 : 16'h7FFF;
   endfunction
 
   // Narrowing to a duty, UQ1.16 clamped to 0 .. 65536.
   function automatic logic [16:0] sat_duty(input logic signed [39:0] x);
-    if (x < 40'sd0) sat_duty = 17'd0;
-    else if (x > 40'sd65536) sat_duty = 17'd65536;
-    else sat_duty = x[16:0];
+    if (x[39]) sat_duty = 17'd0;
+    else if (x[38:16] != 23'd0) sat_duty = 17'd65536;
+    else sat_duty = {1'b0, x[15:0]};
   endfunction
 
   // Check bits of the (22,16) Hsiao code.
