@@ -826,7 +826,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   sub_replay->add_option("--readback", options->readback,
                          "For --on fpga: Verilog of what was read back from a bitstream (icebox_vlog)");
   sub_replay->add_option("--report", options->out, "File for every strobe that is not made, and why");
-  sub_replay->add_option("--seed", options->seed, "Seed of the power-up states (default 1)");
+  sub_replay->add_option("--seed", options->seed, "Seed of what fills unknowns (default 1)");
   CLI::Option* cells =
       sub_replay->add_option("--cells", options->cells, "Verilog of the cells with specify blocks");
   sub_replay->add_option("--sdf", options->sdf, "Delays of the netlist's instances, for --on icarus")

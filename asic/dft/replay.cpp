@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -11,9 +12,11 @@
 #include <memory>
 #include <random>
 #include <set>
+#include <span>
 
 #include "asic/dft/error.hpp"
 #include "asic/dft/fault_simulator.hpp"
+#include "asic/dft/workers.hpp"
 
 namespace meltstage::dft {
 
@@ -48,10 +51,30 @@ std::vector<Piece> pieces_of(const CycleStream& stream, const std::string& scan_
   return pieces;
 }
 
+// Neither 0, 1 nor a clock pulse: the stream says nothing of this input.
+bool is_open(char state) { return state != '0' && state != '1' && state != 'P'; }
+
+// Lanes of a word: piece k of a batch with fill f.
+constexpr std::size_t kPieces = kLanes / kFills;
+constexpr std::size_t lane_of(std::size_t piece, std::size_t fill) { return piece * kFills + fill; }
+
+struct Done {
+  ReplayResult result;
+  std::size_t first_cycle = ~std::size_t{0};  // with a mismatch
+};
+
+// Pieces that one word runs, each with every fill.
+struct Batch {
+  std::span<const Piece> pieces;
+  std::mt19937_64 random;
+  std::vector<Word> values, states;  // by node, by flop
+  Done done;
+};
+
 class Player {
  public:
   Player(const CaptureView& view, const CycleStream& stream, std::uint64_t seed, const ReplayFault& fault)
-      : view_(view), stream_(stream), fault_(fault), random_(seed) {
+      : view_(view), stream_(stream), fault_(fault), seed_(seed) {
     for (const std::string& name : view.input_ports) input_.push_back(signal(name, true));
     for (std::size_t i = 0; i < stream.signals.size(); ++i) {
       if (stream.signals[i].is_input) continue;
@@ -62,23 +85,46 @@ class Player {
       output_.emplace_back(
           i, view.circuit.outputs()[static_cast<std::size_t>(port - view.output_ports.begin())]);
     }
-    values_.resize(view.circuit.size());
+    require_clocks();
     for (std::size_t f = 0; f < view.flops.size(); ++f) {
       const auto node = view.node_of_net.find(view.flops[f].reset);
       reset_node_.push_back(view.flops[f].has_reset && node != view.node_of_net.end() ? node->second
                                                                                       : kNoNode);
       if (is_reset_pin(f)) stuck_reset_ = f;
     }
+    for (std::size_t piece = 0; piece < kPieces; ++piece) {
+      zeros_.set(lane_of(piece, 0), true);
+      ones_.set(lane_of(piece, 1), true);
+    }
   }
 
-  ReplayResult run(const std::vector<Piece>& pieces) {
-    result_.cycles = stream_.cycles.size();
-    for (std::size_t first = 0; first < pieces.size(); first += kLanes) {
-      const std::size_t count = std::min(kLanes, pieces.size() - first);
-      run_lanes({pieces.begin() + static_cast<std::ptrdiff_t>(first),
-                 pieces.begin() + static_cast<std::ptrdiff_t>(first + count)});
+  ReplayResult run(std::span<const Piece> pieces) const {
+    std::vector<Done> done((pieces.size() + kPieces - 1) / kPieces);
+    std::atomic<std::size_t> next{0};
+    in_parallel([&](unsigned) {
+      for (std::size_t b = next++; b < done.size(); b = next++) {
+        const std::size_t first = b * kPieces;
+        Batch batch{pieces.subspan(first, std::min(kPieces, pieces.size() - first)),
+                    std::mt19937_64(seed_ + b),
+                    std::vector<Word>(view_.circuit.size()),
+                    {},
+                    {}};
+        run(batch);
+        done[b] = std::move(batch.done);
+      }
+    });
+    ReplayResult all;
+    all.cycles = stream_.cycles.size();
+    std::size_t first_cycle = ~std::size_t{0};
+    for (Done& batch : done) {
+      all.strobes += batch.result.strobes;
+      all.mismatches += batch.result.mismatches;
+      for (std::size_t f = 0; f < kFills; ++f) all.by_fill[f] += batch.result.by_fill[f];
+      if (batch.first_cycle >= first_cycle) continue;
+      first_cycle = batch.first_cycle;
+      all.first = std::move(batch.result.first);
     }
-    return result_;
+    return all;
   }
 
  private:
@@ -88,6 +134,17 @@ class Player {
     }
     throw InputError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
                                  stream_.title, name));
+  }
+  void require_clocks() const {
+    for (std::size_t i = 0; i < input_.size(); ++i) {
+      if (view_.clock_ports[i] == 0) continue;
+      for (std::size_t at = 0; at < stream_.cycles.size(); ++at) {
+        const char state = stream_.cycles[at].states[input_[i]];
+        if (is_open(state))
+          throw InputError(fmt::format("{}: found {} of the clock {} in cycle {}, expected 0 or a pulse",
+                                       stream_.title, state, view_.input_ports[i], at));
+      }
+    }
   }
   // The stuck line is the reset pin of this flop.
   bool is_reset_pin(std::size_t f) const {
@@ -100,22 +157,21 @@ class Player {
       gate = view_.circuit.fanout(gate)[0];
     return gate == capture;
   }
-  Word& state(std::size_t flop) { return values_[view_.circuit.inputs()[view_.input_ports.size() + flop]]; }
-  void evaluate() {
+  void evaluate(Batch& batch) const {
     if (fault_.line)
-      simulate_faulty(view_.circuit, *fault_.line, values_);
+      simulate_faulty(view_.circuit, *fault_.line, batch.values);
     else
-      simulate_values(view_.circuit, values_);
+      simulate_values(view_.circuit, batch.values);
   }
   // Asynchronous resets; true when a state changed.
-  bool apply_resets() {
+  bool apply_resets(Batch& batch) const {
     bool changed = false;
     for (std::size_t f = 0; f < view_.flops.size(); ++f) {
       if (reset_node_[f] == kNoNode) continue;
       for (std::size_t p = 0; p < kLanes / 64; ++p) {
         const std::uint64_t stuck = fault_.line && fault_.line->stuck ? ~std::uint64_t{0} : 0;
-        const std::uint64_t net = stuck_reset_ == f ? stuck : values_[reset_node_[f]].part[p];
-        std::uint64_t& word = states_[f].part[p];
+        const std::uint64_t net = stuck_reset_ == f ? stuck : batch.values[reset_node_[f]].part[p];
+        std::uint64_t& word = batch.states[f].part[p];
         const std::uint64_t active = view_.flops[f].reset_low ? ~net : net;
         const std::uint64_t next = view_.flops[f].reset_value ? word | active : word & ~active;
         changed = changed || next != word;
@@ -124,53 +180,75 @@ class Player {
     }
     return changed;
   }
-  void put_states() {
-    for (std::size_t f = 0; f < states_.size(); ++f) state(f) = states_[f];
+  void put_states(Batch& batch) const {
+    for (std::size_t f = 0; f < batch.states.size(); ++f)
+      batch.values[view_.circuit.inputs()[view_.input_ports.size() + f]] = batch.states[f];
+  }
+  // An unknown: by lane what its fill says.
+  Word unknown(Batch& batch) const {
+    Word word;
+    for (std::size_t p = 0; p < word.part.size(); ++p)
+      word.part[p] = (batch.random() & ~zeros_.part[p]) | ones_.part[p];
+    return word;
   }
 
-  void run_lanes(const std::vector<Piece>& lanes) {
-    states_.assign(view_.flops.size(), {});
-    for (Word& word : states_) {
-      for (std::uint64_t& part : word.part) part = random_();
-    }
+  void run(Batch& batch) const {
+    for (std::size_t f = 0; f < view_.flops.size(); ++f) batch.states.push_back(unknown(batch));
     std::size_t steps = 0;
-    for (const Piece& piece : lanes) steps = std::max(steps, piece.end - piece.begin);
+    for (const Piece& piece : batch.pieces) steps = std::max(steps, piece.end - piece.begin);
     for (std::size_t t = 0; t < steps; ++t) {
-      Word clocked;
-      for (std::size_t k = 0; k < lanes.size(); ++k) {
-        if (lanes[k].begin + t >= lanes[k].end) continue;
-        const std::string& now = stream_.cycles[lanes[k].begin + t].states;
-        for (std::size_t i = 0; i < input_.size(); ++i) {
-          values_[view_.circuit.inputs()[i]].set(k, now[input_[i]] == '1');
-          if (now[input_[i]] == 'P' && view_.clock_ports[i] != 0) clocked.set(k, true);
-        }
+      const Word clocked = drive(batch, t);
+      put_states(batch);
+      evaluate(batch);
+      if (apply_resets(batch)) {
+        put_states(batch);
+        evaluate(batch);
       }
-      put_states();
-      evaluate();
-      if (apply_resets()) {
-        put_states();
-        evaluate();
-      }
-      compare(lanes, t);
-      clock(clocked);
+      compare(batch, t);
+      clock(batch, clocked);
     }
   }
-  void compare(const std::vector<Piece>& lanes, std::size_t t) {
-    for (std::size_t k = 0; k < lanes.size(); ++k) {
-      const std::size_t at = lanes[k].begin + t;
-      if (at < lanes[k].compare_from || at >= lanes[k].end) continue;
+  // Inputs of the t-th cycle of each piece; the lanes that are clocked.
+  Word drive(Batch& batch, std::size_t t) const {
+    Word clocked;
+    for (std::size_t i = 0; i < input_.size(); ++i) {
+      Word& word = batch.values[view_.circuit.inputs()[i]];
+      word = unknown(batch);
+      for (std::size_t k = 0; k < batch.pieces.size(); ++k) {
+        const std::size_t at = batch.pieces[k].begin + t;
+        const char state = at < batch.pieces[k].end ? stream_.cycles[at].states[input_[i]] : '0';
+        if (!is_open(state)) word.set(lane_of(k, 0), kFills, state == '1');
+        if (state == 'P' && view_.clock_ports[i] != 0) clocked.set(lane_of(k, 0), kFills, true);
+      }
+    }
+    return clocked;
+  }
+  void compare(Batch& batch, std::size_t t) const {
+    Done& done = batch.done;
+    for (std::size_t k = 0; k < batch.pieces.size(); ++k) {
+      const Piece& piece = batch.pieces[k];
+      const std::size_t at = piece.begin + t;
+      if (at < piece.compare_from || at >= piece.end) continue;
       const std::string& now = stream_.cycles[at].states;
       for (const auto& [s, node] : output_) {
         if (now[s] != 'H' && now[s] != 'L') continue;
-        ++result_.strobes;
-        const bool value = values_[node].bit(k);
-        if (value == (now[s] == 'H')) continue;
-        ++result_.mismatches;
-        if (at < first_cycle_) {
-          first_cycle_ = at;
-          result_.first = fmt::format("cycle {} ({}): {}: found {}, expected {}", at, label_before(at),
-                                      stream_.signals[s].name, value ? 1 : 0, now[s]);
+        ++done.result.strobes;
+        std::size_t wrong = 0;
+        for (std::size_t f = 0; f < kFills; ++f) {
+          if (batch.values[node].bit(lane_of(k, f)) == (now[s] == 'H')) continue;
+          ++done.result.by_fill[f];
+          ++wrong;
         }
+        if (wrong == 0) continue;
+        ++done.result.mismatches;
+        if (at >= done.first_cycle) continue;
+        done.first_cycle = at;
+        done.result.first = fmt::format("cycle {} ({}): {}: found {}, expected {}", at, label_before(at),
+                                        stream_.signals[s].name,
+                                        wrong != kFills ? "what hangs on an unknown"
+                                        : now[s] == 'H' ? "0"
+                                                        : "1",
+                                        now[s]);
       }
     }
   }
@@ -180,27 +258,26 @@ class Player {
     }
     return "start";
   }
-  void clock(const Word& clocked) {
+  void clock(Batch& batch, const Word& clocked) const {
     const std::size_t outs = view_.output_ports.size();
-    for (std::size_t f = 0; f < states_.size(); ++f) {
+    for (std::size_t f = 0; f < batch.states.size(); ++f) {
       if (fault_.dead_clock && *fault_.dead_clock == f) continue;
-      const Word& next = values_[view_.circuit.outputs()[outs + f]];
+      const Word& next = batch.values[view_.circuit.outputs()[outs + f]];
+      Word& state = batch.states[f];
       for (std::size_t p = 0; p < kLanes / 64; ++p)
-        states_[f].part[p] = (states_[f].part[p] & ~clocked.part[p]) | (next.part[p] & clocked.part[p]);
+        state.part[p] = (state.part[p] & ~clocked.part[p]) | (next.part[p] & clocked.part[p]);
     }
   }
 
   const CaptureView& view_;
   const CycleStream& stream_;
   const ReplayFault& fault_;
-  std::mt19937_64 random_;
+  std::uint64_t seed_;
   std::vector<std::size_t> input_;                    // signal of each input port
   std::vector<std::pair<std::size_t, Node>> output_;  // signal and node of each output port
   std::vector<Node> reset_node_;
   std::optional<std::size_t> stuck_reset_;
-  std::vector<Word> values_, states_;
-  std::size_t first_cycle_ = ~std::size_t{0};
-  ReplayResult result_;
+  Word zeros_, ones_;  // lanes of fills 0 and 1
 };
 
 std::string escaped(const std::string& name) { return "\\" + name + " "; }
@@ -283,8 +360,13 @@ std::string icarus_vectors(const CycleStream& stream) {
   for (const TestCycle& cycle :
        stream.cycles) {  // two digits a signal: value, and whether it is a clock pulse or compared
     std::string line;
-    for (const char c : cycle.states)
-      line += c == '0' ? "00" : c == '1' ? "10" : c == 'P' ? "01" : c == 'L' ? "01" : c == 'H' ? "11" : "00";
+    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+      const char c = cycle.states[s];
+      if (stream.signals[s].is_input)
+        line += c == '1' ? "10" : c == 'P' ? "01" : is_open(c) ? "x0" : "00";
+      else
+        line += c == 'L' ? "01" : c == 'H' ? "11" : "00";
+    }
     line += '\n';
     for (std::uint64_t i = 0; i < cycle.count; ++i) text += line;
   }

@@ -3,6 +3,7 @@
 // compares.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -13,11 +14,15 @@
 
 namespace meltstage::dft {
 
+/// Ways to fill what is unknown: all 0, all 1, and ten times drawn values.
+inline constexpr std::size_t kFills = 12;
+
 struct ReplayResult {
   std::size_t cycles = 0;
-  std::size_t strobes = 0;  ///< comparisons with H or L
-  std::size_t mismatches = 0;
-  std::string first;  ///< "cycle 12 (pattern 3): so[0]: found 0, expected H"
+  std::size_t strobes = 0;                    ///< comparisons with H or L
+  std::size_t mismatches = 0;                 ///< strobes that fail; in replay(), with one fill at least
+  std::string first;                          ///< "cycle 12 (pattern 3): so[0]: found 0, expected H"
+  std::array<std::size_t, kFills> by_fill{};  ///< of replay(): strobes that fail with each fill
 };
 
 /// A defect put into the netlist for the replay.
@@ -27,10 +32,11 @@ struct ReplayFault {
 };
 
 /// Runs the stream without delays. `view` is the capture view of the netlist with nothing held. With
-/// `scan_enable` named, the stream is cut where that signal rises, and up to 512 pieces run side by side:
-/// each begins with a whole load, so that nothing is carried over; power-up states are drawn from `seed`, so
-/// that a strobe which depends on them shows. Throws InputError when the stream names other ports than the
-/// netlist has.
+/// `scan_enable` named, the stream is cut where that signal rises, and the pieces run side by side: each
+/// begins with a whole load, so that nothing is carried over. What is unknown, the state at the beginning of
+/// each piece and every input in every cycle in which the stream leaves it open, is filled in kFills ways,
+/// the drawn ones from `seed`; a strobe that hangs on it fails. Throws InputError when the stream names other
+/// ports than the netlist has, or leaves a clock open.
 ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable = "",
                     std::uint64_t seed = 1, const ReplayFault& fault = {});
 

@@ -412,8 +412,8 @@ class WglReader {
     const bool input = stream_.signals[s].is_input;
     if (c == '0') return input ? '0' : 'L';
     if (c == '1') return !input ? 'H' : pulsed(s) ? 'P' : '1';
-    if (!input && (c == 'X' || c == '-')) return 'X';
-    fail(line, fmt::format("{} for \"{}\"", c, stream_.signals[s].name), input ? "0 or 1" : "0, 1 or X");
+    if (c == 'X' || c == '-') return input ? 'N' : 'X';
+    fail(line, fmt::format("{} for \"{}\"", c, stream_.signals[s].name), "0, 1 or X");
   }
 
   // scan(tp) := [ 0 1 - X ], output [chain:state, ...], input [chain:state, ...];
@@ -484,8 +484,8 @@ class WglReader {
         const State& loaded = state(name, *of);
         for (std::size_t cell = 0; cell < loaded.bits.size(); ++cell) {
           const char c = loaded.bits[cell];
-          if (c != '0' && c != '1') fail(loaded.line, fmt::format("{} to load", c), "0 or 1");
-          cycles[first + length - 1 - cell].states[of->in] = c;
+          if (c != '0' && c != '1' && c != 'X') fail(loaded.line, fmt::format("{} to load", c), "0, 1 or X");
+          cycles[first + length - 1 - cell].states[of->in] = c == 'X' ? 'N' : c;
         }
       }
       for (const auto& [of, name] : row.unload) {

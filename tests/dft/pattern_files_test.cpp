@@ -44,6 +44,17 @@ TEST(PatternFiles, WglRoundTrip) {
   }
 }
 
+TEST(PatternFiles, InputsThatWglLeavesOpenAreSo) {
+  for (const char open : {'X', '-'}) {
+    std::string text = wgl_text(small_stream());
+    const std::string vector = "[ 0 0 0 0 X X ]";
+    text[text.find(vector) + vector.find("0 X X")] = open;
+    CycleStream expected = small_stream();
+    expected.cycles[0].states = "000NXX";
+    EXPECT_TRUE(same_cycles(parse_wgl(text, "small.wgl"), expected)) << open;
+  }
+}
+
 TEST(PatternFiles, DumpRoundTrip) {
   CycleStream stream = small_stream();
   for (const double drive : {0.0, 5.0}) {
@@ -121,7 +132,7 @@ TEST(PatternFiles, SeededWglDefectsAreRefusedWithLineAndReason) {
       {"undefined timeplate", "vector(tp)", "vector(tq)", "timeplate \"tq\""},
       {"vector too short", "[ 0 0 0 0 X X ]", "[ 0 0 0 0 X ]", "5 values"},
       {"vector too long", "[ 0 0 0 0 X X ]", "[ 0 0 0 0 X X X ]", "7 values"},
-      {"bad value of an input", "[ 0 0 0 0 X X ]", "[ 0 0 0 X X X ]", "X for \"d[1]\""},
+      {"bad value of an input", "[ 0 0 0 0 X X ]", "[ 0 0 0 Z X X ]", "Z for \"d[1]\""},
       {"bad value of an output", "[ 0 0 0 0 X X ]", "[ 0 0 0 0 X 7 ]", "7 for \"q[1]\""},
       {"vector left open", "[ 0 0 0 0 X X ]", "[ 0 0 0 0 X X ", "a vector left open"},
       {"repeat without a number", "repeat 3", "repeat x", "\"x\""},
