@@ -6,6 +6,14 @@
 
 namespace meltstage::dft {
 
+std::vector<std::uint8_t> ScanChain::inverses() const {
+  std::vector<std::uint8_t> result(cells.size() + 1, 0);
+  for (const std::size_t first : inversions) {
+    for (std::size_t cell = first; cell < result.size(); ++cell) result[cell] ^= 1U;
+  }
+  return result;
+}
+
 std::uint64_t cycle_count(const CycleStream& stream) {
   std::uint64_t count = 0;
   for (const TestCycle& cycle : stream.cycles) count += cycle.count;

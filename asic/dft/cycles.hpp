@@ -35,6 +35,12 @@ struct ScanChain {
   std::string name;
   std::string in, out;  ///< port bits
   std::vector<std::string> cells;
+  /// Where it inverts what moves: before the cell of this number; their number: before the output.
+  std::vector<std::size_t> inversions = {};
+
+  /// By cell, whether it holds the inverse of what is shifted in for it; last, whether the output shows the
+  /// inverse of what was shifted in.
+  std::vector<std::uint8_t> inverses() const;
 };
 
 struct CycleStream {

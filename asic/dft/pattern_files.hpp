@@ -23,7 +23,7 @@ class PatternFileError : public std::runtime_error {
 };
 
 /// WGL: signal, timeplate, scancell, scanchain, scanstate, pattern with vector, repeat and scan. One
-/// timeplate, no inversions in chains. Scan rows are shifted out into cycles.
+/// timeplate. Scan rows are shifted out into cycles.
 CycleStream parse_wgl(std::string_view text, const std::string& name);
 
 /// Direction of the signals of a plain VCD, which has none: true for inputs of the device.

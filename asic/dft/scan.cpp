@@ -827,9 +827,7 @@ std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& l
             fmt::format("{}: {}: found no open way to one flop or port while scan is enabled, "
                         "expected a scan chain",
                         netlist.file, before));
-      if (origin.inverted)
-        throw InputError(fmt::format("{}: {}: found an inversion before it in the chain, expected none",
-                                     netlist.file, before));
+      if (origin.inverted) chain.inversions.push_back(chain.cells.size());  // counted from the output
       const std::size_t i = input.at(origin.node);
       if (i < view.input_ports.size()) {
         chain.in = view.input_ports[i];
@@ -840,6 +838,8 @@ std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& l
       }
     }
     std::reverse(chain.cells.begin(), chain.cells.end());
+    std::reverse(chain.inversions.begin(), chain.inversions.end());
+    for (std::size_t& before : chain.inversions) before = chain.cells.size() - before;
     chains.push_back(std::move(chain));
   }
   return chains;

@@ -51,7 +51,7 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
 ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options = {});
 
 /// Chains of a scanned netlist, found by following each bit of its scan output back while scan is enabled.
-/// Throws InputError that names the cell where a chain breaks or inverts.
+/// Throws InputError that names the cell where a chain breaks.
 std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& library,
                                     const ScanOptions& names = {});
 

@@ -166,10 +166,12 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
   struct Place {
     std::size_t in, out;
     std::vector<std::size_t> flops;
+    std::vector<std::uint8_t> inverses;
   };
   std::vector<Place> chains;
   for (const ScanChain& chain : stream.chains) {
-    Place place{index_of(stream.signals, chain.in), index_of(stream.signals, chain.out), {}};
+    Place place{
+        index_of(stream.signals, chain.in), index_of(stream.signals, chain.out), {}, chain.inverses()};
     for (const std::string& cell : chain.cells) {
       const auto found = flop.find(cell);
       if (found == flop.end())
@@ -209,8 +211,10 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
     for (const Place& chain : chains) {
       std::size_t cell = 0;
       for (std::size_t i = at; i-- > 0 && shifts(i) && cell < chain.flops.size();) {
-        if (pulses(i))
-          pattern[ports + chain.flops[cell++]] = stream.cycles[i].states[chain.in] == '1' ? 1 : 0;
+        if (!pulses(i)) continue;
+        const std::uint8_t shifted = stream.cycles[i].states[chain.in] == '1' ? 1 : 0;
+        pattern[ports + chain.flops[cell]] = shifted ^ chain.inverses[cell];
+        ++cell;
       }
       cell = chain.flops.size();
       for (std::size_t i = at + 1; i < stream.cycles.size() && cell > 0; ++i) {

@@ -393,8 +393,9 @@ class Reader {
       expect_word("ScanChain");
       const std::string name = take_name();
       std::size_t length = 0;
-      std::string in, out;
+      std::string in, out, inversion;
       std::vector<std::string> cells;
+      std::vector<std::size_t> inversions;
       const std::size_t line = token_.line;
       expect("{");
       while (!is("}")) {
@@ -403,8 +404,13 @@ class Reader {
         if (word == "ScanLength") length = number(take_word());
         if (word == "ScanIn") in = take_name();
         if (word == "ScanOut") out = take_name();
+        if (word == "ScanInversion") inversion = take_word();
         for (; !is(";") && !is("}") && token_.kind != Token::Kind::end; advance()) {
-          if (word == "ScanCells" && token_.text != "!") cells.push_back(token_.text);
+          if (word != "ScanCells") continue;
+          if (token_.kind == Token::Kind::word && token_.text == "!")
+            inversions.push_back(cells.size());
+          else
+            cells.push_back(token_.text);
         }
         expect(";");
       }
@@ -412,11 +418,17 @@ class Reader {
       if (!cells.empty() && cells.size() != length)
         fail(line, fmt::format("{} cells in ScanChain \"{}\"", cells.size(), name),
              fmt::format("{}, its ScanLength", length));
+      const std::string_view parity = inversions.size() % 2 == 0 ? "0" : "1";
+      if (!cells.empty() && !inversion.empty() && inversion != parity)
+        fail(line,
+             fmt::format("ScanInversion {} and {} marks in the ScanCells of \"{}\"", inversion,
+                         inversions.size(), name),
+             fmt::format("ScanInversion {}", parity));
       for (const std::string& port : {in, out}) {
         if (!port.empty()) members(port, line);
       }
       chain_length_ = std::max(chain_length_, length);
-      stream_.chains.push_back({name, in, out, std::move(cells)});
+      stream_.chains.push_back({name, in, out, std::move(cells), std::move(inversions)});
     }
     expect("}");
   }

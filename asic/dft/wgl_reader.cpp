@@ -183,7 +183,7 @@ class WglReader {
     advance();
   }
 
-  // name [in, cell, ..., out];
+  // name [in, cell, ..., out]; a ! stands where it inverts.
   void read_chains() {
     while (!at("end")) {
       const Token name = token_;
@@ -209,8 +209,10 @@ class WglReader {
              "an input first and an output last");
       ScanChain chain{name.text, members.front().text, members.back().text, {}};
       for (std::size_t i = 1; i + 1 < members.size(); ++i) {
-        if (members[i].text == "!" && !members[i].quoted)
-          fail(members[i].line, fmt::format("an inversion in chain \"{}\"", name.text), "chains without");
+        if (members[i].text == "!" && !members[i].quoted) {
+          chain.inversions.push_back(chain.cells.size());
+          continue;
+        }
         if (cells_.count(members[i].text) == 0)
           fail(members[i].line, fmt::format("scan cell \"{}\"", members[i].text),
                "one of the scancell block");
@@ -463,10 +465,16 @@ class WglReader {
            fmt::format("one of chain \"{}\"", stream_.chains[of.index].name));
     return found->second;
   }
+  static char inverted(char c, bool invert) {
+    if (!invert || (c != '0' && c != '1')) return c;
+    return c == '0' ? '1' : '0';
+  }
   // Scan rows become cycles once all states are known: the bit of the cell before the chain's output moves
-  // first. Shorter chains are loaded with leading zeros.
+  // first. Shorter chains are loaded with leading zeros. States are what cells hold.
   void shift_rows() {
     std::vector<TestCycle> cycles;
+    std::vector<std::vector<std::uint8_t>> inverses;
+    for (const ScanChain& of : stream_.chains) inverses.push_back(of.inverses());
     std::size_t done = 0;
     for (const ScanRow& row : rows_) {
       for (; done < row.at; ++done) cycles.push_back(std::move(stream_.cycles[done]));
@@ -485,14 +493,16 @@ class WglReader {
         for (std::size_t cell = 0; cell < loaded.bits.size(); ++cell) {
           const char c = loaded.bits[cell];
           if (c != '0' && c != '1' && c != 'X') fail(loaded.line, fmt::format("{} to load", c), "0, 1 or X");
-          cycles[first + length - 1 - cell].states[of->in] = c == 'X' ? 'N' : c;
+          cycles[first + length - 1 - cell].states[of->in] =
+              c == 'X' ? 'N' : inverted(c, inverses[of->index][cell]);
         }
       }
       for (const auto& [of, name] : row.unload) {
         const State& shown = state(name, *of);
         for (std::size_t cell = 0; cell < shown.bits.size(); ++cell)
-          cycles[first + shown.bits.size() - 1 - cell].states[of->out] =
-              state_of(of->out, shown.bits[cell], shown.line);
+          cycles[first + shown.bits.size() - 1 - cell].states[of->out] = state_of(
+              of->out, inverted(shown.bits[cell], inverses[of->index][cell] ^ inverses[of->index].back()),
+              shown.line);
       }
     }
     if (rows_.empty()) return;

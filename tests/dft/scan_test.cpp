@@ -278,6 +278,110 @@ TEST(Scan, DumpsWithChainsAreGradedAsTheStilFile) {
   }
 }
 
+// The machine with an inverter in its first chain, before the cell of this number or before the output.
+Netlist with_inverter(std::size_t before) {
+  const Machine& m = machine();
+  const ScanChain& chain = m.design.chains[0];
+  Netlist netlist = m.design.netlist;
+  for (std::size_t i = 0; i < netlist.instances.size(); ++i) {
+    Instance& instance = netlist.instances[i];
+    if (before < chain.cells.size() && instance.name == chain.cells[before]) {
+      Net& in = instance.pins[m.cells.at(instance.type).scan->in];
+      const Net inverted = netlist.next_net++, from = std::exchange(in, inverted);
+      netlist.instances.push_back({"inverter", "INV", {{"A", from}, {"Y", inverted}}});
+      return netlist;
+    }
+    const auto port = std::find_if(netlist.ports.begin(), netlist.ports.end(),
+                                   [](const Port& p) { return p.name == "scan_o"; });
+    if (before == chain.cells.size() && instance.type == "BUF" && instance.pins.at("Y") == port->bits[0]) {
+      instance.type = "INV";
+      return netlist;
+    }
+  }
+  ADD_FAILURE() << "no place for an inverter";
+  return netlist;
+}
+
+// The machine's test, the first chain's output compared in unloads alone: an inverter before it shows.
+ScanTest unloads_of_first_chain() {
+  const Machine& m = machine();
+  ScanTest test = m.test;
+  const std::size_t out = position(m.stream, m.design.chains[0].out) - test.input_count();
+  for (ScanPattern& pattern : test.patterns) pattern.outputs[out] = 'X';
+  return test;
+}
+
+// That test for the netlist with the inverter: what moves through it is turned.
+ScanTest turned(std::size_t before) {
+  ScanTest test = unloads_of_first_chain();
+  const std::size_t length = test.chains[0].cells.size();
+  const auto turn = [](char& bit) {
+    constexpr std::string_view kBits = "01LHX", kTurned = "10HLX";
+    bit = kTurned[kBits.find(bit)];
+  };
+  for (ScanPattern& pattern : test.patterns) {
+    std::string &load = pattern.load[0], &unload = pattern.unload[0];
+    for (std::size_t cell = before; cell < length; ++cell) turn(load[load.size() - 1 - cell]);
+    for (std::size_t cell = 0; cell < std::min(before, length); ++cell) turn(unload[length - 1 - cell]);
+  }
+  return test;
+}
+
+// What is loaded behind the last pattern is 0 in the file's own terms, cells or shifted bits.
+bool same_but_for_the_last_unload(CycleStream a, CycleStream b) {
+  const std::size_t length = machine().test.chain_length();
+  a.cycles.resize(a.cycles.size() - length);
+  b.cycles.resize(b.cycles.size() - length);
+  return same_cycles(a, b);
+}
+
+std::string with_mark(std::string text, const std::string& list, const std::string& name,
+                      const std::string& mark) {
+  const std::size_t at = text.find(name, text.find(list));
+  EXPECT_NE(at, std::string::npos);
+  return text.insert(at, mark);
+}
+
+// Marks of inversions: in WGL the states are what cells hold, in STIL what is shifted. A chain that inverts
+// is replayed and graded as the one that doesn't; a mark in the wrong place is seen.
+TEST(Scan, ChainsThatInvertAreReplayedAndGraded) {
+  const Machine& m = machine();
+  const ScanChain& chain = m.design.chains[0];
+  const auto name = [&](std::size_t cell) {
+    return '"' + (cell < chain.cells.size() ? chain.cells[cell] : chain.out) + '"';
+  };
+  const std::string wgl = wgl_text(unloads_of_first_chain());
+  const Graded plain(expand(unloads_of_first_chain()));
+  for (const std::size_t before : {std::size_t{0}, chain.cells.size() / 2, chain.cells.size()}) {
+    const Netlist netlist = with_inverter(before);
+    const CaptureView inverted = capture_view(netlist, m.cells);
+    EXPECT_THAT(trace_chains(netlist, m.cells)[0].inversions, testing::ElementsAre(before));
+    EXPECT_THAT(trace_chains(netlist, m.cells)[1].inversions, testing::IsEmpty());
+    EXPECT_GT(replay(inverted, m.stream, "scan_en_i").mismatches, 0u) << before;
+
+    const CycleStream from_wgl =
+        parse_wgl(with_mark(wgl, "scanchain\n  \"chain0\"", name(before), "!, "), "machine.wgl");
+    EXPECT_THAT(from_wgl.chains[0].inversions, testing::ElementsAre(before));
+    EXPECT_TRUE(same_but_for_the_last_unload(from_wgl, expand(turned(before)))) << before;
+    EXPECT_EQ(replay(inverted, from_wgl, "scan_en_i").mismatches, 0u) << before;
+    EXPECT_TRUE(Graded(from_wgl) == plain) << before;
+    const std::size_t wrong = before == 0 ? 1 : before - 1;
+    const CycleStream misplaced =
+        parse_wgl(with_mark(wgl, "scanchain\n  \"chain0\"", name(wrong), "!, "), "machine.wgl");
+    EXPECT_GT(replay(inverted, misplaced, "scan_en_i").mismatches, 0u) << before;
+
+    std::string stil = stil_text(turned(before));
+    stil.replace(stil.find("ScanInversion 0"), 15, "ScanInversion 1");
+    const std::string next = before < chain.cells.size() ? name(before) : ";";
+    const CycleStream from_stil = parse_stil(with_mark(stil, "ScanCells", next, "! "), "machine.stil");
+    EXPECT_THAT(from_stil.chains[0].inversions, testing::ElementsAre(before));
+    EXPECT_TRUE(same_but_for_the_last_unload(from_stil, from_wgl)) << before;
+    EXPECT_EQ(replay(inverted, from_stil, "scan_en_i").mismatches, 0u) << before;
+    EXPECT_TRUE(Graded(from_stil) == plain) << before;
+    EXPECT_FALSE(Graded(parse_stil(with_mark(stil, "ScanCells", name(wrong), "! "), "x")) == plain) << before;
+  }
+}
+
 TEST(Scan, ChainsAreTracedInEveryLibrary) {
   for (const char* name : {"machine", "gated"}) {
     const ScanDesign design = insert_scan(circuit_netlist(name), mini_library(), {.chains = 2});
@@ -331,7 +435,7 @@ TEST(Scan, SeededDefectsOfWglScanDataAreRefusedWithLineAndReason) {
       {"scancell\n  \"" + cells[0] + "\";\n", "scancell\n", "scan cell \"" + cells[0] + "\""},
       {"[\"scan_i[0]\", ", "[\"scan_i[9]\", ", "signal \"scan_i[9]\""},
       {"[\"scan_i[0]\", ", "[\"scan_o[0]\", ", "an input first and an output last"},
-      {"[\"scan_i[0]\", ", "[\"scan_i[0]\", !, ", "an inversion in chain \"chain0\""},
+      {"[\"scan_i[0]\", ", "[\"scan_i[0]\", \"!\", ", "scan cell \"!\""},
       {"\"chain1\" [", "\"chain0\" [", "chain \"chain0\" again"},
       {":= \"chain0\"(", ":= \"chain9\"(", "chain \"chain9\""},
       {":= \"chain0\"(", ":= \"chain0\"(0", "bits in state \"chain0_load0\""},

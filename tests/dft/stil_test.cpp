@@ -90,6 +90,8 @@ TEST(Stil, SeededDefectsAreRejectedWithLineAndReason) {
       {"unload too long", "\"so[0]\"=LH", "\"so[0]\"=LHL", "scan data of 3 bits"},
       {"unload too short", "\"so[0]\"=LH", "\"so[0]\"=L", "1 characters for \"so[0]\""},
       {"chain length", "ScanLength 2", "ScanLength 3", "2 cells in ScanChain"},
+      {"inversion without a mark", "ScanInversion 0", "ScanInversion 1", "ScanInversion 1 and 0 marks"},
+      {"mark without an inversion", "    ScanCells", "    ScanCells !", "ScanInversion 0 and 1 marks"},
       {"missing semicolon", "\"_po\"=LHX; }", "\"_po\"=LHX }", "vector data without an end"},
       {"missing brace", "ScanStructures {", "ScanStructures", "expected"},
       {"unknown statement", "Macro \"test_setup\";\n  \"chain", "Makro \"test_setup\";\n  \"chain",
