@@ -667,6 +667,7 @@ int replay_patterns(const Options& options) {
                                  options.patterns.string(), options.on));
   const CellLibrary library = library_of(options);
   const Netlist netlist = read_yosys_json(options.netlist);
+  name_as_ports(stream, netlist);
   ReplayResult result;
   if (options.on == "icarus") {
     const WorkFolder folder;

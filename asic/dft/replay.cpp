@@ -309,6 +309,25 @@ ReplayResult replay(const CaptureView& view, const CycleStream& stream, const st
   return Player(view, single, seed, fault).run(pieces_of(single, scan_enable));
 }
 
+void name_as_ports(CycleStream& stream, const Netlist& netlist) {
+  std::set<std::string> ports;
+  for (const Port& port : netlist.ports) {
+    for (std::size_t i = 0; i < port.bits.size(); ++i) ports.insert(port.bit_name(i));
+  }
+  const auto rename = [&](std::string& name) {
+    const std::size_t bracket = name.find('[');
+    if (bracket == std::string::npos || name.back() != ']' || ports.count(name) != 0) return;
+    const std::string split =
+        name.substr(0, bracket) + "_" + name.substr(bracket + 1, name.size() - bracket - 2);
+    if (ports.count(split) != 0) name = split;
+  };
+  for (TestSignal& signal : stream.signals) rename(signal.name);
+  for (ScanChain& chain : stream.chains) {
+    rename(chain.in);
+    rename(chain.out);
+  }
+}
+
 std::string cell_models(const Netlist& netlist, const CellLibrary& library) {
   std::set<std::string> used;
   for (const Instance& instance : netlist.instances) used.insert(instance.type);
@@ -456,7 +475,8 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
     for (std::size_t s = 0; s < stream.signals.size(); ++s) {
       if (stream.signals[s].name == name) return fmt::format("s{}", s);
     }
-    return std::string();
+    throw InputError(
+        fmt::format("{}: found no signal {}, expected every port of the netlist", stream.title, name));
   };
   std::string instance = escaped(netlist.top) + "dut (";
   const char* separator = "";
@@ -481,7 +501,7 @@ ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library
     write_work(work / "cells.v", cell_models(netlist, library));
   } else {
     cells = fmt::format("'{}'", std::filesystem::absolute(delays.cells).string());
-    specify = "-gspecify -Ttyp ";
+    specify = "-gspecify -Tmax ";  // OpenSTA writes least and longest delays, and no typical ones
   }
   write_work(work / "vectors.txt", icarus_vectors(stream));
   return verdict_of_icarus(

@@ -40,6 +40,10 @@ struct ReplayFault {
 ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable = "",
                     std::uint64_t seed = 1, const ReplayFault& fault = {});
 
+/// Names signals and chain ends as the ports of a laid out netlist, which has one for each bit: a[3] becomes
+/// a_3 where the netlist has no a[3] but an a_3.
+void name_as_ports(CycleStream& stream, const Netlist& netlist);
+
 /// Verilog of the library's cells that the netlist uses: behaviour alone, no delays.
 std::string cell_models(const Netlist& netlist, const CellLibrary& library);
 /// Delays for a run in Icarus: Verilog of the cells with specify blocks, and the SDF file of the netlist's
@@ -49,7 +53,7 @@ struct IcarusDelays {
 };
 
 /// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N strobes, M mismatches". Delays are
-/// annotated from `sdf` where one is named.
+/// annotated from `sdf` where one is named. Throws InputError when a port of the netlist has no signal.
 std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
                          const std::filesystem::path& sdf = {});
 /// Lines of vectors.txt.

@@ -690,7 +690,10 @@ class Reader {
           parameters[signals[i]] = {std::string(1, data[i]), 0, assignment.line};
       }
     }
-    if (!statement.label.empty()) pending_label_ = statement.label;
+    if (!statement.label.empty())
+      pending_label_ = statement.label;
+    else if (macro && depth == 0)
+      pending_label_ = statement.name;
     run(found->second, parameters, depth + 1);
     for (const auto& [signal, parameter] : parameters) {
       if (parameter.used != parameter.data.size())

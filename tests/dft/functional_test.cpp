@@ -304,7 +304,7 @@ TEST(Functional, CountedCyclesAreTheSame) {
   EXPECT_FALSE(same_cycles(stream, counted));
 }
 
-// Every path of every gate takes so long.
+// Every path of every gate takes so long; as OpenSTA writes it, least and longest alone.
 void write_delays(const Netlist& netlist, const CellLibrary& library, double ns,
                   const std::filesystem::path& folder) {
   std::string sdf = "(DELAYFILE (SDFVERSION \"3.0\") (TIMESCALE 1ns)\n",
@@ -318,7 +318,7 @@ void write_delays(const Netlist& netlist, const CellLibrary& library, double ns,
       for (const CellPin& in : cell.pins) {
         if (!out.is_output || in.is_output) continue;
         paths += fmt::format("    ({} => {}) = 0;\n", in.name, out.name);
-        delays += fmt::format(" (IOPATH {} {} ({}) ({}))", in.name, out.name, ns, ns);
+        delays += fmt::format(" (IOPATH {} {} ({}::{}) ({}::{}))", in.name, out.name, ns, ns, ns, ns);
       }
     }
     std::string name;

@@ -487,6 +487,33 @@ TEST(Scan, FileAsWrittenRunsInIcarus) {
   EXPECT_THAT(unknown.first, HasSubstr("found x, expected"));
 }
 
+// A layout has a port for each bit: scan_i[0] of the file is scan_i_0 there.
+TEST(Scan, FileAsWrittenRunsOnSplitPorts) {
+  const Machine& m = machine();
+  Netlist split = m.design.netlist;
+  split.ports.clear();
+  for (const Port& port : m.design.netlist.ports) {
+    for (std::size_t i = 0; i < port.bits.size(); ++i) {
+      const std::string name = port.bits.size() == 1 ? port.name : port.name + "_" + std::to_string(i);
+      split.ports.push_back({name, port.is_input, {port.bits[i]}});
+    }
+  }
+  CycleStream stream = m.stream;
+  const TestFolder folder;
+  EXPECT_THAT([&] { replay_in_icarus(split, mini_library(), stream, folder.path()); },
+              ThrowsMessage<InputError>(HasSubstr("found no signal width_i_0, expected every port")));
+  name_as_ports(stream, split);
+  EXPECT_EQ(stream.chains[1].out, "scan_o_1");
+  for (const ReplayResult& result : {replay(capture_view(split, mini_library()), stream, "scan_en_i"),
+                                     replay_in_icarus(split, mini_library(), stream, folder.path())}) {
+    EXPECT_EQ(result.mismatches, 0u) << result.first;
+    EXPECT_EQ(result.strobes, replay(m.free_view, m.stream).strobes);
+  }
+  CycleStream whole = m.stream;  // names that are ports stay
+  name_as_ports(whole, m.design.netlist);
+  EXPECT_EQ(whole.signals, m.stream.signals);
+}
+
 // Every fault that counts as detected, by simulation or by implication, makes the file fail; one called
 // untestable never does.
 void check_verdicts(const Machine& m) {

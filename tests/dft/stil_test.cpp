@@ -45,6 +45,8 @@ TEST(Stil, ChainsAndLabelsSurvive) {
   EXPECT_EQ(std::count_if(stream.cycles.begin(), stream.cycles.end(),
                           [](const TestCycle& c) { return c.label == "pattern 0"; }),
             1);
+  EXPECT_EQ(stream.cycles[0].label, "test_setup");  // the macro's name
+  EXPECT_EQ(stream.cycles[1].label, "");
 }
 
 TEST(Stil, AnyChangedBitIsSeen) {
