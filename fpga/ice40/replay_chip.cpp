@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// replay_chip RECORDING: the chip's recorded pins (.mvec, docs/formats/mvec.md) on the netlist that was read back from the board's bitstream, each
-// output compared behind each clock. Exits with 1 on a mismatch, 2 when the recording can't be used.
+// replay_chip RECORDING: the chip's recorded pins (.mvec, docs/formats/mvec.md) on the netlist that was read
+// back from the board's bitstream, each output compared behind each clock. Exits with 1 on a mismatch, 2 when
+// the recording can't be used.
 #include <cstdint>
 #include <cstdio>
 #include <exception>
@@ -18,7 +19,8 @@ using meltstage::vectors::Stream;
 
 namespace {
 
-constexpr int kLoadClocks = 32;  // the board holds reset while it counts to 15 after loading
+constexpr std::uint64_t kEnough = 1000;  // mismatches that end a run
+constexpr int kLoadClocks = 32;          // the board holds reset while it counts to 15 after loading
 
 struct Input {
   const char* name;
@@ -29,8 +31,14 @@ struct Output {
   bool (*get)(const Vbitstream& board);
 };
 
-#define BOARD_INPUT(pin) {#pin, [](Vbitstream& board, std::uint64_t level) { board.pin = level != 0; }}
-#define BOARD_OUTPUT(pin) {#pin, [](const Vbitstream& board) { return board.pin != 0; }}
+#define BOARD_INPUT(pin)                                                          \
+  {                                                                               \
+#pin, [](Vbitstream & board, std::uint64_t level) { board.pin = level != 0; } \
+  }
+#define BOARD_OUTPUT(pin)                                        \
+  {                                                              \
+#pin, [](const Vbitstream& board) { return board.pin != 0; } \
+  }
 
 const Input kInputs[] = {
     BOARD_INPUT(rst_ni),
@@ -48,14 +56,17 @@ const Input kInputs[] = {
     {"test_mode_i", [](Vbitstream& board, std::uint64_t level) { board.test_mode_ni = level == 0; }},
 };
 const Output kOutputs[] = {
-    BOARD_OUTPUT(uart_tx_o), BOARD_OUTPUT(uart_de_o),  BOARD_OUTPUT(tlm_tx_o), BOARD_OUTPUT(spi_sclk_o), BOARD_OUTPUT(spi_cs_no),
-    BOARD_OUTPUT(spi_mosi_o), BOARD_OUTPUT(heater_o), BOARD_OUTPUT(safe_en_o), BOARD_OUTPUT(fault_no),  BOARD_OUTPUT(at_temp_o),
+    BOARD_OUTPUT(uart_tx_o), BOARD_OUTPUT(uart_de_o),  BOARD_OUTPUT(tlm_tx_o), BOARD_OUTPUT(spi_sclk_o),
+    BOARD_OUTPUT(spi_cs_no), BOARD_OUTPUT(spi_mosi_o), BOARD_OUTPUT(heater_o), BOARD_OUTPUT(safe_en_o),
+    BOARD_OUTPUT(fault_no),  BOARD_OUTPUT(at_temp_o),
 };
 
 std::uint32_t pin_named(const Header& header, const std::string& name) {
   for (std::uint32_t pin = 0; pin < header.pins.size(); ++pin)
     if (header.pins[pin].name == name) return pin;
-  throw std::runtime_error("the recording has no pin " + name + ", expected the chip's pins, as `meltstage vectors functional --board` records them");
+  throw std::runtime_error(
+      "the recording has no pin " + name +
+      ", expected the chip's pins, as `meltstage vectors functional --board` records them");
 }
 
 int replay(const char* path) {
@@ -84,12 +95,13 @@ int replay(const char* path) {
       const bool recorded = at.value(outputs[i]) != 0;
       if (kOutputs[i].get(board) == recorded) continue;
       if (++mismatches <= 3)
-        std::printf("clock %llu: %s is %d, recorded %d\n", static_cast<unsigned long long>(at.cycle()), kOutputs[i].name, !recorded, recorded);
+        std::printf("clock %llu: %s is %d, recorded %d\n", static_cast<unsigned long long>(at.cycle()),
+                    kOutputs[i].name, !recorded, recorded);
     }
     ++clocks;
-  } while (at.step());
-  std::printf("%llu clocks of the chip's recorded pins, %llu mismatches\n", static_cast<unsigned long long>(clocks),
-              static_cast<unsigned long long>(mismatches));
+  } while (mismatches < kEnough && at.step());
+  std::printf("%llu clocks of the chip's recorded pins, %llu mismatches\n",
+              static_cast<unsigned long long>(clocks), static_cast<unsigned long long>(mismatches));
   return mismatches == 0 ? 0 : 1;
 }
 
@@ -97,7 +109,8 @@ int replay(const char* path) {
 
 int main(int argc, char** argv) {
   try {
-    if (argc != 2) throw std::runtime_error("found " + std::to_string(argc - 1) + " arguments, expected RECORDING");
+    if (argc != 2)
+      throw std::runtime_error("found " + std::to_string(argc - 1) + " arguments, expected RECORDING");
     return replay(argv[1]);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "replay_chip: %s\n", error.what());

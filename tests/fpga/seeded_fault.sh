@@ -3,6 +3,7 @@
 # seeded_fault.sh flipped_lut_bit|flipped_file_bit|grown_block FOLDER FPGA MELTSTAGE: passes when the flow's check finds the fault in a copy of a
 # finished bitstream.
 set -euo pipefail
+source "${BASH_SOURCE%/*}/flip_lut_bit.sh"
 fault=$1 folder=$2 fpga=$3 meltstage=$4
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -10,16 +11,7 @@ cp -r "$folder/." "$work"
 cd "$work"
 case $fault in
 flipped_lut_bit)
-  # the look-up table before the flop that drives the output pin: one bit of it that can be reached
-  read -r x y n < <(sed -nE 's#^/\* FF +([0-9]+) +([0-9]+) +([0-9]+) \*/.*serial_o <=.*#\1 \2 \3#p' bitstream.v)
-  table() { icebox_vlog -s -n bitstream -p "$fpga/ice40/hx8k.pcf" "$1" | grep "LUT  *$x  *$y  *$n "; }
-  for column in 37 38 39 40 41 42 43 44 45 46; do
-    awk -v x="$x" -v y="$y" -v line="$((2 * n + 1))" -v column="$column" '
-      /^\./ { inside = ($1 == ".logic_tile" && $2 == x && $3 == y); at = 0 }
-      inside && ++at == line + 1 { bit = substr($0, column, 1); $0 = substr($0, 1, column - 1) (1 - bit) substr($0, column + 1) }
-      { print }' unpacked.asc >flipped.asc
-    [ "$(table flipped.asc)" = "$(table unpacked.asc)" ] || break
-  done
+  flip_lut_bit "$fpga/ice40/hx8k.pcf" serial_o
   icepack flipped.asc harness.bin
   rm -rf bitstream.v replay.txt bitstream.dir
   { make -s -C "$fpga" BOARD=hx8k TOP=tc_sysctrl REPLAY_CLOCKS=20000 out="$work" "$work/replay.txt" 2>&1 || true; } | tee log

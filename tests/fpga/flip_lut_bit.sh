@@ -1,0 +1,17 @@
+# shellcheck shell=bash
+# SPDX-License-Identifier: Apache-2.0
+# Sourced. flip_lut_bit PLACES SIGNAL: flipped.asc from unpacked.asc, with one bit changed in the look-up table before the flop SIGNAL of bitstream.v: the
+# first bit that can be reached.
+flip_lut_bit() {
+  local places=$1 signal=$2 x y n column
+  read -r x y n < <(sed -nE 's#^/\* FF +([0-9]+) +([0-9]+) +([0-9]+) \*/.*'"$signal"' <=.*#\1 \2 \3#p' bitstream.v)
+  table() { icebox_vlog -s -n bitstream -p "$places" "$1" | grep "LUT  *$x  *$y  *$n "; }
+  for column in 37 38 39 40 41 42 43 44 45 46; do
+    awk -v x="$x" -v y="$y" -v line="$((2 * n + 1))" -v column="$column" '
+      /^\./ { inside = ($1 == ".logic_tile" && $2 == x && $3 == y); at = 0 }
+      inside && ++at == line + 1 { bit = substr($0, column, 1); $0 = substr($0, 1, column - 1) (1 - bit) substr($0, column + 1) }
+      { print }' unpacked.asc >flipped.asc
+    [ "$(table flipped.asc)" = "$(table unpacked.asc)" ] || return 0
+  done
+  return 1
+}
