@@ -84,18 +84,21 @@ module tc_atune #(
 
   // ---- Relay -------------------------------------------------------------------------------------------------------------
 
+  localparam logic signed [16:0] TurnOn = -tc_pkg::TuneHysteresis;
+  logic signed [15:0] pv_inverse;              // x - y is ~(y + ~x): one inverse for both differences from pv_i
   logic signed [16:0] above;
   logic               turns_off, turns_on, relay_on, searching;
-  assign above     = 17'(pv_i) - 17'(sp_work_i);
+  assign pv_inverse = ~pv_i;
+  assign above     = ~(17'(sp_work_i) + 17'(pv_inverse));
   assign searching = phase_q == Approach || phase_q == Cycle;
-  assign turns_off = on_q && above >= tc_pkg::TuneHysteresis;
-  assign turns_on  = !on_q && above <= -tc_pkg::TuneHysteresis;
+  assign turns_off = on_q && !tc_math_pkg::less(36'(above), 36'(tc_pkg::TuneHysteresis));
+  assign turns_on  = !on_q && !tc_math_pkg::more(36'(above), 36'(TurnOn));
   assign relay_on  = turns_on || (on_q && !turns_off);
 
   logic signed [20:0] filt_gap;
   logic signed [19:0] filt_now;
   logic signed [15:0] filt_temp;
-  assign filt_gap  = (21'(pv_i) <<< 4) - 21'(filt_q);
+  assign filt_gap  = ~(21'(filt_q) + {pv_inverse[15], pv_inverse, 4'hF});
   assign filt_now  = filt_q + 20'(filt_gap >>> 3);
   assign filt_temp = filt_now[19:4];
 
@@ -109,7 +112,7 @@ module tc_atune #(
   logic               warm;
   assign delta = duty_on_q - duty_off_q;
   assign rise  = 17'(sp_work_i) - 17'(amb_i);
-  assign warm  = rise > 17'sd0;                // a set-point at ambient holds without duty
+  assign warm  = !rise[16] && rise != 17'sd0;               // a set-point at ambient holds without duty
 
   logic [17:0] x, k, y;
   always_comb begin
@@ -133,10 +136,11 @@ module tc_atune #(
   end
 
   logic [18:0] partial, rest;
+  logic [18:0] rest_less;
   logic        fits;
   assign partial = {1'b0, acc_q[35:18]} + (acc_q[0] ? {1'b0, x} : 19'd0);
   assign rest    = {rem_q, acc_q[35]};
-  assign fits    = rest >= {1'b0, y};
+  assign {fits, rest_less} = {1'b1, rest} - {2'd0, y};
 
   logic [16:0] quotient17;
   logic [15:0] quotient16;
@@ -145,10 +149,13 @@ module tc_atune #(
 
   // Hold duty: mean duty of the relay. The relay is centred on it as far as 0 .. duty_max_i allow.
   logic [17:0] mean, twice;
+  logic [17:0] twice_less;
+  logic        twice_fits;                     // not below duty_max_i
   logic [16:0] hold_now;
   assign mean     = {1'b0, duty_off_q} + {1'b0, quotient17};
-  assign hold_now = mean > {1'b0, duty_max_i} ? duty_max_i : mean[16:0];
+  assign hold_now = tc_math_pkg::more({18'd0, mean}, {19'd0, duty_max_i}) ? duty_max_i : mean[16:0];
   assign twice    = {hold_now, 1'b0};
+  assign {twice_fits, twice_less} = {1'b1, twice} - {2'd0, duty_max_i};
 
   // Low-pass of the derivative, about TU / 50: 2^n control periods.
   function automatic logic [15:0] filter_of(input logic [17:0] quarters);
@@ -169,7 +176,7 @@ module tc_atune #(
   end
 
   logic expired;
-  assign expired = limit_q >= Limit;
+  assign expired = !tc_math_pkg::less({22'd0, limit_q}, {22'd0, Limit});
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -209,8 +216,8 @@ module tc_atune #(
         filt_q <= filt_now;
         on_q   <= relay_on;
         if (relay_on != on_q) limit_q <= 14'd0;
-        if (filt_temp > max_q) max_q <= filt_temp;
-        if (filt_temp < min_q) min_q <= filt_temp;
+        if (tc_math_pkg::less(36'(max_q), 36'(filt_temp))) max_q <= filt_temp;
+        if (tc_math_pkg::more(36'(min_q), 36'(filt_temp))) min_q <= filt_temp;
         ticks_q    <= ticks_q + 16'd1;
         on_ticks_q <= on_ticks_q + {15'd0, relay_on};
         if (turns_on) begin
@@ -240,7 +247,7 @@ module tc_atune #(
           acc_q <= {partial, acc_q[17:1]};
         end else begin
           acc_q <= {acc_q[34:0], fits};
-          rem_q <= fits ? 18'(rest - {1'b0, y}) : rest[17:0];
+          rem_q <= fits ? rest_less[17:0] : rest[17:0];
         end
       end
 
@@ -248,8 +255,8 @@ module tc_atune #(
       if (phase_q == Centre && md_q > MdLast) begin
         if (cycles_q <= tc_pkg::TuneAdaptCycles) begin
           hold_q     <= hold_now;
-          duty_on_q  <= twice > {1'b0, duty_max_i} ? duty_max_i : twice[16:0];
-          duty_off_q <= twice > {1'b0, duty_max_i} ? twice[16:0] - duty_max_i : 17'd0;
+          duty_on_q  <= twice_fits ? duty_max_i : twice[16:0];
+          duty_off_q <= twice_fits ? twice_less[16:0] : 17'd0;
         end else begin
           sum_ticks_q <= sum_ticks_q + {2'd0, ticks_q};
           sum_on_q    <= sum_on_q + {2'd0, on_ticks_q};
@@ -319,6 +326,9 @@ module tc_atune #(
   assign state_o    = {5'd0, cycles_q, 5'd0, end_q};
   assign ku_o       = ku_q;
   assign tu_o       = sum_ticks_q[17:16] != 2'd0 ? 16'hFFFF : sum_ticks_q[15:0];
+
+  logic unused;
+  assign unused = ^{rest_less[18], twice_less[17]};
 
 `ifndef SYNTHESIS
   `TC_ASSERT_SETUP

@@ -36,16 +36,17 @@ module tc_quality #(
   logic [31:0]        on_q;
 
   logic               restart, in_window;
-  logic signed [16:0] error, excess;
+  logic signed [16:0] error, opposite, excess;
   logic [16:0]        size;
   logic [15:0]        size16;
   assign restart = run_i && (!run_q || target_i != target_q);
   assign error   = 17'(pv_i) - 17'(target_i);
-  assign excess  = up_q ? error : -error;
-  assign size    = error < 17'sd0 ? 17'(-error) : 17'(error);
+  assign opposite = -error;
+  assign excess  = up_q ? error : opposite;
+  assign size    = error[16] ? opposite : error;
   assign size16  = size[16] ? 16'hFFFF : size[15:0];
   // 1/320 degC on both sides: 5 x 1/64 and 32 x 0.1.
-  assign in_window  = 21'(size) * 21'd5 <= {window_i, 5'd0};
+  assign in_window  = !tc_math_pkg::less({15'd0, window_i, 5'd0}, {16'd0, {1'b0, size, 2'd0} + {3'd0, size}});
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -65,7 +66,7 @@ module tc_quality #(
       run_q <= run_i;
       if (restart) begin
         target_q  <= target_i;
-        up_q      <= target_i >= pv_i;
+        up_q      <= error[16] || error == 17'sd0;
         in_band_q <= 1'b0;
         reached_q <= 1'b0;
         peak_q    <= pv_i;
@@ -79,9 +80,9 @@ module tc_quality #(
         if (tenth_i && since_q != 16'hFFFF) since_q <= since_q + 16'd1;
         if (at_temp_i) reached_q <= 1'b1;
         if (sample_i) begin
-          if (pv_i > peak_q) peak_q <= pv_i;
-          if (excess > $signed({1'b0, over_q})) over_q <= excess[15:0];
-          if (reached_q && size16 > error_q) error_q <= size16;
+          if (tc_math_pkg::less(36'(peak_q), 36'(pv_i))) peak_q <= pv_i;
+          if (tc_math_pkg::less({20'd0, over_q}, 36'(excess))) over_q <= excess[15:0];
+          if (reached_q && tc_math_pkg::less({20'd0, error_q}, {20'd0, size16})) error_q <= size16;
           in_band_q <= in_window;
           if (!in_window) band_q <= 16'hFFFF;
           else if (!in_band_q) band_q <= since_q;
