@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include "app/functional_session.hpp"
 #include "cmodel/spec.hpp"
@@ -386,14 +387,33 @@ class Pieces {
     for (const unsigned length : {255U, 256U, 257U, 300U}) s_.unanswered(tb::raw_frame(any_bytes(length)));
     for (const unsigned clocks : {1U, 4U, 8U, 14U}) s_.glitch(clocks);
     s_.read_inputs();
-    if (!quick_) {
-      for (unsigned i = 0; i < 270; ++i) s_.unanswered(tb::raw_frame(any_bytes(4)));
-      s_.read_inputs();
+    counted_frames();
+  }
+
+  // Each fault of the line counts up: a character at a time, a frame of one byte, a broadcast without an
+  // answer.
+  void counted_frames() {
+    s_.begin("Modbus: counts of damaged characters, CRC errors and messages");
+    constexpr double kEnds_bits = 30, kSilence_bits = 40;  // gives an incomplete frame up; ends a whole one
+    tb::ModbusRequest damaged = tb::raw_frame(any_bytes(often(16600, 270)));
+    for (tb::UartChar& character : damaged.frame) character.wrong_parity = true;
+    s_.unanswered(damaged);
+    tb::ModbusRequest single = tb::raw_frame(any_bytes(often(4200, 70)));
+    for (tb::UartChar& character : single.frame) character.gap_bits = kEnds_bits;
+    s_.unanswered(single);
+    const std::uint8_t who[] = {0, 17};
+    tb::ModbusRequest broadcasts;
+    for (unsigned i = 0; i < often(2100, 70); ++i) {
+      tb::ModbusRequest one = tb::with_crc(who);
+      one.frame.front().gap_bits = kSilence_bits;
+      broadcasts.frame.insert(broadcasts.frame.end(), one.frame.begin(), one.frame.end());
     }
+    s_.unanswered(broadcasts);
+    s_.read_inputs();
   }
 
   void line_settings() {
-    s_.begin("line: baud rates, formats, addresses");
+    s_.begin("line: baud rates, formats, addresses, telemetry at each");
     struct Setting {
       std::uint16_t baud, format;
       std::uint8_t address;
@@ -409,6 +429,11 @@ class Pieces {
       s_.ask(tb::report_server_id(s_.address()));
       s_.read_inputs();
       s_.unanswered(tb::raw_frame(any_bytes(5)));
+      constexpr std::uint64_t kFrames = 50000;  // clocks
+      set(spec::kRegTlmPeriod, 1);
+      s_.run(kFrames);
+      set(spec::kRegTlmPeriod, 0);
+      s_.run(kFrames);  // to the end of the last; a new rate waits for that
     }
   }
 
@@ -656,6 +681,41 @@ class Pieces {
     }
   }
 
+  // From a set-point in the middle of the range, with the relay on and off for so many control periods each
+  // cycle and a swing of this height, to the end.
+  void relay_run(std::int32_t swing, std::initializer_list<std::pair<unsigned, unsigned>> cycles) {
+    constexpr std::int32_t kMiddle = 2300;
+    write_all(now_ = calm());
+    set(spec::kRegSetpoint, kMiddle);
+    set(spec::kRegTs, 10);
+    sample(static_cast<std::int16_t>(of_tenths(kMiddle) - 40));
+    s_.ticks();
+    heat();
+    s_.command(spec::kCmdTune);
+    for (const auto& [on, off] : cycles) {
+      s_.set_temperature(static_cast<std::int16_t>(of_tenths(kMiddle) - swing));
+      s_.ticks(on);
+      s_.set_temperature(static_cast<std::int16_t>(of_tenths(kMiddle) + swing));
+      s_.ticks(off);
+    }
+    s_.set_temperature(static_cast<std::int16_t>(of_tenths(kMiddle) - swing));
+    s_.ticks(3);
+    if (s_.chip().atune.tuning()) s_.fail("self-tuning has not ended");
+    look();
+    s_.read_holding();
+    s_.command(spec::kCmdStop);
+  }
+  // Sums of many bits: the largest swings, and cycles of thousands of control periods.
+  void long_relay_cycles() {
+    s_.begin("self-tuning: largest swings, longest cycles");
+    constexpr std::int32_t kLargest = 17200;
+    relay_run(kLargest, {{4, 4}, {40, 40}, {40, 40}, {40, 40}, {40, 45}, {50, 41}, {44, 44}, {47, 42}});
+    if (quick_) return;
+    relay_run(kLargest / 3,
+              {{4, 4}, {30, 3}, {3, 40}, {25, 90}, {1040, 1100}, {1040, 30}, {1060, 20}, {1000, 120}});
+    relay_run(200, {{4, 4}, {600, 20}, {8, 700}, {90, 30}, {60, 130}, {180, 90}, {20, 11}, {300, 400}});
+  }
+
   void self_tuning() {
     s_.begin("self-tuning: finished with different plants, stopped, out of time");
     constexpr unsigned kEnough = 40;  // turns
@@ -682,6 +742,7 @@ class Pieces {
       s_.read_holding();
       s_.command(spec::kCmdStop);
     }
+    long_relay_cycles();
     // No switch of the relay for its time: ends with heating off.
     write_all(now_ = calm());
     set(spec::kRegSetpoint, 3000);
@@ -726,6 +787,43 @@ class Pieces {
       s_.write(spec::kRegPwmPrescale, values);
       s_.ticks(2);
     }
+    s_.command(spec::kCmdStop);
+    look();
+    long_pulses();
+  }
+
+  // Each waited for, so that all bits of both counters and of what is carried to the next period move.
+  void long_pulses() {
+    s_.begin("PWM: periods and prescalers of all bits, run to their end");
+    start_work();
+    set(spec::kRegMode, 1);
+    s_.ticks();
+    heat();
+    for (unsigned i = 0; i < often(40, 4); ++i) {
+      constexpr std::int32_t kLongest = 65535, kWhole = 10000;  // counts; duty
+      const std::int32_t period = i % 4 == 0 ? kLongest - any_size(0, 20000) : any_size(1000, kLongest);
+      const std::int32_t shortest = one_in(3) ? 0 : any_size(0, period / 2);
+      // Pulses and gaps right at the shortest as often as any.
+      const std::int32_t edge =
+          std::min(shortest * kWhole / period + static_cast<std::int32_t>(below(9)) - 4, kWhole);
+      const std::int32_t duty = one_in(2)   ? in_range(spec::kRegManualDuty)
+                                : one_in(2) ? std::max(edge, 0)
+                                            : std::min(kWhole - edge, kWhole);
+      set(spec::kRegManualDuty, duty);
+      set(spec::kRegCtrl, one_in(4) ? 0 : 0x10);
+      const std::int32_t values[] = {0, period, shortest};
+      s_.write(spec::kRegPwmPrescale, values);
+      s_.run(3 * static_cast<std::uint64_t>(period));
+    }
+    for (unsigned i = 0; i < often(16, 2); ++i) {
+      set(spec::kRegManualDuty, in_range(spec::kRegManualDuty));
+      const std::int32_t values[] = {i == 0 ? 65535 : any_size(1000, 65535),
+                                     2 + static_cast<std::int32_t>(below(3)), 0};
+      s_.write(spec::kRegPwmPrescale, values);
+      s_.run(static_cast<std::uint64_t>(values[0]) * static_cast<std::uint64_t>(values[1] + 1));
+    }
+    const std::int32_t brief[] = {0, 3000, 0};
+    s_.write(spec::kRegPwmPrescale, brief);
     s_.command(spec::kCmdStop);
     look();
   }
@@ -918,7 +1016,7 @@ class Pieces {
     s_.begin("protection: Excursion and at-temperature, right at the limit, times of any size");
     start_work();
     for (unsigned i = 0; i < often(12, 5); ++i) {
-      const std::int32_t setpoint = 300 + static_cast<std::int32_t>(below(3000));
+      const std::int32_t setpoint = 300 + 5 * static_cast<std::int32_t>(below(600));  // whole 1/64 degC
       heat_calmly(setpoint, 100);
       const std::int32_t over = any_size(40, 6000), time = any_size(1, 1200), dwell = any_size(1, 1200);
       const bool trips = i % 3 != 0, inside = one_in(2);
@@ -1124,11 +1222,11 @@ class Pieces {
     limits_of_any_size();
   }
 
-  // Counts of 0.1 s past 16,384, as many at a time as can be; telemetry shows the time left of the
-  // watchdog.
-  void long_times() {
-    const std::uint64_t all = std::uint64_t{quick_ ? 3000U : 16600U} * kTestTenth;
-    s_.begin("long times: loop break, hold power, excursion, at-temperature, watchdog");
+  std::uint64_t long_time() const { return std::uint64_t{quick_ ? 3000U : 58000U} * kTestTenth; }
+
+  // Counts of 0.1 s to their top, as many at a time as can be; telemetry shows the time left of the watchdog.
+  void long_heating() {
+    s_.begin("long times: hold power, excursion, at-temperature, watchdog");
     start_work();
     heat_calmly(1000, 2000);
     Parameters p = now_;
@@ -1148,29 +1246,86 @@ class Pieces {
     p[spec::kRegAtWindow] = 1000;
     p[spec::kRegAtDwell] = kTopTime;
     p[spec::kRegExcLimit] = 10;
-    p[spec::kRegExcTime] = p[spec::kRegHoldTime] = p[spec::kRegLbaTime] = kTopTime;
+    p[spec::kRegExcTime] = p[spec::kRegHoldTime] = kTopTime;
     p[spec::kRegHostWd] = kTopTime;
     write_range(p, spec::kRegSetpoint, spec::kRegHoldTime);
     s_.ticks(2);
     s_.set_temperature(of_tenths(1050));
-    s_.run(all);
+    s_.run(long_time());
+    expect_heating();
     look();
     s_.ticks();
     look();
+    if (!quick_) {
+      constexpr std::uint64_t kToTheTop = 10000;  // 0.1 s
+      for (std::uint64_t i = 0; i < kToTheTop && heating(); ++i) s_.run(kTestTenth);
+      if (heating()) s_.fail("no detector tripped at its top");
+    }
+    look();
+  }
 
+  void long_zero_duty() {
     s_.begin("long times: rise at zero duty, frozen sample, telemetry");
     start_work();
-    heat_calmly(1000, 2000);
+    heat_calmly(1000, 10);
     set(spec::kRegMode, 1);
     set(spec::kRegLbaTime, kTopTime);
     set(spec::kRegZeroWait, kTopTime);
     set(spec::kRegZeroRise, 80);
     set(spec::kRegTlmPeriod, 43690);
     s_.ticks();
-    s_.run(all);
+    s_.run(long_time());
+    expect_heating();
     look();
+  }
+
+  void long_full_duty() {
+    s_.begin("long times: full duty without a rise, its limit moved ahead of the count");
+    start_work();
+    heat_calmly(1000, 60);
+    set(spec::kRegCtrl, 0x10);
+    set(spec::kRegBandFull, 0);
+    set(spec::kRegLbaRise, 20);
+    set(spec::kRegSetpoint, kSetpointTop);
+    s_.ticks(2);
+    set(spec::kRegLbaTime, kTopTime);
+    const std::int32_t top = quick_ ? 1500 : 33000;
+    for (std::int32_t count = s_.chip().guard.lba_q; count < top; count = s_.chip().guard.lba_q) {
+      set(spec::kRegLbaTime, clamp_to(spec::kRegLbaTime, count + 2000 + any_size(0, 30000)));
+      s_.run(1000 * kTestTenth);
+      expect_heating();
+    }
+    set(spec::kRegLbaTime, s_.chip().guard.lba_q + 1500);
+    expect_trip(spec::kFaultNotHeating, 1700);
+  }
+
+  // Nothing latches with the heater off, so limits may be anywhere.
+  void long_without_samples() {
+    s_.begin("long times: no good sample, rise at zero duty, limits on either side");
+    start_work();
+    set(spec::kRegTs, 10);
+    set(spec::kRegZeroWait, kTopTime);
+    s_.ticks(2);
+    s_.sensor().set(0xFFFF, 16, 0);
+    constexpr unsigned kLooks = 60;
+    for (unsigned i = 0; i < kLooks; ++i) {
+      s_.run(long_time() / kLooks);
+      const std::int32_t near = s_.chip().guard.stale_q + (one_in(2) ? 1 : -1) * any_size(1, 3000);
+      const std::int32_t limit = clamp_to(spec::kRegSampleTimeout, near);
+      set(spec::kRegSampleTimeout, limit);
+      s_.ticks(2);
+      expect_cause(spec::kFaultSensorStale, s_.chip().guard.stale_q >= limit);
+      s_.read_loop();
+    }
     write_all(now_ = calm());
     sample(of_tenths(1000));
+  }
+
+  void long_times() {
+    long_heating();
+    long_zero_duty();
+    long_full_duty();
+    long_without_samples();
   }
 
   void reset_in_operation() {
