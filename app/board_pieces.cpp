@@ -177,7 +177,8 @@ class BoardPieces {
     const std::array<std::uint8_t, 6> unknown_function = {s_.address(), 5, 0, 0, 0, 0};
     const std::array<std::uint8_t, 8> wrong_crc = {s_.address(), 3, 1, 0, 0, 1, 0, 0};
     const auto neighbour = static_cast<std::uint8_t>(s_.address() + 1);
-    s_.refused(tb::write_single_register(s_.address(), register_address(spec::kRegSetpoint), kSetpointTop + 1), 3);
+    s_.refused(
+        tb::write_single_register(s_.address(), register_address(spec::kRegSetpoint), kSetpointTop + 1), 3);
     s_.refused(tb::read_holding_registers(s_.address(), register_address(spec::kHoldingCount), 1), 2);
     s_.refused(tb::with_crc(unknown_function), 1);
     s_.unanswered(tb::raw_frame(wrong_crc));
