@@ -1224,9 +1224,8 @@ class Pieces {
 
   std::uint64_t long_time() const { return std::uint64_t{quick_ ? 3000U : 58000U} * kTestTenth; }
 
-  // Counts of 0.1 s to their top, as many at a time as can be; telemetry shows the time left of the watchdog.
-  void long_heating() {
-    s_.begin("long times: hold power, excursion, at-temperature, watchdog");
+  // Counts of 0.1 s, as many at a time as can be.
+  void count_while_heating() {
     start_work();
     heat_calmly(1000, 2000);
     Parameters p = now_;
@@ -1251,8 +1250,15 @@ class Pieces {
     write_range(p, spec::kRegSetpoint, spec::kRegHoldTime);
     s_.ticks(2);
     s_.set_temperature(of_tenths(1050));
+    now_ = p;
     s_.run(long_time());
     expect_heating();
+  }
+
+  // To their top; telemetry shows the time left of the watchdog.
+  void long_heating() {
+    s_.begin("long times: hold power, excursion, at-temperature, watchdog");
+    count_while_heating();
     look();
     s_.ticks();
     look();
@@ -1261,6 +1267,21 @@ class Pieces {
       for (std::uint64_t i = 0; i < kToTheTop && heating(); ++i) s_.run(kTestTenth);
       if (heating()) s_.fail("no detector tripped at its top");
     }
+    look();
+  }
+
+  void long_heating_limits() {
+    s_.begin("long times: the limits of hold power and excursion fall below their counts");
+    count_while_heating();
+    look();                                                // the watchdog begins anew
+    const std::uint16_t all_high = quick_ ? 3072 : 61440;  // bits that the limits then don't have
+    while (heating() && s_.chip().guard.exc_q < all_high) s_.run(kTestTenth);
+    expect_heating();
+    now_[spec::kRegExcTime] = now_[spec::kRegHoldTime] = 1;
+    write_range(now_, spec::kRegExcTime, spec::kRegHoldTime);
+    s_.ticks();
+    if (faults() != (bit(spec::kFaultExcursion) | bit(spec::kFaultHoldPower)))
+      s_.fail("found faults " + std::to_string(faults()) + ", expected Excursion and HoldPower");
     look();
   }
 
@@ -1276,6 +1297,13 @@ class Pieces {
     s_.ticks();
     s_.run(long_time());
     expect_heating();
+    look();
+    set(spec::kRegZeroWait, 0);  // below its count: nothing has risen
+    s_.ticks();
+    expect_heating();
+    set(spec::kRegLbaTime, 1);
+    s_.ticks();
+    if (faults() != bit(spec::kFaultSensorStale)) s_.fail("a frozen sample did not trip");
     look();
   }
 
@@ -1323,6 +1351,7 @@ class Pieces {
 
   void long_times() {
     long_heating();
+    long_heating_limits();
     long_zero_duty();
     long_full_duty();
     long_without_samples();

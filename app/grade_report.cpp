@@ -5,8 +5,11 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <charconv>
+#include <optional>
 
 #include "asic/dft/error.hpp"
+#include "asic/dft/parities.hpp"
 #include "asic/dft/places.hpp"
 
 namespace meltstage::app {
@@ -30,8 +33,56 @@ struct LineReasons {
   std::int8_t level = -1;  // that it keeps, where that is known
 };
 
+// Word and bit of flop `name`, "u.mem[7][3]" where `words` holds "u.mem[".
+struct WordBit {
+  std::string word;
+  unsigned bit;
+};
+std::optional<WordBit> word_bit(const std::string& name, const std::vector<std::string>& words) {
+  const std::size_t open = name.rfind('[');
+  if (!is_any_of(name, words) || !name.ends_with(']') || open < 2 || name[open - 1] != ']') return {};
+  WordBit result{name.substr(0, open), 0};
+  const char* end = name.data() + name.size() - 1;
+  const auto [rest, error] = std::from_chars(name.data() + open + 1, end, result.bit);
+  if (error != std::errc() || rest != end) return {};
+  return result;
+}
+
+// Of a rule's words, the sums that never change. Bits that are no flop do not either.
+std::vector<Parity> parities_of(const CaptureView& view, const std::vector<std::string>& places,
+                                const Unreached& rule) {
+  std::map<std::string, std::map<unsigned, Node>> words;
+  for (std::size_t k = 0; k < view.flops.size(); ++k) {
+    const Node flop = view.circuit.inputs()[view.input_ports.size() + k];
+    if (const auto place = word_bit(places[flop], rule.words)) words[place->word][place->bit] = flop;
+  }
+  std::vector<Parity> result;
+  for (const auto& [word, bits] : words) {
+    for (const std::vector<unsigned>& parity : rule.parities) {
+      Parity flops;
+      for (const unsigned bit : parity)
+        if (const auto flop = bits.find(bit); flop != bits.end()) flops.push_back(flop->second);
+      if (!flops.empty()) result.push_back(std::move(flops));
+    }
+  }
+  return result;
+}
+
+// The level of each of `idle` that a rule's words leave it, with `held` ports at 0.
+std::vector<std::int8_t> levels_of_words(const CaptureView& view, const std::vector<std::string>& places,
+                                         const Unreached& rule, const std::vector<std::uint8_t>& held,
+                                         const std::vector<Node>& idle) {
+  const std::size_t ports = view.input_ports.size();
+  std::vector<std::int8_t> reset(held.size(), 0);
+  for (std::size_t k = 0; k < view.flops.size(); ++k)
+    reset[ports + k] = view.flops[k].has_reset && view.flops[k].reset_value ? 1 : 0;
+  std::vector<std::uint8_t> ports_held(held.begin(), held.begin() + static_cast<std::ptrdiff_t>(ports));
+  ports_held.resize(held.size(), 0);
+  return levels_under(view.circuit, parities_of(view, places, rule), reset, ports_held, idle);
+}
+
 std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<std::string>& places,
-                                    const std::vector<Unreached>& unreached) {
+                                    const std::vector<Unreached>& unreached, const ToggleCoverage& toggle) {
   const Circuit& circuit = view.circuit;
   std::vector<LineReasons> reasons(circuit.size());
   std::vector<std::uint8_t> held(circuit.inputs().size(), 0);
@@ -51,9 +102,17 @@ std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<s
     note(rule.reason);
   }
   for (const Unreached& rule : unreached) {
+    if (rule.words.empty()) continue;
+    std::vector<Node> idle;
+    for (const std::size_t site : toggle.idle)
+      if (const Node node = circuit.sites()[site].node; reasons[node].still.empty()) idle.push_back(node);
+    const std::vector<std::int8_t> levels = levels_of_words(view, places, rule, held, idle);
+    for (const Node node : idle)
+      if (levels[node] >= 0) reasons[node] = {rule.reason, {}, levels[node]};
+  }
+  for (const Unreached& rule : unreached) {
     std::vector<std::uint8_t> unseen;
-    for (const std::string& port : view.output_ports)
-      unseen.push_back(is_any_of(port, rule.unseen) ? 1 : 0);
+    for (const std::string& port : view.output_ports) unseen.push_back(is_any_of(port, rule.unseen) ? 1 : 0);
     for (std::size_t k = 0; k < view.flops.size(); ++k)
       unseen.push_back(is_any_of(places[circuit.inputs()[ports + k]], rule.unseen) ? 1 : 0);
     const std::vector<std::uint8_t> only = leads_only_to(view, unseen);
@@ -99,6 +158,26 @@ std::vector<std::string> strings_of(const toml::table& table, const char* key, c
   return result;
 }
 
+// Key `parities`: arrays of bit numbers.
+std::vector<std::vector<unsigned>> bits_of(const toml::table& table, const std::string& where) {
+  std::vector<std::vector<unsigned>> result;
+  if (!table.contains("parities")) return result;
+  const auto wrong = [&] { return InputError(where + ": parities: expected arrays of bit numbers"); };
+  const toml::array* rows = table["parities"].as_array();
+  if (rows == nullptr) throw wrong();
+  for (const toml::node& row : *rows) {
+    const toml::array* bits = row.as_array();
+    if (bits == nullptr || bits->empty() || !bits->is_homogeneous(toml::node_type::integer)) throw wrong();
+    result.emplace_back();
+    for (const toml::node& bit : *bits) {
+      const auto number = bit.value<std::int64_t>().value_or(-1);
+      if (number < 0 || number > 0xFFFF) throw wrong();
+      result.back().push_back(static_cast<unsigned>(number));
+    }
+  }
+  return result;
+}
+
 double percent(std::size_t part, std::size_t of) {
   return of == 0 ? 100.0 : 100.0 * static_cast<double>(part) / static_cast<double>(of);
 }
@@ -117,10 +196,16 @@ std::vector<Unreached> read_unreached(const std::filesystem::path& path) {
       const std::string where = fmt::format("{}:{}", path.string(), node.source().begin.line);
       if (table == nullptr || !(*table)["reason"].is_string())
         throw InputError(where + ": found no reason, expected a string");
-      Unreached rule{strings_of(*table, "flops", where), strings_of(*table, "near", where),
-                     strings_of(*table, "unseen", where), (*table)["reason"].value_or(std::string())};
-      if (rule.flops.empty() && rule.near.empty() && rule.unseen.empty())
-        throw InputError(where + ": found neither flops, near nor unseen, expected names");
+      Unreached rule{strings_of(*table, "flops", where),
+                     strings_of(*table, "near", where),
+                     strings_of(*table, "unseen", where),
+                     strings_of(*table, "words", where),
+                     bits_of(*table, where),
+                     (*table)["reason"].value_or(std::string())};
+      if (rule.flops.empty() && rule.near.empty() && rule.unseen.empty() && rule.words.empty())
+        throw InputError(where + ": found neither flops, near, unseen nor words, expected names");
+      if (rule.words.empty() != rule.parities.empty())
+        throw InputError(where + ": found one of words and parities, expected both");
       rules.push_back(std::move(rule));
     }
   } catch (const toml::parse_error& error) {
@@ -134,7 +219,7 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
                          const std::vector<Fault>& sample, const std::vector<FaultClass>& verdicts,
                          const FunctionalGrade& grade, const std::vector<Unreached>& unreached) {
   const std::vector<std::string> places = places_of(netlist, view);
-  const std::vector<LineReasons> reasons = reasons_of(view, places, unreached);
+  const std::vector<LineReasons> reasons = reasons_of(view, places, unreached, grade.toggle);
   std::vector<std::uint8_t> moving(view.circuit.size(), 0);
   for (const Node node : grade.toggle.moving) {
     moving[node] = 1;

@@ -14,16 +14,20 @@
 
 namespace meltstage::app {
 
-// Lines that function cannot move or show, and why. Names of flops and ports; with [ or a dot at their end the beginnings of names.
-// `flops` are said to keep their reset value, input ports among them to stay at 0: what cannot move then, by
-// three-valued simulation from reset, has this reason. `near` are lines that have it because of where they
-// are: the flop or port that they reach first. `unseen` are flops and ports whose values function cannot
-// show: lines that lead to no others.
+// Lines that function cannot move or show, and why. Names of flops and ports; with [ or a dot at their end
+// the beginnings of names. `flops` are said to keep their reset value, input ports among them to stay at 0:
+// what cannot move then, by three-valued simulation from reset, has this reason. `near` are lines that have
+// it because of where they are: the flop or port that they reach first. `unseen` are flops and ports whose
+// values function cannot show: lines that lead to no others. `words` are flops NAME index][bit] (NAME ends in
+// [) that hold words of a code: in each word the sum modulo 2 of the bits of each of `parities` is always
+// that after reset. Lines that have one level then, whatever else is free, have the reason: proved by
+// CaDiCaL.
 struct Unreached {
-  std::vector<std::string> flops, near, unseen;
+  std::vector<std::string> flops, near, unseen, words;
+  std::vector<std::vector<unsigned>> parities;
   std::string reason;
 };
-// [[unreached]] tables with these four keys. Throws dft::InputError.
+// [[unreached]] tables with these keys. Throws dft::InputError.
 std::vector<Unreached> read_unreached(const std::filesystem::path& path);
 
 struct ModuleGrade {

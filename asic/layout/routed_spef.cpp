@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "asic/layout/route.hpp"
+#include "asic/layout/spef.hpp"
 
 namespace meltstage::layout {
 namespace {
@@ -56,14 +57,14 @@ std::string routed_spef_text(const Design& design, const Technology& technology,
     const Net& net = design.nets[n];
     if (report.parasitics[n].resistors.empty()) continue;
     const NetParasitics parasitics = without_middles(report.parasitics[n]);
-    fmt::format_to(out, "*D_NET {} {:.6g}\n*CONN\n", net.name, std::accumulate(parasitics.node_pf.begin(), parasitics.node_pf.end(), 0.0));
+    fmt::format_to(out, "*D_NET {} {:.6g}\n*CONN\n", spef_name(net.name), std::accumulate(parasitics.node_pf.begin(), parasitics.node_pf.end(), 0.0));
     std::vector<std::string> name(parasitics.node_pf.size());
     std::string joined;  // pins that share a node with another
     for (std::size_t p = 0; p < net.pins.size(); ++p) {
       const PinRef& ref = net.pins[p];
       const bool is_port = ref.component == kDiePin;
-      const std::string pin = is_port ? design.pins[at(ref.pin)].name
-                                      : fmt::format("{}:{}", design.components[at(ref.component)].name,
+      const std::string pin = is_port ? spef_name(design.pins[at(ref.pin)].name)
+                                      : fmt::format("{}:{}", spef_name(design.components[at(ref.component)].name),
                                                     technology.macros[at(design.components[at(ref.component)].macro)].pins[at(ref.pin)].name);
       const PinDirection direction = pin_direction(design, technology, ref);
       fmt::format_to(out, "*{} {} {}\n", is_port ? 'P' : 'I', pin, direction == PinDirection::input ? 'I' : direction == PinDirection::output ? 'O' : 'B');
@@ -73,7 +74,7 @@ std::string routed_spef_text(const Design& design, const Technology& technology,
       else joined += fmt::format("{} {} {}\n", name[at(node)], pin, 0.01);
     }
     for (std::size_t node = 0; node < name.size(); ++node)
-      if (name[node].empty()) name[node] = fmt::format("{}:{}", net.name, node + 1);
+      if (name[node].empty()) name[node] = fmt::format("{}:{}", spef_name(net.name), node + 1);
     fmt::format_to(out, "*CAP\n");
     int number = 0;
     for (std::size_t node = 0; node < name.size(); ++node)

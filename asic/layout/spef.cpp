@@ -12,9 +12,7 @@
 
 namespace meltstage::layout {
 
-namespace {
-
-std::string escaped(const std::string& name) {
+std::string spef_name(const std::string& name) {
   std::string text;
   for (const char c : name) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_') text += '\\';
@@ -22,8 +20,6 @@ std::string escaped(const std::string& name) {
   }
   return text;
 }
-
-}  // namespace
 
 std::string spef_text(const Design& design, const Technology& technology) {
   const WireModel wire = wire_model(technology);
@@ -49,7 +45,7 @@ std::string spef_text(const Design& design, const Technology& technology) {
       if (ref.component == kDiePin) {
         const DiePin& pin = design.pins[static_cast<std::size_t>(ref.pin)];
         at.push_back(pin.shape.rect.middle());
-        names.push_back(escaped(pin.name));
+        names.push_back(spef_name(pin.name));
         connections += fmt::format("*P {} {}\n", names.back(), drives ? "I" : "O");
       } else {
         const Component& c = design.components[static_cast<std::size_t>(ref.component)];
@@ -57,7 +53,7 @@ std::string spef_text(const Design& design, const Technology& technology) {
         const MacroPin& pin = macro.pins[static_cast<std::size_t>(ref.pin)];
         const Point middle = middle_of(pin);
         at.push_back(placed({middle.x, middle.y, middle.x, middle.y}, macro, c).middle());
-        names.push_back(escaped(c.name) + ":" + pin.name);
+        names.push_back(spef_name(c.name) + ":" + pin.name);
         connections += fmt::format("*I {} {}\n", names.back(), drives ? "O" : "I");
       }
     }
@@ -88,7 +84,7 @@ std::string spef_text(const Design& design, const Technology& technology) {
       resistances += fmt::format("{} {} {} {:.4g}\n", k, names[from[next]], names[next],
                                  std::max(1e-3, wire.ohm_per_um * length_um));
     }
-    fmt::format_to(out, "*D_NET {} {:.5g}\n*CONN\n{}*CAP\n", escaped(net.name), total, connections);
+    fmt::format_to(out, "*D_NET {} {:.5g}\n*CONN\n{}*CAP\n", spef_name(net.name), total, connections);
     for (std::size_t p = 0; p < at.size(); ++p)
       fmt::format_to(out, "{} {} {:.5g}\n", p + 1, names[p], cap[p]);
     fmt::format_to(out, "*RES\n{}*END\n\n", resistances);

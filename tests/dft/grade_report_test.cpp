@@ -8,6 +8,7 @@
 
 #include "app/functional_vectors.hpp"
 #include "asic/dft/error.hpp"
+#include "cmodel/math.hpp"
 #include "tb/chip_pins.hpp"
 #include "tests/dft/support.hpp"
 
@@ -35,8 +36,14 @@ reason = "one"
 [[unreached]]
 near = ["d"]
 reason = "two"
+[[unreached]]
+words = ["m["]
+parities = [[0, 1], [2]]
+reason = "three"
 )"));
-  ASSERT_EQ(rules.size(), 2u);
+  ASSERT_EQ(rules.size(), 3u);
+  EXPECT_EQ(rules[2].words, std::vector<std::string>{"m["});
+  EXPECT_EQ(rules[2].parities, (std::vector<std::vector<unsigned>>{{0, 1}, {2}}));
   EXPECT_EQ(rules[0].flops, (std::vector<std::string>{"a[", "b"}));
   EXPECT_EQ(rules[0].unseen, std::vector<std::string>{"c"});
   EXPECT_EQ(rules[1].near, std::vector<std::string>{"d"});
@@ -51,6 +58,29 @@ TEST(Unreached, MistakesAreNamedWithTheirLine) {
             std::string::npos);
   EXPECT_NE(refusal("[[unreached]\n").find(":1: "), std::string::npos);
   EXPECT_EQ(refusal("[[unreached]]\nreason = \"a\"\nflops = [\"a\"]\n"), "");
+  EXPECT_NE(
+      refusal("[[unreached]]\nreason = \"a\"\nwords = [\"a[\"]\n").find("words and parities, expected both"),
+      std::string::npos);
+  EXPECT_NE(refusal("[[unreached]]\nreason = \"a\"\nwords = [\"a[\"]\nparities = [[-1]]\n")
+                .find("arrays of bit numbers"),
+            std::string::npos);
+}
+
+// The chip's words of MEM: their sums as the file says them are even in each word that the model stores.
+TEST(Unreached, ParitiesOfTheChipsWordsAreThoseOfItsCode) {
+  const auto rules = read_unreached(UNREACHED);
+  const auto rule =
+      std::find_if(rules.begin(), rules.end(), [](const Unreached& r) { return !r.words.empty(); });
+  ASSERT_NE(rule, rules.end());
+  EXPECT_EQ(rule->parities.size(), 6u);
+  for (std::uint32_t data = 0; data <= 0xFFFF; ++data) {
+    const std::uint32_t word = chip::secded_encode(static_cast<std::uint16_t>(data));
+    for (const std::vector<unsigned>& parity : rule->parities) {
+      unsigned sum = 0;
+      for (const unsigned bit : parity) sum ^= word >> bit & 1U;
+      ASSERT_EQ(sum, 0u) << data;
+    }
+  }
 }
 
 struct Graded {
@@ -81,7 +111,7 @@ Graded graded(bool starts) {
   FunctionalGrade grade = grade_functional(view, stretches, faults, 1);
   return {std::move(netlist), std::move(view), std::move(faults), std::move(grade)};
 }
-const std::vector<Unreached> kNeverStarted{{{"start_i"}, {}, {}, "never started"}};
+const std::vector<Unreached> kNeverStarted{{{"start_i"}, {}, {}, {}, {}, "never started"}};
 
 // What is derived from a true statement no vector finds.
 TEST(Unreached, AFaultWithATrueReasonIsNotDetected) {

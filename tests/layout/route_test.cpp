@@ -216,5 +216,15 @@ TEST_F(Routing, ParasiticsNameEveryPinOnce) {
   EXPECT_THAT(routed_spef_text(d, technology, report), ::testing::HasSubstr("*D_NET"));
 }
 
+// Unescaped, a bracket in the middle of a name makes readers miss the net.
+TEST_F(Routing, ParasiticsEscapeNames) {
+  Design d = placed_design(20, 1);
+  for (Net& net : d.nets) net.name = "u_a.words_q[" + net.name + "]_15";
+  const std::string text = routed_spef_text(d, technology, route(d, technology, {}));
+  EXPECT_THAT(text, ::testing::HasSubstr("*D_NET u_a\\.words_q\\["));
+  EXPECT_THAT(text, ::testing::HasSubstr("\\]_15:"));
+  EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("q[")));
+}
+
 }  // namespace
 }  // namespace meltstage::layout
