@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <span>
 
 #include "asic/dft/error.hpp"
 #include "asic/dft/parities.hpp"
@@ -48,28 +49,46 @@ std::optional<WordBit> word_bit(const std::string& name, const std::vector<std::
   return result;
 }
 
-// Of a rule's words, the sums that never change. Bits that are no flop do not either.
-std::vector<Parity> parities_of(const CaptureView& view, const std::vector<std::string>& places,
-                                const Unreached& rule) {
-  std::map<std::string, std::map<unsigned, Node>> words;
-  for (std::size_t k = 0; k < view.flops.size(); ++k) {
-    const Node flop = view.circuit.inputs()[view.input_ports.size() + k];
-    if (const auto place = word_bit(places[flop], rule.words)) words[place->word][place->bit] = flop;
-  }
+// The flop whose state a net shows, straight or inverted; kNoNode where it shows none.
+Node flop_of(const CaptureView& view, Net net) {
+  const auto found = view.node_of_net.find(net);
+  if (found == view.node_of_net.end()) return kNoNode;
+  Node node = found->second;
+  const Circuit& circuit = view.circuit;
+  while (circuit.kind(node) == Gate::buf || circuit.kind(node) == Gate::inv) node = circuit.fanin(node)[0];
+  const auto flops = std::span(circuit.inputs()).subspan(view.input_ports.size());
+  return std::find(flops.begin(), flops.end(), node) != flops.end() ? node : kNoNode;
+}
+
+// Of a rule's words, the sums that never change; constant bits of a word are none of its flops.
+std::vector<Parity> parities_of(const Netlist& netlist, const CaptureView& view, const Unreached& rule) {
+  std::map<std::string, std::map<unsigned, Net>> words;
+  for (const auto& [name, net] : netlist.nets_in_modules)
+    if (const auto place = word_bit(name, rule.words)) words[place->word][place->bit] = net;
   std::vector<Parity> result;
   for (const auto& [word, bits] : words) {
     for (const std::vector<unsigned>& parity : rule.parities) {
       Parity flops;
-      for (const unsigned bit : parity)
-        if (const auto flop = bits.find(bit); flop != bits.end()) flops.push_back(flop->second);
+      for (const unsigned bit : parity) {
+        const auto net = bits.find(bit);
+        if (net != bits.end() && (net->second == 0 || net->second == 1)) continue;
+        const Node flop = net == bits.end() ? kNoNode : flop_of(view, net->second);
+        if (flop == kNoNode)
+          throw InputError(
+              fmt::format("{}[{}]: found neither flop nor constant, expected a bit of a word (\"{}\")", word,
+                          bit, rule.reason));
+        flops.push_back(flop);
+      }
       if (!flops.empty()) result.push_back(std::move(flops));
     }
   }
+  if (result.empty())
+    throw InputError(fmt::format("\"{}\": found no such words, expected NAME[index][bit]", rule.reason));
   return result;
 }
 
 // The level of each of `idle` that a rule's words leave it, with `held` ports at 0.
-std::vector<std::int8_t> levels_of_words(const CaptureView& view, const std::vector<std::string>& places,
+std::vector<std::int8_t> levels_of_words(const Netlist& netlist, const CaptureView& view,
                                          const Unreached& rule, const std::vector<std::uint8_t>& held,
                                          const std::vector<Node>& idle) {
   const std::size_t ports = view.input_ports.size();
@@ -78,10 +97,11 @@ std::vector<std::int8_t> levels_of_words(const CaptureView& view, const std::vec
     reset[ports + k] = view.flops[k].has_reset && view.flops[k].reset_value ? 1 : 0;
   std::vector<std::uint8_t> ports_held(held.begin(), held.begin() + static_cast<std::ptrdiff_t>(ports));
   ports_held.resize(held.size(), 0);
-  return levels_under(view.circuit, parities_of(view, places, rule), reset, ports_held, idle);
+  return levels_under(view.circuit, parities_of(netlist, view, rule), reset, ports_held, idle);
 }
 
-std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<std::string>& places,
+std::vector<LineReasons> reasons_of(const Netlist& netlist, const CaptureView& view,
+                                    const std::vector<std::string>& places,
                                     const std::vector<Unreached>& unreached, const ToggleCoverage& toggle) {
   const Circuit& circuit = view.circuit;
   std::vector<LineReasons> reasons(circuit.size());
@@ -106,7 +126,7 @@ std::vector<LineReasons> reasons_of(const CaptureView& view, const std::vector<s
     std::vector<Node> idle;
     for (const std::size_t site : toggle.idle)
       if (const Node node = circuit.sites()[site].node; reasons[node].still.empty()) idle.push_back(node);
-    const std::vector<std::int8_t> levels = levels_of_words(view, places, rule, held, idle);
+    const std::vector<std::int8_t> levels = levels_of_words(netlist, view, rule, held, idle);
     for (const Node node : idle)
       if (levels[node] >= 0) reasons[node] = {rule.reason, {}, levels[node]};
   }
@@ -219,7 +239,7 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
                          const std::vector<Fault>& sample, const std::vector<FaultClass>& verdicts,
                          const FunctionalGrade& grade, const std::vector<Unreached>& unreached) {
   const std::vector<std::string> places = places_of(netlist, view);
-  const std::vector<LineReasons> reasons = reasons_of(view, places, unreached, grade.toggle);
+  const std::vector<LineReasons> reasons = reasons_of(netlist, view, places, unreached, grade.toggle);
   std::vector<std::uint8_t> moving(view.circuit.size(), 0);
   for (const Node node : grade.toggle.moving) {
     moving[node] = 1;

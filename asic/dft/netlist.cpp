@@ -97,11 +97,13 @@ Netlist read_yosys_json(const std::filesystem::path& path) {
       const json& bits = wire.at("bits");
       for (std::size_t i = 0; i < bits.size(); ++i) {
         const Net net = net_of(bits[i], file, "net " + name);
-        if (net < 2) continue;
         const std::string bit = bits.size() == 1 ? name : fmt::format("{}[{}]", name, i);
+        const bool in_a_module = name.find('.') != std::string::npos && name.find('$') == std::string::npos;
+        if (in_a_module) netlist.nets_in_modules[bit] = net;
+        if (net < 2) continue;
         std::string& known = netlist.net_names[net];
         if (known.empty() || bit.size() < known.size()) known = bit;
-        if (name.find('.') != std::string::npos && name.find('$') == std::string::npos) {
+        if (in_a_module) {
           std::string& in_module = netlist.register_names[net];
           if (in_module.empty() || bit.size() < in_module.size()) in_module = bit;
         }

@@ -41,6 +41,8 @@ struct Netlist {
   std::map<Net, std::string> net_names;
   /// The shortest of the names that stand inside a module of the flattened design ("u_guard.wd_q[3]").
   std::map<Net, std::string> register_names;
+  /// By each such name, constants too.
+  std::map<std::string, Net> nets_in_modules;
 };
 
 /// Reads the only, or top, module of a Yosys JSON file. Throws InputError.

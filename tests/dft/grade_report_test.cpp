@@ -127,6 +127,12 @@ TEST(Unreached, AFaultWithATrueReasonIsNotDetected) {
   EXPECT_NE(open.text.find(": never started"), std::string::npos);
 }
 
+TEST(Unreached, WordsThatAreNotThereAreRefused) {
+  const Graded idle = graded(false);
+  const std::vector<FaultClass> none(idle.faults.size(), FaultClass::NO);
+  EXPECT_THROW(idle.report(none, {{{}, {}, {}, {"u_nowhere["}, {{0, 1}}, "a code"}}), InputError);
+}
+
 TEST(Unreached, AFalseReasonIsRefused) {
   const Graded busy = graded(true);
   const std::vector<FaultClass> none(busy.faults.size(), FaultClass::NO);
