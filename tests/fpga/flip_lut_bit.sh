@@ -1,10 +1,10 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: Apache-2.0
-# Sourced. flip_lut_bit PLACES SIGNAL: flipped.asc from unpacked.asc, with one bit changed in the look-up table before the flop SIGNAL of bitstream.v: the
-# first bit that can be reached.
+# Sourced. flip_lut_bit PLACES SIGNAL: flipped.asc from unpacked.asc, with one bit changed in the look-up table that drives SIGNAL of bitstream.v, through
+# its flop or past it: the first bit that can be reached.
 flip_lut_bit() {
   local places=$1 signal=$2 x y n column
-  read -r x y n < <(sed -nE 's#^/\* FF +([0-9]+) +([0-9]+) +([0-9]+) \*/.*'"$signal"' <=.*#\1 \2 \3#p' bitstream.v)
+  read -r x y n < <(sed -nE 's#^/\* FF +([0-9]+) +([0-9]+) +([0-9]+) \*/.*('"$signal"' <=|assign '"$signal"' =).*#\1 \2 \3#p' bitstream.v)
   table() { icebox_vlog -s -n bitstream -p "$places" "$1" | grep "LUT  *$x  *$y  *$n "; }
   for column in 37 38 39 40 41 42 43 44 45 46; do
     awk -v x="$x" -v y="$y" -v line="$((2 * n + 1))" -v column="$column" '
