@@ -90,6 +90,7 @@ UartcIn Chip::uartc_in() const {
           .rsp_kind = paramc.rsp_kind_q,
           .rsp_exc = paramc.rsp_exc_q,
           .rd_data = 0,
+          .rd_wait = writes_staged() || sysctrl.commit_q != 0,
           .tlm_start = sysctrl.tlm_start_q != 0};
 }
 
@@ -103,6 +104,7 @@ SysctrlIn Chip::sysctrl_in(const Inputs& in) const {
           .writes = paramc.writes_q != 0,
           .last = paramc.last_q != 0,
           .pending = paramc.pending(),
+          .discarding = discarding(),
           .sens_done = sensc.done(),
           .algor_done = algor.done_q != 0};
 }
@@ -121,6 +123,7 @@ ParamcIn Chip::paramc_in() const {
                   .count = uartc.cmd_count(),
                   .len = uartc.cmd_len()},
           .cmd_word = uartc.cmd_word(paramc.word_q),
+          .discarding = discarding(),
           .t_max_staged = mem.t_max_staged(),
           .lock = p[spec::kRegLock],
           .running = guard.run_q != 0,
@@ -134,11 +137,12 @@ ParamcIn Chip::paramc_in() const {
 
 MemIn Chip::mem_in() const {
   const bool tuned = atune.wr_q != 0;
-  return {.wr = (sysctrl.write() && paramc.store()) || tuned,
+  return {.wr = writes_staged(),
           .wr_index = tuned ? atune.wr_index_q : paramc.index_q,
           .wr_data = tuned ? atune.wr_data_q : paramc.value_q,
           .commit = sysctrl.commit_q != 0,
           .discard = paramc.discard_q != 0,
+          .rd = uartc.rd_rsp_q != 0,
           .scrub_start = sysctrl.tick_q != 0};
 }
 
@@ -273,7 +277,8 @@ std::uint64_t Chip::quiet(const Inputs& in) const {
     return 0;
   }
   const AlgorIn to_algor = algor_in();
-  if (!at_most(algor.quiet(to_algor)) || (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms(to_sysctrl))))
+  if (!at_most(algor.quiet(to_algor)) ||
+      (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms(to_sysctrl))))
     return 0;
   if (!at_most(atune.quiet(atune_in())) || !at_most(quality.quiet(quality_in()))) return 0;
   if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in(), sync.seen(pins, kPinFeedback)))) return 0;

@@ -94,6 +94,9 @@ struct Chip {
   // rst_ni past the reset synchroniser; straight in test mode.
   bool out_of_reset(const Inputs& in) const { return in.rst_n && (rst_sync.rst_n() || in.test_mode); }
   void clock(const Inputs& in);
+  // A word goes to MEM's staged set.
+  bool writes_staged() const { return (sysctrl.write() && paramc.store()) || atune.wr_q != 0; }
+  bool discarding() const { return paramc.discard_q != 0 || mem.discarding(); }
 };
 
 static_assert(std::is_trivially_copyable_v<Chip>);

@@ -53,6 +53,7 @@ ParamcIn paramc_inputs(const Chip& chip, const Command& command) {
           .display = false,
           .cmd = command,
           .cmd_word = 0,
+          .discarding = false,
           .t_max_staged = chip.mem.t_max_staged(),
           .lock = chip.params()[spec::kRegLock],
           .running = chip.guard.run_q != 0,
@@ -101,6 +102,7 @@ void carry_out(Chip& chip, Paramc& paramc, ParamcIn in, std::span<const std::uin
                        .discard = paramc.discard_q != 0};
     paramc.step(in, Readings{});
     if (mem_in.wr || mem_in.discard) chip.mem.step(mem_in);
+    while (chip.mem.discarding()) chip.mem.step({});
     chip.paramc.run_q |= paramc.run_q;
     if ((paramc.run_q | paramc.tune_q) != 0) {  // these count only with their word
       chip.paramc.index_q = paramc.index_q;
@@ -122,7 +124,8 @@ void carry_out(Chip& chip, Paramc& paramc, ParamcIn in, std::span<const std::uin
 
 bool in_work(const Chip& chip) {
   return chip.sysctrl.decode() || chip.sysctrl.extract() || chip.sysctrl.write() ||
-         chip.sysctrl.commit_q != 0 || chip.paramc.discard_q != 0 || chip.paramc.tune_q != 0;
+         chip.sysctrl.commit_q != 0 || chip.paramc.discard_q != 0 || chip.mem.discarding() ||
+         chip.paramc.tune_q != 0;
 }
 
 bool writes_command(std::uint16_t address, std::span<const std::uint16_t> values, std::uint16_t command) {

@@ -46,22 +46,19 @@ void Mem::set_active(unsigned index, std::uint32_t word) {
 
 void Mem::step(const MemIn& in) {
   if (idle(in)) return;
-  const bool change = in.wr || in.commit || in.discard;
+  const bool starts = in.discard || (in.scrub_start && scrub_busy_q == 0);
 
-  if (scrub_busy_q == 0) {
-    if (in.scrub_start) {
-      scrub_busy_q = 1;
-      scrub_index_q = 1;
-      scrub_bad_q = 0;
-    }
-  } else if (!change) {
-    scrub();
+  if (scrub_busy_q != 0 && !in.wr && !in.commit && !in.rd) scrub();
+  if (starts) {
+    scrub_busy_q = 1;
+    scrub_index_q = 1;
+    scrub_active_q = 0;
+    discarding_q = in.discard ? 1 : 0;
+    scrub_bad_q = 0;
   }
   if (in.commit) {
     active_q = staged_q;
     refresh_params();
-  } else if (in.discard) {
-    staged_q = active_q;
   }
   if (in.wr && in.wr_index >= 1 && in.wr_index <= kLastIndex)
     staged_q[in.wr_index] = kept(in.wr_index, secded_encode(in.wr_data));
@@ -69,28 +66,25 @@ void Mem::step(const MemIn& in) {
 
 void Mem::scrub() {
   const unsigned i = scrub_index_q;
-  const std::uint32_t staged = i <= kLastIndex ? staged_q[i] : 0;  // an upset of the index reads a clean zero
-  const std::uint32_t active = i <= kLastIndex ? active_q[i] : 0;
-  const std::uint32_t flip_staged = secded_flip(staged);
-  const std::uint32_t flip_active = secded_flip(active);
-  const bool bad_now = secded_bad(staged) || secded_bad(active);
-  if (flip_staged != 0) {
-    staged_q[i] = kept(i, staged ^ flip_staged);
-    ++corrected_q;
-  }
-  if (flip_active != 0) {
-    set_active(i, active ^ flip_active);
-    ++corrected_q;
-  }
+  const bool at_active = scrub_active_q != 0;
+  const bool shows_active = at_active || discarding_q != 0;
+  const bool stored = i >= 1 && i <= kLastIndex;  // an upset of the index reads a clean word
+  const std::uint32_t word = !stored ? 0 : shows_active ? active_q[i] : staged_q[i];
+  const std::uint32_t flip = secded_flip(word);
+  const bool bad_now = secded_bad(word);
+  if (stored && !at_active) staged_q[i] = kept(i, word ^ flip);
+  if (stored && shows_active) set_active(i, word ^ flip);
+  if (flip != 0) ++corrected_q;
   const bool bad_pass = scrub_bad_q != 0 || bad_now;
   scrub_bad_q = bad_pass;
   if (bad_now) bad_q = 1;
+  scrub_active_q = at_active ? 0 : 1;
+  if (!at_active) return;
+  scrub_index_q = (scrub_index_q + 1) & 0x3F;
   if (i >= kLastIndex) {
     scrub_busy_q = 0;
-    scrub_index_q = 0;
+    discarding_q = 0;
     bad_q = bad_pass;
-  } else {
-    ++scrub_index_q;
   }
 }
 

@@ -12,11 +12,13 @@
 
 namespace meltstage::chip {
 
-#define TC_MEM_FLOPS(X)                \
-  X(std::uint8_t, scrub_busy_q, 1, 0)  \
-  X(std::uint8_t, scrub_index_q, 6, 0) \
-  X(std::uint8_t, scrub_bad_q, 1, 0)   \
-  X(std::uint8_t, bad_q, 1, 0)         \
+#define TC_MEM_FLOPS(X)                 \
+  X(std::uint8_t, scrub_busy_q, 1, 0)   \
+  X(std::uint8_t, scrub_index_q, 6, 0)  \
+  X(std::uint8_t, scrub_active_q, 1, 0) \
+  X(std::uint8_t, discarding_q, 1, 0)   \
+  X(std::uint8_t, scrub_bad_q, 1, 0)    \
+  X(std::uint8_t, bad_q, 1, 0)          \
   X(std::uint16_t, corrected_q, 16, 0)
 
 // Words as stored, check bits above the data; index = holding register index, entry 0 (CMD) does not exist
@@ -32,6 +34,7 @@ struct MemIn {
   std::uint16_t wr_data = 0;  // in the register's range
   bool commit = false;
   bool discard = false;
+  bool rd = false;  // the host's read has the way: the pass stands still
   bool scrub_start = false;
 };
 
@@ -44,6 +47,8 @@ struct Mem {
 
   // One rising clock edge, not in reset.
   void step(const MemIn& in);
+  // Past the clock of a discard, until each staged word has taken the active one.
+  bool discarding() const { return (scrub_busy_q & discarding_q) != 0; }
   // Nothing counts between two passes: there is nothing to skip.
   std::uint64_t quiet(const MemIn& in) const { return idle(in) ? kForever : 0; }
 

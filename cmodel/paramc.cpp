@@ -159,7 +159,7 @@ void Paramc::step(const ParamcIn& in, const Readings& r) {
     checking_q = 0;
   }
 
-  if (in.extract) {
+  if (in.extract && !in.discarding) {
     index_q = static_cast<std::uint8_t>(reg_now);
     value_q = value_now;
     last_q = last_now;

@@ -103,6 +103,7 @@ struct ParamcIn {
   bool display;
   Command cmd;
   std::uint16_t cmd_word;  // word word_index() of the command
+  bool discarding;         // MEM takes no write: ExtrParam waits
   std::uint16_t t_max_staged;
   std::uint16_t lock;
   bool running;
@@ -128,7 +129,7 @@ struct Paramc {
   }
   void step(const ParamcIn& in, const Readings& readings);
 
-  bool pending() const { return staged_q != 0 && hold_q == 0; }
+  bool pending() const { return staged_q != 0 && (hold_q | discard_q) == 0; }
   bool store() const { return index_q != spec::kRegCmd; }
   // Value of a register as the host reads it; `mem` is MEM's staged word at address bits 5..0.
   std::uint16_t read(std::uint16_t address, const Readings& readings, std::uint16_t mem) const;

@@ -23,7 +23,7 @@ std::uint8_t next_state(const Sysctrl& s, const SysctrlIn& in) {
     case spec::kStCmdDecode:
       return !in.decoded ? spec::kStCmdDecode : in.writes ? spec::kStExtrParam : spec::kStCmdReady;
     case spec::kStExtrParam:
-      return spec::kStWrParam;
+      return in.discarding ? spec::kStExtrParam : spec::kStWrParam;
     case spec::kStWrParam:
       return in.last ? spec::kStCmdReady : spec::kStExtrParam;
     case spec::kStCmdReady:
@@ -64,8 +64,8 @@ void Sysctrl::step(const SysctrlIn& in) {
     }
   }
 
-  // Control tick. Before the first command nothing is due, so nothing can be late. All its work must be done when the
-  // next tick comes, and in order.
+  // Control tick. Before the first command nothing is due, so nothing can be late. All its work must be done
+  // when the next tick comes, and in order.
   const bool sampled = state_q == spec::kStReadTemp && in.sens_done;
   const bool computed = state_q == spec::kStInitAlgor && in.algor_done;
   const bool disordered = (sampled && served_q != 0) || (on_display && served_q != kSampled) ||
@@ -104,13 +104,15 @@ void Sysctrl::step(const SysctrlIn& in) {
   ms_cnt_q = ms_q != 0 ? 0 : (ms_cnt_q + 1) & 0x3FFF;
 }
 
-std::uint64_t Sysctrl::clocks_to_ms(const SysctrlIn& in) const { return ms_q != 0 ? 0 : ms_clocks(in) - ms_cnt_q; }
+std::uint64_t Sysctrl::clocks_to_ms(const SysctrlIn& in) const {
+  return ms_q != 0 ? 0 : ms_clocks(in) - ms_cnt_q;
+}
 
 std::uint64_t Sysctrl::quiet(const SysctrlIn& in) const {
   const bool pulses = (tenth_q | overrun_q | cmd_done_q | commit_q | tick_q | sens_start_q | tlm_start_q |
                        algor_start_q | pwm_load_q) != 0;
-  const bool settles =
-      (state_q == spec::kStIdle && (tick_pend_q != 0 || served_q != kServed)) || (in.tlm_period == 0 && (tlm_cnt_q | tlm_due_q) != 0);
+  const bool settles = (state_q == spec::kStIdle && (tick_pend_q != 0 || served_q != kServed)) ||
+                       (in.tlm_period == 0 && (tlm_cnt_q | tlm_due_q) != 0);
   if (pulses || settles || ms_cnt_q >= ms_clocks(in) || next_state(*this, in) != state_q) return 0;
   // Milliseconds that only count: the next one is a control tick or ends a tenth of a second.
   const int until_tick = in.ts - 1 - ts_cnt_q;

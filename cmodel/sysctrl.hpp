@@ -39,6 +39,7 @@ struct SysctrlIn {
   bool writes;
   bool last;
   bool pending;
+  bool discarding = false;  // MEM takes no write
   bool sens_done;
   bool algor_done;
 };

@@ -49,7 +49,8 @@ bool Uartc::taken_over(const UartcIn& in) const {
 }
 
 UartFrameIn Uartc::heard(const UartcIn& in) const {
-  return {rx.valid_q != 0, rx.shift_q, rx.error_q != 0, rx.gap(), rx.give_up(), address_q, rsp_busy(), in.cmd_done};
+  return {rx.valid_q != 0, rx.shift_q, rx.error_q != 0, rx.gap(),
+          rx.give_up(),    address_q,  rsp_busy(),      in.cmd_done};
 }
 
 std::uint64_t Uartc::quiet(const UartcIn& in) const {
@@ -190,8 +191,10 @@ void Uartc::step_answer(const UartcIn& in) {
     rsp_object_q = in.rsp_kind == kRspIdObject ? high(cmd_b()) & 3u : 0;
     rsp_have_q = 0;
   } else if (rd_rsp_q != 0) {
-    rsp_word_q = in.rd_data;
-    rsp_have_q = 1;
+    if (!in.rd_wait) {
+      rsp_word_q = in.rd_data;
+      rsp_have_q = 1;
+    }
   } else if (tx.take()) {
     const bool last = rsp_last();
     const bool next_object = rsp_object_end();

@@ -43,6 +43,7 @@ struct UartcIn {
   std::uint8_t rsp_kind = kRspNone;
   std::uint8_t rsp_exc = 0;   // exception code; with kRspServerId the run indicator, 0xFF on, 0 off
   std::uint16_t rd_data = 0;  // register at rd_addr(); looked at only while reads()
+  bool rd_wait = false;       // the word for the answer is not there in this clock
   bool tlm_start = false;
 };
 

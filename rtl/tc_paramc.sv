@@ -39,6 +39,7 @@ module tc_paramc (
   output logic [5:0]  index_o,
   output logic [15:0] value_o,
   output logic        discard_o,
+  input  logic        discarding_i,     // until MEM has done it; ExtrParam waits
   input  logic [15:0] t_max_staged_i,
   input  logic [15:0] lock_i,           // active LOCK
 
@@ -134,7 +135,7 @@ module tc_paramc (
   assign decoded_o        = decoded_q;
   assign writes_o         = writes_q;
   assign last_o           = last_q;
-  assign pending_o        = staged_q && !hold_q;
+  assign pending_o        = staged_q && !hold_q && !discard_q;
   assign cmd_word_index_o = word_q;
   assign rsp_kind_o       = rsp_kind_q;
   assign rsp_exc_o        = rsp_exc_q;
@@ -285,7 +286,7 @@ module tc_paramc (
         checking_q <= 1'b0;
       end
 
-      if (extract_i) begin
+      if (extract_i && !discarding_i) begin
         index_q <= reg_now;
         value_q <= value_now;
         last_q  <= last_now;
@@ -418,12 +419,12 @@ module tc_paramc (
     else if (decode_i && checking_q && reg_now == tc_pkg::RegCmd) judged_sound <= !cause_present_i;
   end
   `TC_ASSERT_IF(P02_ClearJudged_A, clear_q, judged_sound)
-  // P15: a command ends in CmdReady after 18 clocks of judging and 32 of writing sixteen parameters at the most.
-  logic [5:0] commanded;                         // clocks that the command has been in work
+  // P15: a command ends in CmdReady after 18 clocks of judging and 32 of writing sixteen parameters at the most, and what its Discard takes.
+  logic [5:0] commanded;                         // clocks that the command has been in work, but for those that it waits for MEM
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) commanded <= 6'd0;
     else if (!(decode_i || extract_i || write_i) || !past_ok_q) commanded <= 6'd0;
-    else commanded <= commanded + 6'(commanded != 6'h3F);
+    else commanded <= commanded + 6'(commanded != 6'h3F && !(extract_i && discarding_i));
   end
   `TC_ASSERT_IF(P15_CommandEnds_A, commanded != 6'd0, commanded <= 6'd50)
 `ifdef FORMAL
@@ -433,7 +434,7 @@ module tc_paramc (
   assign words = fc_single ? 16'd1 : cmd_b_i;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) hand <= 4'd0;
-    else if (extract_i) hand <= word_q;
+    else if (extract_i && !discarding_i) hand <= word_q;
   end
   `TC_ASSERT_IF(P15_Judging_A, decode_i && checking_q, {12'd0, word_q} < words && words <= 16'd16 && commanded == 6'(word_q) + 6'd1)
   `TC_ASSERT_IF(P15_Judged_A, decode_i && decoded_q,

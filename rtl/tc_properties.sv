@@ -48,9 +48,11 @@ module tc_properties (
   input logic               rsp_busy_i,
   input logic               de_i,
   input logic               write_i,
+  input logic               store_i,
   input logic [5:0]         index_i,
   input logic [15:0]        value_i,
   input logic               discard_i,
+  input logic               discarding_i,
   input logic               tune_i,
   input logic               tune_wr_i,
   // The control tick.
@@ -228,6 +230,9 @@ module tc_properties (
   `TC_ASSERT_IF(P10_TuneWritesWhenOrdered_A, tune_wr_i, tuned)
   // A set becomes active only if a word of it has been written.
   `TC_ASSERT_IF(P10_CommitNeedsWrite_A, commit_i, staged)
+
+  // While a Discard takes the staged set back word by word nobody writes to it, and it does not become active.
+  `TC_ASSERT_IF(TopDiscardIsWhole_A, discarding_i, !(write_i && store_i) && !tune_wr_i && !commit_i)
 
   // ---- P11: one parameter set a tick
   // A set becomes active in the first clock of a tick only, while neither the sensor is read nor the duty computed.

@@ -26,6 +26,7 @@ module tc_sysctrl #(
   input  logic        writes_i,        // ... and has parameters to write
   input  logic        last_i,          // PARAMC: the parameter in hand is the last
   input  logic        pending_i,       // PARAMC: staged writes wait for the tick
+  input  logic        discarding_i,    // MEM: takes no write
   input  logic        sens_done_i,
   input  logic        algor_done_i,
 
@@ -86,7 +87,7 @@ module tc_sysctrl #(
       tc_pkg::StIdle:        state_d = new_cmd ? tc_pkg::StCmdDecode : tc_pkg::StIdle;
       tc_pkg::StCmdDecode:   state_d = !decoded_i ? tc_pkg::StCmdDecode
                                      : writes_i ? tc_pkg::StExtrParam : tc_pkg::StCmdReady;
-      tc_pkg::StExtrParam:   state_d = tc_pkg::StWrParam;
+      tc_pkg::StExtrParam:   state_d = discarding_i ? tc_pkg::StExtrParam : tc_pkg::StWrParam;
       tc_pkg::StWrParam:     state_d = last_i ? tc_pkg::StCmdReady : tc_pkg::StExtrParam;
       tc_pkg::StCmdReady:    state_d = new_cmd ? tc_pkg::StCmdDecode
                                      : tick_pend_q ? tc_pkg::StReadTemp : tc_pkg::StCmdReady;

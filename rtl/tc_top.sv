@@ -71,7 +71,7 @@ module tc_top #(
   logic [5:0]  index, mem_rd_index;
   logic [15:0] value, mem_rd_data;
 
-  logic        mem_bad, scrub_busy;
+  logic        mem_bad, scrub_busy, discarding, mem_rd, mem_rd_wait;
   logic [15:0] t_max_staged, mem_corrected;
 
   logic        sens_busy, sens_done, sens_ok, sens_dev_fault, sens_frame_bad;
@@ -122,7 +122,7 @@ module tc_top #(
     .cmd_count_o(cmd_count), .cmd_len_o(cmd_len), .cmd_word_index_i(cmd_word_index), .cmd_word_o(cmd_word),
     .stop_o(uart_stop), .good_o(good_frame),
     .cmd_done_i(cmd_done), .rsp_kind_i(rsp_kind), .rsp_exc_i(rsp_exc), .rsp_busy_o(rsp_busy),
-    .rd_addr_o(rd_addr), .rd_data_i(rd_data),
+    .rd_addr_o(rd_addr), .rd_rsp_o(mem_rd), .rd_wait_i(mem_rd_wait), .rd_data_i(rd_data),
     .tlm_start_i(tlm_start), .tlm_busy_o(tlm_busy),
     .crc_errors_o(crc_errors), .char_errors_o(char_errors), .messages_o(messages)
   );
@@ -131,7 +131,7 @@ module tc_top #(
     .clk_i, .rst_ni(rst_n), .test_mode_i,
     .ts_i(params.ts), .tlm_period_i(params.tlm_period),
     .cmd_valid_i(cmd_valid), .decoded_i(decoded), .writes_i(writes), .last_i(last), .pending_i(pending),
-    .sens_done_i(sens_done), .algor_done_i(algor_done),
+    .discarding_i(discarding), .sens_done_i(sens_done), .algor_done_i(algor_done),
     .state_o(state), .decode_o(decode), .extract_o(extract), .write_o(write), .cmd_done_o(cmd_done),
     .commit_o(commit), .tick_o(tick), .sens_start_o(sens_start), .display_o(display), .tlm_start_o(tlm_start),
     .algor_start_o(algor_start), .pwm_load_o(pwm_load), .illegal_o(illegal), .overrun_o(overrun),
@@ -145,7 +145,7 @@ module tc_top #(
     .cmd_broadcast_i(cmd_broadcast), .cmd_fc_i(cmd_fc), .cmd_a_i(cmd_a), .cmd_b_i(cmd_b), .cmd_count_i(cmd_count),
     .cmd_len_i(cmd_len), .cmd_word_index_o(cmd_word_index), .cmd_word_i(cmd_word),
     .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
-    .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .t_max_staged_i(t_max_staged),
+    .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .discarding_i(discarding), .t_max_staged_i(t_max_staged),
     .lock_i(params.lock), .running_i(run), .run_allowed_i(run_allowed), .cause_present_i(cause != 15'd0),
     .manual_i(params.mode[0]), .run_o(cmd_run), .stop_o(cmd_stop), .clear_o(cmd_clear),
     .tuning_i(tuning), .tune_wr_i(tune_wr), .tune_o(cmd_tune),
@@ -165,8 +165,9 @@ module tc_top #(
   tc_mem u_mem (
     .clk_i, .rst_ni(rst_n), .scan_en_i,
     .wr_i((write && store) || tune_wr), .wr_index_i(tune_wr ? tune_index : index), .wr_data_i(tune_wr ? tune_data : value),
-     .commit_i(commit), .discard_i(discard),
-    .rd_index_i(mem_rd_index), .rd_data_o(mem_rd_data), .params_o(params), .t_max_staged_o(t_max_staged),
+    .commit_i(commit), .discard_i(discard), .discarding_o(discarding),
+    .rd_i(mem_rd), .rd_index_i(mem_rd_index), .rd_data_o(mem_rd_data), .rd_wait_o(mem_rd_wait),
+    .params_o(params), .t_max_staged_o(t_max_staged),
     .scrub_start_i(tick), .bad_o(mem_bad), .corrected_o(mem_corrected), .scrub_busy_o(scrub_busy)
   );
 
@@ -265,7 +266,7 @@ module tc_top #(
     .pwm_i(pwm), .heater_i(heater), .run_i(run), .sensor_ok_i(sensor_ok), .pv_valid_i(pv_valid), .pv_i(pv),
     .cause_i(cause), .fault_i(fault), .first_fault_i(first_fault),
     .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd_broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
-    .write_i(write), .index_i(index), .value_i(value), .discard_i(discard),
+    .write_i(write), .store_i(store), .index_i(index), .value_i(value), .discard_i(discard), .discarding_i(discarding),
     .tune_i(cmd_tune), .tune_wr_i(tune_wr),
     .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy), .reading_i(reading),
     .algor_start_i(algor_start), .computing_i(computing)

@@ -38,8 +38,10 @@ module tc_uartc (
   input  logic [2:0]  rsp_kind_i,
   input  logic [7:0]  rsp_exc_i,         // exception code; with RspServerId the run indicator, FF on, 00 off
   output logic        rsp_busy_o,
-  // Register read port: rd_data_i follows rd_addr_o in the same clock.
+  // Register read port: rd_data_i follows rd_addr_o in the same clock; a holding register's only in a clock of rd_rsp_o without rd_wait_i.
   output logic [15:0] rd_addr_o,
+  output logic        rd_rsp_o,          // an answer reads; telemetry reads no holding registers
+  input  logic        rd_wait_i,
   input  logic [15:0] rd_data_i,
   // Telemetry.
   input  logic        tlm_start_i,
@@ -229,8 +231,10 @@ module tc_uartc (
       rsp_object_q <= rsp_kind_i == tc_uart_pkg::RspIdObject ? cmd_b_o[9:8] : 2'd0;
       rsp_have_q   <= 1'b0;
     end else if (rd_rsp_q) begin
-      rsp_word_q <= rd_data_i;
-      rsp_have_q <= 1'b1;
+      if (!rd_wait_i) begin
+        rsp_word_q <= rd_data_i;
+        rsp_have_q <= 1'b1;
+      end
     end else if (rsp_take) begin
       rsp_place_q <= rsp_place_q + 8'd1;
       if (rsp_last) begin
@@ -326,6 +330,7 @@ module tc_uartc (
     end
   end
   assign rd_addr_o = rd_addr_q;
+  assign rd_rsp_o  = rd_rsp_q;
 
   `TC_ASSERT_SETUP
   `TC_ASSERT(UartcDriverEnabled_A, tx_o || de_o)

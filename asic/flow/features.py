@@ -18,7 +18,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 FEATURES = [
     ("check bits of parameters and their scrubbing", "tc_mem", [
         ("tc_math_pkg.sv", r"(secded_check|secded_flip\[(?:16\+)?i\]) =[^;]*;", r"\1 = '0;"),
-        ("tc_mem.sv", r"<= \((active|staged)_q\[i\] & Stored\)", r"<= ({6'd0, \1_q[i][15:0]} & Stored)")]),
+        ("tc_mem.sv", r"(Stored = tc_pkg::reg_stored\(6'\(i\)\));", r"\1 & 22'h00FFFF;")]),
     ("second flop of the heater's permission", "tc_guard", [("tc_guard.sv", r"(assign rails_differ =)[^;]*;", r"\1 1'b0;")]),
     ("parity of long-lived flops", "tc_guard", [("tc_guard.sv", r"(assign upset +=)[^;]*;", r"\1 1'b0;")]),
 ]

@@ -14,6 +14,7 @@ namespace meltstage::chip {
 namespace {
 
 constexpr unsigned kWords = spec::kHoldingCount - 1;
+constexpr unsigned kPass = 2 * kWords;  // clocks
 
 void write(Mem& mem, unsigned index, std::uint16_t value) {
   mem.step({.wr = true, .wr_index = static_cast<std::uint8_t>(index), .wr_data = value});
@@ -21,15 +22,20 @@ void write(Mem& mem, unsigned index, std::uint16_t value) {
 
 std::uint16_t data_bits(unsigned index) { return static_cast<std::uint16_t>(spec::kHolding[index].stored); }
 
-// A whole pass; returns its clocks.
-unsigned scrub(Mem& mem) {
-  mem.step({.scrub_start = true});
+// Until the pass in work has ended; returns its clocks.
+unsigned finish(Mem& mem) {
   unsigned clocks = 0;
   while (mem.scrub_busy() && clocks < 1000) {
     mem.step({});
     ++clocks;
   }
   return clocks;
+}
+
+// A whole pass; returns its clocks.
+unsigned scrub(Mem& mem) {
+  mem.step({.scrub_start = true});
+  return finish(mem);
 }
 
 TEST(Secded, CodeWordsDifferInAtLeastFourBits) {
@@ -132,8 +138,52 @@ TEST(Mem, DiscardBringsTheActiveSetBack) {
   mem.step({.commit = true});
   write(mem, spec::kRegSetpoint, 2000);
   mem.step({.discard = true});
+  EXPECT_TRUE(mem.discarding());
+  EXPECT_EQ(finish(mem), kPass);
+  EXPECT_FALSE(mem.discarding());
   EXPECT_EQ(mem.rd_data(spec::kRegSetpoint), 1100);
   EXPECT_EQ(mem.params()[spec::kRegSetpoint], 1100);
+}
+
+TEST(Mem, DiscardTakesEveryWordBackAndCorrectsIt) {
+  const Mem reset;
+  for (unsigned i = 1; i <= kWords; ++i) {
+    if (spec::kHolding[i].stored == 0) continue;
+    Mem mem;
+    write(mem, i, static_cast<std::uint16_t>(~mem.rd_data(i)));
+    mem.active_q[i] ^= std::bit_floor(spec::kHolding[i].stored);
+    mem.refresh_params();
+    mem.step({.discard = true});
+    finish(mem);
+    ASSERT_EQ(mem.staged_q, reset.staged_q) << i;
+    ASSERT_EQ(mem.active_q, reset.active_q) << i;
+    ASSERT_EQ(mem.corrected(), 1);
+  }
+}
+
+TEST(Mem, DiscardMendsAStagedWordWithoutBad) {
+  Mem mem;
+  const Mem before = mem;
+  mem.staged_q[spec::kRegSetpoint] ^= 6;
+  mem.step({.discard = true});
+  while (mem.discarding()) {
+    mem.step({});
+    ASSERT_FALSE(mem.bad());
+  }
+  EXPECT_EQ(mem.staged_q, before.staged_q);
+}
+
+TEST(Mem, DiscardBeginsThePassAnew) {
+  Mem mem;
+  write(mem, 1, 7);
+  mem.step({.scrub_start = true});
+  for (unsigned k = 0; k < 10; ++k) mem.step({});
+  mem.step({.discard = true});
+  EXPECT_EQ(finish(mem), kPass);
+  EXPECT_EQ(mem.rd_data(1), 0);
+  write(mem, 1, 7);
+  scrub(mem);
+  EXPECT_EQ(mem.rd_data(1), 7) << "the next pass only corrects";
 }
 
 TEST(Mem, WriteTogetherWithCommitIsStagedForTheNext) {
@@ -148,13 +198,15 @@ TEST(Mem, CommitWinsOverDiscard) {
   write(mem, spec::kRegSetpoint, 900);
   mem.step({.commit = true, .discard = true});
   EXPECT_EQ(mem.params()[spec::kRegSetpoint], 900);
+  finish(mem);
+  EXPECT_EQ(mem.params()[spec::kRegSetpoint], 900);
   EXPECT_EQ(mem.rd_data(spec::kRegSetpoint), 900);
 }
 
-TEST(Mem, PassTakesOneClockAWordAndChangesNoCleanWord) {
+TEST(Mem, PassTakesAClockForEachWordOfBothSetsAndChangesNoCleanWord) {
   Mem mem;
   const Mem before = mem;
-  EXPECT_EQ(scrub(mem), kWords);
+  EXPECT_EQ(scrub(mem), kPass);
   EXPECT_EQ(mem.staged_q, before.staged_q);
   EXPECT_EQ(mem.active_q, before.active_q);
   EXPECT_EQ(mem.corrected(), 0);
@@ -185,7 +237,7 @@ TEST(Mem, DoubleFlipIsBadAtOnceAndUntilAPassFindsNone) {
     Mem mem;
     mem.active_q[i] ^= 0x21;
     mem.step({.scrub_start = true});
-    for (unsigned k = 1; k < i; ++k) mem.step({});
+    for (unsigned k = 1; k < 2 * i; ++k) mem.step({});
     EXPECT_FALSE(mem.bad());
     mem.step({});
     EXPECT_TRUE(mem.bad()) << "word " << i;
@@ -211,9 +263,7 @@ TEST(Mem, StartWhileBusyIsIgnored) {
   mem.step({.scrub_start = true});
   for (unsigned k = 0; k < 10; ++k) mem.step({});
   mem.step({.scrub_start = true});
-  unsigned rest = 0;
-  for (; mem.scrub_busy(); ++rest) mem.step({});
-  EXPECT_EQ(rest, kWords - 11);
+  EXPECT_EQ(finish(mem), kPass - 11);
 }
 
 TEST(Mem, PassWaitsForAChangeAndLosesNoCorrection) {
@@ -225,11 +275,19 @@ TEST(Mem, PassWaitsForAChangeAndLosesNoCorrection) {
   mem.step({.wr = true, .wr_index = 1, .wr_data = 77});  // in the clock in which the pass stands on word 1
   EXPECT_EQ(mem.rd_data(1), 77);
   EXPECT_EQ(mem.corrected(), 0);
-  unsigned clocks = 0;
-  for (; mem.scrub_busy(); ++clocks) mem.step({});
-  EXPECT_EQ(clocks, kWords);
+  EXPECT_EQ(finish(mem), kPass);
   EXPECT_EQ(mem.rd_data(1), 77);
   EXPECT_EQ(mem.params().value[1], 0);
+  EXPECT_EQ(mem.corrected(), 1);
+}
+
+TEST(Mem, PassWaitsForAReadAndLosesNoCorrection) {
+  Mem mem;
+  mem.active_q[1] ^= 1;
+  mem.step({.scrub_start = true});
+  for (unsigned k = 0; k < 5; ++k) mem.step({.rd = true});
+  EXPECT_EQ(mem.corrected(), 0);
+  EXPECT_EQ(finish(mem), kPass);
   EXPECT_EQ(mem.corrected(), 1);
 }
 

@@ -212,6 +212,22 @@ TEST(RegisterCommit, DiscardForgetsStagedWrites) {
   EXPECT_EQ(bench.read_holding(spec::kRegKp, 1)[0], kp);
 }
 
+TEST(RegisterCommit, DiscardFirstInAFrameKeepsTheWritesBehindIt) {
+  Bench bench(in_lockstep(chip_with(quick())));
+  bench.next_tick();
+  const chip::Params before = bench.model().params();
+  bench.command(spec::kCmdHold);
+  bench.write(spec::kRegKp, 21);
+  std::vector<std::uint16_t> frame{spec::kCmdDiscard};
+  for (unsigned i = 1; i < 16; ++i) frame.push_back(before.value[i]);
+  frame[spec::kRegSetpoint] = 444;
+  EXPECT_EQ(bench.write_block(spec::kRegCmd, frame).outcome, ModbusOutcome::Data);
+  bench.next_tick();
+  EXPECT_EQ(bench.model().params()[spec::kRegSetpoint], 444);
+  EXPECT_EQ(bench.model().params()[spec::kRegKp], before[spec::kRegKp]);
+  EXPECT_EQ(bench.read_holding(spec::kRegKp, 1)[0], before[spec::kRegKp]);
+}
+
 TEST(RegisterLock, RefusesEverythingButStopAndUnlock) {
   Bench bench(in_lockstep(chip_with(quick())));
   bench.next_tick();
@@ -238,7 +254,8 @@ TEST(RegisterBus, BaudFormatAndAddressChangeAfterTheAnswer) {
     ASSERT_EQ(bench.write_block(spec::kRegAddress, {line.address, line.baud, line.format}).outcome,
               ModbusOutcome::Data);
     bench.next_tick();
-    bench.run(30'000);  // the line counts as idle 3.5 characters after its last, here 1.75 ms where it says PAUSE
+    bench.run(
+        30'000);  // the line counts as idle 3.5 characters after its last, here 1.75 ms where it says PAUSE
     EXPECT_EQ(bench.unit(), line.address == 0 ? 1 : line.address);
     EXPECT_EQ(bench.model().uartc.baud_q, line.baud);
     EXPECT_EQ(bench.model().uartc.format_q, line.format & 3);

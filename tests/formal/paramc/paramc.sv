@@ -31,8 +31,8 @@ module formal_paramc (
   input logic        tune_wr_i,
   input logic        sens_done_i,
   input logic        algor_done_i,
-  input logic        rd_busy_i,
-  input logic [15:0] rd_addr_i
+  input logic        mem_done_i,
+  input logic        rd_busy_i
 );
 
   logic started_q = 1'b0;
@@ -89,9 +89,19 @@ module formal_paramc (
   logic [15:0] value, rd_data, word;
   assign word = word_index == watched_q ? watched_word_q : other_word_i;
 
+  // MEM's side: a discard may last. ATUNE writes only while it tunes (AtuneWritesOnlyTuning_A), when no Discard passes, and a Tune waits
+  // behind the one in hand.
+  logic mem_discarding_q, discarding, tune_wr;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) mem_discarding_q <= 1'b0;
+    else mem_discarding_q <= discard || (mem_discarding_q && !mem_done_i);
+  end
+  assign discarding = discard || mem_discarding_q;
+  assign tune_wr = tune_wr_i && !discarding;
+
   tc_sysctrl #(.MsClocks(2)) u_sysctrl (
     .clk_i, .rst_ni, .ts_i(16'd40), .tlm_period_i(16'd0), .cmd_valid_i(valid_q), .decoded_i(decoded), .writes_i(writes),
-    .last_i(last), .pending_i(pending), .sens_done_i, .algor_done_i, .state_o(state), .decode_o(decode), .extract_o(extract),
+    .last_i(last), .pending_i(pending), .discarding_i(discarding), .sens_done_i, .algor_done_i, .state_o(state), .decode_o(decode), .extract_o(extract),
     .write_o(write), .cmd_done_o(cmd_done), .commit_o(commit), .tick_o(tick), .sens_start_o(sens_start), .display_o(display),
     .tlm_start_o(tlm_start), .algor_start_o(algor_start), .pwm_load_o(pwm_load), .illegal_o(illegal), .overrun_o(overrun),
     .ms_o(ms), .tenth_o(tenth)
@@ -102,10 +112,10 @@ module formal_paramc (
     .decoded_o(decoded), .writes_o(writes), .last_o(last), .pending_o(pending),
     .cmd_broadcast_i(broadcast_q), .cmd_fc_i(fc_q), .cmd_a_i(a_q), .cmd_b_i(b_q), .cmd_count_i(count_q), .cmd_len_i(len_q),
     .cmd_word_index_o(word_index), .cmd_word_i(word), .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
-    .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .t_max_staged_i(t_max_q), .lock_i(lock_q),
+    .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .discarding_i(discarding), .t_max_staged_i(t_max_q), .lock_i(lock_q),
     .running_i, .run_allowed_i, .cause_present_i, .manual_i, .run_o(run), .stop_o(stop), .clear_o(clear),
-    .tuning_i(tuning_q), .tune_wr_i, .tune_o(tune),
-    .rd_addr_i, .rd_data_o(rd_data), .mem_rd_index_o(mem_index), .mem_rd_data_i(16'd0), .rd_busy_i,
+    .tuning_i(tuning_q), .tune_wr_i(tune_wr), .tune_o(tune),
+    .rd_addr_i({10'd0, tc_pkg::InStatus}), .rd_data_o(rd_data), .mem_rd_index_o(mem_index), .mem_rd_data_i(16'd0), .rd_busy_i,
     .pv_valid_i(1'b0), .pv_i(16'd0), .slope_i(16'd0), .sp_work_i(16'd0), .duty_i(17'd0), .term_p_i(18'd0), .term_i_i(18'd0),
     .term_d_i(18'd0), .raw_i(32'd0), .samples_i(16'd0), .status_i(16'd0), .fault_i(15'd0), .cause_i(15'd0),
     .first_fault_i(4'd0), .state_i(state), .wd_left_i(16'd0), .crc_errors_i(16'd0), .char_errors_i(16'd0),
@@ -131,7 +141,7 @@ module formal_paramc (
   logic [3:0] hand_q;                 // its place in the command
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) hand_q <= 4'd0;
-    else if (extract) hand_q <= word_index;
+    else if (extract && !discarding) hand_q <= word_index;
   end
   logic        watched;
   logic [15:0] expected;
@@ -171,7 +181,7 @@ module formal_paramc (
   logic [5:0] work_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) work_q <= 6'd0;
-    else work_q <= decode || extract || write ? work_q + 6'd1 : 6'd0;
+    else if (!(extract && discarding)) work_q <= decode || extract || write ? work_q + 6'd1 : 6'd0;
   end
   always @(posedge clk_i) begin  // also in the first clock after reset, so that induction may begin anywhere
     FormalParamcCommandStands_A: assert (valid_q || !(decode || extract || write || cmd_done));
@@ -211,6 +221,10 @@ module formal_paramc (
                 value == 16'd0 && (index == tc_pkg::RegLock || index == tc_pkg::RegCmd))
   // While ATUNE is at work: only STOP.
   `TC_ASSERT_IF(FormalParamcTuning_A, watched && tuning_q, value == 16'd0 && index == tc_pkg::RegCmd)
+  // While MEM discards nothing is written, whatever the frame holds behind its Discard, and no set becomes active: nothing is staged.
+  `TC_ASSERT_IF(FormalParamcDiscardWhole_A, discarding, !write && !commit)
+  `TC_ASSERT_IF(FormalParamcDiscarded_A, mem_discarding_q, !rd_data[7])
+  `TC_COVER(FormalParamcDiscardWaits_C, extract && mem_discarding_q)
   // Pulses come from a command word that was written in the clock before.
   logic exec_q;
   logic [15:0] value_q;
@@ -226,7 +240,7 @@ module formal_paramc (
   `TC_ASSERT(FormalParamcPulses_A, {run, stop, clear, discard, tune} ==
              (!exec_q ? 5'b00000 : value_q == 16'hA501 ? 5'b10000 : value_q == 16'h0000 ? 5'b01000 :
               value_q == 16'hA5F0 ? 5'b00100 : value_q == 16'hA5D0 ? 5'b00010 : value_q == 16'hA5A7 ? 5'b00001 : 5'b00000))
-  // Every command ends within 50 clocks: 18 in CmdDecode, 32 for sixteen parameters.
+  // Every command ends within 50 clocks, but for those that it waits for MEM to discard: 18 in CmdDecode, 32 for sixteen parameters.
   `TC_ASSERT(FormalParamcEnds_A, work_q <= 6'd50)
   `TC_COVER(FormalParamcSixteen_C, write && last && hand_q == 4'd15)
   `TC_COVER(FormalParamcBusy_C, cmd_done && rsp_kind == 3'd1 && rsp_exc == 8'd6)

@@ -17,6 +17,7 @@ module formal_sysctrl (
   input logic        writes_i,
   input logic        last_i,
   input logic        pending_i,
+  input logic        discarding_i,
   input logic        sens_done_i,
   input logic        algor_done_i
 );
@@ -32,7 +33,8 @@ module formal_sysctrl (
 
   // A short time base brings the ticks within reach; nothing proved depends on its length, or on its being shortened for tests.
   tc_sysctrl #(.MsClocks(2)) u_sysctrl (
-    .clk_i, .rst_ni, .upset_i, .test_mode_i, .ts_i, .tlm_period_i, .cmd_valid_i, .decoded_i, .writes_i, .last_i, .pending_i, .sens_done_i,
+    .clk_i, .rst_ni, .upset_i, .test_mode_i, .ts_i, .tlm_period_i, .cmd_valid_i, .decoded_i, .writes_i, .last_i, .pending_i, .discarding_i,
+    .sens_done_i,
     .algor_done_i, .state_o(state), .decode_o(decode), .extract_o(extract), .write_o(write), .cmd_done_o(cmd_done),
     .commit_o(commit), .tick_o(tick), .sens_start_o(sens_start), .display_o(display), .tlm_start_o(tlm_start),
     .algor_start_o(algor_start), .pwm_load_o(pwm_load), .illegal_o(illegal), .overrun_o(overrun), .ms_o(ms), .tenth_o(tenth)
@@ -41,7 +43,7 @@ module formal_sysctrl (
   `TC_ASSERT_SETUP
 
   logic [4:0] past_q;                // state one clock ago
-  logic       upset_q, one_flip_q, upset_ever_q, pending_q, valid_q, done_q, tick_q;
+  logic       upset_q, one_flip_q, upset_ever_q, pending_q, discarding_q, valid_q, done_q, tick_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       past_q       <= 5'd0;
@@ -49,6 +51,7 @@ module formal_sysctrl (
       one_flip_q   <= 1'b0;
       upset_ever_q <= 1'b0;
       pending_q    <= 1'b0;
+      discarding_q <= 1'b0;
       valid_q      <= 1'b0;
       done_q       <= 1'b0;
       tick_q       <= 1'b0;
@@ -58,6 +61,7 @@ module formal_sysctrl (
       one_flip_q   <= upset_i != 5'd0 && (upset_i & (upset_i - 5'd1)) == 5'd0;
       upset_ever_q <= upset_ever_q || upset_i != 5'd0;
       pending_q    <= pending_i;
+      discarding_q <= discarding_i;
       valid_q      <= cmd_valid_i;
       done_q       <= cmd_done;
       tick_q       <= tick;
@@ -78,8 +82,8 @@ module formal_sysctrl (
       default:  arc = to == 5'b00000;                    // illegal -> Idle
     endcase
   endfunction
-  function automatic logic waits(input logic [4:0] from);  // states that may last
-    waits = from == 5'b00000 || from == 5'b00011 || from == 5'b01001 || from == 5'b01010 || from == 5'b01111 || from == 5'b10001;
+  function automatic logic waits(input logic [4:0] from, input logic discarding);  // states that may last
+    waits = (from == 5'b00101 && discarding) || from == 5'b00000 || from == 5'b00011 || from == 5'b01001 || from == 5'b01010 || from == 5'b01111 || from == 5'b10001;
   endfunction
   function automatic logic legal(input logic [4:0] code);
     legal = code == 5'b00000 || code == 5'b00011 || code == 5'b00101 || code == 5'b00110 || code == 5'b01001 ||
@@ -93,7 +97,9 @@ module formal_sysctrl (
   // P16: back to Idle in one clock.
   `TC_ASSERT_IF(FormalSysctrlIllegalToIdle_A, !legal(past_q) && !upset_q, state == 5'b00000)
   // Arcs of the specification and no other.
-  `TC_ASSERT_IF(FormalSysctrlArcs_A, !upset_q, state == past_q ? waits(past_q) : arc(past_q, state))
+  `TC_ASSERT_IF(FormalSysctrlArcs_A, !upset_q, state == past_q ? waits(past_q, discarding_q) : arc(past_q, state))
+  // While MEM discards, ExtrParam waits.
+  `TC_ASSERT_IF(FormalSysctrlDiscardWaits_A, !upset_q && past_q == 5'b00101 && discarding_q, state == 5'b00101)
 
   // Hand-overs: a tick is the first clock in ReadTemp; a commit comes with it or not at all, and before the sensor's start.
   logic in_read_first;

@@ -18,6 +18,7 @@ module uartc (
   input logic        cmd_done_i,
   input logic [2:0]  rsp_kind_i,
   input logic [7:0]  rsp_exc_i,
+  input logic        rd_wait_i,
   input logic [15:0] rd_data_i,
   input logic        tlm_start_i
 );
@@ -28,6 +29,15 @@ module uartc (
 
   logic tx, de, tlm_tx, cmd_valid, cmd_broadcast, stop, good, rsp_busy, tlm_busy;
 
+  // A read waits once for a commit and once for a gain that ATUNE writes: the next one takes a division.
+  logic       rd_rsp, rd_wait;
+  logic [1:0] waits_q;
+  assign rd_wait = rd_wait_i && waits_q != 2'd2;
+  always @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) waits_q <= 2'd0;
+    else if (rd_rsp) waits_q <= rd_wait ? waits_q + 2'd1 : 2'd0;
+  end
+
   tc_uartc dut (
     .clk_i, .rst_ni, .rx_i,
     .tx_o(tx), .de_o(de), .tlm_tx_o(tlm_tx),
@@ -35,7 +45,7 @@ module uartc (
     .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast),
     .cmd_word_index_i, .stop_o(stop), .good_o(good),
     .cmd_done_i, .rsp_kind_i, .rsp_exc_i, .rsp_busy_o(rsp_busy),
-    .rd_data_i, .tlm_start_i, .tlm_busy_o(tlm_busy)
+    .rd_rsp_o(rd_rsp), .rd_wait_i(rd_wait), .rd_data_i, .tlm_start_i, .tlm_busy_o(tlm_busy)
   );
 
   // An answer is due from cmd_done_i of a command to this slave alone, with a kind that is an answer, until it has been sent.
