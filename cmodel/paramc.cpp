@@ -6,7 +6,6 @@ namespace meltstage::chip {
 namespace {
 
 constexpr unsigned kMaxRead = 32;
-constexpr unsigned kMaxWrite = 16;
 
 struct Judgement {
   Exception exception;
@@ -36,7 +35,7 @@ Judgement judge_form(const Command& c) {
       if (c.len != 8) return {kExcValue, kRspEcho};
       return {in_holding(c) ? kExcNone : kExcAddress, kRspEcho};
     case 16:
-      if (c.b == 0 || c.b > kMaxWrite || c.count != 2 * c.b || c.len != 9 + 2 * c.b)
+      if (c.b == 0 || c.b > spec::kWriteWords || c.count != 2 * c.b || c.len != 9 + 2 * c.b)
         return {kExcValue, kRspEcho};
       return {in_holding(c) ? kExcNone : kExcAddress, kRspEcho};
     case 8:

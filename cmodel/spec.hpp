@@ -15,6 +15,7 @@ inline constexpr std::uint16_t kVersion = 0x0001;
 inline constexpr std::uint16_t kMapCrc = 0x1662;
 inline constexpr unsigned kScanChains = 8;
 inline constexpr unsigned kTestSpeedup = 100;
+inline constexpr unsigned kWriteWords = 16;  // of one write
 inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
 
 inline constexpr unsigned kInputCount = 34;

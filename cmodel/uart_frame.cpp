@@ -13,7 +13,7 @@ constexpr unsigned kMostBytes = 256;
 constexpr unsigned kOverLong = 257;  // count_q stays here
 constexpr unsigned kStopBytes = 8;
 constexpr unsigned kFirstWord = 7;  // byte place of the data words of FC 16
-constexpr unsigned kWordsEnd = 39;  // 16 words
+constexpr unsigned kWordsEnd = kFirstWord + 2 * spec::kWriteWords;
 
 void set_high(std::uint16_t& word, std::uint8_t byte) {
   word = static_cast<std::uint16_t>(byte << 8 | (word & 0xFFu));

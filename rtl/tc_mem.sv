@@ -70,8 +70,10 @@ module tc_mem (
   // The word in hand: the one that is written or read, else the one under the pass.
   logic       scrub_step, show_staged, show_active;
   logic [5:0] index;
+  logic [15:0] reset_data;
   assign scrub_step  = scrub_busy_q && !wr_i && !commit_i && !rd_i;
   assign index       = wr_i ? wr_index_i : rd_i ? rd_index_i : scrub_index_q;
+  assign reset_data  = tc_pkg::reg_reset(index);
   assign show_staged = rd_i || !(scrub_active_q || discarding_q) || scan_en_i;
   assign show_active = (!rd_i && (scrub_active_q || discarding_q)) || scan_en_i;
 
@@ -80,15 +82,12 @@ module tc_mem (
   logic [LastWord:1] in_hand;
   (* mem2reg *) logic [21:0] open_staged [1:LastWord];
   logic [21:0] word;
-  logic [15:0] reset_data;
   always_comb begin
     word = 22'd0;
-    reset_data = 16'd0;
     for (int unsigned i = 1; i <= LastWord; i++) begin
       in_hand[i] = index == 6'(i) || scan_en_i;
       open_staged[i] = {22{(in_hand[i] && show_staged) || commit_i}} & (staged_q[i] ^ reset_word(6'(i)));
       word |= open_staged[i] | ({22{in_hand[i] && show_active}} & (active_q[i] ^ reset_word(6'(i))));
-      reset_data |= {16{in_hand[i]}} & tc_pkg::reg_reset(6'(i));
     end
   end
 

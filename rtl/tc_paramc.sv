@@ -111,7 +111,7 @@ module tc_paramc (
   localparam logic [2:0] RspIdStream = 3'd5;
   localparam logic [2:0] RspIdObject = 3'd6;
   localparam logic [15:0] MaxRead = 16'd32;
-  localparam logic [15:0] MaxWrite = 16'd16;
+  localparam logic [15:0] MaxWrite = tc_pkg::WriteWords;
   localparam logic [15:0] HoldingEnd = tc_pkg::HoldingBase + 16'(tc_pkg::HoldingCount);
 
   logic        decoded_q, writes_q, checking_q, last_q;

@@ -10,6 +10,7 @@ package tc_pkg;
   localparam logic [15:0] MapCrc = 16'h1662;
   localparam int unsigned ScanChains = 8;
   localparam int unsigned TestSpeedup = 100;
+  localparam logic [15:0] WriteWords = 16'd16;
   localparam logic [15:0] SetpointMargin = 16'd50;
 
   // Register spaces, Modbus PDU addresses.

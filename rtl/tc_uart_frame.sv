@@ -42,7 +42,8 @@ module tc_uart_frame (
   localparam logic [8:0] OverLong   = 9'd257;  // count_q stays here
   localparam logic [8:0] StopBytes  = 9'd8;
   localparam logic [8:0] FirstWord  = 9'd7;    // byte place of the data words of FC 16
-  localparam logic [8:0] WordsEnd   = 9'd39;   // 16 words
+  localparam logic [8:0] WordsEnd   = FirstWord + {tc_pkg::WriteWords[7:0], 1'b0};
+  localparam logic [3:0] WordMask   = 4'(tc_pkg::WriteWords - 16'd1);
 
   // Frame being received.
   logic [8:0]  count_q;
@@ -149,8 +150,8 @@ module tc_uart_frame (
             9'd6: bytes_q     <= data_i;
             default:
               if (count_q < WordsEnd) begin
-                if (!place[0]) words_q[place[4:1]][15:8] <= data_i;
-                else words_q[place[4:1]][7:0] <= data_i;
+                if (!place[0]) words_q[place[4:1] & WordMask][15:8] <= data_i;
+                else words_q[place[4:1] & WordMask][7:0] <= data_i;
               end
           endcase
         end

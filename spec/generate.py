@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes every file derived from spec/*.toml; with --check, fails on a derived file that is stale instead.
 
-Usage: generate.py [--check] [--out DIR] [--writable NAME,NAME...]
+Usage: generate.py [--check] [--out DIR] [--writable NAME,NAME...] [--words N]
 DIR: project root, default the parent of this file's folder
 NAMEs: a smaller chip for a small device: the other holding registers stand at their reset values for good
+N: and so many registers at the most in one write: 1, 2, 4, 8 or 16
 """
 import argparse
 import functools
@@ -106,6 +107,13 @@ def fix_all_but(writable: list[str], holding: list[dict]) -> None:
             reg["stored"] = 0
 
 
+def limit_writes(words: int, chip: dict) -> None:
+    """Leaves the frame buffer so many words; a longer write is an illegal value, as one of more than sixteen is."""
+    if words not in (1, 2, 4, 8, 16):
+        raise SpecError(f"--words: found {words}, expected 1, 2, 4, 8 or 16")
+    chip["write_words"] = words
+
+
 def finish_presets(spec: dict) -> None:
     for p in spec["preset"]:
         p["frame_word"] = p["length"] | p["mode"] << 6 | p["lsb"] << 8 | int(p["signed"]) << 13
@@ -186,12 +194,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail on a stale file")
     parser.add_argument("--writable", help="holding registers that a host can write, with commas; default all")
+    parser.add_argument("--words", type=int, help="registers of one write; default write_words of chip.toml")
     parser.add_argument("--out", type=pathlib.Path, default=SPEC.parent, help="project root to write into")
     args = parser.parse_args()
     try:
         spec = load()
         if args.writable is not None:
             fix_all_but(args.writable.split(","), spec["holding"])
+        if args.words is not None:
+            limit_writes(args.words, spec["chip"])
         files = render(spec)
     except (SpecError, tomllib.TOMLDecodeError, jinja2.TemplateError) as error:
         print(f"generate.py: {error}", file=sys.stderr)
