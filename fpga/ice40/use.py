@@ -17,8 +17,8 @@ def main(cells_path, timing_path, block, board):
     clock = re.search(r"\(([\d.]+) MHz\)", pathlib.Path(timing_path).read_text())
     luts = cells.get("SB_LUT4", 0)
     flops = sum(count for kind, count in cells.items() if kind.startswith("SB_DFF"))
-    print(f"{block:<12} {luts:>6} LUT4 {flops:>6} flops {cells.get('SB_MAC16', 0):>3} DSP {cells.get('SB_RAM40_4K', 0):>3} RAM "
-          f"{clock.group(1):>7} MHz")
+    rams = sum(count for kind, count in cells.items() if kind.startswith("SB_RAM40"))
+    print(f"{block:<12} {luts:>6} LUT4 {flops:>6} flops {cells.get('SB_MAC16', 0):>3} DSP {rams:>3} RAM {clock.group(1):>7} MHz")
     for line in (pathlib.Path(__file__).parent / "recorded.tsv").read_text().splitlines():
         recorded_board, recorded_block, recorded = line.split("\t")
         if (recorded_board, recorded_block) == (board, block) and luts > GROWTH * int(recorded):
