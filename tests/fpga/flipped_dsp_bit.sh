@@ -36,5 +36,5 @@ sys.exit("flipped_dsp_bit: found no DSP block in use")
 END
 icepack flipped.asc harness.bin
 rm -rf bitstream.v replay.txt bitstream.dir
-{ make -s -C "$fpga" BOARD=up5k TOP=tc_paramc REPLAY_CLOCKS=20000 out="$work" "$work/replay.txt" 2>&1 || true; } | tee log
+{ make -s -C "$fpga" BOARD=up5k TOP=tc_paramc REPLAY_CLOCKS=100000 out="$work" "$work/replay.txt" 2>&1 || true; } | tee log
 grep -qE "[1-9][0-9]* mismatches" log
