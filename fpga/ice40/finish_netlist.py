@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""finish_netlist.py BITS.asc NETLIST.v: what icebox_vlog leaves out of a UP5K's netlist or gets wrong, put right.
+"""finish_netlist.py BITS.asc NETLIST.v: what icebox_vlog leaves out of an HX8K's or UP5K's netlist or gets wrong, put right.
 
-It leaves out the DSP blocks: they become SB_MAC16, with the parameters that their bits say. Of a block RAM's two clocks it inverts the other one:
-a RAM's tiles stand as on the 8k, the lower one has the read clock.
+It leaves out the UP5K's DSP blocks: they become SB_MAC16, with the parameters that their bits say. Of a block RAM's two clocks it inverts the other
+one: it takes the tiles to stand as on the HX1K, but here the lower one has the read clock.
 NETLIST.v has icebox_vlog's comments, which say what each wire is made of; it is printed without them.
 """
 import re
@@ -72,9 +72,7 @@ def main(bits_path, netlist_path):
     wire_of = wires_of_segments(netlist)
     added = [line for x, y in sorted(device.dsp_tiles[0]) for line in multiplier(device, x, y, wire_of)]
     plain = re.sub(r"^//.*\n", "", netlist, flags=re.M)
-    if device.device == "5k":
-        plain = with_ram_clocks(plain)
-    print(plain.replace("\nendmodule", "\n".join(["", *added, "endmodule"])))
+    print(with_ram_clocks(plain).replace("\nendmodule", "\n".join(["", *added, "endmodule"])))
 
 
 if __name__ == "__main__":
