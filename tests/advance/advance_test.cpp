@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "tests/lockstep/random_run.hpp"
+#include "tests/lockstep/suite_seeds.hpp"
 #include "tb/upset.hpp"
 #include "twins.hpp"
 
@@ -106,7 +107,7 @@ class BesideAdvance final : public Device {
 TEST(Advance, EqualsStepInTheRandomRunsOfTheLockstepSuite) {
   Coverage all;
   std::uint64_t clocks = 0;
-  for (std::uint64_t seed = 1; seed <= 63; ++seed) {
+  for (const std::uint64_t seed : suite_seeds()) {
     const RandomRun run = random_run(std::make_unique<BesideAdvance>(random_start(seed)), seed, 300'000);
     all.add(run.coverage);
     clocks += run.compared.clocks;

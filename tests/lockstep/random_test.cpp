@@ -4,29 +4,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <set>
 
 #include "random_run.hpp"
+#include "suite_seeds.hpp"
 
 namespace meltstage::tb {
 namespace {
 
 constexpr std::uint64_t kClocks = 300'000;
 
-// Seeds that once failed, or reach what the others leave out, run first, for ever.
-std::vector<std::uint64_t> seeds() {
-  std::vector<std::uint64_t> list;
-  std::ifstream file(MELTSTAGE_SOURCE_DIR "/tests/seeds/random.txt");
-  for (std::uint64_t seed; file >> seed;) list.push_back(seed);
-  for (std::uint64_t seed = 1; seed <= 63; ++seed) list.push_back(seed);
-  return list;
-}
-
 TEST(Random, LockstepHoldsAndCoversTheSpecification) {
   Coverage all;
   std::uint64_t clocks = 0;
-  for (const std::uint64_t seed : seeds()) {
+  for (const std::uint64_t seed : suite_seeds()) {
     const RandomRun run = random_run(
         in_lockstep(random_start(seed),
                     {"random", seed, fmt::format("soak --first {} --seeds 1 --clocks {}", seed, kClocks)}),
