@@ -18,6 +18,7 @@ constexpr int kUndecided = 0;
 constexpr std::size_t kAll = ~std::size_t{0};
 constexpr int kTry = 1000;             // conflicts, of a problem that need not be decided
 constexpr std::uint32_t kFree = 5000;  // with nothing held
+constexpr std::uint32_t kSearch = 20000;
 
 bool is_wire(Gate kind) { return kind == Gate::buf || kind == Gate::inv || kind == Gate::output; }
 
@@ -280,12 +281,16 @@ Verdict TestSolver::without_holds(const Fault& fault) {
   return run(kFree, "plain", nullptr, {}, none) == kUnsat ? Verdict::redundant : Verdict::held;
 }
 
-// To all outputs: by cases of what steers the circuit; in one search with inprocessing where that doesn't
-// end.
+// To all outputs: in a search of some length, which finds most tests; by cases of what steers the circuit; in
+// one search with inprocessing where that doesn't end.
 int TestSolver::run_to_all(const Fault& fault, std::uint32_t conflict_limit, Cube& cube) {
   encode_outputs(fault, kAll);
   const std::vector<int> holds = held_literals();
-  const int status = run_by_cases(fault, conflict_limit, holds, cube);
+  int status =
+      run(conflict_limit == 0 ? kSearch : std::min(kSearch, conflict_limit), "sat", &fault, holds, cube);
+  if (status != kUndecided) return status;
+  encode_outputs(fault, kAll);
+  status = run_by_cases(fault, conflict_limit, holds, cube);
   if (status != kUndecided) return status;
   encode_outputs(fault, kAll);
   return run(conflict_limit, "default", &fault, holds, cube);
