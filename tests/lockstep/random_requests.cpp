@@ -27,6 +27,9 @@ std::vector<std::uint8_t> body(const ModbusRequest& request) {
 }
 
 ModbusRequest write_random_block(Rng& rng, std::uint8_t to) {
+  if (one_in(rng, 8))  // outside the map
+    return write_multiple_registers(to, any16(rng),
+                                    std::vector<std::uint16_t>(1 + rng.below(16), any16(rng)));
   const unsigned first = 1 + static_cast<unsigned>(rng.below(spec::kRegTs - 1));
   std::vector<std::uint16_t> values;
   const unsigned count = 1 + static_cast<unsigned>(rng.below(std::min(16u, spec::kRegTs - first)));
@@ -43,6 +46,7 @@ ModbusRequest write_random_register(Rng& rng, std::uint8_t to) {
 
 ModbusRequest unknown_function(Rng& rng, std::uint8_t to) {
   std::vector<std::uint8_t> bytes{to, static_cast<std::uint8_t>(rng.below(128))};
+  if (one_in(rng, 4)) bytes.push_back(0x0E);  // the MEI type that belongs to 2B alone
   for (std::uint64_t n = rng.below(9); n > 0; --n) bytes.push_back(static_cast<std::uint8_t>(rng.bits()));
   return with_crc(bytes);
 }
@@ -92,6 +96,12 @@ ModbusRequest order_by_block(Rng& rng, std::uint8_t unit, const Choices&) {
   return write_multiple_registers(unit, holding_address(spec::kRegCmd), values);
 }
 
+ModbusRequest nearly_stop(Rng& rng, std::uint8_t unit, const Choices& choices) {
+  std::vector<std::uint8_t> bytes = body(order<spec::kCmdStop>(rng, unit, choices));
+  bytes.back() ^= static_cast<std::uint8_t>(1u << rng.below(8));
+  return with_crc(bytes);
+}
+
 ModbusRequest unlock(Rng&, std::uint8_t unit, const Choices&) {
   return write_single_register(unit, holding_address(spec::kRegLock), 0);
 }
@@ -102,7 +112,8 @@ ModbusRequest read_all(Rng&, std::uint8_t unit, const Choices&) {
 
 ModbusRequest read_some(Rng& rng, std::uint8_t unit, const Choices&) {
   if (one_in(rng, 2)) return read_input_registers(unit, below16(rng, 28), below16(rng, 36));
-  return read_holding_registers(unit, holding_address(below16(rng, 62)), below16(rng, 36));
+  const unsigned first = one_in(rng, 4) ? unsigned{spec::kRegCmd} : below16(rng, 62);
+  return read_holding_registers(unit, holding_address(first), below16(rng, 36));
 }
 
 ModbusRequest set_one(Rng& rng, std::uint8_t unit, const Choices& choices) {

@@ -202,6 +202,7 @@ const Mix& setting_mix() {
 }
 const Mix& protocol_mix() {
   static const Mix mix{{4, kStop},
+                       {1, nearly_stop},
                        {1, order<spec::kCmdHold>},
                        {1, order<spec::kCmdCommit>},
                        {1, order<spec::kCmdDiscard>},
@@ -661,8 +662,9 @@ class Host {
     return draw(rng, kind_.mix(), bench_.unit(), choices);
   }
 
-  // Hold, a write, Commit, and a write that comes while the commit waits for its tick (exception 06); the
-  // read keeps the sequence open until that one has been answered.
+  // Hold, a write, and Commit or Discard; then a write that comes while the commit waits for its tick
+  // (exception 06), or while MEM takes back its words, and reads, which show what is left and keep the
+  // sequence open until all has been answered.
   void begin_held_writes() {
     const std::uint8_t unit = bench_.unit();
     const auto value = static_cast<std::uint16_t>(chance_.host.below(1'000));
@@ -671,8 +673,10 @@ class Host {
     };
     for (const ModbusRequest& request :
          {write_single_register(unit, holding_address(spec::kRegLock), 0), to_cmd(spec::kCmdHold),
-          write_single_register(unit, holding_address(spec::kRegAtDwell), value), to_cmd(spec::kCmdCommit),
+          write_single_register(unit, holding_address(spec::kRegAtDwell), value),
+          to_cmd(one_in(chance_.host, 2) ? spec::kCmdCommit : spec::kCmdDiscard),
           write_single_register(unit, holding_address(spec::kRegKp), value),
+          read_holding_registers(unit, holding_address(spec::kRegAtDwell), 1),
           read_input_registers(unit, 0, 1)}) {
       sequence_.push_back(request);
     }
