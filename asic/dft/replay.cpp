@@ -467,6 +467,20 @@ void write_work(const std::filesystem::path& path, const std::string& text) {
   if (!file.flush()) throw InputError(fmt::format("{}: can't be written", path.string()));
 }
 
+// Icarus 11 passes over them without a word.
+void refuse_wire_delays(const std::filesystem::path& sdf) {
+  std::ifstream file(sdf);
+  std::size_t number = 0;
+  for (std::string line; std::getline(file, line);) {
+    ++number;
+    if (line.find("(INTERCONNECT ") != std::string::npos)
+      throw InputError(
+          fmt::format("{}:{}: found INTERCONNECT, which Icarus leaves out, expected the delays of wires in "
+                      "the paths behind them; asic/flow/fold_wires.py FILE OUT puts them there",
+                      sdf.string(), number));
+  }
+}
+
 }  // namespace
 
 std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
@@ -500,6 +514,7 @@ ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library
   if (delays.sdf.empty()) {
     write_work(work / "cells.v", cell_models(netlist, library));
   } else {
+    refuse_wire_delays(delays.sdf);
     cells = fmt::format("'{}'", std::filesystem::absolute(delays.cells).string());
     specify = "-gspecify -Tmax ";  // OpenSTA writes least and longest delays, and no typical ones
   }

@@ -23,7 +23,7 @@ $(lay)/timing.txt $(lay)/delays.sdf &: $(lay)/routed.v $(lay)/$(TOP).sdf $(here)
 	mv $(lay)/timing.txt.part $(lay)/timing.txt
 
 # The routed netlist with its delays beside the RTL's gates in Icarus, random inputs, outputs compared before each clock edge.
-$(lay)/sdf.txt: $(lay)/delays.sdf $(lay)/routed.v $(out)/reference.il $(here)/sdf_replay.py
+$(lay)/sdf.txt: $(lay)/delays.sdf $(lay)/routed.v $(out)/reference.il $(here)/sdf_replay.py $(here)/fold_wires.py
 	$(here)/sdf_replay.py $(out)/reference.il $(lay)/routed.v $(lay)/delays.sdf $(TOP) $(cells_verilog) $(PERIOD_NS) > $@.part
 	mv $@.part $@
 

@@ -1,8 +1,9 @@
-#!/usr/bin/python3
+#!/usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
 """sdf_replay.py REFERENCE.il NETLIST.v DELAYS.sdf TOP CELLS.v PERIOD_NS [PORT=VALUE]...: a netlist with its delays beside RTL's gates in Icarus.
 
-Both get the same random inputs just after each rising edge, at the sign-off period; outputs are compared just before the next.
+Both get the same random inputs just after each rising edge, at the sign-off period; outputs are compared just before the next. Delays of
+wires are put into the paths behind them (fold_wires.py).
 PORT=0 and PORT=1 hold an input, all bits of it; PORT=- leaves an output out. An unknown on an output is a mismatch. Prints the clocks and
 mismatches; exits with 1 when there are mismatches, with 2 and one line on wrong use or files that don't fit.
 """
@@ -12,6 +13,8 @@ import re
 import subprocess
 import sys
 import tempfile
+
+import fold_wires
 
 CLOCKS = 2000
 
@@ -89,8 +92,9 @@ def replay(work, reference, netlist, delays, top, cells, period, ports_as, seed)
     inputs = [name for name, port in ports.items() if port["direction"] == "input" and name != "clk_i"]
     outputs = [name for name, port in ports.items() if port["direction"] == "output" and value(name) != "-"]
     stimuli = [name for name in inputs if name != "rst_ni" and value(name) is None]
+    (work / "delays.sdf").write_text(fold_wires.folded(pathlib.Path(delays).read_text(encoding="utf-8"))[0], encoding="utf-8")
     (work / "bench.v").write_text(BENCH.format(
-        top=top, period=period, clocks=CLOCKS, seed=seed, sdf=pathlib.Path(delays).resolve(),
+        top=top, period=period, clocks=CLOCKS, seed=seed, sdf=work / "delays.sdf",
         regs="\n".join(f"  reg {name} = {value(name) or 0};" for name in inputs),
         wires="\n".join(f"  wire routed_{name}, gates_{name};" for name in outputs),
         routed=", ".join([f".{n}({n})" for n in ["clk_i", *inputs]] + [f".{n}(routed_{n})" for n in outputs]),

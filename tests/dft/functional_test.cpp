@@ -2,6 +2,7 @@
 #include "asic/dft/functional.hpp"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cctype>
@@ -9,6 +10,7 @@
 #include <fstream>
 #include <set>
 
+#include "asic/dft/error.hpp"
 #include "asic/dft/fault_simulator.hpp"
 #include "asic/dft/places.hpp"
 #include "tests/dft/support.hpp"
@@ -352,6 +354,14 @@ TEST(Functional, DelaysDecideInIcarus) {
   EXPECT_EQ(fast.strobes, stream.cycles.size() * view.output_ports.size());
   EXPECT_EQ(fast.mismatches, 0u) << fast.first;
   EXPECT_NE(replayed(45).mismatches, 0u);
+  std::ofstream(work / "delays.sdf", std::ios::app)
+      << "(CELL (INSTANCE)\n (DELAY (ABSOLUTE\n  (INTERCONNECT a b/A (1::1) (1::1)))))\n";
+  EXPECT_THAT(
+      [&] {
+        replay_in_icarus(netlist, mini_library(), stream, work,
+                         {work / "delayed_cells.v", work / "delays.sdf"});
+      },
+      testing::ThrowsMessage<InputError>(testing::HasSubstr("found INTERCONNECT")));
 }
 
 // Without its reset the machine's first strobes hang on the power-up state.

@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# routed_fault.sh removed_via|displaced_wire|shorted_nets|fast_clock|slow_cells FOLDER TOP FLOW TECH: passes when the check of a routed layout (make ... routed) finds
+# routed_fault.sh removed_via|displaced_wire|shorted_nets|fast_clock|slow_cells|slow_wires FOLDER TOP FLOW TECH: passes when the check of a routed layout (make ... routed) finds
 # the fault in a copy of it, in the words that fit.
 set -euo pipefail
 fault=$1 folder=$2 top=$3 flow=$4 tech=$5
@@ -10,10 +10,14 @@ trap 'rm -rf "$work"' EXIT
 export QT_QPA_PLATFORM=offscreen
 rules=$flow/tech/${tech}_rules.json
 
-if [ "$fault" = fast_clock ] || [ "$fault" = slow_cells ]; then
-  period=0.3 factor=1  # far below the delay of its longest path
-  [ "$fault" = fast_clock ] || period=20 factor=100
-  perl -pe "s/([\d.]+)::([\d.]+)/\$1 * $factor . '::' . \$2 * $factor/ge" "$folder/routed/delays_typ.sdf" >"$work/delays.sdf"
+period=20 slower=
+case $fault in
+fast_clock) period=0.3 slower=1 lines=IOPATH ;; # far below the delay of its longest path
+slow_cells) slower=100 lines=IOPATH ;;
+slow_wires) slower=100000 lines=INTERCONNECT ;; # they are short
+esac
+if [ -n "$slower" ]; then
+  perl -pe "/$lines/ && s/([\d.]+)::([\d.]+)/\$1 * $slower . '::' . \$2 * $slower/ge" "$folder/routed/delays_typ.sdf" >"$work/delays.sdf"
   told=$("$flow/sdf_replay.py" "$folder/reference.il" "$folder/routed/routed.v" "$work/delays.sdf" "$top" "${lef%.lef}.v" $period || true)
   echo "$told"
   grep -q ", [1-9][0-9]* mismatches" <<<"$told"
