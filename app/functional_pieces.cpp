@@ -49,6 +49,7 @@ class Pieces {
     protection();
     long_times();
     reset_in_operation();
+    commits();
     return s_.finish();
   }
 
@@ -253,7 +254,8 @@ class Pieces {
     look();
   }
 
-  // Staged and active words take a value and its complement; Discard copies the active words back to be read.
+  // Staged and active words take a value, its complement, and one in which two bits differ, so that the
+  // parity of six bits changes too; Discard copies the active words back to be read.
   void registers() {
     s_.begin("registers: staged and active, both values of every bit, SECDED");
     s_.command(spec::kCmdDiscard);
@@ -265,10 +267,10 @@ class Pieces {
       if (round == 0) {
         for (std::uint16_t reg = 0; reg < spec::kHoldingCount; ++reg) value[reg] = spec::kHolding[reg].max;
       }
-      for (const bool complement : {false, true}) {
-        Parameters p = value;
-        for (std::uint16_t reg = 0; complement && reg < spec::kHoldingCount; ++reg)
-          p[reg] = spec::kHolding[reg].min + spec::kHolding[reg].max - value[reg];
+      for (const Change change : {Change::none, Change::complement, Change::two_bits}) {
+        Parameters p;
+        for (std::uint16_t reg = 0; reg < spec::kHoldingCount; ++reg)
+          p[reg] = changed(reg, value[reg], change);
         p[spec::kRegSetpoint] = std::min<std::int32_t>(p[spec::kRegSetpoint], kSetpointTop);
         p[spec::kRegTs] = now_[spec::kRegTs];
         write_all(p);
@@ -317,6 +319,36 @@ class Pieces {
     }
     set(spec::kRegTs, calm()[spec::kRegTs]);
     s_.ticks();
+  }
+
+  enum class Change : std::uint8_t { none, complement, two_bits };
+  static std::int32_t changed(std::uint16_t reg, std::int32_t value, Change change) {
+    const spec::RegisterInfo& info = spec::kHolding[reg];
+    if (change == Change::complement) return info.min + info.max - value;
+    if (change == Change::none) return value;
+    for (const std::int32_t bits : {0x0410, 0x0010}) {
+      if ((value ^ bits) >= info.min && (value ^ bits) <= info.max) return value ^ bits;
+    }
+    return value;
+  }
+
+  // A commit opens all staged words at a time: two that aren't as after reset bring any pattern to the
+  // corrector.
+  void commits() {
+    s_.begin("registers: commits of any two words");
+    s_.reset();
+    s_.write(spec::kRegTs, calm()[spec::kRegTs]);
+    s_.write(spec::kRegBaud, kFastBaud);
+    s_.ticks();
+    s_.set_line(kFastBaud, 0, s_.address());
+    for (unsigned round = 0; round < often(400, 4); ++round) {
+      const auto few_bits = [&](spec::Reg reg) {
+        return spec::kHolding[reg].reset ^ static_cast<std::int32_t>(random_() & random_() & 0xFFFF);
+      };
+      s_.write(spec::kRegKp, std::array{few_bits(spec::kRegKp), few_bits(spec::kRegKiApproach)});
+      s_.ticks();
+    }
+    s_.read_holding();
   }
 
   tb::ModbusRequest write_request(std::uint16_t reg, std::int32_t value) const {
