@@ -62,7 +62,8 @@ def refuse(reason):
 def run(command, **options):
     done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
     if done.returncode:
-        refuse(f"{command[0]} failed: {(done.stderr or done.stdout or f"exit status {done.returncode}").strip().splitlines()[-1]}")
+        said = (done.stderr or done.stdout).strip() or f"exit status {done.returncode}"
+        refuse(f"{command[0]} failed: {said.splitlines()[-1]}")
     return done.stdout
 
 
