@@ -68,8 +68,9 @@ struct Sampled {
 };
 
 // Transition faults drawn at random, each with a test or a verdict.
-Sampled transition_sample(const dft::CaptureView& view, std::size_t count, std::uint64_t seed) {
-  dft::TransitionView transitions = dft::launch_on_capture(view);
+Sampled transition_sample(const dft::CaptureView& view, const std::string& scan_enable, std::size_t count,
+                          std::uint64_t seed) {
+  dft::TransitionView transitions = dft::launch_on_capture(view, scan_enable);
   std::vector<std::size_t> inside, sample;
   for (std::size_t fault = 0; fault < transitions.faults.total(); ++fault) {
     if (transitions.faults.class_of[fault] != dft::FaultList::kNoClass) inside.push_back(fault);
@@ -160,7 +161,7 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
   const dft::IddqStops iddq =
       dft::scan_iddq_stops(design, view, kIddqStops, {.seed = options.seed, .conflict_limit = kFewConflicts});
   const std::size_t transition_faults = options.quick ? 250 : 1000;
-  const Sampled transition = transition_sample(view, transition_faults, options.seed);
+  const Sampled transition = transition_sample(view, design.scan_enable, transition_faults, options.seed);
   const std::size_t functional_faults = options.quick ? 511 : 1022;
   const Functional functional = functional_sample(netlist, library, functional_faults, options);
 

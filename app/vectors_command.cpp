@@ -204,7 +204,7 @@ Tests transition_tests(const Options& options, const Subject& subject) {
         fmt::format("{}: found no flops, expected some that launch transitions; "
                     "give --faults stuck-at",
                     options.netlist.string()));
-  const TransitionView view = launch_on_capture(subject.view);
+  const TransitionView view = launch_on_capture(subject.view, subject.design.scan_enable);
   Tests tests;
   tests.set =
       generate_tests(view.circuit, view.faults, {.seed = options.seed, .conflict_limit = options.conflicts});

@@ -49,9 +49,26 @@ Frames add_frames(const CaptureView& view, CircuitBuilder& builder) {
   return frames;
 }
 
+// By node: the level that lines of the scan enable have while chains shift, -1 for all others.
+std::vector<std::int8_t> shifting_levels(const CaptureView& view, const std::string& scan_enable) {
+  const Circuit& circuit = view.circuit;
+  std::vector<std::int8_t> levels(circuit.size(), -1);
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+    if (view.input_ports[i] == scan_enable && circuit.held()[i] >= 0)
+      levels[circuit.inputs()[i]] = circuit.held()[i] == 0 ? 1 : 0;
+  }
+  for (Node node = 0; node < circuit.size(); ++node) {
+    const Gate kind = circuit.kind(node);
+    if (kind != Gate::buf && kind != Gate::inv) continue;
+    const std::int8_t driver = levels[circuit.fanin(node)[0]];
+    if (driver >= 0) levels[node] = kind == Gate::inv ? static_cast<std::int8_t>(1 - driver) : driver;
+  }
+  return levels;
+}
+
 }  // namespace
 
-TransitionView launch_on_capture(const CaptureView& view) {
+TransitionView launch_on_capture(const CaptureView& view, const std::string& scan_enable) {
   CircuitBuilder builder;
   Frames frames = add_frames(view, builder);
   for (const Site& site : view.circuit.sites())
@@ -68,17 +85,18 @@ TransitionView launch_on_capture(const CaptureView& view) {
   result.first_clock = std::move(frames.first);
   result.second_clock = std::move(frames.second);
   result.faults = collapse_along_wires(result.circuit);
-  std::vector<Node> launch_of(result.circuit.size(), kNoNode);  // by node of the second clock
-  for (Node node = 0; node < view.circuit.size(); ++node) {
-    Node before = result.first_clock[node];
-    if (before == kNoNode) before = result.first_clock[view.circuit.fanin(node)[0]];
-    launch_of[result.second_clock[node]] = before;
-  }
+  std::vector<Node> in_view(result.circuit.size(), kNoNode);  // by node of the second clock
+  for (Node node = 0; node < view.circuit.size(); ++node) in_view[result.second_clock[node]] = node;
+  const std::vector<std::int8_t> shifting = shifting_levels(view, scan_enable);
   for (Fault& fault : result.faults.classes) {
-    const Node line = fault.pin == kStem
-                          ? fault.node
-                          : result.circuit.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
-    fault.launch = launch_of[line];
+    const Node site = in_view[fault.node];
+    const Node line =
+        fault.pin == kStem ? site : view.circuit.fanin(site)[static_cast<std::size_t>(fault.pin)];
+    const Node before = result.first_clock[line];
+    fault.launch = before != kNoNode ? before : result.first_clock[view.circuit.fanin(line)[0]];
+    if (shifting[line] != (fault.stuck ? 1 : 0) || result.first_clock[site] == kNoNode) continue;
+    fault.node = result.first_clock[site];
+    fault.launch = kNoNode;
   }
   return result;
 }
