@@ -72,13 +72,17 @@ ModbusRequest draw(Rng& rng, const Mix& mix, std::uint8_t unit, const Choices& c
 
 std::uint16_t any_value(Rng& rng, unsigned index) {
   const spec::RegisterInfo& info = spec::kHolding[index];
-  switch (rng.below(6)) {
+  switch (rng.below(8)) {
     case 0:
       return static_cast<std::uint16_t>(info.min);
     case 1:
       return static_cast<std::uint16_t>(info.max);
     case 2:
       return any16(rng);
+    case 3:
+      return static_cast<std::uint16_t>(info.min - 1);
+    case 4:
+      return static_cast<std::uint16_t>(info.max + 1);
     default: {
       const auto span = static_cast<std::uint64_t>(info.max - info.min) + 1;
       return static_cast<std::uint16_t>(info.min + static_cast<std::int64_t>(rng.below(span)));

@@ -65,7 +65,7 @@ ModbusRequest anything(Rng& rng, std::uint8_t unit, const Choices& choices);
 // What a bad line does to a frame.
 void damage(Rng& rng, ModbusRequest& request);
 
-// A value for a register: mostly inside its range, often at an end, sometimes anything.
+// A value for a register: mostly inside its range, often at an end or beside it, sometimes anything.
 std::uint16_t any_value(Rng& rng, unsigned index);
 // Registers that a random host may write without slowing everything to a crawl.
 bool writable(unsigned index);
