@@ -49,6 +49,28 @@ void add_runner_options(CLI::App* command, app::RunWindowsSettings& settings, bo
       ->check(CLI::Range(1, 100));
 }
 
+// One line of what is wrong with the call. CLI11 says of a missing and of an unknown command only that one is
+// required.
+std::string usage_error(const CLI::App* root, const CLI::Error& error) {
+  const CLI::App* command = root;
+  std::string called = "meltstage";
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().back();
+    called += " " + command->get_name();
+  }
+  const std::vector<std::string> unknown = root->remaining(true);
+  std::string what = error.what();
+  if (command->get_require_subcommand_min() > 0) {
+    std::string known;
+    for (const CLI::App* one :
+         command->get_subcommands([](const CLI::App* a) { return !a->get_name().empty(); }))
+      known += (known.empty() ? "" : ", ") + one->get_name();
+    what = (unknown.empty() ? "no command given" : fmt::format("found \"{}\"", unknown.front())) +
+           ", expected one of: " + known;
+  }
+  return fmt::format("{}: {}; {} --help tells more\n", called, what, called);
+}
+
 std::string command_line(int argc, char** argv) {
   std::string line = "meltstage";
   for (int i = 1; i < argc; ++i) line += std::string(" ") + argv[i];
@@ -144,6 +166,7 @@ int main(int argc, char** argv) {
   const std::function<int()> vectors_command = app::add_vectors_command(cli);
   const std::function<int()> conformal = app::add_conformal_command(cli);
 
+  cli.failure_message(usage_error);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -213,7 +213,10 @@ int main(int argc, char** argv) {
       ->needs(buffers);
   app.add_option("--leaf-load", o.leaf_load_pf, "what a buffer of a tree drives at most, pF");
   app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
-  app.add_option("--most-slew", o.most_slew_ns, "slowest edge before a driver is made stronger, ns")->check(CLI::PositiveNumber);
+  app.add_option("--most-slew", o.most_slew_ns, "slowest edge before a driver is made stronger, ns")
+      ->check([](const std::string& text) {
+        return std::atof(text.c_str()) > 0 ? "" : "found " + text + ", expected more than 0 ns";
+      });
   app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
   app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
   try {

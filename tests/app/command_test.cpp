@@ -17,7 +17,9 @@ namespace meltstage {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 // A folder of its own for each test.
@@ -259,11 +261,22 @@ TEST_F(Command, OptionForTheFullJobIsRefusedWithout) {
   EXPECT_FALSE(fs::exists(out()));
 }
 
+TEST_F(Command, AnUnknownCommandIsNamedBesideThoseThatThereAre) {
+  EXPECT_THAT(run_command("prnit").output,
+              AllOf(HasSubstr("found \"prnit\", expected one of: print, "), Not(HasSubstr("required"))));
+  EXPECT_THAT(run_command("chip raed").output,
+              AllOf(HasSubstr("meltstage chip: found \"raed\""), HasSubstr(" read, ")));
+  EXPECT_THAT(run_command("vectors").output,
+              HasSubstr("meltstage vectors: no command given, expected one of: "));
+  EXPECT_THAT(run_command("bench --nonsense").output, HasSubstr("meltstage bench: "));
+}
+
 TEST_F(Command, WrongUseHasStatusTwo) {
   EXPECT_EQ(run_command("").status, 2);
   EXPECT_EQ(run_command("prnit").status, 2);
   EXPECT_EQ(run_command("print").status, 2);
   EXPECT_EQ(run_command("bench nonsense").status, 2);
+  EXPECT_EQ(run_command("bench --nonsense").status, 2);
   EXPECT_EQ(run_command("--help").status, 0);
   EXPECT_EQ(run_command("bench --list").status, 0);
 }
