@@ -26,18 +26,15 @@ constexpr double kPeriod_ns = 20.0;              // 50 MHz
 
 // Wanted of every layout.
 const std::map<std::string, Wanted> kWantedOfLayout{
-    {"nets not routed", {{}, 0.0}},
-    {"open nets", {{}, 0.0}},
-    {"nets in conflict", {{}, 0.0}},
-    {"antenna rules broken", {{}, 0.0}},
-    {"DRC errors", {{}, 0.0}},
-    {"LVS errors", {{}, 0.0}},
+    {"nets not routed", {{}, 0.0}},      {"open nets", {{}, 0.0}},  {"nets in conflict", {{}, 0.0}},
+    {"antenna rules broken", {{}, 0.0}}, {"DRC errors", {{}, 0.0}}, {"LVS errors", {{}, 0.0}},
 };
 
 // Wanted of the whole chip in SG13G2; the rows' names are those of asic/flow/summary.py.
 const std::map<std::string, Wanted> kWantedOfChip{
     {"area of the cells", {{}, 0.6 * kPaperDie_um2}},
-    {"current at 12 MHz and 1.2 V, no wires, no glitches", {{}, 0.5}},
+    {"area of the core (rows)", {{}, 0.6 * kPaperDie_um2}},
+    {"current at 12 MHz and 1.2 V, no glitches", {{}, 0.5}},
     {"setup slack, slow", {0.2 * kPeriod_ns, {}}},
     {"setup slack, typ", {0.2 * kPeriod_ns, {}}},
     {"setup slack, fast", {0.2 * kPeriod_ns, {}}},

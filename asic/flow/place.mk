@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Placement, clock tree and power grid by our own placer (docs/layout.md), proved and timed at each corner. Included by the Makefile.
 placed := $(out)/placed
-UTILIZATION ?= 0.60
+UTILIZATION ?= $(utilization)
 ifeq ($(PLACER),)
 PLACER := $(root)/build/release/asic/layout/meltstage_place
 $(PLACER): $(wildcard $(root)/asic/layout/*.?pp)

@@ -29,8 +29,6 @@ td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-wi
 {% endif %}</html>
 """, autoescape=True)
 
-
-
 NONE_ALLOWED = re.compile(r"nets not routed|open nets|nets in conflict|antenna rules broken|pins without access|cells with crowded pins|(DRC|LVS) errors|mismatches in Icarus|placement errors")
 
 
@@ -93,22 +91,27 @@ def netlist_rows(folder):
     return rows
 
 
-def run_rows(folder):
-    """The netlist over recorded pins, and what it drew; OpenSTA's last column is the total in W."""
-    replay = re.search(r"(\d+) clocks, (\d+) mismatches", text_if_newer(folder / "replay.txt", folder / "netlist.v"))
-    rows = [row(f"mismatches with the model's pins, {replay.group(1)} clocks", int(replay.group(2)))] if replay else []
+def run_rows(text):
+    """A netlist over recorded pins."""
+    replay = re.search(r"(\d+) clocks, (\d+) mismatches", text)
+    return [row(f"mismatches with the model's pins, {replay.group(1)} clocks", int(replay.group(2)))] if replay else []
+
+
+def power_rows(text):
+    """What the routed chip drew in such a run (power.py), with its wires."""
     power = {name: float(total) for name, total in
-             re.findall(r"^(logic|flops|clock gates|clock pin|leakage|Total) .*?(\S+)(?: +\S+ mA.*)?$", text_if_newer(folder / "power.txt", folder / "netlist.v"), re.M)}
-    if power:
-        rows += [row(f"{name.lower()} power at 12 MHz", round(1e3 * watts, 4), "mW") for name, watts in power.items()]
-        rows.append(row("current at 12 MHz and 1.2 V, no wires, no glitches", round(1e3 * power["Total"] / 1.2, 3), "mA"))
-    return rows
+             re.findall(r"^(logic|flops|clock tree|clock gates|clock pin|leakage|Total) .*?(\S+)(?: +\S+ mA.*)?$", text, re.M)}
+    rows = [row(f"{name.lower()} power at 12 MHz", round(1e3 * watts, 4), "mW") for name, watts in power.items()]
+    return rows + ([row("current at 12 MHz and 1.2 V, no glitches", round(1e3 * power["Total"] / 1.2, 3), "mA")] if power else [])
 
 
 def placement_rows(folder, period_ns, corners):
     """What the placer wrote (what, value and unit, parted by tabs), the proof, and timing with the clock through its tree."""
     placed = folder / "placed"
-    rows = [row(*line.split("\t")) for line in text_of(placed / "place.txt").splitlines()]
+    told = [line.split("\t") for line in text_of(placed / "place.txt").splitlines()]
+    rows = [row(*line) for line in told]
+    if folder.name == "tc_top":
+        rows += [row("the core of the paper's whole die", round(100 * float(value) / PAPER_DIE_UM2, 1), "%") for what, value, _ in told if what == "area of the core (rows)"]
     if "Networks are equivalent" in text_if_newer(placed / "equivalence.txt", placed / "place.txt"):
         rows.append(row("RTL's gates = what is placed", "proved"))
     for corner in corners:
@@ -160,6 +163,7 @@ def routing_rows(folder, period_ns, corners):
     for corner in corners:
         if is_newer(routed / f"timing_{corner}.txt", routed / "route.txt"):
             rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns)
+    rows += run_rows(text_if_newer(routed / "replay.txt", routed / "route.txt")) + power_rows(text_if_newer(routed / "power.txt", routed / "route.txt"))
     return rows + replay_rows(routed)
 
 
@@ -180,7 +184,7 @@ def main(folder, top, period_ns, corners):
     own = folder / top
     tables = [("Netlist", netlist_rows(own)),
               ("Timing before layout, ideal clock", [r for c in corners for r in timing_rows(c, own / f"timing_{c}.txt", period_ns)]),
-              ("A recorded run", run_rows(own)),
+              ("A recorded run", run_rows(text_if_newer(own / "replay.txt", own / "netlist.v"))),
               ("Placement, the clock through its tree, wires estimated", placement_rows(own, period_ns, corners)),
               ("Routing, wires as drawn", routing_rows(own, period_ns, corners)),
               ("Layout", layout_rows(own, period_ns))]

@@ -85,13 +85,18 @@ Rail rail_of(const Technology& technology) {
 
 }  // namespace
 
-double utilization(const Design& design, const Technology& technology) {
+double core_area(const Design& design, const Technology& technology) {
   double rows = 0.0;
   for (const Row& row : design.rows) {
     const Site& site = technology.sites[static_cast<std::size_t>(row.site)];
     rows +=
         static_cast<double>(row.sites) * static_cast<double>(site.width) * static_cast<double>(site.height);
   }
+  return rows;
+}
+
+double utilization(const Design& design, const Technology& technology) {
+  const double rows = core_area(design, technology);
   return rows > 0.0 ? cell_area(design, technology) / rows : 0.0;
 }
 

@@ -63,6 +63,9 @@ Nm wirelength(const Design& design, const Technology& technology);
 /// wrongly or overlapping another.
 std::vector<std::string> placement_errors(const Design& design, const Technology& technology);
 
+/// Area of the rows, nm2.
+double core_area(const Design& design, const Technology& technology);
+
 /// Area of the cells over that of the rows.
 double utilization(const Design& design, const Technology& technology);
 

@@ -162,6 +162,7 @@ int run(const Options& o) {
   print("cells placed", fmt::format("{}", cells), "");
   print("die", fmt::format("{:.1f} x {:.1f}", um(design.die.x1), um(design.die.y1)), "um");
   print("area of the die", fmt::format("{:.0f}", mm2(design.die.x1, design.die.y1)), "um2");
+  print("area of the core (rows)", fmt::format("{:.0f}", core_area(design, technology) / 1e6), "um2");
   print("utilization of the rows", fmt::format("{:.1f}", 100 * used), "%");
   print("half-perimeter wirelength", fmt::format("{:.2f}", improved), "mm");
   print("the same before improvement", fmt::format("{:.2f}", legal), "mm");
