@@ -170,7 +170,7 @@ def main(counts, clocks, netlist, top, liberty, clock_hz, spef=None):
         of = cells[cell["type"]]
         out = next((bit for pin, (bit,) in cell["connections"].items() if of.drives(pin)), None)
         kind = "clock gates" if of.gate else "flops" if of.flop else "clock tree" if alike.first(out) in clock_nets else "logic"
-        number[kind] += 1
+        number[kind] += bool(cell["connections"])  # not fillers
         leakage += of.leakage * 1e-12
         for pin, (bit,) in cell["connections"].items():
             internal[kind] += count[bit] * of.change(pin, load[bit] if of.drives(pin) else 0) * watts_of_a_count

@@ -102,7 +102,7 @@ def power_rows(text):
     power = {name: float(total) for name, total in
              re.findall(r"^(logic|flops|clock tree|clock gates|clock pin|leakage|Total) .*?(\S+)(?: +\S+ mA.*)?$", text, re.M)}
     rows = [row(f"{name.lower()} power at 12 MHz", round(1e3 * watts, 4), "mW") for name, watts in power.items()]
-    return rows + ([row("current at 12 MHz and 1.2 V, no glitches", round(1e3 * power["Total"] / 1.2, 3), "mA")] if power else [])
+    return rows + [row(f"current at 12 MHz and {volts} V, no glitches", float(current), "mA") for current, volts in re.findall(r"(\S+) mA at (\S+) V", text)]
 
 
 def placement_rows(folder, period_ns, corners):
