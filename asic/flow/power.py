@@ -140,6 +140,7 @@ def main(counts, clocks, netlist, top, liberty, clock_hz, spef=None):
     volts = float(library.values["nom_voltage"][0])
     toggles = toggle_counts(counts)
     module = json.load(open(netlist, encoding="utf-8"))["modules"][top]
+    parts = {name: cell for name, cell in module["cells"].items() if cell["connections"]}  # not fillers
     wire = wires_pf(spef) if spef else {}
     names, load, alike = collections.defaultdict(list), collections.Counter(), Alike()
     for name, net in module["netnames"].items():
@@ -147,7 +148,7 @@ def main(counts, clocks, netlist, top, liberty, clock_hz, spef=None):
             names[net["bits"][0]].append(name)
     for bit, called in names.items():
         load[bit] += next((wire[name] for name in called if name in wire), 0.0)
-    for instance, cell in module["cells"].items():
+    for instance, cell in parts.items():
         of = cells[cell["type"]]
         for pin, (bit,) in cell["connections"].items():
             names[bit].append(f"{instance}.{pin}")  # flattening may have called a net after any pin on it
@@ -162,15 +163,15 @@ def main(counts, clocks, netlist, top, liberty, clock_hz, spef=None):
     # A change of all nets together happens this often a second; energies are in pJ.
     watts_of_a_count = 1e-12 * float(clock_hz) / float(clocks)
     clock_bit = module["ports"]["clk_i"]["bits"][0]
-    clock_nets = {alike.first(bit) for bit in [clock_bit] + [cell["connections"][pin][0] for cell in module["cells"].values()
+    clock_nets = {alike.first(bit) for bit in [clock_bit] + [cell["connections"][pin][0] for cell in parts.values()
                                                          if cells[cell["type"]].gate for pin in cell["connections"] if cells[cell["type"]].drives(pin)]}
     internal, switching, number, leakage = collections.Counter(), collections.Counter(), collections.Counter(), 0.0
     clocked = 0.0
-    for cell in module["cells"].values():
+    for cell in parts.values():
         of = cells[cell["type"]]
         out = next((bit for pin, (bit,) in cell["connections"].items() if of.drives(pin)), None)
         kind = "clock gates" if of.gate else "flops" if of.flop else "clock tree" if alike.first(out) in clock_nets else "logic"
-        number[kind] += bool(cell["connections"])  # not fillers
+        number[kind] += 1
         leakage += of.leakage * 1e-12
         for pin, (bit,) in cell["connections"].items():
             internal[kind] += count[bit] * of.change(pin, load[bit] if of.drives(pin) else 0) * watts_of_a_count
