@@ -64,6 +64,8 @@ std::vector<BenchRow> bench_silicon(const BenchOptions& options) {
   const nlohmann::json found = nlohmann::json::parse(file);
   std::vector<BenchRow> rows;
   for (const auto& table : found.at("tables")) {
+    const std::string title = table.at("title");
+    const std::string part = title.substr(0, title.find(','));
     for (const auto& row : table.at("rows")) {
       const std::string what = row.at("what");
       const bool proof = row.at("value") == "proved";
@@ -73,7 +75,8 @@ std::vector<BenchRow> bench_silicon(const BenchOptions& options) {
       if (kWantedOfLayout.contains(what)) wanted = kWantedOfLayout.at(what);
       if (top == "tc_top" && tech == "sg13g2" && kWantedOfChip.contains(what))
         wanted = kWantedOfChip.at(what);
-      rows.push_back({fmt::format("{}, {}: {}", top, tech, what), proof ? 1.0 : row.at("value").get<double>(),
+      rows.push_back({fmt::format("{}, {}, {}: {}", top, tech, part, what),
+                      proof ? 1.0 : row.at("value").get<double>(),
                       proof ? "proved" : row.at("unit").get<std::string>(), wanted.at_least, wanted.at_most});
     }
   }

@@ -109,7 +109,7 @@ def placement_rows(folder, period_ns, corners):
     """What the placer wrote (what, value and unit, parted by tabs), the proof, and timing with the clock through its tree."""
     placed = folder / "placed"
     told = [line.split("\t") for line in text_of(placed / "place.txt").splitlines()]
-    rows = [row(*line) for line in told]
+    rows = [row(what, json.loads(value) if re.fullmatch(r"\d+(\.\d+)?", value) else value, unit) for what, value, unit in told]
     if folder.name == "tc_top":
         rows += [row("the core of the paper's whole die", round(100 * float(value) / PAPER_DIE_UM2, 1), "%") for what, value, _ in told if what == "area of the core (rows)"]
     if "Networks are equivalent" in text_if_newer(placed / "equivalence.txt", placed / "place.txt"):
