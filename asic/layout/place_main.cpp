@@ -139,7 +139,7 @@ int run(const Options& o) {
   trees.leaf_load_pf = o.leaf_load_pf;
   if (!o.clock.empty()) {
     delays = read_delays(o.liberty);
-    fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, trees);
+    fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, o.most_slew_ns, trees);
     sized = size_drivers(design, technology, delays, o.clock, o.most_slew_ns, trees);
     tree = build_clock_tree(design, technology, delays, o.clock, trees);
   }

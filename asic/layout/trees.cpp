@@ -30,6 +30,7 @@ struct Buffer {
   int in = 0;
   int out = 0;
   double load_pf = 0.0;
+  double most_load_pf = std::numeric_limits<double>::max();  ///< what it may drive
   const DelayArc* arc = nullptr;
 };
 
@@ -126,7 +127,25 @@ class TreeBuilder {
   }
 
   void insert_weakest(const Sink& sink, int net) { insert(buffers_.front(), {sink}, net); }
-  void insert_strongest(const std::vector<Sink>& sinks, int net) { insert(buffers_.back(), sinks, net); }
+
+  /// The smallest buffer whose edges are at most `most_slew_ns` slow behind the group's load, or else the one with the fastest.
+  const Buffer& smallest_for(const std::vector<Sink>& group, double most_slew_ns) const {
+    const double load = load_pf(group);
+    const auto fast_enough = std::find_if(buffers_.begin(), buffers_.end(), [&](const Buffer& b) { return slew_ns(b, load) <= most_slew_ns; });
+    if (fast_enough != buffers_.end()) return *fast_enough;
+    return *std::min_element(buffers_.begin(), buffers_.end(), [&](const Buffer& a, const Buffer& b) { return slew_ns(a, load) < slew_ns(b, load); });
+  }
+
+  /// The most that one of the buffers charges with edges of at most `most_slew_ns`.
+  double most_load_pf(double most_slew_ns) const {
+    constexpr double kStepPf = 0.01;
+    double load = kStepPf;
+    const auto one_can = [&](double pf) {
+      return std::any_of(buffers_.begin(), buffers_.end(), [&](const Buffer& b) { return pf <= b.most_load_pf && slew_ns(b, pf) <= most_slew_ns; });
+    };
+    while (one_can(load + kStepPf)) load += kStepPf;
+    return load;
+  }
 
   Sink insert(const Buffer& b, const std::vector<Sink>& group, int net) {
     const Macro& macro = technology_.macros[static_cast<std::size_t>(b.macro)];
@@ -194,6 +213,8 @@ class TreeBuilder {
   static constexpr double kTypicalSlewNs = 0.08;
   static constexpr double kAlikeNs = 0.05;
 
+  static double slew_ns(const Buffer& b, double load_pf) { return b.arc->slew.at(kTypicalSlewNs, load_pf); }
+
   Buffer buffer(const std::string& name) const {
     Buffer b;
     b.macro = technology_.find_macro(name);
@@ -207,6 +228,7 @@ class TreeBuilder {
       if (macro.pins[p].direction == PinDirection::output && !pin->second.arcs.empty()) {
         b.out = static_cast<int>(p);
         b.arc = &pin->second.arcs.front();
+        if (pin->second.max_capacitance_pf > 0) b.most_load_pf = pin->second.max_capacitance_pf;
       } else if (macro.pins[p].direction == PinDirection::input) {
         b.in = static_cast<int>(p);
         b.load_pf = pin->second.capacitance_pf;
@@ -581,8 +603,11 @@ ClockTree measure_clock(const Design& design, const Technology& technology, cons
 }
 
 int buffer_nets(Design& design, const Technology& technology, const Delays& delays,
-                const std::string& clock_port, std::size_t most_sinks, const TreeOptions& options) {
-  TreeBuilder builder(design, technology, delays, options, "fanout");
+                const std::string& clock_port, std::size_t most_sinks, double most_slew_ns, const TreeOptions& options) {
+  TreeOptions by_load = options;
+  by_load.leaf_sinks = std::numeric_limits<std::size_t>::max();
+  by_load.leaf_load_pf = TreeBuilder(design, technology, delays, options, "fanout").most_load_pf(most_slew_ns);
+  TreeBuilder builder(design, technology, delays, by_load, "fanout");
   const int clock = net_of_port(design, clock_port);
   const std::size_t nets = design.nets.size();
   for (std::size_t n = 0; n < nets; ++n) {
@@ -594,11 +619,7 @@ int buffer_nets(Design& design, const Technology& technology, const Delays& dela
     for (std::size_t before = level.size() + 1; level.size() > 4 && level.size() < before;) {
       before = level.size();
       std::vector<Sink> next;
-      for (auto& group : builder.clusters(level)) {
-        std::vector<Sink> one = std::move(group);
-        for (Sink& s : one) s.latency_ns = 0.0;
-        for (const Sink& s : builder.buffer_level(one, static_cast<int>(n))) next.push_back(s);
-      }
+      for (const auto& group : builder.clusters(level)) next.push_back(builder.insert(builder.smallest_for(group, most_slew_ns), group, static_cast<int>(n)));
       auto& pins = design.nets[n].pins;
       std::erase_if(pins, [&](const PinRef& ref) {
         return ref.component != kDiePin && !is_driver(design, technology, ref);
@@ -691,7 +712,7 @@ SizedDrivers size_drivers(Design& design, const Technology& technology, const De
     if (slew(design.components[static_cast<std::size_t>(driver.component)].macro, driver.pin, driver.load_pf) <= most_slew_ns) continue;
     std::vector<Sink> sinks;
     for (const PinRef& ref : take_sinks(design, technology, static_cast<int>(n))) sinks.push_back(builder.sink(ref, 0.0));
-    if (!sinks.empty()) builder.insert_strongest(sinks, static_cast<int>(n));
+    if (!sinks.empty()) builder.insert(builder.smallest_for(sinks, most_slew_ns), sinks, static_cast<int>(n));
   }
   done.buffered = builder.made();
   return done;

@@ -51,10 +51,11 @@ void balance_clock(Design& design, const Technology& technology, const Delays& d
 ClockTree measure_clock(const Design& design, const Technology& technology, const Delays& delays,
                         const std::string& port);
 
-/// Puts trees of buffers into each net of more than `most_sinks` pins that isn't part of the clock. Returns
+/// Puts trees of buffers into each net of more than `most_sinks` pins that isn't part of the clock: near sinks
+/// share a buffer up to the most that one drives with edges of `most_slew_ns`, the smallest that does. Returns
 /// how many buffers.
 int buffer_nets(Design& design, const Technology& technology, const Delays& delays,
-                const std::string& clock_port, std::size_t most_sinks, const TreeOptions& options);
+                const std::string& clock_port, std::size_t most_sinks, double most_slew_ns, const TreeOptions& options);
 
 struct SizedDrivers {
   int resized = 0;
@@ -62,7 +63,7 @@ struct SizedDrivers {
 };
 
 /// Each net's driver, clock and supplies apart, becomes the smallest of its sizes (cells whose names differ in the number behind the last
-/// `_` or `X`) that gives edges of at most `most_slew_ns` at the load expected; where none does, the largest buffer helps it.
+/// `_` or `X`) that gives edges of at most `most_slew_ns` at the load expected; where none does, the smallest buffer that does helps it.
 SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port,
                           double most_slew_ns, const TreeOptions& options);
 

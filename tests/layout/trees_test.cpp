@@ -118,7 +118,7 @@ TEST_F(Trees, LargeNetsAreSplitAndReachTheSamePins) {
   }
   const auto before = reached(d, technology, a);
   ASSERT_GT(before.size(), 80u);
-  EXPECT_GT(buffer_nets(d, technology, delays, "clk", 40, options), 0);
+  EXPECT_GT(buffer_nets(d, technology, delays, "clk", 40, 0.3, options), 0);
   EXPECT_EQ(reached(d, technology, a), before);
   EXPECT_LE(d.nets[static_cast<std::size_t>(a)].pins.size(), 41u);
 }
