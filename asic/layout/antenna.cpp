@@ -162,7 +162,10 @@ class NetCheck {
     if (rule.ratio <= 0.0 || ratio <= limit) return;
     if (std::all_of(group.gates.begin(), group.gates.end(), [&](int gate) { return is_told_[at(gate)]; })) return;
     for (const int gate : group.gates) is_told_[at(gate)] = true;
-    AntennaFault fault{net_, group.gates, layer, ratio, limit};
+    AntennaFault fault{net_, group.gates, layer, ratio, limit, {}};
+    const int connected = groups_.of(place_of_pin_[at(group.gates.front())]);
+    for (std::size_t i = 0; i < metal_.pieces.size(); ++i)
+      if (groups_.of(static_cast<int>(i)) == connected) fault.metal.push_back(metal_.pieces[i].rect);
     std::stable_sort(fault.pins.begin(), fault.pins.end(), [&](int a, int b) { return metal_ratio_[at(a)] > metal_ratio_[at(b)]; });
     faults.push_back(std::move(fault));
   }
@@ -214,7 +217,12 @@ std::vector<int> fill(Nm width, const std::vector<int>& fillers, const Technolog
   return chosen;
 }
 
-Nm distance(Point a, Point b) { return std::abs(a.x - b.x) + std::abs(a.y - b.y); }
+Nm distance(Point a, const Rect& b) { return std::max({Nm{0}, b.x0 - a.x, a.x - b.x1}) + std::max({Nm{0}, b.y0 - a.y, a.y - b.y1}); }
+Nm distance(Point a, const std::vector<Rect>& metal) {
+  Nm least = std::numeric_limits<Nm>::max();
+  for (const Rect& rect : metal) least = std::min(least, distance(a, rect));
+  return least;
+}
 
 }  // namespace
 
@@ -240,15 +248,13 @@ int insert_diodes(Design& design, const Technology& technology, const std::vecto
   const Nm width = technology.macros[at(diode.macro)].width;
   int inserted = 0;
   for (const AntennaFault& fault : faults) {
-    const PinRef& ref = design.nets[at(fault.net)].pins[at(fault.pins.front())];
-    const Point pin = pin_shapes(design, technology, ref).front().rect.middle();
     int best = -1;
     Nm nearest = std::numeric_limits<Nm>::max();
     for (std::size_t c = 0; c < design.components.size(); ++c) {
       const Component& filler = design.components[c];
       const Macro& macro = technology.macros[at(filler.macro)];
       if (!is_spacer(macro) || macro.width < width) continue;
-      const Nm far = distance(pin, outline(filler, technology).middle());
+      const Nm far = distance(outline(filler, technology).middle(), fault.metal);
       if (far >= nearest || (macro.width > width && fill(macro.width - width, fillers, technology).empty())) continue;
       nearest = far;
       best = static_cast<int>(c);

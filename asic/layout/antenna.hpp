@@ -18,6 +18,7 @@ struct AntennaFault {
   int layer = 0;          ///< index into Technology::layers
   double ratio = 0.0;
   double limit = 0.0;
+  std::vector<Rect> metal;  ///< what is connected, of all layers up to this one
 };
 
 /// Faults of all wired nets, the lowest layer of each group of pins. Areas of overlapping shapes count for each shape, which errs to the
@@ -27,7 +28,7 @@ std::vector<AntennaFault> antenna_faults(const Design& design, const Technology&
 /// "net x: Metal3 area over gate area 412, most 200, at u1 A"
 std::string antenna_text(const AntennaFault& fault, const Design& design, const Technology& technology);
 
-/// For each fault the library's antenna cell (CLASS CORE ANTENNACELL) in place of the nearest filler (CLASS CORE SPACER) that is wide
+/// For each fault the library's antenna cell (CLASS CORE ANTENNACELL) in place of the filler (CLASS CORE SPACER) nearest to the metal that is wide
 /// enough, its pin added to the net; the rest of the filler's place is filled with fillers that the design uses. Returns how many were
 /// found a place; 0 also when the library has no such cell.
 int insert_diodes(Design& design, const Technology& technology, const std::vector<AntennaFault>& faults);

@@ -23,8 +23,8 @@ double expected_load_pf(const Design& design, const Technology& technology, cons
 
 struct TreeOptions {
   std::vector<std::string> buffers;  ///< macros with one input and one output, weakest first
-  double leaf_load_pf = 0.08;        ///< what a buffer of a tree drives at most, wires with it
-  std::size_t leaf_sinks = 20;       ///< and how many pins
+  double leaf_load_pf = 0.2;         ///< what a buffer of a tree drives at most, wires with it
+  std::size_t leaf_sinks = 24;      ///< and how many pins: a word of 16 bits with its check bits is one buffer's
 };
 
 struct ClockTree {
