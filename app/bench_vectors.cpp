@@ -34,7 +34,7 @@ constexpr std::size_t kQuickReplay = 8;  // patterns replayed with --quick
 constexpr unsigned kThreads = 2;
 // Conflicts of the solver after which a fault is given up, and the row of those falls short.
 constexpr std::uint32_t kConflicts = 50'000;
-constexpr std::uint32_t kFewConflicts = 2'000;  // where not every fault counts
+constexpr std::uint32_t kFewConflicts = 2'000;  // for a stop of the supply current: another may show the fault
 constexpr std::size_t kIddqStops = 20;
 
 double since(std::chrono::steady_clock::time_point start) {
@@ -86,7 +86,7 @@ Sampled transition_sample(const dft::CaptureView& view, const std::string& scan_
   transitions.faults = list;
   const auto start = std::chrono::steady_clock::now();
   const dft::TestSet set =
-      dft::generate_tests(transitions.circuit, list, {.seed = seed, .conflict_limit = kFewConflicts});
+      dft::generate_tests(transitions.circuit, list, {.seed = seed, .conflict_limit = kConflicts});
   Sampled result;
   result.seconds = since(start);
   result.aborted = set.aborted;

@@ -13,7 +13,8 @@
 //   after the clock of discard_i no commit_i (tc_top asserts it).
 // - rd_data_o is the staged word at rd_index_i in a clock of rd_i, unless rd_wait_o says that wr_i or commit_i have the way.
 // - scan_en_i selects every word for writing and for reading at once, so that the supply current at rest shows defects in all of them: low in
-//   operation, and no flop takes what it brings, since the chains shift.
+//   operation, and no staged word takes what it brings, since the chains shift. Each active bit takes the staged one before it then, as in a
+//   commit: a way that the chains use (asic/dft/scan_ways.hpp), so that it needs no multiplexer.
 // - rd_data_o, params_o and t_max_staged_o show the stored data bits, uncorrected until the scrub has passed.
 //
 // Words are moved as what differs from their reset value: code words still, and 0 in most flops after reset (flops of a library often
@@ -100,7 +101,7 @@ module tc_mem (
   // What the word in hand takes: all words share it, each with an enable of its own.
   logic [21:0] word_in, active_in;
   assign word_in = wr_i ? tc_math_pkg::secded_encode(wr_data_i ^ reset_data) : word ^ flip;
-  assign active_in = commit_i ? 22'd0 : word_in;
+  assign active_in = commit_i || scan_en_i ? 22'd0 : word_in;
 
   // Low: no word changes. An enable that all words share: a simulator passes them by with one test.
   logic stir;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "asic/dft/error.hpp"
+#include "asic/dft/scan_ways.hpp"
 
 namespace meltstage::dft {
 
@@ -315,6 +316,7 @@ class Inserter {
     const Net enable = input_port(options_.scan_enable, 1).front();
     bypass_resets(mode);
     open_clock_gates(enable);
+    const std::set<std::size_t> linked = put_in_order();
     const std::vector<Net> in = input_port(options_.scan_in, given ? width : chains);
     std::vector<Net> out;
     std::size_t at = 0;
@@ -328,7 +330,8 @@ class Inserter {
       for (std::size_t k = 0; k < length; ++k) {
         const std::size_t flop = flops_[at++];
         chain.cells.push_back(netlist.instances[flop].name);
-        from = stitch(flop, from, enable);
+        if (k == 0 || linked.count(flop) == 0) lead_in(flop, from, enable);
+        from = state_of(flop);
       }
       out.push_back(buffered(fmt::format("dft_scan_out{}", c), from, chain.out));
       design_.chains.push_back(std::move(chain));
@@ -392,6 +395,7 @@ class Inserter {
       if (cell == nullptr)
         fail(instance, fmt::format("found type {}, expected a cell of the library", instance.type));
       if (!cell->flop) continue;
+      if (cell->scan) fail(instance, "found a scan flop, expected a netlist before scan");
       flops_.push_back(i);
       const std::string clock_pin = only_pin(cell->flop->clocked_on);
       bool inverted = false;
@@ -545,11 +549,41 @@ class Inserter {
     }
   }
 
-  // The flop into the chain; returns the net that leads to the next one.
-  Net stitch(std::size_t index, Net from, Net enable) {
+  // Flops in the order of their names, those that take over another's state while shifting right behind that one; returns these.
+  std::set<std::size_t> put_in_order() {
+    std::map<std::string, std::size_t> flop_of;
+    for (const std::size_t flop : flops_) flop_of[design_.netlist.instances[flop].name] = flop;
+    const std::map<std::string, std::string> from = shifted_from(design_.netlist, library_, options_);
+    std::map<std::size_t, std::size_t> before, behind;
+    const auto first_of_row = [&](std::size_t flop) {
+      for (auto at = before.find(flop); at != before.end(); at = before.find(flop)) flop = at->second;
+      return flop;
+    };
+    for (const std::size_t flop : flops_) {
+      const auto way = from.find(design_.netlist.instances[flop].name);
+      if (way == from.end()) continue;
+      const std::size_t other = flop_of.at(way->second);
+      const bool closes_a_ring = first_of_row(other) == flop;
+      if (!closes_a_ring && behind.emplace(other, flop).second) before[flop] = other;
+    }
+    std::vector<std::size_t> order;
+    std::set<std::size_t> linked;
+    for (const std::size_t first : flops_) {
+      if (before.count(first) != 0) continue;
+      order.push_back(first);
+      for (auto next = behind.find(first); next != behind.end(); next = behind.find(next->second)) {
+        order.push_back(next->second);
+        linked.insert(next->second);
+      }
+    }
+    flops_ = std::move(order);
+    return linked;
+  }
+
+  // What is shifted comes to the flop from here.
+  void lead_in(std::size_t index, Net from, Net enable) {
     Netlist& netlist = design_.netlist;
     const Cell& plain = *find_cell(library_, netlist.instances[index].type);
-    if (plain.scan) fail(netlist.instances[index], "found a scan flop, expected a netlist before scan");
     if (const Cell* scan = scan_form(library_, plain)) {
       netlist.instances[index].type = scan->name;
       netlist.instances[index].pins[scan->scan->in] = from;
@@ -567,18 +601,24 @@ class Inserter {
       const Net shifted = add_mux("dft_scan_" + netlist.instances[index].name, functional, from, enable);
       netlist.instances[index].pins[data] = shifted;
     }
-    for (const CellPin& pin : plain.pins) {
+  }
+
+  // The net with a flop's state.
+  Net state_of(std::size_t index) {
+    Netlist& netlist = design_.netlist;
+    const Cell& cell = *find_cell(library_, netlist.instances[index].type);
+    Instance& instance = netlist.instances[index];
+    for (const CellPin& pin : cell.pins) {
       if (!pin.is_output || !pin.function ||
-          !(pin.function->op == Op::pin && pin.function->pin == plain.flop->state))
+          !(pin.function->op == Op::pin && pin.function->pin == cell.flop->state))
         continue;
-      Instance& instance = netlist.instances[index];
       if (instance.pins.count(pin.name) == 0) {
         netlist.net_names[netlist.next_net] = instance.name + "_q";
         instance.pins[pin.name] = netlist.next_net++;
       }
       return instance.pins.at(pin.name);
     }
-    fail(netlist.instances[index], "found no output that is the state, expected one for the chain");
+    fail(instance, "found no output that is the state, expected one for the chain");
   }
 
   const CellLibrary& library_;
@@ -671,201 +711,6 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
 
 ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options) {
   return Inserter(netlist, library, options).run();
-}
-
-HeldPorts capture_holds(const ScanDesign& design) {
-  HeldPorts held{{design.test_mode, true}, {design.scan_enable, false}};
-  if (!design.reset.empty()) held[design.reset] = design.reset_low;
-  return held;
-}
-
-namespace {
-
-// The one input of a gate that is not constant while the others let it pass; -1 when there is none.
-std::int32_t open_pin(const Circuit& circuit, const std::vector<std::int8_t>& constant, Node node) {
-  const auto fanin = circuit.fanin(node);
-  switch (circuit.kind(node)) {
-    case Gate::output:
-    case Gate::buf:
-    case Gate::inv:
-      return constant[fanin[0]] < 0 ? 0 : -1;
-    case Gate::mux: {
-      const std::int8_t select = constant[fanin[2]];
-      return select >= 0 && constant[fanin[static_cast<std::size_t>(select)]] < 0 ? select : -1;
-    }
-    case Gate::all:
-    case Gate::nall:
-    case Gate::any:
-    case Gate::none: {
-      const bool is_and = circuit.kind(node) == Gate::all || circuit.kind(node) == Gate::nall;
-      std::int32_t open = -1;
-      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-        const std::int8_t value = constant[fanin[pin]];
-        if (value == (is_and ? 1 : 0)) continue;
-        if (value >= 0 || open >= 0) return -1;
-        open = static_cast<std::int32_t>(pin);
-      }
-      return open;
-    }
-    default:
-      return -1;
-  }
-}
-
-// Marks what lies on open ways through a circuit whose constants are known.
-class WayMarker {
- public:
-  WayMarker(Circuit& circuit, std::vector<std::int8_t> constant)
-      : circuit_(circuit), constant_(std::move(constant)) {
-    for (std::size_t i = 0; i < circuit.sites().size(); ++i) {
-      const Site& site = circuit.sites()[i];
-      if (site.node != kNoNode) sites_[key(site.node, site.pin)].push_back(i);
-    }
-  }
-  // Backwards from the input of `node` as long as one input of each gate is free and the others let it pass.
-  void from(Node node) {
-    while (!circuit_.fanin(node).empty()) {
-      const std::int32_t open = open_pin(circuit_, constant_, node);
-      if (open < 0) return;
-      const auto fanin = circuit_.fanin(node);
-      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-        if (static_cast<std::int32_t>(pin) == open || constant_[fanin[pin]] < 0) continue;
-        hold_open(node, static_cast<std::int32_t>(pin));
-      }
-      mark(node, open, false);
-      mark(node, open, true);
-      node = fanin[static_cast<std::size_t>(open)];
-      mark(node, kStem, false);
-      mark(node, kStem, true);
-    }
-  }
-
- private:
-  static std::uint64_t key(Node node, std::int32_t pin) {
-    return (std::uint64_t{node} << 32) | static_cast<std::uint32_t>(pin);
-  }
-  void mark(Node node, std::int32_t pin, bool stuck) {
-    const auto found = sites_.find(key(node, pin));
-    if (found == sites_.end()) return;
-    for (const std::size_t site : found->second) circuit_.imply(site, stuck);
-  }
-  // A constant that keeps a gate open: the other value closes it; so does that of the line it comes from.
-  void hold_open(Node node, std::int32_t pin) {
-    for (;;) {
-      const Node driver = circuit_.fanin(node)[static_cast<std::size_t>(pin)];
-      if (circuit_.kind(node) == Gate::mux && pin != 2) return;  // the side that is not selected
-      const bool stuck = constant_[driver] == 0;
-      mark(node, pin, stuck);
-      mark(driver, kStem, stuck);
-      if (circuit_.kind(driver) != Gate::buf && circuit_.kind(driver) != Gate::inv) return;
-      node = driver;
-      pin = 0;
-    }
-  }
-
-  Circuit& circuit_;
-  std::vector<std::int8_t> constant_;
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> sites_;
-};
-
-// From the input of a node back along open ways to where they begin, a port or the state of a flop.
-struct Origin {
-  Node node;
-  bool inverted = false;
-};
-Origin origin_of(const Circuit& circuit, const std::vector<std::int8_t>& constant, Node node) {
-  bool inverted = false;
-  while (!circuit.fanin(node).empty()) {
-    const std::int32_t open = open_pin(circuit, constant, node);
-    if (open < 0) return {kNoNode};
-    const Gate kind = circuit.kind(node);
-    inverted ^= kind == Gate::inv || kind == Gate::nall || kind == Gate::none;
-    node = circuit.fanin(node)[static_cast<std::size_t>(open)];
-  }
-  return {node, inverted};
-}
-
-}  // namespace
-
-std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& library,
-                                    const ScanOptions& names) {
-  const CaptureView view = capture_view(netlist, library);
-  const std::vector<Node>&inputs = view.circuit.inputs(), &outputs = view.circuit.outputs();
-  std::vector<std::int8_t> shifting(inputs.size(), -1);
-  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
-    if (view.input_ports[i] == names.scan_enable || view.input_ports[i] == names.test_mode) shifting[i] = 1;
-  }
-  std::unordered_map<Node, std::size_t> input;
-  for (std::size_t i = 0; i < inputs.size(); ++i) input[inputs[i]] = i;
-  std::vector<std::int8_t> constant = constants(view.circuit, shifting);
-  for (const ScanFlop& flop : view.flops) {  // resets don't act
-    const auto node = view.node_of_net.find(flop.reset);
-    if (!flop.has_reset || node == view.node_of_net.end()) continue;
-    const Origin origin = origin_of(view.circuit, constant, node->second);
-    if (origin.node != kNoNode && input.at(origin.node) < view.input_ports.size())
-      shifting[input.at(origin.node)] = flop.reset_low != origin.inverted ? 1 : 0;
-  }
-  constant = constants(view.circuit, shifting);
-  const Port* scan_out = nullptr;
-  for (const Port& port : netlist.ports) {
-    if (!port.is_input && port.name == names.scan_out) scan_out = &port;
-  }
-  if (scan_out == nullptr)
-    throw InputError(
-        fmt::format("{}: found no output port {}, expected a scanned netlist; give its scan.json",
-                    netlist.file, names.scan_out));
-  std::vector<ScanChain> chains;
-  for (std::size_t bit = 0; bit < scan_out->bits.size(); ++bit) {
-    ScanChain chain{fmt::format("chain{}", bit), "", scan_out->bit_name(bit), {}};
-    const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), chain.out);
-    Node at = outputs[static_cast<std::size_t>(port - view.output_ports.begin())];
-    while (chain.in.empty()) {
-      const Origin origin = origin_of(view.circuit, constant, at);
-      const std::string before = chain.cells.empty() ? chain.out : chain.cells.back();
-      if (origin.node == kNoNode || chain.cells.size() > view.flops.size())
-        throw InputError(
-            fmt::format("{}: {}: found no open way to one flop or port while scan is enabled, "
-                        "expected a scan chain",
-                        netlist.file, before));
-      if (origin.inverted) chain.inversions.push_back(chain.cells.size());  // counted from the output
-      const std::size_t i = input.at(origin.node);
-      if (i < view.input_ports.size()) {
-        chain.in = view.input_ports[i];
-      } else {
-        const std::size_t flop = i - view.input_ports.size();
-        chain.cells.push_back(view.flops[flop].name);
-        at = outputs[view.output_ports.size() + flop];
-      }
-    }
-    std::reverse(chain.cells.begin(), chain.cells.end());
-    std::reverse(chain.inversions.begin(), chain.inversions.end());
-    for (std::size_t& before : chain.inversions) before = chain.cells.size() - before;
-    chains.push_back(std::move(chain));
-  }
-  return chains;
-}
-
-CaptureView scan_view(const ScanDesign& design, const CellLibrary& library) {
-  CaptureView view = capture_view(design.netlist, library, capture_holds(design));
-  std::vector<std::int8_t> shifting = view.circuit.held(), resetting = view.circuit.held();
-  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
-    if (view.input_ports[i] == design.scan_enable) shifting[i] = 1;
-    if (view.input_ports[i] == design.reset) resetting[i] = -1;
-  }
-  WayMarker chain(view.circuit, constants(view.circuit, shifting));
-  for (std::size_t f = 0; f < view.flops.size(); ++f)
-    chain.from(view.circuit.outputs()[view.output_ports.size() + f]);
-  for (std::size_t o = 0; o < view.output_ports.size(); ++o) {
-    const bool scan_out = std::any_of(design.chains.begin(), design.chains.end(),
-                                      [&](const ScanChain& c) { return c.out == view.output_ports[o]; });
-    if (scan_out) chain.from(view.circuit.outputs()[o]);
-  }
-  WayMarker reset(view.circuit, constants(view.circuit, resetting));
-  for (const ScanFlop& flop : view.flops) {
-    const auto node = view.node_of_net.find(flop.reset);
-    if (flop.has_reset && node != view.node_of_net.end()) reset.from(node->second);
-  }
-  return view;
 }
 
 }  // namespace meltstage::dft

@@ -30,8 +30,9 @@ yosys rename -enumerate -pattern flop_% t:\$_DFF* %x:+\[Q\] w:* %i
 yosys setundef -zero
 yosys write_rtlil reference.il
 yosys dfflibmap -map-only -liberty $::env(LIBERTY)
-# Small first (dc2), then flat again (if -g): dc2 alone makes chains of what were fast adders. Sized by ABC's own delays; OpenSTA judges.
-yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;if,-g\;dch,-f\;if,-g\;dch,-f\;amap,-m\;topo\;buffer,-N,16\;topo\;upsize,-D,4000\;dnsize,-D,4000\;topo
+# Small first (dc2), then flat again (if -g): dc2 alone makes chains of what were fast adders. Neither buffers nor sizes: the placer gives
+# each driver what its wires ask for. Buffers that know no places tie far cells together: 200 mm more wire in the whole chip.
+yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;if,-g\;dch,-f\;if,-g\;dch,-f\;amap,-m\;topo
 yosys opt_clean -purge
 if {[info exists ::env(SCANNER)] && $::env(SCANNER) ne ""} {
   yosys write_json unscanned.json

@@ -22,7 +22,6 @@ struct Options {
   std::filesystem::path again;
   std::filesystem::path def;
   std::filesystem::path verilog;
-  std::filesystem::path positions;
   double utilization = 0.7;
   double density = 0.9;
   double margin_um = 10.0;
@@ -119,16 +118,6 @@ int place_again(const Options& o) {
   return errors.empty() ? 0 : 1;
 }
 
-/// Where cells would lie, for the order of scan chains: a line a cell, its name and the middle of it in um.
-std::string positions_text(const Design& design, const Technology& technology) {
-  std::string text;
-  for (const Component& c : design.components) {
-    const Point middle = outline(c, technology).middle();
-    text += fmt::format("{}\t{:.3f}\t{:.3f}\n", c.name, um(middle.x), um(middle.y));
-  }
-  return text;
-}
-
 int run(const Options& o) {
   if (!o.again.empty()) return place_again(o);
   const double start = seconds();
@@ -140,10 +129,6 @@ int run(const Options& o) {
   GlobalPlacement global;
   global.density = o.density;
   place_globally(design, technology, global);
-  if (!o.positions.empty()) {
-    meltstage::vectors::write_whole(o.positions, positions_text(design, technology));
-    return 0;
-  }
   const double spread = static_cast<double>(wirelength(design, technology)) / 1e6;
   Delays delays;
   int fanout_buffers = 0;
@@ -213,7 +198,6 @@ int main(int argc, char** argv) {
   input->require_option(1);
   app.add_option("--def", o.def, "placed design to write");
   app.add_option("--verilog", o.verilog, "its netlist to write");
-  app.add_option("--positions", o.positions, "where cells would lie, roughly, to write (name, x and y in um); nothing is placed then");
   app.add_option("--utilization", o.utilization, "area of the cells over that of the rows");
   app.add_option("--density", o.density, "highest share of a region that cells may take");
   app.add_option("--margin", o.margin_um, "from the edge to the rows, um");

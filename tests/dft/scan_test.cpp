@@ -13,6 +13,7 @@
 #include "asic/dft/pattern_files.hpp"
 #include "asic/dft/replay.hpp"
 #include "asic/dft/scan_test.hpp"
+#include "asic/dft/scan_ways.hpp"
 #include "asic/dft/stil.hpp"
 #include "asic/dft/yosys_library.hpp"
 #include "tests/dft/support.hpp"
@@ -51,8 +52,9 @@ TEST(Scan, ChainsAreBalancedAndHoldEveryFlop) {
   EXPECT_EQ(a + b, machine().view.flops.size());
   EXPECT_EQ(design.reset, "rst_ni");
   EXPECT_EQ(design.clock, "clk_i");
+  const std::map<std::string, std::string> shifted = shifted_from(machine().plain, mini_library(), {});
   for (const Instance& instance : design.netlist.instances) {
-    EXPECT_TRUE(!mini_library().at(instance.type).flop || mini_library().at(instance.type).scan)
+    EXPECT_TRUE(!mini_library().at(instance.type).flop || mini_library().at(instance.type).scan || shifted.count(instance.name) != 0)
         << instance.name;
   }
 }
@@ -629,6 +631,29 @@ TEST(Scan, ClockGatesMustOpenInShiftAlone) {
     }
     EXPECT_GT(replay(capture_view(wrong, mini_library()), gated().stream).mismatches, 0u) << test;
   }
+}
+
+std::size_t scan_cells(const ScanDesign& design, const CellLibrary& library) {
+  return static_cast<std::size_t>(std::count_if(design.netlist.instances.begin(), design.netlist.instances.end(),
+                                                [&](const Instance& instance) { return library.at(instance.type).scan.has_value(); }));
+}
+
+// A flop that takes over another's state while shifting follows it in the chain as it is; of two behind one flop the first, of a ring
+// all but one, and none behind an inverter or at a chain's beginning. Each verdict on a fault holds in the netlist with the fault, those
+// that the chain test is to show among them.
+TEST(Scan, FlopsThatShiftAnywayGetNoMultiplexer) {
+  const Machine m("steered", mini_library());
+  constexpr std::size_t flops = 14, copies = 4;
+  ASSERT_EQ(m.view.flops.size(), flops);
+  EXPECT_EQ(scan_cells(insert_scan(m.plain, m.cells, {.chains = 1}), m.cells), flops - copies - 2);
+  EXPECT_EQ(scan_cells(insert_scan(m.plain, m.cells, {.chains = flops}), m.cells), flops);
+  EXPECT_TRUE(same_chains(trace_chains(m.design.netlist, m.cells), m.design.chains));
+  check_verdicts(m);
+  Netlist unsteered = m.plain;  // the copy keeps its state while shifting
+  for (Port& port : unsteered.ports) {
+    if (port.name == "scan_en_i") port.name = "other_i";
+  }
+  EXPECT_EQ(scan_cells(insert_scan(unsteered, m.cells, {.chains = 1}), m.cells), flops - 2);
 }
 
 TEST(Scan, PortsAndBypassOfTheNetlistAreUsed) {
