@@ -58,6 +58,19 @@ MACRO DRIVER
     END
   END Y
 END DRIVER
+MACRO FILL
+  CLASS CORE SPACER ; SIZE 2 BY 4 ;
+END FILL
+MACRO DIODE
+  CLASS CORE ANTENNACELL ; SIZE 2 BY 4 ;
+  PIN A
+    DIRECTION INPUT ;
+    ANTENNADIFFAREA 0.5 ;
+    PORT
+      LAYER M1 ; RECT 0 0 0.2 0.2 ;
+    END
+  END A
+END DIODE
 END LIBRARY)";
 
 // A driver at x = 100 um, a gate at 0: metal 1 from the gate over `low`, from there a via to metal 2 and on to the driver's via.
@@ -128,6 +141,18 @@ TEST(Antenna, ManyCutsOnOneGate) {
   ASSERT_THAT(faults, SizeIs(1));
   EXPECT_EQ(faults[0].layer, n.technology.find_layer("V1"));
   EXPECT_NEAR(faults[0].ratio, 61 * 0.04 / 0.1, 1e-6);
+}
+
+// Not where the gate is: the way from there to the diode would be more metal before it is joined.
+TEST(Antenna, DiodesGoWhereTheMetalIsNear) {
+  OneNet n(99'500);
+  const int filler = n.technology.find_macro("FILL");
+  n.design.components.push_back({"near_the_gate", filler, {0, 20'000}, Orientation::N, true});
+  n.design.components.push_back({"near_the_metal", filler, {70'000, 4'000}, Orientation::N, true});
+  EXPECT_EQ(insert_diodes(n.design, n.technology, n.faults()), 1);
+  EXPECT_EQ(n.design.components[2].macro, filler);
+  EXPECT_EQ(n.design.components[3].macro, n.technology.find_macro("DIODE"));
+  EXPECT_EQ(n.design.nets[0].pins.back().component, 3);
 }
 
 // OSU's cells with gates that bear little metal, a diode three sites wide, and fillers of four sites.
