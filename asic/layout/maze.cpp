@@ -75,7 +75,7 @@ class Router {
   void open_all_regions();
   bool extend(int net, const std::vector<int>& terminal);
   bool search(int net, int& reached);
-  bool may_go_on_lowest(const MazeNet& net, int node) const;
+  bool may_go_on(const MazeNet& net, int node) const;
 
   /// Other nets' bodies at the node or, where ends need room, beside it.
   template <typename Visit>
@@ -164,8 +164,10 @@ void Router::remember_shared(int net) {
     if (places_[at(nodes[i])].uses > own_uses(net, i)) places_[at(nodes[i])].history += history_step + share_cost_ / history_share;
 }
 
-bool Router::may_go_on_lowest(const MazeNet& net, int node) const {
-  if (net.lowest_reach < 0) return true;
+// What the net's own limits say of a node.
+bool Router::may_go_on(const MazeNet& net, int node) const {
+  if (net.highest >= 0 && node >= (net.highest + 1) * grid_.layer_size()) return false;
+  if (net.lowest_reach < 0 || node >= grid_.layer_size()) return true;
   return std::any_of(net.terminals.begin(), net.terminals.end(), [&](const std::vector<int>& terminal) {
     return std::any_of(terminal.begin(), terminal.end(), [&](int from) { return std::abs(from - node) <= net.lowest_reach; });
   });
@@ -199,7 +201,7 @@ bool Router::search(int net, int& reached) {
       if (opened_[at(region_of_column_[at(ix)] + region_of_row_[at(iy)])] != open_stamp_) return;
       const Place& place = places_[at(next)];
       if (place.owner != free_node && place.owner != net) return;
-      if (next < layer_size && !may_go_on_lowest(problem_.nets[at(net)], next)) return;
+      if (!may_go_on(problem_.nets[at(net)], next)) return;
       const Cost cost = entry.cost + step + place.history + (place.uses > 0 ? share_cost_ : 0);
       Mark& mark = marks_[at(next)];
       if (cost >= mark.cost) return;
@@ -314,7 +316,7 @@ bool Router::take_over(int net, const MazeTree& tree) {
   find_bodies(net);
   const std::vector<int>& nodes = bodies_[at(net)];
   const auto is_ours = [&](int node) {
-    if (node < grid_.layer_size() && !may_go_on_lowest(problem_.nets[at(net)], node)) return false;
+    if (!may_go_on(problem_.nets[at(net)], node)) return false;
     return places_[at(node)].owner == free_node || places_[at(node)].owner == net;
   };
   const auto is_touched = [&](const std::vector<int>& terminal) {

@@ -52,6 +52,7 @@ struct MazeNet {
   std::vector<std::vector<int>> terminals;
   std::vector<int> regions;  ///< where its wires should be; empty: anywhere
   int lowest_reach = -1;     ///< so many crossings from its terminals, at most, on the lowest layer; -1: any
+  int highest = -1;          ///< no layer above this one; -1: any
 };
 
 /// Edges between neighbouring nodes (of one track, or of one crossing on adjacent layers).

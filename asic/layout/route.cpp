@@ -31,6 +31,13 @@ struct RoutedLayer {
   Nm run_end = 0;  ///< from the last crossing to the end of a wire of one pitch with the least area
 };
 
+/// What antenna rules ask of nets.
+struct NetLimits {
+  std::set<int> lifted;        ///< these leave the lowest layer soon
+  std::map<int, int> highest;  ///< a net's highest layer of the technology
+  bool operator==(const NetLimits&) const = default;
+};
+
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 Rect hull(const Rect& a, const Rect& b) { return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)}; }
@@ -44,8 +51,8 @@ class Wiring {
     find_grid();
     find_vias();
   }
-  /// `trees` are the ways of an earlier run, or none, and then those of this one; nets in `lifted` leave the lowest layer soon.
-  RouteReport run(const RouteOptions& options, const std::set<int>& lifted, std::vector<MazeTree>& trees);
+  /// `trees` are the ways of an earlier run, or none, and then those of this one.
+  RouteReport run(const RouteOptions& options, const NetLimits& limits, std::vector<MazeTree>& trees);
 
  private:
   void find_layers();
@@ -69,6 +76,7 @@ class Wiring {
   void add_die_pin(int net, int pin_position, const DiePin& pin);
   void add_tied_input(int net, const Access& access);
   void check_terminals(RouteReport& report);
+  void keep(const NetLimits& limits);
   void guide();
   void draw(int maze_net, const MazeTree& tree, RouteReport& report);
   void draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, const std::vector<int>& via_nodes,
@@ -573,7 +581,21 @@ void Wiring::guide() {
   for (std::size_t n = 0; n < problem_.nets.size(); ++n) problem_.nets[n].regions = guides.regions[at(design_net_[n])];
 }
 
-RouteReport Wiring::run(const RouteOptions& options, const std::set<int>& lifted, std::vector<MazeTree>& trees) {
+void Wiring::keep(const NetLimits& limits) {
+  const std::vector<int> layers = track_layers(technology_);
+  for (std::size_t n = 0; n < problem_.nets.size(); ++n) {
+    MazeNet& net = problem_.nets[n];
+    if (limits.lifted.contains(design_net_[n])) net.lowest_reach = lowest_reach;
+    const auto highest = limits.highest.find(design_net_[n]);
+    if (highest == limits.highest.end()) continue;
+    net.highest = static_cast<int>(std::find(layers.begin(), layers.end(), highest->second) - layers.begin());
+    // a pin of the die may be above
+    for (const std::vector<int>& terminal : net.terminals)
+      net.highest = std::max(net.highest, problem_.grid.crossing(*std::min_element(terminal.begin(), terminal.end())).layer);
+  }
+}
+
+RouteReport Wiring::run(const RouteOptions& options, const NetLimits& limits, std::vector<MazeTree>& trees) {
   RouteReport report;
   report.wire_nm_of_layer.assign(technology_.layers.size(), 0);
   report.parasitics.resize(design_.nets.size());
@@ -590,8 +612,7 @@ RouteReport Wiring::run(const RouteOptions& options, const std::set<int>& lifted
   check_terminals(report);
   guide();
   problem_.begun = std::move(trees);
-  for (std::size_t n = 0; n < problem_.nets.size(); ++n)
-    if (lifted.contains(design_net_[n])) problem_.nets[n].lowest_reach = lowest_reach;
+  keep(limits);
   MazeResult result = route_maze(problem_, {options.rounds, options.progress});
   report.rounds = result.rounds;
   report.nets = static_cast<int>(problem_.nets.size());
@@ -609,25 +630,30 @@ RouteReport Wiring::run(const RouteOptions& options, const std::set<int>& lifted
 RouteReport route(Design& design, const Technology& technology, const RouteOptions& options) {
   const int lowest = track_layers(technology).front();
   std::vector<MazeTree> trees;
-  std::set<int> lifted;
+  NetLimits limits;
+  std::set<int> with_diode;
   int diodes = 0;
   int rounds = 0;
   for (int round = 0;; ++round) {
-    RouteReport report = Wiring(design, technology).run(options, lifted, trees);
+    RouteReport report = Wiring(design, technology).run(options, limits, trees);
     report.antenna = antenna_faults(design, technology);
     report.diodes = diodes;
     report.rounds += rounds;
     rounds = report.rounds;
     if (round == diode_rounds) return report;
-    // A diode hangs on the lowest layer's own metal only by chance: there the wire has to be shorter.
     std::vector<AntennaFault> above;
-    const std::size_t lifted_before = lifted.size();
+    const NetLimits before = limits;
     for (const AntennaFault& fault : report.antenna) {
-      if (fault.layer > lowest) above.push_back(fault);
-      else lifted.insert(fault.net);
+      const auto highest = limits.highest.find(fault.net);
+      const bool may_be_lower = technology.layers[at(fault.layer)].kind == LayerKind::routing && (highest == limits.highest.end() || highest->second > fault.layer);
+      // A diode hangs on the lowest layer's own metal only by chance: there the wire has to be shorter.
+      if (fault.layer <= lowest) limits.lifted.insert(fault.net);
+      // The wire of the last diode met the gate's above that layer. Without layers above it the driver is there in time.
+      else if (!with_diode.insert(fault.net).second && may_be_lower) limits.highest[fault.net] = fault.layer;
+      else above.push_back(fault);
     }
     const int added = insert_diodes(design, technology, above);
-    if (added == 0 && lifted.size() == lifted_before) return report;
+    if (added == 0 && limits == before) return report;
     diodes += added;
   }
 }

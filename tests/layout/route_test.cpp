@@ -72,6 +72,28 @@ TEST(Maze, FindsTheStraightWay) {
   EXPECT_THAT(result.trees[0], SizeIs(5));
 }
 
+int highest_layer(const MazeProblem& problem, const MazeTree& tree) {
+  int highest = 0;
+  for (const auto& [a, b] : tree) highest = std::max({highest, problem.grid.crossing(a).layer, problem.grid.crossing(b).layer});
+  return highest;
+}
+
+TEST(Maze, ANetStaysBelowItsHighestLayer) {
+  MazeProblem problem = empty_maze(8, 8, false);
+  // the two lower layers are walled where the straight way is, and left open at the side
+  for (int layer = 0; layer < 2; ++layer)
+    for (int ix = 0; ix < 7; ++ix) problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = blocked_node;
+  problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}, {}});
+  const MazeResult free = route_maze(problem, {});
+  EXPECT_GT(highest_layer(problem, free.trees[0]), 1);
+  problem.nets[0].highest = 1;
+  problem.begun = free.trees;
+  const MazeResult lower = route_maze(problem, {});
+  EXPECT_THAT(lower.open, IsEmpty());
+  EXPECT_THAT(maze_errors(problem, lower), IsEmpty());
+  EXPECT_EQ(highest_layer(problem, lower.trees[0]), 1);
+}
+
 TEST(Maze, TellsANetThatIsWalledIn) {
   MazeProblem problem = empty_maze(8, 8, false);
   for (int layer = 0; layer < problem.grid.layers(); ++layer)
