@@ -29,6 +29,8 @@ td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-wi
 {% endif %}</html>
 """, autoescape=True)
 
+RUNS = {"busy": "a busy recorded run", "heat-up": "0.2 s of a job's heat-up", "print": "0.2 s of its printing"}  # as the Makefile calls them
+
 NONE_ALLOWED = re.compile(r"nets not routed|open nets|nets in conflict|antenna rules broken|pins without access|cells with crowded pins|(DRC|LVS) errors|mismatches in Icarus|placement errors")
 
 
@@ -163,8 +165,14 @@ def routing_rows(folder, period_ns, corners):
     for corner in corners:
         if is_newer(routed / f"timing_{corner}.txt", routed / "route.txt"):
             rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns)
-    rows += run_rows(text_if_newer(routed / "replay.txt", routed / "route.txt")) + power_rows(text_if_newer(routed / "power.txt", routed / "route.txt"))
     return rows + replay_rows(routed)
+
+
+def power_tables(folder):
+    """A table for each run that the routed chip was replayed over."""
+    routed = folder / "routed"
+    runs = [(run, text_if_newer(routed / f"power/{run}.replay", routed / "route.txt"), text_if_newer(routed / f"power/{run}.txt", routed / "route.txt")) for run in RUNS]
+    return [(f"The routed chip over {RUNS[run]}", run_rows(replay) + power_rows(power)) for run, replay, power in runs]
 
 
 def block_rows(folder):
@@ -187,7 +195,7 @@ def main(folder, top, period_ns, corners):
               ("A recorded run", run_rows(text_if_newer(own / "replay.txt", own / "netlist.v"))),
               ("Placement, the clock through its tree, wires estimated", placement_rows(own, period_ns, corners)),
               ("Routing, wires as drawn", routing_rows(own, period_ns, corners)),
-              ("Layout", layout_rows(own, period_ns))]
+              ("Layout", layout_rows(own, period_ns)), *power_tables(own)]
     if top == "tc_top":
         tables += [("Area by block, each by itself", block_rows(folder)), ("What safety features cost", feature_rows(folder))]
     tables = [{"title": title, "rows": rows} for title, rows in tables if rows]

@@ -2,6 +2,7 @@
 # Yosys: RTL to a flat netlist of the library's cells. From the environment: RTL (folder), TOP, LIBERTY, CLOCK_GATE_MAP (techmap
 # file or empty), SCANNER (the meltstage command where the netlist gets scan, or empty). Writes into the current folder:
 #   reference.il  the flops as the library has them, the logic as Yosys' gates: what netlist.v is proved equal to
+#   flops.json    the flops under all names that the RTL has for what they hold, and the inverters, as some hold it inverted
 #   netlist.v     cells of the library
 #   area.txt      their count and area
 #   scan/         with SCANNER: the chains by name (scan.json), the netlist for test generation (netlist.json)
@@ -14,14 +15,16 @@ foreach file [split [string trim [read $list]] \n] { lappend files $rtl/$file }
 close $list
 yosys read_verilog -sv -DSYNTHESIS -I$rtl {*}$files
 yosys hierarchy -check -top $::env(TOP)
-yosys synth -flatten -top $::env(TOP) -run begin:fine
+# States stay as the RTL encodes them: what it does in a state that isn't one is said there, and each flop is the model's.
+yosys synth -nofsm -flatten -top $::env(TOP) -run begin:fine
 if {$::env(CLOCK_GATE_MAP) ne ""} {
   yosys techmap -map $::env(CLOCK_GATE_MAP)
   yosys rename -enumerate -pattern gated_clk_% w:*gclk
 }
 yosys opt
-yosys synth -run fine:check
+yosys synth -nofsm -run fine:check
 yosys dfflibmap -prepare -liberty $::env(LIBERTY)
+yosys json -o flops.json t:\$_DFF* t:\$_NOT_ w:*
 # One net a bit, and one name a net: the proof finds flops by name, and OpenSTA of 2019 reads no concatenation on the left of an assignment.
 yosys splitnets -format _
 yosys opt_clean -purge

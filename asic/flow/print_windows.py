@@ -1,0 +1,126 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""print_windows.py MELTSTAGE JOB.toml FLOPS.json SCAN.json FOLDER SECONDS: recordings for replay.cpp from the middle of a print.
+
+Prints the job, takes so many seconds from the middle of its heat-up and of its printing, and writes FOLDER/heat-up.rec and FOLDER/print.rec:
+the model's flops at the first clock, as bits to be shifted into the scan chains; the pins of each clock; the flops after the last clock, as
+bits that come out of the chains. FLOPS.json is the chip's flops under the RTL's names (synth.tcl), SCAN.json the chains (`meltstage vectors scan`).
+"""
+import itertools
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+CLOCK_HZ = 12_000_000
+PHASES = ("heat-up", "print")
+# from the highest bit; replay.cpp
+INPUTS = ("drop_i", "inhibit_i", "heater_fb_i", "spi_miso_i", "addr_strap_i", "uart_rx_i", "rst_ni")
+OUTPUTS = ("at_temp_o", "fault_no", "safe_en_o", "heater_o", "spi_mosi_o", "spi_cs_no", "spi_sclk_o", "tlm_tx_o", "uart_de_o", "uart_tx_o")
+
+
+def read_flops(path):
+    """The model's flops at a border: name -> value."""
+    fields = (line.split() for line in path.read_text(encoding="utf-8").splitlines())
+    return {f[1]: int(f[2], 16) for f in fields if f[0] == "flop"}
+
+
+def places_of(flops_json, flops):
+    """Cell -> (the RTL's flop, its bit, whether the cell holds it inverted)."""
+    module = json.loads(pathlib.Path(flops_json).read_text(encoding="utf-8"))["modules"]["tc_top"]
+    of_bit = {bit: (name, i + net.get("offset", 0)) for name, net in module["netnames"].items() if name in flops for i, bit in enumerate(net["bits"])}
+    inverse = {cell["connections"]["A"][0]: of_bit[cell["connections"]["Y"][0]] for cell in module["cells"].values()
+               if cell["type"] == "$_NOT_" and cell["connections"]["Y"][0] in of_bit}
+    places = {}
+    for name, cell in module["cells"].items():
+        if cell["type"].startswith("$_DFF"):
+            bit = cell["connections"]["Q"][0]
+            places[name] = (*of_bit[bit], False) if bit in of_bit else (*inverse[bit], True)
+    return places
+
+
+def bits_of(chains, places, flops):
+    """Of each chain what its flops hold, from its input on."""
+    def held(cell):
+        name, bit, inverted = places[cell]
+        return (flops[name] >> bit & 1) ^ inverted
+    return [[held(cell) for cell in chain] for chain in chains]
+
+
+def columns(rows):
+    """A line a clock: a character each chain, the last chain first."""
+    return ["".join(str(bit) for bit in reversed(column)) for column in zip(*rows)]
+
+
+def load_lines(held):
+    longest = max(map(len, held))
+    return [f"load {line}" for line in columns([[0] * (longest - len(bits)) + bits[::-1] for bits in held])]
+
+
+def unload_lines(held):
+    longest = max(map(len, held))
+    return [f"unload {line}" for line in columns([bits[::-1] + ["-"] * (longest - len(bits)) for bits in held])]
+
+
+def changes(path):
+    """Of a recording: (cycle, all levels from there on), and at last (the cycle behind its end, none)."""
+    levels = {}
+    with open(path, encoding="utf-8") as lines:
+        for line in lines:
+            word, *values = line.split()
+            if word.isdigit():
+                levels.update((name, int(value, 0)) for name, value in (v.split("=") for v in values))
+                yield int(word), dict(levels)
+            elif word == "end":
+                yield int(values[0]) + 1, None
+
+
+def packed(levels, names):
+    return "".join(f"{levels[name]:03b}" if name == "addr_strap_i" else str(levels[name]) for name in names)
+
+
+def pin_lines(window, behind):
+    """"clocks inputs outputs": the recording tells outputs before each clock, a replay looks at them after it."""
+    inputs, outputs = {}, {}
+    for cycle, levels in changes(window):
+        if levels:
+            inputs[cycle], outputs[cycle - 1] = packed(levels, INPUTS), packed(levels, OUTPUTS)
+        else:
+            end = cycle
+    outputs[end - 1] = packed(next(changes(behind))[1], OUTPUTS)
+    first = next(iter(inputs))
+    begins = sorted(set(inputs) | {cycle for cycle in outputs if cycle >= first}) + [end]
+    levels, now = [], (None, outputs[first - 1])
+    for begin, after in itertools.pairwise(begins):
+        now = (inputs.get(begin, now[0]), outputs.get(begin, now[1]))
+        levels.append((*now, after - begin))
+    for pins, stretches in itertools.groupby(levels, key=lambda level: level[:2]):
+        yield f"{sum(clocks for *_, clocks in stretches)} {' '.join(pins)}"
+
+
+def borders(summary, seconds):
+    half = round(seconds * CLOCK_HZ / 2)
+    middles = [round((p["begin_s"] + p["end_s"]) / 2 * CLOCK_HZ) for name in PHASES for p in summary["phases"] if p["name"] == name]
+    return [border for middle in middles for border in (middle - half, middle + half)]
+
+
+def main(meltstage, job, flops_json, scan_json, folder, seconds):
+    folder = pathlib.Path(folder)
+    windows = folder / "windows"
+    subprocess.run([meltstage, "print", job, "--rtl", "none", "--out", folder / "job"], check=True, stdout=subprocess.DEVNULL)
+    shutil.rmtree(windows, ignore_errors=True)  # of another build
+    at = borders(json.loads((folder / "job/summary.json").read_text(encoding="utf-8")), float(seconds))
+    subprocess.run([meltstage, "windows", "plan", folder / "job/pins.mvec", windows, "--borders", ",".join(map(str, at))], check=True, stdout=subprocess.DEVNULL)
+    chains = [chain["cells"] for chain in json.loads(pathlib.Path(scan_json).read_text(encoding="utf-8"))["chains"]]
+    for phase, window in zip(PHASES, (1, 3)):
+        before, after = (read_flops(windows / f"states/{n:06}.state") for n in (window, window + 1))
+        places = places_of(flops_json, before)
+        lines = [*load_lines(bits_of(chains, places, before)),
+                 *pin_lines(windows / f"stimulus/{window:06}.mvec", windows / f"stimulus/{window + 1:06}.mvec"),
+                 *unload_lines(bits_of(chains, places, after))]
+        (folder / f"{phase}.rec").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
