@@ -3,6 +3,7 @@
 // model).
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -19,11 +20,20 @@ struct DelayTable {
   double at(double slew_ns, double load_pf) const;
 };
 
-/// From one input to one output, output rising.
+/// Which edges of an input make which of the output.
+enum class Unateness { positive, negative, none };
+
+/// From one input to one output.
 struct DelayArc {
   std::string from;
-  DelayTable delay;
+  DelayTable delay;  ///< output rising
   DelayTable slew;
+  DelayTable fall_delay;  ///< output falling
+  DelayTable fall_slew;
+  Unateness unateness = Unateness::none;
+  double slowest_slew_ns(double slew_ns, double load_pf) const {
+    return std::max(slew.at(slew_ns, load_pf), fall_slew.at(slew_ns, load_pf));
+  }
 };
 
 struct DelayPin {

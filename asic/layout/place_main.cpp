@@ -38,7 +38,7 @@ struct Options {
   std::vector<std::string> tie_low;
   double leaf_load_pf = 0.2;
   std::size_t fanout = 40;
-  double most_slew_ns = 0.5;
+  DriverOptions drivers;
 };
 
 /// Of the processor.
@@ -139,8 +139,8 @@ int run(const Options& o) {
   trees.leaf_load_pf = o.leaf_load_pf;
   if (!o.clock.empty()) {
     delays = read_delays(o.liberty);
-    fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, o.most_slew_ns, trees);
-    sized = size_drivers(design, technology, delays, o.clock, o.most_slew_ns, trees);
+    fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, o.drivers.most_slew_ns, trees);
+    sized = size_drivers(design, technology, delays, o.clock, o.drivers, trees);
     tree = build_clock_tree(design, technology, delays, o.clock, trees);
   }
   const double used = utilization(design, technology);
@@ -214,10 +214,11 @@ int main(int argc, char** argv) {
       ->needs(buffers);
   app.add_option("--leaf-load", o.leaf_load_pf, "what a buffer of a tree drives at most, pF");
   app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
-  app.add_option("--most-slew", o.most_slew_ns, "slowest edge before a driver is made stronger, ns")
-      ->check([](const std::string& text) {
-        return std::atof(text.c_str()) > 0 ? "" : "found " + text + ", expected more than 0 ns";
-      });
+  const auto positive_ns = [](const std::string& text) {
+    return std::atof(text.c_str()) > 0 ? "" : "found " + text + ", expected more than 0 ns";
+  };
+  app.add_option("--most-slew", o.drivers.most_slew_ns, "slowest edge before a driver is made stronger, ns")->check(positive_ns);
+  app.add_option("--most-path", o.drivers.most_path_ns, "longest path from flop to flop before drivers on it are made stronger, ns (typical corner)")->check(positive_ns);
   app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
   app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
   try {

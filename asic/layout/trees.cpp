@@ -8,10 +8,12 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <unordered_map>
 
 #include "asic/layout/error.hpp"
 #include "asic/layout/model.hpp"
+#include "asic/layout/paths.hpp"
 
 namespace meltstage::layout {
 
@@ -213,7 +215,7 @@ class TreeBuilder {
   static constexpr double kTypicalSlewNs = 0.08;
   static constexpr double kAlikeNs = 0.05;
 
-  static double slew_ns(const Buffer& b, double load_pf) { return b.arc->slew.at(kTypicalSlewNs, load_pf); }
+  static double slew_ns(const Buffer& b, double load_pf) { return b.arc->slowest_slew_ns(kTypicalSlewNs, load_pf); }
 
   Buffer buffer(const std::string& name) const {
     Buffer b;
@@ -267,15 +269,6 @@ class TreeBuilder {
   int made_ = 0;
 };
 
-const DelayCell* cell_of(const Design& design, const Technology& technology, const Delays& delays,
-                         int component) {
-  const auto found = delays.find(
-      technology
-          .macros[static_cast<std::size_t>(design.components[static_cast<std::size_t>(component)].macro)]
-          .name);
-  return found == delays.end() ? nullptr : &found->second;
-}
-
 int net_of_port(const Design& design, const std::string& port) {
   for (const DiePin& pin : design.pins) {
     if (pin.name == port) return pin.net;
@@ -293,11 +286,6 @@ std::vector<int> driven_nets(const Design& design, const Technology& technology)
     }
   }
   return nets;
-}
-
-bool is_driver(const Design& design, const Technology& technology, const PinRef& ref) {
-  const PinDirection direction = pin_direction(design, technology, ref);
-  return ref.component == kDiePin ? direction == PinDirection::input : direction == PinDirection::output;
 }
 
 /// Takes the cells' inputs off a net.
@@ -321,7 +309,7 @@ Point place_of(const Design& design, const Technology& technology, const PinRef&
 }
 
 double pin_load_pf(const Design& design, const Technology& technology, const Delays& delays, const PinRef& ref) {
-  const DelayCell* cell = ref.component == kDiePin ? nullptr : cell_of(design, technology, delays, ref.component);
+  const DelayCell* cell = ref.component == kDiePin ? nullptr : delay_cell_of(design, technology, delays, ref.component);
   if (cell == nullptr) return 0.0;
   const Macro& macro = technology.macros[static_cast<std::size_t>(
       design.components[static_cast<std::size_t>(ref.component)].macro)];
@@ -363,7 +351,7 @@ class ClockWalk {
  private:
   /// The way through a buffer or gate, nullptr for a flop.
   const DelayArc* arc_of(int component) const {
-    const DelayCell* cell = cell_of(design_, technology_, delays_, component);
+    const DelayCell* cell = delay_cell_of(design_, technology_, delays_, component);
     if (cell == nullptr || cell->is_flop || driven_[static_cast<std::size_t>(component)] < 0) return nullptr;
     for (const auto& [name, pin] : cell->pins) {
       if (!pin.arcs.empty()) return &pin.arcs.front();
@@ -478,7 +466,7 @@ int delay_early_leaves(Design& design, const Technology& technology, const Delay
     if (*std::max_element(leaf.sinks_ns.begin(), leaf.sinks_ns.end()) > last - kExtraBufferNs) continue;
     auto& before = design.nets[static_cast<std::size_t>(leaf.in_net)].pins;
     const auto pin = std::find_if(before.begin(), before.end(), [&](const PinRef& ref) { return ref.component == leaf.driver; });
-    const DelayCell* cell = cell_of(design, technology, delays, leaf.driver);
+    const DelayCell* cell = delay_cell_of(design, technology, delays, leaf.driver);
     if (cell == nullptr || cell->is_clock_gate || pin == before.end()) continue;
     const Sink input = builder.sink(*pin, 0.0);
     before.erase(pin);
@@ -522,7 +510,7 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
   std::vector<Sink> flops;
   design.nets[static_cast<std::size_t>(root)].use = Use::clock;
   for (const PinRef& ref : take_sinks(design, technology, root)) {
-    const DelayCell* cell = cell_of(design, technology, delays, ref.component);
+    const DelayCell* cell = delay_cell_of(design, technology, delays, ref.component);
     if (cell == nullptr || !cell->is_clock_gate) {
       flops.push_back(builder.sink(ref, 0.0));
       continue;
@@ -648,74 +636,165 @@ std::vector<int> sizes_of(const Technology& technology, int macro) {
   return sizes;
 }
 
-SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port,
-                          double most_slew_ns, const TreeOptions& options) {
-  constexpr double kSlewInNs = 0.1;
-  TreeBuilder builder(design, technology, delays, options, "drive");
-  const int clock = net_of_port(design, clock_port);
-  std::vector<std::vector<int>> sizes(technology.macros.size());
-  const auto slew = [&](int macro, const std::string& pin, double load_pf) {
-    double most = 0.0;
-    const auto cell = delays.find(technology.macros[static_cast<std::size_t>(macro)].name);
-    if (cell == delays.end()) return most;
-    const auto found = cell->second.pins.find(pin);
-    if (found != cell->second.pins.end())
-      for (const DelayArc& arc : found->second.arcs) most = std::max(most, arc.slew.at(kSlewInNs, load_pf));
-    return most;
-  };
+namespace {
+
+/// Chooses drivers: sizes where a library has them, buffers behind the others.
+class DriverSizing {
+ public:
+  DriverSizing(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port, const DriverOptions& options, const TreeOptions& trees)
+      : design_(design),
+        technology_(technology),
+        delays_(delays),
+        options_(options),
+        clock_(net_of_port(design, clock_port)),
+        builder_(design, technology, delays, trees, "drive"),
+        sizes_(technology.macros.size()),
+        most_slew_ns_(design.nets.size(), options.most_slew_ns) {}
+
+  SizedDrivers run() {
+    choose();
+    double longest = std::numeric_limits<double>::infinity();
+    for (PathsNow now = look_at_paths(); now.may_be_faster && now.longest_ns < kWorthIt * longest; now = look_at_paths()) {
+      longest = now.longest_ns;
+      choose();
+    }
+    return {static_cast<int>(resized_.size()), builder_.made()};
+  }
+
+ private:
+  static constexpr double kSlewInNs = 0.1;
+  static constexpr double kWorthIt = 0.99;      // the longest path has to become shorter by this, else it is left as it is
+  static constexpr double kFaster = 0.7;        // what a round asks of an edge on a path that is too long
+  static constexpr double kFastEnoughNs = 0.1;  // nothing more is asked of such an edge
+
   struct Driver {
     int component = kDiePin;
+    int macro = 0;
     std::string pin;
     double load_pf = 0.0;
   };
-  const auto driver_of = [&](std::size_t n) {
+
+  Driver driver_of(std::size_t n) const {
     Driver driver;
-    const Net& net = design.nets[n];
-    if (net.use != Use::signal || static_cast<int>(n) == clock) return driver;
+    const Net& net = design_.nets[n];
+    if (net.use != Use::signal || static_cast<int>(n) == clock_) return driver;
     for (const PinRef& ref : net.pins) {
-      if (ref.component == kDiePin || !is_driver(design, technology, ref)) continue;
-      const DelayCell* cell = cell_of(design, technology, delays, ref.component);
+      if (ref.component == kDiePin || !is_driver(design_, technology_, ref)) continue;
+      const DelayCell* cell = delay_cell_of(design_, technology_, delays_, ref.component);
       if (cell == nullptr || cell->is_clock_gate) continue;
-      const int macro = design.components[static_cast<std::size_t>(ref.component)].macro;
-      driver = {ref.component, technology.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(ref.pin)].name,
-                expected_load_pf(design, technology, delays, net)};
+      const int macro = design_.components[static_cast<std::size_t>(ref.component)].macro;
+      driver = {ref.component, macro, technology_.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(ref.pin)].name,
+                expected_load_pf(design_, technology_, delays_, net)};
     }
     return driver;
-  };
-  SizedDrivers done;
-  const std::size_t nets = design.nets.size();
-  std::vector<std::vector<int>> nets_of(design.components.size());
-  for (std::size_t n = 0; n < nets; ++n) {
-    for (const PinRef& ref : design.nets[n].pins) {
-      if (ref.component == kDiePin) continue;
-      std::vector<int>& of = nets_of[static_cast<std::size_t>(ref.component)];
-      if (of.empty() || of.back() != static_cast<int>(n)) of.push_back(static_cast<int>(n));
+  }
+
+  /// Of a cell's output the most of its arcs' figures.
+  template <typename Figure>
+  double most(int macro, const std::string& pin, const Figure& figure) const {
+    double most = 0.0;
+    const auto cell = delays_.find(technology_.macros[static_cast<std::size_t>(macro)].name);
+    if (cell == delays_.end()) return most;
+    const auto found = cell->second.pins.find(pin);
+    if (found != cell->second.pins.end())
+      for (const DelayArc& arc : found->second.arcs) most = std::max(most, figure(arc));
+    return most;
+  }
+  double slew_ns(int macro, const std::string& pin, double load_pf) const {
+    return most(macro, pin, [&](const DelayArc& arc) { return arc.slowest_slew_ns(kSlewInNs, load_pf); });
+  }
+  double delay_ns(const Driver& driver, double load_pf) const {
+    return most(driver.macro, driver.pin, [&](const DelayArc& arc) { return std::max(arc.delay.at(kSlewInNs, load_pf), arc.fall_delay.at(kSlewInNs, load_pf)); });
+  }
+
+  std::vector<std::vector<int>> nets_of_components() const {
+    std::vector<std::vector<int>> nets(design_.components.size());
+    for (std::size_t n = 0; n < design_.nets.size(); ++n) {
+      for (const PinRef& ref : design_.nets[n].pins) {
+        if (ref.component == kDiePin) continue;
+        std::vector<int>& of = nets[static_cast<std::size_t>(ref.component)];
+        if (of.empty() || of.back() != static_cast<int>(n)) of.push_back(static_cast<int>(n));
+      }
     }
+    return nets;
   }
-  // sizes first: buffers move pins to other nets
-  for (std::size_t n = 0; n < nets; ++n) {
+
+  /// Sizes first: buffers move pins to other nets.
+  void choose() {
+    const std::vector<std::vector<int>> nets_of = nets_of_components();
+    const std::size_t nets = design_.nets.size();
+    for (std::size_t n = 0; n < nets; ++n) choose_size(n, nets_of);
+    for (std::size_t n = 0; n < nets; ++n) help(n);
+    most_slew_ns_.resize(design_.nets.size(), options_.most_slew_ns);
+  }
+
+  void choose_size(std::size_t n, const std::vector<std::vector<int>>& nets_of) {
     const Driver driver = driver_of(n);
-    if (driver.component == kDiePin) continue;
-    const int macro = design.components[static_cast<std::size_t>(driver.component)].macro;
-    int best = macro;
-    auto& known = sizes[static_cast<std::size_t>(macro)];
-    if (known.empty()) known = sizes_of(technology, macro);
+    if (driver.component == kDiePin) return;
+    auto& known = sizes_[static_cast<std::size_t>(driver.macro)];
+    if (known.empty()) known = sizes_of(technology_, driver.macro);
+    int best = driver.macro;
     for (const int size : known)
-      if (slew(best, driver.pin, driver.load_pf) > most_slew_ns && slew(size, driver.pin, driver.load_pf) < slew(best, driver.pin, driver.load_pf)) best = size;
-    if (best == macro) continue;
-    change_macro(design, technology, driver.component, best, nets_of[static_cast<std::size_t>(driver.component)]);
-    ++done.resized;
+      if (slew_ns(best, driver.pin, driver.load_pf) > most_slew_ns_[n] && slew_ns(size, driver.pin, driver.load_pf) < slew_ns(best, driver.pin, driver.load_pf)) best = size;
+    if (best == driver.macro) return;
+    change_macro(design_, technology_, driver.component, best, nets_of[static_cast<std::size_t>(driver.component)]);
+    resized_.insert(driver.component);
   }
-  for (std::size_t n = 0; n < nets; ++n) {
+
+  void help(std::size_t n) {
     const Driver driver = driver_of(n);
-    if (driver.component == kDiePin) continue;
-    if (slew(design.components[static_cast<std::size_t>(driver.component)].macro, driver.pin, driver.load_pf) <= most_slew_ns) continue;
+    if (driver.component == kDiePin || slew_ns(driver.macro, driver.pin, driver.load_pf) <= most_slew_ns_[n]) return;
     std::vector<Sink> sinks;
-    for (const PinRef& ref : take_sinks(design, technology, static_cast<int>(n))) sinks.push_back(builder.sink(ref, 0.0));
-    if (!sinks.empty()) builder.insert(builder.smallest_for(sinks, most_slew_ns), sinks, static_cast<int>(n));
+    for (const PinRef& ref : take_sinks(design_, technology_, static_cast<int>(n))) sinks.push_back(builder_.sink(ref, 0.0));
+    if (sinks.empty()) return;
+    const Buffer& buffer = builder_.smallest_for(sinks, most_slew_ns_[n]);
+    const bool is_too_slow = slew_ns(driver.macro, driver.pin, driver.load_pf) > options_.most_slew_ns;
+    if (is_too_slow || delay_ns(driver, buffer.load_pf) + builder_.delay(buffer, sinks) < delay_ns(driver, driver.load_pf)) builder_.insert(buffer, sinks, static_cast<int>(n));
+    else
+      for (const Sink& sink : sinks) design_.nets[n].pins.push_back(sink.pin);
   }
-  done.buffered = builder.made();
-  return done;
+
+  struct PathsNow {
+    double longest_ns = 0.0;
+    bool may_be_faster = false;
+  };
+
+  /// Edges on paths that are too long have to be faster from now on.
+  PathsNow look_at_paths() {
+    std::vector<double> load_pf(design_.nets.size());
+    std::transform(design_.nets.begin(), design_.nets.end(), load_pf.begin(), [&](const Net& net) {
+      return net.use == Use::signal ? expected_load_pf(design_, technology_, delays_, net) : 0.0;
+    });
+    const std::vector<double> path_ns = longest_paths_ns(design_, technology_, delays_, load_pf);
+    PathsNow now;
+    for (std::size_t n = 0; n < path_ns.size(); ++n) {
+      now.longest_ns = std::max(now.longest_ns, path_ns[n]);
+      if (path_ns[n] <= options_.most_path_ns) continue;
+      const Driver driver = driver_of(n);
+      const double slew = driver.component == kDiePin ? 0.0 : slew_ns(driver.macro, driver.pin, driver.load_pf);
+      if (slew <= kFastEnoughNs) continue;
+      most_slew_ns_[n] = std::min(most_slew_ns_[n], kFaster * slew);
+      now.may_be_faster = true;
+    }
+    return now;
+  }
+
+  Design& design_;
+  const Technology& technology_;
+  const Delays& delays_;
+  const DriverOptions& options_;
+  const int clock_;
+  TreeBuilder builder_;
+  std::vector<std::vector<int>> sizes_;  ///< by macro: those of its function, smallest first
+  std::vector<double> most_slew_ns_;     ///< by net
+  std::set<int> resized_;
+};
+
+}  // namespace
+
+SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port, const DriverOptions& options,
+                          const TreeOptions& trees) {
+  return DriverSizing(design, technology, delays, clock_port, options, trees).run();
 }
 
 int add_ties(Design& design, const Technology& technology, Use use, const std::string& macro_name,

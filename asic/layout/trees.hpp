@@ -2,6 +2,7 @@
 // Buffers: the clock's balanced tree, trees for nets with many sinks, cells that tie inputs to a constant.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -57,15 +58,21 @@ ClockTree measure_clock(const Design& design, const Technology& technology, cons
 int buffer_nets(Design& design, const Technology& technology, const Delays& delays,
                 const std::string& clock_port, std::size_t most_sinks, double most_slew_ns, const TreeOptions& options);
 
+struct DriverOptions {
+  double most_slew_ns = 0.5;  ///< slowest edge, at the load expected
+  double most_path_ns = std::numeric_limits<double>::infinity();  ///< longest path from flop to flop (longest_paths_ns)
+};
+
 struct SizedDrivers {
   int resized = 0;
   int buffered = 0;
 };
 
 /// Each net's driver, clock and supplies apart, becomes the smallest of its sizes (cells whose names differ in the number behind the last
-/// `_` or `X`) that gives edges of at most `most_slew_ns` at the load expected; where none does, the smallest buffer that does helps it.
-SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port,
-                          double most_slew_ns, const TreeOptions& options);
+/// `_` or `X`) that gives edges fast enough; where none does, the smallest buffer that does helps it. Then edges on paths that are too long have to
+/// be faster, round by round, while a size or a buffer makes them so.
+SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port, const DriverOptions& options,
+                          const TreeOptions& trees);
 
 /// One cell `macro` with output `pin` for each input tied to the supply `use`; beside its sink. Returns how
 /// many.

@@ -161,7 +161,7 @@ TEST_F(Trees, WeakDriversBecomeStrongEnough) {
   std::vector<std::multiset<std::string>> before;
   for (std::size_t n = 0; n < nets; ++n) before.push_back(reached(d, technology, static_cast<int>(n)));
   ASSERT_GT(slow_nets().size(), 5u);
-  const SizedDrivers sized = size_drivers(d, technology, delays, "clk", limit_ns, options);
+  const SizedDrivers sized = size_drivers(d, technology, delays, "clk", {.most_slew_ns = limit_ns}, options);
   EXPECT_GT(sized.resized, 0);
   EXPECT_GT(sized.buffered, 0);
   for (const Net& net : d.nets) {  // other sizes have their pins in another order
