@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <ctime>
 
+#include "asic/layout/drivers.hpp"
 #include "asic/layout/error.hpp"
 #include "asic/layout/place.hpp"
 #include "asic/layout/spef.hpp"
@@ -45,8 +46,6 @@ struct Options {
 double seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 Nm nm(double um) { return static_cast<Nm>(um * 1000.0 + 0.5); }
-
-double um(Nm value) { return static_cast<double>(value) / 1000.0; }
 
 /// A row of the summary.
 void print(const char* what, const std::string& value, const char* unit) {

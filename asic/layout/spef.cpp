@@ -7,8 +7,8 @@
 #include <iterator>
 #include <limits>
 
+#include "asic/layout/buffers.hpp"
 #include "asic/layout/model.hpp"
-#include "asic/layout/trees.hpp"
 
 namespace meltstage::layout {
 

@@ -13,7 +13,7 @@ namespace meltstage::layout {
 /// it readers take a bracket for a bus and miss nets like "words_q[14]_15".
 std::string spef_name(const std::string& name);
 
-/// SPEF (IEEE 1481) of all nets of signals, with the wire of trees.hpp's wire_model.
+/// SPEF (IEEE 1481) of all nets of signals, with the wire of buffers.hpp's wire_model.
 std::string spef_text(const Design& design, const Technology& technology);
 
 }  // namespace meltstage::layout

@@ -2,31 +2,11 @@
 // Buffers: the clock's balanced tree, trees for nets with many sinks, cells that tie inputs to a constant.
 #pragma once
 
-#include <limits>
 #include <string>
-#include <vector>
 
-#include "asic/layout/delays.hpp"
-#include "asic/layout/design.hpp"
+#include "asic/layout/buffers.hpp"
 
 namespace meltstage::layout {
-
-/// What a wire of the signal layers costs, from the LEF.
-struct WireModel {
-  double ohm_per_um = 0.0;
-  double pf_per_um = 0.0;
-};
-/// Mean of the second and third routing layer, alone above ground.
-WireModel wire_model(const Technology& technology);
-
-/// What drives the net has to charge: pins and the wire that is expected where cells are now, pF.
-double expected_load_pf(const Design& design, const Technology& technology, const Delays& delays, const Net& net);
-
-struct TreeOptions {
-  std::vector<std::string> buffers;  ///< macros with one input and one output, weakest first
-  double leaf_load_pf = 0.2;         ///< what a buffer of a tree drives at most, wires with it
-  std::size_t leaf_sinks = 24;      ///< and how many pins: a word of 16 bits with its check bits is one buffer's
-};
 
 struct ClockTree {
   int sinks = 0;
@@ -57,22 +37,6 @@ ClockTree measure_clock(const Design& design, const Technology& technology, cons
 /// how many buffers.
 int buffer_nets(Design& design, const Technology& technology, const Delays& delays,
                 const std::string& clock_port, std::size_t most_sinks, double most_slew_ns, const TreeOptions& options);
-
-struct DriverOptions {
-  double most_slew_ns = 0.5;  ///< slowest edge, at the load expected
-  double most_path_ns = std::numeric_limits<double>::infinity();  ///< longest path from flop to flop (longest_paths_ns)
-};
-
-struct SizedDrivers {
-  int resized = 0;
-  int buffered = 0;
-};
-
-/// Each net's driver, clock and supplies apart, becomes the smallest of its sizes (cells whose names differ in the number behind the last
-/// `_` or `X`) that gives edges fast enough; where none does, the smallest buffer that does helps it. Then edges on paths that are too long have to
-/// be faster, round by round, while a size or a buffer makes them so.
-SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port, const DriverOptions& options,
-                          const TreeOptions& trees);
 
 /// One cell `macro` with output `pin` for each input tied to the supply `use`; beside its sink. Returns how
 /// many.

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "asic/layout/drivers.hpp"
 #include "asic/layout/place.hpp"
-#include "asic/layout/trees.hpp"
 #include "tests/layout/random_netlist.hpp"
 
 namespace meltstage::layout {

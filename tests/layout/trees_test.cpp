@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "asic/layout/drivers.hpp"
 #include "asic/layout/error.hpp"
 #include "asic/layout/place.hpp"
 #include "asic/layout/spef.hpp"
