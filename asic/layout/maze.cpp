@@ -13,7 +13,6 @@ namespace {
 using Cost = std::int32_t;
 constexpr Cost unreached = std::numeric_limits<Cost>::max();
 constexpr Cost units_per_pitch = 100;  // of the finer pitch
-constexpr Cost via_cost = 150;
 constexpr Cost first_share_cost = 400;
 constexpr double share_growth = 1.5;
 constexpr Cost most_share_cost = 4'000;
@@ -76,6 +75,9 @@ class Router {
   bool extend(int net, const std::vector<int>& terminal);
   bool search(int net, int& reached);
   bool may_go_on(const MazeNet& net, int node) const;
+  Cost length_of(int net, const Grid::Crossing& a, const Grid::Crossing& b) const {
+    return a.layer != b.layer ? problem_.nets[at(net)].via_cost : a.ix != b.ix ? step_x_ : step_y_;
+  }
 
   /// Other nets' bodies at the node or, where ends need room, beside it.
   template <typename Visit>
@@ -102,6 +104,7 @@ class Router {
     Cost cost = unreached;
     std::int32_t from = -1;
     std::int32_t tree = 0;
+    Cost depth = 0;  ///< of a tree's node: the way back to the root
   };
   std::vector<Place> places_;
   std::vector<Mark> marks_;
@@ -202,8 +205,9 @@ bool Router::search(int net, int& reached) {
       const Place& place = places_[at(next)];
       if (place.owner != free_node && place.owner != net) return;
       if (!may_go_on(problem_.nets[at(net)], next)) return;
-      const Cost cost = entry.cost + step + place.history + (place.uses > 0 ? share_cost_ : 0);
       Mark& mark = marks_[at(next)];
+      const Cost way_back = mark.tree == tree_stamp_ ? mark.depth / 100 * problem_.nets[at(net)].way_back : 0;
+      const Cost cost = entry.cost + step + way_back + place.history + (place.uses > 0 ? share_cost_ : 0);
       if (cost >= mark.cost) return;
       if (mark.cost == unreached) touched_.push_back(next);
       mark.cost = cost;
@@ -223,8 +227,8 @@ bool Router::search(int net, int& reached) {
       if (grid_.vertical[at(layer)] == vertical) return layer * layer_size + node % layer_size;
       return grid_.node(layer, c.ix, c.iy);
     };
-    if (c.layer > 0) visit(other_layer(c.layer - 1), c.ix, c.iy, via_cost);
-    if (c.layer < top) visit(other_layer(c.layer + 1), c.ix, c.iy, via_cost);
+    if (c.layer > 0) visit(other_layer(c.layer - 1), c.ix, c.iy, problem_.nets[at(net)].via_cost);
+    if (c.layer < top) visit(other_layer(c.layer + 1), c.ix, c.iy, problem_.nets[at(net)].via_cost);
   }
   return false;
 }
@@ -270,8 +274,11 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
   if (found) {
     MazeTree& tree = trees_[static_cast<std::size_t>(net)];
     Window box = no_window;
+    Cost depth = marks_[at(reached)].depth;
     for (int node = reached; node >= 0; node = marks_[at(node)].from) {
       const Grid::Crossing c = grid_.crossing(node);
+      marks_[at(node)].depth = depth;
+      if (marks_[at(node)].from >= 0) depth += length_of(net, c, grid_.crossing(marks_[at(node)].from));
       Window longer = box;
       longer.include(c.ix, c.iy);
       if (longer.x0 < longer.x1 && longer.y0 < longer.y1) {  // a turn: the box of a whole way would be empty in the middle
@@ -289,19 +296,25 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
   return found;
 }
 
-// Terminals join the tree in Prim's order: the one nearest to those that are in comes next.
-std::vector<int> prim_order(const std::vector<Grid::Crossing>& places) {
+// Terminals join the tree in Prim's order: the one nearest to those that are in comes next, ways back counted as far as the net wants it.
+std::vector<int> prim_order(const std::vector<Grid::Crossing>& places, int root, int way_back) {
   const std::size_t n = places.size();
-  std::vector<int> order{0};
-  std::vector<int> distance(n, std::numeric_limits<int>::max());
+  std::vector<int> order{root};
+  std::vector<int> cost(n, std::numeric_limits<int>::max());
+  std::vector<int> depth(n, 0);  // of those that aren't in yet: if they joined now
   std::vector<bool> in(n, false);
-  in[0] = true;
-  for (std::size_t last = 0; order.size() < n;) {
+  in[static_cast<std::size_t>(root)] = true;
+  for (auto last = static_cast<std::size_t>(root); order.size() < n;) {
     std::size_t best = n;
     for (std::size_t i = 0; i < n; ++i) {
       if (in[i]) continue;
-      distance[i] = std::min(distance[i], std::abs(places[i].ix - places[last].ix) + std::abs(places[i].iy - places[last].iy));
-      if (best == n || distance[i] < distance[best]) best = i;
+      const int distance = std::abs(places[i].ix - places[last].ix) + std::abs(places[i].iy - places[last].iy);
+      const int joining = distance + depth[last] * way_back / 100;
+      if (joining < cost[i]) {
+        cost[i] = joining;
+        depth[i] = depth[last] + distance;
+      }
+      if (best == n || cost[i] < cost[best]) best = i;
     }
     in[best] = true;
     order.push_back(static_cast<int>(best));
@@ -336,13 +349,14 @@ bool Router::route(int net, int widening) {
   if (wanted.terminals.size() < 2) return true;
   std::vector<Grid::Crossing> places;
   for (const auto& terminal : wanted.terminals) places.push_back(grid_.crossing(terminal.front()));
-  const std::vector<int> order = prim_order(places);
+  const std::vector<int> order = prim_order(places, wanted.root, wanted.way_back);
   ++tree_stamp_;
   tree_boxes_.clear();
   const auto begin_with = [&](std::initializer_list<int> nodes) {
     Window box = no_window;
     for (const int node : nodes) {
       marks_[at(node)].tree = tree_stamp_;
+      marks_[at(node)].depth = 0;
       const Grid::Crossing c = grid_.crossing(node);
       box.include(c.ix, c.iy);
     }

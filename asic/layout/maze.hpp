@@ -53,6 +53,10 @@ struct MazeNet {
   std::vector<int> regions;  ///< where its wires should be; empty: anywhere
   int lowest_reach = -1;     ///< so many crossings from its terminals, at most, on the lowest layer; -1: any
   int highest = -1;          ///< no layer above this one; -1: any
+  int via_cost = 150;        ///< hundredths of the finer pitch that a via may save
+  int root = 0;              ///< the terminal that the net comes from
+  int way_back = 0;          ///< hundredths of the way back to the root that count where a terminal joins the tree (Prim-Dijkstra's trade-off:
+                             ///< Alpert, Hu, Huang, Kahng, Karger 1995); 0: the least wire
 };
 
 /// Edges between neighbouring nodes (of one track, or of one crossing on adjacent layers).

@@ -13,10 +13,13 @@
 #include "asic/layout/error.hpp"
 #include "asic/layout/guides.hpp"
 #include "asic/layout/maze.hpp"
+#include "asic/layout/paths.hpp"
 
 namespace meltstage::layout {
 namespace {
 
+constexpr int clock_via_cost = 600;  // hundredths of a pitch; a via resists as much as 40 um of wire
+constexpr int clock_way_back = 25;   // hundredths
 constexpr int diode_rounds = 8;
 constexpr int lowest_reach = 40;  // crossings; of a net whose wire on the lowest layer was too long for its gates
 constexpr int rail_reach = 24;  // crossings to the side that a tied input may go to its rail
@@ -77,6 +80,7 @@ class Wiring {
   void add_tied_input(int net, const Access& access);
   void check_terminals(RouteReport& report);
   void keep(const NetLimits& limits);
+  void prefer_low_skew();
   void guide();
   void draw(int maze_net, const MazeTree& tree, RouteReport& report);
   void draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, const std::vector<int>& via_nodes,
@@ -581,6 +585,22 @@ void Wiring::guide() {
   for (std::size_t n = 0; n < problem_.nets.size(); ++n) problem_.nets[n].regions = guides.regions[at(design_net_[n])];
 }
 
+// Skew is what the clock's nets resist: short ways from the driver to each pin, few vias.
+void Wiring::prefer_low_skew() {
+  for (std::size_t n = 0; n < problem_.nets.size(); ++n) {
+    const Net& net = design_.nets[at(design_net_[n])];
+    if (net.use != Use::clock) continue;
+    problem_.nets[n].via_cost = clock_via_cost;
+    problem_.nets[n].way_back = clock_way_back;
+    for (const Terminal& terminal : terminals_) {
+      if (terminal.net != static_cast<int>(n) || !is_driver(design_, technology_, net.pins[at(terminal.pin_position)])) continue;
+      const auto& of = problem_.nets[n].terminals;
+      problem_.nets[n].root = static_cast<int>(std::find(of.begin(), of.end(), terminal.nodes) - of.begin());
+      if (problem_.nets[n].root == static_cast<int>(of.size())) problem_.nets[n].root = 0;
+    }
+  }
+}
+
 void Wiring::keep(const NetLimits& limits) {
   const std::vector<int> layers = track_layers(technology_);
   for (std::size_t n = 0; n < problem_.nets.size(); ++n) {
@@ -613,6 +633,7 @@ RouteReport Wiring::run(const RouteOptions& options, const NetLimits& limits, st
   guide();
   problem_.begun = std::move(trees);
   keep(limits);
+  prefer_low_skew();
   MazeResult result = route_maze(problem_, {options.rounds, options.progress});
   report.rounds = result.rounds;
   report.nets = static_cast<int>(problem_.nets.size());

@@ -94,6 +94,33 @@ TEST(Maze, ANetStaysBelowItsHighestLayer) {
   EXPECT_EQ(highest_layer(problem, lower.trees[0]), 1);
 }
 
+TEST(Maze, WaysToTheRootAreShortWhereTheyCount) {
+  MazeProblem problem = empty_maze(30, 30, false);
+  const auto node = [&](int ix, int iy) { return problem.grid.node(0, ix, iy); };
+  // terminals on three sides of a square: the least wire goes all around it
+  problem.nets.push_back({{{node(22, 22)}, {node(2, 22)}, {node(2, 2)}, {node(22, 4)}}, {}});
+  problem.nets[0].root = 2;
+  const auto way_to = [&](const MazeTree& tree, int from, int to) {
+    std::map<int, std::vector<int>> beside;
+    for (const auto& [a, b] : tree) beside[a].push_back(b), beside[b].push_back(a);
+    std::map<int, int> steps{{from, 0}};
+    for (std::vector<int> open{from}; !open.empty();) {
+      const int now = open.back();
+      open.pop_back();
+      for (const int next : beside[now])
+        if (steps.try_emplace(next, steps[now] + 1).second) open.push_back(next);
+    }
+    return steps.at(to);
+  };
+  const MazeResult least = route_maze(problem, {});
+  problem.nets[0].way_back = 50;
+  const MazeResult direct = route_maze(problem, {});
+  EXPECT_THAT(maze_errors(problem, direct), IsEmpty());
+  EXPECT_GT(way_to(least.trees[0], node(2, 2), node(22, 4)), 50);
+  EXPECT_LT(way_to(direct.trees[0], node(2, 2), node(22, 4)), 30);
+  EXPECT_LE(least.trees[0].size(), direct.trees[0].size());
+}
+
 TEST(Maze, TellsANetThatIsWalledIn) {
   MazeProblem problem = empty_maze(8, 8, false);
   for (int layer = 0; layer < problem.grid.layers(); ++layer)
