@@ -29,7 +29,7 @@ td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-wi
 {% endif %}</html>
 """, autoescape=True)
 
-RUNS = {"busy": "a busy recorded run", "heat-up": "0.25 s of a job's heat-up", "print": "0.25 s of its printing"}  # as the Makefile calls them
+RUNS = {"busy": "a busy recorded run", "heat-up": "0.1 s of a job's heat-up", "print": "0.1 s of its printing"}  # as the Makefile calls them
 
 NONE_ALLOWED = re.compile(r"nets not routed|open nets|nets in conflict|antenna rules broken|pins without access|cells with crowded pins|(DRC|LVS) errors|mismatches in Icarus|placement errors")
 
