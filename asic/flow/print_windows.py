@@ -99,19 +99,32 @@ def pin_lines(window, behind):
         yield f"{sum(clocks for *_, clocks in stretches)} {' '.join(pins)}"
 
 
-def borders(summary, seconds):
-    half = round(seconds * CLOCK_HZ / 2)
-    middles = [round((p["begin_s"] + p["end_s"]) / 2 * CLOCK_HZ) for name in PHASES for p in summary["phases"] if p["name"] == name]
-    return [border for middle in middles for border in (middle - half, middle + half)]
+def borders(job, phases, seconds):
+    """First cycle and the one behind the last, of each phase's window."""
+    at = []
+    for name in PHASES:
+        begin, end = next(((p["begin_s"], p["end_s"]) for p in phases if p["name"] == name), (0, 0))
+        if end - begin <= seconds:
+            print(f"{job}: found {end - begin:.3f} s of {name}, expected more than {seconds} s; take a longer job", file=sys.stderr)
+            sys.exit(2)
+        at += [round(((begin + end) / 2 + side * seconds / 2) * CLOCK_HZ) for side in (-1, 1)]
+    return at
+
+
+def run(*command):
+    """Its own line says what was wrong."""
+    if status := subprocess.run(command, stdout=subprocess.DEVNULL).returncode:
+        sys.exit(status)
 
 
 def main(meltstage, job, flops_json, scan_json, folder, seconds):
     folder = pathlib.Path(folder)
     windows = folder / "windows"
-    subprocess.run([meltstage, "print", job, "--rtl", "none", "--out", folder / "job"], check=True, stdout=subprocess.DEVNULL)
+    run(meltstage, "print", job, "--rtl", "none", "--out", folder / "job")
     shutil.rmtree(windows, ignore_errors=True)  # of another build
-    at = borders(json.loads((folder / "job/summary.json").read_text(encoding="utf-8")), float(seconds))
-    subprocess.run([meltstage, "windows", "plan", folder / "job/pins.mvec", windows, "--borders", ",".join(map(str, at))], check=True, stdout=subprocess.DEVNULL)
+    phases = json.loads((folder / "job/summary.json").read_text(encoding="utf-8"))["phases"]
+    at = borders(job, phases, float(seconds))
+    run(meltstage, "windows", "plan", folder / "job/pins.mvec", windows, "--borders", ",".join(map(str, at)))
     chains = [chain["cells"] for chain in json.loads(pathlib.Path(scan_json).read_text(encoding="utf-8"))["chains"]]
     for phase, window in zip(PHASES, (1, 3)):
         before, after = (read_flops(windows / f"states/{n:06}.state") for n in (window, window + 1))

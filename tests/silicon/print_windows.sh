@@ -9,6 +9,12 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 "$meltstage" vectors scan "$folder/netlist.json" --out scan > scan.log
 yosys -q -p "read_rtlil $folder/reference.il; json -o flops.json t:\$_DFF* t:\$_NOT_ w:*"
+# wrong input is one line and 2
+for wrong in "$job 60" "nosuch.toml 0.005"; do
+  status=0
+  python3 -B "$flow/print_windows.py" "$meltstage" ${wrong% *} flops.json scan/scan.json wrong ${wrong#* } 2> wrong.txt || status=$?
+  if [ $status != 2 ] || [ "$(wc -l < wrong.txt)" != 1 ]; then cat wrong.txt >&2; exit 1; fi
+done
 python3 -B "$flow/print_windows.py" "$meltstage" "$job" flops.json scan/scan.json windows 0.005
 yosys -q -p 'read_json scan/netlist.json; techmap -map +/simcells.v t:$_BUF_; write_verilog -noattr flat.v' > yosys.log 2>&1
 verilator --cc --exe --build -j 2 --prefix Vnetlist --top-module tc_top -Wno-lint -Wno-fatal --x-assign 0 --x-initial 0 -CFLAGS -std=c++20 \
