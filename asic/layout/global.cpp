@@ -285,7 +285,7 @@ class GlobalPlacer {
       const int first = model_.net_start[static_cast<std::size_t>(net)];
       const int last = model_.net_start[static_cast<std::size_t>(net) + 1];
       const auto [low, high] = ends(net, position, is_x);
-      const double factor = 1.0 / (last - first - 1);
+      const double factor = model_.weight[static_cast<std::size_t>(net)] / (last - first - 1);
       if (low != high) spring(low, high, factor);
       for (int p = first; p < last; ++p) {
         if (p == low || p == high) continue;

@@ -18,6 +18,7 @@ struct ModelPin {
 struct Model {
   std::vector<ModelPin> pins;    ///< net by net
   std::vector<int> net_start;    ///< first pin of each net; one entry more than nets
+  std::vector<double> weight;    ///< by net: of its length, the clock's counts more
   std::vector<int> pin_of_cell;  ///< indices into pins, cell by cell
   std::vector<int> cell_start;
   int nets() const { return static_cast<int>(net_start.size()) - 1; }

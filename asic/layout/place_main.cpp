@@ -26,7 +26,7 @@ struct Options {
   double utilization = 0.7;
   double density = 0.9;
   double margin_um = 10.0;
-  int passes = 3;
+  int passes = 6;
   std::string fillers;
   std::string strap_layer;
   double strap_width_um = 2.0;
@@ -125,11 +125,15 @@ int run(const Options& o) {
   if (!o.tie_high.empty()) add_ties(design, technology, Use::power, o.tie_high.at(0), o.tie_high.at(1));
   if (!o.tie_low.empty()) add_ties(design, technology, Use::ground, o.tie_low.at(0), o.tie_low.at(1));
   make_floorplan(design, technology, {o.utilization, nm(o.margin_um)});
+  Delays delays;
+  if (!o.clock.empty()) {
+    delays = read_delays(o.liberty);
+    mark_clock(design, technology, delays, o.clock);
+  }
   GlobalPlacement global;
   global.density = o.density;
   place_globally(design, technology, global);
   const double spread = static_cast<double>(wirelength(design, technology)) / 1e6;
-  Delays delays;
   int fanout_buffers = 0;
   SizedDrivers sized;
   ClockTree tree;
@@ -137,7 +141,6 @@ int run(const Options& o) {
   trees.buffers = o.buffers;
   trees.leaf_load_pf = o.leaf_load_pf;
   if (!o.clock.empty()) {
-    delays = read_delays(o.liberty);
     fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, o.drivers.most_slew_ns, trees);
     sized = size_drivers(design, technology, delays, o.clock, o.drivers, trees);
     tree = build_clock_tree(design, technology, delays, o.clock, trees);

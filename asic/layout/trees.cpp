@@ -178,6 +178,17 @@ int delay_early_leaves(Design& design, const Technology& technology, const Delay
 
 }  // namespace
 
+void mark_clock(Design& design, const Technology& technology, const Delays& delays, const std::string& port) {
+  design.nets[static_cast<std::size_t>(net_of_port(design, port))].use = Use::clock;
+  for (Net& net : design.nets) {
+    for (const PinRef& ref : net.pins) {
+      if (ref.component == kDiePin || !is_driver(design, technology, ref)) continue;
+      const DelayCell* cell = delay_cell_of(design, technology, delays, ref.component);
+      if (cell != nullptr && cell->is_clock_gate) net.use = Use::clock;
+    }
+  }
+}
+
 ClockTree build_clock_tree(Design& design, const Technology& technology, const Delays& delays,
                            const std::string& port, const TreeOptions& options) {
   const int root = net_of_port(design, port);
@@ -185,7 +196,6 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
   TreeBuilder builder(design, technology, delays, options, "clock");
   std::vector<Sink> level;
   std::vector<Sink> flops;
-  design.nets[static_cast<std::size_t>(root)].use = Use::clock;
   for (const PinRef& ref : take_sinks(design, technology, root)) {
     const DelayCell* cell = delay_cell_of(design, technology, delays, ref.component);
     if (cell == nullptr || !cell->is_clock_gate) {
@@ -194,7 +204,6 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
     }
     const int net = driven[static_cast<std::size_t>(ref.component)];
     if (net < 0) continue;
-    design.nets[static_cast<std::size_t>(net)].use = Use::clock;
     std::vector<Sink> behind;
     for (const PinRef& pin : take_sinks(design, technology, net)) behind.push_back(builder.sink(pin, 0.0));
     if (behind.empty()) continue;

@@ -16,6 +16,10 @@ struct ClockTree {
   double skew_ns = 0.0;     ///< last flop minus first
 };
 
+/// Marks the net of the port and those behind clock gates as the clock's: placement keeps their cells together, and no other tree is put into
+/// them.
+void mark_clock(Design& design, const Technology& technology, const Delays& delays, const std::string& port);
+
 /// Grows a tree from the port to the flops' clock pins, through clock gates, so that each flop gets its edge
 /// at about the same time: clusters of near sinks with like latency get a buffer in their middle, and so on
 /// to the port; sizes of the last buffers even out the rest. Cells must be placed (globally); the buffers are

@@ -43,6 +43,7 @@ class Trees : public ::testing::Test {
   Design placed_design(int cells, unsigned seed) const {
     Design d = random_netlist(technology, cells, seed);
     make_floorplan(d, technology, {0.6, 5000});
+    mark_clock(d, technology, delays, "clk");
     place_globally(d, technology, {});
     return d;
   }
@@ -82,6 +83,50 @@ TEST_F(Trees, ClockReachesEachFlopOnceAtNearlyTheSameTime) {
     const ClockTree legal = measure_clock(d, technology, delays, "clk");
     EXPECT_LT(legal.skew_ns, 0.25 * legal.latency_ns) << seed;
   }
+}
+
+TEST_F(Trees, ClockIsThePortsNetAndThoseBehindGates) {
+  Design d = random_netlist(technology, 200, 1);
+  Delays gated = delays;
+  gated.at("AND2X2").is_clock_gate = true;
+  mark_clock(d, technology, gated, "clk");
+  const int gate = technology.find_macro("AND2X2");
+  for (const Net& net : d.nets) {
+    const bool is_gated = std::any_of(net.pins.begin(), net.pins.end(), [&](const PinRef& ref) {
+      return ref.component != kDiePin && d.components[static_cast<std::size_t>(ref.component)].macro == gate && pin_direction(d, technology, ref) == PinDirection::output;
+    });
+    EXPECT_EQ(net.use == Use::clock, net.name == "clk" || is_gated) << net.name;
+  }
+}
+
+// Flops drawn anywhere in the netlist share a clock net, a word of 16 each time.
+TEST_F(Trees, FlopsOfOneClockNetLieNearEachOther) {
+  const auto words_um = [&](Use use, unsigned seed) {
+    Design d = random_netlist(technology, 1500, seed);
+    std::vector<PinRef> flops = take_sinks(d, technology, d.find_net("clk"));
+    std::shuffle(flops.begin(), flops.end(), std::mt19937(seed));
+    std::vector<std::size_t> words;
+    for (std::size_t k = 0; k + 16 <= flops.size(); k += 16) {
+      words.push_back(d.nets.size());
+      Net& word = d.nets.emplace_back();
+      word.name = fmt::format("word{}", k);
+      word.use = use;
+      word.pins.assign(flops.begin() + static_cast<std::ptrdiff_t>(k), flops.begin() + static_cast<std::ptrdiff_t>(k + 16));
+    }
+    make_floorplan(d, technology, {0.8, 5000});
+    place_globally(d, technology, {});
+    legalize(d, technology);
+    improve(d, technology, 2);
+    double sum = 0.0;
+    for (const std::size_t n : words) {
+      std::vector<Sink> pins;
+      for (const PinRef& ref : d.nets[n].pins) pins.push_back({ref, place_of(d, technology, ref), 0.0, 0.0});
+      const Rect box = TreeBuilder::box_of(pins);
+      sum += um(box.width() + box.height());
+    }
+    return sum;
+  };
+  for (unsigned seed = 1; seed <= 3; ++seed) EXPECT_LT(words_um(Use::clock, seed), 0.9 * words_um(Use::signal, seed)) << seed;
 }
 
 // A flop that hangs at the root instead of a leaf must show.
@@ -169,7 +214,7 @@ TEST_F(Trees, WeakDriversBecomeStrongEnough) {
     const auto drivers = std::count_if(net.pins.begin(), net.pins.end(), [&](const PinRef& ref) {
       return pin_direction(d, technology, ref) == (ref.component == kDiePin ? PinDirection::input : PinDirection::output);
     });
-    EXPECT_EQ(drivers, net.use == Use::signal ? 1 : 0) << net.name;
+    EXPECT_EQ(drivers, net.use == Use::power || net.use == Use::ground ? 0 : 1) << net.name;
   }
   EXPECT_THAT(slow_nets(), ::testing::Each(HasSubstr("CLKBUF1 ")));  // the largest buffer: nothing is stronger
   for (std::size_t n = 2; n < nets; ++n) EXPECT_EQ(reached(d, technology, static_cast<int>(n)), before[n]) << d.nets[n].name;
