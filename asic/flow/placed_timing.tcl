@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# OpenSTA: setup and hold of the placed netlist at one corner, the clock through its tree, wires as placement lets expect them.
+# OpenSTA: setup, hold and the slowest edge of the placed or routed netlist at one corner, the clock through its tree; setup and hold once more with
+# on-chip variation: what should be early takes 5 % longer, what should be late 5 % less, or the other way round, whichever is worse.
 # From the environment: LIBERTY, NETLIST, TOP, PERIOD_NS, WIRES (SPEF), DELAYS (SDF to write, or empty).
 read_liberty $::env(LIBERTY)
 read_verilog $::env(NETLIST)
@@ -11,7 +12,15 @@ puts "== setup"
 report_checks -path_delay max -path_group clk -format full_clock_expanded
 puts "== hold"
 report_checks -path_delay min -path_group clk -format full_clock_expanded
+puts "== transition"
+report_check_types -max_transition
 puts "== skew"
 report_clock_skew -setup
 report_clock_skew -hold
 if {$::env(DELAYS) ne ""} { write_sdf $::env(DELAYS) }
+set_timing_derate -early 0.95
+set_timing_derate -late 1.05
+puts "== setup_varied"
+report_checks -path_delay max -path_group clk -format full_clock_expanded
+puts "== hold_varied"
+report_checks -path_delay min -path_group clk -format full_clock_expanded

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """summary.py FOLDER TOP PERIOD_NS CORNER...: what the flow has found, from the files of FOLDER/TOP and FOLDER/*.
 
-Writes summary.txt, summary.json and summary.html into FOLDER/TOP. What has not been run is left out. Exits with 1 when a layout has errors.
+Writes summary.txt, summary.json and summary.html into FOLDER/TOP. What has not been run is left out. Exits with 1 when a layout has errors or misses its timing.
 """
 import json
 import pathlib
@@ -30,6 +30,9 @@ td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-wi
 """, autoescape=True)
 
 RUNS = {"busy": "a busy recorded run", "heat-up": "0.1 s of a job's heat-up", "print": "0.1 s of its printing"}  # as the Makefile calls them
+
+VARIED = "on-chip variation of 5 %"
+OTHER_SLACKS = {"hold": "hold slack, {}", "setup_varied": f"setup slack, {{}}, {VARIED}", "hold_varied": f"hold slack, {{}}, {VARIED}"}  # by their heading in OpenSTA's report
 
 NONE_ALLOWED = re.compile(r"nets not routed|open nets|nets in conflict|antenna rules broken|pins without access|cells with crowded pins|(DRC|LVS) errors|mismatches in Icarus|placement errors")
 
@@ -64,18 +67,28 @@ def slacks(path):
     return found
 
 
-def row(what, value, unit=""):
-    return {"what": what, "value": value, "unit": unit}
+def row(what, value, unit="", **limits):
+    """`limits`: the `least` or the `most` that is good."""
+    return {"what": what, "value": value, "unit": unit, **limits}
 
 
-def timing_rows(name, path, period_ns):
+def is_bad(r):
+    if "least" in r or "most" in r:
+        return r["value"] < r.get("least", r["value"]) or r["value"] > r.get("most", r["value"])
+    return NONE_ALLOWED.match(r["what"]) and r["value"] not in (0, "0")
+
+
+def timing_rows(name, path, period_ns, **limits):
     found = slacks(path)
     if found.get("setup") is None:
         return []
-    rows = [row(f"setup slack, {name}", found["setup"], f"ns of {period_ns:g}"),
+    rows = [row(f"setup slack, {name}", found["setup"], f"ns of {period_ns:g}", **limits),
             row(f"highest clock, {name}", round(1000 / (period_ns - found["setup"]), 1), "MHz")]
-    if found.get("hold") is not None:
-        rows.append(row(f"hold slack, {name}", found["hold"], "ns"))
+    rows += [row(what.format(name), found[key], "ns", **limits) for key, what in OTHER_SLACKS.items() if found.get(key) is not None]
+    edge = re.search(r"^max_transition\n.*?^\S+ +([\d.]+) +([\d.]+) +-?[\d.]+ \(", text_of(path), re.M | re.S)
+    if edge:
+        allowed, slowest = map(float, edge.groups())
+        rows.append(row(f"slowest edge, {name}", slowest, f"ns of {allowed:g} allowed", most=allowed))
     return rows
 
 
@@ -118,7 +131,7 @@ def placement_rows(folder, period_ns, corners):
         rows.append(row("RTL's gates = what is placed", "proved"))
     for corner in corners:
         if is_newer(placed / f"timing_{corner}.txt", placed / "place.txt"):
-            rows += timing_rows(corner, placed / f"timing_{corner}.txt", period_ns)
+            rows += timing_rows(corner, placed / f"timing_{corner}.txt", period_ns, least=0)
     return rows
 
 
@@ -135,7 +148,7 @@ def layout_rows(folder, period_ns):
             row("LVS errors", int(re.search(r"Total errors = (\d+)", text_of(layout / "lvs.txt")).group(1)))]
     if "Networks are equivalent" in text_of(layout / "equivalence.txt"):
         rows.append(row("RTL's gates = what is routed", "proved"))
-    rows += timing_rows("routed", layout / "timing.txt", period_ns)
+    rows += timing_rows("routed", layout / "timing.txt", period_ns, least=0)
     return rows + replay_rows(layout)
 
 
@@ -164,7 +177,7 @@ def routing_rows(folder, period_ns, corners):
         rows.append(row("RTL's gates = what the metal connects", "proved"))
     for corner in corners:
         if is_newer(routed / f"timing_{corner}.txt", routed / "route.txt"):
-            rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns)
+            rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns, least=0)
     return rows + replay_rows(routed)
 
 
@@ -210,7 +223,7 @@ def main(folder, top, period_ns, corners):
         part.write_text(text, encoding="utf-8")
         part.rename(own / name)
     print(outputs["summary.txt"], end="")
-    bad = [r["what"] for table in tables for r in table["rows"] if NONE_ALLOWED.match(r["what"]) and r["value"] not in (0, "0")]
+    bad = [r["what"] for table in tables for r in table["rows"] if is_bad(r)]
     if bad:
         print(f"{top}: not good: {', '.join(bad)}", file=sys.stderr)
     return 1 if bad else 0

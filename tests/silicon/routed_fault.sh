@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# routed_fault.sh removed_via|displaced_wire|shorted_nets|fast_clock|slow_cells|slow_wires FOLDER TOP FLOW TECH: passes when the check of a routed layout (make ... routed) finds
+# routed_fault.sh removed_via|displaced_wire|shorted_nets|fast_clock|slow_cells|slow_wires|missed_setup|slow_edge FOLDER TOP FLOW TECH: passes when the check of a routed layout (make ... routed) finds
 # the fault in a copy of it, in the words that fit.
 set -euo pipefail
 fault=$1 folder=$2 top=$3 flow=$4 tech=$5
@@ -21,6 +21,29 @@ if [ -n "$slower" ]; then
   told=$("$flow/sdf_replay.py" "$folder/reference.il" "$folder/routed/routed.v" "$work/delays.sdf" "$top" "${lef%.lef}.v" $period || true)
   echo "$told"
   grep -q ", [1-9][0-9]* mismatches" <<<"$told"
+  exit
+fi
+
+# Sign-off timing: what summary.py refuses.
+timed=$work/$tech/$top
+liberty=${lef%.lef}.lib
+case $fault in
+missed_setup) period=1 refused="setup slack, typ" ;;
+slow_edge) # this library has no limit of its own
+  sed '0,/default_operating_conditions/s//default_max_transition : 0.1; &/' "$liberty" >"$work/limited.lib"
+  liberty=$work/limited.lib refused="slowest edge, typ" ;;
+*) refused= ;;
+esac
+if [ -n "$refused" ]; then
+  mkdir -p "$timed"
+  cp -r "$folder/area.txt" "$folder/netlist.v" "$folder/routed" "$timed"
+  LIBERTY=$liberty NETLIST=$timed/routed/routed.v TOP=$top PERIOD_NS=$period WIRES=$timed/routed/routed.spef DELAYS= sta -no_splash -exit "$flow/placed_timing.tcl" >"$timed/routed/timing_typ.txt" 2>&1
+  touch "$timed"/*.* # in the order of making
+  touch "$timed"/routed/*.*
+  status=0
+  "$flow/summary.py" "$work/$tech" "$top" "$period" typ >"$work/summary" 2>"$work/told" || status=$?
+  cat "$work/told"
+  [ $status = 1 ] && grep -q "^$top: not good: .*$refused" "$work/told"
   exit
 fi
 
