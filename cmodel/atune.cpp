@@ -47,6 +47,16 @@ std::uint64_t Atune::quiet(const AtuneIn& in) const {
                                                                                         : 0;
 }
 
+bool Atune::parity() const {
+  return __builtin_parity(phase_q ^ on_q ^ duty_on_q ^ duty_off_q ^ hold_q) != 0;
+}
+
+bool Atune::still(const AtuneIn& in) const {
+  const bool computing = phase_q == kTuneCentre || phase_q == kTuneResults;
+  return in.run && !in.tune && !in.sample && !in.commit && !(searching() && limit_q >= spec::kTuneLimit) &&
+         !(computing && (md_q > kMdLast || calc_q == kCalcFilter));
+}
+
 // `share`: of the relay's step.
 std::uint32_t Atune::mean_duty(const AtuneIn& in, std::uint64_t share) const {
   return std::min(duty_off_q + static_cast<std::uint32_t>(std::min<std::uint64_t>(share, kMask17)),

@@ -32,6 +32,8 @@ module tc_atune #(
   output logic [16:0]        duty_o,           // of the relay
   output logic [16:0]        hold_o,           // hold duty as known so far
   output logic               stop_o,           // pulse: ended by time, heater off
+  output logic               parity_o,         // of what decides over the heater until the relay switches ...
+  output logic               still_o,          // ... and whether the next clock leaves it as it is
   output logic               wr_o,             // pulse: a gain for MEM
   output logic [5:0]         wr_index_o,
   output logic [15:0]        wr_data_o,
@@ -316,6 +318,9 @@ module tc_atune #(
     end
   end
 
+  assign parity_o   = ^{phase_q, on_q, duty_on_q, duty_off_q, hold_q};
+  assign still_o    = run_i && !tune_i && !sample_i && !commit_i && !(searching && expired) &&
+                      !((phase_q == Centre || phase_q == Results) && (md_q > MdLast || calc_q == CalcFilter));
   assign tuning_o   = phase_q != Idle;
   assign duty_o     = phase_q == Results || phase_q == Commit ? hold_q : on_q ? duty_on_q : duty_off_q;
   assign hold_o     = hold_q;

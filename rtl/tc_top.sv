@@ -92,7 +92,7 @@ module tc_top #(
   logic [17:0]        hold_limit, term_p, term_i, term_d;
 
   logic        sample;               // control computation with a new sample
-  logic        tuning, tune_stop, tune_wr;
+  logic        tuning, tune_stop, tune_parity, tune_still, tune_wr;
   logic [16:0] tune_duty, tune_hold;
   logic [5:0]  tune_index;
   logic [15:0] tune_data, tune_state, tune_ku, tune_tu;
@@ -206,8 +206,8 @@ module tc_top #(
     .clk_i, .rst_ni(rst_n),
     .tune_i(cmd_tune), .run_i(run), .sample_i(sample), .tenth_i(tenth), .commit_i(commit), .pv_i(pv), .sp_work_i(sp_work),
     .amb_i(amb), .ramping_i(ramping), .duty_max_i(duty_max),
-    .tuning_o(tuning), .duty_o(tune_duty), .hold_o(tune_hold), .stop_o(tune_stop), .wr_o(tune_wr), .wr_index_o(tune_index),
-    .wr_data_o(tune_data), .state_o(tune_state), .ku_o(tune_ku), .tu_o(tune_tu)
+    .tuning_o(tuning), .duty_o(tune_duty), .hold_o(tune_hold), .stop_o(tune_stop), .parity_o(tune_parity), .still_o(tune_still),
+    .wr_o(tune_wr), .wr_index_o(tune_index), .wr_data_o(tune_data), .state_o(tune_state), .ku_o(tune_ku), .tu_o(tune_tu)
   );
 
   tc_quality u_quality (
@@ -232,7 +232,7 @@ module tc_top #(
     .ramping_i(ramping), .pwm_i(pwm),
     .run_i(cmd_run), .stop_i(stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
     .state_illegal_i(state_bad), .overrun_i(overrun),
-    .watch_parity_i({pwmc_parity, ^{algor_i, algor_filt, sp_work}}), .watch_still_i({pwmc_still, algor_still}),
+    .watch_parity_i({pwmc_parity, ^{algor_i, algor_filt, sp_work, tune_parity}}), .watch_still_i({pwmc_still, algor_still && tune_still}),
     .inhibit_i(inhibit), .heater_fb_i(heater_fb),
     .heater_o(heater), .safe_en_o, .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
     .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),

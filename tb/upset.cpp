@@ -41,6 +41,9 @@ constexpr double kTolerance = 0.02;  // of a tick
 constexpr double kSetpoint_degc = 110.0;
 constexpr double kCold_degc = 60.0;
 constexpr double kCooled_degc = 20.0;  // below the set-point, once stopped
+constexpr double kSwing_degc = 2.0;    // to either side of the set-point while tuning
+constexpr double kSlope_degc_per_s = 1.0;
+constexpr int kSwings = 5;             // past the cycles that centre the relay
 
 std::uint64_t clocks(double seconds) { return static_cast<std::uint64_t>(std::llround(seconds * spec::kClkHz)); }
 
@@ -81,7 +84,7 @@ void invert_flop_bit(chip::Chip& chip, std::size_t number) {
 }
 
 std::string_view upset_phase_name(UpsetPhase phase) {
-  constexpr std::array<std::string_view, kUpsetPhases.size()> kNames{"full power", "hold", "stopped", "faulted"};
+  constexpr std::array<std::string_view, kUpsetPhases.size()> kNames{"full power", "hold", "tuning", "stopped", "faulted"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 
@@ -113,6 +116,18 @@ UpsetStudy::UpsetStudy(UpsetPhase phase, UpsetPwm pwm)
     while (run.chip().algor.i_q >> 14 < 0.38 * 65536.0) run.until(run.now_s() + 1.0);
     run.head().set_element_degc(kSetpoint_degc);
     run.until(run.now_s() + 5.0);
+  }
+  if (phase == UpsetPhase::tuning) {
+    run.write(spec::kRegCmd, spec::kCmdTune);
+    // Swings until the relay's levels are centred, then to above its upper switch.
+    for (int half = 0; half < 2 * kSwings; ++half) {
+      const double way_degc = half % 2 == 0 ? -kSlope_degc_per_s : kSlope_degc_per_s;
+      while (std::abs(element_degc_ + way_degc * kTick_s - kSetpoint_degc) <= kSwing_degc) {
+        element_degc_ += way_degc * kTick_s;
+        run.head().set_element_degc(element_degc_);
+        run.until(run.now_s() + kTick_s);
+      }
+    }
   }
   if (phase == UpsetPhase::stopped) run.write(spec::kRegCmd, spec::kCmdStop);
   const auto cool = [&] {

@@ -28,8 +28,14 @@ void invert_flop_bit(chip::Chip& chip, std::size_t number);
 bool different(const chip::Chip& a, const chip::Chip& b);
 
 /// What the chip is doing when it is struck.
-enum class UpsetPhase : std::uint8_t { full_power, hold, stopped, faulted };
-inline constexpr std::array kUpsetPhases{UpsetPhase::full_power, UpsetPhase::hold, UpsetPhase::stopped,
+enum class UpsetPhase : std::uint8_t {
+  full_power,
+  hold,
+  tuning,  ///< self-tuning, the relay at its lower level
+  stopped,
+  faulted
+};
+inline constexpr std::array kUpsetPhases{UpsetPhase::full_power, UpsetPhase::hold, UpsetPhase::tuning, UpsetPhase::stopped,
                                          UpsetPhase::faulted};
 std::string_view upset_phase_name(UpsetPhase phase);
 

@@ -18,6 +18,8 @@ module tc_atune (
   output logic [16:0]        duty_o,
   output logic [16:0]        hold_o,
   output logic               stop_o,
+  output logic               parity_o,
+  output logic               still_o,
   output logic               wr_o,
   output logic [5:0]         wr_index_o,
   output logic [15:0]        wr_data_o,
@@ -25,7 +27,8 @@ module tc_atune (
   output logic [15:0]        ku_o,
   output logic [15:0]        tu_o
 );
-  assign {tuning_o, duty_o, hold_o, stop_o, wr_o, wr_index_o, wr_data_o, state_o, ku_o, tu_o} = '0;
+  assign still_o = 1'b1;
+  assign {tuning_o, duty_o, hold_o, stop_o, parity_o, wr_o, wr_index_o, wr_data_o, state_o, ku_o, tu_o} = '0;
 
   logic unused;
   assign unused = ^{clk_i, rst_ni, tune_i, run_i, sample_i, tenth_i, commit_i, pv_i, sp_work_i, amb_i, ramping_i, duty_max_i};

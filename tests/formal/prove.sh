@@ -6,6 +6,7 @@
 #   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt changes a copy of the RTL so that the proof must fail: file, tab,
 #                            sed expression, tab, what it breaks, and, after another tab, the assertion that it must refute (else any); NAME! where the
 #                            counterexample is too long to be found: the proof of NAME's harness must fail
+#   ... --set NAME=VALUE     with another value of a parameter of the harness
 #   ... --table FILE         appends what was found to FILE, tab-separated, for report.sh:
 #                              proof BLOCK/HARNESS ENGINE CPU-SECONDS ASSERTION | cover BLOCK/HARNESS CLOCK COVER | bug BLOCK ASSERTION CLOCK WHAT
 # tests/formal/BLOCK/HARNESS.map, if there, is a techmap that cuts out cells (over-approximation); tests/formal/BLOCK/flags holds
@@ -22,15 +23,16 @@ block=${1:-}
 only=*
 [[ $block != */* ]] || { only=${block#*/}; block=${block%%/*}; }
 shift || true
-bugs= table=/dev/null
+bugs= table=/dev/null parameter=
 usage() {
-  echo "prove.sh: expected BLOCK[/HARNESS] [--bugs] [--table FILE] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
+  echo "prove.sh: expected BLOCK[/HARNESS] [--bugs] [--set NAME=VALUE] [--table FILE] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
   exit 2
 }
 [[ -n $block && -d $here/$block ]] || usage "$block" "$@"
 while [[ $# -gt 0 ]]; do
   case $1 in
     --bugs) bugs=yes; shift ;;
+    --set) [[ ${2:-} == ?*=?* ]] || usage "$block" "$@"; parameter=$2; shift 2 ;;
     --table) [[ $# -ge 2 ]] || usage "$block" "$@"; table=$2; shift 2 ;;
     *) usage "$block" "$@" ;;
   esac
@@ -77,7 +79,7 @@ write_aiger() {
   [[ ${3:-} != "and covers" ]] || covers="design -load read
     chformal -assert -remove; techmap -map $work/cover_map.v; setattr -set keep 1 t:\$assert; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert"
   yosys -q -p "read_verilog -sv -formal -defer -I $rtl $flags $files $harness
-    hierarchy -check -top $top; ${blocks:+cutpoint$blocks; hierarchy -top $top;} proc; memory_map; flatten; setattr -set keep 1 t:\$assert t:\$cover; $cut; opt -fast; async2sync; opt_clean; chformal -early
+    hierarchy -check -top $top ${parameter:+-chparam ${parameter/=/ }}; ${blocks:+cutpoint$blocks; hierarchy -top $top;} proc; memory_map; flatten; setattr -set keep 1 t:\$assert t:\$cover; $cut; opt -fast; async2sync; opt_clean; chformal -early
     ${keep:+select -set keep$keep; chformal -assert -cover -remove t:\$assert t:\$cover %u @keep %d;} design -save read
     chformal -cover -remove; write_ilang $work/asserts.il; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
     $covers" \
@@ -153,7 +155,7 @@ prove_harness() {
 # Every seeded bug must give a counterexample in some harness of the block; to the assertion that it names, if it names one.
 prove_bugs() {
   local file change what wanted found harness
-  while IFS=$'\t' read -r file change what wanted; do
+  while IFS=$'\t' read -r file change what wanted parameter; do
     [[ -n $file && $file != '#'* ]] || continue
     rm -rf "$work/rtl" && cp -r "$root/rtl" "$work/rtl"
     sed -i "$change" "$work/rtl/$file"

@@ -75,6 +75,19 @@ TEST(Upset, WhatWouldLastIsSeenAtOnce) {
   }
 }
 
+TEST(Upset, OfTheRelayIsSeenAtOnce) {
+  const UpsetStudy study(UpsetPhase::tuning, UpsetPwm::fast);
+  ASSERT_TRUE(study.start().atune.tuning());
+  ASSERT_LT(study.start().atune.duty(), study.start().atune.hold_q);  // at its lower level
+  for (const auto& [name, bits] : {std::tuple{"phase_q", 3u}, {"on_q", 1u}, {"duty_on_q", 17u}, {"duty_off_q", 17u}, {"hold_q", 17u}}) {
+    for (unsigned b = 0; b < bits; ++b) {
+      const auto result = study.strike({{number_of("atune", name, 0, b)}, 0.0501});
+      EXPECT_EQ(result.outcome, UpsetOutcome::stopped) << name << " bit " << b;
+      EXPECT_EQ(result.faults, 1u << spec::kFaultState) << name << " bit " << b;
+    }
+  }
+}
+
 TEST(Upset, OfPwmSettingsAndControlPeriodChangesNothing) {
   const UpsetStudy study(UpsetPhase::hold, UpsetPwm::fast);
   for (const spec::Reg reg : {spec::kRegPwmPrescale, spec::kRegPwmPeriod, spec::kRegTs}) {

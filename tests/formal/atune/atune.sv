@@ -23,7 +23,7 @@ module formal_atune (
   logic rst_ni;
   assign rst_ni = started_q && !reset_i;
 
-  logic        tuning, stop, wr;
+  logic        tuning, stop, parity, still, wr;
   logic [16:0] duty, hold;
   logic [5:0]  wr_index;
   logic [15:0] wr_data, state, ku, tu;
@@ -31,34 +31,46 @@ module formal_atune (
   // A short limit brings its end within reach; nothing proved depends on its length.
   tc_atune #(.Limit(14'd3)) u_atune (
     .clk_i, .rst_ni, .tune_i, .run_i, .sample_i, .tenth_i, .commit_i, .pv_i, .sp_work_i, .amb_i, .ramping_i, .duty_max_i,
-    .tuning_o(tuning), .duty_o(duty), .hold_o(hold), .stop_o(stop), .wr_o(wr), .wr_index_o(wr_index), .wr_data_o(wr_data),
+    .tuning_o(tuning), .duty_o(duty), .hold_o(hold), .stop_o(stop), .parity_o(parity), .still_o(still), .wr_o(wr), .wr_index_o(wr_index), .wr_data_o(wr_data),
     .state_o(state), .ku_o(ku), .tu_o(tu)
   );
 
   `TC_ASSERT_SETUP
 
-  logic        tuning_q, tune_q, run_q, commit_q;
+  logic        tuning_q, tune_q, run_q, commit_q, parity_q, still_q;
+  logic [16:0] duty_q, hold_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       tuning_q <= 1'b0;
       tune_q   <= 1'b0;
       run_q    <= 1'b0;
       commit_q <= 1'b0;
+      parity_q <= 1'b0;
+      still_q  <= 1'b0;
+      duty_q   <= 17'd0;
+      hold_q   <= 17'd0;
     end else begin
       tuning_q <= tuning;
       tune_q   <= tune_i;
       run_q    <= run_i;
       commit_q <= commit_i;
+      parity_q <= parity;
+      still_q  <= still;
+      duty_q   <= duty;
+      hold_q   <= hold;
     end
   end
   // It begins by its command only, and not without heating; it ends by itself, by a stop, or with the commit of its gains.
   `TC_ASSERT_IF(FormalAtuneBegins_A, tuning && !tuning_q, tune_q && run_q)
   `TC_ASSERT_IF(FormalAtuneEnds_A, !tuning && tuning_q, !run_q || stop || commit_q)
   `TC_ASSERT_IF(FormalAtuneNeverWithoutRun_A, !run_q, !tuning && !wr)
+  // What GUARD watches stays where it is said to.
+  `TC_ASSERT_IF(FormalAtuneStill_A, still_q, parity == parity_q && tuning == tuning_q && duty == duty_q && hold == hold_q)
   // What it writes are gains, inside the registers' ranges.
   `TC_ASSERT(FormalAtuneWritesGains_A, !wr || wr_index == tc_pkg::RegKp || wr_index == tc_pkg::RegKiApproach ||
              wr_index == tc_pkg::RegKiHold || wr_index == tc_pkg::RegKd || wr_index == tc_pkg::RegKff ||
              (wr_index == tc_pkg::RegDFilter && wr_data <= 16'd6))
   `TC_COVER(FormalAtuneStops_C, stop)
+  `TC_COVER(FormalAtuneStill_C, tuning && still && still_q)
 
 endmodule

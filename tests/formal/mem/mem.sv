@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proof of tc_mem with free inputs and reset at any time, for any one word of each set (chosen by the solver). Upsets flip
+// Proof of tc_mem with free inputs and reset at any time, for one word of each set; words.sh proves it for each word. Upsets flip
 // one bit of the word in either set or both, in any clock, and again only after a pass that began later has healed it.
-// Words do not act on each other except by the flags, so what holds for any word holds for all.
 // engine: abc-induction
 
 `include "tc_assert.svh"
