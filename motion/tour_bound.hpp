@@ -160,19 +160,17 @@ class TourBound {
 
   /// A path between two given ends is a tour through a joker that both of its edges are fixed to.
   double two_joker_edges(std::vector<int>& degree) const {
-    Node first = TourRules::none, second = TourRules::none;
-    if (rules_.fixed_a != TourRules::none) {
-      first = rules_.fixed_a == rules_.joker ? rules_.fixed_b : rules_.fixed_a;
-      if (rules_.joker == TourRules::none) second = rules_.fixed_b;
-    }
-    for (Node i = 0; i < weight_.size(); ++i) {
-      if (first == TourRules::none) first = i;
-      if (i == first) continue;
-      if (second == TourRules::none) second = i;
-      if (i == second || rules_.joker == TourRules::none) continue;
-      if (weight_[i] < weight_[second]) second = i;
-      const bool first_is_free = rules_.fixed_a == TourRules::none;
-      if (first_is_free && weight_[second] < weight_[first]) std::swap(first, second);
+    const auto lightest_but = [&](Node other) {
+      Node lightest = other == 0 ? 1 : 0;
+      for (Node i = 0; i < weight_.size(); ++i)
+        if (i != other && weight_[i] < weight_[lightest]) lightest = i;
+      return lightest;
+    };
+    Node first = rules_.fixed_a, second = rules_.fixed_b;
+    if (rules_.joker != TourRules::none) {
+      if (first == rules_.joker) first = rules_.fixed_b;
+      if (first == TourRules::none) first = lightest_but(TourRules::none);
+      second = lightest_but(first);
     }
     ++degree[first];
     ++degree[second];

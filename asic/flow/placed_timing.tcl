@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # OpenSTA: setup, hold and the slowest edge of the placed or routed netlist at one corner, the clock through its tree; setup and hold once more with
-# on-chip variation: what should be early takes 5 % longer, what should be late 5 % less, or the other way round, whichever is worse.
+# on-chip variation: late paths take 5 % longer, early ones 5 % less.
 # From the environment: LIBERTY, NETLIST, TOP, PERIOD_NS, WIRES (SPEF), DELAYS (SDF to write, or empty).
 read_liberty $::env(LIBERTY)
 read_verilog $::env(NETLIST)

@@ -345,6 +345,18 @@ RC_GTEST_PROP(PlanProperty, SearchFindsTheCheapestAndBoundHolds, ()) {
   RC_ASSERT(plan.cost_after <= cheapest * 1.000001);
 }
 
+// An open path's two free ends are the two lightest sites, wherever these stand in their order.
+TEST(Plan, BoundHoldsWhenTheFirstSiteIsHeavy) {
+  const auto points = scattered(12, 18'400);
+  for (const Metric metric : all_metrics) {
+    const PathTask task = task_of(metric);
+    const double cheapest = cheapest_by_subsets(points, task);
+    const Plan plan = plan_path(points, task);
+    EXPECT_LE(plan.lower_bound, cheapest + 1e-9);
+    EXPECT_LE(plan.cost_after, cheapest * 1.000001);
+  }
+}
+
 // ---- the search from inside ----
 
 struct Searched {
