@@ -51,10 +51,12 @@ module mem #(
 
   // PARAMC lets nothing through that lies outside the register's range.
   localparam logic [5:0] LastIndex = 6'(tc_pkg::HoldingCount - 1);
-  localparam logic [21:0] Stored = tc_pkg::reg_stored(Word);
-  localparam logic [15:0] Steady = tc_pkg::reg_reset(Word) & ~Stored[15:0];
+  function automatic logic in_range(input logic [15:0] x);
+    in_range = tc_pkg::reg_signed(Word) ? $signed(x) >= $signed(tc_pkg::reg_min(Word)) && $signed(x) <= $signed(tc_pkg::reg_max(Word))
+                                        : x >= tc_pkg::reg_min(Word) && x <= tc_pkg::reg_max(Word);
+  endfunction
   logic [15:0] wr_data;
-  assign wr_data = wr_index_i == Word ? (wr_data_i & Stored[15:0]) | Steady : wr_data_i;
+  assign wr_data = wr_index_i == Word && !in_range(wr_data_i) ? tc_pkg::reg_reset(Word) : wr_data_i;
 
   // Nobody writes during a discard, nor is there a commit after its first clock (TopDiscardIsWhole_A).
   logic wr, commit, discarding_q;
@@ -118,7 +120,7 @@ module mem #(
   logic [21:0] wrong_staged, wrong_active;
   assign wrong_staged = staged ^ tc_math_pkg::secded_encode(staged_ref);
   assign wrong_active = active ^ tc_math_pkg::secded_encode(active_ref);
-  `TC_ASSERT(MemProofInRange_A, (staged_ref & ~Stored[15:0]) == Steady && (active_ref & ~Stored[15:0]) == Steady)
+  `TC_ASSERT(MemProofInRange_A, in_range(staged_ref) && in_range(active_ref))
   `TC_ASSERT(MemProofOneFlip_A, at_most_one(wrong_staged) && at_most_one(wrong_active))
   `TC_ASSERT_IF(MemProofHealed_A, clean_q, wrong_staged == 22'd0 && wrong_active == 22'd0)
   `TC_ASSERT_IF(MemProofCorrectable_A, !clean_q, !tc_math_pkg::secded_bad(staged) && !tc_math_pkg::secded_bad(active))
