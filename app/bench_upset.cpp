@@ -68,7 +68,7 @@ std::vector<BenchRow> bench_upset(const BenchOptions& options) {
     if (outcome == UpsetOutcome::outside) at_most = 0.0;
     rows.push_back({fmt::format("all: {}", upset_outcome_name(outcome)), static_cast<double>(count), "", {}, at_most});
   }
-  rows.push_back({"strikes (4 phases, 2 PWM settings)", static_cast<double>(total), "", 1.0, {}});
+  rows.push_back({fmt::format("strikes ({} phases, 2 PWM settings)", tb::kUpsetPhases.size()), static_cast<double>(total), "", 1.0, {}});
   return rows;
 }
 
