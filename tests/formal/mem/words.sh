@@ -9,4 +9,4 @@ for word in "$@"; do
 done
 [[ $# -gt 0 ]] || set -- $(seq "$last")
 printf '%s\n' "$@" | xargs -P 2 -I{} bash -c '
-  told=$("$0" mem --set Word={} 2>&1) && echo "word {}: $(head -n 1 <<< "$told")" || { echo "word {}: $told"; exit 1; }' "$formal/prove.sh"
+  told=$("$0" mem --set Word={} 2>&1) && echo "word {}: $(head -n 1 <<< "$told")" || { echo "word {}: $told"; exit 1; }' "$formal/prove.sh" || exit 1
