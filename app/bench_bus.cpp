@@ -13,7 +13,6 @@
 
 #include "app/bench.hpp"
 #include "cmodel/advance.hpp"
-#include "cmodel/math.hpp"
 #include "tb/devices/modbus_host.hpp"
 
 namespace meltstage::app {
@@ -41,13 +40,11 @@ chip::Chip chip_at(double baud, std::uint8_t format) {
   chip::Chip chip;
   for (int i = 0; i < 4; ++i) chip.step({});  // the reset synchroniser lets go
   const auto set = [&](spec::Reg reg, double value) {
-    chip.mem.staged_q[reg] = chip.mem.active_q[reg] =
-        chip::secded_encode(static_cast<std::uint16_t>(std::lround(value)));
+    chip.mem.preset(reg, static_cast<std::uint16_t>(std::lround(value)));
   };
   set(spec::kRegAddress, kUnit);
   set(spec::kRegBaud, baud / 100);
   set(spec::kRegFormat, format);
-  chip.mem.refresh_params();
   for (int i = 0; i < 4; ++i) chip.step({});  // the idle port takes them over
   return chip;
 }

@@ -13,7 +13,6 @@
 #include "app/bench.hpp"
 #include "app/bench_stimulus.hpp"
 #include "cmodel/advance.hpp"
-#include "cmodel/math.hpp"
 #include "tb/head.hpp"
 #include "tb/verilated_rtl.hpp"
 
@@ -38,8 +37,7 @@ chip::Chip chip_at(const Rates& rates) {
   for (int i = 0; i < 4; ++i) chip.step({});  // the reset synchroniser lets go
   const double clock = rates.clock_mhz * 1e6 / spec::kClkHz;
   const auto set = [&](spec::Reg reg, double value) {
-    chip.mem.staged_q[reg] = chip.mem.active_q[reg] =
-        chip::secded_encode(static_cast<std::uint16_t>(std::lround(value)));
+    chip.mem.preset(reg, static_cast<std::uint16_t>(std::lround(value)));
   };
   set(spec::kRegSensType, kSensorType);
   set(spec::kRegSetpoint, 1000);
@@ -52,7 +50,6 @@ chip::Chip chip_at(const Rates& rates) {
   set(spec::kRegLbaTime, 0);  // detectors whose times would change with the clock
   set(spec::kRegDtdtMax, 0);
   set(spec::kRegHostWd, 0);  // the host only listens
-  chip.mem.refresh_params();
   return chip;
 }
 

@@ -254,10 +254,9 @@ class Pieces {
     look();
   }
 
-  // Staged and active words take a value, its complement, and one in which two bits differ, so that the
-  // parity of six bits changes too; Discard copies the active words back to be read.
+  // Staged and active words take a value, its complement, and one in which two bits differ; Discard copies the active words back to be read.
   void registers() {
-    s_.begin("registers: staged and active, both values of every bit, SECDED");
+    s_.begin("registers: staged and active, both values of every bit");
     s_.command(spec::kCmdDiscard);
     s_.read_holding();
     for (unsigned round = 0; round < often(5, 2); ++round) {

@@ -164,8 +164,9 @@ void Atune::take_result(const AtuneIn& in, std::uint64_t quotient) {
 void Atune::step(const AtuneIn& in) {
   if (quiet(in) != 0) return;
   const std::uint8_t phase = phase_q;
+  const bool writes = wr_q != 0;
   stop_q = 0;
-  wr_q = 0;
+  wr_q = writes && in.commit;
   if (searching()) {
     const bool expired = limit_q >= spec::kTuneLimit;
     if (in.tenth) limit_q = (limit_q + 1) & 0x3FFF;
@@ -175,13 +176,13 @@ void Atune::step(const AtuneIn& in) {
       end_q = kTuneTime;
       stop_q = 1;
     }
-  } else if (phase == kTuneCentre || phase == kTuneResults) {
+  } else if (phase == kTuneCentre || (phase == kTuneResults && !writes)) {
     const bool ready = md_q > kMdLast;
     const std::uint64_t quotient = acc_q;
     step_arithmetic(operands(in));
     if (phase == kTuneCentre && ready) end_cycle(in, quotient);
     if (phase == kTuneResults && (ready || calc_q == kCalcFilter)) take_result(in, quotient);
-  } else if (phase == kTuneCommit && in.commit) {
+  } else if (phase == kTuneCommit && in.commit && !writes) {
     phase_q = kTuneIdle;
     end_q = kTuneFinished;
   }

@@ -129,17 +129,16 @@ ParamcIn Chip::paramc_in() const {
           .running = guard.run_q != 0,
           .manual = p.bit(spec::kRegMode, 0),
           .tuning = atune.tuning(),
-          .tune_wr = atune.wr_q != 0,
+          .tune_wr = tuned(),
           .run_allowed = guard.run_allowed(),
           .cause_present = guard.cause_q != 0,
           .rd_busy = uartc.rsp_busy() || uartc.tlm_busy()};
 }
 
 MemIn Chip::mem_in() const {
-  const bool tuned = atune.wr_q != 0;
   return {.wr = writes_staged(),
-          .wr_index = tuned ? atune.wr_index_q : paramc.index_q,
-          .wr_data = tuned ? atune.wr_data_q : paramc.value_q,
+          .wr_index = tuned() ? atune.wr_index_q : paramc.index_q,
+          .wr_data = tuned() ? atune.wr_data_q : paramc.value_q,
           .commit = sysctrl.commit_q != 0,
           .discard = paramc.discard_q != 0,
           .rd = uartc.rd_rsp_q != 0,

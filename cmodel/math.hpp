@@ -35,12 +35,12 @@ constexpr std::uint8_t secded_check(std::uint16_t data) {
   return static_cast<std::uint8_t>(check);
 }
 
-// Code word as stored: check bits above the data.
+// Code word: check bits above the data, an even number of ones in all.
 constexpr std::uint32_t secded_encode(std::uint16_t data) {
   return static_cast<std::uint32_t>(secded_check(data)) << 16 | data;
 }
 
-// Wrong bit of a stored word (one bit set); zero when the word is clean or can not be corrected.
+// Wrong bit of a code word (one bit set); zero when the word is clean or can not be corrected.
 constexpr std::uint32_t secded_flip(std::uint32_t code) {
   const auto syndrome =
       static_cast<std::uint8_t>(secded_check(static_cast<std::uint16_t>(code)) ^ (code >> 16));
@@ -51,9 +51,11 @@ constexpr std::uint32_t secded_flip(std::uint32_t code) {
   return std::has_single_bit(syndrome) ? static_cast<std::uint32_t>(syndrome) << 16 : 0;
 }
 
-// The stored word holds flips that can not be corrected (two, or an odd number that no single flip explains).
-constexpr bool secded_bad(std::uint32_t code) {
-  return secded_check(static_cast<std::uint16_t>(code)) != code >> 16 && secded_flip(code) == 0;
+// Row of MEM: a register's word as stored, check bits above the data, an even number of ones in all. Of the
+// check bits a register has one, those that are corrected on the way out all six.
+constexpr std::uint32_t mem_row(bool corrected, std::uint16_t data) {
+  if (corrected) return secded_encode(data);
+  return (static_cast<std::uint32_t>(std::popcount(data)) & 1U) << 16 | data;
 }
 
 namespace detail {

@@ -14,22 +14,30 @@ namespace meltstage::chip {
 
 #define TC_MEM_FLOPS(X)                 \
   X(std::uint8_t, scrub_busy_q, 1, 0)   \
-  X(std::uint8_t, scrub_index_q, 6, 0)  \
-  X(std::uint8_t, scrub_active_q, 1, 0) \
+  X(std::uint8_t, scrub_index_q, 6, 1)  \
+  X(std::uint8_t, scrub_staged_q, 1, 0) \
   X(std::uint8_t, discarding_q, 1, 0)   \
+  X(std::uint8_t, again_q, 1, 0)        \
   X(std::uint8_t, scrub_bad_q, 1, 0)    \
   X(std::uint8_t, bad_q, 1, 0)          \
+  X(std::uint32_t, syndrome_q, 22, 0)   \
+  X(std::uint8_t, odd_row_q, 6, 0)      \
+  X(std::uint8_t, odd_rows_q, 1, 0)     \
   X(std::uint16_t, corrected_q, 16, 0)
 
-// Words as stored, check bits above the data; index = holding register index, entry 0 (CMD) does not exist
-// and stays 0. The bits of spec::kHolding[index].stored can change, the others are those of any value in
-// range.
-#define TC_MEM_ARRAYS(X)                              \
-  X(std::uint32_t, staged_q, spec::kHoldingCount, 22) \
-  X(std::uint32_t, active_q, spec::kHoldingCount, 22)
+// Rows as stored, check bits above the data; index = holding register index, entry 0 (CMD) does not exist
+// and stays 0. The bits of mem_stored(index) can change, the others are those of any value in range.
+#define TC_MEM_ARRAYS(X)                         \
+  X(std::uint32_t, staged_q, spec::kMemRows, 22) \
+  X(std::uint32_t, active_q, spec::kMemRows, 22)
+
+// Bits of row `index` that are flops.
+constexpr std::uint32_t mem_stored(unsigned index) {
+  return index == spec::kMemColumns ? spec::kColumnsStored : spec::kHolding[index].stored;
+}
 
 struct MemIn {
-  bool wr = false;
+  bool wr = false;  // lost in a clock of a commit
   std::uint8_t wr_index = 0;
   std::uint16_t wr_data = 0;  // in the register's range
   bool commit = false;
@@ -62,6 +70,8 @@ struct Mem {
   bool bad() const { return bad_q != 0; }
   std::uint16_t corrected() const { return corrected_q; }
 
+  // This value in both sets: a chip that begins with other settings.
+  void preset(unsigned index, std::uint16_t value);
   // Makes params() follow active_q again; needed only by a caller that has changed active_q itself (fault
   // injection).
   void refresh_params();
@@ -70,8 +80,9 @@ struct Mem {
   bool idle(const MemIn& in) const {
     return !in.wr && !in.commit && !in.discard && !in.scrub_start && scrub_busy_q == 0;
   }
-  void scrub();
-  void set_active(unsigned index, std::uint32_t word);
+  void begin_walk();
+  void walk();
+  void judge();
 
   Params params_;  // the data of active_q, kept beside it so that reading parameters costs nothing
 };
@@ -79,7 +90,7 @@ struct Mem {
 // Bits of word `word` of a block's array, `width` wide, that are flops.
 template <class Block>
 constexpr std::uint32_t array_flops(unsigned word, unsigned width) {
-  if constexpr (std::is_same_v<Block, Mem>) return spec::kHolding[word].stored;
+  if constexpr (std::is_same_v<Block, Mem>) return mem_stored(word);
   return static_cast<std::uint32_t>((std::uint64_t{1} << width) - 1);
 }
 

@@ -34,7 +34,7 @@ module tc_atune #(
   output logic               stop_o,           // pulse: ended by time, heater off
   output logic               parity_o,         // of what decides over the heater until the relay switches ...
   output logic               still_o,          // ... and whether the next clock leaves it as it is
-  output logic               wr_o,             // pulse: a gain for MEM
+  output logic               wr_o,             // pulse: a gain for MEM, after a commit
   output logic [5:0]         wr_index_o,
   output logic [15:0]        wr_data_o,
 
@@ -210,7 +210,7 @@ module tc_atune #(
       rem_q       <= 18'd0;
     end else begin
       stop_q <= 1'b0;
-      wr_q   <= 1'b0;
+      wr_q   <= wr_q && commit_i;
 
       if (searching && tenth_i) limit_q <= limit_q + 14'd1;
 
@@ -239,8 +239,8 @@ module tc_atune #(
         end
       end
 
-      // One step of the multiplication or the division.
-      if (phase_q == Centre || phase_q == Results) begin
+      // One step of the multiplication or the division; none while a result is on its way.
+      if (phase_q == Centre || (phase_q == Results && !wr_q)) begin
         md_q <= md_q + 6'd1;
         if (md_q == 6'd0) begin
           acc_q <= {18'd0, k};
@@ -273,7 +273,7 @@ module tc_atune #(
         md_q       <= 6'd0;
       end
 
-      if (phase_q == Results && (md_q > MdLast || calc_q == CalcFilter)) begin
+      if (phase_q == Results && !wr_q && (md_q > MdLast || calc_q == CalcFilter)) begin
         if (calc_q == CalcHold) hold_q <= hold_now;
         if (calc_q == CalcKu) ku_q <= quotient16;
         if (calc_q == CalcKp) kp_q <= quotient16;
@@ -285,7 +285,7 @@ module tc_atune #(
         if (calc_q == CalcFilter) phase_q <= Commit;
       end
 
-      if (phase_q == Commit && commit_i) begin
+      if (phase_q == Commit && commit_i && !wr_q) begin
         phase_q <= Idle;
         end_q   <= EndFinished;
       end
@@ -325,7 +325,7 @@ module tc_atune #(
   assign duty_o     = phase_q == Results || phase_q == Commit ? hold_q : on_q ? duty_on_q : duty_off_q;
   assign hold_o     = hold_q;
   assign stop_o     = stop_q;
-  assign wr_o       = wr_q;
+  assign wr_o       = wr_q && !commit_i;
   assign wr_index_o = wr_index_q;
   assign wr_data_o  = wr_data_q;
   assign state_o    = {5'd0, cycles_q, 5'd0, end_q};
@@ -343,7 +343,11 @@ module tc_atune #(
   `TC_ASSERT(AtuneLevels_A, duty_off_q <= duty_on_q)
   `TC_ASSERT(AtuneArithmeticEnds_A, md_q <= MdLast + 6'd1)
   `TC_ASSERT(AtunePhaseLegal_A, phase_q <= Commit)
-  `TC_ASSERT(AtuneWritesOnlyTuning_A, !wr_q || tuning_o)
+  `TC_ASSERT(AtuneWritesOnlyTuning_A, !wr_q || phase_q == Results || phase_q == Commit)
+  // What it writes are gains, inside the registers' ranges.
+  `TC_ASSERT_IF(AtuneWritesGains_A, wr_q, wr_index_q == tc_pkg::RegKp || wr_index_q == tc_pkg::RegKiApproach ||
+                wr_index_q == tc_pkg::RegKiHold || wr_index_q == tc_pkg::RegKd || wr_index_q == tc_pkg::RegKff ||
+                (wr_index_q == tc_pkg::RegDFilter && wr_data_q <= 16'd6))
   `TC_ASSERT_IF(AtuneTimeStops_A, stop_q, phase_q == Idle)
 `endif
 

@@ -30,12 +30,12 @@ package tc_math_pkg;
                     ^(data & tc_pkg::SecdedRow2), ^(data & tc_pkg::SecdedRow1), ^(data & tc_pkg::SecdedRow0)};
   endfunction
 
-  // Code word as stored: check bits above the data.
+  // Code word: check bits above the data, an even number of ones in all.
   function automatic logic [21:0] secded_encode(input logic [15:0] data);
     secded_encode = {secded_check(data), data};
   endfunction
 
-  // Wrong bit of a stored word (one bit set); zero when the word is clean or can not be corrected.
+  // Wrong bit of a code word (one bit set); zero when the word is clean or can not be corrected.
   function automatic logic [21:0] secded_flip(input logic [21:0] code);
     logic [5:0] syndrome;
     syndrome = secded_check(code[15:0]) ^ code[21:16];
@@ -43,9 +43,10 @@ package tc_math_pkg;
     for (int i = 0; i < 6; i++) secded_flip[16+i] = syndrome == (6'd1 << i);
   endfunction
 
-  // The stored word holds flips that can not be corrected (two, or an odd number that no single flip explains).
-  function automatic logic secded_bad(input logic [21:0] code);
-    secded_bad = (secded_check(code[15:0]) != code[21:16]) && (secded_flip(code) == 22'd0);
+  // Row of MEM: a register's word as stored, check bits above the data, an even number of ones in all. Of the check bits a register has one,
+  // those that are corrected on the way out all six.
+  function automatic logic [21:0] mem_row(input logic corrected, input logic [15:0] data);
+    mem_row = corrected ? secded_encode(data) : {5'd0, ^data, data};
   endfunction
 
   // Modbus CRC-16 (reflected 0x8005) of one more byte.

@@ -306,71 +306,80 @@ package tc_pkg;
     endcase
   endfunction
 
-  // What MEM stores of a word, check bits above data: the others are 0 with every value in range.
+  // What MEM stores of a word, check bits above data: the others are 0 with every value in range. Behind the registers its columns.
   function automatic logic [21:0] reg_stored(input logic [5:0] index);
     case (index)
       6'd0: reg_stored = 22'h000000;  // CMD
-      6'd1: reg_stored = 22'h3F1FFF;  // SETPOINT
-      6'd2: reg_stored = 22'h3F07FF;  // RAMP_UP
-      6'd3: reg_stored = 22'h3F07FF;  // RAMP_DOWN
-      6'd4: reg_stored = 22'h070001;  // MODE
-      6'd5: reg_stored = 22'h3F3FFF;  // MANUAL_DUTY
-      6'd6: reg_stored = 22'h3F3FFF;  // FF_EXT
-      6'd7: reg_stored = 22'h3FFFFF;  // HOST_WD
-      6'd8: reg_stored = 22'h3FFFFF;  // TLM_PERIOD
-      6'd9: reg_stored = 22'h1F03FF;  // AT_WINDOW
-      6'd10: reg_stored = 22'h3FFFFF;  // AT_DWELL
-      6'd11: reg_stored = 22'h3FFFFF;  // LOCK
-      6'd12: reg_stored = 22'h1F007F;  // CTRL
-      6'd13: reg_stored = 22'h3FFFFF;  // KP
-      6'd14: reg_stored = 22'h3FFFFF;  // KI_APPROACH
-      6'd15: reg_stored = 22'h3FFFFF;  // KI_HOLD
-      6'd16: reg_stored = 22'h3FFFFF;  // KD
-      6'd17: reg_stored = 22'h0F0007;  // D_FILTER
-      6'd18: reg_stored = 22'h3FFFFF;  // KFF
-      6'd19: reg_stored = 22'h1FFFFF;  // T_AMB
-      6'd20: reg_stored = 22'h3F1FFF;  // BAND_FULL
-      6'd21: reg_stored = 22'h3F1FFF;  // BAND_OFF
-      6'd22: reg_stored = 22'h3F3FFF;  // DUTY_MAX
-      6'd23: reg_stored = 22'h3F3FFF;  // SLEW
+      6'd1: reg_stored = 22'h011FFF;  // SETPOINT
+      6'd2: reg_stored = 22'h0107FF;  // RAMP_UP
+      6'd3: reg_stored = 22'h0107FF;  // RAMP_DOWN
+      6'd4: reg_stored = 22'h010001;  // MODE
+      6'd5: reg_stored = 22'h013FFF;  // MANUAL_DUTY
+      6'd6: reg_stored = 22'h013FFF;  // FF_EXT
+      6'd7: reg_stored = 22'h01FFFF;  // HOST_WD
+      6'd8: reg_stored = 22'h01FFFF;  // TLM_PERIOD
+      6'd9: reg_stored = 22'h0103FF;  // AT_WINDOW
+      6'd10: reg_stored = 22'h01FFFF;  // AT_DWELL
+      6'd11: reg_stored = 22'h01FFFF;  // LOCK
+      6'd12: reg_stored = 22'h01007F;  // CTRL
+      6'd13: reg_stored = 22'h01FFFF;  // KP
+      6'd14: reg_stored = 22'h01FFFF;  // KI_APPROACH
+      6'd15: reg_stored = 22'h01FFFF;  // KI_HOLD
+      6'd16: reg_stored = 22'h01FFFF;  // KD
+      6'd17: reg_stored = 22'h010007;  // D_FILTER
+      6'd18: reg_stored = 22'h01FFFF;  // KFF
+      6'd19: reg_stored = 22'h01FFFF;  // T_AMB
+      6'd20: reg_stored = 22'h011FFF;  // BAND_FULL
+      6'd21: reg_stored = 22'h011FFF;  // BAND_OFF
+      6'd22: reg_stored = 22'h013FFF;  // DUTY_MAX
+      6'd23: reg_stored = 22'h013FFF;  // SLEW
       6'd24: reg_stored = 22'h3F07FF;  // TS
-      6'd25: reg_stored = 22'h3F1FFF;  // T_MAX
-      6'd26: reg_stored = 22'h1FFFFF;  // T_MIN
-      6'd27: reg_stored = 22'h3F1FFF;  // EXC_LIMIT
-      6'd28: reg_stored = 22'h3FFFFF;  // EXC_TIME
-      6'd29: reg_stored = 22'h3FFFFF;  // LBA_TIME
-      6'd30: reg_stored = 22'h1F03FF;  // LBA_RISE
-      6'd31: reg_stored = 22'h3FFFFF;  // HOLD_MULT
-      6'd32: reg_stored = 22'h3F3FFF;  // HOLD_ADD
-      6'd33: reg_stored = 22'h3FFFFF;  // HOLD_TIME
-      6'd34: reg_stored = 22'h3F1FFF;  // DTDT_MAX
-      6'd35: reg_stored = 22'h3F1FFF;  // ZERO_RISE
-      6'd36: reg_stored = 22'h3FFFFF;  // ZERO_WAIT
-      6'd37: reg_stored = 22'h0F000F;  // BAD_MAX
-      6'd38: reg_stored = 22'h3FFFFF;  // SAMPLE_TIMEOUT
-      6'd39: reg_stored = 22'h3FFFFF;  // FB_TIME
-      6'd40: reg_stored = 22'h0F0007;  // SENS_TYPE
-      6'd41: reg_stored = 22'h3F3FFF;  // SENS_FRAME
-      6'd42: reg_stored = 22'h3FFFFF;  // SENS_DATA
-      6'd43: reg_stored = 22'h3FFFFF;  // SENS_SCALE
-      6'd44: reg_stored = 22'h3FFFFF;  // SENS_OFFSET
-      6'd45: reg_stored = 22'h3FFFFF;  // SENS_FAULT_MASK
-      6'd46: reg_stored = 22'h3FFFFF;  // SENS_CHECK_MASK_H
-      6'd47: reg_stored = 22'h3FFFFF;  // SENS_CHECK_MASK_L
-      6'd48: reg_stored = 22'h3FFFFF;  // SENS_CHECK_VALUE_H
-      6'd49: reg_stored = 22'h3FFFFF;  // SENS_CHECK_VALUE_L
-      6'd50: reg_stored = 22'h3FFFFF;  // SENS_SETUP
-      6'd51: reg_stored = 22'h3FFFFF;  // SENS_TRIM
-      6'd52: reg_stored = 22'h1F00FF;  // SPI_DIV
+      6'd25: reg_stored = 22'h011FFF;  // T_MAX
+      6'd26: reg_stored = 22'h01FFFF;  // T_MIN
+      6'd27: reg_stored = 22'h011FFF;  // EXC_LIMIT
+      6'd28: reg_stored = 22'h01FFFF;  // EXC_TIME
+      6'd29: reg_stored = 22'h01FFFF;  // LBA_TIME
+      6'd30: reg_stored = 22'h0103FF;  // LBA_RISE
+      6'd31: reg_stored = 22'h01FFFF;  // HOLD_MULT
+      6'd32: reg_stored = 22'h013FFF;  // HOLD_ADD
+      6'd33: reg_stored = 22'h01FFFF;  // HOLD_TIME
+      6'd34: reg_stored = 22'h011FFF;  // DTDT_MAX
+      6'd35: reg_stored = 22'h011FFF;  // ZERO_RISE
+      6'd36: reg_stored = 22'h01FFFF;  // ZERO_WAIT
+      6'd37: reg_stored = 22'h01000F;  // BAD_MAX
+      6'd38: reg_stored = 22'h01FFFF;  // SAMPLE_TIMEOUT
+      6'd39: reg_stored = 22'h01FFFF;  // FB_TIME
+      6'd40: reg_stored = 22'h010007;  // SENS_TYPE
+      6'd41: reg_stored = 22'h013FFF;  // SENS_FRAME
+      6'd42: reg_stored = 22'h01FFFF;  // SENS_DATA
+      6'd43: reg_stored = 22'h01FFFF;  // SENS_SCALE
+      6'd44: reg_stored = 22'h01FFFF;  // SENS_OFFSET
+      6'd45: reg_stored = 22'h01FFFF;  // SENS_FAULT_MASK
+      6'd46: reg_stored = 22'h01FFFF;  // SENS_CHECK_MASK_H
+      6'd47: reg_stored = 22'h01FFFF;  // SENS_CHECK_MASK_L
+      6'd48: reg_stored = 22'h01FFFF;  // SENS_CHECK_VALUE_H
+      6'd49: reg_stored = 22'h01FFFF;  // SENS_CHECK_VALUE_L
+      6'd50: reg_stored = 22'h01FFFF;  // SENS_SETUP
+      6'd51: reg_stored = 22'h01FFFF;  // SENS_TRIM
+      6'd52: reg_stored = 22'h0100FF;  // SPI_DIV
       6'd53: reg_stored = 22'h3FFFFF;  // PWM_PRESCALE
       6'd54: reg_stored = 22'h3FFFFF;  // PWM_PERIOD
-      6'd55: reg_stored = 22'h3F7FFF;  // PWM_MIN_ON
-      6'd56: reg_stored = 22'h1F00FF;  // ADDRESS
-      6'd57: reg_stored = 22'h3F1FFF;  // BAUD
-      6'd58: reg_stored = 22'h0F0007;  // FORMAT
-      6'd59: reg_stored = 22'h1F01FF;  // PRESET
-      6'd60: reg_stored = 22'h3FFFFF;  // FF_DROP
+      6'd55: reg_stored = 22'h017FFF;  // PWM_MIN_ON
+      6'd56: reg_stored = 22'h0100FF;  // ADDRESS
+      6'd57: reg_stored = 22'h011FFF;  // BAUD
+      6'd58: reg_stored = 22'h010007;  // FORMAT
+      6'd59: reg_stored = 22'h0101FF;  // PRESET
+      6'd60: reg_stored = 22'h01FFFF;  // FF_DROP
+      6'd61: reg_stored = 22'h3FFFFF;
       default: reg_stored = 22'h000000;
+    endcase
+  endfunction
+
+  // Registers that MEM shows corrected already before its pass.
+  function automatic logic reg_corrected(input logic [5:0] index);
+    case (index)
+6'd24, 6'd53, 6'd54: reg_corrected = 1'b1;
+      default: reg_corrected = 1'b0;
     endcase
   endfunction
 

@@ -191,6 +191,7 @@ module tc_sysctrl #(
 `ifndef TC_SYSCTRL_UPSET
   `TC_ASSERT_IF(SysctrlSensStartInReadTemp_A, sens_start_q, state_q == tc_pkg::StReadTemp || state_q == tc_pkg::StTempDisplay)
   `TC_ASSERT(SysctrlTickExcludesDecode_A, !(tick_q && decode_o))
+  `TC_ASSERT(SysctrlCommitExcludesWrite_A, !(commit_q && write_o))
 `endif
 `endif
 

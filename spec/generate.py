@@ -62,10 +62,10 @@ def hsiao_columns() -> list[int]:
     return [word for word in range(64) if bin(word).count("1") == 3][:SECDED_DATA_BITS]
 
 
-def code_words() -> list[int]:
-    """Of each data word its code word, check bits above the data."""
+def code_words(columns: list[int]) -> list[int]:
+    """Of each data word its code word, check bits above the data: those of columns[i] change with data bit i."""
     words = [0]
-    for bit, column in enumerate(hsiao_columns()):
+    for bit, column in enumerate(columns):
         words += [word ^ (column << SECDED_DATA_BITS | 1 << bit) for word in words]
     return words
 
@@ -86,8 +86,10 @@ def finish_registers(spec: dict) -> None:
             reg["signed"] = reg["type"] == "s"
             if "bits" in reg:
                 reg["doc"] = "Bits: " + ", ".join(f"{i} {name}" for i, name in enumerate(reg["bits"])) + "."
-    words = code_words()
+    with_parity, with_secded = code_words([1] * SECDED_DATA_BITS), code_words(hsiao_columns())
     for reg in spec["holding"]:
+        reg["corrected"] = reg.get("corrected", False)
+        words = with_secded if reg["corrected"] else with_parity
         reg["stored"] = stored_bits(words, reg["min"], reg["max"]) if reg["index"] else 0
         if not reg["min"] <= reg["reset"] <= reg["max"]:
             raise SpecError(f"registers.toml: {reg['name']}: reset {reg['reset']} is outside {reg['min']}..{reg['max']}")
@@ -203,6 +205,7 @@ def main() -> int:
             fix_all_but(args.writable.split(","), spec["holding"])
         if args.words is not None:
             limit_writes(args.words, spec["chip"])
+        spec["columns_stored"] = functools.reduce(operator.or_, (reg["stored"] for reg in spec["holding"]))
         files = render(spec)
     except (SpecError, tomllib.TOMLDecodeError, jinja2.TemplateError) as error:
         print(f"generate.py: {error}", file=sys.stderr)

@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "cmodel/advance.hpp"
-#include "cmodel/math.hpp"
 #include "tb/head.hpp"
 
 namespace meltstage::tb {
@@ -79,8 +78,7 @@ struct Rig {
     chip::advance(run, until, *surroundings, [](auto&&...) {});
   }
   void write(spec::Reg reg, int value) {
-    run.chip.mem.staged_q[reg] = run.chip.mem.active_q[reg] =
-        chip::secded_encode(static_cast<std::uint16_t>(value));
+    run.chip.mem.preset(reg, static_cast<std::uint16_t>(value));
   }
   void command(spec::Cmd word) {
     surroundings->head().host().submit(write_single_register(1, spec::kHoldingBase, word));
@@ -102,7 +100,6 @@ Rig heating(const LoopTrial& trial, const std::vector<LoopSetting>& settings) {
   rig.write(spec::kRegHostWd, 0);
   rig.write(spec::kRegTAmb, static_cast<int>(std::lround(25.0 * 10)));
   for (const LoopSetting& s : settings) rig.write(s.reg, s.value);
-  rig.run.chip.mem.refresh_params();
   rig.run.out = rig.run.chip.outputs({});
   rig.surroundings->head().host().submit(
       read_input_registers(1, 0, 1));  // the first command starts the cycle

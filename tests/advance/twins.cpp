@@ -7,7 +7,6 @@
 #include <array>
 
 #include "cmodel/advance.hpp"
-#include "cmodel/math.hpp"
 #include "tb/devices/rng.hpp"
 #include "tb/head.hpp"
 #include "tb/upset.hpp"
@@ -200,8 +199,7 @@ class Fate {
     chip::Chip chip;
     for (int i = 0; i < 4; ++i) chip.step({});  // the reset synchroniser lets go
     const auto set = [&](spec::Reg reg, std::uint64_t value) {
-      chip.mem.staged_q[reg] = chip.mem.active_q[reg] =
-          chip::secded_encode(static_cast<std::uint16_t>(value));
+      chip.mem.preset(reg, static_cast<std::uint16_t>(value));
     };
     set(spec::kRegSensType, sensor_type_);
     set(spec::kRegTs, 10 + rng_.below(one_in(2) ? 20 : 200));
@@ -214,7 +212,6 @@ class Fate {
     set(spec::kRegManualDuty, rng_.below(10'000));
     set(spec::kRegSpiDiv, 2 + rng_.below(one_in(2) ? 4 : 200));
     set(spec::kRegFbTime, one_in(4) ? rng_.below(4) : 120);
-    chip.mem.refresh_params();
     chip.sysctrl.state_q = spec::kStCfgPwm;
     chip.guard.pv_valid_q = 1;
     chip.guard.settled_q = 1;

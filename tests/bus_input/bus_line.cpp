@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "cmodel/advance.hpp"
-#include "cmodel/math.hpp"
 
 namespace meltstage::tb {
 namespace {
@@ -102,12 +101,11 @@ chip::Chip chip_on_line(const LineSetting& line) {
   chip::Chip chip;
   for (int i = 0; i < 4; ++i) chip.step({});  // the reset synchroniser lets go
   const auto set = [&](spec::Reg reg, std::uint16_t value) {
-    chip.mem.staged_q[reg] = chip.mem.active_q[reg] = chip::secded_encode(value);
+    chip.mem.preset(reg, value);
   };
   set(spec::kRegAddress, kBusUnit);
   set(spec::kRegBaud, line.baud);
   set(spec::kRegFormat, line.format);
-  chip.mem.refresh_params();
   for (int i = 0; i < 4; ++i) chip.step({});  // the idle port takes them over
   return chip;
 }

@@ -6,14 +6,14 @@
 #   prove.sh BLOCK --bugs    every line of tests/formal/BLOCK/bugs.txt changes a copy of the RTL so that the proof must fail: file, tab,
 #                            sed expression, tab, what it breaks, and, after another tab, the assertion that it must refute (else any); NAME! where the
 #                            counterexample is too long to be found: the proof of NAME's harness must fail
-#   ... --set NAME=VALUE     with another value of a parameter of the harness
 #   ... --table FILE         appends what was found to FILE, tab-separated, for report.sh:
 #                              proof BLOCK/HARNESS ENGINE CPU-SECONDS ASSERTION | cover BLOCK/HARNESS CLOCK COVER | bug BLOCK ASSERTION CLOCK WHAT
 # tests/formal/BLOCK/HARNESS.map, if there, is a techmap that cuts out cells (over-approximation); tests/formal/BLOCK/flags holds
 # Yosys read options. Comment lines at the head of a harness say what is asked there:
 #   // cut: INSTANCE...      blocks whose outputs may be anything in any clock (over-approximation)
 #   // prove: NAME...        assertions that are proved here, * allowed; the others are left to another harness, not assumed. Default all
-#   // engine: induction      k-induction by Yosys instead of PDR; abc-induction: by ABC
+#   // engine: induction      k-induction by Yosys instead of PDR; abc-induction: by ABC;
+#                           cadical-induction: by CaDiCaL, each assertion by itself (induction.py)
 # Exit status: 0 all as it should be, 1 not, 2 wrong call.
 set -euo pipefail
 
@@ -23,16 +23,15 @@ block=${1:-}
 only=*
 [[ $block != */* ]] || { only=${block#*/}; block=${block%%/*}; }
 shift || true
-bugs= table=/dev/null parameter=
+bugs= table=/dev/null
 usage() {
-  echo "prove.sh: expected BLOCK[/HARNESS] [--bugs] [--set NAME=VALUE] [--table FILE] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
+  echo "prove.sh: expected BLOCK[/HARNESS] [--bugs] [--table FILE] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
   exit 2
 }
 [[ -n $block && -d $here/$block ]] || usage "$block" "$@"
 while [[ $# -gt 0 ]]; do
   case $1 in
     --bugs) bugs=yes; shift ;;
-    --set) [[ ${2:-} == ?*=?* ]] || usage "$block" "$@"; parameter=$2; shift 2 ;;
     --table) [[ $# -ge 2 ]] || usage "$block" "$@"; table=$2; shift 2 ;;
     *) usage "$block" "$@" ;;
   esac
@@ -79,13 +78,14 @@ write_aiger() {
   [[ ${3:-} != "and covers" ]] || covers="design -load read
     chformal -assert -remove; techmap -map $work/cover_map.v; setattr -set keep 1 t:\$assert; $finish; write_aiger -zinit $work/cover.aig; tee -o $work/cover.names select -list t:\$assert"
   yosys -q -p "read_verilog -sv -formal -defer -I $rtl $flags $files $harness
-    hierarchy -check -top $top ${parameter:+-chparam ${parameter/=/ }}; ${blocks:+cutpoint$blocks; hierarchy -top $top;} proc; memory_map; flatten; setattr -set keep 1 t:\$assert t:\$cover; $cut; opt -fast; async2sync; opt_clean; chformal -early
+    hierarchy -check -top $top; ${blocks:+cutpoint$blocks; hierarchy -top $top;} proc; memory_map; flatten; setattr -set keep 1 t:\$assert t:\$cover; $cut; opt -fast; async2sync; opt_clean; chformal -early
     ${keep:+select -set keep$keep; chformal -assert -cover -remove t:\$assert t:\$cover %u @keep %d;} design -save read
     chformal -cover -remove; write_ilang $work/asserts.il; $finish; write_aiger -zinit $work/assert.aig; tee -o $work/assert.names select -list t:\$assert
     $covers" \
     > "$work/yosys.log" 2>&1 || { echo "prove.sh: $harness: $(grep -m1 ERROR "$work/yosys.log")" >&2; exit 1; }
 }
 # All assertions as one property, so that each may lean on the others. The words of the tools count, not their exit status.
+# prove [ASSERTION]: where each is proved by itself, only this one.
 prove() {
   if [[ $engine == induction ]]; then
     yosys -p "read_ilang $work/asserts.il; opt -fast -nodffe -nosdff; dffunmap; opt_clean
@@ -96,6 +96,13 @@ prove() {
   if [[ $engine == abc-induction ]]; then
     berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; ind -F 4 -C 0" > "$work/abc.log" 2>&1 || true
     grep -q 'Networks are equivalent' "$work/abc.log" && return
+    return 1
+  fi
+  if [[ $engine == cadical-induction ]]; then
+    berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; dc2; write_aiger $work/small.aig; frames -i -F 2; strash; write_aiger $work/base.aig" > "$work/frames.log" 2>&1 || true
+    berkeley-abc -c "read_aiger $work/small.aig; frames -F 3; comb; strash; write_aiger $work/step.aig" >> "$work/frames.log" 2>&1 || true
+    /usr/bin/python3 -B "$here/induction.py" "$work/base.aig" "$work/step.aig" "$work/assert.names" "$@" > "$work/abc.log" 2>&1 || true
+    grep -qx proved "$work/abc.log" && return
     return 1
   fi
   berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1 || true
@@ -140,12 +147,14 @@ prove_harness() {
     say "FAIL  $name: $(failed)"
   fi
   n=$(wc -l < "$work/cover.names")
-  # Bounded search reaches most in no time; PDR what lies deeper.
+  # Bounded search reaches most in no time; random inputs what lies deeper, or PDR.
   berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; bmc3 -a -x -F 60 -T 20" > "$work/cover.log" 2>&1 || true
-  [[ $n == $(grep -ac 'Output *[0-9]* was asserted' "$work/cover.log") ]] ||
+  all_reached() { [[ $n == $(grep -ao 'Output *[0-9]* was asserted' "$work/cover.log" | sort -u -k 2n | wc -l) ]]; }
+  all_reached || berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; dc2; sim3 -a -F 1000 -T 60" >> "$work/cover.log" 2>&1 || true
+  all_reached ||
     berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; pdr -a -T $seconds" >> "$work/cover.log" 2>&1 || true
   grep -ao 'Output *[0-9]* was asserted in frame *[0-9]*' "$work/cover.log" | sed 's/[^0-9]*\([0-9]*\)[^0-9]*\([0-9]*\)/\1 \2/' > "$work/reached" || true
-  awk -v name="$name" -v OFS='\t' 'NR == FNR { clock[$1] = $2; next }
+  awk -v name="$name" -v OFS='\t' 'NR == FNR { if (!($1 in clock)) clock[$1] = $2; next }
     { cover = $0; sub(/.*[\/]/, "", cover); sub(/\.never$/, "", cover); sub(/.*\./, "", cover)
       if (FNR - 1 in clock) print "cover", name, clock[FNR - 1], cover }' "$work/reached" "$work/cover.names" >> "$table"
   unreached=$(awk 'NR == FNR { seen[$1] = 1; next } !(FNR - 1 in seen) { sub(/.*\//, ""); sub(/\.never$/, ""); print }' "$work/reached" "$work/cover.names")
@@ -155,7 +164,7 @@ prove_harness() {
 # Every seeded bug must give a counterexample in some harness of the block; to the assertion that it names, if it names one.
 prove_bugs() {
   local file change what wanted found harness
-  while IFS=$'\t' read -r file change what wanted parameter; do
+  while IFS=$'\t' read -r file change what wanted; do
     [[ -n $file && $file != '#'* ]] || continue
     rm -rf "$work/rtl" && cp -r "$root/rtl" "$work/rtl"
     sed -i "$change" "$work/rtl/$file"
@@ -169,7 +178,7 @@ prove_bugs() {
       if [[ $wanted == *! ]]; then
         [[ ${#harnesses[@]} == 1 || -n $(list "$harness" prove) ]] || continue
         write_aiger "$harness" "$work/rtl"
-        prove || found="${wanted%!} is no longer proved"
+        prove "${wanted%!}" || found="${wanted%!} is no longer proved"
         break
       fi
       write_aiger "$harness" "$work/rtl" "" "$wanted"

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "cmodel/algor.hpp"
-#include "cmodel/math.hpp"
 #include "tb/verilated_rtl.hpp"
 
 namespace meltstage::tb {
@@ -97,12 +96,7 @@ Settings quick(std::initializer_list<Setting> others) {
 chip::Chip chip_with(const Settings& settings) {
   chip::Chip chip;
   for (int i = 0; i < 4; ++i) chip.step({});  // the reset synchroniser lets go
-  for (const Setting& s : settings) {
-    const std::uint32_t word = chip::secded_encode(s.value);
-    chip.mem.staged_q[s.reg] = word;
-    chip.mem.active_q[s.reg] = word;
-  }
-  chip.mem.refresh_params();
+  for (const Setting& s : settings) chip.mem.preset(s.reg, s.value);
   for (int i = 0; i < 4; ++i) chip.step({});  // the idle serial port takes baud rate, format and address over
   return chip;
 }

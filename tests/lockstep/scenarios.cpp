@@ -21,7 +21,7 @@ Act inhibit(bool pressed) {
 }
 void nothing(Bench&) {}
 
-constexpr std::uint32_t kTwoFlips = 0b11;  // SECDED corrects one flip and finds two
+constexpr std::uint32_t kTwoFlips = 0b11;  // MEM corrects one flip and finds two
 
 void flip_two_active(Bench& bench) {
   bench.poke([](chip::Chip& chip) { flip_active(chip, spec::kRegKp, kTwoFlips); });
@@ -29,10 +29,11 @@ void flip_two_active(Bench& bench) {
 void flip_two_staged(Bench& bench) {
   bench.poke([](chip::Chip& chip) { chip.mem.staged_q[spec::kRegKp] ^= kTwoFlips; });
 }
-// What a host does about it: write the word again.
+// What a host does about it: take the sound set over.
 void rewrite(Bench& bench) {
   bench.write(spec::kRegKp, static_cast<std::uint16_t>(spec::kHolding[spec::kRegKp].reset));
 }
+void discard(Bench& bench) { bench.write(spec::kRegCmd, spec::kCmdDiscard); }
 void illegal_state(Bench& bench) {
   bench.poke([](chip::Chip& chip) { chip.sysctrl.state_q = 0b11111; });
 }
@@ -171,7 +172,7 @@ std::vector<FaultScenario> make() {
        nothing,
        false},
       {kFaultParam, "ParamActive", {setpoint, short_pwm}, true, cool, flip_two_active, rewrite, true},
-      {kFaultParam, "ParamStaged", {setpoint, short_pwm}, true, cool, flip_two_staged, rewrite, true},
+      {kFaultParam, "ParamStaged", {setpoint, short_pwm}, true, cool, flip_two_staged, discard, true},
       {kFaultState, "StateIllegal", {setpoint, short_pwm}, true, cool, illegal_state, nothing, false},
       {kFaultState, "TickLate", {setpoint, short_pwm}, true, cool, late_tick, nothing, false},
       {kFaultInhibit,

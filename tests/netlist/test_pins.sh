@@ -50,6 +50,6 @@ while IFS=$'\t' read -r name file edit; do
 done <<'EOT'
 bypass_always	tc_rst_sync.sv	s/test_mode_i ? rst_ni : out_q/test_mode_i ? out_q : rst_ni/
 times_short	tc_sysctrl.sv	s/7'd99 || test_mode_i/7'd99 || !test_mode_i/
-words_open	tc_mem.sv	s/index == 6'(i) || scan_en_i/index == 6'(i) || !scan_en_i/
+words_open	tc_mem.sv	s/rd_i))) || scan_en_i;/rd_i))) || !scan_en_i;/
 chain_into_pin	tc_top.sv	s/{drop_i, inhibit_i/{drop_i ^ scan_i[0], inhibit_i/
 EOT
