@@ -9,7 +9,7 @@ trap 'rm -rf "$work"' EXIT
 mkdir -p "$work/$board"
 cp -rp "$build/$board/chip" "$work/$board"
 cd "$work/$board/chip"
-flip_lut_bit places.pcf spi_sclk_o
+flip_lut_bit places.pcf uart_tx_o
 icepack flipped.asc board.bin
 rm -rf bitstream.v replay.txt bitstream.dir
 make -s -C "$fpga" BUILD="$work" BOARD="$board" MELTSTAGE="$meltstage" chip >log 2>&1 && exit 1

@@ -27,7 +27,7 @@ std::vector<std::string> bugs() {
 class Canary : public ::testing::TestWithParam<unsigned> {};
 
 TEST_P(Canary, SeededBugIsCaught) {
-  const auto kill = killed_by<Vbugs>(GetParam(), {});
+  const auto kill = killed_by<Vbugs>(GetParam(), {.seeds = 200});
   ASSERT_TRUE(kill) << "survived: " << bugs()[GetParam() - 1];
   EXPECT_TRUE(kill->report.starts_with("MISMATCH")) << kill->report;
 }
