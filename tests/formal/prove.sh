@@ -103,6 +103,8 @@ prove() {
     berkeley-abc -c "read_aiger $work/small.aig; frames -F 3; comb; strash; write_aiger $work/step.aig" >> "$work/frames.log" 2>&1 || true
     /usr/bin/python3 -B "$here/induction.py" "$work/base.aig" "$work/step.aig" "$work/assert.names" "$@" > "$work/abc.log" 2>&1 || true
     grep -qx proved "$work/abc.log" && return
+    # A tool that fails refuses no bug.
+    grep -qE 'does not follow|refuted' "$work/abc.log" || { echo "prove.sh: induction.py: $(tail -n 1 "$work/abc.log")" >&2; exit 1; }
     return 1
   fi
   berkeley-abc -c "read_aiger $work/assert.aig; fold; strash; orpos; scorr; pdr -T $seconds" > "$work/abc.log" 2>&1 || true
