@@ -81,7 +81,7 @@ struct Atune {
   bool parity() const;
   bool still(const AtuneIn& in) const;
   bool tuning() const { return phase_q != kTuneIdle; }
-  bool wr(bool commit) const { return wr_q != 0 && !commit; }  // a gain for MEM, after a commit
+  bool wr() const { return wr_q != 0; }  // a gain for MEM, until a clock without a commit
   // Duty of the relay, UQ1.16; once the results are in the making, the hold duty.
   std::uint32_t duty() const {
     return phase_q == kTuneResults || phase_q == kTuneCommit ? hold_q : on_q != 0 ? duty_on_q : duty_off_q;

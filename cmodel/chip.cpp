@@ -129,7 +129,7 @@ ParamcIn Chip::paramc_in() const {
           .running = guard.run_q != 0,
           .manual = p.bit(spec::kRegMode, 0),
           .tuning = atune.tuning(),
-          .tune_wr = tuned(),
+          .tune_wr = atune.wr(),
           .run_allowed = guard.run_allowed(),
           .cause_present = guard.cause_q != 0,
           .rd_busy = uartc.rsp_busy() || uartc.tlm_busy()};
@@ -137,8 +137,8 @@ ParamcIn Chip::paramc_in() const {
 
 MemIn Chip::mem_in() const {
   return {.wr = writes_staged(),
-          .wr_index = tuned() ? atune.wr_index_q : paramc.index_q,
-          .wr_data = tuned() ? atune.wr_data_q : paramc.value_q,
+          .wr_index = atune.wr() ? atune.wr_index_q : paramc.index_q,
+          .wr_data = atune.wr() ? atune.wr_data_q : paramc.value_q,
           .commit = sysctrl.commit_q != 0,
           .discard = paramc.discard_q != 0,
           .rd = uartc.rd_rsp_q != 0,

@@ -95,8 +95,7 @@ struct Chip {
   bool out_of_reset(const Inputs& in) const { return in.rst_n && (rst_sync.rst_n() || in.test_mode); }
   void clock(const Inputs& in);
   // A word goes to MEM's staged set.
-  bool writes_staged() const { return (sysctrl.write() && paramc.store()) || tuned(); }
-  bool tuned() const { return atune.wr(sysctrl.commit_q != 0); }
+  bool writes_staged() const { return (sysctrl.write() && paramc.store()) || atune.wr(); }
   bool discarding() const { return paramc.discard_q != 0 || mem.discarding(); }
 };
 

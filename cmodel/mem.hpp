@@ -37,7 +37,7 @@ constexpr std::uint32_t mem_stored(unsigned index) {
 }
 
 struct MemIn {
-  bool wr = false;  // lost in a clock of a commit
+  bool wr = false;  // not taken in a clock of a commit
   std::uint8_t wr_index = 0;
   std::uint16_t wr_data = 0;  // in the register's range
   bool commit = false;

@@ -10,6 +10,7 @@ tc_uart_tx.sv
 tc_uartc.sv
 tc_sysctrl.sv
 tc_paramc.sv
+tc_mem_bank.sv
 tc_mem.sv
 tc_sensc.sv
 tc_algor.sv

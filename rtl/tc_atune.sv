@@ -34,7 +34,7 @@ module tc_atune #(
   output logic               stop_o,           // pulse: ended by time, heater off
   output logic               parity_o,         // of what decides over the heater until the relay switches ...
   output logic               still_o,          // ... and whether the next clock leaves it as it is
-  output logic               wr_o,             // pulse: a gain for MEM, after a commit
+  output logic               wr_o,             // a gain for MEM, until a clock without commit_i
   output logic [5:0]         wr_index_o,
   output logic [15:0]        wr_data_o,
 
@@ -325,7 +325,7 @@ module tc_atune #(
   assign duty_o     = phase_q == Results || phase_q == Commit ? hold_q : on_q ? duty_on_q : duty_off_q;
   assign hold_o     = hold_q;
   assign stop_o     = stop_q;
-  assign wr_o       = wr_q && !commit_i;
+  assign wr_o       = wr_q;
   assign wr_index_o = wr_index_q;
   assign wr_data_o  = wr_data_q;
   assign state_o    = {5'd0, cycles_q, 5'd0, end_q};

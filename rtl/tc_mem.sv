@@ -8,8 +8,8 @@
 //   set is where an odd row and an odd column meet; two flips never look like one.
 // - A word has the bits that differ within its register's range (tc_pkg::reg_stored), the others stand at their one value; what is
 //   written lies in that range.
-// - wr_i changes one staged word, commit_i copies the staged set to the active set in one clock, in which a write would be lost (tc_atune and
-//   tc_sysctrl assert that there is none).
+// - wr_i changes one staged word, commit_i copies the staged set to the active set in one clock, in which no write is taken: tc_atune holds
+//   its own until the next one, tc_sysctrl asserts that there is no other.
 // - scrub_start_i walks the active and then the staged set, a clock a row and one to judge: one flip is corrected; what can't be
 //   corrected is walked once more, since it may be the walk that was struck, and then raises bad_o, which falls at the end of a pass
 //   that found none. A start while busy is ignored. The pass stands still in a clock of rd_i and begins anew with wr_i and commit_i.
@@ -63,6 +63,8 @@ module tc_mem (
   localparam int unsigned LastWord = tc_pkg::HoldingCount - 1;
   localparam int unsigned Columns = LastWord + 1;  // the row that makes the columns even
   localparam logic [5:0] ColumnsIndex = 6'(Columns);
+  localparam int unsigned BankRows = 8;
+  localparam int unsigned Banks = (Columns + BankRows - 1) / BankRows;
 
   (* mem2reg *) logic [21:0] staged_q [1:Columns];
   (* mem2reg *) logic [21:0] active_q [1:Columns];
@@ -82,30 +84,50 @@ module tc_mem (
     reset_row = tc_math_pkg::mem_row(tc_pkg::reg_corrected(index), tc_pkg::reg_reset(index));
   endfunction
 
+  function automatic logic [21:0] stored_row(input logic [5:0] index);
+    stored_row = tc_pkg::reg_stored(index);
+  endfunction
+
+  function automatic logic [22*BankRows-1:0] stored_rows(input logic [5:0] first);
+    for (int unsigned i = 0; i < BankRows; i++) stored_rows[22*i+:22] = stored_row(first + 6'(i));
+  endfunction
+
   // The row in hand: the one that is written or read, else the one under the pass.
   logic        wr, step, judge, show_staged, show_active;
   logic [5:0]  index;
   logic [15:0] reset_data;
   assign wr          = wr_i && !commit_i;
-  assign step        = scrub_busy_q && !wr && !commit_i && !rd_i;
+  assign step        = scrub_busy_q && !wr_i && !commit_i && !rd_i;
   assign judge       = scrub_index_q > ColumnsIndex;
-  assign index       = wr ? wr_index_i : rd_i ? rd_index_i : judge ? odd_row_q : scrub_index_q;
+  assign index       = wr_i ? wr_index_i : rd_i ? rd_index_i : judge ? odd_row_q : scrub_index_q;
   assign reset_data  = tc_pkg::reg_reset(index);
-  assign show_staged = wr || rd_i || (scrub_staged_q && !discarding_q) || scan_en_i;
-  assign show_active = (!wr && !rd_i && (!scrub_staged_q || discarding_q)) || scan_en_i;
+  assign show_staged = wr_i || rd_i || (scrub_staged_q && !discarding_q) || scan_en_i;
+  assign show_active = (!wr_i && !rd_i && (!scrub_staged_q || discarding_q)) || scan_en_i;
 
   // Each row behind its own select, all in one OR: flatter than a choice of one after the other. A commit opens all of the staged
   // set, each for its own active row.
   logic [Columns:1] in_hand;
-  (* mem2reg *) logic [21:0] open_staged [1:Columns];
+  logic [22*Columns-1:0] staged_rows, active_rows, open_staged;  // row i at 22 (i - 1)
+  (* mem2reg *) logic [21:0] bank_row [0:Banks-1];
   logic [21:0] row;
+  for (genvar i = 1; i <= Columns; i++) begin : gen_select
+    assign in_hand[i] = (index == 6'(i) && (i != Columns || !(wr_i || rd_i))) || scan_en_i;
+    assign staged_rows[22*(i-1)+:22] = staged_q[i] ^ reset_row(6'(i));
+    assign active_rows[22*(i-1)+:22] = active_q[i] ^ reset_row(6'(i));
+  end
+  for (genvar b = 0; b < Banks; b++) begin : gen_bank
+    localparam int unsigned First = BankRows * b;
+    localparam int unsigned Rows = Columns - First < BankRows ? Columns - First : BankRows;
+    localparam logic [22*BankRows-1:0] BankStored = stored_rows(6'(First + 1));
+    tc_mem_bank #(.Rows(Rows), .Stored(BankStored[22*Rows-1:0])) u_bank (
+      .in_hand_i(in_hand[First+1+:Rows]), .show_staged_i(show_staged), .show_active_i(show_active), .commit_i(commit_i),
+      .staged_i(staged_rows[22*First+:22*Rows]), .active_i(active_rows[22*First+:22*Rows]),
+      .open_staged_o(open_staged[22*First+:22*Rows]), .row_o(bank_row[b])
+    );
+  end
   always_comb begin
     row = 22'd0;
-    for (int unsigned i = 1; i <= Columns; i++) begin
-      in_hand[i] = (index == 6'(i) && (i != Columns || !(wr || rd_i))) || scan_en_i;
-      open_staged[i] = {22{(in_hand[i] && show_staged) || commit_i}} & (staged_q[i] ^ reset_row(6'(i)));
-      row |= open_staged[i] | ({22{in_hand[i] && show_active}} & (active_q[i] ^ reset_row(6'(i))));
-    end
+    for (int unsigned b = 0; b < Banks; b++) row |= bank_row[b];
   end
 
   // One flip stands where the only odd row meets the only odd column.
@@ -117,7 +139,7 @@ module tc_mem (
   // What the row in hand takes: all rows share it, each with an enable of its own. The columns follow a write by what it changes.
   logic [21:0] row_in, active_in, written;
   logic        writes;
-  assign row_in = wr ? tc_math_pkg::mem_row(tc_pkg::reg_corrected(index), wr_data_i ^ reset_data)
+  assign row_in = wr_i ? tc_math_pkg::mem_row(tc_pkg::reg_corrected(index), wr_data_i ^ reset_data)
                        : row ^ ({22{judge}} & syndrome_q);
   assign active_in = commit_i || scan_en_i ? 22'd0 : row_in;
   assign writes = wr && index != 6'd0 && index < ColumnsIndex;
@@ -134,13 +156,13 @@ module tc_mem (
 
   for (genvar i = 1; i <= Columns; i++) begin : gen_row
     localparam logic [21:0] ResetRow = reset_row(6'(i));
-    localparam logic [21:0] Stored = tc_pkg::reg_stored(6'(i));
+    localparam logic [21:0] Stored = stored_row(6'(i));
     logic take_staged, take_active;
     logic [21:0] staged_in;
     assign take_active = in_hand[i] && ((fix && !scrub_staged_q) || scan_en_i);
     if (i == Columns) begin : gen_columns
       assign take_staged = writes || (in_hand[i] && (copy || (fix && scrub_staged_q) || scan_en_i));
-      assign staged_in = wr ? staged_q[i] ^ written : row_in;
+      assign staged_in = wr_i ? staged_q[i] ^ written : row_in;
     end else begin : gen_word
       assign take_staged = in_hand[i] && (wr || copy || (fix && scrub_staged_q) || scan_en_i);
       assign staged_in = row_in;
@@ -159,7 +181,7 @@ module tc_mem (
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) active_q[i] <= ResetRow;
       else if (stir) begin
-        if (take_active || commit_i) active_q[i] <= ((active_in | open_staged[i]) & Stored) ^ ResetRow;
+        if (take_active || commit_i) active_q[i] <= ((active_in | open_staged[22*(i-1)+:22]) & Stored) ^ ResetRow;
 `ifdef TC_MEM_UPSET
         else if (upset_index_i == 6'(i)) active_q[i] <= ((active_q[i] ^ ResetRow ^ upset_active_i) & Stored) ^ ResetRow;
 `endif
@@ -199,7 +221,7 @@ module tc_mem (
         scrub_busy_q <= 1'b1;
         discarding_q <= discard_i;
       end
-      if (starts || wr || commit_i) begin
+      if (starts || wr_i || commit_i) begin
         scrub_staged_q <= 1'b0;
         again_q <= 1'b0;
         scrub_bad_q <= 1'b0;
@@ -213,7 +235,7 @@ module tc_mem (
       syndrome_q <= 22'd0;
       odd_row_q <= 6'd0;
       odd_rows_q <= 1'b0;
-    end else if (starts || wr || commit_i || (step && judge)) begin
+    end else if (starts || wr_i || commit_i || (step && judge)) begin
       scrub_index_q <= 6'd1;
       syndrome_q <= 22'd0;
       odd_row_q <= 6'd0;

@@ -19,7 +19,7 @@ FEATURES = [
     ("check bits of parameters and their scrubbing", "tc_mem", [
         ("tc_math_pkg.sv", r"(secded_check|secded_flip\[(?:16\+)?i\]) =[^;]*;", r"\1 = '0;"),
         ("tc_math_pkg.sv", r"\{5'd0, \^data, data\}", "{6'd0, data}"),
-        ("tc_mem.sv", r"(Stored = )(tc_pkg::reg_stored\(6'\(i\)\));", r"\1i == Columns ? 22'd0 : \2 & 22'h00FFFF;"),
+        ("tc_mem.sv", r"(stored_row = )(tc_pkg::reg_stored\(index\));", r"\1index == ColumnsIndex ? 22'd0 : \2 & 22'h00FFFF;"),
         ("tc_mem.sv", r"(syndrome_q|odd_row_q|odd_rows_q)( +<= )(syndrome_q \^ row|scrub_index_q|1'b1);", r"\1\2'0;")]),
     ("second flop of the heater's permission", "tc_guard", [("tc_guard.sv", r"(assign rails_differ =)[^;]*;", r"\1 1'b0;")]),
     ("parity of long-lived flops", "tc_guard", [("tc_guard.sv", r"(assign upset +=)[^;]*;", r"\1 1'b0;")]),

@@ -15,6 +15,8 @@ foreach file [split [string trim [read $list]] \n] { lappend files $rtl/$file }
 close $list
 yosys read_verilog -sv -DSYNTHESIS -I$rtl {*}$files
 yosys hierarchy -check -top $::env(TOP)
+# Banks of MEM are mapped by themselves, so that each stays together.
+yosys setattr -mod -set keep_hierarchy 1 *tc_mem_bank*
 # States stay as the RTL encodes them: what it does in a state that isn't one is said there, and each flop is the model's.
 yosys synth -nofsm -flatten -top $::env(TOP) -run begin:fine
 if {$::env(CLOCK_GATE_MAP) ne ""} {
@@ -31,12 +33,21 @@ yosys opt_clean -purge
 # A flop behind an inverter has lost its name.
 yosys rename -enumerate -pattern flop_% t:\$_DFF* %x:+\[Q\] w:* %i
 yosys setundef -zero
+proc whole {} {
+  yosys setattr -mod -unset keep_hierarchy *tc_mem_bank*
+  yosys flatten
+  yosys splitnets -format _
+  yosys opt_clean -purge
+}
+yosys design -push-copy
+whole
 yosys write_rtlil reference.il
+yosys design -pop
 yosys dfflibmap -map-only -liberty $::env(LIBERTY)
 # Small first (dc2), then flat again (if -g): dc2 alone makes chains of what were fast adders. Neither buffers nor sizes: the placer gives
 # each driver what its wires ask for. Buffers that know no places tie far cells together: 200 mm more wire in the whole chip.
 yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;if,-g\;dch,-f\;if,-g\;dch,-f\;amap,-m\;topo
-yosys opt_clean -purge
+whole
 if {[info exists ::env(SCANNER)] && $::env(SCANNER) ne ""} {
   yosys write_json unscanned.json
   exec $::env(SCANNER) vectors scan unscanned.json --liberty $::env(LIBERTY) --out scan
