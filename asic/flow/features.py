@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """features.py OUT.json: the area of each safety feature, by synthesising its block without it.
 
-A feature is taken out of a copy of the RTL by substitutions; the difference in area is what it costs. RTL, LIBERTY and CLOCK_GATE_MAP
+A feature is taken out of a copy of the RTL by substitutions; the difference in area is what it costs. RTL, LIBERTY, CLOCK_GATE_MAP and BUFFER
 come from the environment, as for synth.tcl. Exits with 2 when a substitution no longer finds its line.
 """
 import json

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Yosys: RTL to a flat netlist of the library's cells. From the environment: RTL (folder), TOP, LIBERTY, CLOCK_GATE_MAP (techmap
-# file or empty), SCANNER (the meltstage command where the netlist gets scan, or empty). Writes into the current folder:
+# file or empty), BUFFER (the smallest one, its input and its output), SCANNER (the meltstage command where the netlist gets scan, or empty).
+# Writes into the current folder:
 #   reference.il  the flops as the library has them, the logic as Yosys' gates: what netlist.v is proved equal to
 #   flops.json    the flops under all names that the RTL has for what they hold, and the inverters, as some hold it inverted
 #   netlist.v     cells of the library
@@ -48,6 +49,15 @@ yosys dfflibmap -map-only -liberty $::env(LIBERTY)
 # each driver what its wires ask for. Buffers that know no places tie far cells together: 200 mm more wire in the whole chip.
 yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;if,-g\;dch,-f\;if,-g\;dch,-f\;amap,-m\;topo
 whole
+# A wire that only goes on under another name, as out of a bank, needs no buffer; a port needs a cell that drives it. Flops keep the names that the
+# reference has for them: of two names of a wire that are alike else, opt_clean takes the first in the alphabet (flop_ before u_).
+lassign $::env(BUFFER) buffer in out
+set map [open buffer.v w]
+puts $map "module $buffer (input $in, output $out); assign $out = $in; endmodule"
+close $map
+yosys setattr -unset hdlname w:*
+yosys techmap -map buffer.v t:$buffer o:* %ci1 %d
+yosys opt_clean -purge
 if {[info exists ::env(SCANNER)] && $::env(SCANNER) ne ""} {
   yosys write_json unscanned.json
   exec $::env(SCANNER) vectors scan unscanned.json --liberty $::env(LIBERTY) --out scan

@@ -8,6 +8,7 @@ liberty_typ := $(tech_dir)/osu018_stdcells.lib
 synth_corner := typ
 clock_gate := none/none
 clock_gate_map :=
+buffer := BUFX2 A Y
 cells_model :=
 cells_verilog := $(tech_dir)/osu018_stdcells.v
 lef := $(tech_dir)/osu018_stdcells.lef

@@ -11,6 +11,7 @@ synth_corner := typ
 clock_gate := sg13g2_lgcp_1,sg13g2_slgcp_1/GCLK/GATE+SCE
 scan_tops := tc_top
 clock_gate_map := $(here)/tech/sg13g2_clock_gate.v
+buffer := sg13g2_buf_1 A X
 cells_model := $(here)/tech/sg13g2_cells.sv
 cells_verilog := $(BUILD)/sg13g2/cells.v
 lef := $(cells_dir)/lef/sg13g2_tech.lef $(cells_dir)/lef/sg13g2_stdcell.lef
