@@ -86,6 +86,8 @@ class Cell:
         self.flop = any(g.kind in ("ff", "latch") for g in group.groups)
         self.pins = {g.name: g for g in group.groups if g.kind == "pin"}
         copied = {name: re.sub(r"[()!' ]", "", "".join(g.values.get("function", []))) for name, g in self.pins.items()}
+        states = {g.name for g in group.groups if g.kind in ("ff", "latch")}
+        self.state = {name: of for name, of in copied.items() if of in states}
         # of buffers and inverters: their output changes as often as their input
         self.repeated = {name: of for name, of in copied.items() if of in self.pins}
 
@@ -154,6 +156,8 @@ def main(counts, clocks, netlist, top, liberty, clock_hz, spef=None):
             names[bit].append(f"{instance}.{pin}")  # flattening may have called a net after any pin on it
             if not of.drives(pin):
                 load[bit] += of.capacitance(pin)
+            elif pin in of.state:
+                names[bit].append(f"{instance}.{of.state[pin]}")
             elif pin in of.repeated:
                 alike.join(bit, cell["connections"][of.repeated[pin]][0])
     told = {alike.first(bit): toggles[name] for bit, called in names.items() for name in called if name in toggles}
