@@ -11,7 +11,7 @@ cp -r "$folder/." "$work"
 cd "$work"
 case $fault in
 flipped_lut_bit)
-  flip_lut_bit "$fpga/ice40/hx8k.pcf" serial_o
+  flip_lut_bit "$fpga/ice40/hx8k.pcf" 'serial_o <=|assign serial_o ='
   icepack flipped.asc harness.bin
   rm -rf bitstream.v replay.txt bitstream.dir
   { make -s -C "$fpga" BOARD=hx8k TOP=tc_sysctrl REPLAY_CLOCKS=20000 out="$work" "$work/replay.txt" 2>&1 || true; } | tee log
