@@ -45,9 +45,7 @@ whole
 yosys write_rtlil reference.il
 yosys design -pop
 yosys dfflibmap -map-only -liberty $::env(LIBERTY)
-# Small first (dc2), then flat again (if -g): dc2 alone makes chains of what were fast adders. Neither buffers nor sizes: the placer gives
-# each driver what its wires ask for. Buffers that know no places tie far cells together: 200 mm more wire in the whole chip.
-yosys abc -liberty $::env(LIBERTY) -script +strash\;ifraig\;scorr\;dc2\;if,-g\;dch,-f\;if,-g\;dch,-f\;amap,-m\;topo
+yosys abc -liberty $::env(LIBERTY) -script [file dirname [file normalize [info script]]]/map.abc
 whole
 # A wire that only goes on under another name, as out of a bank, needs no buffer; a port needs a cell that drives it. Flops keep the names that the
 # reference has for them: of two names of a wire that are alike else, opt_clean takes the first in the alphabet (flop_ before u_).
