@@ -5,21 +5,21 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
-#include "app/bench.hpp"
+#include "bench/bench.hpp"
 #include "app/build_stamp.hpp"
-#include "app/chip_command.hpp"
-#include "app/conformal_command.hpp"
-#include "app/job_file.hpp"
-#include "app/motion_command.hpp"
-#include "app/print.hpp"
-#include "app/vectors_command.hpp"
-#include "app/windows.hpp"
-#include "asic/dft/error.hpp"
-#include "asic/dft/pattern_files.hpp"
-#include "asic/dft/stil.hpp"
+#include "app/commands/chip_command.hpp"
+#include "app/commands/conformal_command.hpp"
+#include "app/print/job_file.hpp"
+#include "app/commands/motion_command.hpp"
+#include "app/print/print.hpp"
+#include "app/commands/vectors_command.hpp"
+#include "app/commands/windows.hpp"
+#include "asic/netlist/error.hpp"
+#include "asic/dft/files/pattern_files.hpp"
+#include "asic/dft/files/stil.hpp"
 #include "host/errors.hpp"
-#include "vectors/output_file.hpp"
-#include "vectors/text.hpp"
+#include "base/output_file.hpp"
+#include "recording/text.hpp"
 
 namespace {
 
@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
   tb::RtlWindows rtl = tb::RtlWindows::chosen;
   CLI::App* print_command =
       cli.add_subcommand("print", "Print a job on the virtual printer: chip, heated head and stage");
-  print_command->add_option("JOB", print.job, "Job file (TOML); reference in docs/jobs.md")->required();
+  print_command->add_option("JOB", print.job, "Job file (TOML); reference in docs/print/jobs.md")->required();
   print_command->add_option("--out", print.out, "Folder to write (default: out/NAME of the job file)");
   CLI::Option* rtl_option =
       print_command->add_option("--rtl", rtl, "RTL beside the model: chosen windows, full job, none")
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
   tb::WindowBorders borders;
   app::RunWindowsSettings runner;
   CLI::App* windows_command =
-      cli.add_subcommand("windows", "Check a recorded run in RTL by time windows (docs/windows.md)");
+      cli.add_subcommand("windows", "Check a recorded run in RTL by time windows (docs/verify/windows.md)");
   windows_command->require_subcommand(1);
   CLI::App* windows_plan = windows_command->add_subcommand("plan", "Cut a recording into windows");
   windows_plan->add_option("PINS", pins, "Recording (.mvec) that begins in reset")->required();
@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
 
   app::GcodeCommand gcode;
   CLI::App* gcode_command =
-      cli.add_subcommand("gcode", "Write a job as G-code for a real machine (docs/motion-stage.md)");
+      cli.add_subcommand("gcode", "Write a job as G-code for a real machine (docs/motion/stage.md)");
   gcode_command->add_option("JOB", gcode.job, "Job file (TOML), as for print")->required();
   gcode_command->add_option("--out", gcode.out, "File to write")->required();
   gcode_command->add_option("--dialect", gcode.dialect, "Control that reads it (default linuxcnc)")

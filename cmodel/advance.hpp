@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the chip from event to event. Use and contract: docs/cmodel.md.
+// Runs the chip from event to event. Use and contract: docs/chip/cmodel.md.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ALGOR's arithmetic, one clock of it, over any number type of exact_int.hpp: all flops, pins and parameters
-// in, all next flops and outputs out. Algor::step runs it on plain integers, tests/proof/ on a solver's
+// in, all next flops and outputs out. Algor::step runs it on plain integers, tests/proofs/kernel/ on a solver's
 // bit-vectors (equal to rtl/tc_algor.sv for every state and input), tests/systemc/ on SystemC's fixed-width
 // types.
 //
@@ -369,7 +369,7 @@ void clock(Flops<B>& q, const In& in) {
   });
 }
 
-// A clock then changes nothing (proved in tests/proof/).
+// A clock then changes nothing (proved in tests/proofs/kernel/).
 template <class B, class In>
 typename B::Bool idle(const Flops<B>& q, const In& in) {
   return q.step_q() == Const<kStepIdle>{} && !in.start && q.done_q() == 0_k && in.run && !in.ms &&

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ATUNE: self-tuning by a relay experiment (Astrom and Hagglund 1984). Twin of rtl/tc_atune.sv; theory and
-// formulas: docs/blocks/atune.md.
+// formulas: docs/chip/blocks/atune.md.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole chip, bit-accurate at every clock. Twin of rtl/tc_top.sv; use and contract: docs/cmodel.md.
+// The whole chip, bit-accurate at every clock. Twin of rtl/tc_top.sv; use and contract: docs/chip/cmodel.md.
 #pragma once
 
 #include <cstdint>
@@ -76,7 +76,7 @@ struct Chip {
   Outputs outputs(const Inputs& in) const;
 
   const Params& params() const { return mem.params(); }
-  // Value of a register as a host would read it now. Addresses: docs/registers.md.
+  // Value of a register as a host would read it now. Addresses: docs/chip/registers.md.
   std::uint16_t read_register(std::uint16_t address) const;
   Readings readings() const;
 

@@ -23,7 +23,7 @@ Exception host_read(Chip& chip, std::uint16_t address, std::span<std::uint16_t> 
 // and the command word, if written, is carried out; or nothing is changed but the message counter, the
 // watchdog and the state Idle. Staged values read back at once. Heating starts or stops, and a fault is
 // cleared, at the chip's next clock; staged values become active at the next control tick, as always. Returns
-// kExcNone or the exception code of the chip's answer (docs/registers.md), and besides it kExcBusy
+// kExcNone or the exception code of the chip's answer (docs/chip/registers.md), and besides it kExcBusy
 // - while a command of the serial line is being carried out or staged values are just being made active (some
 // clocks);
 // - for Run in the very clock of a Stop or a ClearFault, whose order would be lost.

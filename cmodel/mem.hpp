@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// MEM, the parameter memory; twin of rtl/tc_mem.sv, theory of operation in docs/blocks/mem.md.
+// MEM, the parameter memory; twin of rtl/tc_mem.sv, theory of operation in docs/chip/blocks/mem.md.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PWMC, pulse-width modulation; twin of rtl/tc_pwmc.sv, theory of operation in docs/blocks/pwmc.md.
+// PWMC, pulse-width modulation; twin of rtl/tc_pwmc.sv, theory of operation in docs/chip/blocks/pwmc.md.
 #pragma once
 
 #include <cstdint>

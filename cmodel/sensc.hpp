@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SENSC, the sensor interface; twin of rtl/tc_sensc.sv, theory of operation in docs/blocks/sensc.md.
+// SENSC, the sensor interface; twin of rtl/tc_sensc.sv, theory of operation in docs/chip/blocks/sensc.md.
 #pragma once
 
 #include <cstdint>

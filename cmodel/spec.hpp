@@ -402,7 +402,7 @@ enum Cmd : std::uint16_t {
   kCmdTune = 0xA5A7,
 };
 
-// Autotune: relay and rule, factors of docs/blocks/atune.md.
+// Autotune: relay and rule, factors of docs/chip/blocks/atune.md.
 inline constexpr std::int32_t kTuneHysteresis = 32;  // 1/64 degC
 inline constexpr unsigned kTuneAdaptCycles = 3;
 inline constexpr unsigned kTuneCycles = 7;

@@ -21,7 +21,7 @@ namespace {
 
 namespace spec = chip::spec;
 
-// Limits of the chip, docs/blocks/paramc.md.
+// Limits of the chip, docs/chip/blocks/paramc.md.
 constexpr std::size_t kMostRead = 32;
 constexpr std::size_t kMostWritten = 16;
 constexpr std::uint16_t kStatusRegisters = 16;

@@ -104,7 +104,7 @@ const Register& find_register(std::string_view name) {
     if (r.name == wanted) return r;
   }
   throw UsageError(
-      fmt::format("{}: found no register of that name, expected one of docs/registers.md such as {}", name,
+      fmt::format("{}: found no register of that name, expected one of docs/chip/registers.md such as {}", name,
                   near_names(wanted)));
 }
 

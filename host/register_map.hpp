@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The chip's registers by name and in their units (docs/registers.md), from the generated map.
+// The chip's registers by name and in their units (docs/chip/registers.md), from the generated map.
 #pragma once
 
 #include <cstdint>

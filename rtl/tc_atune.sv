@@ -4,7 +4,7 @@
 // tune_i starts it. The relay drives the duty between duty_on_q and duty_off_q around the working set-point. After each of the
 // first TuneAdaptCycles cycles the relay is centred on the mean duty of that cycle, which becomes the hold duty; the next
 // cycles are measured as they are: ticks, ticks on, and the swing of the low-passed temperature. From their sums one serial
-// multiplier-divider works out hold duty, ultimate gain, and the gains (rule and factors: spec/chip.toml, docs/control.md),
+// multiplier-divider works out hold duty, ultimate gain, and the gains (rule and factors: spec/chip.toml, docs/chip/control.md),
 // which go to MEM's staged set one by one and become active together at the next control tick.
 //
 // Ends: finished; run_i fell (STOP, a fault); or no switch of the relay for Limit, which asks GUARD for a stop.

@@ -4,7 +4,7 @@
 // Every detector writes one bit of cause_q; a cause latches into fault_q (FaultRunOnly causes only while heating is on), and
 // from the same clock edge on heater_q is low: a fault is at most two clocks behind its cause. fault_q stays until a
 // keyed clear with the cause gone. The first fault since clear is kept. safe_en_o toggles only while heating is permitted, so
-// a stopped clock opens the second switch as well. Faults and their meaning: docs/registers.md.
+// a stopped clock opens the second switch as well. Faults and their meaning: docs/chip/registers.md.
 //
 // The permission stands in two flops of opposite level: a single upset can not turn the heater on.
 `include "tc_assert.svh"

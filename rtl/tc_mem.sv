@@ -18,7 +18,7 @@
 // - rd_data_o is the staged word at rd_index_i in a clock of rd_i, unless rd_wait_o says that wr_i or commit_i have the way.
 // - scan_en_i selects every row for writing and for reading at once, so that the supply current at rest shows defects in all of them: low in
 //   operation, and no staged row takes what it brings, since the chains shift. Each active bit takes the staged one before it then, as in a
-//   commit: a way that the chains use (asic/dft/scan_ways.hpp), so that it needs no multiplexer.
+//   commit: a way that the chains use (asic/dft/scan/scan_ways.hpp), so that it needs no multiplexer.
 // - rd_data_o, params_o and t_max_staged_o show the stored data bits, uncorrected until the scrub has passed.
 //
 // Words are moved as what differs from their reset value: rows of even parity still, and 0 in most flops after reset (flops of a library often

@@ -439,7 +439,7 @@ package tc_pkg;
   localparam logic [15:0] CmdDiscard = 16'hA5D0;
   localparam logic [15:0] CmdTune = 16'hA5A7;
 
-  // Autotune: relay and rule, factors of docs/blocks/atune.md.
+  // Autotune: relay and rule, factors of docs/chip/blocks/atune.md.
   localparam logic signed [16:0] TuneHysteresis = 17'sd32;
   localparam logic [2:0] TuneAdaptCycles = 3'd3;
   localparam logic [2:0] TuneCycles = 3'd7;

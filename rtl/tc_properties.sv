@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Safety properties P1-P18 of the chip that lie between its blocks, as assertions on the wires of tc_top; those of one block stand
-// in that block. The names say which: P05_... is part of P5. docs/properties.md lists all of them with their proofs.
+// in that block. The names say which: P05_... is part of P5. docs/verify/properties.md lists all of them with their proofs.
 // Alive in every simulation, absent in synthesis. Nothing here looks into a block, so a block may change inside.
 //
 // A bench may load the chip's flops at any time; it then clears past_ok_q and sets resumed_q, and what is remembered here starts anew

@@ -253,7 +253,7 @@ module tc_sensc (
   `TC_COVER(SenscBadFrame_C, done_q && frame_bad_q)
 
 `ifdef FORMAL
-  // What holds in every clock; together the induction hypothesis of the proofs in tests/formal/sensc.
+  // What holds in every clock; together the induction hypothesis of the proofs in tests/proofs/formal/sensc.
   // The clocks that a read still takes at most: it falls in every clock, so every read ends.
   logic [7:0]  halves_left;
   logic [14:0] clocks_left, clocks_left_q;

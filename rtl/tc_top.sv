@@ -7,7 +7,7 @@
 // One clock. rst_ni asserts asynchronously and is released synchronously. heater_o is the only output with logic behind a
 // flop: inhibit_i forces it low without a clock.
 //
-// Test pins are low in operation. scan_o is low here: scan insertion (asic/dft/scan.hpp) puts the chains between scan_i and it.
+// Test pins are low in operation. scan_o is low here: scan insertion (asic/dft/scan/scan.hpp) puts the chains between scan_i and it.
 
 module tc_top #(
   // Clocks of a millisecond; a parameter so that proofs can shorten the time base.

@@ -28,9 +28,9 @@ SECDED_CHECK_BITS = 6
 OUTPUTS = {
     "tc_pkg.sv.j2": "rtl/tc_pkg.sv",
     "spec.hpp.j2": "cmodel/spec.hpp",
-    "registers.md.j2": "docs/registers.md",
-    "modbus_map.csv.j2": "docs/modbus_map.csv",
-    "modbus_map.json.j2": "docs/modbus_map.json",
+    "registers.md.j2": "docs/chip/registers.md",
+    "modbus_map.csv.j2": "docs/host/modbus_map.csv",
+    "modbus_map.json.j2": "docs/host/modbus_map.json",
 }
 
 
@@ -101,7 +101,7 @@ def fix_all_but(writable: list[str], holding: list[dict]) -> None:
     names = [reg["name"] for reg in holding]
     for name in writable:
         if name not in names:
-            raise SpecError(f"--writable: found {name}, expected names of holding registers (docs/registers.md)")
+            raise SpecError(f"--writable: found {name}, expected names of holding registers (docs/chip/registers.md)")
     for reg in holding:
         if reg["name"] not in (*writable, "CMD"):
             reg["min"] = reg["max"] = reg["reset"]

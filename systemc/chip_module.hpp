@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C++ model as a pin-accurate SystemC module: ports as rtl/tc_top.sv, equal to it at every clock. Use:
-// docs/systemc.md.
+// docs/chip/systemc.md.
 #pragma once
 
 #include <optional>

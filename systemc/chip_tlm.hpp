@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ model as a TLM-2.0 target: register access in zero time, the pins beside it. Use: docs/systemc.md.
+// The C++ model as a TLM-2.0 target: register access in zero time, the pins beside it. Use: docs/chip/systemc.md.
 #pragma once
 
 #include <tlm.h>
@@ -10,7 +10,7 @@
 
 namespace meltstage::systemc {
 
-// Byte address = 2 x PDU address of docs/registers.md; 16-bit words, low byte first, whatever the simulating
+// Byte address = 2 x PDU address of docs/chip/registers.md; 16-bit words, low byte first, whatever the simulating
 // machine. b_transport does what a valid Modbus frame does (chip::host_read, chip::host_write): up to 32
 // registers read, up to 16 written, all or none. It takes no time, leaves the delay alone, and may be called
 // from threads and methods. transport_dbg only looks: any number of registers, no message counted, no

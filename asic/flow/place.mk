@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Placement, clock tree and power grid by our own placer (docs/layout.md), proved and timed at each corner. Included by the Makefile.
+# Placement, clock tree and power grid by our own placer (docs/make/layout.md), proved and timed at each corner. Included by the Makefile.
 placed := $(out)/placed
 UTILIZATION ?= $(utilization)
 ifeq ($(PLACER),)

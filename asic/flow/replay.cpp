@@ -2,7 +2,7 @@
 // replay RECORDING [COUNTS]: the whole chip's netlist over recorded pins, each clock's outputs compared. Verilated with coverage, each
 // net's toggles go into COUNTS. Exits with 1 on a mismatch.
 // Lines of a recording, bits from the highest:
-//   clocks inputs outputs   pins over so many clocks (tests/netlist/recording.hpp)
+//   clocks inputs outputs   pins over so many clocks (tb/tools/recording.hpp)
 //   load bits               before them: what goes into the scan chains with one clock, so that the run begins in that state
 //   unload bits             after them: what has to come out of the chains before each clock, '-' if nothing has to
 #include <unistd.h>

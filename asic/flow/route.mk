@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Routing of what place.mk placed by our own router, GDS, design rules, connectivity, and what the result is worth (docs/layout.md).
+# Routing of what place.mk placed by our own router, GDS, design rules, connectivity, and what the result is worth (docs/make/layout.md).
 # Included by the Makefile.
 routed := $(out)/routed
 rules := $(here)/tech/$(TECH)_rules.json

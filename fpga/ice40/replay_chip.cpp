@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// replay_chip RECORDING: the chip's recorded pins (.mvec, docs/formats/mvec.md) on the netlist that was read
+// replay_chip RECORDING: the chip's recorded pins (.mvec, docs/make/formats/mvec.md) on the netlist that was read
 // back from the board's bitstream, each output compared behind each clock. Exits with 1 on a mismatch, 2 when
 // the recording can't be used.
 #include <cstdint>
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "Vbitstream.h"
-#include "vectors/stream.hpp"
-#include "vectors/text.hpp"
+#include "recording/stream.hpp"
+#include "recording/text.hpp"
 
 using meltstage::vectors::Cursor;
 using meltstage::vectors::Header;

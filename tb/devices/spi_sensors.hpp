@@ -7,7 +7,7 @@
 #include <memory>
 #include <string_view>
 
-#include "tb/devices/rng.hpp"
+#include "base/rng.hpp"
 
 namespace meltstage::tb {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "tb/devices/rng.hpp"
+#include "base/rng.hpp"
 
 namespace meltstage::tb {
 

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/commands/chip_command.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "app/chip/chip_serve.hpp"
+#include "app/chip/chip_tune.hpp"
+#include "app/chip/chip_watch.hpp"
+#include "host/controller.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+// What a command of the driver may ask for.
+struct Asked {
+  host::Connection connection;
+  std::string format = "8E1";
+  std::vector<std::string> names;
+  std::vector<std::string> settings;
+  WatchOptions watch;
+  double watch_for_s = 0.0;
+};
+
+void add_connection(CLI::App* command, Asked& asked) {
+  command->add_option("--port", asked.connection.device, "Serial port, or the link of `chip serve`")
+      ->required();
+  command->add_option("--address", asked.connection.address, "The chip's address, 1 to 247 (default 1)");
+  command->add_option("--baud", asked.connection.baud, "Baud rate (default 115200)");
+  command->add_option("--format", asked.format, "Character format: 8E1 (default), 8O1, 8N2, 8N1");
+  command->add_option("--timeout", asked.connection.timeout_s,
+                      "Seconds to wait for an answer, three times (default 1)");
+}
+
+// A number as people write it: 110, -5.5, 0x1F.
+std::optional<double> number(std::string_view text) {
+  double value = 0.0;
+  if (text.starts_with("0x") || text.starts_with("0X")) {
+    unsigned bits = 0;
+    const auto [end, error] = std::from_chars(text.data() + 2, text.data() + text.size(), bits, 16);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return bits;
+  }
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || text.empty()) return std::nullopt;
+  return value;
+}
+
+host::Setting parse_setting(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw host::UsageError(fmt::format("set: found \"{}\", expected NAME=VALUE such as SETPOINT=110", text));
+  const host::Register& reg = host::find_register(text.substr(0, equals));
+  const std::string value_text = text.substr(equals + 1);
+  const auto value = number(value_text);
+  if (!value) {
+    throw host::UsageError(fmt::format("{}: found \"{}\", expected a number{}{}", reg.name, value_text,
+                                       reg.unit.empty() ? "" : " in ", reg.unit));
+  }
+  host::to_raw(reg, *value);  // refused before anything is sent
+  return {&reg, *value};
+}
+
+int read_registers(host::Controller& controller, const std::vector<std::string>& names) {
+  std::vector<const host::Register*> wanted;
+  for (const std::string& name : names) wanted.push_back(&host::find_register(name));
+  if (names.empty()) {
+    for (const host::Register& r : host::registers()) {
+      if (r.readable) wanted.push_back(&r);
+    }
+  }
+  const std::vector<std::uint16_t> words = controller.read(wanted);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const host::Register& r = *wanted[i];
+    std::string line = fmt::format("{:<19} {:>12} {:<7} {}", r.name, host::value_text(r, words[i]), r.unit,
+                                   host::meaning(r, words[i]));
+    line.erase(line.find_last_not_of(' ') + 1);
+    fmt::print("{}\n", line);
+  }
+  return 0;
+}
+
+int set_registers(host::Controller& controller, const std::vector<host::Setting>& settings) {
+  controller.check_identity();
+  controller.write(settings);
+  return 0;
+}
+
+int clear_faults(host::Controller& controller) {
+  const host::Status before = controller.status();
+  controller.clear_faults();
+  fmt::print("{}\n",
+             before.faults == 0 ? "no fault was latched" : "cleared: " + host::fault_names(before.faults));
+  return 0;
+}
+
+}  // namespace
+
+std::function<int()> add_chip_command(CLI::App& cli, const std::string& command_line) {
+  CLI::App* chip =
+      cli.add_subcommand("chip", "Talk to the chip over Modbus, or serve a virtual one (docs/host/host.md)");
+  chip->require_subcommand(1);
+
+  const auto serve = std::make_shared<ServeOptions>();
+  const auto speed = std::make_shared<std::string>("1");
+  serve->command = command_line;
+  CLI::App* serve_command =
+      chip->add_subcommand("serve", "The virtual chip on its heated head, behind a pseudo-terminal");
+  serve_command->add_option("--port", serve->port, "Name of the link to make")->required();
+  serve_command->add_flag("--rtl", serve->rtl, "The RTL, with the model beside it in lockstep");
+  serve_command->add_option("--speed", *speed, "Chip time over real time, or max (default 1)");
+  serve_command->add_option("--plant", serve->plant, "PH-1 (default), PH-A, PH-B, PH-C or E3D-like");
+  serve_command->add_option("--vcd", serve->vcd, "Record the chip's pins as waves");
+
+  const auto asked = std::make_shared<Asked>();
+  CLI::App* read = chip->add_subcommand("read", "Print registers in their units");
+  read->add_option("NAMES", asked->names, "Registers (default: all); docs/chip/registers.md");
+  CLI::App* set = chip->add_subcommand("set", "Write registers in their units, all or none");
+  set->add_option("SETTINGS", asked->settings, "NAME=VALUE ...")->required();
+  CLI::App* watch = chip->add_subcommand("watch", "Temperature, duty, state and faults as they go");
+  watch->add_option("--period", asked->watch.period_s, "Seconds between polls (default 0.25)")
+      ->check(CLI::Range(0.01, 3600.0));
+  CLI::Option* watch_for =
+      watch->add_option("--for", asked->watch_for_s, "Ends after so many seconds (default: never)")
+          ->check(CLI::Range(0.0, 1e9));
+  CLI::App* run = chip->add_subcommand("run", "Heating on");
+  CLI::App* stop = chip->add_subcommand("stop", "Heater off");
+  CLI::App* tune = chip->add_subcommand("tune", "Start the chip's autotune and follow it");
+  CLI::App* clear = chip->add_subcommand("clear", "Clear latched faults");
+  for (CLI::App* command : {read, set, watch, run, stop, tune, clear}) add_connection(command, *asked);
+
+  return [=] {
+    if (*serve_command) {
+      serve->speed = parse_speed(*speed);
+      return serve_chip(*serve);
+    }
+    std::vector<host::Setting> settings;
+    for (const std::string& text : asked->settings) settings.push_back(parse_setting(text));
+    for (const std::string& name : asked->names) host::find_register(name);
+    asked->connection.format = host::parse_format(asked->format);
+    host::Controller controller(asked->connection);
+    if (*read) return read_registers(controller, asked->names);
+    if (*set) return set_registers(controller, settings);
+    if (*watch) {
+      if (*watch_for) asked->watch.for_s = asked->watch_for_s;
+      return watch_chip(controller, asked->watch);
+    }
+    if (*tune) return tune_chip(controller);
+    if (*run) controller.run();
+    if (*stop) controller.stop();
+    return *clear ? clear_faults(controller) : 0;
+  };
+}
+
+}  // namespace meltstage::app

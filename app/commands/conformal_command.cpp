@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/commands/conformal_command.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "app/print/job_file.hpp"
+#include "motion/surface/conformal.hpp"
+#include "motion/surface/conformal_trial.hpp"
+#include "motion/surface/measuring_points.hpp"
+#include "motion/surface/trial_calibration.hpp"
+#include "base/output_file.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+enum class Rule { spline, chord, even };
+
+// How the points are chosen; probe and print have to be told the same.
+struct Choice {
+  Rule rule = Rule::spline;
+  motion::SplineChoice spline;
+  double chord_error_mm = 0.02;
+  double capability = 1.33;
+  double confidence = 0.95;
+};
+
+struct Settings {
+  std::filesystem::path tool_path, touches, out;
+  Choice choice;
+  motion::ProbeProgramOptions probe;
+  motion::ReconstructionOptions reconstruction;
+  std::optional<double> effective_radius_mm;
+  bool as_published = false;
+  motion::PrintProgramOptions print;
+  std::vector<double> heights_mm;
+  std::vector<double> probe_station_mm, head_station_mm, tilt_centre_mm, rotary_centre_mm, tilt_limits_deg,
+      rotary_limits_deg;
+  std::uint64_t seed = 1;
+  std::uint64_t starts = 0;
+};
+
+constexpr int kFitIterations = 160, kLastIterations = 200;
+
+std::vector<motion::MeasuringPoint> choose(const motion::ClLine& line, const Choice& choice) {
+  if (choice.rule == Rule::spline) return choose_by_spline(line, choice.spline);
+  const std::vector<Eigen::Vector3d> points = positions_mm(line);
+  return measuring_points(
+      line, choice.rule == Rule::chord
+                ? motion::choose_by_chord(points, choice.chord_error_mm)
+                : motion::choose_evenly(points,
+                                        motion::measuring_point_count(choice.capability, choice.confidence)));
+}
+
+std::vector<motion::ProbeLine> probe_lines(const std::vector<motion::ClLine>& lines, const Choice& choice) {
+  std::vector<motion::ProbeLine> out;
+  for (const motion::ClLine& line : lines) {
+    try {
+      out.push_back({line.name, choose(line, choice)});
+    } catch (const motion::MotionError& error) {
+      throw motion::MotionError(fmt::format("{}: {}", line.name, error.what()));
+    }
+  }
+  return out;
+}
+
+void take(const std::vector<double>& from, Eigen::Vector3d& to) {
+  if (!from.empty()) to = {from[0], from[1], from[2]};
+}
+
+void take(const std::vector<double>& from, motion::Range& to) {
+  if (!from.empty()) to = {from[0], from[1]};
+}
+
+int write_probe(Settings& s) {
+  take(s.probe_station_mm, s.probe.station_offset_mm);
+  const auto lines = motion::read_tool_path(s.tool_path);
+  const auto points = probe_lines(lines, s.choice);
+  vectors::write_whole(s.out, write_probe_program(points, s.tool_path.filename().string(), s.probe));
+  std::size_t all = 0;
+  for (const motion::ProbeLine& line : points) {
+    fmt::print("{:<20} {:>4} points on {:.3f} mm\n", line.name, line.points.size(),
+               line.points.back().length_mm);
+    all += line.points.size();
+  }
+  fmt::print("{}: {} touches on {} lines\n", s.out.string(), all, points.size());
+  return 0;
+}
+
+int write_print(Settings& s) {
+  take(s.head_station_mm, s.print.station_offset_mm);
+  take(s.tilt_centre_mm, s.print.table.tilt_centre_mm);
+  take(s.rotary_centre_mm, s.print.table.rotary_centre_mm);
+  take(s.tilt_limits_deg, s.print.table.tilt_deg);
+  take(s.rotary_limits_deg, s.print.table.rotary_deg);
+  const auto lines = motion::read_tool_path(s.tool_path);
+  std::vector<double> heights = s.heights_mm;
+  if (heights.empty()) heights = {0.1};
+  if (heights.size() == 1) heights.assign(lines.size(), heights[0]);
+  const auto points = probe_lines(lines, s.choice);
+  // The nominal radius places the touches; the effective one takes the surface out of them.
+  s.reconstruction.ball_radius_mm = s.effective_radius_mm.value_or(s.probe.ball_radius_mm);
+  s.reconstruction.tolerance_mm = s.choice.spline.tolerance_mm;
+  const auto touches = assign_touches(points, motion::read_touches(s.touches), s.probe);
+  std::vector<motion::RealLine> real;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    real.push_back(s.as_published
+                       ? reconstruct_as_published(lines[i], points[i], touches[i], s.reconstruction)
+                       : reconstruct(lines[i], points[i], touches[i], s.reconstruction));
+  }
+  vectors::write_whole(s.out, write_print_program(real, s.tool_path.filename().string(), s.print, heights));
+  fmt::print("{:<20} {:>8} {:>12} {:>14} {:>12}\n", "line", "touches", "shift um", "largest um", "error um");
+  for (std::size_t i = 0; i < real.size(); ++i) {
+    const motion::RealLine& line = real[i];
+    fmt::print("{:<20} {:>8} {:>+12.1f} {:>14.1f} {:>12.1f}{}{}\n", line.name, points[i].points.size(),
+               1e3 * line.shift_mean_mm, 1e3 * line.shift_largest_mm, 1e3 * line.estimated_error_mm,
+               line.smoothed ? " smoothed" : "",
+               line.estimated_error_mm > s.choice.spline.tolerance_mm
+                   ? " over the tolerance: choose a shorter --wavelength"
+                   : "");
+  }
+  fmt::print("{}: {} lines\n", s.out.string(), real.size());
+  return 0;
+}
+
+// The paper's part, as its CAM system has it and as a probe finds it.
+int write_trial(const Settings& s) {
+  std::error_code error;
+  std::filesystem::create_directories(s.out, error);
+  if (error)
+    throw InputError(fmt::format("{}: can't be made, expected a place for a folder", s.out.string()));
+  const auto lines = motion::trial_lines();
+  std::string apt = "PARTNO/free-form part, nine lines\nUNITS/MM\nMULTAX\n";
+  for (const motion::ClLine& line : lines) {
+    apt += fmt::format("TOOL PATH/{}\nRAPID\n", line.name);
+    for (const motion::ClPoint& p : line.points)
+      apt += fmt::format("GOTO/{:.6f},{:.6f},{:.6f},{:.8f},{:.8f},{:.8f}\n", p.position_mm.x(),
+                         p.position_mm.y(), p.position_mm.z(), p.axis.x(), p.axis.y(), p.axis.z());
+  }
+  apt += "FINI\n";
+  const auto points = probe_lines(lines, s.choice);
+  const motion::RealPart part = motion::make_trial_part({}, s.seed);
+  motion::TouchProbe probe(motion::TouchProbeModel{}, s.seed);
+  std::string touches;
+  for (const Eigen::Vector3d& p : touch_all(part, points, s.probe, probe))
+    touches += fmt::format("{:.6f} {:.6f} {:.6f} 0 0 0 0 0 0\n", p.x(), p.y(), p.z());
+  vectors::write_whole(s.out / "lines.apt", apt);
+  vectors::write_whole(s.out / "points.txt", touches);
+  fmt::print("{}: lines.apt (nine lines), points.txt (touches; effective ball radius {:.4f} mm)\n",
+             s.out.string(), effective_radius_mm(motion::TouchProbeModel{}));
+  return 0;
+}
+
+void print_fit(const motion::TrialFit& fit, const std::string& whence) {
+  const auto after =
+      run_trial(make_trial_part(fit.error), motion::Compensation::as_published, fit.deposition, 1);
+  double mean_ohm = 0.0;
+  for (const motion::TrialLineResult& line : after)
+    mean_ohm += line.resistance_ohm / static_cast<double>(after.size());
+  fmt::print(
+      "objective {:.3f}, of it the first group {:.3f}; {:.3f} ohm after the paper's compensation: {}\n",
+      fit.objective, fit.misfit, mean_ohm, whence);
+}
+
+// How the numbers in deposition.hpp and paper_error() came about.
+int calibrate(const Settings& s) {
+  motion::TrialFit best = motion::assess_fit({}, motion::paper_error());
+  print_fit(best, "as stored");
+  for (std::uint64_t seed = 1; seed <= s.starts; ++seed) {
+    const motion::TrialFit fit = fit_first_group(motion::draw_start(seed), kFitIterations);
+    print_fit(fit, fmt::format("from start {}", seed));
+    if (seed == 1 || fit.objective < best.objective) best = fit;
+  }
+  // Again from where it stands, as the damping starts anew, until that gains nothing.
+  for (double before = INFINITY; before - best.objective > 0.01;) {
+    before = best.objective;
+    best = fit_first_group(best, kLastIterations);
+  }
+  print_fit(best, "best");
+  const motion::DepositionModel& d = best.deposition;
+  fmt::print(
+      "section_mm2 {:.6g}\nslit_gap_mm {:.6g}\nstringing_gap_mm {:.6g}\n"
+      "stringing_mm {:.6g}\n"
+      "least_share {:.6g}\nthinning {:.6g}\nresistivity_ohm_mm {:.6g}\nend_excess {:.6g}\nend_mm {:.6g}\n"
+      "width_noise_mm {:.6g}\nmodes, um:\n",
+      d.section_mm2, d.slit_gap_mm, d.stringing_gap_mm, d.stringing_mm, d.least_share, d.thinning,
+      d.resistivity_ohm_mm, d.end_excess, d.end_mm, d.width_noise_mm);
+  for (int i = 0; i < motion::FaceError::kAlong; ++i) {
+    for (int j = 0; j < motion::FaceError::kAcross; ++j)
+      fmt::print("{:.3f},{}", 1e3 * best.error.modes_mm(i, j),
+                 j + 1 == motion::FaceError::kAcross ? "\n" : " ");
+  }
+  return 0;
+}
+
+void add_choice_options(CLI::App* command, Settings& s) {
+  Choice& c = s.choice;
+  command->add_option("--rule", c.rule, "Points: spline (default), chord (the paper's), even (eq. (1))")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Rule>{
+          {"spline", Rule::spline}, {"chord", Rule::chord}, {"even", Rule::even}}));
+  command->add_option("--tolerance", c.spline.tolerance_mm, "spline: of the rebuilt line, mm (0.02)");
+  command->add_option("--wavelength", c.spline.form_wavelength_mm,
+                      "spline: shortest wavelength of the form error, mm (8)");
+  command->add_option("--placement", c.spline.placement_mm,
+                      "spline: how far beside its place the part may lie, mm (0.2)");
+  command->add_option("--chord-error", c.chord_error_mm, "chord: mm (0.02)");
+  command->add_option("--capability", c.capability, "even: process capability K (1.33)");
+  command->add_option("--confidence", c.confidence, "even: gamma (0.95)");
+  command->add_option("--ball-radius", s.probe.ball_radius_mm, "Nominal radius of the probe's ball, mm (1)");
+  command->add_option("--approach", s.probe.approach_mm, "Where a touch begins off the surface, mm (2)");
+  command->add_option("--overtravel", s.probe.overtravel_mm, "How far below it a touch may go, mm (2)");
+}
+
+CLI::Option* add_vector(CLI::App* command, const char* name, std::vector<double>& value, const char* what,
+                        int size = 3) {
+  return command->add_option(name, value, what)->delimiter(',')->expected(size);
+}
+
+}  // namespace
+
+std::function<int()> add_conformal_command(CLI::App& cli) {
+  const auto s = std::make_shared<Settings>();
+  CLI::App* command =
+      cli.add_subcommand("conformal", "Print on a measured surface (docs/motion/conformal.md)");
+  command->require_subcommand(1);
+
+  CLI::App* probe =
+      command->add_subcommand("probe", "Write the program that measures the lines of a tool path");
+  probe->add_option("PATH", s->tool_path, "Tool path: .apt, .cls, .ngc, .nc, .csv")->required();
+  probe->add_option("--out", s->out, "Program to write")->required();
+  add_choice_options(probe, *s);
+  probe->add_option("--touch-feed", s->probe.touch_mm_min, "mm/min (60)");
+  probe->add_option("--safe-z", s->probe.safe_z_mm, "Height between lines, mm (50)");
+  probe->add_option("--points-file", s->probe.points_file, "File the control writes (points.txt)");
+  add_vector(probe, "--station", s->probe_station_mm, "Offset of the probe on the spindle X,Y,Z, mm");
+
+  CLI::App* print = command->add_subcommand("print", "Write the program that prints on the measured lines");
+  print->add_option("PATH", s->tool_path, "Tool path that was measured")->required();
+  print->add_option("POINTS", s->touches, "What the probe program wrote")->required();
+  print->add_option("--out", s->out, "Program to write")->required();
+  add_choice_options(print, *s);
+  print->add_option("--effective-radius", s->effective_radius_mm,
+                    "Of the ball, calibrated with the pre-travel in it, mm (the nominal one)");
+  print->add_option("--noise", s->reconstruction.noise_mm, "Standard deviation of a touch, mm (0)");
+  print->add_flag("--as-published", s->as_published, "NURBS through the touches alone, as in the paper");
+  print->add_option("--height", s->heights_mm, "Of the tip over the surface, mm; one, or one a line (0.1)")
+      ->delimiter(',');
+  print->add_option("--feed", s->print.feed_mm_s, "Of the tip, mm/s (5)");
+  print->add_option("--rotary-speed", s->print.rotary_deg_s, "Largest of a rotary axis, degrees/s (30)");
+  print->add_option("--axis-speed", s->print.linear_mm_s, "Largest of a linear axis, mm/s (100)");
+  print->add_option("--normal-acceleration", s->print.normal_acceleration_mm_s2,
+                    "Of the tip where the line bends, mm/s2 (500)");
+  print->add_option("--rtcp", s->print.rtcp, "Who follows the tip: post (X Y Z of the machine), control")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, motion::PrintProgramOptions::Rtcp>{
+          {"post", motion::PrintProgramOptions::Rtcp::post},
+          {"control", motion::PrintProgramOptions::Rtcp::control}}));
+  print->add_option("--tilt-axis", s->print.table.tilt, "a (about x) or b (about y)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, motion::TwinRotaryTable::Tilt>{
+          {"a", motion::TwinRotaryTable::Tilt::a}, {"b", motion::TwinRotaryTable::Tilt::b}}));
+  add_vector(print, "--tilt-centre", s->tilt_centre_mm, "A point of the tilting axis X,Y,Z, mm");
+  add_vector(print, "--rotary-centre", s->rotary_centre_mm, "A point of the turning axis X,Y,Z, mm");
+  print
+      ->add_option("--tilt-sign", s->print.table.tilt_sign,
+                   "1: turns right-handed (as LinuxCNC's trt kinematics), -1: the other way")
+      ->check(CLI::IsMember({1, -1}));
+  print->add_option("--rotary-sign", s->print.table.rotary_sign, "1 or -1")->check(CLI::IsMember({1, -1}));
+  add_vector(print, "--tilt-limits", s->tilt_limits_deg, "From,to in degrees (-100,100)", 2);
+  add_vector(print, "--rotary-limits", s->rotary_limits_deg, "From,to in degrees (-3600,3600)", 2);
+  print->add_option("--singular", s->print.singular_deg, "Cone in which C is led through, degrees (0.5)");
+  print->add_option("--on-delay", s->print.on_delay_s, "From opening the valve until paste flows, s (0.05)");
+  print->add_option("--off-delay", s->print.off_delay_s, "From closing it until none flows, s (0.05)");
+  print->add_option("--retract", s->print.retract_mm, "Along the tool before and after a line, mm (5)");
+  print->add_option("--safe-z", s->print.safe_z_mm, "Of the machine between lines, mm (80)");
+  print->add_option("--output", s->print.pressure_output, "Digital output of the valve (0)");
+  add_vector(print, "--station", s->head_station_mm, "Offset of the head on the spindle X,Y,Z, mm");
+
+  CLI::App* trial = command->add_subcommand(
+      "trial", "Write the tool path and the touches of a simulated part, to try it out");
+  trial->add_option("--out", s->out, "Folder to write")->required();
+  add_choice_options(trial, *s);
+  trial->add_option("--seed", s->seed, "Of the part's errors and the probe's noise (1)");
+
+  CLI::App* calibration = command->add_subcommand(
+      "calibrate", "Fit deposition model and part to the paper's first group, from the stored numbers");
+  calibration->add_option("--starts", s->starts, "Search from so many drawn starts instead (0)");
+
+  return [=] {
+    try {
+      if (*calibration) return calibrate(*s);
+      if (*probe) return write_probe(*s);
+      if (*print) return write_print(*s);
+      return write_trial(*s);
+    } catch (const motion::MotionError& error) {
+      throw InputError(*trial ? std::string(error.what())
+                              : fmt::format("{}: {}", s->tool_path.string(), error.what()));
+    } catch (const motion::CoordinateError& error) {
+      throw InputError(error.what());
+    }
+  };
+}
+
+}  // namespace meltstage::app

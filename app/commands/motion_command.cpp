@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/commands/motion_command.hpp"
+
+#include <fmt/format.h>
+
+#include <sstream>
+#include <string>
+
+#include "app/print/job_file.hpp"
+#include "motion/stage/accuracy.hpp"
+#include "motion/stage/stage.hpp"
+#include "base/output_file.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+// grbl takes its settings apart from programs; at the program's head they stand for whoever sends it.
+std::string as_comments(const std::string& settings) {
+  std::string text = "(made for these settings:)\n";
+  std::istringstream lines(settings);
+  for (std::string line; std::getline(lines, line);) text += "(" + line + ")\n";
+  return text;
+}
+
+}  // namespace
+
+int write_gcode_file(const GcodeCommand& command) {
+  const tb::PrintJob job = load_job(command.job).job;
+  const auto& axes = job.stage.axes;
+  const motion::GcodeOptions options{.dialect = command.dialect,
+                                     .heat_timeout_s = job.heat_timeout_s,
+                                     .settle_s = job.settle_s,
+                                     .x = axes[0].travel,
+                                     .y = axes[1].travel};
+  try {
+    std::string program =
+        motion::write_gcode(job.bumps, {job.start_mm.x(), job.start_mm.y()}, job.name, options);
+    if (command.dialect == motion::GcodeDialect::grbl)
+      program = as_comments(motion::write_grbl_settings(
+                    {1.0 / motion::pulse_length_mm(axes[0]), 1.0 / motion::pulse_length_mm(axes[1]),
+                     1.0 / motion::pulse_length_mm(axes[2])},
+                    {axes[0].limits, axes[1].limits, axes[2].limits})) +
+                program;
+    vectors::write_whole(command.out, program);
+  } catch (const motion::MotionError& error) {
+    throw InputError(fmt::format("{}: {}", command.job.string(), error.what()));
+  }
+  fmt::print("{}: {} droplets\n", command.out.string(), job.bumps.size());
+  return 0;
+}
+
+int show_accuracy(const AccuracyCommand& command) {
+  try {
+    const auto targets = motion::read_deviations(command.deviations);
+    const motion::AxisAccuracy axis = motion::evaluate_accuracy(targets);
+    const motion::ResidualBacklash backlash = motion::residual_backlash(targets);
+    if (!command.compensation.empty())
+      vectors::write_whole(command.compensation,
+                           motion::write_linuxcnc_compensation(motion::make_compensation(axis)));
+    fmt::print("{:>12} {:>10} {:>10} {:>10} {:>8} {:>8} {:>10}\n", "target mm", "mean + um", "mean - um",
+               "B um", "s + um", "s - um", "R um");
+    for (const motion::PositionAccuracy& at : axis.positions)
+      fmt::print("{:>12.4f} {:>10.3f} {:>10.3f} {:>10.3f} {:>8.3f} {:>8.3f} {:>10.3f}\n", at.target_mm,
+                 at.mean_forward_um, at.mean_reverse_um, at.reversal_um, at.deviation_forward_um,
+                 at.deviation_reverse_um, at.repeatability_um);
+    fmt::print("\n{:<44} {:>10} {:>10} {:>10}\n", "ISO 230-2:2014, um", "forward", "reverse", "both");
+    const auto row = [](const char* what, double forward, double reverse, double both) {
+      fmt::print("{:<44} {:>10.3f} {:>10.3f} {:>10.3f}\n", what, forward, reverse, both);
+    };
+    row("positioning accuracy A", axis.accuracy_forward_um, axis.accuracy_reverse_um, axis.accuracy_um);
+    row("positioning repeatability R", axis.repeatability_forward_um, axis.repeatability_reverse_um,
+        axis.repeatability_um);
+    row("systematic positioning error E", axis.systematic_forward_um, axis.systematic_reverse_um,
+        axis.systematic_um);
+    fmt::print("{:<66} {:>10.3f}\n", "mean bidirectional positioning error M", axis.mean_systematic_um);
+    fmt::print("{:<66} {:>10.3f}\n", "reversal error B", axis.reversal_um);
+    fmt::print("{:<66} {:>10.3f}\n", "mean reversal error", axis.mean_reversal_um);
+    fmt::print("backlash by the residual method: {:.3f} um, standard error {:.3f} um\n", backlash.backlash_um,
+               backlash.standard_error_um);
+  } catch (const motion::MotionError& error) {
+    throw InputError(error.what());
+  }
+  return 0;
+}
+
+}  // namespace meltstage::app

@@ -1,0 +1,864 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/commands/vectors_command.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+#include <toml++/toml.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/build_stamp.hpp"
+#include "asic/signoff/functional_vectors.hpp"
+#include "asic/signoff/grade_report.hpp"
+#include "asic/signoff/vectors_files.hpp"
+#include "asic/netlist/error.hpp"
+#include "asic/dft/core/fault_simulator.hpp"
+#include "asic/dft/files/formats.hpp"
+#include "asic/dft/atpg/functional.hpp"
+#include "asic/dft/atpg/generate.hpp"
+#include "asic/dft/atpg/iddq.hpp"
+#include "asic/dft/scan/lint.hpp"
+#include "asic/dft/scan/masks.hpp"
+#include "asic/dft/files/pattern_files.hpp"
+#include "asic/dft/atpg/proof_check.hpp"
+#include "asic/dft/scan/replay.hpp"
+#include "asic/dft/scan/scan.hpp"
+#include "asic/dft/scan/scan_test.hpp"
+#include "asic/dft/files/stil.hpp"
+#include "asic/dft/atpg/test_solver.hpp"
+#include "asic/dft/core/transition.hpp"
+#include "asic/dft/core/workers.hpp"
+#include "asic/netlist/yosys_library.hpp"
+#include "base/output_file.hpp"
+#include "recording/text.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace dft;
+
+struct Options {
+  fs::path netlist, patterns, liberty, out, tester, cnf, proof, sdf, cells, unreached, readback;
+  std::string on = "netlist", reset, model = "stuck-at";
+  std::string scan;  // where the chains of a file without any stand
+  std::size_t chains = 8;
+  std::size_t stops = 20;
+  std::uint64_t seed = 1;
+  std::uint32_t conflicts = 0;
+  std::size_t faults = 1022;
+  FunctionalLength length = FunctionalLength::whole;
+  bool board = false;
+  bool two_power_ups = false;
+  std::uint64_t cycles = 0;  // 0: all
+  std::vector<fs::path> rtl;
+  std::vector<double> timing;  // period, drive, strobe, clock rise and fall; ns
+};
+
+constexpr unsigned kPowerUps = 10;  // at random, beside all 0 and all 1
+
+nlohmann::ordered_json hashes(const std::vector<fs::path>& files) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const fs::path& file : files) json[file.filename().string()] = sha256_of(read_file(file));
+  return json;
+}
+
+bool is_bench(const fs::path& path) { return path.extension() == ".bench"; }
+
+CellLibrary library_of(const Options& options) {
+  return options.liberty.empty() ? yosys_library() : read_liberty(options.liberty);
+}
+
+void print_coverage(const Coverage& c) {
+  for (const FaultClass k : {FaultClass::DS, FaultClass::DI, FaultClass::PT, FaultClass::UT, FaultClass::UR,
+                             FaultClass::AU, FaultClass::NC, FaultClass::NO})
+    fmt::print("{:<22} {:>10}\n", to_string(k), c.of(k));
+  fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n", "faults", c.total(), "collapsed", c.collapsed);
+  fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "test coverage",
+             100 * c.test_coverage(), "fault coverage", 100 * c.fault_coverage(), "fault efficiency",
+             100 * c.fault_efficiency());
+}
+
+nlohmann::ordered_json coverage_json(const Coverage& c) {
+  nlohmann::ordered_json json;
+  for (std::size_t k = 0; k < kFaultClasses; ++k) json[to_string(static_cast<FaultClass>(k))] = c.count[k];
+  json["total"] = c.total();
+  json["collapsed"] = c.collapsed;
+  json["test_coverage"] = c.test_coverage();
+  json["fault_coverage"] = c.fault_coverage();
+  json["fault_efficiency"] = c.fault_efficiency();
+  return json;
+}
+
+// One line a fault: class, name, first pattern that detects it.
+std::string fault_report(const FaultList& list, const std::vector<FaultClass>& reported, const Grade& graded,
+                         const std::function<std::string(std::size_t)>& name) {
+  std::string text;
+  for (std::size_t f = 0; f < reported.size(); ++f) {
+    const std::uint32_t first =
+        list.class_of[f] == FaultList::kNoClass ? Grade::kUndetected : graded.first_pattern[list.class_of[f]];
+    text += fmt::format("{} {} {}\n", to_string(reported[f]),
+                        first == Grade::kUndetected ? "-" : std::to_string(first), name(f));
+  }
+  return text;
+}
+
+// Patterns of a combinational view as cycles: every input driven, every output compared.
+CycleStream plain_stream(const Circuit& circuit, const std::vector<Pattern>& patterns,
+                         const std::string& title) {
+  CycleStream stream;
+  stream.title = title;
+  std::set<std::string> taken;
+  const auto add =
+      [&](Node node,
+          bool input) {  // an output has the name of the line it shows; a tester wants each name once
+        std::string name = circuit.name(node) + (input ? "" : "_out");
+        while (!taken.insert(name).second) name += "_";
+        stream.signals.push_back({name, input});
+      };
+  for (const Node node : circuit.inputs()) add(node, true);
+  for (const Node node : circuit.outputs()) add(node, false);
+  std::vector<Word> values;
+  std::size_t first = 0;
+  for (const PatternBlock& block : blocks_of(patterns, circuit.inputs().size())) {
+    simulate(circuit, block, values);
+    for (std::size_t lane = 0; lane < block.count; ++lane) {
+      std::string states;
+      for (const std::uint8_t bit : patterns[first + lane]) states += bit != 0 ? '1' : '0';
+      for (const Node node : circuit.outputs()) states += values[node].bit(lane) ? 'H' : 'L';
+      stream.cycles.push_back({states, fmt::format("pattern {}", first + lane)});
+    }
+    first += block.count;
+  }
+  return stream;
+}
+
+struct Subject {  // what tests are generated for
+  Circuit circuit;
+  ScanDesign design;  // empty for a netlist without flops
+  CaptureView view;
+  bool scanned = false;
+};
+
+Subject subject_of(const Options& options, const CellLibrary& library) {
+  Subject subject;
+  if (is_bench(options.netlist)) {
+    subject.circuit = read_bench(options.netlist);
+    return subject;
+  }
+  const Netlist netlist = read_yosys_json(options.netlist);
+  const bool flops = std::any_of(netlist.instances.begin(), netlist.instances.end(), [&](const Instance& i) {
+    const auto cell = library.find(i.type);
+    return cell != library.end() && cell->second.flop;
+  });
+  if (!flops) {
+    subject.circuit = capture_view(netlist, library).circuit;
+    return subject;
+  }
+  ScanOptions scan;
+  scan.chains = options.chains;
+  scan.reset = options.reset;
+  subject.design = insert_scan(netlist, library, scan);
+  subject.view = scan_view(subject.design, library);
+  subject.circuit = subject.view.circuit;
+  subject.scanned = true;
+  return subject;
+}
+
+// Tests of one fault model, and what a tester is given.
+struct Tests {
+  TestSet set;
+  std::vector<FaultClass> reported;
+  Grade graded;
+  ScanTest scan;       // of a scanned netlist
+  CycleStream stream;  // the same, or that of a netlist without flops
+};
+
+Tests stuck_at_tests(const Options& options, const Subject& subject) {
+  Tests tests;
+  tests.set = generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
+  tests.reported = reported_classes(subject.circuit, tests.set.faults, tests.set.of_class);
+  tests.graded = grade(subject.circuit, blocks_of(tests.set.patterns, subject.circuit.inputs().size()),
+                       tests.set.faults.classes, 2);
+  const std::string title = options.netlist.stem().string();
+  if (subject.scanned)
+    tests.scan = make_scan_test(subject.design, subject.view, tests.set.patterns, title);
+  else
+    tests.stream = plain_stream(subject.circuit, tests.set.patterns, title);
+  return tests;
+}
+
+Tests transition_tests(const Options& options, const Subject& subject) {
+  if (!subject.scanned)
+    throw InputError(
+        fmt::format("{}: found no flops, expected some that launch transitions; "
+                    "give --faults stuck-at",
+                    options.netlist.string()));
+  const TransitionView view = launch_on_capture(subject.view, subject.design.scan_enable);
+  Tests tests;
+  tests.set =
+      generate_tests(view.circuit, view.faults, {.seed = options.seed, .conflict_limit = options.conflicts});
+  tests.reported = reported_transitions(subject.view, view, tests.set.of_class);
+  tests.graded = grade(view.circuit, blocks_of(tests.set.patterns, view.circuit.inputs().size()),
+                       tests.set.faults.classes, 2);
+  tests.scan = make_transition_test(subject.design, subject.view, view, tests.set.patterns,
+                                    options.netlist.stem().string());
+  return tests;
+}
+
+std::string scan_json(const Options& options, const ScanDesign& design) {
+  nlohmann::ordered_json json = {
+      {"tool", version()},
+      {"netlist",
+       {{"file", options.netlist.filename().string()}, {"sha256", sha256_of(read_file(options.netlist))}}},
+      {"clock", design.clock},
+      {"reset", design.reset},
+      {"test_mode", design.test_mode},
+      {"scan_enable", design.scan_enable}};
+  for (const ScanChain& chain : design.chains)
+    json["chains"].push_back(
+        {{"name", chain.name}, {"in", chain.in}, {"out", chain.out}, {"cells", chain.cells}});
+  return json.dump(2) + "\n";
+}
+
+using Writers = std::map<std::string, std::function<std::string()>>;
+
+// Writes files into the folder and returns their hashes by name. By two threads, each of which takes the next
+// file when it is free; the last ones by name, the patterns, are the largest and come first.
+std::map<std::string, std::string> write_files(const Writers& writers, const fs::path& folder) {
+  std::vector<Writers::const_reverse_iterator> files;
+  for (auto file = writers.rbegin(); file != writers.rend(); ++file) files.push_back(file);
+  std::vector<std::string> hash(files.size());
+  std::vector<std::exception_ptr> failed(files.size());
+  std::atomic<std::size_t> next{0};
+  in_parallel([&](unsigned) {
+    for (std::size_t k = next++; k < files.size(); k = next++) {
+      try {
+        const std::string text = files[k]->second();
+        hash[k] = sha256_of(text);
+        vectors::write_whole(folder / files[k]->first, text);
+      } catch (...) {
+        failed[k] = std::current_exception();
+      }
+    }
+  });
+  std::map<std::string, std::string> hashes;
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    if (failed[k]) std::rethrow_exception(failed[k]);
+    hashes[files[k]->first] = hash[k];
+  }
+  return hashes;
+}
+
+int generate(const Options& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const CellLibrary library = library_of(options);
+  const Subject subject = subject_of(options, library);
+  const bool transitions = options.model == "transition";
+  Tests tests = transitions ? transition_tests(options, subject) : stuck_at_tests(options, subject);
+  const TestSet& set = tests.set;
+  const Coverage result = coverage(set.faults, tests.reported);
+  if (subject.scanned) tests.stream = expand(tests.scan);
+  const CycleStream& stream = tests.stream;
+  const std::vector<dft::MaskedStrobes> masked = masked_strobes(stream, subject.design.scan_enable);
+  Writers writers = {
+      {"patterns.stil", [&] { return subject.scanned ? stil_text(tests.scan) : flat_stil_text(stream); }},
+      {"patterns.wgl", [&] { return subject.scanned ? wgl_text(tests.scan) : wgl_text(stream); }},
+      {"patterns.avc", [&] { return avc_text(stream); }},
+      {"patterns.atp", [&] { return atp_text(stream); }},
+      {"masks.txt", [&] { return mask_text(masked); }},
+      {"faults.txt", [&] {
+         return fault_report(set.faults, tests.reported, tests.graded, [&](std::size_t fault) {
+           return transitions ? transition_name(subject.circuit, fault) : fault_name(subject.circuit, fault);
+         });
+       }}};
+  if (subject.scanned) {
+    writers["scan.json"] = [&] { return scan_json(options, subject.design); };
+    writers["netlist.json"] = [&] { return yosys_json_text(subject.design.netlist); };
+    writers["netlist.v"] = [&] { return verilog_text(subject.design.netlist); };
+    writers["cells.v"] = [&] { return cell_models(subject.design.netlist, library); };
+  }
+  fs::create_directories(options.out);
+  const auto written = write_files(writers, options.out);
+  nlohmann::ordered_json manifest = {
+      {"tool", version()},
+      {"seed", options.seed},
+      {"netlist",
+       {{"file", options.netlist.filename().string()}, {"sha256", sha256_of(read_file(options.netlist))}}},
+      {"library", options.liberty.empty() ? nlohmann::ordered_json("yosys gates")
+                                          : nlohmann::ordered_json(sha256_of(read_file(options.liberty)))},
+      {"rtl", hashes(options.rtl)},
+      {"patterns", set.patterns.size()},
+      {"cycles", stream.cycles.size()},
+      {"chains", subject.design.chains.size()},
+      {"aborted", set.aborted},
+      {"masked", mask_json(masked)},
+      {transitions ? "transition" : "stuck_at", coverage_json(result)}};
+  for (const auto& [name, hash] : written) manifest["files"][name] = hash;
+  vectors::write_whole(options.out / "manifest.json", manifest.dump(2) + "\n");
+  print_coverage(result);
+  fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
+             set.patterns.size(), "cycles", stream.cycles.size());
+  double generation_s = 0, generation_processor_s = 0;
+  fmt::print("{:<22} {:>11} {:>11}\n", "", "time", "processor");
+  for (const StepTime& step : set.steps) {
+    fmt::print("{:<22} {:>9.2f} s {:>9.2f} s\n", step.name, step.wall_s, step.processor_s);
+    generation_s += step.wall_s;
+    generation_processor_s += step.processor_s;
+  }
+  fmt::print("{:<22} {:>9.2f} s {:>9.2f} s\n", "generation", generation_s, generation_processor_s);
+  fmt::print("{:<22} {:>9.2f} s\n", "time",
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  return set.aborted == 0 ? 0 : 1;
+}
+
+// Scan alone.
+int insert_chains(const Options& options) {
+  const CellLibrary library = library_of(options);
+  if (is_bench(options.netlist))
+    throw InputError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
+  const Subject subject = subject_of(options, library);
+  if (!subject.scanned) throw InputError(options.netlist.string() + ": found no flop, expected some to scan");
+  const ScanDesign& design = subject.design;
+  std::size_t longest = 0;
+  for (const ScanChain& chain : design.chains) longest = std::max(longest, chain.cells.size());
+  fs::create_directories(options.out);
+  vectors::write_whole(options.out / "netlist.json", yosys_json_text(design.netlist));
+  vectors::write_whole(options.out / "netlist.v", verilog_text(design.netlist));
+  vectors::write_whole(options.out / "scan.json", scan_json(options, design));
+  fmt::print("{} flops in {} chains of {} at the most\n", subject.view.flops.size(), design.chains.size(),
+             longest);
+  return 0;
+}
+
+// Circuit inputs of a netlist without scan in each cycle of a stream.
+std::vector<Pattern> plain_patterns(const Circuit& circuit, const CycleStream& stream) {
+  std::vector<std::size_t> signal;
+  for (const Node node : circuit.inputs()) {
+    std::size_t s = 0;
+    while (s < stream.signals.size() &&
+           !(stream.signals[s].is_input && stream.signals[s].name == circuit.name(node)))
+      ++s;
+    if (s == stream.signals.size())
+      throw InputError(fmt::format("{}: found no input signal {}, expected every input of the netlist",
+                                   stream.title, circuit.name(node)));
+    signal.push_back(s);
+  }
+  std::vector<Pattern> patterns;
+  for (const TestCycle& cycle : stream.cycles) {
+    Pattern pattern;
+    for (const std::size_t s : signal) pattern.push_back(cycle.states[s] == '1' ? 1 : 0);
+    patterns.push_back(std::move(pattern));
+  }
+  return patterns;
+}
+
+// A scanned netlist as `generate` writes it, or one without flops.
+CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library) {
+  const ScanOptions names;
+  const auto has = [&](const std::string& name) {
+    return std::any_of(netlist.ports.begin(), netlist.ports.end(),
+                       [&](const Port& p) { return p.is_input && p.name == name; });
+  };
+  CaptureView view = capture_view(netlist, library);
+  if (view.flops.empty()) return view;
+  if (!has(names.test_mode) || !has(names.scan_enable))
+    throw InputError(
+        fmt::format("{}: found no ports {} and {}, expected a netlist that `vectors generate` has scanned",
+                    netlist.file, names.test_mode, names.scan_enable));
+  ScanDesign design;
+  design.netlist = netlist;
+  design.test_mode = names.test_mode;
+  design.scan_enable = names.scan_enable;
+  for (const ScanFlop& flop : view.flops) {
+    for (const Port& port : netlist.ports) {
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        if (!flop.has_reset || !port.is_input || port.bits[i] != flop.reset) continue;
+        design.reset = port.bit_name(i);
+        design.reset_low = flop.reset_low;
+      }
+    }
+  }
+  return scan_view(design, library);
+}
+
+bool is_recording(const fs::path& path) { return path.extension() == ".mvec"; }
+
+std::vector<ScanChain> read_chains(const fs::path& path) {
+  std::vector<ScanChain> chains;
+  try {
+    const nlohmann::json json = nlohmann::json::parse(read_file(path));
+    for (const nlohmann::json& chain : json.at("chains"))
+      chains.push_back({chain.at("name"), chain.at("in"), chain.at("out"), chain.at("cells")});
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(
+        fmt::format("{}: found {}, expected \"chains\", each with name, in, out and cells, as `vectors "
+                    "scan` writes them",
+                    path.string(), error.what()));
+  }
+  return chains;
+}
+
+// What a file of patterns holds, whatever its format.
+CycleStream read_cycles(const Options& options) {
+  const fs::path& path = options.patterns;
+  if (is_recording(path)) return chip_cycles(vectors::read_text(path));
+  if (path.extension() == ".wgl") return parse_wgl(read_file(path), path.string());
+  if (path.extension() != ".vcd" && path.extension() != ".evcd") return read_stil(path);
+  TestTiming timing;
+  if (!options.timing.empty())
+    timing = {options.timing[0], options.timing[1], options.timing[2], options.timing[3], options.timing[4]};
+  Directions directions;
+  if (path.extension() == ".vcd") {
+    if (options.netlist.empty() || is_bench(options.netlist))
+      throw InputError(path.string() +
+                       ": a plain VCD tells no directions; give --netlist, or an extended VCD");
+    for (const Port& port : read_yosys_json(options.netlist).ports) {
+      for (std::size_t i = 0; i < port.bits.size(); ++i) directions[port.bit_name(i)] = port.is_input;
+    }
+  }
+  return parse_dump(read_file(path), path.string(), timing, directions);
+}
+
+// The same, with chains from elsewhere where they are asked for.
+CycleStream read_patterns(const Options& options) {
+  CycleStream stream = read_cycles(options);
+  if (options.scan.empty()) return stream;
+  if (!stream.chains.empty())
+    throw InputError(fmt::format("{}: found {} chains in the file, expected none with --chains; leave it out",
+                                 options.patterns.string(), stream.chains.size()));
+  if (options.scan == "netlist" && options.netlist.empty())
+    throw InputError("--netlist: found nothing, expected the netlist to find the chains in");
+  attach_chains(stream,
+                options.scan == "netlist"
+                    ? trace_chains(read_yosys_json(options.netlist), library_of(options))
+                    : read_chains(options.scan),
+                ScanOptions{}.scan_enable);
+  return stream;
+}
+
+// Vectors without scan, clock by clock, faults drawn at random.
+int grade_clock_by_clock(const Options& options, const Netlist& netlist, const CaptureView& view,
+                         const CycleStream& stream) {
+  const auto stretches = stretches_of(view, stream);
+  const std::vector<Fault> all = collapse(view.circuit).classes;
+  const std::vector<Fault> sample =
+      options.faults == 0 ? all : sample_faults(all, options.faults, options.seed);
+  const FunctionalGrade graded = grade_functional(view, stretches, sample, 2);
+  std::vector<FaultClass> verdicts;
+  for (const std::uint64_t first : graded.first_clock)
+    verdicts.push_back(first == FunctionalGrade::kUndetected ? FaultClass::NO : FaultClass::DS);
+  // Detected from one power-up state alone: possibly.
+  if (options.two_power_ups) {
+    const FunctionalGrade other = grade_functional(view, stretches, sample, 2, PowerUp::ones);
+    for (std::size_t i = 0; i < sample.size(); ++i) {
+      const bool also = other.first_clock[i] != FunctionalGrade::kUndetected;
+      if (also != (verdicts[i] == FaultClass::DS)) verdicts[i] = FaultClass::PT;
+    }
+  }
+  const GradeReport report =
+      grade_report(netlist, view, stream, sample, verdicts, graded,
+                   options.unreached.empty() ? std::vector<Unreached>() : read_unreached(options.unreached));
+  if (!options.out.empty()) vectors::write_whole(options.out, report.text);
+  const ToggleCoverage& toggle = graded.toggle;
+  const auto detected =
+      static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), FaultClass::DS));
+  const auto row = [](const char* name, std::size_t count) { fmt::print("{:<22} {:>10}\n", name, count); };
+  row("clocks", graded.clocks);
+  row("faults graded", sample.size());
+  row("detected", detected);
+  if (options.two_power_ups)
+    row("possibly detected",
+        static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), FaultClass::PT)));
+  row("cell outputs", toggle.lines);
+  row("tied, left out", toggle.tied);
+  row("toggled", toggle.toggled);
+  row("cannot toggle", report.unreached);
+  row("faults not to be shown", report.hidden);
+  fmt::print("{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n{:<22} {:>9.2f} %\n", "coverage",
+             100.0 * static_cast<double>(detected) / static_cast<double>(sample.size()),
+             "of faults to be shown", 100.0 * report.coverage_of_visible(detected, sample.size()),
+             "outputs toggled",
+             100.0 * static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
+             "of those that can", 100.0 * report.toggle_of_reachable(toggle));
+  fmt::print("\n{:<22} {:>16} {:>8} {:>18} {:>8} {:>7}\n", "module", "faults found", "", "outputs toggle", "",
+             "cannot");
+  for (const auto& [name, m] : report.modules)
+    fmt::print(
+        "{:<22} {:>7} of {:>5} {:>6.1f} % {:>8} of {:>6} {:>6.1f} % {:>7}\n", name, m.detected, m.faults,
+        100.0 * static_cast<double>(m.detected) / static_cast<double>(std::max<std::size_t>(m.faults, 1)),
+        m.toggled, m.outputs,
+        100.0 * static_cast<double>(m.toggled) / static_cast<double>(std::max<std::size_t>(m.outputs, 1)),
+        m.unreached);
+  return 0;
+}
+
+int record_functional(const Options& options) {
+  const FunctionalSources sources{options.netlist, options.liberty};
+  for (const fs::path& path : {sources.netlist, sources.library}) {
+    if (!path.empty()) read_file(path);  // recording takes minutes
+  }
+  const FunctionalSet set = options.board ? board_set() : functional_set(options.length);
+  const FunctionalFolder written = write_functional_set(set, sources, options.out);
+  fmt::print("{} clocks in {} vectors, {} pieces, {} strobes masked\n", written.clocks, written.vectors,
+             set.pieces.size(), written.masked);
+  return 0;
+}
+
+// Every strobe that the file leaves open.
+void report_masks(const Options& options, const CycleStream& stream) {
+  const std::vector<dft::MaskedStrobes> masked = masked_strobes(stream, ScanOptions{}.scan_enable);
+  const MaskSummary sums = summary(masked);
+  const auto outputs = static_cast<std::uint64_t>(std::count_if(
+      stream.signals.begin(), stream.signals.end(), [](const TestSignal& s) { return !s.is_input; }));
+  vectors::write_whole(options.out, mask_text(masked));
+  fmt::print("{} of {} strobes masked\n", sums.masked, outputs * cycle_count(stream));
+  for (const auto& [reason, strobes] : sums.reasons) fmt::print("{:>12}  {}\n", strobes, reason);
+}
+
+int report_replay(std::uint64_t cycles, std::uint64_t strobes, std::uint64_t mismatches,
+                  const std::string& first) {
+  fmt::print("{} cycles, {} strobes, {} mismatches\n", cycles, strobes, mismatches);
+  if (mismatches != 0) fmt::print("first: {}\n", first);
+  return mismatches == 0 ? 0 : 1;
+}
+
+// A stream without scan, on whatever it is asked for.
+int replay_functional_stream(const Options& options, const CycleStream& stream) {
+  if (options.on == "netlist") {
+    const CaptureView view = capture_view(read_yosys_json(options.netlist), library_of(options));
+    const ReplayResult result = replay_cycles(view, stream, kPowerUps, options.seed);
+    return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
+  }
+  const PinReplay result =
+      replay_cycles_on(stream, options.on == "rtl" ? ReplayDevice::rtl : ReplayDevice::model);
+  return report_replay(result.clocks, result.strobes, result.mismatches, result.first);
+}
+
+int grade_patterns(const Options& options) {
+  const CellLibrary library = library_of(options);
+  const CycleStream stream = read_patterns(options);
+  Circuit circuit;
+  std::vector<Pattern> patterns, compared;
+  if (is_bench(options.netlist)) {
+    circuit = read_bench(options.netlist);
+    patterns = plain_patterns(circuit, stream);
+  } else {
+    const Netlist netlist = read_yosys_json(options.netlist);
+    if (stream.chains.empty()) {
+      const CaptureView plain = capture_view(netlist, library);
+      if (!plain.flops.empty()) return grade_clock_by_clock(options, netlist, plain, stream);
+    }
+    CaptureView view = view_for_grading(netlist, library);
+    patterns = view.flops.empty() ? plain_patterns(view.circuit, stream)
+                                  : captures_of(view, stream, ScanOptions{}.scan_enable, &compared);
+    circuit = std::move(view.circuit);
+  }
+  const FaultList list = collapse(circuit);
+  const Grade graded =
+      grade(circuit, blocks_of(patterns, circuit.inputs().size(), compared), list.classes, 2);
+  std::vector<FaultClass> of_class(list.classes.size(), FaultClass::NO);
+  for (std::size_t i = 0; i < of_class.size(); ++i) {
+    if (graded.detections[i] != 0) of_class[i] = FaultClass::DS;
+  }
+  const std::vector<FaultClass> reported = reported_classes(circuit, list, of_class);
+  if (!options.out.empty())
+    vectors::write_whole(options.out, fault_report(list, reported, graded, [&](std::size_t fault) {
+                           return fault_name(circuit, fault);
+                         }));
+  print_coverage(coverage(list, reported));
+  fmt::print("{:<22} {:>10}\n", "patterns", patterns.size());
+  return 0;
+}
+
+int check_scan_rules(const Options& options) {
+  const std::vector<RuleViolation> violations =
+      check_rules(read_yosys_json(options.netlist), library_of(options));
+  for (const RuleViolation& v : violations) fmt::print("{}: {}: {}\n", v.rule, v.offender, v.text);
+  fmt::print("{} violations\n", violations.size());
+  return violations.empty() ? 0 : 1;
+}
+
+TesterProfile tester_of(const fs::path& path) {
+  TesterProfile profile;
+  if (path.empty()) return profile;
+  try {
+    const toml::table table = toml::parse_file(path.string());
+    profile.name = table["name"].value_or(profile.name);
+    profile.least_period_ns = table["least_period_ns"].value_or(profile.least_period_ns);
+    profile.edge_resolution_ns = table["edge_resolution_ns"].value_or(profile.edge_resolution_ns);
+    profile.least_pulse_ns = table["least_pulse_ns"].value_or(profile.least_pulse_ns);
+    profile.vector_memory = table["vector_memory"].value_or(profile.vector_memory);
+    profile.pins = table["pins"].value_or(profile.pins);
+  } catch (const toml::parse_error& error) {
+    throw InputError(fmt::format("{}:{}: {}; expected a tester profile in TOML", path.string(),
+                                 error.source().begin.line, error.description()));
+  }
+  if (profile.edge_resolution_ns <= 0)
+    throw InputError(path.string() + ": edge_resolution_ns: expected a number above 0");
+  return profile;
+}
+
+int lint_patterns(const Options& options) {
+  const CycleStream stream = read_patterns(options);
+  const std::vector<std::string> reasons = lint(stream, tester_of(options.tester));
+  for (const std::string& reason : reasons) fmt::print("{}\n", reason);
+  fmt::print("{} cycles, {} signals, {} complaints\n", stream.cycles.size(), stream.signals.size(),
+             reasons.size());
+  return reasons.empty() ? 0 : 1;
+}
+
+class WorkFolder {
+ public:
+  WorkFolder() {
+    std::string name = (fs::temp_directory_path() / "meltstage_vectors.XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
+    path_ = name;
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// What runs in a simulator that takes a while.
+void keep_first(CycleStream& stream, std::uint64_t cycles) {
+  std::size_t kept = 0;
+  for (; kept < stream.cycles.size() && cycles != 0; ++kept) {
+    stream.cycles[kept].count = std::min(stream.cycles[kept].count, cycles);
+    cycles -= stream.cycles[kept].count;
+  }
+  stream.cycles.resize(kept);
+}
+
+int replay_patterns(const Options& options) {
+  const bool on_chip = options.on == "model" || options.on == "rtl", on_fpga = options.on == "fpga";
+  if (on_fpga && options.readback.empty())
+    throw InputError("--readback: found nothing, expected the Verilog read back from the bitstream");
+  if (!on_chip && !on_fpga && options.netlist.empty())
+    throw InputError("--netlist: found nothing, expected the netlist to run on");
+  CycleStream stream = read_patterns(options);
+  if (options.cycles != 0) keep_first(stream, options.cycles);
+  if (!options.out.empty()) report_masks(options, stream);
+  if (on_fpga) {
+    const WorkFolder folder;
+    const ReplayResult result = replay_verilog_in_icarus(options.readback, stream, folder.path());
+    return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
+  }
+  if (stream.chains.empty() && options.on != "icarus") return replay_functional_stream(options, stream);
+  if (on_chip)
+    throw InputError(fmt::format("{}: found scan patterns for --on {}, expected functional vectors",
+                                 options.patterns.string(), options.on));
+  const CellLibrary library = library_of(options);
+  const Netlist netlist = read_yosys_json(options.netlist);
+  name_as_ports(stream, netlist);
+  ReplayResult result;
+  if (options.on == "icarus") {
+    const WorkFolder folder;
+    result = replay_in_icarus(netlist, library, stream, folder.path(), {options.cells, options.sdf});
+  } else {
+    result = replay(capture_view(netlist, library), stream, ScanOptions{}.scan_enable, options.seed);
+  }
+  return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
+}
+
+int prove(const Options& options) {
+  const CellLibrary library = library_of(options);
+  const Subject subject = subject_of(options, library);
+  const TestSet set =
+      generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
+  fs::create_directories(options.out);
+  TestSolver solver(subject.circuit);
+  std::size_t proved = 0, refused = 0;
+  std::string index;
+  for (std::size_t f = 0; f < set.faults.total(); ++f) {
+    const std::uint32_t c = set.faults.class_of[f];
+    if (c == FaultList::kNoClass || set.of_class[c] != FaultClass::UR) continue;
+    const std::string name = fmt::format("class{}", c);
+    index += fmt::format("{} {}\n", name, fault_name(subject.circuit, f));
+    if (fs::exists(options.out / (name + ".cnf"))) continue;  // an equivalent fault had it
+    std::string reason;
+    const bool good =
+        solver.prove_untestable(set.faults.classes[c], options.out, name) &&
+        refutes(read_file(options.out / (name + ".cnf")), read_file(options.out / (name + ".drat")), reason);
+    ++(good ? proved : refused);
+    if (!good) fmt::print("{}: {}\n", name, reason.empty() ? "not refuted" : reason);
+  }
+  vectors::write_whole(options.out / "index.txt", index);
+  fmt::print("{} classes proved untestable, {} refused\n", proved, refused);
+  return refused == 0 ? 0 : 1;
+}
+
+// Where a tester stops to measure the supply current, and what it sees there.
+int iddq(const Options& options) {
+  const CellLibrary library = library_of(options);
+  const Subject subject = subject_of(options, library);
+  if (!subject.scanned)
+    throw InputError(options.netlist.string() + ": found no flop, expected some to load states into");
+  const IddqStops stops = scan_iddq_stops(subject.design, subject.view, options.stops,
+                                          {.seed = options.seed, .conflict_limit = options.conflicts});
+  for (std::size_t i = 0; i < stops.states.size(); ++i)
+    fmt::print("stop {:<17} {:>10}\n", i + 1, stops.detected[i]);
+  fmt::print("{:<22} {:>10}\n{:<22} {:>9.2f} %\n", "faults", stops.faults - stops.tied, "coverage",
+             100 * stops.coverage());
+  return 0;
+}
+
+int check_proof(const Options& options) {
+  std::string reason;
+  const bool good = refutes(read_file(options.cnf), read_file(options.proof), reason);
+  fmt::print("{}\n", good ? "verified" : "refused: " + reason);
+  return good ? 0 : 1;
+}
+
+}  // namespace
+
+std::function<int()> add_vectors_command(CLI::App& cli) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      cli.add_subcommand("vectors", "Sign-off test vectors for a flat netlist (docs/make/test-vectors.md)");
+  command->require_subcommand(1);
+  const auto netlist_of = [&](CLI::App* sub) {
+    sub->add_option("NETLIST", options->netlist, "Yosys JSON (flat, mapped) or .bench")->required();
+    sub->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
+  };
+  const auto chains_of = [&](CLI::App* sub) {
+    sub->add_option("--chains", options->chains,
+                    "Scan chains (default 8) of a netlist without ports scan_i and scan_o")
+        ->check(CLI::Range(1, 1024));
+    sub->add_option("--reset", options->reset,
+                    "Port that resets in test mode (default: the one that resets flops)");
+  };
+  const auto generation_of = [&](CLI::App* sub) {
+    chains_of(sub);
+    sub->add_option("--conflicts", options->conflicts,
+                    "Give a fault up after so many conflicts of the solver (default: never)");
+    sub->add_option("--seed", options->seed, "Seed of random patterns and fills (default 1)");
+  };
+  CLI::App* sub_generate = command->add_subcommand(
+      "generate", "Insert scan, generate tests, write them and a verdict on every fault");
+  netlist_of(sub_generate);
+  generation_of(sub_generate);
+  sub_generate->add_option("--rtl", options->rtl,
+                           "Sources of the netlist: their hashes go into the manifest");
+  sub_generate
+      ->add_option("--faults", options->model,
+                   "stuck-at (default), or transition: launched and captured by two clocks in a row")
+      ->check(CLI::IsMember({"stuck-at", "transition"}));
+  sub_generate->add_option("--out", options->out, "Folder to write")->required();
+  CLI::App* sub_scan = command->add_subcommand("scan", "Insert scan alone: netlist and order of the chains");
+  netlist_of(sub_scan);
+  chains_of(sub_scan);
+  sub_scan->add_option("--out", options->out, "Folder to write")->required();
+  CLI::App* sub_grade = command->add_subcommand("grade", "Which faults patterns detect");
+  netlist_of(sub_grade);
+  sub_grade
+      ->add_option("--patterns", options->patterns,
+                   "STIL, WGL (.wgl), dump (.vcd, .evcd), or recording of the chip's pins (.mvec)")
+      ->required();
+  sub_grade->add_option("--faults", options->faults,
+                        "Vectors without scan: so many faults at random, 0 for all (default 1022)");
+  sub_grade->add_option("--seed", options->seed, "Vectors without scan: seed of the draw (default 1)");
+  sub_grade->add_flag("--two-power-ups", options->two_power_ups,
+                      "Vectors without scan: all flops at 0 and at 1 first; tells possibly detected faults");
+  sub_grade->add_option("--unreached", options->unreached,
+                        "Vectors without scan: what function cannot move, and why (TOML)");
+  sub_grade->add_option("--report", options->out,
+                        "File for one line a fault, and an output that stands still");
+  const auto timing_of = [&](CLI::App* sub) {
+    sub->add_option("--timing", options->timing,
+                    "Dumps: period, drive, strobe, clock rise, clock fall, ns (default 100,0,40,50,80)")
+        ->delimiter(',')
+        ->expected(5);
+  };
+  timing_of(sub_grade);
+  const auto scan_of = [&](CLI::App* sub) {
+    sub->add_option(
+        "--chains", options->scan,
+        "Files without scan chains: where they stand, scan.json of `vectors generate` or `scan`, or the "
+        "word netlist: found in it");
+  };
+  scan_of(sub_grade);
+  CLI::App* sub_functional = command->add_subcommand(
+      "functional", "Record the chip's functional set (.mvec), labelled by requirement");
+  sub_functional->add_option("--out", options->out, "Folder to write")->required();
+  sub_functional->add_option("--netlist", options->netlist,
+                             "Netlist that the set is meant for: its hash goes into the manifest");
+  sub_functional->add_option("--liberty", options->liberty, "Library of its cells: likewise");
+  sub_functional->add_flag_callback(
+      "--quick", [=] { options->length = FunctionalLength::quick; }, "Each register written once");
+  sub_functional->add_flag("--board", options->board, "The set for the chip on a small FPGA (fpga/ice40)")
+      ->excludes("--quick");
+  CLI::App* sub_rules = command->add_subcommand("rules", "Breaches of the rules that scan asks for");
+  netlist_of(sub_rules);
+  CLI::App* sub_lint = command->add_subcommand("lint", "Read a STIL file and check it against a tester");
+  sub_lint->add_option("PATTERNS", options->patterns, "STIL file")->required();
+  sub_lint->add_option("--tester", options->tester, "Tester profile (TOML)");
+  CLI::App* sub_replay =
+      command->add_subcommand("replay", "Run a STIL file on the scanned netlist, or a recording on the chip");
+  sub_replay
+      ->add_option("PATTERNS", options->patterns,
+                   "STIL, WGL (.wgl), dump (.vcd, .evcd), or recording of the chip's pins (.mvec)")
+      ->required();
+  sub_replay->add_option("--netlist", options->netlist,
+                         "Yosys JSON: of the scanned netlist for STIL, any for recordings");
+  sub_replay->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
+  sub_replay
+      ->add_option(
+          "--on", options->on,
+          "netlist (default), icarus; model or rtl for the chip's vectors without scan; fpga for a block's")
+      ->check(CLI::IsMember({"netlist", "icarus", "model", "rtl", "fpga"}));
+  sub_replay->add_option("--readback", options->readback,
+                         "For --on fpga: Verilog of what was read back from a bitstream (icebox_vlog)");
+  sub_replay->add_option("--report", options->out, "File for every strobe that is not made, and why");
+  sub_replay->add_option("--seed", options->seed, "Seed of what fills unknowns (default 1)");
+  CLI::Option* cells =
+      sub_replay->add_option("--cells", options->cells, "Verilog of the cells with specify blocks");
+  sub_replay->add_option("--sdf", options->sdf, "Delays of the netlist's instances, for --on icarus")
+      ->needs(cells);
+  timing_of(sub_replay);
+  scan_of(sub_replay);
+  sub_replay->add_option("--cycles", options->cycles, "Only so many cycles from the first (default: all)");
+  CLI::App* sub_prove =
+      command->add_subcommand("prove", "A checked refutation for every fault called redundant");
+  netlist_of(sub_prove);
+  generation_of(sub_prove);
+  sub_prove->add_option("--out", options->out, "Folder for .cnf and .drat")->required();
+  CLI::App* sub_iddq = command->add_subcommand("iddq", "Pseudo-stuck-at coverage of supply current stops");
+  netlist_of(sub_iddq);
+  generation_of(sub_iddq);
+  sub_iddq->add_option("--stops", options->stops, "At the most (default 20)")->check(CLI::Range(1, 10000));
+  CLI::App* sub_check = command->add_subcommand("check-proof", "Check one refutation");
+  sub_check->add_option("CNF", options->cnf, "DIMACS file")->required();
+  sub_check->add_option("PROOF", options->proof, "DRAT file in text")->required();
+  return [=] {
+    if (*sub_generate) return generate(*options);
+    if (*sub_scan) return insert_chains(*options);
+    if (*sub_grade) return grade_patterns(*options);
+    if (*sub_functional) return record_functional(*options);
+    if (*sub_rules) return check_scan_rules(*options);
+    if (*sub_lint) return lint_patterns(*options);
+    if (*sub_replay) return replay_patterns(*options);
+    if (*sub_prove) return prove(*options);
+    if (*sub_iddq) return iddq(*options);
+    return check_proof(*options);
+  };
+}
+
+}  // namespace meltstage::app

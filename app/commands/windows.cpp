@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/commands/windows.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <set>
+#include <thread>
+
+#include "app/chip/terminal.hpp"
+#include "tb/windows/window_runners.hpp"
+#include "recording/text.hpp"
+
+namespace meltstage::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string first_faults(const tb::JoinedWindows& joined) {
+  constexpr std::size_t kShown = 20;
+  std::string text;
+  for (std::size_t i = 0; i < joined.faults.size() && i < kShown; ++i) text += joined.faults[i] + "\n";
+  if (joined.faults.size() > kShown)
+    text += fmt::format("... {} lines more\n", joined.faults.size() - kShown);
+  return text;
+}
+
+std::string describe(const tb::JoinedWindows& joined) {
+  return fmt::format(
+      "windows: {} of {} equal, {} of {} clocks, {} flop values and {} pin values compared, {}", joined.equal,
+      joined.windows.size(), joined.compared.clocks, joined.cycles, joined.compared.flop_values,
+      joined.compared.pin_values, joined.whole ? "no gap" : "NOT a whole check");
+}
+
+}  // namespace
+
+CheckedRun check_run(const fs::path& folder, const RunWindowsSettings& settings) {
+  const auto begin = std::chrono::steady_clock::now();
+  CheckedRun run{.joined = {},
+                 .plan = tb::read_plan(folder),
+                 .workers = "none needed",
+                 .notes = {},
+                 .kept = 0,
+                 .wall_s = 0.0};
+  tb::check_files(folder, run.plan);
+  const std::vector<std::size_t> windows = tb::windows_to_run(folder, run.plan);
+  run.kept = run.plan.windows.size() - windows.size();
+  if (!windows.empty()) {
+    const tb::RunWindowsOptions options{.worker = {fs::read_symlink("/proc/self/exe").string(), "window"},
+                                        .processes = settings.processes != 0
+                                                         ? settings.processes
+                                                         : std::max(1u, std::thread::hardware_concurrency()),
+                                        .attempts = settings.attempts};
+    ProgressLine line;
+    const tb::WindowProgressCall progress = [&](const tb::WindowProgress& p) {
+      throw_if_interrupted();
+      line.show(fmt::format("windows {} of {}  {}", p.done, p.total, p.detail));
+    };
+    tb::RanWindows ran = settings.runner == WindowRunner::slurm
+                             ? tb::run_windows_slurm(folder, run.plan, windows, options, progress)
+                             : tb::run_windows_here(folder, windows, options, progress);
+    run.workers = std::move(ran.workers);
+    run.notes = std::move(ran.notes);
+  }
+  run.joined = tb::join_folder(folder, run.plan);
+  run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return run;
+}
+
+std::string describe(const CheckedRun& run) {
+  std::string text = describe(run.joined) + fmt::format("; {:.1f} s, {}", run.wall_s, run.workers);
+  if (run.kept != 0) text += fmt::format("; {} results were there already", run.kept);
+  text += "\n";
+  for (const std::string& note : run.notes) text += note + "\n";
+  return text + first_faults(run.joined);
+}
+
+int plan_windows(const fs::path& pins, const fs::path& folder, const tb::WindowBorders& borders) {
+  tb::WindowPlanner planner(folder, {pins.filename().string(), 0}, borders);
+  vectors::read_text_into(pins, planner);
+  const tb::WindowPlan plan = planner.publish();
+  fmt::print("{}: {} windows, {} clocks\n", folder.string(), plan.windows.size(), plan.cycles);
+  return 0;
+}
+
+int run_windows(const fs::path& folder, const RunWindowsSettings& settings) {
+  catch_interrupts();
+  try {
+    const CheckedRun run = check_run(folder, settings);
+    fmt::print("{}", describe(run));
+    return run.joined.whole ? 0 : 1;
+  } catch (const Interrupted&) {
+    fmt::print(stderr, "meltstage: interrupted; results so far stay, the same command goes on\n");
+    return 1;
+  }
+}
+
+int join_windows(const fs::path& folder) {
+  const tb::JoinedWindows joined = tb::join_folder(folder, tb::read_plan(folder));
+  fmt::print("{}\n{}", describe(joined), first_faults(joined));
+  return joined.whole ? 0 : 1;
+}
+
+int check_one_window(const fs::path& folder, std::size_t window) {
+  const tb::WindowResult result = tb::check_window(folder, tb::read_plan(folder), window);
+  tb::write_result(folder, result);
+  if (result.equal) {
+    fmt::print("window {}: cycles {} to {} equal, {} flop values compared, {:.2f} s\n", window,
+               result.first_cycle, result.last_cycle, result.compared.flop_values, result.wall_s);
+    return 0;
+  }
+  fmt::print("window {}: {}", window, result.report);
+  return 1;
+}
+
+}  // namespace meltstage::app

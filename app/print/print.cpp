@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/print/print.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "app/build_stamp.hpp"
+#include "app/print/job_file.hpp"
+#include "app/print/report/report.hpp"
+#include "app/chip/terminal.hpp"
+#include "tb/windows/window_plan.hpp"
+#include "recording/text.hpp"
+#include "recording/vcd.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+namespace spec = chip::spec;
+
+// A folder that gets its name only when it is complete.
+class OutputFolder {
+ public:
+  explicit OutputFolder(std::filesystem::path target) : target_(std::move(target)) {
+    if (std::filesystem::exists(target_) && !std::filesystem::exists(target_ / "summary.json")) {
+      throw InputError(fmt::format(
+          "{}: exists and was not written by this command (no summary.json); choose another --out",
+          target_.string()));
+    }
+    if (target_.has_parent_path()) std::filesystem::create_directories(target_.parent_path());
+    partial_ = target_.string() + fmt::format(".partial.{}", getpid());
+    std::filesystem::create_directory(partial_);
+  }
+  ~OutputFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(partial_, ignored);
+  }
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  std::filesystem::path file(const char* name) const { return partial_ / name; }
+  void publish() {
+    std::filesystem::remove_all(target_);
+    std::filesystem::rename(partial_, target_);
+  }
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path partial_;
+};
+
+// Plays one recording into several sinks.
+class Tee final : public vectors::Sink {
+ public:
+  void add(vectors::Sink& sink) { sinks_.push_back(&sink); }
+  void begin(const vectors::Header& header) override {
+    for (vectors::Sink* sink : sinks_) sink->begin(header);
+  }
+  void change(const vectors::Change& change) override {
+    for (vectors::Sink* sink : sinks_) sink->change(change);
+  }
+  void end(std::uint64_t final_cycle) override {
+    for (vectors::Sink* sink : sinks_) sink->end(final_cycle);
+  }
+
+ private:
+  std::vector<vectors::Sink*> sinks_;
+};
+
+double setpoint_degc(const tb::PrintJob& job) {
+  for (const tb::RegisterValue& r : job.registers) {
+    if (r.reg == spec::kRegSetpoint) return static_cast<std::int16_t>(r.value) * 0.1;
+  }
+  return spec::kHolding[spec::kRegSetpoint].reset * 0.1;
+}
+
+double phase_length_s(const tb::PrintResult& result, std::string_view name) {
+  for (const tb::PhaseTime& phase : result.phases) {
+    if (phase.name == name) return phase.end_s - phase.begin_s;
+  }
+  return 0.0;
+}
+
+// Largest distance from the set-point while printing, degC.
+double largest_error_while_printing(const tb::PrintResult& result) {
+  double worst = 0.0;
+  for (const tb::PhaseTime& phase : result.phases) {
+    if (phase.name != "print") continue;
+    for (const tb::Reading& r : result.readings) {
+      if (r.t_s >= phase.begin_s && r.t_s <= phase.end_s)
+        worst = std::max(worst, std::abs(r.reading_degc - r.setpoint_degc));
+    }
+  }
+  return worst;
+}
+
+double overshoot_degc(const tb::PrintResult& result, double setpoint) {
+  double peak = -std::numeric_limits<double>::infinity();
+  for (const tb::Reading& r : result.readings) peak = std::max(peak, r.reading_degc);
+  return std::max(0.0, peak - setpoint);
+}
+
+Path path_of(const std::vector<motion::Point>& points, double cost) {
+  Path path{.points = {}, .cost = cost};
+  for (const motion::Point& p : points) path.points.push_back({p.x_mm, p.y_mm});
+  return path;
+}
+
+std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& options) {
+  const tb::PrintJob& job = loaded.job;
+  std::vector<NamedText> settings{
+      {"Command", options.command},
+      {"Coordinates", fmt::format("{}, {} bumps", loaded.coordinates.filename().string(), job.bumps.size())},
+      {"Plant", std::string(job.head.plant.name)},
+      {"Sensor", fmt::format("{}, noise {} degC", job.head.sensor, job.head.sensor_noise_degc)},
+      {"Path metric", loaded.plan_metric},
+      {"Printing", job.fly_by ? "on the fly" : "stop at each bump"},
+      {"Moves", job.stage.quiet ? "quiet" : "as fast as the limits allow"},
+      {"Seed", fmt::format("{}", job.head.seed)},
+  };
+  if (loaded.alignment)
+    settings.push_back(
+        {"Alignment",
+         fmt::format(
+             "{} marks, within {:.6g} um, stage {}", loaded.alignment->marks_mm.size(),
+             1e3 * loaded.alignment->limits.place_mm,
+             loaded.alignment->knowledge == tb::StageKnowledge::nominal ? "as drawn" : "calibrated")});
+  for (const tb::RegisterValue& r : job.registers) {
+    const spec::RegisterInfo& info = spec::kHolding[r.reg];
+    const double raw = info.is_signed ? static_cast<std::int16_t>(r.value) : r.value;
+    settings.push_back({std::string(info.name), fmt::format("{:.6g} {}", raw * info.scale, info.unit)});
+  }
+  return settings;
+}
+
+// The board of the job, brought to where the print expects it; nothing if the job has no [alignment].
+// Throws InputError if that can't be.
+std::optional<tb::AlignedBoard> align_board(const LoadedJob& loaded, const std::filesystem::path& job) {
+  if (!loaded.alignment) return std::nullopt;
+  try {
+    return tb::align_board(*loaded.alignment);
+  } catch (const motion::MotionError& error) {
+    throw InputError(fmt::format("{}: [alignment]: {}", job.string(), error.what()));
+  }
+}
+
+PrintReport make_report(const LoadedJob& loaded, const std::optional<tb::AlignedBoard>& board,
+                        const tb::PrintResult& result, const PrintOptions& options) {
+  const double setpoint = setpoint_degc(loaded.job);
+  PrintReport report;
+  report.job = loaded.job.name;
+  report.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::now()));
+  report.versions = {
+      {"meltstage", version()}, {"Verilator", verilator_version()}, {"Compiler", compiler_version()}};
+  report.good = result.good;
+  report.verdict = result.verdict;
+  report.key_figures = {
+      {"Set-point", setpoint, "degC"},
+      {"Time from RUN to at-temperature", phase_length_s(result, "heat-up"), "s"},
+      {"Overshoot", overshoot_degc(result, setpoint), "degC"},
+      {"Largest error while printing", largest_error_while_printing(result), "degC"},
+      {"Peak of the heater node", result.peak_heater_degc, "degC"},
+      {"Heater energy", result.heater_energy_j, "J"},
+      {"Droplets", static_cast<double>(result.droplets), ""},
+      {"Print time", phase_length_s(result, "print"), "s"},
+      {"Path, file order", loaded.plan.cost_before, loaded.plan_unit},
+      {"Path, planned", loaded.plan.cost_after, loaded.plan_unit},
+      {"Path, lower bound", loaded.plan.lower_bound, loaded.plan_unit},
+      {"Path, at most above the cheapest", 100.0 * loaded.plan.gap(), "%"},
+      {"Stops and moves, file order", loaded.moves_before_s, "s"},
+      {"Stops and moves, planned", loaded.moves_after_s, "s"},
+      {"Homing", result.homing_s, "s"},
+      {"Largest miss of a droplet", 1e3 * result.largest_miss_mm, "um"},
+      {"Mean miss of a droplet", 1e3 * result.mean_miss_mm, "um"},
+      {"Chip clocks", static_cast<double>(result.cycles), ""},
+      {"Modbus frames accepted", static_cast<double>(result.frames), ""},
+  };
+  if (board) {
+    const auto& looks = board->result.looks;
+    report.key_figures.push_back({"Board marks off, first look", 1e3 * looks.front().worst_mm, "um"});
+    report.key_figures.push_back({"Board marks off, aligned", 1e3 * looks.back().worst_mm, "um"});
+    report.key_figures.push_back({"Moves of the alignment", static_cast<double>(looks.size() - 1), ""});
+  }
+  for (const tb::Reading& r : result.readings) {
+    report.temperature.push_back({r.t_s, r.reading_degc, r.heater_degc,
+                                  r.run ? r.setpoint_degc : std::numeric_limits<double>::quiet_NaN()});
+    report.duty.push_back({r.t_s, r.duty});
+  }
+  for (const tb::PhaseTime& p : result.phases) report.phases.push_back({p.name, p.begin_s, p.end_s});
+  report.path_before = path_of(loaded.bumps_in_file_order, loaded.plan.cost_before);
+  report.path_after = path_of(loaded.job.bumps, loaded.plan.cost_after);
+  report.path_unit = loaded.plan_unit;
+  report.path_bound = loaded.plan.lower_bound;
+  for (const tb::CheckedWindow& w : result.windows) {
+    report.lockstep.push_back({w.name, w.first_cycle, w.last_cycle, w.compared.clocks, w.flop_bits,
+                               w.compared.flop_values + w.compared.pin_values, 0});
+  }
+  for (const tb::PrintFault& f : result.faults) report.faults.push_back({f.t_s, f.sentence});
+  report.settings = settings_of(loaded, options);
+  return report;
+}
+
+const char* to_text(tb::WindowState state) {
+  switch (state) {
+    case tb::WindowState::missing:
+      return "missing";
+    case tb::WindowState::equal:
+      return "equal";
+    case tb::WindowState::differs:
+      return "differs";
+    case tb::WindowState::unusable:
+      return "unusable";
+  }
+  return "";
+}
+
+// Runs of white space become one space.
+std::string in_one_line(const std::string& text) {
+  std::istringstream words(text);
+  std::string line;
+  for (std::string word; words >> word;) line += (line.empty() ? "" : " ") + word;
+  return line;
+}
+
+// The check of the whole job, as part of the report and of its verdict.
+void add_windows(PrintReport& report, const CheckedRun& run) {
+  const tb::JoinedWindows& joined = run.joined;
+  WindowCheck check{.whole = joined.whole,
+                    .windows = {},
+                    .equal = joined.equal,
+                    .cycles = joined.cycles,
+                    .clocks = joined.compared.clocks,
+                    .flop_values = joined.compared.flop_values,
+                    .pin_values = joined.compared.pin_values,
+                    .clock_hz = spec::kClkHz,
+                    .faults = joined.faults,
+                    .lost_workers = run.notes,
+                    .workers = run.workers,
+                    .wall_s = run.wall_s};
+  for (std::size_t i = 0; i < run.plan.windows.size(); ++i) {
+    const tb::PlannedWindow& w = run.plan.windows[i];
+    check.windows.push_back(
+        {w.first_cycle, w.last_cycle, to_text(joined.windows[i]), w.start_state, w.end_state});
+  }
+  const auto differing = std::count(joined.windows.begin(), joined.windows.end(), tb::WindowState::differs);
+  report.lockstep.push_back({fmt::format("whole job in {} windows", check.windows.size()), 0,
+                             joined.cycles == 0 ? 0 : joined.cycles - 1, check.clocks, joined.flop_bits,
+                             check.flop_values + check.pin_values, static_cast<std::uint64_t>(differing)});
+  if (!joined.whole) {
+    report.good = false;
+    report.verdict += "; RTL and model: " + in_one_line(joined.faults.front());
+  }
+  report.windows = std::move(check);
+}
+
+}  // namespace
+
+int print_job(const PrintOptions& options) {
+  LoadedJob loaded = load_job(options.job);
+  if (options.rtl) loaded.job.rtl = *options.rtl;
+  if (loaded.job.rtl != tb::RtlWindows::full && !options.for_full_rtl.empty()) {
+    throw InputError(
+        fmt::format("{}: is for the full job in RTL; add --rtl full or leave it out", options.for_full_rtl));
+  }
+  loaded.job.identity = {loaded.job.name, loaded.job.head.seed, options.command};
+  loaded.job.failures = options.out.string() + ".failures";
+
+  const std::optional<tb::AlignedBoard> board = align_board(loaded, options.job);
+  if (board) {
+    const auto& looks = board->result.looks;
+    const auto aligned =
+        fmt::format("board marks {:.1f} um off, {:.1f} um after {} move{}, wanted {:.1f} um",
+                    1e3 * looks.front().worst_mm, 1e3 * looks.back().worst_mm, looks.size() - 1,
+                    looks.size() == 2 ? "" : "s", 1e3 * loaded.alignment->limits.place_mm);
+    if (!board->result.aligned) {
+      fmt::print(stderr, "meltstage: {}: [alignment]: {}; nothing printed, nothing written\n",
+                 options.job.string(), aligned);
+      return 1;
+    }
+    fmt::print("{}: {}\n", loaded.job.name, aligned);
+    if (motion::looks_the_same_flipped(loaded.alignment->marks_mm, loaded.alignment->limits.capture_mm))
+      fmt::print(
+          "note: these marks look the same with the board turned over or round; one more mark would tell\n");
+    loaded.job.board_off = board->off;
+  }
+
+  OutputFolder folder(options.out);
+  const std::filesystem::path work =
+      options.work.empty() ? std::filesystem::path(options.out.string() + ".windows") : options.work;
+  std::optional<tb::WindowPlanner> planner;
+  if (loaded.job.rtl == tb::RtlWindows::full) {
+    planner.emplace(work, tb::WindowRunName{loaded.job.name, loaded.job.head.seed}, options.borders);
+  }
+  catch_interrupts();
+  tb::PrintResult result;
+  std::optional<CheckedRun> checked;
+  try {
+    {
+      vectors::TextWriter text(folder.file("pins.mvec"));
+      std::optional<vectors::VcdWriter> vcd;
+      Tee sink;
+      sink.add(text);
+      if (options.vcd) sink.add(vcd.emplace(folder.file("pins.vcd"), vectors::BusForm::bits));
+      if (planner) sink.add(*planner);
+      ProgressLine line;
+      result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) {
+        throw_if_interrupted();
+        line.show(fmt::format("{:>8.2f} s  {:<9} {:7.2f} degC of {:.1f}  {} droplets", p.t_s, p.phase,
+                              p.reading_degc, p.setpoint_degc, p.droplets));
+      });
+    }
+    if (planner) {
+      planner->publish();
+      checked = check_run(work, options.windows);
+    }
+  } catch (const Interrupted&) {
+    fmt::print(stderr, "meltstage: interrupted; nothing written\n");
+    if (std::filesystem::exists(tb::plan_file(work)) && planner)
+      fmt::print(stderr, "{}: windows checked so far; the same command goes on from there\n", work.string());
+    return 1;
+  } catch (const tb::Mismatch& mismatch) {
+    fmt::print(stderr, "{}", mismatch.what());
+    return 1;
+  }
+  PrintReport report = make_report(loaded, board, result, options);
+  if (checked) add_windows(report, *checked);
+  write_report(folder.file("report.html"), report);
+  std::ofstream summary(folder.file("summary.json"));
+  summary << summary_json(report);
+  summary.close();
+  if (!summary)
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written, is the disk full?", folder.file("summary.json").string()));
+  folder.publish();
+
+  fmt::print("{}: {}\n", loaded.job.name, report.verdict);
+  fmt::print(
+      "path {:.3f} {} in file order, {:.3f} {} planned, at most {:.2f} % above the cheapest; heat-up {:.1f} "
+      "s; "
+      "print {:.1f} s; {} chip clocks\n",
+      loaded.plan.cost_before, loaded.plan_unit, loaded.plan.cost_after, loaded.plan_unit,
+      100.0 * loaded.plan.gap(), phase_length_s(result, "heat-up"), phase_length_s(result, "print"),
+      result.cycles);
+  if (checked) {
+    fmt::print("{}", describe(*checked));
+    if (!checked->joined.whole) {
+      fmt::print("work folder: {}\n", work.string());
+    } else if (options.work.empty()) {
+      std::filesystem::remove_all(work);
+    }
+  } else {
+    std::uint64_t clocks = 0;
+    std::uint64_t comparisons = 0;
+    for (const LockstepWindow& w : report.lockstep) {
+      clocks += w.clocks;
+      comparisons += w.comparisons;
+    }
+    fmt::print("lockstep: {} windows, {} clocks, {} values compared, 0 mismatches\n", report.lockstep.size(),
+               clocks, comparisons);
+  }
+  fmt::print("page: {}\n", (options.out / "report.html").string());
+  return report.good ? 0 : 1;
+}
+
+}  // namespace meltstage::app

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Grading of functional vectors: the netlist runs clock by clock without scan, 511 faulty machines beside the
+// good one, and a fault is detected in the clock after which an output port differs.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "asic/dft/core/faults.hpp"
+#include "asic/netlist/netlist.hpp"
+#include "asic/dft/scan/replay.hpp"
+
+namespace meltstage::dft {
+
+/// So many clocks with these values at the input ports (by CaptureView::input_ports; clocks: any value).
+struct FunctionalStretch {
+  std::uint64_t clocks = 1;
+  std::vector<std::uint8_t> inputs;
+};
+
+/// Outputs of cells that rise and fall in the good machine, and those that don't; what is tied to a constant
+/// is left out and counted.
+struct ToggleCoverage {
+  std::size_t lines = 0, toggled = 0, tied = 0;
+  std::vector<std::size_t> idle;  ///< sites of the circuit
+  std::vector<Node> moving;       ///< nodes of the others
+};
+
+struct FunctionalGrade {
+  static constexpr std::uint64_t kUndetected = ~std::uint64_t{0};
+  std::vector<std::uint64_t> first_clock;  ///< by fault, the clock that shows it
+  std::uint64_t clocks = 0;
+  ToggleCoverage toggle;
+  std::size_t set_aside = 0;  ///< faults that were not graded to the end; undetected
+
+  std::size_t detected() const;
+};
+
+/// What all flops hold before the first clock.
+enum class PowerUp : std::uint8_t { zeros, ones };
+
+/// Told now and then: clocks done, faults not detected yet, and those of them that are set aside.
+using GradeProgress = std::function<void(std::uint64_t clocks, std::size_t undetected, std::size_t aside)>;
+
+/// Grades `faults` on so many threads, 511 beside each other; the undetected ones are put together as the
+/// others fall. `view` is the capture view with nothing held; vectors should begin with a reset. Flops with
+/// an asynchronous reset follow it at once. What is detected from one power-up state and not from the other
+/// is possibly detected (PT): it hangs on flops that the fault keeps from their reset.
+FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
+                                 const std::vector<Fault>& faults, unsigned threads,
+                                 PowerUp power_up = PowerUp::zeros, const GradeProgress& progress = {});
+
+/// Stretches of a stream without scan: a cycle with a clock pulse is a clock. Ports of the netlist that the
+/// stream doesn't name are inputs of the test, held at 0; without any of them InputError.
+std::vector<FunctionalStretch> stretches_of(const CaptureView& view, const CycleStream& stream);
+
+/// Runs a stream of any length without scan; outputs are compared before each cycle's clock where it has H or
+/// L. Beside each other run the power-up states 0, 1 and `random_power_ups` more: a strobe that depends on
+/// one of them is a mismatch, so that 0 mismatches mean that no unknown reaches a strobe. Strobes count once.
+ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_power_ups = 0,
+                           std::uint64_t seed = 1);
+
+/// `count` of `faults` drawn at random without repetition, in their order; all when there are fewer.
+std::vector<Fault> sample_faults(const std::vector<Fault>& faults, std::size_t count, std::uint64_t seed);
+
+}  // namespace meltstage::dft

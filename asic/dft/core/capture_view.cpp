@@ -1,0 +1,525 @@
+// SPDX-License-Identifier: Apache-2.0
+// From cells to gates: the function of each cell becomes one gate where there is one for it, else a few; pins
+// become fault sites.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <unordered_map>
+
+#include "asic/netlist/error.hpp"
+#include "asic/netlist/netlist.hpp"
+
+namespace meltstage::dft {
+
+namespace {
+
+using Op = Expression::Op;
+
+// An expression in the gates of a circuit: inverters folded into the gate above, nested ANDs joined,
+// multiplexers found.
+struct Term {
+  enum class Kind { pin, gate };
+  Kind kind = Kind::pin;
+  std::string pin;
+  Gate gate = Gate::buf;
+  std::vector<Term> args;
+};
+
+Term pin_term(std::string name) { return {Term::Kind::pin, std::move(name), Gate::buf, {}}; }
+Term gate_term(Gate gate, std::vector<Term> args) { return {Term::Kind::gate, "", gate, std::move(args)}; }
+
+Gate inverse(Gate gate) {
+  switch (gate) {
+    case Gate::tie0:
+      return Gate::tie1;
+    case Gate::tie1:
+      return Gate::tie0;
+    case Gate::buf:
+      return Gate::inv;
+    case Gate::inv:
+      return Gate::buf;
+    case Gate::all:
+      return Gate::nall;
+    case Gate::nall:
+      return Gate::all;
+    case Gate::any:
+      return Gate::none;
+    case Gate::none:
+      return Gate::any;
+    case Gate::parity:
+      return Gate::same;
+    default:
+      return Gate::parity;  // same
+  }
+}
+
+Term inverted(Term term) {
+  if (term.kind == Term::Kind::pin || term.gate == Gate::mux) return gate_term(Gate::inv, {std::move(term)});
+  if (term.gate == Gate::inv) return std::move(term.args[0]);
+  term.gate = inverse(term.gate);
+  return term;
+}
+
+bool is_inverse_pin(const Expression& e, const std::string& pin) {
+  return e.op == Op::inv && e.args[0].op == Op::pin && e.args[0].pin == pin;
+}
+
+Term term_of(const Expression& e);
+
+// A!S + BS in any order: the multiplexer of A and B by S.
+std::optional<Term> mux_of(const Expression& e) {
+  if (e.op != Op::any || e.args.size() != 2) return std::nullopt;
+  const Expression &left = e.args[0], &right = e.args[1];
+  if (left.op != Op::all || right.op != Op::all || left.args.size() != 2 || right.args.size() != 2)
+    return std::nullopt;
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Expression &a = left.args[i], &b = right.args[k];
+      if (a.op == Op::pin && is_inverse_pin(b, a.pin))
+        return gate_term(Gate::mux, {term_of(right.args[1 - k]), term_of(left.args[1 - i]), pin_term(a.pin)});
+      if (b.op == Op::pin && is_inverse_pin(a, b.pin))
+        return gate_term(Gate::mux, {term_of(left.args[1 - i]), term_of(right.args[1 - k]), pin_term(b.pin)});
+    }
+  }
+  return std::nullopt;
+}
+
+Term term_of(const Expression& e) {
+  switch (e.op) {
+    case Op::zero:
+      return gate_term(Gate::tie0, {});
+    case Op::one:
+      return gate_term(Gate::tie1, {});
+    case Op::pin:
+      return pin_term(e.pin);
+    case Op::inv:
+      return inverted(term_of(e.args[0]));
+    default:
+      break;
+  }
+  if (auto mux = mux_of(e)) return *mux;
+  const Gate gate = e.op == Op::all ? Gate::all : e.op == Op::any ? Gate::any : Gate::parity;
+  std::vector<Term> args;
+  for (const Expression& arg : e.args) {
+    Term term = term_of(arg);
+    if (term.kind == Term::Kind::gate && term.gate == gate)
+      args.insert(args.end(), term.args.begin(), term.args.end());
+    else
+      args.push_back(std::move(term));
+  }
+  return gate_term(gate, std::move(args));
+}
+
+void count_pins(const Term& term, std::map<std::string, int>& uses) {
+  if (term.kind == Term::Kind::pin) ++uses[term.pin];
+  for (const Term& arg : term.args) count_pins(arg, uses);
+}
+
+// Stands for the clock gates before a flop: 1 when they let the clock pass.
+constexpr char kOpen[] = "(clock gate open)";
+
+// What a flop has in its state after a clock (or in asynchronous reset). Behind closed clock gates it keeps
+// its state.
+Term captured(const Flop& flop, bool gated) {
+  Term next = term_of(flop.next_state);
+  if (gated) next = gate_term(Gate::mux, {pin_term(flop.state), std::move(next), pin_term(kOpen)});
+  if (flop.clear) next = gate_term(Gate::all, {std::move(next), inverted(term_of(*flop.clear))});
+  if (flop.preset) next = gate_term(Gate::any, {std::move(next), term_of(*flop.preset)});
+  return next;
+}
+
+void pins_of(const Expression& e, std::vector<std::string>& names) {
+  if (e.op == Op::pin) names.push_back(e.pin);
+  for (const Expression& arg : e.args) pins_of(arg, names);
+}
+
+class ViewBuilder {
+ public:
+  ViewBuilder(const Netlist& netlist, const CellLibrary& library, const HeldPorts& held)
+      : netlist_(netlist), library_(library), held_(held) {}
+
+  CaptureView build() {
+    for (const Instance& instance : netlist_.instances) cells_.push_back(&cell_of(instance));
+    add_input_ports();
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (cells_[i]->flop) add_state(i);
+    }
+    for (std::size_t i = 0; i < cells_.size(); ++i) add_outputs(i);
+    find_clock_cells();
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (!cells_[i]->flop) connect(i);
+    }
+    add_output_ports();
+    for (std::size_t k = 0; k < view_.flops.size(); ++k) connect_flop(k);
+    mark_clocks();
+    std::vector<Node> number;
+    view_.circuit = builder_.finish(netlist_.file, &number);
+    for (const auto& [net, node] : driver_) view_.node_of_net[net] = number[node];
+    return std::move(view_);
+  }
+
+ private:
+  struct Driven {
+    const CellPin* pin;
+    Term term;
+    Node node;
+  };
+
+  const Cell& cell_of(const Instance& instance) const {
+    const auto found = library_.find(instance.type);
+    if (found == library_.end())
+      throw InputError(
+          fmt::format("{}: cell {}: found type {}, expected a cell of the library; map the netlist to it",
+                      netlist_.file, instance.name, instance.type));
+    const Cell& cell = found->second;
+    if (cell.has_latch)
+      throw InputError(fmt::format("{}: cell {}: found {}, a latch, expected flops and gates; replace it",
+                                   netlist_.file, instance.name, instance.type));
+    for (const auto& [pin, net] : instance.pins) {
+      if (cell.find(pin) == nullptr)
+        throw InputError(fmt::format(
+            "{}: cell {}: found pin {}, which {} does not have; use the library the netlist was mapped to",
+            netlist_.file, instance.name, pin, instance.type));
+    }
+    return cell;
+  }
+  void drive(Net net, Node node, const std::string& by) {
+    if (net < 2) return;
+    if (!driver_.emplace(net, node).second)
+      throw InputError(fmt::format("{}: net {}: found a second driver {}, expected one", netlist_.file,
+                                   net_name(net), by));
+  }
+  std::string net_name(Net net) const {
+    const auto found = netlist_.net_names.find(net);
+    return found == netlist_.net_names.end() ? fmt::format("{}", net) : found->second;
+  }
+  Node constant(bool one) {
+    Node& node = constants_[one ? 1 : 0];
+    if (node == kNoNode) node = builder_.add(one ? Gate::tie1 : Gate::tie0, {}, one ? "1" : "0");
+    return node;
+  }
+  Node node_of(Net net, const std::string& reader) {
+    if (net == 0 || net == 1) return constant(net == 1);
+    const auto found = driver_.find(net);
+    if (found == driver_.end())
+      throw InputError(
+          fmt::format("{}: {}: found no driver of net {}, expected one; unknown values can't be tested",
+                      netlist_.file, reader, net == kUnknownNet ? "x" : net_name(net)));
+    return found->second;
+  }
+
+  void add_input_ports() {
+    HeldPorts unknown = held_;
+    for (const Port& port : netlist_.ports) {
+      if (!port.is_input) continue;
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        const std::string name = port.bit_name(i);
+        const Node node = builder_.add(Gate::input, {}, name);
+        drive(port.bits[i], node, "port " + name);
+        port_node_[port.bits[i]] = view_.input_ports.size();
+        port_site_.push_back(builder_.site_count());
+        builder_.add_site({name, node, kStem, {false, false}});
+        view_.input_ports.push_back(name);
+        if (const auto held = held_.find(name); held != held_.end()) builder_.hold(node, held->second);
+        unknown.erase(name);
+      }
+    }
+    view_.clock_ports.assign(view_.input_ports.size(), 0);
+    if (!unknown.empty())
+      throw InputError(fmt::format("{}: found no input port {}, expected one to hold", netlist_.file,
+                                   unknown.begin()->first));
+  }
+
+  void add_state(std::size_t i) {
+    const Instance& instance = netlist_.instances[i];
+    const Flop& flop = *cells_[i]->flop;
+    ScanFlop entry;
+    entry.instance = i;
+    entry.name = instance.name;
+    entry.has_reset = flop.clear || flop.preset;
+    entry.reset_value = flop.preset.has_value();
+    std::vector<std::string> clock_pins;
+    pins_of(flop.clocked_on, clock_pins);
+    if (clock_pins.size() == 1 && instance.pins.count(clock_pins[0]) != 0)
+      entry.clock = instance.pins.at(clock_pins[0]);
+    for (const auto& reset : {flop.clear, flop.preset}) {
+      if (!reset) continue;
+      std::vector<std::string> names;
+      pins_of(*reset, names);
+      if (names.size() != 1 || instance.pins.count(names[0]) == 0) continue;
+      entry.reset = instance.pins.at(names[0]);
+      entry.reset_low = reset->op == Op::inv;
+    }
+    state_.push_back(builder_.add(Gate::input, {}, instance.name));
+    state_of_[i] = state_.back();
+    view_.flops.push_back(std::move(entry));
+  }
+
+  // The gate of every output pin; its fan-in follows once all drivers are known.
+  void add_outputs(std::size_t i) {
+    const Instance& instance = netlist_.instances[i];
+    const Cell& cell = *cells_[i];
+    if (cell.flop) {
+      const Node state = state_[flop_index_++];
+      for (const CellPin& pin : cell.pins) {
+        const auto net = instance.pins.find(pin.name);
+        if (!pin.is_output || net == instance.pins.end()) continue;
+        if (!pin.function || pin.function->op == Op::zero) continue;
+        const Term term = term_of(*pin.function);
+        const bool plain = term.kind == Term::Kind::pin && term.pin == cell.flop->state;
+        const bool inverse_state =
+            (term.kind == Term::Kind::pin && term.pin == cell.flop->state_n) ||
+            (term.kind == Term::Kind::gate && term.gate == Gate::inv && term.args[0].pin == cell.flop->state);
+        if (!plain && !inverse_state)
+          throw InputError(fmt::format("{}: cell {}/{}: found an output that is not the state or its inverse",
+                                       netlist_.file, instance.name, pin.name));
+        const Node node =
+            builder_.add(plain ? Gate::buf : Gate::inv, {state}, instance.name + "/" + pin.name);
+        builder_.add_site({instance.name + "/" + pin.name, node, kStem, {false, false}});
+        drive(net->second, node, instance.name);
+      }
+      return;
+    }
+    if (cell.gate) {
+      add_clock_gate(i);
+      return;
+    }
+    for (const CellPin& pin : cell.pins) {
+      const auto net = instance.pins.find(pin.name);
+      if (!pin.is_output || net == instance.pins.end()) continue;
+      if (!pin.function)
+        throw InputError(
+            fmt::format("{}: cell {}: found {} without a function of {} in the library, expected one",
+                        netlist_.file, instance.name, instance.type, pin.name));
+      Term term = term_of(*pin.function);
+      const Gate gate = term.kind == Term::Kind::pin ? Gate::buf : term.gate;
+      const Node node = builder_.add(gate, {}, instance.name + "/" + pin.name);
+      builder_.add_site({instance.name + "/" + pin.name, node, kStem, {false, false}});
+      drive(net->second, node, instance.name);
+      driven_[i].push_back({&pin, std::move(term), node});
+    }
+  }
+
+  // A clock gate is whether it is open, which the flops behind it read; its clock stands still at 0 while the
+  // circuit is looked at. A gate that is dead shows in the chain test.
+  void add_clock_gate(std::size_t i) {
+    const Instance& instance = netlist_.instances[i];
+    const ClockGate& gate = *cells_[i]->gate;
+    open_of_[i] = builder_.add(gate.test.empty() ? Gate::buf : Gate::any, {}, instance.name);
+    const auto net = instance.pins.find(gate.out);
+    if (net == instance.pins.end()) return;
+    drive(net->second, constant(false), instance.name);
+    builder_.add_site({instance.name + "/" + gate.out, kNoNode, kStem, {true, true}});
+  }
+  void connect_clock_gate(std::size_t i) {
+    const ClockGate& gate = *cells_[i]->gate;
+    Term open = pin_term(gate.enable);
+    if (!gate.test.empty()) open = gate_term(Gate::any, {std::move(open), pin_term(gate.test)});
+    uses_.clear();
+    pin_buffers_.clear();
+    count_pins(open, uses_);
+    fill(open_of_.at(i), open, i);
+    add_idle_pins(i);
+  }
+
+  // Fan-in of `node` from the arguments of `term`; a pin that is read once is a branch there, else it gets a
+  // buffer of its own.
+  void fill(Node node, const Term& term, std::size_t i) {
+    std::vector<Node> fanin;
+    const std::vector<Term> self{term};
+    const std::vector<Term>& args = term.kind == Term::Kind::pin ? self : term.args;
+    for (const Term& arg : args) {
+      if (arg.kind == Term::Kind::pin)
+        fanin.push_back(pin_node(arg.pin, i, node, static_cast<std::int32_t>(fanin.size())));
+      else {
+        const Node inner = builder_.add(arg.gate, {}, builder_name(i));
+        fill(inner, arg, i);
+        fanin.push_back(inner);
+      }
+    }
+    builder_.set_fanin(node, std::move(fanin));
+  }
+  std::string builder_name(std::size_t i) const { return netlist_.instances[i].name; }
+  Node pin_node(const std::string& pin, std::size_t i, Node reader, std::int32_t position) {
+    const Instance& instance = netlist_.instances[i];
+    if (cells_[i]->flop && pin == cells_[i]->flop->state)
+      return state_of_.at(i);  // an enable keeps the state
+    if (pin == kOpen) return open_node(gates_before_.at(i));
+    if (const auto known = pin_buffers_.find(pin); known != pin_buffers_.end()) return known->second;
+    const auto net = instance.pins.find(pin);
+    const std::string name = instance.name + "/" + pin;
+    if (net == instance.pins.end())
+      throw InputError(fmt::format("{}: {}: found nothing connected, expected a net", netlist_.file, name));
+    const Node source = node_of(net->second, name);
+    Site site{name, reader, position, {false, false}};
+    mark_implied(site, i, pin);
+    if (uses_[pin] == 1) {
+      builder_.add_site(std::move(site));
+      return source;
+    }
+    const Node buffer = builder_.add(Gate::buf, {source}, name);
+    pin_buffers_[pin] = buffer;
+    site.node = buffer;
+    site.pin = kStem;
+    builder_.add_site(std::move(site));
+    return buffer;
+  }
+  // Faults that the chain test or the reset test shows.
+  void mark_implied(Site& site, std::size_t i, const std::string& pin) const {
+    const Cell& cell = *cells_[i];
+    if (!cell.flop) return;
+    if (cell.scan && pin == cell.scan->in) site.implied[0] = site.implied[1] = true;
+    if (cell.scan && pin == cell.scan->enable) site.implied[cell.scan->enable_low ? 1 : 0] = true;
+    for (const auto& reset : {cell.flop->clear, cell.flop->preset}) {
+      if (!reset) continue;
+      if (reset->op == Op::pin && reset->pin == pin) site.implied[0] = true;
+      if (is_inverse_pin(*reset, pin)) site.implied[1] = true;
+    }
+  }
+
+  void connect(std::size_t i) {
+    if (cells_[i]->gate) {
+      connect_clock_gate(i);
+      return;
+    }
+    uses_.clear();
+    pin_buffers_.clear();
+    for (const Driven& driven : driven_[i]) count_pins(driven.term, uses_);
+    for (const Driven& driven : driven_[i]) fill(driven.node, driven.term, i);
+    add_idle_pins(i);
+  }
+  // Pins no function reads: no test can see them.
+  void add_idle_pins(std::size_t i) {
+    const Instance& instance = netlist_.instances[i];
+    for (const CellPin& pin : cells_[i]->pins) {
+      if (pin.is_output || instance.pins.count(pin.name) == 0 || uses_.count(pin.name) != 0) continue;
+      const bool clock = (cells_[i]->flop && reads(cells_[i]->flop->clocked_on, pin.name)) ||
+                         (cells_[i]->gate && cells_[i]->gate->clock == pin.name);
+      builder_.add_site({instance.name + "/" + pin.name, kNoNode, kStem, {clock, clock}});
+    }
+  }
+  static bool reads(const Expression& e, const std::string& pin) {
+    std::vector<std::string> names;
+    pins_of(e, names);
+    return std::find(names.begin(), names.end(), pin) != names.end();
+  }
+
+  void connect_flop(std::size_t k) {
+    const std::size_t i = view_.flops[k].instance;
+    uses_.clear();
+    pin_buffers_.clear();
+    gates_before_[i] = clock_of(view_.flops[k].clock).gates;
+    const Term term = captured(*cells_[i]->flop, !gates_before_[i].empty());
+    count_pins(term, uses_);
+    const Node node = builder_.add(Gate::output, {}, view_.flops[k].name);
+    if (term.kind == Term::Kind::pin) {
+      fill(node, term, i);
+    } else {
+      const Node gate = builder_.add(term.gate, {}, view_.flops[k].name);
+      fill(gate, term, i);
+      builder_.set_fanin(node, {gate});
+    }
+    add_idle_pins(i);
+  }
+
+  void add_output_ports() {
+    for (const Port& port : netlist_.ports) {
+      if (port.is_input) continue;
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        const std::string name = port.bit_name(i);
+        const Node node = builder_.add(Gate::output, {node_of(port.bits[i], "port " + name)}, name);
+        builder_.add_site({name, node, 0, {false, false}});
+        view_.output_ports.push_back(name);
+      }
+    }
+  }
+
+  // Clock pins lie outside the circuit; what leads to them must be a port, buffers, inverters and clock
+  // gates.
+  void find_clock_cells() {
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (cells_[i]->gate) {
+        const auto out = netlist_.instances[i].pins.find(cells_[i]->gate->out);
+        if (out != netlist_.instances[i].pins.end()) clock_cell_[out->second] = i;
+      }
+      if (cells_[i]->flop || driven_[i].size() != 1) continue;
+      const Term& term = driven_[i][0].term;
+      if (term.kind == Term::Kind::pin || term.gate == Gate::inv || term.gate == Gate::buf)
+        clock_cell_[netlist_.instances[i].pins.at(driven_[i][0].pin->name)] = i;
+    }
+  }
+  struct ClockWay {
+    Net source;
+    std::vector<std::size_t> gates;  // from the flop on
+  };
+  ClockWay clock_of(Net net) const {
+    ClockWay way{net, {}};
+    std::size_t steps = 0;
+    for (auto at = clock_cell_.find(net); at != clock_cell_.end() && steps <= cells_.size();
+         at = clock_cell_.find(way.source), ++steps) {
+      const std::size_t i = at->second;
+      if (cells_[i]->gate) way.gates.push_back(i);
+      for (const auto& [pin, source] : netlist_.instances[i].pins) {
+        const bool leads = cells_[i]->gate ? pin == cells_[i]->gate->clock : !cells_[i]->find(pin)->is_output;
+        if (leads) way.source = source;
+      }
+    }
+    return way;
+  }
+  Node open_node(const std::vector<std::size_t>& gates) {
+    if (gates.size() == 1) return open_of_.at(gates[0]);
+    const auto [known, fresh] = open_of_all_.emplace(gates, kNoNode);
+    if (fresh) {
+      std::vector<Node> opens;
+      for (const std::size_t i : gates) opens.push_back(open_of_.at(i));
+      known->second = builder_.add(Gate::all, std::move(opens), netlist_.instances[gates[0]].name);
+    }
+    return known->second;
+  }
+  void mark_clocks() {
+    for (const ScanFlop& flop : view_.flops) {
+      const auto port = port_node_.find(clock_of(flop.clock).source);
+      if (port == port_node_.end())
+        throw InputError(
+            fmt::format("{}: cell {}: found clock net {} driven by logic, expected an input port through "
+                        "buffers and clock gates; bypass "
+                        "it in test mode",
+                        netlist_.file, flop.name, net_name(flop.clock)));
+      if (view_.clock_ports[port->second] != 0) continue;
+      view_.clock_ports[port->second] = 1;
+      Site& site = builder_.site(port_site_[port->second]);
+      site.implied[0] = site.implied[1] = true;
+      builder_.hold(site.node, false);  // outputs are compared and states captured while the clock is low
+    }
+  }
+
+  const Netlist& netlist_;
+  const CellLibrary& library_;
+  const HeldPorts& held_;
+  CircuitBuilder builder_;
+  CaptureView view_;
+  std::vector<const Cell*> cells_;
+  std::vector<Node> state_;
+  std::unordered_map<std::size_t, Node> state_of_;  // by instance
+  std::size_t flop_index_ = 0;
+  std::unordered_map<Net, Node> driver_;
+  std::unordered_map<Net, std::size_t> port_node_;
+  std::vector<std::size_t> port_site_;
+  std::unordered_map<std::size_t, std::vector<Driven>> driven_;
+  std::unordered_map<Net, std::size_t> clock_cell_;  // buffer, inverter or clock gate that drives a net
+  std::unordered_map<std::size_t, Node> open_of_;    // by clock gate
+  std::map<std::vector<std::size_t>, Node> open_of_all_;
+  std::unordered_map<std::size_t, std::vector<std::size_t>> gates_before_;  // by flop
+  std::map<std::string, int> uses_;
+  std::map<std::string, Node> pin_buffers_;
+  Node constants_[2] = {kNoNode, kNoNode};
+};
+
+}  // namespace
+
+CaptureView capture_view(const Netlist& netlist, const CellLibrary& library, const HeldPorts& held) {
+  return ViewBuilder(netlist, library, held).build();
+}
+
+}  // namespace meltstage::dft

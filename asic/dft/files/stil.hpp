@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// STIL (IEEE 1450.0-1999): writing in the shape that TetraMAX gives it or flat (a V statement a cycle), and
+// reading.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "asic/dft/core/cycles.hpp"
+#include "asic/dft/scan/scan_test.hpp"
+
+namespace meltstage::dft {
+
+/// Signals, timing, chains, procedures load_unload, multiclock_capture and reset_pulse, and a Call for each
+/// load and capture.
+std::string stil_text(const ScanTest& test);
+/// Flat: one V statement a cycle, no procedures; equal cycles are a Loop.
+std::string flat_stil_text(const CycleStream& stream);
+
+/// A defect of a STIL file; what() is "file:line: found ..., expected ...".
+class StilError : public std::runtime_error {
+ public:
+  StilError(const std::string& message, std::size_t line) : std::runtime_error(message), line_(line) {}
+  std::size_t line() const { return line_; }
+
+ private:
+  std::size_t line_;
+};
+
+/// Reads the subset of STIL that TetraMAX and this program write (Signals, SignalGroups, Timing with events D
+/// U Z / L H X T at times in s, ms, us, ns, ps, ScanStructures, PatternBurst, PatternExec, Procedures,
+/// MacroDefs, Pattern with W C F V Call Macro Shift Loop) and expands it. Every name must be defined before
+/// the pattern uses it, data must have the length of its signals or chain. A Loop of one V becomes one counted
+/// cycle. Throws StilError.
+CycleStream parse_stil(std::string_view text, const std::string& name);
+CycleStream read_stil(const std::filesystem::path& path);
+
+}  // namespace meltstage::dft

@@ -1,0 +1,532 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "asic/dft/files/pattern_files.hpp"
+
+namespace meltstage::dft {
+
+namespace {
+
+struct Token {
+  std::string text;  // empty at the end
+  bool quoted = false;
+  std::size_t line = 1;
+};
+
+class WglReader {
+ public:
+  WglReader(std::string_view text, const std::string& name) : text_(text), name_(name) { advance(); }
+
+  CycleStream read() {
+    expect("waveform");
+    stream_.title = take_name();
+    while (!at("end")) {
+      const Token block = token_;
+      advance();
+      if (block.text == "signal")
+        read_signals();
+      else if (block.text == "timeplate")
+        read_timeplate();
+      else if (block.text == "pattern")
+        read_pattern();
+      else if (block.text == "scancell")
+        read_cells();
+      else if (block.text == "scanchain")
+        read_chains();
+      else if (block.text == "scanstate")
+        read_states();
+      else
+        fail(block.line, shown(block), "signal, timeplate, scancell, scanchain, scanstate, pattern or end");
+    }
+    if (!pattern_) fail(token_.line, "no pattern", "one");
+    shift_rows();
+    set_timing();
+    return std::move(stream_);
+  }
+
+ private:
+  // An input: P keeps the value before, D low, U high, S the value of the vector. An output: X, Q compared.
+  struct Event {
+    double ns;
+    char state;
+  };
+
+  struct Chain {
+    std::size_t index, in, out;  // of the stream; signals
+  };
+  struct State {
+    std::size_t chain;
+    std::string bits;  // by cell
+    std::size_t line;
+  };
+  struct ScanRow {
+    std::size_t at;  // cycles before it
+    std::string states, label;
+    std::size_t line;
+    std::vector<std::pair<const Chain*, Token>> load, unload;  // names of states
+  };
+  static constexpr std::size_t kMaxCycles = 50'000'000;
+
+  [[noreturn]] void fail(std::size_t line, const std::string& found, const std::string& expected) const {
+    throw PatternFileError(fmt::format("{}:{}: found {}, expected {}", name_, line, found, expected), line);
+  }
+  static std::string shown(const Token& token) {
+    return token.text.empty() ? "the end of the file" : fmt::format("\"{}\"", token.text);
+  }
+  void advance() {
+    for (;; ++at_) {
+      if (at_ >= text_.size()) {
+        token_ = {"", false, line_};
+        return;
+      }
+      const char c = text_[at_];
+      if (c == '\n') ++line_;
+      if (c == '{' || c == '#') {  // a comment, or a label
+        const char close = c == '{' ? '}' : '\n';
+        const std::size_t end = text_.find(close, at_);
+        if (end == std::string_view::npos) fail(line_, "a comment left open", std::string(1, '}'));
+        if (c == '{') comment_ = trimmed(text_.substr(at_ + 1, end - at_ - 1));
+        line_ += static_cast<std::size_t>(std::count(text_.begin() + static_cast<std::ptrdiff_t>(at_),
+                                                     text_.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+        at_ = close == '\n' ? end - 1 : end;
+        continue;
+      }
+      if (std::isspace(static_cast<unsigned char>(c)) == 0) break;
+    }
+    token_ = {"", false, line_};
+    if (text_[at_] == '"') {
+      const std::size_t end = text_.find('"', at_ + 1), newline = text_.find('\n', at_);
+      if (end == std::string_view::npos || end > newline) fail(line_, "a name left open with \"", "\"");
+      token_ = {std::string(text_.substr(at_ + 1, end - at_ - 1)), true, line_};
+      at_ = end + 1;
+      return;
+    }
+    constexpr std::string_view kMarks = "[](),;:=";
+    if (text_.substr(at_, 2) == ":=") {
+      token_.text = ":=";
+      at_ += 2;
+    } else if (kMarks.find(text_[at_]) != std::string_view::npos) {
+      token_.text = text_[at_++];
+    } else {
+      const std::size_t begin = at_;
+      while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_])) == 0 &&
+             kMarks.find(text_[at_]) == std::string_view::npos && text_[at_] != '{' && text_[at_] != '"')
+        ++at_;
+      token_.text = text_.substr(begin, at_ - begin);
+    }
+  }
+  static std::string trimmed(std::string_view text) {
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front())) != 0)
+      text.remove_prefix(1);
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) text.remove_suffix(1);
+    return std::string(text);
+  }
+  bool at(std::string_view word) const { return !token_.quoted && token_.text == word; }
+  void expect(std::string_view word) {
+    if (!at(word)) fail(token_.line, shown(token_), fmt::format("\"{}\"", word));
+    advance();
+  }
+  std::string take_name() {
+    if (token_.text.empty()) fail(token_.line, shown(token_), "a name");
+    std::string name = token_.text;
+    advance();
+    return name;
+  }
+  bool at_end_of_file() const { return token_.text.empty() && !token_.quoted; }
+  std::size_t signal(const Token& token) const {
+    const auto found = signal_.find(token.text);
+    if (found == signal_.end())
+      fail(token.line, fmt::format("signal \"{}\"", token.text), "one of the signal block");
+    return found->second;
+  }
+
+  void read_signals() {
+    while (!at("end")) {
+      const Token name = token_;
+      take_name();
+      expect(":");
+      const Token direction = token_;
+      advance();
+      if (direction.text != "input" && direction.text != "output")
+        fail(direction.line, shown(direction), "input or output");
+      if (!signal_.emplace(name.text, stream_.signals.size()).second)
+        fail(name.line, fmt::format("signal \"{}\" again", name.text), "each signal once");
+      stream_.signals.push_back({name.text, direction.text == "input"});
+      while (!at(";")) {
+        if (token_.text.empty() || at("end")) fail(direction.line, shown(token_), "\";\"");
+        advance();
+      }
+      expect(";");
+    }
+    advance();
+  }
+
+  // Names; groups of cells in brackets are passed over.
+  void read_cells() {
+    for (; !at("end"); advance()) {
+      if (at_end_of_file()) fail(token_.line, shown(token_), "a scan cell or \"end\"");
+      if (at("[")) {
+        while (!at("]") && !at_end_of_file()) advance();
+      } else if (!at(";") && !at(",")) {
+        cells_.insert(token_.text);
+      }
+    }
+    advance();
+  }
+
+  // name [in, cell, ..., out]; a ! stands where it inverts.
+  void read_chains() {
+    while (!at("end")) {
+      const Token name = token_;
+      take_name();
+      expect("[");
+      std::vector<Token> members;
+      for (bool more = true; more;) {
+        members.push_back(token_);
+        take_name();
+        more = at(",");
+        if (more) advance();
+      }
+      expect("]");
+      expect(";");
+      if (members.size() < 3)
+        fail(name.line, fmt::format("chain \"{}\" with {} members", name.text, members.size()),
+             "its input, cells and output");
+      const std::size_t in = signal(members.front()), out = signal(members.back());
+      if (!stream_.signals[in].is_input || stream_.signals[out].is_input)
+        fail(name.line,
+             fmt::format("chain \"{}\" from \"{}\" to \"{}\"", name.text, members.front().text,
+                         members.back().text),
+             "an input first and an output last");
+      ScanChain chain{name.text, members.front().text, members.back().text, {}};
+      for (std::size_t i = 1; i + 1 < members.size(); ++i) {
+        if (members[i].text == "!" && !members[i].quoted) {
+          chain.inversions.push_back(chain.cells.size());
+          continue;
+        }
+        if (cells_.count(members[i].text) == 0)
+          fail(members[i].line, fmt::format("scan cell \"{}\"", members[i].text),
+               "one of the scancell block");
+        chain.cells.push_back(members[i].text);
+      }
+      if (!chain_.emplace(name.text, Chain{stream_.chains.size(), in, out}).second)
+        fail(name.line, fmt::format("chain \"{}\" again", name.text), "each chain once");
+      stream_.chains.push_back(std::move(chain));
+    }
+    advance();
+  }
+  const Chain& chain(const Token& token) const {
+    const auto found = chain_.find(token.text);
+    if (found == chain_.end())
+      fail(token.line, fmt::format("chain \"{}\"", token.text), "one of the scanchain block");
+    return found->second;
+  }
+
+  // name := chain (bits, that of the cell behind the chain's input first);
+  void read_states() {
+    while (!at("end")) {
+      const Token name = token_;
+      take_name();
+      expect(":=");
+      State state{chain(token_).index, "", name.line};
+      advance();
+      expect("(");
+      for (; !at(")"); advance()) {
+        if (at_end_of_file() || at(";")) fail(name.line, "a scan state left open", "\")\"");
+        state.bits += token_.text;
+      }
+      advance();
+      expect(";");
+      const ScanChain& of = stream_.chains[state.chain];
+      if (state.bits.size() != of.cells.size())
+        fail(name.line, fmt::format("{} bits in state \"{}\"", state.bits.size(), name.text),
+             fmt::format("{}, the cells of chain \"{}\"", of.cells.size(), of.name));
+      if (!state_.emplace(name.text, std::move(state)).second)
+        fail(name.line, fmt::format("state \"{}\" again", name.text), "each state once");
+    }
+    advance();
+  }
+
+  double take_time() {
+    const Token token = token_;
+    char* end = nullptr;
+    const double value = std::strtod(token.text.c_str(), &end);
+    std::string unit(end);
+    std::transform(unit.begin(), unit.end(), unit.begin(),
+                   [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
+    static const std::map<std::string, double> kUnits = {
+        {"s", 1e9}, {"ms", 1e6}, {"us", 1e3}, {"ns", 1}, {"ps", 1e-3}};
+    const auto found = kUnits.find(unit);
+    if (end == token.text.c_str() || found == kUnits.end() || !std::isfinite(value) || value < 0)
+      fail(token.line, fmt::format("time \"{}\"", token.text), "a number with s, ms, us, ns or ps");
+    advance();
+    return value * found->second;
+  }
+
+  void read_timeplate() {
+    const Token name = token_;
+    take_name();
+    if (!plate_.empty()) fail(name.line, fmt::format("a second timeplate \"{}\"", name.text), "one");
+    plate_ = name.text;
+    expect("period");
+    stream_.timing.period_ns = take_time();
+    events_.assign(stream_.signals.size(), {});
+    while (!at("end")) {
+      const std::size_t s = signal(token_), line = token_.line;
+      advance();
+      expect(":=");
+      const Token direction = token_;
+      advance();
+      if (direction.text != (stream_.signals[s].is_input ? "input" : "output"))
+        fail(direction.line, shown(direction), stream_.signals[s].is_input ? "input" : "output");
+      expect("[");
+      for (bool more = true; more;) {
+        Event event{take_time(), ' '};
+        if (event.ns > stream_.timing.period_ns)
+          fail(line, fmt::format("an edge at {} ns", event.ns),
+               fmt::format("one within the period of {} ns", stream_.timing.period_ns));
+        if (!events_[s].empty() && event.ns <= events_[s].back().ns)
+          fail(line, fmt::format("an edge at {} ns", event.ns), "one behind the edge before");
+        expect(":");
+        const Token state = token_;
+        advance();
+        const std::string_view known = stream_.signals[s].is_input ? "PDUSNZ" : "XQT";
+        if (state.text.size() != 1 || known.find(state.text) == std::string_view::npos)
+          fail(state.line, shown(state), fmt::format("one of {}", known));
+        event.state = state.text[0];
+        events_[s].push_back(event);
+        more = at(",");
+        if (more) advance();
+      }
+      expect("]");
+      expect(";");
+    }
+    advance();
+    for (std::size_t s = 0; s < events_.size(); ++s) {
+      if (events_[s].empty())
+        fail(name.line,
+             fmt::format("no edges of \"{}\" in timeplate \"{}\"", stream_.signals[s].name, plate_),
+             "some for every signal");
+    }
+  }
+  // A clock is low but where the vector's value stands.
+  bool pulsed(std::size_t s) const {
+    return stream_.signals[s].is_input && events_[s].size() == 3 && events_[s][0].state == 'D' &&
+           events_[s][1].state == 'S' && events_[s][2].state == 'D';
+  }
+  void set_timing() {
+    TestTiming& timing = stream_.timing;
+    for (std::size_t s = 0; s < events_.size(); ++s) {
+      const auto edge = std::find_if(events_[s].begin(), events_[s].end(),
+                                     [](const Event& e) { return e.state == 'S' || e.state == 'Q'; });
+      if (edge == events_[s].end()) continue;
+      if (pulsed(s)) {
+        timing.clock_rise_ns = edge->ns;
+        timing.clock_fall_ns = events_[s][2].ns;
+      } else {
+        (stream_.signals[s].is_input ? timing.drive_ns : timing.strobe_ns) = edge->ns;
+      }
+    }
+  }
+
+  void read_pattern() {
+    const Token name = token_;
+    take_name();
+    if (plate_.empty()) fail(name.line, "a pattern without a timeplate", "the timeplate before it");
+    if (pattern_) fail(name.line, fmt::format("a second pattern \"{}\"", name.text), "one");
+    pattern_ = true;
+    comment_.clear();
+    expect("(");
+    std::vector<std::size_t> order;
+    for (bool more = true; more;) {
+      order.push_back(signal(token_));
+      advance();
+      more = at(",");
+      if (more) advance();
+    }
+    expect(")");
+    std::vector<std::uint8_t> named(stream_.signals.size(), 0);
+    for (const std::size_t s : order) named[s] = 1;
+    for (std::size_t s = 0; s < named.size(); ++s) {
+      if (named[s] == 0)
+        fail(name.line, fmt::format("no column of \"{}\"", stream_.signals[s].name), "one for every signal");
+    }
+    while (!at("end")) read_vector(order);
+    advance();
+  }
+  void read_vector(const std::vector<std::size_t>& order) {
+    const std::string label = std::exchange(comment_, {});
+    std::uint64_t count = 1;
+    if (at("repeat") || at("loop")) {
+      advance();
+      const Token number = token_;
+      char* end = nullptr;
+      count = std::strtoull(number.text.c_str(), &end, 10);
+      if (end == number.text.c_str() || *end != '\0' || count == 0)
+        fail(number.line, shown(number), "how often the vector is repeated");
+      advance();
+    }
+    const Token row = token_;
+    const bool scan = at("scan");
+    if (scan && count != 1) fail(row.line, "a scan row repeated", "each by itself");
+    expect(scan ? "scan" : "vector");
+    expect("(");
+    if (token_.text != plate_)
+      fail(token_.line, fmt::format("timeplate \"{}\"", token_.text), fmt::format("\"{}\"", plate_));
+    advance();
+    expect(")");
+    expect(":=");
+    const std::string values = take_values(order.size());
+    if (scan) {
+      read_scan_row(order, values, label, row.line);
+      return;
+    }
+    expect(";");
+    std::string states(stream_.signals.size(), '\0');
+    for (std::size_t i = 0; i < order.size(); ++i) states[order[i]] = state_of(order[i], values[i], row.line);
+    stream_.cycles.push_back({std::move(states), label, count});
+  }
+
+  // "[ 0 1 X ]", so many.
+  std::string take_values(std::size_t count) {
+    const std::size_t line = token_.line;
+    expect("[");
+    std::string values;
+    for (; !at("]"); advance()) {
+      if (token_.text.empty() || at(";")) fail(line, "a vector left open", "\"]\"");
+      values += token_.text;
+    }
+    advance();
+    if (values.size() != count)
+      fail(line, fmt::format("{} values", values.size()), fmt::format("the {} of the pattern", count));
+    return values;
+  }
+  char state_of(std::size_t s, char c, std::size_t line) const {
+    const bool input = stream_.signals[s].is_input;
+    if (c == '0') return input ? '0' : 'L';
+    if (c == '1') return !input ? 'H' : pulsed(s) ? 'P' : '1';
+    if (c == 'X' || c == '-') return input ? 'N' : 'X';
+    fail(line, fmt::format("{} for \"{}\"", c, stream_.signals[s].name), "0, 1 or X");
+  }
+
+  // scan(tp) := [ 0 1 - X ], output [chain:state, ...], input [chain:state, ...];
+  void read_scan_row(const std::vector<std::size_t>& order, const std::string& values,
+                     const std::string& label, std::size_t line) {
+    ScanRow row{stream_.cycles.size(), std::string(stream_.signals.size(), '\0'), label, line, {}, {}};
+    std::vector<std::uint8_t> shifted(stream_.signals.size(), 0);
+    while (at(",")) {
+      advance();
+      const Token way = token_;
+      advance();
+      if (way.text != "input" && way.text != "output") fail(way.line, shown(way), "input or output");
+      const bool load = way.text == "input";
+      expect("[");
+      for (bool more = true; more;) {
+        const Chain& of = chain(token_);
+        advance();
+        expect(":");
+        const std::size_t port = load ? of.in : of.out;
+        if (shifted[port] != 0)
+          fail(token_.line, fmt::format("\"{}\" again", stream_.signals[port].name), "each chain once");
+        shifted[port] = 1;
+        (load ? row.load : row.unload).push_back({&of, token_});
+        take_name();
+        more = at(",");
+        if (more) advance();
+      }
+      expect("]");
+    }
+    expect(";");
+    if (row.load.empty() && row.unload.empty())
+      fail(line, "a scan row without states", "input or output [...]");
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const std::size_t s = order[i];
+      row.states[s] = shifted[s] == 0               ? state_of(s, values[i], line)
+                      : stream_.signals[s].is_input ? '0'
+                                                    : 'X';
+    }
+    rows_.push_back(std::move(row));
+  }
+  const State& state(const Token& token, const Chain& of) const {
+    const auto found = state_.find(token.text);
+    if (found == state_.end())
+      fail(token.line, fmt::format("scan state \"{}\"", token.text), "one of the scanstate block");
+    if (found->second.chain != of.index)
+      fail(token.line, fmt::format("scan state \"{}\"", token.text),
+           fmt::format("one of chain \"{}\"", stream_.chains[of.index].name));
+    return found->second;
+  }
+  static char inverted(char c, bool invert) {
+    if (!invert || (c != '0' && c != '1')) return c;
+    return c == '0' ? '1' : '0';
+  }
+  // Scan rows become cycles once all states are known: the bit of the cell before the chain's output moves
+  // first. Shorter chains are loaded with leading zeros. States are what cells hold.
+  void shift_rows() {
+    std::vector<TestCycle> cycles;
+    std::vector<std::vector<std::uint8_t>> inverses;
+    for (const ScanChain& of : stream_.chains) inverses.push_back(of.inverses());
+    std::size_t done = 0;
+    for (const ScanRow& row : rows_) {
+      for (; done < row.at; ++done) cycles.push_back(std::move(stream_.cycles[done]));
+      std::size_t length = 0;
+      for (const auto* list : {&row.load, &row.unload}) {
+        for (const auto& [of, name] : *list)
+          length = std::max(length, stream_.chains[of->index].cells.size());
+      }
+      if (cycles.size() + length > kMaxCycles)
+        fail(row.line, "more cycles than this program takes", fmt::format("at most {}", kMaxCycles));
+      const std::size_t first = cycles.size();
+      cycles.resize(first + length, {row.states, ""});
+      cycles[first].label = row.label;
+      for (const auto& [of, name] : row.load) {
+        const State& loaded = state(name, *of);
+        for (std::size_t cell = 0; cell < loaded.bits.size(); ++cell) {
+          const char c = loaded.bits[cell];
+          if (c != '0' && c != '1' && c != 'X') fail(loaded.line, fmt::format("{} to load", c), "0, 1 or X");
+          cycles[first + length - 1 - cell].states[of->in] =
+              c == 'X' ? 'N' : inverted(c, inverses[of->index][cell]);
+        }
+      }
+      for (const auto& [of, name] : row.unload) {
+        const State& shown = state(name, *of);
+        for (std::size_t cell = 0; cell < shown.bits.size(); ++cell)
+          cycles[first + shown.bits.size() - 1 - cell].states[of->out] = state_of(
+              of->out, inverted(shown.bits[cell], inverses[of->index][cell] ^ inverses[of->index].back()),
+              shown.line);
+      }
+    }
+    if (rows_.empty()) return;
+    for (; done < stream_.cycles.size(); ++done) cycles.push_back(std::move(stream_.cycles[done]));
+    stream_.cycles = std::move(cycles);
+  }
+
+  std::string_view text_;
+  const std::string& name_;
+  std::size_t at_ = 0, line_ = 1;
+  Token token_;
+  std::string comment_, plate_;
+  bool pattern_ = false;
+  CycleStream stream_;
+  std::map<std::string, std::size_t> signal_;
+  std::vector<std::vector<Event>> events_;
+  std::set<std::string> cells_;
+  std::map<std::string, Chain> chain_;
+  std::map<std::string, State> state_;
+  std::vector<ScanRow> rows_;
+};
+
+}  // namespace
+
+CycleStream parse_wgl(std::string_view text, const std::string& name) { return WglReader(text, name).read(); }
+
+}  // namespace meltstage::dft

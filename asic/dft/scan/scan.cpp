@@ -1,0 +1,716 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/scan/scan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "asic/netlist/error.hpp"
+#include "asic/dft/scan/scan_ways.hpp"
+
+namespace meltstage::dft {
+
+namespace {
+
+using Op = Expression::Op;
+
+const Cell* find_cell(const CellLibrary& library, const std::string& type) {
+  const auto found = library.find(type);
+  return found == library.end() ? nullptr : &found->second;
+}
+
+std::string only_pin(const Expression& e) {
+  if (e.op == Op::pin) return e.pin;
+  if (e.op == Op::inv && e.args[0].op == Op::pin) return e.args[0].pin;
+  return "";
+}
+
+// Where nets come from.
+class Drivers {
+ public:
+  Drivers(const Netlist& netlist, const CellLibrary& library) : netlist_(netlist), library_(library) {
+    for (const Port& port : netlist.ports) {
+      if (!port.is_input) continue;
+      for (std::size_t i = 0; i < port.bits.size(); ++i) port_[port.bits[i]] = port.bit_name(i);
+    }
+    for (std::size_t i = 0; i < netlist.instances.size(); ++i) {
+      const Cell* cell = find_cell(library, netlist.instances[i].type);
+      if (cell == nullptr) continue;
+      for (const auto& [pin, net] : netlist.instances[i].pins) {
+        const CellPin* known = cell->find(pin);
+        if (known != nullptr && known->is_output) driver_[net] = i;
+      }
+    }
+  }
+  bool is_driven(Net net) const {
+    return net == 0 || net == 1 || port_.count(net) != 0 || driver_.count(net) != 0;
+  }
+  /// Instance that drives a net; nothing for ports and constants.
+  std::optional<std::size_t> driver_of(Net net) const {
+    const auto found = driver_.find(net);
+    if (found == driver_.end()) return std::nullopt;
+    return found->second;
+  }
+  /// The input port that drives a net straight; "" when none does.
+  std::string port_at(Net net) const {
+    const auto found = port_.find(net);
+    return found == port_.end() ? "" : found->second;
+  }
+  /// The input port that drives a net straight or through buffers, inverters and clock gates; "" when logic
+  /// does. `inverted` tells the sense.
+  std::string port_of(Net net, bool* inverted = nullptr) const {
+    bool odd = false;
+    for (std::size_t steps = 0; steps < 1000; ++steps) {
+      const auto port = port_.find(net);
+      if (port != port_.end()) {
+        if (inverted != nullptr) *inverted = odd;
+        return port->second;
+      }
+      const auto driver = driver_.find(net);
+      if (driver == driver_.end()) return "";
+      const Instance& instance = netlist_.instances[driver->second];
+      const Cell& cell = *find_cell(library_, instance.type);
+      if (cell.gate && instance.pins.count(cell.gate->clock) != 0) {
+        net = instance.pins.at(cell.gate->clock);
+        continue;
+      }
+      if (cell.flop || instance.pins.size() != 2) return "";
+      for (const CellPin& pin : cell.pins) {
+        if (!pin.is_output || !pin.function) continue;
+        const std::string source = only_pin(*pin.function);
+        if (source.empty() || instance.pins.count(source) == 0) return "";
+        odd = odd != (pin.function->op == Op::inv);
+        net = instance.pins.at(source);
+      }
+    }
+    return "";
+  }
+
+ private:
+  const Netlist& netlist_;
+  const CellLibrary& library_;
+  std::unordered_map<Net, std::string> port_;
+  std::unordered_map<Net, std::size_t> driver_;
+};
+
+// Values of nets where some input ports have one and all else, flops too, is unknown (-1).
+class PortValues {
+ public:
+  PortValues(const Netlist& netlist, const CellLibrary& library, const Drivers& drivers,
+             std::map<std::string, bool> ports)
+      : netlist_(netlist), library_(library), drivers_(drivers), ports_(std::move(ports)) {}
+
+  int value(Net net) {
+    if (net == 0 || net == 1) return net;
+    const auto [known, fresh] = value_.emplace(net, -1);  // unknown too while a loop leads back here
+    if (!fresh) return known->second;
+    const int found = evaluate(net);
+    return value_[net] = found;
+  }
+
+ private:
+  int evaluate(Net net) {
+    if (const auto port = ports_.find(drivers_.port_at(net)); port != ports_.end())
+      return port->second ? 1 : 0;
+    const auto driver = drivers_.driver_of(net);
+    if (!driver) return -1;
+    const Instance& instance = netlist_.instances[*driver];
+    const Cell& cell = *find_cell(library_, instance.type);
+    if (cell.flop || cell.gate) return -1;
+    for (const auto& [name, out] : instance.pins) {
+      const CellPin* pin = cell.find(name);
+      if (out == net && pin != nullptr && pin->is_output && pin->function)
+        return value(*pin->function, instance);
+    }
+    return -1;
+  }
+  int value(const Expression& e, const Instance& instance) {
+    if (e.op == Op::zero) return 0;
+    if (e.op == Op::one) return 1;
+    if (e.op == Op::pin) {
+      const auto net = instance.pins.find(e.pin);
+      return net == instance.pins.end() ? -1 : value(net->second);
+    }
+    if (e.op == Op::inv) {
+      const int arg = value(e.args[0], instance);
+      return arg < 0 ? -1 : 1 - arg;
+    }
+    int parity = 0;
+    bool unknown = false;
+    for (const Expression& part : e.args) {
+      const int arg = value(part, instance);
+      if (e.op == Op::all && arg == 0) return 0;
+      if (e.op == Op::any && arg == 1) return 1;
+      unknown = unknown || arg < 0;
+      parity ^= arg & 1;
+    }
+    if (unknown) return -1;
+    return e.op == Op::parity ? parity : e.op == Op::all ? 1 : 0;
+  }
+
+  const Netlist& netlist_;
+  const CellLibrary& library_;
+  const Drivers& drivers_;
+  std::map<std::string, bool> ports_;
+  std::unordered_map<Net, int> value_;
+};
+
+// The input port that alone decides a net in test mode, with the sense of the net: the way of a reset that
+// has its bypass already. "" when there is none.
+std::string bypass_of(const Netlist& netlist, const CellLibrary& library, const Drivers& drivers, Net net,
+                      const std::string& test_mode, bool* inverted) {
+  std::set<Net> seen{net};
+  std::vector<Net> open{net};
+  std::set<std::string> ports;
+  while (!open.empty()) {
+    const Net at = open.back();
+    open.pop_back();
+    if (const std::string port = drivers.port_at(at); !port.empty()) ports.insert(port);
+    const auto driver = drivers.driver_of(at);
+    if (!driver) continue;
+    const Instance& instance = netlist.instances[*driver];
+    const Cell& cell = *find_cell(library, instance.type);
+    if (cell.flop || cell.gate) continue;
+    for (const auto& [pin, source] : instance.pins) {
+      if (!cell.find(pin)->is_output && seen.insert(source).second) open.push_back(source);
+    }
+  }
+  if (ports.erase(test_mode) == 0) return "";
+  for (const std::string& port : ports) {
+    const int low = PortValues(netlist, library, drivers, {{test_mode, true}, {port, false}}).value(net);
+    const int high = PortValues(netlist, library, drivers, {{test_mode, true}, {port, true}}).value(net);
+    if (low < 0 || high < 0 || low == high) continue;
+    *inverted = low == 1;
+    return port;
+  }
+  return "";
+}
+
+struct MuxCell {
+  const Cell* cell;
+  std::string zero, one, select, out;
+};
+
+// A library cell that is a two-way multiplexer.
+MuxCell find_mux(const CellLibrary& library, const std::string& file) {
+  for (const auto& [name, cell] : library) {
+    if (cell.flop || cell.pins.size() != 4) continue;
+    for (const CellPin& out : cell.pins) {
+      if (!out.is_output || !out.function || out.function->op != Op::any || out.function->args.size() != 2)
+        continue;
+      MuxCell mux{&cell, "", "", "", out.name};
+      for (const Expression& side : out.function->args) {
+        if (side.op != Op::all || side.args.size() != 2) continue;
+        for (std::size_t i = 0; i < 2; ++i) {
+          const Expression &control = side.args[i], &data = side.args[1 - i];
+          if (control.op == Op::inv && only_pin(control) != "" && data.op == Op::pin) {
+            mux.select = only_pin(control);
+            mux.zero = data.pin;
+          }
+        }
+      }
+      for (const CellPin& pin : cell.pins) {
+        if (!pin.is_output && pin.name != mux.select && pin.name != mux.zero) mux.one = pin.name;
+      }
+      if (!mux.select.empty() && !mux.one.empty()) return mux;
+    }
+  }
+  throw InputError(
+      fmt::format("{}: found no two-way multiplexer in the library, expected one for scan", file));
+}
+
+// The smallest buffer of a library, with its input and output; nothing when it has none.
+struct BufferCell {
+  const Cell* cell;
+  std::string in, out;
+};
+std::optional<BufferCell> find_buffer(const CellLibrary& library) {
+  std::optional<BufferCell> best;
+  for (const auto& [name, cell] : library) {
+    if (cell.flop || cell.gate || cell.has_latch || cell.pins.size() != 2) continue;
+    for (const CellPin& pin : cell.pins) {
+      if (!pin.is_output || !pin.function || pin.function->op != Op::pin) continue;
+      if (!best || cell.area < best->cell->area) best = BufferCell{&cell, pin.function->pin, pin.name};
+    }
+  }
+  return best;
+}
+
+// The scan cell that does what `flop` does: same pins and state, plus scan-in and enable.
+const Cell* scan_form(const CellLibrary& library, const Cell& plain) {
+  const Cell* best = nullptr;
+  for (const auto& [name, cell] : library) {
+    if (!cell.scan || !cell.flop || cell.has_latch) continue;
+    if (!(cell.scan->next_state == plain.flop->next_state) ||
+        !(cell.flop->clocked_on == plain.flop->clocked_on) || cell.flop->clear != plain.flop->clear ||
+        cell.flop->preset != plain.flop->preset)
+      continue;
+    const bool same_pins = std::all_of(plain.pins.begin(), plain.pins.end(),
+                                       [&](const CellPin& pin) { return cell.find(pin.name) != nullptr; });
+    if (same_pins && (best == nullptr || cell.area < best->area)) best = &cell;
+  }
+  return best;
+}
+
+// The clock gate that does what `plain` does and has a test enable.
+const Cell* testable_form(const CellLibrary& library, const Cell& plain) {
+  const Cell* best = nullptr;
+  for (const auto& [name, cell] : library) {
+    if (cell.gate && !cell.gate->test.empty() && (best == nullptr || cell.area < best->area)) best = &cell;
+  }
+  return plain.gate->test.empty() ? best : &plain;
+}
+
+// "u_a.q_reg[10]" after "u_a.q_reg[9]": runs of digits compare as numbers.
+bool natural_less(const std::string& a, const std::string& b) {
+  std::size_t i = 0, k = 0;
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  while (i < a.size() && k < b.size()) {
+    if (digit(a[i]) && digit(b[k])) {
+      std::size_t ie = i, ke = k;
+      while (ie < a.size() && digit(a[ie])) ++ie;
+      while (ke < b.size() && digit(b[ke])) ++ke;
+      while (i < ie && a[i] == '0') ++i;
+      while (k < ke && b[k] == '0') ++k;
+      if (ie - i != ke - k) return ie - i < ke - k;
+      for (; i < ie; ++i, ++k) {
+        if (a[i] != b[k]) return a[i] < b[k];
+      }
+    } else {
+      if (a[i] != b[k]) return a[i] < b[k];
+      ++i;
+      ++k;
+    }
+  }
+  return a.size() - i < b.size() - k || (a.size() - i == b.size() - k && a < b);
+}
+
+class Inserter {
+ public:
+  Inserter(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options)
+      : library_(library), options_(options), drivers_(netlist, library) {
+    design_.netlist = netlist;
+    design_.test_mode = options.test_mode;
+    design_.scan_enable = options.scan_enable;
+  }
+
+  ScanDesign run() {
+    Netlist& netlist = design_.netlist;
+    collect_flops();
+    const Port* had_in = port_of_netlist(options_.scan_in, true);
+    const Port* had_out = port_of_netlist(options_.scan_out, false);
+    if (had_in != nullptr && had_out != nullptr && had_in->bits.size() != had_out->bits.size())
+      throw InputError(fmt::format("{}: found {} of {} bits and {} of {}, expected one width", netlist.file,
+                                   had_in->name, had_in->bits.size(), had_out->name, had_out->bits.size()));
+    const std::size_t width = had_in != nullptr    ? had_in->bits.size()
+                              : had_out != nullptr ? had_out->bits.size()
+                                                   : std::max<std::size_t>(options_.chains, 1);
+    const bool given = had_in != nullptr || had_out != nullptr;  // its width stays
+    const std::size_t chains = std::min(width, flops_.size());
+    const Net mode = input_port(options_.test_mode, 1).front();
+    const Net enable = input_port(options_.scan_enable, 1).front();
+    bypass_resets(mode);
+    open_clock_gates(enable);
+    const std::set<std::size_t> linked = put_in_order();
+    const std::vector<Net> in = input_port(options_.scan_in, given ? width : chains);
+    std::vector<Net> out;
+    std::size_t at = 0;
+    for (std::size_t c = 0; c < chains; ++c) {
+      const std::size_t length = flops_.size() / chains + (c < flops_.size() % chains ? 1 : 0);
+      ScanChain chain{fmt::format("chain{}", c),
+                      bit_of(options_.scan_in, c, in.size()),
+                      bit_of(options_.scan_out, c, in.size()),
+                      {}};
+      Net from = in[c];
+      for (std::size_t k = 0; k < length; ++k) {
+        const std::size_t flop = flops_[at++];
+        chain.cells.push_back(netlist.instances[flop].name);
+        if (k == 0 || linked.count(flop) == 0) lead_in(flop, from, enable);
+        from = state_of(flop);
+      }
+      out.push_back(buffered(fmt::format("dft_scan_out{}", c), from, chain.out));
+      design_.chains.push_back(std::move(chain));
+    }
+    out.resize(in.size(), 0);  // of a given port more bits than flops
+    connect_scan_out(out);
+    return std::move(design_);
+  }
+
+ private:
+  static std::string bit_of(const std::string& port, std::size_t i, std::size_t width) {
+    return width == 1 ? port : fmt::format("{}[{}]", port, i);
+  }
+  [[noreturn]] void fail(const Instance& instance, const std::string& text) const {
+    throw InputError(fmt::format("{}: cell {}: {}", design_.netlist.file, instance.name, text));
+  }
+
+  // A test port that the netlist has already; nullptr when it hasn't.
+  const Port* port_of_netlist(const std::string& name, bool input) const {
+    for (const Port& port : design_.netlist.ports) {
+      if (port.name != name) continue;
+      if (port.is_input != input)
+        throw InputError(fmt::format("{}: found {} port {}, expected an {}; name the test ports otherwise",
+                                     design_.netlist.file, input ? "output" : "input", name,
+                                     input ? "input" : "output"));
+      return &port;
+    }
+    return nullptr;
+  }
+  // Bits of an input port, which is added when the netlist has none of the name.
+  std::vector<Net> input_port(const std::string& name, std::size_t width) {
+    const Port* had = port_of_netlist(name, true);
+    if (had == nullptr) return add_port(name, true, width);
+    if (had->bits.size() != width)
+      throw InputError(fmt::format("{}: found port {} of {} bits, expected {}", design_.netlist.file, name,
+                                   had->bits.size(), width));
+    return had->bits;
+  }
+  // A scan-out port that is there must be a constant so far, from a tie cell maybe.
+  void connect_scan_out(const std::vector<Net>& out) {
+    for (Port& port : design_.netlist.ports) {
+      if (port.name != options_.scan_out) continue;
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        const auto driver = drivers_.driver_of(port.bits[i]);
+        const bool tied = driver && design_.netlist.instances[*driver].pins.size() == 1;
+        if (port.bits[i] > 1 && !tied)
+          throw InputError(fmt::format("{}: found logic that drives {}, expected a constant before scan",
+                                       design_.netlist.file, port.bit_name(i)));
+      }
+      port.bits = out;
+      return;
+    }
+    design_.netlist.ports.push_back({options_.scan_out, false, out});
+  }
+
+  void collect_flops() {
+    const Netlist& netlist = design_.netlist;
+    for (std::size_t i = 0; i < netlist.instances.size(); ++i) {
+      const Instance& instance = netlist.instances[i];
+      const Cell* cell = find_cell(library_, instance.type);
+      if (cell == nullptr)
+        fail(instance, fmt::format("found type {}, expected a cell of the library", instance.type));
+      if (!cell->flop) continue;
+      if (cell->scan) fail(instance, "found a scan flop, expected a netlist before scan");
+      flops_.push_back(i);
+      const std::string clock_pin = only_pin(cell->flop->clocked_on);
+      bool inverted = false;
+      const std::string port = clock_pin.empty() || instance.pins.count(clock_pin) == 0
+                                   ? ""
+                                   : drivers_.port_of(instance.pins.at(clock_pin), &inverted);
+      if (port.empty())
+        fail(instance,
+             "found a clock from logic, expected one from an input port through buffers and clock gates; "
+             "bypass "
+             "it in test mode");
+      if (inverted != (cell->flop->clocked_on.op == Op::inv))
+        fail(instance,
+             "found a flop on the falling edge, expected the rising one; scan of both edges isn't built");
+      if (design_.clock.empty()) design_.clock = port;
+      if (port != design_.clock)
+        fail(
+            instance,
+            fmt::format("found clock {}, expected {} as the flops before; scan of several clocks isn't built",
+                        port, design_.clock));
+    }
+    if (flops_.empty())
+      throw InputError(fmt::format("{}: found no flop, expected some to scan", netlist.file));
+    std::sort(flops_.begin(), flops_.end(), [&](std::size_t a, std::size_t b) {
+      return natural_less(netlist.instances[a].name, netlist.instances[b].name);
+    });
+  }
+
+  std::vector<Net> add_port(const std::string& name, bool input, std::size_t width) {
+    std::vector<Net> bits;
+    for (std::size_t i = 0; i < width; ++i) {
+      design_.netlist.net_names[design_.netlist.next_net] = bit_of(name, i, width);
+      bits.push_back(design_.netlist.next_net++);
+    }
+    design_.netlist.ports.push_back({name, input, bits});
+    return bits;
+  }
+  Net add_mux(const std::string& name, Net zero, Net one, Net select) {
+    if (mux_.cell == nullptr) mux_ = find_mux(library_, design_.netlist.file);
+    const Net out = design_.netlist.next_net++;
+    design_.netlist.net_names[out] = name + "_y";
+    design_.netlist.instances.push_back(
+        {name,
+         mux_.cell->name,
+         {{mux_.zero, zero}, {mux_.one, one}, {mux_.select, select}, {mux_.out, out}}});
+    return out;
+  }
+
+  // The port's load and its wire aren't those of the function that the last flop has; and its net keeps its
+  // own name.
+  Net buffered(const std::string& name, Net net, const std::string& port) {
+    const auto buffer = find_buffer(library_);
+    if (!buffer) return net;
+    const Net out = design_.netlist.next_net++;
+    design_.netlist.net_names[out] = port;
+    design_.netlist.instances.push_back({name, buffer->cell->name, {{buffer->in, net}, {buffer->out, out}}});
+    return out;
+  }
+
+  // In shift every clock gate is open.
+  void open_clock_gates(Net enable) {
+    for (Instance& instance : design_.netlist.instances) {
+      const Cell& plain = *find_cell(library_, instance.type);
+      if (!plain.gate) continue;
+      const Cell* form = testable_form(library_, plain);
+      if (form == nullptr)
+        fail(instance,
+             fmt::format("found {}, a clock gate without a test enable, and none with one in the library",
+                         plain.name));
+      if (form != &plain) {
+        std::map<std::string, Net> pins;
+        for (const auto& [from, to] : {std::pair(plain.gate->clock, form->gate->clock),
+                                       std::pair(plain.gate->enable, form->gate->enable),
+                                       std::pair(plain.gate->out, form->gate->out)}) {
+          if (instance.pins.count(from) != 0) pins[to] = instance.pins.at(from);
+        }
+        instance.type = form->name;
+        instance.pins = std::move(pins);
+      }
+      const auto [test, fresh] = instance.pins.emplace(form->gate->test, enable);
+      if (!fresh && test->second != 0 && test->second != enable)
+        fail(instance, fmt::format("found something at {} already, expected 0 or {}", form->gate->test,
+                                   design_.scan_enable));
+      test->second = enable;
+    }
+  }
+
+  // In test mode every asynchronous reset comes from the reset port.
+  void bypass_resets(Net mode) {
+    struct Reset {
+      std::string pin;
+      bool low;
+    };
+    Netlist& netlist = design_.netlist;
+    const auto resets_of = [&](std::size_t i) {
+      std::vector<Reset> resets;
+      const Flop& flop = *find_cell(library_, netlist.instances[i].type)->flop;
+      for (const auto& reset : {flop.clear, flop.preset}) {
+        if (reset) resets.push_back({only_pin(*reset), reset->op == Op::inv});
+      }
+      return resets;
+    };
+    std::map<Net, bool> from_logic;  // by net: active low
+    for (const std::size_t i : flops_) {
+      for (const Reset& reset : resets_of(i)) {
+        if (reset.pin.empty() || netlist.instances[i].pins.count(reset.pin) == 0)
+          fail(netlist.instances[i], "found a reset of several pins, expected one");
+        const Net net = netlist.instances[i].pins.at(reset.pin);
+        if (net == 0 || net == 1) continue;
+        bool inverted = false;
+        const std::string port = drivers_.port_of(net, &inverted);
+        if (port.empty()) {
+          from_logic[net] = reset.low;
+        } else if (design_.reset.empty() && (options_.reset.empty() || options_.reset == port)) {
+          design_.reset = port;
+          design_.reset_low = reset.low != inverted;
+        }
+      }
+    }
+    if (from_logic.empty()) return;
+    if (design_.reset.empty())
+      throw InputError(fmt::format(
+          "{}: found resets from logic alone, expected an input port that resets a flop; name one that may "
+          "reset all in test mode",
+          netlist.file));
+    for (auto at = from_logic.begin(); at != from_logic.end();) {
+      bool inverted = false;
+      const bool bypassed =
+          bypass_of(netlist, library_, drivers_, at->first, design_.test_mode, &inverted) == design_.reset &&
+          at->second == (design_.reset_low != inverted);
+      at = bypassed ? from_logic.erase(at) : std::next(at);
+    }
+    Net reset = 1;
+    for (const Port& port : netlist.ports) {
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        if (port.bit_name(i) == design_.reset) reset = port.bits[i];
+      }
+    }
+    std::map<Net, Net> bypassed;
+    for (const auto& [net, low] : from_logic) {
+      if (low != design_.reset_low)
+        throw InputError(
+            fmt::format("{}: found resets of both senses, expected one; invert in the RTL", netlist.file));
+      bypassed[net] = add_mux(fmt::format("dft_reset_bypass{}", bypassed.size()), net, reset, mode);
+    }
+    for (const std::size_t i : flops_) {
+      for (const Reset& r : resets_of(i)) {
+        Net& net = netlist.instances[i].pins.at(r.pin);
+        if (const auto found = bypassed.find(net); found != bypassed.end()) net = found->second;
+      }
+    }
+  }
+
+  // Flops in the order of their names, those that take over another's state while shifting right behind that one; returns these.
+  std::set<std::size_t> put_in_order() {
+    std::map<std::string, std::size_t> flop_of;
+    for (const std::size_t flop : flops_) flop_of[design_.netlist.instances[flop].name] = flop;
+    const std::map<std::string, std::string> from = shifted_from(design_.netlist, library_, options_);
+    std::map<std::size_t, std::size_t> before, behind;
+    const auto first_of_row = [&](std::size_t flop) {
+      for (auto at = before.find(flop); at != before.end(); at = before.find(flop)) flop = at->second;
+      return flop;
+    };
+    for (const std::size_t flop : flops_) {
+      const auto way = from.find(design_.netlist.instances[flop].name);
+      if (way == from.end()) continue;
+      const std::size_t other = flop_of.at(way->second);
+      const bool closes_a_ring = first_of_row(other) == flop;
+      if (!closes_a_ring && behind.emplace(other, flop).second) before[flop] = other;
+    }
+    std::vector<std::size_t> order;
+    std::set<std::size_t> linked;
+    for (const std::size_t first : flops_) {
+      if (before.count(first) != 0) continue;
+      order.push_back(first);
+      for (auto next = behind.find(first); next != behind.end(); next = behind.find(next->second)) {
+        order.push_back(next->second);
+        linked.insert(next->second);
+      }
+    }
+    flops_ = std::move(order);
+    return linked;
+  }
+
+  // What is shifted comes to the flop from here.
+  void lead_in(std::size_t index, Net from, Net enable) {
+    Netlist& netlist = design_.netlist;
+    const Cell& plain = *find_cell(library_, netlist.instances[index].type);
+    if (const Cell* scan = scan_form(library_, plain)) {
+      netlist.instances[index].type = scan->name;
+      netlist.instances[index].pins[scan->scan->in] = from;
+      netlist.instances[index].pins[scan->scan->enable] = enable;
+      if (scan->scan->enable_low)
+        fail(netlist.instances[index], "found a scan cell with a low enable, expected a high one");
+    } else {
+      const std::string data = plain.flop->next_state.op == Op::pin ? plain.flop->next_state.pin : "";
+      if (data.empty())
+        fail(netlist.instances[index],
+             fmt::format("found {}, a flop with logic inside and no scan form in the library; map without "
+                         "enables (dfflegalize)",
+                         plain.name));
+      const Net functional = netlist.instances[index].pins.at(data);
+      const Net shifted = add_mux("dft_scan_" + netlist.instances[index].name, functional, from, enable);
+      netlist.instances[index].pins[data] = shifted;
+    }
+  }
+
+  // The net with a flop's state.
+  Net state_of(std::size_t index) {
+    Netlist& netlist = design_.netlist;
+    const Cell& cell = *find_cell(library_, netlist.instances[index].type);
+    Instance& instance = netlist.instances[index];
+    for (const CellPin& pin : cell.pins) {
+      if (!pin.is_output || !pin.function ||
+          !(pin.function->op == Op::pin && pin.function->pin == cell.flop->state))
+        continue;
+      if (instance.pins.count(pin.name) == 0) {
+        netlist.net_names[netlist.next_net] = instance.name + "_q";
+        instance.pins[pin.name] = netlist.next_net++;
+      }
+      return instance.pins.at(pin.name);
+    }
+    fail(instance, "found no output that is the state, expected one for the chain");
+  }
+
+  const CellLibrary& library_;
+  const ScanOptions& options_;
+  Drivers drivers_;
+  ScanDesign design_;
+  std::vector<std::size_t> flops_;
+  MuxCell mux_{nullptr, "", "", "", ""};
+};
+
+}  // namespace
+
+std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary& library,
+                                       const ScanOptions& options) {
+  std::vector<RuleViolation> violations;
+  const Drivers drivers(netlist, library);
+  const auto net_name = [&](Net net) {
+    const auto found = netlist.net_names.find(net);
+    return net == kUnknownNet                 ? std::string("x")
+           : found == netlist.net_names.end() ? fmt::format("{}", net)
+                                              : found->second;
+  };
+  std::map<Net, bool> judged;  // resets
+  const auto controllable = [&](Net net) {
+    const auto [entry, fresh] = judged.emplace(net, true);
+    bool inverted = false;
+    if (fresh)
+      entry->second = net == 0 || net == 1 || !drivers.port_of(net).empty() ||
+                      !bypass_of(netlist, library, drivers, net, options.test_mode, &inverted).empty();
+    return entry->second;
+  };
+  std::map<std::string, std::string> clocks;
+  for (const Instance& instance : netlist.instances) {
+    const Cell* cell = find_cell(library, instance.type);
+    if (cell == nullptr) {
+      violations.push_back(
+          {"unknown cell", instance.name, fmt::format("type {} is not in the library", instance.type)});
+      continue;
+    }
+    if (cell->has_latch)
+      violations.push_back(
+          {"latch", instance.name, fmt::format("{} keeps a state that no chain sets", instance.type)});
+    for (const auto& [pin, net] : instance.pins) {
+      const CellPin* known = cell->find(pin);
+      if (known != nullptr && !known->is_output && !drivers.is_driven(net))
+        violations.push_back(
+            {"X source", instance.name + "/" + pin, fmt::format("net {} has no driver", net_name(net))});
+    }
+    if (cell->gate) {
+      const auto test = instance.pins.find(cell->gate->test);
+      if (test == instance.pins.end() || drivers.port_of(test->second) != options.scan_enable)
+        violations.push_back({"closed clock gate", instance.name,
+                              testable_form(library, *cell) == nullptr
+                                  ? "no clock gate of the library has a test enable"
+                                  : "the scan enable doesn't open it; scan insertion lets it"});
+    }
+    if (!cell->flop) continue;
+    const std::string clock_pin = only_pin(cell->flop->clocked_on);
+    bool inverted = false;
+    const std::string clock = clock_pin.empty() || instance.pins.count(clock_pin) == 0
+                                  ? ""
+                                  : drivers.port_of(instance.pins.at(clock_pin), &inverted);
+    if (clock.empty())
+      violations.push_back({"uncontrollable clock", instance.name, "its clock comes from logic"});
+    if (!clock.empty() && inverted != (cell->flop->clocked_on.op == Op::inv))
+      violations.push_back({"falling edge", instance.name, "it is clocked by the other edge of " + clock});
+    if (!clock.empty()) clocks.emplace(clock, instance.name);
+    if (!cell->flop->clear && !cell->flop->preset)
+      violations.push_back({"no reset", instance.name, "its state after power-up is unknown"});
+    for (const auto& reset : {cell->flop->clear, cell->flop->preset}) {
+      if (!reset) continue;
+      const std::string pin = only_pin(*reset);
+      if (pin.empty() || instance.pins.count(pin) == 0 || !controllable(instance.pins.at(pin)))
+        violations.push_back({"uncontrollable reset", instance.name,
+                              "its asynchronous reset comes from logic; scan insertion bypasses it"});
+    }
+  }
+  if (clocks.size() > 1)
+    violations.push_back({"several clocks", std::next(clocks.begin())->second,
+                          fmt::format("it is clocked by {}, others by {}", std::next(clocks.begin())->first,
+                                      clocks.begin()->first)});
+  try {
+    capture_view(netlist, library);
+  } catch (const InputError& error) {
+    if (std::string(error.what()).find("loop") != std::string::npos)
+      violations.push_back({"combinational loop", netlist.top, error.what()});
+  }
+  return violations;
+}
+
+ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options) {
+  return Inserter(netlist, library, options).run();
+}
+
+}  // namespace meltstage::dft

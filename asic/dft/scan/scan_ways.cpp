@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/scan/scan_ways.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "asic/netlist/error.hpp"
+#include "asic/dft/scan/scan.hpp"
+
+namespace meltstage::dft {
+
+HeldPorts capture_holds(const ScanDesign& design) {
+  HeldPorts held{{design.test_mode, true}, {design.scan_enable, false}};
+  if (!design.reset.empty()) held[design.reset] = design.reset_low;
+  return held;
+}
+
+namespace {
+
+// The one input of a gate that is not constant while the others let it pass; -1 when there is none.
+std::int32_t open_pin(const Circuit& circuit, const std::vector<std::int8_t>& constant, Node node) {
+  const auto fanin = circuit.fanin(node);
+  switch (circuit.kind(node)) {
+    case Gate::output:
+    case Gate::buf:
+    case Gate::inv:
+      return constant[fanin[0]] < 0 ? 0 : -1;
+    case Gate::mux: {
+      const std::int8_t select = constant[fanin[2]];
+      return select >= 0 && constant[fanin[static_cast<std::size_t>(select)]] < 0 ? select : -1;
+    }
+    case Gate::all:
+    case Gate::nall:
+    case Gate::any:
+    case Gate::none: {
+      const bool is_and = circuit.kind(node) == Gate::all || circuit.kind(node) == Gate::nall;
+      std::int32_t open = -1;
+      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
+        const std::int8_t value = constant[fanin[pin]];
+        if (value == (is_and ? 1 : 0)) continue;
+        if (value >= 0 || open >= 0) return -1;
+        open = static_cast<std::int32_t>(pin);
+      }
+      return open;
+    }
+    default:
+      return -1;
+  }
+}
+
+// Marks what lies on open ways through a circuit whose constants are known.
+class WayMarker {
+ public:
+  WayMarker(Circuit& circuit, std::vector<std::int8_t> constant)
+      : circuit_(circuit), constant_(std::move(constant)) {
+    for (std::size_t i = 0; i < circuit.sites().size(); ++i) {
+      const Site& site = circuit.sites()[i];
+      if (site.node != kNoNode) sites_[key(site.node, site.pin)].push_back(i);
+    }
+  }
+  // Backwards from the input of `node` as long as one input of each gate is free and the others let it pass.
+  void from(Node node) {
+    while (!circuit_.fanin(node).empty()) {
+      const std::int32_t open = open_pin(circuit_, constant_, node);
+      if (open < 0) return;
+      const auto fanin = circuit_.fanin(node);
+      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
+        if (static_cast<std::int32_t>(pin) == open || constant_[fanin[pin]] < 0) continue;
+        hold_open(node, static_cast<std::int32_t>(pin));
+      }
+      mark(node, open, false);
+      mark(node, open, true);
+      node = fanin[static_cast<std::size_t>(open)];
+      mark(node, kStem, false);
+      mark(node, kStem, true);
+    }
+  }
+
+ private:
+  static std::uint64_t key(Node node, std::int32_t pin) {
+    return (std::uint64_t{node} << 32) | static_cast<std::uint32_t>(pin);
+  }
+  void mark(Node node, std::int32_t pin, bool stuck) {
+    const auto found = sites_.find(key(node, pin));
+    if (found == sites_.end()) return;
+    for (const std::size_t site : found->second) circuit_.imply(site, stuck);
+  }
+  // A constant that keeps a gate open: the other value closes it; so does that of the line it comes from.
+  void hold_open(Node node, std::int32_t pin) {
+    for (;;) {
+      const Node driver = circuit_.fanin(node)[static_cast<std::size_t>(pin)];
+      if (circuit_.kind(node) == Gate::mux && pin != 2) return;  // the side that is not selected
+      const bool stuck = constant_[driver] == 0;
+      mark(node, pin, stuck);
+      mark(driver, kStem, stuck);
+      if (circuit_.kind(driver) != Gate::buf && circuit_.kind(driver) != Gate::inv) return;
+      node = driver;
+      pin = 0;
+    }
+  }
+
+  Circuit& circuit_;
+  std::vector<std::int8_t> constant_;
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> sites_;
+};
+
+// From the input of a node back along open ways to where they begin, a port or the state of a flop.
+struct Origin {
+  Node node;
+  bool inverted = false;
+};
+Origin origin_of(const Circuit& circuit, const std::vector<std::int8_t>& constant, Node node) {
+  bool inverted = false;
+  while (!circuit.fanin(node).empty()) {
+    const std::int32_t open = open_pin(circuit, constant, node);
+    if (open < 0) return {kNoNode};
+    const Gate kind = circuit.kind(node);
+    inverted ^= kind == Gate::inv || kind == Gate::nall || kind == Gate::none;
+    node = circuit.fanin(node)[static_cast<std::size_t>(open)];
+  }
+  return {node, inverted};
+}
+
+// What is before each output of a view while it shifts.
+class ShiftingView {
+ public:
+  ShiftingView(const CaptureView& view, const ScanOptions& names) : view_(view) {
+    const std::vector<Node>& inputs = view.circuit.inputs();
+    std::vector<std::int8_t> shifting(inputs.size(), -1);
+    for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+      if (view.input_ports[i] == names.scan_enable || view.input_ports[i] == names.test_mode) shifting[i] = 1;
+    }
+    for (std::size_t i = 0; i < inputs.size(); ++i) input_[inputs[i]] = i;
+    constant_ = constants(view.circuit, shifting);
+    for (const ScanFlop& flop : view.flops) {  // resets don't act
+      const auto node = view.node_of_net.find(flop.reset);
+      if (!flop.has_reset || node == view.node_of_net.end()) continue;
+      const Origin origin = origin_of(view.circuit, constant_, node->second);
+      if (origin.node != kNoNode && input_.at(origin.node) < view.input_ports.size())
+        shifting[input_.at(origin.node)] = flop.reset_low != origin.inverted ? 1 : 0;
+    }
+    constant_ = constants(view.circuit, shifting);
+  }
+
+  Origin origin(Node output) const { return origin_of(view_.circuit, constant_, output); }
+  /// Ports first, then flops.
+  std::size_t input(const Origin& origin) const { return input_.at(origin.node); }
+
+ private:
+  const CaptureView& view_;
+  std::unordered_map<Node, std::size_t> input_;
+  std::vector<std::int8_t> constant_;
+};
+
+}  // namespace
+
+std::map<std::string, std::string> shifted_from(const Netlist& netlist, const CellLibrary& library, const ScanOptions& names) {
+  const CaptureView view = capture_view(netlist, library);
+  const ShiftingView ways(view, names);
+  const std::size_t ports = view.input_ports.size();
+  std::map<std::string, std::string> from;
+  for (std::size_t f = 0; f < view.flops.size(); ++f) {
+    const Origin origin = ways.origin(view.circuit.outputs()[view.output_ports.size() + f]);
+    if (origin.node == kNoNode || origin.inverted || ways.input(origin) < ports) continue;
+    from[view.flops[f].name] = view.flops[ways.input(origin) - ports].name;
+  }
+  return from;
+}
+
+std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& library,
+                                    const ScanOptions& names) {
+  const CaptureView view = capture_view(netlist, library);
+  const std::vector<Node>& outputs = view.circuit.outputs();
+  const ShiftingView ways(view, names);
+  const Port* scan_out = nullptr;
+  for (const Port& port : netlist.ports) {
+    if (!port.is_input && port.name == names.scan_out) scan_out = &port;
+  }
+  if (scan_out == nullptr)
+    throw InputError(
+        fmt::format("{}: found no output port {}, expected a scanned netlist; give its scan.json",
+                    netlist.file, names.scan_out));
+  std::vector<ScanChain> chains;
+  for (std::size_t bit = 0; bit < scan_out->bits.size(); ++bit) {
+    ScanChain chain{fmt::format("chain{}", bit), "", scan_out->bit_name(bit), {}};
+    const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), chain.out);
+    Node at = outputs[static_cast<std::size_t>(port - view.output_ports.begin())];
+    while (chain.in.empty()) {
+      const Origin origin = ways.origin(at);
+      const std::string before = chain.cells.empty() ? chain.out : chain.cells.back();
+      if (origin.node == kNoNode || chain.cells.size() > view.flops.size())
+        throw InputError(
+            fmt::format("{}: {}: found no open way to one flop or port while scan is enabled, "
+                        "expected a scan chain",
+                        netlist.file, before));
+      if (origin.inverted) chain.inversions.push_back(chain.cells.size());  // counted from the output
+      const std::size_t i = ways.input(origin);
+      if (i < view.input_ports.size()) {
+        chain.in = view.input_ports[i];
+      } else {
+        const std::size_t flop = i - view.input_ports.size();
+        chain.cells.push_back(view.flops[flop].name);
+        at = outputs[view.output_ports.size() + flop];
+      }
+    }
+    std::reverse(chain.cells.begin(), chain.cells.end());
+    std::reverse(chain.inversions.begin(), chain.inversions.end());
+    for (std::size_t& before : chain.inversions) before = chain.cells.size() - before;
+    chains.push_back(std::move(chain));
+  }
+  return chains;
+}
+
+CaptureView scan_view(const ScanDesign& design, const CellLibrary& library) {
+  CaptureView view = capture_view(design.netlist, library, capture_holds(design));
+  std::vector<std::int8_t> shifting = view.circuit.held(), resetting = view.circuit.held();
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+    if (view.input_ports[i] == design.scan_enable) shifting[i] = 1;
+    if (view.input_ports[i] == design.reset) resetting[i] = -1;
+  }
+  WayMarker chain(view.circuit, constants(view.circuit, shifting));
+  for (std::size_t f = 0; f < view.flops.size(); ++f)
+    chain.from(view.circuit.outputs()[view.output_ports.size() + f]);
+  for (std::size_t o = 0; o < view.output_ports.size(); ++o) {
+    const bool scan_out = std::any_of(design.chains.begin(), design.chains.end(),
+                                      [&](const ScanChain& c) { return c.out == view.output_ports[o]; });
+    if (scan_out) chain.from(view.circuit.outputs()[o]);
+  }
+  WayMarker reset(view.circuit, constants(view.circuit, resetting));
+  for (const ScanFlop& flop : view.flops) {
+    const auto node = view.node_of_net.find(flop.reset);
+    if (flop.has_reset && node != view.node_of_net.end()) reset.from(node->second);
+  }
+  return view;
+}
+
+}  // namespace meltstage::dft

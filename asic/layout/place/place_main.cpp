@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// Places a netlist of library cells: writes DEF, Verilog and a summary.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <ctime>
+
+#include "asic/layout/place/drivers.hpp"
+#include "asic/layout/db/error.hpp"
+#include "asic/layout/place/place.hpp"
+#include "asic/layout/place/spef.hpp"
+#include "asic/layout/place/trees.hpp"
+#include "base/output_file.hpp"
+
+namespace {
+
+using namespace meltstage::layout;
+
+struct Options {
+  std::vector<std::filesystem::path> lef;
+  std::filesystem::path netlist;
+  std::filesystem::path again;
+  std::filesystem::path def;
+  std::filesystem::path verilog;
+  double utilization = 0.7;
+  double density = 0.9;
+  double margin_um = 10.0;
+  int passes = 6;
+  std::string fillers;
+  std::string strap_layer;
+  double strap_width_um = 2.0;
+  double strap_pitch_um = 50.0;
+  std::filesystem::path spef;
+  std::filesystem::path liberty;
+  std::string clock;
+  std::vector<std::string> buffers;
+  std::vector<std::string> tie_high;
+  std::vector<std::string> tie_low;
+  double leaf_load_pf = 0.2;
+  std::size_t fanout = 40;
+  DriverOptions drivers;
+};
+
+/// Of the processor.
+double seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+Nm nm(double um) { return static_cast<Nm>(um * 1000.0 + 0.5); }
+
+/// A row of the summary.
+void print(const char* what, const std::string& value, const char* unit) {
+  fmt::print("{}\t{}\t{}\n", what, value, unit);
+}
+
+/// The same netlist, nothing placed, without cells that only fill and without pins of supplies.
+Design not_placed(const Design& from, const Technology& technology) {
+  Design to;
+  to.name = from.name;
+  std::vector<int> component(from.components.size(), -1);
+  std::vector<int> pin(from.pins.size(), -1);
+  for (const Net& net : from.nets) {
+    Net copy;
+    copy.name = net.name;
+    copy.use = net.use;
+    for (const PinRef& ref : net.pins) {
+      const auto k = static_cast<std::size_t>(ref.component == kDiePin ? ref.pin : ref.component);
+      int& index = ref.component == kDiePin ? pin[k] : component[k];
+      if (index < 0 && ref.component == kDiePin) {
+        index = static_cast<int>(to.pins.size());
+        to.pins.push_back({from.pins[k].name,
+                           static_cast<int>(to.nets.size()),
+                           from.pins[k].direction,
+                           Use::signal,
+                           false,
+                           {}});
+      } else if (index < 0) {
+        index = static_cast<int>(to.components.size());
+        to.components.push_back(
+            {from.components[k].name, from.components[k].macro, {}, Orientation::N, false, false});
+      }
+      copy.pins.push_back(ref.component == kDiePin ? PinRef{kDiePin, index} : PinRef{index, ref.pin});
+    }
+    to.nets.push_back(std::move(copy));
+  }
+  make_floorplan(to, technology, {1.0, 0});
+  return to;
+}
+
+/// Places the cells of a finished layout again on rows of the same area, and prints both wirelengths.
+int place_again(const Options& o) {
+  const Technology technology = read_lef(o.lef);
+  const Design theirs = read_def(o.again, technology);
+  Design ours = not_placed(theirs, technology);
+  Rect box = outline(theirs.components.at(0), technology);
+  for (const Component& c : theirs.components) {
+    const Rect r = outline(c, technology);
+    box = {std::min(box.x0, r.x0), std::min(box.y0, r.y0), std::max(box.x1, r.x1), std::max(box.y1, r.y1)};
+  }
+  double cells = 0.0;
+  for (const Component& c : ours.components) {
+    const Rect r = outline(c, technology);
+    cells += um(r.width()) * um(r.height());
+  }
+  make_floorplan(ours, technology, {cells / (um(box.width()) * um(box.height())), 0});
+  place_globally(ours, technology, {});
+  legalize(ours, technology);
+  improve(ours, technology, o.passes);
+  const std::vector<std::string> errors = placement_errors(ours, technology);
+  const double before = um(wirelength(theirs, technology)) / 1000;
+  const double now = um(wirelength(ours, technology)) / 1000;
+  print("cells", fmt::format("{}", ours.components.size()), "");
+  print("utilization of the rows", fmt::format("{:.1f}", 100 * utilization(ours, technology)), "%");
+  print("wirelength of the file", fmt::format("{:.2f}", before), "mm");
+  print("wirelength placed again", fmt::format("{:.2f}", now), "mm");
+  print("ratio", fmt::format("{:.3f}", now / before), "");
+  print("placement errors", fmt::format("{}", errors.size()), "");
+  return errors.empty() ? 0 : 1;
+}
+
+int run(const Options& o) {
+  if (!o.again.empty()) return place_again(o);
+  const double start = seconds();
+  const Technology technology = read_lef(o.lef);
+  Design design = read_netlist(o.netlist, technology);
+  if (!o.tie_high.empty()) add_ties(design, technology, Use::power, o.tie_high.at(0), o.tie_high.at(1));
+  if (!o.tie_low.empty()) add_ties(design, technology, Use::ground, o.tie_low.at(0), o.tie_low.at(1));
+  make_floorplan(design, technology, {o.utilization, nm(o.margin_um)});
+  Delays delays;
+  if (!o.clock.empty()) {
+    delays = read_delays(o.liberty);
+    mark_clock(design, technology, delays, o.clock);
+  }
+  GlobalPlacement global;
+  global.density = o.density;
+  place_globally(design, technology, global);
+  const double spread = static_cast<double>(wirelength(design, technology)) / 1e6;
+  int fanout_buffers = 0;
+  SizedDrivers sized;
+  ClockTree tree;
+  TreeOptions trees;
+  trees.buffers = o.buffers;
+  trees.leaf_load_pf = o.leaf_load_pf;
+  if (!o.clock.empty()) {
+    fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, o.drivers.most_slew_ns, trees);
+    sized = size_drivers(design, technology, delays, o.clock, o.drivers, trees);
+    tree = build_clock_tree(design, technology, delays, o.clock, trees);
+  }
+  const double used = utilization(design, technology);
+  const std::size_t cells = design.components.size();
+  legalize(design, technology);
+  const double legal = static_cast<double>(wirelength(design, technology)) / 1e6;
+  improve(design, technology, o.passes);
+  if (!o.clock.empty()) {
+    balance_clock(design, technology, delays, o.clock, trees);
+    legalize(design, technology);
+  }
+  const double improved = static_cast<double>(wirelength(design, technology)) / 1e6;
+  if (!o.fillers.empty()) add_fillers(design, technology, o.fillers);
+  if (!o.strap_layer.empty())
+    add_power_grid(design, technology, {o.strap_layer, nm(o.strap_width_um), nm(o.strap_pitch_um)});
+  const std::vector<std::string> errors = placement_errors(design, technology);
+  for (const std::string& error : errors) fmt::print(stderr, "{}\n", error);
+  const auto mm2 = [](Nm x, Nm y) { return static_cast<double>(x) * static_cast<double>(y) / 1e6; };
+  print("cells placed", fmt::format("{}", cells), "");
+  print("die", fmt::format("{:.1f} x {:.1f}", um(design.die.x1), um(design.die.y1)), "um");
+  print("area of the die", fmt::format("{:.0f}", mm2(design.die.x1, design.die.y1)), "um2");
+  print("area of the core (rows)", fmt::format("{:.0f}", core_area(design, technology) / 1e6), "um2");
+  print("utilization of the rows", fmt::format("{:.1f}", 100 * used), "%");
+  print("half-perimeter wirelength", fmt::format("{:.2f}", improved), "mm");
+  print("the same before improvement", fmt::format("{:.2f}", legal), "mm");
+  print("the same before legal sites", fmt::format("{:.2f}", spread), "mm");
+  if (!o.clock.empty()) {
+    const ClockTree now = measure_clock(design, technology, delays, o.clock);
+    print("flops on the clock", fmt::format("{}", now.sinks), "");
+    print("buffers of the clock tree", fmt::format("{}", tree.buffers), "");
+    print("levels of the clock tree", fmt::format("{}", now.levels), "");
+    print("clock latency (Elmore)", fmt::format("{:.3f}", now.latency_ns), "ns");
+    print("clock skew (Elmore)", fmt::format("{:.3f}", now.skew_ns), "ns");
+    print("buffers in nets of many inputs", fmt::format("{}", fanout_buffers), "");
+    print("drivers made stronger", fmt::format("{}", sized.resized), "");
+    print("drivers helped by a buffer", fmt::format("{}", sized.buffered), "");
+  }
+  print("processor time of placement", fmt::format("{:.1f}", seconds() - start), "s");
+  print("placement errors", fmt::format("{}", errors.size()), "");
+  if (!o.def.empty()) meltstage::vectors::write_whole(o.def, def_text(design, technology));
+  if (!o.spef.empty()) meltstage::vectors::write_whole(o.spef, spef_text(design, technology));
+  if (!o.verilog.empty()) meltstage::vectors::write_whole(o.verilog, verilog_text(design, technology));
+  return errors.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options o;
+  CLI::App app{"Places a netlist of library cells"};
+  app.add_option("--lef", o.lef, "LEF files, technology first")->required();
+  auto* input = app.add_option_group("input");
+  input->add_option("--netlist", o.netlist, "netlist (Yosys write_json)");
+  input->add_option("--again", o.again, "DEF whose cells are placed again, to compare wirelengths");
+  input->require_option(1);
+  app.add_option("--def", o.def, "placed design to write");
+  app.add_option("--verilog", o.verilog, "its netlist to write");
+  app.add_option("--utilization", o.utilization, "area of the cells over that of the rows");
+  app.add_option("--density", o.density, "highest share of a region that cells may take");
+  app.add_option("--margin", o.margin_um, "from the edge to the rows, um");
+  app.add_option("--passes", o.passes, "of improvement");
+  app.add_option("--fillers", o.fillers, "first letters of the fillers' names");
+  app.add_option("--strap-layer", o.strap_layer, "layer of the power straps");
+  app.add_option("--strap-width", o.strap_width_um, "um");
+  app.add_option("--strap-pitch", o.strap_pitch_um, "um, from pair to pair");
+  app.add_option("--spef", o.spef, "expected wires to write");
+  auto* liberty = app.add_option("--liberty", o.liberty, "delays of the cells");
+  auto* buffers = app.add_option("--buffers", o.buffers, "cells for trees, weakest first");
+  app.add_option("--clock", o.clock, "port of the clock: its tree and those of large nets are built")
+      ->needs(liberty)
+      ->needs(buffers);
+  app.add_option("--leaf-load", o.leaf_load_pf, "what a buffer of a tree drives at most, pF");
+  app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
+  const auto positive_ns = [](const std::string& text) {
+    return std::atof(text.c_str()) > 0 ? "" : "found " + text + ", expected more than 0 ns";
+  };
+  app.add_option("--most-slew", o.drivers.most_slew_ns, "slowest edge before a driver is made stronger, ns")->check(positive_ns);
+  app.add_option("--most-path", o.drivers.most_path_ns, "longest path from flop to flop before drivers on it are made stronger, ns (typical corner)")->check(positive_ns);
+  app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
+  app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
+  try {
+    app.parse(argc, argv);
+    return run(o);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const InputError& error) {
+    fmt::print(stderr, "place: {}\n", error.what());
+    return 2;
+  } catch (const meltstage::vectors::OutputError& error) {
+    fmt::print(stderr, "place: {}\n", error.what());
+    return 2;
+  }
+}

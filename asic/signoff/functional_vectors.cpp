@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/signoff/functional_vectors.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <stdexcept>
+
+#include "tb/pins/chip_pins.hpp"
+#include "tb/lockstep/verilated_rtl.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+constexpr char kClock[] = "clk_i";
+
+// A signal of the stream: a bit of a pin, or the clock.
+struct PinBit {
+  std::uint32_t pin;
+  unsigned bit;
+};
+
+std::vector<PinBit> bits_of(vectors::Direction direction) {
+  const auto& pins = tb::chip_pin_header("").pins;
+  std::vector<PinBit> bits;
+  for (std::uint32_t p = 0; p < pins.size(); ++p) {
+    for (unsigned bit = 0; pins[p].direction == direction && bit < pins[p].width; ++bit)
+      bits.push_back({p, bit});
+  }
+  return bits;
+}
+
+std::string name_of(const PinBit& bit) {
+  const vectors::Pin pin = tb::chip_pin_header("").pins[bit.pin];
+  return pin.width == 1 ? pin.name : fmt::format("{}[{}]", pin.name, bit.bit);
+}
+
+void require_chip_pins(const vectors::Stream& stream) {
+  if (stream.header().pins != tb::chip_pin_header("").pins)
+    throw std::runtime_error("recording: found other pins than the chip's, expected a recording of the chip");
+}
+
+}  // namespace
+
+PinReplay replay_pins(const vectors::Stream& stream, ReplayDevice device) {
+  require_chip_pins(stream);
+  chip::Chip model;
+  const std::unique_ptr<tb::VerilatedRtl> rtl =
+      device == ReplayDevice::rtl ? tb::make_verilated_rtl() : nullptr;
+  PinReplay result;
+  vectors::Cursor cursor(stream);
+  for (bool more = true; more; more = cursor.step()) {
+    const chip::Inputs in = tb::inputs_of(cursor.values());
+    const chip::Outputs recorded = tb::outputs_of(cursor.values());
+    const chip::Outputs out = rtl ? rtl->step(in) : model.step(in);
+    ++result.clocks;
+    result.strobes += tb::kChipPinCount - tb::kPinUartTx;
+    if (out == recorded) continue;
+    if (result.mismatches++ == 0)
+      result.first = fmt::format("cycle {}: {}", cursor.cycle(), tb::output_difference(recorded, out));
+  }
+  return result;
+}
+
+dft::CycleStream chip_cycles(const vectors::Stream& stream, const std::vector<FunctionalPiece>& pieces,
+                             std::vector<MaskedStrobes>* masked) {
+  require_chip_pins(stream);
+  const std::vector<PinBit> inputs = bits_of(vectors::Direction::in),
+                            outputs = bits_of(vectors::Direction::out);
+  dft::CycleStream result;
+  result.title = "tc_top functional";
+  result.signals.push_back({kClock, true});
+  for (const PinBit& bit : inputs) result.signals.push_back({name_of(bit), true});
+  for (const PinBit& bit : outputs) result.signals.push_back({name_of(bit), false});
+
+  const auto of = [&](const std::vector<std::uint64_t>& values, const std::vector<PinBit>& bits,
+                      const char* levels) {
+    std::string text;
+    for (const PinBit& bit : bits) text += levels[values[bit.pin] >> bit.bit & 1];
+    return text;
+  };
+  std::size_t piece = 0;
+  std::uint64_t at = 0;
+  const auto add = [&](const std::string& states, std::uint64_t count) {
+    while (count != 0) {
+      std::string label;
+      if (piece < pieces.size() && pieces[piece].first_cycle == at) label = pieces[piece++].requirement;
+      const std::uint64_t part =
+          piece < pieces.size() ? std::min(count, pieces[piece].first_cycle - at) : count;
+      if (label.empty() && !result.cycles.empty() && result.cycles.back().states == states)
+        result.cycles.back().count += part;
+      else
+        result.cycles.push_back({states, label, part});
+      at += part;
+      count -= part;
+    }
+  };
+  const auto mask = [&](std::string& states, const std::vector<std::uint32_t>& pins, const char* reason) {
+    MaskedStrobes entry{at, {}, reason};
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      if (std::find(pins.begin(), pins.end(), outputs[i].pin) == pins.end()) continue;
+      states[1 + inputs.size() + i] = 'X';
+      entry.outputs.push_back(name_of(outputs[i]));
+    }
+    if (masked != nullptr) masked->push_back(std::move(entry));
+  };
+  std::vector<std::uint32_t> every_output;
+  for (const PinBit& bit : outputs) every_output.push_back(bit.pin);
+
+  vectors::Cursor cursor(stream);
+  std::vector<std::uint64_t> before;
+  for (bool more = true; more; more = cursor.next_event()) {
+    const std::vector<std::uint64_t> now(cursor.values().begin(), cursor.values().end());
+    const std::string driven = "P" + of(now, inputs, "01");
+    std::string first = driven + of(before.empty() ? now : before, outputs, "LH");
+    if (before.empty())
+      mask(first, every_output, "power-up: no clock and no reset has been yet");
+    else if (before[tb::kPinRstN] != 0 && now[tb::kPinRstN] == 0)
+      mask(first, every_output, "rst_ni falls: the reset acts without the clock");
+    else if (before[tb::kPinInhibit] != now[tb::kPinInhibit])
+      mask(first, {tb::kPinHeater}, "inhibit_i changes: it acts on heater_o without the clock");
+    add(first, 1);
+    const std::uint64_t end = cursor.next_event_cycle().value_or(cursor.final_cycle() + 1);
+    add(driven + of(now, outputs, "LH"), end - cursor.cycle() - 1);
+    before = now;
+  }
+  return result;
+}
+
+PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device) {
+  const std::vector<PinBit> inputs = bits_of(vectors::Direction::in),
+                            outputs = bits_of(vectors::Direction::out);
+  const auto find = [&](const std::string& name, bool input) {
+    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+      if (stream.signals[s].name == name && stream.signals[s].is_input == input) return s;
+    }
+    throw std::runtime_error(
+        fmt::format("{}: found no signal {}, expected every pin of the chip", stream.title, name));
+  };
+  const std::size_t clock = find(kClock, true);
+  std::vector<std::size_t> in_signals, out_signals;
+  for (const PinBit& bit : inputs) in_signals.push_back(find(name_of(bit), true));
+  for (const PinBit& bit : outputs) out_signals.push_back(find(name_of(bit), false));
+  if (1 + inputs.size() + outputs.size() != stream.signals.size())
+    throw std::runtime_error(fmt::format("{}: found {} signals, expected the {} of the chip", stream.title,
+                                         stream.signals.size(), 1 + inputs.size() + outputs.size()));
+  chip::Chip model;
+  const std::unique_ptr<tb::VerilatedRtl> rtl =
+      device == ReplayDevice::rtl ? tb::make_verilated_rtl() : nullptr;
+  chip::Inputs reset;
+  reset.rst_n = false;
+  auto levels = tb::pin_levels(reset, model.outputs(reset));
+  PinReplay result;
+  for (const dft::TestCycle& cycle : stream.cycles) {
+    std::array<std::uint64_t, tb::kChipPinCount> pins{};
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      if (cycle.states[in_signals[i]] == '1') pins[inputs[i].pin] |= std::uint64_t{1} << inputs[i].bit;
+    }
+    const chip::Inputs in = tb::inputs_of(pins);
+    for (std::uint64_t c = 0; c < cycle.count; ++c, ++result.clocks) {
+      for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const char expected = cycle.states[out_signals[i]];
+        if (expected != 'H' && expected != 'L') continue;
+        ++result.strobes;
+        const bool value = (levels[outputs[i].pin] >> outputs[i].bit & 1) != 0;
+        if (value == (expected == 'H')) continue;
+        if (result.mismatches++ == 0)
+          result.first = fmt::format("cycle {}: {}: found {}, expected {}", result.clocks,
+                                     name_of(outputs[i]), value ? 1 : 0, expected);
+      }
+      if (cycle.states[clock] == 'P') levels = tb::pin_levels(in, rtl ? rtl->step(in) : model.step(in));
+    }
+  }
+  return result;
+}
+
+}  // namespace meltstage::app

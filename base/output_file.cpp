@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/output_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace meltstage::vectors {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, int error) {
+  throw OutputError(
+      fmt::format("{}: cannot write: found \"{}\", expected a writable folder with free space; "
+                  "choose another place",
+                  path.string(), std::generic_category().message(error)));
+}
+
+}  // namespace
+
+OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)), partial_(path_) {
+  if (std::filesystem::is_directory(path_)) fail(path_, EISDIR);
+  partial_ += ".partial";
+  file_.reset(std::fopen(partial_.c_str(), "wb"));
+  if (!file_) fail(path_, errno);
+  std::setvbuf(file_.get(), nullptr, _IONBF, 0);
+}
+
+OutputFile::~OutputFile() {
+  if (partial_.empty()) return;
+  file_.reset();
+  std::error_code ignored;  // nothing better can be done while an error unwinds
+  std::filesystem::remove(partial_, ignored);
+}
+
+void OutputFile::write(std::string_view bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail(path_, errno);
+}
+
+void OutputFile::publish() {
+  if (std::fclose(file_.release()) != 0) fail(path_, errno);
+  std::error_code error;
+  std::filesystem::rename(partial_, path_, error);
+  if (error) fail(path_, error.value());
+  partial_.clear();
+}
+
+void write_whole(const std::filesystem::path& path, std::string_view text) {
+  OutputFile file(path);
+  file.write(text);
+  file.publish();
+}
+
+}  // namespace meltstage::vectors

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/bumps/coordinates.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <numbers>
+#include <numeric>
+#include <system_error>
+#include <utility>
+
+#include "motion/bumps/coordinate_sources.hpp"
+
+namespace meltstage::motion {
+namespace detail {
+
+std::optional<double> parse_number(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\n\f\v";
+  const auto first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return std::nullopt;
+  text = text.substr(first, text.find_last_not_of(blanks) - first + 1);
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::string in_quotes(std::string_view text) {
+  constexpr std::size_t shown = 40;
+  std::string out = "'";
+  for (const char c : text.substr(0, shown))
+    out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  // A cut must not leave half a UTF-8 character behind.
+  if (text.size() > shown) {
+    while ((static_cast<unsigned char>(out.back()) & 0xc0U) == 0x80U) out.pop_back();
+    if (static_cast<unsigned char>(out.back()) >= 0xc0U) out.pop_back();
+    out += "...";
+  }
+  return out + "'";
+}
+
+std::string_view describe_content(std::string_view content) {
+  struct Magic {
+    std::string_view bytes, name;
+  };
+  using namespace std::string_view_literals;
+  static constexpr Magic known[] = {
+      {"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv, "an OLE2 file (.xls, .doc and others)"},
+      {"\x89PNG"sv, "a PNG image"},
+      {"PK\x03\x04"sv, "a ZIP archive (.xlsx, .ods and others)"},
+      {"%PDF"sv, "a PDF document"},
+      {"\xFF\xD8\xFF"sv, "a JPEG image"},
+      {"GIF8"sv, "a GIF image"},
+      {"\x1F\x8B"sv, "gzip data"},
+      {"\x7F"
+       "ELF"sv,
+       "a program"},
+      {"\xFF\xFE"sv, "UTF-16 text"},
+      {"\xFE\xFF"sv, "UTF-16 text"},
+  };
+  for (const Magic& magic : known)
+    if (content.starts_with(magic.bytes)) return magic.name;
+  return content.find('\0') == std::string_view::npos ? "text" : "binary data";
+}
+
+void check_point_count(const std::filesystem::path& path, std::size_t count) {
+  if (count > max_points)
+    throw CoordinateError(fmt::format("{}: found more than {} points, expected at most that; split the file",
+                                      path.string(), max_points));
+}
+
+}  // namespace detail
+
+namespace {
+
+std::string read_whole_file(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found)
+    throw CoordinateError(
+        fmt::format("{}: no such file, expected a file with coordinates, such as bumps.csv", name));
+  if (status.type() == std::filesystem::file_type::none)
+    throw CoordinateError(fmt::format("{}: can't be read ({})", name, error.message()));
+  if (std::filesystem::is_directory(status))
+    throw CoordinateError(
+        fmt::format("{}: found a directory, expected a file with coordinates, such as bumps.csv", name));
+  if (!std::filesystem::is_regular_file(status))
+    throw CoordinateError(
+        fmt::format("{}: not a regular file, expected a file with coordinates, such as bumps.csv", name));
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream)
+    throw CoordinateError(
+        fmt::format("{}: can't be opened ({})", name, std::generic_category().message(errno)));
+  std::string content((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (stream.bad()) throw CoordinateError(fmt::format("{}: can't be read to its end", name));
+  if (content.empty())
+    throw CoordinateError(fmt::format("{}: the file is empty, expected coordinates", name));
+  return content;
+}
+
+detail::RawPoints read_raw(const std::filesystem::path& path) {
+  const std::string content = read_whole_file(path);
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".xls") return detail::read_table_points(path, content, detail::read_xls_rows);
+  if (extension == ".xlsx") return detail::read_table_points(path, content, detail::read_xlsx_rows);
+  if (extension == ".csv") return detail::read_table_points(path, content, detail::read_csv_rows);
+  if (extension == ".kicad_mod") return detail::read_kicad_points(path, content);
+  if (extension == ".pos") return detail::read_pos_points(path, content);
+  const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), extension) != names.end();
+  };
+  if (is_one_of({".gbr", ".ger", ".grb", ".gbx", ".gtp", ".gbp"}))
+    return detail::read_gerber_points(path, content);
+  if (is_one_of({".drl", ".xln", ".exc", ".cnc"})) return detail::read_excellon_points(path, content);
+  throw CoordinateError(
+      fmt::format("{}: found extension {}, expected .xls, .xlsx, .csv, .kicad_mod, .pos, .gbr, .ger, .grb, "
+                  ".gbx, .gtp, .gbp, "
+                  ".drl, .xln, .exc or .cnc",
+                  path.string(), detail::in_quotes(extension)));
+}
+
+void check_range(std::string_view axis, const Range& range) {
+  if (!std::isfinite(range.min_mm) || !std::isfinite(range.max_mm) || range.min_mm > range.max_mm)
+    throw CoordinateError(fmt::format("travel {}: found {}..{} mm, expected finite ends, the smaller first",
+                                      axis, range.min_mm, range.max_mm));
+}
+
+void check_options(const CoordinateOptions& options) {
+  if (!std::isfinite(options.pitch_mm) || options.pitch_mm <= 0.0)
+    throw CoordinateError(
+        fmt::format("pitch: found {} mm, expected a finite number above 0", options.pitch_mm));
+  const auto check_finite = [](std::string_view what, double value) {
+    if (!std::isfinite(value))
+      throw CoordinateError(fmt::format("{}: found {}, expected a finite number", what, value));
+  };
+  check_finite("origin x", options.origin_x_mm);
+  check_finite("origin y", options.origin_y_mm);
+  check_finite("rotation", options.rotation_deg);
+  check_range("x", options.travel.x);
+  check_range("y", options.travel.y);
+}
+
+struct Rotation {
+  double cosine, sine;
+};
+
+/// Quarter turns are exact, so that a turned lattice stays a lattice.
+Rotation rotation(double angle_deg) {
+  const double turned_deg = std::remainder(angle_deg, 360.0);
+  if (turned_deg == 0.0) return {1.0, 0.0};
+  if (turned_deg == 90.0) return {0.0, 1.0};
+  if (turned_deg == -90.0) return {0.0, -1.0};
+  if (std::abs(turned_deg) == 180.0) return {-1.0, 0.0};
+  const double angle_rad = turned_deg * std::numbers::pi / 180.0;
+  return {std::cos(angle_rad), std::sin(angle_rad)};
+}
+
+std::vector<Point> place(const std::vector<detail::RawPoint>& raw, const CoordinateOptions& options) {
+  const Rotation turn = rotation(options.rotation_deg);
+  const double x_sign = options.mirror_x ? -1.0 : 1.0;
+  std::vector<Point> points;
+  points.reserve(raw.size());
+  for (const auto& [raw_x, raw_y, row] : raw) {
+    const double x_mm = x_sign * raw_x * options.pitch_mm;
+    const double y_mm = raw_y * options.pitch_mm;
+    points.push_back({turn.cosine * x_mm - turn.sine * y_mm + options.origin_x_mm,
+                      turn.sine * x_mm + turn.cosine * y_mm + options.origin_y_mm, row});
+  }
+  return points;
+}
+
+void check_in_travel(const std::filesystem::path& path, std::size_t row, std::string_view axis,
+                     double value_mm, const Range& range) {
+  if (value_mm >= range.min_mm && value_mm <= range.max_mm) return;
+  throw CoordinateError(
+      fmt::format("{}: row {}: {} is {:.6g} mm on the stage, expected {:.6g}..{:.6g} mm (travel); move the "
+                  "origin or change the pitch",
+                  path.string(), row, axis, value_mm, range.min_mm, range.max_mm));
+}
+
+/// Names the first point of the file that stands where an earlier one does.
+void check_no_duplicates(const std::filesystem::path& path, const std::vector<Point>& points) {
+  std::vector<std::size_t> cell_order(points.size());
+  std::iota(cell_order.begin(), cell_order.end(), std::size_t{0});
+  // Rounding to the duplicate distance makes "the same" transitive, so one sort finds every pair.
+  const auto cell = [](double value_mm) { return std::nearbyint(value_mm / duplicate_distance_mm); };
+  std::sort(cell_order.begin(), cell_order.end(), [&](std::size_t a, std::size_t b) {
+    const double ax = cell(points[a].x_mm), bx = cell(points[b].x_mm);
+    if (ax != bx) return ax < bx;
+    const double ay = cell(points[a].y_mm), by = cell(points[b].y_mm);
+    return ay != by ? ay < by : a < b;
+  });
+  // The pair whose second point comes first in the file is the one a reader meets first.
+  std::size_t first = points.size(), second = points.size();
+  for (std::size_t i = 1; i < cell_order.size(); ++i) {
+    const std::size_t a = cell_order[i - 1], b = cell_order[i];
+    const bool same =
+        cell(points[a].x_mm) == cell(points[b].x_mm) && cell(points[a].y_mm) == cell(points[b].y_mm);
+    if (same && b < second) {
+      first = a;
+      second = b;
+    }
+  }
+  if (second == points.size()) return;
+  throw CoordinateError(fmt::format(
+      "{}: row {}: found ({:.6g}, {:.6g}) mm again, first in row {}; expected every point once",
+      path.string(), points[second].row, points[second].x_mm, points[second].y_mm, points[first].row));
+}
+
+}  // namespace
+
+CoordinateFile read_coordinate_file(const std::filesystem::path& path, const CoordinateOptions& options) {
+  check_options(options);
+  detail::RawPoints raw = read_raw(path);
+  if (raw.points.empty())
+    throw CoordinateError(fmt::format("{}: found no points, expected at least one", path.string()));
+  if (raw.has_unit && options.pitch_mm != 1.0)
+    throw CoordinateError(
+        fmt::format("{}: found pitch {} mm for coordinates that have a unit, expected no pitch; it is for "
+                    "grid indices only",
+                    path.string(), options.pitch_mm));
+  std::vector<Point> points = place(raw.points, options);
+  for (const Point& point : points) {
+    check_in_travel(path, point.row, "x", point.x_mm, options.travel.x);
+    check_in_travel(path, point.row, "y", point.y_mm, options.travel.y);
+  }
+  check_no_duplicates(path, points);
+  return {std::move(points), std::move(raw.notes)};
+}
+
+std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options) {
+  return read_coordinate_file(path, options).points;
+}
+
+}  // namespace meltstage::motion

@@ -1,0 +1,466 @@
+// SPDX-License-Identifier: Apache-2.0
+// Flashes of a Gerber layer (Ucamco, The Gerber Layer Format Specification, 2022.02; RS-274X): one bump at
+// the place of every flash, as on a paste layer.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/text_lines.hpp"
+
+namespace meltstage::motion::detail {
+namespace {
+
+constexpr double inch_mm = 25.4;
+
+[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
+  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
+}
+
+/// One word command (without its '*'), or all of an extended one, whose blocks end with '*'.
+struct Command {
+  std::size_t row = 0;
+  bool extended = false;
+  std::string text;
+};
+
+/// Splits the file into commands; line ends mean nothing.
+class Scanner {
+ public:
+  Scanner(const std::filesystem::path& path, std::string_view content) : path_(path), content_(content) {}
+
+  /// False at the end of the file.
+  bool next(Command& command) {
+    while (at_ < content_.size() && std::isspace(static_cast<unsigned char>(content_[at_])) != 0) advance();
+    if (at_ == content_.size()) return false;
+    command = {row_, content_[at_] == '%', {}};
+    if (command.extended) advance();
+    const char end = command.extended ? '%' : '*';
+    while (at_ < content_.size() && content_[at_] != end) {
+      if (content_[at_] == '%') fail_cut(command.row, end);
+      if (content_[at_] != '\r' && content_[at_] != '\n') command.text += content_[at_];
+      advance();
+    }
+    if (at_ == content_.size()) fail_cut(command.row, end);
+    advance();
+    return true;
+  }
+
+ private:
+  [[noreturn]] void fail_cut(std::size_t row, char end) const {
+    fail(path_, fmt::format(
+                    "row {}: the command that begins here has no end, expected '{}'; the file may be cut off",
+                    row, end));
+  }
+  void advance() {
+    if (content_[at_++] == '\n') ++row_;
+  }
+
+  const std::filesystem::path& path_;
+  std::string_view content_;
+  std::size_t at_ = 0, row_ = 1;
+};
+
+/// What the LM, LR and LS commands do to an aperture that is flashed; to a block, therefore to its flashes.
+struct Transform {
+  bool mirror_x = false, mirror_y = false;
+  double rotation_deg = 0.0, scale = 1.0;
+
+  RawPoint apply(const RawPoint& p) const {
+    double x = p.x * scale * (mirror_x ? -1.0 : 1.0), y = p.y * scale * (mirror_y ? -1.0 : 1.0);
+    const double angle = rotation_deg * std::numbers::pi / 180.0;
+    // Quarter turns are exact, so that a turned lattice stays a lattice.
+    const double quarter = std::remainder(rotation_deg, 90.0);
+    double c = std::cos(angle), s = std::sin(angle);
+    if (quarter == 0.0) {
+      c = std::round(c);
+      s = std::round(s);
+    }
+    return {c * x - s * y, s * x + c * y, p.row};
+  }
+};
+
+class GerberFile {
+ public:
+  explicit GerberFile(const std::filesystem::path& path) : path_(path), levels_(1) {}
+
+  void run(std::string_view content) {
+    Scanner scanner(path_, content);
+    for (Command command; scanner.next(command);) {
+      if (ended_) break;
+      row_ = command.row;
+      if (command.extended)
+        run_extended(command.text);
+      else
+        run_word(command.text);
+    }
+    if (!ended_) fail(path_, "the file ends without M02*, expected it; the file may be cut off");
+    // Old files leave the end of a step and repeat to the end of the file.
+    if (levels_.back().kind == Level::step) close_step();
+    if (levels_.size() > 1) fail(path_, "the file ends inside a block, expected %AB*% before M02*");
+  }
+
+  RawPoints finish() && {
+    RawPoints result;
+    result.has_unit = true;
+    result.points = std::move(levels_.front().points);
+    const auto note = [&](std::size_t count, std::size_t row, std::string_view what) {
+      if (count > 0)
+        result.notes.push_back(fmt::format("{} {}, first in row {}, hold no bump", count, what, row));
+    };
+    note(regions_, first_region_, "regions");
+    note(draws_, first_draw_, "draws");
+    return result;
+  }
+
+ private:
+  /// Flashes are gathered in the file, in a repeated step or in a block.
+  struct Level {
+    enum Kind { file, step, block } kind = file;
+    std::vector<RawPoint> points;
+    int aperture = 0;                        ///< that a block defines
+    std::array<double, 2> count{}, pitch{};  ///< of a step
+  };
+
+  [[noreturn]] void fail_here(std::string_view found, std::string_view expected) const {
+    fail(path_, fmt::format("row {}: found {}, expected {}", row_, in_quotes(found), expected));
+  }
+
+  // ---- extended commands ----
+
+  void run_extended(std::string_view text) {
+    // A macro holds several blocks; every other command is one, but old files put several between two %.
+    if (text.starts_with("AM")) {
+      const auto end = text.find('*');
+      if (end == std::string_view::npos) fail_here(text, "an aperture macro with its '*'");
+      macros_.insert(std::string(text.substr(2, end - 2)));
+      return;
+    }
+    while (!text.empty()) {
+      const auto end = text.find('*');
+      if (end == std::string_view::npos) fail_here(text, "an extended command that ends with '*'");
+      run_block(text.substr(0, end));
+      text.remove_prefix(end + 1);
+    }
+  }
+
+  void run_block(std::string_view text) {
+    const std::string_view code = text.substr(0, 2),
+                           rest = text.size() > 2 ? text.substr(2) : std::string_view{};
+    if (code == "FS")
+      set_format(text);
+    else if (code == "MO")
+      set_unit(text);
+    else if (code == "AD")
+      define_aperture(text);
+    else if (code == "AB")
+      block(text);
+    else if (code == "SR")
+      step(text);
+    else if (code == "LP")
+      polarity(text);
+    else if (code == "LM") {
+      transform_.mirror_x = rest.find('X') != std::string_view::npos;
+      transform_.mirror_y = rest.find('Y') != std::string_view::npos;
+    } else if (code == "LR")
+      transform_.rotation_deg = plain_number(text, rest);
+    else if (code == "LS")
+      transform_.scale = plain_number(text, rest);
+    else if (code == "IP") {
+      if (rest != "POS") fail_here(text, "IPPOS: an image in negative has no flashes to bump");
+    } else if (code == "MI" || code == "OF" || code == "SF" || code == "IR" || code == "AS") {
+      check_neutral(text);
+    } else if (text != "ICAS" && code != "TF" && code != "TA" && code != "TO" && code != "TD" &&
+               code != "IN" && code != "LN") {
+      fail_here(text, "a command of the Gerber layer format");
+    }
+  }
+
+  double plain_number(std::string_view text, std::string_view number) const {
+    const auto value = parse_number(number);
+    if (!value || !std::isfinite(*value)) fail_here(text, "a number");
+    return *value;
+  }
+
+  void set_format(std::string_view text) {
+    const auto x = text.find('X'), y = text.find('Y');
+    const bool whole =
+        x != std::string_view::npos && y != std::string_view::npos && x + 2 < y && y + 2 < text.size();
+    if (!whole || text.substr(x + 1, 2) != text.substr(y + 1, 2) ||
+        std::isdigit(static_cast<unsigned char>(text[x + 1])) == 0 ||
+        std::isdigit(static_cast<unsigned char>(text[x + 2])) == 0)
+      fail_here(text, "a format such as FSLAX46Y46, alike for X and Y");
+    trailing_omitted_ = text.substr(2, x - 2).find('T') != std::string_view::npos;
+    incremental_ = text.substr(2, x - 2).find('I') != std::string_view::npos;
+    whole_ = text[x + 1] - '0';
+    decimals_ = text[x + 2] - '0';
+    has_format_ = true;
+  }
+
+  void set_unit(std::string_view text) {
+    if (text == "MOMM")
+      unit_mm_ = 1.0;
+    else if (text == "MOIN")
+      unit_mm_ = inch_mm;
+    else
+      fail_here(text, "MOMM or MOIN");
+  }
+
+  /// "ADD10C,0.5": number, then a standard template or a macro by its name.
+  void define_aperture(std::string_view text) {
+    std::size_t at = 3;
+    const int number = read_code(text, at);
+    const std::string name(text.substr(at, text.find(',', at) - at));
+    if (text.size() < 4 || text[2] != 'D' || number < 10 || name.empty())
+      fail_here(text, "an aperture such as ADD10C,0.5");
+    if (name != "C" && name != "R" && name != "O" && name != "P" && !macros_.contains(name))
+      fail_here(name, "C, R, O, P or a macro that is defined before");
+    apertures_.insert(number);
+    blocks_.erase(number);
+  }
+
+  void block(std::string_view text) {
+    if (text == "AB") {
+      if (levels_.back().kind != Level::block) fail_here(text, "the end of a block that is open");
+      Level level = std::move(levels_.back());
+      levels_.pop_back();
+      apertures_.insert(level.aperture);
+      blocks_[level.aperture] = std::move(level.points);
+      return;
+    }
+    std::size_t at = 3;
+    const int number = read_code(text, at);
+    constexpr std::size_t deepest = 16;
+    if (text.size() < 4 || text[2] != 'D' || number < 10) fail_here(text, "a block such as ABD12");
+    if (levels_.size() == deepest) fail_here(text, "blocks nested less deeply");
+    levels_.push_back({Level::block, {}, number, {}, {}});
+  }
+
+  void step(std::string_view text) {
+    if (levels_.back().kind == Level::step) close_step();
+    if (text == "SR") return;
+    Level level{Level::step, {}, 0, {1.0, 1.0}, {0.0, 0.0}};
+    for (const auto& [letter, value] : {std::pair('X', &level.count[0]), std::pair('Y', &level.count[1]),
+                                        std::pair('I', &level.pitch[0]), std::pair('J', &level.pitch[1])}) {
+      const auto start = text.find(letter);
+      if (start == std::string_view::npos) continue;
+      const std::string_view rest = text.substr(start + 1);
+      *value = plain_number(text, rest.substr(0, rest.find_first_not_of("+-.0123456789")));
+    }
+    const auto is_count = [](double n) {
+      return n >= 1.0 && n <= static_cast<double>(max_points) && n == std::floor(n);
+    };
+    if (!is_count(level.count[0]) || !is_count(level.count[1])) fail_here(text, "repeats of 1 or more");
+    if (level.count[0] == 1.0 && level.count[1] == 1.0) return;
+    need_unit(text);
+    for (double& pitch : level.pitch) pitch *= unit_mm_;
+    levels_.push_back(std::move(level));
+  }
+
+  void close_step() {
+    const Level level = std::move(levels_.back());
+    levels_.pop_back();
+    for (double column = 0.0; column < level.count[0]; ++column)
+      for (double line = 0.0; line < level.count[1]; ++line)
+        for (const RawPoint& p : level.points)
+          add({p.x + column * level.pitch[0], p.y + line * level.pitch[1], p.row});
+  }
+
+  void polarity(std::string_view text) {
+    if (text != "LPD" && text != "LPC") fail_here(text, "LPD or LPC");
+    clear_ = text == "LPC";
+  }
+
+  /// Deprecated commands are fine where they do nothing.
+  void check_neutral(std::string_view text) const {
+    const std::string_view code = text.substr(0, 2);
+    bool does_nothing = code == "AS" ? text == "ASAXBY" : true;
+    // Every number of it is the one that leaves the image as it is.
+    const double neutral = code == "SF" ? 1.0 : 0.0;
+    for (std::size_t at = 2; code != "AS" && at < text.size();) {
+      at = text.find_first_of("+-.0123456789", at);
+      if (at == std::string_view::npos) break;
+      const std::size_t end = std::min(text.find_first_not_of("+-.0123456789", at), text.size());
+      does_nothing = does_nothing && parse_number(text.substr(at, end - at)) == neutral;
+      at = end;
+    }
+    if (!does_nothing) fail_here(text, "no change of the whole image; export it without");
+  }
+
+  // ---- word commands ----
+
+  void run_word(std::string_view text) {
+    if (text.empty() || text.starts_with("G04") || text.starts_with("G4 ")) return;
+    std::size_t at = 0;
+    while (at < text.size() && text[at] == 'G') {
+      ++at;
+      general(read_code(text, at), text);
+    }
+    if (at == text.size()) return;
+    if (text[at] == 'M') {
+      ++at;
+      const int code = read_code(text, at);
+      if (code == 2 || code == 0 || code == 30)
+        ended_ = true;
+      else if (code != 1)
+        fail_here(text, "M02");
+      return;
+    }
+    operate(text, at);
+  }
+
+  int read_code(std::string_view text, std::size_t& at) const {
+    int code = -1;
+    for (; at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0; ++at)
+      code = std::min(std::max(code, 0) * 10 + (text[at] - '0'), 1'000'000);
+    return code;
+  }
+
+  void general(int code, std::string_view text) {
+    switch (code) {
+      case 36:
+        in_region_ = true;
+        if (regions_++ == 0) first_region_ = row_;
+        return;
+      case 37:
+        in_region_ = false;
+        return;
+      case 70:
+        unit_mm_ = inch_mm;
+        return;
+      case 71:
+        unit_mm_ = 1.0;
+        return;
+      case 90:
+        incremental_ = false;
+        return;
+      case 91:
+        incremental_ = true;
+        return;
+      case 0:
+      case 1:
+      case 2:
+      case 3:
+      case 10:
+      case 11:
+      case 12:
+      case 54:
+      case 55:
+      case 74:
+      case 75:
+        return;
+      default:
+        fail_here(text, "a G code of the Gerber layer format");
+    }
+  }
+
+  /// Coordinates and what to do there, or the choice of an aperture.
+  void operate(std::string_view text, std::size_t at) {
+    bool moved = false;
+    int code = -1;
+    while (at < text.size()) {
+      const char letter = text[at++];
+      if (letter == 'D') {
+        code = read_code(text, at);
+        if (code < 1) fail_here(text, "D01, D02, D03 or an aperture");
+        continue;
+      }
+      if (letter != 'X' && letter != 'Y' && letter != 'I' && letter != 'J')
+        fail_here(text, "a coordinate, a D code or a G code");
+      const auto end = std::min(text.find_first_not_of("+-0123456789", at), text.size());
+      const double value = coordinate(text, text.substr(at, end - at));
+      at = end;
+      if (letter == 'X') x_ = incremental_ ? x_ + value : value;
+      if (letter == 'Y') y_ = incremental_ ? y_ + value : value;
+      moved = moved || letter == 'X' || letter == 'Y';
+    }
+    if (code >= 10) {
+      if (!apertures_.contains(code)) fail_here(text, "an aperture that is defined before (%ADD...)");
+      aperture_ = code;
+      return;
+    }
+    if (code > 3) fail_here(text, "D01, D02, D03 or an aperture from D10 on");
+    if (code > 0) operation_ = code;
+    if (code < 0 && !moved) fail_here(text, "a coordinate, a D code or a G code");
+    if (operation_ == 3) flash(text);
+    if (operation_ == 1 && !in_region_ && draws_++ == 0) first_draw_ = row_;
+  }
+
+  double coordinate(std::string_view text, std::string_view digits) const {
+    if (!has_format_) fail_here(text, "a format (%FSLAX46Y46*%) before the first coordinate");
+    const auto value = parse_number(digits);
+    if (!value) fail_here(text, "a coordinate of digits alone");
+    need_unit(text);
+    const auto shown = static_cast<int>(
+        std::count_if(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; }));
+    if (shown > whole_ + decimals_ + 1)
+      fail_here(text,
+                fmt::format("coordinates of at most {} digits, as the format says", whole_ + decimals_));
+    // Divided rather than multiplied by a negative power: 100000 of format 4.6 are 0.1 exactly.
+    const int places = trailing_omitted_ ? shown - whole_ : decimals_;
+    return *value / std::pow(10.0, places) * unit_mm_;
+  }
+
+  void need_unit(std::string_view text) const {
+    if (unit_mm_ == 0.0) fail_here(text, "a unit (%MOMM*% or %MOIN*%) before the first length");
+  }
+
+  void flash(std::string_view text) {
+    if (aperture_ == 0) fail_here(text, "an aperture (D10 or higher) before the first flash");
+    if (in_region_) fail_here(text, "no flash inside a region");
+    if (clear_)
+      fail_here(text, "flashes of dark polarity (LPD) alone; one in clear polarity takes material away");
+    const auto block = blocks_.find(aperture_);
+    if (block == blocks_.end()) {
+      add({x_, y_, row_});
+      return;
+    }
+    for (const RawPoint& p : block->second) {
+      const RawPoint turned = transform_.apply(p);
+      add({x_ + turned.x, y_ + turned.y, p.row});
+    }
+  }
+
+  void add(const RawPoint& point) {
+    levels_.back().points.push_back(point);
+    check_point_count(path_, levels_.back().points.size());
+  }
+
+  const std::filesystem::path& path_;
+  std::vector<Level> levels_;
+  std::size_t row_ = 0;
+  bool ended_ = false;
+
+  double unit_mm_ = 0.0;
+  bool has_format_ = false, trailing_omitted_ = false, incremental_ = false;
+  int whole_ = 0, decimals_ = 0;
+
+  std::set<std::string> macros_;
+  std::set<int> apertures_;
+  std::map<int, std::vector<RawPoint>> blocks_;
+
+  int aperture_ = 0, operation_ = 2;
+  double x_ = 0.0, y_ = 0.0;
+  bool in_region_ = false, clear_ = false;
+  Transform transform_;
+  std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0;
+};
+
+}  // namespace
+
+RawPoints read_gerber_points(const std::filesystem::path& path, std::string_view content) {
+  if (const auto kind = describe_content(content); kind != "text")
+    fail(path, fmt::format("found {}, expected a Gerber layer (RS-274X)", kind));
+  GerberFile file(path);
+  file.run(content);
+  return std::move(file).finish();
+}
+
+}  // namespace meltstage::motion::detail

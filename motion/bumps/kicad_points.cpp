@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pad positions out of a KiCad footprint (S-expressions, KiCad 5 `module` and KiCad 6+ `footprint`).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/coordinates.hpp"
+
+namespace meltstage::motion::detail {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
+  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
+}
+
+/// A word or quoted string (no children), or a list. `row` is the line where it begins, `column` its place in
+/// the line.
+struct Node {
+  std::string word;
+  std::vector<Node> children;
+  std::size_t row = 1;
+  std::size_t column = 1;
+};
+
+/// Word of a list's first child, e.g. "pad".
+std::string_view head(const Node& node) {
+  return node.children.empty() ? std::string_view{} : node.children[0].word;
+}
+
+const Node* find_list(const Node& node, std::string_view name) {
+  const auto found = std::find_if(node.children.begin(), node.children.end(),
+                                  [&](const Node& child) { return head(child) == name; });
+  return found == node.children.end() ? nullptr : &*found;
+}
+
+/// Reads the one list that a footprint file consists of.
+class Reader {
+ public:
+  Reader(const std::filesystem::path& path, std::string_view text) : path_(path), text_(text) {}
+
+  Node read_footprint() {
+    skip_blanks();
+    if (at_ == text_.size() || text_[at_] != '(') fail_here(", expected (footprint ...)");
+    std::vector<Node> open;
+    do {
+      read_item(open);
+      check_kind(open.front());
+      skip_blanks();
+    } while (open.size() > 1 || at_ == text_.size() || text_[at_] != ')');
+    if (open.front().children.empty()) fail_here(", expected the word footprint");
+    advance();
+    skip_blanks();
+    if (at_ < text_.size()) fail_here(" behind the footprint, expected the end of the file");
+    return std::move(open.front());
+  }
+
+ private:
+  /// One bracket, word or text; a closed list moves into the one around it.
+  void read_item(std::vector<Node>& open) {
+    if (at_ == text_.size())
+      fail(path_,
+           fmt::format("line {}, column {}: the file ends inside the list that begins here, expected ')'",
+                       open.back().row, open.back().column));
+    Node node = here();
+    if (text_[at_] == '(') {
+      constexpr std::size_t max_depth = 64;
+      if (open.size() == max_depth)
+        fail_here(fmt::format(" nested deeper than {} lists, expected a footprint", max_depth));
+      advance();
+      open.push_back(std::move(node));
+      return;
+    }
+    if (text_[at_] == ')') {
+      advance();
+      node = std::move(open.back());
+      open.pop_back();
+    } else {
+      node.word = text_[at_] == '"' ? read_string() : read_word();
+    }
+    open.back().children.push_back(std::move(node));
+  }
+
+  void check_kind(const Node& root) const {
+    if (root.children.empty() || head(root) == "footprint" || head(root) == "module") return;
+    fail(path_, fmt::format("line {}, column {}: found {}, expected a footprint", root.row, root.column,
+                            in_quotes(fmt::format("({}", head(root)))));
+  }
+
+  [[noreturn]] void fail_here(std::string_view rest) const {
+    const auto line = text_.substr(at_, text_.find_first_of("\r\n", at_) - at_);
+    fail(path_, fmt::format("line {}, column {}: found {}{}", row_, column_,
+                            at_ == text_.size() ? "the end of the file" : in_quotes(line), rest));
+  }
+
+  Node here() const { return {{}, {}, row_, column_}; }
+
+  void advance() {
+    if (text_[at_++] == '\n') {
+      ++row_;
+      column_ = 1;
+    } else {
+      ++column_;
+    }
+  }
+
+  void skip_blanks() {
+    while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos)
+      advance();
+  }
+
+  std::string read_word() {
+    const std::size_t start = at_;
+    while (at_ < text_.size() && std::string_view(" \t\r\n()\"").find(text_[at_]) == std::string_view::npos)
+      advance();
+    return std::string(text_.substr(start, at_ - start));
+  }
+
+  std::string read_string() {
+    const Node start = here();
+    std::string out;
+    for (advance(); at_ < text_.size() && text_[at_] != '"'; advance()) {
+      if (text_[at_] == '\\' && at_ + 1 < text_.size()) advance();
+      out += text_[at_];
+    }
+    if (at_ == text_.size())
+      fail(path_,
+           fmt::format("line {}, column {}: the file ends inside the text that begins here, expected '\"'",
+                       start.row, start.column));
+    advance();
+    return out;
+  }
+
+  const std::filesystem::path& path_;
+  std::string_view text_;
+  std::size_t at_ = 0, row_ = 1, column_ = 1;
+};
+
+/// Pads on copper receive a bump; apertures of the paste or mask layer alone are drawn over pads that are
+/// there already.
+bool receives_bump(const Node& pad) {
+  constexpr std::size_t type_place = 2;
+  if (pad.children.size() <= type_place) return false;
+  const std::string& type = pad.children[type_place].word;
+  if (type != "smd" && type != "thru_hole") return false;
+  const Node* layers = find_list(pad, "layers");
+  return layers == nullptr || std::any_of(layers->children.begin(), layers->children.end(),
+                                          [](const Node& layer) { return layer.word.ends_with(".Cu"); });
+}
+
+double read_position(const std::filesystem::path& path, const Node& pad, const Node& at, std::size_t place,
+                     std::string_view axis) {
+  if (at.children.size() <= place)
+    fail(path, fmt::format("line {}, column {}: found no {}, expected (at x y)", at.row, at.column, axis));
+  const Node& node = at.children[place];
+  const auto value = parse_number(node.word);
+  if (!value || !std::isfinite(*value))
+    fail(path,
+         fmt::format("line {}, column {} ({} of pad {}): found {}, expected a finite number such as 12.5",
+                     node.row, node.column, axis, in_quotes(pad.children[1].word), in_quotes(node.word)));
+  return *value;
+}
+
+}  // namespace
+
+RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content) {
+  if (const auto kind = describe_content(content); kind != "text")
+    fail(path, fmt::format("found {}, expected a KiCad footprint (.kicad_mod)", kind));
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (content.starts_with(byte_order_mark)) content.remove_prefix(byte_order_mark.size());
+  const Node footprint = Reader(path, content).read_footprint();
+  RawPoints result;
+  result.has_unit = true;
+  for (const Node& node : footprint.children) {
+    if (head(node) != "pad" || !receives_bump(node)) continue;
+    const Node* at = find_list(node, "at");
+    if (at == nullptr)
+      fail(path, fmt::format("line {}, column {}: found pad {} without a position, expected (at x y)",
+                             node.row, node.column, in_quotes(node.children[1].word)));
+    const double x_mm = read_position(path, node, *at, 1, "x");
+    const double y_down_mm = read_position(path, node, *at, 2, "y");
+    result.points.push_back({x_mm, -y_down_mm, node.row});
+    check_point_count(path, result.points.size());
+  }
+  return result;
+}
+
+}  // namespace meltstage::motion::detail

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+// Coordinates out of tables: rows of separated text through libcsv, and what columns and rows mean.
+#include <csv.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/coordinates.hpp"
+
+namespace meltstage::motion::detail {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
+  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
+}
+
+// ---- separated text ----
+
+/// Tab before semicolon before comma: a decimal comma or a comma in a name must not win over a rarer sign.
+char find_separator(std::string_view text) {
+  const std::string_view line = text.substr(0, text.find_first_of("\r\n", text.find_first_not_of("\r\n")));
+  for (const char separator : {'\t', ';'}) {
+    bool inside_quotes = false;
+    for (const char c : line) {
+      if (c == '"') inside_quotes = !inside_quotes;
+      if (c == separator && !inside_quotes) return separator;
+    }
+  }
+  return ',';
+}
+
+/// Rows as libcsv reports them; kept until its C frames have returned, as the handler may throw.
+struct CsvRows {
+  std::vector<TableRow> finished;
+  TableRow current;
+  std::size_t line = 1;
+  std::size_t inner_lines = 0;
+  int last_end = 0;
+};
+
+void on_csv_field(void* text, std::size_t size, void* rows_pointer) {
+  auto& rows = *static_cast<CsvRows*>(rows_pointer);
+  std::string field(static_cast<const char*>(text), size);
+  rows.inner_lines += static_cast<std::size_t>(std::count(field.begin(), field.end(), '\n'));
+  rows.current.cells.push_back({std::move(field), std::nullopt});
+}
+
+void on_csv_row(int end, void* rows_pointer) {
+  auto& rows = *static_cast<CsvRows*>(rows_pointer);
+  const bool second_half_of_crlf = rows.current.cells.empty() && end == '\n' && rows.last_end == '\r';
+  rows.last_end = second_half_of_crlf ? 0 : end;
+  if (second_half_of_crlf) return;
+  rows.current.row = rows.line;
+  rows.current.ended = end != -1;
+  rows.line += 1 + std::exchange(rows.inner_lines, 0);
+  rows.finished.push_back(std::exchange(rows.current, {}));
+}
+
+struct CsvParser {
+  csv_parser parser{};
+  explicit CsvParser(char separator) {
+    csv_init(&parser, CSV_STRICT | CSV_STRICT_FINI | CSV_REPALL_NL);
+    csv_set_delim(&parser, static_cast<unsigned char>(separator));
+  }
+  ~CsvParser() { csv_free(&parser); }
+  CsvParser(const CsvParser&) = delete;
+  CsvParser& operator=(const CsvParser&) = delete;
+};
+
+void hand_over(CsvRows& rows, const RowHandler& handle) {
+  for (const TableRow& row : rows.finished) handle(row);
+  rows.finished.clear();
+}
+
+// ---- columns and rows ----
+
+struct Unit {
+  std::string_view name;
+  double mm;
+};
+constexpr std::array<Unit, 9> units = {{{"mm", 1.0},
+                                        {"um", 1e-3},
+                                        {"\u00b5m", 1e-3},
+                                        {"\u03bcm", 1e-3},
+                                        {"cm", 10.0},
+                                        {"m", 1000.0},
+                                        {"mil", 0.0254},
+                                        {"in", 25.4},
+                                        {"inch", 25.4}}};
+
+struct Column {
+  std::size_t index = 0;
+  double unit_mm = 1.0;
+  bool has_unit = false;
+};
+
+bool is_blank(const Cell& cell) {
+  return !cell.number && cell.text.find_first_not_of(" \t\r\n") == std::string::npos;
+}
+
+std::optional<double> value_of(const Cell& cell) {
+  return cell.number ? cell.number : parse_number(cell.text);
+}
+
+/// A malformed number rather than a label: nothing may be guessed from a table that begins with one.
+bool looks_like_number(const Cell& cell) {
+  const auto first = cell.text.find_first_not_of(" \t+-.");
+  return first != std::string::npos && std::isdigit(static_cast<unsigned char>(cell.text[first])) != 0;
+}
+
+class PointTable {
+ public:
+  explicit PointTable(const std::filesystem::path& path) : path_(path) {}
+
+  void add(const TableRow& row) {
+    if (std::all_of(row.cells.begin(), row.cells.end(), is_blank)) return;
+    if (!columns_known_) {
+      columns_known_ = true;
+      if (take_header(row)) return;
+      take_first_numbers(row);
+    }
+    const double x = number(row, x_, "x") * x_.unit_mm;
+    const double y = number(row, y_, "y") * y_.unit_mm;
+    result_.points.push_back({x, y, row.row});
+    check_point_count(path_, result_.points.size());
+  }
+
+  RawPoints take() && { return std::move(result_); }
+
+ private:
+  /// True if the row names columns; throws if it does so without both x and y.
+  bool take_header(const TableRow& row) {
+    const auto x = find_column(row, 'x'), y = find_column(row, 'y');
+    if (x && y) {
+      if (x->has_unit != y->has_unit)
+        fail(path_,
+             fmt::format("row {}: found a unit at one of x and y only, expected both or none", row.row));
+      x_ = *x;
+      y_ = *y;
+      result_.has_unit = x->has_unit;
+      return true;
+    }
+    const bool any_number =
+        std::any_of(row.cells.begin(), row.cells.end(), [](const Cell& c) { return value_of(c); });
+    const bool any_like = std::any_of(row.cells.begin(), row.cells.end(), looks_like_number);
+    if (!x && !y && (any_number || any_like)) return false;
+    fail(path_,
+         fmt::format("row {}: no column named {}, found {}; expected a header with x and y, or numbers",
+                     row.row, x ? "y" : (y ? "x" : "x and y"), names(row)));
+  }
+
+  static std::string names(const TableRow& row) {
+    constexpr std::size_t shown = 4;
+    std::string out;
+    for (std::size_t i = 0; i < std::min(row.cells.size(), shown); ++i)
+      out += (i == 0 ? "" : ", ") + in_quotes(row.cells[i].text);
+    return row.cells.size() > shown ? out + ", ..." : out;
+  }
+
+  /// The column called `axis`, alone or with a unit behind a separating sign.
+  std::optional<Column> find_column(const TableRow& row, char axis) const {
+    std::optional<Column> found;
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      constexpr std::string_view separators = " \t_()[]/.,:";
+      std::string name = row.cells[i].text;
+      std::transform(name.begin(), name.end(), name.begin(),
+                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      auto start = name.find_first_not_of(separators);
+      // Placement tables: PosX, Mid X, Center-X(mm).
+      for (const std::string_view prefix : {"pos", "mid", "center"})
+        if (start != std::string::npos && std::string_view(name).substr(start).starts_with(prefix))
+          start = name.find_first_not_of(" \t_-", start + prefix.size());
+      if (start == std::string::npos || name[start] != axis) continue;
+      if (start + 1 < name.size() && separators.find(name[start + 1]) == std::string_view::npos) continue;
+      const auto unit_start = name.find_first_not_of(separators, start + 1);
+      Column column{i, 1.0, unit_start != std::string::npos};
+      if (column.has_unit) {
+        const std::string unit = name.substr(unit_start, name.find_last_not_of(separators) - unit_start + 1);
+        const auto* known =
+            std::find_if(units.begin(), units.end(), [&](const Unit& u) { return u.name == unit; });
+        if (known == units.end())
+          fail(path_,
+               fmt::format(
+                   "row {}, column {}: found unit {} in the name {}, expected mm, um, cm, m, mil or in",
+                   row.row, i + 1, in_quotes(unit), in_quotes(row.cells[i].text)));
+        column.unit_mm = known->mm;
+      }
+      if (found)
+        fail(path_, fmt::format("row {}, column {}: found a second column named {}, expected one", row.row,
+                                i + 1, axis));
+      found = column;
+    }
+    return found;
+  }
+
+  void take_first_numbers(const TableRow& row) {
+    std::vector<std::size_t> numeric;
+    for (std::size_t i = 0; i < row.cells.size() && numeric.size() < 2; ++i) {
+      if (value_of(row.cells[i]))
+        numeric.push_back(i);
+      else if (looks_like_number(row.cells[i]))
+        fail_number(row, i, numeric.empty() ? "x" : "y");
+    }
+    if (numeric.size() < 2) {
+      // The first row broke off, or a word stands where y should be.
+      for (std::size_t i = numeric.empty() ? 0 : numeric.front() + 1; i < row.cells.size(); ++i)
+        if (!is_blank(row.cells[i])) fail_number(row, i, numeric.empty() ? "x" : "y");
+      fail_missing(row, row.cells.size(), "y");
+    }
+    x_.index = numeric[0];
+    y_.index = numeric[1];
+  }
+
+  double number(const TableRow& row, const Column& column, std::string_view axis) const {
+    if (column.index >= row.cells.size() || is_blank(row.cells[column.index]))
+      fail_missing(row, column.index, axis);
+    const auto value = value_of(row.cells[column.index]);
+    if (!value) fail_number(row, column.index, axis);
+    if (!std::isfinite(*value))
+      fail(path_, fmt::format("row {}, column {} ({}): found {}, expected a finite number", row.row,
+                              column.index + 1, axis, in_quotes(row.cells[column.index].text)));
+    return *value;
+  }
+
+  [[noreturn]] void fail_number(const TableRow& row, std::size_t index, std::string_view axis) const {
+    fail(path_, fmt::format("row {}, column {} ({}): found {}, expected a number such as 12.5", row.row,
+                            index + 1, axis, in_quotes(row.cells[index].text)));
+  }
+
+  [[noreturn]] void fail_missing(const TableRow& row, std::size_t index, std::string_view axis) const {
+    if (!row.ended)
+      fail(path_,
+           fmt::format("row {}, column {} ({}): the file ends in the middle of the row, expected a number",
+                       row.row, index + 1, axis));
+    fail(path_,
+         fmt::format("row {}, column {} ({}): found nothing, expected a number", row.row, index + 1, axis));
+  }
+
+  const std::filesystem::path& path_;
+  bool columns_known_ = false;
+  Column x_, y_;
+  RawPoints result_;
+};
+
+}  // namespace
+
+void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (const auto kind = describe_content(content); kind != "text")
+    fail(path, fmt::format("found {}, expected separated text (.csv, UTF-8)", kind));
+  if (content.starts_with(byte_order_mark)) content.remove_prefix(byte_order_mark.size());
+
+  CsvParser csv(find_separator(content));
+  CsvRows rows;
+  constexpr std::size_t chunk = 65536;
+  while (!content.empty()) {
+    const std::string_view part = content.substr(0, chunk);
+    if (csv_parse(&csv.parser, part.data(), part.size(), on_csv_field, on_csv_row, &rows) != part.size()) {
+      hand_over(rows, handle);
+      fail(path, fmt::format(
+                     "row {}, column {}: found a quote inside a cell, expected it doubled or the cell quoted",
+                     rows.line, rows.current.cells.size() + 1));
+    }
+    content.remove_prefix(part.size());
+    hand_over(rows, handle);
+  }
+  if (csv_fini(&csv.parser, on_csv_field, on_csv_row, &rows) != 0)
+    fail(path,
+         fmt::format("row {}, column {}: the file ends inside a quoted cell, expected the closing quote",
+                     rows.line, rows.current.cells.size() + 1));
+  hand_over(rows, handle);
+}
+
+RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,
+                            void (*read_rows)(const std::filesystem::path&, std::string_view,
+                                              const RowHandler&)) {
+  PointTable table(path);
+  read_rows(path, content, [&](const TableRow& row) { table.add(row); });
+  return std::move(table).take();
+}
+
+}  // namespace meltstage::motion::detail

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of a workbook (.xlsx, ECMA-376): a ZIP archive through libzip, its XML parts through pugixml.
+#include <fmt/format.h>
+#include <zip.h>
+
+#include <algorithm>
+#include <charconv>
+#include <memory>
+#include <pugixml.hpp>
+
+#include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/coordinates.hpp"
+
+namespace meltstage::motion::detail {
+namespace {
+
+constexpr zip_uint64_t largest_part = 1ULL << 29;  // bytes unpacked; two million rows take less
+
+[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
+  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
+}
+
+class Archive {
+ public:
+  Archive(const std::filesystem::path& path, std::string_view content) : path_(path) {
+    zip_error_t error;
+    zip_error_init(&error);
+    zip_source_t* source = zip_source_buffer_create(content.data(), content.size(), 0, &error);
+    zip_t* archive = source == nullptr ? nullptr : zip_open_from_source(source, ZIP_RDONLY, &error);
+    const std::string reason = zip_error_strerror(&error);
+    zip_error_fini(&error);
+    if (archive == nullptr) {
+      if (source != nullptr) zip_source_free(source);
+      fail(path, fmt::format("not a readable ZIP archive ({}), expected an Excel workbook (.xlsx); it may be "
+                             "damaged or cut off",
+                             reason));
+    }
+    archive_.reset(archive);
+  }
+
+  bool has(const std::string& part) const { return zip_name_locate(archive_.get(), part.c_str(), 0) >= 0; }
+
+  pugi::xml_document xml(const std::string& part) const {
+    zip_stat_t info;
+    zip_stat_init(&info);
+    if (zip_stat(archive_.get(), part.c_str(), 0, &info) != 0)
+      fail(path_, fmt::format("found no part {} in the archive, expected an Excel workbook (.xlsx)",
+                              in_quotes(part)));
+    if ((info.valid & ZIP_STAT_SIZE) == 0 || info.size > largest_part)
+      fail(path_, fmt::format("part {} holds more than {} MiB, expected less", in_quotes(part),
+                              largest_part >> 20U));
+    std::string text(info.size, '\0');
+    const std::unique_ptr<zip_file_t, CloseFile> file(zip_fopen(archive_.get(), part.c_str(), 0));
+    if (!file || zip_fread(file.get(), text.data(), text.size()) != static_cast<zip_int64_t>(text.size()))
+      fail(path_, fmt::format("part {} can't be unpacked, expected an undamaged workbook without a password",
+                              in_quotes(part)));
+    pugi::xml_document document;
+    const auto result = document.load_buffer(text.data(), text.size());
+    if (!result)
+      fail(path_, fmt::format("part {}, byte {}: {}, expected XML", in_quotes(part), result.offset,
+                              result.description()));
+    return document;
+  }
+
+ private:
+  struct Discard {
+    void operator()(zip_t* archive) const { zip_discard(archive); }
+  };
+  struct CloseFile {
+    void operator()(zip_file_t* file) const { zip_fclose(file); }
+  };
+  const std::filesystem::path& path_;
+  std::unique_ptr<zip_t, Discard> archive_;
+};
+
+/// The part that holds the workbook's first sheet.
+std::string first_sheet(const std::filesystem::path& path, const Archive& archive) {
+  const auto book = archive.xml("xl/workbook.xml");
+  const std::string id = book.child("workbook").child("sheets").child("sheet").attribute("r:id").as_string();
+  if (id.empty()) fail(path, "there is no first sheet, expected a workbook with one");
+  const auto relations = archive.xml("xl/_rels/workbook.xml.rels");
+  for (const auto& relation : relations.child("Relationships").children("Relationship")) {
+    if (relation.attribute("Id").as_string() != id) continue;
+    const std::string target = relation.attribute("Target").as_string();
+    return target.starts_with('/') ? target.substr(1) : "xl/" + target;
+  }
+  fail(path,
+       fmt::format("the first sheet's part ({}) is missing, expected an undamaged workbook", in_quotes(id)));
+}
+
+/// All text of an element, whether plain or in runs with a format of their own; readings (ruby) left out.
+std::string text_of(const pugi::xml_node& element) {
+  std::string text = element.child("t").text().as_string();
+  for (const auto& run : element.children("r")) text += run.child("t").text().as_string();
+  return text;
+}
+
+std::vector<std::string> shared_strings(const Archive& archive) {
+  std::vector<std::string> strings;
+  constexpr auto part = "xl/sharedStrings.xml";
+  if (!archive.has(part)) return strings;
+  const auto document = archive.xml(part);
+  for (const auto& item : document.child("sst").children("si")) strings.push_back(text_of(item));
+  return strings;
+}
+
+/// Column of a cell reference such as "AB12", from 0; nothing if it isn't one.
+std::optional<std::size_t> column_of(std::string_view reference) {
+  constexpr std::size_t most_columns = 16384;
+  std::size_t column = 0, letters = 0;
+  for (; letters < reference.size() && reference[letters] >= 'A' && reference[letters] <= 'Z'; ++letters) {
+    column = column * 26 + static_cast<std::size_t>(reference[letters] - 'A') + 1;
+    if (column > most_columns) return std::nullopt;
+  }
+  if (letters == 0) return std::nullopt;
+  return column - 1;
+}
+
+class Sheet {
+ public:
+  Sheet(const std::filesystem::path& path, std::vector<std::string> strings)
+      : path_(path), strings_(std::move(strings)) {}
+
+  Cell cell(std::size_t row, const pugi::xml_node& node) const {
+    const std::string_view type = node.attribute("t").as_string("n");
+    const std::string value = node.child("v").text().as_string();
+    if (type == "inlineStr") return {text_of(node.child("is")), std::nullopt};
+    if (type == "s") {
+      const auto index = parse_number(value);
+      if (!index || *index < 0.0 || *index >= static_cast<double>(strings_.size()))
+        fail(path_,
+             fmt::format("row {}: found text number {}, expected one below {}; the workbook is damaged", row,
+                         in_quotes(value), strings_.size()));
+      return {strings_[static_cast<std::size_t>(*index)], std::nullopt};
+    }
+    if (type == "n" && !value.empty()) return {value, parse_number(value)};
+    return {value, std::nullopt};
+  }
+
+ private:
+  const std::filesystem::path& path_;
+  std::vector<std::string> strings_;
+};
+
+}  // namespace
+
+void read_xlsx_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
+  if (const auto kind = describe_content(content); !kind.starts_with("a ZIP"))
+    fail(path, fmt::format("found {}, expected an Excel workbook (.xlsx) without a password", kind));
+  const Archive archive(path, content);
+  const std::string part = first_sheet(path, archive);
+  const Sheet sheet(path, shared_strings(archive));
+  const auto document = archive.xml(part);
+  TableRow row;
+  for (const auto& node : document.child("worksheet").child("sheetData").children("row")) {
+    // Rows and cells that hold nothing may be left out, and so may the numbers of those that follow at once.
+    row.row = node.attribute("r").as_ullong(row.row + 1);
+    row.cells.clear();
+    for (const auto& c : node.children("c")) {
+      const auto reference = c.attribute("r");
+      const auto column = reference ? column_of(reference.as_string()) : std::optional(row.cells.size());
+      if (!column || *column < row.cells.size())
+        fail(path,
+             fmt::format("row {}: found cell {}, expected its columns in order; the workbook is damaged",
+                         row.row, in_quotes(reference.as_string())));
+      row.cells.resize(*column);
+      row.cells.push_back(sheet.cell(row.row, c));
+    }
+    handle(row);
+  }
+}
+
+}  // namespace meltstage::motion::detail

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/profile/pulse_train.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/profile/profile_parts.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+// Modulo 2^128, in which sums and products are exact whenever their result is in range.
+__extension__ using Wide = unsigned __int128;
+
+constexpr double most_pulses = 0x1p31;
+
+}  // namespace
+
+FixedPulses to_fixed(double pulses) { return static_cast<FixedPulses>(std::ldexp(pulses, fixed_pulse_bits)); }
+
+double to_double(FixedPulses pulses) { return std::ldexp(static_cast<double>(pulses), -fixed_pulse_bits); }
+
+FixedPulses PulseAccumulators::position_after(std::uint64_t cycles) const {
+  if (cycles == 0) return position;
+  const Wide n = cycles;
+  const Wide pairs = n * (n - 1) / 2;
+  const Wide triples = n < 3 ? 0 : pairs * (n - 2) / 3;
+  return static_cast<FixedPulses>(static_cast<Wide>(position) + n * static_cast<Wide>(first) +
+                                  pairs * static_cast<Wide>(second) + triples * static_cast<Wide>(third));
+}
+
+PulseTrain::PulseTrain(const JerkProfile& profile, double pulses_per_mm, double start_pulses, double clock_hz)
+    : upwards_(pulses_per_mm >= 0.0) {
+  if (!std::isfinite(clock_hz) || clock_hz <= 0.0)
+    throw MotionError(
+        fmt::format("pulse train: found clock of {} Hz, expected a finite number above 0", clock_hz));
+  const auto pulses_at = [&](double position_mm) {
+    const double pulses = start_pulses + pulses_per_mm * position_mm;
+    if (!(std::abs(pulses) < most_pulses))
+      throw MotionError(
+          fmt::format("pulse train: found position of {} pulses, expected +-{}", pulses, most_pulses));
+    return to_fixed(pulses);
+  };
+  start_ = pulses_at(0.0);
+  end_ = pulses_at(profile.end.position_mm);
+  end_cycle_ = static_cast<std::uint64_t>(std::ceil(profile.duration_s * clock_hz));
+  const double cycle_s = 1.0 / clock_hz;
+  for (std::size_t i = 0; i < profile.segments; ++i) {
+    const auto first_cycle = static_cast<std::uint64_t>(std::ceil(profile.start_times_s[i] * clock_hz));
+    const double late_s = static_cast<double>(first_cycle) * cycle_s - profile.start_times_s[i];
+    if (late_s >= profile.durations_s[i]) continue;  // no cycle falls into it
+    const auto [position, velocity, acceleration, jerk] = after(profile.starts[i], std::max(0.0, late_s));
+    const double speed_step = velocity * cycle_s, acceleration_step = acceleration * cycle_s * cycle_s,
+                 jerk_step = jerk * cycle_s * cycle_s * cycle_s;
+    parts_[segments_++] = {
+        first_cycle,
+        {pulses_at(position),
+         to_fixed(pulses_per_mm * (speed_step + acceleration_step / 2.0 + jerk_step / 6.0)),
+         to_fixed(pulses_per_mm * (acceleration_step + jerk_step)), to_fixed(pulses_per_mm * jerk_step)}};
+  }
+}
+
+FixedPulses PulseTrain::position(std::uint64_t cycle) const {
+  if (cycle >= end_cycle_) return end_;
+  if (segments_ == 0) return start_;
+  std::size_t segment = segments_ - 1;
+  while (segment > 0 && parts_[segment].first_cycle > cycle) --segment;
+  return parts_[segment].accumulators.position_after(cycle - parts_[segment].first_cycle);
+}
+
+bool PulseTrain::reached(std::uint64_t cycle, FixedPulses wanted) const {
+  const FixedPulses now = position(cycle);
+  return upwards_ ? now >= wanted : now <= wanted;
+}
+
+std::uint64_t PulseTrain::cycle_reaching(FixedPulses wanted, std::uint64_t from_cycle) const {
+  if (from_cycle >= end_cycle_ || reached(from_cycle, wanted)) return from_cycle;
+  // Steps follow each other closely: look ever farther ahead, then halve.
+  std::uint64_t before = from_cycle, ahead = 1;
+  while (before + ahead < end_cycle_ && !reached(before + ahead, wanted)) {
+    before += ahead;
+    ahead *= 2;
+  }
+  std::uint64_t at = std::min(before + ahead, end_cycle_);
+  while (at - before > 1) {
+    const std::uint64_t middle = before + (at - before) / 2;
+    (reached(middle, wanted) ? at : before) = middle;
+  }
+  return at;
+}
+
+}  // namespace meltstage::motion

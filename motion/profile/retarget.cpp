@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/profile/retarget.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/profile/profile_parts.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+/// A profile under construction, and the state at its end so far.
+struct Course {
+  JerkProfile profile;
+  MotionState now;
+
+  explicit Course(const MotionState& state) : now{0.0, state.velocity_mm_s, state.acceleration_mm_s2, 0.0} {
+    profile.starts.front() = profile.end = now;
+  }
+
+  void append(double duration_s, double jerk_mm_s3) {
+    if (!(duration_s > 0.0)) return;
+    now.jerk_mm_s3 = jerk_mm_s3;
+    profile.durations_s[profile.segments] = duration_s;
+    profile.start_times_s[profile.segments] = profile.duration_s;
+    profile.starts[profile.segments] = now;
+    ++profile.segments;
+    profile.duration_s += duration_s;
+    now = after(now, duration_s);
+  }
+
+  void append(const Scurve& curve, double sign) {
+    for (std::size_t i = 0; i < curve.durations_s.size(); ++i) {
+      now.velocity_mm_s = sign * curve.starts[i].velocity_mm_s;  // free of the segments' rounding before
+      now.acceleration_mm_s2 = sign * curve.starts[i].acceleration_mm_s2;
+      append(curve.durations_s[i], sign * curve.starts[i].jerk_mm_s3);
+    }
+  }
+
+  JerkProfile ended_at(double position_mm) const {
+    JerkProfile done = profile;
+    done.end = {position_mm, 0.0, 0.0, 0.0};
+    return done;
+  }
+};
+
+RampLimits speeding_up(const ScurveLimits& limits) {
+  return {limits.acceleration_mm_s2, limits.jerk1_mm_s3, limits.jerk3_mm_s3};
+}
+
+RampLimits slowing_down(const ScurveLimits& limits) {
+  return {limits.deceleration_mm_s2, limits.jerk7_mm_s3, limits.jerk5_mm_s3};
+}
+
+/// Speed at zero acceleration from which an acceleration that grows by `jerk` comes to this state.
+double speed_before(double velocity, double acceleration, double jerk) {
+  return velocity - acceleration * std::abs(acceleration) / (2.0 * jerk);
+}
+
+/// Takes the acceleration, which is above zero, away.
+void end_acceleration(Course& course, const ScurveLimits& limits) {
+  course.append(course.now.acceleration_mm_s2 / limits.jerk3_mm_s3, -limits.jerk3_mm_s3);
+  course.now.acceleration_mm_s2 = 0.0;
+}
+
+/// The axis is slowing down so hard that it would turn back before jerk 7 has ended the deceleration.
+bool turns_back(const MotionState& state, const ScurveLimits& limits) {
+  const double braking = -state.acceleration_mm_s2;
+  return braking > 0.0 && braking * braking >= 2.0 * limits.jerk7_mm_s3 * state.velocity_mm_s;
+}
+
+/// Ordinary deceleration to rest from the present deceleration, of a forward motion.
+void stop_forward(Course& course, const ScurveLimits& limits) {
+  if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
+  if (turns_back(course.now, limits)) {
+    const double braking = -course.now.acceleration_mm_s2;
+    const double duration_s = 2.0 * course.now.velocity_mm_s / braking;
+    course.append(duration_s, braking / duration_s);
+  } else {
+    const double excess = -course.now.acceleration_mm_s2 - limits.deceleration_mm_s2;
+    course.append(excess / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+    const double braking = -course.now.acceleration_mm_s2;
+    const double speed = speed_before(course.now.velocity_mm_s, -braking, limits.jerk5_mm_s3);
+    const Ramp ramp = ramp_between(0.0, std::max(0.0, speed), slowing_down(limits));
+    course.append((ramp.peak_acceleration - braking) / limits.jerk5_mm_s3, -limits.jerk5_mm_s3);
+    course.append(ramp.hold_s, 0.0);
+    course.append(ramp.rise_s, limits.jerk7_mm_s3);
+  }
+  course.now.velocity_mm_s = course.now.acceleration_mm_s2 = 0.0;
+}
+
+Course stopped(Course course, const ScurveLimits& limits) {
+  stop_forward(course, limits);
+  return course;
+}
+
+/// Largest argument in low..high at which a function that rises is still not above zero.
+template <typename Function>
+double root_of_rising(const Function& function, double low, double high) {
+  double below = function(low), above = function(high);
+  if (below >= 0.0) return low;
+  if (above <= 0.0) return high;
+  for (int step = 0; step < 200; ++step) {
+    // False position; every third step, and where rounding leaves none, the interval is halved.
+    double middle = low + below / (below - above) * (high - low);
+    if (step % 3 == 2 || !(middle > low && middle < high)) middle = low + 0.5 * (high - low);
+    if (!(middle > low && middle < high)) break;
+    const double value = function(middle);
+    if (value > 0.0) {
+      high = middle;
+      above = value;
+    } else {
+      low = middle;
+      below = value;
+    }
+    if (value == 0.0) break;
+  }
+  return low;
+}
+
+/// The deceleration eases to `braking` before the stop.
+Course eased_stop(Course course, const ScurveLimits& limits, double braking) {
+  course.append((-course.now.acceleration_mm_s2 - braking) / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+  course.now.acceleration_mm_s2 = -braking;
+  stop_forward(course, limits);
+  return course;
+}
+
+Course stop_and_go_on(Course course, const ScurveLimits& limits, double target_mm) {
+  stop_forward(course, limits);
+  course.append(plan_scurve(limits, target_mm - course.now.position_mm), 1.0);
+  return course;
+}
+
+/// Slows down to the speed limit from above, goes on with it and stops at the target; if the target is too
+/// near, in one gentler deceleration.
+Course slow_down(Course course, const ScurveLimits& limits, double target_mm) {
+  if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
+  const double excess = -course.now.acceleration_mm_s2 - limits.deceleration_mm_s2;
+  course.append(excess / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+  const double braking = -course.now.acceleration_mm_s2;
+  const RampLimits down = slowing_down(limits);
+  const Course before = course;
+
+  const double speed = speed_before(course.now.velocity_mm_s, -braking, limits.jerk5_mm_s3);
+  const Ramp to_limit = ramp_between(std::min(limits.velocity_mm_s, speed), speed, down);
+  course.append((to_limit.peak_acceleration - braking) / limits.jerk5_mm_s3, -limits.jerk5_mm_s3);
+  course.append(to_limit.hold_s, 0.0);
+  course.append(to_limit.rise_s, limits.jerk7_mm_s3);
+  course.now.velocity_mm_s = limits.velocity_mm_s;
+  course.now.acceleration_mm_s2 = 0.0;
+  const Ramp to_rest = ramp_between(0.0, limits.velocity_mm_s, down);
+  const double cruise_mm = target_mm - course.now.position_mm - to_rest.distance;
+  if (cruise_mm >= 0.0) {
+    course.append(cruise_mm / limits.velocity_mm_s, 0.0);
+    stop_forward(course, limits);
+    return course;
+  }
+
+  course = before;
+  course.append(braking / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+  course.now.acceleration_mm_s2 = 0.0;
+  const double way_mm = target_mm - course.now.position_mm, start_speed = course.now.velocity_mm_s;
+  const auto gentle = [&](double share) {
+    return ramp_between(0.0, start_speed,
+                        {share * limits.deceleration_mm_s2, limits.jerk7_mm_s3, limits.jerk5_mm_s3});
+  };
+  // The way shrinks as the deceleration grows; half a millionth of D would stop later than any travel.
+  const Ramp ramp = gentle(-root_of_rising(
+      [&](double minus_share) { return gentle(-minus_share).distance - way_mm; }, -1.0, -5e-7));
+  course.append(ramp.fall_s, -limits.jerk5_mm_s3);
+  course.append(ramp.hold_s, 0.0);
+  course.append(ramp.rise_s, limits.jerk7_mm_s3);
+  return course;
+}
+
+Course from_above_the_limit(const Course& course, const ScurveLimits& limits, double target_mm) {
+  const Course slower = slow_down(course, limits, target_mm),
+               stop_first = stop_and_go_on(course, limits, target_mm);
+  return slower.profile.duration_s <= stop_first.profile.duration_s ? slower : stop_first;
+}
+
+/// To rest at a target beyond the stopping point, of a forward motion.
+Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
+  if (turns_back(course.now, limits)) return stop_and_go_on(course, limits, target_mm);
+  constexpr double rounding = 1e-12;  // a profile under the same limits ends its acceleration at Vc
+  const double above_limit = limits.velocity_mm_s * (1.0 + rounding);
+  const double braking = -course.now.acceleration_mm_s2;
+  if (braking > 0.0) {
+    const Course released = eased_stop(course, limits, 0.0);
+    if (released.now.position_mm >= target_mm) {
+      const double minus_ease = root_of_rising(
+          [&](double minus_braking) {
+            return eased_stop(course, limits, -minus_braking).now.position_mm - target_mm;
+          },
+          -braking, 0.0);
+      return eased_stop(course, limits, -minus_ease);
+    }
+    if (speed_before(course.now.velocity_mm_s, braking, limits.jerk7_mm_s3) > above_limit)
+      return from_above_the_limit(course, limits, target_mm);
+    course.append(braking / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+    course.now.acceleration_mm_s2 = 0.0;
+  }
+
+  const double excess = course.now.acceleration_mm_s2 - limits.acceleration_mm_s2;
+  course.append(excess / limits.jerk3_mm_s3, -limits.jerk3_mm_s3);
+  const auto [position, velocity, acceleration, jerk] = course.now;
+  const double lowest = velocity + acceleration * acceleration / (2.0 * limits.jerk3_mm_s3);
+  if (lowest > above_limit) return from_above_the_limit(course, limits, target_mm);
+  // The acceleration continues one that began without acceleration at this speed, a little earlier.
+  const double earlier_s = acceleration / limits.jerk1_mm_s3;
+  const double earlier_speed = speed_before(velocity, acceleration, limits.jerk1_mm_s3);
+  const double earlier_mm = earlier_s * (earlier_speed + limits.jerk1_mm_s3 * earlier_s * earlier_s / 6.0);
+  const RampLimits up_limits = speeding_up(limits), down_limits = slowing_down(limits);
+  const double way_mm = target_mm - position;
+  const auto ways_mm = [&](double peak) {
+    return ramp_between(earlier_speed, peak, up_limits).distance - earlier_mm +
+           ramp_between(0.0, peak, down_limits).distance;
+  };
+  const double peak = root_of_rising([&](double speed) { return ways_mm(speed) - way_mm; }, lowest,
+                                     std::max(lowest, limits.velocity_mm_s));
+  const Ramp up = ramp_between(earlier_speed, peak, up_limits), down = ramp_between(0.0, peak, down_limits);
+  course.append(up.rise_s - earlier_s, limits.jerk1_mm_s3);
+  course.append(up.hold_s, 0.0);
+  course.append(up.fall_s, -limits.jerk3_mm_s3);
+  course.now.velocity_mm_s = peak;
+  course.now.acceleration_mm_s2 = 0.0;
+  course.append((way_mm - ways_mm(peak)) / peak, 0.0);
+  course.append(down.fall_s, -limits.jerk5_mm_s3);
+  course.append(down.hold_s, 0.0);
+  course.append(down.rise_s, limits.jerk7_mm_s3);
+  return course;
+}
+
+MotionState mirrored(const MotionState& state) {
+  return {-state.position_mm, -state.velocity_mm_s, -state.acceleration_mm_s2, -state.jerk_mm_s3};
+}
+
+JerkProfile mirrored(JerkProfile profile) {
+  for (MotionState& start : profile.starts) start = mirrored(start);
+  profile.end = mirrored(profile.end);
+  return profile;
+}
+
+bool moves_backward(const MotionState& state) {
+  return state.velocity_mm_s < 0.0 || (state.velocity_mm_s == 0.0 && state.acceleration_mm_s2 < 0.0);
+}
+
+void check_state(const MotionState& state) {
+  if (std::isfinite(state.velocity_mm_s) && std::isfinite(state.acceleration_mm_s2)) return;
+  throw MotionError(fmt::format("state: found {} mm/s and {} mm/s2, expected finite numbers",
+                                state.velocity_mm_s, state.acceleration_mm_s2));
+}
+
+}  // namespace
+
+JerkProfile::JerkProfile(const Scurve& curve) : end(curve.end), duration_s(curve.duration_s) {
+  starts.front() = curve.starts.front();
+  for (std::size_t i = 0; i < curve.durations_s.size(); ++i) {
+    if (curve.durations_s[i] == 0.0) continue;
+    durations_s[segments] = curve.durations_s[i];
+    start_times_s[segments] = curve.start_times_s[i];
+    starts[segments++] = curve.starts[i];
+  }
+}
+
+MotionState JerkProfile::sample(double time_s) const {
+  if (time_s >= duration_s) return end;
+  if (!(time_s > 0.0)) time_s = 0.0;
+  std::size_t segment = 0;
+  while (segment + 1 < segments && time_s >= start_times_s[segment + 1]) ++segment;
+  return after(starts[segment], time_s - start_times_s[segment]);
+}
+
+double JerkProfile::time_at(double position_mm) const {
+  if (position_mm <= 0.0 || segments == 0) return 0.0;
+  if (position_mm >= end.position_mm) return duration_s;
+  std::size_t segment = segments - 1;
+  while (segment > 0 && starts[segment].position_mm >= position_mm) --segment;
+  return start_times_s[segment] + time_in_segment(starts[segment], durations_s[segment], position_mm);
+}
+
+JerkProfile plan_stop(const ScurveLimits& limits, const MotionState& state) {
+  check_limits(limits);
+  check_state(state);
+  if (moves_backward(state)) return mirrored(plan_stop(limits, mirrored(state)));
+  const Course course = stopped(Course(state), limits);
+  return course.ended_at(course.now.position_mm);
+}
+
+StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state, double room_mm) {
+  const auto hurried = [&](double haste) {
+    ScurveLimits more = limits;
+    const double square = haste * haste, cube = square * haste;
+    more.deceleration_mm_s2 *= square;
+    for (double* jerk : {&more.jerk3_mm_s3, &more.jerk5_mm_s3, &more.jerk7_mm_s3}) *jerk *= cube;
+    return plan_stop(more, state);
+  };
+  const auto needed_mm = [&](double haste) { return std::abs(hurried(haste).end.position_mm); };
+  StopWithin stop{plan_stop(limits, state), 1.0};
+  if (std::abs(stop.profile.end.position_mm) <= room_mm || stop.profile.segments == 0) return stop;
+  if (!(room_mm > 0.0))
+    throw MotionError(
+        fmt::format("stop: found room of {} mm, expected more than 0 mm for a moving axis", room_mm));
+  double enough = 2.0;
+  while (needed_mm(enough) > room_mm) enough *= 2.0;
+  stop.haste = -root_of_rising([&](double minus_haste) { return needed_mm(-minus_haste) - room_mm; }, -enough,
+                               -0.5 * enough);
+  stop.profile = hurried(stop.haste);
+  return stop;
+}
+
+JerkProfile plan_retarget(const ScurveLimits& limits, const MotionState& state, double target_mm) {
+  check_limits(limits);
+  check_state(state);
+  if (!std::isfinite(target_mm))
+    throw MotionError(fmt::format("retarget: found target {} mm, expected a finite number", target_mm));
+  if (state.velocity_mm_s == 0.0 && state.acceleration_mm_s2 == 0.0) {
+    const Scurve curve = plan_scurve(limits, std::abs(target_mm));
+    return target_mm < 0.0 ? mirrored(JerkProfile(curve)) : JerkProfile(curve);
+  }
+  if (moves_backward(state)) return mirrored(plan_retarget(limits, mirrored(state), -target_mm));
+
+  const Course start(state);
+  Course stop = stopped(start, limits);
+  const double beyond_mm = target_mm - stop.now.position_mm;
+  constexpr double rounding_mm = 1e-12;
+  if (std::abs(beyond_mm) <= rounding_mm) return stop.ended_at(target_mm);
+  if (beyond_mm > 0.0) return go_on(start, limits, target_mm).ended_at(target_mm);
+  stop.append(plan_scurve(limits, -beyond_mm), -1.0);
+  return stop.ended_at(target_mm);
+}
+
+}  // namespace meltstage::motion

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/stage/gcode.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+namespace meltstage::motion {
+namespace {
+
+constexpr std::size_t kLongestName = 60;
+constexpr std::size_t kCompensationLines = 256;  // of LinuxCNC's table
+
+void check_positive(std::string_view what, double value) {
+  if (!std::isfinite(value) || value <= 0.0)
+    throw MotionError(fmt::format("G-code: found {} {}, expected a finite number above 0", what, value));
+}
+
+void check_in_travel(const GcodeOptions& options, double x_mm, double y_mm, const std::string& what) {
+  const auto inside = [](const Range& range, double value) {
+    return value >= range.min_mm && value <= range.max_mm;
+  };
+  if (!inside(options.x, x_mm) || !inside(options.y, y_mm))
+    throw MotionError(fmt::format("G-code: found {} at ({}, {}) mm, expected x {}..{} mm and y {}..{} mm",
+                                  what, x_mm, y_mm, options.x.min_mm, options.x.max_mm, options.y.min_mm,
+                                  options.y.max_mm));
+}
+
+/// A name inside a comment: brackets would end it, and a comment that begins with MSG or DEBUG is an order.
+std::string comment(std::string_view name) {
+  std::string text = "name: ";
+  for (const char c : name.substr(0, kLongestName))
+    text += c >= ' ' && c <= '~' && c != '(' && c != ')' ? c : '_';
+  return "(" + text + ")\n";
+}
+
+/// Four decimals; what rounds to zero has no sign.
+std::string number(double value) {
+  const double rounded = std::round(value * 1e4) * 1e-4;
+  return fmt::format("{:.4f}", rounded == 0.0 ? 0.0 : rounded);
+}
+
+/// Only the axes that change: half the length on a lattice.
+std::string move_line(const Eigen::Vector2d& to_mm, const std::array<std::string, 2>& at) {
+  const std::array<std::string, 2> to = {number(to_mm.x()), number(to_mm.y())};
+  std::string line;
+  if (to[0] != at[0]) line += " X" + to[0];
+  if (to[1] != at[1]) line += " Y" + to[1];
+  return line.empty() ? "" : "G0" + line + "\n";
+}
+
+struct Words {
+  std::string_view before;      ///< sets the modes
+  std::string wait_heat;        ///< only a heated head prints
+  std::string_view fire, rest;  ///< of the droplet's output
+};
+
+Words words_of(const GcodeOptions& options) {
+  if (options.dialect == GcodeDialect::grbl)
+    return {"G21 G17 G90 G94\nG54\nG61\nM9\n", "(resume when the head is at temperature)\nM0\n", "M8", "M9"};
+  return {"G21 G17 G90 G94\nG54 G40 G49 G80\nG61.1\nM65 P0\n",
+          fmt::format("M66 P0 L3 Q{:.3f}\n"
+                      "o100 if [#5399 LT 0]\n"
+                      "(MSG, the head is not at temperature: nothing printed)\n"
+                      "M2\n"
+                      "o100 endif\n",
+                      options.heat_timeout_s),
+          "M64 P0", "M65 P0"};
+}
+
+}  // namespace
+
+std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& start_mm, std::string_view name,
+                        const GcodeOptions& options) {
+  check_positive("heat timeout [s]", options.heat_timeout_s);
+  check_positive("droplet pulse [s]", options.pulse_s);
+  if (!std::isfinite(options.settle_s) || options.settle_s < 0.0)
+    throw MotionError(
+        fmt::format("G-code: found settle time {} s, expected a finite number from 0", options.settle_s));
+  if (bumps.empty()) throw MotionError("G-code: found no bumps, expected at least 1");
+  check_in_travel(options, start_mm.x(), start_mm.y(), "the start");
+  for (const Point& bump : bumps)
+    check_in_travel(options, bump.x_mm, bump.y_mm, fmt::format("the bump of row {}", bump.row));
+
+  const Words words = words_of(options);
+  std::string program = comment(name);
+  program += words.before;
+  program += words.wait_heat;
+  program += fmt::format("G0 X{} Y{}\n", number(start_mm.x()), number(start_mm.y()));
+  std::array<std::string, 2> at = {number(start_mm.x()), number(start_mm.y())};
+  // The pause stands there even if it is 0: both controls end the move before it, so none fires early.
+  const std::string droplet = fmt::format("G4 P{:.4f}\n{}\nG4 P{:.4f}\n{}\n", options.settle_s, words.fire,
+                                          options.pulse_s, words.rest);
+  for (const Point& bump : bumps) {
+    program += move_line({bump.x_mm, bump.y_mm}, at);
+    program += droplet;
+    at = {number(bump.x_mm), number(bump.y_mm)};
+  }
+  program += move_line(start_mm, at);
+  program += "M2\n";
+  return program;
+}
+
+std::string write_linuxcnc_compensation(const CompensationTable& table) {
+  if (table.position_mm.empty() || table.position_mm.size() > kCompensationLines)
+    throw MotionError(fmt::format("compensation: found {} positions, expected 1..{} for LinuxCNC",
+                                  table.position_mm.size(), kCompensationLines));
+  std::string text;
+  for (std::size_t i = 0; i < table.position_mm.size(); ++i)
+    fmt::format_to(std::back_inserter(text), "{:.6f} {:.6f} {:.6f}\n", table.position_mm[i],
+                   table.position_mm[i] + table.forward_mm[i], table.position_mm[i] + table.reverse_mm[i]);
+  return text;
+}
+
+std::string write_grbl_settings(const std::array<double, 3>& pulses_per_mm, const AxisLimits& limits) {
+  std::string text;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    check_positive("pulses a mm", pulses_per_mm[axis]);
+    check_positive("speed [mm/s]", limits[axis].velocity_mm_s);
+    check_positive("acceleration [mm/s2]", limits[axis].acceleration_mm_s2);
+    check_positive("deceleration [mm/s2]", limits[axis].deceleration_mm_s2);
+    fmt::format_to(std::back_inserter(text), "$10{}={:.3f}\n$11{}={:.3f}\n$12{}={:.3f}\n", axis,
+                   pulses_per_mm[axis], axis, limits[axis].velocity_mm_s * 60.0, axis,
+                   std::min(limits[axis].acceleration_mm_s2, limits[axis].deceleration_mm_s2));
+  }
+  return text;
+}
+
+}  // namespace meltstage::motion

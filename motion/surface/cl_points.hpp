@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cutter-location points: the lines that a CAM system laid on the model of a surface, out of its tool path.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "motion/bumps/coordinates.hpp"
+
+namespace meltstage::motion {
+
+/// One point of the tool path in the workpiece's frame.
+struct ClPoint {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< from the surface towards the tool, length 1
+  std::size_t row = 0;                              ///< line of the file, from 1
+};
+
+/// A line to be printed without interruption, two points at least, neighbours distinct.
+struct ClLine {
+  std::string name;
+  std::vector<ClPoint> points;
+};
+
+/// Two neighbouring points closer than this are one point.
+inline constexpr double same_point_mm = 1e-9;
+
+/// Reads the lines of a tool path; the extension (any case) says which kind.
+/// - `.apt`, `.cls`, `.cl`: GOTO/x,y,z[,i,j,k], FROM/, GODLTA/dx,dy,dz, UNITS/MM|INCH, RAPID, MULTAX, PARTNO,
+///   `TOOL PATH/name`, `$` at a line's end (goes on), `$$` (comment). A RAPID move belongs to no line.
+///   Statements without motion are passed over; motion other than GOTO (CIRCLE, CYCLE, GOFWD) is refused.
+/// - `.ngc`, `.nc`, `.gcode`, `.tap`: G0, G1, G20, G21, G90, G91, comments; A, B, C have to be 0. G0 belongs
+/// to
+///   no line. Where pressure is switched (M62/M64 and M63/M65), a line is what is moved under pressure.
+/// - `.csv`: columns x, y, z and, if wanted, i, j, k (tool axis) and line (any text, a new one begins a
+/// line),
+///   named in the first row; without names x, y, z, i, j, k in this order. Millimetres. An empty row ends a
+///   line too.
+///
+/// Where a line begins or ends with one move along the tool axis (lowering, lifting), that move is left out.
+/// Points that coincide with their neighbour are left out. A path without tool axes gets upright ones, made
+/// square to the line; the slope across it isn't known then.
+///
+/// @throws CoordinateError if the file is missing, empty, of another kind or ends early; if a statement can't
+///   be understood, a number is malformed or not finite, an axis has no length; if there is no line or more
+///   than max_points points.
+std::vector<ClLine> read_tool_path(const std::filesystem::path& path);
+
+/// The same from text; `name` stands in messages and its extension decides.
+std::vector<ClLine> read_tool_path_text(std::string_view name, std::string_view content);
+
+/// The positions alone.
+std::vector<Eigen::Vector3d> positions_mm(const ClLine& line);
+
+/// Distances along the polygon of points from its first.
+std::vector<double> polygon_lengths_mm(std::span<const Eigen::Vector3d> points_mm);
+
+}  // namespace meltstage::motion

@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/surface/conformal.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace meltstage::motion {
+
+namespace {
+
+void check_touches(const ProbeLine& points, std::size_t touches) {
+  if (points.points.size() < 2 || touches != points.points.size())
+    throw MotionError(
+        fmt::format("{}: found {} touches for {} measuring points, expected one each and 2 at least",
+                    points.name, touches, points.points.size()));
+}
+
+void check_positive(const char* what, double value) {
+  if (!(value > 0.0) || !std::isfinite(value))
+    throw MotionError(fmt::format("{}: found {}, expected a finite number above 0", what, value));
+}
+
+void check_options(const ReconstructionOptions& options) {
+  check_positive("ball radius", options.ball_radius_mm);
+  check_positive("tolerance", options.tolerance_mm);
+  check_positive("step", options.step_mm);
+  if (!(options.noise_mm >= 0.0) || !std::isfinite(options.noise_mm))
+    throw MotionError(
+        fmt::format("noise of a touch: found {} mm, expected a finite number, 0 or more", options.noise_mm));
+}
+
+/// Normals across the line's own direction.
+void square_normals(RealLine& line) {
+  const std::size_t n = line.points_mm.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d along =
+        (line.points_mm[std::min(i + 1, n - 1)] - line.points_mm[i == 0 ? 0 : i - 1]).normalized();
+    line.normals[i] = (line.normals[i] - line.normals[i].dot(along) * along).normalized();
+  }
+}
+
+/// Places along a line, `step_mm` apart at most, the CAM system's points among them.
+std::vector<double> places_mm(const std::vector<double>& lengths, double step_mm) {
+  std::vector<double> out{0.0};
+  for (std::size_t i = 1; i < lengths.size(); ++i) {
+    const double gap = lengths[i] - lengths[i - 1];
+    const auto parts = std::max(1.0, std::ceil(gap / step_mm - 1e-9));
+    for (double k = 1.0; k <= parts; ++k)
+      out.push_back(k == parts ? lengths[i] : lengths[i - 1] + gap * k / parts);
+  }
+  return out;
+}
+
+/// A cubic spline of one value over rising places.
+class ValueSpline {
+ public:
+  ValueSpline(const std::vector<double>& at, const std::vector<double>& values)
+      : first_(at.front()), scale_(1.0 / (at.back() - at.front())), curve_(make(at, values)) {}
+  double operator()(double place) const { return curve_.position_mm((place - first_) * scale_).x(); }
+
+ private:
+  Nurbs make(const std::vector<double>& at, const std::vector<double>& values) const {
+    std::vector<Eigen::Vector3d> points;
+    std::vector<double> u;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      points.emplace_back(values[i], 0.0, 0.0);
+      u.push_back(i + 1 == at.size() ? 1.0 : (at[i] - first_) * scale_);
+    }
+    return interpolate(points, u);
+  }
+  double first_, scale_;
+  Nurbs curve_;
+};
+
+/// How far a spline is off that knows every second value only; a cubic spline with twice the points is about
+/// 16 times better.
+double estimated_error(const std::vector<double>& at, const std::vector<double>& values) {
+  if (at.size() < 5) return 0.0;
+  std::vector<double> half_at, half_values;
+  for (std::size_t i = 0; i < at.size(); i += 2) half_at.push_back(at[i]), half_values.push_back(values[i]);
+  if (at.size() % 2 == 0) half_at.push_back(at.back()), half_values.push_back(values.back());
+  const ValueSpline half(half_at, half_values);
+  double worst = 0.0;
+  for (std::size_t i = 1; i < at.size(); i += 2) worst = std::max(worst, std::abs(half(at[i]) - values[i]));
+  return worst / 15.0;
+}
+
+void note_shifts(RealLine& line, const std::vector<double>& shifts) {
+  for (const double shift : shifts) {
+    line.shift_mean_mm += shift / static_cast<double>(shifts.size());
+    line.shift_largest_mm = std::max(line.shift_largest_mm, std::abs(shift));
+  }
+}
+
+std::vector<double> lengths_of(const ProbeLine& points) {
+  std::vector<double> out;
+  for (const MeasuringPoint& point : points.points) out.push_back(point.length_mm);
+  return out;
+}
+
+/// Shifts along the normals if the ball touched on them: exact for a surface parallel to the nominal one.
+std::vector<double> raw_shifts(const ProbeLine& points, std::span<const Eigen::Vector3d> touches,
+                               double ball_radius_mm) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    out.push_back((touches[i] - points.points[i].position_mm).dot(points.points[i].axis) - ball_radius_mm);
+  return out;
+}
+
+/// The ball touches beside the normal where the real surface is steeper or flatter along the line than the
+/// nominal one: seen along the normal its radius counts as radius / cos(angle between them).
+void allow_for_slope(std::vector<double>& shifts, const std::vector<double>& at, double ball_radius_mm) {
+  const ValueSpline spline(at, shifts);
+  constexpr double kStep_mm = 0.05;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const double low = std::max(at.front(), at[i] - kStep_mm), high = std::min(at.back(), at[i] + kStep_mm);
+    const double slope = (spline(high) - spline(low)) / (high - low);
+    shifts[i] -= ball_radius_mm * (std::sqrt(1.0 + slope * slope) - 1.0);
+  }
+}
+
+}  // namespace
+
+RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
+                                  std::span<const Eigen::Vector3d> touches,
+                                  const ReconstructionOptions& options) {
+  check_touches(points, touches.size());
+  check_options(options);
+  RealLine out{.name = line.name, .points_mm = {}, .normals = {}, .lengths_mm = {}};
+  const std::vector<double> shifts = raw_shifts(points, touches, options.ball_radius_mm);
+  note_shifts(out, shifts);
+  std::vector<Eigen::Vector3d> real;
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    real.push_back(touches[i] - options.ball_radius_mm * points.points[i].axis);
+  const std::vector<double> u = point_parameters(real, Parameters::chord_length);
+  const Nurbs curve = interpolate(real, u);
+  const ArcLength length(curve);
+  const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
+  const auto steps = static_cast<std::size_t>(std::ceil(length.total_mm() / options.step_mm));
+  std::size_t gap = 1;
+  for (std::size_t i = 0; i <= steps; ++i) {
+    const double at =
+        length.parameter(length.total_mm() * static_cast<double>(i) / static_cast<double>(steps));
+    while (gap + 1 < u.size() && u[gap] < at) ++gap;
+    const double share = (at - u[gap - 1]) / (u[gap] - u[gap - 1]);
+    const double nominal_mm = points.points[gap - 1].length_mm +
+                              share * (points.points[gap].length_mm - points.points[gap - 1].length_mm);
+    out.points_mm.push_back(curve.position_mm(at));
+    out.normals.push_back(place_on(line, lengths, nominal_mm).axis);
+  }
+  out.lengths_mm = polygon_lengths_mm(out.points_mm);
+  square_normals(out);
+  return out;
+}
+
+RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<const Eigen::Vector3d> touches,
+                     const ReconstructionOptions& options) {
+  check_touches(points, touches.size());
+  check_options(options);
+  const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
+  const std::vector<double> at = lengths_of(points);
+  std::vector<double> shifts = raw_shifts(points, touches, options.ball_radius_mm);
+  allow_for_slope(shifts, at, options.ball_radius_mm);
+  RealLine out = nominal_line(line, options.step_mm);
+  note_shifts(out, shifts);
+  out.estimated_error_mm = estimated_error(at, shifts);
+  if (3.0 * options.noise_mm > 0.25 * options.tolerance_mm && shifts.size() >= 4) {
+    const Eigen::MatrixXd measured =
+        Eigen::Map<const Eigen::VectorXd>(shifts.data(), static_cast<Eigen::Index>(shifts.size()));
+    const SmoothedValues smoothed = smooth(at, measured, options.noise_mm);
+    std::copy(smoothed.values.data(), smoothed.values.data() + shifts.size(), shifts.begin());
+    out.estimated_error_mm = estimated_error(at, shifts) + smoothed.standard_error.maxCoeff();
+    out.smoothed = true;
+  }
+  const ValueSpline shift(at, shifts);
+  const std::vector<double> places = places_mm(lengths, options.step_mm);
+  for (std::size_t i = 0; i < places.size(); ++i) out.points_mm[i] += shift(places[i]) * out.normals[i];
+  out.lengths_mm = polygon_lengths_mm(out.points_mm);
+  square_normals(out);
+  return out;
+}
+
+RealLine nominal_line(const ClLine& line, double step_mm) {
+  check_positive("step", step_mm);
+  RealLine out{.name = line.name, .points_mm = {}, .normals = {}, .lengths_mm = {}};
+  const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
+  for (const double place : places_mm(lengths, step_mm)) {
+    const MeasuringPoint point = place_on(line, lengths, place);
+    out.points_mm.push_back(point.position_mm);
+    out.normals.push_back(point.axis);
+  }
+  out.lengths_mm = polygon_lengths_mm(out.points_mm);
+  return out;
+}
+
+// ---------------------------------------------------------------- program
+
+namespace {
+
+void check_options(const PrintProgramOptions& options) {
+  check_positive("height", options.height_mm);
+  check_positive("feed", options.feed_mm_s);
+  check_positive("rotary speed", options.rotary_deg_s);
+  check_positive("linear axis speed", options.linear_mm_s);
+  check_positive("normal acceleration", options.normal_acceleration_mm_s2);
+  check_positive("path error", options.path_error_mm);
+  check_positive("retract", options.retract_mm);
+  if (!(options.on_delay_s >= 0.0) || !(options.off_delay_s >= 0.0) || !std::isfinite(options.on_delay_s) ||
+      !std::isfinite(options.off_delay_s))
+    throw MotionError(fmt::format("pressure delays: found {} and {} s, expected finite numbers, 0 or more",
+                                  options.on_delay_s, options.off_delay_s));
+  if (!options.station_offset_mm.allFinite() || !std::isfinite(options.safe_z_mm))
+    throw MotionError("station offset or safe z: found a number that isn't finite, expected finite ones");
+  if (options.pressure_output < 0 || options.pressure_output > 63)
+    throw MotionError(fmt::format("pressure output: found {}, expected 0..63", options.pressure_output));
+}
+
+/// Where the tip is halfway between two positions of the axes.
+ToolPose halfway(const TwinRotaryTable& table, const AxesPosition& a, const AxesPosition& b) {
+  return pose_of(table, {0.5 * (a.linear_mm + b.linear_mm), 0.5 * (a.tilt_deg + b.tilt_deg),
+                         0.5 * (a.rotary_deg + b.rotary_deg)});
+}
+
+/// Curvature of the circle through three neighbours; 0 at the ends.
+double curvature_1_mm(const std::vector<ToolPose>& path, std::size_t i) {
+  if (i == 0 || i + 1 == path.size()) return 0.0;
+  const Eigen::Vector3d a = path[i].tip_mm - path[i - 1].tip_mm, b = path[i + 1].tip_mm - path[i].tip_mm;
+  const double sides = a.norm() * b.norm() * (a + b).norm();
+  return sides > 0.0 ? 2.0 * a.cross(b).norm() / sides : 0.0;
+}
+
+/// Adds moves up to `to`, at most `feed_mm_s` fast; the straight way of the axes bends at the tip, so it is
+/// halved until it doesn't.
+void add_way(const PrintProgramOptions& options, double feed_mm_s, const PrintMove& from, const PrintMove& to,
+             std::vector<PrintMove>& out, int depth) {
+  constexpr int kDeepest = 16;
+  const Eigen::Vector3d middle_mm = 0.5 * (from.pose.tip_mm + to.pose.tip_mm);
+  const bool bends =
+      options.rtcp == PrintProgramOptions::Rtcp::post && depth < kDeepest &&
+      (halfway(options.table, from.axes, to.axes).tip_mm - middle_mm).norm() > options.path_error_mm;
+  if (bends) {
+    PrintMove middle;
+    middle.axes = axes_at(options.table, middle_mm, 0.5 * (from.axes.tilt_deg + to.axes.tilt_deg),
+                          0.5 * (from.axes.rotary_deg + to.axes.rotary_deg));
+    middle.pose = {middle_mm, (from.pose.axis + to.pose.axis).normalized()};
+    add_way(options, feed_mm_s, from, middle, out, depth + 1);
+    add_way(options, feed_mm_s, middle, to, out, depth + 1);
+    return;
+  }
+  out.push_back(to);
+  out.back().time_s =
+      std::max({(to.pose.tip_mm - from.pose.tip_mm).norm() / feed_mm_s,
+                (to.axes.linear_mm - from.axes.linear_mm).cwiseAbs().maxCoeff() / options.linear_mm_s,
+                std::abs(to.axes.tilt_deg - from.axes.tilt_deg) / options.rotary_deg_s,
+                std::abs(to.axes.rotary_deg - from.axes.rotary_deg) / options.rotary_deg_s, 1e-6});
+}
+
+/// Text fit for an RS-274 comment.
+std::string comment(std::string_view text) {
+  std::string out(text);
+  std::replace_if(
+      out.begin(), out.end(),
+      [](char c) { return c == '(' || c == ')' || static_cast<unsigned char>(c) < 0x20; }, ' ');
+  return out;
+}
+
+class ProgramWriter {
+ public:
+  explicit ProgramWriter(const PrintProgramOptions& options) : options_(options) {}
+
+  void begin(std::string_view name, std::size_t lines) {
+    const Eigen::Vector3d& station = options_.station_offset_mm;
+    out_ += fmt::format("%\n({})\n({} lines, {})\nG21 G90 G94 G17 G40 G49 G54 G64 P{:.4f}\n", comment(name),
+                        lines,
+                        options_.rtcp == PrintProgramOptions::Rtcp::post
+                            ? "X Y Z of the machine"
+                            : "X Y Z of the tip: switch tool-centre-point control on",
+                        options_.path_error_mm);
+    out_ += fmt::format("M65 P{}\nG43.1 X{:.4f} Y{:.4f} Z{:.4f}\nG0 Z{:.4f}\n", options_.pressure_output,
+                        station.x(), station.y(), station.z(), options_.safe_z_mm);
+  }
+
+  void line(const std::string& name, const std::vector<PrintMove>& moves) {
+    const PrintMove& first = moves.front();
+    const AxesPosition above = lifted(first);
+    const char tilt = tilt_letter();
+    out_ += fmt::format("({})\nG0 {}{:.5f} C{:.5f}\nG0 X{:.5f} Y{:.5f}\nG0 Z{:.5f}\n", comment(name), tilt,
+                        above.tilt_deg, above.rotary_deg, above.linear_mm.x(), above.linear_mm.y(),
+                        above.linear_mm.z());
+    out_ += fmt::format("G94 G1 {} F{:.1f}\n", words(programmed(first.axes)), 60.0 * kApproach_mm_s);
+    out_ += fmt::format("M64 P{}\nG4 P{:.4f}\nG93\n", options_.pressure_output, options_.on_delay_s);
+    double left_s = 0.0;
+    for (std::size_t i = 1; i < moves.size(); ++i) left_s += moves[i].time_s;
+    bool on = true;
+    for (std::size_t i = 1; i < moves.size(); ++i) {
+      // The block in which the valve has to close is divided there; M63 acts where the next one begins.
+      if (on && left_s - moves[i].time_s < options_.off_delay_s) {
+        const double share = std::clamp((left_s - options_.off_delay_s) / moves[i].time_s, 0.0, 1.0);
+        if (share > 1e-3) block(between(moves[i - 1], moves[i], share), share * moves[i].time_s);
+        out_ += fmt::format("M63 P{}\n", options_.pressure_output);
+        block(moves[i].axes, (1.0 - share) * moves[i].time_s);
+        on = false;
+      } else {
+        block(moves[i].axes, moves[i].time_s);
+      }
+      left_s -= moves[i].time_s;
+    }
+    if (on) out_ += fmt::format("M65 P{}\n", options_.pressure_output);
+    const AxesPosition after = lifted(moves.back());
+    out_ += fmt::format("G94\nG0 {}\nM65 P{}\nG0 Z{:.4f}\n", words(after), options_.pressure_output,
+                        options_.safe_z_mm);
+  }
+
+  std::string end() {
+    out_ += fmt::format("G0 {}0 C0\nG49\nM2\n%\n", tilt_letter());
+    return std::move(out_);
+  }
+
+ private:
+  static constexpr double kApproach_mm_s = 10.0;
+
+  char tilt_letter() const { return options_.table.tilt == TwinRotaryTable::Tilt::a ? 'A' : 'B'; }
+
+  /// The axes off the surface along the tool, which stands upright in the machine.
+  AxesPosition lifted(const PrintMove& move) const {
+    AxesPosition out = programmed(move.axes);
+    out.linear_mm += options_.retract_mm * (options_.rtcp == PrintProgramOptions::Rtcp::post
+                                                ? Eigen::Vector3d::UnitZ()
+                                                : pose_of(options_.table, move.axes).axis);
+    return out;
+  }
+
+  /// What stands in the program: in RTCP of the control the tip.
+  AxesPosition programmed(const AxesPosition& axes) const {
+    if (options_.rtcp == PrintProgramOptions::Rtcp::post) return axes;
+    return {pose_of(options_.table, axes).tip_mm, axes.tilt_deg, axes.rotary_deg};
+  }
+
+  AxesPosition between(const PrintMove& from, const PrintMove& to, double share) const {
+    const Eigen::Vector3d tip_mm = (1.0 - share) * from.pose.tip_mm + share * to.pose.tip_mm;
+    return axes_at(options_.table, tip_mm, (1.0 - share) * from.axes.tilt_deg + share * to.axes.tilt_deg,
+                   (1.0 - share) * from.axes.rotary_deg + share * to.axes.rotary_deg);
+  }
+
+  /// Of a position as it is programmed.
+  std::string words(const AxesPosition& at) const {
+    return fmt::format("X{:.5f} Y{:.5f} Z{:.5f} {}{:.5f} C{:.5f}", at.linear_mm.x(), at.linear_mm.y(),
+                       at.linear_mm.z(), tilt_letter(), at.tilt_deg, at.rotary_deg);
+  }
+
+  void block(const AxesPosition& axes, double time_s) {
+    out_ += fmt::format("G1 {} F{:.4f}\n", words(programmed(axes)), 60.0 / std::max(time_s, 1e-6));
+  }
+
+  const PrintProgramOptions& options_;
+  std::string out_;
+};
+
+}  // namespace
+
+std::vector<PrintMove> plan_line(const RealLine& line, const PrintProgramOptions& options) {
+  check_options(options);
+  if (line.points_mm.size() < 2)
+    throw MotionError(
+        fmt::format("{}: found {} points, expected at least 2", line.name, line.points_mm.size()));
+  std::vector<ToolPose> path;
+  for (std::size_t i = 0; i < line.points_mm.size(); ++i)
+    path.push_back({line.points_mm[i] + options.height_mm * line.normals[i], line.normals[i]});
+  std::vector<AxesPosition> axes;
+  try {
+    axes = solve_path(options.table, path, options.singular_deg);
+  } catch (const MotionError& error) {
+    throw MotionError(fmt::format("{}: {}", line.name, error.what()));
+  }
+  const auto speed_at = [&](std::size_t i) {
+    const double bend = curvature_1_mm(path, i);
+    return bend > 0.0 ? std::min(options.feed_mm_s, std::sqrt(options.normal_acceleration_mm_s2 / bend))
+                      : options.feed_mm_s;
+  };
+  std::vector<PrintMove> out{{path[0], axes[0], 0.0}};
+  double time_s = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i)
+    add_way(options, std::min(speed_at(i - 1), speed_at(i)), {path[i - 1], axes[i - 1], 0.0},
+            {path[i], axes[i], 0.0}, out, 0);
+  for (const PrintMove& move : out) time_s += move.time_s;
+  if (time_s <= options.off_delay_s)
+    throw MotionError(fmt::format(
+        "{}: printed in {:.4f} s, expected longer than the valve takes to close ({} s); print slower",
+        line.name, time_s, options.off_delay_s));
+  return out;
+}
+
+std::string write_print_program(std::span<const RealLine> lines, std::string_view name,
+                                const PrintProgramOptions& options, std::span<const double> heights_mm) {
+  check_options(options);
+  if (lines.empty()) throw MotionError("print program: found no line, expected at least one");
+  if (!heights_mm.empty() && heights_mm.size() != lines.size())
+    throw MotionError(
+        fmt::format("heights: found {} for {} lines, expected one a line", heights_mm.size(), lines.size()));
+  ProgramWriter writer(options);
+  writer.begin(name, lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    PrintProgramOptions own = options;
+    if (!heights_mm.empty()) own.height_mm = heights_mm[i];
+    writer.line(lines[i].name, plan_line(lines[i], own));
+  }
+  return writer.end();
+}
+
+}  // namespace meltstage::motion

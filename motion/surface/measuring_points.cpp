@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/surface/measuring_points.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "motion/surface/nurbs.hpp"
+#include "motion/profile/profile.hpp"
+
+namespace meltstage::motion {
+
+namespace {
+
+/// Quantile of the standard normal distribution, by Newton on its distribution function.
+double normal_quantile(double probability) {
+  double z = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    const double density = std::exp(-0.5 * z * z) / std::sqrt(2.0 * std::numbers::pi);
+    const double step = (0.5 * std::erfc(-z / std::numbers::sqrt2) - probability) / density;
+    z -= std::clamp(step, -1.0, 1.0);
+    if (std::abs(step) < 1e-14) break;
+  }
+  return z;
+}
+
+void check_choice(std::size_t points, double chord_error_mm) {
+  if (points < 2)
+    throw MotionError(fmt::format("measuring points: found {} points, expected at least 2", points));
+  if (!(chord_error_mm > 0.0) || !std::isfinite(chord_error_mm))
+    throw MotionError(
+        fmt::format("chord error: found {} mm, expected a finite number above 0", chord_error_mm));
+}
+
+/// Goes along the points as the paper does; `holds(i, j)`: no point between them is too far from their chord.
+template <class Holds>
+std::vector<std::size_t> greedy(std::size_t points, const Holds& holds) {
+  std::vector<std::size_t> chosen{0};
+  for (std::size_t i = 0, j = 2; j < points; ++j) {
+    if (holds(i, j)) continue;
+    i = j - 1;
+    chosen.push_back(i);
+    j = i + 1;  // the loop goes on with i + 2
+  }
+  chosen.push_back(points - 1);
+  return chosen;
+}
+
+/// A binary tree over the points in their order. Each node has a capsule: all its points lie within `radius`
+/// of the segment from..to. Distance from a chord is a convex function, so on the segment it is largest at
+/// one of its ends, and no point of the node can be farther than that plus the radius.
+class CapsuleTree {
+ public:
+  explicit CapsuleTree(std::span<const Eigen::Vector3d> points) : points_(points) { build(0, points.size()); }
+
+  /// Whether a point of begin..end (not included) is farther than `limit` from the chord.
+  bool any_beyond(std::size_t begin, std::size_t end, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                  double limit) const {
+    return beyond(0, {begin, end}, from, to, limit);
+  }
+
+ private:
+  static constexpr std::size_t kLeaf = 8;
+  struct Span {
+    std::size_t begin = 0, end = 0;
+  };
+  struct Node {
+    Span span;
+    std::size_t second = 0;  ///< its second child; the first follows the node, 0: a leaf
+    Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::Zero();
+    double radius = 0.0;
+  };
+
+  void build(std::size_t begin, std::size_t end) {
+    const std::size_t at = nodes_.size();
+    nodes_.emplace_back();
+    nodes_[at].span = {begin, end};
+    fit_capsule(nodes_[at]);
+    if (end - begin <= kLeaf) return;
+    const std::size_t middle = (begin + end) / 2;
+    build(begin, middle);
+    nodes_[at].second = nodes_.size();
+    build(middle, end);
+  }
+
+  /// Along the points' main direction, through their centre.
+  void fit_capsule(Node& node) const {
+    const auto [begin, end] = node.span;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (std::size_t i = begin; i < end; ++i) centre += points_[i];
+    centre /= static_cast<double>(end - begin);
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (std::size_t i = begin; i < end; ++i) {
+      const Eigen::Vector3d d = points_[i] - centre;
+      spread += d * d.transpose();
+    }
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(spread);
+    const Eigen::Vector3d along = solver.eigenvectors().col(2).normalized();
+    double low = 0.0, high = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double way = (points_[i] - centre).dot(along);
+      low = std::min(low, way), high = std::max(high, way);
+    }
+    node.from = centre + low * along, node.to = centre + high * along;
+    for (std::size_t i = begin; i < end; ++i)
+      node.radius = std::max(node.radius, distance_to_segment_mm(points_[i], node.from, node.to));
+  }
+
+  bool beyond(std::size_t at, const Span& asked, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+              double limit) const {
+    const Node& node = nodes_[at];
+    const std::size_t begin = std::max(node.span.begin, asked.begin),
+                      end = std::min(node.span.end, asked.end);
+    if (begin >= end) return false;
+    const double reach =
+        std::max(distance_to_segment_mm(node.from, from, to), distance_to_segment_mm(node.to, from, to));
+    // The margin covers rounding, so that a decision is always that of the points themselves.
+    if (reach + node.radius <= limit * (1.0 - 1e-9)) return false;
+    if (node.second == 0) {
+      for (std::size_t k = begin; k < end; ++k)
+        if (distance_to_segment_mm(points_[k], from, to) > limit) return true;
+      return false;
+    }
+    // The farthest point is likelier near the chord's middle, which lies in the later part as the chord
+    // grows.
+    return beyond(node.second, asked, from, to, limit) || beyond(at + 1, asked, from, to, limit);
+  }
+
+  std::span<const Eigen::Vector3d> points_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace
+
+double distance_to_segment_mm(const Eigen::Vector3d& point, const Eigen::Vector3d& from,
+                              const Eigen::Vector3d& to) {
+  const Eigen::Vector3d way = to - from;
+  const double square = way.squaredNorm();
+  const double share = square > 0.0 ? std::clamp((point - from).dot(way) / square, 0.0, 1.0) : 0.0;
+  return (point - from - share * way).norm();
+}
+
+std::size_t measuring_point_count(double capability, double confidence) {
+  if (!(capability > 1.0) || !std::isfinite(capability))
+    throw MotionError(
+        fmt::format("process capability: found {}, expected a finite number above 1", capability));
+  if (!(confidence > 0.5 && confidence < 1.0))
+    throw MotionError(fmt::format("confidence: found {}, expected a number between 0.5 and 1", confidence));
+  const double root = (1.0 + capability) / (1.0 - capability) * normal_quantile(confidence);
+  const double count = std::ceil(0.5 * root * root);
+  if (count > static_cast<double>(max_points))
+    throw MotionError(
+        fmt::format("process capability: {} with confidence {} asks for {:.3g} points, expected at "
+                    "most {}",
+                    capability, confidence, count, max_points));
+  return std::max<std::size_t>(2, static_cast<std::size_t>(count));
+}
+
+std::vector<std::size_t> choose_by_chord_as_published(std::span<const Eigen::Vector3d> points_mm,
+                                                      double chord_error_mm) {
+  check_choice(points_mm.size(), chord_error_mm);
+  return greedy(points_mm.size(), [&](std::size_t i, std::size_t j) {
+    double error_mm = 0.0;
+    for (std::size_t k = i + 1; k < j; ++k)
+      error_mm = std::max(error_mm, distance_to_segment_mm(points_mm[k], points_mm[i], points_mm[j]));
+    return error_mm <= chord_error_mm;
+  });
+}
+
+std::vector<std::size_t> choose_by_chord(std::span<const Eigen::Vector3d> points_mm, double chord_error_mm) {
+  check_choice(points_mm.size(), chord_error_mm);
+  const CapsuleTree tree(points_mm);
+  return greedy(points_mm.size(), [&](std::size_t i, std::size_t j) {
+    return !tree.any_beyond(i + 1, j, points_mm[i], points_mm[j], chord_error_mm);
+  });
+}
+
+std::vector<std::size_t> choose_evenly(std::span<const Eigen::Vector3d> points_mm, std::size_t count) {
+  check_choice(points_mm.size(), 1.0);
+  if (count < 2)
+    throw MotionError(fmt::format("measuring points: found count {}, expected at least 2", count));
+  const std::vector<double> lengths = polygon_lengths_mm(points_mm);
+  std::vector<std::size_t> chosen{0};
+  for (std::size_t i = 1; i + 1 < count; ++i) {
+    const double wanted = lengths.back() * static_cast<double>(i) / static_cast<double>(count - 1);
+    auto at =
+        static_cast<std::size_t>(std::lower_bound(lengths.begin(), lengths.end(), wanted) - lengths.begin());
+    if (at > 0 && wanted - lengths[at - 1] < lengths[at] - wanted) --at;
+    if (at > chosen.back() && at + 1 < points_mm.size()) chosen.push_back(at);
+  }
+  chosen.push_back(points_mm.size() - 1);
+  return chosen;
+}
+
+namespace {
+
+/// Where a line's direction turns by more, it has a corner.
+const double kCornerCosine = std::cos(20.0 * std::numbers::pi / 180.0);
+
+/// Tangent of the tool path by its length, at one end of the segment i..i+1: that of the parabola through
+/// the point and both neighbours; across a corner or an end only the segment itself is known.
+std::optional<Eigen::Vector3d> tangent_at(const ClLine& line, std::span<const double> lengths_mm,
+                                          std::size_t point) {
+  if (point == 0 || point + 1 == line.points.size()) return std::nullopt;
+  const double before_mm = lengths_mm[point] - lengths_mm[point - 1],
+               after_mm = lengths_mm[point + 1] - lengths_mm[point];
+  const Eigen::Vector3d before =
+      (line.points[point].position_mm - line.points[point - 1].position_mm) / before_mm;
+  const Eigen::Vector3d after =
+      (line.points[point + 1].position_mm - line.points[point].position_mm) / after_mm;
+  if (before.dot(after) < kCornerCosine) return std::nullopt;
+  return (after_mm * before + before_mm * after) / (before_mm + after_mm);
+}
+
+}  // namespace
+
+MeasuringPoint place_on(const ClLine& line, std::span<const double> lengths_mm, double length_mm) {
+  // Chords of a curve are off it by no more than the CAM system's tolerance; what a curve through the points
+  // would be off by more is meant to be straight.
+  constexpr double kLargestSag_mm = 0.010;
+  const auto after = std::upper_bound(lengths_mm.begin() + 1, lengths_mm.end() - 1, length_mm);
+  const auto i = static_cast<std::size_t>(after - lengths_mm.begin());
+  const double way_mm = lengths_mm[i] - lengths_mm[i - 1];
+  const double share = std::clamp((length_mm - lengths_mm[i - 1]) / way_mm, 0.0, 1.0);
+  const ClPoint &a = line.points[i - 1], &b = line.points[i];
+  Eigen::Vector3d position = (1.0 - share) * a.position_mm + share * b.position_mm;
+  const auto first = tangent_at(line, lengths_mm, i - 1), second = tangent_at(line, lengths_mm, i);
+  if (first || second) {
+    // Cubic of Hermite; with one tangent the parabola.
+    const Eigen::Vector3d chord = (b.position_mm - a.position_mm) / way_mm;
+    const Eigen::Vector3d m0 = first ? *first : 2.0 * chord - *second;
+    const Eigen::Vector3d m1 = second ? *second : 2.0 * chord - *first;
+    if (0.125 * way_mm * (m0 - m1).norm() <= kLargestSag_mm) {
+      const double left = 1.0 - share;
+      position += way_mm * share * left * (left * (m0 - chord) - share * (m1 - chord));
+    }
+  }
+  const Eigen::Vector3d axis = (1.0 - share) * a.axis + share * b.axis;
+  return {position, axis.norm() > 1e-6 ? axis.normalized() : a.axis,
+          std::clamp(length_mm, 0.0, lengths_mm.back())};
+}
+
+std::vector<MeasuringPoint> measuring_points(const ClLine& line, std::span<const std::size_t> chosen) {
+  const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
+  std::vector<MeasuringPoint> out;
+  for (const std::size_t i : chosen)
+    out.push_back({line.points[i].position_mm, line.points[i].axis, lengths[i]});
+  return out;
+}
+
+namespace {
+
+/// Lengths at which the line has a corner, and both ends.
+std::vector<double> corners_mm(const std::vector<Eigen::Vector3d>& points,
+                               const std::vector<double>& lengths) {
+  std::vector<double> out{0.0};
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    const Eigen::Vector3d before = (points[i] - points[i - 1]).normalized();
+    const Eigen::Vector3d after = (points[i + 1] - points[i]).normalized();
+    if (before.dot(after) < kCornerCosine) out.push_back(lengths[i]);
+  }
+  out.push_back(lengths.back());
+  return out;
+}
+
+/// Directions across the line, in the plane of line and tool axis, at every point.
+std::vector<Eigen::Vector3d> directions_across(const ClLine& line) {
+  const std::size_t n = line.points.size();
+  std::vector<Eigen::Vector3d> out;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d along =
+        (line.points[std::min(i + 1, n - 1)].position_mm - line.points[i == 0 ? 0 : i - 1].position_mm)
+            .normalized();
+    const Eigen::Vector3d& axis = line.points[i].axis;
+    const Eigen::Vector3d across = axis - axis.dot(along) * along;
+    out.push_back(across.norm() > 1e-6 ? across.normalized() : axis);
+  }
+  return out;
+}
+
+/// Splits every gap of a smooth piece in which a spline through the directions at the chosen places departs
+/// from them by more than `allowed` (rad), until none does.
+std::vector<double> refine(const std::vector<Eigen::Vector3d>& across, const std::vector<double>& lengths,
+                           std::vector<double> at, double allowed) {
+  constexpr double kShortest_mm = 0.05;
+  const auto value_at = [&](double place) -> Eigen::Vector3d {
+    const auto after = std::upper_bound(lengths.begin() + 1, lengths.end() - 1, place);
+    const auto i = static_cast<std::size_t>(after - lengths.begin());
+    const double share = (place - lengths[i - 1]) / (lengths[i] - lengths[i - 1]);
+    return (1.0 - share) * across[i - 1] + share * across[i];
+  };
+  const double first = at.front(), scale = 1.0 / (at.back() - at.front());
+  while (true) {
+    std::vector<Eigen::Vector3d> values;
+    std::vector<double> u;
+    for (const double place : at) {
+      values.push_back(value_at(place));
+      u.push_back(place == at.back() ? 1.0 : (place - first) * scale);
+    }
+    const Nurbs spline = interpolate(values, u);
+    std::vector<double> finer{first};
+    auto inner = std::upper_bound(lengths.begin(), lengths.end(), first);
+    for (std::size_t i = 1; i < at.size(); ++i) {
+      double worst = 0.0;
+      for (; inner != lengths.end() && *inner < at[i]; ++inner)
+        worst = std::max(worst, (spline.position_mm((*inner - first) * scale) -
+                                 across[static_cast<std::size_t>(inner - lengths.begin())])
+                                    .norm());
+      if (worst > allowed && at[i] - at[i - 1] > 2.0 * kShortest_mm)
+        finer.push_back(0.5 * (at[i - 1] + at[i]));
+      finer.push_back(at[i]);
+    }
+    if (finer.size() == at.size()) return at;
+    at = std::move(finer);
+  }
+}
+
+}  // namespace
+
+std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineChoice& choice) {
+  check_choice(line.points.size(), choice.tolerance_mm);
+  const auto check = [](const char* what, double value_mm) {
+    if (!(value_mm > 0.0) || !std::isfinite(value_mm))
+      throw MotionError(fmt::format("{}: found {} mm, expected a finite number above 0", what, value_mm));
+  };
+  check("form wavelength", choice.form_wavelength_mm);
+  check("placement", choice.placement_mm);
+  const std::vector<Eigen::Vector3d> points = positions_mm(line);
+  const std::vector<double> lengths = polygon_lengths_mm(points);
+  const double gap_mm = choice.form_wavelength_mm / 5.0;
+  if (lengths.back() / gap_mm > static_cast<double>(max_points))
+    throw MotionError(
+        fmt::format("form wavelength: {} mm asks for {:.3g} points on {:.6g} mm, expected at most {}",
+                    choice.form_wavelength_mm, lengths.back() / gap_mm, lengths.back(), max_points));
+  const std::vector<Eigen::Vector3d> across = directions_across(line);
+  const std::vector<double> corners = corners_mm(points, lengths);
+  std::vector<MeasuringPoint> out;
+  for (std::size_t piece = 0; piece + 1 < corners.size(); ++piece) {
+    const double from = corners[piece], to = corners[piece + 1];
+    const auto gaps = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((to - from) / gap_mm)));
+    std::vector<double> at;
+    for (std::size_t i = 0; i <= gaps; ++i)
+      at.push_back(from + (to - from) * static_cast<double>(i) / static_cast<double>(gaps));
+    at = refine(across, lengths, std::move(at), 0.5 * choice.tolerance_mm / choice.placement_mm);
+    for (std::size_t i = piece == 0 ? 0 : 1; i < at.size(); ++i)
+      out.push_back(place_on(line, lengths, at[i]));
+  }
+  return out;
+}
+
+}  // namespace meltstage::motion

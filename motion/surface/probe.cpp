@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/surface/probe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <optional>
+
+#include "motion/bumps/coordinate_sources.hpp"
+#include "motion/profile/profile.hpp"
+
+namespace meltstage::motion {
+
+namespace {
+
+void check_positive(const char* what, double value) {
+  if (!(value > 0.0) || !std::isfinite(value))
+    throw MotionError(fmt::format("{}: found {}, expected a finite number above 0", what, value));
+}
+
+void check_options(const ProbeProgramOptions& options) {
+  check_positive("ball radius", options.ball_radius_mm);
+  check_positive("approach", options.approach_mm);
+  check_positive("overtravel", options.overtravel_mm);
+  check_positive("touch feed", options.touch_mm_min);
+  if (!options.station_offset_mm.allFinite() || !std::isfinite(options.safe_z_mm))
+    throw MotionError("station offset or safe z: found a number that isn't finite, expected finite ones");
+}
+
+/// Ball's centre when the ball, at the nominal surface or off it by `off_mm`, is on the point's axis.
+Eigen::Vector3d centre_mm(const MeasuringPoint& point, const ProbeProgramOptions& options, double off_mm) {
+  return point.position_mm + (options.ball_radius_mm + off_mm) * point.axis;
+}
+
+std::string xyz(const Eigen::Vector3d& p) {
+  return fmt::format("X{:.4f} Y{:.4f} Z{:.4f}", p.x(), p.y(), p.z());
+}
+
+/// Text fit for an RS-274 comment.
+std::string comment(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += c == '(' || c == ')' || static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  return out;
+}
+
+}  // namespace
+
+std::string write_probe_program(std::span<const ProbeLine> lines, std::string_view name,
+                                const ProbeProgramOptions& options) {
+  check_options(options);
+  std::size_t points = 0;
+  for (const ProbeLine& line : lines) {
+    for (const MeasuringPoint& point : line.points) {
+      ++points;
+      if (!(point.axis.z() > 0.05))
+        throw MotionError(fmt::format(
+            "{}: the surface at ({:.4f}, {:.4f}, {:.4f}) faces sideways or down (axis z {:.3f}), "
+            "expected one that a probe from above can touch",
+            line.name, point.position_mm.x(), point.position_mm.y(), point.position_mm.z(), point.axis.z()));
+      const Eigen::Vector3d start = centre_mm(point, options, options.approach_mm);
+      if (start.z() > options.safe_z_mm)
+        throw MotionError(
+            fmt::format("safe z: found {} mm, expected at least {:.3f} mm (a touch of {} begins there)",
+                        options.safe_z_mm, start.z(), line.name));
+    }
+  }
+  if (points == 0) throw MotionError("probe program: found no point, expected at least one");
+  const Eigen::Vector3d& station = options.station_offset_mm;
+  std::string out = fmt::format(
+      "%\n({})\n({} points on {} lines; ball radius {:.4f} mm)\n"
+      "G21 G90 G94 G17 G40 G49 G54\nG43.1 X{:.4f} Y{:.4f} Z{:.4f}\n(PROBEOPEN {})\n",
+      comment(name), points, lines.size(), options.ball_radius_mm, station.x(), station.y(), station.z(),
+      comment(options.points_file));
+  out += fmt::format("G0 Z{:.4f}\nG0 A0 C0\n", options.safe_z_mm);
+  for (const ProbeLine& line : lines) {
+    out += fmt::format("({}: {} points)\n", comment(line.name), line.points.size());
+    for (std::size_t i = 0; i < line.points.size(); ++i) {
+      const Eigen::Vector3d start = centre_mm(line.points[i], options, options.approach_mm);
+      // From point to point at the height of the approach, unless they are so far apart that the surface may
+      // rise between them.
+      const bool near = i > 0 && (line.points[i].position_mm - line.points[i - 1].position_mm).norm() <=
+                                     2.0 * options.approach_mm;
+      if (!near)
+        out += fmt::format("G0 Z{:.4f}\nG0 X{:.4f} Y{:.4f}\n", options.safe_z_mm, start.x(), start.y());
+      out += fmt::format("G0 {}\n", xyz(start));
+      out +=
+          fmt::format("G38.2 {} F{:.1f}\n", xyz(centre_mm(line.points[i], options, -options.overtravel_mm)),
+                      options.touch_mm_min);
+      out += fmt::format("G0 {}\n", xyz(start));
+    }
+    out += fmt::format("G0 Z{:.4f}\n", options.safe_z_mm);
+  }
+  out += "(PROBECLOSE)\nG49\nM2\n%\n";
+  return out;
+}
+
+std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    throw CoordinateError(fmt::format("{}: {}, expected the points that the probe program wrote",
+                                      path.string(),
+                                      std::filesystem::exists(path, error) ? "not a file" : "no such file"));
+  std::ifstream stream(path);
+  std::vector<Eigen::Vector3d> out;
+  std::size_t row = 0;
+  for (std::string text; std::getline(stream, text);) {
+    ++row;
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == ',' || c == ';' || c == '\t' || c == '\r'; }, ' ');
+    std::vector<std::string_view> words;
+    for (std::size_t at = text.find_first_not_of(' '); at != std::string::npos;) {
+      const std::size_t end = std::min(text.find(' ', at), text.size());
+      words.emplace_back(text.data() + at, end - at);
+      at = text.find_first_not_of(' ', end);
+    }
+    if (words.empty()) continue;
+    if (row == 1 && !detail::parse_number(words[0])) continue;  // names
+    if (words.size() < 3)
+      throw CoordinateError(
+          fmt::format("{}: row {}: found {} numbers, expected x, y and z", path.string(), row, words.size()));
+    Eigen::Vector3d point;
+    for (int i = 0; i < 3; ++i) {
+      const auto value = detail::parse_number(words[i]);
+      if (!value || !std::isfinite(*value))
+        throw CoordinateError(
+            fmt::format("{}: row {}, column {}: found {}, expected a finite number such as 12.5",
+                        path.string(), row, i + 1, detail::in_quotes(words[i])));
+      point[i] = *value;
+    }
+    out.push_back(point);
+    detail::check_point_count(path, out.size());
+  }
+  if (out.empty())
+    throw CoordinateError(fmt::format("{}: found no point, expected at least one", path.string()));
+  return out;
+}
+
+std::vector<std::vector<Eigen::Vector3d>> assign_touches(std::span<const ProbeLine> lines,
+                                                         std::span<const Eigen::Vector3d> touches,
+                                                         const ProbeProgramOptions& options,
+                                                         double aside_mm) {
+  check_options(options);
+  std::size_t wanted = 0;
+  for (const ProbeLine& line : lines) wanted += line.points.size();
+  if (touches.size() != wanted)
+    throw MotionError(
+        fmt::format("point cloud: found {} points, expected {}, one for each that the probe program "
+                    "touches; measure again, or give the options the program was made with",
+                    touches.size(), wanted));
+  std::vector<std::vector<Eigen::Vector3d>> out;
+  std::size_t next = 0;
+  for (const ProbeLine& line : lines) {
+    out.emplace_back();
+    for (const MeasuringPoint& point : line.points) {
+      const Eigen::Vector3d& touch = touches[next++];
+      const Eigen::Vector3d off = touch - centre_mm(point, options, 0.0);
+      const double along = off.dot(point.axis), aside = (off - along * point.axis).norm();
+      if (!(aside <= aside_mm))
+        throw MotionError(
+            fmt::format("point cloud: point {} is ({:.4f}, {:.4f}, {:.4f}), {:.4f} mm beside the way "
+                        "of its touch on {}, expected at most {} mm; is it this part's file?",
+                        next, touch.x(), touch.y(), touch.z(), aside, line.name, aside_mm));
+      if (along > options.approach_mm || along < -options.overtravel_mm)
+        throw MotionError(
+            fmt::format("point cloud: point {} on {} is {:+.4f} mm off the nominal surface, expected "
+                        "{:+.4f}..{:+.4f} mm (the way of its touch)",
+                        next, line.name, along, -options.overtravel_mm, options.approach_mm));
+      out.back().push_back(touch);
+    }
+  }
+  return out;
+}
+
+// ---------------------------------------------------------------- simulation
+
+double distance_mm(const RealPart& part, const Eigen::Vector3d& point_mm) {
+  const Eigen::Vector3d p = part.placement.inverse() * point_mm;
+  const auto& h = part.height_mm;
+  // Foot of the perpendicular: Newton with the gradient by differences, the surface taken as a plane locally.
+  constexpr double kStep_mm = 1e-4;
+  double x = p.x(), y = p.y(), z = h(x, y);
+  for (int i = 0; i < 60; ++i) {
+    const double gx = (h(x + kStep_mm, y) - h(x - kStep_mm, y)) / (2.0 * kStep_mm);
+    const double gy = (h(x, y + kStep_mm) - h(x, y - kStep_mm)) / (2.0 * kStep_mm);
+    const double rise = (p.z() - z - gx * (p.x() - x) - gy * (p.y() - y)) / (1.0 + gx * gx + gy * gy);
+    const double nx = p.x() + rise * gx, ny = p.y() + rise * gy;
+    const double move = std::hypot(nx - x, ny - y);
+    x = nx, y = ny, z = h(x, y);
+    if (move < 1e-10) break;
+  }
+  const double away = (p - Eigen::Vector3d(x, y, z)).norm();
+  return p.z() >= h(p.x(), p.y()) ? away : -away;
+}
+
+namespace {
+
+/// First way along from..to at which a ball of this radius touches; nothing if it doesn't.
+std::optional<double> contact_mm(const RealPart& part, const Eigen::Vector3d& from,
+                                 const Eigen::Vector3d& along, double length_mm, double radius_mm) {
+  constexpr double kClose_mm = 1e-7;
+  double way_mm = 0.0;
+  // The distance is a way that is free in every direction.
+  for (int i = 0; i < 1000; ++i) {
+    const double free_mm = distance_mm(part, from + way_mm * along) - radius_mm;
+    if (free_mm < kClose_mm) return way_mm;
+    way_mm += free_mm;
+    if (way_mm > length_mm) return std::nullopt;
+  }
+  return way_mm;
+}
+
+}  // namespace
+
+Eigen::Vector3d surface_along(const RealPart& part, const Eigen::Vector3d& point_mm,
+                              const Eigen::Vector3d& axis, double reach_mm) {
+  const Eigen::Vector3d from = point_mm + reach_mm * axis;
+  const auto way = contact_mm(part, from, -axis, 2.0 * reach_mm, 0.0);
+  if (!way || *way == 0.0)
+    throw MotionError(fmt::format("surface: not met within {} mm of ({:.4f}, {:.4f}, {:.4f})", reach_mm,
+                                  point_mm.x(), point_mm.y(), point_mm.z()));
+  return from - *way * axis;
+}
+
+double effective_radius_mm(const TouchProbeModel& model) { return model.ball_radius_mm - model.pretravel_mm; }
+
+Eigen::Vector3d TouchProbe::touch(const RealPart& part, const Eigen::Vector3d& from_mm,
+                                  const Eigen::Vector3d& to_mm) {
+  const Eigen::Vector3d along = (to_mm - from_mm).normalized();
+  const double length_mm = (to_mm - from_mm).norm();
+  const auto contact = contact_mm(part, from_mm, along, length_mm, model_.ball_radius_mm);
+  if (contact && *contact == 0.0)
+    throw MotionError(
+        fmt::format("probe: touches at ({:.4f}, {:.4f}, {:.4f}) before its move, expected a free "
+                    "start; raise the approach",
+                    from_mm.x(), from_mm.y(), from_mm.z()));
+  std::normal_distribution<double> noise(0.0, model_.noise_mm);
+  // The seat of three balls gives way in some directions more than in others; a push from above meets all.
+  const double lobes = std::cos(3.0 * std::atan2(along.y(), along.x())) * std::hypot(along.x(), along.y());
+  const double trigger_mm =
+      contact ? *contact + model_.pretravel_mm + model_.lobing_mm * lobes + noise(random_) : 0.0;
+  if (!contact || trigger_mm > length_mm)
+    throw MotionError(
+        fmt::format("probe: no contact on the way to ({:.4f}, {:.4f}, {:.4f}), expected the surface "
+                    "there; raise the overtravel or check the placement",
+                    to_mm.x(), to_mm.y(), to_mm.z()));
+  const Eigen::Vector3d centre = from_mm + trigger_mm * along;
+  return (centre / model_.scale_mm).array().round().matrix() * model_.scale_mm;
+}
+
+std::vector<Eigen::Vector3d> touch_all(const RealPart& part, std::span<const ProbeLine> lines,
+                                       const ProbeProgramOptions& options, TouchProbe& probe) {
+  std::vector<Eigen::Vector3d> out;
+  for (const ProbeLine& line : lines)
+    for (const MeasuringPoint& point : line.points)
+      out.push_back(probe.touch(part, centre_mm(point, options, options.approach_mm),
+                                centre_mm(point, options, -options.overtravel_mm)));
+  return out;
+}
+
+}  // namespace meltstage::motion

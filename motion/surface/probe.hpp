@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Touching a surface: the program for the machine, the points that come back, and a simulated probe on a
+// simulated part.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <random>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "motion/surface/measuring_points.hpp"
+
+namespace meltstage::motion {
+
+/// The points to touch on one line.
+struct ProbeLine {
+  std::string name;
+  std::vector<MeasuringPoint> points;
+};
+
+struct ProbeProgramOptions {
+  double ball_radius_mm = 1.0;
+  double approach_mm = 2.0;    ///< from where, off the nominal surface, a touch begins
+  double overtravel_mm = 2.0;  ///< how far beyond the nominal surface it may go; then the machine stops
+  double touch_mm_min = 60.0;  ///< feed of a touch
+  double safe_z_mm = 50.0;     ///< of the ball's centre between lines, in the workpiece's frame
+  Eigen::Vector3d station_offset_mm = Eigen::Vector3d::Zero();  ///< of the probe on the spindle (G43.1)
+  std::string points_file = "points.txt";                       ///< that the control writes (PROBEOPEN)
+};
+
+/// RS-274/NGC as LinuxCNC reads it: every point is touched once along its axis by G38.2, rotary axes at zero.
+/// Programmed is the ball's centre in the workpiece's frame (G54). Nothing is left to the control's state
+/// before. The control writes one row a point.
+/// @throws MotionError if there is no point, an axis points down, or an option is out of range.
+std::string write_probe_program(std::span<const ProbeLine> lines, std::string_view name,
+                                const ProbeProgramOptions& options);
+
+/// Rows of at least three numbers, separated by blanks, commas or semicolons: x, y, z of the ball's centre at
+/// the touch, as PROBEOPEN writes them (nine numbers). Empty rows and a first row of names are skipped.
+/// @throws CoordinateError if the file is missing, empty, or a number is malformed or not finite.
+std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path);
+
+/// Assigns touches to the points of the lines, in their order.
+/// @throws MotionError if the number differs, or a touch is off its point's axis by more than `aside_mm` or
+/// outside the way of its move.
+std::vector<std::vector<Eigen::Vector3d>> assign_touches(std::span<const ProbeLine> lines,
+                                                         std::span<const Eigen::Vector3d> touches,
+                                                         const ProbeProgramOptions& options,
+                                                         double aside_mm = 0.1);
+
+/// A simulated part: a surface over its own x and y, with form errors in it, as it lies on the table.
+struct RealPart {
+  std::function<double(double x_mm, double y_mm)> height_mm;
+  Eigen::Isometry3d placement = Eigen::Isometry3d::Identity();  ///< from the part's frame to the workpiece's
+};
+
+/// Signed distance of a point in the workpiece's frame from the part's surface, positive above it.
+double distance_mm(const RealPart& part, const Eigen::Vector3d& point_mm);
+
+/// Where a straight line first meets the surface.
+/// @throws MotionError if it doesn't meet it within `reach_mm` on either side of `point_mm`.
+Eigen::Vector3d surface_along(const RealPart& part, const Eigen::Vector3d& point_mm,
+                              const Eigen::Vector3d& axis, double reach_mm);
+
+struct TouchProbeModel {
+  double ball_radius_mm = 1.0;
+  double pretravel_mm = 0.008;  ///< mean way from contact to trigger
+  double lobing_mm = 0.001;     ///< its amplitude over the direction, three lobes (kinematic seat)
+  double noise_mm = 0.0007;     ///< standard deviation
+  double scale_mm = 0.001;      ///< resolution of the axes' scales
+};
+
+/// What a calibration on a reference sphere gives: the radius with which touches are to be reckoned.
+double effective_radius_mm(const TouchProbeModel& model);
+
+class TouchProbe {
+ public:
+  TouchProbe(const TouchProbeModel& model, std::uint64_t seed) : model_(model), random_(seed) {}
+
+  /// Ball's centre as the machine reads it when the probe triggers on the way from..to.
+  /// @throws MotionError if it doesn't, or touches at the start already.
+  Eigen::Vector3d touch(const RealPart& part, const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm);
+
+ private:
+  TouchProbeModel model_;
+  std::mt19937_64 random_;
+};
+
+/// Carries out a probe program's touches on a simulated part.
+std::vector<Eigen::Vector3d> touch_all(const RealPart& part, std::span<const ProbeLine> lines,
+                                       const ProbeProgramOptions& options, TouchProbe& probe);
+
+}  // namespace meltstage::motion

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tb/lockstep/verilated_rtl.hpp"
+
+#include <verilated_fst_c.h>
+
+#include "Vtc_top.h"
+#include "Vtc_top___024root.h"
+#include "Vtc_top__Syms.h"
+#include "Vtc_top_traced.h"
+#include "Vtc_top_traced___024root.h"
+#include "Vtc_top_traced__Syms.h"
+#include "tb/lockstep/verilated_top.hpp"
+
+namespace meltstage::tb {
+
+namespace {
+
+class TracedTop final : public verilated::VerilatedTop<Vtc_top_traced> {
+ public:
+  explicit TracedTop(const std::filesystem::path& path) {
+    context_.traceEverOn(true);
+    top_.trace(&trace_, 99);
+    trace_.open(path.c_str());
+  }
+  ~TracedTop() override { trace_.close(); }
+
+ protected:
+  void eval() override {
+    top_.eval();
+    trace_.dump(half_cycles_++);
+  }
+
+ private:
+  VerilatedFstC trace_;
+  std::uint64_t half_cycles_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<VerilatedRtl> make_verilated_rtl() { return std::make_unique<verilated::VerilatedTop<Vtc_top>>(); }
+std::unique_ptr<VerilatedRtl> make_traced_rtl(const std::filesystem::path& path) {
+  return std::make_unique<TracedTop>(path);
+}
+
+}  // namespace meltstage::tb

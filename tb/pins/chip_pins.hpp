@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The chip's pins in a recording: names, order, and the way to and from chip::Inputs and chip::Outputs.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "cmodel/chip.hpp"
+#include "recording/stream.hpp"
+
+namespace meltstage::tb {
+
+// Indices into chip_pin_header's pins.
+enum ChipPin : std::uint32_t {
+  kPinRstN,
+  kPinUartRx,
+  kPinAddrStrap,
+  kPinSpiMiso,
+  kPinHeaterFb,
+  kPinInhibit,
+  kPinDrop,
+  kPinTestMode,
+  kPinUartTx,  // first output
+  kPinUartDe,
+  kPinTlmTx,
+  kPinSpiSclk,
+  kPinSpiCsN,
+  kPinSpiMosi,
+  kPinHeater,
+  kPinSafeEn,
+  kPinFaultN,
+  kPinAtTemp,
+  kChipPinCount
+};
+
+// Inputs and outputs of the chip, nothing else.
+vectors::Header chip_pin_header(std::string origin);
+
+chip::Inputs inputs_of(std::span<const std::uint64_t> pins);
+chip::Outputs outputs_of(std::span<const std::uint64_t> pins);
+// Levels of all pins by ChipPin.
+std::array<std::uint64_t, kChipPinCount> pin_levels(const chip::Inputs& in, const chip::Outputs& out);
+// "heater_o recorded 1, chip 0", of the first output that differs; empty when none does.
+std::string output_difference(const chip::Outputs& recorded, const chip::Outputs& chip);
+
+}  // namespace meltstage::tb

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Alignment before a print: the board lies on a virtual XY-Theta stage as somebody laid it there; a camera
+// sees its marks, the stage moves it to where the print expects it, the camera looks again.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "motion/align/alignment.hpp"
+#include "motion/align/dot_plate.hpp"
+
+namespace meltstage::tb {
+
+// What is known of the stage when it moves the board.
+enum class StageKnowledge {
+  nominal,     // its drawings
+  calibrated,  // all parameters, by least squares from what its camera saw of a plate
+               // (motion/prp_calibration)
+};
+
+struct BoardAlignment {
+  std::vector<Eigen::Vector2d> marks_mm;  // where the print expects them, in the print's frame
+  double mark_diameter_mm = 1.0;
+  motion::AlignmentLimits limits{.capture_mm = 2.0};
+  StageKnowledge knowledge = StageKnowledge::calibrated;
+
+  // The virtual machine.
+  motion::PlanarPose lies;                  // how the board was laid, about the middle of its marks
+  bool upside_down = false;                 // turned over about the middle of its marks
+  std::optional<std::size_t> missing_mark;  // one that isn't there, from 0
+  double slider_sigma_mm = 0.001;           // scatter of the sliders' stops
+  double camera_stop_sigma_mm = 0.0003;     // of the camera's, per axis
+  motion::PlateCamera camera;
+  std::uint64_t seed = 1;
+};
+
+struct AlignedBoard {
+  motion::AlignmentResult result;  // as the camera saw it
+  motion::PlanarPose off;          // what is left in truth: takes the print's places to the board's
+};
+
+// Throws motion::MotionError, one line, if a mark isn't found, the board isn't the one described or the pose
+// is out of the stage's reach.
+AlignedBoard align_board(const BoardAlignment& job);
+
+}  // namespace meltstage::tb

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tb/trials/protection.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "tb/trials/firmware_rules.hpp"
+#include "tb/trials/heated_run.hpp"
+
+namespace meltstage::tb {
+namespace {
+
+namespace spec = chip::spec;
+
+constexpr double kNever_s = std::numeric_limits<double>::infinity();
+constexpr double kTick_s = 0.1;
+constexpr double kOverTarget_degc = 15.0;  // T_MAX, MAXTEMP, max_temp above the largest set-point
+constexpr double kFaultAt_s = 400.0;
+constexpr double kFaultOffAt_s = 60.0;
+constexpr double kAfter_s = 400.0;
+constexpr double kFrozenBelow_degc = 2.0;
+
+double round_to_tick(double time_s) { return std::round(time_s / kTick_s) * kTick_s; }
+
+void strike(HeatedRun& run, const FaultCase& what) {
+  Head& head = run.head();
+  const std::uint64_t now = run.cycle();
+  switch (what.fault) {
+    case HeadFault::falls_out:
+      head.plant().set_sensor_coupling(now, 0.0);
+      break;
+    case HeadFault::half_out:
+      head.plant().set_sensor_coupling(now, 0.6);
+      break;
+    case HeadFault::frozen_low:
+      // Slow enough to be no jump; the value that stays is the last.
+      for (double below = 0.0; below <= kFrozenBelow_degc; below += 0.25) {
+        head.set_element_degc(what.setpoint_degc - below);
+        run.until(round_to_tick(run.now_s() + 5.0 * kTick_s));
+      }
+      head.sensor().set_faults({.frozen = true});
+      break;
+    case HeadFault::heater_open:
+      head.plant().set_faults(now, {.element_open = true});
+      break;
+    case HeadFault::switch_short:
+    case HeadFault::switch_short_off:
+      head.plant().set_faults(now, {.switch_shorted = true});
+      break;
+  }
+}
+
+// ---- Healthy jobs ----
+
+struct Happening {
+  double at_s;
+  std::function<void(HeatedRun&)> act;
+};
+
+double between(Rng& rng, double low, double high) { return low + (high - low) * rng.uniform(); }
+
+struct Job {
+  PlantConfig plant;
+  std::vector<HeadSetting> settings;
+  double noise_degc;
+  double first_degc;
+  double length_s;
+  unsigned noisy_frames = 0;
+  std::vector<Happening> happenings;  // in order of time
+};
+
+constexpr double kJob_s = 420.0;
+
+Job make_job(std::uint64_t seed) {
+  Rng rng = stream(seed, "healthy job");
+  const bool hot_end = rng.below(2) == 0;
+  const PlantConfig& plain = plant_config(hot_end ? "E3D-like" : "PH-1");
+  const double highest = hot_end ? 220.0 : 120.0;
+  const double lowest = hot_end ? 150.0 : 60.0;
+
+  Job job{.plant = plain,
+          .settings = {},
+          .noise_degc = between(rng, 0.0, 0.1),
+          .first_degc = 0.0,
+          .length_s = kJob_s,
+          .happenings = {}};
+  const double capacity = between(rng, 0.7, 1.3);
+  job.plant.heater_j_per_k *= capacity;
+  job.plant.block_j_per_k *= capacity;
+  job.plant.block_ambient_w_per_k *= between(rng, 0.6, 1.4);
+  job.plant.sensor_lag_s *= between(rng, 1.0, 2.0);
+  job.settings = tuned_settings(job.plant, highest);
+  job.plant.ambient_degc = between(rng, 15.0, 30.0);
+  const double supply = between(rng, 0.9, 1.1);
+
+  // A job that the head can do: at its set-points, printing, the supply still leaves a fifth of the power.
+  const double print_w = between(rng, 0.0, 0.08) * plain.power_w;
+  const double power = plain.power_w * supply * supply;
+  const double reach = job.plant.ambient_degc + (0.8 * power - print_w) / job.plant.block_ambient_w_per_k;
+  const double top = std::min(highest, reach);
+  const auto set_point = [&] { return std::round(between(rng, std::min(lowest, top - 10.0), top)); };
+  job.first_degc = set_point();
+
+  const auto add = [&](double at_s, std::function<void(HeatedRun&)> act) {
+    job.happenings.push_back({at_s, std::move(act)});
+  };
+  add(0.0, [supply](HeatedRun& run) { run.head().set_supply_ratio(run.cycle(), supply); });
+  for (int i = 0; i < 2; ++i) {
+    const double degc = set_point();
+    add(between(rng, 60.0, kJob_s), [degc](HeatedRun& run) { run.set_point(degc); });
+  }
+  // Printing takes heat with every droplet; they are put together in tenths of a second.
+  for (int i = 0; i < 3; ++i) {
+    const double begin = between(rng, 100.0, kJob_s);
+    const double end = std::min(kJob_s, begin + between(rng, 5.0, 60.0));
+    const double joule = print_w * kTick_s;
+    for (double t = begin; t < end; t += kTick_s)
+      add(t, [joule](HeatedRun& run) { run.head().plant().droplet(run.cycle(), joule); });
+  }
+  for (int i = 0; i < 4; ++i) {
+    const double at = between(rng, 5.0, kJob_s);
+    const double length = rng.below(2) == 0 ? between(rng, 0.02, 0.3) : between(rng, 0.3, 5.0);
+    const double ratio = length < 0.3 ? between(rng, 0.0, 0.9) : between(rng, 0.6, 0.95);
+    add(at, [=](HeatedRun& run) { run.head().set_supply_ratio(run.cycle(), supply * ratio); });
+    add(at + length, [supply](HeatedRun& run) { run.head().set_supply_ratio(run.cycle(), supply); });
+  }
+  // A noisy frame has some bits inverted, or all of them random.
+  job.noisy_frames = static_cast<unsigned>(5 + rng.below(20));
+  for (unsigned i = 0; i < job.noisy_frames; ++i) {
+    const double at = between(rng, 0.0, kJob_s);
+    std::uint64_t mask = rng.bits() & 0xFFFFFFFFU;
+    if (rng.below(2) == 0) mask = std::uint64_t{1} << rng.below(32) | std::uint64_t{1} << rng.below(32);
+    // single: the frames before and after are sound
+    add(std::floor(at) + kTick_s, [mask](HeatedRun& run) { run.head().sensor().corrupt_next_frame(mask); });
+  }
+  std::stable_sort(job.happenings.begin(), job.happenings.end(),
+                   [](const Happening& a, const Happening& b) { return a.at_s < b.at_s; });
+  return job;
+}
+
+}  // namespace
+
+std::string_view head_fault_name(HeadFault fault) {
+  switch (fault) {
+    case HeadFault::falls_out:
+      return "sensor falls out";
+    case HeadFault::half_out:
+      return "sensor at 60 % coupling";
+    case HeadFault::frozen_low:
+      return "sensor frozen 2 degC low";
+    case HeadFault::heater_open:
+      return "heater open";
+    case HeadFault::switch_short:
+      return "switch shorted";
+    case HeadFault::switch_short_off:
+      return "switch shorted, heater off";
+  }
+  return "";
+}
+
+FaultOutcome run_fault(const FaultCase& what, Protector protector) {
+  const PlantConfig& plant = plant_config(what.plant);
+  const bool heating = what.fault != HeadFault::switch_short_off;
+  const double fault_at = heating ? kFaultAt_s : kFaultOffAt_s;
+  std::vector<HeadSetting> settings = tuned_settings(plant, what.setpoint_degc);
+  if (protector != Protector::chip) {
+    for (const HeadSetting& off : detectors_off()) settings.push_back(off);
+  } else if (!what.feedback) {
+    settings.push_back({spec::kRegCtrl, spec::kHolding[spec::kRegCtrl].reset & ~0x20});
+  }
+
+  HeatedRun run({.plant = plant, .seed = what.seed, .second_switch = protector == Protector::chip}, settings);
+  MarlinRule marlin(what.setpoint_degc + kOverTarget_degc);
+  KlipperRule klipper(what.setpoint_degc + kOverTarget_degc);
+  double rule_tripped = kNever_s;
+  const auto watch = [&] {
+    if (protector == Protector::chip || std::isfinite(rule_tripped)) return;
+    const bool tripped = protector == Protector::marlin
+                             ? marlin.see(run.now_s(), run.reading_degc(), run.set_point_degc())
+                             : klipper.see(run.now_s(), run.reading_degc(), run.set_point_degc());
+    if (!tripped) return;
+    rule_tripped = run.now_s();
+    run.head().set_inhibit(true);
+  };
+  if (heating) {
+    run.set_point(what.setpoint_degc);
+    run.start();
+  }
+  while (run.now_s() < fault_at - kTick_s / 2.0) {
+    run.until(round_to_tick(run.now_s() + kTick_s));
+    watch();
+  }
+  FaultOutcome outcome{kNever_s, 0, run.heater_degc(), run.block_degc()};
+  const double before = protector == Protector::chip ? run.tripped_s() : rule_tripped;
+  if (std::isfinite(before)) return {before - fault_at, run.faults(), outcome.heater_peak_degc, outcome.block_peak_degc};
+
+  strike(run, what);
+  const double fault_s = run.now_s();
+  while (run.now_s() < fault_at + kAfter_s) {
+    run.until(round_to_tick(run.now_s() + kTick_s));
+    watch();
+    outcome.heater_peak_degc = std::max(outcome.heater_peak_degc, run.heater_degc());
+    outcome.block_peak_degc = std::max(outcome.block_peak_degc, run.block_degc());
+    if (outcome.faults == 0) outcome.faults = run.faults();
+  }
+  outcome.detected_s = (protector == Protector::chip ? run.tripped_s() : rule_tripped) - fault_s;
+  return outcome;
+}
+
+HealthyJob run_healthy_job(std::uint64_t seed) {
+  const Job job = make_job(seed);
+  HeatedRun run({.plant = job.plant, .sensor_noise_degc = job.noise_degc, .seed = seed}, job.settings);
+  const double max_degc =
+      std::find_if(job.settings.begin(), job.settings.end(), [](const HeadSetting& s) { return s.reg == spec::kRegTMax; })
+          ->value / 10.0;
+  MarlinRule marlin(max_degc);
+  KlipperRule klipper(max_degc);
+  HealthyJob done{};
+  run.set_point(job.first_degc);
+  run.start();
+  const double begin = run.now_s();
+  auto next = job.happenings.begin();
+  while (run.now_s() - begin < job.length_s && !std::isfinite(run.tripped_s())) {
+    const double tick = round_to_tick(run.now_s() + kTick_s);
+    for (; next != job.happenings.end() && next->at_s + begin < tick; ++next) {
+      run.until(std::max(next->at_s + begin, run.now_s()));
+      next->act(run);
+    }
+    run.until(std::max(tick, run.now_s()));
+    done.marlin_tripped = marlin.see(run.now_s(), run.reading_degc(), run.set_point_degc());
+    done.klipper_tripped = klipper.see(run.now_s(), run.reading_degc(), run.set_point_degc());
+  }
+  done.what = fmt::format("{} {:.2f} W/K, {:.0f} J/K, lag {:.1f} s, ambient {:.0f}", job.plant.name,
+                          job.plant.block_ambient_w_per_k, job.plant.block_j_per_k, job.plant.sensor_lag_s,
+                          job.plant.ambient_degc);
+  done.faults = run.faults();
+  done.tripped_s = run.tripped_s();
+  done.noisy_frames = job.noisy_frames;
+  done.heat_s = run.now_s() - begin;
+  return done;
+}
+
+}  // namespace meltstage::tb

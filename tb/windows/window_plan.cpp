@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tb/windows/window_plan.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+namespace meltstage::tb {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Between two changes of the recording the input pins stand still.
+struct StillPins {
+  chip::Inputs in;
+  chip::Inputs step(std::uint64_t, const chip::Outputs&) const { return in; }
+  std::uint64_t next_event() const { return chip::kForever; }
+};
+
+}  // namespace
+
+WindowPlanner::WindowPlanner(fs::path folder, WindowRunName name, WindowBorders borders)
+    : folder_(fs::absolute(std::move(folder)).lexically_normal()),
+      name_(std::move(name)),
+      borders_(std::move(borders)) {
+  if (!folder_.has_filename()) folder_ = folder_.parent_path();
+  if (fs::exists(folder_) && !fs::exists(plan_file(folder_))) {
+    throw WindowError(fmt::format("{}: exists and is no window plan (no plan.json); choose another folder",
+                                  folder_.string()));
+  }
+  std::sort(borders_.at.begin(), borders_.at.end());
+  borders_.at.erase(std::unique(borders_.at.begin(), borders_.at.end()), borders_.at.end());
+  if (borders_.every == 0) throw WindowError("window length: found 0 clocks, expected 1 or more");
+  partial_ = folder_.string() + fmt::format(".partial.{}", getpid());
+  for (const char* part : {"states", "stimulus", "results"}) fs::create_directories(partial_ / part);
+  plan_.job = name_.job;
+  plan_.seed = name_.seed;
+  plan_.made_by = this_build();
+}
+
+WindowPlanner::~WindowPlanner() {
+  slice_.reset();
+  std::error_code ignored;
+  fs::remove_all(partial_, ignored);
+}
+
+void WindowPlanner::refuse(const std::string& why) const {
+  throw WindowError(fmt::format("recording of {}: {}; record it again", name_.job, why));
+}
+
+void WindowPlanner::begin(const vectors::Header& header) {
+  const vectors::Header chip = chip_pin_header(name_.job);
+  chip_pin_.assign(header.pins.size(), std::nullopt);
+  for (std::uint32_t pin = 0; pin < kChipPinCount; ++pin) {
+    const auto at = vectors::find_pin(header, chip.pins[pin].name);
+    if (!at || header.pins[*at].width != chip.pins[pin].width)
+      refuse(fmt::format("found no pin {} of {} bits, expected all pins of the chip", chip.pins[pin].name,
+                         chip.pins[pin].width));
+    chip_pin_[*at] = pin;
+  }
+}
+
+void WindowPlanner::change(const vectors::Change& change) {
+  if (!begun_ && change.cycle != 0)
+    refuse(fmt::format("found a beginning at cycle {}, expected 0", change.cycle));
+  begun_ = true;
+  if (change.cycle > changed_at_) run_until(change.cycle);
+  changed_at_ = change.cycle;
+  if (const auto pin = chip_pin_[change.pin]) levels_[*pin] = change.value;
+}
+
+void WindowPlanner::end(std::uint64_t final_cycle) {
+  run_until(final_cycle);
+  if (final_cycle == 0) refuse("found no clock, expected one at least");
+  if (!borders_.at.empty() && (borders_.at.front() == 0 || borders_.at.back() >= final_cycle)) {
+    throw WindowError(fmt::format("border: found cycle {}, expected 1 to {}",
+                                  borders_.at.front() == 0 ? 0 : borders_.at.back(), final_cycle - 1));
+  }
+  close_window();
+  plan_.cycles = final_cycle;
+}
+
+std::uint64_t WindowPlanner::next_border() const {
+  if (borders_.at.empty()) return (run_.cycle / borders_.every + 1) * borders_.every;
+  const auto next = std::upper_bound(borders_.at.begin(), borders_.at.end(), run_.cycle);
+  return next == borders_.at.end() ? vectors::max_cycle : *next;
+}
+
+// The clocks from the present one to `cycle`, all with the levels as they stand.
+void WindowPlanner::run_until(std::uint64_t cycle) {
+  const chip::Inputs in = inputs_of(levels_);
+  const chip::Outputs recorded = outputs_of(levels_);
+  StillPins still{in};
+  const auto check = [&](std::uint64_t at, const chip::Inputs&, chip::Outputs standing) {
+    standing.heater = standing.heater && !in.inhibit;  // acts without a clock
+    if (standing != recorded) refuse(fmt::format("cycle {}: {}", at, output_difference(recorded, standing)));
+  };
+  while (run_.cycle < cycle) {
+    if (!slice_) open_window();
+    for (std::uint32_t pin = 0; pin < kChipPinCount; ++pin) recorder_->set(pin, levels_[pin]);
+    recorder_->commit(run_.cycle);
+    const std::uint64_t border = next_border();
+    const std::uint64_t stop = std::min(cycle, border);
+    chip::advance(run_, stop, still, check);
+    before_ = in;
+    if (stop == border) close_window();
+  }
+}
+
+void WindowPlanner::open_window() {
+  const std::size_t number = plan_.windows.size();
+  if (number == 0) {
+    if (run_.cycle != 0 || levels_[kPinRstN] != 0)
+      refuse("found reset released in cycle 0, expected it asserted");
+    save_border();
+  }
+  plan_.windows.push_back({run_.cycle, run_.cycle, border_hash_, "", ""});
+  slice_ = std::make_unique<vectors::TextWriter>(stimulus_file(partial_, number));
+  recorder_ = std::make_unique<vectors::Recorder>(
+      *slice_, chip_pin_header(
+                   fmt::format("meltstage window {} of job={} seed={:#x}", number, name_.job, name_.seed)));
+}
+
+void WindowPlanner::close_window() {
+  if (!slice_) return;
+  PlannedWindow& window = plan_.windows.back();
+  window.last_cycle = run_.cycle - 1;
+  recorder_->finish(window.last_cycle);
+  recorder_.reset();
+  slice_.reset();
+  window.stimulus = sha256(read_file(stimulus_file(partial_, plan_.windows.size() - 1)));
+  save_border();
+  window.end_state = border_hash_;
+}
+
+void WindowPlanner::save_border() {
+  const SavedState state{run_.cycle, before_, run_.chip};
+  border_hash_ = state_hash(state);
+  write_state(state_file(partial_, plan_.windows.size()), state);
+}
+
+WindowPlan WindowPlanner::publish() {
+  write_plan(partial_, plan_);
+  bool same = false;
+  try {
+    same = fs::exists(folder_) && plan_hash(read_plan(folder_)) == plan_hash(plan_);
+  } catch (const WindowError&) {
+    // A plan that can't be read is not the same one.
+  }
+  if (same) {
+    for (const char* part : {"results", "failures"}) {
+      if (!fs::exists(folder_ / part)) continue;
+      fs::remove_all(partial_ / part);
+      fs::rename(folder_ / part, partial_ / part);
+    }
+  }
+  fs::remove_all(folder_);
+  fs::rename(partial_, folder_);
+  return plan_;
+}
+
+}  // namespace meltstage::tb

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cuts a run into windows: takes the recording of a print while it runs, or from a file, and writes the work
+// folder.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cmodel/advance.hpp"
+#include "tb/pins/chip_pins.hpp"
+#include "tb/windows/windows.hpp"
+#include "recording/stream.hpp"
+#include "recording/text.hpp"
+
+namespace meltstage::tb {
+
+// Where windows end.
+struct WindowBorders {
+  std::uint64_t every = chip::spec::kClkHz;  // clocks; 1 s
+  std::vector<std::uint64_t> at = {};        // instead, when not empty: first cycles of windows but the first
+};
+
+// Who ran, for the plan.
+struct WindowRunName {
+  std::string job;
+  std::uint64_t seed = 0;
+};
+
+// A sink for any recording that has the chip's pins (others are left out) and begins at cycle 0 in reset. The
+// model runs along on the recorded inputs and must give the recorded outputs. The work folder gets its name
+// in publish(); results that lie there already stay if they are of the same plan.
+class WindowPlanner final : public vectors::Sink {
+ public:
+  // Throws WindowError when `folder` exists and is no work folder.
+  WindowPlanner(std::filesystem::path folder, WindowRunName name, WindowBorders borders);
+  ~WindowPlanner() override;
+  WindowPlanner(const WindowPlanner&) = delete;
+  WindowPlanner& operator=(const WindowPlanner&) = delete;
+
+  // Throw WindowError when the recording is not one of this chip.
+  void begin(const vectors::Header& header) override;
+  void change(const vectors::Change& change) override;
+  void end(std::uint64_t final_cycle) override;
+
+  // After end().
+  WindowPlan publish();
+
+ private:
+  void run_until(std::uint64_t cycle);
+  void open_window();
+  void close_window();
+  void save_border();
+  std::uint64_t next_border() const;
+  [[noreturn]] void refuse(const std::string& why) const;
+
+  std::filesystem::path folder_;
+  std::filesystem::path partial_;
+  WindowRunName name_;
+  WindowBorders borders_;
+  WindowPlan plan_;
+  std::vector<std::optional<std::uint32_t>> chip_pin_;  // by pin of the recording
+  std::array<std::uint64_t, kChipPinCount> levels_{};
+  bool begun_ = false;
+  std::uint64_t changed_at_ = 0;  // first cycle of the levels
+
+  chip::Run run_;
+  chip::Inputs before_ = {.rst_n = false};
+  std::string border_hash_;
+  std::unique_ptr<vectors::TextWriter> slice_;
+  std::unique_ptr<vectors::Recorder> recorder_;
+};
+
+}  // namespace meltstage::tb

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Worker processes of this machine.
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <thread>
+
+#include "tb/windows/window_runners.hpp"
+
+namespace meltstage::tb {
+
+namespace {
+
+constexpr std::chrono::milliseconds kLook{10};
+
+struct Task {
+  std::size_t window;
+  unsigned attempt;  // from 1
+};
+
+struct Worker {
+  Task task;
+  Child process;
+};
+
+// 0 and 1 are verdicts; the result lies in the folder.
+bool gave_result(int wait_status) { return WIFEXITED(wait_status) && WEXITSTATUS(wait_status) <= 1; }
+
+}  // namespace
+
+RanWindows run_windows_here(const std::filesystem::path& folder, const std::vector<std::size_t>& windows,
+                            const RunWindowsOptions& options, const WindowProgressCall& progress) {
+  const unsigned processes = std::max(1u, options.processes);
+  RanWindows ran{fmt::format("{} process{} on this machine", processes, processes == 1 ? "" : "es"), {}};
+  std::deque<Task> tasks;
+  for (const std::size_t window : windows) tasks.push_back({window, 1});
+  std::vector<Worker> workers;
+  std::size_t done = 0;
+
+  const auto start = [&](const Task& task) {
+    Arguments arguments = options.worker;
+    arguments.push_back(folder.string());
+    arguments.push_back(std::to_string(task.window));
+    workers.push_back({task, Child(arguments)});
+  };
+  const auto take_end = [&](const Task& task, int status) {
+    if (gave_result(status)) {
+      ++done;
+      return;
+    }
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 2)
+      throw WindowError(fmt::format("window {}: its files cannot be used", task.window));
+    const bool again = task.attempt < options.attempts;
+    ran.notes.push_back(fmt::format("window {}: worker lost ({}), {}", task.window, describe_end(status),
+                                    again ? "run again" : "given up"));
+    if (again) tasks.push_back({task.window, task.attempt + 1});
+  };
+
+  while (!tasks.empty() || !workers.empty()) {
+    while (!tasks.empty() && workers.size() < processes) {
+      start(tasks.front());
+      tasks.pop_front();
+    }
+    progress({done, windows.size(), fmt::format("{} processes", workers.size())});
+    std::this_thread::sleep_for(kLook);
+    for (std::size_t i = 0; i < workers.size();) {
+      const std::optional<int> status = workers[i].process.poll();
+      if (!status) {
+        ++i;
+        continue;
+      }
+      const Task task = workers[i].task;
+      workers.erase(workers.begin() + static_cast<std::ptrdiff_t>(i));
+      take_end(task, *status);
+    }
+  }
+  progress({done, windows.size(), "done"});
+  return ran;
+}
+
+}  // namespace meltstage::tb

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// Windows as Slurm job arrays: sbatch starts, squeue says what is still there, scancel ends. Scheduling,
+// nodes and requeueing after a node's failure are Slurm's.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <sstream>
+#include <system_error>
+#include <thread>
+
+#include "tb/windows/window_runners.hpp"
+#include "base/output_file.hpp"
+
+namespace meltstage::tb {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kLook{200};      // for an interrupt
+constexpr std::chrono::seconds kAsk{2};              // between questions to the controller
+constexpr std::chrono::minutes kControllerLost{10};  // without an answer
+
+CommandOutput slurm(const Arguments& arguments) {
+  try {
+    return run_command(arguments);
+  } catch (const std::system_error&) {
+    throw WindowError(fmt::format(
+        "{}: not found, expected Slurm's commands in PATH; install slurm-wlm or leave out --slurm",
+        arguments[0]));
+  }
+}
+
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+// Word for the shell.
+std::string quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+// Largest number of tasks in one array, by the controller's MaxArraySize (exclusive upper end of the index).
+std::size_t max_array_size() {
+  const CommandOutput config = slurm({"scontrol", "show", "config"});
+  const std::size_t at = config.text.find("MaxArraySize");
+  if (config.status != 0 || at == std::string::npos)
+    throw WindowError(
+        fmt::format("scontrol: no answer from Slurm's controller: {}; start it or leave out --slurm",
+                    first_line(config.text)));
+  std::size_t size = 0;
+  std::istringstream(config.text.substr(config.text.find('=', at) + 1)) >> size;
+  if (size < 2) throw WindowError("scontrol: found MaxArraySize below 2, expected job arrays to be allowed");
+  return size;
+}
+
+struct Queue {
+  std::size_t running = 0;
+  std::size_t waiting = 0;
+  std::size_t held = 0;  // will never start by itself
+};
+
+// Arrays that were submitted; cancelled when this object goes away before they ended.
+class Jobs {
+ public:
+  ~Jobs() {
+    if (ids_.empty()) return;
+    Arguments cancel{"scancel"};
+    cancel.insert(cancel.end(), ids_.begin(), ids_.end());
+    try {
+      slurm(cancel);
+    } catch (const std::exception&) {
+      // Slurm is gone; its jobs end with it.
+    }
+  }
+  Jobs() = default;
+  Jobs(const Jobs&) = delete;
+  Jobs& operator=(const Jobs&) = delete;
+
+  void submit(const fs::path& script, const fs::path& log, std::size_t tasks) {
+    const CommandOutput out =
+        slurm({"sbatch", "--parsable", "--job-name=meltstage-windows", "--ntasks=1", "--cpus-per-task=1",
+               "--requeue", fmt::format("--array=0-{}", tasks - 1), "--output=" + log.string(),
+               "--open-mode=append", "--chdir=" + script.parent_path().string(), script.string()});
+    if (out.status != 0)
+      throw WindowError(fmt::format("sbatch: refused the job array: {}; see sinfo, or leave out --slurm",
+                                    first_line(out.text)));
+    const std::string id = first_line(out.text);
+    ids_.push_back(id.substr(0, id.find(';')));
+  }
+  // What is still in the queue; nothing when the controller doesn't answer.
+  std::optional<Queue> ask() const {
+    Queue queue;
+    for (const std::string& id : ids_) {
+      // %T state, %r reason; array tasks one by one.
+      const CommandOutput out = slurm({"squeue", "--noheader", "--array", "--jobs=" + id, "--format=%T %r"});
+      if (out.status != 0) {
+        if (out.text.find("Invalid job id") != std::string::npos) continue;  // ended and forgotten
+        return std::nullopt;
+      }
+      std::istringstream lines(out.text);
+      for (std::string line; std::getline(lines, line);) {
+        if (line.empty()) continue;
+        if (!line.starts_with("PENDING")) {
+          ++queue.running;
+        } else if (line.find("held") != std::string::npos || line.find("Held") != std::string::npos) {
+          ++queue.held;
+        } else {
+          ++queue.waiting;
+        }
+      }
+    }
+    return queue;
+  }
+  std::string names() const { return fmt::format("{}", fmt::join(ids_, ", ")); }
+  void ended() { ids_.clear(); }
+
+ private:
+  std::vector<std::string> ids_;
+};
+
+class SlurmRun {
+ public:
+  SlurmRun(const fs::path& folder, const WindowPlan& plan, std::size_t total,
+           const RunWindowsOptions& options, const WindowProgressCall& progress)
+      : folder_(fs::absolute(folder)), plan_(plan), total_(total), options_(options), progress_(progress) {}
+
+  RanWindows run(std::vector<std::size_t> windows) {
+    fs::create_directories(folder_ / "slurm");
+    const std::size_t array = max_array_size();
+    RanWindows ran;
+    for (unsigned attempt = 1; !windows.empty() && attempt <= options_.attempts; ++attempt) {
+      Jobs jobs;
+      for (std::size_t begin = 0; begin < windows.size(); begin += array)
+        submit(jobs,
+               {windows.begin() + static_cast<std::ptrdiff_t>(begin),
+                windows.begin() + static_cast<std::ptrdiff_t>(std::min(windows.size(), begin + array))});
+      ran.workers += fmt::format("{}{}", ran.workers.empty() ? "Slurm job " : ", ", jobs.names());
+      wait(jobs);
+      const std::string names = jobs.names();
+      jobs.ended();
+      windows = lost(windows);
+      for (const std::size_t window : windows) {
+        ran.notes.push_back(fmt::format("window {}: no result from Slurm job {}, {}", window, names,
+                                        attempt < options_.attempts ? "run again" : "given up"));
+      }
+    }
+    return ran;
+  }
+
+ private:
+  // Task k of the array checks the k-th window of the list beside its script.
+  void submit(Jobs& jobs, const std::vector<std::size_t>& windows) {
+    std::size_t number = 0;
+    fs::path script;
+    do script = folder_ / "slurm" / fmt::format("array_{}.sh", number++);
+    while (fs::exists(script));
+    const fs::path list = fs::path(script).replace_extension("list");
+    write(list, fmt::format("{}\n", fmt::join(windows, "\n")));
+    std::string command;
+    for (const std::string& word : options_.worker) command += quoted(word) + " ";
+    write(script, fmt::format("#!/bin/sh\n"
+                              "window=$(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" {})\n"
+                              "exec {}{} \"$window\"\n",
+                              quoted(list.string()), command, quoted(folder_.string())));
+    jobs.submit(script, folder_ / "slurm" / "%A_%a.log", windows.size());
+  }
+
+  static void write(const fs::path& path, const std::string& text) {
+    vectors::OutputFile file(path);
+    file.write(text);
+    file.publish();
+  }
+
+  void wait(const Jobs& jobs) {
+    Clock::time_point answered = Clock::now();
+    Clock::time_point next = answered;
+    std::string detail = "Slurm job " + jobs.names();
+    std::size_t done = 0;
+    for (;; std::this_thread::sleep_for(kLook)) {
+      if (Clock::now() >= next) {
+        if (const std::optional<Queue> queue = jobs.ask()) {
+          answered = Clock::now();
+          if (queue->running + queue->waiting == 0) return cancel_held(jobs, *queue);
+          detail = fmt::format("Slurm job {}: {} running, {} waiting", jobs.names(), queue->running,
+                               queue->waiting);
+        } else if (Clock::now() - answered > kControllerLost) {
+          throw WindowError(
+              "squeue: no answer from Slurm's controller for 10 minutes; run again when it is back");
+        }
+        done = total_ - std::min(total_, windows_to_run(folder_, plan_).size());
+        next = Clock::now() + kAsk;
+      }
+      progress_({done, total_, detail});
+    }
+  }
+
+  // A task that Slurm holds after a failed launch counts as lost.
+  static void cancel_held(const Jobs& jobs, const Queue& queue) {
+    if (queue.held == 0) return;
+    std::istringstream ids(jobs.names());
+    for (std::string id; std::getline(ids, id, ',');) slurm({"scancel", id});
+  }
+
+  // Of `windows`, those without a result; a shared file system may show results late.
+  std::vector<std::size_t> lost(const std::vector<std::size_t>& windows) const {
+    constexpr int kLooks = 10;
+    std::vector<std::size_t> missing;
+    for (int look = 0; look < kLooks; ++look) {
+      missing.clear();
+      for (const std::size_t window : windows_to_run(folder_, plan_)) {
+        if (std::find(windows.begin(), windows.end(), window) != windows.end()) missing.push_back(window);
+      }
+      if (missing.empty()) break;
+      std::this_thread::sleep_for(kLook);
+    }
+    return missing;
+  }
+
+  fs::path folder_;
+  const WindowPlan& plan_;
+  std::size_t total_;
+  const RunWindowsOptions& options_;
+  const WindowProgressCall& progress_;
+};
+
+}  // namespace
+
+RanWindows run_windows_slurm(const fs::path& folder, const WindowPlan& plan,
+                             const std::vector<std::size_t>& windows, const RunWindowsOptions& options,
+                             const WindowProgressCall& progress) {
+  return SlurmRun(folder, plan, windows.size(), options, progress).run(windows);
+}
+
+}  // namespace meltstage::tb

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// The chip's whole state at a clock, by the names of its flops, as text with a hash. Format: docs/verify/windows.md.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cmodel/chip.hpp"
+#include "tb/pins/dut.hpp"
+
+namespace meltstage::tb {
+
+// A file of the work folder can't be used; what() is one line: file, what was found, expected, what to do.
+struct WindowError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// What made a file: files of different builds or specs are not mixed.
+struct BuildIdentity {
+  std::string build;  // SHA-256 of the executable
+  std::string spec;   // version and CRC of the register map
+
+  friend bool operator==(const BuildIdentity&, const BuildIdentity&) = default;
+};
+
+// Of the running executable.
+const BuildIdentity& this_build();
+// Throws WindowError naming which of build and spec differs from this_build().
+void require_this_build(const std::filesystem::path& file, const BuildIdentity& made_by);
+
+struct SavedState {
+  std::uint64_t cycle = 0;                 // clock edges so far
+  chip::Inputs before = {.rst_n = false};  // input pins of the last of them
+  chip::Chip chip;
+};
+
+// SHA-256 of cycle, pins and flops.
+std::string state_hash(const SavedState& state);
+
+// The file appears whole or not at all.
+void write_state(const std::filesystem::path& path, const SavedState& state);
+// Throws WindowError.
+SavedState read_state(const std::filesystem::path& path);
+
+// Flops whose values differ; `dut` is a's value, `model` b's.
+std::vector<FlopDifference> flop_differences(const chip::Chip& a, const chip::Chip& b);
+
+std::string sha256(std::string_view bytes);
+// The whole file; throws WindowError when it can't be read.
+std::string read_file(const std::filesystem::path& path);
+
+}  // namespace meltstage::tb

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltstage gcode` and `meltstage accuracy` as a user meets them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "tests/support/run_command.hpp"
+
+namespace meltstage {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+const std::string kJob = MELTSTAGE_SOURCE_DIR "/examples/first.toml";
+const std::string kSlits = MELTSTAGE_SOURCE_DIR "/tests/motion/data/iso230_2_slits.csv";
+
+class MotionCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("meltstage_motion_command." + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string in_folder(const std::string& name) const { return (folder_ / name).string(); }
+  std::string text_of(const std::string& name) const {
+    std::ostringstream text;
+    text << std::ifstream(folder_ / name).rdbuf();
+    return text.str();
+  }
+  void expect_refused(const Ran& ran, const std::string& part) const {
+    EXPECT_EQ(ran.status, 2);
+    EXPECT_THAT(ran.output, StartsWith("meltstage: "));
+    EXPECT_THAT(ran.output, HasSubstr(part));
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+    EXPECT_TRUE(fs::is_empty(folder_));
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(MotionCommand, WritesAJobForEitherControl) {
+  const Ran linuxcnc = run_command("gcode " + kJob + " --out " + in_folder("job.ngc"));
+  ASSERT_EQ(linuxcnc.status, 0) << linuxcnc.output;
+  const Ran grbl = run_command("gcode " + kJob + " --dialect grbl --out " + in_folder("job.gcode"));
+  ASSERT_EQ(grbl.status, 0) << grbl.output;
+  EXPECT_THAT(linuxcnc.output, EndsWith(" droplets\n"));
+  EXPECT_THAT(text_of("job.ngc"), HasSubstr("\nM64 P0\n"));
+  EXPECT_THAT(text_of("job.gcode"), StartsWith("(made for these settings:)\n($100=1000.000)\n"));
+  EXPECT_THAT(text_of("job.gcode"), HasSubstr("\nM8\n"));
+}
+
+TEST_F(MotionCommand, LeavesNothingBehindWhenItCannotWrite) {
+  expect_refused(run_command("gcode " + kJob + " --out " + in_folder("none/job.ngc")), "cannot write");
+  expect_refused(run_command("gcode nothing.toml --out " + in_folder("job.ngc")), "nothing.toml");
+}
+
+TEST_F(MotionCommand, EvaluatesAPositioningTest) {
+  const Ran ran = run_command("accuracy " + kSlits + " --compensation " + in_folder("x.comp"));
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("18.571"));
+  EXPECT_THAT(ran.output, HasSubstr("8.354"));
+  EXPECT_THAT(text_of("x.comp"), StartsWith("15.000000 15.002250 15.004202\n"));
+}
+
+TEST_F(MotionCommand, NamesWhatIsWrongWithATest) {
+  expect_refused(run_command("accuracy " + in_folder("none.csv")), "none.csv: can't be read");
+  const std::string bad = (fs::temp_directory_path() / ("bad." + std::to_string(getpid()) + ".csv")).string();
+  std::ofstream(bad) << "target_mm,direction,deviation_um\n1,+,nan\n";
+  expect_refused(run_command("accuracy " + bad), ":2: found deviation_um \"nan\", expected a finite number");
+  fs::remove(bad);
+}
+
+}  // namespace
+}  // namespace meltstage

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltstage vectors` as a user meets it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "asic/dft/files/formats.hpp"
+#include "asic/dft/files/stil.hpp"
+#include "tests/support/run_command.hpp"
+
+namespace meltstage {
+namespace {
+
+namespace fs = std::filesystem;
+
+class VectorsCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("meltstage_vectors_command." + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  static std::string read(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+  Ran generate(const std::string& netlist, const std::string& more) const {
+    return run_command("vectors generate " + netlist + " --out " + (folder_ / "out").string() + " " + more);
+  }
+  Ran replay() const {
+    return run_command("vectors replay " + (folder_ / "out/patterns.stil").string() + " --netlist " +
+                       (folder_ / "out/netlist.json").string());
+  }
+  fs::path folder_;
+};
+
+constexpr const char* kMachine = CIRCUITS "/machine_gates.json";
+
+// The file says two clocks a pattern and holds on the netlist; with one expected bit turned it doesn't.
+TEST_F(VectorsCommand, TransitionTestsAreWrittenAndHold) {
+  const Ran made = generate(kMachine, "--faults transition");
+  ASSERT_EQ(made.status, 0) << made.output;
+  const auto manifest = nlohmann::json::parse(read(folder_ / "out/manifest.json"));
+  EXPECT_EQ(manifest.at("aborted"), 0);
+  EXPECT_GT(manifest.at("transition").at("DS"), 200);
+  EXPECT_DOUBLE_EQ(manifest.at("transition").at("fault_efficiency"), 1.0);
+  EXPECT_NE(read(folder_ / "out/faults.txt").find("slow-to-fall"), std::string::npos);
+  const Ran good = replay();
+  EXPECT_EQ(good.status, 0) << good.output;
+  std::string stil = read(folder_ / "out/patterns.stil");
+  std::size_t captures = 0;
+  for (std::size_t at = stil.find("Call \"multiclock_capture\""); at != std::string::npos;
+       at = stil.find("Call \"multiclock_capture\"", at + 1))
+    ++captures;
+  EXPECT_EQ(captures, 2 * manifest.at("patterns").get<std::size_t>());
+  char& bit = stil[stil.find("\"scan_o[0]\"=", stil.find("\"last unload\"")) + 12];
+  bit = bit == 'H' ? 'L' : 'H';
+  std::ofstream(folder_ / "out/patterns.stil", std::ios::binary) << stil;
+  EXPECT_EQ(replay().status, 1);
+}
+
+// The same patterns as STIL, WGL with its chains, and an extended VCD with chains from scan.json or the
+// netlist.
+TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const fs::path out = folder_ / "out";
+  std::ofstream(out / "patterns.evcd") << dft::evcd_text(dft::read_stil(out / "patterns.stil"));
+  const auto run = [&](const std::string& command) {
+    return run_command("vectors " + command + " --report " + (folder_ / "report.txt").string());
+  };
+  const std::string netlist = (out / "netlist.json").string();
+  const auto grade = [&](const std::string& patterns) {
+    const Ran ran = run("grade " + netlist + " --patterns " + (out / patterns).string());
+    EXPECT_EQ(ran.status, 0) << ran.output;
+    return read(folder_ / "report.txt");
+  };
+  const std::string stil = grade("patterns.stil");
+  EXPECT_NE(stil.find("DS "), std::string::npos);
+  EXPECT_EQ(grade("patterns.wgl"), stil);
+  const std::string traced = "patterns.evcd --chains netlist",
+                    listed = "patterns.evcd --chains " + (out / "scan.json").string();
+  EXPECT_EQ(grade(traced), stil);
+  EXPECT_EQ(grade(listed), stil);
+  EXPECT_NE(grade("patterns.evcd"), stil);  // clock by clock
+
+  const auto replays = [&](const std::string& patterns) {
+    return run_command("vectors replay " + (out / patterns).string() + " --netlist " + netlist).output;
+  };
+  EXPECT_NE(replays("patterns.stil").find(", 0 mismatches"), std::string::npos);
+  EXPECT_EQ(replays("patterns.wgl"), replays("patterns.stil"));
+  EXPECT_EQ(replays(traced), replays("patterns.stil"));
+
+  const auto refused = [&](const std::string& patterns, const std::string& reason) {
+    const Ran ran = run_command("vectors replay " + (out / patterns).string() + " --netlist " + netlist);
+    EXPECT_EQ(ran.status, 2);
+    EXPECT_NE(ran.output.find(reason), std::string::npos) << ran.output;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+  };
+  refused("patterns.stil --chains netlist", "leave it out");
+  refused("patterns.evcd --chains " + (out / "manifest.json").string(), "expected \"chains\"");
+  refused("patterns.evcd --chains nosuch.json", "nosuch.json: can't be read");
+  std::ofstream(out / "bad.wgl") << "waveforms x\n";
+  refused("bad.wgl", "bad.wgl:1: found");
+}
+
+// What the files leave open: told where they are made, and by replay from any of them.
+TEST_F(VectorsCommand, MasksAreToldWithTheirReasons) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const fs::path out = folder_ / "out", report = folder_ / "report.txt";
+  const auto manifest = nlohmann::json::parse(read(out / "manifest.json"));
+  const auto& masked = manifest.at("masked");
+  EXPECT_GT(masked.at("strobes"), 100);
+  std::size_t sum = 0;
+  for (const auto& [reason, strobes] : masked.at("reasons").items()) sum += strobes.get<std::size_t>();
+  EXPECT_EQ(masked.at("strobes"), sum);
+  EXPECT_TRUE(manifest.at("files").contains("masks.txt"));
+  const std::string told = read(out / "masks.txt");
+  const Ran ran = run_command("vectors replay " + (out / "patterns.wgl").string() + " --netlist " +
+                              (out / "netlist.json").string() + " --report " + report.string());
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(read(report), told);
+  EXPECT_NE(ran.output.find(std::to_string(sum) + " of "), std::string::npos) << ran.output;
+  const Ran unwritable =
+      run_command("vectors replay " + (out / "patterns.wgl").string() + " --netlist " +
+                  (out / "netlist.json").string() + " --report " + (folder_ / "no/such").string());
+  EXPECT_EQ(unwritable.status, 2) << unwritable.output;
+}
+
+TEST_F(VectorsCommand, OnFpgaAsksForTheReadback) {
+  const fs::path evcd = folder_ / "pins.evcd", readback = folder_ / "readback.v";
+  dft::CycleStream stream;
+  stream.title = "pins";
+  stream.signals = {{"clk_i", true}, {"d[0]", true}, {"q_o", false}};
+  stream.cycles = {{"P0X", ""}, {"P1L", ""}, {"P1H", "", 3}, {"P0H", ""}, {"00L", ""}};
+  std::ofstream(evcd) << dft::evcd_text(stream);
+  const auto verilog = [&](const std::string& ports, const std::string& initial) {
+    std::ofstream(readback) << "module bitstream (" << ports
+                            << ");\ninput clk_i; input \\d[0] ; output reg q_o;\n"
+                            << "initial q_o = " << initial
+                            << ";\nalways @(posedge clk_i) q_o <= \\d[0] ;\nendmodule\n";
+  };
+  const auto run = [&](const std::string& more) {
+    return run_command("vectors replay " + evcd.string() + " --on fpga" + more);
+  };
+  const std::string with = " --readback " + readback.string();
+  verilog("clk_i, \\d[0] , q_o", "0");
+  EXPECT_EQ(run(with).output, "7 cycles, 6 strobes, 0 mismatches\n");
+  EXPECT_EQ(run("").status, 2);
+  EXPECT_EQ(run(" --readback nosuch.v").status, 2);
+  stream.cycles[3].states[2] = 'L';
+  std::ofstream(evcd) << dft::evcd_text(stream);
+  EXPECT_EQ(run(with).status, 1);
+  EXPECT_NE(run(with).output.find("cycle 5: q_o: found 1, expected 0"), std::string::npos)
+      << run(with).output;
+  std::ofstream(readback)
+      << "module bitstream (input clk_i, input en_i, input \\d[0] , output q_o);\nendmodule\n";
+  EXPECT_EQ(run(with).status, 2);
+  EXPECT_NE(run(with).output.find("found other ports"), std::string::npos) << run(with).output;
+}
+
+TEST_F(VectorsCommand, SameInputsSameBytes) {
+  ASSERT_EQ(generate(kMachine, "--seed 3").status, 0);
+  const std::string first = read(folder_ / "out/manifest.json");  // holds the hashes of all files
+  ASSERT_EQ(generate(kMachine, "--seed 3").status, 0);
+  EXPECT_EQ(read(folder_ / "out/manifest.json"), first);
+  ASSERT_EQ(generate(kMachine, "--seed 4").status, 0);
+  EXPECT_NE(read(folder_ / "out/manifest.json"), first);
+}
+
+TEST_F(VectorsCommand, TransitionsAskForFlops) {
+  std::ofstream(folder_ / "wire.bench") << "INPUT(a)\nOUTPUT(b)\nb = NOT(a)\n";
+  const Ran ran = generate((folder_ / "wire.bench").string(), "--faults transition");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_NE(ran.output.find("found no flops"), std::string::npos) << ran.output;
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+}  // namespace
+}  // namespace meltstage

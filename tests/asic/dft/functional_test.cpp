@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/atpg/functional.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "asic/netlist/error.hpp"
+#include "asic/dft/core/fault_simulator.hpp"
+#include "asic/dft/core/places.hpp"
+#include "tests/asic/dft/support.hpp"
+
+namespace meltstage::dft {
+namespace {
+
+// Random inputs, reset first and once more in the middle.
+std::vector<FunctionalStretch> stimulus(const CaptureView& view, std::size_t count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<FunctionalStretch> stretches;
+  for (std::size_t i = 0; i < count; ++i) {
+    FunctionalStretch stretch{1 + random() % 3, {}};
+    for (const std::string& port : view.input_ports) {
+      const bool reset = i == 0 || i == count / 2;
+      stretch.inputs.push_back(port == "rst_ni" ? !reset : static_cast<std::uint8_t>(random() & 1));
+    }
+    stretches.push_back(stretch);
+  }
+  return stretches;
+}
+
+// The definition, for faults that no reset reads: one machine, every gate, clock by clock.
+class OneMachine {
+ public:
+  OneMachine(const CaptureView& view, const Fault* fault)
+      : view_(view), fault_(fault), pattern_(view.circuit.inputs().size(), 0) {}
+
+  void set_inputs(const std::vector<std::uint8_t>& inputs) {
+    std::copy(inputs.begin(), inputs.end(), pattern_.begin());
+    settle();
+  }
+  std::vector<bool> clock() {
+    for (std::size_t k = 0; k < view_.flops.size(); ++k) {
+      const Node next = view_.circuit.outputs()[view_.output_ports.size() + k];
+      captured_.push_back(values_[next]);
+    }
+    for (std::size_t k = 0; k < view_.flops.size(); ++k)
+      pattern_[view_.input_ports.size() + k] = captured_[k];
+    captured_.clear();
+    settle();
+    return outputs();
+  }
+  std::vector<bool> outputs() const {
+    std::vector<bool> ports;
+    for (std::size_t i = 0; i < view_.output_ports.size(); ++i)
+      ports.push_back(values_[view_.circuit.outputs()[i]]);
+    return ports;
+  }
+
+ private:
+  void settle() {
+    for (bool again = true; again;) {
+      again = false;
+      values_ = serial_values(view_.circuit, pattern_, fault_);
+      for (std::size_t k = 0; k < view_.flops.size(); ++k) {
+        const ScanFlop& flop = view_.flops[k];
+        std::uint8_t& state = pattern_[view_.input_ports.size() + k];
+        if (!flop.has_reset || values_[view_.node_of_net.at(flop.reset)] == flop.reset_low ||
+            state == (flop.reset_value ? 1 : 0))
+          continue;
+        state = flop.reset_value ? 1 : 0;
+        again = true;
+      }
+    }
+  }
+
+  const CaptureView& view_;
+  const Fault* fault_;
+  Pattern pattern_;
+  std::vector<bool> values_;
+  std::vector<std::uint8_t> captured_;
+};
+
+std::uint64_t first_difference(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
+                               const Fault& fault) {
+  OneMachine good(view, nullptr), bad(view, &fault);
+  std::uint64_t clock = 0;
+  for (const FunctionalStretch& stretch : stretches) {
+    good.set_inputs(stretch.inputs);
+    bad.set_inputs(stretch.inputs);
+    for (std::uint64_t c = 0; c < stretch.clocks; ++c, ++clock) {
+      if (good.clock() != bad.clock()) return clock;
+    }
+  }
+  return FunctionalGrade::kUndetected;
+}
+
+bool reads_reset(const CaptureView& view, const Fault& fault) {
+  if (fault.pin == kStem) return false;
+  const Node line = view.circuit.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
+  return std::any_of(view.flops.begin(), view.flops.end(), [&](const ScanFlop& flop) {
+    return flop.has_reset && view.node_of_net.at(flop.reset) == line;
+  });
+}
+
+TEST(Functional, AgreesWithOneMachineAtATime) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  std::vector<Fault> faults;
+  for (const Fault& fault : collapse(view.circuit).classes) {
+    if (!reads_reset(view, fault)) faults.push_back(fault);
+  }
+  const auto stretches = stimulus(view, 60, 1);
+  const FunctionalGrade grade = grade_functional(view, stretches, faults, 2);
+  for (std::size_t i = 0; i < faults.size(); ++i)
+    EXPECT_EQ(grade.first_clock[i], first_difference(view, stretches, faults[i]))
+        << view.circuit.name(faults[i].node) << " pin " << faults[i].pin << " stuck at " << faults[i].stuck;
+  EXPECT_GT(grade.detected(), faults.size() / 2);
+  EXPECT_LT(grade.detected(), faults.size());
+}
+
+// A flop whose reset pin is stuck inactive keeps what it had.
+TEST(Functional, AStuckResetPinIsSeen) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  std::vector<Fault> faults;
+  for (const Site& site : view.circuit.sites()) {
+    const Fault fault{site.node, site.pin, true};
+    if (site.node != kNoNode && reads_reset(view, fault)) faults.push_back(fault);
+  }
+  ASSERT_FALSE(faults.empty());
+  std::size_t detected = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed)
+    detected = std::max(detected, grade_functional(view, stimulus(view, 400, seed), faults, 2).detected());
+  EXPECT_GT(detected, 0u);
+}
+
+// Undetected machines move on in fewer batches: three copies of each fault fare as the one by itself does.
+TEST(Functional, MachinesThatMoveOnStayTheSame) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  const std::vector<Fault> once = collapse(view.circuit).classes;
+  std::vector<Fault> many;
+  while (many.size() < 1100) many.insert(many.end(), once.begin(), once.end());
+  std::vector<FunctionalStretch> stretches =
+      stimulus(view, 20, 1);  // a few fall, then nothing moves for long
+  stretches.back().clocks = 150'000;
+  const auto rest = stimulus(view, 400, 2);
+  stretches.insert(stretches.end(), rest.begin() + 1, rest.end());
+  const FunctionalGrade alone = grade_functional(view, stretches, once, 1),
+                        together = grade_functional(view, stretches, many, 2);
+  std::size_t early = 0, late = 0;
+  for (std::size_t i = 0; i < many.size(); ++i) {
+    const std::uint64_t first = alone.first_clock[i % once.size()];
+    EXPECT_EQ(together.first_clock[i], first);
+    (first < 60 ? early : late) += first == FunctionalGrade::kUndetected ? 0 : 1;
+  }
+  EXPECT_GT(early, many.size() / 3);
+  EXPECT_GT(late, 0u);
+  EXPECT_EQ(together.toggle.toggled, alone.toggle.toggled);
+  EXPECT_EQ(together.set_aside, 0u);
+}
+
+TEST(Functional, LinesAreToldByTheirFlops) {
+  const Netlist netlist = circuit_netlist("machine");
+  const CaptureView view = capture_view(netlist, mini_library());
+  const std::vector<std::string> places = places_of(netlist, view);
+  std::set<std::string> known(view.output_ports.begin(), view.output_ports.end());
+  for (std::size_t k = 0; k < view.flops.size(); ++k)
+    known.insert(places[view.circuit.inputs()[view.input_ports.size() + k]]);
+  EXPECT_EQ(known.count(""), 0u);
+  EXPECT_EQ(known.size(), view.output_ports.size() + view.flops.size());
+  for (const Site& site : view.circuit.sites()) {
+    if (site.node == kNoNode) continue;
+    const bool leads_nowhere = view.circuit.fanout(site.node).empty() && site.pin == kStem;  // the clock port
+    EXPECT_EQ(known.count(places[site.node]), leads_nowhere ? 0u : 1u) << site.name;
+  }
+  EXPECT_EQ(module_of("u_guard.wd_q[3]"), "u_guard");
+  EXPECT_EQ(module_of("u_uartc.u_frame.words_q[14][3]"), "u_uartc.u_frame");
+  EXPECT_EQ(module_of("heater_o"), "(top)");
+}
+
+// What is called still never moves; with all flops held nothing behind them does.
+TEST(Functional, StillLinesDontMove) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  const std::vector<std::int8_t> still = still_after_reset(view),
+                                 held = still_after_reset(
+                                     view, std::vector<std::uint8_t>(view.circuit.inputs().size(), 1));
+  const FunctionalGrade grade = grade_functional(view, stimulus(view, 400, 1), {}, 1);
+  for (const Node node : grade.toggle.moving) EXPECT_EQ(still[node], -1);
+  std::size_t of_flops = 0;
+  for (std::size_t k = 0; k < view.flops.size(); ++k) {
+    const Node state = view.circuit.inputs()[view.input_ports.size() + k];
+    if (!view.flops[k].has_reset) continue;
+    EXPECT_EQ(held[state], view.flops[k].reset_value ? 1 : 0);
+    ++of_flops;
+  }
+  EXPECT_GT(of_flops, 0u);
+}
+
+// A fault of a line that leads to one flop alone changes nothing but that flop's next state.
+TEST(Functional, LinesThatLeadToOneFlopChangeNoOther) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  const std::size_t ports = view.output_ports.size();
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < view.flops.size(); ++k) {
+    std::vector<std::uint8_t> unseen(view.circuit.outputs().size(), 0);
+    unseen[ports + k] = 1;
+    const std::vector<std::uint8_t> only = leads_only_to(view, unseen);
+    std::mt19937_64 random(k);
+    for (const Site& site : view.circuit.sites()) {
+      if (site.node == kNoNode || site.pin != kStem || only[site.node] == 0 ||
+          view.circuit.fanout(site.node).empty())
+        continue;
+      ++found;
+      for (unsigned i = 0; i < 20; ++i) {
+        std::vector<std::uint8_t> pattern(view.circuit.inputs().size());
+        for (std::uint8_t& level : pattern) level = static_cast<std::uint8_t>(random() & 1);
+        const Fault fault{site.node, kStem, (random() & 1) != 0};
+        const auto good = serial_values(view.circuit, pattern, nullptr),
+                   bad = serial_values(view.circuit, pattern, &fault);
+        for (std::size_t o = 0; o < unseen.size(); ++o) {
+          if (unseen[o] != 0) continue;
+          EXPECT_EQ(good[view.circuit.outputs()[o]], bad[view.circuit.outputs()[o]]);
+        }
+      }
+    }
+  }
+  EXPECT_GT(found, 0u);
+}
+
+TEST(Functional, VectorsThatDoNothingDetectAndToggleLittle) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  const std::vector<Fault> faults = collapse(view.circuit).classes;
+  const std::vector<FunctionalStretch> idle{{100, std::vector<std::uint8_t>(view.input_ports.size(), 0)}};
+  const auto busy = stimulus(view, 400, 1);
+  const FunctionalGrade little = grade_functional(view, idle, faults, 2),
+                        much = grade_functional(view, busy, faults, 2);
+  EXPECT_LT(2 * little.detected(), much.detected());
+  const ToggleCoverage &none = little.toggle, &most = much.toggle;
+  EXPECT_EQ(most.lines, none.lines);
+  EXPECT_EQ(most.lines, most.toggled + most.idle.size());
+  EXPECT_LT(none.toggled, most.toggled);
+  EXPECT_EQ(grade_functional(view, busy, {}, 2).toggle.toggled,
+            most.toggled);  // no fault touches the good machine
+}
+
+// What one machine shows before each clock, as a stream.
+CycleStream shown(const CaptureView& view) {
+  CycleStream stream;
+  stream.title = "machine";
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i)
+    stream.signals.push_back({view.input_ports[i], true});
+  for (const std::string& port : view.output_ports) stream.signals.push_back({port, false});
+  OneMachine good(view, nullptr);
+  std::vector<bool> ports;
+  for (const FunctionalStretch& part : stimulus(view, 60, 2)) {
+    good.set_inputs(part.inputs);
+    std::string driven;
+    for (std::size_t i = 0; i < part.inputs.size(); ++i)
+      driven += view.clock_ports[i] != 0 ? 'P' : part.inputs[i] != 0 ? '1' : '0';
+    for (std::uint64_t c = 0; c < part.clocks; ++c) {
+      std::string states = driven;
+      for (const bool level : good.outputs()) states += level ? 'H' : 'L';
+      stream.cycles.push_back({states, ""});
+      good.clock();
+    }
+  }
+  return stream;
+}
+
+// One turned bit is one mismatch in each power-up state.
+TEST(Functional, ReplayComparesEveryClock) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  CycleStream stream = shown(view);
+  const ReplayResult right = replay_cycles(view, stream, 10);
+  EXPECT_EQ(right.cycles, stream.cycles.size());
+  EXPECT_EQ(right.strobes, stream.cycles.size() * view.output_ports.size());
+  EXPECT_EQ(right.mismatches, 0u) << right.first;
+  char& state = stream.cycles[17].states[view.input_ports.size() + 1];
+  state = state == 'H' ? 'L' : 'H';
+  const ReplayResult wrong = replay_cycles(view, stream, 10);
+  EXPECT_EQ(wrong.mismatches, 12u);
+  EXPECT_EQ(wrong.first.substr(0, 9), "cycle 17:");
+}
+
+TEST(Functional, CountedCyclesAreTheSame) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  CycleStream stream = shown(view);
+  stream.cycles.resize(40);
+  CycleStream counted = stream;
+  counted.cycles.clear();
+  for (const TestCycle& cycle : stream.cycles) {
+    if (!counted.cycles.empty() && counted.cycles.back().states == cycle.states)
+      ++counted.cycles.back().count;
+    else
+      counted.cycles.push_back(cycle);
+  }
+  ASSERT_LT(counted.cycles.size(), stream.cycles.size());
+  EXPECT_TRUE(same_cycles(stream, counted));
+  EXPECT_TRUE(same_cycles(counted, unrolled(counted)));
+  EXPECT_EQ(replay_cycles(view, counted).strobes, replay_cycles(view, stream).strobes);
+  EXPECT_EQ(replay_cycles(view, counted).mismatches, 0u);
+  counted.cycles.back().states[0] ^= 1;
+  EXPECT_FALSE(same_cycles(stream, counted));
+}
+
+// Every path of every gate takes so long; as OpenSTA writes it, least and longest alone.
+void write_delays(const Netlist& netlist, const CellLibrary& library, double ns,
+                  const std::filesystem::path& folder) {
+  std::string sdf = "(DELAYFILE (SDFVERSION \"3.0\") (TIMESCALE 1ns)\n",
+              models = cell_models(netlist, library);
+  std::set<std::string> known;
+  for (const Instance& instance : netlist.instances) {
+    const Cell& cell = library.at(instance.type);
+    if (cell.flop) continue;
+    std::string paths, delays;
+    for (const CellPin& out : cell.pins) {
+      for (const CellPin& in : cell.pins) {
+        if (!out.is_output || in.is_output) continue;
+        paths += fmt::format("    ({} => {}) = 0;\n", in.name, out.name);
+        delays += fmt::format(" (IOPATH {} {} ({}::{}) ({}::{}))", in.name, out.name, ns, ns, ns, ns);
+      }
+    }
+    std::string name;
+    for (const char c : instance.name)
+      name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ? std::string(1, c)
+                                                                           : std::string("\\") + c;
+    sdf += fmt::format("(CELL (CELLTYPE \"{}\") (INSTANCE {}) (DELAY (ABSOLUTE{})))\n", instance.type, name,
+                       delays);
+    if (!known.insert(instance.type).second) continue;
+    const std::size_t module = models.find("module \\" + instance.type + " ");
+    ASSERT_NE(module, std::string::npos);
+    models.insert(models.find("endmodule", module), "  specify\n" + paths + "  endspecify\n");
+  }
+  std::ofstream(folder / "delays.sdf") << sdf << ")\n";
+  std::ofstream(folder / "delayed_cells.v") << models;
+}
+
+// With delays in Icarus the strobes hold as long as the longest path ends before them.
+TEST(Functional, DelaysDecideInIcarus) {
+  const Netlist netlist = circuit_netlist("machine");
+  const CaptureView view = capture_view(netlist, mini_library());
+  const CycleStream stream = shown(view);
+  const std::filesystem::path work = std::filesystem::path(testing::TempDir()) / "delays";
+  std::filesystem::create_directories(work);
+  const auto replayed = [&](double ns) {
+    write_delays(netlist, mini_library(), ns, work);
+    return replay_in_icarus(netlist, mini_library(), stream, work,
+                            {work / "delayed_cells.v", work / "delays.sdf"});
+  };
+  const ReplayResult fast = replayed(0.1);
+  EXPECT_EQ(fast.strobes, stream.cycles.size() * view.output_ports.size());
+  EXPECT_EQ(fast.mismatches, 0u) << fast.first;
+  EXPECT_NE(replayed(45).mismatches, 0u);
+  std::ofstream(work / "delays.sdf", std::ios::app)
+      << "(CELL (INSTANCE)\n (DELAY (ABSOLUTE\n  (INTERCONNECT a b/A (1::1) (1::1)))))\n";
+  EXPECT_THAT(
+      [&] {
+        replay_in_icarus(netlist, mini_library(), stream, work,
+                         {work / "delayed_cells.v", work / "delays.sdf"});
+      },
+      testing::ThrowsMessage<InputError>(testing::HasSubstr("found INTERCONNECT")));
+}
+
+// Without its reset the machine's first strobes hang on the power-up state.
+TEST(Functional, StrobesOfUnknownStatesAreFound) {
+  const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
+  CycleStream stream = shown(view);
+  const auto reset = static_cast<std::size_t>(
+      std::find(view.input_ports.begin(), view.input_ports.end(), "rst_ni") - view.input_ports.begin());
+  for (TestCycle& cycle : stream.cycles) cycle.states[reset] = '1';
+  EXPECT_NE(replay_cycles(view, stream, 10).mismatches, 0u);
+}
+
+}  // namespace
+}  // namespace meltstage::dft

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// WGL, VCD and extended VCD: what is written is read back; seeded defects are refused with line and reason.
+#include "asic/dft/files/pattern_files.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "asic/dft/files/formats.hpp"
+#include "asic/dft/scan/lint.hpp"
+#include "asic/dft/files/stil.hpp"
+
+namespace meltstage::dft {
+namespace {
+
+using testing::HasSubstr;
+
+CycleStream small_stream() {
+  CycleStream stream;
+  stream.title = "small";
+  stream.signals = {{"clk", true},  {"rst_n", true}, {"d[0]", true},
+                    {"d[1]", true}, {"q[0]", false}, {"q[1]", false}};
+  stream.cycles = {{"0000XX", "reset"}, {"P100LH", "load", 3}, {"P110HL", ""}, {"P101LL", "piece"},
+                   {"0111HH", ""},      {"P111XH", "", 2},     {"P010XX", ""}};
+  return stream;
+}
+Directions small_directions() {
+  Directions directions;
+  for (const TestSignal& signal : small_stream().signals) directions[signal.name] = signal.is_input;
+  return directions;
+}
+
+TEST(PatternFiles, WglRoundTrip) {
+  CycleStream stream = small_stream();
+  for (const double drive : {0.0, 5.0}) {
+    stream.timing = {80, drive, 30, 40, 60};
+    const CycleStream read = parse_wgl(wgl_text(stream), "small.wgl");
+    EXPECT_TRUE(same_cycles(read, stream));
+    EXPECT_EQ(std::count_if(read.cycles.begin(), read.cycles.end(),
+                            [](const TestCycle& c) { return c.label == "piece"; }),
+              1);
+    EXPECT_TRUE(lint(read, {}).empty());
+  }
+}
+
+TEST(PatternFiles, InputsThatWglLeavesOpenAreSo) {
+  for (const char open : {'X', '-'}) {
+    std::string text = wgl_text(small_stream());
+    const std::string vector = "[ 0 0 0 0 X X ]";
+    text[text.find(vector) + vector.find("0 X X")] = open;
+    CycleStream expected = small_stream();
+    expected.cycles[0].states = "000NXX";
+    EXPECT_TRUE(same_cycles(parse_wgl(text, "small.wgl"), expected)) << open;
+  }
+}
+
+TEST(PatternFiles, DumpRoundTrip) {
+  CycleStream stream = small_stream();
+  for (const double drive : {0.0, 5.0}) {
+    stream.timing = {80, drive, 30, 40, 60};
+    EXPECT_TRUE(same_cycles(parse_dump(evcd_text(stream), "small.evcd", stream.timing), stream));
+    EXPECT_TRUE(
+        same_cycles(parse_dump(vcd_text(stream), "small.vcd", stream.timing, small_directions()), stream));
+  }
+}
+
+TEST(PatternFiles, StilKeepsCounts) {
+  const CycleStream stream = small_stream();
+  const CycleStream read = parse_stil(flat_stil_text(stream), "small.stil");
+  EXPECT_TRUE(same_cycles(read, stream));
+  EXPECT_EQ(read.cycles.size(), stream.cycles.size());
+  EXPECT_EQ(cycle_count(read), 10u);
+}
+
+// A change of one strobe is seen in every format.
+TEST(PatternFiles, AnyChangedStateIsSeen) {
+  const CycleStream stream = small_stream();
+  for (std::size_t i = 0; i < stream.cycles.size(); ++i) {
+    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+      CycleStream other = stream;
+      char& c = other.cycles[i].states[s];
+      c = c == 'H' ? 'L' : c == 'L' || c == 'X' ? 'H' : c == '1' ? '0' : '1';
+      if (s == 0) c = stream.cycles[i].states[s] == 'P' ? '0' : 'P';
+      EXPECT_FALSE(same_cycles(parse_wgl(wgl_text(other), "x"), stream));
+      EXPECT_FALSE(same_cycles(parse_dump(evcd_text(other), "x", other.timing), stream));
+      EXPECT_FALSE(same_cycles(parse_dump(vcd_text(other), "x", other.timing, small_directions()), stream));
+      EXPECT_FALSE(same_cycles(parse_stil(flat_stil_text(other), "x"), stream));
+    }
+  }
+}
+
+struct Defect {
+  const char* name;
+  const char* find;
+  const char* put;
+  const char* reason;
+};
+
+void expect_refused(const std::string& good, const Defect& defect, const std::string& file,
+                    const std::function<CycleStream(const std::string&, const std::string&)>& parse) {
+  std::string text = good;
+  const std::size_t at = text.find(defect.find);
+  ASSERT_NE(at, std::string::npos) << defect.name;
+  text.replace(at, std::string(defect.find).size(), defect.put);
+  try {
+    parse(text, file);
+    ADD_FAILURE() << file << ": " << defect.name << " was taken";
+  } catch (const PatternFileError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(defect.reason)) << defect.name;
+    EXPECT_THAT(error.what(), HasSubstr(file + ":" + std::to_string(error.line()) + ": found"))
+        << defect.name;
+    const auto line = static_cast<std::size_t>(
+        std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n') + 1);
+    EXPECT_LE(error.line(), line + 12) << defect.name << ": " << error.what();
+  }
+}
+
+TEST(PatternFiles, SeededWglDefectsAreRefusedWithLineAndReason) {
+  const Defect defects[] = {
+      {"no waveform", "waveform small", "waveforms small", "expected \"waveform\""},
+      {"undefined signal in the timeplate", "\"rst_n\" := input", "\"rst\" := input", "signal \"rst\""},
+      {"undefined column", "pattern main (\"clk\"", "pattern main (\"clock\"", "signal \"clock\""},
+      {"missing column", ", \"q[1]\")", ")", "no column of \"q[1]\""},
+      {"signal twice", "\"d[1]\" : input", "\"d[0]\" : input", "signal \"d[0]\" again"},
+      {"unknown direction", "\"q[0]\" : output", "\"q[0]\" : strobe", "expected input or output"},
+      {"direction against the signal", "\"q[0]\" := output", "\"q[0]\" := input", "expected output"},
+      {"bad time", "period 100nS", "period 100", "time \"100\""},
+      {"edge behind the period", "80nS:D", "180nS:D", "an edge at 180 ns"},
+      {"edges out of order", "50nS:S, 80nS:D", "50nS:S, 20nS:D", "an edge at 20 ns"},
+      {"unknown edge", "40nS:Q", "40nS:W", "\"W\""},
+      {"undefined timeplate", "vector(tp)", "vector(tq)", "timeplate \"tq\""},
+      {"vector too short", "[ 0 0 0 0 X X ]", "[ 0 0 0 0 X ]", "5 values"},
+      {"vector too long", "[ 0 0 0 0 X X ]", "[ 0 0 0 0 X X X ]", "7 values"},
+      {"bad value of an input", "[ 0 0 0 0 X X ]", "[ 0 0 0 Z X X ]", "Z for \"d[1]\""},
+      {"bad value of an output", "[ 0 0 0 0 X X ]", "[ 0 0 0 0 X 7 ]", "7 for \"q[1]\""},
+      {"vector left open", "[ 0 0 0 0 X X ]", "[ 0 0 0 0 X X ", "a vector left open"},
+      {"repeat without a number", "repeat 3", "repeat x", "\"x\""},
+      {"missing semicolon", "X X ];", "X X ]", "expected \";\""},
+      {"comment left open", "{ piece }", "{ piece ", "a comment left open"},
+      {"name left open", "\"rst_n\" : input", "\"rst_n : input", "a name left open"},
+      {"no end", "end\n\nend\n", "", "the end of the file"},
+  };
+  for (const Defect& defect : defects)
+    expect_refused(wgl_text(small_stream()), defect, "bad.wgl",
+                   [](const std::string& text, const std::string& name) { return parse_wgl(text, name); });
+}
+
+TEST(PatternFiles, SeededExtendedDumpDefectsAreRefusedWithLineAndReason) {
+  const Defect defects[] = {
+      {"no timescale", "$timescale\n  1 ps\n$end\n", "", "no $timescale"},
+      {"bad timescale", "1 ps", "3 ps", "$timescale 3ps"},
+      {"a bus", "$var port 1 <2", "$var port 4 <2", "a width of 4"},
+      {"signal twice", "<3 d[1]", "<3 d[0]", "signal \"d[0]\" again"},
+      {"code twice", "<3 d[1]", "<2 d[1]", "code <2 again"},
+      {"a wire among ports", "$var port 1 <3", "$var wire 1 <3", "$var wire"},
+      {"short variable", "$var port 1 <5 q[1] $end", "$var port 1 <5 $end", "$var with 3 words"},
+      {"header left open", "$enddefinitions $end", "", "found"},
+      {"undefined code", "pU 0 6 <1", "pU 0 6 <9", "code <9"},
+      {"unknown state", "pU 0 6 <1", "pK 0 6 <1", "state K"},
+      {"an output's state on an input", "pU 0 6 <1", "pH 0 6 <1", "state H of \"rst_n\""},
+      {"bad strength", "pU 0 6 <1", "pU 0 9 <1", "strength \"9\""},
+      {"time that goes back", "#140000", "#40000", "doesn't go back"},
+      {"bad time", "#140000", "#14x", "time #14x"},
+      {"input at another time", "#400000", "#410000", "a change of"},
+      {"pulse at another time", "#150000", "#155000", "a change of \"clk\" 55000 ps"},
+      {"plain change", "pU 0 6 <1", "1<1", "\"1<1\""},
+      {"unknown command", "#140000", "$dumpon\n#140000", "\"$dumpon\""},
+      {"cut", "#1000000\n", "#990000\n", "an end at 990000 ps"},
+  };
+  for (const Defect& defect : defects)
+    expect_refused(
+        evcd_text(small_stream()), defect, "bad.evcd",
+        [](const std::string& text, const std::string& name) { return parse_dump(text, name, {}); });
+}
+
+TEST(PatternFiles, SeededDumpDefectsAreRefusedWithLineAndReason) {
+  const Defect defects[] = {
+      {"missing port", "$var wire 1 # d[0] $end\n", "", "found"},
+      {"bad value", "#140000\n", "#140000\n2!\n", "\"2!\""},
+      {"undefined code", "#140000\n", "#140000\n1~\n", "code ~"},
+      {"undriven input", "0#\n", "x#\n", "no value of \"d[0]\""},
+      {"change before the first time", "#0\n", "", "a change before the first time"},
+      {"clock left high", "#180000\n0!\n", "", "\"clk\""},
+  };
+  for (const Defect& defect : defects)
+    expect_refused(vcd_text(small_stream()), defect, "bad.vcd",
+                   [](const std::string& text, const std::string& name) {
+                     return parse_dump(text, name, {}, small_directions());
+                   });
+}
+
+}  // namespace
+}  // namespace meltstage::dft

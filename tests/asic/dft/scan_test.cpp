@@ -1,0 +1,784 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/scan/scan.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "asic/netlist/error.hpp"
+#include "asic/dft/core/fault_simulator.hpp"
+#include "asic/dft/files/formats.hpp"
+#include "asic/dft/atpg/generate.hpp"
+#include "asic/dft/files/pattern_files.hpp"
+#include "asic/dft/scan/replay.hpp"
+#include "asic/dft/scan/scan_test.hpp"
+#include "asic/dft/scan/scan_ways.hpp"
+#include "asic/dft/files/stil.hpp"
+#include "asic/netlist/yosys_library.hpp"
+#include "tests/asic/dft/support.hpp"
+
+namespace meltstage::dft {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+struct Machine {
+  Machine(const std::string& name, const CellLibrary& library)
+      : cells(library), plain(circuit_netlist(name)) {}
+
+  const CellLibrary& cells;
+  Netlist plain;
+  ScanDesign design = insert_scan(plain, cells, {.chains = 2});
+  CaptureView view = scan_view(design, cells);
+  CaptureView free_view = capture_view(design.netlist, cells);
+  TestSet set = generate_tests(view.circuit);
+  ScanTest test = make_scan_test(design, view, set.patterns, "machine");
+  // as written and read back
+  CycleStream stream = parse_stil(stil_text(test), "machine.stil");
+};
+
+const Machine& machine() {
+  static const Machine the_machine("machine", mini_library());
+  return the_machine;
+}
+
+TEST(Scan, ChainsAreBalancedAndHoldEveryFlop) {
+  const ScanDesign& design = machine().design;
+  ASSERT_EQ(design.chains.size(), 2u);
+  const std::size_t a = design.chains[0].cells.size(), b = design.chains[1].cells.size();
+  EXPECT_LE(a > b ? a - b : b - a, 1u);
+  EXPECT_EQ(a + b, machine().view.flops.size());
+  EXPECT_EQ(design.reset, "rst_ni");
+  EXPECT_EQ(design.clock, "clk_i");
+  const std::map<std::string, std::string> shifted = shifted_from(machine().plain, mini_library(), {});
+  for (const Instance& instance : design.netlist.instances) {
+    EXPECT_TRUE(!mini_library().at(instance.type).flop || mini_library().at(instance.type).scan || shifted.count(instance.name) != 0)
+        << instance.name;
+  }
+}
+
+// The scanned netlist without its test ports, inputs at the given values. Nets keep their numbers.
+Netlist tied(Netlist netlist, bool scan_enable) {
+  std::map<Net, Net> constant;
+  std::vector<Port> kept;
+  for (const Port& port : netlist.ports) {
+    const bool test = port.name == "scan_en_i" || port.name == "test_mode_i" || port.name == "scan_i";
+    for (const Net bit : port.bits) {
+      if (test) constant[bit] = port.name == "scan_en_i" && scan_enable ? 1 : 0;
+    }
+    if (!test && port.name != "scan_o") kept.push_back(port);
+  }
+  netlist.ports = std::move(kept);
+  for (Instance& instance : netlist.instances) {
+    for (auto& [pin, net] : instance.pins) {
+      if (const auto found = constant.find(net); found != constant.end()) net = found->second;
+    }
+  }
+  return netlist;
+}
+// Yosys' proof, flops matched by their nets' names.
+bool equivalent(Netlist gold, Netlist gate) {
+  const TestFolder folder;
+  gold.top = "gold";
+  gate.top = "gate";
+  folder.file("gold.v", verilog_text(gold) + cell_models(gold, mini_library()));
+  folder.file("gate.v", verilog_text(gate) + cell_models(gate, mini_library()));
+  const std::string script =
+      "cd " + folder.path().string() +
+      " && yosys -q -p 'read_verilog gold.v; prep -flatten -top gold; async2sync; design -stash g;"
+      " read_verilog gate.v; prep -flatten -top gate; async2sync; design -stash t;"
+      " design -copy-from g -as gold gold; design -copy-from t -as gate gate; equiv_make gold gate equiv; "
+      "prep -top equiv;"
+      " equiv_simple -undef; equiv_induct -undef; equiv_status -assert' > log.txt 2>&1";
+  return std::system(script.c_str()) == 0;
+}
+
+// With scan off the netlist is what it was, proved by Yosys; with scan on it is not.
+TEST(Scan, DisabledScanHasNoEffect) {
+  EXPECT_TRUE(equivalent(machine().plain, tied(machine().design.netlist, false)));
+  EXPECT_FALSE(equivalent(machine().plain, tied(machine().design.netlist, true)));
+}
+
+TEST(Scan, FileAsWrittenRunsOnTheNetlist) {
+  EXPECT_TRUE(same_cycles(machine().stream, expand(machine().test)));
+  const ReplayResult whole = replay(machine().free_view, machine().stream),
+                     pieces = replay(machine().free_view, machine().stream, "scan_en_i");
+  EXPECT_EQ(whole.mismatches, 0u) << whole.first;
+  EXPECT_EQ(pieces.mismatches, 0u) << pieces.first;
+  EXPECT_GT(whole.strobes, 100u);
+  EXPECT_EQ(whole.strobes, pieces.strobes);  // no strobe is lost between pieces
+}
+
+std::size_t position(const CycleStream& stream, const std::string& signal) {
+  const auto found = std::find_if(stream.signals.begin(), stream.signals.end(),
+                                  [&](const TestSignal& s) { return s.name == signal; });
+  return static_cast<std::size_t>(found - stream.signals.begin());
+}
+
+// Strobes of the first unload, which the file masks: without a reset before, each hangs on the power-up state
+// and is found by fills 0 and 1, whatever it expects; behind the reset it shows the cell's reset value.
+TEST(Scan, StrobesThatHangOnThePowerUpStateAreFound) {
+  const Machine& m = machine();
+  const std::size_t cells = m.view.flops.size(), enable = position(m.stream, "scan_en_i");
+  const auto replayed = [&](char expected, bool in_reset) {
+    CycleStream stream = m.stream;
+    std::string& first = stream.cycles[0].states;
+    if (!in_reset) {
+      first[position(stream, "rst_ni")] = '1';
+      first[position(stream, "clk_i")] = '0';
+    }
+    for (const ScanChain& chain : stream.chains) {
+      std::size_t left = chain.cells.size();
+      for (auto cycle = stream.cycles.begin(); left != 0; ++cycle) {
+        if (cycle->states[enable] != '1' || cycle->states.find('P') == std::string::npos) continue;
+        cycle->states[position(stream, chain.out)] = expected;
+        --left;
+      }
+    }
+    return replay(m.free_view, stream, "scan_en_i");
+  };
+  const ReplayResult low = replayed('L', false), high = replayed('H', false);
+  EXPECT_EQ(low.mismatches, cells);
+  EXPECT_EQ(low.by_fill[0], 0u);
+  EXPECT_EQ(low.by_fill[1], cells);
+  EXPECT_EQ(high.mismatches, cells);
+  EXPECT_EQ(high.by_fill[0], cells);
+  EXPECT_EQ(high.by_fill[1], 0u);
+  for (std::size_t fill = 2; fill < kFills; ++fill)
+    EXPECT_EQ(low.by_fill[fill] + high.by_fill[fill], cells) << fill;
+  EXPECT_THAT(low.first, HasSubstr("found what hangs on an unknown, expected L"));
+  EXPECT_EQ(replayed('L', true).mismatches + replayed('H', true).mismatches, cells);
+}
+
+// An input that the file leaves open, a port or a cell that isn't loaded: each fill is as if the file had its
+// values there.
+TEST(Scan, StrobesThatHangOnOpenInputsAreFound) {
+  const Machine& m = machine();
+  const std::size_t enable = position(m.stream, "scan_en_i");
+  const auto replayed = [&](const std::string& signal, bool shifting, char value) {
+    CycleStream stream = m.stream;
+    for (TestCycle& cycle : stream.cycles) {
+      if ((cycle.states[enable] == '1') == shifting) cycle.states[position(stream, signal)] = value;
+    }
+    return replay(m.free_view, stream, "scan_en_i");
+  };
+  for (const auto& [signal, shifting] : {std::pair{"start_i", false}, {"scan_i[0]", true}}) {
+    const ReplayResult open = replayed(signal, shifting, 'N'), low = replayed(signal, shifting, '0'),
+                       high = replayed(signal, shifting, '1');
+    EXPECT_GT(low.mismatches, 0u) << signal;
+    EXPECT_GT(high.mismatches, 0u) << signal;
+    EXPECT_EQ(open.by_fill[0], low.mismatches) << signal;
+    EXPECT_EQ(open.by_fill[1], high.mismatches) << signal;
+    EXPECT_GT(open.mismatches, std::max(low.mismatches, high.mismatches)) << signal;
+    EXPECT_NE(open.by_fill[2], open.by_fill[3]) << signal;
+  }
+  // where nothing hangs on it, nothing fails
+  EXPECT_EQ(replayed("scan_i[0]", false, 'N').mismatches, 0u);
+  EXPECT_THAT([&] { replayed("clk_i", true, 'N'); },
+              ThrowsMessage<InputError>(HasSubstr("found N of the clock clk_i in cycle")));
+}
+
+// Transition tests as a file: two clocks a pattern, read back and run. Clocked once it fails.
+TEST(Scan, TransitionFileAsWrittenRunsOnTheNetlist) {
+  const Machine& m = machine();
+  const TransitionView transitions = launch_on_capture(m.view, m.design.scan_enable);
+  const TestSet set = generate_tests(transitions.circuit, transitions.faults, {});
+  ASSERT_GT(set.patterns.size(), 3u);
+  const ScanTest test = make_transition_test(m.design, m.view, transitions, set.patterns, "machine");
+  const CycleStream stream = parse_stil(stil_text(test), "machine.stil");
+  EXPECT_TRUE(same_cycles(stream, expand(test)));
+  const ReplayResult good = replay(m.free_view, stream, m.design.scan_enable);
+  EXPECT_GT(good.strobes, set.patterns.size() * m.view.flops.size());
+  EXPECT_EQ(good.mismatches, 0u) << good.first;
+  ScanTest once = test;
+  for (ScanPattern& pattern : once.patterns) {
+    if (pattern.action == Action::launch) pattern.action = Action::capture;
+  }
+  EXPECT_GT(replay(m.free_view, expand(once), m.design.scan_enable).mismatches, 0u);
+}
+
+// The machine with one flop's scan enable that falls a clock too late.
+Netlist with_slow_scan_enable(const std::string& flop) {
+  const Machine& m = machine();
+  Netlist netlist = m.design.netlist;
+  const auto it = std::find_if(netlist.instances.begin(), netlist.instances.end(),
+                               [&](const Instance& instance) { return instance.name == flop; });
+  const Cell& cell = m.cells.at(it->type);
+  Net& enable = it->pins[cell.scan->enable];
+  const Net scan_enable = enable, before = netlist.next_net++, late = netlist.next_net++;
+  enable = late;
+  const Net clock = it->pins.at("CK");
+  netlist.instances.push_back({"enable_before", "DFF", {{"D", scan_enable}, {"CK", clock}, {"Q", before}}});
+  netlist.instances.push_back({"late_enable", "OR2", {{"A", scan_enable}, {"B", before}, {"Y", late}}});
+  return netlist;
+}
+
+// Scan enables that are slow to fall let the launching clock shift: what is called detected fails in the
+// file.
+TEST(Scan, SlowScanEnablesAreFoundByTheFile) {
+  const Machine& m = machine();
+  const TransitionView transitions = launch_on_capture(m.view, m.design.scan_enable);
+  const TestSet set = generate_tests(transitions.circuit, transitions.faults, {});
+  const ScanTest test = make_transition_test(m.design, m.view, transitions, set.patterns, "machine");
+  const CycleStream stream = parse_stil(stil_text(test), "machine.stil");
+  const auto reported = reported_transitions(m.view, transitions, set.of_class);
+  std::size_t found = 0;
+  for (std::size_t fault = 0; fault < reported.size(); ++fault) {
+    const std::string name = transition_name(m.view.circuit, fault);
+    const std::size_t end = name.find("/SE slow-to-fall");
+    if (end == std::string::npos) continue;
+    const TestFolder folder;
+    const ReplayResult slow =
+        replay_in_icarus(with_slow_scan_enable(name.substr(0, end)), mini_library(), stream, folder.path());
+    EXPECT_EQ(slow.mismatches > 0, reported[fault] == FaultClass::DS) << name;
+    found += slow.mismatches > 0 ? 1 : 0;
+  }
+  EXPECT_GT(found, m.view.flops.size() / 2);
+  const TestFolder folder;
+  EXPECT_EQ(replay_in_icarus(m.design.netlist, mini_library(), stream, folder.path()).mismatches, 0u);
+}
+
+bool same_chains(const std::vector<ScanChain>& a, const std::vector<ScanChain>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ScanChain& x, const ScanChain& y) {
+    return x.name == y.name && x.in == y.in && x.out == y.out && x.cells == y.cells;
+  });
+}
+
+// What a stream's captures load, drive and compare, by which faults are graded.
+struct Graded {
+  explicit Graded(const CycleStream& stream)
+      : patterns(captures_of(machine().view, stream, "scan_en_i", &compared)),
+        first_pattern(grade(machine().view.circuit,
+                            blocks_of(patterns, machine().view.circuit.inputs().size(), compared),
+                            collapse(machine().view.circuit).classes, 1)
+                          .first_pattern) {}
+  std::vector<Pattern> compared, patterns;
+  std::vector<std::uint32_t> first_pattern;
+  friend bool operator==(const Graded&, const Graded&) = default;
+};
+
+// Scan cells, chains and states in WGL: the same cycles, strobes and faults as in STIL, whatever the lengths
+// of the chains.
+TEST(Scan, WglFileIsReplayedAndGradedAsTheStilFile) {
+  for (const std::size_t chains : {1, 2, 3}) {
+    const Machine& m = machine();
+    const ScanDesign design = insert_scan(m.plain, m.cells, {.chains = chains});
+    const ScanTest test = make_scan_test(design, scan_view(design, m.cells), m.set.patterns, "machine");
+    const std::string text = wgl_text(test);
+    const CycleStream read = parse_wgl(text, "machine.wgl");
+    EXPECT_TRUE(same_cycles(read, expand(test))) << chains;
+    EXPECT_TRUE(same_chains(read.chains, design.chains));
+    EXPECT_EQ(read.cycles[2].label, "chain test");
+    if (chains != 2) continue;
+    EXPECT_TRUE(Graded(read) == Graded(m.stream));
+    const ReplayResult wgl = replay(m.free_view, read, "scan_en_i"),
+                       stil = replay(m.free_view, m.stream, "scan_en_i");
+    EXPECT_EQ(wgl.mismatches, 0u) << wgl.first;
+    EXPECT_EQ(wgl.strobes, stil.strobes);
+    // One expected bit turned, one loaded bit turned, two loads exchanged: each fails.
+    for (const char* what : {"chain1_unload5\" := \"chain1\"(", "chain0_load5\" := \"chain0\"("}) {
+      std::string wrong = text;
+      char& bit = wrong[wrong.find(what) + std::string(what).size()];
+      bit = bit == '0' ? '1' : '0';
+      EXPECT_GT(replay(m.free_view, parse_wgl(wrong, "x"), "scan_en_i").mismatches, 0u) << what;
+    }
+    // A cell that the file leaves open.
+    std::string open = text;
+    const std::string load = "chain0_load5\" := \"chain0\"(";
+    open[open.find(load) + load.size()] = 'X';
+    EXPECT_THAT(replay(m.free_view, parse_wgl(open, "x"), "scan_en_i").first,
+                HasSubstr("found what hangs on an unknown"));
+    std::string swapped = text;
+    const std::string list = "\"chain0\":\"chain0_load4\"";
+    swapped.replace(swapped.find(list), list.size(), "\"chain0\":\"chain0_load5\"");
+    EXPECT_GT(replay(m.free_view, parse_wgl(swapped, "x"), "scan_en_i").mismatches, 0u);
+  }
+}
+
+// A dump has no chains: with those of the netlist it is graded and replayed as the STIL file.
+TEST(Scan, DumpsWithChainsAreGradedAsTheStilFile) {
+  const Machine& m = machine();
+  const CycleStream cycles = expand(m.test);
+  Directions directions;
+  for (const TestSignal& signal : cycles.signals) directions[signal.name] = signal.is_input;
+  const std::vector<ScanChain> chains = trace_chains(m.design.netlist, m.cells);
+  EXPECT_TRUE(same_chains(chains, m.design.chains));
+  for (const bool extended : {true, false}) {
+    CycleStream read = extended ? parse_dump(evcd_text(cycles), "machine.evcd", {})
+                                : parse_dump(vcd_text(cycles), "machine.vcd", {}, directions);
+    attach_chains(read, chains, "scan_en_i");
+    EXPECT_TRUE(Graded(read) == Graded(m.stream));
+    const ReplayResult result = replay(m.free_view, read, "scan_en_i");
+    EXPECT_EQ(result.mismatches, 0u) << result.first;
+    EXPECT_EQ(result.strobes, replay(m.free_view, m.stream, "scan_en_i").strobes);
+    // Cells exchanged in the chain: other faults.
+    std::vector<ScanChain> wrong = chains;
+    std::swap(wrong[0].cells[0], wrong[0].cells[1]);
+    attach_chains(read, wrong, "scan_en_i");
+    EXPECT_FALSE(Graded(read) == Graded(m.stream));
+  }
+}
+
+// The machine with an inverter in its first chain, before the cell of this number or before the output.
+Netlist with_inverter(std::size_t before) {
+  const Machine& m = machine();
+  const ScanChain& chain = m.design.chains[0];
+  Netlist netlist = m.design.netlist;
+  for (std::size_t i = 0; i < netlist.instances.size(); ++i) {
+    Instance& instance = netlist.instances[i];
+    if (before < chain.cells.size() && instance.name == chain.cells[before]) {
+      Net& in = instance.pins[m.cells.at(instance.type).scan->in];
+      const Net inverted = netlist.next_net++, from = std::exchange(in, inverted);
+      netlist.instances.push_back({"inverter", "INV", {{"A", from}, {"Y", inverted}}});
+      return netlist;
+    }
+    const auto port = std::find_if(netlist.ports.begin(), netlist.ports.end(),
+                                   [](const Port& p) { return p.name == "scan_o"; });
+    if (before == chain.cells.size() && instance.type == "BUF" && instance.pins.at("Y") == port->bits[0]) {
+      instance.type = "INV";
+      return netlist;
+    }
+  }
+  ADD_FAILURE() << "no place for an inverter";
+  return netlist;
+}
+
+// The machine's test, the first chain's output compared in unloads alone: an inverter before it shows.
+ScanTest unloads_of_first_chain() {
+  const Machine& m = machine();
+  ScanTest test = m.test;
+  const std::size_t out = position(m.stream, m.design.chains[0].out) - test.input_count();
+  for (ScanPattern& pattern : test.patterns) pattern.outputs[out] = 'X';
+  return test;
+}
+
+// That test for the netlist with the inverter: what moves through it is turned.
+ScanTest turned(std::size_t before) {
+  ScanTest test = unloads_of_first_chain();
+  const std::size_t length = test.chains[0].cells.size();
+  const auto turn = [](char& bit) {
+    constexpr std::string_view kBits = "01LHX", kTurned = "10HLX";
+    bit = kTurned[kBits.find(bit)];
+  };
+  for (ScanPattern& pattern : test.patterns) {
+    std::string &load = pattern.load[0], &unload = pattern.unload[0];
+    for (std::size_t cell = before; cell < length; ++cell) turn(load[load.size() - 1 - cell]);
+    for (std::size_t cell = 0; cell < std::min(before, length); ++cell) turn(unload[length - 1 - cell]);
+  }
+  return test;
+}
+
+// What is loaded behind the last pattern is 0 in the file's own terms, cells or shifted bits.
+bool same_but_for_the_last_unload(CycleStream a, CycleStream b) {
+  const std::size_t length = machine().test.chain_length();
+  a.cycles.resize(a.cycles.size() - length);
+  b.cycles.resize(b.cycles.size() - length);
+  return same_cycles(a, b);
+}
+
+std::string with_mark(std::string text, const std::string& list, const std::string& name,
+                      const std::string& mark) {
+  const std::size_t at = text.find(name, text.find(list));
+  EXPECT_NE(at, std::string::npos);
+  return text.insert(at, mark);
+}
+
+// Marks of inversions: in WGL the states are what cells hold, in STIL what is shifted. A chain that inverts
+// is replayed and graded as the one that doesn't; a mark in the wrong place is seen.
+TEST(Scan, ChainsThatInvertAreReplayedAndGraded) {
+  const Machine& m = machine();
+  const ScanChain& chain = m.design.chains[0];
+  const auto name = [&](std::size_t cell) {
+    return '"' + (cell < chain.cells.size() ? chain.cells[cell] : chain.out) + '"';
+  };
+  const std::string wgl = wgl_text(unloads_of_first_chain());
+  const Graded plain(expand(unloads_of_first_chain()));
+  for (const std::size_t before : {std::size_t{0}, chain.cells.size() / 2, chain.cells.size()}) {
+    const Netlist netlist = with_inverter(before);
+    const CaptureView inverted = capture_view(netlist, m.cells);
+    EXPECT_THAT(trace_chains(netlist, m.cells)[0].inversions, testing::ElementsAre(before));
+    EXPECT_THAT(trace_chains(netlist, m.cells)[1].inversions, testing::IsEmpty());
+    EXPECT_GT(replay(inverted, m.stream, "scan_en_i").mismatches, 0u) << before;
+
+    const CycleStream from_wgl =
+        parse_wgl(with_mark(wgl, "scanchain\n  \"chain0\"", name(before), "!, "), "machine.wgl");
+    EXPECT_THAT(from_wgl.chains[0].inversions, testing::ElementsAre(before));
+    EXPECT_TRUE(same_but_for_the_last_unload(from_wgl, expand(turned(before)))) << before;
+    EXPECT_EQ(replay(inverted, from_wgl, "scan_en_i").mismatches, 0u) << before;
+    EXPECT_TRUE(Graded(from_wgl) == plain) << before;
+    const std::size_t wrong = before == 0 ? 1 : before - 1;
+    const CycleStream misplaced =
+        parse_wgl(with_mark(wgl, "scanchain\n  \"chain0\"", name(wrong), "!, "), "machine.wgl");
+    EXPECT_GT(replay(inverted, misplaced, "scan_en_i").mismatches, 0u) << before;
+
+    std::string stil = stil_text(turned(before));
+    stil.replace(stil.find("ScanInversion 0"), 15, "ScanInversion 1");
+    const std::string next = before < chain.cells.size() ? name(before) : ";";
+    const CycleStream from_stil = parse_stil(with_mark(stil, "ScanCells", next, "! "), "machine.stil");
+    EXPECT_THAT(from_stil.chains[0].inversions, testing::ElementsAre(before));
+    EXPECT_TRUE(same_but_for_the_last_unload(from_stil, from_wgl)) << before;
+    EXPECT_EQ(replay(inverted, from_stil, "scan_en_i").mismatches, 0u) << before;
+    EXPECT_TRUE(Graded(from_stil) == plain) << before;
+    EXPECT_FALSE(Graded(parse_stil(with_mark(stil, "ScanCells", name(wrong), "! "), "x")) == plain) << before;
+  }
+}
+
+TEST(Scan, ChainsAreTracedInEveryLibrary) {
+  for (const char* name : {"machine", "gated"}) {
+    const ScanDesign design = insert_scan(circuit_netlist(name), mini_library(), {.chains = 2});
+    EXPECT_TRUE(same_chains(trace_chains(design.netlist, mini_library()), design.chains)) << name;
+  }
+  const ScanDesign gates = insert_scan(circuit_netlist("machine_gates"), yosys_library(), {.chains = 3});
+  EXPECT_TRUE(same_chains(trace_chains(gates.netlist, yosys_library()), gates.chains));
+}
+
+TEST(Scan, ChainsThatDontFitAreRefused) {
+  const Machine& m = machine();
+  const CycleStream good = expand(m.test);
+  const auto refuse = [&](CycleStream stream, std::vector<ScanChain> chains, const char* enable,
+                          const char* reason) {
+    EXPECT_THAT([&] { attach_chains(stream, chains, enable); }, ThrowsMessage<InputError>(HasSubstr(reason)));
+  };
+  const std::vector<ScanChain>& chains = m.design.chains;
+  refuse(good, {}, "scan_en_i", "found no chains");
+  refuse(good, chains, "se", "found no input signal se");
+  std::vector<ScanChain> wrong = chains;
+  wrong[1].out = "so";
+  refuse(good, wrong, "scan_en_i", "found no output signal so");
+  wrong = chains;
+  wrong[1].cells.resize(wrong[1].cells.size() + 3, "more");
+  refuse(good, wrong, "scan_en_i", "the cells of the longest chain");
+  refuse(good, chains, "start_i", "clocks with start_i at 1");
+  CycleStream cut = good;
+  cut.cycles.pop_back();
+  refuse(cut, chains, "scan_en_i", "the cells of the longest chain");
+  cut.cycles.resize(1);
+  refuse(cut, chains, "scan_en_i", "found no cycle with scan_en_i at 1");
+
+  EXPECT_THAT([&] { trace_chains(m.plain, m.cells); },
+              ThrowsMessage<InputError>(HasSubstr("no output port scan_o")));
+  Netlist broken = m.design.netlist;  // the second cell of a chain doesn't shift any more
+  for (Instance& instance : broken.instances) {
+    if (instance.name != chains[0].cells[1]) continue;
+    instance.pins[m.cells.at(instance.type).scan->enable] = 0;  // captures always
+  }
+  EXPECT_THAT([&] { trace_chains(broken, m.cells); },
+              ThrowsMessage<InputError>(HasSubstr(chains[0].cells[1])));
+}
+
+TEST(Scan, SeededDefectsOfWglScanDataAreRefusedWithLineAndReason) {
+  const std::string good = wgl_text(machine().test);
+  const auto& cells = machine().design.chains[0].cells;
+  struct Defect {
+    std::string find, put, reason;
+  };
+  const Defect defects[] = {
+      {"scancell\n  \"" + cells[0] + "\";\n", "scancell\n", "scan cell \"" + cells[0] + "\""},
+      {"[\"scan_i[0]\", ", "[\"scan_i[9]\", ", "signal \"scan_i[9]\""},
+      {"[\"scan_i[0]\", ", "[\"scan_o[0]\", ", "an input first and an output last"},
+      {"[\"scan_i[0]\", ", "[\"scan_i[0]\", \"!\", ", "scan cell \"!\""},
+      {"\"chain1\" [", "\"chain0\" [", "chain \"chain0\" again"},
+      {":= \"chain0\"(", ":= \"chain9\"(", "chain \"chain9\""},
+      {":= \"chain0\"(", ":= \"chain0\"(0", "bits in state \"chain0_load0\""},
+      {":= \"chain0\"(0", ":= \"chain0\"(2", "2 to load"},
+      {"\"chain0_unload3\" :=", "\"chain0_unload2\" :=", "state \"chain0_unload2\" again"},
+      {"\"chain0\":\"chain0_load2\"", "\"chain0\":\"chain0_load\"", "scan state \"chain0_load\""},
+      {"\"chain0\":\"chain0_load2\"", "\"chain0\":\"chain1_load2\"", "one of chain \"chain0\""},
+      {"\"chain0\":\"chain0_load2\"", "\"chain1\":\"chain1_load2\"", "\"scan_i[1]\" again"},
+      {"scan(tp) := [ ", "scan(tp) := [ 0 ", "values"},
+      {"scan(tp) := [ ", "repeat 2 scan(tp) := [ ", "a scan row repeated"},
+      {"    input [", "    inputs [", "expected input or output"},
+      {"scanstate\n", "scanstates\n", "\"scanstates\""},
+  };
+  for (const Defect& defect : defects) {
+    std::string text = good;
+    const std::size_t at = text.find(defect.find);
+    ASSERT_NE(at, std::string::npos) << defect.find;
+    text.replace(at, defect.find.size(), defect.put);
+    try {
+      parse_wgl(text, "bad.wgl");
+      ADD_FAILURE() << defect.put << " was taken";
+    } catch (const PatternFileError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(defect.reason)) << defect.put;
+      EXPECT_THAT(error.what(), HasSubstr("bad.wgl:" + std::to_string(error.line()) + ": found"));
+    }
+  }
+}
+
+TEST(Scan, FileAsWrittenRunsInIcarus) {
+  const TestFolder folder;
+  const ReplayResult result =
+      replay_in_icarus(machine().design.netlist, mini_library(), machine().stream, folder.path());
+  EXPECT_EQ(result.mismatches, 0u) << result.first;
+  EXPECT_EQ(result.strobes, replay(machine().free_view, machine().stream).strobes);
+  CycleStream wrong = machine().stream;
+  for (TestCycle& cycle : wrong.cycles) {
+    const std::size_t at = cycle.states.find('H');
+    if (at == std::string::npos) continue;
+    cycle.states[at] = 'L';
+    break;
+  }
+  const TestFolder other;
+  EXPECT_EQ(replay_in_icarus(machine().design.netlist, mini_library(), wrong, other.path()).mismatches, 1u);
+  CycleStream open = machine().stream;  // what is left open is unknown there, too
+  for (TestCycle& cycle : open.cycles) cycle.states[position(open, "start_i")] = 'N';
+  const TestFolder third;
+  const ReplayResult unknown = replay_in_icarus(machine().design.netlist, mini_library(), open, third.path());
+  EXPECT_GE(unknown.mismatches, replay(machine().free_view, open, "scan_en_i").mismatches);
+  EXPECT_THAT(unknown.first, HasSubstr("found x, expected"));
+}
+
+// A layout has a port for each bit: scan_i[0] of the file is scan_i_0 there.
+TEST(Scan, FileAsWrittenRunsOnSplitPorts) {
+  const Machine& m = machine();
+  Netlist split = m.design.netlist;
+  split.ports.clear();
+  for (const Port& port : m.design.netlist.ports) {
+    for (std::size_t i = 0; i < port.bits.size(); ++i) {
+      const std::string name = port.bits.size() == 1 ? port.name : port.name + "_" + std::to_string(i);
+      split.ports.push_back({name, port.is_input, {port.bits[i]}});
+    }
+  }
+  CycleStream stream = m.stream;
+  const TestFolder folder;
+  EXPECT_THAT([&] { replay_in_icarus(split, mini_library(), stream, folder.path()); },
+              ThrowsMessage<InputError>(HasSubstr("found no signal width_i_0, expected every port")));
+  name_as_ports(stream, split);
+  EXPECT_EQ(stream.chains[1].out, "scan_o_1");
+  for (const ReplayResult& result : {replay(capture_view(split, mini_library()), stream, "scan_en_i"),
+                                     replay_in_icarus(split, mini_library(), stream, folder.path())}) {
+    EXPECT_EQ(result.mismatches, 0u) << result.first;
+    EXPECT_EQ(result.strobes, replay(m.free_view, m.stream).strobes);
+  }
+  CycleStream whole = m.stream;  // names that are ports stay
+  name_as_ports(whole, m.design.netlist);
+  EXPECT_EQ(whole.signals, m.stream.signals);
+}
+
+// Every fault that counts as detected, by simulation or by implication, makes the file fail; one called
+// untestable never does.
+void check_verdicts(const Machine& m) {
+  const auto reported = reported_classes(m.view.circuit, m.set.faults, m.set.of_class);
+  ASSERT_EQ(m.view.circuit.sites().size(), m.free_view.circuit.sites().size());
+  std::size_t implied = 0, untestable = 0;
+  for (std::size_t f = 0; f < reported.size(); ++f) {
+    const Site& site = m.free_view.circuit.sites()[f / 2];
+    ASSERT_EQ(site.name, m.view.circuit.sites()[f / 2].name);
+    ReplayFault fault;
+    if (site.node != kNoNode) {
+      fault.line = Fault{site.node, site.pin, f % 2 != 0};
+    } else {
+      for (std::size_t k = 0; k < m.free_view.flops.size(); ++k) {
+        if (site.name == m.free_view.flops[k].name + "/" +
+                             m.cells.at(m.design.netlist.instances[m.free_view.flops[k].instance].type)
+                                 .flop->clocked_on.pin)
+          fault.dead_clock = k;
+      }
+      for (const Instance& gate : m.design.netlist.instances) {  // a dead gate: one of the flops behind it
+        const auto& pins = m.cells.at(gate.type).gate;
+        if (!pins || (site.name != gate.name + "/" + pins->clock && site.name != gate.name + "/" + pins->out))
+          continue;
+        for (std::size_t k = 0; k < m.free_view.flops.size(); ++k) {
+          if (m.free_view.flops[k].clock == gate.pins.at(pins->out)) fault.dead_clock = k;
+        }
+      }
+      ASSERT_TRUE(fault.dead_clock) << site.name;
+    }
+    if (site.name == "clk_i") continue;  // every flop at once; its pins are looked at one by one
+    const auto by_fill = replay(m.free_view, m.stream, "", 3, fault).by_fill;
+    const auto is_zero = [](std::size_t mismatches) { return mismatches == 0; };
+    const bool fails = std::none_of(by_fill.begin(), by_fill.end(), is_zero),
+               passes = std::all_of(by_fill.begin(), by_fill.end(), is_zero);
+    const FaultClass c = reported[f];
+    const bool detected = c == FaultClass::DS || c == FaultClass::DI;
+    const bool none = c == FaultClass::UR || c == FaultClass::UT;
+    EXPECT_TRUE(fails || !detected) << fault_name(m.view.circuit, f) << " " << to_string(c);
+    EXPECT_TRUE(passes || !none) << fault_name(m.view.circuit, f);
+    implied += c == FaultClass::DI ? 1 : 0;
+    untestable += c == FaultClass::UR || c == FaultClass::UT || c == FaultClass::AU ? 1 : 0;
+  }
+  EXPECT_GT(implied, 20u);
+  const Coverage result = coverage(m.set.faults, reported);
+  EXPECT_EQ(m.set.aborted, 0u);
+  EXPECT_GE(result.test_coverage(), 0.95);
+}
+
+TEST(Scan, EveryVerdictHoldsOnTheTester) { check_verdicts(machine()); }
+TEST(Scan, EveryVerdictHoldsWithoutScanFlops) { check_verdicts(Machine("machine_gates", yosys_library())); }
+
+const Machine& gated() {
+  static const Machine the_machine("gated", mini_library());
+  return the_machine;
+}
+
+TEST(Scan, EveryVerdictHoldsBehindClockGates) {
+  check_verdicts(gated());
+  const TestFolder folder;
+  const ReplayResult result =
+      replay_in_icarus(gated().design.netlist, mini_library(), gated().stream, folder.path());
+  EXPECT_EQ(result.mismatches, 0u) << result.first;
+  EXPECT_GT(result.strobes, 100u);
+}
+
+// A gate that stays closed in shift breaks the chain; one that is always open captures where it should hold.
+TEST(Scan, ClockGatesMustOpenInShiftAlone) {
+  for (const Net test : {Net{0}, Net{1}}) {
+    Netlist wrong = gated().design.netlist;
+    for (Instance& instance : wrong.instances) {
+      if (instance.type == "CKGT") instance.pins["TE"] = test;
+    }
+    EXPECT_GT(replay(capture_view(wrong, mini_library()), gated().stream).mismatches, 0u) << test;
+  }
+}
+
+std::size_t scan_cells(const ScanDesign& design, const CellLibrary& library) {
+  return static_cast<std::size_t>(std::count_if(design.netlist.instances.begin(), design.netlist.instances.end(),
+                                                [&](const Instance& instance) { return library.at(instance.type).scan.has_value(); }));
+}
+
+// A flop that takes over another's state while shifting follows it in the chain as it is; of two behind one flop the first, of a ring
+// all but one, and none behind an inverter or at a chain's beginning. Each verdict on a fault holds in the netlist with the fault, those
+// that the chain test is to show among them.
+TEST(Scan, FlopsThatShiftAnywayGetNoMultiplexer) {
+  const Machine m("steered", mini_library());
+  constexpr std::size_t flops = 14, copies = 4;
+  ASSERT_EQ(m.view.flops.size(), flops);
+  EXPECT_EQ(scan_cells(insert_scan(m.plain, m.cells, {.chains = 1}), m.cells), flops - copies - 2);
+  EXPECT_EQ(scan_cells(insert_scan(m.plain, m.cells, {.chains = flops}), m.cells), flops);
+  EXPECT_TRUE(same_chains(trace_chains(m.design.netlist, m.cells), m.design.chains));
+  check_verdicts(m);
+  Netlist unsteered = m.plain;  // the copy keeps its state while shifting
+  for (Port& port : unsteered.ports) {
+    if (port.name == "scan_en_i") port.name = "other_i";
+  }
+  EXPECT_EQ(scan_cells(insert_scan(unsteered, m.cells, {.chains = 1}), m.cells), flops - 2);
+}
+
+TEST(Scan, PortsAndBypassOfTheNetlistAreUsed) {
+  const ScanDesign& design = gated().design;
+  EXPECT_EQ(design.netlist.ports.size(), gated().plain.ports.size());
+  EXPECT_EQ(design.reset, "rst_ni");
+  ASSERT_EQ(design.chains.size(), 2u);
+  EXPECT_EQ(design.chains[1].in, "scan_i[1]");
+  EXPECT_EQ(design.chains[1].out, "scan_o[1]");
+  for (const Instance& instance : design.netlist.instances)
+    EXPECT_EQ(instance.name.find("dft_reset"), std::string::npos) << instance.name;
+  // without the RTL's bypass there is one
+  Netlist without = gated().plain;
+  for (Port& port : without.ports) {
+    if (port.name == "test_mode_i") port.name = "other_i";
+  }
+  const Netlist bypassed = insert_scan(without, mini_library()).netlist;
+  EXPECT_TRUE(std::any_of(bypassed.instances.begin(), bypassed.instances.end(),
+                          [](const Instance& i) { return i.name == "dft_reset_bypass0"; }));
+  Netlist driven = gated().plain;
+  for (Port& port : driven.ports) {
+    if (port.name != "scan_o") continue;
+    for (const Instance& instance : driven.instances) {
+      if (instance.type == "DFFR") port.bits[0] = instance.pins.at("Q");
+    }
+  }
+  EXPECT_THAT([&] { insert_scan(driven, mini_library()); },
+              ThrowsMessage<InputError>(HasSubstr("found logic that drives scan_o[0]")));
+  Netlist narrow = gated().plain;
+  for (Port& port : narrow.ports) {
+    if (port.name == "scan_o") port.bits.pop_back();
+  }
+  EXPECT_THAT(
+      [&] { insert_scan(narrow, mini_library()); },
+      ThrowsMessage<InputError>(HasSubstr("found scan_i of 2 bits and scan_o of 1, expected one width")));
+}
+
+// Twenty defects in the netlist, another cell or crossed wires: the file fails on each that changes what scan
+// can see.
+TEST(Scan, SeededNetlistDefectsAreCaught) {
+  const std::map<std::string, std::string> other = {
+      {"AND2", "OR2"},    {"OR2", "AND2"},    {"NAND2", "NOR2"}, {"NOR2", "NAND2"},
+      {"XOR2", "XNOR2"},  {"XNOR2", "XOR2"},  {"INV", "BUF"},    {"AOI21", "OAI21"},
+      {"OAI21", "AOI21"}, {"SDFFR", "SDFFS"}, {"SDFFS", "SDFFR"}};
+  std::size_t seeded = 0;
+  for (std::size_t i = 0; i < machine().design.netlist.instances.size(); ++i) {
+    Netlist wrong = machine().design.netlist;
+    Instance& instance = wrong.instances[i];
+    const auto change = other.find(instance.type);
+    if (change == other.end()) continue;
+    instance.type = change->second;
+    if (instance.pins.count("RN") != 0 && change->second == "SDFFS")
+      instance.pins["SN"] = instance.pins["RN"], instance.pins.erase("RN");
+    if (instance.pins.count("SN") != 0 && change->second == "SDFFR")
+      instance.pins["RN"] = instance.pins["SN"], instance.pins.erase("SN");
+    const CaptureView view = capture_view(wrong, mini_library());
+    EXPECT_NE(replay(view, machine().stream).mismatches, 0u) << instance.name << " became " << instance.type;
+    ++seeded;
+  }
+  EXPECT_GE(seeded, 20u);
+}
+
+// What the stream loads and compares, taken from it again, grades as it did.
+TEST(Scan, GradingTheFileFindsTheSameFaults) {
+  const Machine& m = machine();
+  std::vector<Pattern> compared;
+  const std::vector<Pattern> patterns = captures_of(m.view, m.stream, "scan_en_i", &compared);
+  ASSERT_EQ(patterns.size(), m.set.patterns.size());
+  const std::size_t inputs = m.view.circuit.inputs().size();
+  const Grade again = grade(m.view.circuit, blocks_of(patterns, inputs, compared), m.set.faults.classes, 1);
+  const Grade before = grade(m.view.circuit, blocks_of(m.set.patterns, inputs), m.set.faults.classes, 1);
+  EXPECT_EQ(again.first_pattern, before.first_pattern);
+}
+
+TEST(Scan, RulesNameTheOffender) {
+  const auto rules_of = [](Netlist netlist) {
+    std::string all;
+    for (const RuleViolation& v : check_rules(netlist, mini_library()))
+      all += v.rule + ":" + v.offender + "; ";
+    return all;
+  };
+  const Netlist good = machine().design.netlist;
+  EXPECT_EQ(rules_of(good).find("clock"), std::string::npos);
+  const auto flop = [](Netlist& netlist) -> Instance& {
+    for (Instance& instance : netlist.instances) {
+      if (mini_library().at(instance.type).flop) return instance;
+    }
+    throw std::logic_error("no flop");
+  };
+  const auto gate_output = [](const Netlist& netlist) {
+    for (const Instance& instance : netlist.instances) {
+      if (instance.type == "NAND2" || instance.type == "NOR2" || instance.type == "MUX2")
+        return instance.pins.at("Y");
+    }
+    throw std::logic_error("no gate");
+  };
+  Netlist clock = good;
+  flop(clock).pins["CK"] = gate_output(clock);
+  EXPECT_THAT(rules_of(clock), HasSubstr("uncontrollable clock:" + flop(clock).name));
+  EXPECT_THAT([&] { capture_view(clock, mini_library()); },
+              ThrowsMessage<InputError>(HasSubstr("driven by logic")));
+  Netlist plain_clock = machine().plain;
+  flop(plain_clock).pins["CK"] = gate_output(plain_clock);
+  EXPECT_THAT(
+      [&] { insert_scan(plain_clock, mini_library()); },
+      ThrowsMessage<InputError>(HasSubstr("cell " + flop(plain_clock).name + ": found a clock from logic")));
+  EXPECT_THAT(rules_of(machine().plain), HasSubstr("uncontrollable reset:"));
+  Netlist no_reset = machine().plain;
+  flop(no_reset).pins.erase(flop(no_reset).pins.count("RN") != 0 ? "RN" : "SN");
+  flop(no_reset).type = "DFF";
+  EXPECT_THAT(rules_of(no_reset), HasSubstr("no reset:" + flop(no_reset).name));
+  Netlist open = machine().plain;
+  flop(open).pins["D"] = 999999;
+  EXPECT_THAT(rules_of(open), HasSubstr("X source:" + flop(open).name + "/D"));
+  Netlist odd = machine().plain;
+  flop(odd).type = "NONE";
+  EXPECT_THAT(rules_of(odd), HasSubstr("unknown cell:"));
+  EXPECT_EQ(rules_of(gated().design.netlist), "");
+  EXPECT_THAT(rules_of(gated().plain), HasSubstr("closed clock gate:u_sum"));
+  EXPECT_EQ(rules_of(gated().plain).find("reset"), std::string::npos);
+  Netlist two = machine().plain;
+  two.ports.push_back({"clk2_i", true, {two.next_net}});
+  flop(two).pins["CK"] = two.next_net++;
+  EXPECT_THAT(rules_of(two), HasSubstr("several clocks:"));
+}
+
+}  // namespace
+}  // namespace meltstage::dft

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/files/stil.hpp"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+
+#include "asic/dft/files/formats.hpp"
+#include "asic/dft/scan/lint.hpp"
+#include "tests/asic/dft/support.hpp"
+
+namespace meltstage::dft {
+namespace {
+
+using testing::HasSubstr;
+
+// Two chains of two and one cells, one capture and a reset pattern, made by hand.
+ScanTest small_test() {
+  ScanTest test;
+  test.title = "small";
+  for (const char* name : {"clk", "rst_n", "se", "si[0]", "si[1]", "d"}) test.signals.push_back({name, true});
+  for (const char* name : {"q", "so[0]", "so[1]"}) test.signals.push_back({name, false});
+  test.chains = {{"c0", "si[0]", "so[0]", {"u.a", "u.b"}}, {"c1", "si[1]", "so[1]", {"u.c"}}};
+  test.clock = "clk";
+  test.reset = "rst_n";
+  test.scan_enable = "se";
+  test.idle_inputs = "010000";
+  test.patterns = {{Action::none, {"01", "01"}, {"LH", "HX"}, "", "XXX", "chain test"},
+                   {Action::reset, {"11", "01"}, {"LL", "LX"}, "", "XXX", "reset test"},
+                   {Action::capture, {"10", "01"}, {"HL", "LX"}, "P10001", "LHX", "pattern 0"}};
+  return test;
+}
+
+TEST(Stil, ReadsBackWhatItWrites) {
+  const CycleStream stream = expand(small_test());
+  EXPECT_EQ(stream.cycles.size(), 2u + 4u * 3u + 1u + 2u);
+  EXPECT_TRUE(same_cycles(parse_stil(stil_text(small_test()), "a.stil"), stream));
+  EXPECT_TRUE(same_cycles(parse_stil(flat_stil_text(stream), "b.stil"), stream));
+}
+
+TEST(Stil, ChainsAndLabelsSurvive) {
+  const CycleStream stream = parse_stil(stil_text(small_test()), "a.stil");
+  ASSERT_EQ(stream.chains.size(), 2u);
+  EXPECT_EQ(stream.chains[0].cells, (std::vector<std::string>{"u.a", "u.b"}));
+  EXPECT_EQ(std::count_if(stream.cycles.begin(), stream.cycles.end(),
+                          [](const TestCycle& c) { return c.label == "pattern 0"; }),
+            1);
+  EXPECT_EQ(stream.cycles[0].label, "test_setup");  // the macro's name
+  EXPECT_EQ(stream.cycles[1].label, "");
+}
+
+TEST(Stil, AnyChangedBitIsSeen) {
+  std::string text = stil_text(small_test());
+  const std::size_t at = text.find("=HLX");
+  text.replace(text.find("\"so[0]\"=LH"), 10, "\"so[0]\"=LL");
+  EXPECT_EQ(at, std::string::npos);
+  EXPECT_FALSE(same_cycles(parse_stil(text, "a.stil"), expand(small_test())));
+}
+
+struct Defect {
+  const char* name;
+  const char* find;
+  const char* put;
+  const char* reason;
+};
+
+// Line of the first difference, counted from 1.
+std::size_t line_of(const std::string& text, std::size_t at) {
+  return static_cast<std::size_t>(
+             std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n')) +
+         1;
+}
+
+TEST(Stil, SeededDefectsAreRejectedWithLineAndReason) {
+  const Defect defects[] = {
+      {"undefined signal", "\"si[0]\"=01", "\"si[9]\"=01", "signal or group \"si[9]\""},
+      {"undefined group", "\"_pi\"=P10001", "\"_px\"=P10001", "signal or group \"_px\""},
+      {"undefined WaveformTable", "  W \"_default_WFT_\";\n  Macro", "  W \"_other_\";\n  Macro",
+       "WaveformTable \"_other_\""},
+      {"undefined procedure", "Call \"multiclock_capture\" {", "Call \"multiclock\" {",
+       "procedure \"multiclock\""},
+      {"undefined macro", "Macro \"test_setup\";\n  \"chain", "Macro \"setup\";\n  \"chain",
+       "macro \"setup\""},
+      {"undefined pattern", "PatList { \"_pattern_\"", "PatList { \"_p_\"", "pattern \"_p_\""},
+      {"bad time", "Period '100ns'", "Period '100'", "time '100'"},
+      {"edge behind the period", "'50ns' U", "'150ns' U", "an edge at"},
+      {"bad waveform character", "\"_pi\"=P10001", "\"_pi\"=P100Q1", "waveform character Q"},
+      {"bad character in scan data", "\"si[0]\"=01", "\"si[0]\"=0H", "waveform character H"},
+      {"vector too short", "\"_pi\"=P10001", "\"_pi\"=P1000", "5 characters"},
+      {"vector too long", "\"_po\"=LHX", "\"_po\"=LHXX", "4 characters"},
+      {"load too long", "\"si[0]\"=01", "\"si[0]\"=011", "scan data of 3 bits"},
+      {"unload too long", "\"so[0]\"=LH", "\"so[0]\"=LHL", "scan data of 3 bits"},
+      {"unload too short", "\"so[0]\"=LH", "\"so[0]\"=L", "1 characters for \"so[0]\""},
+      {"chain length", "ScanLength 2", "ScanLength 3", "2 cells in ScanChain"},
+      {"inversion without a mark", "ScanInversion 0", "ScanInversion 1", "ScanInversion 1 and 0 marks"},
+      {"mark without an inversion", "    ScanCells", "    ScanCells !", "ScanInversion 0 and 1 marks"},
+      {"missing semicolon", "\"_po\"=LHX; }", "\"_po\"=LHX }", "vector data without an end"},
+      {"missing brace", "ScanStructures {", "ScanStructures", "expected"},
+      {"unknown statement", "Macro \"test_setup\";\n  \"chain", "Makro \"test_setup\";\n  \"chain",
+       "\"Makro\""},
+  };
+  for (const Defect& defect : defects) {
+    std::string text = stil_text(small_test());
+    const std::size_t at = text.find(defect.find);
+    ASSERT_NE(at, std::string::npos) << defect.name;
+    text.replace(at, std::string(defect.find).size(), defect.put);
+    try {
+      parse_stil(text, "bad.stil");
+      ADD_FAILURE() << defect.name << " was taken";
+    } catch (const StilError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(defect.reason)) << defect.name;
+      EXPECT_THAT(error.what(), HasSubstr("bad.stil:" + std::to_string(error.line()) + ": found"))
+          << defect.name;
+      EXPECT_LE(error.line(), line_of(text, at) + 12) << defect.name << ": " << error.what();
+    }
+  }
+}
+
+TEST(Stil, OtherShapes) {
+  const char* text = R"(STIL 1.0;
+Signals { a In; b In; y Out; }
+SignalGroups { all = 'a + b + y'; ins = 'all - y'; }
+Timing { WaveformTable t { Period '0.1us'; Waveforms {
+  ins { 01 { '0ns' D/U; } } y { LHX { '40ns' L/H/X; } } } } }
+PatternBurst p { PatList { main; } }
+PatternExec { PatternBurst p; }
+Pattern main { W t; Loop 3 { V { all = 01H; } } V { a=1; } {* a comment *} Stop; })";
+  const CycleStream stream = unrolled(parse_stil(text, "c.stil"));
+  ASSERT_EQ(stream.cycles.size(), 4u);
+  EXPECT_EQ(stream.cycles[3].states, "11H");
+  EXPECT_EQ(stream.timing.period_ns, 100);
+  EXPECT_EQ(stream.timing.strobe_ns, 40);
+}
+
+TEST(Lint, TesterLimits) {
+  const CycleStream good = expand(small_test());
+  EXPECT_TRUE(lint(good, {}).empty());
+  const auto reason = [&](const std::function<void(CycleStream&, TesterProfile&)>& change) {
+    CycleStream stream = good;
+    TesterProfile profile;
+    change(stream, profile);
+    const std::vector<std::string> reasons = lint(stream, profile);
+    return reasons.empty() ? std::string() : reasons[0];
+  };
+  EXPECT_THAT(reason([](CycleStream& s, TesterProfile&) { s.timing.period_ns = 5; }),
+              HasSubstr("period of 5 ns"));
+  EXPECT_THAT(reason([](CycleStream& s, TesterProfile&) { s.timing.strobe_ns = 40.3; }),
+              HasSubstr("strobe at 40.3 ns"));
+  EXPECT_THAT(reason([](CycleStream& s, TesterProfile&) { s.timing.strobe_ns = 60; }),
+              HasSubstr("before the clock"));
+  EXPECT_THAT(reason([](CycleStream& s, TesterProfile&) { s.timing.clock_fall_ns = 52; }),
+              HasSubstr("clock pulse of 2 ns"));
+  EXPECT_THAT(reason([](CycleStream&, TesterProfile& p) { p.pins = 3; }), HasSubstr("9 pins"));
+  EXPECT_THAT(reason([](CycleStream&, TesterProfile& p) { p.vector_memory = 3; }), HasSubstr("vectors"));
+  EXPECT_THAT(reason([](CycleStream& s, TesterProfile&) { s.cycles[4].states[0] = 'H'; }),
+              HasSubstr("cycle 4: found H on clk"));
+}
+
+std::size_t count(const std::string& text, const std::string& what) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + what.size())) ++n;
+  return n;
+}
+
+// Every cycle is in each format, runs counted.
+TEST(Formats, HoldEveryCycle) {
+  const CycleStream stream = expand(small_test());
+  std::size_t repeated = 0;
+  for (std::size_t i = 1; i < stream.cycles.size(); ++i)
+    repeated +=
+        stream.cycles[i].states == stream.cycles[i - 1].states && stream.cycles[i].label.empty() ? 1 : 0;
+  const std::size_t runs = stream.cycles.size() - repeated;
+  EXPECT_EQ(count(wgl_text(stream), "vector(tp)"), runs);
+  EXPECT_EQ(count(atp_text(stream), "> tp0"), runs);
+  EXPECT_EQ(count(avc_text(stream), " tp0 "), runs);
+  EXPECT_EQ(count(mem_text(stream), "\n"), stream.cycles.size());
+  EXPECT_EQ(count(evcd_text(stream), "$var port"), stream.signals.size());
+  std::size_t pulses = 0;
+  for (const TestCycle& cycle : stream.cycles) pulses += cycle.states[0] == 'P' ? 1 : 0;
+  EXPECT_EQ(count(evcd_text(stream), "pU 0 6 <0\n"), pulses);
+  EXPECT_EQ(count(vcd_text(stream), "\n1!\n"), pulses);
+}
+
+}  // namespace
+}  // namespace meltstage::dft

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/layout/db/design.hpp"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "asic/layout/db/error.hpp"
+#include "base/output_file.hpp"
+
+namespace meltstage::layout {
+namespace {
+
+using ::testing::HasSubstr;
+
+const char* const kNetlist = R"({"modules": {"two": {"attributes": {"top": "1"},
+  "ports": {"a": {"direction": "input", "bits": [2, 3]}, "y": {"direction": "output", "bits": [4]}},
+  "cells": {"g1": {"type": "AND2X1", "connections": {"A": [2], "B": [3], "Y": [5]}},
+            "g2": {"type": "AND2X1", "connections": {"A": [5], "B": ["1"], "Y": [4]}}},
+  "netnames": {"a": {"bits": [2, 3]}, "y": {"bits": [4]}, "_7_": {"bits": [5]}, "some.net[3]": {"bits": [5]}}}}})";
+
+class DesignTest : public ::testing::Test {
+ protected:
+  Design netlist() const {
+    const auto path = std::filesystem::path(::testing::TempDir()) / "layout_netlist.json";
+    vectors::write_whole(path, kNetlist);
+    return read_netlist(path, technology);
+  }
+  const Technology technology = read_lef({OSU018_LEF});
+};
+
+TEST_F(DesignTest, NetlistKeepsPublicNamesAndTiesConstants) {
+  const Design d = netlist();
+  EXPECT_EQ(d.nets.at(0).name, "vdd");
+  EXPECT_EQ(d.nets.at(0).pins.size(), 1u);
+  ASSERT_GE(d.find_net("some.net[3]"), 0);
+  EXPECT_EQ(d.find_net("_7_"), -1);
+  const std::string verilog = verilog_text(d, technology);
+  EXPECT_THAT(verilog, HasSubstr("module two(a_0, a_1, y);"));
+  EXPECT_THAT(verilog, HasSubstr(".Y(\\some.net[3] )"));
+  EXPECT_THAT(verilog, HasSubstr(".B(1'b1)"));
+}
+
+TEST_F(DesignTest, DefIsReadAsItWasWritten) {
+  Design d = netlist();
+  d.die = {0, 0, 20000, 20000};
+  d.rows.push_back({"ROW_0", 0, {800, 0}, Orientation::FS, 20});
+  d.tracks.push_back({technology.find_layer("metal1"), Axis::horizontal, 500, 20, 1000});
+  d.vias.push_back({"stack",
+                    false,
+                    {{technology.find_layer("metal1"), {-400, -100, 400, 100}},
+                     {technology.find_layer("via"), {-100, -100, 100, 100}},
+                     {technology.find_layer("metal2"), {-400, -100, 400, 100}}}});
+  d.components[0] = {d.components[0].name, d.components[0].macro, {800, 0}, Orientation::FS, true, false};
+  d.components[1] = {d.components[1].name, d.components[1].macro, {8000, 0}, Orientation::S, true, true};
+  d.pins[0].is_placed = true;
+  d.pins[0].shape = {technology.find_layer("metal3"), {-150, 850, 150, 1150}};
+  Net& net = d.nets[static_cast<std::size_t>(d.find_net("some.net[3]"))];
+  net.wires.push_back({technology.find_layer("metal1"), {1000, 500}, {3000, 500}, 300});
+  net.vias.push_back({technology.find_via("M2_M1"), {3000, 500}});
+  net.patches.push_back({technology.find_layer("metal2"), {2850, 350, 3150, 950}});
+  d.nets[0].straps.push_back({technology.find_layer("metal1"), {0, 9700, 20000, 10300}});
+  d.nets[0].strap_vias.push_back({static_cast<int>(technology.vias.size()), {4000, 10000}});
+  const std::string text = def_text(d, technology);
+  const Design back = parse_def(text, "text", technology);
+  EXPECT_EQ(back.die, d.die);
+  EXPECT_EQ(back.components.at(1).orientation, Orientation::S);
+  EXPECT_EQ(outline(back.components.at(1), technology), outline(d.components.at(1), technology));
+  const Net& same = back.nets.at(static_cast<std::size_t>(back.find_net("some.net[3]")));
+  EXPECT_EQ(same.pins, net.pins);
+  EXPECT_EQ(same.wires.at(0).metal(), (Rect{850, 350, 3150, 650}));
+  EXPECT_EQ(same.patches.at(0).rect, net.patches.at(0).rect);
+  const Net& supply = back.nets.at(static_cast<std::size_t>(back.find_net("vdd")));
+  EXPECT_EQ(supply.use, Use::power);
+  EXPECT_EQ(supply.straps.at(0).rect, d.nets[0].straps.at(0).rect);
+  EXPECT_EQ(supply.pins.size(), 1u);
+  // the order of nets may change once; after that nothing does
+  EXPECT_EQ(def_text(parse_def(def_text(back, technology), "again", technology), technology),
+            def_text(back, technology));
+}
+
+TEST_F(DesignTest, OrientationTurnsShapes) {
+  const Macro& gate = technology.macros.at(technology.find_macro("AND2X1"));
+  Component c{"g", technology.find_macro("AND2X1"), {1000, 2000}, Orientation::N, true, false};
+  const Rect shape{200, 3300, 600, 4100};
+  EXPECT_EQ(placed(shape, gate, c), (Rect{1200, 5300, 1600, 6100}));
+  c.orientation = Orientation::FN;
+  EXPECT_EQ(placed(shape, gate, c), (Rect{3600, 5300, 4000, 6100}));
+  c.orientation = Orientation::FS;
+  EXPECT_EQ(placed(shape, gate, c), (Rect{1200, 7900, 1600, 8700}));
+  c.orientation = Orientation::S;
+  EXPECT_EQ(placed(shape, gate, c), (Rect{3600, 7900, 4000, 8700}));
+}
+
+TEST_F(DesignTest, WrongDefIsOneLine) {
+  const auto message = [&](const std::string& text) {
+    try {
+      parse_def(text, "a.def", technology);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message("DESIGN t ;\nCOMPONENTS 1 ;\n- a NOSUCH + PLACED ( 0 0 ) N ;\n"),
+            "a.def:3: found \"NOSUCH\", expected a macro of the LEF");
+  EXPECT_EQ(message("DESIGN t ;\n"), "a.def:2: found the file's end, expected END DESIGN");
+  EXPECT_EQ(message("COMPONENTS 1 ;\n- a INVX1 + PLACED ( 0 0 ) W ;"),
+            "a.def:2: found \"W\", expected orientation N, S, FN or FS");
+}
+
+}  // namespace
+}  // namespace meltstage::layout

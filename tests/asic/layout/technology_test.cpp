@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/layout/db/technology.hpp"
+
+#include <gmock/gmock.h>
+
+#include "asic/layout/db/error.hpp"
+
+namespace meltstage::layout {
+namespace {
+
+TEST(Technology, ReadsDebiansCells) {
+  const Technology t = read_lef({OSU018_LEF});
+  ASSERT_EQ(t.routing_layers().size(), 6u);
+  const Layer& metal2 = t.layers.at(t.find_layer("metal2"));
+  EXPECT_EQ(metal2.direction, Axis::vertical);
+  EXPECT_EQ(metal2.pitch, 800);
+  EXPECT_EQ(metal2.offset, 400);
+  EXPECT_EQ(metal2.width, 300);
+  EXPECT_EQ(metal2.spacing, 300);
+  EXPECT_DOUBLE_EQ(metal2.edge_cap_pf_um, 6e-5);
+  EXPECT_EQ(t.sites.at(0).height, 10000);
+  const Macro& gate = t.macros.at(t.find_macro("AND2X1"));
+  EXPECT_EQ(gate.width, 3200);
+  EXPECT_EQ(gate.pins.at(gate.find_pin("Y")).direction, PinDirection::output);
+  EXPECT_EQ(gate.pins.at(gate.find_pin("vdd")).use, Use::power);
+  EXPECT_EQ(gate.pins.at(gate.find_pin("A")).shapes.at(0).rect, (Rect{200, 3300, 600, 4100}));
+  EXPECT_EQ(t.via_rules.size(), 5u);  // TURN rules hold no cut
+  EXPECT_EQ(t.vias.at(t.find_via("M2_M1")).shapes.size(), 3u);
+}
+
+TEST(Technology, SpacingGrowsWithWidthAndRun) {
+  Technology t;
+  parse_lef(R"(LAYER M
+  TYPE ROUTING ;
+  WIDTH 0.16 ;
+  AREA 0.09 ;
+  SPACINGTABLE PARALLELRUNLENGTH 0.00 1.00 10.00
+    WIDTH 0.00 0.18 0.18 0.18
+    WIDTH 0.30 0.18 0.22 0.22
+    WIDTH 10.0 0.18 0.22 0.60 ;
+  END M
+  END LIBRARY)",
+            "text", t);
+  const Layer& metal = t.layers.at(0);
+  EXPECT_EQ(metal.spacing, 180);
+  EXPECT_EQ(metal.area_nm2, 90000);
+  EXPECT_EQ(metal.spacing_for(160, 20000), 180);
+  EXPECT_EQ(metal.spacing_for(300, 999), 180);
+  EXPECT_EQ(metal.spacing_for(300, 1000), 220);
+  EXPECT_EQ(metal.spacing_for(10000, 10000), 600);
+}
+
+TEST(Technology, WrongInputIsOneLine) {
+  const auto message = [](const char* text) {
+    Technology t;
+    try {
+      parse_lef(text, "cells.lef", t);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message("LAYER M\n PITCH zero ;"), "cells.lef:2: found \"zero\", expected a number");
+  EXPECT_EQ(message("VIA V\n LAYER nosuch ;"),
+            "cells.lef:2: found \"nosuch\", expected a layer that was described before");
+  EXPECT_EQ(message("MACRO A\n SIZE 1 BY 2 ;\n"), "cells.lef:3: found the file's end, expected more");
+}
+
+}  // namespace
+}  // namespace meltstage::layout

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/netlist/liberty.hpp"
+
+#include <gmock/gmock.h>
+
+#include "asic/netlist/error.hpp"
+#include "tests/asic/dft/support.hpp"
+
+namespace meltstage::dft {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+TEST(Liberty, PrecedenceIsNotXorAndOr) {
+  EXPECT_EQ(parse_expression("a + b c ^ !d"), parse_expression("a | (b & (c ^ (d')))"));
+  EXPECT_NE(parse_expression("(a + b) c"), parse_expression("a + b c"));
+  EXPECT_EQ(parse_expression("!a'"), parse_expression("!(a')"));
+}
+
+TEST(Liberty, WrongExpressionsNameTheColumn) {
+  EXPECT_THAT([] { parse_expression("a & )"); },
+              ThrowsMessage<InputError>(HasSubstr("column 5: found \")\", expected a pin")));
+  EXPECT_THAT([] { parse_expression("(a | b"); },
+              ThrowsMessage<InputError>(HasSubstr("found \"the end\", expected \")\"")));
+}
+
+TEST(Liberty, ScanCellOfTheBuiltInLibrary) {
+  const Cell& cell = mini_library().at("SDFFR");
+  ASSERT_TRUE(cell.scan && cell.flop && cell.flop->clear);
+  EXPECT_EQ(cell.scan->in, "SI");
+  EXPECT_EQ(cell.scan->enable, "SE");
+  EXPECT_EQ(cell.scan->next_state, parse_expression("D"));
+  EXPECT_EQ(*cell.flop->clear, parse_expression("!RN"));
+}
+
+// Without test_cell the pins say it.
+TEST(Liberty, ScanPinsByTheirNextStateType) {
+  const CellLibrary cells = parse_liberty(
+      "library (x) { cell (S) { ff (IQ,IQN) { clocked_on : \"CK\"; next_state : \"(SE*SI)+(!SE*D)\"; }"
+      " pin (D) { direction : input; } pin (CK) { direction : input; }"
+      " pin (SI) { direction : input; nextstate_type : scan_in; }"
+      " pin (SE) { direction : input; nextstate_type : scan_enable; }"
+      " pin (Q) { direction : output; function : \"IQ\"; } } }",
+      "x.lib");
+  const Cell& cell = cells.at("S");
+  ASSERT_TRUE(cell.scan);
+  EXPECT_EQ(cell.scan->in, "SI");
+  EXPECT_EQ(cell.scan->enable, "SE");
+  EXPECT_EQ(cell.scan->next_state, parse_expression("D"));
+}
+
+TEST(Liberty, ClockGatesAreNoLatches) {
+  const Cell& plain = mini_library().at("CKG");
+  ASSERT_TRUE(plain.gate);
+  EXPECT_FALSE(plain.has_latch);
+  EXPECT_EQ(plain.gate->test, "");
+  const Cell& testable = mini_library().at("CKGT");
+  ASSERT_TRUE(testable.gate);
+  EXPECT_EQ(testable.gate->clock + testable.gate->enable + testable.gate->test + testable.gate->out,
+            "CKETEGCK");
+}
+
+TEST(Liberty, CommentsContinuationsAndUnknownGroupsArePassedOver) {
+  const CellLibrary cells = parse_liberty(
+      "library (x) { /* a\n b */ voltage_map (VDD, 1.8);\n lu_table_template (t) { index_1 (\"1, \\\n 2\"); "
+      "}\n"
+      " cell (\"G\") { pin(A){direction:input;capacitance:0.1;} pin(Y) { direction : output ; function : "
+      "\"(A)'\"; timing () { related_pin : \"A\"; } } } }",
+      "x.lib");
+  EXPECT_EQ(*cells.at("G").find("Y")->function, parse_expression("!A"));
+}
+
+TEST(Liberty, DefectsNameFileAndLine) {
+  EXPECT_THAT([] { parse_liberty("library (x) {\n cell (A) {\n", "x.lib"); },
+              ThrowsMessage<InputError>(HasSubstr("x.lib:2: found group cell left open")));
+  EXPECT_THAT([] { parse_liberty("library (x) { }", "x.lib"); },
+              ThrowsMessage<InputError>(HasSubstr("x.lib: found no cell")));
+  EXPECT_THAT(
+      [] {
+        parse_liberty("library (x) {\n cell (A) { pin (Y) { direction : output; function : \"A &\"; } } }",
+                      "x.lib");
+      },
+      ThrowsMessage<InputError>(HasSubstr("cell A: function")));
+}
+
+}  // namespace
+}  // namespace meltstage::dft

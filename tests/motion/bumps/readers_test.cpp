@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: Apache-2.0
+// Workbooks (.xlsx), placement files, Gerber layers and drill files.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+#include "motion/bumps/coordinates.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+const fs::path examples = fs::path(MELTSTAGE_SOURCE_DIR) / "examples";
+const fs::path boards = "/usr/share/doc/gerbv/examples";
+
+class Readers : public ::testing::Test {
+ protected:
+  Readers() {
+    std::string pattern = (fs::temp_directory_path() / "meltstage-readers-XXXXXX").string();
+    folder_ = mkdtemp(pattern.data());
+  }
+  ~Readers() override { fs::remove_all(folder_); }
+
+  fs::path write(const std::string& name, std::string_view content) const {
+    std::ofstream(folder_ / name, std::ios::binary) << content;
+    return folder_ / name;
+  }
+
+  std::string error_of(const std::string& name, std::string_view content) const {
+    return error_of(write(name, content));
+  }
+
+  static std::string error_of(const fs::path& path) {
+    try {
+      read_coordinates(path);
+    } catch (const CoordinateError& error) {
+      const std::string message = error.what();
+      EXPECT_EQ(message.find('\n'), std::string::npos);
+      EXPECT_THAT(message, StartsWith(path.string() + ": "));
+      return message.substr(std::min(message.size(), path.string().size() + 2));
+    }
+    return "read without an error";
+  }
+
+  CoordinateFile read(const std::string& name, std::string_view content) const {
+    return read_coordinate_file(write(name, content));
+  }
+
+  fs::path folder_;
+};
+
+std::string read_file(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void expect_points(const std::vector<Point>& points, const std::vector<Point>& expected) {
+  ASSERT_EQ(points.size(), expected.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(points[i].x_mm, expected[i].x_mm, 1e-9) << "point " << i;
+    EXPECT_NEAR(points[i].y_mm, expected[i].y_mm, 1e-9) << "point " << i;
+    EXPECT_EQ(points[i].row, expected[i].row) << "point " << i;
+  }
+}
+
+// ---- .xlsx, written by another maker's library ----
+
+class Xlsx : public Readers {
+ protected:
+  /// Runs openpyxl over `body`, in which `sheet` is the active sheet of `book`.
+  fs::path make(const std::string& body) const {
+    const fs::path script =
+        write("make.py", "import openpyxl\nbook = openpyxl.Workbook()\nsheet = book.active\n" + body +
+                             "\nbook.save('" + (folder_ / "a.xlsx").string() + "')\n");
+    EXPECT_EQ(std::system(("/usr/bin/python3 " + script.string()).c_str()), 0);
+    return folder_ / "a.xlsx";
+  }
+};
+
+TEST_F(Xlsx, ReadsColumnsByNameWithTheirUnits) {
+  const auto points = read_coordinates(
+      make("for row in [['ref', 'Y (um)', 'X (um)'], ['A1', 2500, 1500.5], ['A2', '4000', 3000]]:\n"
+           "  sheet.append(row)"));
+  expect_points(points, {{1.5005, 2.5, 2}, {3.0, 4.0, 3}});
+}
+
+TEST_F(Xlsx, ReadsTheFirstSheetAndKeepsItsRowNumbers) {
+  const auto points =
+      read_coordinates(make("sheet['B3'] = 1.25\nsheet['D3'] = 7\nsheet['B9'] = 2.5\nsheet['D9'] = 8\n"
+                            "book.create_sheet('other').append(['x', 'y'])"));
+  expect_points(points, {{1.25, 7.0, 3}, {2.5, 8.0, 9}});
+}
+
+TEST_F(Xlsx, HoldsTheSameBumpsAsTheXlsExample) {
+  const auto expected = read_coordinates(examples / "bumps_8x8.xls");
+  std::string body = "sheet.append(['x', 'y'])\n";
+  for (const Point& p : expected) body += fmt::format("sheet.append([{}, {}])\n", p.x_mm, p.y_mm);
+  expect_points(read_coordinates(make(body)), expected);
+}
+
+TEST_F(Xlsx, BadNumberNamesItsPlace) {
+  EXPECT_THAT(error_of(make("sheet.append(['x', 'y'])\nsheet.append([1, 'two'])")),
+              StartsWith("row 2, column 2 (y): found 'two', expected a number"));
+}
+
+TEST_F(Xlsx, OfAnotherKindOrCutOffIsRefused) {
+  EXPECT_THAT(error_of("b.xlsx", read_file(examples / "bumps_8x8.xls")), StartsWith("found an OLE2 file"));
+  EXPECT_THAT(error_of("c.xlsx", "x,y\n1,2\n"), StartsWith("found text, expected an Excel workbook"));
+  const std::string whole = read_file(make("sheet.append([1, 2])"));
+  for (const std::size_t size : {10UL, whole.size() / 2, whole.size() - 5})
+    EXPECT_THAT(error_of("d.xlsx", whole.substr(0, size)), HasSubstr("expected an Excel workbook"));
+}
+
+TEST_F(Xlsx, ArchiveThatIsNoWorkbookIsRefused) {
+  const fs::path script =
+      write("zip.py", "import zipfile\nzipfile.ZipFile('" + (folder_ / "e.xlsx").string() +
+                          "', 'w').writestr('a.txt', 'x')\n");
+  ASSERT_EQ(std::system(("/usr/bin/python3 " + script.string()).c_str()), 0);
+  EXPECT_THAT(error_of(folder_ / "e.xlsx"), HasSubstr("no part 'xl/workbook.xml'"));
+}
+
+// ---- placement tables ----
+
+constexpr std::string_view kPos =
+    "### Footprint positions - created on 2026-01-01 ###\n"
+    "### Printed by KiCad version 7.0\n"
+    "## Unit = mm, Angle = deg.\n"
+    "## Side : top\n"
+    "# Ref     Val       Package                PosX       PosY       Rot  Side\n"
+    "C1        100 nF    C_0603              12.5000    45.6000    90.0000  top\n"
+    "U1        MCU       BGA                 20.0000    30.2500     0.0000  top\n"
+    "## End\n";
+
+TEST_F(Readers, PosHoldsABumpAFootprint) {
+  expect_points(read("a.pos", kPos).points, {{12.5, 45.6, 6}, {20.0, 30.25, 7}});
+}
+
+TEST_F(Readers, PosInInches) {
+  std::string text(kPos);
+  text.replace(text.find("mm,"), 3, "inches,");
+  EXPECT_NEAR(
+      read_coordinate_file(write("a.pos", text), {.travel = {{0, 2000}, {0, 2000}, {}}}).points[1].x_mm,
+      508.0, 1e-9);
+}
+
+TEST_F(Readers, PosThatCantBeUsed) {
+  std::string text(kPos);
+  EXPECT_THAT(error_of("a.pos", text.substr(0, text.find("## End"))), HasSubstr("## End"));
+  EXPECT_THAT(error_of("a.pos", "C1 1 C 1 2 0 top\n"), StartsWith("row 1: found 'C1 1 C 1 2 0 top' before"));
+  std::string mixed = text;
+  mixed.replace(mixed.rfind("top"), 3, "bottom");
+  EXPECT_THAT(error_of("a.pos", mixed), StartsWith("row 7: found side 'bottom'"));
+  std::string bad = text;
+  bad.replace(bad.find("30.2500"), 7, "30,2500");
+  EXPECT_THAT(error_of("a.pos", bad), StartsWith("row 7 (PosY): found '30,2500'"));
+}
+
+TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
+  expect_points(read("a.csv", "Ref,Val,Package,PosX,PosY,Rot,Side\nC1,1,C,1.5,2.5,0,top\n").points,
+                {{1.5, 2.5, 2}});
+  expect_points(read("b.csv", "Designator,Mid X (mm),Mid Y (mm)\nC1,1.5,2.5\n").points, {{1.5, 2.5, 2}});
+  expect_points(read("c.csv", "Designator,Center-X(mil),Center-Y(mil)\nC1,1000,2000\n").points,
+                {{25.4, 50.8, 2}});
+}
+
+// ---- Gerber ----
+
+std::string gerber(std::string_view body) {
+  return "%FSLAX46Y46*%\n%MOMM*%\n%ADD10C,0.5*%\n%ADD11R,0.5X0.3*%\n" + std::string(body) + "M02*\n";
+}
+
+TEST_F(Readers, GerberFlashesAreBumps) {
+  const auto file = read("a.gbr", gerber("D10*\nX1000000Y2000000D03*\nX3500000D03*\nD11*\nY4000000D03*\n"));
+  expect_points(file.points, {{1.0, 2.0, 6}, {3.5, 2.0, 7}, {3.5, 4.0, 9}});
+  EXPECT_THAT(file.notes, IsEmpty());
+}
+
+TEST_F(Readers, GerberOldStyles) {
+  // Leading zeros kept, inches, G54, a flash at the present point, an operation that stays, commands on one
+  // line.
+  const auto file =
+      read("a.gbr", "%FSTAX23Y23*MOIN*%%ADD10C,0.05*%G54D10*G01X01Y02D02*D03*X015*G04 X9D03*\nX1Y1D02*M02*");
+  expect_points(file.points, {{25.4, 50.8, 1}, {38.1, 50.8, 1}});
+}
+
+TEST_F(Readers, GerberCommandsThatDoNothingAreRead) {
+  const auto file =
+      read("a.gbr", gerber("%ICAS*%%IPPOS*%%ASAXBY*%%MIA0B0*%%OFA0.00B0.0*%%SFA1.000B1.000*%%IR0*%"
+                           "%SRX1Y1*%D10*\nX1000000Y2000000D03*\n"));
+  expect_points(file.points, {{1, 2, 6}});
+}
+
+TEST_F(Readers, GerberIncrementalNotation) {
+  expect_points(
+      read("a.gbr",
+           "%FSLIX46Y46*%%MOMM*%%ADD10C,1*%D10*X1000000Y1000000D03*X1000000D03*X1000000Y500000D03*M02*")
+          .points,
+      {{1, 1, 1}, {2, 1, 1}, {3, 1.5, 1}});
+}
+
+TEST_F(Readers, GerberStepAndRepeat) {
+  const auto points =
+      read("a.gbr", gerber("D10*\n%SRX3Y2I5.0J4.0*%\nX1000000Y1000000D03*\n%SR*%\nX0Y0D03*\n")).points;
+  expect_points(points, {{1, 1, 7}, {1, 5, 7}, {6, 1, 7}, {6, 5, 7}, {11, 1, 7}, {11, 5, 7}, {0, 0, 9}});
+}
+
+TEST_F(Readers, GerberBlocksAreFlashedWithTheirTransformation) {
+  const auto points =
+      read("a.gbr", gerber("%ABD20*%D10*X1000000Y0D03*X0Y500000D03*%AB*%\nD20*\nX10000000Y10000000D03*\n"
+                           "%LR90*%X20000000D03*\n%LR0*%%LMX*%%LS2*%X30000000D03*\n"))
+          .points;
+  expect_points(points, {{11, 10, 5}, {10, 10.5, 5}, {20, 11, 5}, {19.5, 10, 5}, {28, 10, 5}, {30, 11, 5}});
+}
+
+TEST_F(Readers, GerberTellsWhatIsNoFlash) {
+  const auto file = read(
+      "a.gbr", gerber("%AMRR*21,1,1,1,0,0,0*%\n%ADD12RR*%\nD12*\nX1000000Y1000000D03*\n"
+                      "D10*X0Y0D02*\nX1000000D01*\nG36*\nX0Y0D02*X1000000D01*Y1000000D01*X0Y0D01*\nG37*\n"
+                      "%TF.FileFunction,Paste,Top*%\n"));
+  expect_points(file.points, {{1, 1, 8}});
+  EXPECT_THAT(file.notes, ElementsAre("1 regions, first in row 11, hold no bump",
+                                      "1 draws, first in row 10, hold no bump"));
+}
+
+struct BadFile {
+  const char* name;
+  std::string content;
+  const char* message;
+};
+
+class BadGerber : public Readers, public ::testing::WithParamInterface<BadFile> {};
+TEST_P(BadGerber, NamesPlaceAndValue) {
+  EXPECT_THAT(error_of("a.gtp", GetParam().content), StartsWith(GetParam().message));
+}
+INSTANTIATE_TEST_SUITE_P(
+    All, BadGerber,
+    ::testing::Values(
+        BadFile{"no_end", "%FSLAX46Y46*%%MOMM*%%ADD10C,1*%D10*X0Y0D03*", "the file ends without M02*"},
+        BadFile{"cut_command", "%FSLAX46Y46*%%MOMM*%\n%ADD10C,1*%\nD10*\nX0Y",
+                "row 4: the command that begins here has no end"},
+        BadFile{"cut_extended", "%FSLAX46Y46*%\n%MOMM*", "row 2: the command that begins here has no end"},
+        BadFile{"no_format", "%MOMM*%%ADD10C,1*%D10*X0Y0D03*M02*",
+                "row 1: found 'X0Y0D03', expected a format"},
+        BadFile{"no_unit", "%FSLAX46Y46*%%ADD10C,1*%D10*\nX0Y0D03*M02*",
+                "row 2: found 'X0Y0D03', expected a unit"},
+        BadFile{"no_aperture", gerber("X0Y0D03*"), "row 5: found 'X0Y0D03', expected an aperture"},
+        BadFile{"unknown_aperture", gerber("D15*"),
+                "row 5: found 'D15', expected an aperture that is defined"},
+        BadFile{"unknown_macro", gerber("%ADD12FOO*%"), "row 5: found 'FOO', expected C, R, O, P or a macro"},
+        BadFile{"clear_flash", gerber("D10*\n%LPC*%\nX0Y0D03*"),
+                "row 7: found 'X0Y0D03', expected flashes of dark"},
+        BadFile{"negative_image", gerber("%IPNEG*%"), "row 5: found 'IPNEG', expected IPPOS"},
+        BadFile{"mirrored_image", gerber("%MIA1B0*%"), "row 5: found 'MIA1B0', expected no change"},
+        BadFile{"flash_in_region", gerber("D10*G36*\nX0Y0D03*"), "row 6: found 'X0Y0D03', expected no flash"},
+        BadFile{"bad_format", "%FSLAX4Y46*%M02*", "row 1: found 'FSLAX4Y46', expected a format"},
+        BadFile{"bad_coordinate", gerber("D10*\nX1.5Y0D03*"), "row 6: found 'X1.5Y0D03', expected"},
+        BadFile{"too_many_digits", gerber("D10*\nX123456789012D03*"),
+                "row 6: found 'X123456789012D03', expected coordinates of at most 10"},
+        BadFile{"open_block", gerber("%ABD20*%D10*X0Y0D03*"), "the file ends inside a block"},
+        BadFile{"scaled_image", gerber("%SFA1.0B1.01*%"), "row 5: found 'SFA1.0B1.01', expected no change"},
+        BadFile{"swapped_axes", gerber("%ASAYBX*%"), "row 5: found 'ASAYBX', expected no change"},
+        BadFile{"endless_step", gerber("D10*%SRX2000000Y2000000I1J1*%X0Y0D03*%SR*%"),
+                "found more than 2000000 points"},
+        BadFile{"negative_step", gerber("D10*%SRX-2Y1I1J0*%"),
+                "row 5: found 'SRX-2Y1I1J0', expected repeats"},
+        BadFile{"no_gerber", "hello", "row 1: the command that begins here has no end"},
+        BadFile{"unknown_command", gerber("%XX*%"), "row 5: found 'XX', expected a command"}),
+    [](const auto& test) { return test.param.name; });
+
+// ---- Excellon ----
+
+TEST_F(Readers, ExcellonHolesAreBumps) {
+  const auto file =
+      read("a.drl",
+           "M48\n; DRILL "
+           "file\nFMAT,2\nMETRIC,TZ\nT1C0.300\nT2C1.000\n%\nG90\nG05\nT1\nX10.5Y2.0\nX11.5\nT2\nX1.0Y30.25\n"
+           "X2.0Y3.0G85X4.0Y3.0\nT0\nM30\n");
+  expect_points(file.points, {{10.5, 2.0, 11}, {11.5, 2.0, 12}, {1.0, 30.25, 14}});
+  EXPECT_THAT(file.notes, ElementsAre("1 slots, first in row 15, hold no bump"));
+}
+
+TEST_F(Readers, ExcellonWithoutDecimalPoints) {
+  // Inches 2.4: leading zeros kept, so 015 is 1.5; trailing zeros kept, so 15000 is 1.5.
+  expect_points(read("a.drl", "M48\nINCH,LZ\nT1C0.02\n%\nT1\nX015Y02\nM30\n").points, {{38.1, 50.8, 6}});
+  expect_points(read("b.drl", "M48\nINCH,TZ\nT1C0.02\n%\nT1\nX15000Y20000\nM30\n").points, {{38.1, 50.8, 6}});
+  expect_points(read("c.drl", "M48\nMETRIC,LZ,0000.00\nT1C0.5\n%\nT1\nX00125Y0020\nM30\n").points,
+                {{12.5, 20.0, 6}});
+}
+
+TEST_F(Readers, ExcellonRepeatsAndIncrements) {
+  expect_points(read("a.drl", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1.0Y1.0\nR3X2.0\nG91\nX0.5Y0.5\nM30\n").points,
+                {{1, 1, 6}, {3, 1, 7}, {5, 1, 7}, {7, 1, 7}, {7.5, 1.5, 9}});
+}
+
+class BadExcellon : public Readers, public ::testing::WithParamInterface<BadFile> {};
+TEST_P(BadExcellon, NamesPlaceAndValue) {
+  EXPECT_THAT(error_of("a.drl", GetParam().content), StartsWith(GetParam().message));
+}
+INSTANTIATE_TEST_SUITE_P(
+    All, BadExcellon,
+    ::testing::Values(
+        BadFile{"no_end", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1.0Y1.0\n", "the file ends without M30"},
+        BadFile{"no_unit", "M48\nT1C0.5\n%\nT1\nX1.0Y1.0\nM30\n", "row 5: found 'X1.0Y1.0', expected a unit"},
+        BadFile{"no_zeros", "M48\nMETRIC\nT1C0.5\n%\nT1\nX10Y10\nM30\n",
+                "row 6: found 'X10Y10', expected decimal points, or LZ or TZ"},
+        BadFile{"unknown_tool", "M48\nMETRIC,TZ\n%\nT4\nM30\n",
+                "row 4: found 'T4', expected a tool that the header defines"},
+        BadFile{"no_tool", "M48\nMETRIC,TZ\nT1C0.5\n%\nX1.0Y1.0\nM30\n",
+                "row 5: found 'X1.0Y1.0', expected a tool (T1)"},
+        BadFile{"bad_number", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1..0Y1.0\nM30\n",
+                "row 6: found 'X1..0Y1.0', expected a number behind X"},
+        BadFile{"repeat_of_nothing", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nR3X1.0\nM30\n",
+                "row 6: found 'R3X1.0', expected a repetition"},
+        BadFile{"too_many_digits", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1234567Y1\nM30\n",
+                "row 6: found 'X1234567Y1', expected at most 6 digits"}),
+    [](const auto& test) { return test.param.name; });
+
+// ---- other people's boards ----
+
+CoordinateOptions wide() {
+  CoordinateOptions options;
+  options.travel.x = options.travel.y = {-1e5, 1e5};
+  return options;
+}
+
+// gerbv's example board alone and as a panel of two by three.
+TEST(Boards, PanelIsTheBoardRepeated) {
+  const auto board = read_coordinates(boards / "dan" / "top.gbx", wide());
+  const auto panel = read_coordinates(boards / "dan" / "top_sr.gbx", wide());
+  ASSERT_EQ(panel.size(), 6 * board.size());
+  auto place = panel.begin();
+  for (int column = 0; column < 2; ++column)
+    for (int line = 0; line < 3; ++line)
+      for (const Point& p : board) {
+        EXPECT_NEAR(place->x_mm, p.x_mm + column * 4.0 * 25.4, 1e-9);
+        EXPECT_NEAR(place->y_mm, p.y_mm + line * 3.0 * 25.4, 1e-9);
+        ++place;
+      }
+}
+
+TEST(Boards, EveryExampleOfGerbvGivesPointsOrOneLine) {
+  int read = 0, refused = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(boards)) {
+    const std::string extension = entry.path().extension().string();
+    if (extension != ".gbr" && extension != ".grb" && extension != ".gbx" && extension != ".ger" &&
+        extension != ".exc" && extension != ".drl" && extension != ".cnc")
+      continue;
+    try {
+      EXPECT_GT(read_coordinates(entry.path(), wide()).size(), 0U);
+      ++read;
+    } catch (const CoordinateError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+      ++refused;
+      if (std::getenv("MELTSTAGE_SHOW_REFUSALS") != nullptr) fmt::print("{}\n", error.what());
+    }
+  }
+  EXPECT_GT(read, 10);
+}
+
+std::string damaged(std::string content, std::mt19937& random) {
+  if (content.empty()) return content;
+  for (std::size_t damages = 1 + random() % 3; damages > 0; --damages) {
+    const std::size_t at = random() % content.size();
+    switch (random() % 4) {
+      case 0:
+        content.resize(at + 1);
+        break;
+      case 1:
+        content.erase(at, random() % 8);
+        break;
+      default:
+        content[at] = static_cast<char>(random());
+    }
+    if (content.empty()) return content;
+  }
+  return content;
+}
+
+TEST_F(Xlsx, DamagedFilesGivePointsOrOneLine) {
+  const fs::path book = make("for i in range(40):\n  sheet.append([i, 'a%d' % i, 2 * i])");
+  const std::pair<std::string, std::string> originals[] = {
+      {"a.xlsx", read_file(book)},
+      {"b.pos", std::string(kPos)},
+      {"c.gbr", gerber("%ABD20*%D10*X1000000Y0D03*X0Y500000D03*%AB*%\nD20*%SRX3Y2I5.0J4.0*%"
+                       "X10000000Y10000000D03*%SR*%\n%LR90*%X20000000D03*\n")},
+      {"d.drl", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1.0Y1.0\nR3X2.0\nG91\nX0.5Y0.5\nM30\n"}};
+  std::mt19937 random(20261121);
+  int refused = 0;
+  constexpr int files = 2000;
+  for (int i = 0; i < files; ++i) {
+    const auto& [name, content] = originals[random() % std::size(originals)];
+    const fs::path path = write(name, damaged(content, random));
+    try {
+      EXPECT_FALSE(read_coordinates(path).empty());
+    } catch (const CoordinateError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+      EXPECT_THAT(error.what(), StartsWith(path.string() + ": "));
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, files / 4);
+  EXPECT_LT(refused, files);
+}
+
+}  // namespace
+}  // namespace meltstage::motion

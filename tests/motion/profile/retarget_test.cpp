@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/profile/retarget.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "tests/support/error_of.hpp"
+#include "tests/motion/profile/profile_cases.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using ::testing::StartsWith;
+
+const ScurveLimits gentle_stop = asymmetric_limits(400, 4000, 3000, 4e5, 1e5);
+
+double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+
+// ---- stop ----
+
+TEST(Stop, FromConstantSpeedIsThePlannedDeceleration) {
+  const Scurve planned = plan_scurve(gentle_stop, 200.0);
+  const JerkProfile stop = plan_stop(gentle_stop, {50.0, 400.0, 0.0, 0.0});
+  ASSERT_EQ(stop.segments, 3U);
+  for (const std::size_t i : {0, 1, 2}) EXPECT_NEAR(stop.durations_s[i], planned.durations_s[i + 4], 1e-15);
+}
+
+TEST(Stop, AtRestTakesNoTime) {
+  const JerkProfile stop = plan_stop(gentle_stop, {});
+  EXPECT_EQ(stop.segments, 0U);
+  EXPECT_EQ(stop.sample(1.0).position_mm, 0.0);
+}
+
+TEST(Stop, BackwardsIsTheMirrorImage) {
+  const JerkProfile forward = plan_stop(gentle_stop, {0.0, 300.0, 1500.0, 0.0});
+  const JerkProfile backward = plan_stop(gentle_stop, {0.0, -300.0, -1500.0, 0.0});
+  EXPECT_EQ(forward.duration_s, backward.duration_s);
+  EXPECT_EQ(forward.end.position_mm, -backward.end.position_mm);
+  EXPECT_EQ(forward.sample(0.05).velocity_mm_s, -backward.sample(0.05).velocity_mm_s);
+}
+
+TEST(StopProperty, FromAnyMomentKeepsTheLimitsAndNeverPassesTheTarget) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 100'000; ++i) ASSERT_EQ(stop_case(random), "") << "case " << i;
+}
+
+TEST(StopWithin, WithEnoughRoomIsTheOrdinaryStop) {
+  const MotionState state{0.0, 200.0, 0.0, 0.0};
+  const JerkProfile ordinary = plan_stop(gentle_stop, state);
+  const StopWithin stop = plan_stop_within(gentle_stop, state, ordinary.end.position_mm);
+  EXPECT_EQ(stop.haste, 1.0);
+  EXPECT_EQ(stop.profile.duration_s, ordinary.duration_s);
+}
+
+TEST(StopWithin, UsesAllTheRoomWhenThereIsLess) {
+  const MotionState state{0.0, -200.0, -500.0, 0.0};
+  const double needed_mm = -plan_stop(gentle_stop, state).end.position_mm;
+  for (const double share : {0.9, 0.5, 0.1, 0.01}) {
+    const StopWithin stop = plan_stop_within(gentle_stop, state, share * needed_mm);
+    EXPECT_GT(stop.haste, 1.0);
+    EXPECT_LE(-stop.profile.end.position_mm, share * needed_mm);
+    EXPECT_NEAR(-stop.profile.end.position_mm, share * needed_mm, 1e-9);
+  }
+}
+
+TEST(StopWithin, RefusesToStopOnTheSpot) {
+  EXPECT_EQ(error_of([] {
+              plan_stop_within(gentle_stop, {0.0, 10.0, 0.0, 0.0}, 0.0);
+            }),
+            "stop: found room of 0 mm, expected more than 0 mm for a moving axis");
+}
+
+// ---- retarget ----
+
+TEST(Retarget, FromRestIsTheOrdinaryMove) {
+  EXPECT_EQ(plan_retarget(gentle_stop, {}, 30.0).duration_s, plan_scurve(gentle_stop, 30.0).duration_s);
+  const JerkProfile back = plan_retarget(gentle_stop, {}, -30.0);
+  EXPECT_EQ(back.end.position_mm, -30.0);
+  EXPECT_LT(back.sample(0.05).velocity_mm_s, 0.0);
+}
+
+TEST(Retarget, FartherAtConstantSpeedKeepsTheSpeed) {
+  const JerkProfile longer = plan_retarget(gentle_stop, {0.0, 400.0, 0.0, 0.0}, 300.0);
+  EXPECT_NEAR(longer.sample(0.1).velocity_mm_s, 400.0, 1e-9);
+  EXPECT_EQ(longer.end.position_mm, 300.0);
+}
+
+TEST(Retarget, BehindTheAxisStopsAndComesBack) {
+  const JerkProfile back = plan_retarget(gentle_stop, {0.0, 400.0, 0.0, 0.0}, -20.0);
+  const JerkProfile stop = plan_stop(gentle_stop, {0.0, 400.0, 0.0, 0.0});
+  EXPECT_NEAR(back.sample(stop.duration_s).position_mm, stop.end.position_mm, 1e-9);
+  EXPECT_NEAR(back.sample(stop.duration_s).acceleration_mm_s2, 0.0, 1e-6);
+  EXPECT_EQ(back.sample(1e9).position_mm, -20.0);
+}
+
+TEST(RetargetProperty, ToTheOldTargetTakesWhatWasLeft) {
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 100'000; ++i) ASSERT_EQ(replan_case(random), "") << "case " << i;
+}
+
+TEST(RetargetProperty, TwoHundredThousandChangesOfTargetAndLimits) {
+  std::mt19937_64 random(13);
+  RetargetSeen seen;
+  for (int i = 0; i < 200'000; ++i) ASSERT_EQ(retarget_case(random, seen), "") << "case " << i;
+  for (const std::uint64_t count :
+       {seen.farther, seen.nearer, seen.speeding_up, seen.slowing_down, seen.faster_than_limit})
+    EXPECT_GT(count, 1000U);
+}
+
+TEST(Retarget, AlongAPathIsContinuousOverManyChanges) {
+  std::mt19937_64 random(17);
+  MotionState state;
+  double position_mm = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const double target_mm = 200.0 * uniform(random);
+    const JerkProfile profile = plan_retarget(gentle_stop, state, target_mm - position_mm);
+    const Violations worst =
+        violations_of(profile, gentle_stop, state, target_mm - position_mm, gentle_stop.velocity_mm_s);
+    ASSERT_LE(worst.continuity, 1e-9) << i;
+    ASSERT_LE(worst.limits, 1e-6) << i;
+    state = profile.sample(profile.duration_s * uniform(random));
+    position_mm += state.position_mm;
+  }
+}
+
+TEST(Retarget, RefusesWhatIsNotFinite) {
+  EXPECT_THAT(error_of([] { plan_retarget(gentle_stop, {}, NAN); }),
+              StartsWith("retarget: found target nan"));
+  EXPECT_THAT(error_of([] {
+                plan_retarget(gentle_stop, {0.0, INFINITY, 0.0, 0.0}, 1.0);
+              }),
+              StartsWith("state: found inf mm/s"));
+}
+
+}  // namespace
+}  // namespace meltstage::motion

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/profile/shaping.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <string>
+
+#include "tests/support/error_of.hpp"
+#include "tests/motion/profile/profile_checks.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using ::testing::StartsWith;
+
+const Mode anchor{38.0, 0.05};
+const ScurveLimits trapezoid = asymmetric_limits(400, 4000, 4000, 1e9, 1e9);
+const ScurveLimits gentle_stop = asymmetric_limits(400, 4000, 3000, 4e5, 1e5);
+
+TEST(Shapers, HavePositiveAmplitudesThatSumToOne) {
+  for (const Shaper& shaper :
+       {zv_shaper(anchor), zvd_shaper(anchor), mzv_shaper(anchor), ei_shaper(anchor), Shaper{}}) {
+    EXPECT_NEAR(std::accumulate(shaper.amplitudes.begin(), shaper.amplitudes.end(), 0.0), 1.0, 1e-15);
+    for (std::size_t i = 0; i < shaper.impulses; ++i) EXPECT_GT(shaper.amplitudes[i], 0.0);
+    EXPECT_EQ(shaper.times_s[0], 0.0);
+  }
+}
+
+TEST(Shapers, ZvAndZvdLeaveNothingAtTheirMode) {
+  EXPECT_LT(vibration_share(zv_shaper(anchor), anchor), 1e-14);
+  EXPECT_LT(vibration_share(zvd_shaper(anchor), anchor), 1e-14);
+  // Off the mode, ZV's rest grows with the error, ZVD's with its square.
+  const double zv = vibration_share(zv_shaper(anchor), {38.4, 0.05});
+  const double zvd = vibration_share(zvd_shaper(anchor), {38.4, 0.05});
+  EXPECT_NEAR(vibration_share(zv_shaper(anchor), {38.8, 0.05}) / zv, 2.0, 0.05);
+  EXPECT_NEAR(vibration_share(zvd_shaper(anchor), {38.8, 0.05}) / zvd, 4.0, 0.2);
+}
+
+TEST(Shapers, EiLeavesWhatItTolerates) {
+  const Mode undamped{38.0, 0.0};
+  EXPECT_NEAR(vibration_share(ei_shaper(undamped, 0.05), undamped), 0.05, 1e-12);
+  EXPECT_LT(vibration_share(ei_shaper(undamped, 0.05), {36.0, 0.0}), 0.05);
+}
+
+TEST(Shaped, IsTheSumOfDelayedMotions) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 500; ++i) {
+    const RandomTask task = random_task(random);
+    const JerkProfile base = plan_scurve(task.limits, task.distance_mm);
+    const Mode mode{1.0 / base.duration_s * (1 + static_cast<double>(i % 7)), 0.05};
+    for (const Shaper& shaper : {zv_shaper(mode), zvd_shaper(mode)}) {
+      const JerkProfile sum = shaped(base, shaper);
+      ASSERT_DOUBLE_EQ(sum.duration_s, base.duration_s + shaper.duration_s());
+      for (int k = 0; k <= 40; ++k) {
+        const double time_s = sum.duration_s * k / 40.0;
+        double expected_mm = 0.0;
+        for (std::size_t n = 0; n < shaper.impulses; ++n)
+          expected_mm += shaper.amplitudes[n] * base.sample(time_s - shaper.times_s[n]).position_mm;
+        ASSERT_NEAR(sum.sample(time_s).position_mm, expected_mm, 1e-9 * task.distance_mm) << i;
+      }
+      EXPECT_EQ(sum.end.position_mm, task.distance_mm);
+    }
+  }
+}
+
+TEST(Shaped, KeepsTheLimitsWhereAccelerationAndDecelerationAreAlike) {
+  const ScurveLimits limits = asymmetric_limits(400, 4000, 4000, 2e5, 2e5);
+  for (const double distance_mm : {0.3, 3.0, 30.0, 150.0}) {
+    const JerkProfile sum = shaped(plan_scurve(limits, distance_mm), zvd_shaper(anchor));
+    const Violations worst = violations_of(sum, limits, {}, distance_mm, 400.0);
+    EXPECT_LE(worst.limits, 1e-9);
+    EXPECT_LE(worst.continuity, 1e-9);
+    EXPECT_LE(worst.end, 1e-9);
+  }
+}
+
+TEST(Shaped, LeavesTheResidualTimesTheShare) {
+  const JerkProfile base = plan_scurve(gentle_stop, 20.0);
+  for (const double frequency_hz : {34.0, 38.0, 40.5}) {
+    const Mode mode{frequency_hz, 0.05};
+    const Shaper shaper = ei_shaper(anchor);
+    EXPECT_NEAR(residual_mm(shaped(base, shaper), mode),
+                residual_mm(base, mode) * vibration_share(shaper, mode), 1e-12);
+  }
+}
+
+TEST(Shaped, RefusesMoreSegmentsThanAMotionHolds) {
+  const JerkProfile twice = shaped(plan_scurve(gentle_stop, 200.0), zvd_shaper(anchor));
+  EXPECT_THAT(error_of([&] { shaped(twice, zvd_shaper({11.0, 0.1})); }), StartsWith("shaper: 3 impulses on"));
+}
+
+TEST(Shaped, RefusesAMotionThatDoesNotEndAtRest) {
+  EXPECT_THAT(error_of([&] { shaped(plan_scurve(gentle_stop, 50.0, 0.0, 10.0), zv_shaper(anchor)); }),
+              StartsWith("shaper: found a motion from 0 to 10 mm/s"));
+}
+
+// ---- the shortest shaper ----
+
+TEST(ShortestShaper, KeepsTheToleranceOverTheWholeBandAndIsNoLongerThanZvd) {
+  const ModeBand band{anchor, 0.1};
+  for (int i = 0; i < 40; ++i) {
+    const double distance_mm = std::pow(60.0, i / 39.0);
+    const JerkProfile base = plan_scurve(trapezoid, distance_mm);
+    const Shaper shaper = shortest_shaper(base, band, 0.01);
+    EXPECT_LE(shaper.duration_s(), zvd_shaper(anchor).duration_s() * (1.0 + 1e-9)) << distance_mm;
+    const JerkProfile quiet = shaped(base, shaper);
+    for (int k = 0; k <= 400; ++k) {  // finer than the search looks
+      const Mode mode{38.0 * (0.9 + 0.2 * k / 400.0), 0.05};
+      ASSERT_LE(residual_mm(quiet, mode), 0.01) << distance_mm << " mm, " << mode.frequency_hz << " Hz";
+    }
+  }
+}
+
+TEST(ShortestShaper, IsNoneWhereTheMotionIsQuietByItself) {
+  const JerkProfile slow = plan_scurve(asymmetric_limits(400, 200, 200, 2e3, 2e3), 20.0);
+  EXPECT_EQ(shortest_shaper(slow, {anchor, 0.1}, 0.01).impulses, 1U);
+}
+
+TEST(ShortestShaper, SettlesAsSoonAsItCanWhereNothingSuffices) {
+  const ModeBand wide{anchor, 0.5};
+  const JerkProfile base = plan_scurve(trapezoid, 20.0);
+  const JerkProfile quiet = shaped(base, shortest_shaper(base, wide, 1e-4));
+  EXPECT_LT(worst_settled_s(quiet, wide, 1e-4), worst_settled_s(base, wide, 1e-4));
+}
+
+TEST(ShortestShaper, RefusesAToleranceOfNothing) {
+  EXPECT_THAT(error_of([] { plan_quiet_move(gentle_stop, 10.0, {}, 0.0); }),
+              StartsWith("tolerance: found 0 mm"));
+}
+
+}  // namespace
+}  // namespace meltstage::motion

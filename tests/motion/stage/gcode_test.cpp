@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/stage/gcode.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <regex>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "tests/support/error_of.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+const std::vector<Point> kBumps = {{1.5, 2.25, 1}, {1.5, 3.0, 2}, {-0.00004, 3.0, 3}, {12.34567, 0.8, 4}};
+const Eigen::Vector2d kStart(5.0, 6.0);
+
+GcodeOptions options_of(GcodeDialect dialect) {
+  return {.dialect = dialect, .x = {-1.0, 200.0}, .y = {-1.0, 200.0}};
+}
+
+/// What LinuxCNC's interpreter would have its machine do: lines of its canonical commands, and its exit
+/// status.
+struct Interpreted {
+  bool good = false;
+  std::vector<std::string> commands;
+};
+
+Interpreted interpret(const std::string& program) {
+  // A folder of its own: tests run side by side.
+  std::string name = (std::filesystem::temp_directory_path() / "meltstage_gcode.XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  const std::filesystem::path folder = name;
+  std::ofstream(folder / "program.ngc") << program;
+  const std::string call = "cd '" + folder.string() + "' && " MELTSTAGE_RS274 " -g program.ngc 2>&1";
+  FILE* pipe = popen(call.c_str(), "r");
+  Interpreted result;
+  std::array<char, 512> buffer;
+  while (fgets(buffer.data(), buffer.size(), pipe) != nullptr) {
+    const std::string line = buffer.data();
+    const std::size_t at = line.find_first_of("ABCDEFGHIJKLMOPQRSTUVWXYZ", line.find("N.....") + 6);
+    if (line.find("N.....") != std::string::npos && at != std::string::npos)
+      result.commands.push_back(line.substr(at, line.size() - at - 1));
+  }
+  result.good = pclose(pipe) == 0;
+  std::filesystem::remove_all(folder);
+  return result;
+}
+
+/// Positions at which the droplet's output rises.
+std::vector<Eigen::Vector2d> droplets_of(const Interpreted& run) {
+  std::vector<Eigen::Vector2d> droplets;
+  Eigen::Vector2d at(NAN, NAN);
+  for (const std::string& command : run.commands) {
+    double x = 0.0, y = 0.0;
+    if (std::sscanf(command.c_str(), "STRAIGHT_TRAVERSE(%lf, %lf", &x, &y) == 2) at = {x, y};
+    if (command == "SET_AUX_OUTPUT_BIT(0)") droplets.push_back(at);
+  }
+  return droplets;
+}
+
+TEST(Gcode, FiresAtEveryBumpInLinuxCncsInterpreter) {
+  const Interpreted run = interpret(write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::linuxcnc)));
+  ASSERT_TRUE(run.good);
+  const auto droplets = droplets_of(run);
+  ASSERT_EQ(droplets.size(), kBumps.size());
+  for (std::size_t i = 0; i < kBumps.size(); ++i)
+    EXPECT_LT((droplets[i] - Eigen::Vector2d(kBumps[i].x_mm, kBumps[i].y_mm)).lpNorm<Eigen::Infinity>(),
+              0.51e-4);
+  EXPECT_THAT(run.commands, ::testing::Contains("SET_MOTION_CONTROL_MODE(CANON_EXACT_STOP)"));
+  EXPECT_THAT(run.commands, ::testing::Contains("DWELL(0.0150)").Times(4));
+  EXPECT_THAT(run.commands, ::testing::Contains("DWELL(0.0010)").Times(4));
+  EXPECT_THAT(run.commands, ::testing::Contains("CLEAR_AUX_OUTPUT_BIT(0)").Times(5));  // the first before all
+  EXPECT_THAT(
+      run.commands,
+      ::testing::Contains("STRAIGHT_TRAVERSE(5.0000, 6.0000, 0.0000, 0.0000, 0.0000, 0.0000)").Times(2));
+}
+
+TEST(Gcode, IsWhatTheInterpreterSeesNotWhatWeMeant) {
+  std::string program = write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::linuxcnc));
+  const std::string moved = std::regex_replace(program, std::regex("X12\\.3457"), "X12.4457");
+  ASSERT_NE(moved, program);
+  EXPECT_NEAR(droplets_of(interpret(moved)).back().x(), 12.4457, 1e-4);
+  const std::string broken = std::regex_replace(program, std::regex("M64 P0"), "M64 P0 X1 X2");
+  const Interpreted run = interpret(broken);
+  EXPECT_LT(droplets_of(run).size(), kBumps.size());
+}
+
+TEST(Gcode, CannotBreakOutOfItsComment) {
+  const std::string program =
+      write_gcode(kBumps, kStart, "x) G0 X100\nM64 P3 (", options_of(GcodeDialect::linuxcnc));
+  EXPECT_THAT(program, StartsWith("(name: x_ G0 X100_M64 P3 _)\n"));
+  EXPECT_EQ(droplets_of(interpret(program)).size(), kBumps.size());
+}
+
+TEST(Gcode, WaitsForTheTemperatureAndEndsWithoutIt) {
+  const std::string program = write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::linuxcnc));
+  EXPECT_LT(program.find("M66 P0 L3 Q600.000"), program.find("G0"));
+  // -1 in #5399 is LinuxCNC's "the input never came"
+  const std::string tested = std::regex_replace(program, std::regex("#5399"), "-1");
+  const Interpreted run = interpret(tested);
+  EXPECT_TRUE(run.good);
+  EXPECT_TRUE(droplets_of(run).empty());
+}
+
+// The words that grbl 1.1 knows (its wiki, "G-code commands supported"), and its line length.
+TEST(Gcode, KeepsToGrblsWords) {
+  const std::string program =
+      write_gcode(kBumps, kStart, std::string(500, 'n'), options_of(GcodeDialect::grbl));
+  const std::regex line_form(
+      R"(\([^()]*\)|(G(0|4|17|21|54|61|90|94)|M(0|2|8|9))( G(17|90|94))*( [XYP]-?[0-9]+\.[0-9]{4})*)");
+  std::istringstream lines(program);
+  std::size_t droplets = 0;
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_TRUE(std::regex_match(line, line_form)) << line;
+    EXPECT_LT(line.size(), 80u);
+    droplets += line == "M8" ? 1 : 0;
+  }
+  EXPECT_EQ(droplets, kBumps.size());
+  EXPECT_LT(program.find("\nM0\n"), program.find("\nG0 "));
+  EXPECT_FALSE(std::regex_match("M64 P0", line_form));
+}
+
+// The same words mean the same in LinuxCNC, whose interpreter grbl's follows; M8 is its flood too.
+TEST(Gcode, OfGrblVisitsTheSameBumps) {
+  std::string program = write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::grbl));
+  program = std::regex_replace(program, std::regex("M8\n"), "M64 P0\n");
+  const auto droplets = droplets_of(interpret(program));
+  ASSERT_EQ(droplets.size(), kBumps.size());
+  EXPECT_NEAR(droplets.back().x(), 12.3457, 1e-9);
+}
+
+TEST(Gcode, RefusesWhatAMachineCannotDo) {
+  const auto message = [](const std::function<void(GcodeOptions&)>& change,
+                          std::vector<Point> bumps = kBumps) {
+    GcodeOptions options = options_of(GcodeDialect::linuxcnc);
+    change(options);
+    return error_of([&] { write_gcode(bumps, kStart, "", options); });
+  };
+  EXPECT_EQ(message([](GcodeOptions&) {}, {}), "G-code: found no bumps, expected at least 1");
+  EXPECT_THAT(message([](GcodeOptions& o) { o.x.max_mm = 12.0; }),
+              StartsWith("G-code: found the bump of row 4 at (12.34567, 0.8) mm, expected x -1..12 mm"));
+  EXPECT_THAT(message([](GcodeOptions& o) { o.y.max_mm = 5.0; }), HasSubstr("found the start at (5, 6) mm"));
+  EXPECT_THAT(message([](GcodeOptions&) {}, {{NAN, 0.0, 7}}), HasSubstr("row 7 at (nan, 0)"));
+  EXPECT_THAT(message([](GcodeOptions& o) { o.settle_s = -1.0; }), HasSubstr("settle time -1 s"));
+  EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 0.0; }), HasSubstr("droplet pulse [s] 0"));
+  EXPECT_THAT(message([](GcodeOptions& o) { o.heat_timeout_s = INFINITY; }),
+              HasSubstr("heat timeout [s] inf"));
+}
+
+TEST(Gcode, WritesLinuxCncsCompensationFile) {
+  const CompensationTable table{{0.0, 10.0}, {0.0, 0.01}, {0.02, -0.03}};
+  EXPECT_EQ(write_linuxcnc_compensation(table), "0.000000 0.000000 0.020000\n10.000000 10.010000 9.970000\n");
+  EXPECT_THAT(error_of([] { write_linuxcnc_compensation({}); }),
+              HasSubstr("found 0 positions, expected 1..256"));
+}
+
+TEST(Gcode, WritesGrblsSettings) {
+  const ScurveLimits limits = asymmetric_limits(100, 1000, 800, 5e4, 5e4);
+  const std::string text = write_grbl_settings({1000, 2000, 2000}, {limits, limits, limits});
+  EXPECT_THAT(text, StartsWith("$100=1000.000\n$110=6000.000\n$120=800.000\n$101=2000.000\n"));
+}
+
+}  // namespace
+}  // namespace meltstage::motion

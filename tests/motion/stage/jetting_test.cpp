@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/stage/jetting.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "tests/support/error_of.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+std::vector<Point> lattice(int columns, int rows, double pitch_mm) {
+  std::vector<Point> bumps;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
+      bumps.push_back({10.0 + column * pitch_mm, 20.0 + row * pitch_mm, bumps.size() + 1});
+  return bumps;
+}
+
+TEST(Waveform, IsATrapezoid) {
+  const Waveform waveform{60.0, 4.0, 30.0, 8.0};
+  EXPECT_EQ(duration_us(waveform), 42.0);
+  EXPECT_EQ(waveform_v(waveform, -1.0), 0.0);
+  EXPECT_EQ(waveform_v(waveform, 1.0), 15.0);
+  EXPECT_EQ(waveform_v(waveform, 4.0), 60.0);
+  EXPECT_EQ(waveform_v(waveform, 34.0), 60.0);
+  EXPECT_EQ(waveform_v(waveform, 40.0), 15.0);
+  EXPECT_EQ(waveform_v(waveform, 42.0), 0.0);
+}
+
+// Research 2.3: 7.84 s without any shift of the triggers; 44.1 s with a stop at each.
+TEST(FlyBy, PrintsTheLatticeFiveTimesFaster) {
+  const auto bumps = lattice(32, 32, 0.5);
+  FlyByConfig config;
+  config.latency_s = config.flight_s = 0.0;
+  const FlyByPlan ideal = plan_fly_by(bumps, config);
+  EXPECT_NEAR(ideal.duration_s, 7.84, 0.01);
+  const FlyByPlan plan = plan_fly_by(bumps, FlyByConfig{});
+  EXPECT_GT(plan.duration_s, ideal.duration_s);
+  EXPECT_LT(plan.duration_s, 8.0);
+  std::vector<Point> serpentine;
+  for (int row = 0; row < 32; ++row)
+    for (int column = 0; column < 32; ++column)
+      serpentine.push_back(bumps[static_cast<std::size_t>(row * 32 + (row % 2 == 0 ? column : 31 - column))]);
+  EXPECT_NEAR(stop_and_go_s(serpentine, config, 0.0), 1023 * 0.043088694, 1e-3);
+}
+
+TEST(FlyBy, LandsWithinAClockAndHalfACount) {
+  const auto bumps = lattice(32, 8, 0.5);
+  for (const double encoder_mm : {1e-4, 1e-3, 5e-3}) {
+    FlyByConfig config;
+    config.encoder_mm = encoder_mm;
+    const FlyByPlan plan = plan_fly_by(bumps, config);
+    const auto errors = landing_errors_mm(plan, bumps, config, 1e-6, config.flight_s);
+    ASSERT_EQ(errors.size(), bumps.size());
+    double worst = 0.0;
+    for (const double error : errors) worst = std::max(worst, std::abs(error));
+    EXPECT_LE(worst, 100.0 * 1e-6 + 0.5 * encoder_mm + 1e-9);
+    EXPECT_GE(worst, 0.25 * encoder_mm);  // it isn't zero by some short cut
+  }
+}
+
+TEST(FlyBy, MissesByTheTimeThatIsNotCompensated) {
+  const auto bumps = lattice(8, 2, 0.5);
+  const FlyByConfig config;
+  const FlyByPlan plan = plan_fly_by(bumps, config);
+  const auto errors = landing_errors_mm(plan, bumps, config, 1e-6, config.flight_s + 1e-4);
+  const double speed = plan.rows[0].speed_mm_s;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const double direction = i < 8 ? 1.0 : -1.0;
+    EXPECT_NEAR(errors[i], direction * speed * 1e-4, speed * 1e-6 + 0.5e-4 + 1e-9) << i;
+  }
+}
+
+RC_GTEST_PROP(FlyBy, HoldsWhatItPromisesOnAnyBumps, ()) {
+  const int count = *rc::gen::inRange(1, 40);
+  std::vector<Point> bumps;
+  for (int i = 0; i < count; ++i) {
+    const Point bump{0.25 * *rc::gen::inRange(0, 60), 0.4 * *rc::gen::inRange(0, 5),
+                     static_cast<std::size_t>(i)};
+    const auto same = [&](const Point& other) { return other.x_mm == bump.x_mm && other.y_mm == bump.y_mm; };
+    if (std::none_of(bumps.begin(), bumps.end(), same)) bumps.push_back(bump);
+  }
+  FlyByConfig config;
+  config.x = asymmetric_limits(300, 4000, 2500, 2e5, 1e5);
+  config.encoder_mm = 5e-4;
+  config.settle_s = 0.003;
+  const FlyByPlan plan = plan_fly_by(bumps, config);
+  std::vector<std::size_t> fired;
+  double before_end_s = 0.0, before_droplet_s = -1.0, before_y = plan.rows.front().y_mm;
+  for (const FlyByRow& row : plan.rows) {
+    RC_ASSERT(row.start_s >= before_end_s - 1e-12);
+    double last_s = -1.0;
+    for (const Trigger& trigger : row.triggers) {
+      fired.push_back(trigger.bump);
+      const MotionState at = row.x.sample(trigger.time_s - row.start_s);
+      RC_ASSERT(std::abs(at.velocity_mm_s - row.speed_mm_s) < 1e-6 * row.speed_mm_s);
+      if (last_s >= 0.0)
+        RC_ASSERT(trigger.time_s - last_s >
+                  1.0 / config.droplets_per_s - config.encoder_mm / row.speed_mm_s - 1e-9);
+      last_s = trigger.time_s;
+    }
+    if (before_droplet_s >= 0.0) {
+      const double step_s = plan_scurve(config.y, row.y_mm - before_y).duration_s;
+      RC_ASSERT(row.triggers.front().time_s >=
+                before_droplet_s + config.latency_s + step_s + config.settle_s - 1e-9);
+    }
+    before_droplet_s = last_s;
+    before_y = row.y_mm;
+    before_end_s = row.start_s + row.x.duration_s;
+  }
+  std::sort(fired.begin(), fired.end());
+  RC_ASSERT(fired.size() == bumps.size());
+  RC_ASSERT(std::adjacent_find(fired.begin(), fired.end()) == fired.end());
+  for (const double error : landing_errors_mm(plan, bumps, config, 1e-6, config.flight_s))
+    RC_ASSERT(std::abs(error) <= 300.0 * 1e-6 + 0.5 * config.encoder_mm + 1e-9);
+}
+
+TEST(FlyBy, RefusesWhatCannotBe) {
+  EXPECT_EQ(error_of([] { plan_fly_by({}, FlyByConfig{}); }), "fly-by: found no bumps, expected at least 1");
+  const std::vector<Point> twice = {{1, 1, 4}, {2, 1, 5}, {1, 1, 9}};
+  EXPECT_THAT(error_of([&] { plan_fly_by(twice, FlyByConfig{}); }), HasSubstr("rows 4 and 9 at one place"));
+  const std::vector<Point> nan = {{NAN, 1, 3}};
+  EXPECT_THAT(error_of([&] { plan_fly_by(nan, FlyByConfig{}); }), HasSubstr("row 3 at (nan, 1) mm"));
+  FlyByConfig config;
+  config.droplets_per_s = 0.0;
+  EXPECT_THAT(error_of([&] { plan_fly_by(lattice(2, 2, 1), config); }), HasSubstr("droplets a second 0"));
+}
+
+const DropletFigures kGood{.velocity_m_s = 2.0, .diameter_um = 60.0, .roundness = 0.98};
+
+TEST(PrintReadiness, NeedsHeatHomingAndADropletInTheBand) {
+  const DropletBand band;
+  PrintReadiness ready{.homed = true, .at_temperature = true, .droplet = kGood};
+  EXPECT_EQ(why_not_print(ready, band), std::nullopt);
+  const auto why = [&](const std::function<void(PrintReadiness&)>& change) {
+    PrintReadiness changed = ready;
+    change(changed);
+    return why_not_print(changed, band).value_or("");
+  };
+  EXPECT_EQ(why([](PrintReadiness& r) { r.at_temperature = false; }),
+            "print: found the head not at temperature, expected at_temp high");
+  EXPECT_THAT(why([](PrintReadiness& r) { r.homed = false; }), HasSubstr("isn't homed"));
+  EXPECT_THAT(why([](PrintReadiness& r) { r.inhibited = true; }), HasSubstr("emergency stop"));
+  EXPECT_THAT(why([](PrintReadiness& r) { r.droplet.reset(); }), HasSubstr("no droplet measured"));
+  EXPECT_THAT(why([](PrintReadiness& r) { r.droplet->velocity_m_s = 2.5; }), HasSubstr("velocity 2.500 m/s"));
+  EXPECT_THAT(why([](PrintReadiness& r) { r.droplet->velocity_m_s = NAN; }), HasSubstr("velocity nan"));
+  EXPECT_THAT(why([](PrintReadiness& r) { r.droplet->roundness = 0.5; }), HasSubstr("roundness 0.500"));
+  EXPECT_THAT(why([](PrintReadiness& r) { r.droplet->satellites = 2; }), HasSubstr("2 satellites"));
+  EXPECT_THAT(why([](PrintReadiness& r) { r.droplet->angle_deg = -3.0; }), HasSubstr("flight -3.00 deg off"));
+}
+
+/// A head: pressure follows the amplitude, most at one dwell; a fast fall leaves satellites.
+std::optional<DropletFigures> head(const Waveform& w, double threshold_v, double best_dwell_us) {
+  const double drive_v = w.amplitude_v * std::exp(-std::pow((w.dwell_us - best_dwell_us) / 25.0, 2));
+  if (drive_v <= threshold_v) return std::nullopt;
+  DropletFigures droplet = kGood;
+  droplet.velocity_m_s = 0.06 * (drive_v - threshold_v) + 0.3;
+  droplet.satellites = w.fall_us < 3.0 ? 1 : 0;
+  return droplet;
+}
+
+TEST(TuneWaveform, BringsTheDropletIntoTheBandAtTheBestDwell) {
+  for (const double threshold_v : {15.0, 40.0, 80.0})
+    for (const double dwell_us : {22.0, 35.0, 61.0}) {
+      const TunedWaveform tuned =
+          tune_waveform({}, {}, [&](const Waveform& w) { return head(w, threshold_v, dwell_us); });
+      ASSERT_EQ(tuned.shortfall, std::nullopt) << threshold_v << " " << *tuned.shortfall;
+      EXPECT_NEAR(tuned.droplet->velocity_m_s, 2.0, 0.2);
+      EXPECT_EQ(tuned.droplet->satellites, 0);
+      EXPECT_GE(tuned.waveform.fall_us, 3.0);
+      EXPECT_NEAR(tuned.waveform.dwell_us, dwell_us, 3.0);
+      EXPECT_LT(tuned.measurements, 50);
+    }
+}
+
+TEST(TuneWaveform, SaysWhatIsShort) {
+  const auto none = tune_waveform({}, {}, [](const Waveform&) { return std::nullopt; });
+  EXPECT_EQ(none.shortfall, "no droplet");
+  const auto slow = tune_waveform({}, {}, [](const Waveform& w) { return head(w, 140.0, 35.0); });
+  ASSERT_TRUE(slow.shortfall);
+  EXPECT_THAT(*slow.shortfall, StartsWith("velocity 0."));
+  const auto oval = tune_waveform({}, {}, [](const Waveform& w) {
+    auto droplet = head(w, 40.0, 35.0);
+    if (droplet) droplet->roundness = 0.7;
+    return droplet;
+  });
+  ASSERT_TRUE(oval.shortfall);
+  EXPECT_THAT(*oval.shortfall, StartsWith("roundness 0.700"));
+  EXPECT_EQ(oval.waveform.fall_us, WaveformRange{}.highest.fall_us);
+  EXPECT_LE(tune_waveform(
+                {}, {}, [](const Waveform& w) { return head(w, 40.0, 35.0); }, 3)
+                .measurements,
+            3);
+}
+
+TEST(TuneWaveform, RefusesWhatCannotBe) {
+  WaveformRange range;
+  range.lowest.dwell_us = 100.0;
+  const auto measure = [](const Waveform&) { return std::optional(kGood); };
+  EXPECT_THAT(error_of([&] { tune_waveform(range, {}, measure); }), HasSubstr("dwell [us] 100..80"));
+  EXPECT_THAT(error_of([&] { tune_waveform({}, {.slowest_m_s = 3.0}, measure); }),
+              HasSubstr("found 3..2.2 m/s"));
+}
+
+TEST(FlyBy, CourseIsSmoothInBothAxesAndIsAtTheRowsWhenItFires) {
+  FlyByConfig config;
+  config.settle_s = 0.01;
+  const auto bumps = lattice(6, 4, 0.7);
+  const FlyByPlan plan = plan_fly_by(bumps, config);
+  for (const FlyByRow& row : plan.rows)
+    for (const Trigger& trigger : row.triggers) {
+      const FlyByState at = plan.sample(trigger.time_s);
+      EXPECT_NEAR(at.x.position_mm, row.x_mm(trigger.time_s), 1e-12);
+      EXPECT_NEAR(std::abs(at.x.velocity_mm_s), row.speed_mm_s, 1e-9);
+      EXPECT_EQ(at.y.position_mm, row.y_mm);
+      EXPECT_EQ(at.y.velocity_mm_s, 0.0);
+    }
+  EXPECT_EQ(plan.sample(-1.0).x.position_mm, plan.rows.front().from_x_mm);
+  EXPECT_EQ(plan.sample(plan.duration_s + 1.0).x.position_mm, plan.rows.back().to_x_mm);
+  EXPECT_EQ(plan.sample(plan.duration_s + 1.0).x.velocity_mm_s, 0.0);
+  const double step_s = 1e-4;
+  FlyByState before = plan.sample(0.0);
+  for (double time_s = step_s; time_s < plan.duration_s; time_s += step_s) {
+    const FlyByState now = plan.sample(time_s);
+    for (const auto& [a, b, limits] :
+         {std::tuple(before.x, now.x, config.x), std::tuple(before.y, now.y, config.y)}) {
+      ASSERT_LE(std::abs(b.velocity_mm_s), limits.velocity_mm_s * (1.0 + 1e-9));
+      ASSERT_LE(std::abs(b.velocity_mm_s - a.velocity_mm_s), 1.01 * limits.acceleration_mm_s2 * step_s);
+      ASSERT_LE(std::abs(b.position_mm - a.position_mm), limits.velocity_mm_s * step_s * 1.001);
+    }
+    before = now;
+  }
+}
+
+}  // namespace
+}  // namespace meltstage::motion

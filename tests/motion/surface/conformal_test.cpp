@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/surface/conformal.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "motion/surface/conformal_trial.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/rs274.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+struct Measured {
+  ClLine line;
+  ProbeLine points;
+  std::vector<Eigen::Vector3d> touches;
+};
+
+Measured measure(std::size_t number, const RealPart& part, const TouchProbeModel& model, std::uint64_t seed) {
+  const ClLine line = trial_lines()[number];
+  const ProbeLine points{line.name, choose_by_spline(line, {})};
+  TouchProbe probe(model, seed);
+  return {line, points, touch_all(part, {&points, 1}, {}, probe)};
+}
+
+ReconstructionOptions calibrated(const TouchProbeModel& model) {
+  return {.ball_radius_mm = effective_radius_mm(model), .noise_mm = model.noise_mm};
+}
+
+TEST(Reconstruction, OfThePerfectPartIsTheNominalLine) {
+  const RealPart part{trial_height_mm};
+  const TouchProbeModel exact{.pretravel_mm = 0.0, .lobing_mm = 0.0, .noise_mm = 0.0, .scale_mm = 1e-9};
+  const Measured m = measure(4, part, exact, 1);
+  const RealLine real = reconstruct(m.line, m.points, m.touches, calibrated(exact));
+  EXPECT_LT(real.shift_largest_mm, 1e-5);
+  EXPECT_LT(largest_gap_error_mm(real, part), 2e-5);
+  EXPECT_FALSE(real.smoothed);
+}
+
+TEST(Reconstruction, HoldsTheToleranceOnRealParts) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const RealPart part = make_trial_part({}, 500 + seed);
+    for (const std::size_t number : {1U, 4U, 7U}) {
+      const Measured m = measure(number, part, {}, seed);
+      EXPECT_LE(m.points.points.size(), 27U) << number;
+      const RealLine real = reconstruct(m.line, m.points, m.touches, calibrated({}));
+      EXPECT_LT(largest_gap_error_mm(real, part), 0.020) << number;
+      EXPECT_GT(largest_gap_error_mm(nominal_line(m.line), part), 0.020)
+          << number;  // there was something to do
+      for (std::size_t i = 0; i < real.normals.size(); ++i) ASSERT_NEAR(real.normals[i].norm(), 1.0, 1e-12);
+    }
+  }
+}
+
+TEST(Reconstruction, AsPublishedGoesThroughTheTouches) {
+  const RealPart part = make_trial_part({}, 3);
+  const Measured m = measure(7, part, {}, 1);
+  const RealLine real = reconstruct_as_published(m.line, m.points, m.touches, calibrated({}));
+  for (std::size_t i = 0; i < m.touches.size(); ++i) {
+    const Eigen::Vector3d contact = m.touches[i] - effective_radius_mm({}) * m.points.points[i].axis;
+    double nearest = 1e9;
+    for (std::size_t k = 1; k < real.points_mm.size(); ++k)
+      nearest = std::min(nearest, distance_to_segment_mm(contact, real.points_mm[k - 1], real.points_mm[k]));
+    EXPECT_LT(nearest, 2e-3) << i;  // chords of 0.1 mm
+  }
+}
+
+TEST(Reconstruction, TellsWhenItsPointsAreTooFar) {
+  // A form error of 3.5 mm wavelength where 8 mm was said.
+  RealPart part{
+      [](double x, double y) { return trial_height_mm(x, y) + 0.1 * std::sin(2.0 * M_PI * x / 3.5); }};
+  const Measured m = measure(1, part, {}, 1);
+  const RealLine real = reconstruct(m.line, m.points, m.touches, calibrated({}));
+  EXPECT_GT(largest_gap_error_mm(real, part), 0.02);
+  EXPECT_GT(real.estimated_error_mm, 0.005);
+  const Measured good = measure(1, RealPart{trial_height_mm}, {}, 1);
+  EXPECT_LT(reconstruct(good.line, good.points, good.touches, calibrated({})).estimated_error_mm, 0.001);
+}
+
+TEST(Reconstruction, SmoothsOnlyWhereNoiseAsksForIt) {
+  const RealPart part = make_trial_part({}, 3);
+  const TouchProbeModel rough{.noise_mm = 0.006};
+  const ClLine line = trial_lines()[1];
+  const ProbeLine points{line.name, choose_by_spline(line, {.form_wavelength_mm = 1.5})};
+  double smoothed_mm = 0.0, interpolated_mm = 0.0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    TouchProbe probe(rough, seed);
+    const auto touches = touch_all(part, {&points, 1}, {}, probe);
+    ReconstructionOptions options = calibrated(rough);
+    const RealLine real = reconstruct(line, points, touches, options);
+    EXPECT_TRUE(real.smoothed);
+    EXPECT_GT(real.estimated_error_mm, 0.0005);
+    smoothed_mm += largest_gap_error_mm(real, part);
+    options.noise_mm = 0.0;
+    interpolated_mm += largest_gap_error_mm(reconstruct(line, points, touches, options), part);
+  }
+  EXPECT_LT(smoothed_mm, 0.7 * interpolated_mm);
+}
+
+TEST(Reconstruction, KeepsCorners) {
+  const ClLine line{"corner", {{{0, 0, 0}}, {{10, 0, 0}}, {{10, 7, 0}}}};
+  const ProbeLine points{line.name, choose_by_spline(line, {})};
+  std::vector<Eigen::Vector3d> touches;
+  for (const MeasuringPoint& p : points.points) touches.push_back(p.position_mm + 1.05 * p.axis);
+  const RealLine real = reconstruct(line, points, touches, {.ball_radius_mm = 1.0});
+  double nearest = 1e9;
+  for (const Eigen::Vector3d& p : real.points_mm)
+    nearest = std::min(nearest, (p - Eigen::Vector3d(10, 0, 0.05)).norm());
+  EXPECT_LT(nearest, 1e-9);
+  EXPECT_THAT(error_of([&] { reconstruct(line, points, {}, {}); }), HasSubstr("found 0 touches"));
+}
+
+PrintProgramOptions machine() {
+  PrintProgramOptions options;
+  options.table = {.tilt_centre_mm = {0, 30, -40}, .rotary_centre_mm = {20, 30, 0}};
+  options.station_offset_mm = {30.0, 0.5, -4.0};
+  return options;
+}
+
+TEST(PrintProgram, PutsTheTipWhereItBelongsByTheInterpretersWords) {
+  const RealPart part = make_trial_part({}, 3);
+  const Measured m = measure(7, part, {}, 1);
+  const RealLine real = reconstruct(m.line, m.points, m.touches, calibrated({}));
+  const PrintProgramOptions options = machine();
+  const Interpreted run = interpret(write_print_program({&real, 1}, "line (8)", options));
+  ASSERT_EQ(run.error, "");
+  EXPECT_THAT(run.offsets_mm, Contains(Eigen::Vector3d(30.0, 0.5, -4.0)));
+  double worst_mm = 0.0, printed_mm = 0.0;
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  for (const CanonicalMove& move : run.moves) {
+    if (move.what != "STRAIGHT_FEED") continue;
+    const ToolPose pose = pose_of(options.table, {move.linear_mm, move.rotary_deg.x(), move.rotary_deg.z()});
+    // The real surface is the height below the tip, whatever the program says.
+    worst_mm = std::max(worst_mm, std::abs(distance_mm(part, pose.tip_mm) - options.height_mm));
+    if (move.pressure) printed_mm += (pose.tip_mm - last).norm();
+    last = pose.tip_mm;
+  }
+  EXPECT_LT(worst_mm, 0.006);
+  // Pressure goes off before the end by what still flows: 0.05 s at 5 mm/s.
+  EXPECT_NEAR(printed_mm, real.lengths_mm.back() - 0.25, 0.1);
+  EXPECT_FALSE(run.moves.back().pressure);
+}
+
+TEST(PrintProgram, OfAControlWithRtcpHasTheTipItself) {
+  const RealLine line = nominal_line(trial_lines()[0]);
+  PrintProgramOptions options = machine();
+  options.rtcp = PrintProgramOptions::Rtcp::control;
+  const Interpreted run = interpret(write_print_program({&line, 1}, "line 1", options));
+  ASSERT_EQ(run.error, "");
+  std::size_t next = 0;
+  for (const CanonicalMove& move : run.moves) {
+    if (move.what != "STRAIGHT_FEED" || next >= line.points_mm.size()) continue;
+    const Eigen::Vector3d tip = line.points_mm[next] + options.height_mm * line.normals[next];
+    if ((move.linear_mm - tip).norm() < 2e-4) ++next;  // the block in which the valve closes is divided
+  }
+  EXPECT_EQ(next, line.points_mm.size());
+}
+
+TEST(PrintProgram, KeepsTheTipBetweenBlocksAndTheRotarySpeed) {
+  const RealLine line = nominal_line(trial_lines()[7]);
+  PrintProgramOptions options = machine();
+  options.table.tilt_centre_mm = {0, 30, -200};  // a long lever
+  options.rotary_deg_s = 20.0;
+  const auto moves = plan_line(line, options);
+  EXPECT_GT(moves.size(), line.points_mm.size());
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    const auto &a = moves[i - 1], &b = moves[i];
+    const AxesPosition middle{0.5 * (a.axes.linear_mm + b.axes.linear_mm),
+                              0.5 * (a.axes.tilt_deg + b.axes.tilt_deg),
+                              0.5 * (a.axes.rotary_deg + b.axes.rotary_deg)};
+    ASSERT_LE(distance_to_segment_mm(pose_of(options.table, middle).tip_mm, a.pose.tip_mm, b.pose.tip_mm),
+              1e-3);
+    ASSERT_LE(std::abs(b.axes.rotary_deg - a.axes.rotary_deg), 20.0 * b.time_s * (1 + 1e-9));
+    ASSERT_LE((b.pose.tip_mm - a.pose.tip_mm).norm(), options.feed_mm_s * b.time_s * (1 + 1e-9));
+  }
+}
+
+TEST(PrintProgram, IsSlowWhereTheLineBendsAndWhereAnAxisHasFarToGo) {
+  RealLine bend{.name = "bend", .points_mm = {}, .normals = {}, .lengths_mm = {}};
+  constexpr double kRadius_mm = 2.0;
+  for (int i = 0; i <= 100; ++i)
+    bend.points_mm.emplace_back(kRadius_mm * std::cos(0.02 * i), kRadius_mm * std::sin(0.02 * i), 5.0);
+  bend.normals.assign(101, Eigen::Vector3d::UnitZ());
+  bend.lengths_mm = polygon_lengths_mm(bend.points_mm);
+  PrintProgramOptions options = machine();
+  options.feed_mm_s = 100.0;
+  options.normal_acceleration_mm_s2 = 200.0;  // sqrt(200 * 2) = 20 mm/s
+  auto moves = plan_line(bend, options);
+  for (std::size_t i = 2; i + 1 < moves.size(); ++i)
+    ASSERT_NEAR((moves[i].pose.tip_mm - moves[i - 1].pose.tip_mm).norm() / moves[i].time_s, 20.0, 1e-6);
+  options.normal_acceleration_mm_s2 = 1e9;
+  options.linear_mm_s = 15.0;
+  moves = plan_line(bend, options);
+  double fastest = 0.0;
+  for (std::size_t i = 1; i < moves.size(); ++i)
+    fastest =
+        std::max(fastest, (moves[i].axes.linear_mm - moves[i - 1].axes.linear_mm).cwiseAbs().maxCoeff() /
+                              moves[i].time_s);
+  EXPECT_NEAR(fastest, 15.0, 1e-6);
+}
+
+TEST(Reconstruction, RefusesWhatCannotBe) {
+  const Measured m = measure(1, RealPart{trial_height_mm}, {}, 1);
+  const auto message = [&](const ReconstructionOptions& options) {
+    return error_of([&] { reconstruct(m.line, m.points, m.touches, options); });
+  };
+  EXPECT_EQ(message({.ball_radius_mm = -1.0}), "ball radius: found -1, expected a finite number above 0");
+  EXPECT_EQ(message({.noise_mm = -0.001}),
+            "noise of a touch: found -0.001 mm, expected a finite number, 0 or more");
+  EXPECT_THAT(message({.tolerance_mm = NAN}), HasSubstr("tolerance: found nan"));
+  EXPECT_THAT(message({.step_mm = 0.0}), HasSubstr("step: found 0"));
+}
+
+TEST(PrintProgram, RefusesWhatCannotBe) {
+  const RealLine line = nominal_line(trial_lines()[0]);
+  const auto message = [&](const std::function<void(PrintProgramOptions&)>& change) {
+    PrintProgramOptions options = machine();
+    change(options);
+    return error_of([&] { write_print_program({&line, 1}, "x", options); });
+  };
+  EXPECT_EQ(message([](auto& o) { o.height_mm = 0.0; }), "height: found 0, expected a finite number above 0");
+  EXPECT_THAT(message([](auto& o) { o.feed_mm_s = NAN; }), HasSubstr("feed: found nan"));
+  EXPECT_THAT(message([](auto& o) { o.off_delay_s = -1; }), HasSubstr("pressure delays"));
+  EXPECT_THAT(message([](auto& o) { o.pressure_output = 64; }), HasSubstr("pressure output: found 64"));
+  EXPECT_THAT(message([](auto& o) { o.table.tilt_deg = {-1, 1}; }), HasSubstr("line 1: pose"));
+  EXPECT_THAT(message([](auto& o) {
+                o.table.tilt_deg = {5, -5};
+              }),
+              HasSubstr("tilt limits: found 5..-5 degrees"));
+  EXPECT_THAT(message([](auto& o) { o.table.rotary_centre_mm.x() = NAN; }),
+              HasSubstr("rotary axes' centres: found a number that isn't finite"));
+  EXPECT_THAT(message([](auto& o) { o.linear_mm_s = 0; }), HasSubstr("linear axis speed: found 0"));
+  EXPECT_THAT(message([](auto& o) { o.normal_acceleration_mm_s2 = -1; }), HasSubstr("normal acceleration"));
+  EXPECT_THAT(message([](auto& o) { o.off_delay_s = 100; }), HasSubstr("takes to close (100 s)"));
+  EXPECT_THAT(message([](auto& o) { o.station_offset_mm.x() = NAN; }), HasSubstr("station offset"));
+  EXPECT_THAT(error_of([] { write_print_program({}, "x", machine()); }), HasSubstr("found no line"));
+}
+
+}  // namespace
+}  // namespace meltstage::motion

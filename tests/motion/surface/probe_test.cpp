@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/surface/probe.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+
+#include "motion/profile/profile.hpp"
+#include "tests/support/rs274.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+std::string error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// A ball of radius 50 seen from above: normals and distances are known in closed form.
+constexpr double kDome_mm = 50.0;
+RealPart dome() {
+  return {[](double x, double y) { return std::sqrt(kDome_mm * kDome_mm - x * x - y * y) - kDome_mm; }};
+}
+
+ProbeLine dome_line() {
+  ProbeLine line{"dome", {}};
+  for (int i = -5; i <= 5; ++i) {
+    const Eigen::Vector3d n = Eigen::Vector3d(0.08 * i, 0.05, 1.0).normalized();
+    line.points.push_back({kDome_mm * n - Eigen::Vector3d(0, 0, kDome_mm), n, 4.0 * (i + 5)});
+  }
+  return line;
+}
+
+TEST(RealPart, DistanceIsThatOfTheBall) {
+  for (const double r : {49.0, 50.0, 50.5, 53.0}) {
+    const Eigen::Vector3d n = Eigen::Vector3d(0.3, -0.2, 1.0).normalized();
+    EXPECT_NEAR(distance_mm(dome(), r * n - Eigen::Vector3d(0, 0, kDome_mm)), r - 50.0, 1e-7);
+  }
+  RealPart moved = dome();
+  moved.placement = Eigen::Translation3d(1.0, 2.0, 3.0);
+  EXPECT_NEAR(distance_mm(moved, Eigen::Vector3d(1.0, 2.0, 5.0)), 2.0, 1e-7);
+}
+
+TEST(TouchProbe, ReadsTheBallsCentreAtTheSurface) {
+  const ProbeLine line = dome_line();
+  TouchProbe probe(
+      {.ball_radius_mm = 1.0, .pretravel_mm = 0.0, .lobing_mm = 0.0, .noise_mm = 0.0, .scale_mm = 1e-9}, 1);
+  const auto touches = touch_all(dome(), {&line, 1}, {}, probe);
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    EXPECT_LT((touches[i] - line.points[i].position_mm - line.points[i].axis).norm(), 1e-6);
+}
+
+TEST(TouchProbe, HasPretravelNoiseAndScale) {
+  const ProbeLine line = dome_line();
+  const TouchProbeModel model{.noise_mm = 0.0007};
+  TouchProbe probe(model, 1);
+  double sum = 0.0, square = 0.0;
+  int count = 0;
+  for (int round = 0; round < 100; ++round) {
+    const auto touches = touch_all(dome(), {&line, 1}, {}, probe);
+    for (std::size_t i = 0; i < touches.size(); ++i, ++count) {
+      const double off =
+          (touches[i] - line.points[i].position_mm).dot(line.points[i].axis) - effective_radius_mm(model);
+      sum += off, square += off * off;
+      EXPECT_NEAR(std::remainder(touches[i].x(), 0.001), 0.0, 1e-9);
+    }
+  }
+  EXPECT_NEAR(sum / count, 0.0, 3e-4);                 // calibrated: no mean error left
+  EXPECT_NEAR(std::sqrt(square / count), 8e-4, 3e-4);  // noise, lobing, scale
+}
+
+TEST(TouchProbe, RefusesAMoveThatMeetsNothingOrStartsInside) {
+  TouchProbe probe({}, 1);
+  EXPECT_THAT(error_of([&] { probe.touch(dome(), {0, 0, 20}, {0, 0, 10}); }), HasSubstr("probe: no contact"));
+  EXPECT_THAT(error_of([&] { probe.touch(dome(), {0, 0, 0.5}, {0, 0, -2}); }), HasSubstr("before its move"));
+  EXPECT_THAT(error_of([&] { surface_along(dome(), {0, 0, 9}, {0, 0, 1}, 3.0); }), HasSubstr("not met"));
+}
+
+TEST(ProbeProgram, IsWhatAnInterpreterMakesOfIt) {
+  const ProbeLine line = dome_line();
+  const ProbeProgramOptions options{.safe_z_mm = 30.0, .station_offset_mm = {1.5, -20.0, 12.25}};
+  const std::string program = write_probe_program({&line, 1}, "a (dome)", options);
+  const Interpreted run = interpret(program);
+  EXPECT_EQ(run.error, "");
+  EXPECT_THAT(run.offsets_mm, Contains(Eigen::Vector3d(1.5, -20.0, 12.25)));
+  ASSERT_EQ(run.count("STRAIGHT_PROBE"), line.points.size());
+  std::size_t next = 0;
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();
+  for (const CanonicalMove& move : run.moves) {
+    if (move.what == "STRAIGHT_PROBE") {
+      const MeasuringPoint& point = line.points[next++];
+      EXPECT_LT((move.linear_mm - (point.position_mm - point.axis)).norm(), 1e-4);  // 1 mm radius - 2 mm
+      EXPECT_LT((at - (point.position_mm + 3.0 * point.axis)).norm(), 1e-4);        // 1 + 2 mm
+    } else {
+      EXPECT_GT(distance_mm(dome(), move.linear_mm), 1.5);  // the ball keeps clear
+    }
+    at = move.linear_mm;
+  }
+}
+
+TEST(ProbeProgram, NegativeControlOfTheInterpreter) {
+  const ProbeLine line = dome_line();
+  std::string program = write_probe_program({&line, 1}, "dome", {.safe_z_mm = 30.0});
+  program.replace(program.find("G38.2"), 5, "G38.9");
+  EXPECT_NE(interpret(program).error, "");
+}
+
+TEST(ProbeProgram, RefusesWhatCannotBe) {
+  ProbeLine line = dome_line();
+  EXPECT_THAT(error_of([&] {
+                write_probe_program({&line, 1}, "d", {.safe_z_mm = 1.0});
+              }),
+              HasSubstr("safe z: found 1 mm, expected at least"));
+  EXPECT_THAT(error_of([&] { write_probe_program({}, "d", {}); }), HasSubstr("found no point"));
+  EXPECT_THAT(error_of([&] {
+                write_probe_program({&line, 1}, "d", {.ball_radius_mm = -1.0});
+              }),
+              HasSubstr("ball radius: found -1"));
+  line.points[0].axis = Eigen::Vector3d(1, 0, 0);
+  EXPECT_THAT(error_of([&] {
+                write_probe_program({&line, 1}, "d", {});
+              }),
+              HasSubstr("faces sideways or down"));
+}
+
+class TouchFile : public ::testing::Test {
+ protected:
+  std::filesystem::path write(const std::string& text) {
+    path_ = std::filesystem::temp_directory_path() /
+            ("meltstage_touches." + std::to_string(getpid()) +
+             ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::ofstream(path_, std::ios::binary) << text;
+    return path_;
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+  std::filesystem::path path_;
+};
+
+TEST_F(TouchFile, IsReadAsTheControlWritesIt) {
+  const auto touches = read_touches(write("1.5 2.5 -3.25 0 0 0 0 0 0\r\n\n4 5 6 0 0 0 0 0 0\n"));
+  ASSERT_EQ(touches.size(), 2U);
+  EXPECT_EQ(touches[0], Eigen::Vector3d(1.5, 2.5, -3.25));
+  EXPECT_EQ(read_touches(write("x,y,z\n1,2,3\n")).size(), 1U);
+}
+
+TEST_F(TouchFile, ThatIsWrongIsRefused) {
+  EXPECT_THAT(error_of([&] { read_touches(write("1 2\n")); }), HasSubstr("row 1: found 2 numbers"));
+  EXPECT_THAT(error_of([&] { read_touches(write("1 2 3\n1 nan 3\n")); }),
+              HasSubstr("row 2, column 2: found 'nan'"));
+  EXPECT_THAT(error_of([&] { read_touches(write("\n")); }), HasSubstr("found no point"));
+  EXPECT_THAT(error_of([&] { read_touches("/no/such/file"); }), HasSubstr("no such file"));
+}
+
+TEST(AssignTouches, FindsAnotherPartsFile) {
+  const ProbeLine line = dome_line();
+  std::vector<Eigen::Vector3d> touches;
+  for (const MeasuringPoint& p : line.points) touches.push_back(p.position_mm + 1.02 * p.axis);
+  EXPECT_EQ(assign_touches({&line, 1}, touches, {}).front().size(), touches.size());
+  auto wrong = touches;
+  wrong[3].x() += 0.5;
+  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("point cloud: point 4 is"));
+  wrong = touches;
+  wrong[4] = wrong[3];  // one came twice
+  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("point cloud: point 5 is"));
+  wrong = touches;
+  for (Eigen::Vector3d& p : wrong) p.x() = -p.x();  // mirrored
+  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("is it this part's file?"));
+  wrong = touches;
+  wrong[3] += 5.0 * line.points[3].axis;
+  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("+5.0200 mm off"));
+  wrong.pop_back();
+  EXPECT_THAT(error_of([&] {
+                assign_touches({&line, 1}, wrong, {});
+              }),
+              HasSubstr("found 10 points, expected 11"));
+}
+
+}  // namespace
+}  // namespace meltstage::motion

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether the random lockstep runs betray a variant of the RTL (input bug_i, variants.py). Include the
+// headers of the Verilated top before this one, as for tb/lockstep/verilated_top.hpp.
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tb/lockstep/verilated_top.hpp"
+#include "tests/tb/lockstep/random_run.hpp"
+
+namespace meltstage::tb {
+
+// As the random lockstep test.
+struct RunLength {
+  std::uint64_t seeds = 50;
+  std::uint64_t clocks = 300'000;
+};
+
+struct Kill {
+  std::uint64_t seed = 0;
+  std::uint64_t clock = 0;  // of the run, counted from 1
+  std::string report;
+};
+
+// A Verilated tc_top in which bug_i chooses a variant; counts its clocks in `clocks`.
+template <class Top>
+class VariantRtl final : public verilated::VerilatedTop<Top> {
+ public:
+  VariantRtl(unsigned variant, std::uint64_t& clocks) : clocks_(clocks) {
+    this->top_.bug_i = static_cast<std::uint16_t>(variant);
+  }
+  chip::Outputs step(const chip::Inputs& in) override {
+    ++clocks_;
+    return verilated::VerilatedTop<Top>::step(in);
+  }
+
+ private:
+  std::uint64_t& clocks_;
+};
+
+// First run in which model and variant differ, the heater breaks a safety rule or the bench gives up; none:
+// the variant survived.
+template <class Top>
+std::optional<Kill> killed_by(unsigned variant, const RunLength& length) {
+  for (std::uint64_t seed = 1; seed <= length.seeds; ++seed) {
+    std::uint64_t clocks = 0;
+    const auto make = [&] { return std::make_unique<VariantRtl<Top>>(variant, clocks); };
+    try {
+      random_run(in_lockstep_with(make, random_start(seed), {"variant", seed, ""}), seed, length.clocks);
+    } catch (const std::exception& error) {
+      return Kill{seed, clocks, error.what()};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace meltstage::tb
