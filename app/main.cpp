@@ -5,20 +5,20 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
-#include "bench/bench.hpp"
 #include "app/build_stamp.hpp"
 #include "app/commands/chip_command.hpp"
 #include "app/commands/conformal_command.hpp"
-#include "app/print/job_file.hpp"
 #include "app/commands/motion_command.hpp"
-#include "app/print/print.hpp"
 #include "app/commands/vectors_command.hpp"
 #include "app/commands/windows.hpp"
-#include "asic/netlist/error.hpp"
+#include "app/print/job_file.hpp"
+#include "app/print/print.hpp"
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"
-#include "host/errors.hpp"
+#include "asic/netlist/error.hpp"
 #include "base/output_file.hpp"
+#include "bench/bench.hpp"
+#include "host/errors.hpp"
 #include "recording/text.hpp"
 
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Six faults of a heated head, each under the chip, Marlin's rules and Klipper's; and healthy jobs, in which nothing may trip.
+// Six faults of a heated head, each under the chip, Marlin's rules and Klipper's; and healthy jobs, in which
+// nothing may trip.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench.hpp"
 #include "base/parallel.hpp"
+#include "bench/bench.hpp"
 #include "tb/trials/protection.hpp"
 
 namespace meltstage::app {
@@ -85,8 +86,8 @@ std::vector<BenchRow> bench_protection(const BenchOptions& options) {
     hours += job.heat_s / 3600.0;
     noisy += job.noisy_frames;
     if (std::isfinite(job.tripped_s)) {
-      rows.push_back({fmt::format("false trip, job {}: {}, faults {:#06x}, after", options.seed + (&job - done.data()),
-                                  job.what, job.faults),
+      rows.push_back({fmt::format("false trip, job {}: {}, faults {:#06x}, after",
+                                  options.seed + (&job - done.data()), job.what, job.faults),
                       job.tripped_s,
                       "s",
                       {},
@@ -100,8 +101,16 @@ std::vector<BenchRow> bench_protection(const BenchOptions& options) {
                   {}});
   rows.push_back({"  heated for", hours, "h", {}, {}});
   rows.push_back({"  noisy frames in them", noisy, "", {}, {}});
-  rows.push_back({"  stopped by the chip", count([](const auto& j) { return std::isfinite(j.tripped_s); }), "", {}, 0.0});
-  rows.push_back({"  Marlin's rules on the same readings", count([](const auto& j) { return j.marlin_tripped; }), "", {}, {}});
+  rows.push_back({"  stopped by the chip",
+                  count([](const auto& j) { return std::isfinite(j.tripped_s); }),
+                  "",
+                  {},
+                  0.0});
+  rows.push_back({"  Marlin's rules on the same readings",
+                  count([](const auto& j) { return j.marlin_tripped; }),
+                  "",
+                  {},
+                  {}});
   rows.push_back({"  Klipper's", count([](const auto& j) { return j.klipper_tripped; }), "", {}, {}});
   return rows;
 }

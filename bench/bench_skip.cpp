@@ -13,8 +13,8 @@
 #include "bench/bench.hpp"
 #include "bench/bench_stimulus.hpp"
 #include "cmodel/advance.hpp"
-#include "tb/pins/head.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
+#include "tb/pins/head.hpp"
 
 namespace meltstage::app {
 

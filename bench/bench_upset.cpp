@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every flop of the chip inverted once in each phase of a heated job: what follows, a row a block and outcome.
+// Every flop of the chip inverted once in each phase of a heated job: what follows, a row a block and
+// outcome.
 #include <fmt/format.h>
 
 #include <array>
@@ -7,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench.hpp"
 #include "base/parallel.hpp"
 #include "base/rng.hpp"
+#include "bench/bench.hpp"
 #include "tb/trials/upset.hpp"
 
 namespace meltstage::app {
@@ -42,22 +43,29 @@ std::vector<BenchRow> bench_upset(const BenchOptions& options) {
         ++blocks[flop.block][static_cast<std::size_t>(results[i].outcome)];
         ++all[static_cast<std::size_t>(results[i].outcome)];
         if (results[i].outcome == UpsetOutcome::outside) {
-          found.push_back({fmt::format("outside: {}.{}[{}] bit {}, {}, {} PWM, excess", flop.block, flop.name, flop.word,
-                                       flop.bit, upset_phase_name(phase), pwm == tb::UpsetPwm::fast ? "1 kHz" : "2 Hz"),
-                           results[i].excess_s,
-                           "s",
-                           {},
-                           {}});
+          found.push_back(
+              {fmt::format("outside: {}.{}[{}] bit {}, {}, {} PWM, excess", flop.block, flop.name, flop.word,
+                           flop.bit, upset_phase_name(phase), pwm == tb::UpsetPwm::fast ? "1 kHz" : "2 Hz"),
+               results[i].excess_s,
+               "s",
+               {},
+               {}});
         }
       }
     }
   }
   std::vector<BenchRow> rows{{options.quick ? "flop bits (every tenth is struck)" : "flop bits",
-                              static_cast<double>(flops.size()), "", 4000.0, {}}};
+                              static_cast<double>(flops.size()),
+                              "",
+                              4000.0,
+                              {}}};
   for (const auto& [block, counts] : blocks) {
     for (const UpsetOutcome outcome : tb::kUpsetOutcomes)
       rows.push_back({fmt::format("{}: {}", block, upset_outcome_name(outcome)),
-                      static_cast<double>(counts[static_cast<std::size_t>(outcome)]), "", {}, {}});
+                      static_cast<double>(counts[static_cast<std::size_t>(outcome)]),
+                      "",
+                      {},
+                      {}});
   }
   rows.insert(rows.end(), found.begin(), found.end());
   unsigned total = 0;
@@ -66,9 +74,14 @@ std::vector<BenchRow> bench_upset(const BenchOptions& options) {
     total += count;
     std::optional<double> at_most;
     if (outcome == UpsetOutcome::outside) at_most = 0.0;
-    rows.push_back({fmt::format("all: {}", upset_outcome_name(outcome)), static_cast<double>(count), "", {}, at_most});
+    rows.push_back(
+        {fmt::format("all: {}", upset_outcome_name(outcome)), static_cast<double>(count), "", {}, at_most});
   }
-  rows.push_back({fmt::format("strikes ({} phases, 2 PWM settings)", tb::kUpsetPhases.size()), static_cast<double>(total), "", 1.0, {}});
+  rows.push_back({fmt::format("strikes ({} phases, 2 PWM settings)", tb::kUpsetPhases.size()),
+                  static_cast<double>(total),
+                  "",
+                  1.0,
+                  {}});
   return rows;
 }
 

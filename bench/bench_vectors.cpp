@@ -12,18 +12,18 @@
 #include <random>
 #include <stdexcept>
 
-#include "bench/bench.hpp"
-#include "asic/signoff/functional_vectors.hpp"
-#include "asic/signoff/grade_report.hpp"
-#include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/atpg/generate.hpp"
 #include "asic/dft/atpg/iddq.hpp"
+#include "asic/dft/core/fault_simulator.hpp"
+#include "asic/dft/core/transition.hpp"
+#include "asic/dft/files/stil.hpp"
 #include "asic/dft/scan/replay.hpp"
 #include "asic/dft/scan/scan_test.hpp"
-#include "asic/dft/files/stil.hpp"
-#include "asic/dft/core/transition.hpp"
 #include "asic/netlist/yosys_library.hpp"
+#include "asic/signoff/functional_vectors.hpp"
+#include "asic/signoff/grade_report.hpp"
+#include "bench/bench.hpp"
 
 namespace meltstage::app {
 
@@ -34,7 +34,8 @@ constexpr std::size_t kQuickReplay = 8;  // patterns replayed with --quick
 constexpr unsigned kThreads = 2;
 // Conflicts of the solver after which a fault is given up, and the row of those falls short.
 constexpr std::uint32_t kConflicts = 50'000;
-constexpr std::uint32_t kFewConflicts = 2'000;  // for a stop of the supply current: another may show the fault
+constexpr std::uint32_t kFewConflicts =
+    2'000;  // for a stop of the supply current: another may show the fault
 constexpr std::size_t kIddqStops = 20;
 
 double since(std::chrono::steady_clock::time_point start) {

@@ -11,8 +11,8 @@
 #include "bench/bench.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/profile/shaping.hpp"
-#include "motion/stage/stage_model.hpp"
 #include "motion/profile/vibration.hpp"
+#include "motion/stage/stage_model.hpp"
 
 namespace meltstage::app {
 

@@ -11,8 +11,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "bench/bench.hpp"
 #include "app/commands/windows.hpp"
+#include "bench/bench.hpp"
 #include "tb/pins/chip_pins.hpp"
 #include "tb/pins/head.hpp"
 #include "tb/windows/window_plan.hpp"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // ALGOR's arithmetic, one clock of it, over any number type of exact_int.hpp: all flops, pins and parameters
-// in, all next flops and outputs out. Algor::step runs it on plain integers, tests/proofs/kernel/ on a solver's
-// bit-vectors (equal to rtl/tc_algor.sv for every state and input), tests/systemc/ on SystemC's fixed-width
-// types.
+// in, all next flops and outputs out. Algor::step runs it on plain integers, tests/proofs/kernel/ on a
+// solver's bit-vectors (equal to rtl/tc_algor.sv for every state and input), tests/systemc/ on SystemC's
+// fixed-width types.
 //
 // Law: eq. (2) of Xie et al. 2023, u(n) = (Kp + Kd) e(n) + Ki sum e(k) - Kd e(n-1), as P + I + D with
-// P = Kp e, I += Ki e, D = Kd (d(n) - d(n-1)), segments (fig. 7). One multiplier, where fig. 6 has three side by
-// side: a step multiplies what it is called after and takes the product of the step before it (work_q).
+// P = Kp e, I += Ki e, D = Kd (d(n) - d(n-1)), segments (fig. 7). One multiplier, where fig. 6 has three side
+// by side: a step multiplies what it is called after and takes the product of the step before it (work_q).
 #pragma once
 
 #include <cstdint>
@@ -102,8 +102,8 @@ template <class B>
 Int<B, 18> duty(const Int<B, 32>& work) {
   return sat_duty((work + 2048_k) >> 12_k);
 }
-// Share of the feed-forward, which goes in divided by four: HOLD_MULT is UQ8.8, PRESET UQ0.8. Above 100 % there is
-// nothing left to tell apart.
+// Share of the feed-forward, which goes in divided by four: HOLD_MULT is UQ8.8, PRESET UQ0.8. Above 100 %
+// there is nothing left to tell apart.
 template <class B>
 void multiply_share(Flops<B>& q, const Int<B, 17>& share) {
   multiply<B>(q, share, q.ff_q() >> 2_k);
@@ -178,8 +178,8 @@ void take_p(Flops<B>& q, const Int<B, 32>& product) {
   q.pd_q = wrap<34>(q.pd_q() + (product << 1_k));
 }
 
-// The segment, by bands in 1/320 degC (5 x 1/64 and 32 x 0.1) or by what P + D + feed-forward alone give; and the
-// integral after its step.
+// The segment, by bands in 1/320 degC (5 x 1/64 and 32 x 0.1) or by what P + D + feed-forward alone give; and
+// the integral after its step.
 template <class B, class In>
 void take_segment(Flops<B>& q, const In& in, const Int<B, 32>& product) {
   const auto e = q.e_q();
@@ -197,8 +197,8 @@ void take_segment(Flops<B>& q, const In& in, const Int<B, 32>& product) {
   q.work_q = wrap<32>(select(i_sum < 0_k, 0_k, select(i_sum > limit, limit, i_sum)));
 }
 
-// I takes its step only where that does not drive the output further into its limit. While ATUNE drives, the integral
-// waits at its hold duty.
+// I takes its step only where that does not drive the output further into its limit. While ATUNE drives, the
+// integral waits at its hold duty.
 template <class B, class In>
 void take_integral(Flops<B>& q, const In& in, const Int<B, 32>& i_next) {
   const auto e = q.e_q();
@@ -349,7 +349,8 @@ void clock(Flops<B>& q, const In& in) {
          }),
          on<kStepIntegral, kStepSegment>([&] {
            take_p(q, work);
-           multiply<B>(q, select(in.at_temp, in.u16(spec::kRegKiHold), in.u16(spec::kRegKiApproach)), q.e_q());
+           multiply<B>(q, select(in.at_temp, in.u16(spec::kRegKiHold), in.u16(spec::kRegKiApproach)),
+                       q.e_q());
          }),
          on<kStepSegment, kStepAntiWindup>([&] { take_segment(q, in, work); }),
          on<kStepAntiWindup, kStepClamp>([&] { take_integral(q, in, work); }),

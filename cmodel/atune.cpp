@@ -47,9 +47,7 @@ std::uint64_t Atune::quiet(const AtuneIn& in) const {
                                                                                         : 0;
 }
 
-bool Atune::parity() const {
-  return __builtin_parity(phase_q ^ on_q ^ duty_on_q ^ duty_off_q ^ hold_q) != 0;
-}
+bool Atune::parity() const { return __builtin_parity(phase_q ^ on_q ^ duty_on_q ^ duty_off_q ^ hold_q) != 0; }
 
 bool Atune::still(const AtuneIn& in) const {
   const bool computing = phase_q == kTuneCentre || phase_q == kTuneResults;

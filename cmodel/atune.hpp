@@ -77,7 +77,8 @@ struct Atune {
   // Between its events nothing counts: there is nothing to skip.
   std::uint64_t quiet(const AtuneIn& in) const;
 
-  // Of what decides over the heater until the relay switches, for GUARD; and whether the next clock leaves it as it is.
+  // Of what decides over the heater until the relay switches, for GUARD; and whether the next clock leaves it
+  // as it is.
   bool parity() const;
   bool still(const AtuneIn& in) const;
   bool tuning() const { return phase_q != kTuneIdle; }

@@ -224,8 +224,9 @@ GuardIn Chip::guard_in() const {
           .overrun = sysctrl.overrun_q != 0,
           .watch_parity = static_cast<std::uint8_t>(static_cast<unsigned>(pwmc.parity()) << 1 |
                                                     static_cast<unsigned>(algor.parity() != atune.parity())),
-          .watch_still = static_cast<std::uint8_t>(static_cast<unsigned>(pwmc.still(pwmc_in())) << 1 |
-                                                   static_cast<unsigned>(algor.still(algor_in()) && atune.still(atune_in()))),
+          .watch_still = static_cast<std::uint8_t>(
+              static_cast<unsigned>(pwmc.still(pwmc_in())) << 1 |
+              static_cast<unsigned>(algor.still(algor_in()) && atune.still(atune_in()))),
           .inhibit = (sync.q() >> 6 & 1) != 0,
           .heater_fb = (sync.q() >> 5 & 1) != 0};
 }

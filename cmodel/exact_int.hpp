@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Integers of a known number of bits for arithmetic that is written once and runs on several number types:
-// plain integers (PlainBits, below), SystemC's sc_int, a solver's bit-vectors (tests/proofs/kernel/). +, - and * are
-// exact: the result is as wide as it can become, as in a datapath without overflow. Only wrap(), wrap_u(),
-// clamp() and Flop narrow.
+// plain integers (PlainBits, below), SystemC's sc_int, a solver's bit-vectors (tests/proofs/kernel/). +, -
+// and * are exact: the result is as wide as it can become, as in a datapath without overflow. Only wrap(),
+// wrap_u(), clamp() and Flop narrow.
 #pragma once
 
 #include <algorithm>

@@ -98,10 +98,11 @@ void Guard::skip(const GuardIn& in, const Sync::Seen& feedback, std::uint64_t cl
 void Guard::step(const GuardIn& in) {
   const Params& p = in.params;
   const std::int32_t change = in.sens_pv - pv_q;
-  // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's reference, so
-  // that the way back from a single wrong sample is no jump): such a frame is refused as a bad one. The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no
-  // noise.
-  // A sensor's first words after power-up may be anything: nothing is a jump until two samples have agreed.
+  // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's
+  // reference, so that the way back from a single wrong sample is no jump): such a frame is refused as a bad
+  // one. The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays,
+  // so it is no noise. A sensor's first words after power-up may be anything: nothing is a jump until two
+  // samples have agreed.
   const std::int32_t drift = in.sens_pv - rate_ref_q;
   const bool far = p[spec::kRegDtdtMax] != 0 &&
                    (above_rate(p, drift) || (above_rate(p, 2 * change) && above_rate(p, 2 * drift)));
@@ -123,7 +124,7 @@ void Guard::step(const GuardIn& in) {
   const bool exc_active = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]);
   const bool zero_due = off_duty && zero_q >= p[spec::kRegZeroWait];
   const bool frozen_active = run_q != 0 && in.duty == 0 && p[spec::kRegLbaTime] != 0 &&
-                            of_temp(pv_q) > of_tenths(p.s16(spec::kRegTAmb)) + kHotAbove;
+                             of_temp(pv_q) > of_tenths(p.s16(spec::kRegTAmb)) + kHotAbove;
   const bool rails_differ = run_q == run_nq;
   const bool upset = (watch_still_q & (watch_parity_q ^ in.watch_parity)) != 0;
   const bool zero_rose = of_temp(pv_q - zero_ref_q) >= of_tenths(p[spec::kRegZeroRise]);
@@ -139,15 +140,16 @@ void Guard::step(const GuardIn& in) {
   cause = static_cast<std::uint16_t>(
       cause | bit(spec::kFaultSensorFault, bad && bad_dev_q != 0) |
       bit(spec::kFaultSensorFrame, bad && bad_dev_q == 0) |
-      bit(spec::kFaultSensorStale, stale_q >= p[spec::kRegSampleTimeout] ||
-                                       (frozen_active && frozen_q >= p[spec::kRegLbaTime])) |
+      bit(spec::kFaultSensorStale,
+          stale_q >= p[spec::kRegSampleTimeout] || (frozen_active && frozen_q >= p[spec::kRegLbaTime])) |
       bit(spec::kFaultRate, rate_q != 0) | bit(spec::kFaultNotHeating, lba_trip_q != 0) |
       bit(spec::kFaultHoldPower, hold_active && hold_q >= p[spec::kRegHoldTime]) |
       bit(spec::kFaultExcursion, exc_active && exc_q >= p[spec::kRegExcTime]) |
       bit(spec::kFaultZeroRise, zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
       bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, 5) && fb_trip) |
       bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_left(p) == 0) | bit(spec::kFaultParam, in.mem_bad) |
-      bit(spec::kFaultState, in.state_illegal || in.overrun || rails_differ || upset) | bit(spec::kFaultInhibit, in.inhibit));
+      bit(spec::kFaultState, in.state_illegal || in.overrun || rails_differ || upset) |
+      bit(spec::kFaultInhibit, in.inhibit));
 
   const std::uint16_t latching =
       cause_q & static_cast<std::uint16_t>(run_q != 0 ? 0xFFFF : ~spec::kFaultRunOnly);
@@ -215,7 +217,8 @@ void Guard::step(const GuardIn& in) {
 
   // Samples.
   if (accept && (settled_q == 0 || jump || rate_cnt_q >= kRateTenths)) {
-    rate_ref_q = settled_q != 0 && !jump ? pv_q : in.sens_pv;  // not the present sample, which may be a wrong one
+    rate_ref_q =
+        settled_q != 0 && !jump ? pv_q : in.sens_pv;  // not the present sample, which may be a wrong one
     rate_cnt_q = 0;
   } else if (in.tenth && rate_cnt_q < kRateTenths) {
     ++rate_cnt_q;

@@ -71,7 +71,8 @@ struct GuardIn {
   bool mem_bad;
   bool state_illegal;
   bool overrun;
-  std::uint8_t watch_parity;  // of flops that decide over the heater for longer than a control tick: ALGOR with ATUNE, PWMC
+  std::uint8_t watch_parity;  // of flops that decide over the heater for longer than a control tick: ALGOR
+                              // with ATUNE, PWMC
   std::uint8_t watch_still;   // and whether the next clock leaves them as they are
   bool inhibit;
   bool heater_fb;

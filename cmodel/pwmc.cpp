@@ -93,7 +93,8 @@ bool Pwmc::parity() const {
 
 bool Pwmc::still(const PwmcIn& in) const {
   const bool period_end = pre_q >= prescale_q && count_q + 1 >= period_q;
-  return in.enable && running_q != 0 && !period_end && !in.load && mul_left_q == 0 && legal_period(in) == mul_period_q;
+  return in.enable && running_q != 0 && !period_end && !in.load && mul_left_q == 0 &&
+         legal_period(in) == mul_period_q;
 }
 
 void Pwmc::step(const PwmcIn& in) {

@@ -19,7 +19,8 @@ struct BaudStep {
 inline constexpr unsigned kBaudModulus = spec::kClkHz / (16 * 100);
 constexpr BaudStep baud_step(std::uint16_t acc, std::uint16_t baud) {
   const unsigned sum = acc + baud;
-  return {sum >= kBaudModulus, static_cast<std::uint16_t>((sum < kBaudModulus ? sum : sum - kBaudModulus) & 0x1FFFu)};
+  return {sum >= kBaudModulus,
+          static_cast<std::uint16_t>((sum < kBaudModulus ? sum : sum - kBaudModulus) & 0x1FFFu)};
 }
 
 // Clocks before the one that brings the n-th tick from now, n > 0.

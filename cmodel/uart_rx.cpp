@@ -14,9 +14,9 @@ constexpr std::uint8_t kFirstSample = 6;
 constexpr std::uint8_t kSecondSample = 7;
 constexpr std::uint8_t kThirdSample = 8;
 
-constexpr std::uint16_t kGapTicks = 576;      // 3.5 characters of 11 bits, less 2.5 bits
-constexpr std::uint16_t kGapTicks10 = 520;    // the same of 10 bits
-constexpr std::uint16_t kStopRest = 8;        // from the middle of the stop bit to its end
+constexpr std::uint16_t kGapTicks = 576;    // 3.5 characters of 11 bits, less 2.5 bits
+constexpr std::uint16_t kGapTicks10 = 520;  // the same of 10 bits
+constexpr std::uint16_t kStopRest = 8;      // from the middle of the stop bit to its end
 constexpr std::uint16_t kSecondStop = 16;
 constexpr std::uint16_t kQuietClocks = spec::kClkHz / 4000 * 7;  // 1.75 ms: 4000 Hz is 0.25 ms
 
@@ -75,15 +75,17 @@ void UartRx::sample(std::uint8_t rx) {
 }
 
 std::uint64_t UartRx::quiet(std::uint8_t rx, std::uint16_t baud) const {
-  const auto before = [&](unsigned tick) { return clocks_to_tick(acc_q, baud, ((tick - tick_q) & 15u) + 1u); };
+  const auto before = [&](unsigned tick) {
+    return clocks_to_tick(acc_q, baud, ((tick - tick_q) & 15u) + 1u);
+  };
   const std::uint64_t silence = quiet_q != 0 ? quiet_q : kForever;
   switch (state_q) {
     case kIdle:
       if (rx == 0) return 0;
       // The clock that ends a silence only counts; the one after it sees the silence.
       if (gap_q == 0) return silence;
-      return std::min(
-          silence, clocks_to_tick(acc_q, baud, gap_q < kGiveUpLeft ? gap_q : gap_q - kGiveUpLeft + 1u));
+      return std::min(silence,
+                      clocks_to_tick(acc_q, baud, gap_q < kGiveUpLeft ? gap_q : gap_q - kGiveUpLeft + 1u));
     case kStart:
     case kData:
     case kParity:

@@ -104,8 +104,8 @@ const Register& find_register(std::string_view name) {
     if (r.name == wanted) return r;
   }
   throw UsageError(
-      fmt::format("{}: found no register of that name, expected one of docs/chip/registers.md such as {}", name,
-                  near_names(wanted)));
+      fmt::format("{}: found no register of that name, expected one of docs/chip/registers.md such as {}",
+                  name, near_names(wanted)));
 }
 
 double to_unit(const Register& reg, std::uint16_t raw) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ model as a TLM-2.0 target: register access in zero time, the pins beside it. Use: docs/chip/systemc.md.
+// The C++ model as a TLM-2.0 target: register access in zero time, the pins beside it. Use:
+// docs/chip/systemc.md.
 #pragma once
 
 #include <tlm.h>
@@ -10,10 +11,10 @@
 
 namespace meltstage::systemc {
 
-// Byte address = 2 x PDU address of docs/chip/registers.md; 16-bit words, low byte first, whatever the simulating
-// machine. b_transport does what a valid Modbus frame does (chip::host_read, chip::host_write): up to 32
-// registers read, up to 16 written, all or none. It takes no time, leaves the delay alone, and may be called
-// from threads and methods. transport_dbg only looks: any number of registers, no message counted, no
+// Byte address = 2 x PDU address of docs/chip/registers.md; 16-bit words, low byte first, whatever the
+// simulating machine. b_transport does what a valid Modbus frame does (chip::host_read, chip::host_write): up
+// to 32 registers read, up to 16 written, all or none. It takes no time, leaves the delay alone, and may be
+// called from threads and methods. transport_dbg only looks: any number of registers, no message counted, no
 // watchdog reloaded; it writes nothing. No DMI.
 //
 // Response status: TLM_ADDRESS_ERROR_RESPONSE odd or outside the map (exception 02); TLM_BURST_ERROR_RESPONSE

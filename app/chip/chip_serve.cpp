@@ -16,15 +16,15 @@
 #include <vector>
 
 #include "app/chip/chip_wire.hpp"
-#include "app/print/job_file.hpp"
 #include "app/chip/pseudo_terminal.hpp"
 #include "app/chip/terminal.hpp"
+#include "app/print/job_file.hpp"
 #include "cmodel/advance.hpp"
-#include "tb/pins/chip_pins.hpp"
-#include "tb/pins/head.hpp"
+#include "recording/vcd.hpp"
 #include "tb/lockstep/lockstep.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
-#include "recording/vcd.hpp"
+#include "tb/pins/chip_pins.hpp"
+#include "tb/pins/head.hpp"
 
 namespace meltstage::app {
 

@@ -12,11 +12,11 @@
 #include <optional>
 
 #include "app/print/job_file.hpp"
+#include "base/output_file.hpp"
 #include "motion/surface/conformal.hpp"
 #include "motion/surface/conformal_trial.hpp"
 #include "motion/surface/measuring_points.hpp"
 #include "motion/surface/trial_calibration.hpp"
-#include "base/output_file.hpp"
 
 namespace meltstage::app {
 

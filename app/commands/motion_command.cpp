@@ -7,9 +7,9 @@
 #include <string>
 
 #include "app/print/job_file.hpp"
+#include "base/output_file.hpp"
 #include "motion/stage/accuracy.hpp"
 #include "motion/stage/stage.hpp"
-#include "base/output_file.hpp"
 
 namespace meltstage::app {
 

@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "app/chip/terminal.hpp"
-#include "tb/windows/window_runners.hpp"
 #include "recording/text.hpp"
+#include "tb/windows/window_runners.hpp"
 
 namespace meltstage::app {
 

@@ -14,8 +14,8 @@
 #include <string_view>
 
 #include "motion/bumps/coordinates.hpp"
-#include "motion/tour/path.hpp"
 #include "motion/profile/profile.hpp"
+#include "motion/tour/path.hpp"
 
 namespace meltstage::app {
 

@@ -13,12 +13,12 @@
 #include <sstream>
 
 #include "app/build_stamp.hpp"
+#include "app/chip/terminal.hpp"
 #include "app/print/job_file.hpp"
 #include "app/print/report/report.hpp"
-#include "app/chip/terminal.hpp"
-#include "tb/windows/window_plan.hpp"
 #include "recording/text.hpp"
 #include "recording/vcd.hpp"
+#include "tb/windows/window_plan.hpp"
 
 namespace meltstage::app {
 

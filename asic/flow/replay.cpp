@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// replay RECORDING [COUNTS]: the whole chip's netlist over recorded pins, each clock's outputs compared. Verilated with coverage, each
-// net's toggles go into COUNTS. Exits with 1 on a mismatch.
-// Lines of a recording, bits from the highest:
+// replay RECORDING [COUNTS]: the whole chip's netlist over recorded pins, each clock's outputs compared.
+// Verilated with coverage, each net's toggles go into COUNTS. Exits with 1 on a mismatch. Lines of a
+// recording, bits from the highest:
 //   clocks inputs outputs   pins over so many clocks (tb/tools/recording.hpp)
-//   load bits               before them: what goes into the scan chains with one clock, so that the run begins in that state
-//   unload bits             after them: what has to come out of the chains before each clock, '-' if nothing has to
+//   load bits               before them: what goes into the scan chains with one clock, so that the run
+//   begins in that state unload bits             after them: what has to come out of the chains before each
+//   clock, '-' if nothing has to
 #include <unistd.h>
 
 #include <cstdio>
@@ -85,11 +86,13 @@ void set_scan(Netlist& top, unsigned bits) {
 
 template <class Netlist>
 unsigned get_scan(const Netlist& top) {
-  if constexpr (requires { top.scan_o; }) return top.scan_o;
+  if constexpr (requires { top.scan_o; })
+    return top.scan_o;
   else if constexpr (requires { top.scan_o_7; })
-    return top.scan_o_7 << 7 | top.scan_o_6 << 6 | top.scan_o_5 << 5 | top.scan_o_4 << 4 | top.scan_o_3 << 3 | top.scan_o_2 << 2 |
-           top.scan_o_1 << 1 | top.scan_o_0;
-  else return 0;
+    return top.scan_o_7 << 7 | top.scan_o_6 << 6 | top.scan_o_5 << 5 | top.scan_o_4 << 4 | top.scan_o_3 << 3 |
+           top.scan_o_2 << 2 | top.scan_o_1 << 1 | top.scan_o_0;
+  else
+    return 0;
 }
 
 void set_pins(Vnetlist& top, unsigned in) {
@@ -103,8 +106,9 @@ void set_pins(Vnetlist& top, unsigned in) {
 }
 
 unsigned get_pins(const Vnetlist& top) {
-  return top.at_temp_o << 9 | top.fault_no << 8 | top.safe_en_o << 7 | top.heater_o << 6 | top.spi_mosi_o << 5 | top.spi_cs_no << 4 |
-         top.spi_sclk_o << 3 | top.tlm_tx_o << 2 | top.uart_de_o << 1 | top.uart_tx_o;
+  return top.at_temp_o << 9 | top.fault_no << 8 | top.safe_en_o << 7 | top.heater_o << 6 |
+         top.spi_mosi_o << 5 | top.spi_cs_no << 4 | top.spi_sclk_o << 3 | top.tlm_tx_o << 2 |
+         top.uart_de_o << 1 | top.uart_tx_o;
 }
 
 // The inputs change while the clock falls, the outputs are looked at while it is high.
@@ -137,7 +141,8 @@ unsigned long unload(Vnetlist& top, const std::vector<std::string>& lines) {
     fall(top);
     const unsigned out = get_scan(top);
     bool equal = true;
-    for (std::size_t i = 0; i < bits.size(); ++i) equal = equal && (bits[i] == '-' || unsigned(bits[i] - '0') == (out >> (bits.size() - 1 - i) & 1));
+    for (std::size_t i = 0; i < bits.size(); ++i)
+      equal = equal && (bits[i] == '-' || unsigned(bits[i] - '0') == (out >> (bits.size() - 1 - i) & 1));
     wrong += !equal;
     rise(top);
   }
@@ -180,7 +185,8 @@ int main(int argc, char** argv) {
   if (argc == 3) VerilatedCov::write(argv[2]);
 #endif
   if (const unsigned long wrong = unload(top, recording.unload); wrong > 0) {
-    std::printf("flops after the last clock: other than recorded at %lu of %zu shifts\n", wrong, recording.unload.size());
+    std::printf("flops after the last clock: other than recorded at %lu of %zu shifts\n", wrong,
+                recording.unload.size());
     mismatches += wrong;
   }
   std::printf("%lu clocks, %lu mismatches\n", clocks, mismatches);

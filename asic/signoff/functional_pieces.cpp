@@ -254,7 +254,8 @@ class Pieces {
     look();
   }
 
-  // Staged and active words take a value, its complement, and one in which two bits differ; Discard copies the active words back to be read.
+  // Staged and active words take a value, its complement, and one in which two bits differ; Discard copies
+  // the active words back to be read.
   void registers() {
     s_.begin("registers: staged and active, both values of every bit");
     s_.command(spec::kCmdDiscard);

@@ -11,8 +11,8 @@
 
 #include "asic/signoff/functional_vectors.hpp"
 #include "cmodel/chip.hpp"
-#include "tb/devices/modbus_host.hpp"
 #include "recording/stream.hpp"
+#include "tb/devices/modbus_host.hpp"
 
 namespace meltstage::app {
 

@@ -8,8 +8,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "tb/pins/chip_pins.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
+#include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::app {
 

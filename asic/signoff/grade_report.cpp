@@ -9,9 +9,9 @@
 #include <optional>
 #include <span>
 
-#include "asic/netlist/error.hpp"
 #include "asic/dft/core/parities.hpp"
 #include "asic/dft/core/places.hpp"
+#include "asic/netlist/error.hpp"
 
 namespace meltstage::app {
 

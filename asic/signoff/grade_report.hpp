@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "asic/dft/core/cycles.hpp"
 #include "asic/dft/atpg/functional.hpp"
+#include "asic/dft/core/cycles.hpp"
 
 namespace meltstage::app {
 

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/build_stamp.hpp"
-#include "asic/netlist/error.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/stil.hpp"
+#include "asic/netlist/error.hpp"
 #include "base/output_file.hpp"
 #include "base/sha256.hpp"
 #include "recording/text.hpp"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "asic/signoff/functional_vectors.hpp"
 #include "asic/dft/scan/masks.hpp"
+#include "asic/signoff/functional_vectors.hpp"
 
 namespace meltstage::app {
 

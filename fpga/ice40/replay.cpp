@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// replay CLOCKS [SEED [RECORDING]]: the harness of the RTL and the netlist read back from the bitstream, the same random bits into both, the
-// bit that comes out compared on every clock. Exits with 1 on a mismatch. RECORDING becomes the RTL's pins as extended VCD (IEEE 1364-2005
-// clause 18), in a tester's cycle of 100 ns: inputs change at 0, the clock is high from 50 to 80.
+// replay CLOCKS [SEED [RECORDING]]: the harness of the RTL and the netlist read back from the bitstream, the
+// same random bits into both, the bit that comes out compared on every clock. Exits with 1 on a mismatch.
+// RECORDING becomes the RTL's pins as extended VCD (IEEE 1364-2005 clause 18), in a tester's cycle of 100 ns:
+// inputs change at 0, the clock is high from 50 to 80.
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -17,14 +18,16 @@ constexpr std::array<const char*, 5> kPins = {"clk_i", "rst_ni", "serial_i", "la
 
 class Recording {
  public:
-  explicit Recording(const std::string& path) : path_(path), file_(path.empty() ? nullptr : std::fopen((path + ".part").c_str(), "w")) {
+  explicit Recording(const std::string& path)
+      : path_(path), file_(path.empty() ? nullptr : std::fopen((path + ".part").c_str(), "w")) {
     if (path.empty()) return;
     if (file_ == nullptr) {
       std::fprintf(stderr, "replay: %s: can't be written, expected a place for a new file\n", path.c_str());
       std::exit(2);
     }
     std::fprintf(file_, "$version\n  replay\n$end\n$timescale\n  1 ns\n$end\n$scope module harness $end\n");
-    for (std::size_t pin = 0; pin < kPins.size(); ++pin) std::fprintf(file_, "$var port 1 <%zu %s $end\n", pin, kPins[pin]);
+    for (std::size_t pin = 0; pin < kPins.size(); ++pin)
+      std::fprintf(file_, "$var port 1 <%zu %s $end\n", pin, kPins[pin]);
     std::fprintf(file_, "$upscope $end\n$enddefinitions $end\n");
   }
   void take(long ns, const Vharness& top, bool clock) {
@@ -34,7 +37,8 @@ class Recording {
     for (std::size_t pin = 0; pin < now.size(); ++pin) {
       if (now[pin] == shown_[pin]) continue;
       const bool high = now[pin] != 0;
-      std::fprintf(file_, "p%c %d %d <%zu\n", pin == 4 ? "LH"[high] : "DU"[high], high ? 0 : 6, high ? 6 : 0, pin);
+      std::fprintf(file_, "p%c %d %d <%zu\n", pin == 4 ? "LH"[high] : "DU"[high], high ? 0 : 6, high ? 6 : 0,
+                   pin);
     }
     shown_ = now;
   }
@@ -81,7 +85,8 @@ int main(int argc, char** argv) {
     recording.take(100 * clock + 50, rtl, true);
     recording.take(100 * clock + 80, rtl, false);
     step(netlist, reset_n, serial, latch, [] {});
-    if (reset_n && rtl.serial_o != netlist.serial_o && ++mismatches <= 3) std::printf("clock %ld: the bit that comes out differs\n", clock);
+    if (reset_n && rtl.serial_o != netlist.serial_o && ++mismatches <= 3)
+      std::printf("clock %ld: the bit that comes out differs\n", clock);
     moved += rtl.serial_o != last;
     last = rtl.serial_o;
   }

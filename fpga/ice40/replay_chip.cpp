@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// replay_chip RECORDING: the chip's recorded pins (.mvec, docs/make/formats/mvec.md) on the netlist that was read
-// back from the board's bitstream, each output compared behind each clock. Exits with 1 on a mismatch, 2 when
-// the recording can't be used.
+// replay_chip RECORDING: the chip's recorded pins (.mvec, docs/make/formats/mvec.md) on the netlist that was
+// read back from the board's bitstream, each output compared behind each clock. Exits with 1 on a mismatch, 2
+// when the recording can't be used.
 #include <cstdint>
 #include <cstdio>
 #include <exception>

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "motion/gray_image.hpp"
 #include "motion/align/planar_pose.hpp"
+#include "motion/gray_image.hpp"
 
 namespace meltstage::motion {
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <string_view>
 
-#include "motion/stage/accuracy.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
+#include "motion/stage/accuracy.hpp"
 
 namespace meltstage::motion {
 

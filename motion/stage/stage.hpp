@@ -29,7 +29,8 @@ struct AxisConfig {
   ScurveLimits limits;
 };
 
-/// Moves that leave no more than the tolerance of vibration in a mode of the machine (motion/profile/shaping.hpp).
+/// Moves that leave no more than the tolerance of vibration in a mode of the machine
+/// (motion/profile/shaping.hpp).
 struct QuietMoves {
   ModeBand band;
   double tolerance_mm = 0.001;

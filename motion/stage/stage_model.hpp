@@ -50,7 +50,7 @@ class AxisModel {
   /// One servo cycle towards a command.
   void step(const MotionState& command);
 
-  double encoder_mm() const;                              ///< motor, in whole counts
+  double encoder_mm() const;  ///< motor, in whole counts
   double motor_mm() const { return state_.motor_m * 1e3; }
   double slide_mm() const { return slide_m_ * 1e3; }      ///< behind the screw
   double load_mm() const { return state_.load_m * 1e3; }  ///< where the head is

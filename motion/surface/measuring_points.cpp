@@ -10,8 +10,8 @@
 #include <numbers>
 #include <optional>
 
-#include "motion/surface/nurbs.hpp"
 #include "motion/profile/profile.hpp"
+#include "motion/surface/nurbs.hpp"
 
 namespace meltstage::motion {
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "cmodel/spec.hpp"
-#include "tb/lockstep/verilated_rtl.hpp"
 #include "recording/text.hpp"
+#include "tb/lockstep/verilated_rtl.hpp"
 
 namespace meltstage::tb {
 

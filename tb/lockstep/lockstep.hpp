@@ -9,8 +9,8 @@
 #include <string>
 
 #include "cmodel/chip.hpp"
-#include "tb/pins/dut.hpp"
 #include "recording/stream.hpp"
+#include "tb/pins/dut.hpp"
 
 namespace meltstage::tb {
 
@@ -38,7 +38,8 @@ struct Mismatch : std::runtime_error {
 
 class Lockstep {
  public:
-  // Starts both in reset. `failures`: folder that takes stimulus, report and waves of a mismatch; empty: none.
+  // Starts both in reset. `failures`: folder that takes stimulus, report and waves of a mismatch; empty:
+  // none.
   Lockstep(std::unique_ptr<Dut> dut, RunIdentity identity, std::filesystem::path failures = "failures");
   // Goes on from `model`, whose state the device must already have, at clock `cycle` of the run.
   Lockstep(std::unique_ptr<Dut> dut, const chip::Chip& model, std::uint64_t cycle, RunIdentity identity,

@@ -4,11 +4,11 @@
 #include <verilated_fst_c.h>
 
 #include "Vtc_top.h"
-#include "Vtc_top___024root.h"
 #include "Vtc_top__Syms.h"
+#include "Vtc_top___024root.h"
 #include "Vtc_top_traced.h"
-#include "Vtc_top_traced___024root.h"
 #include "Vtc_top_traced__Syms.h"
+#include "Vtc_top_traced___024root.h"
 #include "tb/lockstep/verilated_top.hpp"
 
 namespace meltstage::tb {
@@ -37,7 +37,9 @@ class TracedTop final : public verilated::VerilatedTop<Vtc_top_traced> {
 
 }  // namespace
 
-std::unique_ptr<VerilatedRtl> make_verilated_rtl() { return std::make_unique<verilated::VerilatedTop<Vtc_top>>(); }
+std::unique_ptr<VerilatedRtl> make_verilated_rtl() {
+  return std::make_unique<verilated::VerilatedTop<Vtc_top>>();
+}
 std::unique_ptr<VerilatedRtl> make_traced_rtl(const std::filesystem::path& path) {
   return std::make_unique<TracedTop>(path);
 }

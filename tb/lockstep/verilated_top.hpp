@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Verilated tc_top, whatever its prefix, as a VerilatedRtl: include the prefix's own headers (V..., V...___024root, V...__Syms)
-// before this one.
+// A Verilated tc_top, whatever its prefix, as a VerilatedRtl: include the prefix's own headers (V...,
+// V...___024root, V...__Syms) before this one.
 #pragma once
 
 #include <verilated.h>
@@ -80,7 +80,7 @@ template <class Root>
 unsigned count_bits(const Root&) {
   std::size_t total = 0;
 #define TC_FLOP(type, name, width, reset) total += width;
-#define TC_ARRAY(type, name, count, width)     \
+#define TC_ARRAY(type, name, count, width)      \
   for (unsigned word = 0; word < count; ++word) \
     total += std::popcount(chip::array_flops<decltype(chip::Chip::TC_MEMBER)>(word, width));
 #include "cmodel/for_each_flop.inc"

@@ -53,9 +53,9 @@ chip::Outputs outputs_of(std::span<const std::uint64_t> pins) {
 }
 
 std::array<std::uint64_t, kChipPinCount> pin_levels(const chip::Inputs& in, const chip::Outputs& out) {
-  return {in.rst_n,     in.uart_rx,   in.addr_strap, in.spi_miso, in.heater_fb,  in.inhibit,
-          in.drop,      in.test_mode, out.uart_tx,   out.uart_de, out.tlm_tx,    out.spi_sclk,
-          out.spi_cs_n, out.spi_mosi, out.heater,    out.safe_en, out.fault_n,   out.at_temp};
+  return {in.rst_n,     in.uart_rx,   in.addr_strap, in.spi_miso, in.heater_fb, in.inhibit,
+          in.drop,      in.test_mode, out.uart_tx,   out.uart_de, out.tlm_tx,   out.spi_sclk,
+          out.spi_cs_n, out.spi_mosi, out.heater,    out.safe_en, out.fault_n,  out.at_temp};
 }
 
 std::string output_difference(const chip::Outputs& recorded, const chip::Outputs& chip) {

@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
+#include "base/rng.hpp"
 #include "cmodel/chip.hpp"
 #include "tb/devices/heater.hpp"
 #include "tb/devices/modbus_host.hpp"
-#include "base/rng.hpp"
 #include "tb/devices/spi_sensors.hpp"
 
 namespace meltstage::tb {

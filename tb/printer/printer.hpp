@@ -12,15 +12,15 @@
 #include <vector>
 
 #include "cmodel/spec.hpp"
+#include "motion/align/planar_pose.hpp"
 #include "motion/stage/accuracy.hpp"
 #include "motion/stage/jetting.hpp"
-#include "motion/tour/path.hpp"
-#include "motion/align/planar_pose.hpp"
 #include "motion/stage/stage.hpp"
-#include "tb/printer/driven_stage.hpp"
-#include "tb/pins/head.hpp"
-#include "tb/lockstep/lockstep.hpp"
+#include "motion/tour/path.hpp"
 #include "recording/stream.hpp"
+#include "tb/lockstep/lockstep.hpp"
+#include "tb/pins/head.hpp"
+#include "tb/printer/driven_stage.hpp"
 
 namespace meltstage::tb {
 
@@ -51,7 +51,7 @@ struct PrintEvent {
 enum class RtlWindows {
   none,
   chosen,  // command phase, heat-up samples, first bumps, shutdown
-  full,    // the whole job, after the print, from its recording (tb/windows/windows.hpp): none while it prints
+  full,  // the whole job, after the print, from its recording (tb/windows/windows.hpp): none while it prints
 };
 
 // Printing without a stop at the bumps. `plan` is of the job's bumps.

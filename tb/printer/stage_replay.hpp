@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <string>
 
-#include "tb/printer/printer.hpp"
 #include "recording/stream.hpp"
+#include "tb/printer/printer.hpp"
 
 namespace meltstage::tb {
 

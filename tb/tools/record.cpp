@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// record short|long FILE: runs the chip's model among its devices and writes what its pins did (recording.hpp).
-// short: reset, one command, its answer. long: from reset through every kind of command, heating, faults and stops.
+// record short|long FILE: runs the chip's model among its devices and writes what its pins did
+// (recording.hpp). short: reset, one command, its answer. long: from reset through every kind of command,
+// heating, faults and stops.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -9,8 +10,8 @@
 #include <string>
 #include <string_view>
 
-#include "tests/tb/lockstep/bench.hpp"
 #include "tb/tools/recording.hpp"
+#include "tests/tb/lockstep/bench.hpp"
 
 namespace meltstage::tb {
 namespace {
@@ -24,8 +25,10 @@ class Recorder final : public Device {
     const chip::Outputs out = chip_.step(in);
     const Stretch now{1, pack(in), pack(out)};
     if (stretch_ && (stretch_->in != now.in || stretch_->out != now.out)) write();
-    if (stretch_) ++stretch_->clocks;
-    else stretch_ = now;
+    if (stretch_)
+      ++stretch_->clocks;
+    else
+      stretch_ = now;
     return out;
   }
   const chip::Chip& model() const override { return chip_; }
@@ -58,7 +61,8 @@ class Recorder final : public Device {
 constexpr std::uint64_t kTick = spec::kClkHz / 100;  // control period of 10 ms
 
 void must(bool condition, std::string_view what) {
-  if (!condition) throw std::logic_error(fmt::format("record: the scenario no longer reaches its aim: {}", what));
+  if (!condition)
+    throw std::logic_error(fmt::format("record: the scenario no longer reaches its aim: {}", what));
 }
 
 void reset(Bench& bench) {
@@ -94,21 +98,27 @@ void talk(Bench& bench) {
   spoilt.frame.back().data ^= 1;
   bench.ask(spoilt);
   bench.ask(read_input_registers(static_cast<std::uint8_t>(unit + 1), 0, 1));
-  must(bench.run_until([](const chip::Chip& chip) { return chip.uartc.baud_q == 5000; }, 1'300'000), "new settings are active");
-  must(bench.run_until([](const chip::Chip& chip) { return chip.guard.pv_valid_q != 0; }, 3 * kTick), "first sample");
+  must(bench.run_until([](const chip::Chip& chip) { return chip.uartc.baud_q == 5000; }, 1'300'000),
+       "new settings are active");
+  must(bench.run_until([](const chip::Chip& chip) { return chip.guard.pv_valid_q != 0; }, 3 * kTick),
+       "first sample");
 }
 
 // Clears what is latched once its cause is gone, and heats again.
 void heat(Bench& bench) {
-  must(bench.run_until([](const chip::Chip& chip) { return chip.guard.cause_q == 0; }, 3 * kTick), "causes go");
+  must(bench.run_until([](const chip::Chip& chip) { return chip.guard.cause_q == 0; }, 3 * kTick),
+       "causes go");
   bench.command(spec::kCmdClearFault);
   bench.command(spec::kCmdRun);
   must(bench.model().guard.run_q != 0, "heating");
-  must(bench.run_until([](const chip::Chip& chip) { return chip.guard.heater_q != 0; }, 3 * kTick), "heater on");
+  must(bench.run_until([](const chip::Chip& chip) { return chip.guard.heater_q != 0; }, 3 * kTick),
+       "heater on");
 }
 
 void expect_fault(Bench& bench, spec::Fault fault) {
-  must(bench.run_until([&](const chip::Chip& chip) { return (chip.guard.fault_q >> fault & 1) != 0; }, 3 * kTick), fmt::format("fault {} latches", int{fault}));
+  must(bench.run_until([&](const chip::Chip& chip) { return (chip.guard.fault_q >> fault & 1) != 0; },
+                       3 * kTick),
+       fmt::format("fault {} latches", int{fault}));
   bench.run(2'000);
   bench.read_input(0, 24);
 }
@@ -162,7 +172,8 @@ void fail(Bench& bench) {
 // The time base's 0.1 s: telemetry, then the host watchdog.
 void wait_for_tenth(Bench& bench) {
   heat(bench);
-  must(bench.run_until([](const chip::Chip& chip) { return chip.sysctrl.tenth_q != 0; }, 1'300'000), "0.1 s have passed");
+  must(bench.run_until([](const chip::Chip& chip) { return chip.sysctrl.tenth_q != 0; }, 1'300'000),
+       "0.1 s have passed");
   bench.run(kTick + 40'000);
   bench.read_input(0, 24);
   bench.world.reset = true;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pins of the chip's model over a run, run-length coded: lines "clocks inputs outputs", pins as binary digits.
+// Pins of the chip's model over a run, run-length coded: lines "clocks inputs outputs", pins as binary
+// digits.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +16,16 @@ namespace meltstage::tb {
 
 // Bits from the highest: drop, inhibit, heater_fb, spi_miso, addr_strap[2:0], uart_rx, rst_n.
 inline std::uint16_t pack(const chip::Inputs& in) {
-  return static_cast<std::uint16_t>(in.drop << 8 | in.inhibit << 7 | in.heater_fb << 6 | in.spi_miso << 5 | (in.addr_strap & 7) << 2 |
-                                   in.uart_rx << 1 | in.rst_n << 0);
+  return static_cast<std::uint16_t>(in.drop << 8 | in.inhibit << 7 | in.heater_fb << 6 | in.spi_miso << 5 |
+                                    (in.addr_strap & 7) << 2 | in.uart_rx << 1 | in.rst_n << 0);
 }
 
-// Bits from the highest: at_temp, fault_n, safe_en, heater, spi_mosi, spi_cs_n, spi_sclk, tlm_tx, uart_de, uart_tx.
+// Bits from the highest: at_temp, fault_n, safe_en, heater, spi_mosi, spi_cs_n, spi_sclk, tlm_tx, uart_de,
+// uart_tx.
 inline std::uint16_t pack(const chip::Outputs& out) {
   return static_cast<std::uint16_t>(out.at_temp << 9 | out.fault_n << 8 | out.safe_en << 7 | out.heater << 6 |
-                                    out.spi_mosi << 5 | out.spi_cs_n << 4 | out.spi_sclk << 3 | out.tlm_tx << 2 |
-                                    out.uart_de << 1 | out.uart_tx << 0);
+                                    out.spi_mosi << 5 | out.spi_cs_n << 4 | out.spi_sclk << 3 |
+                                    out.tlm_tx << 2 | out.uart_de << 1 | out.uart_tx << 0);
 }
 
 inline chip::Inputs unpack_inputs(std::uint16_t pins) {
@@ -70,7 +72,8 @@ inline std::vector<Stretch> read_recording(const std::filesystem::path& path) {
                          static_cast<std::uint16_t>(std::stoul(out, nullptr, 2))});
   }
   if (recording.empty()) {
-    throw std::runtime_error(path.string() + ": expected lines 'clocks inputs outputs', found none; build target recordings");
+    throw std::runtime_error(path.string() +
+                             ": expected lines 'clocks inputs outputs', found none; build target recordings");
   }
   return recording;
 }

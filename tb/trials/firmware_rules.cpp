@@ -8,12 +8,12 @@ namespace meltstage::tb {
 namespace {
 
 namespace marlin {
-constexpr double kPeriod_s = 40.0;         // THERMAL_PROTECTION_PERIOD
-constexpr double kHysteresis_degc = 4.0;   // THERMAL_PROTECTION_HYSTERESIS
-constexpr double kWatch_s = 20.0;          // WATCH_TEMP_PERIOD
-constexpr double kWatchRise_degc = 2.0;    // WATCH_TEMP_INCREASE
+constexpr double kPeriod_s = 40.0;            // THERMAL_PROTECTION_PERIOD
+constexpr double kHysteresis_degc = 4.0;      // THERMAL_PROTECTION_HYSTERESIS
+constexpr double kWatch_s = 20.0;             // WATCH_TEMP_PERIOD
+constexpr double kWatchRise_degc = 2.0;       // WATCH_TEMP_INCREASE
 constexpr double kTempHysteresis_degc = 3.0;  // TEMP_HYSTERESIS
-constexpr double kMin_degc = 5.0;          // HEATER_0_MINTEMP
+constexpr double kMin_degc = 5.0;             // HEATER_0_MINTEMP
 }  // namespace marlin
 
 namespace klipper {
@@ -31,7 +31,8 @@ constexpr double kNever_s = std::numeric_limits<double>::infinity();
 
 void MarlinRule::watch(double time_s, double reading_degc) {
   using namespace marlin;
-  const bool far = target_degc_ > 0.0 && reading_degc < target_degc_ - (kWatchRise_degc + kTempHysteresis_degc + 1.0);
+  const bool far =
+      target_degc_ > 0.0 && reading_degc < target_degc_ - (kWatchRise_degc + kTempHysteresis_degc + 1.0);
   watch_degc_ = reading_degc + kWatchRise_degc;
   watch_at_s_ = far ? time_s + kWatch_s : kNever_s;
 }

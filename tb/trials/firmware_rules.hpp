@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Heater protection of printer firmware, in floating point, as rules that watch a reading and a target: what guard is compared
-// with. Both are given a highest temperature, at which they trip at once.
+// Heater protection of printer firmware, in floating point, as rules that watch a reading and a target: what
+// guard is compared with. Both are given a highest temperature, at which they trip at once.
 #pragma once
 
 #include <limits>
 
 namespace meltstage::tb {
 
-/// Marlin 2.1, Marlin/src/module/temperature.cpp with Configuration.h's defaults: thermal runaway protection (4 degC for
-/// 40 s once the target was reached), watch (2 degC in 20 s after a target was set), MAXTEMP, MINTEMP 5 degC.
+/// Marlin 2.1, Marlin/src/module/temperature.cpp with Configuration.h's defaults: thermal runaway protection
+/// (4 degC for 40 s once the target was reached), watch (2 degC in 20 s after a target was set), MAXTEMP,
+/// MINTEMP 5 degC.
 class MarlinRule {
  public:
   explicit MarlinRule(double max_degc) : max_degc_(max_degc) {}
@@ -28,8 +29,9 @@ class MarlinRule {
   bool tripped_ = false;
 };
 
-/// Klipper, klippy/extras/verify_heater.py with its defaults for an extruder (hysteresis 5 degC, max_error 120 degC s,
-/// heating_gain 2 degC in check_gain_time 20 s, once a second) on heaters.py's reading smoothed over 1 s; max_temp.
+/// Klipper, klippy/extras/verify_heater.py with its defaults for an extruder (hysteresis 5 degC, max_error
+/// 120 degC s, heating_gain 2 degC in check_gain_time 20 s, once a second) on heaters.py's reading smoothed
+/// over 1 s; max_temp.
 class KlipperRule {
  public:
   explicit KlipperRule(double max_degc) : max_degc_(max_degc) {}

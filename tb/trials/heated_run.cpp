@@ -70,10 +70,10 @@ std::vector<HeadSetting> tuned_settings(const PlantConfig& plant, double highest
 
 std::vector<HeadSetting> detectors_off() {
   const std::int32_t no_feedback = spec::kHolding[spec::kRegCtrl].reset & ~0x20;
-  return {{spec::kRegTMax, 5000},         {spec::kRegTMin, -400},    {spec::kRegDtdtMax, 0},
-          {spec::kRegLbaTime, 0},         {spec::kRegHoldTime, 0},   {spec::kRegExcLimit, 5000},
-          {spec::kRegExcTime, 65535},     {spec::kRegZeroRise, 0},   {spec::kRegHostWd, 0},
-          {spec::kRegSampleTimeout, 65535}, {spec::kRegBadMax, 15}, {spec::kRegCtrl, no_feedback}};
+  return {{spec::kRegTMax, 5000},           {spec::kRegTMin, -400},  {spec::kRegDtdtMax, 0},
+          {spec::kRegLbaTime, 0},           {spec::kRegHoldTime, 0}, {spec::kRegExcLimit, 5000},
+          {spec::kRegExcTime, 65535},       {spec::kRegZeroRise, 0}, {spec::kRegHostWd, 0},
+          {spec::kRegSampleTimeout, 65535}, {spec::kRegBadMax, 15},  {spec::kRegCtrl, no_feedback}};
 }
 
 HeatedRun::HeatedRun(const HeadConfig& config, std::span<const HeadSetting> settings) : head_(config) {
@@ -90,10 +90,11 @@ HeatedRun::HeatedRun(const HeadConfig& config, std::span<const HeadSetting> sett
 }
 
 void HeatedRun::advance(std::uint64_t until) {
-  chip::advance(run_, until, head_, [&](std::uint64_t cycle, const chip::Inputs& in, const chip::Outputs& out) {
-    if (!out.fault_n && in.rst_n && !std::isfinite(tripped_s_))
-      tripped_s_ = static_cast<double>(cycle) / spec::kClkHz;
-  });
+  chip::advance(run_, until, head_,
+                [&](std::uint64_t cycle, const chip::Inputs& in, const chip::Outputs& out) {
+                  if (!out.fault_n && in.rst_n && !std::isfinite(tripped_s_))
+                    tripped_s_ = static_cast<double>(cycle) / spec::kClkHz;
+                });
 }
 
 void HeatedRun::until(double time_s) {
@@ -119,9 +120,9 @@ void HeatedRun::write(chip::spec::Reg reg, std::int32_t value) {
   while (head_.host().busy()) advance(run_.cycle + kStep);
   const std::optional<ModbusResult> result = head_.host().take_result();
   if (!result || result->outcome != ModbusOutcome::Data) {
-    throw std::runtime_error(
-        fmt::format("write of {} to register {:#x} refused, exception {}, faults {:#06x}, causes {:#06x}", value, address,
-                    result ? result->exception_code : 0, run_.chip.guard.fault_q, run_.chip.guard.cause_q));
+    throw std::runtime_error(fmt::format(
+        "write of {} to register {:#x} refused, exception {}, faults {:#06x}, causes {:#06x}", value, address,
+        result ? result->exception_code : 0, run_.chip.guard.fault_q, run_.chip.guard.cause_q));
   }
 }
 

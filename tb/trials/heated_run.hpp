@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A chip heating a head from power-up on, driven by a host as a user's would: settings, commands, a poll each second. The model
-// runs from event to event; what happens to the head is done between two calls of until().
+// A chip heating a head from power-up on, driven by a host as a user's would: settings, commands, a poll each
+// second. The model runs from event to event; what happens to the head is done between two calls of until().
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,8 @@ struct StepResponse {
 };
 StepResponse step_response(const PlantConfig& plant);
 
-/// Loop and detectors set for a head by the rules of docs/chip/protection.md; `highest_degc`: largest set-point in use.
+/// Loop and detectors set for a head by the rules of docs/chip/protection.md; `highest_degc`: largest
+/// set-point in use.
 std::vector<HeadSetting> tuned_settings(const PlantConfig& plant, double highest_degc);
 /// The loop alone: every detector that a register can switch off is off, the limits are as wide as they go.
 std::vector<HeadSetting> detectors_off();

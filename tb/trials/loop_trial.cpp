@@ -77,9 +77,7 @@ struct Rig {
   void go(std::uint64_t until) {
     chip::advance(run, until, *surroundings, [](auto&&...) {});
   }
-  void write(spec::Reg reg, int value) {
-    run.chip.mem.preset(reg, static_cast<std::uint16_t>(value));
-  }
+  void write(spec::Reg reg, int value) { run.chip.mem.preset(reg, static_cast<std::uint16_t>(value)); }
   void command(spec::Cmd word) {
     surroundings->head().host().submit(write_single_register(1, spec::kHoldingBase, word));
   }

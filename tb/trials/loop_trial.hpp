@@ -28,7 +28,7 @@ struct LoopTrial {
   double setpoint_degc = 110.0;
   std::string sensor = "ADT7320";  ///< part, as in the spec's presets
   double conversion_s = 0.1;       ///< between two readings
-  double noise_degc = 0.05;         ///< sigma, before the sensor's own steps
+  double noise_degc = 0.05;        ///< sigma, before the sensor's own steps
   std::uint64_t seed = 1;
   double length_s = 1200.0;
   DropletLoad load{};

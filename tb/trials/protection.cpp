@@ -197,7 +197,8 @@ FaultOutcome run_fault(const FaultCase& what, Protector protector) {
   }
   FaultOutcome outcome{kNever_s, 0, run.heater_degc(), run.block_degc()};
   const double before = protector == Protector::chip ? run.tripped_s() : rule_tripped;
-  if (std::isfinite(before)) return {before - fault_at, run.faults(), outcome.heater_peak_degc, outcome.block_peak_degc};
+  if (std::isfinite(before))
+    return {before - fault_at, run.faults(), outcome.heater_peak_degc, outcome.block_peak_degc};
 
   strike(run, what);
   const double fault_s = run.now_s();
@@ -215,9 +216,10 @@ FaultOutcome run_fault(const FaultCase& what, Protector protector) {
 HealthyJob run_healthy_job(std::uint64_t seed) {
   const Job job = make_job(seed);
   HeatedRun run({.plant = job.plant, .sensor_noise_degc = job.noise_degc, .seed = seed}, job.settings);
-  const double max_degc =
-      std::find_if(job.settings.begin(), job.settings.end(), [](const HeadSetting& s) { return s.reg == spec::kRegTMax; })
-          ->value / 10.0;
+  const double max_degc = std::find_if(job.settings.begin(), job.settings.end(),
+                                       [](const HeadSetting& s) { return s.reg == spec::kRegTMax; })
+                              ->value /
+                          10.0;
   MarlinRule marlin(max_degc);
   KlipperRule klipper(max_degc);
   HealthyJob done{};

@@ -14,13 +14,15 @@ namespace {
 #define TC_QUOTE(x) #x
 #define TC_TEXT(x) TC_QUOTE(x)
 
-// f(block, name, word, value, bits) for each flop, an array's words one by one; `bits` is the mask of those that exist.
+// f(block, name, word, value, bits) for each flop, an array's words one by one; `bits` is the mask of those
+// that exist.
 template <class Model, class F>
 void visit_flops(Model& model, F&& f) {
-#define TC_FLOP(type, name, width, reset) f(TC_TEXT(TC_INSTANCE), #name, 0u, model.TC_MEMBER.name, ~std::uint64_t{0} >> (64 - width));
-#define TC_ARRAY(type, name, count, width)                                                 \
-  for (unsigned word = 0; word < count; ++word)                                            \
-    f(TC_TEXT(TC_INSTANCE), #name, word, model.TC_MEMBER.name[word],                       \
+#define TC_FLOP(type, name, width, reset) \
+  f(TC_TEXT(TC_INSTANCE), #name, 0u, model.TC_MEMBER.name, ~std::uint64_t{0} >> (64 - width));
+#define TC_ARRAY(type, name, count, width)                           \
+  for (unsigned word = 0; word < count; ++word)                      \
+    f(TC_TEXT(TC_INSTANCE), #name, word, model.TC_MEMBER.name[word], \
       std::uint64_t{array_flops<std::remove_cvref_t<decltype(model.TC_MEMBER)>>(word, width)});
 #include "cmodel/for_each_flop.inc"
 }
@@ -43,9 +45,11 @@ constexpr double kCold_degc = 60.0;
 constexpr double kCooled_degc = 20.0;  // below the set-point, once stopped
 constexpr double kSwing_degc = 2.0;    // to either side of the set-point while tuning
 constexpr double kSlope_degc_per_s = 1.0;
-constexpr int kSwings = 5;             // past the cycles that centre the relay
+constexpr int kSwings = 5;  // past the cycles that centre the relay
 
-std::uint64_t clocks(double seconds) { return static_cast<std::uint64_t>(std::llround(seconds * spec::kClkHz)); }
+std::uint64_t clocks(double seconds) {
+  return static_cast<std::uint64_t>(std::llround(seconds * spec::kClkHz));
+}
 
 std::string_view block_of(std::string_view instance) {
   const std::size_t dots = instance.find("__DOT__");
@@ -58,7 +62,8 @@ const std::vector<FlopBit>& flop_bits() {
   static const std::vector<FlopBit> bits = [] {
     std::vector<FlopBit> list;
     const chip::Chip chip;
-    chip::visit_flops(chip, [&](const char* instance, const char* name, unsigned word, const auto&, std::uint64_t present) {
+    chip::visit_flops(chip, [&](const char* instance, const char* name, unsigned word, const auto&,
+                                std::uint64_t present) {
       for (; present != 0; present &= present - 1)
         list.push_back({block_of(instance), name, word, static_cast<unsigned>(std::countr_zero(present))});
     });
@@ -84,7 +89,8 @@ void invert_flop_bit(chip::Chip& chip, std::size_t number) {
 }
 
 std::string_view upset_phase_name(UpsetPhase phase) {
-  constexpr std::array<std::string_view, kUpsetPhases.size()> kNames{"full power", "hold", "tuning", "stopped", "faulted"};
+  constexpr std::array<std::string_view, kUpsetPhases.size()> kNames{"full power", "hold", "tuning",
+                                                                     "stopped", "faulted"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 
@@ -107,7 +113,8 @@ UpsetStudy::UpsetStudy(UpsetPhase phase, UpsetPwm pwm)
   run.start();
   run.until(4.0);
   if (phase != UpsetPhase::full_power) {
-    // On to a degree below the set-point, no faster than a head; there the integral grows to a head's hold duty.
+    // On to a degree below the set-point, no faster than a head; there the integral grows to a head's hold
+    // duty.
     for (double degc = kCold_degc; degc < kSetpoint_degc - 1.0; degc += 1.0) {
       run.head().set_element_degc(degc);
       run.until(run.now_s() + 1.0);
@@ -192,8 +199,8 @@ UpsetStudy::Result UpsetStudy::strike(const Strike& what) const {
   const Watched hit = watch(&what);
 
   // From a tick after the strike on, and past the PWM period then under way: on-time in each tick's length.
-  const auto first = static_cast<std::size_t>(
-      std::ceil((kSettle_s + what.delay_s + kTick_s + (pwm_period_s_ > kTick_s ? pwm_period_s_ : 0.0)) / kStep_s));
+  const auto first = static_cast<std::size_t>(std::ceil(
+      (kSettle_s + what.delay_s + kTick_s + (pwm_period_s_ > kTick_s ? pwm_period_s_ : 0.0)) / kStep_s));
   const auto window = static_cast<std::size_t>(std::lround(std::max(kTick_s, pwm_period_s_) / kStep_s));
   double excess = 0.0;
   for (std::size_t i = first + window; i < sound.on.size(); ++i) {

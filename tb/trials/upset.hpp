@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single-event study: one flop of the chip is inverted at a random clock of a heated job, and what follows is compared with the
-// same job undisturbed. docs/chip/protection.md has the counts.
+// Single-event study: one flop of the chip is inverted at a random clock of a heated job, and what follows is
+// compared with the same job undisturbed. docs/chip/protection.md has the counts.
 #pragma once
 
 #include <array>
@@ -35,8 +35,8 @@ enum class UpsetPhase : std::uint8_t {
   stopped,
   faulted
 };
-inline constexpr std::array kUpsetPhases{UpsetPhase::full_power, UpsetPhase::hold, UpsetPhase::tuning, UpsetPhase::stopped,
-                                         UpsetPhase::faulted};
+inline constexpr std::array kUpsetPhases{UpsetPhase::full_power, UpsetPhase::hold, UpsetPhase::tuning,
+                                         UpsetPhase::stopped, UpsetPhase::faulted};
 std::string_view upset_phase_name(UpsetPhase phase);
 
 enum class UpsetOutcome : std::uint8_t {
@@ -44,10 +44,11 @@ enum class UpsetOutcome : std::uint8_t {
   corrected,  ///< the parameter memory has corrected it
   stopped,    ///< a fault was latched or the chip was reset or stopped: heater off
   disturbed,  ///< something differs still; the heater has kept to its specification
-  outside,    ///< the heater was on when it must be off, or longer than commanded, for more than a control tick
+  outside,  ///< the heater was on when it must be off, or longer than commanded, for more than a control tick
 };
-inline constexpr std::array kUpsetOutcomes{UpsetOutcome::no_effect, UpsetOutcome::corrected, UpsetOutcome::stopped,
-                                           UpsetOutcome::disturbed, UpsetOutcome::outside};
+inline constexpr std::array kUpsetOutcomes{UpsetOutcome::no_effect, UpsetOutcome::corrected,
+                                           UpsetOutcome::stopped, UpsetOutcome::disturbed,
+                                           UpsetOutcome::outside};
 std::string_view upset_outcome_name(UpsetOutcome outcome);
 
 /// How the PWM is set: the chip's reset values (1 kHz), or a slow output as for a relay (2 Hz by prescaler).
@@ -64,8 +65,9 @@ class UpsetStudy {
   };
   struct Result {
     UpsetOutcome outcome;
-    double excess_s;          ///< on-time above the undisturbed run's, largest in a tick, from one tick after the strike
-    std::uint16_t faults;     ///< latched at the end
+    double
+        excess_s;  ///< on-time above the undisturbed run's, largest in a tick, from one tick after the strike
+    std::uint16_t faults;  ///< latched at the end
   };
   Result strike(const Strike& what) const;
 

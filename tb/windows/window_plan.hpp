@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "cmodel/advance.hpp"
-#include "tb/pins/chip_pins.hpp"
-#include "tb/windows/windows.hpp"
 #include "recording/stream.hpp"
 #include "recording/text.hpp"
+#include "tb/pins/chip_pins.hpp"
+#include "tb/windows/windows.hpp"
 
 namespace meltstage::tb {
 

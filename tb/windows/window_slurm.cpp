@@ -11,8 +11,8 @@
 #include <system_error>
 #include <thread>
 
-#include "tb/windows/window_runners.hpp"
 #include "base/output_file.hpp"
+#include "tb/windows/window_runners.hpp"
 
 namespace meltstage::tb {
 

@@ -10,9 +10,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "tb/pins/chip_pins.hpp"
 #include "base/output_file.hpp"
 #include "base/sha256.hpp"
+#include "tb/pins/chip_pins.hpp"
 
 #define TC_TEXT2(x) #x
 #define TC_TEXT1(x) TC_TEXT2(x)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The chip's whole state at a clock, by the names of its flops, as text with a hash. Format: docs/verify/windows.md.
+// The chip's whole state at a clock, by the names of its flops, as text with a hash. Format:
+// docs/verify/windows.md.
 #pragma once
 
 #include <cstdint>

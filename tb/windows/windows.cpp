@@ -10,10 +10,10 @@
 #include <optional>
 #include <utility>
 
-#include "tb/pins/chip_pins.hpp"
-#include "tb/lockstep/verilated_rtl.hpp"
 #include "base/output_file.hpp"
 #include "recording/text.hpp"
+#include "tb/lockstep/verilated_rtl.hpp"
+#include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::tb {
 

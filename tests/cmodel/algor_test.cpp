@@ -22,18 +22,17 @@ struct Loop {
   Params p = reset_params();
   Algor a;
   std::int32_t product_p = 0, product_i = 0, product_d = 0;  // of the last computation
-  AlgorIn in{
-      .params = p,
-      .start = false,
-      .sample_ok = true,
-      .run = true,
-      .at_temp = false,
-      .ms = false,
-      .pv = 0,
-      .drop = false,
-      .tuning = false,
-      .tune_duty = 0,
-      .tune_hold = 0};
+  AlgorIn in{.params = p,
+             .start = false,
+             .sample_ok = true,
+             .run = true,
+             .at_temp = false,
+             .ms = false,
+             .pv = 0,
+             .drop = false,
+             .tuning = false,
+             .tune_duty = 0,
+             .tune_hold = 0};
 
   Loop() {
     set(kRegSetpoint, 2000);

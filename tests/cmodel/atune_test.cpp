@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ATUNE: the relay experiment on a plant whose limit cycle is known in closed form, the rule's arithmetic against exact
-// integers, and every way it can end.
+// ATUNE: the relay experiment on a plant whose limit cycle is known in closed form, the rule's arithmetic
+// against exact integers, and every way it can end.
 #include "cmodel/atune.hpp"
 
 #include <gtest/gtest.h>
@@ -82,8 +82,8 @@ void experiment(Bench& bench, Integrator& plant, int periods) {
   }
 }
 
-// A relay of half height h and half width e on an integrator of rate R with delay L: half swing e + R h L, period
-// 4 (L + e / (R h)).
+// A relay of half height h and half width e on an integrator of rate R with delay L: half swing e + R h L,
+// period 4 (L + e / (R h)).
 class AtuneIntegrator : public ::testing::TestWithParam<double> {};
 
 TEST_P(AtuneIntegrator, FindsTheLimitCycleInClosedForm) {
@@ -133,7 +133,8 @@ TEST(Atune, RuleIsExactWholeNumberArithmetic) {
     bench.a.phase_q = kTuneResults;
     bench.a.duty_on_q = static_cast<std::uint32_t>(below(kFull + 1));
     bench.a.duty_off_q = static_cast<std::uint32_t>(below(bench.a.duty_on_q + 1));
-    bench.a.sum_ticks_q = static_cast<std::uint32_t>(1 + below(std::uint64_t{1} << (1 + below(18)))) & 0x3FFFF;
+    bench.a.sum_ticks_q =
+        static_cast<std::uint32_t>(1 + below(std::uint64_t{1} << (1 + below(18)))) & 0x3FFFF;
     if (bench.a.sum_ticks_q == 0) bench.a.sum_ticks_q = 1;
     bench.a.sum_on_q = static_cast<std::uint32_t>(below(bench.a.sum_ticks_q + 1));
     bench.a.sum_swing_q = static_cast<std::uint32_t>(1 + below(std::uint64_t{1} << (1 + below(17))));
@@ -142,7 +143,9 @@ TEST(Atune, RuleIsExactWholeNumberArithmetic) {
     bench.clocks(8 * 60);
     ASSERT_EQ(bench.a.phase_q, kTuneCommit);
 
-    const auto word = [](std::uint64_t x, std::uint64_t k, std::uint64_t y) { return std::min<std::uint64_t>(x * k / y, 0xFFFF); };
+    const auto word = [](std::uint64_t x, std::uint64_t k, std::uint64_t y) {
+      return std::min<std::uint64_t>(x * k / y, 0xFFFF);
+    };
     const std::uint64_t delta = start.duty_on_q - start.duty_off_q;
     const std::uint64_t hold = start.duty_off_q + delta * start.sum_on_q / start.sum_ticks_q;
     const std::uint64_t kp = word(delta, kTuneKpFactor, start.sum_swing_q);
@@ -154,7 +157,8 @@ TEST(Atune, RuleIsExactWholeNumberArithmetic) {
     EXPECT_EQ(bench.written[kRegKiHold], word(kp, kTuneKiHoldFactor, start.sum_ticks_q));
     EXPECT_EQ(bench.written[kRegKd], word(kp, start.sum_ticks_q, kTuneKdDivisor));
     EXPECT_EQ(bench.written[kRegKff], rise > 0 ? word(hold, 4096, static_cast<std::uint64_t>(rise)) : 0);
-    EXPECT_EQ(bench.written[kRegDFilter], std::clamp<int>(static_cast<int>(std::log2(start.sum_ticks_q)) - 7, 0, 6));
+    EXPECT_EQ(bench.written[kRegDFilter],
+              std::clamp<int>(static_cast<int>(std::log2(start.sum_ticks_q)) - 7, 0, 6));
     for (const auto& [reg, value] : bench.written) {
       EXPECT_GE(value, kHolding[reg].min) << kHolding[reg].name;
       EXPECT_LE(value, kHolding[reg].max) << kHolding[reg].name;

@@ -271,7 +271,8 @@ TEST(Pwmc, EnableLowStopsAtTheNextClock) {
     EXPECT_EQ(bench.pwmc.acc_q, 0);
     bench.in.enable = true;
     bench.load(kFull / 4);
-    for (unsigned i = 0; i < kProductClocks; ++i, bench.clock()) ASSERT_FALSE(bench.pwmc.pwm()) << "the old duty is forgotten";
+    for (unsigned i = 0; i < kProductClocks; ++i, bench.clock())
+      ASSERT_FALSE(bench.pwmc.pwm()) << "the old duty is forgotten";
     bench.clock();
     EXPECT_TRUE(bench.pwmc.period_start());
     EXPECT_EQ(bench.pwmc.high_q, 5);

@@ -196,8 +196,8 @@ INSTANTIATE_TEST_SUITE_P(Lm70, DataSheet,
                                            Example{kLm70, 0xF39F, -25.0}, Example{kLm70, 0xE49F, -55.0}));
 
 // The TC77 is no preset: Microchip DS20092, 13 bits of 1/16 degC in D15..D3, D2 is 1 once a conversion is
-// complete, D1..D0 are undriven (here low). The registers are those of docs/chip/blocks/sensc.md, the words those
-// of the data sheet's table.
+// complete, D1..D0 are undriven (here low). The registers are those of docs/chip/blocks/sensc.md, the words
+// those of the data sheet's table.
 TEST(Sensc, DescriptionOfASensorThatIsNoPreset) {
   Bench tc77(kCustom, {{spec::kRegSensFrame, 0x2310},
                        {spec::kRegSensData, 0x000D},

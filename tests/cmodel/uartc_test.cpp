@@ -303,8 +303,7 @@ TEST_P(UartcLine, AnswerStartsThreeAndAHalfCharactersAfterTheRequest) {
   EXPECT_GE(silence, gap - 2.5);
   EXPECT_LE(silence, gap - 2.5 + 2.0 / 16 + 4 / port.bit());
   const auto start = std::find(port.tx_line.begin(), port.tx_line.end(), 0);
-  const auto before =
-      static_cast<double>(start - port.tx_line.begin()) - static_cast<double>(end_of_frame);
+  const auto before = static_cast<double>(start - port.tx_line.begin()) - static_cast<double>(end_of_frame);
   EXPECT_GE(before / port.bit(), gap);
   EXPECT_LE(before / port.bit(), gap + 0.5 + 2.0 / 16 + 8 / port.bit());
 }

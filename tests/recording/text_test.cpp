@@ -7,8 +7,8 @@
 
 #include <stdexcept>
 
-#include "support.hpp"
 #include "base/sha256.hpp"
+#include "support.hpp"
 
 namespace meltstage::vectors {
 namespace {

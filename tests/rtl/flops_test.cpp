@@ -26,8 +26,10 @@ FlopReport read_report() {
   std::smatch match;
   for (std::string line; std::getline(file, line);) {
     if (!std::regex_match(line, match, line_form)) continue;
-    if (match[1] == "adff") report.bits += static_cast<unsigned>(std::stoul(match[2]) * std::stoul(match[3]));
-    else report.other_kinds += line + '\n';
+    if (match[1] == "adff")
+      report.bits += static_cast<unsigned>(std::stoul(match[2]) * std::stoul(match[3]));
+    else
+      report.other_kinds += line + '\n';
   }
   return report;
 }

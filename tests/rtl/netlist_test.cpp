@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gate netlist in lockstep with the model, pins only, over the recorded run of the model among its devices. While netlist and
-// model agree that is the netlist's own closed loop.
+// The gate netlist in lockstep with the model, pins only, over the recorded run of the model among its
+// devices. While netlist and model agree that is the netlist's own closed loop.
 #include <gtest/gtest.h>
 #include <verilated.h>
 
@@ -43,7 +43,8 @@ class VerilatedNetlist final : public Dut {
 
 // The whole recording; throws Mismatch where netlist and model part.
 Compared lockstep(const std::vector<Stretch>& recording) {
-  Lockstep run(std::make_unique<VerilatedNetlist>(), {"netlist", 0, "ctest -R Netlist"}, std::filesystem::path());
+  Lockstep run(std::make_unique<VerilatedNetlist>(), {"netlist", 0, "ctest -R Netlist"},
+               std::filesystem::path());
   for (const Stretch& stretch : recording) {
     for (std::uint64_t i = 0; i < stretch.clocks; ++i) {
       const std::uint16_t out = pack(run.step(unpack_inputs(stretch.in)));
@@ -56,7 +57,7 @@ Compared lockstep(const std::vector<Stretch>& recording) {
 TEST(Netlist, AgreesWithModelOnEveryPinAndClock) {
   const auto recording = read_recording(RECORDING);
   unsigned toggled = 0;
-  for (const Stretch& stretch : recording) toggled |= stretch.out ^ unsigned{recording.front().out};
+  for (const Stretch& stretch : recording) toggled |= stretch.out ^ unsigned { recording.front().out };
   EXPECT_EQ(toggled | 1u << 9, 0x3FFu) << "an output other than at_temp_o never moved";
   EXPECT_GE(lockstep(recording).clocks, kLeastClocks);
 }

@@ -23,9 +23,9 @@ void set_pins(Top& top, std::uint16_t in) {
 
 template <class Top>
 std::uint16_t get_pins(const Top& top) {
-  return static_cast<std::uint16_t>(top.at_temp_o << 9 | top.fault_no << 8 | top.safe_en_o << 7 | top.heater_o << 6 |
-                                    top.spi_mosi_o << 5 | top.spi_cs_no << 4 | top.spi_sclk_o << 3 | top.tlm_tx_o << 2 |
-                                    top.uart_de_o << 1 | top.uart_tx_o << 0);
+  return static_cast<std::uint16_t>(
+      top.at_temp_o << 9 | top.fault_no << 8 | top.safe_en_o << 7 | top.heater_o << 6 | top.spi_mosi_o << 5 |
+      top.spi_cs_no << 4 | top.spi_sclk_o << 3 | top.tlm_tx_o << 2 | top.uart_de_o << 1 | top.uart_tx_o << 0);
 }
 
 // Clock at which the outputs first differ from the recorded ones, nothing when they never do.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clocks per second of one Verilated build of the RTL over a recording, whose pins it must give: verilator_speed.sh builds this
-// once a set of flags. Best of three rounds, wall time, since two threads are one of the sets.
+// Clocks per second of one Verilated build of the RTL over a recording, whose pins it must give:
+// verilator_speed.sh builds this once a set of flags. Best of three rounds, wall time, since two threads are
+// one of the sets.
 #include <verilated.h>
 
 #include <algorithm>
@@ -32,7 +33,8 @@ int main(int argc, char** argv) {
       std::printf("wrong at clock %llu\n", static_cast<unsigned long long>(*difference));
       return 1;
     }
-    const double seconds = static_cast<double>(end.tv_sec - begin.tv_sec) + 1e-9 * static_cast<double>(end.tv_nsec - begin.tv_nsec);
+    const double seconds = static_cast<double>(end.tv_sec - begin.tv_sec) +
+                           1e-9 * static_cast<double>(end.tv_nsec - begin.tv_nsec);
     best = std::max(best, clocks / seconds);
     top.final();
   }

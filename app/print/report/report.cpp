@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "app/print/report/decimate.hpp"
-#include "page_parts.hpp"
 #include "base/output_file.hpp"
+#include "page_parts.hpp"
 
 namespace meltstage::app {
 namespace {

@@ -108,8 +108,8 @@ struct PrintReport {
   std::vector<TemperatureSample> temperature;  ///< by time
   std::vector<DutySample> duty;                ///< by time
   std::vector<Phase> phases;
-  Path path_before;  ///< order of the coordinate file
-  Path path_after;   ///< planned order
+  Path path_before;              ///< order of the coordinate file
+  Path path_after;               ///< planned order
   std::string path_unit = "mm";  ///< of the paths' costs: "mm", or "s" where the path is planned in time
   double path_bound = 0.0;       ///< no order costs less
   std::vector<LockstepWindow> lockstep;

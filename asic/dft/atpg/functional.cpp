@@ -11,8 +11,8 @@
 #include <thread>
 #include <utility>
 
-#include "asic/netlist/error.hpp"
 #include "asic/dft/core/machines.hpp"
+#include "asic/netlist/error.hpp"
 
 namespace meltstage::dft {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "asic/dft/core/faults.hpp"
-#include "asic/netlist/netlist.hpp"
 #include "asic/dft/scan/replay.hpp"
+#include "asic/netlist/netlist.hpp"
 
 namespace meltstage::dft {
 

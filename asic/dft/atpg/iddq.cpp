@@ -5,9 +5,9 @@
 #include <array>
 #include <random>
 
+#include "asic/dft/atpg/lift.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/lanes.hpp"
-#include "asic/dft/atpg/lift.hpp"
 
 namespace meltstage::dft {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "asic/dft/core/faults.hpp"
 #include "asic/dft/atpg/generate.hpp"
+#include "asic/dft/core/faults.hpp"
 #include "asic/dft/core/patterns.hpp"
 #include "asic/dft/scan/scan.hpp"
 

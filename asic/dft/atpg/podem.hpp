@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "asic/dft/core/faults.hpp"
 #include "asic/dft/atpg/lift.hpp"
+#include "asic/dft/core/faults.hpp"
 
 namespace meltstage::dft {
 

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "asic/dft/core/faults.hpp"
 #include "asic/dft/atpg/lift.hpp"
+#include "asic/dft/core/faults.hpp"
 
 namespace CaDiCaL {
 class Solver;

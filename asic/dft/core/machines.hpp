@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "asic/dft/core/faults.hpp"
-#include "asic/netlist/netlist.hpp"
 #include "asic/dft/core/patterns.hpp"
+#include "asic/netlist/netlist.hpp"
 
 namespace meltstage::dft {
 
@@ -77,8 +77,8 @@ class Machines {
     Source next = 0;
     std::uint32_t reset = 0;  // index into resets_; 0: none
     bool reset_value = false;
-    // Faults between the reset and the flop: of the inverter or buffer before the gate at its input, and of that
-    // gate.
+    // Faults between the reset and the flop: of the inverter or buffer before the gate at its input, and of
+    // that gate.
     std::int32_t through = -1, gate = -1;  // index into forced_, -1: none
     std::int32_t gate_pin = 0;
     bool through_inverter = false;

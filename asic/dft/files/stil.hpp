@@ -32,8 +32,8 @@ class StilError : public std::runtime_error {
 /// Reads the subset of STIL that TetraMAX and this program write (Signals, SignalGroups, Timing with events D
 /// U Z / L H X T at times in s, ms, us, ns, ps, ScanStructures, PatternBurst, PatternExec, Procedures,
 /// MacroDefs, Pattern with W C F V Call Macro Shift Loop) and expands it. Every name must be defined before
-/// the pattern uses it, data must have the length of its signals or chain. A Loop of one V becomes one counted
-/// cycle. Throws StilError.
+/// the pattern uses it, data must have the length of its signals or chain. A Loop of one V becomes one
+/// counted cycle. Throws StilError.
 CycleStream parse_stil(std::string_view text, const std::string& name);
 CycleStream read_stil(const std::filesystem::path& path);
 

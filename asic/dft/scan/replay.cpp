@@ -14,9 +14,9 @@
 #include <set>
 #include <span>
 
-#include "asic/netlist/error.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/workers.hpp"
+#include "asic/netlist/error.hpp"
 
 namespace meltstage::dft {
 

@@ -10,8 +10,8 @@
 #include <unordered_map>
 #include <utility>
 
-#include "asic/netlist/error.hpp"
 #include "asic/dft/scan/scan_ways.hpp"
+#include "asic/netlist/error.hpp"
 
 namespace meltstage::dft {
 
@@ -549,7 +549,8 @@ class Inserter {
     }
   }
 
-  // Flops in the order of their names, those that take over another's state while shifting right behind that one; returns these.
+  // Flops in the order of their names, those that take over another's state while shifting right behind that
+  // one; returns these.
   std::set<std::size_t> put_in_order() {
     std::map<std::string, std::size_t> flop_of;
     for (const std::size_t flop : flops_) flop_of[design_.netlist.instances[flop].name] = flop;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "asic/netlist/error.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
+#include "asic/netlist/error.hpp"
 
 namespace meltstage::dft {
 

@@ -8,8 +8,8 @@
 
 #include "asic/dft/core/cycles.hpp"
 #include "asic/dft/core/patterns.hpp"
-#include "asic/dft/scan/scan.hpp"
 #include "asic/dft/core/transition.hpp"
+#include "asic/dft/scan/scan.hpp"
 
 namespace meltstage::dft {
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "asic/netlist/error.hpp"
 #include "asic/dft/scan/scan.hpp"
+#include "asic/netlist/error.hpp"
 
 namespace meltstage::dft {
 
@@ -156,7 +156,8 @@ class ShiftingView {
 
 }  // namespace
 
-std::map<std::string, std::string> shifted_from(const Netlist& netlist, const CellLibrary& library, const ScanOptions& names) {
+std::map<std::string, std::string> shifted_from(const Netlist& netlist, const CellLibrary& library,
+                                                const ScanOptions& names) {
   const CaptureView view = capture_view(netlist, library);
   const ShiftingView ways(view, names);
   const std::size_t ports = view.input_ports.size();

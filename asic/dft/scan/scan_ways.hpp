@@ -11,8 +11,10 @@ namespace meltstage::dft {
 
 struct ScanOptions;
 
-/// By flop the one whose state it takes over, not inverted, with each clock while scan enable and test mode are 1 and no reset acts: shift
-/// registers, and registers whose logic the scan enable steers so. A chain needs no multiplexer before these.
-std::map<std::string, std::string> shifted_from(const Netlist& netlist, const CellLibrary& library, const ScanOptions& names);
+/// By flop the one whose state it takes over, not inverted, with each clock while scan enable and test mode
+/// are 1 and no reset acts: shift registers, and registers whose logic the scan enable steers so. A chain
+/// needs no multiplexer before these.
+std::map<std::string, std::string> shifted_from(const Netlist& netlist, const CellLibrary& library,
+                                                const ScanOptions& names);
 
 }  // namespace meltstage::dft

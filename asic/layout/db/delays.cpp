@@ -168,16 +168,24 @@ DelayPin pin_of(const Statement& library, const Statement& pin) {
   result.is_clock = pin.text("clock") == "true";
   for (const Statement& timing : pin.inner) {
     // an arc of one edge alone is that of an asynchronous set or reset
-    const std::array<const Statement*, 4> tables{timing.find("cell_rise"), timing.find("rise_transition"), timing.find("cell_fall"), timing.find("fall_transition")};
+    const std::array<const Statement*, 4> tables{timing.find("cell_rise"), timing.find("rise_transition"),
+                                                 timing.find("cell_fall"), timing.find("fall_transition")};
     if (timing.name != "timing" || std::count(tables.begin(), tables.end(), nullptr) > 0) continue;
     const std::string sense = timing.text("timing_sense");
-    const DelayArc arc{timing.text("related_pin"), table_of(library, *tables[0]), table_of(library, *tables[1]), table_of(library, *tables[2]), table_of(library, *tables[3]),
-                       sense == "positive_unate" ? Unateness::positive : sense == "negative_unate" ? Unateness::negative : Unateness::none};
+    const DelayArc arc{timing.text("related_pin"),
+                       table_of(library, *tables[0]),
+                       table_of(library, *tables[1]),
+                       table_of(library, *tables[2]),
+                       table_of(library, *tables[3]),
+                       sense == "positive_unate"   ? Unateness::positive
+                       : sense == "negative_unate" ? Unateness::negative
+                                                   : Unateness::none};
     const auto is_full = [](const DelayTable& t) {
       return !t.slews_ns.empty() && !t.loads_pf.empty() &&
              t.values_ns.size() == t.slews_ns.size() * t.loads_pf.size();
     };
-    if (is_full(arc.delay) && is_full(arc.slew) && is_full(arc.fall_delay) && is_full(arc.fall_slew)) result.arcs.push_back(arc);
+    if (is_full(arc.delay) && is_full(arc.slew) && is_full(arc.fall_delay) && is_full(arc.fall_slew))
+      result.arcs.push_back(arc);
   }
   return result;
 }

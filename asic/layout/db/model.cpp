@@ -5,8 +5,9 @@ namespace meltstage::layout {
 
 namespace {
 
-// Flops of one clock gate lie near each other for it: their clock's wires and buffers draw most of the current, and differ most in delay.
-// At 4 all wires together are too long to route at 95 % of the rows, at 1 the chip's clock tree takes nearly twice the buffers.
+// Flops of one clock gate lie near each other for it: their clock's wires and buffers draw most of the
+// current, and differ most in delay. At 4 all wires together are too long to route at 95 % of the rows, at 1
+// the chip's clock tree takes nearly twice the buffers.
 constexpr double kClockWeight = 3.0;
 
 }  // namespace

@@ -17,8 +17,12 @@ constexpr std::array edges{rise, fall};
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-double delay_ns(const DelayArc& arc, Edge out, double slew_ns, double load_pf) { return (out == rise ? arc.delay : arc.fall_delay).at(slew_ns, load_pf); }
-double slew_ns(const DelayArc& arc, Edge out, double in_slew_ns, double load_pf) { return (out == rise ? arc.slew : arc.fall_slew).at(in_slew_ns, load_pf); }
+double delay_ns(const DelayArc& arc, Edge out, double slew_ns, double load_pf) {
+  return (out == rise ? arc.delay : arc.fall_delay).at(slew_ns, load_pf);
+}
+double slew_ns(const DelayArc& arc, Edge out, double in_slew_ns, double load_pf) {
+  return (out == rise ? arc.slew : arc.fall_slew).at(in_slew_ns, load_pf);
+}
 bool makes(const DelayArc& arc, Edge in, Edge out) {
   return arc.unateness == Unateness::none || (arc.unateness == Unateness::positive) == (in == out);
 }
@@ -31,8 +35,14 @@ struct Way {
 
 class Analysis {
  public:
-  Analysis(const Design& design, const Technology& technology, const Delays& delays, const std::vector<double>& load_pf)
-      : load_(load_pf), ways_(design.nets.size()), is_end_(design.nets.size()), before_(design.nets.size()), last_(design.nets.size()), rest_(design.nets.size()) {
+  Analysis(const Design& design, const Technology& technology, const Delays& delays,
+           const std::vector<double>& load_pf)
+      : load_(load_pf),
+        ways_(design.nets.size()),
+        is_end_(design.nets.size()),
+        before_(design.nets.size()),
+        last_(design.nets.size()),
+        rest_(design.nets.size()) {
     for (auto& arrivals : last_) arrivals.fill({kNever, 0.0});
     for (auto& rests : rest_) rests.fill(kNever);
     find_ways(design, technology, delays);
@@ -72,15 +82,18 @@ class Analysis {
         if (cell == nullptr || cell->is_clock_gate) continue;
         const auto pin = cell->pins.find(name_of(ref));
         if (pin == cell->pins.end()) continue;
-        if (cell->is_flop) leave_flop(n, pin->second);
-        else outputs[at(ref.component)].emplace_back(static_cast<int>(n), &pin->second);
+        if (cell->is_flop)
+          leave_flop(n, pin->second);
+        else
+          outputs[at(ref.component)].emplace_back(static_cast<int>(n), &pin->second);
       }
     }
     for (std::size_t n = 0; n < design.nets.size(); ++n) {
       for (const PinRef& ref : design.nets[n].pins) {
         if (is_driver(design, technology, ref)) continue;
         const bool is_end = ref.component == kDiePin || outputs[at(ref.component)].empty();
-        if (is_end) is_end_[n] = true;
+        if (is_end)
+          is_end_[n] = true;
         else
           for (const auto& [to, pin] : outputs[at(ref.component)])
             for (const DelayArc& arc : pin->arcs)
@@ -91,7 +104,9 @@ class Analysis {
 
   void leave_flop(std::size_t net, const DelayPin& out) {
     for (const DelayArc& arc : out.arcs)
-      for (const Edge e : edges) arrive(net, e, {delay_ns(arc, e, kClockSlewNs, load_[net]), slew_ns(arc, e, kClockSlewNs, load_[net])});
+      for (const Edge e : edges)
+        arrive(net, e,
+               {delay_ns(arc, e, kClockSlewNs, load_[net]), slew_ns(arc, e, kClockSlewNs, load_[net])});
   }
 
   void arrive(std::size_t net, Edge edge, const Arrival& arrival) {
@@ -106,7 +121,9 @@ class Analysis {
         if (from.at_ns == kNever) continue;
         for (const Edge out : edges)
           if (makes(*way.arc, in, out))
-            arrive(at(way.to), out, {from.at_ns + delay_ns(*way.arc, out, from.slew_ns, load_[at(way.to)]), slew_ns(*way.arc, out, from.slew_ns, load_[at(way.to)])});
+            arrive(at(way.to), out,
+                   {from.at_ns + delay_ns(*way.arc, out, from.slew_ns, load_[at(way.to)]),
+                    slew_ns(*way.arc, out, from.slew_ns, load_[at(way.to)])});
       }
       if (--before_[at(way.to)] == 0) order.push_back(way.to);
     }
@@ -119,7 +136,8 @@ class Analysis {
       for (const Way& way : ways_[at(net)])
         for (const Edge out : edges)
           if (makes(*way.arc, in, out))
-            rest = std::max(rest, delay_ns(*way.arc, out, last_[at(net)][in].slew_ns, load_[at(way.to)]) + rest_[at(way.to)][out]);
+            rest = std::max(rest, delay_ns(*way.arc, out, last_[at(net)][in].slew_ns, load_[at(way.to)]) +
+                                      rest_[at(way.to)][out]);
     }
   }
 
@@ -133,7 +151,8 @@ class Analysis {
 
 }  // namespace
 
-const DelayCell* delay_cell_of(const Design& design, const Technology& technology, const Delays& delays, int component) {
+const DelayCell* delay_cell_of(const Design& design, const Technology& technology, const Delays& delays,
+                               int component) {
   const auto found = delays.find(technology.macros[at(design.components[at(component)].macro)].name);
   return found == delays.end() ? nullptr : &found->second;
 }
@@ -143,7 +162,8 @@ bool is_driver(const Design& design, const Technology& technology, const PinRef&
   return ref.component == kDiePin ? direction == PinDirection::input : direction == PinDirection::output;
 }
 
-std::vector<double> longest_paths_ns(const Design& design, const Technology& technology, const Delays& delays, const std::vector<double>& load_pf) {
+std::vector<double> longest_paths_ns(const Design& design, const Technology& technology, const Delays& delays,
+                                     const std::vector<double>& load_pf) {
   return Analysis(design, technology, delays, load_pf).through();
 }
 

@@ -26,8 +26,9 @@ struct SpacingRow {
 /// Most area of metal or cuts over the area of the gates that it is connected to while it is etched.
 struct AntennaRule {
   double ratio = 0.0;  ///< without diffusion on the way; 0: no rule
-  std::vector<std::pair<double, double>> with_diffusion;  ///< area of diffusion in um2, ratio: between these straight lines
-  bool is_cumulative = false;                             ///< ratios of the layers below are added
+  std::vector<std::pair<double, double>>
+      with_diffusion;          ///< area of diffusion in um2, ratio: between these straight lines
+  bool is_cumulative = false;  ///< ratios of the layers below are added
   double limit(double diffusion_um2) const;
 };
 
@@ -95,7 +96,7 @@ struct MacroPin {
   Use use = Use::signal;
   double gate_area_um2 = 0.0;       ///< ANTENNAGATEAREA
   double diffusion_area_um2 = 0.0;  ///< ANTENNADIFFAREA
-  std::vector<Shape> shapes;  ///< in the macro's frame, its lower left corner at 0, 0
+  std::vector<Shape> shapes;        ///< in the macro's frame, its lower left corner at 0, 0
 };
 
 struct Macro {

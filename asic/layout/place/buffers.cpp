@@ -18,7 +18,8 @@ WireModel wire_model(const Technology& technology) {
   return model;
 }
 
-double expected_load_pf(const Design& design, const Technology& technology, const Delays& delays, const Net& net) {
+double expected_load_pf(const Design& design, const Technology& technology, const Delays& delays,
+                        const Net& net) {
   std::vector<Sink> sinks;
   double sum = 0.0;
   for (const PinRef& ref : net.pins) {
@@ -55,11 +56,14 @@ Point place_of(const Design& design, const Technology& technology, const PinRef&
   return placed({middle.x, middle.y, middle.x, middle.y}, macro, c).middle();
 }
 
-double pin_load_pf(const Design& design, const Technology& technology, const Delays& delays, const PinRef& ref) {
-  const DelayCell* cell = ref.component == kDiePin ? nullptr : delay_cell_of(design, technology, delays, ref.component);
+double pin_load_pf(const Design& design, const Technology& technology, const Delays& delays,
+                   const PinRef& ref) {
+  const DelayCell* cell =
+      ref.component == kDiePin ? nullptr : delay_cell_of(design, technology, delays, ref.component);
   if (cell == nullptr) return 0.0;
-  const Macro& macro = technology.macros[static_cast<std::size_t>(
-      design.components[static_cast<std::size_t>(ref.component)].macro)];
+  const Macro& macro =
+      technology
+          .macros[static_cast<std::size_t>(design.components[static_cast<std::size_t>(ref.component)].macro)];
   const auto pin = cell->pins.find(macro.pins[static_cast<std::size_t>(ref.pin)].name);
   return pin == cell->pins.end() ? 0.0 : pin->second.capacitance_pf;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Buffers put into nets, and what they and wires take: clock tree, trees of large nets and help for weak drivers are made with these.
+// Buffers put into nets, and what they and wires take: clock tree, trees of large nets and help for weak
+// drivers are made with these.
 #pragma once
 
 #include <fmt/format.h>
@@ -26,12 +27,13 @@ struct WireModel {
 WireModel wire_model(const Technology& technology);
 
 /// What drives the net has to charge: pins and the wire that is expected where cells are now, pF.
-double expected_load_pf(const Design& design, const Technology& technology, const Delays& delays, const Net& net);
+double expected_load_pf(const Design& design, const Technology& technology, const Delays& delays,
+                        const Net& net);
 
 struct TreeOptions {
   std::vector<std::string> buffers;  ///< macros with one input and one output, weakest first
   double leaf_load_pf = 0.2;         ///< what a buffer of a tree drives at most, wires with it
-  std::size_t leaf_sinks = 24;      ///< and how many pins: a word of 16 bits with its check bits is one buffer's
+  std::size_t leaf_sinks = 24;  ///< and how many pins: a word of 16 bits with its check bits is one buffer's
 };
 
 /// A pin that a tree must reach.
@@ -61,9 +63,11 @@ std::vector<PinRef> take_sinks(Design& design, const Technology& technology, int
 /// Middle of a pin on the die.
 Point place_of(const Design& design, const Technology& technology, const PinRef& ref);
 /// What an input holds.
-double pin_load_pf(const Design& design, const Technology& technology, const Delays& delays, const PinRef& ref);
+double pin_load_pf(const Design& design, const Technology& technology, const Delays& delays,
+                   const PinRef& ref);
 /// Another cell with the same pins; `nets` are those that the component is on.
-void change_macro(Design& design, const Technology& technology, int component, int macro, const std::vector<int>& nets);
+void change_macro(Design& design, const Technology& technology, int component, int macro,
+                  const std::vector<int>& nets);
 
 class TreeBuilder {
  public:
@@ -152,12 +156,16 @@ class TreeBuilder {
 
   void insert_weakest(const Sink& sink, int net) { insert(buffers_.front(), {sink}, net); }
 
-  /// The smallest buffer whose edges are at most `most_slew_ns` slow behind the group's load, or else the one with the fastest.
+  /// The smallest buffer whose edges are at most `most_slew_ns` slow behind the group's load, or else the one
+  /// with the fastest.
   const Buffer& smallest_for(const std::vector<Sink>& group, double most_slew_ns) const {
     const double load = load_pf(group);
-    const auto fast_enough = std::find_if(buffers_.begin(), buffers_.end(), [&](const Buffer& b) { return slew_ns(b, load) <= most_slew_ns; });
+    const auto fast_enough = std::find_if(buffers_.begin(), buffers_.end(),
+                                          [&](const Buffer& b) { return slew_ns(b, load) <= most_slew_ns; });
     if (fast_enough != buffers_.end()) return *fast_enough;
-    return *std::min_element(buffers_.begin(), buffers_.end(), [&](const Buffer& a, const Buffer& b) { return slew_ns(a, load) < slew_ns(b, load); });
+    return *std::min_element(buffers_.begin(), buffers_.end(), [&](const Buffer& a, const Buffer& b) {
+      return slew_ns(a, load) < slew_ns(b, load);
+    });
   }
 
   /// The most that one of the buffers charges with edges of at most `most_slew_ns`.
@@ -165,7 +173,9 @@ class TreeBuilder {
     constexpr double kStepPf = 0.01;
     double load = kStepPf;
     const auto one_can = [&](double pf) {
-      return std::any_of(buffers_.begin(), buffers_.end(), [&](const Buffer& b) { return pf <= b.most_load_pf && slew_ns(b, pf) <= most_slew_ns; });
+      return std::any_of(buffers_.begin(), buffers_.end(), [&](const Buffer& b) {
+        return pf <= b.most_load_pf && slew_ns(b, pf) <= most_slew_ns;
+      });
     };
     while (one_can(load + kStepPf)) load += kStepPf;
     return load;
@@ -237,7 +247,9 @@ class TreeBuilder {
   static constexpr double kTypicalSlewNs = 0.08;
   static constexpr double kAlikeNs = 0.05;
 
-  static double slew_ns(const Buffer& b, double load_pf) { return b.arc->slowest_slew_ns(kTypicalSlewNs, load_pf); }
+  static double slew_ns(const Buffer& b, double load_pf) {
+    return b.arc->slowest_slew_ns(kTypicalSlewNs, load_pf);
+  }
 
   Buffer buffer(const std::string& name) const {
     Buffer b;

@@ -13,14 +13,19 @@ namespace {
 std::vector<int> sizes_of(const Technology& technology, int macro) {
   const auto stem_of = [](const std::string& name) {
     const std::size_t end = name.find_last_not_of("0123456789");
-    return end == std::string::npos || end + 1 == name.size() || (name[end] != '_' && name[end] != 'X') ? name : name.substr(0, end + 1);
+    return end == std::string::npos || end + 1 == name.size() || (name[end] != '_' && name[end] != 'X')
+               ? name
+               : name.substr(0, end + 1);
   };
   const Macro& now = technology.macros[static_cast<std::size_t>(macro)];
   std::vector<int> sizes;
   for (std::size_t m = 0; m < technology.macros.size(); ++m)
-    if (technology.macros[m].macro_class == now.macro_class && stem_of(technology.macros[m].name) == stem_of(now.name)) sizes.push_back(static_cast<int>(m));
+    if (technology.macros[m].macro_class == now.macro_class &&
+        stem_of(technology.macros[m].name) == stem_of(now.name))
+      sizes.push_back(static_cast<int>(m));
   std::sort(sizes.begin(), sizes.end(), [&](int a, int b) {
-    return technology.macros[static_cast<std::size_t>(a)].width < technology.macros[static_cast<std::size_t>(b)].width;
+    return technology.macros[static_cast<std::size_t>(a)].width <
+           technology.macros[static_cast<std::size_t>(b)].width;
   });
   return sizes;
 }
@@ -28,7 +33,8 @@ std::vector<int> sizes_of(const Technology& technology, int macro) {
 /// Chooses drivers: sizes where a library has them, buffers behind the others.
 class DriverSizing {
  public:
-  DriverSizing(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port, const DriverOptions& options, const TreeOptions& trees)
+  DriverSizing(Design& design, const Technology& technology, const Delays& delays,
+               const std::string& clock_port, const DriverOptions& options, const TreeOptions& trees)
       : design_(design),
         technology_(technology),
         delays_(delays),
@@ -41,7 +47,8 @@ class DriverSizing {
   SizedDrivers run() {
     choose();
     double longest = std::numeric_limits<double>::infinity();
-    for (PathsNow now = look_at_paths(); now.may_be_faster && now.longest_ns < kWorthIt * longest; now = look_at_paths()) {
+    for (PathsNow now = look_at_paths(); now.may_be_faster && now.longest_ns < kWorthIt * longest;
+         now = look_at_paths()) {
       longest = now.longest_ns;
       choose();
     }
@@ -50,7 +57,8 @@ class DriverSizing {
 
  private:
   static constexpr double kSlewInNs = 0.1;
-  static constexpr double kWorthIt = 0.99;      // the longest path has to become shorter by this, else it is left as it is
+  static constexpr double kWorthIt =
+      0.99;  // the longest path has to become shorter by this, else it is left as it is
   static constexpr double kFaster = 0.7;        // what a round asks of an edge on a path that is too long
   static constexpr double kFastEnoughNs = 0.1;  // nothing more is asked of such an edge
 
@@ -70,8 +78,10 @@ class DriverSizing {
       const DelayCell* cell = delay_cell_of(design_, technology_, delays_, ref.component);
       if (cell == nullptr || cell->is_clock_gate) continue;
       const int macro = design_.components[static_cast<std::size_t>(ref.component)].macro;
-      driver = {ref.component, macro, technology_.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(ref.pin)].name,
-                expected_load_pf(design_, technology_, delays_, net)};
+      driver = {
+          ref.component, macro,
+          technology_.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(ref.pin)].name,
+          expected_load_pf(design_, technology_, delays_, net)};
     }
     return driver;
   }
@@ -91,7 +101,9 @@ class DriverSizing {
     return most(macro, pin, [&](const DelayArc& arc) { return arc.slowest_slew_ns(kSlewInNs, load_pf); });
   }
   double delay_ns(const Driver& driver, double load_pf) const {
-    return most(driver.macro, driver.pin, [&](const DelayArc& arc) { return std::max(arc.delay.at(kSlewInNs, load_pf), arc.fall_delay.at(kSlewInNs, load_pf)); });
+    return most(driver.macro, driver.pin, [&](const DelayArc& arc) {
+      return std::max(arc.delay.at(kSlewInNs, load_pf), arc.fall_delay.at(kSlewInNs, load_pf));
+    });
   }
 
   std::vector<std::vector<int>> nets_of_components() const {
@@ -122,21 +134,28 @@ class DriverSizing {
     if (known.empty()) known = sizes_of(technology_, driver.macro);
     int best = driver.macro;
     for (const int size : known)
-      if (slew_ns(best, driver.pin, driver.load_pf) > most_slew_ns_[n] && slew_ns(size, driver.pin, driver.load_pf) < slew_ns(best, driver.pin, driver.load_pf)) best = size;
+      if (slew_ns(best, driver.pin, driver.load_pf) > most_slew_ns_[n] &&
+          slew_ns(size, driver.pin, driver.load_pf) < slew_ns(best, driver.pin, driver.load_pf))
+        best = size;
     if (best == driver.macro) return;
-    change_macro(design_, technology_, driver.component, best, nets_of[static_cast<std::size_t>(driver.component)]);
+    change_macro(design_, technology_, driver.component, best,
+                 nets_of[static_cast<std::size_t>(driver.component)]);
     resized_.insert(driver.component);
   }
 
   void help(std::size_t n) {
     const Driver driver = driver_of(n);
-    if (driver.component == kDiePin || slew_ns(driver.macro, driver.pin, driver.load_pf) <= most_slew_ns_[n]) return;
+    if (driver.component == kDiePin || slew_ns(driver.macro, driver.pin, driver.load_pf) <= most_slew_ns_[n])
+      return;
     std::vector<Sink> sinks;
-    for (const PinRef& ref : take_sinks(design_, technology_, static_cast<int>(n))) sinks.push_back(builder_.sink(ref, 0.0));
+    for (const PinRef& ref : take_sinks(design_, technology_, static_cast<int>(n)))
+      sinks.push_back(builder_.sink(ref, 0.0));
     if (sinks.empty()) return;
     const Buffer& buffer = builder_.smallest_for(sinks, most_slew_ns_[n]);
     const bool is_too_slow = slew_ns(driver.macro, driver.pin, driver.load_pf) > options_.most_slew_ns;
-    if (is_too_slow || delay_ns(driver, buffer.load_pf) + builder_.delay(buffer, sinks) < delay_ns(driver, driver.load_pf)) builder_.insert(buffer, sinks, static_cast<int>(n));
+    if (is_too_slow ||
+        delay_ns(driver, buffer.load_pf) + builder_.delay(buffer, sinks) < delay_ns(driver, driver.load_pf))
+      builder_.insert(buffer, sinks, static_cast<int>(n));
     else
       for (const Sink& sink : sinks) design_.nets[n].pins.push_back(sink.pin);
   }
@@ -158,7 +177,8 @@ class DriverSizing {
       now.longest_ns = std::max(now.longest_ns, path_ns[n]);
       if (path_ns[n] <= options_.most_path_ns) continue;
       const Driver driver = driver_of(n);
-      const double slew = driver.component == kDiePin ? 0.0 : slew_ns(driver.macro, driver.pin, driver.load_pf);
+      const double slew =
+          driver.component == kDiePin ? 0.0 : slew_ns(driver.macro, driver.pin, driver.load_pf);
       if (slew <= kFastEnoughNs) continue;
       most_slew_ns_[n] = std::min(most_slew_ns_[n], kFaster * slew);
       now.may_be_faster = true;
@@ -179,7 +199,8 @@ class DriverSizing {
 
 }  // namespace
 
-SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays, const std::string& clock_port, const DriverOptions& options,
+SizedDrivers size_drivers(Design& design, const Technology& technology, const Delays& delays,
+                          const std::string& clock_port, const DriverOptions& options,
                           const TreeOptions& trees) {
   return DriverSizing(design, technology, delays, clock_port, options, trees).run();
 }

@@ -4,9 +4,9 @@
 #include <numbers>
 #include <numeric>
 
-#include "asic/layout/route/guides.hpp"
 #include "asic/layout/db/model.hpp"
 #include "asic/layout/place/place.hpp"
+#include "asic/layout/route/guides.hpp"
 
 namespace meltstage::layout {
 
@@ -52,10 +52,12 @@ class GlobalPlacer {
       iterate(options_.iterations / 2, options_.iterations);
       put_cells();
     }
-    const double site = static_cast<double>(technology_.sites[static_cast<std::size_t>(design_.rows.front().site)].width);
+    const double site =
+        static_cast<double>(technology_.sites[static_cast<std::size_t>(design_.rows.front().site)].width);
     for (const int c : movable_) {
       const auto k = static_cast<std::size_t>(c);
-      design_.components[k].padding = static_cast<Nm>((inflation_[k] - 1.0) * width_[k] / site) * static_cast<Nm>(site);
+      design_.components[k].padding =
+          static_cast<Nm>((inflation_[k] - 1.0) * width_[k] / site) * static_cast<Nm>(site);
     }
   }
 
@@ -99,7 +101,8 @@ class GlobalPlacer {
     double wanted = 0.0;
     for (const int c : movable_) {
       const auto k = static_cast<std::size_t>(c);
-      const double crowding = guides.crowding[static_cast<std::size_t>(guides.grid.region_of(outline(design_.components[k], technology_).middle()))];
+      const double crowding = guides.crowding[static_cast<std::size_t>(
+          guides.grid.region_of(outline(design_.components[k], technology_).middle()))];
       growth[k] = std::clamp(crowding - 1.0, 0.0, 1.0) * inflation_[k];
       wanted += growth[k] * width_[k] * height_[k];
     }
@@ -408,8 +411,8 @@ class GlobalPlacer {
   std::vector<double> width_;
   std::vector<double> height_;
   std::vector<double> inflation_;  ///< room a component is given, over its width
-  std::vector<int> movable_;   ///< components
-  std::vector<int> variable_;  ///< by component, -1: fixed
+  std::vector<int> movable_;       ///< components
+  std::vector<int> variable_;      ///< by component, -1: fixed
   Box core_{};
   double row_height_ = 0.0;
   double density_ = 0.0;

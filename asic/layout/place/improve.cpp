@@ -64,7 +64,8 @@ class Improver {
       if (p == model_.net_start[static_cast<std::size_t>(n)]) box = {at.x, at.y, at.x, at.y};
       box = {std::min(box.x0, at.x), std::min(box.y0, at.y), std::max(box.x1, at.x), std::max(box.y1, at.y)};
     }
-    return static_cast<Nm>(model_.weight[static_cast<std::size_t>(n)] * static_cast<double>(box.width() + box.height()));
+    return static_cast<Nm>(model_.weight[static_cast<std::size_t>(n)] *
+                           static_cast<double>(box.width() + box.height()));
   }
 
   /// Length of all nets on these cells, each net once.

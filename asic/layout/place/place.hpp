@@ -24,14 +24,15 @@ struct GlobalPlacement {
   int iterations = 60;   ///< at most
   std::size_t ignored_pins = 200;  ///< nets of more pins have no wirelength (they become trees later)
   double usable_tracks = 0.7;      ///< GuideOptions::usable, where cells are to get more room
-  int crowding_rounds = 6;  ///< of giving room to cells where wires are crowded, at most
+  int crowding_rounds = 6;         ///< of giving room to cells where wires are crowded, at most
 };
 
 /// Where cells want to be, overlaps and all: a quadratic model of wirelength (bound-to-bound: Spindler,
 /// Schlichtmann, Johannes, Kraftwerk2, IEEE TCAD 27 no. 8, 2008) that is pulled towards a spread copy of
 /// itself (Kim, Lee, Markov, SimPL, IEEE TCAD 31 no. 1, 2012). Die pins go to the edge, evenly spaced, in the
 /// order that suits the nets. Where global routing finds more wires than tracks, cells are given more room
-/// (Component::padding) until wires fit or the rows are full (Hsu, Chang et al., Ripple 2.0, DAC 2013, do alike).
+/// (Component::padding) until wires fit or the rows are full (Hsu, Chang et al., Ripple 2.0, DAC 2013, do
+/// alike).
 void place_globally(Design& design, const Technology& technology, const GlobalPlacement& options);
 
 /// Moves each cell to sites of a row, without overlap, as near as may be (Spindler et al.,

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <ctime>
 
-#include "asic/layout/place/drivers.hpp"
 #include "asic/layout/db/error.hpp"
+#include "asic/layout/place/drivers.hpp"
 #include "asic/layout/place/place.hpp"
 #include "asic/layout/place/spef.hpp"
 #include "asic/layout/place/trees.hpp"
@@ -141,7 +141,8 @@ int run(const Options& o) {
   trees.buffers = o.buffers;
   trees.leaf_load_pf = o.leaf_load_pf;
   if (!o.clock.empty()) {
-    fanout_buffers = buffer_nets(design, technology, delays, o.clock, o.fanout, o.drivers.most_slew_ns, trees);
+    fanout_buffers =
+        buffer_nets(design, technology, delays, o.clock, o.fanout, o.drivers.most_slew_ns, trees);
     sized = size_drivers(design, technology, delays, o.clock, o.drivers, trees);
     tree = build_clock_tree(design, technology, delays, o.clock, trees);
   }
@@ -219,8 +220,11 @@ int main(int argc, char** argv) {
   const auto positive_ns = [](const std::string& text) {
     return std::atof(text.c_str()) > 0 ? "" : "found " + text + ", expected more than 0 ns";
   };
-  app.add_option("--most-slew", o.drivers.most_slew_ns, "slowest edge before a driver is made stronger, ns")->check(positive_ns);
-  app.add_option("--most-path", o.drivers.most_path_ns, "longest path from flop to flop before drivers on it are made stronger, ns (typical corner)")->check(positive_ns);
+  app.add_option("--most-slew", o.drivers.most_slew_ns, "slowest edge before a driver is made stronger, ns")
+      ->check(positive_ns);
+  app.add_option("--most-path", o.drivers.most_path_ns,
+                 "longest path from flop to flop before drivers on it are made stronger, ns (typical corner)")
+      ->check(positive_ns);
   app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
   app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
   try {

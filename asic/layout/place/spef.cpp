@@ -7,8 +7,8 @@
 #include <iterator>
 #include <limits>
 
-#include "asic/layout/place/buffers.hpp"
 #include "asic/layout/db/model.hpp"
+#include "asic/layout/place/buffers.hpp"
 
 namespace meltstage::layout {
 

@@ -9,8 +9,8 @@
 
 namespace meltstage::layout {
 
-/// A name as SPEF writes it: a backslash before each character but letters, digits and the underscore. Without
-/// it readers take a bracket for a bus and miss nets like "words_q[14]_15".
+/// A name as SPEF writes it: a backslash before each character but letters, digits and the underscore.
+/// Without it readers take a bracket for a bus and miss nets like "words_q[14]_15".
 std::string spef_name(const std::string& name);
 
 /// SPEF (IEEE 1481) of all nets of signals, with the wire of buffers.hpp's wire_model.

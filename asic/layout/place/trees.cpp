@@ -16,7 +16,7 @@ namespace meltstage::layout {
 
 namespace {
 
-constexpr double kCatchUpNs = 0.08;  // less than what a buffer of the tree takes
+constexpr double kCatchUpNs = 0.08;      // less than what a buffer of the tree takes
 constexpr double kExtraBufferNs = 0.09;  // what one with little behind it takes
 constexpr int kExtraBuffers = 3;         // in a row, at most
 
@@ -84,7 +84,8 @@ class ClockWalk {
       if (ref.component == kDiePin || is_driver(design_, technology_, ref)) continue;
       const double length = distance_um(from, place_of(design_, technology_, ref));
       const double here =
-          stage.out_ns + 1e-3 * wire_.ohm_per_um * length * (wire_.pf_per_um * length / 2 + pin_load_pf(design_, technology_, delays_, ref));
+          stage.out_ns + 1e-3 * wire_.ohm_per_um * length *
+                             (wire_.pf_per_um * length / 2 + pin_load_pf(design_, technology_, delays_, ref));
       const DelayArc* arc = arc_of(ref.component);
       if (arc == nullptr) {
         stage.sinks_ns.push_back(here);
@@ -98,7 +99,8 @@ class ClockWalk {
       next.depth = stage.depth + 1;
       next.in_ns = here;
       next.in_slew_ns = slew_ns;
-      next.load_pf = expected_load_pf(design_, technology_, delays_, design_.nets[static_cast<std::size_t>(next.net)]);
+      next.load_pf =
+          expected_load_pf(design_, technology_, delays_, design_.nets[static_cast<std::size_t>(next.net)]);
       next.out_ns = here + arc->delay.at(slew_ns, next.load_pf);
       pass(next, arc->slew.at(slew_ns, next.load_pf), see);
     }
@@ -152,8 +154,10 @@ void even_out(Design& design, const Technology& technology, const Delays& delays
   }
 }
 
-/// One more buffer before each buffer of flops that is early by more than such a buffer takes. Returns how many.
-int delay_early_leaves(Design& design, const Technology& technology, const Delays& delays, int root, TreeBuilder& builder) {
+/// One more buffer before each buffer of flops that is early by more than such a buffer takes. Returns how
+/// many.
+int delay_early_leaves(Design& design, const Technology& technology, const Delays& delays, int root,
+                       TreeBuilder& builder) {
   std::vector<ClockStage> leaves;
   double last = 0.0;
   ClockWalk(design, technology, delays).visit(root, [&](const ClockStage& stage) {
@@ -165,7 +169,8 @@ int delay_early_leaves(Design& design, const Technology& technology, const Delay
   for (const ClockStage& leaf : leaves) {
     if (*std::max_element(leaf.sinks_ns.begin(), leaf.sinks_ns.end()) > last - kExtraBufferNs) continue;
     auto& before = design.nets[static_cast<std::size_t>(leaf.in_net)].pins;
-    const auto pin = std::find_if(before.begin(), before.end(), [&](const PinRef& ref) { return ref.component == leaf.driver; });
+    const auto pin = std::find_if(before.begin(), before.end(),
+                                  [&](const PinRef& ref) { return ref.component == leaf.driver; });
     const DelayCell* cell = delay_cell_of(design, technology, delays, leaf.driver);
     if (cell == nullptr || cell->is_clock_gate || pin == before.end()) continue;
     const Sink input = builder.sink(*pin, 0.0);
@@ -242,7 +247,8 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
   }
   for (const Sink& s : level) design.nets[static_cast<std::size_t>(root)].pins.push_back(s.pin);
   balance_clock(design, technology, delays, port, options);
-  for (int round = 0; round < kExtraBuffers && delay_early_leaves(design, technology, delays, root, builder) > 0; ++round)
+  for (int round = 0;
+       round < kExtraBuffers && delay_early_leaves(design, technology, delays, root, builder) > 0; ++round)
     balance_clock(design, technology, delays, port, options);
   for (Net& net : design.nets) {
     if (net.name.ends_with("_clock") && net.name.starts_with("_")) net.use = Use::clock;
@@ -252,11 +258,12 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
   return tree;
 }
 
-void balance_clock(Design& design, const Technology& technology, const Delays& delays, const std::string& port,
-                   const TreeOptions& options) {
+void balance_clock(Design& design, const Technology& technology, const Delays& delays,
+                   const std::string& port, const TreeOptions& options) {
   std::vector<int> buffers;
   for (const std::string& name : options.buffers) buffers.push_back(technology.find_macro(name));
-  for (int round = 0; round < 3; ++round) even_out(design, technology, delays, net_of_port(design, port), buffers);
+  for (int round = 0; round < 3; ++round)
+    even_out(design, technology, delays, net_of_port(design, port), buffers);
 }
 
 ClockTree measure_clock(const Design& design, const Technology& technology, const Delays& delays,
@@ -277,10 +284,12 @@ ClockTree measure_clock(const Design& design, const Technology& technology, cons
 }
 
 int buffer_nets(Design& design, const Technology& technology, const Delays& delays,
-                const std::string& clock_port, std::size_t most_sinks, double most_slew_ns, const TreeOptions& options) {
+                const std::string& clock_port, std::size_t most_sinks, double most_slew_ns,
+                const TreeOptions& options) {
   TreeOptions by_load = options;
   by_load.leaf_sinks = std::numeric_limits<std::size_t>::max();
-  by_load.leaf_load_pf = TreeBuilder(design, technology, delays, options, "fanout").most_load_pf(most_slew_ns);
+  by_load.leaf_load_pf =
+      TreeBuilder(design, technology, delays, options, "fanout").most_load_pf(most_slew_ns);
   TreeBuilder builder(design, technology, delays, by_load, "fanout");
   const int clock = net_of_port(design, clock_port);
   const std::size_t nets = design.nets.size();
@@ -293,7 +302,8 @@ int buffer_nets(Design& design, const Technology& technology, const Delays& dela
     for (std::size_t before = level.size() + 1; level.size() > 4 && level.size() < before;) {
       before = level.size();
       std::vector<Sink> next;
-      for (const auto& group : builder.clusters(level)) next.push_back(builder.insert(builder.smallest_for(group, most_slew_ns), group, static_cast<int>(n)));
+      for (const auto& group : builder.clusters(level))
+        next.push_back(builder.insert(builder.smallest_for(group, most_slew_ns), group, static_cast<int>(n)));
       auto& pins = design.nets[n].pins;
       std::erase_if(pins, [&](const PinRef& ref) {
         return ref.component != kDiePin && !is_driver(design, technology, ref);

@@ -16,8 +16,8 @@ struct ClockTree {
   double skew_ns = 0.0;     ///< last flop minus first
 };
 
-/// Marks the net of the port and those behind clock gates as the clock's: placement keeps their cells together, and no other tree is put into
-/// them.
+/// Marks the net of the port and those behind clock gates as the clock's: placement keeps their cells
+/// together, and no other tree is put into them.
 void mark_clock(Design& design, const Technology& technology, const Delays& delays, const std::string& port);
 
 /// Grows a tree from the port to the flops' clock pins, through clock gates, so that each flop gets its edge
@@ -27,20 +27,21 @@ void mark_clock(Design& design, const Technology& technology, const Delays& dela
 ClockTree build_clock_tree(Design& design, const Technology& technology, const Delays& delays,
                            const std::string& port, const TreeOptions& options);
 
-/// Sizes the buffers before flops anew, for the wires that they have where cells are now: legal sites aren't quite where the tree was
-/// built. Cells that grow may overlap after it.
-void balance_clock(Design& design, const Technology& technology, const Delays& delays, const std::string& port,
-                   const TreeOptions& options);
+/// Sizes the buffers before flops anew, for the wires that they have where cells are now: legal sites aren't
+/// quite where the tree was built. Cells that grow may overlap after it.
+void balance_clock(Design& design, const Technology& technology, const Delays& delays,
+                   const std::string& port, const TreeOptions& options);
 
 /// Latency and skew of the clock as it stands, by the same model.
 ClockTree measure_clock(const Design& design, const Technology& technology, const Delays& delays,
                         const std::string& port);
 
-/// Puts trees of buffers into each net of more than `most_sinks` pins that isn't part of the clock: near sinks
-/// share a buffer up to the most that one drives with edges of `most_slew_ns`, the smallest that does. Returns
-/// how many buffers.
+/// Puts trees of buffers into each net of more than `most_sinks` pins that isn't part of the clock: near
+/// sinks share a buffer up to the most that one drives with edges of `most_slew_ns`, the smallest that does.
+/// Returns how many buffers.
 int buffer_nets(Design& design, const Technology& technology, const Delays& delays,
-                const std::string& clock_port, std::size_t most_sinks, double most_slew_ns, const TreeOptions& options);
+                const std::string& clock_port, std::size_t most_sinks, double most_slew_ns,
+                const TreeOptions& options);
 
 /// One cell `macro` with output `pin` for each input tied to the supply `use`; beside its sink. Returns how
 /// many.

@@ -15,7 +15,8 @@ constexpr std::size_t candidates_kept = 16;
 constexpr int choices_tried = 20'000;
 
 const Rect& shape_on(const Via& via, int layer) {
-  return std::find_if(via.shapes.begin(), via.shapes.end(), [&](const Shape& s) { return s.layer == layer; })->rect;
+  return std::find_if(via.shapes.begin(), via.shapes.end(), [&](const Shape& s) { return s.layer == layer; })
+      ->rect;
 }
 
 /// A candidate with what the others must keep away from.
@@ -32,12 +33,15 @@ struct Context {
   const Technology& technology;
   const AccessRules& rules;
   const Grid& grid;
-  Nm snapped(Nm v) const { return (v >= 0 ? v + rules.grid / 2 : v - rules.grid / 2) / rules.grid * rules.grid; }
+  Nm snapped(Nm v) const {
+    return (v >= 0 ? v + rules.grid / 2 : v - rules.grid / 2) / rules.grid * rules.grid;
+  }
 };
 
 bool covered(const Rect& pad, const std::vector<Rect>& metal) {
   if (std::any_of(metal.begin(), metal.end(), [&](const Rect& r) { return r.contains(pad); })) return true;
-  // a pad over the seam of two rectangles: each strip between the rectangles' edges must be covered by one of them
+  // a pad over the seam of two rectangles: each strip between the rectangles' edges must be covered by one of
+  // them
   std::set<Nm> xs{pad.x0, pad.x1}, ys{pad.y0, pad.y1};
   for (const Rect& r : metal) {
     for (const Nm x : {r.x0, r.x1})
@@ -48,7 +52,8 @@ bool covered(const Rect& pad, const std::vector<Rect>& metal) {
   for (auto x = xs.begin(); std::next(x) != xs.end(); ++x)
     for (auto y = ys.begin(); std::next(y) != ys.end(); ++y) {
       const Rect part{*x, *y, *std::next(x), *std::next(y)};
-      if (std::none_of(metal.begin(), metal.end(), [&](const Rect& r) { return r.contains(part); })) return false;
+      if (std::none_of(metal.begin(), metal.end(), [&](const Rect& r) { return r.contains(part); }))
+        return false;
     }
   return true;
 }
@@ -57,13 +62,16 @@ bool touches(const Rect& a, const Rect& b) { return distance_squared(a, b) == 0;
 
 // Does the pad leave the pin's own metal with a slit that is too narrow?
 bool makes_slit(const Rect& pad, const std::vector<Rect>& metal, Nm spacing) {
-  return std::any_of(metal.begin(), metal.end(), [&](const Rect& r) { return !touches(pad, r) && nearer_than(pad, r, spacing); });
+  return std::any_of(metal.begin(), metal.end(),
+                     [&](const Rect& r) { return !touches(pad, r) && nearer_than(pad, r, spacing); });
 }
 
-std::vector<Nm> positions(const Context& c, Nm low, Nm high, Nm half_low, Nm half_high, Nm first_track, Nm pitch) {
+std::vector<Nm> positions(const Context& c, Nm low, Nm high, Nm half_low, Nm half_high, Nm first_track,
+                          Nm pitch) {
   std::set<Nm> found;
   const Nm inner_low = low + half_low, inner_high = high - half_high;
-  const Nm from = std::min(inner_low, (low + high) / 2 - pitch / 2), to = std::max(inner_high, (low + high) / 2 + pitch / 2);
+  const Nm from = std::min(inner_low, (low + high) / 2 - pitch / 2),
+           to = std::max(inner_high, (low + high) / 2 + pitch / 2);
   for (Nm track = first_track + (from - first_track) / pitch * pitch - pitch; track <= to; track += pitch)
     if (track >= from) found.insert(track);
   if (inner_low <= inner_high) {
@@ -74,21 +82,26 @@ std::vector<Nm> positions(const Context& c, Nm low, Nm high, Nm half_low, Nm hal
   return {found.begin(), found.end()};
 }
 
-// Metal from the via to the crossing, long enough for the least area. Extension: up, down or both ways along the track, or wider.
+// Metal from the via to the crossing, long enough for the least area. Extension: up, down or both ways along
+// the track, or wider.
 std::vector<std::vector<Rect>> upper_shapes(const Context& c, Point via, const Rect& pad, Point crossing) {
   const Nm half = std::max(c.rules.upper_wire / 2, c.rules.upper_pad.x1);
-  const Rect jog{std::min(via.x + pad.x0, crossing.x - half), via.y + pad.y0, std::max(via.x + pad.x1, crossing.x + half), via.y + pad.y1};
-  const Rect track{crossing.x - half, std::min(via.y + pad.y0, crossing.y + c.rules.upper_pad.y0), crossing.x + half,
-                   std::max(via.y + pad.y1, crossing.y + c.rules.upper_pad.y1)};
+  const Rect jog{std::min(via.x + pad.x0, crossing.x - half), via.y + pad.y0,
+                 std::max(via.x + pad.x1, crossing.x + half), via.y + pad.y1};
+  const Rect track{crossing.x - half, std::min(via.y + pad.y0, crossing.y + c.rules.upper_pad.y0),
+                   crossing.x + half, std::max(via.y + pad.y1, crossing.y + c.rules.upper_pad.y1)};
   const bool straight = via.x == crossing.x;
-  const Nm there = straight ? track.width() * track.height() : jog.width() * jog.height() + half * 2 * (track.height() - jog.height());
+  const Nm there = straight ? track.width() * track.height()
+                            : jog.width() * jog.height() + half * 2 * (track.height() - jog.height());
   const Nm missing = c.rules.upper_area_nm2 - there;
-  if (missing <= 0) return straight ? std::vector<std::vector<Rect>>{{track}} : std::vector<std::vector<Rect>>{{jog, track}};
+  if (missing <= 0)
+    return straight ? std::vector<std::vector<Rect>>{{track}} : std::vector<std::vector<Rect>>{{jog, track}};
   const auto up = [&](Nm v) { return (v + c.rules.grid - 1) / c.rules.grid * c.rules.grid; };
   const Nm longer = up((missing + 2 * half - 1) / (2 * half));
   const Nm each = up((longer + 1) / 2);
   std::vector<std::vector<Rect>> shapes;
-  for (const auto& [below, above] : {std::pair{each, each}, std::pair{Nm{0}, longer}, std::pair{longer, Nm{0}}}) {
+  for (const auto& [below, above] :
+       {std::pair{each, each}, std::pair{Nm{0}, longer}, std::pair{longer, Nm{0}}}) {
     const Rect stretched{track.x0, track.y0 - below, track.x1, track.y1 + above};
     shapes.push_back(straight ? std::vector<Rect>{stretched} : std::vector<Rect>{jog, stretched});
   }
@@ -117,17 +130,22 @@ std::vector<Candidate> candidates_of(const Context& c, const AccessCell& cell, s
           const bool inside = covered(pad, metal);
           if (!inside) {
             const Nm border = (c.rules.lower_spacing + 1) / 2;
-            if (pad.x0 < room.x0 + border || pad.x1 > room.x1 - border || pad.y0 < room.y0 || pad.y1 > room.y1) continue;
+            if (pad.x0 < room.x0 + border || pad.x1 > room.x1 - border || pad.y0 < room.y0 ||
+                pad.y1 > room.y1)
+              continue;
             if (makes_slit(pad, metal, c.rules.lower_spacing)) continue;
             const auto near = [&](const Rect& o) { return nearer_than(pad, o, c.rules.lower_spacing); };
             if (std::any_of(cell.other_metal.begin(), cell.other_metal.end(), near)) continue;
             bool free = true;
             for (std::size_t other = 0; other < cell.pins.size() && free; ++other)
-              free = other == pin || std::none_of(cell.pins[other].metal.begin(), cell.pins[other].metal.end(), near);
+              free = other == pin ||
+                     std::none_of(cell.pins[other].metal.begin(), cell.pins[other].metal.end(), near);
             if (!free) continue;
           }
           const Nm fx = x - c.grid.x0, fy = y - c.grid.y0;
-          const auto floored = [](Nm v, Nm p) { return static_cast<int>(v >= 0 ? v / p : -((-v + p - 1) / p)); };
+          const auto floored = [](Nm v, Nm p) {
+            return static_cast<int>(v >= 0 ? v / p : -((-v + p - 1) / p));
+          };
           const int ix0 = floored(fx, c.grid.pitch_x), iy0 = floored(fy, c.grid.pitch_y);
           for (int ix = ix0; ix <= ix0 + (fx % c.grid.pitch_x ? 1 : 0); ++ix)
             for (int iy = iy0; iy <= iy0 + (fy % c.grid.pitch_y ? 1 : 0); ++iy) {
@@ -144,11 +162,14 @@ std::vector<Candidate> candidates_of(const Context& c, const AccessCell& cell, s
                 bool free = true;
                 Rect hull = one.upper.front();
                 for (const Rect& u : one.upper) {
-                  hull = {std::min(hull.x0, u.x0), std::min(hull.y0, u.y0), std::max(hull.x1, u.x1), std::max(hull.y1, u.y1)};
-                  for (const Rect& o : cell.upper_obstructions) free = free && !nearer_than(u, o, c.rules.upper_spacing);
+                  hull = {std::min(hull.x0, u.x0), std::min(hull.y0, u.y0), std::max(hull.x1, u.x1),
+                          std::max(hull.y1, u.y1)};
+                  for (const Rect& o : cell.upper_obstructions)
+                    free = free && !nearer_than(u, o, c.rules.upper_spacing);
                 }
                 if (!free) continue;
-                // sideways metal takes the neighbouring track's room, length along the track takes the pin's neighbours'
+                // sideways metal takes the neighbouring track's room, length along the track takes the pin's
+                // neighbours'
                 const Nm side = std::abs(x - crossing.x);
                 one.cost = 4 * side + std::abs(y - crossing.y) + hull.height() + (inside ? 0 : 200);
                 // over a rail or at the cell's edge there is less room to get away
@@ -158,7 +179,8 @@ std::vector<Candidate> candidates_of(const Context& c, const AccessCell& cell, s
             }
         }
   }
-  std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
   // at most three of a crossing, so that what is kept differs
   std::map<std::pair<int, int>, int> of_crossing;
   std::vector<Candidate> kept;
@@ -214,9 +236,12 @@ class Chosen {
 /// Depth first: one candidate a pin, none in conflict with another.
 class Chooser {
  public:
-  Chooser(const AccessRules& rules, const std::vector<std::vector<Candidate>>& candidates) : rules_(rules), candidates_(candidates) {
+  Chooser(const AccessRules& rules, const std::vector<std::vector<Candidate>>& candidates)
+      : rules_(rules), candidates_(candidates) {
     for (std::size_t i = 0; i < candidates.size(); ++i) order_.push_back(i);
-    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return candidates[a].size() < candidates[b].size(); });
+    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+      return candidates[a].size() < candidates[b].size();
+    });
     picks_.assign(candidates.size(), 0);
   }
   bool run() { return descend(0); }
@@ -264,20 +289,24 @@ AccessRules access_rules(const Technology& technology, int lower, int upper, con
   rules.lower_spacing = low.spacing;
   rules.grid = technology.grid;
   Nm narrowest = std::numeric_limits<Nm>::max();
-  const auto single = [&](const Via& via) { return via.shapes.size() == 3 && via.shapes[0].layer == lower && via.shapes[2].layer == upper; };
+  const auto single = [&](const Via& via) {
+    return via.shapes.size() == 3 && via.shapes[0].layer == lower && via.shapes[2].layer == upper;
+  };
   for (const Via& via : technology.vias)
-    if (single(via)) narrowest = std::min(narrowest, via.shapes[2].rect.width() * 1000 + via.shapes[2].rect.height());
+    if (single(via))
+      narrowest = std::min(narrowest, via.shapes[2].rect.width() * 1000 + via.shapes[2].rect.height());
   for (std::size_t i = 0; i < technology.vias.size(); ++i) {
     const Via& via = technology.vias[i];
-    if (!single(via) || via.shapes[2].rect.width() * 1000 + via.shapes[2].rect.height() != narrowest) continue;
+    if (!single(via) || via.shapes[2].rect.width() * 1000 + via.shapes[2].rect.height() != narrowest)
+      continue;
     rules.vias.push_back(static_cast<int>(i));
     rules.cut_spacing = technology.layers[static_cast<std::size_t>(via.shapes[1].layer)].spacing;
   }
   return rules;
 }
 
-std::vector<std::vector<Access>> choose_access(const Technology& technology, const AccessRules& rules, const Grid& grid,
-                                               const std::vector<AccessCell>& cells) {
+std::vector<std::vector<Access>> choose_access(const Technology& technology, const AccessRules& rules,
+                                               const Grid& grid, const std::vector<AccessCell>& cells) {
   const Context context{technology, rules, grid};
   struct Known {
     Point corner;
@@ -289,10 +318,12 @@ std::vector<std::vector<Access>> choose_access(const Technology& technology, con
   for (const AccessCell& cell : cells) {
     const Point corner{cell.outline.x0, cell.outline.y0};
     const auto phase = [](Nm v, Nm pitch) { return (v % pitch + pitch) % pitch; };
-    auto [place, is_new] = known.try_emplace({cell.kind, phase(corner.x - grid.x0, grid.pitch_x), phase(corner.y - grid.y0, grid.pitch_y)});
+    auto [place, is_new] = known.try_emplace(
+        {cell.kind, phase(corner.x - grid.x0, grid.pitch_x), phase(corner.y - grid.y0, grid.pitch_y)});
     if (is_new) {
       place->second.corner = corner;
-      for (std::size_t pin = 0; pin < cell.pins.size(); ++pin) place->second.candidates.push_back(candidates_of(context, cell, pin));
+      for (std::size_t pin = 0; pin < cell.pins.size(); ++pin)
+        place->second.candidates.push_back(candidates_of(context, cell, pin));
     }
     const Point by{corner.x - place->second.corner.x, corner.y - place->second.corner.y};
     std::vector<std::vector<Candidate>> free(cell.pins.size());

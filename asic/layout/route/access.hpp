@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a net gets at a cell's pin: a via from the pin's metal to the lowest routed layer (vertical tracks), off the tracks when the pin
-// is, and the metal from there to a crossing of tracks. One way a pin, chosen so that no two of them are too near to each other.
+// Where a net gets at a cell's pin: a via from the pin's metal to the lowest routed layer (vertical tracks),
+// off the tracks when the pin is, and the metal from there to a crossing of tracks. One way a pin, chosen so
+// that no two of them are too near to each other.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "asic/layout/db/geometry.hpp"
-#include "asic/layout/route/maze.hpp"
 #include "asic/layout/db/technology.hpp"
+#include "asic/layout/route/maze.hpp"
 
 namespace meltstage::layout {
 
 /// What the lowest two metals allow.
 struct AccessRules {
-  int lower = 0;               ///< layer of the pins
-  int upper = 0;               ///< lowest routed layer
-  std::vector<int> vias;       ///< candidates, index into Technology::vias
-  Rect upper_pad;              ///< metal on the upper layer that any via on a crossing has, around the crossing
+  int lower = 0;          ///< layer of the pins
+  int upper = 0;          ///< lowest routed layer
+  std::vector<int> vias;  ///< candidates, index into Technology::vias
+  Rect upper_pad;         ///< metal on the upper layer that any via on a crossing has, around the crossing
   Nm upper_wire = 0;
   Nm upper_spacing = 0;
   Nm upper_area_nm2 = 0;
@@ -35,26 +36,28 @@ struct AccessCell {
   std::string kind;  ///< cells of one kind have the same shapes around the outline's lower left corner
   Rect outline;
   std::vector<AccessPin> pins;
-  std::vector<Rect> other_metal;        ///< lower layer: supplies and what is no pin
+  std::vector<Rect> other_metal;  ///< lower layer: supplies and what is no pin
   std::vector<Rect> upper_obstructions;
 };
 
 struct Access {
   int via = -1;  ///< index into Technology::vias; -1: none found
   Point at;
-  int ix = 0, iy = 0;         ///< the crossing that the upper metal reaches
-  std::vector<Rect> metal;    ///< on the upper layer, besides the via's own
-  bool crowded = false;       ///< too near to another pin's
+  int ix = 0, iy = 0;       ///< the crossing that the upper metal reaches
+  std::vector<Rect> metal;  ///< on the upper layer, besides the via's own
+  bool crowded = false;     ///< too near to another pin's
 };
 
 AccessRules access_rules(const Technology& technology, int lower, int upper, const Rect& upper_pad);
 
 /// A cell's pins each, in the order of cells and pins.
-std::vector<std::vector<Access>> choose_access(const Technology& technology, const AccessRules& rules, const Grid& grid,
-                                               const std::vector<AccessCell>& cells);
+std::vector<std::vector<Access>> choose_access(const Technology& technology, const AccessRules& rules,
+                                               const Grid& grid, const std::vector<AccessCell>& cells);
 
 /// Distance between two rectangles, squared; 0 when they touch.
 Nm distance_squared(const Rect& a, const Rect& b);
-inline bool nearer_than(const Rect& a, const Rect& b, Nm spacing) { return distance_squared(a, b) < spacing * spacing; }
+inline bool nearer_than(const Rect& a, const Rect& b, Nm spacing) {
+  return distance_squared(a, b) < spacing * spacing;
+}
 
 }  // namespace meltstage::layout

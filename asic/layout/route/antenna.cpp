@@ -15,7 +15,9 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 double um2(const Rect& r) { return static_cast<double>(r.width()) * static_cast<double>(r.height()) * 1e-6; }
-bool touches(const Rect& a, const Rect& b) { return a.x0 <= b.x1 && b.x0 <= a.x1 && a.y0 <= b.y1 && b.y0 <= a.y1; }
+bool touches(const Rect& a, const Rect& b) {
+  return a.x0 <= b.x1 && b.x0 <= a.x1 && a.y0 <= b.y1 && b.y0 <= a.y1;
+}
 
 struct Piece {
   Rect rect;
@@ -91,8 +93,14 @@ struct Group {
 class NetCheck {
  public:
   NetCheck(int net, const Design& design, const Technology& technology)
-      : net_(net), pins_(design.nets[at(net)].pins), design_(design), technology_(technology), metal_(metal_of(design.nets[at(net)], design, technology)),
-        groups_(metal_.pieces.size()), metal_ratio_(pins_.size(), 0.0), is_told_(pins_.size(), false) {
+      : net_(net),
+        pins_(design.nets[at(net)].pins),
+        design_(design),
+        technology_(technology),
+        metal_(metal_of(design.nets[at(net)], design, technology)),
+        groups_(metal_.pieces.size()),
+        metal_ratio_(pins_.size(), 0.0),
+        is_told_(pins_.size(), false) {
     std::vector<int> first(pins_.size(), -1);
     for (std::size_t i = 0; i < metal_.pieces.size(); ++i) {
       const int pin = metal_.pieces[i].pin;
@@ -106,8 +114,10 @@ class NetCheck {
   void run(std::vector<AntennaFault>& faults) {
     for (std::size_t layer = 0; layer < technology_.layers.size(); ++layer) {
       const LayerKind kind = technology_.layers[layer].kind;
-      if (kind == LayerKind::cut) cuts(static_cast<int>(layer), faults);
-      else if (kind == LayerKind::routing) metal(static_cast<int>(layer), faults);
+      if (kind == LayerKind::cut)
+        cuts(static_cast<int>(layer), faults);
+      else if (kind == LayerKind::routing)
+        metal(static_cast<int>(layer), faults);
     }
   }
 
@@ -134,7 +144,8 @@ class NetCheck {
   // Before the metal above joins them.
   void cuts(int layer, std::vector<AntennaFault>& faults) {
     std::vector<Group> found = connected();
-    for (const Cut& cut : metal_.cuts_of_layer[at(layer)]) found[at(groups_.of(cut.below))].fresh_um2 += cut.area_um2;
+    for (const Cut& cut : metal_.cuts_of_layer[at(layer)])
+      found[at(groups_.of(cut.below))].fresh_um2 += cut.area_um2;
     for (const Group& group : found)
       if (!group.gates.empty()) judge(layer, group, group.fresh_um2 / group.gate_um2, faults);
     for (const Cut& cut : metal_.cuts_of_layer[at(layer)]) groups_.join(cut.below, cut.above);
@@ -143,7 +154,8 @@ class NetCheck {
   void metal(int layer, std::vector<AntennaFault>& faults) {
     join_touching(metal_, metal_.of_layer[at(layer)], groups_);
     std::vector<Group> found = connected();
-    for (const int piece : metal_.of_layer[at(layer)]) found[at(groups_.of(piece))].fresh_um2 += um2(metal_.pieces[at(piece)].rect);
+    for (const int piece : metal_.of_layer[at(layer)])
+      found[at(groups_.of(piece))].fresh_um2 += um2(metal_.pieces[at(piece)].rect);
     for (const Group& group : found) {
       if (group.gates.empty()) continue;
       const double ratio = group.fresh_um2 / group.gate_um2;
@@ -160,13 +172,15 @@ class NetCheck {
     const AntennaRule& rule = technology_.layers[at(layer)].antenna;
     const double limit = rule.limit(group.diffusion_um2);
     if (rule.ratio <= 0.0 || ratio <= limit) return;
-    if (std::all_of(group.gates.begin(), group.gates.end(), [&](int gate) { return is_told_[at(gate)]; })) return;
+    if (std::all_of(group.gates.begin(), group.gates.end(), [&](int gate) { return is_told_[at(gate)]; }))
+      return;
     for (const int gate : group.gates) is_told_[at(gate)] = true;
     AntennaFault fault{net_, group.gates, layer, ratio, limit, {}};
     const int connected = groups_.of(place_of_pin_[at(group.gates.front())]);
     for (std::size_t i = 0; i < metal_.pieces.size(); ++i)
       if (groups_.of(static_cast<int>(i)) == connected) fault.metal.push_back(metal_.pieces[i].rect);
-    std::stable_sort(fault.pins.begin(), fault.pins.end(), [&](int a, int b) { return metal_ratio_[at(a)] > metal_ratio_[at(b)]; });
+    std::stable_sort(fault.pins.begin(), fault.pins.end(),
+                     [&](int a, int b) { return metal_ratio_[at(a)] > metal_ratio_[at(b)]; });
     faults.push_back(std::move(fault));
   }
 
@@ -193,7 +207,8 @@ Diode find_diode(const Technology& technology) {
     if (!technology.macros[m].macro_class.ends_with("ANTENNACELL")) continue;
     const auto& pins = technology.macros[m].pins;
     for (std::size_t p = 0; p < pins.size(); ++p)
-      if (pins[p].diffusion_area_um2 > 0.0 && pins[p].use == Use::signal) return {static_cast<int>(m), static_cast<int>(p)};
+      if (pins[p].diffusion_area_um2 > 0.0 && pins[p].use == Use::signal)
+        return {static_cast<int>(m), static_cast<int>(p)};
   }
   return {};
 }
@@ -204,7 +219,9 @@ std::vector<int> fillers_in_use(const Design& design, const Technology& technolo
   for (const Component& c : design.components)
     if (is_spacer(technology.macros[at(c.macro)])) macros.insert(c.macro);
   std::vector<int> sorted(macros.begin(), macros.end());
-  std::stable_sort(sorted.begin(), sorted.end(), [&](int a, int b) { return technology.macros[at(a)].width > technology.macros[at(b)].width; });
+  std::stable_sort(sorted.begin(), sorted.end(), [&](int a, int b) {
+    return technology.macros[at(a)].width > technology.macros[at(b)].width;
+  });
   return sorted;
 }
 
@@ -212,12 +229,15 @@ std::vector<int> fillers_in_use(const Design& design, const Technology& technolo
 std::vector<int> fill(Nm width, const std::vector<int>& fillers, const Technology& technology) {
   std::vector<int> chosen;
   for (const int macro : fillers)
-    for (; technology.macros[at(macro)].width <= width; width -= technology.macros[at(macro)].width) chosen.push_back(macro);
+    for (; technology.macros[at(macro)].width <= width; width -= technology.macros[at(macro)].width)
+      chosen.push_back(macro);
   if (width != 0) chosen.clear();
   return chosen;
 }
 
-Nm distance(Point a, const Rect& b) { return std::max({Nm{0}, b.x0 - a.x, a.x - b.x1}) + std::max({Nm{0}, b.y0 - a.y, a.y - b.y1}); }
+Nm distance(Point a, const Rect& b) {
+  return std::max({Nm{0}, b.x0 - a.x, a.x - b.x1}) + std::max({Nm{0}, b.y0 - a.y, a.y - b.y1});
+}
 Nm distance(Point a, const std::vector<Rect>& metal) {
   Nm least = std::numeric_limits<Nm>::max();
   for (const Rect& rect : metal) least = std::min(least, distance(a, rect));
@@ -229,7 +249,8 @@ Nm distance(Point a, const std::vector<Rect>& metal) {
 std::vector<AntennaFault> antenna_faults(const Design& design, const Technology& technology) {
   std::vector<AntennaFault> faults;
   for (std::size_t n = 0; n < design.nets.size(); ++n)
-    if (design.nets[n].use != Use::power && design.nets[n].use != Use::ground) NetCheck(static_cast<int>(n), design, technology).run(faults);
+    if (design.nets[n].use != Use::power && design.nets[n].use != Use::ground)
+      NetCheck(static_cast<int>(n), design, technology).run(faults);
   return faults;
 }
 
@@ -237,8 +258,9 @@ std::string antenna_text(const AntennaFault& fault, const Design& design, const 
   const Net& net = design.nets[at(fault.net)];
   const PinRef& ref = net.pins[at(fault.pins.front())];
   const Component& component = design.components[at(ref.component)];
-  return fmt::format("net {}: {} area over gate area {:.0f}, most {:.0f}, at {} {}", net.name, technology.layers[at(fault.layer)].name, fault.ratio,
-                     fault.limit, component.name, technology.macros[at(component.macro)].pins[at(ref.pin)].name);
+  return fmt::format("net {}: {} area over gate area {:.0f}, most {:.0f}, at {} {}", net.name,
+                     technology.layers[at(fault.layer)].name, fault.ratio, fault.limit, component.name,
+                     technology.macros[at(component.macro)].pins[at(ref.pin)].name);
 }
 
 int insert_diodes(Design& design, const Technology& technology, const std::vector<AntennaFault>& faults) {
@@ -255,7 +277,8 @@ int insert_diodes(Design& design, const Technology& technology, const std::vecto
       const Macro& macro = technology.macros[at(filler.macro)];
       if (!is_spacer(macro) || macro.width < width) continue;
       const Nm far = distance(outline(filler, technology).middle(), fault.metal);
-      if (far >= nearest || (macro.width > width && fill(macro.width - width, fillers, technology).empty())) continue;
+      if (far >= nearest || (macro.width > width && fill(macro.width - width, fillers, technology).empty()))
+        continue;
       nearest = far;
       best = static_cast<int>(c);
     }

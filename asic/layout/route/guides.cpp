@@ -11,10 +11,12 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Borders are numbered by the region to their left or below: 2 * region for the one to its right, 2 * region + 1 for the one above it.
+/// Borders are numbered by the region to their left or below: 2 * region for the one to its right, 2 * region
+/// + 1 for the one above it.
 class GlobalRouter {
  public:
-  GlobalRouter(const Design& design, const Technology& technology, const GuideOptions& options) : design_(design), technology_(technology), options_(options) {
+  GlobalRouter(const Design& design, const Technology& technology, const GuideOptions& options)
+      : design_(design), technology_(technology), options_(options) {
     make_grid();
     const auto regions = at(guides_.grid.regions());
     used_.assign(2 * regions, 0.0F);
@@ -81,7 +83,8 @@ class GlobalRouter {
     const RegionGrid& grid = guides_.grid;
     for (std::size_t n = 0; n < design_.nets.size(); ++n) {
       const Net& net = design_.nets[n];
-      if (net.use == Use::power || net.use == Use::ground || net.pins.size() > options_.ignored_pins) continue;
+      if (net.use == Use::power || net.use == Use::ground || net.pins.size() > options_.ignored_pins)
+        continue;
       std::vector<int>& regions = terminals_[n];
       for (const PinRef& ref : net.pins) {
         const int region = grid.region_of(place_of(ref));
@@ -122,7 +125,8 @@ class GlobalRouter {
     for (const int b : borders_[at(net)]) used_[at(b)] += tracks;
   }
   bool is_crowded(int net) const {
-    return std::any_of(borders_[at(net)].begin(), borders_[at(net)].end(), [&](int b) { return used_[at(b)] > capacity(at(b)); });
+    return std::any_of(borders_[at(net)].begin(), borders_[at(net)].end(),
+                       [&](int b) { return used_[at(b)] > capacity(at(b)); });
   }
   double overflow() const {
     double sum = 0.0;
@@ -132,7 +136,8 @@ class GlobalRouter {
 
   float price(int border) const {
     const float fill = (used_[at(border)] + 1.0F) / capacity(at(border));
-    const float crowded = fill > 1.0F ? over_price_ * (1.0F + 4.0F * (fill - 1.0F)) : (fill > 0.8F ? 2.5F * (fill - 0.8F) : 0.0F);
+    const float crowded = fill > 1.0F ? over_price_ * (1.0F + 4.0F * (fill - 1.0F))
+                                      : (fill > 0.8F ? 2.5F * (fill - 0.8F) : 0.0F);
     return 1.0F + crowded + history_[at(border)];
   }
 
@@ -145,7 +150,9 @@ class GlobalRouter {
     tree_ = {left.front()};
     marks_[at(left.front())].tree = stamp_;
     left.erase(left.begin());
-    const auto distance = [&](int a, int b) { return std::abs(a % columns - b % columns) + std::abs(a / columns - b / columns); };
+    const auto distance = [&](int a, int b) {
+      return std::abs(a % columns - b % columns) + std::abs(a / columns - b / columns);
+    };
     // Prim's order over the terminals; each joins the tree wherever that is cheapest
     std::vector<int> nearest(left.size());
     for (std::size_t i = 0; i < left.size(); ++i) nearest[i] = distance(left[i], tree_.front());
@@ -157,7 +164,8 @@ class GlobalRouter {
       const std::size_t had = tree_.size();
       join(from, borders);
       for (std::size_t i = 0; i < left.size(); ++i)
-        for (std::size_t k = had; k < tree_.size(); ++k) nearest[i] = std::min(nearest[i], distance(left[i], tree_[k]));
+        for (std::size_t k = had; k < tree_.size(); ++k)
+          nearest[i] = std::min(nearest[i], distance(left[i], tree_[k]));
     }
   }
 
@@ -171,7 +179,8 @@ class GlobalRouter {
     }
     const auto ahead = [&](int r) {
       const int x = r % columns, y = r / columns;
-      return static_cast<float>(std::max({0, aim_x0 - x, x - aim_x1}) + std::max({0, aim_y0 - y, y - aim_y1}));
+      return static_cast<float>(std::max({0, aim_x0 - x, x - aim_x1}) +
+                                std::max({0, aim_y0 - y, y - aim_y1}));
     };
     heap_.clear();
     touched_.clear();
@@ -260,7 +269,8 @@ std::vector<int> track_layers(const Technology& technology) {
   std::vector<int> layers;
   for (std::size_t i = 1; i < metals.size(); ++i) {
     const auto layer = [&](std::size_t k) -> const Layer& { return technology.layers[at(metals[k])]; };
-    if (i >= 3 && (layer(i).pitch != layer(i - 2).pitch || layer(i).direction != layer(i - 2).direction)) break;
+    if (i >= 3 && (layer(i).pitch != layer(i - 2).pitch || layer(i).direction != layer(i - 2).direction))
+      break;
     layers.push_back(metals[i]);
   }
   return layers;

@@ -17,7 +17,7 @@ constexpr Cost first_share_cost = 400;
 constexpr double share_growth = 1.5;
 constexpr Cost most_share_cost = 4'000;
 constexpr Cost history_step = 50;
-constexpr Cost history_share = 8;  // of the cost of sharing, so that history still tells in late rounds
+constexpr Cost history_share = 8;     // of the cost of sharing, so that history still tells in late rounds
 constexpr int rounds_a_widening = 6;  // after which a net may leave its regions by one more
 
 struct Window {
@@ -30,7 +30,9 @@ struct Window {
   }
 };
 constexpr std::size_t boxes_aimed_at = 6;
-int distance(const Window& box, int ix, int iy) { return std::max({0, box.x0 - ix, ix - box.x1}) + std::max({0, box.y0 - iy, iy - box.y1}); }
+int distance(const Window& box, int ix, int iy) {
+  return std::max({0, box.x0 - ix, ix - box.x1}) + std::max({0, box.y0 - iy, iy - box.y1});
+}
 
 constexpr Window no_window{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
 
@@ -38,14 +40,22 @@ struct Entry {
   Cost estimate;
   Cost cost;
   int node;
-  bool operator<(const Entry& o) const { return estimate > o.estimate || (estimate == o.estimate && cost < o.cost); }
+  bool operator<(const Entry& o) const {
+    return estimate > o.estimate || (estimate == o.estimate && cost < o.cost);
+  }
 };
 
 class Router {
  public:
   explicit Router(const MazeProblem& problem)
-      : problem_(problem), grid_(problem.grid), places_(size()), marks_(size()), step_x_(units_of(grid_.pitch_x)), step_y_(units_of(grid_.pitch_y)),
-        trees_(problem.nets.size()), bodies_(problem.nets.size()) {
+      : problem_(problem),
+        grid_(problem.grid),
+        places_(size()),
+        marks_(size()),
+        step_x_(units_of(grid_.pitch_x)),
+        step_y_(units_of(grid_.pitch_y)),
+        trees_(problem.nets.size()),
+        bodies_(problem.nets.size()) {
     for (std::size_t i = 0; i < size(); ++i) places_[i].owner = problem.owner[i];
     const MazeRegions& regions = problem.regions;
     region_of_column_ = regions.of_column;
@@ -65,7 +75,9 @@ class Router {
 
  private:
   std::size_t size() const { return static_cast<std::size_t>(grid_.nodes()); }
-  Cost units_of(Nm pitch) const { return static_cast<Cost>(pitch * units_per_pitch / std::min(grid_.pitch_x, grid_.pitch_y)); }
+  Cost units_of(Nm pitch) const {
+    return static_cast<Cost>(pitch * units_per_pitch / std::min(grid_.pitch_x, grid_.pitch_y));
+  }
   static std::size_t at(int node) { return static_cast<std::size_t>(node); }
   void find_bodies(int net);
   int own_uses(int net, std::size_t i) const;
@@ -135,7 +147,8 @@ void Router::find_bodies(int net) {
 
 void Router::claim(int net, int sign) {
   for (const int node : bodies_[at(net)])
-    around(node, [&](int n) { places_[at(n)].uses = static_cast<std::uint16_t>(places_[at(n)].uses + sign); });
+    around(node,
+           [&](int n) { places_[at(n)].uses = static_cast<std::uint16_t>(places_[at(n)].uses + sign); });
 }
 
 void Router::rip_up(int net) {
@@ -164,7 +177,8 @@ bool Router::shares(int net) const {
 void Router::remember_shared(int net) {
   const std::vector<int>& nodes = bodies_[at(net)];
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    if (places_[at(nodes[i])].uses > own_uses(net, i)) places_[at(nodes[i])].history += history_step + share_cost_ / history_share;
+    if (places_[at(nodes[i])].uses > own_uses(net, i))
+      places_[at(nodes[i])].history += history_step + share_cost_ / history_share;
 }
 
 // What the net's own limits say of a node.
@@ -172,7 +186,8 @@ bool Router::may_go_on(const MazeNet& net, int node) const {
   if (net.highest >= 0 && node >= (net.highest + 1) * grid_.layer_size()) return false;
   if (net.lowest_reach < 0 || node >= grid_.layer_size()) return true;
   return std::any_of(net.terminals.begin(), net.terminals.end(), [&](const std::vector<int>& terminal) {
-    return std::any_of(terminal.begin(), terminal.end(), [&](int from) { return std::abs(from - node) <= net.lowest_reach; });
+    return std::any_of(terminal.begin(), terminal.end(),
+                       [&](int from) { return std::abs(from - node) <= net.lowest_reach; });
   });
 }
 
@@ -241,7 +256,8 @@ void Router::open_regions(int net, int widening) {
   for (const int region : wanted) {
     const int x = region % regions.columns, y = region / regions.columns;
     for (int j = std::max(0, y - widening); j <= std::min(regions.rows - 1, y + widening); ++j)
-      for (int i = std::max(0, x - widening); i <= std::min(regions.columns - 1, x + widening); ++i) opened_[at(j * regions.columns + i)] = open_stamp_;
+      for (int i = std::max(0, x - widening); i <= std::min(regions.columns - 1, x + widening); ++i)
+        opened_[at(j * regions.columns + i)] = open_stamp_;
   }
 }
 
@@ -256,7 +272,9 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
   // the way is sought towards the nearest parts of the tree
   const auto [layer, ix, iy] = grid_.crossing(terminal.front());
   aims_ = tree_boxes_;
-  const auto nearer = [&](const Window& a, const Window& b) { return distance(a, ix, iy) < distance(b, ix, iy); };
+  const auto nearer = [&](const Window& a, const Window& b) {
+    return distance(a, ix, iy) < distance(b, ix, iy);
+  };
   if (aims_.size() > boxes_aimed_at) {
     std::nth_element(aims_.begin(), aims_.begin() + boxes_aimed_at, aims_.end(), nearer);
     aims_.resize(boxes_aimed_at);
@@ -281,7 +299,8 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
       if (marks_[at(node)].from >= 0) depth += length_of(net, c, grid_.crossing(marks_[at(node)].from));
       Window longer = box;
       longer.include(c.ix, c.iy);
-      if (longer.x0 < longer.x1 && longer.y0 < longer.y1) {  // a turn: the box of a whole way would be empty in the middle
+      if (longer.x0 < longer.x1 &&
+          longer.y0 < longer.y1) {  // a turn: the box of a whole way would be empty in the middle
         tree_boxes_.push_back(box);
         longer = {c.ix, c.iy, c.ix, c.iy};
       }
@@ -296,7 +315,8 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
   return found;
 }
 
-// Terminals join the tree in Prim's order: the one nearest to those that are in comes next, ways back counted as far as the net wants it.
+// Terminals join the tree in Prim's order: the one nearest to those that are in comes next, ways back counted
+// as far as the net wants it.
 std::vector<int> prim_order(const std::vector<Grid::Crossing>& places, int root, int way_back) {
   const std::size_t n = places.size();
   std::vector<int> order{root};
@@ -308,7 +328,8 @@ std::vector<int> prim_order(const std::vector<Grid::Crossing>& places, int root,
     std::size_t best = n;
     for (std::size_t i = 0; i < n; ++i) {
       if (in[i]) continue;
-      const int distance = std::abs(places[i].ix - places[last].ix) + std::abs(places[i].iy - places[last].iy);
+      const int distance =
+          std::abs(places[i].ix - places[last].ix) + std::abs(places[i].iy - places[last].iy);
       const int joining = distance + depth[last] * way_back / 100;
       if (joining < cost[i]) {
         cost[i] = joining;
@@ -323,7 +344,8 @@ std::vector<int> prim_order(const std::vector<Grid::Crossing>& places, int root,
   return order;
 }
 
-// A way from before is kept when the net may still use all of it; whether it touches all terminals is told. If not, route() goes on from it.
+// A way from before is kept when the net may still use all of it; whether it touches all terminals is told.
+// If not, route() goes on from it.
 bool Router::take_over(int net, const MazeTree& tree) {
   trees_[at(net)] = tree;
   find_bodies(net);
@@ -333,14 +355,18 @@ bool Router::take_over(int net, const MazeTree& tree) {
     return places_[at(node)].owner == free_node || places_[at(node)].owner == net;
   };
   const auto is_touched = [&](const std::vector<int>& terminal) {
-    return std::any_of(terminal.begin(), terminal.end(), [&](int node) { return std::binary_search(nodes.begin(), nodes.end(), node); });
+    return std::any_of(terminal.begin(), terminal.end(),
+                       [&](int node) { return std::binary_search(nodes.begin(), nodes.end(), node); });
   };
   const auto& terminals = problem_.nets[at(net)].terminals;
-  const bool is_kept = !tree.empty() && std::all_of(nodes.begin(), nodes.end(), is_ours) && std::any_of(terminals.begin(), terminals.end(), is_touched);
+  const bool is_kept = !tree.empty() && std::all_of(nodes.begin(), nodes.end(), is_ours) &&
+                       std::any_of(terminals.begin(), terminals.end(), is_touched);
   if (!is_kept) trees_[at(net)].clear();
   const bool is_whole = is_kept && std::all_of(terminals.begin(), terminals.end(), is_touched);
-  if (is_whole) claim(net, 1);
-  else bodies_[at(net)].clear();
+  if (is_whole)
+    claim(net, 1);
+  else
+    bodies_[at(net)].clear();
   return is_whole;
 }
 
@@ -401,18 +427,21 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
     const auto n = static_cast<std::size_t>(net);
     if (n >= problem.begun.size() || !router.take_over(net, problem.begun[n])) todo.push_back(net);
   }
-  std::stable_sort(todo.begin(), todo.end(), [&](int a, int b) { return spans[static_cast<std::size_t>(a)] < spans[static_cast<std::size_t>(b)]; });
+  std::stable_sort(todo.begin(), todo.end(), [&](int a, int b) {
+    return spans[static_cast<std::size_t>(a)] < spans[static_cast<std::size_t>(b)];
+  });
   std::vector<bool> open(static_cast<std::size_t>(nets), false);
   double share_cost = first_share_cost;
-  // from the second round on in any order, another each time: a net that always goes before its neighbours would for ever move between
-  // two of them, and neither of these would ever have to give way
+  // from the second round on in any order, another each time: a net that always goes before its neighbours
+  // would for ever move between two of them, and neither of these would ever have to give way
   std::mt19937 any_order(1);
   for (int round = 0; round < options.rounds && !todo.empty(); ++round) {
     router.set_share_cost(static_cast<Cost>(share_cost));
     if (round > 0) std::shuffle(todo.begin(), todo.end(), any_order);
     for (const int net : todo) {
       if (round > 0) {
-        if (!open[static_cast<std::size_t>(net)] && !router.shares(net)) continue;  // a net routed before has made room
+        if (!open[static_cast<std::size_t>(net)] && !router.shares(net))
+          continue;  // a net routed before has made room
         router.rip_up(net);
       }
       open[static_cast<std::size_t>(net)] = !router.route(net, 1 + round / rounds_a_widening);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nets through a grid of tracks: A* and negotiated congestion (McMurchie and Ebeling, PathFinder, FPGA 1995): every net takes the
-// way that is cheapest for it, places that more than one net wants grow dearer from round to round until each has one owner.
+// Nets through a grid of tracks: A* and negotiated congestion (McMurchie and Ebeling, PathFinder, FPGA 1995):
+// every net takes the way that is cheapest for it, places that more than one net wants grow dearer from round
+// to round until each has one owner.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +13,25 @@
 
 namespace meltstage::layout {
 
-/// Crossings of vertical tracks (x0 + ix * pitch_x) and horizontal tracks, the same on every layer. Layers alternate in direction and
-/// are routed in it only. A node is a crossing on a layer; nodes of one track follow each other in number.
+/// Crossings of vertical tracks (x0 + ix * pitch_x) and horizontal tracks, the same on every layer. Layers
+/// alternate in direction and are routed in it only. A node is a crossing on a layer; nodes of one track
+/// follow each other in number.
 struct Grid {
   Nm x0 = 0, pitch_x = 1;
   int columns = 0;
   Nm y0 = 0, pitch_y = 1;
   int rows = 0;
   std::vector<bool> vertical;  ///< a layer each, bottom first
-  /// A layer each: a wire's end, with its via's metal, leaves no room for another net on the next crossing of its track.
+  /// A layer each: a wire's end, with its via's metal, leaves no room for another net on the next crossing of
+  /// its track.
   std::vector<bool> ends_spread;
 
   int layers() const { return static_cast<int>(vertical.size()); }
   int layer_size() const { return columns * rows; }
   int nodes() const { return layers() * layer_size(); }
   int node(int layer, int ix, int iy) const {
-    return layer * layer_size() + (vertical[static_cast<std::size_t>(layer)] ? ix * rows + iy : iy * columns + ix);
+    return layer * layer_size() +
+           (vertical[static_cast<std::size_t>(layer)] ? ix * rows + iy : iy * columns + ix);
   }
   struct Crossing {
     int layer, ix, iy;
@@ -55,8 +59,9 @@ struct MazeNet {
   int highest = -1;          ///< no layer above this one; -1: any
   int via_cost = 150;        ///< hundredths of the finer pitch that a via may save
   int root = 0;              ///< the terminal that the net comes from
-  int way_back = 0;          ///< hundredths of the way back to the root that count where a terminal joins the tree (Prim-Dijkstra's trade-off:
-                             ///< Alpert, Hu, Huang, Kahng, Karger 1995); 0: the least wire
+  int way_back =
+      0;  ///< hundredths of the way back to the root that count where a terminal joins the tree
+          ///< (Prim-Dijkstra's trade-off: Alpert, Hu, Huang, Kahng, Karger 1995); 0: the least wire
 };
 
 /// Edges between neighbouring nodes (of one track, or of one crossing on adjacent layers).
@@ -72,7 +77,7 @@ struct MazeRegions {
 
 struct MazeProblem {
   Grid grid;
-  MazeRegions regions;  ///< none: nets have none, too
+  MazeRegions regions;              ///< none: nets have none, too
   std::vector<std::int32_t> owner;  ///< a node each: free_node, blocked_node, or the only net that may use it
   std::vector<MazeNet> nets;
   std::vector<MazeTree> begun;  ///< ways from before, a net each, kept where they still serve; or none at all

@@ -9,11 +9,11 @@
 #include <set>
 #include <unordered_map>
 
-#include "asic/layout/route/access.hpp"
 #include "asic/layout/db/error.hpp"
+#include "asic/layout/db/paths.hpp"
+#include "asic/layout/route/access.hpp"
 #include "asic/layout/route/guides.hpp"
 #include "asic/layout/route/maze.hpp"
-#include "asic/layout/db/paths.hpp"
 
 namespace meltstage::layout {
 namespace {
@@ -21,7 +21,8 @@ namespace {
 constexpr int clock_via_cost = 600;  // hundredths of a pitch; a via resists as much as 40 um of wire
 constexpr int clock_way_back = 25;   // hundredths
 constexpr int diode_rounds = 8;
-constexpr int lowest_reach = 40;  // crossings; of a net whose wire on the lowest layer was too long for its gates
+constexpr int lowest_reach =
+    40;  // crossings; of a net whose wire on the lowest layer was too long for its gates
 constexpr int rail_reach = 24;  // crossings to the side that a tied input may go to its rail
 
 struct RoutedLayer {
@@ -29,8 +30,8 @@ struct RoutedLayer {
   bool vertical = false;
   Nm wire = 0;
   Nm spacing = 0;
-  Rect pad;    ///< of any via on a crossing, and what a run of one pitch is lengthened to
-  Rect patch;  ///< of a crossing that the net only passes on its way up: least area
+  Rect pad;        ///< of any via on a crossing, and what a run of one pitch is lengthened to
+  Rect patch;      ///< of a crossing that the net only passes on its way up: least area
   Nm run_end = 0;  ///< from the last crossing to the end of a wire of one pitch with the least area
 };
 
@@ -43,7 +44,9 @@ struct NetLimits {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-Rect hull(const Rect& a, const Rect& b) { return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)}; }
+Rect hull(const Rect& a, const Rect& b) {
+  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
 
 bool is_supply(const Net& net) { return net.use == Use::power || net.use == Use::ground; }
 
@@ -69,8 +72,10 @@ class Wiring {
   void nodes_near(const Rect& area, Visit visit) const;
   void claim(int node, int net) {
     std::int32_t& owner = problem_.owner[at(node)];
-    if (owner == free_node) owner = net;
-    else if (owner != net) owner = blocked_node;
+    if (owner == free_node)
+      owner = net;
+    else if (owner != net)
+      owner = blocked_node;
   }
   void obstruct(const Shape& shape);
   void obstruct_supplies_and_macros();
@@ -83,8 +88,8 @@ class Wiring {
   void prefer_low_skew();
   void guide();
   void draw(int maze_net, const MazeTree& tree, RouteReport& report);
-  void draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, const std::vector<int>& via_nodes,
-                 RouteReport& report);
+  void draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along,
+                 const std::vector<int>& via_nodes, RouteReport& report);
   void smooth_run(Net& net, const std::vector<int>& run, const std::vector<int>& via_nodes) const;
   void extract(int maze_net, const MazeTree& tree, RouteReport& report) const;
 
@@ -114,7 +119,9 @@ int Wiring::routed_index(int layer) const {
 
 void Wiring::find_layers() {
   const std::vector<int> metals = technology_.routing_layers();
-  if (metals.size() < 3) throw InputError("LEF: found fewer than three routing layers, expected a pin layer and two layers of tracks");
+  if (metals.size() < 3)
+    throw InputError(
+        "LEF: found fewer than three routing layers, expected a pin layer and two layers of tracks");
   pin_layer_ = metals[0];
   for (const int index : track_layers(technology_)) {
     const Layer& metal = layer(index);
@@ -126,8 +133,9 @@ void Wiring::find_layers() {
     layers_.push_back(routed);
   }
   if (!layers_[0].vertical || layers_[1].vertical)
-    throw InputError(fmt::format("LEF: found layers {} and {}, expected the second metal vertical and the third horizontal", layer(layers_[0].layer).name,
-                                 layer(layers_[1].layer).name));
+    throw InputError(fmt::format(
+        "LEF: found layers {} and {}, expected the second metal vertical and the third horizontal",
+        layer(layers_[0].layer).name, layer(layers_[1].layer).name));
 }
 
 void Wiring::find_grid() {
@@ -137,7 +145,8 @@ void Wiring::find_grid() {
     for (const Tracks& t : design_.tracks)
       if (t.layer == routed.layer && t.axis == axis) {
         if (t.step != metal.pitch)
-          throw InputError(fmt::format("DEF: found tracks {} nm apart on {}, expected LEF's pitch of {} nm", t.step, metal.name, metal.pitch));
+          throw InputError(fmt::format("DEF: found tracks {} nm apart on {}, expected LEF's pitch of {} nm",
+                                       t.step, metal.name, metal.pitch));
         return std::pair{t.start, t.count};
       }
     const Nm first = low + ((metal.offset - low) % metal.pitch + metal.pitch) % metal.pitch;
@@ -152,9 +161,12 @@ void Wiring::find_grid() {
   grid_.pitch_x = layer(layers_[0].layer).pitch;
   grid_.pitch_y = layer(layers_[1].layer).pitch;
   const Nm border_x = layers_[0].wire, border_y = layers_[1].wire;
-  std::tie(grid_.x0, grid_.columns) = inside(tracks(layers_[0], die.x0, die.x1), grid_.pitch_x, die.x0 + border_x, die.x1 - border_x);
-  std::tie(grid_.y0, grid_.rows) = inside(tracks(layers_[1], die.y0, die.y1), grid_.pitch_y, die.y0 + border_y, die.y1 - border_y);
-  if (grid_.columns < 2 || grid_.rows < 2) throw InputError("DEF: found fewer than two tracks inside DIEAREA, expected a die of some tracks");
+  std::tie(grid_.x0, grid_.columns) =
+      inside(tracks(layers_[0], die.x0, die.x1), grid_.pitch_x, die.x0 + border_x, die.x1 - border_x);
+  std::tie(grid_.y0, grid_.rows) =
+      inside(tracks(layers_[1], die.y0, die.y1), grid_.pitch_y, die.y0 + border_y, die.y1 - border_y);
+  if (grid_.columns < 2 || grid_.rows < 2)
+    throw InputError("DEF: found fewer than two tracks inside DIEAREA, expected a die of some tracks");
 }
 
 void Wiring::find_vias() {
@@ -164,18 +176,21 @@ void Wiring::find_vias() {
     Nm best_size = std::numeric_limits<Nm>::max();
     for (std::size_t v = 0; v < technology_.vias.size(); ++v) {
       const Via& via = technology_.vias[v];
-      if (via.shapes.size() != 3 || via.shapes[0].layer != layers_[i].layer || via.shapes[2].layer != layers_[i + 1].layer) continue;
+      if (via.shapes.size() != 3 || via.shapes[0].layer != layers_[i].layer ||
+          via.shapes[2].layer != layers_[i + 1].layer)
+        continue;
       const Rect bottom = via.shapes[0].rect, top = via.shapes[2].rect;
-      const Nm size = (across(bottom, layers_[i].vertical) + across(top, layers_[i + 1].vertical)) * 10'000 + bottom.width() + bottom.height() +
-                      top.width() + top.height();
+      const Nm size = (across(bottom, layers_[i].vertical) + across(top, layers_[i + 1].vertical)) * 10'000 +
+                      bottom.width() + bottom.height() + top.width() + top.height();
       if (size < best_size) {
         best_size = size;
         best = static_cast<int>(v);
       }
     }
     if (best < 0)
-      throw InputError(fmt::format("LEF: found no via of one cut between {} and {}, expected a VIA ... DEFAULT", layer(layers_[i].layer).name,
-                                   layer(layers_[i + 1].layer).name));
+      throw InputError(
+          fmt::format("LEF: found no via of one cut between {} and {}, expected a VIA ... DEFAULT",
+                      layer(layers_[i].layer).name, layer(layers_[i + 1].layer).name));
     vias_.push_back(best);
   }
   for (std::size_t i = 0; i < layers_.size(); ++i) {
@@ -186,7 +201,8 @@ void Wiring::find_vias() {
     layers_[i].pad = pad;
   }
   rules_ = access_rules(technology_, pin_layer_, layers_[0].layer, layers_[0].pad);
-  if (rules_.vias.empty()) throw InputError("LEF: found no via of one cut on the pins' layer, expected a VIA ... DEFAULT");
+  if (rules_.vias.empty())
+    throw InputError("LEF: found no via of one cut on the pins' layer, expected a VIA ... DEFAULT");
   size_patches();
   rules_.upper_pad = layers_[0].pad;
   for (const RoutedLayer& r : layers_) {
@@ -195,8 +211,10 @@ void Wiring::find_vias() {
     const Nm length = r.vertical ? r.pad.height() : r.pad.width();
     grid_.ends_spread.push_back(length + r.spacing > (r.vertical ? grid_.pitch_y : grid_.pitch_x));
     if (across(r.pad, r.vertical) + r.spacing > pitch)
-      throw InputError(fmt::format("LEF: vias on neighbouring tracks of {} are nearer than its spacing of {} nm, expected a wider pitch", layer(r.layer).name,
-                                   r.spacing));
+      throw InputError(
+          fmt::format("LEF: vias on neighbouring tracks of {} are nearer than its spacing of {} nm, expected "
+                      "a wider pitch",
+                      layer(r.layer).name, r.spacing));
   }
 }
 
@@ -215,7 +233,8 @@ void Wiring::size_patches() {
       half_across = (across_pitch - r.spacing) / 2 / technology_.grid * technology_.grid;
       half_along = std::max(pad_end, up((area / (2 * half_across) + 1) / 2));
     }
-    r.patch = r.vertical ? Rect{-half_across, -half_along, half_across, half_along} : Rect{-half_along, -half_across, half_along, half_across};
+    r.patch = r.vertical ? Rect{-half_across, -half_along, half_across, half_along}
+                         : Rect{-half_along, -half_across, half_along, half_across};
     if (r.vertical)
       r.pad = hull(r.pad, {0, -r.run_end, 0, r.run_end});
     else
@@ -225,9 +244,13 @@ void Wiring::size_patches() {
 
 template <typename Visit>
 void Wiring::nodes_near(const Rect& area, Visit visit) const {
-  const auto index = [](Nm v, Nm first, Nm pitch, int count) { return static_cast<int>(std::clamp<Nm>((v - first) / pitch, -1, count)); };
-  const int ix0 = std::max(0, index(area.x0, grid_.x0, grid_.pitch_x, grid_.columns)), ix1 = std::min(grid_.columns - 1, index(area.x1, grid_.x0, grid_.pitch_x, grid_.columns) + 1);
-  const int iy0 = std::max(0, index(area.y0, grid_.y0, grid_.pitch_y, grid_.rows)), iy1 = std::min(grid_.rows - 1, index(area.y1, grid_.y0, grid_.pitch_y, grid_.rows) + 1);
+  const auto index = [](Nm v, Nm first, Nm pitch, int count) {
+    return static_cast<int>(std::clamp<Nm>((v - first) / pitch, -1, count));
+  };
+  const int ix0 = std::max(0, index(area.x0, grid_.x0, grid_.pitch_x, grid_.columns)),
+            ix1 = std::min(grid_.columns - 1, index(area.x1, grid_.x0, grid_.pitch_x, grid_.columns) + 1);
+  const int iy0 = std::max(0, index(area.y0, grid_.y0, grid_.pitch_y, grid_.rows)),
+            iy1 = std::min(grid_.rows - 1, index(area.y1, grid_.y0, grid_.pitch_y, grid_.rows) + 1);
   for (int ix = ix0; ix <= ix1; ++ix)
     for (int iy = iy0; iy <= iy1; ++iy) visit(ix, iy);
 }
@@ -236,10 +259,13 @@ void Wiring::obstruct(const Shape& shape) {
   const int index = routed_index(shape.layer);
   if (index < 0) return;
   const RoutedLayer& r = layers_[at(index)];
-  const Nm spacing = layer(shape.layer).spacing_for(std::min(shape.rect.width(), shape.rect.height()), std::max(shape.rect.width(), shape.rect.height()));
+  const Nm spacing = layer(shape.layer)
+                         .spacing_for(std::min(shape.rect.width(), shape.rect.height()),
+                                      std::max(shape.rect.width(), shape.rect.height()));
   const Rect reserve = hull(r.pad, r.patch);
   nodes_near(shape.rect.grown(spacing + std::max(reserve.x1, reserve.y1)), [&](int ix, int iy) {
-    if (nearer_than(reserve.moved(place(ix, iy)), shape.rect, spacing)) problem_.owner[at(grid_.node(index, ix, iy))] = blocked_node;
+    if (nearer_than(reserve.moved(place(ix, iy)), shape.rect, spacing))
+      problem_.owner[at(grid_.node(index, ix, iy))] = blocked_node;
   });
 }
 
@@ -247,7 +273,8 @@ void Wiring::obstruct_supplies_and_macros() {
   for (const Net& net : design_.nets) {
     for (const Shape& strap : net.straps) obstruct(strap);
     for (const PlacedVia& placed_via : net.strap_vias)
-      for (const Shape& s : design_.via(technology_, placed_via.via).shapes) obstruct({s.layer, s.rect.moved(placed_via.at)});
+      for (const Shape& s : design_.via(technology_, placed_via.via).shapes)
+        obstruct({s.layer, s.rect.moved(placed_via.at)});
   }
   for (const Component& c : design_.components) {
     const Macro& macro = technology_.macros[at(c.macro)];
@@ -272,20 +299,24 @@ void Wiring::take_access(int net, const Access& access) {
       const int node = grid_.node(0, ix, iy);
       if (node == entry) return;
       if (!nearer_than(r.pad.moved(place(ix, iy)), m, r.spacing)) return;
-      if (ix == access.ix) claim(node, net);
-      else problem_.owner[at(node)] = blocked_node;
+      if (ix == access.ix)
+        claim(node, net);
+      else
+        problem_.owner[at(node)] = blocked_node;
     });
 }
 
 void Wiring::add_cells(RouteReport& report) {
   // which net a pin of a component is on
-  std::vector<std::vector<std::pair<int, int>>> net_of(design_.components.size());  // net, position in its pins
+  std::vector<std::vector<std::pair<int, int>>> net_of(
+      design_.components.size());  // net, position in its pins
   for (std::size_t c = 0; c < design_.components.size(); ++c)
     net_of[c].assign(technology_.macros[at(design_.components[c].macro)].pins.size(), {-1, -1});
   for (std::size_t n = 0; n < design_.nets.size(); ++n)
     for (std::size_t p = 0; p < design_.nets[n].pins.size(); ++p) {
       const PinRef& ref = design_.nets[n].pins[p];
-      if (ref.component != kDiePin) net_of[at(ref.component)][at(ref.pin)] = {static_cast<int>(n), static_cast<int>(p)};
+      if (ref.component != kDiePin)
+        net_of[at(ref.component)][at(ref.pin)] = {static_cast<int>(n), static_cast<int>(p)};
     }
   std::vector<AccessCell> cells;
   std::vector<int> component_of;
@@ -298,12 +329,15 @@ void Wiring::add_cells(RouteReport& report) {
     std::vector<int> pins;
     cell.kind = fmt::format("{} {}", macro.name, static_cast<int>(component.orientation));
     for (std::size_t p = 0; p < macro.pins.size(); ++p) {
-      const bool wanted = net_of[c][p].first >= 0 && macro.pins[p].use != Use::power && macro.pins[p].use != Use::ground;
+      const bool wanted =
+          net_of[c][p].first >= 0 && macro.pins[p].use != Use::power && macro.pins[p].use != Use::ground;
       AccessPin access_pin;
       for (const Shape& s : macro.pins[p].shapes) {
         if (s.layer != pin_layer_) continue;
-        if (wanted) access_pin.metal.push_back(placed(s.rect, macro, component));
-        else cell.other_metal.push_back(placed(s.rect, macro, component));
+        if (wanted)
+          access_pin.metal.push_back(placed(s.rect, macro, component));
+        else
+          cell.other_metal.push_back(placed(s.rect, macro, component));
       }
       if (!wanted) continue;
       cell.kind += " " + macro.pins[p].name;
@@ -375,22 +409,30 @@ void Wiring::add_cells(RouteReport& report) {
 void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
   const int index = routed_index(pin.shape.layer);
   if (!pin.is_placed || index < 0)
-    throw InputError(fmt::format("DEF: found pin {} {}, expected it placed on a layer of tracks", pin.name, pin.is_placed ? "on another layer" : "not placed"));
+    throw InputError(fmt::format("DEF: found pin {} {}, expected it placed on a layer of tracks", pin.name,
+                                 pin.is_placed ? "on another layer" : "not placed"));
   const RoutedLayer& r = layers_[at(index)];
   std::vector<int> nodes;
   int nearest = -1;  // on the pin's track, when the pin ends between the die's edge and the first crossing
   const Rect reserve = hull(r.pad, r.patch);
-  const auto wire_at = [&](Point p) { return Rect{p.x - r.wire / 2, p.y - r.wire / 2, p.x + r.wire / 2, p.y + r.wire / 2}; };
+  const auto wire_at = [&](Point p) {
+    return Rect{p.x - r.wire / 2, p.y - r.wire / 2, p.x + r.wire / 2, p.y + r.wire / 2};
+  };
   nodes_near(pin.shape.rect.grown(r.spacing + std::max(reserve.x1, reserve.y1)), [&](int ix, int iy) {
     const Point p = place(ix, iy);
     const int node = grid_.node(index, ix, iy);
-    const bool on_track = r.vertical ? (p.x >= pin.shape.rect.x0 && p.x <= pin.shape.rect.x1) : (p.y >= pin.shape.rect.y0 && p.y <= pin.shape.rect.y1);
+    const bool on_track = r.vertical ? (p.x >= pin.shape.rect.x0 && p.x <= pin.shape.rect.x1)
+                                     : (p.y >= pin.shape.rect.y0 && p.y <= pin.shape.rect.y1);
     const Nm distance = distance_squared(wire_at(p), pin.shape.rect);
     if (on_track && distance == 0) nodes.push_back(node);
-    if (on_track && (nearest < 0 || distance < distance_squared(wire_at(grid_.place(nearest)), pin.shape.rect))) nearest = node;
+    if (on_track &&
+        (nearest < 0 || distance < distance_squared(wire_at(grid_.place(nearest)), pin.shape.rect)))
+      nearest = node;
     if (nearer_than(reserve.moved(p), pin.shape.rect, r.spacing)) {
-      if (on_track) claim(node, net);
-      else problem_.owner[at(node)] = blocked_node;
+      if (on_track)
+        claim(node, net);
+      else
+        problem_.owner[at(node)] = blocked_node;
     }
   });
   if (nodes.empty() && nearest >= 0) {
@@ -398,17 +440,20 @@ void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
     const Rect wire = wire_at(grid_.place(nearest));
     const Rect both = hull(wire, pin.shape.rect);
     design_.nets[at(design_net_[at(net)])].patches.push_back(
-        {r.layer, r.vertical ? Rect{wire.x0, both.y0, wire.x1, both.y1} : Rect{both.x0, wire.y0, both.x1, wire.y1}});
+        {r.layer,
+         r.vertical ? Rect{wire.x0, both.y0, wire.x1, both.y1} : Rect{both.x0, wire.y0, both.x1, wire.y1}});
   }
-  if (nodes.empty()) throw InputError(fmt::format("DEF: found pin {} beside the tracks of {}, expected it on one", pin.name, layer(pin.shape.layer).name));
+  if (nodes.empty())
+    throw InputError(fmt::format("DEF: found pin {} beside the tracks of {}, expected it on one", pin.name,
+                                 layer(pin.shape.layer).name));
   for (const int node : nodes) problem_.owner[at(node)] = net;
   terminals_.push_back({net, pin_position, nodes});
   for (const int node : nodes) holds_metal_[at(node)] = 1;
   problem_.nets[at(net)].terminals.push_back(std::move(nodes));
 }
 
-// A tied input goes to the supply's rail on the pins' layer: a via in the rail's middle, and metal from there to the crossings above and
-// below it, which the net keeps for itself.
+// A tied input goes to the supply's rail on the pins' layer: a via in the rail's middle, and metal from there
+// to the crossings above and below it, which the net keeps for itself.
 void Wiring::add_tied_input(int net, const Access& access) {
   Net& supply = design_.nets[at(design_net_[at(net)])];
   const int via = rules_.vias.front();
@@ -419,14 +464,19 @@ void Wiring::add_tied_input(int net, const Access& access) {
   for (const Shape& strap : supply.straps) {
     if (strap.layer != pin_layer_) continue;
     const Nm y = strap.rect.middle().y;
-    const int low = static_cast<int>((y - grid_.y0) / grid_.pitch_y), high = (y - grid_.y0) % grid_.pitch_y == 0 ? low : low + 1;
+    const int low = static_cast<int>((y - grid_.y0) / grid_.pitch_y),
+              high = (y - grid_.y0) % grid_.pitch_y == 0 ? low : low + 1;
     if (y < grid_.y0 || high >= grid_.rows || std::abs(low - access.iy) > rail_reach) continue;
-    for (int ix = std::max(0, access.ix - rail_reach); ix <= std::min(grid_.columns - 1, access.ix + rail_reach); ++ix) {
+    for (int ix = std::max(0, access.ix - rail_reach);
+         ix <= std::min(grid_.columns - 1, access.ix + rail_reach); ++ix) {
       const int far = std::abs(ix - access.ix) + std::abs(low - access.iy);
       if (far >= best_far || !strap.rect.contains(pad.moved({place(ix, 0).x, y}))) continue;
       std::vector<int> nodes;
       for (int iy = low; iy <= high; ++iy) nodes.push_back(grid_.node(0, ix, iy));
-      if (!std::all_of(nodes.begin(), nodes.end(), [&](int node) { return problem_.owner[at(node)] == free_node || problem_.owner[at(node)] == net; })) continue;
+      if (!std::all_of(nodes.begin(), nodes.end(), [&](int node) {
+            return problem_.owner[at(node)] == free_node || problem_.owner[at(node)] == net;
+          }))
+        continue;
       best_ix = ix;
       best_far = far;
       best_y = y;
@@ -439,7 +489,9 @@ void Wiring::add_tied_input(int net, const Access& access) {
   supply.vias.push_back({via, down});
   if (best.size() > 1) {
     const Nm half = layers_[0].pad.x1;
-    supply.patches.push_back({layers_[0].layer, {down.x - half, grid_.place(best.front()).y, down.x + half, grid_.place(best.back()).y}});
+    supply.patches.push_back(
+        {layers_[0].layer,
+         {down.x - half, grid_.place(best.front()).y, down.x + half, grid_.place(best.back()).y}});
   }
   problem_.nets[at(net)].terminals.push_back(std::move(best));
 }
@@ -455,34 +507,39 @@ void Wiring::check_terminals(RouteReport& report) {
       if (terminal.empty()) report.crowded.push_back(net.name);
     }
     std::erase_if(problem_.nets[n].terminals, [](const std::vector<int>& t) { return t.empty(); });
-    if (is_supply(net) && problem_.nets[n].terminals.size() < 2) report.open.push_back(net.name + " (tied input)");
+    if (is_supply(net) && problem_.nets[n].terminals.size() < 2)
+      report.open.push_back(net.name + " (tied input)");
   }
 }
 
-// Vias' metal may be a little wider than the wire: between two of them that are near, and beside a pin's metal, the wire gets their
-// width, so that no slit is left.
+// Vias' metal may be a little wider than the wire: between two of them that are near, and beside a pin's
+// metal, the wire gets their width, so that no slit is left.
 void Wiring::smooth_run(Net& net, const std::vector<int>& run, const std::vector<int>& via_nodes) const {
   const RoutedLayer& r = layers_[at(grid_.crossing(run.front()).layer)];
   const Nm half = r.vertical ? r.pad.x1 : r.pad.y1;
   if (half <= r.wire / 2) return;
   const auto widen = [&](int first, int last) {
     const Point from = grid_.place(first), to = grid_.place(last);
-    net.patches.push_back({r.layer, r.vertical ? Rect{from.x - half, from.y, to.x + half, to.y} : Rect{from.x, from.y - half, to.x, to.y + half}});
+    net.patches.push_back({r.layer, r.vertical ? Rect{from.x - half, from.y, to.x + half, to.y}
+                                               : Rect{from.x, from.y - half, to.x, to.y + half}});
   };
   const auto has_via = [&](int node) { return std::binary_search(via_nodes.begin(), via_nodes.end(), node); };
   for (std::size_t i = 0; i < run.size(); ++i) {
-    if (holds_metal_[at(run[i])]) widen(run[i - std::min<std::size_t>(i, 2)], run[std::min(i + 2, run.size() - 1)]);
-    else if (i + 1 < run.size() && has_via(run[i]) && has_via(run[i + 1])) widen(run[i], run[i + 1]);
+    if (holds_metal_[at(run[i])])
+      widen(run[i - std::min<std::size_t>(i, 2)], run[std::min(i + 2, run.size() - 1)]);
+    else if (i + 1 < run.size() && has_via(run[i]) && has_via(run[i + 1]))
+      widen(run[i], run[i + 1]);
   }
 }
 
-void Wiring::draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along, const std::vector<int>& via_nodes,
-                       RouteReport& report) {
+void Wiring::draw_runs(Net& net, const std::vector<int>& nodes, const std::vector<std::pair<int, int>>& along,
+                       const std::vector<int>& via_nodes, RouteReport& report) {
   // nodes sorted: those of one track that are joined stand side by side
   for (std::size_t i = 0; i < nodes.size();) {
     std::size_t last = i;
     bool holds = holds_metal_[at(nodes[i])] != 0;
-    while (last + 1 < nodes.size() && std::binary_search(along.begin(), along.end(), std::pair{nodes[last], nodes[last + 1]})) {
+    while (last + 1 < nodes.size() &&
+           std::binary_search(along.begin(), along.end(), std::pair{nodes[last], nodes[last + 1]})) {
       ++last;
       holds = holds || holds_metal_[at(nodes[last])];
     }
@@ -490,15 +547,19 @@ void Wiring::draw_runs(Net& net, const std::vector<int>& nodes, const std::vecto
     const RoutedLayer& r = layers_[at(c.layer)];
     const Point from = grid_.place(nodes[i]), to = grid_.place(nodes[last]);
     if (last > i) {
-      smooth_run(net, {nodes.begin() + static_cast<std::ptrdiff_t>(i), nodes.begin() + static_cast<std::ptrdiff_t>(last) + 1}, via_nodes);
+      smooth_run(net,
+                 {nodes.begin() + static_cast<std::ptrdiff_t>(i),
+                  nodes.begin() + static_cast<std::ptrdiff_t>(last) + 1},
+                 via_nodes);
       net.wires.push_back({r.layer, from, to, r.wire});
       const Nm length = (to.x - from.x) + (to.y - from.y);
       report.wire_nm += length;
       report.wire_nm_of_layer[at(r.layer)] += length;
       const Nm half = r.wire / 2;
       if (!holds && (length + 2 * half) * r.wire < layer(r.layer).area_nm2)
-        net.patches.push_back({r.layer, r.vertical ? Rect{from.x - half, from.y - r.run_end, to.x + half, to.y + r.run_end}
-                                                   : Rect{from.x - r.run_end, from.y - half, to.x + r.run_end, to.y + half}});
+        net.patches.push_back(
+            {r.layer, r.vertical ? Rect{from.x - half, from.y - r.run_end, to.x + half, to.y + r.run_end}
+                                 : Rect{from.x - r.run_end, from.y - half, to.x + r.run_end, to.y + half}});
     } else if (!holds && layer(r.layer).area_nm2 > 0) {
       net.patches.push_back({r.layer, r.patch.moved(from)});
     }
@@ -569,10 +630,12 @@ void Wiring::extract(int maze_net, const MazeTree& tree, RouteReport& report) co
     }
   }
   parasitics.node_of_pin.assign(net.pins.size(), -1);
-  const auto first = std::lower_bound(terminals_.begin(), terminals_.end(), maze_net, [](const Terminal& t, int n) { return t.net < n; });
+  const auto first = std::lower_bound(terminals_.begin(), terminals_.end(), maze_net,
+                                      [](const Terminal& t, int n) { return t.net < n; });
   for (auto t = first; t != terminals_.end() && t->net == maze_net; ++t)
     for (const int node : t->nodes)
-      if (const auto found = index.find(node); found != index.end()) parasitics.node_of_pin[at(t->pin_position)] = found->second;
+      if (const auto found = index.find(node); found != index.end())
+        parasitics.node_of_pin[at(t->pin_position)] = found->second;
 }
 
 void Wiring::guide() {
@@ -580,9 +643,12 @@ void Wiring::guide() {
   MazeRegions& regions = problem_.regions;
   regions.columns = guides.grid.columns;
   regions.rows = guides.grid.rows;
-  for (int ix = 0; ix < grid_.columns; ++ix) regions.of_column.push_back(guides.grid.column_of(place(ix, 0).x));
-  for (int iy = 0; iy < grid_.rows; ++iy) regions.of_row.push_back(guides.grid.row_of(place(0, iy).y) * regions.columns);
-  for (std::size_t n = 0; n < problem_.nets.size(); ++n) problem_.nets[n].regions = guides.regions[at(design_net_[n])];
+  for (int ix = 0; ix < grid_.columns; ++ix)
+    regions.of_column.push_back(guides.grid.column_of(place(ix, 0).x));
+  for (int iy = 0; iy < grid_.rows; ++iy)
+    regions.of_row.push_back(guides.grid.row_of(place(0, iy).y) * regions.columns);
+  for (std::size_t n = 0; n < problem_.nets.size(); ++n)
+    problem_.nets[n].regions = guides.regions[at(design_net_[n])];
 }
 
 // Skew is what the clock's nets resist: short ways from the driver to each pin, few vias.
@@ -593,7 +659,9 @@ void Wiring::prefer_low_skew() {
     problem_.nets[n].via_cost = clock_via_cost;
     problem_.nets[n].way_back = clock_way_back;
     for (const Terminal& terminal : terminals_) {
-      if (terminal.net != static_cast<int>(n) || !is_driver(design_, technology_, net.pins[at(terminal.pin_position)])) continue;
+      if (terminal.net != static_cast<int>(n) ||
+          !is_driver(design_, technology_, net.pins[at(terminal.pin_position)]))
+        continue;
       const auto& of = problem_.nets[n].terminals;
       problem_.nets[n].root = static_cast<int>(std::find(of.begin(), of.end(), terminal.nodes) - of.begin());
       if (problem_.nets[n].root == static_cast<int>(of.size())) problem_.nets[n].root = 0;
@@ -611,7 +679,8 @@ void Wiring::keep(const NetLimits& limits) {
     net.highest = static_cast<int>(std::find(layers.begin(), layers.end(), highest->second) - layers.begin());
     // a pin of the die may be above
     for (const std::vector<int>& terminal : net.terminals)
-      net.highest = std::max(net.highest, problem_.grid.crossing(*std::min_element(terminal.begin(), terminal.end())).layer);
+      net.highest = std::max(
+          net.highest, problem_.grid.crossing(*std::min_element(terminal.begin(), terminal.end())).layer);
   }
 }
 
@@ -638,8 +707,10 @@ RouteReport Wiring::run(const RouteOptions& options, const NetLimits& limits, st
   report.rounds = result.rounds;
   report.nets = static_cast<int>(problem_.nets.size());
   for (const int net : result.open) report.open.push_back(design_.nets[at(design_net_[at(net)])].name);
-  for (const int net : result.conflicting) report.conflicting.push_back(design_.nets[at(design_net_[at(net)])].name);
-  std::stable_sort(terminals_.begin(), terminals_.end(), [](const Terminal& a, const Terminal& b) { return a.net < b.net; });
+  for (const int net : result.conflicting)
+    report.conflicting.push_back(design_.nets[at(design_net_[at(net)])].name);
+  std::stable_sort(terminals_.begin(), terminals_.end(),
+                   [](const Terminal& a, const Terminal& b) { return a.net < b.net; });
   for (std::size_t n = 0; n < result.trees.size(); ++n) draw(static_cast<int>(n), result.trees[n], report);
   for (std::size_t n = 0; n < result.trees.size(); ++n) extract(static_cast<int>(n), result.trees[n], report);
   trees = std::move(result.trees);
@@ -666,12 +737,16 @@ RouteReport route(Design& design, const Technology& technology, const RouteOptio
     const NetLimits before = limits;
     for (const AntennaFault& fault : report.antenna) {
       const auto highest = limits.highest.find(fault.net);
-      const bool may_be_lower = technology.layers[at(fault.layer)].kind == LayerKind::routing && (highest == limits.highest.end() || highest->second > fault.layer);
+      const bool may_be_lower = technology.layers[at(fault.layer)].kind == LayerKind::routing &&
+                                (highest == limits.highest.end() || highest->second > fault.layer);
       // A diode hangs on the lowest layer's own metal only by chance: there the wire has to be shorter.
       if (fault.layer <= lowest) limits.lifted.insert(fault.net);
-      // The wire of the last diode met the gate's above that layer. Without layers above it the driver is there in time.
-      else if (!with_diode.insert(fault.net).second && may_be_lower) limits.highest[fault.net] = fault.layer;
-      else above.push_back(fault);
+      // The wire of the last diode met the gate's above that layer. Without layers above it the driver is
+      // there in time.
+      else if (!with_diode.insert(fault.net).second && may_be_lower)
+        limits.highest[fault.net] = fault.layer;
+      else
+        above.push_back(fault);
     }
     const int added = insert_diodes(design, technology, above);
     if (added == 0 && limits == before) return report;

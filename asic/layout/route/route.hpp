@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wires for a placed design: from the lowest metal (pins) up through all layers with the tracks of the second and third.
+// Wires for a placed design: from the lowest metal (pins) up through all layers with the tracks of the second
+// and third.
 #pragma once
 
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "asic/layout/route/antenna.hpp"
 #include "asic/layout/db/design.hpp"
+#include "asic/layout/route/antenna.hpp"
 
 namespace meltstage::layout {
 
@@ -40,12 +41,15 @@ struct RouteReport {
   std::vector<Nm> wire_nm_of_layer;  ///< by index into Technology::layers
   std::size_t vias = 0;
   std::vector<NetParasitics> parasitics;  ///< by index into Design::nets
-  bool is_clean() const { return no_access.empty() && crowded.empty() && open.empty() && conflicting.empty() && antenna.empty(); }
+  bool is_clean() const {
+    return no_access.empty() && crowded.empty() && open.empty() && conflicting.empty() && antenna.empty();
+  }
 };
 
-/// Adds wires, vias and patches to the design's nets, in place of those it has. Where wires break an antenna rule and the library has a
-/// cell for it, a diode takes the place of a filler nearby, and what that concerns is routed once more. Throws InputError when a die pin lies on no track or
-/// the library's vias don't fit its tracks.
+/// Adds wires, vias and patches to the design's nets, in place of those it has. Where wires break an antenna
+/// rule and the library has a cell for it, a diode takes the place of a filler nearby, and what that concerns
+/// is routed once more. Throws InputError when a die pin lies on no track or the library's vias don't fit its
+/// tracks.
 RouteReport route(Design& design, const Technology& technology, const RouteOptions& options);
 
 /// IEEE 1481 (SPEF) of a routed design: a net each as the tree of its wires.

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// route: a placed DEF becomes a routed one. Exits with 1 when a net is open or two nets share a place, with 2 on wrong input.
+// route: a placed DEF becomes a routed one. Exits with 1 when a net is open or two nets share a place, with 2
+// on wrong input.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 #include "asic/layout/db/design.hpp"
 #include "asic/layout/db/error.hpp"
-#include "asic/layout/route/route.hpp"
 #include "asic/layout/db/technology.hpp"
+#include "asic/layout/route/route.hpp"
 #include "base/output_file.hpp"
 
 namespace {
@@ -24,14 +25,19 @@ constexpr std::size_t names_told = 20;
 
 void tell(std::string& text, const char* what, const std::vector<std::string>& names) {
   text += fmt::format("{}: {}\n", what, names.size());
-  for (std::size_t i = 0; i < std::min(names.size(), names_told); ++i) text += fmt::format("  {}\n", names[i]);
+  for (std::size_t i = 0; i < std::min(names.size(), names_told); ++i)
+    text += fmt::format("  {}\n", names[i]);
   if (names.size() > names_told) text += fmt::format("  and {} more\n", names.size() - names_told);
 }
 
-std::string report_text(const RouteReport& report, const Design& design, const Technology& technology, double seconds) {
-  std::string text = fmt::format("nets: {}\nwires: {:.1f} mm", report.nets, static_cast<double>(report.wire_nm) * 1e-6);
+std::string report_text(const RouteReport& report, const Design& design, const Technology& technology,
+                        double seconds) {
+  std::string text =
+      fmt::format("nets: {}\nwires: {:.1f} mm", report.nets, static_cast<double>(report.wire_nm) * 1e-6);
   for (std::size_t i = 0; i < report.wire_nm_of_layer.size(); ++i)
-    if (report.wire_nm_of_layer[i] > 0) text += fmt::format(", {} {:.1f}", technology.layers[i].name, static_cast<double>(report.wire_nm_of_layer[i]) * 1e-6);
+    if (report.wire_nm_of_layer[i] > 0)
+      text += fmt::format(", {} {:.1f}", technology.layers[i].name,
+                          static_cast<double>(report.wire_nm_of_layer[i]) * 1e-6);
   text += fmt::format("\nvias: {}\nrounds: {}\ntime: {:.0f} s\n", report.vias, report.rounds, seconds);
   tell(text, "pins without access", report.no_access);
   tell(text, "cells with crowded pins", report.crowded);
@@ -44,12 +50,15 @@ std::string report_text(const RouteReport& report, const Design& design, const T
   return text;
 }
 
-int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::path& def, const std::filesystem::path& out,
-        const std::filesystem::path& netlist, const std::filesystem::path& spef, const std::filesystem::path& report_path, RouteOptions options) {
+int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::path& def,
+        const std::filesystem::path& out, const std::filesystem::path& netlist,
+        const std::filesystem::path& spef, const std::filesystem::path& report_path, RouteOptions options) {
   const Technology technology = read_lef(lef);
   Design design = read_def(def, technology);
   if (isatty(STDERR_FILENO))
-    options.progress = [](int round, int routed, int sharing) { fmt::print(stderr, "round {}: {} nets routed, {} share a place\n", round, routed, sharing); };
+    options.progress = [](int round, int routed, int sharing) {
+      fmt::print(stderr, "round {}: {} nets routed, {} share a place\n", round, routed, sharing);
+    };
   const auto start = std::chrono::steady_clock::now();
   const RouteReport report = route(design, technology, options);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

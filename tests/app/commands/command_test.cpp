@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "cmodel/chip.hpp"
-#include "tests/support/run_command.hpp"
 #include "recording/stream.hpp"
 #include "recording/text.hpp"
+#include "tests/support/run_command.hpp"
 
 namespace meltstage {
 namespace {

@@ -10,8 +10,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "tests/support/run_command.hpp"
 #include "tests/support/rs274.hpp"
+#include "tests/support/run_command.hpp"
 
 namespace meltstage {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "app/print/job_file.hpp"
 #include "motion/stage/stage.hpp"
-#include "tb/printer/printer.hpp"
 #include "recording/stream.hpp"
+#include "tb/printer/printer.hpp"
 
 namespace meltstage {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "app/print/job_file.hpp"
-#include "tb/printer/printer.hpp"
 #include "recording/stream.hpp"
+#include "tb/printer/printer.hpp"
 
 namespace meltstage {
 namespace {

@@ -153,7 +153,10 @@ TEST(Summary, SaysWhatHappenedWithoutTheCurves) {
   EXPECT_EQ(summary["verdict"], "32 bumps printed at 180 °C, RTL and model equal.");
   EXPECT_EQ(summary["key_figures"][1], json({{"what", "overshoot"}, {"value", 0.4213}, {"unit", "degC"}}));
   EXPECT_EQ(summary["phases"][1], json({{"name", "heat-up"}, {"begin_s", 0.5}, {"end_s", 2.0}}));
-  EXPECT_EQ(summary["path"], json({{"points", 3}, {"unit", "mm"}, {"cost_before", 13.0}, {"cost_after", 7.0}, {"lower_bound", 6.5}}));
+  EXPECT_EQ(
+      summary["path"],
+      json(
+          {{"points", 3}, {"unit", "mm"}, {"cost_before", 13.0}, {"cost_after", 7.0}, {"lower_bound", 6.5}}));
   EXPECT_EQ(summary["lockstep"][0]["comparisons"], 1'250'000);
   EXPECT_EQ(summary["lockstep"][0]["flops_per_clock"], 1234);
   EXPECT_EQ(summary["faults"][0], json({{"t_s", 1.5}, {"sentence", "sensor open"}}));

@@ -10,9 +10,9 @@
 #include <fstream>
 #include <set>
 
-#include "asic/netlist/error.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/places.hpp"
+#include "asic/netlist/error.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {

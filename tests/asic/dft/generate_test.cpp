@@ -10,11 +10,11 @@
 #include <numeric>
 #include <random>
 
-#include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/atpg/iddq.hpp"
 #include "asic/dft/atpg/podem.hpp"
 #include "asic/dft/atpg/proof_check.hpp"
 #include "asic/dft/atpg/test_solver.hpp"
+#include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/transition.hpp"
 #include "tests/asic/dft/support.hpp"
 

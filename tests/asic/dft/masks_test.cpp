@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <set>
 
-#include "asic/dft/files/formats.hpp"
 #include "asic/dft/atpg/generate.hpp"
+#include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/pattern_files.hpp"
-#include "asic/dft/scan/scan_test.hpp"
 #include "asic/dft/files/stil.hpp"
+#include "asic/dft/scan/scan_test.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {

@@ -9,8 +9,8 @@
 #include <set>
 #include <sstream>
 
-#include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/atpg/generate.hpp"
+#include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/scan/replay.hpp"
 #include "tests/asic/dft/support.hpp"
 

@@ -8,8 +8,8 @@
 #include <functional>
 
 #include "asic/dft/files/formats.hpp"
-#include "asic/dft/scan/lint.hpp"
 #include "asic/dft/files/stil.hpp"
+#include "asic/dft/scan/lint.hpp"
 
 namespace meltstage::dft {
 namespace {

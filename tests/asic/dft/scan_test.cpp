@@ -6,15 +6,15 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "asic/netlist/error.hpp"
+#include "asic/dft/atpg/generate.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/files/formats.hpp"
-#include "asic/dft/atpg/generate.hpp"
 #include "asic/dft/files/pattern_files.hpp"
+#include "asic/dft/files/stil.hpp"
 #include "asic/dft/scan/replay.hpp"
 #include "asic/dft/scan/scan_test.hpp"
 #include "asic/dft/scan/scan_ways.hpp"
-#include "asic/dft/files/stil.hpp"
+#include "asic/netlist/error.hpp"
 #include "asic/netlist/yosys_library.hpp"
 #include "tests/asic/dft/support.hpp"
 
@@ -54,7 +54,8 @@ TEST(Scan, ChainsAreBalancedAndHoldEveryFlop) {
   EXPECT_EQ(design.clock, "clk_i");
   const std::map<std::string, std::string> shifted = shifted_from(machine().plain, mini_library(), {});
   for (const Instance& instance : design.netlist.instances) {
-    EXPECT_TRUE(!mini_library().at(instance.type).flop || mini_library().at(instance.type).scan || shifted.count(instance.name) != 0)
+    EXPECT_TRUE(!mini_library().at(instance.type).flop || mini_library().at(instance.type).scan ||
+                shifted.count(instance.name) != 0)
         << instance.name;
   }
 }
@@ -634,13 +635,14 @@ TEST(Scan, ClockGatesMustOpenInShiftAlone) {
 }
 
 std::size_t scan_cells(const ScanDesign& design, const CellLibrary& library) {
-  return static_cast<std::size_t>(std::count_if(design.netlist.instances.begin(), design.netlist.instances.end(),
-                                                [&](const Instance& instance) { return library.at(instance.type).scan.has_value(); }));
+  return static_cast<std::size_t>(
+      std::count_if(design.netlist.instances.begin(), design.netlist.instances.end(),
+                    [&](const Instance& instance) { return library.at(instance.type).scan.has_value(); }));
 }
 
-// A flop that takes over another's state while shifting follows it in the chain as it is; of two behind one flop the first, of a ring
-// all but one, and none behind an inverter or at a chain's beginning. Each verdict on a fault holds in the netlist with the fault, those
-// that the chain test is to show among them.
+// A flop that takes over another's state while shifting follows it in the chain as it is; of two behind one
+// flop the first, of a ring all but one, and none behind an inverter or at a chain's beginning. Each verdict
+// on a fault holds in the netlist with the fault, those that the chain test is to show among them.
 TEST(Scan, FlopsThatShiftAnywayGetNoMultiplexer) {
   const Machine m("steered", mini_library());
   constexpr std::size_t flops = 14, copies = 4;

@@ -8,8 +8,8 @@
 #include <random>
 #include <string>
 
-#include "asic/netlist/netlist.hpp"
 #include "asic/dft/core/patterns.hpp"
+#include "asic/netlist/netlist.hpp"
 
 namespace meltstage::dft {
 

@@ -73,7 +73,8 @@ MACRO DIODE
 END DIODE
 END LIBRARY)";
 
-// A driver at x = 100 um, a gate at 0: metal 1 from the gate over `low`, from there a via to metal 2 and on to the driver's via.
+// A driver at x = 100 um, a gate at 0: metal 1 from the gate over `low`, from there a via to metal 2 and on
+// to the driver's via.
 struct OneNet {
   Technology technology;
   Design design;
@@ -130,7 +131,8 @@ TEST(Antenna, MetalOfTheDriversLayerHasItsDiffusion) {
   ASSERT_THAT(faults, SizeIs(1));
   EXPECT_EQ(faults[0].layer, n.technology.find_layer("M2"));
   EXPECT_NEAR(faults[0].ratio, (3 * 0.04 + 0.2 * 1000.2 + 2 * 0.04) / 0.1, 1e-6);
-  EXPECT_EQ(antenna_text(faults[0], n.design, n.technology), fmt::format("net n: M2 area over gate area {:.0f}, most 200, at u1 A", faults[0].ratio));
+  EXPECT_EQ(antenna_text(faults[0], n.design, n.technology),
+            fmt::format("net n: M2 area over gate area {:.0f}, most 200, at u1 A", faults[0].ratio));
 }
 
 TEST(Antenna, ManyCutsOnOneGate) {
@@ -164,7 +166,9 @@ class Diodes : public ::testing::Test {
         if (pin.use == Use::power || pin.use == Use::ground) continue;
         (pin.direction == PinDirection::output ? pin.diffusion_area_um2 : pin.gate_area_um2) = 0.5;
       }
-    for (const char* name : {"metal2", "metal3", "metal4", "metal5"}) technology.layers[static_cast<std::size_t>(technology.find_layer(name))].antenna = {30.0, {{0.0, 30.0}, {0.5, 1e6}}, true};
+    for (const char* name : {"metal2", "metal3", "metal4", "metal5"})
+      technology.layers[static_cast<std::size_t>(technology.find_layer(name))].antenna = {
+          30.0, {{0.0, 30.0}, {0.5, 1e6}}, true};
     technology.macros[static_cast<std::size_t>(technology.find_macro("FILL"))].macro_class = "CORE SPACER";
     add_macro("FILLS", 4, "CORE SPACER");
   }
@@ -205,13 +209,15 @@ TEST_F(Diodes, TakeThePlaceOfFillersAndMendEveryFault) {
     Design d = placed_design(seed);
     const std::size_t cells = d.components.size();
     const RouteReport report = route(d, technology, {});
-    for (const AntennaFault& fault : report.antenna) ADD_FAILURE() << seed << ' ' << antenna_text(fault, d, technology) << ' ' << report.diodes;
+    for (const AntennaFault& fault : report.antenna)
+      ADD_FAILURE() << seed << ' ' << antenna_text(fault, d, technology) << ' ' << report.diodes;
     EXPECT_TRUE(report.is_clean()) << seed;
     EXPECT_THAT(open_nets(d, technology), IsEmpty()) << seed;
     EXPECT_THAT(spacing_errors(d, technology), IsEmpty()) << seed;
     EXPECT_THAT(placement_errors(d, technology), IsEmpty()) << seed;
     EXPECT_DOUBLE_EQ(utilization(d, technology), 1.0) << "no gap where a filler was";
-    EXPECT_EQ(d.components.size(), cells + static_cast<std::size_t>(report.diodes)) << "a filler of four sites: a diode and one of one";
+    EXPECT_EQ(d.components.size(), cells + static_cast<std::size_t>(report.diodes))
+        << "a filler of four sites: a diode and one of one";
     diodes += report.diodes;
   }
   EXPECT_GT(diodes, 0);

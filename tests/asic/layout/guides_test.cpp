@@ -32,7 +32,8 @@ class GuidesTest : public ::testing::Test {
       const std::vector<Shape> shapes = pin_shapes(d, technology, ref);
       Rect box = shapes.front().rect;
       for (const Shape& s : shapes)
-        box = {std::min(box.x0, s.rect.x0), std::min(box.y0, s.rect.y0), std::max(box.x1, s.rect.x1), std::max(box.y1, s.rect.y1)};
+        box = {std::min(box.x0, s.rect.x0), std::min(box.y0, s.rect.y0), std::max(box.x1, s.rect.x1),
+               std::max(box.y1, s.rect.y1)};
       regions.insert(grid.region_of(box.middle()));
     }
     return regions;
@@ -48,12 +49,14 @@ void tangle(Design& d, const Technology& technology) {
   for (std::size_t n = 3; n < d.nets.size(); ++n) {
     nets.push_back(static_cast<int>(n));
     std::erase_if(d.nets[n].pins, [&](const PinRef& ref) {
-      const bool is_input = ref.component != kDiePin && pin_direction(d, technology, ref) == PinDirection::input;
+      const bool is_input =
+          ref.component != kDiePin && pin_direction(d, technology, ref) == PinDirection::input;
       if (is_input) inputs.push_back(ref);
       return is_input;
     });
   }
-  for (const PinRef& ref : inputs) d.nets[static_cast<std::size_t>(nets[random() % nets.size()])].pins.push_back(ref);
+  for (const PinRef& ref : inputs)
+    d.nets[static_cast<std::size_t>(nets[random() % nets.size()])].pins.push_back(ref);
 }
 
 /// Regions that can be reached from the first through sides of others of the list.
@@ -112,7 +115,9 @@ TEST_F(GuidesTest, CellsGetRoomWhereWiresAreCrowded) {
     GuideOptions once;
     once.usable = options.usable_tracks;
     once.rounds = 1;
-    return std::pair{route_globally(d, technology, once).overflow, std::count_if(d.components.begin(), d.components.end(), [](const Component& c) { return c.padding > 0; })};
+    return std::pair{route_globally(d, technology, once).overflow,
+                     std::count_if(d.components.begin(), d.components.end(),
+                                   [](const Component& c) { return c.padding > 0; })};
   };
   const auto [before, none] = crowded(0);
   const auto [after, padded] = crowded(6);

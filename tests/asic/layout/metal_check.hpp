@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a routed design's metal connects and how near its shapes are, from the shapes alone: nothing of the router is used.
+// What a routed design's metal connects and how near its shapes are, from the shapes alone: nothing of the
+// router is used.
 #pragma once
 
 #include <fmt/format.h>
@@ -42,8 +43,10 @@ inline std::vector<MetalShape> metal_of(const Design& d, const Technology& techn
     const Macro& macro = technology.macros[static_cast<std::size_t>(component.macro)];
     for (std::size_t p = 0; p < macro.pins.size(); ++p)
       if (!net_of.contains({static_cast<int>(c), static_cast<int>(p)}))
-        for (const Shape& s : macro.pins[p].shapes) shapes.push_back({-1, {s.layer, placed(s.rect, macro, component)}});
-    for (const Shape& s : macro.obstructions) shapes.push_back({-1, {s.layer, placed(s.rect, macro, component)}});
+        for (const Shape& s : macro.pins[p].shapes)
+          shapes.push_back({-1, {s.layer, placed(s.rect, macro, component)}});
+    for (const Shape& s : macro.obstructions)
+      shapes.push_back({-1, {s.layer, placed(s.rect, macro, component)}});
   }
   return shapes;
 }
@@ -80,7 +83,8 @@ inline std::vector<std::string> spacing_errors(const Design& d, const Technology
     const Layer& layer = technology.layers[static_cast<std::size_t>(shapes[i].shape.layer)];
     const Rect &a = shapes[i].shape.rect, &b = shapes[j].shape.rect;
     if (gap_squared(a, b) < layer.spacing * layer.spacing)
-      errors.push_back(fmt::format("{}: nets {} and {} at {} {} and {} {}", layer.name, shapes[i].net, shapes[j].net, a.x0, a.y0, b.x0, b.y0));
+      errors.push_back(fmt::format("{}: nets {} and {} at {} {} and {} {}", layer.name, shapes[i].net,
+                                   shapes[j].net, a.x0, a.y0, b.x0, b.y0));
   });
   return errors;
 }
@@ -95,7 +99,8 @@ inline std::vector<std::string> open_nets(const Design& d, const Technology& tec
     return i;
   };
   near_pairs(shapes, 0, [&](std::size_t i, std::size_t j) {
-    if (shapes[i].net == shapes[j].net && gap_squared(shapes[i].shape.rect, shapes[j].shape.rect) == 0) parent[root(i)] = root(j);
+    if (shapes[i].net == shapes[j].net && gap_squared(shapes[i].shape.rect, shapes[j].shape.rect) == 0)
+      parent[root(i)] = root(j);
   });
   // a via's three shapes, and a pin's, are one
   std::size_t next = 0;

@@ -11,15 +11,20 @@ namespace meltstage::layout {
 namespace {
 
 /// A cell whose output rises after `rise_ns` and falls after `fall_ns`, whatever slew and load.
-std::string cell(const std::string& name, const std::string& inner, const std::vector<std::string>& inputs, const std::string& out, const std::string& sense, double rise_ns,
-                 double fall_ns) {
-  const auto table = [](const std::string& kind, double ns) { return fmt::format("{}(t) {{ values(\"{}, {}\", \"{}, {}\"); }}\n", kind, ns, ns, ns, ns); };
+std::string cell(const std::string& name, const std::string& inner, const std::vector<std::string>& inputs,
+                 const std::string& out, const std::string& sense, double rise_ns, double fall_ns) {
+  const auto table = [](const std::string& kind, double ns) {
+    return fmt::format("{}(t) {{ values(\"{}, {}\", \"{}, {}\"); }}\n", kind, ns, ns, ns, ns);
+  };
   std::string text = fmt::format("cell({}) {{ {}\n", name, inner);
-  for (const std::string& in : inputs) text += fmt::format("pin({}) {{ direction : input; capacitance : 0.01;{} }}\n", in, in == "CLK" ? " clock : true;" : "");
+  for (const std::string& in : inputs)
+    text += fmt::format("pin({}) {{ direction : input; capacitance : 0.01;{} }}\n", in,
+                        in == "CLK" ? " clock : true;" : "");
   text += fmt::format("pin({}) {{ direction : output;\n", out);
   for (const std::string& in : inputs)
     if (in != "D")
-      text += fmt::format("timing() {{ related_pin : \"{}\"; timing_sense : {};\n{}{}{}{} }}\n", in, sense, table("cell_rise", rise_ns), table("cell_fall", fall_ns),
+      text += fmt::format("timing() {{ related_pin : \"{}\"; timing_sense : {};\n{}{}{}{} }}\n", in, sense,
+                          table("cell_rise", rise_ns), table("cell_fall", fall_ns),
                           table("rise_transition", 0.1), table("fall_transition", 0.1));
   return text + "} }\n";
 }
@@ -36,14 +41,20 @@ class Paths : public ::testing::Test {
     const auto component = static_cast<int>(design.components.size());
     design.components.push_back({fmt::format("u{}", component), macro, {}, Orientation::N, true, false});
     for (const auto& [pin, net] : pins)
-      design.nets[static_cast<std::size_t>(net)].pins.push_back({component, technology.macros[static_cast<std::size_t>(macro)].find_pin(pin)});
+      design.nets[static_cast<std::size_t>(net)].pins.push_back(
+          {component, technology.macros[static_cast<std::size_t>(macro)].find_pin(pin)});
   }
-  double through(int net) const { return longest_paths_ns(design, technology, delays, std::vector<double>(design.nets.size()))[static_cast<std::size_t>(net)]; }
+  double through(int net) const {
+    return longest_paths_ns(design, technology, delays,
+                            std::vector<double>(design.nets.size()))[static_cast<std::size_t>(net)];
+  }
 
   const Technology technology = read_lef({OSU018_LEF});
   const Delays delays = parse_delays(
-      "library(l) { lu_table_template(t) { variable_1 : input_net_transition; variable_2 : total_output_net_capacitance; index_1(\"0, 1\"); index_2(\"0, 1\"); }\n" +
-          cell("INVX1", "", {"A"}, "Y", "negative_unate", 1, 3) + cell("XOR2X1", "", {"A", "B"}, "Y", "non_unate", 5, 7) +
+      "library(l) { lu_table_template(t) { variable_1 : input_net_transition; variable_2 : "
+      "total_output_net_capacitance; index_1(\"0, 1\"); index_2(\"0, 1\"); }\n" +
+          cell("INVX1", "", {"A"}, "Y", "negative_unate", 1, 3) +
+          cell("XOR2X1", "", {"A", "B"}, "Y", "non_unate", 5, 7) +
           cell("DFFPOSX1", "ff(IQ, IQN) { }", {"D", "CLK"}, "Q", "non_unate", 10, 20) + "}",
       "by hand");
   Design design;
@@ -61,7 +72,8 @@ TEST_F(Paths, EdgesKeepTheirDirectionThroughInverters) {
 }
 
 TEST_F(Paths, EitherEdgeGoesThroughAnExclusiveOr) {
-  const int clk = new_net("clk"), q = new_net("q"), n1 = new_net("n1"), short_way = new_net("short"), y = new_net("y");
+  const int clk = new_net("clk"), q = new_net("q"), n1 = new_net("n1"), short_way = new_net("short"),
+            y = new_net("y");
   add("DFFPOSX1", {{"CLK", clk}, {"Q", q}});
   add("INVX1", {{"A", q}, {"Y", n1}});
   add("DFFPOSX1", {{"CLK", clk}, {"Q", short_way}});
@@ -73,7 +85,8 @@ TEST_F(Paths, EitherEdgeGoesThroughAnExclusiveOr) {
 }
 
 TEST_F(Paths, ALoopOrAnEndMissingIsNoPath) {
-  const int a = new_net("a"), b = new_net("b"), open = new_net("open"), q = new_net("q"), clk = new_net("clk");
+  const int a = new_net("a"), b = new_net("b"), open = new_net("open"), q = new_net("q"),
+            clk = new_net("clk");
   add("INVX1", {{"A", a}, {"Y", b}});
   add("INVX1", {{"A", b}, {"Y", a}});
   add("DFFPOSX1", {{"CLK", clk}, {"Q", q}});
@@ -89,14 +102,16 @@ TEST_F(Paths, StrongerDriversMakeLongPathsShorter) {
   place_globally(placed, technology, {});
   const auto longest = [&](const Design& d) {
     std::vector<double> loads;
-    for (const Net& net : d.nets) loads.push_back(net.use == Use::signal ? expected_load_pf(d, technology, osu, net) : 0.0);
+    for (const Net& net : d.nets)
+      loads.push_back(net.use == Use::signal ? expected_load_pf(d, technology, osu, net) : 0.0);
     const std::vector<double> paths = longest_paths_ns(d, technology, osu, loads);
     return *std::max_element(paths.begin(), paths.end());
   };
   Design by_slew = placed;
   Design by_path = placed;
   const SizedDrivers few = size_drivers(by_slew, technology, osu, "clk", {.most_slew_ns = 0.5}, trees);
-  const SizedDrivers more = size_drivers(by_path, technology, osu, "clk", {.most_slew_ns = 0.5, .most_path_ns = 0.8 * longest(by_slew)}, trees);
+  const SizedDrivers more = size_drivers(
+      by_path, technology, osu, "clk", {.most_slew_ns = 0.5, .most_path_ns = 0.8 * longest(by_slew)}, trees);
   EXPECT_LT(longest(by_path), 0.98 * longest(by_slew));
   EXPECT_GT(more.resized + more.buffered, few.resized + few.buffered);
 }

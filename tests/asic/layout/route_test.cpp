@@ -6,8 +6,8 @@
 #include <random>
 
 #include "asic/layout/db/error.hpp"
-#include "asic/layout/route/maze.hpp"
 #include "asic/layout/place/place.hpp"
+#include "asic/layout/route/maze.hpp"
 #include "tests/asic/layout/metal_check.hpp"
 #include "tests/asic/layout/random_netlist.hpp"
 
@@ -29,7 +29,8 @@ MazeProblem empty_maze(int columns, int rows, bool ends_spread) {
   return problem;
 }
 
-/// Places that two nets use, or that lie beside another's where ends spread; terminals that a net's edges don't join.
+/// Places that two nets use, or that lie beside another's where ends spread; terminals that a net's edges
+/// don't join.
 std::vector<std::string> maze_errors(const MazeProblem& problem, const MazeResult& result) {
   std::vector<std::string> errors;
   std::map<int, std::set<int>> users;
@@ -45,7 +46,8 @@ std::vector<std::string> maze_errors(const MazeProblem& problem, const MazeResul
       for (const int node : {a, b}) {
         users[node].insert(static_cast<int>(n));
         const std::int32_t owner = problem.owner[static_cast<std::size_t>(node)];
-        if (owner != free_node && owner != static_cast<int>(n)) errors.push_back(fmt::format("net {} on a node of {}", n, owner));
+        if (owner != free_node && owner != static_cast<int>(n))
+          errors.push_back(fmt::format("net {} on a node of {}", n, owner));
       }
     }
     std::set<int> roots;
@@ -59,7 +61,8 @@ std::vector<std::string> maze_errors(const MazeProblem& problem, const MazeResul
     const int along = problem.grid.vertical[layer] ? c.iy : c.ix;
     if (!problem.grid.ends_spread[layer] || along == 0) continue;
     const auto before = users.find(node - 1);
-    if (before != users.end() && before->second != nets) errors.push_back(fmt::format("node {} beside another net", node));
+    if (before != users.end() && before->second != nets)
+      errors.push_back(fmt::format("node {} beside another net", node));
   }
   return errors;
 }
@@ -74,7 +77,8 @@ TEST(Maze, FindsTheStraightWay) {
 
 int highest_layer(const MazeProblem& problem, const MazeTree& tree) {
   int highest = 0;
-  for (const auto& [a, b] : tree) highest = std::max({highest, problem.grid.crossing(a).layer, problem.grid.crossing(b).layer});
+  for (const auto& [a, b] : tree)
+    highest = std::max({highest, problem.grid.crossing(a).layer, problem.grid.crossing(b).layer});
   return highest;
 }
 
@@ -82,7 +86,8 @@ TEST(Maze, ANetStaysBelowItsHighestLayer) {
   MazeProblem problem = empty_maze(8, 8, false);
   // the two lower layers are walled where the straight way is, and left open at the side
   for (int layer = 0; layer < 2; ++layer)
-    for (int ix = 0; ix < 7; ++ix) problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = blocked_node;
+    for (int ix = 0; ix < 7; ++ix)
+      problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = blocked_node;
   problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}, {}});
   const MazeResult free = route_maze(problem, {});
   EXPECT_GT(highest_layer(problem, free.trees[0]), 1);
@@ -124,7 +129,8 @@ TEST(Maze, WaysToTheRootAreShortWhereTheyCount) {
 TEST(Maze, TellsANetThatIsWalledIn) {
   MazeProblem problem = empty_maze(8, 8, false);
   for (int layer = 0; layer < problem.grid.layers(); ++layer)
-    for (int ix = 0; ix < 8; ++ix) problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = blocked_node;
+    for (int ix = 0; ix < 8; ++ix)
+      problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = blocked_node;
   problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}, {}});
   EXPECT_THAT(route_maze(problem, {}).open, Contains(0));
 }
@@ -161,7 +167,8 @@ TEST(Maze, WiresStayNearTheirRegionsUnlessThereIsNoWay) {
     }
     if (is_walled)
       for (int layer = 0; layer < 4; ++layer)
-        for (int iy = 20; iy < 40; ++iy) problem.owner[static_cast<std::size_t>(problem.grid.node(layer, 20, iy))] = blocked_node;
+        for (int iy = 20; iy < 40; ++iy)
+          problem.owner[static_cast<std::size_t>(problem.grid.node(layer, 20, iy))] = blocked_node;
     problem.nets.push_back(net);
     const MazeResult result = route_maze(problem, {});
     EXPECT_THAT(maze_errors(problem, result), IsEmpty());
@@ -170,8 +177,10 @@ TEST(Maze, WiresStayNearTheirRegionsUnlessThereIsNoWay) {
       const Grid::Crossing c = problem.grid.crossing(a);
       if (c.ix >= 12 && c.ix < 28) lowest_in_middle = std::min(lowest_in_middle, c.iy);
     }
-    if (is_walled) EXPECT_LT(lowest_in_middle, 20);
-    else EXPECT_GE(lowest_in_middle, 32);
+    if (is_walled)
+      EXPECT_LT(lowest_in_middle, 20);
+    else
+      EXPECT_GE(lowest_in_middle, 32);
   }
 }
 
@@ -215,8 +224,8 @@ TEST_F(Routing, JoinsAllPinsAndKeepsAllSpacings) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     Design d = placed_design(40 + 40 * static_cast<int>(seed), seed);
     const RouteReport report = route(d, technology, {});
-    EXPECT_TRUE(report.is_clean()) << seed << ' ' << report.no_access.size() << ' ' << report.crowded.size() << ' ' << report.open.size() << ' '
-                                   << report.conflicting.size();
+    EXPECT_TRUE(report.is_clean()) << seed << ' ' << report.no_access.size() << ' ' << report.crowded.size()
+                                   << ' ' << report.open.size() << ' ' << report.conflicting.size();
     EXPECT_THAT(open_nets(d, technology), IsEmpty()) << seed;
     EXPECT_THAT(spacing_errors(d, technology), IsEmpty()) << seed;
   }
@@ -225,7 +234,8 @@ TEST_F(Routing, JoinsAllPinsAndKeepsAllSpacings) {
 TEST_F(Routing, TheChecksFindAMissingViaAndADisplacedWire) {
   Design d = placed_design(80, 3);
   ASSERT_TRUE(route(d, technology, {}).is_clean());
-  const auto wired = std::find_if(d.nets.begin(), d.nets.end(), [](const Net& net) { return net.wires.size() > 2; });
+  const auto wired =
+      std::find_if(d.nets.begin(), d.nets.end(), [](const Net& net) { return net.wires.size() > 2; });
   ASSERT_NE(wired, d.nets.end());
   Design without_via = d;
   without_via.nets[static_cast<std::size_t>(wired - d.nets.begin())].vias.pop_back();

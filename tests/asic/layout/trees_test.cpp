@@ -5,8 +5,8 @@
 
 #include <set>
 
-#include "asic/layout/place/drivers.hpp"
 #include "asic/layout/db/error.hpp"
+#include "asic/layout/place/drivers.hpp"
 #include "asic/layout/place/place.hpp"
 #include "asic/layout/place/spef.hpp"
 #include "tests/asic/layout/random_netlist.hpp"
@@ -93,7 +93,9 @@ TEST_F(Trees, ClockIsThePortsNetAndThoseBehindGates) {
   const int gate = technology.find_macro("AND2X2");
   for (const Net& net : d.nets) {
     const bool is_gated = std::any_of(net.pins.begin(), net.pins.end(), [&](const PinRef& ref) {
-      return ref.component != kDiePin && d.components[static_cast<std::size_t>(ref.component)].macro == gate && pin_direction(d, technology, ref) == PinDirection::output;
+      return ref.component != kDiePin &&
+             d.components[static_cast<std::size_t>(ref.component)].macro == gate &&
+             pin_direction(d, technology, ref) == PinDirection::output;
     });
     EXPECT_EQ(net.use == Use::clock, net.name == "clk" || is_gated) << net.name;
   }
@@ -111,7 +113,8 @@ TEST_F(Trees, FlopsOfOneClockNetLieNearEachOther) {
       Net& word = d.nets.emplace_back();
       word.name = fmt::format("word{}", k);
       word.use = use;
-      word.pins.assign(flops.begin() + static_cast<std::ptrdiff_t>(k), flops.begin() + static_cast<std::ptrdiff_t>(k + 16));
+      word.pins.assign(flops.begin() + static_cast<std::ptrdiff_t>(k),
+                       flops.begin() + static_cast<std::ptrdiff_t>(k + 16));
     }
     make_floorplan(d, technology, {0.8, 5000});
     place_globally(d, technology, {});
@@ -126,7 +129,8 @@ TEST_F(Trees, FlopsOfOneClockNetLieNearEachOther) {
     }
     return sum;
   };
-  for (unsigned seed = 1; seed <= 3; ++seed) EXPECT_LT(words_um(Use::clock, seed), 0.9 * words_um(Use::signal, seed)) << seed;
+  for (unsigned seed = 1; seed <= 3; ++seed)
+    EXPECT_LT(words_um(Use::clock, seed), 0.9 * words_um(Use::signal, seed)) << seed;
 }
 
 // A flop that hangs at the root instead of a leaf must show.
@@ -174,12 +178,18 @@ TEST_F(Trees, LargeNetsAreSplitAndReachTheSamePins) {
     width.push_back(0);
     for (const Net& net : split.nets) {
       for (const PinRef& ref : net.pins) {
-        if (ref.component == kDiePin || pin_direction(split, technology, ref) != PinDirection::output) continue;
+        if (ref.component == kDiePin || pin_direction(split, technology, ref) != PinDirection::output)
+          continue;
         const Component& c = split.components[static_cast<std::size_t>(ref.component)];
         if (!c.name.starts_with("fanout")) continue;
         const Macro& macro = technology.macros[static_cast<std::size_t>(c.macro)];
         width.back() += macro.width;
-        EXPECT_LE(delays.at(macro.name).pins.at("Y").arcs.at(0).slew.at(0.08, expected_load_pf(split, technology, delays, net)), 1.1 * most_slew_ns) << net.name;
+        EXPECT_LE(delays.at(macro.name)
+                      .pins.at("Y")
+                      .arcs.at(0)
+                      .slew.at(0.08, expected_load_pf(split, technology, delays, net)),
+                  1.1 * most_slew_ns)
+            << net.name;
       }
     }
   }
@@ -197,9 +207,12 @@ TEST_F(Trees, WeakDriversBecomeStrongEnough) {
       if (net.use != Use::signal || net.name == "clk") continue;
       for (const PinRef& ref : net.pins) {
         if (ref.component == kDiePin || pin_direction(d, technology, ref) != PinDirection::output) continue;
-        const Macro& macro = technology.macros[static_cast<std::size_t>(d.components[static_cast<std::size_t>(ref.component)].macro)];
-        for (const DelayArc& arc : delays.at(macro.name).pins.at(macro.pins[static_cast<std::size_t>(ref.pin)].name).arcs)
-          if (arc.slew.at(0.1, expected_load_pf(d, technology, delays, net)) > limit_ns) slow.push_back(macro.name + " " + net.name);
+        const Macro& macro = technology.macros[static_cast<std::size_t>(
+            d.components[static_cast<std::size_t>(ref.component)].macro)];
+        for (const DelayArc& arc :
+             delays.at(macro.name).pins.at(macro.pins[static_cast<std::size_t>(ref.pin)].name).arcs)
+          if (arc.slew.at(0.1, expected_load_pf(d, technology, delays, net)) > limit_ns)
+            slow.push_back(macro.name + " " + net.name);
       }
     }
     return slow;
@@ -212,12 +225,15 @@ TEST_F(Trees, WeakDriversBecomeStrongEnough) {
   EXPECT_GT(sized.buffered, 0);
   for (const Net& net : d.nets) {  // other sizes have their pins in another order
     const auto drivers = std::count_if(net.pins.begin(), net.pins.end(), [&](const PinRef& ref) {
-      return pin_direction(d, technology, ref) == (ref.component == kDiePin ? PinDirection::input : PinDirection::output);
+      return pin_direction(d, technology, ref) ==
+             (ref.component == kDiePin ? PinDirection::input : PinDirection::output);
     });
     EXPECT_EQ(drivers, net.use == Use::power || net.use == Use::ground ? 0 : 1) << net.name;
   }
-  EXPECT_THAT(slow_nets(), ::testing::Each(HasSubstr("CLKBUF1 ")));  // the largest buffer: nothing is stronger
-  for (std::size_t n = 2; n < nets; ++n) EXPECT_EQ(reached(d, technology, static_cast<int>(n)), before[n]) << d.nets[n].name;
+  EXPECT_THAT(slow_nets(),
+              ::testing::Each(HasSubstr("CLKBUF1 ")));  // the largest buffer: nothing is stronger
+  for (std::size_t n = 2; n < nets; ++n)
+    EXPECT_EQ(reached(d, technology, static_cast<int>(n)), before[n]) << d.nets[n].name;
   legalize(d, technology);
   EXPECT_THAT(placement_errors(d, technology), IsEmpty());
 }

@@ -3,8 +3,8 @@
 
 #include <gmock/gmock.h>
 
-#include "asic/netlist/error.hpp"
 #include "asic/dft/core/faults.hpp"
+#include "asic/netlist/error.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {

@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
-#include "asic/signoff/functional_vectors.hpp"
 #include "asic/netlist/error.hpp"
+#include "asic/signoff/functional_vectors.hpp"
 #include "cmodel/math.hpp"
 #include "tb/pins/chip_pins.hpp"
 #include "tests/asic/dft/support.hpp"

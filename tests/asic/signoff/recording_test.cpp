@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "asic/dft/files/stil.hpp"
+#include "asic/netlist/error.hpp"
 #include "asic/signoff/functional_vectors.hpp"
 #include "asic/signoff/vectors_files.hpp"
-#include "asic/netlist/error.hpp"
-#include "asic/dft/files/stil.hpp"
-#include "tb/pins/chip_pins.hpp"
 #include "base/output_file.hpp"
+#include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::app {
 namespace {

@@ -13,8 +13,8 @@
 #include <random>
 #include <string>
 
-#include "tests/support/error_of.hpp"
 #include "tests/motion/profile/profile_cases.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {

@@ -9,8 +9,8 @@
 #include <random>
 #include <string>
 
-#include "tests/support/error_of.hpp"
 #include "tests/motion/profile/profile_checks.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {

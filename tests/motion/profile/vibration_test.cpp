@@ -11,8 +11,8 @@
 #include <set>
 #include <string>
 
-#include "tests/support/error_of.hpp"
 #include "tests/motion/profile/profile_checks.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "motion/surface/conformal_trial.hpp"
 #include "motion/profile/profile.hpp"
+#include "motion/surface/conformal_trial.hpp"
 #include "motion/surface/trial_calibration.hpp"
 
 namespace meltstage::motion {

@@ -7,9 +7,9 @@
 
 #include <fstream>
 
+#include "tb/trials/upset.hpp"
 #include "tests/tb/lockstep/random_run.hpp"
 #include "tests/tb/lockstep/suite_seeds.hpp"
-#include "tb/trials/upset.hpp"
 #include "twins.hpp"
 
 namespace meltstage::tb {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 
-#include "cmodel/advance.hpp"
 #include "base/rng.hpp"
+#include "cmodel/advance.hpp"
 #include "tb/pins/head.hpp"
 #include "tb/trials/upset.hpp"
 

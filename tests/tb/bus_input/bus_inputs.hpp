@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "base/rng.hpp"
 #include "bus_line.hpp"
 #include "modbus_oracle.hpp"
-#include "base/rng.hpp"
 
 namespace meltstage::tb {
 

@@ -100,9 +100,7 @@ int char_bits_of(std::uint8_t format) { return kFormats[format & 3U].bits(); }
 chip::Chip chip_on_line(const LineSetting& line) {
   chip::Chip chip;
   for (int i = 0; i < 4; ++i) chip.step({});  // the reset synchroniser lets go
-  const auto set = [&](spec::Reg reg, std::uint16_t value) {
-    chip.mem.preset(reg, value);
-  };
+  const auto set = [&](spec::Reg reg, std::uint16_t value) { chip.mem.preset(reg, value); };
   set(spec::kRegAddress, kBusUnit);
   set(spec::kRegBaud, line.baud);
   set(spec::kRegFormat, line.format);

@@ -136,11 +136,12 @@ struct Point {
 
 constexpr Point kPoints[] = {
     {"heater pulse", [](const Moment& m) { return m.out.heater && !m.before.heater; }},
-    {"heating by a manual duty", [](const Moment& m) { return m.heating() && m.manual() && m.now.algor.duty_q != 0; }},
+    {"heating by a manual duty",
+     [](const Moment& m) { return m.heating() && m.manual() && m.now.algor.duty_q != 0; }},
     {"manual duty above DUTY_MAX",
      [](const Moment& m) {
-       return m.heating() && m.manual() && m.now.algor.done_q != 0 && m.now.algor.ext_q > m.now.algor.duty_max_q &&
-              m.now.algor.duty_max_q != 0;
+       return m.heating() && m.manual() && m.now.algor.done_q != 0 &&
+              m.now.algor.ext_q > m.now.algor.duty_max_q && m.now.algor.duty_max_q != 0;
      }},
     {"ramp up while heating",
      [](const Moment& m) {
@@ -157,17 +158,22 @@ constexpr Point kPoints[] = {
      }},
     {"duty at a DUTY_MAX below 100 % in the PID segment",
      [](const Moment& m) {
-       return m.now.algor.segment_q == chip::kSegPid && m.now.algor.limited() && m.now.algor.duty_max_q < 65536;
+       return m.now.algor.segment_q == chip::kSegPid && m.now.algor.limited() &&
+              m.now.algor.duty_max_q < 65536;
      }},
     {"integral above 0", [](const Moment& m) { return m.now.algor.i_q != 0; }},
     {"integral at its limit",
      [](const Moment& m) { return m.now.algor.i_q != 0 && m.now.algor.i_q == m.now.algor.duty_max_q << 14; }},
-    {"integral held", [](const Moment& m) { return m.heating() && m.now.algor.i_q != 0 && m.now.algor.i_held_q != 0; }},
+    {"integral held",
+     [](const Moment& m) { return m.heating() && m.now.algor.i_q != 0 && m.now.algor.i_held_q != 0; }},
     {"whole degrees while heating",
-     [](const Moment& m) { return m.heating() && m.now.algor.e_q != 0 && m.now.params().bit(spec::kRegCtrl, 3); }},
+     [](const Moment& m) {
+       return m.heating() && m.now.algor.e_q != 0 && m.now.params().bit(spec::kRegCtrl, 3);
+     }},
     {"droplets made up for",
      [](const Moment& m) {
-       return m.heating() && m.now.algor.drops_q != 0 && m.param(spec::kRegFfDrop) != 0 && m.now.algor.ext_q != 0;
+       return m.heating() && m.now.algor.drops_q != 0 && m.param(spec::kRegFfDrop) != 0 &&
+              m.now.algor.ext_q != 0;
      }},
     {"relay centred", [](const Moment& m) { return m.now.atune.cycles_q == spec::kTuneAdaptCycles; }},
     {"gains worked out", [](const Moment& m) { return m.now.atune.phase_q == chip::kTuneResults; }},
@@ -177,14 +183,16 @@ constexpr Point kPoints[] = {
     {"write refused while tuning",
      [](const Moment& m) { return m.refused(chip::kExcBusy) && m.now.atune.tuning(); }},
     {"error at temperature", [](const Moment& m) { return m.now.quality.error_q != 0; }},
-    {"settling time", [](const Moment& m) { return m.now.quality.band_q != 0xFFFF && m.now.quality.band_q != 0; }},
+    {"settling time",
+     [](const Moment& m) { return m.now.quality.band_q != 0xFFFF && m.now.quality.band_q != 0; }},
     {"hold power counted", [](const Moment& m) { return m.now.guard.hold_q != 0; }},
     {"loop break counted", [](const Moment& m) { return m.now.guard.lba_q != 0; }},
     {"at temperature", [](const Moment& m) { return m.out.at_temp; }},
     {"late tick", [](const Moment& m) { return m.now.sysctrl.overrun_q != 0; }},
     {"prescaler while heating", [](const Moment& m) { return m.out.heater && m.now.pwmc.prescale_q != 0; }},
     {"PWM period below 2", [](const Moment& m) { return m.param(spec::kRegPwmPeriod) < 2; }},
-    {"test mode while heating", [](const Moment& m) { return m.in.test_mode && m.heating() && m.now.sysctrl.tenth_q != 0; }},
+    {"test mode while heating",
+     [](const Moment& m) { return m.in.test_mode && m.heating() && m.now.sysctrl.tenth_q != 0; }},
     {"reset in test mode", [](const Moment& m) { return m.resets() && m.in.test_mode; }},
     {"reset", [](const Moment& m) { return m.resets(); }},
     {"reset while heating", [](const Moment& m) { return m.resets() && m.before.heating; }},
@@ -192,7 +200,8 @@ constexpr Point kPoints[] = {
     {"reset with telemetry due", [](const Moment& m) { return m.resets() && m.before.telemetry_due; }},
     {"reset after a refused sample", [](const Moment& m) { return m.resets() && m.before.sample_refused; }},
     {"STOP while heating", [](const Moment& m) { return m.heating() && m.now.paramc.stop_q != 0; }},
-    {"STOP seen on the wire while heating", [](const Moment& m) { return m.heating() && m.now.uartc.stop(); }},
+    {"STOP seen on the wire while heating",
+     [](const Moment& m) { return m.heating() && m.now.uartc.stop(); }},
     {"refusal by LOCK",
      [](const Moment& m) { return m.refused(chip::kExcDevice) && m.param(spec::kRegLock) != 0; }},
     {"function code 08 with another sub-function",
@@ -250,7 +259,8 @@ void Coverage::observe(const chip::Chip& now, const chip::Inputs& in, const chip
       const std::uint8_t function = now.uartc.cmd_fc();
       ++functions[function];
       if (now.paramc.rsp_kind_q == chip::kRspException) ++exceptions[now.paramc.rsp_exc_q & 7];
-      if (moment.refused(chip::kExcValue) && now.uartc.cmd_len() != right_length(now.uartc)) ++wrong_lengths[function];
+      if (moment.refused(chip::kExcValue) && now.uartc.cmd_len() != right_length(now.uartc))
+        ++wrong_lengths[function];
     }
     const unsigned sensor = moment.param(spec::kRegSensType);
     if (now.sensc.done() && now.sensc.ok() && sensor < sensors.size()) ++sensors[sensor];
@@ -316,7 +326,8 @@ std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& 
   return std::make_unique<InLockstep>(make_verilated_rtl, "failures", start, identity);
 }
 
-std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start, const RunIdentity& identity) {
+std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start,
+                                         const RunIdentity& identity) {
   return std::make_unique<InLockstep>(make, std::filesystem::path(), start, identity);
 }
 

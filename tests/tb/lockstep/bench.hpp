@@ -38,8 +38,8 @@ chip::Chip chip_with(const Settings& settings);
 // would.
 void flip_active(chip::Chip& chip, spec::Reg reg, std::uint32_t mask);
 
-// What a run has exercised, from the model's flops. Counts of clocks or events; what is seen or not stands in one table
-// (bench.cpp).
+// What a run has exercised, from the model's flops. Counts of clocks or events; what is seen or not stands in
+// one table (bench.cpp).
 struct Coverage {
   static constexpr std::size_t kMostPoints = 64;
 
@@ -99,7 +99,8 @@ std::unique_ptr<Device> model_alone(const chip::Chip& start);
 std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& identity);
 // The same against another RTL, whose mismatches leave no files.
 using MakeRtl = std::function<std::unique_ptr<VerilatedRtl>()>;
-std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start, const RunIdentity& identity);
+std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start,
+                                         const RunIdentity& identity);
 // The same for the running GoogleTest case.
 std::unique_ptr<Device> in_lockstep(const chip::Chip& start);
 

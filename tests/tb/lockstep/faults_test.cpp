@@ -2,10 +2,10 @@
 // Every fault of the specification, in lockstep: raised by its cause, the heater low at once, the first fault
 // kept, the clear refused while the cause stands and accepted after it. The bench itself checks on every
 // clock that a cause has the heater low one clock later (SafetyViolation).
-#include <bit>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <bit>
 
 #include "scenarios.hpp"
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "bench.hpp"
 #include "base/rng.hpp"
+#include "bench.hpp"
 
 namespace meltstage::tb {
 

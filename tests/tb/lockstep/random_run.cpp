@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
+#include "base/rng.hpp"
 #include "random_requests.hpp"
 #include "scenarios.hpp"
-#include "base/rng.hpp"
 
 namespace meltstage::tb {
 

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "bench.hpp"
-#include "tb/lockstep/verilated_rtl.hpp"
 #include "recording/text.hpp"
+#include "tb/lockstep/verilated_rtl.hpp"
 
 namespace meltstage::tb {
 namespace {

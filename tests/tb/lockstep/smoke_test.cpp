@@ -2,9 +2,9 @@
 // Model and RTL side by side from reset through a first heating.
 #include <gtest/gtest.h>
 
-#include "tb/pins/head.hpp"
 #include "tb/lockstep/lockstep.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
+#include "tb/pins/head.hpp"
 
 namespace meltstage::tb {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults of a heated head and healthy jobs, with the chip alone; beside the firmware rules: `meltstage bench protection`.
+// Faults of a heated head and healthy jobs, with the chip alone; beside the firmware rules: `meltstage bench
+// protection`.
 #include "tb/trials/protection.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +45,8 @@ INSTANTIATE_TEST_SUITE_P(
                                      Wanted{HeadFault::heater_open, true, 60.0, 0},
                                      Wanted{HeadFault::switch_short, true, 1e-3, bit(spec::kFaultHeaterFb)},
                                      Wanted{HeadFault::switch_short, false, 60.0, 0},
-                                     Wanted{HeadFault::switch_short_off, true, 1e-3, bit(spec::kFaultHeaterFb)})));
+                                     Wanted{HeadFault::switch_short_off, true, 1e-3,
+                                            bit(spec::kFaultHeaterFb)})));
 
 // The same fault with the detectors off is not seen: what trips above are the detectors.
 TEST(HeadFaultsControl, AreNotSeenWithoutDetectors) {
@@ -64,13 +66,15 @@ TEST(HealthyJobs, TripNothing) {
   unsigned noisy = 0;
   for (std::uint64_t seed = 100'001; seed <= 100'020; ++seed) {
     const HealthyJob job = run_healthy_job(seed);
-    EXPECT_FALSE(std::isfinite(job.tripped_s)) << "seed " << seed << ": " << job.what << ", faults " << job.faults;
+    EXPECT_FALSE(std::isfinite(job.tripped_s))
+        << "seed " << seed << ": " << job.what << ", faults " << job.faults;
     noisy += job.noisy_frames;
   }
   EXPECT_GT(noisy, 100u);
 }
 
-// Known heads: the rate and the dead time of the research behind the settings (PH-1 0.621 degC/s, 11.9 s; E3D-like 2.24, 5.0).
+// Known heads: the rate and the dead time of the research behind the settings (PH-1 0.621 degC/s, 11.9 s;
+// E3D-like 2.24, 5.0).
 TEST(StepResponse, IsThatOfTheKnownHeads) {
   EXPECT_NEAR(step_response(plant_config("PH-1")).rate_degc_per_s, 0.621, 0.002);
   EXPECT_NEAR(step_response(plant_config("PH-1")).dead_time_s, 11.9, 0.1);

@@ -51,7 +51,8 @@ TEST(Rules, MarlinWatchIsTwoDegreesInTwentySeconds) {
 
 TEST(Rules, KlipperErrorIs120DegreeSeconds) {
   // 17 degC low is 12 beyond the hysteresis: ten checks.
-  EXPECT_NEAR(trips_at<KlipperRule>([](double t) { return t < 100.0 ? healthy(t) : 83.0; }, at_100), 110.5, 1.5);
+  EXPECT_NEAR(trips_at<KlipperRule>([](double t) { return t < 100.0 ? healthy(t) : 83.0; }, at_100), 110.5,
+              1.5);
   EXPECT_EQ(trips_at<KlipperRule>([](double t) { return t < 100.0 ? healthy(t) : 95.5; }, at_100), kNever_s);
 }
 

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "recording.hpp"
-#include "tb/windows/window_state.hpp"
 #include "recording/text.hpp"
+#include "tb/windows/window_state.hpp"
 
 namespace meltstage::tb {
 

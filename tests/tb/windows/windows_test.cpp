@@ -8,8 +8,8 @@
 #include <algorithm>
 
 #include "recording.hpp"
-#include "tb/windows/window_plan.hpp"
 #include "recording/text.hpp"
+#include "tb/windows/window_plan.hpp"
 
 namespace meltstage::tb {
 namespace {
