@@ -15,7 +15,7 @@
 #include "app/print/print.hpp"
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "bench/bench.hpp"
 #include "host/errors.hpp"
@@ -35,7 +35,7 @@ int run_bench(const std::string& name, bool list, const app::BenchOptions& optio
     if (bench.name == name) return app::report_bench(bench, options, json);
     known += (known.empty() ? "" : ", ") + std::string(bench.name);
   }
-  throw app::InputError(fmt::format("bench: found \"{}\", expected one of: {}", name, known));
+  throw UserError(fmt::format("bench: found \"{}\", expected one of: {}", name, known));
 }
 
 // Who checks the windows; the same for every command that does.
@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   print_command
       ->add_option("--window-clocks", print.borders.every,
                    "With --rtl full: clocks of a window (default 12000000)")
-      ->check(CLI::Range(std::uint64_t{1}, vectors::max_cycle));
+      ->check(CLI::Range(std::uint64_t{1}, recording::max_cycle));
   print_command->add_option("--borders", print.borders.at, "Instead: first cycles of windows, with commas")
       ->delimiter(',');
   print_command->add_option("--work", print.work,
@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   windows_plan->add_option("PINS", pins, "Recording (.mvec) that begins in reset")->required();
   windows_plan->add_option("DIR", work, "Work folder to write")->required();
   windows_plan->add_option("--window-clocks", borders.every, "Clocks of a window (default 12000000)")
-      ->check(CLI::Range(std::uint64_t{1}, vectors::max_cycle));
+      ->check(CLI::Range(std::uint64_t{1}, recording::max_cycle));
   windows_plan->add_option("--borders", borders.at, "Instead: first cycles of windows, with commas")
       ->delimiter(',');
   CLI::App* windows_run = windows_command->add_subcommand("run", "Check the windows that have no result yet");
@@ -194,28 +194,10 @@ int main(int argc, char** argv) {
     if (*windows_verdict) return app::join_windows(work);
     if (*window_command) return app::check_one_window(work, window);
     return run_bench(bench_name, bench_list, bench, bench_json);
-  } catch (const app::InputError& error) {
+  } catch (const UserError& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
-  } catch (const host::UsageError& error) {
-    fmt::print(stderr, "meltstage: {}\n", error.what());
-    return 2;
-  } catch (const tb::WindowError& error) {
-    fmt::print(stderr, "meltstage: {}\n", error.what());
-    return 2;
-  } catch (const dft::InputError& error) {
-    fmt::print(stderr, "meltstage: {}\n", error.what());
-    return 2;
-  } catch (const dft::StilError& error) {
-    fmt::print(stderr, "meltstage: {}\n", error.what());
-    return 2;
-  } catch (const dft::PatternFileError& error) {
-    fmt::print(stderr, "meltstage: {}\n", error.what());
-    return 2;
-  } catch (const vectors::OutputError& error) {
-    fmt::print(stderr, "meltstage: {}\n", error.what());
-    return 2;
-  } catch (const vectors::FormatError& error) {
+  } catch (const std::filesystem::filesystem_error& error) {
     fmt::print(stderr, "meltstage: {}\n", error.what());
     return 2;
   } catch (const std::exception& error) {

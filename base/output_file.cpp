@@ -8,11 +8,13 @@
 #include <system_error>
 #include <utility>
 
-namespace meltstage::vectors {
+#include "base/error.hpp"
+
+namespace meltstage {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
-  throw OutputError(
+  throw UserError(
       fmt::format("{}: cannot write: found \"{}\", expected a writable folder with free space; "
                   "choose another place",
                   path.string(), std::generic_category().message(error)));
@@ -53,4 +55,4 @@ void write_whole(const std::filesystem::path& path, std::string_view text) {
   file.publish();
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage

@@ -8,15 +8,10 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace meltstage::vectors {
-
-/// A place that can't be written; what() is one line: path, the system's reason, what to do.
-class OutputError : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+namespace meltstage {
 
 /// Writes to "<path>.partial" beside the target; publish() renames it over the target, and without publish()
-/// the destructor removes it. Each failure throws OutputError. Unbuffered: hand it large pieces.
+/// the destructor removes it. Each failure throws UserError. Unbuffered: hand it large pieces.
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path);
@@ -37,7 +32,7 @@ class OutputFile {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-/// A whole file at once. Throws OutputError.
+/// A whole file at once. Throws UserError.
 void write_whole(const std::filesystem::path& path, std::string_view text);
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage

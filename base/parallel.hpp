@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace meltstage::app {
+namespace meltstage {
 
 // body(0) .. body(count - 1) on all cores; an exception of one of them is thrown at the end.
 template <class Body>
@@ -31,4 +31,4 @@ void in_parallel(std::size_t count, const Body& body) {
   if (failed) std::rethrow_exception(failed);
 }
 
-}  // namespace meltstage::app
+}  // namespace meltstage

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace meltstage::tb {
+namespace meltstage {
 
 /// Named random sub-stream of one 64-bit seed: the same seed and name give the same numbers on every machine,
 /// whatever other streams draw. Generator xoshiro256** seeded by splitmix64 (Blackman, Vigna 2018); the name
@@ -87,4 +87,4 @@ class Rng {
 /// The sub-stream `name` of `seed`.
 inline Rng stream(std::uint64_t seed, std::string_view name) { return {seed, name}; }
 
-}  // namespace meltstage::tb
+}  // namespace meltstage

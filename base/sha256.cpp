@@ -8,7 +8,7 @@
 #include <iterator>
 #include <stdexcept>
 
-namespace meltstage::vectors {
+namespace meltstage {
 namespace {
 
 void require(int openssl_result) {
@@ -37,4 +37,4 @@ std::string Sha256::finish() {
   return hex;
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage

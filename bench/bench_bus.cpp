@@ -69,8 +69,8 @@ struct Trial {
 // Frames, of `frames`, that the chip does not accept. They are diagnostics to all, which are never answered.
 unsigned lost(const Trial& trial, unsigned frames) {
   const tb::UartLine line{spec::kClkHz, trial.baud, trial.format.line};
-  Talker host{{line, {trial.clock_error, trial.jitter_bits}, tb::stream(1, "jitter")}};
-  tb::Rng rng = tb::stream(1, "frames");
+  Talker host{{line, {trial.clock_error, trial.jitter_bits}, stream(1, "jitter")}};
+  Rng rng = stream(1, "frames");
   chip::Run run{.chip = chip_at(trial.baud, trial.format.code)};
   run.out = run.chip.outputs({});
   const double bit = line.bit_cycles() / (1.0 + trial.clock_error);
@@ -151,7 +151,7 @@ double poll_over_us(double baud, std::uint16_t registers, unsigned polls) {
   constexpr double kSpan = 300e-6 * spec::kClkHz;
   const double taken_up = (8.0 + 3.5) * line.char_cycles() - 2.5 * line.bit_cycles();
   const double wire = (8.0 + 5.0 + 2.0 * registers + 3.5) * line.char_cycles();
-  Poller poller{{{.line = line}, tb::stream(1, "jitter")}};
+  Poller poller{{{.line = line}, stream(1, "jitter")}};
   chip::Run run{.chip = chip_at(baud, 0)};
   run.out = run.chip.outputs({});
   const auto advance_by = [&](std::uint64_t clocks) {

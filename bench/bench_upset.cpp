@@ -32,7 +32,7 @@ std::vector<BenchRow> bench_upset(const BenchOptions& options) {
   for (const tb::UpsetPwm pwm : {tb::UpsetPwm::fast, tb::UpsetPwm::slow}) {
     for (const tb::UpsetPhase phase : tb::kUpsetPhases) {
       const tb::UpsetStudy study(phase, pwm);
-      tb::Rng rng = tb::stream(options.seed, upset_phase_name(phase));
+      Rng rng = stream(options.seed, upset_phase_name(phase));
       std::vector<tb::UpsetStudy::Strike> strikes;
       for (std::size_t i = options.seed % stride; i < flops.size(); i += stride)
         strikes.push_back({{i}, rng.uniform() * tb::UpsetStudy::kTick_s});

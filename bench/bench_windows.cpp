@@ -47,12 +47,12 @@ class TemporaryFolder {
 };
 
 // A heated chip in work, polled twenty times a second, from reset on.
-void record_run(vectors::Sink& sink, std::uint64_t clocks) {
+void record_run(recording::Sink& sink, std::uint64_t clocks) {
   constexpr std::uint64_t kPoll = spec::kClkHz / 20;
   tb::Head head({});
   chip::Chip chip;
   chip::Outputs out = chip.outputs({.rst_n = false});
-  vectors::Recorder recorder(sink, tb::chip_pin_header("meltstage bench windows"));
+  recording::Recorder recorder(sink, tb::chip_pin_header("meltstage bench windows"));
   const std::uint16_t setpoint[] = {1100};
   head.host().submit(tb::write_multiple_registers(1, spec::kHoldingBase + spec::kRegSetpoint, setpoint));
   head.host().submit(tb::write_single_register(1, spec::kHoldingBase, spec::kCmdRun));

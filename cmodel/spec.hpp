@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Generated from spec/*.toml by spec/generate.py; edit those.
-// Constants of the chip: registers, states, fault and command codes, pins, sensor presets. Twin of rtl/tc_pkg.sv.
+// Constants of the chip: registers, states, fault and command codes, pins, sensor presets. Twin of
+// rtl/tc_pkg.sv.
 // clang-format off
 #pragma once
 

@@ -15,6 +15,8 @@
 #include <thread>
 #include <utility>
 
+#include "base/error.hpp"
+
 namespace meltstage::host {
 
 namespace {
@@ -64,7 +66,7 @@ struct Refusal : BusError {
 };
 
 void require(bool good, const std::string& text) {
-  if (!good) throw UsageError(text);
+  if (!good) throw UserError(text);
 }
 
 void check(const Connection& c) {
@@ -102,7 +104,7 @@ LineFormat parse_format(const std::string& text) {
        {LineFormat{'E', 1}, LineFormat{'O', 1}, LineFormat{'N', 2}, LineFormat{'N', 1}}) {
     if (text == fmt::format("8{}{}", f.parity, f.stop_bits)) return f;
   }
-  throw UsageError(fmt::format("format: found \"{}\", expected 8E1, 8O1, 8N2 or 8N1", text));
+  throw UserError(fmt::format("format: found \"{}\", expected 8E1, 8O1, 8N2 or 8N1", text));
 }
 
 struct Controller::Modbus {
@@ -143,8 +145,8 @@ Controller::Controller(const Connection& connection) : connection_(connection), 
   modbus_set_response_timeout(context, whole, micros);
   modbus_set_byte_timeout(context, whole, micros);
   if (modbus_connect(context) != 0) {
-    throw UsageError(fmt::format("{}: cannot be opened: found \"{}\", expected a serial port",
-                                 connection.device, std::generic_category().message(errno)));
+    throw UserError(fmt::format("{}: cannot be opened: found \"{}\", expected a serial port",
+                                connection.device, std::generic_category().message(errno)));
   }
 }
 

@@ -22,7 +22,7 @@ struct LineFormat {
   int stop_bits;
 };
 
-/// "8E1", "8O1", "8N2" or "8N1"; throws UsageError for anything else.
+/// "8E1", "8O1", "8N2" or "8N1"; throws UserError for anything else.
 LineFormat parse_format(const std::string& text);
 
 /// Where the chip is, and how patient the driver.
@@ -83,17 +83,17 @@ struct Tuning {
 /// Every call throws BusError when the chip does not answer or refuses, naming the registers.
 class Controller {
  public:
-  /// Opens the port; nothing is sent. Throws UsageError when it can't be opened or a setting is out of range.
+  /// Opens the port; nothing is sent. Throws UserError when it can't be opened or a setting is out of range.
   explicit Controller(const Connection& connection);
   ~Controller();
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
 
   Identity identity();
-  /// Throws UsageError when another device, or a chip with another register map, answers.
+  /// Throws UserError when another device, or a chip with another register map, answers.
   void check_identity();
 
-  /// Words of these registers, in their order; neighbours share a poll. Throws UsageError for one that can't
+  /// Words of these registers, in their order; neighbours share a poll. Throws UserError for one that can't
   /// be read.
   std::vector<std::uint16_t> read(std::span<const Register* const> wanted);
   double read(const Register& reg);
@@ -101,7 +101,7 @@ class Controller {
 
   /// Writes all or none, active together at the chip's next control tick: one frame when the registers are
   /// neighbours, otherwise frames between the commands Hold and Commit. Every value is checked against its
-  /// range before anything is sent; throws UsageError then.
+  /// range before anything is sent; throws UserError then.
   void write(std::span<const Setting> settings);
 
   /// Heating on; a refusal names the fault in the way.

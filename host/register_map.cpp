@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.hpp"
 #include "cmodel/spec.hpp"
 #include "host/errors.hpp"
 
@@ -103,7 +104,7 @@ const Register& find_register(std::string_view name) {
   for (const Register& r : kRegisters) {
     if (r.name == wanted) return r;
   }
-  throw UsageError(
+  throw UserError(
       fmt::format("{}: found no register of that name, expected one of docs/chip/registers.md such as {}",
                   name, near_names(wanted)));
 }
@@ -114,13 +115,13 @@ double to_unit(const Register& reg, std::uint16_t raw) {
 }
 
 std::uint16_t to_raw(const Register& reg, double value) {
-  if (!reg.writable) throw UsageError(fmt::format("{}: is read only, expected a holding register", reg.name));
+  if (!reg.writable) throw UserError(fmt::format("{}: is read only, expected a holding register", reg.name));
   const double raw = std::round(value / reg.scale);
   if (!(raw >= reg.min && raw <= reg.max)) {  // false for NaN too
     const int digits = decimals(reg.scale);
-    throw UsageError(fmt::format("{}: found {:g}, expected {:.{}f} to {:.{}f}{}{}", reg.name, value,
-                                 reg.min * reg.scale, digits, reg.max * reg.scale, digits,
-                                 reg.unit.empty() ? "" : " ", reg.unit));
+    throw UserError(fmt::format("{}: found {:g}, expected {:.{}f} to {:.{}f}{}{}", reg.name, value,
+                                reg.min * reg.scale, digits, reg.max * reg.scale, digits,
+                                reg.unit.empty() ? "" : " ", reg.unit));
   }
   return static_cast<std::uint16_t>(static_cast<std::int32_t>(raw));
 }

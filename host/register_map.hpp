@@ -24,13 +24,13 @@ struct Register {
 /// All registers by rising address: input registers, then holding registers.
 std::span<const Register> registers();
 
-/// The register of that name, in capitals or not; throws UsageError that names near ones.
+/// The register of that name, in capitals or not; throws UserError that names near ones.
 const Register& find_register(std::string_view name);
 
 /// Value of a register word in its unit.
 double to_unit(const Register& reg, std::uint16_t raw);
 
-/// Register word of a value in the unit, rounded to the nearest LSB. Throws UsageError when the register
+/// Register word of a value in the unit, rounded to the nearest LSB. Throws UserError when the register
 /// can't be written or the value is outside its range.
 std::uint16_t to_raw(const Register& reg, double value);
 

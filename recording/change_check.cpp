@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 const char* describe(ChangeFault fault) {
@@ -33,7 +33,7 @@ const char* describe(ChangeFault fault) {
 }  // namespace
 
 ChangeCheck::ChangeCheck(const Header& header) {
-  vectors::validate(header);
+  recording::validate(header);
   pins_.reserve(header.pins.size());
   for (const Pin& pin : header.pins) pins_.push_back({0, max_value(pin.width)});
 }
@@ -73,4 +73,4 @@ void ChangeCheck::require_end(std::uint64_t final_cycle) const {
   }
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -7,7 +7,7 @@
 
 #include "recording/header.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 /// Which rule of Sink a change breaks.
 enum class ChangeFault {
@@ -70,4 +70,4 @@ class ChangeCheck {
   std::uint32_t pin_ = 0;
 };
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

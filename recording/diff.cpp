@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 constexpr std::uint32_t no_pair = std::numeric_limits<std::uint32_t>::max();
@@ -133,4 +133,4 @@ DiffReport diff(const Stream& a, const Stream& b) {
   return start <= final ? comparison.run(start, final) : comparison.nothing_in_common();
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

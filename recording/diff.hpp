@@ -9,7 +9,7 @@
 
 #include "recording/stream.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 struct PinDifference {
   std::string pin;
@@ -41,4 +41,4 @@ struct DiffReport {
 /// are not compared. Throws std::invalid_argument on a stream that was never ended.
 DiffReport diff(const Stream& a, const Stream& b);
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

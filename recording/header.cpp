@@ -7,7 +7,7 @@
 #include <set>
 #include <stdexcept>
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
@@ -84,4 +84,4 @@ std::optional<std::uint32_t> find_pin(const Header& header, std::string_view nam
   return static_cast<std::uint32_t>(found - header.pins.begin());
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 /// Seen from the pin's owner.
 enum class Direction { in, out, inout };
@@ -69,4 +69,4 @@ bool is_valid_clock(double clock_hz);
 /// The largest value of `width` bits (1 to 64).
 constexpr std::uint64_t max_value(unsigned width) { return ~std::uint64_t{0} >> (64 - width); }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -10,7 +10,7 @@
 
 #include "recording/text_format.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 constexpr std::size_t first_buffer_bytes = std::size_t{256} * 1024;
@@ -69,4 +69,4 @@ bool LineReader::refill() {
   return got > 0;
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -12,7 +12,7 @@
 
 #include "base/sha256.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 /// How a line came out of the file.
 enum class LineEnd { newline, file_end, too_long };
@@ -53,4 +53,4 @@ class LineReader {
   std::size_t number_ = 0;
 };
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -6,7 +6,7 @@
 #include <bit>
 #include <stdexcept>
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 /// LEB128, unsigned: seven bits a byte, low ones first, the top bit says that more follow.
@@ -141,4 +141,4 @@ void copy(const Stream& stream, Sink& sink) {
   sink.end(stream.final_cycle());
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

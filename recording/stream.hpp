@@ -15,7 +15,7 @@
 #include "recording/change_check.hpp"
 #include "recording/header.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 /// Takes a recording: one begin, its changes in order, one end. Every format writer is a Sink, and so is
 /// Stream.
@@ -163,4 +163,4 @@ class Recorder {
 /// Plays a complete stream into a sink.
 void copy(const Stream& stream, Sink& sink);
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

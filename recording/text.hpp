@@ -10,18 +10,19 @@
 #include <string>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "base/sha256.hpp"
 #include "recording/stream.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 /// A defect of a vector file. what() is one line: "file:line:column: defect: found ..., expected ...; what to
 /// do".
-class FormatError : public std::runtime_error {
+class FormatError : public UserError {
  public:
   FormatError(const std::string& message, std::size_t line, std::size_t column)
-      : std::runtime_error(message), line_(line), column_(column) {}
+      : UserError(message), line_(line), column_(column) {}
   /// Both count from 1; the column counts bytes.
   std::size_t line() const { return line_; }
   std::size_t column() const { return column_; }
@@ -69,4 +70,4 @@ void read_text_into(const std::filesystem::path& path, Sink& sink);
 /// Reads a .mvec file whole; errors as read_text_into().
 Stream read_text(const std::filesystem::path& path);
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

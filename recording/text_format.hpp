@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 inline constexpr std::string_view text_magic = "meltstage-vectors";
 inline constexpr unsigned text_version = 1;
@@ -20,4 +20,4 @@ constexpr bool needs_escape(char c) { return static_cast<unsigned char>(c) < 0x2
 /// "\\" for a backslash, "\xHH" (lower case) for the other bytes that need it.
 std::string escape(std::string_view text);
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

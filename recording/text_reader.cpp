@@ -10,7 +10,7 @@
 #include "recording/text.hpp"
 #include "recording/text_format.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 constexpr std::size_t sha256_digits = 64;
@@ -455,4 +455,4 @@ Stream read_text(const std::filesystem::path& path) {
   return stream;
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -8,7 +8,7 @@
 #include "recording/text.hpp"
 #include "recording/text_format.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 constexpr std::size_t flush_bytes = std::size_t{256} * 1024;
@@ -89,4 +89,4 @@ void write_text(const Stream& stream, const std::filesystem::path& path) {
   copy(stream, writer);
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

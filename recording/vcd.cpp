@@ -13,7 +13,7 @@
 
 #include "recording/text_format.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 constexpr std::size_t flush_bytes = std::size_t{256} * 1024;
@@ -184,4 +184,4 @@ void write_vcd(const Stream& stream, const std::filesystem::path& path, BusForm 
   copy(stream, writer);
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -10,7 +10,7 @@
 #include "base/output_file.hpp"
 #include "recording/stream.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 /// The unit that VCD times count in.
 struct Timescale {
@@ -67,4 +67,4 @@ class VcdWriter final : public Sink {
 /// Writes a complete stream as VCD.
 void write_vcd(const Stream& stream, const std::filesystem::path& path, BusForm bus_form = BusForm::vector);
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

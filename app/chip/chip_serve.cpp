@@ -19,6 +19,7 @@
 #include "app/chip/pseudo_terminal.hpp"
 #include "app/chip/terminal.hpp"
 #include "app/print/job_file.hpp"
+#include "base/error.hpp"
 #include "cmodel/advance.hpp"
 #include "recording/vcd.hpp"
 #include "tb/lockstep/lockstep.hpp"
@@ -114,7 +115,7 @@ class Pace {
 class Waves {
  public:
   explicit Waves(const std::filesystem::path& path)
-      : vcd_(path, vectors::BusForm::bits), recorder_(vcd_, tb::chip_pin_header("meltstage chip serve")) {}
+      : vcd_(path, recording::BusForm::bits), recorder_(vcd_, tb::chip_pin_header("meltstage chip serve")) {}
 
   void record(std::uint64_t cycle, const chip::Inputs& in, chip::Outputs out) {
     out.heater = out.heater && !in.inhibit;  // without a clock
@@ -129,8 +130,8 @@ class Waves {
   void finish(std::uint64_t cycle) { recorder_.finish(cycle); }
 
  private:
-  vectors::VcdWriter vcd_;
-  vectors::Recorder recorder_;
+  recording::VcdWriter vcd_;
+  recording::Recorder recorder_;
   bool first_ = true;
   chip::Inputs last_in_;
   chip::Outputs last_out_{};
@@ -268,7 +269,7 @@ std::optional<double> parse_speed(const std::string& text) {
   double speed = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), speed);
   if (error != std::errc{} || end != text.data() + text.size() || !(speed >= 0.001 && speed <= 1e6))
-    throw InputError(fmt::format("--speed: found \"{}\", expected 0.001 to 1000000 or max", text));
+    throw UserError(fmt::format("--speed: found \"{}\", expected 0.001 to 1000000 or max", text));
   return speed;
 }
 
@@ -277,7 +278,7 @@ int serve_chip(const ServeOptions& options) {
   try {
     plant = tb::plant_config(options.plant);
   } catch (const std::invalid_argument& error) {
-    throw InputError(fmt::format("--plant: {}", error.what()));
+    throw UserError(fmt::format("--plant: {}", error.what()));
   }
   catch_interrupts();
   Server server(options, plant);

@@ -18,11 +18,11 @@ struct ServeOptions {
   std::string command;        // as typed, for the report of a mismatch
 };
 
-// "4", "0.5" or "max"; throws InputError for anything else.
+// "4", "0.5" or "max"; throws UserError for anything else.
 std::optional<double> parse_speed(const std::string& text);
 
 // Serves until SIGINT or SIGTERM. Returns the exit status: 0 then, 1 when RTL and model differ. Throws
-// InputError for wrong input.
+// UserError for wrong input.
 int serve_chip(const ServeOptions& options);
 
 }  // namespace meltstage::app

@@ -18,6 +18,7 @@
 
 #include "app/chip/chip_chart.hpp"
 #include "app/chip/terminal.hpp"
+#include "base/error.hpp"
 
 // Its macros would rename members of the headers above.
 #define NCURSES_NOMACROS 1
@@ -66,7 +67,7 @@ class Screen {
     std::setlocale(LC_ALL, "");
     if (std::string_view(nl_langinfo(CODESET)) != "UTF-8") std::setlocale(LC_CTYPE, "C.UTF-8");
     if (newterm(nullptr, stdout, stdin) == nullptr)
-      throw host::UsageError(
+      throw UserError(
           "TERM: found a terminal that ncurses does not know; pipe the output for CSV, as in: ... | cat");
     cbreak();
     noecho();

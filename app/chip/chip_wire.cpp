@@ -36,14 +36,14 @@ const char* format_name(const LineSettings& settings) { return kFormats[settings
 
 MasterEnd::MasterEnd(const LineSettings& settings)
     : settings_(settings),
-      transmitter_(line_of(settings), {}, tb::stream(0, "master")),
+      transmitter_(line_of(settings), {}, stream(0, "master")),
       receiver_(line_of(settings)) {}
 
 void MasterEnd::follow(const LineSettings& settings) {
   if (settings == settings_ || busy()) return;
   settings_ = settings;
   heard_ = take();
-  transmitter_ = tb::UartTransmitter(line_of(settings), {}, tb::stream(0, "master"));
+  transmitter_ = tb::UartTransmitter(line_of(settings), {}, stream(0, "master"));
   receiver_ = tb::UartReceiver(line_of(settings));
 }
 

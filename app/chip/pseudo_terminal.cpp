@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "app/print/job_file.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::app {
 
@@ -38,13 +39,13 @@ PseudoTerminal::PseudoTerminal(std::filesystem::path link) : link_(std::move(lin
   std::error_code ignored;
   const auto status = std::filesystem::symlink_status(link_, ignored);
   if (std::filesystem::is_symlink(status)) {
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found a link to {}, expected a name that is free; another `chip serve` may be using "
                     "it, else remove it",
                     link_.string(), std::filesystem::read_symlink(link_, ignored).string()));
   }
   if (std::filesystem::exists(status))
-    throw InputError(fmt::format(
+    throw UserError(fmt::format(
         "{}: found something there, expected a name that is free; choose another --port", link_.string()));
 
   far_end_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
@@ -64,8 +65,8 @@ PseudoTerminal::PseudoTerminal(std::filesystem::path link) : link_(std::move(lin
   if (symlink(device_.c_str(), link_.c_str()) != 0) {
     const int error = errno;
     close(far_end_);
-    throw InputError(fmt::format("{}: cannot be made: found \"{}\", expected a folder that can be written to",
-                                 link_.string(), reason(error)));
+    throw UserError(fmt::format("{}: cannot be made: found \"{}\", expected a folder that can be written to",
+                                link_.string(), reason(error)));
   }
 }
 

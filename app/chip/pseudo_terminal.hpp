@@ -13,7 +13,7 @@ namespace meltstage::app {
 // The far end of a pseudo-terminal, and a symbolic link to its near end; both go with the object.
 class PseudoTerminal {
  public:
-  // Throws InputError when something exists at `link` already, or it can't be made.
+  // Throws UserError when something exists at `link` already, or it can't be made.
   explicit PseudoTerminal(std::filesystem::path link);
   ~PseudoTerminal();
   PseudoTerminal(const PseudoTerminal&) = delete;

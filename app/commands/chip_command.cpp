@@ -12,6 +12,7 @@
 #include "app/chip/chip_serve.hpp"
 #include "app/chip/chip_tune.hpp"
 #include "app/chip/chip_watch.hpp"
+#include "base/error.hpp"
 #include "host/controller.hpp"
 
 namespace meltstage::app {
@@ -56,13 +57,13 @@ std::optional<double> number(std::string_view text) {
 host::Setting parse_setting(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0)
-    throw host::UsageError(fmt::format("set: found \"{}\", expected NAME=VALUE such as SETPOINT=110", text));
+    throw UserError(fmt::format("set: found \"{}\", expected NAME=VALUE such as SETPOINT=110", text));
   const host::Register& reg = host::find_register(text.substr(0, equals));
   const std::string value_text = text.substr(equals + 1);
   const auto value = number(value_text);
   if (!value) {
-    throw host::UsageError(fmt::format("{}: found \"{}\", expected a number{}{}", reg.name, value_text,
-                                       reg.unit.empty() ? "" : " in ", reg.unit));
+    throw UserError(fmt::format("{}: found \"{}\", expected a number{}{}", reg.name, value_text,
+                                reg.unit.empty() ? "" : " in ", reg.unit));
   }
   host::to_raw(reg, *value);  // refused before anything is sent
   return {&reg, *value};

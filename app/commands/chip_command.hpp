@@ -13,7 +13,7 @@ class App;
 namespace meltstage::app {
 
 // Adds the subcommand; what it returns carries out what was asked for, once `cli` has parsed it, and returns
-// the exit status. Throws InputError for wrong input, host::UsageError for a wrong register, value or port.
+// the exit status. Throws UserError for wrong input, UserError for a wrong register, value or port.
 std::function<int()> add_chip_command(CLI::App& cli, const std::string& command_line);
 
 }  // namespace meltstage::app

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "app/print/job_file.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "motion/surface/conformal.hpp"
 #include "motion/surface/conformal_trial.hpp"
@@ -84,7 +85,7 @@ int write_probe(Settings& s) {
   take(s.probe_station_mm, s.probe.station_offset_mm);
   const auto lines = motion::read_tool_path(s.tool_path);
   const auto points = probe_lines(lines, s.choice);
-  vectors::write_whole(s.out, write_probe_program(points, s.tool_path.filename().string(), s.probe));
+  write_whole(s.out, write_probe_program(points, s.tool_path.filename().string(), s.probe));
   std::size_t all = 0;
   for (const motion::ProbeLine& line : points) {
     fmt::print("{:<20} {:>4} points on {:.3f} mm\n", line.name, line.points.size(),
@@ -116,7 +117,7 @@ int write_print(Settings& s) {
                        ? reconstruct_as_published(lines[i], points[i], touches[i], s.reconstruction)
                        : reconstruct(lines[i], points[i], touches[i], s.reconstruction));
   }
-  vectors::write_whole(s.out, write_print_program(real, s.tool_path.filename().string(), s.print, heights));
+  write_whole(s.out, write_print_program(real, s.tool_path.filename().string(), s.print, heights));
   fmt::print("{:<20} {:>8} {:>12} {:>14} {:>12}\n", "line", "touches", "shift um", "largest um", "error um");
   for (std::size_t i = 0; i < real.size(); ++i) {
     const motion::RealLine& line = real[i];
@@ -135,8 +136,7 @@ int write_print(Settings& s) {
 int write_trial(const Settings& s) {
   std::error_code error;
   std::filesystem::create_directories(s.out, error);
-  if (error)
-    throw InputError(fmt::format("{}: can't be made, expected a place for a folder", s.out.string()));
+  if (error) throw UserError(fmt::format("{}: can't be made, expected a place for a folder", s.out.string()));
   const auto lines = motion::trial_lines();
   std::string apt = "PARTNO/free-form part, nine lines\nUNITS/MM\nMULTAX\n";
   for (const motion::ClLine& line : lines) {
@@ -152,8 +152,8 @@ int write_trial(const Settings& s) {
   std::string touches;
   for (const Eigen::Vector3d& p : touch_all(part, points, s.probe, probe))
     touches += fmt::format("{:.6f} {:.6f} {:.6f} 0 0 0 0 0 0\n", p.x(), p.y(), p.z());
-  vectors::write_whole(s.out / "lines.apt", apt);
-  vectors::write_whole(s.out / "points.txt", touches);
+  write_whole(s.out / "lines.apt", apt);
+  write_whole(s.out / "points.txt", touches);
   fmt::print("{}: lines.apt (nine lines), points.txt (touches; effective ball radius {:.4f} mm)\n",
              s.out.string(), effective_radius_mm(motion::TouchProbeModel{}));
   return 0;
@@ -299,10 +299,10 @@ std::function<int()> add_conformal_command(CLI::App& cli) {
       if (*print) return write_print(*s);
       return write_trial(*s);
     } catch (const motion::MotionError& error) {
-      throw InputError(*trial ? std::string(error.what())
-                              : fmt::format("{}: {}", s->tool_path.string(), error.what()));
+      throw UserError(*trial ? std::string(error.what())
+                             : fmt::format("{}: {}", s->tool_path.string(), error.what()));
     } catch (const motion::CoordinateError& error) {
-      throw InputError(error.what());
+      throw UserError(error.what());
     }
   };
 }

@@ -12,7 +12,7 @@ class App;
 namespace meltstage::app {
 
 // Adds the subcommand; what it returns carries out what was asked for, once `cli` has parsed it, and returns
-// the exit status. Throws InputError for wrong input.
+// the exit status. Throws UserError for wrong input.
 std::function<int()> add_conformal_command(CLI::App& cli);
 
 }  // namespace meltstage::app

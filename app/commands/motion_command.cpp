@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/print/job_file.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "motion/stage/accuracy.hpp"
 #include "motion/stage/stage.hpp"
@@ -42,9 +43,9 @@ int write_gcode_file(const GcodeCommand& command) {
                      1.0 / motion::pulse_length_mm(axes[2])},
                     {axes[0].limits, axes[1].limits, axes[2].limits})) +
                 program;
-    vectors::write_whole(command.out, program);
+    write_whole(command.out, program);
   } catch (const motion::MotionError& error) {
-    throw InputError(fmt::format("{}: {}", command.job.string(), error.what()));
+    throw UserError(fmt::format("{}: {}", command.job.string(), error.what()));
   }
   fmt::print("{}: {} droplets\n", command.out.string(), job.bumps.size());
   return 0;
@@ -56,8 +57,7 @@ int show_accuracy(const AccuracyCommand& command) {
     const motion::AxisAccuracy axis = motion::evaluate_accuracy(targets);
     const motion::ResidualBacklash backlash = motion::residual_backlash(targets);
     if (!command.compensation.empty())
-      vectors::write_whole(command.compensation,
-                           motion::write_linuxcnc_compensation(motion::make_compensation(axis)));
+      write_whole(command.compensation, motion::write_linuxcnc_compensation(motion::make_compensation(axis)));
     fmt::print("{:>12} {:>10} {:>10} {:>10} {:>8} {:>8} {:>10}\n", "target mm", "mean + um", "mean - um",
                "B um", "s + um", "s - um", "R um");
     for (const motion::PositionAccuracy& at : axis.positions)
@@ -79,7 +79,7 @@ int show_accuracy(const AccuracyCommand& command) {
     fmt::print("backlash by the residual method: {:.3f} um, standard error {:.3f} um\n", backlash.backlash_um,
                backlash.standard_error_um);
   } catch (const motion::MotionError& error) {
-    throw InputError(error.what());
+    throw UserError(error.what());
   }
   return 0;
 }

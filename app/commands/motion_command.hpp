@@ -14,7 +14,7 @@ struct GcodeCommand {
   motion::GcodeDialect dialect = motion::GcodeDialect::linuxcnc;
 };
 
-// Plans the job's path and writes its program. Throws InputError.
+// Plans the job's path and writes its program. Throws UserError.
 int write_gcode_file(const GcodeCommand& command);
 
 struct AccuracyCommand {
@@ -22,7 +22,7 @@ struct AccuracyCommand {
   std::filesystem::path compensation;  // LinuxCNC's file, written if named
 };
 
-// Evaluates a positioning test after ISO 230-2 and prints it. Throws InputError.
+// Evaluates a positioning test after ISO 230-2 and prints it. Throws UserError.
 int show_accuracy(const AccuracyCommand& command);
 
 }  // namespace meltstage::app

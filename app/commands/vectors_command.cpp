@@ -33,11 +33,11 @@
 #include "asic/dft/scan/replay.hpp"
 #include "asic/dft/scan/scan.hpp"
 #include "asic/dft/scan/scan_test.hpp"
-#include "asic/netlist/error.hpp"
 #include "asic/netlist/yosys_library.hpp"
 #include "asic/signoff/functional_vectors.hpp"
 #include "asic/signoff/grade_report.hpp"
 #include "asic/signoff/vectors_files.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "recording/text.hpp"
 
@@ -200,7 +200,7 @@ Tests stuck_at_tests(const Options& options, const Subject& subject) {
 
 Tests transition_tests(const Options& options, const Subject& subject) {
   if (!subject.scanned)
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found no flops, expected some that launch transitions; "
                     "give --faults stuck-at",
                     options.netlist.string()));
@@ -246,7 +246,7 @@ std::map<std::string, std::string> write_files(const Writers& writers, const fs:
       try {
         const std::string text = files[k]->second();
         hash[k] = sha256_of(text);
-        vectors::write_whole(folder / files[k]->first, text);
+        write_whole(folder / files[k]->first, text);
       } catch (...) {
         failed[k] = std::current_exception();
       }
@@ -305,7 +305,7 @@ int generate(const Options& options) {
       {"masked", mask_json(masked)},
       {transitions ? "transition" : "stuck_at", coverage_json(result)}};
   for (const auto& [name, hash] : written) manifest["files"][name] = hash;
-  vectors::write_whole(options.out / "manifest.json", manifest.dump(2) + "\n");
+  write_whole(options.out / "manifest.json", manifest.dump(2) + "\n");
   print_coverage(result);
   fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
              set.patterns.size(), "cycles", stream.cycles.size());
@@ -326,16 +326,16 @@ int generate(const Options& options) {
 int insert_chains(const Options& options) {
   const CellLibrary library = library_of(options);
   if (is_bench(options.netlist))
-    throw InputError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
+    throw UserError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
   const Subject subject = subject_of(options, library);
-  if (!subject.scanned) throw InputError(options.netlist.string() + ": found no flop, expected some to scan");
+  if (!subject.scanned) throw UserError(options.netlist.string() + ": found no flop, expected some to scan");
   const ScanDesign& design = subject.design;
   std::size_t longest = 0;
   for (const ScanChain& chain : design.chains) longest = std::max(longest, chain.cells.size());
   fs::create_directories(options.out);
-  vectors::write_whole(options.out / "netlist.json", yosys_json_text(design.netlist));
-  vectors::write_whole(options.out / "netlist.v", verilog_text(design.netlist));
-  vectors::write_whole(options.out / "scan.json", scan_json(options, design));
+  write_whole(options.out / "netlist.json", yosys_json_text(design.netlist));
+  write_whole(options.out / "netlist.v", verilog_text(design.netlist));
+  write_whole(options.out / "scan.json", scan_json(options, design));
   fmt::print("{} flops in {} chains of {} at the most\n", subject.view.flops.size(), design.chains.size(),
              longest);
   return 0;
@@ -350,8 +350,8 @@ std::vector<Pattern> plain_patterns(const Circuit& circuit, const CycleStream& s
            !(stream.signals[s].is_input && stream.signals[s].name == circuit.name(node)))
       ++s;
     if (s == stream.signals.size())
-      throw InputError(fmt::format("{}: found no input signal {}, expected every input of the netlist",
-                                   stream.title, circuit.name(node)));
+      throw UserError(fmt::format("{}: found no input signal {}, expected every input of the netlist",
+                                  stream.title, circuit.name(node)));
     signal.push_back(s);
   }
   std::vector<Pattern> patterns;
@@ -373,7 +373,7 @@ CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library)
   CaptureView view = capture_view(netlist, library);
   if (view.flops.empty()) return view;
   if (!has(names.test_mode) || !has(names.scan_enable))
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found no ports {} and {}, expected a netlist that `vectors generate` has scanned",
                     netlist.file, names.test_mode, names.scan_enable));
   ScanDesign design;
@@ -401,7 +401,7 @@ std::vector<ScanChain> read_chains(const fs::path& path) {
     for (const nlohmann::json& chain : json.at("chains"))
       chains.push_back({chain.at("name"), chain.at("in"), chain.at("out"), chain.at("cells")});
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found {}, expected \"chains\", each with name, in, out and cells, as `vectors "
                     "scan` writes them",
                     path.string(), error.what()));
@@ -412,7 +412,7 @@ std::vector<ScanChain> read_chains(const fs::path& path) {
 // What a file of patterns holds, whatever its format.
 CycleStream read_cycles(const Options& options) {
   const fs::path& path = options.patterns;
-  if (is_recording(path)) return chip_cycles(vectors::read_text(path));
+  if (is_recording(path)) return chip_cycles(recording::read_text(path));
   if (path.extension() == ".wgl") return parse_wgl(read_file(path), path.string());
   if (path.extension() != ".vcd" && path.extension() != ".evcd") return read_stil(path);
   TestTiming timing;
@@ -421,8 +421,8 @@ CycleStream read_cycles(const Options& options) {
   Directions directions;
   if (path.extension() == ".vcd") {
     if (options.netlist.empty() || is_bench(options.netlist))
-      throw InputError(path.string() +
-                       ": a plain VCD tells no directions; give --netlist, or an extended VCD");
+      throw UserError(path.string() +
+                      ": a plain VCD tells no directions; give --netlist, or an extended VCD");
     for (const Port& port : read_yosys_json(options.netlist).ports) {
       for (std::size_t i = 0; i < port.bits.size(); ++i) directions[port.bit_name(i)] = port.is_input;
     }
@@ -435,10 +435,10 @@ CycleStream read_patterns(const Options& options) {
   CycleStream stream = read_cycles(options);
   if (options.scan.empty()) return stream;
   if (!stream.chains.empty())
-    throw InputError(fmt::format("{}: found {} chains in the file, expected none with --chains; leave it out",
-                                 options.patterns.string(), stream.chains.size()));
+    throw UserError(fmt::format("{}: found {} chains in the file, expected none with --chains; leave it out",
+                                options.patterns.string(), stream.chains.size()));
   if (options.scan == "netlist" && options.netlist.empty())
-    throw InputError("--netlist: found nothing, expected the netlist to find the chains in");
+    throw UserError("--netlist: found nothing, expected the netlist to find the chains in");
   attach_chains(stream,
                 options.scan == "netlist"
                     ? trace_chains(read_yosys_json(options.netlist), library_of(options))
@@ -469,7 +469,7 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
   const GradeReport report =
       grade_report(netlist, view, stream, sample, verdicts, graded,
                    options.unreached.empty() ? std::vector<Unreached>() : read_unreached(options.unreached));
-  if (!options.out.empty()) vectors::write_whole(options.out, report.text);
+  if (!options.out.empty()) write_whole(options.out, report.text);
   const ToggleCoverage& toggle = graded.toggle;
   const auto detected =
       static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), FaultClass::DS));
@@ -521,7 +521,7 @@ void report_masks(const Options& options, const CycleStream& stream) {
   const MaskSummary sums = summary(masked);
   const auto outputs = static_cast<std::uint64_t>(std::count_if(
       stream.signals.begin(), stream.signals.end(), [](const TestSignal& s) { return !s.is_input; }));
-  vectors::write_whole(options.out, mask_text(masked));
+  write_whole(options.out, mask_text(masked));
   fmt::print("{} of {} strobes masked\n", sums.masked, outputs * cycle_count(stream));
   for (const auto& [reason, strobes] : sums.reasons) fmt::print("{:>12}  {}\n", strobes, reason);
 }
@@ -573,9 +573,8 @@ int grade_patterns(const Options& options) {
   }
   const std::vector<FaultClass> reported = reported_classes(circuit, list, of_class);
   if (!options.out.empty())
-    vectors::write_whole(options.out, fault_report(list, reported, graded, [&](std::size_t fault) {
-                           return fault_name(circuit, fault);
-                         }));
+    write_whole(options.out, fault_report(list, reported, graded,
+                                          [&](std::size_t fault) { return fault_name(circuit, fault); }));
   print_coverage(coverage(list, reported));
   fmt::print("{:<22} {:>10}\n", "patterns", patterns.size());
   return 0;
@@ -601,11 +600,11 @@ TesterProfile tester_of(const fs::path& path) {
     profile.vector_memory = table["vector_memory"].value_or(profile.vector_memory);
     profile.pins = table["pins"].value_or(profile.pins);
   } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}: {}; expected a tester profile in TOML", path.string(),
-                                 error.source().begin.line, error.description()));
+    throw UserError(fmt::format("{}:{}: {}; expected a tester profile in TOML", path.string(),
+                                error.source().begin.line, error.description()));
   }
   if (profile.edge_resolution_ns <= 0)
-    throw InputError(path.string() + ": edge_resolution_ns: expected a number above 0");
+    throw UserError(path.string() + ": edge_resolution_ns: expected a number above 0");
   return profile;
 }
 
@@ -621,7 +620,7 @@ int lint_patterns(const Options& options) {
 class WorkFolder {
  public:
   WorkFolder() {
-    std::string name = (fs::temp_directory_path() / "meltstage_vectors.XXXXXX").string();
+    std::string name = (fs::temp_directory_path() / "meltstage_recording.XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
     path_ = name;
   }
@@ -650,9 +649,9 @@ void keep_first(CycleStream& stream, std::uint64_t cycles) {
 int replay_patterns(const Options& options) {
   const bool on_chip = options.on == "model" || options.on == "rtl", on_fpga = options.on == "fpga";
   if (on_fpga && options.readback.empty())
-    throw InputError("--readback: found nothing, expected the Verilog read back from the bitstream");
+    throw UserError("--readback: found nothing, expected the Verilog read back from the bitstream");
   if (!on_chip && !on_fpga && options.netlist.empty())
-    throw InputError("--netlist: found nothing, expected the netlist to run on");
+    throw UserError("--netlist: found nothing, expected the netlist to run on");
   CycleStream stream = read_patterns(options);
   if (options.cycles != 0) keep_first(stream, options.cycles);
   if (!options.out.empty()) report_masks(options, stream);
@@ -663,8 +662,8 @@ int replay_patterns(const Options& options) {
   }
   if (stream.chains.empty() && options.on != "icarus") return replay_functional_stream(options, stream);
   if (on_chip)
-    throw InputError(fmt::format("{}: found scan patterns for --on {}, expected functional vectors",
-                                 options.patterns.string(), options.on));
+    throw UserError(fmt::format("{}: found scan patterns for --on {}, expected functional vectors",
+                                options.patterns.string(), options.on));
   const CellLibrary library = library_of(options);
   const Netlist netlist = read_yosys_json(options.netlist);
   name_as_ports(stream, netlist);
@@ -700,7 +699,7 @@ int prove(const Options& options) {
     ++(good ? proved : refused);
     if (!good) fmt::print("{}: {}\n", name, reason.empty() ? "not refuted" : reason);
   }
-  vectors::write_whole(options.out / "index.txt", index);
+  write_whole(options.out / "index.txt", index);
   fmt::print("{} classes proved untestable, {} refused\n", proved, refused);
   return refused == 0 ? 0 : 1;
 }
@@ -710,7 +709,7 @@ int iddq(const Options& options) {
   const CellLibrary library = library_of(options);
   const Subject subject = subject_of(options, library);
   if (!subject.scanned)
-    throw InputError(options.netlist.string() + ": found no flop, expected some to load states into");
+    throw UserError(options.netlist.string() + ": found no flop, expected some to load states into");
   const IddqStops stops = scan_iddq_stops(subject.design, subject.view, options.stops,
                                           {.seed = options.seed, .conflict_limit = options.conflicts});
   for (std::size_t i = 0; i < stops.states.size(); ++i)

@@ -78,7 +78,7 @@ std::string describe(const CheckedRun& run) {
 
 int plan_windows(const fs::path& pins, const fs::path& folder, const tb::WindowBorders& borders) {
   tb::WindowPlanner planner(folder, {pins.filename().string(), 0}, borders);
-  vectors::read_text_into(pins, planner);
+  recording::read_text_into(pins, planner);
   const tb::WindowPlan plan = planner.publish();
   fmt::print("{}: {} windows, {} clocks\n", folder.string(), plan.windows.size(), plan.cycles);
   return 0;

@@ -30,7 +30,7 @@ struct CheckedRun {
   double wall_s = 0.0;
 };
 
-// Checks every window of a work folder that has no result yet and joins all results. Throws tb::WindowError
+// Checks every window of a work folder that has no result yet and joins all results. Throws UserError
 // when the folder can't be used, Interrupted on a signal; results so far stay.
 CheckedRun check_run(const std::filesystem::path& folder, const RunWindowsSettings& settings);
 // "12 of 12 windows equal, ..." in one line, and what is wrong in the lines behind it.

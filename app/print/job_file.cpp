@@ -13,6 +13,7 @@
 #include <set>
 #include <string_view>
 
+#include "base/error.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/tour/path.hpp"
@@ -82,8 +83,8 @@ class Section {
   [[noreturn]] void fail(std::string_view key, const std::string& found, const std::string& expected,
                          const toml::node* node) const {
     const auto line = node != nullptr ? node->source().begin.line : 0;
-    throw InputError(fmt::format("{}:{}: {}.{}: found {}, expected {}", file_.string(), line, name_, key,
-                                 found, expected));
+    throw UserError(fmt::format("{}:{}: {}.{}: found {}, expected {}", file_.string(), line, name_, key,
+                                found, expected));
   }
 
   // Every key that nobody asked for is a mistake.
@@ -93,8 +94,8 @@ class Section {
       if (!asked_.contains(std::string(key.str()))) {
         std::string known;
         for (const std::string& k : asked_) known += (known.empty() ? "" : ", ") + k;
-        throw InputError(fmt::format("{}:{}: {}.{}: unknown field, expected one of: {}", file_.string(),
-                                     node.source().begin.line, name_, key.str(), known));
+        throw UserError(fmt::format("{}:{}: {}.{}: unknown field, expected one of: {}", file_.string(),
+                                    node.source().begin.line, name_, key.str(), known));
       }
     }
   }
@@ -119,19 +120,19 @@ class Section {
 
 toml::table parse(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path)) {
-    throw InputError(
+    throw UserError(
         fmt::format("{}: no such file, expected a job file (TOML); examples/ has some", path.string()));
   }
   if (std::filesystem::is_directory(path))
-    throw InputError(fmt::format("{}: is a folder, expected a job file (TOML)", path.string()));
+    throw UserError(fmt::format("{}: is a folder, expected a job file (TOML)", path.string()));
   try {
     toml::table table = toml::parse_file(path.string());
     if (table.empty())
-      throw InputError(fmt::format("{}: is empty, expected a job file (TOML)", path.string()));
+      throw UserError(fmt::format("{}: is empty, expected a job file (TOML)", path.string()));
     return table;
   } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}:{}: not TOML: {}", path.string(), error.source().begin.line,
-                                 error.source().begin.column, std::string(error.description())));
+    throw UserError(fmt::format("{}:{}:{}: not TOML: {}", path.string(), error.source().begin.line,
+                                error.source().begin.column, std::string(error.description())));
   }
 }
 
@@ -282,7 +283,7 @@ void read_stage(Section& stage, tb::PrintJob& job, const std::filesystem::path& 
       job.compensation[i] =
           motion::make_compensation(motion::evaluate_accuracy(motion::read_deviations(folder / file)));
     } catch (const motion::MotionError& error) {
-      throw InputError(error.what());
+      throw UserError(error.what());
     }
   }
 }
@@ -316,7 +317,7 @@ tb::BoardAlignment read_alignment(Section& alignment, const std::filesystem::pat
   for (const motion::Point& mark : motion::read_coordinates(folder / file, placed))
     board.marks_mm.emplace_back(mark.x_mm, mark.y_mm);
   if (board.marks_mm.size() < 2)
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found 1 mark, expected at least 2 to align a board by", (folder / file).string()));
   if (board.missing_mark && *board.missing_mark >= board.marks_mm.size())
     alignment.fail("missing_mark", fmt::format("{}", missing),
@@ -376,8 +377,8 @@ LoadedJob load_job(const std::filesystem::path& path) {
   const auto section = [&](const char* name) {
     const toml::node* node = root.get(name);
     if (node != nullptr && !node->is_table()) {
-      throw InputError(fmt::format("{}:{}: {}: expected a section [{}]", path.string(),
-                                   node->source().begin.line, name, name));
+      throw UserError(fmt::format("{}:{}: {}: expected a section [{}]", path.string(),
+                                  node->source().begin.line, name, name));
     }
     return Section(path, node != nullptr ? node->as_table() : nullptr, name);
   };
@@ -385,7 +386,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
     static const std::set<std::string_view> known{"job",   "coordinates", "head", "temperature", "registers",
                                                   "print", "stage",       "rtl",  "event",       "alignment"};
     if (!known.contains(key.str())) {
-      throw InputError(fmt::format(
+      throw UserError(fmt::format(
           "{}:{}: [{}]: unknown section, expected one of: job, coordinates, head, temperature, registers, "
           "print, stage, alignment, rtl, event",
           path.string(), node.source().begin.line, key.str()));
@@ -405,12 +406,12 @@ LoadedJob load_job(const std::filesystem::path& path) {
   try {
     job.head.plant = tb::plant_config(plant);
   } catch (const std::invalid_argument& error) {
-    throw InputError(fmt::format("{}: head.plant: {}", path.string(), error.what()));
+    throw UserError(fmt::format("{}: head.plant: {}", path.string(), error.what()));
   }
   job.head.sensor = head.text("sensor", "MAX31855");
   const std::uint16_t sensor = sensor_code(job.head.sensor);
   if (sensor == 0) {
-    throw InputError(fmt::format(
+    throw UserError(fmt::format(
         "{}: head.sensor: found \"{}\", expected one of: MAX31855, MAX6675, MAX31865, ADT7320, ADT7310, LM70",
         path.string(), job.head.sensor));
   }
@@ -443,7 +444,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
   for (const spec::Reg bus : {spec::kRegAddress, spec::kRegBaud, spec::kRegFormat}) {
     for (const tb::RegisterValue& r : job.registers) {
       if (r.reg == bus) {
-        throw InputError(fmt::format(
+        throw UserError(fmt::format(
             "{}: registers.{}: the printer's host talks at the reset address, baud rate and format; "
             "leave it out",
             path.string(), spec::kHolding[bus].name));
@@ -457,13 +458,13 @@ LoadedJob load_job(const std::filesystem::path& path) {
   try {
     const motion::Stage probe(job.stage, job.start_mm);
   } catch (const motion::MotionError& error) {
-    throw InputError(fmt::format("{}: [stage]: {}", path.string(), error.what()));
+    throw UserError(fmt::format("{}: [stage]: {}", path.string(), error.what()));
   }
 
   Section coordinates = section("coordinates");
   const std::string file = coordinates.text("file", "");
   if (file.empty())
-    throw InputError(fmt::format(
+    throw UserError(fmt::format(
         "{}: coordinates.file: missing, expected the name of a file with bumps, such as bumps.csv",
         path.string()));
   motion::CoordinateOptions options;
@@ -502,7 +503,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
 
   if (const toml::node* events = root.get("event"); events != nullptr) {
     if (!events->is_array_of_tables())
-      throw InputError(fmt::format("{}: event: expected sections [[event]]", path.string()));
+      throw UserError(fmt::format("{}: event: expected sections [[event]]", path.string()));
     for (const toml::node& node : *events->as_array()) {
       Section event(path, node.as_table(), "event");
       const double at = event.number("at_s", -1.0, 0.0, 1e6);
@@ -519,12 +520,12 @@ LoadedJob load_job(const std::filesystem::path& path) {
     if (alignment.present())
       loaded.alignment = read_alignment(alignment, path.parent_path(), options, job.head.seed);
   } catch (const motion::CoordinateError& error) {
-    throw InputError(error.what());
+    throw UserError(error.what());
   }
   try {
     loaded.plan = motion::plan_path(loaded.bumps_in_file_order, task);
   } catch (const motion::MotionError& error) {
-    throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+    throw UserError(fmt::format("{}: {}", path.string(), error.what()));
   }
   motion::PathTask in_time = task;
   in_time.metric = motion::Metric::time;
@@ -544,7 +545,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
       job.fly_by = plan_fly_by(job, fly_by);
       print_in_rows(loaded, task);
     } catch (const motion::MotionError& error) {
-      throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+      throw UserError(fmt::format("{}: {}", path.string(), error.what()));
     }
   }
   return loaded;

@@ -13,11 +13,6 @@
 
 namespace meltstage::app {
 
-// Wrong input; what() is one line: file, field or row, value found, what was expected.
-struct InputError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 struct LoadedJob {
   tb::PrintJob job;  // bumps in planned order
   std::string plan_metric;
@@ -29,7 +24,7 @@ struct LoadedJob {
   std::optional<tb::BoardAlignment> alignment;  // before the print
 };
 
-// Reads the job and its coordinate file (relative to the job file) and plans the path. Throws InputError.
+// Reads the job and its coordinate file (relative to the job file) and plans the path. Throws UserError.
 LoadedJob load_job(const std::filesystem::path& path);
 
 }  // namespace meltstage::app

@@ -16,6 +16,7 @@
 #include "app/chip/terminal.hpp"
 #include "app/print/job_file.hpp"
 #include "app/print/report/report.hpp"
+#include "base/error.hpp"
 #include "recording/text.hpp"
 #include "recording/vcd.hpp"
 #include "tb/windows/window_plan.hpp"
@@ -31,7 +32,7 @@ class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path target) : target_(std::move(target)) {
     if (std::filesystem::exists(target_) && !std::filesystem::exists(target_ / "summary.json")) {
-      throw InputError(fmt::format(
+      throw UserError(fmt::format(
           "{}: exists and was not written by this command (no summary.json); choose another --out",
           target_.string()));
     }
@@ -58,21 +59,21 @@ class OutputFolder {
 };
 
 // Plays one recording into several sinks.
-class Tee final : public vectors::Sink {
+class Tee final : public recording::Sink {
  public:
-  void add(vectors::Sink& sink) { sinks_.push_back(&sink); }
-  void begin(const vectors::Header& header) override {
-    for (vectors::Sink* sink : sinks_) sink->begin(header);
+  void add(recording::Sink& sink) { sinks_.push_back(&sink); }
+  void begin(const recording::Header& header) override {
+    for (recording::Sink* sink : sinks_) sink->begin(header);
   }
-  void change(const vectors::Change& change) override {
-    for (vectors::Sink* sink : sinks_) sink->change(change);
+  void change(const recording::Change& change) override {
+    for (recording::Sink* sink : sinks_) sink->change(change);
   }
   void end(std::uint64_t final_cycle) override {
-    for (vectors::Sink* sink : sinks_) sink->end(final_cycle);
+    for (recording::Sink* sink : sinks_) sink->end(final_cycle);
   }
 
  private:
-  std::vector<vectors::Sink*> sinks_;
+  std::vector<recording::Sink*> sinks_;
 };
 
 double setpoint_degc(const tb::PrintJob& job) {
@@ -142,13 +143,13 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
 }
 
 // The board of the job, brought to where the print expects it; nothing if the job has no [alignment].
-// Throws InputError if that can't be.
+// Throws UserError if that can't be.
 std::optional<tb::AlignedBoard> align_board(const LoadedJob& loaded, const std::filesystem::path& job) {
   if (!loaded.alignment) return std::nullopt;
   try {
     return tb::align_board(*loaded.alignment);
   } catch (const motion::MotionError& error) {
-    throw InputError(fmt::format("{}: [alignment]: {}", job.string(), error.what()));
+    throw UserError(fmt::format("{}: [alignment]: {}", job.string(), error.what()));
   }
 }
 
@@ -267,7 +268,7 @@ int print_job(const PrintOptions& options) {
   LoadedJob loaded = load_job(options.job);
   if (options.rtl) loaded.job.rtl = *options.rtl;
   if (loaded.job.rtl != tb::RtlWindows::full && !options.for_full_rtl.empty()) {
-    throw InputError(
+    throw UserError(
         fmt::format("{}: is for the full job in RTL; add --rtl full or leave it out", options.for_full_rtl));
   }
   loaded.job.identity = {loaded.job.name, loaded.job.head.seed, options.command};
@@ -304,11 +305,11 @@ int print_job(const PrintOptions& options) {
   std::optional<CheckedRun> checked;
   try {
     {
-      vectors::TextWriter text(folder.file("pins.mvec"));
-      std::optional<vectors::VcdWriter> vcd;
+      recording::TextWriter text(folder.file("pins.mvec"));
+      std::optional<recording::VcdWriter> vcd;
       Tee sink;
       sink.add(text);
-      if (options.vcd) sink.add(vcd.emplace(folder.file("pins.vcd"), vectors::BusForm::bits));
+      if (options.vcd) sink.add(vcd.emplace(folder.file("pins.vcd"), recording::BusForm::bits));
       if (planner) sink.add(*planner);
       ProgressLine line;
       result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) {

@@ -25,7 +25,7 @@ struct PrintOptions {
 };
 
 // Writes summary.json, report.html, pins.mvec (and pins.vcd) into a folder that appears whole or not at all.
-// Returns the exit status: 0 printed, 1 stopped or mismatch. Throws InputError for wrong input.
+// Returns the exit status: 0 printed, 1 stopped or mismatch. Throws UserError for wrong input.
 int print_job(const PrintOptions& options);
 
 }  // namespace meltstage::app

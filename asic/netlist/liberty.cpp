@@ -9,7 +9,7 @@
 #include <iterator>
 #include <set>
 
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -42,8 +42,8 @@ class ExpressionParser {
     return at_ < text_.size() ? text_[at_] : '\0';
   }
   [[noreturn]] void fail(const char* expected) const {
-    throw InputError(fmt::format("function \"{}\", column {}: found \"{}\", expected {}", text_, at_ + 1,
-                                 at_ < text_.size() ? std::string(1, text_[at_]) : "the end", expected));
+    throw UserError(fmt::format("function \"{}\", column {}: found \"{}\", expected {}", text_, at_ + 1,
+                                at_ < text_.size() ? std::string(1, text_[at_]) : "the end", expected));
   }
   static Expression join(Op op, std::vector<Expression> args) {
     if (args.size() == 1) return std::move(args.front());
@@ -142,7 +142,7 @@ class GroupParser {
 
  private:
   [[noreturn]] void fail(std::size_t line, const std::string& found, const std::string& expected) const {
-    throw InputError(fmt::format("{}:{}: found {}, expected {}", name_, line, found, expected));
+    throw UserError(fmt::format("{}:{}: found {}, expected {}", name_, line, found, expected));
   }
   void skip() {
     while (at_ < text_.size()) {
@@ -272,9 +272,9 @@ class CellReader {
   Expression expression(const Group& group, const std::string& key) const {
     try {
       return parse_expression(group.attribute(key));
-    } catch (const InputError& error) {
-      throw InputError(fmt::format("{}:{}: cell {}: {}: {}", file_, group.line,
-                                   group_.args.empty() ? "?" : group_.args[0], key, error.what()));
+    } catch (const UserError& error) {
+      throw UserError(fmt::format("{}:{}: cell {}: {}: {}", file_, group.line,
+                                  group_.args.empty() ? "?" : group_.args[0], key, error.what()));
     }
   }
   void add_pins(Cell& cell, const Group& group) const {
@@ -365,13 +365,13 @@ CellLibrary parse_liberty(std::string_view text, const std::string& name) {
     cells[cell.name] = std::move(cell);
   }
   if (cells.empty())
-    throw InputError(fmt::format("{}: found no cell, expected a Liberty library with cells", name));
+    throw UserError(fmt::format("{}: found no cell, expected a Liberty library with cells", name));
   return cells;
 }
 
 CellLibrary read_liberty(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(fmt::format("{}: can't be read; give a Liberty file", path.string()));
+  if (!file) throw UserError(fmt::format("{}: can't be read; give a Liberty file", path.string()));
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   return parse_liberty(text, path.string());
 }

@@ -22,7 +22,7 @@ struct Expression {
 };
 
 /// Parses one expression (`!`, postfix `'`, `^`, `&` `*` or a blank, `|` `+`, parentheses; in falling
-/// precedence). Throws InputError with the position counted from 1.
+/// precedence). Throws UserError with the position counted from 1.
 Expression parse_expression(std::string_view text);
 
 /// The `ff` group: an edge-triggered flop.
@@ -70,7 +70,7 @@ struct Cell {
 
 using CellLibrary = std::map<std::string, Cell, std::less<>>;
 
-/// Reads a Liberty file. Cells whose outputs have no function are kept without one. Throws InputError.
+/// Reads a Liberty file. Cells whose outputs have no function are kept without one. Throws UserError.
 CellLibrary read_liberty(const std::filesystem::path& path);
 /// The same from text; `name` stands in messages.
 CellLibrary parse_liberty(std::string_view text, const std::string& name);

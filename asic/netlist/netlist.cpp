@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -21,13 +21,13 @@ Net net_of(const json& bit, const std::string& file, const std::string& where) {
   if (text == "0") return 0;
   if (text == "1") return 1;
   if (text == "x" || text == "z") return kUnknownNet;
-  throw InputError(
+  throw UserError(
       fmt::format("{}: {}: found bit {}, expected a number, \"0\", \"1\" or \"x\"", file, where, bit.dump()));
 }
 
 const json& top_module(const json& root, const std::string& file, std::string& name) {
   if (!root.is_object() || !root.contains("modules") || root["modules"].empty())
-    throw InputError(fmt::format("{}: found no \"modules\", expected a netlist of Yosys' write_json", file));
+    throw UserError(fmt::format("{}: found no \"modules\", expected a netlist of Yosys' write_json", file));
   const json& modules = root["modules"];
   const json* found = nullptr;
   for (const auto& [key, module] : modules.items()) {
@@ -38,7 +38,7 @@ const json& top_module(const json& root, const std::string& file, std::string& n
     name = key;
     if (top) break;
   }
-  if (found == nullptr) throw InputError(fmt::format("{}: found black boxes alone, expected a design", file));
+  if (found == nullptr) throw UserError(fmt::format("{}: found black boxes alone, expected a design", file));
   return *found;
 }
 
@@ -59,12 +59,12 @@ std::string Port::bit_name(std::size_t i) const {
 Netlist read_yosys_json(const std::filesystem::path& path) {
   const std::string file = path.string();
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw InputError(fmt::format("{}: can't be read; give a netlist of Yosys' write_json", file));
+  if (!stream) throw UserError(fmt::format("{}: can't be read; give a netlist of Yosys' write_json", file));
   json root;
   try {
     root = json::parse(stream);
   } catch (const json::exception& error) {
-    throw InputError(
+    throw UserError(
         fmt::format("{}: is not JSON ({}), expected a netlist of Yosys' write_json", file, error.what()));
   }
   Netlist netlist;
@@ -74,7 +74,7 @@ Netlist read_yosys_json(const std::filesystem::path& path) {
     for (const auto& [name, port] : module.at("ports").items()) {
       const std::string direction = port.at("direction");
       if (direction != "input" && direction != "output")
-        throw InputError(
+        throw UserError(
             fmt::format("{}: port {}: found {}, expected input or output; split it", file, name, direction));
       Port entry{name, direction == "input", {}};
       for (const json& bit : port.at("bits")) entry.bits.push_back(net_of(bit, file, "port " + name));
@@ -85,7 +85,7 @@ Netlist read_yosys_json(const std::filesystem::path& path) {
       for (const auto& [pin, bits] : cell.at("connections").items()) {
         if (bits.empty()) continue;
         if (bits.size() != 1)
-          throw InputError(
+          throw UserError(
               fmt::format("{}: cell {}/{}: found {} bits, expected a mapped netlist with one bit a pin; "
                           "map it to the library (abc -liberty, dfflibmap)",
                           file, name, pin, bits.size()));
@@ -111,8 +111,8 @@ Netlist read_yosys_json(const std::filesystem::path& path) {
       }
     }
   } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: found another structure ({}), expected a netlist of Yosys' write_json",
-                                 file, error.what()));
+    throw UserError(fmt::format("{}: found another structure ({}), expected a netlist of Yosys' write_json",
+                                file, error.what()));
   }
   for (const Instance& instance : netlist.instances) {
     for (const auto& [pin, net] : instance.pins) netlist.next_net = std::max(netlist.next_net, net + 1);

@@ -45,7 +45,7 @@ struct Netlist {
   std::map<std::string, Net> nets_in_modules;
 };
 
-/// Reads the only, or top, module of a Yosys JSON file. Throws InputError.
+/// Reads the only, or top, module of a Yosys JSON file. Throws UserError.
 Netlist read_yosys_json(const std::filesystem::path& path);
 /// Structural Verilog of the netlist.
 std::string verilog_text(const Netlist& netlist);
@@ -78,14 +78,14 @@ struct CaptureView {
 /// Values that ports keep while a test captures (test mode, scan enable, reset): port bit to 0 or 1.
 using HeldPorts = std::map<std::string, bool>;
 
-/// Builds the view. Clocks must come straight from a port or through buffers and inverters. Throws InputError
+/// Builds the view. Clocks must come straight from a port or through buffers and inverters. Throws UserError
 /// that names the cell on an unknown cell, an undriven or twice driven net, a loop, or a held port that
 /// doesn't exist.
 CaptureView capture_view(const Netlist& netlist, const CellLibrary& library, const HeldPorts& held = {});
 
 /// Reads an ISCAS/ITC netlist (.bench); DFFs become inputs and outputs of the circuit. Fault sites are its
 /// lines: each gate output or input, and each branch of a line that feeds more than one place. Throws
-/// InputError with file and line.
+/// UserError with file and line.
 Circuit read_bench(const std::filesystem::path& path);
 
 }  // namespace meltstage::dft

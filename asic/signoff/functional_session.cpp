@@ -28,7 +28,7 @@ tb::UartFormat format_of(std::uint16_t code) {
 
 FunctionalSession::FunctionalSession()
     : recorder_(set_.stream, tb::chip_pin_header("functional sign-off set")),
-      transmitter_(line(), {}, tb::stream(1, "functional host")),
+      transmitter_(line(), {}, stream(1, "functional host")),
       receiver_(line()) {
   in_.rst_n = false;
   out_ = chip_.outputs(in_);
@@ -83,7 +83,7 @@ void FunctionalSession::set_line(std::uint16_t baud, std::uint16_t format, std::
   baud_ = baud;
   format_ = format;
   address_ = address;
-  transmitter_ = tb::UartTransmitter(line(), {}, tb::stream(cycle_, "functional host"));
+  transmitter_ = tb::UartTransmitter(line(), {}, stream(cycle_, "functional host"));
   receiver_ = tb::UartReceiver(line());
 }
 

@@ -106,7 +106,7 @@ class FunctionalSession {
   std::uint16_t baud_ = kResetBaud, format_ = 0;
   std::uint8_t address_ = 1;
   FunctionalSet set_;
-  vectors::Recorder recorder_;
+  recording::Recorder recorder_;
   chip::Chip chip_;
   chip::Inputs in_;
   chip::Outputs out_;

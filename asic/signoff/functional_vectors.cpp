@@ -23,7 +23,7 @@ struct PinBit {
   unsigned bit;
 };
 
-std::vector<PinBit> bits_of(vectors::Direction direction) {
+std::vector<PinBit> bits_of(recording::Direction direction) {
   const auto& pins = tb::chip_pin_header("").pins;
   std::vector<PinBit> bits;
   for (std::uint32_t p = 0; p < pins.size(); ++p) {
@@ -34,24 +34,24 @@ std::vector<PinBit> bits_of(vectors::Direction direction) {
 }
 
 std::string name_of(const PinBit& bit) {
-  const vectors::Pin pin = tb::chip_pin_header("").pins[bit.pin];
+  const recording::Pin pin = tb::chip_pin_header("").pins[bit.pin];
   return pin.width == 1 ? pin.name : fmt::format("{}[{}]", pin.name, bit.bit);
 }
 
-void require_chip_pins(const vectors::Stream& stream) {
+void require_chip_pins(const recording::Stream& stream) {
   if (stream.header().pins != tb::chip_pin_header("").pins)
     throw std::runtime_error("recording: found other pins than the chip's, expected a recording of the chip");
 }
 
 }  // namespace
 
-PinReplay replay_pins(const vectors::Stream& stream, ReplayDevice device) {
+PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device) {
   require_chip_pins(stream);
   chip::Chip model;
   const std::unique_ptr<tb::VerilatedRtl> rtl =
       device == ReplayDevice::rtl ? tb::make_verilated_rtl() : nullptr;
   PinReplay result;
-  vectors::Cursor cursor(stream);
+  recording::Cursor cursor(stream);
   for (bool more = true; more; more = cursor.step()) {
     const chip::Inputs in = tb::inputs_of(cursor.values());
     const chip::Outputs recorded = tb::outputs_of(cursor.values());
@@ -65,11 +65,11 @@ PinReplay replay_pins(const vectors::Stream& stream, ReplayDevice device) {
   return result;
 }
 
-dft::CycleStream chip_cycles(const vectors::Stream& stream, const std::vector<FunctionalPiece>& pieces,
+dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<FunctionalPiece>& pieces,
                              std::vector<MaskedStrobes>* masked) {
   require_chip_pins(stream);
-  const std::vector<PinBit> inputs = bits_of(vectors::Direction::in),
-                            outputs = bits_of(vectors::Direction::out);
+  const std::vector<PinBit> inputs = bits_of(recording::Direction::in),
+                            outputs = bits_of(recording::Direction::out);
   dft::CycleStream result;
   result.title = "tc_top functional";
   result.signals.push_back({kClock, true});
@@ -110,7 +110,7 @@ dft::CycleStream chip_cycles(const vectors::Stream& stream, const std::vector<Fu
   std::vector<std::uint32_t> every_output;
   for (const PinBit& bit : outputs) every_output.push_back(bit.pin);
 
-  vectors::Cursor cursor(stream);
+  recording::Cursor cursor(stream);
   std::vector<std::uint64_t> before;
   for (bool more = true; more; more = cursor.next_event()) {
     const std::vector<std::uint64_t> now(cursor.values().begin(), cursor.values().end());
@@ -131,8 +131,8 @@ dft::CycleStream chip_cycles(const vectors::Stream& stream, const std::vector<Fu
 }
 
 PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device) {
-  const std::vector<PinBit> inputs = bits_of(vectors::Direction::in),
-                            outputs = bits_of(vectors::Direction::out);
+  const std::vector<PinBit> inputs = bits_of(recording::Direction::in),
+                            outputs = bits_of(recording::Direction::out);
   const auto find = [&](const std::string& name, bool input) {
     for (std::size_t s = 0; s < stream.signals.size(); ++s) {
       if (stream.signals[s].name == name && stream.signals[s].is_input == input) return s;

@@ -18,7 +18,7 @@ struct FunctionalPiece {
 };
 
 struct FunctionalSet {
-  vectors::Stream
+  recording::Stream
       stream;  // of the chip's pins; in a cycle stand the inputs before its clock and the outputs behind it
   std::vector<FunctionalPiece> pieces;
 };
@@ -38,7 +38,7 @@ struct PinReplay {
 };
 enum class ReplayDevice { model, rtl };
 // A recording of the chip's pins run on a device. Throws std::runtime_error when its pins are not the chip's.
-PinReplay replay_pins(const vectors::Stream& stream, ReplayDevice device);
+PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device);
 
 // Strobes of a cycle stream that are not compared, and why.
 struct MaskedStrobes {
@@ -49,7 +49,7 @@ struct MaskedStrobes {
 
 // The recording as a tester runs it: clock clk_i, the inputs of each clock before it, and before it too the
 // outputs that the clock before left. `pieces` become labels. What that leaves open is masked and told.
-dft::CycleStream chip_cycles(const vectors::Stream& stream, const std::vector<FunctionalPiece>& pieces = {},
+dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<FunctionalPiece>& pieces = {},
                              std::vector<MaskedStrobes>* masked = nullptr);
 // Such a stream, as read back from a file, run on a device. Throws std::runtime_error when it has other
 // signals than the chip has pins.

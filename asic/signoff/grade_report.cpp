@@ -11,7 +11,7 @@
 
 #include "asic/dft/core/parities.hpp"
 #include "asic/dft/core/places.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::app {
 
@@ -74,7 +74,7 @@ std::vector<Parity> parities_of(const Netlist& netlist, const CaptureView& view,
         if (net != bits.end() && (net->second == 0 || net->second == 1)) continue;
         const Node flop = net == bits.end() ? kNoNode : flop_of(view, net->second);
         if (flop == kNoNode)
-          throw InputError(
+          throw UserError(
               fmt::format("{}[{}]: found neither flop nor constant, expected a bit of a word (\"{}\")", word,
                           bit, rule.reason));
         flops.push_back(flop);
@@ -83,7 +83,7 @@ std::vector<Parity> parities_of(const Netlist& netlist, const CaptureView& view,
     }
   }
   if (result.empty())
-    throw InputError(fmt::format("\"{}\": found no such words, expected NAME[index][bit]", rule.reason));
+    throw UserError(fmt::format("\"{}\": found no such words, expected NAME[index][bit]", rule.reason));
   return result;
 }
 
@@ -173,7 +173,7 @@ std::vector<std::string> strings_of(const toml::table& table, const char* key, c
   if (!table.contains(key)) return result;
   const toml::array* array = table[key].as_array();
   if (array == nullptr || !array->is_homogeneous(toml::node_type::string))
-    throw InputError(fmt::format("{}: {}: expected an array of strings", where, key));
+    throw UserError(fmt::format("{}: {}: expected an array of strings", where, key));
   for (const toml::node& node : *array) result.push_back(node.value_or(std::string()));
   return result;
 }
@@ -182,7 +182,7 @@ std::vector<std::string> strings_of(const toml::table& table, const char* key, c
 std::vector<std::vector<unsigned>> bits_of(const toml::table& table, const std::string& where) {
   std::vector<std::vector<unsigned>> result;
   if (!table.contains("parities")) return result;
-  const auto wrong = [&] { return InputError(where + ": parities: expected arrays of bit numbers"); };
+  const auto wrong = [&] { return UserError(where + ": parities: expected arrays of bit numbers"); };
   const toml::array* rows = table["parities"].as_array();
   if (rows == nullptr) throw wrong();
   for (const toml::node& row : *rows) {
@@ -210,12 +210,12 @@ std::vector<Unreached> read_unreached(const std::filesystem::path& path) {
     const toml::table root = toml::parse_file(path.string());
     const toml::array* tables = root["unreached"].as_array();
     if (tables == nullptr)
-      throw InputError(path.string() + ": found no [[unreached]], expected one for each reason");
+      throw UserError(path.string() + ": found no [[unreached]], expected one for each reason");
     for (const toml::node& node : *tables) {
       const toml::table* table = node.as_table();
       const std::string where = fmt::format("{}:{}", path.string(), node.source().begin.line);
       if (table == nullptr || !(*table)["reason"].is_string())
-        throw InputError(where + ": found no reason, expected a string");
+        throw UserError(where + ": found no reason, expected a string");
       Unreached rule{strings_of(*table, "flops", where),
                      strings_of(*table, "near", where),
                      strings_of(*table, "unseen", where),
@@ -223,14 +223,14 @@ std::vector<Unreached> read_unreached(const std::filesystem::path& path) {
                      bits_of(*table, where),
                      (*table)["reason"].value_or(std::string())};
       if (rule.flops.empty() && rule.near.empty() && rule.unseen.empty() && rule.words.empty())
-        throw InputError(where + ": found neither flops, near, unseen nor words, expected names");
+        throw UserError(where + ": found neither flops, near, unseen nor words, expected names");
       if (rule.words.empty() != rule.parities.empty())
-        throw InputError(where + ": found one of words and parities, expected both");
+        throw UserError(where + ": found one of words and parities, expected both");
       rules.push_back(std::move(rule));
     }
   } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}: {}; expected TOML", path.string(), error.source().begin.line,
-                                 error.description()));
+    throw UserError(fmt::format("{}:{}: {}; expected TOML", path.string(), error.source().begin.line,
+                                error.description()));
   }
   return rules;
 }
@@ -244,8 +244,8 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
   for (const Node node : grade.toggle.moving) {
     moving[node] = 1;
     if (reasons[node].level >= 0)
-      throw InputError(fmt::format("{}: found moving, expected still (\"{}\"); leave it out of the reasons",
-                                   places[node], reasons[node].still));
+      throw UserError(fmt::format("{}: found moving, expected still (\"{}\"); leave it out of the reasons",
+                                  places[node], reasons[node].still));
   }
   const std::vector<Site>& sites = view.circuit.sites();
   const std::map<std::uint64_t, std::string> pieces = pieces_of(stream);

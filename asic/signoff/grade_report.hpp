@@ -27,7 +27,7 @@ struct Unreached {
   std::vector<std::vector<unsigned>> parities;
   std::string reason;
 };
-// [[unreached]] tables with these keys. Throws dft::InputError.
+// [[unreached]] tables with these keys. Throws UserError.
 std::vector<Unreached> read_unreached(const std::filesystem::path& path);
 
 struct ModuleGrade {
@@ -50,7 +50,7 @@ struct GradeReport {
     return static_cast<double>(detected) / static_cast<double>(faults - hidden);
   }
 };
-// `verdicts`: of each fault of `sample`. Throws dft::InputError when a line moves that is said to stand
+// `verdicts`: of each fault of `sample`. Throws UserError when a line moves that is said to stand
 // still.
 GradeReport grade_report(const dft::Netlist& netlist, const dft::CaptureView& view,
                          const dft::CycleStream& stream, const std::vector<dft::Fault>& sample,

@@ -8,7 +8,7 @@
 #include "app/build_stamp.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/stil.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "base/sha256.hpp"
 #include "recording/text.hpp"
@@ -20,12 +20,12 @@ namespace fs = std::filesystem;
 std::string read_file(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file || fs::is_directory(path))
-    throw dft::InputError(path.string() + ": can't be read; give an existing file");
+    throw UserError(path.string() + ": can't be read; give an existing file");
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 std::string sha256_of(const std::string& text) {
-  vectors::Sha256 hash;
+  Sha256 hash;
   hash.update(text);
   return hash.finish();
 }
@@ -57,10 +57,10 @@ FunctionalFolder write_functional_set(const FunctionalSet& set, const Functional
   manifest["vectors"] = result.vectors;
   manifest["masked"] = mask_json(masked);
   fs::create_directories(folder);
-  vectors::write_text(set.stream, folder / "functional.mvec");
+  recording::write_text(set.stream, folder / "functional.mvec");
   manifest["files"]["functional.mvec"] = sha256_of(read_file(folder / "functional.mvec"));
   const auto write = [&](const char* name, const std::string& text) {
-    vectors::write_whole(folder / name, text);
+    write_whole(folder / name, text);
     manifest["files"][name] = sha256_of(text);
   };
   write("functional.stil", dft::flat_stil_text(stream));
@@ -70,7 +70,7 @@ FunctionalFolder write_functional_set(const FunctionalSet& set, const Functional
   write("masks.txt", dft::mask_text(masked));
   for (const FunctionalPiece& piece : set.pieces)
     manifest["pieces"].push_back({{"requirement", piece.requirement}, {"first_cycle", piece.first_cycle}});
-  vectors::write_whole(folder / "manifest.json", manifest.dump(2) + "\n");
+  write_whole(folder / "manifest.json", manifest.dump(2) + "\n");
   return result;
 }
 

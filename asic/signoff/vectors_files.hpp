@@ -13,10 +13,10 @@
 
 namespace meltstage::app {
 
-// Throws dft::InputError when it can't be read.
+// Throws UserError when it can't be read.
 std::string read_file(const std::filesystem::path& path);
 std::string sha256_of(const std::string& text);
-// {"file": name, "sha256": hash}. Throws dft::InputError.
+// {"file": name, "sha256": hash}. Throws UserError.
 nlohmann::ordered_json file_hash(const std::filesystem::path& path);
 // Masked strobes, all and by reason.
 nlohmann::ordered_json mask_json(const std::vector<dft::MaskedStrobes>& masked);
@@ -29,7 +29,7 @@ struct FunctionalFolder {
   std::uint64_t clocks, vectors, masked;
 };
 // The set in every format, masks.txt and manifest.json with the hashes of tool, RTL, sources and files. Same
-// set and sources: same bytes. Throws dft::InputError and vectors::OutputError.
+// set and sources: same bytes. Throws UserError and UserError.
 FunctionalFolder write_functional_set(const FunctionalSet& set, const FunctionalSources& sources,
                                       const std::filesystem::path& folder);
 

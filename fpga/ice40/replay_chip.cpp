@@ -13,9 +13,9 @@
 #include "recording/stream.hpp"
 #include "recording/text.hpp"
 
-using meltstage::vectors::Cursor;
-using meltstage::vectors::Header;
-using meltstage::vectors::Stream;
+using meltstage::recording::Cursor;
+using meltstage::recording::Header;
+using meltstage::recording::Stream;
 
 namespace {
 
@@ -70,7 +70,7 @@ std::uint32_t pin_named(const Header& header, const std::string& name) {
 }
 
 int replay(const char* path) {
-  const Stream recording = meltstage::vectors::read_text(path);
+  const Stream recording = meltstage::recording::read_text(path);
   std::vector<std::uint32_t> inputs, outputs;
   for (const Input& input : kInputs) inputs.push_back(pin_named(recording.header(), input.name));
   for (const Output& output : kOutputs) outputs.push_back(pin_named(recording.header(), output.name));

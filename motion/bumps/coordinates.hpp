@@ -5,9 +5,10 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "base/error.hpp"
 
 namespace meltstage::motion {
 
@@ -42,9 +43,9 @@ struct CoordinateOptions {
 };
 
 /// A file or an option that can't be used. what() is one line: file, place, value found, what was expected.
-class CoordinateError : public std::runtime_error {
+class CoordinateError : public UserError {
  public:
-  using std::runtime_error::runtime_error;
+  using UserError::UserError;
 };
 
 /// More bumps than this in one file are refused.

@@ -5,14 +5,15 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <stdexcept>
+
+#include "base/error.hpp"
 
 namespace meltstage::motion {
 
 /// A move that can't be made as asked. what() is one line: the value found and what was expected.
-class MotionError : public std::runtime_error {
+class MotionError : public UserError {
  public:
-  using std::runtime_error::runtime_error;
+  using UserError::UserError;
 };
 
 /// Limits of one axis or of a path, all > 0 and finite. The jerks are those of the segments T1, T3, T5 and

@@ -20,7 +20,7 @@ constexpr std::size_t kShownDifferences = 12;
 // Pin indices of the stimulus recording, in the order of input_header.
 enum InputPin : std::uint32_t { kRstN, kUartRx, kAddrStrap, kSpiMiso, kHeaterFb, kInhibit, kDrop, kTestMode };
 
-chip::Inputs inputs_at(const vectors::Cursor& cursor) {
+chip::Inputs inputs_at(const recording::Cursor& cursor) {
   return {.rst_n = cursor.value(kRstN) != 0,
           .uart_rx = cursor.value(kUartRx) != 0,
           .addr_strap = static_cast<std::uint8_t>(cursor.value(kAddrStrap)),
@@ -57,9 +57,9 @@ std::vector<PinDifference> pin_differences(const chip::Outputs& dut, const chip:
 
 }  // namespace
 
-vectors::Header input_header(const RunIdentity& identity) {
+recording::Header input_header(const RunIdentity& identity) {
   const auto pin = [](const char* name, unsigned width) {
-    return vectors::Pin{name, vectors::Direction::in, width, "chip"};
+    return recording::Pin{name, recording::Direction::in, width, "chip"};
   };
   return {.pins = {pin("rst_ni", 1), pin("uart_rx_i", 1), pin("addr_strap_i", 3), pin("spi_miso_i", 1),
                    pin("heater_fb_i", 1), pin("inhibit_i", 1), pin("drop_i", 1), pin("test_mode_i", 1)},
@@ -143,12 +143,12 @@ void Lockstep::save(const std::filesystem::path& folder, const std::string& text
   std::ofstream(folder / "report.txt") << text;
   std::ofstream(folder / "repeat.sh") << "#!/bin/sh\n" << identity_.repeat_command << '\n';
   recorder_.finish(cycle_);
-  vectors::write_text(stimulus_, folder / "stimulus.mvec");
+  recording::write_text(stimulus_, folder / "stimulus.mvec");
 
   // The waves: the same stimulus on a traced RTL, from kWaveClocks before the mismatch.
   const std::uint64_t from = cycle_ - first_cycle_ > kWaveClocks ? cycle_ - kWaveClocks : first_cycle_;
   chip::Chip model = start_;
-  vectors::Cursor cursor(stimulus_);
+  recording::Cursor cursor(stimulus_);
   chip::Inputs in;
   for (std::uint64_t at = first_cycle_; at < from; ++at) {
     cursor.advance_to(at);

@@ -84,11 +84,11 @@ class Lockstep {
   std::uint64_t cycle_ = 0;
   chip::Inputs last_;
   Compared compared_;
-  vectors::Stream stimulus_;
-  vectors::Recorder recorder_;
+  recording::Stream stimulus_;
+  recording::Recorder recorder_;
 };
 
 // Input pins as a vector header, owner "chip".
-vectors::Header input_header(const RunIdentity& identity);
+recording::Header input_header(const RunIdentity& identity);
 
 }  // namespace meltstage::tb

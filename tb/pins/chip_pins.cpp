@@ -9,18 +9,19 @@
 
 namespace meltstage::tb {
 
-vectors::Header chip_pin_header(std::string origin) {
-  vectors::Header header{.pins = {}, .clock_hz = chip::spec::kClkHz, .origin = std::move(origin), .meta = {}};
-  const auto add = [&](const char* name, vectors::Direction direction, unsigned width) {
+recording::Header chip_pin_header(std::string origin) {
+  recording::Header header{
+      .pins = {}, .clock_hz = chip::spec::kClkHz, .origin = std::move(origin), .meta = {}};
+  const auto add = [&](const char* name, recording::Direction direction, unsigned width) {
     header.pins.push_back({name, direction, width, "chip"});
   };
-  for (const char* name : {"rst_ni", "uart_rx_i"}) add(name, vectors::Direction::in, 1);
-  add("addr_strap_i", vectors::Direction::in, 3);
+  for (const char* name : {"rst_ni", "uart_rx_i"}) add(name, recording::Direction::in, 1);
+  add("addr_strap_i", recording::Direction::in, 3);
   for (const char* name : {"spi_miso_i", "heater_fb_i", "inhibit_i", "drop_i", "test_mode_i"})
-    add(name, vectors::Direction::in, 1);
+    add(name, recording::Direction::in, 1);
   for (const char* name : {"uart_tx_o", "uart_de_o", "tlm_tx_o", "spi_sclk_o", "spi_cs_no", "spi_mosi_o",
                            "heater_o", "safe_en_o", "fault_no", "at_temp_o"})
-    add(name, vectors::Direction::out, 1);
+    add(name, recording::Direction::out, 1);
   return header;
 }
 
@@ -62,7 +63,7 @@ std::string output_difference(const chip::Outputs& recorded, const chip::Outputs
   if (recorded == chip) return "";
   const auto a = pin_levels({}, recorded);
   const auto b = pin_levels({}, chip);
-  const vectors::Header header = chip_pin_header("difference");
+  const recording::Header header = chip_pin_header("difference");
   std::uint32_t pin = kPinUartTx;
   while (a[pin] == b[pin]) ++pin;
   return fmt::format("{} recorded {}, chip {}", header.pins[pin].name, a[pin], b[pin]);

@@ -36,7 +36,7 @@ enum ChipPin : std::uint32_t {
 };
 
 // Inputs and outputs of the chip, nothing else.
-vectors::Header chip_pin_header(std::string origin);
+recording::Header chip_pin_header(std::string origin);
 
 chip::Inputs inputs_of(std::span<const std::uint64_t> pins);
 chip::Outputs outputs_of(std::span<const std::uint64_t> pins);

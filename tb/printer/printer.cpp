@@ -98,7 +98,7 @@ ModbusRequest command(spec::Cmd cmd) { return write_single_register(kUnit, spec:
 
 class Printer {
  public:
-  Printer(const PrintJob& job, vectors::Sink& sink, const std::function<void(const Progress&)>& progress)
+  Printer(const PrintJob& job, recording::Sink& sink, const std::function<void(const Progress&)>& progress)
       : job_(job),
         progress_(progress),
         head_(job.head),
@@ -573,7 +573,7 @@ class Printer {
   Head head_;
   DrivenStage stage_;
   Sent at_;  // the last move
-  vectors::Recorder recorder_;
+  recording::Recorder recorder_;
   chip::Run run_;
   std::optional<Lockstep> lockstep_;
   PrintResult result_;
@@ -623,12 +623,13 @@ Sent send(const PrintJob& job, const Sent& before, const Eigen::Vector3d& to_mm)
   return sent;
 }
 
-vectors::Header printer_header(const PrintJob& job) {
-  using vectors::Direction;
-  vectors::Header header{.pins = {},
-                         .clock_hz = kClockHz,
-                         .origin = fmt::format("meltstage print job={} seed={:#x}", job.name, job.head.seed),
-                         .meta = {}};
+recording::Header printer_header(const PrintJob& job) {
+  using recording::Direction;
+  recording::Header header{
+      .pins = {},
+      .clock_hz = kClockHz,
+      .origin = fmt::format("meltstage print job={} seed={:#x}", job.name, job.head.seed),
+      .meta = {}};
   const auto add = [&](std::string name, Direction direction, unsigned width, const char* owner) {
     header.pins.push_back({std::move(name), direction, width, owner});
   };
@@ -662,7 +663,7 @@ vectors::Header printer_header(const PrintJob& job) {
   return header;
 }
 
-PrintResult run_print(const PrintJob& job, vectors::Sink& sink,
+PrintResult run_print(const PrintJob& job, recording::Sink& sink,
                       const std::function<void(const Progress&)>& progress) {
   return Printer(job, sink, progress).run();
 }

@@ -145,11 +145,11 @@ struct Sent {
 Sent send(const PrintJob& job, const Sent& before, const Eigen::Vector3d& to_mm);
 
 // Pins of chip and stage as they are recorded.
-vectors::Header printer_header(const PrintJob& job);
+recording::Header printer_header(const PrintJob& job);
 
 // Runs the job; every pin goes to `sink`. Throws Mismatch when model and RTL differ; whatever else goes wrong
 // with the printer (fault, emergency stop, lost chip) stops it and is in the result.
-PrintResult run_print(const PrintJob& job, vectors::Sink& sink,
+PrintResult run_print(const PrintJob& job, recording::Sink& sink,
                       const std::function<void(const Progress&)>& progress);
 
 }  // namespace meltstage::tb

@@ -23,7 +23,7 @@ constexpr std::array kPinNames = {"step", "dir", "home", "limit_neg", "limit_pos
 constexpr double kServo_hz = 60.0;
 constexpr double kServoDamping = 0.7;
 
-std::uint32_t pin_number(const vectors::Header& header, const std::string& name) {
+std::uint32_t pin_number(const recording::Header& header, const std::string& name) {
   const auto number = find_pin(header, name);
   if (!number)
     throw std::invalid_argument(
@@ -38,7 +38,7 @@ bool same(const motion::StageEvent& a, const motion::StageEvent& b) {
 // The recorded pins as stage events, up to each droplet.
 class RecordedStage {
  public:
-  explicit RecordedStage(const vectors::Stream& stream)
+  explicit RecordedStage(const recording::Stream& stream)
       : cursor_(stream), trigger_(pin_number(stream.header(), "drop_trigger")) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t pin = 0; pin < kPinNames.size(); ++pin)
@@ -77,7 +77,7 @@ class RecordedStage {
     return {level(0), level(1), level(2), level(3), level(4), level(5)};
   }
 
-  vectors::Cursor cursor_;
+  recording::Cursor cursor_;
   std::uint32_t trigger_;
   std::array<std::array<std::uint32_t, kPinNames.size()>, 3> numbers_{};
   std::array<motion::AxisPins, 3> last_{};
@@ -99,7 +99,7 @@ ServoAxis servo_axis(const motion::AxisConfig& axis, double start_mm, double clo
 
 }  // namespace
 
-StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream) {
+StageReplay replay_stage(const PrintJob& job, const recording::Stream& stream) {
   if (job.fly_by || !job.drive.homed || job.power_on_mm != job.start_mm)
     throw std::invalid_argument(
         "stage replay: found a job that homes, goes to its start or prints on the fly, expected one that "

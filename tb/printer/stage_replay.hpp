@@ -23,6 +23,6 @@ struct StageReplay {
 // Replays a complete recording of `job`, which stops at each bump on a stage that was homed before and stands
 // at its start. A job broken off is replayed as far as its bumps go.
 // Throws std::invalid_argument for other jobs, and when the stream is not one of `job`'s pins.
-StageReplay replay_stage(const PrintJob& job, const vectors::Stream& stream);
+StageReplay replay_stage(const PrintJob& job, const recording::Stream& stream);
 
 }  // namespace meltstage::tb

@@ -8,6 +8,8 @@
 #include <system_error>
 #include <utility>
 
+#include "base/error.hpp"
+
 namespace meltstage::tb {
 
 namespace fs = std::filesystem;
@@ -29,12 +31,12 @@ WindowPlanner::WindowPlanner(fs::path folder, WindowRunName name, WindowBorders 
       borders_(std::move(borders)) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
   if (fs::exists(folder_) && !fs::exists(plan_file(folder_))) {
-    throw WindowError(fmt::format("{}: exists and is no window plan (no plan.json); choose another folder",
-                                  folder_.string()));
+    throw UserError(fmt::format("{}: exists and is no window plan (no plan.json); choose another folder",
+                                folder_.string()));
   }
   std::sort(borders_.at.begin(), borders_.at.end());
   borders_.at.erase(std::unique(borders_.at.begin(), borders_.at.end()), borders_.at.end());
-  if (borders_.every == 0) throw WindowError("window length: found 0 clocks, expected 1 or more");
+  if (borders_.every == 0) throw UserError("window length: found 0 clocks, expected 1 or more");
   partial_ = folder_.string() + fmt::format(".partial.{}", getpid());
   for (const char* part : {"states", "stimulus", "results"}) fs::create_directories(partial_ / part);
   plan_.job = name_.job;
@@ -49,14 +51,14 @@ WindowPlanner::~WindowPlanner() {
 }
 
 void WindowPlanner::refuse(const std::string& why) const {
-  throw WindowError(fmt::format("recording of {}: {}; record it again", name_.job, why));
+  throw UserError(fmt::format("recording of {}: {}; record it again", name_.job, why));
 }
 
-void WindowPlanner::begin(const vectors::Header& header) {
-  const vectors::Header chip = chip_pin_header(name_.job);
+void WindowPlanner::begin(const recording::Header& header) {
+  const recording::Header chip = chip_pin_header(name_.job);
   chip_pin_.assign(header.pins.size(), std::nullopt);
   for (std::uint32_t pin = 0; pin < kChipPinCount; ++pin) {
-    const auto at = vectors::find_pin(header, chip.pins[pin].name);
+    const auto at = recording::find_pin(header, chip.pins[pin].name);
     if (!at || header.pins[*at].width != chip.pins[pin].width)
       refuse(fmt::format("found no pin {} of {} bits, expected all pins of the chip", chip.pins[pin].name,
                          chip.pins[pin].width));
@@ -64,7 +66,7 @@ void WindowPlanner::begin(const vectors::Header& header) {
   }
 }
 
-void WindowPlanner::change(const vectors::Change& change) {
+void WindowPlanner::change(const recording::Change& change) {
   if (!begun_ && change.cycle != 0)
     refuse(fmt::format("found a beginning at cycle {}, expected 0", change.cycle));
   begun_ = true;
@@ -77,8 +79,8 @@ void WindowPlanner::end(std::uint64_t final_cycle) {
   run_until(final_cycle);
   if (final_cycle == 0) refuse("found no clock, expected one at least");
   if (!borders_.at.empty() && (borders_.at.front() == 0 || borders_.at.back() >= final_cycle)) {
-    throw WindowError(fmt::format("border: found cycle {}, expected 1 to {}",
-                                  borders_.at.front() == 0 ? 0 : borders_.at.back(), final_cycle - 1));
+    throw UserError(fmt::format("border: found cycle {}, expected 1 to {}",
+                                borders_.at.front() == 0 ? 0 : borders_.at.back(), final_cycle - 1));
   }
   close_window();
   plan_.cycles = final_cycle;
@@ -87,7 +89,7 @@ void WindowPlanner::end(std::uint64_t final_cycle) {
 std::uint64_t WindowPlanner::next_border() const {
   if (borders_.at.empty()) return (run_.cycle / borders_.every + 1) * borders_.every;
   const auto next = std::upper_bound(borders_.at.begin(), borders_.at.end(), run_.cycle);
-  return next == borders_.at.end() ? vectors::max_cycle : *next;
+  return next == borders_.at.end() ? recording::max_cycle : *next;
 }
 
 // The clocks from the present one to `cycle`, all with the levels as they stand.
@@ -119,8 +121,8 @@ void WindowPlanner::open_window() {
     save_border();
   }
   plan_.windows.push_back({run_.cycle, run_.cycle, border_hash_, "", ""});
-  slice_ = std::make_unique<vectors::TextWriter>(stimulus_file(partial_, number));
-  recorder_ = std::make_unique<vectors::Recorder>(
+  slice_ = std::make_unique<recording::TextWriter>(stimulus_file(partial_, number));
+  recorder_ = std::make_unique<recording::Recorder>(
       *slice_, chip_pin_header(
                    fmt::format("meltstage window {} of job={} seed={:#x}", number, name_.job, name_.seed)));
 }
@@ -148,7 +150,7 @@ WindowPlan WindowPlanner::publish() {
   bool same = false;
   try {
     same = fs::exists(folder_) && plan_hash(read_plan(folder_)) == plan_hash(plan_);
-  } catch (const WindowError&) {
+  } catch (const UserError&) {
     // A plan that can't be read is not the same one.
   }
   if (same) {

@@ -34,17 +34,17 @@ struct WindowRunName {
 // A sink for any recording that has the chip's pins (others are left out) and begins at cycle 0 in reset. The
 // model runs along on the recorded inputs and must give the recorded outputs. The work folder gets its name
 // in publish(); results that lie there already stay if they are of the same plan.
-class WindowPlanner final : public vectors::Sink {
+class WindowPlanner final : public recording::Sink {
  public:
-  // Throws WindowError when `folder` exists and is no work folder.
+  // Throws UserError when `folder` exists and is no work folder.
   WindowPlanner(std::filesystem::path folder, WindowRunName name, WindowBorders borders);
   ~WindowPlanner() override;
   WindowPlanner(const WindowPlanner&) = delete;
   WindowPlanner& operator=(const WindowPlanner&) = delete;
 
-  // Throw WindowError when the recording is not one of this chip.
-  void begin(const vectors::Header& header) override;
-  void change(const vectors::Change& change) override;
+  // Throw UserError when the recording is not one of this chip.
+  void begin(const recording::Header& header) override;
+  void change(const recording::Change& change) override;
   void end(std::uint64_t final_cycle) override;
 
   // After end().
@@ -71,8 +71,8 @@ class WindowPlanner final : public vectors::Sink {
   chip::Run run_;
   chip::Inputs before_ = {.rst_n = false};
   std::string border_hash_;
-  std::unique_ptr<vectors::TextWriter> slice_;
-  std::unique_ptr<vectors::Recorder> recorder_;
+  std::unique_ptr<recording::TextWriter> slice_;
+  std::unique_ptr<recording::Recorder> recorder_;
 };
 
 }  // namespace meltstage::tb

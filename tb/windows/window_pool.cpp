@@ -8,6 +8,7 @@
 #include <deque>
 #include <thread>
 
+#include "base/error.hpp"
 #include "tb/windows/window_runners.hpp"
 
 namespace meltstage::tb {
@@ -52,7 +53,7 @@ RanWindows run_windows_here(const std::filesystem::path& folder, const std::vect
       return;
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 2)
-      throw WindowError(fmt::format("window {}: its files cannot be used", task.window));
+      throw UserError(fmt::format("window {}: its files cannot be used", task.window));
     const bool again = task.attempt < options.attempts;
     ran.notes.push_back(fmt::format("window {}: worker lost ({}), {}", task.window, describe_end(status),
                                     again ? "run again" : "given up"));

@@ -33,7 +33,7 @@ struct RanWindows {
   std::vector<std::string> notes;  // a line for each lost worker
 };
 
-// Both throw WindowError when a worker says that the folder's files can't be used (exit status 2), or when
+// Both throw UserError when a worker says that the folder's files can't be used (exit status 2), or when
 // the engine is missing.
 RanWindows run_windows_here(const std::filesystem::path& folder, const std::vector<std::size_t>& windows,
                             const RunWindowsOptions& options, const WindowProgressCall& progress);

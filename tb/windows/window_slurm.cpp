@@ -11,6 +11,7 @@
 #include <system_error>
 #include <thread>
 
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "tb/windows/window_runners.hpp"
 
@@ -29,7 +30,7 @@ CommandOutput slurm(const Arguments& arguments) {
   try {
     return run_command(arguments);
   } catch (const std::system_error&) {
-    throw WindowError(fmt::format(
+    throw UserError(fmt::format(
         "{}: not found, expected Slurm's commands in PATH; install slurm-wlm or leave out --slurm",
         arguments[0]));
   }
@@ -49,12 +50,12 @@ std::size_t max_array_size() {
   const CommandOutput config = slurm({"scontrol", "show", "config"});
   const std::size_t at = config.text.find("MaxArraySize");
   if (config.status != 0 || at == std::string::npos)
-    throw WindowError(
+    throw UserError(
         fmt::format("scontrol: no answer from Slurm's controller: {}; start it or leave out --slurm",
                     first_line(config.text)));
   std::size_t size = 0;
   std::istringstream(config.text.substr(config.text.find('=', at) + 1)) >> size;
-  if (size < 2) throw WindowError("scontrol: found MaxArraySize below 2, expected job arrays to be allowed");
+  if (size < 2) throw UserError("scontrol: found MaxArraySize below 2, expected job arrays to be allowed");
   return size;
 }
 
@@ -87,8 +88,8 @@ class Jobs {
                "--requeue", fmt::format("--array=0-{}", tasks - 1), "--output=" + log.string(),
                "--open-mode=append", "--chdir=" + script.parent_path().string(), script.string()});
     if (out.status != 0)
-      throw WindowError(fmt::format("sbatch: refused the job array: {}; see sinfo, or leave out --slurm",
-                                    first_line(out.text)));
+      throw UserError(fmt::format("sbatch: refused the job array: {}; see sinfo, or leave out --slurm",
+                                  first_line(out.text)));
     const std::string id = first_line(out.text);
     ids_.push_back(id.substr(0, id.find(';')));
   }
@@ -171,7 +172,7 @@ class SlurmRun {
   }
 
   static void write(const fs::path& path, const std::string& text) {
-    vectors::OutputFile file(path);
+    OutputFile file(path);
     file.write(text);
     file.publish();
   }
@@ -189,7 +190,7 @@ class SlurmRun {
           detail = fmt::format("Slurm job {}: {} running, {} waiting", jobs.names(), queue->running,
                                queue->waiting);
         } else if (Clock::now() - answered > kControllerLost) {
-          throw WindowError(
+          throw UserError(
               "squeue: no answer from Slurm's controller for 10 minutes; run again when it is back");
         }
         done = total_ - std::min(total_, windows_to_run(folder_, plan_).size());

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "base/sha256.hpp"
 #include "tb/pins/chip_pins.hpp"
@@ -65,7 +66,7 @@ T from_bits(std::uint64_t bits, Width<width>) {
 std::string state_text(const SavedState& state) {
   std::string text = fmt::format("cycle {}\n", state.cycle);
   const auto levels = pin_levels(state.before, {});
-  const vectors::Header header = chip_pin_header("state");
+  const recording::Header header = chip_pin_header("state");
   for (std::uint32_t pin = 0; pin < kPinUartTx; ++pin)
     text += fmt::format("pin {} {}\n", header.pins[pin].name, levels[pin]);
   for_each_flop(state.chip, [&](const std::string& name, const auto& flop, auto width) {
@@ -90,7 +91,7 @@ class StateReader {
     SavedState state;
     state.cycle = number(field("cycle"), 10);
     std::array<std::uint64_t, kChipPinCount> levels{};
-    const vectors::Header header = chip_pin_header("state");
+    const recording::Header header = chip_pin_header("state");
     for (std::uint32_t pin = 0; pin < kPinUartTx; ++pin)
       levels[pin] = number(field("pin " + header.pins[pin].name), 10);
     state.before = inputs_of(levels);
@@ -106,20 +107,20 @@ class StateReader {
 
  private:
   [[noreturn]] void fail(std::string_view expected) const {
-    throw WindowError(fmt::format("{}:{}: found \"{}\", expected {}; plan again", path_.string(), number_,
-                                  line_.substr(0, 60), expected));
+    throw UserError(fmt::format("{}:{}: found \"{}\", expected {}; plan again", path_.string(), number_,
+                                line_.substr(0, 60), expected));
   }
   void check_hash() {
     constexpr std::string_view key = "sha256 ";
     const std::size_t last = text_.size() < 2 ? std::string::npos : text_.rfind('\n', text_.size() - 2);
     if (last == std::string::npos || text_.compare(last + 1, key.size(), key) != 0) {
-      throw WindowError(
+      throw UserError(
           fmt::format("{}: truncated, expected a last line \"sha256 ...\"; plan again", path_.string()));
     }
     end_ = last + 1;
     const std::string found = sha256(std::string_view(text_).substr(0, end_));
     if (text_.substr(end_) != std::string(key) + found + "\n") {
-      throw WindowError(
+      throw UserError(
           fmt::format("{}: damaged: its content has SHA-256 {}..., its last line says {}...; plan again",
                       path_.string(), found.substr(0, 12), text_.substr(end_ + key.size(), 12)));
     }
@@ -155,7 +156,7 @@ class StateReader {
 }  // namespace
 
 std::string sha256(std::string_view bytes) {
-  vectors::Sha256 hash;
+  Sha256 hash;
   hash.update(bytes);
   return hash.finish();
 }
@@ -165,7 +166,7 @@ std::string read_file(const std::filesystem::path& path) {
   std::ostringstream text;
   text << file.rdbuf();
   if (!file || std::filesystem::is_directory(path))
-    throw WindowError(
+    throw UserError(
         fmt::format("{}: cannot be read, expected a file of a window plan; plan again", path.string()));
   return std::move(text).str();
 }
@@ -179,11 +180,11 @@ const BuildIdentity& this_build() {
 
 void require_this_build(const std::filesystem::path& file, const BuildIdentity& made_by) {
   if (made_by.spec != this_build().spec) {
-    throw WindowError(fmt::format("{}: made for another spec: found register map {}, expected {}; plan again",
-                                  file.string(), made_by.spec, this_build().spec));
+    throw UserError(fmt::format("{}: made for another spec: found register map {}, expected {}; plan again",
+                                file.string(), made_by.spec, this_build().spec));
   }
   if (made_by.build != this_build().build) {
-    throw WindowError(fmt::format(
+    throw UserError(fmt::format(
         "{}: made by another build: found executable {}..., expected {}...; plan again or use that build",
         file.string(), made_by.build.substr(0, 12), this_build().build.substr(0, 12)));
   }
@@ -195,7 +196,7 @@ void write_state(const std::filesystem::path& path, const SavedState& state) {
   std::string text = fmt::format("{}\nbuild {}\nspec {}\n{}", kMagic, this_build().build, this_build().spec,
                                  state_text(state));
   text += fmt::format("sha256 {}\n", sha256(text));
-  vectors::OutputFile file(path);
+  OutputFile file(path);
   file.write(text);
   file.publish();
 }

@@ -15,11 +15,6 @@
 
 namespace meltstage::tb {
 
-// A file of the work folder can't be used; what() is one line: file, what was found, expected, what to do.
-struct WindowError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 // What made a file: files of different builds or specs are not mixed.
 struct BuildIdentity {
   std::string build;  // SHA-256 of the executable
@@ -30,7 +25,7 @@ struct BuildIdentity {
 
 // Of the running executable.
 const BuildIdentity& this_build();
-// Throws WindowError naming which of build and spec differs from this_build().
+// Throws UserError naming which of build and spec differs from this_build().
 void require_this_build(const std::filesystem::path& file, const BuildIdentity& made_by);
 
 struct SavedState {
@@ -44,14 +39,14 @@ std::string state_hash(const SavedState& state);
 
 // The file appears whole or not at all.
 void write_state(const std::filesystem::path& path, const SavedState& state);
-// Throws WindowError.
+// Throws UserError.
 SavedState read_state(const std::filesystem::path& path);
 
 // Flops whose values differ; `dut` is a's value, `model` b's.
 std::vector<FlopDifference> flop_differences(const chip::Chip& a, const chip::Chip& b);
 
 std::string sha256(std::string_view bytes);
-// The whole file; throws WindowError when it can't be read.
+// The whole file; throws UserError when it can't be read.
 std::string read_file(const std::filesystem::path& path);
 
 }  // namespace meltstage::tb

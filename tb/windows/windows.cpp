@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "recording/text.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
@@ -33,7 +34,7 @@ std::string content_hash(const Json& content) { return sha256(content.dump()); }
 void write_sealed(const fs::path& path, const char* format, const Json& content) {
   const Json file = {
       {"format", format}, {"version", kVersion}, {"content", content}, {"sha256", content_hash(content)}};
-  vectors::OutputFile out(path);
+  OutputFile out(path);
   out.write(file.dump(1) + "\n");
   out.publish();
 }
@@ -42,19 +43,19 @@ Json read_sealed(const fs::path& path, const char* format) {
   const std::string text = read_file(path);
   const Json file = Json::parse(text, nullptr, false);
   if (!file.is_object() || file.value("format", "") != format)
-    throw WindowError(
+    throw UserError(
         fmt::format("{}: not a file of format {}, expected JSON as this command writes it; "
                     "plan again",
                     path.string(), format));
   if (file.value("version", 0) != kVersion) {
-    throw WindowError(fmt::format("{}: found version {} of the format, expected {}; plan again",
-                                  path.string(), file.value("version", 0), kVersion));
+    throw UserError(fmt::format("{}: found version {} of the format, expected {}; plan again", path.string(),
+                                file.value("version", 0), kVersion));
   }
   const Json content = file.value("content", Json());
   if (file.value("sha256", "") != content_hash(content)) {
-    throw WindowError(fmt::format("{}: damaged: its content has SHA-256 {}..., it says {:.12}...; plan again",
-                                  path.string(), content_hash(content).substr(0, 12),
-                                  file.value("sha256", "nothing")));
+    throw UserError(fmt::format("{}: damaged: its content has SHA-256 {}..., it says {:.12}...; plan again",
+                                path.string(), content_hash(content).substr(0, 12),
+                                file.value("sha256", "nothing")));
   }
   return content;
 }
@@ -65,7 +66,7 @@ auto with_fields(const fs::path& path, Read read) {
   try {
     return read();
   } catch (const nlohmann::json::exception& error) {
-    throw WindowError(fmt::format("{}: unexpected content ({}); plan again", path.string(), error.what()));
+    throw UserError(fmt::format("{}: unexpected content ({}); plan again", path.string(), error.what()));
   }
 }
 
@@ -157,7 +158,7 @@ SavedState load_border(const fs::path& folder, std::size_t border, const std::st
   const fs::path path = state_file(folder, border);
   SavedState state = read_state(path);
   if (state_hash(state) != hash) {
-    throw WindowError(
+    throw UserError(
         fmt::format("{}: not the state of this plan: found {:.12}..., expected {:.12}...; plan again",
                     path.string(), state_hash(state), hash));
   }
@@ -167,7 +168,7 @@ SavedState load_border(const fs::path& folder, std::size_t border, const std::st
 void require_stimulus(const fs::path& path, const std::string& hash) {
   const std::string found = sha256(read_file(path));
   if (found != hash) {
-    throw WindowError(
+    throw UserError(
         fmt::format("{}: damaged or not of this plan: found SHA-256 {:.12}..., expected {:.12}...; "
                     "plan again",
                     path.string(), found, hash));
@@ -195,12 +196,12 @@ class WindowRun {
         repeat_(fmt::format("meltstage window {} {}", folder.string(), window)) {
     const fs::path path = stimulus_file(folder, window);
     require_stimulus(path, planned_.stimulus);
-    pins_ = vectors::read_text(path);
+    pins_ = recording::read_text(path);
     const bool fits = pins_.header().pins == chip_pin_header("").pins &&
                       start_.cycle == planned_.first_cycle && pins_.first_cycle() == planned_.first_cycle &&
                       pins_.final_cycle() == planned_.last_cycle && end_.cycle == planned_.last_cycle + 1;
     if (!fits) {
-      throw WindowError(
+      throw UserError(
           fmt::format("{}: pins or cycles are not those of window {}; plan again", path.string(), window));
     }
     auto rtl = make_verilated_rtl();
@@ -214,7 +215,7 @@ class WindowRun {
   void run() {
     if (start_.cycle > 0 && !rtl_->flops_equal(start_.chip))
       fail("start", rtl_->differences(start_.chip), "RTL");
-    vectors::Cursor cursor(pins_);
+    recording::Cursor cursor(pins_);
     chip::Outputs standing = start_.chip.outputs(start_.before);
     std::optional<std::uint64_t> event = planned_.first_cycle;
     chip::Inputs in;
@@ -270,7 +271,7 @@ class WindowRun {
   SavedState start_;
   SavedState end_;
   std::string repeat_;
-  vectors::Stream pins_;
+  recording::Stream pins_;
   VerilatedRtl* rtl_ = nullptr;  // owned by lockstep_
   std::optional<Lockstep> lockstep_;
   chip::Inputs last_in_;
@@ -434,7 +435,7 @@ void write_plan(const fs::path& folder, const WindowPlan& plan) {
 WindowPlan read_plan(const fs::path& folder) {
   const fs::path path = plan_file(folder);
   if (!fs::exists(path)) {
-    throw WindowError(
+    throw UserError(
         fmt::format("{}: no window plan there (no plan.json), expected the work folder of a print with "
                     "--rtl full or of \"windows plan\"",
                     folder.string()));
@@ -454,8 +455,8 @@ void check_files(const fs::path& folder, const WindowPlan& plan) {
 
 WindowResult check_window(const fs::path& folder, const WindowPlan& plan, std::size_t window) {
   if (window >= plan.windows.size()) {
-    throw WindowError(fmt::format("{}: found window {}, expected 0 to {}", folder.string(), window,
-                                  plan.windows.empty() ? 0 : plan.windows.size() - 1));
+    throw UserError(fmt::format("{}: found window {}, expected 0 to {}", folder.string(), window,
+                                plan.windows.empty() ? 0 : plan.windows.size() - 1));
   }
   const auto begin = std::chrono::steady_clock::now();
   WindowRun run(folder, plan, window);
@@ -493,7 +494,7 @@ ReadResults read_results(const fs::path& folder) {
   for (const fs::path& file : files) {
     try {
       read.results.push_back(read_result(file));
-    } catch (const WindowError& error) {
+    } catch (const UserError& error) {
       read.unreadable.push_back(error.what());
     }
   }
@@ -522,7 +523,7 @@ std::vector<std::size_t> windows_to_run(const fs::path& folder, const WindowPlan
         const WindowResult result = read_result(path);
         if (result.window == i && defect(plan, hash, result).empty()) continue;
       }
-    } catch (const WindowError&) {
+    } catch (const UserError&) {
       // An unreadable result counts as none: the window runs again and replaces it.
     }
     list.push_back(i);

@@ -42,9 +42,9 @@ std::filesystem::path stimulus_file(const std::filesystem::path& folder, std::si
 std::filesystem::path result_file(const std::filesystem::path& folder, std::size_t window);
 
 void write_plan(const std::filesystem::path& folder, const WindowPlan& plan);
-// Throws WindowError on a missing or damaged plan or one of another build.
+// Throws UserError on a missing or damaged plan or one of another build.
 WindowPlan read_plan(const std::filesystem::path& folder);
-// Every state and stimulus against the plan's hashes. Throws WindowError for the first that is missing or
+// Every state and stimulus against the plan's hashes. Throws UserError for the first that is missing or
 // damaged.
 void check_files(const std::filesystem::path& folder, const WindowPlan& plan);
 
@@ -65,7 +65,7 @@ struct WindowResult {
   double wall_s = 0.0;
 };
 
-// Model and RTL from the window's first state over its stimulus to its border. Throws WindowError when a file
+// Model and RTL from the window's first state over its stimulus to its border. Throws UserError when a file
 // of the folder can't be used; a difference is in the result.
 WindowResult check_window(const std::filesystem::path& folder, const WindowPlan& plan, std::size_t window);
 

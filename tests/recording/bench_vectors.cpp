@@ -13,7 +13,7 @@
 #include "recording/text.hpp"
 #include "recording/vcd.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 constexpr std::uint64_t cycles = 4'000'000;
@@ -134,4 +134,4 @@ void diff_equal(benchmark::State& state) {
 BENCHMARK(diff_equal)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -7,7 +7,7 @@
 
 #include "support.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 using ::testing::ElementsAre;
@@ -130,4 +130,4 @@ RC_GTEST_PROP(Diff, AgreesWithComparingEveryCycle, ()) {
 }
 
 }  // namespace
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

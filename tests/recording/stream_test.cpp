@@ -10,7 +10,7 @@
 
 #include "support.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 using ::testing::ElementsAre;
@@ -285,4 +285,4 @@ TEST(Stream, NeedsAFewBytesAChange) {
 }
 
 }  // namespace
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -17,14 +17,14 @@
 
 #include "recording/stream.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 
 /// A folder that lives as long as the test.
 class Folder {
  public:
   Folder()
       : path_(std::filesystem::path(::testing::TempDir()) /
-              (fmt::format("meltstage_vectors_{}", ::getpid()))) {
+              (fmt::format("meltstage_recording_{}", ::getpid()))) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directory(path_);
   }
@@ -117,4 +117,4 @@ inline Stream record(const Table& table) {
   return stream;
 }
 
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -10,7 +10,7 @@
 #include "base/sha256.hpp"
 #include "support.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 using ::testing::HasSubstr;
@@ -481,4 +481,4 @@ TEST(TextWriter, FullDiskIsNamedWithTheReason) {
 }
 
 }  // namespace
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -11,7 +11,7 @@
 
 #include "support.hpp"
 
-namespace meltstage::vectors {
+namespace meltstage::recording {
 namespace {
 
 using ::testing::HasSubstr;
@@ -214,4 +214,4 @@ TEST(Vcd, RoundedTimesDoNotDrift) {
 }
 
 }  // namespace
-}  // namespace meltstage::vectors
+}  // namespace meltstage::recording

@@ -41,7 +41,7 @@ Devices::Devices()
       sensor(tb::make_spi_sensor(
           "MAX31855", {.clock_hz = kClockHz,
                        .source = [this](std::uint64_t cycle) { return plant.sensor_degc(cycle); }})),
-      host({.line = {kClockHz, 115200.0, tb::k8E1}}, tb::stream(1, "host")) {}
+      host({.line = {kClockHz, 115200.0, tb::k8E1}}, stream(1, "host")) {}
 
 Bench::Bench(const sc_core::sc_module_name& name)
     : sc_core::sc_module(name), clk_("clk", kPeriod, 0.5, kFirstEdge) {

@@ -135,7 +135,7 @@ class Pair {
                                 : tb::write_multiple_registers(1, access.address, access.values));
   }
 
-  tb::ModbusHost host_{{.line = {kClkHz, 115200.0, tb::k8E1}}, tb::stream(1, "host")};
+  tb::ModbusHost host_{{.line = {kClkHz, 115200.0, tb::k8E1}}, stream(1, "host")};
   std::uint64_t cycle_ = 3 * kClkHz / 10;  // the sensors are past their power-up time
 };
 

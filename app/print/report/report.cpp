@@ -192,7 +192,7 @@ std::string render_report(const PrintReport& report) {
 std::string summary_json(const PrintReport& report) { return dump(summary(report), 2) + "\n"; }
 
 void write_report(const std::filesystem::path& path, const PrintReport& report) {
-  vectors::OutputFile file(path);
+  OutputFile file(path);
   file.write(render_report(report));
   file.publish();
 }

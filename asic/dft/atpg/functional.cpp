@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "asic/dft/core/machines.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -305,8 +305,8 @@ std::vector<std::size_t> drivers(const CaptureView& view, const CycleStream& str
     signals.push_back(signal_of(stream, port, true));
     const bool of_test = port.starts_with("test_mode") || port.starts_with("scan_");
     if (signals.back() == stream.signals.size() && !of_test)
-      throw InputError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
-                                   stream.title, port));
+      throw UserError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
+                                  stream.title, port));
   }
   return signals;
 }
@@ -366,8 +366,8 @@ ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, u
   const auto named = static_cast<std::size_t>(std::count_if(stream.signals.begin(), stream.signals.end(),
                                                             [](const TestSignal& s) { return !s.is_input; }));
   if (outputs.size() != named)
-    throw InputError(fmt::format("{}: found {} output signals that the netlist has, expected all {}",
-                                 stream.title, outputs.size(), named));
+    throw UserError(fmt::format("{}: found {} output signals that the netlist has, expected all {}",
+                                stream.title, outputs.size(), named));
   Machines m(view, {});
   Word used;
   const std::size_t machines = std::min<std::size_t>(2 + random_power_ups, kLanes);

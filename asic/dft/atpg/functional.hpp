@@ -53,7 +53,7 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
                                  PowerUp power_up = PowerUp::zeros, const GradeProgress& progress = {});
 
 /// Stretches of a stream without scan: a cycle with a clock pulse is a clock. Ports of the netlist that the
-/// stream doesn't name are inputs of the test, held at 0; without any of them InputError.
+/// stream doesn't name are inputs of the test, held at 0; without any of them UserError.
 std::vector<FunctionalStretch> stretches_of(const CaptureView& view, const CycleStream& stream);
 
 /// Runs a stream of any length without scan; outputs are compared before each cycle's clock where it has H or

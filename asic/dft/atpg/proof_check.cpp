@@ -8,7 +8,7 @@
 #include <map>
 #include <vector>
 
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -142,7 +142,7 @@ std::vector<Line> lines_of(std::string_view text, const char* what) {
       int literal = 0;
       const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), literal);
       if (error != std::errc{})
-        throw InputError(
+        throw UserError(
             fmt::format("{}, line {}: found \"{}\", expected literals and 0", what, number, line));
       line.remove_prefix(static_cast<std::size_t>(end - line.data()));
       if (literal == 0) {
@@ -152,7 +152,7 @@ std::vector<Line> lines_of(std::string_view text, const char* what) {
       entry.clause.push_back(literal);
     }
     if (!ended)
-      throw InputError(fmt::format("{}, line {}: found no 0 at the end, expected one", what, number));
+      throw UserError(fmt::format("{}, line {}: found no 0 at the end, expected one", what, number));
     lines.push_back(std::move(entry));
   }
   return lines;

@@ -9,7 +9,7 @@ namespace meltstage::dft {
 
 /// Whether the text DRAT proof refutes the DIMACS formula: every added clause must follow by unit propagation
 /// (RUP), and the empty clause must be among them. Deletions are followed. `reason` says why not. Throws
-/// InputError on text that is neither.
+/// UserError on text that is neither.
 bool refutes(std::string_view cnf, std::string_view proof, std::string& reason);
 
 }  // namespace meltstage::dft

@@ -8,8 +8,8 @@
 #include <map>
 #include <unordered_map>
 
-#include "asic/netlist/error.hpp"
 #include "asic/netlist/netlist.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -30,8 +30,8 @@ bool parse(const std::string& text, const std::string& where, Statement& stateme
   if (line.empty()) return false;
   const std::size_t open = line.find('('), close = line.rfind(')'), equals = line.find('=');
   if (open == std::string::npos || close == std::string::npos || close < open)
-    throw InputError(fmt::format(
-        "{}: found \"{}\", expected NAME = GATE(INPUTS), INPUT(NAME) or OUTPUT(NAME)", where, text));
+    throw UserError(fmt::format("{}: found \"{}\", expected NAME = GATE(INPUTS), INPUT(NAME) or OUTPUT(NAME)",
+                                where, text));
   const std::size_t begin = equals == std::string::npos || equals > open ? 0 : equals + 1;
   statement.result = begin == 0 ? "" : line.substr(0, equals);
   statement.function = line.substr(begin, open - begin);
@@ -76,7 +76,7 @@ Gate narrow(Gate gate, std::size_t inputs) {
 Circuit read_bench(const std::filesystem::path& path) {
   const std::string file = path.string();
   std::ifstream stream(path);
-  if (!stream) throw InputError(fmt::format("{}: can't be read; give a .bench netlist", file));
+  if (!stream) throw UserError(fmt::format("{}: can't be read; give a .bench netlist", file));
   CircuitBuilder builder;
   std::unordered_map<std::string, Node> nodes;
   std::vector<std::pair<std::string, std::size_t>> ports_out, captures;
@@ -85,7 +85,7 @@ Circuit read_bench(const std::filesystem::path& path) {
   std::string text;
   const auto define = [&](const std::string& name, Node node, const std::string& where) {
     if (!nodes.emplace(name, node).second)
-      throw InputError(fmt::format("{}: found a second driver of {}, expected one", where, name));
+      throw UserError(fmt::format("{}: found a second driver of {}, expected one", where, name));
   };
   for (std::size_t number = 1; std::getline(stream, text); ++number) {
     Statement statement;
@@ -95,7 +95,7 @@ Circuit read_bench(const std::filesystem::path& path) {
     const std::size_t inputs = statement.args.size();
     if (statement.result.empty()) {
       if (inputs != 1 || (statement.function != "INPUT" && statement.function != "OUTPUT"))
-        throw InputError(fmt::format("{}: found \"{}\", expected INPUT(NAME) or OUTPUT(NAME)", where, text));
+        throw UserError(fmt::format("{}: found \"{}\", expected INPUT(NAME) or OUTPUT(NAME)", where, text));
       if (statement.function == "INPUT")
         define(statement.args[0], builder.add(Gate::input, {}, statement.args[0]), where);
       else
@@ -103,17 +103,17 @@ Circuit read_bench(const std::filesystem::path& path) {
       continue;
     }
     if (statement.function == "DFF") {
-      if (inputs != 1) throw InputError(fmt::format("{}: found {} inputs of DFF, expected 1", where, inputs));
+      if (inputs != 1) throw UserError(fmt::format("{}: found {} inputs of DFF, expected 1", where, inputs));
       states.emplace_back(statement.result, number);
       captures.emplace_back(statement.args[0], number);
       continue;
     }
     const auto known = gate_names().find(statement.function);
     if (known == gate_names().end())
-      throw InputError(fmt::format("{}: found gate \"{}\", expected AND NAND OR NOR XOR XNOR NOT BUF MUX DFF",
-                                   where, statement.function));
+      throw UserError(fmt::format("{}: found gate \"{}\", expected AND NAND OR NOR XOR XNOR NOT BUF MUX DFF",
+                                  where, statement.function));
     if (inputs < known->second.least || inputs > known->second.most)
-      throw InputError(fmt::format(
+      throw UserError(fmt::format(
           "{}: found {} inputs of {}, expected {}", where, inputs, statement.function,
           known->second.least == known->second.most ? std::to_string(known->second.least) : "one or more"));
     const Node node = builder.add(narrow(known->second.gate, inputs), {}, statement.result);
@@ -125,7 +125,7 @@ Circuit read_bench(const std::filesystem::path& path) {
   const auto driver = [&](const std::string& name, std::size_t line) {
     const auto found = nodes.find(name);
     if (found == nodes.end())
-      throw InputError(fmt::format("{}:{}: found no driver of {}, expected one", file, line, name));
+      throw UserError(fmt::format("{}:{}: found no driver of {}, expected one", file, line, name));
     return found->second;
   };
   std::vector<std::size_t> uses(builder.size(), 0);

@@ -7,8 +7,8 @@
 #include <optional>
 #include <unordered_map>
 
-#include "asic/netlist/error.hpp"
 #include "asic/netlist/netlist.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -169,16 +169,16 @@ class ViewBuilder {
   const Cell& cell_of(const Instance& instance) const {
     const auto found = library_.find(instance.type);
     if (found == library_.end())
-      throw InputError(
+      throw UserError(
           fmt::format("{}: cell {}: found type {}, expected a cell of the library; map the netlist to it",
                       netlist_.file, instance.name, instance.type));
     const Cell& cell = found->second;
     if (cell.has_latch)
-      throw InputError(fmt::format("{}: cell {}: found {}, a latch, expected flops and gates; replace it",
-                                   netlist_.file, instance.name, instance.type));
+      throw UserError(fmt::format("{}: cell {}: found {}, a latch, expected flops and gates; replace it",
+                                  netlist_.file, instance.name, instance.type));
     for (const auto& [pin, net] : instance.pins) {
       if (cell.find(pin) == nullptr)
-        throw InputError(fmt::format(
+        throw UserError(fmt::format(
             "{}: cell {}: found pin {}, which {} does not have; use the library the netlist was mapped to",
             netlist_.file, instance.name, pin, instance.type));
     }
@@ -187,8 +187,8 @@ class ViewBuilder {
   void drive(Net net, Node node, const std::string& by) {
     if (net < 2) return;
     if (!driver_.emplace(net, node).second)
-      throw InputError(fmt::format("{}: net {}: found a second driver {}, expected one", netlist_.file,
-                                   net_name(net), by));
+      throw UserError(fmt::format("{}: net {}: found a second driver {}, expected one", netlist_.file,
+                                  net_name(net), by));
   }
   std::string net_name(Net net) const {
     const auto found = netlist_.net_names.find(net);
@@ -203,7 +203,7 @@ class ViewBuilder {
     if (net == 0 || net == 1) return constant(net == 1);
     const auto found = driver_.find(net);
     if (found == driver_.end())
-      throw InputError(
+      throw UserError(
           fmt::format("{}: {}: found no driver of net {}, expected one; unknown values can't be tested",
                       netlist_.file, reader, net == kUnknownNet ? "x" : net_name(net)));
     return found->second;
@@ -227,8 +227,8 @@ class ViewBuilder {
     }
     view_.clock_ports.assign(view_.input_ports.size(), 0);
     if (!unknown.empty())
-      throw InputError(fmt::format("{}: found no input port {}, expected one to hold", netlist_.file,
-                                   unknown.begin()->first));
+      throw UserError(fmt::format("{}: found no input port {}, expected one to hold", netlist_.file,
+                                  unknown.begin()->first));
   }
 
   void add_state(std::size_t i) {
@@ -272,8 +272,8 @@ class ViewBuilder {
             (term.kind == Term::Kind::pin && term.pin == cell.flop->state_n) ||
             (term.kind == Term::Kind::gate && term.gate == Gate::inv && term.args[0].pin == cell.flop->state);
         if (!plain && !inverse_state)
-          throw InputError(fmt::format("{}: cell {}/{}: found an output that is not the state or its inverse",
-                                       netlist_.file, instance.name, pin.name));
+          throw UserError(fmt::format("{}: cell {}/{}: found an output that is not the state or its inverse",
+                                      netlist_.file, instance.name, pin.name));
         const Node node =
             builder_.add(plain ? Gate::buf : Gate::inv, {state}, instance.name + "/" + pin.name);
         builder_.add_site({instance.name + "/" + pin.name, node, kStem, {false, false}});
@@ -289,7 +289,7 @@ class ViewBuilder {
       const auto net = instance.pins.find(pin.name);
       if (!pin.is_output || net == instance.pins.end()) continue;
       if (!pin.function)
-        throw InputError(
+        throw UserError(
             fmt::format("{}: cell {}: found {} without a function of {} in the library, expected one",
                         netlist_.file, instance.name, instance.type, pin.name));
       Term term = term_of(*pin.function);
@@ -350,7 +350,7 @@ class ViewBuilder {
     const auto net = instance.pins.find(pin);
     const std::string name = instance.name + "/" + pin;
     if (net == instance.pins.end())
-      throw InputError(fmt::format("{}: {}: found nothing connected, expected a net", netlist_.file, name));
+      throw UserError(fmt::format("{}: {}: found nothing connected, expected a net", netlist_.file, name));
     const Node source = node_of(net->second, name);
     Site site{name, reader, position, {false, false}};
     mark_implied(site, i, pin);
@@ -481,7 +481,7 @@ class ViewBuilder {
     for (const ScanFlop& flop : view_.flops) {
       const auto port = port_node_.find(clock_of(flop.clock).source);
       if (port == port_node_.end())
-        throw InputError(
+        throw UserError(
             fmt::format("{}: cell {}: found clock net {} driven by logic, expected an input port through "
                         "buffers and clock gates; bypass "
                         "it in test mode",

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -98,7 +98,7 @@ Circuit CircuitBuilder::finish(const std::string& source, std::vector<Node>* ren
   }
   if (order.size() != count) {
     const auto stuck = std::find_if(waiting.begin(), waiting.end(), [](std::uint32_t n) { return n != 0; });
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found a combinational loop through or before \"{}\", expected none; cut it", source,
                     nodes_[static_cast<std::size_t>(stuck - waiting.begin())].name));
   }

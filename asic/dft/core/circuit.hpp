@@ -94,7 +94,7 @@ class CircuitBuilder {
   std::span<const Node> fanin(Node node) const { return nodes_[node].fanin; }
   const std::string& name(Node node) const { return nodes_[node].name; }
 
-  /// Throws InputError that names a node on a combinational loop. `source` stands in messages. `renumbered`,
+  /// Throws UserError that names a node on a combinational loop. `source` stands in messages. `renumbered`,
   /// when given, tells the circuit's number of each of the builder's nodes.
   Circuit finish(const std::string& source, std::vector<Node>* renumbered = nullptr);
 

@@ -4,18 +4,18 @@
 
 #include <filesystem>
 #include <map>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "asic/dft/core/cycles.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
 /// A defect of a pattern file; what() is "file:line: found ..., expected ...".
-class PatternFileError : public std::runtime_error {
+class PatternFileError : public UserError {
  public:
-  PatternFileError(const std::string& message, std::size_t line) : std::runtime_error(message), line_(line) {}
+  PatternFileError(const std::string& message, std::size_t line) : UserError(message), line_(line) {}
   std::size_t line() const { return line_; }
 
  private:

@@ -4,12 +4,12 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "asic/dft/core/cycles.hpp"
 #include "asic/dft/scan/scan_test.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -20,9 +20,9 @@ std::string stil_text(const ScanTest& test);
 std::string flat_stil_text(const CycleStream& stream);
 
 /// A defect of a STIL file; what() is "file:line: found ..., expected ...".
-class StilError : public std::runtime_error {
+class StilError : public UserError {
  public:
-  StilError(const std::string& message, std::size_t line) : std::runtime_error(message), line_(line) {}
+  StilError(const std::string& message, std::size_t line) : UserError(message), line_(line) {}
   std::size_t line() const { return line_; }
 
  private:

@@ -16,7 +16,7 @@
 
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/workers.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -80,8 +80,8 @@ class Player {
       if (stream.signals[i].is_input) continue;
       const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), stream.signals[i].name);
       if (port == view.output_ports.end())
-        throw InputError(fmt::format("{}: found output signal {}, expected an output port of the netlist",
-                                     stream.title, stream.signals[i].name));
+        throw UserError(fmt::format("{}: found output signal {}, expected an output port of the netlist",
+                                    stream.title, stream.signals[i].name));
       output_.emplace_back(
           i, view.circuit.outputs()[static_cast<std::size_t>(port - view.output_ports.begin())]);
     }
@@ -132,8 +132,8 @@ class Player {
     for (std::size_t i = 0; i < stream_.signals.size(); ++i) {
       if (stream_.signals[i].name == name && stream_.signals[i].is_input == input) return i;
     }
-    throw InputError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
-                                 stream_.title, name));
+    throw UserError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
+                                stream_.title, name));
   }
   void require_clocks() const {
     for (std::size_t i = 0; i < input_.size(); ++i) {
@@ -141,8 +141,8 @@ class Player {
       for (std::size_t at = 0; at < stream_.cycles.size(); ++at) {
         const char state = stream_.cycles[at].states[input_[i]];
         if (is_open(state))
-          throw InputError(fmt::format("{}: found {} of the clock {} in cycle {}, expected 0 or a pulse",
-                                       stream_.title, state, view_.input_ports[i], at));
+          throw UserError(fmt::format("{}: found {} of the clock {} in cycle {}, expected 0 or a pulse",
+                                      stream_.title, state, view_.input_ports[i], at));
       }
     }
   }
@@ -335,7 +335,7 @@ std::string cell_models(const Netlist& netlist, const CellLibrary& library) {
   for (const std::string& type : used) {
     const auto found = library.find(type);
     if (found == library.end())
-      throw InputError(fmt::format("{}: found type {}, expected a cell of the library", netlist.file, type));
+      throw UserError(fmt::format("{}: found type {}, expected a cell of the library", netlist.file, type));
     const Cell& cell = found->second;
     std::string ports, body;
     for (const CellPin& pin : cell.pins) {
@@ -452,7 +452,7 @@ ReplayResult verdict_of_icarus(const std::filesystem::path& work, const std::str
   if (verdict == std::string::npos ||
       std::sscanf(output.c_str() + begin, "%zu cycles, %zu strobes, %zu mismatches", &result.cycles,
                   &result.strobes, &result.mismatches) != 3)
-    throw InputError(
+    throw UserError(
         fmt::format("{}: Icarus did not finish ({})", work.string(), output.substr(0, output.find('\n'))));
   if (result.mismatches != 0) {
     const std::size_t first = output.find("cycle ");
@@ -464,7 +464,7 @@ ReplayResult verdict_of_icarus(const std::filesystem::path& work, const std::str
 void write_work(const std::filesystem::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
-  if (!file.flush()) throw InputError(fmt::format("{}: can't be written", path.string()));
+  if (!file.flush()) throw UserError(fmt::format("{}: can't be written", path.string()));
 }
 
 // Icarus 11 passes over them without a word.
@@ -474,7 +474,7 @@ void refuse_wire_delays(const std::filesystem::path& sdf) {
   for (std::string line; std::getline(file, line);) {
     ++number;
     if (line.find("(INTERCONNECT ") != std::string::npos)
-      throw InputError(
+      throw UserError(
           fmt::format("{}:{}: found INTERCONNECT, which Icarus leaves out, expected the delays of wires in "
                       "the paths behind them; asic/flow/fold_wires.py FILE OUT puts them there",
                       sdf.string(), number));
@@ -489,7 +489,7 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
     for (std::size_t s = 0; s < stream.signals.size(); ++s) {
       if (stream.signals[s].name == name) return fmt::format("s{}", s);
     }
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found no signal {}, expected every port of the netlist", stream.title, name));
   };
   std::string instance = escaped(netlist.top) + "dut (";
@@ -525,8 +525,8 @@ ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library
         // there.
         const std::size_t at = std::min(output.find("SDF WARNING"), output.find("SDF ERROR"));
         if (at != std::string::npos)
-          throw InputError(fmt::format("{}: found {}, expected delays of this netlist and these cells",
-                                       delays.sdf.string(), output.substr(at, output.find('\n', at) - at)));
+          throw UserError(fmt::format("{}: found {}, expected delays of this netlist and these cells",
+                                      delays.sdf.string(), output.substr(at, output.find('\n', at) - at)));
       });
 }
 
@@ -538,7 +538,7 @@ ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, cons
     if (line.rfind("module ", 0) == 0) top = line.substr(7, line.find_first_of(" (;", 7) - 7);
   }
   if (top.empty())
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found no module, expected Verilog of what was read back", verilog.string()));
   std::string instance = escaped(top) + "dut (";
   for (std::size_t s = 0; s < stream.signals.size(); ++s)
@@ -552,9 +552,9 @@ ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, cons
           const std::size_t at = output.find(complaint);
           if (at == std::string::npos) continue;
           const std::size_t begin = output.rfind('\n', at) + 1;
-          throw InputError(fmt::format("{}: found other ports than the signals of {} ({}), expected the same",
-                                       verilog.string(), stream.title,
-                                       output.substr(begin, output.find('\n', at) - begin)));
+          throw UserError(fmt::format("{}: found other ports than the signals of {} ({}), expected the same",
+                                      verilog.string(), stream.title,
+                                      output.substr(begin, output.find('\n', at) - begin)));
         }
       });
 }

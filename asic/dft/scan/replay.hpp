@@ -35,7 +35,7 @@ struct ReplayFault {
 /// `scan_enable` named, the stream is cut where that signal rises, and the pieces run side by side: each
 /// begins with a whole load, so that nothing is carried over. What is unknown, the state at the beginning of
 /// each piece and every input in every cycle in which the stream leaves it open, is filled in kFills ways,
-/// the drawn ones from `seed`; a strobe that hangs on it fails. Throws InputError when the stream names other
+/// the drawn ones from `seed`; a strobe that hangs on it fails. Throws UserError when the stream names other
 /// ports than the netlist has, or leaves a clock open.
 ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable = "",
                     std::uint64_t seed = 1, const ReplayFault& fault = {});
@@ -53,18 +53,18 @@ struct IcarusDelays {
 };
 
 /// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N strobes, M mismatches". Delays are
-/// annotated from `sdf` where one is named. Throws InputError when a port of the netlist has no signal.
+/// annotated from `sdf` where one is named. Throws UserError when a port of the netlist has no signal.
 std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
                          const std::filesystem::path& sdf = {});
 /// Lines of vectors.txt.
 std::string icarus_vectors(const CycleStream& stream);
-/// Runs the stream on the netlist in Icarus (four-state), in the existing folder `work`. Throws InputError
+/// Runs the stream on the netlist in Icarus (four-state), in the existing folder `work`. Throws UserError
 /// when Icarus can't be run, or complains about the delays.
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
                               const std::filesystem::path& work, const IcarusDelays& delays = {});
 
 /// Runs a stream on the first module of a Verilog file, whose ports have the names of the stream's signals,
-/// as icebox_vlog reads a bitstream back. Four-state; no scan. Throws InputError when the file has no module,
+/// as icebox_vlog reads a bitstream back. Four-state; no scan. Throws UserError when the file has no module,
 /// its ports are others, or Icarus can't be run.
 ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, const CycleStream& stream,
                                       const std::filesystem::path& work);

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "asic/dft/scan/scan_ways.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -220,7 +220,7 @@ MuxCell find_mux(const CellLibrary& library, const std::string& file) {
       if (!mux.select.empty() && !mux.one.empty()) return mux;
     }
   }
-  throw InputError(
+  throw UserError(
       fmt::format("{}: found no two-way multiplexer in the library, expected one for scan", file));
 }
 
@@ -305,8 +305,8 @@ class Inserter {
     const Port* had_in = port_of_netlist(options_.scan_in, true);
     const Port* had_out = port_of_netlist(options_.scan_out, false);
     if (had_in != nullptr && had_out != nullptr && had_in->bits.size() != had_out->bits.size())
-      throw InputError(fmt::format("{}: found {} of {} bits and {} of {}, expected one width", netlist.file,
-                                   had_in->name, had_in->bits.size(), had_out->name, had_out->bits.size()));
+      throw UserError(fmt::format("{}: found {} of {} bits and {} of {}, expected one width", netlist.file,
+                                  had_in->name, had_in->bits.size(), had_out->name, had_out->bits.size()));
     const std::size_t width = had_in != nullptr    ? had_in->bits.size()
                               : had_out != nullptr ? had_out->bits.size()
                                                    : std::max<std::size_t>(options_.chains, 1);
@@ -346,7 +346,7 @@ class Inserter {
     return width == 1 ? port : fmt::format("{}[{}]", port, i);
   }
   [[noreturn]] void fail(const Instance& instance, const std::string& text) const {
-    throw InputError(fmt::format("{}: cell {}: {}", design_.netlist.file, instance.name, text));
+    throw UserError(fmt::format("{}: cell {}: {}", design_.netlist.file, instance.name, text));
   }
 
   // A test port that the netlist has already; nullptr when it hasn't.
@@ -354,9 +354,9 @@ class Inserter {
     for (const Port& port : design_.netlist.ports) {
       if (port.name != name) continue;
       if (port.is_input != input)
-        throw InputError(fmt::format("{}: found {} port {}, expected an {}; name the test ports otherwise",
-                                     design_.netlist.file, input ? "output" : "input", name,
-                                     input ? "input" : "output"));
+        throw UserError(fmt::format("{}: found {} port {}, expected an {}; name the test ports otherwise",
+                                    design_.netlist.file, input ? "output" : "input", name,
+                                    input ? "input" : "output"));
       return &port;
     }
     return nullptr;
@@ -366,8 +366,8 @@ class Inserter {
     const Port* had = port_of_netlist(name, true);
     if (had == nullptr) return add_port(name, true, width);
     if (had->bits.size() != width)
-      throw InputError(fmt::format("{}: found port {} of {} bits, expected {}", design_.netlist.file, name,
-                                   had->bits.size(), width));
+      throw UserError(fmt::format("{}: found port {} of {} bits, expected {}", design_.netlist.file, name,
+                                  had->bits.size(), width));
     return had->bits;
   }
   // A scan-out port that is there must be a constant so far, from a tie cell maybe.
@@ -378,8 +378,8 @@ class Inserter {
         const auto driver = drivers_.driver_of(port.bits[i]);
         const bool tied = driver && design_.netlist.instances[*driver].pins.size() == 1;
         if (port.bits[i] > 1 && !tied)
-          throw InputError(fmt::format("{}: found logic that drives {}, expected a constant before scan",
-                                       design_.netlist.file, port.bit_name(i)));
+          throw UserError(fmt::format("{}: found logic that drives {}, expected a constant before scan",
+                                      design_.netlist.file, port.bit_name(i)));
       }
       port.bits = out;
       return;
@@ -418,7 +418,7 @@ class Inserter {
                         port, design_.clock));
     }
     if (flops_.empty())
-      throw InputError(fmt::format("{}: found no flop, expected some to scan", netlist.file));
+      throw UserError(fmt::format("{}: found no flop, expected some to scan", netlist.file));
     std::sort(flops_.begin(), flops_.end(), [&](std::size_t a, std::size_t b) {
       return natural_less(netlist.instances[a].name, netlist.instances[b].name);
     });
@@ -517,7 +517,7 @@ class Inserter {
     }
     if (from_logic.empty()) return;
     if (design_.reset.empty())
-      throw InputError(fmt::format(
+      throw UserError(fmt::format(
           "{}: found resets from logic alone, expected an input port that resets a flop; name one that may "
           "reset all in test mode",
           netlist.file));
@@ -537,7 +537,7 @@ class Inserter {
     std::map<Net, Net> bypassed;
     for (const auto& [net, low] : from_logic) {
       if (low != design_.reset_low)
-        throw InputError(
+        throw UserError(
             fmt::format("{}: found resets of both senses, expected one; invert in the RTL", netlist.file));
       bypassed[net] = add_mux(fmt::format("dft_reset_bypass{}", bypassed.size()), net, reset, mode);
     }
@@ -703,7 +703,7 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
                                       clocks.begin()->first)});
   try {
     capture_view(netlist, library);
-  } catch (const InputError& error) {
+  } catch (const UserError& error) {
     if (std::string(error.what()).find("loop") != std::string::npos)
       violations.push_back({"combinational loop", netlist.top, error.what()});
   }

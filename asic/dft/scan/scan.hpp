@@ -47,12 +47,12 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
 /// its D pin where there is none, unless it takes over the state of the flop before it while shifting anyway.
 /// Chains differ by one cell at the most and follow the names, so that neighbours lie in one chain. A reset
 /// from logic is switched to the reset port in test mode, unless the netlist does so already; clock gates get
-/// the scan enable as their test enable. Throws InputError that names the cell when a rule that can't be
+/// the scan enable as their test enable. Throws UserError that names the cell when a rule that can't be
 /// mended is broken.
 ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options = {});
 
 /// Chains of a scanned netlist, found by following each bit of its scan output back while scan is enabled.
-/// Throws InputError that names the cell where a chain breaks.
+/// Throws UserError that names the cell where a chain breaks.
 std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& library,
                                     const ScanOptions& names = {});
 

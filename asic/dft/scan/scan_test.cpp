@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "asic/dft/core/fault_simulator.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -159,7 +159,7 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
   const std::size_t enable = index_of(stream.signals, scan_enable), ports = view.input_ports.size(),
                     outs = view.output_ports.size();
   if (enable == stream.signals.size())
-    throw InputError(
+    throw UserError(
         fmt::format("{}: found no signal {}, expected the scan enable", stream.title, scan_enable));
   std::unordered_map<std::string, std::size_t> flop;
   for (std::size_t k = 0; k < view.flops.size(); ++k) flop[view.flops[k].name] = k;
@@ -175,7 +175,7 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
     for (const std::string& cell : chain.cells) {
       const auto found = flop.find(cell);
       if (found == flop.end())
-        throw InputError(
+        throw UserError(
             fmt::format("{}: found scan cell {}, expected a flop of the netlist", stream.title, cell));
       place.flops.push_back(found->second);
     }
@@ -187,12 +187,12 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
     signal_of_output.push_back(index_of(stream.signals, name));
   for (const std::size_t s : signal_of_input) {
     if (s == stream.signals.size())
-      throw InputError(
+      throw UserError(
           fmt::format("{}: found not every input port of the netlist, expected all", stream.title));
   }
   const std::size_t clock = static_cast<std::size_t>(
       std::find(view.clock_ports.begin(), view.clock_ports.end(), 1) - view.clock_ports.begin());
-  if (clock == ports) throw InputError(fmt::format("{}: found no clock port, expected one", stream.title));
+  if (clock == ports) throw UserError(fmt::format("{}: found no clock port, expected one", stream.title));
   const auto pulses = [&](std::size_t i) { return stream.cycles[i].states[signal_of_input[clock]] == 'P'; };
   const auto shifts = [&](std::size_t i) { return stream.cycles[i].states[enable] == '1'; };
   std::vector<Pattern> patterns;
@@ -234,13 +234,13 @@ void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std
   const auto require = [&](const std::string& name, bool input) {
     const std::size_t s = index_of(stream.signals, name);
     if (s == stream.signals.size() || stream.signals[s].is_input != input)
-      throw InputError(
+      throw UserError(
           fmt::format("{}: found no {} signal {}, expected the scan enable and the ports of every chain",
                       stream.title, input ? "input" : "output", name));
     return s;
   };
   if (chains.empty())
-    throw InputError(fmt::format("{}: found no chains to give it, expected some", stream.title));
+    throw UserError(fmt::format("{}: found no chains to give it, expected some", stream.title));
   const std::size_t enable = require(scan_enable, true);
   std::size_t longest = 0;
   for (const ScanChain& chain : chains) {
@@ -253,7 +253,7 @@ void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std
   bool shifting = false;
   const auto finish_load = [&] {
     if (shifting && shifts < longest)
-      throw InputError(
+      throw UserError(
           fmt::format("{}: found {} clocks with {} at 1 from cycle {} on, expected at least {}, the "
                       "cells of the longest chain",
                       stream.title, shifts, scan_enable, begin, longest));
@@ -276,9 +276,8 @@ void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std
   }
   finish_load();
   if (loads == 0)
-    throw InputError(
-        fmt::format("{}: found no cycle with {} at 1, expected scan patterns; leave --chains out",
-                    stream.title, scan_enable));
+    throw UserError(fmt::format("{}: found no cycle with {} at 1, expected scan patterns; leave --chains out",
+                                stream.title, scan_enable));
   stream.chains = std::move(chains);
 }
 

@@ -72,13 +72,13 @@ void for_each_step(const ScanTest& test, const std::function<void(const ScanStep
 CycleStream expand(const ScanTest& test);
 
 /// Gives chains to a stream that has none, as a dump: from then on its shifts are loads and unloads. Each
-/// load gets a label. Throws InputError when ports are missing, nothing is shifted, or a load has fewer
+/// load gets a label. Throws UserError when ports are missing, nothing is shifted, or a load has fewer
 /// clocks than the longest chain has cells.
 void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std::string& scan_enable);
 
 /// The other way: the capture patterns of a stream, by input of `view`, from what its chains load and its
 /// ports drive. A capture is a clock with scan enable off right behind a load. `compared`, when given, tells
-/// by output of `view` whether the stream compares it. Throws InputError when chains or ports are not those
+/// by output of `view` whether the stream compares it. Throws UserError when chains or ports are not those
 /// of the netlist.
 std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& stream,
                                  const std::string& scan_enable, std::vector<Pattern>* compared = nullptr);

@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "asic/dft/scan/scan.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -180,9 +180,8 @@ std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& l
     if (!port.is_input && port.name == names.scan_out) scan_out = &port;
   }
   if (scan_out == nullptr)
-    throw InputError(
-        fmt::format("{}: found no output port {}, expected a scanned netlist; give its scan.json",
-                    netlist.file, names.scan_out));
+    throw UserError(fmt::format("{}: found no output port {}, expected a scanned netlist; give its scan.json",
+                                netlist.file, names.scan_out));
   std::vector<ScanChain> chains;
   for (std::size_t bit = 0; bit < scan_out->bits.size(); ++bit) {
     ScanChain chain{fmt::format("chain{}", bit), "", scan_out->bit_name(bit), {}};
@@ -192,7 +191,7 @@ std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& l
       const Origin origin = ways.origin(at);
       const std::string before = chain.cells.empty() ? chain.out : chain.cells.back();
       if (origin.node == kNoNode || chain.cells.size() > view.flops.size())
-        throw InputError(
+        throw UserError(
             fmt::format("{}: {}: found no open way to one flop or port while scan is enabled, "
                         "expected a scan chain",
                         netlist.file, before));

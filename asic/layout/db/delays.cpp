@@ -8,8 +8,8 @@
 #include <cctype>
 #include <cstdlib>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/db/tokens.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 
@@ -49,9 +49,9 @@ class LibertyReader {
     const auto line =
         1 + std::count(text_.begin(),
                        text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size())), '\n');
-    throw InputError(fmt::format("{}:{}: found {}, expected {}", name_, line,
-                                 at_ < text_.size() ? fmt::format("\"{}\"", text_[at_]) : "the file's end",
-                                 expected));
+    throw UserError(fmt::format("{}:{}: found {}, expected {}", name_, line,
+                                at_ < text_.size() ? fmt::format("\"{}\"", text_[at_]) : "the file's end",
+                                expected));
   }
   char peek() {
     while (at_ < text_.size()) {
@@ -222,7 +222,7 @@ Delays parse_delays(std::string_view text, const std::string& name) {
       if (pin.name == "pin") result.pins[pin.value] = pin_of(library, pin);
     }
   }
-  if (delays.empty()) throw InputError(fmt::format("{}: found no cell, expected a Liberty library", name));
+  if (delays.empty()) throw UserError(fmt::format("{}: found no cell, expected a Liberty library", name));
   return delays;
 }
 

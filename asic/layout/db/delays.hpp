@@ -51,7 +51,7 @@ struct DelayCell {
 
 using Delays = std::map<std::string, DelayCell, std::less<>>;
 
-/// Reads a Liberty file in ns and pF. Throws InputError.
+/// Reads a Liberty file in ns and pF. Throws UserError.
 Delays read_delays(const std::filesystem::path& path);
 Delays parse_delays(std::string_view text, const std::string& name);
 

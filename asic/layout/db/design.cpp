@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
-#include "asic/layout/db/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 
@@ -47,7 +47,7 @@ const json& top_module(const json& root, const std::string& file, std::string& n
     found = &module;
     name = key;
   }
-  if (found == nullptr) throw InputError(fmt::format("{}: found no module with cells, expected one", file));
+  if (found == nullptr) throw UserError(fmt::format("{}: found no module with cells, expected one", file));
   return *found;
 }
 
@@ -94,7 +94,7 @@ class NetlistReader {
         }
       }
       if (net.name.empty())
-        throw InputError(fmt::format(
+        throw UserError(fmt::format(
             "{}: found cells without supply pins, expected USE POWER and GROUND in the LEF", file_));
       design_.nets.push_back(std::move(net));
     }
@@ -128,16 +128,15 @@ class NetlistReader {
     const std::string type = cell.at("type");
     const int macro = technology_.find_macro(type);
     if (macro < 0)
-      throw InputError(
-          fmt::format("{}: cell {}: found a {}, expected a macro of the LEF", file_, name, type));
+      throw UserError(fmt::format("{}: cell {}: found a {}, expected a macro of the LEF", file_, name, type));
     const int component = static_cast<int>(design_.components.size());
     design_.components.push_back({name, macro, {}, Orientation::N, false, false});
     for (const auto& [pin_name, bits] : cell.at("connections").items()) {
       if (bits.empty()) continue;
       const int pin = technology_.macros[static_cast<std::size_t>(macro)].find_pin(pin_name);
       if (pin < 0 || bits.size() != 1)
-        throw InputError(fmt::format("{}: cell {}/{}: found {} bits, expected one on a pin of {} in the LEF",
-                                     file_, name, pin_name, bits.size(), type));
+        throw UserError(fmt::format("{}: cell {}/{}: found {} bits, expected one on a pin of {} in the LEF",
+                                    file_, name, pin_name, bits.size(), type));
       design_.nets[static_cast<std::size_t>(net_of(bits[0]))].pins.push_back({component, pin});
     }
   }
@@ -210,12 +209,12 @@ Design read_netlist(const std::filesystem::path& path, const Technology& technol
   const std::string file = path.string();
   std::ifstream stream(path, std::ios::binary);
   if (!stream)
-    throw InputError(fmt::format("{}: can't be read, expected a netlist of Yosys' write_json", file));
+    throw UserError(fmt::format("{}: can't be read, expected a netlist of Yosys' write_json", file));
   try {
     return NetlistReader(file, technology).read(json::parse(stream));
   } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: found another structure ({}), expected a netlist of Yosys' write_json",
-                                 file, error.what()));
+    throw UserError(fmt::format("{}: found another structure ({}), expected a netlist of Yosys' write_json",
+                                file, error.what()));
   }
 }
 

@@ -112,12 +112,12 @@ PinDirection pin_direction(const Design& design, const Technology& technology, P
 
 /// The top module of a netlist that Yosys wrote (write_json), cells of the library, one net a pin. A bus' bit
 /// i is called name_i, as the proof of equivalence calls it. The first two nets are power and ground, named
-/// as the library's supply pins; constants become pins of theirs. Throws InputError.
+/// as the library's supply pins; constants become pins of theirs. Throws UserError.
 Design read_netlist(const std::filesystem::path& path, const Technology& technology);
 /// Structural Verilog, one port a bit; supplies are constants.
 std::string verilog_text(const Design& design, const Technology& technology);
 
-/// Reads DEF 5.6 to 5.8. Throws InputError.
+/// Reads DEF 5.6 to 5.8. Throws UserError.
 Design read_def(const std::filesystem::path& path, const Technology& technology);
 Design parse_def(std::string_view text, const std::string& name, const Technology& technology);
 /// DEF 5.8, 1000 units a micrometre.

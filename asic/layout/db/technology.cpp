@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/db/tokens.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 

@@ -131,7 +131,7 @@ struct Technology {
   std::unordered_map<std::string, int> macro_index;  ///< filled by read_lef
 };
 
-/// Reads LEF files into one technology (layers first: technology, then cells). Throws InputError.
+/// Reads LEF files into one technology (layers first: technology, then cells). Throws UserError.
 Technology read_lef(const std::vector<std::filesystem::path>& files);
 /// The same from text; `name` stands in messages.
 void parse_lef(std::string_view text, const std::string& name, Technology& technology);

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "asic/layout/db/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 
@@ -82,15 +82,15 @@ double Tokens::number() {
 Nm Tokens::length(double scale) { return std::llround(number() * scale); }
 
 void Tokens::fail(std::string_view expected) const {
-  throw InputError(fmt::format("{}:{}: found {}, expected {}", name_, line_,
-                               at_end() ? "the file's end" : "\"" + std::string(word_) + "\"", expected));
+  throw UserError(fmt::format("{}:{}: found {}, expected {}", name_, line_,
+                              at_end() ? "the file's end" : "\"" + std::string(word_) + "\"", expected));
 }
 
 std::string read_text(const std::filesystem::path& path, std::string_view wanted) {
   std::ifstream stream(path, std::ios::binary);
   std::stringstream text;
   text << stream.rdbuf();
-  if (!stream) throw InputError(fmt::format("{}: can't be read, expected {}", path.string(), wanted));
+  if (!stream) throw UserError(fmt::format("{}: can't be read, expected {}", path.string(), wanted));
   return text.str();
 }
 

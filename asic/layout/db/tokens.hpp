@@ -28,7 +28,7 @@ class Tokens {
   double number();
   /// A number times `scale`, rounded to the nearest integer.
   Nm length(double scale);
-  /// Throws InputError: "<file>:<line>: found <next word>, expected <what>".
+  /// Throws UserError: "<file>:<line>: found <next word>, expected <what>".
   [[noreturn]] void fail(std::string_view expected) const;
 
  private:
@@ -41,7 +41,7 @@ class Tokens {
   std::string_view word_;
 };
 
-/// The whole file. Throws InputError when it can't be read.
+/// The whole file. Throws UserError when it can't be read.
 std::string read_text(const std::filesystem::path& path, std::string_view wanted);
 
 }  // namespace meltstage::layout

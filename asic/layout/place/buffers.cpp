@@ -2,6 +2,7 @@
 #include "asic/layout/place/buffers.hpp"
 
 #include "asic/layout/db/paths.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 
@@ -33,7 +34,7 @@ int net_of_port(const Design& design, const std::string& port) {
   for (const DiePin& pin : design.pins) {
     if (pin.name == port) return pin.net;
   }
-  throw InputError(fmt::format("clock: found port {}, expected one of the netlist", port));
+  throw UserError(fmt::format("clock: found port {}, expected one of the netlist", port));
 }
 
 /// Takes the cells' inputs off a net.

@@ -13,8 +13,8 @@
 
 #include "asic/layout/db/delays.hpp"
 #include "asic/layout/db/design.hpp"
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/db/model.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 
@@ -56,7 +56,7 @@ struct Buffer {
 inline double um(Nm nm) { return static_cast<double>(nm) / 1000.0; }
 inline double distance_um(Point a, Point b) { return um(std::abs(a.x - b.x) + std::abs(a.y - b.y)); }
 
-/// Net of a port. Throws InputError.
+/// Net of a port. Throws UserError.
 int net_of_port(const Design& design, const std::string& port);
 /// Takes the cells' inputs off a net.
 std::vector<PinRef> take_sinks(Design& design, const Technology& technology, int net);
@@ -80,7 +80,7 @@ class TreeBuilder {
         kind_(std::move(kind)),
         wire_(wire_model(technology)) {
     for (const std::string& name : options.buffers) buffers_.push_back(buffer(name));
-    if (buffers_.empty()) throw InputError("trees: found no buffer, expected the names of the library's");
+    if (buffers_.empty()) throw UserError("trees: found no buffer, expected the names of the library's");
   }
 
   int made() const { return made_; }
@@ -256,7 +256,7 @@ class TreeBuilder {
     b.macro = technology_.find_macro(name);
     const auto cell = delays_.find(name);
     if (b.macro < 0 || cell == delays_.end())
-      throw InputError(fmt::format("trees: found buffer {}, expected one of the LEF and of Liberty", name));
+      throw UserError(fmt::format("trees: found buffer {}, expected one of the LEF and of Liberty", name));
     const Macro& macro = technology_.macros[static_cast<std::size_t>(b.macro)];
     for (std::size_t p = 0; p < macro.pins.size(); ++p) {
       const auto pin = cell->second.pins.find(macro.pins[p].name);
@@ -271,7 +271,7 @@ class TreeBuilder {
       }
     }
     if (b.arc == nullptr)
-      throw InputError(fmt::format("trees: found no delay of {} in Liberty, expected a buffer", name));
+      throw UserError(fmt::format("trees: found no delay of {} in Liberty, expected a buffer", name));
     return b;
   }
 

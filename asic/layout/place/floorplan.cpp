@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/place/place.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 
@@ -33,7 +33,7 @@ std::vector<const ViaRule*> rules_up_to(const Technology& technology, int bottom
       if (rule.bottom.layer == bottom) found = &rule;
     }
     if (found == nullptr)
-      throw InputError(
+      throw UserError(
           fmt::format("power straps: found no VIARULE GENERATE from {} upwards, expected a way to {}",
                       technology.layers[static_cast<std::size_t>(bottom)].name,
                       technology.layers[static_cast<std::size_t>(top)].name));
@@ -80,7 +80,7 @@ Rail rail_of(const Technology& technology) {
       }
     }
   }
-  throw InputError("power rails: found no ground pin along a cell's lower edge in the LEF, expected one");
+  throw UserError("power rails: found no ground pin along a cell's lower edge in the LEF, expected one");
 }
 
 }  // namespace
@@ -102,10 +102,10 @@ double utilization(const Design& design, const Technology& technology) {
 
 void make_floorplan(Design& design, const Technology& technology, const Floorplan& floorplan) {
   if (floorplan.utilization <= 0.0 || floorplan.utilization > 1.0)
-    throw InputError(
+    throw UserError(
         fmt::format("utilization: found {}, expected more than 0 and at most 1", floorplan.utilization));
   if (technology.sites.empty() || technology.routing_layers().empty())
-    throw InputError("technology: found no SITE or no routing layer in the LEF, expected both");
+    throw UserError("technology: found no SITE or no routing layer in the LEF, expected both");
   const Site& site = technology.sites.front();
   const double area = cell_area(design, technology) / floorplan.utilization;
   const auto rows = std::max<Nm>(1, std::llround(std::sqrt(area) / static_cast<double>(site.height)));
@@ -155,7 +155,7 @@ void add_fillers(Design& design, const Technology& technology, const std::string
         const auto fits =
             std::find_if(fillers.begin(), fillers.end(), [&](int f) { return width(f) <= cell.x0 - x; });
         if (fits == fillers.end())
-          throw InputError(
+          throw UserError(
               fmt::format("fillers {}*: found a gap of {} nm at ({}, {}), expected a cell that fits", prefix,
                           cell.x0 - x, x, row.at.y));
         design.components.push_back(
@@ -170,7 +170,7 @@ void add_fillers(Design& design, const Technology& technology, const std::string
 void add_power_grid(Design& design, const Technology& technology, const PowerGrid& grid) {
   const int top = technology.find_layer(grid.layer);
   if (top < 0)
-    throw InputError(fmt::format("power straps: found layer {}, expected one of the LEF", grid.layer));
+    throw UserError(fmt::format("power straps: found layer {}, expected one of the LEF", grid.layer));
   const Rail rail = rail_of(technology);
   const std::vector<const ViaRule*> rules = rules_up_to(technology, rail.layer, top);
   const int first_via = static_cast<int>(technology.vias.size() + design.vias.size());
@@ -183,7 +183,7 @@ void add_power_grid(Design& design, const Technology& technology, const PowerGri
     if (design.nets[n].use == Use::power) supplies[1] = static_cast<int>(n);
   }
   if (supplies[0] < 0 || supplies[1] < 0)
-    throw InputError("power straps: found no supply nets, expected power and ground");
+    throw UserError("power straps: found no supply nets, expected power and ground");
   const Row& low = design.rows.front();
   const Site& site = technology.sites[static_cast<std::size_t>(low.site)];
   const Nm x0 = low.at.x;

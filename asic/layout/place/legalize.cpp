@@ -6,8 +6,8 @@
 #include <limits>
 #include <numeric>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/place/place.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 
@@ -106,7 +106,7 @@ void legalize(Design& design, const Technology& technology) {
       }
     }
     if (best_row < 0)
-      throw InputError(
+      throw UserError(
           fmt::format("placement: found no room for {}, expected larger rows; take a lower utilization",
                       component(c).name));
     rows[static_cast<std::size_t>(best_row)].insert(c, static_cast<double>(wanted.x), width(c));

@@ -15,7 +15,7 @@ struct Floorplan {
   Nm margin = 0;             ///< from the die's edge to the rows, at least; rounded up to sites and rows
 };
 
-/// Sets die (lower left corner at 0, 0; about square), rows and tracks. Throws InputError when the technology
+/// Sets die (lower left corner at 0, 0; about square), rows and tracks. Throws UserError when the technology
 /// has no site or layers.
 void make_floorplan(Design& design, const Technology& technology, const Floorplan& floorplan);
 
@@ -36,7 +36,7 @@ struct GlobalPlacement {
 void place_globally(Design& design, const Technology& technology, const GlobalPlacement& options);
 
 /// Moves each cell to sites of a row, without overlap, as near as may be (Spindler et al.,
-/// Abacus, ISPD 2008). Throws InputError when the rows are too small.
+/// Abacus, ISPD 2008). Throws UserError when the rows are too small.
 void legalize(Design& design, const Technology& technology);
 
 /// Shortens the wires of a legal placement: moves and swaps towards each cell's best region, orders of three
@@ -44,7 +44,7 @@ void legalize(Design& design, const Technology& technology);
 void improve(Design& design, const Technology& technology, int passes);
 
 /// Fills each gap of each row with cells of class CORE SPACER whose name starts with `prefix`, widest first.
-/// Throws InputError when a gap can't be filled.
+/// Throws UserError when a gap can't be filled.
 void add_fillers(Design& design, const Technology& technology, const std::string& prefix);
 
 struct PowerGrid {

@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <ctime>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/place/drivers.hpp"
 #include "asic/layout/place/place.hpp"
 #include "asic/layout/place/spef.hpp"
 #include "asic/layout/place/trees.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 
 namespace {
@@ -183,9 +183,9 @@ int run(const Options& o) {
   }
   print("processor time of placement", fmt::format("{:.1f}", seconds() - start), "s");
   print("placement errors", fmt::format("{}", errors.size()), "");
-  if (!o.def.empty()) meltstage::vectors::write_whole(o.def, def_text(design, technology));
-  if (!o.spef.empty()) meltstage::vectors::write_whole(o.spef, spef_text(design, technology));
-  if (!o.verilog.empty()) meltstage::vectors::write_whole(o.verilog, verilog_text(design, technology));
+  if (!o.def.empty()) meltstage::write_whole(o.def, def_text(design, technology));
+  if (!o.spef.empty()) meltstage::write_whole(o.spef, spef_text(design, technology));
+  if (!o.verilog.empty()) meltstage::write_whole(o.verilog, verilog_text(design, technology));
   return errors.empty() ? 0 : 1;
 }
 
@@ -232,10 +232,7 @@ int main(int argc, char** argv) {
     return run(o);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const InputError& error) {
-    fmt::print(stderr, "place: {}\n", error.what());
-    return 2;
-  } catch (const meltstage::vectors::OutputError& error) {
+  } catch (const UserError& error) {
     fmt::print(stderr, "place: {}\n", error.what());
     return 2;
   }

@@ -8,9 +8,9 @@
 #include <limits>
 #include <numeric>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/db/model.hpp"
 #include "asic/layout/db/paths.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 
@@ -321,7 +321,7 @@ int add_ties(Design& design, const Technology& technology, Use use, const std::s
   const int macro = technology.find_macro(macro_name);
   const int pin = macro < 0 ? -1 : technology.macros[static_cast<std::size_t>(macro)].find_pin(pin_name);
   if (pin < 0)
-    throw InputError(
+    throw UserError(
         fmt::format("ties: found {}/{}, expected a cell and pin of the LEF", macro_name, pin_name));
   std::vector<PinRef> tied;
   for (Net& net : design.nets) {

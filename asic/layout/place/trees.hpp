@@ -23,7 +23,7 @@ void mark_clock(Design& design, const Technology& technology, const Delays& dela
 /// Grows a tree from the port to the flops' clock pins, through clock gates, so that each flop gets its edge
 /// at about the same time: clusters of near sinks with like latency get a buffer in their middle, and so on
 /// to the port; sizes of the last buffers even out the rest. Cells must be placed (globally); the buffers are
-/// placed where they belong, overlaps and all. Throws InputError.
+/// placed where they belong, overlaps and all. Throws UserError.
 ClockTree build_clock_tree(Design& design, const Technology& technology, const Delays& delays,
                            const std::string& port, const TreeOptions& options);
 

@@ -9,11 +9,11 @@
 #include <set>
 #include <unordered_map>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/db/paths.hpp"
 #include "asic/layout/route/access.hpp"
 #include "asic/layout/route/guides.hpp"
 #include "asic/layout/route/maze.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 namespace {
@@ -120,7 +120,7 @@ int Wiring::routed_index(int layer) const {
 void Wiring::find_layers() {
   const std::vector<int> metals = technology_.routing_layers();
   if (metals.size() < 3)
-    throw InputError(
+    throw UserError(
         "LEF: found fewer than three routing layers, expected a pin layer and two layers of tracks");
   pin_layer_ = metals[0];
   for (const int index : track_layers(technology_)) {
@@ -133,7 +133,7 @@ void Wiring::find_layers() {
     layers_.push_back(routed);
   }
   if (!layers_[0].vertical || layers_[1].vertical)
-    throw InputError(fmt::format(
+    throw UserError(fmt::format(
         "LEF: found layers {} and {}, expected the second metal vertical and the third horizontal",
         layer(layers_[0].layer).name, layer(layers_[1].layer).name));
 }
@@ -145,8 +145,8 @@ void Wiring::find_grid() {
     for (const Tracks& t : design_.tracks)
       if (t.layer == routed.layer && t.axis == axis) {
         if (t.step != metal.pitch)
-          throw InputError(fmt::format("DEF: found tracks {} nm apart on {}, expected LEF's pitch of {} nm",
-                                       t.step, metal.name, metal.pitch));
+          throw UserError(fmt::format("DEF: found tracks {} nm apart on {}, expected LEF's pitch of {} nm",
+                                      t.step, metal.name, metal.pitch));
         return std::pair{t.start, t.count};
       }
     const Nm first = low + ((metal.offset - low) % metal.pitch + metal.pitch) % metal.pitch;
@@ -166,7 +166,7 @@ void Wiring::find_grid() {
   std::tie(grid_.y0, grid_.rows) =
       inside(tracks(layers_[1], die.y0, die.y1), grid_.pitch_y, die.y0 + border_y, die.y1 - border_y);
   if (grid_.columns < 2 || grid_.rows < 2)
-    throw InputError("DEF: found fewer than two tracks inside DIEAREA, expected a die of some tracks");
+    throw UserError("DEF: found fewer than two tracks inside DIEAREA, expected a die of some tracks");
 }
 
 void Wiring::find_vias() {
@@ -188,7 +188,7 @@ void Wiring::find_vias() {
       }
     }
     if (best < 0)
-      throw InputError(
+      throw UserError(
           fmt::format("LEF: found no via of one cut between {} and {}, expected a VIA ... DEFAULT",
                       layer(layers_[i].layer).name, layer(layers_[i + 1].layer).name));
     vias_.push_back(best);
@@ -202,7 +202,7 @@ void Wiring::find_vias() {
   }
   rules_ = access_rules(technology_, pin_layer_, layers_[0].layer, layers_[0].pad);
   if (rules_.vias.empty())
-    throw InputError("LEF: found no via of one cut on the pins' layer, expected a VIA ... DEFAULT");
+    throw UserError("LEF: found no via of one cut on the pins' layer, expected a VIA ... DEFAULT");
   size_patches();
   rules_.upper_pad = layers_[0].pad;
   for (const RoutedLayer& r : layers_) {
@@ -211,7 +211,7 @@ void Wiring::find_vias() {
     const Nm length = r.vertical ? r.pad.height() : r.pad.width();
     grid_.ends_spread.push_back(length + r.spacing > (r.vertical ? grid_.pitch_y : grid_.pitch_x));
     if (across(r.pad, r.vertical) + r.spacing > pitch)
-      throw InputError(
+      throw UserError(
           fmt::format("LEF: vias on neighbouring tracks of {} are nearer than its spacing of {} nm, expected "
                       "a wider pitch",
                       layer(r.layer).name, r.spacing));
@@ -409,8 +409,8 @@ void Wiring::add_cells(RouteReport& report) {
 void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
   const int index = routed_index(pin.shape.layer);
   if (!pin.is_placed || index < 0)
-    throw InputError(fmt::format("DEF: found pin {} {}, expected it placed on a layer of tracks", pin.name,
-                                 pin.is_placed ? "on another layer" : "not placed"));
+    throw UserError(fmt::format("DEF: found pin {} {}, expected it placed on a layer of tracks", pin.name,
+                                pin.is_placed ? "on another layer" : "not placed"));
   const RoutedLayer& r = layers_[at(index)];
   std::vector<int> nodes;
   int nearest = -1;  // on the pin's track, when the pin ends between the die's edge and the first crossing
@@ -444,8 +444,8 @@ void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
          r.vertical ? Rect{wire.x0, both.y0, wire.x1, both.y1} : Rect{both.x0, wire.y0, both.x1, wire.y1}});
   }
   if (nodes.empty())
-    throw InputError(fmt::format("DEF: found pin {} beside the tracks of {}, expected it on one", pin.name,
-                                 layer(pin.shape.layer).name));
+    throw UserError(fmt::format("DEF: found pin {} beside the tracks of {}, expected it on one", pin.name,
+                                layer(pin.shape.layer).name));
   for (const int node : nodes) problem_.owner[at(node)] = net;
   terminals_.push_back({net, pin_position, nodes});
   for (const int node : nodes) holds_metal_[at(node)] = 1;

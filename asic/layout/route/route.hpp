@@ -48,7 +48,7 @@ struct RouteReport {
 
 /// Adds wires, vias and patches to the design's nets, in place of those it has. Where wires break an antenna
 /// rule and the library has a cell for it, a diode takes the place of a filler nearby, and what that concerns
-/// is routed once more. Throws InputError when a die pin lies on no track or the library's vias don't fit its
+/// is routed once more. Throws UserError when a die pin lies on no track or the library's vias don't fit its
 /// tracks.
 RouteReport route(Design& design, const Technology& technology, const RouteOptions& options);
 

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "asic/layout/db/design.hpp"
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/db/technology.hpp"
 #include "asic/layout/route/route.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 
 namespace {
@@ -62,11 +62,11 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
   const auto start = std::chrono::steady_clock::now();
   const RouteReport report = route(design, technology, options);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  meltstage::vectors::write_whole(out, def_text(design, technology));
-  if (!netlist.empty()) meltstage::vectors::write_whole(netlist, verilog_text(design, technology));
-  if (!spef.empty()) meltstage::vectors::write_whole(spef, routed_spef_text(design, technology, report));
+  meltstage::write_whole(out, def_text(design, technology));
+  if (!netlist.empty()) meltstage::write_whole(netlist, verilog_text(design, technology));
+  if (!spef.empty()) meltstage::write_whole(spef, routed_spef_text(design, technology, report));
   const std::string text = report_text(report, design, technology, seconds);
-  if (!report_path.empty()) meltstage::vectors::write_whole(report_path, text);
+  if (!report_path.empty()) meltstage::write_whole(report_path, text);
   fmt::print("{}", text);
   return report.is_clean() ? 0 : 1;
 }
@@ -90,10 +90,7 @@ int main(int argc, char** argv) {
     return run(lef, def, out, netlist, spef, report, options);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const InputError& error) {
-    fmt::print(stderr, "route: {}\n", error.what());
-    return 2;
-  } catch (const meltstage::vectors::OutputError& error) {
+  } catch (const UserError& error) {
     fmt::print(stderr, "route: {}\n", error.what());
     return 2;
   }

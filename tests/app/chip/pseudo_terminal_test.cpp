@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "app/print/job_file.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::app {
 namespace {
@@ -99,7 +100,7 @@ TEST_F(PseudoTerminalTest, ItsLinkGoesWithItAndNobodyElses) {
     fs::create_symlink("/dev/null", link());  // somebody else's by now
   }
   EXPECT_TRUE(fs::is_symlink(link()));
-  EXPECT_THROW(PseudoTerminal{link()}, InputError);
+  EXPECT_THROW(PseudoTerminal{link()}, UserError);
 }
 
 }  // namespace

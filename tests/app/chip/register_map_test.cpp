@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "base/error.hpp"
 #include "cmodel/spec.hpp"
 #include "host/errors.hpp"
 
@@ -33,7 +34,7 @@ TEST(RegisterMap, HasEveryRegisterOfTheSpecAtItsAddress) {
 
 TEST(RegisterMap, FindsSmallLettersAndNamesNearOnes) {
   EXPECT_EQ(find_register("setpoint").name, "SETPOINT");
-  EXPECT_THAT([] { find_register("SETPONT"); }, ThrowsMessage<UsageError>(HasSubstr("such as SETPOINT")));
+  EXPECT_THAT([] { find_register("SETPONT"); }, ThrowsMessage<UserError>(HasSubstr("such as SETPOINT")));
 }
 
 // Every word that a writable register can hold comes back from its value in the unit.
@@ -50,15 +51,15 @@ TEST(RegisterMap, ValuesAndWordsAreInverse) {
 TEST(RegisterMap, OutOfRangeIsRefusedWithTheRangeInItsUnit) {
   for (const Register& r : registers()) {
     if (!r.writable) {
-      EXPECT_THROW(to_raw(r, 0.0), UsageError) << r.name;
+      EXPECT_THROW(to_raw(r, 0.0), UserError) << r.name;
       continue;
     }
-    EXPECT_THROW(to_raw(r, (r.max + 0.6) * r.scale), UsageError) << r.name;
-    EXPECT_THROW(to_raw(r, (r.min - 0.6) * r.scale), UsageError) << r.name;
-    EXPECT_THROW(to_raw(r, std::nan("")), UsageError) << r.name;
+    EXPECT_THROW(to_raw(r, (r.max + 0.6) * r.scale), UserError) << r.name;
+    EXPECT_THROW(to_raw(r, (r.min - 0.6) * r.scale), UserError) << r.name;
+    EXPECT_THROW(to_raw(r, std::nan("")), UserError) << r.name;
   }
   EXPECT_THAT([] { to_raw(find_register("SETPOINT"), 501.0); },
-              ThrowsMessage<UsageError>(HasSubstr("SETPOINT: found 501, expected 0.0 to 500.0 degC")));
+              ThrowsMessage<UserError>(HasSubstr("SETPOINT: found 501, expected 0.0 to 500.0 degC")));
 }
 
 TEST(RegisterMap, TextTellsNeighbouringWordsApart) {

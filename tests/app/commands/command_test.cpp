@@ -86,15 +86,15 @@ TEST_F(Command, PrintsAJobAndItsFolder) {
 TEST_F(Command, RecordedPinsReplayOnTheModel) {
   write("bumps.csv", kBumps);
   ASSERT_EQ(print(write("job.toml", kJob)).status, 0);
-  const vectors::Stream stream = vectors::read_text(out() / "pins.mvec");
-  const auto pin = [&](const char* name) { return *vectors::find_pin(stream.header(), name); };
+  const recording::Stream stream = recording::read_text(out() / "pins.mvec");
+  const auto pin = [&](const char* name) { return *recording::find_pin(stream.header(), name); };
   const std::uint32_t rst = pin("rst_ni"), rx = pin("uart_rx_i"), strap = pin("addr_strap_i"),
                       miso = pin("spi_miso_i"), fb = pin("heater_fb_i"), inhibit = pin("inhibit_i"),
                       drop = pin("drop_i"), tx = pin("uart_tx_o"), heater = pin("heater_o"),
                       sclk = pin("spi_sclk_o"), at_temp = pin("at_temp_o"), trigger = pin("drop_trigger");
   chip::Chip chip;
   chip::Outputs standing = chip.outputs({.rst_n = false});
-  vectors::Cursor cursor(stream);
+  recording::Cursor cursor(stream);
   std::uint64_t mismatches = 0, heated = 0, droplets = 0;
   bool triggered = false;
   do {

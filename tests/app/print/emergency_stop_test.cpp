@@ -19,7 +19,7 @@ namespace {
 
 struct Recorded {
   tb::PrintJob job;
-  vectors::Stream stream;
+  recording::Stream stream;
   tb::PrintResult result;
 };
 
@@ -33,21 +33,21 @@ Recorded record(const std::vector<tb::PrintEvent>& events) {
 }
 
 /// Cycles at which a pin rose, by the pin's name.
-std::map<std::string, std::vector<std::uint64_t>> rises(const vectors::Stream& stream) {
+std::map<std::string, std::vector<std::uint64_t>> rises(const recording::Stream& stream) {
   std::map<std::string, std::vector<std::uint64_t>> found;
-  vectors::ChangeReader reader(stream);
-  for (vectors::Change change; reader.next(change);)
+  recording::ChangeReader reader(stream);
+  for (recording::Change change; reader.next(change);)
     if (change.value == 1) found[stream.header().pins[change.pin].name].push_back(change.cycle);
   return found;
 }
 
 /// Position of an axis by its step and direction pins, from the start of the recording.
-std::int64_t counted_pulses(const vectors::Stream& stream, const std::string& axis, std::int64_t from) {
-  const std::uint32_t step = vectors::find_pin(stream.header(), axis + "_step").value();
-  const std::uint32_t dir = vectors::find_pin(stream.header(), axis + "_dir").value();
-  vectors::ChangeReader reader(stream);
+std::int64_t counted_pulses(const recording::Stream& stream, const std::string& axis, std::int64_t from) {
+  const std::uint32_t step = recording::find_pin(stream.header(), axis + "_step").value();
+  const std::uint32_t dir = recording::find_pin(stream.header(), axis + "_dir").value();
+  recording::ChangeReader reader(stream);
   bool up = false;
-  for (vectors::Change change; reader.next(change);) {
+  for (recording::Change change; reader.next(change);) {
     if (change.pin == dir) up = change.value == 1;
     if (change.pin == step && change.value == 1) from += up ? 1 : -1;
   }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "app/print/job_file.hpp"
+#include "base/error.hpp"
 #include "recording/stream.hpp"
 #include "tb/printer/printer.hpp"
 
@@ -20,7 +21,7 @@ using ::testing::HasSubstr;
 
 tb::PrintResult print(tb::PrintJob job) {
   job.rtl = tb::RtlWindows::none;
-  vectors::Stream stream;
+  recording::Stream stream;
   return tb::run_print(job, stream, [](const tb::Progress&) {});
 }
 
@@ -141,7 +142,7 @@ class StageJob : public ::testing::Test {
     std::ofstream(folder_ / "job.toml") << "[coordinates]\nfile = \"bumps.csv\"\n" << sections;
     try {
       app::load_job(folder_ / "job.toml");
-    } catch (const app::InputError& error) {
+    } catch (const UserError& error) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
       return error.what();
     }

@@ -16,7 +16,7 @@ namespace {
 
 struct Printed {
   tb::PrintJob job;
-  vectors::Stream stream;
+  recording::Stream stream;
   std::size_t droplets = 0;
 };
 
@@ -33,12 +33,13 @@ const Printed& printed() {
 }
 
 /// The same recording with its changes altered; a change that comes back empty is left out.
-vectors::Stream altered(const std::function<std::optional<vectors::Change>(const vectors::Change&)>& alter) {
-  vectors::Stream stream;
-  vectors::Recorder recorder(stream, printed().stream.header());
-  vectors::ChangeReader reader(printed().stream);
+recording::Stream altered(
+    const std::function<std::optional<recording::Change>(const recording::Change&)>& alter) {
+  recording::Stream stream;
+  recording::Recorder recorder(stream, printed().stream.header());
+  recording::ChangeReader reader(printed().stream);
   std::uint64_t cycle = 0;
-  for (vectors::Change change; reader.next(change);) {
+  for (recording::Change change; reader.next(change);) {
     const auto kept = alter(change);
     if (!kept) continue;
     if (kept->cycle != cycle) recorder.commit(cycle);
@@ -50,7 +51,7 @@ vectors::Stream altered(const std::function<std::optional<vectors::Change>(const
   return stream;
 }
 
-std::uint32_t pin(const char* name) { return vectors::find_pin(printed().stream.header(), name).value(); }
+std::uint32_t pin(const char* name) { return recording::find_pin(printed().stream.header(), name).value(); }
 
 TEST(StageReplay, PlanGeneratorAndServoAgreeWithTheRecording) {
   const tb::StageReplay replay = tb::replay_stage(printed().job, printed().stream);
@@ -67,8 +68,8 @@ TEST(StageReplay, SeesAStepThatCameLate) {
   const std::uint32_t step = pin("x_step");
   int edges = 0;
   const tb::StageReplay replay =
-      tb::replay_stage(printed().job, altered([&](const vectors::Change& change) {
-                         vectors::Change late = change;
+      tb::replay_stage(printed().job, altered([&](const recording::Change& change) {
+                         recording::Change late = change;
                          if (change.pin == step && change.value == 1 && ++edges == 500) ++late.cycle;
                          return std::optional(late);
                        }));
@@ -79,11 +80,12 @@ TEST(StageReplay, SeesAStepThatCameLate) {
 TEST(StageReplay, SeesAStepThatWasLost) {
   const std::uint32_t step = pin("x_step");
   int edges = 0;
-  const tb::StageReplay replay = tb::replay_stage(printed().job, altered([&](const vectors::Change& change) {
-                                                    if (change.pin == step && ++edges > 1000 && edges <= 1010)
-                                                      return std::optional<vectors::Change>();
-                                                    return std::optional(change);
-                                                  }));
+  const tb::StageReplay replay =
+      tb::replay_stage(printed().job, altered([&](const recording::Change& change) {
+                         if (change.pin == step && ++edges > 1000 && edges <= 1010)
+                           return std::optional<recording::Change>();
+                         return std::optional(change);
+                       }));
   EXPECT_GT(replay.generator_differences, 0U);
   EXPECT_GT(replay.plan_pulses, 3.0);
   EXPECT_GT(replay.droplet_um, 3.0);

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 class VectorsCommand : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("meltstage_vectors_command." + std::to_string(getpid()));
+    folder_ = fs::temp_directory_path() / ("meltstage_recording_command." + std::to_string(getpid()));
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }

@@ -12,7 +12,7 @@
 
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/places.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {
@@ -361,7 +361,7 @@ TEST(Functional, DelaysDecideInIcarus) {
         replay_in_icarus(netlist, mini_library(), stream, work,
                          {work / "delayed_cells.v", work / "delays.sdf"});
       },
-      testing::ThrowsMessage<InputError>(testing::HasSubstr("found INTERCONNECT")));
+      testing::ThrowsMessage<UserError>(testing::HasSubstr("found INTERCONNECT")));
 }
 
 // Without its reset the machine's first strobes hang on the power-up state.

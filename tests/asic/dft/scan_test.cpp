@@ -14,8 +14,8 @@
 #include "asic/dft/scan/replay.hpp"
 #include "asic/dft/scan/scan_test.hpp"
 #include "asic/dft/scan/scan_ways.hpp"
-#include "asic/netlist/error.hpp"
 #include "asic/netlist/yosys_library.hpp"
+#include "base/error.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {
@@ -178,7 +178,7 @@ TEST(Scan, StrobesThatHangOnOpenInputsAreFound) {
   // where nothing hangs on it, nothing fails
   EXPECT_EQ(replayed("scan_i[0]", false, 'N').mismatches, 0u);
   EXPECT_THAT([&] { replayed("clk_i", true, 'N'); },
-              ThrowsMessage<InputError>(HasSubstr("found N of the clock clk_i in cycle")));
+              ThrowsMessage<UserError>(HasSubstr("found N of the clock clk_i in cycle")));
 }
 
 // Transition tests as a file: two clocks a pattern, read back and run. Clocked once it fails.
@@ -440,7 +440,7 @@ TEST(Scan, ChainsThatDontFitAreRefused) {
   const CycleStream good = expand(m.test);
   const auto refuse = [&](CycleStream stream, std::vector<ScanChain> chains, const char* enable,
                           const char* reason) {
-    EXPECT_THAT([&] { attach_chains(stream, chains, enable); }, ThrowsMessage<InputError>(HasSubstr(reason)));
+    EXPECT_THAT([&] { attach_chains(stream, chains, enable); }, ThrowsMessage<UserError>(HasSubstr(reason)));
   };
   const std::vector<ScanChain>& chains = m.design.chains;
   refuse(good, {}, "scan_en_i", "found no chains");
@@ -459,14 +459,14 @@ TEST(Scan, ChainsThatDontFitAreRefused) {
   refuse(cut, chains, "scan_en_i", "found no cycle with scan_en_i at 1");
 
   EXPECT_THAT([&] { trace_chains(m.plain, m.cells); },
-              ThrowsMessage<InputError>(HasSubstr("no output port scan_o")));
+              ThrowsMessage<UserError>(HasSubstr("no output port scan_o")));
   Netlist broken = m.design.netlist;  // the second cell of a chain doesn't shift any more
   for (Instance& instance : broken.instances) {
     if (instance.name != chains[0].cells[1]) continue;
     instance.pins[m.cells.at(instance.type).scan->enable] = 0;  // captures always
   }
   EXPECT_THAT([&] { trace_chains(broken, m.cells); },
-              ThrowsMessage<InputError>(HasSubstr(chains[0].cells[1])));
+              ThrowsMessage<UserError>(HasSubstr(chains[0].cells[1])));
 }
 
 TEST(Scan, SeededDefectsOfWglScanDataAreRefusedWithLineAndReason) {
@@ -545,7 +545,7 @@ TEST(Scan, FileAsWrittenRunsOnSplitPorts) {
   CycleStream stream = m.stream;
   const TestFolder folder;
   EXPECT_THAT([&] { replay_in_icarus(split, mini_library(), stream, folder.path()); },
-              ThrowsMessage<InputError>(HasSubstr("found no signal width_i_0, expected every port")));
+              ThrowsMessage<UserError>(HasSubstr("found no signal width_i_0, expected every port")));
   name_as_ports(stream, split);
   EXPECT_EQ(stream.chains[1].out, "scan_o_1");
   for (const ReplayResult& result : {replay(capture_view(split, mini_library()), stream, "scan_en_i"),
@@ -683,14 +683,14 @@ TEST(Scan, PortsAndBypassOfTheNetlistAreUsed) {
     }
   }
   EXPECT_THAT([&] { insert_scan(driven, mini_library()); },
-              ThrowsMessage<InputError>(HasSubstr("found logic that drives scan_o[0]")));
+              ThrowsMessage<UserError>(HasSubstr("found logic that drives scan_o[0]")));
   Netlist narrow = gated().plain;
   for (Port& port : narrow.ports) {
     if (port.name == "scan_o") port.bits.pop_back();
   }
   EXPECT_THAT(
       [&] { insert_scan(narrow, mini_library()); },
-      ThrowsMessage<InputError>(HasSubstr("found scan_i of 2 bits and scan_o of 1, expected one width")));
+      ThrowsMessage<UserError>(HasSubstr("found scan_i of 2 bits and scan_o of 1, expected one width")));
 }
 
 // Twenty defects in the netlist, another cell or crossed wires: the file fails on each that changes what scan
@@ -756,12 +756,12 @@ TEST(Scan, RulesNameTheOffender) {
   flop(clock).pins["CK"] = gate_output(clock);
   EXPECT_THAT(rules_of(clock), HasSubstr("uncontrollable clock:" + flop(clock).name));
   EXPECT_THAT([&] { capture_view(clock, mini_library()); },
-              ThrowsMessage<InputError>(HasSubstr("driven by logic")));
+              ThrowsMessage<UserError>(HasSubstr("driven by logic")));
   Netlist plain_clock = machine().plain;
   flop(plain_clock).pins["CK"] = gate_output(plain_clock);
   EXPECT_THAT(
       [&] { insert_scan(plain_clock, mini_library()); },
-      ThrowsMessage<InputError>(HasSubstr("cell " + flop(plain_clock).name + ": found a clock from logic")));
+      ThrowsMessage<UserError>(HasSubstr("cell " + flop(plain_clock).name + ": found a clock from logic")));
   EXPECT_THAT(rules_of(machine().plain), HasSubstr("uncontrollable reset:"));
   Netlist no_reset = machine().plain;
   flop(no_reset).pins.erase(flop(no_reset).pins.count("RN") != 0 ? "RN" : "SN");

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "asic/layout/db/error.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 
 namespace meltstage::layout {
@@ -23,7 +23,7 @@ class DesignTest : public ::testing::Test {
  protected:
   Design netlist() const {
     const auto path = std::filesystem::path(::testing::TempDir()) / "layout_netlist.json";
-    vectors::write_whole(path, kNetlist);
+    write_whole(path, kNetlist);
     return read_netlist(path, technology);
   }
   const Technology technology = read_lef({OSU018_LEF});
@@ -96,7 +96,7 @@ TEST_F(DesignTest, WrongDefIsOneLine) {
   const auto message = [&](const std::string& text) {
     try {
       parse_def(text, "a.def", technology);
-    } catch (const InputError& error) {
+    } catch (const UserError& error) {
       return std::string(error.what());
     }
     return std::string();

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "asic/layout/db/error.hpp"
+#include "base/error.hpp"
 #include "tests/asic/layout/random_netlist.hpp"
 
 namespace meltstage::layout {
@@ -122,13 +122,13 @@ TEST_F(Place, FindsSeededFaults) {
 
 TEST_F(Place, WrongOptionsAreOneLine) {
   Design d = random_netlist(technology, 20, 1);
-  EXPECT_THROW(make_floorplan(d, technology, {1.5, 0}), InputError);
+  EXPECT_THROW(make_floorplan(d, technology, {1.5, 0}), UserError);
   make_floorplan(d, technology, {0.7, 0});
-  EXPECT_THROW(add_power_grid(d, technology, {"nosuch", 1600, 50000}), InputError);
-  EXPECT_THROW(add_fillers(d, technology, "NOSUCH"), InputError);
+  EXPECT_THROW(add_power_grid(d, technology, {"nosuch", 1600, 50000}), UserError);
+  EXPECT_THROW(add_fillers(d, technology, "NOSUCH"), UserError);
   d.rows.resize(1);
   scatter(d, 1);
-  EXPECT_THROW(legalize(d, technology), InputError);
+  EXPECT_THROW(legalize(d, technology), UserError);
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 
 #include <random>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/place/place.hpp"
 #include "asic/layout/route/maze.hpp"
+#include "base/error.hpp"
 #include "tests/asic/layout/metal_check.hpp"
 #include "tests/asic/layout/random_netlist.hpp"
 
@@ -262,7 +262,7 @@ TEST_F(Routing, IsTheSameAsDef) {
 TEST_F(Routing, ADiePinBesideTheTracksIsOneLine) {
   Design d = placed_design(20, 1);
   for (DiePin& pin : d.pins) pin.shape.rect = pin.shape.rect.moved({333, 333});
-  EXPECT_THROW(route(d, technology, {}), InputError);
+  EXPECT_THROW(route(d, technology, {}), UserError);
 }
 
 TEST_F(Routing, ParasiticsNameEveryPinOnce) {

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "asic/layout/db/error.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 namespace {
@@ -55,7 +55,7 @@ TEST(Technology, WrongInputIsOneLine) {
     Technology t;
     try {
       parse_lef(text, "cells.lef", t);
-    } catch (const InputError& error) {
+    } catch (const UserError& error) {
       return std::string(error.what());
     }
     return std::string();

@@ -5,10 +5,10 @@
 
 #include <set>
 
-#include "asic/layout/db/error.hpp"
 #include "asic/layout/place/drivers.hpp"
 #include "asic/layout/place/place.hpp"
 #include "asic/layout/place/spef.hpp"
+#include "base/error.hpp"
 #include "tests/asic/layout/random_netlist.hpp"
 
 namespace meltstage::layout {
@@ -64,7 +64,7 @@ TEST_F(Trees, ReadsDebiansDelays) {
   try {
     parse_delays("library (a) { cell (b) { area 3; } }", "a.lib");
     FAIL();
-  } catch (const InputError& error) {
+  } catch (const UserError& error) {
     EXPECT_STREQ(error.what(), "a.lib:1: found \"3\", expected \":\" or \"(\"");
   }
 }
@@ -259,7 +259,7 @@ TEST_F(Trees, TiedInputsGetACell) {
   EXPECT_EQ(add_ties(d, technology, Use::power, "BUFX2", "Y"), 1);
   EXPECT_TRUE(d.nets[0].pins.empty());
   EXPECT_EQ(d.nets.back().pins.size(), 2u);
-  EXPECT_THROW(add_ties(d, technology, Use::power, "NOSUCH", "Y"), InputError);
+  EXPECT_THROW(add_ties(d, technology, Use::power, "NOSUCH", "Y"), UserError);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {
@@ -20,9 +20,9 @@ TEST(Liberty, PrecedenceIsNotXorAndOr) {
 
 TEST(Liberty, WrongExpressionsNameTheColumn) {
   EXPECT_THAT([] { parse_expression("a & )"); },
-              ThrowsMessage<InputError>(HasSubstr("column 5: found \")\", expected a pin")));
+              ThrowsMessage<UserError>(HasSubstr("column 5: found \")\", expected a pin")));
   EXPECT_THAT([] { parse_expression("(a | b"); },
-              ThrowsMessage<InputError>(HasSubstr("found \"the end\", expected \")\"")));
+              ThrowsMessage<UserError>(HasSubstr("found \"the end\", expected \")\"")));
 }
 
 TEST(Liberty, ScanCellOfTheBuiltInLibrary) {
@@ -73,15 +73,15 @@ TEST(Liberty, CommentsContinuationsAndUnknownGroupsArePassedOver) {
 
 TEST(Liberty, DefectsNameFileAndLine) {
   EXPECT_THAT([] { parse_liberty("library (x) {\n cell (A) {\n", "x.lib"); },
-              ThrowsMessage<InputError>(HasSubstr("x.lib:2: found group cell left open")));
+              ThrowsMessage<UserError>(HasSubstr("x.lib:2: found group cell left open")));
   EXPECT_THAT([] { parse_liberty("library (x) { }", "x.lib"); },
-              ThrowsMessage<InputError>(HasSubstr("x.lib: found no cell")));
+              ThrowsMessage<UserError>(HasSubstr("x.lib: found no cell")));
   EXPECT_THAT(
       [] {
         parse_liberty("library (x) {\n cell (A) { pin (Y) { direction : output; function : \"A &\"; } } }",
                       "x.lib");
       },
-      ThrowsMessage<InputError>(HasSubstr("cell A: function")));
+      ThrowsMessage<UserError>(HasSubstr("cell A: function")));
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "asic/dft/core/faults.hpp"
-#include "asic/netlist/error.hpp"
+#include "base/error.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {
@@ -53,25 +53,25 @@ TEST(Netlist, BranchesToPortsCount) {
 
 TEST(Netlist, WrongNetlistsAreNamed) {
   EXPECT_THAT([] { view_of(json(kPorts, cell("g", "NAND9", R"("A": [2], "Y": [4])"))); },
-              ThrowsMessage<InputError>(HasSubstr("cell g: found type NAND9")));
+              ThrowsMessage<UserError>(HasSubstr("cell g: found type NAND9")));
   EXPECT_THAT([] { view_of(json(kPorts, cell("g", "INV", R"("A": [9], "Y": [4])"))); },
-              ThrowsMessage<InputError>(HasSubstr("g/A: found no driver")));
+              ThrowsMessage<UserError>(HasSubstr("g/A: found no driver")));
   EXPECT_THAT([] { view_of(json(kPorts, cell("g", "INV", R"("A": ["x"], "Y": [4])"))); },
-              ThrowsMessage<InputError>(HasSubstr("no driver of net x")));
+              ThrowsMessage<UserError>(HasSubstr("no driver of net x")));
   EXPECT_THAT(
       [] {
         view_of(json(kPorts, cell("g", "INV", R"("A": [2], "Y": [4])") + "," +
                                  cell("h", "INV", R"("A": [3], "Y": [4])")));
       },
-      ThrowsMessage<InputError>(HasSubstr("second driver")));
+      ThrowsMessage<UserError>(HasSubstr("second driver")));
   EXPECT_THAT(
       [] {
         view_of(json(kPorts, cell("g", "AND2", R"("A": [2], "B": [5], "Y": [4])") + "," +
                                  cell("h", "INV", R"("A": [4], "Y": [5])")));
       },
-      ThrowsMessage<InputError>(HasSubstr("combinational loop")));
-  EXPECT_THAT([] { view_of("{}"); }, ThrowsMessage<InputError>(HasSubstr("found no \"modules\"")));
-  EXPECT_THAT([] { view_of("nothing"); }, ThrowsMessage<InputError>(HasSubstr("is not JSON")));
+      ThrowsMessage<UserError>(HasSubstr("combinational loop")));
+  EXPECT_THAT([] { view_of("{}"); }, ThrowsMessage<UserError>(HasSubstr("found no \"modules\"")));
+  EXPECT_THAT([] { view_of("nothing"); }, ThrowsMessage<UserError>(HasSubstr("is not JSON")));
 }
 
 // A full adder in NANDs; lines and classes counted by hand: 9 gates, 3 inputs, stems of 1, 2 and 3 branches.
@@ -108,16 +108,16 @@ TEST(Bench, FlopsAreInputsAndOutputs) {
 
 TEST(Bench, DefectsNameFileAndLine) {
   EXPECT_THAT([] { bench_circuit("INPUT(a)\ny = NAN(a)\n"); },
-              ThrowsMessage<InputError>(HasSubstr("circuit.bench:2: found gate \"NAN\"")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2: found gate \"NAN\"")));
   EXPECT_THAT([] { bench_circuit("INPUT(a)\nOUTPUT(y)\n"); },
-              ThrowsMessage<InputError>(HasSubstr("circuit.bench:2: found no driver of y")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2: found no driver of y")));
   EXPECT_THAT([] { bench_circuit("INPUT(a)\nINPUT(a)\n"); },
-              ThrowsMessage<InputError>(HasSubstr("circuit.bench:2: found a second driver of a")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2: found a second driver of a")));
   EXPECT_THAT([] { bench_circuit("INPUT(a)\ny = NOT(a, a)\n"); },
-              ThrowsMessage<InputError>(HasSubstr("circuit.bench:2: found 2 inputs of NOT")));
-  EXPECT_THAT([] { bench_circuit("y = AND(y, y)\n"); }, ThrowsMessage<InputError>(HasSubstr("loop")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2: found 2 inputs of NOT")));
+  EXPECT_THAT([] { bench_circuit("y = AND(y, y)\n"); }, ThrowsMessage<UserError>(HasSubstr("loop")));
   EXPECT_THAT([] { bench_circuit("rubbish\n"); },
-              ThrowsMessage<InputError>(HasSubstr("circuit.bench:1: found \"rubbish\"")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:1: found \"rubbish\"")));
 }
 
 }  // namespace

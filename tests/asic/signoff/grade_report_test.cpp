@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
-#include "asic/netlist/error.hpp"
 #include "asic/signoff/functional_vectors.hpp"
+#include "base/error.hpp"
 #include "cmodel/math.hpp"
 #include "tb/pins/chip_pins.hpp"
 #include "tests/asic/dft/support.hpp"
@@ -23,7 +23,7 @@ std::string refusal(const std::string& text) {
   const TestFolder folder;
   try {
     read_unreached(folder.file("unreached.toml", text));
-  } catch (const InputError& error) {
+  } catch (const UserError& error) {
     return error.what();
   }
   return "";
@@ -139,14 +139,14 @@ TEST(Unreached, AFaultWithATrueReasonIsNotDetected) {
 TEST(Unreached, WordsThatAreNotThereAreRefused) {
   const Graded idle = graded(false);
   const std::vector<FaultClass> none(idle.faults.size(), FaultClass::NO);
-  EXPECT_THROW(idle.report(none, {{{}, {}, {}, {"u_nowhere["}, {{0, 1}}, "a code"}}), InputError);
+  EXPECT_THROW(idle.report(none, {{{}, {}, {}, {"u_nowhere["}, {{0, 1}}, "a code"}}), UserError);
 }
 
 TEST(Unreached, AFalseReasonIsRefused) {
   const Graded busy = graded(true);
   const std::vector<FaultClass> none(busy.faults.size(), FaultClass::NO);
   EXPECT_NO_THROW(busy.report(none, {}));
-  EXPECT_THROW(busy.report(none, kNeverStarted), InputError);
+  EXPECT_THROW(busy.report(none, kNeverStarted), UserError);
 }
 
 // The set records: every answer, trip and limit in it is as it is said to be. Test mode changes in reset
@@ -155,7 +155,7 @@ TEST(FunctionalSet, RecordsWithTestModeSteadyOutOfReset) {
   const FunctionalSet set = functional_set(FunctionalLength::quick);
   EXPECT_GT(set.pieces.size(), 20u);
   EXPECT_LE(set.stream.final_cycle(), 64'000'000u);
-  vectors::Cursor cursor(set.stream);
+  recording::Cursor cursor(set.stream);
   std::uint64_t mode = 0;
   bool both = false;
   for (bool more = true; more; more = cursor.next_event()) {

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "asic/dft/files/stil.hpp"
-#include "asic/netlist/error.hpp"
 #include "asic/signoff/functional_vectors.hpp"
 #include "asic/signoff/vectors_files.hpp"
+#include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "tb/pins/chip_pins.hpp"
 
@@ -18,9 +18,9 @@ namespace {
 
 // The chip's model out of reset with its lines idle; an output is turned over in one cycle when `wrong` names
 // it.
-vectors::Stream recorded(std::uint64_t clocks, std::uint64_t wrong = ~std::uint64_t{0}) {
-  vectors::Stream stream;
-  vectors::Recorder recorder(stream, tb::chip_pin_header("test"));
+recording::Stream recorded(std::uint64_t clocks, std::uint64_t wrong = ~std::uint64_t{0}) {
+  recording::Stream stream;
+  recording::Recorder recorder(stream, tb::chip_pin_header("test"));
   chip::Chip chip;
   for (std::uint64_t cycle = 0; cycle < clocks; ++cycle) {
     chip::Inputs in;
@@ -37,7 +37,7 @@ vectors::Stream recorded(std::uint64_t clocks, std::uint64_t wrong = ~std::uint6
 }
 
 TEST(Recording, ModelAndRtlGiveWhatWasRecorded) {
-  const vectors::Stream stream = recorded(30'000);
+  const recording::Stream stream = recorded(30'000);
   for (const ReplayDevice device : {ReplayDevice::model, ReplayDevice::rtl}) {
     const PinReplay replay = replay_pins(stream, device);
     EXPECT_EQ(replay.clocks, 30'000u);
@@ -55,10 +55,10 @@ TEST(Recording, OneWrongStrobeIsFound) {
 }
 
 TEST(Recording, OtherPinsAreRefused) {
-  vectors::Stream stream;
-  vectors::Recorder recorder(
+  recording::Stream stream;
+  recording::Recorder recorder(
       stream,
-      {.pins = {{"a", vectors::Direction::in, 1, "chip"}}, .clock_hz = 1e6, .origin = "test", .meta = {}});
+      {.pins = {{"a", recording::Direction::in, 1, "chip"}}, .clock_hz = 1e6, .origin = "test", .meta = {}});
   recorder.commit(0);
   recorder.finish(3);
   EXPECT_THROW(replay_pins(stream, ReplayDevice::model), std::runtime_error);
@@ -113,8 +113,8 @@ TEST(Recording, ManifestHoldsTheHashesOfItsSources) {
   std::string name = (fs::temp_directory_path() / "meltstage_set.XXXXXX").string();
   const fs::path folder = mkdtemp(name.data());
   const FunctionalSet set{recorded(3'000), {{"reset", 0}, {"rest", 1'000}}};
-  vectors::write_whole(folder / "chip.json", "a netlist");
-  vectors::write_whole(folder / "cells.lib", "a library");
+  write_whole(folder / "chip.json", "a netlist");
+  write_whole(folder / "cells.lib", "a library");
   const FunctionalSources sources{folder / "chip.json", folder / "cells.lib"};
   const FunctionalFolder written = write_functional_set(set, sources, folder / "a");
   EXPECT_EQ(written.clocks, 3'000u);
@@ -136,13 +136,13 @@ TEST(Recording, ManifestHoldsTheHashesOfItsSources) {
   }
   EXPECT_NE(read_file(folder / "a/masks.txt").find("cycle 0: "), std::string::npos);
 
-  vectors::write_whole(folder / "chip.json", "another netlist");
+  write_whole(folder / "chip.json", "another netlist");
   write_functional_set(set, sources, folder / "c");
   EXPECT_NE(manifest("c"), manifest("a"));
   const FunctionalSet other{recorded(3'000, 1'234), set.pieces};
   write_functional_set(other, sources, folder / "d");
   EXPECT_NE(manifest("d"), manifest("c"));
-  EXPECT_THROW(write_functional_set(set, {folder / "nosuch.json", ""}, folder / "e"), dft::InputError);
+  EXPECT_THROW(write_functional_set(set, {folder / "nosuch.json", ""}, folder / "e"), UserError);
   EXPECT_FALSE(fs::exists(folder / "e"));
   write_functional_set(set, {}, folder / "f");
   EXPECT_FALSE(nlohmann::json::parse(manifest("f")).contains("netlist"));
@@ -150,8 +150,8 @@ TEST(Recording, ManifestHoldsTheHashesOfItsSources) {
 }
 
 TEST(Recording, AResetInOperationIsMasked) {
-  vectors::Stream stream;
-  vectors::Recorder recorder(stream, tb::chip_pin_header("test"));
+  recording::Stream stream;
+  recording::Recorder recorder(stream, tb::chip_pin_header("test"));
   chip::Chip chip;
   for (std::uint64_t cycle = 0; cycle < 3'000; ++cycle) {
     chip::Inputs in;

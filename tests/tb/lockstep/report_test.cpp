@@ -43,7 +43,7 @@ TEST(MismatchReport, NamesTheFlopAndSavesWhatRepeatsIt) {
     EXPECT_TRUE(std::filesystem::exists(saved / name)) << name;
     EXPECT_GT(std::filesystem::file_size(saved / name), 0u) << name;
   }
-  EXPECT_EQ(vectors::read_text(saved / "stimulus.mvec").first_cycle(), 100u);
+  EXPECT_EQ(recording::read_text(saved / "stimulus.mvec").first_cycle(), 100u);
   std::filesystem::remove_all(folder);
 }
 

@@ -73,13 +73,13 @@ std::size_t count_results(const fs::path& folder) {
 }
 
 Ran plan_by_command(const fs::path& folder, std::uint64_t clocks, std::uint64_t window_clocks) {
-  vectors::Stream cut;
+  recording::Stream cut;
   cut.begin(lively_recording().pins.header());
-  vectors::ChangeReader reader(lively_recording().pins);
-  for (vectors::Change change; reader.next(change) && change.cycle < clocks;) cut.change(change);
+  recording::ChangeReader reader(lively_recording().pins);
+  for (recording::Change change; reader.next(change) && change.cycle < clocks;) cut.change(change);
   cut.end(clocks);
   const fs::path pins = folder.string() + ".mvec";
-  vectors::write_text(cut, pins);
+  recording::write_text(cut, pins);
   return run_command(
       fmt::format("windows plan {} {} --window-clocks {}", pins.string(), folder.string(), window_clocks));
 }

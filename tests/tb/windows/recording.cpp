@@ -27,7 +27,7 @@ Recording record() {
   Head head({});
   chip::Chip chip;
   chip::Outputs out = chip.outputs({.rst_n = false});
-  vectors::Recorder recorder(recording.pins, chip_pin_header("windows test"));
+  recording::Recorder recorder(recording.pins, chip_pin_header("windows test"));
   const auto found = [&](const char* name, std::uint64_t cycle, bool here) {
     if (here) recording.landmarks.try_emplace(name, cycle);
   };

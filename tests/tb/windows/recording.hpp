@@ -13,7 +13,7 @@
 namespace meltstage::tb {
 
 struct Recording {
-  vectors::Stream pins;                            // the chip's, cycle 0 in reset
+  recording::Stream pins;                          // the chip's, cycle 0 in reset
   std::map<std::string, std::uint64_t> landmarks;  // first cycle of what the name says
   chip::Chip end;                                  // behind the last clock
 };

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/error.hpp"
 #include "cmodel/chip.hpp"
 #include "recording.hpp"
 #include "tb/pins/chip_pins.hpp"
@@ -20,7 +21,7 @@ using ::testing::Not;
 // The model at a cycle of the recording.
 SavedState state_at(std::uint64_t cycle) {
   SavedState state;
-  vectors::Cursor cursor(lively_recording().pins);
+  recording::Cursor cursor(lively_recording().pins);
   for (; state.cycle < cycle; ++state.cycle) {
     cursor.advance_to(state.cycle);
     state.before = inputs_of(cursor.values());
@@ -45,7 +46,7 @@ class State : public ::testing::Test {
     try {
       read_state(path());
       FAIL() << "taken";
-    } catch (const WindowError& error) {
+    } catch (const UserError& error) {
       EXPECT_THAT(error.what(), AllOf(HasSubstr(path().string()), HasSubstr(part), Not(HasSubstr("\n"))));
     }
   }
@@ -81,7 +82,7 @@ TEST_F(State, TheRunGoesOnAlike) {
   SavedState saved = state_at(2'500'000);
   write_state(path(), saved);
   SavedState read = read_state(path());
-  vectors::Cursor cursor(lively_recording().pins);
+  recording::Cursor cursor(lively_recording().pins);
   for (std::uint64_t cycle = saved.cycle; cycle < lively_recording().pins.final_cycle(); ++cycle) {
     cursor.advance_to(cycle);
     const chip::Inputs in = inputs_of(cursor.values());
@@ -128,7 +129,7 @@ TEST_F(State, EveryDamagedByteIsRefused) {
     std::string bad = good;
     bad[at] = static_cast<char>(bad[at] ^ 1);
     set_text(path(), bad);
-    EXPECT_THROW(read_state(path()), WindowError) << "byte " << at;
+    EXPECT_THROW(read_state(path()), UserError) << "byte " << at;
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "base/error.hpp"
 #include "recording.hpp"
 #include "recording/text.hpp"
 #include "tb/windows/window_plan.hpp"
@@ -20,9 +21,9 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-WindowPlan plan_recording(const fs::path& folder, const vectors::Stream& pins, WindowBorders borders) {
+WindowPlan plan_recording(const fs::path& folder, const recording::Stream& pins, WindowBorders borders) {
   WindowPlanner planner(folder, {"test", 7}, std::move(borders));
-  vectors::copy(pins, planner);
+  recording::copy(pins, planner);
   return planner.publish();
 }
 
@@ -32,11 +33,11 @@ JoinedWindows check_all(const fs::path& folder, const WindowPlan& plan) {
 }
 
 // The first clocks of the lively recording.
-vectors::Stream head_of_recording(std::uint64_t clocks) {
-  vectors::Stream cut;
+recording::Stream head_of_recording(std::uint64_t clocks) {
+  recording::Stream cut;
   cut.begin(lively_recording().pins.header());
-  vectors::ChangeReader reader(lively_recording().pins);
-  for (vectors::Change change; reader.next(change) && change.cycle < clocks;) cut.change(change);
+  recording::ChangeReader reader(lively_recording().pins);
+  for (recording::Change change; reader.next(change) && change.cycle < clocks;) cut.change(change);
   cut.end(clocks);
   return cut;
 }
@@ -97,19 +98,19 @@ TEST_F(Windows, BordersComeInAnyOrderAndTwice) {
 }
 
 TEST_F(Windows, ABorderOutsideTheRunIsRefused) {
-  EXPECT_THROW(plan_recording(work(), head_of_recording(1000), {.at = {0, 300}}), WindowError);
-  EXPECT_THROW(plan_recording(work(), head_of_recording(1000), {.at = {300, 1000}}), WindowError);
+  EXPECT_THROW(plan_recording(work(), head_of_recording(1000), {.at = {0, 300}}), UserError);
+  EXPECT_THROW(plan_recording(work(), head_of_recording(1000), {.at = {300, 1000}}), UserError);
 }
 
 TEST_F(Windows, SlicesTogetherAreTheRecording) {
   const WindowPlan plan = plan_recording(work(), lively_recording().pins, {.every = 70'001});
-  vectors::Stream joined;
-  vectors::Recorder recorder(joined, lively_recording().pins.header());
+  recording::Stream joined;
+  recording::Recorder recorder(joined, lively_recording().pins.header());
   for (std::size_t i = 0; i < plan.windows.size(); ++i) {
-    const vectors::Stream slice = vectors::read_text(stimulus_file(work(), i));
+    const recording::Stream slice = recording::read_text(stimulus_file(work(), i));
     EXPECT_EQ(slice.first_cycle(), i * 70'001);
-    vectors::ChangeReader reader(slice);
-    vectors::Change change;
+    recording::ChangeReader reader(slice);
+    recording::Change change;
     for (bool more = reader.next(change); more;) {
       const std::uint64_t cycle = change.cycle;
       for (; more && change.cycle == cycle; more = reader.next(change))
@@ -127,11 +128,11 @@ TEST_F(Windows, AreThoseOfThePlanFile) {
 }
 
 TEST_F(Windows, ARecordingOfAnotherChipIsRefused) {
-  vectors::Stream wrong;
+  recording::Stream wrong;
   wrong.begin(lively_recording().pins.header());
-  vectors::ChangeReader reader(lively_recording().pins);
+  recording::ChangeReader reader(lively_recording().pins);
   std::uint64_t wrong_at = 0;
-  for (vectors::Change change; reader.next(change) && change.cycle < 2'500'000;) {
+  for (recording::Change change; reader.next(change) && change.cycle < 2'500'000;) {
     // One edge of the heater a clock late.
     if (change.pin == kPinHeater && change.cycle > 0 && wrong_at == 0) wrong_at = change.cycle++;
     if (change.cycle != wrong_at || wrong_at == 0) wrong.change(change);
@@ -141,7 +142,7 @@ TEST_F(Windows, ARecordingOfAnotherChipIsRefused) {
   try {
     plan_recording(work(), wrong, {});
     FAIL() << "taken";
-  } catch (const WindowError& error) {
+  } catch (const UserError& error) {
     EXPECT_THAT(error.what(),
                 HasSubstr("cycle " + std::to_string(wrong_at) + ": heater_o recorded 0, chip 1"));
   }
@@ -150,28 +151,28 @@ TEST_F(Windows, ARecordingOfAnotherChipIsRefused) {
 }
 
 TEST_F(Windows, ARecordingWithoutThePinsIsRefused) {
-  vectors::Header header = lively_recording().pins.header();
+  recording::Header header = lively_recording().pins.header();
   header.pins[kPinTlmTx].name = "tlm_tx";
   WindowPlanner planner(work(), {"test", 7}, {});
-  EXPECT_THROW(planner.begin(header), WindowError);
+  EXPECT_THROW(planner.begin(header), UserError);
 }
 
 TEST_F(Windows, ARecordingThatDoesNotBeginInResetIsRefused) {
-  vectors::Stream released;
+  recording::Stream released;
   released.begin(lively_recording().pins.header());
-  vectors::ChangeReader reader(lively_recording().pins);
-  for (vectors::Change change; reader.next(change) && change.cycle == 0;) {
+  recording::ChangeReader reader(lively_recording().pins);
+  for (recording::Change change; reader.next(change) && change.cycle == 0;) {
     if (change.pin == kPinRstN) change.value = 1;
     released.change(change);
   }
   released.end(10);
-  EXPECT_THROW(plan_recording(work(), released, {}), WindowError);
+  EXPECT_THROW(plan_recording(work(), released, {}), UserError);
 }
 
 TEST_F(Windows, AForeignFolderIsNotReplaced) {
   fs::create_directories(work());
   set_text(work() / "thesis.txt", "x");
-  EXPECT_THROW(WindowPlanner(work(), {"test", 7}, {}), WindowError);
+  EXPECT_THROW(WindowPlanner(work(), {"test", 7}, {}), UserError);
   EXPECT_TRUE(fs::exists(work() / "thesis.txt"));
 }
 
@@ -216,8 +217,8 @@ TEST_F(Windows, AChangedStimulusIsRefused) {
   std::string text = text_of(stimulus_file(work(), 2));
   text[text.size() / 2] ^= 1;
   set_text(stimulus_file(work(), 2), text);
-  EXPECT_THROW(check_window(work(), plan, 2), WindowError);
-  EXPECT_THROW(check_files(work(), plan), WindowError);
+  EXPECT_THROW(check_window(work(), plan, 2), UserError);
+  EXPECT_THROW(check_files(work(), plan), UserError);
   EXPECT_NO_THROW(check_window(work(), plan, 1));
 }
 
