@@ -232,7 +232,7 @@ int main(int argc, char** argv) {
     return run(o);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const UserError& error) {
+  } catch (const meltstage::UserError& error) {
     fmt::print(stderr, "place: {}\n", error.what());
     return 2;
   }

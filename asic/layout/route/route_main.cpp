@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
     return run(lef, def, out, netlist, spef, report, options);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const UserError& error) {
+  } catch (const meltstage::UserError& error) {
     fmt::print(stderr, "route: {}\n", error.what());
     return 2;
   }
