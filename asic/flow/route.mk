@@ -60,7 +60,7 @@ $(routed)/timing_%.txt $(routed)/delays_%.sdf: $(routed)/routed.v $(routed)/rout
 
 # What the metal connects with its wires' delays beside the RTL's gates in Icarus, random inputs, in the corner of synthesis.
 $(routed)/sdf.txt: $(routed)/routed.v $(routed)/delays_$(synth_corner).sdf $(cells_verilog) $(out)/reference.il $(here)/sdf_replay.py $(here)/fold_wires.py
-	$(here)/sdf_replay.py $(out)/reference.il $< $(routed)/delays_$(synth_corner).sdf $(TOP) $(cells_verilog) $(PERIOD_NS) test_mode_i=0 scan_en_i=0 scan_o=- > $@.part
+	$(here)/sdf_replay.py $(out)/reference.il $< $(routed)/delays_$(synth_corner).sdf $(TOP) $(cells_verilog) $(PERIOD_NS) test_mode_i=0 scan_en_i=0 scan_o=- $(filter scan_i=0,$(scan_off)) > $@.part
 	mv $@.part $@
 
 # Where the library has no Verilog of its cells: their logic and paths from Liberty.
