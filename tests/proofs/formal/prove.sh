@@ -6,6 +6,8 @@
 #   prove.sh BLOCK --bugs    every line of tests/proofs/formal/BLOCK/bugs.txt changes a copy of the RTL so that the proof must fail: file, tab,
 #                            sed expression, tab, what it breaks, and, after another tab, the assertion that it must refute (else any); NAME! where the
 #                            counterexample is too long to be found: the proof of NAME's harness must fail
+#   prove.sh BLOCK --assertions       the assertions alone: the quick part, without the search for the covers
+#   prove.sh BLOCK --bugs --draw N [--seed S]   only N of the bugs, drawn at random; the seed is printed
 #   ... --table FILE         appends what was found to FILE, tab-separated, for report.sh:
 #                              proof BLOCK/HARNESS ENGINE CPU-SECONDS ASSERTION | cover BLOCK/HARNESS CLOCK COVER | bug BLOCK ASSERTION CLOCK WHAT
 # tests/proofs/formal/BLOCK/HARNESS.map, if there, is a techmap that cuts out cells (over-approximation); tests/proofs/formal/BLOCK/flags holds
@@ -23,15 +25,18 @@ block=${1:-}
 only=*
 [[ $block != */* ]] || { only=${block#*/}; block=${block%%/*}; }
 shift || true
-bugs= table=/dev/null
+bugs= draw= seed=$RANDOM covers="and covers" table=/dev/null
 usage() {
-  echo "prove.sh: expected BLOCK[/HARNESS] [--bugs] [--table FILE] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
+  echo "prove.sh: expected BLOCK[/HARNESS] [--assertions | --bugs [--draw N] [--seed S]] [--table FILE] with BLOCK one of $(cd "$here" && ls -d -- */ | tr -d / | xargs), found '$*'" >&2
   exit 2
 }
 [[ -n $block && -d $here/$block ]] || usage "$block" "$@"
 while [[ $# -gt 0 ]]; do
   case $1 in
     --bugs) bugs=yes; shift ;;
+    --assertions) covers=; shift ;;
+    --draw) [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || usage "$block" "$@"; draw=$2; shift 2 ;;
+    --seed) [[ ${2:-} =~ ^[0-9]+$ ]] || usage "$block" "$@"; seed=$2; shift 2 ;;
     --table) [[ $# -ge 2 ]] || usage "$block" "$@"; table=$2; shift 2 ;;
     *) usage "$block" "$@" ;;
   esac
@@ -148,6 +153,7 @@ prove_harness() {
     cp "$work/bmc.log" "$work/abc.log"
     say "FAIL  $name: $(failed)"
   fi
+  [[ $covers ]] || return 0
   n=$(wc -l < "$work/cover.names")
   # Bounded search reaches most in no time; random inputs what lies deeper, or PDR.
   berkeley-abc -c "read_aiger $work/cover.aig; fold; strash; bmc3 -a -x -F 60 -T 20" > "$work/cover.log" 2>&1 || true
@@ -166,8 +172,13 @@ prove_harness() {
 # Every seeded bug must give a counterexample in some harness of the block; to the assertion that it names, if it names one.
 prove_bugs() {
   local file change what wanted found harness
+  grep -v '^#' "$here/$block/bugs.txt" | grep . > "$work/bugs"
+  if [[ $draw ]]; then
+    echo "      $block: $draw of $(wc -l < "$work/bugs") bugs, --seed $seed"
+    awk -v seed="$seed" 'BEGIN { srand(seed) } { print rand() "\t" $0 }' "$work/bugs" | sort -n | head -n "$draw" | cut -f 2- > "$work/drawn"
+    mv "$work/drawn" "$work/bugs"
+  fi
   while IFS=$'\t' read -r file change what wanted; do
-    [[ -n $file && $file != '#'* ]] || continue
     rm -rf "$work/rtl" && cp -r "$root/rtl" "$work/rtl"
     sed -i "$change" "$work/rtl/$file"
     if cmp -s "$root/rtl/$file" "$work/rtl/$file"; then
@@ -191,7 +202,7 @@ prove_bugs() {
     if [[ -z $found ]]; then say "FAIL  $block: proof does not see: $what"; continue; fi
     say "ok    $block: refused: $what ($found)"
     printf 'bug\t%s\t%s\t%s\t%s\n' "$block" "$(sed 's/ .*//; s/.*\.//' <<< "$found")" "$([[ $wanted == *! ]] && echo - || clock)" "$what" >> "$table"
-  done < "$here/$block/bugs.txt"
+  done < "$work/bugs"
 }
 # asked HARNESS ASSERTION: is it proved there?
 asked() {
@@ -205,7 +216,7 @@ if [[ $bugs ]]; then
   prove_bugs
 else
   for harness in "${harnesses[@]}"; do
-    write_aiger "$harness" "$root/rtl" "and covers"
+    write_aiger "$harness" "$root/rtl" "$covers"
     prove_harness "$block/$(basename "$harness" .sv)"
   done
 fi
