@@ -38,8 +38,8 @@ bool Algor::parity() const {
 std::uint64_t Algor::quiet(const AlgorIn& in) const {
   if (step_q != kStepIdle || done_q != 0 || in.start || in.drop != (drop_q != 0)) return 0;
   if (!in.run && drops_q != 0) return 0;
-  if ((!in.run || in.params.bit(spec::kRegMode, 0)) && (i_q != 0 || fresh_q == 0)) return 0;
-  return in.run || (duty_q == 0 && segment_q == kSegNone) ? kForever : 0;
+  if ((!in.run || in.params.bit(spec::kRegMode, spec::kModeManual)) && (i_q != 0 || fresh_q == 0)) return 0;
+  return in.run || (duty_q == 0 && segment_q == spec::kSegNone) ? kForever : 0;
 }
 
 namespace {

@@ -11,8 +11,6 @@
 
 namespace meltstage::chip {
 
-enum Segment : std::uint8_t { kSegNone = 0, kSegFull = 1, kSegPid = 2, kSegOff = 3 };
-
 // Steps of one computation, a clock each.
 enum AlgorStep : std::uint8_t {
   kStepIdle,

@@ -56,12 +56,12 @@ struct Pins {
     return wrap_u<1>(u16(reg) >> index) != 0_k;
   }
 
-  Bool manual() const { return bit(spec::kRegMode, 0_k); }
-  Bool seg_model() const { return bit(spec::kRegCtrl, 0_k); }
-  Bool d_on_pv() const { return bit(spec::kRegCtrl, 1_k); }
-  Bool ff_en() const { return bit(spec::kRegCtrl, 2_k); }
-  Bool err_integer() const { return bit(spec::kRegCtrl, 3_k); }
-  Bool i_zero() const { return bit(spec::kRegCtrl, 6_k); }
+  Bool manual() const { return bit(spec::kRegMode, Const<spec::kModeManual>{}); }
+  Bool seg_model() const { return bit(spec::kRegCtrl, Const<spec::kCtrlSegModel>{}); }
+  Bool d_on_pv() const { return bit(spec::kRegCtrl, Const<spec::kCtrlDOnPv>{}); }
+  Bool ff_en() const { return bit(spec::kRegCtrl, Const<spec::kCtrlFfEn>{}); }
+  Bool err_integer() const { return bit(spec::kRegCtrl, Const<spec::kCtrlErrInteger>{}); }
+  Bool i_zero() const { return bit(spec::kRegCtrl, Const<spec::kCtrlIZero>{}); }
 };
 
 // if (condition) body(); body works on q.
@@ -230,9 +230,9 @@ void take_output(Flops<B>& q, const In& in) {
   const auto u = ((q.pd_q() << 7_k) + q.i_q()) >> 14_k;
   const auto u_limited = select(u > duty_max, duty_max, sat_duty(u));
   q.work_q = wrap<32>(select(full, duty_max, select(off, 0_k, u_limited)));
-  const auto segment =
-      select(full, Const<kSegFull>{}, select(off, Const<kSegOff>{}, Int<B, 3>(Const<kSegPid>{})));
-  q.segment_q = select(in.manual() || in.tuning, Const<kSegNone>{}, segment);
+  const auto segment = select(full, Const<spec::kSegFull>{},
+                              select(off, Const<spec::kSegOff>{}, Int<B, 3>(Const<spec::kSegPid>{})));
+  q.segment_q = select(in.manual() || in.tuning, Const<spec::kSegNone>{}, segment);
   q.fresh_q = 0_k;
 }
 
@@ -366,7 +366,7 @@ void clock(Flops<B>& q, const In& in) {
   when(q, !in.run, [&] {
     q.drops_q = 0_k;
     q.duty_q = 0_k;
-    q.segment_q = Const<kSegNone>{};
+    q.segment_q = Const<spec::kSegNone>{};
   });
 }
 

@@ -24,24 +24,18 @@ constexpr std::uint8_t kPinsThatStir = 0b11001111;
 
 Readings Chip::readings() const {
   const Params& p = params();
-  const bool flags[16] = {guard.run_q != 0,
-                          guard.at_temp_q != 0,
-                          algor.segment_q == kSegFull,
-                          algor.segment_q == kSegPid,
-                          algor.segment_q == kSegOff,
-                          algor.ramping(),
-                          algor.limited(),
-                          false,  // writes pending and hold are PARAMC's own
-                          false,
-                          p[spec::kRegLock] != 0,
-                          guard.sensor_ok(p),
-                          algor.i_held_q != 0,
-                          guard.wd_armed(p),
-                          guard.bad_q != 0,
-                          guard.permitted(),
-                          guard.fault_q != 0};
-  unsigned status = 0;
-  for (unsigned i = 0; i < 16; ++i) status |= static_cast<unsigned>(flags[i]) << i;
+  const auto flag = [](spec::StatusBit bit, bool present) { return static_cast<unsigned>(present) << bit; };
+  // Writes pending and hold are PARAMC's own.
+  const unsigned status =
+      flag(spec::kStatusRun, guard.run_q != 0) | flag(spec::kStatusAtTemperature, guard.at_temp_q != 0) |
+      flag(spec::kStatusFullSegment, algor.segment_q == spec::kSegFull) |
+      flag(spec::kStatusPidSegment, algor.segment_q == spec::kSegPid) |
+      flag(spec::kStatusOffSegment, algor.segment_q == spec::kSegOff) |
+      flag(spec::kStatusRampActive, algor.ramping()) | flag(spec::kStatusDutyNearItsLimit, algor.limited()) |
+      flag(spec::kStatusLocked, p[spec::kRegLock] != 0) | flag(spec::kStatusSensorOk, guard.sensor_ok(p)) |
+      flag(spec::kStatusIntegralHeld, algor.i_held_q != 0) |
+      flag(spec::kStatusWatchdogArmed, guard.wd_armed(p)) | flag(spec::kStatusSampleHeld, guard.bad_q != 0) |
+      flag(spec::kStatusSafeEnActive, guard.permitted()) | flag(spec::kStatusFault, guard.fault_q != 0);
   return {.pv_valid = guard.pv_valid_q != 0,
           .pv = guard.pv_q,
           .slope = guard.slope_q,
@@ -84,8 +78,8 @@ UartcIn Chip::uartc_in() const {
           .cfg_address = static_cast<std::uint8_t>(p[spec::kRegAddress]),
           .strap = static_cast<std::uint8_t>(sync.q() >> 1 & 7),
           .cfg_baud = static_cast<std::uint16_t>(p[spec::kRegBaud] & 0x1FFF),
-          .cfg_format = static_cast<std::uint8_t>(p[spec::kRegFormat] & 3),
-          .cfg_pause = p.bit(spec::kRegFormat, 2),
+          .cfg_format = static_cast<std::uint8_t>(p[spec::kRegFormat] & spec::kFormatCharacterMask),
+          .cfg_pause = p.bit(spec::kRegFormat, spec::kFormatPause),
           .cmd_done = sysctrl.cmd_done_q != 0,
           .rsp_kind = paramc.rsp_kind_q,
           .rsp_exc = paramc.rsp_exc_q,
@@ -127,7 +121,7 @@ ParamcIn Chip::paramc_in() const {
           .t_max_staged = mem.t_max_staged(),
           .lock = p[spec::kRegLock],
           .running = guard.run_q != 0,
-          .manual = p.bit(spec::kRegMode, 0),
+          .manual = p.bit(spec::kRegMode, spec::kModeManual),
           .tuning = atune.tuning(),
           .tune_wr = atune.wr(),
           .run_allowed = guard.run_allowed(),
@@ -195,7 +189,7 @@ PwmcIn Chip::pwmc_in() const {
   return {.prescale = p[spec::kRegPwmPrescale],
           .period = p[spec::kRegPwmPeriod],
           .min_on = p[spec::kRegPwmMinOn],
-          .dither = p.bit(spec::kRegCtrl, 4),
+          .dither = p.bit(spec::kRegCtrl, spec::kCtrlDither),
           .enable = guard.run_q != 0,
           .duty = algor.duty_q,
           .load = sysctrl.pwm_load_q != 0};

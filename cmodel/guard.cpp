@@ -110,7 +110,7 @@ void Guard::step(const GuardIn& in) {
   const bool jump_stays = jump && bad_q + 1 >= (p[spec::kRegBadMax] & 0xF);
   const bool accept = in.sens_done && in.sens_ok && (!jump || jump_stays);
   const bool refuse = in.sens_done && !accept;
-  const bool heating = run_q != 0 && !p.bit(spec::kRegMode, 0);
+  const bool heating = run_q != 0 && !p.bit(spec::kRegMode, spec::kModeManual);
   const std::int32_t over_sp = of_temp(pv_q - in.sp_work);
   const std::int32_t window = of_tenths(p[spec::kRegAtWindow]);
   const bool in_window = std::abs(over_sp) <= window;
@@ -119,7 +119,7 @@ void Guard::step(const GuardIn& in) {
   const bool off_duty = in.duty == 0 || run_q == 0;
   const bool fb_trip = fb_q >= fb_trip_clocks(p);
   const bool lba_active = heating && in.limited && p[spec::kRegLbaTime] != 0;
-  const bool hold_active = heating && in.segment == kSegPid && p[spec::kRegKff] != 0 &&
+  const bool hold_active = heating && in.segment == spec::kSegPid && p[spec::kRegKff] != 0 &&
                            p[spec::kRegHoldTime] != 0 && in.duty > in.hold_limit;
   const bool exc_active = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]);
   const bool zero_due = off_duty && zero_q >= p[spec::kRegZeroWait];
@@ -146,7 +146,7 @@ void Guard::step(const GuardIn& in) {
       bit(spec::kFaultHoldPower, hold_active && hold_q >= p[spec::kRegHoldTime]) |
       bit(spec::kFaultExcursion, exc_active && exc_q >= p[spec::kRegExcTime]) |
       bit(spec::kFaultZeroRise, zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
-      bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, 5) && fb_trip) |
+      bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, spec::kCtrlFbEn) && fb_trip) |
       bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_left(p) == 0) | bit(spec::kFaultParam, in.mem_bad) |
       bit(spec::kFaultState, in.state_illegal || in.overrun || rails_differ || upset) |
       bit(spec::kFaultInhibit, in.inhibit));

@@ -7,8 +7,6 @@ namespace meltstage::chip {
 
 namespace {
 
-constexpr std::uint8_t kFcReadHolding = 3;
-constexpr std::uint8_t kFcWriteMultiple = 16;
 constexpr std::uint16_t kReadFrameBytes = 8;
 constexpr std::uint16_t kWriteFrameBytes = 9;  // without the values
 constexpr std::size_t kMostCount = 127;        // what the byte count of a frame can say
@@ -28,7 +26,7 @@ void count_frame(Chip& chip) {
 
 Command read_command(std::uint16_t address, std::size_t count) {
   return {.broadcast = false,
-          .fc = kFcReadHolding,
+          .fc = spec::kFcReadHolding,
           .a = address,
           .b = static_cast<std::uint16_t>(std::min(count, kMostCount)),
           .count = 0,
@@ -38,7 +36,7 @@ Command read_command(std::uint16_t address, std::size_t count) {
 Command write_command(std::uint16_t address, std::size_t count) {
   const auto words = static_cast<std::uint16_t>(std::min(count, kMostCount));
   return {.broadcast = false,
-          .fc = kFcWriteMultiple,
+          .fc = spec::kFcWriteMultiple,
           .a = address,
           .b = words,
           .count = static_cast<std::uint8_t>(2 * words),
@@ -57,7 +55,7 @@ ParamcIn paramc_inputs(const Chip& chip, const Command& command) {
           .t_max_staged = chip.mem.t_max_staged(),
           .lock = chip.params()[spec::kRegLock],
           .running = chip.guard.run_q != 0,
-          .manual = chip.params().bit(spec::kRegMode, 0),
+          .manual = chip.params().bit(spec::kRegMode, spec::kModeManual),
           .tuning = chip.atune.tuning(),
           .tune_wr = false,
           .run_allowed = chip.guard.run_allowed(),
@@ -80,13 +78,14 @@ std::uint16_t word_or_zero(std::span<const std::uint16_t> values, unsigned index
 }
 
 // PARAMC's verdict as in state CmdDecode.
-Exception decode(Paramc& paramc, ParamcIn in, std::span<const std::uint16_t> values) {
+spec::Exception decode(Paramc& paramc, ParamcIn in, std::span<const std::uint16_t> values) {
   in.decode = true;
   while (paramc.decoded_q == 0) {
     in.cmd_word = word_or_zero(values, paramc.word_q);
     paramc.step(in, Readings{});
   }
-  return paramc.rsp_kind_q == kRspException ? static_cast<Exception>(paramc.rsp_exc_q) : kExcNone;
+  return paramc.rsp_kind_q == spec::kRspException ? static_cast<spec::Exception>(paramc.rsp_exc_q)
+                                                  : spec::kExcNone;
 }
 
 // States ExtrParam and WrParam in turn, and the clock after them. Pulses to GUARD are left in `chip` for its
@@ -134,32 +133,33 @@ bool writes_command(std::uint16_t address, std::span<const std::uint16_t> values
 
 }  // namespace
 
-Exception host_read(Chip& chip, std::uint16_t address, std::span<std::uint16_t> out) {
-  if (in_reset(chip)) return kExcDevice;
+spec::Exception host_read(Chip& chip, std::uint16_t address, std::span<std::uint16_t> out) {
+  if (in_reset(chip)) return spec::kExcDevice;
   Paramc paramc = at_rest(chip.paramc);
-  const Exception exception = decode(paramc, paramc_inputs(chip, read_command(address, out.size())), {});
+  const spec::Exception exception =
+      decode(paramc, paramc_inputs(chip, read_command(address, out.size())), {});
   count_frame(chip);
-  if (exception != kExcNone) return exception;
+  if (exception != spec::kExcNone) return exception;
   for (std::uint16_t& word : out) word = chip.read_register(address++);
-  return kExcNone;
+  return spec::kExcNone;
 }
 
-Exception host_write(Chip& chip, std::uint16_t address, std::span<const std::uint16_t> values) {
-  if (in_reset(chip)) return kExcDevice;
+spec::Exception host_write(Chip& chip, std::uint16_t address, std::span<const std::uint16_t> values) {
+  if (in_reset(chip)) return spec::kExcDevice;
   if (writes_command(address, values, spec::kCmdStop) && values.size() == 1) {
     count_frame(chip);
     chip.paramc.stop_q = 1;
-    return kExcNone;
+    return spec::kExcNone;
   }
-  if (in_work(chip)) return kExcBusy;
+  if (in_work(chip)) return spec::kExcBusy;
   if (writes_command(address, values, spec::kCmdRun) && (chip.paramc.stop_q | chip.paramc.clear_q) != 0)
-    return kExcBusy;
+    return spec::kExcBusy;
 
   Paramc paramc = at_rest(chip.paramc);
   const ParamcIn in = paramc_inputs(chip, write_command(address, values.size()));
-  const Exception exception = decode(paramc, in, values);
+  const spec::Exception exception = decode(paramc, in, values);
   count_frame(chip);
-  if (exception == kExcNone) carry_out(chip, paramc, in, values);
+  if (exception == spec::kExcNone) carry_out(chip, paramc, in, values);
   return exception;
 }
 

@@ -5,54 +5,57 @@ namespace meltstage::chip {
 
 namespace {
 
-constexpr unsigned kMaxRead = 32;
+// Bits of STATUS that PARAMC itself knows.
+constexpr unsigned kOwnStatus = 1u << spec::kStatusHold | 1u << spec::kStatusWritesPending;
 
 struct Judgement {
-  Exception exception;
-  RspKind kind;
+  spec::Exception exception;
+  spec::RspKind kind;
 };
 
-bool is_write(const Command& c) { return c.fc == 6 || c.fc == 16; }
+bool is_write(const Command& c) { return c.fc == spec::kFcWriteSingle || c.fc == spec::kFcWriteMultiple; }
 
 bool in_holding(const Command& c) {
-  const auto end = static_cast<std::uint16_t>(c.a + (c.fc == 6 ? 1 : c.b));
+  const auto end = static_cast<std::uint16_t>(c.a + (c.fc == spec::kFcWriteSingle ? 1 : c.b));
   return c.a >= spec::kHoldingBase && end <= spec::kHoldingBase + spec::kHoldingCount && end > c.a;
 }
 
 bool in_input(const Command& c) {
-  const auto end = static_cast<std::uint16_t>(c.a + (c.fc == 6 ? 1 : c.b));
+  const auto end = static_cast<std::uint16_t>(c.a + (c.fc == spec::kFcWriteSingle ? 1 : c.b));
   return c.a < spec::kInputCount && end <= spec::kInputCount;
 }
 
 // Function, length, count, address, in the order the standard asks for.
 Judgement judge_form(const Command& c) {
   switch (c.fc) {
-    case 3:
-    case 4:
-      if (c.len != 8 || c.b == 0 || c.b > kMaxRead) return {kExcValue, kRspRead};
-      return {in_holding(c) || in_input(c) ? kExcNone : kExcAddress, kRspRead};
-    case 6:
-      if (c.len != 8) return {kExcValue, kRspEcho};
-      return {in_holding(c) ? kExcNone : kExcAddress, kRspEcho};
-    case 16:
+    case spec::kFcReadHolding:
+    case spec::kFcReadInput:
+      if (c.len != 8 || c.b == 0 || c.b > spec::kMaxRead) return {spec::kExcValue, spec::kRspRead};
+      return {in_holding(c) || in_input(c) ? spec::kExcNone : spec::kExcAddress, spec::kRspRead};
+    case spec::kFcWriteSingle:
+      if (c.len != 8) return {spec::kExcValue, spec::kRspEcho};
+      return {in_holding(c) ? spec::kExcNone : spec::kExcAddress, spec::kRspEcho};
+    case spec::kFcWriteMultiple:
       if (c.b == 0 || c.b > spec::kWriteWords || c.count != 2 * c.b || c.len != 9 + 2 * c.b)
-        return {kExcValue, kRspEcho};
-      return {in_holding(c) ? kExcNone : kExcAddress, kRspEcho};
-    case 8:
-      if (c.a != 0) return {kExcFunction, kRspEcho};
-      return {c.len == 8 ? kExcNone : kExcValue, kRspEcho};
-    case 17:
-      return {c.len == 4 ? kExcNone : kExcValue, kRspServerId};
-    case 43: {
+        return {spec::kExcValue, spec::kRspEcho};
+      return {in_holding(c) ? spec::kExcNone : spec::kExcAddress, spec::kRspEcho};
+    case spec::kFcDiagnostics:
+      if (c.a != 0) return {spec::kExcFunction, spec::kRspEcho};
+      return {c.len == 8 ? spec::kExcNone : spec::kExcValue, spec::kRspEcho};
+    case spec::kFcReportServerId:
+      return {c.len == 4 ? spec::kExcNone : spec::kExcValue, spec::kRspServerId};
+    case spec::kFcEncapsulated: {
       const unsigned code = c.a & 0xFFu;
-      const RspKind kind = code == 4 ? kRspIdObject : kRspIdStream;
-      if ((c.a >> 8) != 0x0E) return {kExcFunction, kind};
-      if (c.len != 7 || code == 0 || code > 4) return {kExcValue, kind};
-      if (code == 4 && (c.b >> 8) >= spec::kIdentObjects.size()) return {kExcAddress, kind};
-      return {kExcNone, kind};
+      const spec::RspKind kind =
+          code == spec::kIdentificationObject ? spec::kRspIdObject : spec::kRspIdStream;
+      if ((c.a >> 8) != spec::kMeiType) return {spec::kExcFunction, kind};
+      if (c.len != 7 || code == 0 || code > spec::kIdentificationObject) return {spec::kExcValue, kind};
+      if (code == spec::kIdentificationObject && (c.b >> 8) >= spec::kIdentObjects.size())
+        return {spec::kExcAddress, kind};
+      return {spec::kExcNone, kind};
     }
     default:
-      return {kExcFunction, kRspException};
+      return {spec::kExcFunction, spec::kRspException};
   }
 }
 
@@ -71,20 +74,21 @@ bool out_of_range(unsigned index, std::uint16_t raw) {
 }
 
 // `ordered`: a commit is on its way; `held_back`: writes are staged, or the host has asked to keep them so.
-Exception judge_value(unsigned index, std::uint16_t raw, const ParamcIn& in, bool ordered, bool held_back) {
+spec::Exception judge_value(unsigned index, std::uint16_t raw, const ParamcIn& in, bool ordered,
+                            bool held_back) {
   const bool is_cmd = index == spec::kRegCmd;
-  if (is_cmd && !known_command(raw)) return kExcValue;
-  if (out_of_range(index, raw)) return kExcValue;
+  if (is_cmd && !known_command(raw)) return spec::kExcValue;
+  if (out_of_range(index, raw)) return spec::kExcValue;
   const auto limit = static_cast<std::int16_t>(in.t_max_staged - spec::kSetpointMargin);
-  if (index == spec::kRegSetpoint && static_cast<std::int16_t>(raw) > limit) return kExcValue;
-  if (is_cmd && raw == spec::kCmdStop) return kExcNone;
-  if (in.lock != 0 && !(index == spec::kRegLock && raw == 0)) return kExcDevice;
+  if (index == spec::kRegSetpoint && static_cast<std::int16_t>(raw) > limit) return spec::kExcValue;
+  if (is_cmd && raw == spec::kCmdStop) return spec::kExcNone;
+  if (in.lock != 0 && !(index == spec::kRegLock && raw == 0)) return spec::kExcDevice;
   const bool is_tune = is_cmd && raw == spec::kCmdTune;
-  if (ordered || in.tuning || (is_tune && held_back)) return kExcBusy;
-  if (is_cmd && raw == spec::kCmdRun && !in.run_allowed) return kExcDevice;
-  if (is_cmd && raw == spec::kCmdClearFault && in.cause_present) return kExcDevice;
-  if (is_tune && (!in.running || in.manual)) return kExcDevice;
-  return kExcNone;
+  if (ordered || in.tuning || (is_tune && held_back)) return spec::kExcBusy;
+  if (is_cmd && raw == spec::kCmdRun && !in.run_allowed) return spec::kExcDevice;
+  if (is_cmd && raw == spec::kCmdClearFault && in.cause_present) return spec::kExcDevice;
+  if (is_tune && (!in.running || in.manual)) return spec::kExcDevice;
+  return spec::kExcNone;
 }
 
 // 1/64 degC to 0.1 degC, rounded.
@@ -97,8 +101,8 @@ std::uint16_t percent(std::int32_t duty) { return static_cast<std::uint16_t>((du
 void Paramc::step(const ParamcIn& in, const Readings& r) {
   const Command& c = in.cmd;
   const unsigned reg_now = (c.a + word_q) & 0x3Fu;
-  const std::uint16_t value_now = c.fc == 6 ? c.b : in.cmd_word;
-  const bool last_now = c.fc == 6 || word_q + 1u == c.b;
+  const std::uint16_t value_now = c.fc == spec::kFcWriteSingle ? c.b : in.cmd_word;
+  const bool last_now = c.fc == spec::kFcWriteSingle || word_q + 1u == c.b;
   const bool exec = in.write && index_q == spec::kRegCmd;
   const std::uint8_t discard_past = discard_q;
   const std::uint8_t staged_past = staged_q;
@@ -130,23 +134,27 @@ void Paramc::step(const ParamcIn& in, const Readings& r) {
     if (checking_q == 0) {
       const Judgement form = judge_form(c);
       word_q = 0;
-      if (form.exception == kExcNone && is_write(c)) {
+      if (form.exception == spec::kExcNone && is_write(c)) {
         checking_q = 1;
       } else {
         decoded_q = 1;
         writes_q = 0;
-        rsp_kind_q = c.broadcast ? kRspNone : form.exception != kExcNone ? kRspException : form.kind;
-        rsp_exc_q = form.exception != kExcNone                ? form.exception
-                    : form.kind == kRspServerId && in.running ? 0xFF
-                                                              : 0;
+        rsp_kind_q = c.broadcast                        ? spec::kRspNone
+                     : form.exception != spec::kExcNone ? spec::kRspException
+                                                        : form.kind;
+        rsp_exc_q = form.exception != spec::kExcNone                ? form.exception
+                    : form.kind == spec::kRspServerId && in.running ? 0xFF
+                                                                    : 0;
       }
     } else {
-      const Exception exception = judge_value(reg_now, value_now, in, ordered, held_back);
-      if (exception != kExcNone || last_now) {
+      const spec::Exception exception = judge_value(reg_now, value_now, in, ordered, held_back);
+      if (exception != spec::kExcNone || last_now) {
         checking_q = 0;
         decoded_q = 1;
-        writes_q = exception == kExcNone;
-        rsp_kind_q = c.broadcast ? kRspNone : exception != kExcNone ? kRspException : kRspEcho;
+        writes_q = exception == spec::kExcNone;
+        rsp_kind_q = c.broadcast                   ? spec::kRspNone
+                     : exception != spec::kExcNone ? spec::kRspException
+                                                   : spec::kRspEcho;
         rsp_exc_q = exception;
         word_q = 0;
       } else {
@@ -183,9 +191,10 @@ std::uint16_t Paramc::read(std::uint16_t address, const Readings& r, std::uint16
   if ((address & spec::kHoldingBase) != 0) return mem;
   switch (address & 0x3F) {
     case spec::kInStatus:
-      return static_cast<std::uint16_t>((r.status & 0xFE7Fu) | hold_q << 8 | staged_q << 7);
+      return static_cast<std::uint16_t>((r.status & ~kOwnStatus) | hold_q << spec::kStatusHold |
+                                        staged_q << spec::kStatusWritesPending);
     case spec::kInPv:
-      return snap_valid_q != 0 ? tenths(snap_pv_q) : std::uint16_t{0x8000};
+      return snap_valid_q != 0 ? tenths(snap_pv_q) : spec::kPvNone;
     case spec::kInSpWork:
       return tenths(snap_sp_q);
     case spec::kInDuty:

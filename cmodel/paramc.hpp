@@ -11,16 +11,6 @@
 
 namespace meltstage::chip {
 
-// Modbus exception codes (Modbus application protocol V1.1b3, section 7).
-enum Exception : std::uint8_t {
-  kExcNone = 0,
-  kExcFunction = 1,
-  kExcAddress = 2,
-  kExcValue = 3,
-  kExcDevice = 4,
-  kExcBusy = 6
-};
-
 #define TC_PARAMC_FLOPS(X)                \
   X(std::uint8_t, decoded_q, 1, 0)        \
   X(std::uint8_t, writes_q, 1, 0)         \

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Generated from spec/*.toml by spec/generate.py; edit those.
-// Constants of the chip: registers, states, fault and command codes, pins, sensor presets. Twin of
-// rtl/tc_pkg.sv.
+// Constants of the chip: registers, states, fault and command codes, pins, sensor presets. Twin of rtl/tc_pkg.sv.
 // clang-format off
 #pragma once
 
@@ -17,6 +16,7 @@ inline constexpr std::uint16_t kVersion = 0x0001;
 inline constexpr std::uint16_t kMapCrc = 0x1662;
 inline constexpr unsigned kScanChains = 8;
 inline constexpr unsigned kTestSpeedup = 100;
+inline constexpr std::uint16_t kTelemetryWords = 16;  // input registers of a telemetry frame, from the first on
 inline constexpr unsigned kWriteWords = 16;  // of one write
 inline constexpr std::uint16_t kSetpointMargin = 50;  // 0.1 degC
 
@@ -289,6 +289,27 @@ inline constexpr std::array<std::string_view, 16> kStatusBits{ {
     "fault",
 } };
 
+// Bit numbers of the fields of registers; a wider field has a mask of its bits.
+enum ModeBit : std::uint8_t {
+  kModeManual = 0,
+};
+enum CtrlBit : std::uint8_t {
+  kCtrlSegModel = 0,
+  kCtrlDOnPv = 1,
+  kCtrlFfEn = 2,
+  kCtrlErrInteger = 3,
+  kCtrlDither = 4,
+  kCtrlFbEn = 5,
+  kCtrlIZero = 6,
+};
+enum FormatBit : std::uint8_t {
+  kFormatCharacter = 0,
+  kFormatPause = 2,
+};
+inline constexpr std::uint16_t kFormatCharacterMask = 0x0003;
+// Values that stand for no value.
+inline constexpr std::uint16_t kPvNone = 0x8000;
+
 // Main state machine.
 enum State : std::uint8_t {
   kStIdle = 0b00000,
@@ -402,6 +423,58 @@ enum Cmd : std::uint16_t {
   kCmdCommit = 0xA5C0,
   kCmdDiscard = 0xA5D0,
   kCmdTune = 0xA5A7,
+};
+
+// Modbus: function codes, exception codes, and the kinds of answer from PARAMC to UARTC.
+inline constexpr std::uint16_t kMaxRead = 32;  // registers of one read
+inline constexpr std::uint8_t kBroadcastAddress = 0;
+inline constexpr std::uint8_t kExceptionFlag = 0x80;  // set in the function code of a refusal
+inline constexpr std::uint8_t kMeiType = 14;  // of kFcEncapsulated: read device identification
+inline constexpr std::uint8_t kIdentificationObject = 4;  // its read code for one object
+
+enum Function : std::uint8_t {
+  kFcReadHolding = 3,
+  kFcReadInput = 4,
+  kFcWriteSingle = 6,
+  kFcDiagnostics = 8,
+  kFcWriteMultiple = 16,
+  kFcReportServerId = 17,
+  kFcEncapsulated = 43,
+};
+
+enum Exception : std::uint8_t {
+  kExcNone = 0,
+  kExcFunction = 1,  // The function is not known.
+  kExcAddress = 2,  // A register outside the map.
+  kExcValue = 3,  // A value outside its range, or a frame of the wrong length.
+  kExcDevice = 4,  // Not in this state.
+  kExcBusy = 6,  // An earlier command is still in work.
+};
+
+enum RspKind : std::uint8_t {
+  kRspNone = 0,  // Nothing: the command was a broadcast.
+  kRspException = 1,  // Function with its highest bit set, exception code.
+  kRspRead = 2,  // Byte count and registers.
+  kRspEcho = 3,  // The first bytes of the command again.
+  kRspServerId = 4,  // Name of the chip and whether it heats.
+  kRspIdStream = 5,  // Device identification, all objects.
+  kRspIdObject = 6,  // Device identification, the object asked for.
+};
+
+// Character formats of the serial lines: field CHARACTER of register FORMAT.
+enum CharacterFormat : std::uint8_t {
+  kFormat8E1 = 0,
+  kFormat8O1 = 1,
+  kFormat8N2 = 2,
+  kFormat8N1 = 3,
+};
+
+// Segments of the control law.
+enum Segment : std::uint8_t {
+  kSegNone = 0,  // Not heating, by hand or in autotune.
+  kSegFull = 1,  // Far below the set-point: DUTY_MAX.
+  kSegPid = 2,  // Inside the band: PID.
+  kSegOff = 3,  // Far above the set-point: zero.
 };
 
 // Autotune: relay and rule, factors of docs/chip/blocks/atune.md.

@@ -22,7 +22,9 @@ void set_low(std::uint16_t& word, std::uint8_t byte) {
   word = static_cast<std::uint16_t>((word & 0xFF00u) | byte);
 }
 
-bool is_for(std::uint8_t address, std::uint8_t data) { return data == address || data == kBroadcastAddress; }
+bool is_for(std::uint8_t address, std::uint8_t data) {
+  return data == address || data == spec::kBroadcastAddress;
+}
 
 // STOP on the wire: address, 06, CMD register, Stop, CRC (judged at the end).
 bool stop_byte(unsigned place, std::uint8_t data, std::uint8_t address) {
@@ -30,7 +32,7 @@ bool stop_byte(unsigned place, std::uint8_t data, std::uint8_t address) {
     case 0:
       return is_for(address, data);
     case 1:
-      return data == kFcWriteSingle;
+      return data == spec::kFcWriteSingle;
     case 2:
       return data == spec::kHoldingBase >> 8;
     case 3:
@@ -72,7 +74,7 @@ void UartFrame::add_byte(const UartFrameIn& in) {
 void UartFrame::store(std::uint8_t data) {
   switch (count_q) {
     case 0:
-      broadcast_q = data == kBroadcastAddress;
+      broadcast_q = data == spec::kBroadcastAddress;
       break;
     case 1:
       fc_q = data;

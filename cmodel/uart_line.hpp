@@ -40,40 +40,19 @@ constexpr BaudRun baud_run(std::uint16_t acc, std::uint16_t baud, std::uint64_t 
   return {sum / kBaudModulus, static_cast<std::uint16_t>(sum % kBaudModulus)};
 }
 
-// Register FORMAT.
-inline constexpr std::uint8_t kFormat8E1 = 0;
-inline constexpr std::uint8_t kFormat8O1 = 1;
-inline constexpr std::uint8_t kFormat8N2 = 2;
-inline constexpr std::uint8_t kFormat8N1 = 3;
-
-constexpr bool has_parity(std::uint8_t format) { return format == kFormat8E1 || format == kFormat8O1; }
+constexpr bool has_parity(std::uint8_t format) {
+  return format == spec::kFormat8E1 || format == spec::kFormat8O1;
+}
 
 // The bit after the data: parity, or the mark of a stop bit.
 constexpr std::uint8_t ninth_bit(std::uint8_t format, std::uint8_t data) {
   const auto odd = static_cast<std::uint8_t>(std::popcount(data) & 1);
-  if (format == kFormat8E1) return odd;
-  if (format == kFormat8O1) return odd ^ 1u;
+  if (format == spec::kFormat8E1) return odd;
+  if (format == spec::kFormat8O1) return odd ^ 1u;
   return 1;
 }
 
 // Bits of a character, start and stop bits included.
-constexpr std::uint8_t char_bits(std::uint8_t format) { return format == kFormat8N1 ? 10 : 11; }
-
-inline constexpr std::uint8_t kBroadcastAddress = 0;
-
-// Modbus function codes that the serial port itself knows.
-inline constexpr std::uint8_t kFcReadInput = 0x04;
-inline constexpr std::uint8_t kFcWriteSingle = 0x06;
-
-// Kinds of answer, from PARAMC.
-enum RspKind : std::uint8_t {
-  kRspNone = 0,
-  kRspException = 1,
-  kRspRead = 2,
-  kRspEcho = 3,
-  kRspServerId = 4,
-  kRspIdStream = 5,
-  kRspIdObject = 6,
-};
+constexpr std::uint8_t char_bits(std::uint8_t format) { return format == spec::kFormat8N1 ? 10 : 11; }
 
 }  // namespace meltstage::chip

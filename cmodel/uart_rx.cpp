@@ -21,7 +21,7 @@ constexpr std::uint16_t kSecondStop = 16;
 constexpr std::uint16_t kQuietClocks = spec::kClkHz / 4000 * 7;  // 1.75 ms: 4000 Hz is 0.25 ms
 
 constexpr std::uint16_t ticks_from_stop_to_gap(std::uint8_t format) {
-  if (format == kFormat8N2) return kGapTicks + kStopRest + kSecondStop;
+  if (format == spec::kFormat8N2) return kGapTicks + kStopRest + kSecondStop;
   return (char_bits(format) == 10 ? kGapTicks10 : kGapTicks) + kStopRest;
 }
 

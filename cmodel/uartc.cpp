@@ -6,8 +6,7 @@
 namespace meltstage::chip {
 namespace {
 
-constexpr std::uint8_t kExceptionFlag = 0x80;  // added to the function code
-constexpr std::uint8_t kConformity = 0x81;     // basic identification, stream and single objects
+constexpr std::uint8_t kConformity = 0x81;  // basic identification, stream and single objects
 constexpr unsigned kObjects = spec::kIdentObjects.size();
 
 // Places of bytes in the answers.
@@ -16,8 +15,8 @@ constexpr unsigned kServerText = 5;
 constexpr unsigned kObjectId = 8;
 constexpr unsigned kObjectText = 10;
 
-constexpr std::uint8_t kTelemetryBytes = 32;  // input registers 0..15
-constexpr unsigned kTelemetryLast = 34;
+constexpr std::uint8_t kTelemetryBytes = 2 * spec::kTelemetryWords;
+constexpr unsigned kTelemetryLast = kFirstData + kTelemetryBytes - 1;
 
 std::uint8_t high(std::uint16_t word) { return static_cast<std::uint8_t>(word >> 8); }
 std::uint8_t low(std::uint16_t word) { return static_cast<std::uint8_t>(word & 0xFFu); }
@@ -107,24 +106,24 @@ void Uartc::step(const UartcIn& in) {
   if (at_rest) take_over(in);
 }
 
-bool Uartc::rsp_reading() const { return rsp_kind_q == kRspRead && rsp_place_q >= kFirstData; }
+bool Uartc::rsp_reading() const { return rsp_kind_q == spec::kRspRead && rsp_place_q >= kFirstData; }
 
 bool Uartc::rsp_object_end() const {
-  const bool ident = rsp_kind_q == kRspIdStream || rsp_kind_q == kRspIdObject;
+  const bool ident = rsp_kind_q == spec::kRspIdStream || rsp_kind_q == spec::kRspIdObject;
   return ident && rsp_place_q == kObjectText - 1 + ident_object(rsp_object_q).length;
 }
 
 bool Uartc::rsp_last() const {
   switch (rsp_kind_q) {
-    case kRspException:
+    case spec::kRspException:
       return rsp_place_q == 2;
-    case kRspRead:
+    case spec::kRspRead:
       return rsp_place_q == kFirstData - 1 + 2 * (cmd_b() & 63u);
-    case kRspEcho:
+    case spec::kRspEcho:
       return rsp_place_q == 5;
-    case kRspServerId:
+    case spec::kRspServerId:
       return rsp_place_q == kServerText - 1 + spec::kIdentServer.length;
-    case kRspIdStream:
+    case spec::kRspIdStream:
       return rsp_object_end() && rsp_object_q == kObjects - 1;
     default:
       return rsp_object_end();
@@ -134,14 +133,14 @@ bool Uartc::rsp_last() const {
 std::uint8_t Uartc::rsp_byte() const {
   const unsigned place = rsp_place_q;
   if (place == 0) return address_q;
-  if (place == 1) return rsp_kind_q == kRspException ? cmd_fc() | kExceptionFlag : cmd_fc();
+  if (place == 1) return rsp_kind_q == spec::kRspException ? cmd_fc() | spec::kExceptionFlag : cmd_fc();
   switch (rsp_kind_q) {
-    case kRspException:
+    case spec::kRspException:
       return rsp_exc_q;
-    case kRspRead:
+    case spec::kRspRead:
       if (!rsp_reading()) return static_cast<std::uint8_t>(2 * (cmd_b() & 63u));
       return (place & 1u) != 0 ? high(rsp_word_q) : low(rsp_word_q);
-    case kRspEcho:
+    case spec::kRspEcho:
       switch (place & 3u) {
         case 2:
           return high(cmd_a());
@@ -152,7 +151,7 @@ std::uint8_t Uartc::rsp_byte() const {
         default:
           return low(cmd_b());
       }
-    case kRspServerId:
+    case spec::kRspServerId:
       if (place == 2) return spec::kIdentServer.length + 2;
       if (place == 3) return high(spec::kDeviceId);
       if (place == 4) return rsp_exc_q;
@@ -169,7 +168,7 @@ std::uint8_t Uartc::rsp_byte() const {
         case 6:  // so no next object
           return 0;
         case 7:
-          return rsp_kind_q == kRspIdStream ? kObjects : 1;
+          return rsp_kind_q == spec::kRspIdStream ? kObjects : 1;
         case 8:
           return rsp_object_q;
         case 9:
@@ -181,14 +180,14 @@ std::uint8_t Uartc::rsp_byte() const {
 }
 
 void Uartc::step_answer(const UartcIn& in) {
-  const bool answered = in.cmd_done && cmd_valid() && !cmd_broadcast() && in.rsp_kind >= kRspException &&
-                        in.rsp_kind <= kRspIdObject;
+  const bool answered = in.cmd_done && cmd_valid() && !cmd_broadcast() &&
+                        in.rsp_kind >= spec::kRspException && in.rsp_kind <= spec::kRspIdObject;
   if (answered) {
     rsp_active_q = 1;
     rsp_kind_q = in.rsp_kind;
     rsp_exc_q = in.rsp_exc;
     rsp_place_q = 0;
-    rsp_object_q = in.rsp_kind == kRspIdObject ? high(cmd_b()) & 3u : 0;
+    rsp_object_q = in.rsp_kind == spec::kRspIdObject ? high(cmd_b()) & 3u : 0;
     rsp_have_q = 0;
   } else if (rd_rsp_q != 0) {
     if (!in.rd_wait) {
@@ -218,7 +217,7 @@ std::uint8_t Uartc::tlm_byte() const {
     case 0:
       return address_q;
     case 1:
-      return kFcReadInput;
+      return spec::kFcReadInput;
     case 2:
       return kTelemetryBytes;
     default:

@@ -40,8 +40,8 @@ struct UartcIn {
   std::uint8_t cfg_format = 0;
   bool cfg_pause = false;  // the host may pause inside a frame
   bool cmd_done = false;
-  std::uint8_t rsp_kind = kRspNone;
-  std::uint8_t rsp_exc = 0;   // exception code; with kRspServerId the run indicator, 0xFF on, 0 off
+  std::uint8_t rsp_kind = spec::kRspNone;
+  std::uint8_t rsp_exc = 0;   // exception code; with spec::kRspServerId the run indicator, 0xFF on, 0 off
   std::uint16_t rd_data = 0;  // register at rd_addr(); looked at only while reads()
   bool rd_wait = false;       // the word for the answer is not there in this clock
   bool tlm_start = false;

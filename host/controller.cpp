@@ -23,12 +23,6 @@ namespace {
 
 namespace spec = chip::spec;
 
-// Limits of the chip, docs/chip/blocks/paramc.md.
-constexpr std::size_t kMostRead = 32;
-constexpr std::size_t kMostWritten = 16;
-constexpr std::uint16_t kStatusRegisters = 16;
-constexpr std::uint16_t kNoTemperature = 0x8000;
-
 // Between a Commit and the control tick that carries it out, TS <= 2 s, the chip is busy.
 constexpr auto kBusyPause = std::chrono::milliseconds(50);
 constexpr int kBusyAttempts = 60;
@@ -206,7 +200,7 @@ std::vector<std::uint16_t> Controller::read(std::span<const Register* const> wan
   const Locked locked(*modbus_);
   std::vector<std::uint16_t> words;
   for_each_run(
-      sorted, kMostRead, [](const Register* r) { return r->address; },
+      sorted, spec::kMaxRead, [](const Register* r) { return r->address; },
       [&](std::size_t first, std::size_t last) {
         const auto part = poll(sorted[first]->address, static_cast<std::uint16_t>(last - first),
                                std::string(sorted[first]->name));
@@ -254,7 +248,7 @@ Status Controller::status() {
   std::vector<std::uint16_t> words;
   {
     const Locked locked(*modbus_);
-    words = poll(spec::kInStatus, kStatusRegisters, "STATUS");
+    words = poll(spec::kInStatus, spec::kTelemetryWords, "STATUS");
   }
   const auto value = [&](spec::In in) { return to_unit(registers()[in], words[in]); };
   Status status{.bits = words[spec::kInStatus],
@@ -271,7 +265,7 @@ Status Controller::status() {
                 .state = static_cast<spec::State>(words[spec::kInFirstFault] & 0xFF),
                 .samples = words[spec::kInSamples],
                 .watchdog_left_s = value(spec::kInWdLeft)};
-  if (words[spec::kInPv] != kNoTemperature) status.temperature_degc = value(spec::kInPvFine);
+  if (words[spec::kInPv] != spec::kPvNone) status.temperature_degc = value(spec::kInPvFine);
   if (const unsigned code = words[spec::kInFirstFault] >> 8; code != 0 && code <= spec::kFaultCount)
     status.first_fault = static_cast<spec::Fault>(code - 1);
   return status;
@@ -306,7 +300,7 @@ void Controller::write(std::span<const Setting> settings) {
 
   std::vector<Frame> frames;
   for_each_run(
-      sorted, kMostWritten, [](const auto& s) { return s.first->address; },
+      sorted, spec::kWriteWords, [](const auto& s) { return s.first->address; },
       [&](std::size_t first, std::size_t last) {
         Frame frame{sorted[first].first->address, {}, {}};
         for (std::size_t i = first; i < last; ++i) {
@@ -346,12 +340,12 @@ void Controller::write(std::span<const Setting> settings) {
 }
 
 std::string Controller::faults_in_the_way() {
-  const auto words = poll(spec::kInStatus, kStatusRegisters, "STATUS");
+  const auto words = poll(spec::kInStatus, spec::kTelemetryWords, "STATUS");
   const std::string latched = fault_names(words[spec::kInFault]);
   const std::string present = fault_names(words[spec::kInCause]);
   if (!present.empty()) return fmt::format("; present now: {}", present);
   if (!latched.empty()) return fmt::format("; latched: {}, clear it first", latched);
-  if (words[spec::kInPv] == kNoTemperature) return "; no sound sample has come yet";
+  if (words[spec::kInPv] == spec::kPvNone) return "; no sound sample has come yet";
   return "; LOCK is on, LOCK=0 opens it";
 }
 

@@ -20,7 +20,6 @@ namespace {
 
 namespace spec = chip::spec;
 
-constexpr std::uint16_t kNoSample = 0x8000;  // PV before the first sample
 constexpr std::size_t kCount = spec::kInputCount + spec::kHoldingCount;
 
 constexpr std::array<Register, kCount> make_registers() {
@@ -140,7 +139,7 @@ std::string meaning(const Register& reg, std::uint16_t raw) {
   if (is(reg, spec::kInStatus))
     return names_of_bits(
         raw, [](std::size_t bit) { return spec::kStatusBits[bit]; }, spec::kStatusBits.size());
-  if (is(reg, spec::kInPv)) return raw == kNoSample ? "no sample yet" : "";
+  if (is(reg, spec::kInPv)) return raw == spec::kPvNone ? "no sample yet" : "";
   if (is(reg, spec::kInFault) || is(reg, spec::kInCause)) return raw == 0 ? "none" : fault_names(raw);
   if (is(reg, spec::kInFirstFault)) {
     const unsigned code = raw >> 8;

@@ -20,7 +20,6 @@ from fractions import Fraction
 import jinja2
 
 SPEC = pathlib.Path(__file__).resolve().parent
-HOLDING_BASE = 0x100
 SECDED_DATA_BITS = 16
 SECDED_CHECK_BITS = 6
 
@@ -76,8 +75,23 @@ def stored_bits(words: list[int], low: int, high: int) -> int:
     return functools.reduce(operator.or_, codes) & ~functools.reduce(operator.and_, codes)
 
 
+def finish_fields(reg: dict) -> None:
+    """Each field's width and bits outside of which nothing may lie; the register's doc where it has none of its own."""
+    fields = reg.setdefault("fields", [])
+    taken = 0
+    for field in fields:
+        field.setdefault("width", 1)
+        mask = (1 << field["width"]) - 1 << field["bit"]
+        if taken & mask or mask > 0xFFFF:
+            raise SpecError(f"registers.toml: {reg['name']}: field {field['name']} lies on another one or outside the 16 bits")
+        taken |= mask
+    if "doc" not in reg:
+        texts = (f"{f['bit']} {f['name']}" + (f" ({f['doc']})" if "doc" in f else "") for f in fields)
+        reg["doc"] = "Bit " + ", ".join(texts) + "."
+
+
 def finish_registers(spec: dict) -> None:
-    for space, base in (("input", 0), ("holding", HOLDING_BASE)):
+    for space, base in (("input", 0), ("holding", spec["modbus"]["holding_base"])):
         for index, reg in enumerate(spec[space]):
             reg["index"] = index
             reg["addr"] = base + index
@@ -86,6 +100,7 @@ def finish_registers(spec: dict) -> None:
             reg["signed"] = reg["type"] == "s"
             if "bits" in reg:
                 reg["doc"] = "Bits: " + ", ".join(f"{i} {name}" for i, name in enumerate(reg["bits"])) + "."
+            finish_fields(reg)
     with_parity, with_secded = code_words([1] * SECDED_DATA_BITS), code_words(hsiao_columns())
     for reg in spec["holding"]:
         reg["corrected"] = reg.get("corrected", False)

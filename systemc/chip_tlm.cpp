@@ -9,8 +9,6 @@ namespace meltstage::systemc {
 namespace {
 
 constexpr unsigned kWordBytes = 2;
-constexpr unsigned kMostRead = 32;
-constexpr unsigned kMostWrite = 16;
 
 std::uint64_t address_of(const tlm::tlm_generic_payload& payload) {
   return payload.get_address() / kWordBytes;
@@ -37,17 +35,17 @@ tlm::tlm_response_status judge_form(const tlm::tlm_generic_payload& payload) {
   if (payload.get_byte_enable_ptr() != nullptr) return tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
   if (payload.get_address() % kWordBytes != 0 || !in_map(address_of(payload)))
     return tlm::TLM_ADDRESS_ERROR_RESPONSE;
-  const unsigned most = kWordBytes * (payload.is_read() ? kMostRead : kMostWrite);
+  const unsigned most = kWordBytes * (payload.is_read() ? chip::spec::kMaxRead : chip::spec::kWriteWords);
   if (length == 0 || length % kWordBytes != 0 || length > most || payload.get_streaming_width() < length)
     return tlm::TLM_BURST_ERROR_RESPONSE;
   return tlm::TLM_OK_RESPONSE;
 }
 
-tlm::tlm_response_status status_of(chip::Exception exception) {
+tlm::tlm_response_status status_of(chip::spec::Exception exception) {
   switch (exception) {
-    case chip::kExcNone:
+    case chip::spec::kExcNone:
       return tlm::TLM_OK_RESPONSE;
-    case chip::kExcAddress:
+    case chip::spec::kExcAddress:
       return tlm::TLM_ADDRESS_ERROR_RESPONSE;
     default:
       return tlm::TLM_GENERIC_ERROR_RESPONSE;
@@ -61,18 +59,18 @@ TcChipTlm::TcChipTlm(const sc_core::sc_module_name& name) : sc_core::sc_module(n
   socket.register_transport_dbg(this, &TcChipTlm::transport_dbg);
 }
 
-chip::Exception TcChipTlm::access(tlm::tlm_generic_payload& payload) {
+chip::spec::Exception TcChipTlm::access(tlm::tlm_generic_payload& payload) {
   const auto address = static_cast<std::uint16_t>(address_of(payload));
   const unsigned words = words_of(payload);
   unsigned char* const data = payload.get_data_ptr();
-  std::array<std::uint16_t, kMostRead> buffer{};
+  std::array<std::uint16_t, chip::spec::kMaxRead> buffer{};
   const std::span<std::uint16_t> values = std::span(buffer).first(words);
   if (payload.is_write()) {
     for (unsigned i = 0; i < words; ++i) values[i] = get_word(data + kWordBytes * i);
     return chip::host_write(pins.chip(), address, values);
   }
-  const chip::Exception exception = chip::host_read(pins.chip(), address, values);
-  if (exception == chip::kExcNone) {
+  const chip::spec::Exception exception = chip::host_read(pins.chip(), address, values);
+  if (exception == chip::spec::kExcNone) {
     for (unsigned i = 0; i < words; ++i) put_word(data + kWordBytes * i, values[i]);
   }
   return exception;

@@ -28,16 +28,16 @@ class TcChipTlm : public sc_core::sc_module {
 
   explicit TcChipTlm(const sc_core::sc_module_name& name);
 
-  // The chip's answer to the last b_transport that reached it: Modbus exception code, kExcNone when carried
-  // out.
-  chip::Exception exception() const { return exception_; }
+  // The chip's answer to the last b_transport that reached it: Modbus exception code, spec::kExcNone when
+  // carried out.
+  chip::spec::Exception exception() const { return exception_; }
 
  private:
   void b_transport(tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   unsigned transport_dbg(tlm::tlm_generic_payload& payload);
-  chip::Exception access(tlm::tlm_generic_payload& payload);
+  chip::spec::Exception access(tlm::tlm_generic_payload& payload);
 
-  chip::Exception exception_ = chip::kExcNone;
+  chip::spec::Exception exception_ = chip::spec::kExcNone;
 };
 
 }  // namespace meltstage::systemc

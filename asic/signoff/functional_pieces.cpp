@@ -1015,7 +1015,7 @@ class Pieces {
         p[spec::kRegHoldMult] = in_range(spec::kRegHoldMult);
         p[spec::kRegHoldAdd] = 0;
         const chip::Algor result = computed(p, pv);
-        if (result.segment_q != chip::kSegPid || result.duty_q <= result.hold_q) continue;
+        if (result.segment_q != chip::spec::kSegPid || result.duty_q <= result.hold_q) continue;
         // The largest addition that the duty still exceeds.
         add = 10000;
         while (add >= 0) {

@@ -8,8 +8,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "cmodel/spec.hpp"
+
 namespace meltstage::tb {
 namespace {
+
+namespace spec = chip::spec;
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -39,7 +43,7 @@ std::optional<std::vector<std::uint16_t>> register_block(std::span<const std::ui
 
 std::optional<std::vector<DeviceObject>> device_objects(std::span<const std::uint8_t> body) {
   // MEI type, code, conformity, more follows, next object, number of objects, then (id, length, text)...
-  if (body.size() < 6 || body[0] != 0x0E) return std::nullopt;
+  if (body.size() < 6 || body[0] != spec::kMeiType) return std::nullopt;
   std::vector<DeviceObject> objects;
   std::size_t at = 6;
   for (int i = 0; i < body[5]; ++i) {
@@ -60,8 +64,8 @@ std::string decode(std::span<const std::uint8_t> request, std::span<const std::u
            std::equal(body.begin(), body.end(), request.begin() + 2);
   };
   switch (result.function) {
-    case 3:
-    case 4: {
+    case spec::kFcReadHolding:
+    case spec::kFcReadInput: {
       auto registers = register_block(body);
       if (!registers) return fmt::format("byte count does not fit a reply of {} data bytes", body.size());
       const std::size_t wanted = request.size() >= 8 ? request[4] * 256U + request[5] : registers->size();
@@ -70,16 +74,16 @@ std::string decode(std::span<const std::uint8_t> request, std::span<const std::u
       result.registers = std::move(*registers);
       return {};
     }
-    case 6:
-    case 8:
+    case spec::kFcWriteSingle:
+    case spec::kFcDiagnostics:
       return repeats_request(4) ? "" : "does not repeat the request";
-    case 16:
+    case spec::kFcWriteMultiple:
       return repeats_request(4) ? "" : "does not repeat the request's address and count";
-    case 17:
+    case spec::kFcReportServerId:
       if (body.empty() || body.size() != 1U + body[0]) return "byte count does not fit";
       result.data.erase(result.data.begin());
       return {};
-    case 43: {
+    case spec::kFcEncapsulated: {
       auto objects = device_objects(body);
       if (!objects) return "device identification is cut or of another type";
       result.objects = std::move(*objects);
@@ -120,15 +124,15 @@ ModbusRequest with_crc(std::span<const std::uint8_t> bytes) {
 }
 
 ModbusRequest read_holding_registers(std::uint8_t unit, std::uint16_t address, std::uint16_t count) {
-  return two_words(unit, 3, address, count);
+  return two_words(unit, spec::kFcReadHolding, address, count);
 }
 
 ModbusRequest read_input_registers(std::uint8_t unit, std::uint16_t address, std::uint16_t count) {
-  return two_words(unit, 4, address, count);
+  return two_words(unit, spec::kFcReadInput, address, count);
 }
 
 ModbusRequest write_single_register(std::uint8_t unit, std::uint16_t address, std::uint16_t value) {
-  return two_words(unit, 6, address, value);
+  return two_words(unit, spec::kFcWriteSingle, address, value);
 }
 
 ModbusRequest write_multiple_registers(std::uint8_t unit, std::uint16_t address,
@@ -138,8 +142,13 @@ ModbusRequest write_multiple_registers(std::uint8_t unit, std::uint16_t address,
         "Modbus function 16: {} values, expected at most 127 (the byte count has 8 bits)", values.size()));
   }
   const auto count = static_cast<std::uint16_t>(values.size());
-  Bytes bytes{
-      unit, 16, high(address), low(address), high(count), low(count), static_cast<std::uint8_t>(2 * count)};
+  Bytes bytes{unit,
+              spec::kFcWriteMultiple,
+              high(address),
+              low(address),
+              high(count),
+              low(count),
+              static_cast<std::uint8_t>(2 * count)};
   for (const std::uint16_t value : values) {
     bytes.push_back(high(value));
     bytes.push_back(low(value));
@@ -147,12 +156,14 @@ ModbusRequest write_multiple_registers(std::uint8_t unit, std::uint16_t address,
   return with_crc(bytes);
 }
 
-ModbusRequest diagnostic_echo(std::uint8_t unit, std::uint16_t data) { return two_words(unit, 8, 0, data); }
+ModbusRequest diagnostic_echo(std::uint8_t unit, std::uint16_t data) {
+  return two_words(unit, spec::kFcDiagnostics, 0, data);
+}
 
-ModbusRequest report_server_id(std::uint8_t unit) { return with_crc(Bytes{unit, 17}); }
+ModbusRequest report_server_id(std::uint8_t unit) { return with_crc(Bytes{unit, spec::kFcReportServerId}); }
 
 ModbusRequest read_device_identification(std::uint8_t unit, std::uint8_t code, std::uint8_t object) {
-  return with_crc(Bytes{unit, 43, 14, code, object});
+  return with_crc(Bytes{unit, spec::kFcEncapsulated, spec::kMeiType, code, object});
 }
 
 ModbusResult judge_reply(std::span<const std::uint8_t> request, const RtuFrame& reply) {
@@ -176,13 +187,14 @@ ModbusResult judge_reply(std::span<const std::uint8_t> request, const RtuFrame& 
     return result;
   }
   result.unit = frame[0];
-  result.function = frame[1] & 0x7F;
+  result.function = frame[1] & ~spec::kExceptionFlag;
   const auto body = frame.subspan(2, frame.size() - 4);
   result.data.assign(body.begin(), body.end());
-  if (request.size() >= 2 && (frame[0] != request[0] || result.function != (request[1] & 0x7F))) {
+  if (request.size() >= 2 &&
+      (frame[0] != request[0] || result.function != (request[1] & ~spec::kExceptionFlag))) {
     result.problem = fmt::format("unit {} function {}, expected unit {} function {}", frame[0],
                                  result.function, request[0], request[1]);
-  } else if ((frame[1] & 0x80) != 0) {
+  } else if ((frame[1] & spec::kExceptionFlag) != 0) {
     if (body.size() == 1) {
       result.outcome = ModbusOutcome::Exception;
       result.exception_code = body[0];
@@ -338,7 +350,8 @@ std::optional<TelemetryFrame> TelemetryListener::take() {
 void TelemetryListener::advance() {
   while (const auto frame = frames_.take()) {
     const std::span<const std::uint8_t> bytes(frame->bytes);
-    const bool shaped = !frame->line_error && bytes.size() >= 5 && crc_good(bytes) && bytes[1] == 4;
+    const bool shaped =
+        !frame->line_error && bytes.size() >= 5 && crc_good(bytes) && bytes[1] == spec::kFcReadInput;
     auto registers = shaped ? register_block(bytes.subspan(2, bytes.size() - 4)) : std::nullopt;
     if (!registers) {
       ++bad_frames_;

@@ -26,7 +26,6 @@ constexpr std::uint64_t kWatchOff = 50 * kMs;        // heater watched after STO
 constexpr std::uint64_t kReplyTimeout = 2000 * kMs;  // no answer: the chip is lost
 constexpr std::uint8_t kUnit = 1;
 constexpr std::size_t kCheckedBumps = 3;  // bumps that the RTL prints along
-constexpr std::uint16_t kStatusRegisters = 16;
 
 // Heat-up samples of the RTL, after RUN.
 struct Sample {
@@ -85,7 +84,7 @@ std::vector<ModbusRequest> write_frames(std::vector<RegisterValue> registers) {
     std::vector<std::uint16_t> values{registers[i].value};
     std::size_t next = i + 1;
     while (next < registers.size() && registers[next].reg == registers[next - 1].reg + 1 &&
-           values.size() < 16)
+           values.size() < spec::kWriteWords)
       values.push_back(registers[next++].value);
     frames.push_back(write_multiple_registers(
         kUnit, static_cast<std::uint16_t>(spec::kHoldingBase + registers[i].reg), values));
@@ -192,7 +191,7 @@ class Printer {
   }
   void poll() {
     if (host_lost_) return;
-    submit(read_input_registers(kUnit, 0, kStatusRegisters));
+    submit(read_input_registers(kUnit, 0, spec::kTelemetryWords));
     next_poll_ = cycle() + kPollClocks;
   }
 
@@ -203,7 +202,7 @@ class Printer {
         abort("the chip does not answer on its serial line");
       } else if (result->outcome == ModbusOutcome::Exception) {
         refused_ = result->exception_code;
-      } else if (result->registers.size() == kStatusRegisters) {
+      } else if (result->registers.size() == spec::kTelemetryWords) {
         take_status(result->registers);
       }
     }
@@ -211,7 +210,7 @@ class Printer {
 
   void take_status(const std::vector<std::uint16_t>& r) {
     status_ = r;
-    const bool valid = r[spec::kInPv] != 0x8000;
+    const bool valid = r[spec::kInPv] != spec::kPvNone;
     const auto temp = [&](spec::In reg, double scale) { return static_cast<std::int16_t>(r[reg]) * scale; };
     const Reading reading{
         .t_s = seconds(cycle()),
@@ -219,7 +218,7 @@ class Printer {
         .setpoint_degc = temp(spec::kInSpWork, 0.1),
         .duty = r[spec::kInDuty] * 1e-4,
         .heater_degc = head_.plant().heater_degc(cycle()),
-        .run = (r[spec::kInStatus] & 1) != 0};
+        .run = (r[spec::kInStatus] >> spec::kStatusRun & 1) != 0};
     if (valid) result_.readings.push_back(reading);
     result_.peak_heater_degc = std::max(result_.peak_heater_degc, reading.heater_degc);
     progress_({result_.phases.back().name, reading.t_s, reading.reading_degc, reading.setpoint_degc,
@@ -326,7 +325,7 @@ class Printer {
         }
         break;
       case Phase::wait_sensor:
-        if (!status_.empty() && status_[spec::kInPv] != 0x8000 && status_[spec::kInCause] == 0 &&
+        if (!status_.empty() && status_[spec::kInPv] != spec::kPvNone && status_[spec::kInCause] == 0 &&
             waiting_ == 0) {
           submit(command(spec::kCmdRun));
           phase_ = Phase::wait_run;

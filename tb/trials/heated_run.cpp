@@ -69,7 +69,7 @@ std::vector<HeadSetting> tuned_settings(const PlantConfig& plant, double highest
 }
 
 std::vector<HeadSetting> detectors_off() {
-  const std::int32_t no_feedback = spec::kHolding[spec::kRegCtrl].reset & ~0x20;
+  const std::int32_t no_feedback = spec::kHolding[spec::kRegCtrl].reset & ~(1 << spec::kCtrlFbEn);
   return {{spec::kRegTMax, 5000},           {spec::kRegTMin, -400},  {spec::kRegDtdtMax, 0},
           {spec::kRegLbaTime, 0},           {spec::kRegHoldTime, 0}, {spec::kRegExcLimit, 5000},
           {spec::kRegExcTime, 65535},       {spec::kRegZeroRise, 0}, {spec::kRegHostWd, 0},

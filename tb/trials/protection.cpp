@@ -171,7 +171,7 @@ FaultOutcome run_fault(const FaultCase& what, Protector protector) {
   if (protector != Protector::chip) {
     for (const HeadSetting& off : detectors_off()) settings.push_back(off);
   } else if (!what.feedback) {
-    settings.push_back({spec::kRegCtrl, spec::kHolding[spec::kRegCtrl].reset & ~0x20});
+    settings.push_back({spec::kRegCtrl, spec::kHolding[spec::kRegCtrl].reset & ~(1 << spec::kCtrlFbEn)});
   }
 
   HeatedRun run({.plant = plant, .seed = what.seed, .second_switch = protector == Protector::chip}, settings);

@@ -51,10 +51,10 @@ std::vector<int> char_levels(std::uint8_t byte, std::uint8_t format) {
     levels.push_back((byte >> bit) & 1);
     ones += (byte >> bit) & 1;
   }
-  if (format == kFormat8E1) levels.push_back(ones % 2);
-  if (format == kFormat8O1) levels.push_back(1 - ones % 2);
+  if (format == spec::kFormat8E1) levels.push_back(ones % 2);
+  if (format == spec::kFormat8O1) levels.push_back(1 - ones % 2);
   levels.push_back(1);
-  if (format == kFormat8N2) levels.push_back(1);
+  if (format == spec::kFormat8N2) levels.push_back(1);
   return levels;
 }
 
@@ -101,13 +101,13 @@ class Port {
   std::uint64_t clock = 0;
   bool echo = false;    // the transceiver's receiver hears its own driver
   bool answers = true;  // commands are done at once with `kind`
-  std::uint8_t kind = kRspNone;
+  std::uint8_t kind = spec::kRspNone;
   std::uint8_t exc = 0;
   std::function<std::uint16_t(std::uint16_t)> reg = [](std::uint16_t address) {
     return static_cast<std::uint16_t>(address * 259u + 7u);
   };
 
-  explicit Port(unsigned baud = 1152, std::uint8_t format = kFormat8E1, std::uint8_t address = kOwn) {
+  explicit Port(unsigned baud = 1152, std::uint8_t format = spec::kFormat8E1, std::uint8_t address = kOwn) {
     in.cfg_baud = static_cast<std::uint16_t>(baud);
     in.cfg_format = format;
     in.cfg_address = address;
@@ -200,7 +200,7 @@ TEST(UartcReset, LinesIdleAndConfigurationOfTheRegisters) {
   EXPECT_FALSE(chip.de());
   EXPECT_FALSE(chip.cmd_valid());
   EXPECT_EQ(chip.baud_q, 1152);
-  EXPECT_EQ(chip.format_q, kFormat8E1);
+  EXPECT_EQ(chip.format_q, spec::kFormat8E1);
   EXPECT_EQ(chip.address_q, 1);
 }
 
@@ -267,7 +267,7 @@ TEST_P(UartcLine, AnswerIsExactToTheClock) {
   const auto [baud, format] = GetParam();
   Port port(baud, format);
   port.exc = 0x02;
-  port.ask(kReadTwo, kRspException);
+  port.ask(kReadTwo, spec::kRspException);
   std::vector<int> levels(3, 1);  // lead of the driver enable
   for (const std::uint8_t byte : sealed({kOwn, 0x83, 0x02})) {
     for (const int level : char_levels(byte, format)) levels.push_back(level);
@@ -293,7 +293,7 @@ TEST_P(UartcLine, AnswerIsExactToTheClock) {
 TEST_P(UartcLine, AnswerStartsThreeAndAHalfCharactersAfterTheRequest) {
   const auto [baud, format] = GetParam();
   Port port(baud, format);
-  port.kind = kRspEcho;
+  port.kind = spec::kRspEcho;
   port.send(sealed(kReadTwo));
   const std::uint64_t end_of_frame = port.clock;
   port.run_bits(45);
@@ -379,9 +379,9 @@ TEST_P(UartcLine, HeardAgainThreeAndAHalfCharactersAfterAnythingWrong) {
 
 class UartcTolerance : public ::testing::TestWithParam<Line> {};
 INSTANTIATE_TEST_SUITE_P(BaudsAndFormats, UartcTolerance,
-                         ::testing::Values(Line{96, kFormat8E1}, Line{192, kFormat8N2},
-                                           Line{1152, kFormat8E1}, Line{1152, kFormat8N1},
-                                           Line{4608, kFormat8O1}, Line{5000, kFormat8E1}),
+                         ::testing::Values(Line{96, spec::kFormat8E1}, Line{192, spec::kFormat8N2},
+                                           Line{1152, spec::kFormat8E1}, Line{1152, spec::kFormat8N1},
+                                           Line{4608, spec::kFormat8O1}, Line{5000, spec::kFormat8E1}),
                          [](const auto& test) {
                            return "Baud" + std::to_string(test.param.baud) + "Format" +
                                   std::to_string(test.param.format);
@@ -406,7 +406,7 @@ TEST_P(UartcTolerance, ReceivesBackToBackCharactersOfAHostThatIsUpTo3_5PercentOf
 TEST_P(UartcTolerance, AnswerIsReadByAHostThatIsUpTo3_5PercentOff) {
   const auto [baud, format] = GetParam();
   Port port(baud, format);
-  const Bytes answer = port.ask({kOwn, 0x04, 0x00, 0x00, 0x00, 0x10}, kRspRead);
+  const Bytes answer = port.ask({kOwn, 0x04, 0x00, 0x00, 0x00, 0x10}, spec::kRspRead);
   ASSERT_EQ(answer.size(), 37u);
   for (int permille = -35; permille <= 35; permille += 5) {
     const Decoded heard = decode(port.tx_line, bit_clocks(baud) * (1 + permille / 1000.0), format);
@@ -431,7 +431,7 @@ TEST_P(UartcTolerance, HostFarOffIsNotUnderstood) {
 TEST(UartcAnswer, ReadDataFromTheReadPort) {
   Port port;
   port.reg = [](std::uint16_t address) { return static_cast<std::uint16_t>(0xA000u + address); };
-  EXPECT_EQ(port.ask({kOwn, 0x03, 0x01, 0x01, 0x00, 0x02}, kRspRead),
+  EXPECT_EQ(port.ask({kOwn, 0x03, 0x01, 0x01, 0x00, 0x02}, spec::kRspRead),
             sealed({kOwn, 0x03, 0x04, 0xA1, 0x01, 0xA1, 0x02}));
 }
 
@@ -444,7 +444,7 @@ TEST(UartcAnswer, ReadDataBothEndsOfTheCount) {
       expected.push_back(static_cast<std::uint8_t>(value >> 8));
       expected.push_back(static_cast<std::uint8_t>(value));
     }
-    EXPECT_EQ(port.ask({kOwn, 0x04, 0x00, 0xFE, 0x00, count}, kRspRead), sealed(expected));
+    EXPECT_EQ(port.ask({kOwn, 0x04, 0x00, 0xFE, 0x00, count}, spec::kRspRead), sealed(expected));
   }
 }
 
@@ -452,17 +452,17 @@ TEST(UartcAnswer, Exceptions) {
   for (const std::uint8_t code : Bytes{1, 2, 3, 4, 6}) {
     Port port;
     port.exc = code;
-    EXPECT_EQ(port.ask({kOwn, 0x2A, 0x00, 0x00}, kRspException), sealed({kOwn, 0xAA, code}));
+    EXPECT_EQ(port.ask({kOwn, 0x2A, 0x00, 0x00}, spec::kRspException), sealed({kOwn, 0xAA, code}));
   }
 }
 
 TEST(UartcAnswer, EchoOfWriteSingleWriteMultipleAndDiagnostics) {
   Port port;
-  EXPECT_EQ(port.ask({kOwn, 0x06, 0x01, 0x01, 0x07, 0xD0}, kRspEcho),
+  EXPECT_EQ(port.ask({kOwn, 0x06, 0x01, 0x01, 0x07, 0xD0}, spec::kRspEcho),
             sealed({kOwn, 0x06, 0x01, 0x01, 0x07, 0xD0}));
-  EXPECT_EQ(port.ask({kOwn, 0x10, 0x01, 0x01, 0x00, 0x01, 0x02, 0x07, 0xD0}, kRspEcho),
+  EXPECT_EQ(port.ask({kOwn, 0x10, 0x01, 0x01, 0x00, 0x01, 0x02, 0x07, 0xD0}, spec::kRspEcho),
             sealed({kOwn, 0x10, 0x01, 0x01, 0x00, 0x01}));
-  EXPECT_EQ(port.ask({kOwn, 0x08, 0x00, 0x00, 0x5A, 0xA5}, kRspEcho),
+  EXPECT_EQ(port.ask({kOwn, 0x08, 0x00, 0x00, 0x5A, 0xA5}, spec::kRspEcho),
             sealed({kOwn, 0x08, 0x00, 0x00, 0x5A, 0xA5}));
 }
 
@@ -471,7 +471,7 @@ TEST(UartcAnswer, ServerId) {
   for (const std::uint8_t run : Bytes{0x00, 0xFF}) {
     Port port;
     port.exc = run;
-    EXPECT_EQ(port.ask({kOwn, 0x11}, kRspServerId),
+    EXPECT_EQ(port.ask({kOwn, 0x11}, spec::kRspServerId),
               sealed(joined({kOwn, 0x11, 15, 0x7C, run}, text("Meltstage TC1"))));
   }
 }
@@ -483,7 +483,7 @@ TEST(UartcAnswer, DeviceIdentificationStreamForCodes1To3) {
     expected = joined(joined(expected, {0, 9}), text("Meltstage"));
     expected = joined(joined(expected, {1, 3}), text("TC1"));
     expected = joined(joined(expected, {2, 3}), text("0.1"));
-    EXPECT_EQ(port.ask({kOwn, 0x2B, 0x0E, code, 0x00}, kRspIdStream), sealed(expected));
+    EXPECT_EQ(port.ask({kOwn, 0x2B, 0x0E, code, 0x00}, spec::kRspIdStream), sealed(expected));
   }
 }
 
@@ -493,7 +493,7 @@ TEST(UartcAnswer, DeviceIdentificationSingleObjects) {
     Port port;
     const auto length = static_cast<std::uint8_t>(objects[object].size());
     EXPECT_EQ(
-        port.ask({kOwn, 0x2B, 0x0E, 4, object}, kRspIdObject),
+        port.ask({kOwn, 0x2B, 0x0E, 4, object}, spec::kRspIdObject),
         sealed(joined({kOwn, 0x2B, 0x0E, 4, 0x81, 0x00, 0x00, 1, object, length}, text(objects[object]))));
   }
 }
@@ -505,7 +505,7 @@ TEST(UartcAnswer, StartsAtOnceWhenTheCommandIsDone) {
   port.run_bits(400);
   EXPECT_TRUE(port.chip.cmd_valid()) << "waits until it is done";
   EXPECT_FALSE(port.chip.rsp_busy());
-  port.kind = kRspEcho;
+  port.kind = spec::kRspEcho;
   port.answers = true;
   port.run(1);
   EXPECT_FALSE(port.chip.cmd_valid());
@@ -521,7 +521,7 @@ TEST(UartcAnswer, CommandDoneWithoutACommandIsNothing) {
   port.in.cmd_done = false;
   UartcIn in = port.in;
   in.cmd_done = true;
-  in.rsp_kind = kRspEcho;
+  in.rsp_kind = spec::kRspEcho;
   port.chip.step(in);
   EXPECT_FALSE(port.chip.rsp_busy());
 }
@@ -537,7 +537,7 @@ TEST(UartcAnswer, KindNoneAndUnknownKindStaySilent) {
 
 TEST(UartcAnswer, BroadcastIsCarriedOutButNeverAnswered) {
   Port port;
-  EXPECT_THAT(port.ask({0x00, 0x06, 0x01, 0x01, 0x00, 0x64}, kRspEcho), IsEmpty());
+  EXPECT_THAT(port.ask({0x00, 0x06, 0x01, 0x01, 0x00, 0x64}, spec::kRspEcho), IsEmpty());
   EXPECT_TRUE(port.chip.cmd_broadcast());
   EXPECT_EQ(port.goods.size(), 1u);
   EXPECT_EQ(std::count(port.de_line.begin(), port.de_line.end(), 1), 0);
@@ -655,7 +655,7 @@ TEST(UartcFrame, LongerPauseEndsTheFrame) {
 TEST_P(UartcLine, TwoAndAHalfCharactersEndAnIncompleteFrame) {
   const auto [baud, format] = GetParam();
   const Bytes frame = sealed(kReadTwo);
-  const double limit = format == kFormat8N1 ? 23.5 : 27.0;
+  const double limit = format == spec::kFormat8N1 ? 23.5 : 27.0;
   for (const bool complete : {true, false}) {
     Port port(baud, format);
     port.send({frame.begin(), frame.begin() + 3});
@@ -679,7 +679,7 @@ TEST(UartcFrame, ParityErrorSpoilsTheFrame) {
   Port port;
   Bytes frame = sealed(kReadTwo);
   port.send({frame.begin(), frame.begin() + 4});
-  std::vector<int> levels = char_levels(frame[4], kFormat8E1);
+  std::vector<int> levels = char_levels(frame[4], spec::kFormat8E1);
   levels[9] ^= 1;
   for (const int level : levels) port.hold(level, port.bit());
   port.send({frame.begin() + 5, frame.end()});
@@ -690,10 +690,10 @@ TEST(UartcFrame, ParityErrorSpoilsTheFrame) {
 }
 
 TEST(UartcFrame, LowStopBitSpoilsTheFrame) {
-  Port port(1152, kFormat8N1);
+  Port port(1152, spec::kFormat8N1);
   const Bytes frame = sealed(kReadTwo);
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    std::vector<int> levels = char_levels(frame[i], kFormat8N1);
+    std::vector<int> levels = char_levels(frame[i], spec::kFormat8N1);
     if (i == 3) levels.back() = 0;
     for (const int level : levels) port.hold(level, port.bit());
     port.hold(1, port.bit());
@@ -734,7 +734,7 @@ TEST(UartcFrame, GlitchShorterThanHalfABitLeavesNoTrace) {
 }
 
 TEST(UartcFrame, StartBitOfHalfABitAndMoreCounts) {
-  Port port(96, kFormat8N1);
+  Port port(96, spec::kFormat8N1);
   port.hold(0, 0.57 * port.bit());
   port.run_bits(60);
   EXPECT_EQ(port.chip.crc_errors(), 1) << "a character FF came in";
@@ -745,7 +745,7 @@ TEST(UartcFrame, MajorityOfThreeSamples) {
   for (const double where : {7.0, 8.0, 9.0}) {
     Port port(96);
     for (const std::uint8_t byte : sealed(kReadTwo)) {
-      for (const int level : char_levels(byte, kFormat8E1)) {
+      for (const int level : char_levels(byte, spec::kFormat8E1)) {
         const double tick = port.bit() / 16;
         port.hold(level, (where - 0.5) * tick);
         port.hold(1 - level, tick);
@@ -780,7 +780,7 @@ TEST(UartcFrame, DroppedAsAWholeWhileACommandWaits) {
 
 TEST(UartcFrame, BegunDuringAnAnswerIsDroppedToItsEnd) {
   Port port;
-  port.kind = kRspEcho;
+  port.kind = spec::kRspEcho;
   port.send(sealed(kReadTwo));
   port.run_bits(38.5 + 60);
   ASSERT_TRUE(port.chip.de());
@@ -799,9 +799,9 @@ TEST(UartcFrame, BegunDuringAnAnswerIsDroppedToItsEnd) {
 TEST(UartcFrame, OwnEchoOnATwoWireBusIsNotHeard) {
   Port port;
   port.echo = true;
-  EXPECT_EQ(port.ask(kReadTwo, kRspRead).size(), 9u);
+  EXPECT_EQ(port.ask(kReadTwo, spec::kRspRead).size(), 9u);
   EXPECT_EQ(port.chip.messages(), 1);
-  EXPECT_EQ(port.ask(kReadTwo, kRspRead).size(), 9u);
+  EXPECT_EQ(port.ask(kReadTwo, spec::kRspRead).size(), 9u);
   EXPECT_EQ(port.chip.messages(), 2);
   EXPECT_EQ(port.chip.crc_errors(), 0);
   EXPECT_EQ(port.chip.char_errors(), 0);
@@ -836,7 +836,7 @@ RC_GTEST_PROP(UartcProperty, AnySoundFrameToThisSlaveIsAccepted, ()) {
 }
 
 RC_GTEST_PROP(UartcProperty, AFrameWithFlippedBitsIsNeverACommand, ()) {
-  Port port(5000, kFormat8N1);
+  Port port(5000, spec::kFormat8N1);
   Bytes frame = sealed(kReadTwo);
   const auto first = *rc::gen::inRange<unsigned>(0, 64);
   const auto second = *rc::gen::inRange<unsigned>(0, 64);
@@ -901,7 +901,7 @@ TEST(UartcStop, HeardWhileACommandWaits) {
 
 TEST(UartcStop, HeardWhileAnAnswerIsSent) {
   Port port;
-  port.kind = kRspRead;
+  port.kind = spec::kRspRead;
   port.send(sealed({kOwn, 0x03, 0x01, 0x01, 0x00, 0x20}));
   port.run_bits(100);
   ASSERT_TRUE(port.chip.de());
@@ -916,12 +916,12 @@ TEST(UartcStop, HeardWhileAnAnswerIsSent) {
 
 TEST(UartcConfig, AddressFromStrapWhileTheRegisterIsZero) {
   for (std::uint8_t strap = 0; strap < 8; ++strap) {
-    Port port(1152, kFormat8E1, 0);
+    Port port(1152, spec::kFormat8E1, 0);
     port.in.strap = strap;
     port.run(1);
     EXPECT_EQ(port.chip.address_q, 1 + strap);
   }
-  Port port(1152, kFormat8E1, 247);
+  Port port(1152, spec::kFormat8E1, 247);
   port.in.strap = 5;
   port.run(1);
   EXPECT_EQ(port.chip.address_q, 247);
@@ -930,20 +930,20 @@ TEST(UartcConfig, AddressFromStrapWhileTheRegisterIsZero) {
 TEST(UartcConfig, TakenOverInTheNextClockWhenAtRest) {
   Port port;
   port.in.cfg_baud = 96;
-  port.in.cfg_format = kFormat8N2;
+  port.in.cfg_format = spec::kFormat8N2;
   port.run(1);
   EXPECT_EQ(port.chip.baud_q, 96);
-  EXPECT_EQ(port.chip.format_q, kFormat8N2);
+  EXPECT_EQ(port.chip.format_q, spec::kFormat8N2);
 }
 
 TEST(UartcConfig, NeverTearsACharacterACommandOrAnAnswer) {
-  Port port(1152, kFormat8E1);
+  Port port(1152, spec::kFormat8E1);
   port.answers = false;
-  port.kind = kRspEcho;
+  port.kind = spec::kRspEcho;
   const Bytes frame = sealed(kReadTwo);
   port.send({frame.begin(), frame.begin() + 2});
   port.in.cfg_baud = 96;
-  port.in.cfg_format = kFormat8N1;
+  port.in.cfg_format = spec::kFormat8N1;
   port.in.cfg_address = kOwn + 1;
   port.send({frame.begin() + 2, frame.end()});
   port.run_bits(300);
@@ -954,10 +954,10 @@ TEST(UartcConfig, NeverTearsACharacterACommandOrAnAnswer) {
   while (!port.chip.rsp_busy()) port.run(1);
   while (port.chip.rsp_busy()) port.run(1);
   EXPECT_EQ(port.chip.baud_q, 1152);
-  EXPECT_EQ(decode(port.tx_line, bit_clocks(1152), kFormat8E1).bytes, frame);
+  EXPECT_EQ(decode(port.tx_line, bit_clocks(1152), spec::kFormat8E1).bytes, frame);
   port.run(2);
   EXPECT_EQ(port.chip.baud_q, 96);
-  EXPECT_EQ(port.chip.format_q, kFormat8N1);
+  EXPECT_EQ(port.chip.format_q, spec::kFormat8N1);
   EXPECT_EQ(port.chip.address_q, kOwn + 1);
 }
 
@@ -966,13 +966,13 @@ TEST(UartcConfig, NeverTearsTelemetry) {
   port.in.tlm_start = true;
   port.run(1);
   port.in.cfg_baud = 96;
-  port.in.cfg_format = kFormat8N2;
+  port.in.cfg_format = spec::kFormat8N2;
   while (port.chip.tlm_busy()) {
     ASSERT_EQ(port.chip.baud_q, 1152);
-    ASSERT_EQ(port.chip.format_q, kFormat8E1);
+    ASSERT_EQ(port.chip.format_q, spec::kFormat8E1);
     port.run(1);
   }
-  EXPECT_EQ(decode(port.tlm_line, bit_clocks(1152), kFormat8E1).bytes.size(), 37u);
+  EXPECT_EQ(decode(port.tlm_line, bit_clocks(1152), spec::kFormat8E1).bytes.size(), 37u);
   port.run(1);
   EXPECT_EQ(port.chip.baud_q, 96);
 }
@@ -996,7 +996,7 @@ TEST(UartcTelemetry, SixteenInputRegistersAsAnAnswerOfFunction04) {
     port.run(1);
     EXPECT_TRUE(port.chip.tlm_busy());
     port.settle();
-    const Decoded heard = decode(port.tlm_line, port.bit(), kFormat8E1);
+    const Decoded heard = decode(port.tlm_line, port.bit(), spec::kFormat8E1);
     EXPECT_EQ(heard.errors, 0u);
     EXPECT_EQ(heard.bytes, telemetry_frame(port));
     EXPECT_EQ(std::count(port.tx_line.begin(), port.tx_line.end(), 0), 0) << "the host's line stays silent";
@@ -1010,7 +1010,7 @@ TEST(UartcTelemetry, StartIsIgnoredWhileOneIsSent) {
   port.run_bits(50);
   port.in.tlm_start = true;
   port.settle();
-  EXPECT_EQ(decode(port.tlm_line, port.bit(), kFormat8E1).bytes, telemetry_frame(port));
+  EXPECT_EQ(decode(port.tlm_line, port.bit(), spec::kFormat8E1).bytes, telemetry_frame(port));
 }
 
 // The offsets, a clock apart over the two characters of a word, sweep the senders' reads of the port over
@@ -1018,7 +1018,7 @@ TEST(UartcTelemetry, StartIsIgnoredWhileOneIsSent) {
 TEST(UartcTelemetry, BesideAnAnswerBothAreWhole) {
   for (unsigned offset = 0; offset < 528; ++offset) {
     Port port(5000);
-    port.kind = kRspRead;
+    port.kind = spec::kRspRead;
     port.send(sealed({kOwn, 0x03, 0x01, 0x01, 0x00, 0x10}));
     while (!port.chip.rsp_busy()) port.run(1);
     port.run(offset);
@@ -1030,8 +1030,8 @@ TEST(UartcTelemetry, BesideAnAnswerBothAreWhole) {
       answer.push_back(static_cast<std::uint8_t>(value >> 8));
       answer.push_back(static_cast<std::uint8_t>(value & 0xFFu));
     }
-    ASSERT_EQ(decode(port.tx_line, port.bit(), kFormat8E1).bytes, sealed(answer)) << offset;
-    ASSERT_EQ(decode(port.tlm_line, port.bit(), kFormat8E1).bytes, telemetry_frame(port)) << offset;
+    ASSERT_EQ(decode(port.tx_line, port.bit(), spec::kFormat8E1).bytes, sealed(answer)) << offset;
+    ASSERT_EQ(decode(port.tlm_line, port.bit(), spec::kFormat8E1).bytes, telemetry_frame(port)) << offset;
   }
 }
 
@@ -1039,7 +1039,7 @@ TEST(UartcTelemetry, ReceiverHearsACommandMeanwhile) {
   Port port;
   port.in.tlm_start = true;
   port.run(1);
-  EXPECT_EQ(port.ask(kReadTwo, kRspEcho), sealed(kReadTwo));
+  EXPECT_EQ(port.ask(kReadTwo, spec::kRspEcho), sealed(kReadTwo));
 }
 
 // -- Faults of the chip itself

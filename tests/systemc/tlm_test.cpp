@@ -97,7 +97,7 @@ TEST_F(Tlm, WritesBothEndsOfEveryRange) {
     for (const int value : {info.min - 1, max + 1}) {
       if (value < lowest || value > highest) continue;
       EXPECT_EQ(write(address, {value}), tlm::TLM_GENERIC_ERROR_RESPONSE) << info.name << ' ' << value;
-      EXPECT_EQ(bench.model.exception(), chip::kExcValue) << info.name << ' ' << value;
+      EXPECT_EQ(bench.model.exception(), chip::spec::kExcValue) << info.name << ' ' << value;
       EXPECT_EQ(read(address), static_cast<std::uint16_t>(max)) << info.name << ' ' << value;
     }
     ASSERT_EQ(write(address, {info.reset}), tlm::TLM_OK_RESPONSE) << info.name;
@@ -106,7 +106,7 @@ TEST_F(Tlm, WritesBothEndsOfEveryRange) {
 
 TEST_F(Tlm, OneBadValueRefusesTheWholeWrite) {
   EXPECT_EQ(write(at(kRegSetpoint), {500, 10, 10, 2}), tlm::TLM_GENERIC_ERROR_RESPONSE);
-  EXPECT_EQ(bench.model.exception(), chip::kExcValue);
+  EXPECT_EQ(bench.model.exception(), chip::spec::kExcValue);
   EXPECT_EQ(read(at(kRegSetpoint)), 0);
   EXPECT_EQ(read(at(kRegRampUp)), 0);
 }
@@ -114,7 +114,7 @@ TEST_F(Tlm, OneBadValueRefusesTheWholeWrite) {
 TEST_F(Tlm, AWriteOutsideTheHoldingRegistersIsAnAddressError) {
   EXPECT_EQ(write(kInStatus, {1}), tlm::TLM_ADDRESS_ERROR_RESPONSE);
   EXPECT_EQ(write(at(static_cast<Reg>(kHoldingCount - 1)), {0, 0}), tlm::TLM_ADDRESS_ERROR_RESPONSE);
-  EXPECT_EQ(bench.model.exception(), chip::kExcAddress);
+  EXPECT_EQ(bench.model.exception(), chip::spec::kExcAddress);
 }
 
 TEST_F(Tlm, AnAddressOutsideTheMapOrOddIsAnAddressError) {
@@ -210,13 +210,13 @@ TEST_F(Tlm, AChipInResetRefuses) {
   bench.set_reset(true);
   bench.settle();
   EXPECT_EQ(write(at(kRegSetpoint), {500}), tlm::TLM_GENERIC_ERROR_RESPONSE);
-  EXPECT_EQ(bench.model.exception(), chip::kExcDevice);
+  EXPECT_EQ(bench.model.exception(), chip::spec::kExcDevice);
 }
 
 TEST_F(Tlm, HeatsAfterRunAndStopsAfterStop) {
   ASSERT_EQ(write(at(kRegSetpoint), {1100}), tlm::TLM_OK_RESPONSE);
   EXPECT_EQ(write(at(kRegCmd), {kCmdRun}), tlm::TLM_GENERIC_ERROR_RESPONSE);  // no temperature yet
-  EXPECT_EQ(bench.model.exception(), chip::kExcDevice);
+  EXPECT_EQ(bench.model.exception(), chip::spec::kExcDevice);
   bench.clocks(kClkHz / 10 + 10'000);
   ASSERT_EQ(write(at(kRegCmd), {kCmdRun}), tlm::TLM_OK_RESPONSE);
   bench.clocks(2);
@@ -226,7 +226,7 @@ TEST_F(Tlm, HeatsAfterRunAndStopsAfterStop) {
   ASSERT_EQ(write(at(kRegCmd), {kCmdStop}), tlm::TLM_OK_RESPONSE);
   EXPECT_EQ(write(at(kRegCmd), {kCmdRun}),
             tlm::TLM_GENERIC_ERROR_RESPONSE);  // the Stop has not met a clock yet
-  EXPECT_EQ(bench.model.exception(), chip::kExcBusy);
+  EXPECT_EQ(bench.model.exception(), chip::spec::kExcBusy);
   bench.clocks(2);
   EXPECT_EQ(read(kInStatus) & 1, 0);
   EXPECT_FALSE(bench.heater());

@@ -121,11 +121,13 @@ struct Moment {
   bool resets() const { return !in.rst_n && !before.reset; }
   bool answered() const { return now.sysctrl.cmd_done_q != 0; }
   bool refused(unsigned exception) const {
-    return answered() && now.paramc.rsp_kind_q == chip::kRspException && now.paramc.rsp_exc_q == exception;
+    return answered() && now.paramc.rsp_kind_q == chip::spec::kRspException &&
+           now.paramc.rsp_exc_q == exception;
   }
   bool identified(unsigned code) const {
     return answered() && now.uartc.cmd_fc() == 43 && (now.uartc.cmd_a() & 0xFF) == code &&
-           (now.paramc.rsp_kind_q == chip::kRspIdStream || now.paramc.rsp_kind_q == chip::kRspIdObject);
+           (now.paramc.rsp_kind_q == chip::spec::kRspIdStream ||
+            now.paramc.rsp_kind_q == chip::spec::kRspIdObject);
   }
 };
 
@@ -158,7 +160,7 @@ constexpr Point kPoints[] = {
      }},
     {"duty at a DUTY_MAX below 100 % in the PID segment",
      [](const Moment& m) {
-       return m.now.algor.segment_q == chip::kSegPid && m.now.algor.limited() &&
+       return m.now.algor.segment_q == chip::spec::kSegPid && m.now.algor.limited() &&
               m.now.algor.duty_max_q < 65536;
      }},
     {"integral above 0", [](const Moment& m) { return m.now.algor.i_q != 0; }},
@@ -181,7 +183,7 @@ constexpr Point kPoints[] = {
     {"tuning stopped", [](const Moment& m) { return m.now.atune.end_q == chip::kTuneStopped; }},
     {"tuning ended by time", [](const Moment& m) { return m.now.atune.stop_q != 0; }},
     {"write refused while tuning",
-     [](const Moment& m) { return m.refused(chip::kExcBusy) && m.now.atune.tuning(); }},
+     [](const Moment& m) { return m.refused(chip::spec::kExcBusy) && m.now.atune.tuning(); }},
     {"error at temperature", [](const Moment& m) { return m.now.quality.error_q != 0; }},
     {"settling time",
      [](const Moment& m) { return m.now.quality.band_q != 0xFFFF && m.now.quality.band_q != 0; }},
@@ -203,11 +205,11 @@ constexpr Point kPoints[] = {
     {"STOP seen on the wire while heating",
      [](const Moment& m) { return m.heating() && m.now.uartc.stop(); }},
     {"refusal by LOCK",
-     [](const Moment& m) { return m.refused(chip::kExcDevice) && m.param(spec::kRegLock) != 0; }},
+     [](const Moment& m) { return m.refused(chip::spec::kExcDevice) && m.param(spec::kRegLock) != 0; }},
     {"function code 08 with another sub-function",
-     [](const Moment& m) { return m.refused(chip::kExcFunction) && m.now.uartc.cmd_fc() == 8; }},
+     [](const Moment& m) { return m.refused(chip::spec::kExcFunction) && m.now.uartc.cmd_fc() == 8; }},
     {"function code 43 with another MEI type",
-     [](const Moment& m) { return m.refused(chip::kExcFunction) && m.now.uartc.cmd_fc() == 43; }},
+     [](const Moment& m) { return m.refused(chip::spec::kExcFunction) && m.now.uartc.cmd_fc() == 43; }},
     {"identification 01", [](const Moment& m) { return m.identified(1); }},
     {"identification 02", [](const Moment& m) { return m.identified(2); }},
     {"identification 03", [](const Moment& m) { return m.identified(3); }},
@@ -258,8 +260,8 @@ void Coverage::observe(const chip::Chip& now, const chip::Inputs& in, const chip
     if (moment.answered()) {
       const std::uint8_t function = now.uartc.cmd_fc();
       ++functions[function];
-      if (now.paramc.rsp_kind_q == chip::kRspException) ++exceptions[now.paramc.rsp_exc_q & 7];
-      if (moment.refused(chip::kExcValue) && now.uartc.cmd_len() != right_length(now.uartc))
+      if (now.paramc.rsp_kind_q == chip::spec::kRspException) ++exceptions[now.paramc.rsp_exc_q & 7];
+      if (moment.refused(chip::spec::kExcValue) && now.uartc.cmd_len() != right_length(now.uartc))
         ++wrong_lengths[function];
     }
     const unsigned sensor = moment.param(spec::kRegSensType);
@@ -310,7 +312,8 @@ std::vector<std::string> Coverage::holes() const {
     want(wrong_lengths[fc] != 0, fmt::format("wrong length with function code {}", fc));
   }
   for (const unsigned exc : {1, 2, 3, 4, 6}) want(exceptions[exc] != 0, fmt::format("exception {:02}", exc));
-  for (const unsigned segment : {chip::kSegNone, chip::kSegFull, chip::kSegPid, chip::kSegOff}) {
+  for (const unsigned segment :
+       {chip::spec::kSegNone, chip::spec::kSegFull, chip::spec::kSegPid, chip::spec::kSegOff}) {
     want(segments[segment] != 0, fmt::format("segment {}", segment));
   }
   for (std::size_t i = 0; i < sensors.size(); ++i)

@@ -12,8 +12,6 @@
 namespace meltstage::tb {
 namespace {
 
-constexpr std::uint8_t kExcDevice = 4;
-
 Settings with(const Settings& more) {
   Settings all = quick();
   all.insert(all.end(), more.begin(), more.end());
@@ -58,11 +56,11 @@ TEST_P(Fault, IsRaisedReportedAndCleared) {
 
   EXPECT_EQ(bench.read_input(spec::kInFault), bit) << "as the host reads it";
   EXPECT_EQ(bench.read_input(spec::kInFirstFault) >> 8, s.fault + 1);
-  EXPECT_EQ(bench.command(spec::kCmdRun).exception_code, kExcDevice) << "Run with a fault latched";
+  EXPECT_EQ(bench.command(spec::kCmdRun).exception_code, spec::kExcDevice) << "Run with a fault latched";
   if (s.cause_stays) {
     EXPECT_EQ(bench.read_input(spec::kInCause) & bit, bit);
     const ModbusResult refused = bench.command(spec::kCmdClearFault);
-    EXPECT_EQ(refused.exception_code, kExcDevice) << "clear with the cause present";
+    EXPECT_EQ(refused.exception_code, spec::kExcDevice) << "clear with the cause present";
     EXPECT_TRUE(latched(bench.model()));
   }
 

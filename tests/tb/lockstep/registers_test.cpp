@@ -11,11 +11,11 @@
 namespace meltstage::tb {
 namespace {
 
-using chip::kExcAddress;
-using chip::kExcBusy;
-using chip::kExcDevice;
-using chip::kExcFunction;
-using chip::kExcValue;
+using chip::spec::kExcAddress;
+using chip::spec::kExcBusy;
+using chip::spec::kExcDevice;
+using chip::spec::kExcFunction;
+using chip::spec::kExcValue;
 
 std::uint16_t raw(std::int32_t value) { return static_cast<std::uint16_t>(value); }
 std::uint16_t address_of(unsigned index) { return static_cast<std::uint16_t>(spec::kHoldingBase + index); }
@@ -89,7 +89,7 @@ TEST_F(Registers, RefuseWhatIsOutsideTheirRangeAndKeepTheirValue) {
     for (const std::int32_t value : {spec::kHolding[i].min - 1, highest(i, bench.model()) + 1}) {
       if (value < low || value > high) continue;
       const ModbusResult result = bench.write(static_cast<spec::Reg>(i), raw(value));
-      EXPECT_EQ(result.exception_code, kExcValue) << value;
+      EXPECT_EQ(result.exception_code, spec::kExcValue) << value;
       EXPECT_EQ(staged(i), before);
     }
   }
@@ -116,36 +116,36 @@ TEST_F(Registers, HoldEachBitTheirRangeAllows) {
 TEST_F(Registers, BeyondTheMapAreRefused) {
   for (const std::uint16_t address : {address_of(spec::kHoldingCount), std::uint16_t{0x00FF},
                                       std::uint16_t{0xFFFF}, static_cast<std::uint16_t>(spec::kInputCount)}) {
-    EXPECT_EQ(bench.ask(read_holding_registers(1, address, 1)).exception_code, kExcAddress) << address;
-    EXPECT_EQ(bench.ask(read_input_registers(1, address, 1)).exception_code, kExcAddress) << address;
-    EXPECT_EQ(bench.ask(write_single_register(1, address, 0)).exception_code, kExcAddress) << address;
+    EXPECT_EQ(bench.ask(read_holding_registers(1, address, 1)).exception_code, spec::kExcAddress) << address;
+    EXPECT_EQ(bench.ask(read_input_registers(1, address, 1)).exception_code, spec::kExcAddress) << address;
+    EXPECT_EQ(bench.ask(write_single_register(1, address, 0)).exception_code, spec::kExcAddress) << address;
   }
   // A block that begins inside and ends outside.
   EXPECT_EQ(bench.ask(read_holding_registers(1, address_of(spec::kHoldingCount - 1), 2)).exception_code,
-            kExcAddress);
+            spec::kExcAddress);
   EXPECT_EQ(
       bench.ask(read_input_registers(1, static_cast<std::uint16_t>(spec::kInputCount - 1), 2)).exception_code,
-      kExcAddress);
+      spec::kExcAddress);
   const std::uint16_t two[] = {0, 0};
   EXPECT_EQ(bench.ask(write_multiple_registers(1, address_of(spec::kHoldingCount - 1), two)).exception_code,
-            kExcAddress);
+            spec::kExcAddress);
   // Input registers are not written.
-  EXPECT_EQ(bench.ask(write_single_register(1, 0, 0)).exception_code, kExcAddress);
+  EXPECT_EQ(bench.ask(write_single_register(1, 0, 0)).exception_code, spec::kExcAddress);
 }
 
 TEST_F(Registers, CountsBeyondTheLimitAreRefused) {
-  EXPECT_EQ(bench.ask(read_holding_registers(1, address_of(0), 0)).exception_code, kExcValue);
-  EXPECT_EQ(bench.ask(read_holding_registers(1, address_of(0), 33)).exception_code, kExcValue);
+  EXPECT_EQ(bench.ask(read_holding_registers(1, address_of(0), 0)).exception_code, spec::kExcValue);
+  EXPECT_EQ(bench.ask(read_holding_registers(1, address_of(0), 33)).exception_code, spec::kExcValue);
   EXPECT_EQ(bench.ask(read_holding_registers(1, address_of(0), 32)).registers.size(), 32u);
   const std::vector<std::uint16_t> many(17, 0);
   EXPECT_EQ(bench.ask(write_multiple_registers(1, address_of(spec::kRegSetpoint), many)).exception_code,
-            kExcValue);
+            spec::kExcValue);
 }
 
 TEST_F(Registers, UnknownFunctionsAreRefused) {
   for (const int fc : {1, 2, 5, 7, 15, 22, 23, 65, 127}) {
     const std::uint8_t bytes[] = {1, static_cast<std::uint8_t>(fc), 1, 0, 0, 1};
-    EXPECT_EQ(bench.ask(with_crc(bytes)).exception_code, kExcFunction) << fc;
+    EXPECT_EQ(bench.ask(with_crc(bytes)).exception_code, spec::kExcFunction) << fc;
   }
 }
 
@@ -153,7 +153,7 @@ TEST_F(Registers, OneBadValueRefusesTheWholeBlock) {
   const std::vector<std::uint16_t> before = bench.read_holding(spec::kRegKp, 5);
   // KP, KI_APPROACH, KI_HOLD, KD are free; D_FILTER ends at 6.
   const ModbusResult result = bench.write_block(spec::kRegKp, {1, 2, 3, 4, 7});
-  EXPECT_EQ(result.exception_code, kExcValue);
+  EXPECT_EQ(result.exception_code, spec::kExcValue);
   EXPECT_EQ(bench.read_holding(spec::kRegKp, 5), before);
   EXPECT_EQ(bench.write_block(spec::kRegKp, {1, 2, 3, 4, 6}).outcome, ModbusOutcome::Data);
   EXPECT_THAT(bench.read_holding(spec::kRegKp, 5), ::testing::ElementsAre(1, 2, 3, 4, 6));
@@ -194,7 +194,7 @@ TEST(RegisterCommit, HoldKeepsFramesStagedUntilCommit) {
   bench.next_tick();
   EXPECT_NE(bench.model().params()[spec::kRegKp], 21);
   EXPECT_EQ(bench.command(spec::kCmdCommit).outcome, ModbusOutcome::Data);
-  EXPECT_EQ(bench.write(spec::kRegKp, 5).exception_code, kExcBusy) << "between the order and the tick";
+  EXPECT_EQ(bench.write(spec::kRegKp, 5).exception_code, spec::kExcBusy) << "between the order and the tick";
   bench.next_tick();
   EXPECT_EQ(bench.model().params()[spec::kRegKp], 21);
   EXPECT_EQ(bench.model().params()[spec::kRegKd], 22);
@@ -233,9 +233,9 @@ TEST(RegisterLock, RefusesEverythingButStopAndUnlock) {
   bench.next_tick();
   ASSERT_EQ(bench.write(spec::kRegLock, 1).outcome, ModbusOutcome::Data);
   bench.next_tick();
-  EXPECT_EQ(bench.write(spec::kRegKp, 1).exception_code, kExcDevice);
-  EXPECT_EQ(bench.command(spec::kCmdRun).exception_code, kExcDevice);
-  EXPECT_EQ(bench.write(spec::kRegLock, 2).exception_code, kExcDevice);
+  EXPECT_EQ(bench.write(spec::kRegKp, 1).exception_code, spec::kExcDevice);
+  EXPECT_EQ(bench.command(spec::kCmdRun).exception_code, spec::kExcDevice);
+  EXPECT_EQ(bench.write(spec::kRegLock, 2).exception_code, spec::kExcDevice);
   EXPECT_EQ(bench.command(spec::kCmdStop).outcome, ModbusOutcome::Data);
   EXPECT_EQ(bench.write(spec::kRegLock, 0).outcome, ModbusOutcome::Data);
   bench.next_tick();
