@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the fenced blocks of README.md and docs/.
 
-    blocks.py list                                    pages, a line each (for CMake)
+    blocks.py list [--long]                           pages, a line each (for CMake); --long: those that have long blocks
     blocks.py programs FOLDER                         writes every C++ program, prints "FILE|LIBRARIES" (for CMake)
-    blocks.py run PAGE --build BUILD                  runs the page's commands and reads its other blocks
-    blocks.py not-run                                 the blocks that are only parsed, each with the reason
+    blocks.py run PAGE --build BUILD [--long]         runs the page's commands and reads its other blocks; --long: also those
+                                                      that ./check full alone runs
+    blocks.py not-run                                 the blocks that are long or only parsed, each with the reason
 
 A fence says what it holds, then perhaps the name of the file to write it to: ```sh, ```toml my_job.toml. The commands of
 a page run one block after the other in one temporary folder, which holds besides those files only what markers bring.
@@ -13,9 +14,11 @@ There, `meltstage` and `./run` are the command that was built, and build/release
 
 A marker is an HTML comment just above the fence:
     not run: REASON             needs root, hardware, a person, or much time. Commands are parsed, their options looked up
+    long: REASON                takes more than some seconds: parsed, and run by ./check full
     with: PATH [as NAME], ...   copies files or folders of the repository into the folder first
     links: LIBRARY ...          CMake targets that a C++ program is linked with
     left running                a server: the next block begins when it has printed a line
+    after Ctrl-C                ends the servers that were left running first, as a person would
     prints                      a text block: exactly what the commands above print
 """
 
@@ -36,7 +39,7 @@ import tomllib
 
 from pages import ROOT, Piece, all_pages, pieces
 
-SECONDS_AT_MOST = 120
+SECONDS_AT_MOST = 900
 RUN = ("sh",)
 READ = ("toml", "json", "python", "cpp", "cmake", "systemverilog", "ini", "diff", "text", "mermaid")
 TOOL = r"(?:[A-Z_]+=\S+ )*(?:meltstage|\./run|\./check|make|cmake|ctest|git|g\+\+|python3)(?: |$)"
@@ -253,18 +256,22 @@ class Folder:
         """Ends what still runs."""
         for process in self.started:
             if process.poll() is None:
-                os.killpg(process.pid, 15)
+                os.killpg(process.pid, signal.SIGINT)
                 process.wait(20)
 
 
-def treat(page: pathlib.Path, block: Piece, folder: Folder, known: Help) -> str:
+def treat(page: pathlib.Path, block: Piece, folder: Folder, known: Help, long: bool) -> str:
     """Runs or reads one block; returns what was done with it, in a word. Raises Fault."""
     kind = language(block)
     if kind not in RUN + READ:
         raise Fault(f'the fence says "{block.info}", expected one of {", ".join(RUN + READ)}')
     reason = marker(block, "not run")
+    if not long and reason is None:
+        reason = marker(block, "long")
     if reason == "":
         raise Fault("not run, but no reason is given")
+    if marker(block, "after Ctrl-C") is not None:
+        folder.stop()
     bring = marker(block, "with")
     if bring is not None:
         folder.bring(bring)
@@ -300,7 +307,7 @@ def treat(page: pathlib.Path, block: Piece, folder: Folder, known: Help) -> str:
     return "read"
 
 
-def run_page(page: pathlib.Path, build: pathlib.Path) -> int:
+def run_page(page: pathlib.Path, build: pathlib.Path, long: bool) -> int:
     """Runs and reads every block of a page; prints a line a block and a line a fault."""
     known = Help(build / "app/meltstage")
     faults = check_spans(page, known)
@@ -310,7 +317,7 @@ def run_page(page: pathlib.Path, build: pathlib.Path) -> int:
             for block in blocks(page):
                 before = processor_seconds()
                 try:
-                    done = treat(page, block, folder, known)
+                    done = treat(page, block, folder, known, long)
                     print(f"{name_of(page)}:{block.line}: {language(block)} {done}, {processor_seconds() - before:.1f} s")
                 except (Fault, ValueError, SyntaxError) as fault:
                     faults.append(f"{name_of(page)}:{block.line}: {fault}")
@@ -342,40 +349,45 @@ def programs(into: pathlib.Path) -> int:
 
 
 def not_run() -> int:
-    """Prints the blocks that are only parsed, with their reasons."""
-    count = total = 0
+    """Prints the blocks that ./check does not run, with their reasons."""
+    long = parsed = total = 0
     for page in all_pages():
         for block in blocks(page):
             if language(block) in ("sh", "cpp"):
                 total += 1
-                reason = marker(block, "not run")
-                if reason is not None:
-                    count += 1
-                    print(f"{name_of(page)}:{block.line}: {reason}")
-    print(f"{count} of {total} blocks of commands and programs are not run")
+                place = f"{name_of(page)}:{block.line}"
+                if (reason := marker(block, "long")) is not None:
+                    long += 1
+                    print(f"{place}: ./check full: {reason}")
+                if (reason := marker(block, "not run")) is not None:
+                    parsed += 1
+                    print(f"{place}: not run: {reason}")
+    print(f"{total} blocks of commands and programs: ./check runs {total - long - parsed}, ./check full {long} more, {parsed} are parsed")
     return 0
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = parser.add_subparsers(dest="verb", required=True)
-    verbs.add_parser("list")
+    verbs.add_parser("list").add_argument("--long", action="store_true")
     verbs.add_parser("not-run")
     verbs.add_parser("programs").add_argument("folder", type=pathlib.Path)
     run = verbs.add_parser("run")
     run.add_argument("page", type=pathlib.Path)
     run.add_argument("--build", type=pathlib.Path, required=True)
+    run.add_argument("--long", action="store_true")
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that what was started is ended
     if arguments.verb == "list":
         for page in all_pages():
-            print(name_of(page))
+            if not arguments.long or any(marker(block, "long") is not None for block in blocks(page)):
+                print(name_of(page))
         return 0
     if arguments.verb == "not-run":
         return not_run()
     if arguments.verb == "programs":
         return programs(arguments.folder)
-    return run_page(arguments.page.resolve(), arguments.build.resolve())
+    return run_page(arguments.page.resolve(), arguments.build.resolve(), arguments.long)
 
 
 if __name__ == "__main__":
