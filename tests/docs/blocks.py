@@ -192,13 +192,11 @@ class Folder:
         self.last_output = ""
         (path / "build").mkdir()
         (path / "build/release").symlink_to(build)
-        (path / "bin").mkdir()
-        (path / "bin/meltstage").symlink_to(build / "app/meltstage")
         # ./run installs, builds and hands its arguments on; installed and built is all when tests run
         stand_in = path / "run"
         stand_in.write_text('#!/bin/sh\nexec meltstage "$@"\n')
         stand_in.chmod(0o755)
-        self.environment = {**os.environ, "PATH": f"{path / 'bin'}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
+        self.environment = {**os.environ, "PATH": f"{build / 'app'}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
 
     def bring(self, what: str) -> None:
         """Copies the files and folders of a `with` marker."""
