@@ -22,6 +22,7 @@
 #include "asic/dft/atpg/iddq.hpp"
 #include "asic/dft/atpg/proof_check.hpp"
 #include "asic/dft/atpg/test_solver.hpp"
+#include "asic/dft/core/bench_file.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/transition.hpp"
 #include "asic/dft/core/workers.hpp"

@@ -4,127 +4,64 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <utility>
 
-#include "base/error.hpp"
+#include "asic/netlist/verilog.hpp"
+#include "asic/netlist/yosys_json.hpp"
 
 namespace meltstage::dft {
-
-namespace {
-
-using nlohmann::json;
-
-Net net_of(const json& bit, const std::string& file, const std::string& where) {
-  if (bit.is_number_integer()) return bit.get<Net>();
-  const std::string text = bit.is_string() ? bit.get<std::string>() : "";
-  if (text == "0") return 0;
-  if (text == "1") return 1;
-  if (text == "x" || text == "z") return kUnknownNet;
-  throw UserError(
-      fmt::format("{}: {}: found bit {}, expected a number, \"0\", \"1\" or \"x\"", file, where, bit.dump()));
-}
-
-const json& top_module(const json& root, const std::string& file, std::string& name) {
-  if (!root.is_object() || !root.contains("modules") || root["modules"].empty())
-    throw UserError(fmt::format("{}: found no \"modules\", expected a netlist of Yosys' write_json", file));
-  const json& modules = root["modules"];
-  const json* found = nullptr;
-  for (const auto& [key, module] : modules.items()) {
-    if (module.value("attributes", json::object()).contains("blackbox")) continue;
-    const bool top = module.value("attributes", json::object()).contains("top");
-    if (found != nullptr && !top) continue;
-    found = &module;
-    name = key;
-    if (top) break;
-  }
-  if (found == nullptr) throw UserError(fmt::format("{}: found black boxes alone, expected a design", file));
-  return *found;
-}
-
-std::string verilog_name(const std::string& name) {
-  const bool plain =
-      !name.empty() && (std::isalpha(static_cast<unsigned char>(name[0])) != 0 || name[0] == '_') &&
-      std::all_of(name.begin(), name.end(),
-                  [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; });
-  return plain ? name : "\\" + name + " ";
-}
-
-}  // namespace
 
 std::string Port::bit_name(std::size_t i) const {
   return bits.size() == 1 ? name : fmt::format("{}[{}]", name, i);
 }
 
-Netlist read_yosys_json(const std::filesystem::path& path) {
-  const std::string file = path.string();
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw UserError(fmt::format("{}: can't be read; give a netlist of Yosys' write_json", file));
-  json root;
-  try {
-    root = json::parse(stream);
-  } catch (const json::exception& error) {
-    throw UserError(
-        fmt::format("{}: is not JSON ({}), expected a netlist of Yosys' write_json", file, error.what()));
-  }
+namespace {
+
+Netlist netlist_of(yosys::Module module, std::string file) {
   Netlist netlist;
-  netlist.file = file;
-  try {
-    const json& module = top_module(root, file, netlist.top);
-    for (const auto& [name, port] : module.at("ports").items()) {
-      const std::string direction = port.at("direction");
-      if (direction != "input" && direction != "output")
-        throw UserError(
-            fmt::format("{}: port {}: found {}, expected input or output; split it", file, name, direction));
-      Port entry{name, direction == "input", {}};
-      for (const json& bit : port.at("bits")) entry.bits.push_back(net_of(bit, file, "port " + name));
-      netlist.ports.push_back(std::move(entry));
-    }
-    for (const auto& [name, cell] : module.at("cells").items()) {
-      Instance instance{name, cell.at("type"), {}};
-      for (const auto& [pin, bits] : cell.at("connections").items()) {
-        if (bits.empty()) continue;
-        if (bits.size() != 1)
-          throw UserError(
-              fmt::format("{}: cell {}/{}: found {} bits, expected a mapped netlist with one bit a pin; "
-                          "map it to the library (abc -liberty, dfflibmap)",
-                          file, name, pin, bits.size()));
-        instance.pins[pin] = net_of(bits[0], file, "cell " + name);
-      }
-      netlist.instances.push_back(std::move(instance));
-    }
-    for (const auto& [name, wire] : module.at("netnames").items()) {
-      const json& bits = wire.at("bits");
-      for (std::size_t i = 0; i < bits.size(); ++i) {
-        const Net net = net_of(bits[i], file, "net " + name);
-        const std::string bit = bits.size() == 1 ? name : fmt::format("{}[{}]", name, i);
-        const bool in_a_module = name.find('.') != std::string::npos && name.find('$') == std::string::npos;
-        if (in_a_module) netlist.nets_in_modules[bit] = net;
-        if (net < 2) continue;
-        std::string& known = netlist.net_names[net];
-        if (known.empty() || bit.size() < known.size()) known = bit;
-        if (in_a_module) {
-          std::string& in_module = netlist.register_names[net];
-          if (in_module.empty() || bit.size() < in_module.size()) in_module = bit;
-        }
-        netlist.next_net = std::max(netlist.next_net, net + 1);
-      }
-    }
-  } catch (const json::exception& error) {
-    throw UserError(fmt::format("{}: found another structure ({}), expected a netlist of Yosys' write_json",
-                                file, error.what()));
+  netlist.file = std::move(file);
+  netlist.top = std::move(module.name);
+  const auto is_known = [&](Net net) { netlist.next_net = std::max(netlist.next_net, net + 1); };
+  for (auto& [name, port] : module.ports)
+    netlist.ports.push_back({name, port.is_input, std::move(port.bits)});
+  for (auto& [name, cell] : module.cells) {
+    for (const auto& [pin, net] : cell.pins) is_known(net);
+    netlist.instances.push_back({name, std::move(cell.type), std::move(cell.pins)});
   }
-  for (const Instance& instance : netlist.instances) {
-    for (const auto& [pin, net] : instance.pins) netlist.next_net = std::max(netlist.next_net, net + 1);
+  for (const Port& port : netlist.ports) std::for_each(port.bits.begin(), port.bits.end(), is_known);
+  for (const auto& [name, wire] : module.net_names) {
+    const bool in_a_module = name.find('.') != std::string::npos && name.find('$') == std::string::npos;
+    for (std::size_t i = 0; i < wire.bits.size(); ++i) {
+      const Net net = wire.bits[i];
+      const std::string bit = wire.bits.size() == 1 ? name : fmt::format("{}[{}]", name, i);
+      if (in_a_module) netlist.nets_in_modules[bit] = net;
+      if (net < 2) continue;
+      std::string& known = netlist.net_names[net];
+      if (known.empty() || bit.size() < known.size()) known = bit;
+      if (in_a_module) {
+        std::string& in_module = netlist.register_names[net];
+        if (in_module.empty() || bit.size() < in_module.size()) in_module = bit;
+      }
+      is_known(net);
+    }
   }
   return netlist;
 }
 
+}  // namespace
+
+Netlist read_yosys_json(const std::filesystem::path& path) {
+  return netlist_of(yosys::read_top_module(path), path.string());
+}
+
+Netlist parse_yosys_json(std::string_view text, const std::string& name) {
+  return netlist_of(yosys::parse_top_module(text, name), name);
+}
+
 std::string verilog_text(const Netlist& netlist) {
-  std::string text = fmt::format("module {}(", verilog_name(netlist.top));
-  for (std::size_t i = 0; i < netlist.ports.size(); ++i)
-    text += (i == 0 ? "" : ", ") + verilog_name(netlist.ports[i].name);
-  text += ");\n";
+  std::vector<std::string> names;
+  for (const Port& port : netlist.ports) names.push_back(port.name);
+  verilog::ModuleText text(netlist.top, names);
   const auto net_text = [](Net net) {
     if (net == 0) return std::string("1'b0");
     if (net == 1) return std::string("1'b1");
@@ -139,35 +76,31 @@ std::string verilog_text(const Netlist& netlist) {
   for (const Instance& instance : netlist.instances) {
     for (const auto& [pin, net] : instance.pins) mark(net);
   }
-  for (const Port& port : netlist.ports) {
-    const std::string range = port.bits.size() == 1 ? "" : fmt::format("[{}:0] ", port.bits.size() - 1);
-    text += fmt::format("  {} {}{};\n", port.is_input ? "input" : "output", range, verilog_name(port.name));
-  }
+  for (const Port& port : netlist.ports) text.port(port.is_input, port.bits.size(), port.name);
   for (std::size_t net = 2; net < used.size(); ++net) {
-    if (used[net]) text += fmt::format("  wire n{};\n", net);
+    if (used[net]) text.wire(net_text(static_cast<Net>(net)));
   }
   for (const Port& port : netlist.ports) {
     for (std::size_t i = 0; i < port.bits.size(); ++i) {
-      const std::string bit = verilog_name(port.name) + (port.bits.size() == 1 ? "" : fmt::format("[{}]", i));
-      text += port.is_input ? fmt::format("  assign {} = {};\n", net_text(port.bits[i]), bit)
-                            : fmt::format("  assign {} = {};\n", bit, net_text(port.bits[i]));
+      const std::string bit =
+          verilog::name_text(port.name) + (port.bits.size() == 1 ? "" : fmt::format("[{}]", i));
+      if (port.is_input)
+        text.assign(net_text(port.bits[i]), bit);
+      else
+        text.assign(bit, net_text(port.bits[i]));
     }
   }
   for (const Instance& instance : netlist.instances) {
-    text += fmt::format("  {} {} (", verilog_name(instance.type), verilog_name(instance.name));
-    const char* separator = "";
-    for (const auto& [pin, net] : instance.pins) {
-      text += fmt::format("{}.{}({})", separator, verilog_name(pin), net_text(net));
-      separator = ", ";
-    }
-    text += ");\n";
+    std::vector<std::pair<std::string, std::string>> pins;
+    for (const auto& [pin, net] : instance.pins) pins.emplace_back(pin, net_text(net));
+    text.instance(instance.type, instance.name, pins);
   }
-  return text + "endmodule\n";
+  return text.finish();
 }
 
 // A line a port, cell and net, as it comes: a tree of it all would take longer than the tests.
 std::string yosys_json_text(const Netlist& netlist) {
-  const auto quoted = [](const std::string& name) { return json(name).dump(); };
+  using yosys::quoted;
   const auto bit = [](Net net) {
     if (net == kUnknownNet) return std::string("\"x\"");
     return net < 2 ? fmt::format("\"{}\"", net) : std::to_string(net);

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "asic/dft/core/capture_view.hpp"
 #include "asic/dft/core/faults.hpp"
 #include "asic/dft/scan/replay.hpp"
-#include "asic/netlist/netlist.hpp"
 
 namespace meltstage::dft {
 

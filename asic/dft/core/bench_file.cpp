@@ -1,49 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
-// .bench: the netlist format of ISCAS-85, ISCAS-89 and ITC'99.
+#include "asic/dft/core/bench_file.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <map>
+#include <optional>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
-#include "asic/netlist/netlist.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::dft {
 
 namespace {
 
 struct Statement {
-  std::size_t line = 0;
+  Place place;
   std::string result;  // empty: INPUT or OUTPUT
   std::string function;
   std::vector<std::string> args;
 };
 
-// "a = NAND(b, c)" or "INPUT(a)"; blank and comment lines give false.
-bool parse(const std::string& text, const std::string& where, Statement& statement) {
-  std::string line = text.substr(0, text.find('#'));
-  line.erase(std::remove_if(line.begin(), line.end(), [](unsigned char c) { return std::isspace(c) != 0; }),
-             line.end());
-  if (line.empty()) return false;
+// "a = NAND(b, c)" or "INPUT(a)"; nothing for blank and comment lines.
+std::optional<Statement> parse(std::string_view text, const std::string& file, std::size_t number) {
+  Statement statement;
+  statement.place.line = number;
+  std::string line(text.substr(0, text.find('#')));
+  const auto is_blank = [](unsigned char c) { return std::isspace(c) != 0; };
+  const auto first = std::find_if_not(line.begin(), line.end(), is_blank);
+  statement.place.column = static_cast<std::size_t>(first - line.begin()) + 1;
+  line.erase(std::remove_if(line.begin(), line.end(), is_blank), line.end());
+  if (line.empty()) return std::nullopt;
   const std::size_t open = line.find('('), close = line.rfind(')'), equals = line.find('=');
   if (open == std::string::npos || close == std::string::npos || close < open)
-    throw UserError(fmt::format("{}: found \"{}\", expected NAME = GATE(INPUTS), INPUT(NAME) or OUTPUT(NAME)",
-                                where, text));
+    throw UserError(defect_at(file, statement.place, fmt::format("\"{}\"", shown(text)),
+                              "NAME = GATE(INPUTS), INPUT(NAME) or OUTPUT(NAME)"));
   const std::size_t begin = equals == std::string::npos || equals > open ? 0 : equals + 1;
   statement.result = begin == 0 ? "" : line.substr(0, equals);
   statement.function = line.substr(begin, open - begin);
   std::transform(statement.function.begin(), statement.function.end(), statement.function.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  statement.args.clear();
   for (std::size_t at = open + 1; at < close;) {
     const std::size_t end = std::min(line.find(',', at), close);
     statement.args.push_back(line.substr(at, end - at));
     at = end + 1;
   }
-  return true;
+  return statement;
 }
 
 struct GateName {
@@ -74,72 +81,76 @@ Gate narrow(Gate gate, std::size_t inputs) {
 }  // namespace
 
 Circuit read_bench(const std::filesystem::path& path) {
-  const std::string file = path.string();
-  std::ifstream stream(path);
-  if (!stream) throw UserError(fmt::format("{}: can't be read; give a .bench netlist", file));
+  return parse_bench(read_file(path, "a .bench netlist"), path.string());
+}
+
+Circuit parse_bench(std::string_view text, const std::string& name) {
+  const auto fail = [&](Place place, const std::string& found, const std::string& expected) {
+    throw UserError(defect_at(name, place, found, expected));
+  };
   CircuitBuilder builder;
   std::unordered_map<std::string, Node> nodes;
-  std::vector<std::pair<std::string, std::size_t>> ports_out, captures;
+  std::vector<std::pair<std::string, Place>> ports_out, captures, states;
   std::vector<std::pair<Node, Statement>> gates;
-  std::vector<std::pair<std::string, std::size_t>> states;
-  std::string text;
-  const auto define = [&](const std::string& name, Node node, const std::string& where) {
-    if (!nodes.emplace(name, node).second)
-      throw UserError(fmt::format("{}: found a second driver of {}, expected one", where, name));
+  const auto define = [&](const std::string& line, Node node, Place place) {
+    if (line.empty()) fail(place, "a line without a name", "one before \"=\" and in parentheses");
+    if (!nodes.emplace(line, node).second) fail(place, "a second driver of " + shown(line), "one");
   };
-  for (std::size_t number = 1; std::getline(stream, text); ++number) {
-    Statement statement;
-    const std::string where = fmt::format("{}:{}", file, number);
-    if (!parse(text, where, statement)) continue;
-    statement.line = number;
+  std::size_t number = 0;
+  while (!text.empty()) {
+    const std::string_view row = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(text.size(), row.size() + 1));
+    std::optional<Statement> read = parse(row, name, ++number);
+    if (!read) continue;
+    Statement& statement = *read;
     const std::size_t inputs = statement.args.size();
     if (statement.result.empty()) {
       if (inputs != 1 || (statement.function != "INPUT" && statement.function != "OUTPUT"))
-        throw UserError(fmt::format("{}: found \"{}\", expected INPUT(NAME) or OUTPUT(NAME)", where, text));
+        fail(statement.place, fmt::format("\"{}\"", shown(row)), "INPUT(NAME) or OUTPUT(NAME)");
       if (statement.function == "INPUT")
-        define(statement.args[0], builder.add(Gate::input, {}, statement.args[0]), where);
+        define(statement.args[0], builder.add(Gate::input, {}, statement.args[0]), statement.place);
       else
-        ports_out.emplace_back(statement.args[0], number);
+        ports_out.emplace_back(statement.args[0], statement.place);
       continue;
     }
     if (statement.function == "DFF") {
-      if (inputs != 1) throw UserError(fmt::format("{}: found {} inputs of DFF, expected 1", where, inputs));
-      states.emplace_back(statement.result, number);
-      captures.emplace_back(statement.args[0], number);
+      if (inputs != 1) fail(statement.place, fmt::format("{} inputs of DFF", inputs), "1");
+      states.emplace_back(statement.result, statement.place);
+      captures.emplace_back(statement.args[0], statement.place);
       continue;
     }
     const auto known = gate_names().find(statement.function);
     if (known == gate_names().end())
-      throw UserError(fmt::format("{}: found gate \"{}\", expected AND NAND OR NOR XOR XNOR NOT BUF MUX DFF",
-                                  where, statement.function));
-    if (inputs < known->second.least || inputs > known->second.most)
-      throw UserError(fmt::format(
-          "{}: found {} inputs of {}, expected {}", where, inputs, statement.function,
-          known->second.least == known->second.most ? std::to_string(known->second.least) : "one or more"));
-    const Node node = builder.add(narrow(known->second.gate, inputs), {}, statement.result);
-    define(statement.result, node, where);
+      fail(statement.place, fmt::format("gate \"{}\"", shown(statement.function)),
+           "AND NAND OR NOR XOR XNOR NOT BUF MUX DFF");
+    const auto [gate, least, most] = known->second;
+    if (inputs < least || inputs > most)
+      fail(statement.place, fmt::format("{} inputs of {}", inputs, statement.function),
+           least == most ? std::to_string(least) : fmt::format("{} to {}", least, most));
+    const Node node = builder.add(narrow(gate, inputs), {}, statement.result);
+    define(statement.result, node, statement.place);
     gates.emplace_back(node, std::move(statement));
   }
-  for (const auto& [name, line] : states)
-    define(name, builder.add(Gate::input, {}, name), fmt::format("{}:{}", file, line));
-  const auto driver = [&](const std::string& name, std::size_t line) {
-    const auto found = nodes.find(name);
-    if (found == nodes.end())
-      throw UserError(fmt::format("{}:{}: found no driver of {}, expected one", file, line, name));
+  for (const auto& [line, place] : states) define(line, builder.add(Gate::input, {}, line), place);
+  if (ports_out.empty() && captures.empty())
+    throw UserError(fmt::format("{}: found no OUTPUT and no DFF, expected a .bench netlist with one", name));
+  const auto driver = [&](const std::string& line, Place place) {
+    const auto found = nodes.find(line);
+    if (found == nodes.end()) fail(place, "no driver of " + shown(line), "one");
     return found->second;
   };
   std::vector<std::size_t> uses(builder.size(), 0);
   for (auto& [node, statement] : gates) {
     std::vector<Node> fanin;
-    for (const std::string& arg : statement.args) fanin.push_back(driver(arg, statement.line));
+    for (const std::string& arg : statement.args) fanin.push_back(driver(arg, statement.place));
     for (const Node source : fanin) ++uses[source];
     builder.set_fanin(node, std::move(fanin));
   }
   for (const auto* list : {&ports_out, &captures}) {
-    for (const auto& [name, line] : *list) {
-      const Node source = driver(name, line);
+    for (const auto& [line, place] : *list) {
+      const Node source = driver(line, place);
       ++uses[source];
-      builder.add(Gate::output, {source}, name);
+      builder.add(Gate::output, {source}, line);
     }
   }
   const std::size_t lines = uses.size();
@@ -154,7 +165,7 @@ Circuit read_bench(const std::filesystem::path& path) {
     }
     if (node < lines) builder.add_site({builder.name(node), node, kStem, {false, false}});
   }
-  return builder.finish(file);
+  return builder.finish(name);
 }
 
 }  // namespace meltstage::dft

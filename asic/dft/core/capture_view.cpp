@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // From cells to gates: the function of each cell becomes one gate where there is one for it, else a few; pins
 // become fault sites.
+#include "asic/dft/core/capture_view.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <optional>
 #include <unordered_map>
 
-#include "asic/netlist/netlist.hpp"
 #include "base/error.hpp"
 
 namespace meltstage::dft {

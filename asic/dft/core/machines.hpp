@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "asic/dft/core/capture_view.hpp"
 #include "asic/dft/core/faults.hpp"
 #include "asic/dft/core/patterns.hpp"
-#include "asic/netlist/netlist.hpp"
 
 namespace meltstage::dft {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "asic/netlist/netlist.hpp"
+#include "asic/dft/core/capture_view.hpp"
 
 namespace meltstage::dft {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "asic/dft/core/capture_view.hpp"
 #include "asic/dft/core/faults.hpp"
-#include "asic/netlist/netlist.hpp"
 
 namespace meltstage::dft {
 

@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
+#include "asic/dft/core/capture_view.hpp"
 #include "asic/dft/core/cycles.hpp"
 #include "asic/dft/core/faults.hpp"
-#include "asic/netlist/netlist.hpp"
 
 namespace meltstage::dft {
 

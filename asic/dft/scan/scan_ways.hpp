@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "asic/netlist/netlist.hpp"
+#include "asic/dft/core/capture_view.hpp"
 
 namespace meltstage::dft {
 

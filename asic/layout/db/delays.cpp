@@ -5,178 +5,63 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <cstdlib>
+#include <functional>
 
-#include "asic/layout/db/tokens.hpp"
+#include "asic/netlist/liberty_syntax.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
 
 namespace meltstage::layout {
 
 namespace {
 
-/// `name (arguments) { ... }`, `name (arguments);` or `name : value;`.
-struct Statement {
-  std::string name;
-  std::string value;  ///< of an attribute; arguments of the others
-  std::vector<Statement> inner;
+using liberty::Group;
 
-  const Statement* find(std::string_view key) const {
-    for (const Statement& s : inner) {
-      if (s.name == key) return &s;
-    }
-    return nullptr;
-  }
-  std::string text(std::string_view key) const {
-    const Statement* s = find(key);
-    return s == nullptr ? "" : s->value;
-  }
-  double number(std::string_view key) const { return std::strtod(text(key).c_str(), nullptr); }
-};
-
-class LibertyReader {
- public:
-  LibertyReader(std::string_view text, const std::string& name) : text_(text), name_(name) {}
-
-  Statement read() {
-    Statement top = statement();
-    if (top.name != "library") fail("library (NAME) { ... }");
-    return top;
-  }
-
- private:
-  [[noreturn]] void fail(std::string_view expected) const {
-    const auto line =
-        1 + std::count(text_.begin(),
-                       text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size())), '\n');
-    throw UserError(fmt::format("{}:{}: found {}, expected {}", name_, line,
-                                at_ < text_.size() ? fmt::format("\"{}\"", text_[at_]) : "the file's end",
-                                expected));
-  }
-  char peek() {
-    while (at_ < text_.size()) {
-      if (std::isspace(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '\\') {
-        ++at_;
-      } else if (text_.substr(at_, 2) == "/*") {
-        at_ = std::min(text_.size(), text_.find("*/", at_ + 2));
-        if (at_ == text_.size()) fail("*/");
-        at_ += 2;
-      } else if (text_.substr(at_, 2) == "//") {
-        while (at_ < text_.size() && text_[at_] != '\n') ++at_;
-      } else {
-        return text_[at_];
-      }
-    }
-    return '\0';
-  }
-  bool take(char c) {
-    if (peek() != c) return false;
-    ++at_;
-    return true;
-  }
-
-  std::string word() {
-    peek();
-    const std::size_t begin = at_;
-    while (at_ < text_.size() &&
-           (std::isalnum(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '_'))
-      ++at_;
-    if (at_ == begin) fail("a name");
-    return std::string(text_.substr(begin, at_ - begin));
-  }
-
-  /// Up to one of the stops, quotes and line ends of quoted lists taken out.
-  std::string value(std::string_view stops) {
-    std::string found;
-    bool is_quoted = false;
-    peek();
-    while (at_ < text_.size() && (is_quoted || stops.find(text_[at_]) == std::string_view::npos)) {
-      const char c = text_[at_++];
-      if (c == '"')
-        is_quoted = !is_quoted;
-      else if (c != '\\')
-        found += c;
-    }
-    if (at_ == text_.size()) fail(fmt::format("one of {}", stops));
-    while (!found.empty() && std::isspace(static_cast<unsigned char>(found.back())) != 0) found.pop_back();
-    return found;
-  }
-
-  Statement statement() {
-    Statement s{word(), "", {}};
-    if (take(':')) {
-      s.value = value(";}\n");
-      take(';');
-      return s;
-    }
-    if (!take('(')) fail("\":\" or \"(\"");
-    s.value = value(")");
-    ++at_;
-    if (take('{')) {
-      while (!take('}')) s.inner.push_back(statement());
-    }
-    take(';');
-    return s;
-  }
-
-  std::string_view text_;
-  const std::string& name_;
-  std::size_t at_ = 0;
-};
-
-std::vector<double> numbers(const std::string& list) {
-  std::vector<double> values;
-  const char* at = list.c_str();
-  while (*at != '\0') {
-    char* end = nullptr;
-    const double value = std::strtod(at, &end);
-    if (end == at)
-      ++at;
-    else
-      values.push_back(value), at = end;
-  }
-  return values;
-}
-
-DelayTable table_of(const Statement& library, const Statement& table) {
-  const Statement* shape = nullptr;
-  for (const Statement& s : library.inner) {
-    if (s.name == "lu_table_template" && s.value == table.value) shape = &s;
+DelayTable table_of(const Group& library, const Group& table, const std::string& file) {
+  const Group* shape = nullptr;
+  for (const Group& group : library.groups) {
+    if (group.name == "lu_table_template" && group.label() == table.label()) shape = &group;
   }
   const auto index = [&](const char* key) {
-    const std::string own = table.text(key);
-    return numbers(own.empty() && shape != nullptr ? shape->text(key) : own);
+    const Group& said = table.find(key) == nullptr && shape != nullptr ? *shape : table;
+    return said.numbers(key, file);
   };
-  DelayTable result{index("index_1"), index("index_2"), numbers(table.text("values"))};
+  DelayTable result{index("index_1"), index("index_2"), table.numbers("values", file)};
+  const auto is_rising = [](const std::vector<double>& axis) {
+    return std::adjacent_find(axis.begin(), axis.end(), std::greater_equal<>()) == axis.end();
+  };
+  if (!is_rising(result.slews_ns) || !is_rising(result.loads_pf))
+    throw UserError(
+        defect_at(file, table.place, "an index that doesn't rise", "index_1 and index_2 that rise"));
   const bool is_by_load_first =
       shape != nullptr && shape->text("variable_1") == "total_output_net_capacitance";
-  if (is_by_load_first) {
-    DelayTable turned{result.loads_pf, result.slews_ns, {}};
-    for (std::size_t s = 0; s < turned.slews_ns.size(); ++s) {
-      for (std::size_t l = 0; l < turned.loads_pf.size(); ++l)
-        turned.values_ns.push_back(result.values_ns.at(l * turned.slews_ns.size() + s));
-    }
-    return turned;
+  if (!is_by_load_first) return result;
+  DelayTable turned{result.loads_pf, result.slews_ns, {}};
+  if (result.values_ns.size() != turned.slews_ns.size() * turned.loads_pf.size()) return turned;
+  for (std::size_t s = 0; s < turned.slews_ns.size(); ++s) {
+    for (std::size_t l = 0; l < turned.loads_pf.size(); ++l)
+      turned.values_ns.push_back(result.values_ns[l * turned.slews_ns.size() + s]);
   }
-  return result;
+  return turned;
 }
 
-DelayPin pin_of(const Statement& library, const Statement& pin) {
+DelayPin pin_of(const Group& library, const Group& pin, const std::string& file) {
   DelayPin result;
-  result.capacitance_pf = pin.number("capacitance");
-  result.max_capacitance_pf = pin.number("max_capacitance");
+  result.capacitance_pf = pin.number("capacitance", file);
+  result.max_capacitance_pf = pin.number("max_capacitance", file);
   result.is_clock = pin.text("clock") == "true";
-  for (const Statement& timing : pin.inner) {
+  for (const Group& timing : pin.groups) {
     // an arc of one edge alone is that of an asynchronous set or reset
-    const std::array<const Statement*, 4> tables{timing.find("cell_rise"), timing.find("rise_transition"),
-                                                 timing.find("cell_fall"), timing.find("fall_transition")};
+    const std::array<const Group*, 4> tables{
+        timing.find_group("cell_rise"), timing.find_group("rise_transition"), timing.find_group("cell_fall"),
+        timing.find_group("fall_transition")};
     if (timing.name != "timing" || std::count(tables.begin(), tables.end(), nullptr) > 0) continue;
     const std::string sense = timing.text("timing_sense");
     const DelayArc arc{timing.text("related_pin"),
-                       table_of(library, *tables[0]),
-                       table_of(library, *tables[1]),
-                       table_of(library, *tables[2]),
-                       table_of(library, *tables[3]),
+                       table_of(library, *tables[0], file),
+                       table_of(library, *tables[1], file),
+                       table_of(library, *tables[2], file),
+                       table_of(library, *tables[3], file),
                        sense == "positive_unate"   ? Unateness::positive
                        : sense == "negative_unate" ? Unateness::negative
                                                    : Unateness::none};
@@ -211,15 +96,16 @@ double DelayTable::at(double slew_ns, double load_pf) const {
 }
 
 Delays parse_delays(std::string_view text, const std::string& name) {
-  const Statement library = LibertyReader(text, name).read();
+  const Group library = liberty::parse(text, name);
   Delays delays;
-  for (const Statement& cell : library.inner) {
+  for (const Group& cell : library.groups) {
     if (cell.name != "cell") continue;
-    DelayCell& result = delays[cell.value];
-    result.is_flop = cell.find("ff") != nullptr;
+    DelayCell& result = delays[cell.label()];
+    result.is_flop = cell.find_group("ff") != nullptr;
     result.is_clock_gate = cell.find("clock_gating_integrated_cell") != nullptr;
-    for (const Statement& pin : cell.inner) {
-      if (pin.name == "pin") result.pins[pin.value] = pin_of(library, pin);
+    for (const Group& pin : cell.groups) {
+      if (pin.name != "pin") continue;
+      for (const std::string& pin_name : pin.arguments) result.pins[pin_name] = pin_of(library, pin, name);
     }
   }
   if (delays.empty()) throw UserError(fmt::format("{}: found no cell, expected a Liberty library", name));
@@ -227,7 +113,7 @@ Delays parse_delays(std::string_view text, const std::string& name) {
 }
 
 Delays read_delays(const std::filesystem::path& path) {
-  return parse_delays(read_text(path, "a Liberty file"), path.string());
+  return parse_delays(read_file(path, "a Liberty file"), path.string());
 }
 
 }  // namespace meltstage::layout

@@ -8,8 +8,9 @@
 #include <random>
 #include <string>
 
+#include "asic/dft/core/bench_file.hpp"
+#include "asic/dft/core/capture_view.hpp"
 #include "asic/dft/core/patterns.hpp"
-#include "asic/netlist/netlist.hpp"
 
 namespace meltstage::dft {
 

@@ -65,7 +65,7 @@ TEST_F(Trees, ReadsDebiansDelays) {
     parse_delays("library (a) { cell (b) { area 3; } }", "a.lib");
     FAIL();
   } catch (const UserError& error) {
-    EXPECT_STREQ(error.what(), "a.lib:1: found \"3\", expected \":\" or \"(\"");
+    EXPECT_STREQ(error.what(), "a.lib:1:31: found \"3\", expected \":\" or \"(\"");
   }
 }
 

@@ -73,7 +73,7 @@ TEST(Liberty, CommentsContinuationsAndUnknownGroupsArePassedOver) {
 
 TEST(Liberty, DefectsNameFileAndLine) {
   EXPECT_THAT([] { parse_liberty("library (x) {\n cell (A) {\n", "x.lib"); },
-              ThrowsMessage<UserError>(HasSubstr("x.lib:2: found group cell left open")));
+              ThrowsMessage<UserError>(HasSubstr("x.lib:2:2: found group cell left open")));
   EXPECT_THAT([] { parse_liberty("library (x) { }", "x.lib"); },
               ThrowsMessage<UserError>(HasSubstr("x.lib: found no cell")));
   EXPECT_THAT(
@@ -82,6 +82,31 @@ TEST(Liberty, DefectsNameFileAndLine) {
                       "x.lib");
       },
       ThrowsMessage<UserError>(HasSubstr("cell A: function")));
+}
+
+TEST(Liberty, NestingHasALimit) {
+  std::string groups = "library (x) {\n", close = "}";
+  for (int i = 0; i < 30000; ++i) groups += "a () {", close += "}";
+  EXPECT_THAT(
+      [&] { parse_liberty(groups + close, "deep.lib"); },
+      ThrowsMessage<UserError>(HasSubstr("deep.lib:2:187: found groups 33 deep, expected at most 32")));
+  const std::string limit = "expected at most 100 parentheses and inversions in each other";
+  for (const char* deeper : {"(", "!"})
+    EXPECT_THAT(
+        [&] { parse_expression(std::string(101, deeper[0]) + "a"); },
+        ThrowsMessage<UserError>(HasSubstr("column 101: found \"" + std::string(deeper) + "\", " + limit)));
+  EXPECT_THAT([&] { parse_expression("a" + std::string(30000, '\'')); },
+              ThrowsMessage<UserError>(HasSubstr(limit)));
+  EXPECT_EQ(parse_expression("(((a)))"), parse_expression("a"));
+}
+
+TEST(Liberty, NumbersAreFinite) {
+  for (const char* number : {"inf", "nan", "1e999", "-1e31", "0x1p3", "two", "1.0pf"})
+    EXPECT_THAT(
+        [&] {
+          parse_liberty(std::string("library (x) { cell (A) {\n  area : ") + number + "; } }", "x.lib");
+        },
+        ThrowsMessage<UserError>(HasSubstr("x.lib:2:3: found area \"" + std::string(number) + "\"")));
 }
 
 }  // namespace

@@ -71,7 +71,32 @@ TEST(Netlist, WrongNetlistsAreNamed) {
       },
       ThrowsMessage<UserError>(HasSubstr("combinational loop")));
   EXPECT_THAT([] { view_of("{}"); }, ThrowsMessage<UserError>(HasSubstr("found no \"modules\"")));
-  EXPECT_THAT([] { view_of("nothing"); }, ThrowsMessage<UserError>(HasSubstr("is not JSON")));
+  EXPECT_THAT([] { view_of("nothing"); }, ThrowsMessage<UserError>(HasSubstr("n.json:1:2: found no JSON")));
+}
+
+TEST(Netlist, WrongStructureNamesThePlace) {
+  const auto refuses = [](const std::string& text, const std::string& message) {
+    EXPECT_THAT([&] { parse_yosys_json(text, "n.json"); }, ThrowsMessage<UserError>(HasSubstr(message)))
+        << text;
+  };
+  refuses("", "n.json:1:1: found no JSON");
+  refuses(json(R"("a": {"direction": "inout", "bits": [2]})", ""), "port a: inout, expected input or output");
+  refuses(json(R"("a": {"bits": [2]})", ""), "port a: found no direction");
+  refuses(json(R"("a": {"direction": "input", "bits": []})", ""), "port a: found no bit");
+  refuses(json(kPorts, "\n" + cell("g", "INV", R"("A": [2, 3])")),
+          "n.json:2:48: found cell g/A: several bits");
+  refuses(json(kPorts, cell("g", "INV", "") + "," + cell("g", "INV", "")), "found cell g again");
+  refuses(json(kPorts, "\"g\": {}"), "cell g: found no type");
+  for (const char* bit :
+       {"1", "-2", "2.5", "1e9", "100000001", "99999999999999999999", "\"2\"", "[2]", "{}", "null"})
+    refuses(json("\n\"a\": {\"direction\": \"input\", \"bits\": [" + std::string(bit) + "]}", ""),
+            "n.json:2:");
+  refuses(R"({"modules": {"m": {"attributes": {"blackbox": "1"}}}})", "found black boxes alone");
+  refuses(R"({"modules": )" + std::string(100000, '['),
+          "found objects and lists 65 deep, expected at most 64");
+  std::string deep;
+  for (int i = 0; i < 100000; ++i) deep += "{\"a\":";
+  refuses(deep, "found objects and lists 65 deep");
 }
 
 // A full adder in NANDs; lines and classes counted by hand: 9 gates, 3 inputs, stems of 1, 2 and 3 branches.
@@ -108,16 +133,26 @@ TEST(Bench, FlopsAreInputsAndOutputs) {
 
 TEST(Bench, DefectsNameFileAndLine) {
   EXPECT_THAT([] { bench_circuit("INPUT(a)\ny = NAN(a)\n"); },
-              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2: found gate \"NAN\"")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2:1: found gate \"NAN\"")));
   EXPECT_THAT([] { bench_circuit("INPUT(a)\nOUTPUT(y)\n"); },
-              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2: found no driver of y")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2:1: found no driver of y")));
   EXPECT_THAT([] { bench_circuit("INPUT(a)\nINPUT(a)\n"); },
-              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2: found a second driver of a")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2:1: found a second driver of a")));
   EXPECT_THAT([] { bench_circuit("INPUT(a)\ny = NOT(a, a)\n"); },
-              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2: found 2 inputs of NOT")));
-  EXPECT_THAT([] { bench_circuit("y = AND(y, y)\n"); }, ThrowsMessage<UserError>(HasSubstr("loop")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2:1: found 2 inputs of NOT")));
+  EXPECT_THAT([] { bench_circuit("OUTPUT(y)\ny = AND(y, y)\n"); },
+              ThrowsMessage<UserError>(HasSubstr("loop")));
+  EXPECT_THAT([] { bench_circuit(""); },
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench: found no OUTPUT")));
+  EXPECT_THAT([] { bench_circuit("INPUT(a)\n"); }, ThrowsMessage<UserError>(HasSubstr("found no OUTPUT")));
+  EXPECT_THAT([] { bench_circuit("INPUT()\n"); },
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:1:1: found")));
+  EXPECT_THAT([] { bench_circuit("INPUT(a)\n  \x1b[31m = NAN(a)\n"); },
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:2:3: found gate \"NAN\"")));
+  EXPECT_THAT([] { bench_circuit("\x1b[31m\n"); },
+              ThrowsMessage<UserError>(HasSubstr("found \"\\x1B[31m\"")));
   EXPECT_THAT([] { bench_circuit("rubbish\n"); },
-              ThrowsMessage<UserError>(HasSubstr("circuit.bench:1: found \"rubbish\"")));
+              ThrowsMessage<UserError>(HasSubstr("circuit.bench:1:1: found \"rubbish\"")));
 }
 
 }  // namespace

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/netlist/yosys_json.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/place.hpp"
+
+namespace meltstage::yosys {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kWanted = "a netlist of Yosys' write_json";
+constexpr std::size_t kMostNested = 64;  // objects and arrays
+
+// Walks over the text for the JSON parser and tells how far it has come.
+class Cursor {
+ public:
+  using iterator_category = std::forward_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  Cursor() = default;
+  Cursor(const char* at, const char** reached) : at_(at), reached_(reached) {}
+  reference operator*() const { return *at_; }
+  Cursor& operator++() {
+    *reached_ = ++at_;
+    return *this;
+  }
+  Cursor operator++(int) {
+    const Cursor before = *this;
+    ++*this;
+    return before;
+  }
+  friend bool operator==(const Cursor& a, const Cursor& b) { return a.at_ == b.at_; }
+  friend bool operator!=(const Cursor& a, const Cursor& b) { return a.at_ != b.at_; }
+
+ private:
+  const char* at_ = nullptr;
+  const char** reached_ = nullptr;
+};
+
+struct Draft {
+  Module module;
+  bool is_black_box = false;
+  bool is_top = false;
+};
+
+// Takes the parser's events. path_ holds the keys from the root to where it stands: modules, MODULE, ports,
+// PORT, bits.
+class Reader : public nlohmann::json_sax<json> {
+ public:
+  Reader(std::string_view text, const std::string& file) : text_(text), file_(file), reached_(text.data()) {}
+
+  Module read() {
+    json::sax_parse(Cursor(text_.data(), &reached_), Cursor(text_.data() + text_.size(), &reached_), this);
+    if (!has_modules_) fail("no \"modules\"", kWanted);
+    const Draft* found = nullptr;
+    for (const auto& [name, draft] : drafts_) {
+      if (draft.is_black_box || (found != nullptr && !draft.is_top)) continue;
+      found = &draft;
+      if (draft.is_top) break;
+    }
+    if (found == nullptr) fail("black boxes alone", "a design");
+    check(*found);
+    return found->module;
+  }
+
+  bool null() override { return other("null"); }
+  bool boolean(bool value) override { return other(value ? "true" : "false"); }
+  bool number_integer(number_integer_t value) override { return number(value); }
+  bool number_unsigned(number_unsigned_t value) override {
+    return number(value > std::numeric_limits<std::int64_t>::max() ? std::numeric_limits<std::int64_t>::max()
+                                                                   : static_cast<std::int64_t>(value));
+  }
+  bool number_float(number_float_t, const string_t& text) override { return other(text); }
+  bool string(string_t& text) override {
+    if (is_bits()) {
+      take(text == "0"                  ? kZero
+           : text == "1"                ? kOne
+           : text == "x" || text == "z" ? kUnknown
+                                        : wrong(fmt::format("bit \"{}\"", shown(text))));
+    } else if (is_in("ports", 5) && path_.back() == "direction") {
+      port().is_input = text == "input";
+      directed_.emplace(path_[1], path_[3]);
+      if (text != "input" && text != "output")
+        odd_ports_.try_emplace(
+            {path_[1], path_[3]},
+            defect_at(file_, place(), fmt::format("port {}: {}", shown(path_[3]), shown(text)),
+                      "input or output; split it"));
+    } else if (is_in("cells", 5) && path_.back() == "type") {
+      cell().type = text;
+    }
+    return true;
+  }
+  bool binary(binary_t&) override { return other("binary data"); }
+
+  bool start_object(std::size_t) override {
+    if (is_bits()) wrong("an object");
+    deeper();
+    const std::size_t keys = path_.size();
+    if (keys == 1 && path_[0] == "modules") has_modules_ = true;
+    if (keys == 2 && path_[0] == "modules") {
+      if (!drafts_.emplace(path_[1], Draft{}).second) again("module", path_[1]);
+      draft().module.name = path_[1];
+    }
+    if (is_in("ports", 4) && !draft().module.ports.try_emplace(path_[3]).second) again("port", path_[3]);
+    if (is_in("cells", 4) && !draft().module.cells.try_emplace(path_[3]).second) again("cell", path_[3]);
+    if (is_in("netnames", 4) && !draft().module.net_names.try_emplace(path_[3]).second)
+      again("net name", path_[3]);
+    path_.emplace_back();
+    return true;
+  }
+  bool key(string_t& text) override {
+    path_.back() = text;
+    if (is_in("attributes", 4) && text == "blackbox") draft().is_black_box = true;
+    if (is_in("attributes", 4) && text == "top") draft().is_top = true;
+    return true;
+  }
+  bool end_object() override {
+    path_.pop_back();
+    --depth_;
+    return true;
+  }
+  bool start_array(std::size_t) override {
+    if (is_bits()) wrong("a list");
+    deeper();
+    if (bits_depth_ == 0 && is_bits_key()) {
+      bits_depth_ = depth_;
+      pin_bits_ = 0;
+    }
+    return true;
+  }
+  bool end_array() override {
+    if (bits_depth_ == depth_) bits_depth_ = 0;
+    --depth_;
+    return true;
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& error) override {
+    const std::string text = error.what();
+    const std::size_t detail = text.find(": ", text.find("column"));
+    fail(fmt::format("no JSON ({})", shown(detail == std::string::npos ? text : text.substr(detail + 2))),
+         kWanted);
+  }
+
+ private:
+  std::size_t text_offset() const {
+    const auto behind = static_cast<std::size_t>(reached_ - text_.data());
+    return behind == 0 ? 0 : behind - 1;
+  }
+  Place place() const { return place_of(text_, text_offset()); }
+  [[noreturn]] void fail(const std::string& found, const std::string& expected) const {
+    throw UserError(defect_at(file_, place(), found, expected));
+  }
+  [[noreturn]] void again(const char* what, const std::string& name) const {
+    fail(fmt::format("{} {} again", what, shown(name)), "each name once");
+  }
+  [[noreturn]] Bit wrong(const std::string& found) const {
+    fail(found, fmt::format("a net from 2 to {}, \"0\", \"1\" or \"x\"", kMostNets));
+  }
+  void deeper() {
+    if (++depth_ > kMostNested)
+      fail(fmt::format("objects and lists {} deep", depth_), fmt::format("at most {}", kMostNested));
+  }
+
+  bool is_in(std::string_view section, std::size_t keys) const {
+    return path_.size() == keys && path_[0] == "modules" && path_[2] == section;
+  }
+  bool is_bits_key() const {
+    return (path_.size() == 5 && path_.back() == "bits" && (is_in("ports", 5) || is_in("netnames", 5))) ||
+           (path_.size() == 6 && is_in("cells", 6) && path_[4] == "connections");
+  }
+  bool is_bits() const { return bits_depth_ != 0 && bits_depth_ == depth_; }
+  Draft& draft() { return drafts_.at(path_[1]); }
+  Port& port() { return draft().module.ports.at(path_[3]); }
+  Cell& cell() { return draft().module.cells.at(path_[3]); }
+  NetName& net_name() { return draft().module.net_names.at(path_[3]); }
+
+  bool number(std::int64_t value) {
+    if (is_bits()) {
+      if (value < 2 || value > kMostNets) wrong(fmt::format("net {}", value));
+      take(static_cast<Bit>(value));
+    } else if (path_.size() == 5 && path_.back() == "offset" && (is_in("ports", 5) || is_in("netnames", 5))) {
+      constexpr std::int64_t kMostOffset = 1'000'000'000;
+      if (value < -kMostOffset || value > kMostOffset)
+        fail(fmt::format("offset {}", value), fmt::format("one of at most {}", kMostOffset));
+      (is_in("ports", 5) ? static_cast<Wire&>(port()) : net_name()).offset = static_cast<int>(value);
+    } else if (is_in("netnames", 5) && path_.back() == "hide_name") {
+      net_name().is_hidden = value != 0;
+    }
+    return true;
+  }
+  bool other(const std::string& text) {
+    if (is_bits()) wrong(fmt::format("bit {}", text));
+    return true;
+  }
+  void take(Bit bit) {
+    if (is_in("ports", 5)) {
+      port().bits.push_back(bit);
+    } else if (is_in("netnames", 5)) {
+      net_name().bits.push_back(bit);
+    } else {
+      if (++pin_bits_ == 2)
+        wide_pins_.try_emplace(
+            path_[1],
+            defect_at(
+                file_, place(), fmt::format("cell {}/{}: several bits", shown(path_[3]), shown(path_[5])),
+                "a mapped netlist with one bit a pin; map it to the library (abc -liberty, dfflibmap)"));
+      cell().pins[path_[5]] = bit;
+    }
+  }
+  // Black boxes may have what the design itself may not.
+  void check(const Draft& draft) const {
+    for (const auto& [where, message] : odd_ports_) {
+      if (where.first == draft.module.name) throw UserError(message);
+    }
+    for (const auto& [name, port] : draft.module.ports) {
+      if (port.bits.empty() || directed_.count({draft.module.name, name}) == 0)
+        throw UserError(fmt::format("{}: port {}: found no {}, expected one", file_, shown(name),
+                                    port.bits.empty() ? "bit" : "direction"));
+    }
+    const auto wide = wide_pins_.find(draft.module.name);
+    if (wide != wide_pins_.end()) throw UserError(wide->second);
+    for (const auto& [name, cell] : draft.module.cells) {
+      if (cell.type.empty())
+        throw UserError(
+            fmt::format("{}: cell {}: found no type, expected one of the library", file_, shown(name)));
+    }
+  }
+
+  std::string_view text_;
+  const std::string& file_;
+  const char* reached_;
+  std::vector<std::string> path_;
+  std::size_t depth_ = 0;
+  std::size_t bits_depth_ = 0;  // of the list of bits that is read; 0: none
+  std::size_t pin_bits_ = 0;
+  bool has_modules_ = false;
+  std::map<std::string, Draft> drafts_;
+  std::set<std::pair<std::string, std::string>> directed_;                // module and port
+  std::map<std::pair<std::string, std::string>, std::string> odd_ports_;  // likewise
+  std::map<std::string, std::string> wide_pins_;                          // the first of a module
+};
+
+}  // namespace
+
+Module parse_top_module(std::string_view text, const std::string& file) { return Reader(text, file).read(); }
+
+Module read_top_module(const std::filesystem::path& path) {
+  return parse_top_module(read_file(path, kWanted), path.string());
+}
+
+std::string quoted(const std::string& name) { return json(name).dump(); }
+
+}  // namespace meltstage::yosys
