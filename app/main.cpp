@@ -5,12 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
-#include "app/build_stamp.hpp"
+#include "base/build_stamp.hpp"
 #include "app/commands/chip_command.hpp"
 #include "app/commands/conformal_command.hpp"
-#include "app/commands/motion_command.hpp"
+#include "app/commands/motion_files.hpp"
 #include "app/commands/vectors_command.hpp"
-#include "app/commands/windows.hpp"
+#include "app/windows/windows.hpp"
 #include "app/print/job_file.hpp"
 #include "app/print/print.hpp"
 #include "asic/dft/files/pattern_files.hpp"

@@ -11,7 +11,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "app/commands/windows.hpp"
+#include "app/windows/windows.hpp"
 #include "bench/bench.hpp"
 #include "tb/pins/chip_pins.hpp"
 #include "tb/pins/head.hpp"

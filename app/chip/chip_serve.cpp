@@ -17,7 +17,7 @@
 
 #include "app/chip/chip_wire.hpp"
 #include "app/chip/pseudo_terminal.hpp"
-#include "app/chip/terminal.hpp"
+#include "app/terminal.hpp"
 #include "app/print/job_file.hpp"
 #include "base/error.hpp"
 #include "cmodel/advance.hpp"

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "app/chip/terminal.hpp"
+#include "app/terminal.hpp"
 
 namespace meltstage::app {
 

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "app/chip/chip_chart.hpp"
-#include "app/chip/terminal.hpp"
+#include "app/terminal.hpp"
 #include "base/error.hpp"
 
 // Its macros would rename members of the headers above.

@@ -16,7 +16,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/build_stamp.hpp"
+#include "base/build_stamp.hpp"
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/atpg/generate.hpp"
 #include "asic/dft/atpg/iddq.hpp"

@@ -12,8 +12,8 @@
 #include <limits>
 #include <sstream>
 
-#include "app/build_stamp.hpp"
-#include "app/chip/terminal.hpp"
+#include "base/build_stamp.hpp"
+#include "app/terminal.hpp"
 #include "app/print/job_file.hpp"
 #include "app/print/report/report.hpp"
 #include "base/error.hpp"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "app/commands/windows.hpp"
+#include "app/windows/windows.hpp"
 #include "tb/printer/printer.hpp"
 
 namespace meltstage::app {

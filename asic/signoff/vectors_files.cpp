@@ -5,7 +5,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "app/build_stamp.hpp"
+#include "base/build_stamp.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/stil.hpp"
 #include "base/error.hpp"

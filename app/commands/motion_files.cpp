@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/commands/motion_command.hpp"
+#include "app/commands/motion_files.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/build_stamp.hpp"
+#include "base/build_stamp.hpp"
 
-namespace meltstage::app {
+namespace meltstage {
 
 std::string version() {
   const std::string stamp = MELTSTAGE_STAMP;
@@ -11,4 +11,4 @@ std::string rtl_sha256() { return MELTSTAGE_RTL_SHA256; }
 std::string verilator_version() { return MELTSTAGE_VERILATOR; }
 std::string compiler_version() { return "g++ " __VERSION__; }
 
-}  // namespace meltstage::app
+}  // namespace meltstage

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/chip/terminal.hpp"
+#include "app/terminal.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

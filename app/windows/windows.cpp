@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/commands/windows.hpp"
+#include "app/windows/windows.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 #include <thread>
 
-#include "app/chip/terminal.hpp"
+#include "app/terminal.hpp"
 #include "recording/text.hpp"
 #include "tb/windows/window_runners.hpp"
 
