@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/commands/conformal_command.hpp"
-
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <optional>
 
 #include "app/print/job_file.hpp"
+#include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "motion/surface/conformal.hpp"
@@ -226,7 +228,7 @@ CLI::Option* add_vector(CLI::App* command, const char* name, std::vector<double>
 
 }  // namespace
 
-std::function<int()> add_conformal_command(CLI::App& cli) {
+Action add_conformal_command(CLI::App& cli, const std::string&) {
   const auto s = std::make_shared<Settings>();
   CLI::App* command =
       cli.add_subcommand("conformal", "Print on a measured surface (docs/motion/conformal.md)");

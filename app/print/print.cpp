@@ -12,10 +12,11 @@
 #include <limits>
 #include <sstream>
 
-#include "base/build_stamp.hpp"
-#include "app/terminal.hpp"
+#include "app/command_line.hpp"
 #include "app/print/job_file.hpp"
 #include "app/print/report/report.hpp"
+#include "app/terminal.hpp"
+#include "base/build_stamp.hpp"
 #include "base/error.hpp"
 #include "recording/text.hpp"
 #include "recording/vcd.hpp"
@@ -144,12 +145,13 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
 
 // The board of the job, brought to where the print expects it; nothing if the job has no [alignment].
 // Throws UserError if that can't be.
-std::optional<tb::AlignedBoard> align_board(const LoadedJob& loaded, const std::filesystem::path& job) {
+std::optional<tb::AlignedBoard> align_board(const LoadedJob& loaded, const PrintOptions& options) {
   if (!loaded.alignment) return std::nullopt;
+  if (options.align == nullptr) continue_as("meltstage-aligned");
   try {
-    return tb::align_board(*loaded.alignment);
+    return options.align(*loaded.alignment);
   } catch (const motion::MotionError& error) {
-    throw UserError(fmt::format("{}: [alignment]: {}", job.string(), error.what()));
+    throw UserError(fmt::format("{}: [alignment]: {}", options.job.string(), error.what()));
   }
 }
 
@@ -274,7 +276,7 @@ int print_job(const PrintOptions& options) {
   loaded.job.identity = {loaded.job.name, loaded.job.head.seed, options.command};
   loaded.job.failures = options.out.string() + ".failures";
 
-  const std::optional<tb::AlignedBoard> board = align_board(loaded, options.job);
+  const std::optional<tb::AlignedBoard> board = align_board(loaded, options);
   if (board) {
     const auto& looks = board->result.looks;
     const auto aligned =

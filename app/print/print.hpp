@@ -6,9 +6,14 @@
 #include <optional>
 
 #include "app/windows/windows.hpp"
+#include "tb/printer/board_alignment.hpp"
 #include "tb/printer/printer.hpp"
 
 namespace meltstage::app {
+
+/// Brings a board to where the print expects it; tb::align_board, or null in a program without the camera's
+/// libraries.
+using BoardAligner = tb::AlignedBoard (*)(const tb::BoardAlignment&);
 
 struct PrintOptions {
   std::filesystem::path job;
@@ -16,6 +21,7 @@ struct PrintOptions {
   std::optional<tb::RtlWindows> rtl;  // instead of the job's
   bool vcd = false;                   // the waves of all pins as job.vcd too
   std::string command;                // as typed, for reports
+  BoardAligner align = nullptr;       // for a job with [alignment]
   // With the full job in RTL:
   std::string for_full_rtl;  // an option given that means nothing without; empty: none
   std::filesystem::path

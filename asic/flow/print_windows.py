@@ -4,7 +4,7 @@
 
 Prints the job, takes so many seconds from the middle of its heat-up and of its printing, and writes FOLDER/heat-up.rec and FOLDER/print.rec:
 the model's flops at the first clock, as bits to be shifted into the scan chains; the pins of each clock; the flops after the last clock, as
-bits that come out of the chains. FLOPS.json is the chip's flops under the RTL's names (synth.tcl), SCAN.json the chains (`meltstage vectors scan`).
+bits that come out of the chains. FLOPS.json is the chip's flops under the RTL's names (synth.tcl), SCAN.json the chains (`meltstage dft scan`).
 """
 import itertools
 import json

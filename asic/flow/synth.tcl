@@ -58,7 +58,7 @@ yosys techmap -map buffer.v t:$buffer o:* %ci1 %d
 yosys opt_clean -purge
 if {[info exists ::env(SCANNER)] && $::env(SCANNER) ne ""} {
   yosys write_json unscanned.json
-  exec $::env(SCANNER) vectors scan unscanned.json --liberty $::env(LIBERTY) --out scan
+  exec $::env(SCANNER) dft scan unscanned.json --liberty $::env(LIBERTY) --out scan
   yosys design -reset
   yosys read_liberty -lib -ignore_miss_func -setattr blackbox $::env(LIBERTY)
   yosys read_json scan/netlist.json

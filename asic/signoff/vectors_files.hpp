@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `meltstage vectors` reads and writes beside the patterns: hashes, manifests, the functional set's
+// What `meltstage dft` reads and writes beside the patterns: hashes, manifests, the functional set's
 // folder.
 #pragma once
 

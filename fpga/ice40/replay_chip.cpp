@@ -64,9 +64,8 @@ const Output kOutputs[] = {
 std::uint32_t pin_named(const Header& header, const std::string& name) {
   for (std::uint32_t pin = 0; pin < header.pins.size(); ++pin)
     if (header.pins[pin].name == name) return pin;
-  throw std::runtime_error(
-      "the recording has no pin " + name +
-      ", expected the chip's pins, as `meltstage vectors functional --board` records them");
+  throw std::runtime_error("the recording has no pin " + name +
+                           ", expected the chip's pins, as `meltstage dft functional --board` records them");
 }
 
 int replay(const char* path) {

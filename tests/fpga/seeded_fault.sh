@@ -17,7 +17,7 @@ flipped_lut_bit)
   { make -s -C "$fpga" BOARD=hx8k TOP=tc_sysctrl REPLAY_CLOCKS=20000 out="$work" "$work/replay.txt" 2>&1 || true; } | tee log
   grep -qE "[1-9][0-9]* mismatches" log
   # the recorded vectors find it too; and are refused where they name another pin
-  replay() { "$meltstage" vectors replay "$1" --on fpga --readback bitstream.v --cycles 20000 >log 2>&1 && status=0 || status=$?; cat log; }
+  replay() { "$meltstage" dft replay "$1" --on fpga --readback bitstream.v --cycles 20000 >log 2>&1 && status=0 || status=$?; cat log; }
   replay harness.evcd
   [ "$status" = 1 ]
   grep -qE "20000 cycles, 20000 strobes, [1-9][0-9]* mismatches" log

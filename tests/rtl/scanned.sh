@@ -6,7 +6,7 @@ set -euo pipefail
 meltstage=$1 folder=$2 flow=$3
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-"$meltstage" vectors scan "$folder/netlist.json" --out "$work/scan"
+"$meltstage" dft scan "$folder/netlist.json" --out "$work/scan"
 yosys -q -p "read_rtlil $folder/reference.il; splitnets; setattr -set named 1 w:*; write_json $work/reference.json"
 yosys -q -p "read_json $work/scan/netlist.json; setattr -set named 1 w:*; write_json $work/netlist.json"
 "$flow/prove_equal.sh" "$work/reference.json" "$work/netlist.json" tc_top none/none scan_en_i=0 scan_o=-

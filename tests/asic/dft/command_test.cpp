@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `meltstage vectors` as a user meets it.
+// `meltstage dft` as a user meets it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,10 +29,10 @@ class VectorsCommand : public ::testing::Test {
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   }
   Ran generate(const std::string& netlist, const std::string& more) const {
-    return run_command("vectors generate " + netlist + " --out " + (folder_ / "out").string() + " " + more);
+    return run_command("dft generate " + netlist + " --out " + (folder_ / "out").string() + " " + more);
   }
   Ran replay() const {
-    return run_command("vectors replay " + (folder_ / "out/patterns.stil").string() + " --netlist " +
+    return run_command("dft replay " + (folder_ / "out/patterns.stil").string() + " --netlist " +
                        (folder_ / "out/netlist.json").string());
   }
   fs::path folder_;
@@ -70,7 +70,7 @@ TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
   const fs::path out = folder_ / "out";
   std::ofstream(out / "patterns.evcd") << dft::evcd_text(dft::read_stil(out / "patterns.stil"));
   const auto run = [&](const std::string& command) {
-    return run_command("vectors " + command + " --report " + (folder_ / "report.txt").string());
+    return run_command("dft " + command + " --report " + (folder_ / "report.txt").string());
   };
   const std::string netlist = (out / "netlist.json").string();
   const auto grade = [&](const std::string& patterns) {
@@ -88,14 +88,14 @@ TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
   EXPECT_NE(grade("patterns.evcd"), stil);  // clock by clock
 
   const auto replays = [&](const std::string& patterns) {
-    return run_command("vectors replay " + (out / patterns).string() + " --netlist " + netlist).output;
+    return run_command("dft replay " + (out / patterns).string() + " --netlist " + netlist).output;
   };
   EXPECT_NE(replays("patterns.stil").find(", 0 mismatches"), std::string::npos);
   EXPECT_EQ(replays("patterns.wgl"), replays("patterns.stil"));
   EXPECT_EQ(replays(traced), replays("patterns.stil"));
 
   const auto refused = [&](const std::string& patterns, const std::string& reason) {
-    const Ran ran = run_command("vectors replay " + (out / patterns).string() + " --netlist " + netlist);
+    const Ran ran = run_command("dft replay " + (out / patterns).string() + " --netlist " + netlist);
     EXPECT_EQ(ran.status, 2);
     EXPECT_NE(ran.output.find(reason), std::string::npos) << ran.output;
     EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
@@ -119,13 +119,13 @@ TEST_F(VectorsCommand, MasksAreToldWithTheirReasons) {
   EXPECT_EQ(masked.at("strobes"), sum);
   EXPECT_TRUE(manifest.at("files").contains("masks.txt"));
   const std::string told = read(out / "masks.txt");
-  const Ran ran = run_command("vectors replay " + (out / "patterns.wgl").string() + " --netlist " +
+  const Ran ran = run_command("dft replay " + (out / "patterns.wgl").string() + " --netlist " +
                               (out / "netlist.json").string() + " --report " + report.string());
   EXPECT_EQ(ran.status, 0) << ran.output;
   EXPECT_EQ(read(report), told);
   EXPECT_NE(ran.output.find(std::to_string(sum) + " of "), std::string::npos) << ran.output;
   const Ran unwritable =
-      run_command("vectors replay " + (out / "patterns.wgl").string() + " --netlist " +
+      run_command("dft replay " + (out / "patterns.wgl").string() + " --netlist " +
                   (out / "netlist.json").string() + " --report " + (folder_ / "no/such").string());
   EXPECT_EQ(unwritable.status, 2) << unwritable.output;
 }
@@ -144,7 +144,7 @@ TEST_F(VectorsCommand, OnFpgaAsksForTheReadback) {
                             << ";\nalways @(posedge clk_i) q_o <= \\d[0] ;\nendmodule\n";
   };
   const auto run = [&](const std::string& more) {
-    return run_command("vectors replay " + evcd.string() + " --on fpga" + more);
+    return run_command("dft replay " + evcd.string() + " --on fpga" + more);
   };
   const std::string with = " --readback " + readback.string();
   verilog("clk_i, \\d[0] , q_o", "0");

@@ -7,7 +7,7 @@ meltstage=$1 job=$2 folder=$3 flow=$4
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-"$meltstage" vectors scan "$folder/netlist.json" --out scan > scan.log
+"$meltstage" dft scan "$folder/netlist.json" --out scan > scan.log
 yosys -q -p "read_rtlil $folder/reference.il; json -o flops.json t:\$_DFF* t:\$_NOT_ w:*"
 # wrong input is one line and 2
 for wrong in "$job 60" "nosuch.toml 0.005"; do

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/commands/vectors_command.hpp"
-
 #include <fmt/format.h>
 #include <stdlib.h>
 #include <toml++/toml.h>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -16,7 +17,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "base/build_stamp.hpp"
+#include "app/verbs.hpp"
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/atpg/generate.hpp"
 #include "asic/dft/atpg/iddq.hpp"
@@ -38,6 +39,7 @@
 #include "asic/signoff/functional_vectors.hpp"
 #include "asic/signoff/grade_report.hpp"
 #include "asic/signoff/vectors_files.hpp"
+#include "base/build_stamp.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "recording/text.hpp"
@@ -375,7 +377,7 @@ CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library)
   if (view.flops.empty()) return view;
   if (!has(names.test_mode) || !has(names.scan_enable))
     throw UserError(
-        fmt::format("{}: found no ports {} and {}, expected a netlist that `vectors generate` has scanned",
+        fmt::format("{}: found no ports {} and {}, expected a netlist that `dft generate` has scanned",
                     netlist.file, names.test_mode, names.scan_enable));
   ScanDesign design;
   design.netlist = netlist;
@@ -729,10 +731,10 @@ int check_proof(const Options& options) {
 
 }  // namespace
 
-std::function<int()> add_vectors_command(CLI::App& cli) {
+Action add_dft_command(CLI::App& cli, const std::string&) {
   auto options = std::make_shared<Options>();
-  CLI::App* command =
-      cli.add_subcommand("vectors", "Sign-off test vectors for a flat netlist (docs/make/test-vectors.md)");
+  CLI::App* command = cli.add_subcommand(
+      "dft", "Scan, test patterns and sign-off vectors for a flat netlist (docs/make/test-vectors.md)");
   command->require_subcommand(1);
   const auto netlist_of = [&](CLI::App* sub) {
     sub->add_option("NETLIST", options->netlist, "Yosys JSON (flat, mapped) or .bench")->required();
@@ -791,7 +793,7 @@ std::function<int()> add_vectors_command(CLI::App& cli) {
   const auto scan_of = [&](CLI::App* sub) {
     sub->add_option(
         "--chains", options->scan,
-        "Files without scan chains: where they stand, scan.json of `vectors generate` or `scan`, or the "
+        "Files without scan chains: where they stand, scan.json of `dft generate` or `scan`, or the "
         "word netlist: found in it");
   };
   scan_of(sub_grade);

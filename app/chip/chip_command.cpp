@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/commands/chip_command.hpp"
-
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 #include <charconv>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "app/chip/chip_serve.hpp"
 #include "app/chip/chip_tune.hpp"
 #include "app/chip/chip_watch.hpp"
+#include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "host/controller.hpp"
 
@@ -104,14 +106,14 @@ int clear_faults(host::Controller& controller) {
 
 }  // namespace
 
-std::function<int()> add_chip_command(CLI::App& cli, const std::string& command_line) {
+Action add_chip_command(CLI::App& cli, const std::string& typed) {
   CLI::App* chip =
       cli.add_subcommand("chip", "Talk to the chip over Modbus, or serve a virtual one (docs/host/host.md)");
   chip->require_subcommand(1);
 
   const auto serve = std::make_shared<ServeOptions>();
   const auto speed = std::make_shared<std::string>("1");
-  serve->command = command_line;
+  serve->command = typed;
   CLI::App* serve_command =
       chip->add_subcommand("serve", "The virtual chip on its heated head, behind a pseudo-terminal");
   serve_command->add_option("--port", serve->port, "Name of the link to make")->required();

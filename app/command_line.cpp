@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/command_line.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <vector>
+
+#include "base/build_stamp.hpp"
+#include "base/error.hpp"
+
+namespace meltstage::app {
+namespace {
+
+char** arguments = nullptr;  // of this process, for the program that takes over
+
+// One line of what is wrong with the call. CLI11 says of a missing and of an unknown command only that one is
+// required.
+std::string usage_error(const CLI::App* root, const CLI::Error& error) {
+  const CLI::App* command = root;
+  std::string called = "meltstage";
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().back();
+    called += " " + command->get_name();
+  }
+  const std::vector<std::string> unknown = root->remaining(true);
+  std::string what = error.what();
+  if (command->get_require_subcommand_min() > 0) {
+    std::string known;
+    for (const CLI::App* one :
+         command->get_subcommands([](const CLI::App* a) { return !a->get_name().empty(); }))
+      known += (known.empty() ? "" : ", ") + one->get_name();
+    what = (unknown.empty() ? "no command given" : fmt::format("found \"{}\"", unknown.front())) +
+           ", expected one of: " + known;
+  }
+  return fmt::format("{}: {}; {} --help tells more\n", called, what, called);
+}
+
+int fail(const char* what, int status) {
+  fmt::print(stderr, "meltstage: {}\n", what);
+  return status;
+}
+
+}  // namespace
+
+void continue_as(const std::string& program) {
+  const std::filesystem::path path =
+      std::filesystem::read_symlink("/proc/self/exe").replace_filename(program);
+  execv(path.c_str(), arguments);
+  throw UserError(fmt::format("{}: can't be started ({}); build it: ./run --build {}", path.string(),
+                              std::strerror(errno), program));
+}
+
+int run_verbs(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere) {
+  arguments = argv;
+  std::string typed = "meltstage";
+  for (int i = 1; i < argc; ++i) typed += std::string(" ") + argv[i];
+  try {
+    for (const VerbElsewhere& verb : elsewhere)
+      if (argc > 1 && std::string(argv[1]) == verb.name) continue_as(verb.program);
+
+    CLI::App cli{"Meltstage: the electronics and motion of a print head.", "meltstage"};
+    cli.set_version_flag("--version", version());
+    cli.require_subcommand(1);
+    std::vector<Action> actions;
+    for (const Verb& verb : verbs) actions.push_back(verb.add(cli, typed));
+    for (const VerbElsewhere& verb : elsewhere) cli.add_subcommand(verb.name, verb.summary);
+    cli.failure_message(usage_error);
+    try {
+      cli.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return cli.exit(error) == 0 ? 0 : 2;
+    }
+    for (std::size_t i = 0; i < verbs.size(); ++i)
+      if (cli.got_subcommand(verbs[i].name)) return actions[i]();
+    return 2;  // unreachable: one verb is required, and those elsewhere are gone by now
+  } catch (const UserError& error) {
+    return fail(error.what(), 2);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return fail(error.what(), 2);
+  } catch (const std::exception& error) {
+    return fail(error.what(), 1);
+  }
+}
+
+}  // namespace meltstage::app
