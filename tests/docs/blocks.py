@@ -8,14 +8,14 @@
                                                       that ./check full alone runs
     blocks.py not-run                                 the blocks that are long or only parsed, each with the reason
 
-A fence says what it holds, then perhaps the name of the file to write it to: ```sh, ```toml my_job.toml. The commands of
-a page run one block after the other in one temporary folder, which holds besides those files only what markers bring.
+A fence says what it holds, then perhaps the name of the file to write it to, or to add it to: ```sh, ```toml my_job.toml,
+```toml >> spec/registers.toml. A diff is applied to the folder, to the letter (patch -p1). The commands of a page run one block after the other in one temporary folder, which holds besides those files only what markers bring.
 There, `meltstage` and `./run` are the command that was built, and build/release is the build folder.
 
 A marker is an HTML comment just above the fence:
     not run: REASON             needs root, hardware, a person, or much time. Commands are parsed, their options looked up
     long: REASON                takes more than some seconds: parsed, and run by ./check full
-    with: PATH [as NAME], ...   copies files or folders of the repository into the folder first
+    with: PATH [as NAME], ...   copies files or folders of the repository into the folder first; "." is all of it
     links: LIBRARY ...          CMake targets that a C++ program is linked with
     left running                a server: the next block begins when it has printed a line
     after Ctrl-C                ends the servers that were left running first, as a person would
@@ -40,6 +40,7 @@ import tomllib
 from pages import ROOT, Piece, all_pages, pieces
 
 SECONDS_AT_MOST = 900
+COMPILER_CACHE = "/usr/lib/ccache"  # Debian's: g++ found there compiles what it has not compiled before
 RUN = ("sh",)
 READ = ("toml", "json", "python", "cpp", "cmake", "systemverilog", "ini", "diff", "text", "mermaid")
 TOOL = r"(?:[A-Z_]+=\S+ )*(?:meltstage|\./run|\./check|make|cmake|ctest|git|g\+\+|python3)(?: |$)"
@@ -196,12 +197,16 @@ class Folder:
         stand_in = path / "run"
         stand_in.write_text('#!/bin/sh\nexec meltstage "$@"\n')
         stand_in.chmod(0o755)
-        self.environment = {**os.environ, "PATH": f"{build / 'app'}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
+        self.environment = {**os.environ, "PATH": f"{build / 'app'}:{COMPILER_CACHE}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
 
     def bring(self, what: str) -> None:
         """Copies the files and folders of a `with` marker."""
         for entry in what.split(","):
             source, _, name = entry.strip().partition(" as ")
+            if source == ".":
+                not_copied = [each.strip("/") for each in (ROOT / ".gitignore").read_text(encoding="utf-8").split()]
+                shutil.copytree(ROOT, self.path, dirs_exist_ok=True, ignore=shutil.ignore_patterns(".git", "run", *not_copied))
+                continue
             there = self.path / (name or source)
             there.parent.mkdir(parents=True, exist_ok=True)
             if not (ROOT / source).exists():
@@ -211,13 +216,22 @@ class Folder:
             else:
                 shutil.copy(ROOT / source, there)
 
-    def run(self, block: Piece, command: list[str]) -> None:
-        """Runs a block's commands or program to the end."""
+    def write(self, name: str, text: str) -> None:
+        """Writes a file, or adds to it when the name begins with >>."""
+        there = self.path / name.removeprefix(">>").strip()
+        if name.startswith(">>") and not there.exists():
+            raise Fault(f"{there.relative_to(self.path)}: no such file to add to")
+        there.parent.mkdir(parents=True, exist_ok=True)
+        with there.open("a" if name.startswith(">>") else "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def run(self, block: Piece, command: list[str], entered: str = "") -> None:
+        """Runs a block's commands or program to the end; `entered` is what it gets to read."""
         process = subprocess.Popen(
             command,
             cwd=self.path,
             env=self.environment,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -228,7 +242,7 @@ class Folder:
             self.wait_for_line(process)
             return
         try:
-            output, errors = process.communicate(timeout=SECONDS_AT_MOST)
+            output, errors = process.communicate(entered, timeout=SECONDS_AT_MOST)
         except subprocess.TimeoutExpired:
             raise Fault(f"still running after {SECONDS_AT_MOST} s") from None
         self.last_output = output
@@ -282,10 +296,10 @@ def treat(page: pathlib.Path, block: Piece, folder: Folder, known: Help, long: b
             return "parsed"
         folder.run(block, ["bash", "-c", "set -euo pipefail\n" + content(block)])
         return "run"
-    if file_name(block):
-        there = folder.path / file_name(block)
-        there.parent.mkdir(parents=True, exist_ok=True)
-        there.write_text(content(block), encoding="utf-8")
+    if kind == "diff":
+        folder.run(block, ["patch", "-p1", "--fuzz=0"], content(block))
+    elif file_name(block):
+        folder.write(file_name(block), content(block))
     if kind == "toml":
         tomllib.loads(content(block))
     elif kind == "json":
