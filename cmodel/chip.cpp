@@ -7,18 +7,9 @@ namespace meltstage::chip {
 
 namespace {
 
-// Pins in the order of tc_top's synchroniser.
-std::uint8_t asynchronous_pins(const Inputs& in) {
-  return static_cast<std::uint8_t>(
-      static_cast<unsigned>(in.uart_rx) | (in.addr_strap & 7u) << 1 |
-      static_cast<unsigned>(in.spi_miso) << 4 | static_cast<unsigned>(in.heater_fb) << 5 |
-      static_cast<unsigned>(in.inhibit) << 6 | static_cast<unsigned>(in.drop) << 7);
-}
-
-// Of those: feedback, which GUARD follows by itself; and all but that and miso, which SENSC takes at the end
+// All asynchronous pins but feedback, which GUARD follows by itself, and miso, which SENSC takes at the end
 // of a half period only.
-constexpr unsigned kPinFeedback = 5;
-constexpr std::uint8_t kPinsThatStir = 0b11001111;
+constexpr std::uint8_t kPinsThatStir = 0xFFu & ~(1u << spec::kSyncHeaterFb | 1u << spec::kSyncSpiMiso);
 
 }  // namespace
 
@@ -74,9 +65,9 @@ std::uint16_t Chip::read_register(std::uint16_t address) const {
 
 UartcIn Chip::uartc_in() const {
   const Params& p = params();
-  return {.rx = static_cast<std::uint8_t>(sync.q() & 1),
+  return {.rx = static_cast<std::uint8_t>(sync.q() >> spec::kSyncUartRx & 1),
           .cfg_address = static_cast<std::uint8_t>(p[spec::kRegAddress]),
-          .strap = static_cast<std::uint8_t>(sync.q() >> 1 & 7),
+          .strap = static_cast<std::uint8_t>(sync.q() >> spec::kSyncAddrStrap & 7),
           .cfg_baud = static_cast<std::uint16_t>(p[spec::kRegBaud] & 0x1FFF),
           .cfg_format = static_cast<std::uint8_t>(p[spec::kRegFormat] & spec::kFormatCharacterMask),
           .cfg_pause = p.bit(spec::kRegFormat, spec::kFormatPause),
@@ -143,7 +134,7 @@ SenscIn Chip::sensc_in() const {
   return {.params = params(),
           .start = sysctrl.sens_start_q != 0,
           .reconfig = sysctrl.commit_q != 0,
-          .miso = (sync.q() >> 4 & 1) != 0};
+          .miso = (sync.q() >> spec::kSyncSpiMiso & 1) != 0};
 }
 
 AlgorIn Chip::algor_in() const {
@@ -154,7 +145,7 @@ AlgorIn Chip::algor_in() const {
           .at_temp = guard.at_temp_q != 0,
           .ms = sysctrl.ms_q != 0,
           .pv = guard.pv_q,
-          .drop = (sync.q() >> 7 & 1) != 0,
+          .drop = (sync.q() >> spec::kSyncDrop & 1) != 0,
           .tuning = atune.tuning(),
           .tune_duty = atune.duty(),
           .tune_hold = atune.hold_q};
@@ -221,8 +212,8 @@ GuardIn Chip::guard_in() const {
           .watch_still = static_cast<std::uint8_t>(
               static_cast<unsigned>(pwmc.still(pwmc_in())) << 1 |
               static_cast<unsigned>(algor.still(algor_in()) && atune.still(atune_in()))),
-          .inhibit = (sync.q() >> 6 & 1) != 0,
-          .heater_fb = (sync.q() >> 5 & 1) != 0};
+          .inhibit = (sync.q() >> spec::kSyncInhibit & 1) != 0,
+          .heater_fb = (sync.q() >> spec::kSyncHeaterFb & 1) != 0};
 }
 
 // Every block's inputs are gathered from the flops of the clock before; only then the blocks move. MEM is
@@ -275,7 +266,8 @@ std::uint64_t Chip::quiet(const Inputs& in) const {
       (algor.ramps(to_algor) && !at_most(sysctrl.clocks_to_ms(to_sysctrl))))
     return 0;
   if (!at_most(atune.quiet(atune_in())) || !at_most(quality.quiet(quality_in()))) return 0;
-  if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in(), sync.seen(pins, kPinFeedback)))) return 0;
+  if (!paramc.idle(paramc_in()) || !at_most(guard.quiet(guard_in(), sync.seen(pins, spec::kSyncHeaterFb))))
+    return 0;
   return clocks;
 }
 
@@ -291,7 +283,7 @@ void Chip::skip(const Inputs& in, std::uint64_t clocks) {
   pwmc.skip(clocks);
   quality.skip(quality_in(), clocks);
   const std::uint8_t pins = asynchronous_pins(in);
-  guard.skip(guard_in(), sync.seen(pins, kPinFeedback), clocks);
+  guard.skip(guard_in(), sync.seen(pins, spec::kSyncHeaterFb), clocks);
   sync.skip(pins, clocks);
 }
 

@@ -10,6 +10,7 @@
 #include "guard.hpp"
 #include "mem.hpp"
 #include "paramc.hpp"
+#include "pins.hpp"
 #include "pwmc.hpp"
 #include "quality.hpp"
 #include "sensc.hpp"
@@ -18,36 +19,6 @@
 #include "uartc.hpp"
 
 namespace meltstage::chip {
-
-// Levels of the input pins. Defaults: powered, out of reset, lines idle.
-struct Inputs {
-  bool rst_n = true;
-  bool uart_rx = true;
-  std::uint8_t addr_strap = 0;  // 0..7
-  bool spi_miso = false;
-  bool heater_fb = false;
-  bool inhibit = false;
-  bool drop = false;
-  bool test_mode = false;  // steady while the clock runs
-
-  friend bool operator==(const Inputs&, const Inputs&) = default;
-};
-
-// Levels of the output pins, a bit each: they are copied and compared more often than anything else.
-struct Outputs {
-  bool uart_tx : 1;
-  bool uart_de : 1;
-  bool tlm_tx : 1;
-  bool spi_sclk : 1;
-  bool spi_cs_n : 1;
-  bool spi_mosi : 1;
-  bool heater : 1;
-  bool safe_en : 1;
-  bool fault_n : 1;
-  bool at_temp : 1;
-
-  friend bool operator==(const Outputs&, const Outputs&) = default;
-};
 
 // A value: copying it saves the whole state, assigning the copy restores it. A fresh Chip is a chip in reset.
 struct Chip {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Generated from spec/*.toml by spec/generate.py; edit those.
-// Constants of the chip: registers, states, fault and command codes, pins, sensor presets. Twin of rtl/tc_pkg.sv.
+// Constants of the chip: registers, states, fault and command codes, sensor presets. Twin of rtl/tc_pkg.sv.
 // clang-format off
 #pragma once
 
@@ -524,30 +524,5 @@ struct IdentPart {
 inline constexpr IdentPart kIdentServer{ 0, 13 };
 inline constexpr std::array<IdentPart, 3> kIdentObjects{ { { 13, 9 }, { 22, 3 }, { 25, 3 } } };
 inline constexpr std::string_view kIdentBytes = "Meltstage TC1MeltstageTC10.1";
-
-struct PinInfo {
-  std::string_view name;
-  unsigned width;
-  bool output;
-  std::uint8_t idle;
-};
-inline constexpr std::array<PinInfo, 16> kPins{ {
-    {"uart_rx_i", 1, false, 1 },
-    {"uart_tx_o", 1, true, 1 },
-    {"uart_de_o", 1, true, 0 },
-    {"tlm_tx_o", 1, true, 1 },
-    {"addr_strap_i", 3, false, 0 },
-    {"spi_sclk_o", 1, true, 0 },
-    {"spi_cs_no", 1, true, 1 },
-    {"spi_mosi_o", 1, true, 0 },
-    {"spi_miso_i", 1, false, 0 },
-    {"heater_o", 1, true, 0 },
-    {"heater_fb_i", 1, false, 0 },
-    {"safe_en_o", 1, true, 0 },
-    {"inhibit_i", 1, false, 0 },
-    {"drop_i", 1, false, 0 },
-    {"fault_no", 1, true, 1 },
-    {"at_temp_o", 1, true, 0 },
-} };
 
 }  // namespace meltstage::chip::spec

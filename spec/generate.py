@@ -27,6 +27,7 @@ SECDED_CHECK_BITS = 6
 OUTPUTS = {
     "tc_pkg.sv.j2": "rtl/tc_pkg.sv",
     "spec.hpp.j2": "cmodel/spec.hpp",
+    "pins.hpp.j2": "cmodel/pins.hpp",
     "registers.md.j2": "docs/chip/registers.md",
     "modbus_map.csv.j2": "docs/host/modbus_map.csv",
     "modbus_map.json.j2": "docs/host/modbus_map.json",
@@ -131,6 +132,25 @@ def limit_writes(words: int, chip: dict) -> None:
     chip["write_words"] = words
 
 
+def finish_pins(spec: dict) -> None:
+    """Of each pin its direction, its name in C++ (uart_rx_i -> uart_rx, fault_no -> fault_n) and its lowest bit in the synchroniser."""
+    synchronised = 0
+    for pin in (*spec["pin"], *spec["test_pin"]):
+        stem, suffix = pin["name"].rsplit("_", 1)
+        if suffix not in ("i", "ni", "o", "no"):
+            raise SpecError(f"chip.toml: pin {pin['name']}: expected a name that ends in _i, _ni, _o or _no")
+        pin["member"] = stem + ("_n" if suffix.startswith("n") else "")
+        pin["output"] = suffix.endswith("o")
+        pin["width"] = spec["chip"].get(pin.get("width"), pin.get("width", 1))
+        pin.setdefault("idle", 0)
+        pin.setdefault("modelled", pin in spec["pin"])
+        if pin.setdefault("async", False):
+            pin["sync_bit"] = synchronised
+            synchronised += pin["width"]
+    spec["model_inputs"] = [p for p in (*spec["pin"], *(p for p in spec["test_pin"] if p["modelled"])) if not p["output"]]
+    spec["model_outputs"] = [p for p in spec["pin"] if p["output"]]
+
+
 def finish_presets(spec: dict) -> None:
     for p in spec["preset"]:
         p["frame_word"] = p["length"] | p["mode"] << 6 | p["lsb"] << 8 | int(p["signed"]) << 13
@@ -189,6 +209,7 @@ def load() -> dict:
         spec |= tomllib.loads((SPEC / f"{name}.toml").read_text())
     finish_registers(spec)
     finish_presets(spec)
+    finish_pins(spec)
     check_states(spec)
     finish_autotune(spec)
     spec["status_bits"] = next(reg["bits"] for reg in spec["input"] if reg["name"] == "STATUS")

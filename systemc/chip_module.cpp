@@ -21,28 +21,19 @@ void TcChip::react() {
 }
 
 chip::Inputs TcChip::inputs() const {
-  return {.rst_n = rst_ni.read(),
-          .uart_rx = uart_rx_i.read(),
-          .addr_strap = static_cast<std::uint8_t>(addr_strap_i.read().to_uint()),
-          .spi_miso = spi_miso_i.read(),
-          .heater_fb = heater_fb_i.read(),
-          .inhibit = inhibit_i.read(),
-          .drop = drop_i.read()};
+  chip::Inputs in;
+#define TC_READ(port, member, bits) in.member = static_cast<decltype(in.member)>(port.read());
+  TC_INPUT_PINS(TC_READ)
+#undef TC_READ
+  return in;
 }
 
 void TcChip::drive(const chip::Outputs& out) {
   if (out == driven_) return;
   driven_ = out;
-  uart_tx_o.write(out.uart_tx);
-  uart_de_o.write(out.uart_de);
-  tlm_tx_o.write(out.tlm_tx);
-  spi_sclk_o.write(out.spi_sclk);
-  spi_cs_no.write(out.spi_cs_n);
-  spi_mosi_o.write(out.spi_mosi);
-  heater_o.write(out.heater);
-  safe_en_o.write(out.safe_en);
-  fault_no.write(out.fault_n);
-  at_temp_o.write(out.at_temp);
+#define TC_WRITE(port, member, bits) port.write(out.member);
+  TC_OUTPUT_PINS(TC_WRITE)
+#undef TC_WRITE
 }
 
 }  // namespace meltstage::systemc

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C++ model as a pin-accurate SystemC module: ports as rtl/tc_top.sv, equal to it at every clock. Use:
-// docs/chip/systemc.md.
+// The C++ model as a pin-accurate SystemC module: ports as rtl/tc_top.sv (names and widths: cmodel/pins.hpp),
+// equal to it at every clock. Use: docs/chip/systemc.md.
 #pragma once
 
 #include <optional>
 #include <systemc>
+#include <type_traits>
 
 #include "cmodel/chip.hpp"
 
 namespace meltstage::systemc {
+
+// What a port of so many bits carries, as in Verilator's modules.
+template <unsigned bits>
+using Level = std::conditional_t<bits == 1, bool, sc_dt::sc_uint<static_cast<int>(bits)>>;
 
 // Samples its inputs at the rising edge of clk_i (chip::spec::kClkHz); rst_ni low resets at once, inhibit_i
 // high forces heater_o low at once. Starts in reset; the outputs have their levels after the first delta
@@ -16,23 +21,12 @@ namespace meltstage::systemc {
 class TcChip : public sc_core::sc_module {
  public:
   sc_core::sc_in<bool> clk_i{"clk_i"};
-  sc_core::sc_in<bool> rst_ni{"rst_ni"};
-  sc_core::sc_in<bool> uart_rx_i{"uart_rx_i"};
-  sc_core::sc_out<bool> uart_tx_o{"uart_tx_o"};
-  sc_core::sc_out<bool> uart_de_o{"uart_de_o"};
-  sc_core::sc_out<bool> tlm_tx_o{"tlm_tx_o"};
-  sc_core::sc_in<sc_dt::sc_uint<3>> addr_strap_i{"addr_strap_i"};
-  sc_core::sc_out<bool> spi_sclk_o{"spi_sclk_o"};
-  sc_core::sc_out<bool> spi_cs_no{"spi_cs_no"};
-  sc_core::sc_out<bool> spi_mosi_o{"spi_mosi_o"};
-  sc_core::sc_in<bool> spi_miso_i{"spi_miso_i"};
-  sc_core::sc_out<bool> heater_o{"heater_o"};
-  sc_core::sc_in<bool> heater_fb_i{"heater_fb_i"};
-  sc_core::sc_out<bool> safe_en_o{"safe_en_o"};
-  sc_core::sc_in<bool> inhibit_i{"inhibit_i"};
-  sc_core::sc_in<bool> drop_i{"drop_i"};
-  sc_core::sc_out<bool> fault_no{"fault_no"};
-  sc_core::sc_out<bool> at_temp_o{"at_temp_o"};
+#define TC_IN(port, member, bits) sc_core::sc_in<Level<bits>> port{#port};
+#define TC_OUT(port, member, bits) sc_core::sc_out<Level<bits>> port{#port};
+  TC_INPUT_PINS(TC_IN)
+  TC_OUTPUT_PINS(TC_OUT)
+#undef TC_IN
+#undef TC_OUT
 
   explicit TcChip(const sc_core::sc_module_name& name);
 

@@ -9,6 +9,7 @@
 #include "cmodel/spec.hpp"
 #include "recording/text.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
+#include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::tb {
 
@@ -17,55 +18,27 @@ namespace {
 constexpr std::uint64_t kWaveClocks = 20'000;  // clocks before a mismatch that the wave file shows
 constexpr std::size_t kShownDifferences = 12;
 
-// Pin indices of the stimulus recording, in the order of input_header.
-enum InputPin : std::uint32_t { kRstN, kUartRx, kAddrStrap, kSpiMiso, kHeaterFb, kInhibit, kDrop, kTestMode };
-
-chip::Inputs inputs_at(const recording::Cursor& cursor) {
-  return {.rst_n = cursor.value(kRstN) != 0,
-          .uart_rx = cursor.value(kUartRx) != 0,
-          .addr_strap = static_cast<std::uint8_t>(cursor.value(kAddrStrap)),
-          .spi_miso = cursor.value(kSpiMiso) != 0,
-          .heater_fb = cursor.value(kHeaterFb) != 0,
-          .inhibit = cursor.value(kInhibit) != 0,
-          .drop = cursor.value(kDrop) != 0,
-          .test_mode = cursor.value(kTestMode) != 0};
-}
-
-struct PinDifference {
-  const char* name;
-  bool dut;
-  bool model;
-};
-
-std::vector<PinDifference> pin_differences(const chip::Outputs& dut, const chip::Outputs& model) {
-  std::vector<PinDifference> list;
-  const auto compare = [&](const char* name, bool a, bool b) {
-    if (a != b) list.push_back({name, a, b});
-  };
-  compare("uart_tx_o", dut.uart_tx, model.uart_tx);
-  compare("uart_de_o", dut.uart_de, model.uart_de);
-  compare("tlm_tx_o", dut.tlm_tx, model.tlm_tx);
-  compare("spi_sclk_o", dut.spi_sclk, model.spi_sclk);
-  compare("spi_cs_no", dut.spi_cs_n, model.spi_cs_n);
-  compare("spi_mosi_o", dut.spi_mosi, model.spi_mosi);
-  compare("heater_o", dut.heater, model.heater);
-  compare("safe_en_o", dut.safe_en, model.safe_en);
-  compare("fault_no", dut.fault_n, model.fault_n);
-  compare("at_temp_o", dut.at_temp, model.at_temp);
-  return list;
+// "  pin  heater_o dut=1 model=0" for each output that differs.
+std::string pin_differences(const chip::Outputs& dut, const chip::Outputs& model) {
+  const auto of_dut = pin_levels({}, dut);
+  const auto of_model = pin_levels({}, model);
+  std::string text;
+  for (std::size_t pin = chip::spec::kInputPins; pin < kChipPinCount; ++pin) {
+    if (of_dut[pin] == of_model[pin]) continue;
+    text += fmt::format("  pin  {:<28} dut={} model={}\n", chip::spec::kPins[pin].name, of_dut[pin],
+                        of_model[pin]);
+  }
+  return text;
 }
 
 }  // namespace
 
 recording::Header input_header(const RunIdentity& identity) {
-  const auto pin = [](const char* name, unsigned width) {
-    return recording::Pin{name, recording::Direction::in, width, "chip"};
-  };
-  return {.pins = {pin("rst_ni", 1), pin("uart_rx_i", 1), pin("addr_strap_i", 3), pin("spi_miso_i", 1),
-                   pin("heater_fb_i", 1), pin("inhibit_i", 1), pin("drop_i", 1), pin("test_mode_i", 1)},
-          .clock_hz = chip::spec::kClkHz,
-          .origin = fmt::format("lockstep test={} seed={:#x}", identity.test, identity.seed),
-          .meta = {{"command", identity.repeat_command}}};
+  recording::Header header =
+      chip_pin_header(fmt::format("lockstep test={} seed={:#x}", identity.test, identity.seed));
+  header.pins.resize(chip::spec::kInputPins);
+  header.meta["command"] = identity.repeat_command;
+  return header;
 }
 
 Lockstep::Lockstep(std::unique_ptr<Dut> dut, RunIdentity identity, std::filesystem::path failures)
@@ -83,20 +56,13 @@ Lockstep::Lockstep(std::unique_ptr<Dut> dut, const chip::Chip& model, std::uint6
       recorder_(stimulus_, input_header(identity_)) {}
 
 void Lockstep::record(const chip::Inputs& in) {
-  recorder_.set(kRstN, in.rst_n);
-  recorder_.set(kUartRx, in.uart_rx);
-  recorder_.set(kAddrStrap, in.addr_strap);
-  recorder_.set(kSpiMiso, in.spi_miso);
-  recorder_.set(kHeaterFb, in.heater_fb);
-  recorder_.set(kInhibit, in.inhibit);
-  recorder_.set(kDrop, in.drop);
-  recorder_.set(kTestMode, in.test_mode);
+  record_inputs(recorder_, in);
   recorder_.commit(cycle_);
 }
 
 Compared Lockstep::compared() const {
   Compared c = compared_;
-  c.pin_values = c.clocks * (chip::spec::kPins.size() - 6);  // the outputs among the pins
+  c.pin_values = c.clocks * chip::spec::kOutputPins;
   c.flop_values = c.clocks * dut_->flop_bits();
   return c;
 }
@@ -116,9 +82,7 @@ std::string Lockstep::report(const chip::Outputs& expected, const chip::Outputs&
   std::string text = fmt::format("MISMATCH test={} seed={:#x} cycle={} t={:.6f} ms  (model against {})\n",
                                  identity_.test, identity_.seed, cycle_,
                                  static_cast<double>(cycle_) * 1e3 / chip::spec::kClkHz, dut_->name());
-  for (const PinDifference& d : pin_differences(got, expected)) {
-    text += fmt::format("  pin  {:<28} dut={} model={}\n", d.name, d.dut ? 1 : 0, d.model ? 1 : 0);
-  }
+  text += pin_differences(got, expected);
   const std::vector<FlopDifference> flops = dut_->differences(model_);
   for (std::size_t i = 0; i < flops.size() && i < kShownDifferences; ++i) {
     text += fmt::format("  flop {:<28} dut={:#x} model={:#x} xor={:#x}\n", flops[i].name, flops[i].dut,
@@ -152,14 +116,14 @@ void Lockstep::save(const std::filesystem::path& folder, const std::string& text
   chip::Inputs in;
   for (std::uint64_t at = first_cycle_; at < from; ++at) {
     cursor.advance_to(at);
-    in = inputs_at(cursor);
+    in = inputs_of(cursor.values());
     model.step(in);
   }
   const auto traced = make_traced_rtl(folder / "waves.fst");
   if (from > first_cycle_) traced->load(model, in);
   for (std::uint64_t at = from; at <= cycle_; ++at) {
     cursor.advance_to(at);
-    traced->step(inputs_at(cursor));
+    traced->step(inputs_of(cursor.values()));
   }
 }
 

@@ -151,16 +151,7 @@ class VerilatedTop : public VerilatedRtl {
     eval();
     top_.clk_i = 0;
     eval();
-    return {.uart_tx = top_.uart_tx_o != 0,
-            .uart_de = top_.uart_de_o != 0,
-            .tlm_tx = top_.tlm_tx_o != 0,
-            .spi_sclk = top_.spi_sclk_o != 0,
-            .spi_cs_n = top_.spi_cs_no != 0,
-            .spi_mosi = top_.spi_mosi_o != 0,
-            .heater = top_.heater_o != 0,
-            .safe_en = top_.safe_en_o != 0,
-            .fault_n = top_.fault_no != 0,
-            .at_temp = top_.at_temp_o != 0};
+    return chip::take_outputs(top_);
   }
 
   bool flops_equal(const chip::Chip& model) const override { return equal(*top_.rootp, model); }
@@ -187,14 +178,7 @@ class VerilatedTop : public VerilatedRtl {
   // Settles the design at the present pins.
   virtual void eval() { top_.eval(); }
   void apply(const chip::Inputs& in) {
-    top_.rst_ni = in.rst_n;
-    top_.uart_rx_i = in.uart_rx;
-    top_.addr_strap_i = in.addr_strap;
-    top_.spi_miso_i = in.spi_miso;
-    top_.heater_fb_i = in.heater_fb;
-    top_.inhibit_i = in.inhibit;
-    top_.drop_i = in.drop;
-    top_.test_mode_i = in.test_mode;
+    chip::put_inputs(in, top_);
     if (!in.rst_n) top_.eval();  // asynchronous: acts before the clock edge
   }
 

@@ -7,41 +7,25 @@
 #include <span>
 #include <string>
 
-#include "cmodel/chip.hpp"
+#include "cmodel/pins.hpp"
 #include "recording/stream.hpp"
 
 namespace meltstage::tb {
 
 // Indices into chip_pin_header's pins.
-enum ChipPin : std::uint32_t {
-  kPinRstN,
-  kPinUartRx,
-  kPinAddrStrap,
-  kPinSpiMiso,
-  kPinHeaterFb,
-  kPinInhibit,
-  kPinDrop,
-  kPinTestMode,
-  kPinUartTx,  // first output
-  kPinUartDe,
-  kPinTlmTx,
-  kPinSpiSclk,
-  kPinSpiCsN,
-  kPinSpiMosi,
-  kPinHeater,
-  kPinSafeEn,
-  kPinFaultN,
-  kPinAtTemp,
-  kChipPinCount
-};
+using enum chip::spec::Pin;
+inline constexpr std::uint32_t kChipPinCount = chip::spec::kPins.size();
 
 // Inputs and outputs of the chip, nothing else.
 recording::Header chip_pin_header(std::string origin);
 
 chip::Inputs inputs_of(std::span<const std::uint64_t> pins);
 chip::Outputs outputs_of(std::span<const std::uint64_t> pins);
-// Levels of all pins by ChipPin.
+// Levels of all pins in the header's order.
 std::array<std::uint64_t, kChipPinCount> pin_levels(const chip::Inputs& in, const chip::Outputs& out);
+// Into a recording that begins with chip_pin_header's pins, or its inputs.
+void record_inputs(recording::Recorder& recorder, const chip::Inputs& in);
+void record_outputs(recording::Recorder& recorder, const chip::Outputs& out);
 // "heater_o recorded 1, chip 0", of the first output that differs; empty when none does.
 std::string output_difference(const chip::Outputs& recorded, const chip::Outputs& chip);
 

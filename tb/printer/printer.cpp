@@ -9,6 +9,7 @@
 
 #include "cmodel/advance.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
+#include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::tb {
 
@@ -36,29 +37,9 @@ constexpr Sample kHeatSamples[] = {{"heat-up at 2 s", 2.0}, {"heat-up at 8 s", 8
 constexpr std::uint64_t kSampleClocks = 120 * kMs;  // one control tick and a bit
 constexpr std::uint64_t kShutdownClocks = 60 * kMs;
 
-// Pin indices of the recording, in the order of printer_header.
-enum PinIndex : std::uint32_t {
-  kRstN,
-  kUartRx,
-  kUartTx,
-  kUartDe,
-  kTlmTx,
-  kAddrStrap,
-  kSclk,
-  kCsN,
-  kMosi,
-  kMiso,
-  kHeater,
-  kHeaterFb,
-  kSafeEn,
-  kInhibit,
-  kDrop,
-  kTestMode,
-  kFaultN,
-  kAtTemp,
-  kTrigger,
-  kFirstAxis,
-};
+// Pins of the recording behind the chip's, in the order of printer_header.
+constexpr std::uint32_t kTrigger = kChipPinCount;
+constexpr std::uint32_t kFirstAxis = kTrigger + 1;
 constexpr std::uint32_t kPinsPerAxis = 6;
 constexpr const char* kAxisNames[] = {"x", "y", "z"};
 
@@ -536,28 +517,12 @@ class Printer {
     if (cycle() == 0) {
       for (std::uint32_t axis = 0; axis < 3; ++axis) record_stage({0, axis, stage_.pins(axis)});
     }
-    if (cycle() == 0 || !(in == last_in_)) {
-      recorder_.set(kRstN, in.rst_n);
-      recorder_.set(kUartRx, in.uart_rx);
-      recorder_.set(kAddrStrap, in.addr_strap);
-      recorder_.set(kMiso, in.spi_miso);
-      recorder_.set(kHeaterFb, in.heater_fb);
-      recorder_.set(kInhibit, in.inhibit);
-      recorder_.set(kDrop, in.drop);
-      recorder_.set(kTestMode, in.test_mode);
-    }
     const bool heater = run_.out.heater && !in.inhibit;
     if (cycle() == 0 || !(run_.out == last_out_) || !(in == last_in_)) {
-      recorder_.set(kUartTx, run_.out.uart_tx);
-      recorder_.set(kUartDe, run_.out.uart_de);
-      recorder_.set(kTlmTx, run_.out.tlm_tx);
-      recorder_.set(kSclk, run_.out.spi_sclk);
-      recorder_.set(kCsN, run_.out.spi_cs_n);
-      recorder_.set(kMosi, run_.out.spi_mosi);
-      recorder_.set(kHeater, heater);
-      recorder_.set(kSafeEn, run_.out.safe_en);
-      recorder_.set(kFaultN, run_.out.fault_n);
-      recorder_.set(kAtTemp, run_.out.at_temp);
+      chip::Outputs standing = run_.out;
+      standing.heater = heater;
+      record_inputs(recorder_, in);
+      record_outputs(recorder_, standing);
       last_in_ = in;
       last_out_ = run_.out;
     }
@@ -624,40 +589,19 @@ Sent send(const PrintJob& job, const Sent& before, const Eigen::Vector3d& to_mm)
 
 recording::Header printer_header(const PrintJob& job) {
   using recording::Direction;
-  recording::Header header{
-      .pins = {},
-      .clock_hz = kClockHz,
-      .origin = fmt::format("meltstage print job={} seed={:#x}", job.name, job.head.seed),
-      .meta = {}};
-  const auto add = [&](std::string name, Direction direction, unsigned width, const char* owner) {
-    header.pins.push_back({std::move(name), direction, width, owner});
+  recording::Header header =
+      chip_pin_header(fmt::format("meltstage print job={} seed={:#x}", job.name, job.head.seed));
+  const auto add = [&](std::string name, Direction direction) {
+    header.pins.push_back({std::move(name), direction, 1, "stage"});
   };
-  add("rst_ni", Direction::in, 1, "chip");
-  add("uart_rx_i", Direction::in, 1, "chip");
-  add("uart_tx_o", Direction::out, 1, "chip");
-  add("uart_de_o", Direction::out, 1, "chip");
-  add("tlm_tx_o", Direction::out, 1, "chip");
-  add("addr_strap_i", Direction::in, 3, "chip");
-  add("spi_sclk_o", Direction::out, 1, "chip");
-  add("spi_cs_no", Direction::out, 1, "chip");
-  add("spi_mosi_o", Direction::out, 1, "chip");
-  add("spi_miso_i", Direction::in, 1, "chip");
-  add("heater_o", Direction::out, 1, "chip");
-  add("heater_fb_i", Direction::in, 1, "chip");
-  add("safe_en_o", Direction::out, 1, "chip");
-  add("inhibit_i", Direction::in, 1, "chip");
-  add("drop_i", Direction::in, 1, "chip");
-  add("test_mode_i", Direction::in, 1, "chip");
-  add("fault_no", Direction::out, 1, "chip");
-  add("at_temp_o", Direction::out, 1, "chip");
-  add("drop_trigger", Direction::in, 1, "stage");
+  add("drop_trigger", Direction::in);
   for (const char* axis : kAxisNames) {
-    add(fmt::format("{}_step", axis), Direction::in, 1, "stage");
-    add(fmt::format("{}_dir", axis), Direction::in, 1, "stage");
-    add(fmt::format("{}_home", axis), Direction::out, 1, "stage");
-    add(fmt::format("{}_limit_neg", axis), Direction::out, 1, "stage");
-    add(fmt::format("{}_limit_pos", axis), Direction::out, 1, "stage");
-    add(fmt::format("{}_index", axis), Direction::out, 1, "stage");
+    add(fmt::format("{}_step", axis), Direction::in);
+    add(fmt::format("{}_dir", axis), Direction::in);
+    add(fmt::format("{}_home", axis), Direction::out);
+    add(fmt::format("{}_limit_neg", axis), Direction::out);
+    add(fmt::format("{}_limit_pos", axis), Direction::out);
+    add(fmt::format("{}_index", axis), Direction::out);
   }
   return header;
 }

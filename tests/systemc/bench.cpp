@@ -17,23 +17,19 @@ const sc_core::sc_time kFirstEdge = 0.25 * kPeriod;
 
 template <class Module>
 void bind(Module& module, PinsOut& out) {
-  module.uart_tx_o(out.uart_tx_o);
-  module.uart_de_o(out.uart_de_o);
-  module.tlm_tx_o(out.tlm_tx_o);
-  module.spi_sclk_o(out.spi_sclk_o);
-  module.spi_cs_no(out.spi_cs_no);
-  module.spi_mosi_o(out.spi_mosi_o);
-  module.heater_o(out.heater_o);
-  module.safe_en_o(out.safe_en_o);
-  module.fault_no(out.fault_no);
-  module.at_temp_o(out.at_temp_o);
+#define TC_BIND(port, member, bits) module.port(out.port);
+  TC_OUTPUT_PINS(TC_BIND)
+#undef TC_BIND
 }
 
 }  // namespace
 
-std::array<bool, PinsOut::kNames.size()> PinsOut::levels() const {
-  return {uart_tx_o,  uart_de_o, tlm_tx_o,  spi_sclk_o, spi_cs_no,
-          spi_mosi_o, heater_o,  safe_en_o, fault_no,   at_temp_o};
+std::array<bool, chip::spec::kOutputPins> PinsOut::levels() const {
+  return {
+#define TC_LEVEL(port, member, bits) port,
+      TC_OUTPUT_PINS(TC_LEVEL)
+#undef TC_LEVEL
+  };
 }
 
 Devices::Devices()
@@ -46,15 +42,12 @@ Devices::Devices()
 Bench::Bench(const sc_core::sc_module_name& name)
     : sc_core::sc_module(name), clk_("clk", kPeriod, 0.5, kFirstEdge) {
   only_ = this;
+  uart_rx_.write(true);  // idle
   const auto connect = [this](auto& module, PinsOut& out) {
     module.clk_i(clk_);
-    module.rst_ni(rst_n_);
-    module.uart_rx_i(uart_rx_);
-    module.addr_strap_i(addr_strap_);
-    module.spi_miso_i(spi_miso_);
-    module.heater_fb_i(heater_fb_);
-    module.inhibit_i(inhibit_);
-    module.drop_i(drop_);
+#define TC_BIND(port, member, bits) module.port(member##_);
+    TC_INPUT_PINS(TC_BIND)
+#undef TC_BIND
     bind(module, out);
   };
   connect(model.pins, of_model_);
@@ -117,8 +110,9 @@ void Bench::compare() {
   if (!difference_.empty() || model_levels == rtl_levels) return;
   for (std::size_t i = 0; i < model_levels.size(); ++i) {
     if (model_levels[i] == rtl_levels[i]) continue;
-    difference_ += std::string(PinsOut::kNames[i]) + " model " + (model_levels[i] ? "1" : "0") + " RTL " +
-                   (rtl_levels[i] ? "1" : "0") + " clock " + std::to_string(cycle_) + "; ";
+    difference_ += std::string(chip::spec::kPins[chip::spec::kInputPins + i].name) + " model " +
+                   (model_levels[i] ? "1" : "0") + " RTL " + (rtl_levels[i] ? "1" : "0") + " clock " +
+                   std::to_string(cycle_) + "; ";
   }
 }
 

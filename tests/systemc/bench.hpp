@@ -22,12 +22,11 @@ namespace meltstage::systemc {
 
 // The output pins of one of both.
 struct PinsOut {
-  sc_core::sc_signal<bool> uart_tx_o, uart_de_o, tlm_tx_o, spi_sclk_o, spi_cs_no, spi_mosi_o, heater_o,
-      safe_en_o, fault_no, at_temp_o;
-  static constexpr std::array kNames{"uart_tx_o",  "uart_de_o", "tlm_tx_o",  "spi_sclk_o", "spi_cs_no",
-                                     "spi_mosi_o", "heater_o",  "safe_en_o", "fault_no",   "at_temp_o"};
-  // Level of each, in the order of the names.
-  std::array<bool, kNames.size()> levels() const;
+#define TC_SIGNAL(port, member, bits) sc_core::sc_signal<bool> port;
+  TC_OUTPUT_PINS(TC_SIGNAL)
+#undef TC_SIGNAL
+  // Level of each, in the order of the pins.
+  std::array<bool, chip::spec::kOutputPins> levels() const;
 };
 
 // What stands around the chip: Modbus host, MAX31855, heated head. Renewed at each reset.
@@ -75,9 +74,9 @@ class Bench : public sc_core::sc_module {
   static inline Bench* only_ = nullptr;
   TcRtl rtl_{"rtl"};
   sc_core::sc_clock clk_;
-  sc_core::sc_signal<bool> rst_n_{"rst_n"}, uart_rx_{"uart_rx", true}, spi_miso_{"spi_miso"},
-      heater_fb_{"heater_fb"}, inhibit_{"inhibit"}, drop_{"drop"};
-  sc_core::sc_signal<sc_dt::sc_uint<3>> addr_strap_{"addr_strap"};
+#define TC_SIGNAL(port, member, bits) sc_core::sc_signal<Level<bits>> member##_{#member};
+  TC_INPUT_PINS(TC_SIGNAL)
+#undef TC_SIGNAL
   PinsOut of_model_, of_rtl_;
   std::optional<Devices> devices_;
   std::uint64_t cycle_ = 0;
