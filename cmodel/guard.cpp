@@ -95,109 +95,173 @@ void Guard::skip(const GuardIn& in, const Sync::Seen& feedback, std::uint64_t cl
   if (clocks > 2) fb_q = heater != feedback.later ? fb_q + static_cast<std::uint32_t>(clocks - 2) : 0;
 }
 
-void Guard::step(const GuardIn& in) {
+// The phases of a clock, inline since each is called once, in every clock.
+
+// A frame of the sensor in this clock.
+struct Guard::Sample {
+  std::int32_t change;  // against the last accepted sample, 1/64 degC
+  bool far;             // further than a head can move
+  bool jump;            // far, although samples had agreed before
+  bool accept;
+  bool refuse;
+};
+
+// What the detectors look at, as it stands before this clock.
+struct Guard::Seen {
+  bool heating;          // in automatic mode
+  std::int32_t over_sp;  // temperature above the set-point, 1/320 degC
+  std::int32_t window;   // AT_WINDOW, 1/320 degC
+  bool off_duty;         // no heat is asked for
+  bool loop_break;       // duty near its limit: the temperature must rise
+  bool hold_power;       // more duty than holding needs
+  bool excursion;        // further above the set-point than allowed
+  bool zero_due;         // no heat for long enough: the temperature must not rise
+  bool frozen;           // a hot head without heat: its samples must move
+  bool feedback_late;    // feedback has differed for FB_TIME
+  bool rails_differ;     // run_q and its complement disagree
+};
+
+// No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's
+// reference, so that the way back from a single wrong sample is no jump): such a frame is refused as a bad
+// one. The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays,
+// so it is no noise. A sensor's first words after power-up may be anything: nothing is a jump until two
+// samples have agreed.
+inline Guard::Sample Guard::judge_sample(const GuardIn& in) const {
   const Params& p = in.params;
   const std::int32_t change = in.sens_pv - pv_q;
-  // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's
-  // reference, so that the way back from a single wrong sample is no jump): such a frame is refused as a bad
-  // one. The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays,
-  // so it is no noise. A sensor's first words after power-up may be anything: nothing is a jump until two
-  // samples have agreed.
   const std::int32_t drift = in.sens_pv - rate_ref_q;
   const bool far = p[spec::kRegDtdtMax] != 0 &&
                    (above_rate(p, drift) || (above_rate(p, 2 * change) && above_rate(p, 2 * drift)));
   const bool jump = settled_q != 0 && far;
   const bool jump_stays = jump && bad_q + 1 >= (p[spec::kRegBadMax] & 0xF);
   const bool accept = in.sens_done && in.sens_ok && (!jump || jump_stays);
-  const bool refuse = in.sens_done && !accept;
+  return {.change = change, .far = far, .jump = jump, .accept = accept, .refuse = in.sens_done && !accept};
+}
+
+inline Guard::Seen Guard::look(const GuardIn& in) const {
+  const Params& p = in.params;
   const bool heating = run_q != 0 && !p.bit(spec::kRegMode, spec::kModeManual);
   const std::int32_t over_sp = of_temp(pv_q - in.sp_work);
-  const std::int32_t window = of_tenths(p[spec::kRegAtWindow]);
-  const bool in_window = std::abs(over_sp) <= window;
-  const bool lba_rose = of_temp(pv_q - lba_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
-  const bool hold_rose = of_temp(pv_q - hold_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
   const bool off_duty = in.duty == 0 || run_q == 0;
-  const bool fb_trip = fb_q >= fb_trip_clocks(p);
-  const bool lba_active = heating && in.limited && p[spec::kRegLbaTime] != 0;
-  const bool hold_active = heating && in.segment == spec::kSegPid && p[spec::kRegKff] != 0 &&
-                           p[spec::kRegHoldTime] != 0 && in.duty > in.hold_limit;
-  const bool exc_active = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]);
-  const bool zero_due = off_duty && zero_q >= p[spec::kRegZeroWait];
-  const bool frozen_active = run_q != 0 && in.duty == 0 && p[spec::kRegLbaTime] != 0 &&
-                             of_temp(pv_q) > of_tenths(p.s16(spec::kRegTAmb)) + kHotAbove;
-  const bool rails_differ = run_q == run_nq;
-  const bool upset = (watch_still_q & (watch_parity_q ^ in.watch_parity)) != 0;
-  const bool zero_rose = of_temp(pv_q - zero_ref_q) >= of_tenths(p[spec::kRegZeroRise]);
+  return {.heating = heating,
+          .over_sp = over_sp,
+          .window = of_tenths(p[spec::kRegAtWindow]),
+          .off_duty = off_duty,
+          .loop_break = heating && in.limited && p[spec::kRegLbaTime] != 0,
+          .hold_power = heating && in.segment == spec::kSegPid && p[spec::kRegKff] != 0 &&
+                        p[spec::kRegHoldTime] != 0 && in.duty > in.hold_limit,
+          .excursion = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]),
+          .zero_due = off_duty && zero_q >= p[spec::kRegZeroWait],
+          .frozen = run_q != 0 && in.duty == 0 && p[spec::kRegLbaTime] != 0 &&
+                    of_temp(pv_q) > of_tenths(p.s16(spec::kRegTAmb)) + kHotAbove,
+          .feedback_late = fb_q >= fb_trip_clocks(p),
+          .rails_differ = run_q == run_nq};
+}
 
-  // Over-temperature acts on the sample itself, unfiltered.
+inline std::uint16_t Guard::causes(const GuardIn& in, const Sample& sample, const Seen& seen) const {
+  const Params& p = in.params;
+  // The limits act on the sample itself, unfiltered.
   constexpr std::uint16_t kLimits = bit(spec::kFaultOverTemp, true) | bit(spec::kFaultUnderTemp, true);
-  std::uint16_t cause = cause_q & kLimits;
-  if (accept) {
-    cause = bit(spec::kFaultOverTemp, of_temp(in.sens_pv) >= of_tenths(p.s16(spec::kRegTMax))) |
-            bit(spec::kFaultUnderTemp, of_temp(in.sens_pv) < of_tenths(p.s16(spec::kRegTMin)));
+  std::uint16_t limits = cause_q & kLimits;
+  if (sample.accept) {
+    limits = bit(spec::kFaultOverTemp, of_temp(in.sens_pv) >= of_tenths(p.s16(spec::kRegTMax))) |
+             bit(spec::kFaultUnderTemp, of_temp(in.sens_pv) < of_tenths(p.s16(spec::kRegTMin)));
   }
   const bool bad = bad_limit(p);
-  cause = static_cast<std::uint16_t>(
-      cause | bit(spec::kFaultSensorFault, bad && bad_dev_q != 0) |
+  const bool zero_rose = of_temp(pv_q - zero_ref_q) >= of_tenths(p[spec::kRegZeroRise]);
+  const bool upset = (watch_still_q & (watch_parity_q ^ in.watch_parity)) != 0;
+  return static_cast<std::uint16_t>(
+      limits | bit(spec::kFaultSensorFault, bad && bad_dev_q != 0) |
       bit(spec::kFaultSensorFrame, bad && bad_dev_q == 0) |
       bit(spec::kFaultSensorStale,
-          stale_q >= p[spec::kRegSampleTimeout] || (frozen_active && frozen_q >= p[spec::kRegLbaTime])) |
+          stale_q >= p[spec::kRegSampleTimeout] || (seen.frozen && frozen_q >= p[spec::kRegLbaTime])) |
       bit(spec::kFaultRate, rate_q != 0) | bit(spec::kFaultNotHeating, lba_trip_q != 0) |
-      bit(spec::kFaultHoldPower, hold_active && hold_q >= p[spec::kRegHoldTime]) |
-      bit(spec::kFaultExcursion, exc_active && exc_q >= p[spec::kRegExcTime]) |
-      bit(spec::kFaultZeroRise, zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
-      bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, spec::kCtrlFbEn) && fb_trip) |
+      bit(spec::kFaultHoldPower, seen.hold_power && hold_q >= p[spec::kRegHoldTime]) |
+      bit(spec::kFaultExcursion, seen.excursion && exc_q >= p[spec::kRegExcTime]) |
+      bit(spec::kFaultZeroRise, seen.zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
+      bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, spec::kCtrlFbEn) && seen.feedback_late) |
       bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_left(p) == 0) | bit(spec::kFaultParam, in.mem_bad) |
-      bit(spec::kFaultState, in.state_illegal || in.overrun || rails_differ || upset) |
+      bit(spec::kFaultState, in.state_illegal || in.overrun || seen.rails_differ || upset) |
       bit(spec::kFaultInhibit, in.inhibit));
+}
 
-  const std::uint16_t latching =
-      cause_q & static_cast<std::uint16_t>(run_q != 0 ? 0xFFFF : ~spec::kFaultRunOnly);
-  const bool stop = in.stop || latching != 0 || fault_q != 0 || rails_differ;
-  const bool running = run_q != 0;
-
-  // Detectors, from the flops before this clock.
-  lba_trip_q = lba_active && !lba_rose && lba_q >= p[spec::kRegLbaTime];
-  lba_q = lba_active && !lba_rose ? count_up(lba_q, in.tenth) : 0;
+// NotHeating: the temperature must rise by LBA_RISE within LBA_TIME.
+inline void Guard::step_loop_break(const GuardIn& in, const Seen& seen) {
+  const Params& p = in.params;
+  const bool rose = of_temp(pv_q - lba_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
+  lba_trip_q = seen.loop_break && !rose && lba_q >= p[spec::kRegLbaTime];
+  lba_q = seen.loop_break && !rose ? count_up(lba_q, in.tenth) : 0;
   // From the lowest: a head that was cooling falls on for a while.
-  if (!lba_active || lba_rose || pv_q < lba_ref_q) lba_ref_q = pv_q;
-  if (!hold_active || hold_rose) {
+  if (!seen.loop_break || rose || pv_q < lba_ref_q) lba_ref_q = pv_q;
+}
+
+inline void Guard::step_hold_power(const GuardIn& in, const Seen& seen) {
+  const bool rose = of_temp(pv_q - hold_ref_q) >= of_tenths(in.params[spec::kRegLbaRise]);
+  if (!seen.hold_power || rose) {
     hold_q = 0;
     hold_ref_q = pv_q;
   } else {
     hold_q = count_up(hold_q, in.tenth);
   }
-  if (!heating || in.sp_work < sp_past_q) {
+}
+
+// Armed once the temperature has been at the set-point, and until that falls.
+inline void Guard::step_excursion(const GuardIn& in, const Seen& seen) {
+  if (!seen.heating || in.sp_work < sp_past_q) {
     exc_armed_q = 0;
-  } else if (over_sp <= window) {
+  } else if (seen.over_sp <= seen.window) {
     exc_armed_q = 1;
   }
   sp_past_q = in.sp_work;
-  exc_q = exc_active ? count_up(exc_q, in.tenth) : 0;
-  if (!off_duty) {
+  exc_q = seen.excursion ? count_up(exc_q, in.tenth) : 0;
+}
+
+inline void Guard::step_zero_rise(const GuardIn& in, const Sample& sample, const Seen& seen) {
+  if (!seen.off_duty) {
     zero_q = 0;
-  } else if (!zero_due) {
+  } else if (!seen.zero_due) {
     zero_q = count_up(zero_q, in.tenth);
   }
-  if (accept && pv_valid_q == 0) {
+  if (sample.accept && pv_valid_q == 0) {
     zero_ref_q = in.sens_pv;  // the first sample is no rise
-  } else if (!zero_due || pv_q < zero_ref_q) {
+  } else if (!seen.zero_due || pv_q < zero_ref_q) {
     zero_ref_q = pv_q;
   }
-  // Frozen: a hot head without heat cools, so its samples move.
-  frozen_q = frozen_active && !(accept && change != 0) ? count_up(frozen_q, in.tenth) : 0;
+}
+
+inline void Guard::step_feedback(const GuardIn& in, const Seen& seen) {
   if ((heater_q != 0) == in.heater_fb) {
     fb_q = 0;
-  } else if (!fb_trip) {
+  } else if (!seen.feedback_late) {
     fb_q = (fb_q + 1) & 0xFFFFF;
   }
-  // Time since the last frame, so that a changed HOST_WD is in force at once.
-  wd_q = !running || in.good_frame ? 0 : count_up(wd_q, in.tenth);
-  const bool at = heating && pv_valid_q != 0 && !in.ramping && in_window;
-  at_temp_q = at && at_q >= p[spec::kRegAtDwell];
-  at_q = at ? count_up(at_q, in.tenth) : 0;
+}
 
-  // Heater permission: a fault, a stop or the emergency stop beats everything.
+inline void Guard::step_at_temp(const GuardIn& in, const Seen& seen) {
+  const bool at = seen.heating && pv_valid_q != 0 && !in.ramping && std::abs(seen.over_sp) <= seen.window;
+  at_temp_q = at && at_q >= in.params[spec::kRegAtDwell];
+  at_q = at ? count_up(at_q, in.tenth) : 0;
+}
+
+inline void Guard::step_detectors(const GuardIn& in, const Sample& sample, const Seen& seen) {
+  step_loop_break(in, seen);
+  step_hold_power(in, seen);
+  step_excursion(in, seen);
+  step_zero_rise(in, sample, seen);
+  // A hot head without heat cools, so its samples move.
+  frozen_q = seen.frozen && !(sample.accept && sample.change != 0) ? count_up(frozen_q, in.tenth) : 0;
+  step_feedback(in, seen);
+  // Time since the last frame, so that a changed HOST_WD is in force at once.
+  wd_q = run_q == 0 || in.good_frame ? 0 : count_up(wd_q, in.tenth);
+  step_at_temp(in, seen);
+}
+
+// Heater permission: a fault, a stop or the emergency stop beats everything.
+inline void Guard::step_permission(const GuardIn& in, const Seen& seen, std::uint16_t cause) {
+  const bool running = run_q != 0;
+  const std::uint16_t latching =
+      cause_q & static_cast<std::uint16_t>(running ? 0xFFFF : ~spec::kFaultRunOnly);
+  const bool stop = in.stop || latching != 0 || fault_q != 0 || seen.rails_differ;
   const bool start = in.run && run_allowed();
   heater_q = in.pwm && running && !stop && !in.inhibit;
   if (running && !stop) {
@@ -214,19 +278,24 @@ void Guard::step(const GuardIn& in) {
   cause_q = cause;
   watch_parity_q = in.watch_parity;
   watch_still_q = in.watch_still;
+}
 
-  // Samples.
-  if (accept && (settled_q == 0 || jump || rate_cnt_q >= kRateTenths)) {
-    rate_ref_q =
-        settled_q != 0 && !jump ? pv_q : in.sens_pv;  // not the present sample, which may be a wrong one
+// Reference of DTDT_MAX, a second old at the most.
+inline void Guard::step_rate_reference(const GuardIn& in, const Sample& sample) {
+  if (sample.accept && (settled_q == 0 || sample.jump || rate_cnt_q >= kRateTenths)) {
+    // Not the present sample, which may be a wrong one.
+    rate_ref_q = settled_q != 0 && !sample.jump ? pv_q : in.sens_pv;
     rate_cnt_q = 0;
   } else if (in.tenth && rate_cnt_q < kRateTenths) {
     ++rate_cnt_q;
   }
-  if (accept) {
-    rate_q = jump;
-    slope_q = pv_valid_q != 0 ? sat_s16(change) : std::int16_t{0};
-    if (pv_valid_q != 0 && !far) settled_q = 1;
+}
+
+inline void Guard::take_sample(const GuardIn& in, const Sample& sample) {
+  if (sample.accept) {
+    rate_q = sample.jump;
+    slope_q = pv_valid_q != 0 ? sat_s16(sample.change) : std::int16_t{0};
+    if (pv_valid_q != 0 && !sample.far) settled_q = 1;
     pv_valid_q = 1;
     pv_q = in.sens_pv;
     ++samples_q;
@@ -235,11 +304,23 @@ void Guard::step(const GuardIn& in) {
   } else {
     stale_q = count_up(stale_q, in.tenth);
   }
-  if (refuse) {
+  if (sample.refuse) {
     ++sensor_errors_q;
     bad_dev_q = in.sens_dev_fault;
     if (bad_q != 0xF) ++bad_q;
   }
+}
+
+// Everything is judged by the flops before this clock. Then they move: the detectors while temperature,
+// permission and heater still are the old ones, the sample last.
+void Guard::step(const GuardIn& in) {
+  const Sample sample = judge_sample(in);
+  const Seen seen = look(in);
+  const std::uint16_t cause = causes(in, sample, seen);
+  step_detectors(in, sample, seen);
+  step_permission(in, seen, cause);
+  step_rate_reference(in, sample);
+  take_sample(in, sample);
 }
 
 }  // namespace meltstage::chip

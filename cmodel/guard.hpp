@@ -101,6 +101,23 @@ struct Guard {
   // Time left of the host watchdog, 0.1 s.
   std::uint16_t wd_left(const Params& p) const;
   bool permitted() const { return run_q != 0 && fault_q == 0; }
+
+ private:
+  struct Sample;
+  struct Seen;
+  Sample judge_sample(const GuardIn& in) const;
+  Seen look(const GuardIn& in) const;
+  std::uint16_t causes(const GuardIn& in, const Sample& sample, const Seen& seen) const;
+  void step_loop_break(const GuardIn& in, const Seen& seen);
+  void step_hold_power(const GuardIn& in, const Seen& seen);
+  void step_excursion(const GuardIn& in, const Seen& seen);
+  void step_zero_rise(const GuardIn& in, const Sample& sample, const Seen& seen);
+  void step_feedback(const GuardIn& in, const Seen& seen);
+  void step_at_temp(const GuardIn& in, const Seen& seen);
+  void step_detectors(const GuardIn& in, const Sample& sample, const Seen& seen);
+  void step_permission(const GuardIn& in, const Seen& seen, std::uint16_t cause);
+  void step_rate_reference(const GuardIn& in, const Sample& sample);
+  void take_sample(const GuardIn& in, const Sample& sample);
 };
 
 }  // namespace meltstage::chip
