@@ -273,117 +273,168 @@ class Printer {
   // ---- The job, looked at every kLook clocks ----
   void act() {
     wake_ = cycle() + kLook;
-    for (; next_event_ < job_.events.size() && seconds(cycle()) >= job_.events[next_event_].at_s;
-         ++next_event_)
-      happen(job_.events[next_event_].kind);
+    while (next_event_ < job_.events.size() && seconds(cycle()) >= job_.events[next_event_].at_s)
+      happen(job_.events[next_event_++].kind);
+    tick_stage();
+    take_results();
+    watch_for_faults();
+    if (!aborted_ && cycle() >= next_poll_ && phase_ > Phase::configure && waiting_ == 0) poll();
+    act_in_phase();
+  }
+
+  void tick_stage() {
     move_stage();
     stage_.tick(cycle(), emergency_loop_);
     stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
-    take_results();
+  }
+
+  void watch_for_faults() {
     if (!run_.out.fault_n && !aborted_ && phase_ != Phase::reset) {
       const chip::Chip& chip = model();
       abort(describe_fault(static_cast<std::uint16_t>(chip.guard.first_q << 8), chip.guard.fault_q));
     }
     // The emergency stop is told by the chip.
     if (stage_.fault() && !emergency_loop_) abort(*stage_.fault());
-    if (!aborted_ && cycle() >= next_poll_ && phase_ > Phase::configure && waiting_ == 0) poll();
+  }
 
+  void act_in_phase() {
     switch (phase_) {
       case Phase::reset:
-        head_.set_reset(false);
-        submit(report_server_id(kUnit));
-        submit(command(spec::kCmdHold));
-        for (ModbusRequest& frame : write_frames(job_.registers)) submit(std::move(frame));
-        submit(command(spec::kCmdCommit));
-        phase_ = Phase::configure;
-        deadline_ = cycle() + kReplyTimeout;
-        break;
+        return in_reset();
       case Phase::configure:
-        if (refused_ != 0) {
-          abort(fmt::format("the chip refused the job's parameters with Modbus exception {:02}", refused_));
-        } else if (waiting_ == 0) {
-          phase_ = Phase::wait_sensor;
-        }
-        break;
+        return in_configure();
       case Phase::wait_sensor:
-        if (!status_.empty() && status_[spec::kInPv] != spec::kPvNone && status_[spec::kInCause] == 0 &&
-            waiting_ == 0) {
-          submit(command(spec::kCmdRun));
-          phase_ = Phase::wait_run;
-        } else if (cycle() > deadline_) {
-          abort(fmt::format("no sound sensor reading in {:.0f} s (cause bits {:#06x})",
-                            seconds(kReplyTimeout), status_.empty() ? 0 : status_[spec::kInCause]));
-        }
-        break;
+        return in_wait_sensor();
       case Phase::wait_run:
-        if (refused_ != 0) {
-          abort(fmt::format("the chip refused to heat with Modbus exception {:02}", refused_));
-        } else if (waiting_ == 0) {
-          enter("heat-up");
-          run_at_ = cycle();
-          if (!stage_.homed()) stage_.home();
-          deadline_ = cycle() + static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz);
-          phase_ = Phase::heat;
-        }
-        break;
+        return in_wait_run();
       case Phase::heat:
-        sample_heat_up();
-        prepare_stage();
-        if (run_.out.at_temp && stage_ready_) {
-          close_window();
-          enter("print");
-          open_window("first bumps");
-          if (job_.fly_by)
-            approach_first_row();
-          else
-            next_bump();
-        } else if (cycle() > deadline_) {
-          abort(fmt::format("not at temperature {:.0f} s after RUN", job_.heat_timeout_s));
-        }
-        break;
+        return in_heat();
       case Phase::move:
-        if (!stage_.busy() && left_bumps_) {
-          shut_down();
-        } else if (!stage_.busy()) {
-          phase_ = Phase::settle;
-          deadline_ = cycle() + static_cast<std::uint64_t>(job_.settle_s * kClockHz);
-        }
-        break;
+        return in_move();
       case Phase::settle:
-        // A droplet only at temperature.
-        if (cycle() >= deadline_ && run_.out.at_temp) {
-          drop(bump_ - 1, stage_.landing_mm(cycle(), 0.0, 0.0));
-          phase_ = Phase::trigger;
-        } else if (cycle() >= deadline_ + static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz)) {
-          abort(fmt::format("temperature left its window for {:.0f} s", job_.heat_timeout_s));
-        }
-        break;
+        return in_settle();
       case Phase::trigger:
-        if (result_.droplets == kCheckedBumps) close_window();
-        next_bump();
-        break;
+        return in_trigger();
       case Phase::approach:
-        if (stage_.busy()) break;
-        stage_.print_on_the_fly(job_.fly_by->plan, job_.fly_by->config, cycle());
-        phase_ = Phase::fly;
-        break;
+        return in_approach();
       case Phase::fly:
-        if (result_.droplets == kCheckedBumps) close_window();
-        if (!stage_.busy()) leave_bumps();
-        break;
+        return in_fly();
       case Phase::stop:
-        if (waiting_ == 0 || cycle() > deadline_) {
-          off_at_ = cycle();
-          phase_ = Phase::watch_off;
-        }
-        break;
+        return in_stop();
       case Phase::watch_off:
-        if (run_.out.heater) abort_off();
-        if (cycle() - off_at_ >= kWatchOff) finish();
-        break;
+        return in_watch_off();
       case Phase::done:
-        break;
+        return;
     }
+  }
+
+  void in_reset() {
+    head_.set_reset(false);
+    submit(report_server_id(kUnit));
+    submit(command(spec::kCmdHold));
+    for (ModbusRequest& frame : write_frames(job_.registers)) submit(std::move(frame));
+    submit(command(spec::kCmdCommit));
+    phase_ = Phase::configure;
+    deadline_ = cycle() + kReplyTimeout;
+  }
+
+  void in_configure() {
+    if (refused_ != 0) {
+      abort(fmt::format("the chip refused the job's parameters with Modbus exception {:02}", refused_));
+    } else if (waiting_ == 0) {
+      phase_ = Phase::wait_sensor;
+    }
+  }
+
+  void in_wait_sensor() {
+    const bool sound =
+        !status_.empty() && status_[spec::kInPv] != spec::kPvNone && status_[spec::kInCause] == 0;
+    if (sound && waiting_ == 0) {
+      submit(command(spec::kCmdRun));
+      phase_ = Phase::wait_run;
+    } else if (cycle() > deadline_) {
+      abort(fmt::format("no sound sensor reading in {:.0f} s (cause bits {:#06x})", seconds(kReplyTimeout),
+                        status_.empty() ? 0 : status_[spec::kInCause]));
+    }
+  }
+
+  void in_wait_run() {
+    if (refused_ != 0) {
+      abort(fmt::format("the chip refused to heat with Modbus exception {:02}", refused_));
+    } else if (waiting_ == 0) {
+      enter("heat-up");
+      run_at_ = cycle();
+      if (!stage_.homed()) stage_.home();
+      deadline_ = cycle() + heat_timeout_clocks();
+      phase_ = Phase::heat;
+    }
+  }
+
+  void in_heat() {
+    sample_heat_up();
+    prepare_stage();
+    if (run_.out.at_temp && stage_ready_) {
+      close_window();
+      enter("print");
+      open_window("first bumps");
+      if (job_.fly_by)
+        approach_first_row();
+      else
+        next_bump();
+    } else if (cycle() > deadline_) {
+      abort(fmt::format("not at temperature {:.0f} s after RUN", job_.heat_timeout_s));
+    }
+  }
+
+  void in_move() {
+    if (stage_.busy()) return;
+    if (left_bumps_) {
+      shut_down();
+    } else {
+      phase_ = Phase::settle;
+      deadline_ = cycle() + static_cast<std::uint64_t>(job_.settle_s * kClockHz);
+    }
+  }
+
+  // A droplet only at temperature.
+  void in_settle() {
+    if (cycle() >= deadline_ && run_.out.at_temp) {
+      drop(bump_ - 1, stage_.landing_mm(cycle(), 0.0, 0.0));
+      phase_ = Phase::trigger;
+    } else if (cycle() >= deadline_ + heat_timeout_clocks()) {
+      abort(fmt::format("temperature left its window for {:.0f} s", job_.heat_timeout_s));
+    }
+  }
+
+  void in_trigger() {
+    if (result_.droplets == kCheckedBumps) close_window();
+    next_bump();
+  }
+
+  void in_approach() {
+    if (stage_.busy()) return;
+    stage_.print_on_the_fly(job_.fly_by->plan, job_.fly_by->config, cycle());
+    phase_ = Phase::fly;
+  }
+
+  void in_fly() {
+    if (result_.droplets == kCheckedBumps) close_window();
+    if (!stage_.busy()) leave_bumps();
+  }
+
+  void in_stop() {
+    if (waiting_ != 0 && cycle() <= deadline_) return;
+    off_at_ = cycle();
+    phase_ = Phase::watch_off;
+  }
+
+  void in_watch_off() {
+    if (run_.out.heater) abort_off();
+    if (cycle() - off_at_ >= kWatchOff) finish();
+  }
+
+  std::uint64_t heat_timeout_clocks() const {
+    return static_cast<std::uint64_t>(job_.heat_timeout_s * kClockHz);
   }
 
   void sample_heat_up() {
