@@ -3,31 +3,141 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <fstream>
+#include <system_error>
 
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage {
+namespace {
 
-std::string read_file(const std::filesystem::path& path, std::string_view wanted, std::uint64_t most_bytes) {
-  std::error_code ignored;
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, std::string_view defect, std::string_view wanted) {
+  throw UserError(fmt::format("{}: {}, expected {}", path.string(), defect, wanted));
+}
+
+// Only a regular file ends: a pipe may wait for ever, and a device gives bytes without end.
+void require_regular(const fs::path& path, std::string_view wanted) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  switch (status.type()) {
+    case fs::file_type::regular:
+      return;
+    case fs::file_type::not_found:
+      fail(path, "no such file", wanted);
+    case fs::file_type::directory:
+      fail(path, "found a folder", wanted);
+    case fs::file_type::none:
+      fail(path, fmt::format("can't be read ({})", error.message()), wanted);
+    default:
+      fail(path, "found a pipe, a socket or a device", wanted);
+  }
+}
+
+// What toml++ would go down into by calling itself. Strings and comments are passed over.
+class TomlShape {
+ public:
+  TomlShape(std::string_view text, std::string_view file) : text_(text), file_(file) {}
+
+  void check() {
+    while (at_ < text_.size()) step();
+  }
+
+ private:
+  void step() {
+    const char c = text_[at_];
+    if (c == '#') {
+      at_ = std::min(text_.find('\n', at_), text_.size());
+    } else if (c == '"' || c == '\'') {
+      pass_string(c);
+    } else {
+      count(c);
+      ++at_;
+    }
+  }
+
+  void count(char c) {
+    if (c == '[' || c == '{') {
+      if (++depth_ > kMostNested) fail_here("more than {} brackets in each other", "flatter values");
+    } else if (c == ']' || c == '}') {
+      if (depth_ > 0) --depth_;
+    }
+    if (c == '.') {
+      if (++dots_ > kMostNested) fail_here("a key of more than {} parts", "SECTION.FIELD");
+    } else if (c == '\n' || c == '=' || c == ',' || c == '[' || c == ']') {
+      dots_ = 0;
+    }
+  }
+
+  void pass_string(char quote) {
+    const bool block = at_ + 2 < text_.size() && text_[at_ + 1] == quote && text_[at_ + 2] == quote;
+    at_ += block ? 3 : 1;
+    for (; at_ < text_.size(); ++at_) {
+      if (text_[at_] == '\\' && quote == '"') {
+        ++at_;
+      } else if (text_[at_] == quote) {
+        const bool ends = !block || (text_.substr(at_, 3) == std::string(3, quote));
+        if (ends) break;
+      } else if (text_[at_] == '\n' && !block) {
+        return;  // the parser says that it has no end
+      }
+    }
+    at_ += block ? 3 : 1;
+  }
+
+  [[noreturn]] void fail_here(const char* found, std::string_view expected) const {
+    throw UserError(
+        defect_at(file_, place_of(text_, at_), fmt::format(fmt::runtime(found), kMostNested), expected));
+  }
+
+  std::string_view text_, file_;
+  std::size_t at_ = 0;
+  std::size_t depth_ = 0;
+  std::size_t dots_ = 0;
+};
+
+}  // namespace
+
+std::string read_file(const fs::path& path, std::string_view wanted, std::uint64_t most_bytes) {
+  require_regular(path, wanted);
   std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path, ignored))
-    throw UserError(fmt::format("{}: can't be read, expected {}", path.string(), wanted));
+  if (!file) fail(path, fmt::format("can't be opened ({})", std::generic_category().message(errno)), wanted);
   std::string text;
-  constexpr std::size_t kPiece = 1 << 20;
-  // in pieces: a device or a pipe doesn't tell its size
+  constexpr std::size_t kPiece = std::size_t{1} << 18;
+  // in pieces: files of the kernel don't tell their size, and another program may be writing to this one
   while (file) {
     const std::size_t before = text.size();
     text.resize(before + kPiece);
     file.read(text.data() + before, kPiece);
     text.resize(before + static_cast<std::size_t>(file.gcount()));
     if (text.size() > most_bytes)
-      throw UserError(fmt::format("{}: found more than {} bytes, expected {} of at most so many",
-                                  path.string(), most_bytes, wanted));
+      fail(path, fmt::format("found more than {} bytes", most_bytes),
+           fmt::format("{} of at most so many", wanted));
   }
-  if (file.bad()) throw UserError(fmt::format("{}: can't be read, expected {}", path.string(), wanted));
+  if (file.bad())
+    fail(path, fmt::format("can't be read to its end ({})", std::generic_category().message(errno)), wanted);
   return text;
+}
+
+std::string read_toml_text(const fs::path& path, std::string_view wanted) {
+  constexpr std::uint64_t kMostTomlBytes = std::uint64_t{1} << 22;
+  std::string text = read_file(path, wanted, kMostTomlBytes);
+  TomlShape(text, path.string()).check();
+  return text;
+}
+
+void require_other_file(const fs::path& output, std::initializer_list<fs::path> inputs) {
+  for (const fs::path& input : inputs) {
+    std::error_code ignored;  // the output may not be there yet
+    if (fs::equivalent(output, input, ignored))
+      throw UserError(
+          fmt::format("{}: would be written over the input {}, expected another file; choose "
+                      "another name for what is written",
+                      output.string(), input.string()));
+  }
 }
 
 }  // namespace meltstage

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file that a person gives, read whole.
+// The way in: every file that a person gives is read through read_file(), its numbers through number_in()
+// (base/number.hpp), and what a message quotes of it through shown() (base/place.hpp). A reader bounds all
+// that a file can make it repeat, keep or nest, and each refusal is one UserError with the place.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -11,9 +15,24 @@ namespace meltstage {
 
 inline constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 30;
 
-/// The whole file. `wanted` ("a Liberty file") stands in messages. Throws UserError when it can't be read, is
-/// a folder or holds more than `most_bytes`.
+/// Cells of one row of a table; a spreadsheet has as many.
+inline constexpr std::size_t kMostColumns = 16384;
+
+/// How deep brackets may stand in each other; a reader that calls itself goes no deeper.
+inline constexpr std::size_t kMostNested = 64;
+
+/// The whole file. `wanted` ("a Liberty file") stands in messages. Throws UserError when the file is missing,
+/// is no regular file, can't be read or holds more than `most_bytes`.
 std::string read_file(const std::filesystem::path& path, std::string_view wanted,
                       std::uint64_t most_bytes = kMostFileBytes);
+
+/// Text of a TOML file, fit for a parser that calls itself once for every bracket and every dot of a key.
+/// Throws UserError as read_file() does, and for brackets or keys that are nested too deeply.
+std::string read_toml_text(const std::filesystem::path& path, std::string_view wanted);
+
+/// Throws UserError when the file to write is one of those that are read, by whatever name: relative,
+/// symbolic link or hard link.
+void require_other_file(const std::filesystem::path& output,
+                        std::initializer_list<std::filesystem::path> inputs);
 
 }  // namespace meltstage

@@ -23,9 +23,15 @@ namespace {
 }  // namespace
 
 OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)), partial_(path_) {
-  if (std::filesystem::is_directory(path_)) fail(path_, EISDIR);
+  std::error_code error;
+  const std::filesystem::file_status found = std::filesystem::status(path_, error);
+  if (is_directory(found)) fail(path_, EISDIR);
+  // The file takes the place of what has its name: a device would be lost.
+  if (is_other(found)) fail(path_, ENOTSUP);
   partial_ += ".partial";
-  file_.reset(std::fopen(partial_.c_str(), "wb"));
+  // What a killed run left. Removed rather than written to: it may be a link to another file.
+  std::filesystem::remove(partial_, error);
+  file_.reset(std::fopen(partial_.c_str(), "wbx"));
   if (!file_) fail(path_, errno);
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
 }

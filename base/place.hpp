@@ -17,7 +17,10 @@ struct Place {
 /// The place of the byte at `offset`; behind the last byte when `offset` is beyond it.
 Place place_of(std::string_view text, std::size_t offset);
 
-/// A piece of a file for a message: control bytes as \xNN, cut short when it is long.
+/// Text as a terminal may have it: control characters and bytes that are no UTF-8 as \xNN.
+std::string escaped(std::string_view text);
+
+/// A piece of a file for a message: escaped(), cut behind 80 bytes.
 std::string shown(std::string_view text);
 
 /// "FILE:LINE:COLUMN: found FOUND, expected EXPECTED".

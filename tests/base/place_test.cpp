@@ -1,49 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/place.hpp"
 
-#include <gmock/gmock.h>
-
-#include "base/error.hpp"
-#include "base/file.hpp"
-#include "base/number.hpp"
+#include <gtest/gtest.h>
 
 namespace meltstage {
 namespace {
 
-TEST(Place, LinesAndColumnsCountFromOne) {
-  const auto place = [](std::size_t offset) {
-    const Place p = place_of("ab\ncd\n", offset);
-    return std::pair(static_cast<int>(p.line), static_cast<int>(p.column));
+TEST(Place, CountsLinesAndColumnsFromOne) {
+  const auto at = [](std::size_t offset) {
+    const Place place = place_of("ab\n\nc", offset);
+    return std::pair(place.line, place.column);
   };
-  EXPECT_EQ(place(0), std::pair(1, 1));
-  EXPECT_EQ(place(2), std::pair(1, 3));
-  EXPECT_EQ(place(3), std::pair(2, 1));
-  EXPECT_EQ(place(6), std::pair(3, 1));
-  EXPECT_EQ(place(99), std::pair(3, 1));
+  EXPECT_EQ(at(0), std::pair(std::size_t{1}, std::size_t{1}));
+  EXPECT_EQ(at(2), std::pair(std::size_t{1}, std::size_t{3}));
+  EXPECT_EQ(at(3), std::pair(std::size_t{2}, std::size_t{1}));
+  EXPECT_EQ(at(4), std::pair(std::size_t{3}, std::size_t{1}));
+  EXPECT_EQ(at(99), std::pair(std::size_t{3}, std::size_t{2}));
 }
 
-TEST(Place, ControlBytesAreShownNotSent) {
-  EXPECT_EQ(shown("\x1b[31m\n"), "\\x1B[31m\\x0A");
+TEST(Escaped, LeavesTextAndShowsControlBytes) {
+  EXPECT_EQ(escaped("plain µm, 温度, 🖨"), "plain µm, 温度, 🖨");
+  EXPECT_EQ(escaped("\x1b[31mred\a\r\n\t\x7f"), "\\x1B[31mred\\x07\\x0D\\x0A\\x09\\x7F");
+  EXPECT_EQ(escaped(std::string_view("\0", 1)), "\\x00");
+  EXPECT_EQ(escaped("\xc2\x9b"
+                    "31m"),
+            "\\xC2\\x9B31m");  // CSI of 8-bit terminals
+}
+
+TEST(Escaped, ShowsBytesThatAreNoUtf8) {
+  EXPECT_EQ(escaped("\xff\xfe"), "\\xFF\\xFE");
+  EXPECT_EQ(escaped("\xc3"), "\\xC3");           // cut off
+  EXPECT_EQ(escaped("\xc0\xaf"), "\\xC0\\xAF");  // overlong
+  EXPECT_EQ(escaped("\xe0\x80\xaf"), "\\xE0\\x80\\xAF");
+  EXPECT_EQ(escaped("\xed\xa0\x80"), "\\xED\\xA0\\x80");           // a surrogate
+  EXPECT_EQ(escaped("\xf4\x90\x80\x80"), "\\xF4\\x90\\x80\\x80");  // beyond U+10FFFF
+  EXPECT_EQ(escaped("\x80 a"), "\\x80 a");
+}
+
+TEST(Shown, CutsLongTextBetweenCharacters) {
+  EXPECT_EQ(shown(std::string(80, 'a')), std::string(80, 'a'));
   EXPECT_EQ(shown(std::string(81, 'a')), std::string(80, 'a') + "...");
+  EXPECT_EQ(shown(std::string(79, 'a') + "µm"), std::string(79, 'a') + "...");
+  EXPECT_EQ(shown(std::string(77, 'a') + "🖨🖨"), std::string(77, 'a') + "...");
 }
 
-TEST(Number, IsWholeFiniteAndInRange) {
-  EXPECT_EQ(number_in<double>("+1.5e3", -1e4, 1e4), 1500.0);
-  EXPECT_EQ(number_in<int>("-7", -7, 7), -7);
-  for (const char* text : {"", "+", "+-1", "1x", " 1", "inf", "nan", "1e999", "20000"})
-    EXPECT_FALSE(number_in<double>(text, -1e4, 1e4)) << text;
-  EXPECT_FALSE(number_in<int>("8", -7, 7));
-  EXPECT_FALSE(number_in<int>("99999999999999999999", -7, 7));
-}
-
-TEST(File, EndlessAndMissingFilesAreRefused) {
-  const auto fails = [](const char* path, const char* message) {
-    EXPECT_THAT([&] { read_file(path, "a table", 1000); },
-                testing::ThrowsMessage<UserError>(testing::HasSubstr(message)));
-  };
-  fails("/dev/zero", "/dev/zero: found more than 1000 bytes, expected a table of at most so many");
-  fails("/nowhere", "/nowhere: can't be read, expected a table");
-  fails("/tmp", "/tmp: can't be read, expected a table");
+TEST(Defect, IsOneLine) {
+  EXPECT_EQ(defect_at("a.lib", {3, 7}, "\"x\"", "a number"), "a.lib:3:7: found \"x\", expected a number");
 }
 
 }  // namespace

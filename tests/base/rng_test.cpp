@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace meltstage::tb {
+namespace meltstage {
 namespace {
 
 TEST(Rng, SameSeedAndNameRepeat) {
@@ -64,4 +64,4 @@ TEST(Rng, GaussianFollowsTheNormalDistribution) {
 }
 
 }  // namespace
-}  // namespace meltstage::tb
+}  // namespace meltstage

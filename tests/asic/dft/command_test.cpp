@@ -102,7 +102,7 @@ TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
   };
   refused("patterns.stil --chains netlist", "leave it out");
   refused("patterns.evcd --chains " + (out / "manifest.json").string(), "expected \"chains\"");
-  refused("patterns.evcd --chains nosuch.json", "nosuch.json: can't be read");
+  refused("patterns.evcd --chains nosuch.json", "nosuch.json: no such file");
   std::ofstream(out / "bad.wgl") << "waveforms x\n";
   refused("bad.wgl", "bad.wgl:1: found");
 }

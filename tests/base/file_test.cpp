@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/file.hpp"
+
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <functional>
+
+#include "base/error.hpp"
+#include "tests/base/scratch_folder.hpp"
+
+namespace meltstage {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+
+std::string refusal(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ReadFile, GivesEveryByte) {
+  const ScratchFolder folder;
+  const std::string bytes("a\0\r\n\xff", 5);
+  EXPECT_EQ(read_file(folder.write("file", bytes), "bytes"), bytes);
+  EXPECT_EQ(read_file(folder.write("empty", ""), "bytes"), "");
+  const std::string large(700'000, 'x');
+  EXPECT_EQ(read_file(folder.write("large", large), "bytes"), large);
+}
+
+TEST(ReadFile, RefusesWhatIsNoFileInOneLine) {
+  const ScratchFolder folder;
+  EXPECT_THAT(refusal([&] { read_file(folder.at("none"), "a job file"); }),
+              EndsWith("none: no such file, expected a job file"));
+  EXPECT_THAT(refusal([&] { read_file(folder.at(""), "a job file"); }),
+              EndsWith(": found a folder, expected a job file"));
+  EXPECT_THAT(refusal([&] { read_file(folder.write("file", "") / "below", "a job file"); }),
+              EndsWith("expected a job file"));
+  ASSERT_EQ(mkfifo(folder.at("pipe").c_str(), 0600), 0);
+  EXPECT_THAT(refusal([&] { read_file(folder.at("pipe"), "a job file"); }),  // and doesn't wait for a writer
+              EndsWith("pipe: found a pipe, a socket or a device, expected a job file"));
+  EXPECT_THAT(refusal([&] { read_file("/dev/zero", "a job file"); }), HasSubstr("a device"));
+  fs::create_symlink("loop", folder.at("loop"));
+  EXPECT_THAT(refusal([&] { read_file(folder.at("loop"), "a job file"); }),
+              AllOf(HasSubstr("loop: can't be read (Too many levels"), EndsWith("expected a job file")));
+}
+
+TEST(ReadFile, RefusesMoreBytesThanAskedFor) {
+  const ScratchFolder folder;
+  EXPECT_EQ(read_file(folder.write("file", "1234"), "a job file", 4), "1234");
+  EXPECT_THAT(refusal([&] { read_file(folder.write("file", "12345"), "a job file", 4); }),
+              EndsWith("file: found more than 4 bytes, expected a job file of at most so many"));
+}
+
+std::string toml_refusal(std::string_view text) {
+  const ScratchFolder folder;
+  return refusal([&] { EXPECT_EQ(read_toml_text(folder.write("job.toml", text), "a job file"), text); });
+}
+
+TEST(TomlText, PassesWhatPeopleWrite) {
+  EXPECT_EQ(toml_refusal("[a.b]\nc.d = 1.5 # a comment ]]]\ne = [[1.5, 2.5], [3, 4]]\nf = {g.h = \"[[[\"}\n"),
+            "");
+  EXPECT_EQ(
+      toml_refusal("a = \"...\\\"....\"\nb = '[[.\\'\nc = \"\"\"\n[[[\"\" . . \n\"\"\"\nd = '''\n.'''\n"),
+      "");
+  EXPECT_EQ(toml_refusal("a = \"no end\n[b]\n"), "");  // the parser tells
+  EXPECT_EQ(toml_refusal("a = \"\\"), "");
+  EXPECT_EQ(toml_refusal("a = '''"), "");
+  std::string dots_in_strings;
+  for (int i = 0; i < 1000; ++i)
+    dots_in_strings += "a" + std::to_string(i) + " = \"" + std::string(100, '.') + "\"\n";
+  EXPECT_EQ(toml_refusal(dots_in_strings), "");
+}
+
+TEST(TomlText, RefusesNestingThatWouldOverflowTheParser) {
+  std::string dots = "x = 1\na";
+  for (int i = 0; i < 300'000; ++i) dots += ".a";
+  EXPECT_THAT(toml_refusal(dots + " = 1\n"),
+              EndsWith("job.toml:2:130: found a key of more than 64 parts, expected SECTION.FIELD"));
+  EXPECT_THAT(toml_refusal("[" + dots.substr(6) + "]\n"), HasSubstr("a key of more than 64 parts"));
+  std::string quoted = "a";
+  for (int i = 0; i < 300'000; ++i) quoted += " . 'a'";
+  EXPECT_THAT(toml_refusal(quoted + " = 1\n"), HasSubstr("a key of more than 64 parts"));
+  EXPECT_THAT(toml_refusal("a = " + std::string(1000, '[')),
+              EndsWith("job.toml:1:69: found more than 64 brackets in each other, expected flatter values"));
+  std::string tables = "a = ";
+  for (int i = 0; i < 1000; ++i) tables += "{a=";
+  EXPECT_THAT(toml_refusal(tables), HasSubstr("more than 64 brackets"));
+}
+
+TEST(OtherFile, SeesAnInputUnderEveryName) {
+  const ScratchFolder folder;
+  const fs::path input = folder.write("job.toml", "x");
+  fs::create_symlink("job.toml", folder.at("link"));
+  fs::create_hard_link(input, folder.at("hard"));
+  fs::create_directory(folder.at("sub"));
+  for (const fs::path& output :
+       {input, folder.at("link"), folder.at("hard"), folder.at("sub/../job.toml"), fs::relative(input)}) {
+    EXPECT_THAT(refusal([&] {
+                  require_other_file(output, {folder.at("other"), input});
+                }),
+                HasSubstr("would be written over the input"))
+        << output;
+  }
+  EXPECT_EQ(refusal([&] { require_other_file(folder.write("copy", "x"), {input}); }), "");
+  EXPECT_EQ(refusal([&] { require_other_file(folder.at("new"), {input}); }), "");
+}
+
+}  // namespace
+}  // namespace meltstage
