@@ -10,10 +10,12 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::app {
 namespace {
@@ -42,7 +44,7 @@ std::string usage_error(const CLI::App* root, const CLI::Error& error) {
   return fmt::format("{}: {}; {} --help tells more\n", called, what, called);
 }
 
-int fail(const char* what, int status) {
+int fail(std::string_view what, int status) {
   fmt::print(stderr, "meltstage: {}\n", what);
   return status;
 }
@@ -81,9 +83,12 @@ int run_verbs(int argc, char** argv, std::span<const Verb> verbs, std::span<cons
       if (cli.got_subcommand(verbs[i].name)) return actions[i]();
     return 2;  // unreachable: one verb is required, and those elsewhere are gone by now
   } catch (const UserError& error) {
-    return fail(error.what(), 2);
+    return fail(escaped(error.what()), 2);  // paths and words of a file are in it
   } catch (const std::filesystem::filesystem_error& error) {
-    return fail(error.what(), 2);
+    return fail(
+        escaped(fmt::format("{}: cannot be used: found \"{}\", expected a place that can be written to",
+                            error.path1().string(), error.code().message())),
+        2);
   } catch (const std::exception& error) {
     return fail(error.what(), 1);
   }

@@ -14,6 +14,8 @@
 #include <string_view>
 
 #include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/place.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/tour/path.hpp"
@@ -65,7 +67,9 @@ class Section {
     const toml::node* node = find(key);
     if (node == nullptr) return std::string(fallback);
     if (!node->is_string()) fail(key, text_of(*node), "a text in quotes", node);
-    return **node->as_string();
+    const std::string& value = **node->as_string();
+    if (escaped(value) != value) fail(key, text_of(*node), "a text without control characters", node);
+    return value;
   }
 
   template <class T, std::size_t n>
@@ -95,7 +99,7 @@ class Section {
         std::string known;
         for (const std::string& k : asked_) known += (known.empty() ? "" : ", ") + k;
         throw UserError(fmt::format("{}:{}: {}.{}: unknown field, expected one of: {}", file_.string(),
-                                    node.source().begin.line, name_, key.str(), known));
+                                    node.source().begin.line, name_, shown(key.str()), known));
       }
     }
   }
@@ -108,7 +112,7 @@ class Section {
     return table_ != nullptr ? table_->get(key) : nullptr;
   }
   static std::string text_of(const toml::node& node) {
-    if (const auto text = node.value<std::string>()) return '"' + *text + '"';
+    if (const auto text = node.value<std::string>()) return '"' + shown(*text) + '"';
     return fmt::format("a {}", toml::impl::node_type_friendly_names[static_cast<std::size_t>(node.type())]);
   }
 
@@ -119,14 +123,9 @@ class Section {
 };
 
 toml::table parse(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path)) {
-    throw UserError(
-        fmt::format("{}: no such file, expected a job file (TOML); examples/ has some", path.string()));
-  }
-  if (std::filesystem::is_directory(path))
-    throw UserError(fmt::format("{}: is a folder, expected a job file (TOML)", path.string()));
+  const std::string text = read_toml_text(path, "a job file (TOML); examples/ has some");
   try {
-    toml::table table = toml::parse_file(path.string());
+    toml::table table = toml::parse(text, path.string());
     if (table.empty())
       throw UserError(fmt::format("{}: is empty, expected a job file (TOML)", path.string()));
     return table;
@@ -389,7 +388,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
       throw UserError(fmt::format(
           "{}:{}: [{}]: unknown section, expected one of: job, coordinates, head, temperature, registers, "
           "print, stage, alignment, rtl, event",
-          path.string(), node.source().begin.line, key.str()));
+          path.string(), node.source().begin.line, shown(key.str())));
     }
   }
 
@@ -397,7 +396,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
   tb::PrintJob& job = loaded.job;
 
   Section general = section("job");
-  job.name = general.text("name", path.stem().string());
+  job.name = general.text("name", escaped(path.stem().string()));
   job.head.seed = static_cast<std::uint64_t>(general.integer("seed", 1, 0, INT64_MAX));
   general.finish();
 

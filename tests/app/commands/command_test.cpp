@@ -192,7 +192,7 @@ TEST_F(Command, LostHostEndsTheJobByTheWatchdog) {
 TEST_F(Command, WrongJobFilesAreRefusedInOneLine) {
   write("bumps.csv", kBumps);
   expect_refused(print(folder_ / "absent.toml"), "absent.toml: no such file");
-  expect_refused(print(folder_), "is a folder");
+  expect_refused(print(folder_), "found a folder, expected a job file");
   expect_refused(print(write("empty.toml", "")), "is empty");
   expect_refused(print(write("broken.toml", "[job\nname = 1")), "broken.toml:1:");
   expect_refused(print(write("job.toml", "[coordinates]\n")), "coordinates.file: missing");
@@ -211,6 +211,23 @@ TEST_F(Command, WrongJobFilesAreRefusedInOneLine) {
                  "expected one of: chosen, full, none");
   expect_refused(print(write("job.toml", std::string(kJob) + "[[event]]\nat_s = 1\nwhat = \"flood\"\n")),
                  "expected one of: emergency-stop");
+}
+
+TEST_F(Command, HostileJobFilesAreRefusedInOneLine) {
+  std::string dots = "a";
+  for (int i = 0; i < 300'000; ++i) dots += ".a";
+  expect_refused(print(write("dots.toml", dots + " = 1\n")), "dots.toml:1:130: found a key of more than 64");
+  expect_refused(print(write("deep.toml", "a = " + std::string(100'000, '['))), "deep.toml:1:69: found more");
+  // codes that would turn the terminal red, clear it or retitle it
+  const Ran name = print(write("job.toml", "[job]\nname = \"\\u001b[31mred\"\n" + std::string(kJob)));
+  expect_refused(name, "job.toml:2: job.name: found \"\\x1B[31mred\", expected a text without control");
+  const Ran key = print(write("job.toml", std::string(kJob) + "[\"\\u001b]0;title\\u0007\"]\n"));
+  expect_refused(key, "unknown section");
+  const Ran file = print(write("job.toml", "[coordinates]\nfile = \"\\u009b31m.csv\"\n"));
+  expect_refused(file, "coordinates.file: found \"\\xC2\\x9B31m.csv\"");
+  const Ran path = print(folder_ / "'\x1b[2Jabsent.toml'");
+  expect_refused(path, "\\x1B[2Jabsent.toml: no such file");
+  for (const Ran& ran : {name, key, file, path}) EXPECT_THAT(ran.output, Not(HasSubstr("\x1b")));
 }
 
 TEST_F(Command, WrongCoordinateFilesAreRefusedInOneLine) {
