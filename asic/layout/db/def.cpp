@@ -9,6 +9,8 @@
 
 #include "asic/layout/db/design.hpp"
 #include "asic/layout/db/tokens.hpp"
+#include "base/file.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -36,12 +38,14 @@ class DefReader {
       } else if (in_.take("UNITS")) {
         in_.expect("DISTANCE");
         in_.expect("MICRONS");
-        scale_ = 1000.0 / in_.number();
+        scale_ = 1000.0 / in_.count();
         in_.skip_statement();
       } else if (in_.take("DIEAREA")) {
         const Point low = point();
         const Point high = point();
         design_.die = {low.x, low.y, high.x, high.y};
+        if (low.x >= high.x || low.y >= high.y)
+          in_.fail("a die whose second corner is above and right of the first");
         if (!in_.is(";")) in_.fail("; (a die of two corners)");
         in_.skip_statement();
       } else if (in_.take("ROW")) {
@@ -141,7 +145,7 @@ class DefReader {
     row.at.y = length();
     row.orientation = orientation();
     row.sites = 1;
-    if (in_.take("DO")) row.sites = static_cast<int>(in_.number());
+    if (in_.take("DO")) row.sites = in_.count();
     in_.skip_statement();
     design_.rows.push_back(std::move(row));
   }
@@ -152,9 +156,9 @@ class DefReader {
     in_.next();
     tracks.start = length();
     in_.expect("DO");
-    tracks.count = static_cast<int>(in_.number());
+    tracks.count = in_.count();
     in_.expect("STEP");
-    tracks.step = length();
+    tracks.step = in_.length_above_0(scale_);
     in_.take("LAYER");
     while (!in_.is(";")) {
       tracks.layer = layer();
@@ -176,6 +180,7 @@ class DefReader {
         in_.next();
       }
     }
+    if (via.shapes.empty()) in_.fail("a via of RECTs before it");
     design_.vias.push_back(std::move(via));
   }
 
@@ -196,7 +201,8 @@ class DefReader {
         in_.next();
       }
     }
-    component_index_[component.name] = static_cast<int>(design_.components.size());
+    if (!component_index_.emplace(component.name, static_cast<int>(design_.components.size())).second)
+      in_.fail("each component once, not another " + shown(component.name) + " before it");
     design_.components.push_back(std::move(component));
   }
 
@@ -232,7 +238,9 @@ class DefReader {
         in_.next();
       }
     }
-    pin_index_[pin.name] = static_cast<int>(design_.pins.size());
+    if (pin.net < 0) in_.fail("NET of pin " + shown(pin.name) + " before it");
+    if (!pin_index_.emplace(pin.name, static_cast<int>(design_.pins.size())).second)
+      in_.fail("each pin once, not another " + shown(pin.name) + " before it");
     design_.pins.push_back(std::move(pin));
   }
 
@@ -247,7 +255,8 @@ class DefReader {
       in_.next();
     } else {
       const auto found = component_index_.find(owner);
-      if (found == component_index_.end()) in_.fail("a pin of a component of COMPONENTS, not of " + owner);
+      if (found == component_index_.end())
+        in_.fail("a pin of a component of COMPONENTS, not of " + shown(owner));
       const Macro& macro = technology_.macros[static_cast<std::size_t>(
           design_.components[static_cast<std::size_t>(found->second)].macro)];
       const int pin = macro.find_pin(in_.peek());
@@ -417,7 +426,7 @@ bool is_supply(const Net& net) { return net.use == Use::power || net.use == Use:
 }  // namespace
 
 Design read_def(const std::filesystem::path& path, const Technology& technology) {
-  return parse_def(read_text(path, "a DEF file"), path.string(), technology);
+  return parse_def(read_file(path, "a DEF file"), path.string(), technology);
 }
 
 Design parse_def(std::string_view text, const std::string& name, const Technology& technology) {

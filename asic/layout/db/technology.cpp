@@ -3,14 +3,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "asic/layout/db/tokens.hpp"
-#include "base/error.hpp"
+#include "base/file.hpp"
 
 namespace meltstage::layout {
 
 namespace {
 
 constexpr double kNmPerUm = 1000.0;
+constexpr std::size_t kMostLayers = 1000;
 
 template <typename Items>
 int index_by_name(const Items& items, std::string_view name) {
@@ -38,7 +42,7 @@ class LefReader {
       } else if (in_.take("MACRO")) {
         macro();
       } else if (in_.take("MANUFACTURINGGRID")) {
-        technology_.grid = um();
+        technology_.grid = um_above_0();
         in_.expect(";");
       } else if (in_.is("UNITS") || in_.is("PROPERTYDEFINITIONS") || in_.is("SPACING") ||
                  in_.is("NONDEFAULTRULE")) {
@@ -54,6 +58,7 @@ class LefReader {
 
  private:
   Nm um() { return in_.length(kNmPerUm); }
+  Nm um_above_0() { return in_.length_above_0(kNmPerUm); }
 
   void skip_block(const std::string& name) {
     while (true) {
@@ -90,6 +95,7 @@ class LefReader {
     layer.run_lengths.clear();
     layer.spacing_table.clear();
     while (!in_.is("WIDTH")) layer.run_lengths.push_back(um());
+    if (layer.run_lengths.empty()) in_.fail("a run length before WIDTH");
     while (in_.take("WIDTH")) {
       SpacingRow row{um(), {}};
       while (!in_.is("WIDTH") && !in_.is(";")) row.spacing.push_back(um());
@@ -131,16 +137,16 @@ class LefReader {
         layer.direction = in_.is("VERTICAL") ? Axis::vertical : Axis::horizontal;
         in_.skip_statement();
       } else if (in_.take("PITCH")) {
-        layer.pitch = um();
+        layer.pitch = um_above_0();
         in_.skip_statement();
       } else if (in_.take("OFFSET")) {
         layer.offset = um();
         in_.skip_statement();
       } else if (in_.take("WIDTH")) {
-        layer.width = um();
+        layer.width = um_above_0();
         in_.skip_statement();
       } else if (in_.take("AREA")) {
-        layer.area_nm2 = in_.length(kNmPerUm * kNmPerUm);
+        layer.area_nm2 = std::llround(in_.number_from_0() * kNmPerUm * kNmPerUm);
         in_.skip_statement();
       } else if (in_.take("SPACING")) {
         const Nm spacing = um();
@@ -173,6 +179,7 @@ class LefReader {
     }
     in_.expect(layer.name);
     if (technology_.find_layer(layer.name) >= 0) return;  // a second file repeats it
+    if (technology_.layers.size() == kMostLayers) in_.fail(fmt::format("at most {} layers", kMostLayers));
     technology_.layers.push_back(std::move(layer));
   }
 
@@ -193,7 +200,7 @@ class LefReader {
       }
     }
     in_.expect(via.name);
-    technology_.vias.push_back(std::move(via));
+    if (!via.shapes.empty()) technology_.vias.push_back(std::move(via));  // others are made by a rule
   }
 
   void via_rule() {
@@ -234,6 +241,7 @@ class LefReader {
         if (layer < 0) in_.fail("LAYER before RECT");
         rule.cut_layer = layer;
         rule.cut = rect();
+        if (rule.cut.width() == 0 || rule.cut.height() == 0) in_.fail("a cut with an area before it");
         has_cut = true;
       } else if (in_.take("SPACING")) {
         rule.pitch_x = um();
@@ -257,12 +265,13 @@ class LefReader {
     site.name = in_.next();
     while (!in_.take("END")) {
       if (in_.take("SIZE")) {
-        site.width = um();
+        site.width = um_above_0();
         in_.expect("BY");
-        site.height = um();
+        site.height = um_above_0();
       }
       in_.skip_statement();
     }
+    if (site.width == 0) in_.fail("SIZE of the site before its end");
     in_.expect(site.name);
     technology_.sites.push_back(std::move(site));
   }
@@ -330,9 +339,9 @@ class LefReader {
         origin.y = um();
         in_.skip_statement();
       } else if (in_.take("SIZE")) {
-        macro.width = um();
+        macro.width = um_above_0();
         in_.expect("BY");
-        macro.height = um();
+        macro.height = um_above_0();
         in_.skip_statement();
       } else if (in_.take("SYMMETRY")) {
         while (!in_.is(";")) {
@@ -352,6 +361,7 @@ class LefReader {
         in_.skip_statement();
       }
     }
+    if (macro.width == 0) in_.fail("SIZE of the macro before its end");
     in_.expect(macro.name);
     technology_.macro_index[macro.name] = static_cast<int>(technology_.macros.size());
     technology_.macros.push_back(std::move(macro));
@@ -403,7 +413,7 @@ std::vector<int> Technology::routing_layers() const {
 
 Technology read_lef(const std::vector<std::filesystem::path>& files) {
   Technology technology;
-  for (const auto& file : files) parse_lef(read_text(file, "a LEF file"), file.string(), technology);
+  for (const auto& file : files) parse_lef(read_file(file, "a LEF file"), file.string(), technology);
   return technology;
 }
 

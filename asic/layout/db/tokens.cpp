@@ -3,17 +3,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
 namespace {
+
+constexpr double kMostNumber = 1e12;
 
 bool is_blank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 
@@ -21,14 +23,12 @@ bool is_blank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0;
 
 void Tokens::advance() {
   while (place_ < text_.size() && (is_blank(text_[place_]) || text_[place_] == '#')) {
-    if (text_[place_] == '#') {
-      while (place_ < text_.size() && text_[place_] != '\n') ++place_;
-    } else {
-      line_ += text_[place_] == '\n' ? 1 : 0;
+    if (text_[place_] == '#')
+      place_ = std::min(text_.find('\n', place_), text_.size());
+    else
       ++place_;
-    }
   }
-  const std::size_t start = place_;
+  start_ = place_;
   if (place_ < text_.size() && text_[place_] == '"') {
     ++place_;
     while (place_ < text_.size() && text_[place_] != '"') ++place_;
@@ -36,9 +36,9 @@ void Tokens::advance() {
   } else {
     while (place_ < text_.size() && !is_blank(text_[place_])) ++place_;
     // a `;` that is glued to the word before it
-    if (place_ - start > 1 && text_[place_ - 1] == ';') --place_;
+    if (place_ - start_ > 1 && text_[place_ - 1] == ';') --place_;
   }
-  word_ = text_.substr(start, place_ - start);
+  word_ = text_.substr(start_, place_ - start_);
 }
 
 bool Tokens::is(std::string_view word) const {
@@ -71,27 +71,45 @@ void Tokens::skip_statement() {
 }
 
 double Tokens::number() {
-  double value = 0.0;
-  const char* end = word_.data() + word_.size();
-  const auto [stop, problem] = std::from_chars(word_.data(), end, value);
-  if (at_end() || problem != std::errc() || stop != end) fail("a number");
+  const auto value = number_in(word_, -kMostNumber, kMostNumber);
+  if (!value) fail(fmt::format("a number of at most {:g}", kMostNumber));
   advance();
+  return *value;
+}
+
+double Tokens::number_from_0() {
+  const auto value = number_in(word_, 0.0, kMostNumber);
+  if (!value) fail(fmt::format("a number from 0 to {:g}", kMostNumber));
+  advance();
+  return *value;
+}
+
+Nm Tokens::length(double scale) {
+  constexpr double kMostNm = 1e9;
+  const auto value = number_in(word_, -kMostNm / scale, kMostNm / scale);
+  if (!value) fail("a length of at most a metre");
+  advance();
+  return std::llround(*value * scale);
+}
+
+Nm Tokens::length_above_0(double scale) {
+  const Tokens before = *this;
+  const Nm value = length(scale);
+  if (value <= 0) before.fail("a length of a nanometre or more");
   return value;
 }
 
-Nm Tokens::length(double scale) { return std::llround(number() * scale); }
-
-void Tokens::fail(std::string_view expected) const {
-  throw UserError(fmt::format("{}:{}: found {}, expected {}", name_, line_,
-                              at_end() ? "the file's end" : "\"" + std::string(word_) + "\"", expected));
+int Tokens::count() {
+  constexpr int kMost = 10'000'000;
+  const auto value = number_in(word_, 1, kMost);
+  if (!value) fail(fmt::format("a whole number from 1 to {}", kMost));
+  advance();
+  return *value;
 }
 
-std::string read_text(const std::filesystem::path& path, std::string_view wanted) {
-  std::ifstream stream(path, std::ios::binary);
-  std::stringstream text;
-  text << stream.rdbuf();
-  if (!stream) throw UserError(fmt::format("{}: can't be read, expected {}", path.string(), wanted));
-  return text.str();
+void Tokens::fail(std::string_view expected) const {
+  throw UserError(defect_at(name_, place_of(text_, start_),
+                            at_end() ? "the file's end" : fmt::format("\"{}\"", shown(word_)), expected));
 }
 
 }  // namespace meltstage::layout

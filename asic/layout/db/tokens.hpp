@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words of a LEF or DEF file with the line that each stands in.
+// Words of a LEF or DEF file with the place of each.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -25,10 +24,17 @@ class Tokens {
   void expect(std::string_view word);
   /// Skips up to and with the next `;`.
   void skip_statement();
+  /// Finite, at most 1e12 either way.
   double number();
-  /// A number times `scale`, rounded to the nearest integer.
+  /// The same, not below 0.
+  double number_from_0();
+  /// A number times `scale`, rounded to the nearest integer; at most a metre either way.
   Nm length(double scale);
-  /// Throws UserError: "<file>:<line>: found <next word>, expected <what>".
+  /// The same above 0.
+  Nm length_above_0(double scale);
+  /// A whole number from 1 to 10 million.
+  int count();
+  /// Throws UserError: "<file>:<line>:<column>: found <next word>, expected <what>".
   [[noreturn]] void fail(std::string_view expected) const;
 
  private:
@@ -36,12 +42,9 @@ class Tokens {
 
   std::string_view text_;
   std::string name_;
-  std::size_t place_ = 0;
-  std::size_t line_ = 1;
+  std::size_t place_ = 0;  // behind the word
+  std::size_t start_ = 0;  // of the word
   std::string_view word_;
 };
-
-/// The whole file. Throws UserError when it can't be read.
-std::string read_text(const std::filesystem::path& path, std::string_view wanted);
 
 }  // namespace meltstage::layout

@@ -107,10 +107,16 @@ void make_floorplan(Design& design, const Technology& technology, const Floorpla
   if (technology.sites.empty() || technology.routing_layers().empty())
     throw UserError("technology: found no SITE or no routing layer in the LEF, expected both");
   const Site& site = technology.sites.front();
+  constexpr Nm kMostRows = 1'000'000, kMostSites = 10'000'000;
   const double area = cell_area(design, technology) / floorplan.utilization;
   const auto rows = std::max<Nm>(1, std::llround(std::sqrt(area) / static_cast<double>(site.height)));
   const auto sites = static_cast<Nm>(
       std::ceil(area / static_cast<double>(rows * site.height) / static_cast<double>(site.width)));
+  if (rows > kMostRows || sites > kMostSites)
+    throw UserError(
+        fmt::format("floorplan: found {} rows of {} sites, expected at most {} of {}; SITE of the LEF is too "
+                    "small for its cells",
+                    rows, sites, kMostRows, kMostSites));
   const Point low{round_up(floorplan.margin, site.width), round_up(floorplan.margin, site.height)};
   design.die = {0, 0, 2 * low.x + sites * site.width, 2 * low.y + rows * site.height};
   design.rows.clear();
@@ -128,6 +134,8 @@ void make_floorplan(Design& design, const Technology& technology, const Floorpla
     design.tracks.push_back({index, layer.direction, layer.offset,
                              static_cast<int>((length - layer.offset) / layer.pitch) + 1, layer.pitch});
   }
+  if (design.tracks.empty())
+    throw UserError("technology: found no routing layer with a PITCH in the LEF, expected some");
 }
 
 void add_fillers(Design& design, const Technology& technology, const std::string& prefix) {

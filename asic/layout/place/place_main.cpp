@@ -11,7 +11,9 @@
 #include "asic/layout/place/spef.hpp"
 #include "asic/layout/place/trees.hpp"
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 
 namespace {
 
@@ -91,7 +93,9 @@ int place_again(const Options& o) {
   const Technology technology = read_lef(o.lef);
   const Design theirs = read_def(o.again, technology);
   Design ours = not_placed(theirs, technology);
-  Rect box = outline(theirs.components.at(0), technology);
+  if (theirs.components.empty())
+    throw meltstage::UserError(o.again.string() + ": found no COMPONENTS, expected a placed design");
+  Rect box = outline(theirs.components.front(), technology);
   for (const Component& c : theirs.components) {
     const Rect r = outline(c, technology);
     box = {std::min(box.x0, r.x0), std::min(box.y0, r.y0), std::max(box.x1, r.x1), std::max(box.y1, r.y1)};
@@ -193,6 +197,15 @@ int run(const Options& o) {
 
 int main(int argc, char** argv) {
   Options o;
+  const auto within = [](double least, double most) {
+    return [=](const std::string& text) {
+      return meltstage::number_in(text, least, most)
+                 ? std::string()
+                 : fmt::format("found {}, expected a number from {:g} to {:g}", meltstage::shown(text), least,
+                               most);
+    };
+  };
+  constexpr double kMostUm = 1e5, kMostNs = 1e6;
   CLI::App app{"Places a netlist of library cells"};
   app.add_option("--lef", o.lef, "LEF files, technology first")->required();
   auto* input = app.add_option_group("input");
@@ -201,30 +214,30 @@ int main(int argc, char** argv) {
   input->require_option(1);
   app.add_option("--def", o.def, "placed design to write");
   app.add_option("--verilog", o.verilog, "its netlist to write");
-  app.add_option("--utilization", o.utilization, "area of the cells over that of the rows");
-  app.add_option("--density", o.density, "highest share of a region that cells may take");
-  app.add_option("--margin", o.margin_um, "from the edge to the rows, um");
-  app.add_option("--passes", o.passes, "of improvement");
+  app.add_option("--utilization", o.utilization, "area of the cells over that of the rows")
+      ->check(within(0.01, 1));
+  app.add_option("--density", o.density, "highest share of a region that cells may take")
+      ->check(within(0.01, 1));
+  app.add_option("--margin", o.margin_um, "from the edge to the rows, um")->check(within(0, kMostUm));
+  app.add_option("--passes", o.passes, "of improvement")->check(CLI::Range(0, 1000));
   app.add_option("--fillers", o.fillers, "first letters of the fillers' names");
   app.add_option("--strap-layer", o.strap_layer, "layer of the power straps");
-  app.add_option("--strap-width", o.strap_width_um, "um");
-  app.add_option("--strap-pitch", o.strap_pitch_um, "um, from pair to pair");
+  app.add_option("--strap-width", o.strap_width_um, "um")->check(within(0.001, kMostUm));
+  app.add_option("--strap-pitch", o.strap_pitch_um, "um, from pair to pair")->check(within(0.001, kMostUm));
   app.add_option("--spef", o.spef, "expected wires to write");
   auto* liberty = app.add_option("--liberty", o.liberty, "delays of the cells");
   auto* buffers = app.add_option("--buffers", o.buffers, "cells for trees, weakest first");
   app.add_option("--clock", o.clock, "port of the clock: its tree and those of large nets are built")
       ->needs(liberty)
       ->needs(buffers);
-  app.add_option("--leaf-load", o.leaf_load_pf, "what a buffer of a tree drives at most, pF");
+  app.add_option("--leaf-load", o.leaf_load_pf, "what a buffer of a tree drives at most, pF")
+      ->check(within(1e-6, 1e3));
   app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
-  const auto positive_ns = [](const std::string& text) {
-    return std::atof(text.c_str()) > 0 ? "" : "found " + text + ", expected more than 0 ns";
-  };
   app.add_option("--most-slew", o.drivers.most_slew_ns, "slowest edge before a driver is made stronger, ns")
-      ->check(positive_ns);
+      ->check(within(1e-6, kMostNs));
   app.add_option("--most-path", o.drivers.most_path_ns,
                  "longest path from flop to flop before drivers on it are made stronger, ns (typical corner)")
-      ->check(positive_ns);
+      ->check(within(1e-6, kMostNs));
   app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
   app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
   try {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/layout/route/guides.hpp"
 
+#include <fmt/format.h>
+
 #include <limits>
 #include <numeric>
 
 #include "asic/layout/db/model.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::layout {
 namespace {
@@ -67,6 +70,8 @@ class GlobalRouter {
     double across_x = 0.0, across_y = 0.0;  // tracks a nm
     for (const int l : layers) {
       const Layer& layer = technology_.layers[at(l)];
+      if (layer.pitch <= 0)
+        throw UserError(fmt::format("LEF: found no PITCH of layer {}, expected one", layer.name));
       pitch = std::max(pitch, layer.pitch);
       (layer.direction == Axis::horizontal ? across_x : across_y) += 1.0 / static_cast<double>(layer.pitch);
     }
@@ -74,6 +79,12 @@ class GlobalRouter {
     grid.size = std::max<Nm>(1, pitch * options_.tracks);
     grid.columns = static_cast<int>((design_.die.x1 + grid.size - 1) / grid.size);
     grid.rows = static_cast<int>((design_.die.y1 + grid.size - 1) / grid.size);
+    constexpr double kMostRegions = 1e7;
+    if (static_cast<double>(grid.columns) * grid.rows > kMostRegions)
+      throw UserError(fmt::format(
+          "die: found {} x {} regions of {} tracks, expected at most {:g}; it is too large for the "
+          "LEF's PITCH",
+          grid.columns, grid.rows, options_.tracks, kMostRegions));
     capacity_[0] = static_cast<float>(across_x * static_cast<double>(grid.size) * options_.usable);
     capacity_[1] = static_cast<float>(across_y * static_cast<double>(grid.size) * options_.usable);
   }

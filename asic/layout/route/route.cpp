@@ -125,6 +125,8 @@ void Wiring::find_layers() {
   pin_layer_ = metals[0];
   for (const int index : track_layers(technology_)) {
     const Layer& metal = layer(index);
+    if (metal.pitch <= 0 || metal.width <= 0)
+      throw UserError(fmt::format("LEF: found no WIDTH or no PITCH of layer {}, expected both", metal.name));
     RoutedLayer routed;
     routed.layer = index;
     routed.vertical = metal.direction == Axis::vertical;
@@ -167,6 +169,10 @@ void Wiring::find_grid() {
       inside(tracks(layers_[1], die.y0, die.y1), grid_.pitch_y, die.y0 + border_y, die.y1 - border_y);
   if (grid_.columns < 2 || grid_.rows < 2)
     throw UserError("DEF: found fewer than two tracks inside DIEAREA, expected a die of some tracks");
+  constexpr double kMostCrossings = 4e8;
+  if (static_cast<double>(grid_.columns) * grid_.rows * static_cast<double>(layers_.size()) > kMostCrossings)
+    throw UserError(fmt::format("DEF: found {} x {} tracks on {} layers, expected at most {:g} crossings",
+                                grid_.columns, grid_.rows, layers_.size(), kMostCrossings));
 }
 
 void Wiring::find_vias() {
@@ -231,6 +237,9 @@ void Wiring::size_patches() {
     r.run_end = std::max(pad_end, up((area / r.wire - along_pitch + 1) / 2));
     if (4 * along_pitch / 2 - 2 * half_along < r.spacing) {
       half_across = (across_pitch - r.spacing) / 2 / technology_.grid * technology_.grid;
+      if (half_across <= 0)
+        throw UserError(fmt::format("LEF: found a spacing of {} nm on {}, expected one below its pitch",
+                                    r.spacing, layer(r.layer).name));
       half_along = std::max(pad_end, up((area / (2 * half_across) + 1) / 2));
     }
     r.patch = r.vertical ? Rect{-half_across, -half_along, half_across, half_along}

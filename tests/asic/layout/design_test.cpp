@@ -102,10 +102,30 @@ TEST_F(DesignTest, WrongDefIsOneLine) {
     return std::string();
   };
   EXPECT_EQ(message("DESIGN t ;\nCOMPONENTS 1 ;\n- a NOSUCH + PLACED ( 0 0 ) N ;\n"),
-            "a.def:3: found \"NOSUCH\", expected a macro of the LEF");
-  EXPECT_EQ(message("DESIGN t ;\n"), "a.def:2: found the file's end, expected END DESIGN");
+            "a.def:3:5: found \"NOSUCH\", expected a macro of the LEF");
+  EXPECT_EQ(message("DESIGN t ;\n"), "a.def:2:1: found the file's end, expected END DESIGN");
   EXPECT_EQ(message("COMPONENTS 1 ;\n- a INVX1 + PLACED ( 0 0 ) W ;"),
-            "a.def:2: found \"W\", expected orientation N, S, FN or FS");
+            "a.def:2:28: found \"W\", expected orientation N, S, FN or FS");
+  EXPECT_EQ(message("UNITS DISTANCE MICRONS 0 ;"),
+            "a.def:1:24: found \"0\", expected a whole number from 1 to 10000000");
+  EXPECT_EQ(message("DIEAREA ( 0 0 ) ( nan 1 ) ;"),
+            "a.def:1:19: found \"nan\", expected a length of at most a metre");
+  EXPECT_EQ(message("DIEAREA ( 0 0 ) ( 1e300 1 ) ;"),
+            "a.def:1:19: found \"1e300\", expected a length of at most a metre");
+  EXPECT_EQ(message("DIEAREA ( 5 0 ) ( 5 1 ) ;"),
+            "a.def:1:25: found \";\", expected a die whose second corner is above and right of the first");
+  EXPECT_EQ(message("TRACKS X 0 DO 1e9 STEP 1 ;"),
+            "a.def:1:15: found \"1e9\", expected a whole number from 1 to 10000000");
+  EXPECT_EQ(message("TRACKS X 0 DO 5 STEP 0 ;"),
+            "a.def:1:22: found \"0\", expected a length of a nanometre or more");
+  EXPECT_EQ(message("ROW r core 0 0 N DO 0 BY 1 ;"),
+            "a.def:1:21: found \"0\", expected a whole number from 1 to 10000000");
+  EXPECT_EQ(message("PINS 1 ;\n- a + DIRECTION INPUT ;\nEND PINS"),
+            "a.def:3:1: found \"END\", expected NET of pin a before it");
+  EXPECT_EQ(message("COMPONENTS 2 ;\n- a INVX1 ;\n- a INVX1 ;\nEND COMPONENTS"),
+            "a.def:4:1: found \"END\", expected each component once, not another a before it");
+  EXPECT_EQ(message("VIAS 1 ;\n- v ;\nEND VIAS"),
+            "a.def:3:1: found \"END\", expected a via of RECTs before it");
 }
 
 }  // namespace

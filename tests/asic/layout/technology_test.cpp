@@ -60,10 +60,27 @@ TEST(Technology, WrongInputIsOneLine) {
     }
     return std::string();
   };
-  EXPECT_EQ(message("LAYER M\n PITCH zero ;"), "cells.lef:2: found \"zero\", expected a number");
+  EXPECT_EQ(message("LAYER M\n PITCH zero ;"),
+            "cells.lef:2:8: found \"zero\", expected a length of at most a metre");
   EXPECT_EQ(message("VIA V\n LAYER nosuch ;"),
-            "cells.lef:2: found \"nosuch\", expected a layer that was described before");
-  EXPECT_EQ(message("MACRO A\n SIZE 1 BY 2 ;\n"), "cells.lef:3: found the file's end, expected more");
+            "cells.lef:2:8: found \"nosuch\", expected a layer that was described before");
+  EXPECT_EQ(message("MACRO A\n SIZE 1 BY 2 ;\n"), "cells.lef:3:1: found the file's end, expected more");
+  for (const char* number : {"inf", "nan", "1e300", "1e7", "-1e7", "1e999"})
+    EXPECT_EQ(message((std::string("LAYER M\n OFFSET ") + number + " ;").c_str()),
+              "cells.lef:2:9: found \"" + std::string(number) + "\", expected a length of at most a metre");
+  EXPECT_EQ(message("LAYER M\n PITCH 0 ;"),
+            "cells.lef:2:8: found \"0\", expected a length of a nanometre or more");
+  EXPECT_EQ(message("SITE s\n SIZE 0.0001 BY 1 ;"),
+            "cells.lef:2:7: found \"0.0001\", expected a length of a nanometre or more");
+  EXPECT_EQ(message("SITE s\nEND s"), "cells.lef:2:5: found \"s\", expected SIZE of the site before its end");
+  EXPECT_EQ(message("MACRO m\nEND m"),
+            "cells.lef:2:5: found \"m\", expected SIZE of the macro before its end");
+  EXPECT_EQ(message("LAYER M\n AREA nan ;"),
+            "cells.lef:2:7: found \"nan\", expected a number from 0 to 1e+12");
+  EXPECT_EQ(message("LAYER M\n SPACINGTABLE PARALLELRUNLENGTH WIDTH 0 ;"),
+            "cells.lef:2:33: found \"WIDTH\", expected a run length before WIDTH");
+  EXPECT_EQ(message("LAYER M\n PITCH \x1b[31m ;"),
+            "cells.lef:2:8: found \"\\x1B[31m\", expected a length of at most a metre");
 }
 
 }  // namespace
