@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/dft/core/cycles.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
+#include "base/error.hpp"
+
 namespace meltstage::dft {
+
+bool is_plain_name(std::string_view name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    return c > ' ' && c <= '~' && std::string_view("\"'\\%`").find(c) == std::string_view::npos;
+  });
+}
 
 std::vector<std::uint8_t> ScanChain::inverses() const {
   std::vector<std::uint8_t> result(cells.size() + 1, 0);
@@ -21,8 +31,12 @@ std::uint64_t cycle_count(const CycleStream& stream) {
 }
 
 CycleStream unrolled(CycleStream stream) {
+  const std::uint64_t total = cycle_count(stream);
+  if (total > std::min(kMostCycles, kMostStates / std::max<std::size_t>(1, stream.signals.size())))
+    throw UserError(fmt::format("{}: found {} cycles of {} signals, expected at most {} cycles and {} states",
+                                stream.title, total, stream.signals.size(), kMostCycles, kMostStates));
   std::vector<TestCycle> single;
-  single.reserve(cycle_count(stream));
+  single.reserve(total);
   for (TestCycle& cycle : stream.cycles) {
     const std::uint64_t count = std::exchange(cycle.count, 1);
     single.push_back(cycle);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace meltstage::dft {
@@ -14,6 +15,10 @@ struct TestSignal {
   bool is_input = true;
   friend bool operator==(const TestSignal&, const TestSignal&) = default;
 };
+
+/// A name that may go into Verilog, a shell and a terminal: printed without blanks, quotes, backslash, % and
+/// `.
+bool is_plain_name(std::string_view name);
 
 /// Times within a cycle, in ns. Inputs change at `drive_ns`, outputs are compared at `strobe_ns`, the clock
 /// is high in between.
@@ -51,9 +56,15 @@ struct CycleStream {
   std::vector<ScanChain> chains;  ///< empty where the format has none
 };
 
+/// Entries that a reader or unrolled() makes at the most, and states of all signals in them.
+inline constexpr std::size_t kMostCycles = 50'000'000;
+inline constexpr std::size_t kMostStates = 1'000'000'000;
+/// Cycles with their counts that a reader takes.
+inline constexpr std::uint64_t kMostCounted = 10'000'000'000;
+
 /// Cycles with their counts.
 std::uint64_t cycle_count(const CycleStream& stream);
-/// Each cycle by itself, all counts 1.
+/// Each cycle by itself, all counts 1. Throws UserError when they are more than kMostCycles or kMostStates.
 CycleStream unrolled(CycleStream stream);
 /// Same signals, timing and states of all cycles, however they are counted.
 bool same_cycles(const CycleStream& a, const CycleStream& b);

@@ -12,7 +12,7 @@
 
 namespace meltstage::dft {
 
-/// A defect of a pattern file; what() is "file:line: found ..., expected ...".
+/// A defect of a pattern file; what() is "file:line:column: found ..., expected ...".
 class PatternFileError : public UserError {
  public:
   PatternFileError(const std::string& message, std::size_t line) : UserError(message), line_(line) {}
@@ -23,11 +23,14 @@ class PatternFileError : public UserError {
 };
 
 /// WGL: signal, timeplate, scancell, scanchain, scanstate, pattern with vector, repeat and scan. One
-/// timeplate. Scan rows are shifted out into cycles.
-CycleStream parse_wgl(std::string_view text, const std::string& name);
+/// timeplate. Scan rows are shifted out into cycles, `most_cycles` in all.
+CycleStream parse_wgl(std::string_view text, const std::string& name, std::size_t most_cycles = kMostCycles);
 
 /// Direction of the signals of a plain VCD, which has none: true for inputs of the device.
 using Directions = std::map<std::string, bool>;
+
+/// Throws UserError when times don't lie within the period, or the period not between 1 ps and 1 s.
+void require_timing(const TestTiming& timing, const std::string& name);
 
 /// VCD or extended VCD ($var port) of a device's ports, sampled with `timing`: inputs change at drive_ns of a
 /// cycle, a clock pulse is high from clock_rise_ns to clock_fall_ns, an output's value at strobe_ns is what

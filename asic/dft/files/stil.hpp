@@ -19,7 +19,7 @@ std::string stil_text(const ScanTest& test);
 /// Flat: one V statement a cycle, no procedures; equal cycles are a Loop.
 std::string flat_stil_text(const CycleStream& stream);
 
-/// A defect of a STIL file; what() is "file:line: found ..., expected ...".
+/// A defect of a STIL file; what() is "file:line:column: found ..., expected ...".
 class StilError : public UserError {
  public:
   StilError(const std::string& message, std::size_t line) : UserError(message), line_(line) {}
@@ -33,8 +33,8 @@ class StilError : public UserError {
 /// U Z / L H X T at times in s, ms, us, ns, ps, ScanStructures, PatternBurst, PatternExec, Procedures,
 /// MacroDefs, Pattern with W C F V Call Macro Shift Loop) and expands it. Every name must be defined before
 /// the pattern uses it, data must have the length of its signals or chain. A Loop of one V becomes one
-/// counted cycle. Throws StilError.
-CycleStream parse_stil(std::string_view text, const std::string& name);
+/// counted cycle; there may be `most_cycles` others. Throws StilError.
+CycleStream parse_stil(std::string_view text, const std::string& name, std::size_t most_cycles = kMostCycles);
 CycleStream read_stil(const std::filesystem::path& path);
 
 }  // namespace meltstage::dft

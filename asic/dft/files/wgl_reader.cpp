@@ -3,14 +3,14 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <cstdlib>
 #include <map>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "asic/dft/files/pattern_files.hpp"
+#include "base/number.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::dft {
 
@@ -19,16 +19,19 @@ namespace {
 struct Token {
   std::string text;  // empty at the end
   bool quoted = false;
-  std::size_t line = 1;
+  std::size_t where = 0;
 };
 
 class WglReader {
  public:
-  WglReader(std::string_view text, const std::string& name) : text_(text), name_(name) { advance(); }
+  WglReader(std::string_view text, const std::string& name, std::size_t most_cycles)
+      : text_(text), name_(name), most_cycles_(most_cycles) {
+    advance();
+  }
 
   CycleStream read() {
     expect("waveform");
-    stream_.title = take_name();
+    stream_.title = meltstage::shown(take_name());
     while (!at("end")) {
       const Token block = token_;
       advance();
@@ -45,9 +48,9 @@ class WglReader {
       else if (block.text == "scanstate")
         read_states();
       else
-        fail(block.line, shown(block), "signal, timeplate, scancell, scanchain, scanstate, pattern or end");
+        fail(block.where, shown(block), "signal, timeplate, scancell, scanchain, scanstate, pattern or end");
     }
-    if (!pattern_) fail(token_.line, "no pattern", "one");
+    if (!pattern_) fail(token_.where, "no pattern", "one");
     shift_rows();
     set_timing();
     return std::move(stream_);
@@ -66,47 +69,44 @@ class WglReader {
   struct State {
     std::size_t chain;
     std::string bits;  // by cell
-    std::size_t line;
+    std::size_t where;
   };
   struct ScanRow {
     std::size_t at;  // cycles before it
     std::string states, label;
-    std::size_t line;
+    std::size_t where;
     std::vector<std::pair<const Chain*, Token>> load, unload;  // names of states
   };
-  static constexpr std::size_t kMaxCycles = 50'000'000;
 
-  [[noreturn]] void fail(std::size_t line, const std::string& found, const std::string& expected) const {
-    throw PatternFileError(fmt::format("{}:{}: found {}, expected {}", name_, line, found, expected), line);
+  [[noreturn]] void fail(std::size_t where, const std::string& found, const std::string& expected) const {
+    const Place place = place_of(text_, where);
+    throw PatternFileError(defect_at(name_, place, found, expected), place.line);
   }
   static std::string shown(const Token& token) {
-    return token.text.empty() ? "the end of the file" : fmt::format("\"{}\"", token.text);
+    return token.text.empty() ? "the end of the file" : fmt::format("\"{}\"", meltstage::shown(token.text));
   }
   void advance() {
     for (;; ++at_) {
       if (at_ >= text_.size()) {
-        token_ = {"", false, line_};
+        token_ = {"", false, text_.size()};
         return;
       }
       const char c = text_[at_];
-      if (c == '\n') ++line_;
       if (c == '{' || c == '#') {  // a comment, or a label
         const char close = c == '{' ? '}' : '\n';
         const std::size_t end = text_.find(close, at_);
-        if (end == std::string_view::npos) fail(line_, "a comment left open", std::string(1, '}'));
+        if (end == std::string_view::npos) fail(at_, "a comment left open", std::string(1, '}'));
         if (c == '{') comment_ = trimmed(text_.substr(at_ + 1, end - at_ - 1));
-        line_ += static_cast<std::size_t>(std::count(text_.begin() + static_cast<std::ptrdiff_t>(at_),
-                                                     text_.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
         at_ = close == '\n' ? end - 1 : end;
         continue;
       }
       if (std::isspace(static_cast<unsigned char>(c)) == 0) break;
     }
-    token_ = {"", false, line_};
+    token_ = {"", false, at_};
     if (text_[at_] == '"') {
       const std::size_t end = text_.find('"', at_ + 1), newline = text_.find('\n', at_);
-      if (end == std::string_view::npos || end > newline) fail(line_, "a name left open with \"", "\"");
-      token_ = {std::string(text_.substr(at_ + 1, end - at_ - 1)), true, line_};
+      if (end == std::string_view::npos || end > newline) fail(at_, "a name left open with \"", "\"");
+      token_ = {std::string(text_.substr(at_ + 1, end - at_ - 1)), true, at_};
       at_ = end + 1;
       return;
     }
@@ -132,11 +132,11 @@ class WglReader {
   }
   bool at(std::string_view word) const { return !token_.quoted && token_.text == word; }
   void expect(std::string_view word) {
-    if (!at(word)) fail(token_.line, shown(token_), fmt::format("\"{}\"", word));
+    if (!at(word)) fail(token_.where, shown(token_), fmt::format("\"{}\"", word));
     advance();
   }
   std::string take_name() {
-    if (token_.text.empty()) fail(token_.line, shown(token_), "a name");
+    if (token_.text.empty()) fail(token_.where, shown(token_), "a name");
     std::string name = token_.text;
     advance();
     return name;
@@ -145,24 +145,28 @@ class WglReader {
   std::size_t signal(const Token& token) const {
     const auto found = signal_.find(token.text);
     if (found == signal_.end())
-      fail(token.line, fmt::format("signal \"{}\"", token.text), "one of the signal block");
+      fail(token.where, fmt::format("signal \"{}\"", meltstage::shown(token.text)),
+           "one of the signal block");
     return found->second;
   }
 
   void read_signals() {
+    if (!plate_.empty()) fail(token_.where, "signals after the timeplate", "all signals before it");
     while (!at("end")) {
       const Token name = token_;
       take_name();
+      if (!is_plain_name(name.text))
+        fail(name.where, "signal " + shown(name), "a name without blanks, quotes, \\, % and `");
       expect(":");
       const Token direction = token_;
       advance();
       if (direction.text != "input" && direction.text != "output")
-        fail(direction.line, shown(direction), "input or output");
+        fail(direction.where, shown(direction), "input or output");
       if (!signal_.emplace(name.text, stream_.signals.size()).second)
-        fail(name.line, fmt::format("signal \"{}\" again", name.text), "each signal once");
+        fail(name.where, fmt::format("signal \"{}\" again", meltstage::shown(name.text)), "each signal once");
       stream_.signals.push_back({name.text, direction.text == "input"});
       while (!at(";")) {
-        if (token_.text.empty() || at("end")) fail(direction.line, shown(token_), "\";\"");
+        if (token_.text.empty() || at("end")) fail(direction.where, shown(token_), "\";\"");
         advance();
       }
       expect(";");
@@ -173,7 +177,7 @@ class WglReader {
   // Names; groups of cells in brackets are passed over.
   void read_cells() {
     for (; !at("end"); advance()) {
-      if (at_end_of_file()) fail(token_.line, shown(token_), "a scan cell or \"end\"");
+      if (at_end_of_file()) fail(token_.where, shown(token_), "a scan cell or \"end\"");
       if (at("[")) {
         while (!at("]") && !at_end_of_file()) advance();
       } else if (!at(";") && !at(",")) {
@@ -199,11 +203,11 @@ class WglReader {
       expect("]");
       expect(";");
       if (members.size() < 3)
-        fail(name.line, fmt::format("chain \"{}\" with {} members", name.text, members.size()),
+        fail(name.where, fmt::format("chain \"{}\" with {} members", name.text, members.size()),
              "its input, cells and output");
       const std::size_t in = signal(members.front()), out = signal(members.back());
       if (!stream_.signals[in].is_input || stream_.signals[out].is_input)
-        fail(name.line,
+        fail(name.where,
              fmt::format("chain \"{}\" from \"{}\" to \"{}\"", name.text, members.front().text,
                          members.back().text),
              "an input first and an output last");
@@ -214,12 +218,14 @@ class WglReader {
           continue;
         }
         if (cells_.count(members[i].text) == 0)
-          fail(members[i].line, fmt::format("scan cell \"{}\"", members[i].text),
+          fail(members[i].where, fmt::format("scan cell \"{}\"", meltstage::shown(members[i].text)),
                "one of the scancell block");
         chain.cells.push_back(members[i].text);
       }
+      if (chain.cells.empty())
+        fail(name.where, fmt::format("chain \"{}\" without cells", meltstage::shown(name.text)), "some");
       if (!chain_.emplace(name.text, Chain{stream_.chains.size(), in, out}).second)
-        fail(name.line, fmt::format("chain \"{}\" again", name.text), "each chain once");
+        fail(name.where, fmt::format("chain \"{}\" again", meltstage::shown(name.text)), "each chain once");
       stream_.chains.push_back(std::move(chain));
     }
     advance();
@@ -227,7 +233,8 @@ class WglReader {
   const Chain& chain(const Token& token) const {
     const auto found = chain_.find(token.text);
     if (found == chain_.end())
-      fail(token.line, fmt::format("chain \"{}\"", token.text), "one of the scanchain block");
+      fail(token.where, fmt::format("chain \"{}\"", meltstage::shown(token.text)),
+           "one of the scanchain block");
     return found->second;
   }
 
@@ -237,71 +244,71 @@ class WglReader {
       const Token name = token_;
       take_name();
       expect(":=");
-      State state{chain(token_).index, "", name.line};
+      State state{chain(token_).index, "", name.where};
       advance();
       expect("(");
       for (; !at(")"); advance()) {
-        if (at_end_of_file() || at(";")) fail(name.line, "a scan state left open", "\")\"");
+        if (at_end_of_file() || at(";")) fail(name.where, "a scan state left open", "\")\"");
         state.bits += token_.text;
       }
       advance();
       expect(";");
       const ScanChain& of = stream_.chains[state.chain];
       if (state.bits.size() != of.cells.size())
-        fail(name.line, fmt::format("{} bits in state \"{}\"", state.bits.size(), name.text),
+        fail(name.where, fmt::format("{} bits in state \"{}\"", state.bits.size(), name.text),
              fmt::format("{}, the cells of chain \"{}\"", of.cells.size(), of.name));
       if (!state_.emplace(name.text, std::move(state)).second)
-        fail(name.line, fmt::format("state \"{}\" again", name.text), "each state once");
+        fail(name.where, fmt::format("state \"{}\" again", meltstage::shown(name.text)), "each state once");
     }
     advance();
   }
 
   double take_time() {
     const Token token = token_;
-    char* end = nullptr;
-    const double value = std::strtod(token.text.c_str(), &end);
-    std::string unit(end);
+    const std::size_t behind = token.text.find_last_of("0123456789.") + 1;  // 0 without a number
+    std::string unit = token.text.substr(behind);
     std::transform(unit.begin(), unit.end(), unit.begin(),
                    [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
     static const std::map<std::string, double> kUnits = {
         {"s", 1e9}, {"ms", 1e6}, {"us", 1e3}, {"ns", 1}, {"ps", 1e-3}};
     const auto found = kUnits.find(unit);
-    if (end == token.text.c_str() || found == kUnits.end() || !std::isfinite(value) || value < 0)
-      fail(token.line, fmt::format("time \"{}\"", token.text), "a number with s, ms, us, ns or ps");
+    const auto value = number_in(std::string_view(token.text).substr(0, behind), 0.0, 1e9);
+    if (!value || found == kUnits.end())
+      fail(token.where, fmt::format("time {}", shown(token)), "a number with s, ms, us, ns or ps");
     advance();
-    return value * found->second;
+    return *value * found->second;
   }
 
   void read_timeplate() {
     const Token name = token_;
     take_name();
-    if (!plate_.empty()) fail(name.line, fmt::format("a second timeplate \"{}\"", name.text), "one");
+    if (!plate_.empty()) fail(name.where, fmt::format("a second timeplate \"{}\"", name.text), "one");
     plate_ = name.text;
     expect("period");
     stream_.timing.period_ns = take_time();
     events_.assign(stream_.signals.size(), {});
     while (!at("end")) {
-      const std::size_t s = signal(token_), line = token_.line;
+      const std::size_t s = signal(token_), where = token_.where;
       advance();
       expect(":=");
       const Token direction = token_;
       advance();
       if (direction.text != (stream_.signals[s].is_input ? "input" : "output"))
-        fail(direction.line, shown(direction), stream_.signals[s].is_input ? "input" : "output");
+        fail(direction.where, shown(direction), stream_.signals[s].is_input ? "input" : "output");
       expect("[");
       for (bool more = true; more;) {
         Event event{take_time(), ' '};
         if (event.ns > stream_.timing.period_ns)
-          fail(line, fmt::format("an edge at {} ns", event.ns),
+          fail(where, fmt::format("an edge at {} ns", event.ns),
                fmt::format("one within the period of {} ns", stream_.timing.period_ns));
         if (!events_[s].empty() && event.ns <= events_[s].back().ns)
-          fail(line, fmt::format("an edge at {} ns", event.ns), "one behind the edge before");
+          fail(where, fmt::format("an edge at {} ns", event.ns), "one behind the edge before");
         expect(":");
         const Token state = token_;
         advance();
         const std::string_view known = stream_.signals[s].is_input ? "PDUSNZ" : "XQT";
         if (state.text.size() != 1 || known.find(state.text) == std::string_view::npos)
-          fail(state.line, shown(state), fmt::format("one of {}", known));
+          fail(state.where, shown(state), fmt::format("one of {}", known));
         event.state = state.text[0];
         events_[s].push_back(event);
         more = at(",");
@@ -313,7 +320,7 @@ class WglReader {
     advance();
     for (std::size_t s = 0; s < events_.size(); ++s) {
       if (events_[s].empty())
-        fail(name.line,
+        fail(name.where,
              fmt::format("no edges of \"{}\" in timeplate \"{}\"", stream_.signals[s].name, plate_),
              "some for every signal");
     }
@@ -341,8 +348,8 @@ class WglReader {
   void read_pattern() {
     const Token name = token_;
     take_name();
-    if (plate_.empty()) fail(name.line, "a pattern without a timeplate", "the timeplate before it");
-    if (pattern_) fail(name.line, fmt::format("a second pattern \"{}\"", name.text), "one");
+    if (plate_.empty()) fail(name.where, "a pattern without a timeplate", "the timeplate before it");
+    if (pattern_) fail(name.where, fmt::format("a second pattern \"{}\"", name.text), "one");
     pattern_ = true;
     comment_.clear();
     expect("(");
@@ -358,7 +365,7 @@ class WglReader {
     for (const std::size_t s : order) named[s] = 1;
     for (std::size_t s = 0; s < named.size(); ++s) {
       if (named[s] == 0)
-        fail(name.line, fmt::format("no column of \"{}\"", stream_.signals[s].name), "one for every signal");
+        fail(name.where, fmt::format("no column of \"{}\"", stream_.signals[s].name), "one for every signal");
     }
     while (!at("end")) read_vector(order);
     advance();
@@ -369,65 +376,73 @@ class WglReader {
     if (at("repeat") || at("loop")) {
       advance();
       const Token number = token_;
-      char* end = nullptr;
-      count = std::strtoull(number.text.c_str(), &end, 10);
-      if (end == number.text.c_str() || *end != '\0' || count == 0)
-        fail(number.line, shown(number), "how often the vector is repeated");
+      const auto times = number_in<std::uint64_t>(number.text, 1, kMostCounted);
+      if (!times)
+        fail(number.where, shown(number),
+             fmt::format("how often the vector is repeated, 1 to {}", kMostCounted));
+      count = *times;
       advance();
     }
     const Token row = token_;
     const bool scan = at("scan");
-    if (scan && count != 1) fail(row.line, "a scan row repeated", "each by itself");
+    if (scan && count != 1) fail(row.where, "a scan row repeated", "each by itself");
     expect(scan ? "scan" : "vector");
     expect("(");
     if (token_.text != plate_)
-      fail(token_.line, fmt::format("timeplate \"{}\"", token_.text), fmt::format("\"{}\"", plate_));
+      fail(token_.where, fmt::format("timeplate \"{}\"", meltstage::shown(token_.text)),
+           fmt::format("\"{}\"", plate_));
     advance();
     expect(")");
     expect(":=");
     const std::string values = take_values(order.size());
     if (scan) {
-      read_scan_row(order, values, label, row.line);
+      read_scan_row(order, values, label, row.where);
       return;
     }
     expect(";");
     std::string states(stream_.signals.size(), '\0');
-    for (std::size_t i = 0; i < order.size(); ++i) states[order[i]] = state_of(order[i], values[i], row.line);
+    for (std::size_t i = 0; i < order.size(); ++i)
+      states[order[i]] = state_of(order[i], values[i], row.where);
+    counted_ += count;
+    if (stream_.cycles.size() >= most_cycles_ || stream_.cycles.size() * states.size() >= kMostStates ||
+        counted_ > kMostCounted)
+      fail(row.where, "more cycles than this program takes",
+           fmt::format("at most {}, {} with repeats, {} states", most_cycles_, kMostCounted, kMostStates));
     stream_.cycles.push_back({std::move(states), label, count});
   }
 
   // "[ 0 1 X ]", so many.
   std::string take_values(std::size_t count) {
-    const std::size_t line = token_.line;
+    const std::size_t where = token_.where;
     expect("[");
     std::string values;
     for (; !at("]"); advance()) {
-      if (token_.text.empty() || at(";")) fail(line, "a vector left open", "\"]\"");
+      if (token_.text.empty() || at(";")) fail(where, "a vector left open", "\"]\"");
       values += token_.text;
     }
     advance();
     if (values.size() != count)
-      fail(line, fmt::format("{} values", values.size()), fmt::format("the {} of the pattern", count));
+      fail(where, fmt::format("{} values", values.size()), fmt::format("the {} of the pattern", count));
     return values;
   }
-  char state_of(std::size_t s, char c, std::size_t line) const {
+  char state_of(std::size_t s, char c, std::size_t where) const {
     const bool input = stream_.signals[s].is_input;
     if (c == '0') return input ? '0' : 'L';
     if (c == '1') return !input ? 'H' : pulsed(s) ? 'P' : '1';
     if (c == 'X' || c == '-') return input ? 'N' : 'X';
-    fail(line, fmt::format("{} for \"{}\"", c, stream_.signals[s].name), "0, 1 or X");
+    fail(where, fmt::format("{} for \"{}\"", c, stream_.signals[s].name), "0, 1 or X");
   }
 
   // scan(tp) := [ 0 1 - X ], output [chain:state, ...], input [chain:state, ...];
   void read_scan_row(const std::vector<std::size_t>& order, const std::string& values,
-                     const std::string& label, std::size_t line) {
-    ScanRow row{stream_.cycles.size(), std::string(stream_.signals.size(), '\0'), label, line, {}, {}};
+                     const std::string& label, std::size_t where) {
+    ScanRow row{stream_.cycles.size(), std::string(stream_.signals.size(), '\0'), label, where, {}, {}};
     std::vector<std::uint8_t> shifted(stream_.signals.size(), 0);
     while (at(",")) {
       advance();
       const Token way = token_;
       advance();
-      if (way.text != "input" && way.text != "output") fail(way.line, shown(way), "input or output");
+      if (way.text != "input" && way.text != "output") fail(way.where, shown(way), "input or output");
       const bool load = way.text == "input";
       expect("[");
       for (bool more = true; more;) {
@@ -436,7 +451,7 @@ class WglReader {
         expect(":");
         const std::size_t port = load ? of.in : of.out;
         if (shifted[port] != 0)
-          fail(token_.line, fmt::format("\"{}\" again", stream_.signals[port].name), "each chain once");
+          fail(token_.where, fmt::format("\"{}\" again", stream_.signals[port].name), "each chain once");
         shifted[port] = 1;
         (load ? row.load : row.unload).push_back({&of, token_});
         take_name();
@@ -447,10 +462,10 @@ class WglReader {
     }
     expect(";");
     if (row.load.empty() && row.unload.empty())
-      fail(line, "a scan row without states", "input or output [...]");
+      fail(where, "a scan row without states", "input or output [...]");
     for (std::size_t i = 0; i < order.size(); ++i) {
       const std::size_t s = order[i];
-      row.states[s] = shifted[s] == 0               ? state_of(s, values[i], line)
+      row.states[s] = shifted[s] == 0               ? state_of(s, values[i], where)
                       : stream_.signals[s].is_input ? '0'
                                                     : 'X';
     }
@@ -459,9 +474,10 @@ class WglReader {
   const State& state(const Token& token, const Chain& of) const {
     const auto found = state_.find(token.text);
     if (found == state_.end())
-      fail(token.line, fmt::format("scan state \"{}\"", token.text), "one of the scanstate block");
+      fail(token.where, fmt::format("scan state \"{}\"", meltstage::shown(token.text)),
+           "one of the scanstate block");
     if (found->second.chain != of.index)
-      fail(token.line, fmt::format("scan state \"{}\"", token.text),
+      fail(token.where, fmt::format("scan state \"{}\"", meltstage::shown(token.text)),
            fmt::format("one of chain \"{}\"", stream_.chains[of.index].name));
     return found->second;
   }
@@ -483,8 +499,9 @@ class WglReader {
         for (const auto& [of, name] : *list)
           length = std::max(length, stream_.chains[of->index].cells.size());
       }
-      if (cycles.size() + length > kMaxCycles)
-        fail(row.line, "more cycles than this program takes", fmt::format("at most {}", kMaxCycles));
+      if (cycles.size() + length > most_cycles_ || (cycles.size() + length) * row.states.size() > kMostStates)
+        fail(row.where, "more cycles than this program takes",
+             fmt::format("at most {} and {} states", most_cycles_, kMostStates));
       const std::size_t first = cycles.size();
       cycles.resize(first + length, {row.states, ""});
       cycles[first].label = row.label;
@@ -492,7 +509,7 @@ class WglReader {
         const State& loaded = state(name, *of);
         for (std::size_t cell = 0; cell < loaded.bits.size(); ++cell) {
           const char c = loaded.bits[cell];
-          if (c != '0' && c != '1' && c != 'X') fail(loaded.line, fmt::format("{} to load", c), "0, 1 or X");
+          if (c != '0' && c != '1' && c != 'X') fail(loaded.where, fmt::format("{} to load", c), "0, 1 or X");
           cycles[first + length - 1 - cell].states[of->in] =
               c == 'X' ? 'N' : inverted(c, inverses[of->index][cell]);
         }
@@ -502,7 +519,7 @@ class WglReader {
         for (std::size_t cell = 0; cell < shown.bits.size(); ++cell)
           cycles[first + shown.bits.size() - 1 - cell].states[of->out] = state_of(
               of->out, inverted(shown.bits[cell], inverses[of->index][cell] ^ inverses[of->index].back()),
-              shown.line);
+              shown.where);
       }
     }
     if (rows_.empty()) return;
@@ -512,7 +529,9 @@ class WglReader {
 
   std::string_view text_;
   const std::string& name_;
-  std::size_t at_ = 0, line_ = 1;
+  const std::size_t most_cycles_;
+  std::uint64_t counted_ = 0;
+  std::size_t at_ = 0;
   Token token_;
   std::string comment_, plate_;
   bool pattern_ = false;
@@ -527,6 +546,8 @@ class WglReader {
 
 }  // namespace
 
-CycleStream parse_wgl(std::string_view text, const std::string& name) { return WglReader(text, name).read(); }
+CycleStream parse_wgl(std::string_view text, const std::string& name, std::size_t most_cycles) {
+  return WglReader(text, name, most_cycles).read();
+}
 
 }  // namespace meltstage::dft

@@ -109,11 +109,57 @@ TEST(Stil, SeededDefectsAreRejectedWithLineAndReason) {
       ADD_FAILURE() << defect.name << " was taken";
     } catch (const StilError& error) {
       EXPECT_THAT(error.what(), HasSubstr(defect.reason)) << defect.name;
-      EXPECT_THAT(error.what(), HasSubstr("bad.stil:" + std::to_string(error.line()) + ": found"))
-          << defect.name;
+      EXPECT_THAT(error.what(), HasSubstr("bad.stil:" + std::to_string(error.line()) + ":")) << defect.name;
       EXPECT_LE(error.line(), line_of(text, at) + 12) << defect.name << ": " << error.what();
     }
   }
+}
+
+// What would take all memory, all time or the stack is refused.
+TEST(Stil, LimitsHold) {
+  const std::string head = R"(STIL 1.0; Signals { a In; y Out; } SignalGroups { g = 'a'; }
+Timing { WaveformTable t { Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } y { LHX { '40ns' L/H/X; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+)";
+  const auto refuses = [](const std::string& text, const std::string& message) {
+    try {
+      parse_stil(text, "a.stil", 1000);
+      ADD_FAILURE() << "was taken: " << text.substr(0, 400);
+    } catch (const StilError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(message));
+    }
+  };
+  std::string deep;
+  for (int i = 0; i < 30000; ++i) deep += "Loop 2 { ";
+  refuses(head + "Pattern main { " + deep, "statements 17 deep, expected at most 16");
+  refuses(head + "Pattern main { W t; V { a=0; y=X; } Loop 1000 { V { a=1; } V { a=0; } } }", "more cycles");
+  refuses(head + "Pattern main { W t; Loop 99999 { C { a=1; } Loop 99999 { C { a=0; } } } }",
+          "more statements");
+  refuses(head + "Procedures { q { Loop 99999 { C { a=1; } } } } Pattern main { W t; Call q; }",
+          "more statements");
+  refuses(head +
+              "Pattern main { W t; V { a=\\r9999999 0 \\r9999999 0 \\r9999999 0 \\r9999999 0 \\r9999999 0 "
+              "\\r9999999 0 \\r9999999 0 \\r9999999 0 \\r9999999 0 \\r9999999 0 \\r9999999 0; } }",
+          "more characters behind \\r");
+  std::string doubled = "SignalGroups { g0 = 'a'; ";
+  for (int i = 1; i < 40; ++i)
+    doubled +=
+        "g" + std::to_string(i) + " = 'g" + std::to_string(i - 1) + " + g" + std::to_string(i - 1) + "'; ";
+  refuses(head + doubled + "}", "a group of more signals");
+  refuses(head + "Signals { b In; }", "Signals after Timing");
+  refuses("STIL 1.0; Signals { \"a;b c\" In; }", "a.stil:1:21: found signal \"a;b c\"");
+  refuses("STIL 1.0; Signals { \"\x1b[31m\" In; }", "found signal \"\\x1B[31m\"");
+  for (const char* time : {"inf", "nan", "1e999", "-1", "0x10", ""})
+    refuses("STIL 1.0; Timing { WaveformTable t { Period '" + std::string(time) + "ns'; } }",
+            "expected a number with");
+  EXPECT_THROW(parse_stil("", "a.stil"), StilError);
+}
+
+TEST(Cycles, TooManyToUnrollAreRefused) {
+  CycleStream stream;
+  stream.signals = {{"a", true}};
+  stream.cycles = {{"0", "", kMostCounted}};
+  EXPECT_THROW(unrolled(stream), UserError);
 }
 
 TEST(Stil, OtherShapes) {

@@ -1,0 +1,569 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include "asic/dft/files/stil.hpp"
+#include "asic/dft/files/stil_file.hpp"
+#include "base/number.hpp"
+#include "base/place.hpp"
+
+namespace meltstage::dft::stil {
+
+namespace {
+
+constexpr std::size_t kMostNested = 16;        // Loop and Shift in each other
+constexpr std::size_t kMostMembers = 100'000;  // of a group
+constexpr std::size_t kMostCharacters = 62;    // of a waveform: letters and digits
+constexpr double kMostTime = 1e9;              // in any unit
+
+struct Token {
+  enum class Kind { word, string, time, punctuation, end };
+  Kind kind = Kind::end;
+  std::string text;
+  std::size_t where = 0;
+};
+
+struct Lexer {
+  const File& file;
+  std::size_t at = 0;
+
+  void skip() {
+    const std::string_view text = file.text;
+    while (at < text.size()) {
+      if (text.substr(at, 2) == "//") {
+        at = std::min(text.find('\n', at), text.size());
+      } else if (text.substr(at, 2) == "/*" || text.substr(at, 2) == "{*") {
+        const std::string_view close = text[at] == '/' ? "*/" : "*}";
+        const std::size_t end = text.find(close, at + 2);
+        if (end == std::string_view::npos) file.fail(at, "a comment left open", std::string(close));
+        at = end + 2;
+      } else if (std::isspace(static_cast<unsigned char>(text[at])) != 0) {
+        ++at;
+      } else {
+        return;
+      }
+    }
+  }
+  Token next() {
+    skip();
+    const std::string_view text = file.text;
+    Token token{Token::Kind::end, "", at};
+    if (at >= text.size()) return token;
+    const char c = text[at];
+    if (c == '"' || c == '\'') {
+      const std::size_t end = text.find(c, at + 1);
+      if (end == std::string_view::npos)
+        file.fail(at, fmt::format("a string left open with {}", c), std::string(1, c));
+      token.kind = c == '"' ? Token::Kind::string : Token::Kind::time;
+      token.text = text.substr(at + 1, end - at - 1);
+      at = end + 1;
+      return token;
+    }
+    if (std::string_view("{};:=").find(c) != std::string_view::npos) {
+      token.kind = Token::Kind::punctuation;
+      token.text = c;
+      ++at;
+      return token;
+    }
+    token.kind = Token::Kind::word;
+    const std::size_t begin = at;
+    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at])) == 0 &&
+           std::string_view("{};:=\"'").find(text[at]) == std::string_view::npos)
+      ++at;
+    token.text = text.substr(begin, at - begin);
+    return token;
+  }
+  // Vector data after "=": all up to the semicolon.
+  std::string data() {
+    const std::size_t end = file.text.find_first_of(";}", at);
+    if (end == std::string_view::npos || file.text[end] == '}')
+      file.fail(at, "vector data without an end", "\";\"");
+    std::string result(file.text.substr(at, end - at));
+    at = end + 1;
+    return result;
+  }
+};
+
+class Reader {
+ public:
+  explicit Reader(File& file) : file_(file), lexer_{file} { advance(); }
+
+  void read() {
+    expect_word("STIL");
+    take_word();  // the version
+    if (is("{"))
+      skip_block();
+    else
+      expect(";");
+    while (token_.kind != Token::Kind::end) top_block();
+  }
+
+ private:
+  [[noreturn]] void fail(std::size_t where, const std::string& found, const std::string& expected) const {
+    file_.fail(where, found, expected);
+  }
+  void advance() { token_ = lexer_.next(); }
+  bool is(std::string_view punctuation) const {
+    return token_.kind == Token::Kind::punctuation && token_.text == punctuation;
+  }
+  bool is_word(std::string_view word) const {
+    return token_.kind == Token::Kind::word && token_.text == word;
+  }
+  std::string found() const {
+    return token_.kind == Token::Kind::end ? "the end of the file"
+                                           : fmt::format("\"{}\"", shown(token_.text));
+  }
+  void expect(std::string_view punctuation) {
+    if (!is(punctuation)) fail(token_.where, found(), fmt::format("\"{}\"", punctuation));
+    advance();
+  }
+  void expect_word(std::string_view word) {
+    if (!is_word(word)) fail(token_.where, found(), std::string(word));
+    advance();
+  }
+  std::string take_word() {
+    if (token_.kind != Token::Kind::word) fail(token_.where, found(), "a word");
+    std::string word = token_.text;
+    advance();
+    return word;
+  }
+  std::string take_name() {
+    if (token_.kind != Token::Kind::word && token_.kind != Token::Kind::string)
+      fail(token_.where, found(), "a name");
+    std::string word = token_.text;
+    advance();
+    return word;
+  }
+  void skip_block() {
+    const std::size_t where = token_.where;
+    expect("{");
+    for (std::size_t depth = 1; depth != 0; advance()) {
+      if (token_.kind == Token::Kind::end) fail(where, "a block left open", "\"}\"");
+      if (is("{")) ++depth;
+      if (is("}") && --depth == 0) break;
+    }
+    expect("}");
+  }
+
+  void top_block() {
+    const std::size_t where = token_.where;
+    const std::string word = take_word();
+    if (word == "Signals") {
+      read_signals();
+    } else if (word == "SignalGroups") {
+      if (!is("{")) take_name();
+      read_groups();
+    } else if (word == "Timing") {
+      if (!is("{")) take_name();
+      read_timing();
+    } else if (word == "ScanStructures") {
+      if (!is("{")) take_name();
+      read_chains();
+    } else if (word == "PatternBurst") {
+      const std::string name = take_name();
+      file_.bursts[name] = read_burst();
+    } else if (word == "PatternExec") {
+      if (!is("{")) take_name();
+      read_exec();
+    } else if (word == "Procedures" || word == "MacroDefs") {
+      if (!is("{")) take_name();
+      read_procedures(word == "Procedures" ? file_.procedures : file_.macros);
+    } else if (word == "Pattern") {
+      const std::string name = take_name();
+      expect("{");
+      file_.patterns[name] = statements();
+    } else if (word == "Header") {
+      read_header();
+    } else if (word == "Ann" || word == "UserKeywords" || word == "Spec" || word == "Selector" ||
+               word == "Environment" || word == "Include") {
+      while (!is("{") && !is(";") && token_.kind != Token::Kind::end) advance();
+      if (is("{"))
+        skip_block();
+      else
+        expect(";");
+    } else {
+      fail(where, fmt::format("\"{}\"", word),
+           "a block of STIL (Signals, SignalGroups, Timing, Pattern ...)");
+    }
+  }
+
+  void read_header() {
+    expect("{");
+    while (!is("}")) {
+      if (token_.kind == Token::Kind::end) fail(token_.where, found(), "\"}\"");
+      const bool title = is_word("Title");
+      advance();
+      if (title && token_.kind == Token::Kind::string) file_.title = shown(token_.text);
+      if (is("{")) skip_block();
+    }
+    expect("}");
+  }
+
+  void read_signals() {
+    if (!file_.tables.empty()) fail(token_.where, "Signals after Timing", "all signals before it");
+    expect("{");
+    while (!is("}")) {
+      const std::size_t where = token_.where;
+      const std::string name = take_name();
+      if (!is_plain_name(name))
+        fail(where, fmt::format("signal \"{}\"", shown(name)), "a name without blanks, quotes, \\, % and `");
+      const std::string direction = take_word();
+      if (direction != "In" && direction != "Out")
+        fail(where, fmt::format("signal \"{}\" {}", name, direction), "In or Out");
+      if (!file_.signal.emplace(name, file_.signals.size()).second)
+        fail(where, fmt::format("signal \"{}\" again", name), "each signal once");
+      file_.groups[name] = {file_.signals.size()};
+      file_.signals.push_back({name, direction == "In"});
+      if (is("{"))
+        skip_block();
+      else
+        expect(";");
+    }
+    expect("}");
+  }
+
+  // Signals of an expression 'a + b - c'.
+  std::vector<std::size_t> expression(const std::string& text, std::size_t where) const {
+    std::vector<std::size_t> result;
+    char sign = '+';
+    for (std::size_t i = 0; i < text.size();) {
+      const char c = text[i];
+      if (std::isspace(static_cast<unsigned char>(c)) != 0) {
+        ++i;
+      } else if (c == '+' || c == '-') {
+        sign = c;
+        ++i;
+      } else {
+        const bool quote = c == '"';
+        const std::size_t begin = quote ? i + 1 : i;
+        std::size_t end = begin;
+        while (end < text.size() &&
+               (quote ? text[end] != '"'
+                      : text[end] != '+' && text[end] != '-' && text[end] != ' ' && text[end] != '\n'))
+          ++end;
+        for (const std::size_t s : file_.members(text.substr(begin, end - begin), where)) {
+          if (sign == '+')
+            result.push_back(s);
+          else
+            result.erase(std::remove(result.begin(), result.end(), s), result.end());
+        }
+        if (result.size() > kMostMembers)
+          fail(where, "a group of more signals than this program takes",
+               fmt::format("at most {}", kMostMembers));
+        i = quote ? end + 1 : end;
+      }
+    }
+    return result;
+  }
+  void read_groups() {
+    expect("{");
+    while (!is("}")) {
+      const std::size_t where = token_.where;
+      const std::string name = take_name();
+      expect("=");
+      if (token_.kind != Token::Kind::time) fail(token_.where, found(), "signals in single quotes");
+      file_.groups[name] = expression(token_.text, where);
+      advance();
+      if (is("{"))
+        skip_block();
+      else
+        expect(";");
+    }
+    expect("}");
+  }
+
+  double time_ns(const Token& token) const {
+    static const std::map<std::string_view, double> units = {{"s", 1e9}, {"ms", 1e6},  {"us", 1e3},
+                                                             {"ns", 1},  {"ps", 1e-3}, {"fs", 1e-6}};
+    const std::size_t unit = token.text.find_last_of("0123456789.") + 1;  // 0 without a number
+    const auto value = number_in(std::string_view(token.text).substr(0, unit), 0.0, kMostTime);
+    const auto found = units.find(std::string_view(token.text).substr(unit));
+    if (token.kind != Token::Kind::time || !value || found == units.end())
+      fail(token.where,
+           fmt::format("{} '{}'", token.kind == Token::Kind::time ? "time" : "no time", shown(token.text)),
+           "a number with s, ms, us, ns or ps in single quotes, as '100ns'");
+    return *value * found->second;
+  }
+
+  void read_timing() {
+    expect("{");
+    while (!is("}")) {
+      expect_word("WaveformTable");
+      const std::string name = take_name();
+      WaveformTable table;
+      table.characters.resize(file_.signals.size());
+      expect("{");
+      while (!is("}")) {
+        const std::size_t where = token_.where;
+        const std::string word = take_word();
+        if (word == "Period") {
+          table.period_ns = time_ns(token_);
+          advance();
+          expect(";");
+        } else if (word == "Waveforms") {
+          read_waveforms(table);
+        } else {
+          fail(where, fmt::format("\"{}\"", word), "Period or Waveforms");
+        }
+      }
+      expect("}");
+      if (table.period_ns <= 0)
+        fail(token_.where, fmt::format("no Period in WaveformTable \"{}\"", name), "one above 0");
+      for (const auto& [c, events] : table.events) {
+        for (const auto& [at, event] : events) {
+          if (at >= table.period_ns)
+            fail(token_.where, fmt::format("an edge at {} ns in waveform {} of \"{}\"", at, c, name),
+                 fmt::format("one within the period of {} ns", table.period_ns));
+        }
+      }
+      file_.tables[name] = std::move(table);
+    }
+    expect("}");
+  }
+  void read_waveforms(WaveformTable& table) {
+    expect("{");
+    while (!is("}")) {
+      const std::size_t where = token_.where;
+      const std::vector<std::size_t> signals = file_.members(take_name(), where);
+      expect("{");
+      while (!is("}")) {
+        const std::string characters = take_word();
+        if (characters.size() > kMostCharacters)
+          fail(where, fmt::format("{} waveform characters", characters.size()),
+               fmt::format("at most {}", kMostCharacters));
+        expect("{");
+        std::vector<std::vector<std::pair<double, std::string>>> lists(characters.size());
+        while (!is("}")) {
+          const double at = time_ns(token_);
+          advance();
+          std::string events = take_word();
+          events.erase(std::remove(events.begin(), events.end(), '/'), events.end());
+          if (events.size() != 1 && events.size() != characters.size())
+            fail(token_.where, fmt::format("events {} for characters {}", events, characters),
+                 "one event, or one a character");
+          for (std::size_t i = 0; i < characters.size(); ++i) {
+            const char event = events[events.size() == 1 ? 0 : i];
+            if (std::string_view("DUZPNLHXTlhxt").find(event) == std::string_view::npos)
+              fail(token_.where, fmt::format("event {}", event), "D U Z P N, or L H X T");
+            if (!lists[i].empty() && at < lists[i].back().first)
+              fail(token_.where, fmt::format("an edge at {} ns after a later one", at), "rising times");
+            lists[i].emplace_back(at, std::string(1, event));
+          }
+          expect(";");
+        }
+        expect("}");
+        for (std::size_t i = 0; i < characters.size(); ++i) {
+          for (const std::size_t s : signals) table.characters[s].insert(characters[i]);
+          if (!lists[i].empty()) table.events[characters[i]] = lists[i];
+        }
+      }
+      expect("}");
+    }
+    expect("}");
+  }
+
+  void read_chains() {
+    expect("{");
+    while (!is("}")) {
+      expect_word("ScanChain");
+      const std::string name = take_name();
+      std::size_t length = 0;
+      std::string in, out, inversion;
+      std::vector<std::string> cells;
+      std::vector<std::size_t> inversions;
+      const std::size_t where = token_.where;
+      expect("{");
+      while (!is("}")) {
+        if (token_.kind == Token::Kind::end) fail(where, "ScanChain left open", "\"}\"");
+        const std::string word = take_word();
+        if (word == "ScanLength") length = number(take_word());
+        if (word == "ScanIn") in = take_name();
+        if (word == "ScanOut") out = take_name();
+        if (word == "ScanInversion") inversion = take_word();
+        for (; !is(";") && !is("}") && token_.kind != Token::Kind::end; advance()) {
+          if (word != "ScanCells") continue;
+          if (token_.kind == Token::Kind::word && token_.text == "!")
+            inversions.push_back(cells.size());
+          else
+            cells.push_back(token_.text);
+        }
+        expect(";");
+      }
+      expect("}");
+      if (!cells.empty() && cells.size() != length)
+        fail(where, fmt::format("{} cells in ScanChain \"{}\"", cells.size(), name),
+             fmt::format("{}, its ScanLength", length));
+      const std::string_view parity = inversions.size() % 2 == 0 ? "0" : "1";
+      if (!cells.empty() && !inversion.empty() && inversion != parity)
+        fail(where,
+             fmt::format("ScanInversion {} and {} marks in the ScanCells of \"{}\"", inversion,
+                         inversions.size(), name),
+             fmt::format("ScanInversion {}", parity));
+      for (const std::string& port : {in, out}) {
+        if (!port.empty()) file_.members(port, where);
+      }
+      file_.longest_chain = std::max(file_.longest_chain, length);
+      file_.chains.push_back({name, in, out, std::move(cells), std::move(inversions)});
+    }
+    expect("}");
+  }
+  std::size_t number(const std::string& text) const {
+    if (text.empty() || text.size() > 9 ||
+        !std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
+      fail(token_.where, fmt::format("\"{}\"", text), "a whole number");
+    return static_cast<std::size_t>(std::stoul(text));
+  }
+
+  std::vector<Assignment> read_burst() {
+    std::vector<Assignment> list;
+    expect("{");
+    while (!is("}")) {
+      const std::string word = take_word();
+      if (word == "PatList") {
+        expect("{");
+        while (!is("}")) {
+          list.push_back({token_.text, "", token_.where});
+          take_name();
+          if (is("{"))
+            skip_block();
+          else
+            expect(";");
+        }
+        expect("}");
+      } else {
+        while (!is(";") && token_.kind != Token::Kind::end) advance();
+        expect(";");
+      }
+    }
+    expect("}");
+    return list;
+  }
+  void read_exec() {
+    expect("{");
+    while (!is("}")) {
+      const std::size_t where = token_.where;
+      const std::string word = take_word();
+      const std::string name = take_name();
+      if (word == "PatternBurst") file_.executed.push_back({name, "", where});
+      if (word == "Timing" || word == "Selector" || word == "Category") {
+      }
+      expect(";");
+    }
+    expect("}");
+  }
+
+  void read_procedures(std::map<std::string, std::vector<Statement>>& into) {
+    expect("{");
+    while (!is("}")) {
+      const std::string name = take_name();
+      expect("{");
+      into[name] = statements();
+    }
+    expect("}");
+  }
+
+  // Up to and with the closing brace.
+  std::vector<Statement> statements(std::size_t depth = 0) {
+    std::vector<Statement> list;
+    std::string label;
+    const std::size_t opened = token_.where;
+    if (depth > kMostNested)
+      fail(opened, fmt::format("statements {} deep", depth), fmt::format("at most {}", kMostNested));
+    while (!is("}")) {
+      if (token_.kind == Token::Kind::end) fail(opened, "a block left open", "\"}\"");
+      const std::size_t where = token_.where;
+      const bool string = token_.kind == Token::Kind::string;
+      const std::string word = take_name();
+      if (is(":")) {
+        advance();
+        label = word;
+        continue;
+      }
+      if (string) fail(where, fmt::format("\"{}\"", word), "a statement or a label with \":\"");
+      Statement statement;
+      statement.where = where;
+      statement.label = std::move(label);
+      label.clear();
+      if (word == "W" || word == "WaveformTable") {
+        statement.kind = Statement::Kind::table;
+        statement.name = take_name();
+        expect(";");
+      } else if (word == "C" || word == "Condition" || word == "F" || word == "Fixed" || word == "V" ||
+                 word == "Vector") {
+        statement.kind = word[0] == 'C'   ? Statement::Kind::condition
+                         : word[0] == 'F' ? Statement::Kind::fixed
+                                          : Statement::Kind::vector;
+        assignments(statement);
+      } else if (word == "Call" || word == "Macro") {
+        statement.kind = word == "Call" ? Statement::Kind::call : Statement::Kind::macro;
+        statement.name = take_name();
+        if (is("{"))
+          assignments(statement);
+        else
+          expect(";");
+      } else if (word == "Shift") {
+        statement.kind = Statement::Kind::shift;
+        expect("{");
+        statement.body = statements(depth + 1);
+      } else if (word == "Loop") {
+        statement.kind = Statement::Kind::loop;
+        statement.count = number(take_word());
+        expect("{");
+        statement.body = statements(depth + 1);
+      } else if (word == "Ann" || word == "IddqTestPoint" || word == "Stop" || word == "BreakPoint") {
+        statement.kind = Statement::Kind::stop;
+        if (is(";")) advance();
+        if (is("{")) skip_block();
+      } else {
+        fail(where, fmt::format("\"{}\"", word), "W, C, F, V, Call, Macro, Shift or Loop");
+      }
+      list.push_back(std::move(statement));
+    }
+    expect("}");
+    return list;
+  }
+  void assignments(Statement& statement) {
+    expect("{");
+    while (!is("}")) {
+      Assignment assignment{"", "", token_.where};
+      assignment.signals = take_name();
+      if (!is("=")) fail(token_.where, found(), "\"=\"");
+      assignment.data = lexer_.data();  // the lexer stands right behind the "="
+      advance();
+      statement.assignments.push_back(std::move(assignment));
+    }
+    expect("}");
+  }
+
+  File& file_;
+  Lexer lexer_;
+  Token token_;
+};
+
+}  // namespace
+
+const std::vector<std::size_t>& File::members(const std::string& signal_or_group, std::size_t where) const {
+  const auto found = groups.find(signal_or_group);
+  if (found == groups.end())
+    fail(where, fmt::format("signal or group \"{}\"", shown(signal_or_group)),
+         "one that is defined in Signals or SignalGroups");
+  return found->second;
+}
+
+void File::fail(std::size_t where, const std::string& found, const std::string& expected) const {
+  const Place place = place_of(text, where);
+  throw StilError(defect_at(name, place, found, expected), place.line);
+}
+
+File parse(std::string_view text, const std::string& name) {
+  File file;
+  file.text = text;
+  file.name = name;
+  Reader(file).read();
+  return file;
+}
+
+}  // namespace meltstage::dft::stil
