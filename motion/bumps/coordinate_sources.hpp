@@ -57,7 +57,7 @@ RawPoints read_excellon_points(const std::filesystem::path& path, std::string_vi
 /// infinite.
 std::optional<double> parse_number(std::string_view text);
 
-/// Text of a file made fit for a one-line message: quoted, control characters replaced, long ones cut.
+/// Text of a file made fit for a one-line message: shown() in quotes.
 std::string in_quotes(std::string_view text);
 
 /// What the first bytes look like, e.g. "a PNG image", for messages about files of the wrong kind.

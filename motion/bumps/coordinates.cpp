@@ -5,17 +5,15 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <initializer_list>
-#include <iterator>
 #include <numbers>
 #include <numeric>
-#include <system_error>
 #include <utility>
 
+#include "base/file.hpp"
+#include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 
 namespace meltstage::motion {
@@ -33,19 +31,7 @@ std::optional<double> parse_number(std::string_view text) {
   return value;
 }
 
-std::string in_quotes(std::string_view text) {
-  constexpr std::size_t shown = 40;
-  std::string out = "'";
-  for (const char c : text.substr(0, shown))
-    out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
-  // A cut must not leave half a UTF-8 character behind.
-  if (text.size() > shown) {
-    while ((static_cast<unsigned char>(out.back()) & 0xc0U) == 0x80U) out.pop_back();
-    if (static_cast<unsigned char>(out.back()) >= 0xc0U) out.pop_back();
-    out += "...";
-  }
-  return out + "'";
-}
+std::string in_quotes(std::string_view text) { return "'" + shown(text) + "'"; }
 
 std::string_view describe_content(std::string_view content) {
   struct Magic {
@@ -81,34 +67,17 @@ void check_point_count(const std::filesystem::path& path, std::size_t count) {
 
 namespace {
 
-std::string read_whole_file(const std::filesystem::path& path) {
-  const std::string name = path.string();
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found)
-    throw CoordinateError(
-        fmt::format("{}: no such file, expected a file with coordinates, such as bumps.csv", name));
-  if (status.type() == std::filesystem::file_type::none)
-    throw CoordinateError(fmt::format("{}: can't be read ({})", name, error.message()));
-  if (std::filesystem::is_directory(status))
-    throw CoordinateError(
-        fmt::format("{}: found a directory, expected a file with coordinates, such as bumps.csv", name));
-  if (!std::filesystem::is_regular_file(status))
-    throw CoordinateError(
-        fmt::format("{}: not a regular file, expected a file with coordinates, such as bumps.csv", name));
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream)
-    throw CoordinateError(
-        fmt::format("{}: can't be opened ({})", name, std::generic_category().message(errno)));
-  std::string content((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (stream.bad()) throw CoordinateError(fmt::format("{}: can't be read to its end", name));
+constexpr std::uint64_t most_bytes = std::uint64_t{1} << 28;
+
+std::string read_content(const std::filesystem::path& path) {
+  std::string content = read_file(path, "a file with coordinates, such as bumps.csv", most_bytes);
   if (content.empty())
-    throw CoordinateError(fmt::format("{}: the file is empty, expected coordinates", name));
+    throw CoordinateError(fmt::format("{}: the file is empty, expected coordinates", path.string()));
   return content;
 }
 
 detail::RawPoints read_raw(const std::filesystem::path& path) {
-  const std::string content = read_whole_file(path);
+  const std::string content = read_content(path);
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

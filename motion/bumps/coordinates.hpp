@@ -80,8 +80,8 @@ struct CoordinateFile {
 /// (`x_mm`, `Y (um)`, `X [mil]`), or `PosX`, `Mid X`, `Center-X` as placement tables do; without such a row
 /// the first two numeric columns of the first row are x and y. Rows without any content are skipped.
 ///
-/// @throws CoordinateError if the file is missing, no file, empty, of another kind, ends early, holds no
-/// point or more
+/// @throws UserError if the file is missing, no file or too large; CoordinateError if it is empty, of another
+/// kind, ends early, holds no point or more
 ///   than `max_points`; if a number is missing, malformed or not finite; if two points coincide or one is out
 ///   of travel; if an option is out of range, or a pitch is given for a file whose numbers already have a
 ///   unit.

@@ -267,6 +267,7 @@ class GerberFile {
   void close_step() {
     const Level level = std::move(levels_.back());
     levels_.pop_back();
+    if (level.points.empty()) return;
     for (double column = 0.0; column < level.count[0]; ++column)
       for (double line = 0.0; line < level.count[1]; ++line)
         for (const RawPoint& p : level.points)
@@ -429,12 +430,19 @@ class GerberFile {
   }
 
   void add(const RawPoint& point) {
+    // Those of blocks count as well, which hold flashes that may never be made.
+    constexpr std::size_t most_added = 4 * max_points;
+    if (++added_ > most_added)
+      fail(path_,
+           fmt::format("row {}: found more than {} flashes in blocks and steps, expected at most so many",
+                       row_, most_added));
     levels_.back().points.push_back(point);
     check_point_count(path_, levels_.back().points.size());
   }
 
   const std::filesystem::path& path_;
   std::vector<Level> levels_;
+  std::size_t added_ = 0;
   std::size_t row_ = 0;
   bool ended_ = false;
 

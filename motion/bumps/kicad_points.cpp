@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 
@@ -63,11 +64,14 @@ class Reader {
       fail(path_,
            fmt::format("line {}, column {}: the file ends inside the list that begins here, expected ')'",
                        open.back().row, open.back().column));
+    constexpr std::size_t most_words = 5'000'000;
+    if (++words_ > most_words)
+      fail_here(
+          fmt::format(" behind {} words and lists, expected a footprint of at most so many", most_words));
     Node node = here();
     if (text_[at_] == '(') {
-      constexpr std::size_t max_depth = 64;
-      if (open.size() == max_depth)
-        fail_here(fmt::format(" nested deeper than {} lists, expected a footprint", max_depth));
+      if (open.size() == kMostNested)
+        fail_here(fmt::format(" nested deeper than {} lists, expected a footprint", kMostNested));
       advance();
       open.push_back(std::move(node));
       return;
@@ -135,6 +139,7 @@ class Reader {
   const std::filesystem::path& path_;
   std::string_view text_;
   std::size_t at_ = 0, row_ = 1, column_ = 1;
+  std::size_t words_ = 0;
 };
 
 /// Pads on copper receive a bump; apertures of the paste or mask layer alone are drawn over pads that are

@@ -16,9 +16,14 @@ namespace {
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
 }
 
-std::vector<std::string_view> words_of(std::string_view line) {
+std::vector<std::string_view> words_of(const std::filesystem::path& path, std::size_t row,
+                                       std::string_view line) {
+  constexpr std::size_t most_words = 1000;
   std::vector<std::string_view> words;
   for (line = trimmed(line); !line.empty(); line = trimmed(line)) {
+    if (words.size() == most_words)
+      fail(path, fmt::format("row {}: found more than {} words, expected Ref Val Package PosX PosY Rot Side",
+                             row, most_words));
     const auto end = line.find_first_of(" \t");
     words.push_back(line.substr(0, end));
     line.remove_prefix(words.back().size());
@@ -44,7 +49,7 @@ class PosFile {
                line.number, in_quotes(text)));
     // Ref Val Package PosX PosY Rot Side; counted from the end, as a value may hold blanks.
     constexpr std::size_t behind_x = 4, fewest = 6;
-    const auto words = words_of(text);
+    const auto words = words_of(path_, line.number, text);
     if (words.size() < fewest)
       fail(path_, fmt::format("row {}: found {} words, expected Ref Val Package PosX PosY Rot Side",
                               line.number, words.size()));
@@ -63,7 +68,7 @@ class PosFile {
 
  private:
   void read_comment(std::size_t row, std::string_view text) {
-    const auto words = words_of(text);
+    const auto words = words_of(path_, row, text);
     if (words.size() >= 2 && words[1] == "End") ended_ = true;
     if (words.size() < 4 || words[1] != "Unit") return;
     std::string_view unit = words[3];

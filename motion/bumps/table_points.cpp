@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 
@@ -72,9 +73,18 @@ struct CsvParser {
   CsvParser& operator=(const CsvParser&) = delete;
 };
 
-void hand_over(CsvRows& rows, const RowHandler& handle) {
-  for (const TableRow& row : rows.finished) handle(row);
+void hand_over(const std::filesystem::path& path, CsvRows& rows, const RowHandler& handle) {
+  const auto check_width = [&](const TableRow& row, std::size_t line) {
+    if (row.cells.size() > kMostColumns)
+      fail(path,
+           fmt::format("row {}: found more than {} columns, expected at most so many", line, kMostColumns));
+  };
+  for (const TableRow& row : rows.finished) {
+    check_width(row, row.row);
+    handle(row);
+  }
   rows.finished.clear();
+  check_width(rows.current, rows.line);
 }
 
 // ---- columns and rows ----
@@ -118,6 +128,7 @@ class PointTable {
   explicit PointTable(const std::filesystem::path& path) : path_(path) {}
 
   void add(const TableRow& row) {
+    count_cells(row);
     if (std::all_of(row.cells.begin(), row.cells.end(), is_blank)) return;
     if (!columns_known_) {
       columns_known_ = true;
@@ -133,6 +144,17 @@ class PointTable {
   RawPoints take() && { return std::move(result_); }
 
  private:
+  /// A row may be as wide as a spreadsheet's, but not each of millions of rows.
+  void count_cells(const TableRow& row) {
+    constexpr std::size_t most_cells = 20'000'000;
+    cells_ += row.cells.size();
+    if (cells_ > most_cells)
+      fail(path_,
+           fmt::format("row {}: found more than {} cells so far, expected at most so many; leave out what is "
+                       "no coordinate",
+                       row.row, most_cells));
+  }
+
   /// True if the row names columns; throws if it does so without both x and y.
   bool take_header(const TableRow& row) {
     const auto x = find_column(row, 'x'), y = find_column(row, 'y');
@@ -242,6 +264,7 @@ class PointTable {
   }
 
   const std::filesystem::path& path_;
+  std::size_t cells_ = 0;
   bool columns_known_ = false;
   Column x_, y_;
   RawPoints result_;
@@ -261,19 +284,19 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
   while (!content.empty()) {
     const std::string_view part = content.substr(0, chunk);
     if (csv_parse(&csv.parser, part.data(), part.size(), on_csv_field, on_csv_row, &rows) != part.size()) {
-      hand_over(rows, handle);
+      hand_over(path, rows, handle);
       fail(path, fmt::format(
                      "row {}, column {}: found a quote inside a cell, expected it doubled or the cell quoted",
                      rows.line, rows.current.cells.size() + 1));
     }
     content.remove_prefix(part.size());
-    hand_over(rows, handle);
+    hand_over(path, rows, handle);
   }
   if (csv_fini(&csv.parser, on_csv_field, on_csv_row, &rows) != 0)
     fail(path,
          fmt::format("row {}, column {}: the file ends inside a quoted cell, expected the closing quote",
                      rows.line, rows.current.cells.size() + 1));
-  hand_over(rows, handle);
+  hand_over(path, rows, handle);
 }
 
 RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,

@@ -14,7 +14,10 @@
 namespace meltstage::motion::detail {
 namespace {
 
-constexpr zip_uint64_t largest_part = 1ULL << 29;  // bytes unpacked; two million rows take less
+// Unpacked; two million rows take less. A few kilobytes of archive may hold any of it.
+constexpr zip_uint64_t largest_part = 1ULL << 29;  // bytes
+constexpr std::ptrdiff_t most_marks = 40'000'000;  // tags and attributes, each of which takes memory
+constexpr std::size_t longest_text = 32767;        // bytes of a cell; Excel allows as many characters
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
@@ -54,6 +57,9 @@ class Archive {
     if (!file || zip_fread(file.get(), text.data(), text.size()) != static_cast<zip_int64_t>(text.size()))
       fail(path_, fmt::format("part {} can't be unpacked, expected an undamaged workbook without a password",
                               in_quotes(part)));
+    if (std::count_if(text.begin(), text.end(), [](char c) { return c == '<' || c == '='; }) > most_marks)
+      fail(path_, fmt::format("part {} holds more than {} tags and attributes, expected less",
+                              in_quotes(part), most_marks));
     pugi::xml_document document;
     const auto result = document.load_buffer(text.data(), text.size());
     if (!result)
@@ -89,18 +95,22 @@ std::string first_sheet(const std::filesystem::path& path, const Archive& archiv
 }
 
 /// All text of an element, whether plain or in runs with a format of their own; readings (ruby) left out.
-std::string text_of(const pugi::xml_node& element) {
+std::string text_of(const std::filesystem::path& path, const pugi::xml_node& element) {
   std::string text = element.child("t").text().as_string();
   for (const auto& run : element.children("r")) text += run.child("t").text().as_string();
+  // A short reference in each of many cells may stand for it.
+  if (text.size() > longest_text)
+    fail(path, fmt::format("found a text of {} bytes that begins {}, expected at most {}", text.size(),
+                           in_quotes(text), longest_text));
   return text;
 }
 
-std::vector<std::string> shared_strings(const Archive& archive) {
+std::vector<std::string> shared_strings(const std::filesystem::path& path, const Archive& archive) {
   std::vector<std::string> strings;
   constexpr auto part = "xl/sharedStrings.xml";
   if (!archive.has(part)) return strings;
   const auto document = archive.xml(part);
-  for (const auto& item : document.child("sst").children("si")) strings.push_back(text_of(item));
+  for (const auto& item : document.child("sst").children("si")) strings.push_back(text_of(path, item));
   return strings;
 }
 
@@ -124,7 +134,7 @@ class Sheet {
   Cell cell(std::size_t row, const pugi::xml_node& node) const {
     const std::string_view type = node.attribute("t").as_string("n");
     const std::string value = node.child("v").text().as_string();
-    if (type == "inlineStr") return {text_of(node.child("is")), std::nullopt};
+    if (type == "inlineStr") return {text_of(path_, node.child("is")), std::nullopt};
     if (type == "s") {
       const auto index = parse_number(value);
       if (!index || *index < 0.0 || *index >= static_cast<double>(strings_.size()))
@@ -149,7 +159,7 @@ void read_xlsx_rows(const std::filesystem::path& path, std::string_view content,
     fail(path, fmt::format("found {}, expected an Excel workbook (.xlsx) without a password", kind));
   const Archive archive(path, content);
   const std::string part = first_sheet(path, archive);
-  const Sheet sheet(path, shared_strings(archive));
+  const Sheet sheet(path, shared_strings(path, archive));
   const auto document = archive.xml(part);
   TableRow row;
   for (const auto& node : document.child("worksheet").child("sheetData").children("row")) {

@@ -4,14 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <numeric>
 #include <random>
 #include <string>
 #include <string_view>
+
+#include "base/file.hpp"
+#include "base/number.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -100,12 +102,12 @@ double solve_command(const std::vector<double>& at, const std::vector<double>& d
   return command_mm;
 }
 
-double parse(std::string_view text, const std::string& where, std::string_view what) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    throw MotionError(fmt::format("{}: found {} \"{}\", expected a finite number", where, what, text));
-  return value;
+double parse(std::string_view text, const std::string& where, std::string_view what, double largest) {
+  const auto value = number_in(text, -largest, largest);
+  if (!value)
+    throw MotionError(fmt::format("{}: found {} \"{}\", expected a finite number from {:g} to {:g}", where,
+                                  what, shown(text), -largest, largest));
+  return *value;
 }
 
 /// The interferometer on a simulated axis, which it moves from target to target.
@@ -209,45 +211,49 @@ ResidualBacklash residual_backlash(std::span<const TargetDeviations> targets) {
 }
 
 std::vector<TargetDeviations> read_deviations(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file)
-    throw MotionError(fmt::format("{}: can't be read, expected a file of deviations", path.string()));
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 26;
+  return read_deviations_text(path.string(), read_file(path, "a file of deviations", most_bytes));
+}
+
+std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::string_view content) {
+  constexpr double farthest_mm = 1e6, largest_um = 1e9;
   constexpr std::string_view header = "target_mm,direction,deviation_um";
   std::map<double, TargetDeviations> targets;
   bool headed = false;
-  std::string line;
-  for (std::size_t number = 1; std::getline(file, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
+  for (std::size_t number = 1; !content.empty(); ++number) {
+    std::string_view line = content.substr(0, content.find('\n'));
+    content.remove_prefix(std::min(content.size(), line.size() + 1));
+    if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.empty() || line.front() == '#') continue;
-    const std::string where = fmt::format("{}:{}", path.string(), number);
+    const std::string where = fmt::format("{}:{}", name, number);
     if (!headed) {
       if (line != header)
-        throw MotionError(fmt::format("{}: found header \"{}\", expected \"{}\"", where, line, header));
+        throw MotionError(
+            fmt::format("{}: found header \"{}\", expected \"{}\"", where, shown(line), header));
       headed = true;
       continue;
     }
     const std::size_t first = line.find(','), second = line.find(',', first + 1);
-    if (first == std::string::npos || second == std::string::npos ||
-        line.find(',', second + 1) != std::string::npos)
-      throw MotionError(fmt::format("{}: found \"{}\", expected three fields: {}", where, line, header));
-    const std::string_view text = line;
-    const double target_mm = parse(text.substr(0, first), where, "target_mm");
-    const std::string_view direction = text.substr(first + 1, second - first - 1);
-    const double deviation_um = parse(text.substr(second + 1), where, "deviation_um");
-    if (direction != "+" && direction != "-")
+    if (first == std::string_view::npos || second == std::string_view::npos ||
+        line.find(',', second + 1) != std::string_view::npos)
       throw MotionError(
-          fmt::format("{}: found direction \"{}\", expected + (forward) or - (reverse)", where, direction));
+          fmt::format("{}: found \"{}\", expected three fields: {}", where, shown(line), header));
+    const double target_mm = parse(line.substr(0, first), where, "target_mm", farthest_mm);
+    const std::string_view direction = line.substr(first + 1, second - first - 1);
+    const double deviation_um = parse(line.substr(second + 1), where, "deviation_um", largest_um);
+    if (direction != "+" && direction != "-")
+      throw MotionError(fmt::format("{}: found direction \"{}\", expected + (forward) or - (reverse)", where,
+                                    shown(direction)));
     TargetDeviations& target = targets[target_mm];
     target.target_mm = target_mm;
     (direction == "+" ? target.forward_um : target.reverse_um).push_back(deviation_um);
   }
-  if (file.bad()) throw MotionError(fmt::format("{}: reading broke off", path.string()));
   std::vector<TargetDeviations> result;
   for (auto& [position, target] : targets) result.push_back(std::move(target));
   try {
     check_targets(result);
   } catch (const MotionError& error) {
-    throw MotionError(fmt::format("{}: {}", path.string(), error.what()));
+    throw MotionError(fmt::format("{}: {}", name, error.what()));
   }
   return result;
 }

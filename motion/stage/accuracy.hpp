@@ -62,8 +62,11 @@ ResidualBacklash residual_backlash(std::span<const TargetDeviations> targets);
 
 /// Reads a test from separated text with the header `target_mm,direction,deviation_um`, a row an approach,
 /// direction `+` (forward) or `-` (reverse), rows in any order; lines that begin with # are skipped.
-/// @throws MotionError with file, line, value and what was expected.
+/// Positions lie within 1e6 mm, deviations within 1e9 um.
+/// @throws UserError if the file can't be read; MotionError with file, line, value and what was expected.
 std::vector<TargetDeviations> read_deviations(const std::filesystem::path& path);
+/// The same from a text; `name` stands in messages.
+std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::string_view content);
 
 /// Deviations of an axis at commanded positions for each direction of approach, linear in between, constant
 /// outside. Empty: nothing is corrected.

@@ -7,11 +7,13 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 
+#include "base/file.hpp"
+#include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 
 namespace meltstage::motion {
@@ -43,13 +45,17 @@ class Lines {
     throw CoordinateError(fmt::format("{}: row {}: {}", file_, row, message));
   }
 
-  void name_next(std::string_view name) { name_ = name; }
+  void name_next(std::string_view name) { name_ = shown(name); }
   void has_axes() { has_axes_ = true; }
 
   /// A point under the tool; `axis` of any length.
   void add(const Eigen::Vector3d& position_mm, const Eigen::Vector3d& axis, std::size_t row) {
+    constexpr double farthest_mm = 1e6;
+    if (!(position_mm.cwiseAbs().maxCoeff() <= farthest_mm))
+      fail(row, fmt::format("found the point ({:.6g}, {:.6g}, {:.6g}) mm, expected one within {:g} mm",
+                            position_mm.x(), position_mm.y(), position_mm.z(), farthest_mm));
     const double length = axis.norm();
-    if (!(length > 1e-6))
+    if (!(length > 1e-6) || !std::isfinite(length))
       fail(row, fmt::format("found tool axis ({:.6g}, {:.6g}, {:.6g}), expected a direction", axis.x(),
                             axis.y(), axis.z()));
     detail::check_point_count(std::string(file_), ++count_);
@@ -62,7 +68,7 @@ class Lines {
     if (!keep_ends) drop_approach();
     if (!has_axes_) square_axes();
     if (open_.size() >= 2)
-      lines_.push_back({name_.empty() ? fmt::format("line {}", lines_.size() + 1) : unique_name(), open_});
+      lines_.push_back({unique(name_.empty() ? fmt::format("line {}", lines_.size() + 1) : name_), open_});
     open_.clear();
   }
 
@@ -97,12 +103,12 @@ class Lines {
     for (std::size_t i = 0; i < axes.size(); ++i) open_[i].axis = axes[i];
   }
 
-  std::string unique_name() const {
-    const auto taken = [&](const std::string& name) {
-      return std::any_of(lines_.begin(), lines_.end(), [&](const ClLine& line) { return line.name == name; });
-    };
-    std::string name = name_;
-    for (int i = 2; taken(name); ++i) name = fmt::format("{} {}", name_, i);
+  std::string unique(const std::string& wanted) {
+    std::string name = wanted;
+    for (int& i = last_number_[wanted]; !taken_.insert(name).second;) {
+      i = std::max(i, 1) + 1;
+      name = fmt::format("{} {}", wanted, i);
+    }
     return name;
   }
 
@@ -112,6 +118,8 @@ class Lines {
   bool has_axes_ = false;
   std::vector<ClPoint> open_;
   std::vector<ClLine> lines_;
+  std::set<std::string> taken_;             // names of lines
+  std::map<std::string, int> last_number_;  // behind a name that stands for several lines
 };
 
 double number_of(const Lines& lines, std::size_t row, std::string_view text) {
@@ -170,7 +178,7 @@ class AptReader {
   }
 
  private:
-  static Statement parse(std::size_t row, std::string_view text) {
+  Statement parse(std::size_t row, std::string_view text) const {
     Statement out{row, {}, {}};
     const auto slash = text.find('/');
     for (const char c : trim(text.substr(0, slash)))
@@ -178,6 +186,9 @@ class AptReader {
     while (slash != std::string_view::npos) {
       std::string_view rest = text.substr(slash + 1);
       for (std::size_t start = 0; start <= rest.size();) {
+        if (out.minor.size() == kMostColumns)
+          lines_.fail(row,
+                      fmt::format("found more than {} words in a statement, expected less", kMostColumns));
         const auto comma = std::min(rest.find(',', start), rest.size());
         out.minor.emplace_back(trim(rest.substr(start, comma - start)));
         start = comma + 1;
@@ -211,8 +222,8 @@ class AptReader {
 
   std::array<double, 6> numbers(const Statement& s, std::size_t most) const {
     if (s.minor.size() != 3 && s.minor.size() != most)
-      lines_.fail(s.row, fmt::format("found {} numbers after {}/, expected 3{}", s.minor.size(), s.major,
-                                     most == 6 ? " or 6" : ""));
+      lines_.fail(s.row, fmt::format("found {} numbers after {}/, expected 3{}", s.minor.size(),
+                                     shown(s.major), most == 6 ? " or 6" : ""));
     std::array<double, 6> out{};
     for (std::size_t i = 0; i < s.minor.size(); ++i) out[i] = number_of(lines_, s.row, s.minor[i]);
     return out;
@@ -248,7 +259,7 @@ class AptReader {
     } else if (unit == "inch" || unit == "inches") {
       unit_mm_ = 25.4;
     } else {
-      lines_.fail(s.row, fmt::format("found UNITS/{}, expected MM or INCH", unit));
+      lines_.fail(s.row, fmt::format("found UNITS/{}, expected MM or INCH", shown(unit)));
     }
   }
 
@@ -318,7 +329,7 @@ class GcodeReader {
     for (const Word& w : found) {
       if (w.letter == 'G') dwell = modal(w.value) || dwell;
       if (w.letter == 'M') {
-        const int code = static_cast<int>(w.value);
+        const int code = w.value >= 0.0 && w.value < 1000.0 ? static_cast<int>(w.value) : 0;
         if (code == 62 || code == 64) pressure = true;
         if (code == 63 || code == 65) pressure = false;
       }
@@ -341,7 +352,7 @@ class GcodeReader {
 
   /// Takes over a G word; true if the block's numbers are no place.
   bool modal(double value) {
-    const int code = static_cast<int>(std::lround(value * 10.0));
+    const int code = value >= 0.0 && value < 1000.0 ? static_cast<int>(std::lround(value * 10.0)) : -1;
     switch (code) {
       case 0:
         rapid_ = true;
@@ -492,15 +503,8 @@ std::vector<ClLine> read_tool_path_text(std::string_view name, std::string_view 
 }
 
 std::vector<ClLine> read_tool_path(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error))
-    throw CoordinateError(fmt::format("{}: {}, expected a {} file", path.string(),
-                                      std::filesystem::exists(path, error) ? "not a file" : "no such file",
-                                      kExpected));
-  std::ifstream stream(path, std::ios::binary);
-  const std::string content((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream) throw CoordinateError(fmt::format("{}: can't be read", path.string()));
-  return read_tool_path_text(path.string(), content);
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 28;
+  return read_tool_path_text(path.string(), read_file(path, fmt::format("a {} file", kExpected), most_bytes));
 }
 
 std::vector<Eigen::Vector3d> positions_mm(const ClLine& line) {

@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <fstream>
 #include <optional>
 
+#include "base/file.hpp"
+#include "base/number.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/text_lines.hpp"
 #include "motion/profile/profile.hpp"
 
 namespace meltstage::motion {
@@ -97,43 +100,43 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
 }
 
 std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error))
-    throw CoordinateError(fmt::format("{}: {}, expected the points that the probe program wrote",
-                                      path.string(),
-                                      std::filesystem::exists(path, error) ? "not a file" : "no such file"));
-  std::ifstream stream(path);
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 28;
+  return read_touches_text(path.string(),
+                           read_file(path, "the points that the probe program wrote", most_bytes));
+}
+
+std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content) {
+  constexpr double farthest_mm = 1e6;
+  constexpr std::string_view blanks = " ,;\t\r";
   std::vector<Eigen::Vector3d> out;
-  std::size_t row = 0;
-  for (std::string text; std::getline(stream, text);) {
-    ++row;
-    std::replace_if(
-        text.begin(), text.end(), [](char c) { return c == ',' || c == ';' || c == '\t' || c == '\r'; }, ' ');
-    std::vector<std::string_view> words;
-    for (std::size_t at = text.find_first_not_of(' '); at != std::string::npos;) {
-      const std::size_t end = std::min(text.find(' ', at), text.size());
-      words.emplace_back(text.data() + at, end - at);
-      at = text.find_first_not_of(' ', end);
+  detail::for_lines(content, [&](const detail::Line& line) {
+    std::string_view rest = line.text;
+    std::array<std::string_view, 3> words;
+    std::size_t found = 0;
+    while (found < words.size()) {
+      rest.remove_prefix(std::min(rest.find_first_not_of(blanks), rest.size()));
+      if (rest.empty()) break;
+      words[found] = rest.substr(0, rest.find_first_of(blanks));
+      rest.remove_prefix(words[found++].size());
     }
-    if (words.empty()) continue;
-    if (row == 1 && !detail::parse_number(words[0])) continue;  // names
-    if (words.size() < 3)
+    if (found == 0) return;
+    if (line.number == 1 && !detail::parse_number(words[0])) return;  // names
+    if (found < words.size())
       throw CoordinateError(
-          fmt::format("{}: row {}: found {} numbers, expected x, y and z", path.string(), row, words.size()));
+          fmt::format("{}: row {}: found {} numbers, expected x, y and z", name, line.number, found));
     Eigen::Vector3d point;
     for (int i = 0; i < 3; ++i) {
-      const auto value = detail::parse_number(words[i]);
-      if (!value || !std::isfinite(*value))
+      const auto value = number_in(words[i], -farthest_mm, farthest_mm);
+      if (!value)
         throw CoordinateError(
-            fmt::format("{}: row {}, column {}: found {}, expected a finite number such as 12.5",
-                        path.string(), row, i + 1, detail::in_quotes(words[i])));
+            fmt::format("{}: row {}, column {}: found {}, expected a finite number such as 12.5", name,
+                        line.number, i + 1, detail::in_quotes(words[i])));
       point[i] = *value;
     }
     out.push_back(point);
-    detail::check_point_count(path, out.size());
-  }
-  if (out.empty())
-    throw CoordinateError(fmt::format("{}: found no point, expected at least one", path.string()));
+    detail::check_point_count(std::string(name), out.size());
+  });
+  if (out.empty()) throw CoordinateError(fmt::format("{}: found no point, expected at least one", name));
   return out;
 }
 

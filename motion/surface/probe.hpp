@@ -42,8 +42,11 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
 
 /// Rows of at least three numbers, separated by blanks, commas or semicolons: x, y, z of the ball's centre at
 /// the touch, as PROBEOPEN writes them (nine numbers). Empty rows and a first row of names are skipped.
-/// @throws CoordinateError if the file is missing, empty, or a number is malformed or not finite.
+/// @throws UserError if the file is missing; CoordinateError if it is empty, or a number is malformed, not
+/// finite or beyond 1e6 mm.
 std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path);
+/// The same from a text; `name` stands in messages.
+std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content);
 
 /// Assigns touches to the points of the lines, in their order.
 /// @throws MotionError if the number differs, or a touch is off its point's axis by more than `aside_mm` or

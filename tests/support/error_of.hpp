@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "motion/profile/profile.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::motion {
 
@@ -12,7 +12,7 @@ namespace meltstage::motion {
 inline std::string error_of(const std::function<void()>& action) {
   try {
     action();
-  } catch (const MotionError& error) {
+  } catch (const UserError& error) {
     const std::string line = error.what();
     return line.find('\n') == std::string::npos ? line : "";
   }

@@ -72,7 +72,7 @@ TEST_F(MotionCommand, EvaluatesAPositioningTest) {
 }
 
 TEST_F(MotionCommand, NamesWhatIsWrongWithATest) {
-  expect_refused(run_command("accuracy " + in_folder("none.csv")), "none.csv: can't be read");
+  expect_refused(run_command("accuracy " + in_folder("none.csv")), "none.csv: no such file");
   const std::string bad = (fs::temp_directory_path() / ("bad." + std::to_string(getpid()) + ".csv")).string();
   std::ofstream(bad) << "target_mm,direction,deviation_um\n1,+,nan\n";
   expect_refused(run_command("accuracy " + bad), ":2: found deviation_um \"nan\", expected a finite number");

@@ -47,7 +47,7 @@ class Readers : public ::testing::Test {
   static std::string error_of(const fs::path& path) {
     try {
       read_coordinates(path);
-    } catch (const CoordinateError& error) {
+    } catch (const UserError& error) {
       const std::string message = error.what();
       EXPECT_EQ(message.find('\n'), std::string::npos);
       EXPECT_THAT(message, StartsWith(path.string() + ": "));
@@ -362,7 +362,7 @@ TEST(Boards, EveryExampleOfGerbvGivesPointsOrOneLine) {
     try {
       EXPECT_GT(read_coordinates(entry.path(), wide()).size(), 0U);
       ++read;
-    } catch (const CoordinateError& error) {
+    } catch (const UserError& error) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
       ++refused;
       if (std::getenv("MELTSTAGE_SHOW_REFUSALS") != nullptr) fmt::print("{}\n", error.what());
@@ -406,7 +406,7 @@ TEST_F(Xlsx, DamagedFilesGivePointsOrOneLine) {
     const fs::path path = write(name, damaged(content, random));
     try {
       EXPECT_FALSE(read_coordinates(path).empty());
-    } catch (const CoordinateError& error) {
+    } catch (const UserError& error) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
       EXPECT_THAT(error.what(), StartsWith(path.string() + ": "));
       ++refused;

@@ -151,7 +151,7 @@ TEST(ToolPath, RefusesOtherFiles) {
             "a.step: found extension '.step', expected .apt, .cls, .cl, .ngc, .nc, .gcode, .tap or .csv");
   EXPECT_EQ(error_of("a.apt", ""), "a.apt: the file is empty, expected a tool path");
   EXPECT_THAT(error_of("a.apt", std::string("\x89PNG\r\n", 6)), HasSubstr("found a PNG image"));
-  EXPECT_THROW(read_tool_path("/no/such/file.apt"), CoordinateError);
+  EXPECT_THROW(read_tool_path("/no/such/file.apt"), UserError);
 }
 
 }  // namespace
