@@ -10,13 +10,14 @@ stop() {
   exit 1
 }
 
-# Installs the packages of packages.txt that are missing; asks for nothing when none is.
+# install_packages TIER...: installs the packages of these tiers of packages.txt that are missing; asks for nothing when none is.
 install_packages() {
   if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     stop "no dpkg-query or apt-get here, expected Debian 12; install what packages.txt names, then: cmake --preset release"
   fi
   local wanted installed missing as_root=()
-  mapfile -t wanted < <(sed 's/#.*//' "$root/packages.txt" | xargs -n1 | sort -u)
+  mapfile -t wanted < <(awk -v tiers=" $* " '/^\[/ { gsub(/[][]/, "", $1); tier = $1; next } index(tiers, " " tier " ") && !/^ *(#|$)/ { print $1 }' \
+    "$root/packages.txt" | sort -u)
   # exits with 1 when a name is unknown to it, which is one of the answers wanted
   installed=$(dpkg-query -W -f='${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) || true
   mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}") <(echo "$installed"))
@@ -27,7 +28,7 @@ install_packages() {
   fi
   mkdir -p "$root/build"
   local log=$root/build/packages.log
-  echo "Installing from Debian, this once: ${missing[*]}"
+  echo "Installing from Debian, this once, for $*: ${missing[*]}"
   if ! { "${as_root[@]}" apt-get -q -o DPkg::Lock::Timeout=120 update &&
     "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=120 \
       --no-install-recommends install "${missing[@]}"; } >"$log" 2>&1; then
@@ -35,15 +36,21 @@ install_packages() {
   fi
 }
 
-# configure PRESET: only when that build folder isn't ready, is older than the presets, or was made elsewhere.
+# configure PRESET PART=ON|OFF...: makes the build folder when it isn't ready, is older than the presets, or was made elsewhere. A part
+# (MELTSTAGE_... of CMakeLists.txt) that was left out is added when it is wanted now; one that is there stays.
 configure() {
-  local folder=$root/build/$1
-  if [ "$folder/build.ninja" -nt "$root/CMakePresets.json" ] &&
-    grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$folder/CMakeCache.txt"; then
-    return 0
+  local folder=$root/build/$1 cache=$root/build/$1/CMakeCache.txt part parts=("${@:2}") options=()
+  if [ "$folder/build.ninja" -nt "$root/CMakePresets.json" ] && grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$cache"; then
+    for part in "${parts[@]}"; do
+      if [[ $part == *=ON ]] && ! grep -q "^MELTSTAGE_${part%=ON}:BOOL=ON" "$cache"; then options+=("-DMELTSTAGE_$part"); fi
+    done
+    [ ${#options[@]} -gt 0 ] || return 0
+    echo "Configuring build/$1 for more"
+    (cd "$root" && cmake --log-level=NOTICE --preset "$1" "${options[@]}")
+    return
   fi
   echo "Configuring build/$1"
-  (cd "$root" && cmake --fresh --log-level=NOTICE --preset "$1")
+  (cd "$root" && cmake --fresh --log-level=NOTICE --preset "$1" "${parts[@]/#/-DMELTSTAGE_}")
 }
 
 # build PRESET TARGET...

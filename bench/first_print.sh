@@ -1,0 +1,48 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# first_print.sh FOLDER: what a newcomer waits for. Makes a bare Debian 12 in FOLDER (debootstrap; root needed), copies the commit that is
+# checked out into it, runs ./run there, and prints packages, megabytes, build steps, and the times of the build and of the print.
+# FOLDER must not exist; it is left for a look. Exit status: 0 all as wanted, 1 a figure falls short, 2 wrong use.
+set -euo pipefail
+[[ $# == 1 && ! -e $1 ]] || { echo "first_print.sh: expected a folder that doesn't exist yet, found '$*'" >&2; exit 2; }
+command -v debootstrap >/dev/null || { echo "first_print.sh: found no debootstrap, expected it installed: apt-get install debootstrap" >&2; exit 2; }
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+bare=$1
+debootstrap --variant=minbase bookworm "$bare" >"$bare.log" 2>&1 || { tail -n 1 "$bare.log" >&2; exit 2; }
+cp -r /etc/apt/apt.conf.d /etc/apt/sources.list* "$bare/etc/apt/" # this machine's way to Debian's packages
+cp /etc/resolv.conf "$bare/etc/"
+mkdir -p "$bare/meltstage"
+git -C "$root" archive HEAD | tar -x -C "$bare/meltstage"
+mount -t proc proc "$bare/proc"
+mount --rbind /dev "$bare/dev"
+trap 'umount -l "$bare/dev" "$bare/proc"' EXIT
+
+in_it() { chroot "$bare" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root "$@"; }
+packages() { in_it dpkg-query -W -f='${Package}\n' | sort; }
+packages >"$bare.before"
+in_it apt-get -q update >/dev/null
+clock_before=$(date +%s)
+in_it /bin/bash -c 'root=/meltstage; source /meltstage/cmake/setup.sh; install_packages run' >&2
+clock_installed=$(date +%s)
+packages >"$bare.after"
+megabytes=$(awk -v list="$bare.before" 'BEGIN { while ((getline name < list) > 0) had[name] = 1 }
+  /^Package: / { name = $2 } /^Installed-Size: / && !(name in had) { sum += $2 } END { printf "%.0f", sum / 1024 }' "$bare/var/lib/dpkg/status")
+TIMEFORMAT='%R %U %S'
+{ time in_it /bin/bash -c 'cd /meltstage && ./run --build meltstage' >"$bare.build" 2>&1; } 2>"$bare.built" || { tail "$bare.build" >&2; exit 1; }
+{ time in_it /bin/bash -c 'cd /meltstage && ./run' >&2; } 2>"$bare.printed"
+steps=$(sed -n 's/^\[[0-9]*\/\([0-9]*\)\].*/\1/p' "$bare.build" | tail -n 1)
+
+status=0
+row() { # what, value, unit, wanted at most
+  local mark=
+  awk -v v="$2" -v w="${4:-}" 'BEGIN { exit !(w == "" || v <= w) }' || { mark=SHORT status=1; }
+  printf '%-32s %10s %-14s %-8s %s\n' "$1" "$2" "$3" "${4:+<= $4}" "$mark"
+}
+row "packages installed" "$(comm -13 "$bare.before" "$bare.after" | wc -l)" "" 220
+row "their size, installed" "$megabytes" MB
+row "time to install them" "$((clock_installed - clock_before))" s
+row "build steps" "$steps" "" 100
+row "build, processor time" "$(awk '{ printf "%.1f", ($2 + $3) / 60 }' "$bare.built")" min 6
+row "build, by the clock" "$(awk '{ printf "%.1f", $1 / 60 }' "$bare.built")" min
+row "first print, by the clock" "$(awk '{ printf "%.1f", $1 }' "$bare.printed")" s
+exit $status
