@@ -9,6 +9,7 @@ command -v debootstrap >/dev/null || { echo "first_print.sh: found no debootstra
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 bare=$1
 debootstrap --variant=minbase bookworm "$bare" >"$bare.log" 2>&1 || { tail -n 1 "$bare.log" >&2; exit 2; }
+rm -f "$bare/etc/apt/sources.list"
 cp -r /etc/apt/apt.conf.d /etc/apt/sources.list* "$bare/etc/apt/" # this machine's way to Debian's packages
 cp /etc/resolv.conf "$bare/etc/"
 mkdir -p "$bare/meltstage"
@@ -21,12 +22,12 @@ in_it() { chroot "$bare" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME
 packages() { in_it dpkg-query -W -f='${Package}\n' | sort; }
 packages >"$bare.before"
 in_it apt-get -q update >/dev/null
+mapfile -t tier < <(root=$root && source "$root/cmake/setup.sh" && packages_of run)
+megabytes=$(in_it apt-get install --no-install-recommends --print-uris -qq "${tier[@]}" | awk '{ sum += $3 } END { printf "%.0f", sum / 1e6 }')
 clock_before=$(date +%s)
 in_it /bin/bash -c 'root=/meltstage; source /meltstage/cmake/setup.sh; install_packages run' >&2
 clock_installed=$(date +%s)
 packages >"$bare.after"
-megabytes=$(awk -v list="$bare.before" 'BEGIN { while ((getline name < list) > 0) had[name] = 1 }
-  /^Package: / { name = $2 } /^Installed-Size: / && !(name in had) { sum += $2 } END { printf "%.0f", sum / 1024 }' "$bare/var/lib/dpkg/status")
 TIMEFORMAT='%R %U %S'
 { time in_it /bin/bash -c 'cd /meltstage && ./run --build meltstage' >"$bare.build" 2>&1; } 2>"$bare.built" || { tail "$bare.build" >&2; exit 1; }
 { time in_it /bin/bash -c 'cd /meltstage && ./run' >&2; } 2>"$bare.printed"
@@ -39,7 +40,7 @@ row() { # what, value, unit, wanted at most
   printf '%-32s %10s %-14s %-8s %s\n' "$1" "$2" "$3" "${4:+<= $4}" "$mark"
 }
 row "packages installed" "$(comm -13 "$bare.before" "$bare.after" | wc -l)" "" 220
-row "their size, installed" "$megabytes" MB
+row "download" "$megabytes" MB 200
 row "time to install them" "$((clock_installed - clock_before))" s
 row "build steps" "$steps" "" 100
 row "build, processor time" "$(awk '{ printf "%.1f", ($2 + $3) / 60 }' "$bare.built")" min 6

@@ -10,14 +10,18 @@ stop() {
   exit 1
 }
 
+# packages_of TIER...: their names in packages.txt.
+packages_of() {
+  awk -v tiers=" $* " '/^\[/ { gsub(/[][]/, "", $1); tier = $1; next } index(tiers, " " tier " ") && !/^ *(#|$)/ { print $1 }' "$root/packages.txt" | sort -u
+}
+
 # install_packages TIER...: installs the packages of these tiers of packages.txt that are missing; asks for nothing when none is.
 install_packages() {
   if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     stop "no dpkg-query or apt-get here, expected Debian 12; install what packages.txt names, then: cmake --preset release"
   fi
   local wanted installed missing as_root=()
-  mapfile -t wanted < <(awk -v tiers=" $* " '/^\[/ { gsub(/[][]/, "", $1); tier = $1; next } index(tiers, " " tier " ") && !/^ *(#|$)/ { print $1 }' \
-    "$root/packages.txt" | sort -u)
+  mapfile -t wanted < <(packages_of "$@")
   # exits with 1 when a name is unknown to it, which is one of the answers wanted
   installed=$(dpkg-query -W -f='${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) || true
   mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}") <(echo "$installed"))
