@@ -14,6 +14,9 @@ namespace meltstage {
 /// the destructor removes it. Each failure throws UserError. Unbuffered: hand it large pieces.
 class OutputFile {
  public:
+  /// A piece that is large enough.
+  static constexpr std::size_t kPiece_bytes = std::size_t{256} * 1024;
+
   explicit OutputFile(std::filesystem::path path);
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;

@@ -11,8 +11,6 @@
 namespace meltstage::recording {
 namespace {
 
-constexpr std::size_t flush_bytes = std::size_t{256} * 1024;
-
 void append_number(std::string& text, std::uint64_t number, int base) {
   char digits[20];
   const std::to_chars_result result = std::to_chars(digits, digits + sizeof digits, number, base);
@@ -55,7 +53,7 @@ void TextWriter::change(const Change& change) {
   check_.require(change);
   if (!line_open_ || change.cycle != line_cycle_) {
     if (line_open_) pending_ += '\n';
-    if (pending_.size() >= flush_bytes) flush();
+    if (pending_.size() >= OutputFile::kPiece_bytes) flush();
     append_number(pending_, change.cycle, 10);
     line_cycle_ = change.cycle;
     line_open_ = true;

@@ -16,7 +16,6 @@
 namespace meltstage::recording {
 namespace {
 
-constexpr std::size_t flush_bytes = std::size_t{256} * 1024;
 constexpr std::array<const char*, 5> unit_names = {"s", "ms", "us", "ns", "ps"};
 
 /// Short identifier of a variable: a number in the printable characters '!' to '~'.
@@ -113,7 +112,7 @@ void VcdWriter::change(const Change& change) {
     dumping_initial_ = true;
     stamped_cycle_ = change.cycle;
   } else if (change.cycle != stamped_cycle_) {
-    if (pending_.size() >= flush_bytes) flush();
+    if (pending_.size() >= OutputFile::kPiece_bytes) flush();
     append_time(static_cast<long double>(change.cycle));
     stamped_cycle_ = change.cycle;
   }
