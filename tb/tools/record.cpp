@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "tb/tools/recording.hpp"
-#include "tests/tb/lockstep/bench.hpp"
+#include "tb/lockstep/bench.hpp"
 
 namespace meltstage::tb {
 namespace {

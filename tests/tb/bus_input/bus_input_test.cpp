@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "random_bus_run.hpp"
-#include "tests/tb/lockstep/bench.hpp"
+#include "tests/tb/lockstep/running_case.hpp"
 
 namespace meltstage::tb {
 namespace {

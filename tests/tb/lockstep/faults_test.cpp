@@ -7,6 +7,7 @@
 
 #include <bit>
 
+#include "running_case.hpp"
 #include "scenarios.hpp"
 
 namespace meltstage::tb {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/rng.hpp"
-#include "bench.hpp"
+#include "tb/lockstep/bench.hpp"
 
 namespace meltstage::tb {
 

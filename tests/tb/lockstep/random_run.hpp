@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "bench.hpp"
+#include "tb/lockstep/bench.hpp"
 
 namespace meltstage::tb {
 

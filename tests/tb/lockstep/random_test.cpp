@@ -7,6 +7,7 @@
 #include <set>
 
 #include "random_run.hpp"
+#include "running_case.hpp"
 #include "suite_seeds.hpp"
 
 namespace meltstage::tb {

@@ -5,8 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench.hpp"
 #include "cmodel/paramc.hpp"
+#include "running_case.hpp"
+#include "tb/lockstep/bench.hpp"
 
 namespace meltstage::tb {
 namespace {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "bench.hpp"
 #include "recording/text.hpp"
+#include "tb/lockstep/bench.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 
 namespace meltstage::tb {

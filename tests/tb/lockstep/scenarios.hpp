@@ -5,7 +5,7 @@
 #include <array>
 #include <functional>
 
-#include "bench.hpp"
+#include "tb/lockstep/bench.hpp"
 
 namespace meltstage::tb {
 

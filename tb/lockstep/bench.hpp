@@ -101,8 +101,6 @@ std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& 
 using MakeRtl = std::function<std::unique_ptr<VerilatedRtl>()>;
 std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start,
                                          const RunIdentity& identity);
-// The same for the running GoogleTest case.
-std::unique_ptr<Device> in_lockstep(const chip::Chip& start);
 
 // What stands at heater_fb_i.
 enum class Feedback : std::uint8_t { Follows, StuckLow, StuckHigh };

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench.hpp"
+#include "tb/lockstep/bench.hpp"
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
@@ -332,13 +331,6 @@ std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& 
 std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start,
                                          const RunIdentity& identity) {
   return std::make_unique<InLockstep>(make, std::filesystem::path(), start, identity);
-}
-
-std::unique_ptr<Device> in_lockstep(const chip::Chip& start) {
-  const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  std::string name = fmt::format("{}.{}", test->test_suite_name(), test->name());
-  std::replace(name.begin(), name.end(), '/', '.');
-  return in_lockstep(start, {name, 1, fmt::format("ctest -R '{}'", name)});
 }
 
 Bench::Bench(std::unique_ptr<Device> device, const std::string& sensor, std::uint64_t seed)
