@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes every file derived from spec/*.toml; with --check, fails on a derived file that is stale instead.
 
-Usage: generate.py [--check] [--out DIR] [--writable NAME,NAME...] [--words N]
+Usage: generate.py [--check] [--out DIR] [--built DIR] [--writable NAME,NAME...] [--words N]
 DIR: project root, default the parent of this file's folder
 NAMEs: a smaller chip for a small device: the other holding registers stand at their reset values for good
 N: and so many registers at the most in one write: 1, 2, 4, 8 or 16
@@ -31,6 +31,11 @@ OUTPUTS = {
     "registers.md.j2": "docs/chip/registers.md",
     "modbus_map.csv.j2": "docs/host/modbus_map.csv",
     "modbus_map.json.j2": "docs/host/modbus_map.json",
+}
+
+# template -> file that a build writes for a tool, and nobody reads
+BUILT = {
+    "replay_pins.vh.j2": "replay_pins.vh",
 }
 
 
@@ -221,11 +226,11 @@ def load() -> dict:
     return spec
 
 
-def render(spec: dict) -> dict[str, str]:
+def render(spec: dict, outputs: dict[str, str]) -> dict[str, str]:
     env = jinja2.Environment(loader=jinja2.FileSystemLoader(SPEC / "templates"), undefined=jinja2.StrictUndefined,
                              trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
     env.filters["camel"] = camel
-    return {target: env.get_template(template).render(**spec) for template, target in OUTPUTS.items()}
+    return {target: env.get_template(template).render(**spec) for template, target in outputs.items()}
 
 
 def main() -> int:
@@ -234,7 +239,9 @@ def main() -> int:
     parser.add_argument("--writable", help="holding registers that a host can write, with commas; default all")
     parser.add_argument("--words", type=int, help="registers of one write; default write_words of chip.toml")
     parser.add_argument("--out", type=pathlib.Path, default=SPEC.parent, help="project root to write into")
+    parser.add_argument("--built", type=pathlib.Path, help="folder of a build: write what its tools need there, and nothing else")
     args = parser.parse_args()
+    root, outputs = (args.built, BUILT) if args.built else (args.out, OUTPUTS)
     try:
         spec = load()
         if args.writable is not None:
@@ -242,18 +249,18 @@ def main() -> int:
         if args.words is not None:
             limit_writes(args.words, spec["chip"])
         spec["columns_stored"] = functools.reduce(operator.or_, (reg["stored"] for reg in spec["holding"]))
-        files = render(spec)
+        files = render(spec, outputs)
     except (SpecError, tomllib.TOMLDecodeError, jinja2.TemplateError) as error:
         print(f"generate.py: {error}", file=sys.stderr)
         return 2
     stale = [name for name, text in files.items()
-             if not (args.out / name).exists() or (args.out / name).read_text() != text]
+             if not (root / name).exists() or (root / name).read_text() != text]
     if args.check:
         for name in stale:
             print(f"{name}: stale, differs from what spec/*.toml give; run spec/generate.py and commit", file=sys.stderr)
         return 1 if stale else 0
     for name in stale:
-        target = args.out / name
+        target = root / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(files[name])
     return 0

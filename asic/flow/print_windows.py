@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """print_windows.py MELTSTAGE JOB.toml FLOPS.json SCAN.json FOLDER SECONDS: recordings for replay.cpp from the middle of a print.
 
-Prints the job, takes so many seconds from the middle of its heat-up and of its printing, and writes FOLDER/heat-up.rec and FOLDER/print.rec:
-the model's flops at the first clock, as bits to be shifted into the scan chains; the pins of each clock; the flops after the last clock, as
-bits that come out of the chains. FLOPS.json is the chip's flops under the RTL's names (synth.tcl), SCAN.json the chains (`meltstage dft scan`).
+Prints the job, takes so many seconds from the middle of its heat-up and of its printing, and writes FOLDER/heat-up.mvec and FOLDER/print.mvec,
+the pins, outputs behind each clock; beside them .scan: the model's flops at the first clock, as bits to be shifted into the scan chains, and
+after the last clock, as bits that come out of them. FLOPS.json is the chip's flops under the RTL's names (synth.tcl), SCAN.json the chains (`meltstage dft scan`).
 """
+import hashlib
 import itertools
 import json
 import pathlib
@@ -15,9 +16,6 @@ import sys
 
 CLOCK_HZ = 12_000_000
 PHASES = ("heat-up", "print")
-# from the highest bit; replay.cpp
-INPUTS = ("drop_i", "inhibit_i", "heater_fb_i", "spi_miso_i", "addr_strap_i", "uart_rx_i", "rst_ni")
-OUTPUTS = ("at_temp_o", "fault_no", "safe_en_o", "heater_o", "spi_mosi_o", "spi_cs_no", "spi_sclk_o", "tlm_tx_o", "uart_de_o", "uart_tx_o")
 
 
 def read_flops(path):
@@ -76,27 +74,41 @@ def changes(path):
                 yield int(values[0]) + 1, None
 
 
-def packed(levels, names):
-    return "".join(f"{levels[name]:03b}" if name == "addr_strap_i" else str(levels[name]) for name in names)
+def header_of(path):
+    """A recording's lines before its first cycle, and of each pin (name, direction, width)."""
+    with open(path, encoding="utf-8") as lines:
+        header = list(itertools.takewhile(lambda line: not line[0].isdigit(), (line.rstrip("\n") for line in lines)))
+    return header, [tuple(line.split()[1:4]) for line in header if line.startswith("pin ")]
 
 
-def pin_lines(window, behind):
-    """"clocks inputs outputs": the recording tells outputs before each clock, a replay looks at them after it."""
+def levels_behind(window, behind, pins):
+    """(cycle, all levels): the window tells outputs before each clock, a replay looks at them after it."""
+    names = {way: [name for name, direction, _ in pins if direction == way] for way in ("in", "out")}
     inputs, outputs = {}, {}
     for cycle, levels in changes(window):
         if levels:
-            inputs[cycle], outputs[cycle - 1] = packed(levels, INPUTS), packed(levels, OUTPUTS)
+            inputs[cycle], outputs[cycle - 1] = ({name: levels[name] for name in names[way]} for way in ("in", "out"))
         else:
             end = cycle
-    outputs[end - 1] = packed(next(changes(behind))[1], OUTPUTS)
+    last = next(changes(behind))[1]
+    outputs[end - 1] = {name: last[name] for name in names["out"]}
     first = next(iter(inputs))
-    begins = sorted(set(inputs) | {cycle for cycle in outputs if cycle >= first}) + [end]
-    levels, now = [], (None, outputs[first - 1])
-    for begin, after in itertools.pairwise(begins):
-        now = (inputs.get(begin, now[0]), outputs.get(begin, now[1]))
-        levels.append((*now, after - begin))
-    for pins, stretches in itertools.groupby(levels, key=lambda level: level[:2]):
-        yield f"{sum(clocks for *_, clocks in stretches)} {' '.join(pins)}"
+    now = outputs[first - 1]
+    for cycle in sorted(set(inputs) | {cycle for cycle in outputs if cycle >= first}):
+        now = now | inputs.get(cycle, {}) | outputs.get(cycle, {})
+        yield cycle, now
+
+
+def recording_of(header, pins, levels, end):
+    """The text of an .mvec file (docs/make/formats/mvec.md)."""
+    lines, told = list(header), {}
+    for cycle, now in levels:
+        moved = [(name, width) for name, _, width in pins if told.get(name) != now[name]]
+        told = now
+        if moved:
+            lines.append(f"{cycle} " + " ".join(f"{name}={now[name]}" if width == "1" else f"{name}={now[name]:#x}" for name, width in moved))
+    text = "\n".join([*lines, f"end {end}"]) + "\n"
+    return f"{text}sha256 {hashlib.sha256(text.encode()).hexdigest()}\n"
 
 
 def borders(job, phases, seconds):
@@ -129,10 +141,12 @@ def main(meltstage, job, flops_json, scan_json, folder, seconds):
     for phase, window in zip(PHASES, (1, 3)):
         before, after = (read_flops(windows / f"states/{n:06}.state") for n in (window, window + 1))
         places = places_of(flops_json, before)
-        lines = [*load_lines(bits_of(chains, places, before)),
-                 *pin_lines(windows / f"stimulus/{window:06}.mvec", windows / f"stimulus/{window + 1:06}.mvec"),
-                 *unload_lines(bits_of(chains, places, after))]
-        (folder / f"{phase}.rec").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        stimulus, behind = (windows / f"stimulus/{n:06}.mvec" for n in (window, window + 1))
+        header, pins = header_of(stimulus)
+        pins_text = recording_of(header, pins, levels_behind(stimulus, behind, pins), at[window] - 1)
+        (folder / f"{phase}.mvec").write_text(pins_text, encoding="utf-8")
+        scan_lines = [*load_lines(bits_of(chains, places, before)), *unload_lines(bits_of(chains, places, after))]
+        (folder / f"{phase}.scan").write_text("\n".join(scan_lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// replay RECORDING [COUNTS]: the whole chip's netlist over recorded pins, each clock's outputs compared.
-// Verilated with coverage, each net's toggles go into COUNTS. Exits with 1 on a mismatch. Lines of a
-// recording, bits from the highest:
-//   clocks inputs outputs   pins over so many clocks (tb/tools/recording.hpp)
-//   load bits               before them: what goes into the scan chains with one clock, so that the run
-//   begins in that state unload bits             after them: what has to come out of the chains before each
-//   clock, '-' if nothing has to
+// replay RECORDING.mvec [COUNTS]: the whole chip's netlist over recorded pins, each clock's outputs compared
+// behind it. Verilated with coverage, each net's toggles go into COUNTS. Beside it RECORDING.scan may say
+// what goes through the scan chains (print_windows.py), a line a clock, a character a chain, the last chain
+// first:
+//   load bits     before the pins: into the chains, so that the run begins in that state
+//   unload bits   after them: out of the chains before the clock, '-' if nothing has to
+// Exits with 1 on a mismatch, 2 when a file can't be used.
 #include <unistd.h>
 
 #include <cstdio>
+#include <exception>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
 #include "Vnetlist.h"
+#include "cmodel/pins.hpp"
+#include "recording/text.hpp"
+#include "tb/pins/chip_pins.hpp"
 #include "verilated.h"
 #if VM_COVERAGE
 #include "verilated_cov.h"
@@ -21,51 +26,37 @@
 
 namespace {
 
-struct Step {
-  unsigned long clocks = 0;
-  unsigned inputs = 0;
-  unsigned outputs = 0;
-};
+using meltstage::chip::Inputs;
+using meltstage::chip::Outputs;
 
-struct Recording {
+struct Scan {
   std::vector<std::string> load;
-  std::vector<Step> steps;
   std::vector<std::string> unload;
-  unsigned long clocks = 0;
 };
 
 unsigned binary(const std::string& digits) { return static_cast<unsigned>(std::stoul(digits, nullptr, 2)); }
 
-Recording read(const char* path) {
-  Recording recording;
+Scan read_scan(const std::filesystem::path& path) {
+  Scan scan;
   std::ifstream file(path);
-  std::string word;
-  std::string inputs;
-  std::string outputs;
-  while (file >> word >> inputs) {
-    if (word == "load") {
-      recording.load.push_back(inputs);
-    } else if (word == "unload") {
-      recording.unload.push_back(inputs);
-    } else {
-      file >> outputs;
-      recording.steps.push_back({std::stoul(word), binary(inputs), binary(outputs)});
-      recording.clocks += recording.steps.back().clocks;
-    }
-  }
-  return recording;
+  for (std::string word, bits; file >> word >> bits;)
+    (word == "load" ? scan.load : scan.unload).push_back(bits);
+  return scan;
 }
 
-// a layout has a port for each bit
+// A layout has a port for each bit.
 template <class Netlist>
-void set_strap(Netlist& top, unsigned strap) {
-  if constexpr (requires { top.addr_strap_i; }) {
-    top.addr_strap_i = strap;
-  } else {
-    top.addr_strap_i_0 = strap & 1;
-    top.addr_strap_i_1 = strap >> 1 & 1;
-    top.addr_strap_i_2 = strap >> 2 & 1;
+void set_pins(Netlist& top, const Inputs& in) {
+#define TC_PUT(port, member, bits)                   \
+  if constexpr (requires { top.port; }) {            \
+    top.port = in.member;                            \
+  } else if constexpr (requires { top.port##_2; }) { \
+    top.port##_0 = in.member & 1;                    \
+    top.port##_1 = in.member >> 1 & 1;               \
+    top.port##_2 = in.member >> 2 & 1;               \
   }
+  TC_INPUT_PINS(TC_PUT)
+#undef TC_PUT
 }
 
 template <class Netlist>
@@ -93,22 +84,6 @@ unsigned get_scan(const Netlist& top) {
            top.scan_o_2 << 2 | top.scan_o_1 << 1 | top.scan_o_0;
   else
     return 0;
-}
-
-void set_pins(Vnetlist& top, unsigned in) {
-  top.rst_ni = in & 1;
-  top.uart_rx_i = in >> 1 & 1;
-  set_strap(top, in >> 2 & 7);
-  top.spi_miso_i = in >> 5 & 1;
-  top.heater_fb_i = in >> 6 & 1;
-  top.inhibit_i = in >> 7 & 1;
-  top.drop_i = in >> 8 & 1;
-}
-
-unsigned get_pins(const Vnetlist& top) {
-  return top.at_temp_o << 9 | top.fault_no << 8 | top.safe_en_o << 7 | top.heater_o << 6 |
-         top.spi_mosi_o << 5 | top.spi_cs_no << 4 | top.spi_sclk_o << 3 | top.tlm_tx_o << 2 |
-         top.uart_de_o << 1 | top.uart_tx_o;
 }
 
 // The inputs change while the clock falls, the outputs are looked at while it is high.
@@ -149,11 +124,17 @@ unsigned long unload(Vnetlist& top, const std::vector<std::string>& lines) {
   return wrong;
 }
 
-}  // namespace
+unsigned digits(const Outputs& out) {
+  unsigned all = 0;
+#define TC_DIGIT(port, member, bits) all = all << 1 | out.member;
+  TC_OUTPUT_PINS(TC_DIGIT)
+#undef TC_DIGIT
+  return all;
+}
 
-int main(int argc, char** argv) {
-  if (argc < 2 || argc > 3) return std::fprintf(stderr, "replay: expected RECORDING [COUNTS]\n"), 2;
-  const Recording recording = read(argv[1]);
+int replay(const std::filesystem::path& path, const char* counts) {
+  const meltstage::recording::Stream recording = meltstage::recording::read_text(path);
+  const Scan scan = read_scan(std::filesystem::path(path).replace_extension(".scan"));
   Vnetlist top;
   shifting(top, false);
   // A simulator sees edges: a flop behind a closed clock gate is reset by one of its reset, not by the level
@@ -162,33 +143,48 @@ int main(int argc, char** argv) {
     top.rst_ni = reset_n;
     for (int i = 0; i < 4; ++i) fall(top), rise(top);
   }
-  if (!recording.load.empty()) load(top, recording.load);
+  if (!scan.load.empty()) load(top, scan.load);
 #if VM_COVERAGE
   Verilated::threadContextp()->coveragep()->zero();
 #endif
+  meltstage::recording::Cursor at(recording);
   unsigned long clocks = 0;
   unsigned long mismatches = 0;
-  for (const Step& step : recording.steps) {
-    for (unsigned long i = 0; i < step.clocks; ++i, ++clocks) {
-      if (isatty(2) && clocks % 10000 == 0)
-        std::fprintf(stderr, "\rreplay: %lu of %lu clocks", clocks, recording.clocks);
-      set_pins(top, step.inputs);
-      fall(top);
-      rise(top);
-      const unsigned out = get_pins(top);
-      if (out != step.outputs && ++mismatches <= 3)
-        std::printf("clock %lu: outputs %03x, recorded %03x\n", clocks, out, step.outputs);
-    }
-  }
+  do {
+    if (isatty(2) && clocks % 10000 == 0)
+      std::fprintf(stderr, "\rreplay: %lu of %lu clocks", clocks,
+                   static_cast<unsigned long>(recording.final_cycle() + 1 - recording.first_cycle()));
+    set_pins(top, meltstage::tb::inputs_of(at.values()));
+    fall(top);
+    rise(top);
+    const Outputs out = meltstage::chip::take_outputs(top);
+    const Outputs recorded = meltstage::tb::outputs_of(at.values());
+    if (out != recorded && ++mismatches <= 3)
+      std::printf("clock %lu: outputs %03x, recorded %03x\n", clocks, digits(out), digits(recorded));
+    ++clocks;
+  } while (at.step());
   if (isatty(2)) std::fprintf(stderr, "\n");
 #if VM_COVERAGE
-  if (argc == 3) VerilatedCov::write(argv[2]);
+  if (counts != nullptr) VerilatedCov::write(counts);
+#else
+  static_cast<void>(counts);
 #endif
-  if (const unsigned long wrong = unload(top, recording.unload); wrong > 0) {
+  if (const unsigned long wrong = unload(top, scan.unload); wrong > 0) {
     std::printf("flops after the last clock: other than recorded at %lu of %zu shifts\n", wrong,
-                recording.unload.size());
+                scan.unload.size());
     mismatches += wrong;
   }
   std::printf("%lu clocks, %lu mismatches\n", clocks, mismatches);
-  return mismatches == 0 && clocks > 0 ? 0 : 1;
+  return mismatches == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2 || argc > 3) return std::fprintf(stderr, "replay: expected RECORDING.mvec [COUNTS]\n"), 2;
+  try {
+    return replay(argv[1], argc == 3 ? argv[2] : nullptr);
+  } catch (const std::exception& error) {
+    return std::fprintf(stderr, "replay: %s\n", error.what()), 2;
+  }
 }

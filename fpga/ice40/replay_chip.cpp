@@ -7,72 +7,46 @@
 #include <exception>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "Vbitstream.h"
+#include "cmodel/pins.hpp"
 #include "recording/stream.hpp"
 #include "recording/text.hpp"
+#include "tb/pins/chip_pins.hpp"
 
+using meltstage::chip::Inputs;
+using meltstage::chip::Outputs;
 using meltstage::recording::Cursor;
-using meltstage::recording::Header;
 using meltstage::recording::Stream;
+using meltstage::tb::chip_pin_header;
+using meltstage::tb::inputs_of;
+using meltstage::tb::output_difference;
+using meltstage::tb::outputs_of;
 
 namespace {
 
 constexpr std::uint64_t kEnough = 1000;  // mismatches that end a run
 constexpr int kLoadClocks = 32;          // the board holds reset while it counts to 15 after loading
 
-struct Input {
-  const char* name;
-  void (*set)(Vbitstream& board, std::uint64_t level);
-};
-struct Output {
-  const char* name;
-  bool (*get)(const Vbitstream& board);
-};
-
-#define BOARD_INPUT(pin)                                                          \
-  {                                                                               \
-#pin, [](Vbitstream & board, std::uint64_t level) { board.pin = level != 0; } \
-  }
-#define BOARD_OUTPUT(pin)                                        \
-  {                                                              \
-#pin, [](const Vbitstream& board) { return board.pin != 0; } \
-  }
-
-const Input kInputs[] = {
-    BOARD_INPUT(rst_ni),
-    BOARD_INPUT(uart_rx_i),
-    BOARD_INPUT(spi_miso_i),
-    BOARD_INPUT(heater_fb_i),
-    BOARD_INPUT(inhibit_i),
-    BOARD_INPUT(drop_i),
-    {"addr_strap_i",
-     [](Vbitstream& board, std::uint64_t level) {
-       board.strap_ni_0_ = !(level & 1);
-       board.strap_ni_1_ = !(level >> 1 & 1);
-       board.strap_ni_2_ = !(level >> 2 & 1);
-     }},
-    {"test_mode_i", [](Vbitstream& board, std::uint64_t level) { board.test_mode_ni = level == 0; }},
-};
-const Output kOutputs[] = {
-    BOARD_OUTPUT(uart_tx_o), BOARD_OUTPUT(uart_de_o),  BOARD_OUTPUT(tlm_tx_o), BOARD_OUTPUT(spi_sclk_o),
-    BOARD_OUTPUT(spi_cs_no), BOARD_OUTPUT(spi_mosi_o), BOARD_OUTPUT(heater_o), BOARD_OUTPUT(safe_en_o),
-    BOARD_OUTPUT(fault_no),  BOARD_OUTPUT(at_temp_o),
-};
-
-std::uint32_t pin_named(const Header& header, const std::string& name) {
-  for (std::uint32_t pin = 0; pin < header.pins.size(); ++pin)
-    if (header.pins[pin].name == name) return pin;
-  throw std::runtime_error("the recording has no pin " + name +
-                           ", expected the chip's pins, as `meltstage dft functional --board` records them");
+// The board has its switches to ground: low is on.
+template <class Board>
+void set_pins(Board& board, const Inputs& in) {
+#define TC_PUT(port, member, bits) \
+  if constexpr (requires { board.port; }) board.port = in.member;
+  TC_INPUT_PINS(TC_PUT)
+#undef TC_PUT
+  board.strap_ni_0_ = !(in.addr_strap & 1);
+  board.strap_ni_1_ = !(in.addr_strap >> 1 & 1);
+  board.strap_ni_2_ = !(in.addr_strap >> 2 & 1);
+  board.test_mode_ni = !in.test_mode;
 }
 
 int replay(const char* path) {
   const Stream recording = meltstage::recording::read_text(path);
-  std::vector<std::uint32_t> inputs, outputs;
-  for (const Input& input : kInputs) inputs.push_back(pin_named(recording.header(), input.name));
-  for (const Output& output : kOutputs) outputs.push_back(pin_named(recording.header(), output.name));
+  if (recording.header().pins != chip_pin_header("").pins)
+    throw std::runtime_error(
+        "the recording has other pins, expected the chip's, as `meltstage dft functional --board` records "
+        "them");
 
   Vbitstream board;
   const auto clock = [&board] {
@@ -88,15 +62,13 @@ int replay(const char* path) {
   Cursor at(recording);
   std::uint64_t clocks = 0, mismatches = 0;
   do {
-    for (std::size_t i = 0; i < inputs.size(); ++i) kInputs[i].set(board, at.value(inputs[i]));
+    set_pins(board, inputs_of(at.values()));
     clock();
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
-      const bool recorded = at.value(outputs[i]) != 0;
-      if (kOutputs[i].get(board) == recorded) continue;
-      if (++mismatches <= 3)
-        std::printf("clock %llu: %s is %d, recorded %d\n", static_cast<unsigned long long>(at.cycle()),
-                    kOutputs[i].name, !recorded, recorded);
-    }
+    const Outputs out = meltstage::chip::take_outputs(board);
+    const Outputs recorded = outputs_of(at.values());
+    if (out != recorded && ++mismatches <= 3)
+      std::printf("clock %llu: %s\n", static_cast<unsigned long long>(at.cycle()),
+                  output_difference(recorded, out).c_str());
     ++clocks;
   } while (mismatches < kEnough && at.step());
   std::printf("%llu clocks of the chip's recorded pins, %llu mismatches\n",

@@ -1,61 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-// record short|long FILE: runs the chip's model among its devices and writes what its pins did
-// (recording.hpp). short: reset, one command, its answer. long: from reset through every kind of command,
-// heating, faults and stops.
+// record short|long FILE.mvec: runs the chip's model among its devices and writes what its pins did, the
+// outputs behind each clock. short: reset, one command, its answer. long: from reset through every kind of
+// command, heating, faults and stops.
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 
-#include "tb/tools/recording.hpp"
+#include "recording/text.hpp"
 #include "tb/lockstep/bench.hpp"
+#include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::tb {
 namespace {
 
 // The model, its pins written down.
-class Recorder final : public Device {
+class Recorded final : public Device {
  public:
-  explicit Recorder(const std::filesystem::path& path) : path_(path), file_(path) {}
+  Recorded(std::string_view length, const std::filesystem::path& path)
+      : file_(path), recorder_(file_, chip_pin_header(fmt::format("record {}", length))) {}
 
   chip::Outputs step(const chip::Inputs& in) override {
     const chip::Outputs out = chip_.step(in);
-    const Stretch now{1, pack(in), pack(out)};
-    if (stretch_ && (stretch_->in != now.in || stretch_->out != now.out)) write();
-    if (stretch_)
-      ++stretch_->clocks;
-    else
-      stretch_ = now;
+    record_inputs(recorder_, in);
+    record_outputs(recorder_, out);
+    recorder_.commit(clocks_++);
     return out;
   }
   const chip::Chip& model() const override { return chip_; }
   void restart(const chip::Chip&, const chip::Inputs&) override {
     throw std::logic_error("record: a recording starts at reset and shows pins only");
   }
-  // Writes the last stretch and closes the file.
   Compared finish() override {
-    close();
+    recorder_.finish(clocks_ - 1);
     return {};
   }
 
  private:
-  void write() {
-    file_ << fmt::format("{} {:08b} {:010b}\n", stretch_->clocks, stretch_->in, stretch_->out);
-    stretch_.reset();
-  }
-  void close() {
-    if (stretch_) write();
-    file_.close();
-    if (!file_) throw std::runtime_error(fmt::format("{}: can not be written", path_.string()));
-  }
-
   chip::Chip chip_;
-  std::filesystem::path path_;
-  std::ofstream file_;
-  std::optional<Stretch> stretch_;
+  recording::TextWriter file_;
+  recording::Recorder recorder_;
+  std::uint64_t clocks_ = 0;
 };
 
 constexpr std::uint64_t kTick = spec::kClkHz / 100;  // control period of 10 ms
@@ -183,8 +170,7 @@ void wait_for_tenth(Bench& bench) {
 }
 
 void record(std::string_view length, const std::filesystem::path& path) {
-  const std::filesystem::path unfinished = path.string() + ".part";
-  Bench bench(std::make_unique<Recorder>(unfinished), "MAX31865");  // its set-up write moves spi_mosi_o
+  Bench bench(std::make_unique<Recorded>(length, path), "MAX31865");  // its set-up write moves spi_mosi_o
   reset(bench);
   if (length == "long") {
     talk(bench);
@@ -195,7 +181,6 @@ void record(std::string_view length, const std::filesystem::path& path) {
     bench.read_input(spec::kInDeviceId, 3);
   }
   bench.finish();
-  std::filesystem::rename(unfinished, path);
   fmt::print("{}: {} clocks\n", path.string(), bench.cycle());
 }
 

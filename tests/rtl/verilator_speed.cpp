@@ -7,9 +7,57 @@
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
+#include <optional>
+#include <vector>
 
 #include "Vtc_top.h"
-#include "tests/rtl/replay.hpp"
+#include "recording/text.hpp"
+#include "tb/pins/chip_pins.hpp"
+
+namespace meltstage::tb {
+namespace {
+
+// So many clocks with these inputs, behind each of which the outputs are these.
+struct Stretch {
+  std::uint64_t clocks;
+  chip::Inputs in;
+  chip::Outputs out;
+};
+
+std::vector<Stretch> stretches_of(const recording::Stream& recording) {
+  std::vector<Stretch> list;
+  recording::Cursor at(recording);
+  do {
+    const std::uint64_t next = at.next_event_cycle().value_or(at.final_cycle() + 1);
+    list.push_back({next - at.cycle(), inputs_of(at.values()), outputs_of(at.values())});
+  } while (at.next_event());
+  return list;
+}
+
+// Clock at which the outputs first differ from the recorded ones, nothing when they never do.
+std::optional<std::uint64_t> first_difference(Vtc_top& top, const std::vector<Stretch>& recording) {
+  std::uint64_t clock = 0;
+  top.clk_i = 0;
+  top.scan_en_i = 0;
+  top.scan_i = 0;
+  chip::put_inputs({.rst_n = false}, top);
+  top.eval();
+  for (const Stretch& stretch : recording) {
+    chip::put_inputs(stretch.in, top);
+    if (!stretch.in.rst_n) top.eval();  // reset acts without a clock
+    for (std::uint64_t i = 0; i < stretch.clocks; ++i, ++clock) {
+      top.clk_i = 1;
+      top.eval();
+      top.clk_i = 0;
+      top.eval();
+      if (chip::take_outputs(top) != stretch.out) return clock;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+}  // namespace meltstage::tb
 
 int main(int argc, char** argv) {
   using namespace meltstage::tb;
@@ -17,7 +65,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "verilator_speed: expected RECORDING\n");
     return 2;
   }
-  const auto recording = read_recording(argv[1]);
+  const auto recording = stretches_of(meltstage::recording::read_text(argv[1]));
   double clocks = 0.0;
   for (const Stretch& stretch : recording) clocks += static_cast<double>(stretch.clocks);
   double best = 0.0;

@@ -5,7 +5,7 @@
 # minutes; wants a machine that does nothing else. Exit status: 0 measured, 1 a build gave wrong pins, 2 wrong call.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/../.." && pwd)
-recording=${1:-$root/build/release/tests/rtl/long.rec}
+recording=${1:-$root/build/release/tb/long.mvec}
 if [[ $# -gt 1 || ! -f $recording ]]; then
   echo "verilator_speed.sh: $recording: no such recording; build target recordings, or name one" >&2
   exit 2
@@ -23,7 +23,8 @@ measure() {
   # shellcheck disable=SC2086
   verilator --cc --exe --build -j 2 -Wno-lint -Wno-fatal --top-module tc_top --prefix Vtc_top --Mdir "$dir" -I"$root/rtl" --unroll-count 256 \
     --x-assign 0 --x-initial 0 $args -MAKEFLAGS "OPT_FAST=$fast OPT_SLOW=-O1 OPT_GLOBAL=-O2" -CFLAGS "-std=c++20 -I$root" \
-    "$root/rtl/waivers.vlt" $vlt "${files[@]}" "$root/tests/rtl/verilator_speed.cpp" -o speed > "$work/log" 2>&1 ||
+    "$root/rtl/waivers.vlt" $vlt "${files[@]}" "$root/tests/rtl/verilator_speed.cpp" "$root/tb/pins/chip_pins.cpp" \
+    "$root"/recording/*.cpp "$root"/base/*.cpp -LDFLAGS "-lfmt -lcrypto" -o speed > "$work/log" 2>&1 ||
     { grep -m1 -i error "$work/log" >&2; exit 1; }
   speed=$("$dir/speed" "$recording") || { echo "$name: $speed" >&2; exit 1; }
   base=${base:-$speed}
