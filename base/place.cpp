@@ -72,7 +72,12 @@ std::string shown(std::string_view text) {
 }
 
 std::string defect_at(std::string_view file, Place place, std::string_view found, std::string_view expected) {
-  return fmt::format("{}:{}:{}: found {}, expected {}", file, place.line, place.column, found, expected);
+  constexpr std::size_t kMostSaid = 300;  // bytes of either side, however much of a file they quote
+  const auto said = [](std::string_view words) {
+    return words.size() > kMostSaid ? escaped(words.substr(0, kMostSaid)) + "..." : escaped(words);
+  };
+  return fmt::format("{}:{}:{}: found {}, expected {}", file, place.line, place.column, said(found),
+                     said(expected));
 }
 
 }  // namespace meltstage

@@ -17,6 +17,7 @@ constexpr std::size_t kMostNested = 32;  // groups; libraries have up to seven
 constexpr double kMostNumber = 1e30;
 
 bool is_blank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
+bool is_control(char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0 && !is_blank(c); }
 
 class Parser {
  public:
@@ -71,7 +72,7 @@ class Parser {
   std::string name() {
     peek();
     const std::size_t begin = at_;
-    while (at_ < text_.size() && !is_blank(text_[at_]) &&
+    while (at_ < text_.size() && !is_blank(text_[at_]) && !is_control(text_[at_]) &&
            std::string_view(":;,(){}\"\\").find(text_[at_]) == std::string_view::npos)
       ++at_;
     if (at_ == begin) fail(at_, here(), "a name");
@@ -96,6 +97,8 @@ class Parser {
         ++at_;
       }
     }
+    if (std::any_of(found.begin(), found.end(), is_control))
+      fail(at_, fmt::format("control characters in \"{}\"", shown(found)), "text");
     while (!found.empty() && is_blank(found.back())) found.pop_back();
     return found;
   }

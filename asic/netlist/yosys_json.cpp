@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -99,7 +100,7 @@ class Reader : public nlohmann::json_sax<json> {
             defect_at(file_, place(), fmt::format("port {}: {}", shown(path_[3]), shown(text)),
                       "input or output; split it"));
     } else if (is_in("cells", 5) && path_.back() == "type") {
-      cell().type = text;
+      cell().type = escaped(text);
     }
     return true;
   }
@@ -122,6 +123,8 @@ class Reader : public nlohmann::json_sax<json> {
     return true;
   }
   bool key(string_t& text) override {
+    if (std::any_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c <= ' ') || c == '\x7F'; }))
+      fail(fmt::format("name \"{}\"", shown(text)), "one without blanks and control characters");
     path_.back() = text;
     if (is_in("attributes", 4) && text == "blackbox") draft().is_black_box = true;
     if (is_in("attributes", 4) && text == "top") draft().is_top = true;

@@ -13,6 +13,7 @@
 #include "asic/dft/atpg/podem.hpp"
 #include "asic/dft/atpg/test_solver.hpp"
 #include "asic/dft/core/workers.hpp"
+#include "base/error.hpp"
 
 namespace meltstage::dft {
 
@@ -591,6 +592,7 @@ TestSet generate_tests(const Circuit& circuit, const GenerateOptions& options) {
 }
 
 TestSet generate_tests(const Circuit& circuit, FaultList faults, const GenerateOptions& options) {
+  if (circuit.inputs().empty()) throw UserError("circuit: found no input and no flop, expected some to set");
   return Generator(circuit, std::move(faults), options).run();
 }
 

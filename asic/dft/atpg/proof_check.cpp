@@ -4,11 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::dft {
 
@@ -121,12 +122,17 @@ struct Line {
 
 // Lines of literals that end with 0; comments and the problem line are passed over.
 std::vector<Line> lines_of(std::string_view text, const char* what) {
+  constexpr int kMostVariables = 10'000'000;
+  constexpr int kNoLiteral = kMostVariables + 1;
+  const std::string_view all = text;
+  const auto fail = [&](std::string_view at, const std::string& found, const std::string& expected) {
+    const Place place = place_of(all, static_cast<std::size_t>(at.data() - all.data()));
+    throw UserError(defect_at(what, place, found, expected));
+  };
   std::vector<Line> lines;
-  std::size_t number = 0;
   while (!text.empty()) {
     std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(text.size(), line.size() + 1));
-    ++number;
     if (line.empty() || line[0] == 'c' || line[0] == 'p') continue;
     Line entry;
     if (line[0] == 'd') {
@@ -139,20 +145,20 @@ std::vector<Line> lines_of(std::string_view text, const char* what) {
         line.remove_prefix(1);
         continue;
       }
-      int literal = 0;
-      const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), literal);
-      if (error != std::errc{})
-        throw UserError(
-            fmt::format("{}, line {}: found \"{}\", expected literals and 0", what, number, line));
-      line.remove_prefix(static_cast<std::size_t>(end - line.data()));
+      const std::size_t end = std::min(line.find_first_of(" \r"), line.size());
+      const int literal =
+          number_in(line.substr(0, end), -kMostVariables, kMostVariables).value_or(kNoLiteral);
+      if (literal == kNoLiteral)
+        fail(line, fmt::format("\"{}\"", shown(line.substr(0, end))),
+             fmt::format("literals of at most {} variables and 0", kMostVariables));
+      line.remove_prefix(end);
       if (literal == 0) {
         ended = true;
         break;
       }
       entry.clause.push_back(literal);
     }
-    if (!ended)
-      throw UserError(fmt::format("{}, line {}: found no 0 at the end, expected one", what, number));
+    if (!ended) fail(line, "no 0 at the end of the line", "one");
     lines.push_back(std::move(entry));
   }
   return lines;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::dft {
 
@@ -100,7 +101,7 @@ Circuit CircuitBuilder::finish(const std::string& source, std::vector<Node>* ren
     const auto stuck = std::find_if(waiting.begin(), waiting.end(), [](std::uint32_t n) { return n != 0; });
     throw UserError(
         fmt::format("{}: found a combinational loop through or before \"{}\", expected none; cut it", source,
-                    nodes_[static_cast<std::size_t>(stuck - waiting.begin())].name));
+                    shown(nodes_[static_cast<std::size_t>(stuck - waiting.begin())].name)));
   }
   std::stable_sort(order.begin(), order.end(), [&](Node a, Node b) { return level[a] < level[b]; });
 

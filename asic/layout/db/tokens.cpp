@@ -39,6 +39,10 @@ void Tokens::advance() {
     if (place_ - start_ > 1 && text_[place_ - 1] == ';') --place_;
   }
   word_ = text_.substr(start_, place_ - start_);
+  const auto is_control = [](char c) {
+    return std::iscntrl(static_cast<unsigned char>(c)) != 0 && !is_blank(c);
+  };
+  if (std::any_of(word_.begin(), word_.end(), is_control)) fail("text without control characters");
 }
 
 bool Tokens::is(std::string_view word) const {

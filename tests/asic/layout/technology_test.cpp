@@ -80,7 +80,7 @@ TEST(Technology, WrongInputIsOneLine) {
   EXPECT_EQ(message("LAYER M\n SPACINGTABLE PARALLELRUNLENGTH WIDTH 0 ;"),
             "cells.lef:2:33: found \"WIDTH\", expected a run length before WIDTH");
   EXPECT_EQ(message("LAYER M\n PITCH \x1b[31m ;"),
-            "cells.lef:2:8: found \"\\x1B[31m\", expected a length of at most a metre");
+            "cells.lef:2:8: found \"\\x1B[31m\", expected text without control characters");
 }
 
 }  // namespace

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/files/pattern_files.hpp"
+#include "tests/fuzz/entry.hpp"
+
+extern "C" int FUZZ_ENTRY(const std::uint8_t* data, std::size_t size) {
+  return meltstage::reads_or_refuses(data, size, [](std::string_view text) {
+    meltstage::dft::parse_dump(text, "fuzz.vcd", {}, {{"clk", true}, {"d[0]", true}, {"q[0]", false}});
+  });
+}
