@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <system_error>
@@ -129,7 +130,7 @@ std::string read_toml_text(const fs::path& path, std::string_view wanted) {
   return text;
 }
 
-void require_other_file(const fs::path& output, std::initializer_list<fs::path> inputs) {
+void require_other_file(const fs::path& output, const std::vector<fs::path>& inputs) {
   for (const fs::path& input : inputs) {
     std::error_code ignored;  // the output may not be there yet
     if (fs::equivalent(output, input, ignored))
@@ -137,6 +138,21 @@ void require_other_file(const fs::path& output, std::initializer_list<fs::path> 
           fmt::format("{}: would be written over the input {}, expected another file; choose "
                       "another name for what is written",
                       output.string(), input.string()));
+  }
+}
+
+void require_outside(const fs::path& folder, const std::vector<fs::path>& inputs) {
+  std::error_code ignored;  // neither needs to be there
+  const fs::path whole = fs::weakly_canonical(folder / "", ignored);
+  for (const fs::path& input : inputs) {
+    const fs::path file = fs::weakly_canonical(input, ignored);
+    // A path that ends with a separator has an empty last part.
+    const auto [end, rest] = std::mismatch(whole.begin(), whole.end(), file.begin(), file.end());
+    if (end == whole.end() || end->empty())
+      throw UserError(
+          fmt::format("{}: would be replaced, and the input {} lies in it; choose another folder for what "
+                      "is written",
+                      folder.string(), input.string()));
   }
 }
 

@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace meltstage {
 
@@ -33,6 +33,9 @@ std::string read_toml_text(const std::filesystem::path& path, std::string_view w
 /// Throws UserError when the file to write is one of those that are read, by whatever name: relative,
 /// symbolic link or hard link.
 void require_other_file(const std::filesystem::path& output,
-                        std::initializer_list<std::filesystem::path> inputs);
+                        const std::vector<std::filesystem::path>& inputs);
+
+/// Throws UserError when one of the files that are read lies in the folder, which is going to be replaced.
+void require_outside(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& inputs);
 
 }  // namespace meltstage

@@ -35,6 +35,23 @@ class OutputFile {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
+/// A folder "<target>.partial.<process>" beside the target, to be filled and then renamed. Those that killed
+/// runs left are removed, and so is this one by the destructor if it still has its name. Each failure throws
+/// UserError.
+class PartialFolder {
+ public:
+  explicit PartialFolder(const std::filesystem::path& target);
+  PartialFolder(const PartialFolder&) = delete;
+  PartialFolder& operator=(const PartialFolder&) = delete;
+  ~PartialFolder();
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  int lock_ = -1;  // held for as long as this process lives
+};
+
 /// A whole file at once. Throws UserError.
 void write_whole(const std::filesystem::path& path, std::string_view text);
 

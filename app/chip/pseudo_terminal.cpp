@@ -5,18 +5,23 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstddef>
 #include <system_error>
 #include <thread>
 #include <utility>
 
 #include "app/print/job_file.hpp"
 #include "base/error.hpp"
+#include "base/sha256.hpp"
 
 namespace meltstage::app {
 
@@ -35,18 +40,42 @@ void make_raw(int near_end) {
 
 }  // namespace
 
-PseudoTerminal::PseudoTerminal(std::filesystem::path link) : link_(std::move(link)) {
+LinkClaim::LinkClaim(const std::filesystem::path& link)
+    : socket_(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  std::error_code ignored;
+  const auto folder =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(link, ignored).parent_path(), ignored);
+  Sha256 hash;
+  hash.update((folder / link.filename()).string());
+  const std::string name = "meltstage " + hash.finish();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(name.begin(), name.end(), address.sun_path + 1);  // behind a zero: no file
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  if (bind(socket_, reinterpret_cast<const sockaddr*>(&address), size) == 0) return;
+  if (socket_ >= 0) close(socket_);
+  socket_ = -1;
+}
+
+LinkClaim::~LinkClaim() {
+  if (socket_ >= 0) close(socket_);
+}
+
+PseudoTerminal::PseudoTerminal(std::filesystem::path link) : link_(std::move(link)), claim_(link_) {
   std::error_code ignored;
   const auto status = std::filesystem::symlink_status(link_, ignored);
-  if (std::filesystem::is_symlink(status)) {
-    throw UserError(
-        fmt::format("{}: found a link to {}, expected a name that is free; another `chip serve` may be using "
-                    "it, else remove it",
-                    link_.string(), std::filesystem::read_symlink(link_, ignored).string()));
+  const auto leads_to = std::filesystem::read_symlink(link_, ignored);
+  if (std::filesystem::is_symlink(status) && (!claim_.held() || leads_to.parent_path() != "/dev/pts")) {
+    throw UserError(fmt::format(
+        "{}: found a link to {}{}, expected a name that is free; choose another --port", link_.string(),
+        leads_to.string(), !claim_.held() ? " that another `chip serve` uses" : ""));
   }
-  if (std::filesystem::exists(status))
+  if (std::filesystem::is_symlink(status)) {
+    std::filesystem::remove(link_, ignored);  // left by a `chip serve` that was killed
+  } else if (std::filesystem::exists(status)) {
     throw UserError(fmt::format(
         "{}: found something there, expected a name that is free; choose another --port", link_.string()));
+  }
 
   far_end_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
   std::array<char, 128> name{};

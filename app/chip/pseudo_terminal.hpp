@@ -10,10 +10,26 @@
 
 namespace meltstage::app {
 
+// Tells who serves a link from who served it once: a socket named after the link, in the kernel's own name
+// space, which goes with the process however that ends.
+class LinkClaim {
+ public:
+  explicit LinkClaim(const std::filesystem::path& link);
+  LinkClaim(const LinkClaim&) = delete;
+  LinkClaim& operator=(const LinkClaim&) = delete;
+  ~LinkClaim();
+  // False when another process has it.
+  bool held() const { return socket_ >= 0; }
+
+ private:
+  int socket_ = -1;
+};
+
 // The far end of a pseudo-terminal, and a symbolic link to its near end; both go with the object.
 class PseudoTerminal {
  public:
-  // Throws UserError when something exists at `link` already, or it can't be made.
+  // A link that an ended process left is replaced. Throws UserError when something else exists at `link`, or
+  // it can't be made.
   explicit PseudoTerminal(std::filesystem::path link);
   ~PseudoTerminal();
   PseudoTerminal(const PseudoTerminal&) = delete;
@@ -32,6 +48,7 @@ class PseudoTerminal {
   bool look(int timeout_ms);
 
   std::filesystem::path link_;
+  LinkClaim claim_;
   std::string device_;
   int far_end_ = -1;
   bool opened_ = false;  // by some program, when last looked at

@@ -15,6 +15,7 @@
 #include "app/print/job_file.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "motion/surface/conformal.hpp"
 #include "motion/surface/conformal_trial.hpp"
@@ -85,6 +86,7 @@ void take(const std::vector<double>& from, motion::Range& to) {
 
 int write_probe(Settings& s) {
   take(s.probe_station_mm, s.probe.station_offset_mm);
+  require_other_file(s.out, {s.tool_path});
   const auto lines = motion::read_tool_path(s.tool_path);
   const auto points = probe_lines(lines, s.choice);
   write_whole(s.out, write_probe_program(points, s.tool_path.filename().string(), s.probe));
@@ -104,6 +106,7 @@ int write_print(Settings& s) {
   take(s.rotary_centre_mm, s.print.table.rotary_centre_mm);
   take(s.tilt_limits_deg, s.print.table.tilt_deg);
   take(s.rotary_limits_deg, s.print.table.rotary_deg);
+  require_other_file(s.out, {s.tool_path, s.touches});
   const auto lines = motion::read_tool_path(s.tool_path);
   std::vector<double> heights = s.heights_mm;
   if (heights.empty()) heights = {0.1};

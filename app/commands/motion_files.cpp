@@ -8,6 +8,7 @@
 
 #include "app/print/job_file.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "motion/stage/accuracy.hpp"
 #include "motion/stage/stage.hpp"
@@ -27,7 +28,9 @@ std::string as_comments(const std::string& settings) {
 }  // namespace
 
 int write_gcode_file(const GcodeCommand& command) {
-  const tb::PrintJob job = load_job(command.job).job;
+  const LoadedJob loaded = load_job(command.job);
+  const tb::PrintJob& job = loaded.job;
+  require_other_file(command.out, loaded.inputs);
   const auto& axes = job.stage.axes;
   const motion::GcodeOptions options{.dialect = command.dialect,
                                      .heat_timeout_s = job.heat_timeout_s,
@@ -53,6 +56,7 @@ int write_gcode_file(const GcodeCommand& command) {
 
 int show_accuracy(const AccuracyCommand& command) {
   try {
+    require_other_file(command.compensation, {command.deviations});
     const auto targets = motion::read_deviations(command.deviations);
     const motion::AxisAccuracy axis = motion::evaluate_accuracy(targets);
     const motion::ResidualBacklash backlash = motion::residual_backlash(targets);

@@ -245,7 +245,8 @@ motion::PathTask path_task(Section& print, tb::PrintJob& job) {
 }
 
 // [stage]: what drives it, and how it moves.
-void read_stage(Section& stage, tb::PrintJob& job, const std::filesystem::path& folder) {
+void read_stage(Section& stage, LoadedJob& loaded, const std::filesystem::path& folder) {
+  tb::PrintJob& job = loaded.job;
   job.start_mm = {stage.number("start_x_mm", 0.0, 0.0, 200.0), stage.number("start_y_mm", 0.0, 0.0, 200.0),
                   0.0};
   job.drive.homed = !stage.flag("homing", false);
@@ -278,6 +279,7 @@ void read_stage(Section& stage, tb::PrintJob& job, const std::filesystem::path& 
     axis.screw.backlash_mm = 1e-3 * stage.number(kKeys[i][2], 0.0, 0.0, 1000.0);
     const std::string file = stage.text(kKeys[i][3], "");
     if (file.empty()) continue;
+    loaded.inputs.push_back(folder / file);
     try {
       job.compensation[i] =
           motion::make_compensation(motion::evaluate_accuracy(motion::read_deviations(folder / file)));
@@ -288,7 +290,7 @@ void read_stage(Section& stage, tb::PrintJob& job, const std::filesystem::path& 
 }
 
 // [alignment]: the board's marks, in the frame of the bumps' file and placed with them.
-tb::BoardAlignment read_alignment(Section& alignment, const std::filesystem::path& folder,
+tb::BoardAlignment read_alignment(Section& alignment, LoadedJob& loaded, const std::filesystem::path& folder,
                                   motion::CoordinateOptions placed, std::uint64_t seed) {
   constexpr double kDegree_rad = std::numbers::pi / 180.0;
   static constexpr std::array<std::pair<std::string_view, tb::StageKnowledge>, 2> kKnowledge{
@@ -313,6 +315,7 @@ tb::BoardAlignment read_alignment(Section& alignment, const std::filesystem::pat
   const auto missing = alignment.integer("missing_mark", 0, 0, 1000);
   if (missing > 0) board.missing_mark = static_cast<std::size_t>(missing - 1);
   alignment.finish();
+  loaded.inputs.push_back(folder / file);
   for (const motion::Point& mark : motion::read_coordinates(folder / file, placed))
     board.marks_mm.emplace_back(mark.x_mm, mark.y_mm);
   if (board.marks_mm.size() < 2)
@@ -452,7 +455,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
   }
 
   Section stage = section("stage");
-  read_stage(stage, job, path.parent_path());
+  read_stage(stage, loaded, path.parent_path());
   stage.finish();
   try {
     const motion::Stage probe(job.stage, job.start_mm);
@@ -474,6 +477,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
   options.mirror_x = coordinates.flag("mirror_x", false);
   coordinates.finish();
   loaded.coordinates = path.parent_path() / file;
+  loaded.inputs.insert(loaded.inputs.end(), {path, loaded.coordinates});
 
   Section print = section("print");
   job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
@@ -517,7 +521,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
   try {
     loaded.bumps_in_file_order = motion::read_coordinates(loaded.coordinates, options);
     if (alignment.present())
-      loaded.alignment = read_alignment(alignment, path.parent_path(), options, job.head.seed);
+      loaded.alignment = read_alignment(alignment, loaded, path.parent_path(), options, job.head.seed);
   } catch (const motion::CoordinateError& error) {
     throw UserError(error.what());
   }

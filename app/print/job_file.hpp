@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "motion/tour/path.hpp"
 #include "tb/printer/board_alignment.hpp"
@@ -21,6 +22,7 @@ struct LoadedJob {
   double moves_before_s = 0.0, moves_after_s = 0.0;  // of the stage with a stop at each bump
   std::string plan_unit;
   std::filesystem::path coordinates;
+  std::vector<std::filesystem::path> inputs;    // every file that was read
   std::optional<tb::BoardAlignment> alignment;  // before the print
 };
 

@@ -3,13 +3,13 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <sstream>
 
 #include "app/command_line.hpp"
@@ -18,6 +18,8 @@
 #include "app/terminal.hpp"
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/output_file.hpp"
 #include "recording/text.hpp"
 #include "recording/vcd.hpp"
 #include "tb/windows/window_plan.hpp"
@@ -37,26 +39,18 @@ class OutputFolder {
           "{}: exists and was not written by this command (no summary.json); choose another --out",
           target_.string()));
     }
-    if (target_.has_parent_path()) std::filesystem::create_directories(target_.parent_path());
-    partial_ = target_.string() + fmt::format(".partial.{}", getpid());
-    std::filesystem::create_directory(partial_);
+    partial_.emplace(target_);
   }
-  ~OutputFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(partial_, ignored);
-  }
-  OutputFolder(const OutputFolder&) = delete;
-  OutputFolder& operator=(const OutputFolder&) = delete;
 
-  std::filesystem::path file(const char* name) const { return partial_ / name; }
+  std::filesystem::path file(const char* name) const { return partial_->path() / name; }
   void publish() {
     std::filesystem::remove_all(target_);
-    std::filesystem::rename(partial_, target_);
+    std::filesystem::rename(partial_->path(), target_);
   }
 
  private:
   std::filesystem::path target_;
-  std::filesystem::path partial_;
+  std::optional<PartialFolder> partial_;
 };
 
 // Plays one recording into several sinks.
@@ -295,6 +289,7 @@ int print_job(const PrintOptions& options) {
     loaded.job.board_off = board->off;
   }
 
+  require_outside(options.out, loaded.inputs);
   OutputFolder folder(options.out);
   const std::filesystem::path work =
       options.work.empty() ? std::filesystem::path(options.out.string() + ".windows") : options.work;

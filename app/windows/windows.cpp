@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "app/terminal.hpp"
+#include "base/file.hpp"
 #include "recording/text.hpp"
 #include "tb/windows/window_runners.hpp"
 
@@ -77,6 +78,7 @@ std::string describe(const CheckedRun& run) {
 }
 
 int plan_windows(const fs::path& pins, const fs::path& folder, const tb::WindowBorders& borders) {
+  require_outside(folder, {pins});
   tb::WindowPlanner planner(folder, {pins.filename().string(), 0}, borders);
   recording::read_text_into(pins, planner);
   const tb::WindowPlan plan = planner.publish();

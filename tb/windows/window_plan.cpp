@@ -2,7 +2,6 @@
 #include "tb/windows/window_plan.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <system_error>
@@ -37,7 +36,8 @@ WindowPlanner::WindowPlanner(fs::path folder, WindowRunName name, WindowBorders 
   std::sort(borders_.at.begin(), borders_.at.end());
   borders_.at.erase(std::unique(borders_.at.begin(), borders_.at.end()), borders_.at.end());
   if (borders_.every == 0) throw UserError("window length: found 0 clocks, expected 1 or more");
-  partial_ = folder_.string() + fmt::format(".partial.{}", getpid());
+  partial_folder_.emplace(folder_);
+  partial_ = partial_folder_->path();
   for (const char* part : {"states", "stimulus", "results"}) fs::create_directories(partial_ / part);
   plan_.job = name_.job;
   plan_.seed = name_.seed;
@@ -45,9 +45,7 @@ WindowPlanner::WindowPlanner(fs::path folder, WindowRunName name, WindowBorders 
 }
 
 WindowPlanner::~WindowPlanner() {
-  slice_.reset();
-  std::error_code ignored;
-  fs::remove_all(partial_, ignored);
+  slice_.reset();  // before its folder goes
 }
 
 void WindowPlanner::refuse(const std::string& why) const {

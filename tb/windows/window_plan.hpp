@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/output_file.hpp"
 #include "cmodel/advance.hpp"
 #include "recording/stream.hpp"
 #include "recording/text.hpp"
@@ -59,6 +60,7 @@ class WindowPlanner final : public recording::Sink {
   [[noreturn]] void refuse(const std::string& why) const;
 
   std::filesystem::path folder_;
+  std::optional<PartialFolder> partial_folder_;
   std::filesystem::path partial_;
   WindowRunName name_;
   WindowBorders borders_;

@@ -113,5 +113,22 @@ TEST(OtherFile, SeesAnInputUnderEveryName) {
   EXPECT_EQ(refusal([&] { require_other_file(folder.at("new"), {input}); }), "");
 }
 
+TEST(Outside, SeesAnInputInAFolderThatIsReplaced) {
+  const ScratchFolder folder;
+  fs::create_directories(folder.at("out/sub"));
+  const fs::path in_it = folder.write("out/sub/bumps.csv", "x"), beside = folder.write("outside.csv", "x");
+  fs::create_symlink("out", folder.at("link"));
+  for (const fs::path& whole :
+       {folder.at("out"), folder.at("out/"), folder.at("link"), folder.at("out/../out/sub")}) {
+    EXPECT_THAT(refusal([&] {
+                  require_outside(whole, {beside, in_it});
+                }),
+                HasSubstr("bumps.csv lies in it"))
+        << whole;
+    EXPECT_EQ(refusal([&] { require_outside(whole, {beside}); }), "") << whole;
+  }
+  EXPECT_EQ(refusal([&] { require_outside(folder.at("new"), {beside, in_it}); }), "");
+}
+
 }  // namespace
 }  // namespace meltstage

@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 
 #include "base/error.hpp"
 #include "tests/base/scratch_folder.hpp"
@@ -61,6 +65,49 @@ TEST(OutputFile, LeavesDevicesAndFoldersAlone) {
   folder.write("a.partial/in_it", "");
   EXPECT_THROW(write_whole(folder.at("a"), "text"), UserError);
   EXPECT_TRUE(fs::exists(folder.at("a.partial/in_it")));
+}
+
+TEST(PartialFolder, GoesUnlessItIsRenamed) {
+  const ScratchFolder folder;
+  fs::path path;
+  {
+    const PartialFolder partial(folder.at("out"));
+    path = partial.path();
+    EXPECT_TRUE(fs::is_directory(path));
+  }
+  EXPECT_FALSE(fs::exists(path));
+  {
+    const PartialFolder partial(folder.at("new/out"));
+    fs::rename(partial.path(), folder.at("new/out"));
+  }
+  EXPECT_TRUE(fs::is_directory(folder.at("new/out")));
+}
+
+TEST(PartialFolder, RemovesWhatKilledRunsLeftAndNothingElse) {
+  const ScratchFolder folder;
+  fs::create_directories(folder.at("out.partial.1/states"));  // process 1 lives, but holds no lock
+  folder.write("out.partial.1/states/0", "");
+  fs::create_directory(folder.at("other.partial.1"));
+  folder.write("out.partial", "of a file");
+  const pid_t child = fork();
+  if (child == 0) {
+    const PartialFolder living(folder.at("out"));
+    folder.write("made", "");
+    pause();
+    _exit(0);
+  }
+  while (!fs::exists(folder.at("made"))) usleep(1000);
+  {
+    const PartialFolder partial(folder.at("out"));
+    EXPECT_FALSE(fs::exists(folder.at("out.partial.1")));
+    EXPECT_TRUE(fs::exists(folder.at("out.partial." + std::to_string(child))));
+    EXPECT_TRUE(fs::exists(folder.at("other.partial.1")));
+    EXPECT_TRUE(fs::exists(folder.at("out.partial")));
+  }
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  const PartialFolder partial(folder.at("out"));
+  EXPECT_FALSE(fs::exists(folder.at("out.partial." + std::to_string(child))));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <numeric>
 
 #include "app/print/job_file.hpp"
@@ -101,6 +102,32 @@ TEST_F(PseudoTerminalTest, ItsLinkGoesWithItAndNobodyElses) {
   }
   EXPECT_TRUE(fs::is_symlink(link()));
   EXPECT_THROW(PseudoTerminal{link()}, UserError);
+}
+
+TEST_F(PseudoTerminalTest, ALinkThatAKilledServerLeftIsReplaced) {
+  fs::create_symlink("/dev/pts/99999", link());  // the pseudo-terminal has gone
+  { const PseudoTerminal terminal(link()); }
+  const int other = posix_openpt(O_RDWR | O_NOCTTY);  // its number is another program's by now
+  fs::create_symlink(ptsname(other), link());
+  {
+    const PseudoTerminal terminal(link());
+    EXPECT_EQ(fs::read_symlink(link()), terminal.device());
+  }
+  EXPECT_FALSE(fs::is_symlink(link()));
+  close(other);
+}
+
+TEST_F(PseudoTerminalTest, ALinkThatIsServedIsLeftAlone) {
+  const PseudoTerminal terminal(link());
+  EXPECT_THROW(PseudoTerminal{link()}, UserError);
+  EXPECT_THROW(PseudoTerminal{folder_ / "." / "tc"}, UserError);
+  EXPECT_EQ(fs::read_symlink(link()), terminal.device());
+}
+
+TEST_F(PseudoTerminalTest, AFileOfThatNameIsLeftAlone) {
+  std::ofstream(link()) << "mine";
+  EXPECT_THROW(PseudoTerminal{link()}, UserError);
+  EXPECT_TRUE(fs::is_regular_file(link()));
 }
 
 }  // namespace

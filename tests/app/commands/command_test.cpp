@@ -230,6 +230,16 @@ TEST_F(Command, HostileJobFilesAreRefusedInOneLine) {
   for (const Ran& ran : {name, key, file, path}) EXPECT_THAT(ran.output, Not(HasSubstr("\x1b")));
 }
 
+TEST_F(Command, AFolderThatHoldsTheJobIsNotReplaced) {
+  fs::create_directory(out());
+  write("out/summary.json", "{}");
+  write("out/bumps.csv", kBumps);
+  const Ran ran = print(write("out/job.toml", kJob));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.output, HasSubstr("out/job.toml lies in it; choose another folder"));
+  EXPECT_TRUE(fs::exists(out() / "bumps.csv"));
+}
+
 TEST_F(Command, WrongCoordinateFilesAreRefusedInOneLine) {
   const fs::path job = write("job.toml", kJob);
   expect_refused(print(job), "bumps.csv");  // missing

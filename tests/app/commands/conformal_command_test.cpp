@@ -80,6 +80,12 @@ TEST_F(Conformal, GoesFromToolPathToPrintProgram) {
 TEST_F(Conformal, RefusesWrongInputInOneLine) {
   ASSERT_EQ(run_command("conformal trial --out " + at("part")).status, 0);
   const std::string path = at("part/lines.apt"), points = at("part/points.txt");
+  for (const std::string& out : {path, points}) {
+    const Ran ran = run_command("conformal print " + path + " " + points + " --out " + out);
+    EXPECT_EQ(ran.status, 2);
+    EXPECT_THAT(ran.output, HasSubstr("would be written over the input"));
+  }
+  EXPECT_EQ(run_command("conformal probe " + path + " --out " + path).status, 2);
   expect_refused("probe " + at("none.apt"), "no such file");
   expect_refused("probe " + path + " --wavelength -1", "form wavelength: found -1 mm");
   expect_refused("probe " + path + " --safe-z 1", "safe z: found 1 mm");

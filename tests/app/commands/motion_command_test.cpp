@@ -63,6 +63,30 @@ TEST_F(MotionCommand, LeavesNothingBehindWhenItCannotWrite) {
   expect_refused(run_command("gcode nothing.toml --out " + in_folder("job.ngc")), "nothing.toml");
 }
 
+TEST_F(MotionCommand, WritesOverNoneOfItsInputs) {
+  const auto copy = [&](const std::string& from, const std::string& to) {
+    fs::copy_file(from, folder_ / to);
+  };
+  copy(kSlits, "slits.csv");
+  std::ofstream(folder_ / "bumps.csv") << "x_mm,y_mm\n10,10\n12,10\n";
+  std::ofstream(folder_ / "job.toml")
+      << "[coordinates]\nfile = \"bumps.csv\"\n[stage]\ndeviations_x = \"slits.csv\"\n";
+  fs::create_symlink("bumps.csv", folder_ / "link.ngc");
+  fs::create_hard_link(folder_ / "job.toml", folder_ / "hard.ngc");
+  for (const char* out : {"job.toml", "bumps.csv", "slits.csv", "link.ngc", "hard.ngc", "./job.toml"}) {
+    const Ran ran = run_command("gcode " + in_folder("job.toml") + " --out " + in_folder(out));
+    EXPECT_EQ(ran.status, 2) << out;
+    EXPECT_THAT(ran.output, HasSubstr("would be written over the input")) << out;
+  }
+  const Ran ran =
+      run_command("accuracy " + in_folder("slits.csv") + " --compensation " + in_folder("slits.csv"));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.output, HasSubstr("would be written over the input"));
+  EXPECT_THAT(text_of("job.toml"), StartsWith("[coordinates]"));
+  EXPECT_THAT(text_of("bumps.csv"), StartsWith("x_mm,y_mm"));
+  EXPECT_THAT(text_of("slits.csv"), HasSubstr("target_mm,direction"));
+}
+
 TEST_F(MotionCommand, EvaluatesAPositioningTest) {
   const Ran ran = run_command("accuracy " + kSlits + " --compensation " + in_folder("x.comp"));
   ASSERT_EQ(ran.status, 0) << ran.output;
