@@ -167,7 +167,7 @@ double poll_over_us(double baud, std::uint16_t registers, unsigned polls) {
     poller.host.submit(tb::read_input_registers(kUnit, first, registers));
     while (poller.host.busy()) advance_by(spec::kClkHz / 1000);
     const auto result = poller.host.take_result();
-    if (!result || result->outcome != tb::ModbusOutcome::Data)
+    if (!result || result->outcome != tb::ModbusOutcome::data)
       throw std::runtime_error(fmt::format("bench bus: poll {} at {} baud is not answered", i, baud));
     worst =
         std::max(worst, static_cast<double>(result->reply_end_cycle - result->request_start_cycle) - wire);

@@ -171,7 +171,7 @@ ModbusResult judge_reply(std::span<const std::uint8_t> request, const RtuFrame& 
   result.frame = reply.bytes;
   result.reply_start_cycle = reply.start_cycle;
   result.reply_end_cycle = reply.end_cycle;
-  result.outcome = ModbusOutcome::Malformed;
+  result.outcome = ModbusOutcome::malformed;
   const std::span<const std::uint8_t> frame(reply.bytes);
   if (reply.line_error) {
     result.problem = "parity or framing error";
@@ -196,14 +196,14 @@ ModbusResult judge_reply(std::span<const std::uint8_t> request, const RtuFrame& 
                                  result.function, request[0], request[1]);
   } else if ((frame[1] & spec::kExceptionFlag) != 0) {
     if (body.size() == 1) {
-      result.outcome = ModbusOutcome::Exception;
+      result.outcome = ModbusOutcome::exception;
       result.exception_code = body[0];
     } else {
       result.problem = fmt::format("exception with {} data bytes, expected 1", body.size());
     }
   } else {
     result.problem = decode(request, body, result);
-    if (result.problem.empty()) result.outcome = ModbusOutcome::Data;
+    if (result.problem.empty()) result.outcome = ModbusOutcome::data;
   }
   return result;
 }
@@ -245,7 +245,7 @@ std::uint64_t ModbusHost::cycles(double seconds) const {
 
 std::uint64_t ModbusHost::submit(ModbusRequest request) {
   queue_.push_back({++submitted_, std::move(request)});
-  if (state_ == State::Idle) wake_cycle_ = earliest_start_;
+  if (state_ == State::idle) wake_cycle_ = earliest_start_;
   return submitted_;
 }
 
@@ -266,26 +266,26 @@ void ModbusHost::drop_stray_frames() {
 
 void ModbusHost::advance(std::uint64_t cycle) {
   switch (state_) {
-    case State::Idle:
+    case State::idle:
       drop_stray_frames();
       if (!queue_.empty() && cycle >= earliest_start_) start(cycle);
       break;
-    case State::Sending:
+    case State::sending:
       drop_stray_frames();
       if (transmitter_.idle()) begin_waiting(cycle);
       break;
-    case State::Waiting:
+    case State::waiting:
       wait_for_reply(cycle);
       break;
   }
   switch (state_) {
-    case State::Idle:
+    case State::idle:
       wake_cycle_ = queue_.empty() ? kNoEvent : earliest_start_;
       break;
-    case State::Sending:
+    case State::sending:
       wake_cycle_ = std::max(cycle + 1, transmitter_.next_event());
       break;
-    case State::Waiting:
+    case State::waiting:
       wake_cycle_ = cycle < deadline_ ? deadline_ : std::max(cycle + 1, frames_.next_event());
       break;
   }
@@ -306,11 +306,11 @@ void ModbusHost::start(std::uint64_t cycle) {
     current_.unit = sent_[0];
     current_.function = sent_[1];
   }
-  state_ = State::Sending;
+  state_ = State::sending;
 }
 
 void ModbusHost::begin_waiting(std::uint64_t cycle) {
-  state_ = State::Waiting;
+  state_ = State::waiting;
   current_.request_end_cycle = sent_.empty() ? cycle : transmitter_.last_end_cycle();
   deadline_ =
       current_.request_end_cycle + cycles(broadcast() ? config_.broadcast_delay_s : config_.timeout_s);
@@ -320,7 +320,7 @@ void ModbusHost::wait_for_reply(std::uint64_t cycle) {
   if (const auto frame = frames_.take()) {
     ModbusResult result = judge_reply(sent_, *frame);
     if (broadcast()) {
-      result.outcome = ModbusOutcome::Malformed;
+      result.outcome = ModbusOutcome::malformed;
       result.problem = "reply to a broadcast, expected silence";
     }
     result.id = current_.id;
@@ -328,14 +328,14 @@ void ModbusHost::wait_for_reply(std::uint64_t cycle) {
     result.request_end_cycle = current_.request_end_cycle;
     finish(cycle, result);
   } else if (cycle >= deadline_ && !frames_.receiving()) {
-    current_.outcome = broadcast() ? ModbusOutcome::Broadcast : ModbusOutcome::Timeout;
+    current_.outcome = broadcast() ? ModbusOutcome::broadcast : ModbusOutcome::timeout;
     finish(cycle, current_);
   }
 }
 
 void ModbusHost::finish(std::uint64_t cycle, const ModbusResult& result) {
   results_.push_back(result);
-  state_ = State::Idle;
+  state_ = State::idle;
   const std::uint64_t last_activity = std::max(result.request_end_cycle, result.reply_end_cycle);
   earliest_start_ = std::max(cycle + 1, last_activity + cycles(frame_silence_s(config_.line)));
 }

@@ -45,7 +45,7 @@ ModbusRequest with_crc(std::span<const std::uint8_t> bytes);
 /// These bytes as they are.
 ModbusRequest raw_frame(std::span<const std::uint8_t> bytes);
 
-enum class ModbusOutcome : std::uint8_t { Data, Exception, Timeout, Malformed, Broadcast };
+enum class ModbusOutcome : std::uint8_t { data, exception, timeout, malformed, broadcast };
 
 /// One object of function 43/14.
 struct DeviceObject {
@@ -56,7 +56,7 @@ struct DeviceObject {
 /// What became of a request.
 struct ModbusResult {
   std::uint64_t id = 0;  ///< as returned by submit()
-  ModbusOutcome outcome = ModbusOutcome::Timeout;
+  ModbusOutcome outcome = ModbusOutcome::timeout;
   std::uint8_t unit = 0;
   std::uint8_t function = 0;
   std::uint8_t exception_code = 0;       ///< outcome Exception
@@ -125,7 +125,7 @@ class ModbusHost {
   /// The oldest result not yet taken.
   std::optional<ModbusResult> take_result();
   /// Requests not yet finished.
-  bool busy() const { return state_ != State::Idle || !queue_.empty(); }
+  bool busy() const { return state_ != State::idle || !queue_.empty(); }
 
   /// `rx` is the chip's transmit pin; returns the level of the chip's receive pin.
   bool step(std::uint64_t cycle, bool rx) {
@@ -143,7 +143,7 @@ class ModbusHost {
   UartTransmitter& transmitter() { return transmitter_; }
 
  private:
-  enum class State : std::uint8_t { Idle, Sending, Waiting };
+  enum class State : std::uint8_t { idle, sending, waiting };
   struct Pending {
     std::uint64_t id;
     ModbusRequest request;
@@ -160,7 +160,7 @@ class ModbusHost {
   ModbusHostConfig config_;
   UartTransmitter transmitter_;
   RtuFrameReceiver frames_;
-  State state_ = State::Idle;
+  State state_ = State::idle;
   std::deque<Pending> queue_;
   std::deque<ModbusResult> results_;
   ModbusResult current_;

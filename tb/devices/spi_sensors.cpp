@@ -84,31 +84,31 @@ void SpiSensor::advance(std::uint64_t cycle, bool cs_n, bool sclk, bool mosi) {
 void SpiSensor::drive(Drive level) {
   const bool corrupt = bit_index_ < 64 && ((corrupt_mask_ >> bit_index_) & 1U) != 0;
   ++bit_index_;
-  if (corrupt && level != Drive::HighZ) level = level == Drive::High ? Drive::Low : Drive::High;
+  if (corrupt && level != Drive::high_z) level = level == Drive::high ? Drive::low : Drive::high;
   output_ = level;
   refresh_miso();
 }
 
 void SpiSensor::release() {
-  output_ = Drive::HighZ;
+  output_ = Drive::high_z;
   refresh_miso();
 }
 
 void SpiSensor::refresh_miso() {
   switch (faults_.miso) {
-    case MisoFault::StuckLow:
+    case MisoFault::stuck_low:
       miso_ = false;
       return;
-    case MisoFault::StuckHigh:
+    case MisoFault::stuck_high:
       miso_ = true;
       return;
-    case MisoFault::Absent:
+    case MisoFault::absent:
       miso_ = config_.miso_pull;
       return;
-    case MisoFault::None:
+    case MisoFault::none:
       break;
   }
-  miso_ = output_ == Drive::HighZ ? config_.miso_pull : output_ == Drive::High;
+  miso_ = output_ == Drive::high_z ? config_.miso_pull : output_ == Drive::high;
 }
 
 void SpiSensor::schedule(std::uint64_t cycle, double data_sheet_s) {
@@ -146,9 +146,9 @@ void WordSensor::drive_next() {
   const std::uint32_t bit = std::uint32_t{1} << (word_.length - 1 - sent_);
   ++sent_;
   if ((word_.undriven_mask & bit) != 0) {
-    drive(Drive::HighZ);
+    drive(Drive::high_z);
   } else {
-    drive((word_.bits & bit) != 0 ? Drive::High : Drive::Low);
+    drive((word_.bits & bit) != 0 ? Drive::high : Drive::low);
   }
 }
 
@@ -156,10 +156,10 @@ std::uint32_t max31855_word(double thermocouple_degc, double cold_junction_degc,
   const auto thermocouple =
       static_cast<std::uint32_t>(quantise(thermocouple_degc, 4.0, -8192, 8191)) & 0x3FFFU;
   const auto cold = static_cast<std::uint32_t>(quantise(cold_junction_degc, 16.0, -2048, 2047)) & 0xFFFU;
-  const std::uint32_t cause = fault == ProbeFault::Open            ? 1U
-                              : fault == ProbeFault::ShortToGround ? 2U
-                              : fault == ProbeFault::ShortToSupply ? 4U
-                                                                   : 0U;
+  const std::uint32_t cause = fault == ProbeFault::open              ? 1U
+                              : fault == ProbeFault::short_to_ground ? 2U
+                              : fault == ProbeFault::short_to_supply ? 4U
+                                                                     : 0U;
   return thermocouple << 18 | (cause != 0 ? 1U << 16 : 0U) | cold << 4 | cause;
 }
 
@@ -175,9 +175,9 @@ void Max31855::convert(std::uint64_t cycle) {
   if (!faults().frozen) {
     // With a wiring fault the amplifier runs to its rail, a short to ground leaves the cold junction alone.
     const ProbeFault fault = faults().probe;
-    const double read = fault == ProbeFault::ShortToGround ? config().cold_junction_degc
-                        : fault == ProbeFault::Open || fault == ProbeFault::ShortToSupply ? 2047.75
-                                                                                          : degc;
+    const double read = fault == ProbeFault::short_to_ground ? config().cold_junction_degc
+                        : fault == ProbeFault::open || fault == ProbeFault::short_to_supply ? 2047.75
+                                                                                            : degc;
     data_ = max31855_word(read, config().cold_junction_degc, fault);
   }
   schedule(cycle, 0.070);
@@ -212,10 +212,10 @@ void Max6675::convert(std::uint64_t cycle) {
     // The part knows only "open"; a shorted junction reads as the cold junction, a line at supply as full
     // scale.
     const ProbeFault fault = faults().probe;
-    const bool open = fault == ProbeFault::Open;
-    const double read = fault == ProbeFault::ShortToGround           ? config().cold_junction_degc
-                        : open || fault == ProbeFault::ShortToSupply ? 1023.75
-                                                                     : degc;
+    const bool open = fault == ProbeFault::open;
+    const double read = fault == ProbeFault::short_to_ground           ? config().cold_junction_degc
+                        : open || fault == ProbeFault::short_to_supply ? 1023.75
+                                                                       : degc;
     data_ = max6675_word(read, open);
   }
   schedule(cycle, 0.170);
@@ -293,7 +293,7 @@ double pt100_ohm(double temperature_degc) {
 }
 
 std::uint16_t max31865_code(double temperature_degc, RtdCurve curve) {
-  if (curve == RtdCurve::Linear) {
+  if (curve == RtdCurve::linear) {
     return static_cast<std::uint16_t>(quantise(temperature_degc + 256.0, 32.0, 0, 0x7FFF));
   }
   const double code = std::floor(pt100_ohm(temperature_degc) / 400.0 * 32768.0);
@@ -319,11 +319,11 @@ void Max31865::convert(std::uint64_t cycle) {
   }
   const double degc = measure_degc(cycle);
   const bool shorted =
-      faults().probe == ProbeFault::ShortToGround || faults().probe == ProbeFault::ShortToSupply;
+      faults().probe == ProbeFault::short_to_ground || faults().probe == ProbeFault::short_to_supply;
   if (shorted) {
     raise_fault(0x04);  // the input protection opens and no conversion ends
   } else if (!faults().frozen) {
-    const unsigned code = faults().probe == ProbeFault::Open ? 0x7FFFU : max31865_code(degc, curve_);
+    const unsigned code = faults().probe == ProbeFault::open ? 0x7FFFU : max31865_code(degc, curve_);
     registers_[1] = static_cast<std::uint8_t>(code >> 7);
     registers_[2] = static_cast<std::uint8_t>(code << 1 | (registers_[7] != 0 ? 1U : 0U));
     const unsigned high = (registers_[3] << 8 | registers_[4]) >> 1;
@@ -340,16 +340,16 @@ double Max31865::conversion_s() const { return (registers_[0] & kFilter50Hz) != 
 
 void Max31865::detect_faults() {
   switch (faults().probe) {
-    case ProbeFault::None:
+    case ProbeFault::none:
       break;
-    case ProbeFault::Open:
+    case ProbeFault::open:
       raise_fault(0x20);
       break;  // REFIN- above 0.85 bias: no current flows
-    case ProbeFault::ForceLeadOpen:
+    case ProbeFault::force_lead_open:
       raise_fault(0x18);
       break;  // REFIN- and RTDIN- below 0.85 bias
-    case ProbeFault::ShortToGround:
-    case ProbeFault::ShortToSupply:
+    case ProbeFault::short_to_ground:
+    case ProbeFault::short_to_supply:
       raise_fault(0x04);
       break;
   }
@@ -381,7 +381,7 @@ void Max31865::clock_edge(std::uint64_t cycle, bool rising, bool mosi) {
   const bool leading = rising != idle_clock_;
   const bool reading = bits_ >= 8 && (address_ & 0x80U) == 0;
   if (leading) {
-    if (reading) drive((read(address_) >> (7U - bits_ % 8U) & 1U) != 0 ? Drive::High : Drive::Low);
+    if (reading) drive((read(address_) >> (7U - bits_ % 8U) & 1U) != 0 ? Drive::high : Drive::low);
     return;
   }
   shift_in_ = static_cast<std::uint8_t>(shift_in_ << 1 | (mosi ? 1 : 0));
@@ -441,7 +441,7 @@ void Adt73x0::power_on(std::uint64_t cycle) {
   registers_ = {kAdtNotReady, 0x00, 0x0000, 0xC3, 0x4980, 0x05, 0x2000, 0x0500};
   flags_ = 0;
   continuous_read_ = false;
-  phase_ = Phase::Command;
+  phase_ = Phase::command;
   bits_in_ = 0;
   bits_left_ = 0;
   ones_ = 0;
@@ -493,7 +493,7 @@ std::uint16_t Adt73x0::visible(unsigned address) const {
 void Adt73x0::selected(std::uint64_t, bool) {
   bits_in_ = 0;
   shift_in_ = 0;
-  phase_ = Phase::Command;
+  phase_ = Phase::command;
   if (continuous_read_) begin_read(2);
 }
 
@@ -517,20 +517,20 @@ void Adt73x0::bit_in(std::uint64_t cycle, bool mosi) {
   ++bits_in_;
   const unsigned data_bits = is_adt_word_register(address_) ? 16 : 8;
   switch (phase_) {
-    case Phase::Command:
+    case Phase::command:
       if (bits_in_ == 8) command(static_cast<std::uint8_t>(shift_in_));
       break;
-    case Phase::Write:
+    case Phase::write:
       if (bits_in_ == data_bits) {
         write(cycle);
-        phase_ = Phase::Command;
+        phase_ = Phase::command;
         bits_in_ = 0;
       }
       break;
-    case Phase::Read:
+    case Phase::read:
       if (continuous_read_ && bits_in_ == 8 && (shift_in_ & 0xFFU) == 0x50U) continuous_read_ = false;
       if (bits_in_ == data_bits) {
-        phase_ = Phase::Command;
+        phase_ = Phase::command;
         bits_in_ = 0;
         if (continuous_read_) begin_read(2);
       }
@@ -544,7 +544,7 @@ void Adt73x0::bit_out() {
     return;
   }
   --bits_left_;
-  drive((shift_out_ >> bits_left_ & 1U) != 0 ? Drive::High : Drive::Low);
+  drive((shift_out_ >> bits_left_ & 1U) != 0 ? Drive::high : Drive::low);
 }
 
 void Adt73x0::command(std::uint8_t byte) {
@@ -556,13 +556,13 @@ void Adt73x0::command(std::uint8_t byte) {
     begin_read(address);
   } else {
     address_ = address;
-    phase_ = Phase::Write;
+    phase_ = Phase::write;
   }
 }
 
 void Adt73x0::begin_read(unsigned address) {
   address_ = address;
-  phase_ = Phase::Read;
+  phase_ = Phase::read;
   bits_left_ = is_adt_word_register(address) ? 16 : 8;
   shift_out_ = visible(address);
   if (address == 2) registers_[0] |= kAdtNotReady;
@@ -592,7 +592,7 @@ void Adt73x0::write(std::uint64_t cycle) {
 std::unique_ptr<SpiSensor> make_spi_sensor(std::string_view part, SpiSensorConfig config) {
   if (part == "MAX31855") return std::make_unique<Max31855>(std::move(config));
   if (part == "MAX6675") return std::make_unique<Max6675>(std::move(config));
-  if (part == "MAX31865") return std::make_unique<Max31865>(std::move(config), RtdCurve::CallendarVanDusen);
+  if (part == "MAX31865") return std::make_unique<Max31865>(std::move(config), RtdCurve::callendar_van_dusen);
   if (part == "ADT7310" || part == "ADT7320") return std::make_unique<Adt73x0>(std::move(config));
   if (part == "LM70") return std::make_unique<Lm70>(std::move(config));
   throw std::invalid_argument(fmt::format(

@@ -20,20 +20,21 @@ using TemperatureSource = std::function<double(std::uint64_t cycle)>;
 /// Faults of the probe's wiring. Sensors with the element on their own die (ADT7310/20, LM70) have no such
 /// wires.
 enum class ProbeFault : std::uint8_t {
-  None,
-  Open,  ///< thermocouple or RTD element broken
-  ShortToGround,
-  ShortToSupply,
-  ForceLeadOpen,  ///< MAX31865 only: FORCE- lead; the ratio still looks valid, only the fault register tells
+  none,
+  open,  ///< thermocouple or RTD element broken
+  short_to_ground,
+  short_to_supply,
+  force_lead_open,  ///< MAX31865 only: FORCE- lead; the ratio still looks valid, only the fault register
+                    ///< tells
 };
 
 /// Faults of the data line.
-enum class MisoFault : std::uint8_t { None, StuckLow, StuckHigh, Absent };
+enum class MisoFault : std::uint8_t { none, stuck_low, stuck_high, absent };
 
 /// Faults as properties of a sensor; all combine.
 struct SpiFaults {
-  ProbeFault probe = ProbeFault::None;
-  MisoFault miso = MisoFault::None;
+  ProbeFault probe = ProbeFault::none;
+  MisoFault miso = MisoFault::none;
   bool frozen = false;               ///< conversions no longer reach the data register
   bool reserved_bits_wrong = false;  ///< reserved, constant or ID bits read inverted
 };
@@ -80,7 +81,7 @@ class SpiSensor {
   std::uint64_t frames() const { return frames_; }
 
  protected:
-  enum class Drive : std::uint8_t { Low, High, HighZ };
+  enum class Drive : std::uint8_t { low, high, high_z };
 
   /// Throws std::invalid_argument on a bad clock, source, noise or conversion time.
   explicit SpiSensor(SpiSensorConfig config);
@@ -117,7 +118,7 @@ class SpiSensor {
   std::uint64_t corrupt_mask_ = 0;
   std::uint64_t frames_ = 0;
   unsigned bit_index_ = 0;
-  Drive output_ = Drive::HighZ;
+  Drive output_ = Drive::high_z;
   std::uint8_t pins_ = pack(true, false, false);
   bool miso_ = true;
 };
@@ -204,8 +205,8 @@ class Lm70 final : public WordSensor {
 
 /// How a MAX31865 bench sensor turns temperature into the 15-bit ratio.
 enum class RtdCurve : std::uint8_t {
-  CallendarVanDusen,  ///< Pt100 to IEC 60751 against 400 ohm; the ratio is truncated
-  Linear,             ///< code = 32 (T + 256): the data sheet's approximation made exact
+  callendar_van_dusen,  ///< Pt100 to IEC 60751 against 400 ohm; the ratio is truncated
+  linear,               ///< code = 32 (T + 256): the data sheet's approximation made exact
 };
 
 /// Resistance in ohm of a Pt100, -200..850 degC (IEC 60751: a 3.9083e-3, b -5.775e-7, c -4.183e-12).
@@ -258,7 +259,7 @@ class Adt73x0 final : public SpiSensor {
   std::uint16_t register_value(unsigned address) const { return registers_[address & 7U]; }
 
  private:
-  enum class Phase : std::uint8_t { Command, Write, Read };
+  enum class Phase : std::uint8_t { command, write, read };
   void power_on(std::uint64_t cycle) override;
   void convert(std::uint64_t cycle) override;
   void selected(std::uint64_t cycle, bool sclk) override;
@@ -275,7 +276,7 @@ class Adt73x0 final : public SpiSensor {
   std::array<std::uint16_t, 8> registers_{};
   std::uint16_t flags_ = 0;
   bool continuous_read_ = false;
-  Phase phase_ = Phase::Command;
+  Phase phase_ = Phase::command;
   unsigned address_ = 0;
   unsigned bits_in_ = 0;
   std::uint16_t shift_in_ = 0;

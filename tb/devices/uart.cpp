@@ -15,7 +15,7 @@ constexpr std::uint64_t kNoEvent = ~std::uint64_t{0};
 
 bool parity_bit(unsigned data, UartParity parity) {
   const bool odd_ones = (std::popcount(data) & 1) != 0;
-  return parity == UartParity::Even ? odd_ones : !odd_ones;
+  return parity == UartParity::even ? odd_ones : !odd_ones;
 }
 
 void check_line(const UartLine& line) {
@@ -55,7 +55,7 @@ void UartTransmitter::load(double start_cycle) {
   queue_.pop_front();
   frame_bits_ = static_cast<unsigned>(character.data) << 1;
   int used = 9;
-  if (line_.format.parity != UartParity::None) {
+  if (line_.format.parity != UartParity::none) {
     const bool parity = parity_bit(character.data, line_.format.parity) != character.wrong_parity;
     frame_bits_ |= (parity ? 1U : 0U) << used++;
   }
@@ -136,7 +136,7 @@ void UartReceiver::sample(bool level) {
   const auto data = static_cast<std::uint8_t>(bits_ >> 1);
   const UartParity parity = line_.format.parity;
   const bool parity_error =
-      parity != UartParity::None && (bits_ >> 9 & 1U) != (parity_bit(data, parity) ? 1U : 0U);
+      parity != UartParity::none && (bits_ >> 9 & 1U) != (parity_bit(data, parity) ? 1U : 0U);
   received_.push_back({data, parity_error, !level, start_cycle_,
                        start_cycle_ + static_cast<std::uint64_t>(std::llround(line_.char_cycles()))});
   next_event_ = kNoEvent;

@@ -10,18 +10,18 @@
 
 namespace meltstage::tb {
 
-enum class UartParity : std::uint8_t { None, Even, Odd };
+enum class UartParity : std::uint8_t { none, even, odd };
 
 /// Eight data bits, least significant first.
 struct UartFormat {
   UartParity parity;
   int stop_bits;  ///< 1 or 2
-  constexpr int bits() const { return 1 + 8 + (parity == UartParity::None ? 0 : 1) + stop_bits; }
+  constexpr int bits() const { return 1 + 8 + (parity == UartParity::none ? 0 : 1) + stop_bits; }
 };
-inline constexpr UartFormat k8E1{UartParity::Even, 1};
-inline constexpr UartFormat k8O1{UartParity::Odd, 1};
-inline constexpr UartFormat k8N1{UartParity::None, 1};
-inline constexpr UartFormat k8N2{UartParity::None, 2};
+inline constexpr UartFormat k8E1{UartParity::even, 1};
+inline constexpr UartFormat k8O1{UartParity::odd, 1};
+inline constexpr UartFormat k8N1{UartParity::none, 1};
+inline constexpr UartFormat k8N2{UartParity::none, 2};
 
 /// A serial line in units of the chip clock.
 struct UartLine {

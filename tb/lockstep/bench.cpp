@@ -394,7 +394,7 @@ chip::Outputs Bench::clock() {
   in_.drop = world.drop;
   in_.test_mode = world.test_mode;
   in_.addr_strap = world.addr_strap;
-  in_.heater_fb = world.feedback == Feedback::Follows ? out_.heater : world.feedback == Feedback::StuckHigh;
+  in_.heater_fb = world.feedback == Feedback::follows ? out_.heater : world.feedback == Feedback::stuck_high;
   in_.spi_miso = sensor_->step(cycle_, out_.spi_cs_n, out_.spi_sclk, out_.spi_mosi);
   in_.uart_rx = transmitter_->step(cycle_);
   hash_pins();
@@ -459,7 +459,7 @@ ModbusResult Bench::write_block(spec::Reg first, const std::vector<std::uint16_t
 
 namespace {
 std::vector<std::uint16_t> data_of(const ModbusResult& result, unsigned first) {
-  if (result.outcome != ModbusOutcome::Data) {
+  if (result.outcome != ModbusOutcome::data) {
     throw std::runtime_error(fmt::format("reading register {:#x}: no data, exception {} {}", first,
                                          result.exception_code, result.problem));
   }

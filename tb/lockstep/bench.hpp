@@ -103,13 +103,13 @@ std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& 
                                          const RunIdentity& identity);
 
 // What stands at heater_fb_i.
-enum class Feedback : std::uint8_t { Follows, StuckLow, StuckHigh };
+enum class Feedback : std::uint8_t { follows, stuck_low, stuck_high };
 
 // Everything outside the pins that a test can turn.
 struct World {
   double temperature_degc = 25.0;
   SpiFaults sensor{};
-  Feedback feedback = Feedback::Follows;
+  Feedback feedback = Feedback::follows;
   bool inhibit = false;
   bool drop = false;
   bool test_mode = false;

@@ -179,9 +179,9 @@ class Printer {
   void take_results() {
     while (auto result = head_.host().take_result()) {
       --waiting_;
-      if (result->outcome == ModbusOutcome::Timeout || result->outcome == ModbusOutcome::Malformed) {
+      if (result->outcome == ModbusOutcome::timeout || result->outcome == ModbusOutcome::malformed) {
         abort("the chip does not answer on its serial line");
-      } else if (result->outcome == ModbusOutcome::Exception) {
+      } else if (result->outcome == ModbusOutcome::exception) {
         refused_ = result->exception_code;
       } else if (result->registers.size() == spec::kTelemetryWords) {
         take_status(result->registers);
@@ -246,11 +246,11 @@ class Printer {
         stage_.jam(0);
         break;
       case EventKind::sensor_open:
-        faults.probe = ProbeFault::Open;
+        faults.probe = ProbeFault::open;
         head_.sensor().set_faults(faults);
         break;
       case EventKind::sensor_short:
-        faults.probe = ProbeFault::ShortToGround;
+        faults.probe = ProbeFault::short_to_ground;
         head_.sensor().set_faults(faults);
         break;
       case EventKind::sensor_out:

@@ -128,7 +128,7 @@ void control(Bench& bench) {
 
 void fail(Bench& bench) {
   heat(bench);
-  bench.world.sensor.probe = ProbeFault::Open;
+  bench.world.sensor.probe = ProbeFault::open;
   expect_fault(bench, spec::kFaultSensorFault);
   must(bench.command(spec::kCmdRun).exception_code == 4, "RUN with a fault is refused");
   bench.world.sensor = {};
@@ -140,15 +140,15 @@ void fail(Bench& bench) {
   expect_fault(bench, spec::kFaultInhibit);
 
   heat(bench);
-  bench.world.feedback = Feedback::StuckHigh;
+  bench.world.feedback = Feedback::stuck_high;
   expect_fault(bench, spec::kFaultHeaterFb);
-  bench.world.feedback = Feedback::Follows;
+  bench.world.feedback = Feedback::follows;
 
   // Trips inside a pulse, so that the pulse's end shows the clock in which the heater is turned off.
   heat(bench);
-  bench.world.feedback = Feedback::StuckLow;
+  bench.world.feedback = Feedback::stuck_low;
   expect_fault(bench, spec::kFaultHeaterFb);
-  bench.world.feedback = Feedback::Follows;
+  bench.world.feedback = Feedback::follows;
 
   heat(bench);
   bench.world.temperature_degc = 160.0;

@@ -119,7 +119,7 @@ void HeatedRun::write(chip::spec::Reg reg, std::int32_t value) {
   head_.host().submit(write_single_register(1, address, static_cast<std::uint16_t>(value)));
   while (head_.host().busy()) advance(run_.cycle + kStep);
   const std::optional<ModbusResult> result = head_.host().take_result();
-  if (!result || result->outcome != ModbusOutcome::Data) {
+  if (!result || result->outcome != ModbusOutcome::data) {
     throw std::runtime_error(fmt::format(
         "write of {} to register {:#x} refused, exception {}, faults {:#06x}, causes {:#06x}", value, address,
         result ? result->exception_code : 0, run_.chip.guard.fault_q, run_.chip.guard.cause_q));

@@ -91,7 +91,7 @@ class Pair {
     while (host_.busy()) clock();
     const auto result = host_.take_result();
     ASSERT_TRUE(result.has_value());
-    ASSERT_TRUE(result->outcome == tb::ModbusOutcome::Data || result->outcome == tb::ModbusOutcome::Exception)
+    ASSERT_TRUE(result->outcome == tb::ModbusOutcome::data || result->outcome == tb::ModbusOutcome::exception)
         << result->problem;
     EXPECT_EQ(int{exception}, int{result->exception_code}) << describe(access);
     if (access.is_read && exception == kExcNone && access.address >= kHoldingBase) {

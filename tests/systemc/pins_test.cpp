@@ -19,7 +19,7 @@ class Pins : public testing::Test {
 
   void command(std::uint16_t address, std::uint16_t value) {
     const tb::ModbusResult result = bench.ask(tb::write_single_register(1, address, value));
-    ASSERT_EQ(result.outcome, tb::ModbusOutcome::Data)
+    ASSERT_EQ(result.outcome, tb::ModbusOutcome::data)
         << "address " << address << " exception " << int{result.exception_code} << result.problem;
   }
   // By commands on the serial line alone.
@@ -34,7 +34,7 @@ class Pins : public testing::Test {
 
 TEST_F(Pins, EqualFromCommandToHeating) {
   const tb::ModbusResult inputs = bench.ask(tb::read_input_registers(1, 0, 32));
-  ASSERT_EQ(inputs.outcome, tb::ModbusOutcome::Data) << inputs.problem;
+  ASSERT_EQ(inputs.outcome, tb::ModbusOutcome::data) << inputs.problem;
   EXPECT_EQ(inputs.registers[chip::spec::kInDeviceId], chip::spec::kDeviceId);
   start_heating();
   bench.clocks(kToFirstPulse);

@@ -46,7 +46,7 @@ TEST_F(Wire, AnswersArrive) {
   const Bytes poll = bytes_of(tb::read_input_registers(1, spec::kInDeviceId, 1));
   const Bytes answer = exchange(poll);
   const auto result = tb::judge_reply(poll, {.bytes = answer});
-  EXPECT_EQ(result.outcome, tb::ModbusOutcome::Data) << result.problem;
+  EXPECT_EQ(result.outcome, tb::ModbusOutcome::data) << result.problem;
   EXPECT_EQ(result.registers, std::vector<std::uint16_t>{spec::kDeviceId});
 }
 
@@ -85,7 +85,7 @@ TEST_F(Wire, FollowsTheChipsBaudRateAndFormat) {
                                             static_cast<std::uint16_t>(format)};
       const Bytes write =
           bytes_of(tb::write_multiple_registers(1, spec::kHoldingBase + spec::kRegBaud, line));
-      EXPECT_EQ(tb::judge_reply(write, {.bytes = exchange(write)}).outcome, tb::ModbusOutcome::Data)
+      EXPECT_EQ(tb::judge_reply(write, {.bytes = exchange(write)}).outcome, tb::ModbusOutcome::data)
           << line[0] << ' ' << format;
       run_for(spec::kClkHz);
       master_.follow(line_settings(run_.chip));

@@ -137,10 +137,10 @@ class Fate {
         break;
       }
       case 9: {
-        constexpr std::array kProbes{ProbeFault::None, ProbeFault::None, ProbeFault::Open,
-                                     ProbeFault::ShortToGround};
+        constexpr std::array kProbes{ProbeFault::none, ProbeFault::none, ProbeFault::open,
+                                     ProbeFault::short_to_ground};
         const SpiFaults faults{.probe = kProbes[rng_.below(kProbes.size())],
-                               .miso = one_in(4) ? MisoFault::StuckHigh : MisoFault::None};
+                               .miso = one_in(4) ? MisoFault::stuck_high : MisoFault::none};
         each([&](Twin& t) { t.head.sensor().set_faults(faults); });
         break;
       }

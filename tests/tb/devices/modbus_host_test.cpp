@@ -101,7 +101,7 @@ TEST(ModbusHost, SendsTheRequestAndDecodesRegisters) {
   Scripted bench;
   const ModbusResult result =
       bench.transact(read_holding_registers(1, 0, 2), closed({1, 3, 4, 0x12, 0x34, 0xFF, 0xFE}));
-  EXPECT_EQ(result.outcome, ModbusOutcome::Data) << result.problem;
+  EXPECT_EQ(result.outcome, ModbusOutcome::data) << result.problem;
   EXPECT_THAT(result.registers, ElementsAre(0x1234, 0xFFFE));
   ASSERT_EQ(bench.heard.size(), 1U);
   EXPECT_EQ(bench.heard[0].bytes, (Bytes{0x01, 0x03, 0x00, 0x00, 0x00, 0x02, 0xC4, 0x0B}));
@@ -112,19 +112,19 @@ TEST(ModbusHost, DecodesEachFunction) {
   EXPECT_THAT(bench.transact(read_input_registers(1, 5, 1), closed({1, 4, 2, 0, 7})).registers,
               ElementsAre(7));
   EXPECT_EQ(bench.transact(write_single_register(1, 2, 3), closed({1, 6, 0, 2, 0, 3})).outcome,
-            ModbusOutcome::Data);
+            ModbusOutcome::data);
   EXPECT_EQ(bench
                 .transact(write_multiple_registers(1, 2, std::vector<std::uint16_t>{4, 5}),
                           closed({1, 16, 0, 2, 0, 2}))
                 .outcome,
-            ModbusOutcome::Data);
+            ModbusOutcome::data);
   EXPECT_EQ(bench.transact(diagnostic_echo(1, 0xA537), closed({1, 8, 0, 0, 0xA5, 0x37})).outcome,
-            ModbusOutcome::Data);
+            ModbusOutcome::data);
   EXPECT_THAT(bench.transact(report_server_id(1), closed({1, 17, 3, 'M', 'S', 0xFF})).data,
               ElementsAre('M', 'S', 0xFF));
   const ModbusResult identity = bench.transact(read_device_identification(1, 1, 0),
                                                closed({1, 43, 14, 1, 1, 0, 0, 2, 0, 2, 'A', 'B', 1, 1, 'C'}));
-  EXPECT_EQ(identity.outcome, ModbusOutcome::Data) << identity.problem;
+  EXPECT_EQ(identity.outcome, ModbusOutcome::data) << identity.problem;
   ASSERT_EQ(identity.objects.size(), 2U);
   EXPECT_EQ(identity.objects[0].value, "AB");
   EXPECT_EQ(identity.objects[1].id, 1);
@@ -134,7 +134,7 @@ TEST(ModbusHost, DecodesEachFunction) {
 TEST(ModbusHost, ExceptionCarriesItsCode) {
   Scripted bench;
   const ModbusResult result = bench.transact(read_holding_registers(1, 0x900, 1), closed({1, 0x83, 2}));
-  EXPECT_EQ(result.outcome, ModbusOutcome::Exception);
+  EXPECT_EQ(result.outcome, ModbusOutcome::exception);
   EXPECT_EQ(result.function, 3);
   EXPECT_EQ(result.exception_code, 2);
 }
@@ -142,16 +142,16 @@ TEST(ModbusHost, ExceptionCarriesItsCode) {
 TEST(ModbusHost, SilenceIsATimeoutAfterTheSetTime) {
   Scripted bench;
   const ModbusResult result = bench.transact(read_holding_registers(1, 0, 1), {});
-  EXPECT_EQ(result.outcome, ModbusOutcome::Timeout);
+  EXPECT_EQ(result.outcome, ModbusOutcome::timeout);
   EXPECT_EQ(result.function, 3);
   EXPECT_NEAR(static_cast<double>(bench.cycle - result.request_end_cycle), 0.02 * kLine.clock_hz, 5.0);
 }
 
 TEST(ModbusHost, BroadcastExpectsSilence) {
   Scripted bench;
-  EXPECT_EQ(bench.transact(write_single_register(0, 1, 2), {}).outcome, ModbusOutcome::Broadcast);
+  EXPECT_EQ(bench.transact(write_single_register(0, 1, 2), {}).outcome, ModbusOutcome::broadcast);
   const ModbusResult answered = bench.transact(write_single_register(0, 1, 2), closed({0, 6, 0, 1, 0, 2}));
-  EXPECT_EQ(answered.outcome, ModbusOutcome::Malformed);
+  EXPECT_EQ(answered.outcome, ModbusOutcome::malformed);
 }
 
 struct BadReply {
@@ -164,7 +164,7 @@ class MalformedReply : public ::testing::TestWithParam<BadReply> {};
 TEST_P(MalformedReply, IsNamed) {
   Scripted bench;
   const ModbusResult result = bench.transact(read_holding_registers(1, 0, 2), GetParam().frame);
-  EXPECT_EQ(result.outcome, ModbusOutcome::Malformed);
+  EXPECT_EQ(result.outcome, ModbusOutcome::malformed);
   EXPECT_THAT(result.problem, ::testing::HasSubstr(GetParam().problem));
 }
 
@@ -180,18 +180,18 @@ INSTANTIATE_TEST_SUITE_P(Kinds, MalformedReply,
 TEST(ModbusHost, ChangedEchoIsMalformed) {
   Scripted bench;
   EXPECT_EQ(bench.transact(write_single_register(1, 2, 3), closed({1, 6, 0, 2, 0, 4})).outcome,
-            ModbusOutcome::Malformed);
+            ModbusOutcome::malformed);
   EXPECT_EQ(bench.transact(diagnostic_echo(1, 7), closed({1, 8, 0, 0, 0, 8})).outcome,
-            ModbusOutcome::Malformed);
+            ModbusOutcome::malformed);
 }
 
 TEST(ModbusHost, DeviceIdentificationOfTheWrongLengthIsMalformed) {
   Scripted bench;
   const ModbusRequest request = read_device_identification(1, 1, 0);
   EXPECT_EQ(bench.transact(request, closed({1, 43, 14, 1, 1, 0, 0, 1, 0, 9, 'A', 'B'})).outcome,
-            ModbusOutcome::Malformed);
+            ModbusOutcome::malformed);
   EXPECT_EQ(bench.transact(request, closed({1, 43, 14, 1, 1, 0, 0, 1, 0, 1, 'A', 'B'})).outcome,
-            ModbusOutcome::Malformed);
+            ModbusOutcome::malformed);
 }
 
 TEST(ModbusHost, ParityErrorInTheReplyIsMalformed) {
@@ -204,7 +204,7 @@ TEST(ModbusHost, ParityErrorInTheReplyIsMalformed) {
   bench.run(40000);
   const auto result = bench.host.take_result();
   ASSERT_TRUE(result.has_value());
-  EXPECT_EQ(result->outcome, ModbusOutcome::Malformed);
+  EXPECT_EQ(result->outcome, ModbusOutcome::malformed);
   EXPECT_THAT(result->problem, ::testing::HasSubstr("parity"));
 }
 
@@ -219,7 +219,7 @@ TEST(ModbusHost, FramesAreApartByThreeAndAHalfCharacters) {
   while (const auto result = bench.host.take_result()) results.push_back(*result);
   ASSERT_EQ(results.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(results[i].outcome, ModbusOutcome::Data);
+    EXPECT_EQ(results[i].outcome, ModbusOutcome::data);
     EXPECT_GT(results[i].reply_start_cycle, results[i].request_end_cycle);
     if (i > 0) {
       EXPECT_GE(results[i].request_start_cycle - results[i - 1].reply_end_cycle, 17500U);
@@ -293,7 +293,7 @@ TEST(ModbusHost, SkippingBetweenEventsGivesTheSameCycles) {
   }
   const auto result = skipping.host.take_result();
   ASSERT_TRUE(result.has_value());
-  EXPECT_EQ(result->outcome, ModbusOutcome::Data);
+  EXPECT_EQ(result->outcome, ModbusOutcome::data);
   EXPECT_EQ(result->request_end_cycle, expected.request_end_cycle);
   EXPECT_EQ(result->reply_start_cycle, expected.reply_start_cycle);
   EXPECT_EQ(result->reply_end_cycle, expected.reply_end_cycle);

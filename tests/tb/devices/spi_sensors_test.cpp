@@ -98,19 +98,19 @@ TEST(Max31855, WordsOfTheDataSheet) {
       {1600.0, 0x1900}, {1000.0, 0x0FA0}, {100.75, 0x0193}, {25.0, 0x0064},
       {0.0, 0x0000},    {-0.25, 0x3FFF},  {-1.0, 0x3FFC},   {-250.0, 0x3C18}};
   for (const auto& [degc, code] : thermocouple) {
-    EXPECT_EQ(max31855_word(degc, 0.0, ProbeFault::None), code << 18) << degc;
+    EXPECT_EQ(max31855_word(degc, 0.0, ProbeFault::none), code << 18) << degc;
   }
   const std::vector<std::pair<double, std::uint32_t>> cold{{127.0, 0x7F0}, {100.5625, 0x649}, {25.0, 0x190},
                                                            {0.0, 0},       {-0.0625, 0xFFF},  {-1.0, 0xFF0},
                                                            {-20.0, 0xEC0}, {-55.0, 0xC90}};
   for (const auto& [degc, code] : cold)
-    EXPECT_EQ(max31855_word(0.0, degc, ProbeFault::None), code << 4) << degc;
+    EXPECT_EQ(max31855_word(0.0, degc, ProbeFault::none), code << 4) << degc;
 }
 
 TEST(Max31855, FaultBitsOfTheDataSheet) {
-  EXPECT_EQ(max31855_word(0.0, 0.0, ProbeFault::Open), 0x00010001U);
-  EXPECT_EQ(max31855_word(0.0, 0.0, ProbeFault::ShortToGround), 0x00010002U);
-  EXPECT_EQ(max31855_word(0.0, 0.0, ProbeFault::ShortToSupply), 0x00010004U);
+  EXPECT_EQ(max31855_word(0.0, 0.0, ProbeFault::open), 0x00010001U);
+  EXPECT_EQ(max31855_word(0.0, 0.0, ProbeFault::short_to_ground), 0x00010002U);
+  EXPECT_EQ(max31855_word(0.0, 0.0, ProbeFault::short_to_supply), 0x00010004U);
 }
 
 TEST(Max31855, ReadsBackThroughThePins) {
@@ -171,9 +171,9 @@ TEST_P(ThermocoupleFault, ShowsAfterTheNextConversion) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults, ThermocoupleFault,
-                         ::testing::Values(std::pair{ProbeFault::Open, 0x10001U},
-                                           std::pair{ProbeFault::ShortToGround, 0x10002U},
-                                           std::pair{ProbeFault::ShortToSupply, 0x10004U}));
+                         ::testing::Values(std::pair{ProbeFault::open, 0x10001U},
+                                           std::pair{ProbeFault::short_to_ground, 0x10002U},
+                                           std::pair{ProbeFault::short_to_supply, 0x10004U}));
 
 // ------------------------------------------------------------------------------------ faults that every part
 // has
@@ -182,11 +182,11 @@ TEST(SpiFault, DataLineFaultsActAtOnce) {
   Max31855 sensor(fixed(100.0));
   Master master(sensor, 0);
   master.idle(kSecond);
-  sensor.set_faults({.miso = MisoFault::StuckLow});
+  sensor.set_faults({.miso = MisoFault::stuck_low});
   EXPECT_EQ(master.frame(32), 0U);
-  sensor.set_faults({.miso = MisoFault::StuckHigh});
+  sensor.set_faults({.miso = MisoFault::stuck_high});
   EXPECT_EQ(master.frame(32), 0xFFFFFFFFU);
-  sensor.set_faults({.miso = MisoFault::Absent});
+  sensor.set_faults({.miso = MisoFault::absent});
   EXPECT_EQ(master.frame(32), 0xFFFFFFFFU);
 }
 
@@ -194,7 +194,7 @@ TEST(SpiFault, AnAbsentPartLeavesTheLineToItsPull) {
   SpiSensorConfig config = fixed(100.0);
   config.miso_pull = false;
   Max31855 sensor(config);
-  sensor.set_faults({.miso = MisoFault::Absent});
+  sensor.set_faults({.miso = MisoFault::absent});
   Master master(sensor, 0);
   master.idle(kSecond);
   EXPECT_EQ(master.frame(32), 0U);
@@ -317,10 +317,10 @@ TEST(Max6675, WiringFaults) {
     master.idle(kSecond);
     return master.frame(16) >> 1;
   };
-  EXPECT_EQ(word_with(ProbeFault::None), 1200U << 2);
-  EXPECT_EQ(word_with(ProbeFault::Open) & 2U, 2U);
-  EXPECT_EQ(word_with(ProbeFault::ShortToGround), 100U << 2);
-  EXPECT_EQ(word_with(ProbeFault::ShortToSupply), 4095U << 2);
+  EXPECT_EQ(word_with(ProbeFault::none), 1200U << 2);
+  EXPECT_EQ(word_with(ProbeFault::open) & 2U, 2U);
+  EXPECT_EQ(word_with(ProbeFault::short_to_ground), 100U << 2);
+  EXPECT_EQ(word_with(ProbeFault::short_to_supply), 4095U << 2);
 }
 
 TEST(Lm70, WordsOfTheDataSheet) {
@@ -358,11 +358,11 @@ TEST(Max31865, RatioCodesOfTheDataSheet) {
   EXPECT_NEAR(pt100_ohm(-200.0), 18.52, 0.005);
   EXPECT_NEAR(pt100_ohm(100.0), 138.51, 0.005);
   EXPECT_NEAR(pt100_ohm(200.0), 175.86, 0.005);
-  EXPECT_EQ(max31865_code(-200.0, RtdCurve::CallendarVanDusen), 1517);
-  EXPECT_EQ(max31865_code(0.0, RtdCurve::CallendarVanDusen), 8192);
-  EXPECT_EQ(max31865_code(100.0, RtdCurve::CallendarVanDusen), 11346);
-  EXPECT_EQ(max31865_code(200.0, RtdCurve::CallendarVanDusen), 14406);
-  EXPECT_EQ(max31865_code(100.0, RtdCurve::Linear), 32 * 356);
+  EXPECT_EQ(max31865_code(-200.0, RtdCurve::callendar_van_dusen), 1517);
+  EXPECT_EQ(max31865_code(0.0, RtdCurve::callendar_van_dusen), 8192);
+  EXPECT_EQ(max31865_code(100.0, RtdCurve::callendar_van_dusen), 11346);
+  EXPECT_EQ(max31865_code(200.0, RtdCurve::callendar_van_dusen), 14406);
+  EXPECT_EQ(max31865_code(100.0, RtdCurve::linear), 32 * 356);
 }
 
 class Rtd : public ::testing::TestWithParam<int> {
@@ -376,7 +376,7 @@ class Rtd : public ::testing::TestWithParam<int> {
   }
   void write(unsigned address, unsigned value) { master.frame(16, (0x80U | address) << 8 | value); }
 
-  Max31865 sensor{fixed(100.0), RtdCurve::CallendarVanDusen};
+  Max31865 sensor{fixed(100.0), RtdCurve::callendar_van_dusen};
   Master master{sensor, GetParam()};
 };
 
@@ -413,7 +413,7 @@ TEST_P(Rtd, OneShotConvertsOnceAndClearsItsBit) {
 
 TEST_P(Rtd, OpenElementRaisesTheHighThreshold) {
   write(0, 0xC0);
-  sensor.set_faults({.probe = ProbeFault::Open});
+  sensor.set_faults({.probe = ProbeFault::open});
   master.idle(kSecond);
   EXPECT_EQ(read(1, 2), 0xFFFFU);
   EXPECT_EQ(read(7, 1), 0x80U);
@@ -454,7 +454,7 @@ TEST_P(Rtd, RewritingTheConfigurationDoesNotRestartAutomaticConversion) {
 }
 
 TEST_P(Rtd, ManualDetectionCycleEndsAtItsSecondStep) {
-  sensor.set_faults({.probe = ProbeFault::Open});
+  sensor.set_faults({.probe = ProbeFault::open});
   write(0, 0x88);
   EXPECT_EQ(read(7, 1), 0x00U);
   write(0, 0x8C);
@@ -465,14 +465,14 @@ TEST_P(Rtd, ManualDetectionCycleEndsAtItsSecondStep) {
 TEST_P(Rtd, ShortStopsConversionsAndRaisesTheVoltageFault) {
   write(0, 0xC0);
   master.idle(kSecond);
-  sensor.set_faults({.probe = ProbeFault::ShortToSupply});
+  sensor.set_faults({.probe = ProbeFault::short_to_supply});
   master.idle(kSecond);
   EXPECT_EQ(read(7, 1), 0x04U);
   EXPECT_EQ(read(1, 2), 11346U << 1 | 1U);
 }
 
 TEST_P(Rtd, OpenForceLeadLooksValidUntilTheDetectionCycle) {
-  sensor.set_faults({.probe = ProbeFault::ForceLeadOpen});
+  sensor.set_faults({.probe = ProbeFault::force_lead_open});
   write(0, 0xA0);
   master.idle(kSecond);
   EXPECT_EQ(read(1, 2), 11346U << 1);
@@ -501,7 +501,7 @@ TEST_P(Rtd, CorruptedAndReservedBits) {
 INSTANTIATE_TEST_SUITE_P(Modes, Rtd, ::testing::Values(1, 3));
 
 TEST(Max31865, IsNotReadableInModeZero) {
-  Max31865 sensor(fixed(100.0), RtdCurve::CallendarVanDusen);
+  Max31865 sensor(fixed(100.0), RtdCurve::callendar_van_dusen);
   Master master(sensor, 0);
   master.frame(16, 0x80C0);
   master.idle(kSecond);

@@ -33,7 +33,7 @@ TEST_P(Fault, IsRaisedReportedAndCleared) {
   bench.next_tick();
   ASSERT_EQ(bench.model().guard.fault_q, 0) << "before the break";
   if (s.heating) {
-    ASSERT_EQ(bench.command(spec::kCmdRun).outcome, ModbusOutcome::Data);
+    ASSERT_EQ(bench.command(spec::kCmdRun).outcome, ModbusOutcome::data);
     bench.next_tick();
     ASSERT_TRUE(bench.run_until([](const chip::Chip& chip) { return chip.guard.heater_q != 0; }, 20'000))
         << "never heated";
@@ -69,12 +69,12 @@ TEST_P(Fault, IsRaisedReportedAndCleared) {
   for (int i = 0; i < 8 && bench.model().guard.cause_q != 0; ++i) bench.next_tick();
   ASSERT_TRUE(cause_gone(bench.model()));
   EXPECT_TRUE(latched(bench.model())) << "cleared without the host";
-  EXPECT_EQ(bench.command(spec::kCmdClearFault).outcome, ModbusOutcome::Data);
+  EXPECT_EQ(bench.command(spec::kCmdClearFault).outcome, ModbusOutcome::data);
   EXPECT_EQ(bench.read_input(spec::kInFault), 0);
   EXPECT_EQ(bench.read_input(spec::kInFirstFault) >> 8, 0);
   EXPECT_TRUE(bench.out().fault_n);
   EXPECT_FALSE(bench.out().heater) << "heats again without a new Run";
-  EXPECT_EQ(bench.command(spec::kCmdRun).outcome, ModbusOutcome::Data) << "Run after the clear";
+  EXPECT_EQ(bench.command(spec::kCmdRun).outcome, ModbusOutcome::data) << "Run after the clear";
   EXPECT_GT(bench.finish().clocks, 0u);
 }
 
@@ -117,7 +117,7 @@ TEST(EmergencyStop, ForcesTheHeaterLowInTheSameClock) {
   Bench bench(in_lockstep(chip_with(quick({{spec::kRegSetpoint, 1000}}))));
   bench.world.temperature_degc = 50.0;
   bench.next_tick();
-  ASSERT_EQ(bench.command(spec::kCmdRun).outcome, ModbusOutcome::Data);
+  ASSERT_EQ(bench.command(spec::kCmdRun).outcome, ModbusOutcome::data);
   bench.next_tick();
   ASSERT_TRUE(bench.run_until([](const chip::Chip& chip) { return chip.guard.heater_q != 0; }, 30'000));
   bench.world.inhibit = true;

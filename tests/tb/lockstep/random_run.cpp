@@ -432,16 +432,16 @@ void disturb_sensor(Rng& rng, World& world) {
   world.sensor = {};
   switch (rng.below(8)) {
     case 0:
-      world.sensor.probe = ProbeFault::Open;
+      world.sensor.probe = ProbeFault::open;
       break;
     case 1:
-      world.sensor.probe = ProbeFault::ShortToGround;
+      world.sensor.probe = ProbeFault::short_to_ground;
       break;
     case 2:
-      world.sensor.miso = MisoFault::StuckLow;
+      world.sensor.miso = MisoFault::stuck_low;
       break;
     case 3:
-      world.sensor.miso = MisoFault::StuckHigh;
+      world.sensor.miso = MisoFault::stuck_high;
       break;
     case 4:
       world.sensor.reserved_bits_wrong = true;
@@ -711,7 +711,7 @@ void befall_sensor(Rng& rng, Bench& bench, const Kind& kind) {
   if (one_in(rng, kind.recovers ? 10 : 40)) bench.world.sensor = {};
   if (one_in(rng, 60)) bench.sensor().corrupt_next_frame(1u << rng.below(32));
   if (one_in(rng, 200)) bench.world.feedback = static_cast<Feedback>(rng.below(3));
-  if (one_in(rng, 20)) bench.world.feedback = Feedback::Follows;
+  if (one_in(rng, 20)) bench.world.feedback = Feedback::follows;
 }
 
 void befall_switch(Rng& rng, Bench& bench) {

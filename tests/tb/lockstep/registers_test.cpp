@@ -42,7 +42,7 @@ struct Registers : ::testing::Test {
     bench.next_tick();
     // Nothing becomes active unless the test says so: a shorter line or another sensor would change the
     // test's own ground.
-    EXPECT_EQ(bench.command(spec::kCmdHold).outcome, ModbusOutcome::Data);
+    EXPECT_EQ(bench.command(spec::kCmdHold).outcome, ModbusOutcome::data);
   }
   ~Registers() override { EXPECT_GT(bench.finish().flop_values, 0u); }
 
@@ -74,7 +74,7 @@ TEST_F(Registers, TakeBothEndsOfTheirRange) {
     SCOPED_TRACE(spec::kHolding[i].name);
     for (const std::int32_t value :
          {highest(i, bench.model()), spec::kHolding[i].min, spec::kHolding[i].reset}) {
-      ASSERT_EQ(bench.write(static_cast<spec::Reg>(i), raw(value)).outcome, ModbusOutcome::Data) << value;
+      ASSERT_EQ(bench.write(static_cast<spec::Reg>(i), raw(value)).outcome, ModbusOutcome::data) << value;
       ASSERT_EQ(staged(i), raw(value));
     }
   }
@@ -106,11 +106,11 @@ TEST_F(Registers, HoldEachBitTheirRangeAllows) {
       const std::int32_t value =
           spec::kHolding[i].is_signed ? static_cast<std::int16_t>(1u << bit) : 1 << bit;
       if (value < spec::kHolding[i].min || value > max) continue;
-      ASSERT_EQ(bench.write(static_cast<spec::Reg>(i), raw(value)).outcome, ModbusOutcome::Data) << value;
+      ASSERT_EQ(bench.write(static_cast<spec::Reg>(i), raw(value)).outcome, ModbusOutcome::data) << value;
       ASSERT_EQ(bench.model().mem.staged_q[i] & 0xFFFF, raw(value));
     }
     ASSERT_EQ(bench.write(static_cast<spec::Reg>(i), raw(spec::kHolding[i].reset)).outcome,
-              ModbusOutcome::Data);
+              ModbusOutcome::data);
   }
 }
 
@@ -156,7 +156,7 @@ TEST_F(Registers, OneBadValueRefusesTheWholeBlock) {
   const ModbusResult result = bench.write_block(spec::kRegKp, {1, 2, 3, 4, 7});
   EXPECT_EQ(result.exception_code, spec::kExcValue);
   EXPECT_EQ(bench.read_holding(spec::kRegKp, 5), before);
-  EXPECT_EQ(bench.write_block(spec::kRegKp, {1, 2, 3, 4, 6}).outcome, ModbusOutcome::Data);
+  EXPECT_EQ(bench.write_block(spec::kRegKp, {1, 2, 3, 4, 6}).outcome, ModbusOutcome::data);
   EXPECT_THAT(bench.read_holding(spec::kRegKp, 5), ::testing::ElementsAre(1, 2, 3, 4, 6));
 }
 
@@ -165,7 +165,7 @@ TEST(RegisterCommit, BlockBecomesActiveAtOnceAtTheNextTick) {
   bench.next_tick();
   const auto active = [&](spec::Reg reg) { return bench.model().params()[reg]; };
   const std::uint16_t old_kp = active(spec::kRegKp);
-  ASSERT_EQ(bench.write_block(spec::kRegKp, {11, 12, 13, 14}).outcome, ModbusOutcome::Data);
+  ASSERT_EQ(bench.write_block(spec::kRegKp, {11, 12, 13, 14}).outcome, ModbusOutcome::data);
   EXPECT_EQ(active(spec::kRegKp), old_kp) << "before the tick";
   EXPECT_NE(bench.read_input(spec::kInStatus) & 1u << 7, 0) << "writes pending";
   // All four in the same clock.
@@ -194,7 +194,7 @@ TEST(RegisterCommit, HoldKeepsFramesStagedUntilCommit) {
   bench.write(spec::kRegKd, 22);
   bench.next_tick();
   EXPECT_NE(bench.model().params()[spec::kRegKp], 21);
-  EXPECT_EQ(bench.command(spec::kCmdCommit).outcome, ModbusOutcome::Data);
+  EXPECT_EQ(bench.command(spec::kCmdCommit).outcome, ModbusOutcome::data);
   EXPECT_EQ(bench.write(spec::kRegKp, 5).exception_code, spec::kExcBusy) << "between the order and the tick";
   bench.next_tick();
   EXPECT_EQ(bench.model().params()[spec::kRegKp], 21);
@@ -222,7 +222,7 @@ TEST(RegisterCommit, DiscardFirstInAFrameKeepsTheWritesBehindIt) {
   std::vector<std::uint16_t> frame{spec::kCmdDiscard};
   for (unsigned i = 1; i < 16; ++i) frame.push_back(before.value[i]);
   frame[spec::kRegSetpoint] = 444;
-  EXPECT_EQ(bench.write_block(spec::kRegCmd, frame).outcome, ModbusOutcome::Data);
+  EXPECT_EQ(bench.write_block(spec::kRegCmd, frame).outcome, ModbusOutcome::data);
   bench.next_tick();
   EXPECT_EQ(bench.model().params()[spec::kRegSetpoint], 444);
   EXPECT_EQ(bench.model().params()[spec::kRegKp], before[spec::kRegKp]);
@@ -232,15 +232,15 @@ TEST(RegisterCommit, DiscardFirstInAFrameKeepsTheWritesBehindIt) {
 TEST(RegisterLock, RefusesEverythingButStopAndUnlock) {
   Bench bench(in_lockstep(chip_with(quick())));
   bench.next_tick();
-  ASSERT_EQ(bench.write(spec::kRegLock, 1).outcome, ModbusOutcome::Data);
+  ASSERT_EQ(bench.write(spec::kRegLock, 1).outcome, ModbusOutcome::data);
   bench.next_tick();
   EXPECT_EQ(bench.write(spec::kRegKp, 1).exception_code, spec::kExcDevice);
   EXPECT_EQ(bench.command(spec::kCmdRun).exception_code, spec::kExcDevice);
   EXPECT_EQ(bench.write(spec::kRegLock, 2).exception_code, spec::kExcDevice);
-  EXPECT_EQ(bench.command(spec::kCmdStop).outcome, ModbusOutcome::Data);
-  EXPECT_EQ(bench.write(spec::kRegLock, 0).outcome, ModbusOutcome::Data);
+  EXPECT_EQ(bench.command(spec::kCmdStop).outcome, ModbusOutcome::data);
+  EXPECT_EQ(bench.write(spec::kRegLock, 0).outcome, ModbusOutcome::data);
   bench.next_tick();
-  EXPECT_EQ(bench.write(spec::kRegKp, 1).outcome, ModbusOutcome::Data);
+  EXPECT_EQ(bench.write(spec::kRegKp, 1).outcome, ModbusOutcome::data);
 }
 
 // The line's own registers take effect once the line is idle, never in the middle of the answer.
@@ -253,7 +253,7 @@ TEST(RegisterBus, BaudFormatAndAddressChangeAfterTheAnswer) {
     Bench bench(in_lockstep(chip_with(quick())));
     bench.next_tick();
     ASSERT_EQ(bench.write_block(spec::kRegAddress, {line.address, line.baud, line.format}).outcome,
-              ModbusOutcome::Data);
+              ModbusOutcome::data);
     bench.next_tick();
     bench.run(
         30'000);  // the line counts as idle 3.5 characters after its last, here 1.75 ms where it says PAUSE
@@ -279,7 +279,7 @@ TEST(RegisterBus, BroadcastWritesAndStaysSilent) {
   Bench bench(in_lockstep(chip_with(quick())));
   bench.next_tick();
   const ModbusResult result = bench.ask(write_single_register(0, address_of(spec::kRegKp), 77), 20'000);
-  EXPECT_NE(result.outcome, ModbusOutcome::Data);
+  EXPECT_NE(result.outcome, ModbusOutcome::data);
   EXPECT_EQ(bench.read_holding(spec::kRegKp, 1)[0], 77);
 }
 
@@ -293,7 +293,7 @@ TEST(RegisterBus, EverySingleBitErrorOfAWriteIsIgnored) {
       ModbusRequest request = write_single_register(1, address_of(spec::kRegKp), 0x5A5A);
       request.frame[byte].data ^= static_cast<std::uint8_t>(1u << bit);
       const ModbusResult result = bench.ask(request, 2'000);
-      EXPECT_EQ(result.outcome, ModbusOutcome::Timeout) << byte << "." << bit;
+      EXPECT_EQ(result.outcome, ModbusOutcome::timeout) << byte << "." << bit;
       bench.run(25'000);  // the silence after which a damaged frame is forgotten
     }
   }

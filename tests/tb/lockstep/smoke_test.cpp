@@ -26,9 +26,9 @@ TEST(Smoke, HeatsInLockstep) {
   }
   int good = 0;
   while (auto result = head.host().take_result()) {
-    EXPECT_EQ(result->outcome == ModbusOutcome::Data, true)
+    EXPECT_EQ(result->outcome == ModbusOutcome::data, true)
         << "request " << result->id << " exception " << int{result->exception_code} << result->problem;
-    good += result->outcome == ModbusOutcome::Data;
+    good += result->outcome == ModbusOutcome::data;
   }
   EXPECT_EQ(good, 3);
   EXPECT_TRUE(ran);
