@@ -205,10 +205,12 @@ module tc_algor (
   // 1/320 degC on both sides: 5 x 1/64 and 32 x 0.1.
   logic signed [21:0] e_320;
   assign e_320 = (22'(e_q) <<< 2) + 22'(e_q);
-  assign e_far = tc_math_pkg::less({14'd0, e_neg ? params_i.band_off : params_i.band_full, 6'd0},
-                                   36'($signed({e_320 ^ {22{e_neg}}, e_neg})));
+  // Twice its size: a negative number's inverse is one less than its size, and the bit behind it makes up for that.
+  logic [22:0] e_size;
+  assign e_size = {e_320 ^ {22{e_neg}}, e_neg};
+  assign e_far  = {1'b0, e_neg ? params_i.band_off : params_i.band_full, 6'd0} < e_size;
   logic model_full, model_off;
-  assign model_full = tc_math_pkg::more(36'(pd_sum), {12'd0, duty_max_q, 7'd0}) && e_pos;
+  assign model_full = pd_sum > $signed({11'd0, duty_max_q, 7'd0}) && e_pos;
   // Without feed-forward this rule makes a limit cycle around the set-point.
   assign model_off  = ff_en && pd_sum[34] && e_neg;
 
@@ -231,7 +233,10 @@ module tc_algor (
   end
   assign u_sum  = u_base + u_addend;
   assign u_neg  = u_sum[41];
-  assign u_over = tc_math_pkg::more(36'($signed({u_sum[41:14], step_q != StepOutput && u_sum[13:0] != 14'd0})), {18'd0, duty_max_q, 1'b0});
+  // Half a step more where digits are cut off, but for the output itself.
+  logic signed [28:0] u_compared;
+  assign u_compared = {u_sum[41:14], step_q != StepOutput && u_sum[13:0] != 14'd0};
+  assign u_over     = u_compared > $signed({11'd0, duty_max_q, 1'b0});
 
   logic [31:0] i_limited;
   assign i_limited = u_neg ? 32'd0 : u_over ? {1'b0, limit_i} : u_sum[31:0];
@@ -248,9 +253,9 @@ module tc_algor (
   assign u_limited = full_q ? duty_max_q : off_q ? 17'd0
                    : u_over ? duty_max_q : tc_math_pkg::sat_duty(40'(u_sum >>> 14));
   assign commanded = tuning_i ? tune_duty_i : manual ? ext_q : work_q[16:0];
-  assign wanted    = tc_math_pkg::more({19'd0, commanded}, {19'd0, duty_max_q}) ? duty_max_q : commanded;
+  assign wanted    = commanded > duty_max_q ? duty_max_q : commanded;
   assign slewed    = {1'b0, duty_q} + {1'b0, slew_q};
-  assign duty_next = slew_q != 17'd0 && tc_math_pkg::less({18'd0, slewed}, {19'd0, wanted}) ? slewed[16:0] : wanted;
+  assign duty_next = slew_q != 17'd0 && slewed < {1'b0, wanted} ? slewed[16:0] : wanted;
 
   logic dropped;
   assign dropped = drop_i && !drop_q;
@@ -262,9 +267,9 @@ module tc_algor (
   logic [10:0] rate;
   logic [12:0] ramp_sum;
   logic [13:0] ramp_left;                // negative: not yet
-  assign rising     = tc_math_pkg::less(36'(sp_work_q), 36'(target_q));
+  assign rising     = sp_work_q < target_q;
   assign ramp_from  = run_i ? sp_work_q : pv_i;
-  assign will_rise  = tc_math_pkg::less(36'(ramp_from), 36'(scaled_temp));
+  assign will_rise  = ramp_from < scaled_temp;
   assign up_steps   = params_i.ramp_up == 16'd0;
   assign down_steps = params_i.ramp_down == 16'd0;
   assign rate       = rising ? params_i.ramp_up[10:0] : params_i.ramp_down[10:0];
@@ -433,7 +438,7 @@ module tc_algor (
   assign filt_o       = filt_q;
   assign still_o      = step_q == StepIdle && !start_i && !done_q && run_i && !manual && !(ramping_o && ms_i);
   // The integral may stop just short of the limit.
-  assign limited_o    = !tc_math_pkg::less({18'd0, {1'b0, duty_q} + {5'd0, duty_max_q[16:4]}}, {19'd0, duty_max_q}) && duty_q != 17'd0;
+  assign limited_o    = {1'b0, duty_q} + {5'd0, duty_max_q[16:4]} >= {1'b0, duty_max_q} && duty_q != 17'd0;
   assign segment_o    = segment_q;
   assign i_held_o     = i_held_q;
   assign hold_limit_o = hold_q;

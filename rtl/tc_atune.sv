@@ -93,8 +93,8 @@ module tc_atune #(
   assign pv_inverse = ~pv_i;
   assign above     = ~(17'(sp_work_i) + 17'(pv_inverse));
   assign searching = phase_q == Approach || phase_q == Cycle;
-  assign turns_off = on_q && !tc_math_pkg::less(36'(above), 36'(tc_pkg::TuneHysteresis));
-  assign turns_on  = !on_q && !tc_math_pkg::more(36'(above), 36'(TurnOn));
+  assign turns_off = on_q && above >= tc_pkg::TuneHysteresis;
+  assign turns_on  = !on_q && above <= TurnOn;
   assign relay_on  = turns_on || (on_q && !turns_off);
 
   logic signed [20:0] filt_gap;
@@ -155,7 +155,7 @@ module tc_atune #(
   logic        twice_fits;                     // not below duty_max_i
   logic [16:0] hold_now;
   assign mean     = {1'b0, duty_off_q} + {1'b0, quotient17};
-  assign hold_now = tc_math_pkg::more({18'd0, mean}, {19'd0, duty_max_i}) ? duty_max_i : mean[16:0];
+  assign hold_now = mean > {1'b0, duty_max_i} ? duty_max_i : mean[16:0];
   assign twice    = {hold_now, 1'b0};
   assign {twice_fits, twice_less} = {1'b1, twice} - {2'd0, duty_max_i};
 
@@ -178,7 +178,7 @@ module tc_atune #(
   end
 
   logic expired;
-  assign expired = !tc_math_pkg::less({22'd0, limit_q}, {22'd0, Limit});
+  assign expired = limit_q >= Limit;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -218,8 +218,8 @@ module tc_atune #(
         filt_q <= filt_now;
         on_q   <= relay_on;
         if (relay_on != on_q) limit_q <= 14'd0;
-        if (tc_math_pkg::less(36'(max_q), 36'(filt_temp))) max_q <= filt_temp;
-        if (tc_math_pkg::more(36'(min_q), 36'(filt_temp))) min_q <= filt_temp;
+        if (max_q < filt_temp) max_q <= filt_temp;
+        if (min_q > filt_temp) min_q <= filt_temp;
         ticks_q    <= ticks_q + 16'd1;
         on_ticks_q <= on_ticks_q + {15'd0, relay_on};
         if (turns_on) begin

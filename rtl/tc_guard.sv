@@ -117,18 +117,18 @@ module tc_guard (
     of_tenths = 24'(x) <<< 5;
   endfunction
   function automatic logic above(input logic signed [16:0] x, input logic signed [16:0] tenths);
-    above = tc_math_pkg::less(36'(of_tenths(tenths)), 36'(of_temp(x)));
+    above = of_tenths(tenths) < of_temp(x);
   endfunction
   function automatic logic at_or_above(input logic signed [16:0] x, input logic signed [16:0] tenths);
-    at_or_above = tc_math_pkg::less(36'(of_tenths(tenths)), 36'(of_temp(x)) | 36'sd31);   // the last of the 32 that share a tenth
+    at_or_above = of_tenths(tenths) < (of_temp(x) | 24'sd31);   // the last of the 32 that share a tenth
   endfunction
   // The magnitude of x is above limit, 1/320 degC. A negative number's inverse is one less than its magnitude; the bit behind it
   // makes up for that.
   function automatic logic beyond(input logic signed [16:0] x, input logic [20:0] limit);
-    beyond = tc_math_pkg::less({14'd0, limit, 1'b0}, {15'd0, 20'(of_temp(x)) ^ {20{x[16]}}, x[16]});
+    beyond = {limit, 1'b0} < {1'b0, 20'(of_temp(x)) ^ {20{x[16]}}, x[16]};
   endfunction
   function automatic logic elapsed(input logic [15:0] count, input logic [15:0] limit);
-    elapsed = !tc_math_pkg::less({20'd0, count}, {20'd0, limit});
+    elapsed = count >= limit;
   endfunction
   // The bits that no value of a register has: a count up to it needs no others.
   function automatic logic [15:0] never_set(input logic [5:0] limit);
@@ -172,7 +172,7 @@ module tc_guard (
   assign above_window = above(over_sp, $signed({1'b0, params_i.at_window}));
   assign in_window = !above_window && !over_bottom[23];
   assign above_exc = above(over_sp, $signed({1'b0, params_i.exc_limit}));
-  assign over_hold = tc_math_pkg::less({18'd0, hold_limit_i}, {19'd0, duty_i});
+  assign over_hold = hold_limit_i < {1'b0, duty_i};
   assign lba_rose  = at_or_above(over_lba, $signed({1'b0, params_i.lba_rise}));
   assign hold_rose = at_or_above(pv_above(hold_ref_q), $signed({1'b0, params_i.lba_rise}));
   assign off_duty  = duty_i == 17'd0 || !run_q;
@@ -326,7 +326,7 @@ module tc_guard (
 
       // Excursion: armed once the temperature is at or below the window's top, disarmed when the set-point falls away.
       sp_past_q <= sp_work_i;
-      if (!heating || tc_math_pkg::less(36'(sp_work_i), 36'(sp_past_q))) exc_armed_q <= 1'b0;
+      if (!heating || sp_work_i < sp_past_q) exc_armed_q <= 1'b0;
       else if (!above_window) exc_armed_q <= 1'b1;
       exc_q <= exc_active ? count_up(exc_q, tenth_i, ExcUnused) : 16'd0;
 

@@ -3,14 +3,6 @@
 
 package tc_math_pkg;
 
-  // a < b and a > b as the sign of a sum with the inverse of b: of the operators Yosys makes a subtraction and an equality.
-  function automatic logic less(input logic signed [35:0] a, input logic signed [35:0] b);
-    less = 1'((37'(a) - 37'(b)) >>> 36);
-  endfunction
-  function automatic logic more(input logic signed [35:0] a, input logic signed [35:0] b);
-    more = !(1'(({a[35], a} + ~{b[35], b}) >> 36));
-  endfunction
-
   // Narrowing to 16 bits signed with saturation.
   function automatic logic [15:0] sat_s16(input logic signed [39:0] x);
     if (x[39:15] == {25{x[39]}}) sat_s16 = x[15:0];

@@ -89,14 +89,14 @@ module tc_pwmc (
   logic signed [31:0] rest;
   logic signed [17:0] whole;
 
-  assign count_end = !tc_math_pkg::less({20'd0, pre_q}, {20'd0, prescale_q});
+  assign count_end = pre_q >= prescale_q;
   assign count_next = {1'b0, count_q} + 17'd1;
-  assign period_end = count_end && !tc_math_pkg::less({19'd0, count_next}, {20'd0, period_q});
+  assign period_end = count_end && count_next >= {1'b0, period_q};
   assign start = enable_i && (running_q ? period_end : mul_fresh && !load_i);
 
   assign period_next = mul_fresh ? mul_period_q : period_q;
   assign product_next = mul_fresh ? mul_acc_q : product_q;
-  assign min_on = tc_math_pkg::less({21'd0, period_next[15:1]}, {20'd0, min_on_i}) ? {1'b0, period_next[15:1]} : min_on_i;
+  assign min_on = {1'b0, period_next[15:1]} < min_on_i ? {1'b0, period_next[15:1]} : min_on_i;
   assign acc_used = (!mul_fresh || mul_period_q == period_q) ? acc_q : 32'sd0;
   assign sum = 34'(acc_used) + $signed({2'b00, product_next});
   assign whole = sum[33:16];
@@ -105,8 +105,8 @@ module tc_pwmc (
   logic [15:0] longest;           // below the whole period
   logic signed [17:0] beyond;     // counts beyond the period
   assign longest   = period_next - min_on;
-  assign too_short = tc_math_pkg::less(36'(whole), {20'd0, min_on});
-  assign too_long  = tc_math_pkg::more(36'(whole), {20'd0, longest});
+  assign too_short = whole < $signed({2'b00, min_on});
+  assign too_long  = whole > $signed({2'b00, longest});
   assign beyond    = whole - $signed({2'b00, period_next});
   always_comb begin
     if (product_next == 32'd0 || too_short) high_next = 16'd0;
@@ -157,7 +157,7 @@ module tc_pwmc (
         if (count_end) begin
           pre_q <= 16'd0;
           count_q <= count_next[15:0];
-          pwm_q <= pwm_q && tc_math_pkg::less({20'd0, count_next[15:0]}, {20'd0, high_q});   // never a second pulse
+          pwm_q <= pwm_q && count_next[15:0] < high_q;   // never a second pulse
         end else begin
           pre_q <= pre_q + 16'd1;
         end

@@ -46,7 +46,7 @@ module tc_quality #(
   assign size    = error[16] ? opposite : error;
   assign size16  = size[16] ? 16'hFFFF : size[15:0];
   // 1/320 degC on both sides: 5 x 1/64 and 32 x 0.1.
-  assign in_window  = !tc_math_pkg::less({15'd0, window_i, 5'd0}, {16'd0, {1'b0, size, 2'd0} + {3'd0, size}});
+  assign in_window  = {window_i, 5'd0} >= {1'b0, {1'b0, size, 2'd0} + {3'd0, size}};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -80,9 +80,9 @@ module tc_quality #(
         if (tenth_i && since_q != 16'hFFFF) since_q <= since_q + 16'd1;
         if (at_temp_i) reached_q <= 1'b1;
         if (sample_i) begin
-          if (tc_math_pkg::less(36'(peak_q), 36'(pv_i))) peak_q <= pv_i;
-          if (tc_math_pkg::less({20'd0, over_q}, 36'(excess))) over_q <= excess[15:0];
-          if (reached_q && tc_math_pkg::less({20'd0, error_q}, {20'd0, size16})) error_q <= size16;
+          if (peak_q < pv_i) peak_q <= pv_i;
+          if ($signed({1'b0, over_q}) < excess) over_q <= excess[15:0];
+          if (reached_q && error_q < size16) error_q <= size16;
           in_band_q <= in_window;
           if (!in_window) band_q <= 16'hFFFF;
           else if (!in_band_q) band_q <= since_q;

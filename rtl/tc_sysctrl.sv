@@ -113,8 +113,8 @@ module tc_sysctrl #(
   assign computed   = state_q == tc_pkg::StInitAlgor && algor_done_i;
   assign disordered = (sampled && served_q != 3'b000) || (display_o && served_q != 3'b001) || (computed && served_q != 3'b011);
   assign to_ready = state_d == tc_pkg::StCmdReady && state_q != tc_pkg::StCmdReady;
-  assign ts_wrap  = ms_q && !tc_math_pkg::less({20'd0, {5'd0, ts_cnt_q} + 16'd1}, {20'd0, ts_i});
-  assign tlm_wrap = !tc_math_pkg::less({19'd0, {1'b0, tlm_cnt_q} + 17'd1}, {20'd0, tlm_period_i});
+  assign ts_wrap  = ms_q && {5'd0, ts_cnt_q} + 16'd1 >= ts_i;
+  assign tlm_wrap = {1'b0, tlm_cnt_q} + 17'd1 >= {1'b0, tlm_period_i};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Yosys techmap: the sign of a difference with a constant (tc_math_pkg::less) as a comparison of the bits below it, which
+// Yosys techmap: the sign of a difference with a constant as a comparison of the bits below it, which
 // constant_comparison.v makes gates. The other bits of such a difference are for nobody, and go.
 (* techmap_celltype = "$sub" *)
 module _80_constant_sign (A, B, Y);

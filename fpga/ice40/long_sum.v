@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Yosys techmap: the low 32 bits of a long sum in a DSP block, for the UP5K. A comparison (37 bits, tc_math_pkg::more) is none of them: it stands behind
+// Yosys techmap: the low 32 bits of a long sum in a DSP block, for the UP5K. A comparison is none of them: it stands behind
 // such a sum, and the clock is too short for both blocks.
 (* techmap_celltype = "$add" *)
 module _80_long_sum (A, B, Y);
