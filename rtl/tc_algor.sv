@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // ALGOR: segmented fixed-point PID.
 //
-// Eq. (2) of Xie et al. 2023, u(n) = (Kp + Kd) e(n) + Ki sum e(k) - Kd e(n-1), computed as Kp e + I + Kd (d(n) - d(n-1));
-// with d = e, unfiltered, and constant gains the two are the same to the bit (the sum is narrowed once, at its end). d is the
-// error or the negated temperature (CTRL.D_ON_PV) behind a first-order low-pass.
-// Segments: full power while the error is above BAND_FULL (fig. 7), or, with CTRL.SEG_MODEL, while P + D + feed-forward
-// alone exceed the duty limit. Anti-windup: I is clamped to 0..DUTY_MAX and integrates only where that does not drive
-// the output further into its limit.
+// Eq. (2) of Xie et al. 2023, u(n) = (Kp + Kd) e(n) + Ki sum e(k) - Kd e(n-1), computed as Kp e + I + Kd (d(n) -
+// d(n-1)); with d = e, unfiltered, and constant gains the two are the same to the bit (the sum is narrowed once, at its
+// end). d is the error or the negated temperature (CTRL.D_ON_PV) behind a first-order low-pass. Segments: full power
+// while the error is above BAND_FULL (fig. 7), or, with CTRL.SEG_MODEL, while P + D + feed-forward alone exceed the
+// duty limit. Anti-windup: I is clamped to 0..DUTY_MAX and integrates only where that does not drive the output further
+// into its limit.
 //
-// Droplets (rising edges of drop_i) since the last computation add FF_DROP each to the external feed-forward. While tuning_i
-// the duty is ATUNE's, and the integral waits at its hold duty.
+// Droplets (rising edges of drop_i) since the last computation add FF_DROP each to the external feed-forward. While
+// tuning_i the duty is ATUNE's, and the integral waits at its hold duty.
 //
-// start_i begins eighteen steps, one a clock; done_o follows. One multiplier does the three products of the law and, before
-// them, the conversions of register units. Its result waits a clock in work_q and is used in the step after: no clock sees a
-// multiplication and a sum in a row.
-// A refused sample (sample_ok_i low) keeps the duty as it is. While run_i is low duty and integral are zero.
+// start_i begins eighteen steps, one a clock; done_o follows. One multiplier does the three products of the law and,
+// before them, the conversions of register units. Its result waits a clock in work_q and is used in the step after: no
+// clock sees a multiplication and a sum in a row. A refused sample (sample_ok_i low) keeps the duty as it is. While
+// run_i is low duty and integral are zero.
 `include "tc_assert.svh"
 
 module tc_algor (
@@ -95,7 +95,8 @@ module tc_algor (
   logic [17:0]        hold_q;
   logic signed [17:0] term_p_q, term_d_q;  // Q1.16, saturated
   logic signed [21:0] filt_q;           // low-pass state, 1/1024 degC
-  logic signed [31:0] work_q;           // from step to step: a product; the integral to come, UQ17.14; the output, UQ1.16
+  // from step to step: a product; the integral to come, UQ17.14; the output, UQ1.16
+  logic signed [31:0] work_q;
   logic signed [33:0] pd_q;             // P + D + external feed-forward, 2^-7 duty LSB
   logic [31:0]        i_q;              // UQ17.14 duty LSB
   logic [1:0]         segment_q;
@@ -110,7 +111,7 @@ module tc_algor (
   assign i_zero      = params_i.ctrl[6];
   assign manual      = params_i.mode[0];
 
-  // ---- The multiplier ----------------------------------------------------------------------------------------------------
+  // ---- The multiplier -----------------------------------------------------------------------------------------------
 
   logic [15:0]        gain, ki;
   logic signed [15:0] term;
@@ -138,9 +139,9 @@ module tc_algor (
   logic signed [32:0] product;
   assign product = $signed({1'b0, gain}) * term;
 
-  // The product in the units of a flop. A conversion is UQ4.12 scaled and rounded, the feed-forward is not rounded. Its shares went
-  // in divided by four: HOLD_MULT is UQ8.8, PRESET UQ0.8; above 100 % there is nothing left to tell apart. The droplets' share is
-  // added to the external feed-forward.
+  // The product in the units of a flop. A conversion is UQ4.12 scaled and rounded, the feed-forward is not rounded. Its
+  // shares went in divided by four: HOLD_MULT is UQ8.8, PRESET UQ0.8; above 100 % there is nothing left to tell apart.
+  // The droplets' share is added to the external feed-forward.
   logic               shares, rounded;
   logic signed [28:0] shifted;
   logic signed [29:0] scaled;            // and half of its last bit, which rounds
@@ -157,9 +158,10 @@ module tc_algor (
   logic [16:0] hold_part;
   assign hold_part = step_q == StepSlew && manual ? ext_q : scaled_duty;
 
-  // ---- Error and filtered derivative -------------------------------------------------------------------------------------
+  // ---- Error and filtered derivative --------------------------------------------------------------------------------
 
-  // From pv_i to the working set-point or to zero; at StepDutyMax from the ambient temperature to pv_i, the inverse of a sum one too small.
+  // From pv_i to the working set-point or to zero; at StepDutyMax from the ambient temperature to pv_i, the inverse of
+  // a sum one too small.
   logic signed [15:0] far_end;
   logic signed [17:0] gap_sum;           // and half of its last bit, which carries
   logic signed [16:0] gap;
@@ -176,7 +178,7 @@ module tc_algor (
   assign filt_gap  = ~(23'(filt_q) + ~d_source);   // d_source - filt_q, by the inverse of the one that no flop holds
   assign filt_step = filt_gap >>> params_i.d_filter[2:0];
 
-  // ---- Sum, segments, anti-windup: pd_q in 2^-7 duty LSB, the integral in 2^-14 ---------------------------------------------
+  // ---- Sum, segments, anti-windup: pd_q in 2^-7 duty LSB, the integral in 2^-14 -------------------------------------
 
   // A product of P or D as Q1.16, 2^-6 of it or, halved, 2^-7.
   function automatic logic signed [17:0] sat_term(input logic signed [25:0] x);
@@ -214,8 +216,8 @@ module tc_algor (
   // Without feed-forward this rule makes a limit cycle around the set-point.
   assign model_off  = ff_en && pd_sum[34] && e_neg;
 
-  // The integral to come; P + I + D with it; its limit; P + I + D with what came of it. Compared with DUTY_MAX, the last as the whole
-  // duty LSB that the output has.
+  // The integral to come; P + I + D with it; its limit; P + I + D with what came of it. Compared with DUTY_MAX, the
+  // last as the whole duty LSB that the output has.
   logic signed [41:0] u_base, u_addend, u_sum;
   logic               u_neg, u_over;
   always_comb begin
@@ -260,7 +262,7 @@ module tc_algor (
   logic dropped;
   assign dropped = drop_i && !drop_q;
 
-  // ---- Set-point ramp ----------------------------------------------------------------------------------------------------
+  // ---- Set-point ramp -----------------------------------------------------------------------------------------------
 
   logic        rising, will_rise, up_steps, down_steps;   // a rate of 0 is a step
   logic signed [15:0] ramp_from;
@@ -456,7 +458,8 @@ module tc_algor (
   `TC_ASSERT_SETUP
   `TC_ASSERT(AlgorIntegralInRange_A, i_q <= {1'b0, 17'd65536, 14'd0})
   `TC_ASSERT(AlgorDutyInRange_A, duty_q <= 17'd65536)
-  `TC_ASSERT(AlgorOperandsInRange_A, duty_max_q <= 17'd65536 && slew_q <= 17'd65536 && ext_q <= 17'd65536 && ff_q <= 17'd65536)
+  `TC_ASSERT(AlgorOperandsInRange_A, duty_max_q <= 17'd65536 && slew_q <= 17'd65536 && ext_q <= 17'd65536 &&
+      ff_q <= 17'd65536)
   `TC_ASSERT_IF(AlgorNextIntegralInRange_A, step_q == StepAntiWindup, $unsigned(work_q) <= {1'b0, limit_i})
   `TC_ASSERT_IF(AlgorWantedLimited_A, step_q == StepLimit, $unsigned(work_q) <= {15'd0, duty_max_q})
   `TC_ASSERT_IF(AlgorHoldFirstPart_A, step_q == StepPreset, hold_q <= 18'd65536)
@@ -513,8 +516,9 @@ module tc_algor (
   `TC_ASSERT_IF(P12_IntegralLimited_A, step_q == StepOutput || step_q == StepLimit, i_q <= {1'b0, limit_i})
   // and so does the duty.
   `TC_ASSERT_NEXT(P12_DutyLimited_A, step_q == StepLimit, duty_q <= duty_max_q)
-  // P12: with the same integral and derivative a larger error never gives a smaller output. The sum is computed once more, step by
-  // step beside the true one, for a smaller error, that of the computation before; its product is smaller because no gain is negative.
+  // P12: with the same integral and derivative a larger error never gives a smaller output. The sum is computed once
+  // more, step by step beside the true one, for a smaller error, that of the computation before; its product is smaller
+  // because no gain is negative.
   logic signed [15:0] e_less;
   logic signed [31:0] p_less;
   logic signed [33:0] pd_less;
@@ -530,7 +534,8 @@ module tc_algor (
   logic               accept_less;
   logic [16:0]        u_limited_less;
   assign u_try_less     = (42'(pd_less) <<< 7) + 42'(work_q);
-  assign accept_less    = !(u_try_less > $signed({11'd0, limit_i}) && e_less >= 16'sd0) && !(u_try_less < 42'sd0 && e_less <= 16'sd0);
+  assign accept_less    = !(u_try_less > $signed({11'd0, limit_i}) && e_less >= 16'sd0) && !(u_try_less < 42'sd0 &&
+                          e_less <= 16'sd0);
   assign u_less         = ((42'(pd_less) <<< 7) + $signed({10'd0, i_q})) >>> 14;
   assign u_limited_less = full_less ? duty_max_q : off_less || u_less < 42'sd0 ? 17'd0
                         : u_less > $signed({25'd0, duty_max_q}) ? duty_max_q : u_less[16:0];
@@ -556,7 +561,8 @@ module tc_algor (
                                  : -e_320_less > $signed({1'b0, params_i.band_off, 5'd0});
         end
         StepAntiWindup: i_less <= tuning_i ? {1'b0, tune_hold_i, 14'd0}
-                                : full_less || off_less ? (i_zero ? 32'd0 : full_less && ff_en ? {1'b0, ff_q, 14'd0} : i_q)
+                                : full_less || off_less ? (i_zero ? 32'd0 : full_less &&
+                                    ff_en ? {1'b0, ff_q, 14'd0} : i_q)
                                 : accept_less ? work_q : i_q;
         StepClamp: i_less <= i_less > {1'b0, limit_i} ? {1'b0, limit_i} : i_less;
         StepOutput: begin
@@ -569,7 +575,8 @@ module tc_algor (
     end
   end
 `ifdef FORMAL
-  `TC_ASSERT_IF(P12_MonotoneSum_A, step_q >= StepSegment && step_q <= StepOutput && ordered, pd_less <= pd_q && e_less <= e_q)
+  `TC_ASSERT_IF(P12_MonotoneSum_A, step_q >= StepSegment && step_q <= StepOutput && ordered, pd_less <= pd_q &&
+      e_less <= e_q)
   `TC_ASSERT_IF(P12_MonotoneSegments_A, step_q >= StepAntiWindup && step_q <= StepOutput && ordered,
                 (!full_less || full_q) && (!off_q || off_less))
 `endif

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // ATUNE: self-tuning by a relay experiment on the running head (Astrom and Hagglund 1984).
 //
-// tune_i starts it. The relay drives the duty between duty_on_q and duty_off_q around the working set-point. After each of the
-// first TuneAdaptCycles cycles the relay is centred on the mean duty of that cycle, which becomes the hold duty; the next
-// cycles are measured as they are: ticks, ticks on, and the swing of the low-passed temperature. From their sums one serial
-// multiplier-divider works out hold duty, ultimate gain, and the gains (rule and factors: spec/chip.toml, docs/chip/control.md),
-// which go to MEM's staged set one by one and become active together at the next control tick.
+// tune_i starts it. The relay drives the duty between duty_on_q and duty_off_q around the working set-point. After each
+// of the first TuneAdaptCycles cycles the relay is centred on the mean duty of that cycle, which becomes the hold duty;
+// the next cycles are measured as they are: ticks, ticks on, and the swing of the low-passed temperature. From their
+// sums one serial multiplier-divider works out hold duty, ultimate gain, and the gains (rule and factors:
+// spec/chip.toml, docs/chip/control.md), which go to MEM's staged set one by one and become active together at the next
+// control tick.
 //
 // Ends: finished; run_i fell (STOP, a fault); or no switch of the relay for Limit, which asks GUARD for a stop.
 `include "tc_assert.svh"
@@ -84,7 +85,7 @@ module tc_atune #(
   logic [35:0]        acc_q;
   logic [17:0]        rem_q;
 
-  // ---- Relay -------------------------------------------------------------------------------------------------------------
+  // ---- Relay --------------------------------------------------------------------------------------------------------
 
   localparam logic signed [16:0] TurnOn = -tc_pkg::TuneHysteresis;
   logic signed [15:0] pv_inverse;              // x - y is ~(y + ~x): one inverse for both differences from pv_i
@@ -107,7 +108,7 @@ module tc_atune #(
   logic [15:0] swing;
   assign swing = 16'(max_q) - 16'(min_q);
 
-  // ---- Multiply and divide: x k / y, saturated --------------------------------------------------------------------------
+  // ---- Multiply and divide: x k / y, saturated ----------------------------------------------------------------------
 
   logic [16:0]        delta;
   logic signed [16:0] rise;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // GUARD: accepts samples, watches for faults, and alone decides whether heater_o may be high.
 //
-// Every detector writes one bit of cause_q; a cause latches into fault_q (FaultRunOnly causes only while heating is on), and
-// from the same clock edge on heater_q is low: a fault is at most two clocks behind its cause. fault_q stays until a
-// keyed clear with the cause gone. The first fault since clear is kept. safe_en_o toggles only while heating is permitted, so
-// a stopped clock opens the second switch as well. Faults and their meaning: docs/chip/registers.md.
+// Every detector writes one bit of cause_q; a cause latches into fault_q (FaultRunOnly causes only while heating is
+// on), and from the same clock edge on heater_q is low: a fault is at most two clocks behind its cause. fault_q stays
+// until a keyed clear with the cause gone. The first fault since clear is kept. safe_en_o toggles only while heating is
+// permitted, so a stopped clock opens the second switch as well. Faults and their meaning: docs/chip/registers.md.
 //
 // The permission stands in two flops of opposite level: a single upset can not turn the heater on.
 `include "tc_assert.svh"
@@ -39,7 +39,8 @@ module tc_guard (
   input  logic               mem_bad_i,
   input  logic               state_illegal_i,
   input  logic               overrun_i,
-  input  logic [1:0]         watch_parity_i,   // parity of flops that decide over the heater for longer than a control tick ...
+  // parity of flops that decide over the heater for longer than a control tick ...
+  input  logic [1:0]         watch_parity_i,
   input  logic [1:0]         watch_still_i,    // ... and whether the next clock leaves them as they are
   input  logic               inhibit_i,        // synchronised
   input  logic               heater_fb_i,      // synchronised
@@ -69,7 +70,8 @@ module tc_guard (
 
   localparam logic [1:0] SegPid = 2'd2;
   localparam logic [3:0] RateTenths = 4'd10;   // DTDT_MAX is a change within 1 s
-  localparam logic signed [16:0] HotAbove = 17'sd1280;  // 20 degC above ambient a head without heat must cool; 1/64 degC
+  // 20 degC above ambient a head without heat must cool; 1/64 degC
+  localparam logic signed [16:0] HotAbove = 17'sd1280;
 
   // Heater permission.
   logic        run_q, run_nq, heater_q, safe_en_q;
@@ -91,19 +93,20 @@ module tc_guard (
   logic [19:0]        fb_q;
   logic               exc_armed_q, rate_q, lba_trip_q, at_temp_q;
 
-  // ---- Samples -----------------------------------------------------------------------------------------------------------
+  // ---- Samples ------------------------------------------------------------------------------------------------------
 
   logic               far, jump, jump_stays, accept, refuse;
   logic signed [16:0] step, drift;             // change since the last accepted sample, since the second's reference
   assign step   = 17'(sens_pv_i) - 17'(pv_q);
   assign drift  = 17'(sens_pv_i) - 17'(rate_ref_q);
-  // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's reference, so that
-  // the way back from a single wrong sample is no jump): such a frame is refused as a bad one.
-  // The one that makes BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no noise.
-  // A sensor's first words after power-up may be anything: nothing is a jump until two samples have agreed.
+  // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's reference, so
+  // that the way back from a single wrong sample is no jump): such a frame is refused as a bad one. The one that makes
+  // BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no noise. A sensor's
+  // first words after power-up may be anything: nothing is a jump until two samples have agreed.
   assign far        = params_i.dtdt_max != 16'd0 &&
                       (beyond(drift, {params_i.dtdt_max, 5'd0}) ||
-                       (beyond(step, {1'b0, params_i.dtdt_max, 4'd0}) && beyond(drift, {1'b0, params_i.dtdt_max, 4'd0})));
+                       (beyond(step, {1'b0, params_i.dtdt_max, 4'd0}) &&
+                           beyond(drift, {1'b0, params_i.dtdt_max, 4'd0})));
   assign jump       = settled_q && far;
   assign jump_stays = jump && {1'b0, bad_q} + 5'd1 >= {1'b0, params_i.bad_max[3:0]};
   assign accept     = sens_done_i && sens_ok_i && (!jump || jump_stays);
@@ -122,8 +125,8 @@ module tc_guard (
   function automatic logic at_or_above(input logic signed [16:0] x, input logic signed [16:0] tenths);
     at_or_above = of_tenths(tenths) < (of_temp(x) | 24'sd31);   // the last of the 32 that share a tenth
   endfunction
-  // The magnitude of x is above limit, 1/320 degC. A negative number's inverse is one less than its magnitude; the bit behind it
-  // makes up for that.
+  // The magnitude of x is above limit, 1/320 degC. A negative number's inverse is one less than its magnitude; the bit
+  // behind it makes up for that.
   function automatic logic beyond(input logic signed [16:0] x, input logic [20:0] limit);
     beyond = {limit, 1'b0} < {1'b0, 20'(of_temp(x)) ^ {20{x[16]}}, x[16]};
   endfunction
@@ -156,7 +159,7 @@ module tc_guard (
     pv_above = ~(17'(x) + 17'(pv_inverse));
   endfunction
 
-  // ---- Detectors' comparisons, on the accepted temperature --------------------------------------------------------------
+  // ---- Detectors' comparisons, on the accepted temperature ----------------------------------------------------------
 
   logic auto_mode, heating, in_window, above_exc, over_hold, lba_rose, hold_rose, off_duty, zero_rose,
         fb_differs, fb_trip;
@@ -184,7 +187,8 @@ module tc_guard (
   logic [16:0] wd_gap;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
-  assign hold_active = heating && segment_i == SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 && over_hold;
+  assign hold_active = heating && segment_i == SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 &&
+                       over_hold;
   assign exc_active  = heating && exc_armed_q && above_exc;
   assign zero_due    = off_duty && elapsed(zero_q, params_i.zero_wait);
   assign frozen_active = run_q && duty_i == 17'd0 && params_i.lba_time != 16'd0 &&
@@ -314,8 +318,8 @@ module tc_guard (
         if (bad_q != 4'hF) bad_q <= bad_q + 4'd1;
       end
 
-      // Loop break: at full duty the temperature must rise by LBA_RISE above its lowest within each LBA_TIME. From the lowest:
-      // a head that was cooling falls on for a while.
+      // Loop break: at full duty the temperature must rise by LBA_RISE above its lowest within each LBA_TIME. From the
+      // lowest: a head that was cooling falls on for a while.
       lba_q <= (lba_active && !lba_rose) ? count_up(lba_q, tenth_i, LbaUnused) : 16'd0;
       if (!lba_active || lba_rose || over_lba[16]) lba_ref_q <= pv_q;
       lba_trip_q <= lba_active && !lba_rose && elapsed(lba_q, params_i.lba_time);
@@ -382,7 +386,8 @@ module tc_guard (
   `TC_ASSERT_NEXT(GuardCauseTurnsOff_A, latching != 15'd0, !heater_q && fault_q != 15'd0)
   `TC_ASSERT_NEXT(GuardFaultStays_A, fault_q != 15'd0 && !clear_i, fault_q != 15'd0)
   // P5: an accepted sample at or above T_MAX is a cause in the next clock.
-  `TC_ASSERT_NEXT(GuardHotSampleIsCause_A, accept && !(of_temp(17'(sens_pv_i)) < of_tenths(17'($signed(params_i.t_max)))),
+  `TC_ASSERT_NEXT(GuardHotSampleIsCause_A, accept &&
+      !(of_temp(17'(sens_pv_i)) < of_tenths(17'($signed(params_i.t_max)))),
                   cause_q[tc_pkg::FaultOverTemp])
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)

@@ -35,8 +35,8 @@ package tc_math_pkg;
     for (int i = 0; i < 6; i++) secded_flip[16+i] = syndrome == (6'd1 << i);
   endfunction
 
-  // Row of MEM: a register's word as stored, check bits above the data, an even number of ones in all. Of the check bits a register has one,
-  // those that are corrected on the way out all six.
+  // Row of MEM: a register's word as stored, check bits above the data, an even number of ones in all. Of the check
+  // bits a register has one, those that are corrected on the way out all six.
   function automatic logic [21:0] mem_row(input logic corrected, input logic [15:0] data);
     mem_row = corrected ? secded_encode(data) : {5'd0, ^data, data};
   endfunction

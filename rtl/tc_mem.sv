@@ -4,25 +4,29 @@
 //
 // Contract
 // - Words 1 .. HoldingCount-1 are stored; index 0 (CMD) and indices beyond the map read 0 and swallow writes.
-// - Each word is a row with an even number of ones, and behind the words stands a row that makes their columns even too. One flip in a
-//   set is where an odd row and an odd column meet; two flips never look like one.
-// - A word has the bits that differ within its register's range (tc_pkg::reg_stored), the others stand at their one value; what is
-//   written lies in that range.
-// - wr_i changes one staged word, commit_i copies the staged set to the active set in one clock, in which no write is taken: tc_atune holds
-//   its own until the next one, tc_sysctrl asserts that there is no other.
-// - scrub_start_i walks the active and then the staged set, a clock a row and one to judge: one flip is corrected; what can't be
-//   corrected is walked once more, since it may be the walk that was struck, and then raises bad_o, which falls at the end of a pass
-//   that found none. A start while busy is ignored. The pass stands still in a clock of rd_i and begins anew with wr_i and commit_i.
-// - discard_i begins a pass anew, in which the staged set takes the active one: until discarding_o falls there is no wr_i, and after
-//   the clock of discard_i no commit_i (tc_top asserts it).
-// - rd_data_o is the staged word at rd_index_i in a clock of rd_i, unless rd_wait_o says that wr_i or commit_i have the way.
-// - scan_en_i selects every row for writing and for reading at once, so that the supply current at rest shows defects in all of them: low in
-//   operation, and no staged row takes what it brings, since the chains shift. Each active bit takes the staged one before it then, as in a
-//   commit: a way that the chains use (asic/dft/scan/scan_ways.hpp), so that it needs no multiplexer.
+// - Each word is a row with an even number of ones, and behind the words stands a row that makes their columns even
+//   too. One flip in a set is where an odd row and an odd column meet; two flips never look like one.
+// - A word has the bits that differ within its register's range (tc_pkg::reg_stored), the others stand at their one
+//   value; what is written lies in that range.
+// - wr_i changes one staged word, commit_i copies the staged set to the active set in one clock, in which no write is
+//   taken: tc_atune holds its own until the next one, tc_sysctrl asserts that there is no other.
+// - scrub_start_i walks the active and then the staged set, a clock a row and one to judge: one flip is corrected; what
+//   can't be corrected is walked once more, since it may be the walk that was struck, and then raises bad_o, which
+//   falls at the end of a pass that found none. A start while busy is ignored. The pass stands still in a clock of rd_i
+//   and begins anew with wr_i and commit_i.
+// - discard_i begins a pass anew, in which the staged set takes the active one: until discarding_o falls there is no
+//   wr_i, and after the clock of discard_i no commit_i (tc_top asserts it).
+// - rd_data_o is the staged word at rd_index_i in a clock of rd_i, unless rd_wait_o says that wr_i or commit_i have the
+//   way.
+// - scan_en_i selects every row for writing and for reading at once, so that the supply current at rest shows defects
+//   in all of them: low in operation, and no staged row takes what it brings, since the chains shift. Each active bit
+//   takes the staged one before it then, as in a commit: a way that the chains use (asic/dft/scan/scan_ways.hpp), so
+//   that it needs no multiplexer.
 // - rd_data_o, params_o and t_max_staged_o show the stored data bits, uncorrected until the scrub has passed.
 //
-// Words are moved as what differs from their reset value: rows of even parity still, and 0 in most flops after reset (flops of a library often
-// have no other reset), so that they cost no inverters; only what is written and what the host reads is put right.
+// Words are moved as what differs from their reset value: rows of even parity still, and 0 in most flops after reset
+// (flops of a library often have no other reset), so that they cost no inverters; only what is written and what the
+// host reads is put right.
 
 module tc_mem (
   input  logic             clk_i,
@@ -44,7 +48,8 @@ module tc_mem (
   input  logic [5:0]       upset_index_i,
   input  logic [21:0]      upset_staged_i,
   input  logic [21:0]      upset_active_i,
-  output logic [22*tc_pkg::HoldingCount-1:0] upset_staged_o,   // row i at 22 (i - 1), as what differs from its reset value
+  // row i at 22 (i - 1), as what differs from its reset value
+  output logic [22*tc_pkg::HoldingCount-1:0] upset_staged_o,
   output logic [22*tc_pkg::HoldingCount-1:0] upset_active_o,
   output logic [5:0]       upset_scrub_index_o,
   output logic             upset_scrub_staged_o,
@@ -70,7 +75,8 @@ module tc_mem (
   (* mem2reg *) logic [21:0] active_q [1:Columns];
   logic        scrub_busy_q;
   logic [5:0]  scrub_index_q;   // the row that the pass stands on; beyond the columns it judges
-  logic        scrub_staged_q;  // the pass is at the staged set; the active one comes first, so that a discard takes what is corrected
+  // the pass is at the staged set; the active one comes first, so that a discard takes what is corrected
+  logic        scrub_staged_q;
   logic        discarding_q;
   logic        again_q;         // the set is walked the second time
   logic        scrub_bad_q;     // the running pass has found what can't be corrected
@@ -104,8 +110,8 @@ module tc_mem (
   assign show_staged = wr_i || rd_i || (scrub_staged_q && !discarding_q) || scan_en_i;
   assign show_active = (!wr_i && !rd_i && (!scrub_staged_q || discarding_q)) || scan_en_i;
 
-  // Each row behind its own select, all in one OR: flatter than a choice of one after the other. A commit opens all of the staged
-  // set, each for its own active row.
+  // Each row behind its own select, all in one OR: flatter than a choice of one after the other. A commit opens all of
+  // the staged set, each for its own active row.
   logic [Columns:1] in_hand;
   logic [22*Columns-1:0] staged_rows, active_rows, open_staged;  // row i at 22 (i - 1)
   (* mem2reg *) logic [21:0] bank_row [0:Banks-1];
@@ -136,7 +142,8 @@ module tc_mem (
   assign sound      = syndrome_q == 22'd0 && odd_row_q == 6'd0;
   assign fix        = step && judge && odd_row_q != 6'd0 && !odd_rows_q && one_column;
 
-  // What the row in hand takes: all rows share it, each with an enable of its own. The columns follow a write by what it changes.
+  // What the row in hand takes: all rows share it, each with an enable of its own. The columns follow a write by what
+  // it changes.
   logic [21:0] row_in, active_in, written;
   logic        writes;
   assign row_in = wr_i ? tc_math_pkg::mem_row(tc_pkg::reg_corrected(index), wr_data_i ^ reset_data)
@@ -257,7 +264,8 @@ module tc_mem (
     params_bits = '0;
     for (int unsigned i = 1; i <= LastWord; i++) begin
       params_bits[16*i+:16] = active_q[i][15:0];
-      // A flip of these would outlast the pass that corrects it: in the control period, or in a PWM period begun with it.
+      // A flip of these would outlast the pass that corrects it: in the control period, or in a PWM period begun with
+      // it.
       if (tc_pkg::reg_corrected(6'(i)))
         params_bits[16*i+:16] = 16'(active_q[i] ^ tc_math_pkg::secded_flip(active_q[i]));
     end

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// PARAMC: judges a received command, hands its parameters to MEM one by one, keeps the staged-write bookkeeping, and answers
-// register reads.
+// PARAMC: judges a received command, hands its parameters to MEM one by one, keeps the staged-write bookkeeping, and
+// answers register reads.
 //
-// CmdDecode: one clock for function, length, count and address, then one clock for each value; the first defect decides the
-// exception, and nothing is written. ExtrParam takes the next value, WrParam writes it (write_i with store_o) or carries out
-// the command word. Reads show the staged holding registers and the input registers as TempDisplay latched them.
+// CmdDecode: one clock for function, length, count and address, then one clock for each value; the first defect decides
+// the exception, and nothing is written. ExtrParam takes the next value, WrParam writes it (write_i with store_o) or
+// carries out the command word. Reads show the staged holding registers and the input registers as TempDisplay latched
+// them.
 `include "tc_assert.svh"
 
 module tc_paramc (
@@ -149,7 +150,7 @@ module tc_paramc (
   assign clear_o          = clear_q;
   assign tune_o           = tune_q && index_q == tc_pkg::RegCmd && value_q == tc_pkg::CmdTune;
 
-  // ---- Judging a command -------------------------------------------------------------------------------------------------
+  // ---- Judging a command --------------------------------------------------------------------------------------------
 
   logic fc_read, fc_single, fc_multiple, fc_write;
   assign fc_read     = cmd_fc_i == 8'd3 || cmd_fc_i == 8'd4;
@@ -214,8 +215,10 @@ module tc_paramc (
   assign last_now  = fc_single || {12'd0, word_q} + 16'd1 == cmd_b_i;
   assign is_stop   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdStop;
   assign is_tune   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdTune;
-  assign cmd_known = value_now == tc_pkg::CmdStop || value_now == tc_pkg::CmdRun || value_now == tc_pkg::CmdClearFault ||
-                     value_now == tc_pkg::CmdHold || value_now == tc_pkg::CmdCommit || value_now == tc_pkg::CmdDiscard ||
+  assign cmd_known = value_now == tc_pkg::CmdStop || value_now == tc_pkg::CmdRun ||
+                     value_now == tc_pkg::CmdClearFault ||
+                     value_now == tc_pkg::CmdHold || value_now == tc_pkg::CmdCommit ||
+                         value_now == tc_pkg::CmdDiscard ||
                      value_now == tc_pkg::CmdTune;
   // Two's complement values compare as unsigned once their sign bits are flipped.
   assign flip      = {tc_pkg::reg_signed(reg_now), 15'd0};
@@ -307,7 +310,7 @@ module tc_paramc (
     end
   end
 
-  // ---- Input registers ---------------------------------------------------------------------------------------------------
+  // ---- Input registers ----------------------------------------------------------------------------------------------
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -419,8 +422,9 @@ module tc_paramc (
     else if (decode_i && checking_q && reg_now == tc_pkg::RegCmd) judged_sound <= !cause_present_i;
   end
   `TC_ASSERT_IF(P02_ClearJudged_A, clear_q, judged_sound)
-  // P15: a command ends in CmdReady after 18 clocks of judging and 32 of writing sixteen parameters at the most, and what its Discard takes.
-  logic [5:0] commanded;                         // clocks that the command has been in work, but for those that it waits for MEM
+  // P15: a command ends in CmdReady after 18 clocks of judging and 32 of writing sixteen parameters at the most, and
+  // what its Discard takes.
+  logic [5:0] commanded;   // clocks that the command has been in work, but for those that wait for MEM
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) commanded <= 6'd0;
     else if (!(decode_i || extract_i || write_i) || !past_ok_q) commanded <= 6'd0;
@@ -436,11 +440,13 @@ module tc_paramc (
     if (!rst_ni) hand <= 4'd0;
     else if (extract_i && !discarding_i) hand <= word_q;
   end
-  `TC_ASSERT_IF(P15_Judging_A, decode_i && checking_q, {12'd0, word_q} < words && words <= 16'd16 && commanded == 6'(word_q) + 6'd1)
+  `TC_ASSERT_IF(P15_Judging_A, decode_i && checking_q, {12'd0, word_q} < words && words <= 16'd16 &&
+      commanded == 6'(word_q) + 6'd1)
   `TC_ASSERT_IF(P15_Judged_A, decode_i && decoded_q,
                 commanded <= 6'd17 && (!writes_q || (word_q == 4'd0 && words != 16'd0 && words <= 16'd16)))
   `TC_ASSERT_IF(P15_Begins_A, decode_i && !checking_q && !decoded_q, commanded == 6'd0)
-  `TC_ASSERT_IF(P15_Extracting_A, extract_i, {12'd0, word_q} < words && words <= 16'd16 && commanded <= 6'd18 + {1'b0, word_q, 1'b0})
+  `TC_ASSERT_IF(P15_Extracting_A, extract_i, {12'd0, word_q} < words && words <= 16'd16 &&
+      commanded <= 6'd18 + {1'b0, word_q, 1'b0})
   `TC_ASSERT_IF(P15_Writing_A, write_i, {12'd0, hand} < words && words <= 16'd16 && word_q == hand + 4'd1 &&
                 last_q == ({12'd0, hand} + 16'd1 == words) && commanded <= 6'd19 + {1'b0, hand, 1'b0})
 `endif

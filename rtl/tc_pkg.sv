@@ -306,7 +306,8 @@ package tc_pkg;
     endcase
   endfunction
 
-  // What MEM stores of a word, check bits above data: the others are 0 with every value in range. Behind the registers its columns.
+  // What MEM stores of a word, check bits above data: the others are 0 with every value in range. Behind the registers
+  // its columns.
   function automatic logic [21:0] reg_stored(input logic [5:0] index);
     case (index)
       6'd0: reg_stored = 22'h000000;  // CMD
@@ -393,15 +394,24 @@ package tc_pkg;
 
   // Main state machine; any two codes differ in at least two bits.
   typedef enum logic [4:0] {
-    StIdle = 5'b00000,  // After reset: waits for the host's first command.
-    StCmdDecode = 5'b00011,  // Decodes the received command: function, length, address range, every value against its range.
-    StExtrParam = 5'b00101,  // Extracts the next parameter from the command.
-    StWrParam = 5'b00110,  // Writes it to the staged set of MEM, or carries out the command word.
-    StCmdReady = 5'b01001,  // Parameters are in place; waits for the control tick or the next command.
-    StReadTemp = 5'b01010,  // SENSC reads the sensor.
-    StTempDisplay = 5'b01100,  // Latches the input registers for the host and starts a telemetry frame when one is due.
-    StInitAlgor = 5'b01111,  // Hands temperature and parameters to ALGOR and waits for its result.
-    StCfgPwm = 5'b10001  // Sets the PWM duty; then a new command if one came, else the next reading at the control tick.
+    // After reset: waits for the host's first command.
+    StIdle = 5'b00000,
+    // Decodes the received command: function, length, address range, every value against its range.
+    StCmdDecode = 5'b00011,
+    // Extracts the next parameter from the command.
+    StExtrParam = 5'b00101,
+    // Writes it to the staged set of MEM, or carries out the command word.
+    StWrParam = 5'b00110,
+    // Parameters are in place; waits for the control tick or the next command.
+    StCmdReady = 5'b01001,
+    // SENSC reads the sensor.
+    StReadTemp = 5'b01010,
+    // Latches the input registers for the host and starts a telemetry frame when one is due.
+    StTempDisplay = 5'b01100,
+    // Hands temperature and parameters to ALGOR and waits for its result.
+    StInitAlgor = 5'b01111,
+    // Sets the PWM duty; then a new command if one came, else the next reading at the control tick.
+    StCfgPwm = 5'b10001
   } state_e;
 
   function automatic logic state_legal(input logic [4:0] code);

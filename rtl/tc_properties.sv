@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Safety properties P1-P18 of the chip that lie between its blocks, as assertions on the wires of tc_top; those of one block stand
-// in that block. The names say which: P05_... is part of P5. docs/verify/properties.md lists all of them with their proofs.
-// Alive in every simulation, absent in synthesis. Nothing here looks into a block, so a block may change inside.
+// Safety properties P1-P18 of the chip that lie between its blocks, as assertions on the wires of tc_top; those of one
+// block stand in that block. The names say which: P05_... is part of P5. docs/verify/properties.md lists all of them
+// with their proofs. Alive in every simulation, absent in synthesis. Nothing here looks into a block, so a block may
+// change inside.
 //
-// A bench may load the chip's flops at any time; it then clears past_ok_q and sets resumed_q, and what is remembered here starts anew
-// at a value from which nothing is claimed that would need the past.
+// A bench may load the chip's flops at any time; it then clears past_ok_q and sets resumed_q, and what is remembered
+// here starts anew at a value from which nothing is claimed that would need the past.
 `include "tc_assert.svh"
 
 `ifndef SYNTHESIS
@@ -76,7 +77,7 @@ module tc_properties (
     reaches = 24'(a) * 24'sd5 >= 24'(b) * 24'sd32;
   endfunction
 
-  // ---- What happens in this clock --------------------------------------------------------------------------------------------
+  // ---- What happens in this clock -----------------------------------------------------------------------------------
 
   logic too_hot, hot, sound_hot, rows_hot, state_bad, stale, host_lost, off_duty, zero_due, zero_rose, orders;
   logic [14:0] latching;
@@ -88,12 +89,13 @@ module tc_properties (
   assign state_bad = illegal_i || (run_i && state_i == tc_pkg::StIdle);
   assign orders    = run_cmd_i || cmd_stop_i || clear_i || discard_i || tune_i;
 
-  // ---- What happened before --------------------------------------------------------------------------------------------------
+  // ---- What happened before -----------------------------------------------------------------------------------------
 
   logic        resumed_q;                         // set by a bench alone
   logic        ran, was_hot, run_1, write_1, staged, tuned;
   logic [3:0]  hot_row;                           // sound samples in a row that were too hot, accepted or not
-  logic [1:0]  well_past, hot_past, hot_row_past, stale_past, host_lost_past, broken_past, rose_past;   // one and two clocks ago
+  // one and two clocks ago
+  logic [1:0]  well_past, hot_past, hot_row_past, stale_past, host_lost_past, broken_past, rose_past;
   logic [15:0] silent, alone, cold, value_1;     // 0.1 s since a sample, since a frame, without heat
   logic [5:0]  index_1;
   logic signed [15:0] base;                      // lowest temperature since the time without heat was over
@@ -160,7 +162,8 @@ module tc_properties (
       silent         <= accept_i || resumed_q ? 16'd0 : count_up(silent, tenth_i);
       alone          <= !run_i || good_frame_i || resumed_q ? 16'd0 : count_up(alone, tenth_i);
       cold           <= !off_duty || resumed_q ? 16'd0 : zero_due ? cold : count_up(cold, tenth_i);
-      base           <= accept_i && !pv_valid_i ? sens_pv_i : resumed_q ? 16'sh7FFF : zero_due && pv_i >= base ? base : pv_i;
+      base           <= accept_i && !pv_valid_i ? sens_pv_i : resumed_q ? 16'sh7FFF : zero_due &&
+          pv_i >= base ? base : pv_i;
       fault_1        <= fault_i;
       latching_1     <= latching;
       first_1        <= first_fault_i;
@@ -188,11 +191,12 @@ module tc_properties (
   // A clear is a written command word with its key.
   `TC_ASSERT_IF(P02_ClearIsKeyed_A, clear_i, write_1 && index_1 == tc_pkg::RegCmd && value_1 == tc_pkg::CmdClearFault)
   // Once off, only a Run command without any fault or cause heats again.
-  `TC_ASSERT_NEXT(P02_RunNeedsCommand_A, !run_i && !(run_cmd_i && fault_i == 15'd0 && cause_i == 15'd0 && pv_valid_i), !run_i)
+  `TC_ASSERT_NEXT(P02_RunNeedsCommand_A, !run_i && !(run_cmd_i && fault_i == 15'd0 && cause_i == 15'd0 &&
+      pv_valid_i), !run_i)
 
   // ---- P3: permission
-  // The heater is on only while RUN, without a fault, and if two clocks ago the sensor and the parameters were sound and the last
-  // accepted sample was below T_MAX.
+  // The heater is on only while RUN, without a fault, and if two clocks ago the sensor and the parameters were sound
+  // and the last accepted sample was below T_MAX.
   `TC_ASSERT_IF(P03_HeatsOnlyWhenWell_A, heater_i, run_i && fault_i == 15'd0 && pv_valid_i && well_past[1])
 
   // ---- P4: no sample
@@ -242,11 +246,11 @@ module tc_properties (
   // A broadcast in hand leaves the line alone, in the clock after its end too.
   `TC_ASSERT_NEXT(P13_BroadcastIsSilent_A, cmd_valid_i && cmd_broadcast_i, !rsp_busy_i && !de_i)
 
-  // ---- P15: liveness. The main state machine comes back to where it takes commands and ticks, whatever comes on UART and SPI (that a
+  // ---- P15: liveness. The main state machine comes back to where it takes commands and ticks, whatever comes on UART 
   // command ends stands in tc_paramc).
 
-  // A tick ends in CfgPwm within the longest read, 27138 clocks of SPI at its slowest with a set-up word before (P15_ReadEnds_A in
-  // tc_sensc), the computation and 4 clocks.
+  // A tick ends in CfgPwm within the longest read, 27138 clocks of SPI at its slowest with a set-up word before
+  // (P15_ReadEnds_A in tc_sensc), the computation and 4 clocks.
   localparam logic [14:0] LongestRead = 15'd27138;
   `TC_ASSERT_IF(P15_TickEnds_A, ticked != 15'd0, ticked <= LongestRead + 15'd23)
 `ifdef FORMAL
@@ -262,7 +266,7 @@ module tc_properties (
   `TC_ASSERT_IF(P15_ComputesInInitAlgor_A, computing_i != 5'd0 || algor_start_i, state_i == tc_pkg::StInitAlgor)
 `endif
 
-  // ---- P16: illegal state. Off in two clocks: P02_BrokenIsOff_A; that it falls to Idle in one clock stands in tc_sysctrl.
+  // ---- P16: illegal state. Off in two clocks: P02_BrokenIsOff_A; that it falls to Idle in one clock stands in tc_sysc
 
   // ---- P17: first fault
   // The first fault since the clear is not overwritten,
@@ -272,7 +276,8 @@ module tc_properties (
                 first_fault_i != 4'd0 && ({fault_i, 1'b0} >> first_fault_i) % 2 == 16'd1)
 
   // ---- P18: shorted switch
-  // Without heat for ZERO_WAIT and then risen by ZERO_RISE above the lowest since: in two clocks a fault, and the second switch is opened
+  // Without heat for ZERO_WAIT and then risen by ZERO_RISE above the lowest since: in two clocks a fault, and the
+  // second switch is opened
   `TC_ASSERT_IF(P18_RiseStopsToggling_A, rose_past[1], !safe_en_i && fault_i[tc_pkg::FaultZeroRise])
   // for as long as the fault stays.
   `TC_ASSERT_IF(P18_FaultStopsToggling_A, fault_i != 15'd0, !safe_en_i)

@@ -2,13 +2,15 @@
 // PWMC, pulse-width modulation of the heater: period, prescaler, duty with sigma-delta fraction, shortest pulse.
 //
 // Contract
-// - A period has period_i counts of prescale_i + 1 clocks. Duty, period and prescaler in force change only where a period
+// - A period has period_i counts of prescale_i + 1 clocks. Duty, period and prescaler in force change only where a
+// period
 //   starts, all three together; a period whose product duty x period is not ready yet (17 clocks) repeats the old set.
 // - Within a period pwm_o is high for its first `high` counts: at most one pulse, none when high = 0, no gap when
 //   high = period. Pulses and gaps shorter than min_on_i counts (at most half a period) do not occur.
 // - dither_i carries what rounding and min_on_i took away to the next period, so that the mean over periods is exact.
 //   Duty 0 is strictly low. A new period length starts with nothing carried.
-// - enable_i low: pwm_o is low at the next clock and the duty is forgotten. enable_i high: a period starts at once, or as
+// - enable_i low: pwm_o is low at the next clock and the duty is forgotten. enable_i high: a period starts at once, or
+// as
 //   soon as the product is ready, with the duty loaded since.
 
 `include "tc_assert.svh"
@@ -212,27 +214,32 @@ module tc_pwmc (
       end
     end
   end
-  logic signed [33:0] due, given;   // counts with 16 fraction bits: duty x period and what was owed; what the period gives
+  // counts with 16 fraction bits: duty x period and what was owed; what the period gives
+  logic signed [33:0] due, given;
   assign due   = 34'(owed) + $signed({2'b00, product_q});
   assign given = $signed({2'b00, high_q, 16'd0});
   // P7: the output is high in a period's first high_q counts and no others.
   `TC_ASSERT(P07_PulseIsHigh_A, pwm_q == (running_q && count_q < high_q))
-  // P7: those are never more than duty x period and what earlier periods had left over, which is below half a period; only with DITHER
-  // a gap shorter than PWM_MIN_ON is filled, and that is taken off the next periods.
+  // P7: those are never more than duty x period and what earlier periods had left over, which is below half a period;
+  // only with DITHER a gap shorter than PWM_MIN_ON is filled, and that is taken off the next periods.
   `TC_ASSERT_IF(P07_WithinDuty_A, known && running_q && high_q != 16'd0,
                 given <= due || (dithered && given - due < $signed({2'b00, min_on_used, 16'd0})))
-  `TC_ASSERT(P07_CarryIsBounded_A, acc_q < $signed({1'b0, period_q[15:1], 16'd0}) && acc_q > -$signed({1'b0, period_q[15:1], 16'd0}))
+  `TC_ASSERT(P07_CarryIsBounded_A, acc_q < $signed({1'b0, period_q[15:1], 16'd0}) &&
+      acc_q > -$signed({1'b0, period_q[15:1], 16'd0}))
   // P7: what is left over is the exact difference, or nothing.
   `TC_ASSERT_IF(P07_CarryIsExact_A, known && running_q && acc_q != 32'sd0, 34'(acc_q) == due - given && dithered)
   // P7: the product in force comes from the long-hand one; no duty above 1 enters it.
-  `TC_ASSERT_IF(P07_ProductIsExact_A, known && mul_left_q == 5'd0, mul_acc_q == product_ref[31:0] && duty_q <= 17'h10000)
-  // P8: the output is low before a period ends, unless duty x period with what was owed fills the period (100 %) or, with DITHER,
-  // leaves a gap shorter than PWM_MIN_ON. So otherwise it is never high for as long as a period.
+  `TC_ASSERT_IF(P07_ProductIsExact_A, known && mul_left_q == 5'd0, mul_acc_q == product_ref[31:0] &&
+      duty_q <= 17'h10000)
+  // P8: the output is low before a period ends, unless duty x period with what was owed fills the period (100 %) or,
+  // with DITHER, leaves a gap shorter than PWM_MIN_ON. So otherwise it is never high for as long as a period.
   `TC_ASSERT_IF(P08_LowBeforeEnd_A, known && running_q && count_q + 16'd1 == period_q && pwm_q,
-                high_q == period_q && (due >= given || (dithered && given - due < $signed({2'b00, min_on_used, 16'd0}))))
+                high_q == period_q && (due >= given ||
+                    (dithered && given - due < $signed({2'b00, min_on_used, 16'd0}))))
 `ifdef FORMAL
   // While the product is in work it stands as many bits higher as are still to do.
-  `TC_ASSERT_IF(P07_ProductInWork_A, mul_left_q != 5'd0, {17'd0, mul_acc_q} == {16'd0, product_ref} << (mul_left_q - 5'd1) &&
+  `TC_ASSERT_IF(P07_ProductInWork_A, mul_left_q != 5'd0, {17'd0, mul_acc_q} == {16'd0,
+      product_ref} << (mul_left_q - 5'd1) &&
                 addend == {17'd0, mul_period_q} << (5'd17 - mul_left_q) && product_ref < addend)
 `endif
 `endif
@@ -260,7 +267,8 @@ module tc_pwmc (
   logic pulse_sound, legal, carry_bounded, product_sound;
   assign half_period = $signed({1'b0, period_q[15:1], 16'd0});
 
-  // The pulse is the first high_q counts; pulse and gap are both long enough; zero duty gives none; nothing runs unless enabled.
+  // The pulse is the first high_q counts; pulse and gap are both long enough; zero duty gives none; nothing runs unless
+  // enabled.
   assign pulse_sound = pwm_q == (running_q && count_q < high_q) && high_q <= period_q &&
       (high_q == 16'd0 || high_q == period_q || (high_q >= min_on_used_q && period_q - high_q >= min_on_used_q)) &&
       (product_q != 32'd0 || high_q == 16'd0) &&
@@ -269,9 +277,11 @@ module tc_pwmc (
   assign legal = period_q >= 16'd2 && mul_period_q >= 16'd2 && duty_q <= 17'h10000 && mul_left_q <= MulSteps;
   // Less than half a period is carried, so the mean is off by less than that at any time.
   assign carry_bounded = acc_q < half_period && acc_q > -half_period;
-  // A product never exceeds the period, is zero with a zero duty, and none runs that was loaded before the output was disabled.
+  // A product never exceeds the period, is zero with a zero duty, and none runs that was loaded before the output was
+  // disabled.
   assign product_sound = product_q <= {period_q, 16'd0} && (duty_q != 17'd0 || mul_acc_q == 32'd0) &&
-      (duty_q[16] ? mul_acc_q == (mul_left_q != 5'd0 ? 32'd0 : {mul_period_q, 16'd0}) : mul_acc_q[31:16] < mul_period_q) &&
+      (duty_q[16] ? mul_acc_q == (mul_left_q != 5'd0 ? 32'd0 : {mul_period_q,
+          16'd0}) : mul_acc_q[31:16] < mul_period_q) &&
       (loaded_q || (duty_q == 17'd0 && (!running_q || product_q == 32'd0)));
 
   always_comb begin

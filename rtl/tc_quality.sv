@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// QUALITY: how well the loop has done since the set-point last changed (or heating began): overshoot, settling time, largest
-// error once at temperature, peak, and how long the heater was on. Everything stands still while heating is off, so that a
-// finished job can be read out.
+// QUALITY: how well the loop has done since the set-point last changed (or heating began): overshoot, settling time,
+// largest error once at temperature, peak, and how long the heater was on. Everything stands still while heating is
+// off, so that a finished job can be read out.
 `include "tc_assert.svh"
 
 module tc_quality #(

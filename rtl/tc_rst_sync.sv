@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reset synchroniser: rst_no falls with rst_ni at once and rises at the second clock edge after rst_ni has risen,
-// so that every flop of the chip leaves reset in the same clock. In test mode rst_no is rst_ni, whatever the two flops hold: they are in a chain.
+// so that every flop of the chip leaves reset in the same clock. In test mode rst_no is rst_ni, whatever the two flops
+// hold: they are in a chain.
 
 module tc_rst_sync (
   input  logic clk_i,

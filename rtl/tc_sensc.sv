@@ -3,13 +3,16 @@
 // temperature field into 1/64 degC.
 //
 // Contract
-// - start_i while idle begins a read; done_o pulses once at its end and pv_o, raw_o, ok_o, dev_fault_o, frame_bad_o hold
-//   till the next done_o. A start while busy_o is ignored. The description must be stable while busy_o (it is: parameters
+// - start_i while idle begins a read; done_o pulses once at its end and pv_o, raw_o, ok_o, dev_fault_o, frame_bad_o
+// hold
+// till the next done_o. A start while busy_o is ignored. The description must be stable while busy_o (it is: parameters
 //   change at control ticks); frame length, SPI mode and chip select stay sound even if it is not.
-// - Half a period of SCLK is spi_div_i + 1 clocks, 3 at least. Chip select falls half a period before the first edge, rises half
+// - Half a period of SCLK is spi_div_i + 1 clocks, 3 at least. Chip select falls half a period before the first edge,
+// rises half
 //   a period after the last, and is high for 4 half periods before every frame; SCLK changes its idle level only there.
 // - miso_i is the pin two clocks ago: it is taken in the last clock of the half period after the sampling edge.
-// - The set-up word goes out as a 16-bit frame of its own before the read: the first one after reset, after reconfig_i, and
+// - The set-up word goes out as a 16-bit frame of its own before the read: the first one after reset, after reconfig_i,
+// and
 //   after any bad frame.
 // - pv = sat((floor(field x scale / 256) + offset + trim)): rounding is toward minus infinity.
 
@@ -47,7 +50,8 @@ module tc_sensc (
   localparam logic [3:0] StShift = 4'b0110;   // between the edges and after the last
   localparam logic [3:0] StJudge = 4'b1001;   // frame complete
 
-  localparam logic [6:0] GapHalves = 7'd4;    // chip-select high time of the slowest part in the presets, MAX31855 at 5 MHz
+  // chip-select high time of the slowest part in the presets, MAX31855 at 5 MHz
+  localparam logic [6:0] GapHalves = 7'd4;
   localparam logic [6:0] SetupEdges = 7'd32;  // 16-bit set-up word
 
   logic [3:0]  state_q;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // SYSCTRL: main state machine (Xie et al. 2023, fig. 5) and the chip's time base.
 //
-// Nine states, any two codes at least two bits apart; an illegal code raises illegal_o and falls to Idle in one clock (GUARD
-// has the heater off by then). The control tick of period TS is served from CmdReady or CfgPwm: a parameter commit
-// (commit_o), then the sensor reading one clock later, so that a tick never sees half a parameter set.
+// Nine states, any two codes at least two bits apart; an illegal code raises illegal_o and falls to Idle in one clock
+// (GUARD has the heater off by then). The control tick of period TS is served from CmdReady or CfgPwm: a parameter
+// commit (commit_o), then the sensor reading one clock later, so that a tick never sees half a parameter set.
 `include "tc_assert.svh"
 
 module tc_sysctrl #(
@@ -43,7 +43,8 @@ module tc_sysctrl #(
   output logic        algor_start_o,   // pulse
   output logic        pwm_load_o,      // pulse
   output logic        illegal_o,       // level: illegal state code
-  output logic        overrun_o,       // pulse: a tick came before the last one's work was done, or that went out of order
+  // pulse: a tick came before the last one's work was done, or that went out of order
+  output logic        overrun_o,
   output logic        ms_o,            // pulse each millisecond
   output logic        tenth_o          // pulse each 0.1 s
 );
@@ -111,7 +112,8 @@ module tc_sysctrl #(
   assign to_read  = state_d == tc_pkg::StReadTemp && state_q != tc_pkg::StReadTemp;
   assign sampled    = state_q == tc_pkg::StReadTemp && sens_done_i;
   assign computed   = state_q == tc_pkg::StInitAlgor && algor_done_i;
-  assign disordered = (sampled && served_q != 3'b000) || (display_o && served_q != 3'b001) || (computed && served_q != 3'b011);
+  assign disordered = (sampled && served_q != 3'b000) || (display_o && served_q != 3'b001) ||
+                      (computed && served_q != 3'b011);
   assign to_ready = state_d == tc_pkg::StCmdReady && state_q != tc_pkg::StCmdReady;
   assign ts_wrap  = ms_q && {5'd0, ts_cnt_q} + 16'd1 >= ts_i;
   assign tlm_wrap = {1'b0, tlm_cnt_q} + 17'd1 >= {1'b0, tlm_period_i};
@@ -189,7 +191,8 @@ module tc_sysctrl #(
   `TC_ASSERT_IF(P16_IllegalFallsToIdle_A, illegal_o, state_d == tc_pkg::StIdle)
   `TC_ASSERT_NEXT(SysctrlCommitOnlyWithTick_A, to_read && pending_i, commit_q && tick_q)
 `ifndef TC_SYSCTRL_UPSET
-  `TC_ASSERT_IF(SysctrlSensStartInReadTemp_A, sens_start_q, state_q == tc_pkg::StReadTemp || state_q == tc_pkg::StTempDisplay)
+  `TC_ASSERT_IF(SysctrlSensStartInReadTemp_A, sens_start_q, state_q == tc_pkg::StReadTemp ||
+      state_q == tc_pkg::StTempDisplay)
   `TC_ASSERT(SysctrlTickExcludesDecode_A, !(tick_q && decode_o))
   `TC_ASSERT(SysctrlCommitExcludesWrite_A, !(commit_q && write_o))
 `endif

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Temperature controller for a print head: the seven blocks of Xie et al. 2023, fig. 4, and GUARD, the safety detectors.
+// Temperature controller for a print head: the seven blocks of Xie et al. 2023, fig. 4, and GUARD, the safety
+// detectors.
 //
 //   uart_rx -> UARTC -> SYSCTRL/PARAMC -> MEM -> parameters of every block
 //   sensor  -> SENSC -> GUARD -> ALGOR -> PWMC -> GUARD -> heater_o
 //
-// One clock. rst_ni asserts asynchronously and is released synchronously. heater_o is the only output with logic behind a
-// flop: inhibit_i forces it low without a clock.
+// One clock. rst_ni asserts asynchronously and is released synchronously. heater_o is the only output with logic behind
+// a flop: inhibit_i forces it low without a clock.
 //
-// Test pins are low in operation. scan_o is low here: scan insertion (asic/dft/scan/scan.hpp) puts the chains between scan_i and it.
+// Test pins are low in operation. scan_o is low here: scan insertion (asic/dft/scan/scan.hpp) puts the chains between
+// scan_i and it.
 
 module tc_top #(
   // Clocks of a millisecond; a parameter so that proofs can shorten the time base.
@@ -37,7 +39,7 @@ module tc_top #(
   output logic [tc_pkg::ScanChains-1:0] scan_o
 );
 
-  // ---- Reset and asynchronous inputs -------------------------------------------------------------------------------------
+  // ---- Reset and asynchronous inputs --------------------------------------------------------------------------------
 
   logic rst_n;
   tc_rst_sync u_rst_sync (.clk_i, .rst_ni, .test_mode_i, .rst_no(rst_n));
@@ -51,7 +53,7 @@ module tc_top #(
     .q_o({drop, inhibit, heater_fb, miso, strap, rx})
   );
 
-  // ---- Wires between blocks ----------------------------------------------------------------------------------------------
+  // ---- Wires between blocks -----------------------------------------------------------------------------------------
 
   tc_pkg::params_t params;
 
@@ -102,7 +104,8 @@ module tc_top #(
 
   logic        pwm, period_start, pwmc_parity, pwmc_still;
 
-  logic        stop, state_bad;      // the host or self-tuning stops heating; a state that is none, or Idle while heating
+  // the host or self-tuning stops heating; a state that is none, or Idle while heating
+  logic        stop, state_bad;
   assign stop      = cmd_stop || uart_stop || tune_stop;
   assign state_bad = illegal || (run && state == tc_pkg::StIdle);
 
@@ -111,7 +114,7 @@ module tc_top #(
   logic [14:0] cause, fault;
   logic [3:0]  first_fault;
 
-  // ---- Blocks ------------------------------------------------------------------------------------------------------------
+  // ---- Blocks -------------------------------------------------------------------------------------------------------
 
   tc_uartc u_uartc (
     .clk_i, .rst_ni(rst_n),
@@ -145,7 +148,8 @@ module tc_top #(
     .cmd_broadcast_i(cmd_broadcast), .cmd_fc_i(cmd_fc), .cmd_a_i(cmd_a), .cmd_b_i(cmd_b), .cmd_count_i(cmd_count),
     .cmd_len_i(cmd_len), .cmd_word_index_o(cmd_word_index), .cmd_word_i(cmd_word),
     .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
-    .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .discarding_i(discarding), .t_max_staged_i(t_max_staged),
+    .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .discarding_i(discarding),
+        .t_max_staged_i(t_max_staged),
     .lock_i(params.lock), .running_i(run), .run_allowed_i(run_allowed), .cause_present_i(cause != 15'd0),
     .manual_i(params.mode[0]), .run_o(cmd_run), .stop_o(cmd_stop), .clear_o(cmd_clear),
     .tuning_i(tuning), .tune_wr_i(tune_wr), .tune_o(cmd_tune),
@@ -164,7 +168,8 @@ module tc_top #(
 
   tc_mem u_mem (
     .clk_i, .rst_ni(rst_n), .scan_en_i,
-    .wr_i((write && store) || tune_wr), .wr_index_i(tune_wr ? tune_index : index), .wr_data_i(tune_wr ? tune_data : value),
+    .wr_i((write && store) || tune_wr), .wr_index_i(tune_wr ? tune_index : index),
+        .wr_data_i(tune_wr ? tune_data : value),
     .commit_i(commit), .discard_i(discard), .discarding_o(discarding),
     .rd_i(mem_rd), .rd_index_i(mem_rd_index), .rd_data_o(mem_rd_data), .rd_wait_o(mem_rd_wait),
     .params_o(params), .t_max_staged_o(t_max_staged),
@@ -204,9 +209,11 @@ module tc_top #(
 
   tc_atune u_atune (
     .clk_i, .rst_ni(rst_n),
-    .tune_i(cmd_tune), .run_i(run), .sample_i(sample), .tenth_i(tenth), .commit_i(commit), .pv_i(pv), .sp_work_i(sp_work),
+    .tune_i(cmd_tune), .run_i(run), .sample_i(sample), .tenth_i(tenth), .commit_i(commit), .pv_i(pv),
+        .sp_work_i(sp_work),
     .amb_i(amb), .ramping_i(ramping), .duty_max_i(duty_max),
-    .tuning_o(tuning), .duty_o(tune_duty), .hold_o(tune_hold), .stop_o(tune_stop), .parity_o(tune_parity), .still_o(tune_still),
+    .tuning_o(tuning), .duty_o(tune_duty), .hold_o(tune_hold), .stop_o(tune_stop), .parity_o(tune_parity),
+        .still_o(tune_still),
     .wr_o(tune_wr), .wr_index_o(tune_index), .wr_data_o(tune_data), .state_o(tune_state), .ku_o(tune_ku), .tu_o(tune_tu)
   );
 
@@ -219,7 +226,8 @@ module tc_top #(
 
   tc_pwmc u_pwmc (
     .clk_i, .rst_ni(rst_n),
-    .prescale_i(params.pwm_prescale), .period_i(params.pwm_period), .min_on_i(params.pwm_min_on), .dither_i(params.ctrl[4]),
+    .prescale_i(params.pwm_prescale), .period_i(params.pwm_period), .min_on_i(params.pwm_min_on),
+        .dither_i(params.ctrl[4]),
     .enable_i(run), .duty_i(duty), .load_i(pwm_load), .pwm_o(pwm),
     .parity_o(pwmc_parity), .still_o(pwmc_still), .period_start_o(period_start)
   );
@@ -232,7 +240,8 @@ module tc_top #(
     .ramping_i(ramping), .pwm_i(pwm),
     .run_i(cmd_run), .stop_i(stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
     .state_illegal_i(state_bad), .overrun_i(overrun),
-    .watch_parity_i({pwmc_parity, ^{algor_i, algor_filt, sp_work, tune_parity}}), .watch_still_i({pwmc_still, algor_still && tune_still}),
+    .watch_parity_i({pwmc_parity, ^{algor_i, algor_filt, sp_work, tune_parity}}),
+        .watch_still_i({pwmc_still, algor_still && tune_still}),
     .inhibit_i(inhibit), .heater_fb_i(heater_fb),
     .heater_o(heater), .safe_en_o, .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
     .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),
@@ -244,7 +253,7 @@ module tc_top #(
     .cause_o(cause), .fault_o(fault), .first_fault_o(first_fault)
   );
 
-  // ---- Pins --------------------------------------------------------------------------------------------------------------
+  // ---- Pins ---------------------------------------------------------------------------------------------------------
 
   // The emergency stop acts even when the clock is gone.
   assign heater_o  = heater && !inhibit_i;
@@ -268,7 +277,8 @@ module tc_top #(
     .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd_broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
     .write_i(write), .store_i(store), .index_i(index), .value_i(value), .discard_i(discard), .discarding_i(discarding),
     .tune_i(cmd_tune), .tune_wr_i(tune_wr),
-    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy), .reading_i(reading),
+    .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy),
+        .reading_i(reading),
     .algor_start_i(algor_start), .computing_i(computing)
   );
 `endif

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modbus RTU framing: collects characters into a frame, judges it at the end, and holds the command until it is done.
 //
-// A frame ends with gap_i if its CRC is right, it has 4..256 bytes and no character error. Any other is given up with give_up_i,
-// which comes earlier unless the host may pause. A frame for another address is dropped in silence. A frame of which a byte came while busy_i or cmd_valid_o is dropped as a whole, with one
-// exception: STOP (FC 06, CMD = 0) is heard at any time, since it only needs matching, no storage.
-// stop_o, good_o: one clock, in the clock after the frame was judged. cmd_* hold from cmd_valid_o until the answer has been sent.
+// A frame ends with gap_i if its CRC is right, it has 4..256 bytes and no character error. Any other is given up with
+// give_up_i, which comes earlier unless the host may pause. A frame for another address is dropped in silence. A frame
+// of which a byte came while busy_i or cmd_valid_o is dropped as a whole, with one exception: STOP (FC 06, CMD = 0) is
+// heard at any time, since it only needs matching, no storage. stop_o, good_o: one clock, in the clock after the frame
+// was judged. cmd_* hold from cmd_valid_o until the answer has been sent.
 `include "tc_assert.svh"
 
 module tc_uart_frame (
@@ -207,13 +208,15 @@ module tc_uart_frame (
   end
   // What framing keeps agrees with what the judge kept.
   `TC_ASSERT_IF(UartFrameAgrees_A, known && open_o,
-                count_q == bytes && crc_q == crc && skip_q == busy && stop_like_q == stop_bytes && (match_q && good) == sound)
-  // P9: a sound STOP frame to this slave or all, followed by the silence, is a STOP in the next clock, while busy and locked too.
+                count_q == bytes && crc_q == crc && skip_q == busy && stop_like_q == stop_bytes && (match_q &&
+                    good) == sound)
+  // P9: a sound STOP frame to this slave or all, followed by the silence, is a STOP in the next clock, while busy and
+  // locked too.
   `TC_ASSERT_NEXT(P09_StopIsHeard_A, known && is_stop && gap_i && !valid_i, stop_q)
   // Nothing else is a STOP.
   `TC_ASSERT_IF(P09_StopIsTrue_A, stop_q, stop_past && silent_past)
-  // P10: only a frame with this slave's address or the broadcast's, a right CRC, 4 to 256 characters without error and the silence
-  // behind it becomes a command.
+  // P10: only a frame with this slave's address or the broadcast's, a right CRC, 4 to 256 characters without error and
+  // the silence behind it becomes a command.
   `TC_ASSERT_IF(P10_CommandIsSound_A, good_q, sound_past && silent_past)
 `endif
 

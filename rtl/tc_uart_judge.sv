@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An independent judge of received frames, for assertions alone (P9, P10): keeps the frame's first bytes as they came and
-// computes the CRC bit by bit. Absent in synthesis.
-// It follows the framing only in where a frame begins: with the first character after open_i was low.
+// An independent judge of received frames, for assertions alone (P9, P10): keeps the frame's first bytes as they came
+// and computes the CRC bit by bit. Absent in synthesis. It follows the framing only in where a frame begins: with the
+// first character after open_i was low.
 
 `ifndef SYNTHESIS
 module tc_uart_judge (

@@ -3,8 +3,8 @@
 
 package tc_uart_pkg;
 
-  // Ticks of a sixteenth bit: an accumulator gains BAUD (baud rate / 100) each clock and wraps at clock / 1600; a wrap is a tick. So
-  // their mean rate is exact at every baud rate. Result: {tick, accumulator of the next clock}.
+  // Ticks of a sixteenth bit: an accumulator gains BAUD (baud rate / 100) each clock and wraps at clock / 1600; a wrap
+  // is a tick. So their mean rate is exact at every baud rate. Result: {tick, accumulator of the next clock}.
   function automatic logic [13:0] baud_step(input logic [12:0] acc, input logic [12:0] baud);
     logic [13:0] modulus, sum;
     modulus = 14'(tc_pkg::ClkHz / (16 * 100));

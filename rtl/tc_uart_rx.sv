@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Serial receiver: characters of 8 data bits at any baud rate, and the silence after them.
 //
-// A low line starts a character; the start bit and every later bit is the majority of ticks 7, 8 and 9 of 16. A high start bit
-// was a glitch and leaves no trace. valid_o pulses for one clock when the first stop bit has been judged (data_o and error_o hold
-// then); the next start bit is accepted from there on: from the middle of the stop bit if two samples were high by then, or a
-// host that is 3.5 % fast would gain on us at 500 kBd. After a low stop bit the line must first go high again.
+// A low line starts a character; the start bit and every later bit is the majority of ticks 7, 8 and 9 of 16. A high
+// start bit was a glitch and leaves no trace. valid_o pulses for one clock when the first stop bit has been judged
+// (data_o and error_o hold then); the next start bit is accepted from there on: from the middle of the stop bit if two
+// samples were high by then, or a host that is 3.5 % fast would gain on us at 500 kBd. After a low stop bit the line
+// must first go high again.
 //
-// Silence is counted from the end of the last character and stays until the next start bit. Modbus leaves open what lies between
+// Silence is counted from the end of the last character and stays until the next start bit. Modbus leaves open what
+// lies between
 // 1.5 characters, which a host may pause inside a frame, and 3.5 characters, which it keeps between frames.
-// give_up_o: 27 bits (23.5 where a character has 10), nearly 2.5 characters: what is still incomplete won't be completed. A host
-//   that keeps its 3.5 characters is heard again although it is 3.5 % fast and although the receiver, having lost the place of the
-//   start bits, takes the last character to end up to 10 bits late. With pause_i also 1.75 ms since the middle of the first stop bit.
-// gap_o: 3.5 characters less 2.5 bits, so that frames of a host that is 6 % fast are told apart.
+// give_up_o: 27 bits (23.5 where a character has 10), nearly 2.5 characters: what is still incomplete won't be
+// completed. A host
+// that keeps its 3.5 characters is heard again although it is 3.5 % fast and although the receiver, having lost the
+// place of the
+// start bits, takes the last character to end up to 10 bits late. With pause_i also 1.75 ms since the middle of the
+// first stop bit. gap_o: 3.5 characters less 2.5 bits, so that frames of a host that is 6 % fast are told apart.
 // idle_o: nothing moves. baud_i, format_i and pause_i change only while idle_o.
 `include "tc_assert.svh"
 
@@ -69,7 +73,8 @@ module tc_uart_rx (
   // One or two samples are in high_q, the last is on the line.
   assign level       = high_q[1] || (high_q[0] && rx_i);  // two of three
   assign stop_judged = judged || (tick && tick_q == SecondSample && level);
-  assign listening   = state_q == RxIdle || state_q == RxStart;  // silence is counted, also under a start bit not yet sure
+  // silence is counted, also under a start bit not yet sure
+  assign listening   = state_q == RxIdle || state_q == RxStart;
 
   assign valid_o    = valid_q;
   assign data_o     = shift_q;
@@ -157,7 +162,8 @@ module tc_uart_rx (
   `TC_ASSERT_NEXT(UartRxIdleTillStart_A, idle_o && rx_i, idle_o)
 
 `ifndef SYNTHESIS
-  // P14: the silence counted the long-hand way, from the middle of the last first stop bit: a bit has 120000 units, a clock baud_i.
+  // P14: the silence counted the long-hand way, from the middle of the last first stop bit: a bit has 120000 units, a
+  // clock baud_i.
   localparam logic [22:0] TickUnits = 23'(tc_pkg::ClkHz / 1600);
   localparam logic [22:0] HalfBit   = 23'd8 * TickUnits;
   logic        resumed_q;                   // set by a bench that loads flops
@@ -201,8 +207,8 @@ module tc_uart_rx (
   `TC_ASSERT_IF(UartRxNoPauseNoWait_A, !paused_q, quiet_q == 15'd0)
   `TC_ASSERT_IF(UartRxHeardAfterGap_A, !paused_q && gap_o, give_up_o && idle_o)
 
-  // Never locks up: with every tick a character comes nearer to its end, from at most 169 ticks away. phase: ticks since a bit was
-  // judged; left: ticks to the end.
+  // Never locks up: with every tick a character comes nearer to its end, from at most 169 ticks away. phase: ticks
+  // since a bit was judged; left: ticks to the end.
   logic       in_char;
   logic [3:0] phase, bits_left;
   logic [7:0] left;

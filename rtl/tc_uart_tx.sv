@@ -2,9 +2,10 @@
 // Serial transmitter of whole Modbus frames: the bytes offered to it, then their CRC.
 //
 // A frame starts when valid_i is high while busy_o is low: three bit times of mark, then the characters without a gap:
-// driver enable leads the first start bit, and what the receiver's gap_o came early is made up for. data_i is taken at each character's start and take_o pulses in the next clock; the next byte must then
-// stand before the character ends (at least 160 clocks). With the byte taken under last_i the CRC follows by itself, low byte first.
-// busy_o: from the lead to the end of the last stop bit. baud_i, format_i change only while busy_o is low.
+// driver enable leads the first start bit, and what the receiver's gap_o came early is made up for. data_i is taken at
+// each character's start and take_o pulses in the next clock; the next byte must then stand before the character ends
+// (at least 160 clocks). With the byte taken under last_i the CRC follows by itself, low byte first. busy_o: from the
+// lead to the end of the last stop bit. baud_i, format_i change only while busy_o is low.
 `include "tc_assert.svh"
 
 module tc_uart_tx (
@@ -110,8 +111,8 @@ module tc_uart_tx (
   `TC_ASSERT(UartTxBitsLegal_A, bits_q <= 4'd10)
   `TC_ASSERT_NEXT(UartTxLevelHeldThroughABit_A, busy_q && !bit_end, tx_o == $past(tx_o) && busy_o)
   `TC_ASSERT(UartTxTakesOnlyInAFrame_A, busy_o || !take_o)
-  // The next byte is there long before it is needed: a few clocks into the character before it. (No cover: no proof reaches a
-  // frame's fourth byte; every lockstep run with telemetry does.)
+  // The next byte is there long before it is needed: a few clocks into the character before it. (No cover: no proof
+  // reaches a frame's fourth byte; every lockstep run with telemetry does.)
   `TC_ASSERT(UartTxByteInTime_A, !busy_q || next_q != NextData || valid_i || (bits_q >= 4'd9 && tick_q <= 4'd7))
 
 `ifndef SYNTHESIS
@@ -130,7 +131,8 @@ module tc_uart_tx (
       else missing <= missing > 19'(baud_i) ? missing - 19'(baud_i) : 19'd0;
     end
   end
-  // P14: the first start bit comes three bits after the frame began, so with the gap before (P14_GapIsSilence_A in tc_uart_rx)
+  // P14: the first start bit comes three bits after the frame began, so with the gap before (P14_GapIsSilence_A in
+  // tc_uart_rx)
   // 3.5 characters and nearly half a bit after the last stop bit.
   `TC_ASSERT_IF(P14_LeadIsThreeBits_A, !tx_o, missing == 19'd0)
 `ifdef FORMAL

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// UARTC: serial port of the host. Modbus RTU slave on rx_i/tx_o (de_o drives an RS-485 transceiver), telemetry on tlm_tx_o.
+// UARTC: serial port of the host. Modbus RTU slave on rx_i/tx_o (de_o drives an RS-485 transceiver), telemetry on
+// tlm_tx_o.
 //
-// It frames, checks and answers; what a register means is PARAMC's. A valid frame to this slave raises cmd_valid_o until
-// cmd_done_i, whose answer descriptor starts the answer at once: with its lead the 3.5 characters of silence are over by then. Broadcasts are never
-// answered, whatever the descriptor says. Register words are read through rd_addr_o/rd_data_i, the answer before telemetry.
-// Address, baud rate and format are taken over only while nothing is received, waiting or sent.
+// It frames, checks and answers; what a register means is PARAMC's. A valid frame to this slave raises cmd_valid_o
+// until cmd_done_i, whose answer descriptor starts the answer at once: with its lead the 3.5 characters of silence are
+// over by then. Broadcasts are never answered, whatever the descriptor says. Register words are read through
+// rd_addr_o/rd_data_i, the answer before telemetry. Address, baud rate and format are taken over only while nothing is
+// received, waiting or sent.
 `include "tc_assert.svh"
 
 module tc_uartc (
@@ -38,7 +40,8 @@ module tc_uartc (
   input  logic [2:0]  rsp_kind_i,
   input  logic [7:0]  rsp_exc_i,         // exception code; with RspServerId the run indicator, FF on, 00 off
   output logic        rsp_busy_o,
-  // Register read port: rd_data_i follows rd_addr_o in the same clock; a holding register's only in a clock of rd_rsp_o without rd_wait_i.
+  // Register read port: rd_data_i follows rd_addr_o in the same clock; a holding register's only in a clock of rd_rsp_o
+  // without rd_wait_i.
   output logic [15:0] rd_addr_o,
   output logic        rd_rsp_o,          // an answer reads; telemetry reads no holding registers
   input  logic        rd_wait_i,
@@ -87,7 +90,8 @@ module tc_uartc (
   logic        rd_rsp_q;        // rd_addr_q stands for the answer
   logic        rd_tlm_q;        // ... for telemetry
 
-  // -- Receiver and framing ---------------------------------------------------------------------------------------------------------
+  // -- Receiver and framing
+  // ---------------------------------------------------------------------------------------------------------
 
   logic       rx_valid, rx_error, rx_gap, rx_give_up, rx_idle, frame_open;
   logic [7:0] rx_data;
@@ -123,7 +127,8 @@ module tc_uartc (
     .crc_errors_o, .char_errors_o, .messages_o
   );
 
-  // -- Configuration ----------------------------------------------------------------------------------------------------------------
+  // -- Configuration
+  // ----------------------------------------------------------------------------------------------------------------
 
   logic idle;
   assign idle = rx_idle && !frame_open && !cmd_valid_o && !rsp_busy_o && !tlm_busy_o;
@@ -142,7 +147,8 @@ module tc_uartc (
     end
   end
 
-  // -- Answer -----------------------------------------------------------------------------------------------------------------------
+  // -- Answer ---------------------------------------------------------------------------------------------------------
+  // --------------
 
   logic       rsp_ident, rsp_reading, rsp_ready, rsp_last, rsp_object_end, rsp_take, rsp_sending;
   logic [7:0] rsp_byte;
@@ -169,7 +175,8 @@ module tc_uartc (
   always_comb begin
     rsp_byte = 8'd0;
     if (rsp_place_q == 8'd0) rsp_byte = address_q;
-    else if (rsp_place_q == 8'd1) rsp_byte = rsp_kind_q == tc_uart_pkg::RspException ? cmd_fc_o | ExceptionFlag : cmd_fc_o;
+    else if (rsp_place_q == 8'd1) rsp_byte = rsp_kind_q == tc_uart_pkg::RspException ? cmd_fc_o | ExceptionFlag :
+        cmd_fc_o;
     else begin
       case (rsp_kind_q)
         tc_uart_pkg::RspException: rsp_byte = rsp_exc_q;
@@ -261,7 +268,8 @@ module tc_uartc (
   assign de_o       = rsp_sending;
   assign rsp_busy_o = rsp_active_q || rsp_sending;
 
-  // -- Telemetry --------------------------------------------------------------------------------------------------------------------
+  // -- Telemetry ------------------------------------------------------------------------------------------------------
+  // --------------
 
   logic       tlm_reading, tlm_ready, tlm_last, tlm_take, tlm_sending;
   logic [7:0] tlm_byte;
@@ -311,7 +319,8 @@ module tc_uartc (
   );
   assign tlm_busy_o = tlm_active_q || tlm_sending;
 
-  // -- Register read port -----------------------------------------------------------------------------------------------------------
+  // -- Register read port
+  // -----------------------------------------------------------------------------------------------------------
 
   logic rsp_wants, tlm_wants;
   assign rsp_wants = rsp_active_q && rsp_reading && !rsp_have_q && !rd_rsp_q;
@@ -337,7 +346,8 @@ module tc_uartc (
   `TC_ASSERT_IF(UartcAnswerKindLegal_A, rsp_active_q,
                 rsp_kind_q >= tc_uart_pkg::RspException && rsp_kind_q <= tc_uart_pkg::RspIdObject)
   `TC_ASSERT_NEXT(UartcConfigKept_A, !rx_idle || frame_open || cmd_valid_o || rsp_busy_o || tlm_busy_o,
-                  baud_q == $past(baud_q) && format_q == $past(format_q) && pause_q == $past(pause_q) && address_q == $past(address_q))
+                  baud_q == $past(baud_q) && format_q == $past(format_q) && pause_q == $past(pause_q) &&
+                      address_q == $past(address_q))
   `TC_ASSERT_NEXT(UartcConfigTaken_A, idle,
                   baud_q == $past(cfg_baud_i) && format_q == $past(cfg_format_i) && pause_q == $past(cfg_pause_i))
 
@@ -354,8 +364,8 @@ module tc_uartc (
       else if (rx_gap || resumed_q) heard <= 1'b0;
     end
   end
-  // P14: from the first to the last clock of an answer a gap lies behind the frame that is answered; the answer's lead follows
-  // (P14_LeadIsThreeBits_A in tc_uart_tx).
+  // P14: from the first to the last clock of an answer a gap lies behind the frame that is answered; the answer's lead
+  // follows (P14_LeadIsThreeBits_A in tc_uart_tx).
   `TC_ASSERT_IF(P14_AnswerAfterGap_A, rsp_busy_o, !heard)
 `ifdef FORMAL
   `TC_ASSERT_IF(P14_CommandAfterGap_A, cmd_valid_o, !heard)
