@@ -16,8 +16,7 @@ namespace {
 
 constexpr std::uint64_t kFrameGapBits = 40;  // above 3.5 characters of any format
 constexpr std::uint64_t kLatestAnswer =
-    60000;                          // clocks; the longest read of a sensor and the loop stand between
-constexpr unsigned kReadMost = 32;  // registers in a request
+    60000;  // clocks; the longest read of a sensor and the loop stand between
 
 tb::UartFormat format_of(std::uint16_t code) {
   constexpr std::array<tb::UartFormat, 4> kFormats{tb::k8E1, tb::k8O1, tb::k8N2, tb::k8N1};
@@ -142,13 +141,14 @@ void FunctionalSession::write(std::uint16_t first, std::span<const std::int32_t>
 }
 
 void FunctionalSession::read_holding() {
-  ask(tb::read_holding_registers(address_, spec::kHoldingBase, kReadMost));
-  ask(tb::read_holding_registers(address_, spec::kHoldingBase + kReadMost, spec::kHoldingCount - kReadMost));
+  ask(tb::read_holding_registers(address_, spec::kHoldingBase, spec::kMaxRead));
+  ask(tb::read_holding_registers(address_, spec::kHoldingBase + spec::kMaxRead,
+                                 spec::kHoldingCount - spec::kMaxRead));
 }
 
 void FunctionalSession::read_inputs() {
-  ask(tb::read_input_registers(address_, 0, kReadMost));
-  ask(tb::read_input_registers(address_, kReadMost, spec::kInputCount - kReadMost));
+  ask(tb::read_input_registers(address_, 0, spec::kMaxRead));
+  ask(tb::read_input_registers(address_, spec::kMaxRead, spec::kInputCount - spec::kMaxRead));
 }
 
 void FunctionalSession::read_loop() { ask(tb::read_input_registers(address_, 0, spec::kInCause + 1)); }

@@ -103,7 +103,7 @@ class GerberFile {
     }
     if (!ended_) fail(path_, "the file ends without M02*, expected it; the file may be cut off");
     // Old files leave the end of a step and repeat to the end of the file.
-    if (levels_.back().kind == Level::step) close_step();
+    if (levels_.back().kind == Level::Kind::step) close_step();
     if (levels_.size() > 1) fail(path_, "the file ends inside a block, expected %AB*% before M02*");
   }
 
@@ -123,7 +123,7 @@ class GerberFile {
  private:
   /// Flashes are gathered in the file, in a repeated step or in a block.
   struct Level {
-    enum Kind { file, step, block } kind = file;
+    enum class Kind { file, step, block } kind = Kind::file;
     std::vector<RawPoint> points;
     int aperture = 0;                        ///< that a block defines
     std::array<double, 2> count{}, pitch{};  ///< of a step
@@ -228,7 +228,7 @@ class GerberFile {
 
   void block(std::string_view text) {
     if (text == "AB") {
-      if (levels_.back().kind != Level::block) fail_here(text, "the end of a block that is open");
+      if (levels_.back().kind != Level::Kind::block) fail_here(text, "the end of a block that is open");
       Level level = std::move(levels_.back());
       levels_.pop_back();
       apertures_.insert(level.aperture);
@@ -240,13 +240,13 @@ class GerberFile {
     constexpr std::size_t deepest = 16;
     if (text.size() < 4 || text[2] != 'D' || number < 10) fail_here(text, "a block such as ABD12");
     if (levels_.size() == deepest) fail_here(text, "blocks nested less deeply");
-    levels_.push_back({Level::block, {}, number, {}, {}});
+    levels_.push_back({Level::Kind::block, {}, number, {}, {}});
   }
 
   void step(std::string_view text) {
-    if (levels_.back().kind == Level::step) close_step();
+    if (levels_.back().kind == Level::Kind::step) close_step();
     if (text == "SR") return;
-    Level level{Level::step, {}, 0, {1.0, 1.0}, {0.0, 0.0}};
+    Level level{Level::Kind::step, {}, 0, {1.0, 1.0}, {0.0, 0.0}};
     for (const auto& [letter, value] : {std::pair('X', &level.count[0]), std::pair('Y', &level.count[1]),
                                         std::pair('I', &level.pitch[0]), std::pair('J', &level.pitch[1])}) {
       const auto start = text.find(letter);

@@ -113,7 +113,7 @@ class LinKernighan {
   struct Step {
     double open;      ///< gain of the chain before it is closed
     Place near, far;  ///< places that the exchange uses, meaning depends on `kind`
-    enum Kind : std::uint8_t { head, tail, splice_turned, splice } kind;
+    enum class Kind : std::uint8_t { head, tail, splice_turned, splice } kind;
   };
 
   // Wide at the start of a chain, where a wrong first exchange can't be made good; measured on uniform and on
@@ -295,7 +295,7 @@ class LinKernighan {
       if (at >= 2) {
         const Node freed = node_at(at - 1);
         if (!rules_.is_fixed(freed, c))
-          steps.add({open + cost(freed, c), at - 1, 0, Step::head}, cost(freed, far_end));
+          steps.add({open + cost(freed, c), at - 1, 0, Step::Kind::head}, cost(freed, far_end));
       }
       // The edge behind c instead leaves a ring 0..c, to be opened by the next edge.
       if (level <= deepest_splice && at >= 1 && at < last) add_splices(steps, level, open, at, far_end);
@@ -306,7 +306,7 @@ class LinKernighan {
       if (at > last - 2) return;
       const Node freed = node_at(at + 1);
       if (!rules_.is_fixed(freed, c))
-        steps.add({open + cost(freed, c), at + 1, 0, Step::tail}, cost(freed, near_end));
+        steps.add({open + cost(freed, c), at + 1, 0, Step::Kind::tail}, cost(freed, near_end));
     });
   }
 
@@ -349,12 +349,12 @@ class LinKernighan {
       if (at >= 1) {
         const Node freed = node_at(at - 1);
         if (!rules_.is_fixed(freed, d))
-          steps.add({gain + cost(freed, d), at, ring, Step::splice_turned}, cost(freed, far_end));
+          steps.add({gain + cost(freed, d), at, ring, Step::Kind::splice_turned}, cost(freed, far_end));
       }
       if (at < ring) {
         const Node freed = node_at(at + 1);
         if (!rules_.is_fixed(freed, d))
-          steps.add({gain + cost(freed, d), at, ring, Step::splice}, cost(freed, far_end));
+          steps.add({gain + cost(freed, d), at, ring, Step::Kind::splice}, cost(freed, far_end));
       }
     });
   }
@@ -362,21 +362,21 @@ class LinKernighan {
   /// Adds the step's turns to those that are being tried.
   void take(const Step& step) {
     switch (step.kind) {
-      case Step::head:
+      case Step::Kind::head:
         touch(step.near, step.near + 1);
         try_turn(0, step.near);
         return;
-      case Step::tail:
+      case Step::Kind::tail:
         touch(step.near - 1, step.near);
         try_turn(step.near, size() - 1);
         return;
-      case Step::splice_turned:  // 0..d-1 | d..c | e : turned each for itself
+      case Step::Kind::splice_turned:  // 0..d-1 | d..c | e : turned each for itself
         touch(step.near - 1, step.near);
         touch(step.far, step.far + 1);
         try_turn(0, step.near - 1);
         try_turn(step.near, step.far);
         return;
-      case Step::splice:  // 0..d | d+1..c | e : change places
+      case Step::Kind::splice:  // 0..d | d+1..c | e : change places
         touch(step.near, step.near + 1);
         touch(step.far, step.far + 1);
         try_turn(0, step.far);

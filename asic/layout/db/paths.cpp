@@ -12,16 +12,16 @@ namespace {
 constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr double kClockSlewNs = 0.1;
 constexpr double kPortSlewNs = 0.1;
-enum Edge : std::size_t { rise, fall };
-constexpr std::array edges{rise, fall};
+enum Edge : std::size_t { kRise, kFall };
+constexpr std::array edges{kRise, kFall};
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 double delay_ns(const DelayArc& arc, Edge out, double slew_ns, double load_pf) {
-  return (out == rise ? arc.delay : arc.fall_delay).at(slew_ns, load_pf);
+  return (out == kRise ? arc.delay : arc.fall_delay).at(slew_ns, load_pf);
 }
 double slew_ns(const DelayArc& arc, Edge out, double in_slew_ns, double load_pf) {
-  return (out == rise ? arc.slew : arc.fall_slew).at(in_slew_ns, load_pf);
+  return (out == kRise ? arc.slew : arc.fall_slew).at(in_slew_ns, load_pf);
 }
 bool makes(const DelayArc& arc, Edge in, Edge out) {
   return arc.unateness == Unateness::none || (arc.unateness == Unateness::positive) == (in == out);
