@@ -20,7 +20,7 @@ if(MELTSTAGE_FUZZ)
 endif()
 if(MELTSTAGE_SANITIZE)
   # GCC 12 warns falsely of its own <regex> when that is instrumented
-  add_compile_options(-fsanitize=${MELTSTAGE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -Wno-maybe-uninitialized)
+  add_compile_options(-fsanitize=${MELTSTAGE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   add_link_options(-fsanitize=${MELTSTAGE_SANITIZE})
 endif()
 if(MELTSTAGE_COVERAGE)

@@ -8,14 +8,10 @@
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <exception>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "app/verbs.hpp"
 #include "asic/dft/atpg/functional.hpp"
@@ -25,11 +21,10 @@
 #include "asic/dft/atpg/test_solver.hpp"
 #include "asic/dft/core/bench_file.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
-#include "asic/dft/core/transition.hpp"
-#include "asic/dft/core/workers.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"
+#include "asic/dft/program.hpp"
 #include "asic/dft/scan/lint.hpp"
 #include "asic/dft/scan/masks.hpp"
 #include "asic/dft/scan/replay.hpp"
@@ -82,6 +77,17 @@ CellLibrary library_of(const Options& options) {
   return options.liberty.empty() ? yosys_library() : read_liberty(options.liberty);
 }
 
+ScanOptions scan_of(const Options& options) {
+  ScanOptions scan;
+  scan.chains = options.chains;
+  scan.reset = options.reset;
+  return scan;
+}
+
+GenerateOptions generation_of(const Options& options) {
+  return {.seed = options.seed, .conflict_limit = options.conflicts};
+}
+
 void print_coverage(const Coverage& c) {
   for (const FaultClass k : {FaultClass::DS, FaultClass::DI, FaultClass::PT, FaultClass::UT, FaultClass::UR,
                              FaultClass::AU, FaultClass::NC, FaultClass::NO})
@@ -103,122 +109,6 @@ nlohmann::ordered_json coverage_json(const Coverage& c) {
   return json;
 }
 
-// One line a fault: class, name, first pattern that detects it.
-std::string fault_report(const FaultList& list, const std::vector<FaultClass>& reported, const Grade& graded,
-                         const std::function<std::string(std::size_t)>& name) {
-  std::string text;
-  for (std::size_t f = 0; f < reported.size(); ++f) {
-    const std::uint32_t first =
-        list.class_of[f] == FaultList::kNoClass ? Grade::kUndetected : graded.first_pattern[list.class_of[f]];
-    text += fmt::format("{} {} {}\n", to_string(reported[f]),
-                        first == Grade::kUndetected ? "-" : std::to_string(first), name(f));
-  }
-  return text;
-}
-
-// Patterns of a combinational view as cycles: every input driven, every output compared.
-CycleStream plain_stream(const Circuit& circuit, const std::vector<Pattern>& patterns,
-                         const std::string& title) {
-  CycleStream stream;
-  stream.title = title;
-  std::set<std::string> taken;
-  const auto add =
-      [&](Node node,
-          bool input) {  // an output has the name of the line it shows; a tester wants each name once
-        std::string name = circuit.name(node) + (input ? "" : "_out");
-        while (!taken.insert(name).second) name += "_";
-        stream.signals.push_back({name, input});
-      };
-  for (const Node node : circuit.inputs()) add(node, true);
-  for (const Node node : circuit.outputs()) add(node, false);
-  std::vector<Word> values;
-  std::size_t first = 0;
-  for (const PatternBlock& block : blocks_of(patterns, circuit.inputs().size())) {
-    simulate(circuit, block, values);
-    for (std::size_t lane = 0; lane < block.count; ++lane) {
-      std::string states;
-      for (const std::uint8_t bit : patterns[first + lane]) states += bit != 0 ? '1' : '0';
-      for (const Node node : circuit.outputs()) states += values[node].bit(lane) ? 'H' : 'L';
-      stream.cycles.push_back({states, fmt::format("pattern {}", first + lane)});
-    }
-    first += block.count;
-  }
-  return stream;
-}
-
-struct Subject {  // what tests are generated for
-  Circuit circuit;
-  ScanDesign design;  // empty for a netlist without flops
-  CaptureView view;
-  bool scanned = false;
-};
-
-Subject subject_of(const Options& options, const CellLibrary& library) {
-  Subject subject;
-  if (is_bench(options.netlist)) {
-    subject.circuit = read_bench(options.netlist);
-    return subject;
-  }
-  const Netlist netlist = read_yosys_json(options.netlist);
-  const bool flops = std::any_of(netlist.instances.begin(), netlist.instances.end(), [&](const Instance& i) {
-    const auto cell = library.find(i.type);
-    return cell != library.end() && cell->second.flop;
-  });
-  if (!flops) {
-    subject.circuit = capture_view(netlist, library).circuit;
-    return subject;
-  }
-  ScanOptions scan;
-  scan.chains = options.chains;
-  scan.reset = options.reset;
-  subject.design = insert_scan(netlist, library, scan);
-  subject.view = scan_view(subject.design, library);
-  subject.circuit = subject.view.circuit;
-  subject.scanned = true;
-  return subject;
-}
-
-// Tests of one fault model, and what a tester is given.
-struct Tests {
-  TestSet set;
-  std::vector<FaultClass> reported;
-  Grade graded;
-  ScanTest scan;       // of a scanned netlist
-  CycleStream stream;  // the same, or that of a netlist without flops
-};
-
-Tests stuck_at_tests(const Options& options, const Subject& subject) {
-  Tests tests;
-  tests.set = generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
-  tests.reported = reported_classes(subject.circuit, tests.set.faults, tests.set.of_class);
-  tests.graded = grade(subject.circuit, blocks_of(tests.set.patterns, subject.circuit.inputs().size()),
-                       tests.set.faults.classes, 2);
-  const std::string title = options.netlist.stem().string();
-  if (subject.scanned)
-    tests.scan = make_scan_test(subject.design, subject.view, tests.set.patterns, title);
-  else
-    tests.stream = plain_stream(subject.circuit, tests.set.patterns, title);
-  return tests;
-}
-
-Tests transition_tests(const Options& options, const Subject& subject) {
-  if (!subject.scanned)
-    throw UserError(
-        fmt::format("{}: found no flops, expected some that launch transitions; "
-                    "give --faults stuck-at",
-                    options.netlist.string()));
-  const TransitionView view = launch_on_capture(subject.view, subject.design.scan_enable);
-  Tests tests;
-  tests.set =
-      generate_tests(view.circuit, view.faults, {.seed = options.seed, .conflict_limit = options.conflicts});
-  tests.reported = reported_transitions(subject.view, view, tests.set.of_class);
-  tests.graded = grade(view.circuit, blocks_of(tests.set.patterns, view.circuit.inputs().size()),
-                       tests.set.faults.classes, 2);
-  tests.scan = make_transition_test(subject.design, subject.view, view, tests.set.patterns,
-                                    options.netlist.stem().string());
-  return tests;
-}
-
 std::string scan_json(const Options& options, const ScanDesign& design) {
   nlohmann::ordered_json json = {
       {"tool", version()},
@@ -234,65 +124,20 @@ std::string scan_json(const Options& options, const ScanDesign& design) {
   return json.dump(2) + "\n";
 }
 
-using Writers = std::map<std::string, std::function<std::string()>>;
-
-// Writes files into the folder and returns their hashes by name. By two threads, each of which takes the next
-// file when it is free; the last ones by name, the patterns, are the largest and come first.
-std::map<std::string, std::string> write_files(const Writers& writers, const fs::path& folder) {
-  std::vector<Writers::const_reverse_iterator> files;
-  for (auto file = writers.rbegin(); file != writers.rend(); ++file) files.push_back(file);
-  std::vector<std::string> hash(files.size());
-  std::vector<std::exception_ptr> failed(files.size());
-  std::atomic<std::size_t> next{0};
-  in_parallel([&](unsigned) {
-    for (std::size_t k = next++; k < files.size(); k = next++) {
-      try {
-        const std::string text = files[k]->second();
-        hash[k] = sha256_of(text);
-        write_whole(folder / files[k]->first, text);
-      } catch (...) {
-        failed[k] = std::current_exception();
-      }
-    }
-  });
-  std::map<std::string, std::string> hashes;
-  for (std::size_t k = 0; k < files.size(); ++k) {
-    if (failed[k]) std::rethrow_exception(failed[k]);
-    hashes[files[k]->first] = hash[k];
-  }
-  return hashes;
-}
-
 int generate(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const CellLibrary library = library_of(options);
-  const Subject subject = subject_of(options, library);
   const bool transitions = options.model == "transition";
-  Tests tests = transitions ? transition_tests(options, subject) : stuck_at_tests(options, subject);
-  const TestSet& set = tests.set;
-  const Coverage result = coverage(set.faults, tests.reported);
-  if (subject.scanned) tests.stream = expand(tests.scan);
-  const CycleStream& stream = tests.stream;
-  const std::vector<dft::MaskedStrobes> masked = masked_strobes(stream, subject.design.scan_enable);
-  Writers writers = {
-      {"patterns.stil", [&] { return subject.scanned ? stil_text(tests.scan) : flat_stil_text(stream); }},
-      {"patterns.wgl", [&] { return subject.scanned ? wgl_text(tests.scan) : wgl_text(stream); }},
-      {"patterns.avc", [&] { return avc_text(stream); }},
-      {"patterns.atp", [&] { return atp_text(stream); }},
-      {"masks.txt", [&] { return mask_text(masked); }},
-      {"faults.txt", [&] {
-         return fault_report(set.faults, tests.reported, tests.graded, [&](std::size_t fault) {
-           return transitions ? transition_name(subject.circuit, fault) : fault_name(subject.circuit, fault);
-         });
-       }}};
-  if (subject.scanned) {
-    writers["scan.json"] = [&] { return scan_json(options, subject.design); };
-    writers["netlist.json"] = [&] { return yosys_json_text(subject.design.netlist); };
-    writers["netlist.v"] = [&] { return verilog_text(subject.design.netlist); };
-    writers["cells.v"] = [&] { return cell_models(subject.design.netlist, library); };
+  const TestProgram program = make_test_program(options.netlist, library,
+                                                {transitions ? FaultModel::transition : FaultModel::stuck_at,
+                                                 scan_of(options), generation_of(options)});
+  const TestSet& set = program.set;
+  auto written = write_test_program(program, library, options.out);
+  if (program.subject.is_scanned) {
+    const std::string chains = scan_json(options, program.subject.design);
+    write_whole(options.out / "scan.json", chains);
+    written["scan.json"] = sha256_of(chains);
   }
-  fs::create_directories(options.out);
-  const auto written = write_files(writers, options.out);
   nlohmann::ordered_json manifest = {
       {"tool", version()},
       {"seed", options.seed},
@@ -302,16 +147,16 @@ int generate(const Options& options) {
                                           : nlohmann::ordered_json(sha256_of(read_file(options.liberty)))},
       {"rtl", hashes(options.rtl)},
       {"patterns", set.patterns.size()},
-      {"cycles", stream.cycles.size()},
-      {"chains", subject.design.chains.size()},
+      {"cycles", program.stream.cycles.size()},
+      {"chains", program.subject.design.chains.size()},
       {"aborted", set.aborted},
-      {"masked", mask_json(masked)},
-      {transitions ? "transition" : "stuck_at", coverage_json(result)}};
+      {"masked", mask_json(program.masked)},
+      {transitions ? "transition" : "stuck_at", coverage_json(program.coverage)}};
   for (const auto& [name, hash] : written) manifest["files"][name] = hash;
   write_whole(options.out / "manifest.json", manifest.dump(2) + "\n");
-  print_coverage(result);
+  print_coverage(program.coverage);
   fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
-             set.patterns.size(), "cycles", stream.cycles.size());
+             set.patterns.size(), "cycles", program.stream.cycles.size());
   double generation_s = 0, generation_processor_s = 0;
   fmt::print("{:<22} {:>11} {:>11}\n", "", "time", "processor");
   for (const StepTime& step : set.steps) {
@@ -330,8 +175,9 @@ int insert_chains(const Options& options) {
   const CellLibrary library = library_of(options);
   if (is_bench(options.netlist))
     throw UserError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
-  const Subject subject = subject_of(options, library);
-  if (!subject.scanned) throw UserError(options.netlist.string() + ": found no flop, expected some to scan");
+  const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
+  if (!subject.is_scanned)
+    throw UserError(options.netlist.string() + ": found no flop, expected some to scan");
   const ScanDesign& design = subject.design;
   std::size_t longest = 0;
   for (const ScanChain& chain : design.chains) longest = std::max(longest, chain.cells.size());
@@ -682,9 +528,8 @@ int replay_patterns(const Options& options) {
 
 int prove(const Options& options) {
   const CellLibrary library = library_of(options);
-  const Subject subject = subject_of(options, library);
-  const TestSet set =
-      generate_tests(subject.circuit, {.seed = options.seed, .conflict_limit = options.conflicts});
+  const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
+  const TestSet set = generate_tests(subject.circuit, generation_of(options));
   fs::create_directories(options.out);
   TestSolver solver(subject.circuit);
   std::size_t proved = 0, refused = 0;
@@ -710,11 +555,11 @@ int prove(const Options& options) {
 // Where a tester stops to measure the supply current, and what it sees there.
 int iddq(const Options& options) {
   const CellLibrary library = library_of(options);
-  const Subject subject = subject_of(options, library);
-  if (!subject.scanned)
+  const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
+  if (!subject.is_scanned)
     throw UserError(options.netlist.string() + ": found no flop, expected some to load states into");
-  const IddqStops stops = scan_iddq_stops(subject.design, subject.view, options.stops,
-                                          {.seed = options.seed, .conflict_limit = options.conflicts});
+  const IddqStops stops =
+      scan_iddq_stops(subject.design, subject.view, options.stops, generation_of(options));
   for (std::size_t i = 0; i < stops.states.size(); ++i)
     fmt::print("stop {:<17} {:>10}\n", i + 1, stops.detected[i]);
   fmt::print("{:<22} {:>10}\n{:<22} {:>9.2f} %\n", "faults", stops.faults - stops.tied, "coverage",
@@ -747,7 +592,7 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
     sub->add_option("--reset", options->reset,
                     "Port that resets in test mode (default: the one that resets flops)");
   };
-  const auto generation_of = [&](CLI::App* sub) {
+  const auto generation_options_of = [&](CLI::App* sub) {
     chains_of(sub);
     sub->add_option("--conflicts", options->conflicts,
                     "Give a fault up after so many conflicts of the solver (default: never)");
@@ -756,7 +601,7 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   CLI::App* sub_generate = command->add_subcommand(
       "generate", "Insert scan, generate tests, write them and a verdict on every fault");
   netlist_of(sub_generate);
-  generation_of(sub_generate);
+  generation_options_of(sub_generate);
   sub_generate->add_option("--rtl", options->rtl,
                            "Sources of the netlist: their hashes go into the manifest");
   sub_generate
@@ -790,13 +635,13 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
         ->expected(5);
   };
   timing_of(sub_grade);
-  const auto scan_of = [&](CLI::App* sub) {
+  const auto scan_options_of = [&](CLI::App* sub) {
     sub->add_option(
         "--chains", options->scan,
         "Files without scan chains: where they stand, scan.json of `dft generate` or `scan`, or the "
         "word netlist: found in it");
   };
-  scan_of(sub_grade);
+  scan_options_of(sub_grade);
   CLI::App* sub_functional = command->add_subcommand(
       "functional", "Record the chip's functional set (.mvec), labelled by requirement");
   sub_functional->add_option("--out", options->out, "Folder to write")->required();
@@ -835,16 +680,16 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   sub_replay->add_option("--sdf", options->sdf, "Delays of the netlist's instances, for --on icarus")
       ->needs(cells);
   timing_of(sub_replay);
-  scan_of(sub_replay);
+  scan_options_of(sub_replay);
   sub_replay->add_option("--cycles", options->cycles, "Only so many cycles from the first (default: all)");
   CLI::App* sub_prove =
       command->add_subcommand("prove", "A checked refutation for every fault called redundant");
   netlist_of(sub_prove);
-  generation_of(sub_prove);
+  generation_options_of(sub_prove);
   sub_prove->add_option("--out", options->out, "Folder for .cnf and .drat")->required();
   CLI::App* sub_iddq = command->add_subcommand("iddq", "Pseudo-stuck-at coverage of supply current stops");
   netlist_of(sub_iddq);
-  generation_of(sub_iddq);
+  generation_options_of(sub_iddq);
   sub_iddq->add_option("--stops", options->stops, "At the most (default 20)")->check(CLI::Range(1, 10000));
   CLI::App* sub_check = command->add_subcommand("check-proof", "Check one refutation");
   sub_check->add_option("CNF", options->cnf, "DIMACS file")->required();
