@@ -590,7 +590,8 @@ bool Podem::reaches_output(Node gate) {
 // The input that serves the goal, with its value: where one input of a gate does, the easiest; where all are
 // needed, the hardest.
 Podem::Decision Podem::backtrace(Goal goal) const {
-  auto [node, value] = goal;
+  Node node = goal.node;
+  std::uint8_t value = goal.value;
   while (circuit_.kind(node) != Gate::input) {
     const auto fanin = circuit_.fanin(node);
     const Gate kind = circuit_.kind(node);

@@ -14,8 +14,6 @@ bool is_wire(Gate kind) { return kind == Gate::buf || kind == Gate::inv || kind 
 
 MELTSTAGE_INLINE Lanes everywhere(std::uint64_t bit) { return Lanes{} - bit; }  // 0 or 1 in all machines
 
-MELTSTAGE_INLINE Lanes of_good(const Lanes& value) { return everywhere(value[0] & 1); }
-
 }  // namespace
 
 Machines::Machines(const CaptureView& view, std::span<const Fault> faults)

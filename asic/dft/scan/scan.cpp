@@ -251,7 +251,7 @@ const Cell* scan_form(const CellLibrary& library, const Cell& plain) {
         cell.flop->preset != plain.flop->preset)
       continue;
     const bool same_pins = std::all_of(plain.pins.begin(), plain.pins.end(),
-                                       [&](const CellPin& pin) { return cell.find(pin.name) != nullptr; });
+                                       [&form = cell](const CellPin& pin) { return form.find(pin.name) != nullptr; });
     if (same_pins && (best == nullptr || cell.area < best->area)) best = &cell;
   }
   return best;

@@ -272,8 +272,8 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
   // the way is sought towards the nearest parts of the tree
   const auto [layer, ix, iy] = grid_.crossing(terminal.front());
   aims_ = tree_boxes_;
-  const auto nearer = [&](const Window& a, const Window& b) {
-    return distance(a, ix, iy) < distance(b, ix, iy);
+  const auto nearer = [x = ix, y = iy](const Window& a, const Window& b) {
+    return distance(a, x, y) < distance(b, x, y);
   };
   if (aims_.size() > boxes_aimed_at) {
     std::nth_element(aims_.begin(), aims_.begin() + boxes_aimed_at, aims_.end(), nearer);
