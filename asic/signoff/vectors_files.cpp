@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/signoff/vectors_files.hpp"
 
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "base/build_stamp.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/stil.hpp"
+#include "base/build_stamp.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/sha256.hpp"
 #include "recording/text.hpp"
@@ -17,12 +16,7 @@ namespace meltstage::app {
 
 namespace fs = std::filesystem;
 
-std::string read_file(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || fs::is_directory(path))
-    throw UserError(path.string() + ": can't be read; give an existing file");
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
+std::string read_file(const fs::path& path) { return meltstage::read_file(path, "an existing file"); }
 
 std::string sha256_of(const std::string& text) {
   Sha256 hash;

@@ -104,7 +104,7 @@ TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
   refused("patterns.evcd --chains " + (out / "manifest.json").string(), "expected \"chains\"");
   refused("patterns.evcd --chains nosuch.json", "nosuch.json: no such file");
   std::ofstream(out / "bad.wgl") << "waveforms x\n";
-  refused("bad.wgl", "bad.wgl:1: found");
+  refused("bad.wgl", "bad.wgl:1:1: found");
 }
 
 // What the files leave open: told where they are made, and by replay from any of them.
