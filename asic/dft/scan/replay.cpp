@@ -481,6 +481,24 @@ void refuse_wire_delays(const std::filesystem::path& sdf) {
   }
 }
 
+// Icarus keeps one delay path for a net at two inputs of a cell, so the second input gets a net of its own.
+std::string verilog_text_for_delays(Netlist netlist, const CellLibrary& library) {
+  std::string assigns;
+  for (Instance& instance : netlist.instances) {
+    std::set<Net> seen;
+    for (const CellPin& pin : library.at(instance.type).pins) {
+      const auto connected = instance.pins.find(pin.name);
+      if (pin.is_output || connected == instance.pins.end()) continue;
+      Net& net = connected->second;
+      if (net < 2 || seen.insert(net).second) continue;
+      assigns += fmt::format("  assign n{} = n{};\n", netlist.next_net, net);
+      net = netlist.next_net++;
+    }
+  }
+  std::string text = verilog_text(netlist);
+  return text.insert(text.rfind("endmodule"), assigns);
+}
+
 }  // namespace
 
 std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
@@ -506,7 +524,8 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
 
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
                               const std::filesystem::path& work, const IcarusDelays& delays) {
-  write_work(work / "netlist.v", verilog_text(netlist));
+  write_work(work / "netlist.v",
+             delays.sdf.empty() ? verilog_text(netlist) : verilog_text_for_delays(netlist, library));
   write_work(
       work / "bench.v",
       icarus_bench(netlist, stream, delays.sdf.empty() ? delays.sdf : std::filesystem::absolute(delays.sdf)));

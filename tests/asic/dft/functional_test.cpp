@@ -364,6 +364,25 @@ TEST(Functional, DelaysDecideInIcarus) {
       testing::ThrowsMessage<UserError>(testing::HasSubstr("found INTERCONNECT")));
 }
 
+// A net at two pins of a cell: Icarus would know one delay path for both.
+TEST(Functional, DelaysOfANetAtTwoPinsAreFound) {
+  Netlist netlist = circuit_netlist("machine");
+  const auto gate = std::find_if(
+      netlist.instances.begin(), netlist.instances.end(),
+      [](const Instance& each) { return each.pins.count("A") != 0 && each.pins.count("B") != 0; });
+  ASSERT_NE(gate, netlist.instances.end());
+  gate->pins["B"] = gate->pins["A"];
+  const CaptureView view = capture_view(netlist, mini_library());
+  const std::filesystem::path work = std::filesystem::path(testing::TempDir()) / "two_pins";
+  std::filesystem::create_directories(work);
+  write_delays(netlist, mini_library(), 0.1, work);
+  const CycleStream stream = shown(view);
+  const ReplayResult result = replay_in_icarus(netlist, mini_library(), stream, work,
+                                               {work / "delayed_cells.v", work / "delays.sdf"});
+  EXPECT_EQ(result.strobes, stream.cycles.size() * view.output_ports.size());
+  EXPECT_EQ(result.mismatches, 0u) << result.first;
+}
+
 // Without its reset the machine's first strobes hang on the power-up state.
 TEST(Functional, StrobesOfUnknownStatesAreFound) {
   const CaptureView view = capture_view(circuit_netlist("machine"), mini_library());
