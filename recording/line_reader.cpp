@@ -5,9 +5,9 @@
 
 #include <cerrno>
 #include <cstring>
-#include <stdexcept>
 #include <system_error>
 
+#include "base/error.hpp"
 #include "recording/text_format.hpp"
 
 namespace meltstage::recording {
@@ -16,15 +16,17 @@ namespace {
 constexpr std::size_t first_buffer_bytes = std::size_t{256} * 1024;
 
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
-  throw std::runtime_error(
+  throw UserError(
       fmt::format("{}: cannot read: found \"{}\", expected a readable vector file (.mvec); check the name",
                   path.string(), std::generic_category().message(error)));
 }
 
 }  // namespace
 
-LineReader::LineReader(const std::filesystem::path& path)
-    : path_(path), file_(std::fopen(path.c_str(), "rb")), buffer_(first_buffer_bytes) {
+LineReader::LineReader(const std::filesystem::path& path) : path_(path), buffer_(first_buffer_bytes) {
+  std::error_code ignored;
+  if (std::filesystem::is_other(path, ignored)) fail(path, ENOTSUP);  // a pipe may wait for ever
+  file_.reset(std::fopen(path.c_str(), "rb"));
   if (!file_) fail(path, errno);
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
 }

@@ -24,7 +24,7 @@ struct Line {
 
 class LineReader {
  public:
-  /// Throws std::runtime_error with one line when the file can't be opened (so does next() when it can't be
+  /// Throws UserError with one line when the file can't be opened (so does next() when it can't be
   /// read).
   explicit LineReader(const std::filesystem::path& path);
 

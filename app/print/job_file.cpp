@@ -131,7 +131,7 @@ toml::table parse(const std::filesystem::path& path) {
     return table;
   } catch (const toml::parse_error& error) {
     throw UserError(fmt::format("{}:{}:{}: not TOML: {}", path.string(), error.source().begin.line,
-                                error.source().begin.column, std::string(error.description())));
+                                error.source().begin.column, escaped(error.description())));
   }
 }
 

@@ -215,11 +215,11 @@ class GerberFile {
 
   /// "ADD10C,0.5": number, then a standard template or a macro by its name.
   void define_aperture(std::string_view text) {
+    if (text.size() < 4 || text[2] != 'D') fail_here(text, "an aperture such as ADD10C,0.5");
     std::size_t at = 3;
     const int number = read_code(text, at);
     const std::string name(text.substr(at, text.find(',', at) - at));
-    if (text.size() < 4 || text[2] != 'D' || number < 10 || name.empty())
-      fail_here(text, "an aperture such as ADD10C,0.5");
+    if (number < 10 || name.empty()) fail_here(text, "an aperture such as ADD10C,0.5");
     if (name != "C" && name != "R" && name != "O" && name != "P" && !macros_.contains(name))
       fail_here(name, "C, R, O, P or a macro that is defined before");
     apertures_.insert(number);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/file.hpp"
 
 namespace meltstage::tb {
 
@@ -113,6 +114,13 @@ void WindowPlanner::run_until(std::uint64_t cycle) {
 
 void WindowPlanner::open_window() {
   const std::size_t number = plan_.windows.size();
+  // A recording of a few lines may claim centuries.
+  constexpr std::size_t kMostWindows = 100'000;
+  if (number == kMostWindows)
+    throw UserError(
+        fmt::format("recording of {}: found more than {} windows, expected at most so many; choose longer "
+                    "--window-clocks",
+                    name_.job, kMostWindows));
   if (number == 0) {
     if (run_.cycle != 0 || levels_[kPinRstN] != 0)
       refuse("found reset released in cycle 0, expected it asserted");
@@ -132,7 +140,7 @@ void WindowPlanner::close_window() {
   recorder_->finish(window.last_cycle);
   recorder_.reset();
   slice_.reset();
-  window.stimulus = sha256(read_file(stimulus_file(partial_, plan_.windows.size() - 1)));
+  window.stimulus = sha256(read_file(stimulus_file(partial_, plan_.windows.size() - 1), kPlanFile));
   save_border();
   window.end_state = border_hash_;
 }

@@ -4,14 +4,14 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <fstream>
 #include <iterator>
-#include <sstream>
 #include <type_traits>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "base/sha256.hpp"
 #include "tb/pins/chip_pins.hpp"
 
@@ -108,7 +108,7 @@ class StateReader {
  private:
   [[noreturn]] void fail(std::string_view expected) const {
     throw UserError(fmt::format("{}:{}: found \"{}\", expected {}; plan again", path_.string(), number_,
-                                line_.substr(0, 60), expected));
+                                shown(line_), expected));
   }
   void check_hash() {
     constexpr std::string_view key = "sha256 ";
@@ -122,7 +122,7 @@ class StateReader {
     if (text_.substr(end_) != std::string(key) + found + "\n") {
       throw UserError(
           fmt::format("{}: damaged: its content has SHA-256 {}..., its last line says {}...; plan again",
-                      path_.string(), found.substr(0, 12), text_.substr(end_ + key.size(), 12)));
+                      path_.string(), found.substr(0, 12), shown(text_.substr(end_ + key.size(), 12))));
     }
   }
   std::string_view line() {
@@ -161,19 +161,9 @@ std::string sha256(std::string_view bytes) {
   return hash.finish();
 }
 
-std::string read_file(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file || std::filesystem::is_directory(path))
-    throw UserError(
-        fmt::format("{}: cannot be read, expected a file of a window plan; plan again", path.string()));
-  return std::move(text).str();
-}
-
 const BuildIdentity& this_build() {
   static const BuildIdentity identity{
-      sha256(read_file("/proc/self/exe")),
+      sha256(read_file("/proc/self/exe", "this program")),
       fmt::format("version {:#06x} crc {:#06x}", spec::kVersion, spec::kMapCrc)};
   return identity;
 }
@@ -181,12 +171,12 @@ const BuildIdentity& this_build() {
 void require_this_build(const std::filesystem::path& file, const BuildIdentity& made_by) {
   if (made_by.spec != this_build().spec) {
     throw UserError(fmt::format("{}: made for another spec: found register map {}, expected {}; plan again",
-                                file.string(), made_by.spec, this_build().spec));
+                                file.string(), shown(made_by.spec), this_build().spec));
   }
   if (made_by.build != this_build().build) {
     throw UserError(fmt::format(
         "{}: made by another build: found executable {}..., expected {}...; plan again or use that build",
-        file.string(), made_by.build.substr(0, 12), this_build().build.substr(0, 12)));
+        file.string(), shown(made_by.build.substr(0, 12)), this_build().build.substr(0, 12)));
   }
 }
 
@@ -201,7 +191,9 @@ void write_state(const std::filesystem::path& path, const SavedState& state) {
   file.publish();
 }
 
-SavedState read_state(const std::filesystem::path& path) { return StateReader(path, read_file(path)).read(); }
+SavedState read_state(const std::filesystem::path& path) {
+  return StateReader(path, read_file(path, kPlanFile)).read();
+}
 
 std::vector<FlopDifference> flop_differences(const chip::Chip& a, const chip::Chip& b) {
   std::vector<FlopDifference> list;

@@ -46,7 +46,7 @@ SavedState read_state(const std::filesystem::path& path);
 std::vector<FlopDifference> flop_differences(const chip::Chip& a, const chip::Chip& b);
 
 std::string sha256(std::string_view bytes);
-// The whole file; throws UserError when it can't be read.
-std::string read_file(const std::filesystem::path& path);
+// What read_file() is told to expect.
+inline constexpr std::string_view kPlanFile = "a file of a window plan; plan again";
 
 }  // namespace meltstage::tb

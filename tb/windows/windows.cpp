@@ -11,7 +11,9 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "recording/text.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 #include "tb/pins/chip_pins.hpp"
@@ -40,22 +42,29 @@ void write_sealed(const fs::path& path, const char* format, const Json& content)
 }
 
 Json read_sealed(const fs::path& path, const char* format) {
-  const std::string text = read_file(path);
-  const Json file = Json::parse(text, nullptr, false);
-  if (!file.is_object() || file.value("format", "") != format)
+  const std::string text = read_file(path, kPlanFile);
+  // What follows calls itself once a level; a plan and a result are five deep.
+  bool too_deep = false;
+  const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
+    too_deep = too_deep || depth > static_cast<int>(kMostNested);
+    return !too_deep;
+  };
+  const Json file = Json::parse(text, shallow, false);
+  const auto is_text = [&](const char* key) { return file.contains(key) && file[key].is_string(); };
+  if (too_deep || !file.is_object() || !is_text("format") || file["format"] != format)
     throw UserError(
         fmt::format("{}: not a file of format {}, expected JSON as this command writes it; "
                     "plan again",
                     path.string(), format));
-  if (file.value("version", 0) != kVersion) {
-    throw UserError(fmt::format("{}: found version {} of the format, expected {}; plan again", path.string(),
-                                file.value("version", 0), kVersion));
+  if (!file.contains("version") || file["version"] != kVersion) {
+    throw UserError(fmt::format("{}: found another version of the format, expected {}; plan again",
+                                path.string(), kVersion));
   }
   const Json content = file.value("content", Json());
-  if (file.value("sha256", "") != content_hash(content)) {
+  const std::string said = is_text("sha256") ? file["sha256"].get<std::string>() : "nothing";
+  if (said != content_hash(content)) {
     throw UserError(fmt::format("{}: damaged: its content has SHA-256 {}..., it says {:.12}...; plan again",
-                                path.string(), content_hash(content).substr(0, 12),
-                                file.value("sha256", "nothing")));
+                                path.string(), content_hash(content).substr(0, 12), shown(said)));
   }
   return content;
 }
@@ -166,7 +175,7 @@ SavedState load_border(const fs::path& folder, std::size_t border, const std::st
 }
 
 void require_stimulus(const fs::path& path, const std::string& hash) {
-  const std::string found = sha256(read_file(path));
+  const std::string found = sha256(read_file(path, kPlanFile));
   if (found != hash) {
     throw UserError(
         fmt::format("{}: damaged or not of this plan: found SHA-256 {:.12}..., expected {:.12}...; "

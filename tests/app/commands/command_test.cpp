@@ -218,6 +218,7 @@ TEST_F(Command, HostileJobFilesAreRefusedInOneLine) {
   for (int i = 0; i < 300'000; ++i) dots += ".a";
   expect_refused(print(write("dots.toml", dots + " = 1\n")), "dots.toml:1:130: found a key of more than 64");
   expect_refused(print(write("deep.toml", "a = " + std::string(100'000, '['))), "deep.toml:1:69: found more");
+  expect_refused(print(write("word.toml", "[stage]\nquiet = tru\n")), "word.toml:2:");
   // codes that would turn the terminal red, clear it or retitle it
   const Ran name = print(write("job.toml", "[job]\nname = \"\\u001b[31mred\"\n" + std::string(kJob)));
   expect_refused(name, "job.toml:2: job.name: found \"\\x1B[31mred\", expected a text without control");

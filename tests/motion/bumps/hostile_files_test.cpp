@@ -101,6 +101,10 @@ TEST_F(HostileFiles, GerberThatRepeatsNothingForLong) {
               HasSubstr("no points"));
 }
 
+TEST_F(HostileFiles, GerberOfAShortAperture) {
+  EXPECT_THAT(refusal("a.gbr", "%AD*%\nM02*\n"), HasSubstr("row 1: found 'AD', expected an aperture"));
+}
+
 TEST_F(HostileFiles, GerberOfBlocksInBlocks) {
   std::string blocks = kGerber;
   blocks += "%ABD100*%\nD10*\n%SRX1000Y1000I0.001J0.001*%\nX0Y0D03*\n%SR*%\n%AB*%\n";

@@ -160,7 +160,7 @@ TEST_F(WindowsCommand, DamagedFilesAreRefusedInOneLine) {
 TEST_F(WindowsCommand, MissingFilesAreRefusedInOneLine) {
   plan(30'000, 10'000);
   fs::remove(work() / "states/000002.state");
-  expect_refused("000002.state: cannot be read");
+  expect_refused("000002.state: no such file");
   fs::remove(work() / "plan.json");
   expect_refused("no window plan there");
 }

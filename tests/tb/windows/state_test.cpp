@@ -143,7 +143,7 @@ TEST_F(State, TruncatedEmptyOrMissingIsRefused) {
   set_text(path(), good.substr(0, good.size() - 20));
   expect_refused("damaged");
   fs::remove(path());
-  expect_refused("cannot be read");
+  expect_refused("no such file");
 }
 
 TEST_F(State, AnotherBuildIsNamed) {

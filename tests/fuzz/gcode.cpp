@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/surface/cl_points.hpp"
+#include "tests/fuzz/entry.hpp"
+
+extern "C" int FUZZ_ENTRY(const std::uint8_t* data, std::size_t size) {
+  return meltstage::reads_or_refuses(
+      data, size, [](std::string_view text) { meltstage::motion::read_tool_path_text("fuzz.ngc", text); });
+}
