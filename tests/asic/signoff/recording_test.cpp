@@ -11,6 +11,7 @@
 #include "asic/signoff/vectors_files.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
+#include "cmodel/chip.hpp"
 #include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::app {
