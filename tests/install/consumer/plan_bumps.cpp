@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads a coordinate file, plans the path and makes the first move: every header of the installed library.
-#include <motion/bumps/coordinates.hpp>
-#include <motion/profile/profile.hpp>
-#include <motion/profile/pulse_train.hpp>
-#include <motion/profile/retarget.hpp>
-#include <motion/profile/shaping.hpp>
-#include <motion/profile/vibration.hpp>
-#include <motion/stage/accuracy.hpp>
-#include <motion/stage/axis.hpp>
-#include <motion/stage/droplet_camera.hpp>
-#include <motion/stage/droplet_vision.hpp>
-#include <motion/stage/gcode.hpp>
-#include <motion/stage/jetting.hpp>
-#include <motion/stage/stage.hpp>
-#include <motion/stage/stage_model.hpp>
-#include <motion/tour/ants.hpp>
-#include <motion/tour/path.hpp>
+#include <meltstage/motion/bumps/coordinates.hpp>
+#include <meltstage/motion/profile/profile.hpp>
+#include <meltstage/motion/profile/pulse_train.hpp>
+#include <meltstage/motion/profile/retarget.hpp>
+#include <meltstage/motion/profile/shaping.hpp>
+#include <meltstage/motion/profile/vibration.hpp>
+#include <meltstage/motion/stage/accuracy.hpp>
+#include <meltstage/motion/stage/axis.hpp>
+#include <meltstage/motion/stage/droplet_camera.hpp>
+#include <meltstage/motion/stage/droplet_vision.hpp>
+#include <meltstage/motion/stage/gcode.hpp>
+#include <meltstage/motion/stage/jetting.hpp>
+#include <meltstage/motion/stage/stage.hpp>
+#include <meltstage/motion/stage/stage_model.hpp>
+#include <meltstage/motion/tour/ants.hpp>
+#include <meltstage/motion/tour/path.hpp>
 
 int main(int argc, char** argv) {
   using namespace meltstage::motion;

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+# Parts for other projects: `cmake --install build --component NAME` and find_package(meltstage COMPONENTS NAME...), headers as
+# <meltstage/ROOM/...>, and NAME as meltstage-NAME for pkg-config. A part brings only the packages that it needs itself.
+include(CMakePackageConfigHelpers)
+set(MELTSTAGE_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/meltstage)
+
+# meltstage_part(NAME TARGET library HEADERS files... NEEDS parts... PACKAGES "find_dependency arguments"... LIBS linker names...): in the
+# room's CMakeLists.txt. Headers that aren't named are private. A part may need only parts that came before it.
+function(meltstage_part name)
+  cmake_parse_arguments(P "" "TARGET" "HEADERS;NEEDS;PACKAGES;LIBS" ${ARGN})
+  set_target_properties(${P_TARGET} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(${P_TARGET} INTERFACE
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/meltstage>)
+  install(TARGETS ${P_TARGET} EXPORT meltstage-${name} ARCHIVE COMPONENT ${name})
+  install(EXPORT meltstage-${name} NAMESPACE meltstage:: DESTINATION ${MELTSTAGE_CMAKE_DIR} COMPONENT ${name})
+  file(RELATIVE_PATH room ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  install(FILES ${P_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meltstage/${room} COMPONENT ${name})
+
+  get_target_property(kind ${P_TARGET} TYPE)
+  set(archive)
+  if(kind STREQUAL STATIC_LIBRARY)
+    set(archive -l${P_TARGET})
+  endif()
+  list(TRANSFORM P_LIBS PREPEND -l)
+  list(TRANSFORM P_NEEDS PREPEND meltstage- OUTPUT_VARIABLE needed)
+  list(JOIN P_LIBS " " libs)
+  list(JOIN needed " " needed)
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/meltstage-${name}.pc @ONLY CONTENT
+"prefix=\${pcfiledir}/../..
+Name: meltstage-${name}
+Description: @PROJECT_DESCRIPTION@: ${name}
+Version: @PROJECT_VERSION@
+Requires: ${needed}
+Cflags: -std=c++20 -I\${prefix}/@CMAKE_INSTALL_INCLUDEDIR@ -I\${prefix}/@CMAKE_INSTALL_INCLUDEDIR@/meltstage
+Libs: -L\${prefix}/@CMAKE_INSTALL_LIBDIR@ ${archive} ${libs}
+")
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/meltstage-${name}.pc DESTINATION lib/pkgconfig COMPONENT ${name})
+
+  list(JOIN P_NEEDS " " needs)
+  string(APPEND text "list(APPEND meltstage_parts ${name})\nset(meltstage_${name}_needs ${needs})\nset(meltstage_${name}_packages")
+  foreach(package ${P_PACKAGES})
+    string(APPEND text " \"${package}\"")
+  endforeach()
+  set_property(GLOBAL APPEND_STRING PROPERTY MELTSTAGE_PARTS "${text})\n")
+  set_property(GLOBAL APPEND PROPERTY MELTSTAGE_PART_NAMES ${name})
+endfunction()
+
+# At the end of the top CMakeLists.txt: the package's own files. They belong to every part, so each part installs them.
+function(meltstage_package)
+  get_property(names GLOBAL PROPERTY MELTSTAGE_PART_NAMES)
+  get_property(MELTSTAGE_PARTS GLOBAL PROPERTY MELTSTAGE_PARTS)
+  configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/meltstage-config.cmake.in ${PROJECT_BINARY_DIR}/meltstage-config.cmake
+    INSTALL_DESTINATION ${MELTSTAGE_CMAKE_DIR})
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/meltstage-config-version.cmake COMPATIBILITY SameMinorVersion)
+  foreach(part ${names})
+    install(FILES ${PROJECT_BINARY_DIR}/meltstage-config.cmake ${PROJECT_BINARY_DIR}/meltstage-config-version.cmake
+      DESTINATION ${MELTSTAGE_CMAKE_DIR} COMPONENT ${part})
+  endforeach()
+endfunction()
