@@ -4,5 +4,5 @@
 
 int main() {
   using namespace meltstage::motion;
-  return plan_profile(asymmetric_limits(400, 4000, 4000, 1e6, 1e6), 20.0).duration_s() > 0.0 ? 0 : 1;
+  return plan_scurve(asymmetric_limits(400, 4000, 4000, 1e6, 1e6), 20.0).duration_s > 0.0 ? 0 : 1;
 }
