@@ -17,8 +17,8 @@
 
 #include "app/chip/chip_wire.hpp"
 #include "app/chip/pseudo_terminal.hpp"
-#include "app/terminal.hpp"
 #include "app/print/job_file.hpp"
+#include "app/terminal.hpp"
 #include "base/error.hpp"
 #include "cmodel/advance.hpp"
 #include "recording/vcd.hpp"

@@ -205,7 +205,7 @@ CoordinateFile read_coordinate_file(const std::filesystem::path& path, const Coo
     check_in_travel(path, point.row, "y", point.y_mm, options.travel.y);
   }
   check_no_duplicates(path, points);
-  return {std::move(points), std::move(raw.notes)};
+  return {std::move(points), std::move(raw.notes), raw.has_unit};
 }
 
 std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options) {

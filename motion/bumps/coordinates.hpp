@@ -59,6 +59,7 @@ inline constexpr double duplicate_distance_mm = 1e-6;
 struct CoordinateFile {
   std::vector<Point> points;
   std::vector<std::string> notes;
+  bool has_unit = false;  ///< the file says the unit of its numbers, so that `pitch_mm` means nothing
 };
 
 /// Reads the bumps of a coordinate file in the order of the file.

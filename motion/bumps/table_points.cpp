@@ -73,14 +73,57 @@ struct CsvParser {
   CsvParser& operator=(const CsvParser&) = delete;
 };
 
-void hand_over(const std::filesystem::path& path, CsvRows& rows, const RowHandler& handle) {
+/// Where columns are not separated by commas, "12,5" is 12.5. One table has commas or points, not both: else
+/// "1,234" could be either number.
+class DecimalCommas {
+ public:
+  DecimalCommas(const std::filesystem::path& path, char separator)
+      : path_(path), allowed_(separator != ',') {}
+
+  void read(TableRow& row) {
+    if (!allowed_) return;
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      std::string& text = row.cells[i].text;
+      const auto mark = text.find_first_of(",.");
+      if (mark == std::string::npos || !is_digits_around(text, mark)) continue;
+      std::string& seen = text[mark] == ',' ? with_comma_ : with_point_;
+      if (seen.empty()) seen = fmt::format("{} in row {}", in_quotes(text), row.row);
+      if (!with_comma_.empty() && !with_point_.empty())
+        fail(path_, fmt::format("row {}, column {}: found {} and {}, expected one decimal mark in a table",
+                                row.row, i + 1, with_comma_, with_point_));
+      if (text[mark] != ',') continue;
+      std::string pointed = text;
+      pointed[mark] = '.';
+      row.cells[i].number = parse_number(pointed);
+    }
+  }
+
+ private:
+  /// An optional sign, digits, the mark, digits.
+  static bool is_digits_around(std::string_view text, std::size_t mark) {
+    const auto first = text.find_first_not_of(" \t+-");
+    const auto last = text.find_last_not_of(" \t");
+    if (first >= mark || last <= mark) return false;
+    for (std::size_t i = first; i <= last; ++i)
+      if (i != mark && std::isdigit(static_cast<unsigned char>(text[i])) == 0) return false;
+    return true;
+  }
+
+  const std::filesystem::path& path_;
+  bool allowed_;
+  std::string with_comma_, with_point_;  // the first of each
+};
+
+void hand_over(const std::filesystem::path& path, CsvRows& rows, DecimalCommas& decimals,
+               const RowHandler& handle) {
   const auto check_width = [&](const TableRow& row, std::size_t line) {
     if (row.cells.size() > kMostColumns)
       fail(path,
            fmt::format("row {}: found more than {} columns, expected at most so many", line, kMostColumns));
   };
-  for (const TableRow& row : rows.finished) {
+  for (TableRow& row : rows.finished) {
     check_width(row, row.row);
+    decimals.read(row);
     handle(row);
   }
   rows.finished.clear();
@@ -278,25 +321,27 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
     fail(path, fmt::format("found {}, expected separated text (.csv, UTF-8)", kind));
   if (content.starts_with(byte_order_mark)) content.remove_prefix(byte_order_mark.size());
 
-  CsvParser csv(find_separator(content));
+  const char separator = find_separator(content);
+  CsvParser csv(separator);
+  DecimalCommas decimals(path, separator);
   CsvRows rows;
   constexpr std::size_t chunk = 65536;
   while (!content.empty()) {
     const std::string_view part = content.substr(0, chunk);
     if (csv_parse(&csv.parser, part.data(), part.size(), on_csv_field, on_csv_row, &rows) != part.size()) {
-      hand_over(path, rows, handle);
+      hand_over(path, rows, decimals, handle);
       fail(path, fmt::format(
                      "row {}, column {}: found a quote inside a cell, expected it doubled or the cell quoted",
                      rows.line, rows.current.cells.size() + 1));
     }
     content.remove_prefix(part.size());
-    hand_over(path, rows, handle);
+    hand_over(path, rows, decimals, handle);
   }
   if (csv_fini(&csv.parser, on_csv_field, on_csv_row, &rows) != 0)
     fail(path,
          fmt::format("row {}, column {}: the file ends inside a quoted cell, expected the closing quote",
                      rows.line, rows.current.cells.size() + 1));
-  hand_over(path, rows, handle);
+  hand_over(path, rows, decimals, handle);
 }
 
 RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,

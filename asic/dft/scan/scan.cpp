@@ -250,8 +250,9 @@ const Cell* scan_form(const CellLibrary& library, const Cell& plain) {
         !(cell.flop->clocked_on == plain.flop->clocked_on) || cell.flop->clear != plain.flop->clear ||
         cell.flop->preset != plain.flop->preset)
       continue;
-    const bool same_pins = std::all_of(plain.pins.begin(), plain.pins.end(),
-                                       [&form = cell](const CellPin& pin) { return form.find(pin.name) != nullptr; });
+    const bool same_pins =
+        std::all_of(plain.pins.begin(), plain.pins.end(),
+                    [&form = cell](const CellPin& pin) { return form.find(pin.name) != nullptr; });
     if (same_pins && (best == nullptr || cell.area < best->area)) best = &cell;
   }
   return best;

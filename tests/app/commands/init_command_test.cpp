@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltstage init`: other people's files become jobs that print at once.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/support/run_command.hpp"
+
+namespace meltstage {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class InitCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("meltstage_init_command." + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  std::string job() const { return (folder_ / "job.toml").string(); }
+  Ran init(const std::string& arguments) const {
+    return run_command("init " + arguments + " --out " + job() + " < /dev/null");
+  }
+  // What it made prints, every bump.
+  void expect_printed(const std::string& bumps) const {
+    const Ran ran = run_command("print " + job() + " --rtl none --out " + (folder_ / "out").string());
+    EXPECT_EQ(ran.status, 0) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(bumps + " of " + bumps + " bumps printed"));
+  }
+  fs::path folder_;
+};
+
+TEST_F(InitCommand, AMetreTable) {
+  const Ran ran = init(write("bumps.csv", "x (m),y (m)\n0.010,0.020\n0.012,0.020\n0.012,0.024\n"));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("3 bumps over 2 mm x 4 mm"));
+  expect_printed("3");
+}
+
+TEST_F(InitCommand, AMillimetreTableWithoutAUnit) {
+  const std::string file = write("bumps.csv", "x,y\n10,20\n12,20\n12,24\n");
+  const Ran refused = init(file);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.output, HasSubstr("found numbers without a unit, expected --unit"));
+  EXPECT_FALSE(fs::exists(job()));
+  const Ran ran = init(file + " --unit mm");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("3 bumps over 2 mm x 4 mm"));
+  expect_printed("3");
+}
+
+TEST_F(InitCommand, SemicolonsAndDecimalCommas) {
+  const Ran ran = init(write("bumps.csv", "x_mm;y_mm\n10,5;20,25\n12,5;20,25\n"));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("2 bumps over 2 mm x 0 mm"));
+  expect_printed("2");
+}
+
+TEST_F(InitCommand, AKicadFootprint) {
+  const Ran ran = init(MELTSTAGE_SOURCE_DIR "/examples/bga.kicad_mod");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("KiCad's y points down; what lies above there lies above here"));
+  const std::string bumps = ran.output.substr(ran.output.find(".toml: ") + 7);
+  expect_printed(bumps.substr(0, bumps.find(' ')));
+}
+
+TEST_F(InitCommand, RefusesInOneLine) {
+  const std::string file = write("bumps.csv", "x_mm,y_mm\n0,0\n300,1\n");
+  EXPECT_THAT(init(file).output,
+              HasSubstr("found bumps over 300 mm x 1 mm, expected at most 200 mm x 200 mm"));
+  EXPECT_THAT(init(file + " --unit um").output, HasSubstr("says its unit itself; leave out --unit"));
+  EXPECT_THAT(init(write("plain.csv", "1,2\n3,4\n") + " --unit foot").output,
+              HasSubstr("unit: found \"foot\", expected one of inch, m, mil, mm, um"));
+  EXPECT_THAT(
+      init(write("mixed.csv", "x_mm;y_mm\n1,5;2\n3.5;4\n")).output,
+      HasSubstr("row 3, column 1: found '1,5' in row 2 and '3.5' in row 3, expected one decimal mark"));
+  write("job.toml", "mine");
+  const Ran ran = init(write("small.csv", "x_mm,y_mm\n0,0\n"));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.output, HasSubstr("job.toml: is there already"));
+}
+
+}  // namespace
+}  // namespace meltstage
