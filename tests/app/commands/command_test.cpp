@@ -291,7 +291,7 @@ TEST_F(Command, OptionForTheFullJobIsRefusedWithout) {
 
 TEST_F(Command, AnUnknownCommandIsNamedBesideThoseThatThereAre) {
   EXPECT_THAT(run_command("prnit").output,
-              AllOf(HasSubstr("found \"prnit\", expected one of: print, "), Not(HasSubstr("required"))));
+              AllOf(HasSubstr("found \"prnit\", expected one of: init, print, "), Not(HasSubstr("required"))));
   EXPECT_THAT(run_command("chip raed").output,
               AllOf(HasSubstr("meltstage chip: found \"raed\""), HasSubstr(" read, ")));
   EXPECT_THAT(run_command("dft").output, HasSubstr("meltstage dft: no command given, expected one of: "));
