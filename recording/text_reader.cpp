@@ -6,6 +6,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "base/place.hpp"
 #include "recording/line_reader.hpp"
 #include "recording/text.hpp"
 #include "recording/text_format.hpp"
@@ -183,7 +184,7 @@ class TextReader {
         return value;
       }
     }
-    fail_at(at_, "bad escape", fmt::format("\"{}\"", rest.substr(0, 4)),
+    fail_at(at_, "bad escape", fmt::format("\"{}\"", shown(rest.substr(0, 4))),
             "\\\\ or \\xHH of a control byte in lower-case hexadecimal");
   }
 

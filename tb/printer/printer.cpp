@@ -35,7 +35,6 @@ struct Sample {
 };
 constexpr Sample kHeatSamples[] = {{"heat-up at 2 s", 2.0}, {"heat-up at 8 s", 8.0}};
 constexpr std::uint64_t kSampleClocks = 120 * kMs;  // one control tick and a bit
-constexpr std::uint64_t kShutdownClocks = 60 * kMs;
 
 // Pins of the recording behind the chip's, in the order of printer_header.
 constexpr std::uint32_t kTrigger = kChipPinCount;

@@ -221,6 +221,8 @@ INSTANTIATE_TEST_SUITE_P(
                "\\\\ or"},
         Defect{"escape_of_backslash", with_line(2, "origin a\\x5c\n"), 2, 9, "bad escape", "\"\\x5c\"",
                "\\\\ or"},
+        Defect{"escape_of_control", with_line(2, "origin a\\\x1e\n"), 2, 9, "bad escape", "\"\\\\x1E\"",
+               "\\\\ or"},
         Defect{"escape_cut", with_line(2, "origin a\\x0\n"), 2, 9, "bad escape", "\"\\x0\"", "\\\\ or"},
         Defect{"origin_too_long", with_line(2, "origin " + long_string + "\n"), 2, 8, "bad origin",
                "65537 bytes", "at most 65536"},
