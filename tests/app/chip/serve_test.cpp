@@ -52,11 +52,20 @@ TEST(Serve, TakesNobodysFile) {
   std::ofstream(file) << "x";
   expect_refused(run_command("chip serve --port " + file.string()), "expected a name that is free");
   EXPECT_EQ(fs::file_size(file), 1u);
-  fs::create_symlink("/dev/pts/nowhere", chip.folder() / "stale");
-  expect_refused(run_command("chip serve --port " + (chip.folder() / "stale").string()),
-                 "found a link to /dev/pts/nowhere");
   expect_refused(run_command("chip serve --port " + (chip.folder() / "absent" / "tc").string()),
                  "cannot be made");
+}
+
+// A server that was killed leaves its link behind; the next one takes the name.
+TEST(Serve, ReplacesAStaleLink) {
+  const TemporaryFolder folder;
+  const fs::path link = folder.path() / "stale";
+  fs::create_symlink("/dev/pts/nowhere", link);
+  const Ran ran = run_command("chip serve --port " + link.string() + " & sleep 1; readlink " + link.string() +
+                              "; kill -INT $!; wait $!");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, ::testing::ContainsRegex("/dev/pts/[0-9]"));
+  EXPECT_FALSE(fs::is_symlink(link));
 }
 
 TEST(Serve, WrongUseIsOneLine) {
