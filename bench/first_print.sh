@@ -43,7 +43,7 @@ row "packages installed" "$(comm -13 "$bare.before" "$bare.after" | wc -l)" "" 2
 row "download" "$megabytes" MB 200
 row "time to install them" "$((clock_installed - clock_before))" s
 row "build steps" "$steps" "" 100
-row "build, processor time" "$(awk '{ printf "%.1f", ($2 + $3) / 60 }' "$bare.built")" min 6
-row "build, by the clock" "$(awk '{ printf "%.1f", $1 / 60 }' "$bare.built")" min
-row "first print, by the clock" "$(awk '{ printf "%.1f", $1 }' "$bare.printed")" s
+row "build, processor time" "$(awk 'END { printf "%.1f", ($2 + $3) / 60 }' "$bare.built")" min 6
+row "build, by the clock" "$(awk 'END { printf "%.1f", $1 / 60 }' "$bare.built")" min
+row "first print, by the clock" "$(awk 'END { printf "%.1f", $1 }' "$bare.printed")" s
 exit $status
