@@ -4,7 +4,7 @@ placed := $(out)/placed
 UTILIZATION ?= $(utilization)
 ifeq ($(PLACER),)
 PLACER := $(root)/build/release/asic/layout/meltstage_place
-$(PLACER): $(wildcard $(root)/asic/layout/*.?pp)
+$(PLACER): $(wildcard $(root)/asic/layout/*/*.?pp $(root)/asic/netlist/*.?pp)
 	cd $(root) && cmake --preset release > /dev/null && cmake --build --preset release --target meltstage_place > /dev/null
 endif
 .PHONY: place

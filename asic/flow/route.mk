@@ -8,7 +8,7 @@ comma := ,
 empty :=
 ifeq ($(ROUTER),)
 ROUTER := $(root)/build/release/asic/layout/meltstage_route
-$(ROUTER): $(wildcard $(root)/asic/layout/*.?pp)
+$(ROUTER): $(wildcard $(root)/asic/layout/*/*.?pp $(root)/asic/netlist/*.?pp)
 	cd $(root) && cmake --preset release > /dev/null && cmake --build --preset release --target meltstage_route > /dev/null
 endif
 .PHONY: routed factory
