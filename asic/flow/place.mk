@@ -5,7 +5,7 @@ UTILIZATION ?= $(utilization)
 ifeq ($(PLACER),)
 PLACER := $(root)/build/release/asic/layout/meltstage_place
 $(PLACER): $(wildcard $(root)/asic/layout/*/*.?pp $(root)/asic/netlist/*.?pp)
-	cd $(root) && cmake --preset release > /dev/null && cmake --build --preset release --target meltstage_place > /dev/null
+	cd $(root) && cmake --preset release -DMELTSTAGE_SILICON=ON > /dev/null && cmake --build --preset release --target meltstage_place > /dev/null
 endif
 .PHONY: place
 place: $(placed)/place.txt $(placed)/equivalence.txt $(corners:%=$(placed)/timing_%.txt)

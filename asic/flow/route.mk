@@ -9,7 +9,7 @@ empty :=
 ifeq ($(ROUTER),)
 ROUTER := $(root)/build/release/asic/layout/meltstage_route
 $(ROUTER): $(wildcard $(root)/asic/layout/*/*.?pp $(root)/asic/netlist/*.?pp)
-	cd $(root) && cmake --preset release > /dev/null && cmake --build --preset release --target meltstage_route > /dev/null
+	cd $(root) && cmake --preset release -DMELTSTAGE_SILICON=ON > /dev/null && cmake --build --preset release --target meltstage_route > /dev/null
 endif
 .PHONY: routed factory
 routed: $(addprefix $(routed)/,route.txt drc.txt lvs.txt equivalence.txt sdf.txt layout.png) $(corners:%=$(routed)/timing_%.txt) \
