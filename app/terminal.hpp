@@ -2,6 +2,8 @@
 // What long commands share: ending on Ctrl-C or SIGTERM, and one line of progress.
 #pragma once
 
+#include <chrono>
+#include <optional>
 #include <string>
 
 namespace meltstage::app {
@@ -12,6 +14,10 @@ void catch_interrupts();
 // Throws Interrupted once a signal has come.
 void throw_if_interrupted();
 
+// "43 %, 12 s left" of work that goes on evenly: `share` 0..1 of it is done after `elapsed_s`. Time left is
+// told from half a second on, once any of it is done.
+std::string describe_share(double share, double elapsed_s);
+
 // One line on a terminal, nothing in a pipe.
 class ProgressLine {
  public:
@@ -20,10 +26,16 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
   void show(const std::string& text);
+  // `what`, its share and time left, then `detail`. Time counts from the first call for this `what` on.
+  void show_share(const std::string& what, double share, const std::string& detail = "");
   void clear();
 
  private:
+  using Clock = std::chrono::steady_clock;
   bool terminal_;
+  std::string what_;
+  Clock::time_point begun_;
+  std::optional<Clock::time_point> shown_;
 };
 
 }  // namespace meltstage::app

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/terminal.hpp"
+#include "cmodel/spec.hpp"
 
 namespace meltstage::app {
 
@@ -46,8 +47,10 @@ host::Tuning follow(host::Controller& controller) {
     const host::Tuning tuning = controller.tuning();
     if (tuning.phase != host::TuningPhase::runs) return tuning;
     const host::Status status = controller.status();
-    line.show(fmt::format("autotune: {} cycles, {:.2f} degC of {:.1f}, duty {:.1f} %", tuning.cycles,
-                          status.temperature_degc.value_or(0.0), status.setpoint_degc, status.duty_percent));
+    line.show_share("autotune", static_cast<double>(tuning.cycles) / chip::spec::kTuneCycles,
+                    fmt::format("{} of {} cycles, {:.2f} degC of {:.1f}, duty {:.1f} %", tuning.cycles,
+                                chip::spec::kTuneCycles, status.temperature_degc.value_or(0.0),
+                                status.setpoint_degc, status.duty_percent));
     std::this_thread::sleep_for(kPollEvery);
   }
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/print/job_file.hpp"
+#include "app/terminal.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
@@ -28,7 +29,10 @@ std::string as_comments(const std::string& settings) {
 }  // namespace
 
 int write_gcode_file(const GcodeCommand& command) {
-  const LoadedJob loaded = load_job(command.job);
+  const LoadedJob loaded = [&] {
+    ProgressLine line;
+    return load_job(command.job, [&](double share) { line.show_share("planning the path", share); });
+  }();
   const tb::PrintJob& job = loaded.job;
   require_other_file(command.out, loaded.inputs);
   const auto& axes = job.stage.axes;

@@ -374,7 +374,7 @@ void print_in_rows(LoadedJob& loaded, const motion::PathTask& task) {
 
 }  // namespace
 
-LoadedJob load_job(const std::filesystem::path& path) {
+LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress& progress) {
   const toml::table root = parse(path);
   const auto section = [&](const char* name) {
     const toml::node* node = root.get(name);
@@ -526,7 +526,7 @@ LoadedJob load_job(const std::filesystem::path& path) {
     throw UserError(error.what());
   }
   try {
-    loaded.plan = motion::plan_path(loaded.bumps_in_file_order, task);
+    loaded.plan = motion::plan_path(loaded.bumps_in_file_order, task, progress);
   } catch (const motion::MotionError& error) {
     throw UserError(fmt::format("{}: {}", path.string(), error.what()));
   }

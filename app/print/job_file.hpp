@@ -27,6 +27,6 @@ struct LoadedJob {
 };
 
 // Reads the job and its coordinate file (relative to the job file) and plans the path. Throws UserError.
-LoadedJob load_job(const std::filesystem::path& path);
+LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress& progress = {});
 
 }  // namespace meltstage::app

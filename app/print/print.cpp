@@ -261,7 +261,10 @@ void add_windows(PrintReport& report, const CheckedRun& run) {
 }  // namespace
 
 int print_job(const PrintOptions& options) {
-  LoadedJob loaded = load_job(options.job);
+  LoadedJob loaded = [&] {
+    ProgressLine line;
+    return load_job(options.job, [&](double share) { line.show_share("planning the path", share); });
+  }();
   if (options.rtl) loaded.job.rtl = *options.rtl;
   if (loaded.job.rtl != tb::RtlWindows::full && !options.for_full_rtl.empty()) {
     throw UserError(
@@ -309,10 +312,20 @@ int print_job(const PrintOptions& options) {
       if (options.vcd) sink.add(vcd.emplace(folder.file("pins.vcd"), recording::BusForm::bits));
       if (planner) sink.add(*planner);
       ProgressLine line;
+      std::optional<double> first_degc;
+      const double wanted_degc = setpoint_degc(loaded.job);
+      const std::size_t bumps = loaded.job.bumps.size();
       result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) {
         throw_if_interrupted();
-        line.show(fmt::format("{:>8.2f} s  {:<9} {:7.2f} degC of {:.1f}  {} droplets", p.t_s, p.phase,
-                              p.reading_degc, p.setpoint_degc, p.droplets));
+        if (!first_degc) first_degc = p.reading_degc;
+        const std::string detail = fmt::format("{:.1f} s, {:.2f} degC of {:.1f}, {} of {} droplets", p.t_s,
+                                               p.reading_degc, wanted_degc, p.droplets, bumps);
+        if (p.phase == "heat-up")
+          line.show_share(p.phase, (p.reading_degc - *first_degc) / (wanted_degc - *first_degc), detail);
+        else if (p.phase == "print")
+          line.show_share(p.phase, static_cast<double>(p.droplets) / static_cast<double>(bumps), detail);
+        else
+          line.show(fmt::format("{}  {}", p.phase, detail));
       });
     }
     if (planner) {

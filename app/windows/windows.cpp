@@ -2,6 +2,7 @@
 #include "app/windows/windows.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <set>
@@ -56,7 +57,9 @@ CheckedRun check_run(const fs::path& folder, const RunWindowsSettings& settings)
     ProgressLine line;
     const tb::WindowProgressCall progress = [&](const tb::WindowProgress& p) {
       throw_if_interrupted();
-      line.show(fmt::format("windows {} of {}  {}", p.done, p.total, p.detail));
+      line.show_share(fmt::format("{} windows in RTL", p.total),
+                      static_cast<double>(p.done) / static_cast<double>(p.total),
+                      fmt::format("{} done, {}", p.done, p.detail));
     };
     tb::RanWindows ran = settings.runner == WindowRunner::slurm
                              ? tb::run_windows_slurm(folder, run.plan, windows, options, progress)
@@ -105,7 +108,16 @@ int join_windows(const fs::path& folder) {
 }
 
 int check_one_window(const fs::path& folder, std::size_t window) {
-  const tb::WindowResult result = tb::check_window(folder, tb::read_plan(folder), window);
+  const tb::WindowPlan plan = tb::read_plan(folder);
+  tb::WindowResult result;
+  if (isatty(STDOUT_FILENO) == 0) {  // a worker of `windows run`, which tells the progress of all
+    result = tb::check_window(folder, plan, window);
+  } else {
+    ProgressLine line;
+    result = tb::check_window(folder, plan, window, [&](double share) {
+      line.show_share(fmt::format("window {} in RTL", window), share);
+    });
+  }
   tb::write_result(folder, result);
   if (result.equal) {
     fmt::print("window {}: cycles {} to {} equal, {} flop values compared, {:.2f} s\n", window,

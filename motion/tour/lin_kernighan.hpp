@@ -82,8 +82,10 @@ class LinKernighan {
   /// Again and again: exchanges four edges near each other, repairs, and goes back unless the tour is as
   /// short as before, or longer by no more than chance allows at a temperature that falls to 0 (Metropolis et
   /// al. 1953): what one kick spoils here, others mend there. Never longer in the end. Stops at
-  /// `good_enough`.
-  void improve_by_kicks(const Budget& budget, double good_enough, std::mt19937_64& random) {
+  /// `good_enough`. `tell` is told now and then the share of the budget that is spent.
+  template <class Tell>
+  void improve_by_kicks(const Budget& budget, double good_enough, std::mt19937_64& random, const Tell& tell) {
+    constexpr std::size_t kicks_between_tellings = 4096;
     if (size() < 8) return;
     const std::vector<Node> tour_before = tour_;
     const double length_before = length_;
@@ -94,6 +96,7 @@ class LinKernighan {
           std::max(static_cast<double>(i) / static_cast<double>(budget.kicks),
                    static_cast<double>(work_ - work_before) / static_cast<double>(budget.work));
       if (!(spent < 1.0)) break;
+      if (i % kicks_between_tellings == 0) tell(spent);
       kick(random, hottest * std::max(0.0, 1.0 - spent / cooled_share));
     }
     if (length_ <= length_before) return;

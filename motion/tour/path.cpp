@@ -252,7 +252,14 @@ bool mostly_in_blocks(const detail::Neighbours& near) {
 }
 
 template <class Cost>
-Found search(const Route& route, const Cost& cost, const Outlook& outlook, const Effort& effort) {
+Found search(const Route& route, const Cost& cost, const Outlook& outlook, const Effort& effort,
+             const PathProgress& progress) {
+  const auto tell = [&](double share) {
+    if (progress) progress(share);
+  };
+  // Shares of the time at a hundred thousand random points, where the search takes longest.
+  constexpr double rough_ends = 0.05, ascent_ends = 0.3, fine_ends = 0.33;
+  tell(0.0);
   const detail::PointTree tree(route.sites);
   std::vector<Node> in_tree(route.sites.size());
   for (Node i = 0; i < in_tree.size(); ++i) in_tree[tree.origin()[i]] = i;
@@ -280,6 +287,7 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
   detail::LinKernighan<Cost> rough(tree.sites(), no_weights, cost, near, rules,
                                    detail::GreedyTour<Cost>(tree, cost, near, rules).tour());
   rough.improve_everywhere();
+  tell(rough_ends);
 
   detail::TourBound<Cost> bounds(tree, cost, rules);
   const auto proves = [&](double bound, double length) {
@@ -288,17 +296,22 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
   double bound = outlook.bound;
   std::vector<Node> tour(rough.tour().begin(), rough.tour().end());
   if (!proves(bound, rough.length())) {
-    bound = std::max(bound, bounds.ascend(near, tour, rough.length(), effort.ascent_steps,
-                                          [&](double reached) { return proves(reached, rough.length()); }));
+    bound =
+        std::max(bound, bounds.ascend(
+                            near, tour, rough.length(), effort.ascent_steps,
+                            [&](double reached) { return proves(reached, rough.length()); },
+                            [&](double share) { tell(rough_ends + share * (ascent_ends - rough_ends)); }));
   }
   bound = outlook.raised(bound);
   if (!proves(bound, rough.length())) {
     const auto alpha = bounds.alpha_nearest(candidates);
     const auto weights = bounds.weights();
     detail::LinKernighan<Cost> fine(tree.sites(), weights, cost, alpha, rules, std::move(tour));
+    tell(ascent_ends);
     fine.improve_everywhere();
     std::mt19937_64 random(1);
-    fine.improve_by_kicks({effort.kicks, effort.work}, bound + extra, random);
+    fine.improve_by_kicks({effort.kicks, effort.work}, bound + extra, random,
+                          [&](double spent) { tell(fine_ends + spent * (1.0 - fine_ends)); });
     tour.assign(fine.tour().begin(), fine.tour().end());
   }
 
@@ -325,7 +338,7 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
 }
 
 template <class Cost>
-Found plan_route(const Route& route, const Cost& cost, const PathTask& task) {
+Found plan_route(const Route& route, const Cost& cost, const PathTask& task, const PathProgress& progress) {
   if (route.points == 0) return {{}, cost_of(route, {}, cost)};
   if (route.points <= few_points) {
     Order order = cheapest_of_all(route, cost);
@@ -334,23 +347,23 @@ Found plan_route(const Route& route, const Cost& cost, const PathTask& task) {
   }
   const Outlook outlook = look_out(route, cost, task.metric);
   if (auto order = proved_serpentine(route, cost, outlook)) return {std::move(*order), outlook.bound};
-  return search(route, cost, outlook, effort_for(route.points, task));
+  return search(route, cost, outlook, effort_for(route.points, task), progress);
 }
 
-Found plan_route(const Route& route, const PathTask& task) {
+Found plan_route(const Route& route, const PathTask& task, const PathProgress& progress) {
   switch (task.metric) {
     case Metric::manhattan:
-      return plan_route(route, detail::ManhattanCost{}, task);
+      return plan_route(route, detail::ManhattanCost{}, task, progress);
     case Metric::chebyshev:
-      return plan_route(route, detail::ChebyshevCost{}, task);
+      return plan_route(route, detail::ChebyshevCost{}, task, progress);
     case Metric::euclidean:
-      return plan_route(route, detail::EuclideanCost{}, task);
+      return plan_route(route, detail::EuclideanCost{}, task, progress);
     case Metric::time:
       break;
   }
   // Chords of a concave curve lie below it, so the table's bound holds for the exact times.
   return plan_route(route, detail::TimeCost{detail::AxisTimes(task.times.x), detail::AxisTimes(task.times.y)},
-                    task);
+                    task, progress);
 }
 
 /// The exact cost of a hop.
@@ -389,7 +402,7 @@ double path_cost(std::span<const Point> points, std::span<const std::size_t> ord
   return cost_of(route, order, TaskCost{task}) + pauses_s(route, task);
 }
 
-Plan plan_path(std::span<const Point> points, const PathTask& task) {
+Plan plan_path(std::span<const Point> points, const PathTask& task, const PathProgress& progress) {
   check(points, task);
   const Route route = route_of(points, task);
   Plan plan;
@@ -398,7 +411,7 @@ Plan plan_path(std::span<const Point> points, const PathTask& task) {
   const TaskCost cost{task};
   const double pauses = pauses_s(route, task);
   plan.cost_before = plan.cost_after = cost_of(route, plan.order, cost) + pauses;
-  Found found = plan_route(route, task);
+  Found found = plan_route(route, task, progress);
   const double planned = cost_of(route, found.order, cost) + pauses;
   if (planned < plan.cost_before) {
     plan.order = std::move(found.order);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -65,6 +66,9 @@ double distance_mm(double dx_mm, double dy_mm, Metric metric);
 /// @throws MotionError as plan_path.
 double path_cost(std::span<const Point> points, std::span<const std::size_t> order, const PathTask& task);
 
+/// Told the share of the search that is done, 0..1, rising and even in time as far as that can be known.
+using PathProgress = std::function<void(double share)>;
+
 /// Plans the order. Up to 10 points: the cheapest of all orders. A full lattice: the serpentine, where that
 /// is proved to be the cheapest. Otherwise chained Lin-Kernighan on candidate edges by alpha-nearness (Lin &
 /// Kernighan 1973; Applegate, Cook & Rohe 2003; Helsgaun 2000) under a falling temperature, which stops once
@@ -77,7 +81,7 @@ double path_cost(std::span<const Point> points, std::span<const std::size_t> ord
 /// @throws MotionError if a coordinate isn't finite, a limit of the stage isn't positive, a pause or the
 /// kicks are
 ///   negative or not finite, or a closed tour is given an end.
-Plan plan_path(std::span<const Point> points, const PathTask& task = {});
+Plan plan_path(std::span<const Point> points, const PathTask& task = {}, const PathProgress& progress = {});
 
 /// As plan_path, for an open path from the start.
 Plan plan_path(std::span<const Point> points, Metric metric, Position start);

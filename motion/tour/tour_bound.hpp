@@ -23,11 +23,11 @@ class TourBound {
       : tree_(tree), cost_(cost), rules_(rules), weight_(tree.sites().size(), 0.0) {}
 
   /// Raises the weights for at most `steps` steps, fewer if `enough(bound)`; `tour` (with the joker) and its
-  /// length steer the step size.
+  /// length steer the step size. `tell` is told the share of the steps at each.
   /// @return the bound, <= the shortest tour.
-  template <class Enough>
+  template <class Enough, class Tell>
   double ascend(const Neighbours& neighbours, std::span<const Node> tour, double tour_length, int steps,
-                const Enough& enough) {
+                const Enough& enough, const Tell& tell) {
     build_graph(neighbours, tour);
     const std::size_t count = weight_.size();
     std::vector<double> best = weight_;
@@ -36,6 +36,7 @@ class TourBound {
     double scale = 1.0;
     int since_better = 0;
     for (int step = 0; step < steps && scale > 1e-3; ++step) {
+      tell(static_cast<double>(step) / static_cast<double>(steps));
       const double bound = sparse_one_tree(degree);
       if (bound > highest) {
         if (bound > highest + 1e-5 * (tour_length - highest)) since_better = 0;

@@ -221,7 +221,9 @@ class WindowRun {
                       RunIdentity{fmt::format("window_{}", window), plan.seed, repeat_}, folder / "failures");
   }
 
-  void run() {
+  void run(const std::function<void(double share)>& progress) {
+    constexpr std::uint64_t kTellEvery = 1 << 14;
+    const auto clocks = static_cast<double>(planned_.last_cycle - planned_.first_cycle + 1);
     if (start_.cycle > 0 && !rtl_->flops_equal(start_.chip))
       fail("start", rtl_->differences(start_.chip), "RTL");
     recording::Cursor cursor(pins_);
@@ -239,6 +241,8 @@ class WindowRun {
       standing.heater = standing.heater && !in.inhibit;  // acts without a clock
       if (standing != recorded) fail_pins(cycle, recorded, standing);
       standing = lockstep_->step(in);
+      if (progress && cycle % kTellEvery == 0)
+        progress(static_cast<double>(cycle - planned_.first_cycle) / clocks);
     }
     last_in_ = in;
     if (const auto flops = rtl_->differences(end_.chip); !flops.empty()) fail("end", flops, "RTL");
@@ -462,7 +466,8 @@ void check_files(const fs::path& folder, const WindowPlan& plan) {
   if (!plan.windows.empty()) load_border(folder, plan.windows.size(), plan.windows.back().end_state);
 }
 
-WindowResult check_window(const fs::path& folder, const WindowPlan& plan, std::size_t window) {
+WindowResult check_window(const fs::path& folder, const WindowPlan& plan, std::size_t window,
+                          const std::function<void(double share)>& progress) {
   if (window >= plan.windows.size()) {
     throw UserError(fmt::format("{}: found window {}, expected 0 to {}", folder.string(), window,
                                 plan.windows.empty() ? 0 : plan.windows.size() - 1));
@@ -471,7 +476,7 @@ WindowResult check_window(const fs::path& folder, const WindowPlan& plan, std::s
   WindowRun run(folder, plan, window);
   std::string report;
   try {
-    run.run();
+    run.run(progress);
   } catch (const Mismatch& mismatch) {
     report = mismatch.what();
   }

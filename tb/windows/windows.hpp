@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -67,7 +68,9 @@ struct WindowResult {
 
 // Model and RTL from the window's first state over its stimulus to its border. Throws UserError when a file
 // of the folder can't be used; a difference is in the result.
-WindowResult check_window(const std::filesystem::path& folder, const WindowPlan& plan, std::size_t window);
+// `progress` is told now and then the share of its clocks that is done, 0..1.
+WindowResult check_window(const std::filesystem::path& folder, const WindowPlan& plan, std::size_t window,
+                          const std::function<void(double share)>& progress = {});
 
 // The result appears whole under its name; another one of the same window is replaced.
 void write_result(const std::filesystem::path& folder, const WindowResult& result);

@@ -8,8 +8,10 @@
 
 namespace meltstage {
 
-Ran run_command(const std::string& arguments) {
-  FILE* pipe = popen((std::string(MELTSTAGE_COMMAND) + " " + arguments + " 2>&1").c_str(), "r");
+namespace {
+
+Ran run_shell(const std::string& line) {
+  FILE* pipe = popen((line + " 2>&1").c_str(), "r");
   Ran ran{-1, {}};
   std::array<char, 4096> buffer;
   while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
@@ -17,6 +19,17 @@ Ran run_command(const std::string& arguments) {
   const int status = pclose(pipe);
   ran.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return ran;
+}
+
+}  // namespace
+
+Ran run_command(const std::string& arguments) {
+  return run_shell(std::string(MELTSTAGE_COMMAND) + " " + arguments);
+}
+
+Ran run_in_terminal(const std::string& arguments) {
+  return run_shell("script --quiet --return --flush --command '" + std::string(MELTSTAGE_COMMAND) + " " +
+                   arguments + "' /dev/null </dev/null");
 }
 
 }  // namespace meltstage

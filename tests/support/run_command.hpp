@@ -14,4 +14,7 @@ struct Ran {
 // Runs `meltstage ARGUMENTS` in a shell to its end.
 Ran run_command(const std::string& arguments);
 
+// The same with a terminal as its input, output and error.
+Ran run_in_terminal(const std::string& arguments);
+
 }  // namespace meltstage
