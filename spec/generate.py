@@ -28,6 +28,7 @@ OUTPUTS = {
     "tc_pkg.sv.j2": "rtl/tc_pkg.sv",
     "spec.hpp.j2": "cmodel/spec.hpp",
     "pins.hpp.j2": "cmodel/pins.hpp",
+    "fault_advice.hpp.j2": "cmodel/fault_advice.hpp",
     "registers.md.j2": "docs/chip/registers.md",
     "modbus_map.csv.j2": "docs/host/modbus_map.csv",
     "modbus_map.json.j2": "docs/host/modbus_map.json",

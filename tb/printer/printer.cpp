@@ -10,6 +10,7 @@
 #include "cmodel/advance.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 #include "tb/pins/chip_pins.hpp"
+#include "tb/printer/fault_sentence.hpp"
 
 namespace meltstage::tb {
 
@@ -43,13 +44,6 @@ constexpr std::uint32_t kPinsPerAxis = 6;
 constexpr const char* kAxisNames[] = {"x", "y", "z"};
 
 double seconds(std::uint64_t cycles) { return static_cast<double>(cycles) / kClockHz; }
-
-std::string describe_fault(std::uint16_t first, std::uint16_t faults) {
-  const unsigned code = first >> 8;
-  if (code == 0 || code > spec::kFaultCount) return fmt::format("fault bits {:#06x}", faults);
-  const spec::FaultInfo& info = spec::kFaults[code - 1];
-  return fmt::format("{}: {}", info.name, info.doc);
-}
 
 // Contiguous runs of registers, at most 16 to a frame.
 std::vector<ModbusRequest> write_frames(std::vector<RegisterValue> registers) {
@@ -287,10 +281,20 @@ class Printer {
     stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
   }
 
+  std::string first_fault() const {
+    const chip::Chip& chip = model();
+    if (chip.guard.first_q == 0) return fmt::format("fault bits {:#06x}", chip.guard.fault_q);
+    // The chip has put the duty to 0 by now: what the last poll before the fault found is told.
+    const auto input = [&](spec::In reg) {
+      return reg == spec::kInDuty && !status_.empty() ? status_[reg] : chip.read_register(reg);
+    };
+    const auto holding = [&](spec::Reg reg) { return chip.params()[reg]; };
+    return fault_sentence(static_cast<spec::Fault>(chip.guard.first_q - 1), {input, holding});
+  }
+
   void watch_for_faults() {
     if (!run_.out.fault_n && !aborted_ && phase_ != Phase::reset) {
-      const chip::Chip& chip = model();
-      abort(describe_fault(static_cast<std::uint16_t>(chip.guard.first_q << 8), chip.guard.fault_q));
+      abort(first_fault());
     }
     // The emergency stop is told by the chip.
     if (stage_.fault() && !emergency_loop_) abort(*stage_.fault());

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tb/printer/fault_sentence.hpp"
+
+#include <fmt/format.h>
+
+#include "cmodel/fault_advice.hpp"
+
+namespace meltstage::tb {
+
+namespace spec = chip::spec;
+
+namespace {
+
+// "T_MAX 100 degC"; `Info` is InputInfo or RegisterInfo.
+template <class Info>
+std::string named_value(const Info& info, std::uint16_t raw) {
+  const double value = (info.is_signed ? static_cast<std::int16_t>(raw) : raw) * info.scale;
+  return fmt::format("{} {:.6g}{}{}", info.name, value, info.unit.empty() ? "" : " ", info.unit);
+}
+
+std::string measured_value(spec::In reg, std::uint16_t raw) {
+  if (reg == spec::kInPv && raw == spec::kPvNone) return "PV without a reading";
+  if (reg == spec::kInRawH || reg == spec::kInRawL)
+    return fmt::format("{} {:#06x}", spec::kInput[reg].name, raw);
+  return named_value(spec::kInput[reg], raw);
+}
+
+void append(std::string& list, const std::string& item) { list += (list.empty() ? "" : ", ") + item; }
+
+}  // namespace
+
+std::string fault_sentence(spec::Fault fault, const RegistersAtFault& registers) {
+  const spec::FaultInfo& info = spec::kFaults[fault];
+  const spec::FaultAdvice& advice = spec::kFaultAdvice[fault];
+  std::string measured, limits;
+  for (const spec::In reg : advice.measured) append(measured, measured_value(reg, registers.input(reg)));
+  for (const spec::Reg reg : advice.limits)
+    append(limits, named_value(spec::kHolding[reg], registers.holding(reg)));
+  return fmt::format("{}: {}{}{} Next: {}", info.name, info.doc,
+                     measured.empty() ? "" : " Measured: " + measured + ".",
+                     limits.empty() ? "" : " Limit: " + limits + ".", advice.next);
+}
+
+}  // namespace meltstage::tb
