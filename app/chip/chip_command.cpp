@@ -5,9 +5,12 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
+#include <array>
 #include <charconv>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "app/chip/chip_serve.hpp"
@@ -16,6 +19,7 @@
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "host/controller.hpp"
+#include "tb/printer/fault_sentence.hpp"
 
 namespace meltstage::app {
 
@@ -96,6 +100,31 @@ int set_registers(host::Controller& controller, const std::vector<host::Setting>
   return 0;
 }
 
+// Heating on; a chip that refuses because of a fault says what it measured, the limit, and what to do.
+int run_chip(host::Controller& controller) {
+  try {
+    controller.run();
+  } catch (const host::BusError& refused) {
+    const auto word = [&](std::string_view name) {
+      const std::array one{&host::find_register(name)};
+      return controller.read(std::span<const host::Register* const>(one)).front();
+    };
+    std::string sentence;
+    try {
+      namespace spec = chip::spec;
+      const unsigned first = word(spec::kInput[spec::kInFirstFault].name) >> 8;
+      if (first != 0 && first <= spec::kFaultCount)
+        sentence = tb::fault_sentence(static_cast<spec::Fault>(first - 1),
+                                      {[&](spec::In reg) { return word(spec::kInput[reg].name); },
+                                       [&](spec::Reg reg) { return word(spec::kHolding[reg].name); }});
+    } catch (const host::BusError&) {  // it does not answer either: the first error says why
+    }
+    if (sentence.empty()) throw;
+    throw host::BusError(fmt::format("{}; {}", refused.what(), sentence));
+  }
+  return 0;
+}
+
 int clear_faults(host::Controller& controller) {
   const host::Status before = controller.status();
   controller.clear_faults();
@@ -156,7 +185,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
       return watch_chip(controller, asked->watch);
     }
     if (*tune) return tune_chip(controller);
-    if (*run) controller.run();
+    if (*run) return run_chip(controller);
     if (*stop) controller.stop();
     return *clear ? clear_faults(controller) : 0;
   };
