@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "bench/bench.hpp"
+#include "bench/data_file.hpp"
 
 namespace meltstage::app {
 
@@ -45,8 +46,8 @@ const std::map<std::string, Wanted> kWantedOfChip{
 }  // namespace
 
 std::vector<BenchRow> bench_silicon(const BenchOptions& options) {
-  const std::filesystem::path flow = std::filesystem::path(MELTSTAGE_SOURCE_DIR) / "asic/flow";
-  const std::filesystem::path build = std::filesystem::path(MELTSTAGE_SOURCE_DIR) / "build/silicon";
+  const std::filesystem::path root = checkout_with("asic/flow/Makefile");
+  const std::filesystem::path flow = root / "asic/flow", build = root / "build/silicon";
   const std::string tech = std::getenv("PDK_ROOT") != nullptr ? "sg13g2" : "osu018";
   // quick: one block, from RTL to a layout that is checked
   const std::string top = options.quick ? "tc_sysctrl" : "tc_top";

@@ -10,7 +10,6 @@
 #include <iterator>
 #include <numeric>
 #include <random>
-#include <stdexcept>
 
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/atpg/generate.hpp"
@@ -24,6 +23,7 @@
 #include "asic/signoff/functional_vectors.hpp"
 #include "asic/signoff/grade_report.hpp"
 #include "bench/bench.hpp"
+#include "bench/data_file.hpp"
 
 namespace meltstage::app {
 
@@ -117,7 +117,8 @@ Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary
     verdicts.push_back(first == dft::FunctionalGrade::kUndetected ? dft::FaultClass::NO
                                                                   : dft::FaultClass::DS);
   const GradeReport report =
-      grade_report(netlist, view, cycles, sample, verdicts, grade, read_unreached(MELTSTAGE_UNREACHED));
+      grade_report(netlist, view, cycles, sample, verdicts, grade,
+                   read_unreached(data_file("unreached.toml", "install or build meltstage-bench again")));
   return {grade.clocks, static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
           report.toggle_of_reachable(toggle),
           static_cast<double>(grade.detected()) / static_cast<double>(sample.size())};
@@ -126,9 +127,8 @@ Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary
 }  // namespace
 
 std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
-  const std::filesystem::path file = MELTSTAGE_CHIP_NETLIST;
-  if (!std::filesystem::exists(file))
-    throw std::runtime_error(file.string() + ": isn't there; build the target chip_netlist");
+  const std::filesystem::path file =
+      data_file("netlist.json", "the build's target chip_netlist makes it by Yosys");
   const dft::Netlist netlist = dft::read_yosys_json(file);
   const dft::CellLibrary& library = dft::yosys_library();
   const dft::ScanDesign design = dft::insert_scan(netlist, library);

@@ -8,8 +8,6 @@
 
 namespace meltstage {
 
-namespace {
-
 Ran run_shell(const std::string& line) {
   FILE* pipe = popen((line + " 2>&1").c_str(), "r");
   Ran ran{-1, {}};
@@ -20,8 +18,6 @@ Ran run_shell(const std::string& line) {
   ran.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return ran;
 }
-
-}  // namespace
 
 Ran run_command(const std::string& arguments) {
   return run_shell(std::string(MELTSTAGE_COMMAND) + " " + arguments);

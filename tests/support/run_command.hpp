@@ -11,6 +11,9 @@ struct Ran {
   std::string output;  // standard output and error together
 };
 
+// Runs any line in a shell to its end.
+Ran run_shell(const std::string& line);
+
 // Runs `meltstage ARGUMENTS` in a shell to its end.
 Ran run_command(const std::string& arguments);
 
