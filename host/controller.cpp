@@ -345,7 +345,9 @@ std::string Controller::faults_in_the_way() {
   const std::string present = fault_names(words[spec::kInCause]);
   if (!present.empty()) return fmt::format("; present now: {}", present);
   if (!latched.empty()) return fmt::format("; latched: {}, clear it first", latched);
-  if (words[spec::kInPv] == spec::kPvNone) return "; no sound sample has come yet";
+  if (words[spec::kInPv] == spec::kPvNone)
+    return "; no sound sample has come yet: the first takes up to a second after the chip starts, try again; "
+           "if it stays so, check the sensor and SENS_TYPE";
   return "; LOCK is on, LOCK=0 opens it";
 }
 

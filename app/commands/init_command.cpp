@@ -10,9 +10,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "app/verbs.hpp"
 #include "base/error.hpp"
@@ -44,6 +47,18 @@ Extent extent_of(const std::vector<motion::Point>& points, double motion::Point:
       points.begin(), points.end(),
       [axis](const motion::Point& a, const motion::Point& b) { return a.*axis < b.*axis; });
   return {(*low).*axis, (*high).*axis};
+}
+
+// A job's origin moves bumps by so much at the most. The points count in `unit_mm`.
+void require_near_origin(const std::vector<motion::Point>& points, double unit_mm, const fs::path& bumps) {
+  constexpr double kFarthest_mm = 1e6;
+  for (const motion::Point& point : points)
+    for (const auto& [axis, value] : {std::pair{"x", point.x_mm}, std::pair{"y", point.y_mm}})
+      if (!(std::abs(value) * unit_mm <= kFarthest_mm))
+        throw UserError(
+            fmt::format("{}: row {}: {}: found {:.6g} mm, expected at most {:.0f} mm from the file's "
+                        "origin; is the number or the unit right?",
+                        bumps.string(), point.row, axis, value * unit_mm, kFarthest_mm));
 }
 
 std::string known_units() {
@@ -99,7 +114,7 @@ int init_job(const InitSettings& settings) {
     throw UserError(
         fmt::format("{}: is there already; give another name by --out, or remove it", job.string()));
 
-  constexpr double kAnywhere_mm = 1e9;  // it is placed on the stage below
+  constexpr double kAnywhere_mm = std::numeric_limits<double>::max();  // it is placed on the stage below
   motion::CoordinateOptions options;
   options.travel = {{-kAnywhere_mm, kAnywhere_mm}, {-kAnywhere_mm, kAnywhere_mm}, {}};
   motion::CoordinateFile file = motion::read_coordinate_file(settings.bumps, options);
@@ -108,9 +123,11 @@ int init_job(const InitSettings& settings) {
         fmt::format("{}: says its unit itself; leave out --unit and --pitch-mm", settings.bumps.string()));
   if (!file.has_unit) {
     options.pitch_mm = asked_pitch_mm(settings);
+    require_near_origin(file.points, options.pitch_mm, settings.bumps);
     file = motion::read_coordinate_file(settings.bumps, options);
   }
 
+  require_near_origin(file.points, 1.0, settings.bumps);
   const Extent x = extent_of(file.points, &motion::Point::x_mm),
                y = extent_of(file.points, &motion::Point::y_mm);
   const motion::Travel travel;

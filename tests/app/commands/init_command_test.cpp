@@ -84,6 +84,9 @@ TEST_F(InitCommand, RefusesInOneLine) {
   EXPECT_THAT(
       init(write("mixed.csv", "x_mm;y_mm\n1,5;2\n3.5;4\n")).output,
       HasSubstr("row 3, column 1: found '1,5' in row 2 and '3.5' in row 3, expected one decimal mark"));
+  EXPECT_THAT(init(write("far.csv", "x_mm,y_mm\n1e308,0\n")).output,
+              HasSubstr("row 2: x: found 1e+308 mm, expected at most 1000000 mm from the file's origin"));
+  EXPECT_THAT(init(write("far.csv", "0,1e308\n") + " --unit m").output, HasSubstr("row 1: y: found inf mm"));
   write("job.toml", "mine");
   const Ran ran = init(write("small.csv", "x_mm,y_mm\n0,0\n"));
   EXPECT_EQ(ran.status, 2);
