@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "app/print/job_file.hpp"
+#include "app/print/job_plan.hpp"
 #include "app/terminal.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <set>
 #include <string_view>
 
@@ -245,8 +244,8 @@ motion::PathTask path_task(Section& print, tb::PrintJob& job) {
 }
 
 // [stage]: what drives it, and how it moves.
-void read_stage(Section& stage, LoadedJob& loaded, const std::filesystem::path& folder) {
-  tb::PrintJob& job = loaded.job;
+void read_stage(Section& stage, JobDescription& parsed, const std::filesystem::path& folder) {
+  tb::PrintJob& job = parsed.job;
   job.start_mm = {stage.number("start_x_mm", 0.0, 0.0, 200.0), stage.number("start_y_mm", 0.0, 0.0, 200.0),
                   0.0};
   job.drive.homed = !stage.flag("homing", false);
@@ -279,10 +278,9 @@ void read_stage(Section& stage, LoadedJob& loaded, const std::filesystem::path& 
     axis.screw.backlash_mm = 1e-3 * stage.number(kKeys[i][2], 0.0, 0.0, 1000.0);
     const std::string file = stage.text(kKeys[i][3], "");
     if (file.empty()) continue;
-    loaded.inputs.push_back(folder / file);
+    parsed.inputs.push_back(folder / file);
     try {
-      job.compensation[i] =
-          motion::make_compensation(motion::evaluate_accuracy(motion::read_deviations(folder / file)));
+      parsed.deviations[i] = motion::read_deviations(folder / file);
     } catch (const motion::MotionError& error) {
       throw UserError(error.what());
     }
@@ -290,8 +288,9 @@ void read_stage(Section& stage, LoadedJob& loaded, const std::filesystem::path& 
 }
 
 // [alignment]: the board's marks, in the frame of the bumps' file and placed with them.
-tb::BoardAlignment read_alignment(Section& alignment, LoadedJob& loaded, const std::filesystem::path& folder,
-                                  motion::CoordinateOptions placed, std::uint64_t seed) {
+tb::BoardAlignment read_alignment(Section& alignment, JobDescription& parsed,
+                                  const std::filesystem::path& folder, motion::CoordinateOptions placed,
+                                  std::uint64_t seed) {
   constexpr double kDegree_rad = std::numbers::pi / 180.0;
   static constexpr std::array<std::pair<std::string_view, tb::StageKnowledge>, 2> kKnowledge{
       {{"calibrated", tb::StageKnowledge::calibrated}, {"nominal", tb::StageKnowledge::nominal}}};
@@ -315,7 +314,7 @@ tb::BoardAlignment read_alignment(Section& alignment, LoadedJob& loaded, const s
   const auto missing = alignment.integer("missing_mark", 0, 0, 1000);
   if (missing > 0) board.missing_mark = static_cast<std::size_t>(missing - 1);
   alignment.finish();
-  loaded.inputs.push_back(folder / file);
+  parsed.inputs.push_back(folder / file);
   for (const motion::Point& mark : motion::read_coordinates(folder / file, placed))
     board.marks_mm.emplace_back(mark.x_mm, mark.y_mm);
   if (board.marks_mm.size() < 2)
@@ -328,53 +327,9 @@ tb::BoardAlignment read_alignment(Section& alignment, LoadedJob& loaded, const s
   return board;
 }
 
-// Rows of the bumps at constant speed. The head's errors are compensated in the plan: Y as it comes from
-// below, X in the count at which the comparator fires.
-tb::FlyBy plan_fly_by(const tb::PrintJob& job, const motion::FlyByConfig& config) {
-  tb::FlyBy fly_by{config, {}};
-  std::vector<motion::Point> bumps = job.bumps;
-  const motion::CompensationTable &x = job.compensation[0], &y = job.compensation[1];
-  if (!y.position_mm.empty())
-    for (motion::Point& bump : bumps) bump.y_mm = motion::compensated_forward_mm(y, bump.y_mm);
-  fly_by.plan = motion::plan_fly_by(bumps, config);
-  for (motion::FlyByRow& row : fly_by.plan.rows) {
-    for (const double turn_mm : {row.from_x_mm, row.to_x_mm}) {
-      const motion::Range& travel = job.stage.axes[0].travel;
-      if (!(turn_mm >= travel.min_mm && turn_mm <= travel.max_mm))
-        throw motion::MotionError(fmt::format(
-            "print on the fly: found a row at y {:.3f} mm that turns at x {:.3f} mm, expected {}..{} mm "
-            "(travel); move the origin, lower the speed or stop at each bump",
-            row.y_mm, turn_mm, travel.min_mm, travel.max_mm));
-    }
-    if (x.position_mm.empty()) continue;
-    for (motion::Trigger& trigger : row.triggers) {
-      const double bump_mm = bumps[trigger.bump].x_mm;
-      const double command_mm = row.direction() > 0.0 ? motion::compensated_forward_mm(x, bump_mm)
-                                                      : motion::compensated_reverse_mm(x, bump_mm);
-      trigger.count += std::llround((command_mm - bump_mm) / config.encoder_mm);
-    }
-  }
-  return fly_by;
-}
-
-// The bumps in the order in which the rows pass them.
-void print_in_rows(LoadedJob& loaded, const motion::PathTask& task) {
-  std::vector<motion::Point> bumps;
-  std::vector<std::size_t> order;
-  for (motion::FlyByRow& row : loaded.job.fly_by->plan.rows)
-    for (motion::Trigger& trigger : row.triggers) {
-      bumps.push_back(loaded.job.bumps[trigger.bump]);
-      order.push_back(loaded.plan.order[trigger.bump]);
-      trigger.bump = bumps.size() - 1;
-    }
-  loaded.job.bumps = std::move(bumps);
-  loaded.plan.order = std::move(order);
-  loaded.plan.cost_after = motion::path_cost(loaded.bumps_in_file_order, loaded.plan.order, task);
-}
-
 }  // namespace
 
-LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress& progress) {
+JobDescription parse_job(const std::filesystem::path& path) {
   const toml::table root = parse(path);
   const auto section = [&](const char* name) {
     const toml::node* node = root.get(name);
@@ -395,8 +350,9 @@ LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress
     }
   }
 
-  LoadedJob loaded;
-  tb::PrintJob& job = loaded.job;
+  JobDescription parsed;
+  parsed.file = path;
+  tb::PrintJob& job = parsed.job;
 
   Section general = section("job");
   job.name = general.text("name", escaped(path.stem().string()));
@@ -455,13 +411,8 @@ LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress
   }
 
   Section stage = section("stage");
-  read_stage(stage, loaded, path.parent_path());
+  read_stage(stage, parsed, path.parent_path());
   stage.finish();
-  try {
-    const motion::Stage probe(job.stage, job.start_mm);
-  } catch (const motion::MotionError& error) {
-    throw UserError(fmt::format("{}: [stage]: {}", path.string(), error.what()));
-  }
 
   Section coordinates = section("coordinates");
   const std::string file = coordinates.text("file", "");
@@ -476,15 +427,14 @@ LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress
   options.rotation_deg = coordinates.number("rotation_deg", 0.0, -360.0, 360.0);
   options.mirror_x = coordinates.flag("mirror_x", false);
   coordinates.finish();
-  loaded.coordinates = path.parent_path() / file;
-  loaded.inputs.insert(loaded.inputs.end(), {path, loaded.coordinates});
+  parsed.coordinates = path.parent_path() / file;
+  parsed.inputs.insert(parsed.inputs.end(), {path, parsed.coordinates});
 
   Section print = section("print");
   job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
   job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
-  motion::PathTask task = path_task(print, job);
-  loaded.plan_metric = print.text("metric", "manhattan");
-  loaded.plan_unit = task.metric == motion::Metric::time ? "s" : "mm";
+  parsed.task = path_task(print, job);
+  parsed.plan_metric = print.text("metric", "manhattan");
   static constexpr std::array<std::pair<std::string_view, bool>, 2> kModes{
       {{"stop", false}, {"fly-by", true}}};
   const bool on_the_fly = print.choice("mode", "stop", kModes);
@@ -496,6 +446,7 @@ LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress
   fly_by.flight_s = 1e-6 * print.number("flight_us", 500.0, 0.0, 100000.0);
   fly_by.encoder_mm = job.drive.axes[0].encoder_mm;
   fly_by.settle_s = job.settle_s;
+  if (on_the_fly) parsed.fly_by = fly_by;
   print.finish();
 
   Section rtl = section("rtl");
@@ -519,39 +470,13 @@ LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress
 
   Section alignment = section("alignment");
   try {
-    loaded.bumps_in_file_order = motion::read_coordinates(loaded.coordinates, options);
+    parsed.bumps_in_file_order = motion::read_coordinates(parsed.coordinates, options);
     if (alignment.present())
-      loaded.alignment = read_alignment(alignment, loaded, path.parent_path(), options, job.head.seed);
+      parsed.alignment = read_alignment(alignment, parsed, path.parent_path(), options, job.head.seed);
   } catch (const motion::CoordinateError& error) {
     throw UserError(error.what());
   }
-  try {
-    loaded.plan = motion::plan_path(loaded.bumps_in_file_order, task, progress);
-  } catch (const motion::MotionError& error) {
-    throw UserError(fmt::format("{}: {}", path.string(), error.what()));
-  }
-  motion::PathTask in_time = task;
-  in_time.metric = motion::Metric::time;
-  std::vector<std::size_t> file_order(loaded.bumps_in_file_order.size());
-  std::iota(file_order.begin(), file_order.end(), std::size_t{0});
-  loaded.moves_before_s = motion::path_cost(loaded.bumps_in_file_order, file_order, in_time);
-  loaded.moves_after_s = motion::path_cost(loaded.bumps_in_file_order, loaded.plan.order, in_time);
-  for (const std::size_t i : loaded.plan.order) job.bumps.push_back(loaded.bumps_in_file_order[i]);
-  if (task.end) job.end_mm = Eigen::Vector3d(task.end->x_mm, task.end->y_mm, job.start_mm.z());
-  if (task.tour == motion::Tour::closed) {
-    const bool from_stage = task.start.has_value();
-    const motion::Point& first = job.bumps.front();
-    job.end_mm = from_stage ? job.start_mm : Eigen::Vector3d(first.x_mm, first.y_mm, job.start_mm.z());
-  }
-  if (on_the_fly) {
-    try {
-      job.fly_by = plan_fly_by(job, fly_by);
-      print_in_rows(loaded, task);
-    } catch (const motion::MotionError& error) {
-      throw UserError(fmt::format("{}: {}", path.string(), error.what()));
-    }
-  }
-  return loaded;
+  return parsed;
 }
 
 }  // namespace meltstage::app

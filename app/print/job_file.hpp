@@ -2,6 +2,7 @@
 // The job file of `meltstage print`: TOML, every field named with its unit. Reference: docs/print/jobs.md.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -14,19 +15,22 @@
 
 namespace meltstage::app {
 
-struct LoadedJob {
-  tb::PrintJob job;  // bumps in planned order
-  std::string plan_metric;
+// What a job's files say, every value in its range; nothing is planned yet.
+struct JobDescription {
+  std::filesystem::path file;
+  tb::PrintJob job;  // without bumps, compensation and rows
   std::vector<motion::Point> bumps_in_file_order;
-  motion::Plan plan;                                 // costs in s if the metric is time, else mm
-  double moves_before_s = 0.0, moves_after_s = 0.0;  // of the stage with a stop at each bump
-  std::string plan_unit;
+  motion::PathTask task;
+  std::string plan_metric;
+  std::optional<motion::FlyByConfig> fly_by;  // otherwise it stops at each bump
+  std::array<std::optional<std::vector<motion::TargetDeviations>>, 2>
+      deviations;  // of X and Y, where measured
   std::filesystem::path coordinates;
   std::vector<std::filesystem::path> inputs;    // every file that was read
   std::optional<tb::BoardAlignment> alignment;  // before the print
 };
 
-// Reads the job and its coordinate file (relative to the job file) and plans the path. Throws UserError.
-LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress& progress = {});
+// Reads the job and the files that it names (relative to it). Throws UserError.
+JobDescription parse_job(const std::filesystem::path& path);
 
 }  // namespace meltstage::app

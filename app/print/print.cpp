@@ -13,7 +13,7 @@
 #include <sstream>
 
 #include "app/command_line.hpp"
-#include "app/print/job_file.hpp"
+#include "app/print/job_plan.hpp"
 #include "app/print/report/report.hpp"
 #include "app/terminal.hpp"
 #include "base/build_stamp.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/print/job_file.hpp"
+#include "app/print/job_plan.hpp"
 #include "tests/fuzz/entry.hpp"
 #include "tests/fuzz/memory_file.hpp"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/print/job_file.hpp"
+#include "app/print/job_plan.hpp"
 #include "motion/stage/stage.hpp"
 #include "recording/stream.hpp"
 #include "tb/printer/printer.hpp"

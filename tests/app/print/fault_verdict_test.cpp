@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/print/job_file.hpp"
+#include "app/print/job_plan.hpp"
 #include "tb/printer/fault_sentence.hpp"
 
 namespace meltstage {

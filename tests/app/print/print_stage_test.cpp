@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "app/print/job_file.hpp"
+#include "app/print/job_plan.hpp"
 #include "base/error.hpp"
 #include "recording/stream.hpp"
 #include "tb/printer/printer.hpp"

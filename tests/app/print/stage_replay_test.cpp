@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-#include "app/print/job_file.hpp"
+#include "app/print/job_plan.hpp"
 #include "recording/stream.hpp"
 
 namespace meltstage {

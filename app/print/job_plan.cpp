@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/print/job_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <numeric>
+#include <utility>
+
+#include "base/error.hpp"
+
+namespace meltstage::app {
+
+namespace {
+
+// Rows of the bumps at constant speed. The head's errors are compensated in the plan: Y as it comes from
+// below, X in the count at which the comparator fires.
+tb::FlyBy plan_fly_by(const tb::PrintJob& job, const motion::FlyByConfig& config) {
+  tb::FlyBy fly_by{config, {}};
+  std::vector<motion::Point> bumps = job.bumps;
+  const motion::CompensationTable &x = job.compensation[0], &y = job.compensation[1];
+  if (!y.position_mm.empty())
+    for (motion::Point& bump : bumps) bump.y_mm = motion::compensated_forward_mm(y, bump.y_mm);
+  fly_by.plan = motion::plan_fly_by(bumps, config);
+  for (motion::FlyByRow& row : fly_by.plan.rows) {
+    for (const double turn_mm : {row.from_x_mm, row.to_x_mm}) {
+      const motion::Range& travel = job.stage.axes[0].travel;
+      if (!(turn_mm >= travel.min_mm && turn_mm <= travel.max_mm))
+        throw motion::MotionError(fmt::format(
+            "print on the fly: found a row at y {:.3f} mm that turns at x {:.3f} mm, expected {}..{} mm "
+            "(travel); move the origin, lower the speed or stop at each bump",
+            row.y_mm, turn_mm, travel.min_mm, travel.max_mm));
+    }
+    if (x.position_mm.empty()) continue;
+    for (motion::Trigger& trigger : row.triggers) {
+      const double bump_mm = bumps[trigger.bump].x_mm;
+      const double command_mm = row.direction() > 0.0 ? motion::compensated_forward_mm(x, bump_mm)
+                                                      : motion::compensated_reverse_mm(x, bump_mm);
+      trigger.count += std::llround((command_mm - bump_mm) / config.encoder_mm);
+    }
+  }
+  return fly_by;
+}
+
+// The bumps in the order in which the rows pass them.
+void print_in_rows(LoadedJob& loaded, const motion::PathTask& task) {
+  std::vector<motion::Point> bumps;
+  std::vector<std::size_t> order;
+  for (motion::FlyByRow& row : loaded.job.fly_by->plan.rows)
+    for (motion::Trigger& trigger : row.triggers) {
+      bumps.push_back(loaded.job.bumps[trigger.bump]);
+      order.push_back(loaded.plan.order[trigger.bump]);
+      trigger.bump = bumps.size() - 1;
+    }
+  loaded.job.bumps = std::move(bumps);
+  loaded.plan.order = std::move(order);
+  loaded.plan.cost_after = motion::path_cost(loaded.bumps_in_file_order, loaded.plan.order, task);
+}
+
+// What the stage can do, and how its axes are corrected.
+void prepare_stage(JobDescription& parsed) {
+  try {
+    const motion::Stage probe(parsed.job.stage, parsed.job.start_mm);
+  } catch (const motion::MotionError& error) {
+    throw UserError(fmt::format("{}: [stage]: {}", parsed.file.string(), error.what()));
+  }
+  try {
+    for (std::size_t i = 0; i < parsed.deviations.size(); ++i)
+      if (parsed.deviations[i])
+        parsed.job.compensation[i] =
+            motion::make_compensation(motion::evaluate_accuracy(*parsed.deviations[i]));
+  } catch (const motion::MotionError& error) {
+    throw UserError(error.what());
+  }
+}
+
+}  // namespace
+
+LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress) {
+  prepare_stage(parsed);
+  LoadedJob loaded;
+  loaded.plan_unit = parsed.task.metric == motion::Metric::time ? "s" : "mm";
+  loaded.job = std::move(parsed.job);
+  loaded.plan_metric = std::move(parsed.plan_metric);
+  loaded.bumps_in_file_order = std::move(parsed.bumps_in_file_order);
+  loaded.coordinates = std::move(parsed.coordinates);
+  loaded.inputs = std::move(parsed.inputs);
+  loaded.alignment = std::move(parsed.alignment);
+  tb::PrintJob& job = loaded.job;
+  try {
+    loaded.plan = motion::plan_path(loaded.bumps_in_file_order, parsed.task, progress);
+  } catch (const motion::MotionError& error) {
+    throw UserError(fmt::format("{}: {}", parsed.file.string(), error.what()));
+  }
+  motion::PathTask in_time = parsed.task;
+  in_time.metric = motion::Metric::time;
+  std::vector<std::size_t> file_order(loaded.bumps_in_file_order.size());
+  std::iota(file_order.begin(), file_order.end(), std::size_t{0});
+  loaded.moves_before_s = motion::path_cost(loaded.bumps_in_file_order, file_order, in_time);
+  loaded.moves_after_s = motion::path_cost(loaded.bumps_in_file_order, loaded.plan.order, in_time);
+  for (const std::size_t i : loaded.plan.order) job.bumps.push_back(loaded.bumps_in_file_order[i]);
+  if (parsed.task.end)
+    job.end_mm = Eigen::Vector3d(parsed.task.end->x_mm, parsed.task.end->y_mm, job.start_mm.z());
+  if (parsed.task.tour == motion::Tour::closed) {
+    const bool from_stage = parsed.task.start.has_value();
+    const motion::Point& first = job.bumps.front();
+    job.end_mm = from_stage ? job.start_mm : Eigen::Vector3d(first.x_mm, first.y_mm, job.start_mm.z());
+  }
+  if (parsed.fly_by) {
+    try {
+      job.fly_by = plan_fly_by(job, *parsed.fly_by);
+      print_in_rows(loaded, parsed.task);
+    } catch (const motion::MotionError& error) {
+      throw UserError(fmt::format("{}: {}", parsed.file.string(), error.what()));
+    }
+  }
+  return loaded;
+}
+
+LoadedJob load_job(const std::filesystem::path& path, const motion::PathProgress& progress) {
+  return plan_job(parse_job(path), progress);
+}
+
+}  // namespace meltstage::app
