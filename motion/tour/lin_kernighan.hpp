@@ -33,6 +33,11 @@ struct TourRules {
   }
 };
 
+/// For a search whose share nobody wants to know.
+struct TellNobody {
+  void operator()(double /*share*/) const {}
+};
+
 /// Where a node stands in the tour.
 using Place = std::int32_t;
 
@@ -83,8 +88,9 @@ class LinKernighan {
   /// short as before, or longer by no more than chance allows at a temperature that falls to 0 (Metropolis et
   /// al. 1953): what one kick spoils here, others mend there. Never longer in the end. Stops at
   /// `good_enough`. `tell` is told now and then the share of the budget that is spent.
-  template <class Tell>
-  void improve_by_kicks(const Budget& budget, double good_enough, std::mt19937_64& random, const Tell& tell) {
+  template <class Tell = TellNobody>
+  void improve_by_kicks(const Budget& budget, double good_enough, std::mt19937_64& random,
+                        const Tell& tell = {}) {
     constexpr std::size_t kicks_between_tellings = 4096;
     if (size() < 8) return;
     const std::vector<Node> tour_before = tour_;

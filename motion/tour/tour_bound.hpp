@@ -25,9 +25,9 @@ class TourBound {
   /// Raises the weights for at most `steps` steps, fewer if `enough(bound)`; `tour` (with the joker) and its
   /// length steer the step size. `tell` is told the share of the steps at each.
   /// @return the bound, <= the shortest tour.
-  template <class Enough, class Tell>
+  template <class Enough, class Tell = TellNobody>
   double ascend(const Neighbours& neighbours, std::span<const Node> tour, double tour_length, int steps,
-                const Enough& enough, const Tell& tell) {
+                const Enough& enough, const Tell& tell = {}) {
     build_graph(neighbours, tour);
     const std::size_t count = weight_.size();
     std::vector<double> best = weight_;
