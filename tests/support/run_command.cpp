@@ -9,7 +9,7 @@
 namespace meltstage {
 
 Ran run_shell(const std::string& line) {
-  FILE* pipe = popen((line + " 2>&1").c_str(), "r");
+  FILE* pipe = popen(("{ " + line + " ; } 2>&1").c_str(), "r");
   Ran ran{-1, {}};
   std::array<char, 4096> buffer;
   while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))

@@ -14,17 +14,6 @@
 
 namespace meltstage {
 
-Ran run_shell(const std::string& command) {
-  FILE* pipe = popen(("{ " + command + " ; } 2>&1").c_str(), "r");
-  Ran ran{-1, {}};
-  std::array<char, 4096> buffer;
-  while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
-    ran.output.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  ran.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ran;
-}
-
 TemporaryFolder::TemporaryFolder() {
   std::string name = (std::filesystem::temp_directory_path() / "meltstage_bus.XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");

@@ -11,9 +11,6 @@
 
 namespace meltstage {
 
-// Runs a shell command to its end.
-Ran run_shell(const std::string& command);
-
 // A folder that goes with the object.
 class TemporaryFolder {
  public:
