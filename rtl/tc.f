@@ -20,3 +20,4 @@ tc_guard.sv
 tc_quality.sv
 tc_properties.sv
 tc_top.sv
++incdir+.

@@ -12,7 +12,7 @@ set rtl $::env(RTL)
 yosys read_liberty -lib -ignore_miss_func -setattr blackbox $::env(LIBERTY)
 set list [open $rtl/tc.f]
 set files {}
-foreach file [split [string trim [read $list]] \n] { lappend files $rtl/$file }
+foreach file [split [string trim [read $list]] \n] { if {![string match +* $file]} { lappend files $rtl/$file } }
 close $list
 yosys read_verilog -sv -DSYNTHESIS -I$rtl {*}$files
 yosys hierarchy -check -top $::env(TOP)

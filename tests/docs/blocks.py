@@ -157,7 +157,7 @@ def check_commands(script: str, known: Help, folder: pathlib.Path) -> None:
             listed = subprocess.run([*words, "-N"], cwd=folder, capture_output=True, text=True, check=False).stdout
             if not re.search(r"Total Tests: [1-9]", listed):
                 raise Fault(f"{' '.join(words)}: no such test")
-        elif "/" in words[0] and not re.match(r"/|~|\.|\$|build/", words[0]) and not (ROOT / words[0]).exists():
+        elif "/" in words[0] and not re.match(r"/|~|\.|\$|build/", words[0]) and not any((there / words[0]).exists() for there in (ROOT, folder)):
             raise Fault(f"{words[0]}: no such file")
 
 

@@ -17,7 +17,6 @@ namespace {
 namespace spec = chip::spec;
 using ::testing::AllOf;
 using ::testing::ContainsRegex;
-using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
