@@ -44,6 +44,7 @@ class TomlShape {
   TomlShape(std::string_view text, std::string_view file) : text_(text), file_(file) {}
 
   void check() {
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // a byte order mark
     while (at_ < text_.size()) step();
   }
 
@@ -61,6 +62,10 @@ class TomlShape {
   }
 
   void count(char c) {
+    // TOML 1.0 has none here, and toml++ 3.3 asks of each whether it is a blank: for U+FDFF without defined
+    // result.
+    if (static_cast<unsigned char>(c) >= 0x80)
+      fail_here("a character beyond ASCII outside quotes", "it in quotes");
     if (c == '[' || c == '{') {
       if (++depth_ > kMostNested) fail_here("more than {} brackets in each other", "flatter values");
     } else if (c == ']' || c == '}') {

@@ -79,6 +79,12 @@ TEST(TomlText, PassesWhatPeopleWrite) {
   EXPECT_EQ(toml_refusal(dots_in_strings), "");
 }
 
+TEST(TomlText, RefusesWhatTheParserHasNoDefinedAnswerFor) {
+  EXPECT_THAT(toml_refusal("a = 1\n\xEF\xB7\xBF\n"),
+              EndsWith("job.toml:2:1: found a character beyond ASCII outside quotes, expected it in quotes"));
+  EXPECT_EQ(toml_refusal("\xEF\xBB\xBF\"µ\" = 'µ' # µ \xEF\xB7\xBF\n"), "");
+}
+
 TEST(TomlText, RefusesNestingThatWouldOverflowTheParser) {
   std::string dots = "x = 1\na";
   for (int i = 0; i < 300'000; ++i) dots += ".a";
