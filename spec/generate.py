@@ -22,6 +22,9 @@ import jinja2
 SPEC = pathlib.Path(__file__).resolve().parent
 SECDED_DATA_BITS = 16
 SECDED_CHECK_BITS = 6
+REGISTER_KEYS = ("name", "unit", "scale", "type")
+HOLDING_KEYS = ("min", "max", "reset", "access")
+ACCESSES = ("rw", "wo")
 
 # template -> file written, relative to the project root
 OUTPUTS = {
@@ -82,6 +85,18 @@ def stored_bits(words: list[int], low: int, high: int) -> int:
     return functools.reduce(operator.or_, codes) & ~functools.reduce(operator.and_, codes)
 
 
+def check_entries(space: str, registers: list[dict]) -> None:
+    """Each register has what every reader of it takes, or one line names it and what it lacks."""
+    wanted = REGISTER_KEYS + (HOLDING_KEYS if space == "holding" else ())
+    for index, reg in enumerate(registers):
+        for key in wanted:
+            if key not in reg:
+                name = reg.get("name", f"[[{space}]] number {index + 1}")
+                raise SpecError(f"registers.toml: {name}: found no {key}, expected {', '.join(wanted)}")
+        if reg.get("access", "rw") not in ACCESSES:
+            raise SpecError(f"registers.toml: {reg['name']}: found access {reg['access']}, expected {' or '.join(ACCESSES)}")
+
+
 def finish_fields(reg: dict) -> None:
     """Each field's width and bits outside of which nothing may lie; the register's doc where it has none of its own."""
     fields = reg.setdefault("fields", [])
@@ -99,6 +114,7 @@ def finish_fields(reg: dict) -> None:
 
 def finish_registers(spec: dict) -> None:
     for space, base in (("input", 0), ("holding", spec["modbus"]["holding_base"])):
+        check_entries(space, spec[space])
         for index, reg in enumerate(spec[space]):
             reg["index"] = index
             reg["addr"] = base + index

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+# A register that lacks what its readers take, or has a word that they don't know: one line names it, status 2.
+function(expect from to words)
+  file(REMOVE_RECURSE ${SCRATCH})
+  file(COPY ${SOURCE}/spec DESTINATION ${SCRATCH})
+  file(READ ${SCRATCH}/spec/registers.toml text)
+  string(REPLACE "${from}" "${to}" text "${text}")
+  file(WRITE ${SCRATCH}/spec/registers.toml "${text}")
+  execute_process(COMMAND /usr/bin/python3 -B ${SCRATCH}/spec/generate.py RESULT_VARIABLE status ERROR_VARIABLE message)
+  if(NOT status EQUAL 2 OR NOT message MATCHES "^generate.py: registers.toml: ${words}[^\n]*\n$")
+    message(FATAL_ERROR "status ${status}, message: ${message}")
+  endif()
+endfunction()
+set(kp "max = 65535\nreset = 5131\n")
+expect("${kp}access = \"rw\"\n" "${kp}" "KP: found no access, expected ")
+expect("${kp}access = \"rw\"\n" "${kp}access = \"r\"\n" "KP: found access r, expected rw or wo")
+expect("name = \"STATUS\"\n" "" "..input.. number 1: found no name, expected ")
