@@ -44,7 +44,7 @@ module tc_algor (
 `ifndef SYNTHESIS
   output logic [4:0]        computing_o,   // clocks since the computation began, 0: none; for assertions
 `endif
-  output logic [1:0]        segment_o,     // 0 none, 1 full, 2 PID, 3 off
+  output logic [1:0]        segment_o,     // tc_pkg::Seg*
   output logic              i_held_o,      // integral did not move in the last step
   output logic [17:0]       hold_limit_o,  // largest plausible hold duty, UQ2.16
   output logic signed [15:0] target_o,     // SETPOINT, Q9.6
@@ -55,10 +55,6 @@ module tc_algor (
   output logic signed [17:0] term_d_o
 );
 
-  localparam logic [1:0] SegNone = 2'd0;
-  localparam logic [1:0] SegFull = 2'd1;
-  localparam logic [1:0] SegPid  = 2'd2;
-  localparam logic [1:0] SegOff  = 2'd3;
   // Unit conversions, UQ4.12: 0.1 degC -> 1/64 degC and 0.01 % -> 2^-16.
   localparam logic [15:0] TenthsToTemp  = 16'd26214;
   localparam logic [15:0] PercentToDuty = 16'd26844;
@@ -104,12 +100,12 @@ module tc_algor (
   logic [7:0]         drops_q;          // droplets since the last computation
 
   logic seg_model, d_on_pv, ff_en, err_integer, i_zero, manual;
-  assign seg_model   = params_i.ctrl[0];
-  assign d_on_pv     = params_i.ctrl[1];
-  assign ff_en       = params_i.ctrl[2];
-  assign err_integer = params_i.ctrl[3];
-  assign i_zero      = params_i.ctrl[6];
-  assign manual      = params_i.mode[0];
+  assign seg_model   = params_i.ctrl[tc_pkg::CtrlSegModel];
+  assign d_on_pv     = params_i.ctrl[tc_pkg::CtrlDOnPv];
+  assign ff_en       = params_i.ctrl[tc_pkg::CtrlFfEn];
+  assign err_integer = params_i.ctrl[tc_pkg::CtrlErrInteger];
+  assign i_zero      = params_i.ctrl[tc_pkg::CtrlIZero];
+  assign manual      = params_i.mode[tc_pkg::ModeManual];
 
   // ---- The multiplier -----------------------------------------------------------------------------------------------
 
@@ -304,7 +300,7 @@ module tc_algor (
       i_q        <= 32'd0;
       full_q     <= 1'b0;
       off_q      <= 1'b0;
-      segment_q  <= SegNone;
+      segment_q  <= tc_pkg::SegNone;
       drop_q     <= 1'b0;
       drops_q    <= 8'd0;
     end else begin
@@ -407,7 +403,8 @@ module tc_algor (
         end
         StepOutput: begin
           work_q    <= {15'd0, u_limited};
-          segment_q <= manual || tuning_i ? SegNone : full_q ? SegFull : off_q ? SegOff : SegPid;
+          segment_q <= manual || tuning_i ? tc_pkg::SegNone
+                     : full_q ? tc_pkg::SegFull : off_q ? tc_pkg::SegOff : tc_pkg::SegPid;
           fresh_q   <= 1'b0;
           step_q    <= StepLimit;
         end
@@ -427,7 +424,7 @@ module tc_algor (
       if (!run_i) begin
         drops_q   <= 8'd0;
         duty_q    <= 17'd0;
-        segment_q <= SegNone;
+        segment_q <= tc_pkg::SegNone;
       end
     end
   end

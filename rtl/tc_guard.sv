@@ -68,7 +68,6 @@ module tc_guard (
   output logic [3:0]         first_fault_o     // 1 + bit number, 0 none
 );
 
-  localparam logic [1:0] SegPid = 2'd2;
   localparam logic [3:0] RateTenths = 4'd10;   // DTDT_MAX is a change within 1 s
   // 20 degC above ambient a head without heat must cool; 1/64 degC
   localparam logic signed [16:0] HotAbove = 17'sd1280;
@@ -163,7 +162,7 @@ module tc_guard (
 
   logic auto_mode, heating, in_window, above_exc, over_hold, lba_rose, hold_rose, off_duty, zero_rose,
         fb_differs, fb_trip;
-  assign auto_mode = !params_i.mode[0];
+  assign auto_mode = !params_i.mode[tc_pkg::ModeManual];
   assign heating   = run_q && auto_mode;
   logic               above_window;
   logic signed [16:0] over_sp, over_lba, over_zero;
@@ -187,7 +186,7 @@ module tc_guard (
   logic [16:0] wd_gap;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
-  assign hold_active = heating && segment_i == SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 &&
+  assign hold_active = heating && segment_i == tc_pkg::SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 &&
                        over_hold;
   assign exc_active  = heating && exc_armed_q && above_exc;
   assign zero_due    = off_duty && elapsed(zero_q, params_i.zero_wait);
@@ -216,7 +215,7 @@ module tc_guard (
     cause_d[tc_pkg::FaultHoldPower]    = hold_active && elapsed(hold_q, params_i.hold_time);
     cause_d[tc_pkg::FaultExcursion]    = exc_active && elapsed(exc_q, params_i.exc_time);
     cause_d[tc_pkg::FaultZeroRise]     = zero_due && params_i.zero_rise != 16'd0 && zero_rose;
-    cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[5] && fb_trip;
+    cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[tc_pkg::CtrlFbEn] && fb_trip;
     cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_expired;
     cause_d[tc_pkg::FaultParam]        = mem_bad_i;
     cause_d[tc_pkg::FaultState]        = state_illegal_i || overrun_i || rails_differ || upset;

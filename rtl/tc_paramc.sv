@@ -76,7 +76,7 @@ module tc_paramc (
   input  logic [17:0] term_d_i,
   input  logic [31:0] raw_i,
   input  logic [15:0] samples_i,
-  input  logic [15:0] status_i,         // STATUS but for bits 7 and 8, which are PARAMC's own
+  input  tc_pkg::status_t status_i,     // writes_pending and hold are PARAMC's own, low here
   input  logic [14:0] fault_i,
   input  logic [14:0] cause_i,
   input  logic [3:0]  first_fault_i,
@@ -98,21 +98,6 @@ module tc_paramc (
   input  logic [16:0] tune_hold_i
 );
 
-  // Modbus exception codes and UARTC's answer kinds.
-  localparam logic [7:0] ExcFunction = 8'd1;
-  localparam logic [7:0] ExcAddress  = 8'd2;
-  localparam logic [7:0] ExcValue    = 8'd3;
-  localparam logic [7:0] ExcDevice   = 8'd4;
-  localparam logic [7:0] ExcBusy     = 8'd6;
-  localparam logic [2:0] RspNone = 3'd0;
-  localparam logic [2:0] RspException = 3'd1;
-  localparam logic [2:0] RspRead = 3'd2;
-  localparam logic [2:0] RspEcho = 3'd3;
-  localparam logic [2:0] RspServerId = 3'd4;
-  localparam logic [2:0] RspIdStream = 3'd5;
-  localparam logic [2:0] RspIdObject = 3'd6;
-  localparam logic [15:0] MaxRead = 16'd32;
-  localparam logic [15:0] MaxWrite = tc_pkg::WriteWords;
   localparam logic [15:0] HoldingEnd = tc_pkg::HoldingBase + 16'(tc_pkg::HoldingCount);
 
   logic        decoded_q, writes_q, checking_q, last_q;
@@ -153,9 +138,9 @@ module tc_paramc (
   // ---- Judging a command --------------------------------------------------------------------------------------------
 
   logic fc_read, fc_single, fc_multiple, fc_write;
-  assign fc_read     = cmd_fc_i == 8'd3 || cmd_fc_i == 8'd4;
-  assign fc_single   = cmd_fc_i == 8'd6;
-  assign fc_multiple = cmd_fc_i == 8'd16;
+  assign fc_read     = cmd_fc_i == tc_pkg::FcReadHolding || cmd_fc_i == tc_pkg::FcReadInput;
+  assign fc_single   = cmd_fc_i == tc_pkg::FcWriteSingle;
+  assign fc_multiple = cmd_fc_i == tc_pkg::FcWriteMultiple;
   assign fc_write    = fc_single || fc_multiple;
 
   logic [15:0] end_addr;  // one past the last register asked for; no wrap, as counts are checked first
@@ -165,42 +150,49 @@ module tc_paramc (
   assign in_holding = cmd_a_i >= tc_pkg::HoldingBase && end_addr <= HoldingEnd && end_addr > cmd_a_i;
   assign in_input   = cmd_a_i < 16'(tc_pkg::InputCount) && end_addr <= 16'(tc_pkg::InputCount);
 
-  // Function, length, count, address, in the order the standard asks for; 0 = sound.
+  // Of FC 43/14: one object, or a stream of them.
+  logic [7:0] read_code;
+  logic       one_object;
+  assign read_code  = cmd_a_i[7:0];
+  assign one_object = read_code == tc_pkg::IdentificationObject;
+
+  // Function, length, count, address, in the order the standard asks for.
   logic [7:0] form_exc;
   logic [2:0] form_kind;
   always_comb begin
-    form_exc  = ExcFunction;
-    form_kind = RspException;
+    form_exc  = tc_pkg::ExcFunction;
+    form_kind = tc_pkg::RspException;
     if (fc_read) begin
-      form_kind = RspRead;
-      if (cmd_len_i != 9'd8 || cmd_b_i == 16'd0 || cmd_b_i > MaxRead) form_exc = ExcValue;
-      else if (!in_holding && !in_input) form_exc = ExcAddress;
-      else form_exc = 8'd0;
+      form_kind = tc_pkg::RspRead;
+      if (cmd_len_i != 9'd8 || cmd_b_i == 16'd0 || cmd_b_i > tc_pkg::MaxRead) form_exc = tc_pkg::ExcValue;
+      else if (!in_holding && !in_input) form_exc = tc_pkg::ExcAddress;
+      else form_exc = tc_pkg::ExcNone;
     end else if (fc_single) begin
-      form_kind = RspEcho;
-      if (cmd_len_i != 9'd8) form_exc = ExcValue;
-      else if (!in_holding) form_exc = ExcAddress;
-      else form_exc = 8'd0;
+      form_kind = tc_pkg::RspEcho;
+      if (cmd_len_i != 9'd8) form_exc = tc_pkg::ExcValue;
+      else if (!in_holding) form_exc = tc_pkg::ExcAddress;
+      else form_exc = tc_pkg::ExcNone;
     end else if (fc_multiple) begin
-      form_kind = RspEcho;
-      if (cmd_b_i == 16'd0 || cmd_b_i > MaxWrite || {8'd0, cmd_count_i} != {cmd_b_i[14:0], 1'b0} ||
-          {7'd0, cmd_len_i} != {cmd_b_i[14:0], 1'b0} + 16'd9) form_exc = ExcValue;
-      else if (!in_holding) form_exc = ExcAddress;
-      else form_exc = 8'd0;
-    end else if (cmd_fc_i == 8'd8) begin
-      form_kind = RspEcho;
-      if (cmd_a_i != 16'd0) form_exc = ExcFunction;
-      else if (cmd_len_i != 9'd8) form_exc = ExcValue;
-      else form_exc = 8'd0;
-    end else if (cmd_fc_i == 8'd17) begin
-      form_kind = RspServerId;
-      form_exc  = cmd_len_i == 9'd4 ? 8'd0 : ExcValue;
-    end else if (cmd_fc_i == 8'd43) begin
-      form_kind = cmd_a_i[7:0] == 8'd4 ? RspIdObject : RspIdStream;
-      if (cmd_a_i[15:8] != 8'h0E) form_exc = ExcFunction;
-      else if (cmd_len_i != 9'd7 || cmd_a_i[7:0] == 8'd0 || cmd_a_i[7:0] > 8'd4) form_exc = ExcValue;
-      else if (cmd_a_i[7:0] == 8'd4 && cmd_b_i[15:8] >= 8'(tc_pkg::IdentObjects)) form_exc = ExcAddress;
-      else form_exc = 8'd0;
+      form_kind = tc_pkg::RspEcho;
+      if (cmd_b_i == 16'd0 || cmd_b_i > tc_pkg::WriteWords || {8'd0, cmd_count_i} != {cmd_b_i[14:0], 1'b0} ||
+          {7'd0, cmd_len_i} != {cmd_b_i[14:0], 1'b0} + 16'd9) form_exc = tc_pkg::ExcValue;
+      else if (!in_holding) form_exc = tc_pkg::ExcAddress;
+      else form_exc = tc_pkg::ExcNone;
+    end else if (cmd_fc_i == tc_pkg::FcDiagnostics) begin
+      form_kind = tc_pkg::RspEcho;
+      if (cmd_a_i != 16'd0) form_exc = tc_pkg::ExcFunction;
+      else if (cmd_len_i != 9'd8) form_exc = tc_pkg::ExcValue;
+      else form_exc = tc_pkg::ExcNone;
+    end else if (cmd_fc_i == tc_pkg::FcReportServerId) begin
+      form_kind = tc_pkg::RspServerId;
+      form_exc  = cmd_len_i == 9'd4 ? tc_pkg::ExcNone : tc_pkg::ExcValue;
+    end else if (cmd_fc_i == tc_pkg::FcEncapsulated) begin
+      form_kind = one_object ? tc_pkg::RspIdObject : tc_pkg::RspIdStream;
+      if (cmd_a_i[15:8] != tc_pkg::MeiType) form_exc = tc_pkg::ExcFunction;
+      else if (cmd_len_i != 9'd7 || read_code == 8'd0 || read_code > tc_pkg::IdentificationObject)
+        form_exc = tc_pkg::ExcValue;
+      else if (one_object && cmd_b_i[15:8] >= 8'(tc_pkg::IdentObjects)) form_exc = tc_pkg::ExcAddress;
+      else form_exc = tc_pkg::ExcNone;
     end
   end
 
@@ -229,15 +221,16 @@ module tc_paramc (
 
   logic [7:0] value_exc;
   always_comb begin
-    value_exc = 8'd0;
-    if (reg_now == tc_pkg::RegCmd && !cmd_known) value_exc = ExcValue;
-    else if (too_low || too_high || above_t_max) value_exc = ExcValue;
-    else if (is_stop) value_exc = 8'd0;
-    else if (lock_i != 16'd0 && !(reg_now == tc_pkg::RegLock && value_now == 16'd0)) value_exc = ExcDevice;
-    else if (ordered_q || tuning_i || (is_tune && (staged_q || hold_q))) value_exc = ExcBusy;
-    else if (reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdRun && !run_allowed_i) value_exc = ExcDevice;
-    else if (reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdClearFault && cause_present_i) value_exc = ExcDevice;
-    else if (is_tune && (!running_i || manual_i)) value_exc = ExcDevice;
+    value_exc = tc_pkg::ExcNone;
+    if (reg_now == tc_pkg::RegCmd && !cmd_known) value_exc = tc_pkg::ExcValue;
+    else if (too_low || too_high || above_t_max) value_exc = tc_pkg::ExcValue;
+    else if (is_stop) value_exc = tc_pkg::ExcNone;
+    else if (lock_i != 16'd0 && !(reg_now == tc_pkg::RegLock && value_now == 16'd0)) value_exc = tc_pkg::ExcDevice;
+    else if (ordered_q || tuning_i || (is_tune && (staged_q || hold_q))) value_exc = tc_pkg::ExcBusy;
+    else if (reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdRun && !run_allowed_i) value_exc = tc_pkg::ExcDevice;
+    else if (reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdClearFault && cause_present_i)
+      value_exc = tc_pkg::ExcDevice;
+    else if (is_tune && (!running_i || manual_i)) value_exc = tc_pkg::ExcDevice;
   end
 
   logic exec;  // the command word in hand is carried out
@@ -249,7 +242,7 @@ module tc_paramc (
       writes_q   <= 1'b0;
       checking_q <= 1'b0;
       last_q     <= 1'b0;
-      rsp_kind_q <= RspNone;
+      rsp_kind_q <= tc_pkg::RspNone;
       rsp_exc_q  <= 8'd0;
       word_q     <= 4'd0;
       index_q    <= 6'd0;
@@ -266,19 +259,21 @@ module tc_paramc (
       if (decode_i && !decoded_q) begin
         if (!checking_q) begin
           word_q <= 4'd0;
-          if (form_exc == 8'd0 && fc_write) begin
+          if (form_exc == tc_pkg::ExcNone && fc_write) begin
             checking_q <= 1'b1;
           end else begin
             decoded_q  <= 1'b1;
             writes_q   <= 1'b0;
-            rsp_kind_q <= cmd_broadcast_i ? RspNone : form_exc != 8'd0 ? RspException : form_kind;
-            rsp_exc_q  <= form_exc != 8'd0 ? form_exc : {8{form_kind == RspServerId && running_i}};
+            rsp_kind_q <= cmd_broadcast_i ? tc_pkg::RspNone
+                        : form_exc != tc_pkg::ExcNone ? tc_pkg::RspException : form_kind;
+            rsp_exc_q  <= form_exc != tc_pkg::ExcNone ? form_exc : {8{form_kind == tc_pkg::RspServerId && running_i}};
           end
-        end else if (value_exc != 8'd0 || last_now) begin
+        end else if (value_exc != tc_pkg::ExcNone || last_now) begin
           checking_q <= 1'b0;
           decoded_q  <= 1'b1;
-          writes_q   <= value_exc == 8'd0;
-          rsp_kind_q <= cmd_broadcast_i ? RspNone : value_exc != 8'd0 ? RspException : RspEcho;
+          writes_q   <= value_exc == tc_pkg::ExcNone;
+          rsp_kind_q <= cmd_broadcast_i ? tc_pkg::RspNone
+                      : value_exc != tc_pkg::ExcNone ? tc_pkg::RspException : tc_pkg::RspEcho;
           rsp_exc_q  <= value_exc;
           word_q     <= 4'd0;
         end else begin
@@ -360,12 +355,19 @@ module tc_paramc (
 
   assign mem_rd_index_o = rd_addr_i[5:0];
 
+  tc_pkg::status_t status;
+  always_comb begin
+    status                = status_i;
+    status.writes_pending = staged_q;
+    status.hold           = hold_q;
+  end
+
   always_comb begin
     rd_data_o = mem_rd_data_i;
     if (!rd_addr_i[8]) begin
       case (rd_addr_i[5:0])
-        tc_pkg::InStatus:       rd_data_o = {status_i[15:9], hold_q, staged_q, status_i[6:0]};
-        tc_pkg::InPv:           rd_data_o = snap_valid_q ? tenths[15:0] : 16'h8000;
+        tc_pkg::InStatus:       rd_data_o = status;
+        tc_pkg::InPv:           rd_data_o = snap_valid_q ? tenths[15:0] : tc_pkg::PvNone;
         tc_pkg::InSpWork:       rd_data_o = tenths[15:0];
         tc_pkg::InDuty:         rd_data_o = percent[15:0];
         tc_pkg::InFault:        rd_data_o = {1'b0, fault_i};
@@ -404,15 +406,15 @@ module tc_paramc (
   end
 
   logic unused;
-  assign unused = ^{tenths[19:16], percent[28:16], status_i[8:7], rd_addr_i[15:9], rd_addr_i[7:6], cmd_a_i[15:6]};
+  assign unused = ^{tenths[19:16], percent[28:16], status_i, rd_addr_i[15:9], rd_addr_i[7:6], cmd_a_i[15:6]};
 
 `ifndef SYNTHESIS
   `TC_ASSERT_SETUP
   // A refused command writes nothing, and a broadcast is never answered.
-  `TC_ASSERT_IF(ParamcRefusedWritesNothing_A, decoded_q && rsp_kind_q == RspException, !writes_q)
+  `TC_ASSERT_IF(ParamcRefusedWritesNothing_A, decoded_q && rsp_kind_q == tc_pkg::RspException, !writes_q)
   `TC_ASSERT_IF(ParamcOneCommandPulse_A, run_q || stop_q || clear_q || discard_q || tune_q,
                 $onehot0({run_q, stop_q, clear_q, discard_q, tune_q}))
-  `TC_ASSERT_IF(ParamcChecksSoundForm_A, checking_q, decode_i && !decoded_q && form_exc == 8'd0 && fc_write)
+  `TC_ASSERT_IF(ParamcChecksSoundForm_A, checking_q, decode_i && !decoded_q && form_exc == tc_pkg::ExcNone && fc_write)
   `TC_ASSERT_IF(ParamcHeldIsNotPending_A, hold_q, !pending_o)
   // When the command word was judged no cause was present, or it does not clear faults.
   logic judged_sound;

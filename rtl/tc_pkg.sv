@@ -115,6 +115,42 @@ package tc_pkg;
   localparam logic [5:0] RegPreset = 6'd59;
   localparam logic [5:0] RegFfDrop = 6'd60;
 
+  // STATUS, a bit each.
+  typedef struct packed {
+    logic fault;
+    logic safe_en_active;
+    logic sample_held;
+    logic watchdog_armed;
+    logic integral_held;
+    logic sensor_ok;
+    logic locked;
+    logic hold;
+    logic writes_pending;
+    logic duty_near_its_limit;
+    logic ramp_active;
+    logic off_segment;
+    logic pid_segment;
+    logic full_segment;
+    logic at_temperature;
+    logic run;
+  } status_t;
+
+  // Lowest bits of the fields of registers, and the widths of wider ones.
+  localparam int unsigned ModeManual = 0;
+  localparam int unsigned CtrlSegModel = 0;
+  localparam int unsigned CtrlDOnPv = 1;
+  localparam int unsigned CtrlFfEn = 2;
+  localparam int unsigned CtrlErrInteger = 3;
+  localparam int unsigned CtrlDither = 4;
+  localparam int unsigned CtrlFbEn = 5;
+  localparam int unsigned CtrlIZero = 6;
+  localparam int unsigned FormatCharacter = 0;
+  localparam int unsigned FormatCharacterWidth = 2;
+  localparam int unsigned FormatPause = 2;
+
+  // Values that stand for no value.
+  localparam logic [15:0] PvNone = 16'h8000;
+
   // The active parameter set. Holding register i stands at bits [16*i +: 16] (entry 0, CMD, is not stored).
   typedef struct packed {
     logic [15:0] ff_drop;
@@ -448,6 +484,53 @@ package tc_pkg;
   localparam logic [15:0] CmdCommit = 16'hA5C0;
   localparam logic [15:0] CmdDiscard = 16'hA5D0;
   localparam logic [15:0] CmdTune = 16'hA5A7;
+
+  // Modbus: most registers of one read, what a refusal sets in the function code, and words of FC 43/14.
+  localparam logic [15:0] MaxRead = 16'd32;
+  localparam logic [7:0] BroadcastAddress = 8'd0;
+  localparam logic [7:0] ExceptionFlag = 8'h80;
+  localparam logic [7:0] MeiType = 8'd14;
+  localparam logic [7:0] IdentificationObject = 8'd4;
+  // Input registers of a telemetry frame, from the first on.
+  localparam logic [5:0] TelemetryWords = 6'd16;
+
+  // Modbus function codes.
+  localparam logic [7:0] FcReadHolding = 8'd3;
+  localparam logic [7:0] FcReadInput = 8'd4;
+  localparam logic [7:0] FcWriteSingle = 8'd6;
+  localparam logic [7:0] FcDiagnostics = 8'd8;
+  localparam logic [7:0] FcWriteMultiple = 8'd16;
+  localparam logic [7:0] FcReportServerId = 8'd17;
+  localparam logic [7:0] FcEncapsulated = 8'd43;
+
+  // Modbus exception codes.
+  localparam logic [7:0] ExcNone = 8'd0;
+  localparam logic [7:0] ExcFunction = 8'd1;  // The function is not known.
+  localparam logic [7:0] ExcAddress = 8'd2;  // A register outside the map.
+  localparam logic [7:0] ExcValue = 8'd3;  // A value outside its range, or a frame of the wrong length.
+  localparam logic [7:0] ExcDevice = 8'd4;  // Not in this state.
+  localparam logic [7:0] ExcBusy = 8'd6;  // An earlier command is still in work.
+
+  // Kinds of answer, from PARAMC to UARTC.
+  localparam logic [2:0] RspNone = 3'd0;  // Nothing: the command was a broadcast.
+  localparam logic [2:0] RspException = 3'd1;  // Function with its highest bit set, exception code.
+  localparam logic [2:0] RspRead = 3'd2;  // Byte count and registers.
+  localparam logic [2:0] RspEcho = 3'd3;  // The first bytes of the command again.
+  localparam logic [2:0] RspServerId = 3'd4;  // Name of the chip and whether it heats.
+  localparam logic [2:0] RspIdStream = 3'd5;  // Device identification, all objects.
+  localparam logic [2:0] RspIdObject = 3'd6;  // Device identification, the object asked for.
+
+  // Character formats of the serial lines: field CHARACTER of register FORMAT.
+  localparam logic [1:0] Format8E1 = 2'd0;
+  localparam logic [1:0] Format8O1 = 2'd1;
+  localparam logic [1:0] Format8N2 = 2'd2;
+  localparam logic [1:0] Format8N1 = 2'd3;
+
+  // Segments of the control law.
+  localparam logic [1:0] SegNone = 2'd0;  // Not heating, by hand or in autotune.
+  localparam logic [1:0] SegFull = 2'd1;  // Far below the set-point: DUTY_MAX.
+  localparam logic [1:0] SegPid = 2'd2;  // Inside the band: PID.
+  localparam logic [1:0] SegOff = 2'd3;  // Far above the set-point: zero.
 
   // Autotune: relay and rule, factors of docs/chip/blocks/atune.md.
   localparam logic signed [16:0] TuneHysteresis = 17'sd32;

@@ -114,13 +114,34 @@ module tc_top #(
   logic [14:0] cause, fault;
   logic [3:0]  first_fault;
 
+  tc_pkg::status_t status;
+  always_comb begin
+    status.run                 = run;
+    status.at_temperature      = at_temp;
+    status.full_segment        = segment == tc_pkg::SegFull;
+    status.pid_segment         = segment == tc_pkg::SegPid;
+    status.off_segment         = segment == tc_pkg::SegOff;
+    status.ramp_active         = ramping;
+    status.duty_near_its_limit = limited;
+    status.writes_pending      = 1'b0;  // PARAMC's own
+    status.hold                = 1'b0;
+    status.locked              = params.lock != 16'd0;
+    status.sensor_ok           = sensor_ok;
+    status.integral_held       = i_held;
+    status.watchdog_armed      = wd_armed;
+    status.sample_held         = sample_held;
+    status.safe_en_active      = permitted;
+    status.fault               = fault != 15'd0;
+  end
+
   // ---- Blocks -------------------------------------------------------------------------------------------------------
 
   tc_uartc u_uartc (
     .clk_i, .rst_ni(rst_n),
     .rx_i(rx), .tx_o(uart_tx_o), .de_o(uart_de_o), .tlm_tx_o,
     .cfg_address_i(params.address[7:0]), .strap_i(strap),
-    .cfg_baud_i(params.baud[12:0]), .cfg_format_i(params.format[1:0]), .cfg_pause_i(params.format[2]),
+    .cfg_baud_i(params.baud[12:0]),
+    .cfg_format_i(params.format[tc_pkg::FormatCharacter +: tc_pkg::FormatCharacterWidth]), .cfg_pause_i(params.format[tc_pkg::FormatPause]),
     .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast), .cmd_fc_o(cmd_fc), .cmd_a_o(cmd_a), .cmd_b_o(cmd_b),
     .cmd_count_o(cmd_count), .cmd_len_o(cmd_len), .cmd_word_index_i(cmd_word_index), .cmd_word_o(cmd_word),
     .stop_o(uart_stop), .good_o(good_frame),
@@ -151,14 +172,13 @@ module tc_top #(
     .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .discarding_i(discarding),
         .t_max_staged_i(t_max_staged),
     .lock_i(params.lock), .running_i(run), .run_allowed_i(run_allowed), .cause_present_i(cause != 15'd0),
-    .manual_i(params.mode[0]), .run_o(cmd_run), .stop_o(cmd_stop), .clear_o(cmd_clear),
+    .manual_i(params.mode[tc_pkg::ModeManual]), .run_o(cmd_run), .stop_o(cmd_stop), .clear_o(cmd_clear),
     .tuning_i(tuning), .tune_wr_i(tune_wr), .tune_o(cmd_tune),
     .rd_addr_i(rd_addr), .rd_data_o(rd_data), .mem_rd_index_o(mem_rd_index), .mem_rd_data_i(mem_rd_data),
     .rd_busy_i(rsp_busy || tlm_busy),
     .pv_valid_i(pv_valid), .pv_i(pv), .slope_i(slope), .sp_work_i(sp_work), .duty_i(duty),
     .term_p_i(term_p), .term_i_i(term_i), .term_d_i(term_d), .raw_i(sens_raw), .samples_i(samples),
-    .status_i({fault != 15'd0, permitted, sample_held, wd_armed, i_held, sensor_ok, params.lock != 16'd0, 2'b00,
-               limited, ramping, segment == 2'd3, segment == 2'd2, segment == 2'd1, at_temp, run}),
+    .status_i(status),
     .fault_i(fault), .cause_i(cause), .first_fault_i(first_fault), .state_i(state), .wd_left_i(wd_left),
     .crc_errors_i(crc_errors), .char_errors_i(char_errors), .messages_i(messages),
     .sensor_errors_i(sensor_errors), .mem_corrected_i(mem_corrected),
@@ -227,7 +247,7 @@ module tc_top #(
   tc_pwmc u_pwmc (
     .clk_i, .rst_ni(rst_n),
     .prescale_i(params.pwm_prescale), .period_i(params.pwm_period), .min_on_i(params.pwm_min_on),
-        .dither_i(params.ctrl[4]),
+        .dither_i(params.ctrl[tc_pkg::CtrlDither]),
     .enable_i(run), .duty_i(duty), .load_i(pwm_load), .pwm_o(pwm),
     .parity_o(pwmc_parity), .still_o(pwmc_still), .period_start_o(period_start)
   );

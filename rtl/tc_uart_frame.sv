@@ -85,11 +85,11 @@ module tc_uart_frame (
 
   // STOP on the wire: address, 06, CMD register, CmdStop, CRC.
   logic stop_byte, match;
-  assign match = data_i == address_i || data_i == tc_uart_pkg::BroadcastAddress;
+  assign match = data_i == address_i || data_i == tc_pkg::BroadcastAddress;
   always_comb begin
     case (count_q)
       9'd0:    stop_byte = match;
-      9'd1:    stop_byte = data_i == tc_uart_pkg::FcWriteSingle;
+      9'd1:    stop_byte = data_i == tc_pkg::FcWriteSingle;
       9'd2:    stop_byte = data_i == tc_pkg::HoldingBase[15:8];
       9'd3:    stop_byte = data_i == tc_pkg::HoldingBase[7:0];
       9'd4:    stop_byte = data_i == tc_pkg::CmdStop[15:8];
@@ -142,7 +142,7 @@ module tc_uart_frame (
         if (!skip) begin
           if (error_i || count_q == MostBytes) char_errors_q <= char_errors_q + 16'd1;
           case (count_q)
-            9'd0: broadcast_q <= data_i == tc_uart_pkg::BroadcastAddress;
+            9'd0: broadcast_q <= data_i == tc_pkg::BroadcastAddress;
             9'd1: fc_q        <= data_i;
             9'd2: a_q[15:8]   <= data_i;
             9'd3: a_q[7:0]    <= data_i;

@@ -144,7 +144,7 @@ module tc_uart_rx (
             valid_q <= 1'b1;
             error_q <= parity_bad_q || !level;
             gap_q   <= (tc_uart_pkg::char_bits(format_i) == 4'd10 ? GapTicks10 : GapTicks) + StopRest +
-                       (format_i == tc_uart_pkg::Format8N2 ? SecondStop : 10'd0);
+                       (format_i == tc_pkg::Format8N2 ? SecondStop : 10'd0);
             quiet_q <= pause_i ? QuietClocks : 15'd0;
           end
         end
@@ -170,7 +170,7 @@ module tc_uart_rx (
   logic [22:0] missing;
   logic [6:0]  half_bits;                   // 3.5 characters less 2.5 bits, and the rest of the stop bits
   assign half_bits = (tc_uart_pkg::char_bits(format_i) == 4'd10 ? 7'd66 : 7'd73) +
-                     (format_i == tc_uart_pkg::Format8N2 ? 7'd2 : 7'd0);
+                     (format_i == tc_pkg::Format8N2 ? 7'd2 : 7'd0);
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       resumed_q <= 1'b0;

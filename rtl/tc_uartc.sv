@@ -55,7 +55,6 @@ module tc_uartc (
   output logic [15:0] messages_o
 );
 
-  localparam logic [7:0] ExceptionFlag = 8'h80;    // added to the function code
   localparam logic [7:0] Conformity    = 8'h81;    // basic identification, stream and single objects
   localparam logic [1:0] LastObject    = 2'(tc_pkg::IdentObjects - 1);
 
@@ -65,8 +64,8 @@ module tc_uartc (
   localparam logic [7:0] ObjectId   = 8'd8;
   localparam logic [7:0] ObjectText = 8'd10;
 
-  localparam logic [7:0] TelemetryBytes = 8'd32;   // input registers 0..15
-  localparam logic [5:0] TelemetryLast  = 6'd34;
+  localparam logic [7:0] TelemetryBytes = {1'b0, tc_pkg::TelemetryWords, 1'b0};
+  localparam logic [5:0] TelemetryLast  = FirstData[5:0] + TelemetryBytes[5:0] - 6'd1;
 
   logic [12:0] baud_q;
   logic [1:0]  format_q;
@@ -153,8 +152,8 @@ module tc_uartc (
   logic       rsp_ident, rsp_reading, rsp_ready, rsp_last, rsp_object_end, rsp_take, rsp_sending;
   logic [7:0] rsp_byte;
   logic [7:0] read_bytes, object_text, object_end;
-  assign rsp_ident   = rsp_kind_q == tc_uart_pkg::RspIdStream || rsp_kind_q == tc_uart_pkg::RspIdObject;
-  assign rsp_reading = rsp_kind_q == tc_uart_pkg::RspRead && rsp_place_q >= FirstData;
+  assign rsp_ident   = rsp_kind_q == tc_pkg::RspIdStream || rsp_kind_q == tc_pkg::RspIdObject;
+  assign rsp_reading = rsp_kind_q == tc_pkg::RspRead && rsp_place_q >= FirstData;
   assign rsp_ready   = rsp_active_q && (!rsp_reading || rsp_have_q);
   assign read_bytes  = {1'b0, cmd_b_o[5:0], 1'b0};
   assign object_end  = ObjectText - 8'd1 + tc_pkg::ident_length(rsp_object_q);
@@ -163,11 +162,11 @@ module tc_uartc (
 
   always_comb begin
     case (rsp_kind_q)
-      tc_uart_pkg::RspException: rsp_last = rsp_place_q == 8'd2;
-      tc_uart_pkg::RspRead:      rsp_last = rsp_place_q == FirstData - 8'd1 + read_bytes;
-      tc_uart_pkg::RspEcho:      rsp_last = rsp_place_q == 8'd5;
-      tc_uart_pkg::RspServerId:  rsp_last = rsp_place_q == ServerText - 8'd1 + tc_pkg::IdentServerLength;
-      tc_uart_pkg::RspIdStream:  rsp_last = rsp_object_end && rsp_object_q == LastObject;
+      tc_pkg::RspException: rsp_last = rsp_place_q == 8'd2;
+      tc_pkg::RspRead:      rsp_last = rsp_place_q == FirstData - 8'd1 + read_bytes;
+      tc_pkg::RspEcho:      rsp_last = rsp_place_q == 8'd5;
+      tc_pkg::RspServerId:  rsp_last = rsp_place_q == ServerText - 8'd1 + tc_pkg::IdentServerLength;
+      tc_pkg::RspIdStream:  rsp_last = rsp_object_end && rsp_object_q == LastObject;
       default:                   rsp_last = rsp_object_end;
     endcase
   end
@@ -175,16 +174,16 @@ module tc_uartc (
   always_comb begin
     rsp_byte = 8'd0;
     if (rsp_place_q == 8'd0) rsp_byte = address_q;
-    else if (rsp_place_q == 8'd1) rsp_byte = rsp_kind_q == tc_uart_pkg::RspException ? cmd_fc_o | ExceptionFlag :
+    else if (rsp_place_q == 8'd1) rsp_byte = rsp_kind_q == tc_pkg::RspException ? cmd_fc_o | tc_pkg::ExceptionFlag :
         cmd_fc_o;
     else begin
       case (rsp_kind_q)
-        tc_uart_pkg::RspException: rsp_byte = rsp_exc_q;
-        tc_uart_pkg::RspRead: begin
+        tc_pkg::RspException: rsp_byte = rsp_exc_q;
+        tc_pkg::RspRead: begin
           if (!rsp_reading) rsp_byte = read_bytes;
           else rsp_byte = rsp_place_q[0] ? rsp_word_q[15:8] : rsp_word_q[7:0];
         end
-        tc_uart_pkg::RspEcho: begin
+        tc_pkg::RspEcho: begin
           case (rsp_place_q[1:0])
             2'd2:    rsp_byte = cmd_a_o[15:8];
             2'd3:    rsp_byte = cmd_a_o[7:0];
@@ -192,7 +191,7 @@ module tc_uartc (
             default: rsp_byte = cmd_b_o[7:0];
           endcase
         end
-        tc_uart_pkg::RspServerId: begin
+        tc_pkg::RspServerId: begin
           case (rsp_place_q)
             8'd2:    rsp_byte = tc_pkg::IdentServerLength + 8'd2;
             8'd3:    rsp_byte = tc_pkg::DeviceId[15:8];
@@ -207,7 +206,7 @@ module tc_uartc (
             8'd4:    rsp_byte = Conformity;
             8'd5:    rsp_byte = 8'd0;           // nothing follows
             8'd6:    rsp_byte = 8'd0;           // so no next object
-            8'd7:    rsp_byte = rsp_kind_q == tc_uart_pkg::RspIdStream ? 8'(tc_pkg::IdentObjects) : 8'd1;
+            8'd7:    rsp_byte = rsp_kind_q == tc_pkg::RspIdStream ? 8'(tc_pkg::IdentObjects) : 8'd1;
             8'd8:    rsp_byte = {6'd0, rsp_object_q};
             8'd9:    rsp_byte = tc_pkg::ident_length(rsp_object_q);
             default: rsp_byte = object_text;
@@ -218,13 +217,13 @@ module tc_uartc (
   end
 
   logic answered;
-  assign answered = cmd_done_i && cmd_valid_o && !cmd_broadcast_o && rsp_kind_i >= tc_uart_pkg::RspException &&
-                    rsp_kind_i <= tc_uart_pkg::RspIdObject;
+  assign answered = cmd_done_i && cmd_valid_o && !cmd_broadcast_o && rsp_kind_i >= tc_pkg::RspException &&
+                    rsp_kind_i <= tc_pkg::RspIdObject;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       rsp_active_q <= 1'b0;
-      rsp_kind_q   <= tc_uart_pkg::RspNone;
+      rsp_kind_q   <= tc_pkg::RspNone;
       rsp_exc_q    <= 8'd0;
       rsp_place_q  <= 8'd0;
       rsp_object_q <= 2'd0;
@@ -235,7 +234,7 @@ module tc_uartc (
       rsp_kind_q   <= rsp_kind_i;
       rsp_exc_q    <= rsp_exc_i;
       rsp_place_q  <= 8'd0;
-      rsp_object_q <= rsp_kind_i == tc_uart_pkg::RspIdObject ? cmd_b_o[9:8] : 2'd0;
+      rsp_object_q <= rsp_kind_i == tc_pkg::RspIdObject ? cmd_b_o[9:8] : 2'd0;
       rsp_have_q   <= 1'b0;
     end else if (rd_rsp_q) begin
       if (!rd_wait_i) begin
@@ -280,7 +279,7 @@ module tc_uartc (
   always_comb begin
     case (tlm_place_q)
       6'd0:    tlm_byte = address_q;
-      6'd1:    tlm_byte = tc_uart_pkg::FcReadInput;
+      6'd1:    tlm_byte = tc_pkg::FcReadInput;
       6'd2:    tlm_byte = TelemetryBytes;
       default: tlm_byte = tlm_place_q[0] ? tlm_word_q[15:8] : tlm_word_q[7:0];
     endcase
@@ -344,7 +343,7 @@ module tc_uartc (
   `TC_ASSERT_SETUP
   `TC_ASSERT(UartcDriverEnabled_A, tx_o || de_o)
   `TC_ASSERT_IF(UartcAnswerKindLegal_A, rsp_active_q,
-                rsp_kind_q >= tc_uart_pkg::RspException && rsp_kind_q <= tc_uart_pkg::RspIdObject)
+                rsp_kind_q >= tc_pkg::RspException && rsp_kind_q <= tc_pkg::RspIdObject)
   `TC_ASSERT_NEXT(UartcConfigKept_A, !rx_idle || frame_open || cmd_valid_o || rsp_busy_o || tlm_busy_o,
                   baud_q == $past(baud_q) && format_q == $past(format_q) && pause_q == $past(pause_q) &&
                       address_q == $past(address_q))
@@ -377,10 +376,10 @@ module tc_uartc (
   logic [7:0] final_place;
   always_comb begin
     case (rsp_kind_q)
-      tc_uart_pkg::RspException: final_place = 8'd2;
-      tc_uart_pkg::RspRead:      final_place = FirstData - 8'd1 + read_bytes;
-      tc_uart_pkg::RspEcho:      final_place = 8'd5;
-      tc_uart_pkg::RspServerId:  final_place = ServerText - 8'd1 + tc_pkg::IdentServerLength;
+      tc_pkg::RspException: final_place = 8'd2;
+      tc_pkg::RspRead:      final_place = FirstData - 8'd1 + read_bytes;
+      tc_pkg::RspEcho:      final_place = 8'd5;
+      tc_pkg::RspServerId:  final_place = ServerText - 8'd1 + tc_pkg::IdentServerLength;
       default:                   final_place = object_end;
     endcase
   end

@@ -1,16 +1,22 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""said_once.py ROOT: fails where a room types by hand what spec/ says: a list of the chip's pins, or a constant of cmodel/spec.hpp anew."""
+"""said_once.py ROOT: fails where a room types by hand what spec/ says: a list of the chip's pins, or a constant of cmodel/spec.hpp or rtl/tc_pkg.sv anew."""
 import pathlib
 import re
 import sys
 import tomllib
 
-ROOMS = ("app", "asic", "bench", "cmodel", "fpga", "host", "systemc", "tb", "tests/rtl", "tests/systemc", "tests/tb")
-KINDS = {".cpp", ".hpp", ".inc", ".py", ".sh", ".v", ".vh"}
+ROOMS = ("app", "asic", "bench", "cmodel", "fpga", "host", "rtl", "systemc", "tb", "tests/rtl", "tests/systemc", "tests/tb")
+KINDS = {".cpp", ".hpp", ".inc", ".py", ".sh", ".sv", ".v", ".vh"}
 NEAR_LINES = 20
 MOST_PINS = 5  # pins that stand near each other and are no list yet
 CONSTANT = re.compile(r"\b(k(?:Exc|Rsp|Seg|Fc|Format8|Status|Ctrl|Mode|St|Cmd|Fault|Pin|Sync)[A-Z0-9]\w*)\s*=\s*(?:0x|0b)?[0-9]")
+
+# Not St: the states of a block of its own begin so too.
+RTL_CONSTANT = re.compile(r"\b((?:Exc|Rsp|Seg|Fc|Format8|Status|Ctrl|Mode|Cmd|Fault|MaxRead|Mei|Broadcast|Identification)\w*)\s*=\s*[0-9]")
+# A code beside a signal that has one, or the place of a field, as a bare number. No exception, 0, has no code.
+RTL_NUMBER = re.compile(r"\b(?:segment|cmd_fc|rsp_kind|format)(?:_[a-z]+)?\s*[!=]=\s*[0-9]+'|\bexc(?:_[a-z]+)?\s*[!=]?=\s*[0-9]+'[dhb]0*[1-9A-F]"
+                        r"|_exc(?:_[a-z]+)?\s*<?[!=]?=\s*[0-9]+'[dhb]0*[1-9A-F]|\bparams\w*\.(?:ctrl|mode|format)\[[0-9]|\bstatus\w*\[[0-9]|\bstatus_i\(\{")
 
 
 def pins_of(root):
@@ -19,11 +25,26 @@ def pins_of(root):
 
 
 def constants_of(root):
-    return set(CONSTANT.findall((root / "cmodel/spec.hpp").read_text(encoding="utf-8")))
+    """Of the C++ and of the RTL."""
+    return {*CONSTANT.findall((root / "cmodel/spec.hpp").read_text(encoding="utf-8")),
+            *RTL_CONSTANT.findall((root / "rtl/tc_pkg.sv").read_text(encoding="utf-8"))}
+
+
+def rtl_defects(lines, constants):
+    for number, line in enumerate(lines, 1):
+        code = line.split("//")[0]
+        for name in RTL_CONSTANT.findall(code):
+            if name in constants:
+                yield number, f"found a value of {name}, expected tc_pkg::{name}"
+        if bare := RTL_NUMBER.search(code):
+            yield number, f"found {bare[0]}..., expected a name of tc_pkg"
 
 
 def defects(path, pins, constants):
     lines = path.read_text(encoding="utf-8").splitlines()
+    if path.suffix == ".sv":  # its ports have the pins' names of necessity
+        yield from rtl_defects(lines, constants)
+        return
     places = [(number, pin) for number, line in enumerate(lines, 1) for pin in re.findall(r"\b(?:" + "|".join(pins) + r")\b", line)]
     for first, _ in places:
         near = {pin for number, pin in places if first <= number < first + NEAR_LINES}
