@@ -128,7 +128,7 @@ Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary
 
 std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
   const std::filesystem::path file =
-      data_file("netlist.json", "the build's target chip_netlist makes it by Yosys");
+      data_file("netlist.json", "./run bench vectors makes it, or the build's target chip_netlist");
   const dft::Netlist netlist = dft::read_yosys_json(file);
   const dft::CellLibrary& library = dft::yosys_library();
   const dft::ScanDesign design = dft::insert_scan(netlist, library);
