@@ -45,6 +45,8 @@ def defects(path, pins, constants):
     if path.suffix == ".sv":  # its ports have the pins' names of necessity
         yield from rtl_defects(lines, constants)
         return
+    if path.suffix == ".v":  # nor is a connection by name a list: the tool that elaborates it holds it true
+        lines = [re.sub(r"\.\w+\s*\(", "(", line) for line in lines]
     places = [(number, pin) for number, line in enumerate(lines, 1) for pin in re.findall(r"\b(?:" + "|".join(pins) + r")\b", line)]
     for first, _ in places:
         near = {pin for number, pin in places if first <= number < first + NEAR_LINES}
