@@ -4,7 +4,7 @@ tc_uart_pkg.sv
 tc_sync.sv
 tc_rst_sync.sv
 tc_uart_rx.sv
-tc_uart_judge.sv
+properties/tc_uart_judge.sv
 tc_uart_frame.sv
 tc_uart_tx.sv
 tc_uartc.sv
@@ -18,6 +18,6 @@ tc_atune.sv
 tc_pwmc.sv
 tc_guard.sv
 tc_quality.sv
-tc_properties.sv
+properties/tc_properties.sv
 tc_top.sv
 +incdir+.

@@ -98,7 +98,7 @@ void store(Root& root, const chip::Chip& model) {
     for (std::size_t i = before; i < count; ++i) TC_ROOT(name)[i - before] = model.TC_MEMBER.name[i]; \
   }
 #include "cmodel/for_each_flop.inc"
-  // What the assertions remember belongs to the state before (rtl/tc_assert.svh, rtl/tc_properties.sv).
+  // What the assertions remember belongs to the state before (rtl/tc_assert.svh, rtl/properties/).
 #define TC_FORGET(instance) root.TC_PATH1(instance, past_ok_q) = 0;
   TC_FORGET(u_uartc)
   TC_FORGET(u_uartc__DOT__u_rx)

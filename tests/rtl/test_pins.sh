@@ -6,14 +6,14 @@ set -euo pipefail
 rtl=$1 flow=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-files=$(grep '^tc_.*\.sv$' "$rtl/tc.f")
+files=$(grep "^tc_" "$rtl/tc.f")   # rtl/properties/ is empty in synthesis
 pins='test_mode_i scan_en_i scan_i'
 
 # elaborate RTL NAME COMMANDS: the top with the blocks that have the pins, each bit by itself.
 elaborate() {
   local whole=
   for file in $files; do
-    case $file in tc_top.sv | tc_mem.sv | tc_sysctrl.sv | tc_rst_sync.sv | tc_sync.sv | tc_properties.sv | tc_uart_judge.sv | *_pkg.sv) continue ;; esac
+    case $file in tc_top.sv | tc_mem.sv | tc_sysctrl.sv | tc_rst_sync.sv | tc_sync.sv | *_pkg.sv) continue ;; esac
     ! grep -qE 'scan_|test_mode' "$1/$file" || { echo "test_pins.sh: $file has test pins; let the proof look into it"; exit 1; }
     whole+=" *${file%.sv}*"
   done

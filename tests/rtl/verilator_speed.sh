@@ -13,7 +13,7 @@ fi
 recording=$(realpath "$recording")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-mapfile -t files < <(sed -n "s,^\(tc_.*\.sv\)$,$root/rtl/\1,p" "$root/rtl/tc.f")
+mapfile -t files < <(sed -n "s,^\(.*tc_.*\.sv\)$,$root/rtl/\1,p" "$root/rtl/tc.f")
 
 base=
 # measure NAME "VERILATOR ARGUMENTS" OPT_FAST [VLT FILES]

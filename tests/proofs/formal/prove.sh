@@ -68,8 +68,8 @@ write_aiger() {
   top=$(sed -n 's/^module \([A-Za-z0-9_]*\).*/\1/p' "$harness" | head -1)
   files=
   for name in $(grep -v '^+' "$root/rtl/tc.f"); do
-    block_of=u_${name#tc_}
-    if list "$harness" cut | grep -qx "${block_of%.sv}"; then   # of a block that is cut the ports are enough, and far quicker
+    block_of=$(basename "$name" .sv)
+    if list "$harness" cut | grep -qx "u_${block_of#tc_}"; then   # of a block that is cut the ports are enough, and far quicker
       { sed '/^);/q' "$rtl/$name"; echo endmodule; } > "$work/$name"
       files+=" $work/$name"
     else

@@ -24,7 +24,7 @@ Assertion = collections.namedtuple("Assertion", "name file says property conditi
 def assertions():
     """Assertions of the RTL in the order of file and line, with the last comment above each since a blank line."""
     found = []
-    for path in sorted((ROOT / "rtl").glob("tc_*.sv")):
+    for path in sorted((ROOT / "rtl").rglob("tc_*.sv"), key=lambda path: path.name):
         comment, used, inside, macros = [], False, False, []
         for line in path.read_text().splitlines():
             text = line.strip()

@@ -8,8 +8,8 @@ PORT = "  input logic [15:0] bug_i,\n"
 
 
 def read(folder: pathlib.Path) -> dict[str, str]:
-    """File names and texts of the RTL."""
-    return {path.name: path.read_text() for path in sorted(folder.glob("tc*.sv*"))}
+    """File names and texts of the RTL, its properties too; the copy has them in one folder."""
+    return {path.name: path.read_text() for path in sorted(folder.rglob("tc*.sv*"))}
 
 
 def choose(number: int, broken: str, right: str) -> str:
