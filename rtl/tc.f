@@ -18,6 +18,7 @@ tc_atune.sv
 tc_pwmc.sv
 tc_guard.sv
 tc_quality.sv
+properties/tc_algor_properties.sv
 properties/tc_properties.sv
 tc_top.sv
 +incdir+.

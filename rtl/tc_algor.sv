@@ -15,8 +15,6 @@
 // before them, the conversions of register units. Its result waits a clock in work_q and is used in the step after: no
 // clock sees a multiplication and a sum in a row. A refused sample (sample_ok_i low) keeps the duty as it is. While
 // run_i is low duty and integral are zero.
-`include "tc_assert.svh"
-
 module tc_algor (
   input  logic              clk_i,
   input  logic              rst_ni,
@@ -61,26 +59,7 @@ module tc_algor (
   // A ramp of r x 0.01 degC/s moves 1/64 degC each 3125 / (2 r) ms.
   localparam logic [12:0] RampModulus = 13'd3125;
 
-  // A step multiplies what it is called after, and takes the product of the step before it.
-  localparam logic [4:0] StepIdle = 5'd0;
-  localparam logic [4:0] StepAmbient = 5'd1;
-  localparam logic [4:0] StepSetpoint = 5'd2;
-  localparam logic [4:0] StepDutyMax = 5'd3;
-  localparam logic [4:0] StepFeedForward = 5'd4;
-  localparam logic [4:0] StepHoldAdd = 5'd5;
-  localparam logic [4:0] StepHold = 5'd6;
-  localparam logic [4:0] StepPreset = 5'd7;
-  localparam logic [4:0] StepExternal = 5'd8;
-  localparam logic [4:0] StepDrops = 5'd9;
-  localparam logic [4:0] StepSlew = 5'd10;
-  localparam logic [4:0] StepDerivative = 5'd11;
-  localparam logic [4:0] StepProportional = 5'd12;
-  localparam logic [4:0] StepIntegral = 5'd13;
-  localparam logic [4:0] StepSegment = 5'd14;
-  localparam logic [4:0] StepAntiWindup = 5'd15;
-  localparam logic [4:0] StepClamp = 5'd16;
-  localparam logic [4:0] StepOutput = 5'd17;
-  localparam logic [4:0] StepLimit = 5'd18;
+`include "tc_algor_steps.svh"
 
   logic [4:0]         step_q;
   logic               done_q, fresh_q, i_held_q, full_q, off_q;
@@ -452,138 +431,15 @@ module tc_algor (
   assign unused = ^{product[32], scaled[0], gap_sum[0], filt_step[22], params_i};
 
 `ifndef SYNTHESIS
-  `TC_ASSERT_SETUP
-  `TC_ASSERT(AlgorIntegralInRange_A, i_q <= {1'b0, 17'd65536, 14'd0})
-  `TC_ASSERT(AlgorDutyInRange_A, duty_q <= 17'd65536)
-  `TC_ASSERT(AlgorOperandsInRange_A, duty_max_q <= 17'd65536 && slew_q <= 17'd65536 && ext_q <= 17'd65536 &&
-      ff_q <= 17'd65536)
-  `TC_ASSERT_IF(AlgorNextIntegralInRange_A, step_q == StepAntiWindup, $unsigned(work_q) <= {1'b0, limit_i})
-  `TC_ASSERT_IF(AlgorWantedLimited_A, step_q == StepLimit, $unsigned(work_q) <= {15'd0, duty_max_q})
-  `TC_ASSERT_IF(AlgorHoldFirstPart_A, step_q == StepPreset, hold_q <= 18'd65536)
-  `TC_ASSERT_IF(AlgorHoldBothParts_A, step_q >= StepExternal && step_q <= StepSlew, hold_q <= 18'd131072)
-  `TC_ASSERT(AlgorStepLegal_A, step_q <= StepLimit)
-  `TC_ASSERT_NEXT(AlgorStoppedIsZero_A, !run_i, duty_q == 17'd0 && i_q == 32'd0)
-  // P15: a computation ends within nineteen clocks.
-  logic [4:0] computing;
-  logic       resumed_q;                   // set by a bench that loads flops
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
-      resumed_q <= 1'b0;
-      computing <= 5'd0;
-    end else begin
-      resumed_q <= 1'b0;
-      computing <= start_i && step_q == StepIdle ? 5'd1
-                 : done_q || resumed_q || computing == 5'd0 ? 5'd0 : computing + 5'(computing != 5'h1F);
-    end
-  end
-  assign computing_o = computing;
-  `TC_ASSERT_IF(P15_AlgorAnswers_A, computing != 5'd0, computing <= 5'd19)
-`ifdef FORMAL
-  `TC_ASSERT(AlgorComputing_A, step_q != StepIdle ? computing == step_q && !done_q
-             : done_q ? computing == 5'd1 || computing == 5'd19 : computing == 5'd0)
-`endif
-  // P12: no sum wraps: each is its exact value, computed with bits to spare.
-  logic signed [31:0] p_now, d_now;              // products of P and D of this computation,
-  logic               followed;                  // which has been watched from its beginning on
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
-      p_now    <= 32'sd0;
-      d_now    <= 32'sd0;
-      followed <= 1'b0;
-    end else begin
-      followed <= (followed || step_q == StepAmbient) && !resumed_q;
-      if (step_q == StepProportional) d_now <= work_q;
-      if (step_q == StepIntegral) p_now <= work_q;
-    end
-  end
-  logic signed [47:0] pd_least;                  // pd_q without the external feed-forward
-  assign pd_least = 48'(d_now) + (step_q == StepIntegral ? 48'sd0 : 48'(p_now) <<< 1);
-  `TC_ASSERT_IF(P12_SumsExact_A, followed && step_q >= StepIntegral && step_q <= StepOutput,
-                48'(pd_q) >= pd_least && 48'(pd_q) <= pd_least + 48'sd8388608)
-  `TC_ASSERT(P12_SumsFit_A,
-             (step_q != StepSegment || (48'(pd_sum) == 48'(pd_q) + (ff_en ? $signed({24'd0, ff_q, 7'd0}) : 48'sd0) &&
-                                        48'(u_sum) == $signed({16'd0, i_q}) + 48'(work_q))) &&
-             (step_q != StepAntiWindup || 48'(u_sum) == (48'(pd_q) <<< 7) + 48'(work_q)) &&
-             (step_q != StepOutput || 48'(u_sum) == (48'(pd_q) <<< 7) + $signed({16'd0, i_q})))
-  `TC_ASSERT(P12_ErrorExact_A, 24'(e_320) == 24'(e_q) * 24'sd5 && 24'(filt_gap) == 24'(d_source) - 24'(filt_q))
-`ifdef FORMAL
-  `TC_ASSERT(P12_FilterFits_A, filt_q >= -22'sd524288 && filt_q <= 22'sd524288)
-`endif
-  // P12: the integral stays between 0 and DUTY_MAX after each computation,
-  `TC_ASSERT_IF(P12_IntegralLimited_A, step_q == StepOutput || step_q == StepLimit, i_q <= {1'b0, limit_i})
-  // and so does the duty.
-  `TC_ASSERT_NEXT(P12_DutyLimited_A, step_q == StepLimit, duty_q <= duty_max_q)
-  // P12: with the same integral and derivative a larger error never gives a smaller output. The sum is computed once
-  // more, step by step beside the true one, for a smaller error, that of the computation before; its product is smaller
-  // because no gain is negative.
-  logic signed [15:0] e_less;
-  logic signed [31:0] p_less;
-  logic signed [33:0] pd_less;
-  logic [31:0]        i_less;                    // the integral that comes of it
-  logic               ordered, full_less, off_less;
-  logic signed [34:0] pd_less_now, pd_ff_less, limit_pd;   // DUTY_MAX as pd_q counts
-  assign limit_pd    = $signed({11'd0, duty_max_q, 7'd0});
-  assign pd_less_now = 35'(pd_q) + (35'(p_less) <<< 1);
-  assign pd_ff_less  = 35'(pd_less) + (ff_en ? $signed({11'd0, ff_q, 7'd0}) : 35'sd0);
-  logic signed [21:0] e_320_less;
-  assign e_320_less = 22'(e_less) * 22'sd5;
-  logic signed [41:0] u_try_less, u_less;
-  logic               accept_less;
-  logic [16:0]        u_limited_less;
-  assign u_try_less     = (42'(pd_less) <<< 7) + 42'(work_q);
-  assign accept_less    = !(u_try_less > $signed({11'd0, limit_i}) && e_less >= 16'sd0) && !(u_try_less < 42'sd0 &&
-                          e_less <= 16'sd0);
-  assign u_less         = ((42'(pd_less) <<< 7) + $signed({10'd0, i_q})) >>> 14;
-  assign u_limited_less = full_less ? duty_max_q : off_less || u_less < 42'sd0 ? 17'd0
-                        : u_less > $signed({25'd0, duty_max_q}) ? duty_max_q : u_less[16:0];
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
-      e_less    <= 16'sd0;
-      p_less    <= 32'sd0;
-      pd_less   <= 34'sd0;
-      i_less    <= 32'd0;
-      ordered   <= 1'b0;
-      full_less <= 1'b0;
-      off_less  <= 1'b0;
-    end else begin
-      case (step_q)
-        StepIntegral: begin
-          ordered <= followed && e_less <= e_q && p_less <= work_q;
-          pd_less <= pd_less_now[33:0];
-        end
-        StepSegment: begin
-          full_less <= seg_model ? pd_ff_less > limit_pd && e_less > 16'sd0
-                                 : e_320_less > $signed({1'b0, params_i.band_full, 5'd0});
-          off_less  <= seg_model ? ff_en && pd_ff_less < 35'sd0 && e_less < 16'sd0
-                                 : -e_320_less > $signed({1'b0, params_i.band_off, 5'd0});
-        end
-        StepAntiWindup: i_less <= tuning_i ? {1'b0, tune_hold_i, 14'd0}
-                                : full_less || off_less ? (i_zero ? 32'd0 : full_less &&
-                                    ff_en ? {1'b0, ff_q, 14'd0} : i_q)
-                                : accept_less ? work_q : i_q;
-        StepClamp: i_less <= i_less > {1'b0, limit_i} ? {1'b0, limit_i} : i_less;
-        StepOutput: begin
-          e_less <= e_q;
-          p_less <= p_now;
-        end
-        default: ;
-      endcase
-      if (resumed_q) ordered <= 1'b0;
-    end
-  end
-`ifdef FORMAL
-  `TC_ASSERT_IF(P12_MonotoneSum_A, step_q >= StepSegment && step_q <= StepOutput && ordered, pd_less <= pd_q &&
-      e_less <= e_q)
-  `TC_ASSERT_IF(P12_MonotoneSegments_A, step_q >= StepAntiWindup && step_q <= StepOutput && ordered,
-                (!full_less || full_q) && (!off_q || off_less))
-`endif
-  `TC_ASSERT_IF(P12_Monotone_A, step_q == StepOutput && ordered && i_less == i_q, u_limited_less <= u_limited)
-  logic unused_less;
-  assign unused_less = ^{u_less, pd_less_now};
-`ifndef TC_ALGOR_CUT
-  // P12: the products fit.
-  `TC_ASSERT(AlgorProductsFit_A, product[32] == product[31])
-`endif
+  tc_algor_properties u_properties (
+    .clk_i, .rst_ni,
+    .params_i, .start_i, .run_i, .tuning_i, .tune_hold_i,
+    .step_i(step_q), .done_i(done_q), .computing_o,
+    .e_i(e_q), .e_320_i(e_320), .d_source_i(d_source), .filt_i(filt_q), .filt_gap_i(filt_gap),
+    .product_i(product), .work_i(work_q), .pd_i(pd_q), .pd_sum_i(pd_sum), .u_sum_i(u_sum), .u_limited_i(u_limited),
+    .i_i(i_q), .limit_i(limit_i), .full_i(full_q), .off_i(off_q),
+    .duty_i(duty_q), .duty_max_i(duty_max_q), .slew_i(slew_q), .ext_i(ext_q), .ff_i(ff_q), .hold_i(hold_q)
+  );
 `endif
 
 endmodule

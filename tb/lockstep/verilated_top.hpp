@@ -108,7 +108,7 @@ void store(Root& root, const chip::Chip& model) {
   TC_FORGET(u_sysctrl)
   TC_FORGET(u_paramc)
   TC_FORGET(u_sensc)
-  TC_FORGET(u_algor)
+  TC_FORGET(u_algor__DOT__u_properties)
   TC_FORGET(u_atune)
   TC_FORGET(u_pwmc)
   TC_FORGET(u_guard)
@@ -122,7 +122,7 @@ void store(Root& root, const chip::Chip& model) {
   TC_RESUME(u_uartc__DOT__u_tx)
   TC_RESUME(u_uartc__DOT__u_tlm)
   TC_RESUME(u_sensc)
-  TC_RESUME(u_algor)
+  TC_RESUME(u_algor__DOT__u_properties)
   TC_RESUME(u_pwmc)
   TC_RESUME(u_properties)
 #undef TC_RESUME
