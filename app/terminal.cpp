@@ -58,6 +58,10 @@ void ProgressLine::show_share(const std::string& what, double share, const std::
   show(fmt::format("{}  {}{}{}", what, describe_share(share, elapsed_s), detail.empty() ? "" : "  ", detail));
 }
 
+Progress shown_on(ProgressLine& line) {
+  return [&line](std::string_view step, double share) { line.show_share(std::string(step), share); };
+}
+
 void ProgressLine::clear() {
   if (terminal_) fmt::print(stderr, "\r\033[K");
 }

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "base/progress.hpp"
+
 namespace meltstage::app {
 
 // Ctrl-C or SIGTERM: unwinds, so that nothing half-written and no process stays.
@@ -17,6 +19,10 @@ void throw_if_interrupted();
 // "43 %, 12 s left" of work that goes on evenly: `share` 0..1 of it is done after `elapsed_s`. Time left is
 // told from half a second on, once any of it is done.
 std::string describe_share(double share, double elapsed_s);
+
+class ProgressLine;
+// Shows on `line`, which must outlive it, what the work tells.
+Progress shown_on(ProgressLine& line);
 
 // One line on a terminal, nothing in a pipe.
 class ProgressLine {

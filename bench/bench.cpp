@@ -7,6 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/terminal.hpp"
+
 namespace meltstage::app {
 
 namespace {
@@ -61,7 +63,9 @@ nlohmann::ordered_json json_of(const BenchChart& chart) {
 
 std::span<const Bench> benches() { return kBenches; }
 
-int report_bench(const Bench& bench, const BenchOptions& options, bool json) {
+int report_bench(const Bench& bench, BenchOptions options, bool json) {
+  ProgressLine line;
+  options.progress = shown_on(line);
   const std::vector<BenchRow> rows = bench.run(options);
   const bool good = std::all_of(rows.begin(), rows.end(), [](const BenchRow& row) { return row.good(); });
   if (json) {
@@ -75,10 +79,12 @@ int report_bench(const Bench& bench, const BenchOptions& options, bool json) {
       out["rows"].push_back(entry);
     }
     if (bench.charts != nullptr && !options.quick) {
-      for (const BenchChart& chart : bench.charts()) out["charts"].push_back(json_of(chart));
+      for (const BenchChart& chart : bench.charts(options.progress)) out["charts"].push_back(json_of(chart));
     }
+    line.clear();
     fmt::print("{}\n", out.dump(2));
   } else {
+    line.clear();
     fmt::print("{:<52} {:>12} {:<12} {:<12}\n", bench.name, "value", "unit", "wanted");
     for (const BenchRow& row : rows) {
       fmt::print("{:<52} {:>12} {:<12} {:<12} {}\n", row.what, digits(row.value), row.unit, wanted(row),

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/progress.hpp"
+
 namespace meltstage::app {
 
 struct BenchRow {
@@ -39,30 +41,31 @@ struct BenchChart {
 struct BenchOptions {
   bool quick = false;      // shorter measurement; a row that leaves something out says so
   std::uint64_t seed = 1;  // of what is random; benches without chance take no notice
+  Progress progress = {};
 };
 
 struct Bench {
   const char* name;
   const char* summary;
   std::vector<BenchRow> (*run)(const BenchOptions&);
-  std::vector<BenchChart> (*charts)() = nullptr;  // of benches that have some
+  std::vector<BenchChart> (*charts)(const Progress&) = nullptr;  // of benches that have some
 };
 
 std::span<const Bench> benches();
 // Prints the rows as a table or as JSON; exit status 1 when one falls short.
-int report_bench(const Bench& bench, const BenchOptions& options, bool json);
+int report_bench(const Bench& bench, BenchOptions options, bool json);
 
 std::vector<BenchRow> bench_bus(const BenchOptions& options);
 std::vector<BenchRow> bench_conformal(const BenchOptions& options);
-std::vector<BenchChart> conformal_charts();
+std::vector<BenchChart> conformal_charts(const Progress& progress);
 std::vector<BenchRow> bench_control(const BenchOptions& options);
-std::vector<BenchChart> control_charts();
+std::vector<BenchChart> control_charts(const Progress& progress);
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
 std::vector<BenchRow> bench_path(const BenchOptions& options);
 std::vector<BenchRow> bench_profile(const BenchOptions& options);
 std::vector<BenchRow> bench_protection(const BenchOptions& options);
 std::vector<BenchRow> bench_prp(const BenchOptions& options);
-std::vector<BenchChart> prp_charts();
+std::vector<BenchChart> prp_charts(const Progress& progress);
 std::vector<BenchRow> bench_silicon(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
 std::vector<BenchRow> bench_stage(const BenchOptions& options);
@@ -70,7 +73,7 @@ std::vector<BenchRow> bench_upset(const BenchOptions& options);
 std::vector<BenchRow> bench_vectors(const BenchOptions& options);
 std::vector<BenchRow> bench_vibration(const BenchOptions& options);
 std::vector<BenchRow> bench_vision(const BenchOptions& options);
-std::vector<BenchChart> vision_charts();
+std::vector<BenchChart> vision_charts(const Progress& progress);
 std::vector<BenchRow> bench_windows(const BenchOptions& options);
 
 }  // namespace meltstage::app

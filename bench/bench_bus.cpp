@@ -182,14 +182,15 @@ std::vector<BenchRow> bench_bus(const BenchOptions& options) {
   const unsigned frames_of_range = options.quick ? 50 : 200;
   const unsigned polls = options.quick ? 100 : 1000;
   std::vector<BenchRow> rows;
-
   struct Poll {
     double baud;
     std::uint16_t registers;
     std::optional<double> at_most;
   };
-  for (const Poll& poll :
-       {Poll{115200, 16, 100.0}, Poll{115200, 32, 100.0}, Poll{19200, 16, {}}, Poll{19200, 32, {}}}) {
+  const std::array timed{Poll{115200, 16, 100.0}, Poll{115200, 32, 100.0}, Poll{19200, 16, {}},
+                         Poll{19200, 32, {}}};
+  for (const Poll& poll : timed) {
+    tell(options.progress, "polls", rows.size(), timed.size());
     rows.push_back({fmt::format("FC04 of {} at {}: over wire + 3.5 char.", poll.registers, poll.baud),
                     poll_over_us(poll.baud, poll.registers, polls),
                     "us",
@@ -207,16 +208,23 @@ std::vector<BenchRow> bench_bus(const BenchOptions& options) {
     rows.push_back({what + ": error-free, host slow", range.slow, "%", wanted, {}});
     rows.push_back({what + ": error-free, host fast", range.fast, "%", wanted, {}});
   };
-  for (const double baud : {9600.0, 115200.0, 500000.0}) {
+  constexpr std::array kRates{9600.0, 115200.0, 500000.0};
+  std::size_t ranges = 0;
+  for (const double baud : kRates) {
     for (const Format& format : kFormats) {
+      tell(options.progress, "ranges", ranges++, kRates.size() * std::size(kFormats));
       const Trial trial{.baud = baud, .format = format};
       range_rows(fmt::format("{:.0f} {}", baud, format.name), error_free(curve(trial, frames_of_range)),
                  kWanted);
     }
   }
   // The curve itself, for both kinds of character and each jitter.
-  for (const Format& format : {kFormats[0], kFormats[3]}) {
-    for (const double jitter : {0.0, 0.05, 0.10}) {
+  const std::array drawn{kFormats[0], kFormats[3]};
+  constexpr std::array kJitters{0.0, 0.05, 0.10};
+  std::size_t curves = 0;
+  for (const Format& format : drawn) {
+    for (const double jitter : kJitters) {
+      tell(options.progress, "curves", curves++, drawn.size() * kJitters.size());
       const std::string what = fmt::format("115200 {} jitter {:.0f} %", format.name, 100 * jitter);
       const std::vector<unsigned> losses = curve({.format = format, .jitter_bits = jitter}, frames);
       if (jitter != 0) range_rows(what, error_free(losses), {});

@@ -213,7 +213,9 @@ motion::RealLine rebuild(PointRule rule, const motion::ClLine& line, const motio
 
 void add_points(std::vector<BenchRow>& rows, const BenchOptions& options) {
   const int parts = options.quick ? 4 : 40;
-  for (const TestLine& test : test_lines()) {
+  const std::vector<TestLine> lines = test_lines();
+  std::size_t parts_done = 0;
+  for (const TestLine& test : lines) {
     const auto count = [&](PointRule rule) {
       return static_cast<double>(points_by(rule, test.line).points.size());
     };
@@ -222,6 +224,8 @@ void add_points(std::vector<BenchRow>& rows, const BenchOptions& options) {
     for (const PartKind& kind : kPartKinds) {
       std::array<double, 3> worst_um{};
       for (int i = 0; i < parts; ++i) {
+        tell(options.progress, "measuring points", parts_done++,
+             lines.size() * std::size(kPartKinds) * parts);
         const std::uint64_t seed = options.seed * 1000 + i;
         const motion::RealPart part = part_under(test, kind.errors, seed);
         for (const PointRule rule : {PointRule::ours, PointRule::papers, PointRule::even}) {
@@ -304,6 +308,7 @@ void add_smoothing(std::vector<BenchRow>& rows, const BenchOptions& options) {
   for (int i = 0; i < kCount; ++i) at.push_back(0.2 * i);
   double square = 0.0, told = 0.0, estimated_mm = 0.0;
   for (int draw = 0; draw < draws; ++draw) {
+    tell(options.progress, "smoothing", draw, draws);
     Eigen::MatrixXd truth(kCount, 1), measured(kCount, 1);
     for (int i = 0; i < kCount; ++i) {
       truth(i, 0) = 0.1 * std::sin(0.4 * at[i]) + 0.05 * std::cos(0.9 * at[i]);
@@ -415,6 +420,7 @@ void add_noise_seeds(std::vector<BenchRow>& rows, const BenchOptions& options) {
   const motion::RealPart part = make_trial_part(motion::paper_error());
   int steadier = 0, reduced = 0;
   for (int i = 0; i < seeds; ++i) {
+    tell(options.progress, "noise", i, seeds);
     const std::uint64_t seed = 1'000'000 * options.seed + i;
     const Trial before = run_trial(part, motion::Compensation::none, motion::DepositionModel{}, seed);
     const Trial after = run_trial(part, motion::Compensation::full, motion::DepositionModel{}, seed);
@@ -486,6 +492,7 @@ void add_other_parts(std::vector<BenchRow>& rows, const BenchOptions& options) {
     int steadier = 0, steadier_parts = 0, reduced = 0, reduced_parts = 0;
     double gap = 0.0, before_ohm = 0.0, after_ohm = 0.0, most = 0.0;
     for (int i = 0; i < parts; ++i) {
+      tell(options.progress, fmt::format("parts of {} the error", size), i, parts);
       const std::uint64_t seed = 1'000'000 * options.seed + i;
       const motion::RealPart part = motion::make_trial_part(errors, seed);
       const Trial before = run_trial(part, motion::Compensation::none, motion::DepositionModel{}, seed);
@@ -540,7 +547,7 @@ BenchCurve outline(const std::string& name, const motion::ClLine& line,
 
 }  // namespace
 
-std::vector<BenchChart> conformal_charts() {
+std::vector<BenchChart> conformal_charts(const Progress& progress) {
   const Experiment run = run_papers();
   const auto lines = motion::trial_lines();
   BenchChart before{
@@ -573,7 +580,9 @@ std::vector<BenchChart> conformal_charts() {
   }
   // Errors of the rebuilt lines on a rough part, and where it was touched.
   constexpr std::uint64_t kPart = 1;
-  for (const TestLine& test : test_lines()) {
+  const std::vector<TestLine> tests = test_lines();
+  for (const TestLine& test : tests) {
+    tell(progress, "charts", static_cast<std::size_t>(&test - tests.data()), tests.size());
     const motion::RealPart part = part_under(test, kPartKinds[1].errors, kPart);
     BenchChart errors{fmt::format("conformal_points_{}", test.name),
                       fmt::format("along the {} line, mm", test.name),

@@ -68,10 +68,11 @@ Curve chip_with(const std::vector<LoopSetting>& settings) {
   return [settings](const LoopTrial& trial) { return tb::run_chip(trial, settings).curve; };
 }
 
-void published_rows(std::vector<BenchRow>& rows, bool quick) {
+void published_rows(std::vector<BenchRow>& rows, const BenchOptions& options) {
   const std::vector<double> setpoints =
-      quick ? std::vector{110.0} : std::vector{100.0, 105.0, 110.0, 115.0, 120.0};
+      options.quick ? std::vector{110.0} : std::vector{100.0, 105.0, 110.0, 115.0, 120.0};
   for (std::size_t i = 0; i < setpoints.size(); ++i) {
+    tell(options.progress, "published form", i, setpoints.size());
     LoopTrial trial{.setpoint_degc = setpoints[i],
                     .sensor = "MAX31855",
                     .conversion_s = 0.0,
@@ -122,11 +123,13 @@ const std::vector<LoopSetting>& untuned() {
   return settings;
 }
 
-void variant_rows(std::vector<BenchRow>& rows, bool quick) {
-  for (const Variant& variant : kVariants) {
+void variant_rows(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  for (std::size_t i = 0; i < std::size(kVariants); ++i) {
+    tell(options.progress, "other plants", i, std::size(kVariants));
+    const Variant& variant = kVariants[i];
     LoopTrial trial;
     variant.change(trial);
-    const Worst worst = quick ? [&] {
+    const Worst worst = options.quick ? [&] {
       Worst one;
       one.add(tb::figures_of(tb::run_chip(trial, untuned()).curve, trial.setpoint_degc), tb::full_power_time_s(trial));
       return one;
@@ -138,12 +141,14 @@ void variant_rows(std::vector<BenchRow>& rows, bool quick) {
                     0.5});
     rows.push_back({"  settling / full power to 98 %", worst.settling_ratio, "", {}, {}});
     rows.push_back({"  swing over 900..1200 s", worst.figures.steady_swing_degc, "degC", {}, 0.2});
-    if (quick) break;
+    if (options.quick) break;
   }
 }
 
-void tuned_rows(std::vector<BenchRow>& rows, bool quick) {
-  for (const tb::PlantConfig& plant : tb::kPlants) {
+void tuned_rows(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  for (std::size_t i = 0; i < std::size(tb::kPlants); ++i) {
+    tell(options.progress, "tuning", i, std::size(tb::kPlants));
+    const tb::PlantConfig& plant = tb::kPlants[i];
     LoopTrial trial{.plant = plant, .length_s = 3600.0};
     const tb::TunedLoop tuned = tb::tune_chip(trial, before_tuning());
     rows.push_back({fmt::format("autotune, {}: takes", plant.name), tuned.took_s, "s", {}, {}});
@@ -157,7 +162,7 @@ void tuned_rows(std::vector<BenchRow>& rows, bool quick) {
     rows.push_back({"  tuned: overshoot", worst.figures.overshoot_percent, "%", {}, 0.1});
     rows.push_back({"  tuned: settling / full power to 98 %", worst.settling_ratio, "", {}, 1.10});
     rows.push_back({"  tuned: steady error, largest", worst.figures.steady_error_percent, "%", {}, 0.02});
-    if (quick) break;
+    if (options.quick) break;
   }
 }
 
@@ -212,7 +217,7 @@ BenchCurve cut(const std::string& name, const std::vector<double>& values, doubl
 
 }  // namespace
 
-std::vector<BenchChart> control_charts() {
+std::vector<BenchChart> control_charts(const Progress& progress) {
   const LoopTrial trial{.load = kPrinting};
   BenchChart rise{"control_rise", "time since heating began, s", "temperature, degC", 20.0, 120.0, {}};
   BenchChart settle{
@@ -221,6 +226,7 @@ std::vector<BenchChart> control_charts() {
       "control_load", "time since heating began, s", "temperature minus set-point, degC", -2.0, 2.0, {}};
   BenchChart duty{"control_duty", "time since heating began, s", "duty, % of full power", 0.0, 105.0, {}};
   const auto draw = [&](const std::string& name, const tb::LoopCurve& run) {
+    tell(progress, "charts", rise.curves.size(), 6);
     const auto deviation = [&](double degc) { return degc - trial.setpoint_degc; };
     rise.curves.push_back(cut(name, run.sensor_degc, 0.0, 450.0, [](double degc) { return degc; }));
     settle.curves.push_back(cut(name, run.sensor_degc, 100.0, 450.0, deviation));
@@ -244,16 +250,20 @@ std::vector<BenchChart> control_charts() {
 
 std::vector<BenchRow> bench_control(const BenchOptions& options) {
   std::vector<BenchRow> rows;
-  published_rows(rows, options.quick);
+  published_rows(rows, options);
   default_rows(rows);
-  variant_rows(rows, options.quick);
-  tuned_rows(rows, options.quick);
+  variant_rows(rows, options);
+  tuned_rows(rows, options);
   load_rows(rows);
   if (options.quick) return rows;
-  beside_rows(rows, "this chip", chip_with({}));
-  beside_rows(rows, "published form", chip_with(published_form()));
+  std::vector<std::pair<std::string, Curve>> loops{{"this chip", chip_with({})},
+                                                   {"published form", chip_with(published_form())}};
   for (const tb::PeerLoop& peer : tb::peer_loops(tb::identify(tb::plant_config("PH-1"), 110.0)))
-    beside_rows(rows, peer.name, [peer](const LoopTrial& trial) { return tb::run_peer(trial, peer); });
+    loops.emplace_back(peer.name, [peer](const LoopTrial& trial) { return tb::run_peer(trial, peer); });
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    tell(options.progress, "beside each other", i, loops.size());
+    beside_rows(rows, loops[i].first, loops[i].second);
+  }
   return rows;
 }
 

@@ -22,6 +22,7 @@ std::vector<BenchRow> bench_lockstep(const BenchOptions& options) {
   unsigned flop_bits = 0;
   unsigned toggles = 0;  // uses the results, so that nothing is optimised away
   for (int round = 0; round < rounds; ++round) {
+    tell(options.progress, "rounds", round, rounds);
     const auto dut = tb::make_verilated_rtl();
     dut->load(stimulus.start, stimulus.before);
     flop_bits = dut->flop_bits();

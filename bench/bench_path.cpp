@@ -108,9 +108,11 @@ struct Timed {
   double processor_s;
 };
 
-Timed timed(const std::vector<Point>& points, const motion::PathTask& task) {
+Timed timed(const std::vector<Point>& points, const motion::PathTask& task, const Progress& progress = {}) {
   const double begin = processor_s();
-  Plan plan = motion::plan_path(points, task);
+  Plan plan = motion::plan_path(points, task, [&](double share) {
+    if (progress) progress(fmt::format("{} points", points.size()), share);
+  });
   return {std::move(plan), processor_s() - begin};
 }
 
@@ -128,8 +130,8 @@ struct Instance {
   double within_s;
 };
 
-void add_tour(std::vector<BenchRow>& rows, const Instance& instance) {
-  const Timed run = timed(instance.points, task_of(Metric::manhattan, Tour::closed));
+void add_tour(std::vector<BenchRow>& rows, const Instance& instance, const Progress& progress) {
+  const Timed run = timed(instance.points, task_of(Metric::manhattan, Tour::closed), progress);
   rows.push_back({fmt::format("{}: tour", instance.name), run.plan.cost_after, "", {}, instance.linkern});
   rows.push_back(
       {"  longer than linkern's", 100.0 * (run.plan.cost_after / instance.linkern - 1.0), "%", {}, {}});
@@ -194,6 +196,7 @@ std::vector<BenchRow> bench_path(const BenchOptions& options) {
   double best = std::numeric_limits<double>::infinity(), worst = 0.0;
   motion::AntColony colony;
   for (colony.seed = 1; colony.seed <= colonies; ++colony.seed) {
+    tell(options.progress, "ants", colony.seed - 1, colonies);
     const double length = motion::plan_path_by_ants(example, Tour::open, colony).cost_after;
     best = std::min(best, length);
     worst = std::max(worst, length);
@@ -209,18 +212,19 @@ std::vector<BenchRow> bench_path(const BenchOptions& options) {
   rows.push_back({"  processor time", lattice.processor_s, "s", {}, 0.1});
 
   add_ants(rows, options.quick);
-  add_tour(rows, {"1,024-point half-filled lattice", half_filled(1024, 1), 135'800.0, 2.0});
-  add_tour(rows, {"1,024 points, uniform", uniform(1024, 1), 28'945'434.0, 2.0});
+  add_tour(rows, {"1,024-point half-filled lattice", half_filled(1024, 1), 135'800.0, 2.0}, options.progress);
+  add_tour(rows, {"1,024 points, uniform", uniform(1024, 1), 28'945'434.0, 2.0}, options.progress);
   add_time_metric(rows, "1,024-point half-filled lattice, 1 mm", in_mm(half_filled(1024, 1), 0.01), 2.5);
   add_time_metric(rows, "1,024 points, uniform on 200 mm", in_mm(uniform(1024, 1), 2e-4), 1.4);
   if (options.quick) {
     rows.push_back({"left out by --quick: tours of 7,776 to 100,000 points", 0.0, "", {}, {}});
     return rows;
   }
-  add_tour(rows, {"7,776-bump panel of 24 BGAs", panel(), 6'386'060.0, 10.0});
-  add_tour(rows, {"10,000-point half-filled lattice", half_filled(10'000, 1), 1'299'400.0, 10.0});
-  add_tour(rows, {"10,000 points, uniform", uniform(10'000, 1), 90'586'514.0, 10.0});
-  const Timed large = timed(uniform(100'000, 1), task_of(Metric::manhattan, Tour::closed));
+  add_tour(rows, {"7,776-bump panel of 24 BGAs", panel(), 6'386'060.0, 10.0}, options.progress);
+  add_tour(rows, {"10,000-point half-filled lattice", half_filled(10'000, 1), 1'299'400.0, 10.0},
+           options.progress);
+  add_tour(rows, {"10,000 points, uniform", uniform(10'000, 1), 90'586'514.0, 10.0}, options.progress);
+  const Timed large = timed(uniform(100'000, 1), task_of(Metric::manhattan, Tour::closed), options.progress);
   rows.push_back({"100,000 points, uniform: tour", large.plan.cost_after, "", {}, {}});
   rows.push_back({"  lower bound", large.plan.lower_bound, "", {}, {}});
   rows.push_back({"  gap", 100.0 * large.plan.gap(), "%", {}, 2.0});

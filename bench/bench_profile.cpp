@@ -128,10 +128,11 @@ double textbook_duration_s(double distance, double speed, double acceleration, d
   return 4.0 * std::cbrt(distance / (2.0 * jerk));
 }
 
-double worst_textbook_difference_s(int cases) {
+double worst_textbook_difference_s(int cases, const Progress& progress) {
   std::mt19937_64 random(2);
   double worst_s = 0.0;
   for (int i = 0; i < cases; ++i) {
+    if (i % kTellEvery == 0) tell(progress, "optimum", i, cases);
     const double speed = between(random, 10, 1000), acceleration = between(random, 100, 2e4),
                  jerk = between(random, 1e3, 1e7), distance_mm = between(random, 1e-3, 1e3);
     const double found_s =
@@ -147,10 +148,11 @@ struct Promises {
 };
 
 // Segments of constant jerk have their extremes at their ends.
-Promises worst_of_random(int cases) {
+Promises worst_of_random(int cases, const Progress& progress) {
   std::mt19937_64 random(3);
   Promises worst;
   for (int i = 0; i < cases; ++i) {
+    if (i % kTellEvery == 0) tell(progress, "promises", i, cases);
     const ScurveLimits limits = {between(random, 1, 1000),  between(random, 10, 2e4),
                                  between(random, 10, 2e4),  between(random, 1e2, 1e7),
                                  between(random, 1e2, 1e7), between(random, 1e2, 1e7),
@@ -185,11 +187,11 @@ std::vector<BenchRow> bench_profile(const BenchOptions& options) {
   rows.push_back({"golden durations (11 cases), largest error", worst_golden_us(), "us", {}, 1e-3});
   const int cases = options.quick ? 100'000 : 1'000'000;
   rows.push_back({fmt::format("A = D, one jerk: off the optimum, {} cases", cases),
-                  worst_textbook_difference_s(cases),
+                  worst_textbook_difference_s(cases, options.progress),
                   "s",
                   {},
                   1e-12});
-  const Promises worst = worst_of_random(cases);
+  const Promises worst = worst_of_random(cases, options.progress);
   rows.push_back(
       {fmt::format("random limits, {} cases: above a limit", cases), worst.limits, "of it", {}, 1e-9});
   rows.push_back({"  jump between segments", worst.jumps, "of scale", {}, 1e-9});

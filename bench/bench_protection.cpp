@@ -66,17 +66,22 @@ void add_fault_rows(std::vector<BenchRow>& rows, const Compared& c) {
 std::vector<BenchRow> bench_protection(const BenchOptions& options) {
   std::vector<BenchRow> rows;
   std::vector<Compared> cases = fault_cases(options.seed);
-  in_parallel(cases.size(), [&](std::size_t i) {
-    Compared& c = cases[i];
-    c.chip = tb::run_fault(c.what, Protector::chip);
-    c.marlin = tb::run_fault(c.what, Protector::marlin);
-    c.klipper = tb::run_fault(c.what, Protector::klipper);
-  });
+  in_parallel(
+      cases.size(),
+      [&](std::size_t i) {
+        Compared& c = cases[i];
+        c.chip = tb::run_fault(c.what, Protector::chip);
+        c.marlin = tb::run_fault(c.what, Protector::marlin);
+        c.klipper = tb::run_fault(c.what, Protector::klipper);
+      },
+      options.progress, "faults");
   for (const Compared& c : cases) add_fault_rows(rows, c);
 
   const std::size_t jobs = options.quick ? 50 : 1000;
   std::vector<tb::HealthyJob> done(jobs);
-  in_parallel(jobs, [&](std::size_t i) { done[i] = tb::run_healthy_job(options.seed + i); });
+  in_parallel(
+      jobs, [&](std::size_t i) { done[i] = tb::run_healthy_job(options.seed + i); }, options.progress,
+      "healthy jobs");
   double hours = 0.0;
   double noisy = 0.0;
   const auto count = [&](auto tripped) {

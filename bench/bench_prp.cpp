@@ -87,13 +87,15 @@ struct Trial {
   std::size_t random_poses = 0;  // per stage; the eight of table 2 if none
 };
 
-std::array<Figures, 5> try_stages(const Trial& trial, std::uint64_t seed) {
+std::array<Figures, 5> try_stages(const Trial& trial, std::uint64_t seed, const Progress& progress) {
   motion::PrpCalibrationOptions options;
   options.actuator_sigma_mm = trial.actuator_sigma_mm;
   const auto calibration_poses = motion::choose_poses(kViews, nominal, options);
   std::array<Figures, 5> figures;
   std::array<double, 5> squares{};
   for (int i = 0; i < trial.stages; ++i) {
+    tell(progress, fmt::format("{} stages, sliders {} um", trial.stages, trial.actuator_sigma_mm * 1e3), i,
+         trial.stages);
     const std::uint64_t stage_seed = seed * 1000 + static_cast<std::uint64_t>(i);
     auto config = motion::random_stage(nominal, {}, stage_seed);
     config.actuator_sigma_mm = trial.actuator_sigma_mm;
@@ -126,9 +128,9 @@ std::array<Figures, 5> try_stages(const Trial& trial, std::uint64_t seed) {
   return figures;
 }
 
-void add_protocol(std::vector<BenchRow>& rows, const Trial& trial, std::uint64_t seed,
+void add_protocol(std::vector<BenchRow>& rows, const Trial& trial, const BenchOptions& options,
                   std::optional<double> wanted_um, std::optional<double> wanted_arcsec) {
-  const auto figures = try_stages(trial, seed);
+  const auto figures = try_stages(trial, options.seed, options.progress);
   rows.push_back({fmt::format("table 2's poses, mean of {}, sliders {} um{}", trial.repeats,
                               trial.actuator_sigma_mm * 1e3,
                               trial.home_scatters ? ", home too" : (trial.two_marks ? ", two marks" : "")),
@@ -154,9 +156,9 @@ void add_protocol(std::vector<BenchRow>& rows, const Trial& trial, std::uint64_t
   }
 }
 
-void add_random_poses(std::vector<BenchRow>& rows, bool quick, std::uint64_t seed) {
-  const Trial trial{.stages = 40, .repeats = 1, .random_poses = quick ? 25U : 250U};
-  const auto figures = try_stages(trial, seed);
+void add_random_poses(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  const Trial trial{.stages = 40, .repeats = 1, .random_poses = options.quick ? 25U : 250U};
+  const auto figures = try_stages(trial, options.seed, options.progress);
   rows.push_back({"random poses, one stop each, sliders 1 um",
                   static_cast<double>(figures[0].all_um.size()),
                   "poses",
@@ -297,13 +299,11 @@ std::vector<BenchRow> bench_prp(const BenchOptions& options) {
   rows.push_back({"paper, measured: before, worst of 8 poses", 161.6, "um", {}, {}});
   rows.push_back({"paper, measured: after", 12.3, "um", {}, {}});
   rows.push_back({"paper, measured: after, angle", 0.720, "arcsec", {}, {}});
-  add_protocol(rows, {.actuator_sigma_mm = 0.001, .stages = stages}, options.seed, 2.5, {});
-  add_protocol(rows, {.actuator_sigma_mm = 0.0005, .stages = stages}, options.seed, 1.2, 0.720);
-  add_protocol(rows, {.actuator_sigma_mm = 0.0005, .stages = stages, .two_marks = true}, options.seed, {},
-               {});
-  add_protocol(rows, {.actuator_sigma_mm = 0.0005, .stages = stages, .home_scatters = true}, options.seed, {},
-               {});
-  add_random_poses(rows, options.quick, options.seed);
+  add_protocol(rows, {.actuator_sigma_mm = 0.001, .stages = stages}, options, 2.5, {});
+  add_protocol(rows, {.actuator_sigma_mm = 0.0005, .stages = stages}, options, 1.2, 0.720);
+  add_protocol(rows, {.actuator_sigma_mm = 0.0005, .stages = stages, .two_marks = true}, options, {}, {});
+  add_protocol(rows, {.actuator_sigma_mm = 0.0005, .stages = stages, .home_scatters = true}, options, {}, {});
+  add_random_poses(rows, options);
   add_residual_table(rows, options.seed);
   add_repeatability(rows, options.seed);
   return rows;
@@ -312,7 +312,7 @@ std::vector<BenchRow> bench_prp(const BenchOptions& options) {
 namespace {
 
 /// What the data leave open at the workspace's corners, over the number of poses.
-BenchChart poses_chart() {
+BenchChart poses_chart(const Progress& progress) {
   BenchChart chart{"prp_poses",
                    "poses that the plate was seen at",
                    "left open at the workspace's corners, um (sigma)",
@@ -321,6 +321,7 @@ BenchChart poses_chart() {
                    {{"choose_poses", {}, {}}, {"random poses", {}, {}}}};
   PrpStageModel stage(motion::random_stage(nominal, {}, 1));
   for (std::size_t count = 8; count <= 80; count += 4) {
+    tell(progress, "chart", count - 8, 80 - 8);
     std::vector<motion::PrpTurns> random;
     for (const PlanarPose& pose : motion::random_poses(nominal, 5.0, count, 1))
       random.push_back(motion::prp_inverse(nominal, pose));
@@ -336,8 +337,8 @@ BenchChart poses_chart() {
 
 }  // namespace
 
-std::vector<BenchChart> prp_charts() {
-  const auto figures = try_stages({.stages = 40, .repeats = 1, .random_poses = 250}, 1);
+std::vector<BenchChart> prp_charts(const Progress& progress) {
+  const auto figures = try_stages({.stages = 40, .repeats = 1, .random_poses = 250}, 1, progress);
   BenchChart chart{"prp_random_poses",
                    "error of a single alignment, um",
                    "share of 10,000 random poses, %",
@@ -355,7 +356,7 @@ std::vector<BenchChart> prp_charts() {
     }
     chart.curves.push_back(curve);
   }
-  return {chart, poses_chart()};
+  return {chart, poses_chart(progress)};
 }
 
 }  // namespace meltstage::app

@@ -3,12 +3,19 @@
 // are kept), in the user's SG13G2 when PDK_ROOT is set, else in the library that Debian ships.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <stdexcept>
+#include <string>
 
 #include "bench/bench.hpp"
 #include "bench/data_file.hpp"
@@ -43,6 +50,32 @@ const std::map<std::string, Wanted> kWantedOfChip{
     {"hold slack, fast", {0.0, {}}},
 };
 
+// Runs a make command and calls made(target) for each target that it says it updates. Returns its status.
+int trace_make(const std::string& command, const std::function<void(const std::string&)>& made) {
+  static const std::regex kUpdate(R"(^\S+:\d+: (?:update )?target '([^']*)'.*\n?)");
+  const auto close = [](std::FILE* pipe) { pclose(pipe); };
+  std::unique_ptr<std::FILE, decltype(close)> output(popen((command + " --trace").c_str(), "r"), close);
+  if (!output) throw std::runtime_error("bench silicon: the shell cannot be run");
+  std::array<char, 4096> line;
+  std::cmatch match;
+  while (std::fgets(line.data(), line.size(), output.get()) != nullptr) {
+    if (std::regex_match(line.data(), match, kUpdate)) made(std::filesystem::path(match[1].str()).filename());
+  }
+  return pclose(output.release());
+}
+
+// Makes what is not made yet. The share told is that of the targets.
+void make(const std::string& command, const Progress& progress) {
+  std::size_t all = 0, begun = 0;
+  trace_make(command + " -n", [&](const std::string&) { ++all; });
+  const int status = trace_make(command, [&](const std::string& target) {
+    tell(progress, "making " + target, begun, std::max(all, begun));
+    ++begun;
+  });
+  if (status != 0)
+    throw std::runtime_error(fmt::format("the flow stopped (its line is above); by hand: {}", command));
+}
+
 }  // namespace
 
 std::vector<BenchRow> bench_silicon(const BenchOptions& options) {
@@ -55,9 +88,8 @@ std::vector<BenchRow> bench_silicon(const BenchOptions& options) {
                             : tech == "osu018" ? "layout"
                                                : "netlist summary";
   const std::string command =
-      fmt::format("make -s -C '{}' TECH={} TOP={} {} >/dev/null", flow.string(), tech, top, goals);
-  if (std::system(command.c_str()) != 0)
-    throw std::runtime_error(fmt::format("the flow stopped (its line is above); by hand: {}", command));
+      fmt::format("make -s -C '{}' TECH={} TOP={} {}", flow.string(), tech, top, goals);
+  make(command, options.progress);
 
   const std::filesystem::path summary = build / tech / top / "summary.json";
   std::ifstream file(summary);

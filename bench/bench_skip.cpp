@@ -132,6 +132,7 @@ std::vector<BenchRow> bench_skip(const BenchOptions& options) {
   double model = 0.0;
   bool equal = true;
   for (int round = 0; round < rounds; ++round) {
+    tell(options.progress, "rounds", round, rounds);
     const Skipped one = advanced({}, length_s);
     if (one.processor_s < best.processor_s) best = one;
     rtl = std::max(rtl, rtl_clocks_per_second(options.quick ? 600'000 : 3'000'000));
@@ -167,7 +168,10 @@ std::vector<BenchRow> bench_skip(const BenchOptions& options) {
   };
 
   // The time follows the pin changes, of which safe_en's rhythm of 1024 clocks is one, not the clocks.
+  constexpr std::size_t kSweeps = 7;
+  std::size_t swept = 0;
   const auto sweep = [&](const std::string& what, const Rates& rates, std::optional<double> at_most) {
+    tell(options.progress, "rates", swept++, kSweeps);
     const Skipped one = advanced(rates, length_s);
     rows.push_back({what + ": processor time", one.processor_s, "s", {}, {}});
     rows.push_back({"  over that of the first row", one.processor_s / best.processor_s, "", {}, at_most});

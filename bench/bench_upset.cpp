@@ -30,6 +30,7 @@ std::vector<BenchRow> bench_upset(const BenchOptions& options) {
   Counts all{};
   std::vector<BenchRow> found;
   for (const tb::UpsetPwm pwm : {tb::UpsetPwm::fast, tb::UpsetPwm::slow}) {
+    const char* const rate = pwm == tb::UpsetPwm::fast ? "1 kHz" : "2 Hz";
     for (const tb::UpsetPhase phase : tb::kUpsetPhases) {
       const tb::UpsetStudy study(phase, pwm);
       Rng rng = stream(options.seed, upset_phase_name(phase));
@@ -37,19 +38,20 @@ std::vector<BenchRow> bench_upset(const BenchOptions& options) {
       for (std::size_t i = options.seed % stride; i < flops.size(); i += stride)
         strikes.push_back({{i}, rng.uniform() * tb::UpsetStudy::kTick_s});
       std::vector<tb::UpsetStudy::Result> results(strikes.size());
-      in_parallel(strikes.size(), [&](std::size_t i) { results[i] = study.strike(strikes[i]); });
+      in_parallel(
+          strikes.size(), [&](std::size_t i) { results[i] = study.strike(strikes[i]); }, options.progress,
+          fmt::format("{}, {} PWM", upset_phase_name(phase), rate));
       for (std::size_t i = 0; i < strikes.size(); ++i) {
         const tb::FlopBit& flop = flops[strikes[i].flops.front()];
         ++blocks[flop.block][static_cast<std::size_t>(results[i].outcome)];
         ++all[static_cast<std::size_t>(results[i].outcome)];
         if (results[i].outcome == UpsetOutcome::outside) {
-          found.push_back(
-              {fmt::format("outside: {}.{}[{}] bit {}, {}, {} PWM, excess", flop.block, flop.name, flop.word,
-                           flop.bit, upset_phase_name(phase), pwm == tb::UpsetPwm::fast ? "1 kHz" : "2 Hz"),
-               results[i].excess_s,
-               "s",
-               {},
-               {}});
+          found.push_back({fmt::format("outside: {}.{}[{}] bit {}, {}, {} PWM, excess", flop.block, flop.name,
+                                       flop.word, flop.bit, upset_phase_name(phase), rate),
+                           results[i].excess_s,
+                           "s",
+                           {},
+                           {}});
         }
       }
     }

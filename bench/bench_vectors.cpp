@@ -70,7 +70,7 @@ struct Sampled {
 
 // Transition faults drawn at random, each with a test or a verdict.
 Sampled transition_sample(const dft::CaptureView& view, const std::string& scan_enable, std::size_t count,
-                          std::uint64_t seed) {
+                          std::uint64_t seed, const Progress& progress) {
   dft::TransitionView transitions = dft::launch_on_capture(view, scan_enable);
   std::vector<std::size_t> inside, sample;
   for (std::size_t fault = 0; fault < transitions.faults.total(); ++fault) {
@@ -86,8 +86,8 @@ Sampled transition_sample(const dft::CaptureView& view, const std::string& scan_
   }
   transitions.faults = list;
   const auto start = std::chrono::steady_clock::now();
-  const dft::TestSet set =
-      dft::generate_tests(transitions.circuit, list, {.seed = seed, .conflict_limit = kConflicts});
+  const dft::TestSet set = dft::generate_tests(
+      transitions.circuit, list, {.seed = seed, .conflict_limit = kConflicts, .progress = progress});
   Sampled result;
   result.seconds = since(start);
   result.aborted = set.aborted;
@@ -110,7 +110,8 @@ Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary
   const dft::CycleStream cycles = chip_cycles(set.stream);
   const auto stretches = dft::stretches_of(view, cycles);
   const auto sample = dft::sample_faults(dft::collapse(view.circuit).classes, faults, options.seed);
-  const dft::FunctionalGrade grade = dft::grade_functional(view, stretches, sample, kThreads);
+  const dft::FunctionalGrade grade =
+      dft::grade_functional(view, stretches, sample, kThreads, dft::PowerUp::zeros, options.progress);
   const dft::ToggleCoverage& toggle = grade.toggle;
   std::vector<dft::FaultClass> verdicts;
   for (const std::uint64_t first : grade.first_clock)
@@ -136,8 +137,8 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
 
   auto start = std::chrono::steady_clock::now();
   const double cpu_start = processor_time();
-  const dft::TestSet set =
-      dft::generate_tests(view.circuit, {.seed = options.seed, .conflict_limit = kConflicts});
+  const dft::TestSet set = dft::generate_tests(
+      view.circuit, {.seed = options.seed, .conflict_limit = kConflicts, .progress = options.progress});
   const double generate_s = since(start);
   const double generate_cpu_s = processor_time() - cpu_start;
   const dft::Coverage result =
@@ -156,13 +157,15 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
   if (options.quick && replayed.size() > kQuickReplay) replayed.resize(kQuickReplay);
   const dft::ScanTest test = dft::make_scan_test(design, view, replayed, "tc_top");
   const dft::CycleStream stream = dft::parse_stil(dft::stil_text(test), "tc_top.stil");
-  const dft::ReplayResult replay =
-      dft::replay(dft::capture_view(design.netlist, library), stream, design.scan_enable, options.seed);
+  const dft::ReplayResult replay = dft::replay(dft::capture_view(design.netlist, library), stream,
+                                               design.scan_enable, options.seed, {}, options.progress);
 
-  const dft::IddqStops iddq =
-      dft::scan_iddq_stops(design, view, kIddqStops, {.seed = options.seed, .conflict_limit = kFewConflicts});
+  const dft::IddqStops iddq = dft::scan_iddq_stops(
+      design, view, kIddqStops,
+      {.seed = options.seed, .conflict_limit = kFewConflicts, .progress = options.progress});
   const std::size_t transition_faults = options.quick ? 250 : 1000;
-  const Sampled transition = transition_sample(view, design.scan_enable, transition_faults, options.seed);
+  const Sampled transition =
+      transition_sample(view, design.scan_enable, transition_faults, options.seed, options.progress);
   const std::size_t functional_faults = options.quick ? 511 : 1022;
   const Functional functional = functional_sample(netlist, library, functional_faults, options);
 

@@ -69,9 +69,10 @@ struct Fleet {
 using Planner = std::function<JerkProfile(double)>;
 
 // Moves of 1 to 60 mm, evenly in the logarithm.
-Fleet run(const Planner& plan, int moves) {
+Fleet run(const std::string& what, const Planner& plan, int moves, const Progress& progress) {
   Fleet fleet;
   for (int i = 0; i < moves; ++i) {
+    tell(progress, what, i, moves);
     const JerkProfile profile = plan(std::pow(60.0, static_cast<double>(i) / (moves - 1)));
     fleet.moved_ms += profile.duration_s * 1e3 / moves;
     fleet.settled_ms += worst_settled_s(profile, kAnchor, kTolerance_mm) * 1e3 / moves;
@@ -83,10 +84,10 @@ Fleet run(const Planner& plan, int moves) {
   return fleet;
 }
 
-void add_anchor_rows(std::vector<BenchRow>& rows, int moves) {
+void add_anchor_rows(std::vector<BenchRow>& rows, int moves, const Progress& progress) {
   const motion::Mode& mode = kAnchor.nominal;
   const auto add = [&](const std::string& what, const Planner& plan) {
-    const Fleet fleet = run(plan, moves);
+    const Fleet fleet = run(what, plan, moves, progress);
     rows.push_back({what, fleet.settled_ms, "ms", {}, {}});
     return fleet;
   };
@@ -159,7 +160,7 @@ void add_paper_rows(std::vector<BenchRow>& rows) {
 
 std::vector<BenchRow> bench_vibration(const BenchOptions& options) {
   std::vector<BenchRow> rows;
-  add_anchor_rows(rows, options.quick ? 20 : 60);
+  add_anchor_rows(rows, options.quick ? 20 : 60, options.progress);
   add_paper_rows(rows);
   return rows;
 }

@@ -108,10 +108,12 @@ double floor_px(double radius_px, const motion::PlateCamera& camera) {
 }
 
 void add_marks(std::vector<BenchRow>& rows, double radius_px, const motion::PlateCamera& camera,
-               const std::string& light, std::optional<double> wanted_px, bool quick) {
-  const int images = quick ? 60 : 200;
+               const std::string& light, std::optional<double> wanted_px, const BenchOptions& options) {
+  const int images = options.quick ? 60 : 200;
   const auto what = fmt::format("r = {}, noise {}/255{}", radius_px, camera.noise, light);
-  for (const MarkFinder& finder : kFinders) {
+  for (std::size_t i = 0; i < std::size(kFinders); ++i) {
+    tell(options.progress, what, i, std::size(kFinders));
+    const MarkFinder& finder = kFinders[i];
     const MarkErrors errors = errors_of(finder, radius_px, camera, images);
     const bool is_ours = finder.find == ours;
     rows.push_back({fmt::format("{}: {}", what, finder.name),
@@ -140,6 +142,7 @@ void add_gantry(std::vector<BenchRow>& rows, const BenchOptions& options) {
   };
   double images = 0.0;
   for (int run = 0; run < runs; ++run) {
+    tell(options.progress, "gantries", run, runs);
     motion::GantryModel model;
     model.camera.gradient_x = 0.3;
     model.camera.gradient_y = -0.2;
@@ -172,23 +175,26 @@ std::vector<BenchRow> bench_vision(const BenchOptions& options) {
   std::vector<BenchRow> rows;
   motion::PlateCamera camera;
   camera.width = camera.height = 96;
-  add_marks(rows, 20.0, camera, "", 0.010, options.quick);
-  add_marks(rows, 8.0, camera, "", 0.020, options.quick);
+  add_marks(rows, 20.0, camera, "", 0.010, options);
+  add_marks(rows, 8.0, camera, "", 0.020, options);
   camera.gradient_x = 0.3;
   camera.gradient_y = -0.2;
-  add_marks(rows, 20.0, camera, ", slope", 0.010, options.quick);
+  add_marks(rows, 20.0, camera, ", slope", 0.010, options);
   camera.noise = 6.0;
-  add_marks(rows, 20.0, camera, ", slope", {}, options.quick);
+  add_marks(rows, 20.0, camera, ", slope", {}, options);
   add_gantry(rows, options);
   return rows;
 }
 
-std::vector<BenchChart> vision_charts() {
+std::vector<BenchChart> vision_charts(const Progress& progress) {
   motion::PlateCamera camera;
   camera.width = camera.height = 128;
   BenchChart chart{"vision_marks", "radius of the mark, px", "error of its centre, px rms", 0.0, 0.03, {}};
   BenchCurve floor{"Cramer-Rao bound", {}, {}}, fit{"edge fit", {}, {}}, centroid{"grey centroid", {}, {}};
-  for (double radius_px = 4.0; radius_px <= 40.0; radius_px += 2.0) {
+  constexpr std::size_t kRadii = 19;
+  for (std::size_t i = 0; i < kRadii; ++i) {
+    tell(progress, "chart", i, kRadii);
+    const double radius_px = 4.0 + 2.0 * static_cast<double>(i);
     for (BenchCurve* curve : {&fit, &centroid, &floor}) curve->x.push_back(radius_px);
     fit.y.push_back(errors_of(kFinders[0], radius_px, camera, 100).rms_px);
     centroid.y.push_back(errors_of(kFinders[1], radius_px, camera, 100).rms_px);

@@ -92,7 +92,8 @@ double children_s() {
 }
 
 // Checks every window. Throws when the verdict is not whole.
-Spent check(const fs::path& folder, const tb::WindowPlan& plan, unsigned processes) {
+Spent check(const fs::path& folder, const tb::WindowPlan& plan, unsigned processes,
+            const Progress& progress) {
   fs::remove_all(folder / "results");
   std::vector<std::size_t> windows;
   for (std::size_t i = 0; i < plan.windows.size(); ++i) windows.push_back(i);
@@ -101,7 +102,9 @@ Spent check(const fs::path& folder, const tb::WindowPlan& plan, unsigned process
                                       .attempts = 1};
   const auto begin = std::chrono::steady_clock::now();
   const double before = children_s();
-  tb::run_windows_here(folder, windows, options, [](const tb::WindowProgress&) {});
+  tb::run_windows_here(folder, windows, options, [&](const tb::WindowProgress& p) {
+    tell(progress, fmt::format("{} windows on {} processes", p.total, processes), p.done, p.total);
+  });
   const tb::JoinedWindows joined = tb::join_folder(folder, plan);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (!joined.whole) throw std::runtime_error("bench windows: " + joined.faults.front());
@@ -133,8 +136,8 @@ std::vector<BenchRow> bench_windows(const BenchOptions& options) {
     best.processor_s = std::min(best.processor_s, now.processor_s);
   };
   for (int round = 0; round < rounds; ++round) {
-    keep_best(sequential, check(one, one_plan, 1));
-    keep_best(parallel, check(many, many_plan, kProcesses));
+    keep_best(sequential, check(one, one_plan, 1, options.progress));
+    keep_best(parallel, check(many, many_plan, kProcesses, options.progress));
   }
   const double million = static_cast<double>(clocks) / 1e6;
   return {

@@ -13,6 +13,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/terminal.hpp"
 #include "app/verbs.hpp"
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/atpg/generate.hpp"
@@ -21,6 +22,7 @@
 #include "asic/dft/atpg/test_solver.hpp"
 #include "asic/dft/core/bench_file.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
+#include "asic/dft/core/workers.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"
@@ -84,8 +86,8 @@ ScanOptions scan_of(const Options& options) {
   return scan;
 }
 
-GenerateOptions generation_of(const Options& options) {
-  return {.seed = options.seed, .conflict_limit = options.conflicts};
+GenerateOptions generation_of(const Options& options, ProgressLine& line) {
+  return {.seed = options.seed, .conflict_limit = options.conflicts, .progress = shown_on(line)};
 }
 
 void print_coverage(const Coverage& c) {
@@ -128,10 +130,12 @@ int generate(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const CellLibrary library = library_of(options);
   const bool transitions = options.model == "transition";
+  ProgressLine line;
   const TestProgram program = make_test_program(options.netlist, library,
                                                 {transitions ? FaultModel::transition : FaultModel::stuck_at,
-                                                 scan_of(options), generation_of(options)});
+                                                 scan_of(options), generation_of(options, line)});
   const TestSet& set = program.set;
+  line.show("writing");
   auto written = write_test_program(program, library, options.out);
   if (program.subject.is_scanned) {
     const std::string chains = scan_json(options, program.subject.design);
@@ -154,6 +158,7 @@ int generate(const Options& options) {
       {transitions ? "transition" : "stuck_at", coverage_json(program.coverage)}};
   for (const auto& [name, hash] : written) manifest["files"][name] = hash;
   write_whole(options.out / "manifest.json", manifest.dump(2) + "\n");
+  line.clear();
   print_coverage(program.coverage);
   fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
              set.patterns.size(), "cycles", program.stream.cycles.size());
@@ -303,13 +308,16 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
   const std::vector<Fault> all = collapse(view.circuit).classes;
   const std::vector<Fault> sample =
       options.faults == 0 ? all : sample_faults(all, options.faults, options.seed);
-  const FunctionalGrade graded = grade_functional(view, stretches, sample, 2);
+  ProgressLine line;
+  const FunctionalGrade graded =
+      grade_functional(view, stretches, sample, kWorkers, PowerUp::zeros, shown_on(line));
   std::vector<FaultClass> verdicts;
   for (const std::uint64_t first : graded.first_clock)
     verdicts.push_back(first == FunctionalGrade::kUndetected ? FaultClass::NO : FaultClass::DS);
   // Detected from one power-up state alone: possibly.
   if (options.two_power_ups) {
-    const FunctionalGrade other = grade_functional(view, stretches, sample, 2, PowerUp::ones);
+    const FunctionalGrade other =
+        grade_functional(view, stretches, sample, kWorkers, PowerUp::ones, shown_on(line));
     for (std::size_t i = 0; i < sample.size(); ++i) {
       const bool also = other.first_clock[i] != FunctionalGrade::kUndetected;
       if (also != (verdicts[i] == FaultClass::DS)) verdicts[i] = FaultClass::PT;
@@ -318,6 +326,7 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
   const GradeReport report =
       grade_report(netlist, view, stream, sample, verdicts, graded,
                    options.unreached.empty() ? std::vector<Unreached>() : read_unreached(options.unreached));
+  line.clear();
   if (!options.out.empty()) write_whole(options.out, report.text);
   const ToggleCoverage& toggle = graded.toggle;
   const auto detected =
@@ -384,13 +393,16 @@ int report_replay(std::uint64_t cycles, std::uint64_t strobes, std::uint64_t mis
 
 // A stream without scan, on whatever it is asked for.
 int replay_functional_stream(const Options& options, const CycleStream& stream) {
+  ProgressLine line;
   if (options.on == "netlist") {
     const CaptureView view = capture_view(read_yosys_json(options.netlist), library_of(options));
-    const ReplayResult result = replay_cycles(view, stream, kPowerUps, options.seed);
+    const ReplayResult result = replay_cycles(view, stream, kPowerUps, options.seed, shown_on(line));
+    line.clear();
     return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
   }
   const PinReplay result =
-      replay_cycles_on(stream, options.on == "rtl" ? ReplayDevice::rtl : ReplayDevice::model);
+      replay_cycles_on(stream, options.on == "rtl" ? ReplayDevice::rtl : ReplayDevice::model, shown_on(line));
+  line.clear();
   return report_replay(result.clocks, result.strobes, result.mismatches, result.first);
 }
 
@@ -414,8 +426,10 @@ int grade_patterns(const Options& options) {
     circuit = std::move(view.circuit);
   }
   const FaultList list = collapse(circuit);
-  const Grade graded =
-      grade(circuit, blocks_of(patterns, circuit.inputs().size(), compared), list.classes, 2);
+  ProgressLine line;
+  const Grade graded = grade(circuit, blocks_of(patterns, circuit.inputs().size(), compared), list.classes,
+                             kWorkers, shown_on(line));
+  line.clear();
   std::vector<FaultClass> of_class(list.classes.size(), FaultClass::NO);
   for (std::size_t i = 0; i < of_class.size(); ++i) {
     if (graded.detections[i] != 0) of_class[i] = FaultClass::DS;
@@ -517,24 +531,29 @@ int replay_patterns(const Options& options) {
   const Netlist netlist = read_yosys_json(options.netlist);
   name_as_ports(stream, netlist);
   ReplayResult result;
+  ProgressLine line;
   if (options.on == "icarus") {
     const WorkFolder folder;
     result = replay_in_icarus(netlist, library, stream, folder.path(), {options.cells, options.sdf});
   } else {
-    result = replay(capture_view(netlist, library), stream, ScanOptions{}.scan_enable, options.seed);
+    result = replay(capture_view(netlist, library), stream, ScanOptions{}.scan_enable, options.seed, {},
+                    shown_on(line));
   }
+  line.clear();
   return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
 }
 
 int prove(const Options& options) {
   const CellLibrary library = library_of(options);
   const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
-  const TestSet set = generate_tests(subject.circuit, generation_of(options));
+  ProgressLine line;
+  const TestSet set = generate_tests(subject.circuit, generation_of(options, line));
   fs::create_directories(options.out);
   TestSolver solver(subject.circuit);
   std::size_t proved = 0, refused = 0;
   std::string index;
   for (std::size_t f = 0; f < set.faults.total(); ++f) {
+    tell(shown_on(line), "proving", f, set.faults.total());
     const std::uint32_t c = set.faults.class_of[f];
     if (c == FaultList::kNoClass || set.of_class[c] != FaultClass::UR) continue;
     const std::string name = fmt::format("class{}", c);
@@ -547,6 +566,7 @@ int prove(const Options& options) {
     ++(good ? proved : refused);
     if (!good) fmt::print("{}: {}\n", name, reason.empty() ? "not refuted" : reason);
   }
+  line.clear();
   write_whole(options.out / "index.txt", index);
   fmt::print("{} classes proved untestable, {} refused\n", proved, refused);
   return refused == 0 ? 0 : 1;
@@ -558,8 +578,10 @@ int iddq(const Options& options) {
   const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
   if (!subject.is_scanned)
     throw UserError(options.netlist.string() + ": found no flop, expected some to load states into");
+  ProgressLine line;
   const IddqStops stops =
-      scan_iddq_stops(subject.design, subject.view, options.stops, generation_of(options));
+      scan_iddq_stops(subject.design, subject.view, options.stops, generation_of(options, line));
+  line.clear();
   for (std::size_t i = 0; i < stops.states.size(); ++i)
     fmt::print("stop {:<17} {:>10}\n", i + 1, stops.detected[i]);
   fmt::print("{:<22} {:>10}\n{:<22} {:>9.2f} %\n", "faults", stops.faults - stops.tied, "coverage",

@@ -57,7 +57,7 @@ void add_stuck_at_tests(TestProgram& program, const GenerateOptions& options, co
   program.set = generate_tests(subject.circuit, options);
   program.reported = reported_classes(subject.circuit, program.set.faults, program.set.of_class);
   program.graded = grade(subject.circuit, blocks_of(program.set.patterns, subject.circuit.inputs().size()),
-                         program.set.faults.classes, kWorkers);
+                         program.set.faults.classes, kWorkers, options.progress);
   if (subject.is_scanned)
     program.scan = make_scan_test(subject.design, subject.view, program.set.patterns, title);
   else
@@ -70,7 +70,7 @@ void add_transition_tests(TestProgram& program, const GenerateOptions& options, 
   program.set = generate_tests(view.circuit, view.faults, options);
   program.reported = reported_transitions(subject.view, view, program.set.of_class);
   program.graded = grade(view.circuit, blocks_of(program.set.patterns, view.circuit.inputs().size()),
-                         program.set.faults.classes, kWorkers);
+                         program.set.faults.classes, kWorkers, options.progress);
   program.scan = make_transition_test(subject.design, subject.view, view, program.set.patterns, title);
 }
 

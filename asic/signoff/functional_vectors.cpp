@@ -130,7 +130,7 @@ dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<
   return result;
 }
 
-PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device) {
+PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device, const Progress& progress) {
   const std::vector<PinBit> inputs = bits_of(recording::Direction::in),
                             outputs = bits_of(recording::Direction::out);
   const auto find = [&](const std::string& name, bool input) {
@@ -154,6 +154,7 @@ PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device) 
   reset.rst_n = false;
   auto levels = tb::pin_levels(reset, model.outputs(reset));
   PinReplay result;
+  const std::uint64_t total = dft::cycle_count(stream);
   for (const dft::TestCycle& cycle : stream.cycles) {
     std::array<std::uint64_t, tb::kChipPinCount> pins{};
     for (std::size_t i = 0; i < inputs.size(); ++i) {
@@ -161,6 +162,7 @@ PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device) 
     }
     const chip::Inputs in = tb::inputs_of(pins);
     for (std::uint64_t c = 0; c < cycle.count; ++c, ++result.clocks) {
+      if (result.clocks % kTellEvery == 0) tell(progress, "replay", result.clocks, total);
       for (std::size_t i = 0; i < outputs.size(); ++i) {
         const char expected = cycle.states[out_signals[i]];
         if (expected != 'H' && expected != 'L') continue;

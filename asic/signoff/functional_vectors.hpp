@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "asic/dft/core/cycles.hpp"
+#include "base/progress.hpp"
 #include "recording/stream.hpp"
 
 namespace meltstage::app {
@@ -53,6 +54,7 @@ dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<
                              std::vector<MaskedStrobes>* masked = nullptr);
 // Such a stream, as read back from a file, run on a device. Throws std::runtime_error when it has other
 // signals than the chip has pins.
-PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device);
+PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device,
+                           const Progress& progress = {});
 
 }  // namespace meltstage::app

@@ -225,7 +225,7 @@ std::size_t FunctionalGrade::detected() const {
 
 FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
                                  const std::vector<Fault>& faults, unsigned threads, PowerUp power_up,
-                                 const GradeProgress& progress) {
+                                 const Progress& progress) {
   FunctionalGrade grade;
   grade.first_clock.assign(faults.size(), FunctionalGrade::kUndetected);
   for (const FunctionalStretch& stretch : stretches) grade.clocks += stretch.clocks;
@@ -281,7 +281,10 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
                 batches);
       }
       length = std::min(2 * length, kLongestStage);
-      if (progress) progress(place.clock, faults.size() - grade.detected(), aside.size());
+      const std::size_t in_round =
+          std::min(kBatches * kMachines, std::max<std::size_t>(faults.size() - first, 1));
+      tell(progress, "grading", first * grade.clocks + in_round * place.clock,
+           std::max<std::size_t>(faults.size(), 1) * grade.clocks);
     }
     grade.set_aside += aside.size();
   }
@@ -356,7 +359,7 @@ std::vector<FunctionalStretch> stretches_of(const CaptureView& view, const Cycle
 }
 
 ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_power_ups,
-                           std::uint64_t seed) {
+                           std::uint64_t seed, const Progress& progress) {
   const std::vector<std::size_t> signals = drivers(view, stream);
   std::vector<Expected> outputs;
   for (std::size_t i = 0; i < view.output_ports.size(); ++i) {
@@ -381,6 +384,7 @@ ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, u
   ReplayResult result;
   Comparison now;
   std::vector<std::uint8_t> inputs(signals.size());
+  const std::uint64_t total = cycle_count(stream);
   for (const TestCycle& cycle : stream.cycles) {
     bool clocked = false;
     for (std::size_t i = 0; i < signals.size(); ++i) {
@@ -393,6 +397,7 @@ ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, u
     for (std::uint64_t c = 0; c < cycle.count; ++c, ++result.cycles) {
       if (m.ports_changed() || look) check(m, used, outputs, cycle.states, stream, now);
       look = false;
+      if (result.cycles % kTellEvery == 0) tell(progress, "replay", result.cycles, total);
       result.strobes += now.strobes;
       if (now.mismatches != 0 && result.mismatches == 0)
         result.first = fmt::format("cycle {}: {}", result.cycles, now.first);

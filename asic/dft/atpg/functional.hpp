@@ -4,13 +4,13 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "asic/dft/core/capture_view.hpp"
 #include "asic/dft/core/faults.hpp"
 #include "asic/dft/scan/replay.hpp"
+#include "base/progress.hpp"
 
 namespace meltstage::dft {
 
@@ -41,16 +41,13 @@ struct FunctionalGrade {
 /// What all flops hold before the first clock.
 enum class PowerUp : std::uint8_t { zeros, ones };
 
-/// Told now and then: clocks done, faults not detected yet, and those of them that are set aside.
-using GradeProgress = std::function<void(std::uint64_t clocks, std::size_t undetected, std::size_t aside)>;
-
 /// Grades `faults` on so many threads, 511 beside each other; the undetected ones are put together as the
 /// others fall. `view` is the capture view with nothing held; vectors should begin with a reset. Flops with
 /// an asynchronous reset follow it at once. What is detected from one power-up state and not from the other
 /// is possibly detected (PT): it hangs on flops that the fault keeps from their reset.
 FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
                                  const std::vector<Fault>& faults, unsigned threads,
-                                 PowerUp power_up = PowerUp::zeros, const GradeProgress& progress = {});
+                                 PowerUp power_up = PowerUp::zeros, const Progress& progress = {});
 
 /// Stretches of a stream without scan: a cycle with a clock pulse is a clock. Ports of the netlist that the
 /// stream doesn't name are inputs of the test, held at 0; without any of them UserError.
@@ -60,7 +57,7 @@ std::vector<FunctionalStretch> stretches_of(const CaptureView& view, const Cycle
 /// L. Beside each other run the power-up states 0, 1 and `random_power_ups` more: a strobe that depends on
 /// one of them is a mismatch, so that 0 mismatches mean that no unknown reaches a strobe. Strobes count once.
 ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_power_ups = 0,
-                           std::uint64_t seed = 1);
+                           std::uint64_t seed = 1, const Progress& progress = {});
 
 /// `count` of `faults` drawn at random without repetition, in their order; all when there are fewer.
 std::vector<Fault> sample_faults(const std::vector<Fault>& faults, std::size_t count, std::uint64_t seed);

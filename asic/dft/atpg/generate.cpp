@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/dft/atpg/generate.hpp"
 
+#include <fmt/format.h>
 #include <time.h>
 
 #include <algorithm>
@@ -113,8 +114,8 @@ class Generator {
     for (std::size_t i = 0; i < set_.of_class.size(); ++i) {
       if (set_.of_class[i] == FaultClass::DS) detected.push_back(set_.faults.classes[i]);
     }
-    set_.patterns =
-        compact(circuit_, std::move(set_.patterns), detected, options_.seed, options_.compaction_passes);
+    set_.patterns = compact(circuit_, std::move(set_.patterns), detected, options_.seed,
+                            options_.compaction_passes, options_.progress);
   }
 
   // What constants settle without a search: a fault at the value its line has anyway, or behind gates that
@@ -221,7 +222,8 @@ class Generator {
       step("quick search", [&] {
         std::vector<std::uint32_t> left;
         solve_each(
-            open, [&](unsigned w, Solved& solved) { solved.verdict = search(w, solved, backtracks); },
+            fmt::format("quick search, {} backtracks", backtracks), open,
+            [&](unsigned w, Solved& solved) { solved.verdict = search(w, solved, backtracks); },
             [&](const Solved& solved) {
               if (solved.verdict == Verdict::aborted)
                 left.push_back(solved.fault);
@@ -233,7 +235,7 @@ class Generator {
     }
     step("solver", [&] {
       solve_each(
-          open,
+          "solver", open,
           [&](unsigned w, Solved& solved) {
             const Fault& fault = set_.faults.classes[solved.fault];
             solved.verdict = solvers_[w].solve(fault, solved.cube, options_.conflict_limit);
@@ -282,7 +284,8 @@ class Generator {
   // solve(worker, solved) for each that is still open; what it finds must depend on the fault alone, since a
   // worker that is free takes the next. Faults without a test go to rest().
   template <class Solve, class Rest>
-  void solve_each(const std::vector<std::uint32_t>& queue, const Solve& solve, const Rest& rest) {
+  void solve_each(const std::string& name, const std::vector<std::uint32_t>& queue, const Solve& solve,
+                  const Rest& rest) {
     std::vector<std::uint32_t> watched = queue;
     for (std::size_t at = 0; at < queue.size();) {
       std::vector<Solved> batch;
@@ -298,6 +301,7 @@ class Generator {
       }
       std::erase_if(batch, [](const Solved& solved) { return solved.verdict != Verdict::test; });
       take_cubes(batch, watched);
+      tell(options_.progress, name, at, queue.size());
     }
   }
 
@@ -357,6 +361,7 @@ class Generator {
       if (is_waiting(i)) merge(cube_of_[i]);
       placed_[i] = 1;
       cube_of_[i] = {};
+      if (at % kLanes == 0) tell(options_.progress, "merging", next_ - (ready_.size() - at), order_.size());
     }
     while (!pool_.empty()) close(std::min(pool_.size(), kClosed));
   }
@@ -557,7 +562,8 @@ class Generator {
 }  // namespace
 
 std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patterns,
-                             const std::vector<Fault>& faults, std::uint64_t seed, unsigned passes) {
+                             const std::vector<Fault>& faults, std::uint64_t seed, unsigned passes,
+                             const Progress& progress) {
   std::mt19937_64 random(seed);
   ParallelFaultSimulator simulator(circuit);
   for (unsigned pass = 0; pass < passes; ++pass) {
@@ -571,6 +577,7 @@ std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patter
     std::vector<std::uint32_t> open = every(faults.size());
     std::size_t first = 0;
     for (const PatternBlock& block : blocks_of(ordered, circuit.inputs().size())) {
+      tell(progress, "dropping", pass * patterns.size() + first, passes * patterns.size());
       simulator.detect(block, faults, open, [&](std::uint32_t i, const Word& detecting) {
         keep[order[first + detecting.first()]] = 1;
         seen[i] = 1;

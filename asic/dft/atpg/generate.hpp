@@ -7,6 +7,7 @@
 
 #include "asic/dft/core/faults.hpp"
 #include "asic/dft/core/patterns.hpp"
+#include "base/progress.hpp"
 
 namespace meltstage::dft {
 
@@ -14,6 +15,7 @@ struct GenerateOptions {
   std::uint64_t seed = 1;
   std::uint32_t conflict_limit = 0;  ///< of a single solver call; 0: none, so that no fault is given up
   unsigned compaction_passes = 3;
+  Progress progress = {};
 };
 
 /// What a step of generation took: time, and processor time of all threads of the program.
@@ -42,6 +44,7 @@ TestSet generate_tests(const Circuit& circuit, FaultList faults, const GenerateO
 
 /// Drops patterns without which every fault of `faults` that was detected still is.
 std::vector<Pattern> compact(const Circuit& circuit, std::vector<Pattern> patterns,
-                             const std::vector<Fault>& faults, std::uint64_t seed, unsigned passes);
+                             const std::vector<Fault>& faults, std::uint64_t seed, unsigned passes,
+                             const Progress& progress = {});
 
 }  // namespace meltstage::dft

@@ -247,9 +247,10 @@ IddqStops choose_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& 
 }
 
 IddqStops search_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& states, std::size_t most,
-                            std::uint64_t seed) {
+                            std::uint64_t seed, const Progress& progress) {
   StopSearch search(circuit, states, seed);
   while (search.result().states.size() < most && search.choose()) {
+    tell(progress, "choosing stops", search.result().states.size(), most);
     search.improve();
     search.take();
   }
@@ -268,7 +269,7 @@ IddqStops scan_iddq_stops(const ScanDesign& design, const CaptureView& view, std
     states.push_back(states[i]);
     states.back()[enable] = 1;
   }
-  return search_iddq_stops(view.circuit, states, most, options.seed);
+  return search_iddq_stops(view.circuit, states, most, options.seed, options.progress);
 }
 
 }  // namespace meltstage::dft

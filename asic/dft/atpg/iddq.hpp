@@ -32,7 +32,7 @@ IddqStops choose_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& 
 /// The same, and every state is improved when it is picked: what other states need to show faults that are
 /// still unseen is put into it, as long as it shows more by that. The result depends on the arguments alone.
 IddqStops search_iddq_stops(const Circuit& circuit, const std::vector<Pattern>& states, std::size_t most,
-                            std::uint64_t seed);
+                            std::uint64_t seed, const Progress& progress = {});
 
 /// Stops of a scan design: loaded states that tests for every gate make, each with the scan enable off and
 /// on, searched as above. Options: those of the tests.

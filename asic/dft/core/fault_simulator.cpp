@@ -267,7 +267,7 @@ void FaultSimulator::detect_at_gate(const PatternBlock& block, const std::vector
 }
 
 Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, const std::vector<Fault>& faults,
-            unsigned threads) {
+            unsigned threads, const Progress& progress) {
   const std::vector<std::uint32_t> all = every(faults.size());
   std::vector<Grade> parts(std::max(1U, threads));
   std::atomic<std::size_t> next{0};
@@ -276,6 +276,7 @@ Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, con
     part.detections.assign(faults.size(), 0);
     FaultSimulator simulator(circuit);
     for (std::size_t b = next++; b < blocks.size(); b = next++) {
+      if (&part == &parts[0]) tell(progress, "grading", b, blocks.size());
       const std::vector<Word>& detected = simulator.detect(blocks[b], faults, all);
       for (std::size_t i = 0; i < faults.size(); ++i) {
         const std::size_t lane = detected[i].first();

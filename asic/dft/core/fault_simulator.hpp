@@ -12,6 +12,7 @@
 
 #include "asic/dft/core/faults.hpp"
 #include "asic/dft/core/patterns.hpp"
+#include "base/progress.hpp"
 
 namespace meltstage::dft {
 
@@ -67,7 +68,7 @@ struct Grade {
   std::vector<std::uint32_t> detections;
 };
 Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, const std::vector<Fault>& faults,
-            unsigned threads);
+            unsigned threads, const Progress& progress = {});
 
 /// Every node's value, every gate evaluated by its definition, with a line stuck or (nullptr) without. Slow.
 std::vector<bool> serial_values(const Circuit& circuit, const Pattern& pattern, const Fault* fault);

@@ -98,11 +98,12 @@ class Player {
     }
   }
 
-  ReplayResult run(std::span<const Piece> pieces) const {
+  ReplayResult run(std::span<const Piece> pieces, const Progress& progress) const {
     std::vector<Done> done((pieces.size() + kPieces - 1) / kPieces);
     std::atomic<std::size_t> next{0};
-    in_parallel([&](unsigned) {
+    in_parallel([&](unsigned worker) {
       for (std::size_t b = next++; b < done.size(); b = next++) {
+        if (worker == 0) tell(progress, "replay", b, done.size());
         const std::size_t first = b * kPieces;
         Batch batch{pieces.subspan(first, std::min(kPieces, pieces.size() - first)),
                     std::mt19937_64(seed_ + b),
@@ -304,9 +305,9 @@ std::string verilog_expression(const Expression& e) {
 }  // namespace
 
 ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
-                    std::uint64_t seed, const ReplayFault& fault) {
+                    std::uint64_t seed, const ReplayFault& fault, const Progress& progress) {
   const CycleStream single = unrolled(stream);
-  return Player(view, single, seed, fault).run(pieces_of(single, scan_enable));
+  return Player(view, single, seed, fault).run(pieces_of(single, scan_enable), progress);
 }
 
 void name_as_ports(CycleStream& stream, const Netlist& netlist) {

@@ -11,6 +11,7 @@
 #include "asic/dft/core/capture_view.hpp"
 #include "asic/dft/core/cycles.hpp"
 #include "asic/dft/core/faults.hpp"
+#include "base/progress.hpp"
 
 namespace meltstage::dft {
 
@@ -38,7 +39,7 @@ struct ReplayFault {
 /// the drawn ones from `seed`; a strobe that hangs on it fails. Throws UserError when the stream names other
 /// ports than the netlist has, or leaves a clock open.
 ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable = "",
-                    std::uint64_t seed = 1, const ReplayFault& fault = {});
+                    std::uint64_t seed = 1, const ReplayFault& fault = {}, const Progress& progress = {});
 
 /// Names signals and chain ends as the ports of a laid out netlist, which has one for each bit: a[3] becomes
 /// a_3 where the netlist has no a[3] but an a_3.

@@ -82,5 +82,11 @@ TEST_F(ProgressOfCommands, PrintAndWindowTellIt) {
   EXPECT_THAT(run_command("window " + work + " 0").output, Not(HasSubstr("in RTL")));
 }
 
+TEST_F(ProgressOfCommands, BenchesTellIt) {
+  const Ran seen = run_in_terminal("bench prp --quick");
+  EXPECT_THAT(seen.output, ContainsRegex("10 stages, sliders 0.5 um  [0-9]+ %"));
+  EXPECT_THAT(run_command("bench prp --quick").output, Not(HasSubstr("10 stages, sliders")));
+}
+
 }  // namespace
 }  // namespace meltstage

@@ -40,6 +40,16 @@ class VectorsCommand : public ::testing::Test {
 
 constexpr const char* kMachine = CIRCUITS "/machine_gates.json";
 
+TEST_F(VectorsCommand, TellsItsProgressOnATerminal) {
+  const std::string command =
+      "dft generate " + std::string(kMachine) + " --out " + (folder_ / "out").string();
+  const Ran seen = run_in_terminal(command);
+  EXPECT_EQ(seen.status, 0) << seen.output;
+  for (const char* step : {"quick search, 12 backtracks  ", "merging  ", "dropping  0 %", "grading  0 %"})
+    EXPECT_NE(seen.output.find(step), std::string::npos) << step << " in " << seen.output;
+  EXPECT_EQ(run_command(command).output.find("grading"), std::string::npos);
+}
+
 // The file says two clocks a pattern and holds on the netlist; with one expected bit turned it doesn't.
 TEST_F(VectorsCommand, TransitionTestsAreWrittenAndHold) {
   const Ran made = generate(kMachine, "--faults transition");
