@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Assertions, one macro family: immediate, alive in Verilator (--assert), proved in Yosys (-formal), absent in synthesis.
-// Use inside a module with clk_i and rst_ni, after `TC_ASSERT_SETUP` once. Signals are sampled before the clock edge.
-// past_ok_q is low in the first clock after reset, when a *_NEXT assertion has no past yet; a bench that loads flops clears it.
+// Assertions, one macro family: immediate, alive in Verilator (--assert), proved in Yosys (-formal), absent in
+// synthesis. Use inside a module with clk_i and rst_ni, after `TC_ASSERT_SETUP` once. Signals are sampled before the
+// clock edge. past_ok_q is low in the first clock after reset, when a *_NEXT assertion has no past yet; a bench that
+// loads flops clears it.
 `ifndef TC_ASSERT_SVH
 `define TC_ASSERT_SVH
 
@@ -39,7 +40,8 @@
     name: assert (!name``_past_q || (cons)); \
     name``_C: cover (name``_past_q); \
   end
-// prop holds while reset is asserted and in the first clock after it. For modules with a flop resumed_q (tc_properties).
+// prop holds while reset is asserted and in the first clock after it. For modules with a flop resumed_q
+// (tc_properties).
 `define TC_ASSERT_RESET(name, prop) \
   always @(posedge clk_i) if (!past_ok_q && !resumed_q) begin \
     name: assert (prop); \

@@ -100,8 +100,11 @@ module tc_paramc (
 
   localparam logic [15:0] HoldingEnd = tc_pkg::HoldingBase + 16'(tc_pkg::HoldingCount);
 
-  logic        decoded_q, writes_q, checking_q, last_q;
-  logic [2:0]  rsp_kind_q;
+  logic        decoded_q;       // the command has been judged ...
+  logic        writes_q;        // ... and has parameters to write
+  logic        checking_q;      // its form was sound; its values are being judged
+  logic        last_q;          // the parameter in hand is the last
+  logic [2:0]  rsp_kind_q;      // the answer: tc_pkg::Rsp*
   logic [7:0]  rsp_exc_q;
   logic [3:0]  word_q;          // word of the command in hand
   logic [5:0]  index_q;         // register in hand
@@ -109,9 +112,9 @@ module tc_paramc (
   logic        staged_q;        // writes wait for a commit
   logic        hold_q;          // host asked to keep them staged
   logic        ordered_q;       // host ordered the commit
-  logic        run_q, stop_q, clear_q, discard_q, tune_q;
+  logic        run_q, stop_q, clear_q, discard_q, tune_q;  // the command word, for one clock
 
-  // Snapshot of the input registers.
+  // Snapshot of the input registers that belong to one sample.
   logic        snap_valid_q;
   logic [15:0] snap_pv_q, snap_slope_q, snap_sp_q, snap_samples_q;
   logic [16:0] snap_duty_q;
@@ -208,9 +211,8 @@ module tc_paramc (
   assign is_stop   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdStop;
   assign is_tune   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdTune;
   assign cmd_known = value_now == tc_pkg::CmdStop || value_now == tc_pkg::CmdRun ||
-                     value_now == tc_pkg::CmdClearFault ||
-                     value_now == tc_pkg::CmdHold || value_now == tc_pkg::CmdCommit ||
-                         value_now == tc_pkg::CmdDiscard ||
+                     value_now == tc_pkg::CmdClearFault || value_now == tc_pkg::CmdHold ||
+                     value_now == tc_pkg::CmdCommit || value_now == tc_pkg::CmdDiscard ||
                      value_now == tc_pkg::CmdTune;
   // Two's complement values compare as unsigned once their sign bits are flipped.
   assign flip      = {tc_pkg::reg_signed(reg_now), 15'd0};
@@ -336,19 +338,19 @@ module tc_paramc (
   // Temperatures in 0.1 degC: x 10 / 64, rounded.
   logic signed [15:0] tenths_src;
   logic signed [19:0] tenths;
-  assign tenths_src = rd_addr_i[1:0] == 2'd1 ? snap_pv_q : snap_sp_q;
+  assign tenths_src = rd_addr_i[5:0] == tc_pkg::InPv ? snap_pv_q : snap_sp_q;
   assign tenths     = (20'(tenths_src) * 20'sd5 + 20'sd16) >>> 5;
 
   // Duties in 0.01 %: x 10000 / 65536, rounded.
   logic signed [17:0] percent_src;
   logic signed [28:0] percent;
   always_comb begin
-    case (rd_addr_i[3:0])
-      4'd8:    percent_src = snap_p_q;
-      4'd9:    percent_src = snap_i_q;
-      4'd10:   percent_src = snap_d_q;
-      4'd1:    percent_src = {1'b0, tune_hold_i};
-      default: percent_src = {1'b0, snap_duty_q};
+    unique case (rd_addr_i[5:0])
+      tc_pkg::InTermP:  percent_src = snap_p_q;
+      tc_pkg::InTermI:  percent_src = snap_i_q;
+      tc_pkg::InTermD:  percent_src = snap_d_q;
+      tc_pkg::InAtDuty: percent_src = {1'b0, tune_hold_i};
+      default:          percent_src = {1'b0, snap_duty_q};   // InDuty
     endcase
   end
   assign percent = (29'(percent_src) * 29'sd625 + 29'sd2048) >>> 12;
@@ -365,7 +367,7 @@ module tc_paramc (
   always_comb begin
     rd_data_o = mem_rd_data_i;
     if (!rd_addr_i[8]) begin
-      case (rd_addr_i[5:0])
+      unique case (rd_addr_i[5:0])
         tc_pkg::InStatus:       rd_data_o = status;
         tc_pkg::InPv:           rd_data_o = snap_valid_q ? tenths[15:0] : tc_pkg::PvNone;
         tc_pkg::InSpWork:       rd_data_o = tenths[15:0];
@@ -442,13 +444,13 @@ module tc_paramc (
     if (!rst_ni) hand <= 4'd0;
     else if (extract_i && !discarding_i) hand <= word_q;
   end
-  `TC_ASSERT_IF(P15_Judging_A, decode_i && checking_q, {12'd0, word_q} < words && words <= 16'd16 &&
-      commanded == 6'(word_q) + 6'd1)
+  `TC_ASSERT_IF(P15_Judging_A, decode_i && checking_q,
+                {12'd0, word_q} < words && words <= 16'd16 && commanded == 6'(word_q) + 6'd1)
   `TC_ASSERT_IF(P15_Judged_A, decode_i && decoded_q,
                 commanded <= 6'd17 && (!writes_q || (word_q == 4'd0 && words != 16'd0 && words <= 16'd16)))
   `TC_ASSERT_IF(P15_Begins_A, decode_i && !checking_q && !decoded_q, commanded == 6'd0)
-  `TC_ASSERT_IF(P15_Extracting_A, extract_i, {12'd0, word_q} < words && words <= 16'd16 &&
-      commanded <= 6'd18 + {1'b0, word_q, 1'b0})
+  `TC_ASSERT_IF(P15_Extracting_A, extract_i,
+                {12'd0, word_q} < words && words <= 16'd16 && commanded <= 6'd18 + {1'b0, word_q, 1'b0})
   `TC_ASSERT_IF(P15_Writing_A, write_i, {12'd0, hand} < words && words <= 16'd16 && word_q == hand + 4'd1 &&
                 last_q == ({12'd0, hand} + 16'd1 == words) && commanded <= 6'd19 + {1'b0, hand, 1'b0})
 `endif

@@ -3,15 +3,14 @@
 //
 // Contract
 // - A period has period_i counts of prescale_i + 1 clocks. Duty, period and prescaler in force change only where a
-// period
-//   starts, all three together; a period whose product duty x period is not ready yet (17 clocks) repeats the old set.
+//   period starts, all three together; a period whose product duty x period is not ready yet (17 clocks) repeats the
+//   old set.
 // - Within a period pwm_o is high for its first `high` counts: at most one pulse, none when high = 0, no gap when
 //   high = period. Pulses and gaps shorter than min_on_i counts (at most half a period) do not occur.
 // - dither_i carries what rounding and min_on_i took away to the next period, so that the mean over periods is exact.
 //   Duty 0 is strictly low. A new period length starts with nothing carried.
 // - enable_i low: pwm_o is low at the next clock and the duty is forgotten. enable_i high: a period starts at once, or
-// as
-//   soon as the product is ready, with the duty loaded since.
+//   as soon as the product is ready, with the duty loaded since.
 
 `include "tc_assert.svh"
 
@@ -36,16 +35,17 @@ module tc_pwmc (
   logic [16:0] duty_q;            // duty for the next period
   logic [4:0]  mul_left_q;        // steps of duty_q x mul_period_q still to do
   logic [31:0] mul_acc_q;         // their product when mul_left_q is 0, 16 fraction bits
-  logic [15:0] mul_period_q;
-  logic        running_q;
+  logic [15:0] mul_period_q;      // period_legal that the product is made with
+  logic        running_q;         // periods follow each other
   logic [15:0] prescale_q, period_q;   // in force
   logic [31:0] product_q;         // duty x period in force, 16 fraction bits
   logic [15:0] high_q;            // high counts of this period
   logic [15:0] pre_q, count_q;    // clock in the count, count in the period
   logic signed [31:0] acc_q;      // carried to the next period, counts with 16 fraction bits
-  logic        pwm_q, period_start_q;
+  logic        pwm_q, period_start_q;  // outputs of the same name
 
-  // ---- product, one duty bit a clock, least significant first: add above, shift down; the last bit has the weight 1
+  // ---- Product: one duty bit a clock, least significant first; add above, shift down; the last bit has the weight 1 -
+
   logic        period_short;
   logic [15:0] period_legal;      // 2 at least
   logic        mul_stale, mul_fresh;
@@ -81,7 +81,8 @@ module tc_pwmc (
     end
   end
 
-  // ---- where the next period would start: its length, its high counts, what it carries on
+  // ---- Where the next period would start: its length, its high counts, what it carries on ---------------------------
+
   logic        count_end, period_end, start;
   logic [16:0] count_next;
   logic [15:0] period_next, min_on, high_next;
@@ -123,7 +124,8 @@ module tc_pwmc (
     else rest = {16'd0, sum[15:0]};
   end
 
-  // ---- the period
+  // ---- The period ---------------------------------------------------------------------------------------------------
+
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       running_q <= 1'b0;
@@ -225,21 +227,21 @@ module tc_pwmc (
   `TC_ASSERT_IF(P07_WithinDuty_A, known && running_q && high_q != 16'd0,
                 given <= due || (dithered && given - due < $signed({2'b00, min_on_used, 16'd0})))
   `TC_ASSERT(P07_CarryIsBounded_A, acc_q < $signed({1'b0, period_q[15:1], 16'd0}) &&
-      acc_q > -$signed({1'b0, period_q[15:1], 16'd0}))
+                                   acc_q > -$signed({1'b0, period_q[15:1], 16'd0}))
   // P7: what is left over is the exact difference, or nothing.
   `TC_ASSERT_IF(P07_CarryIsExact_A, known && running_q && acc_q != 32'sd0, 34'(acc_q) == due - given && dithered)
   // P7: the product in force comes from the long-hand one; no duty above 1 enters it.
-  `TC_ASSERT_IF(P07_ProductIsExact_A, known && mul_left_q == 5'd0, mul_acc_q == product_ref[31:0] &&
-      duty_q <= 17'h10000)
+  `TC_ASSERT_IF(P07_ProductIsExact_A, known && mul_left_q == 5'd0,
+                mul_acc_q == product_ref[31:0] && duty_q <= 17'h10000)
   // P8: the output is low before a period ends, unless duty x period with what was owed fills the period (100 %) or,
   // with DITHER, leaves a gap shorter than PWM_MIN_ON. So otherwise it is never high for as long as a period.
   `TC_ASSERT_IF(P08_LowBeforeEnd_A, known && running_q && count_q + 16'd1 == period_q && pwm_q,
-                high_q == period_q && (due >= given ||
-                    (dithered && given - due < $signed({2'b00, min_on_used, 16'd0}))))
+                high_q == period_q &&
+                (due >= given || (dithered && given - due < $signed({2'b00, min_on_used, 16'd0}))))
 `ifdef FORMAL
   // While the product is in work it stands as many bits higher as are still to do.
-  `TC_ASSERT_IF(P07_ProductInWork_A, mul_left_q != 5'd0, {17'd0, mul_acc_q} == {16'd0,
-      product_ref} << (mul_left_q - 5'd1) &&
+  `TC_ASSERT_IF(P07_ProductInWork_A, mul_left_q != 5'd0,
+                {17'd0, mul_acc_q} == {16'd0, product_ref} << (mul_left_q - 5'd1) &&
                 addend == {17'd0, mul_period_q} << (5'd17 - mul_left_q) && product_ref < addend)
 `endif
 `endif
@@ -280,8 +282,8 @@ module tc_pwmc (
   // A product never exceeds the period, is zero with a zero duty, and none runs that was loaded before the output was
   // disabled.
   assign product_sound = product_q <= {period_q, 16'd0} && (duty_q != 17'd0 || mul_acc_q == 32'd0) &&
-      (duty_q[16] ? mul_acc_q == (mul_left_q != 5'd0 ? 32'd0 : {mul_period_q,
-          16'd0}) : mul_acc_q[31:16] < mul_period_q) &&
+      (duty_q[16] ? mul_acc_q == (mul_left_q != 5'd0 ? 32'd0 : {mul_period_q, 16'd0})
+                  : mul_acc_q[31:16] < mul_period_q) &&
       (loaded_q || (duty_q == 17'd0 && (!running_q || product_q == 32'd0)));
 
   always_comb begin

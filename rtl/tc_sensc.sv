@@ -4,16 +4,14 @@
 //
 // Contract
 // - start_i while idle begins a read; done_o pulses once at its end and pv_o, raw_o, ok_o, dev_fault_o, frame_bad_o
-// hold
-// till the next done_o. A start while busy_o is ignored. The description must be stable while busy_o (it is: parameters
-//   change at control ticks); frame length, SPI mode and chip select stay sound even if it is not.
+//   hold till the next done_o. A start while busy_o is ignored. The description must be stable while busy_o (it is:
+//   parameters change at control ticks); frame length, SPI mode and chip select stay sound even if it is not.
 // - Half a period of SCLK is spi_div_i + 1 clocks, 3 at least. Chip select falls half a period before the first edge,
-// rises half
-//   a period after the last, and is high for 4 half periods before every frame; SCLK changes its idle level only there.
+//   rises half a period after the last, and is high for 4 half periods before every frame; SCLK changes its idle level
+//   only there.
 // - miso_i is the pin two clocks ago: it is taken in the last clock of the half period after the sampling edge.
 // - The set-up word goes out as a 16-bit frame of its own before the read: the first one after reset, after reconfig_i,
-// and
-//   after any bad frame.
+//   and after any bad frame.
 // - pv = sat((floor(field x scale / 256) + offset + trim)): rounding is toward minus infinity.
 
 `include "tc_assert.svh"
@@ -44,28 +42,31 @@ module tc_sensc (
 );
 
   // Distance 2: any other code is an upset and falls to Idle.
-  localparam logic [3:0] StIdle = 4'b0000;
-  localparam logic [3:0] StGap = 4'b0011;     // chip select high before a frame
-  localparam logic [3:0] StLead = 4'b0101;    // chip select low, before the first edge
-  localparam logic [3:0] StShift = 4'b0110;   // between the edges and after the last
-  localparam logic [3:0] StJudge = 4'b1001;   // frame complete
+  typedef enum logic [3:0] {
+    StIdle  = 4'b0000,
+    StGap   = 4'b0011,   // chip select high before a frame
+    StLead  = 4'b0101,   // chip select low, before the first edge
+    StShift = 4'b0110,   // between the edges and after the last
+    StJudge = 4'b1001    // frame complete
+  } state_e;
 
   // chip-select high time of the slowest part in the presets, MAX31855 at 5 MHz
   localparam logic [6:0] GapHalves = 7'd4;
   localparam logic [6:0] SetupEdges = 7'd32;  // 16-bit set-up word
 
-  logic [3:0]  state_q;
+  state_e      state_q;
   logic [1:0]  mode_q;            // SPI mode {CPOL, CPHA} of the frame
   logic        setup_q;           // the frame is the set-up word
   logic        setup_due_q;       // the next read sends it first
   logic [7:0]  half_q;            // clock in the half period
   logic [6:0]  left_q;            // half periods (Gap) or edges (Lead, Shift) left
-  logic        sclk_q, cs_nq;
+  logic        sclk_q, cs_nq;     // the pins
   logic [16:0] tx_q;              // bit 16 is on the MOSI pin
-  logic [31:0] rx_q;
+  logic [31:0] rx_q;              // bits received, the last one lowest
   logic        zero_seen_q;       // the frame held a 0
   logic        all_zero_q;        // the last frame was all zeros
   logic signed [32:0] acc_q;      // field x scale, 1/16384 degC
+  // The result, until the next one.
   logic [15:0] pv_q;
   logic [31:0] raw_q;
   logic        done_q, dev_fault_q, frame_bad_q;
@@ -153,7 +154,7 @@ module tc_sensc (
         if (left_next[0] == mode_q[0]) tx_q <= {tx_q[15:0], 1'b0};
       end
 
-      case (state_q)
+      unique case (state_q)
         StIdle: begin
           half_q <= 8'd0;
           mode_q <= sens.frame[7:6];
@@ -263,7 +264,7 @@ module tc_sensc (
   logic [14:0] clocks_left, clocks_left_q;
   logic        busy_past_q, sclk_past_q;
   always_comb begin
-    case (state_q)
+    unique case (state_q)
       StGap: halves_left = {1'b0, left_q} + (setup_q ? 8'd102 : 8'd65);
       StLead, StShift: halves_left = {1'b0, left_q} + (setup_q ? 8'd70 : 8'd1);
       default: halves_left = 8'd0;

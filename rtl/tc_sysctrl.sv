@@ -52,13 +52,16 @@ module tc_sysctrl #(
   localparam logic [13:0] MsLast = 14'(MsClocks - 1);
   localparam logic [13:0] TestMsLast = MsClocks > tc_pkg::TestSpeedup ? 14'(MsClocks / tc_pkg::TestSpeedup - 1) : 14'd0;
 
-  logic [4:0]  state_q, state_d;
+  tc_pkg::state_e state_q, state_d;
   logic [2:0]  served_q;               // parts of the tick's work done: sample, display, duty
-  logic [13:0] ms_cnt_q;
-  logic [6:0]  tenth_cnt_q;
-  logic [10:0] ts_cnt_q;
-  logic [15:0] tlm_cnt_q;
-  logic        ms_q, tenth_q, tick_pend_q, overrun_q, tlm_due_q;
+  logic [13:0] ms_cnt_q;               // clocks of this millisecond
+  logic [6:0]  tenth_cnt_q;            // milliseconds of this tenth of a second
+  logic [10:0] ts_cnt_q;               // milliseconds of this control period
+  logic [15:0] tlm_cnt_q;              // tenths of a second since telemetry was due
+  logic        tick_pend_q;            // a control tick waits for CmdReady or CfgPwm
+  logic        tlm_due_q;              // telemetry waits for the next TempDisplay
+  // Outputs of the same name.
+  logic        ms_q, tenth_q, overrun_q;
   logic        cmd_done_q, commit_q, tick_q, sens_start_q, tlm_start_q, algor_start_q, pwm_load_q;
 
   assign state_o       = state_q;
@@ -84,7 +87,7 @@ module tc_sysctrl #(
 
   always_comb begin
     state_d = tc_pkg::StIdle;
-    case (state_q)
+    unique case (state_q)
       tc_pkg::StIdle:        state_d = new_cmd ? tc_pkg::StCmdDecode : tc_pkg::StIdle;
       tc_pkg::StCmdDecode:   state_d = !decoded_i ? tc_pkg::StCmdDecode
                                      : writes_i ? tc_pkg::StExtrParam : tc_pkg::StCmdReady;

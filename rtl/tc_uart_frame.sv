@@ -47,23 +47,24 @@ module tc_uart_frame (
   localparam logic [3:0] WordMask   = 4'(tc_pkg::WriteWords - 16'd1);
 
   // Frame being received.
-  logic [8:0]  count_q;
-  logic [15:0] crc_q;
+  logic [8:0]  count_q;        // bytes so far
+  logic [15:0] crc_q;          // over them; 0 with a right CRC behind them
   logic        bad_q;          // a character error
   logic        skip_q;         // a byte came while a command or an answer was in hand
   logic        match_q;        // own address or broadcast
   logic        stop_like_q;    // all bytes so far are those of a STOP to us
   // Command: header and data words, written as they come in.
   logic        broadcast_q;
-  logic [7:0]  fc_q;
-  logic [15:0] a_q;
-  logic [15:0] b_q;
-  logic [7:0]  bytes_q;
-  logic [8:0]  len_q;
+  logic [7:0]  fc_q;           // function code
+  logic [15:0] a_q;            // bytes 2 and 3: the first register's address
+  logic [15:0] b_q;            // bytes 4 and 5: count or value
+  logic [7:0]  bytes_q;        // byte 6: of FC 16 how many bytes of data follow
+  logic [8:0]  len_q;          // bytes of the whole frame
   (* mem2reg *) logic [15:0] words_q [16];
-  logic        cmd_valid_q;
+  logic        cmd_valid_q;    // all of these hold a command that waits or is carried out
   logic        stop_q;
   logic        good_q;
+  // Counters, modulo 65536.
   logic [15:0] crc_errors_q;
   logic [15:0] char_errors_q;
   logic [15:0] messages_q;
@@ -87,7 +88,7 @@ module tc_uart_frame (
   logic stop_byte, match;
   assign match = data_i == address_i || data_i == tc_pkg::BroadcastAddress;
   always_comb begin
-    case (count_q)
+    unique case (count_q)
       9'd0:    stop_byte = match;
       9'd1:    stop_byte = data_i == tc_pkg::FcWriteSingle;
       9'd2:    stop_byte = data_i == tc_pkg::HoldingBase[15:8];
@@ -141,7 +142,7 @@ module tc_uart_frame (
         stop_like_q <= stop_byte && (count_q == 9'd0 || stop_like_q);
         if (!skip) begin
           if (error_i || count_q == MostBytes) char_errors_q <= char_errors_q + 16'd1;
-          case (count_q)
+          unique case (count_q)
             9'd0: broadcast_q <= data_i == tc_pkg::BroadcastAddress;
             9'd1: fc_q        <= data_i;
             9'd2: a_q[15:8]   <= data_i;

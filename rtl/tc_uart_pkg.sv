@@ -18,7 +18,7 @@ package tc_uart_pkg;
 
   // The bit after the data: parity, or the mark of a stop bit.
   function automatic logic ninth_bit(input logic [1:0] format, input logic [7:0] data);
-    case (format)
+    unique case (format)
       tc_pkg::Format8E1: ninth_bit = ^data;
       tc_pkg::Format8O1: ninth_bit = ~^data;
       default:           ninth_bit = 1'b1;

@@ -8,15 +8,13 @@
 // must first go high again.
 //
 // Silence is counted from the end of the last character and stays until the next start bit. Modbus leaves open what
-// lies between
-// 1.5 characters, which a host may pause inside a frame, and 3.5 characters, which it keeps between frames.
-// give_up_o: 27 bits (23.5 where a character has 10), nearly 2.5 characters: what is still incomplete won't be
-// completed. A host
-// that keeps its 3.5 characters is heard again although it is 3.5 % fast and although the receiver, having lost the
-// place of the
-// start bits, takes the last character to end up to 10 bits late. With pause_i also 1.75 ms since the middle of the
-// first stop bit. gap_o: 3.5 characters less 2.5 bits, so that frames of a host that is 6 % fast are told apart.
-// idle_o: nothing moves. baud_i, format_i and pause_i change only while idle_o.
+// lies between 1.5 characters, which a host may pause inside a frame, and 3.5, which it keeps between frames.
+// - give_up_o: 27 bits (23.5 where a character has 10), nearly 2.5 characters: what is still incomplete won't be
+//   completed. A host that keeps its 3.5 characters is heard again although it is 3.5 % fast and although the receiver,
+//   having lost the place of the start bits, takes the last character to end up to 10 bits late. With pause_i also
+//   1.75 ms since the middle of the first stop bit.
+// - gap_o: 3.5 characters less 2.5 bits, so that frames of a host that is 6 % fast are told apart.
+// - idle_o: nothing moves. baud_i, format_i and pause_i change only while idle_o.
 `include "tc_assert.svh"
 
 module tc_uart_rx (
@@ -35,12 +33,14 @@ module tc_uart_rx (
 );
 
   // Any two codes differ in two bits; an illegal code falls back to idle.
-  localparam logic [3:0] RxIdle   = 4'b0000;
-  localparam logic [3:0] RxStart  = 4'b0011;
-  localparam logic [3:0] RxData   = 4'b0101;
-  localparam logic [3:0] RxParity = 4'b0110;
-  localparam logic [3:0] RxStop   = 4'b1001;
-  localparam logic [3:0] RxBreak  = 4'b1010;
+  typedef enum logic [3:0] {
+    RxIdle   = 4'b0000,   // the line is high
+    RxStart  = 4'b0011,
+    RxData   = 4'b0101,
+    RxParity = 4'b0110,
+    RxStop   = 4'b1001,   // the first stop bit
+    RxBreak  = 4'b1010    // it was low: waits for a high line
+  } rx_state_e;
 
   // tick_q counts the ticks gone by in this bit: the n-th tick comes while tick_q is n - 1.
   localparam logic [3:0] FirstSample  = 4'd6;
@@ -54,15 +54,15 @@ module tc_uart_rx (
   localparam logic [9:0] SecondStop   = 10'd16;
   localparam logic [14:0] QuietClocks = 15'(tc_pkg::ClkHz / 4000 * 7);  // 1.75 ms: 4000 Hz is 0.25 ms
 
-  logic [3:0]  state_q;
-  logic [12:0] acc_q;
+  rx_state_e   state_q;
+  logic [12:0] acc_q;       // accumulator of the baud rate (tc_uart_pkg)
   logic [3:0]  tick_q;
-  logic [2:0]  bit_q;
+  logic [2:0]  bit_q;       // data bits taken
   logic [1:0]  high_q;      // samples of this bit that were high
-  logic [7:0]  shift_q;
+  logic [7:0]  shift_q;     // the character; its last bit comes in at the top
   logic        parity_bad_q;
-  logic        valid_q;
-  logic        error_q;
+  logic        valid_q;     // a character was judged in the clock before
+  logic        error_q;     // its parity or its stop bit was wrong
   logic [9:0]  gap_q;       // ticks of silence still missing
   logic [14:0] quiet_q;     // with pause_i: clocks of silence still missing
 
@@ -110,7 +110,7 @@ module tc_uart_rx (
         end
       end
 
-      case (state_q)
+      unique case (state_q)
         RxIdle: begin
           if (!rx_i) begin
             state_q <= RxStart;

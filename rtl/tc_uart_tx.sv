@@ -22,22 +22,24 @@ module tc_uart_tx (
 );
 
   // What follows the character being sent.
-  localparam logic [1:0] NextData    = 2'd0;
-  localparam logic [1:0] NextCrcLow  = 2'd1;
-  localparam logic [1:0] NextCrcHigh = 2'd2;
-  localparam logic [1:0] NextEnd     = 2'd3;
+  typedef enum logic [1:0] {
+    NextData    = 2'd0,
+    NextCrcLow  = 2'd1,
+    NextCrcHigh = 2'd2,
+    NextEnd     = 2'd3
+  } next_e;
 
   localparam logic [10:0] Mark = 11'h7FF;
   localparam logic [3:0]  LeadBits = 4'd3;
 
-  logic        busy_q;
-  logic [12:0] acc_q;
-  logic [3:0]  tick_q;
+  logic        busy_q;    // a frame is being sent, its lead included
+  logic [12:0] acc_q;     // accumulator of the baud rate (tc_uart_pkg)
+  logic [3:0]  tick_q;    // sixteenths of the bit gone by
   logic [3:0]  bits_q;    // bits of this character after the one on the line
   logic [10:0] shift_q;   // bit 0 is on the line
-  logic [1:0]  next_q;
-  logic [15:0] crc_q;
-  logic        take_q;
+  next_e       next_q;
+  logic [15:0] crc_q;     // of the bytes taken so far
+  logic        take_q;    // data_i was taken in the clock before
 
   assign tx_o   = shift_q[0];
   assign busy_o = busy_q;
@@ -51,7 +53,7 @@ module tc_uart_tx (
 
   logic [7:0] byte_now;
   always_comb begin
-    case (next_q)
+    unique case (next_q)
       NextCrcLow:  byte_now = crc_q[7:0];
       NextCrcHigh: byte_now = crc_q[15:8];
       default:     byte_now = data_i;
@@ -85,7 +87,7 @@ module tc_uart_tx (
         if (char_end) begin
           bits_q  <= tc_uart_pkg::char_bits(format_i) - 4'd1;
           shift_q <= {1'b1, tc_uart_pkg::ninth_bit(format_i, byte_now), byte_now, 1'b0};
-          case (next_q)
+          unique case (next_q)
             NextData: begin
               take_q <= 1'b1;
               crc_q  <= tc_math_pkg::crc16_byte(crc_q, data_i);
@@ -93,7 +95,7 @@ module tc_uart_tx (
             end
             NextCrcLow:  next_q <= NextCrcHigh;
             NextCrcHigh: next_q <= NextEnd;
-            default: begin
+            default: begin   // NextEnd
               busy_q  <= 1'b0;
               shift_q <= Mark;
             end
@@ -132,8 +134,7 @@ module tc_uart_tx (
     end
   end
   // P14: the first start bit comes three bits after the frame began, so with the gap before (P14_GapIsSilence_A in
-  // tc_uart_rx)
-  // 3.5 characters and nearly half a bit after the last stop bit.
+  // tc_uart_rx) 3.5 characters and nearly half a bit after the last stop bit.
   `TC_ASSERT_IF(P14_LeadIsThreeBits_A, !tx_o, missing == 19'd0)
 `ifdef FORMAL
   // What leads there.

@@ -67,30 +67,32 @@ module tc_uartc (
   localparam logic [7:0] TelemetryBytes = {1'b0, tc_pkg::TelemetryWords, 1'b0};
   localparam logic [5:0] TelemetryLast  = FirstData[5:0] + TelemetryBytes[5:0] - 6'd1;
 
+  // What the lines go by; taken over from the parameters while nothing moves.
   logic [12:0] baud_q;
   logic [1:0]  format_q;
   logic        pause_q;
   logic [7:0]  address_q;
 
-  logic        rsp_active_q;    // bytes of the answer are still to be handed to the transmitter
-  logic [2:0]  rsp_kind_q;
+  // The answer.
+  logic        rsp_active_q;    // bytes of it are still to be handed to the transmitter
+  logic [2:0]  rsp_kind_q;      // tc_pkg::Rsp*
   logic [7:0]  rsp_exc_q;
   logic [7:0]  rsp_place_q;     // byte that comes next; counts from ObjectId again for each object
   logic [1:0]  rsp_object_q;
   logic        rsp_have_q;      // rsp_word_q holds the register that comes next
   logic [15:0] rsp_word_q;
 
+  // The telemetry frame, likewise.
   logic        tlm_active_q;
   logic [5:0]  tlm_place_q;
   logic        tlm_have_q;
   logic [15:0] tlm_word_q;
 
-  logic [15:0] rd_addr_q;
+  logic [15:0] rd_addr_q;       // register being read
   logic        rd_rsp_q;        // rd_addr_q stands for the answer
   logic        rd_tlm_q;        // ... for telemetry
 
-  // -- Receiver and framing
-  // ---------------------------------------------------------------------------------------------------------
+  // ---- Receiver and framing -----------------------------------------------------------------------------------------
 
   logic       rx_valid, rx_error, rx_gap, rx_give_up, rx_idle, frame_open;
   logic [7:0] rx_data;
@@ -126,8 +128,7 @@ module tc_uartc (
     .crc_errors_o, .char_errors_o, .messages_o
   );
 
-  // -- Configuration
-  // ----------------------------------------------------------------------------------------------------------------
+  // ---- Configuration ------------------------------------------------------------------------------------------------
 
   logic idle;
   assign idle = rx_idle && !frame_open && !cmd_valid_o && !rsp_busy_o && !tlm_busy_o;
@@ -146,8 +147,7 @@ module tc_uartc (
     end
   end
 
-  // -- Answer ---------------------------------------------------------------------------------------------------------
-  // --------------
+  // ---- Answer -------------------------------------------------------------------------------------------------------
 
   logic       rsp_ident, rsp_reading, rsp_ready, rsp_last, rsp_object_end, rsp_take, rsp_sending;
   logic [7:0] rsp_byte;
@@ -161,30 +161,30 @@ module tc_uartc (
   assign rsp_object_end = rsp_ident && rsp_place_q == object_end;
 
   always_comb begin
-    case (rsp_kind_q)
+    unique case (rsp_kind_q)
       tc_pkg::RspException: rsp_last = rsp_place_q == 8'd2;
       tc_pkg::RspRead:      rsp_last = rsp_place_q == FirstData - 8'd1 + read_bytes;
       tc_pkg::RspEcho:      rsp_last = rsp_place_q == 8'd5;
       tc_pkg::RspServerId:  rsp_last = rsp_place_q == ServerText - 8'd1 + tc_pkg::IdentServerLength;
       tc_pkg::RspIdStream:  rsp_last = rsp_object_end && rsp_object_q == LastObject;
-      default:                   rsp_last = rsp_object_end;
+      default:              rsp_last = rsp_object_end;
     endcase
   end
 
   always_comb begin
     rsp_byte = 8'd0;
     if (rsp_place_q == 8'd0) rsp_byte = address_q;
-    else if (rsp_place_q == 8'd1) rsp_byte = rsp_kind_q == tc_pkg::RspException ? cmd_fc_o | tc_pkg::ExceptionFlag :
-        cmd_fc_o;
-    else begin
-      case (rsp_kind_q)
+    else if (rsp_place_q == 8'd1) begin
+      rsp_byte = rsp_kind_q == tc_pkg::RspException ? cmd_fc_o | tc_pkg::ExceptionFlag : cmd_fc_o;
+    end else begin
+      unique case (rsp_kind_q)
         tc_pkg::RspException: rsp_byte = rsp_exc_q;
         tc_pkg::RspRead: begin
           if (!rsp_reading) rsp_byte = read_bytes;
           else rsp_byte = rsp_place_q[0] ? rsp_word_q[15:8] : rsp_word_q[7:0];
         end
         tc_pkg::RspEcho: begin
-          case (rsp_place_q[1:0])
+          unique case (rsp_place_q[1:0])
             2'd2:    rsp_byte = cmd_a_o[15:8];
             2'd3:    rsp_byte = cmd_a_o[7:0];
             2'd0:    rsp_byte = cmd_b_o[15:8];
@@ -192,7 +192,7 @@ module tc_uartc (
           endcase
         end
         tc_pkg::RspServerId: begin
-          case (rsp_place_q)
+          unique case (rsp_place_q)
             8'd2:    rsp_byte = tc_pkg::IdentServerLength + 8'd2;
             8'd3:    rsp_byte = tc_pkg::DeviceId[15:8];
             8'd4:    rsp_byte = rsp_exc_q;
@@ -200,7 +200,7 @@ module tc_uartc (
           endcase
         end
         default: begin
-          case (rsp_place_q)
+          unique case (rsp_place_q)
             8'd2:    rsp_byte = cmd_a_o[15:8];  // MEI type
             8'd3:    rsp_byte = cmd_a_o[7:0];   // code of the request
             8'd4:    rsp_byte = Conformity;
@@ -267,8 +267,7 @@ module tc_uartc (
   assign de_o       = rsp_sending;
   assign rsp_busy_o = rsp_active_q || rsp_sending;
 
-  // -- Telemetry ------------------------------------------------------------------------------------------------------
-  // --------------
+  // ---- Telemetry ----------------------------------------------------------------------------------------------------
 
   logic       tlm_reading, tlm_ready, tlm_last, tlm_take, tlm_sending;
   logic [7:0] tlm_byte;
@@ -277,7 +276,7 @@ module tc_uartc (
   assign tlm_last    = tlm_place_q == TelemetryLast;
 
   always_comb begin
-    case (tlm_place_q)
+    unique case (tlm_place_q)
       6'd0:    tlm_byte = address_q;
       6'd1:    tlm_byte = tc_pkg::FcReadInput;
       6'd2:    tlm_byte = TelemetryBytes;
@@ -318,8 +317,7 @@ module tc_uartc (
   );
   assign tlm_busy_o = tlm_active_q || tlm_sending;
 
-  // -- Register read port
-  // -----------------------------------------------------------------------------------------------------------
+  // ---- Register read port -------------------------------------------------------------------------------------------
 
   logic rsp_wants, tlm_wants;
   assign rsp_wants = rsp_active_q && rsp_reading && !rsp_have_q && !rd_rsp_q;
@@ -375,12 +373,12 @@ module tc_uartc (
   // No answer runs past its last byte.
   logic [7:0] final_place;
   always_comb begin
-    case (rsp_kind_q)
+    unique case (rsp_kind_q)
       tc_pkg::RspException: final_place = 8'd2;
       tc_pkg::RspRead:      final_place = FirstData - 8'd1 + read_bytes;
       tc_pkg::RspEcho:      final_place = 8'd5;
       tc_pkg::RspServerId:  final_place = ServerText - 8'd1 + tc_pkg::IdentServerLength;
-      default:                   final_place = object_end;
+      default:              final_place = object_end;
     endcase
   end
   `TC_ASSERT_IF(UartcAnswerEnds_A, rsp_active_q, rsp_place_q <= final_place)
