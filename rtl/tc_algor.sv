@@ -53,7 +53,15 @@ module tc_algor (
   output logic signed [17:0] term_d_o
 );
 
-  // Unit conversions, UQ4.12: 0.1 degC -> 1/64 degC and 0.01 % -> 2^-16.
+  // Bits of a product or a sum below the LSB of what it becomes: 1/64 degC of a temperature, 2^-16 of a duty.
+  localparam int unsigned ConvertFraction = 12;  // conversions, and KFF times a temperature: UQ4.12
+  localparam int unsigned ShareFraction   = 6;   // HOLD_MULT, UQ8.8, or PRESET, UQ0.8, times a duty as UQ1.14
+  localparam int unsigned DropFraction    = 4;   // FF_DROP, 2^-20, times droplets
+  localparam int unsigned PFraction       = 6;   // KP, UQ10.6, times the error
+  localparam int unsigned PdFraction      = 7;   // KD, UQ13.3, times what d moved by, 1/1024 degC; pd_q
+  localparam int unsigned IFraction       = 14;  // KI, UQ2.14, times the error; i_q and u_sum
+
+  // Unit conversions: 0.1 degC -> 1/64 degC and 0.01 % -> 2^-16.
   localparam logic [15:0] TenthsToTemp  = 16'd26214;
   localparam logic [15:0] PercentToDuty = 16'd26844;
   // A ramp of r x 0.01 degC/s moves 1/64 degC each 3125 / (2 r) ms.
@@ -61,22 +69,36 @@ module tc_algor (
 
 `include "tc_algor_steps.svh"
 
-  logic [4:0]         step_q;
-  logic               done_q, fresh_q, i_held_q, full_q, off_q;
-  logic signed [15:0] target_q, sp_work_q, amb_q, e_q;
-  logic signed [15:0] delta_q;          // rise above ambient, then what the filtered d moved by
-  logic [12:0]        ramp_q;
-  logic [16:0]        duty_max_q, slew_q, ext_q, ff_q, duty_q;
-  logic [17:0]        hold_q;
-  logic signed [17:0] term_p_q, term_d_q;  // Q1.16, saturated
+  step_e              step_q;
+  logic               done_q;           // a result is there
+  logic               fresh_q;          // the loop has no past: d has not moved
+  // Register values in the loop's units, converted anew in each computation.
+  logic signed [15:0] target_q;         // SETPOINT, Q9.6
+  logic signed [15:0] amb_q;            // T_AMB, Q9.6
+  logic [16:0]        duty_max_q;       // DUTY_MAX, UQ1.16
+  logic [16:0]        slew_q;           // SLEW, UQ1.16; 0: no limit
+  logic [16:0]        ext_q;            // MANUAL_DUTY, or FF_EXT and the droplets' share; UQ1.16
+  logic [16:0]        ff_q;             // KFF times the rise above ambient, then PRESET of it; UQ1.16
+  logic [17:0]        hold_q;           // largest plausible hold duty, UQ2.16
+  // The working set-point.
+  logic signed [15:0] sp_work_q;        // Q9.6
+  logic [12:0]        ramp_q;           // how far its next step has come, below RampModulus
+  // The law.
+  logic signed [15:0] e_q;              // error, Q9.6
+  logic signed [15:0] delta_q;          // rise above ambient, Q9.6; then what the filtered d moved by, 1/1024 degC
   logic signed [21:0] filt_q;           // low-pass state, 1/1024 degC
-  // from step to step: a product; the integral to come, UQ17.14; the output, UQ1.16
+  // From step to step: a product; the integral to come, UQ17.14; the output, UQ1.16.
   logic signed [31:0] work_q;
-  logic signed [33:0] pd_q;             // P + D + external feed-forward, 2^-7 duty LSB
-  logic [31:0]        i_q;              // UQ17.14 duty LSB
-  logic [1:0]         segment_q;
+  logic signed [33:0] pd_q;             // P + D + external feed-forward, PdFraction
+  logic [31:0]        i_q;              // the integral, UQ17.14 duty LSB
+  logic               i_held_q;         // it did not move in the last computation
+  logic               full_q, off_q;    // segment of this computation: full power, none
+  logic [1:0]         segment_q;        // of the last one, tc_pkg::Seg*
+  logic signed [17:0] term_p_q, term_d_q;  // P and D for the host, Q1.16, saturated
+  logic [16:0]        duty_q;           // UQ1.16
+  // Droplets.
   logic               drop_q;           // drop_i one clock ago
-  logic [7:0]         drops_q;          // droplets since the last computation
+  logic [7:0]         drops_q;          // since the last computation; stops at its top
 
   logic seg_model, d_on_pv, ff_en, err_integer, i_zero, manual;
   assign seg_model   = params_i.ctrl[tc_pkg::CtrlSegModel];
@@ -94,7 +116,7 @@ module tc_algor (
   always_comb begin
     gain = ki;
     term = e_q;
-    case (step_q)
+    unique case (step_q)
       StepAmbient:      begin gain = TenthsToTemp;       term = params_i.t_amb; end
       StepSetpoint:     begin gain = TenthsToTemp;       term = params_i.setpoint; end
       StepDutyMax:      begin gain = PercentToDuty;      term = params_i.duty_max; end
@@ -114,20 +136,36 @@ module tc_algor (
   logic signed [32:0] product;
   assign product = $signed({1'b0, gain}) * term;
 
-  // The product in the units of a flop. A conversion is UQ4.12 scaled and rounded, the feed-forward is not rounded. Its
-  // shares went in divided by four: HOLD_MULT is UQ8.8, PRESET UQ0.8; above 100 % there is nothing left to tell apart.
-  // The droplets' share is added to the external feed-forward.
-  logic               shares, rounded;
-  logic signed [28:0] shifted;
-  logic signed [29:0] scaled;            // and half of its last bit, which rounds
-  logic signed [15:0] scaled_temp;
-  logic [16:0]        scaled_duty;
-  assign shares  = step_q == StepPreset || step_q == StepExternal;
-  assign rounded = !shares && step_q != StepHoldAdd && step_q != StepSlew;
-  assign shifted = step_q == StepSlew ? 29'(work_q >>> 4) : shares ? 29'(work_q >>> 6) : 29'(work_q >>> 12);
-  assign scaled  = {shifted, 1'b1} + {12'd0, step_q == StepSlew ? ext_q : 17'd0, rounded && work_q[11]};
-  assign scaled_temp = tc_math_pkg::sat_s16(40'(scaled) >>> 1);
-  assign scaled_duty = tc_math_pkg::sat_duty(40'(scaled) >>> 1);
+  // ---- Scaling: the product of the step before in the units of a flop -----------------------------------------------
+
+  logic signed [28:0] whole, scaled;
+  logic [16:0]        addend;
+  logic               round_up;
+  logic signed [15:0] scaled_temp;       // Q9.6
+  logic [16:0]        scaled_duty;       // UQ1.16
+  always_comb begin
+    addend   = 17'd0;
+    round_up = 1'b0;
+    unique case (step_q)
+      // Feed-forward; not rounded.
+      StepHoldAdd: whole = 29'(work_q >>> ConvertFraction);
+      // Shares of the feed-forward; above 100 % there is nothing left to tell apart.
+      StepPreset, StepExternal: whole = 29'(work_q >>> ShareFraction);
+      // The droplets' share, on top of the external feed-forward.
+      StepSlew: begin
+        whole  = 29'(work_q >>> DropFraction);
+        addend = ext_q;
+      end
+      // Conversions.
+      default: begin
+        whole    = 29'(work_q >>> ConvertFraction);
+        round_up = work_q[ConvertFraction-1];
+      end
+    endcase
+  end
+  assign scaled      = whole + $signed({12'd0, addend}) + $signed({28'd0, round_up});
+  assign scaled_temp = tc_math_pkg::sat_s16(40'(scaled));
+  assign scaled_duty = tc_math_pkg::sat_duty(40'(scaled));
 
   // What adds to the largest plausible hold duty.
   logic [16:0] hold_part;
@@ -135,70 +173,85 @@ module tc_algor (
 
   // ---- Error and filtered derivative --------------------------------------------------------------------------------
 
-  // From pv_i to the working set-point or to zero; at StepDutyMax from the ambient temperature to pv_i, the inverse of
-  // a sum one too small.
-  logic signed [15:0] far_end;
-  logic signed [17:0] gap_sum;           // and half of its last bit, which carries
+  // The rise above ambient, the error, the negated temperature: one difference, Q9.6.
+  logic signed [15:0] minuend, subtrahend;
   logic signed [16:0] gap;
   logic signed [15:0] gap_fine, e_now;
-  assign far_end  = step_q == StepDutyMax ? amb_q : step_q == StepExternal ? sp_work_q : 16'sd0;
-  assign gap_sum  = {17'(far_end), 1'b1} + {~{pv_i[15], pv_i}, step_q != StepDutyMax};
-  assign gap      = gap_sum[17:1] ^ {17{step_q == StepDutyMax}};
+  always_comb begin
+    minuend    = 16'sd0;
+    subtrahend = pv_i;
+    unique case (step_q)
+      StepDutyMax: begin
+        minuend    = pv_i;
+        subtrahend = amb_q;
+      end
+      StepExternal: minuend = sp_work_q;
+      default: ;
+    endcase
+  end
+  assign gap      = 17'(minuend) - 17'(subtrahend);
   assign gap_fine = tc_math_pkg::sat_s16(40'(gap));
   // Whole degrees, truncated toward zero, as the published controller computes.
   assign e_now    = err_integer ? {gap_fine[15:6] + 10'(gap_fine[15] && gap_fine[5:0] != 6'd0), 6'd0} : gap_fine;
 
+  // d and its low-pass, 1/1024 degC.
   logic signed [22:0] d_source, filt_gap, filt_step;
-  assign d_source  = {{2{d_on_pv ? gap[16] : e_q[15]}}, d_on_pv ? gap : 17'(e_q), 4'd0};
-  assign filt_gap  = ~(23'(filt_q) + ~d_source);   // d_source - filt_q, by the inverse of the one that no flop holds
+  assign d_source  = (d_on_pv ? 23'(gap) : 23'(e_q)) <<< 4;
+  assign filt_gap  = d_source - 23'(filt_q);
   assign filt_step = filt_gap >>> params_i.d_filter[2:0];
 
-  // ---- Sum, segments, anti-windup: pd_q in 2^-7 duty LSB, the integral in 2^-14 -------------------------------------
+  // ---- P + D, segments: PdFraction ----------------------------------------------------------------------------------
 
-  // A product of P or D as Q1.16, 2^-6 of it or, halved, 2^-7.
+  // A product of P or D without its fraction as Q1.16.
   function automatic logic signed [17:0] sat_term(input logic signed [25:0] x);
     if (x[25:17] == {9{x[25]}}) sat_term = x[17:0];
     else sat_term = {x[25], {17{!x[25]}}};
+  endfunction
+
+  // A duty beside pd_q.
+  function automatic logic signed [34:0] pd_of(input logic [16:0] duty);
+    pd_of = $signed({18'd0, duty}) <<< PdFraction;
   endfunction
 
   // External feed-forward + D, then with P, then with the feed-forward that judges the segment.
   logic signed [34:0] pd_sum;
   logic signed [34:0] pd_addend;
   always_comb begin
-    case (step_q)
-      StepProportional: pd_addend = $signed({11'd0, manual ? 17'd0 : ext_q, 7'd0});
-      StepIntegral:     pd_addend = 35'(work_q) <<< 1;
-      default:          pd_addend = $signed({11'd0, ff_en ? ff_q : 17'd0, 7'd0});
+    unique case (step_q)
+      StepProportional: pd_addend = pd_of(manual ? 17'd0 : ext_q);
+      StepIntegral:     pd_addend = 35'(work_q) <<< (PdFraction - PFraction);
+      default:          pd_addend = pd_of(ff_en ? ff_q : 17'd0);
     endcase
   end
   assign pd_sum = (step_q == StepProportional ? 35'(work_q) : 35'(pd_q)) + pd_addend;
-
-  logic [30:0] limit_i;                  // DUTY_MAX as the integral counts
-  assign limit_i = {duty_max_q, 14'd0};
 
   logic e_pos, e_neg, e_far;
   assign e_pos = !e_neg && e_q != 16'sd0;
   assign e_neg = e_q[15];
   // 1/320 degC on both sides: 5 x 1/64 and 32 x 0.1.
-  logic signed [21:0] e_320;
-  assign e_320 = (22'(e_q) <<< 2) + 22'(e_q);
-  // Twice its size: a negative number's inverse is one less than its size, and the bit behind it makes up for that.
-  logic [22:0] e_size;
-  assign e_size = {e_320 ^ {22{e_neg}}, e_neg};
-  assign e_far  = {1'b0, e_neg ? params_i.band_off : params_i.band_full, 6'd0} < e_size;
+  logic signed [21:0] e_320, e_size, band;
+  assign e_320  = (22'(e_q) <<< 2) + 22'(e_q);
+  assign e_size = e_neg ? -e_320 : e_320;
+  assign band   = $signed({1'b0, e_neg ? params_i.band_off : params_i.band_full, 5'd0});
+  assign e_far  = e_size > band;
   logic model_full, model_off;
-  assign model_full = pd_sum > $signed({11'd0, duty_max_q, 7'd0}) && e_pos;
+  assign model_full = pd_sum > pd_of(duty_max_q) && e_pos;
   // Without feed-forward this rule makes a limit cycle around the set-point.
   assign model_off  = ff_en && pd_sum[34] && e_neg;
+
+  // ---- Integral, anti-windup, output: IFraction ---------------------------------------------------------------------
+
+  logic [30:0] limit_i;                  // DUTY_MAX beside the integral
+  assign limit_i = {duty_max_q, 14'd0};
 
   // The integral to come; P + I + D with it; its limit; P + I + D with what came of it. Compared with DUTY_MAX, the
   // last as the whole duty LSB that the output has.
   logic signed [41:0] u_base, u_addend, u_sum;
   logic               u_neg, u_over;
   always_comb begin
-    u_base   = 42'(pd_q) <<< 7;
+    u_base   = 42'(pd_q) <<< (IFraction - PdFraction);
     u_addend = $signed({10'd0, i_q});
-    case (step_q)
+    unique case (step_q)
       StepSegment:    u_base = 42'(work_q);
       StepAntiWindup: u_addend = 42'(work_q);
       StepClamp: begin
@@ -210,10 +263,11 @@ module tc_algor (
   end
   assign u_sum  = u_base + u_addend;
   assign u_neg  = u_sum[41];
-  // Half a step more where digits are cut off, but for the output itself.
-  logic signed [28:0] u_compared;
-  assign u_compared = {u_sum[41:14], step_q != StepOutput && u_sum[13:0] != 14'd0};
-  assign u_over     = u_compared > $signed({11'd0, duty_max_q, 1'b0});
+  logic signed [27:0] u_whole;           // duty LSB
+  logic               u_digits;          // and more than that
+  assign u_whole  = u_sum[41:14];
+  assign u_digits = step_q != StepOutput && u_sum[13:0] != 14'd0;
+  assign u_over   = u_whole > $signed({11'd0, duty_max_q}) || (u_whole == $signed({11'd0, duty_max_q}) && u_digits);
 
   logic [31:0] i_limited;
   assign i_limited = u_neg ? 32'd0 : u_over ? {1'b0, limit_i} : u_sum[31:0];
@@ -228,7 +282,7 @@ module tc_algor (
   logic [16:0] u_limited, commanded, wanted, duty_next;
   logic [17:0] slewed;
   assign u_limited = full_q ? duty_max_q : off_q ? 17'd0
-                   : u_over ? duty_max_q : tc_math_pkg::sat_duty(40'(u_sum >>> 14));
+                   : u_over ? duty_max_q : tc_math_pkg::sat_duty(40'(u_whole));
   assign commanded = tuning_i ? tune_duty_i : manual ? ext_q : work_q[16:0];
   assign wanted    = commanded > duty_max_q ? duty_max_q : commanded;
   assign slewed    = {1'b0, duty_q} + {1'b0, slew_q};
@@ -243,7 +297,6 @@ module tc_algor (
   logic signed [15:0] ramp_from;
   logic [10:0] rate;
   logic [12:0] ramp_sum;
-  logic [13:0] ramp_left;                // negative: not yet
   assign rising     = sp_work_q < target_q;
   assign ramp_from  = run_i ? sp_work_q : pv_i;
   assign will_rise  = ramp_from < scaled_temp;
@@ -251,7 +304,6 @@ module tc_algor (
   assign down_steps = params_i.ramp_down == 16'd0;
   assign rate       = rising ? params_i.ramp_up[10:0] : params_i.ramp_down[10:0];
   assign ramp_sum   = ramp_q + {1'b0, rate, 1'b0};
-  assign ramp_left  = {1'b0, ramp_sum} - {1'b0, RampModulus};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -288,16 +340,16 @@ module tc_algor (
       if (dropped && drops_q != 8'hFF) drops_q <= drops_q + 8'd1;
 
       if (ms_i && run_i && ramping_o && !(rising ? up_steps : down_steps)) begin
-        if (!ramp_left[13]) begin
-          ramp_q    <= ramp_left[12:0];
-          sp_work_q <= sp_work_q + $signed({{15{!rising}}, 1'b1});
+        if (ramp_sum >= RampModulus) begin
+          ramp_q    <= ramp_sum - RampModulus;
+          sp_work_q <= rising ? sp_work_q + 16'sd1 : sp_work_q - 16'sd1;
         end else begin
           ramp_q <= ramp_sum;
         end
       end
 
       if (step_q >= StepAmbient && step_q <= StepIntegral) work_q <= product[31:0];
-      case (step_q)
+      unique case (step_q)
         StepIdle: begin
           if (start_i) begin
             if (sample_ok_i) step_q <= StepAmbient;
@@ -355,12 +407,12 @@ module tc_algor (
           step_q <= StepProportional;
         end
         StepProportional: begin
-          term_d_q <= sat_term(26'(work_q >>> 7));
+          term_d_q <= sat_term(26'(work_q >>> PdFraction));
           pd_q     <= pd_sum[33:0];
           step_q   <= StepIntegral;
         end
         StepIntegral: begin
-          term_p_q <= sat_term(26'(work_q >>> 6));
+          term_p_q <= sat_term(26'(work_q >>> PFraction));
           pd_q     <= pd_sum[33:0];
           step_q   <= StepSegment;
         end
@@ -428,7 +480,7 @@ module tc_algor (
   assign term_d_o     = term_d_q;
 
   logic unused;
-  assign unused = ^{product[32], scaled[0], gap_sum[0], filt_step[22], params_i};
+  assign unused = ^{product[32], filt_step[22], params_i};
 
 `ifndef SYNTHESIS
   tc_algor_properties u_properties (

@@ -44,55 +44,67 @@ module tc_atune #(
   output logic [15:0]        tu_o              // AT_TU
 );
 
-  localparam logic [2:0] Idle = 3'd0;
-  localparam logic [2:0] Approach = 3'd1;      // to the set-point and past it
-  localparam logic [2:0] Cycle = 3'd2;
-  localparam logic [2:0] Centre = 3'd3;        // hold duty of the cycle just ended
-  localparam logic [2:0] Results = 3'd4;
-  localparam logic [2:0] Commit = 3'd5;        // gains wait for the control tick
+  // A code beyond these can only be an upset's: GUARD sees that by parity_o, and its stop leads to Idle.
+  typedef enum logic [2:0] {
+    Idle     = 3'd0,
+    Approach = 3'd1,   // to the set-point and past it
+    Cycle    = 3'd2,
+    Centre   = 3'd3,   // hold duty of the cycle just ended
+    Results  = 3'd4,
+    Commit   = 3'd5    // gains wait for the control tick
+  } phase_e;
 
-  localparam logic [2:0] EndNever = 3'd0;
-  localparam logic [2:0] EndRuns = 3'd1;
-  localparam logic [2:0] EndFinished = 3'd2;
-  localparam logic [2:0] EndStopped = 3'd3;
-  localparam logic [2:0] EndTime = 3'd4;
+  // How the last experiment ended, as AT_STATE shows it.
+  typedef enum logic [2:0] {
+    EndNever    = 3'd0,
+    EndRuns     = 3'd1,
+    EndFinished = 3'd2,
+    EndStopped  = 3'd3,
+    EndTime     = 3'd4
+  } end_e;
 
   // Results in their order; the last needs no arithmetic.
-  localparam logic [2:0] CalcHold = 3'd0;
-  localparam logic [2:0] CalcKu = 3'd1;
-  localparam logic [2:0] CalcKp = 3'd2;
-  localparam logic [2:0] CalcKiApproach = 3'd3;
-  localparam logic [2:0] CalcKiHold = 3'd4;
-  localparam logic [2:0] CalcKd = 3'd5;
-  localparam logic [2:0] CalcKff = 3'd6;
-  localparam logic [2:0] CalcFilter = 3'd7;
+  typedef enum logic [2:0] {
+    CalcHold       = 3'd0,
+    CalcKu         = 3'd1,
+    CalcKp         = 3'd2,
+    CalcKiApproach = 3'd3,
+    CalcKiHold     = 3'd4,
+    CalcKd         = 3'd5,
+    CalcKff        = 3'd6,
+    CalcFilter     = 3'd7
+  } calc_e;
 
   localparam logic [5:0] MdMultiply = 6'd18;   // steps of the multiplication, then of the division
   localparam logic [5:0] MdLast = 6'd54;
 
-  logic [2:0]         phase_q, end_q, cycles_q, calc_q;
-  logic               on_q, stop_q, wr_q;
-  logic [16:0]        duty_on_q, duty_off_q, hold_q;
+  phase_e             phase_q;
+  end_e               end_q;
+  logic [2:0]         cycles_q;                // cycles of the relay that have ended
+  logic [2:0]         calc_q;                  // the result in work, a calc_e: counted up
+  logic               on_q;                    // the relay is on
+  logic               stop_q, wr_q;            // outputs of the same name
+  logic [16:0]        duty_on_q, duty_off_q;   // levels of the relay, UQ1.16
+  logic [16:0]        hold_q;                  // hold duty as known so far, UQ1.16
   logic signed [19:0] filt_q;                  // low-passed temperature, 1/1024 degC
-  logic signed [15:0] max_q, min_q;            // of it, 1/64 degC
+  logic signed [15:0] max_q, min_q;            // of it in the running cycle, 1/64 degC
   logic [15:0]        ticks_q, on_ticks_q;     // of the running cycle
-  logic [17:0]        sum_ticks_q, sum_on_q, sum_swing_q;
+  logic [17:0]        sum_ticks_q, sum_on_q;   // of all measured cycles
+  logic [17:0]        sum_swing_q;             // max_q - min_q of them
   logic [13:0]        limit_q;                 // 0.1 s since the relay switched
-  logic [15:0]        ku_q, kp_q;
-  logic [5:0]         wr_index_q;
+  logic [15:0]        ku_q, kp_q;              // results that others are made of or AT_KU shows
+  logic [5:0]         wr_index_q;              // the gain on its way to MEM
   logic [15:0]        wr_data_q;
-  logic [5:0]         md_q;
-  logic [35:0]        acc_q;
-  logic [17:0]        rem_q;
+  logic [5:0]         md_q;                    // step of the multiplication and division
+  logic [35:0]        acc_q;                   // factor and product, then product and quotient
+  logic [17:0]        rem_q;                   // remainder
 
   // ---- Relay --------------------------------------------------------------------------------------------------------
 
   localparam logic signed [16:0] TurnOn = -tc_pkg::TuneHysteresis;
-  logic signed [15:0] pv_inverse;              // x - y is ~(y + ~x): one inverse for both differences from pv_i
-  logic signed [16:0] above;
+  logic signed [16:0] above;                   // the set-point, 1/64 degC
   logic               turns_off, turns_on, relay_on, searching;
-  assign pv_inverse = ~pv_i;
-  assign above     = ~(17'(sp_work_i) + 17'(pv_inverse));
+  assign above     = 17'(pv_i) - 17'(sp_work_i);
   assign searching = phase_q == Approach || phase_q == Cycle;
   assign turns_off = on_q && above >= tc_pkg::TuneHysteresis;
   assign turns_on  = !on_q && above <= TurnOn;
@@ -101,12 +113,12 @@ module tc_atune #(
   logic signed [20:0] filt_gap;
   logic signed [19:0] filt_now;
   logic signed [15:0] filt_temp;
-  assign filt_gap  = ~(21'(filt_q) + {pv_inverse[15], pv_inverse, 4'hF});
+  assign filt_gap  = $signed({pv_i[15], pv_i, 4'd0}) - 21'(filt_q);
   assign filt_now  = filt_q + 20'(filt_gap >>> 3);
   assign filt_temp = filt_now[19:4];
 
   logic [15:0] swing;
-  assign swing = 16'(max_q) - 16'(min_q);
+  assign swing = $unsigned(max_q) - $unsigned(min_q);
 
   // ---- Multiply and divide: x k / y, saturated ----------------------------------------------------------------------
 
@@ -126,7 +138,7 @@ module tc_atune #(
       k = {2'd0, on_ticks_q};
       y = {2'd0, ticks_q};
     end else begin
-      case (calc_q)
+      unique case (calc_q)
         CalcKu:         begin k = tc_pkg::TuneKuFactor; y = sum_swing_q; end
         CalcKp:         begin k = tc_pkg::TuneKpFactor; y = sum_swing_q; end
         CalcKiApproach: begin x = {2'd0, kp_q}; k = tc_pkg::TuneKiApproachFactor; end
@@ -138,12 +150,12 @@ module tc_atune #(
     end
   end
 
-  logic [18:0] partial, rest;
-  logic [18:0] rest_less;
+  logic [18:0] partial, rest, rest_less;
   logic        fits;
-  assign partial = {1'b0, acc_q[35:18]} + (acc_q[0] ? {1'b0, x} : 19'd0);
-  assign rest    = {rem_q, acc_q[35]};
-  assign {fits, rest_less} = {1'b1, rest} - {2'd0, y};
+  assign partial   = {1'b0, acc_q[35:18]} + (acc_q[0] ? {1'b0, x} : 19'd0);
+  assign rest      = {rem_q, acc_q[35]};
+  assign fits      = rest >= {1'b0, y};
+  assign rest_less = rest - {1'b0, y};
 
   logic [16:0] quotient17;
   logic [15:0] quotient16;
@@ -151,14 +163,14 @@ module tc_atune #(
   assign quotient16 = acc_q[35:16] != 20'd0 ? 16'hFFFF : acc_q[15:0];
 
   // Hold duty: mean duty of the relay. The relay is centred on it as far as 0 .. duty_max_i allow.
-  logic [17:0] mean, twice;
-  logic [17:0] twice_less;
-  logic        twice_fits;                     // not below duty_max_i
+  logic [17:0] mean, twice, twice_less;
+  logic        twice_over;                     // twice the hold duty is DUTY_MAX or more
   logic [16:0] hold_now;
-  assign mean     = {1'b0, duty_off_q} + {1'b0, quotient17};
-  assign hold_now = mean > {1'b0, duty_max_i} ? duty_max_i : mean[16:0];
-  assign twice    = {hold_now, 1'b0};
-  assign {twice_fits, twice_less} = {1'b1, twice} - {2'd0, duty_max_i};
+  assign mean       = {1'b0, duty_off_q} + {1'b0, quotient17};
+  assign hold_now   = mean > {1'b0, duty_max_i} ? duty_max_i : mean[16:0];
+  assign twice      = {hold_now, 1'b0};
+  assign twice_over = twice >= {1'b0, duty_max_i};
+  assign twice_less = twice - {1'b0, duty_max_i};
 
   // Low-pass of the derivative, about TU / 50: 2^n control periods.
   function automatic logic [15:0] filter_of(input logic [17:0] quarters);
@@ -168,7 +180,7 @@ module tc_atune #(
 
   logic [5:0] result_index;
   always_comb begin
-    case (calc_q)
+    unique case (calc_q)
       CalcKp:         result_index = tc_pkg::RegKp;
       CalcKiApproach: result_index = tc_pkg::RegKiApproach;
       CalcKiHold:     result_index = tc_pkg::RegKiHold;
@@ -258,8 +270,8 @@ module tc_atune #(
       if (phase_q == Centre && md_q > MdLast) begin
         if (cycles_q <= tc_pkg::TuneAdaptCycles) begin
           hold_q     <= hold_now;
-          duty_on_q  <= twice_fits ? duty_max_i : twice[16:0];
-          duty_off_q <= twice_fits ? twice_less[16:0] : 17'd0;
+          duty_on_q  <= twice_over ? duty_max_i : twice[16:0];
+          duty_off_q <= twice_over ? twice_less[16:0] : 17'd0;
         end else begin
           sum_ticks_q <= sum_ticks_q + {2'd0, ticks_q};
           sum_on_q    <= sum_on_q + {2'd0, on_ticks_q};

@@ -73,24 +73,39 @@ module tc_guard (
   localparam logic signed [16:0] HotAbove = 17'sd1280;
 
   // Heater permission.
-  logic        run_q, run_nq, heater_q, safe_en_q;
-  logic [9:0]  safe_cnt_q;
-  logic [14:0] cause_q, cause_d, fault_q;
-  logic [3:0]  first_q;
-  logic [1:0]  watch_parity_q, watch_still_q;
+  logic        run_q, run_nq;                  // heating is on; the same once more, inverted
+  logic        heater_q, safe_en_q;            // to the pins
+  logic [9:0]  safe_cnt_q;                     // clocks since safe_en_q has toggled
+  logic [14:0] cause_q, cause_d;               // what is wrong now
+  logic [14:0] fault_q;                        // what has been wrong since the last clear
+  logic [3:0]  first_q;                        // which of it came first: 1 + bit number, 0 none
+  logic [1:0]  watch_parity_q, watch_still_q;  // of the watched flops, one clock ago
   // Samples.
-  logic               pv_valid_q, bad_dev_q;
+  logic               pv_valid_q;              // a sample has been accepted since reset
+  logic               bad_dev_q;               // the last refused one had a fault bit of the sensor
   logic               settled_q;               // two samples in a row have agreed since reset
-  logic signed [15:0] pv_q, slope_q;
-  logic [15:0]        samples_q, sensor_errors_q, stale_q;
+  logic signed [15:0] pv_q;                    // the last accepted one, Q9.6
+  logic signed [15:0] slope_q;                 // how far it is from the one before, 1/64 degC
+  logic [15:0]        samples_q, sensor_errors_q;  // accepted and refused ones, modulo 65536
+  logic [15:0]        stale_q;                 // 0.1 s since a sample was accepted
   logic [3:0]         bad_q;                   // refused samples in a row
   logic signed [15:0] rate_ref_q;              // temperature before the present second
   logic [3:0]         rate_cnt_q;              // its tenths, to RateTenths
-  // Detectors.
-  logic signed [15:0] lba_ref_q, hold_ref_q, zero_ref_q, sp_past_q;
-  logic [15:0]        lba_q, hold_q, exc_q, zero_q, frozen_q, wd_q, at_q;
-  logic [19:0]        fb_q;
-  logic               exc_armed_q, rate_q, lba_trip_q, at_temp_q;
+  // Detectors. For how long something has been so, 0.1 s, and the temperature that a rise is measured from.
+  logic signed [15:0] lba_ref_q, hold_ref_q, zero_ref_q;
+  logic [15:0]        lba_q;                   // full duty without a rise
+  logic [15:0]        hold_q;                  // more than the head can need to hold, without a rise
+  logic [15:0]        exc_q;                   // above the set-point by more than EXC_LIMIT
+  logic [15:0]        zero_q;                  // no duty
+  logic [15:0]        frozen_q;                // no duty, hot, and no sample moved
+  logic [15:0]        wd_q;                    // heating without a good frame
+  logic [15:0]        at_q;                    // inside the window
+  logic [19:0]        fb_q;                    // clocks: the heater's feedback differs from it
+  logic signed [15:0] sp_past_q;               // set-point one clock ago
+  logic               exc_armed_q;             // the temperature has been at or below the window's top
+  logic               rate_q;                  // the accepted sample jumped
+  logic               lba_trip_q;
+  logic               at_temp_q;
 
   // ---- Samples ------------------------------------------------------------------------------------------------------
 
@@ -119,20 +134,21 @@ module tc_guard (
     of_tenths = 24'(x) <<< 5;
   endfunction
   function automatic logic above(input logic signed [16:0] x, input logic signed [16:0] tenths);
-    above = of_tenths(tenths) < of_temp(x);
+    above = of_temp(x) > of_tenths(tenths);
   endfunction
   function automatic logic at_or_above(input logic signed [16:0] x, input logic signed [16:0] tenths);
-    at_or_above = of_tenths(tenths) < (of_temp(x) | 24'sd31);   // the last of the 32 that share a tenth
+    at_or_above = of_temp(x) >= of_tenths(tenths);
   endfunction
-  // The magnitude of x is above limit, 1/320 degC. A negative number's inverse is one less than its magnitude; the bit
-  // behind it makes up for that.
+  // The magnitude of x is above limit, 1/320 degC.
   function automatic logic beyond(input logic signed [16:0] x, input logic [20:0] limit);
-    beyond = {limit, 1'b0} < {1'b0, 20'(of_temp(x)) ^ {20{x[16]}}, x[16]};
+    beyond = (x[16] ? -of_temp(x) : of_temp(x)) > $signed({3'd0, limit});
   endfunction
   function automatic logic elapsed(input logic [15:0] count, input logic [15:0] limit);
     elapsed = count >= limit;
   endfunction
-  // The bits that no value of a register has: a count up to it needs no others.
+  // A count ends at its register's largest value, so bits that no value of the register has need no flops. In the whole
+  // chip there are none; where registers stand at their reset values (docs/make/fpga.md) these are most bits, without
+  // which a UP5K is too small. never_set() has ones there; count_up() carries over them and keeps them at 0.
   function automatic logic [15:0] never_set(input logic [5:0] limit);
     never_set = 16'hFFFF;
     for (int i = 0; i < 16; i++) if (tc_pkg::reg_max(limit) >> i != 16'd0) never_set[i] = 1'b0;
@@ -151,39 +167,31 @@ module tc_guard (
   localparam logic [15:0] WdUnused = never_set(tc_pkg::RegHostWd);
   localparam logic [15:0] AtUnused = never_set(tc_pkg::RegAtDwell);
   localparam logic [15:0] FbUnused = never_set(tc_pkg::RegFbTime);
-  // pv_q - x, written so that all share the inverse of pv_q.
-  logic signed [15:0] pv_inverse;
-  assign pv_inverse = ~pv_q;
-  function automatic logic signed [16:0] pv_above(input logic signed [15:0] x);
-    pv_above = ~(17'(x) + 17'(pv_inverse));
-  endfunction
-
   // ---- Detectors' comparisons, on the accepted temperature ----------------------------------------------------------
 
   logic auto_mode, heating, in_window, above_exc, over_hold, lba_rose, hold_rose, off_duty, zero_rose,
         fb_differs, fb_trip;
   assign auto_mode = !params_i.mode[tc_pkg::ModeManual];
   assign heating   = run_q && auto_mode;
-  logic               above_window;
-  logic signed [16:0] over_sp, over_lba, over_zero;
-  logic signed [23:0] over_bottom;             // of the window, 1/320 degC
-  assign over_sp   = pv_above(sp_work_i);
-  assign over_lba  = pv_above(lba_ref_q);
-  assign over_zero = pv_above(zero_ref_q);
-  assign over_bottom  = of_temp(over_sp) + of_tenths($signed({1'b0, params_i.at_window}));
+  logic               above_window, below_window;
+  logic signed [16:0] over_sp, over_lba, over_hold_ref, over_zero;   // the temperature above each, 1/64 degC
+  assign over_sp       = 17'(pv_q) - 17'(sp_work_i);
+  assign over_lba      = 17'(pv_q) - 17'(lba_ref_q);
+  assign over_hold_ref = 17'(pv_q) - 17'(hold_ref_q);
+  assign over_zero     = 17'(pv_q) - 17'(zero_ref_q);
   assign above_window = above(over_sp, $signed({1'b0, params_i.at_window}));
-  assign in_window = !above_window && !over_bottom[23];
+  assign below_window = of_temp(over_sp) < -of_tenths($signed({1'b0, params_i.at_window}));
+  assign in_window = !above_window && !below_window;
   assign above_exc = above(over_sp, $signed({1'b0, params_i.exc_limit}));
   assign over_hold = hold_limit_i < {1'b0, duty_i};
   assign lba_rose  = at_or_above(over_lba, $signed({1'b0, params_i.lba_rise}));
-  assign hold_rose = at_or_above(pv_above(hold_ref_q), $signed({1'b0, params_i.lba_rise}));
+  assign hold_rose = at_or_above(over_hold_ref, $signed({1'b0, params_i.lba_rise}));
   assign off_duty  = duty_i == 17'd0 || !run_q;
   assign zero_rose = at_or_above(over_zero, $signed({1'b0, params_i.zero_rise}));
   assign fb_differs = heater_q != heater_fb_i;
   assign fb_trip    = elapsed(fb_q[19:4], params_i.fb_time);
 
   logic lba_active, hold_active, exc_active, zero_due, frozen_active, bad_limit, wd_expired, rails_differ, upset;
-  logic [16:0] wd_gap;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
   assign hold_active = heating && segment_i == tc_pkg::SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 &&
@@ -195,8 +203,7 @@ module tc_guard (
   assign rails_differ = run_q == run_nq;
   assign upset       = (watch_still_q & (watch_parity_q ^ watch_parity_i)) != 2'd0;
   assign bad_limit   = bad_q >= params_i.bad_max[3:0];
-  assign wd_gap      = {1'b0, params_i.host_wd} - {1'b0, wd_q};
-  assign wd_left     = wd_gap[16] ? 16'd0 : wd_gap[15:0];
+  assign wd_left     = wd_q < params_i.host_wd ? params_i.host_wd - wd_q : 16'd0;
   assign wd_expired  = wd_left == 16'd0;
 
   always_comb begin
@@ -265,7 +272,7 @@ module tc_guard (
       hold_q          <= 16'd0;
       exc_q           <= 16'd0;
       zero_q          <= 16'd0;
-      frozen_q         <= 16'd0;
+      frozen_q        <= 16'd0;
       wd_q            <= 16'd0;
       at_q            <= 16'd0;
       fb_q            <= 20'd0;
@@ -375,7 +382,7 @@ module tc_guard (
   assign first_fault_o   = first_q;
 
   logic unused;
-  assign unused = ^{over_bottom[22:0], params_i};
+  assign unused = ^params_i;
 
 `ifndef SYNTHESIS
   assign accept_o = accept;
@@ -385,8 +392,8 @@ module tc_guard (
   `TC_ASSERT_NEXT(GuardCauseTurnsOff_A, latching != 15'd0, !heater_q && fault_q != 15'd0)
   `TC_ASSERT_NEXT(GuardFaultStays_A, fault_q != 15'd0 && !clear_i, fault_q != 15'd0)
   // P5: an accepted sample at or above T_MAX is a cause in the next clock.
-  `TC_ASSERT_NEXT(GuardHotSampleIsCause_A, accept &&
-      !(of_temp(17'(sens_pv_i)) < of_tenths(17'($signed(params_i.t_max)))),
+  `TC_ASSERT_NEXT(GuardHotSampleIsCause_A,
+                  accept && !(of_temp(17'(sens_pv_i)) < of_tenths(17'($signed(params_i.t_max)))),
                   cause_q[tc_pkg::FaultOverTemp])
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)

@@ -29,24 +29,30 @@ module tc_quality #(
 
   localparam logic [20:0] TenthLast = 21'(TenthClocks - 1);
 
-  logic               run_q, up_q, in_band_q, reached_q;
-  logic signed [15:0] target_q, peak_q;
-  logic [15:0]        over_q, error_q, since_q, band_q;
-  logic [20:0]        clocks_q;
-  logic [31:0]        on_q;
+  logic               run_q;                   // run_i one clock ago
+  logic               up_q;                    // the set-point lay above the temperature when it changed
+  logic               in_band_q;               // the last sample lay within AT_WINDOW
+  logic               reached_q;               // has been at temperature since then
+  logic signed [15:0] target_q;                // the set-point that these figures are of, Q9.6
+  logic signed [15:0] peak_q;                  // highest temperature, Q9.6
+  logic [15:0]        over_q, error_q;         // overshoot, largest error once at temperature; 1/64 degC
+  logic [15:0]        since_q;                 // 0.1 s since the set-point changed; stops at its top
+  logic [15:0]        band_q;                  // since_q when the band was entered for good, 65535 outside
+  logic [20:0]        clocks_q;                // heater on, clocks of the present 0.1 s
+  logic [31:0]        on_q;                    // heater on, 0.1 s
 
   logic               restart, in_window;
   logic signed [16:0] error, opposite, excess;
   logic [16:0]        size;
   logic [15:0]        size16;
-  assign restart = run_i && (!run_q || target_i != target_q);
-  assign error   = 17'(pv_i) - 17'(target_i);
-  assign opposite = -error;
-  assign excess  = up_q ? error : opposite;
-  assign size    = error[16] ? opposite : error;
-  assign size16  = size[16] ? 16'hFFFF : size[15:0];
+  assign restart   = run_i && (!run_q || target_i != target_q);
+  assign error     = 17'(pv_i) - 17'(target_i);
+  assign opposite  = -error;
+  assign excess    = up_q ? error : opposite;
+  assign size      = error[16] ? opposite : error;
+  assign size16    = size[16] ? 16'hFFFF : size[15:0];
   // 1/320 degC on both sides: 5 x 1/64 and 32 x 0.1.
-  assign in_window  = {window_i, 5'd0} >= {1'b0, {1'b0, size, 2'd0} + {3'd0, size}};
+  assign in_window = {window_i, 5'd0} >= {1'b0, {1'b0, size, 2'd0} + {3'd0, size}};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
