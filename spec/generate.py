@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes every file derived from spec/*.toml; with --check, fails on a derived file that is stale instead.
 
-Usage: generate.py [--check] [--out DIR] [--built DIR] [--writable NAME,NAME...] [--words N]
+Usage: generate.py [--check] [--out DIR] [--built DIR] [--writable NAME,NAME...]
 DIR: project root, default the parent of this file's folder
 NAMEs: a smaller chip for a small device: the other holding registers stand at their reset values for good
 N: and so many registers at the most in one write: 1, 2, 4, 8 or 16
@@ -147,13 +147,6 @@ def fix_all_but(writable: list[str], holding: list[dict]) -> None:
             reg["stored"] = 0
 
 
-def limit_writes(words: int, chip: dict) -> None:
-    """Leaves the frame buffer so many words; a longer write is an illegal value, as one of more than sixteen is."""
-    if words not in (1, 2, 4, 8, 16):
-        raise SpecError(f"--words: found {words}, expected 1, 2, 4, 8 or 16")
-    chip["write_words"] = words
-
-
 def finish_pins(spec: dict) -> None:
     """Of each pin its direction, its name in C++ (uart_rx_i -> uart_rx, fault_no -> fault_n) and its lowest bit in the synchroniser."""
     synchronised = 0
@@ -254,7 +247,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail on a stale file")
     parser.add_argument("--writable", help="holding registers that a host can write, with commas; default all")
-    parser.add_argument("--words", type=int, help="registers of one write; default write_words of chip.toml")
     parser.add_argument("--out", type=pathlib.Path, default=SPEC.parent, help="project root to write into")
     parser.add_argument("--built", type=pathlib.Path, help="folder of a build: write what its tools need there, and nothing else")
     args = parser.parse_args()
@@ -263,8 +255,6 @@ def main() -> int:
         spec = load()
         if args.writable is not None:
             fix_all_but(args.writable.split(","), spec["holding"])
-        if args.words is not None:
-            limit_writes(args.words, spec["chip"])
         spec["columns_stored"] = functools.reduce(operator.or_, (reg["stored"] for reg in spec["holding"]))
         files = render(spec, outputs)
     except (SpecError, tomllib.TOMLDecodeError, jinja2.TemplateError) as error:
