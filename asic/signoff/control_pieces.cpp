@@ -22,11 +22,11 @@ class ControlPieces : private PieceSteps {
  private:
   // What a sensor of this description sends: its checked bits right, its fault bits clear, the rest any.
   std::uint32_t any_frame(std::uint32_t check_mask, std::uint32_t check_value, std::uint32_t fault_mask) {
-    return ((static_cast<std::uint32_t>(random_()) & ~check_mask) | (check_value & check_mask)) &
+    return ((static_cast<std::uint32_t>(random_.bits()) & ~check_mask) | (check_value & check_mask)) &
            ~(fault_mask & ~check_mask);
   }
   void sensors() {
-    s_.begin("sensors: presets, custom frames of every length and mode, bad frames");
+    begin("sensors: presets, custom frames of every length and mode, bad frames");
     start_work();
     for (std::uint16_t type = 1; type < spec::kSensorPresets.size(); ++type) {
       const spec::SensorPreset& preset = spec::kSensorPresets[type];
@@ -39,7 +39,7 @@ class ControlPieces : private PieceSteps {
         s_.ticks();
         look();
       }
-      s_.sensor().set(static_cast<std::uint32_t>(random_()), length, mode);
+      s_.sensor().set(static_cast<std::uint32_t>(random_.bits()), length, mode);
       s_.ticks();
       look();
     }
@@ -85,7 +85,7 @@ class ControlPieces : private PieceSteps {
 
   // Every bit of the control period: each is waited for.
   void control_periods() {
-    s_.begin("control periods, telemetry periods");
+    begin("control periods, telemetry periods");
     start_work();
     heat();
     for (const std::int32_t ts : {2000, 1365, 682, 1024, 512, 341, 256, 170, 128, 85, 64, 31, 10}) {
@@ -129,7 +129,7 @@ class ControlPieces : private PieceSteps {
   // A new set each control period. Most are drawn until the duty is none of its limits, so that each bit of
   // each term counts in it; it shows in the length of the pulse.
   void loop_arithmetic() {
-    s_.begin("control law: gains, limits, temperatures of any size");
+    begin("control law: gains, limits, temperatures of any size");
     start_work();
     now_[spec::kRegTs] = 330;
     write_all(now_);
@@ -174,7 +174,7 @@ class ControlPieces : private PieceSteps {
   }
 
   void ramps() {
-    s_.begin("set-point ramps, telemetry");
+    begin("set-point ramps, telemetry");
     set(spec::kRegTlmPeriod, 1);
     for (const std::int32_t rate : {1562, 1365, 682, 100, 3}) {
       const std::int32_t from = 300 + static_cast<std::int32_t>(below(4000));
@@ -200,7 +200,7 @@ class ControlPieces : private PieceSteps {
 
   // The way to a set-point, past it and back: quality figures, at-temperature output.
   void regulation() {
-    s_.begin("at temperature, quality figures");
+    begin("at temperature, quality figures");
     set(spec::kRegRampUp, 0);
     set(spec::kRegRampDown, 0);
     set(spec::kRegAtDwell, 0);

@@ -18,14 +18,15 @@ class LinePieces : private PieceSteps {
  private:
   std::vector<std::uint8_t> any_bytes(std::size_t count) {
     std::vector<std::uint8_t> bytes;
-    for (std::size_t i = 0; i < count; ++i) bytes.push_back(static_cast<std::uint8_t>(random_()));
+    for (std::size_t i = 0; i < count; ++i) bytes.push_back(static_cast<std::uint8_t>(random_.bits()));
     return bytes;
   }
 
   void protocol() {
-    s_.begin("Modbus: functions, exceptions, broadcast, lengths, damaged frames");
+    begin("Modbus: functions, exceptions, broadcast, lengths, damaged frames");
     const std::uint8_t me = s_.address();
-    for (unsigned i = 0; i < 12; ++i) s_.ask(tb::diagnostic_echo(me, static_cast<std::uint16_t>(random_())));
+    for (unsigned i = 0; i < 12; ++i)
+      s_.ask(tb::diagnostic_echo(me, static_cast<std::uint16_t>(random_.bits())));
     for (const std::uint8_t function :
          std::initializer_list<std::uint8_t>{0, 1, 2, 5, 15, 22, 23, 43, 44, 64, 85, 127}) {
       const std::uint8_t bytes[] = {me, function, 0, 1, 2, 3};
@@ -34,7 +35,7 @@ class LinePieces : private PieceSteps {
     // Sixteen words of any value: the frame is stored whole before it is refused.
     for (unsigned i = 0; i < often(8, 2); ++i) {
       std::vector<std::uint16_t> words;
-      for (unsigned w = 0; w < 16; ++w) words.push_back(static_cast<std::uint16_t>(random_()));
+      for (unsigned w = 0; w < 16; ++w) words.push_back(static_cast<std::uint16_t>(random_.bits()));
       words[0] = 0xFFFF;
       s_.refused(tb::write_multiple_registers(me, spec::kHoldingBase + spec::kRegPwmMinOn, words), 2);
       s_.refused(tb::write_multiple_registers(me, spec::kHoldingBase + spec::kRegSetpoint, words), 3);
@@ -72,7 +73,7 @@ class LinePieces : private PieceSteps {
       s_.unanswered(tb::read_input_registers(other, 0, 1));
     for (unsigned i = 0; i < often(40, 6); ++i) s_.unanswered(tb::raw_frame(any_bytes(1 + below(24))));
     for (unsigned i = 0; i < often(40, 6); ++i) {
-      tb::ModbusRequest request = tb::diagnostic_echo(me, static_cast<std::uint16_t>(random_()));
+      tb::ModbusRequest request = tb::diagnostic_echo(me, static_cast<std::uint16_t>(random_.bits()));
       tb::UartChar& character = request.frame[below(static_cast<std::uint32_t>(request.frame.size()))];
       (i % 2 != 0 ? character.wrong_parity : character.missing_stop) = true;
       s_.unanswered(request);
@@ -86,7 +87,7 @@ class LinePieces : private PieceSteps {
   // Each fault of the line counts up: a character at a time, a frame of one byte, a broadcast without an
   // answer.
   void counted_frames() {
-    s_.begin("Modbus: counts of damaged characters, CRC errors and messages");
+    begin("Modbus: counts of damaged characters, CRC errors and messages");
     constexpr double kEnds_bits = 30, kSilence_bits = 40;  // gives an incomplete frame up; ends a whole one
     tb::ModbusRequest damaged = tb::raw_frame(any_bytes(often(16600, 270)));
     for (tb::UartChar& character : damaged.frame) character.wrong_parity = true;
@@ -106,7 +107,7 @@ class LinePieces : private PieceSteps {
   }
 
   void line_settings() {
-    s_.begin("line: baud rates, formats, addresses, telemetry at each");
+    begin("line: baud rates, formats, addresses, telemetry at each");
     struct Setting {
       std::uint16_t baud, format;
       std::uint8_t address;

@@ -54,7 +54,7 @@ class LongTimePieces : private ProtectionSteps {
 
   // To their top; telemetry shows the time left of the watchdog.
   void long_heating() {
-    s_.begin("long times: hold power, excursion, at-temperature, watchdog");
+    begin("long times: hold power, excursion, at-temperature, watchdog");
     count_while_heating();
     look();
     s_.ticks();
@@ -68,7 +68,7 @@ class LongTimePieces : private ProtectionSteps {
   }
 
   void long_heating_limits() {
-    s_.begin("long times: the limits of hold power and excursion fall below their counts");
+    begin("long times: the limits of hold power and excursion fall below their counts");
     count_while_heating();
     look();                                                // the watchdog begins anew
     const std::uint16_t all_high = quick_ ? 3072 : 61440;  // bits that the limits then don't have
@@ -83,7 +83,7 @@ class LongTimePieces : private ProtectionSteps {
   }
 
   void long_zero_duty() {
-    s_.begin("long times: rise at zero duty, frozen sample, telemetry");
+    begin("long times: rise at zero duty, frozen sample, telemetry");
     start_work();
     heat_calmly(1000, 10);
     set(spec::kRegMode, 1);
@@ -105,7 +105,7 @@ class LongTimePieces : private ProtectionSteps {
   }
 
   void long_full_duty() {
-    s_.begin("long times: full duty without a rise, its limit moved ahead of the count");
+    begin("long times: full duty without a rise, its limit moved ahead of the count");
     start_work();
     heat_calmly(1000, 60);
     set(spec::kRegCtrl, 0x10);
@@ -126,7 +126,7 @@ class LongTimePieces : private ProtectionSteps {
 
   // Nothing latches with the heater off, so limits may be anywhere.
   void long_without_samples() {
-    s_.begin("long times: no good sample, rise at zero duty, limits on either side");
+    begin("long times: no good sample, rise at zero duty, limits on either side");
     start_work();
     set(spec::kRegTs, 10);
     set(spec::kRegZeroWait, kTopTime);

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <random>
 #include <span>
 #include <string>
 
 #include "asic/signoff/functional_session.hpp"
+#include "base/rng.hpp"
 #include "cmodel/spec.hpp"
 
 namespace meltstage::app {
@@ -35,7 +35,7 @@ Parameters calm();
 // What goes on from piece to piece.
 struct PieceState {
   bool quick;
-  std::mt19937_64 random{kFunctionalSeed};
+  Rng random = stream(kFunctionalSeed, "");
   FunctionalSession session{};
   Parameters now = calm();  // values of the registers, as far as the pieces keep account of them
 };
@@ -45,14 +45,20 @@ class PieceSteps {
   explicit PieceSteps(PieceState& state)
       : s_(state.session), now_(state.now), quick_(state.quick), random_(state.random) {}
 
-  std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(random_() % n); }
+  // A piece draws from a stream of its own, so that what others draw is nothing to it.
+  void begin(const std::string& requirement) {
+    s_.begin(requirement);
+    random_ = stream(kFunctionalSeed, requirement);
+  }
+
+  std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(random_.below(n)); }
   bool one_in(std::uint32_t n) { return below(n) == 0; }
   // Of any magnitude with the same chance: small values as often as large ones.
   std::int32_t any_size(std::int32_t least, std::int32_t most) {
     const std::uint32_t span = static_cast<std::uint32_t>(most - least) + 1;
     unsigned bits = 0;
     while (bits < 32 && (span - 1) >> bits != 0) ++bits;
-    const std::uint32_t value = static_cast<std::uint32_t>(random_()) >> (32 - bits) >> below(bits);
+    const std::uint32_t value = static_cast<std::uint32_t>(random_.bits()) >> (32 - bits) >> below(bits);
     return least + static_cast<std::int32_t>(value % span);
   }
   std::int32_t in_range(std::uint16_t reg) {
@@ -146,7 +152,7 @@ class PieceSteps {
   FunctionalSession& s_;
   Parameters& now_;
   const bool quick_;
-  std::mt19937_64& random_;
+  Rng& random_;
 };
 
 // The pieces by subject, each call those of one file. They follow each other as functional_set() has them.

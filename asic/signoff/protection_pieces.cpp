@@ -28,7 +28,7 @@ class ProtectionPieces : private ProtectionSteps {
   // Limits of temperature, rate and rise right at the sample, on either side; heater off, each cause for
   // itself.
   void limits_of_temperature() {
-    s_.begin("protection: over- and under-temperature, rate, rise at zero duty, right at the limit");
+    begin("protection: over- and under-temperature, rate, rise at zero duty, right at the limit");
     start_work();
     set(spec::kRegTs, 240);
     s_.ticks(2);
@@ -70,7 +70,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // Bad samples of both kinds, one fewer than BAD_MAX and as many.
   void bad_samples() {
-    s_.begin("protection: bad samples in a row");
+    begin("protection: bad samples in a row");
     start_work();
     set(spec::kRegTs, 30);
     for (std::int32_t most = 1; most <= 15; most += quick_ ? 7 : 2) {
@@ -96,7 +96,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // Full duty without a rise, with a rise too small, with one that is enough and starts the time again.
   void not_heating() {
-    s_.begin("protection: NotHeating, times and rises of any size");
+    begin("protection: NotHeating, times and rises of any size");
     start_work();
     for (unsigned i = 0; i < often(12, 3); ++i) {
       heat_calmly(1000, 60);
@@ -118,7 +118,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // Duty just above the hold power trips, as much below does not.
   void hold_power() {
-    s_.begin("protection: HoldPower, right at the limit, times of any size");
+    begin("protection: HoldPower, right at the limit, times of any size");
     start_work();
     for (unsigned i = 0; i < often(16, 5); ++i) {
       heat_calmly(1000, 80);
@@ -166,7 +166,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // Above the set-point by the limit or a little less; inside the window or just outside.
   void excursion() {
-    s_.begin("protection: Excursion and at-temperature, right at the limit, times of any size");
+    begin("protection: Excursion and at-temperature, right at the limit, times of any size");
     start_work();
     for (unsigned i = 0; i < often(12, 5); ++i) {
       const std::int32_t setpoint = 300 + 5 * static_cast<std::int32_t>(below(600));  // whole 1/64 degC
@@ -200,7 +200,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // A hot head at zero duty whose samples don't move, 20 degC above ambient or a little less.
   void frozen() {
-    s_.begin("protection: SensorStale by a frozen sample, right at the limit, times of any size");
+    begin("protection: SensorStale by a frozen sample, right at the limit, times of any size");
     start_work();
     for (unsigned i = 0; i < often(10, 4); ++i) {
       heat_calmly(1000, 100);
@@ -226,7 +226,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // The first sample behind SAMPLE_TIMEOUT or in time.
   void stale() {
-    s_.begin("protection: SensorStale, times of any size");
+    begin("protection: SensorStale, times of any size");
     start_work();
     for (unsigned i = 0; i < often(10, 4); ++i) {
       heat_calmly(1000, 60);
@@ -249,7 +249,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // Telemetry shows the time left; the heater goes off with the last tenth.
   void host_watchdog() {
-    s_.begin("protection: HostWatchdog, times of any size");
+    begin("protection: HostWatchdog, times of any size");
     start_work();
     for (unsigned i = 0; i < often(8, 4); ++i) {
       heat_calmly(1000, 90);
@@ -268,7 +268,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // The switch stays on for as long as FB_TIME, or a clock less.
   void heater_feedback() {
-    s_.begin("protection: HeaterFb, times of any size");
+    begin("protection: HeaterFb, times of any size");
     start_work();
     set(spec::kRegCtrl, 0x37);
     s_.ticks(2);
@@ -294,7 +294,7 @@ class ProtectionPieces : private ProtectionSteps {
   // The other causes: emergency stop, a control period too short for its work, a rise at zero duty while
   // heating.
   void other_faults() {
-    s_.begin("protection: Inhibit, State, ZeroRise");
+    begin("protection: Inhibit, State, ZeroRise");
     start_work();
     heat();
     s_.set_inhibit(true);
@@ -328,7 +328,7 @@ class ProtectionPieces : private ProtectionSteps {
 
   // Detectors with limits and temperatures of any size; which of them trips is left to chance.
   void limits_of_any_size() {
-    s_.begin("protection: limits of any size");
+    begin("protection: limits of any size");
     start_work();
     for (unsigned i = 0; i < often(10, 8); ++i) {
       Parameters p = calm();

@@ -14,7 +14,7 @@ class PulsePieces : private PieceSteps {
 
  private:
   void pulse_width() {
-    s_.begin("PWM: duty ends, periods, prescaler, dither, shortest pulse");
+    begin("PWM: duty ends, periods, prescaler, dither, shortest pulse");
     start_work();
     set(spec::kRegMode, 1);
     s_.ticks();
@@ -48,7 +48,7 @@ class PulsePieces : private PieceSteps {
 
   // Each waited for, so that all bits of both counters and of what is carried to the next period move.
   void long_pulses() {
-    s_.begin("PWM: periods and prescalers of all bits, run to their end");
+    begin("PWM: periods and prescalers of all bits, run to their end");
     start_work();
     set(spec::kRegMode, 1);
     s_.ticks();

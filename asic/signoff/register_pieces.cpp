@@ -18,7 +18,7 @@ class RegisterPieces : private PieceSteps {
   // Staged and active words take a value, its complement, and one in which two bits differ; Discard copies
   // the active words back to be read.
   void registers() {
-    s_.begin("registers: staged and active, both values of every bit");
+    begin("registers: staged and active, both values of every bit");
     s_.command(spec::kCmdDiscard);
     s_.read_holding();
     for (unsigned round = 0; round < often(5, 2); ++round) {
@@ -45,7 +45,7 @@ class RegisterPieces : private PieceSteps {
     write_all(now_);
     s_.ticks(2);
 
-    s_.begin("registers: hold, commit, discard, lock");
+    begin("registers: hold, commit, discard, lock");
     s_.command(spec::kCmdHold);
     for (const std::int32_t ts : {2000, 1365, 682, 10}) s_.write(spec::kRegTs, ts);
     for (const std::int32_t baud : {4095, 2730, 1365}) {
@@ -96,7 +96,7 @@ class RegisterPieces : private PieceSteps {
   // A commit opens all staged words at a time: two that aren't as after reset bring any pattern to the
   // corrector.
   void commits() {
-    s_.begin("registers: commits of any two words");
+    begin("registers: commits of any two words");
     s_.reset();
     s_.write(spec::kRegTs, calm()[spec::kRegTs]);
     s_.write(spec::kRegBaud, kFastBaud);
@@ -104,7 +104,8 @@ class RegisterPieces : private PieceSteps {
     s_.set_line(kFastBaud, 0, s_.address());
     for (unsigned round = 0; round < often(400, 4); ++round) {
       const auto few_bits = [&](spec::Reg reg) {
-        return spec::kHolding[reg].reset ^ static_cast<std::int32_t>(random_() & random_() & 0xFFFF);
+        return spec::kHolding[reg].reset ^
+               static_cast<std::int32_t>(random_.bits() & random_.bits() & 0xFFFF);
       };
       s_.write(spec::kRegKp, std::array{few_bits(spec::kRegKp), few_bits(spec::kRegKiApproach)});
       s_.ticks();

@@ -20,7 +20,7 @@ class StartPieces : private PieceSteps {
 
  private:
   void reset_and_identity() {
-    s_.begin("reset, address straps, identification");
+    begin("reset, address straps, identification");
     for (const std::uint8_t strap : std::initializer_list<std::uint8_t>{5, 2, 7, 0}) {
       s_.reset(strap, TimeBase::real);
       s_.ask(tb::report_server_id(s_.address()));
@@ -35,7 +35,7 @@ class StartPieces : private PieceSteps {
 
   // The only piece but the first in which a millisecond is one.
   void real_time() {
-    s_.begin("time base in operation: control period, 0.1 s, ramp");
+    begin("time base in operation: control period, 0.1 s, ramp");
     start_work(TimeBase::real);
     set(spec::kRegTlmPeriod, 1);
     set(spec::kRegAtDwell, 1);
@@ -49,7 +49,7 @@ class StartPieces : private PieceSteps {
 
   // Every block once, briefly and all at a time: what a defect spoils for long shows here at once.
   void at_work() {
-    s_.begin("closed loop at work: every block, briefly");
+    begin("closed loop at work: every block, briefly");
     start_work();
     set(spec::kRegTs, 200);
     set(spec::kRegTlmPeriod, 1);
@@ -112,7 +112,7 @@ class StartPieces : private PieceSteps {
   }
 
   void reset_in_operation() {
-    s_.begin("reset in operation");
+    begin("reset in operation");
     sample(of_tenths(300));
     s_.ticks(2);
     if (s_.chip().guard.fault_q != 0) s_.command(spec::kCmdClearFault);

@@ -54,7 +54,7 @@ class TuningPieces : private PieceSteps {
   }
   // Sums of many bits: the largest swings, and cycles of thousands of control periods.
   void long_relay_cycles() {
-    s_.begin("self-tuning: largest swings, longest cycles");
+    begin("self-tuning: largest swings, longest cycles");
     constexpr std::int32_t kLargest = 17200;
     relay_run(kLargest, {{4, 4}, {40, 40}, {40, 40}, {40, 40}, {40, 45}, {50, 41}, {44, 44}, {47, 42}});
     if (quick_) return;
@@ -64,7 +64,7 @@ class TuningPieces : private PieceSteps {
   }
 
   void self_tuning() {
-    s_.begin("self-tuning: finished with different plants, stopped, out of time");
+    begin("self-tuning: finished with different plants, stopped, out of time");
     constexpr unsigned kEnough = 40;  // turns
     for (unsigned run = 0; run < often(10, 5); ++run) {
       write_all(now_ = calm());

@@ -1,9 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""finish_netlist.py BITS.asc NETLIST.v: what icebox_vlog leaves out of an HX8K's or UP5K's netlist or gets wrong, put right.
+"""finish_netlist.py BITS.asc NETLIST.v: adds what icebox_vlog leaves out of an HX8K's or UP5K's netlist.
 
-It leaves out the UP5K's DSP blocks: they become SB_MAC16, with the parameters that their bits say. Of a block RAM's two clocks it inverts the other
-one: it takes the tiles to stand as on the HX1K, but here the lower one has the read clock.
+That is the UP5K's DSP blocks: they become SB_MAC16, with the parameters that their bits say.
 NETLIST.v has icebox_vlog's comments, which say what each wire is made of; it is printed without them.
 """
 import re
@@ -57,13 +56,6 @@ def multiplier(device, x, y, wire_of):
     return lines + [f"assign {wire_of[segments[f'O_{bit}']]} = mac_{x}_{y}[{bit}];" for bit in range(32) if segments[f"O_{bit}"] in wire_of]
 
 
-def with_ram_clocks(netlist):
-    """The read clock inverted where icebox_vlog has inverted the write clock."""
-    def exchanged(ram):
-        return re.sub(r"\.RCLK\(", ".RCLKN(", ram[0].replace("SB_RAM40_4KNW", "SB_RAM40_4KNR").replace(".WCLKN(", ".WCLK("))
-    return re.sub(r"^SB_RAM40_4KNW #\(.*?^\);", exchanged, netlist, flags=re.M | re.S)
-
-
 def main(bits_path, netlist_path):
     device = icebox.iceconfig()
     device.read_file(bits_path)
@@ -72,7 +64,7 @@ def main(bits_path, netlist_path):
     wire_of = wires_of_segments(netlist)
     added = [line for x, y in sorted(device.dsp_tiles[0]) for line in multiplier(device, x, y, wire_of)]
     plain = re.sub(r"^//.*\n", "", netlist, flags=re.M)
-    print(with_ram_clocks(plain).replace("\nendmodule", "\n".join(["", *added, "endmodule"])))
+    print(plain.replace("\nendmodule", "\n".join(["", *added, "endmodule"])))
 
 
 if __name__ == "__main__":
