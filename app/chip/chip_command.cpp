@@ -16,10 +16,10 @@
 #include "app/chip/chip_serve.hpp"
 #include "app/chip/chip_tune.hpp"
 #include "app/chip/chip_watch.hpp"
+#include "app/chip/latched_fault.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "host/controller.hpp"
-#include "tb/printer/fault_sentence.hpp"
 
 namespace meltstage::app {
 
@@ -105,18 +105,9 @@ int run_chip(host::Controller& controller) {
   try {
     controller.run();
   } catch (const host::BusError& refused) {
-    const auto word = [&](std::string_view name) {
-      const std::array one{&host::find_register(name)};
-      return controller.read(std::span<const host::Register* const>(one)).front();
-    };
     std::string sentence;
     try {
-      namespace spec = chip::spec;
-      const unsigned first = word(spec::kInput[spec::kInFirstFault].name) >> 8;
-      if (first != 0 && first <= spec::kFaultCount)
-        sentence = tb::fault_sentence(static_cast<spec::Fault>(first - 1),
-                                      {[&](spec::In reg) { return word(spec::kInput[reg].name); },
-                                       [&](spec::Reg reg) { return word(spec::kHolding[reg].name); }});
+      sentence = latched_fault(controller);
     } catch (const host::BusError&) {  // it does not answer either: the first error says why
     }
     if (sentence.empty()) throw;

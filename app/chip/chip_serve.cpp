@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "app/chip/chip_wire.hpp"
+#include "app/chip/latched_fault.hpp"
 #include "app/chip/pseudo_terminal.hpp"
 #include "app/print/job_file.hpp"
 #include "app/terminal.hpp"
@@ -226,6 +227,7 @@ void serve(Server& server, PseudoTerminal& port, const std::optional<double>& sp
   const Ratio whole(server.cycle(), now);
   Ratio recent = whole;
   bool told_slow = false;
+  unsigned told_fault = 0;
   for (;;) {
     throw_if_interrupted();
     const bool hurry = server.serving() || frames.size() != 0;
@@ -253,6 +255,12 @@ void serve(Server& server, PseudoTerminal& port, const std::optional<double>& sp
         std::fflush(stdout);
       }
       told_slow = true;
+    }
+    if (const unsigned first = server.chip().guard.first_q; first != told_fault) {
+      told_fault = first;
+      line.clear();
+      if (first != 0) fmt::print("{:.1f} s: {}\n", seconds(server.cycle()), latched_fault(server.chip()));
+      std::fflush(stdout);
     }
     if (recent.since(now) > kShowEvery) {
       line.show(fmt::format("{:.1f} s ({:.3g} x real time)  {}", seconds(server.cycle()),

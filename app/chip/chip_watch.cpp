@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "app/chip/chip_chart.hpp"
+#include "app/chip/latched_fault.hpp"
 #include "app/terminal.hpp"
 #include "base/error.hpp"
 
@@ -217,8 +218,10 @@ int watch_as_chart(host::Controller& controller, const WatchOptions& options) {
 int watch_chip(host::Controller& controller, const WatchOptions& options) {
   catch_interrupts();
   try {
-    return isatty(STDOUT_FILENO) != 0 ? watch_as_chart(controller, options)
-                                      : watch_as_csv(controller, options);
+    const int status =
+        isatty(STDOUT_FILENO) != 0 ? watch_as_chart(controller, options) : watch_as_csv(controller, options);
+    if (status != 0) fmt::print(stderr, "{}\n", latched_fault(controller));
+    return status;
   } catch (const Interrupted&) {
     return 0;
   }

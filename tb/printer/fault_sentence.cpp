@@ -29,15 +29,17 @@ void append(std::string& list, const std::string& item) { list += (list.empty() 
 
 }  // namespace
 
-std::string fault_sentence(spec::Fault fault, const RegistersAtFault& registers) {
+std::string fault_sentence(spec::Fault fault, const FaultRegisters& registers) {
   const spec::FaultInfo& info = spec::kFaults[fault];
   const spec::FaultAdvice& advice = spec::kFaultAdvice[fault];
   std::string measured, limits;
-  for (const spec::In reg : advice.measured) append(measured, measured_value(reg, registers.input(reg)));
+  for (const spec::In reg : advice.measured) {
+    if (const auto raw = registers.input(reg)) append(measured, measured_value(reg, *raw));
+  }
   for (const spec::Reg reg : advice.limits)
     append(limits, named_value(spec::kHolding[reg], registers.holding(reg)));
   return fmt::format("{}: {}{}{} Next: {}", info.name, info.doc,
-                     measured.empty() ? "" : " Measured: " + measured + ".",
+                     measured.empty() ? "" : fmt::format(" {}: {}.", registers.when, measured),
                      limits.empty() ? "" : " Limit: " + limits + ".", advice.next);
 }
 

@@ -5,20 +5,23 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "cmodel/spec.hpp"
 
 namespace meltstage::tb {
 
-// The chip's registers, raw, as they stood at the fault.
-struct RegistersAtFault {
-  std::function<std::uint16_t(chip::spec::In)> input;
+// The chip's registers, raw, as they stood at the fault or are read after it.
+struct FaultRegisters {
+  std::function<std::optional<std::uint16_t>(chip::spec::In)> input;  // none: no longer what it was
   std::function<std::uint16_t(chip::spec::Reg)> holding;
+  std::string_view when = "Measured";
 };
 
 // One line on the fault of this bit of FAULT, below kFaultCount; measured values, limits and advice are those
 // of spec/chip.toml.
-std::string fault_sentence(chip::spec::Fault fault, const RegistersAtFault& registers);
+std::string fault_sentence(chip::spec::Fault fault, const FaultRegisters& registers);
 
 }  // namespace meltstage::tb

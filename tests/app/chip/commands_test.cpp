@@ -119,7 +119,7 @@ TEST_P(ChipCommands, RefusalsNameTheFault) {
   while (command("read FAULT").output.find("OverTemp") == std::string::npos) {
   }
   expect_one_line(command("run"), 1, "present now: OverTemp");
-  EXPECT_THAT(command("run").output, AllOf(ContainsRegex("Measured: PV [0-9.]+ degC\\."),
+  EXPECT_THAT(command("run").output, AllOf(ContainsRegex("Now: PV [0-9.]+ degC\\."),
                                            HasSubstr("Limit: T_MAX 20 degC. Next: Check")));
   expect_one_line(command("clear"), 1, "present now: OverTemp");
   ASSERT_EQ(command("set T_MAX=150").status, 0);

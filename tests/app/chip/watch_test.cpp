@@ -17,6 +17,7 @@
 namespace meltstage {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -36,6 +37,19 @@ TEST(Watch, PrintsCsvInAPipe) {
   EXPECT_EQ(rows[0], "time_s,temperature_degc,setpoint_degc,duty_percent,state,run,at_temperature,faults");
   for (const std::string& row : rows) EXPECT_EQ(std::count(row.begin(), row.end(), ','), 7) << row;
   EXPECT_THAT(rows.back(), HasSubstr(",25."));  // the room's temperature
+}
+
+TEST(Watch, AFaultIsToldWithWhatToDo) {
+  ServedChip chip("--speed 10");
+  ASSERT_EQ(run_command("chip set T_MAX=20 --timeout 10 --port " + chip.port()).status, 0);
+  const Ran ran = run_command("chip watch --period 0.05 --for 1 --timeout 10 --port " + chip.port());
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(lines(ran.output).back(), StartsWith("OverTemp: "));
+  EXPECT_THAT(lines(ran.output).back(), HasSubstr("degC. Limit: T_MAX 20 degC. Next: Check"));
+  chip.stop(SIGTERM);  // the server has told it too, once
+  EXPECT_THAT(chip.output(),
+              ContainsRegex("s: OverTemp: .* Measured: PV 25[0-9.]* degC\\. Limit: T_MAX 20 degC\\."));
+  EXPECT_EQ(chip.output().find("OverTemp: "), chip.output().rfind("OverTemp: "));
 }
 
 TEST(Watch, LostChipIsOneLine) {

@@ -73,8 +73,8 @@ TEST(FaultVerdict, LostHost) {
 }
 
 TEST(FaultVerdict, EveryFaultSaysWhatToDo) {
-  const tb::RegistersAtFault registers{[](spec::In) { return spec::kPvNone; },
-                                       [](spec::Reg) { return std::uint16_t{7}; }};
+  const tb::FaultRegisters registers{[](spec::In) { return spec::kPvNone; },
+                                     [](spec::Reg) { return std::uint16_t{7}; }};
   for (unsigned bit = 0; bit < spec::kFaultCount; ++bit)
     EXPECT_THAT(tb::fault_sentence(static_cast<spec::Fault>(bit), registers),
                 ContainsRegex(" Next: [A-Z].*\\.$"));
