@@ -146,27 +146,10 @@ module tc_guard (
   function automatic logic elapsed(input logic [15:0] count, input logic [15:0] limit);
     elapsed = count >= limit;
   endfunction
-  // A count ends at its register's largest value, so bits that no value of the register has need no flops. In the whole
-  // chip there are none; where registers stand at their reset values (docs/make/fpga.md) these are most bits, without
-  // which a UP5K is too small. never_set() has ones there; count_up() carries over them and keeps them at 0.
-  function automatic logic [15:0] never_set(input logic [5:0] limit);
-    never_set = 16'hFFFF;
-    for (int i = 0; i < 16; i++) if (tc_pkg::reg_max(limit) >> i != 16'd0) never_set[i] = 1'b0;
-  endfunction
   // Count of 0.1 s that stops at its top.
-  function automatic logic [15:0] count_up(input logic [15:0] x, input logic tick, input logic [15:0] unused);
-    logic [16:0] next;
-    next     = {1'b0, x | unused} + 17'd1;
-    count_up = tick && !next[16] ? next[15:0] & ~unused : x;
+  function automatic logic [15:0] count_up(input logic [15:0] x, input logic tick);
+    count_up = tick && x != 16'hFFFF ? x + 16'd1 : x;
   endfunction
-  localparam logic [15:0] StaleUnused = never_set(tc_pkg::RegSampleTimeout);
-  localparam logic [15:0] LbaUnused = never_set(tc_pkg::RegLbaTime);
-  localparam logic [15:0] HoldUnused = never_set(tc_pkg::RegHoldTime);
-  localparam logic [15:0] ExcUnused = never_set(tc_pkg::RegExcTime);
-  localparam logic [15:0] ZeroUnused = never_set(tc_pkg::RegZeroWait);
-  localparam logic [15:0] WdUnused = never_set(tc_pkg::RegHostWd);
-  localparam logic [15:0] AtUnused = never_set(tc_pkg::RegAtDwell);
-  localparam logic [15:0] FbUnused = never_set(tc_pkg::RegFbTime);
   // ---- Detectors' comparisons, on the accepted temperature ----------------------------------------------------------
 
   logic auto_mode, heating, in_window, above_exc, over_hold, lba_rose, hold_rose, off_duty, zero_rose,
@@ -310,7 +293,7 @@ module tc_guard (
         stale_q    <= 16'd0;
         rate_q     <= jump;
       end else begin
-        stale_q <= count_up(stale_q, tenth_i, StaleUnused);
+        stale_q <= count_up(stale_q, tenth_i);
       end
       if (accept && (!settled_q || jump || rate_cnt_q >= RateTenths)) begin
         rate_ref_q <= settled_q && !jump ? pv_q : sens_pv_i;   // not the present sample, which may be a wrong one
@@ -326,38 +309,38 @@ module tc_guard (
 
       // Loop break: at full duty the temperature must rise by LBA_RISE above its lowest within each LBA_TIME. From the
       // lowest: a head that was cooling falls on for a while.
-      lba_q <= (lba_active && !lba_rose) ? count_up(lba_q, tenth_i, LbaUnused) : 16'd0;
+      lba_q <= (lba_active && !lba_rose) ? count_up(lba_q, tenth_i) : 16'd0;
       if (!lba_active || lba_rose || over_lba[16]) lba_ref_q <= pv_q;
       lba_trip_q <= lba_active && !lba_rose && elapsed(lba_q, params_i.lba_time);
 
       // Hold power: more than the head can need, and no rise to show for it.
-      hold_q <= hold_active && !hold_rose ? count_up(hold_q, tenth_i, HoldUnused) : 16'd0;
+      hold_q <= hold_active && !hold_rose ? count_up(hold_q, tenth_i) : 16'd0;
       if (!hold_active || hold_rose) hold_ref_q <= pv_q;
 
       // Excursion: armed once the temperature is at or below the window's top, disarmed when the set-point falls away.
       sp_past_q <= sp_work_i;
       if (!heating || sp_work_i < sp_past_q) exc_armed_q <= 1'b0;
       else if (!above_window) exc_armed_q <= 1'b1;
-      exc_q <= exc_active ? count_up(exc_q, tenth_i, ExcUnused) : 16'd0;
+      exc_q <= exc_active ? count_up(exc_q, tenth_i) : 16'd0;
 
       // Rise at zero duty, against the lowest temperature seen since the heat stored in the head has spread.
       if (!off_duty) zero_q <= 16'd0;
-      else if (!zero_due) zero_q <= count_up(zero_q, tenth_i, ZeroUnused);
+      else if (!zero_due) zero_q <= count_up(zero_q, tenth_i);
       // The first sample is no rise.
       if (accept && !pv_valid_q) zero_ref_q <= sens_pv_i;
       else if (!zero_due || over_zero[16]) zero_ref_q <= pv_q;
 
       // Frozen: a hot head without heat cools, so its samples move.
-      frozen_q <= frozen_active && !(accept && step != 17'sd0) ? count_up(frozen_q, tenth_i, LbaUnused) : 16'd0;
+      frozen_q <= frozen_active && !(accept && step != 17'sd0) ? count_up(frozen_q, tenth_i) : 16'd0;
 
       if (!fb_differs) fb_q <= 20'd0;
-      else if (!fb_trip) fb_q <= (fb_q + 20'd1) & ~{FbUnused, 4'd0};
+      else if (!fb_trip) fb_q <= fb_q + 20'd1;
 
       // Time since the last frame, so that a changed HOST_WD is in force at once.
-      wd_q <= !run_q || good_frame_i ? 16'd0 : count_up(wd_q, tenth_i, WdUnused);
+      wd_q <= !run_q || good_frame_i ? 16'd0 : count_up(wd_q, tenth_i);
 
       // At temperature.
-      at_q      <= heating && pv_valid_q && !ramping_i && in_window ? count_up(at_q, tenth_i, AtUnused) : 16'd0;
+      at_q      <= heating && pv_valid_q && !ramping_i && in_window ? count_up(at_q, tenth_i) : 16'd0;
       at_temp_q <= heating && pv_valid_q && !ramping_i && in_window && elapsed(at_q, params_i.at_dwell);
     end
   end
