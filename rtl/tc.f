@@ -1,4 +1,5 @@
 tc_pkg.sv
+tc_types_pkg.sv
 tc_math_pkg.sv
 tc_uart_pkg.sv
 tc_sync.sv

@@ -39,9 +39,7 @@ module tc_atune #(
   output logic [5:0]         wr_index_o,
   output logic [15:0]        wr_data_o,
 
-  output logic [15:0]        state_o,          // AT_STATE
-  output logic [15:0]        ku_o,             // AT_KU
-  output logic [15:0]        tu_o              // AT_TU
+  output tc_types_pkg::tuned_t tuned_o
 );
 
   // A code beyond these can only be an upset's: GUARD sees that by parity_o, and its stop leads to Idle.
@@ -341,9 +339,11 @@ module tc_atune #(
   assign wr_o       = wr_q;
   assign wr_index_o = wr_index_q;
   assign wr_data_o  = wr_data_q;
-  assign state_o    = {5'd0, cycles_q, 5'd0, end_q};
-  assign ku_o       = ku_q;
-  assign tu_o       = sum_ticks_q[17:16] != 2'd0 ? 16'hFFFF : sum_ticks_q[15:0];
+  always_comb begin
+    tuned_o.state = {5'd0, cycles_q, 5'd0, end_q};
+    tuned_o.ku    = ku_q;
+    tuned_o.tu    = sum_ticks_q[17:16] != 2'd0 ? 16'hFFFF : sum_ticks_q[15:0];
+  end
 
   logic unused;
   assign unused = ^{rest_less[18], twice_less[17]};

@@ -18,9 +18,7 @@ module tc_guard (
 
   // Sensor.
   input  logic               sens_done_i,
-  input  logic               sens_ok_i,
-  input  logic               sens_dev_fault_i,
-  input  logic signed [15:0] sens_pv_i,
+  input  tc_types_pkg::reading_t sens_i,
 
   // Control loop.
   input  logic [16:0]        duty_i,
@@ -111,8 +109,8 @@ module tc_guard (
 
   logic               far, jump, jump_stays, accept, refuse;
   logic signed [16:0] step, drift;             // change since the last accepted sample, since the second's reference
-  assign step   = 17'(sens_pv_i) - 17'(pv_q);
-  assign drift  = 17'(sens_pv_i) - 17'(rate_ref_q);
+  assign step   = 17'(sens_i.pv) - 17'(pv_q);
+  assign drift  = 17'(sens_i.pv) - 17'(rate_ref_q);
   // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's reference, so
   // that the way back from a single wrong sample is no jump): such a frame is refused as a bad one. The one that makes
   // BAD_MAX refused in a row is taken as it is, with the Rate cause: the jump stays, so it is no noise. A sensor's
@@ -123,7 +121,7 @@ module tc_guard (
                            beyond(drift, {1'b0, params_i.dtdt_max, 4'd0})));
   assign jump       = settled_q && far;
   assign jump_stays = jump && {1'b0, bad_q} + 5'd1 >= {1'b0, params_i.bad_max[3:0]};
-  assign accept     = sens_done_i && sens_ok_i && (!jump || jump_stays);
+  assign accept     = sens_done_i && sens_i.ok && (!jump || jump_stays);
   assign refuse     = sens_done_i && !accept;
 
   // 1/320 degC on both sides of a comparison: 5 x 1/64 degC, 32 x 0.1 degC.
@@ -192,9 +190,9 @@ module tc_guard (
   always_comb begin
     cause_d = 15'd0;
     // Over-temperature acts on the sample itself, unfiltered.
-    cause_d[tc_pkg::FaultOverTemp]  = accept ? at_or_above(17'(sens_pv_i), 17'($signed(params_i.t_max)))
+    cause_d[tc_pkg::FaultOverTemp]  = accept ? at_or_above(17'(sens_i.pv), 17'($signed(params_i.t_max)))
                                     : cause_q[tc_pkg::FaultOverTemp];
-    cause_d[tc_pkg::FaultUnderTemp] = accept ? !at_or_above(17'(sens_pv_i), 17'($signed(params_i.t_min)))
+    cause_d[tc_pkg::FaultUnderTemp] = accept ? !at_or_above(17'(sens_i.pv), 17'($signed(params_i.t_min)))
                                     : cause_q[tc_pkg::FaultUnderTemp];
     cause_d[tc_pkg::FaultSensorFault]  = bad_limit && bad_dev_q;
     cause_d[tc_pkg::FaultSensorFrame]  = bad_limit && !bad_dev_q;
@@ -286,7 +284,7 @@ module tc_guard (
       if (accept) begin
         pv_valid_q <= 1'b1;
         if (pv_valid_q && !far) settled_q <= 1'b1;
-        pv_q       <= sens_pv_i;
+        pv_q       <= sens_i.pv;
         slope_q    <= pv_valid_q ? tc_math_pkg::sat_s16(40'(step)) : 16'sd0;
         samples_q  <= samples_q + 16'd1;
         bad_q      <= 4'd0;
@@ -296,14 +294,14 @@ module tc_guard (
         stale_q <= count_up(stale_q, tenth_i);
       end
       if (accept && (!settled_q || jump || rate_cnt_q >= RateTenths)) begin
-        rate_ref_q <= settled_q && !jump ? pv_q : sens_pv_i;   // not the present sample, which may be a wrong one
+        rate_ref_q <= settled_q && !jump ? pv_q : sens_i.pv;   // not the present sample, which may be a wrong one
         rate_cnt_q <= 4'd0;
       end else if (tenth_i && rate_cnt_q < RateTenths) begin
         rate_cnt_q <= rate_cnt_q + 4'd1;
       end
       if (refuse) begin
         sensor_errors_q <= sensor_errors_q + 16'd1;
-        bad_dev_q       <= sens_dev_fault_i;
+        bad_dev_q       <= sens_i.dev_fault;
         if (bad_q != 4'hF) bad_q <= bad_q + 4'd1;
       end
 
@@ -327,7 +325,7 @@ module tc_guard (
       if (!off_duty) zero_q <= 16'd0;
       else if (!zero_due) zero_q <= count_up(zero_q, tenth_i);
       // The first sample is no rise.
-      if (accept && !pv_valid_q) zero_ref_q <= sens_pv_i;
+      if (accept && !pv_valid_q) zero_ref_q <= sens_i.pv;
       else if (!zero_due || over_zero[16]) zero_ref_q <= pv_q;
 
       // Frozen: a hot head without heat cools, so its samples move.
@@ -365,7 +363,7 @@ module tc_guard (
   assign first_fault_o   = first_q;
 
   logic unused;
-  assign unused = ^params_i;
+  assign unused = ^{params_i, sens_i};
 
 `ifndef SYNTHESIS
   assign accept_o = accept;
@@ -376,7 +374,7 @@ module tc_guard (
   `TC_ASSERT_NEXT(GuardFaultStays_A, fault_q != 15'd0 && !clear_i, fault_q != 15'd0)
   // P5: an accepted sample at or above T_MAX is a cause in the next clock.
   `TC_ASSERT_NEXT(GuardHotSampleIsCause_A,
-                  accept && !(of_temp(17'(sens_pv_i)) < of_tenths(17'($signed(params_i.t_max)))),
+                  accept && !(of_temp(17'(sens_i.pv)) < of_tenths(17'($signed(params_i.t_max)))),
                   cause_q[tc_pkg::FaultOverTemp])
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)

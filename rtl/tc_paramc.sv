@@ -24,12 +24,7 @@ module tc_paramc (
   output logic        pending_o,        // staged writes to commit at the tick
 
   // Command as UARTC holds it.
-  input  logic        cmd_broadcast_i,
-  input  logic [7:0]  cmd_fc_i,
-  input  logic [15:0] cmd_a_i,
-  input  logic [15:0] cmd_b_i,
-  input  logic [7:0]  cmd_count_i,
-  input  logic [8:0]  cmd_len_i,
+  input  tc_types_pkg::command_t cmd_i,
   output logic [3:0]  cmd_word_index_o,
   input  logic [15:0] cmd_word_i,       // read port: follows cmd_word_index_o in the same clock
   output logic [2:0]  rsp_kind_o,
@@ -82,19 +77,12 @@ module tc_paramc (
   input  logic [3:0]  first_fault_i,
   input  logic [4:0]  state_i,
   input  logic [15:0] wd_left_i,
-  input  logic [15:0] crc_errors_i,
-  input  logic [15:0] char_errors_i,
-  input  logic [15:0] messages_i,
+  input  tc_types_pkg::line_counters_t counters_i,
   input  logic [15:0] sensor_errors_i,
   input  logic [15:0] mem_corrected_i,
-  input  logic [15:0] overshoot_i,
-  input  logic [15:0] band_time_i,
-  input  logic [15:0] band_error_i,
-  input  logic [15:0] peak_i,
+  input  tc_types_pkg::quality_t quality_i,
   input  logic [31:0] on_time_i,
-  input  logic [15:0] tune_state_i,
-  input  logic [15:0] tune_ku_i,
-  input  logic [15:0] tune_tu_i,
+  input  tc_types_pkg::tuned_t tuned_i,
   input  logic [16:0] tune_hold_i
 );
 
@@ -141,22 +129,22 @@ module tc_paramc (
   // ---- Judging a command --------------------------------------------------------------------------------------------
 
   logic fc_read, fc_single, fc_multiple, fc_write;
-  assign fc_read     = cmd_fc_i == tc_pkg::FcReadHolding || cmd_fc_i == tc_pkg::FcReadInput;
-  assign fc_single   = cmd_fc_i == tc_pkg::FcWriteSingle;
-  assign fc_multiple = cmd_fc_i == tc_pkg::FcWriteMultiple;
+  assign fc_read     = cmd_i.fc == tc_pkg::FcReadHolding || cmd_i.fc == tc_pkg::FcReadInput;
+  assign fc_single   = cmd_i.fc == tc_pkg::FcWriteSingle;
+  assign fc_multiple = cmd_i.fc == tc_pkg::FcWriteMultiple;
   assign fc_write    = fc_single || fc_multiple;
 
   logic [15:0] end_addr;  // one past the last register asked for; no wrap, as counts are checked first
-  assign end_addr = cmd_a_i + (fc_single ? 16'd1 : cmd_b_i);
+  assign end_addr = cmd_i.a + (fc_single ? 16'd1 : cmd_i.b);
 
   logic in_holding, in_input;
-  assign in_holding = cmd_a_i >= tc_pkg::HoldingBase && end_addr <= HoldingEnd && end_addr > cmd_a_i;
-  assign in_input   = cmd_a_i < 16'(tc_pkg::InputCount) && end_addr <= 16'(tc_pkg::InputCount);
+  assign in_holding = cmd_i.a >= tc_pkg::HoldingBase && end_addr <= HoldingEnd && end_addr > cmd_i.a;
+  assign in_input   = cmd_i.a < 16'(tc_pkg::InputCount) && end_addr <= 16'(tc_pkg::InputCount);
 
   // Of FC 43/14: one object, or a stream of them.
   logic [7:0] read_code;
   logic       one_object;
-  assign read_code  = cmd_a_i[7:0];
+  assign read_code  = cmd_i.a[7:0];
   assign one_object = read_code == tc_pkg::IdentificationObject;
 
   // Function, length, count, address, in the order the standard asks for.
@@ -167,34 +155,34 @@ module tc_paramc (
     form_kind = tc_pkg::RspException;
     if (fc_read) begin
       form_kind = tc_pkg::RspRead;
-      if (cmd_len_i != 9'd8 || cmd_b_i == 16'd0 || cmd_b_i > tc_pkg::MaxRead) form_exc = tc_pkg::ExcValue;
+      if (cmd_i.len != 9'd8 || cmd_i.b == 16'd0 || cmd_i.b > tc_pkg::MaxRead) form_exc = tc_pkg::ExcValue;
       else if (!in_holding && !in_input) form_exc = tc_pkg::ExcAddress;
       else form_exc = tc_pkg::ExcNone;
     end else if (fc_single) begin
       form_kind = tc_pkg::RspEcho;
-      if (cmd_len_i != 9'd8) form_exc = tc_pkg::ExcValue;
+      if (cmd_i.len != 9'd8) form_exc = tc_pkg::ExcValue;
       else if (!in_holding) form_exc = tc_pkg::ExcAddress;
       else form_exc = tc_pkg::ExcNone;
     end else if (fc_multiple) begin
       form_kind = tc_pkg::RspEcho;
-      if (cmd_b_i == 16'd0 || cmd_b_i > tc_pkg::WriteWords || {8'd0, cmd_count_i} != {cmd_b_i[14:0], 1'b0} ||
-          {7'd0, cmd_len_i} != {cmd_b_i[14:0], 1'b0} + 16'd9) form_exc = tc_pkg::ExcValue;
+      if (cmd_i.b == 16'd0 || cmd_i.b > tc_pkg::WriteWords || {8'd0, cmd_i.count} != {cmd_i.b[14:0], 1'b0} ||
+          {7'd0, cmd_i.len} != {cmd_i.b[14:0], 1'b0} + 16'd9) form_exc = tc_pkg::ExcValue;
       else if (!in_holding) form_exc = tc_pkg::ExcAddress;
       else form_exc = tc_pkg::ExcNone;
-    end else if (cmd_fc_i == tc_pkg::FcDiagnostics) begin
+    end else if (cmd_i.fc == tc_pkg::FcDiagnostics) begin
       form_kind = tc_pkg::RspEcho;
-      if (cmd_a_i != 16'd0) form_exc = tc_pkg::ExcFunction;
-      else if (cmd_len_i != 9'd8) form_exc = tc_pkg::ExcValue;
+      if (cmd_i.a != 16'd0) form_exc = tc_pkg::ExcFunction;
+      else if (cmd_i.len != 9'd8) form_exc = tc_pkg::ExcValue;
       else form_exc = tc_pkg::ExcNone;
-    end else if (cmd_fc_i == tc_pkg::FcReportServerId) begin
+    end else if (cmd_i.fc == tc_pkg::FcReportServerId) begin
       form_kind = tc_pkg::RspServerId;
-      form_exc  = cmd_len_i == 9'd4 ? tc_pkg::ExcNone : tc_pkg::ExcValue;
-    end else if (cmd_fc_i == tc_pkg::FcEncapsulated) begin
+      form_exc  = cmd_i.len == 9'd4 ? tc_pkg::ExcNone : tc_pkg::ExcValue;
+    end else if (cmd_i.fc == tc_pkg::FcEncapsulated) begin
       form_kind = one_object ? tc_pkg::RspIdObject : tc_pkg::RspIdStream;
-      if (cmd_a_i[15:8] != tc_pkg::MeiType) form_exc = tc_pkg::ExcFunction;
-      else if (cmd_len_i != 9'd7 || read_code == 8'd0 || read_code > tc_pkg::IdentificationObject)
+      if (cmd_i.a[15:8] != tc_pkg::MeiType) form_exc = tc_pkg::ExcFunction;
+      else if (cmd_i.len != 9'd7 || read_code == 8'd0 || read_code > tc_pkg::IdentificationObject)
         form_exc = tc_pkg::ExcValue;
-      else if (one_object && cmd_b_i[15:8] >= 8'(tc_pkg::IdentObjects)) form_exc = tc_pkg::ExcAddress;
+      else if (one_object && cmd_i.b[15:8] >= 8'(tc_pkg::IdentObjects)) form_exc = tc_pkg::ExcAddress;
       else form_exc = tc_pkg::ExcNone;
     end
   end
@@ -202,12 +190,12 @@ module tc_paramc (
   // The value in hand against its register.
   logic [5:0]  reg_now;
   logic [15:0] value_now;
-  assign reg_now   = cmd_a_i[5:0] + {2'd0, word_q};
-  assign value_now = fc_single ? cmd_b_i : cmd_word_i;
+  assign reg_now   = cmd_i.a[5:0] + {2'd0, word_q};
+  assign value_now = fc_single ? cmd_i.b : cmd_word_i;
 
   logic        last_now, is_stop, is_tune, cmd_known, too_low, too_high, above_t_max;
   logic [15:0] flip, setpoint_limit;
-  assign last_now  = fc_single || {12'd0, word_q} + 16'd1 == cmd_b_i;
+  assign last_now  = fc_single || {12'd0, word_q} + 16'd1 == cmd_i.b;
   assign is_stop   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdStop;
   assign is_tune   = reg_now == tc_pkg::RegCmd && value_now == tc_pkg::CmdTune;
   assign cmd_known = value_now == tc_pkg::CmdStop || value_now == tc_pkg::CmdRun ||
@@ -266,7 +254,7 @@ module tc_paramc (
           end else begin
             decoded_q  <= 1'b1;
             writes_q   <= 1'b0;
-            rsp_kind_q <= cmd_broadcast_i ? tc_pkg::RspNone
+            rsp_kind_q <= cmd_i.broadcast ? tc_pkg::RspNone
                         : form_exc != tc_pkg::ExcNone ? tc_pkg::RspException : form_kind;
             rsp_exc_q  <= form_exc != tc_pkg::ExcNone ? form_exc : {8{form_kind == tc_pkg::RspServerId && running_i}};
           end
@@ -274,7 +262,7 @@ module tc_paramc (
           checking_q <= 1'b0;
           decoded_q  <= 1'b1;
           writes_q   <= value_exc == tc_pkg::ExcNone;
-          rsp_kind_q <= cmd_broadcast_i ? tc_pkg::RspNone
+          rsp_kind_q <= cmd_i.broadcast ? tc_pkg::RspNone
                       : value_exc != tc_pkg::ExcNone ? tc_pkg::RspException : tc_pkg::RspEcho;
           rsp_exc_q  <= value_exc;
           word_q     <= 4'd0;
@@ -384,23 +372,23 @@ module tc_paramc (
         tc_pkg::InSamples:      rd_data_o = snap_samples_q;
         tc_pkg::InWdLeft:       rd_data_o = wd_left_i;
         tc_pkg::InCause:        rd_data_o = {1'b0, cause_i};
-        tc_pkg::InCrcErrors:    rd_data_o = crc_errors_i;
-        tc_pkg::InCharErrors:   rd_data_o = char_errors_i;
-        tc_pkg::InMessages:     rd_data_o = messages_i;
+        tc_pkg::InCrcErrors:    rd_data_o = counters_i.crc_errors;
+        tc_pkg::InCharErrors:   rd_data_o = counters_i.char_errors;
+        tc_pkg::InMessages:     rd_data_o = counters_i.messages;
         tc_pkg::InSensorErrors: rd_data_o = sensor_errors_i;
         tc_pkg::InMemCorrected: rd_data_o = mem_corrected_i;
         tc_pkg::InDeviceId:     rd_data_o = tc_pkg::DeviceId;
         tc_pkg::InVersion:      rd_data_o = tc_pkg::Version;
         tc_pkg::InMapCrc:       rd_data_o = tc_pkg::MapCrc;
-        tc_pkg::InOvershoot:    rd_data_o = overshoot_i;
-        tc_pkg::InBandTime:     rd_data_o = band_time_i;
-        tc_pkg::InBandError:    rd_data_o = band_error_i;
-        tc_pkg::InPeak:         rd_data_o = peak_i;
+        tc_pkg::InOvershoot:    rd_data_o = quality_i.overshoot;
+        tc_pkg::InBandTime:     rd_data_o = quality_i.band_time;
+        tc_pkg::InBandError:    rd_data_o = quality_i.band_error;
+        tc_pkg::InPeak:         rd_data_o = quality_i.peak;
         tc_pkg::InOnTimeH:      rd_data_o = on_time_i[31:16];
         tc_pkg::InOnTimeL:      rd_data_o = on_time_i[15:0];
-        tc_pkg::InAtState:      rd_data_o = tune_state_i;
-        tc_pkg::InAtKu:         rd_data_o = tune_ku_i;
-        tc_pkg::InAtTu:         rd_data_o = tune_tu_i;
+        tc_pkg::InAtState:      rd_data_o = tuned_i.state;
+        tc_pkg::InAtKu:         rd_data_o = tuned_i.ku;
+        tc_pkg::InAtTu:         rd_data_o = tuned_i.tu;
         tc_pkg::InAtDuty:       rd_data_o = percent[15:0];
         default:                rd_data_o = 16'd0;
       endcase
@@ -408,7 +396,7 @@ module tc_paramc (
   end
 
   logic unused;
-  assign unused = ^{tenths[19:16], percent[28:16], status_i, rd_addr_i[15:9], rd_addr_i[7:6], cmd_a_i[15:6]};
+  assign unused = ^{tenths[19:16], percent[28:16], status_i, rd_addr_i[15:9], rd_addr_i[7:6], cmd_i.a[15:6]};
 
 `ifndef SYNTHESIS
   `TC_ASSERT_SETUP
@@ -439,7 +427,7 @@ module tc_paramc (
   // How far each phase has come.
   logic [3:0]  hand;                             // place of the parameter in hand
   logic [15:0] words;
-  assign words = fc_single ? 16'd1 : cmd_b_i;
+  assign words = fc_single ? 16'd1 : cmd_i.b;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) hand <= 4'd0;
     else if (extract_i && !discarding_i) hand <= word_q;

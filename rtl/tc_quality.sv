@@ -20,10 +20,7 @@ module tc_quality #(
   input  logic               at_temp_i,
   input  logic               heater_i,
 
-  output logic [15:0]        overshoot_o,      // 1/64 degC, as the next
-  output logic [15:0]        band_error_o,
-  output logic [15:0]        peak_o,           // Q9.6
-  output logic [15:0]        band_time_o,      // 0.1 s, 65535 outside
+  output tc_types_pkg::quality_t quality_o,
   output logic [31:0]        on_time_o         // 0.1 s
 );
 
@@ -101,11 +98,13 @@ module tc_quality #(
     end
   end
 
-  assign overshoot_o  = over_q;
-  assign band_error_o = error_q;
-  assign peak_o       = peak_q;
-  assign band_time_o  = band_q;
-  assign on_time_o    = on_q;
+  always_comb begin
+    quality_o.overshoot  = over_q;
+    quality_o.band_error = error_q;
+    quality_o.peak       = peak_q;
+    quality_o.band_time  = band_q;
+  end
+  assign on_time_o = on_q;
 
 `ifndef SYNTHESIS
   `TC_ASSERT_SETUP

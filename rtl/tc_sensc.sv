@@ -3,9 +3,9 @@
 // temperature field into 1/64 degC.
 //
 // Contract
-// - start_i while idle begins a read; done_o pulses once at its end and pv_o, raw_o, ok_o, dev_fault_o, frame_bad_o
-//   hold till the next done_o. A start while busy_o is ignored. The description must be stable while busy_o (it is:
-//   parameters change at control ticks); frame length, SPI mode and chip select stay sound even if it is not.
+// - start_i while idle begins a read; done_o pulses once at its end and reading_o holds till the next one. A start while
+//   busy_o is ignored. The description must be stable while busy_o (it is: parameters change at control ticks); frame
+//   length, SPI mode and chip select stay sound even if it is not.
 // - Half a period of SCLK is spi_div_i + 1 clocks, 3 at least. Chip select falls half a period before the first edge,
 //   rises half a period after the last, and is high for 4 half periods before every frame; SCLK changes its idle level
 //   only there.
@@ -31,14 +31,10 @@ module tc_sensc (
   output logic             mosi_o,
   output logic             busy_o,
   output logic             done_o,
-  output logic             ok_o,
-  output logic             dev_fault_o,     // a fault bit of the frame is set
-  output logic             frame_bad_o,     // reserved bits wrong, or a stuck line
-  output logic [15:0]      pv_o,            // Q9.6
 `ifndef SYNTHESIS
-  output logic [14:0]      reading_o,       // clocks since the read began, 0: none; for assertions
+  output logic [14:0]      clocks_o,        // since the read began, 0: none; for assertions
 `endif
-  output logic [31:0]      raw_o
+  output tc_types_pkg::reading_t reading_o
 );
 
   // Distance 2: any other code is an upset and falls to Idle.
@@ -224,11 +220,13 @@ module tc_sensc (
   assign mosi_o = tx_q[16];
   assign busy_o = state_q != StIdle;
   assign done_o = done_q;
-  assign ok_o = !dev_fault_q && !frame_bad_q;
-  assign dev_fault_o = dev_fault_q;
-  assign frame_bad_o = frame_bad_q;
-  assign pv_o = pv_q;
-  assign raw_o = raw_q;
+  always_comb begin
+    reading_o.ok        = !dev_fault_q && !frame_bad_q;
+    reading_o.dev_fault = dev_fault_q;
+    reading_o.frame_bad = frame_bad_q;
+    reading_o.pv        = pv_q;
+    reading_o.raw       = raw_q;
+  end
 
   `TC_ASSERT_SETUP
   `TC_ASSERT_IF(SenscDeselectedClockIdles_A, cs_nq, sclk_q == mode_q[1])
@@ -239,20 +237,20 @@ module tc_sensc (
 `ifndef SYNTHESIS
   // P15: a read ends within 106 half periods of 256 clocks, the start and the judging.
   localparam logic [14:0] LongestRead = 15'd27138;
-  logic [14:0] reading;                          // clocks since the read began
+  logic [14:0] read_clocks;                       // clocks since the read began
   logic        resumed_q;                         // set by a bench that loads flops
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      resumed_q <= 1'b0;
-      reading  <= 15'd0;
+      resumed_q   <= 1'b0;
+      read_clocks <= 15'd0;
     end else begin
-      resumed_q <= 1'b0;
-      reading  <= start_i && state_q == StIdle ? 15'd1
-                : done_q || resumed_q || reading == 15'd0 ? 15'd0 : reading + 15'(reading != 15'h7FFF);
+      resumed_q   <= 1'b0;
+      read_clocks <= start_i && state_q == StIdle ? 15'd1
+                   : done_q || resumed_q || read_clocks == 15'd0 ? 15'd0 : read_clocks + 15'(read_clocks != 15'h7FFF);
     end
   end
-  assign reading_o = reading;
-  `TC_ASSERT_IF(P15_ReadEnds_A, reading != 15'd0, reading <= LongestRead)
+  assign clocks_o = read_clocks;
+  `TC_ASSERT_IF(P15_ReadEnds_A, read_clocks != 15'd0, read_clocks <= LongestRead)
 `endif
   `TC_COVER(SenscSetUp_C, setup_q && state_q == StShift)
   `TC_COVER(SenscBadFrame_C, done_q && frame_bad_q)
@@ -286,8 +284,8 @@ module tc_sensc (
 
   `TC_ASSERT(SenscStateLegal_A, state_q == StIdle || state_q == StGap || state_q == StLead || state_q == StShift ||
              state_q == StJudge)
-  `TC_ASSERT(SenscReading_A, (reading == 15'd0) == (state_q == StIdle && !done_q) &&
-             {1'b0, reading} + {1'b0, clocks_left} <= {1'b0, LongestRead})
+  `TC_ASSERT(SenscReading_A, (read_clocks == 15'd0) == (state_q == StIdle && !done_q) &&
+             {1'b0, read_clocks} + {1'b0, clocks_left} <= {1'b0, LongestRead})
   `TC_ASSERT_IF(SenscReadEnds_A, busy_past_q, clocks_left < clocks_left_q)
   `TC_ASSERT_NEXT(SenscClockMovesAtHalfPeriods_A, state_q != StIdle && !half_end, sclk_q == sclk_past_q)
   `TC_ASSERT(SenscReadBounded_A, clocks_left < LongestRead)

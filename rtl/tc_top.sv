@@ -57,10 +57,10 @@ module tc_top #(
 
   tc_pkg::params_t params;
 
-  logic        cmd_valid, cmd_broadcast, uart_stop, good_frame, rsp_busy, tlm_busy;
-  logic [7:0]  cmd_fc, cmd_count;
-  logic [8:0]  cmd_len;
-  logic [15:0] cmd_a, cmd_b, cmd_word, rd_addr, rd_data, crc_errors, char_errors, messages;
+  tc_types_pkg::command_t cmd;
+  logic        cmd_valid, uart_stop, good_frame, rsp_busy, tlm_busy;
+  logic [15:0] cmd_word, rd_addr, rd_data;
+  tc_types_pkg::line_counters_t line_counters;
   logic [3:0]  cmd_word_index;
 
   logic [4:0]  state;
@@ -76,12 +76,11 @@ module tc_top #(
   logic        mem_bad, scrub_busy, discarding, mem_rd, mem_rd_wait;
   logic [15:0] t_max_staged, mem_corrected;
 
-  logic        sens_busy, sens_done, sens_ok, sens_dev_fault, sens_frame_bad;
-  logic [15:0] sens_pv;
-  logic [31:0] sens_raw;
+  logic                   sens_busy, sens_done;
+  tc_types_pkg::reading_t reading;
 `ifndef SYNTHESIS
   logic        accept;
-  logic [14:0] reading;
+  logic [14:0] reading_clocks;
   logic [4:0]  computing;
 `endif
 
@@ -97,10 +96,11 @@ module tc_top #(
   logic        tuning, tune_stop, tune_parity, tune_still, tune_wr;
   logic [16:0] tune_duty, tune_hold;
   logic [5:0]  tune_index;
-  logic [15:0] tune_data, tune_state, tune_ku, tune_tu;
+  logic [15:0] tune_data;
+  tc_types_pkg::tuned_t tuned;
 
-  logic [15:0] overshoot, band_time, band_error, peak;
-  logic [31:0] on_time;
+  tc_types_pkg::quality_t quality;
+  logic [31:0]            on_time;
 
   logic        pwm, period_start, pwmc_parity, pwmc_still;
 
@@ -143,13 +143,12 @@ module tc_top #(
     .cfg_baud_i(params.baud[12:0]),
     .cfg_format_i(params.format[tc_pkg::FormatCharacter +: tc_pkg::FormatCharacterWidth]),
     .cfg_pause_i(params.format[tc_pkg::FormatPause]),
-    .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast), .cmd_fc_o(cmd_fc), .cmd_a_o(cmd_a), .cmd_b_o(cmd_b),
-    .cmd_count_o(cmd_count), .cmd_len_o(cmd_len), .cmd_word_index_i(cmd_word_index), .cmd_word_o(cmd_word),
+    .cmd_valid_o(cmd_valid), .cmd_o(cmd), .cmd_word_index_i(cmd_word_index), .cmd_word_o(cmd_word),
     .stop_o(uart_stop), .good_o(good_frame),
     .cmd_done_i(cmd_done), .rsp_kind_i(rsp_kind), .rsp_exc_i(rsp_exc), .rsp_busy_o(rsp_busy),
     .rd_addr_o(rd_addr), .rd_rsp_o(mem_rd), .rd_wait_i(mem_rd_wait), .rd_data_i(rd_data),
     .tlm_start_i(tlm_start), .tlm_busy_o(tlm_busy),
-    .crc_errors_o(crc_errors), .char_errors_o(char_errors), .messages_o(messages)
+    .counters_o(line_counters)
   );
 
   tc_sysctrl #(.MsClocks(MsClocks)) u_sysctrl (
@@ -167,30 +166,27 @@ module tc_top #(
     .clk_i, .rst_ni(rst_n),
     .decode_i(decode), .extract_i(extract), .write_i(write), .commit_i(commit), .display_i(display),
     .decoded_o(decoded), .writes_o(writes), .last_o(last), .pending_o(pending),
-    .cmd_broadcast_i(cmd_broadcast), .cmd_fc_i(cmd_fc), .cmd_a_i(cmd_a), .cmd_b_i(cmd_b), .cmd_count_i(cmd_count),
-    .cmd_len_i(cmd_len), .cmd_word_index_o(cmd_word_index), .cmd_word_i(cmd_word),
+    .cmd_i(cmd), .cmd_word_index_o(cmd_word_index), .cmd_word_i(cmd_word),
     .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
     .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .discarding_i(discarding),
-        .t_max_staged_i(t_max_staged),
+    .t_max_staged_i(t_max_staged),
     .lock_i(params.lock), .running_i(run), .run_allowed_i(run_allowed), .cause_present_i(cause != 15'd0),
     .manual_i(params.mode[tc_pkg::ModeManual]), .run_o(cmd_run), .stop_o(cmd_stop), .clear_o(cmd_clear),
     .tuning_i(tuning), .tune_wr_i(tune_wr), .tune_o(cmd_tune),
     .rd_addr_i(rd_addr), .rd_data_o(rd_data), .mem_rd_index_o(mem_rd_index), .mem_rd_data_i(mem_rd_data),
     .rd_busy_i(rsp_busy || tlm_busy),
     .pv_valid_i(pv_valid), .pv_i(pv), .slope_i(slope), .sp_work_i(sp_work), .duty_i(duty),
-    .term_p_i(term_p), .term_i_i(term_i), .term_d_i(term_d), .raw_i(sens_raw), .samples_i(samples),
+    .term_p_i(term_p), .term_i_i(term_i), .term_d_i(term_d), .raw_i(reading.raw), .samples_i(samples),
     .status_i(status),
     .fault_i(fault), .cause_i(cause), .first_fault_i(first_fault), .state_i(state), .wd_left_i(wd_left),
-    .crc_errors_i(crc_errors), .char_errors_i(char_errors), .messages_i(messages),
-    .sensor_errors_i(sensor_errors), .mem_corrected_i(mem_corrected),
-    .overshoot_i(overshoot), .band_time_i(band_time), .band_error_i(band_error), .peak_i(peak), .on_time_i(on_time),
-    .tune_state_i(tune_state), .tune_ku_i(tune_ku), .tune_tu_i(tune_tu), .tune_hold_i(tune_hold)
+    .counters_i(line_counters), .sensor_errors_i(sensor_errors), .mem_corrected_i(mem_corrected),
+    .quality_i(quality), .on_time_i(on_time), .tuned_i(tuned), .tune_hold_i(tune_hold)
   );
 
   tc_mem u_mem (
     .clk_i, .rst_ni(rst_n), .scan_en_i,
     .wr_i((write && store) || tune_wr), .wr_index_i(tune_wr ? tune_index : index),
-        .wr_data_i(tune_wr ? tune_data : value),
+    .wr_data_i(tune_wr ? tune_data : value),
     .commit_i(commit), .discard_i(discard), .discarding_o(discarding),
     .rd_i(mem_rd), .rd_index_i(mem_rd_index), .rd_data_o(mem_rd_data), .rd_wait_o(mem_rd_wait),
     .params_o(params), .t_max_staged_o(t_max_staged),
@@ -205,12 +201,11 @@ module tc_top #(
                params.sens_setup}),
     .spi_div_i(params.spi_div[7:0]), .trim_i(params.sens_trim), .miso_i(miso), .reconfig_i(commit),
     .sclk_o(spi_sclk_o), .cs_no(spi_cs_no), .mosi_o(spi_mosi_o),
-    .busy_o(sens_busy), .done_o(sens_done), .ok_o(sens_ok), .dev_fault_o(sens_dev_fault),
-    .frame_bad_o(sens_frame_bad), .pv_o(sens_pv),
+    .busy_o(sens_busy), .done_o(sens_done),
 `ifndef SYNTHESIS
-    .reading_o(reading),
+    .clocks_o(reading_clocks),
 `endif
-    .raw_o(sens_raw)
+    .reading_o(reading)
   );
 
   tc_algor u_algor (
@@ -231,24 +226,22 @@ module tc_top #(
   tc_atune u_atune (
     .clk_i, .rst_ni(rst_n),
     .tune_i(cmd_tune), .run_i(run), .sample_i(sample), .tenth_i(tenth), .commit_i(commit), .pv_i(pv),
-        .sp_work_i(sp_work),
-    .amb_i(amb), .ramping_i(ramping), .duty_max_i(duty_max),
-    .tuning_o(tuning), .duty_o(tune_duty), .hold_o(tune_hold), .stop_o(tune_stop), .parity_o(tune_parity),
-        .still_o(tune_still),
-    .wr_o(tune_wr), .wr_index_o(tune_index), .wr_data_o(tune_data), .state_o(tune_state), .ku_o(tune_ku), .tu_o(tune_tu)
+    .sp_work_i(sp_work), .amb_i(amb), .ramping_i(ramping), .duty_max_i(duty_max),
+    .tuning_o(tuning), .duty_o(tune_duty), .hold_o(tune_hold), .stop_o(tune_stop),
+    .parity_o(tune_parity), .still_o(tune_still),
+    .wr_o(tune_wr), .wr_index_o(tune_index), .wr_data_o(tune_data), .tuned_o(tuned)
   );
 
   tc_quality u_quality (
     .clk_i, .rst_ni(rst_n),
     .run_i(run), .sample_i(sample), .tenth_i(tenth), .pv_i(pv), .target_i(target), .window_i(params.at_window),
-    .at_temp_i(at_temp), .heater_i(heater),
-    .overshoot_o(overshoot), .band_error_o(band_error), .peak_o(peak), .band_time_o(band_time), .on_time_o(on_time)
+    .at_temp_i(at_temp), .heater_i(heater), .quality_o(quality), .on_time_o(on_time)
   );
 
   tc_pwmc u_pwmc (
     .clk_i, .rst_ni(rst_n),
     .prescale_i(params.pwm_prescale), .period_i(params.pwm_period), .min_on_i(params.pwm_min_on),
-        .dither_i(params.ctrl[tc_pkg::CtrlDither]),
+    .dither_i(params.ctrl[tc_pkg::CtrlDither]),
     .enable_i(run), .duty_i(duty), .load_i(pwm_load), .pwm_o(pwm),
     .parity_o(pwmc_parity), .still_o(pwmc_still), .period_start_o(period_start)
   );
@@ -256,13 +249,13 @@ module tc_top #(
   tc_guard u_guard (
     .clk_i, .rst_ni(rst_n),
     .params_i(params), .tenth_i(tenth),
-    .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_dev_fault_i(sens_dev_fault), .sens_pv_i(sens_pv),
+    .sens_done_i(sens_done), .sens_i(reading),
     .duty_i(duty), .hold_limit_i(hold_limit), .limited_i(limited), .segment_i(segment), .sp_work_i(sp_work),
     .ramping_i(ramping), .pwm_i(pwm),
     .run_i(cmd_run), .stop_i(stop), .clear_i(cmd_clear), .good_frame_i(good_frame), .mem_bad_i(mem_bad),
     .state_illegal_i(state_bad), .overrun_i(overrun),
     .watch_parity_i({pwmc_parity, ^{algor_i, algor_filt, sp_work, tune_parity}}),
-        .watch_still_i({pwmc_still, algor_still && tune_still}),
+    .watch_still_i({pwmc_still, algor_still && tune_still}),
     .inhibit_i(inhibit), .heater_fb_i(heater_fb),
     .heater_o(heater), .safe_en_o, .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
     .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),
@@ -283,23 +276,23 @@ module tc_top #(
   assign scan_o    = '0;
 
   logic unused;
-  assign unused = ^{params, sens_busy, sens_frame_bad, scrub_busy, period_start, scan_i};
+  assign unused = ^{params, sens_busy, scrub_busy, period_start, scan_i};
 
 `ifndef SYNTHESIS
   tc_properties u_properties (
     .clk_i, .rst_ni(rst_n),
     .heater_pin_i(heater_o), .inhibit_pin_i(inhibit_i), .safe_en_i(safe_en_o),
     .params_i(params), .tenth_i(tenth),
-    .sens_done_i(sens_done), .sens_ok_i(sens_ok), .sens_pv_i(sens_pv), .accept_i(accept), .duty_i(duty),
+    .sens_done_i(sens_done), .sens_ok_i(reading.ok), .sens_pv_i(reading.pv), .accept_i(accept), .duty_i(duty),
     .run_cmd_i(cmd_run), .cmd_stop_i(cmd_stop), .uart_stop_i(uart_stop), .tune_stop_i(tune_stop), .clear_i(cmd_clear),
     .good_frame_i(good_frame), .mem_bad_i(mem_bad), .illegal_i(illegal), .overrun_i(overrun), .inhibit_i(inhibit),
     .pwm_i(pwm), .heater_i(heater), .run_i(run), .sensor_ok_i(sensor_ok), .pv_valid_i(pv_valid), .pv_i(pv),
     .cause_i(cause), .fault_i(fault), .first_fault_i(first_fault),
-    .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd_broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
+    .cmd_valid_i(cmd_valid), .cmd_broadcast_i(cmd.broadcast), .rsp_busy_i(rsp_busy), .de_i(uart_de_o),
     .write_i(write), .store_i(store), .index_i(index), .value_i(value), .discard_i(discard), .discarding_i(discarding),
     .tune_i(cmd_tune), .tune_wr_i(tune_wr),
     .state_i(state), .tick_i(tick), .commit_i(commit), .sens_start_i(sens_start), .sens_busy_i(sens_busy),
-        .reading_i(reading),
+    .reading_i(reading_clocks),
     .algor_start_i(algor_start), .computing_i(computing)
   );
 `endif

@@ -5,7 +5,7 @@
 // give_up_i, which comes earlier unless the host may pause. A frame for another address is dropped in silence. A frame
 // of which a byte came while busy_i or cmd_valid_o is dropped as a whole, with one exception: STOP (FC 06, CMD = 0) is
 // heard at any time, since it only needs matching, no storage. stop_o, good_o: one clock, in the clock after the frame
-// was judged. cmd_* hold from cmd_valid_o until the answer has been sent.
+// was judged. cmd_o and its words hold from cmd_valid_o until the answer has been sent.
 `include "tc_assert.svh"
 
 module tc_uart_frame (
@@ -23,19 +23,12 @@ module tc_uart_frame (
   input  logic        cmd_done_i,
   output logic        open_o,          // bytes of a frame not yet judged
   output logic        cmd_valid_o,
-  output logic        cmd_broadcast_o,
-  output logic [7:0]  cmd_fc_o,
-  output logic [15:0] cmd_a_o,
-  output logic [15:0] cmd_b_o,
-  output logic [7:0]  cmd_count_o,
-  output logic [8:0]  cmd_len_o,
+  output tc_types_pkg::command_t cmd_o,
   input  logic [3:0]  cmd_word_index_i,
   output logic [15:0] cmd_word_o,      // read port: follows cmd_word_index_i in the same clock
   output logic        stop_o,
   output logic        good_o,
-  output logic [15:0] crc_errors_o,
-  output logic [15:0] char_errors_o,
-  output logic [15:0] messages_o
+  output tc_types_pkg::line_counters_t counters_o
 );
 
   localparam logic [8:0] LeastBytes = 9'd4;    // address, function code, CRC
@@ -71,18 +64,22 @@ module tc_uart_frame (
 
   assign open_o          = count_q != 9'd0;
   assign cmd_valid_o     = cmd_valid_q;
-  assign cmd_broadcast_o = broadcast_q;
-  assign cmd_fc_o        = fc_q;
-  assign cmd_a_o         = a_q;
-  assign cmd_b_o         = b_q;
-  assign cmd_count_o     = bytes_q;
-  assign cmd_len_o       = len_q;
   assign cmd_word_o      = words_q[cmd_word_index_i];
   assign stop_o          = stop_q;
   assign good_o          = good_q;
-  assign crc_errors_o    = crc_errors_q;
-  assign char_errors_o   = char_errors_q;
-  assign messages_o      = messages_q;
+  always_comb begin
+    counters_o.crc_errors  = crc_errors_q;
+    counters_o.char_errors = char_errors_q;
+    counters_o.messages    = messages_q;
+  end
+  always_comb begin
+    cmd_o.broadcast = broadcast_q;
+    cmd_o.fc        = fc_q;
+    cmd_o.a         = a_q;
+    cmd_o.b         = b_q;
+    cmd_o.count     = bytes_q;
+    cmd_o.len       = len_q;
+  end
 
   // STOP on the wire: address, 06, CMD register, CmdStop, CRC.
   logic stop_byte, match;

@@ -25,12 +25,7 @@ module tc_uartc (
   input  logic        cfg_pause_i,       // the host may pause inside a frame
   // Received command.
   output logic        cmd_valid_o,
-  output logic        cmd_broadcast_o,
-  output logic [7:0]  cmd_fc_o,
-  output logic [15:0] cmd_a_o,           // bytes 2, 3
-  output logic [15:0] cmd_b_o,           // bytes 4, 5
-  output logic [7:0]  cmd_count_o,       // byte 6
-  output logic [8:0]  cmd_len_o,         // bytes, address and CRC included
+  output tc_types_pkg::command_t cmd_o,
   input  logic [3:0]  cmd_word_index_i,
   output logic [15:0] cmd_word_o,        // read port: follows cmd_word_index_i in the same clock
   output logic        stop_o,            // STOP received
@@ -49,10 +44,7 @@ module tc_uartc (
   // Telemetry.
   input  logic        tlm_start_i,
   output logic        tlm_busy_o,
-  // Counters, modulo 65536.
-  output logic [15:0] crc_errors_o,
-  output logic [15:0] char_errors_o,
-  output logic [15:0] messages_o
+  output tc_types_pkg::line_counters_t counters_o
 );
 
   localparam logic [7:0] Conformity    = 8'h81;    // basic identification, stream and single objects
@@ -122,10 +114,10 @@ module tc_uartc (
     .busy_i     (rsp_busy_o),
     .cmd_done_i,
     .open_o     (frame_open),
-    .cmd_valid_o, .cmd_broadcast_o, .cmd_fc_o, .cmd_a_o, .cmd_b_o, .cmd_count_o, .cmd_len_o,
+    .cmd_valid_o, .cmd_o,
     .cmd_word_index_i, .cmd_word_o,
     .stop_o, .good_o,
-    .crc_errors_o, .char_errors_o, .messages_o
+    .counters_o
   );
 
   // ---- Configuration ------------------------------------------------------------------------------------------------
@@ -155,7 +147,7 @@ module tc_uartc (
   assign rsp_ident   = rsp_kind_q == tc_pkg::RspIdStream || rsp_kind_q == tc_pkg::RspIdObject;
   assign rsp_reading = rsp_kind_q == tc_pkg::RspRead && rsp_place_q >= FirstData;
   assign rsp_ready   = rsp_active_q && (!rsp_reading || rsp_have_q);
-  assign read_bytes  = {1'b0, cmd_b_o[5:0], 1'b0};
+  assign read_bytes  = {1'b0, cmd_o.b[5:0], 1'b0};
   assign object_end  = ObjectText - 8'd1 + tc_pkg::ident_length(rsp_object_q);
   assign object_text = tc_pkg::ident_byte(tc_pkg::ident_start(rsp_object_q) + rsp_place_q - ObjectText);
   assign rsp_object_end = rsp_ident && rsp_place_q == object_end;
@@ -175,7 +167,7 @@ module tc_uartc (
     rsp_byte = 8'd0;
     if (rsp_place_q == 8'd0) rsp_byte = address_q;
     else if (rsp_place_q == 8'd1) begin
-      rsp_byte = rsp_kind_q == tc_pkg::RspException ? cmd_fc_o | tc_pkg::ExceptionFlag : cmd_fc_o;
+      rsp_byte = rsp_kind_q == tc_pkg::RspException ? cmd_o.fc | tc_pkg::ExceptionFlag : cmd_o.fc;
     end else begin
       unique case (rsp_kind_q)
         tc_pkg::RspException: rsp_byte = rsp_exc_q;
@@ -185,10 +177,10 @@ module tc_uartc (
         end
         tc_pkg::RspEcho: begin
           unique case (rsp_place_q[1:0])
-            2'd2:    rsp_byte = cmd_a_o[15:8];
-            2'd3:    rsp_byte = cmd_a_o[7:0];
-            2'd0:    rsp_byte = cmd_b_o[15:8];
-            default: rsp_byte = cmd_b_o[7:0];
+            2'd2:    rsp_byte = cmd_o.a[15:8];
+            2'd3:    rsp_byte = cmd_o.a[7:0];
+            2'd0:    rsp_byte = cmd_o.b[15:8];
+            default: rsp_byte = cmd_o.b[7:0];
           endcase
         end
         tc_pkg::RspServerId: begin
@@ -201,8 +193,8 @@ module tc_uartc (
         end
         default: begin
           unique case (rsp_place_q)
-            8'd2:    rsp_byte = cmd_a_o[15:8];  // MEI type
-            8'd3:    rsp_byte = cmd_a_o[7:0];   // code of the request
+            8'd2:    rsp_byte = cmd_o.a[15:8];  // MEI type
+            8'd3:    rsp_byte = cmd_o.a[7:0];   // code of the request
             8'd4:    rsp_byte = Conformity;
             8'd5:    rsp_byte = 8'd0;           // nothing follows
             8'd6:    rsp_byte = 8'd0;           // so no next object
@@ -217,7 +209,7 @@ module tc_uartc (
   end
 
   logic answered;
-  assign answered = cmd_done_i && cmd_valid_o && !cmd_broadcast_o && rsp_kind_i >= tc_pkg::RspException &&
+  assign answered = cmd_done_i && cmd_valid_o && !cmd_o.broadcast && rsp_kind_i >= tc_pkg::RspException &&
                     rsp_kind_i <= tc_pkg::RspIdObject;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -234,7 +226,7 @@ module tc_uartc (
       rsp_kind_q   <= rsp_kind_i;
       rsp_exc_q    <= rsp_exc_i;
       rsp_place_q  <= 8'd0;
-      rsp_object_q <= rsp_kind_i == tc_pkg::RspIdObject ? cmd_b_o[9:8] : 2'd0;
+      rsp_object_q <= rsp_kind_i == tc_pkg::RspIdObject ? cmd_o.b[9:8] : 2'd0;
       rsp_have_q   <= 1'b0;
     end else if (rd_rsp_q) begin
       if (!rd_wait_i) begin
@@ -331,7 +323,7 @@ module tc_uartc (
     end else begin
       rd_rsp_q <= rsp_wants;
       rd_tlm_q <= tlm_wants && !rsp_wants;
-      if (rsp_wants) rd_addr_q <= cmd_a_o + {9'd0, 7'((rsp_place_q - FirstData) >> 1)};
+      if (rsp_wants) rd_addr_q <= cmd_o.a + {9'd0, 7'((rsp_place_q - FirstData) >> 1)};
       else if (tlm_wants) rd_addr_q <= {11'd0, 5'((tlm_place_q - FirstData[5:0]) >> 1)};
     end
   end

@@ -23,12 +23,10 @@ module tc_atune (
   output logic               wr_o,
   output logic [5:0]         wr_index_o,
   output logic [15:0]        wr_data_o,
-  output logic [15:0]        state_o,
-  output logic [15:0]        ku_o,
-  output logic [15:0]        tu_o
+  output tc_types_pkg::tuned_t tuned_o
 );
   assign still_o = 1'b1;
-  assign {tuning_o, duty_o, hold_o, stop_o, parity_o, wr_o, wr_index_o, wr_data_o, state_o, ku_o, tu_o} = '0;
+  assign {tuning_o, duty_o, hold_o, stop_o, parity_o, wr_o, wr_index_o, wr_data_o, tuned_o} = '0;
 
   logic unused;
   assign unused = ^{clk_i, rst_ni, tune_i, run_i, sample_i, tenth_i, commit_i, pv_i, sp_work_i, amb_i, ramping_i, duty_max_i};

@@ -12,13 +12,10 @@ module tc_quality (
   input  logic [15:0]        window_i,
   input  logic               at_temp_i,
   input  logic               heater_i,
-  output logic [15:0]        overshoot_o,
-  output logic [15:0]        band_error_o,
-  output logic [15:0]        peak_o,
-  output logic [15:0]        band_time_o,
+  output tc_types_pkg::quality_t quality_o,
   output logic [31:0]        on_time_o
 );
-  assign {overshoot_o, band_error_o, peak_o, band_time_o, on_time_o} = '0;
+  assign {quality_o, on_time_o} = '0;
 
   logic unused;
   assign unused = ^{clk_i, rst_ni, run_i, sample_i, tenth_i, pv_i, target_i, window_i, at_temp_i, heater_i};

@@ -26,13 +26,14 @@ module formal_atune (
   logic        tuning, stop, parity, still, wr;
   logic [16:0] duty, hold;
   logic [5:0]  wr_index;
-  logic [15:0] wr_data, state, ku, tu;
+  logic [15:0] wr_data;
+  tc_types_pkg::tuned_t tuned;
 
   // A short limit brings its end within reach; nothing proved depends on its length.
   tc_atune #(.Limit(14'd3)) u_atune (
     .clk_i, .rst_ni, .tune_i, .run_i, .sample_i, .tenth_i, .commit_i, .pv_i, .sp_work_i, .amb_i, .ramping_i, .duty_max_i,
-    .tuning_o(tuning), .duty_o(duty), .hold_o(hold), .stop_o(stop), .parity_o(parity), .still_o(still), .wr_o(wr), .wr_index_o(wr_index), .wr_data_o(wr_data),
-    .state_o(state), .ku_o(ku), .tu_o(tu)
+    .tuning_o(tuning), .duty_o(duty), .stop_o(stop), .parity_o(parity), .still_o(still), .wr_o(wr), .wr_index_o(wr_index), .wr_data_o(wr_data),
+    .hold_o(hold), .tuned_o(tuned)
   );
 
   `TC_ASSERT_SETUP

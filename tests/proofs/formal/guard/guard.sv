@@ -45,7 +45,7 @@ module formal_guard (
   logic [3:0]  first_fault;
 
   tc_guard u_guard (
-    .clk_i, .rst_ni, .params_i, .tenth_i, .sens_done_i, .sens_ok_i, .sens_dev_fault_i, .sens_pv_i, .duty_i, .hold_limit_i,
+    .clk_i, .rst_ni, .params_i, .tenth_i, .sens_done_i, .sens_i({sens_ok_i, sens_dev_fault_i, 1'b0, sens_pv_i, 32'd0}), .duty_i, .hold_limit_i,
     .limited_i, .segment_i, .sp_work_i, .ramping_i, .pwm_i, .run_i, .stop_i, .clear_i, .good_frame_i, .mem_bad_i,
     .state_illegal_i, .overrun_i, .watch_parity_i, .watch_still_i, .inhibit_i, .heater_fb_i,
     .heater_o(heater), .safe_en_o(safe_en), .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),

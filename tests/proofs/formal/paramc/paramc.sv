@@ -110,18 +110,14 @@ module formal_paramc (
   tc_paramc u_paramc (
     .clk_i, .rst_ni, .decode_i(decode), .extract_i(extract), .write_i(write), .commit_i(commit), .display_i(display),
     .decoded_o(decoded), .writes_o(writes), .last_o(last), .pending_o(pending),
-    .cmd_broadcast_i(broadcast_q), .cmd_fc_i(fc_q), .cmd_a_i(a_q), .cmd_b_i(b_q), .cmd_count_i(count_q), .cmd_len_i(len_q),
-    .cmd_word_index_o(word_index), .cmd_word_i(word), .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
+    .cmd_i({broadcast_q, fc_q, a_q, b_q, count_q, len_q}), .cmd_word_index_o(word_index), .cmd_word_i(word), .rsp_kind_o(rsp_kind), .rsp_exc_o(rsp_exc),
     .store_o(store), .index_o(index), .value_o(value), .discard_o(discard), .discarding_i(discarding), .t_max_staged_i(t_max_q), .lock_i(lock_q),
     .running_i, .run_allowed_i, .cause_present_i, .manual_i, .run_o(run), .stop_o(stop), .clear_o(clear),
     .tuning_i(tuning_q), .tune_wr_i(tune_wr), .tune_o(tune),
     .rd_addr_i({10'd0, tc_pkg::InStatus}), .rd_data_o(rd_data), .mem_rd_index_o(mem_index), .mem_rd_data_i(16'd0), .rd_busy_i,
     .pv_valid_i(1'b0), .pv_i(16'd0), .slope_i(16'd0), .sp_work_i(16'd0), .duty_i(17'd0), .term_p_i(18'd0), .term_i_i(18'd0),
-    .term_d_i(18'd0), .raw_i(32'd0), .samples_i(16'd0), .status_i(16'd0), .fault_i(15'd0), .cause_i(15'd0),
-    .first_fault_i(4'd0), .state_i(state), .wd_left_i(16'd0), .crc_errors_i(16'd0), .char_errors_i(16'd0),
-    .messages_i(16'd0), .sensor_errors_i(16'd0), .mem_corrected_i(16'd0),
-    .overshoot_i(16'd0), .band_time_i(16'd0), .band_error_i(16'd0), .peak_i(16'd0), .on_time_i(32'd0), .tune_state_i(16'd0),
-    .tune_ku_i(16'd0), .tune_tu_i(16'd0), .tune_hold_i(17'd0)
+    .term_d_i(18'd0), .raw_i(32'd0), .samples_i(16'd0), .status_i(16'd0), .fault_i(15'd0), .cause_i(15'd0), .first_fault_i(4'd0), .state_i(state), .wd_left_i(16'd0),
+    .counters_i('0), .sensor_errors_i(16'd0), .mem_corrected_i(16'd0), .quality_i('0), .on_time_i(32'd0), .tuned_i('0), .tune_hold_i(17'd0)
   );
 
   `TC_ASSERT_SETUP

@@ -21,12 +21,16 @@ module formal_quality (
   logic rst_ni;
   assign rst_ni = started_q && !reset_i;
 
+  tc_types_pkg::quality_t quality;
   logic [15:0] overshoot, band_error, peak, band_time;
   logic [31:0] on_time;
+  assign overshoot  = quality.overshoot;
+  assign band_error = quality.band_error;
+  assign peak       = quality.peak;
+  assign band_time  = quality.band_time;
 
   tc_quality #(.TenthClocks(3)) u_quality (
-    .clk_i, .rst_ni, .run_i, .sample_i, .tenth_i, .pv_i, .target_i, .window_i, .at_temp_i, .heater_i, .overshoot_o(overshoot),
-    .band_error_o(band_error), .peak_o(peak), .band_time_o(band_time), .on_time_o(on_time)
+    .clk_i, .rst_ni, .run_i, .sample_i, .tenth_i, .pv_i, .target_i, .window_i, .at_temp_i, .heater_i, .quality_o(quality), .on_time_o(on_time)
   );
 
   `TC_ASSERT_SETUP

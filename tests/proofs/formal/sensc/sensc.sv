@@ -26,10 +26,11 @@ module sensc (
   logic        sclk, cs_n, mosi, busy, done, ok, dev_fault, frame_bad;
   logic [15:0] pv;
   logic [31:0] raw;
+  tc_types_pkg::reading_t reading;
+  assign {ok, dev_fault, frame_bad, pv, raw} = reading;
   tc_sensc u_sensc (
     .clk_i, .rst_ni, .start_i, .reconfig_i, .type_i, .custom_i, .spi_div_i, .trim_i, .miso_i,
-    .sclk_o(sclk), .cs_no(cs_n), .mosi_o(mosi), .busy_o(busy), .done_o(done), .ok_o(ok), .dev_fault_o(dev_fault),
-    .frame_bad_o(frame_bad), .pv_o(pv), .raw_o(raw)
+    .sclk_o(sclk), .cs_no(cs_n), .mosi_o(mosi), .busy_o(busy), .done_o(done), .reading_o(reading)
   );
 
   `TC_ASSERT_SETUP

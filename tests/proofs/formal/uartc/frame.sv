@@ -25,6 +25,8 @@ module frame (
   logic [15:0] cmd_a, cmd_b, cmd_word, crc_errors, char_errors, messages;
   logic [7:0]  cmd_count;
   logic [8:0]  cmd_len;
+  tc_types_pkg::command_t cmd;
+  assign {cmd_broadcast, cmd_fc, cmd_a, cmd_b, cmd_count, cmd_len} = cmd;
 
   // The address changes only between frames, as UARTC's configuration does.
   logic [7:0] address_q;
@@ -36,9 +38,8 @@ module frame (
   tc_uart_frame dut (
     .clk_i, .rst_ni, .address_i(address_q),
     .valid_i, .data_i, .error_i, .gap_i, .give_up_i, .busy_i, .cmd_done_i,
-    .open_o(open), .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast), .cmd_fc_o(cmd_fc), .cmd_a_o(cmd_a),
-    .cmd_b_o(cmd_b), .cmd_count_o(cmd_count), .cmd_len_o(cmd_len), .cmd_word_index_i, .cmd_word_o(cmd_word),
-    .stop_o(stop), .good_o(good), .crc_errors_o(crc_errors), .char_errors_o(char_errors), .messages_o(messages)
+    .open_o(open), .cmd_valid_o(cmd_valid), .cmd_o(cmd), .cmd_word_index_i, .cmd_word_o(cmd_word),
+    .stop_o(stop), .good_o(good), .counters_o({crc_errors, char_errors, messages})
   );
 
   // -- Checker ----------------------------------------------------------------------------------------------------------------

@@ -27,7 +27,8 @@ module uartc (
   initial rst_ni = 1'b0;
   always @(posedge clk_i) rst_ni <= 1'b1;
 
-  logic tx, de, tlm_tx, cmd_valid, cmd_broadcast, stop, good, rsp_busy, tlm_busy;
+  tc_types_pkg::command_t cmd;
+  logic tx, de, tlm_tx, cmd_valid, stop, good, rsp_busy, tlm_busy;
 
   // A read waits once for a commit and once for a gain that ATUNE writes: the next one takes a division.
   logic       rd_rsp, rd_wait;
@@ -42,7 +43,7 @@ module uartc (
     .clk_i, .rst_ni, .rx_i,
     .tx_o(tx), .de_o(de), .tlm_tx_o(tlm_tx),
     .cfg_address_i, .strap_i, .cfg_baud_i, .cfg_format_i, .cfg_pause_i,
-    .cmd_valid_o(cmd_valid), .cmd_broadcast_o(cmd_broadcast),
+    .cmd_valid_o(cmd_valid), .cmd_o(cmd),
     .cmd_word_index_i, .stop_o(stop), .good_o(good),
     .cmd_done_i, .rsp_kind_i, .rsp_exc_i, .rsp_busy_o(rsp_busy),
     .rd_rsp_o(rd_rsp), .rd_wait_i(rd_wait), .rd_data_i, .tlm_start_i, .tlm_busy_o(tlm_busy)
@@ -55,7 +56,7 @@ module uartc (
       due_q     <= 1'b0;
       tlm_due_q <= 1'b0;
     end else begin
-      due_q     <= (cmd_done_i && cmd_valid && !cmd_broadcast && rsp_kind_i != 3'd0 && rsp_kind_i != 3'd7) ||
+      due_q     <= (cmd_done_i && cmd_valid && !cmd.broadcast && rsp_kind_i != 3'd0 && rsp_kind_i != 3'd7) ||
                    (due_q && rsp_busy);
       tlm_due_q <= tlm_start_i || (tlm_due_q && tlm_busy);
     end
