@@ -42,7 +42,7 @@ def blank(text: str, start: int, end: int) -> str:
 
 def code_only(text: str) -> str:
     """The text with everything that is no site blanked out, places kept."""
-    for pattern in (r"//[^\n]*", r"\(\*.*?\*\)", r"\blocalparam\b[^;]*;", r"\bparameter\b[^\n]*"):
+    for pattern in (r"//[^\n]*", r"\(\*.*?\*\)", r"\blocalparam\b[^;]*;", r"\btypedef enum\b[^;]*;", r"\bparameter\b[^\n]*"):
         for found in list(re.finditer(pattern, text, re.S)):
             text = blank(text, *found.span())
     # Only what a build without any macro sees; `ifndef SYNTHESIS holds assertions alone.
