@@ -66,32 +66,32 @@ std::vector<Point> full(std::size_t side) {
 
 // 24 ball grid arrays of 18 x 18 bumps on a panel, pitches of 0.4 to 1.27 mm mixed; in um.
 std::vector<Point> panel() {
-  constexpr double pitches[] = {400.0, 500.0, 650.0, 800.0, 1000.0, 1270.0};
-  constexpr std::size_t packages = 24, across = 6, side = 18;
-  constexpr double spacing = 30'000.0;
+  constexpr double kPitches[] = {400.0, 500.0, 650.0, 800.0, 1000.0, 1270.0};
+  constexpr std::size_t kPackages = 24, kAcross = 6, kSide = 18;
+  constexpr double kSpacing = 30'000.0;
   std::mt19937_64 random(1);
   std::vector<Point> points;
-  for (std::size_t k = 0; k < packages; ++k) {
-    const double pitch = pitches[below(random, std::size(pitches))];
+  for (std::size_t k = 0; k < kPackages; ++k) {
+    const double pitch = kPitches[below(random, std::size(kPitches))];
     // A board's parts stand where its layout put them, on a grid of 50 um.
     const double x0 =
-        spacing * static_cast<double>(k % across) + 50.0 * static_cast<double>(below(random, 100));
+        kSpacing * static_cast<double>(k % kAcross) + 50.0 * static_cast<double>(below(random, 100));
     const double y0 =
-        spacing * static_cast<double>(k / across) + 50.0 * static_cast<double>(below(random, 100));
-    for (std::size_t i = 0; i < side * side; ++i)
-      points.push_back({x0 + pitch * static_cast<double>(i % side),
-                        y0 + pitch * static_cast<double>(i / side), points.size() + 1});
+        kSpacing * static_cast<double>(k / kAcross) + 50.0 * static_cast<double>(below(random, 100));
+    for (std::size_t i = 0; i < kSide * kSide; ++i)
+      points.push_back({x0 + pitch * static_cast<double>(i % kSide),
+                        y0 + pitch * static_cast<double>(i / kSide), points.size() + 1});
   }
   return points;
 }
 
 // The bumps of the paper's 8x8 example as examples/bumps_8x8.xls has them.
 std::vector<Point> paper_example() {
-  constexpr int xy[][2] = {{1, 1}, {7, 1}, {3, 2}, {4, 2}, {6, 2}, {8, 2}, {5, 3}, {7, 3},
-                           {1, 4}, {3, 4}, {4, 4}, {5, 4}, {8, 4}, {3, 5}, {5, 5}, {7, 5},
-                           {2, 6}, {3, 6}, {8, 6}, {1, 7}, {2, 7}, {4, 7}, {5, 7}, {3, 8}};
+  constexpr int kXy[][2] = {{1, 1}, {7, 1}, {3, 2}, {4, 2}, {6, 2}, {8, 2}, {5, 3}, {7, 3},
+                            {1, 4}, {3, 4}, {4, 4}, {5, 4}, {8, 4}, {3, 5}, {5, 5}, {7, 5},
+                            {2, 6}, {3, 6}, {8, 6}, {1, 7}, {2, 7}, {4, 7}, {5, 7}, {3, 8}};
   std::vector<Point> points;
-  for (const auto& [x, y] : xy)
+  for (const auto& [x, y] : kXy)
     points.push_back({static_cast<double>(x), static_cast<double>(y), points.size() + 1});
   return points;
 }
@@ -192,16 +192,16 @@ std::vector<BenchRow> bench_path(const BenchOptions& options) {
   const motion::PathTask open = task_of(Metric::manhattan, Tour::open);
   const Plan planned = motion::plan_path(example, open);
   rows.push_back({"8x8 example of the paper, 24 bumps: file order", planned.cost_before, "", {}, {}});
-  constexpr int colonies = 10;
+  constexpr int kColonies = 10;
   double best = std::numeric_limits<double>::infinity(), worst = 0.0;
   motion::AntColony colony;
-  for (colony.seed = 1; colony.seed <= colonies; ++colony.seed) {
-    tell(options.progress, "ants", colony.seed - 1, colonies);
+  for (colony.seed = 1; colony.seed <= kColonies; ++colony.seed) {
+    tell(options.progress, "ants", colony.seed - 1, kColonies);
     const double length = motion::plan_path_by_ants(example, Tour::open, colony).cost_after;
     best = std::min(best, length);
     worst = std::max(worst, length);
   }
-  rows.push_back({fmt::format("  the paper's ants, best of {} seeds", colonies), best, "", {}, 39.0});
+  rows.push_back({fmt::format("  the paper's ants, best of {} seeds", kColonies), best, "", {}, 39.0});
   rows.push_back({"  worst of them", worst, "", {}, {}});
   rows.push_back({"  our path", planned.cost_after, "", {}, 39.0});
   rows.push_back({"  lower bound", planned.lower_bound, "", {}, {}});

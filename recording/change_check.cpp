@@ -67,9 +67,9 @@ void ChangeCheck::require_end(std::uint64_t final_cycle) const {
         fmt::format("vector end: {} of {} pins stated: expected all in the first cycle", next_initial_pin_,
                     pins_.size()));
   }
-  if (final_cycle < cycle_ || final_cycle > max_cycle) {
+  if (final_cycle < cycle_ || final_cycle > kMaxCycle) {
     throw std::invalid_argument(fmt::format(
-        "vector end: final cycle {}: expected {} (the last change's) to {}", final_cycle, cycle_, max_cycle));
+        "vector end: final cycle {}: expected {} (the last change's) to {}", final_cycle, cycle_, kMaxCycle));
   }
 }
 

@@ -9,7 +9,7 @@
 namespace meltstage::recording {
 namespace {
 
-constexpr std::uint32_t no_pair = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNoPair = std::numeric_limits<std::uint32_t>::max();
 
 /// A pin of both streams and since when its two values differ.
 struct Pair {
@@ -27,7 +27,7 @@ struct Pairing {
 };
 
 Pairing pair_pins(const Header& a, const Header& b, DiffReport& report) {
-  Pairing pairing{{}, std::vector(a.pins.size(), no_pair), std::vector(b.pins.size(), no_pair)};
+  Pairing pairing{{}, std::vector(a.pins.size(), kNoPair), std::vector(b.pins.size(), kNoPair)};
   std::unordered_map<std::string_view, std::uint32_t> pins_of_b;
   for (std::uint32_t pin = 0; pin < b.pins.size(); ++pin) pins_of_b.emplace(b.pins[pin].name, pin);
   for (std::uint32_t pin_a = 0; pin_a < a.pins.size(); ++pin_a) {
@@ -41,7 +41,7 @@ Pairing pair_pins(const Header& a, const Header& b, DiffReport& report) {
     pairing.pairs.push_back({pin_a, found->second});
   }
   for (std::uint32_t pin_b = 0; pin_b < b.pins.size(); ++pin_b) {
-    if (pairing.of_pin_b[pin_b] == no_pair) report.only_in_b.push_back(b.pins[pin_b].name);
+    if (pairing.of_pin_b[pin_b] == kNoPair) report.only_in_b.push_back(b.pins[pin_b].name);
   }
   return pairing;
 }
@@ -82,7 +82,7 @@ class Comparison {
     if (cursor.next_event_cycle() != cycle) return;
     cursor.next_event();
     for (const std::uint32_t pin : cursor.changed()) {
-      if (pair_of_pin[pin] != no_pair) touched_.push_back(pair_of_pin[pin]);
+      if (pair_of_pin[pin] != kNoPair) touched_.push_back(pair_of_pin[pin]);
     }
   }
 

@@ -20,10 +20,10 @@ void require(bool condition, const std::string& message) {
 void validate(const Pin& pin) {
   require(is_identifier(pin.name),
           fmt::format("pin name \"{}\": expected an identifier of at most {} characters", pin.name,
-                      max_name_bytes));
+                      kMaxNameBytes));
   require(is_identifier(pin.owner),
           fmt::format("owner \"{}\" of pin {}: expected an identifier of at most {} characters", pin.owner,
-                      pin.name, max_name_bytes));
+                      pin.name, kMaxNameBytes));
   require(pin.width >= 1 && pin.width <= 64,
           fmt::format("width {} of pin {}: expected 1 to 64 bits", pin.width, pin.name));
 }
@@ -43,22 +43,22 @@ std::string_view to_string(Direction direction) {
 }
 
 bool is_identifier(std::string_view text) {
-  return !text.empty() && text.size() <= max_name_bytes && !is_digit(text.front()) &&
+  return !text.empty() && text.size() <= kMaxNameBytes && !is_digit(text.front()) &&
          std::all_of(text.begin(), text.end(),
                      [](char c) { return is_letter(c) || is_digit(c) || c == '_'; });
 }
 
 bool is_meta_key(std::string_view text) {
-  return !text.empty() && text.size() <= max_name_bytes && std::all_of(text.begin(), text.end(), [](char c) {
+  return !text.empty() && text.size() <= kMaxNameBytes && std::all_of(text.begin(), text.end(), [](char c) {
     return is_letter(c) || is_digit(c) || c == '_' || c == '.' || c == '-';
   });
 }
 
-bool is_valid_clock(double clock_hz) { return clock_hz >= min_clock_hz && clock_hz <= max_clock_hz; }
+bool is_valid_clock(double clock_hz) { return clock_hz >= kMinClock_hz && clock_hz <= kMaxClock_hz; }
 
 void validate(const Header& header) {
-  require(!header.pins.empty() && header.pins.size() <= max_pins,
-          fmt::format("{} pins: expected 1 to {}", header.pins.size(), max_pins));
+  require(!header.pins.empty() && header.pins.size() <= kMaxPins,
+          fmt::format("{} pins: expected 1 to {}", header.pins.size(), kMaxPins));
   std::set<std::string_view> names;
   for (const Pin& pin : header.pins) {
     validate(pin);
@@ -67,13 +67,13 @@ void validate(const Header& header) {
             fmt::format("pin {} stands twice: expected unique names", pin.name));
   }
   require(is_valid_clock(header.clock_hz),
-          fmt::format("clock {} Hz: expected {} to {} Hz", header.clock_hz, min_clock_hz, max_clock_hz));
-  require(!header.origin.empty() && header.origin.size() <= max_string_bytes,
-          fmt::format("origin of {} bytes: expected 1 to {}", header.origin.size(), max_string_bytes));
+          fmt::format("clock {} Hz: expected {} to {} Hz", header.clock_hz, kMinClock_hz, kMaxClock_hz));
+  require(!header.origin.empty() && header.origin.size() <= kMaxStringBytes,
+          fmt::format("origin of {} bytes: expected 1 to {}", header.origin.size(), kMaxStringBytes));
   for (const auto& [key, value] : header.meta) {
     require(is_meta_key(key), fmt::format("meta key \"{}\": expected letters, digits, '_', '.', '-'", key));
-    require(value.size() <= max_string_bytes,
-            fmt::format("meta {} of {} bytes: expected at most {}", key, value.size(), max_string_bytes));
+    require(value.size() <= kMaxStringBytes,
+            fmt::format("meta {} of {} bytes: expected at most {}", key, value.size(), kMaxStringBytes));
   }
 }
 

@@ -46,13 +46,13 @@ struct Change {
   bool operator==(const Change&) const = default;
 };
 
-inline constexpr std::size_t max_pins = 4096;
+inline constexpr std::size_t kMaxPins = 4096;
 /// Leaves room for cycle counts and differences in 64 bits: 18,000 years at 16 MHz.
-inline constexpr std::uint64_t max_cycle = ~std::uint64_t{0} >> 1;
-inline constexpr std::size_t max_name_bytes = 255;
-inline constexpr std::size_t max_string_bytes = 65536;  ///< origin and each meta value
-inline constexpr double min_clock_hz = 1.0;
-inline constexpr double max_clock_hz = 1e10;
+inline constexpr std::uint64_t kMaxCycle = ~std::uint64_t{0} >> 1;
+inline constexpr std::size_t kMaxNameBytes = 255;
+inline constexpr std::size_t kMaxStringBytes = 65536;  ///< origin and each meta value
+inline constexpr double kMinClock_hz = 1.0;
+inline constexpr double kMaxClock_hz = 1e10;
 
 /// Throws std::invalid_argument with one line when a field is outside what is said above.
 void validate(const Header& header);
@@ -60,9 +60,9 @@ void validate(const Header& header);
 /// Index of the pin with that name.
 std::optional<std::uint32_t> find_pin(const Header& header, std::string_view name);
 
-/// True for [A-Za-z_][A-Za-z0-9_]* of at most max_name_bytes.
+/// True for [A-Za-z_][A-Za-z0-9_]* of at most kMaxNameBytes.
 bool is_identifier(std::string_view text);
-/// True for [A-Za-z0-9_.-]+ of at most max_name_bytes.
+/// True for [A-Za-z0-9_.-]+ of at most kMaxNameBytes.
 bool is_meta_key(std::string_view text);
 /// True for a clock in [min_clock_hz, max_clock_hz]; false for NaN.
 bool is_valid_clock(double clock_hz);

@@ -13,7 +13,7 @@
 namespace meltstage::recording {
 namespace {
 
-constexpr std::size_t first_buffer_bytes = std::size_t{256} * 1024;
+constexpr std::size_t kFirstBufferBytes = std::size_t{256} * 1024;
 
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
   throw UserError(
@@ -23,7 +23,7 @@ constexpr std::size_t first_buffer_bytes = std::size_t{256} * 1024;
 
 }  // namespace
 
-LineReader::LineReader(const std::filesystem::path& path) : path_(path), buffer_(first_buffer_bytes) {
+LineReader::LineReader(const std::filesystem::path& path) : path_(path), buffer_(kFirstBufferBytes) {
   std::error_code ignored;
   if (std::filesystem::is_other(path, ignored)) fail(path, ENOTSUP);  // a pipe may wait for ever
   file_.reset(std::fopen(path.c_str(), "rb"));
@@ -40,10 +40,10 @@ Line LineReader::next() {
     if (const void* found = std::memchr(begin + searched, '\n', available - searched); found != nullptr) {
       const auto length = static_cast<std::size_t>(static_cast<const char*>(found) - begin);
       next_ = line_ + length + 1;
-      return {{begin, length}, length > max_line_bytes ? LineEnd::too_long : LineEnd::newline};
+      return {{begin, length}, length > kMaxLineBytes ? LineEnd::too_long : LineEnd::newline};
     }
     searched = available;
-    if (available > max_line_bytes) return {{begin, available}, LineEnd::too_long};
+    if (available > kMaxLineBytes) return {{begin, available}, LineEnd::too_long};
     if (!refill()) {
       next_ = filled_;
       return {{buffer_.data() + line_, available}, LineEnd::file_end};

@@ -8,11 +8,11 @@
 
 namespace meltstage::recording {
 
-inline constexpr std::string_view text_magic = "meltstage-vectors";
-inline constexpr unsigned text_version = 1;
-/// No line that the writer makes is longer: max_pins changes of max_name_bytes, ' ', '=', "0x" and 16 digits
+inline constexpr std::string_view kTextMagic = "meltstage-vectors";
+inline constexpr unsigned kTextVersion = 1;
+/// No line that the writer makes is longer: kMaxPins changes of kMaxNameBytes, ' ', '=', "0x" and 16 digits
 /// each.
-inline constexpr std::size_t max_line_bytes = std::size_t{2} * 1024 * 1024;
+inline constexpr std::size_t kMaxLineBytes = std::size_t{2} * 1024 * 1024;
 
 /// Bytes below 0x20, 0x7f and the backslash can't stand for themselves in origin and meta values.
 constexpr bool needs_escape(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '\\'; }

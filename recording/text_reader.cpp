@@ -14,18 +14,18 @@
 namespace meltstage::recording {
 namespace {
 
-constexpr std::size_t sha256_digits = 64;
-constexpr std::string_view restore = "restore the file or record it again";
+constexpr std::size_t kSha256Digits = 64;
+constexpr std::string_view kRestore = "restore the file or record it again";
 
 bool is_decimal_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_hex_digit(char c) { return is_decimal_digit(c) || (c >= 'a' && c <= 'f'); }
 
 /// As it stands in a message: quoted, control bytes made visible, long ones cut.
 std::string quote(std::string_view text) {
-  constexpr std::size_t shown_bytes = 40;
+  constexpr std::size_t kShownBytes = 40;
   if (text.empty()) return "nothing";
-  const bool cut = text.size() > shown_bytes;
-  return fmt::format("\"{}{}\"", escape(text.substr(0, shown_bytes)), cut ? "..." : "");
+  const bool cut = text.size() > kShownBytes;
+  return fmt::format("\"{}{}\"", escape(text.substr(0, kShownBytes)), cut ? "..." : "");
 }
 
 class TextReader {
@@ -50,7 +50,7 @@ class TextReader {
   // --- errors and lines ---
 
   [[noreturn]] void fail(std::size_t column, std::string_view defect, std::string_view found,
-                         std::string_view expected, std::string_view advice = restore) const {
+                         std::string_view expected, std::string_view advice = kRestore) const {
     throw FormatError(fmt::format("{}:{}:{}: {}: found {}, expected {}; {}", path_.string(), lines_.number(),
                                   column, defect, found, expected, advice),
                       lines_.number(), column);
@@ -70,7 +70,7 @@ class TextReader {
 
   void take(const Line& line) {
     if (line.end == LineEnd::too_long) {
-      fail(max_line_bytes + 1, "line too long", fmt::format("more than {} bytes", max_line_bytes),
+      fail(kMaxLineBytes + 1, "line too long", fmt::format("more than {} bytes", kMaxLineBytes),
            "a newline before");
     }
     if (line.end == LineEnd::file_end) {
@@ -130,8 +130,8 @@ class TextReader {
   std::uint64_t take_cycle(std::string_view what) {
     const std::size_t begin = at_;
     const std::uint64_t cycle = take_decimal(what);
-    if (cycle > max_cycle)
-      fail_at_token(begin, fmt::format("bad {}", what), fmt::format("at most {}", max_cycle));
+    if (cycle > kMaxCycle)
+      fail_at_token(begin, fmt::format("bad {}", what), fmt::format("at most {}", kMaxCycle));
     return cycle;
   }
 
@@ -140,7 +140,7 @@ class TextReader {
     if (!is_identifier(token)) {
       fail_at_token(
           at_, fmt::format("bad {}", what),
-          fmt::format("a letter or '_', then letters, digits, '_', at most {} in all", max_name_bytes));
+          fmt::format("a letter or '_', then letters, digits, '_', at most {} in all", kMaxNameBytes));
     }
     at_ += token.size();
     return token;
@@ -162,9 +162,9 @@ class TextReader {
         ++at_;
       }
     }
-    if (value.size() > max_string_bytes) {
+    if (value.size() > kMaxStringBytes) {
       fail_at(begin, fmt::format("bad {}", what), fmt::format("{} bytes", value.size()),
-              fmt::format("at most {} bytes", max_string_bytes));
+              fmt::format("at most {} bytes", kMaxStringBytes));
     }
     return value;
   }
@@ -192,8 +192,8 @@ class TextReader {
 
   void read_magic() {
     const Line line = lines_.next();
-    const std::string expected = fmt::format("\"{} {}\"", text_magic, text_version);
-    constexpr std::string_view advice = "check that this is a vector file (.mvec)";
+    const std::string expected = fmt::format("\"{} {}\"", kTextMagic, kTextVersion);
+    constexpr std::string_view kAdvice = "check that this is a vector file (.mvec)";
     if (line.text.empty() && line.end == LineEnd::file_end)
       fail(1, "empty file", "the end of the file", expected);
     const auto binary = std::find_if(line.text.begin(), line.text.end(), [](char c) {
@@ -202,18 +202,18 @@ class TextReader {
     });
     if (binary != line.text.end()) {
       fail(static_cast<std::size_t>(binary - line.text.begin()) + 1, "not a text file",
-           fmt::format("byte 0x{:02x}", static_cast<unsigned char>(*binary)), expected, advice);
+           fmt::format("byte 0x{:02x}", static_cast<unsigned char>(*binary)), expected, kAdvice);
     }
-    const bool cut_short = line.end == LineEnd::file_end && text_magic.starts_with(line.text);
-    if (!cut_short && line.text.substr(0, line.text.find(' ')) != text_magic) {
-      fail(1, "not a vector file", quote(line.text), expected, advice);
+    const bool cut_short = line.end == LineEnd::file_end && kTextMagic.starts_with(line.text);
+    if (!cut_short && line.text.substr(0, line.text.find(' ')) != kTextMagic) {
+      fail(1, "not a vector file", quote(line.text), expected, kAdvice);
     }
     take(line);
-    at_ = text_magic.size();
+    at_ = kTextMagic.size();
     expect_char(' ');
-    if (take_decimal("format version") != text_version) {
-      fail(text_magic.size() + 2, "wrong format version", quote(text_.substr(text_magic.size() + 1)),
-           fmt::format("{}", text_version), "read it with the release that wrote it");
+    if (take_decimal("format version") != kTextVersion) {
+      fail(kTextMagic.size() + 2, "wrong format version", quote(text_.substr(kTextMagic.size() + 1)),
+           fmt::format("{}", kTextVersion), "read it with the release that wrote it");
     }
     expect_line_end();
   }
@@ -247,7 +247,7 @@ class TextReader {
         std::from_chars(token.data(), token.data() + token.size(), clock_hz);
     if (result.ec != std::errc{} || result.ptr != token.data() + token.size() || !is_valid_clock(clock_hz)) {
       fail_at(at_, "bad clock_hz", quote(token),
-              fmt::format("a number from {} to {}", min_clock_hz, max_clock_hz));
+              fmt::format("a number from {} to {}", kMinClock_hz, kMaxClock_hz));
     }
     if (const std::string canonical = fmt::format("{}", clock_hz); canonical != token) {
       fail_at(at_, "bad clock_hz", quote(token), fmt::format("its shortest form \"{}\"", canonical));
@@ -272,8 +272,8 @@ class TextReader {
 
   void read_pin() {
     expect_field("pin");
-    if (header_.pins.size() == max_pins)
-      fail_at(0, "too many pins", "one more", fmt::format("at most {}", max_pins));
+    if (header_.pins.size() == kMaxPins)
+      fail_at(0, "too many pins", "one more", fmt::format("at most {}", kMaxPins));
     Pin pin;
     const std::size_t name_at = at_;
     pin.name = take_identifier("pin name");
@@ -415,9 +415,9 @@ class TextReader {
     at_ = word().size();
     expect_char(' ');
     const std::string_view written = text_.substr(at_);
-    if (written.size() != sha256_digits || !std::all_of(written.begin(), written.end(), is_hex_digit)) {
+    if (written.size() != kSha256Digits || !std::all_of(written.begin(), written.end(), is_hex_digit)) {
       fail_at(at_, "bad hash", quote(written),
-              fmt::format("{} lower-case hexadecimal digits", sha256_digits));
+              fmt::format("{} lower-case hexadecimal digits", kSha256Digits));
     }
     const std::string computed = lines_.digest_before_line();
     if (written != computed) {

@@ -38,7 +38,7 @@ TextWriter::TextWriter(std::filesystem::path path) : file_(std::move(path)) {}
 void TextWriter::begin(const Header& header) {
   check_ = ChangeCheck(header);
   auto out = std::back_inserter(pending_);
-  fmt::format_to(out, "{} {}\n", text_magic, text_version);
+  fmt::format_to(out, "{} {}\n", kTextMagic, kTextVersion);
   fmt::format_to(out, "origin {}\n", escape(header.origin));
   fmt::format_to(out, "clock_hz {}\n", header.clock_hz);
   for (const auto& [key, value] : header.meta) fmt::format_to(out, "meta {}={}\n", key, escape(value));

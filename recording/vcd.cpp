@@ -16,15 +16,15 @@
 namespace meltstage::recording {
 namespace {
 
-constexpr std::array<const char*, 5> unit_names = {"s", "ms", "us", "ns", "ps"};
+constexpr std::array<const char*, 5> kUnitNames = {"s", "ms", "us", "ns", "ps"};
 
 /// Short identifier of a variable: a number in the printable characters '!' to '~'.
 std::string identifier_code(std::size_t index) {
-  constexpr std::size_t base = '~' - '!' + 1;
+  constexpr std::size_t kBase = '~' - '!' + 1;
   std::string code;
   do {
-    code += static_cast<char>('!' + index % base);
-    index /= base;
+    code += static_cast<char>('!' + index % kBase);
+    index /= kBase;
   } while (index != 0);
   return code;
 }
@@ -45,15 +45,15 @@ std::string comment_text(std::string_view text) {
 }  // namespace
 
 Timescale timescale_for(double clock_hz) {
-  constexpr int finest = 12;  // 1e-12 s
-  for (int exponent = 0; exponent <= finest; ++exponent) {
+  constexpr int kFinest = 12;  // 1e-12 s
+  for (int exponent = 0; exponent <= kFinest; ++exponent) {
     const double units_per_second = std::pow(10.0, exponent);
     const double units = units_per_second / clock_hz;
     // The quotient of two doubles is a whole number exactly when the remainder is nothing.
     const bool whole = units >= 1.0 && std::fmod(units_per_second, clock_hz) == 0.0;
-    if (!whole && exponent < finest) continue;
+    if (!whole && exponent < kFinest) continue;
     const int multiple = exponent % 3 == 0 ? 1 : exponent % 3 == 1 ? 100 : 10;
-    return {fmt::format("{} {}", multiple, unit_names[static_cast<std::size_t>((exponent + 2) / 3)]),
+    return {fmt::format("{} {}", multiple, kUnitNames[static_cast<std::size_t>((exponent + 2) / 3)]),
             units_per_second};
   }
   throw std::logic_error("timescale: unreachable");
@@ -141,8 +141,8 @@ void VcdWriter::end(std::uint64_t final_cycle) {
 
 void VcdWriter::append_time(long double cycle) {
   const long double time = std::round(cycle * units_per_cycle_);
-  constexpr long double limit = 9223372036854775807.0L;
-  if (time > limit) {
+  constexpr long double kLimit = 9223372036854775807.0L;
+  if (time > kLimit) {
     throw std::invalid_argument(fmt::format(
         "VCD time of cycle {:.0f}: found more than 2^63 - 1 units, expected less; cut the recording", cycle));
   }

@@ -27,7 +27,7 @@ void add_runner_options(CLI::App* command, RunWindowsSettings& settings, bool& s
 
 void add_border_options(CLI::App* command, tb::WindowBorders& borders) {
   command->add_option("--window-clocks", borders.every, "Clocks of a window (default 12000000)")
-      ->check(CLI::Range(std::uint64_t{1}, recording::max_cycle));
+      ->check(CLI::Range(std::uint64_t{1}, recording::kMaxCycle));
   command->add_option("--borders", borders.at, "Instead: first cycles of windows, with commas")
       ->delimiter(',');
 }

@@ -63,7 +63,7 @@ std::string in_quotes(std::string_view text);
 /// What the first bytes look like, e.g. "a PNG image", for messages about files of the wrong kind.
 std::string_view describe_content(std::string_view content);
 
-/// Throws the CoordinateError for too many points once `count` is beyond max_points.
+/// Throws the CoordinateError for too many points once `count` is beyond kMaxPoints.
 void check_point_count(const std::filesystem::path& path, std::size_t count);
 
 }  // namespace meltstage::motion::detail

@@ -20,10 +20,10 @@ namespace meltstage::motion {
 namespace detail {
 
 std::optional<double> parse_number(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r\n\f\v";
-  const auto first = text.find_first_not_of(blanks);
+  constexpr std::string_view kBlanks = " \t\r\n\f\v";
+  const auto first = text.find_first_not_of(kBlanks);
   if (first == std::string_view::npos) return std::nullopt;
-  text = text.substr(first, text.find_last_not_of(blanks) - first + 1);
+  text = text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -38,7 +38,7 @@ std::string_view describe_content(std::string_view content) {
     std::string_view bytes, name;
   };
   using namespace std::string_view_literals;
-  static constexpr Magic known[] = {
+  static constexpr Magic kKnown[] = {
       {"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv, "an OLE2 file (.xls, .doc and others)"},
       {"\x89PNG"sv, "a PNG image"},
       {"PK\x03\x04"sv, "a ZIP archive (.xlsx, .ods and others)"},
@@ -52,25 +52,25 @@ std::string_view describe_content(std::string_view content) {
       {"\xFF\xFE"sv, "UTF-16 text"},
       {"\xFE\xFF"sv, "UTF-16 text"},
   };
-  for (const Magic& magic : known)
+  for (const Magic& magic : kKnown)
     if (content.starts_with(magic.bytes)) return magic.name;
   return content.find('\0') == std::string_view::npos ? "text" : "binary data";
 }
 
 void check_point_count(const std::filesystem::path& path, std::size_t count) {
-  if (count > max_points)
+  if (count > kMaxPoints)
     throw CoordinateError(fmt::format("{}: found more than {} points, expected at most that; split the file",
-                                      path.string(), max_points));
+                                      path.string(), kMaxPoints));
 }
 
 }  // namespace detail
 
 namespace {
 
-constexpr std::uint64_t most_bytes = std::uint64_t{1} << 28;
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 28;
 
 std::string read_content(const std::filesystem::path& path) {
-  std::string content = read_file(path, "a file with coordinates, such as bumps.csv", most_bytes);
+  std::string content = read_file(path, "a file with coordinates, such as bumps.csv", kMostBytes);
   if (content.empty())
     throw CoordinateError(fmt::format("{}: the file is empty, expected coordinates", path.string()));
   return content;
@@ -163,7 +163,7 @@ void check_no_duplicates(const std::filesystem::path& path, const std::vector<Po
   std::vector<std::size_t> cell_order(points.size());
   std::iota(cell_order.begin(), cell_order.end(), std::size_t{0});
   // Rounding to the duplicate distance makes "the same" transitive, so one sort finds every pair.
-  const auto cell = [](double value_mm) { return std::nearbyint(value_mm / duplicate_distance_mm); };
+  const auto cell = [](double value_mm) { return std::nearbyint(value_mm / kDuplicateDistance_mm); };
   std::sort(cell_order.begin(), cell_order.end(), [&](std::size_t a, std::size_t b) {
     const double ax = cell(points[a].x_mm), bx = cell(points[b].x_mm);
     if (ax != bx) return ax < bx;

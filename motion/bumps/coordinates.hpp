@@ -49,10 +49,10 @@ class CoordinateError : public UserError {
 };
 
 /// More bumps than this in one file are refused.
-inline constexpr std::size_t max_points = 2'000'000;
+inline constexpr std::size_t kMaxPoints = 2'000'000;
 
 /// Two bumps whose positions agree when rounded to this are the same bump.
-inline constexpr double duplicate_distance_mm = 1e-6;
+inline constexpr double kDuplicateDistance_mm = 1e-6;
 
 /// What a file holds. `notes`: a line each on what is in it but is no bump, such as the draws of a Gerber
 /// layer.
@@ -83,7 +83,7 @@ struct CoordinateFile {
 ///
 /// @throws UserError if the file is missing, no file or too large; CoordinateError if it is empty, of another
 /// kind, ends early, holds no point or more
-///   than `max_points`; if a number is missing, malformed or not finite; if two points coincide or one is out
+///   than `kMaxPoints`; if a number is missing, malformed or not finite; if two points coincide or one is out
 ///   of travel; if an option is out of range, or a pitch is given for a file whose numbers already have a
 ///   unit.
 CoordinateFile read_coordinate_file(const std::filesystem::path& path, const CoordinateOptions& options = {});

@@ -14,7 +14,7 @@
 namespace meltstage::motion::detail {
 namespace {
 
-constexpr double inch_mm = 25.4;
+constexpr double kInch_mm = 25.4;
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
@@ -36,7 +36,7 @@ class ExcellonFile {
     } else if (text == "M30" || text == "M00") {
       ended_ = true;
     } else if (text == "M71" || text == "M72") {
-      unit_mm_ = text == "M71" ? 1.0 : inch_mm;
+      unit_mm_ = text == "M71" ? 1.0 : kInch_mm;
     } else if (in_header_) {
       read_header(text);
     } else {
@@ -61,10 +61,10 @@ class ExcellonFile {
 
   /// ";FILE_FORMAT=4:4" of some systems says where the decimal point is left out.
   void read_comment(std::string_view text) {
-    constexpr std::string_view key = "FILE_FORMAT=";
-    const auto at = text.find(key);
+    constexpr std::string_view kKey = "FILE_FORMAT=";
+    const auto at = text.find(kKey);
     if (at == std::string_view::npos) return;
-    const std::string_view format = text.substr(at + key.size());
+    const std::string_view format = text.substr(at + kKey.size());
     if (format.size() >= 3 && std::isdigit(static_cast<unsigned char>(format[0])) != 0 && format[1] == ':' &&
         std::isdigit(static_cast<unsigned char>(format[2])) != 0)
       set_digits(format[0] - '0', format[2] - '0');
@@ -78,7 +78,7 @@ class ExcellonFile {
   void read_header(std::string_view text) {
     if (text.starts_with("INCH") || text.starts_with("METRIC")) {
       const bool inch = text.starts_with("INCH");
-      unit_mm_ = inch ? inch_mm : 1.0;
+      unit_mm_ = inch ? kInch_mm : 1.0;
       if (whole_ == 0) inch ? set_digits(2, 4) : set_digits(3, 3);
       if (text.find(",LZ") != std::string_view::npos) zeros_ = Zeros::leading_kept;
       if (text.find(",TZ") != std::string_view::npos) zeros_ = Zeros::trailing_kept;
@@ -159,7 +159,7 @@ class ExcellonFile {
   /// "R4X2.54": four more holes, each that far from the one before.
   void repeat(std::string_view text) {
     std::size_t at = 1, count = 0;
-    for (; at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0 && count < max_points;
+    for (; at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0 && count < kMaxPoints;
          ++at)
       count = count * 10 + static_cast<std::size_t>(text[at] - '0');
     if (count == 0 || at == text.size() || result_.points.empty())

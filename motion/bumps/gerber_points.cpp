@@ -18,7 +18,7 @@
 namespace meltstage::motion::detail {
 namespace {
 
-constexpr double inch_mm = 25.4;
+constexpr double kInch_mm = 25.4;
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
@@ -208,7 +208,7 @@ class GerberFile {
     if (text == "MOMM")
       unit_mm_ = 1.0;
     else if (text == "MOIN")
-      unit_mm_ = inch_mm;
+      unit_mm_ = kInch_mm;
     else
       fail_here(text, "MOMM or MOIN");
   }
@@ -237,9 +237,9 @@ class GerberFile {
     }
     std::size_t at = 3;
     const int number = read_code(text, at);
-    constexpr std::size_t deepest = 16;
+    constexpr std::size_t kDeepest = 16;
     if (text.size() < 4 || text[2] != 'D' || number < 10) fail_here(text, "a block such as ABD12");
-    if (levels_.size() == deepest) fail_here(text, "blocks nested less deeply");
+    if (levels_.size() == kDeepest) fail_here(text, "blocks nested less deeply");
     levels_.push_back({Level::Kind::block, {}, number, {}, {}});
   }
 
@@ -255,7 +255,7 @@ class GerberFile {
       *value = plain_number(text, rest.substr(0, rest.find_first_not_of("+-.0123456789")));
     }
     const auto is_count = [](double n) {
-      return n >= 1.0 && n <= static_cast<double>(max_points) && n == std::floor(n);
+      return n >= 1.0 && n <= static_cast<double>(kMaxPoints) && n == std::floor(n);
     };
     if (!is_count(level.count[0]) || !is_count(level.count[1])) fail_here(text, "repeats of 1 or more");
     if (level.count[0] == 1.0 && level.count[1] == 1.0) return;
@@ -334,7 +334,7 @@ class GerberFile {
         in_region_ = false;
         return;
       case 70:
-        unit_mm_ = inch_mm;
+        unit_mm_ = kInch_mm;
         return;
       case 71:
         unit_mm_ = 1.0;
@@ -431,11 +431,11 @@ class GerberFile {
 
   void add(const RawPoint& point) {
     // Those of blocks count as well, which hold flashes that may never be made.
-    constexpr std::size_t most_added = 4 * max_points;
-    if (++added_ > most_added)
+    constexpr std::size_t kMostAdded = 4 * kMaxPoints;
+    if (++added_ > kMostAdded)
       fail(path_,
            fmt::format("row {}: found more than {} flashes in blocks and steps, expected at most so many",
-                       row_, most_added));
+                       row_, kMostAdded));
     levels_.back().points.push_back(point);
     check_point_count(path_, levels_.back().points.size());
   }

@@ -64,10 +64,10 @@ class Reader {
       fail(path_,
            fmt::format("line {}, column {}: the file ends inside the list that begins here, expected ')'",
                        open.back().row, open.back().column));
-    constexpr std::size_t most_words = 5'000'000;
-    if (++words_ > most_words)
+    constexpr std::size_t kMostWords = 5'000'000;
+    if (++words_ > kMostWords)
       fail_here(
-          fmt::format(" behind {} words and lists, expected a footprint of at most so many", most_words));
+          fmt::format(" behind {} words and lists, expected a footprint of at most so many", kMostWords));
     Node node = here();
     if (text_[at_] == '(') {
       if (open.size() == kMostNested)
@@ -145,9 +145,9 @@ class Reader {
 /// Pads on copper receive a bump; apertures of the paste or mask layer alone are drawn over pads that are
 /// there already.
 bool receives_bump(const Node& pad) {
-  constexpr std::size_t type_place = 2;
-  if (pad.children.size() <= type_place) return false;
-  const std::string& type = pad.children[type_place].word;
+  constexpr std::size_t kTypePlace = 2;
+  if (pad.children.size() <= kTypePlace) return false;
+  const std::string& type = pad.children[kTypePlace].word;
   if (type != "smd" && type != "thru_hole") return false;
   const Node* layers = find_list(pad, "layers");
   return layers == nullptr || std::any_of(layers->children.begin(), layers->children.end(),
@@ -172,8 +172,8 @@ double read_position(const std::filesystem::path& path, const Node& pad, const N
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content) {
   if (const auto kind = describe_content(content); kind != "text")
     fail(path, fmt::format("found {}, expected a KiCad footprint (.kicad_mod)", kind));
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  if (content.starts_with(byte_order_mark)) content.remove_prefix(byte_order_mark.size());
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
   const Node footprint = Reader(path, content).read_footprint();
   RawPoints result;
   result.has_unit = true;

@@ -18,12 +18,12 @@ namespace {
 
 std::vector<std::string_view> words_of(const std::filesystem::path& path, std::size_t row,
                                        std::string_view line) {
-  constexpr std::size_t most_words = 1000;
+  constexpr std::size_t kMostWords = 1000;
   std::vector<std::string_view> words;
   for (line = trimmed(line); !line.empty(); line = trimmed(line)) {
-    if (words.size() == most_words)
+    if (words.size() == kMostWords)
       fail(path, fmt::format("row {}: found more than {} words, expected Ref Val Package PosX PosY Rot Side",
-                             row, most_words));
+                             row, kMostWords));
     const auto end = line.find_first_of(" \t");
     words.push_back(line.substr(0, end));
     line.remove_prefix(words.back().size());
@@ -48,12 +48,12 @@ class PosFile {
                "row {}: found {} before a line '## Unit = mm, ...', expected a placement file of KiCad",
                line.number, in_quotes(text)));
     // Ref Val Package PosX PosY Rot Side; counted from the end, as a value may hold blanks.
-    constexpr std::size_t behind_x = 4, fewest = 6;
+    constexpr std::size_t kBehindX = 4, kFewest = 6;
     const auto words = words_of(path_, line.number, text);
-    if (words.size() < fewest)
+    if (words.size() < kFewest)
       fail(path_, fmt::format("row {}: found {} words, expected Ref Val Package PosX PosY Rot Side",
                               line.number, words.size()));
-    const std::size_t x = words.size() - behind_x;
+    const std::size_t x = words.size() - kBehindX;
     check_side(line.number, words.back());
     result_.points.push_back({number(line.number, words[x], "PosX") * unit_mm_,
                               number(line.number, words[x + 1], "PosY") * unit_mm_, line.number});
@@ -73,11 +73,11 @@ class PosFile {
     if (words.size() < 4 || words[1] != "Unit") return;
     std::string_view unit = words[3];
     if (unit.ends_with(',')) unit.remove_suffix(1);
-    constexpr double inch_mm = 25.4;
+    constexpr double kInch_mm = 25.4;
     if (unit == "mm")
       unit_mm_ = 1.0;
     else if (unit == "inches" || unit == "in")
-      unit_mm_ = inch_mm;
+      unit_mm_ = kInch_mm;
     else
       fail(path_, fmt::format("row {}: found unit {}, expected mm or inches", row, in_quotes(unit)));
   }

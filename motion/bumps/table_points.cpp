@@ -136,15 +136,15 @@ struct Unit {
   std::string_view name;
   double mm;
 };
-constexpr std::array<Unit, 9> units = {{{"mm", 1.0},
-                                        {"um", 1e-3},
-                                        {"\u00b5m", 1e-3},
-                                        {"\u03bcm", 1e-3},
-                                        {"cm", 10.0},
-                                        {"m", 1000.0},
-                                        {"mil", 0.0254},
-                                        {"in", 25.4},
-                                        {"inch", 25.4}}};
+constexpr std::array<Unit, 9> kUnits = {{{"mm", 1.0},
+                                         {"um", 1e-3},
+                                         {"\u00b5m", 1e-3},
+                                         {"\u03bcm", 1e-3},
+                                         {"cm", 10.0},
+                                         {"m", 1000.0},
+                                         {"mil", 0.0254},
+                                         {"in", 25.4},
+                                         {"inch", 25.4}}};
 
 struct Column {
   std::size_t index = 0;
@@ -189,13 +189,13 @@ class PointTable {
  private:
   /// A row may be as wide as a spreadsheet's, but not each of millions of rows.
   void count_cells(const TableRow& row) {
-    constexpr std::size_t most_cells = 20'000'000;
+    constexpr std::size_t kMostCells = 20'000'000;
     cells_ += row.cells.size();
-    if (cells_ > most_cells)
+    if (cells_ > kMostCells)
       fail(path_,
            fmt::format("row {}: found more than {} cells so far, expected at most so many; leave out what is "
                        "no coordinate",
-                       row.row, most_cells));
+                       row.row, kMostCells));
   }
 
   /// True if the row names columns; throws if it does so without both x and y.
@@ -220,35 +220,35 @@ class PointTable {
   }
 
   static std::string names(const TableRow& row) {
-    constexpr std::size_t shown = 4;
+    constexpr std::size_t kShown = 4;
     std::string out;
-    for (std::size_t i = 0; i < std::min(row.cells.size(), shown); ++i)
+    for (std::size_t i = 0; i < std::min(row.cells.size(), kShown); ++i)
       out += (i == 0 ? "" : ", ") + in_quotes(row.cells[i].text);
-    return row.cells.size() > shown ? out + ", ..." : out;
+    return row.cells.size() > kShown ? out + ", ..." : out;
   }
 
   /// The column called `axis`, alone or with a unit behind a separating sign.
   std::optional<Column> find_column(const TableRow& row, char axis) const {
     std::optional<Column> found;
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      constexpr std::string_view separators = " \t_()[]/.,:";
+      constexpr std::string_view kSeparators = " \t_()[]/.,:";
       std::string name = row.cells[i].text;
       std::transform(name.begin(), name.end(), name.begin(),
                      [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-      auto start = name.find_first_not_of(separators);
+      auto start = name.find_first_not_of(kSeparators);
       // Placement tables: PosX, Mid X, Center-X(mm).
       for (const std::string_view prefix : {"pos", "mid", "center"})
         if (start != std::string::npos && std::string_view(name).substr(start).starts_with(prefix))
           start = name.find_first_not_of(" \t_-", start + prefix.size());
       if (start == std::string::npos || name[start] != axis) continue;
-      if (start + 1 < name.size() && separators.find(name[start + 1]) == std::string_view::npos) continue;
-      const auto unit_start = name.find_first_not_of(separators, start + 1);
+      if (start + 1 < name.size() && kSeparators.find(name[start + 1]) == std::string_view::npos) continue;
+      const auto unit_start = name.find_first_not_of(kSeparators, start + 1);
       Column column{i, 1.0, unit_start != std::string::npos};
       if (column.has_unit) {
-        const std::string unit = name.substr(unit_start, name.find_last_not_of(separators) - unit_start + 1);
+        const std::string unit = name.substr(unit_start, name.find_last_not_of(kSeparators) - unit_start + 1);
         const auto* known =
-            std::find_if(units.begin(), units.end(), [&](const Unit& u) { return u.name == unit; });
-        if (known == units.end())
+            std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
+        if (known == kUnits.end())
           fail(path_,
                fmt::format(
                    "row {}, column {}: found unit {} in the name {}, expected mm, um, cm, m, mil or in",
@@ -316,18 +316,18 @@ class PointTable {
 }  // namespace
 
 void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (const auto kind = describe_content(content); kind != "text")
     fail(path, fmt::format("found {}, expected separated text (.csv, UTF-8)", kind));
-  if (content.starts_with(byte_order_mark)) content.remove_prefix(byte_order_mark.size());
+  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
 
   const char separator = find_separator(content);
   CsvParser csv(separator);
   DecimalCommas decimals(path, separator);
   CsvRows rows;
-  constexpr std::size_t chunk = 65536;
+  constexpr std::size_t kChunk = 65536;
   while (!content.empty()) {
-    const std::string_view part = content.substr(0, chunk);
+    const std::string_view part = content.substr(0, kChunk);
     if (csv_parse(&csv.parser, part.data(), part.size(), on_csv_field, on_csv_row, &rows) != part.size()) {
       hand_over(path, rows, decimals, handle);
       fail(path, fmt::format(

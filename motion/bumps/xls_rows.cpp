@@ -23,8 +23,8 @@
 namespace meltstage::motion::detail {
 namespace {
 
-constexpr rlim_t time_limit_s = 10;  // of the child's processor time; a sheet of full size takes about 1 s
-constexpr std::size_t max_count = 1U << 20;  // cells of a row, bytes of a text; the format allows less
+constexpr rlim_t kTimeLimit_s = 10;  // of the child's processor time; a sheet of full size takes about 1 s
+constexpr std::size_t kMaxCount = 1U << 20;  // cells of a row, bytes of a text; the format allows less
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
@@ -107,7 +107,7 @@ void send_workbook(const std::filesystem::path& path, std::FILE* pipe) {
   }
   const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (null >= 0) dup2(null, STDERR_FILENO);
-  const rlimit time{time_limit_s, time_limit_s + 1}, no_core{0, 0};
+  const rlimit time{kTimeLimit_s, kTimeLimit_s + 1}, no_core{0, 0};
   if (setrlimit(RLIMIT_CPU, &time) != 0 || setrlimit(RLIMIT_CORE, &no_core) != 0) _exit(EXIT_FAILURE);
   std::FILE* pipe = fdopen(write_end, "wb");
   if (pipe == nullptr) _exit(EXIT_FAILURE);
@@ -148,7 +148,7 @@ class Child {
   /// A child whose memory is overwritten may send any count.
   std::size_t get_count() {
     const auto count = get<std::size_t>();
-    if (count > max_count) fail_child();
+    if (count > kMaxCount) fail_child();
     return count;
   }
   std::string get_text() {

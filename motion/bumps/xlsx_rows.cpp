@@ -15,9 +15,9 @@ namespace meltstage::motion::detail {
 namespace {
 
 // Unpacked; two million rows take less. A few kilobytes of archive may hold any of it.
-constexpr zip_uint64_t largest_part = 1ULL << 29;  // bytes
-constexpr std::ptrdiff_t most_marks = 40'000'000;  // tags and attributes, each of which takes memory
-constexpr std::size_t longest_text = 32767;        // bytes of a cell; Excel allows as many characters
+constexpr zip_uint64_t kLargestPart = 1ULL << 29;  // bytes
+constexpr std::ptrdiff_t kMostMarks = 40'000'000;  // tags and attributes, each of which takes memory
+constexpr std::size_t kLongestText = 32767;        // bytes of a cell; Excel allows as many characters
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
@@ -49,17 +49,17 @@ class Archive {
     if (zip_stat(archive_.get(), part.c_str(), 0, &info) != 0)
       fail(path_, fmt::format("found no part {} in the archive, expected an Excel workbook (.xlsx)",
                               in_quotes(part)));
-    if ((info.valid & ZIP_STAT_SIZE) == 0 || info.size > largest_part)
+    if ((info.valid & ZIP_STAT_SIZE) == 0 || info.size > kLargestPart)
       fail(path_, fmt::format("part {} holds more than {} MiB, expected less", in_quotes(part),
-                              largest_part >> 20U));
+                              kLargestPart >> 20U));
     std::string text(info.size, '\0');
     const std::unique_ptr<zip_file_t, CloseFile> file(zip_fopen(archive_.get(), part.c_str(), 0));
     if (!file || zip_fread(file.get(), text.data(), text.size()) != static_cast<zip_int64_t>(text.size()))
       fail(path_, fmt::format("part {} can't be unpacked, expected an undamaged workbook without a password",
                               in_quotes(part)));
-    if (std::count_if(text.begin(), text.end(), [](char c) { return c == '<' || c == '='; }) > most_marks)
+    if (std::count_if(text.begin(), text.end(), [](char c) { return c == '<' || c == '='; }) > kMostMarks)
       fail(path_, fmt::format("part {} holds more than {} tags and attributes, expected less",
-                              in_quotes(part), most_marks));
+                              in_quotes(part), kMostMarks));
     pugi::xml_document document;
     const auto result = document.load_buffer(text.data(), text.size());
     if (!result)
@@ -99,28 +99,28 @@ std::string text_of(const std::filesystem::path& path, const pugi::xml_node& ele
   std::string text = element.child("t").text().as_string();
   for (const auto& run : element.children("r")) text += run.child("t").text().as_string();
   // A short reference in each of many cells may stand for it.
-  if (text.size() > longest_text)
+  if (text.size() > kLongestText)
     fail(path, fmt::format("found a text of {} bytes that begins {}, expected at most {}", text.size(),
-                           in_quotes(text), longest_text));
+                           in_quotes(text), kLongestText));
   return text;
 }
 
 std::vector<std::string> shared_strings(const std::filesystem::path& path, const Archive& archive) {
   std::vector<std::string> strings;
-  constexpr auto part = "xl/sharedStrings.xml";
-  if (!archive.has(part)) return strings;
-  const auto document = archive.xml(part);
+  constexpr auto kPart = "xl/sharedStrings.xml";
+  if (!archive.has(kPart)) return strings;
+  const auto document = archive.xml(kPart);
   for (const auto& item : document.child("sst").children("si")) strings.push_back(text_of(path, item));
   return strings;
 }
 
 /// Column of a cell reference such as "AB12", from 0; nothing if it isn't one.
 std::optional<std::size_t> column_of(std::string_view reference) {
-  constexpr std::size_t most_columns = 16384;
+  constexpr std::size_t kMostColumns = 16384;
   std::size_t column = 0, letters = 0;
   for (; letters < reference.size() && reference[letters] >= 'A' && reference[letters] <= 'Z'; ++letters) {
     column = column * 26 + static_cast<std::size_t>(reference[letters] - 'A') + 1;
-    if (column > most_columns) return std::nullopt;
+    if (column > kMostColumns) return std::nullopt;
   }
   if (letters == 0) return std::nullopt;
   return column - 1;

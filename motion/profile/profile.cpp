@@ -247,8 +247,8 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
   const double slowest = std::max(start_velocity_mm_s, end_velocity_mm_s);
   if (slowest > 0.0) {
     const Ramps shortest(task, slowest, 0.0);
-    constexpr double rounding = 1e-12;
-    if (shortest.distance() > distance_mm * (1.0 + rounding))
+    constexpr double kRounding = 1e-12;
+    if (shortest.distance() > distance_mm * (1.0 + kRounding))
       throw MotionError(fmt::format(
           "distance: found {:.9g} mm, expected at least {:.9g} mm for the change from {} to {} mm/s",
           distance_mm, shortest.distance(), start_velocity_mm_s, end_velocity_mm_s));
@@ -283,9 +283,9 @@ Scurve round_to_cycles(const Scurve& curve, double cycle_s) {
         fmt::format("servo cycles: found a profile from {} to {} mm/s, expected rest at both ends",
                     curve.starts.front().velocity_mm_s, curve.end.velocity_mm_s));
   std::array<double, 7> durations_s{};
-  constexpr double rounding = 1e-9;  // of a cycle: a duration that is whole but for its last bits stays
+  constexpr double kRounding = 1e-9;  // of a cycle: a duration that is whole but for its last bits stays
   for (std::size_t i = 0; i < 7; ++i)
-    durations_s[i] = cycle_s * std::ceil(curve.durations_s[i] / cycle_s - rounding);
+    durations_s[i] = cycle_s * std::ceil(curve.durations_s[i] / cycle_s - kRounding);
   // A ramp from rest of given durations, for a high speed of 1.
   const auto unit_ramp = [](double rise_s, double hold_s, double fall_s) {
     Ramp ramp{0.0, rise_s, hold_s, fall_s, 0.0, 0.0};
@@ -322,12 +322,12 @@ AxisStates Move::sample(double time_s) const {
 }
 
 ScurveLimits limits_along(const AxisLimits& axes, const Eigen::Vector3d& direction) {
-  constexpr std::array members = {&ScurveLimits::velocity_mm_s,      &ScurveLimits::acceleration_mm_s2,
-                                  &ScurveLimits::deceleration_mm_s2, &ScurveLimits::jerk1_mm_s3,
-                                  &ScurveLimits::jerk3_mm_s3,        &ScurveLimits::jerk5_mm_s3,
-                                  &ScurveLimits::jerk7_mm_s3};
+  constexpr std::array kMembers = {&ScurveLimits::velocity_mm_s,      &ScurveLimits::acceleration_mm_s2,
+                                   &ScurveLimits::deceleration_mm_s2, &ScurveLimits::jerk1_mm_s3,
+                                   &ScurveLimits::jerk3_mm_s3,        &ScurveLimits::jerk5_mm_s3,
+                                   &ScurveLimits::jerk7_mm_s3};
   ScurveLimits path;
-  for (const auto member : members) {
+  for (const auto member : kMembers) {
     path.*member = std::numeric_limits<double>::infinity();
     for (std::size_t axis = 0; axis < axes.size(); ++axis) {
       const double share = std::abs(direction[static_cast<Eigen::Index>(axis)]);

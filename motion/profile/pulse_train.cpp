@@ -14,13 +14,13 @@ namespace {
 // Modulo 2^128, in which sums and products are exact whenever their result is in range.
 __extension__ using Wide = unsigned __int128;
 
-constexpr double most_pulses = 0x1p31;
+constexpr double kMostPulses = 0x1p31;
 
 }  // namespace
 
-FixedPulses to_fixed(double pulses) { return static_cast<FixedPulses>(std::ldexp(pulses, fixed_pulse_bits)); }
+FixedPulses to_fixed(double pulses) { return static_cast<FixedPulses>(std::ldexp(pulses, kFixedPulseBits)); }
 
-double to_double(FixedPulses pulses) { return std::ldexp(static_cast<double>(pulses), -fixed_pulse_bits); }
+double to_double(FixedPulses pulses) { return std::ldexp(static_cast<double>(pulses), -kFixedPulseBits); }
 
 FixedPulses PulseAccumulators::position_after(std::uint64_t cycles) const {
   if (cycles == 0) return position;
@@ -38,9 +38,9 @@ PulseTrain::PulseTrain(const JerkProfile& profile, double pulses_per_mm, double 
         fmt::format("pulse train: found clock of {} Hz, expected a finite number above 0", clock_hz));
   const auto pulses_at = [&](double position_mm) {
     const double pulses = start_pulses + pulses_per_mm * position_mm;
-    if (!(std::abs(pulses) < most_pulses))
+    if (!(std::abs(pulses) < kMostPulses))
       throw MotionError(
-          fmt::format("pulse train: found position of {} pulses, expected +-{}", pulses, most_pulses));
+          fmt::format("pulse train: found position of {} pulses, expected +-{}", pulses, kMostPulses));
     return to_fixed(pulses);
   };
   start_ = pulses_at(0.0);

@@ -12,7 +12,7 @@ namespace meltstage::motion {
 
 /// Command pulses with 96 fractional bits: +-2^31 pulses in steps of 1.3e-29.
 __extension__ using FixedPulses = __int128;
-constexpr int fixed_pulse_bits = 96;
+constexpr int kFixedPulseBits = 96;
 
 FixedPulses to_fixed(double pulses);
 double to_double(FixedPulses pulses);
@@ -38,7 +38,7 @@ struct PulseAccumulators {
 /// cycle at which the position has passed the middle between two pulses: at most one cycle behind the plan.
 class PulseTrain {
  public:
-  static constexpr double largest_error_pulses = 1e-6;
+  static constexpr double kLargestErrorPulses = 1e-6;
 
   PulseTrain() = default;
 
@@ -70,7 +70,7 @@ class PulseTrain {
 
   bool reached(std::uint64_t cycle, FixedPulses position) const;
 
-  std::array<Part, JerkProfile::most_segments> parts_{};
+  std::array<Part, JerkProfile::kMostSegments> parts_{};
   std::size_t segments_ = 0;
   std::uint64_t end_cycle_ = 0;
   FixedPulses start_ = 0, end_ = 0;

@@ -185,8 +185,8 @@ Course from_above_the_limit(const Course& course, const ScurveLimits& limits, do
 /// To rest at a target beyond the stopping point, of a forward motion.
 Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
   if (turns_back(course.now, limits)) return stop_and_go_on(course, limits, target_mm);
-  constexpr double rounding = 1e-12;  // a profile under the same limits ends its acceleration at Vc
-  const double above_limit = limits.velocity_mm_s * (1.0 + rounding);
+  constexpr double kRounding = 1e-12;  // a profile under the same limits ends its acceleration at Vc
+  const double above_limit = limits.velocity_mm_s * (1.0 + kRounding);
   const double braking = -course.now.acceleration_mm_s2;
   if (braking > 0.0) {
     const Course released = eased_stop(course, limits, 0.0);
@@ -326,8 +326,8 @@ JerkProfile plan_retarget(const ScurveLimits& limits, const MotionState& state, 
   const Course start(state);
   Course stop = stopped(start, limits);
   const double beyond_mm = target_mm - stop.now.position_mm;
-  constexpr double rounding_mm = 1e-12;
-  if (std::abs(beyond_mm) <= rounding_mm) return stop.ended_at(target_mm);
+  constexpr double kRounding_mm = 1e-12;
+  if (std::abs(beyond_mm) <= kRounding_mm) return stop.ended_at(target_mm);
   if (beyond_mm > 0.0) return go_on(start, limits, target_mm).ended_at(target_mm);
   stop.append(plan_scurve(limits, -beyond_mm), -1.0);
   return stop.ended_at(target_mm);

@@ -11,12 +11,12 @@ namespace meltstage::motion {
 
 /// A motion in segments of constant jerk. It begins at position 0.
 struct JerkProfile {
-  static constexpr std::size_t most_segments = 32;  ///< a shaped S-curve has 31
+  static constexpr std::size_t kMostSegments = 32;  ///< a shaped S-curve has 31
 
   std::size_t segments = 0;
-  std::array<double, most_segments> durations_s{};
-  std::array<double, most_segments> start_times_s{};  ///< of each segment
-  std::array<MotionState, most_segments> starts{};    ///< state at the start of each, with the jerk inside it
+  std::array<double, kMostSegments> durations_s{};
+  std::array<double, kMostSegments> start_times_s{};  ///< of each segment
+  std::array<MotionState, kMostSegments> starts{};    ///< state at the start of each, with the jerk inside it
   MotionState end;
   double duration_s = 0.0;
 

@@ -71,7 +71,7 @@ struct Triple {
 class TripleSearch {
  public:
   TripleSearch(const JerkProfile& profile, const ModeBand& band, double tolerance_mm)
-      : centre_(band.nominal), tolerance_mm_(kept_back * tolerance_mm) {
+      : centre_(band.nominal), tolerance_mm_(kKeptBack * tolerance_mm) {
     for (const Mode& mode : modes_of(band)) {
       const std::complex<double> lambda = pole(mode);
       rests_.push_back({lambda, -1.0 / lambda.real(), motion::residual_mm(profile, mode)});
@@ -92,22 +92,22 @@ class TripleSearch {
 
   /// Spacing's best middle share. The residual of each frequency is convex in it, and so is their largest.
   Triple best_at(double spacing_s) const {
-    constexpr double golden = 0.6180339887498949;
+    constexpr double kGolden = 0.6180339887498949;
     double low = 0.0, high = 1.0;
-    double left = high - golden * (high - low), right = low + golden * (high - low);
+    double left = high - kGolden * (high - low), right = low + kGolden * (high - low);
     double at_left = residual({spacing_s, left}), at_right = residual({spacing_s, right});
     for (int step = 0; step < 24; ++step) {
       if (at_left < at_right) {
         high = right;
         right = left;
         at_right = at_left;
-        left = high - golden * (high - low);
+        left = high - kGolden * (high - low);
         at_left = residual({spacing_s, left});
       } else {
         low = left;
         left = right;
         at_left = at_right;
-        right = low + golden * (high - low);
+        right = low + kGolden * (high - low);
         at_right = residual({spacing_s, right});
       }
     }
@@ -131,7 +131,7 @@ class TripleSearch {
  private:
   double centre_decay(double spacing_s) const { return std::exp(pole(centre_).real() * spacing_s); }
 
-  static constexpr double kept_back = 0.99;  // for the frequencies between those looked at
+  static constexpr double kKeptBack = 0.99;  // for the frequencies between those looked at
 
   Mode centre_;
   double tolerance_mm_;
@@ -208,14 +208,14 @@ JerkProfile shaped(const JerkProfile& profile, const Shaper& shaper) {
   JerkProfile sum;
   sum.duration_s = profile.duration_s + shaper.duration_s();
   sum.end = profile.end;
-  constexpr double shortest_s = 1e-15;  // two borders that are one but for rounding
+  constexpr double kShortest_s = 1e-15;  // two borders that are one but for rounding
   for (std::size_t i = 0; i + 1 < borders_s.size(); ++i) {
     const double length_s = borders_s[i + 1] - borders_s[i];
-    if (length_s <= shortest_s) continue;
-    if (sum.segments == JerkProfile::most_segments)
+    if (length_s <= kShortest_s) continue;
+    if (sum.segments == JerkProfile::kMostSegments)
       throw MotionError(
           fmt::format("shaper: {} impulses on {} segments, expected at most {} segments together",
-                      shaper.impulses, profile.segments, JerkProfile::most_segments));
+                      shaper.impulses, profile.segments, JerkProfile::kMostSegments));
     sum.start_times_s[sum.segments] = borders_s[i];
     sum.durations_s[sum.segments] = length_s;
     sum.starts[sum.segments++] = start_of(borders_s[i], 0.5 * (borders_s[i] + borders_s[i + 1]));
@@ -229,10 +229,10 @@ Shaper shortest_shaper(const JerkProfile& profile, const ModeBand& band, double 
   const TripleSearch search(profile, band, tolerance_mm);
   if (search.residual({}) <= 1.0) return {};
 
-  constexpr int steps = 128;
-  const double step_s = 0.5 * damped_period_s(band.nominal) / steps;
+  constexpr int kSteps = 128;
+  const double step_s = 0.5 * damped_period_s(band.nominal) / kSteps;
   Triple best;
-  for (int i = 1; i <= steps; ++i) {
+  for (int i = 1; i <= kSteps; ++i) {
     const Triple triple = search.best_at(i * step_s);
     if (search.residual(triple) > 1.0) {
       if (search.settled_s(triple) < search.settled_s(best)) best = triple;

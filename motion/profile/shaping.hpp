@@ -13,11 +13,11 @@ namespace meltstage::motion {
 /// Up to four impulses of positive amplitudes that sum to 1, so that a shaped motion keeps every limit of the
 /// motion and ends where it ends. The first comes at time 0.
 struct Shaper {
-  static constexpr std::size_t most_impulses = 4;
+  static constexpr std::size_t kMostImpulses = 4;
 
   std::size_t impulses = 1;
-  std::array<double, most_impulses> amplitudes{1.0};
-  std::array<double, most_impulses> times_s{};
+  std::array<double, kMostImpulses> amplitudes{1.0};
+  std::array<double, kMostImpulses> times_s{};
 
   double duration_s() const { return times_s[impulses - 1]; }
 };

@@ -126,11 +126,11 @@ double worst_settled_s(const JerkProfile& profile, const ModeBand& band, double 
 double morlet_energy(const JerkProfile& profile, const Mode& mode, const MorletWindow& window) {
   check_mode(mode);
   const double scale_s = window.omega0 / (2.0 * std::numbers::pi * mode.frequency_hz);
-  constexpr double reach = 5.0;  // the wavelet's Gaussian is below 4e-6 beyond
+  constexpr double kReach = 5.0;  // the wavelet's Gaussian is below 4e-6 beyond
   const auto coefficient = [&](double at_s) {
-    const auto first = static_cast<int>(std::ceil(std::max(0.0, at_s - reach * scale_s) / window.cycle_s));
+    const auto first = static_cast<int>(std::ceil(std::max(0.0, at_s - kReach * scale_s) / window.cycle_s));
     const auto last =
-        static_cast<int>(std::floor(std::min(profile.duration_s, at_s + reach * scale_s) / window.cycle_s));
+        static_cast<int>(std::floor(std::min(profile.duration_s, at_s + kReach * scale_s) / window.cycle_s));
     std::complex<double> sum = 0.0;
     for (int i = first; i <= last; ++i) {
       const double x = (i * window.cycle_s - at_s) / scale_s;
@@ -205,12 +205,12 @@ std::optional<Scurve> optimum_profile(const OptimumSearch& search, double distan
                                       const VibrationMeasure& measure, double bound) {
   check_limits(search.lowest);
   check_limits(search.highest);
-  constexpr std::array factors = {&ScurveLimits::acceleration_mm_s2, &ScurveLimits::deceleration_mm_s2,
-                                  &ScurveLimits::jerk1_mm_s3, &ScurveLimits::jerk5_mm_s3};
+  constexpr std::array kFactors = {&ScurveLimits::acceleration_mm_s2, &ScurveLimits::deceleration_mm_s2,
+                                   &ScurveLimits::jerk1_mm_s3, &ScurveLimits::jerk5_mm_s3};
   std::array<std::array<double, 5>, 4> levels{};
   std::vector<double> low, high;
-  for (std::size_t i = 0; i < factors.size(); ++i) {
-    const double lowest = search.lowest.*factors[i], highest = search.highest.*factors[i];
+  for (std::size_t i = 0; i < kFactors.size(); ++i) {
+    const double lowest = search.lowest.*kFactors[i], highest = search.highest.*kFactors[i];
     if (lowest > highest)
       throw MotionError(
           fmt::format("optimum: found lowest limit {}, expected at most the highest, {}", lowest, highest));
@@ -220,7 +220,7 @@ std::optional<Scurve> optimum_profile(const OptimumSearch& search, double distan
   }
 
   Descent descent{search, distance_mm, measure, bound, {}};
-  nlopt::opt cobyla(nlopt::LN_COBYLA, static_cast<unsigned>(factors.size()));
+  nlopt::opt cobyla(nlopt::LN_COBYLA, static_cast<unsigned>(kFactors.size()));
   cobyla.set_lower_bounds(low);
   cobyla.set_upper_bounds(high);
   cobyla.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
@@ -238,8 +238,8 @@ std::optional<Scurve> optimum_profile(const OptimumSearch& search, double distan
   for (const ScurveLimits& row :
        l25({levels[0], levels[1], levels[2], levels[3]}, search.highest.velocity_mm_s)) {
     std::vector<double> x;
-    for (std::size_t i = 0; i < factors.size(); ++i)
-      x.push_back(std::clamp(std::log(row.*factors[i]), low[i], high[i]));
+    for (std::size_t i = 0; i < kFactors.size(); ++i)
+      x.push_back(std::clamp(std::log(row.*kFactors[i]), low[i], high[i]));
     descent.excess(descent.curve_of(x));
     double duration_s = 0.0;
     try {

@@ -211,13 +211,13 @@ ResidualBacklash residual_backlash(std::span<const TargetDeviations> targets) {
 }
 
 std::vector<TargetDeviations> read_deviations(const std::filesystem::path& path) {
-  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 26;
-  return read_deviations_text(path.string(), read_file(path, "a file of deviations", most_bytes));
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 26;
+  return read_deviations_text(path.string(), read_file(path, "a file of deviations", kMostBytes));
 }
 
 std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::string_view content) {
-  constexpr double farthest_mm = 1e6, largest_um = 1e9;
-  constexpr std::string_view header = "target_mm,direction,deviation_um";
+  constexpr double kFarthest_mm = 1e6, kLargest_um = 1e9;
+  constexpr std::string_view kHeader = "target_mm,direction,deviation_um";
   std::map<double, TargetDeviations> targets;
   bool headed = false;
   for (std::size_t number = 1; !content.empty(); ++number) {
@@ -227,9 +227,9 @@ std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::s
     if (line.empty() || line.front() == '#') continue;
     const std::string where = fmt::format("{}:{}", name, number);
     if (!headed) {
-      if (line != header)
+      if (line != kHeader)
         throw MotionError(
-            fmt::format("{}: found header \"{}\", expected \"{}\"", where, shown(line), header));
+            fmt::format("{}: found header \"{}\", expected \"{}\"", where, shown(line), kHeader));
       headed = true;
       continue;
     }
@@ -237,10 +237,10 @@ std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::s
     if (first == std::string_view::npos || second == std::string_view::npos ||
         line.find(',', second + 1) != std::string_view::npos)
       throw MotionError(
-          fmt::format("{}: found \"{}\", expected three fields: {}", where, shown(line), header));
-    const double target_mm = parse(line.substr(0, first), where, "target_mm", farthest_mm);
+          fmt::format("{}: found \"{}\", expected three fields: {}", where, shown(line), kHeader));
+    const double target_mm = parse(line.substr(0, first), where, "target_mm", kFarthest_mm);
     const std::string_view direction = line.substr(first + 1, second - first - 1);
-    const double deviation_um = parse(line.substr(second + 1), where, "deviation_um", largest_um);
+    const double deviation_um = parse(line.substr(second + 1), where, "deviation_um", kLargest_um);
     if (direction != "+" && direction != "-")
       throw MotionError(fmt::format("{}: found direction \"{}\", expected + (forward) or - (reverse)", where,
                                     shown(direction)));

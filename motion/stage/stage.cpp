@@ -12,7 +12,7 @@
 namespace meltstage::motion {
 namespace {
 
-constexpr std::array<std::string_view, 3> axis_names = {"x", "y", "z"};
+constexpr std::array<std::string_view, 3> kAxisNames = {"x", "y", "z"};
 
 std::int64_t modulo(std::int64_t value, std::int64_t divisor) {
   const std::int64_t rest = value % divisor;
@@ -61,7 +61,7 @@ void check_position(const StageConfig& config, const Eigen::Vector3d& position_m
     const Range& travel = config.axes[axis].travel;
     const double value_mm = position_mm[static_cast<Eigen::Index>(axis)];
     if (!(value_mm >= travel.min_mm && value_mm <= travel.max_mm))
-      fail("axis {}: found position {} mm, expected {}..{} mm (travel)", axis_names[axis], value_mm,
+      fail("axis {}: found position {} mm, expected {}..{} mm (travel)", kAxisNames[axis], value_mm,
            travel.min_mm, travel.max_mm);
   }
 }
@@ -101,7 +101,7 @@ Stage::Stage(const StageConfig& config, const Eigen::Vector3d& position_mm)
   if (!std::isfinite(config.clock_hz) || config.clock_hz <= 0.0)
     fail("stage clock: found {} Hz, expected a finite number above 0", config.clock_hz);
   if (config.step_high_cycles == 0) fail("step pulse: found 0 cycles, expected at least 1");
-  for (std::size_t axis = 0; axis < 3; ++axis) check_axis(config.axes[axis], axis_names[axis], config);
+  for (std::size_t axis = 0; axis < 3; ++axis) check_axis(config.axes[axis], kAxisNames[axis], config);
   check_position(config, position_mm);
   const AxisLimits limits = {config.axes[0].limits, config.axes[1].limits, config.axes[2].limits};
   path_limits_ =
@@ -203,7 +203,7 @@ void Stage::track(std::size_t axis, double position_mm, std::uint64_t cycle, std
     fail("track: found cycle {}, expected at least {} (end of the move before)", cycle,
          std::max(end_cycle_, now_));
   if (!std::isfinite(position_mm) || cycles == 0)
-    fail("axis {}: found {} mm in {} cycles, expected a finite number and at least 1 cycle", axis_names[axis],
+    fail("axis {}: found {} mm in {} cycles, expected a finite number and at least 1 cycle", kAxisNames[axis],
          position_mm, cycles);
   AxisProgress& progress = axes_[axis];
   const double way_mm = position_mm - commanded_mm_[i];

@@ -30,10 +30,10 @@ std::string lower(std::string_view text) {
 }
 
 std::string_view trim(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r\f\v";
-  const auto first = text.find_first_not_of(blanks);
+  constexpr std::string_view kBlanks = " \t\r\f\v";
+  const auto first = text.find_first_not_of(kBlanks);
   if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
 /// The lines of a path as they are found; closes one when the tool leaves the surface.
@@ -50,16 +50,16 @@ class Lines {
 
   /// A point under the tool; `axis` of any length.
   void add(const Eigen::Vector3d& position_mm, const Eigen::Vector3d& axis, std::size_t row) {
-    constexpr double farthest_mm = 1e6;
-    if (!(position_mm.cwiseAbs().maxCoeff() <= farthest_mm))
+    constexpr double kFarthest_mm = 1e6;
+    if (!(position_mm.cwiseAbs().maxCoeff() <= kFarthest_mm))
       fail(row, fmt::format("found the point ({:.6g}, {:.6g}, {:.6g}) mm, expected one within {:g} mm",
-                            position_mm.x(), position_mm.y(), position_mm.z(), farthest_mm));
+                            position_mm.x(), position_mm.y(), position_mm.z(), kFarthest_mm));
     const double length = axis.norm();
     if (!(length > 1e-6) || !std::isfinite(length))
       fail(row, fmt::format("found tool axis ({:.6g}, {:.6g}, {:.6g}), expected a direction", axis.x(),
                             axis.y(), axis.z()));
     detail::check_point_count(std::string(file_), ++count_);
-    if (!open_.empty() && (open_.back().position_mm - position_mm).norm() <= same_point_mm) return;
+    if (!open_.empty() && (open_.back().position_mm - position_mm).norm() <= kSamePoint_mm) return;
     open_.push_back({position_mm, axis / length, row});
   }
 
@@ -503,8 +503,8 @@ std::vector<ClLine> read_tool_path_text(std::string_view name, std::string_view 
 }
 
 std::vector<ClLine> read_tool_path(const std::filesystem::path& path) {
-  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 28;
-  return read_tool_path_text(path.string(), read_file(path, fmt::format("a {} file", kExpected), most_bytes));
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 28;
+  return read_tool_path_text(path.string(), read_file(path, fmt::format("a {} file", kExpected), kMostBytes));
 }
 
 std::vector<Eigen::Vector3d> positions_mm(const ClLine& line) {

@@ -28,7 +28,7 @@ struct ClLine {
 };
 
 /// Two neighbouring points closer than this are one point.
-inline constexpr double same_point_mm = 1e-9;
+inline constexpr double kSamePoint_mm = 1e-9;
 
 /// Reads the lines of a tool path; the extension (any case) says which kind.
 /// - `.apt`, `.cls`, `.cl`: GOTO/x,y,z[,i,j,k], FROM/, GODLTA/dx,dy,dz, UNITS/MM|INCH, RAPID, MULTAX, PARTNO,
@@ -48,7 +48,7 @@ inline constexpr double same_point_mm = 1e-9;
 ///
 /// @throws CoordinateError if the file is missing, empty, of another kind or ends early; if a statement can't
 ///   be understood, a number is malformed or not finite, an axis has no length; if there is no line or more
-///   than max_points points.
+///   than kMaxPoints points.
 std::vector<ClLine> read_tool_path(const std::filesystem::path& path);
 
 /// The same from text; `name` stands in messages and its extension decides.

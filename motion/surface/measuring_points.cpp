@@ -154,11 +154,11 @@ std::size_t measuring_point_count(double capability, double confidence) {
     throw MotionError(fmt::format("confidence: found {}, expected a number between 0.5 and 1", confidence));
   const double root = (1.0 + capability) / (1.0 - capability) * normal_quantile(confidence);
   const double count = std::ceil(0.5 * root * root);
-  if (count > static_cast<double>(max_points))
+  if (count > static_cast<double>(kMaxPoints))
     throw MotionError(
         fmt::format("process capability: {} with confidence {} asks for {:.3g} points, expected at "
                     "most {}",
-                    capability, confidence, count, max_points));
+                    capability, confidence, count, kMaxPoints));
   return std::max<std::size_t>(2, static_cast<std::size_t>(count));
 }
 
@@ -334,10 +334,10 @@ std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineCho
   const std::vector<Eigen::Vector3d> points = positions_mm(line);
   const std::vector<double> lengths = polygon_lengths_mm(points);
   const double gap_mm = choice.form_wavelength_mm / 5.0;
-  if (lengths.back() / gap_mm > static_cast<double>(max_points))
+  if (lengths.back() / gap_mm > static_cast<double>(kMaxPoints))
     throw MotionError(
         fmt::format("form wavelength: {} mm asks for {:.3g} points on {:.6g} mm, expected at most {}",
-                    choice.form_wavelength_mm, lengths.back() / gap_mm, lengths.back(), max_points));
+                    choice.form_wavelength_mm, lengths.back() / gap_mm, lengths.back(), kMaxPoints));
   const std::vector<Eigen::Vector3d> across = directions_across(line);
   const std::vector<double> corners = corners_mm(points, lengths);
   std::vector<MeasuringPoint> out;

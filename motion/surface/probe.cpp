@@ -100,23 +100,23 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
 }
 
 std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path) {
-  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 28;
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 28;
   return read_touches_text(path.string(),
-                           read_file(path, "the points that the probe program wrote", most_bytes));
+                           read_file(path, "the points that the probe program wrote", kMostBytes));
 }
 
 std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content) {
-  constexpr double farthest_mm = 1e6;
-  constexpr std::string_view blanks = " ,;\t\r";
+  constexpr double kFarthest_mm = 1e6;
+  constexpr std::string_view kBlanks = " ,;\t\r";
   std::vector<Eigen::Vector3d> out;
   detail::for_lines(content, [&](const detail::Line& line) {
     std::string_view rest = line.text;
     std::array<std::string_view, 3> words;
     std::size_t found = 0;
     while (found < words.size()) {
-      rest.remove_prefix(std::min(rest.find_first_not_of(blanks), rest.size()));
+      rest.remove_prefix(std::min(rest.find_first_not_of(kBlanks), rest.size()));
       if (rest.empty()) break;
-      words[found] = rest.substr(0, rest.find_first_of(blanks));
+      words[found] = rest.substr(0, rest.find_first_of(kBlanks));
       rest.remove_prefix(words[found++].size());
     }
     if (found == 0) return;
@@ -126,7 +126,7 @@ std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::strin
           fmt::format("{}: row {}: found {} numbers, expected x, y and z", name, line.number, found));
     Eigen::Vector3d point;
     for (int i = 0; i < 3; ++i) {
-      const auto value = number_in(words[i], -farthest_mm, farthest_mm);
+      const auto value = number_in(words[i], -kFarthest_mm, kFarthest_mm);
       if (!value)
         throw CoordinateError(
             fmt::format("{}: row {}, column {}: found {}, expected a finite number such as 12.5", name,

@@ -27,10 +27,10 @@ class Pairs {
 };
 
 void check(std::span<const Point> points, const AntColony& colony) {
-  constexpr std::size_t most_points = 2000;
-  if (points.size() > most_points)
+  constexpr std::size_t kMostPoints = 2000;
+  if (points.size() > kMostPoints)
     throw MotionError(
-        fmt::format("ants: found {} points, expected at most {}; use plan_path", points.size(), most_points));
+        fmt::format("ants: found {} points, expected at most {}; use plan_path", points.size(), kMostPoints));
   for (const Point& point : points)
     if (!std::isfinite(point.x_mm) || !std::isfinite(point.y_mm))
       throw MotionError(fmt::format("ants: row {}: found ({}, {}) mm, expected finite coordinates", point.row,

@@ -42,10 +42,10 @@ class GreedyTour {
   GreedyTour(const PointTree& tree, const Cost& cost, const Neighbours& neighbours, TourRules rules)
       : tree_(tree), cost_(cost), rules_(rules), fragments_(tree.sites().size()) {
     const auto count = static_cast<Node>(tree.sites().size());
-    links_.assign(count, {TourRules::none, TourRules::none});
+    links_.assign(count, {TourRules::kNone, TourRules::kNone});
     open_ = count;
     // A fixed edge is there from the start; one to the joker takes one of its site's two places.
-    if (rules.fixed_a != TourRules::none) {
+    if (rules.fixed_a != TourRules::kNone) {
       if (rules.fixed_a != rules.joker && rules.fixed_b != rules.joker)
         link(rules.fixed_a, rules.fixed_b);
       else
@@ -61,14 +61,14 @@ class GreedyTour {
     std::vector<Node> out;
     Node at = 0;
     while (at < count && is_inner(at)) ++at;  // an end of the path; beside the joker that is fixed, if any
-    Node before = links_[at][0] == rules_.joker ? rules_.joker : TourRules::none;
+    Node before = links_[at][0] == rules_.joker ? rules_.joker : TourRules::kNone;
     while (out.size() < count) {
       out.push_back(at);
       const Node next = links_[at][0] == before ? links_[at][1] : links_[at][0];
       before = at;
       at = next;
     }
-    if (rules_.joker != TourRules::none) out.push_back(rules_.joker);
+    if (rules_.joker != TourRules::kNone) out.push_back(rules_.joker);
     return out;
   }
 
@@ -78,15 +78,15 @@ class GreedyTour {
     Node a, b;
   };
 
-  bool is_full(Node i) const { return links_[i][0] != TourRules::none && links_[i][1] != TourRules::none; }
+  bool is_full(Node i) const { return links_[i][0] != TourRules::kNone && links_[i][1] != TourRules::kNone; }
   bool is_inner(Node i) const {
-    return is_full(i) && (rules_.joker == TourRules::none || links_[i][0] != rules_.joker);
+    return is_full(i) && (rules_.joker == TourRules::kNone || links_[i][0] != rules_.joker);
   }
 
   void link(Node a, Node b) {
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
       auto& places = links_[from];
-      (places[0] == TourRules::none ? places[0] : places[1]) = to;
+      (places[0] == TourRules::kNone ? places[0] : places[1]) = to;
     }
     fragments_.join(a, b);
     --open_;
@@ -136,8 +136,8 @@ class GreedyTour {
     std::vector<Edge> edges;
     std::vector<Near> found;
     for (Node i = 0; i < fragment.size(); ++i) {
-      constexpr std::size_t wanted = 5;
-      tree.nearest(cost_, tree.sites()[i], wanted, OtherFragment{fragment, fragment[i]}, found);
+      constexpr std::size_t kWanted = 5;
+      tree.nearest(cost_, tree.sites()[i], kWanted, OtherFragment{fragment, fragment[i]}, found);
       for (const Near& near : found)
         edges.push_back({near.cost, ends[tree.origin()[i]], ends[tree.origin()[near.node]]});
     }

@@ -9,8 +9,8 @@
 namespace meltstage::motion::detail {
 namespace {
 
-constexpr double most_steps = 1e6;
-constexpr double relative_tolerance = 1e-6;  // of a pitch
+constexpr double kMostSteps = 1e6;
+constexpr double kRelativeTolerance = 1e-6;  // of a pitch
 
 struct Axis {
   double origin = 0.0, pitch = 0.0;
@@ -31,18 +31,18 @@ std::optional<Axis> find_axis(std::vector<double> values) {
   const double extent = values.back() - values.front();
   if (extent == 0.0) return Axis{values.front(), 0.0, 1};
   // Differences below this are the rounding of equal coordinates.
-  const double least = extent / most_steps * 0.5;
+  const double least = extent / kMostSteps * 0.5;
   double pitch = 0.0;
   for (std::size_t i = 1; i < values.size(); ++i) {
     const double step = values[i] - values[i - 1];
     if (step <= least) continue;
     pitch = pitch == 0.0 ? step : common_divisor(step, pitch, least);
   }
-  if (pitch == 0.0 || extent / pitch > most_steps) return std::nullopt;
+  if (pitch == 0.0 || extent / pitch > kMostSteps) return std::nullopt;
   pitch = extent / std::round(extent / pitch);
   for (const double value : values) {
     const double steps = (value - values.front()) / pitch;
-    if (std::abs(steps - std::round(steps)) > relative_tolerance) return std::nullopt;
+    if (std::abs(steps - std::round(steps)) > kRelativeTolerance) return std::nullopt;
   }
   return Axis{values.front(), pitch, static_cast<std::size_t>(std::llround(extent / pitch)) + 1};
 }
@@ -140,11 +140,11 @@ std::optional<double> common_pitch(const Lattice& lattice) {
     const double pitch = std::max(lattice.pitch_x, lattice.pitch_y);
     return pitch > 0.0 ? std::optional(pitch) : std::nullopt;
   }
-  const double least = std::max(lattice.pitch_x, lattice.pitch_y) * relative_tolerance;
+  const double least = std::max(lattice.pitch_x, lattice.pitch_y) * kRelativeTolerance;
   const double pitch = common_divisor(lattice.pitch_x, lattice.pitch_y, least);
   // A divisor far below both pitches is what rounding leaves of pitches that have none.
-  constexpr double finest = 1000.0;
-  if (pitch * finest < std::max(lattice.pitch_x, lattice.pitch_y)) return std::nullopt;
+  constexpr double kFinest = 1000.0;
+  if (pitch * kFinest < std::max(lattice.pitch_x, lattice.pitch_y)) return std::nullopt;
   return pitch;
 }
 

@@ -24,9 +24,9 @@ namespace meltstage::motion::detail {
 /// What a tour has to hold besides the sites. The joker is a further node, numbered behind the sites, that is
 /// as far as `0` from every site: a closed tour through it is an open path without it. A fixed edge stays.
 struct TourRules {
-  static constexpr Node none = UINT32_MAX;
-  Node joker = none;
-  Node fixed_a = none, fixed_b = none;
+  static constexpr Node kNone = UINT32_MAX;
+  Node joker = kNone;
+  Node fixed_a = kNone, fixed_b = kNone;
 
   bool is_fixed(Node a, Node b) const {
     return (a == fixed_a && b == fixed_b) || (a == fixed_b && b == fixed_a);
@@ -91,19 +91,19 @@ class LinKernighan {
   template <class Tell = TellNobody>
   void improve_by_kicks(const Budget& budget, double good_enough, std::mt19937_64& random,
                         const Tell& tell = {}) {
-    constexpr std::size_t kicks_between_tellings = 4096;
+    constexpr std::size_t kKicksBetweenTellings = 4096;
     if (size() < 8) return;
     const std::vector<Node> tour_before = tour_;
     const double length_before = length_;
-    const double hottest = hottest_share * length() / static_cast<double>(size());
+    const double hottest = kHottestShare * length() / static_cast<double>(size());
     const std::uint64_t work_before = work_;
     for (std::size_t i = 0; length() > good_enough + tolerance_; ++i) {
       const double spent =
           std::max(static_cast<double>(i) / static_cast<double>(budget.kicks),
                    static_cast<double>(work_ - work_before) / static_cast<double>(budget.work));
       if (!(spent < 1.0)) break;
-      if (i % kicks_between_tellings == 0) tell(spent);
-      kick(random, hottest * std::max(0.0, 1.0 - spent / cooled_share));
+      if (i % kKicksBetweenTellings == 0) tell(spent);
+      kick(random, hottest * std::max(0.0, 1.0 - spent / kCooledShare));
     }
     if (length_ <= length_before) return;
     tour_ = tour_before;
@@ -127,12 +127,12 @@ class LinKernighan {
 
   // Wide at the start of a chain, where a wrong first exchange can't be made good; measured on uniform and on
   // lattice instances of 1,000 to 10,000 sites against the same processor time spent on more kicks.
-  static constexpr int deepest = 3;         // exchanges of a chain
-  static constexpr int deepest_splice = 1;  // levels that try the exchanges of three edges
-  static constexpr std::array<std::size_t, deepest> breadth = {0, 5, 3};
-  static constexpr Place longest_segment = 100;  // of a kick
-  static constexpr double hottest_share = 0.4;   // first temperature over the mean edge
-  static constexpr double cooled_share = 0.95;   // of the budget, behind which the temperature is 0
+  static constexpr int kDeepest = 3;        // exchanges of a chain
+  static constexpr int kDeepestSplice = 1;  // levels that try the exchanges of three edges
+  static constexpr std::array<std::size_t, kDeepest> kBreadth = {0, 5, 3};
+  static constexpr Place kLongestSegment = 100;  // of a kick
+  static constexpr double kHottestShare = 0.4;   // first temperature over the mean edge
+  static constexpr double kCooledShare = 0.95;   // of the budget, behind which the temperature is 0
 
   Place size() const { return static_cast<Place>(tour_.size()); }
 
@@ -285,7 +285,7 @@ class LinKernighan {
   template <class Visit>
   void for_candidates(Node node, int level, double gain, const Visit& visit) const {
     if (node == rules_.joker) return;
-    if (rules_.joker != TourRules::none && level <= 2 && !rules_.is_fixed(node, rules_.joker)) {
+    if (rules_.joker != TourRules::kNone && level <= 2 && !rules_.is_fixed(node, rules_.joker)) {
       const double open = gain - cost(node, rules_.joker);
       if (open > tolerance_) visit(rules_.joker, open);
     }
@@ -307,7 +307,7 @@ class LinKernighan {
           steps.add({open + cost(freed, c), at - 1, 0, Step::Kind::head}, cost(freed, far_end));
       }
       // The edge behind c instead leaves a ring 0..c, to be opened by the next edge.
-      if (level <= deepest_splice && at >= 1 && at < last) add_splices(steps, level, open, at, far_end);
+      if (level <= kDeepestSplice && at >= 1 && at < last) add_splices(steps, level, open, at, far_end);
     });
     // The same from the far end.
     for_candidates(far_end, level, gain, [&](Node c, double open) {
@@ -336,8 +336,8 @@ class LinKernighan {
       turn_count_ = turns_before;
       touched_.resize(touched_before);
     }
-    if (level == deepest) return false;
-    steps.keep_best(breadth[level]);
+    if (level == kDeepest) return false;
+    steps.keep_best(kBreadth[level]);
     for (std::size_t i = 0; i < steps.count; ++i) {
       take(steps.list[i]);
       if (extend(level + 1, steps.list[i].open)) return true;
@@ -404,7 +404,7 @@ class LinKernighan {
 
   /// Double bridge: the neighbouring stretches B C D at a random place become D C B.
   void kick(std::mt19937_64& random, double temperature) {
-    const Place longest = std::min(longest_segment, (size() - 1) / 3);
+    const Place longest = std::min(kLongestSegment, (size() - 1) / 3);
     const auto any = [&](Place below) {
       return static_cast<Place>(random() % static_cast<std::uint64_t>(below));
     };
@@ -453,7 +453,7 @@ class LinKernighan {
 
   Place base_ = 0;
   bool mirrored_ = false;
-  std::array<Turn, 3 * deepest + 4> turns_{};
+  std::array<Turn, 3 * kDeepest + 4> turns_{};
   int turn_count_ = 0;
   std::vector<Node> touched_;
 

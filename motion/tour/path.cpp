@@ -35,8 +35,8 @@ void check(std::span<const Point> points, const PathTask& task) {
       throw MotionError(
           fmt::format("path: {}: found ({}, {}) mm, expected finite coordinates", what, x_mm, y_mm));
   };
-  if (points.size() > max_points)
-    throw MotionError(fmt::format("path: found {} points, expected at most {}", points.size(), max_points));
+  if (points.size() > kMaxPoints)
+    throw MotionError(fmt::format("path: found {} points, expected at most {}", points.size(), kMaxPoints));
   for (std::size_t i = 0; i < points.size(); ++i)
     check_finite(fmt::format("point {} (row {})", i + 1, points[i].row), points[i].x_mm, points[i].y_mm);
   if (task.start) check_finite("start", task.start->x_mm, task.start->y_mm);
@@ -55,7 +55,7 @@ struct Route {
   std::vector<Site> sites;
   std::size_t points = 0;
   bool closed = false;
-  Node start = TourRules::none, end = TourRules::none;
+  Node start = TourRules::kNone, end = TourRules::kNone;
 };
 
 Route route_of(std::span<const Point> points, const PathTask& task) {
@@ -65,7 +65,7 @@ Route route_of(std::span<const Point> points, const PathTask& task) {
   route.sites.reserve(points.size() + 2);
   for (const Point& point : points) route.sites.push_back({point.x_mm, point.y_mm});
   const auto add = [&](const std::optional<Position>& position) {
-    if (!position) return TourRules::none;
+    if (!position) return TourRules::kNone;
     route.sites.push_back({position->x_mm, position->y_mm});
     return static_cast<Node>(route.sites.size() - 1);
   };
@@ -83,10 +83,10 @@ double cost_between(const Cost& cost, const Site& a, const Site& b) {
 template <class Cost>
 double cost_of(const Route& route, std::span<const std::size_t> order, const Cost& cost) {
   if (order.empty()) {
-    const bool moves = route.start != TourRules::none && route.end != TourRules::none;
+    const bool moves = route.start != TourRules::kNone && route.end != TourRules::kNone;
     return moves ? cost_between(cost, route.sites[route.start], route.sites[route.end]) : 0.0;
   }
-  const Site& first = route.sites[route.start != TourRules::none ? route.start : order.front()];
+  const Site& first = route.sites[route.start != TourRules::kNone ? route.start : order.front()];
   double total = 0.0;
   Site at = first;
   for (const std::size_t i : order) {
@@ -94,13 +94,13 @@ double cost_of(const Route& route, std::span<const std::size_t> order, const Cos
     at = route.sites[i];
   }
   if (route.closed) total += cost_between(cost, at, first);
-  if (route.end != TourRules::none) total += cost_between(cost, at, route.sites[route.end]);
+  if (route.end != TourRules::kNone) total += cost_between(cost, at, route.sites[route.end]);
   return total;
 }
 
 // ---- few points: all orders, by dynamic programming over subsets (Held & Karp 1962) ----
 
-constexpr std::size_t few_points = 10;
+constexpr std::size_t kFewPoints = 10;
 
 template <class Cost>
 Order cheapest_of_all(const Route& route, const Cost& cost) {
@@ -113,11 +113,11 @@ Order cheapest_of_all(const Route& route, const Cost& cost) {
   Order cheapest;
   double least = infinity;
   // A closed tour without a start may begin anywhere, so it begins at the first point.
-  const bool ring = route.closed && route.start == TourRules::none;
+  const bool ring = route.closed && route.start == TourRules::kNone;
   std::fill(best.begin(), best.end(), infinity);
   for (std::size_t i = 0; i < (ring ? 1 : count); ++i)
     best[(std::size_t{1} << i) * count + i] =
-        route.start != TourRules::none ? cost_between(cost, site(route.start), site(i)) : 0.0;
+        route.start != TourRules::kNone ? cost_between(cost, site(route.start), site(i)) : 0.0;
   for (std::size_t set = 1; set < subsets; ++set)
     for (std::size_t last = 0; last < count; ++last) {
       const double reached = best[set * count + last];
@@ -135,7 +135,7 @@ Order cheapest_of_all(const Route& route, const Cost& cost) {
   for (std::size_t last = 0; last < count; ++last) {
     double total = best[(subsets - 1) * count + last];
     if (route.closed) total += cost_between(cost, site(last), site(ring ? 0 : route.start));
-    if (route.end != TourRules::none) total += cost_between(cost, site(last), site(route.end));
+    if (route.end != TourRules::kNone) total += cost_between(cost, site(last), site(route.end));
     if (total >= least) continue;
     least = total;
     end = last;
@@ -161,8 +161,8 @@ struct Outlook {
   /// The least cost of a tour that isn't below `bound`.
   double raised(double bound_before) const {
     if (step == 0.0) return bound_before;
-    constexpr double rounding = 1e-6;
-    return std::ceil(bound_before / step - rounding) * step;
+    constexpr double kRounding = 1e-6;
+    return std::ceil(bound_before / step - kRounding) * step;
   }
 };
 
@@ -188,12 +188,12 @@ Outlook look_out(const Route& route, const Cost& cost, Metric metric) {
     if (lattice.rows > 1) least = std::min(least, cost(0.0, lattice.pitch_y));
     const auto nearest_to = [&](Node node) {
       double nearest = std::numeric_limits<double>::infinity();
-      if (node == TourRules::none) return 0.0;
+      if (node == TourRules::kNone) return 0.0;
       for (const Site& site : points)
         nearest = std::min(nearest, cost_between(cost, site, route.sites[node]));
       return nearest;
     };
-    const bool ring = route.closed && route.start == TourRules::none;
+    const bool ring = route.closed && route.start == TourRules::kNone;
     const double hops = static_cast<double>(route.points - (ring ? 0 : 1)) * least;
     const double ways =
         nearest_to(route.start) + (route.closed ? nearest_to(route.start) : nearest_to(route.end));
@@ -206,7 +206,7 @@ template <class Cost>
 std::optional<Order> proved_serpentine(const Route& route, const Cost& cost, const Outlook& outlook) {
   const auto points = std::span(route.sites).first(route.points);
   if (!outlook.lattice || !detail::is_full(*outlook.lattice, points)) return std::nullopt;
-  const bool ring = route.closed && route.start == TourRules::none;
+  const bool ring = route.closed && route.start == TourRules::kNone;
   for (Order& order : detail::serpentines(*outlook.lattice, points, ring))
     if (cost_of(route, order, cost) <= outlook.bound * (1.0 + 1e-12)) return std::move(order);
   return std::nullopt;
@@ -222,15 +222,15 @@ struct Effort {
 
 Effort effort_for(std::size_t count, const PathTask& task) {
   const double n = static_cast<double>(count);
-  constexpr double ascent_work = 3e7;  // sites x steps
-  const int ascent_steps = static_cast<int>(std::clamp(ascent_work / n, 20.0, 300.0));
+  constexpr double kAscentWork = 3e7;  // sites x steps
+  const int ascent_steps = static_cast<int>(std::clamp(kAscentWork / n, 20.0, 300.0));
   if (task.kicks_per_point)
     return {static_cast<std::size_t>(*task.kicks_per_point * n), UINT64_MAX, ascent_steps};
   // In places that are looked at, six million a second or so: below a second for hundreds of points, below
   // ten for ten thousand; from there on the time may grow with their number only until it is most of a
   // minute.
-  constexpr double small = 16e3, large = 5.2e3, most_small = 1e7, most = 2.5e8;
-  const double work = std::min(std::max(large * n, std::min(small * n, most_small)), most);
+  constexpr double kSmall = 16e3, kLarge = 5.2e3, kMostSmall = 1e7, kMost = 2.5e8;
+  const double work = std::min(std::max(kLarge * n, std::min(kSmall * n, kMostSmall)), kMost);
   return {SIZE_MAX, static_cast<std::uint64_t>(work), ascent_steps};
 }
 
@@ -242,11 +242,11 @@ struct Found {
 // Do most sites stand inside of full lattices, with three neighbours or more as near as the nearest? There
 // many edges are equally good, and the search needs more of them to choose from.
 bool mostly_in_blocks(const detail::Neighbours& near) {
-  constexpr double as_near = 1.0 + 1e-9;
+  constexpr double kAsNear = 1.0 + 1e-9;
   std::size_t inside = 0;
   for (Node i = 0; i < near.size(); ++i) {
     const auto of = near.of(i);
-    if (of.size() >= 3 && of[2].cost <= as_near * of[0].cost) ++inside;
+    if (of.size() >= 3 && of[2].cost <= kAsNear * of[0].cost) ++inside;
   }
   return 2 * inside > near.size();
 }
@@ -258,7 +258,7 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
     if (progress) progress(share);
   };
   // Shares of the time at a hundred thousand random points, where the search takes longest.
-  constexpr double rough_ends = 0.05, ascent_ends = 0.3, fine_ends = 0.33;
+  constexpr double kRoughEnds = 0.05, kAscentEnds = 0.3, kFineEnds = 0.33;
   tell(0.0);
   const detail::PointTree tree(route.sites);
   std::vector<Node> in_tree(route.sites.size());
@@ -269,25 +269,25 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
   TourRules rules;
   const auto sites = static_cast<Node>(route.sites.size());
   if (!route.closed) {
-    const bool both = route.start != TourRules::none && route.end != TourRules::none;
+    const bool both = route.start != TourRules::kNone && route.end != TourRules::kNone;
     if (!both) rules.joker = sites;
-    if (route.start != TourRules::none) rules.fixed_a = in_tree[route.start];
-    if (route.end != TourRules::none) (both ? rules.fixed_b : rules.fixed_a) = in_tree[route.end];
-    if (!both && rules.fixed_a != TourRules::none) rules.fixed_b = rules.joker;
+    if (route.start != TourRules::kNone) rules.fixed_a = in_tree[route.start];
+    if (route.end != TourRules::kNone) (both ? rules.fixed_b : rules.fixed_a) = in_tree[route.end];
+    if (!both && rules.fixed_a != TourRules::kNone) rules.fixed_b = rules.joker;
   }
   // What the search counts besides the route: the edge between two given ends.
-  const double extra = rules.joker == TourRules::none && rules.fixed_a != TourRules::none
+  const double extra = rules.joker == TourRules::kNone && rules.fixed_a != TourRules::kNone
                            ? cost_between(cost, tree.sites()[rules.fixed_a], tree.sites()[rules.fixed_b])
                            : 0.0;
 
-  constexpr std::size_t nearest = 7, per_quadrant = 2;
-  const auto near = detail::Neighbours::find(tree, cost, nearest, per_quadrant);
+  constexpr std::size_t kNearest = 7, kPerQuadrant = 2;
+  const auto near = detail::Neighbours::find(tree, cost, kNearest, kPerQuadrant);
   const std::size_t candidates = mostly_in_blocks(near) ? 8 : 5;
   const std::vector<double> no_weights(route.sites.size() + 1, 0.0);
   detail::LinKernighan<Cost> rough(tree.sites(), no_weights, cost, near, rules,
                                    detail::GreedyTour<Cost>(tree, cost, near, rules).tour());
   rough.improve_everywhere();
-  tell(rough_ends);
+  tell(kRoughEnds);
 
   detail::TourBound<Cost> bounds(tree, cost, rules);
   const auto proves = [&](double bound, double length) {
@@ -300,18 +300,18 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
         std::max(bound, bounds.ascend(
                             near, tour, rough.length(), effort.ascent_steps,
                             [&](double reached) { return proves(reached, rough.length()); },
-                            [&](double share) { tell(rough_ends + share * (ascent_ends - rough_ends)); }));
+                            [&](double share) { tell(kRoughEnds + share * (kAscentEnds - kRoughEnds)); }));
   }
   bound = outlook.raised(bound);
   if (!proves(bound, rough.length())) {
     const auto alpha = bounds.alpha_nearest(candidates);
     const auto weights = bounds.weights();
     detail::LinKernighan<Cost> fine(tree.sites(), weights, cost, alpha, rules, std::move(tour));
-    tell(ascent_ends);
+    tell(kAscentEnds);
     fine.improve_everywhere();
     std::mt19937_64 random(1);
     fine.improve_by_kicks({effort.kicks, effort.work}, bound + extra, random,
-                          [&](double spent) { tell(fine_ends + spent * (1.0 - fine_ends)); });
+                          [&](double spent) { tell(kFineEnds + spent * (1.0 - kFineEnds)); });
     tour.assign(fine.tour().begin(), fine.tour().end());
   }
 
@@ -319,16 +319,16 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
   const auto place = [&](Node node) {
     return static_cast<std::size_t>(std::find(tour.begin(), tour.end(), node) - tour.begin());
   };
-  const Node start = route.start != TourRules::none ? in_tree[route.start] : TourRules::none;
-  const Node end = route.end != TourRules::none ? in_tree[route.end] : TourRules::none;
-  const Node cut = start != TourRules::none         ? start
-                   : rules.joker != TourRules::none ? rules.joker
-                                                    : tour.front();
+  const Node start = route.start != TourRules::kNone ? in_tree[route.start] : TourRules::kNone;
+  const Node end = route.end != TourRules::kNone ? in_tree[route.end] : TourRules::kNone;
+  const Node cut = start != TourRules::kNone         ? start
+                   : rules.joker != TourRules::kNone ? rules.joker
+                                                     : tour.front();
   std::rotate(tour.begin(), tour.begin() + static_cast<std::ptrdiff_t>(place(cut)), tour.end());
   // From the start, away from what is fixed to it; to the end at the last.
   const Node last =
-      start != TourRules::none && !route.closed ? (end != TourRules::none ? end : rules.joker) : end;
-  if (last != TourRules::none && tour.back() != last) std::reverse(tour.begin() + 1, tour.end());
+      start != TourRules::kNone && !route.closed ? (end != TourRules::kNone ? end : rules.joker) : end;
+  if (last != TourRules::kNone && tour.back() != last) std::reverse(tour.begin() + 1, tour.end());
   Found found;
   found.bound = bound;
   found.order.reserve(route.points);
@@ -340,7 +340,7 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
 template <class Cost>
 Found plan_route(const Route& route, const Cost& cost, const PathTask& task, const PathProgress& progress) {
   if (route.points == 0) return {{}, cost_of(route, {}, cost)};
-  if (route.points <= few_points) {
+  if (route.points <= kFewPoints) {
     Order order = cheapest_of_all(route, cost);
     const double bound = cost_of(route, order, cost);
     return {std::move(order), bound};

@@ -76,7 +76,7 @@ using PathProgress = std::function<void(double share)>;
 /// the next length that a tour can have.
 ///
 /// The same input gives the same order. Never dearer than the order of the points. About n log n in memory of
-/// 300 bytes a point; up to `max_points`.
+/// 300 bytes a point; up to `kMaxPoints`.
 ///
 /// @throws MotionError if a coordinate isn't finite, a limit of the stage isn't positive, a pause or the
 /// kicks are

@@ -37,26 +37,26 @@ struct EuclideanCost {
 class AxisTimes {
  public:
   explicit AxisTimes(const ScurveLimits& limits) {
-    knots_s_.reserve(last_key - first_key + 2);
-    for (std::uint64_t key = first_key; key <= last_key + 1; ++key)
+    knots_s_.reserve(kLastKey - kFirstKey + 2);
+    for (std::uint64_t key = kFirstKey; key <= kLastKey + 1; ++key)
       knots_s_.push_back(plan_scurve(limits, distance_of(key)).duration_s);
   }
 
   double operator()(double distance_mm) const {
     if (distance_mm == 0.0) return 0.0;
     const std::uint64_t key =
-        std::clamp(std::bit_cast<std::uint64_t>(distance_mm) >> shift, first_key, last_key);
+        std::clamp(std::bit_cast<std::uint64_t>(distance_mm) >> kShift, kFirstKey, kLastKey);
     const double low_mm = distance_of(key), high_mm = distance_of(key + 1);
-    const double low_s = knots_s_[key - first_key], high_s = knots_s_[key - first_key + 1];
+    const double low_s = knots_s_[key - kFirstKey], high_s = knots_s_[key - kFirstKey + 1];
     return low_s + (high_s - low_s) * (distance_mm - low_mm) / (high_mm - low_mm);
   }
 
  private:
   // A key is the exponent and the first eight bits of the mantissa; distances from 2^-20 to 2^20 mm.
-  static constexpr unsigned shift = 44;
-  static constexpr std::uint64_t first_key = std::bit_cast<std::uint64_t>(0x1p-20) >> shift;
-  static constexpr std::uint64_t last_key = (std::bit_cast<std::uint64_t>(0x1p20) >> shift) - 1;
-  static double distance_of(std::uint64_t key) { return std::bit_cast<double>(key << shift); }
+  static constexpr unsigned kShift = 44;
+  static constexpr std::uint64_t kFirstKey = std::bit_cast<std::uint64_t>(0x1p-20) >> kShift;
+  static constexpr std::uint64_t kLastKey = (std::bit_cast<std::uint64_t>(0x1p20) >> kShift) - 1;
+  static double distance_of(std::uint64_t key) { return std::bit_cast<double>(key << kShift); }
 
   std::vector<double> knots_s_;
 };

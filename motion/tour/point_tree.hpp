@@ -63,7 +63,7 @@ class PointTree {
 
  private:
   Node build(std::span<const Site> given, Node begin, Node end) {
-    constexpr Node leaf_size = 6;
+    constexpr Node kLeafSize = 6;
     const auto id = static_cast<Node>(nodes_.size());
     TreeNode node{begin, end, 0, 0, given[origin_[begin]], given[origin_[begin]]};
     for (Node i = begin; i < end; ++i) {
@@ -72,7 +72,7 @@ class PointTree {
       node.high = {std::max(node.high.x, site.x), std::max(node.high.y, site.y)};
     }
     nodes_.push_back(node);
-    if (end - begin <= leaf_size) return id;
+    if (end - begin <= kLeafSize) return id;
     const Node middle = begin + (end - begin) / 2;
     const bool by_x = node.high.x - node.low.x >= node.high.y - node.low.y;
     std::nth_element(origin_.begin() + begin, origin_.begin() + middle, origin_.begin() + end,

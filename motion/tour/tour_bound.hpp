@@ -65,7 +65,7 @@ class TourBound {
   /// Weights of the sites, then of the joker: such that its cheapest edges weigh nothing.
   std::vector<double> weights() const {
     std::vector<double> out = weight_;
-    if (rules_.joker != TourRules::none) {
+    if (rules_.joker != TourRules::kNone) {
       std::vector<int> ignored(weight_.size());
       out.push_back(-0.5 * two_joker_edges(ignored));
     }
@@ -80,7 +80,7 @@ class TourBound {
     sparse_one_tree(degree);
     std::vector<Node> order;
     for (Node i = 0; i < count; ++i)
-      if (parent_[i] != TourRules::none) order.push_back(i);
+      if (parent_[i] != TourRules::kNone) order.push_back(i);
     std::sort(order.begin(), order.end(), [&](Node a, Node b) { return key_[a] < key_[b]; });
     // Joined by rank, not flattened: on the way up to where two sites meet stands the tree path's longest
     // edge.
@@ -138,7 +138,7 @@ class TourBound {
   double exact_one_tree() {
     std::vector<int> degree(weight_.size(), 0);
     double total = exact_spanning_tree(degree);
-    if (rules_.joker != TourRules::none || rules_.fixed_a != TourRules::none) {
+    if (rules_.joker != TourRules::kNone || rules_.fixed_a != TourRules::kNone) {
       total += two_joker_edges(degree);
     } else {
       // Each leaf may be the 1-tree's special node: its second edge is what it still needs.
@@ -168,9 +168,9 @@ class TourBound {
       return lightest;
     };
     Node first = rules_.fixed_a, second = rules_.fixed_b;
-    if (rules_.joker != TourRules::none) {
+    if (rules_.joker != TourRules::kNone) {
       if (first == rules_.joker) first = rules_.fixed_b;
-      if (first == TourRules::none) first = lightest_but(TourRules::none);
+      if (first == TourRules::kNone) first = lightest_but(TourRules::kNone);
       second = lightest_but(first);
     }
     ++degree[first];
@@ -199,9 +199,9 @@ class TourBound {
       bool operator<(const Edge& other) const { return a != other.a ? a < other.a : b < other.b; }
       bool operator==(const Edge& other) const { return a == other.a && b == other.b; }
     };
-    constexpr std::size_t used_per_site = 8;
+    constexpr std::size_t kUsedPerSite = 8;
     std::vector<Edge> edges;
-    edges.reserve(2 * count * (used_per_site + 1));
+    edges.reserve(2 * count * (kUsedPerSite + 1));
     const auto add = [&](Node a, Node b) {
       if (a == rules_.joker || b == rules_.joker || a == b) return;
       edges.push_back({a, b});
@@ -209,7 +209,7 @@ class TourBound {
     };
     for (Node i = 0; i < count; ++i) {
       const auto near = neighbours.of(i);
-      for (std::size_t k = 0; k < std::min(near.size(), used_per_site); ++k) add(i, near[k].node);
+      for (std::size_t k = 0; k < std::min(near.size(), kUsedPerSite); ++k) add(i, near[k].node);
     }
     for (std::size_t i = 0; i < tour.size(); ++i) add(tour[i], tour[(i + 1) % tour.size()]);
     std::sort(edges.begin(), edges.end());
@@ -228,7 +228,7 @@ class TourBound {
     const std::size_t count = weight_.size();
     const double infinity = std::numeric_limits<double>::infinity();
     key_.assign(count, infinity);
-    parent_.assign(count, TourRules::none);
+    parent_.assign(count, TourRules::kNone);
     done_.assign(count, 0);
     std::fill(degree.begin(), degree.end(), 0);
     heap_.clear();
@@ -257,14 +257,14 @@ class TourBound {
       ++degree[at];
       ++degree[parent_[at]];
     }
-    if (rules_.joker != TourRules::none || rules_.fixed_a != TourRules::none) {
+    if (rules_.joker != TourRules::kNone || rules_.fixed_a != TourRules::kNone) {
       total += two_joker_edges(degree);
     } else {
       double most = -infinity;
       Node special = 0, other = 0;
       for (Node i = 0; i < count; ++i) {
         if (degree[i] != 1) continue;
-        const Node tree_end = parent_[i] != TourRules::none ? parent_[i] : child_of(i);
+        const Node tree_end = parent_[i] != TourRules::kNone ? parent_[i] : child_of(i);
         double second = infinity;
         Node to = i;
         for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) {
@@ -289,14 +289,14 @@ class TourBound {
   Node child_of(Node root) const {
     for (std::size_t k = first_[root]; k < first_[root + 1]; ++k)
       if (parent_[links_[k].node] == root) return links_[k].node;
-    return TourRules::none;
+    return TourRules::kNone;
   }
 
   // ---- over all pairs: Boruvka, each component's cheapest edge out by the k-d tree ----
 
   struct Out {
     double cost = std::numeric_limits<double>::infinity();
-    Node from = TourRules::none, to = TourRules::none;
+    Node from = TourRules::kNone, to = TourRules::kNone;
   };
 
   double exact_spanning_tree(std::vector<int>& degree) {
@@ -316,7 +316,7 @@ class TourBound {
       std::fill(out.begin(), out.end(), Out{});
       for (Node i = 0; i < count; ++i) cheapest_out(0, i, out[owner_[i]]);
       for (const Out& edge : out) {
-        if (edge.from == TourRules::none || !sets.join(edge.from, edge.to)) continue;
+        if (edge.from == TourRules::kNone || !sets.join(edge.from, edge.to)) continue;
         total += edge.cost;
         ++degree[edge.from];
         ++degree[edge.to];
@@ -332,9 +332,9 @@ class TourBound {
   /// The component all sites of the subtree belong to, or none; children come behind their parent.
   Node component_of(const TreeNode& node) const {
     if (node.left != 0)
-      return component_[node.left] == component_[node.right] ? component_[node.left] : TourRules::none;
+      return component_[node.left] == component_[node.right] ? component_[node.left] : TourRules::kNone;
     for (Node i = node.begin; i < node.end; ++i)
-      if (owner_[i] != owner_[node.begin]) return TourRules::none;
+      if (owner_[i] != owner_[node.begin]) return TourRules::kNone;
     return owner_[node.begin];
   }
 

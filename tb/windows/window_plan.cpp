@@ -88,7 +88,7 @@ void WindowPlanner::end(std::uint64_t final_cycle) {
 std::uint64_t WindowPlanner::next_border() const {
   if (borders_.at.empty()) return (run_.cycle / borders_.every + 1) * borders_.every;
   const auto next = std::upper_bound(borders_.at.begin(), borders_.at.end(), run_.cycle);
-  return next == borders_.at.end() ? recording::max_cycle : *next;
+  return next == borders_.at.end() ? recording::kMaxCycle : *next;
 }
 
 // The clocks from the present one to `cycle`, all with the levels as they stand.

@@ -56,8 +56,8 @@ std::uint64_t to_bits(T value, Width<width>) {
 template <class T, unsigned width>
 T from_bits(std::uint64_t bits, Width<width>) {
   if constexpr (std::is_signed_v<T>) {
-    constexpr std::uint64_t sign = std::uint64_t{1} << (width - 1);
-    return static_cast<T>(static_cast<std::int64_t>((bits ^ sign) - sign));
+    constexpr std::uint64_t kSign = std::uint64_t{1} << (width - 1);
+    return static_cast<T>(static_cast<std::int64_t>((bits ^ kSign) - kSign));
   } else {
     return static_cast<T>(bits);
   }
@@ -111,18 +111,18 @@ class StateReader {
                                 shown(line_), expected));
   }
   void check_hash() {
-    constexpr std::string_view key = "sha256 ";
+    constexpr std::string_view kKey = "sha256 ";
     const std::size_t last = text_.size() < 2 ? std::string::npos : text_.rfind('\n', text_.size() - 2);
-    if (last == std::string::npos || text_.compare(last + 1, key.size(), key) != 0) {
+    if (last == std::string::npos || text_.compare(last + 1, kKey.size(), kKey) != 0) {
       throw UserError(
           fmt::format("{}: truncated, expected a last line \"sha256 ...\"; plan again", path_.string()));
     }
     end_ = last + 1;
     const std::string found = sha256(std::string_view(text_).substr(0, end_));
-    if (text_.substr(end_) != std::string(key) + found + "\n") {
+    if (text_.substr(end_) != std::string(kKey) + found + "\n") {
       throw UserError(
           fmt::format("{}: damaged: its content has SHA-256 {}..., its last line says {}...; plan again",
-                      path_.string(), found.substr(0, 12), shown(text_.substr(end_ + key.size(), 12))));
+                      path_.string(), found.substr(0, 12), shown(text_.substr(end_ + kKey.size(), 12))));
     }
   }
   std::string_view line() {

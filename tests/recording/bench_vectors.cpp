@@ -16,7 +16,7 @@
 namespace meltstage::recording {
 namespace {
 
-constexpr std::uint64_t cycles = 4'000'000;
+constexpr std::uint64_t kCycles = 4'000'000;
 
 Header bench_header() {
   Header header{{}, 16e6, "bench_vectors", {}};
@@ -28,14 +28,14 @@ Header bench_header() {
 
 void record(Sink& sink) {
   Recorder recorder(sink, bench_header());
-  for (std::uint64_t cycle = 0; cycle < cycles; ++cycle) {
+  for (std::uint64_t cycle = 0; cycle < kCycles; ++cycle) {
     recorder.set(3, (cycle >> 2) & 1);
     recorder.set(5, (cycle & 1023) < 300);
     recorder.set(22, (cycle >> 7) & 1);
     recorder.set(31, (cycle >> 6) & 0xfff);
     recorder.commit(cycle);
   }
-  recorder.finish(cycles);
+  recorder.finish(kCycles);
 }
 
 const Stream& recorded() {
@@ -66,7 +66,7 @@ class ScratchFile {
 void count(benchmark::State& state) {
   const auto runs = static_cast<double>(state.iterations());
   state.counters["cycles/s"] =
-      benchmark::Counter(runs * static_cast<double>(cycles), benchmark::Counter::kIsRate);
+      benchmark::Counter(runs * static_cast<double>(kCycles), benchmark::Counter::kIsRate);
   state.counters["changes/s"] =
       benchmark::Counter(runs * static_cast<double>(recorded().change_count()), benchmark::Counter::kIsRate);
 }

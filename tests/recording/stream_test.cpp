@@ -92,8 +92,8 @@ TEST_F(SinkRules, EndBeforeTheLastChangeIsRefused) {
 
 TEST_F(SinkRules, EndPastTheLargestCycleIsRefused) {
   complete_first_cycle();
-  EXPECT_THROW(stream.end(max_cycle + 1), std::invalid_argument);
-  EXPECT_NO_THROW(stream.end(max_cycle));
+  EXPECT_THROW(stream.end(kMaxCycle + 1), std::invalid_argument);
+  EXPECT_NO_THROW(stream.end(kMaxCycle));
 }
 
 TEST_F(SinkRules, NothingMayFollowTheEnd) {
@@ -143,14 +143,14 @@ INSTANTIATE_TEST_SUITE_P(
         HeaderDefect{"no_pin", [](Header& h) { h.pins.clear(); }},
         HeaderDefect{"too_many_pins",
                      [](Header& h) {
-                       for (std::size_t i = 0; i <= max_pins; ++i)
+                       for (std::size_t i = 0; i <= kMaxPins; ++i)
                          h.pins.push_back({fmt::format("q{}", i), {}, 1, "chip"});
                      }},
         HeaderDefect{"empty_name", [](Header& h) { h.pins[1].name = ""; }},
         HeaderDefect{"name_with_space", [](Header& h) { h.pins[1].name = "a b"; }},
         HeaderDefect{"name_with_digit_first", [](Header& h) { h.pins[1].name = "1a"; }},
         HeaderDefect{"name_too_long",
-                     [](Header& h) { h.pins[1].name = std::string(max_name_bytes + 1, 'a'); }},
+                     [](Header& h) { h.pins[1].name = std::string(kMaxNameBytes + 1, 'a'); }},
         HeaderDefect{"name_twice", [](Header& h) { h.pins[1].name = h.pins[0].name; }},
         HeaderDefect{"width_0", [](Header& h) { h.pins[1].width = 0; }},
         HeaderDefect{"width_65", [](Header& h) { h.pins[1].width = 65; }},
@@ -160,9 +160,9 @@ INSTANTIATE_TEST_SUITE_P(
         HeaderDefect{"clock_nan", [](Header& h) { h.clock_hz = std::numeric_limits<double>::quiet_NaN(); }},
         HeaderDefect{"clock_too_fast", [](Header& h) { h.clock_hz = 1.1e10; }},
         HeaderDefect{"no_origin", [](Header& h) { h.origin = ""; }},
-        HeaderDefect{"origin_too_long", [](Header& h) { h.origin = std::string(max_string_bytes + 1, 'a'); }},
+        HeaderDefect{"origin_too_long", [](Header& h) { h.origin = std::string(kMaxStringBytes + 1, 'a'); }},
         HeaderDefect{"meta_key", [](Header& h) { h.meta["a=b"] = ""; }},
-        HeaderDefect{"meta_value", [](Header& h) { h.meta["a"] = std::string(max_string_bytes + 1, 'a'); }}),
+        HeaderDefect{"meta_value", [](Header& h) { h.meta["a"] = std::string(kMaxStringBytes + 1, 'a'); }}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Header, FindsPinsByName) {

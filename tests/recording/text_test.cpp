@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 /// small_stream() as the format's definition has it; the hash is that of coreutils' sha256sum over the lines
 /// above it.
-constexpr std::string_view small_text =
+constexpr std::string_view kSmallText =
     "meltstage-vectors 1\n"
     "origin unit test\n"
     "clock_hz 16000000\n"
@@ -45,8 +45,8 @@ std::string with_line(std::size_t number, const std::string& replacement) {
   std::string text;
   std::size_t begin = 0;
   for (std::size_t line = 1; line <= 11; ++line) {
-    const std::size_t end = small_text.find('\n', begin) + 1;
-    text += line == number ? replacement : std::string(small_text.substr(begin, end - begin));
+    const std::size_t end = kSmallText.find('\n', begin) + 1;
+    text += line == number ? replacement : std::string(kSmallText.substr(begin, end - begin));
     begin = end;
   }
   return seal(text);
@@ -66,12 +66,12 @@ FormatError error_of(const std::filesystem::path& path) {
 TEST(TextWriter, WritesTheDefinedBytes) {
   const Folder folder;
   write_text(small_stream(), folder / "a.mvec");
-  EXPECT_EQ(load(folder / "a.mvec"), small_text);
+  EXPECT_EQ(load(folder / "a.mvec"), kSmallText);
 }
 
 TEST(TextReader, ReadsTheDefinedBytes) {
   const Folder folder;
-  save(folder / "a.mvec", small_text);
+  save(folder / "a.mvec", kSmallText);
   EXPECT_EQ(read_text(folder / "a.mvec"), small_stream());
 }
 
@@ -88,14 +88,14 @@ RC_GTEST_PROP(Text, RoundTripIsExact, ()) {
 TEST(Text, RoundTripsExtremes) {
   const Folder folder;
   Stream stream;
-  Header header{{{std::string(max_name_bytes, '_'), Direction::inout, 64, "a"}},
+  Header header{{{std::string(kMaxNameBytes, '_'), Direction::inout, 64, "a"}},
                 1.0,
                 "\\ \x01\x7f\n\r\t \xc3\xa4 ",
                 {{"k", ""}}};
   stream.begin(header);
-  stream.change({max_cycle - 1, 0, 0});
-  stream.change({max_cycle, 0, ~std::uint64_t{0}});
-  stream.end(max_cycle);
+  stream.change({kMaxCycle - 1, 0, 0});
+  stream.change({kMaxCycle, 0, ~std::uint64_t{0}});
+  stream.end(kMaxCycle);
   write_text(stream, folder / "a.mvec");
   EXPECT_EQ(read_text(folder / "a.mvec"), stream);
 }
@@ -104,38 +104,38 @@ TEST(Text, RoundTripsTheLongestLineAndManyBuffers) {
   const Folder folder;
   Header header = small_header();
   header.pins.clear();
-  for (std::size_t i = 0; i < max_pins; ++i) {
+  for (std::size_t i = 0; i < kMaxPins; ++i) {
     std::string name = fmt::format("p{}_", i);
-    name.resize(max_name_bytes, 'x');
+    name.resize(kMaxNameBytes, 'x');
     header.pins.push_back({name, Direction::out, 64, "chip"});
   }
   Stream stream;
   Recorder recorder(stream, header);
   for (std::uint64_t cycle = 0; cycle < 3; ++cycle) {
-    for (std::uint32_t pin = 0; pin < max_pins; ++pin) recorder.set(pin, ~cycle);
-    recorder.commit(max_cycle - 9 + cycle);
+    for (std::uint32_t pin = 0; pin < kMaxPins; ++pin) recorder.set(pin, ~cycle);
+    recorder.commit(kMaxCycle - 9 + cycle);
   }
-  recorder.finish(max_cycle);
+  recorder.finish(kMaxCycle);
   write_text(stream, folder / "a.mvec");
   EXPECT_EQ(read_text(folder / "a.mvec"), stream);
 }
 
 TEST(Text, RoundTripsWithALineEndOnEitherSideOfABufferEnd) {
-  constexpr std::size_t buffer_bytes = 256 * 1024;
+  constexpr std::size_t kBufferBytes = 256 * 1024;
   const Folder folder;
   for (std::size_t shift = 0; shift < 5; ++shift) {
     Stream stream;
     Header header = small_header();
     header.meta.clear();
-    for (const char* key : {"a", "b", "c"}) header.meta[key] = std::string(max_string_bytes, 'x');
+    for (const char* key : {"a", "b", "c"}) header.meta[key] = std::string(kMaxStringBytes, 'x');
     const std::string head = "meltstage-vectors 1\norigin unit test\nclock_hz 16000000\n";
-    const std::size_t before = head.size() + 3 * (max_string_bytes + std::string("meta a=\n").size());
-    header.meta["d"] = std::string(buffer_bytes - before - std::string("meta d=").size() - 2 + shift, 'x');
+    const std::size_t before = head.size() + 3 * (kMaxStringBytes + std::string("meta a=\n").size());
+    header.meta["d"] = std::string(kBufferBytes - before - std::string("meta d=").size() - 2 + shift, 'x');
     Recorder recorder(stream, header);
     recorder.commit(0);
     recorder.finish(0);
     write_text(stream, folder / "a.mvec");
-    EXPECT_EQ(load(folder / "a.mvec")[buffer_bytes - 2 + shift], '\n');
+    EXPECT_EQ(load(folder / "a.mvec")[kBufferBytes - 2 + shift], '\n');
     EXPECT_EQ(read_text(folder / "a.mvec"), stream);
   }
 }
@@ -169,11 +169,11 @@ TEST_P(Defects, AreNamedWithLineAndColumn) {
   EXPECT_EQ(std::string_view(error.what()).find('\n'), std::string_view::npos);
 }
 
-const std::string long_string(max_string_bytes + 1, 'a');
+const std::string long_string(kMaxStringBytes + 1, 'a');
 
 std::string many_pins() {
   std::string pins;
-  for (std::size_t i = 0; i < max_pins - 1; ++i) pins += fmt::format("pin p{} in 1 chip\n", i);
+  for (std::size_t i = 0; i < kMaxPins - 1; ++i) pins += fmt::format("pin p{} in 1 chip\n", i);
   return pins;
 }
 
@@ -342,21 +342,21 @@ INSTANTIATE_TEST_SUITE_P(
         Defect{"end_more", with_line(11, "end 20 x\n"), 11, 7, "bad line", "\" x\"", "the end of the line"},
         Defect{"no_hash", with_line(11, "end 20\n25 rst_n=0\n"), 12, 1, "missing hash", "\"25\"",
                "\"sha256\""},
-        Defect{"hash_short", std::string(small_text.substr(0, small_text.size() - 2)) + "\n", 12, 8,
+        Defect{"hash_short", std::string(kSmallText.substr(0, kSmallText.size() - 2)) + "\n", 12, 8,
                "bad hash", "\"", "64 lower-case"},
-        Defect{"hash_upper", std::string(small_text.substr(0, small_text.size() - 2)) + "A\n", 12, 8,
+        Defect{"hash_upper", std::string(kSmallText.substr(0, kSmallText.size() - 2)) + "A\n", 12, 8,
                "bad hash", "\"", "64 lower-case"},
-        Defect{"behind", std::string(small_text) + "x", 13, 1, "text after the end", "\"x\"",
+        Defect{"behind", std::string(kSmallText) + "x", 13, 1, "text after the end", "\"x\"",
                "the end of the file"},
-        Defect{"empty_line_behind", std::string(small_text) + "\n", 13, 1, "text after the end",
+        Defect{"empty_line_behind", std::string(kSmallText) + "\n", 13, 1, "text after the end",
                "an empty line", "the end of the file"},
-        Defect{"file_twice", std::string(small_text) + std::string(small_text), 13, 1, "text after the end",
+        Defect{"file_twice", std::string(kSmallText) + std::string(kSmallText), 13, 1, "text after the end",
                "\"meltstage-vectors 1\"", "the end of the file"}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(TextReader, HashMismatchNamesBothHashes) {
   const Folder folder;
-  std::string text(small_text);
+  std::string text(kSmallText);
   text.replace(text.find("seed=42"), 7, "seed=43");
   save(folder / "bad.mvec", text);
   const FormatError error = error_of(folder / "bad.mvec");
@@ -371,13 +371,13 @@ TEST(TextReader, TruncationAtEveryByteIsFoundWhereTheFileEnds) {
   const Folder folder;
   std::size_t line = 1;
   std::size_t column = 1;
-  for (std::size_t size = 0; size < small_text.size(); ++size) {
-    save(folder / "cut.mvec", small_text.substr(0, size));
+  for (std::size_t size = 0; size < kSmallText.size(); ++size) {
+    save(folder / "cut.mvec", kSmallText.substr(0, size));
     const FormatError error = error_of(folder / "cut.mvec");
     EXPECT_EQ(error.line(), line) << error.what();
     EXPECT_EQ(error.column(), column) << error.what();
     EXPECT_THAT(error.what(), HasSubstr(size == 0 ? "empty file" : "truncated"));
-    const bool newline = small_text[size] == '\n';
+    const bool newline = kSmallText[size] == '\n';
     line += newline ? 1 : 0;
     column = newline ? 1 : column + 1;
   }
@@ -385,9 +385,9 @@ TEST(TextReader, TruncationAtEveryByteIsFoundWhereTheFileEnds) {
 
 TEST(TextReader, AnyChangedByteIsFound) {
   const Folder folder;
-  for (std::size_t at = 0; at < small_text.size(); ++at) {
+  for (std::size_t at = 0; at < kSmallText.size(); ++at) {
     for (const int flip : {0x01, 0x02, 0x10, 0x20, 0x80}) {
-      std::string text(small_text);
+      std::string text(kSmallText);
       text[at] = static_cast<char>(text[at] ^ flip);
       save(folder / "bad.mvec", text);
       EXPECT_THROW(read_text(folder / "bad.mvec"), FormatError) << "byte " << at << " flipped by " << flip;
@@ -444,12 +444,12 @@ TEST(TextWriter, RefusesCallsAfterTheEnd) {
   copy(small_stream(), writer);
   EXPECT_THROW(writer.change({30, 0, 0}), std::invalid_argument);
   EXPECT_THROW(writer.end(30), std::invalid_argument);
-  EXPECT_EQ(load(folder / "a.mvec"), small_text);
+  EXPECT_EQ(load(folder / "a.mvec"), kSmallText);
 }
 
 TEST(TextWriter, DamagedInputIsNeverPublished) {
   const Folder folder;
-  std::string text(small_text);
+  std::string text(kSmallText);
   text.replace(text.find("seed=42"), 7, "seed=43");
   save(folder / "bad.mvec", text);
   {

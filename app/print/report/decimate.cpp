@@ -8,8 +8,8 @@
 namespace meltstage::app {
 namespace {
 
-constexpr std::size_t kept_ends = 2;
-constexpr std::size_t kept_per_channel = 3;  // lowest, highest, gap
+constexpr std::size_t kKeptEnds = 2;
+constexpr std::size_t kKeptPerChannel = 3;  // lowest, highest, gap
 
 void keep_extremes(const std::vector<double>& values, std::size_t begin, std::size_t end,
                    std::vector<std::size_t>& kept) {
@@ -36,7 +36,7 @@ std::vector<std::size_t> decimate(std::span<const std::vector<double>> channels,
     std::iota(kept.begin(), kept.end(), std::size_t{0});
     return kept;
   }
-  const std::size_t runs = std::max<std::size_t>(1, limit / (kept_ends + kept_per_channel * channels.size()));
+  const std::size_t runs = std::max<std::size_t>(1, limit / (kKeptEnds + kKeptPerChannel * channels.size()));
   for (std::size_t run = 0; run < runs; ++run) {
     const std::size_t begin = run * samples / runs;
     const std::size_t end = (run + 1) * samples / runs;

@@ -69,7 +69,7 @@ Json summary(const PrintReport& report) {
     phases.push_back({{"name", p.name}, {"begin_s", p.begin_s}, {"end_s", p.end_s}});
   Json faults = Json::array();
   for (const auto& f : report.faults) faults.push_back({{"t_s", f.t_s}, {"sentence", f.sentence}});
-  return {{"schema", summary_schema},
+  return {{"schema", kSummarySchema},
           {"job", report.job},
           {"date", report.date},
           {"good", report.good},
@@ -115,7 +115,7 @@ Json temperature_curves(const std::vector<TemperatureSample>& samples) {
   const std::array channels{channel(samples, &TemperatureSample::reading_degc),
                             channel(samples, &TemperatureSample::heater_degc),
                             channel(samples, &TemperatureSample::setpoint_degc)};
-  const auto kept = decimate(channels, max_curve_points);
+  const auto kept = decimate(channels, kMaxCurvePoints);
   return {{"t_s", column(channel(samples, &TemperatureSample::t_s), kept)},
           {"reading_degc", column(channels[0], kept)},
           {"heater_degc", column(channels[1], kept)},
@@ -124,13 +124,13 @@ Json temperature_curves(const std::vector<TemperatureSample>& samples) {
 
 Json duty_curve(const std::vector<DutySample>& samples) {
   const std::array channels{channel(samples, &DutySample::duty)};
-  const auto kept = decimate(channels, max_curve_points);
+  const auto kept = decimate(channels, kMaxCurvePoints);
   return {{"t_s", column(channel(samples, &DutySample::t_s), kept)}, {"duty", column(channels[0], kept)}};
 }
 
 Json drawn_path(const Path& path) {
   Json x = Json::array(), y = Json::array();
-  const std::size_t count = std::min(path.points.size(), max_path_points);
+  const std::size_t count = std::min(path.points.size(), kMaxPathPoints);
   for (std::size_t i = 0; i < count; ++i) {
     x.push_back(drawn(path.points[i].x_mm));
     y.push_back(drawn(path.points[i].y_mm));

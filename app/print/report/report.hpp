@@ -119,13 +119,13 @@ struct PrintReport {
 };
 
 /// Version of summary.json's structure; raised when a field changes its meaning or goes away.
-inline constexpr int summary_schema = 2;
+inline constexpr int kSummarySchema = 2;
 
 /// Curves of the page hold at most this many values each; extremes are kept.
-inline constexpr std::size_t max_curve_points = 2000;
+inline constexpr std::size_t kMaxCurvePoints = 2000;
 
 /// A path of the page holds at most this many bumps: the first ones, and the page says how many there are.
-inline constexpr std::size_t max_path_points = 20'000;
+inline constexpr std::size_t kMaxPathPoints = 20'000;
 
 /// The page: one HTML file that needs neither network nor other files. Texts may hold any character.
 std::string render_report(const PrintReport& report);

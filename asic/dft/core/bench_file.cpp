@@ -59,13 +59,13 @@ struct GateName {
 };
 
 const std::map<std::string, GateName>& gate_names() {
-  constexpr std::size_t any = 1000;
+  constexpr std::size_t kAny = 1000;
   static const std::map<std::string, GateName> names = {
-      {"BUF", {Gate::buf, 1, 1}},     {"BUFF", {Gate::buf, 1, 1}},   {"NOT", {Gate::inv, 1, 1}},
-      {"INV", {Gate::inv, 1, 1}},     {"AND", {Gate::all, 1, any}},  {"NAND", {Gate::nall, 1, any}},
-      {"OR", {Gate::any, 1, any}},    {"NOR", {Gate::none, 1, any}}, {"XOR", {Gate::parity, 1, any}},
-      {"XNOR", {Gate::same, 1, any}}, {"MUX", {Gate::mux, 3, 3}},    {"CONST0", {Gate::tie0, 0, 0}},
-      {"CONST1", {Gate::tie1, 0, 0}}, {"GND", {Gate::tie0, 0, 0}},   {"VDD", {Gate::tie1, 0, 0}},
+      {"BUF", {Gate::buf, 1, 1}},      {"BUFF", {Gate::buf, 1, 1}},    {"NOT", {Gate::inv, 1, 1}},
+      {"INV", {Gate::inv, 1, 1}},      {"AND", {Gate::all, 1, kAny}},  {"NAND", {Gate::nall, 1, kAny}},
+      {"OR", {Gate::any, 1, kAny}},    {"NOR", {Gate::none, 1, kAny}}, {"XOR", {Gate::parity, 1, kAny}},
+      {"XNOR", {Gate::same, 1, kAny}}, {"MUX", {Gate::mux, 3, 3}},     {"CONST0", {Gate::tie0, 0, 0}},
+      {"CONST1", {Gate::tie1, 0, 0}},  {"GND", {Gate::tie0, 0, 0}},    {"VDD", {Gate::tie1, 0, 0}},
   };
   return names;
 }

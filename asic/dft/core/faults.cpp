@@ -87,8 +87,8 @@ FaultList list_of(const Circuit& circuit, const Lines& lines, Union& classes) {
 }  // namespace
 
 const char* to_string(FaultClass c) {
-  constexpr const char* names[] = {"NO", "NC", "DS", "DI", "PT", "UT", "UR", "AU"};
-  return names[static_cast<std::size_t>(c)];
+  constexpr const char* kNames[] = {"NO", "NC", "DS", "DI", "PT", "UT", "UR", "AU"};
+  return kNames[static_cast<std::size_t>(c)];
 }
 
 FaultList collapse(const Circuit& circuit) {

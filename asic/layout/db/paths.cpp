@@ -13,7 +13,7 @@ constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr double kClockSlewNs = 0.1;
 constexpr double kPortSlewNs = 0.1;
 enum Edge : std::size_t { kRise, kFall };
-constexpr std::array edges{kRise, kFall};
+constexpr std::array kEdges{kRise, kFall};
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -56,7 +56,7 @@ class Analysis {
     std::for_each(order.rbegin(), order.rend(), [this](int net) { go_back(net); });
     std::vector<double> longest(ways_.size(), 0.0);
     for (std::size_t n = 0; n < ways_.size(); ++n)
-      for (const Edge e : edges) longest[n] = std::max(longest[n], last_[n][e].at_ns + rest_[n][e]);
+      for (const Edge e : kEdges) longest[n] = std::max(longest[n], last_[n][e].at_ns + rest_[n][e]);
     return longest;
   }
 
@@ -104,7 +104,7 @@ class Analysis {
 
   void leave_flop(std::size_t net, const DelayPin& out) {
     for (const DelayArc& arc : out.arcs)
-      for (const Edge e : edges)
+      for (const Edge e : kEdges)
         arrive(net, e,
                {delay_ns(arc, e, kClockSlewNs, load_[net]), slew_ns(arc, e, kClockSlewNs, load_[net])});
   }
@@ -116,10 +116,10 @@ class Analysis {
 
   void go_on(int net, std::vector<int>& order) {
     for (const Way& way : ways_[at(net)]) {
-      for (const Edge in : edges) {
+      for (const Edge in : kEdges) {
         const Arrival& from = last_[at(net)][in];
         if (from.at_ns == kNever) continue;
-        for (const Edge out : edges)
+        for (const Edge out : kEdges)
           if (makes(*way.arc, in, out))
             arrive(at(way.to), out,
                    {from.at_ns + delay_ns(*way.arc, out, from.slew_ns, load_[at(way.to)]),
@@ -130,11 +130,11 @@ class Analysis {
   }
 
   void go_back(int net) {
-    for (const Edge in : edges) {
+    for (const Edge in : kEdges) {
       double& rest = rest_[at(net)][in];
       if (is_end_[at(net)]) rest = 0.0;
       for (const Way& way : ways_[at(net)])
-        for (const Edge out : edges)
+        for (const Edge out : kEdges)
           if (makes(*way.arc, in, out))
             rest = std::max(rest, delay_ns(*way.arc, out, last_[at(net)][in].slew_ns, load_[at(way.to)]) +
                                       rest_[at(way.to)][out]);

@@ -11,8 +11,8 @@
 namespace meltstage::layout {
 namespace {
 
-constexpr std::size_t candidates_kept = 16;
-constexpr int choices_tried = 20'000;
+constexpr std::size_t kCandidatesKept = 16;
+constexpr int kChoicesTried = 20'000;
 
 const Rect& shape_on(const Via& via, int layer) {
   return std::find_if(via.shapes.begin(), via.shapes.end(), [&](const Shape& s) { return s.layer == layer; })
@@ -185,7 +185,7 @@ std::vector<Candidate> candidates_of(const Context& c, const AccessCell& cell, s
   std::map<std::pair<int, int>, int> of_crossing;
   std::vector<Candidate> kept;
   for (Candidate& one : found) {
-    if (kept.size() == candidates_kept) break;
+    if (kept.size() == kCandidatesKept) break;
     if (++of_crossing[{one.access.ix, one.access.iy}] <= 3) kept.push_back(std::move(one));
   }
   return kept;
@@ -214,10 +214,10 @@ Candidate moved(Candidate c, Point by, const Grid& grid) {
 class Chosen {
  public:
   explicit Chosen(const Grid& grid) : grid_(grid) {}
-  void add(const Candidate& c) { bins_[key(c.access.ix / bin, c.access.iy / bin)].push_back(c); }
+  void add(const Candidate& c) { bins_[key(c.access.ix / kBin, c.access.iy / kBin)].push_back(c); }
   bool conflicts(const AccessRules& rules, const Candidate& c) const {
-    for (int bx = (c.access.ix - reach) / bin; bx <= (c.access.ix + reach) / bin; ++bx)
-      for (int by = (c.access.iy - reach) / bin; by <= (c.access.iy + reach) / bin; ++by) {
+    for (int bx = (c.access.ix - kReach) / kBin; bx <= (c.access.ix + kReach) / kBin; ++bx)
+      for (int by = (c.access.iy - kReach) / kBin; by <= (c.access.iy + kReach) / kBin; ++by) {
         const auto found = bins_.find(key(bx, by));
         if (found == bins_.end()) continue;
         for (const Candidate& o : found->second)
@@ -227,7 +227,7 @@ class Chosen {
   }
 
  private:
-  static constexpr int bin = 8, reach = 4;
+  static constexpr int kBin = 8, kReach = 4;
   std::int64_t key(int bx, int by) const { return static_cast<std::int64_t>(by) * (grid_.columns + 16) + bx; }
   const Grid& grid_;
   std::unordered_map<std::int64_t, std::vector<Candidate>> bins_;
@@ -252,7 +252,7 @@ class Chooser {
     if (depth == order_.size()) return true;
     const std::size_t pin = order_[depth];
     for (std::size_t k = 0; k < candidates_[pin].size(); ++k) {
-      if (++tried_ > choices_tried) return false;
+      if (++tried_ > kChoicesTried) return false;
       bool free = true;
       for (std::size_t d = 0; d < depth && free; ++d)
         free = !conflict(rules_, candidates_[pin][k], candidates_[order_[d]][picks_[order_[d]]]);

@@ -11,14 +11,14 @@ namespace meltstage::layout {
 namespace {
 
 using Cost = std::int32_t;
-constexpr Cost unreached = std::numeric_limits<Cost>::max();
-constexpr Cost units_per_pitch = 100;  // of the finer pitch
-constexpr Cost first_share_cost = 400;
-constexpr double share_growth = 1.5;
-constexpr Cost most_share_cost = 4'000;
-constexpr Cost history_step = 50;
-constexpr Cost history_share = 8;     // of the cost of sharing, so that history still tells in late rounds
-constexpr int rounds_a_widening = 6;  // after which a net may leave its regions by one more
+constexpr Cost kUnreached = std::numeric_limits<Cost>::max();
+constexpr Cost kUnitsPerPitch = 100;  // of the finer pitch
+constexpr Cost kFirstShareCost = 400;
+constexpr double kShareGrowth = 1.5;
+constexpr Cost kMostShareCost = 4'000;
+constexpr Cost kHistoryStep = 50;
+constexpr Cost kHistoryShare = 8;    // of the cost of sharing, so that history still tells in late rounds
+constexpr int kRoundsAWidening = 6;  // after which a net may leave its regions by one more
 
 struct Window {
   int x0, y0, x1, y1;
@@ -29,12 +29,12 @@ struct Window {
     y1 = std::max(y1, iy);
   }
 };
-constexpr std::size_t boxes_aimed_at = 6;
+constexpr std::size_t kBoxesAimedAt = 6;
 int distance(const Window& box, int ix, int iy) {
   return std::max({0, box.x0 - ix, ix - box.x1}) + std::max({0, box.y0 - iy, iy - box.y1});
 }
 
-constexpr Window no_window{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
+constexpr Window kNoWindow{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
 
 struct Entry {
   Cost estimate;
@@ -76,7 +76,7 @@ class Router {
  private:
   std::size_t size() const { return static_cast<std::size_t>(grid_.nodes()); }
   Cost units_of(Nm pitch) const {
-    return static_cast<Cost>(pitch * units_per_pitch / std::min(grid_.pitch_x, grid_.pitch_y));
+    return static_cast<Cost>(pitch * kUnitsPerPitch / std::min(grid_.pitch_x, grid_.pitch_y));
   }
   static std::size_t at(int node) { return static_cast<std::size_t>(node); }
   void find_bodies(int net);
@@ -113,7 +113,7 @@ class Router {
     std::uint16_t uses = 0;  // bodies of nets at the node and, where ends spread, beside it
   };
   struct Mark {
-    Cost cost = unreached;
+    Cost cost = kUnreached;
     std::int32_t from = -1;
     std::int32_t tree = 0;
     Cost depth = 0;  ///< of a tree's node: the way back to the root
@@ -178,7 +178,7 @@ void Router::remember_shared(int net) {
   const std::vector<int>& nodes = bodies_[at(net)];
   for (std::size_t i = 0; i < nodes.size(); ++i)
     if (places_[at(nodes[i])].uses > own_uses(net, i))
-      places_[at(nodes[i])].history += history_step + share_cost_ / history_share;
+      places_[at(nodes[i])].history += kHistoryStep + share_cost_ / kHistoryShare;
 }
 
 // What the net's own limits say of a node.
@@ -196,7 +196,7 @@ bool Router::search(int net, int& reached) {
   const int layer_size = grid_.layer_size();
   const int top = grid_.layers() - 1;
   const auto ahead = [&](int ix, int iy) {
-    Cost least = unreached;
+    Cost least = kUnreached;
     for (const Window& box : aims_) {
       const int dx = std::max({0, box.x0 - ix, ix - box.x1});
       const int dy = std::max({0, box.y0 - iy, iy - box.y1});
@@ -218,13 +218,13 @@ bool Router::search(int net, int& reached) {
     const auto visit = [&](int next, int ix, int iy, Cost step) {
       if (opened_[at(region_of_column_[at(ix)] + region_of_row_[at(iy)])] != open_stamp_) return;
       const Place& place = places_[at(next)];
-      if (place.owner != free_node && place.owner != net) return;
+      if (place.owner != kFreeNode && place.owner != net) return;
       if (!may_go_on(problem_.nets[at(net)], next)) return;
       Mark& mark = marks_[at(next)];
       const Cost way_back = mark.tree == tree_stamp_ ? mark.depth / 100 * problem_.nets[at(net)].way_back : 0;
       const Cost cost = entry.cost + step + way_back + place.history + (place.uses > 0 ? share_cost_ : 0);
       if (cost >= mark.cost) return;
-      if (mark.cost == unreached) touched_.push_back(next);
+      if (mark.cost == kUnreached) touched_.push_back(next);
       mark.cost = cost;
       mark.from = node;
       heap_.push_back({cost + ahead(ix, iy), cost, next});
@@ -275,9 +275,9 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
   const auto nearer = [x = ix, y = iy](const Window& a, const Window& b) {
     return distance(a, x, y) < distance(b, x, y);
   };
-  if (aims_.size() > boxes_aimed_at) {
-    std::nth_element(aims_.begin(), aims_.begin() + boxes_aimed_at, aims_.end(), nearer);
-    aims_.resize(boxes_aimed_at);
+  if (aims_.size() > kBoxesAimedAt) {
+    std::nth_element(aims_.begin(), aims_.begin() + kBoxesAimedAt, aims_.end(), nearer);
+    aims_.resize(kBoxesAimedAt);
   }
   heap_.clear();
   for (const int node : terminal) {
@@ -291,7 +291,7 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
   const bool found = search(net, reached);
   if (found) {
     MazeTree& tree = trees_[static_cast<std::size_t>(net)];
-    Window box = no_window;
+    Window box = kNoWindow;
     Cost depth = marks_[at(reached)].depth;
     for (int node = reached; node >= 0; node = marks_[at(node)].from) {
       const Grid::Crossing c = grid_.crossing(node);
@@ -310,7 +310,7 @@ bool Router::extend(int net, const std::vector<int>& terminal) {
     }
     tree_boxes_.push_back(box);
   }
-  for (const int node : touched_) marks_[at(node)].cost = unreached;
+  for (const int node : touched_) marks_[at(node)].cost = kUnreached;
   touched_.clear();
   return found;
 }
@@ -352,7 +352,7 @@ bool Router::take_over(int net, const MazeTree& tree) {
   const std::vector<int>& nodes = bodies_[at(net)];
   const auto is_ours = [&](int node) {
     if (!may_go_on(problem_.nets[at(net)], node)) return false;
-    return places_[at(node)].owner == free_node || places_[at(node)].owner == net;
+    return places_[at(node)].owner == kFreeNode || places_[at(node)].owner == net;
   };
   const auto is_touched = [&](const std::vector<int>& terminal) {
     return std::any_of(terminal.begin(), terminal.end(),
@@ -379,7 +379,7 @@ bool Router::route(int net, int widening) {
   ++tree_stamp_;
   tree_boxes_.clear();
   const auto begin_with = [&](std::initializer_list<int> nodes) {
-    Window box = no_window;
+    Window box = kNoWindow;
     for (const int node : nodes) {
       marks_[at(node)].tree = tree_stamp_;
       marks_[at(node)].depth = 0;
@@ -412,7 +412,7 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
   MazeResult result;
   const int nets = static_cast<int>(problem.nets.size());
   const auto span = [&](int net) {
-    Window box = no_window;
+    Window box = kNoWindow;
     for (const auto& terminal : problem.nets[static_cast<std::size_t>(net)].terminals)
       for (const int node : terminal) {
         const Grid::Crossing c = problem.grid.crossing(node);
@@ -431,7 +431,7 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
     return spans[static_cast<std::size_t>(a)] < spans[static_cast<std::size_t>(b)];
   });
   std::vector<bool> open(static_cast<std::size_t>(nets), false);
-  double share_cost = first_share_cost;
+  double share_cost = kFirstShareCost;
   // from the second round on in any order, another each time: a net that always goes before its neighbours
   // would for ever move between two of them, and neither of these would ever have to give way
   std::mt19937 any_order(1);
@@ -444,7 +444,7 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
           continue;  // a net routed before has made room
         router.rip_up(net);
       }
-      open[static_cast<std::size_t>(net)] = !router.route(net, 1 + round / rounds_a_widening);
+      open[static_cast<std::size_t>(net)] = !router.route(net, 1 + round / kRoundsAWidening);
     }
     const int routed = static_cast<int>(todo.size());
     todo.clear();
@@ -455,7 +455,7 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
       }
     result.rounds = round + 1;
     if (options.progress) options.progress(round + 1, routed, static_cast<int>(todo.size()));
-    share_cost = std::min(share_cost * share_growth, static_cast<double>(most_share_cost));
+    share_cost = std::min(share_cost * kShareGrowth, static_cast<double>(kMostShareCost));
   }
   result.conflicting = todo;
   for (int net = 0; net < nets; ++net) {

@@ -48,8 +48,8 @@ struct Grid {
   }
 };
 
-constexpr std::int32_t free_node = -1;
-constexpr std::int32_t blocked_node = -2;
+constexpr std::int32_t kFreeNode = -1;
+constexpr std::int32_t kBlockedNode = -2;
 
 /// What is to be joined. A terminal is any of its nodes.
 struct MazeNet {

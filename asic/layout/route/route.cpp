@@ -18,12 +18,12 @@
 namespace meltstage::layout {
 namespace {
 
-constexpr int clock_via_cost = 600;  // hundredths of a pitch; a via resists as much as 40 um of wire
-constexpr int clock_way_back = 25;   // hundredths
-constexpr int diode_rounds = 8;
-constexpr int lowest_reach =
+constexpr int kClockViaCost = 600;  // hundredths of a pitch; a via resists as much as 40 um of wire
+constexpr int kClockWayBack = 25;   // hundredths
+constexpr int kDiodeRounds = 8;
+constexpr int kLowestReach =
     40;  // crossings; of a net whose wire on the lowest layer was too long for its gates
-constexpr int rail_reach = 24;  // crossings to the side that a tied input may go to its rail
+constexpr int kRailReach = 24;  // crossings to the side that a tied input may go to its rail
 
 struct RoutedLayer {
   int layer = 0;
@@ -72,10 +72,10 @@ class Wiring {
   void nodes_near(const Rect& area, Visit visit) const;
   void claim(int node, int net) {
     std::int32_t& owner = problem_.owner[at(node)];
-    if (owner == free_node)
+    if (owner == kFreeNode)
       owner = net;
     else if (owner != net)
-      owner = blocked_node;
+      owner = kBlockedNode;
   }
   void obstruct(const Shape& shape);
   void obstruct_supplies_and_macros();
@@ -274,7 +274,7 @@ void Wiring::obstruct(const Shape& shape) {
   const Rect reserve = hull(r.pad, r.patch);
   nodes_near(shape.rect.grown(spacing + std::max(reserve.x1, reserve.y1)), [&](int ix, int iy) {
     if (nearer_than(reserve.moved(place(ix, iy)), shape.rect, spacing))
-      problem_.owner[at(grid_.node(index, ix, iy))] = blocked_node;
+      problem_.owner[at(grid_.node(index, ix, iy))] = kBlockedNode;
   });
 }
 
@@ -311,7 +311,7 @@ void Wiring::take_access(int net, const Access& access) {
       if (ix == access.ix)
         claim(node, net);
       else
-        problem_.owner[at(node)] = blocked_node;
+        problem_.owner[at(node)] = kBlockedNode;
     });
 }
 
@@ -441,7 +441,7 @@ void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
       if (on_track)
         claim(node, net);
       else
-        problem_.owner[at(node)] = blocked_node;
+        problem_.owner[at(node)] = kBlockedNode;
     }
   });
   if (nodes.empty() && nearest >= 0) {
@@ -475,15 +475,15 @@ void Wiring::add_tied_input(int net, const Access& access) {
     const Nm y = strap.rect.middle().y;
     const int low = static_cast<int>((y - grid_.y0) / grid_.pitch_y),
               high = (y - grid_.y0) % grid_.pitch_y == 0 ? low : low + 1;
-    if (y < grid_.y0 || high >= grid_.rows || std::abs(low - access.iy) > rail_reach) continue;
-    for (int ix = std::max(0, access.ix - rail_reach);
-         ix <= std::min(grid_.columns - 1, access.ix + rail_reach); ++ix) {
+    if (y < grid_.y0 || high >= grid_.rows || std::abs(low - access.iy) > kRailReach) continue;
+    for (int ix = std::max(0, access.ix - kRailReach);
+         ix <= std::min(grid_.columns - 1, access.ix + kRailReach); ++ix) {
       const int far = std::abs(ix - access.ix) + std::abs(low - access.iy);
       if (far >= best_far || !strap.rect.contains(pad.moved({place(ix, 0).x, y}))) continue;
       std::vector<int> nodes;
       for (int iy = low; iy <= high; ++iy) nodes.push_back(grid_.node(0, ix, iy));
       if (!std::all_of(nodes.begin(), nodes.end(), [&](int node) {
-            return problem_.owner[at(node)] == free_node || problem_.owner[at(node)] == net;
+            return problem_.owner[at(node)] == kFreeNode || problem_.owner[at(node)] == net;
           }))
         continue;
       best_ix = ix;
@@ -511,7 +511,7 @@ void Wiring::check_terminals(RouteReport& report) {
     for (auto& terminal : problem_.nets[n].terminals) {
       std::erase_if(terminal, [&](int node) {
         const std::int32_t owner = problem_.owner[at(node)];
-        return owner != free_node && owner != static_cast<std::int32_t>(n);
+        return owner != kFreeNode && owner != static_cast<std::int32_t>(n);
       });
       if (terminal.empty()) report.crowded.push_back(net.name);
     }
@@ -620,15 +620,15 @@ void Wiring::extract(int maze_net, const MazeTree& tree, RouteReport& report) co
     if (is_new) parasitics.node_pf.push_back(0.0);
     return entry->second;
   };
-  constexpr double um = 1e-3;
+  constexpr double kUm = 1e-3;
   for (const auto& [a, b] : tree) {
     const Grid::Crossing ca = grid_.crossing(a), cb = grid_.crossing(b);
     const int na = of_node(a), nb = of_node(b);
     if (ca.layer == cb.layer) {
       const RoutedLayer& r = layers_[at(ca.layer)];
       const Layer& metal = layer(r.layer);
-      const double length = static_cast<double>(r.vertical ? grid_.pitch_y : grid_.pitch_x) * um;
-      const double width = static_cast<double>(r.wire) * um;
+      const double length = static_cast<double>(r.vertical ? grid_.pitch_y : grid_.pitch_x) * kUm;
+      const double width = static_cast<double>(r.wire) * kUm;
       const double pf = length * (width * metal.area_cap_pf_um2 + 2 * metal.edge_cap_pf_um);
       parasitics.node_pf[at(na)] += pf / 2;
       parasitics.node_pf[at(nb)] += pf / 2;
@@ -665,8 +665,8 @@ void Wiring::prefer_low_skew() {
   for (std::size_t n = 0; n < problem_.nets.size(); ++n) {
     const Net& net = design_.nets[at(design_net_[n])];
     if (net.use != Use::clock) continue;
-    problem_.nets[n].via_cost = clock_via_cost;
-    problem_.nets[n].way_back = clock_way_back;
+    problem_.nets[n].via_cost = kClockViaCost;
+    problem_.nets[n].way_back = kClockWayBack;
     for (const Terminal& terminal : terminals_) {
       if (terminal.net != static_cast<int>(n) ||
           !is_driver(design_, technology_, net.pins[at(terminal.pin_position)]))
@@ -682,7 +682,7 @@ void Wiring::keep(const NetLimits& limits) {
   const std::vector<int> layers = track_layers(technology_);
   for (std::size_t n = 0; n < problem_.nets.size(); ++n) {
     MazeNet& net = problem_.nets[n];
-    if (limits.lifted.contains(design_net_[n])) net.lowest_reach = lowest_reach;
+    if (limits.lifted.contains(design_net_[n])) net.lowest_reach = kLowestReach;
     const auto highest = limits.highest.find(design_net_[n]);
     if (highest == limits.highest.end()) continue;
     net.highest = static_cast<int>(std::find(layers.begin(), layers.end(), highest->second) - layers.begin());
@@ -703,7 +703,7 @@ RouteReport Wiring::run(const RouteOptions& options, const NetLimits& limits, st
     net.patches.clear();
   }
   problem_.grid = grid_;
-  problem_.owner.assign(at(grid_.nodes()), free_node);
+  problem_.owner.assign(at(grid_.nodes()), kFreeNode);
   holds_metal_.assign(at(grid_.nodes()), 0);
   obstruct_supplies_and_macros();
   add_cells(report);
@@ -741,7 +741,7 @@ RouteReport route(Design& design, const Technology& technology, const RouteOptio
     report.diodes = diodes;
     report.rounds += rounds;
     rounds = report.rounds;
-    if (round == diode_rounds) return report;
+    if (round == kDiodeRounds) return report;
     std::vector<AntennaFault> above;
     const NetLimits before = limits;
     for (const AntennaFault& fault : report.antenna) {

@@ -21,13 +21,13 @@ namespace {
 
 using namespace meltstage::layout;
 
-constexpr std::size_t names_told = 20;
+constexpr std::size_t kNamesTold = 20;
 
 void tell(std::string& text, const char* what, const std::vector<std::string>& names) {
   text += fmt::format("{}: {}\n", what, names.size());
-  for (std::size_t i = 0; i < std::min(names.size(), names_told); ++i)
+  for (std::size_t i = 0; i < std::min(names.size(), kNamesTold); ++i)
     text += fmt::format("  {}\n", names[i]);
-  if (names.size() > names_told) text += fmt::format("  and {} more\n", names.size() - names_told);
+  if (names.size() > kNamesTold) text += fmt::format("  and {} more\n", names.size() - kNamesTold);
 }
 
 std::string report_text(const RouteReport& report, const Design& design, const Technology& technology,

@@ -22,11 +22,11 @@ TEST(Decimate, NoChannelGivesNothing) { EXPECT_TRUE(decimate({}, 10).empty()); }
 
 class LongSeries : public testing::Test {
  protected:
-  static constexpr std::size_t samples = 100'003;
-  static constexpr std::size_t limit = 2000;
+  static constexpr std::size_t kSamples = 100'003;
+  static constexpr std::size_t kLimit = 2000;
 
-  LongSeries() : channels(3, std::vector<double>(samples)) {
-    for (std::size_t i = 0; i < samples; ++i)
+  LongSeries() : channels(3, std::vector<double>(kSamples)) {
+    for (std::size_t i = 0; i < kSamples; ++i)
       for (std::size_t c = 0; c < channels.size(); ++c)
         channels[c][i] = std::sin(0.01 * static_cast<double>(i * (c + 1)));
   }
@@ -35,23 +35,23 @@ class LongSeries : public testing::Test {
 };
 
 TEST_F(LongSeries, KeepsWithinTheLimitInAscendingOrder) {
-  const auto kept = decimate(channels, limit);
-  EXPECT_LE(kept.size(), limit);
-  EXPECT_GT(kept.size(), limit / 4);
+  const auto kept = decimate(channels, kLimit);
+  EXPECT_LE(kept.size(), kLimit);
+  EXPECT_GT(kept.size(), kLimit / 4);
   EXPECT_TRUE(std::adjacent_find(kept.begin(), kept.end(), std::greater_equal<>()) == kept.end());
 }
 
 TEST_F(LongSeries, KeepsBothEnds) {
-  const auto kept = decimate(channels, limit);
+  const auto kept = decimate(channels, kLimit);
   EXPECT_EQ(kept.front(), 0u);
-  EXPECT_EQ(kept.back(), samples - 1);
+  EXPECT_EQ(kept.back(), kSamples - 1);
 }
 
 TEST_F(LongSeries, KeepsASpikeOfOneSampleInAnyChannel) {
   channels[0][777] = 50.0;
   channels[1][54'321] = -50.0;
   channels[2][99'998] = 50.0;
-  const auto kept = decimate(channels, limit);
+  const auto kept = decimate(channels, kLimit);
   EXPECT_THAT(kept, Contains(777));
   EXPECT_THAT(kept, Contains(54'321));
   EXPECT_THAT(kept, Contains(99'998));
@@ -59,7 +59,7 @@ TEST_F(LongSeries, KeepsASpikeOfOneSampleInAnyChannel) {
 
 TEST_F(LongSeries, KeepsAGap) {
   channels[1][31'415] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(decimate(channels, limit), Contains(31'415));
+  EXPECT_THAT(decimate(channels, kLimit), Contains(31'415));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 PrintReport sample() {
   PrintReport report;
@@ -29,7 +29,7 @@ PrintReport sample() {
   report.good = true;
   report.verdict = "32 bumps printed at 180 °C, RTL and model equal.";
   report.key_figures = {{"bumps", 32, ""}, {"overshoot", 0.4213, "degC"}};
-  report.temperature = {{0.0, 25.0, 25.5, nan}, {1.0, 60.25, 70.0, 180.0}, {2.0, 179.75, 190.0, 180.0}};
+  report.temperature = {{0.0, 25.0, 25.5, kNan}, {1.0, 60.25, 70.0, 180.0}, {2.0, 179.75, 190.0, 180.0}};
   report.duty = {{0.0, 0.0}, {0.5, 1.0}, {2.0, 0.25}};
   report.phases = {{"command", 0.0, 0.5}, {"heat-up", 0.5, 2.0}};
   report.path_before = {{{0.0, 0.0}, {3.0, 4.0}, {1.0, 0.0}}, 13.0};
@@ -106,16 +106,16 @@ TEST(ReportPage, CutsALongCurveAndKeepsItsPeak) {
   report.temperature.assign(50'000, {0.0, 20.0, 20.0, 20.0});
   report.temperature[12'345].reading_degc = 321.0;
   const json readings = page_data(render_report(report))["temperature"]["reading_degc"];
-  EXPECT_LE(readings.size(), max_curve_points);
+  EXPECT_LE(readings.size(), kMaxCurvePoints);
   EXPECT_EQ(count(readings.dump(), "321.0"), 1u);
 }
 
 TEST(ReportPage, DrawsTheFirstBumpsOfALongPathAndTellsHowManyThereAre) {
   PrintReport report = sample();
-  report.path_after.points.assign(max_path_points + 7, {1.0, 2.0});
+  report.path_after.points.assign(kMaxPathPoints + 7, {1.0, 2.0});
   const json path = page_data(render_report(report))["path_after"];
-  EXPECT_EQ(path["x_mm"].size(), max_path_points);
-  EXPECT_EQ(path["points"], max_path_points + 7);
+  EXPECT_EQ(path["x_mm"].size(), kMaxPathPoints);
+  EXPECT_EQ(path["points"], kMaxPathPoints + 7);
 }
 
 TEST(ReportPage, TextsOfTheUserStayTexts) {
@@ -146,7 +146,7 @@ TEST(ReportPage, AReportOfNothingIsAPageToo) {
 
 TEST(Summary, SaysWhatHappenedWithoutTheCurves) {
   const json summary = json::parse(summary_json(sample()));
-  EXPECT_EQ(summary["schema"], summary_schema);
+  EXPECT_EQ(summary["schema"], kSummarySchema);
   EXPECT_EQ(summary["job"], "first");
   EXPECT_EQ(summary["date"], "2026-11-21T03:00:00Z");
   EXPECT_EQ(summary["good"], true);

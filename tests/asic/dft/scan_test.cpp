@@ -645,17 +645,17 @@ std::size_t scan_cells(const ScanDesign& design, const CellLibrary& library) {
 // on a fault holds in the netlist with the fault, those that the chain test is to show among them.
 TEST(Scan, FlopsThatShiftAnywayGetNoMultiplexer) {
   const Machine m("steered", mini_library());
-  constexpr std::size_t flops = 14, copies = 4;
-  ASSERT_EQ(m.view.flops.size(), flops);
-  EXPECT_EQ(scan_cells(insert_scan(m.plain, m.cells, {.chains = 1}), m.cells), flops - copies - 2);
-  EXPECT_EQ(scan_cells(insert_scan(m.plain, m.cells, {.chains = flops}), m.cells), flops);
+  constexpr std::size_t kFlops = 14, kCopies = 4;
+  ASSERT_EQ(m.view.flops.size(), kFlops);
+  EXPECT_EQ(scan_cells(insert_scan(m.plain, m.cells, {.chains = 1}), m.cells), kFlops - kCopies - 2);
+  EXPECT_EQ(scan_cells(insert_scan(m.plain, m.cells, {.chains = kFlops}), m.cells), kFlops);
   EXPECT_TRUE(same_chains(trace_chains(m.design.netlist, m.cells), m.design.chains));
   check_verdicts(m);
   Netlist unsteered = m.plain;  // the copy keeps its state while shifting
   for (Port& port : unsteered.ports) {
     if (port.name == "scan_en_i") port.name = "other_i";
   }
-  EXPECT_EQ(scan_cells(insert_scan(unsteered, m.cells, {.chains = 1}), m.cells), flops - 2);
+  EXPECT_EQ(scan_cells(insert_scan(unsteered, m.cells, {.chains = 1}), m.cells), kFlops - 2);
 }
 
 TEST(Scan, PortsAndBypassOfTheNetlistAreUsed) {

@@ -17,7 +17,7 @@ using ::testing::Not;
 using ::testing::SizeIs;
 
 // Gates of 0.1 um2; metal's ratio may be 200, and 3,200 with 0.16 um2 of diffusion or more.
-constexpr const char* library = R"(
+constexpr const char* kLibrary = R"(
 LAYER M1
   TYPE ROUTING ; DIRECTION HORIZONTAL ; WIDTH 0.2 ;
   ANTENNACUMAREARATIO 200 ;
@@ -79,7 +79,7 @@ struct OneNet {
   Technology technology;
   Design design;
   explicit OneNet(Nm low) {
-    parse_lef(library, "library", technology);
+    parse_lef(kLibrary, "library", technology);
     design.components.push_back({"u0", technology.find_macro("DRIVER"), {100'000, 0}, Orientation::N, true});
     design.components.push_back({"u1", technology.find_macro("GATE"), {0, 0}, Orientation::N, true});
     Net net;

@@ -54,13 +54,13 @@ inline std::vector<MetalShape> metal_of(const Design& d, const Technology& techn
 /// Pairs of shapes of one layer that lie within `reach` of each other, as (index, index).
 template <typename Visit>
 void near_pairs(const std::vector<MetalShape>& shapes, Nm reach, Visit visit) {
-  constexpr Nm bin = 10'000;
+  constexpr Nm kBin = 10'000;
   std::map<std::tuple<int, Nm, Nm>, std::vector<std::size_t>> bins;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const Rect r = shapes[i].shape.rect.grown(reach);
     std::set<std::size_t> seen;
-    for (Nm x = r.x0 / bin - 1; x <= r.x1 / bin; ++x)
-      for (Nm y = r.y0 / bin - 1; y <= r.y1 / bin; ++y) {
+    for (Nm x = r.x0 / kBin - 1; x <= r.x1 / kBin; ++x)
+      for (Nm y = r.y0 / kBin - 1; y <= r.y1 / kBin; ++y) {
         auto& in_bin = bins[{shapes[i].shape.layer, x, y}];
         for (const std::size_t j : in_bin)
           if (seen.insert(j).second) visit(j, i);

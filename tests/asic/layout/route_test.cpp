@@ -25,7 +25,7 @@ MazeProblem empty_maze(int columns, int rows, bool ends_spread) {
   problem.grid.rows = rows;
   problem.grid.vertical = {true, false, true, false};
   problem.grid.ends_spread.assign(4, ends_spread);
-  problem.owner.assign(static_cast<std::size_t>(problem.grid.nodes()), free_node);
+  problem.owner.assign(static_cast<std::size_t>(problem.grid.nodes()), kFreeNode);
   return problem;
 }
 
@@ -46,7 +46,7 @@ std::vector<std::string> maze_errors(const MazeProblem& problem, const MazeResul
       for (const int node : {a, b}) {
         users[node].insert(static_cast<int>(n));
         const std::int32_t owner = problem.owner[static_cast<std::size_t>(node)];
-        if (owner != free_node && owner != static_cast<int>(n))
+        if (owner != kFreeNode && owner != static_cast<int>(n))
           errors.push_back(fmt::format("net {} on a node of {}", n, owner));
       }
     }
@@ -87,7 +87,7 @@ TEST(Maze, ANetStaysBelowItsHighestLayer) {
   // the two lower layers are walled where the straight way is, and left open at the side
   for (int layer = 0; layer < 2; ++layer)
     for (int ix = 0; ix < 7; ++ix)
-      problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = blocked_node;
+      problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = kBlockedNode;
   problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}, {}});
   const MazeResult free = route_maze(problem, {});
   EXPECT_GT(highest_layer(problem, free.trees[0]), 1);
@@ -130,7 +130,7 @@ TEST(Maze, TellsANetThatIsWalledIn) {
   MazeProblem problem = empty_maze(8, 8, false);
   for (int layer = 0; layer < problem.grid.layers(); ++layer)
     for (int ix = 0; ix < 8; ++ix)
-      problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = blocked_node;
+      problem.owner[static_cast<std::size_t>(problem.grid.node(layer, ix, 4))] = kBlockedNode;
   problem.nets.push_back({{{problem.grid.node(0, 3, 1)}, {problem.grid.node(0, 3, 6)}}, {}});
   EXPECT_THAT(route_maze(problem, {}).open, Contains(0));
 }
@@ -139,7 +139,7 @@ TEST(Maze, TellsNetsThatCannotShare) {
   MazeProblem problem = empty_maze(2, 8, false);
   problem.grid.vertical = {true};
   problem.grid.ends_spread = {false};
-  problem.owner.assign(static_cast<std::size_t>(problem.grid.nodes()), free_node);
+  problem.owner.assign(static_cast<std::size_t>(problem.grid.nodes()), kFreeNode);
   problem.nets.push_back({{{problem.grid.node(0, 0, 1)}, {problem.grid.node(0, 0, 5)}}, {}});
   problem.nets.push_back({{{problem.grid.node(0, 0, 3)}, {problem.grid.node(0, 0, 7)}}, {}});
   EXPECT_THAT(route_maze(problem, {.rounds = 5, .progress = {}}).conflicting, SizeIs(2));
@@ -168,7 +168,7 @@ TEST(Maze, WiresStayNearTheirRegionsUnlessThereIsNoWay) {
     if (is_walled)
       for (int layer = 0; layer < 4; ++layer)
         for (int iy = 20; iy < 40; ++iy)
-          problem.owner[static_cast<std::size_t>(problem.grid.node(layer, 20, iy))] = blocked_node;
+          problem.owner[static_cast<std::size_t>(problem.grid.node(layer, 20, iy))] = kBlockedNode;
     problem.nets.push_back(net);
     const MazeResult result = route_maze(problem, {});
     EXPECT_THAT(maze_errors(problem, result), IsEmpty());

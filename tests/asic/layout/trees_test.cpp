@@ -198,7 +198,7 @@ TEST_F(Trees, LargeNetsAreSplitAndReachTheSamePins) {
 }
 
 TEST_F(Trees, WeakDriversBecomeStrongEnough) {
-  constexpr double limit_ns = 0.15;
+  constexpr double kLimit_ns = 0.15;
   Design d = placed_design(500, 4);
   const std::size_t nets = d.nets.size();
   const auto slow_nets = [&] {
@@ -211,7 +211,7 @@ TEST_F(Trees, WeakDriversBecomeStrongEnough) {
             d.components[static_cast<std::size_t>(ref.component)].macro)];
         for (const DelayArc& arc :
              delays.at(macro.name).pins.at(macro.pins[static_cast<std::size_t>(ref.pin)].name).arcs)
-          if (arc.slew.at(0.1, expected_load_pf(d, technology, delays, net)) > limit_ns)
+          if (arc.slew.at(0.1, expected_load_pf(d, technology, delays, net)) > kLimit_ns)
             slow.push_back(macro.name + " " + net.name);
       }
     }
@@ -220,7 +220,7 @@ TEST_F(Trees, WeakDriversBecomeStrongEnough) {
   std::vector<std::multiset<std::string>> before;
   for (std::size_t n = 0; n < nets; ++n) before.push_back(reached(d, technology, static_cast<int>(n)));
   ASSERT_GT(slow_nets().size(), 5u);
-  const SizedDrivers sized = size_drivers(d, technology, delays, "clk", {.most_slew_ns = limit_ns}, options);
+  const SizedDrivers sized = size_drivers(d, technology, delays, "clk", {.most_slew_ns = kLimit_ns}, options);
   EXPECT_GT(sized.resized, 0);
   EXPECT_GT(sized.buffered, 0);
   for (const Net& net : d.nets) {  // other sizes have their pins in another order

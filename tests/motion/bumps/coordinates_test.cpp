@@ -322,8 +322,8 @@ TEST_F(Coordinates, DamagedFilesGivePointsOrOneLine) {
                                 examples / "bumps.csv",     examples / "bga.kicad_mod"};
   std::mt19937 random(20260711);
   int refused = 0, crashed = 0;
-  constexpr int files = 700;
-  for (int i = 0; i < files; ++i) {
+  constexpr int kFiles = 700;
+  for (int i = 0; i < kFiles; ++i) {
     const fs::path& original = originals[random() % std::size(originals)];
     const fs::path path =
         write("damaged" + original.extension().string(), damaged(read_file(original), random));
@@ -337,8 +337,8 @@ TEST_F(Coordinates, DamagedFilesGivePointsOrOneLine) {
       crashed += message.find("reader failed") != std::string::npos ? 1 : 0;
     }
   }
-  EXPECT_GT(refused, files / 4);
-  EXPECT_LT(refused, files);
+  EXPECT_GT(refused, kFiles / 4);
+  EXPECT_LT(refused, kFiles);
   EXPECT_GT(crashed, 0) << "no file reached the separate process's purpose";
 }
 
@@ -353,7 +353,7 @@ TEST_F(Coordinates, NoPoints) {
 
 TEST_F(Coordinates, MoreThanTwoMillionPoints) {
   std::string text;
-  for (std::size_t i = 0; i <= max_points; ++i) text += "1,1\n";
+  for (std::size_t i = 0; i <= kMaxPoints; ++i) text += "1,1\n";
   EXPECT_THAT(error_of_csv(text), StartsWith("found more than 2000000 points"));
 }
 

@@ -400,8 +400,8 @@ TEST_F(Xlsx, DamagedFilesGivePointsOrOneLine) {
       {"d.drl", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1.0Y1.0\nR3X2.0\nG91\nX0.5Y0.5\nM30\n"}};
   std::mt19937 random(20261121);
   int refused = 0;
-  constexpr int files = 2000;
-  for (int i = 0; i < files; ++i) {
+  constexpr int kFiles = 2000;
+  for (int i = 0; i < kFiles; ++i) {
     const auto& [name, content] = originals[random() % std::size(originals)];
     const fs::path path = write(name, damaged(content, random));
     try {
@@ -412,8 +412,8 @@ TEST_F(Xlsx, DamagedFilesGivePointsOrOneLine) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, files / 4);
-  EXPECT_LT(refused, files);
+  EXPECT_GT(refused, kFiles / 4);
+  EXPECT_LT(refused, kFiles);
 }
 
 }  // namespace

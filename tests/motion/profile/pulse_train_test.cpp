@@ -49,7 +49,7 @@ TEST(PulseTrain, StaysOnThePlanAtEveryCycle) {
           17.25 + pulses_per_mm * profile.sample(static_cast<double>(cycle) / kClock_hz).position_mm;
       worst = std::max(worst, std::abs(to_double(train.position(cycle)) - planned));
     }
-    EXPECT_LE(worst, PulseTrain::largest_error_pulses);
+    EXPECT_LE(worst, PulseTrain::kLargestErrorPulses);
   }
 }
 

@@ -111,9 +111,9 @@ TEST(Band, CoversBothEndsAndTheMiddle) {
 double wavelet(const JerkProfile& profile, const Mode& mode, double omega0, double at_s) {
   const double scale_s = omega0 / (2.0 * std::numbers::pi * mode.frequency_hz);
   std::complex<double> sum = 0.0;
-  constexpr int steps = 200'000;
-  const double h = profile.duration_s / steps;
-  for (int i = 0; i < steps; ++i) {
+  constexpr int kSteps = 200'000;
+  const double h = profile.duration_s / kSteps;
+  for (int i = 0; i < kSteps; ++i) {
     const double t = (i + 0.5) * h, x = (t - at_s) / scale_s;
     sum += profile.sample(t).velocity_mm_s * std::exp(-0.5 * x * x) * std::polar(1.0, -omega0 * x);
   }

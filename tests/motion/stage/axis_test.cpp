@@ -68,12 +68,12 @@ class Machine {
   }
 
   void run(double time_s) {
-    for (int i = 0; i < static_cast<int>(time_s / control_cycle_s); ++i) cycle();
+    for (int i = 0; i < static_cast<int>(time_s / kControlCycle_s); ++i) cycle();
   }
 
   /// Until the axis rests; false after 30 s.
   bool run_to_rest() {
-    for (int i = 0; i < static_cast<int>(30.0 / control_cycle_s); ++i) {
+    for (int i = 0; i < static_cast<int>(30.0 / kControlCycle_s); ++i) {
       cycle();
       if (control.at_rest()) return true;
     }
@@ -94,7 +94,7 @@ class Machine {
   std::vector<AxisPhase> phases;
 
  private:
-  static constexpr double control_cycle_s = 1.25e-4;
+  static constexpr double kControlCycle_s = 1.25e-4;
   double power_on_mm_;
   AxisModel axis_;
   double last_place_mm_ = power_on_mm_, last_encoder_mm_ = 0.0;

@@ -424,16 +424,16 @@ TEST(Stage, RefusesAConfigurationThatCannotWork) {
 TEST(Track, PulsesFollowTheCourseThereAndBack) {
   Stage stage({}, {100.0, 100.0, 0.0});
   PinCounter counter;
-  constexpr std::uint32_t piece = 1000;  // 0.1 ms
+  constexpr std::uint32_t kPiece = 1000;  // 0.1 ms
   double last_mm = 100.0;
   for (std::uint64_t i = 0; i < 4000; ++i) {
-    const std::uint64_t cycle = i * piece;
+    const std::uint64_t cycle = i * kPiece;
     stage.run_until(cycle, std::ref(counter));
     ASSERT_LE(std::abs(stage.position_mm().x() - last_mm), 0.51e-3) << i;  // half a pulse at a piece's end
     last_mm = 100.0 + 2.0 * std::sin(static_cast<double>(i + 1) * 2e-3);
-    stage.track(0, last_mm, cycle, piece);
+    stage.track(0, last_mm, cycle, kPiece);
   }
-  stage.run_until(4001 * piece, std::ref(counter));
+  stage.run_until(4001 * kPiece, std::ref(counter));
   EXPECT_EQ(counter.position_[0] + 100'000, stage.position_pulses()[0]);
   EXPECT_EQ(counter.position_[1], 0);
   const auto& rises = counter.rises_[0];
@@ -442,8 +442,8 @@ TEST(Track, PulsesFollowTheCourseThereAndBack) {
   EXPECT_EQ(counter.turns_[0].size(), 4U);  // up at the start, and where the sine turns
   // A straight move goes on from where the course ended.
   EXPECT_FALSE(stage.next_event_cycle());
-  stage.move_to({101.0, 100.0, 0.0}, 4001 * piece);
-  stage.run_until(4001 * piece + 10'000'000, std::ref(counter));
+  stage.move_to({101.0, 100.0, 0.0}, 4001 * kPiece);
+  stage.run_until(4001 * kPiece + 10'000'000, std::ref(counter));
   EXPECT_EQ(stage.position_pulses()[0], 101'000);
 }
 

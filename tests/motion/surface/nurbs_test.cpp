@@ -131,14 +131,14 @@ TEST(Curve, OfWeightsIsACircle) {
 
 TEST(Curve, DerivativesAreDifferencesOfPositions) {
   const Nurbs curve = interpolate(wander(9, 2), {.weights = {1, 2, 1, 1.5, 1, 1, 2, 1, 1}});
-  constexpr double h = 1e-5;
+  constexpr double kH = 1e-5;
   for (const double u : {0.11, 0.37, 0.52, 0.86}) {
-    const CurvePoint here = curve.at(u), before = curve.at(u - h), after = curve.at(u + h);
+    const CurvePoint here = curve.at(u), before = curve.at(u - kH), after = curve.at(u + kH);
     EXPECT_LT((here.position_mm - curve.position_mm(u)).norm(), 1e-13);
-    EXPECT_LT(((after.position_mm - before.position_mm) / (2 * h) - here.first).norm(),
+    EXPECT_LT(((after.position_mm - before.position_mm) / (2 * kH) - here.first).norm(),
               1e-5 * here.first.norm());
-    EXPECT_LT(((after.first - before.first) / (2 * h) - here.second).norm(), 1e-5 * here.second.norm());
-    EXPECT_LT(((after.second - before.second) / (2 * h) - here.third).norm(), 1e-4 * here.third.norm());
+    EXPECT_LT(((after.first - before.first) / (2 * kH) - here.second).norm(), 1e-5 * here.second.norm());
+    EXPECT_LT(((after.second - before.second) / (2 * kH) - here.third).norm(), 1e-4 * here.third.norm());
   }
 }
 

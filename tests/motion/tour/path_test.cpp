@@ -82,7 +82,7 @@ std::vector<PathTask> all_tasks(Metric metric) {
           task_of(metric, Tour::closed, a)};
 }
 
-constexpr std::array all_metrics = {Metric::manhattan, Metric::chebyshev, Metric::euclidean, Metric::time};
+constexpr std::array kAllMetrics = {Metric::manhattan, Metric::chebyshev, Metric::euclidean, Metric::time};
 
 TEST(Distance, FollowsTheMetric) {
   EXPECT_EQ(distance_mm(3, -4, Metric::manhattan), 7.0);
@@ -161,7 +161,7 @@ TEST(Ants, BadParametersAreRefused) {
 
 TEST(FullLattice, IsProvedOptimalAtOnce) {
   const auto points = lattice(200, 150, 0.5);
-  for (const Metric metric : all_metrics)
+  for (const Metric metric : kAllMetrics)
     for (const PathTask& task :
          {task_of(metric), task_of(metric, Tour::open, Position{0, 0}),
           task_of(metric, Tour::open, Position{-3, 80}), task_of(metric, Tour::closed)}) {
@@ -222,7 +222,7 @@ TEST(Plan, NothingToVisit) {
 
 TEST(Plan, CoincidingPointsAreAllVisited) {
   const std::vector<Point> points(40, Point{3, 4, 1});
-  for (const Metric metric : all_metrics)
+  for (const Metric metric : kAllMetrics)
     for (const PathTask& task : all_tasks(metric))
       EXPECT_TRUE(is_permutation_of_all(plan_path(points, task).order, points.size()));
 }
@@ -277,7 +277,7 @@ TEST(Plan, ScatteredPointsComeWithinAFewPercentOfTheBound) {
 RC_GTEST_PROP(PlanProperty, VisitsAllOnceAndReportsItsTrueCost, ()) {
   const auto count = *rc::gen::inRange<std::size_t>(0, 60);
   auto points = scattered(count, *rc::gen::arbitrary<unsigned>());
-  const auto metric = *rc::gen::elementOf(std::vector<Metric>(all_metrics.begin(), all_metrics.end()));
+  const auto metric = *rc::gen::elementOf(std::vector<Metric>(kAllMetrics.begin(), kAllMetrics.end()));
   PathTask task = all_tasks(metric)[*rc::gen::inRange<std::size_t>(0, 6)];
   task.kicks_per_point = 5.0;
   const Plan plan = plan_path(points, task);
@@ -337,7 +337,7 @@ RC_GTEST_PROP(PlanProperty, SearchFindsTheCheapestAndBoundHolds, ()) {
   auto points = *rc::gen::inRange(0, 2) == 0 ? scattered(12, seed) : half_lattice(6, 6, seed);
   if (points.size() > 12) points.resize(12);
   RC_PRE(points.size() > 10);
-  const auto metric = *rc::gen::elementOf(std::vector<Metric>(all_metrics.begin(), all_metrics.end()));
+  const auto metric = *rc::gen::elementOf(std::vector<Metric>(kAllMetrics.begin(), kAllMetrics.end()));
   const PathTask task = all_tasks(metric)[*rc::gen::inRange<std::size_t>(0, 6)];
   const double cheapest = cheapest_by_subsets(points, task);
   const Plan plan = plan_path(points, task);
@@ -348,7 +348,7 @@ RC_GTEST_PROP(PlanProperty, SearchFindsTheCheapestAndBoundHolds, ()) {
 // An open path's two free ends are the two lightest sites, wherever these stand in their order.
 TEST(Plan, BoundHoldsWhenTheFirstSiteIsHeavy) {
   const auto points = scattered(12, 18'400);
-  for (const Metric metric : all_metrics) {
+  for (const Metric metric : kAllMetrics) {
     const PathTask task = task_of(metric);
     const double cheapest = cheapest_by_subsets(points, task);
     const Plan plan = plan_path(points, task);
@@ -500,7 +500,7 @@ TEST(BadTask, IsRefusedInOneLine) {
   EXPECT_THAT(refusal(points, task), HasSubstr("kicks"));
   points[3].y_mm = std::numeric_limits<double>::infinity();
   EXPECT_THAT(refusal(points, {}), HasSubstr("point 4"));
-  EXPECT_THAT(refusal(std::vector<Point>(max_points + 1), {}), HasSubstr("2000000"));
+  EXPECT_THAT(refusal(std::vector<Point>(kMaxPoints + 1), {}), HasSubstr("2000000"));
 }
 
 }  // namespace

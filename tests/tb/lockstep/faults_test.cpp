@@ -127,19 +127,19 @@ TEST(EmergencyStop, ForcesTheHeaterLowInTheSameClock) {
 
 // A single flipped bit in the parameter memory is corrected in both sets, with no fault.
 TEST(ParameterFlip, OfOneBitIsCorrected) {
-  constexpr std::uint32_t active_bits = spec::kHolding[spec::kRegKd].stored;
-  constexpr std::uint32_t staged_bits = spec::kHolding[spec::kRegKiHold].stored;
+  constexpr std::uint32_t kActiveBits = spec::kHolding[spec::kRegKd].stored;
+  constexpr std::uint32_t kStagedBits = spec::kHolding[spec::kRegKiHold].stored;
   Bench bench(in_lockstep(chip_with(quick())));
   bench.next_tick();
   for (unsigned place = 0; place < 22; ++place) {
     bench.poke([&](chip::Chip& chip) {
-      flip_active(chip, spec::kRegKd, active_bits & 1u << place);
-      chip.mem.staged_q[spec::kRegKiHold] ^= staged_bits & 1u << place;
+      flip_active(chip, spec::kRegKd, kActiveBits & 1u << place);
+      chip.mem.staged_q[spec::kRegKiHold] ^= kStagedBits & 1u << place;
     });
     bench.next_tick();
     bench.run(100);
   }
-  EXPECT_EQ(bench.read_input(spec::kInMemCorrected), std::popcount(active_bits) + std::popcount(staged_bits));
+  EXPECT_EQ(bench.read_input(spec::kInMemCorrected), std::popcount(kActiveBits) + std::popcount(kStagedBits));
   EXPECT_EQ(bench.model().params()[spec::kRegKd], spec::kHolding[spec::kRegKd].reset);
   EXPECT_EQ(bench.model().guard.fault_q, 0);
 }
