@@ -49,12 +49,16 @@ fi
 
 # The first net of two wires or more on the third metal gets the fault.
 case $fault in
-removed_via) change='/^- / { net = 1 } net && !done && / M3_M2$/ { done = 1; next } { print }' ;;
-displaced_wire) change='moved < 20 && /NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { $4 += 250; $8 += 250; moved++ } { print }' ;;
-# one wire across the die, over all that stands on its track
-shorted_nets) change='!done && /NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { $4 = 20000; $8 = 200000; done = 1 } { print }' ;;
+removed_via) change='pass == 1 { next } /^- / { net = 1 } net && !done && / M3_M2$/ { done = 1; next } { print }' ;;
+displaced_wire) change='pass == 1 { next } moved < 20 && /NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { $4 += 250; $8 += 250; moved++ } { print }' ;;
+# The first wire that has another net's wire behind it on its track reaches to that wire's end.
+shorted_nets) change='/^- / { net = $2 }
+  !/NEW metal3 \( [0-9]+ [0-9]+ \) \( [0-9]+ [0-9]+ \)$/ { if (pass == 2) print; next }
+  pass == 1 && ($5 in first) && owner[$5] != net && $4 > far_end[$5] && !wire { wire = first[$5]; end = $8 }
+  pass == 1 && !($5 in first) { first[$5] = FNR; owner[$5] = net; far_end[$5] = $8 }
+  pass == 2 { if (FNR == wire) $8 = end; print }' ;;
 esac
-awk "$change" "$folder/routed/routed.def" >"$work/routed.def"
+awk "$change" pass=1 "$folder/routed/routed.def" pass=2 "$folder/routed/routed.def" >"$work/routed.def"
 ! cmp -s "$work/routed.def" "$folder/routed/routed.def"
 klayout -b -r "$flow/gds.py" -rd rules="$rules" -rd lef="$lef" -rd routed="$work/routed.def" -rd cells= -rd gds="$work/$top.gds"
 if [ "$fault" = displaced_wire ]; then
