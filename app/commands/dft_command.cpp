@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <stdlib.h>
-#include <toml++/toml.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -12,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/terminal.hpp"
 #include "app/verbs.hpp"
@@ -39,6 +39,7 @@
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
+#include "base/toml_file.hpp"
 #include "recording/text.hpp"
 
 namespace meltstage::app {
@@ -56,7 +57,7 @@ struct Options {
   std::size_t stops = 20;
   std::uint64_t seed = 1;
   std::uint32_t conflicts = 0;
-  std::size_t faults = 1022;
+  std::optional<std::size_t> faults;
   FunctionalLength length = FunctionalLength::whole;
   bool board = false;
   bool two_power_ups = false;
@@ -65,6 +66,7 @@ struct Options {
   std::vector<double> timing;  // period, drive, strobe, clock rise and fall; ns
 };
 
+constexpr std::size_t kDrawnFaults = 1022;
 constexpr unsigned kPowerUps = 10;  // at random, beside all 0 and all 1
 
 nlohmann::ordered_json hashes(const std::vector<fs::path>& files) {
@@ -306,8 +308,8 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
                          const CycleStream& stream) {
   const auto stretches = stretches_of(view, stream);
   const std::vector<Fault> all = collapse(view.circuit).classes;
-  const std::vector<Fault> sample =
-      options.faults == 0 ? all : sample_faults(all, options.faults, options.seed);
+  const std::size_t faults = options.faults.value_or(kDrawnFaults);
+  const std::vector<Fault> sample = faults == 0 ? all : sample_faults(all, faults, options.seed);
   ProgressLine line;
   const FunctionalGrade graded =
       grade_functional(view, stretches, sample, kWorkers, PowerUp::zeros, shown_on(line));
@@ -366,7 +368,10 @@ int record_functional(const Options& options) {
   for (const fs::path& path : {sources.netlist, sources.library}) {
     if (!path.empty()) read_file(path);  // recording takes minutes
   }
-  const FunctionalSet set = options.board ? board_set() : functional_set(options.length);
+  fs::create_directories(options.out);
+  ProgressLine line;
+  const FunctionalSet set = options.board ? board_set() : functional_set(options.length, shown_on(line));
+  line.clear();
   const FunctionalFolder written = write_functional_set(set, sources, options.out);
   fmt::print("{} clocks in {} vectors, {} pieces, {} strobes masked\n", written.clocks, written.vectors,
              set.pieces.size(), written.masked);
@@ -420,6 +425,11 @@ int grade_patterns(const Options& options) {
       const CaptureView plain = capture_view(netlist, library);
       if (!plain.flops.empty()) return grade_clock_by_clock(options, netlist, plain, stream);
     }
+    if (options.faults || options.two_power_ups || !options.unreached.empty())
+      throw UserError(
+          fmt::format("{}: found scan patterns, expected vectors without scan for --faults, "
+                      "--two-power-ups or --unreached; leave them out",
+                      options.patterns.string()));
     CaptureView view = view_for_grading(netlist, library);
     patterns = view.flops.empty() ? plain_patterns(view.circuit, stream)
                                   : captures_of(view, stream, ScanOptions{}.scan_enable, &compared);
@@ -452,22 +462,25 @@ int check_scan_rules(const Options& options) {
 }
 
 TesterProfile tester_of(const fs::path& path) {
+  constexpr std::int64_t kMostCount = 1'000'000'000'000;
   TesterProfile profile;
   if (path.empty()) return profile;
-  try {
-    const toml::table table = toml::parse_file(path.string());
-    profile.name = table["name"].value_or(profile.name);
-    profile.least_period_ns = table["least_period_ns"].value_or(profile.least_period_ns);
-    profile.edge_resolution_ns = table["edge_resolution_ns"].value_or(profile.edge_resolution_ns);
-    profile.least_pulse_ns = table["least_pulse_ns"].value_or(profile.least_pulse_ns);
-    profile.vector_memory = table["vector_memory"].value_or(profile.vector_memory);
-    profile.pins = table["pins"].value_or(profile.pins);
-  } catch (const toml::parse_error& error) {
-    throw UserError(fmt::format("{}:{}: {}; expected a tester profile in TOML", path.string(),
-                                error.source().begin.line, error.description()));
-  }
-  if (profile.edge_resolution_ns <= 0)
-    throw UserError(path.string() + ": edge_resolution_ns: expected a number above 0");
+  const toml::table table = parse_toml(path, "a tester's profile (TOML)");
+  TomlSection tester(path, &table, "");
+  const auto time_ns = [&](const char* key, double fallback) {
+    return tester.number(key, fallback, 1e-6, 1e9);
+  };
+  const auto count = [&](const char* key, std::uint64_t fallback) {
+    return static_cast<std::uint64_t>(
+        tester.integer(key, static_cast<std::int64_t>(fallback), 1, kMostCount));
+  };
+  profile.name = tester.text("name", profile.name);
+  profile.least_period_ns = time_ns("least_period_ns", profile.least_period_ns);
+  profile.edge_resolution_ns = time_ns("edge_resolution_ns", profile.edge_resolution_ns);
+  profile.least_pulse_ns = time_ns("least_pulse_ns", profile.least_pulse_ns);
+  profile.vector_memory = count("vector_memory", profile.vector_memory);
+  profile.pins = count("pins", profile.pins);
+  tester.finish();
   return profile;
 }
 
@@ -543,6 +556,8 @@ int replay_patterns(const Options& options) {
   return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
 }
 
+ProofFile proof_file(const fs::path& path) { return {path.string(), read_file(path)}; }
+
 int prove(const Options& options) {
   const CellLibrary library = library_of(options);
   const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
@@ -560,9 +575,9 @@ int prove(const Options& options) {
     index += fmt::format("{} {}\n", name, fault_name(subject.circuit, f));
     if (fs::exists(options.out / (name + ".cnf"))) continue;  // an equivalent fault had it
     std::string reason;
-    const bool good =
-        solver.prove_untestable(set.faults.classes[c], options.out, name) &&
-        refutes(read_file(options.out / (name + ".cnf")), read_file(options.out / (name + ".drat")), reason);
+    const bool good = solver.prove_untestable(set.faults.classes[c], options.out, name) &&
+                      refutes(proof_file(options.out / (name + ".cnf")),
+                              proof_file(options.out / (name + ".drat")), reason);
     ++(good ? proved : refused);
     if (!good) fmt::print("{}: {}\n", name, reason.empty() ? "not refuted" : reason);
   }
@@ -591,7 +606,7 @@ int iddq(const Options& options) {
 
 int check_proof(const Options& options) {
   std::string reason;
-  const bool good = refutes(read_file(options.cnf), read_file(options.proof), reason);
+  const bool good = refutes(proof_file(options.cnf), proof_file(options.proof), reason);
   fmt::print("{}\n", good ? "verified" : "refused: " + reason);
   return good ? 0 : 1;
 }

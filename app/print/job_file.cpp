@@ -2,19 +2,18 @@
 #include "app/print/job_file.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <set>
+#include <span>
 #include <string_view>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
 #include "base/place.hpp"
+#include "base/toml_file.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/tour/path.hpp"
@@ -24,115 +23,6 @@ namespace meltstage::app {
 namespace {
 
 namespace spec = chip::spec;
-
-// A table of the job file that remembers which keys were asked for, so that a misspelt one is told.
-class Section {
- public:
-  Section(const std::filesystem::path& file, const toml::table* table, std::string name)
-      : file_(file), table_(table), name_(std::move(name)) {}
-
-  bool present() const { return table_ != nullptr; }
-
-  double number(std::string_view key, double fallback, double min, double max) {
-    const toml::node* node = find(key);
-    if (node == nullptr) return fallback;
-    const auto value = node->value<double>();
-    if (!value || !node->is_number())
-      fail(key, text_of(*node), fmt::format("a number from {} to {}", min, max), node);
-    if (!(*value >= min && *value <= max))
-      fail(key, fmt::format("{}", *value), fmt::format("{} to {}", min, max), node);
-    return *value;
-  }
-
-  std::int64_t integer(std::string_view key, std::int64_t fallback, std::int64_t min, std::int64_t max) {
-    const toml::node* node = find(key);
-    if (node == nullptr) return fallback;
-    if (!node->is_integer())
-      fail(key, text_of(*node), fmt::format("a whole number from {} to {}", min, max), node);
-    const std::int64_t value = **node->as_integer();
-    if (value < min || value > max)
-      fail(key, fmt::format("{}", value), fmt::format("{} to {}", min, max), node);
-    return value;
-  }
-
-  bool flag(std::string_view key, bool fallback) {
-    const toml::node* node = find(key);
-    if (node == nullptr) return fallback;
-    if (!node->is_boolean()) fail(key, text_of(*node), "true or false", node);
-    return **node->as_boolean();
-  }
-
-  std::string text(std::string_view key, std::string_view fallback) {
-    const toml::node* node = find(key);
-    if (node == nullptr) return std::string(fallback);
-    if (!node->is_string()) fail(key, text_of(*node), "a text in quotes", node);
-    const std::string& value = **node->as_string();
-    if (escaped(value) != value) fail(key, text_of(*node), "a text without control characters", node);
-    return value;
-  }
-
-  template <class T, std::size_t n>
-  T choice(std::string_view key, std::string_view fallback,
-           const std::array<std::pair<std::string_view, T>, n>& choices) {
-    const std::string value = text(key, fallback);
-    std::string names;
-    for (const auto& [name, result] : choices) {
-      if (name == value) return result;
-      names += (names.empty() ? "" : ", ") + std::string(name);
-    }
-    fail(key, '"' + value + '"', "one of: " + names, find(key));
-  }
-
-  [[noreturn]] void fail(std::string_view key, const std::string& found, const std::string& expected,
-                         const toml::node* node) const {
-    const auto line = node != nullptr ? node->source().begin.line : 0;
-    throw UserError(fmt::format("{}:{}: {}.{}: found {}, expected {}", file_.string(), line, name_, key,
-                                found, expected));
-  }
-
-  // Every key that nobody asked for is a mistake.
-  void finish() const {
-    if (table_ == nullptr) return;
-    for (const auto& [key, node] : *table_) {
-      if (!asked_.contains(std::string(key.str()))) {
-        std::string known;
-        for (const std::string& k : asked_) known += (known.empty() ? "" : ", ") + k;
-        throw UserError(fmt::format("{}:{}: {}.{}: unknown field, expected one of: {}", file_.string(),
-                                    node.source().begin.line, name_, shown(key.str()), known));
-      }
-    }
-  }
-
-  const toml::table* table() const { return table_; }
-
- private:
-  const toml::node* find(std::string_view key) {
-    asked_.insert(std::string(key));
-    return table_ != nullptr ? table_->get(key) : nullptr;
-  }
-  static std::string text_of(const toml::node& node) {
-    if (const auto text = node.value<std::string>()) return '"' + shown(*text) + '"';
-    return fmt::format("a {}", toml::impl::node_type_friendly_names[static_cast<std::size_t>(node.type())]);
-  }
-
-  std::filesystem::path file_;
-  const toml::table* table_;
-  std::string name_;
-  std::set<std::string> asked_;
-};
-
-toml::table parse(const std::filesystem::path& path) {
-  const std::string text = read_toml_text(path, "a job file (TOML); examples/ has some");
-  try {
-    toml::table table = toml::parse(text, path.string());
-    if (table.empty())
-      throw UserError(fmt::format("{}: is empty, expected a job file (TOML)", path.string()));
-    return table;
-  } catch (const toml::parse_error& error) {
-    throw UserError(fmt::format("{}:{}:{}: not TOML: {}", path.string(), error.source().begin.line,
-                                error.source().begin.column, escaped(error.description())));
-  }
-}
 
 // Control settings for a plant from its step response, dead time D and slope R (degC/s at full power): Kp =
 // 0.7 / (R D), Ti = 8 D on the way up and 4 D in hold, Td = D / 2, each over the control period.
@@ -180,28 +70,18 @@ void set_register(std::vector<tb::RegisterValue>& registers, spec::Reg reg, std:
 }
 
 // [registers]: any holding register by its name, in its unit.
-void read_registers(Section& section, std::vector<tb::RegisterValue>& registers) {
+void read_registers(TomlSection& section, std::vector<tb::RegisterValue>& registers) {
   for (unsigned i = 1; i < spec::kHoldingCount; ++i) {
     const spec::RegisterInfo& info = spec::kHolding[i];
-    if (!section.present() || section.table()->get(info.name) == nullptr) {
-      section.number(info.name, 0.0, info.min * info.scale, info.max * info.scale);
-      continue;
-    }
     const double value = section.number(info.name, 0.0, info.min * info.scale, info.max * info.scale);
+    if (!section.has(info.name)) continue;
     set_register(registers, static_cast<spec::Reg>(i),
                  static_cast<std::uint16_t>(std::lround(value / info.scale)));
   }
 }
 
-std::uint16_t sensor_code(const std::string& name) {
-  for (std::size_t i = 1; i < spec::kSensorPresets.size(); ++i) {
-    if (spec::kSensorPresets[i].name == name) return static_cast<std::uint16_t>(i);
-  }
-  return 0;
-}
-
-tb::EventKind event_kind(Section& section) {
-  static constexpr std::array<std::pair<std::string_view, tb::EventKind>, 8> kKinds{{
+tb::EventKind event_kind(TomlSection& section) {
+  static constexpr std::array<Choice<tb::EventKind>, 8> kKinds{{
       {"emergency-stop", tb::EventKind::emergency_stop},
       {"sensor-open", tb::EventKind::sensor_open},
       {"sensor-short", tb::EventKind::sensor_short},
@@ -215,16 +95,14 @@ tb::EventKind event_kind(Section& section) {
 }
 
 // [print]: what the path is planned for. The stage's limits and the pause at a bump are known by then.
-motion::PathTask path_task(Section& print, tb::PrintJob& job) {
-  static constexpr std::array<std::pair<std::string_view, motion::Metric>, 4> kMetrics{
-      {{"manhattan", motion::Metric::manhattan},
-       {"chebyshev", motion::Metric::chebyshev},
-       {"euclidean", motion::Metric::euclidean},
-       {"time", motion::Metric::time}}};
-  static constexpr std::array<std::pair<std::string_view, motion::Tour>, 2> kTours{
+motion::PathTask path_task(TomlSection& print, tb::PrintJob& job) {
+  static constexpr std::array<Choice<motion::Metric>, 4> kMetrics{{{"manhattan", motion::Metric::manhattan},
+                                                                   {"chebyshev", motion::Metric::chebyshev},
+                                                                   {"euclidean", motion::Metric::euclidean},
+                                                                   {"time", motion::Metric::time}}};
+  static constexpr std::array<Choice<motion::Tour>, 2> kTours{
       {{"open", motion::Tour::open}, {"closed", motion::Tour::closed}}};
-  static constexpr std::array<std::pair<std::string_view, bool>, 2> kStarts{
-      {{"stage", true}, {"free", false}}};
+  static constexpr std::array<Choice<bool>, 2> kStarts{{{"stage", true}, {"free", false}}};
   motion::PathTask task;
   task.metric = print.choice("metric", "manhattan", kMetrics);
   task.tour = print.choice("tour", "open", kTours);
@@ -235,16 +113,15 @@ motion::PathTask path_task(Section& print, tb::PrintJob& job) {
   const double x_mm = print.number("end_x_mm", nowhere, 0.0, 200.0);
   const double y_mm = print.number("end_y_mm", nowhere, 0.0, 200.0);
   if (std::isnan(x_mm) != std::isnan(y_mm))
-    print.fail(std::isnan(x_mm) ? "end_x_mm" : "end_y_mm", "nothing", "both end_x_mm and end_y_mm, or none",
-               nullptr);
+    print.fail(std::isnan(x_mm) ? "end_x_mm" : "end_y_mm", "nothing", "both end_x_mm and end_y_mm, or none");
   if (!std::isnan(x_mm)) task.end = {x_mm, y_mm};
   if (task.end && task.tour == motion::Tour::closed)
-    print.fail("end_x_mm", "an end", "none for a closed tour, which returns to where it began", nullptr);
+    print.fail("end_x_mm", "an end", "none for a closed tour, which returns to where it began");
   return task;
 }
 
 // [stage]: what drives it, and how it moves.
-void read_stage(Section& stage, JobDescription& parsed, const std::filesystem::path& folder) {
+void read_stage(TomlSection& stage, JobDescription& parsed, const std::filesystem::path& folder) {
   tb::PrintJob& job = parsed.job;
   job.start_mm = {stage.number("start_x_mm", 0.0, 0.0, 200.0), stage.number("start_y_mm", 0.0, 0.0, 200.0),
                   0.0};
@@ -288,18 +165,17 @@ void read_stage(Section& stage, JobDescription& parsed, const std::filesystem::p
 }
 
 // [alignment]: the board's marks, in the frame of the bumps' file and placed with them.
-tb::BoardAlignment read_alignment(Section& alignment, JobDescription& parsed,
+tb::BoardAlignment read_alignment(TomlSection& alignment, JobDescription& parsed,
                                   const std::filesystem::path& folder, motion::CoordinateOptions placed,
                                   std::uint64_t seed) {
   constexpr double kDegree_rad = std::numbers::pi / 180.0;
-  static constexpr std::array<std::pair<std::string_view, tb::StageKnowledge>, 2> kKnowledge{
+  static constexpr std::array<Choice<tb::StageKnowledge>, 2> kKnowledge{
       {{"calibrated", tb::StageKnowledge::calibrated}, {"nominal", tb::StageKnowledge::nominal}}};
   tb::BoardAlignment board;
   board.seed = seed;
   const std::string file = alignment.text("marks", "");
   if (file.empty())
-    alignment.fail("marks", "nothing", "the name of a file with the board's marks, such as fiducials.csv",
-                   alignment.table());
+    alignment.fail("marks", "nothing", "the name of a file with the board's marks, such as fiducials.csv");
   placed.pitch_mm = alignment.number("pitch_mm", 1.0, 1e-6, 1e6);
   board.mark_diameter_mm = alignment.number("mark_diameter_mm", 1.0, 0.3, 1.5);
   board.limits.place_mm = 1e-3 * alignment.number("tolerance_um", 5.0, 0.1, 1000.0);
@@ -322,68 +198,48 @@ tb::BoardAlignment read_alignment(Section& alignment, JobDescription& parsed,
         fmt::format("{}: found 1 mark, expected at least 2 to align a board by", (folder / file).string()));
   if (board.missing_mark && *board.missing_mark >= board.marks_mm.size())
     alignment.fail("missing_mark", fmt::format("{}", missing),
-                   fmt::format("0 (none) to {}, the marks of {}", board.marks_mm.size(), file),
-                   alignment.table()->get("missing_mark"));
+                   fmt::format("0 (none) to {}, the marks of {}", board.marks_mm.size(), file));
   return board;
 }
 
 }  // namespace
 
 JobDescription parse_job(const std::filesystem::path& path) {
-  const toml::table root = parse(path);
-  const auto section = [&](const char* name) {
-    const toml::node* node = root.get(name);
-    if (node != nullptr && !node->is_table()) {
-      throw UserError(fmt::format("{}:{}: {}: expected a section [{}]", path.string(),
-                                  node->source().begin.line, name, name));
-    }
-    return Section(path, node != nullptr ? node->as_table() : nullptr, name);
-  };
-  for (const auto& [key, node] : root) {
-    static const std::set<std::string_view> known{"job",   "coordinates", "head", "temperature", "registers",
-                                                  "print", "stage",       "rtl",  "event",       "alignment"};
-    if (!known.contains(key.str())) {
-      throw UserError(fmt::format(
-          "{}:{}: [{}]: unknown section, expected one of: job, coordinates, head, temperature, registers, "
-          "print, stage, alignment, rtl, event",
-          path.string(), node.source().begin.line, shown(key.str())));
-    }
-  }
+  const toml::table table = parse_toml(path, "a job file (TOML); examples/ has some");
+  TomlSection root(path, &table, "");
+  TomlSection general = root.section("job");
+  TomlSection head = root.section("head");
+  TomlSection temperature = root.section("temperature");
+  TomlSection registers = root.section("registers");
+  TomlSection stage = root.section("stage");
+  TomlSection coordinates = root.section("coordinates");
+  TomlSection print = root.section("print");
+  TomlSection rtl = root.section("rtl");
+  TomlSection alignment = root.section("alignment");
+  std::vector<TomlSection> events = root.sections("event");
+  root.finish();
 
   JobDescription parsed;
   parsed.file = path;
   tb::PrintJob& job = parsed.job;
 
-  Section general = section("job");
   job.name = general.text("name", escaped(path.stem().string()));
   job.head.seed = static_cast<std::uint64_t>(general.integer("seed", 1, 0, INT64_MAX));
   general.finish();
 
-  Section head = section("head");
-  const std::string plant = head.text("plant", "PH-1");
-  try {
-    job.head.plant = tb::plant_config(plant);
-  } catch (const std::invalid_argument& error) {
-    throw UserError(fmt::format("{}: head.plant: {}", path.string(), error.what()));
-  }
-  job.head.sensor = head.text("sensor", "MAX31855");
-  const std::uint16_t sensor = sensor_code(job.head.sensor);
-  if (sensor == 0) {
-    throw UserError(fmt::format(
-        "{}: head.sensor: found \"{}\", expected one of: MAX31855, MAX6675, MAX31865, ADT7320, ADT7310, LM70",
-        path.string(), job.head.sensor));
-  }
+  job.head.plant = head.named("plant", "PH-1", std::span(tb::kPlants));
+  const spec::SensorPreset& sensor =
+      head.named("sensor", "MAX31855", std::span(spec::kSensorPresets).subspan<1>());
+  job.head.sensor = sensor.name;
   job.head.sensor_noise_degc = head.number("sensor_noise_degc", 0.05, 0.0, 5.0);
   job.head.plant.ambient_degc = head.number("ambient_degc", 25.0, -20.0, 80.0);
   head.finish();
 
-  Section temperature = section("temperature");
   const double setpoint = temperature.number("setpoint_degc", 110.0, 0.0, 500.0);
   const double window = temperature.number("window_degc", 1.0, 0.1, 100.0);
   const double dwell = temperature.number("dwell_s", 3.0, 0.0, 600.0);
   job.heat_timeout_s = temperature.number("timeout_s", 600.0, 1.0, 7200.0);
-  const double period_ms =
-      temperature.number("period_ms", spec::kSensorPresets[sensor].min_ts_ms, 10.0, 2000.0);
+  const double period_ms = temperature.number("period_ms", sensor.min_ts_ms, 10.0, 2000.0);
   temperature.finish();
 
   job.registers = tuned(job.head.plant, period_ms / 1000.0);
@@ -395,31 +251,20 @@ JobDescription parse_job(const std::filesystem::path& path) {
   set_register(job.registers, spec::kRegAtWindow, static_cast<std::uint16_t>(std::lround(window * 10.0)));
   set_register(job.registers, spec::kRegAtDwell, static_cast<std::uint16_t>(std::lround(dwell * 10.0)));
   set_register(job.registers, spec::kRegTs, static_cast<std::uint16_t>(std::lround(period_ms)));
-  set_register(job.registers, spec::kRegSensType, sensor);
-  Section registers = section("registers");
+  set_register(job.registers, spec::kRegSensType,
+               static_cast<std::uint16_t>(&sensor - spec::kSensorPresets.data()));
   read_registers(registers, job.registers);
   registers.finish();
   for (const spec::Reg bus : {spec::kRegAddress, spec::kRegBaud, spec::kRegFormat}) {
-    for (const tb::RegisterValue& r : job.registers) {
-      if (r.reg == bus) {
-        throw UserError(fmt::format(
-            "{}: registers.{}: the printer's host talks at the reset address, baud rate and format; "
-            "leave it out",
-            path.string(), spec::kHolding[bus].name));
-      }
-    }
+    if (registers.has(spec::kHolding[bus].name))
+      registers.fail(spec::kHolding[bus].name, "a value",
+                     "none: the printer's host talks at the reset address, baud rate and format");
   }
-
-  Section stage = section("stage");
   read_stage(stage, parsed, path.parent_path());
   stage.finish();
 
-  Section coordinates = section("coordinates");
   const std::string file = coordinates.text("file", "");
-  if (file.empty())
-    throw UserError(fmt::format(
-        "{}: coordinates.file: missing, expected the name of a file with bumps, such as bumps.csv",
-        path.string()));
+  if (file.empty()) coordinates.fail("file", "nothing", "the name of a file with bumps, such as bumps.csv");
   motion::CoordinateOptions options;
   options.pitch_mm = coordinates.number("pitch_mm", 1.0, 1e-6, 1e6);
   options.origin_x_mm = coordinates.number("origin_x_mm", 0.0, -1e6, 1e6);
@@ -430,13 +275,11 @@ JobDescription parse_job(const std::filesystem::path& path) {
   parsed.coordinates = path.parent_path() / file;
   parsed.inputs.insert(parsed.inputs.end(), {path, parsed.coordinates});
 
-  Section print = section("print");
   job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
   job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
   parsed.task = path_task(print, job);
   parsed.plan_metric = print.text("metric", "manhattan");
-  static constexpr std::array<std::pair<std::string_view, bool>, 2> kModes{
-      {{"stop", false}, {"fly-by", true}}};
+  static constexpr std::array<Choice<bool>, 2> kModes{{{"stop", false}, {"fly-by", true}}};
   const bool on_the_fly = print.choice("mode", "stop", kModes);
   motion::FlyByConfig fly_by;
   fly_by.x = job.stage.axes[0].limits;
@@ -449,26 +292,19 @@ JobDescription parse_job(const std::filesystem::path& path) {
   if (on_the_fly) parsed.fly_by = fly_by;
   print.finish();
 
-  Section rtl = section("rtl");
-  static constexpr std::array<std::pair<std::string_view, tb::RtlWindows>, 3> kRtl{
+  static constexpr std::array<Choice<tb::RtlWindows>, 3> kRtl{
       {{"chosen", tb::RtlWindows::chosen}, {"full", tb::RtlWindows::full}, {"none", tb::RtlWindows::none}}};
   job.rtl = rtl.choice("windows", "chosen", kRtl);
   rtl.finish();
 
-  if (const toml::node* events = root.get("event"); events != nullptr) {
-    if (!events->is_array_of_tables())
-      throw UserError(fmt::format("{}: event: expected sections [[event]]", path.string()));
-    for (const toml::node& node : *events->as_array()) {
-      Section event(path, node.as_table(), "event");
-      const double at = event.number("at_s", -1.0, 0.0, 1e6);
-      if (at < 0.0) event.fail("at_s", "nothing", "a time in seconds", &node);
-      job.events.push_back({at, event_kind(event)});
-      event.finish();
-    }
-    std::stable_sort(job.events.begin(), job.events.end(), [](auto& a, auto& b) { return a.at_s < b.at_s; });
+  for (TomlSection& event : events) {
+    const double at = event.number("at_s", -1.0, 0.0, 1e6);
+    if (at < 0.0) event.fail("at_s", "nothing", "a time in seconds");
+    job.events.push_back({at, event_kind(event)});
+    event.finish();
   }
+  std::stable_sort(job.events.begin(), job.events.end(), [](auto& a, auto& b) { return a.at_s < b.at_s; });
 
-  Section alignment = section("alignment");
   try {
     parsed.bumps_in_file_order = motion::read_coordinates(parsed.coordinates, options);
     if (alignment.present())

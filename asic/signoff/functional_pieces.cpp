@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functional sign-off set: pieces directed at one requirement each, with random values where values are
 // what matters. What each asks for stands in docs/make/test-vectors.md.
+#include <array>
+
 #include "asic/signoff/piece_steps.hpp"
 
 namespace meltstage::app {
@@ -35,12 +37,15 @@ Parameters calm() {
   return p;
 }
 
-FunctionalSet functional_set(FunctionalLength length) {
+FunctionalSet functional_set(FunctionalLength length, const Progress& progress) {
   PieceState state{.quick = length == FunctionalLength::quick};
-  for (const auto record :
-       {record_start, record_registers, record_line, record_control, record_tuning, record_pulses,
-        record_protection, record_long_times, record_reset, record_commits})
-    record(state);
+  constexpr std::array kPieces{record_start,  record_registers, record_line,       record_control,
+                               record_tuning, record_pulses,    record_protection, record_long_times,
+                               record_reset,  record_commits};
+  for (std::size_t i = 0; i < kPieces.size(); ++i) {
+    tell(progress, "recording", i, kPieces.size());
+    kPieces[i](state);
+  }
   return state.session.finish();
 }
 

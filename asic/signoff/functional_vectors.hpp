@@ -28,7 +28,7 @@ constexpr std::uint64_t kFunctionalSeed = 1;
 
 enum class FunctionalLength { whole, quick };  // quick: every register is written once instead of twice
 
-FunctionalSet functional_set(FunctionalLength length);
+FunctionalSet functional_set(FunctionalLength length, const Progress& progress = {});
 // What the chip on a small FPGA is replayed with: a host that writes SETPOINT, TS, HOST_WD and commands, and
 // keeps away from self-tuning and the figures of quality (fpga/ice40).
 FunctionalSet board_set();

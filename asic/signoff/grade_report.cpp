@@ -2,7 +2,6 @@
 #include "asic/signoff/grade_report.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <charconv>
@@ -12,6 +11,7 @@
 #include "asic/dft/core/parities.hpp"
 #include "asic/dft/core/places.hpp"
 #include "base/error.hpp"
+#include "base/toml_file.hpp"
 
 namespace meltstage::app {
 
@@ -168,36 +168,6 @@ std::map<std::uint64_t, std::string> pieces_of(const CycleStream& stream) {
   return pieces;
 }
 
-std::vector<std::string> strings_of(const toml::table& table, const char* key, const std::string& where) {
-  std::vector<std::string> result;
-  if (!table.contains(key)) return result;
-  const toml::array* array = table[key].as_array();
-  if (array == nullptr || !array->is_homogeneous(toml::node_type::string))
-    throw UserError(fmt::format("{}: {}: expected an array of strings", where, key));
-  for (const toml::node& node : *array) result.push_back(node.value_or(std::string()));
-  return result;
-}
-
-// Key `parities`: arrays of bit numbers.
-std::vector<std::vector<unsigned>> bits_of(const toml::table& table, const std::string& where) {
-  std::vector<std::vector<unsigned>> result;
-  if (!table.contains("parities")) return result;
-  const auto wrong = [&] { return UserError(where + ": parities: expected arrays of bit numbers"); };
-  const toml::array* rows = table["parities"].as_array();
-  if (rows == nullptr) throw wrong();
-  for (const toml::node& row : *rows) {
-    const toml::array* bits = row.as_array();
-    if (bits == nullptr || bits->empty() || !bits->is_homogeneous(toml::node_type::integer)) throw wrong();
-    result.emplace_back();
-    for (const toml::node& bit : *bits) {
-      const auto number = bit.value<std::int64_t>().value_or(-1);
-      if (number < 0 || number > 0xFFFF) throw wrong();
-      result.back().push_back(static_cast<unsigned>(number));
-    }
-  }
-  return result;
-}
-
 double percent(std::size_t part, std::size_t of) {
   return of == 0 ? 100.0 : 100.0 * static_cast<double>(part) / static_cast<double>(of);
 }
@@ -205,32 +175,26 @@ double percent(std::size_t part, std::size_t of) {
 }  // namespace
 
 std::vector<Unreached> read_unreached(const std::filesystem::path& path) {
+  constexpr unsigned kMostBits = 0xFFFF;
+  const toml::table table = parse_toml(path, "reasons (TOML), a [[unreached]] each");
+  TomlSection root(path, &table, "");
+  std::vector<TomlSection> sections = root.sections("unreached");
+  root.finish();
   std::vector<Unreached> rules;
-  try {
-    const toml::table root = toml::parse_file(path.string());
-    const toml::array* tables = root["unreached"].as_array();
-    if (tables == nullptr)
-      throw UserError(path.string() + ": found no [[unreached]], expected one for each reason");
-    for (const toml::node& node : *tables) {
-      const toml::table* table = node.as_table();
-      const std::string where = fmt::format("{}:{}", path.string(), node.source().begin.line);
-      if (table == nullptr || !(*table)["reason"].is_string())
-        throw UserError(where + ": found no reason, expected a string");
-      Unreached rule{strings_of(*table, "flops", where),
-                     strings_of(*table, "near", where),
-                     strings_of(*table, "unseen", where),
-                     strings_of(*table, "words", where),
-                     bits_of(*table, where),
-                     (*table)["reason"].value_or(std::string())};
-      if (rule.flops.empty() && rule.near.empty() && rule.unseen.empty() && rule.words.empty())
-        throw UserError(where + ": found neither flops, near, unseen nor words, expected names");
-      if (rule.words.empty() != rule.parities.empty())
-        throw UserError(where + ": found one of words and parities, expected both");
-      rules.push_back(std::move(rule));
-    }
-  } catch (const toml::parse_error& error) {
-    throw UserError(fmt::format("{}:{}: {}; expected TOML", path.string(), error.source().begin.line,
-                                error.description()));
+  for (TomlSection& section : sections) {
+    Unreached rule{section.texts("flops"),
+                   section.texts("near"),
+                   section.texts("unseen"),
+                   section.texts("words"),
+                   section.rows("parities", kMostBits),
+                   section.text("reason", "")};
+    section.finish();
+    if (rule.reason.empty()) section.fail("reason", "nothing", "a text in quotes");
+    if (rule.flops.empty() && rule.near.empty() && rule.unseen.empty() && rule.words.empty())
+      section.fail("flops", "nothing, nor near, unseen, words", "names in one of them");
+    if (rule.words.empty() != rule.parities.empty())
+      section.fail(rule.words.empty() ? "words" : "parities", "nothing", "both words and parities, or none");
+    rules.push_back(std::move(rule));
   }
   return rules;
 }

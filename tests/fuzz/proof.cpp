@@ -7,6 +7,7 @@ extern "C" int FUZZ_ENTRY(const std::uint8_t* data, std::size_t size) {
     // formula and proof, parted by a line of =
     const std::size_t parting = std::min(text.find("="), text.size());
     std::string reason;
-    meltstage::dft::refutes(text.substr(0, parting), text.substr(std::min(parting + 1, text.size())), reason);
+    meltstage::dft::refutes({"formula", std::string(text.substr(0, parting))},
+                            {"proof", std::string(text.substr(std::min(parting + 1, text.size())))}, reason);
   });
 }

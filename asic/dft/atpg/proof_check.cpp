@@ -121,13 +121,14 @@ struct Line {
 };
 
 // Lines of literals that end with 0; comments and the problem line are passed over.
-std::vector<Line> lines_of(std::string_view text, const char* what) {
+std::vector<Line> lines_of(const ProofFile& file) {
   constexpr int kMostVariables = 10'000'000;
   constexpr int kNoLiteral = kMostVariables + 1;
-  const std::string_view all = text;
+  const std::string_view all = file.text;
+  std::string_view text = all;
   const auto fail = [&](std::string_view at, const std::string& found, const std::string& expected) {
     const Place place = place_of(all, static_cast<std::size_t>(at.data() - all.data()));
-    throw UserError(defect_at(what, place, found, expected));
+    throw UserError(defect_at(file.name, place, found, expected));
   };
   std::vector<Line> lines;
   while (!text.empty()) {
@@ -166,11 +167,11 @@ std::vector<Line> lines_of(std::string_view text, const char* what) {
 
 }  // namespace
 
-bool refutes(std::string_view cnf, std::string_view proof, std::string& reason) {
+bool refutes(const ProofFile& cnf, const ProofFile& proof, std::string& reason) {
   Checker checker;
-  for (Line& line : lines_of(cnf, "formula")) checker.add(std::move(line.clause));
+  for (Line& line : lines_of(cnf)) checker.add(std::move(line.clause));
   std::size_t step = 0;
-  for (Line& line : lines_of(proof, "proof")) {
+  for (Line& line : lines_of(proof)) {
     ++step;
     if (line.deletion) {
       if (line.clause.size() > 1)

@@ -3,13 +3,17 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 namespace meltstage::dft {
 
+/// A file's text, and its name for messages.
+struct ProofFile {
+  std::string name, text;
+};
+
 /// Whether the text DRAT proof refutes the DIMACS formula: every added clause must follow by unit propagation
 /// (RUP), and the empty clause must be among them. Deletions are followed. `reason` says why not. Throws
-/// UserError on text that is neither.
-bool refutes(std::string_view cnf, std::string_view proof, std::string& reason);
+/// UserError, with name, line and column, on text that is neither.
+bool refutes(const ProofFile& cnf, const ProofFile& proof, std::string& reason);
 
 }  // namespace meltstage::dft

@@ -195,10 +195,10 @@ TEST_F(Command, WrongJobFilesAreRefusedInOneLine) {
   expect_refused(print(folder_), "found a folder, expected a job file");
   expect_refused(print(write("empty.toml", "")), "is empty");
   expect_refused(print(write("broken.toml", "[job\nname = 1")), "broken.toml:1:");
-  expect_refused(print(write("job.toml", "[coordinates]\n")), "coordinates.file: missing");
-  expect_refused(print(write("job.toml", std::string(kJob) + "[jobb]\n")), "[jobb]: unknown section");
+  expect_refused(print(write("job.toml", "[coordinates]\n")), "coordinates.file: found nothing");
+  expect_refused(print(write("job.toml", std::string(kJob) + "[jobb]\n")), ":1: jobb: found an unknown key");
   expect_refused(print(write("job.toml", std::string(kJob) + "[stage]\nspeed = 1\n")),
-                 "stage.speed: unknown field");
+                 "stage.speed: found an unknown key");
   expect_refused(print(write("job.toml", std::string(kJob) + "[stage]\nspeed_mm_s = \"fast\"\n")),
                  "found \"fast\", expected a number");
   expect_refused(print(write("job.toml", std::string(kJob) + "[stage]\nspeed_mm_s = -1\n")),
@@ -221,9 +221,9 @@ TEST_F(Command, HostileJobFilesAreRefusedInOneLine) {
   expect_refused(print(write("word.toml", "[stage]\nquiet = tru\n")), "word.toml:2:");
   // codes that would turn the terminal red, clear it or retitle it
   const Ran name = print(write("job.toml", "[job]\nname = \"\\u001b[31mred\"\n" + std::string(kJob)));
-  expect_refused(name, "job.toml:2: job.name: found \"\\x1B[31mred\", expected a text without control");
+  expect_refused(name, "job.toml:2:8: job.name: found \"\\x1B[31mred\", expected a text without control");
   const Ran key = print(write("job.toml", std::string(kJob) + "[\"\\u001b]0;title\\u0007\"]\n"));
-  expect_refused(key, "unknown section");
+  expect_refused(key, "an unknown key");
   const Ran file = print(write("job.toml", "[coordinates]\nfile = \"\\u009b31m.csv\"\n"));
   expect_refused(file, "coordinates.file: found \"\\xC2\\x9B31m.csv\"");
   const Ran path = print(folder_ / "'\x1b[2Jabsent.toml'");

@@ -159,7 +159,8 @@ TEST_F(StageJob, LimitsAreNumbersAboveZero) {
   for (const char* bad : {"0", "-5", "nan", "inf"})
     for (const char* field : {"speed_mm_s", "acceleration_mm_s2", "jerk_mm_s3"})
       EXPECT_THAT(refusal(kBumps, std::string("[stage]\n") + field + " = " + bad + "\n"),
-                  HasSubstr(std::string("job.toml:4: stage.") + field + ": found"))
+                  HasSubstr(std::string("job.toml:4:") + std::to_string(std::string(field).size() + 4) +
+                            ": stage." + field + ": found"))
           << bad;
   EXPECT_THAT(refusal(kBumps, "[stage]\nmode_hz = 0\n"), HasSubstr("stage.mode_hz: found 0"));
   EXPECT_THAT(refusal(kBumps, "[stage]\nquiet = 1\n"), HasSubstr("stage.quiet: found"));
@@ -192,7 +193,7 @@ TEST_F(StageJob, BoardMarksMustBeAbleToAlign) {
   EXPECT_THAT(with("5,5\n40,5\n", "missing_mark = 3\n"), HasSubstr("alignment.missing_mark: found 3"));
   EXPECT_THAT(with("5,5\n40,5\n", "stage = \"good\"\n"), HasSubstr("one of: calibrated, nominal"));
   EXPECT_THAT(with("5,5\n40,5\n", "tolerance_um = nan\n"), HasSubstr("alignment.tolerance_um: found nan"));
-  EXPECT_THAT(with("5,5\n40,5\n", "mark = 1\n"), HasSubstr("alignment.mark: unknown field"));
+  EXPECT_THAT(with("5,5\n40,5\n", "mark = 1\n"), HasSubstr("alignment.mark: found an unknown key"));
   EXPECT_THAT(refusal(kBumps, "[alignment]\n"), HasSubstr("alignment.marks: found nothing"));
   EXPECT_THAT(refusal(kBumps, "[alignment]\nmarks = \"none.csv\"\n"), HasSubstr("none.csv"));
 }

@@ -88,6 +88,10 @@ TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
     EXPECT_EQ(ran.status, 0) << ran.output;
     return read(folder_ / "report.txt");
   };
+  const Ran function =
+      run("grade " + netlist + " --patterns " + (out / "patterns.stil").string() + " --faults 9");
+  EXPECT_EQ(function.status, 2);
+  EXPECT_NE(function.output.find("found scan patterns, expected vectors without scan"), std::string::npos);
   const std::string stil = grade("patterns.stil");
   EXPECT_NE(stil.find("DS "), std::string::npos);
   EXPECT_EQ(grade("patterns.wgl"), stil);
@@ -138,6 +142,30 @@ TEST_F(VectorsCommand, MasksAreToldWithTheirReasons) {
       run_command("dft replay " + (out / "patterns.wgl").string() + " --netlist " +
                   (out / "netlist.json").string() + " --report " + (folder_ / "no/such").string());
   EXPECT_EQ(unwritable.status, 2) << unwritable.output;
+}
+
+TEST_F(VectorsCommand, ATestersProfileIsReadOrRefused) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const auto lint = [&](const std::string& profile) {
+    std::ofstream(folder_ / "tester.toml") << profile;
+    return run_command("dft lint " + (folder_ / "out/patterns.stil").string() + " --tester " +
+                       (folder_ / "tester.toml").string());
+  };
+  EXPECT_EQ(lint("name = \"bench\"\nvector_memory = 100000\n").status, 0);
+  EXPECT_EQ(lint("vector_memory = 3\n").status, 1);
+  const auto expect_refused = [&](const std::string& profile, const std::string& said) {
+    const Ran ran = lint(profile);
+    EXPECT_EQ(ran.status, 2) << profile;
+    EXPECT_NE(ran.output.find("tester.toml:" + said), std::string::npos) << ran.output;
+  };
+  expect_refused("vector_memory = \"3\"\n", "1:17: vector_memory: found \"3\", expected a whole number");
+  expect_refused("pins = 0\n", "1:8: pins: found 0, expected 1 to");
+  expect_refused("\nleast_period_ns = nan\n", "2:19: least_period_ns: found nan, expected");
+  expect_refused("edge_resolution_ns = -1\n", "1:22: edge_resolution_ns: found -1, expected");
+  expect_refused("least_periods_ns = 3\n", "1:20: least_periods_ns: found an unknown key, expected one of: ");
+  expect_refused("", " is empty");
+  EXPECT_EQ(
+      run_command("dft lint " + (folder_ / "out/patterns.stil").string() + " --tester /dev/zero").status, 2);
 }
 
 TEST_F(VectorsCommand, OnFpgaAsksForTheReadback) {

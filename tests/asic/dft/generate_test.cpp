@@ -16,6 +16,7 @@
 #include "asic/dft/atpg/test_solver.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/transition.hpp"
+#include "base/error.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {
@@ -418,8 +419,8 @@ TEST(Proof, RedundantFaultsAreProved) {
       if (set.of_class[i] != FaultClass::UR && (set.of_class[i] != FaultClass::DS || i % 10 != 0)) continue;
       const bool refuted = solver.prove_untestable(set.faults.classes[i], folder.path(), "f");
       std::string reason;
-      const bool accepted =
-          refutes(text_of(folder.path() / "f.cnf"), text_of(folder.path() / "f.drat"), reason);
+      const bool accepted = refutes({"f.cnf", text_of(folder.path() / "f.cnf")},
+                                    {"f.drat", text_of(folder.path() / "f.drat")}, reason);
       EXPECT_EQ(refuted, set.of_class[i] == FaultClass::UR);
       EXPECT_EQ(accepted, refuted) << reason;
       ++(refuted ? proved : refused);
@@ -431,11 +432,28 @@ TEST(Proof, RedundantFaultsAreProved) {
 
 TEST(Proof, CheckerRefusesWhatDoesNotFollow) {
   std::string reason;
-  EXPECT_TRUE(refutes("p cnf 2 4\n1 2 0\n-1 2 0\n1 -2 0\n-1 -2 0\n", "2 0\n0\n", reason));
-  EXPECT_FALSE(refutes("p cnf 2 3\n1 2 0\n-1 2 0\n1 -2 0\n", "2 0\n0\n", reason));
+  const auto said = [&](const char* formula, const char* proof) {
+    return refutes({"a.cnf", formula}, {"a.drat", proof}, reason);
+  };
+  EXPECT_TRUE(said("p cnf 2 4\n1 2 0\n-1 2 0\n1 -2 0\n-1 -2 0\n", "2 0\n0\n"));
+  EXPECT_FALSE(said("p cnf 2 3\n1 2 0\n-1 2 0\n1 -2 0\n", "2 0\n0\n"));
   EXPECT_EQ(reason, "step 2 of the proof does not follow by unit propagation");
-  EXPECT_FALSE(refutes("p cnf 2 4\n1 2 0\n-1 2 0\n1 -2 0\n-1 -2 0\n", "2 0\n", reason));
-  EXPECT_FALSE(refutes("p cnf 2 4\n1 2 0\n-1 2 0\n1 -2 0\n-1 -2 0\n", "d 1 2 0\n2 0\n0\n", reason));
+  EXPECT_FALSE(said("p cnf 2 4\n1 2 0\n-1 2 0\n1 -2 0\n-1 -2 0\n", "2 0\n"));
+  EXPECT_FALSE(said("p cnf 2 4\n1 2 0\n-1 2 0\n1 -2 0\n-1 -2 0\n", "d 1 2 0\n2 0\n0\n"));
+}
+
+TEST(Proof, WhatIsNeitherIsNamedWithItsPlace) {
+  std::string reason;
+  const auto refusal = [&](const char* formula, const char* proof) -> std::string {
+    try {
+      refutes({"a.cnf", formula}, {"a.drat", proof}, reason);
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal("p cnf 2 1\n1 x 0\n", "").substr(0, 22), "a.cnf:2:3: found \"x\", ");
+  EXPECT_EQ(refusal("1 0\n", "2\n").substr(0, 24), "a.drat:1:2: found no 0 a");
 }
 
 }  // namespace

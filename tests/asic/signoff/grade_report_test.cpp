@@ -52,20 +52,22 @@ reason = "three"
   EXPECT_EQ(rules[1].reason, "two");
 }
 
-TEST(Unreached, MistakesAreNamedWithTheirLine) {
-  EXPECT_NE(refusal("a = 1\n").find("no [[unreached]]"), std::string::npos);
-  EXPECT_NE(refusal("\n[[unreached]]\nflops = [\"a\"]\n").find(":2: found no reason"), std::string::npos);
-  EXPECT_NE(refusal("[[unreached]]\nreason = \"a\"\n").find("expected names"), std::string::npos);
-  EXPECT_NE(refusal("[[unreached]]\nreason = \"a\"\nflops = [1]\n").find("array of strings"),
-            std::string::npos);
-  EXPECT_NE(refusal("[[unreached]\n").find(":1: "), std::string::npos);
+TEST(Unreached, MistakesAreNamedWithTheirPlace) {
+  const auto expect = [](const std::string& text, const std::string& said) {
+    EXPECT_NE(refusal(text).find("unreached.toml:" + said), std::string::npos) << refusal(text);
+  };
   EXPECT_EQ(refusal("[[unreached]]\nreason = \"a\"\nflops = [\"a\"]\n"), "");
-  EXPECT_NE(
-      refusal("[[unreached]]\nreason = \"a\"\nwords = [\"a[\"]\n").find("words and parities, expected both"),
-      std::string::npos);
-  EXPECT_NE(refusal("[[unreached]]\nreason = \"a\"\nwords = [\"a[\"]\nparities = [[-1]]\n")
-                .find("arrays of bit numbers"),
-            std::string::npos);
+  expect("a = 1\n", "1:5: a: found an unknown key, expected one of: unreached");
+  expect("[unreached]\n", "1:1: unreached: found a section, expected sections [[unreached]]");
+  expect("[[unreached]\n", "1:13: not TOML");
+  const std::string rule = "\n[[unreached]]\nreason = \"a\"\n";
+  expect("\n[[unreached]]\nflops = [\"a\"]\n", "2:1: unreached.reason: found nothing");
+  expect(rule, "2:1: unreached.flops: found nothing, nor near, unseen, words");
+  expect(rule + "flop = [\"a\"]\n", "4:8: unreached.flop: found an unknown key");
+  expect(rule + "flops = [1]\n", "4:10: unreached.flops: found 1, expected a text");
+  expect(rule + "words = [\"a[\"]\n", "2:1: unreached.parities: found nothing, expected both words and");
+  expect(rule + "words = [\"a[\"]\nparities = [[-1]]\n",
+         "5:14: unreached.parities: found -1, expected whole");
 }
 
 // The chip's rows of MEM: their sums as the file says them are even in each that the model stores.
