@@ -6,7 +6,7 @@
 namespace meltstage::dft {
 
 const CellLibrary& yosys_library() {
-  static const CellLibrary library = parse_liberty(cells::yosys, "yosys.lib");
+  static const CellLibrary library = parse_liberty(cells::kYosys, "yosys.lib");
   return library;
 }
 

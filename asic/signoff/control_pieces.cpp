@@ -28,9 +28,9 @@ class ControlPieces : private PieceSteps {
   void sensors() {
     begin("sensors: presets, custom frames of every length and mode, bad frames");
     start_work();
-    for (std::uint16_t type = 1; type < spec::kSensorPresets.size(); ++type) {
+    for (std::size_t type = 1; type < spec::kSensorPresets.size(); ++type) {
       const spec::SensorPreset& preset = spec::kSensorPresets[type];
-      set(spec::kRegSensType, type);
+      set(spec::kRegSensType, static_cast<std::int32_t>(type));
       set(spec::kRegSensTrim, in_range(spec::kRegSensTrim));
       set(spec::kRegSpiDiv, 2 + static_cast<std::int32_t>(below(12)));
       const unsigned length = preset.frame & 63U, mode = preset.frame >> 6 & 3U;

@@ -312,7 +312,7 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
     std::mt19937_64 random(1);
     fine.improve_by_kicks({effort.kicks, effort.work}, bound + extra, random,
                           [&](double spent) { tell(kFineEnds + spent * (1.0 - kFineEnds)); });
-    tour.assign(fine.tour().begin(), fine.tour().end());
+    tour = {fine.tour().begin(), fine.tour().end()};
   }
 
   // Cut open where the path begins.

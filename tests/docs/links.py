@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that every link between the pages of README.md and docs/ leads somewhere: file, folder and #heading."""
+"""Checks that what the pages of README.md and docs/ point to is there: links to files, folders and #headings, and
+`folder/file` in code marks (BLOCK and other words in capitals stand for any name)."""
 
 import pathlib
 import re
@@ -8,6 +9,8 @@ import sys
 
 from pages import ROOT, all_pages, pieces, without_comments
 
+ROOMS = sorted(path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith("."))
+CODE = re.compile(rf"`((?:{'|'.join(map(re.escape, set(ROOMS) - {'build', 'out'}))})/[\w./*{{}},-]+)`")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
 
@@ -27,6 +30,14 @@ def anchors(page: pathlib.Path) -> set[str]:
     return names
 
 
+def is_there(name: str) -> bool:
+    """Whether a name as the pages write it has files: a glob, {a,b}, words in capitals for any name."""
+    choice = re.fullmatch(r"(.*)\{(.*)\}(.*)", name)
+    if choice:
+        return all(is_there(choice[1] + part + choice[3]) for part in choice[2].split(","))
+    return any(ROOT.glob(re.sub(r"(?<=/)[A-Z]+(?=[/.]|$)", "*", name)))
+
+
 def faults(page: pathlib.Path) -> list[str]:
     """One line a link that leads nowhere."""
     found = []
@@ -36,6 +47,9 @@ def faults(page: pathlib.Path) -> list[str]:
             fenced = not fenced
         if fenced:
             continue
+        for name in CODE.findall(line):
+            if not is_there(name):
+                found.append(f"{page.relative_to(ROOT)}:{number}: `{name}`: no such file")
         for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
             if re.match(r"[a-z]+:", target):
                 continue

@@ -14,7 +14,6 @@ namespace meltstage::recording {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 
 std::vector<Change> changes_of(const Stream& stream) {
   std::vector<Change> changes;

@@ -181,12 +181,12 @@ std::string fill(std::string_view html, const std::map<std::string_view, std::st
 }  // namespace
 
 std::string render_report(const PrintReport& report) {
-  return fill(page_parts::html, {{"title", html_text(report.job)},
-                                 {"verdict", html_text(report.verdict)},
-                                 {"style", std::string(page_parts::style)},
-                                 {"data", script_safe(dump(page_data(report), -1))},
-                                 {"chart_js", std::string(page_parts::chart_js)},
-                                 {"script", std::string(page_parts::script)}});
+  return fill(page_parts::kHtml, {{"title", html_text(report.job)},
+                                  {"verdict", html_text(report.verdict)},
+                                  {"style", std::string(page_parts::kStyle)},
+                                  {"data", script_safe(dump(page_data(report), -1))},
+                                  {"chart_js", std::string(page_parts::kChartJs)},
+                                  {"script", std::string(page_parts::kScript)}});
 }
 
 std::string summary_json(const PrintReport& report) { return dump(summary(report), 2) + "\n"; }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 
@@ -47,7 +48,7 @@ struct Options {
 /// Of the processor.
 double seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-Nm nm(double um) { return static_cast<Nm>(um * 1000.0 + 0.5); }
+Nm nm(double um) { return std::llround(um * 1000.0); }
 
 /// A row of the summary.
 void print(const char* what, const std::string& value, const char* unit) {

@@ -228,7 +228,7 @@ ClockTree build_clock_tree(Design& design, const Technology& technology, const D
   // port
   double slowest = 0.0;
   for (const Sink& s : level) slowest = std::max(slowest, s.latency_ns);
-  const auto add_level = [&](std::vector<Sink> now, std::vector<Sink> later) {
+  const auto add_level = [&](const std::vector<Sink>& now, std::vector<Sink> later) {
     level = builder.buffer_level(now, root);
     auto& pins = design.nets[static_cast<std::size_t>(root)].pins;
     std::erase_if(pins, [&](const PinRef& ref) { return ref.component != kDiePin; });

@@ -14,7 +14,6 @@
 namespace meltstage {
 namespace {
 
-namespace spec = chip::spec;
 using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;

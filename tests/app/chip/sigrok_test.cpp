@@ -18,7 +18,6 @@ namespace {
 
 namespace spec = chip::spec;
 using ::testing::Contains;
-using ::testing::Each;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;

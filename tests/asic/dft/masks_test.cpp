@@ -18,7 +18,6 @@ namespace meltstage::dft {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
 
 std::string until_space(const std::string& text) { return text.substr(0, text.find(' ')); }
 

@@ -13,7 +13,6 @@ namespace meltstage::motion {
 namespace {
 
 using Eigen::Vector2d;
-using ::testing::AnyOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;

@@ -12,12 +12,6 @@
 namespace meltstage::tb {
 namespace {
 
-using chip::spec::kExcAddress;
-using chip::spec::kExcBusy;
-using chip::spec::kExcDevice;
-using chip::spec::kExcFunction;
-using chip::spec::kExcValue;
-
 std::uint16_t raw(std::int32_t value) { return static_cast<std::uint16_t>(value); }
 std::uint16_t address_of(unsigned index) { return static_cast<std::uint16_t>(spec::kHoldingBase + index); }
 
