@@ -174,7 +174,8 @@ void DrivenStage::look_for_end(std::uint64_t cycle) {
       over = !stage_.moving(cycle);
       break;
     case Mode::fly_by:
-      over = elapsed_s(cycle) > plan_.duration_s;
+      // The motor comes behind the plan: the comparator looks on until it rests, too.
+      over = elapsed_s(cycle) > plan_.duration_s + (row_ == plan_.rows.size() ? 0.0 : kFollows_s);
       break;
     case Mode::fly_by_stop:
       over = all([&](const Axis& axis) { return elapsed_s(cycle) > axis.stop.duration_s; });

@@ -24,6 +24,8 @@ struct DriveConfig {
 
 // Where the encoder's counts become triggers: the comparator looks once in this time.
 inline constexpr double kCompare_s = 1e-6;
+// Longest that an axis takes to come to where its plan ended.
+inline constexpr double kFollows_s = 0.1;
 
 // Positions are in the machine's frame, cycles those of the stage's clock.
 class DrivenStage {

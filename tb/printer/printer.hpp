@@ -112,7 +112,7 @@ struct PrintFault {
 };
 
 struct PrintResult {
-  bool good = false;
+  bool good = false;    // every bump printed
   std::string verdict;  // one sentence
   std::vector<PhaseTime> phases;
   std::vector<Reading> readings;

@@ -213,6 +213,17 @@ TEST_F(Command, WrongJobFilesAreRefusedInOneLine) {
                  "expected one of: emergency-stop");
 }
 
+TEST_F(Command, OnTheFlyEveryBumpIsPrinted) {
+  // The last row has one bump, outside the row before: its plan ends some micrometres behind the trigger.
+  write("bumps.csv", "x_mm,y_mm\n50,50\n52,50\n54,51\n");
+  const Ran ran =
+      print(write("job.toml",
+                  "[coordinates]\nfile = \"bumps.csv\"\n[print]\nmode = \"fly-by\"\n"
+                  "[head]\nplant = \"E3D-like\"\n[temperature]\nsetpoint_degc = 60\nperiod_ms = 200\n"));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("3 of 3 bumps printed"));
+}
+
 TEST_F(Command, HostileJobFilesAreRefusedInOneLine) {
   std::string dots = "a";
   for (int i = 0; i < 300'000; ++i) dots += ".a";
