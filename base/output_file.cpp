@@ -23,9 +23,23 @@ namespace {
                   path.string(), std::generic_category().message(error)));
 }
 
+// What has the name of a symbolic link is replaced where it lies, and the link stays.
+std::filesystem::path behind_links(std::filesystem::path path) {
+  constexpr int kMostLinks = 40;  // as Linux follows
+  const std::filesystem::path named = path;
+  std::error_code error;
+  for (int links = 0; std::filesystem::is_symlink(std::filesystem::symlink_status(path, error)); ++links) {
+    if (links == kMostLinks) fail(named, ELOOP);
+    const std::filesystem::path to = std::filesystem::read_symlink(path, error);
+    if (error) fail(named, error.value());
+    path = path.parent_path() / to;
+  }
+  return path;
+}
+
 }  // namespace
 
-OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)), partial_(path_) {
+OutputFile::OutputFile(std::filesystem::path path) : path_(behind_links(std::move(path))), partial_(path_) {
   std::error_code error;
   const std::filesystem::file_status found = std::filesystem::status(path_, error);
   if (is_directory(found)) fail(path_, EISDIR);
@@ -81,13 +95,14 @@ void remove_leftovers(const std::filesystem::path& folder, const std::string& pr
 
 }  // namespace
 
-PartialFolder::PartialFolder(const std::filesystem::path& target) : path_(target) {
-  const std::filesystem::path place = target.has_parent_path() ? target.parent_path() : ".";
+PartialFolder::PartialFolder(const std::filesystem::path& target)
+    : target_(folder_to_write(behind_links(folder_to_write(target)))), path_(target_) {
+  const std::filesystem::path place = target_.has_parent_path() ? target_.parent_path() : ".";
   std::error_code error;
   std::filesystem::create_directories(place, error);
-  remove_leftovers(place, target.filename().string() + ".partial.");
+  remove_leftovers(place, target_.filename().string() + ".partial.");
   path_ += fmt::format(".partial.{}", getpid());
-  if (!std::filesystem::create_directory(path_, error)) fail(target, error ? error.value() : EEXIST);
+  if (!std::filesystem::create_directory(path_, error)) fail(target_, error ? error.value() : EEXIST);
   lock_ = lock_folder(path_);
 }
 
@@ -95,6 +110,34 @@ PartialFolder::~PartialFolder() {
   std::error_code ignored;  // nothing better can be done while an error unwinds
   std::filesystem::remove_all(path_, ignored);
   if (lock_ >= 0) close(lock_);
+}
+
+void PartialFolder::publish() {
+  std::filesystem::path before = target_;
+  before += fmt::format(".before.{}", getpid());
+  std::error_code error;
+  std::filesystem::rename(target_, before, error);
+  const bool replaces = !error;
+  if (error && error != std::errc::no_such_file_or_directory) fail(target_, error.value());
+  std::filesystem::rename(path_, target_, error);
+  if (error) {
+    std::error_code ignored;  // the first failure is told
+    if (replaces) std::filesystem::rename(before, target_, ignored);
+    fail(target_, error.value());
+  }
+  if (replaces) std::filesystem::remove_all(before, error);  // what can't go stays beside it
+}
+
+std::filesystem::path folder_to_write(const std::filesystem::path& path) {
+  std::filesystem::path folder = path;
+  while ((!folder.has_filename() || folder.filename() == ".") && folder.has_relative_path())
+    folder = folder.parent_path();
+  if (!folder.has_filename() || folder.filename() == "..")
+    throw UserError(
+        fmt::format("\"{}\": found a folder without a name of its own, expected the name of a folder "
+                    "to write; give one",
+                    path.string()));
+  return folder;
 }
 
 void write_whole(const std::filesystem::path& path, std::string_view text) {

@@ -11,7 +11,8 @@
 namespace meltstage {
 
 /// Writes to "<path>.partial" beside the target; publish() renames it over the target, and without publish()
-/// the destructor removes it. Each failure throws UserError. Unbuffered: hand it large pieces.
+/// the destructor removes it. A symbolic link stays one: what it points to is the target. Each failure throws
+/// UserError. Unbuffered: hand it large pieces.
 class OutputFile {
  public:
   /// A piece that is large enough.
@@ -35,9 +36,9 @@ class OutputFile {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-/// A folder "<target>.partial.<process>" beside the target, to be filled and then renamed. Those that killed
-/// runs left are removed, and so is this one by the destructor if it still has its name. Each failure throws
-/// UserError.
+/// A folder "<target>.partial.<process>" beside the target, to be filled and then published. Those that
+/// killed runs left are removed, and so is this one by the destructor if it still has its name. A symbolic
+/// link stays one: what it points to is the target. Each failure throws UserError.
 class PartialFolder {
  public:
   explicit PartialFolder(const std::filesystem::path& target);
@@ -47,10 +48,19 @@ class PartialFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
+  /// Takes the target's name. A folder that has it goes only then; until then it waits as
+  /// "<target>.before.<process>", where it stays should this process be killed.
+  void publish();
+
  private:
-  std::filesystem::path path_;
+  std::filesystem::path target_, path_;
   int lock_ = -1;  // held for as long as this process lives
 };
+
+/// The path of a folder to write without what the completion of a shell puts behind it ("out/", "out/."):
+/// what stands beside the folder is named after it. Throws UserError for one without a name of its own, such
+/// as "." or "/".
+std::filesystem::path folder_to_write(const std::filesystem::path& path);
 
 /// A whole file at once. Throws UserError.
 void write_whole(const std::filesystem::path& path, std::string_view text);

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -23,6 +25,24 @@ struct StillPins {
   std::uint64_t next_event() const { return chip::kForever; }
 };
 
+// A new plan takes the place of an earlier one, and of nothing that somebody else put there.
+void require_replaceable(const fs::path& folder) {
+  if (!fs::exists(folder)) return;
+  const bool is_folder = fs::is_directory(folder);
+  if (is_folder && fs::is_empty(folder)) return;
+  if (!is_folder || !holds_plan(folder))
+    throw UserError(fmt::format(
+        "{}: exists and is no window plan (no plan.json of one); choose another folder", folder.string()));
+  constexpr std::array<std::string_view, 6> kParts = {"plan.json", "states",   "stimulus",
+                                                      "results",   "failures", "slurm"};
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (std::find(kParts.begin(), kParts.end(), entry.path().filename().string()) == kParts.end())
+      throw UserError(fmt::format(
+          "{}: is no part of a window plan, and its folder would be replaced; choose another folder, or move "
+          "it away",
+          entry.path().string()));
+}
+
 }  // namespace
 
 WindowPlanner::WindowPlanner(fs::path folder, WindowRunName name, WindowBorders borders)
@@ -30,10 +50,7 @@ WindowPlanner::WindowPlanner(fs::path folder, WindowRunName name, WindowBorders 
       name_(std::move(name)),
       borders_(std::move(borders)) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
-  if (fs::exists(folder_) && !fs::exists(plan_file(folder_))) {
-    throw UserError(fmt::format("{}: exists and is no window plan (no plan.json); choose another folder",
-                                folder_.string()));
-  }
+  require_replaceable(folder_);
   std::sort(borders_.at.begin(), borders_.at.end());
   borders_.at.erase(std::unique(borders_.at.begin(), borders_.at.end()), borders_.at.end());
   if (borders_.every == 0) throw UserError("window length: found 0 clocks, expected 1 or more");
@@ -152,6 +169,7 @@ void WindowPlanner::save_border() {
 }
 
 WindowPlan WindowPlanner::publish() {
+  require_replaceable(folder_);  // a job takes minutes, in which somebody may have put a file there
   write_plan(partial_, plan_);
   bool same = false;
   try {
@@ -166,8 +184,7 @@ WindowPlan WindowPlanner::publish() {
       fs::rename(folder_ / part, partial_ / part);
     }
   }
-  fs::remove_all(folder_);
-  fs::rename(partial_, folder_);
+  partial_folder_->publish();
   return plan_;
 }
 

@@ -41,7 +41,12 @@ void write_sealed(const fs::path& path, const char* format, const Json& content)
   out.publish();
 }
 
-Json read_sealed(const fs::path& path, const char* format) {
+bool is_text(const Json& file, const char* key) {
+  return file.is_object() && file.contains(key) && file[key].is_string();
+}
+
+// The file's JSON; nothing for what is none of this format.
+std::optional<Json> json_of(const fs::path& path, const char* format) {
   const std::string text = read_file(path, kPlanFile);
   // What follows calls itself once a level; a plan and a result are five deep.
   bool too_deep = false;
@@ -49,19 +54,25 @@ Json read_sealed(const fs::path& path, const char* format) {
     too_deep = too_deep || depth > static_cast<int>(kMostNested);
     return !too_deep;
   };
-  const Json file = Json::parse(text, shallow, false);
-  const auto is_text = [&](const char* key) { return file.contains(key) && file[key].is_string(); };
-  if (too_deep || !file.is_object() || !is_text("format") || file["format"] != format)
+  Json file = Json::parse(text, shallow, false);
+  if (too_deep || !is_text(file, "format") || file["format"] != format) return std::nullopt;
+  return file;
+}
+
+Json read_sealed(const fs::path& path, const char* format) {
+  const std::optional<Json> read = json_of(path, format);
+  if (!read)
     throw UserError(
         fmt::format("{}: not a file of format {}, expected JSON as this command writes it; "
                     "plan again",
                     path.string(), format));
+  const Json& file = *read;
   if (!file.contains("version") || file["version"] != kVersion) {
     throw UserError(fmt::format("{}: found another version of the format, expected {}; plan again",
                                 path.string(), kVersion));
   }
   const Json content = file.value("content", Json());
-  const std::string said = is_text("sha256") ? file["sha256"].get<std::string>() : "nothing";
+  const std::string said = is_text(file, "sha256") ? file["sha256"].get<std::string>() : "nothing";
   if (said != content_hash(content)) {
     throw UserError(fmt::format("{}: damaged: its content has SHA-256 {}..., it says {:.12}...; plan again",
                                 path.string(), content_hash(content).substr(0, 12), shown(said)));
@@ -439,6 +450,10 @@ fs::path stimulus_file(const fs::path& folder, std::size_t window) {
 }
 fs::path result_file(const fs::path& folder, std::size_t window) {
   return numbered(folder, "results", window, "json");
+}
+
+bool holds_plan(const fs::path& folder) {
+  return fs::is_regular_file(plan_file(folder)) && json_of(plan_file(folder), kPlanFormat).has_value();
 }
 
 void write_plan(const fs::path& folder, const WindowPlan& plan) {

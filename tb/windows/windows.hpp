@@ -42,6 +42,8 @@ std::filesystem::path state_file(const std::filesystem::path& folder, std::size_
 std::filesystem::path stimulus_file(const std::filesystem::path& folder, std::size_t window);
 std::filesystem::path result_file(const std::filesystem::path& folder, std::size_t window);
 
+// Whether the folder's plan was written here, be it damaged or by another build.
+bool holds_plan(const std::filesystem::path& folder);
 void write_plan(const std::filesystem::path& folder, const WindowPlan& plan);
 // Throws UserError on a missing or damaged plan or one of another build.
 WindowPlan read_plan(const std::filesystem::path& folder);

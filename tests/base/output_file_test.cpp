@@ -7,6 +7,8 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <fstream>
+#include <iterator>
 
 #include "base/error.hpp"
 #include "tests/base/scratch_folder.hpp"
@@ -48,6 +50,22 @@ TEST(OutputFile, DoesNotWriteThroughALinkThatWasLeft) {
   EXPECT_FALSE(fs::is_symlink(folder.at("a")));
 }
 
+TEST(OutputFile, LeavesALinkAndReplacesWhatItPointsTo) {
+  const ScratchFolder folder;
+  fs::create_directory(folder.at("far"));
+  folder.write("far/a", "old");
+  fs::create_symlink("far/a", folder.at("near"));
+  fs::create_symlink("near", folder.at("nearer"));
+  write_whole(folder.at("nearer"), "new");
+  EXPECT_EQ(folder.read("far/a"), "new");
+  EXPECT_TRUE(fs::is_symlink(folder.at("near")) && fs::is_symlink(folder.at("nearer")));
+  fs::create_symlink("far/b", folder.at("to_come"));
+  write_whole(folder.at("to_come"), "new");
+  EXPECT_EQ(folder.read("far/b"), "new");
+  fs::create_symlink("ring", folder.at("ring"));
+  EXPECT_THROW(write_whole(folder.at("ring"), "new"), UserError);
+}
+
 TEST(OutputFile, DoesNotWaitForTheReaderOfAPipe) {
   const ScratchFolder folder;
   ASSERT_EQ(mkfifo(folder.at("a.partial").c_str(), 0600), 0);
@@ -77,10 +95,62 @@ TEST(PartialFolder, GoesUnlessItIsRenamed) {
   }
   EXPECT_FALSE(fs::exists(path));
   {
-    const PartialFolder partial(folder.at("new/out"));
-    fs::rename(partial.path(), folder.at("new/out"));
+    PartialFolder partial(folder.at("new/out"));
+    partial.publish();
   }
   EXPECT_TRUE(fs::is_directory(folder.at("new/out")));
+}
+
+TEST(PartialFolder, ReplacesAFolderOnceItIsComplete) {
+  const ScratchFolder folder;
+  fs::create_directory(folder.at("out"));
+  folder.write("out/old", "old");
+  {
+    const PartialFolder dropped(folder.at("out/"));
+    EXPECT_EQ(dropped.path().parent_path(), folder.at("out").parent_path());
+  }
+  EXPECT_EQ(folder.read("out/old"), "old");
+  {
+    PartialFolder partial(folder.at("out/."));
+    std::ofstream(partial.path() / "new") << "new";
+    EXPECT_EQ(folder.read("out/old"), "old");
+    partial.publish();
+  }
+  EXPECT_EQ(folder.read("out/new"), "new");
+  EXPECT_FALSE(fs::exists(folder.at("out/old")));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.at("")), fs::directory_iterator()), 1);
+}
+
+TEST(PartialFolder, LeavesALinkAndReplacesWhatItPointsTo) {
+  const ScratchFolder folder;
+  fs::create_directories(folder.at("far/out"));
+  folder.write("far/out/old", "old");
+  fs::create_symlink("far/out", folder.at("out"));
+  PartialFolder partial(folder.at("out/"));
+  std::ofstream(partial.path() / "new") << "new";
+  partial.publish();
+  EXPECT_TRUE(fs::is_symlink(folder.at("out")));
+  EXPECT_EQ(folder.read("far/out/new"), "new");
+  EXPECT_FALSE(fs::exists(folder.at("out/old")));
+}
+
+TEST(PartialFolder, ThatCannotTakeTheNameLeavesTheOldOne) {
+  const ScratchFolder folder;
+  fs::create_directory(folder.at("out"));
+  folder.write("out/old", "old");
+  PartialFolder partial(folder.at("out"));
+  fs::remove_all(partial.path());
+  EXPECT_THROW(partial.publish(), UserError);
+  EXPECT_EQ(folder.read("out/old"), "old");
+}
+
+TEST(FolderToWrite, IsNamedWithoutWhatStandsBehindItsName) {
+  for (const char* path : {"a/out", "a/out/", "a/out//", "a/out/.", "a/out/./"})
+    EXPECT_EQ(folder_to_write(path), "a/out") << path;
+  EXPECT_EQ(folder_to_write("./out/"), "./out");
+  EXPECT_EQ(folder_to_write("/out/"), "/out");
+  for (const char* path : {"", ".", "./", "..", "../", "/", "/.", "a/.."})
+    EXPECT_THROW(folder_to_write(path), UserError) << path;
 }
 
 TEST(PartialFolder, RemovesWhatKilledRunsLeftAndNothingElse) {

@@ -156,6 +156,23 @@ TEST_F(WindowsCommand, DamagedFilesAreRefusedInOneLine) {
   }
 }
 
+TEST_F(WindowsCommand, APlanReplacesNothingOfSomebodyElse) {
+  fs::create_directory(work());
+  set_text(work() / "plan.json", "{\"my\": \"plan\"}");
+  Ran ran = plan_by_command(work(), 30'000, 10'000);
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.output, HasSubstr("work: exists and is no window plan"));
+  EXPECT_EQ(text_of(work() / "plan.json"), "{\"my\": \"plan\"}");
+  fs::remove(work() / "plan.json");
+  plan(30'000, 10'000);  // an empty folder is filled, a plan replaced
+  plan(30'000, 15'000);
+  set_text(work() / "notes.txt", "mine");
+  ran = plan_by_command(work(), 30'000, 10'000);
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.output, HasSubstr("notes.txt: is no part of a window plan"));
+  EXPECT_EQ(text_of(work() / "notes.txt"), "mine");
+}
+
 TEST_F(WindowsCommand, MissingFilesAreRefusedInOneLine) {
   plan(30'000, 10'000);
   fs::remove(work() / "states/000002.state");
@@ -194,7 +211,7 @@ class PrintFull : public WindowsCommand {
   void SetUp() override {
     std::ofstream(folder_ / "bumps.csv") << "x_mm,y_mm\n10,10\n12,10\n";
     std::ofstream(folder_ / "job.toml")
-        << "[coordinates]\nfile = \"bumps.csv\"\n[head]\nplant = \"E3D-like\"\n"
+        << "[coordinates]\nfile = \"bumps.csv\"\n[head]\nplant = \"E3D-like\"\nsensor = \"MAX31865\"\n"
            "[temperature]\nperiod_ms = 20\n"
            "[[event]]\nat_s = 0.12\nwhat = \"emergency-stop\"\n";
   }
