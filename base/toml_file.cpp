@@ -11,7 +11,8 @@ namespace {
 // What a message shows of a value.
 std::string text_of(const toml::node& node) {
   if (const auto text = node.value<std::string>()) return '"' + shown(*text) + '"';
-  if (node.is_number()) return fmt::format("{}", *node.value<double>());
+  if (node.is_integer()) return fmt::format("{}", **node.as_integer());
+  if (node.is_floating_point()) return fmt::format("{}", **node.as_floating_point());
   if (const toml::value<bool>* flag = node.as_boolean()) return **flag ? "true" : "false";
   if (node.is_array()) return "a list";
   return node.is_table() ? "a section" : "a date or time";
@@ -36,10 +37,11 @@ toml::table parse_toml(const std::filesystem::path& path, std::string_view wante
 double TomlSection::number(std::string_view key, double fallback, double min, double max) {
   const toml::node* node = find(key);
   if (node == nullptr) return fallback;
-  const auto value = node->value<double>();
-  if (!node->is_number() || !value) fail(key, text_of(*node), "a number from " + from_to(min, max));
-  if (!(*value >= min && *value <= max)) fail(key, text_of(*node), from_to(min, max));
-  return *value;
+  if (!node->is_number()) fail(key, text_of(*node), "a number from " + from_to(min, max));
+  const double value =
+      node->is_integer() ? static_cast<double>(**node->as_integer()) : **node->as_floating_point();
+  if (!(value >= min && value <= max)) fail(key, text_of(*node), from_to(min, max));
+  return value;
 }
 
 std::int64_t TomlSection::integer(std::string_view key, std::int64_t fallback, std::int64_t min,
@@ -116,9 +118,10 @@ TomlSection TomlSection::section(std::string_view key) {
 }
 
 void TomlSection::fail(std::string_view key, std::string_view found, std::string_view expected) const {
-  const toml::node* node = has(key) ? table_->get(key) : table_;
-  fail_at(node, key, found, expected);
+  fail_at(node_at(key), key, found, expected);
 }
+
+std::string TomlSection::place_of(std::string_view key) const { return place_of(node_at(key), key); }
 
 void TomlSection::finish() const {
   if (table_ == nullptr) return;
@@ -133,13 +136,20 @@ const toml::node* TomlSection::find(std::string_view key) {
   return table_ != nullptr ? table_->get(key) : nullptr;
 }
 
-void TomlSection::fail_at(const toml::node* node, std::string_view key, std::string_view found,
-                          std::string_view expected) const {
+const toml::node* TomlSection::node_at(std::string_view key) const {
+  return has(key) ? table_->get(key) : table_;
+}
+
+std::string TomlSection::place_of(const toml::node* node, std::string_view key) const {
   std::string place = file_.string();
   if (node != nullptr && node->source().begin)
     place += fmt::format(":{}:{}", node->source().begin.line, node->source().begin.column);
-  throw UserError(fmt::format("{}: {}{}{}: found {}, expected {}", place, name_, name_.empty() ? "" : ".",
-                              key, found, expected));
+  return fmt::format("{}: {}{}{}", place, name_, name_.empty() ? "" : ".", key);
+}
+
+void TomlSection::fail_at(const toml::node* node, std::string_view key, std::string_view found,
+                          std::string_view expected) const {
+  throw UserError(fmt::format("{}: found {}, expected {}", place_of(node, key), found, expected));
 }
 
 }  // namespace meltstage

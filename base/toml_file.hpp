@@ -73,11 +73,16 @@ class TomlSection {
   /// Names the place of the key; of the section where it lacks the key.
   [[noreturn]] void fail(std::string_view key, std::string_view found, std::string_view expected) const;
 
+  /// "FILE:LINE:COLUMN: SECTION.KEY", for a refusal when this section is gone.
+  std::string place_of(std::string_view key) const;
+
   /// Throws UserError for the first key that nobody asked for.
   void finish() const;
 
  private:
   const toml::node* find(std::string_view key);
+  const toml::node* node_at(std::string_view key) const;
+  std::string place_of(const toml::node* node, std::string_view key) const;
   [[noreturn]] void fail_at(const toml::node* node, std::string_view key, std::string_view found,
                             std::string_view expected) const;
 

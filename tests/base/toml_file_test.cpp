@@ -55,6 +55,8 @@ TEST(TomlFile, NamesPlaceFoundAndExpected) {
   const auto number = [](TomlSection& part) { part.number("a", 0.0, 1.0, 2.0); };
   EXPECT_EQ(refusal("[part]\na = 3\n", number), "a.toml:2:5: part.a: found 3, expected 1 to 2");
   EXPECT_EQ(refusal("[part]\na = nan\n", number), "a.toml:2:5: part.a: found nan, expected 1 to 2");
+  EXPECT_EQ(refusal("[part]\na = 9223372036854775807\n", number),
+            "a.toml:2:5: part.a: found 9223372036854775807, expected 1 to 2");
   EXPECT_EQ(refusal("[part]\na = 'b'\n", number),
             "a.toml:2:5: part.a: found \"b\", expected a number from 1 to 2");
   EXPECT_EQ(refusal("[part]\na = true\n", number),
