@@ -17,6 +17,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "motion/surface/conformal.hpp"
 #include "motion/surface/conformal_trial.hpp"
 #include "motion/surface/measuring_points.hpp"
@@ -76,6 +77,66 @@ std::vector<motion::ProbeLine> probe_lines(const std::vector<motion::ClLine>& li
   return out;
 }
 
+// Of an option's number; a program with one beyond would fail the machine, or never end.
+void require(const char* option, double value, double least, double most) {
+  if (!(value >= least && value <= most))
+    throw UserError(fmt::format("{}: found {:g}, expected {:g} to {:g}", option, value, least, most));
+}
+
+void require_place(const char* option, const std::vector<double>& value_mm) {
+  constexpr double kFarthest_mm = 1e4;
+  for (const double value : value_mm) require(option, value, -kFarthest_mm, kFarthest_mm);
+}
+
+void check_choice(const Settings& s) {
+  const Choice& c = s.choice;
+  require("--tolerance", c.spline.tolerance_mm, 1e-4, 10.0);
+  require("--wavelength", c.spline.form_wavelength_mm, 0.01, 1e4);
+  require("--placement", c.spline.placement_mm, 1e-4, 100.0);
+  require("--chord-error", c.chord_error_mm, 1e-4, 10.0);
+  require("--ball-radius", s.probe.ball_radius_mm, 0.01, 100.0);
+  require("--approach", s.probe.approach_mm, 0.01, 1000.0);
+  require("--overtravel", s.probe.overtravel_mm, 0.01, 1000.0);
+}
+
+void check_probe(const Settings& s) {
+  check_choice(s);
+  require("--touch-feed", s.probe.touch_mm_min, 0.1, 1e4);
+  require_place("--safe-z", {s.probe.safe_z_mm});
+  require_place("--station", s.probe_station_mm);
+  const std::string& name = s.probe.points_file;  // it stands in a comment, (PROBEOPEN name)
+  const bool fits = std::all_of(name.begin(), name.end(), [](char c) {
+    return c != '(' && c != ')' && static_cast<unsigned char>(c) >= 0x20;
+  });
+  if (!fits || name.find_first_not_of(' ') == std::string::npos)
+    throw UserError(fmt::format(
+        "--points-file: found \"{}\", expected the name of a file, without brackets and control characters",
+        shown(name)));
+}
+
+void check_print(const Settings& s) {
+  check_choice(s);
+  if (s.effective_radius_mm) require("--effective-radius", *s.effective_radius_mm, 0.01, 100.0);
+  require("--noise", s.reconstruction.noise_mm, 0.0, 10.0);
+  for (const double height_mm : s.heights_mm) require("--height", height_mm, 1e-3, 1000.0);
+  require("--feed", s.print.feed_mm_s, 1e-3, 1e4);
+  require("--rotary-speed", s.print.rotary_deg_s, 1e-3, 1e5);
+  require("--axis-speed", s.print.linear_mm_s, 1e-3, 1e5);
+  require("--normal-acceleration", s.print.normal_acceleration_mm_s2, 1e-3, 1e7);
+  require("--singular", s.print.singular_deg, 0.0, 45.0);
+  require("--on-delay", s.print.on_delay_s, 0.0, 3600.0);
+  require("--off-delay", s.print.off_delay_s, 0.0, 3600.0);
+  require("--retract", s.print.retract_mm, 1e-3, 1e4);
+  require_place("--safe-z", {s.print.safe_z_mm});
+  require_place("--station", s.head_station_mm);
+  require_place("--tilt-centre", s.tilt_centre_mm);
+  require_place("--rotary-centre", s.rotary_centre_mm);
+  constexpr double kMostTurned_deg = 1e6;
+  for (const double limit : s.tilt_limits_deg) require("--tilt-limits", limit, -180.0, 180.0);
+  for (const double limit : s.rotary_limits_deg)
+    require("--rotary-limits", limit, -kMostTurned_deg, kMostTurned_deg);
+}
+
 void take(const std::vector<double>& from, Eigen::Vector3d& to) {
   if (!from.empty()) to = {from[0], from[1], from[2]};
 }
@@ -85,6 +146,7 @@ void take(const std::vector<double>& from, motion::Range& to) {
 }
 
 int write_probe(Settings& s) {
+  check_probe(s);
   take(s.probe_station_mm, s.probe.station_offset_mm);
   require_other_file(s.out, {s.tool_path});
   const auto lines = motion::read_tool_path(s.tool_path);
@@ -101,6 +163,7 @@ int write_probe(Settings& s) {
 }
 
 int write_print(Settings& s) {
+  check_print(s);
   take(s.head_station_mm, s.print.station_offset_mm);
   take(s.tilt_centre_mm, s.print.table.tilt_centre_mm);
   take(s.rotary_centre_mm, s.print.table.rotary_centre_mm);
@@ -139,6 +202,11 @@ int write_print(Settings& s) {
 
 // The paper's part, as its CAM system has it and as a probe finds it.
 int write_trial(const Settings& s) {
+  check_choice(s);
+  for (const char* name : {"lines.apt", "points.txt"})
+    if (const auto file = s.out / name; std::filesystem::exists(std::filesystem::symlink_status(file)))
+      throw UserError(
+          fmt::format("{}: is there already; give another folder by --out, or remove it", file.string()));
   std::error_code error;
   std::filesystem::create_directories(s.out, error);
   if (error) throw UserError(fmt::format("{}: can't be made, expected a place for a folder", s.out.string()));
@@ -164,6 +232,8 @@ int write_trial(const Settings& s) {
   return 0;
 }
 
+// What is left of a fit's objective when it stops gaining isn't known before, so the share is of all rounds
+// that it may take.
 void print_fit(const motion::TrialFit& fit, const std::string& whence) {
   const auto after =
       run_trial(make_trial_part(fit.error), motion::Compensation::as_published, fit.deposition, 1);

@@ -285,7 +285,8 @@ class ProgramWriter {
 
   void line(const std::string& name, const std::vector<PrintMove>& moves) {
     const PrintMove& first = moves.front();
-    const AxesPosition above = lifted(first);
+    const AxesPosition above = lifted(first), after = lifted(moves.back());
+    require_below_safe_z(name, moves, above, after);
     const char tilt = tilt_letter();
     out_ += fmt::format("({})\nG0 {}{:.5f} C{:.5f}\nG0 X{:.5f} Y{:.5f}\nG0 Z{:.5f}\n", comment(name), tilt,
                         above.tilt_deg, above.rotary_deg, above.linear_mm.x(), above.linear_mm.y(),
@@ -309,7 +310,6 @@ class ProgramWriter {
       left_s -= moves[i].time_s;
     }
     if (on) out_ += fmt::format("M65 P{}\n", options_.pressure_output);
-    const AxesPosition after = lifted(moves.back());
     out_ += fmt::format("G94\nG0 {}\nM65 P{}\nG0 Z{:.4f}\n", words(after), options_.pressure_output,
                         options_.safe_z_mm);
   }
@@ -323,6 +323,16 @@ class ProgramWriter {
   static constexpr double kApproach_mm_s = 10.0;
 
   char tilt_letter() const { return options_.table.tilt == TwinRotaryTable::Tilt::a ? 'A' : 'B'; }
+
+  /// Between lines the head crosses the part at safe z, so whatever the table lifts has to stay below it. With
+  /// RTCP the control itself lifts the machine as the table tilts, and Z is that of the tip on the workpiece.
+  void require_below_safe_z(const std::string& name, const std::vector<PrintMove>& moves,
+                            const AxesPosition& above, const AxesPosition& after) const {
+    double highest_mm = std::max(above.linear_mm.z(), after.linear_mm.z());
+    for (const PrintMove& move : moves)
+      highest_mm = std::max(highest_mm, programmed(move.axes).linear_mm.z());
+    require_safe_z(options_.safe_z_mm, highest_mm, fmt::format("the head prints {} there", name));
+  }
 
   /// The axes off the surface along the tool, which stands upright in the machine.
   AxesPosition lifted(const PrintMove& move) const {

@@ -50,6 +50,12 @@ std::string comment(std::string_view text) {
 
 }  // namespace
 
+void require_safe_z(double safe_z_mm, double highest_mm, std::string_view why) {
+  if (!(highest_mm <= safe_z_mm))
+    throw MotionError(
+        fmt::format("safe z: found {} mm, expected at least {:.3f} mm ({})", safe_z_mm, highest_mm, why));
+}
+
 std::string write_probe_program(std::span<const ProbeLine> lines, std::string_view name,
                                 const ProbeProgramOptions& options) {
   check_options(options);
@@ -63,10 +69,7 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
             "expected one that a probe from above can touch",
             line.name, point.position_mm.x(), point.position_mm.y(), point.position_mm.z(), point.axis.z()));
       const Eigen::Vector3d start = centre_mm(point, options, options.approach_mm);
-      if (start.z() > options.safe_z_mm)
-        throw MotionError(
-            fmt::format("safe z: found {} mm, expected at least {:.3f} mm (a touch of {} begins there)",
-                        options.safe_z_mm, start.z(), line.name));
+      require_safe_z(options.safe_z_mm, start.z(), fmt::format("a touch of {} begins there", line.name));
     }
   }
   if (points == 0) throw MotionError("probe program: found no point, expected at least one");
@@ -107,8 +110,9 @@ std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path) {
 
 std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content) {
   constexpr double kFarthest_mm = 1e6;
-  constexpr std::string_view kBlanks = " ,;\t\r";
+  constexpr std::string_view kBlanks = " ,;\t\r", kByteOrderMark = "\xEF\xBB\xBF";
   std::vector<Eigen::Vector3d> out;
+  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
   detail::for_lines(content, [&](const detail::Line& line) {
     std::string_view rest = line.text;
     std::array<std::string_view, 3> words;
@@ -120,7 +124,11 @@ std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::strin
       rest.remove_prefix(words[found++].size());
     }
     if (found == 0) return;
-    if (line.number == 1 && !detail::parse_number(words[0])) return;  // names
+    // A row of names; one that begins with a digit, a sign or a point is a touch that was written wrong.
+    constexpr std::string_view kOfNumbers = "0123456789+-.";
+    if (line.number == 1 && kOfNumbers.find(words[0][0]) == std::string_view::npos &&
+        !detail::parse_number(words[0]))
+      return;
     if (found < words.size())
       throw CoordinateError(
           fmt::format("{}: row {}: found {} numbers, expected x, y and z", name, line.number, found));

@@ -33,6 +33,10 @@ struct ProbeProgramOptions {
   std::string points_file = "points.txt";                       ///< that the control writes (PROBEOPEN)
 };
 
+/// What a program does between lines has to go above all it does on them.
+/// @throws MotionError if `highest_mm` is above safe z; `why` says what is there.
+void require_safe_z(double safe_z_mm, double highest_mm, std::string_view why);
+
 /// RS-274/NGC as LinuxCNC reads it: every point is touched once along its axis by G38.2, rotary axes at zero.
 /// Programmed is the ball's centre in the workpiece's frame (G54). Nothing is left to the control's state
 /// before. The control writes one row a point.
@@ -41,7 +45,8 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
                                 const ProbeProgramOptions& options);
 
 /// Rows of at least three numbers, separated by blanks, commas or semicolons: x, y, z of the ball's centre at
-/// the touch, as PROBEOPEN writes them (nine numbers). Empty rows and a first row of names are skipped.
+/// the touch, as PROBEOPEN writes them (nine numbers). Empty rows, a byte order mark and a first row of names
+/// are skipped; a first row that begins as a number does is none of names.
 /// @throws UserError if the file is missing; CoordinateError if it is empty, or a number is malformed, not
 /// finite or beyond 1e6 mm.
 std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path);

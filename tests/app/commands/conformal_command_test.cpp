@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -77,6 +78,78 @@ TEST_F(Conformal, GoesFromToolPathToPrintProgram) {
   }
 }
 
+// A part 100 mm above the table, and one turned by its axes: between lines the head stays above it.
+TEST_F(Conformal, SafeZIsAboveThePart) {
+  std::ofstream high(at("high.csv")), touches(at("high.txt"));
+  high << "x,y,z\n";
+  for (int x = 0; x <= 20; ++x) high << x << ",0,100\n";
+  high.close();
+  const std::string path = at("high.csv"), points = at("high.txt");
+  ASSERT_EQ(run_command("conformal probe " + path + " --safe-z 150 --out " + at("probe.ngc")).status, 0);
+  std::istringstream program(read(at("probe.ngc")));
+  for (std::string line; std::getline(program, line);)
+    if (double x = 0.0, y = 0.0, z = 0.0; std::sscanf(line.c_str(), "G38.2 X%lf Y%lf Z%lf", &x, &y, &z) == 3)
+      touches << x << " " << y << " 101\n";  // the ball's centre on the surface
+  touches.close();
+  expect_refused("probe " + path, "safe z: found 50 mm, expected at least 103.000 mm");
+  const std::string print = "print " + path + " " + points;
+  for (const char* rtcp : {"post", "control"}) {
+    const std::string with = print + " --rtcp " + rtcp;
+    // The tip is 0.1 mm over the surface, and 5 mm higher where a line begins and ends.
+    expect_refused(with, "safe z: found 80 mm, expected at least 105.100 mm");
+    expect_refused(with + " --safe-z 103", "safe z: found 103 mm, expected at least 105.100 mm");
+    expect_refused(with + " --safe-z 80 --height 1 --retract 20", "expected at least 121.000 mm");
+    const Ran ran = run_command("conformal " + with + " --safe-z 105.2 --out " + at("print.ngc"));
+    EXPECT_EQ(ran.status, 0) << ran.output;
+  }
+}
+
+TEST_F(Conformal, ATrialReplacesNoFiles) {
+  fs::create_directory(at("part"));
+  for (const std::string name : {"part/points.txt", "part/lines.apt"}) {
+    std::ofstream(at(name)) << "mine";
+    const Ran ran = run_command("conformal trial --out " + at("part"));
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(name + ": is there already"));
+    EXPECT_EQ(read(at(name)), "mine");
+    EXPECT_EQ(std::distance(fs::directory_iterator(at("part")), fs::directory_iterator()), 1);
+    fs::remove(at(name));
+  }
+  EXPECT_EQ(run_command("conformal trial --out " + at("part")).status, 0);
+}
+
+TEST_F(Conformal, OptionsHaveRanges) {
+  ASSERT_EQ(run_command("conformal trial --out " + at("part")).status, 0);
+  const std::string path = at("part/lines.apt"), points = at("part/points.txt");
+  const std::string print = "print " + path + " " + points;
+  for (const char* value : {"nan", "inf", "-1", "90", "1e300"})
+    expect_refused(print + " --singular " + value, "--singular: ");
+  for (const char* value : {"nan", "1e9", "1e300"}) expect_refused(print + " --height " + value, "--height: ");
+  for (const char* value : {"1e300,0,0", "0,0,nan", "0,-1e9,0"}) {
+    expect_refused(print + " --station=" + value, "--station: ");
+    expect_refused("probe " + path + " --station=" + value, "--station: ");
+    expect_refused(print + " --tilt-centre=" + value, "--tilt-centre: ");
+  }
+  expect_refused(print + " --safe-z 1e300", "--safe-z: ");
+  expect_refused("probe " + path + " --safe-z inf", "--safe-z: ");
+  expect_refused("probe " + path + " --points-file ''", "--points-file: ");
+  expect_refused("probe " + path + " --points-file 'a)(b'", "--points-file: ");
+}
+
+TEST_F(Conformal, NoTouchIsDroppedWithoutAWord) {
+  std::ofstream(at("line.csv")) << "x,y,z\n0,0,0\n10,0,0\n";
+  const std::string rest = "0 0 1\n";
+  std::ofstream(at("first.txt")) << "1.o 2 3\n" << rest;
+  expect_refused("print " + at("line.csv") + " " + at("first.txt"), "row 1, column 1: found '1.o'");
+  std::ofstream(at("comma.txt")) << "1x,2,3\n" << rest;
+  expect_refused("print " + at("line.csv") + " " + at("comma.txt"), "row 1, column 1: found '1x'");
+  // a row of names, and a byte order mark, are skipped
+  for (const char* head : {"x y z\n", "\xEF\xBB\xBF", "\xEF\xBB\xBFX;Y;Z\n"}) {
+    std::ofstream(at("head.txt")) << head << rest;
+    expect_refused("print " + at("line.csv") + " " + at("head.txt"), "point cloud: found 1 points");
+  }
+}
+
 TEST_F(Conformal, RefusesWrongInputInOneLine) {
   ASSERT_EQ(run_command("conformal trial --out " + at("part")).status, 0);
   const std::string path = at("part/lines.apt"), points = at("part/points.txt");
@@ -87,23 +160,23 @@ TEST_F(Conformal, RefusesWrongInputInOneLine) {
   }
   EXPECT_EQ(run_command("conformal probe " + path + " --out " + path).status, 2);
   expect_refused("probe " + at("none.apt"), "no such file");
-  expect_refused("probe " + path + " --wavelength -1", "form wavelength: found -1 mm");
+  expect_refused("probe " + path + " --wavelength -1", "--wavelength: found -1, expected 0.01 to 10000");
   expect_refused("probe " + path + " --safe-z 1", "safe z: found 1 mm");
   expect_refused("print " + path + " " + points + " --rule chord", "point cloud: found");
   expect_refused("print " + path + " " + points + " --height 0.1,0.2", "heights: found 2 for 9 lines");
   expect_refused("print " + path + " " + points + " --tilt-limits=-3,3", "needs a tilt of");
-  expect_refused("probe " + path + " --ball-radius -1", "ball radius: found -1");
-  expect_refused("probe " + path + " --approach 0", "approach: found 0");
-  expect_refused("probe " + path + " --rule chord --chord-error 0", "chord error: found 0 mm");
+  expect_refused("probe " + path + " --ball-radius -1", "--ball-radius: found -1");
+  expect_refused("probe " + path + " --approach 0", "--approach: found 0");
+  expect_refused("probe " + path + " --rule chord --chord-error 0", "--chord-error: found 0");
   expect_refused("probe " + path + " --rule even --capability 1", "process capability: found 1");
   expect_refused("probe " + path + " --rule even --confidence 1", "confidence: found 1");
-  expect_refused("probe " + path + " --station nan,0,0", "station offset or safe z");
-  expect_refused("print " + path + " " + points + " --effective-radius -1", "ball radius: found -1");
-  expect_refused("print " + path + " " + points + " --noise -1", "noise of a touch: found -1 mm");
-  expect_refused("print " + path + " " + points + " --height 0", "height: found 0");
-  expect_refused("print " + path + " " + points + " --feed 0", "feed: found 0");
+  expect_refused("probe " + path + " --station nan,0,0", "--station: found nan");
+  expect_refused("print " + path + " " + points + " --effective-radius -1", "--effective-radius: found -1");
+  expect_refused("print " + path + " " + points + " --noise -1", "--noise: found -1");
+  expect_refused("print " + path + " " + points + " --height 0", "--height: found 0");
+  expect_refused("print " + path + " " + points + " --feed 0", "--feed: found 0");
   expect_refused("print " + path + " " + points + " --tilt-limits=3,-3", "tilt limits: found 3..-3");
-  expect_refused("print " + path + " " + points + " --tilt-centre nan,0,0", "rotary axes' centres");
+  expect_refused("print " + path + " " + points + " --tilt-centre nan,0,0", "--tilt-centre: found nan");
   expect_refused("print " + path + " " + points + " --output 99", "pressure output: found 99");
   expect_refused("print " + path + " " + points + " --off-delay 1000", "takes to close");
   expect_refused("print " + path + " " + at("none.txt"), "no such file");
