@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/command_line.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -8,11 +9,14 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <iostream>
 #include <string_view>
 #include <vector>
 
+#include "app/terminal.hpp"
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
@@ -45,8 +49,29 @@ std::string usage_error(const CLI::App* root, const CLI::Error& error) {
 }
 
 int fail(std::string_view what, int status) {
-  fmt::print(stderr, "meltstage: {}\n", what);
+  on_stderr(fmt::format("meltstage: {}\n", what));
   return status;
+}
+
+// A file that is opened while a standard stream is closed gets that stream's number, and what is told there
+// would go into the file. In its place: what takes nothing, so that a lost answer is noticed, and for errors
+// what swallows all.
+void fill_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(stream, F_GETFD) < 0) open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
+}
+
+// The answer is given only when it has arrived. A stream that fails while it is written throws, too, but
+// says so only then.
+int with_all_told(int status) {
+  std::cout.flush();
+  errno = 0;
+  const bool lost = std::fflush(stdout) != 0;
+  if (!lost && std::ferror(stdout) == 0 && std::cout) return status;
+  return fail(fmt::format("standard output: can't be written ({}), expected a place that takes the answer; "
+                          "free space or name another",
+                          lost && errno != 0 ? std::strerror(errno) : "a write failed"),
+              2);
 }
 
 }  // namespace
@@ -59,8 +84,9 @@ void continue_as(const std::string& program) {
                               std::strerror(errno), program));
 }
 
-int run_verbs(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere) {
-  arguments = argv;
+namespace {
+
+int carry_out(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere) {
   std::string typed = "meltstage";
   for (int i = 1; i < argc; ++i) typed += std::string(" ") + argv[i];
   try {
@@ -90,8 +116,17 @@ int run_verbs(int argc, char** argv, std::span<const Verb> verbs, std::span<cons
                             error.path1().string(), error.code().message())),
         2);
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return 2;  // with_all_told() says why
     return fail(error.what(), 1);
   }
+}
+
+}  // namespace
+
+int run_verbs(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere) {
+  arguments = argv;
+  fill_closed_streams();
+  return with_all_told(carry_out(argc, argv, verbs, elsewhere));
 }
 
 }  // namespace meltstage::app

@@ -30,7 +30,8 @@ struct VerbElsewhere {
   const char* program;
 };
 
-/// Exit status: 0 good, 1 the job's own verdict is bad, 2 wrong input or use, told in one line.
+/// Exit status: 0 good, 1 the job's own verdict is bad, 2 wrong input or use, told in one line;
+/// an answer that standard output did not take is the latter.
 int run_verbs(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere);
 
 /// This process becomes `program`, which lies beside this one, with the same arguments. Throws UserError when

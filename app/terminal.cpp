@@ -16,6 +16,8 @@ volatile std::sig_atomic_t interrupted = 0;
 void on_interrupt(int /*signal*/) { interrupted = 1; }
 }  // namespace
 
+void on_stderr(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stderr); }
+
 void catch_interrupts() {
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
@@ -39,7 +41,7 @@ ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) != 0) {}
 
 void ProgressLine::show(const std::string& text) {
   if (!terminal_) return;
-  fmt::print(stderr, "\r\033[K{}", text);
+  on_stderr(fmt::format("\r\033[K{}", text));
   std::fflush(stderr);
 }
 
@@ -63,7 +65,7 @@ Progress shown_on(ProgressLine& line) {
 }
 
 void ProgressLine::clear() {
-  if (terminal_) fmt::print(stderr, "\r\033[K");
+  if (terminal_) on_stderr("\r\033[K");
 }
 
 }  // namespace meltstage::app

@@ -5,10 +5,14 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "base/progress.hpp"
 
 namespace meltstage::app {
+
+/// A text on standard error. What can't be written there is lost, and the exit status says the rest.
+void on_stderr(std::string_view text);
 
 // Ctrl-C or SIGTERM: unwinds, so that nothing half-written and no process stays.
 struct Interrupted {};

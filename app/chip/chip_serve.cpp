@@ -304,7 +304,7 @@ int serve_chip(const ServeOptions& options) {
     server.finish();
   } catch (const tb::Mismatch& mismatch) {
     server.finish();
-    fmt::print(stderr, "{}", mismatch.what());
+    on_stderr(mismatch.what());
     return 1;
   }
   fmt::print("{:.3f} s of the chip at {:.3g} x real time: {}\n", seconds(server.cycle()),

@@ -66,9 +66,9 @@ int tune_chip(host::Controller& controller) {
       print_result(controller, tuning);
       return 0;
     }
-    fmt::print(stderr, "meltstage: autotune {}\n", end_of(tuning.phase));
+    on_stderr(fmt::format("meltstage: autotune {}\n", end_of(tuning.phase)));
   } catch (const Interrupted&) {
-    fmt::print(stderr, "meltstage: left; the chip tunes on until HOST_WD ends it, `chip stop` ends it now\n");
+    on_stderr("meltstage: left; the chip tunes on until HOST_WD ends it, `chip stop` ends it now\n");
   }
   return 1;
 }

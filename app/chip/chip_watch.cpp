@@ -220,7 +220,7 @@ int watch_chip(host::Controller& controller, const WatchOptions& options) {
   try {
     const int status =
         isatty(STDOUT_FILENO) != 0 ? watch_as_chart(controller, options) : watch_as_csv(controller, options);
-    if (status != 0) fmt::print(stderr, "{}\n", latched_fault(controller));
+    if (status != 0) on_stderr(fmt::format("{}\n", latched_fault(controller)));
     return status;
   } catch (const Interrupted&) {
     return 0;

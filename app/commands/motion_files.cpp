@@ -5,6 +5,7 @@
 
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "app/print/job_plan.hpp"
 #include "app/terminal.hpp"
@@ -26,6 +27,21 @@ std::string as_comments(const std::string& settings) {
   return text;
 }
 
+// What a job asks for and no program for another control can carry.
+std::vector<std::string> left_out(const LoadedJob& loaded) {
+  const tb::PrintJob& job = loaded.job;
+  std::vector<std::string> notes;
+  if (job.fly_by) notes.emplace_back("mode fly-by isn't written: it stops at each bump");
+  for (std::size_t axis = 0; axis < job.compensation.size(); ++axis)
+    if (!job.compensation[axis].position_mm.empty())
+      notes.push_back(
+          fmt::format("deviations_{} aren't corrected here: the control has to", axis == 0 ? 'x' : 'y'));
+  if (loaded.alignment) notes.emplace_back("alignment isn't written: the board lies as the bumps' file says");
+  if (job.stage.quiet) notes.emplace_back("quiet isn't written: the control plans its moves itself");
+  if (!job.drive.homed) notes.emplace_back("homing isn't written: home the machine first");
+  return notes;
+}
+
 }  // namespace
 
 int write_gcode_file(const GcodeCommand& command) {
@@ -36,11 +52,14 @@ int write_gcode_file(const GcodeCommand& command) {
   const tb::PrintJob& job = loaded.job;
   require_other_file(command.out, loaded.inputs);
   const auto& axes = job.stage.axes;
-  const motion::GcodeOptions options{.dialect = command.dialect,
-                                     .heat_timeout_s = job.heat_timeout_s,
-                                     .settle_s = job.settle_s,
-                                     .x = axes[0].travel,
-                                     .y = axes[1].travel};
+  motion::GcodeOptions options{.dialect = command.dialect,
+                               .heat_timeout_s = job.heat_timeout_s,
+                               .settle_s = job.settle_s,
+                               .x = axes[0].travel,
+                               .y = axes[1].travel,
+                               .end_mm = {},
+                               .notes = left_out(loaded)};
+  if (job.end_mm) options.end_mm = Eigen::Vector2d(job.end_mm->x(), job.end_mm->y());
   try {
     std::string program =
         motion::write_gcode(job.bumps, {job.start_mm.x(), job.start_mm.y()}, job.name, options);
@@ -54,6 +73,7 @@ int write_gcode_file(const GcodeCommand& command) {
   } catch (const motion::MotionError& error) {
     throw UserError(fmt::format("{}: {}", command.job.string(), error.what()));
   }
+  for (const std::string& note : options.notes) fmt::print("note: {}\n", note);
   fmt::print("{}: {} droplets\n", command.out.string(), job.bumps.size());
   return 0;
 }
@@ -62,6 +82,10 @@ int show_accuracy(const AccuracyCommand& command) {
   try {
     require_other_file(command.compensation, {command.deviations});
     const auto targets = motion::read_deviations(command.deviations);
+    if (!command.compensation.empty()) {
+      const motion::Range anywhere{targets.front().target_mm, targets.back().target_mm};
+      motion::require_correctable(command.deviations.string(), targets, anywhere);
+    }
     const motion::AxisAccuracy axis = motion::evaluate_accuracy(targets);
     const motion::ResidualBacklash backlash = motion::residual_backlash(targets);
     if (!command.compensation.empty())

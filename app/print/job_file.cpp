@@ -11,6 +11,7 @@
 #include <span>
 #include <string_view>
 
+#include "app/print/job_rules.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
 #include "base/toml_file.hpp"
@@ -143,6 +144,7 @@ void read_stage(TomlSection& stage, JobDescription& parsed, const std::filesyste
       stage.number("mode_spread", 0.1, 0.0, 0.5)};
   const double tolerance_mm = 1e-3 * stage.number("quiet_tolerance_um", 1.0, 0.01, 1000.0);
   if (stage.flag("quiet", false)) job.stage.quiet = motion::QuietMoves{band, tolerance_mm};
+  parsed.quiet_place = stage.place_of("quiet_tolerance_um");
 
   static constexpr std::array<std::array<std::string_view, 4>, 2> kKeys{
       {{"lead_error_x_um_per_m", "lead_error_x_um", "backlash_x_um", "deviations_x"},
@@ -158,6 +160,7 @@ void read_stage(TomlSection& stage, JobDescription& parsed, const std::filesyste
     parsed.inputs.push_back(folder / file);
     try {
       parsed.deviations[i] = motion::read_deviations(folder / file);
+      motion::require_correctable((folder / file).string(), *parsed.deviations[i], job.stage.axes[i].travel);
     } catch (const motion::MotionError& error) {
       throw UserError(error.what());
     }
@@ -255,6 +258,7 @@ JobDescription parse_job(const std::filesystem::path& path) {
                static_cast<std::uint16_t>(&sensor - spec::kSensorPresets.data()));
   read_registers(registers, job.registers);
   registers.finish();
+  require_printable(job, sensor, {head, temperature, registers});
   for (const spec::Reg bus : {spec::kRegAddress, spec::kRegBaud, spec::kRegFormat}) {
     if (registers.has(spec::kHolding[bus].name))
       registers.fail(spec::kHolding[bus].name, "a value",
@@ -275,6 +279,7 @@ JobDescription parse_job(const std::filesystem::path& path) {
   parsed.coordinates = path.parent_path() / file;
   parsed.inputs.insert(parsed.inputs.end(), {path, parsed.coordinates});
 
+  const double place_tolerance_um = print.number("place_tolerance_um", 0.0, 0.1, 10000.0);
   job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
   job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
   parsed.task = path_task(print, job);
@@ -307,6 +312,9 @@ JobDescription parse_job(const std::filesystem::path& path) {
 
   try {
     parsed.bumps_in_file_order = motion::read_coordinates(parsed.coordinates, options);
+    job.place_tolerance_mm = print.has("place_tolerance_um")
+                                 ? 1e-3 * place_tolerance_um
+                                 : default_place_tolerance_mm(parsed.bumps_in_file_order);
     if (alignment.present())
       parsed.alignment = read_alignment(alignment, parsed, path.parent_path(), options, job.head.seed);
   } catch (const motion::CoordinateError& error) {

@@ -24,7 +24,8 @@ struct JobDescription {
   std::string plan_metric;
   std::optional<motion::FlyByConfig> fly_by;  // otherwise it stops at each bump
   std::array<std::optional<std::vector<motion::TargetDeviations>>, 2>
-      deviations;  // of X and Y, where measured
+      deviations;           // of X and Y, where measured
+  std::string quiet_place;  // of stage.quiet_tolerance_um, for a refusal
   std::filesystem::path coordinates;
   std::vector<std::filesystem::path> inputs;    // every file that was read
   std::optional<tb::BoardAlignment> alignment;  // before the print

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -73,6 +75,49 @@ void prepare_stage(JobDescription& parsed) {
   }
 }
 
+// What a move leaves of the machine's vibration. Equal ways leave the same.
+class VibrationLeft {
+ public:
+  explicit VibrationLeft(const motion::StageConfig& stage) : stage_(stage) {}
+
+  double mm(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm) {
+    const Eigen::Vector3d way_mm = to_mm - from_mm;
+    const auto nm = [&](Eigen::Index axis) { return std::llround(1e6 * way_mm[axis]); };
+    const auto [known, is_new] = left_mm_.try_emplace({nm(0), nm(1)}, 0.0);
+    if (is_new)
+      known->second = motion::worst_residual_mm(motion::plan_stage_move(stage_, from_mm, to_mm).profile,
+                                                stage_.quiet->band);
+    return known->second;
+  }
+
+ private:
+  const motion::StageConfig& stage_;
+  std::map<std::pair<long long, long long>, double> left_mm_;
+};
+
+// Some moves can't be made as quiet as the job asks for: too little time for too wide a band.
+void require_quiet(const tb::PrintJob& job, const std::string& place) {
+  constexpr double kRounding = 1e-6;
+  if (!job.stage.quiet || job.fly_by) return;
+  VibrationLeft left(job.stage);
+  tb::Sent at{job.start_mm, job.start_mm};
+  double most_mm = 0.0;
+  std::size_t row = 0;
+  for (const motion::Point& bump : job.bumps) {
+    const tb::Sent next = tb::send(job, at, {bump.x_mm, bump.y_mm, job.start_mm.z()});
+    const double left_mm = left.mm(at.commanded_mm, next.commanded_mm);
+    if (left_mm > most_mm) row = bump.row;
+    most_mm = std::max(most_mm, left_mm);
+    at = next;
+  }
+  if (most_mm > job.stage.quiet->tolerance_mm * (1.0 + kRounding))
+    throw UserError(
+        fmt::format("{}: found {:.6g}, expected at least {:.3g}, which the move to the bump of row {} "
+                    "leaves; raise it, or "
+                    "lower stage.mode_spread, stage.acceleration_mm_s2 or stage.jerk_mm_s3",
+                    place, 1e3 * job.stage.quiet->tolerance_mm, std::ceil(1e6 * most_mm) * 1e-3, row));
+}
+
 }  // namespace
 
 LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress) {
@@ -112,6 +157,11 @@ LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress) 
     } catch (const motion::MotionError& error) {
       throw UserError(fmt::format("{}: {}", parsed.file.string(), error.what()));
     }
+  }
+  try {
+    require_quiet(job, parsed.quiet_place);
+  } catch (const motion::MotionError& error) {
+    throw UserError(fmt::format("{}: {}", parsed.file.string(), error.what()));
   }
   return loaded;
 }

@@ -14,12 +14,12 @@
 
 #include "app/command_line.hpp"
 #include "app/print/job_plan.hpp"
+#include "app/print/print_folder.hpp"
 #include "app/print/report/report.hpp"
 #include "app/terminal.hpp"
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/output_file.hpp"
 #include "recording/text.hpp"
 #include "recording/vcd.hpp"
 #include "tb/windows/window_plan.hpp"
@@ -29,29 +29,6 @@ namespace meltstage::app {
 namespace {
 
 namespace spec = chip::spec;
-
-// A folder that gets its name only when it is complete.
-class OutputFolder {
- public:
-  explicit OutputFolder(std::filesystem::path target) : target_(std::move(target)) {
-    if (std::filesystem::exists(target_) && !std::filesystem::exists(target_ / "summary.json")) {
-      throw UserError(fmt::format(
-          "{}: exists and was not written by this command (no summary.json); choose another --out",
-          target_.string()));
-    }
-    partial_.emplace(target_);
-  }
-
-  std::filesystem::path file(const char* name) const { return partial_->path() / name; }
-  void publish() {
-    std::filesystem::remove_all(target_);
-    std::filesystem::rename(partial_->path(), target_);
-  }
-
- private:
-  std::filesystem::path target_;
-  std::optional<PartialFolder> partial_;
-};
 
 // Plays one recording into several sinks.
 class Tee final : public recording::Sink {
@@ -78,30 +55,42 @@ double setpoint_degc(const tb::PrintJob& job) {
   return spec::kHolding[spec::kRegSetpoint].reset * 0.1;
 }
 
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+// NaN for a phase that the print didn't come to.
 double phase_length_s(const tb::PrintResult& result, std::string_view name) {
   for (const tb::PhaseTime& phase : result.phases) {
     if (phase.name == name) return phase.end_s - phase.begin_s;
   }
-  return 0.0;
+  return kNotMeasured;
 }
 
-// Largest distance from the set-point while printing, degC.
+// At temperature the print begins; a heat-up that ends otherwise didn't get there.
+double heat_up_s(const tb::PrintResult& result) {
+  return std::isnan(phase_length_s(result, "print")) ? kNotMeasured : phase_length_s(result, "heat-up");
+}
+
+std::string seconds_or_none(double time_s) {
+  return std::isnan(time_s) ? "none" : fmt::format("{:.1f} s", time_s);
+}
+
+// Largest distance from the set-point while printing, degC; NaN without a reading.
 double largest_error_while_printing(const tb::PrintResult& result) {
-  double worst = 0.0;
+  double worst = kNotMeasured;
   for (const tb::PhaseTime& phase : result.phases) {
     if (phase.name != "print") continue;
     for (const tb::Reading& r : result.readings) {
       if (r.t_s >= phase.begin_s && r.t_s <= phase.end_s)
-        worst = std::max(worst, std::abs(r.reading_degc - r.setpoint_degc));
+        worst = std::fmax(worst, std::abs(r.reading_degc - r.setpoint_degc));
     }
   }
   return worst;
 }
 
 double overshoot_degc(const tb::PrintResult& result, double setpoint) {
-  double peak = -std::numeric_limits<double>::infinity();
-  for (const tb::Reading& r : result.readings) peak = std::max(peak, r.reading_degc);
-  return std::max(0.0, peak - setpoint);
+  double peak = kNotMeasured;
+  for (const tb::Reading& r : result.readings) peak = std::fmax(peak, r.reading_degc);
+  return std::isnan(peak) ? peak : std::max(0.0, peak - setpoint);
 }
 
 Path path_of(const std::vector<motion::Point>& points, double cost) {
@@ -119,7 +108,9 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
       {"Sensor", fmt::format("{}, noise {} degC", job.head.sensor, job.head.sensor_noise_degc)},
       {"Path metric", loaded.plan_metric},
       {"Printing", job.fly_by ? "on the fly" : "stop at each bump"},
-      {"Moves", job.stage.quiet ? "quiet" : "as fast as the limits allow"},
+      {"Moves", !job.stage.quiet ? "as fast as the limits allow"
+                : job.fly_by     ? "quiet but for the rows on the fly"
+                                 : "quiet"},
       {"Seed", fmt::format("{}", job.head.seed)},
   };
   if (loaded.alignment)
@@ -152,6 +143,7 @@ std::optional<tb::AlignedBoard> align_board(const LoadedJob& loaded, const Print
 PrintReport make_report(const LoadedJob& loaded, const std::optional<tb::AlignedBoard>& board,
                         const tb::PrintResult& result, const PrintOptions& options) {
   const double setpoint = setpoint_degc(loaded.job);
+  const auto of_droplets = [&](double value) { return result.droplets == 0 ? kNotMeasured : value; };
   PrintReport report;
   report.job = loaded.job.name;
   report.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::now()));
@@ -161,7 +153,7 @@ PrintReport make_report(const LoadedJob& loaded, const std::optional<tb::Aligned
   report.verdict = result.verdict;
   report.key_figures = {
       {"Set-point", setpoint, "degC"},
-      {"Time from RUN to at-temperature", phase_length_s(result, "heat-up"), "s"},
+      {"Time from RUN to at-temperature", heat_up_s(result), "s"},
       {"Overshoot", overshoot_degc(result, setpoint), "degC"},
       {"Largest error while printing", largest_error_while_printing(result), "degC"},
       {"Peak of the heater node", result.peak_heater_degc, "degC"},
@@ -174,9 +166,11 @@ PrintReport make_report(const LoadedJob& loaded, const std::optional<tb::Aligned
       {"Path, at most above the cheapest", 100.0 * loaded.plan.gap(), "%"},
       {"Stops and moves, file order", loaded.moves_before_s, "s"},
       {"Stops and moves, planned", loaded.moves_after_s, "s"},
-      {"Homing", result.homing_s, "s"},
-      {"Largest miss of a droplet", 1e3 * result.largest_miss_mm, "um"},
-      {"Mean miss of a droplet", 1e3 * result.mean_miss_mm, "um"},
+      {"Homing", result.homing_s > 0.0 ? result.homing_s : kNotMeasured, "s"},
+      {"Largest miss of a droplet", of_droplets(1e3 * result.largest_miss_mm), "um"},
+      {"Mean miss of a droplet", of_droplets(1e3 * result.mean_miss_mm), "um"},
+      {"Miss of a good droplet, at most", 1e3 * loaded.job.place_tolerance_mm, "um"},
+      {"Droplets beyond that", of_droplets(static_cast<double>(result.misplaced)), ""},
       {"Chip clocks", static_cast<double>(result.cycles), ""},
       {"Modbus frames accepted", static_cast<double>(result.frames), ""},
   };
@@ -187,8 +181,8 @@ PrintReport make_report(const LoadedJob& loaded, const std::optional<tb::Aligned
     report.key_figures.push_back({"Moves of the alignment", static_cast<double>(looks.size() - 1), ""});
   }
   for (const tb::Reading& r : result.readings) {
-    report.temperature.push_back({r.t_s, r.reading_degc, r.heater_degc,
-                                  r.run ? r.setpoint_degc : std::numeric_limits<double>::quiet_NaN()});
+    report.temperature.push_back(
+        {r.t_s, r.reading_degc, r.heater_degc, r.run ? r.setpoint_degc : kNotMeasured});
     report.duty.push_back({r.t_s, r.duty});
   }
   for (const tb::PhaseTime& p : result.phases) report.phases.push_back({p.name, p.begin_s, p.end_s});
@@ -281,8 +275,8 @@ int print_job(const PrintOptions& options) {
                     1e3 * looks.front().worst_mm, 1e3 * looks.back().worst_mm, looks.size() - 1,
                     looks.size() == 2 ? "" : "s", 1e3 * loaded.alignment->limits.place_mm);
     if (!board->result.aligned) {
-      fmt::print(stderr, "meltstage: {}: [alignment]: {}; nothing printed, nothing written\n",
-                 options.job.string(), aligned);
+      on_stderr(fmt::format("meltstage: {}: [alignment]: {}; nothing printed, nothing written\n",
+                            options.job.string(), aligned));
       return 1;
     }
     fmt::print("{}: {}\n", loaded.job.name, aligned);
@@ -293,7 +287,7 @@ int print_job(const PrintOptions& options) {
   }
 
   require_outside(options.out, loaded.inputs);
-  OutputFolder folder(options.out);
+  PrintFolder folder(options.out);
   const std::filesystem::path work =
       options.work.empty() ? std::filesystem::path(options.out.string() + ".windows") : options.work;
   std::optional<tb::WindowPlanner> planner;
@@ -333,12 +327,13 @@ int print_job(const PrintOptions& options) {
       checked = check_run(work, options.windows);
     }
   } catch (const Interrupted&) {
-    fmt::print(stderr, "meltstage: interrupted; nothing written\n");
+    on_stderr("meltstage: interrupted; nothing written\n");
     if (std::filesystem::exists(tb::plan_file(work)) && planner)
-      fmt::print(stderr, "{}: windows checked so far; the same command goes on from there\n", work.string());
+      on_stderr(
+          fmt::format("{}: windows checked so far; the same command goes on from there\n", work.string()));
     return 1;
   } catch (const tb::Mismatch& mismatch) {
-    fmt::print(stderr, "{}", mismatch.what());
+    on_stderr(mismatch.what());
     return 1;
   }
   PrintReport report = make_report(loaded, board, result, options);
@@ -354,12 +349,11 @@ int print_job(const PrintOptions& options) {
 
   fmt::print("{}: {}\n", loaded.job.name, report.verdict);
   fmt::print(
-      "path {:.3f} {} in file order, {:.3f} {} planned, at most {:.2f} % above the cheapest; heat-up {:.1f} "
-      "s; "
-      "print {:.1f} s; {} chip clocks\n",
+      "path {:.3f} {} in file order, {:.3f} {} planned, at most {:.2f} % above the cheapest; heat-up {}; "
+      "print {}; {} chip clocks\n",
       loaded.plan.cost_before, loaded.plan_unit, loaded.plan.cost_after, loaded.plan_unit,
-      100.0 * loaded.plan.gap(), phase_length_s(result, "heat-up"), phase_length_s(result, "print"),
-      result.cycles);
+      100.0 * loaded.plan.gap(), seconds_or_none(heat_up_s(result)),
+      seconds_or_none(phase_length_s(result, "print")), result.cycles);
   if (checked) {
     fmt::print("{}", describe(*checked));
     if (!checked->joined.whole) {

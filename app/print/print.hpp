@@ -17,9 +17,9 @@ using BoardAligner = tb::AlignedBoard (*)(const tb::BoardAlignment&);
 
 struct PrintOptions {
   std::filesystem::path job;
-  std::filesystem::path out;          // folder to write; replaced only if `print` made it
+  std::filesystem::path out;          // folder to write (print_folder.hpp)
   std::optional<tb::RtlWindows> rtl;  // instead of the job's
-  bool vcd = false;                   // the waves of all pins as job.vcd too
+  bool vcd = false;                   // the waves of all pins as pins.vcd too
   std::string command;                // as typed, for reports
   BoardAligner align = nullptr;       // for a job with [alignment]
   // With the full job in RTL:

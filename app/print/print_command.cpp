@@ -11,6 +11,7 @@
 
 #include "app/verbs.hpp"
 #include "app/windows/windows_command.hpp"
+#include "base/output_file.hpp"
 
 namespace meltstage::app {
 
@@ -43,7 +44,8 @@ Action add_print_command_with(CLI::App& cli, const std::string& typed, BoardAlig
   return [s, command, rtl_option] {
     PrintOptions& print = s->print;
     if (*rtl_option) print.rtl = s->rtl;
-    if (print.out.empty()) print.out = std::filesystem::path("out") / print.job.stem();
+    print.out = command->count("--out") != 0 ? folder_to_write(print.out) : "out" / print.job.stem();
+    if (!print.work.empty()) print.work = folder_to_write(print.work);
     if (s->slurm) print.windows.runner = WindowRunner::slurm;
     for (const char* option : {"--jobs", "--slurm", "--attempts", "--window-clocks", "--borders", "--work"})
       if (command->count(option) != 0) print.for_full_rtl = option;

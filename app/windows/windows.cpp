@@ -96,7 +96,7 @@ int run_windows(const fs::path& folder, const RunWindowsSettings& settings) {
     fmt::print("{}", describe(run));
     return run.joined.whole ? 0 : 1;
   } catch (const Interrupted&) {
-    fmt::print(stderr, "meltstage: interrupted; results so far stay, the same command goes on\n");
+    on_stderr("meltstage: interrupted; results so far stay, the same command goes on\n");
     return 1;
   }
 }

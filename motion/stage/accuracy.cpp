@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <string>
 #include <string_view>
@@ -14,6 +16,7 @@
 #include "base/file.hpp"
 #include "base/number.hpp"
 #include "base/place.hpp"
+#include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -94,12 +97,37 @@ double interpolated(const std::vector<double>& at, const std::vector<double>& va
   return values[i - 1] + share * (values[i] - values[i - 1]);
 }
 
+constexpr double kSteepest = 0.1;  // change of deviation a way
+
 /// The command c with c + deviation(c) = target. Each round gains the slope of the deviations, 1e-3 at most
-/// on a screw: four are exact.
+/// on a screw and kSteepest on whatever is taken for one.
 double solve_command(const std::vector<double>& at, const std::vector<double>& deviation, double target_mm) {
+  constexpr int kRounds = 12;
   double command_mm = target_mm;
-  for (int round = 0; round < 4; ++round) command_mm = target_mm - interpolated(at, deviation, command_mm);
+  for (int round = 0; round < kRounds; ++round)
+    command_mm = target_mm - interpolated(at, deviation, command_mm);
   return command_mm;
+}
+
+/// Fields of a row and where they stand.
+struct Fields {
+  std::string_view name;
+  std::size_t line = 0;
+  std::array<std::string_view, 3> texts;
+  std::array<std::size_t, 3> columns{};
+  std::string place(std::size_t field) const { return fmt::format("{}:{}:{}", name, line, columns[field]); }
+};
+
+std::optional<Fields> fields_of(std::string_view name, const detail::Line& line) {
+  const std::size_t first = line.text.find(','), second = line.text.find(',', first + 1);
+  if (first == std::string_view::npos || second == std::string_view::npos ||
+      line.text.find(',', second + 1) != std::string_view::npos)
+    return std::nullopt;
+  return Fields{name,
+                line.number,
+                {line.text.substr(0, first), line.text.substr(first + 1, second - first - 1),
+                 line.text.substr(second + 1)},
+                {1, first + 2, second + 2}};
 }
 
 double parse(std::string_view text, const std::string& where, std::string_view what, double largest) {
@@ -218,36 +246,35 @@ std::vector<TargetDeviations> read_deviations(const std::filesystem::path& path)
 std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::string_view content) {
   constexpr double kFarthest_mm = 1e6, kLargest_um = 1e9;
   constexpr std::string_view kHeader = "target_mm,direction,deviation_um";
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   std::map<double, TargetDeviations> targets;
   bool headed = false;
-  for (std::size_t number = 1; !content.empty(); ++number) {
-    std::string_view line = content.substr(0, content.find('\n'));
-    content.remove_prefix(std::min(content.size(), line.size() + 1));
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    if (line.empty() || line.front() == '#') continue;
-    const std::string where = fmt::format("{}:{}", name, number);
+  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
+  detail::for_lines(content, [&](const detail::Line& line) {
+    if (line.text.empty() || line.text.front() == '#') return;
+    const std::string place = fmt::format("{}:{}:1", name, line.number);
     if (!headed) {
-      if (line != kHeader)
+      if (line.text != kHeader)
         throw MotionError(
-            fmt::format("{}: found header \"{}\", expected \"{}\"", where, shown(line), kHeader));
+            fmt::format("{}: found header \"{}\", expected \"{}\"", place, shown(line.text), kHeader));
       headed = true;
-      continue;
+      return;
     }
-    const std::size_t first = line.find(','), second = line.find(',', first + 1);
-    if (first == std::string_view::npos || second == std::string_view::npos ||
-        line.find(',', second + 1) != std::string_view::npos)
+    const auto fields = fields_of(name, line);
+    if (!fields)
       throw MotionError(
-          fmt::format("{}: found \"{}\", expected three fields: {}", where, shown(line), kHeader));
-    const double target_mm = parse(line.substr(0, first), where, "target_mm", kFarthest_mm);
-    const std::string_view direction = line.substr(first + 1, second - first - 1);
-    const double deviation_um = parse(line.substr(second + 1), where, "deviation_um", kLargest_um);
+          fmt::format("{}: found \"{}\", expected three fields: {}", place, shown(line.text), kHeader));
+    const double target_mm = parse(fields->texts[0], fields->place(0), "target_mm", kFarthest_mm);
+    const std::string_view direction = fields->texts[1];
+    const double deviation_um = parse(fields->texts[2], fields->place(2), "deviation_um", kLargest_um);
     if (direction != "+" && direction != "-")
-      throw MotionError(fmt::format("{}: found direction \"{}\", expected + (forward) or - (reverse)", where,
-                                    shown(direction)));
+      throw MotionError(fmt::format("{}: found direction \"{}\", expected + (forward) or - (reverse)",
+                                    fields->place(1), shown(direction)));
     TargetDeviations& target = targets[target_mm];
     target.target_mm = target_mm;
+    if (target.line == 0) target.line = line.number;
     (direction == "+" ? target.forward_um : target.reverse_um).push_back(deviation_um);
-  }
+  });
   std::vector<TargetDeviations> result;
   for (auto& [position, target] : targets) result.push_back(std::move(target));
   try {
@@ -256,6 +283,28 @@ std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::s
     throw MotionError(fmt::format("{}: {}", name, error.what()));
   }
   return result;
+}
+
+void require_correctable(std::string_view name, std::span<const TargetDeviations> targets,
+                         const Range& travel) {
+  const TargetDeviations* before = nullptr;
+  for (const TargetDeviations& target : targets) {
+    const std::string place = fmt::format("{}:{}:1", name, target.line);
+    if (!(target.target_mm >= travel.min_mm && target.target_mm <= travel.max_mm))
+      throw MotionError(fmt::format("{}: found target_mm {}, expected {} to {}, the axis' travel", place,
+                                    target.target_mm, travel.min_mm, travel.max_mm));
+    for (const auto runs : {&TargetDeviations::forward_um, &TargetDeviations::reverse_um}) {
+      if (before == nullptr) break;
+      const double way_mm = target.target_mm - before->target_mm;
+      const double change_mm = 1e-3 * (mean_of(target.*runs) - mean_of(before->*runs));
+      if (std::abs(change_mm) > kSteepest * way_mm)
+        throw MotionError(fmt::format(
+            "{}: found deviations whose mean changes by {:.6g} um over the {:.6g} mm from the "
+            "target before, expected at most {:.6g} um; are they in micrometres, and of this axis?",
+            place, 1e3 * change_mm, way_mm, 1e3 * kSteepest * way_mm));
+    }
+    before = &target;
+  }
 }
 
 CompensationTable make_compensation(const AxisAccuracy& accuracy) {

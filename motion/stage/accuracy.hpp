@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string_view>
 #include <vector>
 
+#include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/stage/stage_model.hpp"
 
@@ -18,6 +20,7 @@ namespace meltstage::motion {
 struct TargetDeviations {
   double target_mm = 0.0;
   std::vector<double> forward_um, reverse_um;
+  std::size_t line = 0;  ///< of the file, its first; 0: of no file
 };
 
 /// The standard's figures at one target position.
@@ -61,12 +64,20 @@ struct ResidualBacklash {
 ResidualBacklash residual_backlash(std::span<const TargetDeviations> targets);
 
 /// Reads a test from separated text with the header `target_mm,direction,deviation_um`, a row an approach,
-/// direction `+` (forward) or `-` (reverse), rows in any order; lines that begin with # are skipped.
-/// Positions lie within 1e6 mm, deviations within 1e9 um.
-/// @throws UserError if the file can't be read; MotionError with file, line, value and what was expected.
+/// direction `+` (forward) or `-` (reverse), rows in any order; lines that begin with # are skipped. A byte
+/// order mark may stand first; LF, CRLF and CR end a line. Positions lie within 1e6 mm, deviations within 1e9
+/// um.
+/// @throws UserError if the file can't be read; MotionError with file, line, column, value and what was
+///   expected.
 std::vector<TargetDeviations> read_deviations(const std::filesystem::path& path);
 /// The same from a text; `name` stands in messages.
 std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::string_view content);
+
+/// What a table may correct. @throws MotionError with file (`name`), line and column for a target out of the
+/// axis' travel, and where the mean deviation of a direction changes by more than a tenth of the way between
+/// two targets: no screw does, and commands would not follow each other as their targets do.
+void require_correctable(std::string_view name, std::span<const TargetDeviations> targets,
+                         const Range& travel);
 
 /// Deviations of an axis at commanded positions for each direction of approach, linear in between, constant
 /// outside. Empty: nothing is corrected.
@@ -80,7 +91,7 @@ struct CompensationTable {
 CompensationTable make_compensation(const AxisAccuracy& accuracy);
 
 /// What to command so that the axis stands at `target_mm` when it arrives from below (`forward`) or above.
-/// The corrections must grow by less than the way they correct; a screw's do by far.
+/// The deviations must change by less than the way on which they do (require_correctable()).
 double compensated_forward_mm(const CompensationTable& table, double target_mm);
 double compensated_reverse_mm(const CompensationTable& table, double target_mm);
 

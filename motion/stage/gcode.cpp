@@ -29,11 +29,9 @@ void check_in_travel(const GcodeOptions& options, double x_mm, double y_mm, cons
                                   options.y.max_mm));
 }
 
-/// A name inside a comment: brackets would end it, and a comment that begins with MSG or DEBUG is an order.
-std::string comment(std::string_view name) {
-  std::string text = "name: ";
-  for (const char c : name.substr(0, kLongestName))
-    text += c >= ' ' && c <= '~' && c != '(' && c != ')' ? c : '_';
+/// A text inside a comment: brackets would end it, and a comment that begins with MSG or DEBUG is an order.
+std::string comment(std::string text, std::string_view of) {
+  for (const char c : of) text += c >= ' ' && c <= '~' && c != '(' && c != ')' ? c : '_';
   return "(" + text + ")\n";
 }
 
@@ -85,8 +83,12 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
   for (const Point& bump : bumps)
     check_in_travel(options, bump.x_mm, bump.y_mm, fmt::format("the bump of row {}", bump.row));
 
+  const Eigen::Vector2d end_mm = options.end_mm.value_or(start_mm);
+  check_in_travel(options, end_mm.x(), end_mm.y(), "the end");
+
   const Words words = words_of(options);
-  std::string program = comment(name);
+  std::string program = comment("name: ", name.substr(0, kLongestName));
+  for (const std::string& note : options.notes) program += comment("note: ", note);
   program += words.before;
   program += words.wait_heat;
   program += fmt::format("G0 X{} Y{}\n", number(start_mm.x()), number(start_mm.y()));
@@ -99,7 +101,7 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
     program += droplet;
     at = {number(bump.x_mm), number(bump.y_mm)};
   }
-  program += move_line(start_mm, at);
+  program += move_line(end_mm, at);
   program += "M2\n";
   return program;
 }

@@ -5,9 +5,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
@@ -28,13 +30,15 @@ struct GcodeOptions {
   double settle_s = 0.015;        ///< pause at a bump before its droplet
   double pulse_s = 0.001;         ///< length of the droplet's output; the waveform starts at its rising edge
   Range x, y;                     ///< travel of the machine
+  std::optional<Eigen::Vector2d> end_mm{};  ///< where the head goes in the end; nothing: back to the start
+  std::vector<std::string> notes{};         ///< what the program doesn't do, as comments at its head
 };
 
-/// A stop-and-go program that visits the bumps in their order, fires once at each and goes back to the first
-/// position. Absolute millimetres, four decimals (0.1 um); nothing is left to the control's state before:
+/// A stop-and-go program that visits the bumps in their order, fires once at each and goes to its end.
+/// Absolute millimetres, four decimals (0.1 um); nothing is left to the control's state before:
 /// plane, units, distance mode, feed mode and exact stop are set.
-/// @throws MotionError if there are no bumps, a bump or the start is out of travel, or an option is out of
-/// range.
+/// @throws MotionError if there are no bumps, a bump, the start or the end is out of travel, or an option is
+/// out of range.
 std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& start_mm, std::string_view name,
                         const GcodeOptions& options);
 

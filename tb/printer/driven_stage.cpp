@@ -42,6 +42,17 @@ motion::AxisControlConfig control_config(const motion::AxisConfig& axis, double 
   return config;
 }
 
+// What an axis control stopped for, and what to do about it.
+std::string sentence_of(std::size_t axis, motion::AxisFault fault, const motion::AxisControlConfig& config) {
+  std::string sentence = fmt::format("axis {}: {}", kAxisNames[axis], motion::name_of(fault));
+  if (fault == motion::AxisFault::following_error)
+    sentence += fmt::format(
+        " beyond {:.6g} um and {:.6g} um for each mm/s: the slide is stuck, or too fast for its drive; lower "
+        "stage.speed_mm_s, stage.acceleration_mm_s2 or stage.jerk_mm_s3",
+        1e3 * config.following_error_mm, 1e3 * config.following_error_s);
+  return sentence;
+}
+
 }  // namespace
 
 DrivenStage::Axis DrivenStage::make_axis(std::size_t axis, const DriveConfig& drive,
@@ -157,7 +168,7 @@ void DrivenStage::look_for_faults(std::uint64_t cycle) {
   if (fault_) return;
   for (std::size_t i = 0; i < axes_.size() && !fault_; ++i)
     if (const motion::AxisFault fault = axes_[i].control.fault(); fault != motion::AxisFault::none)
-      fault_ = fmt::format("axis {}: {}", kAxisNames[i], motion::name_of(fault));
+      fault_ = sentence_of(i, fault, control_config(stage_.config().axes[i], seconds(servo_clocks_)));
   if (fault_) stop(cycle);
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -194,7 +195,7 @@ class Printer {
         .heater_degc = head_.plant().heater_degc(cycle()),
         .run = (r[spec::kInStatus] >> spec::kStatusRun & 1) != 0};
     if (valid) result_.readings.push_back(reading);
-    result_.peak_heater_degc = std::max(result_.peak_heater_degc, reading.heater_degc);
+    result_.peak_heater_degc = std::fmax(result_.peak_heater_degc, reading.heater_degc);
     progress_({result_.phases.back().name, reading.t_s, reading.reading_degc, reading.setpoint_degc,
                result_.droplets});
   }
@@ -355,6 +356,8 @@ class Printer {
     if (sound && waiting_ == 0) {
       submit(command(spec::kCmdRun));
       phase_ = Phase::wait_run;
+    } else if (host_lost_ && waiting_ == 0) {
+      abort("the host was lost before it saw a reading of the sensor: nothing was heated");
     } else if (cycle() > deadline_) {
       abort(fmt::format("no sound sensor reading in {:.0f} s (cause bits {:#06x})", seconds(kReplyTimeout),
                         status_.empty() ? 0 : status_[spec::kInCause]));
@@ -539,15 +542,20 @@ class Printer {
         motion::moved(job_.board_off, {job_.bumps[bump].x_mm, job_.bumps[bump].y_mm});
     const double miss_mm = (landing_mm - on_board).norm();
     result_.largest_miss_mm = std::max(result_.largest_miss_mm, miss_mm);
+    if (!(miss_mm <= job_.place_tolerance_mm)) ++result_.misplaced;
     result_.mean_miss_mm += (miss_mm - result_.mean_miss_mm) / static_cast<double>(++result_.droplets);
   }
 
   void finish() {
-    result_.good = !aborted_;
-    if (result_.good) {
+    result_.good = !aborted_ && result_.droplets == job_.bumps.size() && result_.misplaced == 0;
+    if (!aborted_)
       result_.verdict =
           fmt::format("{} of {} bumps printed, heater off", result_.droplets, job_.bumps.size());
-    }
+    if (result_.misplaced > 0)
+      result_.verdict += fmt::format(
+          "; {} of the droplets beside their bumps, the farthest by {:.1f} um, "
+          "expected at most {:.6g} um",
+          result_.misplaced, 1e3 * result_.largest_miss_mm, 1e3 * job_.place_tolerance_mm);
     phase_ = Phase::done;
   }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -73,6 +74,7 @@ struct PrintJob {
   std::array<motion::CompensationTable, 2> compensation;  // of X and Y; empty: none
   std::optional<FlyBy> fly_by;                            // otherwise it stops at each bump
   std::optional<Eigen::Vector3d> end_mm;                  // where the head goes after the last bump
+  double place_tolerance_mm = 0.1;                        // a good droplet lands this near to its bump
   double droplet_j = 0.0;                                 // heat that a droplet takes along
   double settle_s = 0.015;                                // pause at each bump before the droplet
   double heat_timeout_s = 600.0;                          // from RUN to at-temperature
@@ -112,19 +114,20 @@ struct PrintFault {
 };
 
 struct PrintResult {
-  bool good = false;    // every bump printed
+  bool good = false;    // every bump printed, each in its place
   std::string verdict;  // one sentence
   std::vector<PhaseTime> phases;
   std::vector<Reading> readings;
   std::vector<CheckedWindow> windows;
   std::vector<PrintFault> faults;
   std::size_t droplets = 0;
+  std::size_t misplaced = 0;  // droplets of these beyond the tolerance
   std::uint64_t cycles = 0;
   std::uint64_t frames = 0;                          // Modbus frames that the chip accepted
   double homing_s = 0.0;                             // 0: the stage was homed before
   double largest_miss_mm = 0.0, mean_miss_mm = 0.0;  // of the droplets from their bumps
   double heater_energy_j = 0.0;
-  double peak_heater_degc = 0.0;
+  double peak_heater_degc = std::numeric_limits<double>::quiet_NaN();  // NaN: never looked at
 };
 
 struct Progress {

@@ -189,6 +189,17 @@ std::string render_report(const PrintReport& report) {
                                   {"script", std::string(page_parts::kScript)}});
 }
 
+bool is_summary(std::string_view text) {
+  const Json summary = Json::parse(text, nullptr, false);
+  if (!summary.is_object()) return false;
+  const auto has = [&](const char* field, auto is) {
+    return summary.contains(field) && (summary.at(field).*is)();
+  };
+  return has("schema", &Json::is_number_integer) && has("job", &Json::is_string) &&
+         has("verdict", &Json::is_string) && has("key_figures", &Json::is_array) &&
+         has("lockstep", &Json::is_array);
+}
+
 std::string summary_json(const PrintReport& report) { return dump(summary(report), 2) + "\n"; }
 
 void write_report(const std::filesystem::path& path, const PrintReport& report) {

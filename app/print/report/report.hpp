@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace meltstage::app {
@@ -133,6 +134,9 @@ std::string render_report(const PrintReport& report);
 /// The report without its curves and paths, as indented JSON: schema, job, verdict, key figures, phases,
 /// lockstep, windows, faults, settings, versions. NaN is written as null.
 std::string summary_json(const PrintReport& report);
+
+/// Whether a text is what summary_json() writes, or wrote when it had fewer fields.
+bool is_summary(std::string_view text);
 
 /// Writes the page; it appears whole or not at all.
 /// @throws std::runtime_error with one line naming the path when it can't be written.

@@ -288,7 +288,7 @@ TEST_F(Command, ForeignFolderIsNotReplaced) {
   const Ran ran = run_command("print " + write("job.toml", kJob).string() + " --rtl none --out " +
                               (folder_ / "mine").string());
   EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.output, HasSubstr("was not written by this command"));
+  EXPECT_THAT(ran.output, HasSubstr("mine/thesis.txt: was not written by `meltstage print`"));
   EXPECT_TRUE(fs::exists(folder_ / "mine" / "thesis.txt"));
 }
 

@@ -58,6 +58,39 @@ TEST_F(MotionCommand, WritesAJobForEitherControl) {
   EXPECT_THAT(text_of("job.gcode"), HasSubstr("\nM8\n"));
 }
 
+TEST_F(MotionCommand, GcodeTellsWhatItLeavesOutOfAJob) {
+  const std::string examples = MELTSTAGE_SOURCE_DIR "/examples/";
+  for (const std::string dialect : {"linuxcnc", "grbl"}) {
+    const auto write = [&](const std::string& job) {
+      const Ran ran =
+          run_command("gcode " + examples + job + " --dialect " + dialect + " --out " + in_folder("job"));
+      EXPECT_EQ(ran.status, 0) << ran.output;
+      return ran.output;
+    };
+    for (const std::string note :
+         {"deviations_x aren't corrected here: the control has to", "deviations_y aren't corrected here",
+          "quiet isn't written", "homing isn't written: home the machine first"}) {
+      EXPECT_THAT(write("stage.toml"), HasSubstr("note: " + note));
+      EXPECT_THAT(text_of("job"), HasSubstr("(note: " + note));
+    }
+    EXPECT_THAT(write("fly_by.toml"), HasSubstr("note: mode fly-by isn't written: it stops at each bump"));
+    EXPECT_THAT(write("aligned.toml"), HasSubstr("note: alignment isn't written"));
+    EXPECT_EQ(write("first.toml"), in_folder("job") + ": 24 droplets\n");
+  }
+}
+
+TEST_F(MotionCommand, GcodeGoesToTheJobsEnd) {
+  std::ofstream(folder_ / "bumps.csv") << "x_mm,y_mm\n10,10\n12,10\n";
+  const auto program = [&](const std::string& print) {
+    std::ofstream(folder_ / "job.toml") << "[coordinates]\nfile = \"bumps.csv\"\n[print]\n" << print;
+    EXPECT_EQ(run_command("gcode " + in_folder("job.toml") + " --out " + in_folder("job.ngc")).status, 0);
+    return text_of("job.ngc");
+  };
+  EXPECT_THAT(program("end_x_mm = 50\nend_y_mm = 60\n"), EndsWith("\nG0 X50.0000 Y60.0000\nM2\n"));
+  EXPECT_THAT(program(""), EndsWith("\nG0 X0.0000 Y0.0000\nM2\n"));
+  EXPECT_THAT(program("tour = \"closed\"\nbegin = \"free\"\n"), EndsWith("\nG0 X10.0000\nM2\n"));
+}
+
 TEST_F(MotionCommand, LeavesNothingBehindWhenItCannotWrite) {
   expect_refused(run_command("gcode " + kJob + " --out " + in_folder("none/job.ngc")), "cannot write");
   expect_refused(run_command("gcode nothing.toml --out " + in_folder("job.ngc")), "nothing.toml");
@@ -95,11 +128,40 @@ TEST_F(MotionCommand, EvaluatesAPositioningTest) {
   EXPECT_THAT(text_of("x.comp"), StartsWith("15.000000 15.002250 15.004202\n"));
 }
 
+// A spreadsheet's CSV has a byte order mark, an old one a lone CR.
+TEST_F(MotionCommand, ReadsATestWhoeverWroteIt) {
+  const std::string file =
+      (fs::temp_directory_path() / ("ends." + std::to_string(getpid()) + ".csv")).string();
+  const std::string rows[] = {"target_mm,direction,deviation_um",
+                              "1,+,1",
+                              "1,-,2",
+                              "1,+,1",
+                              "1,-,2",
+                              "5,+,3",
+                              "5,-,4",
+                              "5,+,3",
+                              "5,-,4"};
+  std::string first;
+  for (const char* mark : {"", "\xEF\xBB\xBF"})
+    for (const char* end : {"\n", "\r\n", "\r"}) {
+      std::ofstream text(file, std::ios::binary);
+      text << mark;
+      for (const std::string& row : rows) text << row << end;
+      text.close();
+      const Ran ran = run_command("accuracy " + file);
+      EXPECT_EQ(ran.status, 0) << ran.output;
+      if (first.empty()) first = ran.output;
+      EXPECT_EQ(ran.output, first);
+    }
+  fs::remove(file);
+}
+
 TEST_F(MotionCommand, NamesWhatIsWrongWithATest) {
   expect_refused(run_command("accuracy " + in_folder("none.csv")), "none.csv: no such file");
   const std::string bad = (fs::temp_directory_path() / ("bad." + std::to_string(getpid()) + ".csv")).string();
   std::ofstream(bad) << "target_mm,direction,deviation_um\n1,+,nan\n";
-  expect_refused(run_command("accuracy " + bad), ":2: found deviation_um \"nan\", expected a finite number");
+  expect_refused(run_command("accuracy " + bad),
+                 ":2:5: found deviation_um \"nan\", expected a finite number");
   fs::remove(bad);
 }
 

@@ -85,10 +85,10 @@ TEST(Accuracy, NamesTheLineOfAFileThatCannotBeRead) {
     return error_of([&] { read_deviations(file); });
   };
   const std::string header = "target_mm,direction,deviation_um\n";
-  EXPECT_THAT(error_in("x,y\n"), HasSubstr(":1: found header \"x,y\", expected \"target_mm,"));
-  EXPECT_THAT(error_in(header + "1,+,0.5\n2,up,1\n"), HasSubstr(":3: found direction \"up\""));
-  EXPECT_THAT(error_in(header + "1,+,0.5x\n"), HasSubstr(":2: found deviation_um \"0.5x\""));
-  EXPECT_THAT(error_in(header + "1,+\n"), HasSubstr(":2: found \"1,+\", expected three fields"));
+  EXPECT_THAT(error_in("x,y\n"), HasSubstr(":1:1: found header \"x,y\", expected \"target_mm,"));
+  EXPECT_THAT(error_in(header + "1,+,0.5\n2,up,1\n"), HasSubstr(":3:3: found direction \"up\""));
+  EXPECT_THAT(error_in(header + "1,+,0.5x\n"), HasSubstr(":2:5: found deviation_um \"0.5x\""));
+  EXPECT_THAT(error_in(header + "1,+\n"), HasSubstr(":2:1: found \"1,+\", expected three fields"));
   EXPECT_THAT(error_in(header + "1,+,0.5\n"), EndsWith("found 1 target positions, expected at least 2"));
   EXPECT_THAT(error_in(""), EndsWith("found 0 target positions, expected at least 2"));
   std::filesystem::remove(file);

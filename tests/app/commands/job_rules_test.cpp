@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the fields of a job have to do with each other, and what its verdict asks for.
+#include "app/print/job_rules.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/run_command.hpp"
+
+namespace meltstage {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class JobRules : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("meltstage_job_rules." + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    write("bumps.csv", "x_mm,y_mm\n10,10\n12,10\n10,12\n12,12\n");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+  }
+  // A job that is at temperature soon, and what else its sections say.
+  Ran print(const std::string& more, const std::string& temperature = "setpoint_degc = 28\n",
+            const std::string& head = "") const {
+    write("job.toml", "[coordinates]\nfile = \"bumps.csv\"\n[head]\nplant = \"E3D-like\"\n" + head +
+                          "[temperature]\ndwell_s = 0.3\n" + temperature + more);
+    return run_command("print " + (folder_ / "job.toml").string() + " --rtl none --out " +
+                       (folder_ / "out").string());
+  }
+  nlohmann::json figure(const std::string& what) const {
+    const auto summary = nlohmann::json::parse(std::ifstream(folder_ / "out/summary.json"));
+    for (const auto& figure : summary.at("key_figures"))
+      if (figure.at("what") == what) return figure.at("value");
+    ADD_FAILURE() << "no figure " << what;
+    return {};
+  }
+  void expect_refused(const Ran& ran, const std::string& part) const {
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(part));
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+    EXPECT_FALSE(fs::exists(folder_ / "out"));
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(JobRules, AFieldThatTheChipWouldRefuseIsNamed) {
+  expect_refused(print("", "setpoint_degc = 498\n"),
+                 "job.toml:7:17: temperature.setpoint_degc: found 498, expected at most 495");
+  expect_refused(print("[registers]\nT_MAX = 30.0\n"),
+                 "job.toml:9:9: registers.T_MAX: found 30, expected at least 33");
+  expect_refused(print("[registers]\nSETPOINT = 66.0\n"),
+                 "registers.SETPOINT: found 66, expected at most 63");
+  expect_refused(print("[registers]\nLOCK = 1\n"), "registers.LOCK: found 1, expected 0");
+}
+
+TEST_F(JobRules, AHeadThatCannotComeToTheSetPointIsRefused) {
+  expect_refused(
+      print("", "setpoint_degc = 28\n", "ambient_degc = 60\n"),
+      "temperature.setpoint_degc: found 28, expected at least 59: the head does not get colder than "
+      "head.ambient_degc");
+  expect_refused(
+      print("[registers]\nT_MAX = 50\n", "setpoint_degc = 30\nwindow_degc = 60\n", "ambient_degc = 55\n"),
+      "head.ambient_degc: found 55, expected less than 50");
+}
+
+TEST_F(JobRules, AControlPeriodGivesTheSensorItsTime) {
+  expect_refused(print("", "setpoint_degc = 28\nperiod_ms = 50\n"),
+                 "temperature.period_ms: found 50, expected at least 100 ms, in which the sensor MAX31855");
+  expect_refused(print("[registers]\nTS = 50\n"), "registers.TS: found 50, expected at least 100 ms");
+}
+
+TEST_F(JobRules, AWholeNumberTooLargeIsShownAsItStands) {
+  expect_refused(print("", "setpoint_degc = 9223372036854775807\n"),
+                 "found 9223372036854775807, expected 0 to");
+}
+
+TEST_F(JobRules, AHostThatIsLostAtOnceIsToldAsSuch) {
+  const Ran ran = print("[[event]]\nat_s = 0\nwhat = \"host-lost\"\n");
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("the host was lost before it saw a reading of the sensor"));
+}
+
+TEST_F(JobRules, WhatWasNotMeasuredIsNull) {
+  const Ran ran = print("[[event]]\nat_s = 0.05\nwhat = \"emergency-stop\"\n");
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("heat-up none; print none"));
+  for (const char* what :
+       {"Time from RUN to at-temperature", "Largest error while printing", "Print time", "Homing",
+        "Largest miss of a droplet", "Mean miss of a droplet", "Droplets beyond that"})
+    EXPECT_TRUE(figure(what).is_null()) << what << " " << figure(what);
+  EXPECT_EQ(figure("Droplets"), 0);
+}
+
+TEST_F(JobRules, ADropletBesideItsBumpMakesThePrintBad) {
+  const std::string off = "[stage]\nbacklash_x_um = 1000\n";
+  Ran ran = print(off);
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("of the droplets beside their bumps, the farthest by"));
+  EXPECT_THAT(ran.output, HasSubstr("expected at most 100 um"));
+  EXPECT_GT(figure("Largest miss of a droplet"), 100.0);
+  EXPECT_GT(figure("Droplets beyond that"), 0);
+  EXPECT_EQ(figure("Miss of a good droplet, at most"), 100.0);
+  ran = print(off + "[print]\nplace_tolerance_um = 2000\n");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(figure("Droplets beyond that"), 0);
+  EXPECT_EQ(print("").status, 0);
+}
+
+TEST_F(JobRules, AMoveThatCannotBeQuietIsRefused) {
+  const std::string stage = "[stage]\nquiet = true\nmode_spread = 0.5\njerk_mm_s3 = 1e7\n";
+  expect_refused(print(stage + "quiet_tolerance_um = 0.01\n"),
+                 "job.toml:12:22: stage.quiet_tolerance_um: found 0.01, expected at least ");
+  const Ran ran = print(stage + "quiet_tolerance_um = 1000\n");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+}
+
+TEST_F(JobRules, ATableOfDeviationsFitsItsAxis) {
+  const auto with = [&](const std::string& rows) {
+    write("x.csv", "target_mm,direction,deviation_um\n" + rows);
+    return print("[stage]\ndeviations_x = \"x.csv\"\n");
+  };
+  const auto at = [](const std::string& mm, const std::string& um) {
+    std::string rows;
+    for (const char* direction : {"+", "-", "+", "-"}) rows += mm + "," + direction + "," + um + "\n";
+    return rows;
+  };
+  expect_refused(with(at("0", "0") + at("250", "1")), "x.csv:6:1: found target_mm 250, expected 0 to 200");
+  expect_refused(with(at("-5", "0") + at("100", "1")), "x.csv:2:1: found target_mm -5, expected 0 to 200");
+  // commanded positions would not follow each other as their targets do
+  expect_refused(with(at("0", "0") + at("1", "-1500") + at("2", "0")),
+                 "x.csv:6:1: found deviations whose mean changes by -1500 um over the 1 mm");
+  EXPECT_EQ(with(at("0", "0") + at("100", "10") + at("200", "-10")).status, 0);
+}
+
+TEST(DefaultPlaceTolerance, IsAQuarterOfTheSmallestDistanceWithinBounds) {
+  const auto of = [](const std::vector<motion::Point>& bumps) {
+    return app::default_place_tolerance_mm(bumps);
+  };
+  EXPECT_EQ(of({{1.0, 1.0, 1}}), 0.1);
+  EXPECT_EQ(of({{1.0, 1.0, 1}, {5.0, 1.0, 2}}), 0.1);
+  EXPECT_NEAR(of({{1.0, 1.0, 1}, {9.0, 1.0, 2}, {1.0, 1.2, 3}, {9.1, 1.1, 4}}), 0.25 * std::sqrt(0.02),
+              1e-12);
+  EXPECT_EQ(of({{1.0, 1.0, 1}, {1.001, 1.0, 2}}), 0.01);
+}
+
+}  // namespace
+}  // namespace meltstage
