@@ -323,6 +323,7 @@ class GcodeReader {
 
   void read_block(std::string_view text) {
     Eigen::Vector3d to_mm = at_mm_;
+    std::array<bool, 3> known = known_;
     bool moves = false, dwell = false;
     std::optional<bool> pressure;
     const auto found = words(text);
@@ -336,8 +337,10 @@ class GcodeReader {
     }
     for (const Word& w : found) {
       if (w.letter >= 'X' && w.letter <= 'Z') {
+        const auto axis = static_cast<std::size_t>(w.letter - 'X');
         double& at = to_mm[w.letter - 'X'];
-        at = (absolute_ ? 0.0 : at) + w.value * unit_mm_;
+        at = (absolute_ ? 0.0 : at) + w.value * unit_mm_.value_or(1.0);
+        known[axis] = known[axis] || absolute_;
         moves = true;
       } else if (w.letter >= 'A' && w.letter <= 'C' && w.value != 0.0) {
         lines_.fail(row_,
@@ -347,7 +350,21 @@ class GcodeReader {
       }
     }
     if (pressure) switch_pressure(*pressure);
-    if (moves && !dwell) move(to_mm);
+    if (!moves || dwell) return;
+    if (!unit_mm_)
+      lines_.fail(row_, "found a move before G20 or G21, expected one of them first: inches or mm");
+    known_ = known;
+    move(to_mm);
+  }
+
+  /// A point of a line; on a way that begins where no word said, it could lie anywhere.
+  void add(const Eigen::Vector3d& at_mm) {
+    for (std::size_t axis = 0; axis < known_.size(); ++axis)
+      if (!known_[axis])
+        lines_.fail(row_, fmt::format("found a line that begins before any {0}, expected X, Y and Z of its "
+                                      "beginning, such as {0}5",
+                                      "XYZ"[axis]));
+    lines_.add(at_mm, Eigen::Vector3d::UnitZ(), row_);
   }
 
   /// Takes over a G word; true if the block's numbers are no place.
@@ -394,25 +411,29 @@ class GcodeReader {
     if (on == pressure_) return;
     pressure_ = on;
     if (on)
-      lines_.add(at_mm_, Eigen::Vector3d::UnitZ(), row_);
+      add(at_mm_);
     else
       lines_.end_line(true);
   }
 
   void move(const Eigen::Vector3d& to_mm) {
     if (switched_) {
-      if (pressure_) lines_.add(to_mm, Eigen::Vector3d::UnitZ(), row_);
+      if (pressure_) add(to_mm);
     } else {
       if (rapid_) lines_.end_line(false);
-      lines_.add(to_mm, Eigen::Vector3d::UnitZ(), row_);
+      // Rapid moves, one axis after the other, may lead to where a line begins.
+      if (!rapid_ || all_known()) add(to_mm);
     }
     at_mm_ = to_mm;
   }
 
+  bool all_known() const { return known_ == std::array{true, true, true}; }
+
   Lines lines_;
   bool switched_;
   bool pressure_ = false, rapid_ = true, absolute_ = true;
-  double unit_mm_ = 1.0;
+  std::optional<double> unit_mm_;
+  std::array<bool, 3> known_{};  ///< X, Y, Z that a word said
   Eigen::Vector3d at_mm_ = Eigen::Vector3d::Zero();
   std::size_t row_ = 0;
 };

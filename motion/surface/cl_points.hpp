@@ -34,9 +34,9 @@ inline constexpr double kSamePoint_mm = 1e-9;
 /// - `.apt`, `.cls`, `.cl`: GOTO/x,y,z[,i,j,k], FROM/, GODLTA/dx,dy,dz, UNITS/MM|INCH, RAPID, MULTAX, PARTNO,
 ///   `TOOL PATH/name`, `$` at a line's end (goes on), `$$` (comment). A RAPID move belongs to no line.
 ///   Statements without motion are passed over; motion other than GOTO (CIRCLE, CYCLE, GOFWD) is refused.
-/// - `.ngc`, `.nc`, `.gcode`, `.tap`: G0, G1, G20, G21, G90, G91, comments; A, B, C have to be 0. G0 belongs
-/// to
-///   no line. Where pressure is switched (M62/M64 and M63/M65), a line is what is moved under pressure.
+/// - `.ngc`, `.nc`, `.gcode`, `.tap`: G0, G1, G20, G21, G90, G91, comments; A, B, C have to be 0. The unit
+///   stands before the first move, X, Y and Z before a line begins. G0 belongs to no line. Where pressure is
+///   switched (M62/M64 and M63/M65), a line is what is moved under pressure.
 /// - `.csv`: columns x, y, z and, if wanted, i, j, k (tool axis) and line (any text, a new one begins a
 /// line),
 ///   named in the first row; without names x, y, z, i, j, k in this order. Millimetres. An empty row ends a

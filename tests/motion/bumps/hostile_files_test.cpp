@@ -144,8 +144,9 @@ TEST(HostilePaths, NumbersBeyondAnyMachineAreRefused) {
   EXPECT_THAT(path_refusal("a.apt", "GOTO/0,0,0\nGOTO/1e300,0,0\n"),
               HasSubstr("a.apt: row 2: found the point (1e+300"));
   EXPECT_THAT(path_refusal("a.apt", "GOTO/0,0,0,1e300,1e300,1\n"), HasSubstr("tool axis"));
-  EXPECT_THAT(path_refusal("a.ngc", "G1 X0\nX9999999\n"), HasSubstr("row 2: found the point"));
-  EXPECT_EQ(path_refusal("a.ngc", "G99999999999999999999999 G1 M99999999999999999999 X0\nX1\n"), "");
+  EXPECT_THAT(path_refusal("a.ngc", "G21 G1 X0 Y0 Z0\nX9999999\n"), HasSubstr("row 2: found the point"));
+  EXPECT_EQ(path_refusal("a.ngc", "G99999999999999999999999 G1 M99999999999999999999 G21 X0 Y0 Z0\nX1\n"),
+            "");
 }
 
 TEST(HostilePaths, NamesBringNoControlBytes) {

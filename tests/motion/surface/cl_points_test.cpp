@@ -104,8 +104,8 @@ M2
 }
 
 TEST(GcodeReader, TakesWhatIsMovedUnderPressure) {
-  const auto lines =
-      read_tool_path_text("a.ngc", "G0 X0 Y0 Z5\nM64 P0\nG1 X1\nX2\nM65 P0\nX3\nM62 P0\nX4\nX5\nM63 P0\n");
+  const auto lines = read_tool_path_text(
+      "a.ngc", "G21 G0 X0 Y0 Z5\nM64 P0\nG1 X1\nX2\nM65 P0\nX3\nM62 P0\nX4\nX5\nM63 P0\n");
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0].points.size(), 3U);
   EXPECT_EQ(lines[1].points.size(), 3U);
@@ -113,11 +113,18 @@ TEST(GcodeReader, TakesWhatIsMovedUnderPressure) {
 }
 
 TEST(GcodeReader, RefusesWhatItCannotFollow) {
-  EXPECT_EQ(error_of("a.ngc", "G1 X0 Y0\nG2 X1 I1\n"),
+  EXPECT_EQ(error_of("a.ngc", "G21 G1 X0 Y0 Z0\nG2 X1 I1\n"),
             "a.ngc: row 2: found G2, expected G0 or G1; write the path as linear moves");
   EXPECT_THAT(error_of("a.ngc", "G1 X0 A10\n"),
               HasSubstr("found A10, expected a path in the workpiece's frame"));
   EXPECT_THAT(error_of("a.ngc", "G1 X#1\n"), HasSubstr("found ''"));
+  // Inches or millimetres, and how high: nothing to be guessed.
+  EXPECT_EQ(error_of("a.ngc", "G90\nG1 X0 Y0 Z0\nX1\n"),
+            "a.ngc: row 2: found a move before G20 or G21, expected one of them first: inches or mm");
+  EXPECT_EQ(error_of("a.ngc", "G21\nG0 X0 Y0\nG1 X1\n"),
+            "a.ngc: row 3: found a line that begins before any Z, expected X, Y and Z of its beginning, such "
+            "as Z5");
+  EXPECT_THAT(error_of("a.ngc", "G21 G0 Z5 X1\nM64 P0\nG1 X1\nM65 P0\n"), HasSubstr("before any Y"));
   EXPECT_THAT(error_of("a.ngc", "G1 X1 (open\n"), HasSubstr("comment without its end"));
   EXPECT_THAT(error_of("a.ngc", "#1=2\n"), HasSubstr("parameters and expressions aren't read"));
 }
