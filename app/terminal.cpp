@@ -21,6 +21,8 @@ void on_stderr(std::string_view text) { std::fwrite(text.data(), 1, text.size(),
 void catch_interrupts() {
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
+  // The terminal is gone; nohup(1) has had it ignored, so that the work goes on.
+  if (std::signal(SIGHUP, on_interrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
 void throw_if_interrupted() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What long commands share: ending on Ctrl-C or SIGTERM, and one line of progress.
+// What long commands share: ending on Ctrl-C, SIGTERM or SIGHUP, and one line of progress.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ namespace meltstage::app {
 /// A text on standard error. What can't be written there is lost, and the exit status says the rest.
 void on_stderr(std::string_view text);
 
-// Ctrl-C or SIGTERM: unwinds, so that nothing half-written and no process stays.
+// Ctrl-C, SIGTERM or SIGHUP: unwinds, so that nothing half-written and no process stays.
 struct Interrupted {};
 void catch_interrupts();
 // Throws Interrupted once a signal has come.

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "app/print/job_file.hpp"
+#include "app/terminal.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -232,8 +233,11 @@ int write_trial(const Settings& s) {
   return 0;
 }
 
-// What is left of a fit's objective when it stops gaining isn't known before, so the share is of all rounds
-// that it may take.
+motion::TrialFit fit_shown(const std::string& what, const motion::TrialFit& start, int iterations) {
+  ProgressLine line;
+  return fit_first_group(start, iterations, [&](double share) { line.show_share(what, share); });
+}
+
 void print_fit(const motion::TrialFit& fit, const std::string& whence) {
   const auto after =
       run_trial(make_trial_part(fit.error), motion::Compensation::as_published, fit.deposition, 1);
@@ -250,14 +254,15 @@ int calibrate(const Settings& s) {
   motion::TrialFit best = motion::assess_fit({}, motion::paper_error());
   print_fit(best, "as stored");
   for (std::uint64_t seed = 1; seed <= s.starts; ++seed) {
-    const motion::TrialFit fit = fit_first_group(motion::draw_start(seed), kFitIterations);
+    const motion::TrialFit fit =
+        fit_shown(fmt::format("fit {} of {}", seed, s.starts), motion::draw_start(seed), kFitIterations);
     print_fit(fit, fmt::format("from start {}", seed));
     if (seed == 1 || fit.objective < best.objective) best = fit;
   }
   // Again from where it stands, as the damping starts anew, until that gains nothing.
   for (double before = INFINITY; before - best.objective > 0.01;) {
     before = best.objective;
-    best = fit_first_group(best, kLastIterations);
+    best = fit_shown("fit from the best", best, kLastIterations);
   }
   print_fit(best, "best");
   const motion::DepositionModel& d = best.deposition;

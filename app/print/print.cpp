@@ -287,6 +287,7 @@ int print_job(const PrintOptions& options) {
   }
 
   require_outside(options.out, loaded.inputs);
+  catch_interrupts();
   PrintFolder folder(options.out);
   const std::filesystem::path work =
       options.work.empty() ? std::filesystem::path(options.out.string() + ".windows") : options.work;
@@ -294,7 +295,6 @@ int print_job(const PrintOptions& options) {
   if (loaded.job.rtl == tb::RtlWindows::full) {
     planner.emplace(work, tb::WindowRunName{loaded.job.name, loaded.job.head.seed}, options.borders);
   }
-  catch_interrupts();
   tb::PrintResult result;
   std::optional<CheckedRun> checked;
   try {

@@ -19,6 +19,59 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// Passes a recording on, and ends on a signal: what was half planned goes then.
+class Interruptible final : public recording::Sink {
+ public:
+  explicit Interruptible(recording::Sink& to) : to_(to) {}
+  void begin(const recording::Header& header) override { to_.begin(header); }
+  void change(const recording::Change& change) override {
+    throw_if_interrupted();
+    to_.change(change);
+  }
+  void end(std::uint64_t final_cycle) override { to_.end(final_cycle); }
+
+ private:
+  recording::Sink& to_;
+};
+
+constexpr std::chrono::milliseconds kShareEvery{500};
+
+// Parts of windows that are done, looked at now and then.
+class SharesUnderWay {
+ public:
+  explicit SharesUnderWay(const fs::path& folder) : folder_(folder) {}
+  double now() {
+    const auto time = std::chrono::steady_clock::now();
+    if (time >= next_) {
+      sum_ = tb::shares_under_way(folder_);
+      next_ = time + kShareEvery;
+    }
+    return sum_;
+  }
+
+ private:
+  const fs::path& folder_;
+  double sum_ = 0.0;
+  std::chrono::steady_clock::time_point next_;
+};
+
+// Writes down how far a worker is.
+class ShareWriter {
+ public:
+  ShareWriter(const fs::path& folder, std::size_t window) : folder_(folder), window_(window) {}
+  void operator()(double share) {
+    const auto time = std::chrono::steady_clock::now();
+    if (time < next_) return;
+    next_ = time + kShareEvery;
+    tb::write_share(folder_, window_, share);
+  }
+
+ private:
+  const fs::path& folder_;
+  std::size_t window_;
+  std::chrono::steady_clock::time_point next_ = std::chrono::steady_clock::now() + kShareEvery;
+};
+
 std::string first_faults(const tb::JoinedWindows& joined) {
   constexpr std::size_t kShown = 20;
   std::string text;
@@ -55,10 +108,11 @@ CheckedRun check_run(const fs::path& folder, const RunWindowsSettings& settings)
                                                          : std::max(1u, std::thread::hardware_concurrency()),
                                         .attempts = settings.attempts};
     ProgressLine line;
+    SharesUnderWay under_way(folder);
     const tb::WindowProgressCall progress = [&](const tb::WindowProgress& p) {
       throw_if_interrupted();
       line.show_share(fmt::format("{} windows in RTL", p.total),
-                      static_cast<double>(p.done) / static_cast<double>(p.total),
+                      (static_cast<double>(p.done) + under_way.now()) / static_cast<double>(p.total),
                       fmt::format("{} done, {}", p.done, p.detail));
     };
     tb::RanWindows ran = settings.runner == WindowRunner::slurm
@@ -82,11 +136,18 @@ std::string describe(const CheckedRun& run) {
 
 int plan_windows(const fs::path& pins, const fs::path& folder, const tb::WindowBorders& borders) {
   require_outside(folder, {pins});
-  tb::WindowPlanner planner(folder, {pins.filename().string(), 0}, borders);
-  recording::read_text_into(pins, planner);
-  const tb::WindowPlan plan = planner.publish();
-  fmt::print("{}: {} windows, {} clocks\n", folder.string(), plan.windows.size(), plan.cycles);
-  return 0;
+  catch_interrupts();
+  try {
+    tb::WindowPlanner planner(folder, {pins.filename().string(), 0}, borders);
+    Interruptible sink(planner);
+    recording::read_text_into(pins, sink);
+    const tb::WindowPlan plan = planner.publish();
+    fmt::print("{}: {} windows, {} clocks\n", folder.string(), plan.windows.size(), plan.cycles);
+    return 0;
+  } catch (const Interrupted&) {
+    on_stderr("meltstage: interrupted; nothing written\n");
+    return 1;
+  }
 }
 
 int run_windows(const fs::path& folder, const RunWindowsSettings& settings) {
@@ -111,7 +172,7 @@ int check_one_window(const fs::path& folder, std::size_t window) {
   const tb::WindowPlan plan = tb::read_plan(folder);
   tb::WindowResult result;
   if (isatty(STDOUT_FILENO) == 0) {  // a worker of `windows run`, which tells the progress of all
-    result = tb::check_window(folder, plan, window);
+    result = tb::check_window(folder, plan, window, ShareWriter(folder, window));
   } else {
     ProgressLine line;
     result = tb::check_window(folder, plan, window, [&](double share) {

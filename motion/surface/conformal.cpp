@@ -324,8 +324,9 @@ class ProgramWriter {
 
   char tilt_letter() const { return options_.table.tilt == TwinRotaryTable::Tilt::a ? 'A' : 'B'; }
 
-  /// Between lines the head crosses the part at safe z, so whatever the table lifts has to stay below it. With
-  /// RTCP the control itself lifts the machine as the table tilts, and Z is that of the tip on the workpiece.
+  /// Between lines the head crosses the part at safe z, so whatever the table lifts has to stay below it.
+  /// With RTCP the control itself lifts the machine as the table tilts, and Z is that of the tip on the
+  /// workpiece.
   void require_below_safe_z(const std::string& name, const std::vector<PrintMove>& moves,
                             const AxesPosition& above, const AxesPosition& after) const {
     double highest_mm = std::max(above.linear_mm.z(), after.linear_mm.z());

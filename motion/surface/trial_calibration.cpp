@@ -197,7 +197,8 @@ TrialFit draw_start(std::uint64_t seed) {
   return fit_of(Problem(), numbers);
 }
 
-TrialFit fit_first_group(const TrialFit& start, int iterations) {
+TrialFit fit_first_group(const TrialFit& start, int iterations,
+                         const std::function<void(double share)>& progress) {
   constexpr double kStep = 1e-4, kLargestMove = 0.5, kStandsStill = 1e-9;
   const Problem problem;
   Eigen::VectorXd at = problem.numbers(start.deposition, start.error);
@@ -206,6 +207,7 @@ TrialFit fit_first_group(const TrialFit& start, int iterations) {
   for (int iteration = 0; iteration < iterations && damping < 1e8; ++iteration) {
     Eigen::MatrixXd slopes(misfits.size(), kNumbers);
     for (int i = 0; i < kNumbers; ++i) {
+      if (progress) progress((iteration + static_cast<double>(i) / kNumbers) / iterations);
       Eigen::VectorXd more = at, less = at;
       more[i] += kStep, less[i] -= kStep;
       slopes.col(i) = (problem.misfits(more) - problem.misfits(less)) / (2.0 * kStep);

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 
 #include "motion/surface/conformal_trial.hpp"
 
@@ -42,6 +43,8 @@ TrialFit draw_start(std::uint64_t seed);
 /// stringing (section 3.3: line 2 at 5-8 and 17-19 mm, line 6 at 14-18, line 9 at 11-13 and 29-31) the least
 /// width is 150 um (30 um), elsewhere it is not below 250 um (30 um). Assumed before: form and placement
 /// error of 45 um rms, smooth over 14 mm; the deposition model's numbers log-normal (trial_calibration.cpp).
-TrialFit fit_first_group(const TrialFit& start, int iterations);
+/// `progress` hears the share of the iterations that are done; few fits need them all.
+TrialFit fit_first_group(const TrialFit& start, int iterations,
+                         const std::function<void(double share)>& progress = {});
 
 }  // namespace meltstage::motion

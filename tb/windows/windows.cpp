@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "base/error.hpp"
@@ -439,6 +442,16 @@ class Joiner {
 
 }  // namespace
 
+namespace {
+
+constexpr std::string_view kShare = ".share";
+
+fs::path share_file(const fs::path& folder, std::size_t window) {
+  return result_file(folder, window).replace_extension(kShare);
+}
+
+}  // namespace
+
 std::string plan_hash(const WindowPlan& plan) { return content_hash(to_json(plan)); }
 
 fs::path plan_file(const fs::path& folder) { return folder / "plan.json"; }
@@ -502,6 +515,21 @@ WindowResult check_window(const fs::path& folder, const WindowPlan& plan, std::s
   return result;
 }
 
+void write_share(const fs::path& folder, std::size_t window, double share) {
+  std::ofstream(share_file(folder, window)) << share << "\n";
+}
+
+double shares_under_way(const fs::path& folder) {
+  double sum = 0.0;
+  std::error_code gone;  // a file that a worker has just taken away
+  for (const auto& entry : fs::directory_iterator(folder / "results", gone)) {
+    if (entry.path().extension() != kShare) continue;
+    double share = 0.0;
+    if (std::ifstream(entry.path()) >> share) sum += std::clamp(share, 0.0, 1.0);
+  }
+  return sum;
+}
+
 void write_result(const fs::path& folder, const WindowResult& result) {
   // Two workers of one window must not write into one file.
   const fs::path path = result_file(folder, result.window);
@@ -509,6 +537,7 @@ void write_result(const fs::path& folder, const WindowResult& result) {
   fs::create_directories(path.parent_path());
   write_sealed(own, kResultFormat, to_json(result));
   fs::rename(own, path);
+  fs::remove(share_file(folder, result.window));
 }
 
 ReadResults read_results(const fs::path& folder) {

@@ -74,6 +74,11 @@ struct WindowResult {
 WindowResult check_window(const std::filesystem::path& folder, const WindowPlan& plan, std::size_t window,
                           const std::function<void(double share)>& progress = {});
 
+// How far a worker is with a window: for whoever waits, and nothing that a verdict rests on.
+void write_share(const std::filesystem::path& folder, std::size_t window, double share);
+// The sum over the windows that are under way.
+double shares_under_way(const std::filesystem::path& folder);
+
 // The result appears whole under its name; another one of the same window is replaced.
 void write_result(const std::filesystem::path& folder, const WindowResult& result);
 

@@ -272,13 +272,15 @@ TEST_F(Command, WrongCoordinateFilesAreRefusedInOneLine) {
 TEST_F(Command, InterruptedPrintLeavesNothing) {
   write("bumps.csv", kBumps);
   write("job.toml", kJob);
-  // With the RTL beside it, so that it takes long enough.
-  const Ran ran = run_command("print " + (folder_ / "job.toml").string() + " --out " + out().string() +
-                              " 2>&1 & sleep 1; kill -INT $!; wait $!; echo status $?");
-  EXPECT_THAT(ran.output, HasSubstr("interrupted; nothing written"));
-  EXPECT_THAT(ran.output, HasSubstr("status 1"));
-  for (const auto& entry : fs::directory_iterator(folder_))
-    EXPECT_THAT(entry.path().filename().string(), ::testing::Not(StartsWith("out")));
+  for (const std::string signal : {"INT", "TERM", "HUP"}) {
+    // With the RTL beside it, so that it takes long enough.
+    const Ran ran = run_command("print " + (folder_ / "job.toml").string() + " --out " + out().string() +
+                                " 2>&1 & sleep 1; kill -" + signal + " $!; wait $!; echo status $?");
+    EXPECT_THAT(ran.output, HasSubstr("interrupted; nothing written")) << signal;
+    EXPECT_THAT(ran.output, HasSubstr("status 1")) << signal;
+    for (const auto& entry : fs::directory_iterator(folder_))
+      EXPECT_THAT(entry.path().filename().string(), ::testing::Not(StartsWith("out"))) << signal;
+  }
 }
 
 TEST_F(Command, ForeignFolderIsNotReplaced) {

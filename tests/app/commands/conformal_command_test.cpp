@@ -124,7 +124,8 @@ TEST_F(Conformal, OptionsHaveRanges) {
   const std::string print = "print " + path + " " + points;
   for (const char* value : {"nan", "inf", "-1", "90", "1e300"})
     expect_refused(print + " --singular " + value, "--singular: ");
-  for (const char* value : {"nan", "1e9", "1e300"}) expect_refused(print + " --height " + value, "--height: ");
+  for (const char* value : {"nan", "1e9", "1e300"})
+    expect_refused(print + " --height " + value, "--height: ");
   for (const char* value : {"1e300,0,0", "0,0,nan", "0,-1e9,0"}) {
     expect_refused(print + " --station=" + value, "--station: ");
     expect_refused("probe " + path + " --station=" + value, "--station: ");

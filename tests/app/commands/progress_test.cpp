@@ -82,6 +82,23 @@ TEST_F(ProgressOfCommands, PrintAndWindowTellIt) {
   EXPECT_THAT(run_command("window " + work + " 0").output, Not(HasSubstr("in RTL")));
 }
 
+// Before the first of them is done.
+TEST_F(ProgressOfCommands, WindowsTellIt) {
+  ASSERT_EQ(run_command("print " + kFirst + " --rtl none --out " + in_folder("out")).status, 0);
+  const std::string work = in_folder("work");
+  ASSERT_EQ(
+      run_command("windows plan " + in_folder("out/pins.mvec") + " " + work + " --borders 100000000").status,
+      0);
+  // Both are long: they are left when they have told enough.
+  const Ran seen = run_in_terminal("windows run " + work + " -j 2 & sleep 8; kill -INT $!; wait $!");
+  EXPECT_THAT(seen.output, ContainsRegex("2 windows in RTL  [1-9][0-9]* %, [0-9]+ (s|min) left  0 done"));
+}
+
+TEST_F(ProgressOfCommands, CalibrationTellsIt) {
+  const Ran seen = run_in_terminal("conformal calibrate & sleep 4; kill $!; wait $!");
+  EXPECT_THAT(seen.output, ContainsRegex("fit from the best  [0-9]+ %"));
+}
+
 TEST_F(ProgressOfCommands, BenchesTellIt) {
   const Ran seen = run_in_terminal("bench prp --quick");
   EXPECT_THAT(seen.output, ContainsRegex("10 stages, sliders 0.5 um  [0-9]+ %"));
