@@ -34,7 +34,8 @@ void require_regular(const fs::path& path, std::string_view wanted) {
     case fs::file_type::none:
       fail(path, fmt::format("can't be read ({})", error.message()), wanted);
     default:
-      fail(path, "found a pipe, a socket or a device", wanted);
+      fail(path, "found a pipe, a socket or a device",
+           fmt::format("{}; save what it gives as a file and name that", wanted));
   }
 }
 

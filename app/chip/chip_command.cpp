@@ -17,6 +17,7 @@
 #include "app/chip/chip_tune.hpp"
 #include "app/chip/chip_watch.hpp"
 #include "app/chip/latched_fault.hpp"
+#include "app/number_range.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "host/controller.hpp"
@@ -149,10 +150,10 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
   set->add_option("SETTINGS", asked->settings, "NAME=VALUE ...")->required();
   CLI::App* watch = chip->add_subcommand("watch", "Temperature, duty, state and faults as they go");
   watch->add_option("--period", asked->watch.period_s, "Seconds between polls (default 0.25)")
-      ->check(CLI::Range(0.01, 3600.0));
+      ->check(number_from(0.01, 3600.0));
   CLI::Option* watch_for =
       watch->add_option("--for", asked->watch_for_s, "Ends after so many seconds (default: never)")
-          ->check(CLI::Range(0.0, 1e9));
+          ->check(number_from(0.0, 1e9));
   CLI::App* run = chip->add_subcommand("run", "Heating on");
   CLI::App* stop = chip->add_subcommand("stop", "Heater off");
   CLI::App* tune = chip->add_subcommand("tune", "Start the chip's autotune and follow it");

@@ -6,7 +6,6 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -17,9 +16,11 @@
 #include <utility>
 #include <vector>
 
+#include "app/number_range.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "motion/bumps/coordinates.hpp"
 
 namespace meltstage::app {
@@ -90,13 +91,8 @@ double asked_pitch_mm(const InitSettings& settings) {
 std::string toml_text(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\')
-      quoted += std::string("\\") + c;
-    else if (byte < 0x20 || byte == 0x7f)
-      quoted += fmt::format("\\u{:04x}", byte);
-    else
-      quoted += c;
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
   }
   return quoted + "\"";
 }
@@ -105,6 +101,16 @@ std::string toml_text(const std::string& text) {
 double centred(const Extent& extent, const motion::Range& travel) {
   const double middle = 0.5 * (travel.min_mm + travel.max_mm) - 0.5 * (extent.low + extent.high);
   return std::round(middle * 1000.0) / 1000.0;
+}
+
+// A job is TOML, whose texts are UTF-8, and its reader takes none with control characters.
+std::string text_for_job(const std::string& name) {
+  if (escaped(name) != name)
+    throw UserError(
+        fmt::format("{}: found a name with a control character or one that is no UTF-8, expected a name that "
+                    "a job can hold; rename the file or its folder",
+                    escaped(name)));
+  return toml_text(name);
 }
 
 int init_job(const InitSettings& settings) {
@@ -155,8 +161,8 @@ int init_job(const InitSettings& settings) {
                   "set-point\n"
                   "dwell_s = 2.0            # once it has been there for so long\n\n"
                   "[print]\ndroplet_j = 0.02         # heat that a droplet takes along\n",
-                  file.points.size(), x.size(), y.size(), toml_text(settings.bumps.stem().string()),
-                  toml_text(fs::proximate(fs::absolute(settings.bumps), folder).string()), pitch,
+                  file.points.size(), x.size(), y.size(), text_for_job(settings.bumps.stem().string()),
+                  text_for_job(fs::proximate(fs::absolute(settings.bumps), folder).string()), pitch,
                   centred(x, travel.x), centred(y, travel.y)));
   for (const std::string& note : file.notes) fmt::print("note: {}\n", note);
   if (settings.bumps.extension() == ".kicad_mod")
@@ -177,7 +183,7 @@ Action add_init_command(CLI::App& cli, const std::string&) {
   CLI::Option* unit =
       command->add_option("--unit", s->unit, "Unit of numbers that have none: " + known_units());
   command->add_option("--pitch-mm", s->pitch_mm, "Instead: length of one step of grid indices, mm")
-      ->check(CLI::Range(1e-6, 1e6))
+      ->check(number_from(1e-6, 1e6))
       ->excludes(unit);
   return [s] { return init_job(*s); };
 }

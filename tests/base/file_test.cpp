@@ -44,8 +44,11 @@ TEST(ReadFile, RefusesWhatIsNoFileInOneLine) {
   EXPECT_THAT(refusal([&] { read_file(folder.write("file", "") / "below", "a job file"); }),
               EndsWith("expected a job file"));
   ASSERT_EQ(mkfifo(folder.at("pipe").c_str(), 0600), 0);
-  EXPECT_THAT(refusal([&] { read_file(folder.at("pipe"), "a job file"); }),  // and doesn't wait for a writer
-              EndsWith("pipe: found a pipe, a socket or a device, expected a job file"));
+  EXPECT_THAT(
+      refusal([&] { read_file(folder.at("pipe"), "a job file"); }),  // and doesn't wait for a writer
+      EndsWith(
+          "pipe: found a pipe, a socket or a device, expected a job file; save what it gives as a file and "
+          "name that"));
   EXPECT_THAT(refusal([&] { read_file("/dev/zero", "a job file"); }), HasSubstr("a device"));
   fs::create_symlink("loop", folder.at("loop"));
   EXPECT_THAT(refusal([&] { read_file(folder.at("loop"), "a job file"); }),

@@ -2,8 +2,10 @@
 // `meltstage init`: other people's files become jobs that print at once.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -74,7 +76,31 @@ TEST_F(InitCommand, AKicadFootprint) {
   expect_printed(bumps.substr(0, bumps.find(' ')));
 }
 
+TEST_F(InitCommand, ANameThatNoJobCanHoldIsRefused) {
+  for (const std::string name : {"a\nb.csv", "a\x1b.csv", "a\xff.csv", "a\x7f.csv"}) {
+    const Ran ran = init("'" + write(name, "x_mm,y_mm\n0,0\n2,0\n") + "'");
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr("expected a name that a job can hold; rename"));
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+    EXPECT_FALSE(fs::exists(job()));
+  }
+  const Ran ran = init("'" + write("a \"\\\xc3\xa4.csv", "x_mm,y_mm\n0,0\n2,0\n") + "'");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  expect_printed("2");
+}
+
 TEST_F(InitCommand, RefusesInOneLine) {
+  for (const char* pitch : {"nan", "inf", "0", "1e7", "1x"}) {
+    const Ran ran = init(write("grid.csv", "0,0\n1,0\n") + " --pitch-mm " + pitch);
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output,
+                HasSubstr(std::string("--pitch-mm: found ") + pitch + ", expected a number from"));
+  }
+  ASSERT_EQ(mkfifo((folder_ / "pipe.csv").c_str(), 0600), 0);
+  EXPECT_THAT(
+      init((folder_ / "pipe.csv").string()).output,
+      HasSubstr("pipe.csv: found a pipe, a socket or a device, expected a file with coordinates, such as "
+                "bumps.csv; save what it gives as a file and name that"));
   const std::string file = write("bumps.csv", "x_mm,y_mm\n0,0\n300,1\n");
   EXPECT_THAT(init(file).output,
               HasSubstr("found bumps over 300 mm x 1 mm, expected at most 200 mm x 200 mm"));
