@@ -3,10 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <string>
+#include <utility>
 
+#include "base/number.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/bumps/text_lines.hpp"
@@ -15,9 +20,27 @@ namespace meltstage::motion::detail {
 namespace {
 
 constexpr double kInch_mm = 25.4;
+constexpr std::string_view kBlanks = " \t\f\v";
+constexpr std::string_view kSingleHoles =
+    "single holes; patterns, circles and text to be drilled aren't read: export them as holes";
+
+// What a header says of the machine and of its tools; none of it moves a hole.
+constexpr std::array<std::string_view, 36> kMachineSettings = {
+    "AFS", "ATC",   "BLKD",   "CCW",      "CP",    "DETECT", "DN",  "DTMDIST", "EXDA", "FSB", "HPCK", "NCSL",
+    "OM",  "OSTOP", "OTCLMP", "PCKPARAM", "PF",    "PPR",    "PVS", "R",       "RC",   "RCP", "RCR",  "RD",
+    "RH",  "SBK",   "SG",     "SIXM",     "TCCMP", "TCST",   "UP",  "VER",     "Z",    "ZA",  "ZC",   "ZS"};
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
+}
+
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
+
+std::string in_capitals(std::string_view text) {
+  std::string capitals(text);
+  for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return capitals;
 }
 
 class ExcellonFile {
@@ -26,26 +49,22 @@ class ExcellonFile {
 
   void add(const Line& line) {
     row_ = line.number;
-    const std::string_view text = trimmed(line.text);
-    if (text.empty() || ended_) return;
-    if (text.starts_with(';')) return read_comment(text);
-    if (text == "M48") {
-      in_header_ = true;
-    } else if (text == "%" || text == "M95") {
-      in_header_ = false;
-    } else if (text == "M30" || text == "M00") {
-      ended_ = true;
-    } else if (text == "M71" || text == "M72") {
-      unit_mm_ = text == "M71" ? 1.0 : kInch_mm;
-    } else if (in_header_) {
-      read_header(text);
-    } else {
-      read_command(text);
-    }
+    raw_ = line.text;
+    capitals_ = in_capitals(line.text);
+    at_ = 0;
+    end_ = std::min(capitals_.find_last_not_of(kBlanks) + 1, capitals_.size());
+    skip_blanks();
+    if (at_ == end_) return;
+    if (rest().starts_with(';')) return read_comment();
+    if (!is_message()) cut_comment();
+    if (ended_row_ != 0) return read_behind_end();
+    if (rest().size() > 1 && rest()[0] == 'N' && is_digit(rest()[1])) take_word();
+    skip_blanks();
+    if (at_ != end_) read_row();
   }
 
   RawPoints finish() && {
-    if (!ended_) fail(path_, "the file ends without M30, expected it; the file may be cut off");
+    if (ended_row_ == 0) fail(path_, "the file ends without M30, expected it; the file may be cut off");
     if (slots_ > 0)
       result_.notes.push_back(fmt::format("{} slots, first in row {}, hold no bump", slots_, first_slot_));
     if (routed_ > 0)
@@ -55,164 +74,427 @@ class ExcellonFile {
   }
 
  private:
-  [[noreturn]] void fail_here(std::string_view found, std::string_view expected) const {
-    fail(path_, fmt::format("row {}: found {}, expected {}", row_, in_quotes(found), expected));
+  /// A letter and the number behind it.
+  struct Word {
+    std::size_t at = 0, end = 0;
+    char letter = '\0';
+    std::string_view number;
+  };
+
+  /// Of one row: what it says of X and Y, in millimetres.
+  struct Place {
+    std::optional<double> x_mm, y_mm;
+  };
+
+  // ---- the text of a row ----
+
+  std::string_view rest() const { return std::string_view(capitals_).substr(at_, end_ - at_); }
+
+  void skip_blanks() {
+    while (at_ < end_ && kBlanks.find(capitals_[at_]) != std::string_view::npos) ++at_;
   }
+
+  void cut_comment() {
+    end_ = std::min(end_, capitals_.find(';', at_));
+    while (end_ > at_ && kBlanks.find(capitals_[end_ - 1]) != std::string_view::npos) --end_;
+  }
+
+  /// An operator's message may hold anything.
+  bool is_message() const { return rest().starts_with("M47") || rest().starts_with("M45"); }
+
+  Word take_word() {
+    Word word{at_, at_, capitals_[at_], {}};
+    ++at_;
+    skip_blanks();
+    const std::size_t end = std::min(capitals_.find_first_not_of("+-.0123456789", at_), end_);
+    word.number = std::string_view(capitals_).substr(at_, end - at_);
+    word.end = at_ = end;
+    return word;
+  }
+
+  /// The whole number of a command.
+  int code_of(const Word& word) const {
+    constexpr int kMost = 99'999;
+    return number_in(word.number, 0, kMost).value_or(-1);
+  }
+
+  [[noreturn]] void fail_at(std::size_t from, std::size_t to, std::string_view expected) const {
+    fail(path_, fmt::format("row {}, column {}: found {}, expected {}", row_, from + 1,
+                            in_quotes(raw_.substr(from, to - from)), expected));
+  }
+  [[noreturn]] void fail_from(std::size_t from, std::string_view expected) const {
+    fail_at(from, end_, expected);
+  }
+  [[noreturn]] void fail_unknown(std::size_t from) const {
+    if (in_header_) fail_from(from, "a command of an Excellon header; the body begins behind % or M95");
+    fail_from(from,
+              "a command that drills single holes and that this reader knows; export the file without it");
+  }
+
+  void expect_end() {
+    skip_blanks();
+    if (at_ != end_) fail_from(at_, "the end of the row");
+  }
+
+  // ---- rows ----
 
   /// ";FILE_FORMAT=4:4" of some systems says where the decimal point is left out.
-  void read_comment(std::string_view text) {
+  void read_comment() {
     constexpr std::string_view kKey = "FILE_FORMAT=";
-    const auto at = text.find(kKey);
+    const auto at = rest().find(kKey);
     if (at == std::string_view::npos) return;
-    const std::string_view format = text.substr(at + kKey.size());
-    if (format.size() >= 3 && std::isdigit(static_cast<unsigned char>(format[0])) != 0 && format[1] == ':' &&
-        std::isdigit(static_cast<unsigned char>(format[2])) != 0)
-      set_digits(format[0] - '0', format[2] - '0');
+    const std::string_view format = rest().substr(at + kKey.size());
+    if (format.size() >= 3 && is_digit(format[0]) && format[1] == ':' && is_digit(format[2]))
+      stated_ = Digits{format[0] - '0', format[2] - '0', 0.0};
   }
 
-  void set_digits(int whole, int decimals) {
-    whole_ = whole;
-    decimals_ = decimals;
+  /// M00 also stops for another tool in some files, whose holes then go on: they would be lost.
+  void read_behind_end() {
+    constexpr std::string_view kEndOfDosFile = "\x1A";
+    if (rest() == "M30" || rest() == "%" || rest() == kEndOfDosFile || at_ == end_) return;
+    fail_from(at_, fmt::format("nothing behind the end of the program in row {}", ended_row_));
   }
 
-  void read_header(std::string_view text) {
-    if (text.starts_with("INCH") || text.starts_with("METRIC")) {
-      const bool inch = text.starts_with("INCH");
-      unit_mm_ = inch ? kInch_mm : 1.0;
-      if (whole_ == 0) inch ? set_digits(2, 4) : set_digits(3, 3);
-      if (text.find(",LZ") != std::string_view::npos) zeros_ = Zeros::leading_kept;
-      if (text.find(",TZ") != std::string_view::npos) zeros_ = Zeros::trailing_kept;
-      // "METRIC,LZ,0000.00": the zeros show the digits.
-      const auto digits = text.rfind(",0");
-      const auto point = text.find('.', digits == std::string_view::npos ? text.size() : digits);
-      if (point != std::string_view::npos)
-        set_digits(static_cast<int>(point - digits - 1), static_cast<int>(text.size() - point - 1));
+  void read_row() {
+    if (rest() == "%") {
+      in_header_ = false;
       return;
     }
-    if (text == "ICI" || text == "ICI,ON") incremental_ = true;
-    if (text.starts_with('T') && text.size() > 1 && std::isdigit(static_cast<unsigned char>(text[1])) != 0)
-      tools_.insert(tool_number(text));
+    const std::size_t letters =
+        static_cast<std::size_t>(std::find_if_not(rest().begin(), rest().end(), is_letter) - rest().begin());
+    if (letters > 1 || (letters == 1 && rest().substr(1).starts_with(',')))
+      read_setting(rest().substr(0, letters));
+    else if (rest()[0] == 'M')
+      read_miscellaneous();
+    else
+      read_motion();
   }
 
-  int tool_number(std::string_view text) const {
-    int number = 0;
-    for (std::size_t i = 1;
-         i < text.size() && std::isdigit(static_cast<unsigned char>(text[i])) != 0 && i < 6; ++i)
-      number = number * 10 + (text[i] - '0');
-    return number;
+  void read_setting(std::string_view name) {
+    if (name == "INCH" || name == "METRIC") return read_unit(name == "INCH" ? kInch_mm : 1.0, name.size());
+    if (name == "ICI") {
+      if (rest() != "ICI" && rest() != "ICI,ON" && rest() != "ICI,OFF") fail_from(at_, "ICI,ON or ICI,OFF");
+      incremental_ = rest() != "ICI,OFF";
+    } else if (name == "FMAT") {
+      if (rest() != "FMAT,1" && rest() != "FMAT,2") fail_from(at_, "FMAT,1 or FMAT,2");
+    } else if (std::find(kMachineSettings.begin(), kMachineSettings.end(), name) == kMachineSettings.end()) {
+      fail_unknown(at_);
+    }
   }
 
-  void read_command(std::string_view text) {
-    if (text.starts_with('T')) {
-      tool_ = tool_number(text);
-      if (text.find('C') != std::string_view::npos) tools_.insert(tool_);
-      // Tool 0 is the empty spindle at the end.
-      if (tool_ != 0 && !tools_.contains(tool_)) fail_here(text, "a tool that the header defines");
-      return;
+  /// "METRIC,LZ,0000.00": which zeros are kept, and how many digits there are.
+  void read_unit(double unit_mm, std::size_t name) {
+    unit_mm_ = unit_mm;
+    at_ += name;
+    while (at_ < end_) {
+      if (capitals_[at_] != ',') fail_from(at_, "a comma");
+      ++at_;
+      skip_blanks();
+      const std::size_t end = std::min(capitals_.find_first_of(", ", at_), end_);
+      read_unit_part(end);
+      at_ = end;
+      skip_blanks();
     }
-    if (text == "G90") {
-      incremental_ = false;
-    } else if (text == "G91") {
-      incremental_ = true;
-    } else if (text.starts_with("G05") || text == "G81") {
-      routing_ = false;
-    } else if (text.starts_with("G00") || text.starts_with("G01") || text.starts_with("G02") ||
-               text.starts_with("G03")) {
-      routing_ = true;
-      count_routed();
-      if (const auto xy = text.find_first_of("XY"); xy != std::string_view::npos) move(text.substr(xy));
-    } else if (text.starts_with('X') || text.starts_with('Y')) {
-      drill(text);
-    } else if (text.starts_with('R')) {
-      repeat(text);
-    } else if (text.starts_with("M02") || text.starts_with("M25") || text.starts_with("M01") ||
-               text.starts_with("M08") || text.starts_with("M97") || text.starts_with("M98")) {
-      fail_here(text, "single holes; patterns and text to be drilled aren't read: export them as holes");
+  }
+
+  void read_unit_part(std::size_t end) {
+    const std::string_view part = std::string_view(capitals_).substr(at_, end - at_);
+    const auto point = part.find('.');
+    constexpr std::size_t kMostDigits = 9;
+    if (part == "LZ") {
+      zeros_ = Zeros::leading_kept;
+    } else if (part == "TZ") {
+      zeros_ = Zeros::trailing_kept;
+    } else if (part.find_first_not_of("0.") == std::string_view::npos && point != std::string_view::npos &&
+               point > 0 && part.rfind('.') == point && part.size() <= kMostDigits) {
+      stated_ = Digits{static_cast<int>(point), static_cast<int>(part.size() - point - 1), unit_mm_};
+    } else {
+      fail_at(at_, end, "LZ, TZ or digits such as 000.000");
     }
-    // Feeds, speeds, plunging, operator's messages: nothing that a bump needs.
+  }
+
+  void read_miscellaneous() {
+    const bool message = is_message();
+    const Word word = take_word();
+    if (message) return;
+    switch (code_of(word)) {
+      case 48:
+        in_header_ = true;
+        break;
+      case 95:
+        in_header_ = false;
+        break;
+      case 0:
+      case 30:
+        read_place();  // where the table goes
+        ended_row_ = row_;
+        break;
+      case 71:
+        unit_mm_ = 1.0;
+        break;
+      case 72:
+        unit_mm_ = kInch_mm;
+        break;
+      case 6:  // stops of the machine, and the depth of its tool
+      case 9:
+      case 14:
+      case 15:
+      case 16:
+      case 17:
+      case 18:
+        break;
+      case 1:
+      case 2:
+      case 8:
+      case 25:
+      case 97:
+      case 98:
+      case 99:
+        fail_from(word.at, kSingleHoles);
+      case 60:
+      case 70:
+      case 80:
+      case 90:
+        fail_from(word.at,
+                  "holes where they are to be; export them neither scaled, mirrored nor with swapped axes");
+      default:
+        fail_unknown(word.at);
+    }
+    expect_end();
+  }
+
+  /// Preparatory commands and a tool, then what is done there.
+  void read_motion() {
+    for (; at_ < end_; skip_blanks()) {
+      switch (capitals_[at_]) {
+        case 'G':
+          read_general();
+          break;
+        case 'T':
+          read_tool();
+          break;
+        case 'R':
+          return repeat();
+        case 'X':
+        case 'Y':
+          return drill();
+        default:
+          if (!is_feed(capitals_[at_])) fail_unknown(at_);
+          take_word();
+      }
+    }
+  }
+
+  /// Feed, speed, strokes, and depth.
+  static bool is_feed(char letter) {
+    return std::string_view("FSBHZ").find(letter) != std::string_view::npos;
+  }
+
+  void read_general() {
+    const Word word = take_word();
+    switch (code_of(word)) {
+      case 90:
+        incremental_ = false;
+        break;
+      case 91:
+        incremental_ = true;
+        break;
+      case 5:
+      case 81:
+        routing_ = false;
+        break;
+      case 0:
+      case 1:
+      case 2:
+      case 3:
+        routing_ = true;
+        break;
+      case 7:  // feed, and the side of the tool that routes
+      case 40:
+      case 41:
+      case 42:
+        break;
+      case 4:  // waits for X seconds
+        skip_blanks();
+        if (rest().starts_with('X')) take_word();
+        expect_end();
+        break;
+      case 85:
+        slot(word.at);
+        break;
+      case 92:
+      case 93:
+        set_zero(word.at);
+        break;
+      case 32:
+      case 33:
+      case 82:
+      case 83:
+      case 84:
+      case 87:
+        fail_from(word.at, kSingleHoles);
+      default:
+        fail_unknown(word.at);
+    }
+  }
+
+  void set_zero(std::size_t from) {
+    const Place place = read_place();
+    expect_end();
+    if (place.x_mm.value_or(0.0) != 0.0 || place.y_mm.value_or(0.0) != 0.0 || x_mm_ != 0.0 || y_mm_ != 0.0)
+      fail_from(from, "one zero for the whole file: G92 or G93 with X0Y0 before the first hole");
+  }
+
+  /// "T1C0.5F200S65" defines a tool; "T1" in the body takes it.
+  void read_tool() {
+    const Word word = take_word();
+    const int number = code_of(word);
+    if (number < 0) fail_at(word.at, word.end, "the number of a tool");
+    bool defines = in_header_;
+    const std::string_view letters = in_header_ ? "CFSBHZIR" : "CFSBHZI";
+    for (skip_blanks(); at_ < end_ && letters.find(capitals_[at_]) != std::string_view::npos; skip_blanks())
+      defines = take_word().letter == 'C' || defines;
+    if (defines) tools_.insert(number);
+    if (in_header_) return;
+    // Tool 0 is the empty spindle at the end, unless it is defined.
+    if (number != 0 && !tools_.contains(number)) fail_at(word.at, word.end, "a tool that the header defines");
+    has_tool_ = tools_.contains(number);
   }
 
   void count_routed() {
     if (routed_++ == 0) first_routed_ = row_;
   }
 
-  void drill(std::string_view text) {
-    if (const auto slot = text.find("G85"); slot != std::string_view::npos) {
-      if (slots_++ == 0) first_slot_ = row_;
-      move(text.substr(slot + 3));
-      return;
-    }
-    move(text);
-    if (routing_) {
-      count_routed();
-      return;
-    }
-    if (tool_ <= 0) fail_here(text, "a tool (T1) before the first hole");
+  void drill() {
+    const std::size_t from = at_;
+    if (in_header_) fail_unknown(from);
+    move(read_place());
+    skip_blanks();
+    if (at_ < end_ && capitals_[at_] == 'G') return read_behind_place();
+    expect_end();
+    follows_hole_ = !routing_;
+    if (routing_) return count_routed();
+    if (!has_tool_) fail_from(from, "a tool (T1) before the first hole");
     add_hole();
   }
 
+  /// "X1Y1G85X2Y2": a slot from here to there. "X1Y1G84X3": a circle around here.
+  void read_behind_place() {
+    const std::size_t from = at_;
+    const Word word = take_word();
+    const int code = code_of(word);
+    if (code == 85) return slot(from);
+    if (code >= 82 && code <= 87) fail_from(from, kSingleHoles);
+    fail_from(from, "the end of the row");
+  }
+
+  void slot(std::size_t from) {
+    if (in_header_) fail_unknown(from);
+    const Place place = read_place();
+    if (!place.x_mm && !place.y_mm) fail_from(from, "the end of the slot (G85X2.0Y1.0)");
+    expect_end();
+    move(place);
+    follows_hole_ = false;
+    if (slots_++ == 0) first_slot_ = row_;
+  }
+
   void add_hole() {
-    result_.points.push_back({x_ * unit_mm_, y_ * unit_mm_, row_});
+    result_.points.push_back({x_mm_, y_mm_, row_});
     check_point_count(path_, result_.points.size());
   }
 
   /// "R4X2.54": four more holes, each that far from the one before.
-  void repeat(std::string_view text) {
-    std::size_t at = 1, count = 0;
-    for (; at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0 && count < kMaxPoints;
-         ++at)
-      count = count * 10 + static_cast<std::size_t>(text[at] - '0');
-    if (count == 0 || at == text.size() || result_.points.empty())
-      fail_here(text, "a repetition such as R4X2.54 behind a hole");
-    const double step_x = word(text, 'X').value_or(0.0), step_y = word(text, 'Y').value_or(0.0);
-    for (; count > 0; --count) {
-      x_ += step_x;
-      y_ += step_y;
+  void repeat() {
+    const std::size_t from = at_;
+    const Word word = take_word();
+    if (word.number.empty() || !std::all_of(word.number.begin(), word.number.end(), is_digit) ||
+        !follows_hole_)
+      fail_from(from, "a repetition such as R4X2.54 behind a hole");
+    const Place step = read_place();
+    if (at_ != end_) fail_from(at_, "X or Y, and the end of the row");
+    // A number that is too large for its type is one hole too many as well.
+    const std::size_t count = number_in<std::size_t>(word.number, 0, kMaxPoints).value_or(kMaxPoints + 1);
+    if (count == 0 || (!step.x_mm && !step.y_mm))
+      fail_from(from, "a repetition such as R4X2.54 behind a hole");
+    for (std::size_t hole = 0; hole < count; ++hole) {
+      x_mm_ += step.x_mm.value_or(0.0);
+      y_mm_ += step.y_mm.value_or(0.0);
       add_hole();
     }
   }
 
-  void move(std::string_view text) {
-    const auto x = word(text, 'X'), y = word(text, 'Y');
-    x_ = (incremental_ ? x_ : (x ? 0.0 : x_)) + x.value_or(0.0);
-    y_ = (incremental_ ? y_ : (y ? 0.0 : y_)) + y.value_or(0.0);
+  void move(const Place& place) {
+    if (place.x_mm) x_mm_ = (incremental_ ? x_mm_ : 0.0) + *place.x_mm;
+    if (place.y_mm) y_mm_ = (incremental_ ? y_mm_ : 0.0) + *place.y_mm;
   }
 
-  /// The number behind a letter, in the file's unit.
-  std::optional<double> word(std::string_view text, char letter) const {
-    const auto start = text.find(letter);
-    if (start == std::string_view::npos) return std::nullopt;
-    const std::string_view rest = text.substr(start + 1);
-    const std::string_view digits = rest.substr(0, rest.find_first_not_of("+-.0123456789"));
-    if (unit_mm_ == 0.0) fail_here(text, "a unit (METRIC, INCH, M71 or M72) before the first coordinate");
-    const auto value = parse_number(digits);
-    if (!value) fail_here(text, fmt::format("a number behind {}", letter));
-    if (digits.find('.') != std::string_view::npos) return value;
-    const auto shown = static_cast<int>(
-        std::count_if(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; }));
+  /// X and Y as far as they go; the arcs of a router, feeds and depths between them are passed over.
+  Place read_place() {
+    Place place;
+    for (skip_blanks(); at_ < end_; skip_blanks()) {
+      const char letter = capitals_[at_];
+      const bool arc = routing_ && (letter == 'A' || letter == 'I' || letter == 'J');
+      if (letter != 'X' && letter != 'Y' && !arc && !is_feed(letter)) break;
+      const Word word = take_word();
+      if (letter != 'X' && letter != 'Y') continue;
+      std::optional<double>& value = letter == 'X' ? place.x_mm : place.y_mm;
+      if (value) fail_at(word.at, word.end, fmt::format("{} once", letter));
+      value = number_mm(word);
+    }
+    return place;
+  }
+
+  double number_mm(const Word& word) const {
+    const auto value = parse_number(word.number);
+    if (!value) fail_at(word.at, word.end, fmt::format("a number behind {}", word.letter));
+    if (*value == 0.0) return 0.0;  // whatever its scale
+    if (unit_mm_ == 0.0)
+      fail_at(word.at, word.end, "a unit (METRIC, INCH, M71 or M72) before the first coordinate");
+    if (word.number.find('.') != std::string_view::npos) return *value * unit_mm_;
     if (zeros_ == Zeros::unknown)
-      fail_here(
-          text,
-          "decimal points, or LZ or TZ in the header: without them the scale of the numbers is a guess");
-    if (shown > whole_ + decimals_)
-      fail_here(text, fmt::format("at most {} digits (format {}.{})", whole_ + decimals_, whole_, decimals_));
+      fail_at(word.at, word.end,
+              "decimal points, or LZ or TZ in the header: without them the scale of the numbers is a guess");
+    const auto [whole, decimals] = digits_at(word);
+    const auto shown = static_cast<int>(std::count_if(word.number.begin(), word.number.end(), is_digit));
+    if (shown > whole + decimals)
+      fail_at(word.at, word.end,
+              fmt::format("at most {} digits (format {}.{})", whole + decimals, whole, decimals));
     // Leading zeros kept: the first digits stand for the whole part; else the last ones for the decimals.
-    const int scale = zeros_ == Zeros::leading_kept ? whole_ - shown : -decimals_;
-    return *value * std::pow(10.0, scale);
+    const int places = zeros_ == Zeros::leading_kept ? shown - whole : decimals;
+    return *value / std::pow(10.0, places) * unit_mm_;
+  }
+
+  /// How many digits stand before the decimal point that is left out, and behind it.
+  std::pair<int, int> digits_at(const Word& word) const {
+    if (!stated_) return unit_mm_ == kInch_mm ? std::pair(2, 4) : std::pair(3, 3);
+    if (stated_->unit_mm != 0.0 && stated_->unit_mm != unit_mm_)
+      fail_at(word.at, word.end, "decimal points, or digits such as 000.000 given for the unit in use");
+    return {stated_->whole, stated_->decimals};
   }
 
   enum class Zeros { unknown, leading_kept, trailing_kept };
 
+  /// Given by the file, for one unit or (0) for any.
+  struct Digits {
+    int whole = 0, decimals = 0;
+    double unit_mm = 0.0;
+  };
+
   const std::filesystem::path& path_;
   RawPoints result_;
-  std::size_t row_ = 0;
-  bool in_header_ = false, ended_ = false, incremental_ = false, routing_ = false;
+
+  std::size_t row_ = 0, at_ = 0, end_ = 0;
+  std::string_view raw_;
+  std::string capitals_;
+
+  bool in_header_ = false, incremental_ = false, routing_ = false, has_tool_ = false;
+  std::size_t ended_row_ = 0;
   double unit_mm_ = 0.0;
-  int whole_ = 0, decimals_ = 0;
+  std::optional<Digits> stated_;
   Zeros zeros_ = Zeros::unknown;
   std::set<int> tools_;
-  int tool_ = -1;
-  double x_ = 0.0, y_ = 0.0;
+  double x_mm_ = 0.0, y_mm_ = 0.0;
+  bool follows_hole_ = false;  // what a repetition repeats
   std::size_t slots_ = 0, first_slot_ = 0, routed_ = 0, first_routed_ = 0;
 };
 

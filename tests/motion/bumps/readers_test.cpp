@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Workbooks (.xlsx), placement files, Gerber layers and drill files.
+// Workbooks (.xlsx), placement files and Gerber layers; damaged files and other people's boards of every kind.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -279,54 +279,6 @@ INSTANTIATE_TEST_SUITE_P(
                 "row 5: found 'SRX-2Y1I1J0', expected repeats"},
         BadFile{"no_gerber", "hello", "row 1: the command that begins here has no end"},
         BadFile{"unknown_command", gerber("%XX*%"), "row 5: found 'XX', expected a command"}),
-    [](const auto& test) { return test.param.name; });
-
-// ---- Excellon ----
-
-TEST_F(Readers, ExcellonHolesAreBumps) {
-  const auto file =
-      read("a.drl",
-           "M48\n; DRILL "
-           "file\nFMAT,2\nMETRIC,TZ\nT1C0.300\nT2C1.000\n%\nG90\nG05\nT1\nX10.5Y2.0\nX11.5\nT2\nX1.0Y30.25\n"
-           "X2.0Y3.0G85X4.0Y3.0\nT0\nM30\n");
-  expect_points(file.points, {{10.5, 2.0, 11}, {11.5, 2.0, 12}, {1.0, 30.25, 14}});
-  EXPECT_THAT(file.notes, ElementsAre("1 slots, first in row 15, hold no bump"));
-}
-
-TEST_F(Readers, ExcellonWithoutDecimalPoints) {
-  // Inches 2.4: leading zeros kept, so 015 is 1.5; trailing zeros kept, so 15000 is 1.5.
-  expect_points(read("a.drl", "M48\nINCH,LZ\nT1C0.02\n%\nT1\nX015Y02\nM30\n").points, {{38.1, 50.8, 6}});
-  expect_points(read("b.drl", "M48\nINCH,TZ\nT1C0.02\n%\nT1\nX15000Y20000\nM30\n").points, {{38.1, 50.8, 6}});
-  expect_points(read("c.drl", "M48\nMETRIC,LZ,0000.00\nT1C0.5\n%\nT1\nX00125Y0020\nM30\n").points,
-                {{12.5, 20.0, 6}});
-}
-
-TEST_F(Readers, ExcellonRepeatsAndIncrements) {
-  expect_points(read("a.drl", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1.0Y1.0\nR3X2.0\nG91\nX0.5Y0.5\nM30\n").points,
-                {{1, 1, 6}, {3, 1, 7}, {5, 1, 7}, {7, 1, 7}, {7.5, 1.5, 9}});
-}
-
-class BadExcellon : public Readers, public ::testing::WithParamInterface<BadFile> {};
-TEST_P(BadExcellon, NamesPlaceAndValue) {
-  EXPECT_THAT(error_of("a.drl", GetParam().content), StartsWith(GetParam().message));
-}
-INSTANTIATE_TEST_SUITE_P(
-    All, BadExcellon,
-    ::testing::Values(
-        BadFile{"no_end", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1.0Y1.0\n", "the file ends without M30"},
-        BadFile{"no_unit", "M48\nT1C0.5\n%\nT1\nX1.0Y1.0\nM30\n", "row 5: found 'X1.0Y1.0', expected a unit"},
-        BadFile{"no_zeros", "M48\nMETRIC\nT1C0.5\n%\nT1\nX10Y10\nM30\n",
-                "row 6: found 'X10Y10', expected decimal points, or LZ or TZ"},
-        BadFile{"unknown_tool", "M48\nMETRIC,TZ\n%\nT4\nM30\n",
-                "row 4: found 'T4', expected a tool that the header defines"},
-        BadFile{"no_tool", "M48\nMETRIC,TZ\nT1C0.5\n%\nX1.0Y1.0\nM30\n",
-                "row 5: found 'X1.0Y1.0', expected a tool (T1)"},
-        BadFile{"bad_number", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1..0Y1.0\nM30\n",
-                "row 6: found 'X1..0Y1.0', expected a number behind X"},
-        BadFile{"repeat_of_nothing", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nR3X1.0\nM30\n",
-                "row 6: found 'R3X1.0', expected a repetition"},
-        BadFile{"too_many_digits", "M48\nMETRIC,TZ\nT1C0.5\n%\nT1\nX1234567Y1\nM30\n",
-                "row 6: found 'X1234567Y1', expected at most 6 digits"}),
     [](const auto& test) { return test.param.name; });
 
 // ---- other people's boards ----
