@@ -18,6 +18,7 @@
 #include "asic/dft/core/transition.hpp"
 #include "asic/dft/files/stil.hpp"
 #include "asic/dft/scan/replay.hpp"
+#include "asic/dft/scan/scan_grade.hpp"
 #include "asic/dft/scan/scan_test.hpp"
 #include "asic/netlist/yosys_library.hpp"
 #include "asic/signoff/functional_vectors.hpp"
@@ -108,19 +109,18 @@ Functional functional_sample(const dft::Netlist& netlist, const dft::CellLibrary
   const dft::CaptureView view = dft::capture_view(netlist, library);
   const FunctionalSet set = functional_set(options.quick ? FunctionalLength::quick : FunctionalLength::whole);
   const dft::CycleStream cycles = chip_cycles(set.stream);
-  const auto stretches = dft::stretches_of(view, cycles);
   const auto sample = dft::sample_faults(dft::collapse(view.circuit).classes, faults, options.seed);
   const dft::FunctionalGrade grade =
-      dft::grade_functional(view, stretches, sample, kThreads, dft::PowerUp::zeros, options.progress);
+      dft::grade_functional(view, cycles, sample, kThreads, dft::PowerUp::zeros, options.progress);
   const dft::ToggleCoverage& toggle = grade.toggle;
   std::vector<dft::FaultClass> verdicts;
-  for (const std::uint64_t first : grade.first_clock)
+  for (const std::uint64_t first : grade.first_cycle)
     verdicts.push_back(first == dft::FunctionalGrade::kUndetected ? dft::FaultClass::NO
                                                                   : dft::FaultClass::DS);
   const GradeReport report =
       grade_report(netlist, view, cycles, sample, verdicts, grade,
                    read_unreached(data_file("unreached.toml", "install or build meltstage-bench again")));
-  return {grade.clocks, static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
+  return {grade.cycles, static_cast<double>(toggle.toggled) / static_cast<double>(toggle.lines),
           report.toggle_of_reachable(toggle),
           static_cast<double>(grade.detected()) / static_cast<double>(sample.size())};
 }
@@ -141,8 +141,10 @@ std::vector<BenchRow> bench_vectors(const BenchOptions& options) {
       view.circuit, {.seed = options.seed, .conflict_limit = kConflicts, .progress = options.progress});
   const double generate_s = since(start);
   const double generate_cpu_s = processor_time() - cpu_start;
-  const dft::Coverage result =
-      dft::coverage(set.faults, dft::reported_classes(view.circuit, set.faults, set.of_class));
+  const dft::Coverage result = dft::coverage(
+      set.faults, dft::scan_classes(view, design, set.faults, set.of_class,
+                                    dft::expand(dft::make_scan_test(design, view, set.patterns, "tc_top")),
+                                    false, options.progress));
 
   const auto blocks = dft::blocks_of(random_patterns(view.circuit, kGradedPatterns, options.seed),
                                      view.circuit.inputs().size());

@@ -26,6 +26,7 @@
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"
+#include "asic/dft/grade_file.hpp"
 #include "asic/dft/program.hpp"
 #include "asic/dft/scan/lint.hpp"
 #include "asic/dft/scan/masks.hpp"
@@ -197,57 +198,6 @@ int insert_chains(const Options& options) {
   return 0;
 }
 
-// Circuit inputs of a netlist without scan in each cycle of a stream.
-std::vector<Pattern> plain_patterns(const Circuit& circuit, const CycleStream& stream) {
-  std::vector<std::size_t> signal;
-  for (const Node node : circuit.inputs()) {
-    std::size_t s = 0;
-    while (s < stream.signals.size() &&
-           !(stream.signals[s].is_input && stream.signals[s].name == circuit.name(node)))
-      ++s;
-    if (s == stream.signals.size())
-      throw UserError(fmt::format("{}: found no input signal {}, expected every input of the netlist",
-                                  stream.title, circuit.name(node)));
-    signal.push_back(s);
-  }
-  std::vector<Pattern> patterns;
-  for (const TestCycle& cycle : stream.cycles) {
-    Pattern pattern;
-    for (const std::size_t s : signal) pattern.push_back(cycle.states[s] == '1' ? 1 : 0);
-    patterns.push_back(std::move(pattern));
-  }
-  return patterns;
-}
-
-// A scanned netlist as `generate` writes it, or one without flops.
-CaptureView view_for_grading(const Netlist& netlist, const CellLibrary& library) {
-  const ScanOptions names;
-  const auto has = [&](const std::string& name) {
-    return std::any_of(netlist.ports.begin(), netlist.ports.end(),
-                       [&](const Port& p) { return p.is_input && p.name == name; });
-  };
-  CaptureView view = capture_view(netlist, library);
-  if (view.flops.empty()) return view;
-  if (!has(names.test_mode) || !has(names.scan_enable))
-    throw UserError(
-        fmt::format("{}: found no ports {} and {}, expected a netlist that `dft generate` has scanned",
-                    netlist.file, names.test_mode, names.scan_enable));
-  ScanDesign design;
-  design.netlist = netlist;
-  design.test_mode = names.test_mode;
-  design.scan_enable = names.scan_enable;
-  for (const ScanFlop& flop : view.flops) {
-    for (const Port& port : netlist.ports) {
-      for (std::size_t i = 0; i < port.bits.size(); ++i) {
-        if (!flop.has_reset || !port.is_input || port.bits[i] != flop.reset) continue;
-        design.reset = port.bit_name(i);
-        design.reset_low = flop.reset_low;
-      }
-    }
-  }
-  return scan_view(design, library);
-}
-
 bool is_recording(const fs::path& path) { return path.extension() == ".mvec"; }
 
 std::vector<ScanChain> read_chains(const fs::path& path) {
@@ -266,7 +216,7 @@ std::vector<ScanChain> read_chains(const fs::path& path) {
 }
 
 // What a file of patterns holds, whatever its format.
-CycleStream read_cycles(const Options& options) {
+CycleStream read_any(const Options& options) {
   const fs::path& path = options.patterns;
   if (is_recording(path)) return chip_cycles(recording::read_text(path));
   if (path.extension() == ".wgl") return parse_wgl(read_file(path), path.string());
@@ -284,6 +234,13 @@ CycleStream read_cycles(const Options& options) {
     }
   }
   return parse_dump(read_file(path), path.string(), timing, directions);
+}
+
+// The same; messages about it name the file.
+CycleStream read_cycles(const Options& options) {
+  CycleStream stream = read_any(options);
+  stream.title = options.patterns.string();
+  return stream;
 }
 
 // The same, with chains from elsewhere where they are asked for.
@@ -306,22 +263,26 @@ CycleStream read_patterns(const Options& options) {
 // Vectors without scan, clock by clock, faults drawn at random.
 int grade_clock_by_clock(const Options& options, const Netlist& netlist, const CaptureView& view,
                          const CycleStream& stream) {
-  const auto stretches = stretches_of(view, stream);
   const std::vector<Fault> all = collapse(view.circuit).classes;
   const std::size_t faults = options.faults.value_or(kDrawnFaults);
   const std::vector<Fault> sample = faults == 0 ? all : sample_faults(all, faults, options.seed);
   ProgressLine line;
   const FunctionalGrade graded =
-      grade_functional(view, stretches, sample, kWorkers, PowerUp::zeros, shown_on(line));
+      grade_functional(view, stream, sample, kWorkers, PowerUp::zeros, shown_on(line));
+  if (!graded.wrong.empty())
+    throw UserError(
+        fmt::format("{}: {} without a fault, expected vectors that the netlist fulfils; "
+                    "`dft replay` runs them",
+                    stream.title, graded.wrong));
   std::vector<FaultClass> verdicts;
-  for (const std::uint64_t first : graded.first_clock)
+  for (const std::uint64_t first : graded.first_cycle)
     verdicts.push_back(first == FunctionalGrade::kUndetected ? FaultClass::NO : FaultClass::DS);
   // Detected from one power-up state alone: possibly.
   if (options.two_power_ups) {
     const FunctionalGrade other =
-        grade_functional(view, stretches, sample, kWorkers, PowerUp::ones, shown_on(line));
+        grade_functional(view, stream, sample, kWorkers, PowerUp::ones, shown_on(line));
     for (std::size_t i = 0; i < sample.size(); ++i) {
-      const bool also = other.first_clock[i] != FunctionalGrade::kUndetected;
+      const bool also = other.first_cycle[i] != FunctionalGrade::kUndetected;
       if (also != (verdicts[i] == FaultClass::DS)) verdicts[i] = FaultClass::PT;
     }
   }
@@ -334,7 +295,7 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
   const auto detected =
       static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), FaultClass::DS));
   const auto row = [](const char* name, std::size_t count) { fmt::print("{:<22} {:>10}\n", name, count); };
-  row("clocks", graded.clocks);
+  row("cycles", graded.cycles);
   row("faults graded", sample.size());
   row("detected", detected);
   if (options.two_power_ups)
@@ -400,7 +361,7 @@ int report_replay(std::uint64_t cycles, std::uint64_t strobes, std::uint64_t mis
 int replay_functional_stream(const Options& options, const CycleStream& stream) {
   ProgressLine line;
   if (options.on == "netlist") {
-    const CaptureView view = capture_view(read_yosys_json(options.netlist), library_of(options));
+    const CaptureView view = view_to_replay(options.netlist, library_of(options));
     const ReplayResult result = replay_cycles(view, stream, kPowerUps, options.seed, shown_on(line));
     line.clear();
     return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
@@ -414,42 +375,25 @@ int replay_functional_stream(const Options& options, const CycleStream& stream) 
 int grade_patterns(const Options& options) {
   const CellLibrary library = library_of(options);
   const CycleStream stream = read_patterns(options);
-  Circuit circuit;
-  std::vector<Pattern> patterns, compared;
-  if (is_bench(options.netlist)) {
-    circuit = read_bench(options.netlist);
-    patterns = plain_patterns(circuit, stream);
-  } else {
+  if (!is_bench(options.netlist) && stream.chains.empty()) {
     const Netlist netlist = read_yosys_json(options.netlist);
-    if (stream.chains.empty()) {
-      const CaptureView plain = capture_view(netlist, library);
-      if (!plain.flops.empty()) return grade_clock_by_clock(options, netlist, plain, stream);
-    }
-    if (options.faults || options.two_power_ups || !options.unreached.empty())
-      throw UserError(
-          fmt::format("{}: found scan patterns, expected vectors without scan for --faults, "
-                      "--two-power-ups or --unreached; leave them out",
-                      options.patterns.string()));
-    CaptureView view = view_for_grading(netlist, library);
-    patterns = view.flops.empty() ? plain_patterns(view.circuit, stream)
-                                  : captures_of(view, stream, ScanOptions{}.scan_enable, &compared);
-    circuit = std::move(view.circuit);
+    const CaptureView plain = capture_view(netlist, library);
+    if (!plain.flops.empty()) return grade_clock_by_clock(options, netlist, plain, stream);
   }
-  const FaultList list = collapse(circuit);
+  if (options.faults || options.two_power_ups || !options.unreached.empty())
+    throw UserError(fmt::format(
+        "{}: found {}, expected vectors without scan, of flops, for --faults, "
+        "--two-power-ups or --unreached; leave them out",
+        options.patterns.string(), stream.chains.empty() ? "a netlist without flops" : "scan patterns"));
   ProgressLine line;
-  const Grade graded = grade(circuit, blocks_of(patterns, circuit.inputs().size(), compared), list.classes,
-                             kWorkers, shown_on(line));
+  const GradedFile file = grade_file(options.netlist, library, stream, shown_on(line));
   line.clear();
-  std::vector<FaultClass> of_class(list.classes.size(), FaultClass::NO);
-  for (std::size_t i = 0; i < of_class.size(); ++i) {
-    if (graded.detections[i] != 0) of_class[i] = FaultClass::DS;
-  }
-  const std::vector<FaultClass> reported = reported_classes(circuit, list, of_class);
   if (!options.out.empty())
-    write_whole(options.out, fault_report(list, reported, graded,
-                                          [&](std::size_t fault) { return fault_name(circuit, fault); }));
-  print_coverage(coverage(list, reported));
-  fmt::print("{:<22} {:>10}\n", "patterns", patterns.size());
+    write_whole(options.out, fault_report(file.list, file.reported, file.graded, [&](std::size_t fault) {
+                  return fault_name(file.circuit, fault);
+                }));
+  print_coverage(coverage(file.list, file.reported));
+  fmt::print("{:<22} {:>10}\n", "patterns", file.patterns);
   return 0;
 }
 

@@ -6,14 +6,15 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
-#include <set>
 
 #include "asic/dft/core/bench_file.hpp"
 #include "asic/dft/core/transition.hpp"
 #include "asic/dft/core/workers.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/stil.hpp"
+#include "asic/dft/grade_file.hpp"
 #include "asic/dft/scan/replay.hpp"
+#include "asic/dft/scan/scan_grade.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "base/sha256.hpp"
@@ -27,16 +28,9 @@ CycleStream plain_stream(const Circuit& circuit, const std::vector<Pattern>& pat
                          const std::string& title) {
   CycleStream stream;
   stream.title = title;
-  std::set<std::string> taken;
-  const auto add =
-      [&](Node node,
-          bool input) {  // an output has the name of the line it shows; a tester wants each name once
-        std::string name = circuit.name(node) + (input ? "" : "_out");
-        while (!taken.insert(name).second) name += "_";
-        stream.signals.push_back({name, input});
-      };
-  for (const Node node : circuit.inputs()) add(node, true);
-  for (const Node node : circuit.outputs()) add(node, false);
+  const CaptureView view = plain_view(circuit);
+  for (const std::string& name : view.input_ports) stream.signals.push_back({name, true});
+  for (const std::string& name : view.output_ports) stream.signals.push_back({name, false});
   std::vector<Word> values;
   std::size_t first = 0;
   for (const PatternBlock& block : blocks_of(patterns, circuit.inputs().size())) {
@@ -55,13 +49,17 @@ CycleStream plain_stream(const Circuit& circuit, const std::vector<Pattern>& pat
 void add_stuck_at_tests(TestProgram& program, const GenerateOptions& options, const std::string& title) {
   const TestSubject& subject = program.subject;
   program.set = generate_tests(subject.circuit, options);
-  program.reported = reported_classes(subject.circuit, program.set.faults, program.set.of_class);
   program.graded = grade(subject.circuit, blocks_of(program.set.patterns, subject.circuit.inputs().size()),
                          program.set.faults.classes, kWorkers, options.progress);
-  if (subject.is_scanned)
+  if (subject.is_scanned) {
     program.scan = make_scan_test(subject.design, subject.view, program.set.patterns, title);
-  else
+    program.stream = expand(program.scan);
+    program.reported = scan_classes(subject.view, subject.design, program.set.faults, program.set.of_class,
+                                    program.stream, false, options.progress);
+  } else {
     program.stream = plain_stream(subject.circuit, program.set.patterns, title);
+    program.reported = reported_classes(program.set.faults, program.set.of_class);
+  }
 }
 
 void add_transition_tests(TestProgram& program, const GenerateOptions& options, const std::string& title) {
@@ -72,6 +70,7 @@ void add_transition_tests(TestProgram& program, const GenerateOptions& options, 
   program.graded = grade(view.circuit, blocks_of(program.set.patterns, view.circuit.inputs().size()),
                          program.set.faults.classes, kWorkers, options.progress);
   program.scan = make_transition_test(subject.design, subject.view, view, program.set.patterns, title);
+  program.stream = expand(program.scan);
 }
 
 using Writers = std::map<std::string, std::function<std::string()>>;
@@ -158,7 +157,6 @@ TestProgram make_test_program(const std::filesystem::path& netlist, const CellLi
     add_transition_tests(program, options.generation, title);
   }
   program.coverage = coverage(program.set.faults, program.reported);
-  if (program.subject.is_scanned) program.stream = expand(program.scan);
   program.masked = masked_strobes(program.stream, program.subject.design.scan_enable);
   return program;
 }

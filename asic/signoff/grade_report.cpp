@@ -157,13 +157,13 @@ std::string hidden_by(const std::vector<LineReasons>& reasons, const Circuit& ci
   return of_line.level < 0 && moving[line] == 0 ? of_line.still : std::string();
 }
 
-// Pieces of the stream by the clock that begins them.
+// Pieces of the stream by the cycle that begins them.
 std::map<std::uint64_t, std::string> pieces_of(const CycleStream& stream) {
   std::map<std::uint64_t, std::string> pieces{{0, ""}};
-  std::uint64_t clock = 0;
+  std::uint64_t number = 0;
   for (const TestCycle& cycle : stream.cycles) {
-    if (!cycle.label.empty()) pieces[clock] = cycle.label;
-    if (cycle.states.find('P') != std::string::npos) clock += cycle.count;
+    if (!cycle.label.empty()) pieces[number] = cycle.label;
+    number += cycle.count;
   }
   return pieces;
 }
@@ -219,7 +219,7 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
   for (std::size_t i = 0; i < sample.size(); ++i) {
     ModuleGrade& module = report.modules[module_of(places[sample[i].node])];
     ++module.faults;
-    const std::uint64_t first = grade.first_clock[i];
+    const std::uint64_t first = grade.first_cycle[i];
     const bool found = first != FunctionalGrade::kUndetected;
     module.detected += verdicts[i] == FaultClass::DS ? 1 : 0;
     if (found) ++found_in[std::prev(pieces.upper_bound(first))->first];
@@ -257,10 +257,10 @@ GradeReport grade_report(const Netlist& netlist, const CaptureView& view, const 
         "module {}: {} of {} faults ({:.1f} %), {} cannot; {} of {} outputs toggle ({:.1f} %), {} cannot\n",
         name, m.detected, m.faults, percent(m.detected, m.faults), m.hidden, m.toggled, m.outputs,
         percent(m.toggled, m.outputs), m.unreached);
-  for (const auto& [clock, label] : pieces) {
-    if (!label.empty() || found_in.count(clock) != 0)
+  for (const auto& [cycle, label] : pieces) {
+    if (!label.empty() || found_in.count(cycle) != 0)
       report.text +=
-          fmt::format("piece \"{}\" from clock {}: {} faults first\n", label, clock, found_in[clock]);
+          fmt::format("piece \"{}\" from cycle {}: {} faults first\n", label, cycle, found_in[cycle]);
   }
   for (const auto& [reason, count] : report.reasons)
     report.text += fmt::format("reason \"{}\": {} outputs, {} faults\n", reason, count.first, count.second);

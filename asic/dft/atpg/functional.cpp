@@ -21,69 +21,150 @@ namespace {
 constexpr std::size_t kMachines = kLanes - 1;  // faulty ones
 // Batches at work together: their undetected faults are put into fewer batches as the others are detected.
 constexpr std::size_t kBatches = 16;
-constexpr std::uint64_t kFirstStage = 1 << 16, kLongestStage = 1 << 20;  // clocks between two looks at that
+constexpr std::uint64_t kFirstStage = 1 << 16, kLongestStage = 1 << 20;  // cycles between two looks at that
 // A few machines that run wild without a sign at the outputs would cost more than all others. In the longest
-// stages one clock in kCountEvery is looked at; the wildest are set aside, until what remains changes no more
-// than kOwnChanges lines a clock. They begin again with the next reset.
+// stages one cycle in kCountEvery is looked at; the wildest are set aside, until what remains changes no more
+// than kOwnChanges lines a cycle. They begin again with the next reset.
 constexpr std::uint64_t kCountEvery = 61;
 constexpr double kOwnChanges = 15;
 
-// A place in the stretches.
+std::size_t signal_of(const CycleStream& stream, const std::string& name, bool input) {
+  std::size_t s = 0;
+  while (s < stream.signals.size() && (stream.signals[s].name != name || stream.signals[s].is_input != input))
+    ++s;
+  return s;
+}
+
+// A stream as the ports of a netlist see it.
+class Vectors {
+ public:
+  struct Strobe {
+    std::size_t signal, port;
+  };
+
+  Vectors(const CaptureView& view, const CycleStream& stream) : view_(view), stream_(stream) {
+    for (const std::string& port : view.input_ports) {
+      drivers_.push_back(signal_of(stream, port, true));
+      const bool of_test = port.starts_with("test_mode") || port.starts_with("scan_");
+      if (drivers_.back() == stream.signals.size() && !of_test)
+        throw UserError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
+                                    stream.title, port));
+    }
+    for (std::size_t i = 0; i < view.output_ports.size(); ++i) {
+      const std::size_t s = signal_of(stream, view.output_ports[i], false);
+      if (s < stream.signals.size()) strobes_.push_back({s, i});
+    }
+    const auto named = static_cast<std::size_t>(std::count_if(
+        stream.signals.begin(), stream.signals.end(), [](const TestSignal& s) { return !s.is_input; }));
+    if (strobes_.size() != named)
+      throw UserError(fmt::format("{}: found {} output signals that the netlist has, expected all {}",
+                                  stream.title, strobes_.size(), named));
+  }
+
+  const std::vector<TestCycle>& cycles() const { return stream_.cycles; }
+  const std::vector<Strobe>& strobes() const { return strobes_; }
+  const std::string& name(const Strobe& strobe) const { return stream_.signals[strobe.signal].name; }
+  std::uint8_t input(std::size_t entry, std::size_t port) const { return state(entry, port) == '1' ? 1 : 0; }
+  /// By input port.
+  std::vector<std::uint8_t> inputs(std::size_t entry) const {
+    std::vector<std::uint8_t> levels(drivers_.size());
+    for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = input(entry, i);
+    return levels;
+  }
+  bool clocks(std::size_t entry) const {
+    for (std::size_t i = 0; i < drivers_.size(); ++i) {
+      if (view_.clock_ports[i] != 0 && state(entry, i) == 'P') return true;
+    }
+    return false;
+  }
+
+ private:
+  char state(std::size_t entry, std::size_t port) const {
+    return drivers_[port] < stream_.signals.size() ? stream_.cycles[entry].states[drivers_[port]] : '0';
+  }
+
+  const CaptureView& view_;
+  const CycleStream& stream_;
+  std::vector<std::size_t> drivers_;  // by input port, the signal; the number of signals where none is
+  std::vector<Strobe> strobes_;
+};
+
+// A place in the vectors.
 struct Place {
-  std::size_t stretch = 0;
-  std::uint64_t clock_of_stretch = 0, clock = 0;
+  std::size_t entry = 0;
+  std::uint64_t within = 0, cycle = 0;  // cycles of the entry, of all
 };
 
 // Machines and the faults they have.
 struct Batch {
   Machines machines;
   std::vector<std::size_t> faults;  // of machine i + 1
+  std::string wrong;                // the first strobe that the good machine fails
 };
 
-// So many clocks from a place on, or to the end.
-void run(Batch& batch, const std::vector<FunctionalStretch>& stretches, Place place, std::uint64_t clocks,
-         std::vector<std::uint64_t>& first_clock) {
-  constexpr std::uint64_t kDropEvery = 64;  // clocks; dropping goes over all lines
+// In which machines a strobe of the cycle fails.
+Word failing(Batch& batch, const Vectors& vectors, const Place& place) {
+  const std::string& states = vectors.cycles()[place.entry].states;
+  Word all, found;
+  all.part.fill(~std::uint64_t{0});
+  for (const Vectors::Strobe& strobe : vectors.strobes()) {
+    const char expected = states[strobe.signal];
+    if (expected != 'H' && expected != 'L') continue;
+    const Word wrong = batch.machines.unlike(strobe.port, expected == 'H', all);
+    if (wrong.bit(0) && batch.wrong.empty())
+      batch.wrong = fmt::format("cycle {}: {}: found {}, expected {}", place.cycle, vectors.name(strobe),
+                                expected == 'H' ? 0 : 1, expected);
+    for (std::size_t i = 0; i < found.part.size(); ++i) found.part[i] |= wrong.part[i];
+  }
+  return found;
+}
+
+// So many cycles from a place on, or to the end.
+void run(Batch& batch, const Vectors& vectors, Place place, std::uint64_t cycles,
+         std::vector<std::uint64_t>& first_cycle) {
+  constexpr std::uint64_t kDropEvery = 64;  // cycles; dropping goes over all lines
   Machines& m = batch.machines;
   Word gone;
   bool fresh = false;
-  for (; place.stretch < stretches.size() && clocks != 0; ++place.stretch, place.clock_of_stretch = 0) {
-    const FunctionalStretch& stretch = stretches[place.stretch];
-    if (place.clock_of_stretch == 0) m.set_inputs(stretch.inputs);
-    for (; place.clock_of_stretch < stretch.clocks && clocks != 0;
-         ++place.clock_of_stretch, ++place.clock, --clocks) {
-      m.count_own_changes(place.clock % kCountEvery == 0);
-      m.clock();
-      if (m.ports_changed()) {
-        const Word differs = m.different();
-        for (std::size_t k = 0; k < batch.faults.size() && differs.any(); ++k) {
-          std::uint64_t& first = first_clock[batch.faults[k]];
-          if (!differs.bit(k + 1) || first != FunctionalGrade::kUndetected) continue;
-          first = place.clock;
+  for (; place.entry < vectors.cycles().size() && cycles != 0; ++place.entry, place.within = 0) {
+    if (place.within == 0) m.set_inputs(vectors.inputs(place.entry));
+    const std::uint64_t count = vectors.cycles()[place.entry].count;
+    const bool clocks = vectors.clocks(place.entry);
+    bool look = true;  // other strobes
+    for (; place.within < count && cycles != 0; ++place.within, ++place.cycle, --cycles) {
+      m.count_own_changes(place.cycle % kCountEvery == 0);
+      if (m.ports_changed() || look) {
+        const Word fails = failing(batch, vectors, place);
+        for (std::size_t k = 0; k < batch.faults.size() && fails.any(); ++k) {
+          std::uint64_t& first = first_cycle[batch.faults[k]];
+          if (!fails.bit(k + 1) || first != FunctionalGrade::kUndetected) continue;
+          first = place.cycle;
           gone.set(k + 1, true);
           fresh = true;
         }
       }
-      if (fresh && place.clock % kDropEvery == 0) {
+      look = false;
+      if (clocks) m.clock();
+      if (fresh && place.cycle % kDropEvery == 0) {
         m.drop(gone);
         fresh = false;
       }
     }
-    if (place.clock_of_stretch < stretch.clocks) break;
+    if (place.within < count) break;
   }
   m.drop(gone);
 }
 
-Place after(const std::vector<FunctionalStretch>& stretches, Place place, std::uint64_t clocks) {
-  while (place.stretch < stretches.size() && clocks != 0) {
-    const std::uint64_t left = stretches[place.stretch].clocks - place.clock_of_stretch,
-                        part = std::min(left, clocks);
-    clocks -= part;
-    place.clock += part;
-    place.clock_of_stretch += part;
+Place after(const Vectors& vectors, Place place, std::uint64_t cycles) {
+  while (place.entry < vectors.cycles().size() && cycles != 0) {
+    const std::uint64_t left = vectors.cycles()[place.entry].count - place.within,
+                        part = std::min(left, cycles);
+    cycles -= part;
+    place.cycle += part;
+    place.within += part;
     if (part == left) {
-      ++place.stretch;
-      place.clock_of_stretch = 0;
+      ++place.entry;
+      place.within = 0;
     }
   }
   return place;
@@ -104,7 +185,7 @@ Batch moved(const CaptureView& view, const std::vector<Fault>& faults, std::span
     own.push_back(faults[move.fault]);
     indices.push_back(move.fault);
   }
-  Batch batch{Machines(view, own), std::move(indices)};
+  Batch batch{Machines(view, own), std::move(indices), {}};
   for (std::size_t k = 0; k < batch.machines.flops(); ++k) {
     Word& state = batch.machines.state(k);
     if (moves[0].from->state(k).bit(0)) state.part.fill(~std::uint64_t{0});
@@ -117,13 +198,13 @@ Batch moved(const CaptureView& view, const std::vector<Fault>& faults, std::span
 }
 
 // Machines that go on: the undetected ones, less those that are to be set aside.
-std::vector<Move> remaining(const std::vector<Batch>& batches, const std::vector<std::uint64_t>& first_clock,
+std::vector<Move> remaining(const std::vector<Batch>& batches, const std::vector<std::uint64_t>& first_cycle,
                             std::vector<std::size_t>& aside) {
   std::vector<Move> moves;
   for (const Batch& batch : batches) {
     for (std::size_t i = 0; i < batch.faults.size(); ++i) {
       const std::size_t fault = batch.faults[i];
-      if (first_clock[fault] == FunctionalGrade::kUndetected &&
+      if (first_cycle[fault] == FunctionalGrade::kUndetected &&
           std::find(aside.begin(), aside.end(), fault) == aside.end())
         moves.push_back({fault, &batch.machines, i + 1});
     }
@@ -132,14 +213,14 @@ std::vector<Move> remaining(const std::vector<Batch>& batches, const std::vector
 }
 
 // Faults whose machines ran wildest in the stage that ends.
-void set_aside(std::vector<Batch>& batches, const std::vector<std::uint64_t>& first_clock,
+void set_aside(std::vector<Batch>& batches, const std::vector<std::uint64_t>& first_cycle,
                std::uint64_t stage, std::vector<std::size_t>& aside) {
   for (Batch& batch : batches) {
     std::vector<std::pair<std::uint64_t, std::size_t>> changes;
     double all = 0;
     const double most = kOwnChanges * static_cast<double>(stage) / static_cast<double>(kCountEvery);
     for (std::size_t i = 0; i < batch.faults.size(); ++i) {
-      if (first_clock[batch.faults[i]] != FunctionalGrade::kUndetected) continue;
+      if (first_cycle[batch.faults[i]] != FunctionalGrade::kUndetected) continue;
       changes.emplace_back(batch.machines.own_changes()[i + 1], batch.faults[i]);
       all += static_cast<double>(changes.back().first);
     }
@@ -164,8 +245,8 @@ void compact(const CaptureView& view, const std::vector<Fault>& faults, std::spa
   batches = std::move(fewer);
 }
 
-// Stretches in which an input port that resets flops becomes active.
-std::vector<std::size_t> resets_in(const CaptureView& view, const std::vector<FunctionalStretch>& stretches) {
+// Cycles in which an input port that resets flops becomes active.
+std::vector<std::uint64_t> resets_in(const CaptureView& view, const Vectors& vectors) {
   std::vector<std::pair<std::size_t, std::uint8_t>> ports;  // and the level that resets
   for (const ScanFlop& flop : view.flops) {
     const auto line = flop.has_reset ? view.node_of_net.find(flop.reset) : view.node_of_net.end();
@@ -177,11 +258,13 @@ std::vector<std::size_t> resets_in(const CaptureView& view, const std::vector<Fu
         ports.push_back(port);
     }
   }
-  std::vector<std::size_t> found;
-  for (std::size_t s = 1; s < stretches.size(); ++s) {
+  std::vector<std::uint64_t> found;
+  std::uint64_t cycle = 0;
+  for (std::size_t entry = 0; entry < vectors.cycles().size(); cycle += vectors.cycles()[entry++].count) {
     for (const auto& [port, level] : ports) {
-      if (stretches[s].inputs[port] != level || stretches[s - 1].inputs[port] == level) continue;
-      found.push_back(s);
+      if (entry == 0 || vectors.input(entry, port) != level || vectors.input(entry - 1, port) == level)
+        continue;
+      found.push_back(cycle);
       break;
     }
   }
@@ -219,45 +302,44 @@ ToggleCoverage toggle_coverage(const Circuit& circuit, const std::vector<std::ui
 }  // namespace
 
 std::size_t FunctionalGrade::detected() const {
-  return first_clock.size() -
-         static_cast<std::size_t>(std::count(first_clock.begin(), first_clock.end(), kUndetected));
+  return first_cycle.size() -
+         static_cast<std::size_t>(std::count(first_cycle.begin(), first_cycle.end(), kUndetected));
 }
 
-FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
+FunctionalGrade grade_functional(const CaptureView& view, const CycleStream& stream,
                                  const std::vector<Fault>& faults, unsigned threads, PowerUp power_up,
                                  const Progress& progress) {
+  const Vectors vectors(view, stream);
+  const std::size_t entries = stream.cycles.size();
   FunctionalGrade grade;
-  grade.first_clock.assign(faults.size(), FunctionalGrade::kUndetected);
-  for (const FunctionalStretch& stretch : stretches) grade.clocks += stretch.clocks;
+  grade.first_cycle.assign(faults.size(), FunctionalGrade::kUndetected);
+  grade.cycles = cycle_count(stream);
   std::vector<std::uint8_t> toggles(view.circuit.size(), 0);
-  std::vector<std::uint64_t> resets;  // clocks
-  {
-    std::vector<std::uint64_t> begins{0};
-    for (const FunctionalStretch& stretch : stretches) begins.push_back(begins.back() + stretch.clocks);
-    for (const std::size_t s : resets_in(view, stretches)) resets.push_back(begins[s]);
-  }
+  const std::vector<std::uint64_t> resets = resets_in(view, vectors);
   for (std::size_t first = 0; first == 0 || first < faults.size(); first += kBatches * kMachines) {
     std::vector<Batch> batches;
     for (std::size_t at = first; at == first || (at < faults.size() && batches.size() < kBatches);
          at += kMachines) {
       std::vector<std::size_t> indices(std::min(kMachines, faults.size() - at));
       std::iota(indices.begin(), indices.end(), at);
-      batches.push_back({Machines(view, std::span(faults).subspan(at, indices.size())), std::move(indices)});
+      batches.push_back(
+          {Machines(view, std::span(faults).subspan(at, indices.size())), std::move(indices), {}});
       Machines& m = batches.back().machines;
       for (std::size_t k = 0; power_up == PowerUp::ones && k < m.flops(); ++k)
         m.state(k).part.fill(~std::uint64_t{0});
+      if (entries != 0) m.preset_inputs(vectors.inputs(0));
       m.start();
     }
     std::vector<std::size_t> aside;
     std::uint64_t length = kFirstStage;
-    for (Place place; place.stretch < stretches.size();) {
+    for (Place place; place.entry < entries;) {
       // To the next reset at the most.
-      const auto reset = std::upper_bound(resets.begin(), resets.end(), place.clock);
-      const std::uint64_t stage = reset == resets.end() ? length : std::min(length, *reset - place.clock);
+      const auto reset = std::upper_bound(resets.begin(), resets.end(), place.cycle);
+      const std::uint64_t stage = reset == resets.end() ? length : std::min(length, *reset - place.cycle);
       std::atomic<std::size_t> next{0};
       const auto work = [&] {
         for (std::size_t b = next++; b < batches.size(); b = next++)
-          run(batches[b], stretches, place, stage, grade.first_clock);
+          run(batches[b], vectors, place, stage, grade.first_cycle);
       };
       {
         std::vector<std::jthread> pool;
@@ -265,26 +347,26 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
         work();
       }
       note_toggles(view, batches[0].machines, toggles);
-      place = after(stretches, place, stage);
-      if (place.stretch < stretches.size()) {
-        const bool in_reset = std::binary_search(resets.begin(), resets.end(), place.clock);
+      if (grade.wrong.empty()) grade.wrong = batches[0].wrong;
+      place = after(vectors, place, stage);
+      if (place.entry < entries) {
+        const bool in_reset = std::binary_search(resets.begin(), resets.end(), place.cycle);
         const std::size_t known = aside.size();
-        if (stage == kLongestStage) set_aside(batches, grade.first_clock, stage, aside);
-        std::vector<Move> moves = remaining(batches, grade.first_clock, aside);
+        if (stage == kLongestStage) set_aside(batches, grade.first_cycle, stage, aside);
+        std::vector<Move> moves = remaining(batches, grade.first_cycle, aside);
         const bool changed = known != aside.size() || (in_reset && !aside.empty());
         for (const std::size_t fault : aside) {
           if (in_reset) moves.push_back({fault, &batches[0].machines, 0});
         }
         if (in_reset) aside.clear();
-        compact(view, faults, moves,
-                stretches[place.clock_of_stretch != 0 ? place.stretch : place.stretch - 1].inputs, changed,
-                batches);
+        compact(view, faults, moves, vectors.inputs(place.within != 0 ? place.entry : place.entry - 1),
+                changed, batches);
       }
       length = std::min(2 * length, kLongestStage);
       const std::size_t in_round =
           std::min(kBatches * kMachines, std::max<std::size_t>(faults.size() - first, 1));
-      tell(progress, "grading", first * grade.clocks + in_round * place.clock,
-           std::max<std::size_t>(faults.size(), 1) * grade.clocks);
+      tell(progress, "grading", first * grade.cycles + in_round * place.cycle,
+           std::max<std::size_t>(faults.size(), 1) * grade.cycles);
     }
     grade.set_aside += aside.size();
   }
@@ -294,40 +376,16 @@ FunctionalGrade grade_functional(const CaptureView& view, const std::vector<Func
 
 namespace {
 
-std::size_t signal_of(const CycleStream& stream, const std::string& name, bool input) {
-  std::size_t s = 0;
-  while (s < stream.signals.size() && (stream.signals[s].name != name || stream.signals[s].is_input != input))
-    ++s;
-  return s;
-}
-
-// By input port, the signal that drives it; the number of signals where none does.
-std::vector<std::size_t> drivers(const CaptureView& view, const CycleStream& stream) {
-  std::vector<std::size_t> signals;
-  for (const std::string& port : view.input_ports) {
-    signals.push_back(signal_of(stream, port, true));
-    const bool of_test = port.starts_with("test_mode") || port.starts_with("scan_");
-    if (signals.back() == stream.signals.size() && !of_test)
-      throw UserError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
-                                  stream.title, port));
-  }
-  return signals;
-}
-
-struct Expected {
-  std::size_t signal, port;
-};
-
 // Mismatches of a cycle, over all power-up states.
 struct Comparison {
   std::size_t strobes = 0, mismatches = 0;
   std::string first;
 };
 
-void check(const Machines& m, const Word& used, const std::vector<Expected>& outputs,
-           const std::string& states, const CycleStream& stream, Comparison& result) {
+void check(const Machines& m, const Word& used, const Vectors& vectors, const std::string& states,
+           Comparison& result) {
   result = {};
-  for (const Expected& output : outputs) {
+  for (const Vectors::Strobe& output : vectors.strobes()) {
     const char c = states[output.signal];
     if (c != 'H' && c != 'L') continue;
     ++result.strobes;
@@ -335,42 +393,16 @@ void check(const Machines& m, const Word& used, const std::vector<Expected>& out
     if (!wrong.any()) continue;
     for (std::size_t lane = 0; lane < kLanes; ++lane) result.mismatches += wrong.bit(lane) ? 1 : 0;
     if (result.first.empty())
-      result.first = fmt::format("{}: found {}, expected {} (power-up state {})",
-                                 stream.signals[output.signal].name, c == 'H' ? 0 : 1, c, wrong.first());
+      result.first = fmt::format("{}: found {}, expected {} (power-up state {})", vectors.name(output),
+                                 c == 'H' ? 0 : 1, c, wrong.first());
   }
 }
 
 }  // namespace
 
-std::vector<FunctionalStretch> stretches_of(const CaptureView& view, const CycleStream& stream) {
-  const std::vector<std::size_t> signals = drivers(view, stream);
-  std::vector<FunctionalStretch> stretches;
-  for (const TestCycle& cycle : stream.cycles) {
-    FunctionalStretch stretch{0, {}};
-    for (const std::size_t s : signals)
-      stretch.inputs.push_back(s < stream.signals.size() && cycle.states[s] == '1' ? 1 : 0);
-    if (cycle.states.find('P') != std::string::npos) stretch.clocks = cycle.count;
-    if (!stretches.empty() && stretches.back().inputs == stretch.inputs)
-      stretches.back().clocks += stretch.clocks;
-    else
-      stretches.push_back(std::move(stretch));
-  }
-  return stretches;
-}
-
 ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_power_ups,
                            std::uint64_t seed, const Progress& progress) {
-  const std::vector<std::size_t> signals = drivers(view, stream);
-  std::vector<Expected> outputs;
-  for (std::size_t i = 0; i < view.output_ports.size(); ++i) {
-    const std::size_t s = signal_of(stream, view.output_ports[i], false);
-    if (s < stream.signals.size()) outputs.push_back({s, i});
-  }
-  const auto named = static_cast<std::size_t>(std::count_if(stream.signals.begin(), stream.signals.end(),
-                                                            [](const TestSignal& s) { return !s.is_input; }));
-  if (outputs.size() != named)
-    throw UserError(fmt::format("{}: found {} output signals that the netlist has, expected all {}",
-                                stream.title, outputs.size(), named));
+  const Vectors vectors(view, stream);
   Machines m(view, {});
   Word used;
   const std::size_t machines = std::min<std::size_t>(2 + random_power_ups, kLanes);
@@ -380,29 +412,25 @@ ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, u
     m.state(k).set(1, true);
     for (std::size_t lane = 2; lane < machines; ++lane) m.state(k).set(lane, (random() & 1) != 0);
   }
+  if (!stream.cycles.empty()) m.preset_inputs(vectors.inputs(0));
   m.start();
   ReplayResult result;
   Comparison now;
-  std::vector<std::uint8_t> inputs(signals.size());
   const std::uint64_t total = cycle_count(stream);
-  for (const TestCycle& cycle : stream.cycles) {
-    bool clocked = false;
-    for (std::size_t i = 0; i < signals.size(); ++i) {
-      const char c = signals[i] < stream.signals.size() ? cycle.states[signals[i]] : '0';
-      inputs[i] = c == '1' ? 1 : 0;
-      clocked = clocked || c == 'P';
-    }
-    m.set_inputs(inputs);
+  for (std::size_t entry = 0; entry < stream.cycles.size(); ++entry) {
+    const TestCycle& cycle = stream.cycles[entry];
+    const bool clocks = vectors.clocks(entry);
+    m.set_inputs(vectors.inputs(entry));
     bool look = true;  // other strobes
     for (std::uint64_t c = 0; c < cycle.count; ++c, ++result.cycles) {
-      if (m.ports_changed() || look) check(m, used, outputs, cycle.states, stream, now);
+      if (m.ports_changed() || look) check(m, used, vectors, cycle.states, now);
       look = false;
       if (result.cycles % kTellEvery == 0) tell(progress, "replay", result.cycles, total);
       result.strobes += now.strobes;
       if (now.mismatches != 0 && result.mismatches == 0)
         result.first = fmt::format("cycle {}: {}", result.cycles, now.first);
       result.mismatches += now.mismatches;
-      if (clocked) m.clock();
+      if (clocks) m.clock();
     }
   }
   return result;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Grading of functional vectors: the netlist runs clock by clock without scan, 511 faulty machines beside the
-// good one, and a fault is detected in the clock after which an output port differs.
+// Grading of vectors as they stand in a file: the netlist runs cycle by cycle, 511 faulty machines beside the
+// good one, and a fault is detected in the cycle in which a strobe of the file fails.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,6 @@
 
 namespace meltstage::dft {
 
-/// So many clocks with these values at the input ports (by CaptureView::input_ports; clocks: any value).
-struct FunctionalStretch {
-  std::uint64_t clocks = 1;
-  std::vector<std::uint8_t> inputs;
-};
-
 /// Outputs of cells that rise and fall in the good machine, and those that don't; what is tied to a constant
 /// is left out and counted.
 struct ToggleCoverage {
@@ -30,28 +24,28 @@ struct ToggleCoverage {
 
 struct FunctionalGrade {
   static constexpr std::uint64_t kUndetected = ~std::uint64_t{0};
-  std::vector<std::uint64_t> first_clock;  ///< by fault, the clock that shows it
-  std::uint64_t clocks = 0;
+  std::vector<std::uint64_t> first_cycle;  ///< by fault, the cycle whose strobe shows it
+  std::uint64_t cycles = 0;
+  std::string wrong;  ///< the first strobe that fails without a fault: "cycle 12: q_o: found 0, expected H"
   ToggleCoverage toggle;
   std::size_t set_aside = 0;  ///< faults that were not graded to the end; undetected
 
   std::size_t detected() const;
 };
 
-/// What all flops hold before the first clock.
+/// What all flops hold before the first cycle.
 enum class PowerUp : std::uint8_t { zeros, ones };
 
 /// Grades `faults` on so many threads, 511 beside each other; the undetected ones are put together as the
-/// others fall. `view` is the capture view with nothing held; vectors should begin with a reset. Flops with
-/// an asynchronous reset follow it at once. What is detected from one power-up state and not from the other
-/// is possibly detected (PT): it hangs on flops that the fault keeps from their reset.
-FunctionalGrade grade_functional(const CaptureView& view, const std::vector<FunctionalStretch>& stretches,
+/// others fall. `view` is the capture view with nothing held; vectors should begin with a reset. Outputs are
+/// compared before each cycle's clock where the stream has H or L, and nowhere else; a cycle without a pulse
+/// clocks nothing. Flops with an asynchronous reset follow it at once. What the stream leaves open is 0, as
+/// are ports of the test (test_mode_i, scan_*) that it doesn't name. What is detected from one power-up state
+/// and not from the other is possibly detected (PT): it hangs on flops that the fault keeps from their reset.
+/// Throws UserError when the stream's signals are not the netlist's ports.
+FunctionalGrade grade_functional(const CaptureView& view, const CycleStream& stream,
                                  const std::vector<Fault>& faults, unsigned threads,
                                  PowerUp power_up = PowerUp::zeros, const Progress& progress = {});
-
-/// Stretches of a stream without scan: a cycle with a clock pulse is a clock. Ports of the netlist that the
-/// stream doesn't name are inputs of the test, held at 0; without any of them UserError.
-std::vector<FunctionalStretch> stretches_of(const CaptureView& view, const CycleStream& stream);
 
 /// Runs a stream of any length without scan; outputs are compared before each cycle's clock where it has H or
 /// L. Beside each other run the power-up states 0, 1 and `random_power_ups` more: a strobe that depends on

@@ -158,12 +158,10 @@ Circuit parse_bench(std::string_view text, const std::string& name) {
     for (std::size_t pin = 0; pin < builder.fanin(node).size(); ++pin) {
       const Node source = builder.fanin(node)[pin];
       if (uses[source] > 1)
-        builder.add_site({builder.name(source) + "->" + builder.name(node),
-                          node,
-                          static_cast<std::int32_t>(pin),
-                          {false, false}});
+        builder.add_site(
+            {builder.name(source) + "->" + builder.name(node), node, static_cast<std::int32_t>(pin)});
     }
-    if (node < lines) builder.add_site({builder.name(node), node, kStem, {false, false}});
+    if (node < lines) builder.add_site({builder.name(node), node, kStem});
   }
   return builder.finish(name);
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string_view>
 #include <unordered_map>
 
 #include "base/error.hpp"
@@ -154,6 +155,7 @@ class ViewBuilder {
     add_output_ports();
     for (std::size_t k = 0; k < view_.flops.size(); ++k) connect_flop(k);
     mark_clocks();
+    find_stopped();
     std::vector<Node> number;
     view_.circuit = builder_.finish(netlist_.file, &number);
     for (const auto& [net, node] : driver_) view_.node_of_net[net] = number[node];
@@ -220,7 +222,7 @@ class ViewBuilder {
         drive(port.bits[i], node, "port " + name);
         port_node_[port.bits[i]] = view_.input_ports.size();
         port_site_.push_back(builder_.site_count());
-        builder_.add_site({name, node, kStem, {false, false}});
+        builder_.add_site({name, node, kStem});
         view_.input_ports.push_back(name);
         if (const auto held = held_.find(name); held != held_.end()) builder_.hold(node, held->second);
         unknown.erase(name);
@@ -277,7 +279,7 @@ class ViewBuilder {
                                       netlist_.file, instance.name, pin.name));
         const Node node =
             builder_.add(plain ? Gate::buf : Gate::inv, {state}, instance.name + "/" + pin.name);
-        builder_.add_site({instance.name + "/" + pin.name, node, kStem, {false, false}});
+        builder_.add_site({instance.name + "/" + pin.name, node, kStem});
         drive(net->second, node, instance.name);
       }
       return;
@@ -296,14 +298,14 @@ class ViewBuilder {
       Term term = term_of(*pin.function);
       const Gate gate = term.kind == Term::Kind::pin ? Gate::buf : term.gate;
       const Node node = builder_.add(gate, {}, instance.name + "/" + pin.name);
-      builder_.add_site({instance.name + "/" + pin.name, node, kStem, {false, false}});
+      builder_.add_site({instance.name + "/" + pin.name, node, kStem});
       drive(net->second, node, instance.name);
       driven_[i].push_back({&pin, std::move(term), node});
     }
   }
 
   // A clock gate is whether it is open, which the flops behind it read; its clock stands still at 0 while the
-  // circuit is looked at. A gate that is dead shows in the chain test.
+  // circuit is looked at. A gate that is dead stops the flops behind it.
   void add_clock_gate(std::size_t i) {
     const Instance& instance = netlist_.instances[i];
     const ClockGate& gate = *cells_[i]->gate;
@@ -311,7 +313,7 @@ class ViewBuilder {
     const auto net = instance.pins.find(gate.out);
     if (net == instance.pins.end()) return;
     drive(net->second, constant(false), instance.name);
-    builder_.add_site({instance.name + "/" + gate.out, kNoNode, kStem, {true, true}});
+    builder_.add_site({instance.name + "/" + gate.out, kNoNode, kStem});
   }
   void connect_clock_gate(std::size_t i) {
     const ClockGate& gate = *cells_[i]->gate;
@@ -353,8 +355,8 @@ class ViewBuilder {
     if (net == instance.pins.end())
       throw UserError(fmt::format("{}: {}: found nothing connected, expected a net", netlist_.file, name));
     const Node source = node_of(net->second, name);
-    Site site{name, reader, position, {false, false}};
-    mark_implied(site, i, pin);
+    Site site{name, reader, position};
+    site.shifts = cells_[i]->scan && pin == cells_[i]->scan->in;
     if (uses_[pin] == 1) {
       builder_.add_site(std::move(site));
       return source;
@@ -365,18 +367,6 @@ class ViewBuilder {
     site.pin = kStem;
     builder_.add_site(std::move(site));
     return buffer;
-  }
-  // Faults that the chain test or the reset test shows.
-  void mark_implied(Site& site, std::size_t i, const std::string& pin) const {
-    const Cell& cell = *cells_[i];
-    if (!cell.flop) return;
-    if (cell.scan && pin == cell.scan->in) site.implied[0] = site.implied[1] = true;
-    if (cell.scan && pin == cell.scan->enable) site.implied[cell.scan->enable_low ? 1 : 0] = true;
-    for (const auto& reset : {cell.flop->clear, cell.flop->preset}) {
-      if (!reset) continue;
-      if (reset->op == Op::pin && reset->pin == pin) site.implied[0] = true;
-      if (is_inverse_pin(*reset, pin)) site.implied[1] = true;
-    }
   }
 
   void connect(std::size_t i) {
@@ -395,15 +385,8 @@ class ViewBuilder {
     const Instance& instance = netlist_.instances[i];
     for (const CellPin& pin : cells_[i]->pins) {
       if (pin.is_output || instance.pins.count(pin.name) == 0 || uses_.count(pin.name) != 0) continue;
-      const bool clock = (cells_[i]->flop && reads(cells_[i]->flop->clocked_on, pin.name)) ||
-                         (cells_[i]->gate && cells_[i]->gate->clock == pin.name);
-      builder_.add_site({instance.name + "/" + pin.name, kNoNode, kStem, {clock, clock}});
+      builder_.add_site({instance.name + "/" + pin.name, kNoNode, kStem});
     }
-  }
-  static bool reads(const Expression& e, const std::string& pin) {
-    std::vector<std::string> names;
-    pins_of(e, names);
-    return std::find(names.begin(), names.end(), pin) != names.end();
   }
 
   void connect_flop(std::size_t k) {
@@ -430,7 +413,7 @@ class ViewBuilder {
       for (std::size_t i = 0; i < port.bits.size(); ++i) {
         const std::string name = port.bit_name(i);
         const Node node = builder_.add(Gate::output, {node_of(port.bits[i], "port " + name)}, name);
-        builder_.add_site({name, node, 0, {false, false}});
+        builder_.add_site({name, node, 0});
         view_.output_ports.push_back(name);
       }
     }
@@ -489,10 +472,43 @@ class ViewBuilder {
                         netlist_.file, flop.name, net_name(flop.clock)));
       if (view_.clock_ports[port->second] != 0) continue;
       view_.clock_ports[port->second] = 1;
-      Site& site = builder_.site(port_site_[port->second]);
-      site.implied[0] = site.implied[1] = true;
-      builder_.hold(site.node, false);  // outputs are compared and states captured while the clock is low
+      builder_.hold(builder_.site(port_site_[port->second]).node,
+                    false);  // outputs are compared and states captured while the clock is low
     }
+  }
+
+  // A clock's line that is stuck stops every flop behind it.
+  void find_stopped() {
+    std::unordered_map<std::string_view, std::size_t> sites;
+    for (std::size_t i = 0; i < builder_.site_count(); ++i) sites.emplace(builder_.site(i).name, i);
+    for (std::size_t k = 0; k < view_.flops.size(); ++k) {
+      for (const std::string& line : clock_lines(k)) {
+        if (const auto site = sites.find(line); site != sites.end()) view_.stopped[site->second].push_back(k);
+      }
+    }
+  }
+  // Pins and port by which the clock comes to a flop.
+  std::vector<std::string> clock_lines(std::size_t k) const {
+    const Instance& flop = netlist_.instances[view_.flops[k].instance];
+    std::vector<std::string> pins;
+    pins_of(cells_[view_.flops[k].instance]->flop->clocked_on, pins);
+    std::vector<std::string> lines;
+    for (const std::string& pin : pins) lines.push_back(flop.name + "/" + pin);
+    Net net = view_.flops[k].clock;
+    std::size_t steps = 0;
+    for (auto at = clock_cell_.find(net); at != clock_cell_.end() && steps <= cells_.size();
+         at = clock_cell_.find(net), ++steps) {
+      const std::size_t i = at->second;
+      for (const auto& [pin, connected] : netlist_.instances[i].pins) {
+        const bool out = cells_[i]->find(pin)->is_output;
+        if (out || !cells_[i]->gate || pin == cells_[i]->gate->clock)
+          lines.push_back(netlist_.instances[i].name + "/" + pin);
+        if (!out && (!cells_[i]->gate || pin == cells_[i]->gate->clock)) net = connected;
+      }
+    }
+    if (const auto port = port_node_.find(net); port != port_node_.end())
+      lines.push_back(view_.input_ports[port->second]);
+    return lines;
   }
 
   const Netlist& netlist_;

@@ -35,6 +35,8 @@ struct CaptureView {
   std::vector<ScanFlop> flops;
   std::vector<std::int8_t> clock_ports;  ///< by input port: 1 when it clocks flops
   std::unordered_map<Net, Node> node_of_net;
+  /// By site of the circuit that lies on a clock's way, the flops that stand still when it is stuck.
+  std::unordered_map<std::size_t, std::vector<std::size_t>> stopped;
 };
 
 /// Values that ports keep while a test captures (test mode, scan enable, reset): port bit to 0 or 1.

@@ -32,10 +32,10 @@ enum class Gate : std::uint8_t {
 
 /// A place where a fault may sit and that is reported: a pin of a cell or a port.
 struct Site {
-  std::string name;                  ///< "instance/PIN" or the port
-  Node node = kNoNode;               ///< kNoNode: outside this circuit (see Circuit::implied)
-  std::int32_t pin = kStem;          ///< fan-in of `node`, or kStem
-  bool implied[2] = {false, false};  ///< stuck-at-0, -1 show in the chain or reset test, not in a capture
+  std::string name;          ///< "instance/PIN" or the port
+  Node node = kNoNode;       ///< kNoNode: outside this circuit, such as a clock pin
+  std::int32_t pin = kStem;  ///< fan-in of `node`, or kStem
+  bool shifts = false;       ///< on the way by which chains shift: the chain test moves it both ways
 };
 
 /// Built by CircuitBuilder; read only after that.
@@ -58,8 +58,7 @@ class Circuit {
   const std::vector<Node>& outputs() const { return outputs_; }  ///< likewise
   const std::string& name(Node node) const { return names_[node]; }
   const std::vector<Site>& sites() const { return sites_; }
-  /// A fault of a site that the chain test or the reset test shows.
-  void imply(std::size_t site, bool stuck) { sites_[site].implied[stuck ? 1 : 0] = true; }
+  void mark_shifting(std::size_t site) { sites_[site].shifts = true; }
   /// Inputs held at a value while a test captures (test mode, scan enable): -1 free, else 0 or 1; by input
   /// order.
   const std::vector<std::int8_t>& held() const { return held_; }

@@ -122,15 +122,11 @@ double Coverage::fault_efficiency() const {
   return total() == 0 ? 1.0 : static_cast<double>(settled) / static_cast<double>(total());
 }
 
-std::vector<FaultClass> reported_classes(const Circuit& circuit, const FaultList& list,
-                                         const std::vector<FaultClass>& of_class) {
+std::vector<FaultClass> reported_classes(const FaultList& list, const std::vector<FaultClass>& of_class) {
   std::vector<FaultClass> reported;
   for (std::size_t fault = 0; fault < list.total(); ++fault) {
-    const bool implied = circuit.sites()[fault / 2].implied[fault % 2];
-    FaultClass c =
-        list.class_of[fault] == FaultList::kNoClass ? FaultClass::UT : of_class[list.class_of[fault]];
-    if (implied && c != FaultClass::DS) c = FaultClass::DI;
-    reported.push_back(c);
+    reported.push_back(list.class_of[fault] == FaultList::kNoClass ? FaultClass::UT
+                                                                   : of_class[list.class_of[fault]]);
   }
   return reported;
 }

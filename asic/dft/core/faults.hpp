@@ -66,10 +66,8 @@ struct Coverage {
   double fault_efficiency() const;  ///< (detected + undetectable + AU) / total
 };
 
-/// The reported class of every fault from those of the equivalence classes: what a capture doesn't detect is
-/// DI where the chain or reset test shows it; faults outside the circuit are DI or UT.
-std::vector<FaultClass> reported_classes(const Circuit& circuit, const FaultList& list,
-                                         const std::vector<FaultClass>& of_class);
+/// The class of every fault from those of the equivalence classes; faults outside the circuit are UT.
+std::vector<FaultClass> reported_classes(const FaultList& list, const std::vector<FaultClass>& of_class);
 Coverage coverage(const FaultList& list, const std::vector<FaultClass>& reported);
 
 /// "u_pwm.cnt_q_reg/D stuck-at-1".

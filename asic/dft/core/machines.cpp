@@ -24,6 +24,7 @@ Machines::Machines(const CaptureView& view, std::span<const Fault> faults)
       resets_(1) {
   for (std::size_t k = 0; k < faults.size(); ++k) {
     const Fault& fault = faults[k];
+    if (fault.node == kNoNode) continue;
     if (forced_of_[fault.node] < 0) {
       forced_of_[fault.node] = static_cast<std::int32_t>(forced_.size());
       forced_.push_back({circuit_.kind(fault.node), {}, {}});
@@ -354,6 +355,10 @@ struct MachineSteps {
           const auto bit = static_cast<std::size_t>(__builtin_ctzll(m.pending_[word]));
           const Machines::Flop& flop = m.flops_[64 * word + bit - m.first_flop_bit_];
           Lanes value = read(flop.next);
+          if (flop.stopped >= 0) {
+            const Lanes& still = lanes(m.stopped_[static_cast<std::size_t>(flop.stopped)]);
+            value = (value & ~still) | (lanes(m.values_[flop.state]) & still);
+          }
           reset_state(flop, value);
           m.captured_.emplace_back();
           m.captured_.back().line = flop.state;
@@ -385,6 +390,9 @@ MELTSTAGE_WIDE void settle_wide(MachineSteps steps) { steps.settle(); }
 MELTSTAGE_WIDE void put_wide(MachineSteps steps, std::uint32_t line, bool level) {
   steps.put(line, everywhere(level ? 1 : 0));
 }
+MELTSTAGE_WIDE void put_word_wide(MachineSteps steps, std::uint32_t line, const Word& levels) {
+  steps.put(line, lanes(levels));
+}
 MELTSTAGE_WIDE void evaluate_all_wide(MachineSteps steps, std::uint32_t lines) {
   for (std::uint32_t line = 0; line < lines; ++line) steps.evaluate_line(line);
 }
@@ -394,6 +402,10 @@ MELTSTAGE_WIDE void evaluate_all_wide(MachineSteps steps, std::uint32_t lines) {
 void Machines::preset_inputs(std::span<const std::uint8_t> inputs) {
   for (std::size_t i = 0; i < inputs.size(); ++i)
     values_[inputs_[i]].part.fill(inputs[i] != 0 ? ~std::uint64_t{0} : 0);
+}
+
+void Machines::preset_inputs(std::span<const Word> inputs) {
+  for (std::size_t i = 0; i < inputs.size(); ++i) values_[inputs_[i]] = inputs[i];
 }
 
 void Machines::start() {
@@ -417,6 +429,21 @@ void Machines::set_inputs(std::span<const std::uint8_t> inputs) {
   for (std::size_t i = 0; i < inputs.size(); ++i) put_wide({*this}, inputs_[i], inputs[i] != 0);
   settle_wide({*this});
   for (std::size_t r = 1; r < resets_.size(); ++r) MachineSteps{*this}.rest(resets_[r]);
+}
+
+void Machines::set_inputs(std::span<const Word> inputs) {
+  for (std::size_t i = 0; i < inputs.size(); ++i) put_word_wide({*this}, inputs_[i], inputs[i]);
+  settle_wide({*this});
+  for (std::size_t r = 1; r < resets_.size(); ++r) MachineSteps{*this}.rest(resets_[r]);
+}
+
+void Machines::stop_clock(std::size_t flop, std::size_t machine) {
+  std::int32_t& stopped = flops_[flop].stopped;
+  if (stopped < 0) {
+    stopped = static_cast<std::int32_t>(stopped_.size());
+    stopped_.emplace_back();
+  }
+  stopped_[static_cast<std::size_t>(stopped)].set(machine, true);
 }
 
 void Machines::clock() { clock_wide({*this}); }

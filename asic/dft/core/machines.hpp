@@ -18,8 +18,11 @@ namespace meltstage::dft {
 /// follow it at once. Use: state() as wanted, start(), then inputs and clocks.
 class Machines {
  public:
-  /// At most 511 faults.
+  /// At most 511 faults; one whose node is kNoNode leaves its machine as it is.
   Machines(const CaptureView& view, std::span<const Fault> faults);
+
+  /// The flop's clock stands still in this machine.
+  void stop_clock(std::size_t flop, std::size_t machine);
 
   std::size_t flops() const { return flops_.size(); }
   /// What a flop holds, machine by machine; to be written before start() only.
@@ -27,10 +30,13 @@ class Machines {
   const Word& state(std::size_t flop) const { return values_[flops_[flop].state]; }
   /// What the inputs are at start(); 0 without. By input port.
   void preset_inputs(std::span<const std::uint8_t> inputs);
+  void preset_inputs(std::span<const Word> inputs);
   /// All lines from the states and inputs. Lines have not toggled yet.
   void start();
   /// By input port; kept until the next call.
   void set_inputs(std::span<const std::uint8_t> inputs);
+  /// The same, with a level of its own for each machine.
+  void set_inputs(std::span<const Word> inputs);
   /// A rising edge of the clock, and what follows from it.
   void clock();
   /// Whether an output port may have changed in any machine since the last call.
@@ -82,6 +88,7 @@ class Machines {
     std::int32_t through = -1, gate = -1;  // index into forced_, -1: none
     std::int32_t gate_pin = 0;
     bool through_inverter = false;
+    std::int32_t stopped = -1;  // index into stopped_, -1: none
   };
   struct Reset {
     std::uint32_t line = 0;
@@ -113,6 +120,7 @@ class Machines {
   std::vector<Forced> forced_;
   std::vector<Flop> flops_;
   std::vector<Reset> resets_;
+  std::vector<Word> stopped_;                                 // machines in which a flop isn't clocked
   std::vector<std::uint32_t> reset_of_line_, flop_of_state_;  // by number; 0: none, else a flop's index + 1
   std::vector<Source> ports_;
   std::vector<std::uint32_t> inputs_;

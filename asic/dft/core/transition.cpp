@@ -72,8 +72,7 @@ TransitionView launch_on_capture(const CaptureView& view, const std::string& sca
   CircuitBuilder builder;
   Frames frames = add_frames(view, builder);
   for (const Site& site : view.circuit.sites())
-    builder.add_site(
-        {site.name, site.node == kNoNode ? kNoNode : frames.second[site.node], site.pin, {false, false}});
+    builder.add_site({site.name, site.node == kNoNode ? kNoNode : frames.second[site.node], site.pin});
   TransitionView result;
   std::vector<Node> number;
   result.circuit = builder.finish("launch on capture", &number);
@@ -103,11 +102,10 @@ TransitionView launch_on_capture(const CaptureView& view, const std::string& sca
 
 std::vector<FaultClass> reported_transitions(const CaptureView& view, const TransitionView& transitions,
                                              const std::vector<FaultClass>& of_class) {
-  std::vector<FaultClass> reported = reported_classes(transitions.circuit, transitions.faults, of_class);
+  std::vector<FaultClass> reported = reported_classes(transitions.faults, of_class);
   for (std::size_t fault = 0; fault < reported.size(); ++fault) {
-    const bool shifts =
-        view.circuit.sites()[fault / 2].implied[0] && view.circuit.sites()[fault / 2].implied[1];
-    if (shifts && reported[fault] == FaultClass::AU) reported[fault] = FaultClass::DI;
+    if (view.circuit.sites()[fault / 2].shifts && reported[fault] == FaultClass::AU)
+      reported[fault] = FaultClass::DI;
   }
   return reported;
 }

@@ -59,9 +59,8 @@ std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& l
 /// Values that the ports of a scan design hold while it captures.
 HeldPorts capture_holds(const ScanDesign& design);
 
-/// The capture view of a scan design, with the faults marked that the chain test or the reset test shows:
-/// lines on the way from flop to flop while shifting, the constants that keep this way open, and lines on the
-/// way from the reset port to a flop.
+/// The capture view of a scan design, with the lines marked that lie on the way from flop to flop while it
+/// shifts.
 CaptureView scan_view(const ScanDesign& design, const CellLibrary& library);
 
 }  // namespace meltstage::dft

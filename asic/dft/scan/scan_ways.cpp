@@ -65,16 +65,9 @@ class WayMarker {
     while (!circuit_.fanin(node).empty()) {
       const std::int32_t open = open_pin(circuit_, constant_, node);
       if (open < 0) return;
-      const auto fanin = circuit_.fanin(node);
-      for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-        if (static_cast<std::int32_t>(pin) == open || constant_[fanin[pin]] < 0) continue;
-        hold_open(node, static_cast<std::int32_t>(pin));
-      }
-      mark(node, open, false);
-      mark(node, open, true);
-      node = fanin[static_cast<std::size_t>(open)];
-      mark(node, kStem, false);
-      mark(node, kStem, true);
+      mark(node, open);
+      node = circuit_.fanin(node)[static_cast<std::size_t>(open)];
+      mark(node, kStem);
     }
   }
 
@@ -82,23 +75,10 @@ class WayMarker {
   static std::uint64_t key(Node node, std::int32_t pin) {
     return (std::uint64_t{node} << 32) | static_cast<std::uint32_t>(pin);
   }
-  void mark(Node node, std::int32_t pin, bool stuck) {
+  void mark(Node node, std::int32_t pin) {
     const auto found = sites_.find(key(node, pin));
     if (found == sites_.end()) return;
-    for (const std::size_t site : found->second) circuit_.imply(site, stuck);
-  }
-  // A constant that keeps a gate open: the other value closes it; so does that of the line it comes from.
-  void hold_open(Node node, std::int32_t pin) {
-    for (;;) {
-      const Node driver = circuit_.fanin(node)[static_cast<std::size_t>(pin)];
-      if (circuit_.kind(node) == Gate::mux && pin != 2) return;  // the side that is not selected
-      const bool stuck = constant_[driver] == 0;
-      mark(node, pin, stuck);
-      mark(driver, kStem, stuck);
-      if (circuit_.kind(driver) != Gate::buf && circuit_.kind(driver) != Gate::inv) return;
-      node = driver;
-      pin = 0;
-    }
+    for (const std::size_t site : found->second) circuit_.mark_shifting(site);
   }
 
   Circuit& circuit_;
@@ -215,10 +195,9 @@ std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& l
 
 CaptureView scan_view(const ScanDesign& design, const CellLibrary& library) {
   CaptureView view = capture_view(design.netlist, library, capture_holds(design));
-  std::vector<std::int8_t> shifting = view.circuit.held(), resetting = view.circuit.held();
+  std::vector<std::int8_t> shifting = view.circuit.held();
   for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
     if (view.input_ports[i] == design.scan_enable) shifting[i] = 1;
-    if (view.input_ports[i] == design.reset) resetting[i] = -1;
   }
   WayMarker chain(view.circuit, constants(view.circuit, shifting));
   for (std::size_t f = 0; f < view.flops.size(); ++f)
@@ -227,11 +206,6 @@ CaptureView scan_view(const ScanDesign& design, const CellLibrary& library) {
     const bool scan_out = std::any_of(design.chains.begin(), design.chains.end(),
                                       [&](const ScanChain& c) { return c.out == view.output_ports[o]; });
     if (scan_out) chain.from(view.circuit.outputs()[o]);
-  }
-  WayMarker reset(view.circuit, constants(view.circuit, resetting));
-  for (const ScanFlop& flop : view.flops) {
-    const auto node = view.node_of_net.find(flop.reset);
-    if (flop.has_reset && node != view.node_of_net.end()) reset.from(node->second);
   }
   return view;
 }

@@ -12,6 +12,7 @@
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"
 #include "asic/dft/scan/replay.hpp"
+#include "asic/dft/scan/scan_grade.hpp"
 #include "asic/dft/scan/scan_test.hpp"
 #include "asic/dft/scan/scan_ways.hpp"
 #include "asic/netlist/yosys_library.hpp"
@@ -561,7 +562,7 @@ TEST(Scan, FileAsWrittenRunsOnSplitPorts) {
 // Every fault that counts as detected, by simulation or by implication, makes the file fail; one called
 // untestable never does.
 void check_verdicts(const Machine& m) {
-  const auto reported = reported_classes(m.view.circuit, m.set.faults, m.set.of_class);
+  const auto reported = scan_classes(m.view, m.design, m.set.faults, m.set.of_class, m.stream);
   ASSERT_EQ(m.view.circuit.sites().size(), m.free_view.circuit.sites().size());
   std::size_t implied = 0, untestable = 0;
   for (std::size_t f = 0; f < reported.size(); ++f) {

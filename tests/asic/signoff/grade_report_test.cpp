@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "asic/dft/core/machines.hpp"
 #include "asic/signoff/functional_vectors.hpp"
 #include "base/error.hpp"
 #include "cmodel/math.hpp"
@@ -104,22 +105,43 @@ struct Graded {
     return grade_report(netlist, view, {}, faults, verdicts, grade, rules);
   }
 };
+// Every strobe expects what the netlist shows without a fault.
+void expect_what_is_shown(const CaptureView& view, CycleStream& stream) {
+  Machines machine(view, {});
+  machine.start();
+  Word one;
+  one.set(0, true);
+  for (TestCycle& cycle : stream.cycles) {
+    std::vector<std::uint8_t> inputs;
+    for (std::size_t i = 0; i < view.input_ports.size(); ++i)
+      inputs.push_back(cycle.states[i] == '1' ? 1 : 0);
+    machine.set_inputs(inputs);
+    for (std::size_t o = 0; o < view.output_ports.size(); ++o)
+      cycle.states[view.input_ports.size() + o] = machine.unlike(o, true, one).any() ? 'L' : 'H';
+    machine.clock();
+  }
+}
 // The machine with random vectors; start_i stays at 0 unless it `starts`.
 Graded graded(bool starts) {
   Netlist netlist = circuit_netlist("machine");
   CaptureView view = capture_view(netlist, mini_library());
   std::mt19937_64 random(1);
-  std::vector<FunctionalStretch> stretches;
+  CycleStream stream;
+  for (const std::string& port : view.input_ports) stream.signals.push_back({port, true});
+  for (const std::string& port : view.output_ports) stream.signals.push_back({port, false});
   for (std::size_t i = 0; i < 2000; ++i) {
-    FunctionalStretch stretch{1, {}};
-    for (const std::string& port : view.input_ports) {
-      const bool level = (random() & 1) != 0;
-      stretch.inputs.push_back(port == "rst_ni" ? i > 3 : port == "start_i" ? level && starts : level);
+    std::string states;
+    for (std::size_t p = 0; p < view.input_ports.size(); ++p) {
+      const std::string& port = view.input_ports[p];
+      const bool drawn = (random() & 1) != 0;
+      const bool level = port == "rst_ni" ? i > 3 : port == "start_i" ? drawn && starts : drawn;
+      states += view.clock_ports[p] != 0 ? 'P' : level ? '1' : '0';
     }
-    stretches.push_back(stretch);
+    stream.cycles.push_back({states + std::string(view.output_ports.size(), 'X'), ""});
   }
+  expect_what_is_shown(view, stream);
   std::vector<Fault> faults = collapse(view.circuit).classes;
-  FunctionalGrade grade = grade_functional(view, stretches, faults, 1);
+  FunctionalGrade grade = grade_functional(view, stream, faults, 1);
   return {std::move(netlist), std::move(view), std::move(faults), std::move(grade)};
 }
 const std::vector<Unreached> kNeverStarted{{{"start_i"}, {}, {}, {}, {}, "never started"}};
@@ -128,7 +150,7 @@ const std::vector<Unreached> kNeverStarted{{{"start_i"}, {}, {}, {}, {}, "never 
 TEST(Unreached, AFaultWithATrueReasonIsNotDetected) {
   const Graded idle = graded(false);
   std::vector<FaultClass> verdicts;
-  for (const std::uint64_t first : idle.grade.first_clock)
+  for (const std::uint64_t first : idle.grade.first_cycle)
     verdicts.push_back(first == FunctionalGrade::kUndetected ? FaultClass::NO : FaultClass::DS);
   const std::vector<FaultClass> none(verdicts.size(), FaultClass::NO);
   const GradeReport open = idle.report(verdicts, kNeverStarted), claimed = idle.report(none, kNeverStarted);

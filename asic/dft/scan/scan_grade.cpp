@@ -1,0 +1,401 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/scan/scan_grade.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <optional>
+#include <random>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "asic/dft/core/machines.hpp"
+#include "asic/dft/core/workers.hpp"
+#include "base/error.hpp"
+
+namespace meltstage::dft {
+
+namespace {
+
+constexpr std::size_t kDrawn = 50;       // ways to fill unknowns beside all 0 and all 1
+constexpr std::size_t kAllDrawn = 4096;  // so many defects are all looked at with these
+
+// A stream by the ports of a view.
+class Ports {
+ public:
+  struct Strobe {
+    std::size_t signal, port;
+  };
+  Ports(const CaptureView& view, const CycleStream& stream) {
+    for (const std::string& name : view.input_ports) inputs_.push_back(signal(stream, name, true));
+    for (std::size_t o = 0; o < view.output_ports.size(); ++o) {
+      for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+        if (!stream.signals[s].is_input && stream.signals[s].name == view.output_ports[o])
+          strobes_.push_back({s, o});
+      }
+    }
+  }
+  /// By input port, the signal.
+  const std::vector<std::size_t>& inputs() const { return inputs_; }
+  const std::vector<Strobe>& strobes() const { return strobes_; }
+
+  static std::size_t signal(const CycleStream& stream, const std::string& name, bool input) {
+    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+      if (stream.signals[s].name == name && stream.signals[s].is_input == input) return s;
+    }
+    throw UserError(fmt::format("{}: found no {} signal {}, expected every port of the netlist", stream.title,
+                                input ? "input" : "output", name));
+  }
+
+ private:
+  std::vector<std::size_t> inputs_;
+  std::vector<Strobe> strobes_;
+};
+
+// Some defects with `fills` machines each, from lane 1 on: unknowns all 0 and all 1, or drawn.
+class StreamRun {
+ public:
+  StreamRun(const CaptureView& view, const CycleStream& stream, const Ports& ports,
+            const std::vector<Defect>& defects, std::span<const std::uint32_t> which, bool drawn)
+      : view_(view), stream_(stream), ports_(ports), fills_(drawn ? kDrawn : 2), random_(which.front()) {
+    std::vector<Fault> faults;
+    std::vector<std::pair<std::size_t, std::size_t>> stopped;  // flop, lane
+    for (const std::uint32_t d : which) {
+      for (std::size_t f = 0; f < fills_; ++f) {
+        faults.push_back(defects[d].line);
+        if (drawn) drawn_.set(faults.size(), true);
+        if (!drawn && f == 1) ones_.set(faults.size(), true);
+        for (const std::size_t flop : defects[d].stopped) stopped.emplace_back(flop, faults.size());
+      }
+    }
+    machines_.emplace(view, faults);
+    for (const auto& [flop, lane] : stopped) machines_->stop_clock(flop, lane);
+    first_.assign(which.size(), kNotShown);
+    sure_.assign(which.size(), 0);
+    open_ = which.size();
+  }
+
+  void run() {
+    for (std::size_t k = 0; k < machines_->flops(); ++k) machines_->state(k) = unknown();
+    if (!stream_.cycles.empty())
+      machines_->preset_inputs(std::span<const Word>(levels(stream_.cycles[0].states)));
+    machines_->start();
+    std::uint64_t number = 0;
+    for (const TestCycle& cycle : stream_.cycles) {
+      const bool clocks = has_clock(cycle.states);
+      machines_->set_inputs(std::span<const Word>(levels(cycle.states)));
+      bool look = true;  // other strobes
+      for (std::uint64_t c = 0; c < cycle.count; ++c, ++number) {
+        if (machines_->ports_changed() || look) compare(cycle.states, number);
+        if (open_ == 0) return;
+        look = false;
+        if (clocks) machines_->clock();
+      }
+    }
+  }
+  /// By defect of this run.
+  const std::vector<std::uint64_t>& first() const { return first_; }
+  /// Whether the machines of a defect that has shown failed together, in one state.
+  bool is_sure(std::size_t defect) const { return sure_[defect] != 0; }
+
+ private:
+  Word unknown() {
+    Word word = ones_;
+    for (std::size_t p = 0; p < word.part.size() && fills_ != 2; ++p)
+      word.part[p] |= random_() & drawn_.part[p];
+    return word;
+  }
+  // By input port.
+  std::vector<Word> levels(const std::string& states) {
+    std::vector<Word> words(ports_.inputs().size());
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const char c = states[ports_.inputs()[i]];
+      if (c == '1') words[i].part.fill(~std::uint64_t{0});
+      if (c != '0' && c != '1' && c != 'P') words[i] = unknown();
+    }
+    return words;
+  }
+  bool has_clock(const std::string& states) const {
+    for (std::size_t i = 0; i < ports_.inputs().size(); ++i) {
+      if (view_.clock_ports[i] != 0 && states[ports_.inputs()[i]] == 'P') return true;
+    }
+    return false;
+  }
+  void compare(const std::string& states, std::uint64_t number) {
+    Word all;
+    all.part.fill(~std::uint64_t{0});
+    bool fresh = false;
+    const Word before = failed_;
+    for (const Ports::Strobe& strobe : ports_.strobes()) {
+      const char expected = states[strobe.signal];
+      if (expected != 'H' && expected != 'L') continue;
+      const Word wrong = machines_->unlike(strobe.port, expected == 'H', all);
+      for (std::size_t p = 0; p < wrong.part.size(); ++p) {
+        fresh = fresh || (wrong.part[p] & ~failed_.part[p]) != 0;
+        failed_.part[p] |= wrong.part[p];
+      }
+    }
+    if (!fresh) return;
+    for (std::size_t d = 0; d < first_.size(); ++d) {
+      if (first_[d] != kNotShown) continue;
+      bool fails = true;
+      for (std::size_t f = 0; f < fills_; ++f) fails = fails && failed_.bit(1 + d * fills_ + f);
+      if (!fails) continue;
+      first_[d] = number;
+      const std::size_t lane = 1 + d * fills_;
+      sure_[d] = !before.bit(lane) && !before.bit(lane + 1) && same_states(lane) ? 1 : 0;
+      --open_;
+    }
+  }
+  bool same_states(std::size_t lane) const {
+    for (std::size_t k = 0; k < machines_->flops(); ++k) {
+      const Word& state = std::as_const(*machines_).state(k);
+      if (state.bit(lane) != state.bit(lane + 1)) return false;
+    }
+    return true;
+  }
+
+  const CaptureView& view_;
+  const CycleStream& stream_;
+  const Ports& ports_;
+  std::size_t fills_;
+  std::mt19937_64 random_;
+  std::optional<Machines> machines_;
+  Word ones_, drawn_, failed_;
+  std::vector<std::uint64_t> first_;
+  std::vector<std::uint8_t> sure_;
+  std::size_t open_ = 0;
+};
+
+}  // namespace
+
+std::vector<std::uint64_t> shown_by_stream(const CaptureView& view, const CycleStream& stream,
+                                           const std::vector<Defect>& defects, const Progress& progress) {
+  const Ports ports(view, stream);
+  std::vector<std::uint64_t> first(defects.size(), kNotShown);
+  std::vector<std::uint8_t> unsure(defects.size(), 0);
+  const auto run = [&](const std::vector<std::uint32_t>& which, bool drawn) {
+    const std::size_t together = (kLanes - 1) / (drawn ? kDrawn : 2);
+    const std::size_t runs = (which.size() + together - 1) / together;
+    std::atomic<std::size_t> next{0};
+    in_parallel([&](unsigned worker) {
+      for (std::size_t r = next++; r < runs; r = next++) {
+        if (worker == 0) tell(progress, drawn ? "looking at unknowns" : "running faults", r, runs);
+        const std::span<const std::uint32_t> part =
+            std::span(which).subspan(r * together, std::min(together, which.size() - r * together));
+        StreamRun machines(view, stream, ports, defects, part, drawn);
+        machines.run();
+        for (std::size_t d = 0; d < part.size(); ++d) {
+          const std::uint64_t shown = machines.first()[d];
+          first[part[d]] = drawn && shown != kNotShown ? std::max(shown, first[part[d]]) : shown;
+          unsure[part[d]] = !drawn && shown != kNotShown && !machines.is_sure(d) ? 1 : 0;
+        }
+      }
+    });
+  };
+  run(every(defects.size()), false);
+  std::vector<std::uint32_t> again;
+  for (std::uint32_t d = 0; d < defects.size(); ++d) {
+    const bool look = unsure[d] != 0 || defects.size() <= kAllDrawn;
+    if (look && first[d] != kNotShown) again.push_back(d);
+  }
+  run(again, true);
+  return first;
+}
+
+namespace {
+
+// Lines whose change may disturb what chains shift, or a reset.
+class Disturbing {
+ public:
+  Disturbing(const CaptureView& view, const ScanDesign& design)
+      : circuit_(view.circuit), shifting_(view.circuit.inputs().size(), -1), testing_(shifting_) {
+    for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+      const std::string& name = view.input_ports[i];
+      if (view.clock_ports[i] != 0) shifting_[i] = testing_[i] = 0;
+      if (name == design.test_mode) shifting_[i] = testing_[i] = 1;
+      if (name == design.scan_enable) shifting_[i] = 1;
+      if (name == design.reset) shifting_[i] = design.reset_low ? 1 : 0;
+    }
+    shift_constant_ = constants(circuit_, shifting_);
+    test_constant_ = constants(circuit_, testing_);
+    std::vector<std::uint8_t> shifted(circuit_.size(), 0), resets(circuit_.size(), 0);
+    for (std::size_t o = 0; o < circuit_.outputs().size(); ++o) {
+      const bool chain_end =
+          o >= view.output_ports.size() ||
+          std::any_of(design.chains.begin(), design.chains.end(),
+                      [&](const ScanChain& chain) { return chain.out == view.output_ports[o]; });
+      if (chain_end) shifted[circuit_.outputs()[o]] = 1;
+    }
+    for (const ScanFlop& flop : view.flops) {
+      const auto line = flop.has_reset ? view.node_of_net.find(flop.reset) : view.node_of_net.end();
+      if (line == view.node_of_net.end()) continue;
+      resets[line->second] = 1;
+      for (const Node reader : circuit_.fanout(line->second)) {
+        if (circuit_.name(reader) == flop.name) reset_readers_.insert({reader, line->second});
+      }
+    }
+    mark_readers(resets);
+    shift_ = reaching(shifted, &shift_constant_);
+    shift_any_ = reaching(shifted, nullptr);
+    reset_ = reaching(resets, &test_constant_);
+    reset_any_ = reaching(resets, nullptr);
+  }
+
+  bool disturbs(const Fault& fault) const {
+    return changes(fault, shift_constant_, shift_, shift_any_) || disturbs_reset(fault);
+  }
+  bool disturbs_reset(const Fault& fault) const {
+    if (fault.pin != kStem &&
+        reset_readers_.count({fault.node, circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]}) !=
+            0)
+      return true;
+    return changes(fault, test_constant_, reset_, reset_any_);
+  }
+
+ private:
+  using Marks = std::vector<std::uint8_t>;
+
+  // An inverter or buffer between a reset and its flop is a line of the reset, too.
+  void mark_readers(Marks& resets) const {
+    for (const auto& [reader, line] : reset_readers_) {
+      const Gate kind = circuit_.kind(reader);
+      if (kind == Gate::buf || kind == Gate::inv) resets[reader] = 1;
+    }
+  }
+  // Nodes from which a way leads to those marked; with constants, one that they leave open.
+  Marks reaching(Marks marks, const std::vector<std::int8_t>* constant) const {
+    for (Node node = static_cast<Node>(circuit_.size()); node-- > 0;) {
+      for (const Node next : circuit_.fanout(node)) {
+        if (marks[node] != 0) break;
+        if (marks[next] == 0) continue;
+        const auto fanin = circuit_.fanin(next);
+        for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
+          if (fanin[pin] == node && (constant == nullptr || !closed(next, pin, *constant))) marks[node] = 1;
+        }
+      }
+    }
+    return marks;
+  }
+  bool closed(Node gate, std::size_t pin, const std::vector<std::int8_t>& constant) const {
+    const auto fanin = circuit_.fanin(gate);
+    const Gate kind = circuit_.kind(gate);
+    if (kind == Gate::mux) return pin < 2 && constant[fanin[2]] == (pin == 0 ? 1 : 0);
+    if (kind != Gate::all && kind != Gate::nall && kind != Gate::any && kind != Gate::none) return false;
+    const std::int8_t controlling = kind == Gate::all || kind == Gate::nall ? 0 : 1;
+    for (std::size_t other = 0; other < fanin.size(); ++other) {
+      if (other != pin && constant[fanin[other]] == controlling) return true;
+    }
+    return false;
+  }
+  // A fault at the level that its line has there anyway changes nothing; where it changes a constant, no
+  // other constant counts.
+  bool changes(const Fault& fault, const std::vector<std::int8_t>& constant, const Marks& open,
+               const Marks& any) const {
+    const bool stem = fault.pin == kStem;
+    const Node line = stem ? fault.node : circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
+    if (constant[line] == (fault.stuck ? 1 : 0)) return false;
+    if (constant[line] >= 0) return any[fault.node] != 0;
+    if (!stem && closed(fault.node, static_cast<std::size_t>(fault.pin), constant)) return false;
+    return open[fault.node] != 0;
+  }
+
+  const Circuit& circuit_;
+  std::vector<std::int8_t> shifting_, testing_;  // by input
+  std::vector<std::int8_t> shift_constant_, test_constant_;
+  Marks shift_, shift_any_, reset_, reset_any_;
+  std::set<std::pair<Node, Node>> reset_readers_;  // a gate of a flop and the reset line that it reads
+};
+
+}  // namespace
+
+std::vector<FaultClass> scan_classes(const CaptureView& view, const ScanDesign& design, const FaultList& list,
+                                     const std::vector<FaultClass>& of_class, const CycleStream& stream,
+                                     bool all_by_stream, const Progress& progress) {
+  const Disturbing disturbing(view, design);
+  std::vector<FaultClass> reported = reported_classes(list, of_class);
+  std::vector<Defect> defects;
+  std::map<std::uint32_t, std::size_t> defect_of_class;
+  std::map<std::pair<std::uint32_t, std::vector<std::size_t>>, std::size_t> defect_of_clock;
+  std::vector<std::size_t> defect_of(reported.size(), ~std::size_t{0});  // by fault
+  for (std::size_t f = 0; f < reported.size(); ++f) {
+    const std::uint32_t c = list.class_of[f];
+    const auto clock = view.stopped.find(f / 2);
+    if (clock != view.stopped.end()) {
+      const auto [known, fresh] = defect_of_clock.emplace(std::pair(c, clock->second), defects.size());
+      if (fresh) defects.push_back({c == FaultList::kNoClass ? Fault{} : list.classes[c], clock->second});
+      defect_of[f] = known->second;
+      continue;
+    }
+    if (c == FaultList::kNoClass) continue;
+    const Fault& line = list.classes[c];
+    const bool disturbs = all_by_stream || disturbing.disturbs(line);
+    // What no change of its line can show needs no run, unless a reset acts without a clock.
+    const bool redundant =
+        (of_class[c] == FaultClass::UR || of_class[c] == FaultClass::UT) && !disturbing.disturbs_reset(line);
+    if (!disturbs || redundant) continue;
+    const auto [known, fresh] = defect_of_class.emplace(c, defects.size());
+    if (fresh) defects.push_back({line, {}});
+    defect_of[f] = known->second;
+  }
+  const std::vector<std::uint64_t> shown = shown_by_stream(view, stream, defects, progress);
+  for (std::size_t f = 0; f < reported.size(); ++f) {
+    if (defect_of[f] == ~std::size_t{0}) continue;
+    const bool detected = shown[defect_of[f]] != kNotShown;
+    const bool clock = view.stopped.count(f / 2) != 0;
+    if (detected && reported[f] != FaultClass::DS)
+      reported[f] = all_by_stream ? FaultClass::DS : FaultClass::DI;
+    if (!detected && (reported[f] == FaultClass::DS || clock)) reported[f] = FaultClass::NO;
+  }
+  return reported;
+}
+
+bool is_captures_alone(const CaptureView& view, const ScanDesign& design, const CycleStream& stream) {
+  const Ports ports(view, stream);
+  const std::size_t enable = Ports::signal(stream, design.scan_enable, true);
+  std::vector<std::size_t> clocks;
+  std::size_t reset = stream.signals.size(), longest = 0;
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+    if (view.clock_ports[i] != 0) clocks.push_back(ports.inputs()[i]);
+    if (view.input_ports[i] == design.reset) reset = ports.inputs()[i];
+  }
+  std::set<std::size_t> ends;
+  for (const ScanChain& chain : design.chains) {
+    ends.insert(Ports::signal(stream, chain.out, false));
+    longest = std::max(longest, chain.cells.size());
+  }
+  const char at_rest = design.reset_low ? '1' : '0';
+  std::size_t shifts = 0;
+  bool shifted_before = false;
+  std::size_t unsure = 0;  // shifts after which the chains hold what is not a capture's or load's any more
+  for (const TestCycle& cycle : stream.cycles) {
+    const bool pulses =
+        std::any_of(clocks.begin(), clocks.end(), [&](std::size_t s) { return cycle.states[s] == 'P'; });
+    const bool shift = cycle.states[enable] == '1';
+    const bool resets = reset < stream.signals.size() && cycle.states[reset] != at_rest;
+    bool of_chain = false, of_other = false;
+    for (const Ports::Strobe& strobe : ports.strobes()) {
+      if (cycle.states[strobe.signal] != 'H' && cycle.states[strobe.signal] != 'L') continue;
+      (ends.count(strobe.signal) != 0 ? of_chain : of_other) = true;
+    }
+    if (shift) {
+      if (resets || of_other || (of_chain && unsure != 0)) return false;
+      if (!shifted_before) shifts = 0;
+      if (pulses) {
+        shifts += cycle.count;
+        unsure -= std::min<std::size_t>(unsure, cycle.count);
+      }
+    } else {
+      const bool capture = pulses && cycle.count == 1 && shifted_before && shifts >= longest && !resets;
+      if (pulses && !capture) unsure = longest;
+      if ((of_other || of_chain) && !capture) return false;
+    }
+    shifted_before = shift;
+  }
+  return true;
+}
+
+}  // namespace meltstage::dft
