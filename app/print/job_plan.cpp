@@ -75,6 +75,31 @@ void prepare_stage(JobDescription& parsed) {
   }
 }
 
+// A corrected axis is sent beside its bump, which may be beyond the end of its travel.
+void require_in_travel(const tb::PrintJob& job, const tb::Sent& sent, const std::string& what,
+                       const std::filesystem::path& file) {
+  for (std::size_t axis = 0; axis < job.compensation.size(); ++axis) {
+    const auto at = static_cast<Eigen::Index>(axis);
+    const motion::Range& travel = job.stage.axes[axis].travel;
+    if (!(sent.commanded_mm[at] >= travel.min_mm && sent.commanded_mm[at] <= travel.max_mm))
+      throw UserError(fmt::format(
+          "{}: stage.deviations_{}: found {}, where the corrected axis is sent to {:.4f} mm, expected {} to "
+          "{} "
+          "mm (travel); move the origin",
+          file.string(), axis == 0 ? 'x' : 'y', what, sent.commanded_mm[at], travel.min_mm, travel.max_mm));
+  }
+}
+
+void require_in_travel(const tb::PrintJob& job, const std::filesystem::path& file) {
+  tb::Sent at = tb::send(job, {job.power_on_mm, job.power_on_mm}, job.start_mm);
+  require_in_travel(job, at, "the start", file);
+  for (const motion::Point& bump : job.bumps) {
+    at = tb::send(job, at, {bump.x_mm, bump.y_mm, job.start_mm.z()});
+    require_in_travel(job, at, fmt::format("the bump of row {}", bump.row), file);
+  }
+  if (job.end_mm) require_in_travel(job, tb::send(job, at, *job.end_mm), "the end", file);
+}
+
 // What a move leaves of the machine's vibration. Equal ways leave the same.
 class VibrationLeft {
  public:
@@ -158,6 +183,7 @@ LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress) 
       throw UserError(fmt::format("{}: {}", parsed.file.string(), error.what()));
     }
   }
+  if (!job.fly_by) require_in_travel(job, parsed.file);
   try {
     require_quiet(job, parsed.quiet_place);
   } catch (const motion::MotionError& error) {

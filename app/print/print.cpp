@@ -134,7 +134,8 @@ std::optional<tb::AlignedBoard> align_board(const LoadedJob& loaded, const Print
   if (!loaded.alignment) return std::nullopt;
   if (options.align == nullptr) continue_as("meltstage-aligned");
   try {
-    return options.align(*loaded.alignment);
+    ProgressLine line;
+    return options.align(*loaded.alignment, shown_on(line));
   } catch (const motion::MotionError& error) {
     throw UserError(fmt::format("{}: [alignment]: {}", options.job.string(), error.what()));
   }

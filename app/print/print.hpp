@@ -13,7 +13,7 @@ namespace meltstage::app {
 
 /// Brings a board to where the print expects it; tb::align_board, or null in a program without the camera's
 /// libraries.
-using BoardAligner = tb::AlignedBoard (*)(const tb::BoardAlignment&);
+using BoardAligner = tb::AlignedBoard (*)(const tb::BoardAlignment&, const tb::AlignmentProgress&);
 
 struct PrintOptions {
   std::filesystem::path job;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tb/printer/board_alignment.hpp"
 
+#include <fmt/format.h>
+
 #include <random>
+#include <string>
 
 #include "motion/align/prp_calibration.hpp"
 #include "motion/align/prp_trials.hpp"
@@ -47,8 +50,8 @@ motion::Displacer displacer(const BoardAlignment& job, motion::PrpStageModel& st
 // The board as it lies on the platform, and the camera that looks at it.
 class LaidBoard {
  public:
-  LaidBoard(const BoardAlignment& job, const motion::PrpStageModel& stage)
-      : job_(job), stage_(stage), home_(stage.true_pose()), random_(job.seed + 1) {
+  LaidBoard(const BoardAlignment& job, const motion::PrpStageModel& stage, const AlignmentProgress& progress)
+      : job_(job), stage_(stage), progress_(progress), home_(stage.true_pose()), random_(job.seed + 1) {
     for (const Vector2d& mark : job.marks_mm) middle_ += mark / static_cast<double>(job.marks_mm.size());
   }
 
@@ -69,7 +72,11 @@ class LaidBoard {
     }
     std::normal_distribution<double> stop(0.0, job_.camera_stop_sigma_mm);
     std::vector<Vector2d> found;
+    const std::string step = fmt::format("looking at the board, look {}", ++looks_);
+    std::size_t looked_at = 0;
     for (const Vector2d& wanted : job_.marks_mm) {
+      if (progress_)
+        progress_(step, static_cast<double>(looked_at++) / static_cast<double>(job_.marks_mm.size()));
       const double dx = stop(random_), dy = stop(random_);
       std::vector<motion::Disc> in_view = discs;
       for (motion::Disc& disc : in_view) disc.at_mm -= wanted + Vector2d(dx, dy);
@@ -85,6 +92,8 @@ class LaidBoard {
  private:
   const BoardAlignment& job_;
   const motion::PrpStageModel& stage_;
+  const AlignmentProgress& progress_;
+  int looks_ = 0;
   motion::PlanarPose home_;
   std::mt19937_64 random_;
   Vector2d middle_ = Vector2d::Zero();
@@ -92,11 +101,11 @@ class LaidBoard {
 
 }  // namespace
 
-AlignedBoard align_board(const BoardAlignment& job) {
+AlignedBoard align_board(const BoardAlignment& job, const AlignmentProgress& progress) {
   motion::PrpStageModel stage = built_stage(job);
   const motion::Displacer displaced = displacer(job, stage);
   stage.approach_from_below(motion::PrpTurns::Zero());
-  LaidBoard board(job, stage);
+  LaidBoard board(job, stage, progress);
   const motion::AlignmentMachine machine{
       [&](const motion::PrpTurns& turns) { stage.approach_from_below(turns); }, [&] { return board.seen(); }};
   AlignedBoard aligned;

@@ -5,7 +5,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "motion/align/alignment.hpp"
@@ -41,8 +43,11 @@ struct AlignedBoard {
   motion::PlanarPose off;          // what is left in truth: takes the print's places to the board's
 };
 
+// The step that the alignment is at, and the share 0..1 of it that is done.
+using AlignmentProgress = std::function<void(std::string_view step, double share)>;
+
 // Throws motion::MotionError, one line, if a mark isn't found, the board isn't the one described or the pose
-// is out of the stage's reach.
-AlignedBoard align_board(const BoardAlignment& job);
+// is out of the stage's reach. `progress` hears of each look at the board, mark by mark.
+AlignedBoard align_board(const BoardAlignment& job, const AlignmentProgress& progress = {});
 
 }  // namespace meltstage::tb

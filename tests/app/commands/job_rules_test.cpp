@@ -55,6 +55,12 @@ class JobRules : public ::testing::Test {
     EXPECT_FALSE(fs::exists(folder_ / "out"));
   }
 
+  // The same with a print in the folder already.
+  void expect_job_refused(const Ran& ran, const std::string& part) const {
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(part));
+  }
+
   fs::path folder_;
 };
 
@@ -145,6 +151,10 @@ TEST_F(JobRules, ATableOfDeviationsFitsItsAxis) {
   expect_refused(with(at("0", "0") + at("1", "-1500") + at("2", "0")),
                  "x.csv:6:1: found deviations whose mean changes by -1500 um over the 1 mm");
   EXPECT_EQ(with(at("0", "0") + at("100", "10") + at("200", "-10")).status, 0);
+  write("bumps.csv", "x_mm,y_mm\n10,10\n200,10\n");
+  expect_job_refused(
+      with(at("0", "0") + at("100", "10") + at("200", "-10")),
+      "stage.deviations_x: found the bump of row 3, where the corrected axis is sent to 200.0100 mm");
 }
 
 TEST(DefaultPlaceTolerance, IsAQuarterOfTheSmallestDistanceWithinBounds) {

@@ -94,6 +94,20 @@ TEST_F(ProgressOfCommands, WindowsTellIt) {
   EXPECT_THAT(seen.output, ContainsRegex("2 windows in RTL  [1-9][0-9]* %, [0-9]+ (s|min) left  0 done"));
 }
 
+TEST_F(ProgressOfCommands, BoardAlignmentTellsIt) {
+  std::ofstream marks(folder_ / "marks.csv");
+  marks << "x_mm,y_mm\n";
+  for (int i = 0; i < 100; ++i) marks << 10 + 3 * (i % 10) << "," << 10 + 3 * (i / 10) << "\n";
+  marks.close();
+  std::ofstream(folder_ / "bumps.csv") << "x_mm,y_mm\n10,10\n";
+  std::ofstream(folder_ / "job.toml")
+      << "[coordinates]\nfile = \"bumps.csv\"\n[head]\nplant = \"E3D-like\"\n"
+         "[temperature]\nsetpoint_degc = 28\n[alignment]\nmarks = \"marks.csv\"\n";
+  const std::string command = "print " + in_folder("job.toml") + " --rtl none --out " + in_folder("out");
+  EXPECT_THAT(run_in_terminal(command).output, ContainsRegex("looking at the board, look 1  [0-9]+ %"));
+  EXPECT_THAT(run_command(command).output, Not(HasSubstr("looking at")));
+}
+
 TEST_F(ProgressOfCommands, CalibrationTellsIt) {
   const Ran seen = run_in_terminal("conformal calibrate & sleep 4; kill $!; wait $!");
   EXPECT_THAT(seen.output, ContainsRegex("fit from the best  [0-9]+ %"));
