@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <llvm/IR/LLVMContext.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "app/terminal.hpp"
+#include "app/verbs.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/output_file.hpp"
+#include "hls/compile.hpp"
+#include "hls/counterexample.hpp"
+#include "hls/equivalence.hpp"
+#include "hls/prover.hpp"
+#include "hls/rtl.hpp"
+#include "hls/verilog.hpp"
+
+namespace meltstage::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  hls::Sources sources;
+  std::string module = "circuit";
+  fs::path out;
+  fs::path rtl;
+  std::string top;
+  std::string block;
+  std::vector<std::string> tied;
+  hls::ProverLimits limits;
+  std::size_t examples = 3;
+};
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+hls::Circuit circuit_of(const hls::Sources& sources, hls::Undefined undefined) {
+  llvm::LLVMContext context;
+  return hls::translate(*hls::compile(sources, undefined, context));
+}
+
+int translate(const Options& o) {
+  require_other_file(o.out, o.sources.files);
+  const hls::Circuit circuit = circuit_of(o.sources, hls::Undefined::kIsLeft);
+  std::ostringstream text;
+  hls::write_verilog(circuit, o.module, text);
+  write_whole(o.out, text.str());
+  unsigned bits = 0;
+  for (const hls::Flop& flop : circuit.flops) bits += flop.field.kept.countPopulation();
+  fmt::print("{}: {} flops of {} bits, {} operations\n", o.out.string(), circuit.flops.size(), bits,
+             circuit.graph.size());
+  return 0;
+}
+
+hls::TiedPins tied_pins(const Options& o) {
+  hls::TiedPins pins;
+  for (const std::string& word : o.tied) {
+    const std::size_t equals = word.find('=');
+    const std::string value = equals == std::string::npos ? "" : word.substr(equals + 1);
+    if (value != "0" && value != "1")
+      throw UserError(fmt::format("--tie: found '{}', expected PIN=0 or PIN=1, a bit each", word));
+    pins[word.substr(0, equals)] = value == "1";
+  }
+  return pins;
+}
+
+// ---- The table of blocks ---------------------------------------------------------------------------------
+
+constexpr std::size_t kMethods = 5;
+struct Row {
+  std::size_t bits = 0, broken = 0, open = 0;
+  std::array<std::size_t, kMethods> by{};
+};
+
+void print_table(const hls::Problem& problem, const std::vector<std::size_t>& chosen,
+                 const std::vector<hls::Answer>& answers) {
+  std::map<std::string, Row> rows;
+  Row sum;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    for (Row* row : {&rows[problem.obligations[chosen[i]].block], &sum}) {
+      ++row->bits;
+      if (answers[i].verdict == hls::Verdict::kBroken) ++row->broken;
+      if (answers[i].verdict == hls::Verdict::kOpen) ++row->open;
+      if (answers[i].verdict == hls::Verdict::kHolds) ++row->by[static_cast<std::size_t>(answers[i].method)];
+    }
+  }
+  fmt::print("{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>7} {:>5}\n", "", "bits", "structure", "sweeping",
+             "parity", "SAT", "broken", "open");
+  const auto line = [](const std::string& name, const Row& row) {
+    fmt::print("{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>7} {:>5}\n", name, row.bits, row.by[0], row.by[2],
+               row.by[3], row.by[4], row.broken, row.open);
+  };
+  for (const auto& [name, row] : rows) line(name, row);
+  line("in all", sum);
+}
+
+// Products were any function so far: an example counts only if it is one with real multiplication.
+class Examples {
+ public:
+  Examples(const hls::Circuit& model, const hls::Rtl& rtl, const hls::TiedPins& tied, const Options& options)
+      : model_(model), rtl_(rtl), tied_(tied), options_(options) {}
+
+  // None when the answer was an artefact of the cut and the obligation holds.
+  std::optional<hls::Counterexample> of(const hls::Problem& problem, std::size_t number,
+                                        hls::Answer& answer) {
+    const hls::Obligation& obligation = problem.obligations[number];
+    // promises are of the C++ alone, which has its products in gates
+    if (rtl_.products.empty() || obligation.kind == hls::Kind::kPromise)
+      return hls::make_counterexample(model_, problem, obligation, answer.example);
+    if (!gates_) gates_ = hls::make_problem(model_, rtl_, hls::Products::kInGates, tied_);
+    const hls::Obligation& real = gates_->obligations[number];
+    std::vector<bool> example = hls::carried_over(problem, answer.example, *gates_);
+    const std::vector<bool> value = hls::evaluate(gates_->aig, example);
+    if (value[real.wrong / 2] == ((real.wrong & 1) != 0)) {
+      answer = hls::prove(*gates_, {number}, options_.limits, {}).front();
+      if (answer.verdict != hls::Verdict::kBroken) return std::nullopt;
+      example = answer.example;
+    }
+    return hls::make_counterexample(model_, *gates_, real, example);
+  }
+
+ private:
+  const hls::Circuit& model_;
+  const hls::Rtl& rtl_;
+  const hls::TiedPins& tied_;
+  const Options& options_;
+  std::optional<hls::Problem> gates_;
+};
+
+std::vector<std::size_t> choose(const hls::Problem& problem, const std::string& block) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < problem.obligations.size(); ++i) {
+    const std::string& of = problem.obligations[i].block;
+    if (block.empty() || of == block || of.starts_with(block + ".")) chosen.push_back(i);
+  }
+  if (chosen.empty())
+    throw UserError(fmt::format("--block: found no block {}, expected one as u_guard or pins", block));
+  return chosen;
+}
+
+int prove(const Options& o) {
+  ProgressLine line;
+  const Progress progress = shown_on(line);
+  const auto begin = Clock::now();
+  const hls::TiedPins tied = tied_pins(o);
+  line.show("translating the C++");
+  const hls::Circuit model = circuit_of(o.sources, hls::Undefined::kIsLeft);
+  const double translated_s = seconds_since(begin);
+  line.show("reading the RTL");
+  const hls::Rtl rtl = hls::read_rtl(hls::read_file_list(o.rtl, o.top));
+  const double read_s = seconds_since(begin) - translated_s;
+  hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
+  if (o.block.empty() || o.block == "promises") {
+    line.show("translating what the C++ promises");
+    hls::add_promises(problem, circuit_of(o.sources, hls::Undefined::kTraps));
+  }
+  const std::vector<std::size_t> chosen = choose(problem, o.block);
+  std::vector<hls::Answer> answers = hls::prove(problem, chosen, o.limits, progress);
+  Examples examples(model, rtl, tied, o);
+  std::vector<hls::Counterexample> shown;
+  for (std::size_t i = 0; i < chosen.size() && shown.size() < o.examples; ++i) {
+    if (answers[i].verdict != hls::Verdict::kBroken) continue;
+    auto example = examples.of(problem, chosen[i], answers[i]);
+    const bool told =
+        example && std::any_of(shown.begin(), shown.end(),
+                               [&](const hls::Counterexample& other) { return other.name == example->name; });
+    if (example && !told) shown.push_back(std::move(*example));
+  }
+  line.clear();
+  print_table(problem, chosen, answers);
+  for (const hls::Invariant& invariant : model.invariants) fmt::print("invariant: {}\n", invariant.name);
+  std::size_t broken = 0, open = 0;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (answers[i].verdict == hls::Verdict::kBroken) ++broken;
+    if (answers[i].verdict != hls::Verdict::kOpen) continue;
+    if (++open <= o.examples) fmt::print("open: {}\n", problem.obligations[chosen[i]].name);
+  }
+  for (const hls::Counterexample& example : shown) fmt::print("{}", hls::to_text(example));
+  const bool proved = broken == 0 && open == 0;
+  fmt::print(
+      "{}: {} of {} bits equal for every state and input; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
+      proved       ? "proved"
+      : broken > 0 ? "refuted"
+                   : "not decided",
+      chosen.size() - broken - open, chosen.size(), seconds_since(begin), translated_s, read_s);
+  return proved ? 0 : 1;
+}
+
+void add_sources(CLI::App* command, Options& o) {
+  command->add_option("FILES", o.sources.files, "C++ files of the function and all that it calls")
+      ->required();
+  command->add_option("--option", o.sources.options, "Option of the compiler, such as --option=-Iinclude");
+}
+
+}  // namespace
+
+Action add_hls_command(CLI::App& cli, const std::string&) {
+  auto o = std::make_shared<Options>();
+  auto action = std::make_shared<Action>();
+  CLI::App* hls = cli.add_subcommand(
+      "hls",
+      "A pure C++ function as a circuit, and the proof that RTL is the same one (docs/verify/proof.md)");
+  hls->require_subcommand(1);
+
+  CLI::App* to_verilog = hls->add_subcommand("translate", "The function as SystemVerilog");
+  add_sources(to_verilog, *o);
+  to_verilog->add_option("--out", o->out, "File to write")->required();
+  to_verilog->add_option("--module", o->module, "Name of the module")->capture_default_str();
+  to_verilog->callback([o, action] { *action = [o] { return translate(*o); }; });
+
+  CLI::App* proof =
+      hls->add_subcommand("prove", "Whether RTL is the same circuit, for every state and input");
+  add_sources(proof, *o);
+  proof->add_option("--rtl", o->rtl, "List of the RTL's files: a file or +incdir+FOLDER a line")->required();
+  proof->add_option("--top", o->top, "Its top module")->required();
+  proof->add_option("--block", o->block,
+                    "This block alone: an instance path such as u_guard, pins, invariants or promises");
+  proof->add_option("--tie", o->tied, "PIN=0 or PIN=1: compare with this value of a pin alone");
+  proof->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
+      ->capture_default_str();
+  proof->add_option("--seed", o->limits.seed, "Of the random values")->capture_default_str();
+  proof->add_option("--examples", o->examples, "Counterexamples shown at most")->capture_default_str();
+  proof->callback([o, action] { *action = [o] { return prove(*o); }; });
+
+  return [action] { return (*action)(); };
+}
+
+}  // namespace meltstage::app

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// The model of the chip as a circuit: its flops by the names of the RTL, its pins, one clock.
+#include <array>
+#include <cstddef>
+#include <type_traits>
+
+#include "cmodel/chip.hpp"
+#include "hls/interface.hpp"
+
+using namespace meltstage::chip;
+
+namespace {
+
+// Outputs of pins.hpp are single bits, which have no address.
+struct OutputPins {
+#define TC_OUTPUT_MEMBER(port, member, bits) std::uint8_t member;
+  TC_OUTPUT_PINS(TC_OUTPUT_MEMBER)
+#undef TC_OUTPUT_MEMBER
+};
+
+// What the proof needs to know of the states that are reached (docs/verify/proof.md).
+struct Invariants {
+  std::uint8_t reset_ends_in_order;
+  std::uint8_t telemetry_reads_alone;
+  std::uint8_t frame_count_is_bounded;
+  std::uint8_t product_steps_are_bounded;
+};
+
+}  // namespace
+
+extern "C" {
+
+void hls_reset(Chip* chip) { *chip = Chip{}; }
+
+void hls_step(Chip* chip, const Inputs* in) {
+  chip->mem.refresh_params();  // no flops, but what follows from them
+  chip->step(*in);
+}
+
+void hls_outputs(const Chip* chip, const Inputs* in, OutputPins* out) {
+  const meltstage::chip::Outputs pins = chip->outputs(*in);
+#define TC_COPY(port, member, bits) out->member = pins.member;
+  TC_OUTPUT_PINS(TC_COPY)
+#undef TC_COPY
+}
+
+void hls_invariants(const Chip* chip, Invariants* hold) {
+  // RST_SYNC's second flop follows its first.
+  hold->reset_ends_in_order = chip->rst_sync.out_q == 0 || chip->rst_sync.stage_q != 0;
+  // UARTC reads one register a clock, and of a telemetry frame only those that can stand in one.
+  const Uartc& uartc = chip->uartc;
+  hold->telemetry_reads_alone = uartc.rd_tlm_q == 0 || (uartc.rd_rsp_q == 0 && uartc.rd_addr_q < 32);
+  // The counter of a frame's bytes stays at the first number that is too long.
+  hold->frame_count_is_bounded = uartc.frame.count_q <= 257;
+  // PWMC multiplies by a bit of the duty a clock.
+  hold->product_steps_are_bounded = chip->pwmc.mul_left_q <= 17;
+}
+
+extern const meltstage::hls::Field hls_invariant_names[] = {
+    HLS_FIELD(Invariants, reset_ends_in_order, 1),
+    HLS_FIELD(Invariants, telemetry_reads_alone, 1),
+    HLS_FIELD(Invariants, frame_count_is_bounded, 1),
+    HLS_FIELD(Invariants, product_steps_are_bounded, 1),
+};
+
+// Flops as the model's lists have them; a word of an array has a row of its own.
+constexpr auto kFlops = [] {
+  using meltstage::hls::field;
+  constexpr unsigned kFlopCount = 0
+#define TC_FLOP(type, name, width, reset) +1
+#define TC_ARRAY(type, name, count, width) +(count)
+#include "cmodel/for_each_flop.inc"
+      ;
+  std::array<meltstage::hls::Field, kFlopCount> rows{};
+  unsigned row = 0;
+#define TC_TEXT(x) #x
+#define TC_NAME(instance, name) TC_TEXT(instance) "__DOT__" #name
+#define TC_FLOP(type, name, width, reset) \
+  rows[row++] = field<type>(TC_NAME(TC_INSTANCE, name), offsetof(Chip, TC_MEMBER.name), width);
+#define TC_ARRAY(type, name, count, width)                                                         \
+  for (unsigned word = 0; word < (count); ++word) {                                                \
+    rows[row] = field<type>(TC_NAME(TC_INSTANCE, name),                                            \
+                            offsetof(Chip, TC_MEMBER.name) + word * sizeof(type), width);          \
+    rows[row].word = static_cast<std::int32_t>(word);                                              \
+    rows[row++].kept =                                                                             \
+        meltstage::chip::array_flops<std::remove_cvref_t<decltype(Chip::TC_MEMBER)>>(word, width); \
+  }
+#include "cmodel/for_each_flop.inc"
+  return rows;
+}();
+extern const std::array<meltstage::hls::Field, kFlops.size()> hls_flops = kFlops;
+
+extern const meltstage::hls::Field hls_input_pins[] = {
+#define TC_PIN(port, member, bits) \
+  meltstage::hls::field<decltype(Inputs::member)>(#port, offsetof(Inputs, member), bits),
+    TC_INPUT_PINS(TC_PIN) TC_TEST_PINS(TC_PIN)
+#undef TC_PIN
+};
+extern const meltstage::hls::Field hls_output_pins[] = {
+#define TC_PIN(port, member, bits) \
+  meltstage::hls::field<std::uint8_t>(#port, offsetof(OutputPins, member), bits),
+    TC_OUTPUT_PINS(TC_PIN)
+#undef TC_PIN
+};
+}

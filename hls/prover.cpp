@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hls/prover.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cadical.hpp>
+#include <iterator>
+#include <optional>
+#include <random>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "hls/subprocess.hpp"
+
+namespace meltstage::hls {
+namespace {
+
+// A graph, its inputs in the order of the problem's, and one literal for each obligation: wrong in a state
+// that is reachable.
+struct Work {
+  Aig aig;
+  std::vector<Literal> wrong;
+};
+
+// ---- Simulation ------------------------------------------------------------------------------------------
+
+using Pattern = std::uint64_t;  // one bit a run
+
+std::vector<Pattern> simulate(const Aig& aig, const std::vector<std::uint32_t>& cone,
+                              const std::vector<Pattern>& inputs) {
+  std::vector<Pattern> value(aig.nodes(), 0);
+  for (std::size_t i = 0; i < inputs.size(); ++i) value[aig.inputs()[i] / 2] = inputs[i];
+  const auto of = [&](Literal literal) {
+    return value[literal / 2] ^ ((literal & 1) != 0 ? ~Pattern{0} : 0);
+  };
+  for (const std::uint32_t node : cone)
+    if (!aig.is_input(node)) value[node] = of(aig[node].a) & of(aig[node].b);
+  return value;
+}
+
+// Random values with many bits alike, as counters and limits meet them, and with few.
+class Patterns {
+ public:
+  explicit Patterns(std::uint64_t seed) : random_(seed) {}
+  std::vector<Pattern> draw(std::size_t inputs) {
+    std::vector<Pattern> result(inputs);
+    const unsigned weight = static_cast<unsigned>(random_() % 5);
+    for (Pattern& pattern : result) {
+      pattern = random_();
+      for (unsigned i = 2; i < weight; ++i) pattern &= random_();
+      if (random_() % 2 == 0) pattern = ~pattern;
+      if (weight == 0) pattern = random_() % 2 == 0 ? 0 : ~Pattern{0};
+    }
+    return result;
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+void find_by_simulation(const Work& work, std::uint64_t seed, std::vector<Answer>& answers) {
+  constexpr int kRounds = 64;
+  Patterns patterns(seed);
+  const std::vector<std::uint32_t> cone = work.aig.cone(work.wrong);
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Pattern> inputs = patterns.draw(work.aig.inputs().size());
+    const std::vector<Pattern> value = simulate(work.aig, cone, inputs);
+    for (std::size_t i = 0; i < work.wrong.size(); ++i) {
+      if (answers[i].verdict != Verdict::kOpen) continue;
+      const Pattern wrong = value[work.wrong[i] / 2] ^ ((work.wrong[i] & 1) != 0 ? ~Pattern{0} : 0);
+      if (wrong == 0) continue;
+      const int run = std::countr_zero(wrong);
+      answers[i] = {Verdict::kBroken, Method::kSimulation, {}};
+      for (const Pattern pattern : inputs) answers[i].example.push_back((pattern >> run & 1) != 0);
+    }
+  }
+}
+
+// ---- Sweeping --------------------------------------------------------------------------------------------
+
+Work sweep(const Work& work, unsigned conflicts) {
+  const TemporaryFolder folder;
+  write_aiger(folder.file("before.aig"), work.aig, work.wrong);
+  const Finished abc =
+      run_tool("berkeley-abc", "berkeley-abc",
+               {"-q", fmt::format("&r {}; &fraig -x -C {}; &w {}", folder.file("before.aig").string(),
+                                  conflicts, folder.file("after.aig").string())});
+  if (abc.status != 0 || !std::filesystem::exists(folder.file("after.aig")))
+    throw UserError(fmt::format("berkeley-abc: found it failing ({}), expected it to sweep the circuit",
+                                line_with(abc.output, "rror")));
+  const AigerFile file = read_aiger(folder.file("after.aig"));
+  if (file.inputs.size() != work.aig.inputs().size() || file.outputs.size() != work.wrong.size())
+    throw UserError("berkeley-abc: found other inputs and outputs in its result than in what it was given");
+  Work result;
+  std::vector<Literal> known = {kFalse};
+  for (std::size_t i = 0; i < file.inputs.size(); ++i) known.push_back(result.aig.input());
+  const auto of = [&](std::uint32_t literal) { return known[literal / 2] ^ (literal & 1); };
+  for (const Aig::And& node : file.ands) known.push_back(result.aig.both(of(node.a), of(node.b)));
+  for (const AigerFile::Output& output : file.outputs) result.wrong.push_back(of(output.value));
+  return result;
+}
+
+// ---- Sums of parity --------------------------------------------------------------------------------------
+
+// Copies a graph so that sums of the same bits become the same gates, in whatever order they were added up.
+class ParitySorter {
+ public:
+  explicit ParitySorter(const Work& work) : from_(work.aig), copied_(from_.nodes(), 0) {
+    for (const Literal input : from_.inputs()) copied_[input / 2] = to_.input();
+    for (const std::uint32_t node : from_.cone(work.wrong))
+      if (!from_.is_input(node)) copied_[node] = copy(node);
+    for (const Literal wrong : work.wrong) wrong_.push_back(got(wrong));
+  }
+  Work result() && { return {std::move(to_), std::move(wrong_)}; }
+
+ private:
+  static constexpr std::size_t kMostTerms = 512;
+  using Terms = std::vector<Literal>;  // sorted, not inverted, each once
+
+  Literal got(Literal literal) const { return copied_[literal / 2] ^ (literal & 1); }
+
+  // The operands of node = a XOR b; an inverted sum counts as one with the first operand inverted.
+  std::optional<std::pair<Literal, Literal>> sum_of(std::uint32_t node) const {
+    const auto [x, y] = from_[node];
+    if ((x & 1) == 0 || (y & 1) == 0 || from_.is_input(x / 2) || from_.is_input(y / 2) || x < 2 || y < 2)
+      return std::nullopt;
+    const auto [p, q] = from_[x / 2];
+    const auto [r, s] = from_[y / 2];
+    if ((r == (p ^ 1) && s == (q ^ 1)) || (r == (q ^ 1) && s == (p ^ 1))) return std::pair(p, q);
+    return std::nullopt;
+  }
+
+  // Of a literal of the copy: its terms, and whether the sum is inverted.
+  std::pair<Terms, bool> terms(Literal literal) const {
+    const std::uint32_t node = literal / 2;
+    const auto sum = sums_.find(node);
+    if (sum != sums_.end()) return {sum->second.first, sum->second.second != ((literal & 1) != 0)};
+    if (literal < 2) return {{}, literal == kTrue};
+    return {{literal & ~Literal{1}}, (literal & 1) != 0};
+  }
+
+  Literal copy(std::uint32_t node) {
+    const auto operands = sum_of(node);
+    if (!operands) return to_.both(got(from_[node].a), got(from_[node].b));
+    const auto [a, invert_a] = terms(got(operands->first));
+    const auto [b, invert_b] = terms(got(operands->second));
+    Terms all;
+    std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
+    if (all.size() > kMostTerms) return to_.differ(got(operands->first), got(operands->second));
+    Literal result = kFalse;
+    for (const Literal term : all) result = to_.differ(result, term);
+    const bool inverted = invert_a != invert_b;
+    if (all.size() > 1) sums_.try_emplace(result / 2, all, (result & 1) != 0);
+    return result ^ (inverted ? 1 : 0);
+  }
+
+  const Aig& from_;
+  Aig to_;
+  std::vector<Literal> wrong_;
+  std::vector<Literal> copied_;
+  std::unordered_map<std::uint32_t, std::pair<Terms, bool>> sums_;  // by node of the copy
+};
+
+// ---- SAT -------------------------------------------------------------------------------------------------
+
+Answer ask(const Work& work, Literal wrong, int conflicts) {
+  CaDiCaL::Solver solver;
+  solver.set("quiet", 1);
+  const auto of = [](Literal literal) {
+    const int variable = static_cast<int>(literal / 2) + 1;
+    return (literal & 1) != 0 ? -variable : variable;
+  };
+  const auto clause = [&](std::initializer_list<int> literals) {
+    for (const int literal : literals) solver.add(literal);
+    solver.add(0);
+  };
+  clause({-of(kFalse)});
+  for (const std::uint32_t node : work.aig.cone(std::span(&wrong, 1))) {
+    if (work.aig.is_input(node)) continue;
+    const int y = of(2 * node), a = of(work.aig[node].a), b = of(work.aig[node].b);
+    clause({-y, a});
+    clause({-y, b});
+    clause({y, -a, -b});
+  }
+  clause({of(wrong)});
+  solver.limit("conflicts", conflicts);
+  constexpr int kUnknown = 0, kUnsatisfiable = 20;  // as in cadical.hpp
+  const int said = solver.solve();
+  if (said == kUnknown) return {Verdict::kOpen, Method::kSat, {}};
+  if (said == kUnsatisfiable) return {Verdict::kHolds, Method::kSat, {}};
+  Answer answer{Verdict::kBroken, Method::kSat, {}};
+  const int known = solver.vars();
+  for (const Literal input : work.aig.inputs())
+    answer.example.push_back(of(input) <= known && solver.val(of(input)) > 0);
+  return answer;
+}
+
+void settle(const Work& work, Method method, std::vector<Answer>& answers) {
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    if (answers[i].verdict == Verdict::kOpen && work.wrong[i] == kFalse)
+      answers[i] = {Verdict::kHolds, method, {}};
+}
+
+bool any_open(const std::vector<Answer>& answers) {
+  return std::any_of(answers.begin(), answers.end(),
+                     [](const Answer& answer) { return answer.verdict == Verdict::kOpen; });
+}
+
+}  // namespace
+
+std::vector<Answer> prove(const Problem& problem, const std::vector<std::size_t>& chosen,
+                          const ProverLimits& limits, const Progress& progress) {
+  std::vector<Answer> answers(chosen.size());
+  Work work{problem.aig, {}};
+  for (const std::size_t number : chosen)
+    work.wrong.push_back(work.aig.both(problem.reachable, problem.obligations[number].wrong));
+  settle(work, Method::kStructure, answers);
+  find_by_simulation(work, limits.seed, answers);
+  // What is settled needs no more gates.
+  const auto drop_settled = [&] {
+    for (std::size_t i = 0; i < answers.size(); ++i)
+      if (answers[i].verdict != Verdict::kOpen) work.wrong[i] = kFalse;
+  };
+  for (const unsigned conflicts : limits.sweeps) {
+    if (!any_open(answers)) return answers;
+    drop_settled();
+    if (progress) progress(fmt::format("merging equal gates, {} conflicts each", conflicts), 0.0);
+    work = sweep(work, conflicts);
+    settle(work, Method::kSweeping, answers);
+  }
+  drop_settled();
+  work = ParitySorter(work).result();
+  settle(work, Method::kParity, answers);
+  std::vector<std::size_t> left;
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    if (answers[i].verdict == Verdict::kOpen) left.push_back(i);
+  in_parallel(
+      left.size(),
+      [&](std::size_t i) { answers[left[i]] = ask(work, work.wrong[left[i]], limits.conflicts); }, progress,
+      "asking the SAT solver");
+  return answers;
+}
+
+std::vector<bool> evaluate(const Aig& aig, const std::vector<bool>& inputs) {
+  std::vector<bool> value(aig.nodes(), false);
+  for (std::size_t i = 0; i < inputs.size(); ++i) value[aig.inputs()[i] / 2] = inputs[i];
+  const auto of = [&](Literal literal) { return value[literal / 2] != ((literal & 1) != 0); };
+  for (std::size_t node = 1; node < aig.nodes(); ++node)
+    if (!aig.is_input(node)) value[node] = of(aig[node].a) && of(aig[node].b);
+  return value;
+}
+
+std::vector<bool> simplest(const Problem& problem, const Obligation& obligation, std::vector<bool> example,
+                           const std::vector<bool>& usual) {
+  const std::array<Literal, 2> asked = {obligation.wrong, problem.reachable};
+  const std::vector<std::uint32_t> cone = problem.aig.cone(asked);
+  std::vector<std::size_t> number(problem.aig.nodes(), 0);
+  for (std::size_t i = 0; i < problem.aig.inputs().size(); ++i) number[problem.aig.inputs()[i] / 2] = i;
+  const std::vector<bool> found = example;
+  example = usual;  // what the obligation does not rest on
+  std::vector<std::size_t> unusual;
+  for (const std::uint32_t node : cone) {
+    if (!problem.aig.is_input(node)) continue;
+    example[number[node]] = found[number[node]];
+    if (found[number[node]] != usual[number[node]]) unusual.push_back(number[node]);
+  }
+  // 64 tries at once; each puts one input back.
+  for (std::size_t start = 0; start < unusual.size(); ++start) {
+    std::vector<Pattern> inputs;
+    for (const bool bit : example) inputs.push_back(bit ? ~Pattern{0} : 0);
+    const std::size_t tries = std::min<std::size_t>(64, unusual.size() - start);
+    for (std::size_t i = 0; i < tries; ++i) inputs[unusual[start + i]] ^= Pattern{1} << i;
+    const std::vector<Pattern> value = simulate(problem.aig, cone, inputs);
+    const auto of = [&](Literal literal) {
+      return value[literal / 2] ^ ((literal & 1) != 0 ? ~Pattern{0} : 0);
+    };
+    const Pattern still = of(obligation.wrong) & of(problem.reachable) &
+                          (tries == 64 ? ~Pattern{0} : (Pattern{1} << tries) - 1);
+    if (still == 0) {
+      start += tries - 1;
+      continue;
+    }
+    const auto first = static_cast<std::size_t>(std::countr_zero(still));
+    example[unusual[start + first]] = usual[unusual[start + first]];
+    start += first;
+  }
+  return example;
+}
+
+}  // namespace meltstage::hls

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hand-written RTL in gates, as Yosys reads it, cut at its flops and its products of two variables.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "hls/aig.hpp"
+
+namespace meltstage::hls {
+
+struct RtlSources {
+  std::vector<std::filesystem::path> files;
+  std::vector<std::filesystem::path> include_folders;
+  std::string top;
+};
+
+/// Files and include folders of a list as simulators take it: a file or +incdir+FOLDER a line, beside the
+/// list.
+RtlSources read_file_list(const std::filesystem::path& list, const std::string& top);
+
+/// One bit of a flop; literals of Rtl::gates.
+struct RtlFlop {
+  std::string name;  // NAME or NAME[BIT]; empty when no name of the RTL is this flop's output
+  std::uint32_t now;
+  std::uint32_t next;
+  std::uint32_t clock;
+  std::uint32_t in_reset;     // reset acts at once, without a clock
+  std::uint32_t reset_value;  //
+};
+
+/// As Product of aig.hpp, in literals of Rtl::gates.
+struct RtlProduct {
+  std::vector<std::uint32_t> a;
+  std::vector<std::uint32_t> b;
+  std::vector<std::uint32_t> result;
+};
+
+struct Rtl {
+  AigerFile gates;  // without latches
+  std::vector<RtlFlop> flops;
+  std::vector<RtlProduct> products;
+  std::unordered_map<std::string, std::uint32_t> inputs;   // pins, bit by bit
+  std::unordered_map<std::string, std::uint32_t> outputs;  //
+};
+
+/// Throws UserError with what Yosys says when it refuses the files, and for a flop that is not clocked at a
+/// rising edge or is a latch.
+Rtl read_rtl(const RtlSources& sources);
+
+}  // namespace meltstage::hls
