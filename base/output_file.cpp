@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -37,33 +38,89 @@ std::filesystem::path behind_links(std::filesystem::path path) {
   return path;
 }
 
+// Of a file or folder that is being written, until it takes its name: beside the target, by its process.
+std::string partial_prefix(const std::filesystem::path& target) {
+  return target.filename().string() + ".partial.";
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& target) {
+  return target.has_parent_path() ? target.parent_path() : ".";
+}
+
+// The lock of a file or folder ends with the process that holds it, however that ends. -1 when another holds
+// it, or when it is no `kind`.
+int lock_of(const std::filesystem::path& path, int kind) {
+  const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | kind);
+  if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) return file;
+  if (file >= 0) close(file);
+  return -1;
+}
+
+// "<target>.partial.4711", and nothing of somebody else's such as "<target>.partial.mine".
+bool is_partial(const std::string& name, const std::string& prefix) {
+  return name.size() > prefix.size() && name.starts_with(prefix) &&
+         name.find_first_not_of("0123456789.", prefix.size()) == std::string::npos;
+}
+
+void remove_leftovers(const std::filesystem::path& target, std::filesystem::file_type type) {
+  const std::string prefix = partial_prefix(target);
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_of(target), error)) {
+    if (!is_partial(entry.path().filename().string(), prefix)) continue;
+    if (entry.symlink_status(error).type() != type) continue;
+    const int lock = lock_of(entry.path(), type == std::filesystem::file_type::directory ? O_DIRECTORY : 0);
+    if (lock < 0) continue;
+    std::filesystem::remove_all(entry.path(), error);
+    close(lock);
+  }
+}
+
+// A new file of its own, locked. -1 with errno when it can't be; EEXIST when the name is taken.
+int create_locked(const std::filesystem::path& path) {
+  constexpr mode_t kAsUmaskSays = 0666;
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kAsUmaskSays);
+  if (file < 0) return -1;
+  flock(file, LOCK_EX);
+  struct stat now {};
+  if (fstat(file, &now) == 0 && now.st_nlink > 0) return file;
+  close(file);  // taken for a leftover before it was locked
+  errno = EEXIST;
+  return -1;
+}
+
 }  // namespace
 
-OutputFile::OutputFile(std::filesystem::path path) : path_(behind_links(std::move(path))), partial_(path_) {
+OutputFile::OutputFile(std::filesystem::path path) : path_(behind_links(std::move(path))) {
   std::error_code error;
   const std::filesystem::file_status found = std::filesystem::status(path_, error);
   if (is_directory(found)) fail(path_, EISDIR);
   // The file takes the place of what has its name: a device would be lost.
   if (is_other(found)) fail(path_, ENOTSUP);
-  partial_ += ".partial";
-  // What a killed run left. Removed rather than written to: it may be a link to another file.
-  std::filesystem::remove(partial_, error);
-  file_.reset(std::fopen(partial_.c_str(), "wbx"));
-  if (!file_) fail(path_, errno);
+  remove_leftovers(path_, std::filesystem::file_type::regular);
+  const std::string first = path_.string() + fmt::format(".partial.{}", getpid());
+  constexpr int kMostNames = 1000;  // of files that one process writes to one name at a time
+  int file = -1;
+  for (int name = 0; file < 0; ++name) {
+    partial_ = name == 0 ? first : fmt::format("{}.{}", first, name);
+    file = create_locked(partial_);
+    if (file < 0 && (errno != EEXIST || name == kMostNames)) fail(path_, errno);
+  }
+  lock_ = dup(file);
+  file_.reset(fdopen(file, "wb"));
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
 }
 
 OutputFile::~OutputFile() {
-  if (partial_.empty()) return;
-  file_.reset();
   std::error_code ignored;  // nothing better can be done while an error unwinds
-  std::filesystem::remove(partial_, ignored);
+  if (!partial_.empty()) std::filesystem::remove(partial_, ignored);
+  if (lock_ >= 0) close(lock_);
 }
 
 void OutputFile::write(std::string_view bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail(path_, errno);
 }
 
+// The lock is held until the file has its name, so that nobody takes it for a leftover.
 void OutputFile::publish() {
   if (std::fclose(file_.release()) != 0) fail(path_, errno);
   std::error_code error;
@@ -72,38 +129,14 @@ void OutputFile::publish() {
   partial_.clear();
 }
 
-namespace {
-
-// The lock of a folder ends with the process that holds it, however that ends. -1 when another holds it.
-int lock_folder(const std::filesystem::path& folder) {
-  const int file = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) return file;
-  if (file >= 0) close(file);
-  return -1;
-}
-
-void remove_leftovers(const std::filesystem::path& folder, const std::string& prefix) {
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (!entry.path().filename().string().starts_with(prefix)) continue;
-    const int lock = lock_folder(entry.path());
-    if (lock < 0) continue;
-    std::filesystem::remove_all(entry.path(), error);
-    close(lock);
-  }
-}
-
-}  // namespace
-
 PartialFolder::PartialFolder(const std::filesystem::path& target)
     : target_(folder_to_write(behind_links(folder_to_write(target)))), path_(target_) {
-  const std::filesystem::path place = target_.has_parent_path() ? target_.parent_path() : ".";
   std::error_code error;
-  std::filesystem::create_directories(place, error);
-  remove_leftovers(place, target_.filename().string() + ".partial.");
+  std::filesystem::create_directories(folder_of(target_), error);
+  remove_leftovers(target_, std::filesystem::file_type::directory);
   path_ += fmt::format(".partial.{}", getpid());
   if (!std::filesystem::create_directory(path_, error)) fail(target_, error ? error.value() : EEXIST);
-  lock_ = lock_folder(path_);
+  lock_ = lock_of(path_, O_DIRECTORY);
 }
 
 PartialFolder::~PartialFolder() {

@@ -10,9 +10,10 @@
 
 namespace meltstage {
 
-/// Writes to "<path>.partial" beside the target; publish() renames it over the target, and without publish()
-/// the destructor removes it. A symbolic link stays one: what it points to is the target. Each failure throws
-/// UserError. Unbuffered: hand it large pieces.
+/// Writes to "<path>.partial.<process>" beside the target, a file of its own for each writer; publish()
+/// renames it over the target, and without publish() the destructor removes it. Those that killed runs left
+/// are removed. A symbolic link stays one: what it points to is the target. Each failure throws UserError.
+/// Unbuffered: hand it large pieces.
 class OutputFile {
  public:
   /// A piece that is large enough.
@@ -34,6 +35,7 @@ class OutputFile {
   std::filesystem::path path_;
   std::filesystem::path partial_;
   std::unique_ptr<std::FILE, Close> file_;
+  int lock_ = -1;  // of the same file, until it has its name
 };
 
 /// A folder "<target>.partial.<process>" beside the target, to be filled and then published. Those that

@@ -18,6 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+bool has_partial(const ScratchFolder& folder, const std::string& name) {
+  for (const auto& entry : fs::directory_iterator(folder.at("")))
+    if (entry.path().filename().string().starts_with(name + ".partial")) return true;
+  return false;
+}
+
 TEST(OutputFile, AppearsWholeOrNotAtAll) {
   const ScratchFolder folder;
   folder.write("a", "old");
@@ -25,25 +31,61 @@ TEST(OutputFile, AppearsWholeOrNotAtAll) {
     OutputFile file(folder.at("a"));
     file.write("new");
     EXPECT_EQ(folder.read("a"), "old");
+    EXPECT_TRUE(has_partial(folder, "a"));
   }
   EXPECT_EQ(folder.read("a"), "old");
-  EXPECT_FALSE(fs::exists(folder.at("a.partial")));
+  EXPECT_FALSE(has_partial(folder, "a"));
   write_whole(folder.at("a"), "new");
   EXPECT_EQ(folder.read("a"), "new");
+  EXPECT_FALSE(has_partial(folder, "a"));
 }
 
-TEST(OutputFile, ReplacesWhatAKilledRunLeft) {
+TEST(OutputFile, TwoWritersOfOneNameDoNotMeet) {
   const ScratchFolder folder;
-  folder.write("a.partial", "half of a lo");
+  OutputFile first(folder.at("a")), second(folder.at("a"));
+  first.write("first");
+  second.write("second");
+  second.publish();
+  EXPECT_EQ(folder.read("a"), "second");
+  first.publish();
+  EXPECT_EQ(folder.read("a"), "first");
+}
+
+TEST(OutputFile, AnotherProcessLeavesAFileThatIsBeingWritten) {
+  const ScratchFolder folder;
+  OutputFile file(folder.at("a"));
+  file.write("ours");
+  const pid_t child = fork();
+  if (child == 0) {
+    write_whole(folder.at("a"), "theirs");
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(folder.read("a"), "theirs");
+  file.publish();
+  EXPECT_EQ(folder.read("a"), "ours");
+}
+
+TEST(OutputFile, RemovesWhatAKilledRunLeftAndNothingElse) {
+  const ScratchFolder folder;
+  folder.write("a.partial.1", "half of a lo");  // process 1 lives, but holds no lock
+  folder.write("a.partial.1.2", "half of a lo");
+  folder.write("a.partial.mine", "kept");
+  folder.write("b.partial.1", "kept");
   write_whole(folder.at("a"), "whole");
   EXPECT_EQ(folder.read("a"), "whole");
-  EXPECT_FALSE(fs::exists(folder.at("a.partial")));
+  EXPECT_FALSE(fs::exists(folder.at("a.partial.1")));
+  EXPECT_FALSE(fs::exists(folder.at("a.partial.1.2")));
+  EXPECT_EQ(folder.read("a.partial.mine"), "kept");
+  EXPECT_EQ(folder.read("b.partial.1"), "kept");
 }
 
 TEST(OutputFile, DoesNotWriteThroughALinkThatWasLeft) {
   const ScratchFolder folder;
   folder.write("job.toml", "mine");
-  fs::create_symlink("job.toml", folder.at("a.partial"));
+  fs::create_symlink("job.toml", folder.at("a.partial." + std::to_string(getpid())));
   write_whole(folder.at("a"), "whole");
   EXPECT_EQ(folder.read("job.toml"), "mine");
   EXPECT_EQ(folder.read("a"), "whole");
@@ -68,7 +110,7 @@ TEST(OutputFile, LeavesALinkAndReplacesWhatItPointsTo) {
 
 TEST(OutputFile, DoesNotWaitForTheReaderOfAPipe) {
   const ScratchFolder folder;
-  ASSERT_EQ(mkfifo(folder.at("a.partial").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(folder.at("a.partial." + std::to_string(getpid())).c_str(), 0600), 0);
   write_whole(folder.at("a"), "whole");
   EXPECT_EQ(folder.read("a"), "whole");
 }
@@ -79,10 +121,11 @@ TEST(OutputFile, LeavesDevicesAndFoldersAlone) {
   ASSERT_EQ(mkfifo(folder.at("pipe").c_str(), 0600), 0);
   EXPECT_THROW(write_whole(folder.at("pipe"), "text"), UserError);
   EXPECT_TRUE(fs::is_fifo(folder.at("pipe")));
-  fs::create_directory(folder.at("a.partial"));
-  folder.write("a.partial/in_it", "");
-  EXPECT_THROW(write_whole(folder.at("a"), "text"), UserError);
-  EXPECT_TRUE(fs::exists(folder.at("a.partial/in_it")));
+  fs::create_directory(folder.at("a.partial.1"));
+  folder.write("a.partial.1/in_it", "");
+  write_whole(folder.at("a"), "text");
+  EXPECT_EQ(folder.read("a"), "text");
+  EXPECT_TRUE(fs::exists(folder.at("a.partial.1/in_it")));
 }
 
 TEST(PartialFolder, GoesUnlessItIsRenamed) {
