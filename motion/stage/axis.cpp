@@ -34,7 +34,8 @@ void check(const AxisControlConfig& config) {
   if (!(homing.index_margin_share >= 0.0 && homing.index_margin_share < 0.5))
     throw MotionError(fmt::format("axis control: found index margin {} of a turn, expected 0..0.5",
                                   homing.index_margin_share));
-  if (!std::isfinite(homing.index_position_mm) || !(config.travel.min_mm < config.travel.max_mm))
+  if (!std::isfinite(homing.index_position_mm) || !std::isfinite(config.travel.min_mm) ||
+      !std::isfinite(config.travel.max_mm) || !(config.travel.min_mm < config.travel.max_mm))
     throw MotionError(
         fmt::format("axis control: found travel {}..{} mm and index at {} mm, expected finite numbers, "
                     "the smaller end first",
@@ -102,6 +103,9 @@ std::string_view name_of(AxisFault fault) {
 AxisControl::AxisControl(const AxisControlConfig& config, double encoder_mm)
     : config_(config), offset_mm_(encoder_mm) {
   check(config);
+  if (!std::isfinite(encoder_mm))
+    throw MotionError(
+        fmt::format("axis control: found encoder at {} mm, expected a finite number", encoder_mm));
   inputs_.encoder_mm = encoder_mm;
   command_.position_mm = encoder_mm;
   origin_mm_ = encoder_mm;
@@ -339,6 +343,11 @@ void AxisControl::jog(double velocity_mm_s) {
 }
 
 void AxisControl::stop() {
+  // Its own stop would leave the line and the watch over the travel; whoever plans the path knows both.
+  if (coupled_)
+    throw MotionError(
+        "stop: found the axis coupled to a path, expected the path to bring it to rest, or decouple() "
+        "before");
   if (phase_ == AxisPhase::stopping || at_rest()) return;
   phase_ = AxisPhase::jogging;  // comes to rest as a jog does; homing is given up
   slow_down(config_.limits);

@@ -109,7 +109,7 @@ class AxisControl {
   void home();
   void move_to(double position_mm);  ///< also while it moves or jogs: goes there without a stop in between
   void jog(double velocity_mm_s);    ///< signed; ends by itself at the soft limit
-  void stop();                       ///< under the ordinary limits
+  void stop();                       ///< under the ordinary limits; of an axis on a path, by who plans it
   void couple();                     ///< from now on follow(), from where the command stands
   void decouple();                   ///< at rest: from now on step() again
   void set_homed(

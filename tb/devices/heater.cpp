@@ -95,8 +95,10 @@ HeaterPlant::HeaterPlant(const PlantConfig& config, double clock_hz)
       delayed_state_(state_) {
   require_positive(config, "power_w", config.power_w);
   require_positive(config, "clock_hz of the bench", clock_hz);
-  if (!(config.transport_delay_s >= 0.0))
-    require_positive(config, "transport_delay_s", config.transport_delay_s);
+  constexpr double kLongestDelay_s = 3600.0;  // beyond it the cycles would be too many to count
+  if (!(config.transport_delay_s >= 0.0 && config.transport_delay_s <= kLongestDelay_s))
+    throw std::invalid_argument(fmt::format("plant {}: transport_delay_s is {}, expected 0..{}", config.name,
+                                            config.transport_delay_s, kLongestDelay_s));
   delay_cycles_ = static_cast<std::uint64_t>(std::llround(config.transport_delay_s * clock_hz));
 }
 

@@ -301,6 +301,12 @@ TEST(AxisControl, RefusesWhatCannotBe) {
   EXPECT_THAT(message([](AxisControlConfig& c) { c.homing.index_margin_share = 0.5; }),
               HasSubstr("0.5 of a turn"));
   EXPECT_THAT(message([](AxisControlConfig& c) { c.travel = {5.0, 5.0}; }), HasSubstr("travel 5..5 mm"));
+  EXPECT_THAT(message([](AxisControlConfig& c) { c.travel.max_mm = INFINITY; }),
+              HasSubstr("travel 0..inf mm"));
+  EXPECT_THAT(message([](AxisControlConfig& c) { c.travel.min_mm = -INFINITY; }),
+              HasSubstr("travel -inf..200 mm"));
+  EXPECT_THAT(error_of([] { AxisControl control(Machine::config_for_tests(), NAN); }),
+              HasSubstr("encoder at nan mm"));
   EXPECT_NE(message([](AxisControlConfig& c) { c.stop_limits.jerk1_mm_s3 = -1.0; }), "");
   AxisControl control({});
   EXPECT_THAT(error_of([&] { control.jog(0.0); }), HasSubstr("found 0 mm/s"));
@@ -351,6 +357,15 @@ TEST(Coordinated, FollowsThePathAndGoesOnAloneAfterwards) {
     last_mm = inputs.encoder_mm;
   }
   EXPECT_NEAR(control.position_mm(), 12.0, 1e-6);
+}
+
+TEST(Coordinated, IsNotStoppedOnItsOwnAndKeepsTheSoftLimit) {
+  AxisControl control = coupled(49.0);
+  follow(control, {49.5, 50.0, 0.0, 0.0});
+  EXPECT_THAT(error_of([&] { control.stop(); }), StartsWith("stop: found the axis coupled to a path"));
+  EXPECT_EQ(control.phase(), AxisPhase::coordinated);
+  follow(control, {50.02, 50.0, 0.0, 0.0});
+  EXPECT_EQ(control.fault(), AxisFault::soft_limit);
 }
 
 TEST(Coordinated, NeedsAnAxisThatIsHomed) {

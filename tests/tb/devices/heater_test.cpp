@@ -286,6 +286,11 @@ TEST(HeaterPlant, BadPlantIsNamed) {
     EXPECT_STREQ(error.what(), "plant PH-1: block_j_per_k is 0, expected a finite number > 0");
   }
   EXPECT_THROW(plant_config("PH-9"), std::invalid_argument);
+  for (const double delay_s : {-1.0, 1e12, double{INFINITY}, double{NAN}}) {
+    config = plant_config("PH-1");
+    config.transport_delay_s = delay_s;
+    EXPECT_THROW(HeaterPlant(config, kClock_hz), std::invalid_argument) << delay_s;
+  }
 }
 
 }  // namespace
