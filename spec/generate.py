@@ -13,6 +13,7 @@ import json
 import math
 import operator
 import pathlib
+import re
 import sys
 import tomllib
 from fractions import Fraction
@@ -25,6 +26,9 @@ SECDED_CHECK_BITS = 6
 REGISTER_KEYS = ("name", "unit", "scale", "type")
 HOLDING_KEYS = ("min", "max", "reset", "access")
 ACCESSES = ("rw", "wo")
+NAME = re.compile("[A-Z][A-Z0-9]*(_[A-Z0-9]+)*")  # what SystemVerilog, C++ and a host's command line take
+# An index has 6 bits. Of holding registers, MEM keeps one value for its row of column parities, and one for "behind all rows".
+MOST_REGISTERS = {"input": 64, "holding": 62}
 
 # template -> file written, relative to the project root
 OUTPUTS = {
@@ -93,8 +97,27 @@ def check_entries(space: str, registers: list[dict]) -> None:
             if key not in reg:
                 name = reg.get("name", f"[[{space}]] number {index + 1}")
                 raise SpecError(f"registers.toml: {name}: found no {key}, expected {', '.join(wanted)}")
+        if not NAME.fullmatch(reg["name"]):
+            raise SpecError(f"registers.toml: {reg['name']}: found a name that no language takes, expected one such as HEAD_ID")
         if reg.get("access", "rw") not in ACCESSES:
             raise SpecError(f"registers.toml: {reg['name']}: found access {reg['access']}, expected {' or '.join(ACCESSES)}")
+
+
+def check_count(space: str, registers: list[dict]) -> None:
+    most = MOST_REGISTERS[space]
+    if len(registers) > most:
+        raise SpecError(f"registers.toml: found {len(registers)} [[{space}]] registers, expected at most {most}: MEM's index has 6 bits")
+
+
+def check_names_differ(registers: list[dict]) -> None:
+    """A host names a register without its space, and A_1 and A1 would be one constant."""
+    known = {}
+    for reg in registers:
+        key = camel(reg["name"])
+        if key in known:
+            spellings = "" if known[key] == reg["name"] else f"as {known[key]} and {reg['name']}, "
+            raise SpecError(f"registers.toml: {reg['name']}: found twice, {spellings}expected each name once")
+        known[key] = reg["name"]
 
 
 def finish_fields(reg: dict) -> None:
@@ -115,6 +138,7 @@ def finish_fields(reg: dict) -> None:
 def finish_registers(spec: dict) -> None:
     for space, base in (("input", 0), ("holding", spec["modbus"]["holding_base"])):
         check_entries(space, spec[space])
+        check_count(space, spec[space])
         for index, reg in enumerate(spec[space]):
             reg["index"] = index
             reg["addr"] = base + index
@@ -124,6 +148,7 @@ def finish_registers(spec: dict) -> None:
             if "bits" in reg:
                 reg["doc"] = "Bits: " + ", ".join(f"{i} {name}" for i, name in enumerate(reg["bits"])) + "."
             finish_fields(reg)
+    check_names_differ(spec["input"] + spec["holding"])
     with_parity, with_secded = code_words([1] * SECDED_DATA_BITS), code_words(hsiao_columns())
     for reg in spec["holding"]:
         reg["corrected"] = reg.get("corrected", False)
