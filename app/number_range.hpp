@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include <CLI/Validators.hpp>
-#include <limits>
+#include <cstdint>
 #include <string>
 
 #include "base/number.hpp"
@@ -19,6 +19,15 @@ inline CLI::Validator number_from(double least, double most) {
     return fmt::format("found {}, expected a number from {:g} to {:g}", text, least, most);
   };
   return {refusal, fmt::format("{:g} to {:g}", least, most)};
+}
+
+/// A whole number; CLI11 itself takes -1 and what is too large for something else.
+inline CLI::Validator whole_number_from(std::uint64_t least, std::uint64_t most) {
+  const auto refusal = [=](const std::string& text) {
+    if (number_in(text, least, most)) return std::string();
+    return fmt::format("found {}, expected a whole number from {} to {}", text, least, most);
+  };
+  return {refusal, fmt::format("{} to {}", least, most)};
 }
 
 }  // namespace meltstage::app

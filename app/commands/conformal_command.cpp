@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/number_range.hpp"
 #include "app/print/job_file.hpp"
 #include "app/terminal.hpp"
 #include "app/verbs.hpp"
@@ -366,11 +367,13 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
       "trial", "Write the tool path and the touches of a simulated part, to try it out");
   trial->add_option("--out", s->out, "Folder to write")->required();
   add_choice_options(trial, *s);
-  trial->add_option("--seed", s->seed, "Of the part's errors and the probe's noise (1)");
+  trial->add_option("--seed", s->seed, "Of the part's errors and the probe's noise (1)")
+      ->check(whole_number_from(0, UINT64_MAX));
 
   CLI::App* calibration = command->add_subcommand(
       "calibrate", "Fit deposition model and part to the paper's first group, from the stored numbers");
-  calibration->add_option("--starts", s->starts, "Search from so many drawn starts instead (0)");
+  calibration->add_option("--starts", s->starts, "Search from so many drawn starts instead (0)")
+      ->check(whole_number_from(0, 100'000));
 
   return [=] {
     try {

@@ -134,6 +134,14 @@ TEST_F(Conformal, OptionsHaveRanges) {
   expect_refused(print + " --safe-z 1e300", "--safe-z: ");
   expect_refused("probe " + path + " --safe-z inf", "--safe-z: ");
   expect_refused("probe " + path + " --points-file ''", "--points-file: ");
+  for (const char* value : {"-1", "1e3", "99999999999999999999"}) {
+    const Ran starts = run_command("conformal calibrate --starts " + std::string(value));
+    EXPECT_EQ(starts.status, 2);
+    EXPECT_THAT(starts.output,
+                HasSubstr("--starts: found " + std::string(value) + ", expected a whole number"));
+    EXPECT_EQ(run_command("conformal trial --out " + at("seeded") + " --seed " + value).status, 2);
+    EXPECT_FALSE(fs::exists(at("seeded")));
+  }
   expect_refused("probe " + path + " --points-file 'a)(b'", "--points-file: ");
 }
 
