@@ -3,6 +3,11 @@
 # <meltstage/ROOM/...>, and NAME as meltstage-NAME for pkg-config. A part brings only the packages that it needs itself.
 include(CMakePackageConfigHelpers)
 set(MELTSTAGE_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/meltstage)
+if(NOT PROJECT_IS_TOP_LEVEL)  # headers are <meltstage/ROOM/...> for whoever takes the sources in, too
+  set(MELTSTAGE_INCLUDE ${PROJECT_BINARY_DIR}/include)
+  file(MAKE_DIRECTORY ${MELTSTAGE_INCLUDE})
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR} ${MELTSTAGE_INCLUDE}/meltstage SYMBOLIC)
+endif()
 
 # meltstage_part(NAME TARGET library HEADERS files... NEEDS parts... PACKAGES "find_dependency arguments"... LIBS linker names...): in the
 # room's CMakeLists.txt. Headers that aren't named are private. A part may need only parts that came before it.
@@ -11,6 +16,12 @@ function(meltstage_part name)
   set_target_properties(${P_TARGET} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(${P_TARGET} INTERFACE
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/meltstage>)
+  if(NOT TARGET meltstage::${name})  # the name by which other projects know it, also inside this build
+    add_library(meltstage::${name} ALIAS ${P_TARGET})
+  endif()
+  if(NOT PROJECT_IS_TOP_LEVEL)
+    target_include_directories(${P_TARGET} INTERFACE $<BUILD_INTERFACE:${MELTSTAGE_INCLUDE}>)
+  endif()
   install(TARGETS ${P_TARGET} EXPORT meltstage-${name} ARCHIVE COMPONENT ${name})
   install(EXPORT meltstage-${name} NAMESPACE meltstage:: DESTINATION ${MELTSTAGE_CMAKE_DIR} COMPONENT ${name})
   file(RELATIVE_PATH room ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
@@ -23,6 +34,9 @@ function(meltstage_part name)
   endif()
   list(TRANSFORM P_LIBS PREPEND -l)
   list(TRANSFORM P_NEEDS PREPEND meltstage- OUTPUT_VARIABLE needed)
+  if("${P_PACKAGES}" MATCHES "Eigen3")  # its headers are in those of the part
+    list(APPEND needed eigen3)
+  endif()
   list(JOIN P_LIBS " " libs)
   list(JOIN needed " " needed)
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/meltstage-${name}.pc @ONLY CONTENT

@@ -28,9 +28,13 @@ if(MELTSTAGE_COVERAGE)
   add_link_options(--coverage)
 endif()
 
-# Warnings are errors in our own code only: link this target PRIVATE.
+# Warnings are errors in our own code only, and only where it is the whole project: link this target PRIVATE.
+set(as_errors)
+if(PROJECT_IS_TOP_LEVEL)
+  set(as_errors -Werror)
+endif()
 add_library(meltstage_warnings INTERFACE)
 target_compile_options(meltstage_warnings INTERFACE
-  -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror
+  -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual ${as_errors}
   $<$<CXX_COMPILER_ID:Clang>:-Wno-missing-braces>
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)  # false alarms on std::string in GCC 12 (GCC bug 105651)

@@ -3,9 +3,14 @@
 # pkg_config.sh PREFIX FOLDER: the same without CMake.
 set -euo pipefail
 export PKG_CONFIG_PATH=$1/lib/pkgconfig
-for part in model recording host motion_profile; do pkg-config --print-errors --exists "meltstage-$part"; done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-# shellcheck disable=SC2046
-g++ -O1 "$2/step_chip.cpp" -o "$work/step_chip" $(pkg-config --cflags --libs --static meltstage-model meltstage-recording meltstage-host)
-"$work/step_chip"
+
+# builds PROGRAM FOLDER PART...
+builds() {
+  # shellcheck disable=SC2046
+  g++ -O1 "$2/$1.cpp" -o "$work/$1" $(pkg-config --print-errors --cflags --libs --static "${@:3}")
+  "$work/$1"
+}
+builds step_chip "$2" meltstage-model meltstage-recording meltstage-host
+builds one_profile "$2" meltstage-motion_profile
