@@ -39,6 +39,7 @@
 #include "asic/signoff/vectors_files.hpp"
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/toml_file.hpp"
 #include "recording/text.hpp"
@@ -129,10 +130,29 @@ std::string scan_json(const Options& options, const ScanDesign& design) {
   return json.dump(2) + "\n";
 }
 
+// What is left out is no input.
+void require_apart(const fs::path& folder, std::vector<fs::path> inputs) {
+  std::erase_if(inputs, [](const fs::path& path) { return path.empty(); });
+  require_outside(folder, inputs);
+}
+
+// The report takes the place of nothing that is read.
+void keep_inputs(const Options& options) {
+  if (options.out.empty()) return;
+  std::vector<fs::path> inputs{options.netlist, options.patterns, options.liberty, options.unreached,
+                               options.cells,   options.sdf,      options.readback};
+  if (options.scan != "netlist") inputs.emplace_back(options.scan);
+  std::erase_if(inputs, [](const fs::path& path) { return path.empty(); });
+  require_other_file(options.out, inputs);
+}
+
 int generate(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const CellLibrary library = library_of(options);
   const bool transitions = options.model == "transition";
+  std::vector<fs::path> inputs = options.rtl;
+  for (const fs::path& path : {options.netlist, options.liberty}) inputs.push_back(path);
+  require_apart(options.out, inputs);
   ProgressLine line;
   const TestProgram program = make_test_program(options.netlist, library,
                                                 {transitions ? FaultModel::transition : FaultModel::stuck_at,
@@ -183,6 +203,7 @@ int insert_chains(const Options& options) {
   const CellLibrary library = library_of(options);
   if (is_bench(options.netlist))
     throw UserError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
+  require_apart(options.out, {options.netlist, options.liberty});
   const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
   if (!subject.is_scanned)
     throw UserError(options.netlist.string() + ": found no flop, expected some to scan");
@@ -373,6 +394,7 @@ int replay_functional_stream(const Options& options, const CycleStream& stream) 
 }
 
 int grade_patterns(const Options& options) {
+  keep_inputs(options);
   const CellLibrary library = library_of(options);
   const CycleStream stream = read_patterns(options);
   if (!is_bench(options.netlist) && stream.chains.empty()) {
@@ -472,6 +494,7 @@ int replay_patterns(const Options& options) {
     throw UserError("--readback: found nothing, expected the Verilog read back from the bitstream");
   if (!on_chip && !on_fpga && options.netlist.empty())
     throw UserError("--netlist: found nothing, expected the netlist to run on");
+  keep_inputs(options);
   CycleStream stream = read_patterns(options);
   if (options.cycles != 0) keep_first(stream, options.cycles);
   if (!options.out.empty()) report_masks(options, stream);

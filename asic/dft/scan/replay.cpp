@@ -470,7 +470,7 @@ void write_work(const std::filesystem::path& path, const std::string& text) {
 
 // Icarus 11 passes over them without a word.
 void refuse_wire_delays(const std::filesystem::path& sdf) {
-  std::ifstream file(sdf);
+  std::istringstream file(read_file(sdf, "an SDF file"));
   std::size_t number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
@@ -552,7 +552,7 @@ ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library
 
 ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, const CycleStream& stream,
                                       const std::filesystem::path& work) {
-  std::ifstream file(verilog);
+  std::istringstream file(read_file(verilog, "a Verilog netlist"));
   std::string top;
   for (std::string line; top.empty() && std::getline(file, line);) {
     if (line.rfind("module ", 0) == 0) top = line.substr(7, line.find_first_of(" (;", 7) - 7);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <map>
 #include <optional>
@@ -14,13 +15,18 @@
 
 #include "asic/dft/core/machines.hpp"
 #include "asic/dft/core/workers.hpp"
+#include "asic/dft/scan/scan_ways.hpp"
 #include "base/error.hpp"
 
 namespace meltstage::dft {
 
 namespace {
 
-constexpr std::size_t kDrawn = 50;       // ways to fill unknowns beside all 0 and all 1
+constexpr std::size_t kDrawn = 50;  // ways to fill unknowns beside all 0 and all 1
+// Most faults show right behind the first strobe; the others begin again together, for so many times as long.
+constexpr std::uint64_t kFirstLook = 16, kLonger = 64;
+// Lines times cycles times words of machines of one look at the most, after the first.
+constexpr double kMostWork = 8e9;
 constexpr std::size_t kAllDrawn = 4096;  // so many defects are all looked at with these
 
 // A stream by the ports of a view.
@@ -78,7 +84,8 @@ class StreamRun {
     open_ = which.size();
   }
 
-  void run() {
+  // So many cycles.
+  void run(std::uint64_t cycles) {
     for (std::size_t k = 0; k < machines_->flops(); ++k) machines_->state(k) = unknown();
     if (!stream_.cycles.empty())
       machines_->preset_inputs(std::span<const Word>(levels(stream_.cycles[0].states)));
@@ -90,7 +97,7 @@ class StreamRun {
       bool look = true;  // other strobes
       for (std::uint64_t c = 0; c < cycle.count; ++c, ++number) {
         if (machines_->ports_changed() || look) compare(cycle.states, number);
-        if (open_ == 0) return;
+        if (open_ == 0 || number >= cycles) return;
         look = false;
         if (clocks) machines_->clock();
       }
@@ -172,14 +179,31 @@ class StreamRun {
 
 }  // namespace
 
+namespace {
+
+// The first cycle that compares something.
+std::uint64_t first_strobe(const CycleStream& stream) {
+  std::uint64_t number = 0;
+  for (const TestCycle& cycle : stream.cycles) {
+    if (cycle.states.find_first_of("HL") != std::string::npos) break;
+    number += cycle.count;
+  }
+  return number;
+}
+
+}  // namespace
+
 std::vector<std::uint64_t> shown_by_stream(const CaptureView& view, const CycleStream& stream,
                                            const std::vector<Defect>& defects, const Progress& progress) {
   const Ports ports(view, stream);
   std::vector<std::uint64_t> first(defects.size(), kNotShown);
   std::vector<std::uint8_t> unsure(defects.size(), 0);
-  const auto run = [&](const std::vector<std::uint32_t>& which, bool drawn) {
+  const auto words = [](std::size_t count, bool drawn) {
     const std::size_t together = (kLanes - 1) / (drawn ? kDrawn : 2);
-    const std::size_t runs = (which.size() + together - 1) / together;
+    return (count + together - 1) / together;
+  };
+  const auto run = [&](const std::vector<std::uint32_t>& which, bool drawn, std::uint64_t cycles) {
+    const std::size_t together = (kLanes - 1) / (drawn ? kDrawn : 2), runs = words(which.size(), drawn);
     std::atomic<std::size_t> next{0};
     in_parallel([&](unsigned worker) {
       for (std::size_t r = next++; r < runs; r = next++) {
@@ -187,7 +211,7 @@ std::vector<std::uint64_t> shown_by_stream(const CaptureView& view, const CycleS
         const std::span<const std::uint32_t> part =
             std::span(which).subspan(r * together, std::min(together, which.size() - r * together));
         StreamRun machines(view, stream, ports, defects, part, drawn);
-        machines.run();
+        machines.run(cycles);
         for (std::size_t d = 0; d < part.size(); ++d) {
           const std::uint64_t shown = machines.first()[d];
           first[part[d]] = drawn && shown != kNotShown ? std::max(shown, first[part[d]]) : shown;
@@ -196,13 +220,31 @@ std::vector<std::uint64_t> shown_by_stream(const CaptureView& view, const CycleS
       }
     });
   };
-  run(every(defects.size()), false);
+  const auto affordable = [&](std::size_t runs, std::uint64_t cycles) {
+    return static_cast<double>(view.circuit.size()) * static_cast<double>(runs) *
+               static_cast<double>(cycles) <=
+           kMostWork;
+  };
+  const std::uint64_t total = cycle_count(stream), strobe = first_strobe(stream);
+  std::vector<std::uint32_t> open = every(defects.size());
+  // The second look sees the loads and unloads of a reset test, too.
+  for (std::uint64_t more = kFirstLook; !open.empty(); more = kLonger * more + 4 * strobe) {
+    const std::uint64_t cycles = std::min(total, strobe + more);
+    if (more != kFirstLook && !affordable(words(open.size(), false), cycles)) break;
+    run(open, false, cycles);
+    std::erase_if(open, [&](std::uint32_t d) { return first[d] != kNotShown; });
+    if (cycles == total) break;
+  }
   std::vector<std::uint32_t> again;
+  std::uint64_t last = 0;
   for (std::uint32_t d = 0; d < defects.size(); ++d) {
     const bool look = unsure[d] != 0 || defects.size() <= kAllDrawn;
-    if (look && first[d] != kNotShown) again.push_back(d);
+    if (!look || first[d] == kNotShown) continue;
+    again.push_back(d);
+    last = std::max(last, first[d]);
   }
-  run(again, true);
+  const bool whole = affordable(words(again.size(), true), total);
+  run(again, true, whole ? total : std::min(total, last + 1));
   return first;
 }
 
@@ -248,6 +290,7 @@ class Disturbing {
   bool disturbs(const Fault& fault) const {
     return changes(fault, shift_constant_, shift_, shift_any_) || disturbs_reset(fault);
   }
+  const std::vector<std::int8_t>& constants_in_shift() const { return shift_constant_; }
   bool disturbs_reset(const Fault& fault) const {
     if (fault.pin != kStem &&
         reset_readers_.count({fault.node, circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]}) !=
@@ -310,6 +353,91 @@ class Disturbing {
   std::set<std::pair<Node, Node>> reset_readers_;  // a gate of a flop and the reset line that it reads
 };
 
+// Lines on the way of a chain. One that is stuck is all that the chain's output shows once what lies behind
+// it has been shifted out, whatever else the fault does: known without a run.
+class ChainLines {
+ public:
+  ChainLines(const CaptureView& view, const ScanDesign& design, const std::vector<std::int8_t>& constant,
+             const CycleStream& stream)
+      : strobed_(design.chains.size()) {
+    for (std::size_t c = 0; c < design.chains.size(); ++c) walk(view, design.chains[c].out, c, constant);
+    look_at(view, design, stream);
+  }
+  bool shows(const Fault& line) const {
+    const auto place = places_.find({line.node, line.pin});
+    if (place == places_.end()) return false;
+    const auto& [chain, behind, inverted] = place->second;
+    const std::int64_t latest = strobed_[chain][line.stuck != inverted ? 0 : 1];
+    return latest >= static_cast<std::int64_t>(behind);
+  }
+
+ private:
+  struct Place {
+    std::size_t chain, behind;  // cells between the line and the output
+    bool inverted;
+  };
+
+  void walk(const CaptureView& view, const std::string& out, std::size_t chain,
+            const std::vector<std::int8_t>& constant) {
+    const Circuit& circuit = view.circuit;
+    const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), out);
+    if (port == view.output_ports.end()) return;
+    std::map<Node, std::size_t> flop_of;
+    for (std::size_t k = 0; k < view.flops.size(); ++k)
+      flop_of[circuit.inputs()[view.input_ports.size() + k]] = k;
+    Node node = circuit.outputs()[static_cast<std::size_t>(port - view.output_ports.begin())];
+    bool inverted = false;
+    for (std::size_t behind = 0; behind <= view.flops.size();) {
+      if (const auto flop = flop_of.find(node); flop != flop_of.end()) {
+        ++behind;
+        node = circuit.outputs()[view.output_ports.size() + flop->second];
+      }
+      if (circuit.fanin(node).empty()) return;
+      const std::int32_t pin = open_pin(circuit, constant, node);
+      if (pin < 0) return;
+      const Gate kind = circuit.kind(node);
+      inverted ^= kind == Gate::inv || kind == Gate::nall || kind == Gate::none;
+      places_.emplace(std::pair(node, pin), Place{chain, behind, inverted});
+      node = circuit.fanin(node)[static_cast<std::size_t>(pin)];
+      places_.emplace(std::pair(node, kStem), Place{chain, behind, inverted});
+    }
+  }
+  // After how many shifts in a row each output is compared with each level, at the most.
+  void look_at(const CaptureView& view, const ScanDesign& design, const CycleStream& stream) {
+    std::vector<std::size_t> outs, clocks;
+    for (const ScanChain& chain : design.chains) outs.push_back(Ports::signal(stream, chain.out, false));
+    for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+      if (view.clock_ports[i] != 0) clocks.push_back(Ports::signal(stream, view.input_ports[i], true));
+    }
+    std::vector<std::pair<std::size_t, char>> held{{Ports::signal(stream, design.scan_enable, true), '1'},
+                                                   {Ports::signal(stream, design.test_mode, true), '1'}};
+    if (!design.reset.empty())
+      held.emplace_back(Ports::signal(stream, design.reset, true), design.reset_low ? '1' : '0');
+    for (auto& levels : strobed_) levels = {-1, -1};
+    std::int64_t shifts = 0;
+    for (const TestCycle& cycle : stream.cycles) {
+      const auto is = [&](const auto& level) { return cycle.states[level.first] == level.second; };
+      if (!std::all_of(held.begin(), held.end(), is)) {
+        shifts = 0;
+        continue;
+      }
+      const bool pulses =
+          std::any_of(clocks.begin(), clocks.end(), [&](std::size_t s) { return cycle.states[s] == 'P'; });
+      const std::int64_t last = shifts + (pulses ? static_cast<std::int64_t>(cycle.count) - 1 : 0);
+      for (std::size_t c = 0; c < outs.size(); ++c) {
+        const char state = cycle.states[outs[c]];
+        if (state != 'H' && state != 'L') continue;
+        std::int64_t& latest = strobed_[c][state == 'H' ? 1 : 0];
+        latest = std::max(latest, last);
+      }
+      if (pulses) shifts += static_cast<std::int64_t>(cycle.count);
+    }
+  }
+
+  std::map<std::pair<Node, std::int32_t>, Place> places_;
+  std::vector<std::array<std::int64_t, 2>> strobed_;  // by chain, with L and with H; -1: never
+};
+
 }  // namespace
 
 std::vector<FaultClass> scan_classes(const CaptureView& view, const ScanDesign& design, const FaultList& list,
@@ -321,6 +449,14 @@ std::vector<FaultClass> scan_classes(const CaptureView& view, const ScanDesign& 
   std::map<std::uint32_t, std::size_t> defect_of_class;
   std::map<std::pair<std::uint32_t, std::vector<std::size_t>>, std::size_t> defect_of_clock;
   std::vector<std::size_t> defect_of(reported.size(), ~std::size_t{0});  // by fault
+  const ChainLines chains(view, design, disturbing.constants_in_shift(), stream);
+  std::vector<std::uint8_t> in_chain(list.classes.size(), 0);
+  for (std::size_t f = 0; f < reported.size(); ++f) {
+    const Site& site = view.circuit.sites()[f / 2];
+    if (list.class_of[f] != FaultList::kNoClass && view.stopped.count(f / 2) == 0 &&
+        chains.shows({site.node, site.pin, f % 2 != 0}))
+      in_chain[list.class_of[f]] = 1;
+  }
   for (std::size_t f = 0; f < reported.size(); ++f) {
     const std::uint32_t c = list.class_of[f];
     const auto clock = view.stopped.find(f / 2);
@@ -331,6 +467,10 @@ std::vector<FaultClass> scan_classes(const CaptureView& view, const ScanDesign& 
       continue;
     }
     if (c == FaultList::kNoClass) continue;
+    if (in_chain[c] != 0) {
+      if (reported[f] != FaultClass::DS) reported[f] = all_by_stream ? FaultClass::DS : FaultClass::DI;
+      continue;
+    }
     const Fault& line = list.classes[c];
     const bool disturbs = all_by_stream || disturbing.disturbs(line);
     // What no change of its line can show needs no run, unless a reset acts without a clock.

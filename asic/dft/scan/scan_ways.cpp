@@ -17,9 +17,6 @@ HeldPorts capture_holds(const ScanDesign& design) {
   return held;
 }
 
-namespace {
-
-// The one input of a gate that is not constant while the others let it pass; -1 when there is none.
 std::int32_t open_pin(const Circuit& circuit, const std::vector<std::int8_t>& constant, Node node) {
   const auto fanin = circuit.fanin(node);
   switch (circuit.kind(node)) {
@@ -49,6 +46,8 @@ std::int32_t open_pin(const Circuit& circuit, const std::vector<std::int8_t>& co
       return -1;
   }
 }
+
+namespace {
 
 // Marks what lies on open ways through a circuit whose constants are known.
 class WayMarker {

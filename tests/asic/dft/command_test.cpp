@@ -209,6 +209,32 @@ TEST_F(VectorsCommand, SameInputsSameBytes) {
   EXPECT_NE(read(folder_ / "out/manifest.json"), first);
 }
 
+TEST_F(VectorsCommand, NoInputIsOverwritten) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const std::string out = (folder_ / "out").string(), netlist = out + "/netlist.json",
+                    stil = out + "/patterns.stil", before = read(netlist), patterns = read(stil);
+  for (const std::string& command :
+       {"grade " + netlist + " --patterns " + stil + " --report " + netlist,
+        "grade " + netlist + " --patterns " + stil + " --report " + stil,
+        "replay " + stil + " --netlist " + netlist + " --report " + stil,
+        "generate " + netlist + " --out " + out, "scan " + netlist + " --out " + out}) {
+    const Ran ran = run_command("dft " + command);
+    EXPECT_EQ(ran.status, 2) << command << ran.output;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+    EXPECT_EQ(read(netlist), before) << command;
+    EXPECT_EQ(read(stil), patterns) << command;
+  }
+}
+
+// Two clocks between load and unload: every fault runs through the file.
+TEST_F(VectorsCommand, TransitionPatternsAreGraded) {
+  ASSERT_EQ(generate(kMachine, "--faults transition").status, 0);
+  const std::string out = (folder_ / "out").string();
+  const Ran ran = run_command("dft grade " + out + "/netlist.json --patterns " + out + "/patterns.stil");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(ran.output.find("DS                              0"), std::string::npos) << ran.output;
+}
+
 TEST_F(VectorsCommand, TransitionsAskForFlops) {
   std::ofstream(folder_ / "wire.bench") << "INPUT(a)\nOUTPUT(b)\nb = NOT(a)\n";
   const Ran ran = generate((folder_ / "wire.bench").string(), "--faults transition");
