@@ -79,6 +79,23 @@ int decimals(double scale) {
   return std::abs(step - std::round(step)) > 1e-9 ? digits + 1 : digits;
 }
 
+// Rounding is no answer where it makes something else of the value: of a bit field or count with a fraction,
+// of a value that becomes 0, which often means off, and of a baud rate that a receiver would not follow.
+void refuse_rounding(const Register& reg, double value, double raw) {
+  constexpr double kBaudError = 0.025;
+  const auto refuse = [&](const std::string& expected) {
+    throw UserError(fmt::format("{}: found {:.9g}, expected {}", reg.name, value, expected));
+  };
+  const double whole = raw * reg.scale;
+  if (reg.unit.empty() && reg.scale == 1.0 && value != raw) refuse("a whole number");
+  if (raw == 0.0 && value != 0.0)
+    refuse(fmt::format("0, or {:.6g}{}{} at least: the register would hold 0", reg.scale,
+                       reg.unit.empty() ? "" : " ", reg.unit));
+  if (reg.unit == "Bd" && std::abs(value - whole) > kBaudError * value)
+    refuse(
+        fmt::format("a rate within 2.5 % of a multiple of {:g} Bd; the nearest is {:g}", reg.scale, whole));
+}
+
 bool has_bits(const Register& reg) {
   return is(reg, spec::kInStatus) || is(reg, spec::kInFault) || is(reg, spec::kInCause) ||
          is(reg, spec::kInFirstFault);
@@ -122,6 +139,7 @@ std::uint16_t to_raw(const Register& reg, double value) {
                                 reg.min * reg.scale, digits, reg.max * reg.scale, digits,
                                 reg.unit.empty() ? "" : " ", reg.unit));
   }
+  refuse_rounding(reg, value, raw);
   return static_cast<std::uint16_t>(static_cast<std::int32_t>(raw));
 }
 

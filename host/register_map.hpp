@@ -31,7 +31,8 @@ const Register& find_register(std::string_view name);
 double to_unit(const Register& reg, std::uint16_t raw);
 
 /// Register word of a value in the unit, rounded to the nearest LSB. Throws UserError when the register
-/// can't be written or the value is outside its range.
+/// can't be written, the value is outside its range, or rounding would change its meaning: a fraction in a
+/// register of bits or counts, a value that becomes 0, a baud rate more than 2.5 % off.
 std::uint16_t to_raw(const Register& reg, double value);
 
 /// The value with as many digits as the register resolves, without unit: "110.0", "0x0401" for bits.

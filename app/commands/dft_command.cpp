@@ -454,8 +454,8 @@ int lint_patterns(const Options& options) {
   const CycleStream stream = read_patterns(options);
   const std::vector<std::string> reasons = lint(stream, tester_of(options.tester));
   for (const std::string& reason : reasons) fmt::print("{}\n", reason);
-  fmt::print("{} cycles, {} signals, {} complaints\n", stream.cycles.size(), stream.signals.size(),
-             reasons.size());
+  fmt::print("{} cycles in {} vectors, {} signals, {} complaints\n", cycle_count(stream),
+             stream.cycles.size(), stream.signals.size(), reasons.size());
   return reasons.empty() ? 0 : 1;
 }
 
@@ -585,8 +585,8 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   CLI::App* command = cli.add_subcommand(
       "dft", "Scan, test patterns and sign-off vectors for a flat netlist (docs/make/test-vectors.md)");
   command->require_subcommand(1);
-  const auto netlist_of = [&](CLI::App* sub) {
-    sub->add_option("NETLIST", options->netlist, "Yosys JSON (flat, mapped) or .bench")->required();
+  const auto netlist_of = [&](CLI::App* sub, const char* kinds = "Yosys JSON (flat, mapped) or .bench") {
+    sub->add_option("NETLIST", options->netlist, kinds)->required();
     sub->add_option("--liberty", options->liberty, "Library of its cells (default: Yosys' own gates)");
   };
   const auto chains_of = [&](CLI::App* sub) {
@@ -614,7 +614,7 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
       ->check(CLI::IsMember({"stuck-at", "transition"}));
   sub_generate->add_option("--out", options->out, "Folder to write")->required();
   CLI::App* sub_scan = command->add_subcommand("scan", "Insert scan alone: netlist and order of the chains");
-  netlist_of(sub_scan);
+  netlist_of(sub_scan, "Yosys JSON (flat, mapped)");
   chains_of(sub_scan);
   sub_scan->add_option("--out", options->out, "Folder to write")->required();
   CLI::App* sub_grade = command->add_subcommand("grade", "Which faults patterns detect");
@@ -657,7 +657,7 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   sub_functional->add_flag("--board", options->board, "The set for the chip on a small FPGA (fpga/ice40)")
       ->excludes("--quick");
   CLI::App* sub_rules = command->add_subcommand("rules", "Breaches of the rules that scan asks for");
-  netlist_of(sub_rules);
+  netlist_of(sub_rules, "Yosys JSON (flat, mapped)");
   CLI::App* sub_lint = command->add_subcommand("lint", "Read a STIL file and check it against a tester");
   sub_lint->add_option("PATTERNS", options->patterns, "STIL file")->required();
   sub_lint->add_option("--tester", options->tester, "Tester profile (TOML)");
@@ -692,7 +692,7 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   generation_options_of(sub_prove);
   sub_prove->add_option("--out", options->out, "Folder for .cnf and .drat")->required();
   CLI::App* sub_iddq = command->add_subcommand("iddq", "Pseudo-stuck-at coverage of supply current stops");
-  netlist_of(sub_iddq);
+  netlist_of(sub_iddq, "Yosys JSON (flat, mapped)");
   generation_options_of(sub_iddq);
   sub_iddq->add_option("--stops", options->stops, "At the most (default 20)")->check(CLI::Range(1, 10000));
   CLI::App* sub_check = command->add_subcommand("check-proof", "Check one refutation");

@@ -62,6 +62,20 @@ TEST(RegisterMap, OutOfRangeIsRefusedWithTheRangeInItsUnit) {
               ThrowsMessage<UserError>(HasSubstr("SETPOINT: found 501, expected 0.0 to 500.0 degC")));
 }
 
+TEST(RegisterMap, RoundingThatChangesTheMeaningIsRefused) {
+  const auto expect_refused = [](const char* name, double value, const char* said) {
+    EXPECT_THAT([&] { to_raw(find_register(name), value); }, ThrowsMessage<UserError>(HasSubstr(said)))
+        << name;
+  };
+  expect_refused("HOST_WD", 0.04, "HOST_WD: found 0.04, expected 0, or 0.1 s at least");
+  expect_refused("KP", 1e-9, "KP: found 1e-09, expected 0, or 1.52588e-05 1/K at least");
+  expect_refused("CTRL", 55.5, "CTRL: found 55.5, expected a whole number");
+  expect_refused("BAUD", 1249, "BAUD: found 1249, expected a rate within 2.5 %");
+  EXPECT_EQ(to_raw(find_register("BAUD"), 115249), 1152);
+  EXPECT_EQ(to_raw(find_register("HOST_WD"), 0.0), 0);
+  EXPECT_EQ(to_raw(find_register("HOST_WD"), 0.06), 1);
+}
+
 TEST(RegisterMap, TextTellsNeighbouringWordsApart) {
   for (const Register& r : registers()) {
     for (const unsigned word : {1u, 2u, 1000u, 1001u, 32766u, 32767u, 65534u, 65535u})
