@@ -14,7 +14,7 @@ namespace meltstage::recording {
 
 /// The unit that VCD times count in.
 struct Timescale {
-  std::string text;         ///< "10 ns": 1, 10 or 100 of s, ms, us, ns, ps, fs
+  std::string text;         ///< "10 ns": 1, 10 or 100 of s, ms, us, ns, ps
   double units_per_second;  ///< 1e8 for "10 ns"
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Workbooks (.xlsx), placement files and Gerber layers; damaged files and other people's boards of every kind.
+// Workbooks (.xlsx), placement files and Gerber layers; damaged files and other people's boards of every
+// kind.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
