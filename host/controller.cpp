@@ -115,8 +115,11 @@ struct Controller::Modbus {
 // The port is ours while this lives.
 class Controller::Locked {
  public:
-  explicit Locked(const Modbus& modbus) : port_(modbus_get_socket(modbus.get())) {
-    while (flock(port_, LOCK_EX) != 0 && errno == EINTR) {
+  Locked(const Modbus& modbus, const std::string& device) : port_(modbus_get_socket(modbus.get())) {
+    while (flock(port_, LOCK_EX) != 0) {
+      if (errno == EINTR) continue;
+      throw BusError(fmt::format("{}: cannot be locked against other programs: found \"{}\"", device,
+                                 std::generic_category().message(errno)));
     }
   }
   ~Locked() { flock(port_, LOCK_UN); }
@@ -197,7 +200,7 @@ std::vector<std::uint16_t> Controller::read(std::span<const Register* const> wan
   std::sort(sorted.begin(), sorted.end(), by_address);
   sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
 
-  const Locked locked(*modbus_);
+  const Locked locked(*modbus_, connection_.device);
   std::vector<std::uint16_t> words;
   for_each_run(
       sorted, spec::kMaxRead, [](const Register* r) { return r->address; },
@@ -220,7 +223,7 @@ double Controller::read(const Register& reg) {
 }
 
 Identity Controller::identity() {
-  const Locked locked(*modbus_);
+  const Locked locked(*modbus_, connection_.device);
   std::array<std::uint8_t, 256> raw{};
   int length = 0;
   transact("identity (function 17)", [&](modbus_t* context) {
@@ -233,7 +236,7 @@ Identity Controller::identity() {
 }
 
 void Controller::check_identity() {
-  const Locked locked(*modbus_);
+  const Locked locked(*modbus_, connection_.device);
   const auto words = poll(spec::kInDeviceId, 3, "DEVICE_ID");
   require(words[0] == spec::kDeviceId,
           fmt::format("{}: found device id 0x{:04X}, expected 0x{:04X}; that is another device",
@@ -247,7 +250,7 @@ void Controller::check_identity() {
 Status Controller::status() {
   std::vector<std::uint16_t> words;
   {
-    const Locked locked(*modbus_);
+    const Locked locked(*modbus_, connection_.device);
     words = poll(spec::kInStatus, spec::kTelemetryWords, "STATUS");
   }
   const auto value = [&](spec::In in) { return to_unit(registers()[in], words[in]); };
@@ -284,6 +287,16 @@ void Controller::command(spec::Cmd cmd, const std::string& what) {
   send({spec::kHoldingBase + spec::kRegCmd, {cmd}, what});
 }
 
+// An error that made it necessary is the one to tell, so its own is none.
+bool Controller::discarded() {
+  try {
+    command(spec::kCmdDiscard, "CMD Discard");
+    return true;
+  } catch (const BusError&) {
+    return false;
+  }
+}
+
 void Controller::write(std::span<const Setting> settings) {
   constexpr std::uint16_t kCmdAddress = spec::kHoldingBase + spec::kRegCmd;
   constexpr std::uint16_t kTMaxAddress = spec::kHoldingBase + spec::kRegTMax;
@@ -315,7 +328,7 @@ void Controller::write(std::span<const Setting> settings) {
     return f.address <= kTMaxAddress && kTMaxAddress < f.address + f.words.size();
   });
 
-  const Locked locked(*modbus_);
+  const Locked locked(*modbus_, connection_.device);
   try {
     if (frames.size() == 1) {
       send(frames.front());
@@ -324,9 +337,11 @@ void Controller::write(std::span<const Setting> settings) {
     command(spec::kCmdHold, "CMD Hold");
     try {
       for (const Frame& frame : frames) send(frame);
-    } catch (const BusError&) {
-      command(spec::kCmdDiscard, "CMD Discard");
-      throw;
+    } catch (const BusError& error) {
+      if (discarded()) throw;
+      throw BusError(
+          std::string(error.what()) +
+          "; what was sent before stays staged in the chip: write all of it again, or reset the chip");
     }
     command(spec::kCmdCommit, "CMD Commit");
   } catch (const Refusal& refusal) {
@@ -352,7 +367,7 @@ std::string Controller::faults_in_the_way() {
 }
 
 void Controller::run() {
-  const Locked locked(*modbus_);
+  const Locked locked(*modbus_, connection_.device);
   try {
     command(spec::kCmdRun, "CMD Run");
   } catch (const Refusal& refusal) {
@@ -361,12 +376,12 @@ void Controller::run() {
 }
 
 void Controller::stop() {
-  const Locked locked(*modbus_);
+  const Locked locked(*modbus_, connection_.device);
   command(spec::kCmdStop, "CMD Stop");
 }
 
 void Controller::clear_faults() {
-  const Locked locked(*modbus_);
+  const Locked locked(*modbus_, connection_.device);
   try {
     command(spec::kCmdClearFault, "CMD ClearFault");
   } catch (const Refusal& refusal) {
@@ -375,7 +390,7 @@ void Controller::clear_faults() {
 }
 
 void Controller::start_tuning() {
-  const Locked locked(*modbus_);
+  const Locked locked(*modbus_, connection_.device);
   try {
     command(spec::kCmdTune, "CMD Tune");
   } catch (const Refusal& refusal) {
