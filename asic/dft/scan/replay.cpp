@@ -13,10 +13,12 @@
 #include <random>
 #include <set>
 #include <span>
+#include <sstream>
 
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/workers.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
 
 namespace meltstage::dft {
 
