@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <set>
 #include <unordered_map>
 
 namespace meltstage::hls {
@@ -59,7 +60,13 @@ Counterexample make_counterexample(const Circuit& model, const Problem& problem,
   for (const Flop& flop : model.flops)
     if (const std::uint64_t held = word(problem.state, flop.field); held != flop.reset.getZExtValue())
       result.state.push_back({flop.field.name, held});
-  for (const Pin& pin : model.inputs) result.pins.push_back({pin.field.name, word(problem.pins, pin.field)});
+  std::set<std::string> of_both;
+  for (const Pin& pin : model.inputs) {
+    result.pins.push_back({pin.field.name, word(problem.pins, pin.field)});
+    for (unsigned i = 0; i < pin.field.width; ++i) of_both.insert(bit_of(pin.field, i));
+  }
+  for (const auto& [name, literal] : problem.pins)
+    if (!of_both.contains(name) && of(literal)) result.pins.push_back({name, 1});
   if (obligation.kind != Kind::kFlop && obligation.kind != Kind::kPin) return result;
   // all bits of the word, of which some may be equal
   const std::vector<Field> fields = fields_of(model);

@@ -20,6 +20,16 @@ std::string block_of(const std::string& name) {
   return dot == std::string::npos ? "top" : name.substr(0, dot);
 }
 
+constexpr const char* kClock = "clk_i";
+
+// The name under which the C++ has a flop, too.
+const std::string& name_of(const RtlFlop& flop, const Bits& state) {
+  for (const std::string& name : flop.names)
+    if (state.contains(name)) return name;
+  throw UserError(fmt::format("RTL: found flop {}, which the C++ has not",
+                              flop.names.empty() ? "without a name" : flop.names.front()));
+}
+
 // The RTL's gates, copied into the common graph as they are asked for.
 class RtlSide {
  public:
@@ -28,11 +38,9 @@ class RtlSide {
     known_[0] = kFalse;
     for (std::size_t i = 0; i < rtl.flops.size(); ++i) flop_at_[rtl.flops[i].now / 2] = i;
     for (const auto& [name, literal] : rtl.inputs) {
-      const auto pin = pins.find(name);
-      // a pin that only the RTL has: whatever it is
-      if (name != "clk_i") known_[literal / 2] = pin == pins.end() ? aig_.input() : pin->second;
+      if (name != kClock) known_[literal / 2] = pins.at(name);
     }
-    for (const RtlFlop& flop : rtl.flops) held_.push_back(state.at(flop.name));
+    for (const RtlFlop& flop : rtl.flops) held_.push_back(state.at(name_of(flop, state)));
   }
 
   // What a literal of the RTL is, given that flops show what they hold unless they are in reset.
@@ -127,10 +135,9 @@ class Builder {
         throw UserError(fmt::format("{}: found no pin of this name to tie", name));
       problem_.pins[name] = aig.constant(value);
     }
-    for (const RtlFlop& flop : rtl_.flops)
-      if (!problem_.state.contains(flop.name))
-        throw UserError(fmt::format("RTL: found flop {}, which the C++ has not",
-                                    flop.name.empty() ? "without a name" : flop.name));
+    for (const auto& [name, literal] :
+         rtl_.inputs)  // in the order of their names, for the same graph each time
+      if (name != kClock && !problem_.pins.contains(name)) problem_.pins[name] = aig.input();
   }
 
   std::vector<Product> cut_products(RtlSide& rtl) {
@@ -160,7 +167,7 @@ class Builder {
       problem_.reachable = aig.both(problem_.reachable, model.bits(invariant.now)[0]);
 
     std::unordered_map<std::string, const RtlFlop*> counterparts;
-    for (const RtlFlop& flop : rtl_.flops) counterparts[flop.name] = &flop;
+    for (const RtlFlop& flop : rtl_.flops) counterparts[name_of(flop, problem_.state)] = &flop;
     for (const Flop& flop : model_.flops) {
       for (unsigned i = 0; i < flop.field.width; ++i) {
         const std::string name = bit_name(flop.field, i);
@@ -184,7 +191,7 @@ class Builder {
   void compare_pins(RtlSide& rtl, const std::vector<Product>& products) {
     Bits shown = problem_.pins;
     shown.insert(problem_.state.begin(), problem_.state.end());
-    for (const RtlFlop& flop : rtl_.flops) shown[flop.name] = rtl.at(flop.now);
+    for (const RtlFlop& flop : rtl_.flops) shown[name_of(flop, problem_.state)] = rtl.at(flop.now);
     Blaster model(model_.graph, problem_.aig, shown, products);
     for (const Pin& pin : model_.outputs) {
       for (unsigned i = 0; i < pin.field.width; ++i) {

@@ -38,7 +38,7 @@ struct Obligation {
 struct Problem {
   Aig aig;
   Bits state;         // inputs of `aig`: flops of both sides
-  Bits pins;          //
+  Bits pins;          // those that only the RTL has, too: it must not depend on them
   Literal reachable;  // the invariants hold
   std::vector<Obligation> obligations;
 };

@@ -124,10 +124,11 @@ unsigned Graph::used_bits(const Expression& e) const {
     case Op::kMul:
       return std::min(e.width, used(0) + used(1));
     case Op::kUnsignedDivide:
+      return is_constant(e.arguments[1]) && !is_zero(e.arguments[1]) ? used(0) : e.width;  // by 0: all ones
     case Op::kShiftRight:
       return used(0);
     case Op::kUnsignedRemainder:
-      return std::min(used(0), used(1));
+      return is_constant(e.arguments[1]) && !is_zero(e.arguments[1]) ? std::min(used(0), used(1)) : used(0);
     case Op::kSelect:
       return std::max(used(1), used(2));
     case Op::kConcat:
@@ -314,7 +315,9 @@ Node Graph::binary(Op op, Node a, Node b) {
   if (done) return simple;
 
   const unsigned bits = width(a);
-  if (narrows(op)) {
+  // what a division by 0 gives has all bits
+  const bool may_divide_by_zero = op == Op::kUnsignedDivide && (!is_constant(b) || is_zero(b));
+  if (narrows(op) && !may_divide_by_zero) {
     const Expression wide{.op = op, .width = bits, .arguments = {a, b, 0}};
     const unsigned least =
         std::max({1u, expressions_[a].used, expressions_[b].used, compares(op) ? 0 : used_bits(wide)});

@@ -105,27 +105,51 @@ Work sweep(const Work& work, unsigned conflicts) {
 
 // ---- Sums of parity --------------------------------------------------------------------------------------
 
-// Copies a graph so that sums of the same bits become the same gates, in whatever order they were added up.
+// Copies a graph so that sums of the same bits become the same gates, in whatever order they were added up. A
+// partial sum that nothing else uses is taken apart.
 class ParitySorter {
  public:
-  explicit ParitySorter(const Work& work) : from_(work.aig), copied_(from_.nodes(), 0) {
+  explicit ParitySorter(const Work& work)
+      : from_(work.aig), copied_(from_.nodes(), kFalse), uses_(from_.nodes()) {
+    count_uses(work.wrong);
     for (const Literal input : from_.inputs()) copied_[input / 2] = to_.input();
-    for (const std::uint32_t node : from_.cone(work.wrong))
-      if (!from_.is_input(node)) copied_[node] = copy(node);
+    for (std::uint32_t node = 1; node < from_.nodes(); ++node)
+      if (uses_[node].any() && !from_.is_input(node)) copy(node);
     for (const Literal wrong : work.wrong) wrong_.push_back(got(wrong));
   }
   Work result() && { return {std::move(to_), std::move(wrong_)}; }
 
  private:
-  static constexpr std::size_t kMostTerms = 512;
-  using Terms = std::vector<Literal>;  // sorted, not inverted, each once
+  // How often a node is an operand of a sum, and what else needs it.
+  struct Uses {
+    unsigned in_sums = 0, elsewhere = 0;
+    bool any() const { return in_sums + elsewhere > 0; }
+  };
+  // Bits that are added up, sorted, none twice; and whether the sum is inverted.
+  struct Sum {
+    std::vector<Literal> terms;
+    bool inverted;
+  };
 
-  Literal got(Literal literal) const { return copied_[literal / 2] ^ (literal & 1); }
+  void count_uses(const std::vector<Literal>& roots) {
+    for (const Literal root : roots) ++uses_[root / 2].elsewhere;
+    for (std::size_t i = from_.nodes(); i-- > 1;) {
+      const auto node = static_cast<std::uint32_t>(i);
+      if (!uses_[node].any() || from_.is_input(node)) continue;
+      if (const auto operands = operands_of(node)) {
+        ++uses_[operands->first / 2].in_sums;
+        ++uses_[operands->second / 2].in_sums;
+      } else {
+        ++uses_[from_[node].a / 2].elsewhere;
+        ++uses_[from_[node].b / 2].elsewhere;
+      }
+    }
+  }
 
-  // The operands of node = a XOR b; an inverted sum counts as one with the first operand inverted.
-  std::optional<std::pair<Literal, Literal>> sum_of(std::uint32_t node) const {
+  // a and b if the node is a XOR b.
+  std::optional<std::pair<Literal, Literal>> operands_of(std::uint32_t node) const {
     const auto [x, y] = from_[node];
-    if ((x & 1) == 0 || (y & 1) == 0 || from_.is_input(x / 2) || from_.is_input(y / 2) || x < 2 || y < 2)
+    if ((x & y & 1) == 0 || from_.is_input(x / 2) || from_.is_input(y / 2) || x < 2 || y < 2)
       return std::nullopt;
     const auto [p, q] = from_[x / 2];
     const auto [r, s] = from_[y / 2];
@@ -133,35 +157,42 @@ class ParitySorter {
     return std::nullopt;
   }
 
-  // Of a literal of the copy: its terms, and whether the sum is inverted.
-  std::pair<Terms, bool> terms(Literal literal) const {
-    const std::uint32_t node = literal / 2;
-    const auto sum = sums_.find(node);
-    if (sum != sums_.end()) return {sum->second.first, sum->second.second != ((literal & 1) != 0)};
-    if (literal < 2) return {{}, literal == kTrue};
-    return {{literal & ~Literal{1}}, (literal & 1) != 0};
+  void copy(std::uint32_t node) {
+    const auto operands = operands_of(node);
+    if (!operands) {
+      copied_[node] = to_.both(got(from_[node].a), got(from_[node].b));
+      return;
+    }
+    const Sum a = sum_of(operands->first), b = sum_of(operands->second);
+    Sum sum{{}, a.inverted != b.inverted};
+    std::set_symmetric_difference(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(),
+                                  std::back_inserter(sum.terms));
+    if (uses_[node].in_sums == 1 && uses_[node].elsewhere == 0) {
+      partial_[node] = std::move(sum);
+      return;
+    }
+    Literal result = sum.inverted ? kTrue : kFalse;
+    for (const Literal term : sum.terms) result = to_.differ(result, term);
+    copied_[node] = result;
   }
 
-  Literal copy(std::uint32_t node) {
-    const auto operands = sum_of(node);
-    if (!operands) return to_.both(got(from_[node].a), got(from_[node].b));
-    const auto [a, invert_a] = terms(got(operands->first));
-    const auto [b, invert_b] = terms(got(operands->second));
-    Terms all;
-    std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
-    if (all.size() > kMostTerms) return to_.differ(got(operands->first), got(operands->second));
-    Literal result = kFalse;
-    for (const Literal term : all) result = to_.differ(result, term);
-    const bool inverted = invert_a != invert_b;
-    if (all.size() > 1) sums_.try_emplace(result / 2, all, (result & 1) != 0);
-    return result ^ (inverted ? 1 : 0);
+  Sum sum_of(Literal literal) const {
+    const bool inverted = (literal & 1) != 0;
+    if (const auto partial = partial_.find(literal / 2); partial != partial_.end())
+      return {partial->second.terms, partial->second.inverted != inverted};
+    const Literal term = got(literal);
+    if (term < 2) return {{}, term == kTrue};
+    return {{term & ~Literal{1}}, (term & 1) != 0};
   }
+
+  Literal got(Literal literal) const { return copied_[literal / 2] ^ (literal & 1); }
 
   const Aig& from_;
   Aig to_;
-  std::vector<Literal> wrong_;
   std::vector<Literal> copied_;
-  std::unordered_map<std::uint32_t, std::pair<Terms, bool>> sums_;  // by node of the copy
+  std::vector<Uses> uses_;
+  std::unordered_map<std::uint32_t, Sum> partial_;
+  std::vector<Literal> wrong_;
 };
 
 // ---- SAT -------------------------------------------------------------------------------------------------
@@ -209,16 +240,28 @@ bool any_open(const std::vector<Answer>& answers) {
                      [](const Answer& answer) { return answer.verdict == Verdict::kOpen; });
 }
 
-}  // namespace
-
-std::vector<Answer> prove(const Problem& problem, const std::vector<std::size_t>& chosen,
-                          const ProverLimits& limits, const Progress& progress) {
-  std::vector<Answer> answers(chosen.size());
+Work work_for(const Problem& problem, const std::vector<std::size_t>& chosen) {
   Work work{problem.aig, {}};
   for (const std::size_t number : chosen)
     work.wrong.push_back(work.aig.both(problem.reachable, problem.obligations[number].wrong));
+  return work;
+}
+
+}  // namespace
+
+std::vector<Answer> try_random_values(const Problem& problem, const std::vector<std::size_t>& chosen,
+                                      std::uint64_t seed) {
+  std::vector<Answer> answers(chosen.size());
+  const Work work = work_for(problem, chosen);
   settle(work, Method::kStructure, answers);
-  find_by_simulation(work, limits.seed, answers);
+  find_by_simulation(work, seed, answers);
+  return answers;
+}
+
+std::vector<Answer> prove(const Problem& problem, const std::vector<std::size_t>& chosen,
+                          const ProverLimits& limits, const Progress& progress) {
+  std::vector<Answer> answers = try_random_values(problem, chosen, limits.seed);
+  Work work = work_for(problem, chosen);
   // What is settled needs no more gates.
   const auto drop_settled = [&] {
     for (std::size_t i = 0; i < answers.size(); ++i)

@@ -35,6 +35,10 @@ struct ProverLimits {
   std::uint64_t seed = 1;                      // of the random values
 };
 
+/// The same by random values alone: what they do not break stays open.
+std::vector<Answer> try_random_values(const Problem& problem, const std::vector<std::size_t>& chosen,
+                                      std::uint64_t seed);
+
 /// Answers for `chosen` (numbers of obligations), in their order.
 std::vector<Answer> prove(const Problem& problem, const std::vector<std::size_t>& chosen,
                           const ProverLimits& limits, const Progress& progress);

@@ -158,16 +158,14 @@ class Sorter {
       const auto flop = flop_of.find(output.value);
       CutPort port{};
       if (flop == flop_of.end() || read_cut_port(output.name, port)) continue;
-      std::string& name = rtl_.flops[flop->second].name;
-      if (name.empty() || output.name.find('.') != std::string::npos) name = output.name;
+      rtl_.flops[flop->second].names.push_back(output.name);
     }
     for (const RtlFlop& flop : rtl_.flops) check(flop);
     return std::move(rtl_);
   }
 
  private:
-  void take(const std::string& name, std::uint32_t literal,
-            std::unordered_map<std::string, std::uint32_t>& pins) {
+  void take(const std::string& name, std::uint32_t literal, std::map<std::string, std::uint32_t>& pins) {
     CutPort port{};
     if (!read_cut_port(name, port)) {
       pins[name] = literal;
@@ -193,8 +191,9 @@ class Sorter {
     if (clock == rtl_.inputs.end())
       throw UserError("RTL: found no pin clk_i, expected the clock under this name");
     if (flop.clock != clock->second)
-      throw UserError(fmt::format(
-          "RTL: {}: found another clock than clk_i, expected that one at its rising edge", flop.name));
+      throw UserError(
+          fmt::format("RTL: {}: found another clock than clk_i, expected that one at its rising edge",
+                      flop.names.empty() ? "a flop without a name" : flop.names.front()));
   }
 
   Rtl rtl_;

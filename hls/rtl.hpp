@@ -3,8 +3,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "hls/aig.hpp"
@@ -23,7 +23,7 @@ RtlSources read_file_list(const std::filesystem::path& list, const std::string& 
 
 /// One bit of a flop; literals of Rtl::gates.
 struct RtlFlop {
-  std::string name;  // NAME or NAME[BIT]; empty when no name of the RTL is this flop's output
+  std::vector<std::string> names;  // NAME or NAME[BIT]: all wires that are its output alone
   std::uint32_t now;
   std::uint32_t next;
   std::uint32_t clock;
@@ -42,8 +42,8 @@ struct Rtl {
   AigerFile gates;  // without latches
   std::vector<RtlFlop> flops;
   std::vector<RtlProduct> products;
-  std::unordered_map<std::string, std::uint32_t> inputs;   // pins, bit by bit
-  std::unordered_map<std::string, std::uint32_t> outputs;  //
+  std::map<std::string, std::uint32_t> inputs;   // pins, bit by bit
+  std::map<std::string, std::uint32_t> outputs;  //
 };
 
 /// Throws UserError with what Yosys says when it refuses the files, and for a flop that is not clocked at a

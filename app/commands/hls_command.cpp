@@ -36,7 +36,7 @@ struct Options {
   fs::path out;
   fs::path rtl;
   std::string top;
-  std::string block;
+  std::vector<std::string> blocks;
   std::vector<std::string> tied;
   hls::ProverLimits limits;
   std::size_t examples = 3;
@@ -139,14 +139,20 @@ class Examples {
   std::optional<hls::Problem> gates_;
 };
 
-std::vector<std::size_t> choose(const hls::Problem& problem, const std::string& block) {
+// Obligations of these blocks and of the instances in them; of all when none is named.
+std::vector<std::size_t> choose(const hls::Problem& problem, const std::vector<std::string>& blocks) {
   std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < problem.obligations.size(); ++i) {
-    const std::string& of = problem.obligations[i].block;
-    if (block.empty() || of == block || of.starts_with(block + ".")) chosen.push_back(i);
-  }
-  if (chosen.empty())
-    throw UserError(fmt::format("--block: found no block {}, expected one as u_guard or pins", block));
+  const auto add = [&](const std::string& block) {
+    const std::size_t before = chosen.size();
+    for (std::size_t i = 0; i < problem.obligations.size(); ++i)
+      if (const std::string& of = problem.obligations[i].block; of == block || of.starts_with(block + "."))
+        chosen.push_back(i);
+    if (chosen.size() == before)
+      throw UserError(fmt::format("--block: found no block {}, expected one as u_guard or pins", block));
+  };
+  for (const std::string& block : blocks) add(block);
+  if (blocks.empty())
+    for (std::size_t i = 0; i < problem.obligations.size(); ++i) chosen.push_back(i);
   return chosen;
 }
 
@@ -162,11 +168,11 @@ int prove(const Options& o) {
   const hls::Rtl rtl = hls::read_rtl(hls::read_file_list(o.rtl, o.top));
   const double read_s = seconds_since(begin) - translated_s;
   hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
-  if (o.block.empty() || o.block == "promises") {
+  if (o.blocks.empty() || std::find(o.blocks.begin(), o.blocks.end(), "promises") != o.blocks.end()) {
     line.show("translating what the C++ promises");
     hls::add_promises(problem, circuit_of(o.sources, hls::Undefined::kTraps));
   }
-  const std::vector<std::size_t> chosen = choose(problem, o.block);
+  const std::vector<std::size_t> chosen = choose(problem, o.blocks);
   std::vector<hls::Answer> answers = hls::prove(problem, chosen, o.limits, progress);
   Examples examples(model, rtl, tied, o);
   std::vector<hls::Counterexample> shown;
@@ -225,8 +231,8 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
   add_sources(proof, *o);
   proof->add_option("--rtl", o->rtl, "List of the RTL's files: a file or +incdir+FOLDER a line")->required();
   proof->add_option("--top", o->top, "Its top module")->required();
-  proof->add_option("--block", o->block,
-                    "This block alone: an instance path such as u_guard, pins, invariants or promises");
+  proof->add_option("--block", o->blocks,
+                    "These blocks alone: instance paths such as u_guard, pins, invariants or promises");
   proof->add_option("--tie", o->tied, "PIN=0 or PIN=1: compare with this value of a pin alone");
   proof->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
       ->capture_default_str();

@@ -372,8 +372,7 @@ Circuit detectors(std::uint64_t seed) {
     std::vector<Node> fanin;
     for (std::size_t k = 0; k < kWide; ++k) fanin.push_back((random() & 1 ? inputs : inverted)[taken[k]]);
     const Node gate = builder.add(Gate::all, fanin);
-    for (std::size_t k = 0; k < kWide; ++k)
-      builder.add_site({"", gate, static_cast<std::int32_t>(k)});
+    for (std::size_t k = 0; k < kWide; ++k) builder.add_site({"", gate, static_cast<std::int32_t>(k)});
     builder.add(Gate::output, {gate});
   }
   return builder.finish("detectors");

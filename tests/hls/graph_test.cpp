@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// Expressions: what the graph folds, narrows and puts into gates is what the operators mean on numbers.
+#include "hls/graph.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "hls/aig.hpp"
+#include "hls/prover.hpp"
+
+namespace meltstage::hls {
+namespace {
+
+APInt meant(Op op, const APInt& a, const APInt& b) {
+  const unsigned bits = a.getBitWidth();
+  switch (op) {
+    case Op::kAnd:
+      return a & b;
+    case Op::kOr:
+      return a | b;
+    case Op::kXor:
+      return a ^ b;
+    case Op::kAdd:
+      return a + b;
+    case Op::kSub:
+      return a - b;
+    case Op::kMul:
+      return a * b;
+    case Op::kUnsignedDivide:
+      return b.isZero() ? APInt::getAllOnes(bits) : a.udiv(b);
+    case Op::kUnsignedRemainder:
+      return b.isZero() ? a : a.urem(b);
+    case Op::kShiftLeft:
+      return a.shl(b);
+    case Op::kShiftRight:
+      return a.lshr(b);
+    case Op::kShiftRightSigned:
+      return a.ashr(b);
+    case Op::kEqual:
+      return APInt(1, a == b);
+    case Op::kLess:
+      return APInt(1, a.ult(b));
+    default:
+      return APInt(1, a.slt(b));
+  }
+}
+
+constexpr Op kOps[] = {Op::kAnd,
+                       Op::kOr,
+                       Op::kXor,
+                       Op::kAdd,
+                       Op::kSub,
+                       Op::kMul,
+                       Op::kUnsignedDivide,
+                       Op::kUnsignedRemainder,
+                       Op::kShiftLeft,
+                       Op::kShiftRight,
+                       Op::kShiftRightSigned,
+                       Op::kEqual,
+                       Op::kLess,
+                       Op::kLessSigned};
+
+// A random expression of three inputs and its value for theirs, built side by side.
+class Both {
+ public:
+  Both(std::mt19937_64& random, Graph& graph) : random_(random), graph_(graph) {
+    for (const char* name : {"a", "b", "c"}) {
+      const unsigned width = pick(12) + 1;
+      const APInt value(width, random_());
+      nodes_.push_back(graph.input(name, width));
+      values_.push_back(value);
+      for (unsigned i = 0; i < width; ++i) {
+        bits_[width == 1 ? name : std::string(name) + "[" + std::to_string(i) + "]"] = aig_.input();
+        inputs_.push_back(value[i]);
+      }
+    }
+  }
+
+  void grow() {
+    const std::size_t x = pick(nodes_.size()), y = pick(nodes_.size());
+    const Node a = nodes_[x];
+    const APInt va = values_[x];
+    const unsigned kind = pick(6);
+    SCOPED_TRACE(fmt::format("kind {} of a {} bit expression with operator {}", kind, graph_.width(a),
+                             static_cast<int>(graph_[a].op)));
+    switch (kind) {
+      case 0:
+        return add(graph_.invert(a), ~va);
+      case 1: {
+        const unsigned low = pick(va.getBitWidth()), bits = 1 + pick(va.getBitWidth() - low);
+        return add(graph_.slice(a, low, bits), va.extractBits(bits, low));
+      }
+      case 2: {
+        const unsigned bits = va.getBitWidth() + pick(4);
+        return pick(2) == 0 ? add(graph_.sign_extend(a, bits), va.sext(bits))
+                            : add(graph_.zero_extend(a, bits), va.zext(bits));
+      }
+      case 3:
+        if (va.getBitWidth() + values_[y].getBitWidth() > 24) return;
+        return add(graph_.concat(a, nodes_[y]), va.concat(values_[y]));
+      case 4: {
+        const auto [b, vb] = as_wide(y, va.getBitWidth());
+        const std::size_t z = pick(nodes_.size());
+        const Node one = graph_.slice(nodes_[z], 0, 1);
+        return add(graph_.select(one, a, b), values_[z][0] ? va : vb);
+      }
+      default: {
+        const auto [b, vb] = as_wide(y, va.getBitWidth());
+        const Op op = kOps[pick(std::size(kOps))];
+        SCOPED_TRACE(fmt::format("operator {} of {} and {}, {} bits", static_cast<int>(op), va.getZExtValue(),
+                                 vb.getZExtValue(), va.getBitWidth()));
+        return add(graph_.binary(op, a, b), meant(op, va, vb));
+      }
+    }
+  }
+
+  void expect_same_in_gates() {
+    Blaster blaster(graph_, aig_, bits_, {});
+    const Word& word = blaster.bits(nodes_.back());
+    const std::vector<bool> value = evaluate(aig_, inputs_);
+    ASSERT_EQ(word.size(), values_.back().getBitWidth());
+    for (unsigned i = 0; i < word.size(); ++i)
+      ASSERT_EQ(value[word[i] / 2] != ((word[i] & 1) != 0), values_.back()[i]) << "bit " << i;
+  }
+
+ private:
+  unsigned pick(std::size_t count) { return static_cast<unsigned>(random_() % count); }
+  void add(Node node, const APInt& value) {
+    ASSERT_EQ(graph_.width(node), value.getBitWidth());
+    if (graph_.is_constant(node)) {
+      ASSERT_EQ(graph_.value(node), value);
+    }
+    nodes_.push_back(node);
+    values_.push_back(value);
+  }
+  std::pair<Node, APInt> as_wide(std::size_t i, unsigned bits) {
+    const APInt& value = values_[i];
+    if (pick(4) == 0) {
+      const APInt constant(bits, random_());
+      return {graph_.constant(constant), constant};
+    }
+    if (value.getBitWidth() >= bits) return {graph_.slice(nodes_[i], 0, bits), value.trunc(bits)};
+    return {graph_.zero_extend(nodes_[i], bits), value.zext(bits)};
+  }
+
+  std::mt19937_64& random_;
+  Graph& graph_;
+  Aig aig_;
+  Bits bits_;
+  std::vector<bool> inputs_;
+  std::vector<Node> nodes_;
+  std::vector<APInt> values_;
+};
+
+TEST(Graph, WhatItMakesOfExpressionsIsWhatTheyMean) {
+  const std::uint64_t seed = std::random_device()();
+  RecordProperty("seed", std::to_string(seed));
+  std::mt19937_64 random(seed);
+  for (int round = 0; round < 3000; ++round) {
+    Graph graph;
+    Both both(random, graph);
+    for (int i = 0; i < 12; ++i) both.grow();
+    both.expect_same_in_gates();
+    if (HasFatalFailure()) FAIL() << "seed " << seed << ", round " << round;
+  }
+}
+
+TEST(Graph, EqualExpressionsAreOneNode) {
+  Graph graph;
+  const Node a = graph.input("a", 8), b = graph.input("b", 8);
+  EXPECT_EQ(graph.binary(Op::kAdd, a, b), graph.binary(Op::kAdd, b, a));
+  EXPECT_EQ(graph.select(graph.truth(true), a, b), a);
+  EXPECT_EQ(graph.binary(Op::kXor, a, a), graph.constant(8, 0));
+}
+
+}  // namespace
+}  // namespace meltstage::hls

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// The proof refutes what is changed on one side, and the counterexample is a failing run of one clock.
+//
+//   refutations rtl FOLDER BUGS      FOLDER: RTL in which bug_i chooses one of BUGS (tests/proofs/mutation)
+//   refutations model CHANGES        CHANGES: a line a change of cmodel/: file, text, what stands in its
+//   place
+//
+// Each bug or change must be refuted. The counterexample is run on the Verilated RTL and on the model: with
+// the bug both must differ after this clock as it says, without it (bug_i = 0) they must agree. A change of
+// the model is run on the RTL alone, which must do what the example says of it. Exit status: 0 all refuted, 1
+// not, 2 wrong use.
+#include <fmt/format.h>
+#include <llvm/IR/LLVMContext.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "Vbugs.h"
+#include "Vbugs__Syms.h"
+#include "Vbugs___024root.h"
+#include "base/error.hpp"
+#include "hls/compile.hpp"
+#include "hls/counterexample.hpp"
+#include "hls/equivalence.hpp"
+#include "hls/prover.hpp"
+#include "hls/rtl.hpp"
+#include "tb/lockstep/verilated_top.hpp"
+
+namespace meltstage {
+namespace {
+
+namespace fs = std::filesystem;
+namespace spec = chip::spec;  // the flop lists are written inside meltstage::chip
+
+struct Change {
+  std::string file, right, wrong, what;
+};
+
+std::vector<Change> read_changes(const fs::path& path) {
+  std::vector<Change> changes;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    Change change;
+    std::istringstream words(line);
+    std::getline(words, change.file, '\t');
+    std::getline(words, change.right, '\t');
+    std::getline(words, change.wrong, '\t');
+    std::getline(words, change.what, '\t');
+    changes.push_back(change);
+  }
+  return changes;
+}
+
+std::string text_of(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+// ---- The two sides ---------------------------------------------------------------------------------------
+
+hls::Circuit model_in(const fs::path& root) {
+  hls::Sources sources;
+  for (const auto& entry : fs::directory_iterator(root / "cmodel"))
+    if (entry.path().extension() == ".cpp") sources.files.push_back(entry.path());
+  sources.files.emplace_back(root / "hls/chip/clock.cpp");
+  sources.options = {"-I" + root.string()};
+  llvm::LLVMContext context;
+  return hls::translate(*hls::compile(sources, hls::Undefined::kIsLeft, context));
+}
+
+hls::Rtl rtl_in(const fs::path& folder) {
+  hls::RtlSources sources = hls::read_file_list(MELTSTAGE_SOURCE_DIR "/rtl/tc.f", "tc_top");
+  for (fs::path& file : sources.files) file = folder / file.filename();
+  sources.include_folders = {folder};
+  return hls::read_rtl(sources);
+}
+
+hls::TiedPins choose_bug(unsigned number) {
+  hls::TiedPins pins;
+  for (unsigned i = 0; i < 16; ++i) pins[fmt::format("bug_i[{}]", i)] = (number >> i & 1) != 0;
+  pins["scan_en_i"] = false;
+  return pins;
+}
+
+// "tc_uart_rx.sv", "uart_rx.cpp" -> "u_rx", the last part of its instances' names.
+std::string instance_of(const std::string& file) {
+  std::string name = fs::path(file).stem().string();
+  if (name.starts_with("tc_")) name = name.substr(3);
+  return name.starts_with("uart_") ? "u_" + name.substr(5) : "u_" + name;
+}
+
+std::optional<hls::Counterexample> first_broken(const hls::Circuit& model, const hls::Problem& problem,
+                                                const std::vector<std::size_t>& chosen,
+                                                const std::vector<hls::Answer>& answers) {
+  for (std::size_t i = 0; i < chosen.size(); ++i)
+    if (answers[i].verdict == hls::Verdict::kBroken)
+      return hls::make_counterexample(model, problem, problem.obligations[chosen[i]], answers[i].example);
+  return std::nullopt;
+}
+
+// By random values first; then the changed file's block is asked, then all. None when all holds.
+std::optional<hls::Counterexample> refute(const hls::Circuit& model, const hls::Rtl& rtl,
+                                          const hls::TiedPins& tied, const std::string& file) {
+  const hls::Problem in_gates = hls::make_problem(model, rtl, hls::Products::kInGates, tied);
+  std::vector<std::size_t> near, all;
+  for (std::size_t i = 0; i < in_gates.obligations.size(); ++i) {
+    all.push_back(i);
+    if (in_gates.obligations[i].block.find(instance_of(file)) != std::string::npos) near.push_back(i);
+  }
+  if (auto found = first_broken(model, in_gates, all, hls::try_random_values(in_gates, all, 1))) return found;
+  const hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
+  const hls::ProverLimits limits{.sweeps = {100, 1000}, .conflicts = 200'000, .seed = 1};
+  for (const auto& chosen : {near, all})
+    if (auto found = first_broken(model, problem, chosen, hls::prove(problem, chosen, limits, {})))
+      return found;
+  return std::nullopt;
+}
+
+// ---- One clock in lockstep -------------------------------------------------------------------------------
+
+class Variant final : public tb::verilated::VerilatedTop<Vbugs> {
+ public:
+  explicit Variant(unsigned number) {
+    top_.bug_i = static_cast<std::uint16_t>(number);
+    set_assertions(false);  // the state may be one that is never reached
+  }
+  chip::Outputs pins() const { return chip::take_outputs(top_); }
+};
+
+// A flop of `width` bits as the model's type.
+template <class T>
+T with_sign(std::uint64_t value, unsigned width) {
+  const unsigned above = 64 - width;
+  if constexpr (std::is_signed_v<T>)
+    return static_cast<T>(static_cast<std::int64_t>(value << above) >> above);
+  return static_cast<T>(value);
+}
+
+chip::Chip state_of(const hls::Counterexample& example) {
+  chip::Chip chip;
+  for (const hls::NamedValue& flop : example.state) {
+    const auto is = [&](const std::string& instance, const std::string& name) {
+      return flop.name == tb::verilated::dotted(instance) + "." + name;
+    };
+#define TC_FLOP(type, name, width, reset) \
+  if (is(TC_TEXT1(TC_INSTANCE), #name)) chip.TC_MEMBER.name = with_sign<type>(flop.value, width);
+#define TC_ARRAY(type, name, count, width)                             \
+  for (unsigned word = 0; word < (count); ++word)                      \
+    if (is(TC_TEXT1(TC_INSTANCE), fmt::format("{}[{}]", #name, word))) \
+      chip.TC_MEMBER.name[word] = static_cast<type>(flop.value);
+#include "cmodel/for_each_flop.inc"
+  }
+  chip.mem.refresh_params();
+  return chip;
+}
+
+chip::Inputs pins_of(const hls::Counterexample& example) {
+  chip::Inputs in;
+  for (const hls::NamedValue& pin : example.pins) {
+#define TC_TAKE(port, member, bits) \
+  if (pin.name == #port) in.member = static_cast<decltype(in.member)>(pin.value);
+    TC_INPUT_PINS(TC_TAKE) TC_TEST_PINS(TC_TAKE)
+#undef TC_TAKE
+  }
+  return in;
+}
+
+// Whether RTL and model differ when they do the example's clock.
+bool differ_in_one_clock(const hls::Counterexample& example, unsigned bug) {
+  const chip::Inputs in = pins_of(example);
+  chip::Chip model = state_of(example);
+  Variant rtl(bug);
+  rtl.load(model, in);
+  if (example.kind == hls::Kind::kPin) return rtl.pins() != model.outputs(in);
+  const chip::Outputs expected = model.step(in);
+  return rtl.step(in) != expected || !rtl.flops_equal(model);
+}
+
+// ---- Commands --------------------------------------------------------------------------------------------
+
+class Tally {
+ public:
+  void add(const std::string& what, bool good, const std::optional<hls::Counterexample>& example,
+           const char* problem) {
+    fmt::print("{}: {}\n", what, good ? "refuted" : problem);
+    if (example) fmt::print("{}", hls::to_text(*example));
+    std::fflush(stdout);
+    ++count_;
+    refuted_ += good ? 1 : 0;
+  }
+  int finish() const {
+    fmt::print("{} of {} refuted\n", refuted_, count_);
+    return refuted_ == count_ && count_ > 0 ? 0 : 1;
+  }
+
+ private:
+  unsigned count_ = 0, refuted_ = 0;
+};
+
+int refute_rtl(const fs::path& folder, const fs::path& list, std::size_t first) {
+  const hls::Circuit model = model_in(MELTSTAGE_SOURCE_DIR);
+  const hls::Rtl rtl = rtl_in(folder);
+  const std::vector<Change> changes = read_changes(list);
+  Tally tally;
+  for (unsigned i = 0; i < std::min(first, changes.size()); ++i) {
+    const auto example = refute(model, rtl, choose_bug(i + 1), changes[i].file);
+    const bool runs = example && differ_in_one_clock(*example, i + 1) && !differ_in_one_clock(*example, 0);
+    tally.add(fmt::format("{}: {}", changes[i].file, changes[i].what), runs, example,
+              example ? "FAILED: the counterexample is no failing run of one clock" : "FAILED: not refuted");
+  }
+  return tally.finish();
+}
+
+int refute_model(const fs::path& folder, const fs::path& list, std::size_t first) {
+  const hls::Rtl rtl = rtl_in(folder);
+  const std::vector<Change> changes = read_changes(list);
+  const fs::path copy = fs::temp_directory_path() / fmt::format("meltstage_hls_model.{}", getpid());
+  Tally tally;
+  for (std::size_t i = 0; i < std::min(first, changes.size()); ++i) {
+    const Change& change = changes[i];
+    fs::remove_all(copy);
+    for (const char* part : {"cmodel", "hls"})
+      fs::copy(fs::path(MELTSTAGE_SOURCE_DIR) / part, copy / part, fs::copy_options::recursive);
+    std::string text = text_of(copy / "cmodel" / change.file);
+    const std::size_t at = text.find(change.right);
+    if (at == std::string::npos || text.find(change.right, at + 1) != std::string::npos)
+      throw UserError(fmt::format("{}: {}: expected '{}' once; adapt the line to the model", list.string(),
+                                  change.file, change.right));
+    std::ofstream(copy / "cmodel" / change.file) << text.replace(at, change.right.size(), change.wrong);
+    const auto example = refute(model_in(copy), rtl, choose_bug(0), change.file);
+    // the model as it is agrees with the RTL in this clock: the example blames the change
+    const bool runs = example && !differ_in_one_clock(*example, 0);
+    tally.add(fmt::format("{}: {} -> {}", change.file, change.right, change.wrong), runs, example,
+              example ? "FAILED: the counterexample fails without the change, too" : "FAILED: not refuted");
+  }
+  fs::remove_all(copy);
+  return tally.finish();
+}
+
+}  // namespace
+}  // namespace meltstage
+
+int main(int argc, char** argv) {
+  CLI::App app("The proof that the model is the RTL refutes changes");
+  app.require_subcommand(1);
+  std::filesystem::path folder, list;
+  std::size_t first = 1000;
+  for (const char* name : {"rtl", "model"}) {
+    CLI::App* command = app.add_subcommand(name);
+    command->add_option("FOLDER", folder)->required();
+    command->add_option("LIST", list)->required();
+    command->add_option("--first", first);
+  }
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return app.got_subcommand("rtl") ? meltstage::refute_rtl(folder, list, first)
+                                     : meltstage::refute_model(folder, list, first);
+  } catch (const meltstage::UserError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 2;
+  }
+}
