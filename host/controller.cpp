@@ -25,6 +25,7 @@ namespace spec = chip::spec;
 
 // Between a Commit and the control tick that carries it out, TS <= 2 s, the chip is busy.
 constexpr auto kBusyPause = std::chrono::milliseconds(50);
+constexpr std::chrono::seconds kLongestTick{60};  // TS is 2 s at most, but a chip in a simulator takes longer
 constexpr int kBusyAttempts = 60;
 
 // What libmodbus can set a serial port to, inside the chip's range.
@@ -297,6 +298,22 @@ bool Controller::discarded() {
   }
 }
 
+// A Discard drops all that is staged, what an earlier write left for the next tick too. What is held belongs
+// to a program that is gone.
+void Controller::await_earlier_writes() {
+  const auto set = [](std::uint16_t status, spec::StatusBit bit) { return (status >> bit & 1u) != 0; };
+  const auto until = std::chrono::steady_clock::now() + kLongestTick;
+  while (true) {
+    const std::uint16_t status = poll(spec::kInStatus, 1, "STATUS").front();
+    if (!set(status, spec::kStatusWritesPending) || set(status, spec::kStatusHold)) return;
+    if (std::chrono::steady_clock::now() > until)
+      throw BusError(
+          fmt::format("{}: earlier writes are not active after {} s, expected a control tick; see TS",
+                      connection_.device, std::chrono::duration<double>(kLongestTick).count()));
+    std::this_thread::sleep_for(kBusyPause);
+  }
+}
+
 void Controller::write(std::span<const Setting> settings) {
   constexpr std::uint16_t kCmdAddress = spec::kHoldingBase + spec::kRegCmd;
   constexpr std::uint16_t kTMaxAddress = spec::kHoldingBase + spec::kRegTMax;
@@ -334,6 +351,7 @@ void Controller::write(std::span<const Setting> settings) {
       send(frames.front());
       return;
     }
+    await_earlier_writes();
     command(spec::kCmdHold, "CMD Hold");
     try {
       for (const Frame& frame : frames) send(frame);

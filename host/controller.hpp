@@ -126,6 +126,7 @@ class Controller {
   std::vector<std::uint16_t> poll(std::uint16_t address, std::uint16_t count, const std::string& what);
   void send(const Frame& frame);
   void command(chip::spec::Cmd cmd, const std::string& what);
+  void await_earlier_writes();
   bool discarded();
   std::string faults_in_the_way();
   template <class Call>

@@ -71,6 +71,15 @@ TEST_P(Driver, WritesMoreThanAFrameAllOrNone) {
   EXPECT_EQ(controller_.status().bits >> spec::kStatusHold & 1, 0) << "Hold was left on";
 }
 
+// The refusal drops what is staged; what an earlier write staged is active before.
+TEST_P(Driver, ARefusalLeavesEarlierWritesAlone) {
+  const Register &highest = find_register("T_MAX"), &lowest = find_register("T_MIN"),
+                 &setpoint = find_register("SETPOINT");
+  controller_.write(std::vector<Setting>{{&highest, 120.0}});
+  EXPECT_THROW(controller_.write(std::vector<Setting>{{&lowest, 10.0}, {&setpoint, 140.0}}), BusError);
+  EXPECT_NEAR(controller_.read(highest), 120.0, 1e-9);
+}
+
 TEST_P(Driver, StatusIsWhatTheRegistersSay) {
   const Status status = controller_.status();
   EXPECT_FALSE(status.running());
