@@ -25,8 +25,10 @@ namespace {
 constexpr std::size_t kDrawn = 50;  // ways to fill unknowns beside all 0 and all 1
 // Most faults show right behind the first strobe; the others begin again together, for so many times as long.
 constexpr std::uint64_t kFirstLook = 16, kLonger = 64;
-// Lines times cycles times words of machines of one look at the most, after the first.
+// Lines times cycles times words of machines of one look at the most, after the first; and so many times as
+// long as the one before it is at least.
 constexpr double kMostWork = 8e9;
+constexpr std::uint64_t kLeastLonger = 4;
 constexpr std::size_t kAllDrawn = 4096;  // so many defects are all looked at with these
 
 // A stream by the ports of a view.
@@ -220,20 +222,22 @@ std::vector<std::uint64_t> shown_by_stream(const CaptureView& view, const CycleS
       }
     });
   };
-  const auto affordable = [&](std::size_t runs, std::uint64_t cycles) {
-    return static_cast<double>(view.circuit.size()) * static_cast<double>(runs) *
-               static_cast<double>(cycles) <=
-           kMostWork;
+  const auto affordable = [&](std::size_t runs) {
+    const double lines =
+        static_cast<double>(std::max<std::size_t>(view.circuit.size(), 1) * std::max<std::size_t>(runs, 1));
+    return static_cast<std::uint64_t>(kMostWork / lines);
   };
   const std::uint64_t total = cycle_count(stream), strobe = first_strobe(stream);
   std::vector<std::uint32_t> open = every(defects.size());
   // The second look sees the loads and unloads of a reset test, too.
-  for (std::uint64_t more = kFirstLook; !open.empty(); more = kLonger * more + 4 * strobe) {
-    const std::uint64_t cycles = std::min(total, strobe + more);
-    if (more != kFirstLook && !affordable(words(open.size(), false), cycles)) break;
+  std::uint64_t looked = 0;
+  for (std::uint64_t more = kFirstLook; !open.empty() && looked < total; more = kLonger * more + 4 * strobe) {
+    std::uint64_t cycles = std::min(total, strobe + more);
+    if (looked != 0) cycles = std::min(cycles, affordable(words(open.size(), false)));
+    if (cycles < total && cycles < kLeastLonger * looked) break;
     run(open, false, cycles);
     std::erase_if(open, [&](std::uint32_t d) { return first[d] != kNotShown; });
-    if (cycles == total) break;
+    looked = std::max<std::uint64_t>(cycles, 1);
   }
   std::vector<std::uint32_t> again;
   std::uint64_t last = 0;
@@ -243,7 +247,7 @@ std::vector<std::uint64_t> shown_by_stream(const CaptureView& view, const CycleS
     again.push_back(d);
     last = std::max(last, first[d]);
   }
-  const bool whole = affordable(words(again.size(), true), total);
+  const bool whole = affordable(words(again.size(), true)) >= total;
   run(again, true, whole ? total : std::min(total, last + 1));
   return first;
 }
@@ -264,7 +268,9 @@ class Disturbing {
     }
     shift_constant_ = constants(circuit_, shifting_);
     test_constant_ = constants(circuit_, testing_);
-    std::vector<std::uint8_t> shifted(circuit_.size(), 0), resets(circuit_.size(), 0);
+    Marks &shifted = shifted_, &resets = resets_;
+    shifted.assign(circuit_.size(), 0);
+    resets.assign(circuit_.size(), 0);
     for (std::size_t o = 0; o < circuit_.outputs().size(); ++o) {
       const bool chain_end =
           o >= view.output_ports.size() ||
@@ -281,14 +287,12 @@ class Disturbing {
       }
     }
     mark_readers(resets);
-    shift_ = reaching(shifted, &shift_constant_);
-    shift_any_ = reaching(shifted, nullptr);
-    reset_ = reaching(resets, &test_constant_);
-    reset_any_ = reaching(resets, nullptr);
+    shift_ = reaching(shifted, shift_constant_);
+    reset_ = reaching(resets, test_constant_);
   }
 
   bool disturbs(const Fault& fault) const {
-    return changes(fault, shift_constant_, shift_, shift_any_) || disturbs_reset(fault);
+    return changes(fault, shift_constant_, shift_, shifted_) || disturbs_reset(fault);
   }
   const std::vector<std::int8_t>& constants_in_shift() const { return shift_constant_; }
   bool disturbs_reset(const Fault& fault) const {
@@ -296,7 +300,7 @@ class Disturbing {
         reset_readers_.count({fault.node, circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)]}) !=
             0)
       return true;
-    return changes(fault, test_constant_, reset_, reset_any_);
+    return changes(fault, test_constant_, reset_, resets_);
   }
 
  private:
@@ -309,47 +313,70 @@ class Disturbing {
       if (kind == Gate::buf || kind == Gate::inv) resets[reader] = 1;
     }
   }
-  // Nodes from which a way leads to those marked; with constants, one that they leave open.
-  Marks reaching(Marks marks, const std::vector<std::int8_t>* constant) const {
+  // Nodes from which a way leads to those marked that the constants leave open.
+  Marks reaching(Marks marks, const std::vector<std::int8_t>& constant) const {
     for (Node node = static_cast<Node>(circuit_.size()); node-- > 0;) {
       for (const Node next : circuit_.fanout(node)) {
         if (marks[node] != 0) break;
         if (marks[next] == 0) continue;
         const auto fanin = circuit_.fanin(next);
         for (std::size_t pin = 0; pin < fanin.size(); ++pin) {
-          if (fanin[pin] == node && (constant == nullptr || !closed(next, pin, *constant))) marks[node] = 1;
+          if (fanin[pin] == node && !closed(next, pin, constant, nullptr)) marks[node] = 1;
         }
       }
     }
     return marks;
   }
-  bool closed(Node gate, std::size_t pin, const std::vector<std::int8_t>& constant) const {
+  // Whether a constant at another input keeps this one from the gate's output; not one that a fault changes.
+  bool closed(Node gate, std::size_t pin, const std::vector<std::int8_t>& constant,
+              const std::set<Node>* changed) const {
     const auto fanin = circuit_.fanin(gate);
     const Gate kind = circuit_.kind(gate);
-    if (kind == Gate::mux) return pin < 2 && constant[fanin[2]] == (pin == 0 ? 1 : 0);
+    const auto stands = [&](std::size_t other, std::int8_t level) {
+      return constant[fanin[other]] == level && (changed == nullptr || changed->count(fanin[other]) == 0);
+    };
+    if (kind == Gate::mux) return pin < 2 && stands(2, pin == 0 ? 1 : 0);
     if (kind != Gate::all && kind != Gate::nall && kind != Gate::any && kind != Gate::none) return false;
     const std::int8_t controlling = kind == Gate::all || kind == Gate::nall ? 0 : 1;
     for (std::size_t other = 0; other < fanin.size(); ++other) {
-      if (other != pin && constant[fanin[other]] == controlling) return true;
+      if (other != pin && stands(other, controlling)) return true;
     }
     return false;
   }
-  // A fault at the level that its line has there anyway changes nothing; where it changes a constant, no
-  // other constant counts.
+  // A fault at the level that its line has there anyway changes nothing. `open`: nodes from which a way leads
+  // to `ends`.
   bool changes(const Fault& fault, const std::vector<std::int8_t>& constant, const Marks& open,
-               const Marks& any) const {
+               const Marks& ends) const {
     const bool stem = fault.pin == kStem;
     const Node line = stem ? fault.node : circuit_.fanin(fault.node)[static_cast<std::size_t>(fault.pin)];
     if (constant[line] == (fault.stuck ? 1 : 0)) return false;
-    if (constant[line] >= 0) return any[fault.node] != 0;
-    if (!stem && closed(fault.node, static_cast<std::size_t>(fault.pin), constant)) return false;
-    return open[fault.node] != 0;
+    if (!stem && closed(fault.node, static_cast<std::size_t>(fault.pin), constant, nullptr)) return false;
+    return constant[line] >= 0 ? reaches(fault.node, constant, ends) : open[fault.node] != 0;
+  }
+  // Whether a change of a node may reach one of the ends. What is constant but for the change closes ways as
+  // long as the change does not reach that, too.
+  bool reaches(Node from, const std::vector<std::int8_t>& constant, const Marks& ends) const {
+    std::set<Node> changed, pending{from};
+    while (!pending.empty()) {
+      const Node node = *pending.begin();  // drivers before readers
+      pending.erase(pending.begin());
+      const auto fanin = circuit_.fanin(node);
+      bool reached = node == from;
+      for (std::size_t pin = 0; pin < fanin.size() && !reached; ++pin)
+        reached = changed.count(fanin[pin]) != 0 && !closed(node, pin, constant, &changed);
+      if (!reached) continue;
+      if (ends[node] != 0) return true;
+      changed.insert(node);
+      for (const Node next : circuit_.fanout(node)) pending.insert(next);
+    }
+    return false;
   }
 
   const Circuit& circuit_;
   std::vector<std::int8_t> shifting_, testing_;  // by input
   std::vector<std::int8_t> shift_constant_, test_constant_;
-  Marks shift_, shift_any_, reset_, reset_any_;
+  Marks shifted_, resets_;                         // where chains shift; resets of flops
+  Marks shift_, reset_;                            // nodes from which constants leave ways open to these
   std::set<std::pair<Node, Node>> reset_readers_;  // a gate of a flop and the reset line that it reads
 };
 

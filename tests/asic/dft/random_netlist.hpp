@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Small netlists that no one drew: redundant logic, flops with and without reset, shift registers, tied pins,
-// clocks and resets through buffers, a reset that logic drives.
+// clocks and resets through buffers, a reset that logic drives, logic that reads the test pins.
 #pragma once
 
 #include <array>
@@ -25,6 +25,8 @@ class RandomNetlist {
     if (flops != 0) add_clock_and_reset();
     for (std::size_t i = 0; i < flops; ++i) signals_.push_back(netlist_.next_net++);  // states
     const std::size_t states = inputs;
+    if (flops != 0 && draw(3) == 0) signals_.push_back(port("scan_en_i"));  // logic that test pins steer
+    if (flops != 0 && draw(4) == 0) signals_.push_back(port("test_mode_i"));
     for (std::size_t i = 0; i < gates; ++i) add_gate();
     for (std::size_t i = 0; i < flops; ++i) add_flop(i, signals_[states + i]);
     const std::size_t outputs = 1 + draw(3);

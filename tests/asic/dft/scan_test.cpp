@@ -659,6 +659,47 @@ TEST(Scan, FlopsThatShiftAnywayGetNoMultiplexer) {
   EXPECT_EQ(scan_cells(insert_scan(unsteered, m.cells, {.chains = 1}), m.cells), kFlops - 2);
 }
 
+// Scan enable holds a line at 0 while chains shift, and the flop that the line reaches takes the chain then:
+// stuck at 1 it disturbs nothing, and its capture counts whatever the rest of the file holds. Stuck so that
+// the chain itself stands still it has to show in the file.
+TEST(Scan, AFaultBehindMultiplexersThatShiftDisturbsNothing) {
+  enum : Net { clock = 2, reset, enable, data, keep, shifts, take, next, state, end };
+  Netlist plain;
+  plain.file = "kept.json";
+  plain.top = "kept";
+  plain.ports = {{"clk_i", true, {clock}}, {"rst_ni", true, {reset}}, {"scan_en_i", true, {enable}},
+                 {"data_i", true, {data}}, {"keep_i", true, {keep}},  {"state_o", false, {state}}};
+  plain.instances = {{"not", "INV", {{"A", enable}, {"Y", shifts}}},
+                     {"take", "AND2", {{"A", keep}, {"B", shifts}, {"Y", take}}},
+                     {"next", "AND2", {{"A", data}, {"B", take}, {"Y", next}}},
+                     {"state", "DFFR", {{"CK", clock}, {"D", next}, {"Q", state}, {"RN", reset}}}};
+  plain.next_net = end;
+  const ScanDesign design = insert_scan(plain, mini_library(), {.chains = 1});
+  const CaptureView view = scan_view(design, mini_library());
+  const FaultList list = collapse(view.circuit);
+  const std::vector<FaultClass> captured(list.classes.size(), FaultClass::DS);
+  CycleStream stream = expand(make_scan_test(design, view, {}, "kept"));
+  for (TestCycle& cycle : stream.cycles) {
+    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+      if (!stream.signals[s].is_input) cycle.states[s] = 'X';  // nothing shows anything
+    }
+  }
+  const std::vector<FaultClass> reported = scan_classes(view, design, list, captured, stream);
+  const auto class_of = [&](const std::string& name) {
+    for (std::size_t f = 0; f < reported.size(); ++f) {
+      if (fault_name(view.circuit, f) == name) return reported[f];
+    }
+    ADD_FAILURE() << name;
+    return FaultClass::UT;
+  };
+  EXPECT_EQ(class_of("take/Y stuck-at-1"), FaultClass::DS);
+  EXPECT_EQ(class_of("take/B stuck-at-1"), FaultClass::DS);
+  EXPECT_EQ(class_of("next/B stuck-at-1"), FaultClass::DS);
+  EXPECT_EQ(class_of("scan_en_i stuck-at-0"), FaultClass::NO);
+  EXPECT_EQ(class_of("state/SI stuck-at-1"), FaultClass::NO);
+  EXPECT_EQ(class_of("state/Q stuck-at-1"), FaultClass::NO);
+}
+
 TEST(Scan, PortsAndBypassOfTheNetlistAreUsed) {
   const ScanDesign& design = gated().design;
   EXPECT_EQ(design.netlist.ports.size(), gated().plain.ports.size());
