@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -77,6 +78,22 @@ Gate narrow(Gate gate, std::size_t inputs) {
   if (gate == Gate::nall || gate == Gate::none || gate == Gate::same) return Gate::inv;
   return gate;
 }
+
+// A line may reach one gate at several inputs: the second of these ends has .2 behind its name.
+class SiteNames {
+ public:
+  explicit SiteNames(const std::unordered_map<std::string, Node>& lines) : lines_(lines) {}
+  std::string fresh(const std::string& name) {
+    std::string unused = name;
+    for (std::size_t end = 2; lines_.count(unused) != 0 || !taken_.insert(unused).second; ++end)
+      unused = fmt::format("{}.{}", name, end);
+    return unused;
+  }
+
+ private:
+  const std::unordered_map<std::string, Node>& lines_;
+  std::unordered_set<std::string> taken_;
+};
 
 }  // namespace
 
@@ -154,12 +171,15 @@ Circuit parse_bench(std::string_view text, const std::string& name) {
     }
   }
   const std::size_t lines = uses.size();
+  SiteNames names(nodes);
   for (Node node = 0; node < builder.size(); ++node) {
+    const bool of_flop = node >= lines + ports_out.size();
+    const std::string& reader = of_flop ? states[node - lines - ports_out.size()].first : builder.name(node);
     for (std::size_t pin = 0; pin < builder.fanin(node).size(); ++pin) {
       const Node source = builder.fanin(node)[pin];
       if (uses[source] > 1)
         builder.add_site(
-            {builder.name(source) + "->" + builder.name(node), node, static_cast<std::int32_t>(pin)});
+            {names.fresh(builder.name(source) + "->" + reader), node, static_cast<std::int32_t>(pin)});
     }
     if (node < lines) builder.add_site({builder.name(node), node, kStem});
   }

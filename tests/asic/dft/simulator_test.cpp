@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string>
+
 #include "asic/dft/core/fault_simulator.hpp"
 #include "tests/asic/dft/support.hpp"
 
@@ -78,6 +81,17 @@ TEST(FaultSimulator, AWrongFaultIsSeen) {
 }
 
 // Equivalent faults are detected by the same patterns, all of them.
+// A gate that reads a line twice, a line that is an output and what two flops take, a line of such a name.
+TEST(Faults, EachHasANameOfItsOwn) {
+  const Circuit circuit = bench_circuit(
+      "INPUT(a)\nINPUT(b)\nOUTPUT(n)\nOUTPUT(z)\nn = NAND(a, b)\nz = XOR(n, n, a)\nq = DFF(n)\nr = DFF(n)\n"
+      "OUTPUT(n->z)\nn->z = AND(q, r)\n");
+  std::set<std::string> names;
+  for (const Site& site : circuit.sites()) EXPECT_TRUE(names.insert(site.name).second) << site.name;
+  for (const char* name : {"n->z", "n->z.2", "n->z.3", "n->n", "n->q", "n->r"})
+    EXPECT_EQ(names.count(name), 1u) << name;
+}
+
 TEST(Faults, ClassesCantBeToldApart) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Circuit circuit = random_circuit(seed, 6, 40);
