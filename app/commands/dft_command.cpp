@@ -8,11 +8,14 @@
 #include <CLI/Validators.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
+#include "app/number_range.hpp"
 #include "app/terminal.hpp"
 #include "app/verbs.hpp"
 #include "asic/dft/atpg/functional.hpp"
@@ -78,6 +81,16 @@ nlohmann::ordered_json hashes(const std::vector<fs::path>& files) {
 }
 
 bool is_bench(const fs::path& path) { return path.extension() == ".bench"; }
+
+// What has cells and pins; a .bench netlist has neither.
+void require_cells(const fs::path& path) {
+  if (is_bench(path))
+    throw UserError(path.string() + ": found .bench, expected a netlist of Yosys' write_json");
+}
+Netlist read_cells(const fs::path& path) {
+  require_cells(path);
+  return read_yosys_json(path);
+}
 
 CellLibrary library_of(const Options& options) {
   return options.liberty.empty() ? yosys_library() : read_liberty(options.liberty);
@@ -201,8 +214,7 @@ int generate(const Options& options) {
 // Scan alone.
 int insert_chains(const Options& options) {
   const CellLibrary library = library_of(options);
-  if (is_bench(options.netlist))
-    throw UserError(options.netlist.string() + ": found .bench, expected a netlist of Yosys' write_json");
+  require_cells(options.netlist);
   require_apart(options.out, {options.netlist, options.liberty});
   const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
   if (!subject.is_scanned)
@@ -274,9 +286,8 @@ CycleStream read_patterns(const Options& options) {
   if (options.scan == "netlist" && options.netlist.empty())
     throw UserError("--netlist: found nothing, expected the netlist to find the chains in");
   attach_chains(stream,
-                options.scan == "netlist"
-                    ? trace_chains(read_yosys_json(options.netlist), library_of(options))
-                    : read_chains(options.scan),
+                options.scan == "netlist" ? trace_chains(read_cells(options.netlist), library_of(options))
+                                          : read_chains(options.scan),
                 ScanOptions{}.scan_enable);
   return stream;
 }
@@ -347,6 +358,7 @@ int grade_clock_by_clock(const Options& options, const Netlist& netlist, const C
 
 int record_functional(const Options& options) {
   const FunctionalSources sources{options.netlist, options.liberty};
+  require_apart(options.out, {sources.netlist, sources.library});
   for (const fs::path& path : {sources.netlist, sources.library}) {
     if (!path.empty()) read_file(path);  // recording takes minutes
   }
@@ -402,11 +414,16 @@ int grade_patterns(const Options& options) {
     const CaptureView plain = capture_view(netlist, library);
     if (!plain.flops.empty()) return grade_clock_by_clock(options, netlist, plain, stream);
   }
-  if (options.faults || options.two_power_ups || !options.unreached.empty())
+  const char* const needless = options.faults               ? "--faults"
+                               : options.two_power_ups      ? "--two-power-ups"
+                               : !options.unreached.empty() ? "--unreached"
+                                                            : nullptr;
+  if (needless != nullptr)
     throw UserError(fmt::format(
-        "{}: found {}, expected vectors without scan, of flops, for --faults, "
-        "--two-power-ups or --unreached; leave them out",
-        options.patterns.string(), stream.chains.empty() ? "a netlist without flops" : "scan patterns"));
+        "{}: found {}, expected vectors without scan of a netlist with flops for {}; leave it out: every "
+        "fault is graded",
+        options.patterns.string(), stream.chains.empty() ? "a netlist without flops" : "scan patterns",
+        needless));
   ProgressLine line;
   const GradedFile file = grade_file(options.netlist, library, stream, shown_on(line));
   line.clear();
@@ -420,8 +437,7 @@ int grade_patterns(const Options& options) {
 }
 
 int check_scan_rules(const Options& options) {
-  const std::vector<RuleViolation> violations =
-      check_rules(read_yosys_json(options.netlist), library_of(options));
+  const std::vector<RuleViolation> violations = check_rules(read_cells(options.netlist), library_of(options));
   for (const RuleViolation& v : violations) fmt::print("{}: {}: {}\n", v.rule, v.offender, v.text);
   fmt::print("{} violations\n", violations.size());
   return violations.empty() ? 0 : 1;
@@ -447,6 +463,11 @@ TesterProfile tester_of(const fs::path& path) {
   profile.vector_memory = count("vector_memory", profile.vector_memory);
   profile.pins = count("pins", profile.pins);
   tester.finish();
+  // A limit that nobody told would count as kept.
+  for (const char* limit :
+       {"least_period_ns", "edge_resolution_ns", "least_pulse_ns", "vector_memory", "pins"}) {
+    if (!tester.has(limit)) tester.fail(limit, "nothing", "every limit of the tester in its profile");
+  }
   return profile;
 }
 
@@ -500,7 +521,10 @@ int replay_patterns(const Options& options) {
   if (!options.out.empty()) report_masks(options, stream);
   if (on_fpga) {
     const WorkFolder folder;
-    const ReplayResult result = replay_verilog_in_icarus(options.readback, stream, folder.path());
+    ProgressLine line;
+    const ReplayResult result =
+        replay_verilog_in_icarus(options.readback, stream, folder.path(), shown_on(line));
+    line.clear();
     return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
   }
   if (stream.chains.empty() && options.on != "icarus") return replay_functional_stream(options, stream);
@@ -508,13 +532,14 @@ int replay_patterns(const Options& options) {
     throw UserError(fmt::format("{}: found scan patterns for --on {}, expected functional vectors",
                                 options.patterns.string(), options.on));
   const CellLibrary library = library_of(options);
-  const Netlist netlist = read_yosys_json(options.netlist);
+  const Netlist netlist = read_cells(options.netlist);
   name_as_ports(stream, netlist);
   ReplayResult result;
   ProgressLine line;
   if (options.on == "icarus") {
     const WorkFolder folder;
-    result = replay_in_icarus(netlist, library, stream, folder.path(), {options.cells, options.sdf});
+    result = replay_in_icarus(netlist, library, stream, folder.path(), {options.cells, options.sdf},
+                              shown_on(line));
   } else {
     result = replay(capture_view(netlist, library), stream, ScanOptions{}.scan_enable, options.seed, {},
                     shown_on(line));
@@ -523,9 +548,19 @@ int replay_patterns(const Options& options) {
   return report_replay(result.cycles, result.strobes, result.mismatches, result.first);
 }
 
+CLI::Validator one_of(std::vector<std::string> words) {
+  const std::string known = fmt::format("{}", fmt::join(words, ", "));
+  const auto refusal = [=](const std::string& text) {
+    if (std::find(words.begin(), words.end(), text) != words.end()) return std::string();
+    return fmt::format("found {}, expected one of: {}", text, known);
+  };
+  return {refusal, "one of: " + known};
+}
+
 ProofFile proof_file(const fs::path& path) { return {path.string(), read_file(path)}; }
 
 int prove(const Options& options) {
+  require_apart(options.out, {options.netlist, options.liberty});
   const CellLibrary library = library_of(options);
   const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
   ProgressLine line;
@@ -533,6 +568,7 @@ int prove(const Options& options) {
   fs::create_directories(options.out);
   TestSolver solver(subject.circuit);
   std::size_t proved = 0, refused = 0;
+  std::set<std::uint32_t> done;
   std::string index;
   for (std::size_t f = 0; f < set.faults.total(); ++f) {
     tell(shown_on(line), "proving", f, set.faults.total());
@@ -540,7 +576,7 @@ int prove(const Options& options) {
     if (c == FaultList::kNoClass || set.of_class[c] != FaultClass::UR) continue;
     const std::string name = fmt::format("class{}", c);
     index += fmt::format("{} {}\n", name, fault_name(subject.circuit, f));
-    if (fs::exists(options.out / (name + ".cnf"))) continue;  // an equivalent fault had it
+    if (!done.insert(c).second) continue;  // an equivalent fault had it
     std::string reason;
     const bool good = solver.prove_untestable(set.faults.classes[c], options.out, name) &&
                       refutes(proof_file(options.out / (name + ".cnf")),
@@ -592,15 +628,19 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   const auto chains_of = [&](CLI::App* sub) {
     sub->add_option("--chains", options->chains,
                     "Scan chains (default 8) of a netlist without ports scan_i and scan_o")
-        ->check(CLI::Range(1, 1024));
+        ->check(whole_number_from(1, 1024));
     sub->add_option("--reset", options->reset,
                     "Port that resets in test mode (default: the one that resets flops)");
+  };
+  const auto seed_of = [&](CLI::App* sub, const char* what) {
+    sub->add_option("--seed", options->seed, what)->check(whole_number_from(0, UINT64_MAX));
   };
   const auto generation_options_of = [&](CLI::App* sub) {
     chains_of(sub);
     sub->add_option("--conflicts", options->conflicts,
-                    "Give a fault up after so many conflicts of the solver (default: never)");
-    sub->add_option("--seed", options->seed, "Seed of random patterns and fills (default 1)");
+                    "Give a fault up after so many conflicts of the solver (default, and 0: never)")
+        ->check(whole_number_from(0, UINT32_MAX));
+    seed_of(sub, "Seed of random patterns and fills (default 1)");
   };
   CLI::App* sub_generate = command->add_subcommand(
       "generate", "Insert scan, generate tests, write them and a verdict on every fault");
@@ -611,7 +651,7 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   sub_generate
       ->add_option("--faults", options->model,
                    "stuck-at (default), or transition: launched and captured by two clocks in a row")
-      ->check(CLI::IsMember({"stuck-at", "transition"}));
+      ->check(one_of({"stuck-at", "transition"}));
   sub_generate->add_option("--out", options->out, "Folder to write")->required();
   CLI::App* sub_scan = command->add_subcommand("scan", "Insert scan alone: netlist and order of the chains");
   netlist_of(sub_scan, "Yosys JSON (flat, mapped)");
@@ -623,9 +663,11 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
       ->add_option("--patterns", options->patterns,
                    "STIL, WGL (.wgl), dump (.vcd, .evcd), or recording of the chip's pins (.mvec)")
       ->required();
-  sub_grade->add_option("--faults", options->faults,
-                        "Vectors without scan: so many faults at random, 0 for all (default 1022)");
-  sub_grade->add_option("--seed", options->seed, "Vectors without scan: seed of the draw (default 1)");
+  sub_grade
+      ->add_option("--faults", options->faults,
+                   "Vectors without scan: so many faults at random, 0 for all (default 1022)")
+      ->check(whole_number_from(0, UINT32_MAX));
+  seed_of(sub_grade, "Vectors without scan: seed of the draw (default 1)");
   sub_grade->add_flag("--two-power-ups", options->two_power_ups,
                       "Vectors without scan: all flops at 0 and at 1 first; tells possibly detected faults");
   sub_grade->add_option("--unreached", options->unreached,
@@ -674,18 +716,19 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
       ->add_option(
           "--on", options->on,
           "netlist (default), icarus; model or rtl for the chip's vectors without scan; fpga for a block's")
-      ->check(CLI::IsMember({"netlist", "icarus", "model", "rtl", "fpga"}));
+      ->check(one_of({"netlist", "icarus", "model", "rtl", "fpga"}));
   sub_replay->add_option("--readback", options->readback,
                          "For --on fpga: Verilog of what was read back from a bitstream (icebox_vlog)");
   sub_replay->add_option("--report", options->out, "File for every strobe that is not made, and why");
-  sub_replay->add_option("--seed", options->seed, "Seed of what fills unknowns (default 1)");
+  seed_of(sub_replay, "Seed of what fills unknowns (default 1)");
   CLI::Option* cells =
       sub_replay->add_option("--cells", options->cells, "Verilog of the cells with specify blocks");
   sub_replay->add_option("--sdf", options->sdf, "Delays of the netlist's instances, for --on icarus")
       ->needs(cells);
   timing_of(sub_replay);
   scan_options_of(sub_replay);
-  sub_replay->add_option("--cycles", options->cycles, "Only so many cycles from the first (default: all)");
+  sub_replay->add_option("--cycles", options->cycles, "Only so many cycles from the first (default: all)")
+      ->check(whole_number_from(1, UINT64_MAX));
   CLI::App* sub_prove =
       command->add_subcommand("prove", "A checked refutation for every fault called redundant");
   netlist_of(sub_prove);
@@ -694,7 +737,8 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   CLI::App* sub_iddq = command->add_subcommand("iddq", "Pseudo-stuck-at coverage of supply current stops");
   netlist_of(sub_iddq, "Yosys JSON (flat, mapped)");
   generation_options_of(sub_iddq);
-  sub_iddq->add_option("--stops", options->stops, "At the most (default 20)")->check(CLI::Range(1, 10000));
+  sub_iddq->add_option("--stops", options->stops, "At the most (default 20)")
+      ->check(whole_number_from(1, 10000));
   CLI::App* sub_check = command->add_subcommand("check-proof", "Check one refutation");
   sub_check->add_option("CNF", options->cnf, "DIMACS file")->required();
   sub_check->add_option("PROOF", options->proof, "DRAT file in text")->required();

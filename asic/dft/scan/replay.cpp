@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <memory>
@@ -397,6 +399,9 @@ std::string icarus_vectors(const CycleStream& stream) {
 
 namespace {
 
+constexpr std::uint64_t kTold = 1000;  // steps of the progress
+constexpr const char* kDone = "done ";
+
 // `instance`: the device under test, with its ports at s0, s1 ... by signal.
 std::string bench_of(const std::string& instance, const CycleStream& stream,
                      const std::filesystem::path& sdf) {
@@ -432,7 +437,11 @@ std::string bench_of(const std::string& instance, const CycleStream& stream,
                       drive, t.strobe_ns - t.drive_ns, check, t.clock_rise_ns - t.strobe_ns, rise,
                       t.clock_fall_ns - t.clock_rise_ns, fall, t.period_ns - t.clock_fall_ns);
   return text +
-         "      cycle = cycle + 1;\n      got = $fscanf(file, \"%b\\n\", v);\n    end\n    $display(\"%0d "
+         fmt::format(
+             "      cycle = cycle + 1;\n      if (cycle % {} == 0) begin $display(\"{}%0d\", "
+             "cycle); $fflush; end\n",
+             std::max<std::uint64_t>(cycle_count(stream) / kTold, 1), kDone) +
+         "      got = $fscanf(file, \"%b\\n\", v);\n    end\n    $display(\"%0d "
          "cycles, %0d strobes, %0d mismatches\", cycle, strobes, "
          "mismatches);\n    $finish;\n  end\nendmodule\n";
 }
@@ -440,14 +449,22 @@ std::string bench_of(const std::string& instance, const CycleStream& stream,
 // What the bench in `work` says; `command` compiles it. `complaint` reads what Icarus says beside the
 // verdict.
 ReplayResult verdict_of_icarus(const std::filesystem::path& work, const std::string& compile,
+                               std::uint64_t cycles, const Progress& progress,
                                const std::function<void(const std::string&)>& complaint) {
+  tell(progress, "compiling", 0, 1);
   const std::string command =
       fmt::format("cd '{}' && iverilog -g2012 -s bench -o bench.vvp {} 2>&1 && vvp -n bench.vvp 2>&1",
                   work.string(), compile);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   std::string output;
   char buffer[4096];
-  while (pipe && std::fgets(buffer, sizeof buffer, pipe.get()) != nullptr) output += buffer;
+  const std::size_t mark = std::strlen(kDone);
+  while (pipe && std::fgets(buffer, sizeof buffer, pipe.get()) != nullptr) {
+    if (std::strncmp(buffer, kDone, mark) == 0)
+      tell(progress, "replay in Icarus", std::strtoull(buffer + mark, nullptr, 10), cycles);
+    else
+      output += buffer;
+  }
   complaint(output);
   ReplayResult result;
   const std::size_t verdict = output.rfind(" cycles, ");
@@ -526,7 +543,8 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
 }
 
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
-                              const std::filesystem::path& work, const IcarusDelays& delays) {
+                              const std::filesystem::path& work, const IcarusDelays& delays,
+                              const Progress& progress) {
   write_work(work / "netlist.v",
              delays.sdf.empty() ? verilog_text(netlist) : verilog_text_for_delays(netlist, library));
   write_work(
@@ -542,7 +560,8 @@ ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library
   }
   write_work(work / "vectors.txt", icarus_vectors(stream));
   return verdict_of_icarus(
-      work, fmt::format("{}bench.v netlist.v {}", specify, cells), [&](const std::string& output) {
+      work, fmt::format("{}bench.v netlist.v {}", specify, cells), cycle_count(stream), progress,
+      [&](const std::string& output) {
         // A delay that finds no path in the cells, or a file that can't be read, is told and passed over
         // there.
         const std::size_t at = std::min(output.find("SDF WARNING"), output.find("SDF ERROR"));
@@ -553,7 +572,7 @@ ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library
 }
 
 ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, const CycleStream& stream,
-                                      const std::filesystem::path& work) {
+                                      const std::filesystem::path& work, const Progress& progress) {
   std::istringstream file(read_file(verilog, "a Verilog netlist"));
   std::string top;
   for (std::string line; top.empty() && std::getline(file, line);) {
@@ -569,7 +588,7 @@ ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, cons
   write_work(work / "vectors.txt", icarus_vectors(stream));
   return verdict_of_icarus(
       work, fmt::format("-Wportbind bench.v '{}'", std::filesystem::absolute(verilog).string()),
-      [&](const std::string& output) {
+      cycle_count(stream), progress, [&](const std::string& output) {
         for (const char* complaint : {"is not a port of", "dangling input port"}) {
           const std::size_t at = output.find(complaint);
           if (at == std::string::npos) continue;

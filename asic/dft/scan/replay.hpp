@@ -53,7 +53,8 @@ struct IcarusDelays {
   std::filesystem::path cells, sdf;
 };
 
-/// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N strobes, M mismatches". Delays are
+/// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N strobes, M mismatches", and on the
+/// way a thousand times "done N". Delays are
 /// annotated from `sdf` where one is named. Throws UserError when a port of the netlist has no signal.
 std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
                          const std::filesystem::path& sdf = {});
@@ -62,12 +63,13 @@ std::string icarus_vectors(const CycleStream& stream);
 /// Runs the stream on the netlist in Icarus (four-state), in the existing folder `work`. Throws UserError
 /// when Icarus can't be run, or complains about the delays.
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
-                              const std::filesystem::path& work, const IcarusDelays& delays = {});
+                              const std::filesystem::path& work, const IcarusDelays& delays = {},
+                              const Progress& progress = {});
 
 /// Runs a stream on the first module of a Verilog file, whose ports have the names of the stream's signals,
 /// as icebox_vlog reads a bitstream back. Four-state; no scan. Throws UserError when the file has no module,
 /// its ports are others, or Icarus can't be run.
 ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, const CycleStream& stream,
-                                      const std::filesystem::path& work);
+                                      const std::filesystem::path& work, const Progress& progress = {});
 
 }  // namespace meltstage::dft

@@ -151,8 +151,9 @@ TEST_F(VectorsCommand, ATestersProfileIsReadOrRefused) {
     return run_command("dft lint " + (folder_ / "out/patterns.stil").string() + " --tester " +
                        (folder_ / "tester.toml").string());
   };
-  EXPECT_EQ(lint("name = \"bench\"\nvector_memory = 100000\n").status, 0);
-  EXPECT_EQ(lint("vector_memory = 3\n").status, 1);
+  const std::string limits = "least_period_ns = 10\nedge_resolution_ns = 1\nleast_pulse_ns = 5\npins = 256\n";
+  EXPECT_EQ(lint("name = \"bench\"\nvector_memory = 100000\n" + limits).status, 0);
+  EXPECT_EQ(lint("vector_memory = 3\n" + limits).status, 1);
   const auto expect_refused = [&](const std::string& profile, const std::string& said) {
     const Ran ran = lint(profile);
     EXPECT_EQ(ran.status, 2) << profile;
@@ -164,6 +165,17 @@ TEST_F(VectorsCommand, ATestersProfileIsReadOrRefused) {
   expect_refused("edge_resolution_ns = -1\n", "1:22: edge_resolution_ns: found -1, expected");
   expect_refused("least_periods_ns = 3\n", "1:20: least_periods_ns: found an unknown key, expected one of: ");
   expect_refused("", " is empty");
+  for (const char* limit :
+       {"least_period_ns", "edge_resolution_ns", "least_pulse_ns", "pins", "vector_memory"}) {
+    std::string others = "vector_memory = 100000\n" + limits;
+    const std::size_t at = others.find(limit);
+    others.erase(at, others.find('\n', at) + 1 - at);
+    const Ran ran = lint(others);
+    EXPECT_EQ(ran.status, 2) << others;
+    EXPECT_NE(ran.output.find(std::string(limit) + ": found nothing, expected every limit"),
+              std::string::npos)
+        << ran.output;
+  }
   EXPECT_EQ(
       run_command("dft lint " + (folder_ / "out/patterns.stil").string() + " --tester /dev/zero").status, 2);
 }
@@ -217,7 +229,8 @@ TEST_F(VectorsCommand, NoInputIsOverwritten) {
        {"grade " + netlist + " --patterns " + stil + " --report " + netlist,
         "grade " + netlist + " --patterns " + stil + " --report " + stil,
         "replay " + stil + " --netlist " + netlist + " --report " + stil,
-        "generate " + netlist + " --out " + out, "scan " + netlist + " --out " + out}) {
+        "generate " + netlist + " --out " + out, "scan " + netlist + " --out " + out,
+        "prove " + netlist + " --out " + out, "functional --quick --netlist " + netlist + " --out " + out}) {
     const Ran ran = run_command("dft " + command);
     EXPECT_EQ(ran.status, 2) << command << ran.output;
     EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
@@ -233,6 +246,66 @@ TEST_F(VectorsCommand, TransitionPatternsAreGraded) {
   const Ran ran = run_command("dft grade " + out + "/netlist.json --patterns " + out + "/patterns.stil");
   EXPECT_EQ(ran.status, 0) << ran.output;
   EXPECT_EQ(ran.output.find("DS                              0"), std::string::npos) << ran.output;
+}
+
+// A refutation for each, at each run; and not those that an earlier run left.
+TEST_F(VectorsCommand, ProofsAreMadeAgain) {
+  const std::string proofs = (folder_ / "proofs").string();
+  const fs::path bench = folder_ / "redundant.bench";
+  std::ofstream(bench) << "INPUT(a)\nINPUT(b)\nOUTPUT(y)\nn = AND(a, b)\ny = OR(a, n)\n";
+  const Ran first = run_command("dft prove " + bench.string() + " --out " + proofs);
+  EXPECT_EQ(first.status, 0) << first.output;
+  EXPECT_EQ(first.output.find("0 classes"), std::string::npos) << first.output;
+  EXPECT_EQ(run_command("dft prove " + bench.string() + " --out " + proofs).output, first.output);
+}
+
+TEST_F(VectorsCommand, AskedForCellsABenchNetlistIsRefused) {
+  const fs::path bench = folder_ / "wire.bench";
+  std::ofstream(bench) << "INPUT(a)\nOUTPUT(b)\nb = NOT(a)\n";
+  ASSERT_EQ(generate(bench.string(), "").status, 0);
+  const std::string stil = (folder_ / "out/patterns.stil").string();
+  EXPECT_EQ(run_command("dft replay " + stil + " --netlist " + bench.string()).status, 0);
+  for (const std::string& command : {"replay " + stil + " --on icarus --netlist " + bench.string(),
+                                     "replay " + stil + " --chains netlist --netlist " + bench.string(),
+                                     "rules " + bench.string(), "scan " + bench.string() + " --out x"}) {
+    const Ran ran = run_command("dft " + command);
+    EXPECT_EQ(ran.status, 2) << command;
+    EXPECT_EQ(ran.output,
+              "meltstage: " + bench.string() + ": found .bench, expected a netlist of Yosys' write_json\n");
+  }
+}
+
+TEST_F(VectorsCommand, WrongNumbersAndWordsAreOneLine) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const std::string out = (folder_ / "out").string(), netlist = out + "/netlist.json",
+                    patterns = out + "/patterns.stil";
+  const auto refused = [](const std::string& command, const std::string& said) {
+    const Ran ran = run_command("dft " + command);
+    EXPECT_EQ(ran.status, 2) << command;
+    EXPECT_NE(ran.output.find(said), std::string::npos) << ran.output;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+  };
+  refused("generate " + netlist + " --faults 0 --out x", "found 0, expected one of: stuck-at, transition");
+  refused("generate " + netlist + " --seed -1 --out x", "found -1, expected a whole number from 0");
+  refused("grade " + netlist + " --patterns " + patterns + " --faults -1",
+          "found -1, expected a whole number");
+  refused("grade " + netlist + " --patterns " + patterns + " --faults 0",
+          "found scan patterns, expected vectors without scan of a netlist with flops for --faults");
+  refused("replay " + patterns + " --netlist " + netlist + " --cycles -5",
+          "found -5, expected a whole number");
+  refused("replay " + patterns + " --on asic", "found asic, expected one of: netlist, icarus");
+}
+
+TEST_F(VectorsCommand, ARunInIcarusTellsItsProgress) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const std::string command = "dft replay " + (folder_ / "out/patterns.stil").string() + " --netlist " +
+                              (folder_ / "out/netlist.json").string() + " --on icarus";
+  const Ran seen = run_in_terminal(command);
+  EXPECT_EQ(seen.status, 0) << seen.output;
+  EXPECT_NE(seen.output.find("replay in Icarus  "), std::string::npos) << seen.output;
+  const Ran piped = run_command(command);
+  EXPECT_EQ(std::count(piped.output.begin(), piped.output.end(), '\n'), 1) << piped.output;
+  EXPECT_NE(piped.output.find(" 0 mismatches"), std::string::npos) << piped.output;
 }
 
 TEST_F(VectorsCommand, TransitionsAskForFlops) {
