@@ -79,6 +79,20 @@ char parity_for(const Connection& c) {
   return device.parent_path() == "/dev/pts" ? 'N' : c.format.parity;
 }
 
+bool is_holding(const Setting& setting, spec::Reg reg) {
+  return setting.reg->address == spec::kHoldingBase + reg;
+}
+
+bool is_set(std::uint16_t status, spec::StatusBit bit) { return (status >> bit & 1u) != 0; }
+
+// The chip then speaks otherwise on its line, and a poll in this connection's way finds nobody.
+bool changes_line(std::span<const Setting> settings) {
+  return std::any_of(settings.begin(), settings.end(), [](const Setting& s) {
+    return is_holding(s, spec::kRegBaud) || is_holding(s, spec::kRegFormat) ||
+           is_holding(s, spec::kRegAddress);
+  });
+}
+
 // Runs of neighbouring addresses, none longer than `most`; [first, last) of a sorted sequence.
 template <class Item, class AddressOf, class Use>
 void for_each_run(const std::vector<Item>& sorted, std::size_t most, AddressOf&& address_of, Use&& use) {
@@ -133,10 +147,13 @@ class Controller::Locked {
 
 Controller::Controller(const Connection& connection) : connection_(connection), modbus_(new Modbus) {
   check(connection);
+  // libmodbus would print a line of its own.
+  require(!connection.device.empty(),
+          "port: found an empty name, expected a serial device such as /dev/ttyUSB0");
   modbus_->context.reset(modbus_new_rtu(connection.device.c_str(), connection.baud, parity_for(connection), 8,
                                         connection.format.stop_bits));
   modbus_t* context = modbus_->get();
-  require(context != nullptr, "port: found an empty name, expected a serial device such as /dev/ttyUSB0");
+  require(context != nullptr, connection.device + ": cannot be used as a port, expected a serial device");
   modbus_set_slave(context, connection.address);
   const auto whole = static_cast<std::uint32_t>(connection.timeout_s);
   const auto micros = static_cast<std::uint32_t>((connection.timeout_s - whole) * 1e6);
@@ -298,20 +315,30 @@ bool Controller::discarded() {
   }
 }
 
-// A Discard drops all that is staged, what an earlier write left for the next tick too. What is held belongs
-// to a program that is gone.
-void Controller::await_earlier_writes() {
-  const auto set = [](std::uint16_t status, spec::StatusBit bit) { return (status >> bit & 1u) != 0; };
+// Polls STATUS until it is `reached`, which a control tick brings about. What is held belongs to a program
+// that is gone, and no tick comes for it.
+template <class Reached>
+void Controller::await_tick(const std::string& what, Reached&& reached) {
   const auto until = std::chrono::steady_clock::now() + kLongestTick;
   while (true) {
     const std::uint16_t status = poll(spec::kInStatus, 1, "STATUS").front();
-    if (!set(status, spec::kStatusWritesPending) || set(status, spec::kStatusHold)) return;
+    if (is_set(status, spec::kStatusHold) || reached(status)) return;
     if (std::chrono::steady_clock::now() > until)
-      throw BusError(
-          fmt::format("{}: earlier writes are not active after {} s, expected a control tick; see TS",
-                      connection_.device, std::chrono::duration<double>(kLongestTick).count()));
+      throw BusError(fmt::format("{}: {} not active after {} s, expected a control tick; see TS",
+                                 connection_.device, what,
+                                 std::chrono::duration<double>(kLongestTick).count()));
     std::this_thread::sleep_for(kBusyPause);
   }
+}
+
+// A Discard drops all that is staged, what an earlier write left for the next tick too.
+void Controller::await_earlier_writes() {
+  await_tick("earlier writes are",
+             [](std::uint16_t status) { return !is_set(status, spec::kStatusWritesPending); });
+}
+
+void Controller::await_lock(bool locked) {
+  await_tick("LOCK is", [=](std::uint16_t status) { return is_set(status, spec::kStatusLocked) == locked; });
 }
 
 void Controller::write(std::span<const Setting> settings) {
@@ -346,6 +373,14 @@ void Controller::write(std::span<const Setting> settings) {
   });
 
   const Locked locked(*modbus_, connection_.device);
+  send_together(frames);
+  const auto lock = std::find_if(settings.begin(), settings.end(),
+                                 [](const Setting& s) { return is_holding(s, spec::kRegLock); });
+  if (lock != settings.end() && !changes_line(settings)) await_lock(lock->value != 0);
+}
+
+// All or none.
+void Controller::send_together(const std::vector<Frame>& frames) {
   try {
     if (frames.size() == 1) {
       send(frames.front());

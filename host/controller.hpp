@@ -101,7 +101,8 @@ class Controller {
 
   /// Writes all or none, active together at the chip's next control tick: one frame when the registers are
   /// neighbours, otherwise frames between the commands Hold and Commit. Every value is checked against its
-  /// range before anything is sent; throws UserError then.
+  /// range before anything is sent; throws UserError then. Returns before that tick, but for LOCK, which
+  /// decides what the chip takes next: then it is active.
   void write(std::span<const Setting> settings);
 
   /// Heating on; a refusal names the fault in the way.
@@ -125,12 +126,16 @@ class Controller {
 
   std::vector<std::uint16_t> poll(std::uint16_t address, std::uint16_t count, const std::string& what);
   void send(const Frame& frame);
+  void send_together(const std::vector<Frame>& frames);
   void command(chip::spec::Cmd cmd, const std::string& what);
   void await_earlier_writes();
+  void await_lock(bool locked);
   bool discarded();
   std::string faults_in_the_way();
   template <class Call>
   void transact(const std::string& what, Call&& call);
+  template <class Reached>
+  void await_tick(const std::string& what, Reached&& reached);
 
   Connection connection_;
   std::unique_ptr<Modbus> modbus_;
