@@ -5,6 +5,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <memory>
@@ -20,6 +21,7 @@
 #include "app/number_range.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
+#include "cmodel/spec.hpp"
 #include "host/controller.hpp"
 
 namespace meltstage::app {
@@ -95,9 +97,24 @@ int read_registers(host::Controller& controller, const std::vector<std::string>&
   return 0;
 }
 
+// The chip judges a set-point by the limit, and not a limit by the set-point.
+void tell_limit_below_setpoint(host::Controller& controller) {
+  const double setpoint_degc = controller.read(host::find_register("SETPOINT"));
+  const double limit_degc = controller.read(host::find_register("T_MAX"));
+  const double most_degc = limit_degc - chip::spec::kSetpointMargin * 0.1;
+  if (setpoint_degc > most_degc + 1e-6)
+    fmt::print(
+        "SETPOINT is {:.1f} degC, too near T_MAX of {:.1f} degC: heating trips OverTemp; set SETPOINT to "
+        "{:.1f} degC at most\n",
+        setpoint_degc, limit_degc, std::max(most_degc, 0.0));
+}
+
 int set_registers(host::Controller& controller, const std::vector<host::Setting>& settings) {
   controller.check_identity();
   controller.write(settings);
+  const host::Register& limit = host::find_register("T_MAX");
+  if (std::any_of(settings.begin(), settings.end(), [&](const host::Setting& s) { return s.reg == &limit; }))
+    tell_limit_below_setpoint(controller);
   return 0;
 }
 

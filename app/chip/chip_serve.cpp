@@ -178,7 +178,7 @@ class Server {
   }
 
   void finish() {
-    if (waves_) waves_->finish(cycle());
+    if (waves_) waves_->finish(cycle() - 1);  // the last one that was run
   }
 
  private:
@@ -270,6 +270,15 @@ void serve(Server& server, PseudoTerminal& port, const std::optional<double>& sp
   }
 }
 
+// The waves would take the link's name at the end.
+void check_names(const ServeOptions& options) {
+  if (options.port.empty()) throw UserError("--port: found an empty name, expected one for the link to make");
+  if (!options.vcd.empty() && whole_name(options.vcd) == whole_name(options.port))
+    throw UserError(
+        fmt::format("--vcd: found {}, the name of --port, expected another file; choose another name",
+                    options.vcd.string()));
+}
+
 }  // namespace
 
 std::optional<double> parse_speed(const std::string& text) {
@@ -282,6 +291,7 @@ std::optional<double> parse_speed(const std::string& text) {
 }
 
 int serve_chip(const ServeOptions& options) {
+  check_names(options);
   tb::PlantConfig plant;
   try {
     plant = tb::plant_config(options.plant);

@@ -39,6 +39,10 @@ constexpr double kLeastRange_degc = 2.0;
 constexpr int kLeastColumns = 40;
 constexpr int kLeastRows = 12;
 
+Clock::duration as_duration(double time_s) {
+  return std::chrono::duration_cast<Clock::duration>(Seconds(time_s));
+}
+
 std::string state_words(const host::Status& status) {
   return host::meaning(host::registers()[spec::kInStatus], status.bits);
 }
@@ -169,8 +173,8 @@ int poll_chip(host::Controller& controller, const WatchOptions& options,
     const double t_s = Seconds(Clock::now() - start).count();
     show(t_s, status);
     if (options.for_s && t_s >= *options.for_s) return status.faults == 0 ? 0 : 1;
-    next =
-        std::max(next + std::chrono::duration_cast<Clock::duration>(Seconds(options.period_s)), Clock::now());
+    next = std::max(next + as_duration(options.period_s), Clock::now());
+    if (options.for_s) next = std::min(next, start + as_duration(*options.for_s));
     if (!pause(next - Clock::now())) return status.faults == 0 ? 0 : 1;
   }
 }

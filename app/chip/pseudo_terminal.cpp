@@ -15,12 +15,14 @@
 #include <cerrno>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <system_error>
 #include <thread>
 #include <utility>
 
 #include "app/print/job_file.hpp"
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/sha256.hpp"
 
 namespace meltstage::app {
@@ -38,15 +40,27 @@ void make_raw(int near_end) {
   tcsetattr(near_end, TCSANOW, &settings);
 }
 
+// The kernel gives pseudo-terminals numbers, and takes the name away with the last that has one open.
+bool was_pseudo_terminal(const std::filesystem::path& device) {
+  std::error_code ignored;
+  const std::string number = device.filename().string();
+  return device.parent_path() == "/dev/pts" && number_in<unsigned>(number, 0, UINT32_MAX) &&
+         std::filesystem::symlink_status(device, ignored).type() == std::filesystem::file_type::not_found;
+}
+
 }  // namespace
+
+std::filesystem::path whole_name(const std::filesystem::path& name) {
+  std::error_code ignored;
+  const auto folder =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(name, ignored).parent_path(), ignored);
+  return folder / name.filename();
+}
 
 LinkClaim::LinkClaim(const std::filesystem::path& link)
     : socket_(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  std::error_code ignored;
-  const auto folder =
-      std::filesystem::weakly_canonical(std::filesystem::absolute(link, ignored).parent_path(), ignored);
   Sha256 hash;
-  hash.update((folder / link.filename()).string());
+  hash.update(whole_name(link).string());
   const std::string name = "meltstage " + hash.finish();
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -62,20 +76,7 @@ LinkClaim::~LinkClaim() {
 }
 
 PseudoTerminal::PseudoTerminal(std::filesystem::path link) : link_(std::move(link)), claim_(link_) {
-  std::error_code ignored;
-  const auto status = std::filesystem::symlink_status(link_, ignored);
-  const auto leads_to = std::filesystem::read_symlink(link_, ignored);
-  if (std::filesystem::is_symlink(status) && (!claim_.held() || leads_to.parent_path() != "/dev/pts")) {
-    throw UserError(fmt::format(
-        "{}: found a link to {}{}, expected a name that is free; choose another --port", link_.string(),
-        leads_to.string(), !claim_.held() ? " that another `chip serve` uses" : ""));
-  }
-  if (std::filesystem::is_symlink(status)) {
-    std::filesystem::remove(link_, ignored);  // left by a `chip serve` that was killed
-  } else if (std::filesystem::exists(status)) {
-    throw UserError(fmt::format(
-        "{}: found something there, expected a name that is free; choose another --port", link_.string()));
-  }
+  free_name();
 
   far_end_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
   std::array<char, 128> name{};
@@ -96,6 +97,30 @@ PseudoTerminal::PseudoTerminal(std::filesystem::path link) : link_(std::move(lin
     close(far_end_);
     throw UserError(fmt::format("{}: cannot be made: found \"{}\", expected a folder that can be written to",
                                 link_.string(), reason(error)));
+  }
+}
+
+// What a `chip serve` that was killed has left makes room: a link to a pseudo-terminal that has gone. One
+// that is there may be anybody's, and so may the link.
+void PseudoTerminal::free_name() const {
+  std::error_code ignored;
+  const auto status = std::filesystem::symlink_status(link_, ignored);
+  const auto refuse = [&](const std::string& found) {
+    throw UserError(
+        fmt::format("{}: found {}, expected a name that is free; remove it, or choose another --port",
+                    link_.string(), found));
+  };
+  if (std::filesystem::is_symlink(status)) {
+    const auto leads_to = std::filesystem::read_symlink(link_, ignored);
+    if (!claim_.held())
+      throw UserError(
+          fmt::format("{}: found a link to {} that another `chip serve` uses, expected a name that is free; "
+                      "choose another --port",
+                      link_.string(), leads_to.string()));
+    if (!was_pseudo_terminal(leads_to)) refuse(fmt::format("a link to {}", leads_to.string()));
+    std::filesystem::remove(link_, ignored);
+  } else if (std::filesystem::exists(status)) {
+    refuse("something there");
   }
 }
 

@@ -10,6 +10,9 @@
 
 namespace meltstage::app {
 
+// The name of a file or link, whether it is there or not, in one spelling; a link by its own name.
+std::filesystem::path whole_name(const std::filesystem::path& name);
+
 // Tells who serves a link from who served it once: a socket named after the link, in the kernel's own name
 // space, which goes with the process however that ends.
 class LinkClaim {
@@ -28,8 +31,8 @@ class LinkClaim {
 // The far end of a pseudo-terminal, and a symbolic link to its near end; both go with the object.
 class PseudoTerminal {
  public:
-  // A link that an ended process left is replaced. Throws UserError when something else exists at `link`, or
-  // it can't be made.
+  // A link that an ended process left is replaced, when the pseudo-terminal it leads to has gone. Throws
+  // UserError when anything else exists at `link`, or it can't be made.
   explicit PseudoTerminal(std::filesystem::path link);
   ~PseudoTerminal();
   PseudoTerminal(const PseudoTerminal&) = delete;
@@ -45,6 +48,7 @@ class PseudoTerminal {
   void write(std::span<const std::uint8_t> bytes);
 
  private:
+  void free_name() const;
   bool look(int timeout_ms);
 
   std::filesystem::path link_;

@@ -62,12 +62,31 @@ TEST_P(ChipCommands, RefusedSetChangesNothing) {
   expect_one_line(command("set KP=0.1 SETPOINT=149"), 1,
                   "SETPOINT may be T_MAX - 5.0 degC at most; nothing was changed");
   EXPECT_THAT(command("read SETPOINT KP").output, ContainsRegex("SETPOINT +100.0 degC\nKP +0.05"));
-  ASSERT_EQ(command("set LOCK=1").status, 0);
-  // The lock holds from the next control tick on.
-  while (command("read STATUS").output.find("locked") == std::string::npos) {
+}
+
+// The chip takes such a limit; heating would end in a fault.
+TEST_P(ChipCommands, ALimitBelowTheSetPointIsTold) {
+  ASSERT_EQ(command("set SETPOINT=110").output, "");
+  EXPECT_EQ(command("set T_MAX=115").output, "");
+  const Ran ran = command("set T_MAX=100");
+  EXPECT_EQ(ran.status, 0);
+  EXPECT_EQ(
+      ran.output,
+      "SETPOINT is 110.0 degC, too near T_MAX of 100.0 degC: heating trips OverTemp; set SETPOINT to 95.0 "
+      "degC at most\n");
+  EXPECT_EQ(command("set T_MAX=110 SETPOINT=90").output, "");
+}
+
+// The lock holds from a control tick on, 2 s of the chip's time here; the command waits for it.
+TEST_P(ChipCommands, ALockIsAsSetWhenTheCommandEnds) {
+  ASSERT_EQ(command("set TS=2000").status, 0);
+  while (command("read STATUS").output.find("writes pending") != std::string::npos) {
   }
+  ASSERT_EQ(command("set LOCK=1").status, 0);
   expect_one_line(command("set KP=0.1"), 1, "LOCK is on");
-  EXPECT_EQ(command("set LOCK=0").status, 0);
+  ASSERT_EQ(command("set LOCK=0 KP=0.2").status, 1);
+  ASSERT_EQ(command("set LOCK=0").status, 0);
+  EXPECT_EQ(command("set KP=0.1").status, 0);
 }
 
 TEST_P(ChipCommands, MistakesAreOneLineBeforeAnythingIsSent) {
@@ -93,6 +112,7 @@ TEST_P(ChipCommands, TwiceTheSameRegisterIsRefused) {
 
 TEST_P(ChipCommands, WrongPortsAreOneLine) {
   expect_one_line(run_command("chip read --port /dev/absent"), 2, "/dev/absent: cannot be opened");
+  expect_one_line(run_command("chip read --port ''"), 2, "port: found an empty name");
   const auto file = chip_.folder() / "file";
   std::ofstream(file) << "x";
   expect_one_line(run_command("chip read --port " + file.string()), 2, "expected a serial port");

@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <modbus.h>
+#include <poll.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <memory>
@@ -99,6 +102,48 @@ TEST_P(Libmodbus, ReportsTheServerId) {
   EXPECT_EQ(id[1], 0);
   EXPECT_EQ(std::string(id.begin() + 2, id.begin() + length),
             spec::kIdentBytes.substr(spec::kIdentServer.start, spec::kIdentServer.length));
+}
+
+// Function 43/14, of which libmodbus knows nothing: it sends the bytes and leaves the answer to be read.
+TEST_P(Libmodbus, ReadsTheDeviceIdentification) {
+  using Bytes = std::vector<std::uint8_t>;
+  const auto answer = [&](std::uint8_t mei_type, std::uint8_t code, std::uint8_t object, std::size_t size) {
+    const std::array<std::uint8_t, 5> request{1, spec::kFcEncapsulated, mei_type, code, object};
+    modbus_send_raw_request(master_.get(), request.data(), request.size());
+    Bytes bytes(size);
+    std::size_t have = 0;
+    const int port = modbus_get_socket(master_.get());
+    for (pollfd state{.fd = port, .events = POLLIN, .revents = 0};
+         have < size && poll(&state, 1, 10'000) > 0;)
+      have += static_cast<std::size_t>(std::max<ssize_t>(0, read(port, &bytes[have], size - have)));
+    EXPECT_EQ(have, size);
+    EXPECT_EQ(poll(nullptr, 0, 50), 0);
+    modbus_flush(master_.get());
+    bytes.resize(size - 2);  // without the check of the frame
+    return bytes;
+  };
+  const auto object_of = [](std::uint8_t object) {
+    const spec::IdentPart part = spec::kIdentObjects[object];
+    const std::string_view text = spec::kIdentBytes.substr(part.start, part.length);
+    Bytes bytes{object, static_cast<std::uint8_t>(part.length)};
+    bytes.insert(bytes.end(), text.begin(), text.end());
+    return bytes;
+  };
+  Bytes all{1, spec::kFcEncapsulated, spec::kMeiType, 1, 0x81, 0, 0, 3};
+  for (std::uint8_t object = 0; object < 3; ++object) {
+    const Bytes one = object_of(object);
+    all.insert(all.end(), one.begin(), one.end());
+    Bytes alone{1, spec::kFcEncapsulated, spec::kMeiType, 4, 0x81, 0, 0, 1};
+    alone.insert(alone.end(), one.begin(), one.end());
+    EXPECT_EQ(answer(spec::kMeiType, 4, object, alone.size() + 2), alone);
+  }
+  EXPECT_EQ(answer(spec::kMeiType, 1, 0, all.size() + 2), all);
+  const auto refused = [](std::uint8_t code) {
+    return Bytes{1, spec::kFcEncapsulated | spec::kExceptionFlag, code};
+  };
+  EXPECT_EQ(answer(13, 1, 0, 5), refused(spec::kExcFunction));
+  EXPECT_EQ(answer(spec::kMeiType, 4, 3, 5), refused(spec::kExcAddress));
+  EXPECT_EQ(answer(spec::kMeiType, 5, 0, 5), refused(spec::kExcValue));
 }
 
 TEST_P(Libmodbus, GetsTheExceptions) {

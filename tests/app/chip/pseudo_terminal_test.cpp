@@ -106,14 +106,24 @@ TEST_F(PseudoTerminalTest, ItsLinkGoesWithItAndNobodyElses) {
 
 TEST_F(PseudoTerminalTest, ALinkThatAKilledServerLeftIsReplaced) {
   fs::create_symlink("/dev/pts/99999", link());  // the pseudo-terminal has gone
-  { const PseudoTerminal terminal(link()); }
-  const int other = posix_openpt(O_RDWR | O_NOCTTY);  // its number is another program's by now
-  fs::create_symlink(ptsname(other), link());
   {
     const PseudoTerminal terminal(link());
     EXPECT_EQ(fs::read_symlink(link()), terminal.device());
   }
   EXPECT_FALSE(fs::is_symlink(link()));
+}
+
+// Another program's port, nobody's, a device: a link to it may be anybody's.
+TEST_F(PseudoTerminalTest, ALinkOfSomebodyElseIsLeftAlone) {
+  const int other = posix_openpt(O_RDWR | O_NOCTTY);
+  for (const std::string& device :
+       {std::string(ptsname(other)), std::string("/dev/pts/ptmx"), std::string("/dev/pts/gone"),
+        std::string("/dev/pts/99999/.."), std::string("/dev/ttyUSB99"), std::string("../pts/99999")}) {
+    fs::create_symlink(device, link());
+    EXPECT_THROW(PseudoTerminal{link()}, UserError) << device;
+    EXPECT_EQ(fs::read_symlink(link()), device);
+    fs::remove(link());
+  }
   close(other);
 }
 

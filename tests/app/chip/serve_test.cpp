@@ -60,7 +60,7 @@ TEST(Serve, TakesNobodysFile) {
 TEST(Serve, ReplacesAStaleLink) {
   const TemporaryFolder folder;
   const fs::path link = folder.path() / "stale";
-  fs::create_symlink("/dev/pts/nowhere", link);
+  fs::create_symlink("/dev/pts/99999", link);
   const Ran ran = run_command("chip serve --port " + link.string() + " & sleep 1; readlink " + link.string() +
                               "; kill -INT $!; wait $!");
   EXPECT_EQ(ran.status, 0) << ran.output;
@@ -76,6 +76,8 @@ TEST(Serve, WrongUseIsOneLine) {
   expect_refused(run_command(port + " --speed 0"), "--speed");
   expect_refused(run_command(port + " --plant PH-9"), "--plant: ");
   EXPECT_EQ(run_command(port + " --vcd " + (folder.path() / "no" / "w.vcd").string()).status, 2);
+  expect_refused(run_command(port + " --vcd " + (folder.path() / "." / "tc").string()), "the name of --port");
+  expect_refused(run_command("chip serve --port ''"), "--port: found an empty name");
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 

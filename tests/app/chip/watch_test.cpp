@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <sstream>
 #include <vector>
@@ -37,6 +38,16 @@ TEST(Watch, PrintsCsvInAPipe) {
   EXPECT_EQ(rows[0], "time_s,temperature_degc,setpoint_degc,duty_percent,state,run,at_temperature,faults");
   for (const std::string& row : rows) EXPECT_EQ(std::count(row.begin(), row.end(), ','), 7) << row;
   EXPECT_THAT(rows.back(), HasSubstr(",25."));  // the room's temperature
+}
+
+// A last poll at the end asked for, however long the period is.
+TEST(Watch, ItsEndDoesNotWaitForAPeriod) {
+  ServedChip chip("");
+  const auto begin = std::chrono::steady_clock::now();
+  const Ran ran = run_command("chip watch --period 600 --for 0.5 --timeout 10 --port " + chip.port());
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(300));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(lines(ran.output).size(), 3u) << ran.output;
 }
 
 TEST(Watch, AFaultIsToldWithWhatToDo) {
