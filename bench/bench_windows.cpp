@@ -68,7 +68,7 @@ void record_run(recording::Sink& sink, std::uint64_t clocks) {
     recorder.commit(cycle);
     out = chip.step(in);
   }
-  recorder.finish(clocks);
+  recorder.finish(clocks - 1);
 }
 
 tb::WindowPlan plan_run(const fs::path& folder, std::uint64_t clocks, std::uint64_t every) {

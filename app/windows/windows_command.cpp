@@ -6,10 +6,12 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 
+#include "app/number_range.hpp"
 #include "app/verbs.hpp"
 #include "recording/stream.hpp"
 
@@ -19,17 +21,18 @@ void add_runner_options(CLI::App* command, RunWindowsSettings& settings, bool& s
   command
       ->add_option("-j,--jobs", settings.processes,
                    "Windows checked at once on this machine (default: its cores)")
-      ->check(CLI::Range(1, 1024));
+      ->check(whole_number_from(1, 1024));
   command->add_flag("--slurm", slurm, "Check the windows in Slurm job arrays");
   command->add_option("--attempts", settings.attempts, "Runs of a window whose worker is lost (default 3)")
-      ->check(CLI::Range(1, 100));
+      ->check(whole_number_from(1, 100));
 }
 
 void add_border_options(CLI::App* command, tb::WindowBorders& borders) {
   command->add_option("--window-clocks", borders.every, "Clocks of a window (default 12000000)")
-      ->check(CLI::Range(std::uint64_t{1}, recording::kMaxCycle));
+      ->check(whole_number_from(1, recording::kMaxCycle));
   command->add_option("--borders", borders.at, "Instead: first cycles of windows, with commas")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->check(whole_number_from(1, recording::kMaxCycle));
 }
 
 Action add_windows_command(CLI::App& cli, const std::string&) {
@@ -67,7 +70,9 @@ Action add_window_command(CLI::App& cli, const std::string&) {
   const auto s = std::make_shared<Settings>();
   CLI::App* command = cli.add_subcommand("window", "Check one window of a work folder");
   command->add_option("DIR", s->work, "Work folder")->required();
-  command->add_option("NUMBER", s->window, "Window, from 0")->required();
+  command->add_option("NUMBER", s->window, "Window, from 0")
+      ->required()
+      ->check(whole_number_from(0, recording::kMaxCycle));
   return [s] { return check_one_window(s->work, s->window); };
 }
 

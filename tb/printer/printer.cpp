@@ -87,13 +87,14 @@ class Printer {
     wake_ = kResetClocks;
     while (phase_ != Phase::done) {
       if (cycle() >= wake_) act();
+      if (phase_ == Phase::done) break;
       if (stage_next_ <= cycle()) move_stage();
       if (cycle() >= shot_next()) shoot();
-      if (phase_ != Phase::done) run_until(std::min({wake_, stage_next_, shot_next()}));
+      run_until(std::min({wake_, stage_next_, shot_next()}));
     }
     close_window();
     leave();
-    recorder_.finish(cycle());
+    recorder_.finish(cycle() - 1);  // the cycle that would come next is not recorded
     result_.cycles = cycle();
     result_.frames = run_.chip.uartc.messages();
     return std::move(result_);

@@ -92,14 +92,15 @@ void WindowPlanner::change(const recording::Change& change) {
 }
 
 void WindowPlanner::end(std::uint64_t final_cycle) {
-  run_until(final_cycle);
-  if (final_cycle == 0) refuse("found no clock, expected one at least");
-  if (!borders_.at.empty() && (borders_.at.front() == 0 || borders_.at.back() >= final_cycle)) {
+  const std::uint64_t clocks = final_cycle + 1;
+  run_until(clocks);
+  if (!borders_.at.empty() && (borders_.at.front() == 0 || borders_.at.back() > final_cycle)) {
+    if (final_cycle == 0) throw UserError("border: found one in a recording of one clock, expected none");
     throw UserError(fmt::format("border: found cycle {}, expected 1 to {}",
-                                borders_.at.front() == 0 ? 0 : borders_.at.back(), final_cycle - 1));
+                                borders_.at.front() == 0 ? 0 : borders_.at.back(), final_cycle));
   }
   close_window();
-  plan_.cycles = final_cycle;
+  plan_.cycles = clocks;
 }
 
 std::uint64_t WindowPlanner::next_border() const {

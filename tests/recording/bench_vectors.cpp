@@ -35,7 +35,7 @@ void record(Sink& sink) {
     recorder.set(31, (cycle >> 6) & 0xfff);
     recorder.commit(cycle);
   }
-  recorder.finish(kCycles);
+  recorder.finish(kCycles - 1);
 }
 
 const Stream& recorded() {

@@ -77,7 +77,7 @@ Ran plan_by_command(const fs::path& folder, std::uint64_t clocks, std::uint64_t 
   cut.begin(lively_recording().pins.header());
   recording::ChangeReader reader(lively_recording().pins);
   for (recording::Change change; reader.next(change) && change.cycle < clocks;) cut.change(change);
-  cut.end(clocks);
+  cut.end(clocks - 1);
   const fs::path pins = folder.string() + ".mvec";
   recording::write_text(cut, pins);
   return run_command(

@@ -54,6 +54,24 @@ TEST_F(WindowsCommand, RunGivesAWholeVerdict) {
   EXPECT_THAT(verdict.output, HasSubstr("8 of 8 equal"));
 }
 
+TEST_F(WindowsCommand, WrongNumbersAreOneLine) {
+  plan(2'000, 1'000);
+  const auto refused = [](const std::string& command, const std::string& said) {
+    const Ran ran = run_command(command);
+    EXPECT_EQ(ran.status, 2) << command;
+    EXPECT_THAT(ran.output, HasSubstr(said)) << command;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+  };
+  const std::string folder = work().string();
+  refused("window " + folder + " -1", "found -1, expected a whole number from 0");
+  refused("window " + folder + " 2", "found window 2, expected 0 to 1");
+  refused("windows run -j -1 " + folder, "found -1, expected a whole number from 1 to 1024");
+  refused("windows plan pins.mvec " + folder + "2 --window-clocks -5",
+          "found -5, expected a whole number from 1");
+  refused("windows plan pins.mvec " + folder + "2 --borders 300,-5",
+          "found -5, expected a whole number from 1");
+}
+
 TEST_F(WindowsCommand, AGapIsNamedAndOnlyItsWindowRunsAgain) {
   plan(50'000, 10'000);
   ASSERT_EQ(windows("run").status, 0);

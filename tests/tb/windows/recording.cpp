@@ -71,7 +71,7 @@ Recording record() {
     recorder.commit(cycle);
     out = chip.step(in);
   }
-  recorder.finish(kEnd);
+  recorder.finish(kEnd - 1);
   recording.landmarks["reset falls"] = kReset;
   recording.landmarks["reset rises"] = kReset + 50;
   recording.landmarks["out of reset"] = 20;

@@ -83,7 +83,7 @@ TEST_F(State, TheRunGoesOnAlike) {
   write_state(path(), saved);
   SavedState read = read_state(path());
   recording::Cursor cursor(lively_recording().pins);
-  for (std::uint64_t cycle = saved.cycle; cycle < lively_recording().pins.final_cycle(); ++cycle) {
+  for (std::uint64_t cycle = saved.cycle; cycle <= lively_recording().pins.final_cycle(); ++cycle) {
     cursor.advance_to(cycle);
     const chip::Inputs in = inputs_of(cursor.values());
     ASSERT_EQ(read.chip.step(in), saved.chip.step(in)) << "cycle " << cycle;

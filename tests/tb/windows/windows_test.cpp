@@ -20,6 +20,7 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::ThrowsMessage;
 
 WindowPlan plan_recording(const fs::path& folder, const recording::Stream& pins, WindowBorders borders) {
   WindowPlanner planner(folder, {"test", 7}, std::move(borders));
@@ -38,7 +39,7 @@ recording::Stream head_of_recording(std::uint64_t clocks) {
   cut.begin(lively_recording().pins.header());
   recording::ChangeReader reader(lively_recording().pins);
   for (recording::Change change; reader.next(change) && change.cycle < clocks;) cut.change(change);
-  cut.end(clocks);
+  cut.end(clocks - 1);
   return cut;
 }
 
@@ -66,7 +67,7 @@ TEST_F(Windows, BordersAtEveryAwkwardClockGiveAWholeCheck) {
   const JoinedWindows joined = check_all(work(), plan);
   EXPECT_THAT(joined.faults, IsEmpty());
   EXPECT_TRUE(joined.whole);
-  EXPECT_EQ(joined.compared.clocks, lively_recording().pins.final_cycle());
+  EXPECT_EQ(joined.compared.clocks, lively_recording().pins.final_cycle() + 1);
   EXPECT_EQ(joined.compared.flop_values, joined.compared.clocks * joined.flop_bits);
   EXPECT_GT(joined.flop_bits, 4000u);
   EXPECT_GE(joined.compared.frames, 5u);
@@ -118,7 +119,7 @@ TEST_F(Windows, SlicesTogetherAreTheRecording) {
       recorder.commit(cycle);
     }
   }
-  recorder.finish(plan.cycles);
+  recorder.finish(plan.cycles - 1);
   EXPECT_EQ(joined, lively_recording().pins);
 }
 
@@ -137,7 +138,7 @@ TEST_F(Windows, ARecordingOfAnotherChipIsRefused) {
     if (change.pin == kPinHeater && change.cycle > 0 && wrong_at == 0) wrong_at = change.cycle++;
     if (change.cycle != wrong_at || wrong_at == 0) wrong.change(change);
   }
-  wrong.end(2'500'000);
+  wrong.end(2'499'999);
   ASSERT_NE(wrong_at, 0u);
   try {
     plan_recording(work(), wrong, {});
@@ -148,6 +149,28 @@ TEST_F(Windows, ARecordingOfAnotherChipIsRefused) {
   }
   EXPECT_FALSE(fs::exists(work()));
   EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+// The last cycle, too: `end` names it.
+TEST_F(Windows, AWrongOutputInTheVeryLastCycleIsRefused) {
+  recording::Stream wrong = head_of_recording(5000), turned;
+  EXPECT_EQ(plan_recording(work(), wrong, {}).cycles, 5000u);
+  recording::Recorder recorder(turned, wrong.header());
+  recording::Cursor cursor(wrong);
+  do {
+    for (std::uint32_t pin = 0; pin < kChipPinCount; ++pin) recorder.set(pin, cursor.values()[pin]);
+    if (cursor.cycle() == wrong.final_cycle()) recorder.set(kPinSafeEn, cursor.values()[kPinSafeEn] ^ 1);
+    recorder.commit(cursor.cycle());
+  } while (cursor.step());
+  recorder.finish(wrong.final_cycle());
+  EXPECT_THAT([&] { plan_recording(folder_ / "turned", turned, {}); },
+              ThrowsMessage<UserError>(HasSubstr("cycle 4999: safe_en_o recorded")));
+}
+
+TEST_F(Windows, ARecordingOfOneClockIsChecked) {
+  const WindowPlan plan = plan_recording(work(), head_of_recording(1), {});
+  EXPECT_EQ(plan.cycles, 1u);
+  EXPECT_TRUE(check_all(work(), plan).whole);
 }
 
 TEST_F(Windows, ARecordingWithoutThePinsIsRefused) {
