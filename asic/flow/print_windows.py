@@ -3,11 +3,9 @@
 """print_windows.py MELTSTAGE JOB.toml FLOPS.json SCAN.json FOLDER SECONDS: recordings for replay.cpp from the middle of a print.
 
 Prints the job, takes so many seconds from the middle of its heat-up and of its printing, and writes FOLDER/heat-up.mvec and FOLDER/print.mvec,
-the pins, outputs behind each clock; beside them .scan: the model's flops at the first clock, as bits to be shifted into the scan chains, and
+the pins; beside them .scan: the model's flops at the first clock, as bits to be shifted into the scan chains, and
 after the last clock, as bits that come out of them. FLOPS.json is the chip's flops under the RTL's names (synth.tcl), SCAN.json the chains (`meltstage dft scan`).
 """
-import hashlib
-import itertools
 import json
 import pathlib
 import shutil
@@ -61,56 +59,6 @@ def unload_lines(held):
     return [f"unload {line}" for line in columns([bits[::-1] + ["-"] * (longest - len(bits)) for bits in held])]
 
 
-def changes(path):
-    """Of a recording: (cycle, all levels from there on), and at last (the cycle behind its end, none)."""
-    levels = {}
-    with open(path, encoding="utf-8") as lines:
-        for line in lines:
-            word, *values = line.split()
-            if word.isdigit():
-                levels.update((name, int(value, 0)) for name, value in (v.split("=") for v in values))
-                yield int(word), dict(levels)
-            elif word == "end":
-                yield int(values[0]) + 1, None
-
-
-def header_of(path):
-    """A recording's lines before its first cycle, and of each pin (name, direction, width)."""
-    with open(path, encoding="utf-8") as lines:
-        header = list(itertools.takewhile(lambda line: not line[0].isdigit(), (line.rstrip("\n") for line in lines)))
-    return header, [tuple(line.split()[1:4]) for line in header if line.startswith("pin ")]
-
-
-def levels_behind(window, behind, pins):
-    """(cycle, all levels): the window tells outputs before each clock, a replay looks at them after it."""
-    names = {way: [name for name, direction, _ in pins if direction == way] for way in ("in", "out")}
-    inputs, outputs = {}, {}
-    for cycle, levels in changes(window):
-        if levels:
-            inputs[cycle], outputs[cycle - 1] = ({name: levels[name] for name in names[way]} for way in ("in", "out"))
-        else:
-            end = cycle
-    last = next(changes(behind))[1]
-    outputs[end - 1] = {name: last[name] for name in names["out"]}
-    first = next(iter(inputs))
-    now = outputs[first - 1]
-    for cycle in sorted(set(inputs) | {cycle for cycle in outputs if cycle >= first}):
-        now = now | inputs.get(cycle, {}) | outputs.get(cycle, {})
-        yield cycle, now
-
-
-def recording_of(header, pins, levels, end):
-    """The text of an .mvec file (docs/make/formats/mvec.md)."""
-    lines, told = list(header), {}
-    for cycle, now in levels:
-        moved = [(name, width) for name, _, width in pins if told.get(name) != now[name]]
-        told = now
-        if moved:
-            lines.append(f"{cycle} " + " ".join(f"{name}={now[name]}" if width == "1" else f"{name}={now[name]:#x}" for name, width in moved))
-    text = "\n".join([*lines, f"end {end}"]) + "\n"
-    return f"{text}sha256 {hashlib.sha256(text.encode()).hexdigest()}\n"
-
-
 def borders(job, phases, seconds):
     """First cycle and the one behind the last, of each phase's window."""
     at = []
@@ -141,10 +89,7 @@ def main(meltstage, job, flops_json, scan_json, folder, seconds):
     for phase, window in zip(PHASES, (1, 3)):
         before, after = (read_flops(windows / f"states/{n:06}.state") for n in (window, window + 1))
         places = places_of(flops_json, before)
-        stimulus, behind = (windows / f"stimulus/{n:06}.mvec" for n in (window, window + 1))
-        header, pins = header_of(stimulus)
-        pins_text = recording_of(header, pins, levels_behind(stimulus, behind, pins), at[window] - 1)
-        (folder / f"{phase}.mvec").write_text(pins_text, encoding="utf-8")
+        shutil.copyfile(windows / f"stimulus/{window:06}.mvec", folder / f"{phase}.mvec")
         scan_lines = [*load_lines(bits_of(chains, places, before)), *unload_lines(bits_of(chains, places, after))]
         (folder / f"{phase}.scan").write_text("\n".join(scan_lines) + "\n", encoding="utf-8")
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // replay RECORDING.mvec [COUNTS]: the whole chip's netlist over recorded pins, each clock's outputs compared
-// behind it. Verilated with coverage, each net's toggles go into COUNTS. Beside it RECORDING.scan may say
+// before it. Verilated with coverage, each net's toggles go into COUNTS. Beside it RECORDING.scan may say
 // what goes through the scan chains (print_windows.py), a line a clock, a character a chain, the last chain
 // first:
 //   load bits     before the pins: into the chains, so that the run begins in that state
@@ -86,7 +86,7 @@ unsigned get_scan(const Netlist& top) {
     return 0;
 }
 
-// The inputs change while the clock falls, the outputs are looked at while it is high.
+// The inputs change while the clock falls, the outputs that a clock leaves are looked at while it is high.
 void fall(Vnetlist& top) {
   top.clk_i = 0;
   top.eval();
@@ -150,14 +150,18 @@ int replay(const std::filesystem::path& path, const char* counts) {
   meltstage::recording::Cursor at(recording);
   unsigned long clocks = 0;
   unsigned long mismatches = 0;
+  Outputs left{};
   do {
     if (isatty(2) && clocks % 10000 == 0)
       std::fprintf(stderr, "\rreplay: %lu of %lu clocks", clocks,
                    static_cast<unsigned long>(recording.final_cycle() + 1 - recording.first_cycle()));
-    set_pins(top, meltstage::tb::inputs_of(at.values()));
+    const Inputs in = meltstage::tb::inputs_of(at.values());
+    set_pins(top, in);
     fall(top);
+    if (clocks == 0) left = meltstage::chip::take_outputs(top);
+    const Outputs out = meltstage::tb::before_clock(left, in);
     rise(top);
-    const Outputs out = meltstage::chip::take_outputs(top);
+    left = meltstage::chip::take_outputs(top);
     const Outputs recorded = meltstage::tb::outputs_of(at.values());
     if (out != recorded && ++mismatches <= 3)
       std::printf("clock %lu: outputs %03x, recorded %03x\n", clocks, digits(out), digits(recorded));

@@ -45,11 +45,11 @@ void FunctionalSession::step() {
   in_.uart_rx = transmitter_.step(cycle_);
   in_.spi_miso = sensor_.step(out_.spi_cs_n, out_.spi_sclk);
   in_.heater_fb = feedback_ < 0 ? out_.heater : feedback_ != 0;
-  out_ = chip_.step(in_);
-  receiver_.step(cycle_, out_.uart_tx);
-  const auto levels = tb::pin_levels(in_, out_);
+  const auto levels = tb::pin_levels(in_, tb::before_clock(out_, in_));
   for (std::uint32_t pin = 0; pin < tb::kChipPinCount; ++pin) recorder_.set(pin, levels[pin]);
-  recorder_.commit(cycle_++);
+  recorder_.commit(cycle_);
+  out_ = chip_.step(in_);
+  receiver_.step(cycle_++, out_.uart_tx);
 }
 
 FunctionalSet FunctionalSession::finish() {

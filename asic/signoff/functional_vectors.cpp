@@ -52,10 +52,12 @@ PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device) {
       device == ReplayDevice::rtl ? tb::make_verilated_rtl() : nullptr;
   PinReplay result;
   recording::Cursor cursor(stream);
+  chip::Outputs left = model.outputs({.rst_n = false});
   for (bool more = true; more; more = cursor.step()) {
     const chip::Inputs in = tb::inputs_of(cursor.values());
     const chip::Outputs recorded = tb::outputs_of(cursor.values());
-    const chip::Outputs out = rtl ? rtl->step(in) : model.step(in);
+    const chip::Outputs out = tb::before_clock(left, in);
+    left = rtl ? rtl->step(in) : model.step(in);
     ++result.clocks;
     result.strobes += tb::kChipPinCount - tb::kPinUartTx;
     if (out == recorded) continue;
@@ -115,7 +117,8 @@ dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<
   for (bool more = true; more; more = cursor.next_event()) {
     const std::vector<std::uint64_t> now(cursor.values().begin(), cursor.values().end());
     const std::string driven = "P" + of(now, inputs, "01");
-    std::string first = driven + of(before.empty() ? now : before, outputs, "LH");
+    const std::string states = driven + of(now, outputs, "LH");
+    std::string first = states;
     if (before.empty())
       mask(first, every_output, "power-up: no clock and no reset has been yet");
     else if (before[tb::kPinRstN] != 0 && now[tb::kPinRstN] == 0)
@@ -124,7 +127,7 @@ dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<
       mask(first, {tb::kPinHeater}, "inhibit_i changes: it acts on heater_o without the clock");
     add(first, 1);
     const std::uint64_t end = cursor.next_event_cycle().value_or(cursor.final_cycle() + 1);
-    add(driven + of(now, outputs, "LH"), end - cursor.cycle() - 1);
+    add(states, end - cursor.cycle() - 1);
     before = now;
   }
   return result;

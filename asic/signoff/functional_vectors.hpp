@@ -19,8 +19,7 @@ struct FunctionalPiece {
 };
 
 struct FunctionalSet {
-  recording::Stream
-      stream;  // of the chip's pins; in a cycle stand the inputs before its clock and the outputs behind it
+  recording::Stream stream;  // of the chip's pins
   std::vector<FunctionalPiece> pieces;
 };
 
@@ -48,8 +47,8 @@ struct MaskedStrobes {
   std::string reason;
 };
 
-// The recording as a tester runs it: clock clk_i, the inputs of each clock before it, and before it too the
-// outputs that the clock before left. `pieces` become labels. What that leaves open is masked and told.
+// The recording as a tester runs it: clock clk_i, and before it the pins of each cycle. `pieces` become
+// labels. What that leaves open is masked and told.
 dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<FunctionalPiece>& pieces = {},
                              std::vector<MaskedStrobes>* masked = nullptr);
 // Such a stream, as read back from a file, run on a device. Throws std::runtime_error when it has other

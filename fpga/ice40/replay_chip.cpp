@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // replay_chip RECORDING: the chip's recorded pins (.mvec, docs/make/formats/mvec.md) on the netlist that was
-// read back from the board's bitstream, each output compared behind each clock. Exits with 1 on a mismatch, 2
+// read back from the board's bitstream, each output compared before each clock. Exits with 1 on a mismatch, 2
 // when the recording can't be used.
 #include <cstdint>
 #include <cstdio>
@@ -18,6 +18,7 @@ using meltstage::chip::Inputs;
 using meltstage::chip::Outputs;
 using meltstage::recording::Cursor;
 using meltstage::recording::Stream;
+using meltstage::tb::before_clock;
 using meltstage::tb::chip_pin_header;
 using meltstage::tb::inputs_of;
 using meltstage::tb::output_difference;
@@ -59,12 +60,15 @@ int replay(const char* path) {
   board.rst_ni = 0;
   for (int i = 0; i < kLoadClocks; ++i) clock();
 
+  Outputs left = meltstage::chip::take_outputs(board);
   Cursor at(recording);
   std::uint64_t clocks = 0, mismatches = 0;
   do {
-    set_pins(board, inputs_of(at.values()));
+    const Inputs in = inputs_of(at.values());
+    const Outputs out = before_clock(left, in);
+    set_pins(board, in);
     clock();
-    const Outputs out = meltstage::chip::take_outputs(board);
+    left = meltstage::chip::take_outputs(board);
     const Outputs recorded = outputs_of(at.values());
     if (out != recorded && ++mismatches <= 3)
       std::printf("clock %llu: %s\n", static_cast<unsigned long long>(at.cycle()),

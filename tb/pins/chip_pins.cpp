@@ -48,6 +48,11 @@ std::array<std::uint64_t, kChipPinCount> pin_levels(const chip::Inputs& in, cons
   };
 }
 
+chip::Outputs before_clock(chip::Outputs left, const chip::Inputs& in) {
+  left.heater = left.heater && !in.inhibit;
+  return left;
+}
+
 void record_inputs(recording::Recorder& recorder, const chip::Inputs& in) {
   std::uint32_t pin = 0;
 #define TC_RECORD(port, member, bits) recorder.set(pin++, in.member);

@@ -23,6 +23,9 @@ chip::Inputs inputs_of(std::span<const std::uint64_t> pins);
 chip::Outputs outputs_of(std::span<const std::uint64_t> pins);
 // Levels of all pins in the header's order.
 std::array<std::uint64_t, kChipPinCount> pin_levels(const chip::Inputs& in, const chip::Outputs& out);
+// What a recording has of a cycle's outputs, all of them before its clock: `left`, those that the clock
+// before left, with inhibit_i acting on the heater without a clock. A reset that falls shows a cycle later.
+chip::Outputs before_clock(chip::Outputs left, const chip::Inputs& in);
 // Into a recording that begins with chip_pin_header's pins, or its inputs.
 void record_inputs(recording::Recorder& recorder, const chip::Inputs& in);
 void record_outputs(recording::Recorder& recorder, const chip::Outputs& out);

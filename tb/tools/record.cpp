@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// record short|long FILE.mvec: runs the chip's model among its devices and writes what its pins did, the
-// outputs behind each clock. short: reset, one command, its answer. long: from reset through every kind of
+// record short|long FILE.mvec: runs the chip's model among its devices and writes what its pins did.
+// short: reset, one command, its answer. long: from reset through every kind of
 // command, heating, faults and stops.
 #include <fmt/format.h>
 
@@ -23,11 +23,10 @@ class Recorded final : public Device {
       : file_(path), recorder_(file_, chip_pin_header(fmt::format("record {}", length))) {}
 
   chip::Outputs step(const chip::Inputs& in) override {
-    const chip::Outputs out = chip_.step(in);
     record_inputs(recorder_, in);
-    record_outputs(recorder_, out);
+    record_outputs(recorder_, chip_.outputs(in));
     recorder_.commit(clocks_++);
-    return out;
+    return chip_.step(in);
   }
   const chip::Chip& model() const override { return chip_; }
   void restart(const chip::Chip&, const chip::Inputs&) override {

@@ -114,8 +114,8 @@ void WindowPlanner::run_until(std::uint64_t cycle) {
   const chip::Inputs in = inputs_of(levels_);
   const chip::Outputs recorded = outputs_of(levels_);
   StillPins still{in};
-  const auto check = [&](std::uint64_t at, const chip::Inputs&, chip::Outputs standing) {
-    standing.heater = standing.heater && !in.inhibit;  // acts without a clock
+  const auto check = [&](std::uint64_t at, const chip::Inputs&, const chip::Outputs& left) {
+    const chip::Outputs standing = before_clock(left, in);
     if (standing != recorded) refuse(fmt::format("cycle {}: {}", at, output_difference(recorded, standing)));
   };
   while (run_.cycle < cycle) {

@@ -241,7 +241,7 @@ class WindowRun {
     if (start_.cycle > 0 && !rtl_->flops_equal(start_.chip))
       fail("start", rtl_->differences(start_.chip), "RTL");
     recording::Cursor cursor(pins_);
-    chip::Outputs standing = start_.chip.outputs(start_.before);
+    chip::Outputs left = start_.chip.outputs(start_.before);
     std::optional<std::uint64_t> event = planned_.first_cycle;
     chip::Inputs in;
     chip::Outputs recorded{};
@@ -252,9 +252,9 @@ class WindowRun {
         recorded = outputs_of(cursor.values());
         event = cursor.next_event_cycle();
       }
-      standing.heater = standing.heater && !in.inhibit;  // acts without a clock
+      const chip::Outputs standing = before_clock(left, in);
       if (standing != recorded) fail_pins(cycle, recorded, standing);
-      standing = lockstep_->step(in);
+      left = lockstep_->step(in);
       if (progress && cycle % kTellEvery == 0)
         progress(static_cast<double>(cycle - planned_.first_cycle) / clocks);
     }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording of the model's pins (.mvec, outputs behind each clock) on the netlist. An x or z on an output is a mismatch.
+// A recording of the model's pins (.mvec) on the netlist. An x or z on an output is a mismatch.
 `timescale 1ns / 1ns
 module replay;
   reg clk = 0;
   `include "replay_pins.vh"
 
+  reg reset_before = 1;
   integer file, at, next, clocks, mismatches;
   reg [8*1024-1:0] path;
   reg [8*1024-1:0] word;
@@ -12,13 +13,16 @@ module replay;
   // The clocks from `at` on with the pins as they stand, up to the one before `next`.
   task run_to_next;
     while (at < next) begin
-      #1 clk = 1;
-      #1 clk = 0;
-      #1 clocks = clocks + 1;
-      if (outputs !== recorded) begin
+      #1;
+      // A reset that falls acts at once here, and a cycle later in the recording.
+      if (reset_before <= rst_ni && outputs !== recorded) begin
         mismatches = mismatches + 1;
         if (mismatches <= 10) $display("clock %0d: netlist %b, model %b", at, outputs, recorded);
       end
+      reset_before = rst_ni;
+      clk = 1;
+      #1 clk = 0;
+      clocks = clocks + 1;
       at = at + 1;
     end
   endtask

@@ -17,7 +17,7 @@
 namespace meltstage::tb {
 namespace {
 
-// So many clocks with these inputs, behind each of which the outputs are these.
+// So many clocks with these inputs, before each of which the outputs are these.
 struct Stretch {
   std::uint64_t clocks;
   chip::Inputs in;
@@ -42,15 +42,17 @@ std::optional<std::uint64_t> first_difference(Vtc_top& top, const std::vector<St
   top.scan_i = 0;
   chip::put_inputs({.rst_n = false}, top);
   top.eval();
+  chip::Outputs left = chip::take_outputs(top);
   for (const Stretch& stretch : recording) {
     chip::put_inputs(stretch.in, top);
     if (!stretch.in.rst_n) top.eval();  // reset acts without a clock
     for (std::uint64_t i = 0; i < stretch.clocks; ++i, ++clock) {
+      if (before_clock(left, stretch.in) != stretch.out) return clock;
       top.clk_i = 1;
       top.eval();
       top.clk_i = 0;
       top.eval();
-      if (chip::take_outputs(top) != stretch.out) return clock;
+      left = chip::take_outputs(top);
     }
   }
   return std::nullopt;

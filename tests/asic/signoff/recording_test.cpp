@@ -13,9 +13,20 @@
 #include "base/output_file.hpp"
 #include "cmodel/chip.hpp"
 #include "tb/pins/chip_pins.hpp"
+#include "tb/windows/window_plan.hpp"
 
 namespace meltstage::app {
 namespace {
+
+// One clock more: the pins as they stand before it.
+void record_clock(recording::Recorder& recorder, chip::Chip& chip, const chip::Inputs& in,
+                  std::uint64_t cycle, std::uint64_t turned = 0) {
+  auto levels = tb::pin_levels(in, chip.outputs(in));
+  levels[tb::kPinHeater] ^= turned;
+  for (std::uint32_t pin = 0; pin < tb::kChipPinCount; ++pin) recorder.set(pin, levels[pin]);
+  recorder.commit(cycle);
+  chip.step(in);
+}
 
 // The chip's model out of reset with its lines idle; an output is turned over in one cycle when `wrong` names
 // it.
@@ -28,10 +39,7 @@ recording::Stream recorded(std::uint64_t clocks, std::uint64_t wrong = ~std::uin
     in.uart_rx = true;
     in.addr_strap = 5;
     in.rst_n = cycle >= 20;
-    auto levels = tb::pin_levels(in, chip.step(in));
-    if (cycle == wrong) levels[tb::kPinHeater] ^= 1;
-    for (std::uint32_t pin = 0; pin < tb::kChipPinCount; ++pin) recorder.set(pin, levels[pin]);
-    recorder.commit(cycle);
+    record_clock(recorder, chip, in, cycle, cycle == wrong ? 1 : 0);
   }
   recorder.finish(clocks - 1);
   return stream;
@@ -83,7 +91,7 @@ TEST(Recording, RunsFromItsStilFile) {
   read = chip_cycles(recorded(2'000, 1'234));
   const PinReplay wrong = replay_cycles_on(read, ReplayDevice::model);
   EXPECT_EQ(wrong.mismatches, 1u);
-  EXPECT_EQ(wrong.first, "cycle 1235: heater_o: found 0, expected H");
+  EXPECT_EQ(wrong.first, "cycle 1234: heater_o: found 0, expected H");
 }
 
 // The set itself: the same bytes each time, and what its file says holds on the model.
@@ -105,6 +113,25 @@ TEST(Recording, FunctionalSetIsTheSameEachTime) {
   EXPECT_EQ(replay.mismatches, 0u) << replay.first;
   EXPECT_EQ(replay.clocks, set.stream.final_cycle() + 1);
   EXPECT_EQ(replay.strobes, 10 * replay.clocks - strobes);
+}
+
+// A recording says the same to everything that reads it: outputs before the clock.
+TEST(Recording, WindowsTakeTheFunctionalSetAsItIsWritten) {
+  namespace fs = std::filesystem;
+  std::string name = (fs::temp_directory_path() / "meltstage_plan.XXXXXX").string();
+  const fs::path folder = mkdtemp(name.data());
+  const FunctionalSet set = board_set();
+  tb::WindowPlanner planner(folder / "windows", {"functional", kFunctionalSeed}, {});
+  recording::ChangeReader changes(set.stream);
+  planner.begin(set.stream.header());
+  for (recording::Change change; changes.next(change);) planner.change(change);
+  ASSERT_NO_THROW(planner.end(set.stream.final_cycle()));
+  EXPECT_EQ(planner.publish().cycles, set.stream.final_cycle() + 1);
+  const PinReplay pins = replay_pins(set.stream, ReplayDevice::model);
+  EXPECT_EQ(pins.mismatches, 0u) << pins.first;
+  const PinReplay cycles = replay_cycles_on(chip_cycles(set.stream, set.pieces), ReplayDevice::model);
+  EXPECT_EQ(cycles.mismatches, 0u) << cycles.first;
+  fs::remove_all(folder);
 }
 
 // The manifest names what the set was made from and for; same inputs same bytes, another netlist another
@@ -158,9 +185,7 @@ TEST(Recording, AResetInOperationIsMasked) {
     chip::Inputs in;
     in.rst_n = cycle >= 20 && cycle != 2'000;
     in.inhibit = cycle >= 2'500;
-    const auto levels = tb::pin_levels(in, chip.step(in));
-    for (std::uint32_t pin = 0; pin < tb::kChipPinCount; ++pin) recorder.set(pin, levels[pin]);
-    recorder.commit(cycle);
+    record_clock(recorder, chip, in, cycle);
   }
   recorder.finish(2'999);
   std::vector<MaskedStrobes> masked;
