@@ -109,7 +109,8 @@ Word Blaster::make(const Expression& e, Node node) {
     case Op::kSub:
       return sum(a(), inverted(b()), kTrue);
     case Op::kMul:
-      return products_.empty() || graph_.is_constant(e.arguments[0]) || graph_.is_constant(e.arguments[1])
+      return products_.empty() || e.width > kProductBits || graph_.is_constant(e.arguments[0]) ||
+                     graph_.is_constant(e.arguments[1])
                  ? product(a(), b())
                  : named_product(a(), b());
     case Op::kUnsignedDivide:

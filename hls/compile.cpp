@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 #include <llvm/IR/DiagnosticInfo.h>
+#include <llvm/IR/IRBuilder.h>
+#include <llvm/IR/InstIterator.h>
+#include <llvm/IR/IntrinsicInst.h>
 #include <llvm/IRReader/IRReader.h>
 #include <llvm/Linker/Linker.h>
 #include <llvm/Passes/PassBuilder.h>
@@ -53,7 +56,7 @@ std::string bitcode(const std::filesystem::path& file, const std::vector<std::st
       "-fno-exceptions", "-fno-rtti",  "-emit-llvm", "-c",      file.string(),          "-o",
       code.path().str()};
   if (undefined == Undefined::kTraps)
-    words.insert(words.end(), {"-fsanitize=undefined", "-fsanitize-trap=all",
+    words.insert(words.end(), {"-fno-discard-value-names", "-fsanitize=undefined", "-fsanitize-trap=all",
                                "-fno-sanitize=vptr,function,alignment,null,object-size,pointer-overflow"});
   words.insert(words.end(), options.begin(), options.end());
   const std::vector<llvm::StringRef> arguments(words.begin(), words.end());
@@ -67,6 +70,104 @@ std::string bitcode(const std::filesystem::path& file, const std::vector<std::st
   return read_file(code.path().str(), "bitcode");
 }
 
+// ---- Locals that are read before they are written ---------------------------------------------------------
+
+// Gives each local a value that nothing is known of, where it begins to be: what LLVM's passes would take as
+// they like stays visible as a call of hls_open.BITS.NAME.
+class OpenLocals {
+ public:
+  explicit OpenLocals(llvm::Module& module) : module_(module), layout_(module.getDataLayout()) {}
+
+  void mark() {
+    std::vector<llvm::AllocaInst*> locals;
+    for (llvm::Function& function : module_)
+      for (llvm::Instruction& instruction : llvm::instructions(function))
+        if (auto* local = llvm::dyn_cast<llvm::AllocaInst>(&instruction)) locals.push_back(local);
+    for (llvm::AllocaInst* local : locals)
+      if (local->isStaticAlloca() && !local->isArrayAllocation()) mark(*local);
+  }
+
+ private:
+  static constexpr std::uint64_t kMostStores = 1024;
+
+  void mark(llvm::AllocaInst& local) {
+    name_ = local.hasName() ? local.getName().str() : "a local";
+    const std::vector<llvm::Instruction*> starts = starts_of(local);
+    for (llvm::Instruction* start : starts) open_behind(*start, start->getDebugLoc(), local);
+    if (starts.empty()) open_behind(local, first_use(local), local);
+  }
+
+  // Where its scope is entered; none for locals that a switch or goto may pass by.
+  static std::vector<llvm::Instruction*> starts_of(llvm::AllocaInst& local) {
+    std::vector<llvm::Instruction*> result;
+    for (llvm::User* user : local.users()) {
+      std::vector<llvm::User*> candidates = {user};
+      if (llvm::isa<llvm::BitCastInst>(user)) candidates.assign(user->user_begin(), user->user_end());
+      for (llvm::User* candidate : candidates)
+        if (auto* call = llvm::dyn_cast<llvm::IntrinsicInst>(candidate))
+          if (call->getIntrinsicID() == llvm::Intrinsic::lifetime_start) result.push_back(call);
+    }
+    return result;
+  }
+
+  // The lines of the uses say where a local is that has no line.
+  static llvm::DebugLoc first_use(llvm::AllocaInst& local) {
+    llvm::DebugLoc result;
+    for (llvm::User* user : local.users()) {
+      const auto* instruction = llvm::dyn_cast<llvm::Instruction>(user);
+      if (instruction != nullptr && instruction->getDebugLoc() &&
+          (!result || instruction->getDebugLoc().getLine() < result.getLine()))
+        result = instruction->getDebugLoc();
+    }
+    return result;
+  }
+
+  void open_behind(llvm::Instruction& place, const llvm::DebugLoc& line, llvm::AllocaInst& local) {
+    llvm::IRBuilder<> builder(place.getNextNode());
+    builder.SetCurrentDebugLocation(line);
+    llvm::Type* type = local.getAllocatedType();
+    if (integers(type) <= kMostStores) {
+      write(builder, &local, type);
+    } else {
+      llvm::Value* byte = open(builder, builder.getInt8Ty());
+      builder.CreateMemSet(&local, byte, layout_.getTypeAllocSize(type), local.getAlign());
+    }
+  }
+
+  static std::uint64_t integers(const llvm::Type* type) {
+    if (const auto* array = llvm::dyn_cast<llvm::ArrayType>(type))
+      return array->getNumElements() * integers(array->getElementType());
+    std::uint64_t count = type->isIntegerTy() ? 1 : 0;
+    if (const auto* structure = llvm::dyn_cast<llvm::StructType>(type))
+      for (const llvm::Type* member : structure->elements()) count += integers(member);
+    return count;
+  }
+
+  void write(llvm::IRBuilder<>& builder, llvm::Value* to, llvm::Type* type) {
+    if (type->isIntegerTy()) builder.CreateStore(open(builder, type), to);
+    const unsigned count = type->isStructTy()  ? type->getStructNumElements()
+                           : type->isArrayTy() ? static_cast<unsigned>(type->getArrayNumElements())
+                                               : 0;
+    for (unsigned i = 0; i < count; ++i)
+      write(builder, builder.CreateConstInBoundsGEP2_32(type, to, 0, i),
+            type->isStructTy() ? type->getStructElementType(i) : type->getArrayElementType());
+  }
+
+  llvm::Value* open(llvm::IRBuilder<>& builder, llvm::Type* type) {
+    const std::string name = fmt::format("{}{}.{}", kOpenLocal, type->getIntegerBitWidth(), name_);
+    llvm::FunctionCallee function = module_.getOrInsertFunction(name, type);
+    auto* declared = llvm::cast<llvm::Function>(function.getCallee());
+    declared->setDoesNotThrow();
+    declared->setOnlyAccessesInaccessibleMemory();
+    declared->addFnAttr(llvm::Attribute::WillReturn);
+    return builder.CreateCall(function);
+  }
+
+  llvm::Module& module_;
+  const llvm::DataLayout& layout_;
+  std::string name_;
+};
+
 // Whatever is called is copied in; memory becomes values where that is possible; loops that can be counted
 // keep their form, since the translation runs through them.
 constexpr const char* kPasses =
@@ -77,9 +178,10 @@ constexpr const char* kPasses =
 void set_thresholds() {
   static std::once_flag once;
   std::call_once(once, [] {
-    const char* words[] = {"hls", "-inline-threshold=100000000",
-                           "-internalize-public-api-list=hls_reset,hls_step,hls_outputs,hls_invariants,hls_"
-                           "flops,hls_input_pins,hls_output_pins,hls_invariant_names"};
+    const char* words[] = {
+        "hls", "-inline-threshold=100000000",
+        "-internalize-public-api-list=hls_reset,hls_step,hls_outputs,hls_in_reset,hls_invariants,hls_"
+        "flops,hls_input_pins,hls_output_pins,hls_invariant_names"};
     llvm::cl::ParseCommandLineOptions(3, words);
   });
 }
@@ -120,6 +222,10 @@ std::unique_ptr<llvm::Module> compile(const Sources& sources, Undefined undefine
     } else if (llvm::Linker::linkModules(*whole, std::move(module))) {
       throw UserError("hls: two of the files define the same function");
     }
+  }
+  if (undefined == Undefined::kTraps) {
+    OpenLocals(*whole).mark();
+    whole->getOrInsertNamedMetadata(kShowsPromises);
   }
   run_passes(*whole);
   return whole;

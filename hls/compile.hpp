@@ -18,8 +18,13 @@ struct Sources {
 };
 
 /// What C++ leaves undefined becomes a place that is never reached in the one, and is left to the compiler in
-/// the other: the first shows what the C++ promises, the second is the circuit.
+/// the other: the first shows what the C++ promises, the second is the circuit. In the first a local begins
+/// with the result of a call of kOpenLocal BITS.NAME.
 enum class Undefined { kTraps, kIsLeft };
+
+inline constexpr const char* kOpenLocal = "hls_open.";
+/// Named metadata of a module that was compiled with Undefined::kTraps.
+inline constexpr const char* kShowsPromises = "hls.promises";
 
 /// Throws UserError with the compiler's first message when it refuses a file.
 std::unique_ptr<llvm::Module> compile(const Sources& sources, Undefined undefined,

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <set>
 
@@ -140,12 +141,52 @@ class Builder {
       if (name != kClock && !problem_.pins.contains(name)) problem_.pins[name] = aig.input();
   }
 
+  // Where the C++ multiplies by a constant it has gates, and not a product of two variables. So the named
+  // result of a and b is known for those constants.
+  Word with_constants(const Word& a, const Word& b, Word result) {
+    Aig& aig = problem_.aig;
+    Blaster gates(model_.graph, aig, problem_.state, {});
+    const auto wide = [](Word word, std::size_t bits) {
+      word.resize(bits, word.back());
+      return word;
+    };
+    Word factor = b;  // without the bits that repeat its sign
+    while (factor.size() > 1 && factor.back() == factor[factor.size() - 2]) factor.pop_back();
+    for (const APInt& constant : constant_factors()) {
+      Word digits;
+      for (unsigned i = 0; i < constant.getActiveBits(); ++i) digits.push_back(aig.constant(constant[i]));
+      digits.push_back(kFalse);
+      const std::size_t bits = std::min<std::size_t>(kProductBits, factor.size() + digits.size());
+      const Word product = wide(gates.product(wide(factor, bits), wide(digits, bits)), kProductBits);
+      Literal same = kTrue;
+      const Word whole = wide(digits, kProductBits);
+      for (unsigned i = 0; i < kProductBits; ++i) same = aig.both(same, aig.differ(a[i], whole[i]) ^ 1);
+      for (unsigned i = 0; i < kProductBits; ++i) result[i] = aig.select(same, product[i], result[i]);
+    }
+    return result;
+  }
+
+  // What the C++ multiplies by, without sign and each once.
+  std::vector<APInt> constant_factors() const {
+    std::vector<APInt> result;
+    for (Node node = 0; node < model_.graph.size(); ++node) {
+      const Expression& e = model_.graph[node];
+      if (e.op != Op::kMul || !model_.graph.is_constant(e.arguments[1])) continue;
+      const APInt value = model_.graph.value(e.arguments[1]).zextOrTrunc(kProductBits);
+      if (value.getActiveBits() < kProductBits / 2 &&
+          std::find(result.begin(), result.end(), value) == result.end())
+        result.push_back(value);
+    }
+    return result;
+  }
+
   std::vector<Product> cut_products(RtlSide& rtl) {
     std::vector<Product> products;
     for (const RtlProduct& product : rtl_.products) {
       Word result;
       if (products_ == Products::kNamed) {
         for (unsigned i = 0; i < kProductBits; ++i) result.push_back(problem_.aig.input());
+        result = with_constants(rtl.at(product.a), rtl.at(product.b), std::move(result));
       } else {
         result = Blaster(model_.graph, problem_.aig, problem_.state, {})
                      .product(rtl.at(product.a), rtl.at(product.b));

@@ -424,4 +424,52 @@ Node Graph::sign_extend(Node a, unsigned bits) {
   return make(Op::kSignExtend, bits, {a, 0, 0});
 }
 
+std::vector<bool> Graph::behind(const std::vector<Node>& roots) const {
+  std::vector<bool> result(size(), false);
+  for (const Node root : roots) result[root] = true;
+  for (Node node = static_cast<Node>(size()); node-- > 0;)
+    for (unsigned i = 0; result[node] && i < argument_count(expressions_[node].op); ++i)
+      result[expressions_[node].arguments[i]] = true;
+  return result;
+}
+
+// An operator on other arguments.
+Node Graph::again(const Expression& e, const std::array<Node, 3>& arguments) {
+  switch (e.op) {
+    case Op::kNot:
+      return invert(arguments[0]);
+    case Op::kSelect:
+      return select(arguments[0], arguments[1], arguments[2]);
+    case Op::kConcat:
+      return concat(arguments[0], arguments[1]);
+    case Op::kSlice:
+      return slice(arguments[0], e.low, e.width);
+    case Op::kSignExtend:
+      return sign_extend(arguments[0], e.width);
+    default:
+      return binary(e.op, arguments[0], arguments[1]);
+  }
+}
+
+std::vector<Node> Graph::replaced(const std::vector<Node>& roots, const std::unordered_map<Node, Node>& by) {
+  const std::vector<bool> needed = behind(roots);
+  std::vector<Node> image(needed.size());
+  for (Node node = 0; node < needed.size(); ++node) {
+    image[node] = node;
+    if (!needed[node]) continue;
+    if (const auto other = by.find(node); other != by.end()) image[node] = other->second;
+    const Expression e = expressions_[node];
+    std::array<Node, 3> arguments{};
+    bool changed = false;
+    for (unsigned i = 0; i < argument_count(e.op); ++i) {
+      arguments[i] = image[e.arguments[i]];
+      changed = changed || arguments[i] != e.arguments[i];
+    }
+    if (changed) image[node] = again(e, arguments);
+  }
+  std::vector<Node> result;
+  for (const Node root : roots) result.push_back(image[root]);
+  return result;
+}
+
 }  // namespace meltstage::hls

@@ -90,6 +90,11 @@ class Graph {
   bool is_constant(Node node) const { return expressions_[node].op == Op::kConstant; }
   const APInt& value(Node constant) const { return values_[expressions_[constant].low]; }
 
+  /// Which nodes `roots` rest on, and themselves.
+  std::vector<bool> behind(const std::vector<Node>& roots) const;
+  /// The roots as they are with other nodes in the place of some.
+  std::vector<Node> replaced(const std::vector<Node>& roots, const std::unordered_map<Node, Node>& by);
+
   /// Nodes made from now on come from here.
   void at(Place place);
   const Place& place(Node node) const { return places_[place_of_[node]]; }
@@ -102,6 +107,7 @@ class Graph {
     bool operator()(const Expression& a, const Expression& b) const;
   };
 
+  Node again(const Expression& e, const std::array<Node, 3>& arguments);
   Node make(Op op, unsigned width, std::array<Node, 3> arguments, unsigned low = 0);
   bool is_zero(Node node) const { return is_constant(node) && value(node).isZero(); }
   bool is_ones(Node node) const { return is_constant(node) && value(node).isAllOnes(); }

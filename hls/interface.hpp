@@ -6,6 +6,10 @@
 //   void hls_outputs(const State*, const Inputs*, Outputs*);
 //   const meltstage::hls::Field hls_flops[], hls_input_pins[], hls_output_pins[];   what lies where in these
 //
+// if flops have a reset of their own, as one that ends with the clock,
+//
+//   void hls_in_reset(const State*, const Inputs*, std::uint8_t*);   1 while they show their reset values
+//
 // and, if a proof needs to know what holds in all states that are reached from reset,
 //
 //   void hls_invariants(const State*, Invariants*);          1 for each that holds

@@ -17,7 +17,8 @@ enum class Method {
   kSimulation,  // random values showed a difference
   kSweeping,    // equal inner nodes were merged (ABC's fraig)
   kParity,      // sums of parity were sorted
-  kSat          // one question to a SAT solver (CaDiCaL)
+  kSat,         // one question to a SAT solver (CaDiCaL)
+  kCases        // all of these in each value of a flop or pin of few bits
 };
 
 enum class Verdict { kHolds, kBroken, kOpen };
@@ -31,6 +32,7 @@ struct Answer {
 
 struct ProverLimits {
   std::vector<unsigned> sweeps = {100, 3000};  // conflicts a node that each round of sweeping may take
+  int conflicts_of_case = 20'000;              // of the SAT solver in a case, and before any case is tried
   int conflicts = 2'000'000;                   // of the SAT solver, an obligation
   std::uint64_t seed = 1;                      // of the random values
 };

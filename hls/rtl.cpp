@@ -19,6 +19,7 @@ namespace {
 // flops' names are those of the wires at Q.
 constexpr const char* kCuts = R"((* blackbox *) module hls_flop (input D, C, R, V, output Q); endmodule
 (* blackbox *) module hls_product (input [63:0] A, B, output [63:0] Y); endmodule
+(* blackbox *) module hls_open (output Y); endmodule
 )";
 
 constexpr const char* kFlops = R"(
@@ -68,6 +69,21 @@ module hls_cut_product (A, B, Y);
 endmodule
 )";
 
+// An x, and what no net drives, is any value: an input of its own, a bit each.
+constexpr const char* kOpen = R"(
+(* techmap_celltype = "$anyseq" *)
+module hls_cut_open (Y);
+  parameter WIDTH = 1;
+  output [WIDTH-1:0] Y;
+  genvar i;
+  generate
+    for (i = 0; i < WIDTH; i = i + 1) begin : bits
+      hls_open value (.Y(Y[i]));
+    end
+  endgenerate
+endmodule
+)";
+
 std::string quoted(const std::filesystem::path& path) { return fmt::format("\"{}\"", path.string()); }
 
 std::string script(const RtlSources& sources, const TemporaryFolder& folder) {
@@ -78,8 +94,11 @@ std::string script(const RtlSources& sources, const TemporaryFolder& folder) {
 read_verilog -lib {cuts}
 hierarchy -check -top {top}
 proc
+setattr -unset src c:* t:$* %d
 flatten
 memory_map
+write_json {netlist}
+setundef -anyseq
 select -set flops t:$*dff* %co1:+[Q]
 select -set flops w:* w:*$* %d @flops %i
 setattr -set keep 1 @flops
@@ -91,13 +110,14 @@ simplemap t:$dff t:$adff t:$dlatch
 techmap -map {flops} t:$_DFF*
 opt_clean -purge
 select -assert-none t:*LATCH* t:*DFF* t:*dff*
+techmap
+setundef -undriven -anyseq
+techmap -map {open} t:$anyseq
 rename -enumerate -pattern hls_product% t:hls_product
 rename -enumerate -pattern hls_flop% t:hls_flop
-expose -evert @flops t:hls_product t:hls_flop
-delete =hls_product =hls_flop
-setundef -undriven -zero
-setundef -zero
-techmap
+rename -enumerate -pattern hls_open% t:hls_open
+expose -evert @flops t:hls_product t:hls_flop t:hls_open
+delete =hls_product =hls_flop =hls_open
 opt_expr
 opt_clean -purge
 aigmap
@@ -106,8 +126,12 @@ write_aiger -symbols {gates}
                      fmt::arg("files", files), fmt::arg("cuts", quoted(folder.file("cuts.v"))),
                      fmt::arg("top", sources.top), fmt::arg("products", quoted(folder.file("products.v"))),
                      fmt::arg("flops", quoted(folder.file("flops.v"))),
+                     fmt::arg("netlist", quoted(folder.file("netlist.json"))),
+                     fmt::arg("open", quoted(folder.file("open.v"))),
                      fmt::arg("gates", quoted(folder.file("gates.aig"))));
 }
+
+constexpr std::string_view kOpenValue = "hls_open";
 
 // A port of a cut cell: hls_flop7.D, hls_product0.A[12].
 struct CutPort {
@@ -142,10 +166,17 @@ bool read_cut_port(std::string_view name, CutPort& port) {
   return true;
 }
 
+// Yosys leaves one before a digit.
+std::string without_backslash(const std::string& name) { return name.substr(name.starts_with('\\') ? 1 : 0); }
+
 // Sorts the ports of the cut gates to flops, products and pins.
 class Sorter {
  public:
-  explicit Sorter(AigerFile gates) { rtl_.gates = std::move(gates); }
+  explicit Sorter(AigerFile gates) {
+    rtl_.gates = std::move(gates);
+    for (std::string& name : rtl_.gates.inputs) name = without_backslash(name);
+    for (AigerFile::Output& output : rtl_.gates.outputs) output.name = without_backslash(output.name);
+  }
 
   Rtl run() {
     for (std::size_t i = 0; i < rtl_.gates.inputs.size(); ++i)
@@ -161,6 +192,7 @@ class Sorter {
       rtl_.flops[flop->second].names.push_back(output.name);
     }
     for (const RtlFlop& flop : rtl_.flops) check(flop);
+    order_products();
     return std::move(rtl_);
   }
 
@@ -168,7 +200,7 @@ class Sorter {
   void take(const std::string& name, std::uint32_t literal, std::map<std::string, std::uint32_t>& pins) {
     CutPort port{};
     if (!read_cut_port(name, port)) {
-      pins[name] = literal;
+      pins[any_value(name)] = literal;
     } else if (port.is_flop) {
       if (rtl_.flops.size() <= port.cell) rtl_.flops.resize(port.cell + 1);
       RtlFlop& flop = rtl_.flops[port.cell];
@@ -184,6 +216,64 @@ class Sorter {
       bits.resize(kProductBits);
       bits[port.bit] = literal;
     }
+  }
+
+  // hls_open7.Y as x#7, which is no name of a pin.
+  static std::string any_value(const std::string& name) {
+    std::string_view rest = name;
+    std::size_t number = 0;
+    if (!rest.starts_with(kOpenValue)) return name;
+    rest.remove_prefix(kOpenValue.size());
+    return read_number(rest, number) && rest == ".Y" ? fmt::format("x#{}", number) : name;
+  }
+
+  // Each product behind those that its operands rest on.
+  void order_products() {
+    std::unordered_map<std::uint32_t, std::size_t> product_of;  // by node
+    for (std::size_t i = 0; i < rtl_.products.size(); ++i)
+      for (const std::uint32_t bit : rtl_.products[i].result)
+        if (bit != 0) product_of[bit / 2] = i;
+    const std::size_t inputs = rtl_.gates.inputs.size();
+    // operands' nodes that are still to be looked at, for each product that is begun
+    struct Begun {
+      std::size_t product;
+      std::vector<std::uint32_t> open;
+      std::vector<bool> seen;
+    };
+    const auto begin = [&](std::size_t product) {
+      Begun begun{product, {}, std::vector<bool>(1 + inputs + rtl_.gates.ands.size())};
+      for (const auto* operand : {&rtl_.products[product].a, &rtl_.products[product].b})
+        for (const std::uint32_t bit : *operand) begun.open.push_back(bit / 2);
+      return begun;
+    };
+    std::vector<RtlProduct> ordered;
+    std::vector<bool> placed(rtl_.products.size());
+    for (std::size_t i = 0; i < rtl_.products.size(); ++i) {
+      std::vector<Begun> stack;
+      if (!placed[i]) stack.push_back(begin(i));
+      while (!stack.empty()) {
+        Begun& top = stack.back();
+        if (top.open.empty()) {
+          ordered.push_back(rtl_.products[top.product]);
+          placed[top.product] = true;
+          stack.pop_back();
+          continue;
+        }
+        const std::uint32_t node = top.open.back();
+        const auto product = product_of.find(node);
+        if (product != product_of.end() && !placed[product->second]) {
+          stack.push_back(begin(product->second));  // the node is looked at again behind it
+          continue;
+        }
+        top.open.pop_back();
+        if (node <= inputs || top.seen[node]) continue;
+        top.seen[node] = true;
+        const Aig::And& gate = rtl_.gates.ands[node - inputs - 1];
+        top.open.push_back(gate.a / 2);
+        top.open.push_back(gate.b / 2);
+      }
+    }
+    rtl_.products = std::move(ordered);
   }
 
   void check(const RtlFlop& flop) const {
@@ -227,11 +317,18 @@ Rtl read_rtl(const RtlSources& sources) {
   write_whole(folder.file("cuts.v"), kCuts);
   write_whole(folder.file("flops.v"), kFlops);
   write_whole(folder.file("products.v"), kProducts);
+  write_whole(folder.file("open.v"), kOpen);
   write_whole(folder.file("read.ys"), script(sources, folder));
   const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", folder.file("read.ys").string()});
+  // What is wrong in it is told by what was read, before Yosys stumbles over it.
+  Netlist netlist;
+  if (std::filesystem::exists(folder.file("netlist.json")))
+    netlist = read_netlist(folder.file("netlist.json"), sources.top);
   if (yosys.status != 0)
     throw UserError(fmt::format("RTL: Yosys refuses it: {}", line_with(yosys.output, "ERROR")));
-  return Sorter(read_aiger(folder.file("gates.aig"))).run();
+  Rtl rtl = Sorter(read_aiger(folder.file("gates.aig"))).run();
+  rtl.netlist = std::move(netlist);
+  return rtl;
 }
 
 }  // namespace meltstage::hls

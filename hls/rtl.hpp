@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hls/aig.hpp"
+#include "hls/netlist.hpp"
 
 namespace meltstage::hls {
 
@@ -41,13 +42,14 @@ struct RtlProduct {
 struct Rtl {
   AigerFile gates;  // without latches
   std::vector<RtlFlop> flops;
-  std::vector<RtlProduct> products;
-  std::map<std::string, std::uint32_t> inputs;   // pins, bit by bit
-  std::map<std::string, std::uint32_t> outputs;  //
+  std::vector<RtlProduct> products;  // each behind those that its operands rest on
+  /// Pins, bit by bit. x#NUMBER is an x, or a value that a net without a driver has: it may be any.
+  std::map<std::string, std::uint32_t> inputs;
+  std::map<std::string, std::uint32_t> outputs;
+  Netlist netlist;
 };
 
-/// Throws UserError with what Yosys says when it refuses the files, and for a flop that is not clocked at a
-/// rising edge or is a latch.
+/// Throws UserError with what Yosys says when it refuses the files, and what read_netlist() throws.
 Rtl read_rtl(const RtlSources& sources);
 
 }  // namespace meltstage::hls

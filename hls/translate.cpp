@@ -16,14 +16,19 @@
 #include <llvm/IR/Operator.h>
 
 #include <algorithm>
+#include <cstring>
 #include <functional>
 #include <map>
 #include <memory>
 #include <numeric>
 #include <optional>
 #include <regex>
+#include <set>
+#include <tuple>
 
 #include "base/error.hpp"
+#include "hls/compile.hpp"
+#include "hls/names.hpp"
 
 namespace meltstage::hls {
 namespace {
@@ -75,6 +80,18 @@ struct Executed {
   std::vector<int> out;   // edges; one of them is taken
 };
 
+// A value that the C++ leaves open: an Op::kAny, and whose it is.
+struct Open {
+  Node node;
+  std::string of;
+  Place place;
+};
+
+struct OpenValues {
+  std::vector<Open> values;
+  std::unordered_map<Node, Place> reads;  // where such a byte is first read
+};
+
 Place place_of(const llvm::Instruction& instruction) {
   const llvm::DILocation* at = instruction.getDebugLoc().get();
   if (at == nullptr) return {};
@@ -90,9 +107,11 @@ Place place_of(const llvm::Instruction& instruction) {
 
 class Execution {
  public:
-  Execution(Graph& graph, std::vector<Promise>& promises, llvm::Function& function, Memory memory)
+  Execution(Graph& graph, std::vector<Promise>& promises, OpenValues& opens, llvm::Function& function,
+            Memory memory)
       : graph_(graph),
         promises_(promises),
+        opens_(opens),
         function_(function),
         layout_(function.getParent()->getDataLayout()),
         dominators_(function),
@@ -347,6 +366,13 @@ class Execution {
     if (!is_false(there)) promises_.push_back({there, what, place});
   }
 
+  // A value that nothing is known of.
+  Node open(unsigned width, std::string of) {
+    const Node node = graph_.any(width);
+    opens_.values.push_back({node, std::move(of), here_});
+    return node;
+  }
+
   // ---- memory --------------------------------------------------------------------------------------------
 
   Pointer to_object(unsigned object, std::int64_t start = 0) {
@@ -408,6 +434,7 @@ class Execution {
     std::vector<std::pair<Node, Node>> found;  // when, what
     for (const Target& target : pointer)
       each_offset(target, bytes, [&](std::size_t at, Node when) {
+        if (is_meant(target, at)) note_open_bytes(object(target.object), at, bytes);
         found.emplace_back(when, load(object(target.object), at, bytes));
       });
     if (found.empty())
@@ -416,6 +443,37 @@ class Execution {
     for (auto one = found.rbegin() + 1; one != found.rend(); ++one)
       result = graph_.select(one->first, one->second, result);
     return result;
+  }
+
+  void note_open_bytes(const Object& object, std::size_t at, std::size_t bytes) {
+    for (std::size_t i = at; i < at + bytes; ++i)
+      if (graph_[object[i].of].op == Op::kAny) opens_.reads.try_emplace(object[i].of, here_);
+  }
+
+  // Whether a read at `at` is one of the array that it begins in, and not of what lies behind it.
+  bool is_meant(const Target& target, std::size_t at) const {
+    if (!target.index || target.object >= function_.arg_size()) return true;
+    llvm::Type* type = function_.getArg(target.object)->getType()->getPointerElementType();
+    auto offset = static_cast<std::uint64_t>(target.start);
+    std::uint64_t begin = 0, end = layout_.getTypeAllocSize(type), base = 0;
+    while (offset < end) {
+      if (auto* structure = llvm::dyn_cast<llvm::StructType>(type)) {
+        const llvm::StructLayout& members = *layout_.getStructLayout(structure);
+        const unsigned member = members.getElementContainingOffset(offset - base);
+        base += members.getElementOffset(member);
+        type = structure->getElementType(member);
+      } else if (auto* array = llvm::dyn_cast<llvm::ArrayType>(type)) {
+        begin = base;
+        type = array->getElementType();
+        const std::uint64_t stride = layout_.getTypeAllocSize(type);
+        end = begin + array->getNumElements() * stride;
+        base += (offset - base) / stride * stride;
+      } else {
+        break;
+      }
+      if (base > offset) break;
+    }
+    return at >= begin && at < end;
   }
 
   void store(const Pointer& pointer, Node value) {
@@ -448,7 +506,9 @@ class Execution {
       auto* initial = const_cast<llvm::Constant*>(global.getInitializer());
       const auto* known_byte = llvm::dyn_cast_or_null<llvm::ConstantInt>(
           llvm::ConstantFoldLoadFromConst(initial, byte, APInt(64, i), layout_));
-      content.push_back({known_byte != nullptr ? graph_.constant(known_byte->getValue()) : graph_.any(8), 0});
+      content.push_back(
+          {known_byte != nullptr ? graph_.constant(known_byte->getValue()) : open(8, global.getName().str()),
+           0});
     }
     globals_.push_back(std::move(content));
     constants_.push_back(global.getInitializer());
@@ -471,7 +531,7 @@ class Execution {
       return {{graph_.constant(number->getValue())}, {}};
     if (constant->getType()->isPointerTy()) return {{}, constant_pointer(constant)};
     if (constant->getType()->isIntegerTy() && llvm::isa<llvm::UndefValue>(constant))
-      return {{graph_.any(constant->getType()->getIntegerBitWidth())}, {}};
+      return {{open(constant->getType()->getIntegerBitWidth(), "a local")}, {}};
     if (constant->getType()->isAggregateType()) {
       Value result;
       for (unsigned i = 0; constant->getAggregateElement(i) != nullptr; ++i)
@@ -704,7 +764,8 @@ class Execution {
       refuse(here_,
              fmt::format("found a local of unknown size, expected at most {} bytes", kMostObjectBytes));
     Object content;
-    for (std::uint64_t i = 0; i < *bits / 8; ++i) content.push_back({graph_.any(8), 0});
+    const std::string name = room.hasName() ? room.getName().str() : "a local";
+    for (std::uint64_t i = 0; i < *bits / 8; ++i) content.push_back({open(8, name), 0});
     memory_.push_back(std::make_shared<Object>(std::move(content)));
     return to_object(static_cast<unsigned>(memory_.size() - 1));
   }
@@ -717,6 +778,12 @@ class Execution {
     const std::string name = called->getName().str();
     if (name == "bcmp" || name == "memcmp") {
       values_[&call] = {{order_of_bytes(call)}, {}};
+      return;
+    }
+    if (llvm::StringRef(name).startswith(kOpenLocal)) {
+      values_[&call] = {{open(call.getType()->getIntegerBitWidth(),
+                              llvm::StringRef(name).substr(std::strlen(kOpenLocal)).split('.').second.str())},
+                        {}};
       return;
     }
     if (!called->isIntrinsic())
@@ -918,6 +985,7 @@ class Execution {
 
   Graph& graph_;
   std::vector<Promise>& promises_;
+  OpenValues& opens_;
   llvm::Function& function_;
   const llvm::DataLayout& layout_;
   llvm::DominatorTree dominators_;
@@ -946,6 +1014,7 @@ class Execution {
 
 // ---- The module's three functions ------------------------------------------------------------------------
 
+// The rows of a table.
 std::vector<Field> fields(const llvm::Module& module, const std::string& name) {
   const llvm::GlobalVariable* table = module.getGlobalVariable(name);
   if (table == nullptr || !table->hasInitializer())
@@ -979,7 +1048,7 @@ std::vector<Field> fields(const llvm::Module& module, const std::string& name) {
     if (field.width < 1 || field.width > 8 * field.bytes)
       throw UserError(fmt::format("{}: {}: found {} bits, expected 1 to {}", module.getSourceFileName(),
                                   field.name, field.width, 8 * field.bytes));
-    field.kept = APInt(64, number(5)).trunc(field.width);
+    field.kept = APInt(64, number(5)).zextOrTrunc(field.width);
     if (const auto word = static_cast<std::int32_t>(number(6)); word >= 0)
       field.name += fmt::format("[{}]", word);
     result.push_back(std::move(field));
@@ -996,6 +1065,11 @@ class Translation {
     const std::vector<Field> flops = fields(module_, "hls_flops");
     const std::vector<Field> inputs = fields(module_, "hls_input_pins");
     const std::vector<Field> outputs = fields(module_, "hls_output_pins");
+
+    require_names(flops, inputs, outputs);
+    require_own_bytes(flops, "hls_flops", "hls_step", 0);
+    require_own_bytes(inputs, "hls_input_pins", "hls_step", 1);
+    require_own_bytes(outputs, "hls_output_pins", "hls_outputs", 2);
 
     const Memory in_reset = call("hls_reset", {unknown("hls_reset", 0)});
     for (const Field& field : flops) {
@@ -1020,12 +1094,142 @@ class Translation {
     const Memory after = call("hls_step", {state, pins});
     for (Flop& flop : circuit_.flops) flop.next = taken(*after[0], flop.field, &flop);
     if (module_.getFunction("hls_invariants") != nullptr) take_invariants(in_reset[0], state, after[0]);
+    if (module_.getFunction("hls_in_reset") != nullptr) {
+      const Memory told = call("hls_in_reset", {state, pins, unknown("hls_in_reset", 2)});
+      circuit_.in_reset = graph.slice(told[2]->at(0).of, 8 * told[2]->at(0).index, 1);
+    }
     const Memory shown = call("hls_outputs", {state, pins, unknown("hls_outputs", 2)});
     for (const Field& field : outputs) circuit_.outputs.push_back({field, taken(*shown[2], field, nullptr)});
+    const std::vector<Node> results = all_results();
+    refuse_unlisted(results);
+    if (module_.getNamedMetadata(kShowsPromises) != nullptr) promise_that_open_values_are_unused(results);
     return std::move(circuit_);
   }
 
  private:
+  // Rows of a table lie in the struct that an argument of a function points to, each in bytes of its own.
+  void require_own_bytes(const std::vector<Field>& rows, const char* table, const std::string& name,
+                         unsigned argument) {
+    const std::size_t size = unknown(name, argument)->size();
+    std::map<unsigned, std::string> owners;
+    for (const Field& field : rows) {
+      for (unsigned byte = field.offset; byte < field.offset + field.bytes; ++byte) {
+        if (byte >= size)
+          refuse_row(table, fmt::format("found {} in byte {} of a struct of {} bytes, expected it within",
+                                        field.name, byte, size));
+        const auto [owner, is_first] = owners.try_emplace(byte, field.name);
+        if (!is_first)
+          refuse_row(table, fmt::format("found {} in bytes of {}, expected bytes of its own", field.name,
+                                        owner->second));
+      }
+    }
+  }
+
+  // Flops and pins stand side by side in the RTL, words and bits of them too.
+  void require_names(const std::vector<Field>& flops, const std::vector<Field>& inputs,
+                     const std::vector<Field>& outputs) const {
+    std::set<std::string> known;
+    const auto take = [&](const char* table, const std::string& name) {
+      if (!known.insert(name).second)
+        refuse_row(table, fmt::format("found {} twice, expected each name once", name));
+    };
+    for (const auto& [table, rows] : {std::pair("hls_flops", &flops), std::pair("hls_input_pins", &inputs),
+                                      std::pair("hls_output_pins", &outputs)}) {
+      for (const Field& field : *rows) {
+        if (!can_be_escaped(field.name) || field.name == "clk_i")
+          refuse_row(table, fmt::format("found the name '{}', expected letters, digits and _, and not clk_i",
+                                        field.name));
+        take(table, field.name);
+        for (unsigned bit = 0; field.width > 1 && bit < field.width; ++bit)
+          take(table, fmt::format("{}[{}]", field.name, bit));
+        if (field.name == "rst_ni" && (rows != &inputs || field.width != 1))
+          refuse_row(table,
+                     fmt::format("found rst_ni of {} bits, expected 1 in hls_input_pins", field.width));
+      }
+    }
+    for (const Field& field : flops)  // a block is known by its name, too
+      for (std::size_t dot = field.name.find('.'); dot != std::string::npos;
+           dot = field.name.find('.', dot + 1))
+        if (known.contains(field.name.substr(0, dot)))
+          refuse_row("hls_flops", fmt::format("found {} in {}, which is a flop or pin, expected a block",
+                                              field.name, field.name.substr(0, dot)));
+  }
+
+  [[noreturn]] void refuse_row(const char* table, const std::string& what) const {
+    throw UserError(fmt::format("{}: {}: {}", module_.getSourceFileName(), table, what));
+  }
+
+  std::vector<Node> all_results() const {
+    std::vector<Node> result;
+    for (const Flop& flop : circuit_.flops) result.push_back(flop.next);
+    for (const Pin& pin : circuit_.outputs) result.push_back(pin.node);
+    for (const Invariant& invariant : circuit_.invariants) {
+      result.push_back(invariant.now);
+      result.push_back(invariant.next);
+    }
+    if (circuit_.in_reset) result.push_back(*circuit_.in_reset);
+    return result;
+  }
+
+  // A byte of a struct that no row of a table gives a value, though a result rests on it.
+  void refuse_unlisted(const std::vector<Node>& results) const {
+    const Graph& graph = circuit_.graph;
+    const std::vector<bool> needed = graph.behind(results);
+    for (Node node = 0; node < needed.size(); ++node) {
+      const auto byte = bytes_.find(node);
+      if (!needed[node] || byte == bytes_.end()) continue;
+      // what lies behind an array is read when an index is too large, which is a broken promise
+      if (!opens_.reads.contains(node) && !is_result(byte->second)) continue;
+      const auto& [function, argument, type, at] = byte->second;
+      const std::string member = member_at(*type, at);
+      if (is_result(byte->second))
+        throw UserError(fmt::format("{}: {}(): found {} left without a value, expected one on every path",
+                                    module_.getSourceFileName(), function, member));
+      refuse(opens_.reads.at(node),
+             fmt::format("found {} read, which is in no row of {}, expected one for all that keeps its value",
+                         member, argument == 0 ? "hls_flops" : "hls_input_pins"));
+    }
+  }
+
+  // State of 2 bytes at offset 6: a member has no name here.
+  std::string member_at(llvm::Type& whole, std::uint64_t byte) const {
+    const llvm::DataLayout& layout = module_.getDataLayout();
+    llvm::Type* type = &whole;
+    std::uint64_t offset = 0;
+    while (auto* structure = llvm::dyn_cast<llvm::StructType>(type)) {
+      const llvm::StructLayout& members = *layout.getStructLayout(structure);
+      const unsigned member = members.getElementContainingOffset(byte - offset);
+      offset += members.getElementOffset(member);
+      type = structure->getElementType(member);
+    }
+    const std::uint64_t bytes = layout.getTypeAllocSize(type);
+    const llvm::StringRef name = whole.isStructTy() ? whole.getStructName() : "";
+    return fmt::format("{} of {} byte{} at offset {}", name.substr(name.find('.') + 1).str(), bytes,
+                       bytes == 1 ? "" : "s", offset);
+  }
+
+  // Locals may hold anything before they are written, so no result may change with them.
+  void promise_that_open_values_are_unused(const std::vector<Node>& results) {
+    Graph& graph = circuit_.graph;
+    const std::vector<bool> needed = graph.behind(results);
+    Node kept = graph.truth(true);  // all that is promised so far
+    for (const Promise& promise : circuit_.promises) kept = graph.both(kept, graph.invert(promise.broken));
+    std::map<std::tuple<std::string, unsigned, std::string>, std::vector<const Open*>> groups;
+    for (const Open& open : opens_.values)
+      if (needed[open.node]) groups[{open.place.file, open.place.line, open.of}].push_back(&open);
+    for (const auto& [key, group] : groups) {
+      std::unordered_map<Node, Node> others;
+      for (const Open* open : group) others[open->node] = graph.any(graph.width(open->node));
+      const std::vector<Node> changed = graph.replaced(results, others);
+      Node broken = graph.truth(false);
+      for (std::size_t i = 0; i < results.size(); ++i)
+        broken = graph.either(broken, graph.invert(graph.binary(Op::kEqual, results[i], changed[i])));
+      circuit_.promises.push_back({graph.both(kept, broken),
+                                   fmt::format("{} is read before it is written", group[0]->of),
+                                   group[0]->place});
+    }
+  }
+
   void take_invariants(const std::shared_ptr<const Object>& in_reset,
                        const std::shared_ptr<const Object>& now, const std::shared_ptr<const Object>& after) {
     Graph& graph = circuit_.graph;
@@ -1050,14 +1254,18 @@ class Translation {
     if (!type->isSized())
       throw UserError(
           fmt::format("{}: {}(): found a struct of unknown size", module_.getSourceFileName(), name));
-    for (std::uint64_t i = 0; i < module_.getDataLayout().getTypeAllocSize(type); ++i)
+    for (std::uint64_t i = 0; i < module_.getDataLayout().getTypeAllocSize(type); ++i) {
       object->push_back({circuit_.graph.any(8), 0});
+      bytes_[object->back().of] = {name, argument, type, i};
+    }
     return object;
   }
 
-  // One of the three, as interface.hpp wants it.
+  // One of those of interface.hpp.
   llvm::Function& function(const std::string& name) {
-    const unsigned pointers = name == "hls_reset" ? 1 : name == "hls_outputs" ? 3 : 2;
+    const unsigned pointers = name == "hls_reset"                               ? 1
+                              : name == "hls_outputs" || name == "hls_in_reset" ? 3
+                                                                                : 2;
     llvm::Function* result = module_.getFunction(name);
     if (result == nullptr || result->isDeclaration())
       throw UserError(
@@ -1073,7 +1281,7 @@ class Translation {
   }
 
   Memory call(const std::string& name, Memory arguments) {
-    return Execution(circuit_.graph, circuit_.promises, function(name), std::move(arguments)).run();
+    return Execution(circuit_.graph, circuit_.promises, opens_, function(name), std::move(arguments)).run();
   }
 
   void write(Object& object, const Field& field, Node value) {
@@ -1111,8 +1319,24 @@ class Translation {
     return kept;
   }
 
+  // A byte of a struct whose value is not given: what a function's argument points to.
+  struct StructByte {
+    std::string function;
+    unsigned argument;
+    llvm::Type* type;
+    std::uint64_t at;
+  };
+
+  // A byte that a function is there to write.
+  static bool is_result(const StructByte& byte) {
+    return ((byte.function == "hls_outputs" || byte.function == "hls_in_reset") && byte.argument == 2) ||
+           (byte.function == "hls_invariants" && byte.argument == 1);
+  }
+
   llvm::Module& module_;
   Circuit circuit_;
+  OpenValues opens_;
+  std::unordered_map<Node, StructByte> bytes_;
 };
 
 }  // namespace

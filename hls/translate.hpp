@@ -5,6 +5,7 @@
 
 #include <llvm/IR/Module.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,7 @@ struct Circuit {
   std::vector<Flop> flops;
   std::vector<Pin> inputs;
   std::vector<Pin> outputs;
+  std::optional<Node> in_reset;  // a bit
   std::vector<Invariant> invariants;
   std::vector<Promise> promises;
 };

@@ -6,18 +6,21 @@
 #include <llvm/ADT/SmallString.h>
 
 #include <algorithm>
+#include <limits>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <utility>
 #include <vector>
+
+#include "hls/names.hpp"
+#include "hls/reset_domain.hpp"
 
 namespace meltstage::hls {
 namespace {
 
 // A name as Verilog takes it, whatever it holds.
-std::string identifier(const std::string& name) {
-  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-  });
-  return plain ? name : '\\' + name + ' ';
-}
+std::string identifier(const std::string& name) { return is_identifier(name) ? name : '\\' + name + ' '; }
 
 std::string range(unsigned width) { return width == 1 ? "" : fmt::format("[{}:0] ", width - 1); }
 
@@ -28,11 +31,14 @@ std::string literal(const APInt& value) {
                                   : fmt::format("{}'h{}", value.getBitWidth(), digits.str().str());
 }
 
+// What inputs of the graph are called in the text.
+using Names = std::unordered_map<std::string, std::string>;
+
 // Writes the expressions behind some nodes, each once, in an order in which every name stands before its use.
 class Expressions {
  public:
-  Expressions(const Graph& graph, std::ostream& out)
-      : graph_(graph), out_(out), named_(graph.size(), false) {}
+  Expressions(const Circuit& circuit, Names names, std::ostream& out)
+      : graph_(circuit.graph), names_(std::move(names)), wires_(wires_of(circuit)), out_(out) {}
 
   void write(const std::vector<Node>& roots) {
     std::vector<bool> needed(graph_.size(), false);
@@ -48,9 +54,12 @@ class Expressions {
   std::string text(Node node) const {
     const Expression& e = graph_[node];
     const auto argument = [&](unsigned i) { return text(e.arguments[i]); };
-    if (e.op == Op::kInput) return identifier(graph_.name(node));
+    if (e.op == Op::kInput) {
+      const auto known = names_.find(graph_.name(node));
+      return known == names_.end() ? identifier(graph_.name(node)) : known->second;
+    }
     if (e.op == Op::kConstant) return literal(graph_.value(node));
-    if (!stands_inline(node)) return fmt::format("n{}", node);
+    if (!stands_inline(node)) return wire(node);
     if (e.op == Op::kSlice)
       return e.width == 1 ? fmt::format("{}[{}]", argument(0), e.low)
                           : fmt::format("{}[{}:{}]", argument(0), e.low + e.width - 1, e.low);
@@ -59,6 +68,22 @@ class Expressions {
   }
 
  private:
+  // The beginning of wires' names that no flop or pin has before a number.
+  static std::string wires_of(const Circuit& circuit) {
+    std::vector<std::string> taken;
+    for (const Flop& flop : circuit.flops) taken.push_back(flop.field.name);
+    for (const auto* pins : {&circuit.inputs, &circuit.outputs})
+      for (const Pin& pin : *pins) taken.push_back(pin.field.name);
+    std::string result = "n";
+    const auto is_like_a_wire = [&](const std::string& name) {
+      return name.size() > result.size() && name.starts_with(result) &&
+             name.find_first_not_of("0123456789", result.size()) == std::string::npos;
+    };
+    while (std::any_of(taken.begin(), taken.end(), is_like_a_wire)) result += '_';
+    return result;
+  }
+  std::string wire(Node node) const { return fmt::format("{}{}", wires_, node); }
+
   bool stands_inline(Node node) const {
     const Expression& e = graph_[node];
     switch (e.op) {
@@ -93,9 +118,9 @@ class Expressions {
     }
     const Expression& e = graph_[node];
     if (e.op == Op::kAny) {
-      fmt::print(out_, "  wire {}n{} = '0;  // left open by the C++\n", range(e.width), node);
+      fmt::print(out_, "  wire {}{} = '0;  // left open by the C++\n", range(e.width), wire(node));
     } else {
-      fmt::print(out_, "  wire {}n{} = {};\n", range(e.width), node, operation(e));
+      fmt::print(out_, "  wire {}{} = {};\n", range(e.width), wire(node), operation(e));
     }
   }
 
@@ -119,8 +144,8 @@ class Expressions {
         return of_two("+");
       case Op::kSub:
         return of_two("-");
-      case Op::kMul:
-        return of_two("*");
+      case Op::kMul:  // with the sign, as proofs see operands of products
+        return graph_.is_constant(e.arguments[1]) ? of_two("*") : signed_of_two("*");
       case Op::kUnsignedDivide:
         return of_two("/");
       case Op::kUnsignedRemainder:
@@ -156,14 +181,157 @@ class Expressions {
   }
 
   const Graph& graph_;
+  Names names_;
+  std::string wires_;
   std::ostream& out_;
-  std::vector<bool> named_;
   Place last_;
 };
 
+// ---- Flops -----------------------------------------------------------------------------------------------
+
+// "u_mem.staged_q[5]": the path of the block, the flop's name in it, its word.
+struct FlopName {
+  explicit FlopName(const std::string& name) {
+    const std::size_t dot = name.rfind('.');
+    if (dot != std::string::npos) path = name.substr(0, dot);
+    rest = name.substr(dot + 1);  // all when there is none
+    const std::size_t bracket = rest.find('[');
+    const std::string digits = bracket == std::string::npos ? "" : rest.substr(bracket + 1);
+    if (digits.size() < 2 || digits.size() > 6 || digits.find_first_not_of("0123456789") != digits.size() - 1)
+      return;
+    word = static_cast<unsigned>(std::stoul(digits));
+    array = rest.substr(0, bracket);
+  }
+  std::string path;
+  std::string rest;
+  std::string array;  // if it is a word of one
+  std::optional<unsigned> word;
+};
+
+// Words of one name and width that have all indices from `first` to `last`.
+struct Array {
+  unsigned width = 0, first = std::numeric_limits<unsigned>::max(), last = 0, words = 0;
+  bool alike = true;
+  bool is_one() const { return alike && words == last - first + 1; }
+};
+
+// A block: its flops, and the blocks in it.
+struct Block {
+  std::string name;
+  std::vector<std::string> declarations;
+  std::vector<Block> inner;
+
+  Block& at(const std::string& path) {
+    if (path.empty()) return *this;
+    const std::string first = path.substr(0, path.find('.'));
+    auto found = std::find_if(inner.begin(), inner.end(), [&](const Block& b) { return b.name == first; });
+    if (found == inner.end())
+      found = inner.insert(inner.end(), {.name = first, .declarations = {}, .inner = {}});
+    return found->at(first.size() == path.size() ? "" : path.substr(first.size() + 1));
+  }
+
+  void write(std::ostream& out, const std::string& margin) const {
+    for (const std::string& line : declarations) fmt::print(out, "{}{}\n", margin, line);
+    for (const Block& block : inner) {
+      fmt::print(out, "{}if (1) begin : {}\n", margin, identifier(block.name));
+      block.write(out, margin + "  ");
+      fmt::print(out, "{}end\n", margin);
+    }
+  }
+};
+
+// Flops stand in named blocks, so that tools know them by the paths that they have among instances.
+class Flops {
+ public:
+  explicit Flops(const std::vector<Flop>& flops) {
+    std::map<std::string, Array> arrays;
+    for (const Flop& flop : flops) {
+      const FlopName name(flop.field.name);
+      if (!name.word || flop.field.kept.isZero()) continue;
+      Array& array = arrays[name.path + '.' + name.array];
+      array.alike = array.words == 0 || (array.alike && array.width == flop.field.width);
+      array.width = flop.field.width;
+      array.first = std::min(array.first, *name.word);
+      array.last = std::max(array.last, *name.word);
+      ++array.words;
+    }
+    for (const Flop& flop : flops) {
+      if (flop.field.kept.isZero()) continue;  // a constant
+      const FlopName name(flop.field.name);
+      Block& block = top_.at(name.path);
+      std::string path;
+      for (std::size_t from = 0; from < name.path.size();) {
+        const std::size_t to = std::min(name.path.find('.', from), name.path.size());
+        path += identifier(name.path.substr(from, to - from)) + '.';
+        from = to + 1;
+      }
+      const auto array = arrays.find(name.path + '.' + name.array);
+      if (name.word && array->second.is_one()) {
+        names_[flop.field.name] = fmt::format("{}{}[{}]", path, identifier(name.array), *name.word);
+        if (*name.word == array->second.first)
+          block.declarations.push_back(fmt::format("(* mem2reg *) logic {}{} [{}:{}];",
+                                                   range(flop.field.width), identifier(name.array),
+                                                   array->second.first, array->second.last));
+      } else {
+        names_[flop.field.name] = path + identifier(name.rest);
+        block.declarations.push_back(
+            fmt::format("logic {}{};", range(flop.field.width), identifier(name.rest)));
+      }
+    }
+  }
+
+  void declare(std::ostream& out) const { top_.write(out, "  "); }
+  const Names& names() const { return names_; }
+
+ private:
+  Block top_;
+  Names names_;
+};
+
+// Flops that one reset holds.
+struct Domain {
+  std::string reset_n;  // the wire, active low
+  std::vector<const Flop*> flops;
+  std::vector<Node> next;
+};
+
+// A name that no flop, block or pin has.
+std::string reset_wire(const Circuit& circuit) {
+  std::vector<std::string> taken;
+  for (const Flop& flop : circuit.flops)
+    taken.push_back(flop.field.name.substr(0, flop.field.name.find('.')));
+  for (const auto* pins : {&circuit.inputs, &circuit.outputs})
+    for (const Pin& pin : *pins) taken.push_back(pin.field.name);
+  std::string result = "reset_n";
+  while (std::find(taken.begin(), taken.end(), result) != taken.end()) result += '_';
+  return result;
+}
+
+// In the reset of the C++ if it says one and that is all it does to the flop; in that of the pin; with what
+// reset does in their next state.
+std::vector<Domain> domains(Circuit& circuit) {
+  using Nexts = std::vector<std::optional<Node>>;
+  Nexts inside(circuit.flops.size()), at_pin(circuit.flops.size());
+  if (circuit.in_reset) inside = next_out_of_reset(circuit, *circuit.in_reset);
+  for (const Pin& pin : circuit.inputs)
+    if (pin.field.name == "rst_ni") at_pin = next_out_of_reset(circuit, circuit.graph.invert(pin.node));
+  Domain by_pin{"rst_ni", {}, {}}, by_wire{reset_wire(circuit), {}, {}};
+  for (std::size_t i = 0; i < circuit.flops.size(); ++i) {
+    const Flop& flop = circuit.flops[i];
+    if (flop.field.kept.isZero()) continue;
+    Domain& domain = inside[i] ? by_wire : by_pin;
+    domain.flops.push_back(&flop);
+    domain.next.push_back(inside[i] ? *inside[i] : at_pin[i].value_or(flop.next));
+  }
+  std::vector<Domain> result;
+  for (Domain& domain : std::array{std::move(by_pin), std::move(by_wire)})
+    if (!domain.flops.empty()) result.push_back(std::move(domain));
+  return result;
+}
+
 }  // namespace
 
-void write_verilog(const Circuit& circuit, const std::string& name, std::ostream& out) {
+void write_verilog(Circuit circuit, const std::string& name, std::ostream& out) {
   fmt::print(
       out,
       "// Generated from C++ by meltstage-hls.\nmodule {} (\n  input  logic clk_i,\n  input  logic rst_ni",
@@ -174,21 +342,32 @@ void write_verilog(const Circuit& circuit, const std::string& name, std::ostream
   for (const Pin& pin : circuit.outputs)
     fmt::print(out, ",\n  output logic {}{}", range(pin.field.width), identifier(pin.field.name));
   fmt::print(out, "\n);\n\n");
+
+  const std::vector<Domain> resets = domains(circuit);
+  const Flops flops(circuit.flops);
+  flops.declare(out);
   std::vector<Node> roots;
-  for (const Flop& flop : circuit.flops) {
-    fmt::print(out, "  logic {}{};\n", range(flop.field.width), identifier(flop.field.name));
-    roots.push_back(flop.next);
-  }
+  for (const Domain& domain : resets) roots.insert(roots.end(), domain.next.begin(), domain.next.end());
   for (const Pin& pin : circuit.outputs) roots.push_back(pin.node);
-  Expressions expressions(circuit.graph, out);
+  if (circuit.in_reset) roots.push_back(*circuit.in_reset);
+  Expressions expressions(circuit, flops.names(), out);
   expressions.write(roots);
-  fmt::print(out, "\n  always_ff @(posedge clk_i or negedge rst_ni) begin\n    if (!rst_ni) begin\n");
-  for (const Flop& flop : circuit.flops)
-    fmt::print(out, "      {} <= {};\n", identifier(flop.field.name), literal(flop.reset));
-  fmt::print(out, "    end else begin\n");
-  for (const Flop& flop : circuit.flops)
-    fmt::print(out, "      {} <= {};\n", identifier(flop.field.name), expressions.text(flop.next));
-  fmt::print(out, "    end\n  end\n\n");
+
+  if (circuit.in_reset)
+    fmt::print(out, "\n  wire {} = ~{};\n", reset_wire(circuit), expressions.text(*circuit.in_reset));
+  for (const Domain& domain : resets) {
+    fmt::print(out, "\n  always_ff @(posedge clk_i or negedge {0}) begin\n    if (!{0}) begin\n",
+               domain.reset_n);
+    const auto assign = [&](const Flop& flop, const std::string& value) {
+      fmt::print(out, "      {} <= {};\n", flops.names().at(flop.field.name), value);
+    };
+    for (const Flop* flop : domain.flops) assign(*flop, literal(flop->reset));
+    fmt::print(out, "    end else begin\n");
+    for (std::size_t i = 0; i < domain.flops.size(); ++i)
+      assign(*domain.flops[i], expressions.text(domain.next[i]));
+    fmt::print(out, "    end\n  end\n");
+  }
+  fmt::print(out, "\n");
   for (const Pin& pin : circuit.outputs)
     fmt::print(out, "  assign {} = {};\n", identifier(pin.field.name), expressions.text(pin.node));
   fmt::print(out, "\nendmodule\n");
@@ -204,7 +383,7 @@ void write_promises(const Circuit& circuit, const std::string& name, std::ostrea
              range(static_cast<unsigned>(std::max<std::size_t>(1, circuit.promises.size()))));
   std::vector<Node> roots;
   for (const Promise& promise : circuit.promises) roots.push_back(promise.broken);
-  Expressions expressions(circuit.graph, out);
+  Expressions expressions(circuit, {}, out);
   expressions.write(roots);
   for (std::size_t i = 0; i < circuit.promises.size(); ++i) {
     const Promise& promise = circuit.promises[i];

@@ -20,6 +20,8 @@
 #include "hls/compile.hpp"
 #include "hls/counterexample.hpp"
 #include "hls/equivalence.hpp"
+#include "hls/names.hpp"
+#include "hls/ports.hpp"
 #include "hls/prover.hpp"
 #include "hls/rtl.hpp"
 #include "hls/verilog.hpp"
@@ -53,14 +55,18 @@ hls::Circuit circuit_of(const hls::Sources& sources, hls::Undefined undefined) {
 
 int translate(const Options& o) {
   require_other_file(o.out, o.sources.files);
-  const hls::Circuit circuit = circuit_of(o.sources, hls::Undefined::kIsLeft);
-  std::ostringstream text;
-  hls::write_verilog(circuit, o.module, text);
-  write_whole(o.out, text.str());
+  if (!hls::is_identifier(o.module))
+    throw UserError(fmt::format(
+        "--module: found '{}', expected letters, digits and _, and no word of Verilog", o.module));
+  hls::Circuit circuit = circuit_of(o.sources, hls::Undefined::kIsLeft);
   unsigned bits = 0;
   for (const hls::Flop& flop : circuit.flops) bits += flop.field.kept.countPopulation();
-  fmt::print("{}: {} flops of {} bits, {} operations\n", o.out.string(), circuit.flops.size(), bits,
-             circuit.graph.size());
+  const std::string told = fmt::format("{}: {} flops of {} bits, {} operations\n", o.out.string(),
+                                       circuit.flops.size(), bits, circuit.graph.size());
+  std::ostringstream text;
+  hls::write_verilog(std::move(circuit), o.module, text);
+  write_whole(o.out, text.str());
+  fmt::print("{}", told);
   return 0;
 }
 
@@ -78,7 +84,7 @@ hls::TiedPins tied_pins(const Options& o) {
 
 // ---- The table of blocks ---------------------------------------------------------------------------------
 
-constexpr std::size_t kMethods = 5;
+constexpr std::size_t kMethods = 6;
 struct Row {
   std::size_t bits = 0, broken = 0, open = 0;
   std::array<std::size_t, kMethods> by{};
@@ -96,11 +102,11 @@ void print_table(const hls::Problem& problem, const std::vector<std::size_t>& ch
       if (answers[i].verdict == hls::Verdict::kHolds) ++row->by[static_cast<std::size_t>(answers[i].method)];
     }
   }
-  fmt::print("{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>7} {:>5}\n", "", "bits", "structure", "sweeping",
-             "parity", "SAT", "broken", "open");
+  fmt::print("{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>6} {:>7} {:>5}\n", "", "bits", "structure", "sweeping",
+             "parity", "SAT", "cases", "broken", "open");
   const auto line = [](const std::string& name, const Row& row) {
-    fmt::print("{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>7} {:>5}\n", name, row.bits, row.by[0], row.by[2],
-               row.by[3], row.by[4], row.broken, row.open);
+    fmt::print("{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>6} {:>7} {:>5}\n", name, row.bits, row.by[0],
+               row.by[2], row.by[3], row.by[4], row.by[5], row.broken, row.open);
   };
   for (const auto& [name, row] : rows) line(name, row);
   line("in all", sum);
@@ -167,6 +173,7 @@ int prove(const Options& o) {
   line.show("reading the RTL");
   const hls::Rtl rtl = hls::read_rtl(hls::read_file_list(o.rtl, o.top));
   const double read_s = seconds_since(begin) - translated_s;
+  hls::require_same_pins(model, rtl, tied);
   hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
   if (o.blocks.empty() || std::find(o.blocks.begin(), o.blocks.end(), "promises") != o.blocks.end()) {
     line.show("translating what the C++ promises");
@@ -186,6 +193,7 @@ int prove(const Options& o) {
   }
   line.clear();
   print_table(problem, chosen, answers);
+  for (const std::string& note : hls::notes_of(model, rtl)) fmt::print("{}\n", note);
   for (const hls::Invariant& invariant : model.invariants) fmt::print("invariant: {}\n", invariant.name);
   std::size_t broken = 0, open = 0;
   for (std::size_t i = 0; i < chosen.size(); ++i) {

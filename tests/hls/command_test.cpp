@@ -151,6 +151,131 @@ TEST_F(Hls, WhatOneSideHasAloneIsNamed) {
   EXPECT_THAT(ran.output, HasSubstr("RTL: Yosys refuses it: "));
 }
 
+// Changes of examples/hls/debounce.sv, each with what its refusal says.
+struct BadRtl {
+  std::string right, wrong, message;
+};
+
+TEST_F(Hls, RtlThatHasNoOneMeaningIsRefusedByFileLineAndNet) {
+  const std::string sv = text_of(kExample + ".sv");
+  write("block.cpp", text_of(kExample + ".cpp"));
+  const BadRtl cases[] = {
+      {"level_q  <= button_i;", "level_q  <= button_i & open;",
+       "block.sv:12: found no driver of open, expected one; flop level_q depends on it"},
+      {"pressed_o = pressed_q", "pressed_o = pressed_q | wide[1]",
+       "block.sv:12: found no driver of wide[1], expected one; pin pressed_o depends on it"},
+      {"pressed_o = pressed_q", "pressed_o = button_i ? pressed_q : 1'bz",
+       "block.sv:28: found a z, expected 0 or 1; pin pressed_o depends on it"},
+      {"pressed_o = pressed_q", "one = two | level_q, two = one & button_i, pressed_o = pressed_q ^ one",
+       "block.sv:28: found a loop without a flop through two, one, expected none; pin pressed_o depends on "
+       "it"},
+      {"pressed_o = pressed_q", "one = level_q & button_i, one = ~level_q, pressed_o = pressed_q ^ one",
+       "found two drivers of one, "},
+      {"pressed_o = pressed_q", "one = level_q, one = button_i, pressed_o = pressed_q",
+       "found two drivers of "},
+      {"pressed_o = pressed_q", "one = 1'b0, one = level_q & button_i, pressed_o = pressed_q",
+       "block.sv:28: found a result on a net that is a constant, too, expected one driver"},
+      {"pressed_o = pressed_q", "pressed_o = pressed_q & clk_i",
+       "block.sv:28: found clk_i as data, expected it as a clock alone; pin pressed_o depends on it"},
+      {"posedge clk_i", "negedge clk_i",
+       "block.sv:16: found flop level_q at a falling edge, expected the rising edge of clk_i"},
+      {"posedge clk_i", "posedge hold_i[0]",
+       "block.sv:16: found flop level_q clocked by hold_i[0], expected clk_i itself"},
+      {"posedge clk_i", "posedge gated",
+       "block.sv:16: found flop level_q clocked by gated, expected clk_i itself"},
+      {"pressed_o = pressed_q", "pressed_o = held; always_latch if (button_i) held = pressed_q",
+       "block.sv:12: found a latch, held, expected flops of clk_i only"},
+      {"level_q   <= 1'b0", "level_q   <= hold_i[3]",
+       "block.sv:16: found flop level_q with a set and a reset or"},
+      {"level_q   <= 1'b0", "level_q   <= 1'bx",
+       "block.sv:16: found flop level_q reset to x, expected 0 or 1"},
+      {"output logic       pressed_o", "inout  wire        pressed_o", "block.sv:8: found inout pressed_o"},
+  };
+  for (const BadRtl& one : cases) {
+    std::string changed = replaced(sv, "steady_q, steady;",
+                                   "steady_q, steady; logic open, one, two, gated, held; logic [1:0] wide; "
+                                   "assign wide[0] = button_i, gated = clk_i & hold_i[0];");
+    changed = replaced(changed, one.right, one.wrong);
+    write("block.sv", changed);
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 2) << one.wrong << "\n" << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(one.message)) << one.wrong;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+  }
+}
+
+TEST_F(Hls, AnXOfTheRtlIsAnyValue) {
+  const std::string sv = text_of(kExample + ".sv");
+  write("block.cpp", text_of(kExample + ".cpp"));
+  // where it is chosen by nothing that can be, and where it can be
+  write("block.sv", replaced(sv, "pressed_o = pressed_q", "pressed_o = hold_i > 4'd15 ? 1'bx : pressed_q"));
+  EXPECT_EQ(prove().status, 0) << prove().output;
+  for (const char* wrong :
+       {"pressed_o = hold_i > 4'd14 ? 1'bx : pressed_q", "pressed_o = pressed_q | hold_i[{hold_i[2:0]}]",
+        "pressed_o = pressed_q & 1'bx"}) {
+    write("block.sv", replaced(sv, "pressed_o = pressed_q", wrong));
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 1) << wrong << "\n" << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr("counterexample: pressed_o"));
+  }
+  write("block.sv",
+        replaced(sv, "if (steady > hold_i) pressed_q <= button_i;",
+                 "case (steady > hold_i) 1'b1: pressed_q <= button_i; default: pressed_q <= 'x; endcase"));
+  EXPECT_EQ(prove().status, 1);
+}
+
+TEST_F(Hls, AnAsynchronousResetIsOnePinOrFlop) {
+  const std::string cpp = text_of(kExample + ".cpp"), sv = text_of(kExample + ".sv");
+  write("block.cpp", replaced(cpp, "if (in->rst_ni == 0)", "if (in->rst_ni == 0 || (in->hold_i & 1) != 0)"));
+  const std::string declared =
+      replaced(sv, "steady_q, steady;", "steady_q, steady; wire clear_n = rst_ni & ~hold_i[0];");
+  write("block.sv", replaced(replaced(declared, "negedge rst_ni", "negedge clear_n"), "!rst_ni", "!clear_n"));
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 2) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("block.sv:16: found flop level_q reset at once by hold_i[0] and rst_ni, "
+                                    "expected one pin or flop alone, or hls_in_reset() in the C++"));
+  // without a clock or with one: the table says which
+  write("block.cpp", cpp);
+  write("block.sv", sv);
+  EXPECT_THAT(prove().output, HasSubstr("\nRTL: 6 flop bits are reset at once by rst_ni\n"));
+  write("block.sv", replaced(sv, " or negedge rst_ni", ""));
+  const Ran with_clock = prove();
+  EXPECT_EQ(with_clock.status, 0) << with_clock.output;
+  EXPECT_THAT(with_clock.output, HasSubstr("\nRTL: 6 flop bits are not reset before a clock\n"));
+}
+
+TEST_F(Hls, PinsOfOtherWidthsAreNamedOnBothSides) {
+  const std::string sv = text_of(kExample + ".sv");
+  write("block.cpp", text_of(kExample + ".cpp"));
+  const BadRtl cases[] = {
+      {"input  logic [3:0] hold_i", "input  logic [4:0] hold_i",
+       "block.sv:7: found pin hold_i of 5 bits, expected 4 as in hls_input_pins"},
+      {"input  logic       button_i", "input  logic [1:0] button_i",
+       "block.sv:6: found pin button_i of 2 bits, expected 1 as in hls_input_pins"},
+      {"output logic       pressed_o", "output logic [1:0] pressed_o",
+       "block.sv:8: found pin pressed_o of 2 bits, expected 1 as in hls_output_pins"},
+  };
+  for (const BadRtl& one : cases) {
+    write("block.sv", replaced(sv, one.right, one.wrong));
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(one.message));
+  }
+  write("block.sv", replaced(replaced(sv, "output logic       pressed_o", "input logic pressed_o"),
+                             "assign pressed_o = pressed_q;", ""));
+  EXPECT_THAT(prove().output,
+              HasSubstr("block.sv:8: found input pressed_o, expected an output as in hls_output_pins"));
+  write("block.sv", replaced(replaced(sv, "output logic       pressed_o", "output logic pressed_o, other_o"),
+                             "pressed_o = pressed_q;", "pressed_o = pressed_q, other_o = level_q;"));
+  EXPECT_THAT(prove().output, HasSubstr("\nRTL: other_o not compared, since the C++ has no such output\n"));
+  write("block.sv", sv);
+  EXPECT_THAT(prove("--tie hold_i=1").output,
+              HasSubstr("--tie: found hold_i, a pin of 4 bits, expected one bit of it, as hold_i[0]=1"));
+  EXPECT_THAT(prove("--tie hold=1").output,
+              HasSubstr("--tie: found hold, expected an input pin of the RTL or a bit of one"));
+  EXPECT_EQ(prove("--tie hold_i[0]=1").status, 0);
+}
+
 TEST_F(Hls, LoopsArraysSwitchesAndProductsBecomeCircuits) {
   write_block(R"(  int sum = 0;
   for (int i = 0; i < 4; ++i) sum += s->b_q[i] * (i + 1);
@@ -178,6 +303,140 @@ TEST_F(Hls, WhatCppLeavesUndefinedIsFound) {
   const Ran wide = prove();
   EXPECT_EQ(wide.status, 1) << wide.output;
   EXPECT_THAT(wide.output, HasSubstr("c_q has more bits than the circuit"));
+}
+
+TEST_F(Hls, ProductsOfMoreThan64BitsAreMadeOfGates) {
+  write_block(R"(  using Wide = unsigned __int128;
+  const auto spread = [](std::uint8_t high, std::uint8_t low) { return std::uint64_t{high} << 30 | low; };
+  const Wide product = Wide{spread(s->a_q, s->b_q[0])} * spread(in->x_i, s->b_q[1]);
+  s->b_q[0] = static_cast<std::uint8_t>(product >> 30);
+  s->b_q[1] = static_cast<std::uint8_t>(product >> 62);
+  s->a_q = static_cast<std::uint8_t>(s->a_q * in->x_i);)");
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  const Ran ran = prove("--block pins");  // the products themselves are too hard
+  EXPECT_EQ(ran.status, 0) << ran.output;
+}
+
+TEST_F(Hls, ALocalThatIsReadBeforeItIsWrittenIsABrokenPromise) {
+  const std::pair<const char*, const char*> bodies[] = {
+      {"  std::uint8_t v;\n  if (in->x_i & 1) v = 3;\n  s->a_q = v;",
+       "block.cpp:11: v is read before it is written"},
+      {"  std::uint8_t v;\n  s->a_q = v;", "block.cpp:11: v is read before it is written"},
+      {"  int v[3] = {1, 2};\n  int w[3];\n  w[in->x_i & 1] = 0;\n  s->a_q = (w[1] + v[0]) & 1;",
+       "block.cpp:12: w is read before it is written"},
+      {"  struct Pair { std::uint8_t a, b; } p;\n  p.a = 1;\n  const Pair q = p;\n  s->a_q = q.b;",
+       "block.cpp:11: p is read before it is written"},
+      {"  std::uint8_t v = 1;\n  switch (in->x_i) {\n    std::uint8_t w;\n    case 1: w = 2; v = w; break;\n"
+       "    case 2: v = w;\n  }\n  s->a_q = v;",
+       "w is read before it is written"},
+      {"  bool v;\n  if (in->x_i & 1) v = true;\n  if (v) s->a_q = 3;", "block.cpp:1"},
+      {"  auto open = [] { std::uint8_t inner; return inner; };\n  s->a_q = static_cast<std::uint8_t>(open() "
+       "^ open());",
+       "block.cpp:11: inner is read before it is written"},
+  };
+  for (const auto& [body, message] : bodies) {
+    write_block(body);
+    ASSERT_EQ(translate().status, 0) << body << translate().output;
+    const Ran ran = prove("--block promises");
+    EXPECT_EQ(ran.status, 1) << body << "\n" << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(message)) << body;
+  }
+  for (const char* kept :
+       {"  std::uint8_t v;\n  const bool set = in->x_i & 1;\n  if (set) v = 3;\n  if (set) s->a_q = v;",
+        "  std::uint8_t v;\n  for (int i = 0; i < 4; ++i) v = s->b_q[i];\n  s->a_q = v;",
+        "  struct Pair { std::uint8_t a, b; } p;\n  p.a = 1;\n  const Pair q = p;\n  s->a_q = q.a;"}) {
+    write_block(kept);
+    ASSERT_EQ(translate().status, 0) << kept << translate().output;
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 0) << kept << "\n" << ran.output;
+  }
+}
+
+TEST_F(Hls, EveryByteThatIsReadStandsInATable) {
+  write_block("  s->a_q = static_cast<std::uint8_t>(s->c_q);");
+  const std::string all = text_of(at("block.cpp"));
+  const auto refused = [&](const std::string& right, const std::string& wrong, const std::string& message) {
+    write("block.cpp", replaced(all, right, wrong));
+    const Ran ran = translate();
+    EXPECT_EQ(ran.status, 2) << wrong << "\n" << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(message));
+    EXPECT_FALSE(fs::exists(at("block.sv")));
+  };
+  refused("HLS_FIELD(State, c_q, 10),", "",
+          "block.cpp:11: found State of 2 bytes at offset 6 read, which is in no row of hls_flops");
+  refused("HLS_FIELD(Inputs, rst_ni, 1), ", "",
+          "found Inputs of 1 byte at offset 0 read, which is in no row of hls_input_pins");
+  refused("out->y_o = s->a_q;", "if (s->a_q > 3) out->y_o = s->a_q;",
+          "hls_outputs(): found Outputs of 1 byte at offset 0 left without a value");
+  refused("void hls_reset(State* s) { *s = {}; }", "void hls_reset(State* s) { s->a_q = 0; }",
+          "hls_reset(): found no value for c_q");
+  // what is written before it is read keeps nothing
+  write("block.cpp", replaced(replaced(all, "HLS_FIELD(State, c_q, 10),", ""),
+                              "  s->a_q =", "  s->c_q = in->x_i;\n  s->a_q ="));
+  EXPECT_EQ(translate().status, 0) << translate().output;
+}
+
+TEST_F(Hls, TablesAndNamesThatMakeNoCircuitAreRefused) {
+  write_block("  s->a_q = in->x_i;");
+  const std::string all = text_of(at("block.cpp"));
+  const auto refused = [&](const std::string& right, const std::string& wrong, const std::string& message) {
+    write("block.cpp", replaced(all, right, wrong));
+    const Ran ran = translate();
+    EXPECT_EQ(ran.status, 2) << wrong << "\n" << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(message));
+    EXPECT_FALSE(fs::exists(at("block.sv")));
+  };
+  refused("HLS_FIELD(Inputs, x_i, 8)", "HLS_FIELD(Inputs, x_i, 8), HLS_FIELD(Inputs, x_i, 8)",
+          "hls_input_pins: found x_i twice, expected each name once");
+  refused("HLS_FIELD(Outputs, y_o, 8)", "meltstage::hls::field<std::uint8_t>(\"x_i\", 0, 8)",
+          "hls_output_pins: found x_i twice, expected each name once");
+  refused("field<std::uint8_t>(\"b_q[1]\"", "field<std::uint8_t>(\"a_q[1]\"",
+          "hls_flops: found a_q[1] twice, expected each name once");
+  refused("offsetof(State, b_q) + 1, 8", "offsetof(State, b_q) + 2, 8",
+          "hls_flops: found b_q[2] in bytes of b_q[1], expected bytes of its own");
+  refused("offsetof(State, b_q) + 1, 8", "sizeof(State), 8",
+          "hls_flops: found b_q[1] in byte 8 of a struct of 8 bytes");
+  for (const char* name : {"clk_i", "a b", "a\\n", "ä"})
+    refused("HLS_FIELD(Inputs, x_i, 8)",
+            "meltstage::hls::field<std::uint8_t>(\"" + std::string(name) + "\", 1, 8)",
+            "hls_input_pins: found the name '");
+  refused("HLS_FIELD(Inputs, rst_ni, 1)", "HLS_FIELD(Inputs, rst_ni, 2)",
+          "hls_input_pins: found rst_ni of 2 bits, expected 1");
+  refused("HLS_FIELD(Outputs, y_o, 8)", "meltstage::hls::field<std::uint8_t>(\"rst_ni\", 0, 8)",
+          "hls_output_pins: found rst_ni twice");
+  write("block.cpp", all);
+  for (const char* module : {"9x", "a-b", "wire", "''"}) {
+    const Ran ran = translate("--module " + std::string(module));
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr("--module: found '"));
+  }
+}
+
+TEST_F(Hls, NamesThatVerilogHasItselfAreKept) {
+  write_block("  s->a_q = static_cast<std::uint8_t>(in->x_i * s->b_q[0] + 3); s->b_q[1] = s->a_q ^ 1;");
+  std::string text = text_of(at("block.cpp"));
+  text = replaced(text, "HLS_FIELD(Inputs, x_i, 8)", "meltstage::hls::field<std::uint8_t>(\"wire\", 1, 8)");
+  text = replaced(text, "HLS_FIELD(State, a_q, 8)", "meltstage::hls::field<std::uint8_t>(\"n31\", 0, 8)");
+  for (unsigned i = 0; i < 4; ++i)
+    text = replaced(text, "b_q[" + std::to_string(i) + "]\"",
+                    (i == 3 ? "9" : "n") + std::to_string(60 + i) + "\"");
+  text = replaced(text, "HLS_FIELD(Outputs, y_o, 8)", "meltstage::hls::field<std::uint8_t>(\"logic\", 0, 8)");
+  write("block.cpp", text);
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(run_shell("iverilog -g2012 -o /dev/null " + at("block.sv")).output, "");
+}
+
+TEST_F(Hls, ProductsOfProductsAreProvedInWhatWasTranslated) {
+  write_block(R"(  const unsigned first = s->a_q * unsigned{in->x_i};
+  const unsigned second = first * s->b_q[0];
+  s->c_q = static_cast<std::int16_t>((second * s->b_q[1] + first) & 0xFF);
+  s->b_q[2] = static_cast<std::uint8_t>(second * s->b_q[2]);
+  s->b_q[3] = static_cast<std::uint8_t>(s->b_q[2] * s->b_q[3]);)");
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 0) << ran.output;
 }
 
 TEST_F(Hls, WhatCanBeNoCircuitIsRefusedByFileAndLine) {
