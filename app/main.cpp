@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
       {"conformal", "Print on a measured surface (docs/motion/conformal.md)", "meltstage-conformal"},
       {"dft", "Scan, test patterns and sign-off vectors for a flat netlist (docs/make/test-vectors.md)",
        "meltstage-dft"},
-      {"hls", "A pure C++ function as a circuit, and the proof that RTL is the same one (docs/verify/proof.md)",
+      {"hls",
+       "A pure C++ function as a circuit, and the proof that RTL is the same one (docs/verify/proof.md)",
        "meltstage-hls"},
       {"bench", "Measure and print the figures of a part, with what is wanted", "meltstage-bench"}};
   return run_verbs(argc, argv, kVerbs, kElsewhere);
