@@ -392,6 +392,8 @@ TEST_F(Hls, TablesAndNamesThatMakeNoCircuitAreRefused) {
           "hls_output_pins: found x_i twice, expected each name once");
   refused("field<std::uint8_t>(\"b_q[1]\"", "field<std::uint8_t>(\"a_q[1]\"",
           "hls_flops: found a_q[1] twice, expected each name once");
+  refused("field<std::uint8_t>(\"b_q[1]\"", "field<std::uint8_t>(\"a_q.b_q\"",
+          "hls_flops: found a_q.b_q in a_q, which is a flop or pin, expected a block");
   refused("offsetof(State, b_q) + 1, 8", "offsetof(State, b_q) + 2, 8",
           "hls_flops: found b_q[2] in bytes of b_q[1], expected bytes of its own");
   refused("offsetof(State, b_q) + 1, 8", "sizeof(State), 8",

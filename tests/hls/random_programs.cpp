@@ -2,6 +2,7 @@
 // Random step functions three ways: as the compiler runs them, translated and run by Icarus, and proved equal
 // to what they were translated to. No program does what C++ leaves undefined.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -292,7 +293,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   CLI11_PARSE(cli, argc, argv);
   const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / fmt::format("meltstage_random_programs.{}", seed);
+      std::filesystem::temp_directory_path() / fmt::format("meltstage_random_programs.{}", getpid());
   std::filesystem::create_directories(folder);
   for (unsigned i = 0; i < count; ++i) {
     fmt::print("--seed {} --count 1\n", seed + i);
