@@ -33,11 +33,13 @@ struct Cell {
   std::optional<double> number;
 };
 
-/// One row of a table; `ended` is false for a last row of a text file that lacks its line end.
+/// One row of a table; `ended` is false for a last row of a text file that lacks its line end, `hidden` true
+/// for one that its spreadsheet doesn't show.
 struct TableRow {
   std::size_t row = 0;
   std::vector<Cell> cells;
   bool ended = true;
+  bool hidden = false;
 };
 
 using RowHandler = std::function<void(const TableRow&)>;
@@ -59,6 +61,20 @@ std::optional<double> parse_number(std::string_view text);
 
 /// Text of a file made fit for a one-line message: shown() in quotes.
 std::string in_quotes(std::string_view text);
+
+/// "2 draws, first in row 7, hold no bump".
+std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row);
+
+/// The side of the board that a file's bumps lie on: with both, one half of them would be printed on the
+/// wrong side.
+class OneSide {
+ public:
+  /// Throws the CoordinateError for the first side that is another than those before; `place` is its row.
+  void check(const std::filesystem::path& path, std::string_view place, std::string_view side);
+
+ private:
+  std::string first_;
+};
 
 /// What the first bytes look like, e.g. "a PNG image", for messages about files of the wrong kind.
 std::string_view describe_content(std::string_view content);

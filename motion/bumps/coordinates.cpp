@@ -12,9 +12,11 @@
 #include <numeric>
 #include <utility>
 
+#include "base/count.hpp"
 #include "base/file.hpp"
 #include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion {
 namespace detail {
@@ -31,7 +33,26 @@ std::optional<double> parse_number(std::string_view text) {
   return value;
 }
 
+std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row) {
+  return fmt::format("{}, {}in row {}, {} no bump", counted(count, thing), count == 1 ? "" : "first ",
+                     first_row, count == 1 ? "holds" : "hold");
+}
+
 std::string in_quotes(std::string_view text) { return "'" + shown(text) + "'"; }
+
+void OneSide::check(const std::filesystem::path& path, std::string_view place, std::string_view side) {
+  const auto plain = [](std::string_view text) {
+    std::string small(trimmed(text));
+    std::transform(small.begin(), small.end(), small.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return small;
+  };
+  if (first_.empty()) first_ = trimmed(side);
+  if (plain(side) == plain(first_)) return;
+  throw CoordinateError(
+      fmt::format("{}: {}: found side {} behind bumps of side {}, expected one side; export them apart",
+                  path.string(), place, in_quotes(trimmed(side)), in_quotes(first_)));
+}
 
 std::string_view describe_content(std::string_view content) {
   struct Magic {

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "base/count.hpp"
 #include "base/number.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
@@ -65,11 +66,8 @@ class ExcellonFile {
 
   RawPoints finish() && {
     if (ended_row_ == 0) fail(path_, "the file ends without M30, expected it; the file may be cut off");
-    if (slots_ > 0)
-      result_.notes.push_back(fmt::format("{} slots, first in row {}, hold no bump", slots_, first_slot_));
-    if (routed_ > 0)
-      result_.notes.push_back(
-          fmt::format("{} routing moves, first in row {}, hold no bump", routed_, first_routed_));
+    if (slots_ > 0) result_.notes.push_back(no_bump_note(slots_, "slot", first_slot_));
+    if (routed_ > 0) result_.notes.push_back(no_bump_note(routed_, "routing move", first_routed_));
     return std::move(result_);
   }
 
@@ -84,6 +82,19 @@ class ExcellonFile {
   /// Of one row: what it says of X and Y, in millimetres.
   struct Place {
     std::optional<double> x_mm, y_mm;
+  };
+
+  enum class Zeros { unknown, leading_kept, trailing_kept };
+
+  /// Given by the file, for one unit or (0) for any.
+  struct Digits {
+    int whole = 0, decimals = 0;
+    double unit_mm = 0.0;
+  };
+
+  struct StatedUnit {
+    std::size_t row = 0;
+    std::string name;
   };
 
   // ---- the text of a row ----
@@ -145,7 +156,7 @@ class ExcellonFile {
     if (at == std::string_view::npos) return;
     const std::string_view format = rest().substr(at + kKey.size());
     if (format.size() >= 3 && is_digit(format[0]) && format[1] == ':' && is_digit(format[2]))
-      stated_ = Digits{format[0] - '0', format[2] - '0', 0.0};
+      state_digits({format[0] - '0', format[2] - '0', 0.0}, at_, end_);
   }
 
   /// M00 also stops for another tool in some files, whose holes then go on: they would be lost.
@@ -182,9 +193,40 @@ class ExcellonFile {
     }
   }
 
+  /// Two units in one header would make the scale a guess; M71 and M72 may change it in the body.
+  void state_unit(std::size_t from, double unit_mm, std::string_view name) {
+    if (stated_unit_.row != 0 && unit_mm != unit_mm_)
+      fail_from(from, fmt::format("one unit; row {} has {}", stated_unit_.row, stated_unit_.name));
+    unit_mm_ = unit_mm;
+    stated_unit_ = {row_, std::string(name)};
+  }
+
+  void take_unit_code(const Word& word, double unit_mm) {
+    if (in_header_) return state_unit(word.at, unit_mm, unit_mm == 1.0 ? "M71" : "M72");
+    unit_mm_ = unit_mm;
+  }
+
+  void state_zeros(Zeros zeros, std::size_t end) {
+    if (zeros_ != Zeros::unknown && zeros_ != zeros)
+      fail_at(at_, end,
+              fmt::format("{}, as row {} has", zeros_ == Zeros::leading_kept ? "LZ" : "TZ", zeros_row_));
+    zeros_ = zeros;
+    zeros_row_ = row_;
+  }
+
+  void state_digits(const Digits& digits, std::size_t from, std::size_t end) {
+    if (stated_ && (stated_->whole != digits.whole || stated_->decimals != digits.decimals))
+      fail_at(from, end,
+              fmt::format("{} before the point and {} behind it, as row {} has",
+                          counted(static_cast<std::size_t>(stated_->whole), "digit"), stated_->decimals,
+                          digits_row_));
+    stated_ = digits;
+    digits_row_ = row_;
+  }
+
   /// "METRIC,LZ,0000.00": which zeros are kept, and how many digits there are.
   void read_unit(double unit_mm, std::size_t name) {
-    unit_mm_ = unit_mm;
+    state_unit(at_, unit_mm, rest().substr(0, name));
     at_ += name;
     while (at_ < end_) {
       if (capitals_[at_] != ',') fail_from(at_, "a comma");
@@ -202,12 +244,12 @@ class ExcellonFile {
     const auto point = part.find('.');
     constexpr std::size_t kMostDigits = 9;
     if (part == "LZ") {
-      zeros_ = Zeros::leading_kept;
+      state_zeros(Zeros::leading_kept, end);
     } else if (part == "TZ") {
-      zeros_ = Zeros::trailing_kept;
+      state_zeros(Zeros::trailing_kept, end);
     } else if (part.find_first_not_of("0.") == std::string_view::npos && point != std::string_view::npos &&
                point > 0 && part.rfind('.') == point && part.size() <= kMostDigits) {
-      stated_ = Digits{static_cast<int>(point), static_cast<int>(part.size() - point - 1), unit_mm_};
+      state_digits({static_cast<int>(point), static_cast<int>(part.size() - point - 1), unit_mm_}, at_, end);
     } else {
       fail_at(at_, end, "LZ, TZ or digits such as 000.000");
     }
@@ -230,10 +272,10 @@ class ExcellonFile {
         ended_row_ = row_;
         break;
       case 71:
-        unit_mm_ = 1.0;
+        take_unit_code(word, 1.0);
         break;
       case 72:
-        unit_mm_ = kInch_mm;
+        take_unit_code(word, kInch_mm);
         break;
       case 6:  // stops of the machine, and the depth of its tool
       case 9:
@@ -472,14 +514,6 @@ class ExcellonFile {
     return {stated_->whole, stated_->decimals};
   }
 
-  enum class Zeros { unknown, leading_kept, trailing_kept };
-
-  /// Given by the file, for one unit or (0) for any.
-  struct Digits {
-    int whole = 0, decimals = 0;
-    double unit_mm = 0.0;
-  };
-
   const std::filesystem::path& path_;
   RawPoints result_;
 
@@ -491,7 +525,9 @@ class ExcellonFile {
   std::size_t ended_row_ = 0;
   double unit_mm_ = 0.0;
   std::optional<Digits> stated_;
+  StatedUnit stated_unit_;
   Zeros zeros_ = Zeros::unknown;
+  std::size_t zeros_row_ = 0, digits_row_ = 0;
   std::set<int> tools_;
   double x_mm_ = 0.0, y_mm_ = 0.0;
   bool follows_hole_ = false;  // what a repetition repeats

@@ -24,11 +24,13 @@ constexpr double kInch_mm = 25.4;
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
 }
 
-/// One word command (without its '*'), or all of an extended one, whose blocks end with '*'.
+/// One word command (without its '*'), or all of an extended one, whose blocks end with '*'. `text` has no
+/// line ends, `lines` has.
 struct Command {
   std::size_t row = 0;
   bool extended = false;
   std::string text;
+  std::string_view lines;
 };
 
 /// Splits the file into commands; line ends mean nothing.
@@ -40,18 +42,24 @@ class Scanner {
   bool next(Command& command) {
     while (at_ < content_.size() && std::isspace(static_cast<unsigned char>(content_[at_])) != 0) advance();
     if (at_ == content_.size()) return false;
-    command = {row_, content_[at_] == '%', {}};
+    command = {row_, content_[at_] == '%', {}, {}};
     if (command.extended) advance();
     const char end = command.extended ? '%' : '*';
+    const std::size_t from = at_;
     while (at_ < content_.size() && content_[at_] != end) {
       if (content_[at_] == '%') fail_cut(command.row, end);
       if (content_[at_] != '\r' && content_[at_] != '\n') command.text += content_[at_];
       advance();
     }
     if (at_ == content_.size()) fail_cut(command.row, end);
+    command.lines = content_.substr(from, at_ - from);
     advance();
     return true;
   }
+
+  /// What stands behind the last command: no part of it has to be one.
+  std::string_view rest() const { return content_.substr(at_); }
+  std::size_t row() const { return row_; }
 
  private:
   [[noreturn]] void fail_cut(std::size_t row, char end) const {
@@ -93,15 +101,17 @@ class GerberFile {
 
   void run(std::string_view content) {
     Scanner scanner(path_, content);
-    for (Command command; scanner.next(command);) {
-      if (ended_) break;
+    for (Command command; ended_row_ == 0 && scanner.next(command);) {
       row_ = command.row;
       if (command.extended)
         run_extended(command.text);
+      else if (is_comment(command.text))
+        check_comment(command);
       else
         run_word(command.text);
     }
-    if (!ended_) fail(path_, "the file ends without M02*, expected it; the file may be cut off");
+    if (ended_row_ == 0) fail(path_, "the file ends without M02*, expected it; the file may be cut off");
+    check_behind_end(scanner.rest(), scanner.row());
     // Old files leave the end of a step and repeat to the end of the file.
     if (levels_.back().kind == Level::Kind::step) close_step();
     if (levels_.size() > 1) fail(path_, "the file ends inside a block, expected %AB*% before M02*");
@@ -112,11 +122,10 @@ class GerberFile {
     result.has_unit = true;
     result.points = std::move(levels_.front().points);
     const auto note = [&](std::size_t count, std::size_t row, std::string_view what) {
-      if (count > 0)
-        result.notes.push_back(fmt::format("{} {}, first in row {}, hold no bump", count, what, row));
+      if (count > 0) result.notes.push_back(no_bump_note(count, what, row));
     };
-    note(regions_, first_region_, "regions");
-    note(draws_, first_draw_, "draws");
+    note(regions_, first_region_, "region");
+    note(draws_, first_draw_, "draw");
     return result;
   }
 
@@ -129,8 +138,53 @@ class GerberFile {
     std::array<double, 2> count{}, pitch{};  ///< of a step
   };
 
+  /// Of what a file may say once.
+  struct Statement {
+    std::size_t row = 0;
+    std::string text;
+  };
+
   [[noreturn]] void fail_here(std::string_view found, std::string_view expected) const {
     fail(path_, fmt::format("row {}: found {}, expected {}", row_, in_quotes(found), expected));
+  }
+
+  // ---- what isn't read ----
+
+  static bool is_comment(std::string_view text) { return text.starts_with("G04") || text.starts_with("G4 "); }
+
+  /// Letters of a command, and the digit or sign behind it.
+  static bool looks_like_command(std::string_view line) {
+    constexpr std::string_view kLetters = "XYIJDGM", kSigns = "+-";
+    return line.size() > 1 && kLetters.find(line[0]) != std::string_view::npos &&
+           (std::isdigit(static_cast<unsigned char>(line[1])) != 0 ||
+            kSigns.find(line[1]) != std::string_view::npos);
+  }
+
+  /// A comment without its '*' would take the next block with it. Some systems write several comments that
+  /// end with one '*'.
+  void check_comment(const Command& comment) const {
+    for_lines(comment.lines, [&](const Line& line) {
+      const std::string_view text = trimmed(line.text);
+      if (line.number == 1 || is_comment(text) || !looks_like_command(text)) return;
+      fail(path_, fmt::format("row {}: found {} inside a comment, expected the comment's '*' before it",
+                              comment.row + line.number - 1, in_quotes(text)));
+    });
+  }
+
+  /// Ends again, comments and the mark that old systems put at a file's end do no harm.
+  void check_behind_end(std::string_view rest, std::size_t row) const {
+    for_lines(rest, [&](const Line& line) {
+      std::string_view text = trimmed(line.text);
+      for (const std::string_view harmless : {"M00*", "M02*", "M30*"})
+        if (text.starts_with(harmless)) text.remove_prefix(harmless.size());
+      constexpr std::string_view kEndOfDosFile = "\x1A";
+      if (text.empty() || text == kEndOfDosFile ||
+          !(text.find_first_of("%*") != std::string_view::npos || looks_like_command(text)))
+        return;
+      if (is_comment(text) && text.find('*') == text.size() - 1) return;
+      fail(path_, fmt::format("row {}: found {}, expected nothing behind the end of the file in row {}",
+                              row + line.number - 1, in_quotes(text), ended_row_));
+    });
   }
 
   // ---- extended commands ----
@@ -189,7 +243,15 @@ class GerberFile {
     return *value;
   }
 
+  /// A file has one format and one unit: with two of them, one of the two scales would be a guess.
+  void state_once(std::string_view what, std::string_view text, Statement& stated) const {
+    if (stated.row != 0 && stated.text != text)
+      fail_here(text, fmt::format("one {}; row {} has {}", what, stated.row, in_quotes(stated.text)));
+    stated = {row_, std::string(text)};
+  }
+
   void set_format(std::string_view text) {
+    state_once("format", text, format_);
     const auto x = text.find('X'), y = text.find('Y');
     const bool whole =
         x != std::string_view::npos && y != std::string_view::npos && x + 2 < y && y + 2 < text.size();
@@ -201,16 +263,17 @@ class GerberFile {
     incremental_ = text.substr(2, x - 2).find('I') != std::string_view::npos;
     whole_ = text[x + 1] - '0';
     decimals_ = text[x + 2] - '0';
-    has_format_ = true;
   }
 
   void set_unit(std::string_view text) {
-    if (text == "MOMM")
-      unit_mm_ = 1.0;
-    else if (text == "MOIN")
-      unit_mm_ = kInch_mm;
-    else
-      fail_here(text, "MOMM or MOIN");
+    if (text != "MOMM" && text != "MOIN") fail_here(text, "MOMM or MOIN");
+    take_unit(text, text == "MOMM" ? 1.0 : kInch_mm);
+  }
+
+  /// MO, or the G70 and G71 of old files.
+  void take_unit(std::string_view text, double unit_mm) {
+    if (unit_mm != unit_mm_) state_once("unit", text, unit_);
+    unit_mm_ = unit_mm;
   }
 
   /// "ADD10C,0.5": number, then a standard template or a macro by its name.
@@ -298,7 +361,7 @@ class GerberFile {
   // ---- word commands ----
 
   void run_word(std::string_view text) {
-    if (text.empty() || text.starts_with("G04") || text.starts_with("G4 ")) return;
+    if (text.empty()) return;
     std::size_t at = 0;
     while (at < text.size() && text[at] == 'G') {
       ++at;
@@ -308,8 +371,9 @@ class GerberFile {
     if (text[at] == 'M') {
       ++at;
       const int code = read_code(text, at);
+      if (at != text.size()) fail_here(text, "the block's '*' before " + in_quotes(text.substr(at)));
       if (code == 2 || code == 0 || code == 30)
-        ended_ = true;
+        ended_row_ = row_;
       else if (code != 1)
         fail_here(text, "M02");
       return;
@@ -334,10 +398,10 @@ class GerberFile {
         in_region_ = false;
         return;
       case 70:
-        unit_mm_ = kInch_mm;
+        take_unit("G70", kInch_mm);
         return;
       case 71:
-        unit_mm_ = 1.0;
+        take_unit("G71", 1.0);
         return;
       case 90:
         incremental_ = false;
@@ -366,8 +430,14 @@ class GerberFile {
   void operate(std::string_view text, std::size_t at) {
     bool moved = false;
     int code = -1;
+    std::string letters;
     while (at < text.size()) {
+      // A D code ends a block: behind it the next one begins, whose flash would be lost.
+      if (code >= 0) fail_here(text, "the block's '*' before " + in_quotes(text.substr(at)));
       const char letter = text[at++];
+      if (letters.find(letter) != std::string::npos)
+        fail_here(text, fmt::format("{} once in a block", letter));
+      letters += letter;
       if (letter == 'D') {
         code = read_code(text, at);
         if (code < 1) fail_here(text, "D01, D02, D03 or an aperture");
@@ -395,7 +465,7 @@ class GerberFile {
   }
 
   double coordinate(std::string_view text, std::string_view digits) const {
-    if (!has_format_) fail_here(text, "a format (%FSLAX46Y46*%) before the first coordinate");
+    if (format_.row == 0) fail_here(text, "a format (%FSLAX46Y46*%) before the first coordinate");
     const auto value = parse_number(digits);
     if (!value) fail_here(text, "a coordinate of digits alone");
     need_unit(text);
@@ -444,10 +514,11 @@ class GerberFile {
   std::vector<Level> levels_;
   std::size_t added_ = 0;
   std::size_t row_ = 0;
-  bool ended_ = false;
+  std::size_t ended_row_ = 0;
 
+  Statement format_, unit_;
   double unit_mm_ = 0.0;
-  bool has_format_ = false, trailing_omitted_ = false, incremental_ = false;
+  bool trailing_omitted_ = false, incremental_ = false;
   int whole_ = 0, decimals_ = 0;
 
   std::set<std::string> macros_;

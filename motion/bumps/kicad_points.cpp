@@ -154,6 +154,19 @@ bool receives_bump(const Node& pad) {
                                           [](const Node& layer) { return layer.word.ends_with(".Cu"); });
 }
 
+/// The side that a pad is on, by its copper; nothing for one that has copper on both.
+std::string_view side_of(const Node& pad) {
+  const Node* layers = find_list(pad, "layers");
+  if (layers == nullptr) return {};
+  std::string_view side;
+  for (const Node& layer : layers->children) {
+    if (!layer.word.ends_with(".Cu")) continue;
+    if (!side.empty() || (layer.word != "F.Cu" && layer.word != "B.Cu")) return {};
+    side = layer.word;
+  }
+  return side;
+}
+
 double read_position(const std::filesystem::path& path, const Node& pad, const Node& at, std::size_t place,
                      std::string_view axis) {
   if (at.children.size() <= place)
@@ -177,12 +190,18 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
   const Node footprint = Reader(path, content).read_footprint();
   RawPoints result;
   result.has_unit = true;
+  OneSide sides;
   for (const Node& node : footprint.children) {
     if (head(node) != "pad" || !receives_bump(node)) continue;
     const Node* at = find_list(node, "at");
     if (at == nullptr)
       fail(path, fmt::format("line {}, column {}: found pad {} without a position, expected (at x y)",
                              node.row, node.column, in_quotes(node.children[1].word)));
+    if (const auto side = side_of(node); !side.empty())
+      sides.check(
+          path,
+          fmt::format("line {}, column {} (pad {})", node.row, node.column, in_quotes(node.children[1].word)),
+          side);
     const double x_mm = read_position(path, node, *at, 1, "x");
     const double y_down_mm = read_position(path, node, *at, 2, "y");
     result.points.push_back({x_mm, -y_down_mm, node.row});

@@ -38,6 +38,9 @@ class PosFile {
   void add(const Line& line) {
     const std::string_view text = trimmed(line.text);
     if (text.empty()) return;
+    if (ended_row_ != 0 && !text.starts_with('#'))
+      fail(path_, fmt::format("row {}: found {}, expected nothing behind '## End' in row {}", line.number,
+                              in_quotes(text), ended_row_));
     if (text.starts_with('#')) {
       read_comment(line.number, text);
       return;
@@ -54,14 +57,14 @@ class PosFile {
       fail(path_, fmt::format("row {}: found {} words, expected Ref Val Package PosX PosY Rot Side",
                               line.number, words.size()));
     const std::size_t x = words.size() - kBehindX;
-    check_side(line.number, words.back());
+    sides_.check(path_, fmt::format("row {}", line.number), words.back());
     result_.points.push_back({number(line.number, words[x], "PosX") * unit_mm_,
                               number(line.number, words[x + 1], "PosY") * unit_mm_, line.number});
     check_point_count(path_, result_.points.size());
   }
 
   RawPoints finish() && {
-    if (!ended_)
+    if (ended_row_ == 0)
       fail(path_, "the file ends without its last line '## End', expected it; the file may be cut off");
     return std::move(result_);
   }
@@ -69,7 +72,7 @@ class PosFile {
  private:
   void read_comment(std::size_t row, std::string_view text) {
     const auto words = words_of(path_, row, text);
-    if (words.size() >= 2 && words[1] == "End") ended_ = true;
+    if (words.size() >= 2 && words[1] == "End" && ended_row_ == 0) ended_row_ = row;
     if (words.size() < 4 || words[1] != "Unit") return;
     std::string_view unit = words[3];
     if (unit.ends_with(',')) unit.remove_suffix(1);
@@ -80,14 +83,6 @@ class PosFile {
       unit_mm_ = kInch_mm;
     else
       fail(path_, fmt::format("row {}: found unit {}, expected mm or inches", row, in_quotes(unit)));
-  }
-
-  void check_side(std::size_t row, std::string_view side) {
-    if (side_.empty()) side_ = side;
-    if (side == side_) return;
-    fail(path_,
-         fmt::format("row {}: found side {} behind rows of side {}, expected one side; export them apart",
-                     row, in_quotes(side), in_quotes(side_)));
   }
 
   double number(std::size_t row, std::string_view word, std::string_view name) const {
@@ -101,8 +96,8 @@ class PosFile {
   const std::filesystem::path& path_;
   RawPoints result_;
   double unit_mm_ = 0.0;
-  bool ended_ = false;
-  std::string side_;
+  std::size_t ended_row_ = 0;
+  OneSide sides_;
 };
 
 }  // namespace

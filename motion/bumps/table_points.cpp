@@ -7,11 +7,13 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion::detail {
 namespace {
@@ -20,7 +22,56 @@ namespace {
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
 }
 
+bool is_blank(const Cell& cell) {
+  return !cell.number && cell.text.find_first_not_of(" \t\r\n") == std::string::npos;
+}
+
 // ---- separated text ----
+
+constexpr std::string_view kNameSeparators = " \t_()[]/.,:";
+
+/// Where a column's name goes on behind the axis that it names, alone or as placement tables do: PosX, Mid X,
+/// Center-X(mm). Nothing if it names another column.
+std::optional<std::size_t> behind_axis(std::string_view name, char axis) {
+  std::string small(name);
+  std::transform(small.begin(), small.end(), small.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  auto start = small.find_first_not_of(kNameSeparators);
+  for (const std::string_view prefix : {"pos", "mid", "center"})
+    if (start != std::string::npos && std::string_view(small).substr(start).starts_with(prefix))
+      start = small.find_first_not_of(" \t_-", start + prefix.size());
+  if (start == std::string::npos || small[start] != axis) return std::nullopt;
+  if (start + 1 < small.size() && kNameSeparators.find(small[start + 1]) == std::string_view::npos)
+    return std::nullopt;
+  return start + 1;
+}
+
+/// A line that begins with '#': names of columns behind it are a header, "# x_mm, y_mm" or "#,x,y"; all else
+/// is a comment.
+bool names_columns(std::string_view line) {
+  bool x = false, y = false;
+  for (std::size_t start = 1; start <= line.size();) {
+    const std::size_t end = std::min(line.find_first_of(",;\t", start), line.size());
+    const std::string_view cell = line.substr(start, end - start);
+    x = x || behind_axis(cell, 'x');
+    y = y || behind_axis(cell, 'y');
+    start = end + 1;
+  }
+  return x && y;
+}
+
+/// How much of the text is comments, and the blank lines among them, at its begin.
+std::size_t leading_comments(std::string_view text) {
+  std::size_t behind = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
+    const std::string_view line = trimmed(text.substr(at, end - at));
+    if (!line.empty() && (line.front() != '#' || names_columns(line))) break;
+    at = std::min(end + (text.substr(end).starts_with("\r\n") ? 2U : 1U), text.size());
+    if (!line.empty()) behind = at;
+  }
+  return behind;
+}
 
 /// Tab before semicolon before comma: a decimal comma or a comma in a name must not win over a rarer sign.
 char find_separator(std::string_view text) {
@@ -114,7 +165,35 @@ class DecimalCommas {
   std::string with_comma_, with_point_;  // the first of each
 };
 
-void hand_over(const std::filesystem::path& path, CsvRows& rows, DecimalCommas& decimals,
+/// The first row tells how many cells a row has. One of more was separated where no cell ends: its numbers
+/// would be others than those meant.
+class RowWidth {
+ public:
+  RowWidth(const std::filesystem::path& path, char separator) : path_(path), separator_(separator) {}
+
+  void check(const TableRow& row) {
+    const auto last = std::find_if_not(row.cells.rbegin(), row.cells.rend(), is_blank);
+    if (last == row.cells.rend()) return;
+    if (first_row_ == 0) {
+      first_row_ = row.row;
+      most_ = row.cells.size();
+    }
+    const auto used = static_cast<std::size_t>(row.cells.rend() - last);
+    if (used <= most_) return;
+    const std::string_view advice = separator_ == ','
+                                        ? "where a comma is the decimal mark, separate the cells by ';'"
+                                        : "quote a cell that holds the separator";
+    fail(path_, fmt::format("row {}: found {} cells, expected at most {}, as row {} has; {}", row.row, used,
+                            most_, first_row_, advice));
+  }
+
+ private:
+  const std::filesystem::path& path_;
+  char separator_;
+  std::size_t first_row_ = 0, most_ = 0;
+};
+
+void hand_over(const std::filesystem::path& path, CsvRows& rows, RowWidth& width, DecimalCommas& decimals,
                const RowHandler& handle) {
   const auto check_width = [&](const TableRow& row, std::size_t line) {
     if (row.cells.size() > kMostColumns)
@@ -123,6 +202,7 @@ void hand_over(const std::filesystem::path& path, CsvRows& rows, DecimalCommas& 
   };
   for (TableRow& row : rows.finished) {
     check_width(row, row.row);
+    width.check(row);
     decimals.read(row);
     handle(row);
   }
@@ -152,10 +232,6 @@ struct Column {
   bool has_unit = false;
 };
 
-bool is_blank(const Cell& cell) {
-  return !cell.number && cell.text.find_first_not_of(" \t\r\n") == std::string::npos;
-}
-
 std::optional<double> value_of(const Cell& cell) {
   return cell.number ? cell.number : parse_number(cell.text);
 }
@@ -164,6 +240,23 @@ std::optional<double> value_of(const Cell& cell) {
 bool looks_like_number(const Cell& cell) {
   const auto first = cell.text.find_first_not_of(" \t+-.");
   return first != std::string::npos && std::isdigit(static_cast<unsigned char>(cell.text[first])) != 0;
+}
+
+/// In small letters, without the '#' that some write before their header.
+std::string plain(const Cell& cell) {
+  std::string text(trimmed(cell.text));
+  if (text.starts_with('#')) text = trimmed(std::string_view(text).substr(1));
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// Whether a cell names a side of the board, as the column Side or Layer of a placement table does.
+bool names_side(const Cell& cell) {
+  constexpr std::array<std::string_view, 14> kSides = {
+      "top",    "toplayer",    "top layer",    "t", "f",    "f.cu", "front",
+      "bottom", "bottomlayer", "bottom layer", "b", "b.cu", "back", "bot"};
+  return std::find(kSides.begin(), kSides.end(), plain(cell)) != kSides.end();
 }
 
 class PointTable {
@@ -180,11 +273,23 @@ class PointTable {
     }
     const double x = number(row, x_, "x") * x_.unit_mm;
     const double y = number(row, y_, "y") * y_.unit_mm;
+    if (side_ < row.cells.size() && names_side(row.cells[side_]))
+      sides_.check(path_, fmt::format("row {}", row.row), row.cells[side_].text);
+    if (row.hidden && hidden_++ == 0) first_hidden_ = row.row;
     result_.points.push_back({x, y, row.row});
     check_point_count(path_, result_.points.size());
   }
 
-  RawPoints take() && { return std::move(result_); }
+  RawPoints take() && {
+    if (hidden_ > 0)
+      result_.notes.push_back(
+          hidden_ == 1
+              ? fmt::format("1 row, row {}, is hidden in the sheet and holds a bump all the same",
+                            first_hidden_)
+              : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
+                            hidden_, first_hidden_));
+    return std::move(result_);
+  }
 
  private:
   /// A row may be as wide as a spreadsheet's, but not each of millions of rows.
@@ -207,6 +312,10 @@ class PointTable {
              fmt::format("row {}: found a unit at one of x and y only, expected both or none", row.row));
       x_ = *x;
       y_ = *y;
+      const auto side = std::find_if(row.cells.begin(), row.cells.end(), [](const Cell& cell) {
+        return plain(cell) == "side" || plain(cell) == "layer";
+      });
+      side_ = static_cast<std::size_t>(side - row.cells.begin());
       result_.has_unit = x->has_unit;
       return true;
     }
@@ -231,21 +340,14 @@ class PointTable {
   std::optional<Column> find_column(const TableRow& row, char axis) const {
     std::optional<Column> found;
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      constexpr std::string_view kSeparators = " \t_()[]/.,:";
-      std::string name = row.cells[i].text;
-      std::transform(name.begin(), name.end(), name.begin(),
-                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-      auto start = name.find_first_not_of(kSeparators);
-      // Placement tables: PosX, Mid X, Center-X(mm).
-      for (const std::string_view prefix : {"pos", "mid", "center"})
-        if (start != std::string::npos && std::string_view(name).substr(start).starts_with(prefix))
-          start = name.find_first_not_of(" \t_-", start + prefix.size());
-      if (start == std::string::npos || name[start] != axis) continue;
-      if (start + 1 < name.size() && kSeparators.find(name[start + 1]) == std::string_view::npos) continue;
-      const auto unit_start = name.find_first_not_of(kSeparators, start + 1);
+      const std::string name = plain(row.cells[i]);
+      const auto behind = behind_axis(name, axis);
+      if (!behind) continue;
+      const auto unit_start = name.find_first_not_of(kNameSeparators, *behind);
       Column column{i, 1.0, unit_start != std::string::npos};
       if (column.has_unit) {
-        const std::string unit = name.substr(unit_start, name.find_last_not_of(kSeparators) - unit_start + 1);
+        const std::string unit =
+            name.substr(unit_start, name.find_last_not_of(kNameSeparators) - unit_start + 1);
         const auto* known =
             std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
         if (known == kUnits.end())
@@ -279,6 +381,11 @@ class PointTable {
     }
     x_.index = numeric[0];
     y_.index = numeric[1];
+    const bool more = std::any_of(row.cells.begin() + static_cast<std::ptrdiff_t>(numeric[1]) + 1,
+                                  row.cells.end(), [](const Cell& cell) { return value_of(cell); });
+    if (more)
+      result_.notes.push_back(fmt::format("no row names the columns: x is column {} and y column {} of {}",
+                                          numeric[0] + 1, numeric[1] + 1, row.cells.size()));
   }
 
   double number(const TableRow& row, const Column& column, std::string_view axis) const {
@@ -310,6 +417,9 @@ class PointTable {
   std::size_t cells_ = 0;
   bool columns_known_ = false;
   Column x_, y_;
+  std::size_t side_ = std::numeric_limits<std::size_t>::max();  // column that names the board's side
+  OneSide sides_;
+  std::size_t hidden_ = 0, first_hidden_ = 0;
   RawPoints result_;
 };
 
@@ -321,27 +431,32 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
     fail(path, fmt::format("found {}, expected separated text (.csv, UTF-8)", kind));
   if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
 
+  const std::size_t comments = leading_comments(content);
+  CsvRows rows;
+  for_lines(content.substr(0, comments), [&](const Line&) { ++rows.line; });
+  content.remove_prefix(comments);
+
   const char separator = find_separator(content);
   CsvParser csv(separator);
+  RowWidth width(path, separator);
   DecimalCommas decimals(path, separator);
-  CsvRows rows;
   constexpr std::size_t kChunk = 65536;
   while (!content.empty()) {
     const std::string_view part = content.substr(0, kChunk);
     if (csv_parse(&csv.parser, part.data(), part.size(), on_csv_field, on_csv_row, &rows) != part.size()) {
-      hand_over(path, rows, decimals, handle);
+      hand_over(path, rows, width, decimals, handle);
       fail(path, fmt::format(
                      "row {}, column {}: found a quote inside a cell, expected it doubled or the cell quoted",
                      rows.line, rows.current.cells.size() + 1));
     }
     content.remove_prefix(part.size());
-    hand_over(path, rows, decimals, handle);
+    hand_over(path, rows, width, decimals, handle);
   }
   if (csv_fini(&csv.parser, on_csv_field, on_csv_row, &rows) != 0)
     fail(path,
          fmt::format("row {}, column {}: the file ends inside a quoted cell, expected the closing quote",
                      rows.line, rows.current.cells.size() + 1));
-  hand_over(path, rows, decimals, handle);
+  hand_over(path, rows, width, decimals, handle);
 }
 
 RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,

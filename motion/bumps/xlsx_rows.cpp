@@ -143,6 +143,7 @@ class Sheet {
                          in_quotes(value), strings_.size()));
       return {strings_[static_cast<std::size_t>(*index)], std::nullopt};
     }
+    if (type == "b") return {value == "0" ? "FALSE" : "TRUE", std::nullopt};
     if (type == "n" && !value.empty()) return {value, parse_number(value)};
     return {value, std::nullopt};
   }
@@ -165,6 +166,7 @@ void read_xlsx_rows(const std::filesystem::path& path, std::string_view content,
   for (const auto& node : document.child("worksheet").child("sheetData").children("row")) {
     // Rows and cells that hold nothing may be left out, and so may the numbers of those that follow at once.
     row.row = node.attribute("r").as_ullong(row.row + 1);
+    row.hidden = node.attribute("hidden").as_bool();
     row.cells.clear();
     for (const auto& c : node.children("c")) {
       const auto reference = c.attribute("r");

@@ -171,6 +171,11 @@ INSTANTIATE_TEST_SUITE_P(
                       CsvCase{"quotes", "\"x\",\"y\"\n\"1.5\",\"2\"\n\"30\",\"4.25\"\n"},
                       CsvCase{"separator_in_quotes", "\"name;a\",x,y\n\"b;c\",1.5,2\n\"d\",30,4.25\n"},
                       CsvCase{"blank_lines", "\n\nx,y\n\n1.5,2\n,\n30,4.25\n\n"},
+                      CsvCase{"comment", "# a \"quick\" try; by us\n\n#, more\nx,y\n1.5,2\n30,4.25\n"},
+                      CsvCase{"comment_and_crlf", "\xEF\xBB\xBF# of x, y\r\n1.5;2\r\n30;4.25\r\n"},
+                      CsvCase{"header_behind_a_hash", "# x_um, y_um\n1500,2000\n30000,4250\n"},
+                      CsvCase{"numbered", "#,x,y\n1,1.5,2\n2,30,4.25\n"},
+                      CsvCase{"blank_cells_behind", "x,y\n1.5,2,,\n30,4.25, \n"},
                       CsvCase{"spaces_and_signs", "x, y\n +1.5 , 2e0\n3.0E+1 ,4.25\n"}),
     [](const auto& test) { return test.param.name; });
 
@@ -179,6 +184,18 @@ TEST_F(Coordinates, CsvRowsAreLinesOfTheFile) {
   ASSERT_EQ(points.size(), 2U);
   EXPECT_EQ(points[0].row, 3U);
   EXPECT_EQ(points[1].row, 5U);
+}
+
+TEST_F(Coordinates, CsvRowsCountLeadingComments) {
+  const auto points = read_coordinates(write("a.csv", "# one\r\n# two\r\nx,y\r\n1,2\r\n"));
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_EQ(points[0].row, 4U);
+}
+
+TEST_F(Coordinates, ColumnsThatNoRowNamesAreTold) {
+  EXPECT_THAT(read_coordinate_file(write("a.csv", "1,5,2,5\n3,5,4,5\n")).notes,
+              testing::ElementsAre("no row names the columns: x is column 1 and y column 2 of 4"));
+  EXPECT_THAT(read_coordinate_file(write("b.csv", "A1,1,5\nA2,3,5\n")).notes, testing::IsEmpty());
 }
 
 TEST_F(Coordinates, ExtensionCountsInAnyCase) {
@@ -405,6 +422,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadCsv{"ends_in_quotes", "x,y\n1,2\n3,\"4", "row 3, column 2: the file ends inside a quoted cell"},
         BadCsv{"stray_quote", "x,y\n1,2\n3,4\"5\n", "row 3, column 2: found a quote inside a cell"},
         BadCsv{"row_after_blank_crlf", "x,y\r\n\r\n1,2\r\n\r\n1,q\r\n", "row 5, column 2 (y): found 'q'"},
+        BadCsv{"commas_for_both", "x,y\n10,5,20,5\n30,5,40,5\n",
+               "row 2: found 4 cells, expected at most 2, as row 1 has; where a comma is the decimal mark"},
+        BadCsv{"more_cells_than_the_first_row", "1,2\n3,4\n5,6,7\n",
+               "row 3: found 3 cells, expected at most 2, as row 1 has"},
+        BadCsv{
+            "more_cells_between_semicolons", "x;y\n1;2\n3;4;5\n",
+            "row 3: found 3 cells, expected at most 2, as row 1 has; quote a cell that holds the separator"},
+        BadCsv{"comment_inside", "x,y\n1,2\n# the end\n", "row 3, column 1 (x): found '# the end'"},
         BadCsv{"duplicate", "x,y\n1,2\n3,4\n1.0,2.0\n", "row 4: found (1, 2) mm again, first in row 2"},
         BadCsv{"duplicate_by_rounding", "x,y\n1,2\n1.0000001,2\n",
                "row 3: found (1, 2) mm again, first in row 2"},
@@ -460,6 +485,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadKicad{"blank", " \n ", "line 2, column 2: found the end of the file, expected (footprint ...)"},
         BadKicad{"too_many_brackets", "(footprint a))", "line 1, column 14: found ')' behind the footprint"},
         BadKicad{"too_deep", "(footprint a " + std::string(100'000, '('), "line 1, column 77: found '(((("},
+        BadKicad{
+            "two_sides",
+            "(footprint a\n(pad 1 smd r (at 1 -2) (layers F.Cu F.Paste))\n(pad 2 thru_hole r (at 2 -2) "
+            "(layers *.Cu))\n(pad 3 smd r (at 3 -2) (layers \"B.Cu\")))",
+            "line 4, column 1 (pad '3'): found side 'B.Cu' behind bumps of side 'F.Cu', expected one side"},
         BadKicad{"duplicate", "(footprint a\n(pad 1 smd (at 1 -2))\n(pad 2 smd (at 1 -2)))",
                  "row 3: found (1, 2) mm again, first in row 2"},
         BadKicad{"out_of_travel", "(footprint a\n(pad 1 smd r (at 1 2)))", "row 2: y is -2 mm on the stage"}),

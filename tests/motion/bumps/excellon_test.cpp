@@ -52,7 +52,7 @@ TEST(Excellon, HolesAreBumps) {
   EXPECT_EQ(file.points[1].x, 11.5);
   EXPECT_EQ(file.points[1].y, 2.0);
   EXPECT_EQ(file.points[2].row, 14U);
-  EXPECT_THAT(file.notes, ElementsAre("1 slots, first in row 15, hold no bump"));
+  EXPECT_THAT(file.notes, ElementsAre("1 slot, in row 15, holds no bump"));
 }
 
 TEST(Excellon, WithoutDecimalPoints) {
@@ -70,7 +70,7 @@ TEST(Excellon, DigitsMayStandBeforeTheZeros) {
 
 TEST(Excellon, AnotherUnitHasOtherDigits) {
   expect_holes("M48\nINCH,TZ\nT1C0.5\n%\nM71\nT1\nX12500Y20000\nM30\n", {{12.5, 20.0, 7}});
-  expect_holes("M48\nINCH,TZ\nMETRIC,TZ\nT1C0.5\n%\nT1\nX12500Y20000\nM30\n", {{12.5, 20.0, 7}});
+  expect_holes("M48\nMETRIC,TZ\nMETRIC,TZ\nT1C0.5\n%\nT1\nX12500Y20000\nM30\n", {{12.5, 20.0, 7}});
   expect_holes("M48\nMETRIC,TZ\nT1C0.5\n%\nM72\nT1\nX15000Y20000\nM30\n", {{38.1, 50.8, 7}});
   expect_holes("M48\nMETRIC,TZ,000.00\nT1C0.5\n%\nM71\nT1\nX1250Y2000\nM30\n", {{12.5, 20.0, 7}});
   EXPECT_THAT(refusal("M48\nMETRIC,TZ,000.00\nT1C0.5\n%\nM72\nT1\nX1250Y2000\nM30\n"),
@@ -111,7 +111,7 @@ TEST(Excellon, ASlotMayBeginWhereTheToolStands) {
   const RawPoints file = read(metric("X1.0Y1.0\nG85X2.0Y1.0\nX3.0\n"));
   ASSERT_EQ(file.points.size(), 2U);
   EXPECT_EQ(file.points[1].x, 3.0);
-  EXPECT_THAT(file.notes, ElementsAre("1 slots, first in row 8, hold no bump"));
+  EXPECT_THAT(file.notes, ElementsAre("1 slot, in row 8, holds no bump"));
 }
 
 TEST(Excellon, WhatMakesNoHoleIsPassedOver) {
@@ -168,6 +168,22 @@ INSTANTIATE_TEST_SUITE_P(
             "row 7, column 1: found 'X1234567', expected at most 6 digits"},
         Bad{"unknown_zeros", "M48\nMETRIC,XZ\nM30\n",
             "row 2, column 8: found 'XZ', expected LZ, TZ or digits"},
+        Bad{"two_units", "M48\nMETRIC,TZ\nINCH,TZ\nT1C0.5\n%\nT1\nX1.0Y1.0\nM30\n",
+            "row 3, column 1: found 'INCH,TZ', expected one unit; row 2 has METRIC"},
+        Bad{"two_units_as_codes", "M48\nM71\nM72\nT1C0.5\n%\nT1\nX1.0Y1.0\nM30\n",
+            "row 3, column 1: found 'M72', expected one unit; row 2 has M71"},
+        Bad{"a_unit_and_a_code", "M48\nMETRIC,TZ\nM72\nT1C0.5\n%\nT1\nX1.0Y1.0\nM30\n",
+            "row 3, column 1: found 'M72', expected one unit; row 2 has METRIC"},
+        Bad{"two_units_on_the_way", metric("X1.0Y1.0\nINCH,TZ\n"),
+            "row 8, column 1: found 'INCH,TZ', expected one unit; row 2 has METRIC"},
+        Bad{"two_kinds_of_zeros", "M48\nMETRIC,TZ\nMETRIC,LZ\nT1C0.5\n%\nT1\nX1.0Y1.0\nM30\n",
+            "row 3, column 8: found 'LZ', expected TZ, as row 2 has"},
+        Bad{"two_kinds_of_digits", "M48\nMETRIC,TZ,000.000\nMETRIC,TZ,0000.00\nT1C0.5\n%\nM30\n",
+            "row 3, column 11: found '0000.00', expected 3 digits before the point and 3 behind it, as row 2 "
+            "has"},
+        Bad{"digits_other_than_the_comment", "M48\n;FILE_FORMAT=4:4\nMETRIC,TZ,000.000\nT1C0.5\n%\nM30\n",
+            "row 3, column 11: found '000.000', expected 4 digits before the point and 4 behind it, as row 2 "
+            "has"},
         Bad{"bad_digits", "M48\nMETRIC,000.0x\nM30\n",
             "row 2, column 8: found '000.0x', expected LZ, TZ or digits"},
         Bad{"unknown_header", "M48\nMETRIC,TZ\n  HOLES,2\nM30\n",

@@ -118,6 +118,22 @@ TEST_F(Xlsx, BadNumberNamesItsPlace) {
               StartsWith("row 2, column 2 (y): found 'two', expected a number"));
 }
 
+TEST_F(Xlsx, TruthValuesAreNoNumbers) {
+  EXPECT_THAT(error_of(make("sheet.append(['x', 'y'])\nsheet.append([1, True])")),
+              StartsWith("row 2, column 2 (y): found 'TRUE', expected a number"));
+  EXPECT_THAT(error_of(make("sheet.append(['x', 'y'])\nsheet.append([False, 1])")),
+              StartsWith("row 2, column 1 (x): found 'FALSE', expected a number"));
+}
+
+TEST_F(Xlsx, HiddenRowsAreTold) {
+  const auto file = read_coordinate_file(
+      make("for row in [['x', 'y'], [1, 2], [3, 4], [5, 6]]:\n  sheet.append(row)\n"
+           "sheet.row_dimensions[3].hidden = True\nsheet.row_dimensions[4].hidden = True"));
+  EXPECT_EQ(file.points.size(), 3U);
+  EXPECT_THAT(file.notes,
+              ElementsAre("2 rows, first row 3, are hidden in the sheet and hold bumps all the same"));
+}
+
 TEST_F(Xlsx, OfAnotherKindOrCutOffIsRefused) {
   EXPECT_THAT(error_of("b.xlsx", read_file(examples / "bumps_8x8.xls")), StartsWith("found an OLE2 file"));
   EXPECT_THAT(error_of("c.xlsx", "x,y\n1,2\n"), StartsWith("found text, expected an Excel workbook"));
@@ -165,6 +181,8 @@ TEST_F(Readers, PosThatCantBeUsed) {
   std::string mixed = text;
   mixed.replace(mixed.rfind("top"), 3, "bottom");
   EXPECT_THAT(error_of("a.pos", mixed), StartsWith("row 7: found side 'bottom'"));
+  EXPECT_THAT(error_of("a.pos", text + "C2 1 C 1 2 0 top\n"),
+              StartsWith("row 9: found 'C2 1 C 1 2 0 top', expected nothing behind '## End' in row 8"));
   std::string bad = text;
   bad.replace(bad.find("30.2500"), 7, "30,2500");
   EXPECT_THAT(error_of("a.pos", bad), StartsWith("row 7 (PosY): found '30,2500'"));
@@ -176,6 +194,19 @@ TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
   expect_points(read("b.csv", "Designator,Mid X (mm),Mid Y (mm)\nC1,1.5,2.5\n").points, {{1.5, 2.5, 2}});
   expect_points(read("c.csv", "Designator,Center-X(mil),Center-Y(mil)\nC1,1000,2000\n").points,
                 {{25.4, 50.8, 2}});
+}
+
+TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
+  EXPECT_THAT(
+      error_of("a.csv", "Ref,Val,Package,PosX,PosY,Rot,Side\nC1,1,C,1.5,2.5,0,top\nC2,1,C,3,4,0,bottom\n"),
+      StartsWith("row 3: found side 'bottom' behind bumps of side 'top', expected one side"));
+  EXPECT_THAT(error_of("b.csv", "Designator,Layer,Mid X,Mid Y\nC1,TopLayer,1,2\nC2,BottomLayer,3,4\n"),
+              StartsWith("row 3: found side 'BottomLayer' behind bumps of side 'TopLayer'"));
+  EXPECT_THAT(error_of("c.csv", "Designator,Layer,Mid X,Mid Y\nC1,B,1,2\nC2,T,3,4\n"),
+              StartsWith("row 3: found side 'T' behind bumps of side 'B'"));
+  // Names of layers that are no sides, and one side in two spellings.
+  EXPECT_EQ(read("d.csv", "x,y,layer\n1,2,1\n3,4,2\n").points.size(), 2U);
+  EXPECT_EQ(read("e.csv", "x,y,Side\n1,2,top\n3,4, Top\n").points.size(), 2U);
 }
 
 // ---- Gerber ----
@@ -202,6 +233,12 @@ TEST_F(Readers, GerberCommandsThatDoNothingAreRead) {
   const auto file =
       read("a.gbr", gerber("%ICAS*%%IPPOS*%%ASAXBY*%%MIA0B0*%%OFA0.00B0.0*%%SFA1.000B1.000*%%IR0*%"
                            "%SRX1Y1*%D10*\nX1000000Y2000000D03*\n"));
+  expect_points(file.points, {{1, 2, 6}});
+}
+
+TEST_F(Readers, GerberMaySayTheSameTwiceAndEndInMoreThanOneWay) {
+  const auto file =
+      read("a.gbr", gerber("%FSLAX46Y46*%%MOMM*%G71*D10*\nX1000000Y2000000D03*\nM00*\nG04 by us*\n"));
   expect_points(file.points, {{1, 2, 6}});
 }
 
@@ -233,8 +270,8 @@ TEST_F(Readers, GerberTellsWhatIsNoFlash) {
                       "D10*X0Y0D02*\nX1000000D01*\nG36*\nX0Y0D02*X1000000D01*Y1000000D01*X0Y0D01*\nG37*\n"
                       "%TF.FileFunction,Paste,Top*%\n"));
   expect_points(file.points, {{1, 1, 8}});
-  EXPECT_THAT(file.notes, ElementsAre("1 regions, first in row 11, hold no bump",
-                                      "1 draws, first in row 10, hold no bump"));
+  EXPECT_THAT(file.notes,
+              ElementsAre("1 region, in row 11, holds no bump", "1 draw, in row 10, holds no bump"));
 }
 
 struct BadFile {
@@ -279,7 +316,31 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{"negative_step", gerber("D10*%SRX-2Y1I1J0*%"),
                 "row 5: found 'SRX-2Y1I1J0', expected repeats"},
         BadFile{"no_gerber", "hello", "row 1: the command that begins here has no end"},
-        BadFile{"unknown_command", gerber("%XX*%"), "row 5: found 'XX', expected a command"}),
+        BadFile{"unknown_command", gerber("%XX*%"), "row 5: found 'XX', expected a command"},
+        BadFile{"no_end_of_a_block", gerber("D10*\nX0Y0D03\nX7000000Y1000000D03*\n"),
+                "row 6: found 'X0Y0D03X7000000Y1000000D03', expected the block's '*' before 'X7000000"},
+        BadFile{"x_twice", gerber("D10*\nX0Y0X7000000D03*\n"),
+                "row 6: found 'X0Y0X7000000D03', expected X once in a block"},
+        BadFile{"y_twice", gerber("D10*\nX0Y0\nY1000000D03*\n"),
+                "row 6: found 'X0Y0Y1000000D03', expected Y once in a block"},
+        BadFile{"aperture_and_flash", gerber("D10X0Y0D03*\n"),
+                "row 5: found 'D10X0Y0D03', expected the block's '*' before 'X0Y0D03'"},
+        BadFile{"two_operations", gerber("D10*\nX0Y0D02D03*\n"),
+                "row 6: found 'X0Y0D02D03', expected the block's '*' before 'D03'"},
+        BadFile{"comment_over_a_flash", gerber("D10*\nG04 first\nX0Y0D03*\nX1000000D03*\n"),
+                "row 7: found 'X0Y0D03' inside a comment, expected the comment's '*' before it"},
+        BadFile{"flash_behind_the_end", gerber("D10*\nX0Y0D03*\nM02*\nX1000000D03*\n"),
+                "row 8: found 'X1000000D03*', expected nothing behind the end of the file in row 7"},
+        BadFile{"no_end_of_the_end", gerber("D10*\nX0Y0D03*\nM01\nX1000000D03*\n"),
+                "row 7: found 'M01X1000000D03', expected the block's '*' before 'X1000000D03'"},
+        BadFile{"half_a_block_behind_the_end", gerber("D10*\nX0Y0D03*\nM02*\nX1000000D03\n") + "%",
+                "row 8: found 'X1000000D03"},
+        BadFile{"two_formats", gerber("%FSLAX35Y35*%"),
+                "row 5: found 'FSLAX35Y35', expected one format; row 1 has 'FSLAX46Y46'"},
+        BadFile{"two_units", gerber("D10*X0Y0D03*\n%MOIN*%X1D03*"),
+                "row 6: found 'MOIN', expected one unit; row 2 has 'MOMM'"},
+        BadFile{"another_old_unit", gerber("G70*"),
+                "row 5: found 'G70', expected one unit; row 2 has 'MOMM'"}),
     [](const auto& test) { return test.param.name; });
 
 // ---- other people's boards ----
