@@ -315,7 +315,12 @@ class ProgramWriter {
   }
 
   std::string end() {
-    out_ += fmt::format("G0 {}0 C0\nG49\nM2\n%\n", tilt_letter());
+    const auto nearest_zero_deg = [](const Range& limits) {
+      return std::clamp(0.0, limits.min_mm, limits.max_mm);
+    };
+    out_ +=
+        fmt::format("G0 {}{:g} C{:g}\nG49\nM2\n%\n", tilt_letter(), nearest_zero_deg(options_.table.tilt_deg),
+                    nearest_zero_deg(options_.table.rotary_deg));
     return std::move(out_);
   }
 

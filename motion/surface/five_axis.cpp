@@ -68,6 +68,19 @@ void check_table(const TwinRotaryTable& table) {
                                     name, range.min_mm, range.max_mm));
 }
 
+/// Tilt within the limits where C is led through; the tool may lean by the cone, no more.
+double tilt_in_cone_deg(const TwinRotaryTable& table, const ToolPose& pose, std::size_t number,
+                        double rotary_deg, double singular_deg) {
+  constexpr double kRounding_deg = 1e-6;  // arccos near 1
+  const double best = best_tilt_deg(table, pose.axis, rotary_deg);
+  const double tilt = std::clamp(best, table.tilt_deg.min_mm, table.tilt_deg.max_mm);
+  const double cosine = pose_of(table, {Eigen::Vector3d::Zero(), tilt, rotary_deg}).axis.dot(pose.axis);
+  if (tilt != best && std::acos(std::clamp(cosine, -1.0, 1.0)) * kDeg > singular_deg + kRounding_deg)
+    throw MotionError(fmt::format("pose {}: needs a tilt of {:+.3f} degrees, expected {}..{} degrees", number,
+                                  best, table.tilt_deg.min_mm, table.tilt_deg.max_mm));
+  return tilt;
+}
+
 /// Of each regular pose the solution on the way that turns least in all.
 std::vector<Angles> least_way(const TwinRotaryTable& table, std::span<const ToolPose> path,
                               const std::vector<std::size_t>& regular) {
@@ -179,8 +192,10 @@ std::vector<AxesPosition> solve_path(const TwinRotaryTable& table, std::span<con
       out[i].rotary_deg = (1.0 - share) * angles[next - 1].rotary_deg + share * angles[next].rotary_deg;
     } else if (before || after) {
       out[i].rotary_deg = angles[before ? next - 1 : next].rotary_deg;
+    } else {
+      out[i].rotary_deg = std::clamp(0.0, table.rotary_deg.min_mm, table.rotary_deg.max_mm);
     }
-    out[i].tilt_deg = best_tilt_deg(table, path[i].axis, out[i].rotary_deg);
+    out[i].tilt_deg = tilt_in_cone_deg(table, path[i], i + 1, out[i].rotary_deg, singular_deg);
   }
   fit_windings(table, out);
   for (std::size_t i = 0; i < path.size(); ++i)

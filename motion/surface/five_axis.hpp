@@ -48,8 +48,8 @@ ToolPose pose_of(const TwinRotaryTable& table, const AxesPosition& axes);
 /// least rotary way, no turn of C by more than half a turn between neighbours, and the windings that fit the
 /// limits. Where the axis is nearer to the vertical than `singular_deg`, C isn't determined and any small
 /// change of the axis would turn it far: there C goes evenly from where it was to where it will be and the
-/// tilt follows as well as it can, so that the tool leans from the normal by at most that angle; the tip
-/// stays exact.
+/// tilt follows as well as it can within its limits, so that the tool leans from the normal by at most that
+/// angle; the tip stays exact.
 /// @throws MotionError if an axis has no length, or no sequence keeps the limits (the message names the
 /// pose).
 std::vector<AxesPosition> solve_path(const TwinRotaryTable& table, std::span<const ToolPose> path,

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -137,6 +139,36 @@ TEST(TwinRotary, TakesTheSolutionThatItsLimitsAllow) {
   for (const auto& axes : solve_path(table, round_the_pole(20.0, 100.0, 400.0, 100))) {
     EXPECT_LE(std::abs(axes.rotary_deg), 200.0 + 1e-6);
   }
+}
+
+// Near the vertical C is free, but the tilt isn't: it stays within its limits, and the tool within the cone.
+TEST(TwinRotary, KeepsItsLimitsWithinTheCone) {
+  const auto leaning_path = [](double lean_deg) {
+    std::vector<ToolPose> path;
+    for (int i = 0; i < 5; ++i) path.push_back({{0.1 * i, 0, 0}, leaning(lean_deg, 90)});
+    return path;
+  };
+  TwinRotaryTable table = table_of(Tilt::a);
+  for (const auto& [low, high, lean] : {std::array{10.0, 20.0, 0.0}, {1.0, 2.0, 0.3}, {-20.0, -1.0, 0.0}}) {
+    table.tilt_deg = {low, high};
+    EXPECT_THAT(error_of([&, lean = lean] { solve_path(table, leaning_path(lean)); }),
+                HasSubstr("pose 1: needs a tilt of"))
+        << low;
+  }
+  for (const auto& [low, high, lean] :
+       {std::array{-0.1, 0.1, 0.3}, {0.4, 20.0, 0.3}, {0.0, 100.0, 0.3}, {-100.0, 0.0, 0.3}}) {
+    table.tilt_deg = {low, high};
+    for (const AxesPosition& axes : solve_path(table, leaning_path(lean))) {
+      EXPECT_GE(axes.tilt_deg, low);
+      EXPECT_LE(axes.tilt_deg, high);
+      EXPECT_LE(std::acos(std::min(1.0, pose_of(table, axes).axis.dot(leaning(lean, 90)))) * kDeg,
+                0.5 + 1e-9);
+    }
+  }
+  // Where C is free all along, it stands where its limits have it.
+  table = table_of(Tilt::a);
+  table.rotary_deg = {30.0, 60.0};
+  for (const AxesPosition& axes : solve_path(table, leaning_path(0.3))) EXPECT_EQ(axes.rotary_deg, 30.0);
 }
 
 TEST(TwinRotary, SaysWhatItCannotReach) {
