@@ -41,7 +41,8 @@ struct Choice {
 };
 
 struct Settings {
-  std::filesystem::path tool_path, touches, out;
+  std::filesystem::path tool_path, touches, probe_program, out;
+  std::string unit;  // of the tool path's numbers, where it says none; empty: not given
   Choice choice;
   motion::ProbeProgramOptions probe;
   motion::ReconstructionOptions reconstruction;
@@ -116,9 +117,22 @@ void check_probe(const Settings& s) {
         shown(name)));
 }
 
+// The probe triggers a little behind the contact, by a few to a hundred micrometres: so much smaller, or on a
+// badly measured ball larger, is the effective radius. Beyond that the number is another: a slipped decimal
+// point, a diameter, another ball.
+void check_effective_radius(const Settings& s) {
+  if (!s.effective_radius_mm) return;
+  const double nominal_mm = s.probe.ball_radius_mm, away_mm = std::min(0.2, 0.5 * nominal_mm);
+  if (!(std::abs(*s.effective_radius_mm - nominal_mm) <= away_mm))
+    throw UserError(
+        fmt::format("--effective-radius: found {:g} mm, expected {:g} to {:g} mm: pre-travel makes it differ "
+                    "little from the ball's radius (--ball-radius, {:g} mm)",
+                    *s.effective_radius_mm, nominal_mm - away_mm, nominal_mm + away_mm, nominal_mm));
+}
+
 void check_print(const Settings& s) {
   check_choice(s);
-  if (s.effective_radius_mm) require("--effective-radius", *s.effective_radius_mm, 0.01, 100.0);
+  check_effective_radius(s);
   require("--noise", s.reconstruction.noise_mm, 0.0, 10.0);
   for (const double height_mm : s.heights_mm) require("--height", height_mm, 1e-3, 1000.0);
   require("--feed", s.print.feed_mm_s, 1e-3, 1e4);
@@ -147,11 +161,22 @@ void take(const std::vector<double>& from, motion::Range& to) {
   if (!from.empty()) to = {from[0], from[1]};
 }
 
+std::vector<motion::ClLine> read_path(const Settings& s) {
+  std::optional<double> unit_mm;
+  if (!s.unit.empty()) {
+    unit_mm = motion::length_unit_mm(s.unit);
+    if (!unit_mm)
+      throw UserError(
+          fmt::format("--unit: found \"{}\", expected mm, um, cm, m, inch or mil", shown(s.unit)));
+  }
+  return motion::read_tool_path(s.tool_path, unit_mm);
+}
+
 int write_probe(Settings& s) {
   check_probe(s);
   take(s.probe_station_mm, s.probe.station_offset_mm);
   require_other_file(s.out, {s.tool_path});
-  const auto lines = motion::read_tool_path(s.tool_path);
+  const auto lines = read_path(s);
   const auto points = probe_lines(lines, s.choice);
   write_whole(s.out, write_probe_program(points, s.tool_path.filename().string(), s.probe));
   std::size_t all = 0;
@@ -171,12 +196,16 @@ int write_print(Settings& s) {
   take(s.rotary_centre_mm, s.print.table.rotary_centre_mm);
   take(s.tilt_limits_deg, s.print.table.tilt_deg);
   take(s.rotary_limits_deg, s.print.table.rotary_deg);
-  require_other_file(s.out, {s.tool_path, s.touches});
-  const auto lines = motion::read_tool_path(s.tool_path);
+  require_other_file(s.out, {s.tool_path, s.touches, s.probe_program});
+  const auto lines = read_path(s);
   std::vector<double> heights = s.heights_mm;
   if (heights.empty()) heights = {0.1};
   if (heights.size() == 1) heights.assign(lines.size(), heights[0]);
   const auto points = probe_lines(lines, s.choice);
+  constexpr std::uint64_t kMostProgramBytes = std::uint64_t{1} << 28;
+  require_probe_program(s.probe_program.string(),
+                        read_file(s.probe_program, "the program that probe wrote", kMostProgramBytes), points,
+                        s.probe);
   // The nominal radius places the touches; the effective one takes the surface out of them.
   s.reconstruction.ball_radius_mm = s.effective_radius_mm.value_or(s.probe.ball_radius_mm);
   s.reconstruction.tolerance_mm = s.choice.spline.tolerance_mm;
@@ -300,6 +329,11 @@ void add_choice_options(CLI::App* command, Settings& s) {
   command->add_option("--overtravel", s.probe.overtravel_mm, "How far below it a touch may go, mm (2)");
 }
 
+void add_path_options(CLI::App* command, Settings& s, const char* what) {
+  command->add_option("PATH", s.tool_path, what)->required();
+  command->add_option("--unit", s.unit, "Of the path's numbers, if it says none: mm, um, cm, m, inch, mil");
+}
+
 CLI::Option* add_vector(CLI::App* command, const char* name, std::vector<double>& value, const char* what,
                         int size = 3) {
   return command->add_option(name, value, what)->delimiter(',')->expected(size);
@@ -315,7 +349,7 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
 
   CLI::App* probe =
       command->add_subcommand("probe", "Write the program that measures the lines of a tool path");
-  probe->add_option("PATH", s->tool_path, "Tool path: .apt, .cls, .ngc, .nc, .csv")->required();
+  add_path_options(probe, *s, "Tool path: .apt, .cls, .ngc, .nc, .csv");
   probe->add_option("--out", s->out, "Program to write")->required();
   add_choice_options(probe, *s);
   probe->add_option("--touch-feed", s->probe.touch_mm_min, "mm/min (60)");
@@ -324,8 +358,12 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
   add_vector(probe, "--station", s->probe_station_mm, "Offset of the probe on the spindle X,Y,Z, mm");
 
   CLI::App* print = command->add_subcommand("print", "Write the program that prints on the measured lines");
-  print->add_option("PATH", s->tool_path, "Tool path that was measured")->required();
+  add_path_options(print, *s, "Tool path that was measured");
   print->add_option("POINTS", s->touches, "What the probe program wrote")->required();
+  print
+      ->add_option("--probe", s->probe_program,
+                   "The probe program, for the points and the ball it touched with")
+      ->required();
   print->add_option("--out", s->out, "Program to write")->required();
   add_choice_options(print, *s);
   print->add_option("--effective-radius", s->effective_radius_mm,

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -30,29 +31,40 @@ struct ClLine {
 /// Two neighbouring points closer than this are one point.
 inline constexpr double kSamePoint_mm = 1e-9;
 
+/// Millimetres of a unit by its name (mm, um, cm, m, mil, in, inch); nothing if it is none of these.
+std::optional<double> length_unit_mm(std::string_view name);
+
 /// Reads the lines of a tool path; the extension (any case) says which kind.
 /// - `.apt`, `.cls`, `.cl`: GOTO/x,y,z[,i,j,k], FROM/, GODLTA/dx,dy,dz, UNITS/MM|INCH, RAPID, MULTAX, PARTNO,
-///   `TOOL PATH/name`, `$` at a line's end (goes on), `$$` (comment). A RAPID move belongs to no line.
-///   Statements without motion are passed over; motion other than GOTO (CIRCLE, CYCLE, GOFWD) is refused.
-/// - `.ngc`, `.nc`, `.gcode`, `.tap`: G0, G1, G20, G21, G90, G91, comments; A, B, C have to be 0. The unit
-///   stands before the first move, X, Y and Z before a line begins. G0 belongs to no line. Where pressure is
-///   switched (M62/M64 and M63/M65), a line is what is moved under pressure.
+///   `TOOL PATH/name`, `$` at a line's end (goes on), `$$` (comment), FINI at its end (END-OF-PATH in a
+///   .cls). A RAPID move belongs to no line. Under MULTAX each GOTO has its tool axis. Statements without
+///   motion are passed over; motion other than GOTO (CIRCLE, CYCLE, GOFWD) and other frames (TRANS, TRACUT,
+///   COPY) are refused.
+/// - `.ngc`, `.nc`, `.gcode`, `.tap`: G0, G1, G20, G21, G90, G91, comments and words that move nothing; A, B,
+/// C
+///   have to be 0. Any other word is refused. G0 or G1 and X, Y and Z are said before a line begins. G0
+///   belongs to no line. Where pressure is switched (M62/M64 and M63/M65), a line is what is moved under
+///   pressure. M2, M30 or % ends the program.
 /// - `.csv`: columns x, y, z and, if wanted, i, j, k (tool axis) and line (any text, a new one begins a
 /// line),
-///   named in the first row; without names x, y, z, i, j, k in this order. Millimetres. An empty row ends a
-///   line too.
+///   named in the first row, x, y and z with their unit (x_mm); without names x, y, z, i, j, k in this order.
+///   An empty row ends a line too.
+///
+/// `unit_mm` is the length of one of the file's units, for files that don't say it.
 ///
 /// Where a line begins or ends with one move along the tool axis (lowering, lifting), that move is left out.
 /// Points that coincide with their neighbour are left out. A path without tool axes gets upright ones, made
 /// square to the line; the slope across it isn't known then.
 ///
 /// @throws CoordinateError if the file is missing, empty, of another kind or ends early; if a statement can't
-///   be understood, a number is malformed or not finite, an axis has no length; if there is no line or more
-///   than kMaxPoints points.
-std::vector<ClLine> read_tool_path(const std::filesystem::path& path);
+///   be understood, a number is malformed or not finite, an axis has no length; if the unit is said by nobody
+///   or twice; if there is no line or more than kMaxPoints points.
+std::vector<ClLine> read_tool_path(const std::filesystem::path& path,
+                                   std::optional<double> unit_mm = std::nullopt);
 
 /// The same from text; `name` stands in messages and its extension decides.
-std::vector<ClLine> read_tool_path_text(std::string_view name, std::string_view content);
+std::vector<ClLine> read_tool_path_text(std::string_view name, std::string_view content,
+                                        std::optional<double> unit_mm = std::nullopt);
 
 /// The positions alone.
 std::vector<Eigen::Vector3d> positions_mm(const ClLine& line);

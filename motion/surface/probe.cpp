@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -108,44 +107,189 @@ std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path) {
                            read_file(path, "the points that the probe program wrote", kMostBytes));
 }
 
-std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content) {
-  constexpr double kFarthest_mm = 1e6;
-  constexpr std::string_view kBlanks = " ,;\t\r", kByteOrderMark = "\xEF\xBB\xBF";
-  std::vector<Eigen::Vector3d> out;
-  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
-  detail::for_lines(content, [&](const detail::Line& line) {
-    std::string_view rest = line.text;
-    std::array<std::string_view, 3> words;
-    std::size_t found = 0;
-    while (found < words.size()) {
-      rest.remove_prefix(std::min(rest.find_first_not_of(kBlanks), rest.size()));
-      if (rest.empty()) break;
-      words[found] = rest.substr(0, rest.find_first_of(kBlanks));
-      rest.remove_prefix(words[found++].size());
-    }
-    if (found == 0) return;
-    // A row of names; one that begins with a digit, a sign or a point is a touch that was written wrong.
-    constexpr std::string_view kOfNumbers = "0123456789+-.";
-    if (line.number == 1 && kOfNumbers.find(words[0][0]) == std::string_view::npos &&
-        !detail::parse_number(words[0]))
-      return;
-    if (found < words.size())
-      throw CoordinateError(
-          fmt::format("{}: row {}: found {} numbers, expected x, y and z", name, line.number, found));
-    Eigen::Vector3d point;
-    for (int i = 0; i < 3; ++i) {
-      const auto value = number_in(words[i], -kFarthest_mm, kFarthest_mm);
-      if (!value)
-        throw CoordinateError(
-            fmt::format("{}: row {}, column {}: found {}, expected a finite number such as 12.5", name,
-                        line.number, i + 1, detail::in_quotes(words[i])));
-      point[i] = *value;
-    }
-    out.push_back(point);
-    detail::check_point_count(std::string(name), out.size());
-  });
-  if (out.empty()) throw CoordinateError(fmt::format("{}: found no point, expected at least one", name));
+namespace {
+
+/// Whether a row's first word is one of names; one that begins with a digit, a sign or a point is a touch
+/// that was written wrong.
+bool is_name(std::string_view word) {
+  constexpr std::string_view kOfNumbers = "0123456789+-.";
+  return kOfNumbers.find(word[0]) == std::string_view::npos && !detail::parse_number(word);
+}
+
+std::vector<std::string_view> words_of(std::string_view text, std::string_view separators) {
+  std::vector<std::string_view> out;
+  for (std::size_t end = 0; out.size() <= kMostColumns;) {
+    const std::size_t first = text.find_first_not_of(separators, end);
+    if (first == std::string_view::npos) break;
+    end = std::min(text.find_first_of(separators, first), text.size());
+    out.push_back(text.substr(first, end - first));
+  }
   return out;
+}
+
+class TouchRows {
+ public:
+  explicit TouchRows(std::string_view name) : name_(name) {}
+
+  void take(const detail::Line& line) {
+    constexpr std::string_view kSeparators = " ,;\t\r";
+    const auto words = words_of(line.text, kSeparators);
+    if (words.empty()) return;
+    last_row_ = line.number;
+    if (line.number == 1 && is_name(words[0])) return;
+    if (words.size() < 3)
+      fail(line.number, fmt::format("found {} numbers, expected x, y and z", words.size()));
+    if (columns_ == 0) columns_ = words.size(), first_row_ = line.number;
+    if (words.size() != columns_)
+      fail(line.number,
+           fmt::format("found {} numbers, expected {} as in row {}", words.size(), columns_, first_row_));
+    take_numbers(line.number, words);
+  }
+
+  /// A last row without its end may lack a part of its last number.
+  void require_ended(std::string_view content) const {
+    const auto last = content.find_last_not_of(" \t");
+    if (last != std::string_view::npos && content[last] != '\n' && content[last] != '\r')
+      fail(last_row_,
+           "the file ends in the middle of the row, expected its line end; the file may be cut off");
+  }
+
+  std::vector<Eigen::Vector3d> points;
+
+ private:
+  [[noreturn]] void fail(std::size_t row, std::string_view what) const {
+    throw CoordinateError(fmt::format("{}: row {}: {}", name_, row, what));
+  }
+
+  double number(std::size_t row, std::size_t column, std::string_view word) const {
+    constexpr double kFarthest_mm = 1e6;
+    const auto value = number_in(word, -kFarthest_mm, kFarthest_mm);
+    if (!value)
+      throw CoordinateError(
+          fmt::format("{}: row {}, column {}: found {}, expected a finite number such as 12.5", name_, row,
+                      column, detail::in_quotes(word)));
+    return *value;
+  }
+
+  void take_numbers(std::size_t row, const std::vector<std::string_view>& words) {
+    constexpr std::size_t kOfControl = 9;  // X Y Z A B C U V W
+    constexpr double kZero_deg = 0.01;     // of an axis that stands, as its encoder reads it
+    std::vector<double> numbers;
+    for (std::size_t i = 0; i < words.size(); ++i) numbers.push_back(number(row, i + 1, words[i]));
+    for (std::size_t i = 3; words.size() == kOfControl && i < 6; ++i)
+      if (std::abs(numbers[i]) > kZero_deg)
+        fail(row, fmt::format("found {} at {:g} degrees, expected a touch with the rotary axes at zero",
+                              "ABC"[i - 3], numbers[i]));
+    points.emplace_back(numbers[0], numbers[1], numbers[2]);
+    detail::check_point_count(std::string(name_), points.size());
+  }
+
+  std::string_view name_;
+  std::size_t columns_ = 0, first_row_ = 0, last_row_ = 0;
+};
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
+  TouchRows rows(name);
+  detail::for_lines(content, [&](const detail::Line& line) { rows.take(line); });
+  rows.require_ended(content);
+  if (rows.points.empty())
+    throw CoordinateError(fmt::format("{}: found no point, expected at least one", name));
+  return std::move(rows.points);
+}
+
+namespace {
+
+/// What a probe program does, as far as its touches go.
+struct ProbeMoves {
+  std::optional<double> ball_radius_mm;
+  std::size_t radius_row = 0;
+  struct Touch {
+    Eigen::Vector3d start_mm, end_mm;
+    std::size_t row;
+  };
+  std::vector<Touch> touches;
+  bool ended = false;
+};
+
+/// The place behind "G0" or "G38.2", where all of X, Y and Z stand.
+std::optional<Eigen::Vector3d> place_of_move(const std::vector<std::string_view>& words) {
+  constexpr double kFarthest_mm = 1e6;
+  if (words.size() < 4) return std::nullopt;
+  Eigen::Vector3d out;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto value = words[i + 1][0] == "XYZ"[i]
+                           ? number_in(words[i + 1].substr(1), -kFarthest_mm, kFarthest_mm)
+                           : std::nullopt;
+    if (!value) return std::nullopt;
+    out[static_cast<Eigen::Index>(i)] = *value;
+  }
+  return out;
+}
+
+ProbeMoves read_probe_program(std::string_view name, std::string_view content) {
+  ProbeMoves out;
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  detail::for_lines(content, [&](const detail::Line& line) {
+    const auto words = words_of(line.text, " \t)");
+    if (words.empty()) return;
+    for (std::size_t i = 0; i + 2 < words.size() && !out.ball_radius_mm; ++i)
+      if (words[i] == "ball" && words[i + 1] == "radius") {
+        out.ball_radius_mm = number_in(words[i + 2], 0.0, 1e6);
+        out.radius_row = line.number;
+      }
+    const auto place = place_of_move(words);
+    if (words[0] == "G0" && place) at_mm = *place;
+    if (words[0] == "G38.2" && place) out.touches.push_back({at_mm, *place, line.number});
+    out.ended = out.ended || words[0] == "M2";
+    detail::check_point_count(std::string(name), out.touches.size());
+  });
+  return out;
+}
+
+}  // namespace
+
+void require_probe_program(std::string_view name, std::string_view content, std::span<const ProbeLine> lines,
+                           const ProbeProgramOptions& options) {
+  check_options(options);
+  // The program's numbers have four decimals.
+  constexpr double kSame_mm = 2e-4;
+  constexpr std::string_view kAdvice = "give the options that the program was written with";
+  const ProbeMoves found = read_probe_program(name, content);
+  if (!found.ball_radius_mm)
+    throw CoordinateError(fmt::format("{}: found no ball radius, expected a program that probe wrote", name));
+  if (std::abs(*found.ball_radius_mm - options.ball_radius_mm) > kSame_mm)
+    throw CoordinateError(
+        fmt::format("{}: row {}: found ball radius {:g} mm, expected {:g} mm (--ball-radius); {}", name,
+                    found.radius_row, *found.ball_radius_mm, options.ball_radius_mm, kAdvice));
+  if (!found.ended)
+    throw CoordinateError(
+        fmt::format("{}: the file ends without M2, expected it; the file may be cut off", name));
+  std::size_t next = 0;
+  const auto require_at = [&](const char* what, const Eigen::Vector3d& at_mm,
+                              const Eigen::Vector3d& wanted_mm) {
+    if ((at_mm - wanted_mm).cwiseAbs().maxCoeff() > kSame_mm)
+      throw CoordinateError(fmt::format(
+          "{}: row {}: point {}: found its touch to {} at ({:.4f}, {:.4f}, {:.4f}), expected ({:.4f}, "
+          "{:.4f}, {:.4f}) of this tool path; {}",
+          name, found.touches[next].row, next + 1, what, at_mm.x(), at_mm.y(), at_mm.z(), wanted_mm.x(),
+          wanted_mm.y(), wanted_mm.z(), kAdvice));
+  };
+  std::size_t wanted = 0;
+  for (const ProbeLine& line : lines) wanted += line.points.size();
+  for (const ProbeLine& line : lines)
+    for (const MeasuringPoint& point : line.points) {
+      if (next == found.touches.size()) break;
+      require_at("begin", found.touches[next].start_mm, centre_mm(point, options, options.approach_mm));
+      require_at("end", found.touches[next].end_mm, centre_mm(point, options, -options.overtravel_mm));
+      ++next;
+    }
+  if (found.touches.size() != wanted)
+    throw CoordinateError(fmt::format("{}: found {} touches, expected {} on this tool path; {}", name,
+                                      found.touches.size(), wanted, kAdvice));
 }
 
 std::vector<std::vector<Eigen::Vector3d>> assign_touches(std::span<const ProbeLine> lines,

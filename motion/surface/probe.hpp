@@ -44,11 +44,18 @@ void require_safe_z(double safe_z_mm, double highest_mm, std::string_view why);
 std::string write_probe_program(std::span<const ProbeLine> lines, std::string_view name,
                                 const ProbeProgramOptions& options);
 
+/// Whether a probe program, as write_probe_program() wrote it, touches these points with this ball. `name`
+/// stands in messages.
+/// @throws CoordinateError if it is none, is cut off, or says another ball or another place of a touch.
+void require_probe_program(std::string_view name, std::string_view content, std::span<const ProbeLine> lines,
+                           const ProbeProgramOptions& options);
+
 /// Rows of at least three numbers, separated by blanks, commas or semicolons: x, y, z of the ball's centre at
-/// the touch, as PROBEOPEN writes them (nine numbers). Empty rows, a byte order mark and a first row of names
-/// are skipped; a first row that begins as a number does is none of names.
-/// @throws UserError if the file is missing; CoordinateError if it is empty, or a number is malformed, not
-/// finite or beyond 1e6 mm.
+/// the touch, as PROBEOPEN writes them (nine numbers, A, B and C at zero). All have as many numbers, and each
+/// has its line end. Empty rows, a byte order mark and a first row of names are skipped; a first row that
+/// begins as a number does is none of names.
+/// @throws UserError if the file is missing; CoordinateError if it is empty or cut off, or a number is
+/// malformed, not finite or beyond 1e6 mm.
 std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path);
 /// The same from a text; `name` stands in messages.
 std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content);

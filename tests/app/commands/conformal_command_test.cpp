@@ -35,6 +35,29 @@ class Conformal : public ::testing::Test {
     std::ifstream file(path);
     return {std::istreambuf_iterator<char>(file), {}};
   }
+  // The trial's part with its touches and its probe program; what `print` takes of it.
+  std::string print_of_trial() const {
+    EXPECT_EQ(run_command("conformal trial --out " + at("part")).status, 0);
+    return print_of(at("part/lines.apt"), at("part/points.txt"));
+  }
+  std::string print_of(const std::string& path, const std::string& points,
+                       const std::string& options = "") const {
+    const Ran probe = run_command("conformal probe " + path + " --out " + at("probe.ngc") + options);
+    EXPECT_EQ(probe.status, 0) << probe.output;
+    return "print " + path + " " + points + " --probe " + at("probe.ngc");
+  }
+  // Touches of a part that lies so high over its model.
+  void touch(const std::string& program, const std::string& points, double over_mm) const {
+    std::istringstream rows(read(at(program)));
+    std::ofstream touches(at(points));
+    double start_z = 0.0;
+    for (std::string line; std::getline(rows, line);) {
+      double x = 0.0, y = 0.0, z = 0.0;
+      if (std::sscanf(line.c_str(), "G0 X%lf Y%lf Z%lf", &x, &y, &z) == 3) start_z = z;
+      if (std::sscanf(line.c_str(), "G38.2 X%lf Y%lf Z%lf", &x, &y, &z) == 3)
+        touches << x << " " << y << " " << start_z - 2.0 + over_mm << " 0 0 0 0 0 0\n";  // from 2 mm off
+    }
+  }
   void expect_refused(const std::string& arguments, const std::string& part) const {
     const Ran ran = run_command("conformal " + arguments + " --out " + at("out.ngc"));
     EXPECT_EQ(ran.status, 2) << ran.output;
@@ -58,15 +81,15 @@ TEST_F(Conformal, GoesFromToolPathToPrintProgram) {
   for (auto i = program.find("G38.2"); i != std::string::npos; i = program.find("G38.2", i + 1)) ++touches;
   const std::string written = read(points);
   EXPECT_EQ(touches, static_cast<std::size_t>(std::count(written.begin(), written.end(), '\n')));
-  const Ran print =
-      run_command("conformal print " + path + " " + points + " --out " + at("print.ngc") +
-                  " --effective-radius 0.992 --height 0.08,0.1,0.11,0.08,0.1,0.11,0.08,0.1,0.11");
+  const Ran print = run_command(
+      "conformal print " + path + " " + points + " --probe " + at("probe.ngc") + " --out " + at("print.ngc") +
+      " --effective-radius 0.992 --height 0.08,0.1,0.11,0.08,0.1,0.11,0.08,0.1,0.11");
   ASSERT_EQ(print.status, 0) << print.output;
   EXPECT_THAT(print.output, HasSubstr("9 lines"));
   EXPECT_THAT(read(at("print.ngc")), HasSubstr("G93"));
-  const Ran control =
-      run_command("conformal print " + path + " " + points + " --out " + at("control.ngc") +
-                  " --effective-radius 0.992 --rtcp control --tilt-axis b --station 30,0.5,-4");
+  const Ran control = run_command(
+      "conformal print " + path + " " + points + " --probe " + at("probe.ngc") + " --out " +
+      at("control.ngc") + " --effective-radius 0.992 --rtcp control --tilt-axis b --station 30,0.5,-4");
   ASSERT_EQ(control.status, 0) << control.output;
   // LinuxCNC's interpreter takes all three.
   EXPECT_EQ(motion::interpret(program).error, "");
@@ -80,19 +103,14 @@ TEST_F(Conformal, GoesFromToolPathToPrintProgram) {
 
 // A part 100 mm above the table, and one turned by its axes: between lines the head stays above it.
 TEST_F(Conformal, SafeZIsAboveThePart) {
-  std::ofstream high(at("high.csv")), touches(at("high.txt"));
-  high << "x,y,z\n";
+  std::ofstream high(at("high.csv"));
+  high << "x_mm,y_mm,z_mm\n";
   for (int x = 0; x <= 20; ++x) high << x << ",0,100\n";
   high.close();
-  const std::string path = at("high.csv"), points = at("high.txt");
-  ASSERT_EQ(run_command("conformal probe " + path + " --safe-z 150 --out " + at("probe.ngc")).status, 0);
-  std::istringstream program(read(at("probe.ngc")));
-  for (std::string line; std::getline(program, line);)
-    if (double x = 0.0, y = 0.0, z = 0.0; std::sscanf(line.c_str(), "G38.2 X%lf Y%lf Z%lf", &x, &y, &z) == 3)
-      touches << x << " " << y << " 101\n";  // the ball's centre on the surface
-  touches.close();
+  const std::string path = at("high.csv");
   expect_refused("probe " + path, "safe z: found 50 mm, expected at least 103.000 mm");
-  const std::string print = "print " + path + " " + points;
+  const std::string print = print_of(path, at("high.txt"), " --safe-z 150");
+  touch("probe.ngc", at("high.txt"), 0.0);
   for (const char* rtcp : {"post", "control"}) {
     const std::string with = print + " --rtcp " + rtcp;
     // The tip is 0.1 mm over the surface, and 5 mm higher where a line begins and ends.
@@ -119,9 +137,7 @@ TEST_F(Conformal, ATrialReplacesNoFiles) {
 }
 
 TEST_F(Conformal, OptionsHaveRanges) {
-  ASSERT_EQ(run_command("conformal trial --out " + at("part")).status, 0);
-  const std::string path = at("part/lines.apt"), points = at("part/points.txt");
-  const std::string print = "print " + path + " " + points;
+  const std::string print = print_of_trial(), path = at("part/lines.apt");
   for (const char* value : {"nan", "inf", "-1", "90", "1e300"})
     expect_refused(print + " --singular " + value, "--singular: ");
   for (const char* value : {"nan", "1e9", "1e300"})
@@ -146,24 +162,102 @@ TEST_F(Conformal, OptionsHaveRanges) {
 }
 
 TEST_F(Conformal, NoTouchIsDroppedWithoutAWord) {
-  std::ofstream(at("line.csv")) << "x,y,z\n0,0,0\n10,0,0\n";
+  std::ofstream(at("line.csv")) << "x_mm,y_mm,z_mm\n0,0,0\n10,0,0\n";
+  const auto print = [&](const std::string& points) { return print_of(at("line.csv"), at(points)); };
   const std::string rest = "0 0 1\n";
   std::ofstream(at("first.txt")) << "1.o 2 3\n" << rest;
-  expect_refused("print " + at("line.csv") + " " + at("first.txt"), "row 1, column 1: found '1.o'");
+  expect_refused(print("first.txt"), "row 1, column 1: found '1.o'");
   std::ofstream(at("comma.txt")) << "1x,2,3\n" << rest;
-  expect_refused("print " + at("line.csv") + " " + at("comma.txt"), "row 1, column 1: found '1x'");
+  expect_refused(print("comma.txt"), "row 1, column 1: found '1x'");
   // a row of names, and a byte order mark, are skipped
   for (const char* head : {"x y z\n", "\xEF\xBB\xBF", "\xEF\xBB\xBFX;Y;Z\n"}) {
     std::ofstream(at("head.txt")) << head << rest;
-    expect_refused("print " + at("line.csv") + " " + at("head.txt"), "point cloud: found 1 points");
+    expect_refused(print("head.txt"), "point cloud: found 1 points");
   }
 }
 
+// Cut anywhere, none of the files that go from hand to hand is taken for a whole one.
+TEST_F(Conformal, RefusesFilesThatAreCutOff) {
+  const std::string print = print_of_trial();
+  const std::string apt = read(at("part/lines.apt")), touches = read(at("part/points.txt"));
+  std::ofstream(at("cut.apt")) << apt.substr(0, 100'000);
+  expect_refused("probe " + at("cut.apt"), "cut.apt: row ");
+  std::ofstream(at("rows.apt")) << apt.substr(0, apt.rfind('\n', 100'000) + 1);
+  expect_refused("probe " + at("rows.apt"), "the file ends without FINI");
+  const std::string rest = " --probe " + at("probe.ngc");
+  for (const std::size_t missing : {1U, 17U, 22U}) {  // of "8.332000 0 0 0 0 0 0\n"
+    std::ofstream(at("cut.txt")) << touches.substr(0, touches.size() - missing);
+    expect_refused("print " + at("part/lines.apt") + " " + at("cut.txt") + rest, "cut.txt: row 205: ");
+  }
+  const std::string program = read(at("probe.ngc"));
+  std::ofstream(at("cut.ngc")) << program.substr(0, program.size() / 2);
+  expect_refused("print " + at("part/lines.apt") + " " + at("part/points.txt") + " --probe " + at("cut.ngc"),
+                 "the file ends without M2");
+}
+
+TEST_F(Conformal, TakesTouchesOfTheProbeProgramsBallOnly) {
+  std::ofstream(at("line.csv")) << "x_mm,y_mm,z_mm\n0,0,5\n10,0,5\n";
+  const std::string print = print_of(at("line.csv"), at("points.txt"));
+  touch("probe.ngc", at("points.txt"), 0.05);
+  const std::string out = " --out " + at("print.ngc");
+  EXPECT_EQ(run_command("conformal " + print + out).status, 0);
+  expect_refused(
+      print + " --ball-radius 2",
+      "probe.ngc: row 3: found ball radius 1 mm, expected 2 mm (--ball-radius); give the options that the "
+      "program was written with");
+  expect_refused(print + " --approach 3", "point 1: found its touch to begin at");
+  expect_refused(print + " --wavelength 20", "probe.ngc: ");
+  const Ran without = run_command("conformal print " + at("line.csv") + " " + at("points.txt") + out);
+  EXPECT_EQ(without.status, 2);
+  EXPECT_THAT(without.output, HasSubstr("--probe is required"));
+  // The pre-travel is no radius.
+  for (const char* radius : {"9.92", "0.0992", "1.984", "0.79", "1.21", "nan"})
+    expect_refused(print + " --effective-radius " + radius,
+                   std::string("--effective-radius: found ") + radius + " mm, expected 0.8 to 1.2 mm");
+  EXPECT_EQ(run_command("conformal " + print + " --effective-radius 0.81" + out).status, 0);
+}
+
+TEST_F(Conformal, AsksForTheUnitOfAPath) {
+  std::ofstream(at("line.csv")) << "x,y,z\n0,0,0\n1,0,0\n";
+  expect_refused("probe " + at("line.csv"), "expected names such as x_mm, or the unit by --unit");
+  expect_refused("probe " + at("line.csv") + " --unit ell",
+                 "--unit: found \"ell\", expected mm, um, cm, m, inch or mil");
+  const Ran inches =
+      run_command("conformal probe " + at("line.csv") + " --unit inch --out " + at("probe.ngc"));
+  EXPECT_THAT(inches.output, HasSubstr("25.400 mm"));
+  std::ofstream(at("said.csv")) << "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n";
+  expect_refused("probe " + at("said.csv") + " --unit mm", "says its unit itself; leave out --unit");
+}
+
+// Where the tool stands upright all along, the tilt has its limits all the same, and at the program's end.
+TEST_F(Conformal, KeepsTheTiltWithinItsLimits) {
+  std::ofstream(at("line.csv")) << "x_mm,y_mm,z_mm\n0,0,5\n10,0,5\n";
+  const std::string print = print_of(at("line.csv"), at("points.txt"));
+  touch("probe.ngc", at("points.txt"), 0.0);
+  expect_refused(print + " --tilt-limits 10,20",
+                 "pose 1: needs a tilt of +0.000 degrees, expected 10..20 degrees");
+  const Ran ran = run_command("conformal " + print + " --tilt-limits 0.2,20 --rotary-limits 30,60 --out " +
+                              at("print.ngc"));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  std::istringstream rows(read(at("print.ngc")));
+  int turns = 0;
+  for (std::string row; std::getline(rows, row);)
+    if (const auto tilt = row.find('A'), turn = row.find(" C"); row[0] == 'G' && turn != std::string::npos) {
+      EXPECT_GE(std::stod(row.substr(tilt + 1)), 0.2) << row;
+      EXPECT_GE(std::stod(row.substr(turn + 2)), 30.0) << row;
+      ++turns;
+    }
+  EXPECT_GT(turns, 10);
+}
+
 TEST_F(Conformal, RefusesWrongInputInOneLine) {
-  ASSERT_EQ(run_command("conformal trial --out " + at("part")).status, 0);
+  const std::string print = print_of_trial();
   const std::string path = at("part/lines.apt"), points = at("part/points.txt");
-  for (const std::string& out : {path, points}) {
-    const Ran ran = run_command("conformal print " + path + " " + points + " --out " + out);
+  const auto print_with = [&](const std::string& touches) {
+    return "print " + path + " " + at(touches) + " --probe " + at("probe.ngc");
+  };
+  for (const std::string& out : {path, points, at("probe.ngc")}) {
+    const Ran ran = run_command("conformal " + print + " --out " + out);
     EXPECT_EQ(ran.status, 2);
     EXPECT_THAT(ran.output, HasSubstr("would be written over the input"));
   }
@@ -171,41 +265,41 @@ TEST_F(Conformal, RefusesWrongInputInOneLine) {
   expect_refused("probe " + at("none.apt"), "no such file");
   expect_refused("probe " + path + " --wavelength -1", "--wavelength: found -1, expected 0.01 to 10000");
   expect_refused("probe " + path + " --safe-z 1", "safe z: found 1 mm");
-  expect_refused("print " + path + " " + points + " --rule chord", "point cloud: found");
-  expect_refused("print " + path + " " + points + " --height 0.1,0.2", "heights: found 2 for 9 lines");
-  expect_refused("print " + path + " " + points + " --tilt-limits=-3,3", "needs a tilt of");
+  expect_refused(print + " --rule chord", "give the options that the program was written with");
+  expect_refused(print + " --height 0.1,0.2", "heights: found 2 for 9 lines");
+  expect_refused(print + " --tilt-limits=-3,3", "needs a tilt of");
   expect_refused("probe " + path + " --ball-radius -1", "--ball-radius: found -1");
   expect_refused("probe " + path + " --approach 0", "--approach: found 0");
   expect_refused("probe " + path + " --rule chord --chord-error 0", "--chord-error: found 0");
   expect_refused("probe " + path + " --rule even --capability 1", "process capability: found 1");
   expect_refused("probe " + path + " --rule even --confidence 1", "confidence: found 1");
   expect_refused("probe " + path + " --station nan,0,0", "--station: found nan");
-  expect_refused("print " + path + " " + points + " --effective-radius -1", "--effective-radius: found -1");
-  expect_refused("print " + path + " " + points + " --noise -1", "--noise: found -1");
-  expect_refused("print " + path + " " + points + " --height 0", "--height: found 0");
-  expect_refused("print " + path + " " + points + " --feed 0", "--feed: found 0");
-  expect_refused("print " + path + " " + points + " --tilt-limits=3,-3", "tilt limits: found 3..-3");
-  expect_refused("print " + path + " " + points + " --tilt-centre nan,0,0", "--tilt-centre: found nan");
-  expect_refused("print " + path + " " + points + " --output 99", "pressure output: found 99");
-  expect_refused("print " + path + " " + points + " --off-delay 1000", "takes to close");
-  expect_refused("print " + path + " " + at("none.txt"), "no such file");
+  expect_refused(print + " --effective-radius -1", "--effective-radius: found -1 mm");
+  expect_refused(print + " --noise -1", "--noise: found -1");
+  expect_refused(print + " --height 0", "--height: found 0");
+  expect_refused(print + " --feed 0", "--feed: found 0");
+  expect_refused(print + " --tilt-limits=3,-3", "tilt limits: found 3..-3");
+  expect_refused(print + " --tilt-centre nan,0,0", "--tilt-centre: found nan");
+  expect_refused(print + " --output 99", "pressure output: found 99");
+  expect_refused(print + " --off-delay 1000", "takes to close");
+  expect_refused(print_with("none.txt"), "no such file");
   std::ofstream(at("swapped.txt")) << [&] {
     std::istringstream rows(read(points));
     std::string first, second, rest;
     std::getline(rows, first), std::getline(rows, second), std::getline(rows, rest, '\0');
     return second + '\n' + first + '\n' + rest;
   }();
-  expect_refused("print " + path + " " + at("swapped.txt"), "beside the way of its touch");
+  expect_refused(print_with("swapped.txt"), "beside the way of its touch");
   std::ofstream(at("nan.txt")) << "nan 2 3\n";
-  expect_refused("print " + path + " " + at("nan.txt"), "row 1, column 1: found 'nan'");
-  std::ofstream(at("down.csv")) << "x,y,z,i,j,k\n0,0,0,0,0,-1\n1,0,0,0,0,-1\n";
+  expect_refused(print_with("nan.txt"), "row 1, column 1: found 'nan'");
+  std::ofstream(at("down.csv")) << "x_mm,y_mm,z_mm,i,j,k\n0,0,0,0,0,-1\n1,0,0,0,0,-1\n";
   expect_refused("probe " + at("down.csv"), "faces sideways or down");
-  std::ofstream(at("point.csv")) << "x,y,z\n0,0,0\n0,0,0\n";
+  std::ofstream(at("point.csv")) << "x_mm,y_mm,z_mm\n0,0,0\n0,0,0\n";
   expect_refused("probe " + at("point.csv"), "found no line");
-  std::ofstream(at("bad.csv")) << "x,y,z\n0,0,0\n1,nan,0\n";
+  std::ofstream(at("bad.csv")) << "x_mm,y_mm,z_mm\n0,0,0\n1,nan,0\n";
   expect_refused("probe " + at("bad.csv"), "found 'nan', expected a finite number");
   std::ofstream(at("short.txt")) << "1 2 3\n";
-  expect_refused("print " + path + " " + at("short.txt"), "point cloud: found 1 points");
+  expect_refused(print_with("short.txt"), "point cloud: found 1 points");
 }
 
 }  // namespace

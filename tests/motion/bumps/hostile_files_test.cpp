@@ -131,8 +131,9 @@ std::string path_refusal(const std::string& name, const std::string& content) {
 }
 
 TEST(HostilePaths, ManyLinesOfOneNameAreNumbered) {
-  std::string apt = "TOOL PATH/A\n";
+  std::string apt = "UNITS/MM\nTOOL PATH/A\n";
   for (int i = 0; i < 20'000; ++i) apt += "RAPID\nGOTO/0,0,0\nGOTO/1,0,0\n";
+  apt += "FINI\n";
   const auto lines = read_tool_path_text("a.apt", apt);
   ASSERT_EQ(lines.size(), 20'000U);
   EXPECT_EQ(lines[0].name, "A");
@@ -141,17 +142,18 @@ TEST(HostilePaths, ManyLinesOfOneNameAreNumbered) {
 }
 
 TEST(HostilePaths, NumbersBeyondAnyMachineAreRefused) {
-  EXPECT_THAT(path_refusal("a.apt", "GOTO/0,0,0\nGOTO/1e300,0,0\n"),
-              HasSubstr("a.apt: row 2: found the point (1e+300"));
-  EXPECT_THAT(path_refusal("a.apt", "GOTO/0,0,0,1e300,1e300,1\n"), HasSubstr("tool axis"));
+  EXPECT_THAT(path_refusal("a.apt", "UNITS/MM\nGOTO/0,0,0\nGOTO/1e300,0,0\n"),
+              HasSubstr("a.apt: row 3: found the point (1e+300"));
+  EXPECT_THAT(path_refusal("a.apt", "UNITS/MM\nGOTO/0,0,0,1e300,1e300,1\n"), HasSubstr("tool axis"));
   EXPECT_THAT(path_refusal("a.ngc", "G21 G1 X0 Y0 Z0\nX9999999\n"), HasSubstr("row 2: found the point"));
-  EXPECT_EQ(path_refusal("a.ngc", "G99999999999999999999999 G1 M99999999999999999999 G21 X0 Y0 Z0\nX1\n"),
-            "");
+  EXPECT_THAT(path_refusal("a.ngc", "G99999999999999999999999 G1 G21 X0 Y0 Z0\n"), HasSubstr("found 'G9999"));
+  EXPECT_THAT(path_refusal("a.ngc", "G1 M99999999999999999999 G21 X0 Y0 Z0\n"), HasSubstr("found 'M9999"));
 }
 
 TEST(HostilePaths, NamesBringNoControlBytes) {
-  EXPECT_EQ(read_tool_path_text("a.apt", "TOOL PATH/\x1b[31mA\nGOTO/0,0,0\nGOTO/1,0,0\n")[0].name,
-            "\\x1B[31mA");
+  EXPECT_EQ(
+      read_tool_path_text("a.apt", "UNITS/MM\nTOOL PATH/\x1b[31mA\nGOTO/0,0,0\nGOTO/1,0,0\nFINI\n")[0].name,
+      "\\x1B[31mA");
 }
 
 TEST(HostilePaths, StatementOfTooManyWords) {

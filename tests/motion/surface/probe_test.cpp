@@ -136,6 +136,41 @@ TEST(ProbeProgram, RefusesWhatCannotBe) {
               HasSubstr("faces sideways or down"));
 }
 
+// What print asks before it takes touches: are they those of this program?
+TEST(ProbeProgram, IsThatOfTheTouches) {
+  const ProbeLine line = dome_line();
+  const ProbeProgramOptions options{.safe_z_mm = 30.0};
+  const std::string program = write_probe_program({&line, 1}, "dome", options);
+  const auto message = [&](const std::string& text, const ProbeProgramOptions& wanted,
+                           const ProbeLine& points) {
+    return error_of([&] { require_probe_program("p.ngc", text, {&points, 1}, wanted); });
+  };
+  EXPECT_EQ(message(program, options, line), "");
+  // Where the ball is held and how fast it goes is the machine's own.
+  EXPECT_EQ(message(program, {.touch_mm_min = 5.0, .safe_z_mm = 99.0, .station_offset_mm = {1, 2, 3}}, line),
+            "");
+  EXPECT_EQ(message(program, {.ball_radius_mm = 2.0}, line),
+            "p.ngc: row 3: found ball radius 1 mm, expected 2 mm (--ball-radius); give the options that the "
+            "program "
+            "was written with");
+  EXPECT_THAT(message(program, {.approach_mm = 1.5}, line),
+              HasSubstr("point 1: found its touch to begin at"));
+  EXPECT_THAT(message(program, {.overtravel_mm = 1.5}, line),
+              HasSubstr("point 1: found its touch to end at"));
+  ProbeLine other = line;
+  other.points[3].position_mm.y() += 0.01;
+  EXPECT_THAT(message(program, options, other), HasSubstr("point 4: found its touch to begin at"));
+  other.points.pop_back();
+  EXPECT_THAT(message(program, options, other), HasSubstr("point 4"));
+  other = line;
+  other.points.push_back(line.points.back());
+  EXPECT_THAT(message(program, options, other), HasSubstr("found 11 touches, expected 12"));
+  for (std::size_t size = 0; size < program.size() - 4; ++size)  // without its last "M2\n%"
+    ASSERT_NE(message(program.substr(0, size), options, line), "") << program.substr(0, size);
+  EXPECT_THAT(message("G21\nM2\n", options, line),
+              HasSubstr("p.ngc: found no ball radius, expected a program"));
+}
+
 class TouchFile : public ::testing::Test {
  protected:
   std::filesystem::path write(const std::string& text) {
@@ -162,6 +197,23 @@ TEST_F(TouchFile, ThatIsWrongIsRefused) {
               HasSubstr("row 2, column 2: found 'nan'"));
   EXPECT_THAT(error_of([&] { read_touches(write("\n")); }), HasSubstr("found no point"));
   EXPECT_THAT(error_of([&] { read_touches("/no/such/file"); }), HasSubstr("no such file"));
+  EXPECT_THAT(error_of([&] { read_touches(write("1 2 3\n1 2 3 4\n")); }),
+              HasSubstr("row 2: found 4 numbers, expected 3 as in row 1"));
+  EXPECT_THAT(error_of([&] { read_touches(write("1 2 3 z\n")); }), HasSubstr("row 1, column 4: found 'z'"));
+  EXPECT_THAT(error_of([&] { read_touches(write("1 2 3 0 10 0 0 0 0\n")); }),
+              HasSubstr("row 1: found B at 10 degrees, expected a touch with the rotary axes at zero"));
+  EXPECT_EQ(read_touches(write("1 2 3 0.0004 -0.0004 0 0 0 0\n")).size(), 1U);  // as the encoder read it
+}
+
+TEST_F(TouchFile, ThatIsCutOffIsRefused) {
+  const std::string whole = "1.5 2.5 6.050000\n4 5 6.050000\n";
+  for (const std::string& text : {whole.substr(0, whole.size() - 1), whole.substr(0, whole.size() - 6)})
+    EXPECT_THAT(
+        error_of([&] { read_touches(write(text)); }),
+        HasSubstr(": row 2: the file ends in the middle of the row, expected its line end; the file may be "
+                  "cut off"));
+  EXPECT_EQ(read_touches(write(whole + "  ")).size(), 2U);
+  EXPECT_EQ(read_touches(write("1 2 3\r4 5 6\r")).size(), 2U);
 }
 
 TEST(AssignTouches, FindsAnotherPartsFile) {

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/surface/path_lines.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "base/place.hpp"
+#include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/text_lines.hpp"
+
+namespace meltstage::motion::detail {
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return out;
+}
+
+void PathLines::fail(std::size_t row, std::string_view message) const {
+  throw CoordinateError(fmt::format("{}: row {}: {}", file_, row, message));
+}
+
+void PathLines::fail_cut_off(std::string_view ends) const {
+  throw CoordinateError(fmt::format("{}: the file ends without {}; the file may be cut off", file_, ends));
+}
+
+double PathLines::number(std::size_t row, std::string_view text) const {
+  const auto value = parse_number(text);
+  if (!value || !std::isfinite(*value))
+    fail(row, fmt::format("found {}, expected a finite number such as 12.5", in_quotes(trimmed(text))));
+  return *value;
+}
+
+void PathLines::name_next(std::string_view name) { name_ = shown(name); }
+
+void PathLines::add(const Eigen::Vector3d& position_mm, const Eigen::Vector3d& axis, std::size_t row) {
+  constexpr double kFarthest_mm = 1e6;
+  if (!(position_mm.cwiseAbs().maxCoeff() <= kFarthest_mm))
+    fail(row, fmt::format("found the point ({:.6g}, {:.6g}, {:.6g}) mm, expected one within {:g} mm",
+                          position_mm.x(), position_mm.y(), position_mm.z(), kFarthest_mm));
+  const double length = axis.norm();
+  if (!(length > 1e-6) || !std::isfinite(length))
+    fail(row, fmt::format("found tool axis ({:.6g}, {:.6g}, {:.6g}), expected a direction", axis.x(),
+                          axis.y(), axis.z()));
+  check_point_count(std::string(file_), ++count_);
+  if (!open_.empty() && (open_.back().position_mm - position_mm).norm() <= kSamePoint_mm) return;
+  open_.push_back({position_mm, axis / length, row});
+}
+
+void PathLines::end_line(bool keep_ends) {
+  if (!keep_ends) drop_approach();
+  if (!has_axes_) square_axes();
+  if (open_.size() >= 2)
+    lines_.push_back({unique(name_.empty() ? fmt::format("line {}", lines_.size() + 1) : name_), open_});
+  open_.clear();
+}
+
+std::vector<ClLine> PathLines::take() {
+  if (lines_.empty())
+    throw CoordinateError(fmt::format(
+        "{}: found no line, expected at least two points one after the other that aren't a rapid move",
+        file_));
+  return std::move(lines_);
+}
+
+/// Leaves out a first or last move that runs along the tool axis.
+void PathLines::drop_approach() {
+  const auto along_axis = [](const ClPoint& near, const ClPoint& far) {
+    const Eigen::Vector3d way = far.position_mm - near.position_mm;
+    return way.dot(near.axis) > 0.99 * way.norm();
+  };
+  if (open_.size() >= 3 && along_axis(open_[1], open_[0])) open_.erase(open_.begin());
+  if (open_.size() >= 3 && along_axis(open_[open_.size() - 2], open_.back())) open_.pop_back();
+}
+
+/// Where the path has no tool axes: the upright one, made square to the line.
+void PathLines::square_axes() {
+  std::vector<Eigen::Vector3d> axes;
+  for (std::size_t i = 0; i < open_.size(); ++i) {
+    const std::size_t next = std::min(i + 1, open_.size() - 1), before = i == 0 ? 0 : i - 1;
+    const Eigen::Vector3d along = (open_[next].position_mm - open_[before].position_mm).normalized();
+    const Eigen::Vector3d across = Eigen::Vector3d::UnitZ() - along.z() * along;
+    axes.push_back(across.norm() > 0.1 ? across.normalized() : Eigen::Vector3d::UnitZ());
+  }
+  for (std::size_t i = 0; i < axes.size(); ++i) open_[i].axis = axes[i];
+}
+
+std::string PathLines::unique(const std::string& wanted) {
+  std::string name = wanted;
+  for (int& i = last_number_[wanted]; !taken_.insert(name).second;) {
+    i = std::max(i, 1) + 1;
+    name = fmt::format("{} {}", wanted, i);
+  }
+  return name;
+}
+
+void PathUnit::say(double mm, std::size_t row) {
+  if (given_mm_) lines_.fail(row, "the file says its unit itself; leave out --unit");
+  said_mm_ = mm;
+}
+
+double PathUnit::mm(std::size_t row, std::string_view expected) const {
+  if (said_mm_) return *said_mm_;
+  if (!given_mm_) lines_.fail(row, fmt::format("{}, or the unit by --unit", expected));
+  return *given_mm_;
+}
+
+}  // namespace meltstage::motion::detail
