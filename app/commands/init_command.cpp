@@ -18,6 +18,7 @@
 
 #include "app/number_range.hpp"
 #include "app/verbs.hpp"
+#include "base/count.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
@@ -150,7 +151,7 @@ int init_job(const InitSettings& settings) {
   write_whole(
       job,
       fmt::format("# Made by meltstage init. Every field: docs/print/jobs.md\n"
-                  "# {} bumps over {:.6g} mm x {:.6g} mm; x to the right, y away from the operator.\n\n"
+                  "# {} over {:.6g} mm x {:.6g} mm; x to the right, y away from the operator.\n\n"
                   "[job]\nname = {}\nseed = 1                # of all that is random\n\n"
                   "[coordinates]\nfile = {}\n{}"
                   "origin_x_mm = {}      # where its (0, 0) lies on the stage: the bumps are in the middle\n"
@@ -161,14 +162,15 @@ int init_job(const InitSettings& settings) {
                   "set-point\n"
                   "dwell_s = 2.0            # once it has been there for so long\n\n"
                   "[print]\ndroplet_j = 0.02         # heat that a droplet takes along\n",
-                  file.points.size(), x.size(), y.size(), text_for_job(settings.bumps.stem().string()),
+                  counted(file.points.size(), "bump"), x.size(), y.size(),
+                  text_for_job(settings.bumps.stem().string()),
                   text_for_job(fs::proximate(fs::absolute(settings.bumps), folder).string()), pitch,
                   centred(x, travel.x), centred(y, travel.y)));
   for (const std::string& note : file.notes) fmt::print("note: {}\n", note);
   if (settings.bumps.extension() == ".kicad_mod")
     fmt::print("note: KiCad's y points down; what lies above there lies above here\n");
-  fmt::print("{}: {} bumps over {:.6g} mm x {:.6g} mm; print it: meltstage print {}\n", job.string(),
-             file.points.size(), x.size(), y.size(), job.string());
+  fmt::print("{}: {} over {:.6g} mm x {:.6g} mm; print it: meltstage print {}\n", job.string(),
+             counted(file.points.size(), "bump"), x.size(), y.size(), job.string());
   return 0;
 }
 

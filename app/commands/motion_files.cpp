@@ -9,6 +9,7 @@
 
 #include "app/print/job_plan.hpp"
 #include "app/terminal.hpp"
+#include "base/count.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
@@ -30,7 +31,7 @@ std::string as_comments(const std::string& settings) {
 // What a job asks for and no program for another control can carry.
 std::vector<std::string> left_out(const LoadedJob& loaded) {
   const tb::PrintJob& job = loaded.job;
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = loaded.notes;
   if (job.fly_by) notes.emplace_back("mode fly-by isn't written: it stops at each bump");
   for (std::size_t axis = 0; axis < job.compensation.size(); ++axis)
     if (!job.compensation[axis].position_mm.empty())
@@ -74,7 +75,7 @@ int write_gcode_file(const GcodeCommand& command) {
     throw UserError(fmt::format("{}: {}", command.job.string(), error.what()));
   }
   for (const std::string& note : options.notes) fmt::print("note: {}\n", note);
-  fmt::print("{}: {} droplets\n", command.out.string(), job.bumps.size());
+  fmt::print("{}: {}\n", command.out.string(), counted(job.bumps.size(), "droplet"));
   return 0;
 }
 

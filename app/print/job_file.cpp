@@ -167,6 +167,16 @@ void read_stage(TomlSection& stage, JobDescription& parsed, const std::filesyste
   }
 }
 
+// The points of a file; what the reader has to tell of it joins the notes.
+std::vector<motion::Point> read_noted(const std::filesystem::path& file,
+                                      const motion::CoordinateOptions& options,
+                                      std::vector<std::string>& notes) {
+  motion::CoordinateFile read = motion::read_coordinate_file(file, options);
+  for (const std::string& note : read.notes)
+    notes.push_back(fmt::format("{}: {}", shown(file.string()), note));
+  return std::move(read.points);
+}
+
 // [alignment]: the board's marks, in the frame of the bumps' file and placed with them.
 tb::BoardAlignment read_alignment(TomlSection& alignment, JobDescription& parsed,
                                   const std::filesystem::path& folder, motion::CoordinateOptions placed,
@@ -194,7 +204,7 @@ tb::BoardAlignment read_alignment(TomlSection& alignment, JobDescription& parsed
   if (missing > 0) board.missing_mark = static_cast<std::size_t>(missing - 1);
   alignment.finish();
   parsed.inputs.push_back(folder / file);
-  for (const motion::Point& mark : motion::read_coordinates(folder / file, placed))
+  for (const motion::Point& mark : read_noted(folder / file, placed, parsed.notes))
     board.marks_mm.emplace_back(mark.x_mm, mark.y_mm);
   if (board.marks_mm.size() < 2)
     throw UserError(
@@ -311,7 +321,7 @@ JobDescription parse_job(const std::filesystem::path& path) {
   std::stable_sort(job.events.begin(), job.events.end(), [](auto& a, auto& b) { return a.at_s < b.at_s; });
 
   try {
-    parsed.bumps_in_file_order = motion::read_coordinates(parsed.coordinates, options);
+    parsed.bumps_in_file_order = read_noted(parsed.coordinates, options, parsed.notes);
     job.place_tolerance_mm = print.has("place_tolerance_um")
                                  ? 1e-3 * place_tolerance_um
                                  : default_place_tolerance_mm(parsed.bumps_in_file_order);

@@ -20,6 +20,7 @@ struct JobDescription {
   std::filesystem::path file;
   tb::PrintJob job;  // without bumps, compensation and rows
   std::vector<motion::Point> bumps_in_file_order;
+  std::vector<std::string> notes;  // on what the files hold and how it is read, a line each
   motion::PathTask task;
   std::string plan_metric;
   std::optional<motion::FlyByConfig> fly_by;  // otherwise it stops at each bump

@@ -58,6 +58,18 @@ void print_in_rows(LoadedJob& loaded, const motion::PathTask& task) {
   loaded.plan.cost_after = motion::path_cost(loaded.bumps_in_file_order, loaded.plan.order, task);
 }
 
+// From the start over all rows to the end.
+double rows_s(const tb::PrintJob& job) {
+  const motion::FlyByPlan& plan = job.fly_by->plan;
+  const motion::FlyByRow &first = plan.rows.front(), &last = plan.rows.back();
+  const auto way_s = [&](const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm) {
+    return motion::plan_stage_move(job.stage, from_mm, to_mm).profile.duration_s;
+  };
+  const double z_mm = job.start_mm.z();
+  const double end_s = job.end_mm ? way_s({last.to_x_mm, last.y_mm, z_mm}, *job.end_mm) : 0.0;
+  return way_s(job.start_mm, {first.from_x_mm, first.y_mm, z_mm}) + plan.duration_s + end_s;
+}
+
 // What the stage can do, and how its axes are corrected.
 void prepare_stage(JobDescription& parsed) {
   try {
@@ -154,6 +166,7 @@ LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress) 
   loaded.bumps_in_file_order = std::move(parsed.bumps_in_file_order);
   loaded.coordinates = std::move(parsed.coordinates);
   loaded.inputs = std::move(parsed.inputs);
+  loaded.notes = std::move(parsed.notes);
   loaded.alignment = std::move(parsed.alignment);
   tb::PrintJob& job = loaded.job;
   try {
@@ -179,6 +192,7 @@ LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress) 
     try {
       job.fly_by = plan_fly_by(job, *parsed.fly_by);
       print_in_rows(loaded, parsed.task);
+      loaded.rows_s = rows_s(job);
     } catch (const motion::MotionError& error) {
       throw UserError(fmt::format("{}: {}", parsed.file.string(), error.what()));
     }

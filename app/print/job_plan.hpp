@@ -17,6 +17,8 @@ struct LoadedJob {
   std::vector<motion::Point> bumps_in_file_order;
   motion::Plan plan;                                 // costs in s if the metric is time, else mm
   double moves_before_s = 0.0, moves_after_s = 0.0;  // of the stage with a stop at each bump
+  std::optional<double> rows_s;    // on the fly, the ways to the first row and to the end too
+  std::vector<std::string> notes;  // on the files, as JobDescription has them
   std::string plan_unit;
   std::filesystem::path coordinates;
   std::vector<std::filesystem::path> inputs;    // every file that was read

@@ -18,6 +18,7 @@
 #include "app/print/report/report.hpp"
 #include "app/terminal.hpp"
 #include "base/build_stamp.hpp"
+#include "base/count.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "recording/text.hpp"
@@ -103,7 +104,8 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
   const tb::PrintJob& job = loaded.job;
   std::vector<NamedText> settings{
       {"Command", options.command},
-      {"Coordinates", fmt::format("{}, {} bumps", loaded.coordinates.filename().string(), job.bumps.size())},
+      {"Coordinates",
+       fmt::format("{}, {}", loaded.coordinates.filename().string(), counted(job.bumps.size(), "bump"))},
       {"Plant", std::string(job.head.plant.name)},
       {"Sensor", fmt::format("{}, noise {} degC", job.head.sensor, job.head.sensor_noise_degc)},
       {"Path metric", loaded.plan_metric},
@@ -117,7 +119,7 @@ std::vector<NamedText> settings_of(const LoadedJob& loaded, const PrintOptions& 
     settings.push_back(
         {"Alignment",
          fmt::format(
-             "{} marks, within {:.6g} um, stage {}", loaded.alignment->marks_mm.size(),
+             "{}, within {:.6g} um, stage {}", counted(loaded.alignment->marks_mm.size(), "mark"),
              1e3 * loaded.alignment->limits.place_mm,
              loaded.alignment->knowledge == tb::StageKnowledge::nominal ? "as drawn" : "calibrated")});
   for (const tb::RegisterValue& r : job.registers) {
@@ -166,7 +168,8 @@ PrintReport make_report(const LoadedJob& loaded, const std::optional<tb::Aligned
       {"Path, lower bound", loaded.plan.lower_bound, loaded.plan_unit},
       {"Path, at most above the cheapest", 100.0 * loaded.plan.gap(), "%"},
       {"Stops and moves, file order", loaded.moves_before_s, "s"},
-      {"Stops and moves, planned", loaded.moves_after_s, "s"},
+      {loaded.rows_s ? "Rows on the fly, planned" : "Stops and moves, planned",
+       loaded.rows_s.value_or(loaded.moves_after_s), "s"},
       {"Homing", result.homing_s > 0.0 ? result.homing_s : kNotMeasured, "s"},
       {"Largest miss of a droplet", of_droplets(1e3 * result.largest_miss_mm), "um"},
       {"Mean miss of a droplet", of_droplets(1e3 * result.mean_miss_mm), "um"},
@@ -253,6 +256,25 @@ void add_windows(PrintReport& report, const CheckedRun& run) {
   report.windows = std::move(check);
 }
 
+// Before the print: what a user may not expect of it.
+void tell_of_job(const LoadedJob& loaded) {
+  for (const std::string& note : loaded.notes) fmt::print("note: {}\n", note);
+  if (loaded.rows_s && *loaded.rows_s > loaded.moves_after_s)
+    fmt::print(
+        "note: on the fly the rows take {:.2f} s, with a stop at each bump {:.2f} s: mode = \"stop\" is "
+        "sooner\n",
+        *loaded.rows_s, loaded.moves_after_s);
+}
+
+// Events that the job was over before.
+void tell_of_events(const tb::PrintJob& job, const tb::PrintResult& result) {
+  const double over_s = static_cast<double>(result.cycles) / spec::kClkHz;
+  for (const tb::PrintEvent& event : job.events)
+    if (event.at_s > over_s)
+      fmt::print("note: the [[event]] at {:.6g} s never came: the job was over at {:.1f} s\n", event.at_s,
+                 over_s);
+}
+
 }  // namespace
 
 int print_job(const PrintOptions& options) {
@@ -265,6 +287,7 @@ int print_job(const PrintOptions& options) {
     throw UserError(
         fmt::format("{}: is for the full job in RTL; add --rtl full or leave it out", options.for_full_rtl));
   }
+  tell_of_job(loaded);
   loaded.job.identity = {loaded.job.name, loaded.job.head.seed, options.command};
   loaded.job.failures = options.out.string() + ".failures";
 
@@ -355,6 +378,7 @@ int print_job(const PrintOptions& options) {
       loaded.plan.cost_before, loaded.plan_unit, loaded.plan.cost_after, loaded.plan_unit,
       100.0 * loaded.plan.gap(), seconds_or_none(heat_up_s(result)),
       seconds_or_none(phase_length_s(result, "print")), result.cycles);
+  tell_of_events(loaded.job, result);
   if (checked) {
     fmt::print("{}", describe(*checked));
     if (!checked->joined.whole) {

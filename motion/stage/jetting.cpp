@@ -176,6 +176,7 @@ void check(const FlyByConfig& config) {
   not_negative("latency [s]", config.latency_s);
   not_negative("flight [s]", config.flight_s);
   not_negative("settle time [s]", config.settle_s);
+  not_negative("way that the axis may be behind [mm]", config.follow_mm);
 }
 
 /// Indices of the bumps row by row, each row in order of x.
@@ -211,6 +212,21 @@ double row_y_mm(std::span<const Point> bumps, const std::vector<std::size_t>& ro
   double sum = 0.0;
   for (const std::size_t i : row) sum += bumps[i].y_mm;
   return sum / static_cast<double>(row.size());
+}
+
+/// The way between two rows at full speed, either way.
+Scurve way_between(const FlyByConfig& config, double from_mm, double to_mm) {
+  return plan_scurve(config.x, std::abs(to_mm - from_mm));
+}
+
+/// Two rows to and fro: one turning point for both, the farther, if the row that is made longer takes no more
+/// time for that than a way of its own between them would.
+void join_turns(const FlyByConfig& config, FlyByRow& before, FlyByRow& row, double direction) {
+  const double beyond_mm = direction * (row.from_x_mm - before.to_x_mm);
+  FlyByRow& longer = beyond_mm > 0.0 ? before : row;
+  if (std::abs(beyond_mm) / longer.speed_mm_s > way_between(config, before.to_x_mm, row.from_x_mm).duration_s)
+    return;
+  before.to_x_mm = row.from_x_mm = beyond_mm > 0.0 ? row.from_x_mm : before.to_x_mm;
 }
 
 /// Where the encoder's shown count changes to `count` when it comes from below (+1) or above (-1).
@@ -284,7 +300,7 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
     const double length_mm = bumps[order.back()].x_mm - bumps[order.front()].x_mm;
     FlyByRow row;
     row.y_mm = row_y_mm(bumps, order);
-    row.speed_mm_s = best_speed_mm_s(config.x, length_mm,
+    row.speed_mm_s = best_speed_mm_s(config.x, length_mm + 2.0 * config.follow_mm,
                                      std::min(config.x.velocity_mm_s, gap_mm * config.droplets_per_s));
     if (direction < 0.0) std::reverse(order.begin(), order.end());
     const double ahead_mm = row.speed_mm_s * (config.latency_s + config.flight_s);
@@ -294,22 +310,18 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
     }
     const Ramps ramps = ramps_at(config.x, row.speed_mm_s);
     // A count to spare at either end, so that the edges themselves lie in the cruise.
-    const double steady_mm = row.speed_mm_s * config.settle_s + config.encoder_mm;
+    const double spare_mm = config.encoder_mm + config.follow_mm;
+    const double steady_mm = row.speed_mm_s * config.settle_s + spare_mm;
     row.from_x_mm = edge_mm(row.triggers.front().count, direction, config.encoder_mm) -
                     direction * (ramps.up_mm + steady_mm);
     row.to_x_mm = edge_mm(row.triggers.back().count, direction, config.encoder_mm) +
-                  direction * (ramps.down_mm + config.encoder_mm);
-    // One turning point for two rows: the farther.
-    if (!plan.rows.empty()) {
-      FlyByRow& before = plan.rows.back();
-      const double turn_mm =
-          direction < 0.0 ? std::max(before.to_x_mm, row.from_x_mm) : std::min(before.to_x_mm, row.from_x_mm);
-      before.to_x_mm = row.from_x_mm = turn_mm;
-    }
+                  direction * (ramps.down_mm + spare_mm);
+    if (!plan.rows.empty()) join_turns(config, plan.rows.back(), row, -direction);
     plan.rows.push_back(std::move(row));
     direction = -direction;
   }
   double free_s = 0.0;  // x at rest from here on
+  double x_mm = plan.rows.front().from_x_mm;
   double y_mm = plan.rows.front().y_mm, y_from_s = 0.0;
   for (FlyByRow& row : plan.rows) {
     row.x = plan_scurve(at_speed(config.x, row.speed_mm_s), std::abs(row.to_x_mm - row.from_x_mm));
@@ -318,15 +330,19 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
           std::abs(edge_mm(trigger.count, row.direction(), config.encoder_mm) - row.from_x_mm);
       return row.x.time_at(way_mm);
     };
+    row.before_x_mm = x_mm;
+    row.way_start_s = free_s;
+    row.way = way_between(config, x_mm, row.from_x_mm);
     row.from_y_mm = y_mm;
     row.y_start_s = y_from_s;
     row.y = plan_scurve(config.y, std::abs(row.y_mm - y_mm));
     const double y_over_s = y_from_s + row.y.duration_s + config.settle_s;
-    row.start_s = std::max(free_s, y_over_s - time_of(row.triggers.front()));
+    row.start_s = std::max(free_s + row.way.duration_s, y_over_s - time_of(row.triggers.front()));
     for (Trigger& trigger : row.triggers) trigger.time_s = row.start_s + time_of(trigger);
     free_s = row.start_s + row.x.duration_s;
     y_from_s = row.triggers.back().time_s + config.latency_s;
     y_mm = row.y_mm;
+    x_mm = row.to_x_mm;
   }
   plan.duration_s = free_s;
   return plan;
@@ -345,10 +361,13 @@ FlyByState FlyByPlan::sample(double time_s) const {
                                            [&](const FlyByRow& row) { return begins_s(row) <= time_s; });
     return next == rows.begin() ? rows.begin() : std::prev(next);
   };
-  const FlyByRow& in_x = *last([](const FlyByRow& row) { return row.start_s; });
+  const FlyByRow& in_x = *last([](const FlyByRow& row) { return row.way_start_s; });
   const FlyByRow& in_y = *last([](const FlyByRow& row) { return row.y_start_s; });
+  const bool on_the_row = time_s >= in_x.start_s || in_x.way.duration_s == 0.0;
   return {
-      on_the_way(in_x.x, in_x.from_x_mm, in_x.direction(), time_s - in_x.start_s),
+      on_the_row ? on_the_way(in_x.x, in_x.from_x_mm, in_x.direction(), time_s - in_x.start_s)
+                 : on_the_way(in_x.way, in_x.before_x_mm, in_x.from_x_mm < in_x.before_x_mm ? -1.0 : 1.0,
+                              time_s - in_x.way_start_s),
       on_the_way(in_y.y, in_y.from_y_mm, in_y.y_mm < in_y.from_y_mm ? -1.0 : 1.0, time_s - in_y.y_start_s)};
 }
 

@@ -91,6 +91,8 @@ struct FlyByConfig {
   double flight_s = 0.5e-3;        ///< from the nozzle to the substrate
   double encoder_mm = 1e-4;        ///< a count of the x encoder
   double settle_s = 0.0;           ///< both axes steady before the first trigger of a row
+  double follow_mm = 0.015;        ///< passed before a row's first trigger and behind its last at the row's
+                                   ///< speed: what the axis may stay behind its plan
   double row_tolerance_mm = 1e-3;  ///< bumps of a row differ by less in y
 };
 
@@ -103,7 +105,9 @@ struct Trigger {
 
 struct FlyByRow {
   double y_mm = 0.0;
-  double from_x_mm = 0.0, to_x_mm = 0.0;  ///< rest to rest
+  double before_x_mm = 0.0, way_start_s = 0.0;  ///< where the row before ends, and when x leaves it
+  Scurve way;                                   ///< of |from - before|, at full speed; may have no length
+  double from_x_mm = 0.0, to_x_mm = 0.0;        ///< rest to rest
   double start_s = 0.0;
   double speed_mm_s = 0.0;                  ///< over all triggers
   Scurve x;                                 ///< of |to - from|
@@ -123,7 +127,8 @@ struct FlyByState {
 };
 
 /// Rows in order of y, to and fro. The step to the next row begins when the last droplet has left, and is
-/// over before the first trigger of the next; x turns meanwhile.
+/// over before the first trigger of the next. Meanwhile x turns where the next row begins, or goes there at
+/// full speed where that is sooner.
 struct FlyByPlan {
   std::vector<FlyByRow> rows;
   double duration_s = 0.0;

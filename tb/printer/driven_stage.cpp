@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace meltstage::tb {
 namespace {
@@ -194,6 +195,7 @@ void DrivenStage::look_for_end(std::uint64_t cycle) {
   }
   // A pulse of the last piece may still be on its way.
   if (!over || stage_.next_event_cycle()) return;
+  if (mode_ == Mode::fly_by && row_ < plan_.rows.size()) give_up_row();
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     Axis& axis = axes_[i];
     if (mode_ == Mode::line) axis.tracked_mm = stage_.planned(i, cycle).position_mm;
@@ -242,7 +244,9 @@ void DrivenStage::print_on_the_fly(const motion::FlyByPlan& plan, const motion::
   encoder_mm_ = config.encoder_mm;
   // From the next servo cycle on.
   plan_cycle_ = cycle + servo_clocks_;
-  row_ = shot_ = 0;
+  arm(0, 0);
+  before_edge_ = false;
+  missed_.clear();
   trigger_.reset();
   mode_ = Mode::fly_by;
 }
@@ -267,18 +271,30 @@ void DrivenStage::stop(std::uint64_t cycle) {
   }
 }
 
+/// Way of the motor to where it comes to the count of a trigger; below 0 behind it.
+double DrivenStage::left_to_edge_mm(const motion::Trigger& armed) const {
+  const double direction = plan_.rows[row_].direction();
+  const Axis& x = axes_[0];
+  const double edge_mm =
+      x.control.encoder_of((static_cast<double>(armed.count) - 0.5 * direction) * encoder_mm_) + x.unknown_mm;
+  return direction * (edge_mm - x.model.motor_mm());
+}
+
 /// Does the encoder come to the armed count within this servo cycle? The models stand at its end already.
 void DrivenStage::compare(std::uint64_t cycle) {
-  if (trigger_ || row_ == plan_.rows.size() || cycle < plan_cycle_) return;
+  if (trigger_) return;
+  // A row whose end has come and gone fires no more.
+  while (row_ + 1 < plan_.rows.size() && elapsed_s(cycle) >= plan_.rows[row_ + 1].start_s) give_up_row();
+  if (row_ == plan_.rows.size() || cycle < plan_cycle_) return;
   const motion::FlyByRow& row = plan_.rows[row_];
   if (elapsed_s(cycle) < row.start_s) return;
-  const Axis& x = axes_[0];
   const motion::Trigger& armed = row.triggers[shot_];
-  const double edge_mm =
-      x.control.encoder_of((static_cast<double>(armed.count) - 0.5 * row.direction()) * encoder_mm_) +
-      x.unknown_mm;
-  const double left_mm = row.direction() * (edge_mm - x.model.motor_mm());
-  if (left_mm > 0.0) return;
+  const double left_mm = left_to_edge_mm(armed);
+  // A comparator fires on the way over an edge: one that the axis has behind it when the row begins is none.
+  before_edge_ = before_edge_ || left_mm > 0.0;
+  nearest_mm_ = std::min(nearest_mm_, std::abs(left_mm));
+  if (left_mm > 0.0 || !before_edge_) return;
+  const Axis& x = axes_[0];
   const double way_mm = row.direction() * (x.model.motor_mm() - x.motor_before_mm);
   const double share = way_mm > 0.0 ? std::clamp(1.0 + left_mm / way_mm, 0.0, 1.0) : 0.0;
   const double compare_clocks = kCompare_s * stage_.config().clock_hz;
@@ -286,11 +302,27 @@ void DrivenStage::compare(std::uint64_t cycle) {
   trigger_ = {cycle + std::clamp<std::uint64_t>(std::llround(clocks), 1, servo_clocks_), armed.bump};
 }
 
+void DrivenStage::arm(std::size_t row, std::size_t shot) {
+  row_ = row;
+  shot_ = shot;
+  nearest_mm_ = std::numeric_limits<double>::infinity();
+}
+
 void DrivenStage::fired() {
   trigger_.reset();
-  if (++shot_ < plan_.rows[row_].triggers.size()) return;
-  shot_ = 0;
-  ++row_;
+  if (shot_ + 1 < plan_.rows[row_].triggers.size()) return arm(row_, shot_ + 1);
+  before_edge_ = false;
+  arm(row_ + 1, 0);
+}
+
+/// What is left of the armed row stays without droplets.
+void DrivenStage::give_up_row() {
+  const auto& triggers = plan_.rows[row_].triggers;
+  for (; shot_ < triggers.size(); ++shot_)
+    missed_.push_back(
+        {triggers[shot_].bump, std::min(nearest_mm_, std::abs(left_to_edge_mm(triggers[shot_])))});
+  before_edge_ = false;
+  arm(row_ + 1, 0);
 }
 
 Eigen::Vector2d DrivenStage::landing_mm(std::uint64_t cycle, double latency_s, double flight_s) const {

@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "motion/stage/axis.hpp"
 #include "motion/stage/jetting.hpp"
@@ -68,6 +69,13 @@ class DrivenStage {
   const std::optional<Trigger>& next_trigger() const { return trigger_; }
   void fired();
 
+  // A bump whose trigger never came: the axis stayed so far from the count at which the comparator fires.
+  struct Missed {
+    std::size_t bump = 0;
+    double short_mm = 0.0;
+  };
+  const std::vector<Missed>& missed() const { return missed_; }
+
   // Where a droplet lands that leaves the head some time after `cycle` and then flies on with its speed.
   // Cycles of the present servo cycle only.
   Eigen::Vector2d landing_mm(std::uint64_t cycle, double latency_s, double flight_s) const;
@@ -100,6 +108,9 @@ class DrivenStage {
   void look_for_faults(std::uint64_t cycle);
   void look_for_end(std::uint64_t cycle);
   void compare(std::uint64_t cycle);
+  void arm(std::size_t row, std::size_t shot);
+  void give_up_row();
+  double left_to_edge_mm(const motion::Trigger& armed) const;
   double seconds(std::uint64_t cycles) const {
     return static_cast<double>(cycles) / stage_.config().clock_hz;
   }
@@ -120,7 +131,10 @@ class DrivenStage {
   double encoder_mm_ = 0.0;
   std::uint64_t plan_cycle_ = 0;
   std::size_t row_ = 0, shot_ = 0;  // armed
+  double nearest_mm_ = 0.0;         // the axis came to the armed trigger's edge, since the row began
+  bool before_edge_ = false;        // the axis was ahead of the row's first trigger, since the row began
   std::optional<Trigger> trigger_;
+  std::vector<Missed> missed_;
 };
 
 }  // namespace meltstage::tb

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/count.hpp"
 #include "cmodel/advance.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 #include "tb/pins/chip_pins.hpp"
@@ -551,13 +552,29 @@ class Printer {
     result_.good = !aborted_ && result_.droplets == job_.bumps.size() && result_.misplaced == 0;
     if (!aborted_)
       result_.verdict =
-          fmt::format("{} of {} bumps printed, heater off", result_.droplets, job_.bumps.size());
+          fmt::format("{} of {} printed, heater off", result_.droplets, counted(job_.bumps.size(), "bump"));
+    if (!aborted_ && !stage_.missed().empty()) tell_missed();
     if (result_.misplaced > 0)
       result_.verdict += fmt::format(
           "; {} of the droplets beside their bumps, the farthest by {:.1f} um, "
           "expected at most {:.6g} um",
           result_.misplaced, 1e3 * result_.largest_miss_mm, 1e3 * job_.place_tolerance_mm);
     phase_ = Phase::done;
+  }
+
+  // Bumps without a droplet: the comparator had nothing to fire at.
+  void tell_missed() {
+    const std::vector<DrivenStage::Missed>& missed = stage_.missed();
+    const auto short_mm = [](const DrivenStage::Missed& a, const DrivenStage::Missed& b) {
+      return a.short_mm < b.short_mm;
+    };
+    const auto farthest = std::max_element(missed.begin(), missed.end(), short_mm);
+    const std::string sentence = fmt::format(
+        "{} got no droplet, the first that of row {}: axis x stayed up to {:.1f} um short of where the "
+        "comparator fires; raise print.settle_ms, or lower stage.jerk_mm_s3 or stage.acceleration_mm_s2",
+        counted(missed.size(), "bump"), job_.bumps[missed.front().bump].row, 1e3 * farthest->short_mm);
+    result_.faults.push_back({seconds(cycle()), sentence});
+    result_.verdict += "; " + sentence;
   }
 
   // ---- Pins ----

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prints through the driven stage: homing, compensation, quiet moves, printing on the fly, faults of an axis.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -203,6 +204,32 @@ TEST_F(StageJob, DeviationsAreATest) {
   EXPECT_THAT(refusal(kBumps, with, "target_mm,direction,deviation_um\n1,+,0.5\n"), HasSubstr("d.csv"));
   EXPECT_THAT(refusal(kBumps, with, "target_mm,direction,deviation_um\n1,+,oops\n"), HasSubstr("oops"));
   EXPECT_THAT(refusal(kBumps, "[stage]\ndeviations_y = \"none.csv\"\n"), HasSubstr("none.csv"));
+}
+
+TEST_F(StageJob, OnTheFlyRowsOfOneBumpAreGoodAndABumpThatIsMissedNamesItsReason) {
+  std::string bumps = "x_mm,y_mm\n";
+  for (int i = 0; i < 6; ++i) bumps += fmt::format("{},{}\n", 2 * i, 2 * i);
+  std::ofstream(folder_ / "a.csv") << bumps;
+  std::ofstream(folder_ / "a.toml")
+      << "[coordinates]\nfile = \"a.csv\"\norigin_x_mm = 100\norigin_y_mm = 100\n[head]\nplant = "
+         "\"E3D-like\"\n"
+         "[temperature]\nsetpoint_degc = 60\ndwell_s = 1\n[stage]\nstart_x_mm = 98\nstart_y_mm = 98\n"
+         "jerk_mm_s3 = 1e6\n[print]\nmode = \"fly-by\"\nsettle_ms = 0\n";
+  app::LoadedJob loaded = app::load_job(folder_ / "a.toml");
+  const tb::PrintResult result = print(loaded.job);
+  EXPECT_EQ(result.droplets, 6U) << result.verdict;
+  EXPECT_LT(seconds_of(result, "print"), 2.0);
+
+  // A plan that trusts the axes to follow at once.
+  tb::FlyBy& fly_by = *loaded.job.fly_by;
+  fly_by.config.follow_mm = 0.0;
+  fly_by.plan = motion::plan_fly_by(loaded.job.bumps, fly_by.config);
+  const tb::PrintResult missed = print(loaded.job);
+  EXPECT_FALSE(missed.good);
+  EXPECT_LT(missed.droplets, 6U);
+  EXPECT_THAT(missed.verdict, HasSubstr("got no droplet, the first that of row "));
+  EXPECT_THAT(missed.verdict, HasSubstr("axis x stayed up to"));
+  ASSERT_EQ(missed.faults.size(), 1U);
 }
 
 }  // namespace

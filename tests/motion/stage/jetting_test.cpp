@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <random>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -125,6 +126,34 @@ RC_GTEST_PROP(FlyBy, HoldsWhatItPromisesOnAnyBumps, ()) {
   RC_ASSERT(std::adjacent_find(fired.begin(), fired.end()) == fired.end());
   for (const double error : landing_errors_mm(plan, bumps, config, 1e-6, config.flight_s))
     RC_ASSERT(std::abs(error) <= 300.0 * 1e-6 + 0.5 * config.encoder_mm + 1e-9);
+}
+
+// The way to a row is no part of it: the head goes there as fast as it can.
+TEST(FlyBy, WaysBetweenRowsAreMadeAtFullSpeed) {
+  FlyByConfig config;
+  config.x = config.y = asymmetric_limits(100, 1000, 1000, 5e4, 5e4);
+  config.settle_s = 0.015;
+  const std::vector<Point> two = {{0, 0, 1}, {20, 2, 2}};
+  EXPECT_LT(plan_fly_by(two, config).duration_s, 0.5);
+  const std::vector<Point> beside = {{0, 0, 1}, {2, 0.05, 2}};
+  EXPECT_LT(plan_fly_by(beside, config).duration_s, 0.3);
+  // A long row, then one bump in its middle, then a long row.
+  std::vector<Point> mixed = lattice(100, 1, 0.5);
+  mixed.push_back({25.1, 1.0, 101});
+  for (const Point& p : lattice(100, 1, 0.5)) mixed.push_back({p.x_mm, 2.0, mixed.size() + 1});
+  const double one_row_s = plan_fly_by(lattice(100, 1, 0.5), config).duration_s;
+  EXPECT_LT(plan_fly_by(mixed, config).duration_s, 2.0 * one_row_s + 1.2);
+
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> place_mm(0.0, 20.0);
+  std::vector<Point> scattered;
+  for (std::size_t i = 0; i < 40; ++i) {
+    const double x_mm = place_mm(random);
+    scattered.push_back({x_mm, place_mm(random), i + 1});
+  }
+  std::vector<Point> by_row = scattered;
+  std::sort(by_row.begin(), by_row.end(), [](const Point& a, const Point& b) { return a.y_mm < b.y_mm; });
+  EXPECT_LT(plan_fly_by(scattered, config).duration_s, 1.5 * stop_and_go_s(by_row, config, config.settle_s));
 }
 
 TEST(FlyBy, RefusesWhatCannotBe) {
