@@ -307,7 +307,7 @@ int print_job(const PrintOptions& options) {
     if (motion::looks_the_same_flipped(loaded.alignment->marks_mm, loaded.alignment->limits.capture_mm))
       fmt::print(
           "note: these marks look the same with the board turned over or round; one more mark would tell\n");
-    loaded.job.board_off = board->off;
+    loaded.job.board = board->place;
   }
 
   require_outside(options.out, loaded.inputs);

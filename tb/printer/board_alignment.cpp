@@ -55,21 +55,14 @@ class LaidBoard {
     for (const Vector2d& mark : job.marks_mm) middle_ += mark / static_cast<double>(job.marks_mm.size());
   }
 
-  // From where the print expects a place of the board to where it is now.
-  motion::PlanarPose off() const {
-    const motion::PlanarPose to_middle{middle_.x(), middle_.y(), 0.0};
-    const auto laid = motion::compose(to_middle, motion::compose(job_.lies, motion::inverse_of(to_middle)));
-    return motion::compose(motion::displacement(home_, stage_.true_pose()), laid);
-  }
+  BoardPlace place() const { return {off(), job_.upside_down ? std::optional(middle_.x()) : std::nullopt}; }
 
   // An image over each place where a mark is wanted; what is within reach of it counts.
   std::vector<Vector2d> seen() {
     std::vector<motion::Disc> discs;
-    for (std::size_t i = 0; i < job_.marks_mm.size(); ++i) {
-      Vector2d place = job_.marks_mm[i];
-      if (job_.upside_down) place.x() = 2.0 * middle_.x() - place.x();
-      if (i != job_.missing_mark) discs.push_back({motion::moved(off(), place), job_.mark_diameter_mm});
-    }
+    const BoardPlace now = place();
+    for (std::size_t i = 0; i < job_.marks_mm.size(); ++i)
+      if (i != job_.missing_mark) discs.push_back({now.of(job_.marks_mm[i]), job_.mark_diameter_mm});
     std::normal_distribution<double> stop(0.0, job_.camera_stop_sigma_mm);
     std::vector<Vector2d> found;
     const std::string step = fmt::format("looking at the board, look {}", ++looks_);
@@ -90,6 +83,13 @@ class LaidBoard {
   }
 
  private:
+  // From where the print expects a place of the board to where it is now.
+  motion::PlanarPose off() const {
+    const motion::PlanarPose to_middle{middle_.x(), middle_.y(), 0.0};
+    const auto laid = motion::compose(to_middle, motion::compose(job_.lies, motion::inverse_of(to_middle)));
+    return motion::compose(motion::displacement(home_, stage_.true_pose()), laid);
+  }
+
   const BoardAlignment& job_;
   const motion::PrpStageModel& stage_;
   const AlignmentProgress& progress_;
@@ -111,7 +111,7 @@ AlignedBoard align_board(const BoardAlignment& job, const AlignmentProgress& pro
   AlignedBoard aligned;
   aligned.result =
       motion::align_board(machine, displaced, motion::PrpTurns::Zero(), job.marks_mm, job.limits);
-  aligned.off = board.off();
+  aligned.place = board.place();
   return aligned;
 }
 

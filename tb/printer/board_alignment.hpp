@@ -12,6 +12,7 @@
 
 #include "motion/align/alignment.hpp"
 #include "motion/align/dot_plate.hpp"
+#include "tb/printer/board_place.hpp"
 
 namespace meltstage::tb {
 
@@ -40,7 +41,7 @@ struct BoardAlignment {
 
 struct AlignedBoard {
   motion::AlignmentResult result;  // as the camera saw it
-  motion::PlanarPose off;          // what is left in truth: takes the print's places to the board's
+  BoardPlace place;                // in truth, with what is left
 };
 
 // The step that the alignment is at, and the share 0..1 of it that is done.

@@ -540,11 +540,11 @@ class Printer {
     head_.set_drop(true);
     head_.plant().droplet(cycle(), job_.droplet_j);
     shot_over_ = cycle() + kTriggerClocks;
-    const Eigen::Vector2d on_board =
-        motion::moved(job_.board_off, {job_.bumps[bump].x_mm, job_.bumps[bump].y_mm});
+    const Eigen::Vector2d on_board = job_.board.of({job_.bumps[bump].x_mm, job_.bumps[bump].y_mm});
     const double miss_mm = (landing_mm - on_board).norm();
     result_.largest_miss_mm = std::max(result_.largest_miss_mm, miss_mm);
-    if (!(miss_mm <= job_.place_tolerance_mm)) ++result_.misplaced;
+    // Of a board on its face the droplet meets the back, however near to the bump's place.
+    if (job_.board.turned_over_x_mm || !(miss_mm <= job_.place_tolerance_mm)) ++result_.misplaced;
     result_.mean_miss_mm += (miss_mm - result_.mean_miss_mm) / static_cast<double>(++result_.droplets);
   }
 
@@ -559,6 +559,8 @@ class Printer {
           "; {} of the droplets beside their bumps, the farthest by {:.1f} um, "
           "expected at most {:.6g} um",
           result_.misplaced, 1e3 * result_.largest_miss_mm, 1e3 * job_.place_tolerance_mm);
+    if (job_.board.turned_over_x_mm)
+      result_.verdict += "; the board lies on its face, which its marks don't tell: add a mark that does";
     phase_ = Phase::done;
   }
 

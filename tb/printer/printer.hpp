@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "cmodel/spec.hpp"
-#include "motion/align/planar_pose.hpp"
 #include "motion/stage/accuracy.hpp"
 #include "motion/stage/jetting.hpp"
 #include "motion/stage/stage.hpp"
@@ -21,6 +20,7 @@
 #include "recording/stream.hpp"
 #include "tb/lockstep/lockstep.hpp"
 #include "tb/pins/head.hpp"
+#include "tb/printer/board_place.hpp"
 #include "tb/printer/driven_stage.hpp"
 
 namespace meltstage::tb {
@@ -66,7 +66,7 @@ struct PrintJob {
   HeadConfig head;
   std::vector<RegisterValue> registers;  // set-point and whatever else the job sets
   std::vector<motion::Point> bumps;      // in the order of printing
-  motion::PlanarPose board_off;          // takes the bumps' places to where the board has them in truth
+  BoardPlace board;                      // in truth
   motion::StageConfig stage;             // its clock is the chip's
   DriveConfig drive;
   Eigen::Vector3d power_on_mm = Eigen::Vector3d::Zero();  // where the head stands first

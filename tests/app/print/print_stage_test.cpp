@@ -83,15 +83,37 @@ TEST(PrintStage, ExampleIsAlignedByItsMarksBeforeItPrints) {
   EXPECT_TRUE(board.result.aligned);
   EXPECT_EQ(board.result.looks.size(), 2U);
   EXPECT_GT(board.result.looks.front().worst_mm, 0.5);
-  loaded.job.board_off = board.off;
+  loaded.job.board = board.place;
   EXPECT_LT(print(loaded.job).largest_miss_mm, 0.006);
 
   const Eigen::Vector2d pad(102.0, 102.0);
   tb::BoardAlignment left_alone = *loaded.alignment;
   left_alone.limits.place_mm = 5.0;  // the board stays as it was laid
-  loaded.job.board_off = tb::align_board(left_alone).off;
-  EXPECT_GT((motion::moved(loaded.job.board_off, pad) - pad).norm(), 0.5);
+  loaded.job.board = tb::align_board(left_alone).place;
+  EXPECT_GT((loaded.job.board.of(pad) - pad).norm(), 0.5);
   EXPECT_GT(print(loaded.job).largest_miss_mm, 0.5);
+}
+
+TEST(PrintStage, ABoardOnItsFaceIsJudgedByWhereItIsThoughItsMarksDontTell) {
+  app::LoadedJob loaded = example("aligned.toml");
+  tb::BoardAlignment board = *loaded.alignment;
+  board.lies = {};
+  board.upside_down = true;
+  for (const std::vector<Eigen::Vector2d>& marks :
+       {std::vector<Eigen::Vector2d>{{90, 100}, {110, 100}},
+        std::vector<Eigen::Vector2d>{{90, 100}, {110, 100}, {100, 112}}}) {
+    board.marks_mm = marks;
+    const tb::AlignedBoard aligned = tb::align_board(board);
+    EXPECT_TRUE(aligned.result.aligned);  // as the camera saw it
+    EXPECT_NEAR(aligned.place.of({103.0, 101.0}).x(), 97.0, 0.02);
+    loaded.job.board = aligned.place;
+    loaded.job.bumps = {{97.0, 101.0, 1}, {103.0, 101.0, 2}};
+    const tb::PrintResult result = print(loaded.job);
+    EXPECT_FALSE(result.good);
+    EXPECT_EQ(result.misplaced, 2U);
+    EXPECT_NEAR(result.largest_miss_mm, 6.0, 0.05);
+    EXPECT_THAT(result.verdict, HasSubstr("the board lies on its face"));
+  }
 }
 
 TEST(PrintStage, TheCameraMakesUpForAStageThatIsOnlyKnownByItsDrawings) {
