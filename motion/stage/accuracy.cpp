@@ -109,7 +109,7 @@ double solve_command(const std::vector<double>& at, const std::vector<double>& d
   return command_mm;
 }
 
-/// Fields of a row and where they stand.
+/// Fields of a row without blanks around them, and where they stand.
 struct Fields {
   std::string_view name;
   std::size_t line = 0;
@@ -123,11 +123,15 @@ std::optional<Fields> fields_of(std::string_view name, const detail::Line& line)
   if (first == std::string_view::npos || second == std::string_view::npos ||
       line.text.find(',', second + 1) != std::string_view::npos)
     return std::nullopt;
-  return Fields{name,
-                line.number,
-                {line.text.substr(0, first), line.text.substr(first + 1, second - first - 1),
-                 line.text.substr(second + 1)},
-                {1, first + 2, second + 2}};
+  Fields fields{name, line.number, {}, {}};
+  const std::array<std::size_t, 4> starts = {0, first + 1, second + 1, line.text.size() + 1};
+  for (std::size_t i = 0; i < fields.texts.size(); ++i) {
+    const std::string_view field = line.text.substr(starts[i], starts[i + 1] - starts[i] - 1);
+    fields.texts[i] = detail::trimmed(field);
+    const std::size_t blanks = field.find_first_not_of(" \t");
+    fields.columns[i] = starts[i] + (blanks == std::string_view::npos ? 0 : blanks) + 1;
+  }
+  return fields;
 }
 
 double parse(std::string_view text, const std::string& where, std::string_view what, double largest) {
@@ -251,10 +255,12 @@ std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::s
   bool headed = false;
   if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
   detail::for_lines(content, [&](const detail::Line& line) {
-    if (line.text.empty() || line.text.front() == '#') return;
+    const std::string_view text = detail::trimmed(line.text);
+    if (text.empty() || text.front() == '#') return;
     const std::string place = fmt::format("{}:{}:1", name, line.number);
     if (!headed) {
-      if (line.text != kHeader)
+      const auto names = fields_of(name, line);
+      if (!names || fmt::format("{},{},{}", names->texts[0], names->texts[1], names->texts[2]) != kHeader)
         throw MotionError(
             fmt::format("{}: found header \"{}\", expected \"{}\"", place, shown(line.text), kHeader));
       headed = true;

@@ -224,6 +224,27 @@ TEST_F(Command, OnTheFlyEveryBumpIsPrinted) {
   EXPECT_THAT(ran.output, HasSubstr("3 of 3 bumps printed"));
 }
 
+TEST_F(Command, NotesTellWhatTheJobWontDo) {
+  // Three columns of numbers that no row names, bumps that share no rows, an event behind the end.
+  write("bumps.csv", "10,10,1\n30,12,1\n50,14,1\n");
+  const Ran ran = print(write(
+      "job.toml", std::string(kJob) + "mode = \"fly-by\"\n[[event]]\nat_s = 500\nwhat = \"stage-jam\"\n"));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output,
+              HasSubstr("bumps.csv: no row names the columns: x is column 1 and y column 2 of 3\n"));
+  EXPECT_THAT(ran.output, HasSubstr("note: on the fly the rows take "));
+  EXPECT_THAT(ran.output, HasSubstr("mode = \"stop\" is sooner\n"));
+  EXPECT_THAT(ran.output, HasSubstr("note: the [[event]] at 500 s never came: the job was over at "));
+  const auto summary = nlohmann::json::parse(std::ifstream(out() / "summary.json"));
+  double planned_s = 0.0, printed_s = 0.0;
+  for (const auto& figure : summary.at("key_figures")) {
+    if (figure.at("what") == "Rows on the fly, planned") planned_s = figure.at("value");
+    if (figure.at("what") == "Print time") printed_s = figure.at("value");
+  }
+  EXPECT_GT(planned_s, 0.5);
+  EXPECT_NEAR(planned_s, printed_s, 0.05);
+}
+
 TEST_F(Command, HostileJobFilesAreRefusedInOneLine) {
   std::string dots = "a";
   for (int i = 0; i < 300'000; ++i) dots += ".a";

@@ -37,7 +37,8 @@ class InitCommand : public ::testing::Test {
   void expect_printed(const std::string& bumps) const {
     const Ran ran = run_command("print " + job() + " --rtl none --out " + (folder_ / "out").string());
     EXPECT_EQ(ran.status, 0) << ran.output;
-    EXPECT_THAT(ran.output, HasSubstr(bumps + " of " + bumps + " bumps printed"));
+    EXPECT_THAT(ran.output,
+                HasSubstr(bumps + " of " + bumps + (bumps == "1" ? " bump printed" : " bumps printed")));
   }
   fs::path folder_;
 };
@@ -66,6 +67,11 @@ TEST_F(InitCommand, SemicolonsAndDecimalCommas) {
   EXPECT_EQ(ran.status, 0) << ran.output;
   EXPECT_THAT(ran.output, HasSubstr("2 bumps over 2 mm x 0 mm"));
   expect_printed("2");
+}
+
+TEST_F(InitCommand, OneBumpIsABump) {
+  EXPECT_THAT(init(write("bumps.csv", "x_mm,y_mm\n10,20\n")).output, HasSubstr(": 1 bump over 0 mm x 0 mm"));
+  expect_printed("1");
 }
 
 TEST_F(InitCommand, AKicadFootprint) {

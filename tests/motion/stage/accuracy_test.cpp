@@ -78,6 +78,18 @@ TEST(Accuracy, RefusesWhatCannotBeEvaluated) {
   EXPECT_THAT(error_of([&] { evaluate_accuracy(targets); }), HasSubstr("found 0 mm twice"));
 }
 
+TEST(Accuracy, BlanksRoundFieldsMeanNothing) {
+  const auto targets = read_deviations_text("d.csv",
+                                            " # by us\n target_mm, direction ,deviation_um \n \n 1 , + , "
+                                            "0.5\n1,+,0.25\n1,\t-,-1\n1,-,1\n2,+,0\n2,+,0\n2,-,0 \n2,-,0\n");
+  ASSERT_EQ(targets.size(), 2U);
+  EXPECT_EQ(targets[0].forward_um, (std::vector<double>{0.5, 0.25}));
+  EXPECT_EQ(targets[0].reverse_um, (std::vector<double>{-1.0, 1.0}));
+  EXPECT_THAT(
+      error_of([] { read_deviations_text("d.csv", "target_mm,direction,deviation_um\n1, +, x1 \n"); }),
+      HasSubstr("d.csv:2:7: found deviation_um \"x1\""));
+}
+
 TEST(Accuracy, NamesTheLineOfAFileThatCannotBeRead) {
   const auto file = std::filesystem::temp_directory_path() / "meltstage_accuracy_test.csv";
   const auto error_in = [&](const std::string& text) {
