@@ -10,7 +10,7 @@ namespace meltstage::hls {
 namespace {
 
 constexpr std::size_t kMostBits = 8;  // of a number whose values are cases
-constexpr int kDeepest = 3;           // cases within cases
+constexpr int kDeepest = 6;           // cases within cases
 
 using Values = std::vector<std::pair<Literal, bool>>;
 
@@ -62,30 +62,6 @@ const Number* best_of(const Work& work, const std::vector<Number>& numbers) {
   return best;
 }
 
-// Each obligation as the engines answer it without more cases.
-void answer(const Work& asked, const ProverLimits& limits, std::vector<Answer>& answers) {
-  Work work = asked;
-  const auto settle = [&] {
-    bool open = false;
-    for (std::size_t i = 0; i < answers.size(); ++i) {
-      if (answers[i].verdict == Verdict::kOpen && work.wrong[i] == kFalse)
-        answers[i].verdict = Verdict::kHolds;
-      if (answers[i].verdict != Verdict::kOpen) work.wrong[i] = kFalse;
-      open |= answers[i].verdict == Verdict::kOpen;
-    }
-    return open;
-  };
-  if (!settle()) return;
-  for (const unsigned conflicts : limits.sweeps) {
-    work = sweep(work, conflicts);
-    if (!settle()) return;
-  }
-  work = sort_parity(work);
-  settle();
-  for (std::size_t i = 0; i < answers.size(); ++i)
-    if (answers[i].verdict == Verdict::kOpen) answers[i] = ask(work, work.wrong[i], limits.conflicts_of_case);
-}
-
 std::vector<Answer> in_cases(const Work& work, const std::vector<Number>& numbers, const ProverLimits& limits,
                              int deep) {
   std::vector<Answer> answers(work.wrong.size());
@@ -96,7 +72,7 @@ std::vector<Answer> in_cases(const Work& work, const std::vector<Number>& number
     const Values known = values_of(*number, value);
     const Work asked = in_case(left, known);
     std::vector<Answer> here(answers.size());
-    answer(asked, limits, here);
+    ask_engines(asked, limits, {}, here);
     Work open = asked;
     bool any = false;
     for (std::size_t i = 0; i < here.size(); ++i) {

@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
+#include "base/parallel.hpp"
 #include "hls/subprocess.hpp"
 
 namespace meltstage::hls {
@@ -196,6 +197,8 @@ Work sort_parity(const Work& work) { return ParitySorter(work).result(); }
 
 // ---- SAT -------------------------------------------------------------------------------------------------
 
+namespace {
+
 Answer ask(const Work& work, Literal wrong, int conflicts) {
   CaDiCaL::Solver solver;
   solver.set("quiet", 1);
@@ -226,6 +229,51 @@ Answer ask(const Work& work, Literal wrong, int conflicts) {
   for (const Literal input : work.aig.inputs())
     answer.example.push_back(of(input) <= known && solver.val(of(input)) > 0);
   return answer;
+}
+
+}  // namespace
+
+// ---- One after another -----------------------------------------------------------------------------------
+
+std::vector<std::size_t> open_ones(const std::vector<Answer>& answers) {
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    if (answers[i].verdict == Verdict::kOpen) open.push_back(i);
+  return open;
+}
+
+void settle(const Work& work, Method method, std::vector<Answer>& answers) {
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    if (answers[i].verdict == Verdict::kOpen && work.wrong[i] == kFalse)
+      answers[i] = {Verdict::kHolds, method, {}};
+}
+
+void ask_sat_solver(const Work& work, int conflicts, const Progress& progress, std::vector<Answer>& answers) {
+  const std::vector<std::size_t> open = open_ones(answers);
+  in_parallel(
+      open.size(), [&](std::size_t i) { answers[open[i]] = ask(work, work.wrong[open[i]], conflicts); },
+      progress, "asking the SAT solver");
+}
+
+void ask_engines(Work work, const ProverLimits& limits, const Progress& progress,
+                 std::vector<Answer>& answers) {
+  settle(work, Method::kStructure, answers);
+  for (const unsigned conflicts : limits.sweeps) {
+    bool any_open = false;
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+      if (answers[i].verdict == Verdict::kOpen)
+        any_open = true;
+      else
+        work.wrong[i] = kFalse;  // what is settled needs no more gates
+    }
+    if (!any_open) return;
+    if (progress) progress(fmt::format("merging equal gates, {} conflicts each", conflicts), 0.0);
+    work = sweep(work, conflicts);
+    settle(work, Method::kSweeping, answers);
+  }
+  work = sort_parity(work);
+  settle(work, Method::kParity, answers);
+  ask_sat_solver(work, limits.conflicts_of_case, progress, answers);
 }
 
 // ---- Cases -----------------------------------------------------------------------------------------------

@@ -34,8 +34,18 @@ Work sweep(const Work& work, unsigned conflicts);
 /// Sums of the same bits by XOR become one, in whatever order they were added up.
 Work sort_parity(const Work& work);
 
-/// One question to a SAT solver (CaDiCaL).
-Answer ask(const Work& work, Literal wrong, int conflicts);
+/// Numbers of the open answers.
+std::vector<std::size_t> open_ones(const std::vector<Answer>& answers);
+
+/// Holds what has no gates left.
+void settle(const Work& work, Method method, std::vector<Answer>& answers);
+
+/// A question to a SAT solver (CaDiCaL) for each open answer.
+void ask_sat_solver(const Work& work, int conflicts, const Progress& progress, std::vector<Answer>& answers);
+
+/// All engines but the simulation one after another, the cheapest first.
+void ask_engines(Work work, const ProverLimits& limits, const Progress& progress,
+                 std::vector<Answer>& answers);
 
 /// The graph where these inputs have these values. All inputs stay, in their order.
 Work in_case(const Work& work, std::span<const std::pair<Literal, bool>> known);

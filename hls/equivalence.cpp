@@ -142,40 +142,74 @@ class Builder {
   }
 
   // Where the C++ multiplies by a constant it has gates, and not a product of two variables. So the named
-  // result of a and b is known for those constants.
+  // result of a and b is known where a is one of those constants.
   Word with_constants(const Word& a, const Word& b, Word result) {
     Aig& aig = problem_.aig;
     Blaster gates(model_.graph, aig, problem_.state, {});
-    const auto wide = [](Word word, std::size_t bits) {
-      word.resize(bits, word.back());
-      return word;
-    };
-    Word factor = b;  // without the bits that repeat its sign
-    while (factor.size() > 1 && factor.back() == factor[factor.size() - 2]) factor.pop_back();
-    for (const APInt& constant : constant_factors()) {
+    const Word factor = without_repeated_sign(b);
+    for (const APInt& constant : constant_factors(without_repeated_sign(a).size() - 1)) {
       Word digits;
-      for (unsigned i = 0; i < constant.getActiveBits(); ++i) digits.push_back(aig.constant(constant[i]));
-      digits.push_back(kFalse);
-      const std::size_t bits = std::min<std::size_t>(kProductBits, factor.size() + digits.size());
-      const Word product = wide(gates.product(wide(factor, bits), wide(digits, bits)), kProductBits);
       Literal same = kTrue;
-      const Word whole = wide(digits, kProductBits);
-      for (unsigned i = 0; i < kProductBits; ++i) same = aig.both(same, aig.differ(a[i], whole[i]) ^ 1);
+      for (unsigned i = 0; i < kProductBits; ++i) {
+        digits.push_back(aig.constant(constant[i]));
+        same = aig.both(same, aig.differ(a[i], digits[i]) ^ 1);
+      }
+      const std::size_t bits = std::min<std::size_t>(kProductBits, factor.size() + constant.getActiveBits());
+      digits.resize(bits);
+      const Word product = wide(gates.product(wide(factor, bits), digits), kProductBits);
       for (unsigned i = 0; i < kProductBits; ++i) result[i] = aig.select(same, product[i], result[i]);
     }
     return result;
   }
 
-  // What the C++ multiplies by, without sign and each once.
-  std::vector<APInt> constant_factors() const {
+  // Factors that are small and not negative have a small product. It matters where the C++ multiplies in
+  // fewer bits and takes the others as 0.
+  Word bounded(const Word& a, const Word& b, Word result) {
+    Aig& aig = problem_.aig;
+    const auto fits = [&](const Word& word, unsigned bits) {
+      Literal above = kFalse;
+      for (std::size_t i = bits; i < word.size(); ++i) above = aig.either(above, word[i]);
+      return above ^ 1;
+    };
+    for (const auto& [x, y] : widths_of_factors()) {
+      const Literal small = aig.either(aig.both(fits(a, x), fits(b, y)), aig.both(fits(a, y), fits(b, x)));
+      for (std::size_t i = x + y; i < kProductBits; ++i) result[i] = aig.both(result[i], small ^ 1);
+    }
+    return result;
+  }
+
+  std::set<std::pair<unsigned, unsigned>> widths_of_factors() const {
+    std::set<std::pair<unsigned, unsigned>> result;
+    for (Node node = 0; node < model_.graph.size(); ++node) {
+      const Expression& e = model_.graph[node];
+      if (e.op != Op::kMul || model_.graph.is_constant(e.arguments[1])) continue;
+      const unsigned x = model_.graph[e.arguments[0]].used, y = model_.graph[e.arguments[1]].used;
+      if (x + y <= e.width) result.insert(std::minmax(x, y));
+    }
+    return result;
+  }
+
+  static Word wide(Word word, std::size_t bits) {
+    word.resize(bits, word.back());
+    return word;
+  }
+
+  static Word without_repeated_sign(Word word) {
+    while (word.size() > 1 && word.back() == word[word.size() - 2]) word.pop_back();
+    return word;
+  }
+
+  // What the C++ multiplies by, of at most so many bits and without sign. The compiler moves shifts from one
+  // factor to the other one: so each is taken with any number of zeros at its end.
+  std::vector<APInt> constant_factors(std::size_t bits) const {
     std::vector<APInt> result;
     for (Node node = 0; node < model_.graph.size(); ++node) {
       const Expression& e = model_.graph[node];
       if (e.op != Op::kMul || !model_.graph.is_constant(e.arguments[1])) continue;
-      const APInt value = model_.graph.value(e.arguments[1]).zextOrTrunc(kProductBits);
-      if (value.getActiveBits() < kProductBits / 2 &&
-          std::find(result.begin(), result.end(), value) == result.end())
-        result.push_back(value);
+      APInt value = model_.graph.value(e.arguments[1]).zextOrTrunc(kProductBits);
+      value.lshrInPlace(value.countTrailingZeros());
+      if (std::find(result.begin(), result.end(), value) != result.end()) continue;
+      for (; !value.isZero() && value.getActiveBits() <= bits; value <<= 1) result.push_back(value);
     }
     return result;
   }
@@ -186,7 +220,8 @@ class Builder {
       Word result;
       if (products_ == Products::kNamed) {
         for (unsigned i = 0; i < kProductBits; ++i) result.push_back(problem_.aig.input());
-        result = with_constants(rtl.at(product.a), rtl.at(product.b), std::move(result));
+        const Word a = rtl.at(product.a), b = rtl.at(product.b);
+        result = with_constants(a, b, bounded(a, b, std::move(result)));
       } else {
         result = Blaster(model_.graph, problem_.aig, problem_.state, {})
                      .product(rtl.at(product.a), rtl.at(product.b));

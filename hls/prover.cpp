@@ -15,32 +15,35 @@
 namespace meltstage::hls {
 namespace {
 
-void settle(const Work& work, Method method, std::vector<Answer>& answers) {
-  for (std::size_t i = 0; i < answers.size(); ++i)
-    if (answers[i].verdict == Verdict::kOpen && work.wrong[i] == kFalse)
-      answers[i] = {Verdict::kHolds, method, {}};
-}
-
-Work work_for(const Problem& problem, const std::vector<std::size_t>& chosen) {
+// The obligations as they are, or in states alone in which the invariants hold.
+Work in_every_state(const Problem& problem, const std::vector<std::size_t>& chosen) {
   Work work{problem.aig, {}};
-  for (const std::size_t number : chosen)
-    work.wrong.push_back(work.aig.both(problem.reachable, problem.obligations[number].wrong));
+  for (const std::size_t number : chosen) work.wrong.push_back(problem.obligations[number].wrong);
   return work;
 }
 
-std::vector<std::size_t> open_ones(const std::vector<Answer>& answers) {
-  std::vector<std::size_t> open;
-  for (std::size_t i = 0; i < answers.size(); ++i)
-    if (answers[i].verdict == Verdict::kOpen) open.push_back(i);
-  return open;
+Work in_reachable_states(const Problem& problem, const std::vector<std::size_t>& chosen) {
+  Work work = in_every_state(problem, chosen);
+  for (Literal& wrong : work.wrong) wrong = work.aig.both(problem.reachable, wrong);
+  return work;
 }
 
-void ask_open(const Work& work, int conflicts, std::string_view step, const Progress& progress,
-              std::vector<Answer>& answers) {
-  const std::vector<std::size_t> open = open_ones(answers);
-  in_parallel(
-      open.size(), [&](std::size_t i) { answers[open[i]] = ask(work, work.wrong[open[i]], conflicts); },
-      progress, step);
+// What is open of `answers`, answered by `engines`: first in every state, for this needs few gates; what is
+// not shown so, in reachable states.
+template <class Engines>
+void answer_open(const Problem& problem, const std::vector<std::size_t>& chosen, std::vector<Answer>& answers,
+                 const Engines& engines) {
+  for (const auto& states : {in_every_state, in_reachable_states}) {
+    const std::vector<std::size_t> open = open_ones(answers);
+    if (open.empty()) return;
+    std::vector<std::size_t> asked;
+    for (const std::size_t i : open) asked.push_back(chosen[i]);
+    std::vector<Answer> found(open.size());
+    engines(states(problem, asked), found);
+    for (std::size_t i = 0; i < open.size(); ++i)
+      if (found[i].verdict == Verdict::kHolds || states == in_reachable_states)
+        answers[open[i]] = std::move(found[i]);
+  }
 }
 
 // The bits of a flop or pin have their cases together.
@@ -59,7 +62,10 @@ void try_cases(const Problem& problem, const std::vector<std::size_t>& chosen, c
       [&](std::size_t group) {
         std::vector<std::size_t> asked;
         for (const std::size_t i : members[group]) asked.push_back(chosen[i]);
-        std::vector<Answer> found = prove_by_cases(work_for(problem, asked), numbers, limits);
+        std::vector<Answer> found(asked.size());
+        answer_open(problem, asked, found, [&](const Work& work, std::vector<Answer>& these) {
+          these = prove_by_cases(work, numbers, limits);
+        });
         for (std::size_t i = 0; i < found.size(); ++i) answers[members[group][i]] = std::move(found[i]);
       },
       progress, "case by case");
@@ -70,7 +76,7 @@ void try_cases(const Problem& problem, const std::vector<std::size_t>& chosen, c
 std::vector<Answer> try_random_values(const Problem& problem, const std::vector<std::size_t>& chosen,
                                       std::uint64_t seed) {
   std::vector<Answer> answers(chosen.size());
-  const Work work = work_for(problem, chosen);
+  const Work work = in_reachable_states(problem, chosen);
   settle(work, Method::kStructure, answers);
   find_by_simulation(work, seed, answers);
   return answers;
@@ -79,26 +85,13 @@ std::vector<Answer> try_random_values(const Problem& problem, const std::vector<
 std::vector<Answer> prove(const Problem& problem, const std::vector<std::size_t>& chosen,
                           const ProverLimits& limits, const Progress& progress) {
   std::vector<Answer> answers = try_random_values(problem, chosen, limits.seed);
-  Work work = work_for(problem, chosen);
-  // What is settled needs no more gates.
-  const auto drop_settled = [&] {
-    for (std::size_t i = 0; i < answers.size(); ++i)
-      if (answers[i].verdict != Verdict::kOpen) work.wrong[i] = kFalse;
-  };
-  for (const unsigned conflicts : limits.sweeps) {
-    if (open_ones(answers).empty()) return answers;
-    drop_settled();
-    if (progress) progress(fmt::format("merging equal gates, {} conflicts each", conflicts), 0.0);
-    work = sweep(work, conflicts);
-    settle(work, Method::kSweeping, answers);
-  }
-  drop_settled();
-  work = sort_parity(work);
-  settle(work, Method::kParity, answers);
-  ask_open(work, limits.conflicts_of_case, "asking the SAT solver", progress, answers);
-  if (open_ones(answers).empty()) return answers;
+  answer_open(problem, chosen, answers, [&](const Work& work, std::vector<Answer>& these) {
+    ask_engines(work, limits, progress, these);
+  });
   try_cases(problem, chosen, limits, progress, answers);
-  ask_open(work, limits.conflicts, "asking the SAT solver again", progress, answers);
+  answer_open(problem, chosen, answers, [&](const Work& work, std::vector<Answer>& these) {
+    ask_sat_solver(work, limits.conflicts, progress, these);
+  });
   return answers;
 }
 

@@ -32,7 +32,7 @@ struct Answer {
 
 struct ProverLimits {
   std::vector<unsigned> sweeps = {100, 3000};  // conflicts a node that each round of sweeping may take
-  int conflicts_of_case = 20'000;              // of the SAT solver in a case, and before any case is tried
+  int conflicts_of_case = 2'000;               // of the SAT solver in a case, and before any case is tried
   int conflicts = 2'000'000;                   // of the SAT solver, an obligation
   std::uint64_t seed = 1;                      // of the random values
 };

@@ -38,6 +38,12 @@ constexpr std::uint64_t kMostObjectBytes = 1 << 16;
 
 // ---- Values ----------------------------------------------------------------------------------------------
 
+// Bytes of an object, the last one excluded.
+struct Range {
+  std::int64_t first;
+  std::int64_t behind;
+};
+
 // One place that a pointer may point to: `start`, and `index` times `stride` bytes behind it.
 struct Target {
   Node when;  // of the targets that are left, this one
@@ -45,6 +51,7 @@ struct Target {
   std::int64_t start;
   std::optional<Node> index;
   std::uint64_t stride = 0;
+  std::optional<Range> array;  // that `index` is of: it does not leave it
 };
 using Pointer = std::vector<Target>;  // the last one is meant when no other is
 
@@ -376,7 +383,11 @@ class Execution {
   // ---- memory --------------------------------------------------------------------------------------------
 
   Pointer to_object(unsigned object, std::int64_t start = 0) {
-    return {{graph_.truth(true), object, start, std::nullopt, 0}};
+    return {{.when = graph_.truth(true),
+             .object = object,
+             .start = start,
+             .index = std::nullopt,
+             .array = std::nullopt}};
   }
 
   const Object& object(unsigned number) const {
@@ -407,7 +418,9 @@ class Execution {
                    const std::function<void(std::size_t, Node)>& use) {
     const auto size = static_cast<std::int64_t>(object(target.object).size());
     const auto fits = [&](std::int64_t at) {
-      return at >= 0 && at + static_cast<std::int64_t>(bytes) <= size;
+      const std::int64_t behind = at + static_cast<std::int64_t>(bytes);
+      return at >= 0 && behind <= size &&
+             (!target.array || (at >= target.array->first && behind <= target.array->behind));
     };
     if (!target.index) {
       if (!fits(target.start)) return trap(target.when, "memory beside the object is read or written");
@@ -434,7 +447,7 @@ class Execution {
     std::vector<std::pair<Node, Node>> found;  // when, what
     for (const Target& target : pointer)
       each_offset(target, bytes, [&](std::size_t at, Node when) {
-        if (is_meant(target, at)) note_open_bytes(object(target.object), at, bytes);
+        note_open_bytes(object(target.object), at, bytes);
         found.emplace_back(when, load(object(target.object), at, bytes));
       });
     if (found.empty())
@@ -448,32 +461,6 @@ class Execution {
   void note_open_bytes(const Object& object, std::size_t at, std::size_t bytes) {
     for (std::size_t i = at; i < at + bytes; ++i)
       if (graph_[object[i].of].op == Op::kAny) opens_.reads.try_emplace(object[i].of, here_);
-  }
-
-  // Whether a read at `at` is one of the array that it begins in, and not of what lies behind it.
-  bool is_meant(const Target& target, std::size_t at) const {
-    if (!target.index || target.object >= function_.arg_size()) return true;
-    llvm::Type* type = function_.getArg(target.object)->getType()->getPointerElementType();
-    auto offset = static_cast<std::uint64_t>(target.start);
-    std::uint64_t begin = 0, end = layout_.getTypeAllocSize(type), base = 0;
-    while (offset < end) {
-      if (auto* structure = llvm::dyn_cast<llvm::StructType>(type)) {
-        const llvm::StructLayout& members = *layout_.getStructLayout(structure);
-        const unsigned member = members.getElementContainingOffset(offset - base);
-        base += members.getElementOffset(member);
-        type = structure->getElementType(member);
-      } else if (auto* array = llvm::dyn_cast<llvm::ArrayType>(type)) {
-        begin = base;
-        type = array->getElementType();
-        const std::uint64_t stride = layout_.getTypeAllocSize(type);
-        end = begin + array->getNumElements() * stride;
-        base += (offset - base) / stride * stride;
-      } else {
-        break;
-      }
-      if (base > offset) break;
-    }
-    return at >= begin && at < end;
   }
 
   void store(const Pointer& pointer, Node value) {
@@ -712,7 +699,10 @@ class Execution {
     if (!address.collectOffset(layout_, 64, scales, constant))
       refuse(here_, "found an address of unknown size");
     Pointer pointer = value_of(address.getPointerOperand()).pointer;
+    const std::optional<Range> array = array_of(address);
     for (Target& target : pointer) {
+      if (array && !target.index)
+        target.array = Range{target.start + array->first, target.start + array->behind};
       target.start += constant.getSExtValue();
       for (const auto& [value, scale] : scales) {
         const Node index = graph_.sign_extend(integer(value), 64);
@@ -720,6 +710,34 @@ class Execution {
       }
     }
     return pointer;
+  }
+
+  // The array from which an address' first variable index chooses, behind its base; none when it counts from
+  // the base itself.
+  std::optional<Range> array_of(const llvm::GEPOperator& address) const {
+    const auto size_of = [&](llvm::Type* type) {
+      return static_cast<std::int64_t>(layout_.getTypeAllocSize(type));
+    };
+    llvm::Type* type = address.getSourceElementType();
+    auto index = address.idx_begin();
+    const auto* from_base = llvm::dyn_cast<llvm::ConstantInt>(*index);
+    if (from_base == nullptr) return std::nullopt;
+    std::int64_t at = from_base->getSExtValue() * size_of(type);
+    while (++index != address.idx_end()) {
+      const auto* chosen = llvm::dyn_cast<llvm::ConstantInt>(*index);
+      if (auto* fields = llvm::dyn_cast<llvm::StructType>(type)) {
+        const auto field = static_cast<unsigned>(chosen->getZExtValue());
+        at += static_cast<std::int64_t>(layout_.getStructLayout(fields)->getElementOffset(field));
+        type = fields->getElementType(field);
+      } else if (auto* words = llvm::dyn_cast<llvm::ArrayType>(type)) {
+        if (chosen == nullptr) return Range{at, at + size_of(words)};
+        type = words->getElementType();
+        at += chosen->getSExtValue() * size_of(type);
+      } else {
+        return std::nullopt;
+      }
+    }
+    return std::nullopt;
   }
 
   void add_index(Target& target, Node index, std::uint64_t stride) {
@@ -1178,7 +1196,6 @@ class Translation {
     for (Node node = 0; node < needed.size(); ++node) {
       const auto byte = bytes_.find(node);
       if (!needed[node] || byte == bytes_.end()) continue;
-      // what lies behind an array is read when an index is too large, which is a broken promise
       if (!opens_.reads.contains(node) && !is_result(byte->second)) continue;
       const auto& [function, argument, type, at] = byte->second;
       const std::string member = member_at(*type, at);
