@@ -393,8 +393,8 @@ int print_job(const PrintOptions& options) {
       clocks += w.clocks;
       comparisons += w.comparisons;
     }
-    fmt::print("lockstep: {} windows, {} clocks, {} values compared, 0 mismatches\n", report.lockstep.size(),
-               clocks, comparisons);
+    fmt::print("lockstep: {}, {} clocks, {} values compared, 0 mismatches\n",
+               counted(report.lockstep.size(), "window"), clocks, comparisons);
   }
   fmt::print("page: {}\n", (options.out / "report.html").string());
   return report.good ? 0 : 1;
