@@ -62,7 +62,7 @@ const Number* best_of(const Work& work, const std::vector<Number>& numbers) {
   return best;
 }
 
-std::vector<Answer> in_cases(const Work& work, const std::vector<Number>& numbers, const ProverLimits& limits,
+std::vector<Answer> in_cases(const Work& work, const std::vector<Number>& numbers, const EngineLimits& limits,
                              int deep) {
   std::vector<Answer> answers(work.wrong.size());
   const Number* number = deep == kDeepest ? nullptr : best_of(work, numbers);
@@ -120,7 +120,7 @@ std::vector<Number> small_numbers(const Problem& problem) {
 }
 
 std::vector<Answer> prove_by_cases(const Work& work, const std::vector<Number>& numbers,
-                                   const ProverLimits& limits) {
+                                   const EngineLimits& limits) {
   return in_cases(work, numbers, limits, 0);
 }
 

@@ -20,6 +20,6 @@ std::vector<Number> small_numbers(const Problem& problem);
 /// Answers for all obligations of `work`, in each value of the number that leaves the smallest question, and
 /// again so in a case that stays open.
 std::vector<Answer> prove_by_cases(const Work& work, const std::vector<Number>& numbers,
-                                   const ProverLimits& limits);
+                                   const EngineLimits& limits);
 
 }  // namespace meltstage::hls

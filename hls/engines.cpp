@@ -255,7 +255,7 @@ void ask_sat_solver(const Work& work, int conflicts, const Progress& progress, s
       progress, "asking the SAT solver");
 }
 
-void ask_engines(Work work, const ProverLimits& limits, const Progress& progress,
+void ask_engines(Work work, const EngineLimits& limits, const Progress& progress,
                  std::vector<Answer>& answers) {
   settle(work, Method::kStructure, answers);
   for (const unsigned conflicts : limits.sweeps) {
@@ -273,7 +273,7 @@ void ask_engines(Work work, const ProverLimits& limits, const Progress& progress
   }
   work = sort_parity(work);
   settle(work, Method::kParity, answers);
-  ask_sat_solver(work, limits.conflicts_of_case, progress, answers);
+  ask_sat_solver(work, limits.conflicts, progress, answers);
 }
 
 // ---- Cases -----------------------------------------------------------------------------------------------

@@ -44,7 +44,7 @@ void settle(const Work& work, Method method, std::vector<Answer>& answers);
 void ask_sat_solver(const Work& work, int conflicts, const Progress& progress, std::vector<Answer>& answers);
 
 /// All engines but the simulation one after another, the cheapest first.
-void ask_engines(Work work, const ProverLimits& limits, const Progress& progress,
+void ask_engines(Work work, const EngineLimits& limits, const Progress& progress,
                  std::vector<Answer>& answers);
 
 /// The graph where these inputs have these values. All inputs stay, in their order.

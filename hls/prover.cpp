@@ -64,7 +64,7 @@ void try_cases(const Problem& problem, const std::vector<std::size_t>& chosen, c
         for (const std::size_t i : members[group]) asked.push_back(chosen[i]);
         std::vector<Answer> found(asked.size());
         answer_open(problem, asked, found, [&](const Work& work, std::vector<Answer>& these) {
-          these = prove_by_cases(work, numbers, limits);
+          these = prove_by_cases(work, numbers, limits.of_case);
         });
         for (std::size_t i = 0; i < found.size(); ++i) answers[members[group][i]] = std::move(found[i]);
       },
@@ -86,7 +86,7 @@ std::vector<Answer> prove(const Problem& problem, const std::vector<std::size_t>
                           const ProverLimits& limits, const Progress& progress) {
   std::vector<Answer> answers = try_random_values(problem, chosen, limits.seed);
   answer_open(problem, chosen, answers, [&](const Work& work, std::vector<Answer>& these) {
-    ask_engines(work, limits, progress, these);
+    ask_engines(work, limits.whole, progress, these);
   });
   try_cases(problem, chosen, limits, progress, answers);
   answer_open(problem, chosen, answers, [&](const Work& work, std::vector<Answer>& these) {

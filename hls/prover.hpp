@@ -30,11 +30,16 @@ struct Answer {
       example;  // of a broken one: a value for each input of the problem's graph, in their order
 };
 
+struct EngineLimits {
+  std::vector<unsigned> sweeps;  // conflicts a node that each round of sweeping may take
+  int conflicts;                 // of the SAT solver, an obligation
+};
+
 struct ProverLimits {
-  std::vector<unsigned> sweeps = {100, 3000};  // conflicts a node that each round of sweeping may take
-  int conflicts_of_case = 2'000;               // of the SAT solver in a case, and before any case is tried
-  int conflicts = 2'000'000;                   // of the SAT solver, an obligation
-  std::uint64_t seed = 1;                      // of the random values
+  EngineLimits whole = {{100, 3000}, 50'000};  // before any case is tried
+  EngineLimits of_case = {{100, 3000}, 2'000};
+  int conflicts = 2'000'000;  // of the SAT solver, for an obligation that cases do not settle
+  std::uint64_t seed = 1;     // of the random values
 };
 
 /// The same by random values alone: what they do not break stays open.

@@ -3,9 +3,9 @@
 // temperature field into 1/64 degC.
 //
 // Contract
-// - start_i while idle begins a read; done_o pulses once at its end and reading_o holds till the next one. A start while
-//   busy_o is ignored. The description must be stable while busy_o (it is: parameters change at control ticks); frame
-//   length, SPI mode and chip select stay sound even if it is not.
+// - start_i while idle begins a read; done_o pulses once at its end and reading_o holds till the next one. A start
+//   while busy_o is ignored. The description must be stable while busy_o (it is: parameters change at control ticks);
+//   frame length, SPI mode and chip select stay sound even if it is not.
 // - Half a period of SCLK is spi_div_i + 1 clocks, 3 at least. Chip select falls half a period before the first edge,
 //   rises half a period after the last, and is high for 4 half periods before every frame; SCLK changes its idle level
 //   only there.

@@ -114,7 +114,7 @@ std::optional<hls::Counterexample> refute(const hls::Circuit& model, const hls::
   }
   if (auto found = first_broken(model, in_gates, all, hls::try_random_values(in_gates, all, 1))) return found;
   const hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
-  const hls::ProverLimits limits{.sweeps = {100, 1000}, .conflicts = 200'000, .seed = 1};
+  const hls::ProverLimits limits{.conflicts = 200'000, .seed = 1};
   for (const auto& chosen : {near, all})
     if (auto found = first_broken(model, problem, chosen, hls::prove(problem, chosen, limits, {})))
       return found;
