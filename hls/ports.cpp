@@ -2,10 +2,13 @@
 #include "hls/ports.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "base/error.hpp"
+#include "hls/reset_domain.hpp"
 
 namespace meltstage::hls {
 namespace {
@@ -58,6 +61,18 @@ std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl) {
   for (const auto& [by, bits] : rtl.netlist.reset_by)
     result.push_back(by.empty() ? fmt::format("RTL: {} flop bits are not reset before a clock", bits)
                                 : fmt::format("RTL: {} flop bits are reset at once by {}", bits, by));
+  std::set<std::string> at_once;
+  for (const RtlFlop& flop : rtl.flops) {
+    if (flop.in_reset == kFalse) continue;
+    for (const std::string& name : flop.names) {
+      at_once.insert(name);
+      at_once.insert(name.substr(0, name.rfind('[')));  // reset is one for all bits of a flop
+    }
+  }
+  const std::vector<std::string> unset = never_reset(model, at_once);
+  if (!unset.empty())
+    result.push_back(fmt::format("nothing resets {}: both sides stay equal only if they begin so",
+                                 fmt::join(unset, ", ")));
   std::string others;
   for (const auto& [name, port] : rtl.netlist.ports) {
     const bool is_known = std::any_of(model.outputs.begin(), model.outputs.end(),

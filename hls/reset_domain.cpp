@@ -2,6 +2,7 @@
 #include "hls/reset_domain.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
@@ -14,7 +15,7 @@ namespace {
 constexpr std::size_t kMostInputs = 5;
 
 // Values of some inputs.
-using Fixed = std::vector<std::pair<Node, bool>>;
+using Fixed = std::vector<std::pair<Node, APInt>>;
 
 std::vector<bool> behind(const Graph& graph, const std::vector<Node>& roots) {
   std::vector<bool> needed(graph.size(), false);
@@ -63,7 +64,7 @@ std::vector<Node> with(Graph& graph, const std::vector<Node>& roots, const Fixed
     } else if (e.op == Op::kInput) {
       const auto value =
           std::find_if(fixed.begin(), fixed.end(), [&](const auto& input) { return input.first == node; });
-      if (value != fixed.end()) image[node] = graph.truth(value->second);
+      if (value != fixed.end()) image[node] = graph.constant(value->second);
     }
   }
   std::vector<Node> result;
@@ -94,7 +95,7 @@ std::vector<Fixed> assignments(const std::vector<Node>& inputs, bool left) {
       if (left) longer.push_back(fixed);
       for (const bool value : {false, true}) {
         longer.push_back(fixed);
-        longer.back().emplace_back(input, value);
+        longer.back().emplace_back(input, APInt(1, value ? 1 : 0));
       }
     }
     result = std::move(longer);
@@ -104,7 +105,53 @@ std::vector<Fixed> assignments(const std::vector<Node>& inputs, bool left) {
   return result;
 }
 
+// Bits that have their reset values for good once a pin has had one value for long enough.
+void add_reset_by(Circuit& circuit, const Pin& pin, bool value, std::vector<bool>& reset) {
+  Graph& graph = circuit.graph;
+  Fixed fixed = {{pin.node, APInt(1, value ? 1 : 0)}};
+  std::vector<Node> next;
+  for (const Flop& flop : circuit.flops) next.push_back(flop.next);
+  std::vector<bool> here(circuit.flops.size(), false);
+  for (bool any = true; any;) {
+    any = false;
+    const std::vector<Node> then = with(graph, next, fixed);
+    for (std::size_t i = 0; i < then.size(); ++i) {
+      if (here[i] || !graph.is_constant(then[i]) || graph.value(then[i]) != circuit.flops[i].reset) continue;
+      here[i] = reset[i] = any = true;
+      fixed.emplace_back(circuit.flops[i].now, circuit.flops[i].reset);
+    }
+  }
+}
+
 }  // namespace
+
+std::vector<std::string> never_reset(Circuit circuit, const std::set<std::string>& at_once) {
+  std::vector<bool> reset;
+  for (const Flop& flop : circuit.flops) reset.push_back(at_once.contains(flop.field.name));
+  const auto all_are = [&] { return std::find(reset.begin(), reset.end(), false) == reset.end(); };
+  for (const Pin& pin : circuit.inputs)
+    for (const bool value : {false, true})
+      if (!all_are() && pin.field.width == 1) add_reset_by(circuit, pin, value, reset);
+
+  std::vector<std::string> result;
+  Fixed start;
+  for (std::size_t i = 0; i < reset.size(); ++i) {
+    const Flop& flop = circuit.flops[i];
+    if (reset[i])
+      start.emplace_back(flop.now, flop.reset);
+    else
+      result.push_back(flop.field.name);
+  }
+  for (const Invariant& invariant : circuit.invariants) {
+    const Node holds = with(circuit.graph, {invariant.now}, start)[0];
+    if (!circuit.graph.is_constant(holds) || circuit.graph.value(holds).isZero())
+      throw UserError(
+          fmt::format("invariant {}: found it to rest on flops that nothing resets ({}), expected it to hold "
+                      "whatever they are",
+                      invariant.name, fmt::join(result, ", ")));
+  }
+  return result;
+}
 
 std::vector<std::optional<Node>> next_out_of_reset(Circuit& circuit, Node active) {
   Graph& graph = circuit.graph;

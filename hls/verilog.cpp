@@ -289,8 +289,9 @@ class Flops {
 };
 
 // Flops that one reset holds.
+// Flops of one reset, or of none but what the C++ does at a clock.
 struct Domain {
-  std::string reset_n;  // the wire, active low
+  std::string reset_n;  // the wire, active low; empty for none
   std::vector<const Flop*> flops;
   std::vector<Node> next;
 };
@@ -307,24 +308,28 @@ std::string reset_wire(const Circuit& circuit) {
   return result;
 }
 
-// In the reset of the C++ if it says one and that is all it does to the flop; in that of the pin; with what
-// reset does in their next state.
+// In the reset of the C++ if it says one and that is all it does to the flop; in that of the pin, which a
+// block without one gets; in none if the C++ does something else while the pin is low.
 std::vector<Domain> domains(Circuit& circuit) {
   using Nexts = std::vector<std::optional<Node>>;
   Nexts inside(circuit.flops.size()), at_pin(circuit.flops.size());
   if (circuit.in_reset) inside = next_out_of_reset(circuit, *circuit.in_reset);
-  for (const Pin& pin : circuit.inputs)
-    if (pin.field.name == "rst_ni") at_pin = next_out_of_reset(circuit, circuit.graph.invert(pin.node));
-  Domain by_pin{"rst_ni", {}, {}}, by_wire{reset_wire(circuit), {}, {}};
+  bool has_pin = false;
+  for (const Pin& pin : circuit.inputs) {
+    if (pin.field.name != "rst_ni") continue;
+    has_pin = true;
+    at_pin = next_out_of_reset(circuit, circuit.graph.invert(pin.node));
+  }
+  Domain by_pin{"rst_ni", {}, {}}, by_wire{reset_wire(circuit), {}, {}}, by_clock{"", {}, {}};
   for (std::size_t i = 0; i < circuit.flops.size(); ++i) {
     const Flop& flop = circuit.flops[i];
     if (flop.field.kept.isZero()) continue;
-    Domain& domain = inside[i] ? by_wire : by_pin;
+    Domain& domain = inside[i] ? by_wire : at_pin[i] || !has_pin ? by_pin : by_clock;
     domain.flops.push_back(&flop);
     domain.next.push_back(inside[i] ? *inside[i] : at_pin[i].value_or(flop.next));
   }
   std::vector<Domain> result;
-  for (Domain& domain : std::array{std::move(by_pin), std::move(by_wire)})
+  for (Domain& domain : std::array{std::move(by_pin), std::move(by_wire), std::move(by_clock)})
     if (!domain.flops.empty()) result.push_back(std::move(domain));
   return result;
 }
@@ -356,16 +361,21 @@ void write_verilog(Circuit circuit, const std::string& name, std::ostream& out) 
   if (circuit.in_reset)
     fmt::print(out, "\n  wire {} = ~{};\n", reset_wire(circuit), expressions.text(*circuit.in_reset));
   for (const Domain& domain : resets) {
-    fmt::print(out, "\n  always_ff @(posedge clk_i or negedge {0}) begin\n    if (!{0}) begin\n",
-               domain.reset_n);
     const auto assign = [&](const Flop& flop, const std::string& value) {
       fmt::print(out, "      {} <= {};\n", flops.names().at(flop.field.name), value);
     };
-    for (const Flop* flop : domain.flops) assign(*flop, literal(flop->reset));
-    fmt::print(out, "    end else begin\n");
+    const bool has_reset = !domain.reset_n.empty();
+    fmt::print(out, "\n  always_ff @(posedge clk_i{}) begin\n",
+               has_reset ? " or negedge " + domain.reset_n : "");
+    if (has_reset) {
+      fmt::print(out, "    if (!{}) begin\n", domain.reset_n);
+      for (const Flop* flop : domain.flops) assign(*flop, literal(flop->reset));
+      fmt::print(out, "    end else begin\n");
+    }
     for (std::size_t i = 0; i < domain.flops.size(); ++i)
       assign(*domain.flops[i], expressions.text(domain.next[i]));
-    fmt::print(out, "    end\n  end\n");
+    if (has_reset) fmt::print(out, "    end\n");
+    fmt::print(out, "  end\n");
   }
   fmt::print(out, "\n");
   for (const Pin& pin : circuit.outputs)

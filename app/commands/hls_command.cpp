@@ -174,6 +174,7 @@ int prove(const Options& o) {
   const hls::Rtl rtl = hls::read_rtl(hls::read_file_list(o.rtl, o.top));
   const double read_s = seconds_since(begin) - translated_s;
   hls::require_same_pins(model, rtl, tied);
+  const std::vector<std::string> notes = hls::notes_of(model, rtl);
   hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
   if (o.blocks.empty() || std::find(o.blocks.begin(), o.blocks.end(), "promises") != o.blocks.end()) {
     line.show("translating what the C++ promises");
@@ -193,7 +194,7 @@ int prove(const Options& o) {
   }
   line.clear();
   print_table(problem, chosen, answers);
-  for (const std::string& note : hls::notes_of(model, rtl)) fmt::print("{}\n", note);
+  for (const std::string& note : notes) fmt::print("{}\n", note);
   for (const hls::Invariant& invariant : model.invariants) fmt::print("invariant: {}\n", invariant.name);
   std::size_t broken = 0, open = 0;
   for (std::size_t i = 0; i < chosen.size(); ++i) {

@@ -248,6 +248,44 @@ TEST_F(Hls, AnAsynchronousResetIsOnePinOrFlop) {
   EXPECT_THAT(with_clock.output, HasSubstr("\nRTL: 6 flop bits are not reset before a clock\n"));
 }
 
+TEST_F(Hls, AFlopThatNothingResetsIsNamed) {
+  const std::string cpp = replaced(text_of(kExample + ".cpp"), "in->rst_ni == 0", "false");
+  const std::string sv = replaced(text_of(kExample + ".sv"), " or negedge rst_ni", "");
+  write("block.cpp", cpp);
+  write("block.sv", replaced(sv, "!rst_ni", "1'b0"));
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("\nnothing resets steady_q, pressed_q: "));
+  write("block.cpp", text_of(kExample + ".cpp"));
+  write("block.sv", sv);
+  EXPECT_THAT(prove().output, Not(HasSubstr("nothing resets")));
+}
+
+TEST_F(Hls, AFlopThatTheCppDoesNotResetHasNoResetInWhatIsTranslated) {
+  write_block("  s->a_q = in->x_i;");
+  write("block.cpp", replaced(text_of(at("block.cpp")), "return hls_reset(s);", "{ s->a_q = 0; return; }"));
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  EXPECT_THAT(text_of(at("block.sv")), HasSubstr("always_ff @(posedge clk_i) begin"));
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("\nnothing resets c_q, b_q[0], b_q[1], b_q[2], b_q[3]: "));
+}
+
+TEST_F(Hls, AnInvariantHoldsWhateverNothingResets) {
+  const std::string body = R"(  s->a_q = in->x_i;
+}
+struct Held { std::uint8_t small; };
+extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(Held, small, 1)};
+void hls_invariants(const State* s, Held* held) {
+  held->small = s->c_q < 4;)";
+  write_block(body);
+  write("block.cpp", replaced(text_of(at("block.cpp")), "if (in->rst_ni == 0) return hls_reset(s);", ""));
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 2) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("invariant small: found it to rest on flops that nothing resets"));
+}
+
 TEST_F(Hls, PinsOfOtherWidthsAreNamedOnBothSides) {
   const std::string sv = text_of(kExample + ".sv");
   write("block.cpp", text_of(kExample + ".cpp"));
