@@ -89,6 +89,7 @@ class Graph {
   const std::string& name(Node input) const { return names_[expressions_[input].low]; }
   bool is_constant(Node node) const { return expressions_[node].op == Op::kConstant; }
   const APInt& value(Node constant) const { return values_[expressions_[constant].low]; }
+  bool is_zero(Node node) const { return is_constant(node) && value(node).isZero(); }
 
   /// Which nodes `roots` rest on, and themselves.
   std::vector<bool> behind(const std::vector<Node>& roots) const;
@@ -109,7 +110,6 @@ class Graph {
 
   Node again(const Expression& e, const std::array<Node, 3>& arguments);
   Node make(Op op, unsigned width, std::array<Node, 3> arguments, unsigned low = 0);
-  bool is_zero(Node node) const { return is_constant(node) && value(node).isZero(); }
   bool is_ones(Node node) const { return is_constant(node) && value(node).isAllOnes(); }
   unsigned used_bits(const Expression& e) const;
   unsigned significant_bits(const Expression& e) const;

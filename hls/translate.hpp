@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a compiled C++ function to a graph of bit-vectors: every path is followed, values of different paths
-// meet in selects, memory is a value too, loops are unrolled while their end is known.
+// The circuit of a compiled C++ module: what its functions compute (execution.hpp), by the flops and pins of
+// its tables.
 #pragma once
 
 #include <llvm/IR/Module.h>
