@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hls/arithmetic.hpp"
 
-#include <string>
 #include <utility>
 
 namespace meltstage::hls {
@@ -41,6 +40,9 @@ Op operator_of(llvm::Instruction::BinaryOps code) {
 Node sign(Graph& graph, Node a) { return graph.slice(a, graph.width(a) - 1, 1); }
 Node negative(Graph& graph, Node a) { return graph.binary(Op::kSub, graph.constant(graph.width(a), 0), a); }
 
+Node lesser(Graph& graph, Op less, Node a, Node b) { return graph.select(graph.binary(less, a, b), a, b); }
+Node greater(Graph& graph, Op less, Node a, Node b) { return graph.select(graph.binary(less, a, b), b, a); }
+
 Node ones(Graph& graph, Node a) {
   const unsigned bits = graph.width(a);
   Node result = graph.zero_extend(graph.slice(a, 0, 1), bits);
@@ -63,20 +65,18 @@ Node zeros(Graph& graph, Node a, bool trailing) {
 
 // Sum, difference or product in as many bits as it needs; from it the result and whether it overflowed, or
 // the saturated result.
-std::vector<Node> exact(Graph& graph, llvm::Intrinsic::ID id, Node a, Node b) {
-  const std::string name = llvm::Intrinsic::getBaseName(id).str();
-  const bool is_signed = name[5] == 's';
-  const std::string kind = name.substr(6, 3);
+std::vector<Node> exact(Graph& graph, const llvm::BinaryOpIntrinsic& call, Node a, Node b) {
+  const bool is_signed = call.isSigned();
+  const Op op = operator_of(call.getBinaryOp());
   const unsigned bits = graph.width(a);
-  const unsigned wide = kind == "mul" ? 2 * bits : bits + 2;
+  const unsigned wide = op == Op::kMul ? 2 * bits : bits + 2;
   const auto widened = [&](Node x) {
     return is_signed ? graph.sign_extend(x, wide) : graph.zero_extend(x, wide);
   };
-  const Op op = kind == "add" ? Op::kAdd : kind == "sub" ? Op::kSub : Op::kMul;
   const Node result = graph.binary(op, widened(a), widened(b));
   const Node narrow = graph.slice(result, 0, bits);
   const Node overflow = graph.invert(graph.binary(Op::kEqual, widened(narrow), result));
-  if (name.find("sat") == std::string::npos) return {narrow, overflow};
+  if (llvm::isa<llvm::WithOverflowInst>(call)) return {narrow, overflow};
   const Node below = graph.constant(is_signed ? APInt::getSignedMinValue(bits) : APInt(bits, 0));
   const Node above = graph.constant(is_signed ? APInt::getSignedMaxValue(bits) : APInt::getAllOnes(bits));
   return {graph.select(overflow, graph.select(sign(graph, result), below, above), narrow)};
@@ -90,9 +90,7 @@ Node arithmetic(Graph& graph, llvm::Instruction::BinaryOps code, Node a, Node b)
 
 Node comparison(Graph& graph, llvm::CmpInst::Predicate predicate, Node a, Node b) {
   using Predicate = llvm::CmpInst::Predicate;
-  const bool negated = predicate == Predicate::ICMP_NE || predicate == Predicate::ICMP_UGE ||
-                       predicate == Predicate::ICMP_ULE || predicate == Predicate::ICMP_SGE ||
-                       predicate == Predicate::ICMP_SLE;
+  const bool negated = predicate == Predicate::ICMP_NE || llvm::CmpInst::isNonStrictPredicate(predicate);
   if (negated) predicate = llvm::CmpInst::getInversePredicate(predicate);
   if (predicate == Predicate::ICMP_UGT || predicate == Predicate::ICMP_SGT) std::swap(a, b);
   const Op op = predicate == Predicate::ICMP_EQ      ? Op::kEqual
@@ -102,26 +100,26 @@ Node comparison(Graph& graph, llvm::CmpInst::Predicate predicate, Node a, Node b
   return negated ? graph.invert(result) : result;
 }
 
-std::vector<Node> computed(Graph& graph, const llvm::IntrinsicInst& intrinsic,
-                           llvm::function_ref<Node(unsigned)> operand) {
-  const llvm::Intrinsic::ID id = intrinsic.getIntrinsicID();
+std::vector<Node> intrinsic(Graph& graph, const llvm::IntrinsicInst& call,
+                            llvm::function_ref<Node(unsigned)> operand) {
   const Node a = operand(0);
   const unsigned bits = graph.width(a);
-  const auto second = [&] { return operand(1); };
-  const auto less = [&](Op op, Node x, Node y) { return graph.binary(op, x, y); };
+  if (const auto* operation = llvm::dyn_cast<llvm::BinaryOpIntrinsic>(&call))
+    return exact(graph, *operation, a, operand(1));
+  const llvm::Intrinsic::ID id = call.getIntrinsicID();
   switch (id) {
     case llvm::Intrinsic::expect:
       return {a};
     case llvm::Intrinsic::abs:
       return {graph.select(sign(graph, a), negative(graph, a), a)};
     case llvm::Intrinsic::umin:
-      return {graph.select(less(Op::kLess, a, second()), a, second())};
+      return {lesser(graph, Op::kLess, a, operand(1))};
     case llvm::Intrinsic::umax:
-      return {graph.select(less(Op::kLess, a, second()), second(), a)};
+      return {greater(graph, Op::kLess, a, operand(1))};
     case llvm::Intrinsic::smin:
-      return {graph.select(less(Op::kLessSigned, a, second()), a, second())};
+      return {lesser(graph, Op::kLessSigned, a, operand(1))};
     case llvm::Intrinsic::smax:
-      return {graph.select(less(Op::kLessSigned, a, second()), second(), a)};
+      return {greater(graph, Op::kLessSigned, a, operand(1))};
     case llvm::Intrinsic::ctpop:
       return {ones(graph, a)};
     case llvm::Intrinsic::cttz:
@@ -140,23 +138,12 @@ std::vector<Node> computed(Graph& graph, const llvm::IntrinsicInst& intrinsic,
     }
     case llvm::Intrinsic::fshl:
     case llvm::Intrinsic::fshr: {
-      const Node pair = graph.concat(a, second());
+      const Node pair = graph.concat(a, operand(1));
       const Node by = graph.binary(Op::kUnsignedRemainder, operand(2), graph.constant(bits, bits));
       const Op op = id == llvm::Intrinsic::fshl ? Op::kShiftLeft : Op::kShiftRight;
       const Node shifted = graph.binary(op, pair, graph.zero_extend(by, 2 * bits));
       return {graph.slice(shifted, id == llvm::Intrinsic::fshl ? bits : 0, bits)};
     }
-    case llvm::Intrinsic::uadd_with_overflow:
-    case llvm::Intrinsic::sadd_with_overflow:
-    case llvm::Intrinsic::usub_with_overflow:
-    case llvm::Intrinsic::ssub_with_overflow:
-    case llvm::Intrinsic::umul_with_overflow:
-    case llvm::Intrinsic::smul_with_overflow:
-    case llvm::Intrinsic::uadd_sat:
-    case llvm::Intrinsic::sadd_sat:
-    case llvm::Intrinsic::usub_sat:
-    case llvm::Intrinsic::ssub_sat:
-      return exact(graph, id, a, second());
     default:
       return {};
   }

@@ -17,7 +17,7 @@ Node arithmetic(Graph& graph, llvm::Instruction::BinaryOps code, Node a, Node b)
 Node comparison(Graph& graph, llvm::CmpInst::Predicate predicate, Node a, Node b);
 
 /// The parts of an intrinsic's result, `operand` giving its whole numbers; none when it has no circuit here.
-std::vector<Node> computed(Graph& graph, const llvm::IntrinsicInst& intrinsic,
-                           llvm::function_ref<Node(unsigned)> operand);
+std::vector<Node> intrinsic(Graph& graph, const llvm::IntrinsicInst& call,
+                            llvm::function_ref<Node(unsigned)> operand);
 
 }  // namespace meltstage::hls

@@ -49,8 +49,7 @@ class Execution {
         function_(function),
         layout_(function.getParent()->getDataLayout()),
         addresses_(graph, findings_, layout_, std::move(memory)),
-        dominators_(function),
-        loops_(dominators_) {
+        loops_(llvm::DominatorTree(function)) {
     llvm::ReversePostOrderTraversal<llvm::Function*> order(&function);
     order_.assign(order.begin(), order.end());
     for (unsigned i = 0; i < function.arg_size(); ++i)
@@ -128,7 +127,7 @@ class Execution {
       }
       leave(block, other, *choice->getDefaultDest());
     } else if (llvm::isa<llvm::ReturnInst>(instruction)) {
-      returned_.push_back(take(graph_.truth(true), {{}, addresses_.memory()}));
+      returned_.push_back(add_edge(graph_.truth(true), {{}, addresses_.memory()}));
     } else if (llvm::isa<llvm::UnreachableInst>(instruction)) {
       if (!findings_.is_trapped())
         findings_.trap(graph_.truth(true), "a place is reached that the C++ rules out");
@@ -143,11 +142,11 @@ class Execution {
     Carried carried{{}, addresses_.memory()};
     for (llvm::PHINode& phi : to.phis())
       carried.phis.push_back(value_of(phi.getIncomingValueForBlock(&from)));
-    incoming_[&to].push_back(take(condition, std::move(carried)));
+    incoming_[&to].push_back(add_edge(condition, std::move(carried)));
   }
 
   // A new edge out of the block that is executed.
-  int take(Node when, Carried carried) {
+  int add_edge(Node when, Carried carried) {
     carried_.push_back(std::move(carried));
     return paths_.leave(when);
   }
@@ -201,7 +200,7 @@ class Execution {
         result.parts.push_back(constant_value(constant->getAggregateElement(i)).parts.at(0));
       return result;
     }
-    findings_.refuse(fmt::format("found {}, expected whole numbers only", type_name(constant->getType())));
+    refuse_type(constant->getType());
   }
 
   Node integer(const llvm::Value* value) {
@@ -209,6 +208,10 @@ class Execution {
     if (result.parts.size() != 1)
       findings_.refuse(fmt::format("found {}, expected a whole number", type_name(value->getType())));
     return result.parts[0];
+  }
+
+  [[noreturn]] void refuse_type(llvm::Type* type) const {
+    findings_.refuse(fmt::format("found {}, expected whole numbers only", type_name(type)));
   }
 
   static std::string type_name(llvm::Type* type) {
@@ -253,8 +256,7 @@ class Execution {
       return whole;
     }
     if (llvm::isa<llvm::FreezeInst>(instruction) || llvm::isa<llvm::BitCastInst>(instruction)) {
-      if (!type->isIntegerTy() && !type->isPointerTy())
-        findings_.refuse(fmt::format("found {}, expected whole numbers only", type_name(type)));
+      if (!type->isIntegerTy() && !type->isPointerTy()) refuse_type(type);
       return value_of(instruction.getOperand(0));
     }
     if (const auto* room = llvm::dyn_cast<llvm::AllocaInst>(&instruction))
@@ -273,8 +275,7 @@ class Execution {
   }
 
   Node computed(const llvm::BinaryOperator& operation) {
-    if (!operation.getType()->isIntegerTy())
-      findings_.refuse(fmt::format("found {}, expected whole numbers only", type_name(operation.getType())));
+    if (!operation.getType()->isIntegerTy()) refuse_type(operation.getType());
     const Node a = integer(operation.getOperand(0));
     const Node b = integer(operation.getOperand(1));
     return arithmetic(graph_, operation.getOpcode(), a, b);
@@ -333,8 +334,7 @@ class Execution {
   Value loaded(const llvm::LoadInst& read) {
     const Pointer pointer = value_of(read.getPointerOperand()).pointer;
     if (read.getType()->isPointerTy()) return {{}, addresses_.load_pointer(pointer, read.getType())};
-    if (!read.getType()->isIntegerTy())
-      findings_.refuse(fmt::format("found {}, expected whole numbers only", type_name(read.getType())));
+    if (!read.getType()->isIntegerTy()) refuse_type(read.getType());
     const auto bytes = static_cast<std::size_t>(layout_.getTypeStoreSize(read.getType()));
     return {{graph_.slice(addresses_.load(pointer, bytes), 0, read.getType()->getIntegerBitWidth())}, {}};
   }
@@ -412,22 +412,11 @@ class Execution {
     addresses_.fill(to, integer(call.getArgOperand(1)), bytes);
   }
 
-  // -1, 0 or 1: the order of the first bytes that differ.
   Node order_of_bytes(const llvm::CallInst& call) {
-    const auto byte = [&](unsigned argument, std::size_t i) {
-      Pointer pointer = value_of(call.getArgOperand(argument)).pointer;
-      for (Target& target : pointer) target.start += static_cast<std::int64_t>(i);
-      return addresses_.load(pointer, 1);
-    };
-    Node result = graph_.constant(32, 0);
-    for (std::size_t i = known_bytes(call.getArgOperand(2)); i-- > 0;) {
-      const Node a = byte(0, i);
-      const Node b = byte(1, i);
-      const Node differ = graph_.select(graph_.binary(Op::kLess, a, b),
-                                        graph_.constant(APInt::getAllOnes(32)), graph_.constant(32, 1));
-      result = graph_.select(graph_.binary(Op::kEqual, a, b), result, differ);
-    }
-    return result;
+    const std::size_t bytes = known_bytes(call.getArgOperand(2));
+    const Pointer a = value_of(call.getArgOperand(0)).pointer;
+    const Pointer b = value_of(call.getArgOperand(1)).pointer;
+    return addresses_.order(a, b, bytes);
   }
 
   std::vector<Node> result_of(const llvm::IntrinsicInst& call) {
@@ -435,7 +424,7 @@ class Execution {
     if (call.arg_size() == 0 || !call.getArgOperand(0)->getType()->isIntegerTy())
       findings_.refuse(fmt::format("found {}, expected whole numbers only", name));
     std::vector<Node> parts =
-        hls::computed(graph_, call, [&](unsigned i) { return integer(call.getArgOperand(i)); });
+        intrinsic(graph_, call, [&](unsigned i) { return integer(call.getArgOperand(i)); });
     if (parts.empty()) findings_.refuse(fmt::format("found {}, which has no circuit here", name));
     return parts;
   }
@@ -446,7 +435,6 @@ class Execution {
   llvm::Function& function_;
   const llvm::DataLayout& layout_;
   AddressSpace addresses_;
-  llvm::DominatorTree dominators_;
   llvm::LoopInfo loops_;
   std::vector<llvm::BasicBlock*> order_;
 

@@ -221,4 +221,20 @@ void AddressSpace::fill(const Target& to, Node byte, std::size_t bytes) {
   });
 }
 
+Node AddressSpace::order(const Pointer& a, const Pointer& b, std::size_t bytes) {
+  const auto byte = [&](Pointer pointer, std::size_t i) {
+    for (Target& target : pointer) target.start += static_cast<std::int64_t>(i);
+    return load(pointer, 1);
+  };
+  Node result = graph_.constant(32, 0);
+  for (std::size_t i = bytes; i-- > 0;) {
+    const Node of_a = byte(a, i);
+    const Node of_b = byte(b, i);
+    const Node differ = graph_.select(graph_.binary(Op::kLess, of_a, of_b),
+                                      graph_.constant(APInt::getAllOnes(32)), graph_.constant(32, 1));
+    result = graph_.select(graph_.binary(Op::kEqual, of_a, of_b), result, differ);
+  }
+  return result;
+}
+
 }  // namespace meltstage::hls

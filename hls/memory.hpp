@@ -20,7 +20,7 @@
 
 namespace meltstage::hls {
 
-constexpr std::uint64_t kMostObjectBytes = 1 << 16;
+inline constexpr std::uint64_t kMostObjectBytes = 1 << 16;
 
 /// A byte of memory: byte `index` of an integer.
 struct Byte {
@@ -54,6 +54,8 @@ class AddressSpace {
   /// To and from one place each.
   void copy(const Target& to, const Target& from, std::size_t bytes);
   void fill(const Target& to, Node byte, std::size_t bytes);
+  /// -1, 0 or 1 in 32 bits: the order of the first bytes that differ.
+  Node order(const Pointer& a, const Pointer& b, std::size_t bytes);
 
   Pointer constant_pointer(const llvm::Constant* constant);
   /// A pointer that lies in a table, such as a name.

@@ -294,7 +294,7 @@ class Translation {
   void write(Object& object, const Field& field, Node value) {
     const Node whole = field.is_signed ? circuit_.graph.sign_extend(value, 8 * field.bytes)
                                        : circuit_.graph.zero_extend(value, 8 * field.bytes);
-    for (unsigned i = 0; i < field.bytes; ++i) object[field.offset + i] = {whole, i};
+    store(circuit_.graph, object, field.offset, whole);
   }
 
   Node read(const Object& object, const Field& field) {
