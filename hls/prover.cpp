@@ -82,6 +82,15 @@ std::vector<Answer> try_random_values(const Problem& problem, const std::vector<
   return answers;
 }
 
+std::vector<Answer> ask_shortly(const Problem& problem, const std::vector<std::size_t>& chosen,
+                                int conflicts) {
+  std::vector<Answer> answers(chosen.size());
+  const Work work = in_reachable_states(problem, chosen);
+  settle(work, Method::kStructure, answers);
+  ask_sat_solver(work, conflicts, {}, answers);
+  return answers;
+}
+
 std::vector<Answer> prove(const Problem& problem, const std::vector<std::size_t>& chosen,
                           const ProverLimits& limits, const Progress& progress) {
   std::vector<Answer> answers = try_random_values(problem, chosen, limits.seed);

@@ -46,6 +46,10 @@ struct ProverLimits {
 std::vector<Answer> try_random_values(const Problem& problem, const std::vector<std::size_t>& chosen,
                                       std::uint64_t seed);
 
+/// The same by one question to the SAT solver each: finds most differences, and soon.
+std::vector<Answer> ask_shortly(const Problem& problem, const std::vector<std::size_t>& chosen,
+                                int conflicts);
+
 /// Answers for `chosen` (numbers of obligations), in their order.
 std::vector<Answer> prove(const Problem& problem, const std::vector<std::size_t>& chosen,
                           const ProverLimits& limits, const Progress& progress);

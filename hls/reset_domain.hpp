@@ -18,9 +18,9 @@ namespace meltstage::hls {
 /// bits.
 std::vector<std::optional<Node>> next_out_of_reset(Circuit& circuit, Node active);
 
-/// Names of flops that no value of a pin of one bit brings to their reset values and holds there, however many
-/// clocks it lasts. Those of `at_once` have a reset pin of their own. Throws UserError for an invariant that
-/// does not hold in reset whatever such flops are.
+/// Names of flops that no value of a pin of one bit brings to their reset values and holds there, however
+/// many clocks it lasts. Those of `at_once` have a reset pin of their own. Throws UserError for an invariant
+/// that does not hold in reset whatever such flops are.
 std::vector<std::string> never_reset(Circuit circuit, const std::set<std::string>& at_once);
 
 }  // namespace meltstage::hls

@@ -103,7 +103,8 @@ std::optional<hls::Counterexample> first_broken(const hls::Circuit& model, const
   return std::nullopt;
 }
 
-// By random values first; then the changed file's block is asked, then all. None when all holds.
+// By random values first, then by short questions, both with real products; then by the whole proof. The
+// changed file's block is asked first. None when all holds.
 std::optional<hls::Counterexample> refute(const hls::Circuit& model, const hls::Rtl& rtl,
                                           const hls::TiedPins& tied, const std::string& file) {
   const hls::Problem in_gates = hls::make_problem(model, rtl, hls::Products::kInGates, tied);
@@ -113,6 +114,9 @@ std::optional<hls::Counterexample> refute(const hls::Circuit& model, const hls::
     if (in_gates.obligations[i].block.find(instance_of(file)) != std::string::npos) near.push_back(i);
   }
   if (auto found = first_broken(model, in_gates, all, hls::try_random_values(in_gates, all, 1))) return found;
+  for (const auto& chosen : {near, all})
+    if (auto found = first_broken(model, in_gates, chosen, hls::ask_shortly(in_gates, chosen, 500)))
+      return found;
   const hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
   const hls::ProverLimits limits{.conflicts = 200'000, .seed = 1};
   for (const auto& chosen : {near, all})
