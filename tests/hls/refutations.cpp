@@ -27,6 +27,7 @@
 #include "hls/equivalence.hpp"
 #include "hls/prover.hpp"
 #include "hls/rtl.hpp"
+#include "hls/subprocess.hpp"
 #include "tb/lockstep/verilated_top.hpp"
 
 namespace meltstage {
@@ -73,19 +74,24 @@ hls::Circuit model_in(const fs::path& root) {
   return hls::translate(*hls::compile(sources, hls::Undefined::kIsLeft, context));
 }
 
-hls::Rtl rtl_in(const fs::path& folder) {
+// The RTL of `folder` with one of its bugs, or with none (0). Yosys follows no name upward through the
+// hierarchy, so the number is written where modules read it.
+hls::Rtl rtl_with(const fs::path& folder, unsigned bug) {
+  const std::string name = "tc_top.bug_i", number = fmt::format("16'd{}", bug);
+  const hls::TemporaryFolder copy;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    std::string text = text_of(entry.path());
+    for (std::size_t at = 0; (at = text.find(name, at)) != std::string::npos;)
+      text.replace(at, name.size(), number);
+    std::ofstream(copy.file(entry.path().filename().string())) << text;
+  }
   hls::RtlSources sources = hls::read_file_list(MELTSTAGE_SOURCE_DIR "/rtl/tc.f", "tc_top");
-  for (fs::path& file : sources.files) file = folder / file.filename();
-  sources.include_folders = {folder};
+  for (fs::path& file : sources.files) file = copy.file(file.filename().string());
+  sources.include_folders = {copy.file("")};
   return hls::read_rtl(sources);
 }
 
-hls::TiedPins choose_bug(unsigned number) {
-  hls::TiedPins pins;
-  for (unsigned i = 0; i < 16; ++i) pins[fmt::format("bug_i[{}]", i)] = (number >> i & 1) != 0;
-  pins["scan_en_i"] = false;
-  return pins;
-}
+const hls::TiedPins kTied = {{"scan_en_i", false}};
 
 // "tc_uart_rx.sv", "uart_rx.cpp" -> "u_rx", the last part of its instances' names.
 std::string instance_of(const std::string& file) {
@@ -106,8 +112,8 @@ std::optional<hls::Counterexample> first_broken(const hls::Circuit& model, const
 // By random values first, then by short questions, both with real products; then by the whole proof. The
 // changed file's block is asked first. None when all holds.
 std::optional<hls::Counterexample> refute(const hls::Circuit& model, const hls::Rtl& rtl,
-                                          const hls::TiedPins& tied, const std::string& file) {
-  const hls::Problem in_gates = hls::make_problem(model, rtl, hls::Products::kInGates, tied);
+                                          const std::string& file) {
+  const hls::Problem in_gates = hls::make_problem(model, rtl, hls::Products::kInGates, kTied);
   std::vector<std::size_t> near, all;
   for (std::size_t i = 0; i < in_gates.obligations.size(); ++i) {
     all.push_back(i);
@@ -117,7 +123,7 @@ std::optional<hls::Counterexample> refute(const hls::Circuit& model, const hls::
   for (const auto& chosen : {near, all})
     if (auto found = first_broken(model, in_gates, chosen, hls::ask_shortly(in_gates, chosen, 500)))
       return found;
-  const hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
+  const hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, kTied);
   const hls::ProverLimits limits{.conflicts = 200'000, .seed = 1};
   for (const auto& chosen : {near, all})
     if (auto found = first_broken(model, problem, chosen, hls::prove(problem, chosen, limits, {})))
@@ -208,11 +214,10 @@ class Tally {
 
 int refute_rtl(const fs::path& folder, const fs::path& list, std::size_t first) {
   const hls::Circuit model = model_in(MELTSTAGE_SOURCE_DIR);
-  const hls::Rtl rtl = rtl_in(folder);
   const std::vector<Change> changes = read_changes(list);
   Tally tally;
   for (unsigned i = 0; i < std::min(first, changes.size()); ++i) {
-    const auto example = refute(model, rtl, choose_bug(i + 1), changes[i].file);
+    const auto example = refute(model, rtl_with(folder, i + 1), changes[i].file);
     const bool runs = example && differ_in_one_clock(*example, i + 1) && !differ_in_one_clock(*example, 0);
     tally.add(fmt::format("{}: {}", changes[i].file, changes[i].what), runs, example,
               example ? "FAILED: the counterexample is no failing run of one clock" : "FAILED: not refuted");
@@ -221,7 +226,7 @@ int refute_rtl(const fs::path& folder, const fs::path& list, std::size_t first) 
 }
 
 int refute_model(const fs::path& folder, const fs::path& list, std::size_t first) {
-  const hls::Rtl rtl = rtl_in(folder);
+  const hls::Rtl rtl = rtl_with(folder, 0);
   const std::vector<Change> changes = read_changes(list);
   const fs::path copy = fs::temp_directory_path() / fmt::format("meltstage_hls_model.{}", getpid());
   Tally tally;
@@ -236,7 +241,7 @@ int refute_model(const fs::path& folder, const fs::path& list, std::size_t first
       throw UserError(fmt::format("{}: {}: expected '{}' once; adapt the line to the model", list.string(),
                                   change.file, change.right));
     std::ofstream(copy / "cmodel" / change.file) << text.replace(at, change.right.size(), change.wrong);
-    const auto example = refute(model_in(copy), rtl, choose_bug(0), change.file);
+    const auto example = refute(model_in(copy), rtl, change.file);
     // the model as it is agrees with the RTL in this clock: the example blames the change
     const bool runs = example && !differ_in_one_clock(*example, 0);
     tally.add(fmt::format("{}: {} -> {}", change.file, change.right, change.wrong), runs, example,
