@@ -86,10 +86,8 @@ class ExcellonFile {
 
   enum class Zeros { unknown, leading_kept, trailing_kept };
 
-  /// Given by the file, for one unit or (0) for any.
   struct Digits {
     int whole = 0, decimals = 0;
-    double unit_mm = 0.0;
   };
 
   struct StatedUnit {
@@ -149,14 +147,30 @@ class ExcellonFile {
 
   // ---- rows ----
 
-  /// ";FILE_FORMAT=4:4" of some systems says where the decimal point is left out.
+  /// ";FILE_FORMAT=4:4" of some systems says where the decimal point is left out, and so does KiCad's
+  /// "; FORMAT={3:3/ absolute / metric / suppress leading zeros}".
   void read_comment() {
-    constexpr std::string_view kKey = "FILE_FORMAT=";
-    const auto at = rest().find(kKey);
-    if (at == std::string_view::npos) return;
-    const std::string_view format = rest().substr(at + kKey.size());
+    constexpr std::string_view kPlain = "FILE_FORMAT=", kKicad = "FORMAT={";
+    const std::string_view text = trimmed(rest().substr(1));
+    if (const auto at = text.find(kPlain); at != std::string_view::npos)
+      read_digits(text.substr(at + kPlain.size()));
+    else if (text.starts_with(kKicad))
+      read_kicad_format(text.substr(kKicad.size()));
+  }
+
+  void read_digits(std::string_view format) {
     if (format.size() >= 3 && is_digit(format[0]) && format[1] == ':' && is_digit(format[2]))
-      state_digits({format[0] - '0', format[2] - '0', 0.0}, at_, end_);
+      state_digits({format[0] - '0', format[2] - '0'}, at_, end_);
+  }
+
+  void read_kicad_format(std::string_view format) {
+    const auto says = [&](std::string_view words) { return format.find(words) != std::string_view::npos; };
+    // "Decimal" numbers have their points; digits beside it mean nothing.
+    if (!says("/ DECIMAL")) read_digits(format);
+    if (says("/ METRIC")) state_unit(at_, 1.0, "metric");
+    if (says("/ INCH")) state_unit(at_, kInch_mm, "inch");
+    if (says("SUPPRESS LEADING ZEROS")) state_zeros(Zeros::trailing_kept, end_);
+    if (says("SUPPRESS TRAILING ZEROS")) state_zeros(Zeros::leading_kept, end_);
   }
 
   /// M00 also stops for another tool in some files, whose holes then go on: they would be lost.
@@ -193,7 +207,7 @@ class ExcellonFile {
     }
   }
 
-  /// Two units in one header would make the scale a guess; M71 and M72 may change it in the body.
+  /// Two units in one file would make the scale a guess.
   void state_unit(std::size_t from, double unit_mm, std::string_view name) {
     if (stated_unit_.row != 0 && unit_mm != unit_mm_)
       fail_from(from, fmt::format("one unit; row {} has {}", stated_unit_.row, stated_unit_.name));
@@ -201,15 +215,13 @@ class ExcellonFile {
     stated_unit_ = {row_, std::string(name)};
   }
 
-  void take_unit_code(const Word& word, double unit_mm) {
-    if (in_header_) return state_unit(word.at, unit_mm, unit_mm == 1.0 ? "M71" : "M72");
-    unit_mm_ = unit_mm;
-  }
-
   void state_zeros(Zeros zeros, std::size_t end) {
     if (zeros_ != Zeros::unknown && zeros_ != zeros)
       fail_at(at_, end,
-              fmt::format("{}, as row {} has", zeros_ == Zeros::leading_kept ? "LZ" : "TZ", zeros_row_));
+              fmt::format("{}, as row {} has",
+                          zeros_ == Zeros::leading_kept ? "LZ (suppress trailing zeros)"
+                                                        : "TZ (suppress leading zeros)",
+                          zeros_row_));
     zeros_ = zeros;
     zeros_row_ = row_;
   }
@@ -249,7 +261,7 @@ class ExcellonFile {
       state_zeros(Zeros::trailing_kept, end);
     } else if (part.find_first_not_of("0.") == std::string_view::npos && point != std::string_view::npos &&
                point > 0 && part.rfind('.') == point && part.size() <= kMostDigits) {
-      state_digits({static_cast<int>(point), static_cast<int>(part.size() - point - 1), unit_mm_}, at_, end);
+      state_digits({static_cast<int>(point), static_cast<int>(part.size() - point - 1)}, at_, end);
     } else {
       fail_at(at_, end, "LZ, TZ or digits such as 000.000");
     }
@@ -272,10 +284,10 @@ class ExcellonFile {
         ended_row_ = row_;
         break;
       case 71:
-        take_unit_code(word, 1.0);
+        state_unit(word.at, 1.0, "M71");
         break;
       case 72:
-        take_unit_code(word, kInch_mm);
+        state_unit(word.at, kInch_mm, "M72");
         break;
       case 6:  // stops of the machine, and the depth of its tool
       case 9:
@@ -496,7 +508,7 @@ class ExcellonFile {
     if (zeros_ == Zeros::unknown)
       fail_at(word.at, word.end,
               "decimal points, or LZ or TZ in the header: without them the scale of the numbers is a guess");
-    const auto [whole, decimals] = digits_at(word);
+    const auto [whole, decimals] = digits();
     const auto shown = static_cast<int>(std::count_if(word.number.begin(), word.number.end(), is_digit));
     if (shown > whole + decimals)
       fail_at(word.at, word.end,
@@ -507,11 +519,9 @@ class ExcellonFile {
   }
 
   /// How many digits stand before the decimal point that is left out, and behind it.
-  std::pair<int, int> digits_at(const Word& word) const {
-    if (!stated_) return unit_mm_ == kInch_mm ? std::pair(2, 4) : std::pair(3, 3);
-    if (stated_->unit_mm != 0.0 && stated_->unit_mm != unit_mm_)
-      fail_at(word.at, word.end, "decimal points, or digits such as 000.000 given for the unit in use");
-    return {stated_->whole, stated_->decimals};
+  Digits digits() const {
+    if (stated_) return *stated_;
+    return unit_mm_ == kInch_mm ? Digits{2, 4} : Digits{3, 3};
   }
 
   const std::filesystem::path& path_;
@@ -540,7 +550,7 @@ RawPoints read_excellon_points(const std::filesystem::path& path, std::string_vi
   if (const auto kind = describe_content(content); kind != "text")
     fail(path, fmt::format("found {}, expected an Excellon drill file", kind));
   ExcellonFile file(path);
-  for_lines(content, [&](const Line& line) { file.add(line); });
+  for_lines(without_byte_order_mark(content), [&](const Line& line) { file.add(line); });
   return std::move(file).finish();
 }
 

@@ -538,7 +538,7 @@ RawPoints read_gerber_points(const std::filesystem::path& path, std::string_view
   if (const auto kind = describe_content(content); kind != "text")
     fail(path, fmt::format("found {}, expected a Gerber layer (RS-274X)", kind));
   GerberFile file(path);
-  file.run(content);
+  file.run(without_byte_order_mark(content));
   return std::move(file).finish();
 }
 

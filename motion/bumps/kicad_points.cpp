@@ -8,6 +8,7 @@
 #include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion::detail {
 namespace {
@@ -185,8 +186,7 @@ double read_position(const std::filesystem::path& path, const Node& pad, const N
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content) {
   if (const auto kind = describe_content(content); kind != "text")
     fail(path, fmt::format("found {}, expected a KiCad footprint (.kicad_mod)", kind));
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
+  content = without_byte_order_mark(content);
   const Node footprint = Reader(path, content).read_footprint();
   RawPoints result;
   result.has_unit = true;

@@ -106,7 +106,7 @@ RawPoints read_pos_points(const std::filesystem::path& path, std::string_view co
   if (const auto kind = describe_content(content); kind != "text")
     fail(path, fmt::format("found {}, expected a placement file of KiCad (.pos)", kind));
   PosFile file(path);
-  for_lines(content, [&](const Line& line) { file.add(line); });
+  for_lines(without_byte_order_mark(content), [&](const Line& line) { file.add(line); });
   return std::move(file).finish();
 }
 

@@ -426,10 +426,9 @@ class PointTable {
 }  // namespace
 
 void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (const auto kind = describe_content(content); kind != "text")
     fail(path, fmt::format("found {}, expected separated text (.csv, UTF-8)", kind));
-  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
+  content = without_byte_order_mark(content);
 
   const std::size_t comments = leading_comments(content);
   CsvRows rows;

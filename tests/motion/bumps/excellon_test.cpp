@@ -68,13 +68,30 @@ TEST(Excellon, DigitsMayStandBeforeTheZeros) {
   expect_holes("M48\nMETRIC,0000.00,LZ\nT1C0.5\n%\nT1\nX00125Y0020\nM30\n", {{12.5, 20.0, 6}});
 }
 
-TEST(Excellon, AnotherUnitHasOtherDigits) {
-  expect_holes("M48\nINCH,TZ\nT1C0.5\n%\nM71\nT1\nX12500Y20000\nM30\n", {{12.5, 20.0, 7}});
+TEST(Excellon, AUnitMayBeSaidTwice) {
   expect_holes("M48\nMETRIC,TZ\nMETRIC,TZ\nT1C0.5\n%\nT1\nX12500Y20000\nM30\n", {{12.5, 20.0, 7}});
-  expect_holes("M48\nMETRIC,TZ\nT1C0.5\n%\nM72\nT1\nX15000Y20000\nM30\n", {{38.1, 50.8, 7}});
   expect_holes("M48\nMETRIC,TZ,000.00\nT1C0.5\n%\nM71\nT1\nX1250Y2000\nM30\n", {{12.5, 20.0, 7}});
-  EXPECT_THAT(refusal("M48\nMETRIC,TZ,000.00\nT1C0.5\n%\nM72\nT1\nX1250Y2000\nM30\n"),
-              StartsWith("row 7, column 1: found 'X1250', expected decimal points"));
+  expect_holes("M48\nINCH,TZ\nT1C0.5\n%\nM72\nT1\nX15000Y20000\nM30\n", {{38.1, 50.8, 7}});
+}
+
+std::string kicad(const std::string& format, const std::string& unit, const std::string& hole) {
+  return "M48\n; DRILL file {KiCad 7.0.10}\n; FORMAT={" + format + "}\nFMAT,2\n" + unit + "\nT1C1\n%\nT1\n" +
+         hole + "\nM30\n";
+}
+
+TEST(Excellon, KicadSaysItsDigitsInAComment) {
+  expect_holes(kicad("3:4/ absolute / metric / suppress leading zeros", "METRIC,TZ", "X12345Y-12345"),
+               {{1.2345, -1.2345, 9}});
+  expect_holes(kicad("4:2/ absolute / metric / suppress trailing zeros", "METRIC,LZ", "X012345Y0001"),
+               {{123.45, 1.0, 9}});
+  expect_holes(kicad("3:5 / absolute / inch / keep zeros", "INCH,TZ", "X00150000Y-00100000"),
+               {{38.1, -25.4, 9}});
+  expect_holes(kicad("-:-/ absolute / metric / decimal", "METRIC", "X1.5Y2.0"), {{1.5, 2.0, 9}});
+  expect_holes(kicad("2:4/ absolute / inch / decimal", "INCH", "X1.5Y2.0"), {{38.1, 50.8, 9}});
+}
+
+TEST(Excellon, AByteOrderMarkIsPassedOver) {
+  expect_holes("\xEF\xBB\xBFM48\nMETRIC,TZ\nT1C1\n%\nT1\nX1.5Y2.0\nM30\n", {{1.5, 2.0, 6}});
 }
 
 TEST(Excellon, UnitAndZerosMayStandInTheBody) {
@@ -177,7 +194,20 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"two_units_on_the_way", metric("X1.0Y1.0\nINCH,TZ\n"),
             "row 8, column 1: found 'INCH,TZ', expected one unit; row 2 has METRIC"},
         Bad{"two_kinds_of_zeros", "M48\nMETRIC,TZ\nMETRIC,LZ\nT1C0.5\n%\nT1\nX1.0Y1.0\nM30\n",
-            "row 3, column 8: found 'LZ', expected TZ, as row 2 has"},
+            "row 3, column 8: found 'LZ', expected TZ (suppress leading zeros), as row 2 has"},
+        Bad{"another_unit_in_the_body", metric("X1.0Y1.0\nM72\nX2.0Y2.0\n"),
+            "row 8, column 1: found 'M72', expected one unit; row 2 has METRIC"},
+        Bad{"another_unit_before_the_first_hole", "M48\nINCH,TZ\nT1C0.5\n%\nM71\nT1\nX1.0Y1.0\nM30\n",
+            "row 5, column 1: found 'M71', expected one unit; row 2 has INCH"},
+        Bad{"kicads_comment_says_inch",
+            kicad("2:4/ absolute / inch / suppress leading zeros", "METRIC,TZ", "X1Y1"),
+            "row 5, column 1: found 'METRIC,TZ', expected one unit; row 3 has inch"},
+        Bad{"kicads_comment_says_other_zeros",
+            kicad("3:3/ absolute / metric / suppress trailing zeros", "METRIC,TZ", "X1Y1"),
+            "row 5, column 8: found 'TZ', expected LZ (suppress trailing zeros), as row 3 has"},
+        Bad{"kicads_comment_says_other_digits",
+            kicad("3:3/ absolute / metric / keep zeros", "METRIC,000.00,TZ", "X1Y1"),
+            "row 5, column 8: found '000.00', expected 3 digits before the point and 3 behind it, as row 3"},
         Bad{"two_kinds_of_digits", "M48\nMETRIC,TZ,000.000\nMETRIC,TZ,0000.00\nT1C0.5\n%\nM30\n",
             "row 3, column 11: found '0000.00', expected 3 digits before the point and 3 behind it, as row 2 "
             "has"},

@@ -236,6 +236,14 @@ TEST_F(Readers, GerberCommandsThatDoNothingAreRead) {
   expect_points(file.points, {{1, 2, 6}});
 }
 
+TEST_F(Readers, AByteOrderMarkIsPassedOver) {
+  const std::string mark = "\xEF\xBB\xBF";
+  expect_points(read("a.gbr", mark + gerber("D10*\nX1000000Y2000000D03*\n")).points, {{1, 2, 6}});
+  expect_points(
+      read("a.pos", mark + "## Unit = mm, Angle = deg.\nC1 1n C_0402 1.0 2.0 0.0 top\n## End\n").points,
+      {{1, 2, 2}});
+}
+
 TEST_F(Readers, GerberMaySayTheSameTwiceAndEndInMoreThanOneWay) {
   const auto file =
       read("a.gbr", gerber("%FSLAX46Y46*%%MOMM*%G71*D10*\nX1000000Y2000000D03*\nM00*\nG04 by us*\n"));
