@@ -10,6 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "tb/devices/sensor_range.hpp"
+
 namespace meltstage::app {
 
 namespace {
@@ -40,11 +42,23 @@ Field field_of(spec::Reg reg, const TomlSection& section, std::string_view key,
   field.section.fail(field.key, fmt::format("{:.6g}", found), expected);
 }
 
-void require_setpoint(const tb::PrintJob& job, const RegisterSections& s) {
+void require_setpoint(const tb::PrintJob& job, const spec::SensorPreset& sensor, const RegisterSections& s) {
   constexpr double kMargin_degc = spec::kSetpointMargin * 0.1;
   constexpr double kRounding_degc = 1e-6;
   const double setpoint = value_of(job, spec::kRegSetpoint), most = value_of(job, spec::kRegTMax);
+  const double measured = tb::highest_reading_degc(sensor.name);
   const Field field = field_of(spec::kRegSetpoint, s.temperature, "setpoint_degc", s.registers);
+  // Above what the sensor measures no limit trips, however hot the head gets.
+  if (setpoint > measured - kMargin_degc + kRounding_degc)
+    refuse(
+        field, setpoint,
+        fmt::format("at most {:.6g}, which is {:.6g} degC below the highest temperature that the sensor {} "
+                    "measures",
+                    measured - kMargin_degc, kMargin_degc, sensor.name));
+  if (most > measured)
+    refuse({s.registers, "T_MAX"}, most,
+           fmt::format("at most {:.6g}, the highest temperature that the sensor {} measures", measured,
+                       sensor.name));
   if (setpoint > most - kMargin_degc + kRounding_degc) {
     if (s.registers.has("T_MAX"))
       refuse({s.registers, "T_MAX"}, most,
@@ -74,7 +88,7 @@ void require_period(const tb::PrintJob& job, const spec::SensorPreset& sensor, c
 }  // namespace
 
 void require_printable(const tb::PrintJob& job, const spec::SensorPreset& sensor, const RegisterSections& s) {
-  require_setpoint(job, s);
+  require_setpoint(job, sensor, s);
   require_period(job, sensor, s);
   if (const double lock = value_of(job, spec::kRegLock); lock != 0.0)
     refuse({s.registers, spec::kHolding[spec::kRegLock].name}, lock,

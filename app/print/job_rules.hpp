@@ -17,8 +17,9 @@ struct RegisterSections {
   const TomlSection& registers;
 };
 
-// Throws UserError for a set-point that the chip would not take or that the head can't come to, for a control
-// period in which the sensor has no new reading, and for a chip that locks its host out.
+// Throws UserError for a set-point that the chip would not take, that the head can't come to or that the
+// sensor doesn't measure, for a control period in which the sensor has no new reading, and for a chip that
+// locks its host out.
 void require_printable(const tb::PrintJob& job, const chip::spec::SensorPreset& sensor,
                        const RegisterSections& sections);
 

@@ -84,6 +84,34 @@ TEST_F(JobRules, AHeadThatCannotComeToTheSetPointIsRefused) {
       "head.ambient_degc: found 55, expected less than 50");
 }
 
+TEST_F(JobRules, ASetPointThatTheSensorDoesNotMeasureIsRefused) {
+  for (const std::string sensor : {"LM70", "ADT7310", "ADT7320"}) {
+    const std::string head = "sensor = \"" + sensor + "\"\n";
+    expect_refused(
+        print("", "setpoint_degc = 146\n", head),
+        "job.toml:8:17: temperature.setpoint_degc: found 146, expected at most 145, which is 5 degC "
+        "below the highest temperature that the sensor " +
+            sensor + " measures");
+    expect_refused(
+        print("[registers]\nT_MAX = 150.1\n", "setpoint_degc = 28\n", head),
+        "job.toml:10:9: registers.T_MAX: found 150.1, expected at most 150, the highest temperature");
+  }
+  expect_refused(print("[registers]\nSETPOINT = 250\nT_MAX = 290\n", "", "sensor = \"LM70\"\n"),
+                 "registers.SETPOINT: found 250, expected at most 145");
+}
+
+// By itself T_MAX is 40 degC above the set-point, but no higher than a reading can be.
+TEST_F(JobRules, TheLimitStaysWithinWhatTheSensorMeasures) {
+  const Ran ran = print("[[event]]\nat_s = 0.05\nwhat = \"emergency-stop\"\n", "setpoint_degc = 145\n",
+                        "sensor = \"LM70\"\n");
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  const auto summary = nlohmann::json::parse(std::ifstream(folder_ / "out/summary.json"));
+  std::string limit;
+  for (const auto& setting : summary.at("settings"))
+    if (setting.at("name") == "T_MAX") limit = setting.at("text");
+  EXPECT_EQ(limit, "150 degC");
+}
+
 TEST_F(JobRules, AControlPeriodGivesTheSensorItsTime) {
   expect_refused(print("", "setpoint_degc = 28\nperiod_ms = 50\n"),
                  "temperature.period_ms: found 50, expected at least 100 ms, in which the sensor MAX31855");
