@@ -19,11 +19,12 @@ struct RawPoint {
   std::size_t row = 0;
 };
 
-/// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense. `notes`:
-/// what it holds besides that is no bump.
+/// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense. `bottom`:
+/// the file says that they lie on the bottom of the board. `notes`: what it holds besides that is no bump.
 struct RawPoints {
   std::vector<RawPoint> points;
   bool has_unit = false;
+  bool bottom = false;
   std::vector<std::string> notes;
 };
 
@@ -62,6 +63,9 @@ std::optional<double> parse_number(std::string_view text);
 /// Text of a file made fit for a one-line message: shown() in quotes.
 std::string in_quotes(std::string_view text);
 
+/// Counter-clockwise about (0, 0). Quarter turns are exact, so that a turned lattice stays a lattice.
+RawPoint turned(const RawPoint& point, double angle_deg);
+
 /// "2 draws, first in row 7, hold no bump".
 std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row);
 
@@ -71,6 +75,8 @@ class OneSide {
  public:
   /// Throws the CoordinateError for the first side that is another than those before; `place` is its row.
   void check(const std::filesystem::path& path, std::string_view place, std::string_view side);
+
+  bool is_bottom() const;
 
  private:
   std::string first_;

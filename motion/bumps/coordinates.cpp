@@ -19,6 +19,25 @@
 #include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion {
+namespace {
+
+struct Rotation {
+  double cosine, sine;
+};
+
+/// Quarter turns are exact, so that a turned lattice stays a lattice.
+Rotation rotation(double angle_deg) {
+  const double turned_deg = std::remainder(angle_deg, 360.0);
+  if (turned_deg == 0.0) return {1.0, 0.0};
+  if (turned_deg == 90.0) return {0.0, 1.0};
+  if (turned_deg == -90.0) return {0.0, -1.0};
+  if (std::abs(turned_deg) == 180.0) return {-1.0, 0.0};
+  const double angle_rad = turned_deg * std::numbers::pi / 180.0;
+  return {std::cos(angle_rad), std::sin(angle_rad)};
+}
+
+}  // namespace
+
 namespace detail {
 
 std::optional<double> parse_number(std::string_view text) {
@@ -40,18 +59,34 @@ std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t 
 
 std::string in_quotes(std::string_view text) { return "'" + shown(text) + "'"; }
 
+namespace {
+
+std::string plain(std::string_view side) {
+  std::string small(trimmed(side));
+  std::transform(small.begin(), small.end(), small.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return small;
+}
+
+}  // namespace
+
 void OneSide::check(const std::filesystem::path& path, std::string_view place, std::string_view side) {
-  const auto plain = [](std::string_view text) {
-    std::string small(trimmed(text));
-    std::transform(small.begin(), small.end(), small.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return small;
-  };
   if (first_.empty()) first_ = trimmed(side);
   if (plain(side) == plain(first_)) return;
   throw CoordinateError(
       fmt::format("{}: {}: found side {} behind bumps of side {}, expected one side; export them apart",
                   path.string(), place, in_quotes(trimmed(side)), in_quotes(first_)));
+}
+
+bool OneSide::is_bottom() const {
+  const std::string side = plain(first_);
+  return side.starts_with('b');  // bottom, BottomLayer, B.Cu, back, b
+}
+
+RawPoint turned(const RawPoint& point, double angle_deg) {
+  const Rotation turn = rotation(angle_deg);
+  return {turn.cosine * point.x - turn.sine * point.y, turn.sine * point.x + turn.cosine * point.y,
+          point.row};
 }
 
 std::string_view describe_content(std::string_view content) {
@@ -141,21 +176,6 @@ void check_options(const CoordinateOptions& options) {
   check_range("y", options.travel.y);
 }
 
-struct Rotation {
-  double cosine, sine;
-};
-
-/// Quarter turns are exact, so that a turned lattice stays a lattice.
-Rotation rotation(double angle_deg) {
-  const double turned_deg = std::remainder(angle_deg, 360.0);
-  if (turned_deg == 0.0) return {1.0, 0.0};
-  if (turned_deg == 90.0) return {0.0, 1.0};
-  if (turned_deg == -90.0) return {0.0, -1.0};
-  if (std::abs(turned_deg) == 180.0) return {-1.0, 0.0};
-  const double angle_rad = turned_deg * std::numbers::pi / 180.0;
-  return {std::cos(angle_rad), std::sin(angle_rad)};
-}
-
 std::vector<Point> place(const std::vector<detail::RawPoint>& raw, const CoordinateOptions& options) {
   const Rotation turn = rotation(options.rotation_deg);
   const double x_sign = options.mirror_x ? -1.0 : 1.0;
@@ -226,6 +246,11 @@ CoordinateFile read_coordinate_file(const std::filesystem::path& path, const Coo
     check_in_travel(path, point.row, "y", point.y_mm, options.travel.y);
   }
   check_no_duplicates(path, points);
+  if (raw.bottom && !options.mirror_x)
+    raw.notes.emplace_back(
+        "the bumps lie on the bottom of the board and mirror_x is false: they are printed as seen from its "
+        "top; "
+        "set mirror_x = true unless the file was mirrored when it was written");
   return {std::move(points), std::move(raw.notes), raw.has_unit};
 }
 

@@ -38,7 +38,7 @@ struct CoordinateOptions {
   double origin_x_mm = 0.0;  ///< stage position of the file's (0, 0)
   double origin_y_mm = 0.0;
   double rotation_deg = 0.0;  ///< counter-clockwise about the file's (0, 0)
-  bool mirror_x = false;      ///< x becomes -x: a package seen from its other side
+  bool mirror_x = false;      ///< x becomes -x: a package or a board seen from its other side
   Travel travel;
 };
 
@@ -55,7 +55,7 @@ inline constexpr std::size_t kMaxPoints = 2'000'000;
 inline constexpr double kDuplicateDistance_mm = 1e-6;
 
 /// What a file holds. `notes`: a line each on what is in it but is no bump, such as the draws of a Gerber
-/// layer.
+/// layer, and on bumps of a board's bottom that aren't mirrored.
 struct CoordinateFile {
   std::vector<Point> points;
   std::vector<std::string> notes;

@@ -8,7 +8,7 @@
 #include <cctype>
 #include <cmath>
 #include <map>
-#include <numbers>
+#include <optional>
 #include <set>
 
 #include "motion/bumps/coordinate_sources.hpp"
@@ -83,15 +83,7 @@ struct Transform {
 
   RawPoint apply(const RawPoint& p) const {
     double x = p.x * scale * (mirror_x ? -1.0 : 1.0), y = p.y * scale * (mirror_y ? -1.0 : 1.0);
-    const double angle = rotation_deg * std::numbers::pi / 180.0;
-    // Quarter turns are exact, so that a turned lattice stays a lattice.
-    const double quarter = std::remainder(rotation_deg, 90.0);
-    double c = std::cos(angle), s = std::sin(angle);
-    if (quarter == 0.0) {
-      c = std::round(c);
-      s = std::round(s);
-    }
-    return {c * x - s * y, s * x + c * y, p.row};
+    return turned({x, y, p.row}, rotation_deg);
   }
 };
 
@@ -126,6 +118,9 @@ class GerberFile {
     };
     note(regions_, first_region_, "region");
     note(draws_, first_draw_, "draw");
+    result.bottom = side_.value_or(path_.extension() == ".gbp" || path_.extension() == ".GBP"
+                                       ? Side::bottom
+                                       : Side::top) == Side::bottom;
     return result;
   }
 
@@ -148,6 +143,18 @@ class GerberFile {
     fail(path_, fmt::format("row {}: found {}, expected {}", row_, in_quotes(found), expected));
   }
 
+  enum class Side { top, bottom };
+
+  /// "TF.FileFunction,Paste,Bot", or behind "G04 #@! " in files without extended attributes.
+  void read_file_function(std::string_view text) {
+    constexpr std::string_view kKey = "TF.FileFunction,";
+    const auto at = text.find(kKey);
+    if (at == std::string_view::npos) return;
+    const std::string_view function = text.substr(at + kKey.size());
+    if (function.find(",Bot") != std::string_view::npos) side_ = Side::bottom;
+    if (function.find(",Top") != std::string_view::npos) side_ = Side::top;
+  }
+
   // ---- what isn't read ----
 
   static bool is_comment(std::string_view text) { return text.starts_with("G04") || text.starts_with("G4 "); }
@@ -162,7 +169,8 @@ class GerberFile {
 
   /// A comment without its '*' would take the next block with it. Some systems write several comments that
   /// end with one '*'.
-  void check_comment(const Command& comment) const {
+  void check_comment(const Command& comment) {
+    read_file_function(comment.text);
     for_lines(comment.lines, [&](const Line& line) {
       const std::string_view text = trimmed(line.text);
       if (line.number == 1 || is_comment(text) || !looks_like_command(text)) return;
@@ -229,10 +237,12 @@ class GerberFile {
       transform_.scale = plain_number(text, rest);
     else if (code == "IP") {
       if (rest != "POS") fail_here(text, "IPPOS: an image in negative has no flashes to bump");
+    } else if (code == "TF") {
+      read_file_function(text);
     } else if (code == "MI" || code == "OF" || code == "SF" || code == "IR" || code == "AS") {
       check_neutral(text);
-    } else if (text != "ICAS" && code != "TF" && code != "TA" && code != "TO" && code != "TD" &&
-               code != "IN" && code != "LN") {
+    } else if (text != "ICAS" && code != "TA" && code != "TO" && code != "TD" && code != "IN" &&
+               code != "LN") {
       fail_here(text, "a command of the Gerber layer format");
     }
   }
@@ -529,6 +539,7 @@ class GerberFile {
   double x_ = 0.0, y_ = 0.0;
   bool in_region_ = false, clear_ = false;
   Transform transform_;
+  std::optional<Side> side_;
   std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0;
 };
 

@@ -207,6 +207,7 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
     result.points.push_back({x_mm, -y_down_mm, node.row});
     check_point_count(path, result.points.size());
   }
+  result.bottom = sides.is_bottom();
   return result;
 }
 

@@ -66,6 +66,7 @@ class PosFile {
   RawPoints finish() && {
     if (ended_row_ == 0)
       fail(path_, "the file ends without its last line '## End', expected it; the file may be cut off");
+    result_.bottom = sides_.is_bottom();
     return std::move(result_);
   }
 

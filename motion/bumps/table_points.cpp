@@ -288,6 +288,7 @@ class PointTable {
                             first_hidden_)
               : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
                             hidden_, first_hidden_));
+    result_.bottom = sides_.is_bottom();
     return std::move(result_);
   }
 
@@ -400,8 +401,12 @@ class PointTable {
   }
 
   [[noreturn]] void fail_number(const TableRow& row, std::size_t index, std::string_view axis) const {
-    fail(path_, fmt::format("row {}, column {} ({}): found {}, expected a number such as 12.5", row.row,
-                            index + 1, axis, in_quotes(row.cells[index].text)));
+    const std::string_view text = row.cells[index].text;
+    fail(path_, fmt::format("row {}, column {} ({}): found {}, expected a number such as 12.5{}", row.row,
+                            index + 1, axis, in_quotes(text),
+                            text.starts_with('=') ? "; a formula without its value: open the file in a "
+                                                    "spreadsheet program and save it there"
+                                                  : ""));
   }
 
   [[noreturn]] void fail_missing(const TableRow& row, std::size_t index, std::string_view axis) const {

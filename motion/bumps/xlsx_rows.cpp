@@ -23,6 +23,23 @@ constexpr std::size_t kLongestText = 32767;        // bytes of a cell; Excel all
   throw CoordinateError(fmt::format("{}: {}", path.string(), what));
 }
 
+/// Some libraries write <x:row> for <row>. With the root's prefix taken off, all names are the plain ones.
+void strip_prefix(pugi::xml_document& document) {
+  const std::string root = document.document_element().name();
+  const auto colon = root.find(':');
+  if (colon == std::string::npos) return;
+  struct Stripper : pugi::xml_tree_walker {
+    explicit Stripper(std::string prefix) : prefix_(std::move(prefix)) {}
+    bool for_each(pugi::xml_node& node) override {
+      const std::string name = node.name();
+      if (name.starts_with(prefix_)) node.set_name(name.c_str() + prefix_.size());
+      return true;
+    }
+    std::string prefix_;
+  } stripper(root.substr(0, colon + 1));
+  document.traverse(stripper);
+}
+
 class Archive {
  public:
   Archive(const std::filesystem::path& path, std::string_view content) : path_(path) {
@@ -65,6 +82,7 @@ class Archive {
     if (!result)
       fail(path_, fmt::format("part {}, byte {}: {}, expected XML", in_quotes(part), result.offset,
                               result.description()));
+    strip_prefix(document);
     return document;
   }
 
@@ -79,11 +97,23 @@ class Archive {
   std::unique_ptr<zip_t, Discard> archive_;
 };
 
-/// The part that holds the workbook's first sheet.
+/// The "r:id" of a sheet, whatever the prefix is in this file.
+std::string relation_of(const pugi::xml_node& sheet) {
+  const auto id = sheet.find_attribute([](const pugi::xml_attribute& attribute) {
+    return std::string_view(attribute.name()).ends_with(":id");
+  });
+  return id.as_string();
+}
+
+/// The part that holds the first sheet that the workbook shows.
 std::string first_sheet(const std::filesystem::path& path, const Archive& archive) {
   const auto book = archive.xml("xl/workbook.xml");
-  const std::string id = book.child("workbook").child("sheets").child("sheet").attribute("r:id").as_string();
-  if (id.empty()) fail(path, "there is no first sheet, expected a workbook with one");
+  const auto sheet = book.child("workbook").child("sheets").find_child([](const pugi::xml_node& node) {
+    return std::string_view(node.name()) == "sheet" &&
+           std::string_view(node.attribute("state").as_string("visible")) == "visible";
+  });
+  const std::string id = relation_of(sheet);
+  if (id.empty()) fail(path, "there is no sheet that the workbook shows, expected one");
   const auto relations = archive.xml("xl/_rels/workbook.xml.rels");
   for (const auto& relation : relations.child("Relationships").children("Relationship")) {
     if (relation.attribute("Id").as_string() != id) continue;
@@ -144,6 +174,9 @@ class Sheet {
       return {strings_[static_cast<std::size_t>(*index)], std::nullopt};
     }
     if (type == "b") return {value == "0" ? "FALSE" : "TRUE", std::nullopt};
+    // Only a program that calculates stores the value of a formula; its text keeps the cell from being blank.
+    if (type == "n" && value.empty() && node.child("f"))
+      return {fmt::format("={}", node.child("f").text().as_string()), std::nullopt};
     if (type == "n" && !value.empty()) return {value, parse_number(value)};
     return {value, std::nullopt};
   }

@@ -134,6 +134,47 @@ TEST_F(Xlsx, HiddenRowsAreTold) {
               ElementsAre("2 rows, first row 3, are hidden in the sheet and hold bumps all the same"));
 }
 
+TEST_F(Xlsx, AHiddenSheetIsPassedOver) {
+  for (const std::string state : {"hidden", "veryHidden"}) {
+    const auto points = read_coordinates(
+        make("sheet.append([1, 2])\nsheet.sheet_state = '" + state +
+             "'\nother = book.create_sheet('other')\nother.append([3, 4])\nbook.active = 1"));
+    expect_points(points, {{3, 4, 1}});
+  }
+}
+
+TEST_F(Xlsx, AFormulaWithoutItsValueIsRefused) {
+  EXPECT_EQ(
+      error_of(make("for row in [['x', 'y'], [1, 2], ['=A2+1', '=B2*2']]:\n  sheet.append(row)")),
+      "row 3, column 1 (x): found '=A2+1', expected a number such as 12.5; a formula without its value: "
+      "open the file in a spreadsheet program and save it there");
+}
+
+TEST_F(Xlsx, NamesMayHaveAPrefix) {
+  const std::string script =
+      "import zipfile\nm = 'http://schemas.openxmlformats.org/spreadsheetml/2006/main'\n"
+      "r = 'http://schemas.openxmlformats.org/officeDocument/2006/relationships'\n"
+      "p = 'http://schemas.openxmlformats.org/package/2006/relationships'\n"
+      "z = zipfile.ZipFile('" +
+      (folder_ / "a.xlsx").string() +
+      "', 'w')\n"
+      "z.writestr('xl/workbook.xml', f'<x:workbook xmlns:x=\"{m}\" xmlns:q=\"{r}\"><x:sheets><x:sheet "
+      "name=\"S\" "
+      "sheetId=\"1\" q:id=\"R1\"/></x:sheets></x:workbook>')\n"
+      "z.writestr('xl/_rels/workbook.xml.rels', f'<Relationships xmlns=\"{p}\"><Relationship Id=\"R1\" "
+      "Target=\"/xl/worksheets/sheet.xml\"/></Relationships>')\n"
+      "z.writestr('xl/sharedStrings.xml', f'<x:sst xmlns:x=\"{m}\"><x:si><x:t>x_mm</x:t></x:si><x:si><x:r>"
+      "<x:t>y_</x:t></x:r><x:r><x:t>mm</x:t></x:r></x:si></x:sst>')\n"
+      "z.writestr('xl/worksheets/sheet.xml', f'<x:worksheet xmlns:x=\"{m}\"><x:sheetData><x:row r=\"1\">"
+      "<x:c r=\"A1\" t=\"s\"><x:v>0</x:v></x:c><x:c r=\"B1\" t=\"s\"><x:v>1</x:v></x:c></x:row><x:row "
+      "r=\"2\">"
+      "<x:c r=\"A2\"><x:v>1.5</x:v></x:c><x:c "
+      "r=\"B2\"><x:v>2.5</x:v></x:c></x:row></x:sheetData></x:worksheet>')\n"
+      "z.close()\n";
+  ASSERT_EQ(std::system(("/usr/bin/python3 " + write("zip.py", script).string()).c_str()), 0);
+  expect_points(read_coordinates(folder_ / "a.xlsx"), {{1.5, 2.5, 2}});
+}
+
 TEST_F(Xlsx, OfAnotherKindOrCutOffIsRefused) {
   EXPECT_THAT(error_of("b.xlsx", read_file(examples / "bumps_8x8.xls")), StartsWith("found an OLE2 file"));
   EXPECT_THAT(error_of("c.xlsx", "x,y\n1,2\n"), StartsWith("found text, expected an Excel workbook"));
@@ -207,6 +248,47 @@ TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
   // Names of layers that are no sides, and one side in two spellings.
   EXPECT_EQ(read("d.csv", "x,y,layer\n1,2,1\n3,4,2\n").points.size(), 2U);
   EXPECT_EQ(read("e.csv", "x,y,Side\n1,2,top\n3,4, Top\n").points.size(), 2U);
+}
+
+// ---- the bottom of a board ----
+
+std::vector<std::string> bottom_notes(const CoordinateFile& file) {
+  std::vector<std::string> notes;
+  for (const std::string& note : file.notes)
+    if (note.starts_with("the bumps lie on the bottom of the board and mirror_x is false"))
+      notes.push_back(note);
+  return notes;
+}
+
+std::string paste(const std::string& function) {
+  return function + "%FSLAX46Y46*%%MOMM*%%ADD10C,1*%D10*X1000000Y2000000D03*M02*";
+}
+
+TEST_F(Readers, BumpsOnTheBottomAreToldUnlessTheyAreMirrored) {
+  std::string pos(kPos);
+  for (auto at = pos.find("  top\n"); at != std::string::npos; at = pos.find("  top\n"))
+    pos.replace(at, 5, "  bottom");
+  const std::string pad =
+      "(footprint \"a\" (layer \"B.Cu\") (pad \"1\" smd rect (at 1 -2) (layers \"B.Cu\" \"B.Paste\")))";
+  for (const fs::path& path :
+       {write("a.pos", pos), write("a.csv", "x,y,Side\n1,2,bottom\n"),
+        write("b.csv", "Designator,Layer,Mid X,Mid Y\nC1,Bottom,1,2\n"), write("a.kicad_mod", pad),
+        write("a.gbp", paste("")), write("b.GBP", paste("")),
+        write("a.gbr", paste("%TF.FileFunction,Paste,Bot*%")),
+        write("b.gbr", paste("G04 #@! TF.FileFunction,Paste,Bot*"))}) {
+    EXPECT_EQ(bottom_notes(read_coordinate_file(path)).size(), 1U) << path;
+    CoordinateOptions mirrored;
+    mirrored.origin_x_mm = 100.0;
+    mirrored.mirror_x = true;
+    EXPECT_THAT(bottom_notes(read_coordinate_file(path, mirrored)), IsEmpty()) << path;
+  }
+}
+
+TEST_F(Readers, BumpsOnTheTopOrOnNoSideAreNotToldAsThoseOfTheBottom) {
+  for (const fs::path& path :
+       {write("a.pos", kPos), write("a.csv", "x,y,Side\n1,2,top\n"), write("b.csv", "x,y\n1,2\n"),
+        write("a.gbr", paste("")), write("a.gbp", paste("%TF.FileFunction,Paste,Top*%"))})
+    EXPECT_THAT(read_coordinate_file(path).notes, IsEmpty()) << path;
 }
 
 // ---- Gerber ----
