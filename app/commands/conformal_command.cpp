@@ -68,7 +68,9 @@ std::vector<motion::MeasuringPoint> choose(const motion::ClLine& line, const Cho
                                         motion::measuring_point_count(choice.capability, choice.confidence)));
 }
 
-std::vector<motion::ProbeLine> probe_lines(const std::vector<motion::ClLine>& lines, const Choice& choice) {
+std::vector<motion::ProbeLine> probe_lines(const std::vector<motion::ClLine>& lines, const Settings& s) {
+  Choice choice = s.choice;
+  choice.spline.ball_radius_mm = s.probe.ball_radius_mm;
   std::vector<motion::ProbeLine> out;
   for (const motion::ClLine& line : lines) {
     try {
@@ -177,7 +179,7 @@ int write_probe(Settings& s) {
   take(s.probe_station_mm, s.probe.station_offset_mm);
   require_other_file(s.out, {s.tool_path});
   const auto lines = read_path(s);
-  const auto points = probe_lines(lines, s.choice);
+  const auto points = probe_lines(lines, s);
   write_whole(s.out, write_probe_program(points, s.tool_path.filename().string(), s.probe));
   std::size_t all = 0;
   for (const motion::ProbeLine& line : points) {
@@ -201,7 +203,7 @@ int write_print(Settings& s) {
   std::vector<double> heights = s.heights_mm;
   if (heights.empty()) heights = {0.1};
   if (heights.size() == 1) heights.assign(lines.size(), heights[0]);
-  const auto points = probe_lines(lines, s.choice);
+  const auto points = probe_lines(lines, s);
   constexpr std::uint64_t kMostProgramBytes = std::uint64_t{1} << 28;
   require_probe_program(s.probe_program.string(),
                         read_file(s.probe_program, "the program that probe wrote", kMostProgramBytes), points,
@@ -220,9 +222,11 @@ int write_print(Settings& s) {
   fmt::print("{:<20} {:>8} {:>12} {:>14} {:>12}\n", "line", "touches", "shift um", "largest um", "error um");
   for (std::size_t i = 0; i < real.size(); ++i) {
     const motion::RealLine& line = real[i];
-    fmt::print("{:<20} {:>8} {:>+12.1f} {:>14.1f} {:>12.1f}{}{}\n", line.name, points[i].points.size(),
+    const std::string untouched =
+        line.untouched_faces == 0 ? "" : fmt::format(" {} faces too short to touch", line.untouched_faces);
+    fmt::print("{:<20} {:>8} {:>+12.1f} {:>14.1f} {:>12.1f}{}{}{}\n", line.name, points[i].points.size(),
                1e3 * line.shift_mean_mm, 1e3 * line.shift_largest_mm, 1e3 * line.estimated_error_mm,
-               line.smoothed ? " smoothed" : "",
+               line.smoothed ? " smoothed" : "", untouched,
                line.estimated_error_mm > s.choice.spline.tolerance_mm
                    ? " over the tolerance: choose a shorter --wavelength"
                    : "");
@@ -250,7 +254,7 @@ int write_trial(const Settings& s) {
                          p.position_mm.y(), p.position_mm.z(), p.axis.x(), p.axis.y(), p.axis.z());
   }
   apt += "FINI\n";
-  const auto points = probe_lines(lines, s.choice);
+  const auto points = probe_lines(lines, s);
   const motion::RealPart part = motion::make_trial_part({}, s.seed);
   motion::TouchProbe probe(motion::TouchProbeModel{}, s.seed);
   std::string touches;

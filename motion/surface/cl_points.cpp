@@ -189,6 +189,14 @@ std::vector<ClLine> read_tool_path(const std::filesystem::path& path, std::optio
                              unit_mm);
 }
 
+Eigen::Vector3d square_to(const Eigen::Vector3d& way) {
+  // Of a wall only this is known: it faces sideways.
+  constexpr double kUpright = 1e-6;
+  const Eigen::Vector3d along = way.normalized();
+  const Eigen::Vector3d across = Eigen::Vector3d::UnitZ() - along.z() * along;
+  return across.norm() > kUpright ? across.normalized() : Eigen::Vector3d::UnitX();
+}
+
 std::vector<Eigen::Vector3d> positions_mm(const ClLine& line) {
   std::vector<Eigen::Vector3d> out(line.points.size());
   std::transform(line.points.begin(), line.points.end(), out.begin(),

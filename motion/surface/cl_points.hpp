@@ -26,7 +26,13 @@ struct ClPoint {
 struct ClLine {
   std::string name;
   std::vector<ClPoint> points;
+  /// The file has no tool axes: between the points too, the axis is square_to() the line, and where two faces
+  /// meet it lies halfway between them at the point alone.
+  bool axes_by_line = false;
 };
+
+/// The upright axis made square to a way.
+Eigen::Vector3d square_to(const Eigen::Vector3d& way);
 
 /// Two neighbouring points closer than this are one point.
 inline constexpr double kSamePoint_mm = 1e-9;
@@ -52,9 +58,9 @@ std::optional<double> length_unit_mm(std::string_view name);
 ///
 /// `unit_mm` is the length of one of the file's units, for files that don't say it.
 ///
-/// Where a line begins or ends with one move along the tool axis (lowering, lifting), that move is left out.
-/// Points that coincide with their neighbour are left out. A path without tool axes gets upright ones, made
-/// square to the line; the slope across it isn't known then.
+/// Where a line begins or ends with moves along the tool axis (lowering, lifting), they are left out; one
+/// that is nothing else is no line. Points that coincide with their neighbour are left out. A path without
+/// tool axes gets upright ones, made square to the line; the slope across it isn't known then.
 ///
 /// @throws CoordinateError if the file is missing, empty, of another kind or ends early; if a statement can't
 ///   be understood, a number is malformed or not finite, an axis has no length; if the unit is said by nobody

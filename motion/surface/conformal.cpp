@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace meltstage::motion {
 
@@ -110,16 +111,150 @@ std::vector<double> raw_shifts(const ProbeLine& points, std::span<const Eigen::V
   return out;
 }
 
+/// Touches of one face of the surface, and the shifts along its normals.
+struct FaceTouches {
+  std::vector<double> at_mm, shifts_mm;
+};
+
+/// A face's shift by place: a spline through its touches, beyond them straight on.
+class FaceShift {
+ public:
+  explicit FaceShift(const FaceTouches& face)
+      : first_(face.at_mm.front()), last_(face.at_mm.back()), at_first_(face.shifts_mm.front()) {
+    if (face.at_mm.size() < 2) return;
+    spline_.emplace(face.at_mm, face.shifts_mm);
+    const double step = std::min(0.05, last_ - first_);
+    at_last_ = face.shifts_mm.back();
+    slope_first_ = ((*spline_)(first_ + step) - at_first_) / step;
+    slope_last_ = (at_last_ - (*spline_)(last_ - step)) / step;
+  }
+  double operator()(double place) const {
+    if (!spline_) return at_first_;
+    if (place < first_) return at_first_ + slope_first_ * (place - first_);
+    if (place > last_) return at_last_ + slope_last_ * (place - last_);
+    return (*spline_)(place);
+  }
+
+ private:
+  double first_, last_, at_first_, at_last_ = 0.0, slope_first_ = 0.0, slope_last_ = 0.0;
+  std::optional<ValueSpline> spline_;
+};
+
 /// The ball touches beside the normal where the real surface is steeper or flatter along the line than the
 /// nominal one: seen along the normal its radius counts as radius / cos(angle between them).
-void allow_for_slope(std::vector<double>& shifts, const std::vector<double>& at, double ball_radius_mm) {
-  const ValueSpline spline(at, shifts);
+void allow_for_slope(FaceTouches& face, double ball_radius_mm) {
+  const std::vector<double>& at = face.at_mm;
+  if (at.size() < 2) return;
+  const ValueSpline spline(at, face.shifts_mm);
   constexpr double kStep_mm = 0.05;
   for (std::size_t i = 0; i < at.size(); ++i) {
     const double low = std::max(at.front(), at[i] - kStep_mm), high = std::min(at.back(), at[i] + kStep_mm);
     const double slope = (spline(high) - spline(low)) / (high - low);
-    shifts[i] -= ball_radius_mm * (std::sqrt(1.0 + slope * slope) - 1.0);
+    face.shifts_mm[i] -= ball_radius_mm * (std::sqrt(1.0 + slope * slope) - 1.0);
   }
+}
+
+/// Shift of both faces from a touch on their fold, on the axis between them: in a valley the ball rests on
+/// both, on a ridge it meets the ridge.
+double shift_at_fold(const Fold& fold, double shift_mm, double ball_radius_mm) {
+  return fold.is_hollow() ? (shift_mm + ball_radius_mm) * fold.half_cosine() - ball_radius_mm
+                          : shift_mm * fold.half_cosine();
+}
+
+/// Deals the touches out to the faces; one that lies so close to a valley's bottom that the ball met the
+/// other face tells nothing of its own.
+std::vector<FaceTouches> deal_out(const std::vector<Fold>& folds, const std::vector<double>& at,
+                                  const std::vector<double>& shifts, double ball_radius_mm) {
+  constexpr double kSame_mm = 1e-6;
+  std::vector<FaceTouches> out(folds.size() + 1);
+  const auto add = [&](std::size_t face, double place, double shift) {
+    out[face].at_mm.push_back(place);
+    out[face].shifts_mm.push_back(shift);
+  };
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const auto behind = std::partition_point(
+        folds.begin(), folds.end(), [&](const Fold& fold) { return fold.length_mm < at[i] - kSame_mm; });
+    const auto face = static_cast<std::size_t>(behind - folds.begin());
+    if (behind != folds.end() && behind->length_mm < at[i] + kSame_mm) {
+      const double shift = shift_at_fold(*behind, shifts[i], ball_radius_mm);
+      add(face, behind->length_mm, shift);
+      add(face + 1, behind->length_mm, shift);
+      continue;
+    }
+    const bool shadowed =
+        (behind != folds.end() && behind->length_mm - at[i] < behind->shadow_mm(ball_radius_mm)) ||
+        (face > 0 && at[i] - folds[face - 1].length_mm < folds[face - 1].shadow_mm(ball_radius_mm));
+    if (!shadowed) add(face, at[i], shifts[i]);
+  }
+  return out;
+}
+
+/// A face that wasn't touched goes evenly from the shift of the one before to that of the one behind; how far
+/// they differ at most.
+double bridge_untouched(std::vector<FaceTouches>& faces, const std::vector<double>& borders,
+                        std::size_t& untouched) {
+  double widest_mm = 0.0;
+  std::optional<double> before_mm;
+  for (std::size_t face = 0; face < faces.size(); ++face) {
+    if (!faces[face].at_mm.empty()) {
+      before_mm = faces[face].shifts_mm.back();
+      continue;
+    }
+    std::size_t next = face;
+    while (next < faces.size() && faces[next].at_mm.empty()) ++next;
+    if (next == faces.size() && !before_mm) return widest_mm;  // no touch at all
+    const double behind_mm = next == faces.size() ? *before_mm : faces[next].shifts_mm.front();
+    const double from_mm = before_mm.value_or(behind_mm);
+    widest_mm = std::max(widest_mm, std::abs(behind_mm - from_mm));
+    const auto shift_at = [&](double place) {
+      return from_mm + (behind_mm - from_mm) * (place - borders[face]) / (borders[next] - borders[face]);
+    };
+    const std::size_t first = face;
+    untouched += next - first;
+    std::vector<FaceTouches> bridge;
+    for (std::size_t i = first; i < next; ++i)
+      bridge.push_back({{borders[i], borders[i + 1]}, {shift_at(borders[i]), shift_at(borders[i + 1])}});
+    std::move(bridge.begin(), bridge.end(), faces.begin() + static_cast<std::ptrdiff_t>(first));
+    face = next - 1;
+  }
+  return widest_mm;
+}
+
+/// Where two faces meet that are shifted by these; in their middle if that is farther along the line than
+/// `farthest_mm`.
+Eigen::Vector3d shifted_fold(const Fold& fold, double before_mm, double behind_mm, double farthest_mm) {
+  const double cosine = fold.normal_before.dot(fold.normal_behind), square = 1.0 - cosine * cosine;
+  const Eigen::Vector3d meet = ((before_mm - cosine * behind_mm) * fold.normal_before +
+                                (behind_mm - cosine * before_mm) * fold.normal_behind) /
+                               square;
+  if (std::abs(meet.dot(fold.way_before)) <= farthest_mm &&
+      std::abs(meet.dot(fold.way_behind)) <= farthest_mm)
+    return fold.position_mm + meet;
+  return fold.position_mm + 0.5 * (before_mm + behind_mm) * fold.axis();
+}
+
+/// Adds a shifted face to the line so far, whose last face begins at a point of it; both end where they meet:
+/// the index of that point.
+std::size_t join(RealLine& line, std::size_t face_begin, const Fold& fold, const Eigen::Vector3d& at_mm,
+                 const RealLine& face) {
+  constexpr double kSame_mm = 1e-3;
+  const auto beyond = [&](const Eigen::Vector3d& point, const Eigen::Vector3d& way) {
+    return (at_mm - point).dot(way) < kSame_mm;
+  };
+  while (line.points_mm.size() > face_begin + 1 && beyond(line.points_mm.back(), fold.way_before)) {
+    line.points_mm.pop_back();
+    line.normals.pop_back();
+  }
+  std::size_t first = 0;
+  while (first + 1 < face.points_mm.size() && beyond(face.points_mm[first], -fold.way_behind)) ++first;
+  const std::size_t out = line.points_mm.size();
+  line.points_mm.push_back(at_mm);
+  line.normals.push_back(fold.axis());
+  line.points_mm.insert(line.points_mm.end(), face.points_mm.begin() + static_cast<std::ptrdiff_t>(first),
+                        face.points_mm.end());
+  line.normals.insert(line.normals.end(), face.normals.begin() + static_cast<std::ptrdiff_t>(first),
+                      face.normals.end());
+  return out;
 }
 
 }  // namespace
@@ -156,30 +291,86 @@ RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
   return out;
 }
 
+namespace {
+
+/// What a face may be off between its touches; smooths them where the noise asks for it.
+double face_error(FaceTouches& face, const ReconstructionOptions& options, bool& smoothed) {
+  if (3.0 * options.noise_mm <= 0.25 * options.tolerance_mm || face.at_mm.size() < 4)
+    return estimated_error(face.at_mm, face.shifts_mm);
+  std::vector<double>& shifts = face.shifts_mm;
+  const Eigen::MatrixXd measured =
+      Eigen::Map<const Eigen::VectorXd>(shifts.data(), static_cast<Eigen::Index>(shifts.size()));
+  const SmoothedValues smooth_shifts = smooth(face.at_mm, measured, options.noise_mm);
+  std::copy(smooth_shifts.values.data(), smooth_shifts.values.data() + shifts.size(), shifts.begin());
+  smoothed = true;
+  return estimated_error(face.at_mm, shifts) + smooth_shifts.standard_error.maxCoeff();
+}
+
+/// The line's points, each face shifted along its normals, and normals square to what comes out.
+void append_faces(const ClLine& line, const std::vector<double>& lengths, const std::vector<Fold>& folds,
+                  const std::vector<double>& borders, const std::vector<FaceTouches>& faces, double step_mm,
+                  RealLine& out) {
+  const std::vector<double> places = places_mm(lengths, step_mm);
+  std::vector<std::size_t> fold_at;
+  double end_shift_mm = 0.0;
+  auto first = places.begin();
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const FaceShift shift(faces[i]);
+    const auto last =
+        i == folds.size() ? places.end() - 1 : std::lower_bound(first, places.end(), folds[i].length_mm);
+    RealLine face{.name = {}, .points_mm = {}, .normals = {}, .lengths_mm = {}};
+    for (auto at = first; at <= last; ++at) {
+      const MeasuringPoint place = place_on(line, lengths, *at);
+      const Eigen::Vector3d normal = i > 0 && at == first             ? folds[i - 1].normal_behind
+                                     : i < folds.size() && at == last ? folds[i].normal_before
+                                                                      : place.axis;
+      face.points_mm.push_back(place.position_mm + shift(*at) * normal);
+      face.normals.push_back(normal);
+    }
+    if (i == 0) {
+      out.points_mm = std::move(face.points_mm);
+      out.normals = std::move(face.normals);
+    } else {
+      const double shorter_mm = std::min(borders[i + 1] - borders[i], borders[i] - borders[i - 1]);
+      const Eigen::Vector3d at_mm =
+          shifted_fold(folds[i - 1], end_shift_mm, shift(*first), std::min(1.0, 0.5 * shorter_mm));
+      fold_at.push_back(join(out, fold_at.empty() ? 0 : fold_at.back(), folds[i - 1], at_mm, face));
+    }
+    end_shift_mm = shift(*last);
+    first = last;
+  }
+  square_normals(out);
+  for (std::size_t i = 0; i < folds.size(); ++i) out.normals[fold_at[i]] = folds[i].axis();
+}
+
+}  // namespace
+
 RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<const Eigen::Vector3d> touches,
                      const ReconstructionOptions& options) {
   check_touches(points, touches.size());
   check_options(options);
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
-  const std::vector<double> at = lengths_of(points);
-  std::vector<double> shifts = raw_shifts(points, touches, options.ball_radius_mm);
-  allow_for_slope(shifts, at, options.ball_radius_mm);
-  RealLine out = nominal_line(line, options.step_mm);
-  note_shifts(out, shifts);
-  out.estimated_error_mm = estimated_error(at, shifts);
-  if (3.0 * options.noise_mm > 0.25 * options.tolerance_mm && shifts.size() >= 4) {
-    const Eigen::MatrixXd measured =
-        Eigen::Map<const Eigen::VectorXd>(shifts.data(), static_cast<Eigen::Index>(shifts.size()));
-    const SmoothedValues smoothed = smooth(at, measured, options.noise_mm);
-    std::copy(smoothed.values.data(), smoothed.values.data() + shifts.size(), shifts.begin());
-    out.estimated_error_mm = estimated_error(at, shifts) + smoothed.standard_error.maxCoeff();
-    out.smoothed = true;
+  const std::vector<Fold> folds = folds_of(line, lengths);
+  const std::vector<double> borders = face_borders_mm(folds, lengths.back());
+  std::vector<FaceTouches> faces = deal_out(
+      folds, lengths_of(points), raw_shifts(points, touches, options.ball_radius_mm), options.ball_radius_mm);
+  RealLine out{.name = line.name, .points_mm = {}, .normals = {}, .lengths_mm = {}};
+  std::vector<double> all_shifts;
+  for (FaceTouches& face : faces) {
+    allow_for_slope(face, options.ball_radius_mm);
+    all_shifts.insert(all_shifts.end(), face.shifts_mm.begin(), face.shifts_mm.end());
+    out.estimated_error_mm = std::max(out.estimated_error_mm, face_error(face, options, out.smoothed));
   }
-  const ValueSpline shift(at, shifts);
-  const std::vector<double> places = places_mm(lengths, options.step_mm);
-  for (std::size_t i = 0; i < places.size(); ++i) out.points_mm[i] += shift(places[i]) * out.normals[i];
+  if (all_shifts.empty())
+    throw MotionError(
+        fmt::format("{}: no touch lies on one face alone, expected points beside the valleys; choose other "
+                    "points, or a smaller ball",
+                    line.name));
+  note_shifts(out, all_shifts);
+  out.estimated_error_mm =
+      std::max(out.estimated_error_mm, bridge_untouched(faces, borders, out.untouched_faces));
+  append_faces(line, lengths, folds, borders, faces, options.step_mm, out);
   out.lengths_mm = polygon_lengths_mm(out.points_mm);
-  square_normals(out);
   return out;
 }
 

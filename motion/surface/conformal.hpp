@@ -27,6 +27,8 @@ struct RealLine {
   /// What the spline may be off between the touches, from leaving out every second one; with noise, its
   /// standard error added.
   double estimated_error_mm = 0.0;
+  /// Faces too short for a touch: their shift goes from that of the face before to that of the face behind.
+  std::size_t untouched_faces = 0;
   bool smoothed = false;
 };
 
@@ -45,9 +47,10 @@ RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
                                   const ReconstructionOptions& options);
 
 /// The nominal line moved along its normals by a cubic spline through the measured shifts: what the CAM
-/// system knows of the line's shape needs no touch, and corners stay corners. The ball's radius is taken off
-/// with the real line's slope. If three standard deviations of noise are more than a quarter of the
-/// tolerance, the shifts are smoothed instead of interpolated.
+/// system knows of the line's shape needs no touch, and corners stay corners. Where the surface is folded,
+/// each face has a spline of its own, and they end where they meet. The ball's radius is taken off with the
+/// real line's slope. If three standard deviations of noise are more than a quarter of the tolerance, the
+/// shifts are smoothed instead of interpolated.
 /// @throws MotionError as above.
 RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<const Eigen::Vector3d> touches,
                      const ReconstructionOptions& options);

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "motion/profile/profile.hpp"
 #include "motion/surface/nurbs.hpp"
@@ -198,55 +197,8 @@ std::vector<std::size_t> choose_evenly(std::span<const Eigen::Vector3d> points_m
   return chosen;
 }
 
-namespace {
-
-/// Where a line's direction turns by more, it has a corner.
-const double kCornerCosine = std::cos(20.0 * std::numbers::pi / 180.0);
-
-/// Tangent of the tool path by its length, at one end of the segment i..i+1: that of the parabola through
-/// the point and both neighbours; across a corner or an end only the segment itself is known.
-std::optional<Eigen::Vector3d> tangent_at(const ClLine& line, std::span<const double> lengths_mm,
-                                          std::size_t point) {
-  if (point == 0 || point + 1 == line.points.size()) return std::nullopt;
-  const double before_mm = lengths_mm[point] - lengths_mm[point - 1],
-               after_mm = lengths_mm[point + 1] - lengths_mm[point];
-  const Eigen::Vector3d before =
-      (line.points[point].position_mm - line.points[point - 1].position_mm) / before_mm;
-  const Eigen::Vector3d after =
-      (line.points[point + 1].position_mm - line.points[point].position_mm) / after_mm;
-  if (before.dot(after) < kCornerCosine) return std::nullopt;
-  return (after_mm * before + before_mm * after) / (before_mm + after_mm);
-}
-
-}  // namespace
-
-MeasuringPoint place_on(const ClLine& line, std::span<const double> lengths_mm, double length_mm) {
-  // Chords of a curve are off it by no more than the CAM system's tolerance; what a curve through the points
-  // would be off by more is meant to be straight.
-  constexpr double kLargestSag_mm = 0.010;
-  const auto after = std::upper_bound(lengths_mm.begin() + 1, lengths_mm.end() - 1, length_mm);
-  const auto i = static_cast<std::size_t>(after - lengths_mm.begin());
-  const double way_mm = lengths_mm[i] - lengths_mm[i - 1];
-  const double share = std::clamp((length_mm - lengths_mm[i - 1]) / way_mm, 0.0, 1.0);
-  const ClPoint &a = line.points[i - 1], &b = line.points[i];
-  Eigen::Vector3d position = (1.0 - share) * a.position_mm + share * b.position_mm;
-  const auto first = tangent_at(line, lengths_mm, i - 1), second = tangent_at(line, lengths_mm, i);
-  if (first || second) {
-    // Cubic of Hermite; with one tangent the parabola.
-    const Eigen::Vector3d chord = (b.position_mm - a.position_mm) / way_mm;
-    const Eigen::Vector3d m0 = first ? *first : 2.0 * chord - *second;
-    const Eigen::Vector3d m1 = second ? *second : 2.0 * chord - *first;
-    if (0.125 * way_mm * (m0 - m1).norm() <= kLargestSag_mm) {
-      const double left = 1.0 - share;
-      position += way_mm * share * left * (left * (m0 - chord) - share * (m1 - chord));
-    }
-  }
-  const Eigen::Vector3d axis = (1.0 - share) * a.axis + share * b.axis;
-  return {position, axis.norm() > 1e-6 ? axis.normalized() : a.axis,
-          std::clamp(length_mm, 0.0, lengths_mm.back())};
-}
-
 std::vector<MeasuringPoint> measuring_points(const ClLine& line, std::span<const std::size_t> chosen) {
+  require_no_wall(line);
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
   std::vector<MeasuringPoint> out;
   for (const std::size_t i : chosen)
@@ -256,23 +208,25 @@ std::vector<MeasuringPoint> measuring_points(const ClLine& line, std::span<const
 
 namespace {
 
-/// Lengths at which the line has a corner, and both ends.
-std::vector<double> corners_mm(const std::vector<Eigen::Vector3d>& points,
-                               const std::vector<double>& lengths) {
-  std::vector<double> out{0.0};
-  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
-    const Eigen::Vector3d before = (points[i] - points[i - 1]).normalized();
-    const Eigen::Vector3d after = (points[i + 1] - points[i]).normalized();
-    if (before.dot(after) < kCornerCosine) out.push_back(lengths[i]);
-  }
-  out.push_back(lengths.back());
+/// Lengths within a face at which the line has a corner, and both of its ends.
+std::vector<double> corners_mm(const ClLine& line, const std::vector<double>& lengths, double from,
+                               double to) {
+  std::vector<double> out{from};
+  const auto first = std::upper_bound(lengths.begin(), lengths.end(), from);
+  for (auto at = first; at != lengths.end() && *at < to; ++at)
+    if (is_corner(line, static_cast<std::size_t>(at - lengths.begin()))) out.push_back(*at);
+  out.push_back(to);
   return out;
 }
 
 /// Directions across the line, in the plane of line and tool axis, at every point.
-std::vector<Eigen::Vector3d> directions_across(const ClLine& line) {
+std::vector<Eigen::Vector3d> directions_across(const ClLine& line, const std::vector<double>& lengths) {
   const std::size_t n = line.points.size();
   std::vector<Eigen::Vector3d> out;
+  if (line.axes_by_line) {
+    for (const double length : lengths) out.push_back(place_on(line, lengths, length).axis);
+    return out;
+  }
   for (std::size_t i = 0; i < n; ++i) {
     const Eigen::Vector3d along =
         (line.points[std::min(i + 1, n - 1)].position_mm - line.points[i == 0 ? 0 : i - 1].position_mm)
@@ -286,10 +240,11 @@ std::vector<Eigen::Vector3d> directions_across(const ClLine& line) {
 
 /// Splits every gap of a smooth piece in which a spline through the directions at the chosen places departs
 /// from them by more than `allowed` (rad), until none does.
-std::vector<double> refine(const std::vector<Eigen::Vector3d>& across, const std::vector<double>& lengths,
-                           std::vector<double> at, double allowed) {
+std::vector<double> refine(const ClLine& line, const std::vector<Eigen::Vector3d>& across,
+                           const std::vector<double>& lengths, std::vector<double> at, double allowed) {
   constexpr double kShortest_mm = 0.05;
   const auto value_at = [&](double place) -> Eigen::Vector3d {
+    if (line.axes_by_line) return place_on(line, lengths, place).axis;
     const auto after = std::upper_bound(lengths.begin() + 1, lengths.end() - 1, place);
     const auto i = static_cast<std::size_t>(after - lengths.begin());
     const double share = (place - lengths[i - 1]) / (lengths[i] - lengths[i - 1]);
@@ -321,6 +276,43 @@ std::vector<double> refine(const std::vector<Eigen::Vector3d>& across, const std
   }
 }
 
+/// Places from one to another, so many that no gap is longer.
+std::vector<double> evenly(double from, double to, double gap_mm) {
+  const auto gaps = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((to - from) / gap_mm)));
+  std::vector<double> out;
+  for (std::size_t i = 0; i <= gaps; ++i)
+    out.push_back(from + (to - from) * static_cast<double>(i) / static_cast<double>(gaps));
+  return out;
+}
+
+/// How far from a fold a face is touched: wherever the part lies, the ball touches this face alone.
+double clear_mm(const Fold& fold, const SplineChoice& choice) {
+  return fold.shadow_mm(choice.ball_radius_mm) + choice.placement_mm;
+}
+
+/// Where a line is so ragged that no face is long enough to be touched by itself, it is touched all the same.
+void bridge_small_faces(const std::vector<double>& borders, double gap_mm, double small_mm,
+                        std::vector<double>& at) {
+  const auto is_small = [&](double place) {
+    const auto end = std::upper_bound(borders.begin() + 1, borders.end() - 1, place);
+    return *end - *(end - 1) < small_mm;
+  };
+  std::vector<double> out;
+  double last = borders.front();
+  const auto bridge = [&](double to) {
+    for (const double place : evenly(last, to, gap_mm))
+      if (place > last && place < to && is_small(place)) out.push_back(place);
+  };
+  for (const double place : at) {
+    bridge(place);
+    out.push_back(place);
+    last = place;
+  }
+  bridge(borders.back());
+  if (out.size() < 2) out = evenly(borders.front(), borders.back(), gap_mm);
+  at = std::move(out);
+}
+
 }  // namespace
 
 std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineChoice& choice) {
@@ -331,6 +323,8 @@ std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineCho
   };
   check("form wavelength", choice.form_wavelength_mm);
   check("placement", choice.placement_mm);
+  check("ball radius", choice.ball_radius_mm);
+  require_no_wall(line);
   const std::vector<Eigen::Vector3d> points = positions_mm(line);
   const std::vector<double> lengths = polygon_lengths_mm(points);
   const double gap_mm = choice.form_wavelength_mm / 5.0;
@@ -338,19 +332,31 @@ std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineCho
     throw MotionError(
         fmt::format("form wavelength: {} mm asks for {:.3g} points on {:.6g} mm, expected at most {}",
                     choice.form_wavelength_mm, lengths.back() / gap_mm, lengths.back(), kMaxPoints));
-  const std::vector<Eigen::Vector3d> across = directions_across(line);
-  const std::vector<double> corners = corners_mm(points, lengths);
-  std::vector<MeasuringPoint> out;
-  for (std::size_t piece = 0; piece + 1 < corners.size(); ++piece) {
-    const double from = corners[piece], to = corners[piece + 1];
-    const auto gaps = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((to - from) / gap_mm)));
-    std::vector<double> at;
-    for (std::size_t i = 0; i <= gaps; ++i)
-      at.push_back(from + (to - from) * static_cast<double>(i) / static_cast<double>(gaps));
-    at = refine(across, lengths, std::move(at), 0.5 * choice.tolerance_mm / choice.placement_mm);
-    for (std::size_t i = piece == 0 ? 0 : 1; i < at.size(); ++i)
-      out.push_back(place_on(line, lengths, at[i]));
+  const std::vector<Eigen::Vector3d> across = directions_across(line, lengths);
+  const std::vector<Fold> folds = folds_of(line, lengths);
+  const std::vector<double> borders = face_borders_mm(folds, lengths.back());
+  std::vector<double> at;
+  for (std::size_t face = 0; face + 1 < borders.size(); ++face) {
+    const double from_clear = face == 0 ? 0.0 : clear_mm(folds[face - 1], choice),
+                 to_clear = face == folds.size() ? 0.0 : clear_mm(folds[face], choice);
+    const double from = borders[face] + from_clear, to = borders[face + 1] - to_clear;
+    if (to < from) continue;
+    // From two touches so close the way to the fold couldn't be told.
+    if (to - from < std::max(from_clear, to_clear)) {
+      at.push_back(0.5 * (from + to));
+      continue;
+    }
+    const std::vector<double> corners = corners_mm(line, lengths, from, to);
+    for (std::size_t piece = 0; piece + 1 < corners.size(); ++piece) {
+      const std::vector<double> on_piece =
+          refine(line, across, lengths, evenly(corners[piece], corners[piece + 1], gap_mm),
+                 0.5 * choice.tolerance_mm / choice.placement_mm);
+      at.insert(at.end(), on_piece.begin() + (piece == 0 ? 0 : 1), on_piece.end());
+    }
   }
+  bridge_small_faces(borders, gap_mm, 2.0 * choice.placement_mm, at);
+  std::vector<MeasuringPoint> out;
+  for (const double place : at) out.push_back(place_on(line, lengths, place));
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "motion/surface/cl_points.hpp"
+#include "motion/surface/line_shape.hpp"
 
 namespace meltstage::motion {
 
@@ -40,28 +41,20 @@ struct SplineChoice {
   /// How far beside its place the part may lie. Shifted by so much, a slope that changes shows as a shift of
   /// the surface.
   double placement_mm = 0.2;
-};
-
-/// A place to touch on the nominal line.
-struct MeasuringPoint {
-  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-  double length_mm = 0.0;  ///< along the line's polygon
+  double ball_radius_mm = 1.0;  ///< of the probe: so close to a valley's bottom it would touch both faces
 };
 
 /// Places such that what reconstruct() does with them holds the tolerance: no gap is longer than a fifth of
 /// the form wavelength, and where the surface bends they are so close that a part beside its place is seen
-/// within half the tolerance. Corners (more than 20 degrees) are touched.
-/// @throws MotionError if an option isn't positive.
+/// within half the tolerance. Corners (more than 20 degrees) are touched, but not where the surface is
+/// folded: there each face is touched as close to the fold as ball and placement let it. A face too short for
+/// that isn't touched.
+/// @throws MotionError if an option isn't positive, or a line without tool axes goes up or down a wall.
 std::vector<MeasuringPoint> choose_by_spline(const ClLine& line, const SplineChoice& choice);
 
 /// The chosen points of a line with their lengths.
+/// @throws MotionError if a line without tool axes goes up or down a wall.
 std::vector<MeasuringPoint> measuring_points(const ClLine& line, std::span<const std::size_t> chosen);
-
-/// A place of the line by its polygon's length; held to its ends. Between points that sample a curve it is on
-/// the curve (a cubic with the tangents of its neighbours, error O(h^4)), between points whose chord would be
-/// off such a curve by more than 10 um, and next to corners of more than 20 degrees, on the straight move.
-MeasuringPoint place_on(const ClLine& line, std::span<const double> lengths_mm, double length_mm);
 
 /// Distance of a point from a straight segment.
 double distance_to_segment_mm(const Eigen::Vector3d& point, const Eigen::Vector3d& from,

@@ -10,8 +10,19 @@
 #include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/text_lines.hpp"
+#include "motion/surface/line_shape.hpp"
 
 namespace meltstage::motion::detail {
+
+namespace {
+
+void square_axes(ClLine& line) {
+  const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
+  for (std::size_t i = 0; i < lengths.size(); ++i)
+    line.points[i].axis = place_on(line, lengths, lengths[i]).axis;
+}
+
+}  // namespace
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -53,40 +64,37 @@ void PathLines::add(const Eigen::Vector3d& position_mm, const Eigen::Vector3d& a
 
 void PathLines::end_line(bool keep_ends) {
   if (!keep_ends) drop_approach();
-  if (!has_axes_) square_axes();
-  if (open_.size() >= 2)
-    lines_.push_back({unique(name_.empty() ? fmt::format("line {}", lines_.size() + 1) : name_), open_});
+  if (open_.size() >= 2) {
+    ClLine line{unique(name_.empty() ? fmt::format("line {}", lines_.size() + 1) : name_), open_, !has_axes_};
+    if (!has_axes_) square_axes(line);
+    lines_.push_back(std::move(line));
+  }
   open_.clear();
 }
 
 std::vector<ClLine> PathLines::take() {
   if (lines_.empty())
-    throw CoordinateError(fmt::format(
-        "{}: found no line, expected at least two points one after the other that aren't a rapid move",
-        file_));
+    throw CoordinateError(
+        fmt::format("{}: found no line, expected at least two points one after the other that are no rapid "
+                    "move, lowering or "
+                    "lifting",
+                    file_));
   return std::move(lines_);
 }
 
-/// Leaves out a first or last move that runs along the tool axis.
+/// Leaves out the first and the last moves that run along the tool axis. What a file says of the axis may
+/// lean a little; an upright one is upright, and a steep face is none of them.
 void PathLines::drop_approach() {
-  const auto along_axis = [](const ClPoint& near, const ClPoint& far) {
+  const double least = has_axes_ ? 0.99 : 1.0 - 1e-9;
+  const auto along_axis = [&](const ClPoint& near, const ClPoint& far) {
     const Eigen::Vector3d way = far.position_mm - near.position_mm;
-    return way.dot(near.axis) > 0.99 * way.norm();
+    return way.dot(near.axis) > least * way.norm();
   };
-  if (open_.size() >= 3 && along_axis(open_[1], open_[0])) open_.erase(open_.begin());
-  if (open_.size() >= 3 && along_axis(open_[open_.size() - 2], open_.back())) open_.pop_back();
-}
-
-/// Where the path has no tool axes: the upright one, made square to the line.
-void PathLines::square_axes() {
-  std::vector<Eigen::Vector3d> axes;
-  for (std::size_t i = 0; i < open_.size(); ++i) {
-    const std::size_t next = std::min(i + 1, open_.size() - 1), before = i == 0 ? 0 : i - 1;
-    const Eigen::Vector3d along = (open_[next].position_mm - open_[before].position_mm).normalized();
-    const Eigen::Vector3d across = Eigen::Vector3d::UnitZ() - along.z() * along;
-    axes.push_back(across.norm() > 0.1 ? across.normalized() : Eigen::Vector3d::UnitZ());
-  }
-  for (std::size_t i = 0; i < axes.size(); ++i) open_[i].axis = axes[i];
+  std::size_t first = 0, last = open_.size();
+  while (first + 1 < last && along_axis(open_[first + 1], open_[first])) ++first;
+  while (last > first + 1 && along_axis(open_[last - 2], open_[last - 1])) --last;
+  open_ = {open_.begin() + static_cast<std::ptrdiff_t>(first),
+           open_.begin() + static_cast<std::ptrdiff_t>(last)};
 }
 
 std::string PathLines::unique(const std::string& wanted) {

@@ -48,7 +48,6 @@ class PathLines {
 
  private:
   void drop_approach();
-  void square_axes();
   std::string unique(const std::string& wanted);
 
   std::string_view file_;

@@ -62,11 +62,11 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
   for (const ProbeLine& line : lines) {
     for (const MeasuringPoint& point : line.points) {
       ++points;
-      if (!(point.axis.z() > 0.05))
-        throw MotionError(fmt::format(
-            "{}: the surface at ({:.4f}, {:.4f}, {:.4f}) faces sideways or down (axis z {:.3f}), "
-            "expected one that a probe from above can touch",
-            line.name, point.position_mm.x(), point.position_mm.y(), point.position_mm.z(), point.axis.z()));
+      try {
+        require_facing_up(point.position_mm, point.axis);
+      } catch (const MotionError& error) {
+        throw MotionError(fmt::format("{}: {}", line.name, error.what()));
+      }
       const Eigen::Vector3d start = centre_mm(point, options, options.approach_mm);
       require_safe_z(options.safe_z_mm, start.z(), fmt::format("a touch of {} begins there", line.name));
     }

@@ -161,6 +161,14 @@ TEST_F(Conformal, OptionsHaveRanges) {
   expect_refused("probe " + path + " --points-file 'a)(b'", "--points-file: ");
 }
 
+TEST_F(Conformal, AWallIsRefused) {
+  for (const char* wall : {"X5 Y0 Z1\nX5 Y0 Z6", "X5 Y0 Z1\nX5.05 Y0 Z6", "X5 Y0 Z1\nX5 Y0 Z1.5"})
+    for (const char* rule : {"spline", "chord", "even"}) {
+      std::ofstream(at("wall.nc")) << "G21 G90\nG0 X0 Y0 Z9\nG1 Z1 F9\n" << wall << "\nX10\nG0 Z9\nM2\n";
+      expect_refused("probe " + at("wall.nc") + " --rule " + rule, "faces sideways or down (axis z 0.0");
+    }
+}
+
 TEST_F(Conformal, NoTouchIsDroppedWithoutAWord) {
   std::ofstream(at("line.csv")) << "x_mm,y_mm,z_mm\n0,0,0\n10,0,0\n";
   const auto print = [&](const std::string& points) { return print_of(at("line.csv"), at(points)); };

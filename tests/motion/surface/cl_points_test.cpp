@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "motion/surface/line_shape.hpp"
+
 namespace meltstage::motion {
 namespace {
 
@@ -176,6 +178,38 @@ M2
   // Without tool axes they are square to the line.
   EXPECT_NEAR(lines[0].points[0].axis.dot(Eigen::Vector3d(1, 0, 0.1).normalized()), 0.0, 1e-12);
   EXPECT_GT(lines[0].points[0].axis.z(), 0.9);
+}
+
+TEST(GcodeReader, ALoweringAloneIsNoLine) {
+  EXPECT_EQ(error_of("a.ngc", program("G0 X0 Y0 Z10\nG1 Z1 F10\nG0 Z10\nG0 X5\nG1 Z1\nG1 Z10\n")),
+            "a.ngc: found no line, expected at least two points one after the other that are no rapid move, "
+            "lowering or lifting");
+  EXPECT_THAT(error_of("a.apt", apt("MULTAX\nRAPID\nGOTO/0,0,10,0,0,1\nGOTO/0,0,1,0,0,1\nRAPID\n"
+                                    "GOTO/5,0,10,0,0,1\nGOTO/5,0,1,0,0,1\n")),
+              HasSubstr("found no line"));
+  // Between lines, and in steps.
+  const auto lines = read_tool_path_text(
+      "a.ngc", program("G0 X0 Y0 Z10\nG1 Z4\nZ1\nX5\nZ4\nZ10\nG0 X9\nG1 Z1\nG0 Z10\nG0 X0 Y3\nG1 "
+                       "Z1\nX5\nG0 Z10\n"));
+  ASSERT_EQ(lines.size(), 2U);
+  for (const ClLine& line : lines) {
+    ASSERT_EQ(line.points.size(), 2U);
+    EXPECT_EQ(line.points[0].position_mm.z(), 1.0);
+    EXPECT_EQ(line.points[1].position_mm.z(), 1.0);
+  }
+}
+
+TEST(GcodeReader, AWallFacesSideways) {
+  const auto axis_on = [](const std::string& blocks, double length_mm) {
+    const ClLine line = read_tool_path_text("a.ngc", program("G0 X0 Y0 Z1\n" + blocks)).at(0);
+    return place_on(line, polygon_lengths_mm(positions_mm(line)), length_mm).axis.z();
+  };
+  EXPECT_NEAR(axis_on("G1 X5\nZ6\nX10\n", 7.0), 0.0, 1e-12);
+  EXPECT_NEAR(axis_on("G1 X5\nX5.05 Z6\nX10\n", 7.0), 0.01, 1e-4);
+  EXPECT_EQ(axis_on("G1 X5\nZ6\nX10\n", 4.9), 1.0);
+  EXPECT_EQ(axis_on("G1 X5\nZ6\nX10\n", 10.1), 1.0);
+  // A steep face at an end is no lowering.
+  EXPECT_EQ(read_tool_path_text("a.ngc", program("G0 X0 Y0 Z1\nG1 X5\nX6 Z11\n")).at(0).points.size(), 3U);
 }
 
 TEST(GcodeReader, TakesWhatIsMovedUnderPressure) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/surface/conformal.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -116,6 +117,146 @@ TEST(Reconstruction, KeepsCorners) {
     nearest = std::min(nearest, (p - Eigen::Vector3d(10, 0, 0.05)).norm());
   EXPECT_LT(nearest, 1e-9);
   EXPECT_THAT(error_of([&] { reconstruct(line, points, {}, {}); }), HasSubstr("found 0 touches"));
+}
+
+// Two flat faces that meet over x = 20, the second of them sloped by so much; each shifted along its normal.
+struct FoldedPart {
+  double slope_deg;
+  double first_mm = 0.0, second_mm = 0.0;
+
+  double from_first_mm(const Eigen::Vector3d& p) const { return p.z() - 1.0 - first_mm; }
+  double from_second_mm(const Eigen::Vector3d& p) const {
+    const double slope = slope_deg * M_PI / 180.0;
+    return (p.z() - 1.0) * std::cos(slope) - (p.x() - 20.0) * std::sin(slope) - second_mm;
+  }
+  // In a valley the nearer face counts, over a ridge the one that looks to the point.
+  double distance_mm(const Eigen::Vector3d& p) const {
+    return slope_deg > 0.0 ? std::min(from_first_mm(p), from_second_mm(p))
+                           : std::max(from_first_mm(p), from_second_mm(p));
+  }
+  Eigen::Vector3d touch(const MeasuringPoint& point, double radius_mm) const {
+    double low = -5.0, high = 5.0;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      (distance_mm(point.position_mm + middle * point.axis) > radius_mm ? high : low) = middle;
+    }
+    return point.position_mm + high * point.axis;
+  }
+};
+
+// As a CAM system writes it: each face by so many straight moves.
+ClLine folded_line(const FoldedPart& part, int moves) {
+  std::string program = "G21 G90\nG0 X0 Y0 Z90\nG1 Z1 F10\n";
+  for (int i = 1; i <= moves; ++i) program += fmt::format("X{:.6f} Z1\n", 20.0 * i / moves);
+  for (int i = 1; i <= moves; ++i)
+    program += fmt::format("X{:.6f} Z{:.6f}\n", 20.0 + 20.0 * i / moves,
+                           1.0 + 20.0 * i / moves * std::tan(part.slope_deg * M_PI / 180.0));
+  return read_tool_path_text("folded.nc", program + "G0 Z90\nM2\n").at(0);
+}
+
+double worst_mm(const RealLine& line, const FoldedPart& part) {
+  double worst = 0.0;
+  for (const Eigen::Vector3d& p : line.points_mm) worst = std::max(worst, std::abs(part.distance_mm(p)));
+  return worst;
+}
+
+TEST(Reconstruction, OfAPathWithoutAxesStandsSquareOnEachFace) {
+  for (const double slope_deg : {40.0, 19.0, -30.0, -60.0, 84.0})
+    for (const int moves : {1, 2, 20}) {
+      const FoldedPart part{slope_deg};
+      const ClLine line = folded_line(part, moves);
+      const ProbeLine points{line.name, choose_by_spline(line, {})};
+      std::vector<Eigen::Vector3d> touches;
+      const Eigen::Vector3d second(-std::sin(slope_deg * M_PI / 180.0), 0,
+                                   std::cos(slope_deg * M_PI / 180.0));
+      for (const MeasuringPoint& p : points.points) {
+        EXPECT_LT((p.axis - (p.position_mm.x() < 20.0 ? Eigen::Vector3d(0, 0, 1) : second)).norm(), 1e-5)
+            << slope_deg << " " << moves << " " << p.position_mm.x();
+        touches.push_back(part.touch(p, 1.0));
+      }
+      const RealLine real = reconstruct(line, points, touches, {.ball_radius_mm = 1.0});
+      EXPECT_LT(worst_mm(real, part), 1e-5) << slope_deg << " " << moves;
+      EXPECT_LT(real.shift_largest_mm, 1e-5) << slope_deg << " " << moves;
+      EXPECT_EQ(real.untouched_faces, 0U);
+      for (std::size_t i = 0; i < real.points_mm.size(); ++i) {
+        const double x = real.points_mm[i].x();
+        if (std::abs(x - 20.0) < 1e-3) continue;  // on the fold
+        ASSERT_LT((real.normals[i] - (x < 20.0 ? Eigen::Vector3d(0, 0, 1) : second)).norm(), 1e-5)
+            << slope_deg << " " << moves << " " << x;
+      }
+    }
+}
+
+// Beside its place the part shows its two faces by different shifts.
+TEST(Reconstruction, FindsTheFoldWhereTheFacesMeet) {
+  for (const double slope_deg : {40.0, 10.0, -30.0})
+    for (const double first_mm : {-0.05, 0.1})
+      for (const double second_mm : {-0.08, 0.0, 0.06}) {
+        const double slope = slope_deg * M_PI / 180.0;
+        const double aside_mm = (second_mm - first_mm * std::cos(slope)) / std::sin(slope);
+        if (std::abs(aside_mm) > 0.19) continue;  // placement: 0.2 mm
+        const FoldedPart part{slope_deg, first_mm, second_mm};
+        const ClLine line = folded_line(part, 1);
+        const ProbeLine points{line.name, choose_by_spline(line, {})};
+        std::vector<Eigen::Vector3d> touches;
+        for (const MeasuringPoint& p : points.points) touches.push_back(part.touch(p, 1.0));
+        const RealLine real = reconstruct(line, points, touches, {.ball_radius_mm = 1.0});
+        EXPECT_LT(worst_mm(real, part), 1e-5) << slope_deg << " " << first_mm << " " << second_mm;
+        for (std::size_t i = 1; i < real.points_mm.size(); ++i)
+          ASSERT_GT(real.points_mm[i].x(), real.points_mm[i - 1].x());
+      }
+}
+
+// The paper's rules touch the fold itself: a ball rests on both faces of a valley.
+TEST(Reconstruction, TakesTheBallOutOfATouchInAValley) {
+  for (const double slope_deg : {40.0, -30.0})
+    for (const int moves : {1, 20, 100}) {
+      const FoldedPart part{slope_deg};
+      const ClLine line = folded_line(part, moves);
+      std::vector<std::size_t> all(line.points.size());
+      for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+      const ProbeLine points{line.name, measuring_points(line, all)};
+      std::vector<Eigen::Vector3d> touches;
+      for (const MeasuringPoint& p : points.points) {
+        const bool on_ridge = slope_deg < 0.0 && std::abs(p.position_mm.x() - 20.0) < 1e-6;
+        touches.push_back(on_ridge ? p.position_mm + p.axis : part.touch(p, 1.0));
+      }
+      EXPECT_LT(worst_mm(reconstruct(line, points, touches, {.ball_radius_mm = 1.0}), part), 1e-5)
+          << slope_deg << " " << moves;
+    }
+}
+
+// A groove narrower than the ball isn't touched; what stands beside it tells its shift.
+TEST(Reconstruction, BridgesAFaceThatTheBallCannotTouch) {
+  const ClLine line = read_tool_path_text("groove.nc",
+                                          "G21 G90\nG0 X0 Y0 Z9\nG1 Z1 F9\nX10\nX10.4 Z0.6\nX10.8 Z1\n"
+                                          "X20\nG0 Z9\nM2\n")
+                          .at(0);
+  const ProbeLine points{line.name, choose_by_spline(line, {})};
+  std::vector<Eigen::Vector3d> touches;
+  for (const MeasuringPoint& p : points.points) {
+    EXPECT_EQ(p.axis.z(), 1.0) << p.position_mm.x();
+    touches.push_back(p.position_mm + 1.05 * p.axis);
+  }
+  const RealLine real = reconstruct(line, points, touches, {.ball_radius_mm = 1.0});
+  EXPECT_EQ(real.untouched_faces, 2U);
+  double deepest = 9.0;
+  for (const Eigen::Vector3d& p : real.points_mm) deepest = std::min(deepest, p.z());
+  EXPECT_NEAR(deepest, 0.6 + 0.05 * std::sqrt(2.0), 1e-9);
+  EXPECT_THAT(error_of([&] {
+                reconstruct(ClLine{"groove", {line.points[1], line.points[2], line.points[3]}, true},
+                            {"groove", measuring_points(line, std::vector<std::size_t>{1, 2})}, touches, {});
+              }),
+              HasSubstr("touches for 2 measuring points"));
+}
+
+TEST(Reconstruction, OfARaggedPathStillHasTouches) {
+  std::string program = "G21 G90\nG0 X0 Y0 Z9\nG1 Z1 F9\n";
+  for (int i = 1; i <= 400; ++i) program += fmt::format("X{:.3f} Z{:.3f}\n", 0.02 * i, 1.0 + 0.01 * (i % 2));
+  const ClLine line = read_tool_path_text("ragged.nc", program + "G0 Z9\nM2\n").at(0);
+  const auto points = choose_by_spline(line, {});
+  EXPECT_GE(points.size(), 5U);
+  EXPECT_LE(points.size(), 20U);
 }
 
 PrintProgramOptions machine() {
