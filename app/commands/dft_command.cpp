@@ -517,6 +517,7 @@ int replay_patterns(const Options& options) {
     throw UserError("--netlist: found nothing, expected the netlist to run on");
   keep_inputs(options);
   CycleStream stream = read_patterns(options);
+  require_order(stream);
   if (options.cycles != 0) keep_first(stream, options.cycles);
   if (!options.out.empty()) report_masks(options, stream);
   if (on_fpga) {

@@ -47,6 +47,45 @@ CycleStream unrolled(CycleStream stream) {
   return stream;
 }
 
+namespace {
+
+bool has_state(const CycleStream& stream, bool of_inputs, std::string_view states) {
+  for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+    if (stream.signals[s].is_input != of_inputs) continue;
+    for (const TestCycle& cycle : stream.cycles) {
+      if (states.find(cycle.states[s]) != std::string_view::npos) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+bool has_pulse(const CycleStream& stream) { return has_state(stream, true, "P"); }
+bool has_strobe(const CycleStream& stream) { return has_state(stream, false, "HL"); }
+
+std::vector<std::string> disorders(const CycleStream& stream) {
+  if (!stream.timing_defects.empty()) return stream.timing_defects;
+  const TestTiming& t = stream.timing;
+  const bool pulse = has_pulse(stream);
+  std::vector<std::string> reasons;
+  if (has_strobe(stream) && (t.strobe_ns <= t.drive_ns || (pulse && t.strobe_ns >= t.clock_rise_ns)))
+    reasons.push_back(fmt::format(
+        "{}: found the strobe at {} ns, expected it behind the drive edge ({} ns){}", stream.title,
+        t.strobe_ns, t.drive_ns, pulse ? fmt::format(" and before the clock ({} ns)", t.clock_rise_ns) : ""));
+  if (pulse && (t.drive_ns >= t.clock_rise_ns || t.clock_rise_ns >= t.clock_fall_ns))
+    reasons.push_back(
+        fmt::format("{}: found the drive edge at {} ns and the clock from {} to {} ns, expected these times "
+                    "in this order",
+                    stream.title, t.drive_ns, t.clock_rise_ns, t.clock_fall_ns));
+  return reasons;
+}
+
+void require_order(const CycleStream& stream) {
+  const std::vector<std::string> reasons = disorders(stream);
+  if (!reasons.empty()) throw UserError(reasons.front());
+}
+
 bool same_cycles(const CycleStream& a, const CycleStream& b) {
   if (a.signals != b.signals || a.timing != b.timing || cycle_count(a) != cycle_count(b)) return false;
   std::uint64_t left_a = 0, left_b = 0;

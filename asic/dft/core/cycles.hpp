@@ -54,7 +54,18 @@ struct CycleStream {
   TestTiming timing;
   std::vector<TestCycle> cycles;
   std::vector<ScanChain> chains;  ///< empty where the format has none
+  /// What the file does that these cycles don't say, by its timing: a line each, with its place.
+  std::vector<std::string> timing_defects = {};
 };
+
+/// Whether a clock pulses in a cycle.
+bool has_pulse(const CycleStream& stream);
+/// Whether an output is compared.
+bool has_strobe(const CycleStream& stream);
+/// Why the stream is not inputs, strobe, pulse in each cycle, a line a reason; empty when it is.
+std::vector<std::string> disorders(const CycleStream& stream);
+/// Throws UserError with the first of them. Whoever runs a stream asks this.
+void require_order(const CycleStream& stream);
 
 /// Entries that a reader or unrolled() makes at the most, and states of all signals in them.
 inline constexpr std::size_t kMostCycles = 50'000'000;

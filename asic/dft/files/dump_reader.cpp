@@ -310,7 +310,9 @@ void require_timing(const TestTiming& t, const std::string& name) {
 CycleStream parse_dump(std::string_view text, const std::string& name, const TestTiming& timing,
                        const Directions& directions) {
   require_timing(timing, name);
-  return DumpReader(text, name, timing, directions).read();
+  CycleStream stream = DumpReader(text, name, timing, directions).read();
+  require_order(stream);  // times that the user says, not the file
+  return stream;
 }
 
 }  // namespace meltstage::dft

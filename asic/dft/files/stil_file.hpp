@@ -3,13 +3,12 @@
 #pragma once
 
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "asic/dft/core/cycles.hpp"
+#include "asic/dft/files/waveforms.hpp"
 
 namespace meltstage::dft::stil {
 
@@ -31,10 +30,16 @@ struct Statement {
   std::size_t where = 0;
 };
 
+struct Waveform {
+  char character = 0;
+  std::vector<PinEvent> events;
+  std::size_t where = 0;
+};
+
 struct WaveformTable {
   double period_ns = 0;
-  std::vector<std::set<char>> characters;  ///< by signal
-  std::map<char, std::vector<std::pair<double, std::string>>> events;
+  std::vector<Waveform> waveforms;
+  std::vector<std::map<char, std::size_t>> of_signal;  ///< its waveform by character
 };
 
 struct File {

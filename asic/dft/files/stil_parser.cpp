@@ -294,7 +294,7 @@ class Reader {
       expect_word("WaveformTable");
       const std::string name = take_name();
       WaveformTable table;
-      table.characters.resize(file_.signals.size());
+      table.of_signal.resize(file_.signals.size());
       expect("{");
       while (!is("}")) {
         const std::size_t where = token_.where;
@@ -312,10 +312,11 @@ class Reader {
       expect("}");
       if (table.period_ns <= 0)
         fail(token_.where, fmt::format("no Period in WaveformTable \"{}\"", name), "one above 0");
-      for (const auto& [c, events] : table.events) {
-        for (const auto& [at, event] : events) {
-          if (at >= table.period_ns)
-            fail(token_.where, fmt::format("an edge at {} ns in waveform {} of \"{}\"", at, c, name),
+      for (const Waveform& waveform : table.waveforms) {
+        for (const PinEvent& event : waveform.events) {
+          if (event.ns >= table.period_ns)
+            fail(waveform.where,
+                 fmt::format("an edge at {} ns in waveform {} of \"{}\"", event.ns, waveform.character, name),
                  fmt::format("one within the period of {} ns", table.period_ns));
         }
       }
@@ -330,12 +331,13 @@ class Reader {
       const std::vector<std::size_t> signals = file_.members(take_name(), where);
       expect("{");
       while (!is("}")) {
+        const std::size_t at_characters = token_.where;
         const std::string characters = take_word();
         if (characters.size() > kMostCharacters)
           fail(where, fmt::format("{} waveform characters", characters.size()),
                fmt::format("at most {}", kMostCharacters));
         expect("{");
-        std::vector<std::vector<std::pair<double, std::string>>> lists(characters.size());
+        std::vector<std::vector<PinEvent>> lists(characters.size());
         while (!is("}")) {
           const double at = time_ns(token_);
           advance();
@@ -348,16 +350,16 @@ class Reader {
             const char event = events[events.size() == 1 ? 0 : i];
             if (std::string_view("DUZPNLHXTlhxt").find(event) == std::string_view::npos)
               fail(token_.where, fmt::format("event {}", event), "D U Z P N, or L H X T");
-            if (!lists[i].empty() && at < lists[i].back().first)
+            if (!lists[i].empty() && at < lists[i].back().ns)
               fail(token_.where, fmt::format("an edge at {} ns after a later one", at), "rising times");
-            lists[i].emplace_back(at, std::string(1, event));
+            lists[i].push_back({at, event});
           }
           expect(";");
         }
         expect("}");
         for (std::size_t i = 0; i < characters.size(); ++i) {
-          for (const std::size_t s : signals) table.characters[s].insert(characters[i]);
-          if (!lists[i].empty()) table.events[characters[i]] = lists[i];
+          for (const std::size_t s : signals) table.of_signal[s][characters[i]] = table.waveforms.size();
+          table.waveforms.push_back({characters[i], std::move(lists[i]), at_characters + i});
         }
       }
       expect("}");

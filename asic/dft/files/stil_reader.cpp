@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <map>
 
@@ -49,6 +50,22 @@ class Expander {
   }
 
  private:
+  void use(const WaveformTable& table) {
+    if (used_table_ == &table) return;
+    used_table_ = &table;
+    state_of_.assign(table.waveforms.size(), {'\0', '\0'});
+  }
+  // The cycle's character for what this one does to the signal.
+  char state_of(std::size_t signal, const Waveform& waveform, char& state) {
+    if (state != '\0') return state;
+    const TestSignal& pin = stream_.signals[signal];
+    state = waveforms_
+                .add(waveform.character, fmt::format("waveform {} of \"{}\"", waveform.character, pin.name),
+                     waveform.where, waveform.events, pin.is_input, used_table_->period_ns)
+                .value_or(waveform.character);
+    return state;
+  }
+
   // "\r5 0 1" to "000001".
   std::string unrolled(const Assignment& assignment) {
     std::string result;
@@ -84,17 +101,18 @@ class Expander {
 
   void set_timing() {
     if (used_table_ == nullptr) return;
-    TestTiming& timing = stream_.timing;
-    timing.period_ns = used_table_->period_ns;
-    const auto edge = [&](char c, std::size_t i, double& into) {
-      const auto found = used_table_->events.find(c);
-      if (found != used_table_->events.end() && i < found->second.size()) into = found->second[i].first;
-    };
-    edge('0', 0, timing.drive_ns);
-    edge('P', 1, timing.clock_rise_ns);
-    edge('P', 2, timing.clock_fall_ns);
-    const auto high = used_table_->events.find('H');
-    if (high != used_table_->events.end()) timing.strobe_ns = high->second.back().first;
+    stream_.timing.period_ns = used_table_->period_ns;
+    UsedWaveforms defined;  // say the times of what no cycle has
+    for (std::size_t s = 0; s < stream_.signals.size(); ++s) {
+      for (const auto& [character, waveform] : used_table_->of_signal[s])
+        defined.add('\0', "", 0, used_table_->waveforms[waveform].events, stream_.signals[s].is_input,
+                    used_table_->period_ns);
+    }
+    defined.set(stream_.timing);
+    waveforms_.set(stream_.timing);
+    for (const UsedWaveforms::Defect& defect : waveforms_.defects())
+      stream_.timing_defects.push_back(
+          defect_at(file_.name, place_of(file_.text, defect.where), defect.found, defect.expected));
   }
 
   void run(const std::vector<Statement>& list, Parameters& parameters, std::size_t depth) {
@@ -111,7 +129,7 @@ class Expander {
           if (used_table_ != nullptr && used_table_ != &found->second)
             file_.fail(statement.where, fmt::format("a second WaveformTable \"{}\"", shown(statement.name)),
                        "one for the whole pattern");
-          used_table_ = &found->second;
+          use(found->second);
           break;
         }
         case Statement::Kind::condition:
@@ -232,11 +250,14 @@ class Expander {
           c = parameter.data[at];
         }
         if (used_table_ == nullptr) file_.fail(where, "data before a W statement", "a WaveformTable first");
-        if (used_table_->characters[signals[i]].count(c) == 0)
+        const auto waveform = used_table_->of_signal[signals[i]].find(c);
+        if (waveform == used_table_->of_signal[signals[i]].end())
           file_.fail(where,
                      fmt::format("waveform character {} for \"{}\"", c, stream_.signals[signals[i]].name),
                      "one that its WaveformTable defines");
-        states_[signals[i]] = c;
+        const bool is_input = stream_.signals[signals[i]].is_input;
+        states_[signals[i]] = state_of(signals[i], used_table_->waveforms[waveform->second],
+                                       state_of_[waveform->second][is_input ? 0 : 1]);
       }
     }
   }
@@ -260,6 +281,8 @@ class Expander {
   const File& file_;
   CycleStream stream_;
   const WaveformTable* used_table_ = nullptr;
+  UsedWaveforms waveforms_;
+  std::vector<std::array<char, 2>> state_of_;  // by waveform, for inputs and outputs; 0: not used so far
   std::string states_;
   std::string pending_label_;
   const std::size_t most_cycles_;

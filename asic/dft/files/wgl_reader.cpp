@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "asic/dft/files/pattern_files.hpp"
+#include "asic/dft/files/waveforms.hpp"
 #include "base/number.hpp"
 #include "base/place.hpp"
 
@@ -57,10 +58,11 @@ class WglReader {
   }
 
  private:
-  // An input: P keeps the value before, D low, U high, S the value of the vector. An output: X, Q compared.
-  struct Event {
-    double ns;
-    char state;
+  // Of a signal in the timeplate: an input's S is the value of the vector, an output's Q compares with it.
+  struct Edges {
+    std::vector<PinEvent> events;
+    std::size_t where = 0;
+    std::map<char, char> states;  // of a cycle, by the vector's value
   };
 
   struct Chain {
@@ -286,7 +288,7 @@ class WglReader {
     plate_ = name.text;
     expect("period");
     stream_.timing.period_ns = take_time();
-    events_.assign(stream_.signals.size(), {});
+    edges_.assign(stream_.signals.size(), {});
     while (!at("end")) {
       const std::size_t s = signal(token_), where = token_.where;
       advance();
@@ -297,11 +299,11 @@ class WglReader {
         fail(direction.where, shown(direction), stream_.signals[s].is_input ? "input" : "output");
       expect("[");
       for (bool more = true; more;) {
-        Event event{take_time(), ' '};
+        PinEvent event{take_time(), ' '};
         if (event.ns > stream_.timing.period_ns)
           fail(where, fmt::format("an edge at {} ns", event.ns),
                fmt::format("one within the period of {} ns", stream_.timing.period_ns));
-        if (!events_[s].empty() && event.ns <= events_[s].back().ns)
+        if (!edges_[s].events.empty() && event.ns <= edges_[s].events.back().ns)
           fail(where, fmt::format("an edge at {} ns", event.ns), "one behind the edge before");
         expect(":");
         const Token state = token_;
@@ -310,7 +312,8 @@ class WglReader {
         if (state.text.size() != 1 || known.find(state.text) == std::string_view::npos)
           fail(state.where, shown(state), fmt::format("one of {}", known));
         event.state = state.text[0];
-        events_[s].push_back(event);
+        edges_[s].events.push_back(event);
+        edges_[s].where = where;
         more = at(",");
         if (more) advance();
       }
@@ -318,31 +321,37 @@ class WglReader {
       expect(";");
     }
     advance();
-    for (std::size_t s = 0; s < events_.size(); ++s) {
-      if (events_[s].empty())
+    for (std::size_t s = 0; s < edges_.size(); ++s) {
+      if (edges_[s].events.empty())
         fail(name.where,
              fmt::format("no edges of \"{}\" in timeplate \"{}\"", stream_.signals[s].name, plate_),
              "some for every signal");
     }
   }
-  // A clock is low but where the vector's value stands.
-  bool pulsed(std::size_t s) const {
-    return stream_.signals[s].is_input && events_[s].size() == 3 && events_[s][0].state == 'D' &&
-           events_[s][1].state == 'S' && events_[s][2].state == 'D';
+  // What the pin does when the vector says 0, 1 or X.
+  std::vector<PinEvent> events_of(std::size_t s, char value) const {
+    std::vector<PinEvent> events = edges_[s].events;
+    const bool input = stream_.signals[s].is_input;
+    for (std::size_t i = 0; i < events.size(); ++i) {
+      char& state = events[i].state;
+      if (input && state == 'S') state = value == '0' ? 'D' : value == '1' ? 'U' : 'N';
+      const bool lasts = i + 1 < events.size();  // compared up to the next edge
+      if (!input && state == 'Q')
+        state = value == 'X' ? 'X' : value == '1' ? (lasts ? 'h' : 'H') : lasts ? 'l' : 'L';
+    }
+    return events;
   }
   void set_timing() {
-    TestTiming& timing = stream_.timing;
-    for (std::size_t s = 0; s < events_.size(); ++s) {
-      const auto edge = std::find_if(events_[s].begin(), events_[s].end(),
-                                     [](const Event& e) { return e.state == 'S' || e.state == 'Q'; });
-      if (edge == events_[s].end()) continue;
-      if (pulsed(s)) {
-        timing.clock_rise_ns = edge->ns;
-        timing.clock_fall_ns = events_[s][2].ns;
-      } else {
-        (stream_.signals[s].is_input ? timing.drive_ns : timing.strobe_ns) = edge->ns;
-      }
+    UsedWaveforms defined;  // say the times of what no cycle has
+    for (std::size_t s = 0; s < edges_.size(); ++s) {
+      for (const char value : {'0', '1'})
+        defined.add('\0', "", 0, events_of(s, value), stream_.signals[s].is_input, stream_.timing.period_ns);
     }
+    defined.set(stream_.timing);
+    waveforms_.set(stream_.timing);
+    for (const UsedWaveforms::Defect& defect : waveforms_.defects())
+      stream_.timing_defects.push_back(
+          defect_at(name_, place_of(text_, defect.where), defect.found, defect.expected));
   }
 
   void read_pattern() {
@@ -425,12 +434,22 @@ class WglReader {
       fail(where, fmt::format("{} values", values.size()), fmt::format("the {} of the pattern", count));
     return values;
   }
-  char state_of(std::size_t s, char c, std::size_t where) const {
-    const bool input = stream_.signals[s].is_input;
-    if (c == '0') return input ? '0' : 'L';
-    if (c == '1') return !input ? 'H' : pulsed(s) ? 'P' : '1';
-    if (c == 'X' || c == '-') return input ? 'N' : 'X';
-    fail(where, fmt::format("{} for \"{}\"", c, stream_.signals[s].name), "0, 1 or X");
+  // The cycle's character for what the vector's value does to the pin.
+  char state_of(std::size_t s, char value, std::size_t where) {
+    if (value == '-') value = 'X';
+    char& state = edges_[s].states[value];
+    if (state != '\0') return state;
+    const TestSignal& pin = stream_.signals[s];
+    if (value != '0' && value != '1' && value != 'X')
+      fail(where, fmt::format("{} for \"{}\"", value, pin.name), "0, 1 or X");
+    const char plain = value == '0'   ? (pin.is_input ? '0' : 'L')
+                       : value == '1' ? (pin.is_input ? '1' : 'H')
+                                      : (pin.is_input ? 'N' : 'X');
+    state = waveforms_
+                .add(plain, fmt::format("{} of \"{}\"", value, pin.name), edges_[s].where,
+                     events_of(s, value), pin.is_input, stream_.timing.period_ns)
+                .value_or(plain);
+    return state;
   }
 
   // scan(tp) := [ 0 1 - X ], output [chain:state, ...], input [chain:state, ...];
@@ -511,7 +530,7 @@ class WglReader {
           const char c = loaded.bits[cell];
           if (c != '0' && c != '1' && c != 'X') fail(loaded.where, fmt::format("{} to load", c), "0, 1 or X");
           cycles[first + length - 1 - cell].states[of->in] =
-              c == 'X' ? 'N' : inverted(c, inverses[of->index][cell]);
+              state_of(of->in, inverted(c, inverses[of->index][cell]), loaded.where);
         }
       }
       for (const auto& [of, name] : row.unload) {
@@ -537,7 +556,8 @@ class WglReader {
   bool pattern_ = false;
   CycleStream stream_;
   std::map<std::string, std::size_t> signal_;
-  std::vector<std::vector<Event>> events_;
+  std::vector<Edges> edges_;  // by signal
+  UsedWaveforms waveforms_;
   std::set<std::string> cells_;
   std::map<std::string, Chain> chain_;
   std::map<std::string, State> state_;

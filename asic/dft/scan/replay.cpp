@@ -79,6 +79,7 @@ class Player {
  public:
   Player(const CaptureView& view, const CycleStream& stream, std::uint64_t seed, const ReplayFault& fault)
       : view_(view), stream_(stream), fault_(fault), seed_(seed) {
+    require_order(stream);
     for (const std::string& name : view.input_ports) input_.push_back(signal(name, true));
     for (std::size_t i = 0; i < stream.signals.size(); ++i) {
       if (stream.signals[i].is_input) continue;
@@ -89,7 +90,7 @@ class Player {
       output_.emplace_back(
           i, view.circuit.outputs()[static_cast<std::size_t>(port - view.output_ports.begin())]);
     }
-    require_clocks();
+    require_clocks(view, stream);
     for (std::size_t f = 0; f < view.flops.size(); ++f) {
       const auto node = view.node_of_net.find(view.flops[f].reset);
       reset_node_.push_back(view.flops[f].has_reset && node != view.node_of_net.end() ? node->second
@@ -139,17 +140,6 @@ class Player {
     }
     throw UserError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
                                 stream_.title, name));
-  }
-  void require_clocks() const {
-    for (std::size_t i = 0; i < input_.size(); ++i) {
-      if (view_.clock_ports[i] == 0) continue;
-      for (std::size_t at = 0; at < stream_.cycles.size(); ++at) {
-        const char state = stream_.cycles[at].states[input_[i]];
-        if (is_open(state))
-          throw UserError(fmt::format("{}: found {} of the clock {} in cycle {}, expected 0 or a pulse",
-                                      stream_.title, state, view_.input_ports[i], at));
-      }
-    }
   }
   // The stuck line is the reset pin of this flop.
   bool is_reset_pin(std::size_t f) const {
@@ -308,6 +298,31 @@ std::string verilog_expression(const Expression& e) {
 
 }  // namespace
 
+void require_clocks(const CaptureView& view, const CycleStream& stream) {
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i) {
+    const auto signal =
+        std::find(stream.signals.begin(), stream.signals.end(), TestSignal{view.input_ports[i], true});
+    if (signal == stream.signals.end()) continue;
+    const auto s = static_cast<std::size_t>(signal - stream.signals.begin());
+    const bool is_clock = view.clock_ports[i] != 0;
+    const bool is_read = !view.circuit.fanout(view.circuit.inputs()[i]).empty();
+    if (!is_clock && (view.flops.empty() || !is_read)) continue;
+    std::uint64_t at = 0;
+    for (const TestCycle& cycle : stream.cycles) {
+      const char state = cycle.states[s];
+      if (is_clock && state != '0' && state != 'P')
+        throw UserError(fmt::format("{}: found {} of the clock {} in cycle {}, expected 0 or a pulse",
+                                    stream.title, state, view.input_ports[i], at));
+      if (!is_clock && state == 'P')
+        throw UserError(
+            fmt::format("{}: found a pulse of {} in cycle {}, which clocks no flop, expected it "
+                        "to keep its level through the cycle",
+                        stream.title, view.input_ports[i], at));
+      at += cycle.count;
+    }
+  }
+}
+
 ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
                     std::uint64_t seed, const ReplayFault& fault, const Progress& progress) {
   const CycleStream single = unrolled(stream);
@@ -405,6 +420,7 @@ constexpr const char* kDone = "done ";
 // `instance`: the device under test, with its ports at s0, s1 ... by signal.
 std::string bench_of(const std::string& instance, const CycleStream& stream,
                      const std::filesystem::path& sdf) {
+  require_order(stream);
   std::string text = "`timescale 1ns/1ps\nmodule bench;\n";
   const std::size_t width = 2 * stream.signals.size();
   const auto value_bit = [&](std::size_t s) { return fmt::format("v[{}]", width - 1 - 2 * s); };
@@ -414,7 +430,9 @@ std::string bench_of(const std::string& instance, const CycleStream& stream,
   for (std::size_t s = 0; s < stream.signals.size(); ++s)
     text += fmt::format("  {} s{};\n", stream.signals[s].is_input ? "reg" : "wire", s);
   text += "  " + instance;
-  const TestTiming& t = stream.timing;
+  TestTiming t = stream.timing;
+  if (!has_strobe(stream)) t.strobe_ns = t.drive_ns;
+  if (!has_pulse(stream)) t.clock_rise_ns = t.clock_fall_ns = t.strobe_ns;
   if (!sdf.empty()) text += fmt::format("  initial $sdf_annotate(\"{}\", dut);\n", sdf.string());
   text +=
       "  initial begin\n    file = $fopen(\"vectors.txt\", \"r\");\n    got = $fscanf(file, \"%b\\n\", "

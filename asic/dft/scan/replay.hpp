@@ -37,9 +37,13 @@ struct ReplayFault {
 /// begins with a whole load, so that nothing is carried over. What is unknown, the state at the beginning of
 /// each piece and every input in every cycle in which the stream leaves it open, is filled in kFills ways,
 /// the drawn ones from `seed`; a strobe that hangs on it fails. Throws UserError when the stream names other
-/// ports than the netlist has, or leaves a clock open.
+/// ports than the netlist has, its timing has another order, or a clock is none (require_clocks).
 ReplayResult replay(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable = "",
                     std::uint64_t seed = 1, const ReplayFault& fault = {}, const Progress& progress = {});
+
+/// Throws UserError when the stream leaves a clock open or high, or pulses a port that clocks no flop: what
+/// flops see then isn't what a run without times does.
+void require_clocks(const CaptureView& view, const CycleStream& stream);
 
 /// Names signals and chain ends as the ports of a laid out netlist, which has one for each bit: a[3] becomes
 /// a_3 where the netlist has no a[3] but an a_3.

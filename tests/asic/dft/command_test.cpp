@@ -121,6 +121,55 @@ TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
   refused("bad.wgl", "bad.wgl:1:1: found");
 }
 
+// Every command that runs a file asks what its edges do: a verdict on another order would be none.
+TEST_F(VectorsCommand, ATimingOfAnotherOrderIsRefused) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const fs::path out = folder_ / "out";
+  const std::string netlist = (out / "netlist.json").string();
+  const auto changed = [&](const std::string& name, const std::string& find, const std::string& put) {
+    std::string text = read(out / ("patterns" + fs::path(name).extension().string()));
+    std::size_t at = text.find(find);
+    EXPECT_NE(at, std::string::npos) << find;
+    for (; at != std::string::npos; at = text.find(find, at + put.size())) text.replace(at, find.size(), put);
+    std::ofstream(out / name) << text;
+    return (out / name).string();
+  };
+  for (const std::string& file :
+       {changed("late.stil", "'40ns'", "'90ns'"),
+        changed("high.stil", "'0ns' D; '50ns' U; '80ns' D;", "'0ns' U; '50ns' D; '80ns' U;"),
+        changed("late.wgl", "40nS:Q, 41nS:X", "85nS:Q, 86nS:X")}) {
+    for (const std::string& command :
+         {"replay " + file + " --netlist " + netlist, "replay " + file + " --on icarus --netlist " + netlist,
+          "grade " + netlist + " --patterns " + file, "lint " + file}) {
+      const Ran ran = run_command("dft " + command);
+      EXPECT_EQ(ran.status, command.starts_with("lint") ? 1 : 2) << command;
+      EXPECT_NE(ran.output.find(file + ":"), std::string::npos) << ran.output;
+      EXPECT_NE(ran.output.find(" expected "), std::string::npos) << ran.output;
+    }
+  }
+  // what the characters of the file do, not their names
+  const std::string exchanged = changed("exchanged.stil", "'40ns' H;", "'40ns' L;");
+  EXPECT_EQ(run_command("dft replay " + exchanged + " --netlist " + netlist).status, 1);
+}
+
+// No clock, and a period that ends before one would come.
+TEST_F(VectorsCommand, AFileWithoutAClockRunsInIcarus) {
+  std::ofstream(folder_ / "and.json") << R"({"modules":{"m":{"ports":{
+    "a":{"direction":"input","bits":[2]},"b":{"direction":"input","bits":[3]},"y":{"direction":"output","bits":[4]}},
+    "cells":{"g":{"type":"$_AND_","port_directions":{"A":"input","B":"input","Y":"output"},
+    "connections":{"A":[2],"B":[3],"Y":[4]}}},"netnames":{}}}})";
+  std::ofstream(folder_ / "and.stil")
+      << R"(STIL 1.0; Signals { a In; b In; y Out; } SignalGroups { i = 'a + b'; }
+Timing { WaveformTable t { Period '20ns'; Waveforms { i { 01 { '5ns' D/U; } } y { LH { '15ns' L/H; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Pattern main { W t; V { i=11; y=H; } V { i=10; y=L; } })";
+  for (const char* on : {"netlist", "icarus"})
+    EXPECT_EQ(run_command("dft replay " + (folder_ / "and.stil").string() + " --netlist " +
+                          (folder_ / "and.json").string() + " --on " + on)
+                  .output,
+              "2 cycles, 2 strobes, 0 mismatches\n");
+}
+
 // What the files leave open: told where they are made, and by replay from any of them.
 TEST_F(VectorsCommand, MasksAreToldWithTheirReasons) {
   ASSERT_EQ(generate(kMachine, "").status, 0);

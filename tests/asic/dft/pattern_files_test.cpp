@@ -56,6 +56,47 @@ TEST(PatternFiles, InputsThatWglLeavesOpenAreSo) {
   }
 }
 
+// What a cycle of a stream can't say is told with its line.
+TEST(PatternFiles, WglTimingOfAnotherOrderOrShapeIsTold) {
+  struct Change {
+    const char *find, *put, *said;
+  };
+  const Change changes[] = {
+      {"\"q[0]\" := output[0nS:X, 40nS:Q, 41nS:X]", "\"q[0]\" := output[0nS:X, 85nS:Q, 86nS:X]",
+       "of \"q[0]\": compared at 86 ns, expected it before the clock's pulse (1 of \"clk\": 50 ns)"},
+      {"\"q[0]\" := output[0nS:X, 40nS:Q, 41nS:X]", "\"q[0]\" := output[0nS:X, 40nS:Q, 60nS:X]",
+       "of \"q[0]\": compared at 60 ns"},
+      {"\"d[0]\" := input[0nS:S]", "\"d[0]\" := input[60nS:S]",
+       "of \"d[0]\": driven at 60 ns, expected it before the clock's pulse"},
+      {"\"d[0]\" := input[0nS:S]", "\"d[0]\" := input[0nS:U, 20nS:S]",
+       "0 of \"d[0]\": U at 0 ns, D at 20 ns"},
+      {"\"clk\" := input[0nS:D, 50nS:S, 80nS:D]", "\"clk\" := input[0nS:U, 50nS:S, 80nS:U]",
+       "0 of \"clk\": U at 0 ns, D at 50 ns, U at 80 ns, expected the low level"},
+      {"\"clk\" := input[0nS:D, 50nS:S, 80nS:D]", "\"clk\" := input[0nS:D, 50nS:S, 80nS:D, 85nS:S, 90nS:D]",
+       "1 of \"clk\": D at 0 ns, U at 50 ns, D at 80 ns, U at 85 ns"},
+  };
+  for (const Change& change : changes) {
+    std::string text = wgl_text(small_stream());
+    const std::size_t at = text.find(change.find);
+    ASSERT_NE(at, std::string::npos) << change.find;
+    text.replace(at, std::string(change.find).size(), change.put);
+    const CycleStream stream = parse_wgl(text, "a.wgl");
+    const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n') + 1;
+    EXPECT_THAT(lint(stream, {}),
+                testing::Contains(testing::AllOf(testing::StartsWith("a.wgl:" + std::to_string(line) + ":"),
+                                                 HasSubstr(change.said))))
+        << change.put;
+    EXPECT_THROW(require_order(stream), UserError) << change.put;
+  }
+}
+
+TEST(PatternFiles, ADumpIsSampledBeforeItsClock) {
+  for (const TestTiming& timing :
+       {TestTiming{100, 0, 90, 50, 80}, TestTiming{100, 0, 50, 50, 80}, TestTiming{100, 10, 5, 50, 80}})
+    EXPECT_THAT([&] { parse_dump(evcd_text(small_stream()), "a.evcd", timing); },
+                testing::Throws<UserError>());
+}
+
 TEST(PatternFiles, DumpRoundTrip) {
   CycleStream stream = small_stream();
   for (const double drive : {0.0, 5.0}) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/atpg/generate.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/files/formats.hpp"
@@ -43,6 +44,30 @@ struct Machine {
 const Machine& machine() {
   static const Machine the_machine("machine", mini_library());
   return the_machine;
+}
+
+// A clock that rises with the data, and a pulse of another port, are none of a cycle's.
+TEST(Scan, ClocksPulseAndNothingElseDoes) {
+  const auto with = [](const std::string& signal, char state) {
+    CycleStream stream = machine().stream;
+    const auto s = std::find(stream.signals.begin(), stream.signals.end(), TestSignal{signal, true});
+    EXPECT_TRUE(s != stream.signals.end()) << signal;
+    stream.cycles[5].states[static_cast<std::size_t>(s - stream.signals.begin())] = state;
+    return stream;
+  };
+  const std::pair<CycleStream, const char*> wrong[] = {
+      {with("clk_i", '1'), "found 1 of the clock clk_i in cycle 5, expected 0 or a pulse"},
+      {with("clk_i", 'N'), "found N of the clock clk_i in cycle 5"},
+      {with("rst_ni", 'P'), "found a pulse of rst_ni in cycle 5, which clocks no flop"},
+      {with("scan_i[0]", 'P'), "found a pulse of scan_i[0] in cycle 5"}};
+  for (const auto& [stream, said] : wrong) {
+    EXPECT_THAT([&] { replay(machine().free_view, stream, "scan_en_i"); },
+                ThrowsMessage<UserError>(HasSubstr(said)));
+    EXPECT_THAT([&] { replay_cycles(machine().free_view, stream); },
+                ThrowsMessage<UserError>(HasSubstr(said)));
+    EXPECT_THAT([&] { grade_functional(machine().free_view, stream, {}, 1); },
+                ThrowsMessage<UserError>(HasSubstr(said)));
+  }
 }
 
 TEST(Scan, ChainsAreBalancedAndHoldEveryFlop) {

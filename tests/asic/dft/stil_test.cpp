@@ -155,6 +155,94 @@ PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
   EXPECT_THROW(parse_stil("", "a.stil"), StilError);
 }
 
+std::string with(std::string text, const std::string& find, const std::string& put) {
+  std::size_t at = text.find(find);
+  EXPECT_NE(at, std::string::npos) << find;
+  for (; at != std::string::npos; at = text.find(find, at + put.size())) text.replace(at, find.size(), put);
+  return text;
+}
+
+// What a cycle of a stream can't say is told with its line, by lint and by whoever runs the file.
+TEST(Stil, TimingOfAnotherOrderOrShapeIsTold) {
+  struct Change {
+    const char *find, *put, *said, *place;
+  };
+  const char *const high = "H { '0ns'", *const low = "L { '0ns'", *const pulse = "P { '", *const up = "1 { ";
+  const Change changes[] = {
+      {"'40ns'", "'90ns'",
+       "waveform L of \"so[0]\": compared at 90 ns, expected it before the clock's pulse (waveform P of "
+       "\"clk\": 50 ns)",
+       low},
+      {"'40ns'", "'50ns'", "compared at 50 ns, expected it before the clock's pulse", low},
+      {"'40ns' H", "'40ns' h", "compared at 100 ns, expected it before the clock's pulse", high},
+      {"{ '0ns' U; }", "{ '40ns' U; }",
+       "compared at 40 ns, expected it behind the last drive edge (waveform 1 of \"rst_n\": 40 ns)", low},
+      {"{ '0ns' U; }", "{ '60ns' U; }",
+       "waveform 1 of \"rst_n\": driven at 60 ns, expected it before the clock's pulse", up},
+      {"'0ns' D; '50ns' U; '80ns' D;", "'0ns' U; '50ns' D; '80ns' U;",
+       "waveform P of \"clk\": U at 0 ns, D at 50 ns, U at 80 ns, expected one pulse: D, U, D", pulse},
+      {"'80ns' D;", "'80ns' D; '85ns' U; '90ns' D;", "D at 80 ns, U at 85 ns, D at 90 ns, expected one pulse",
+       pulse},
+      {"1 { '0ns' U; }", "1 { '0ns' U; '20ns' D; }",
+       "\"rst_n\": U at 0 ns, D at 20 ns, expected the high level, U, or one pulse", up},
+      {"1 { '0ns' U; }", "1 { }", "waveform 1 of \"rst_n\": no event, expected the high level", up},
+      {"'40ns' H;", "'30ns' L; '40ns' H;", "X at 0 ns, L at 30 ns, H at 40 ns, expected one strobe", high},
+  };
+  for (const Change& change : changes) {
+    const std::string text = with(stil_text(small_test()), change.find, change.put);
+    const CycleStream stream = parse_stil(text, "a.stil");
+    const auto told = testing::Contains(testing::AllOf(
+        testing::StartsWith("a.stil:" + std::to_string(line_of(text, text.find(change.place))) +
+                            ":15: found"),
+        HasSubstr(change.said)));
+    EXPECT_THAT(stream.timing_defects, told) << change.put;
+    EXPECT_THAT(lint(stream, {}), told) << change.put;
+    EXPECT_THROW(require_order(stream), UserError) << change.put;
+  }
+}
+
+// 0, 1, P, H, L and X do what they say; others what their events do. Those that no cycle has may do anything.
+TEST(Stil, CharactersMeanTheirEvents) {
+  const std::string good = stil_text(small_test());
+  const CycleStream stream = expand(small_test());
+  const auto defect = [&](const std::string& find, const std::string& put) {
+    const std::vector<std::string> told = parse_stil(with(good, find, put), "a.stil").timing_defects;
+    return told.empty() ? std::string() : told[0];
+  };
+  EXPECT_THAT(defect("0 { '0ns' D; }", "0 { '0ns' U; }"),
+              HasSubstr("a.stil:28:15: found waveform 0 of \"clk\": U at 0 ns, expected the low level, D"));
+  EXPECT_THAT(defect("1 { '0ns' U; }", "1 { '0ns' D; }"),
+              HasSubstr("expected the high level, U, or one pulse"));
+  EXPECT_THAT(defect("P { '0ns' D; '50ns' U; '80ns' D; }", "P { '0ns' D; }"),
+              HasSubstr("expected one pulse: D"));
+  EXPECT_THAT(defect("'40ns' H;", "'40ns' L;"),
+              HasSubstr("of \"so[1]\": X at 0 ns, L at 40 ns, expected one strobe, H"));
+  EXPECT_THAT(defect("'40ns' L;", "'40ns' X;"), HasSubstr("expected one strobe, L"));
+  EXPECT_THAT(defect("X { '0ns' X; }", "X { '40ns' L; }"), HasSubstr("expected no strobe"));
+
+  const std::string letters =
+      with(with(good, "'40ns' L; } }",
+                "'40ns' L; } }\n\"_clk\" { 1 { '0ns' D; '50ns' U; '80ns' D; } A { '0ns' U; '9ns' D; } }\n"
+                "\"_pi\" { ab { '0ns' D/U; } } \"_po\" { cd { '0ns' X; '40ns' l/h; '45ns' X; } }"),
+           "\"_pi\"=P10001; \"_po\"=LHX;", "\"_pi\"=1b0aab; \"_po\"=cdX;");
+  EXPECT_EQ(parse_stil(letters, "a.stil").timing_defects, std::vector<std::string>());
+  EXPECT_TRUE(same_cycles(parse_stil(letters, "a.stil"), stream));
+}
+
+TEST(Stil, WithoutAClockNoneIsNamed) {
+  const std::string text = R"(STIL 1.0; Signals { a In; y Out; }
+Timing { WaveformTable t { Period '20ns'; Waveforms { a { 01 { '5ns' D/U; } }
+y { LH { '3ns' L/H; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Pattern main { W t; V { a=0; y=L; } V { a=1; y=H; } })";
+  const CycleStream stream = parse_stil(text, "a.stil");
+  EXPECT_THAT(
+      lint(stream, {}),
+      testing::ElementsAre("a.stil:3:5: found waveform L of \"y\": compared at 3 ns, expected it behind "
+                           "the last drive edge (waveform 0 of \"a\": 5 ns)"));
+  EXPECT_TRUE(lint(parse_stil(with(text, "'3ns'", "'15ns'"), "a.stil"), {}).empty());
+}
+
 TEST(Cycles, TooManyToUnrollAreRefused) {
   CycleStream stream;
   stream.signals = {{"a", true}};
