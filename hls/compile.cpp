@@ -212,6 +212,8 @@ std::unique_ptr<llvm::Module> compile(const Sources& sources, Undefined undefine
   in_parallel(sources.files.size(),
               [&](std::size_t i) { codes[i] = bitcode(sources.files[i], sources.options, undefined); });
 
+  // LLVM's own handler would end the program, with another status
+  context.setDiagnosticHandlerCallBack([](const llvm::DiagnosticInfo&, void*) {});
   std::unique_ptr<llvm::Module> whole;
   for (const std::string& code : codes) {
     llvm::SMDiagnostic problem;

@@ -253,6 +253,7 @@ class Builder {
           throw UserError(fmt::format("RTL: found no flop {}, which the C++ has", name));
         }
         add(Kind::kFlop, name, model.bits(flop.next)[i], rtl.next(*counterpart->second));
+        require_same_start(name, flop.reset[i], *counterpart->second);
       }
     }
     for (const Invariant& invariant : model_.invariants)
@@ -262,6 +263,15 @@ class Builder {
       problem_.obligations.push_back(
           {Kind::kPromise, fmt::format("{}:{}: {}", promise.place.file, promise.place.line, promise.what),
            "promises", model.bits(promise.broken)[0], kFalse, kFalse});
+  }
+
+  // Both sides begin in the state of hls_reset(), so it has to be the one that the RTL's reset pins give.
+  void require_same_start(const std::string& name, bool reset, const RtlFlop& flop) {
+    const bool is_reset = flop.in_reset != kFalse;
+    if (!is_reset || flop.reset_value == (reset ? kTrue : kFalse)) return;
+    problem_.obligations.push_back({Kind::kPromise,
+                                    fmt::format("{}: what hls_reset() gives as the RTL's reset does", name),
+                                    block_of(name), kTrue, kFalse, kFalse});
   }
 
   void compare_pins(RtlSide& rtl, const std::vector<Product>& products) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <llvm/IR/LLVMContext.h>
 
 #include <CLI/App.hpp>
@@ -77,7 +78,8 @@ hls::TiedPins tied_pins(const Options& o) {
     const std::string value = equals == std::string::npos ? "" : word.substr(equals + 1);
     if (value != "0" && value != "1")
       throw UserError(fmt::format("--tie: found '{}', expected PIN=0 or PIN=1, a bit each", word));
-    pins[word.substr(0, equals)] = value == "1";
+    const auto [pin, is_new] = pins.emplace(word.substr(0, equals), value == "1");
+    if (!is_new) throw UserError(fmt::format("--tie: found {} twice, expected one value a pin", pin->first));
   }
   return pins;
 }
@@ -205,11 +207,12 @@ int prove(const Options& o) {
   for (const hls::Counterexample& example : shown) fmt::print("{}", hls::to_text(example));
   const bool proved = broken == 0 && open == 0;
   fmt::print(
-      "{}: {} of {} bits equal for every state and input; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
+      "{}: {} of {} bits equal for every state and input{}{}; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
       proved       ? "proved"
       : broken > 0 ? "refuted"
                    : "not decided",
-      chosen.size() - broken - open, chosen.size(), seconds_since(begin), translated_s, read_s);
+      chosen.size() - broken - open, chosen.size(), o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "),
+      seconds_since(begin), translated_s, read_s);
   return proved ? 0 : 1;
 }
 

@@ -248,6 +248,26 @@ TEST_F(Hls, AnAsynchronousResetIsOnePinOrFlop) {
   EXPECT_THAT(with_clock.output, HasSubstr("\nRTL: 6 flop bits are not reset before a clock\n"));
 }
 
+TEST_F(Hls, BothSidesBeginInTheStateOfReset) {
+  write_block("  s->a_q = in->x_i;");
+  const std::string cpp = text_of(at("block.cpp"));
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  write("block.cpp", replaced(cpp, "*s = {}; }", "*s = {}; s->a_q = 7; }"));
+  write("block.cpp", replaced(text_of(at("block.cpp")), "return hls_reset(s);", "{ *s = {}; return; }"));
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("a_q[0]: what hls_reset() gives as the RTL's reset does is broken"));
+}
+
+TEST_F(Hls, ATiedPinHasOneValueAndIsToldWithTheVerdict) {
+  write_block("  s->a_q = in->x_i;");
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  EXPECT_THAT(prove("--tie rst_ni=1").output, HasSubstr("equal for every state and input with rst_ni=1; "));
+  const Ran twice = prove("--tie rst_ni=1 --tie rst_ni=0");
+  EXPECT_EQ(twice.status, 2) << twice.output;
+  EXPECT_THAT(twice.output, HasSubstr("--tie: found rst_ni twice, expected one value a pin"));
+}
+
 TEST_F(Hls, AFlopThatNothingResetsIsNamed) {
   const std::string cpp = replaced(text_of(kExample + ".cpp"), "in->rst_ni == 0", "false");
   const std::string sv = replaced(text_of(kExample + ".sv"), " or negedge rst_ni", "");
@@ -496,6 +516,14 @@ TEST_F(Hls, WhatCanBeNoCircuitIsRefusedByFileAndLine) {
   write("block.cpp", "int main() {}\n");
   EXPECT_THAT(translate().output, HasSubstr("block.cpp"));
   EXPECT_EQ(translate().status, 2);
+}
+
+TEST_F(Hls, TwoFilesOfOneFunctionAreRefused) {
+  write_block("  s->a_q = in->x_i;");
+  fs::copy(at("block.cpp"), at("twice.cpp"));
+  const Ran ran = translate("--module debounce " + at("twice.cpp"));
+  EXPECT_EQ(ran.status, 2) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("two of the files define the same function"));
 }
 
 TEST_F(Hls, FilesThatAreMissingOrReadAreNamed) {
