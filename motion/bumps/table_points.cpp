@@ -26,6 +26,11 @@ bool is_blank(const Cell& cell) {
   return !cell.number && cell.text.find_first_not_of(" \t\r\n") == std::string::npos;
 }
 
+bool begins_like_number(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t+-.");
+  return first != std::string_view::npos && std::isdigit(static_cast<unsigned char>(text[first])) != 0;
+}
+
 // ---- separated text ----
 
 constexpr std::string_view kNameSeparators = " \t_()[]/.,:";
@@ -46,17 +51,27 @@ std::optional<std::size_t> behind_axis(std::string_view name, char axis) {
   return start + 1;
 }
 
-/// A line that begins with '#': names of columns behind it are a header, "# x_mm, y_mm" or "#,x,y"; all else
-/// is a comment.
-bool names_columns(std::string_view line) {
-  bool x = false, y = false;
-  for (std::size_t start = 1; start <= line.size();) {
+/// The cells of a line, whichever sign separates them, without '#' and quotes around them.
+template <class Visit>
+void for_loose_cells(std::string_view line, const Visit& visit) {
+  for (std::size_t start = 0; start <= line.size();) {
     const std::size_t end = std::min(line.find_first_of(",;\t", start), line.size());
-    const std::string_view cell = line.substr(start, end - start);
-    x = x || behind_axis(cell, 'x');
-    y = y || behind_axis(cell, 'y');
+    std::string_view cell = line.substr(start, end - start);
+    cell.remove_prefix(std::min(cell.find_first_not_of("#\" "), cell.size()));
+    cell = cell.substr(0, cell.find_last_not_of("\" ") + 1);
+    visit(cell);
     start = end + 1;
   }
+}
+
+/// Of a line that begins with '#': names of columns behind it are a header, "# x_mm, y_mm" or "#,x,y"; all
+/// else is a comment.
+bool names_columns(std::string_view line) {
+  bool x = false, y = false;
+  for_loose_cells(line, [&](std::string_view cell) {
+    x = x || behind_axis(cell, 'x');
+    y = y || behind_axis(cell, 'y');
+  });
   return x && y;
 }
 
@@ -71,6 +86,22 @@ std::size_t leading_comments(std::string_view text) {
     if (!line.empty()) behind = at;
   }
   return behind;
+}
+
+/// How much of the text stands above a line that names the columns and holds no number: a title, or what a
+/// layout system says of its board. 0 if there is no such line.
+std::size_t leading_titles(std::string_view text) {
+  constexpr std::size_t kMostLines = 100;
+  for (std::size_t at = 0, lines = 0; at < text.size() && lines < kMostLines; ++lines) {
+    const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
+    const std::string_view line = text.substr(at, end - at);
+    if (names_columns(line)) return at;
+    bool number = false;
+    for_loose_cells(line, [&](std::string_view cell) { number = number || begins_like_number(cell); });
+    if (number) return 0;
+    at = std::min(end + (text.substr(end).starts_with("\r\n") ? 2U : 1U), text.size());
+  }
+  return 0;
 }
 
 /// Tab before semicolon before comma: a decimal comma or a comma in a name must not win over a rarer sign.
@@ -165,8 +196,8 @@ class DecimalCommas {
   std::string with_comma_, with_point_;  // the first of each
 };
 
-/// The first row tells how many cells a row has. One of more was separated where no cell ends: its numbers
-/// would be others than those meant.
+/// The first row of more than a title tells how many cells a row has. One of more was separated where no cell
+/// ends: its numbers would be others than those meant.
 class RowWidth {
  public:
   RowWidth(const std::filesystem::path& path, char separator) : path_(path), separator_(separator) {}
@@ -174,12 +205,12 @@ class RowWidth {
   void check(const TableRow& row) {
     const auto last = std::find_if_not(row.cells.rbegin(), row.cells.rend(), is_blank);
     if (last == row.cells.rend()) return;
-    if (first_row_ == 0) {
+    const auto used = static_cast<std::size_t>(row.cells.rend() - last);
+    if (first_row_ == 0 && used > 1) {
       first_row_ = row.row;
       most_ = row.cells.size();
     }
-    const auto used = static_cast<std::size_t>(row.cells.rend() - last);
-    if (used <= most_) return;
+    if (first_row_ == 0 || used <= most_) return;
     const std::string_view advice = separator_ == ','
                                         ? "where a comma is the decimal mark, separate the cells by ';'"
                                         : "quote a cell that holds the separator";
@@ -226,6 +257,28 @@ constexpr std::array<Unit, 9> kUnits = {{{"mm", 1.0},
                                          {"in", 25.4},
                                          {"inch", 25.4}}};
 
+const Unit* find_unit(std::string_view name) {
+  const auto* known =
+      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });
+  return known == kUnits.end() ? nullptr : known;
+}
+
+/// "10.5mm" or "1000 mil": the number and its unit. Nothing if it isn't both.
+struct Length {
+  double value = 0.0;
+  const Unit* unit = nullptr;
+};
+std::optional<Length> length_of(const Cell& cell) {
+  if (cell.number) return std::nullopt;
+  const std::string_view text = trimmed(cell.text);
+  const auto digits = text.find_last_of("0123456789.");
+  if (digits == std::string_view::npos) return std::nullopt;
+  const auto value = parse_number(text.substr(0, digits + 1));
+  const Unit* unit = find_unit(trimmed(text.substr(digits + 1)));
+  if (!value || unit == nullptr) return std::nullopt;
+  return Length{*value, unit};
+}
+
 struct Column {
   std::size_t index = 0;
   double unit_mm = 1.0;
@@ -237,10 +290,7 @@ std::optional<double> value_of(const Cell& cell) {
 }
 
 /// A malformed number rather than a label: nothing may be guessed from a table that begins with one.
-bool looks_like_number(const Cell& cell) {
-  const auto first = cell.text.find_first_not_of(" \t+-.");
-  return first != std::string::npos && std::isdigit(static_cast<unsigned char>(cell.text[first])) != 0;
-}
+bool looks_like_number(const Cell& cell) { return begins_like_number(cell.text); }
 
 /// In small letters, without the '#' that some write before their header.
 std::string plain(const Cell& cell) {
@@ -267,12 +317,13 @@ class PointTable {
     count_cells(row);
     if (std::all_of(row.cells.begin(), row.cells.end(), is_blank)) return;
     if (!columns_known_) {
+      if (is_title(row)) return;
       columns_known_ = true;
       if (take_header(row)) return;
       take_first_numbers(row);
     }
-    const double x = number(row, x_, "x") * x_.unit_mm;
-    const double y = number(row, y_, "y") * y_.unit_mm;
+    const double x = number(row, x_, "x");
+    const double y = number(row, y_, "y");
     if (side_ < row.cells.size() && names_side(row.cells[side_]))
       sides_.check(path_, fmt::format("row {}", row.row), row.cells[side_].text);
     if (row.hidden && hidden_++ == 0) first_hidden_ = row.row;
@@ -281,6 +332,7 @@ class PointTable {
   }
 
   RawPoints take() && {
+    if (!columns_known_ && title_.row != 0) fail_unnamed(title_, "x and y");
     if (hidden_ > 0)
       result_.notes.push_back(
           hidden_ == 1
@@ -317,16 +369,43 @@ class PointTable {
         return plain(cell) == "side" || plain(cell) == "layer";
       });
       side_ = static_cast<std::size_t>(side - row.cells.begin());
-      result_.has_unit = x->has_unit;
+      take_title_unit();
+      result_.has_unit = x_.has_unit;
       return true;
     }
-    const bool any_number =
-        std::any_of(row.cells.begin(), row.cells.end(), [](const Cell& c) { return value_of(c); });
-    const bool any_like = std::any_of(row.cells.begin(), row.cells.end(), looks_like_number);
-    if (!x && !y && (any_number || any_like)) return false;
+    if (x || y) fail_unnamed(row, x ? "y" : "x");
+    if (title_.row != 0) fail_unnamed(title_, "x and y");
+    return false;
+  }
+
+  /// Words above the names of the columns. Numbers behind them would have no name.
+  bool is_title(const TableRow& row) {
+    const bool any_number = std::any_of(row.cells.begin(), row.cells.end(),
+                                        [](const Cell& c) { return value_of(c) || looks_like_number(c); });
+    if (any_number || find_column(row, 'x') || find_column(row, 'y')) return false;
+    if (title_.row == 0) title_ = row;
+    for (const Cell& cell : row.cells) {
+      constexpr std::string_view kKey = "units used:";  // of Altium Designer
+      const std::string text = plain(cell);
+      if (text.starts_with(kKey))
+        title_unit_ = find_unit(trimmed(std::string_view(text).substr(kKey.size())));
+    }
+    return true;
+  }
+
+  /// What stands above the table holds for columns without a unit of their own.
+  void take_title_unit() {
+    if (title_unit_ == nullptr || x_.has_unit) return;
+    for (Column* column : {&x_, &y_}) {
+      column->unit_mm = title_unit_->mm;
+      column->has_unit = true;
+    }
+  }
+
+  [[noreturn]] void fail_unnamed(const TableRow& row, std::string_view axes) const {
     fail(path_,
          fmt::format("row {}: no column named {}, found {}; expected a header with x and y, or numbers",
-                     row.row, x ? "y" : (y ? "x" : "x and y"), names(row)));
+                     row.row, axes, names(row)));
   }
 
   static std::string names(const TableRow& row) {
@@ -349,9 +428,8 @@ class PointTable {
       if (column.has_unit) {
         const std::string unit =
             name.substr(unit_start, name.find_last_not_of(kNameSeparators) - unit_start + 1);
-        const auto* known =
-            std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
-        if (known == kUnits.end())
+        const Unit* known = find_unit(unit);
+        if (known == nullptr)
           fail(path_,
                fmt::format(
                    "row {}, column {}: found unit {} in the name {}, expected mm, um, cm, m, mil or in",
@@ -389,15 +467,39 @@ class PointTable {
                                           numeric[0] + 1, numeric[1] + 1, row.cells.size()));
   }
 
-  double number(const TableRow& row, const Column& column, std::string_view axis) const {
+  double number(const TableRow& row, const Column& column, std::string_view axis) {
     if (column.index >= row.cells.size() || is_blank(row.cells[column.index]))
       fail_missing(row, column.index, axis);
-    const auto value = value_of(row.cells[column.index]);
+    const Cell& cell = row.cells[column.index];
+    if (const auto length = length_of(cell)) return length_mm(row, column, *length);
+    const auto value = value_of(cell);
     if (!value) fail_number(row, column.index, axis);
     if (!std::isfinite(*value))
       fail(path_, fmt::format("row {}, column {} ({}): found {}, expected a finite number", row.row,
                               column.index + 1, axis, in_quotes(row.cells[column.index].text)));
-    return *value;
+    if (length_row_ != 0)
+      fail(path_,
+           fmt::format("row {}, column {} ({}): found {}, expected a unit behind the number, as row {} "
+                       "has",
+                       row.row, column.index + 1, axis, in_quotes(cell.text), length_row_));
+    plain_number_ = true;
+    return *value * column.unit_mm;
+  }
+
+  /// Units in the cells are those of all cells, and none beside another one in the column's name.
+  double length_mm(const TableRow& row, const Column& column, const Length& length) {
+    if (!column.has_unit) {
+      if (plain_number_)
+        fail(path_,
+             fmt::format("row {}, column {}: found {}, expected no unit, as the numbers before have none",
+                         row.row, column.index + 1, in_quotes(row.cells[column.index].text)));
+      if (length_row_ == 0) length_row_ = row.row;
+      result_.has_unit = true;
+    } else if (length.unit->mm != column.unit_mm) {
+      fail(path_, fmt::format("row {}, column {}: found {}, expected the unit that stands above the column",
+                              row.row, column.index + 1, in_quotes(row.cells[column.index].text)));
+    }
+    return length.value * length.unit->mm;
   }
 
   [[noreturn]] void fail_number(const TableRow& row, std::size_t index, std::string_view axis) const {
@@ -424,6 +526,10 @@ class PointTable {
   Column x_, y_;
   std::size_t side_ = std::numeric_limits<std::size_t>::max();  // column that names the board's side
   OneSide sides_;
+  TableRow title_;  // the first one
+  const Unit* title_unit_ = nullptr;
+  std::size_t length_row_ = 0;  // the first number with a unit
+  bool plain_number_ = false;
   std::size_t hidden_ = 0, first_hidden_ = 0;
   RawPoints result_;
 };
@@ -439,6 +545,11 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
   CsvRows rows;
   for_lines(content.substr(0, comments), [&](const Line&) { ++rows.line; });
   content.remove_prefix(comments);
+  const std::size_t titles = leading_titles(content);
+  for_lines(content.substr(0, titles), [&](const Line& line) {
+    handle({rows.line++, {{std::string(line.text), std::nullopt}}, true, false});
+  });
+  content.remove_prefix(titles);
 
   const char separator = find_separator(content);
   CsvParser csv(separator);

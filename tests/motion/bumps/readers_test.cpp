@@ -237,6 +237,61 @@ TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
                 {{25.4, 50.8, 2}});
 }
 
+constexpr std::string_view kAltium =
+    "Altium Designer Pick and Place Locations\r\n"
+    "C:\\Boards\\Pick Place for A, B.csv\r\n"
+    "\r\n"
+    "========================================\r\n"
+    "File Design Information:\r\n"
+    "\r\n"
+    "Date:       25/11/26\r\n"
+    "Revision:   Not in VersionControl\r\n"
+    "Units used: mil\r\n"
+    "\r\n";
+
+TEST_F(Readers, TitlesAboveTheNamesOfTheColumnsArePassedOver) {
+  const std::string altium(kAltium);
+  expect_points(
+      read("a.csv", altium + "\"Designator\",\"Comment\",\"Layer\",\"Center-X(mil)\",\"Center-Y(mil)\"\r\n"
+                             "\"C1\",\"100 n, 1 %\",\"TopLayer\",\"1000\",\"2000\"\r\n")
+          .points,
+      {{25.4, 50.8, 12}});
+  const auto file = read("b.csv", altium + "Designator,Center-X,Center-Y\r\nC1,1000,2000\r\n");
+  expect_points(file.points, {{25.4, 50.8, 12}});
+  EXPECT_TRUE(file.has_unit);
+  expect_points(read("c.csv", "Board A\nRef;X;Y\nC1;1,5;2,5\n").points, {{1.5, 2.5, 3}});
+}
+
+TEST_F(Xlsx, TitlesAboveTheNamesOfTheColumnsArePassedOver) {
+  expect_points(
+      read_coordinates(make("for row in [['Board A'], [], ['Ref', 'X', 'Y'], ['C1', '1000mil', '10.5mm']]:\n"
+                            "  sheet.append(row)")),
+      {{25.4, 10.5, 4}});
+}
+
+TEST_F(Readers, NumbersUnderATitleAloneHaveNoNames) {
+  EXPECT_THAT(error_of("a.csv", "Board A\n1,2\n"),
+              StartsWith("row 1: no column named x and y, found 'Board A'"));
+  EXPECT_THAT(error_of("b.csv", "Board A\nRef,Value\nC1,n\n"),
+              StartsWith("row 1: no column named x and y, found 'Board A'"));
+  EXPECT_THAT(error_of("c.csv", "Board A\n1,2\nx,y\n3,4\n"),
+              StartsWith("row 1: no column named x and y, found 'Board A'"));
+}
+
+TEST_F(Readers, CellsMayHaveTheirUnits) {
+  const auto file = read("a.csv", "Designator,Mid X,Mid Y\nC1,10.5mm,1000mil\nC2,\"1 mm\",2.5 in\n");
+  EXPECT_TRUE(file.has_unit);
+  expect_points(file.points, {{10.5, 25.4, 2}, {1.0, 63.5, 3}});
+  expect_points(read("b.csv", "Designator,Mid X (mm),Mid Y (mm)\nC1,10.5mm,2\n").points, {{10.5, 2.0, 2}});
+  EXPECT_THAT(error_of("c.csv", "Ref,X,Y\nC1,1mm,2mm\nC2,3,4\n"),
+              StartsWith("row 3, column 2 (x): found '3', expected a unit behind the number, as row 2 has"));
+  EXPECT_THAT(error_of("d.csv", "Ref,X,Y\nC1,1,2\nC2,3mm,4mm\n"),
+              StartsWith("row 3, column 2: found '3mm', expected no unit"));
+  EXPECT_THAT(error_of("e.csv", "Ref,X (mm),Y (mm)\nC1,1mil,2mil\n"),
+              StartsWith("row 2, column 2: found '1mil', expected the unit that stands above the column"));
+  EXPECT_THAT(error_of("f.csv", "Ref,X,Y\nC1,1kg,2kg\n"), StartsWith("row 2, column 2 (x): found '1kg'"));
+}
+
 TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
   EXPECT_THAT(
       error_of("a.csv", "Ref,Val,Package,PosX,PosY,Rot,Side\nC1,1,C,1.5,2.5,0,top\nC2,1,C,3,4,0,bottom\n"),
