@@ -143,16 +143,28 @@ class Reader {
   std::size_t words_ = 0;
 };
 
-/// Pads on copper receive a bump; apertures of the paste or mask layer alone are drawn over pads that are
-/// there already.
-bool receives_bump(const Node& pad) {
-  constexpr std::size_t kTypePlace = 2;
-  if (pad.children.size() <= kTypePlace) return false;
-  const std::string& type = pad.children[kTypePlace].word;
-  if (type != "smd" && type != "thru_hole") return false;
+constexpr std::size_t kTypePlace = 2;
+
+bool has_copper(const Node& pad) {
   const Node* layers = find_list(pad, "layers");
   return layers == nullptr || std::any_of(layers->children.begin(), layers->children.end(),
                                           [](const Node& layer) { return layer.word.ends_with(".Cu"); });
+}
+
+/// Pads on copper receive a bump; apertures of the paste or mask layer alone are drawn over pads that are
+/// there already.
+bool receives_bump(const Node& pad) {
+  if (pad.children.size() <= kTypePlace) return false;
+  const std::string& type = pad.children[kTypePlace].word;
+  return (type == "smd" || type == "thru_hole") && has_copper(pad);
+}
+
+/// What kind of pad receives no bump.
+std::string_view kind_without_bump(const Node& pad) {
+  const std::string_view type = pad.children.size() > kTypePlace ? pad.children[kTypePlace].word : "";
+  if (type == "np_thru_hole") return "unplated hole";
+  if (type == "connect") return "edge contact";
+  return has_copper(pad) ? "pad of unknown kind" : "aperture without copper";
 }
 
 /// The side that a pad is on, by its copper; nothing for one that has copper on both.
@@ -181,6 +193,40 @@ double read_position(const std::filesystem::path& path, const Node& pad, const N
   return *value;
 }
 
+double number_at(const std::filesystem::path& path, const Node& pad, const Node& list, std::size_t place,
+                 std::string_view name) {
+  if (list.children.size() <= place) return 0.0;
+  return read_position(path, pad, list, place, name);
+}
+
+/// The middle of a pad, y upwards. An smd pad's copper may be shifted from the pad's own place, in the frame
+/// that turns with the pad; of a thru-hole pad the hole stays where it is.
+RawPoint middle_of(const std::filesystem::path& path, const Node& pad, const Node& at) {
+  const RawPoint place{read_position(path, pad, at, 1, "x"), -read_position(path, pad, at, 2, "y"), pad.row};
+  const Node* drill = find_list(pad, "drill");
+  const Node* offset = drill == nullptr ? nullptr : find_list(*drill, "offset");
+  if (offset == nullptr || pad.children[kTypePlace].word != "smd") return place;
+  const RawPoint shift = turned({read_position(path, pad, *offset, 1, "x of the offset"),
+                                 -read_position(path, pad, *offset, 2, "y of the offset"), pad.row},
+                                number_at(path, pad, at, 3, "angle"));
+  return {place.x + shift.x, place.y + shift.y, pad.row};
+}
+
+/// How many pads of a kind receive no bump, and where the first of them stands.
+struct LeftOut {
+  std::string_view kind;
+  std::size_t count = 0, first_row = 0;
+};
+
+void count_left_out(std::vector<LeftOut>& all, const Node& pad) {
+  const std::string_view kind = kind_without_bump(pad);
+  const auto same = std::find_if(all.begin(), all.end(), [&](const LeftOut& l) { return l.kind == kind; });
+  if (same == all.end())
+    all.push_back({kind, 1, pad.row});
+  else
+    ++same->count;
+}
+
 }  // namespace
 
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content) {
@@ -191,8 +237,13 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
   RawPoints result;
   result.has_unit = true;
   OneSide sides;
+  std::vector<LeftOut> left_out;
   for (const Node& node : footprint.children) {
-    if (head(node) != "pad" || !receives_bump(node)) continue;
+    if (head(node) != "pad") continue;
+    if (!receives_bump(node)) {
+      count_left_out(left_out, node);
+      continue;
+    }
     const Node* at = find_list(node, "at");
     if (at == nullptr)
       fail(path, fmt::format("line {}, column {}: found pad {} without a position, expected (at x y)",
@@ -202,11 +253,10 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
           path,
           fmt::format("line {}, column {} (pad {})", node.row, node.column, in_quotes(node.children[1].word)),
           side);
-    const double x_mm = read_position(path, node, *at, 1, "x");
-    const double y_down_mm = read_position(path, node, *at, 2, "y");
-    result.points.push_back({x_mm, -y_down_mm, node.row});
+    result.points.push_back(middle_of(path, node, *at));
     check_point_count(path, result.points.size());
   }
+  for (const LeftOut& l : left_out) result.notes.push_back(no_bump_note(l.count, l.kind, l.first_row));
   result.bottom = sides.is_bottom();
   return result;
 }

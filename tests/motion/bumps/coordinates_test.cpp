@@ -120,7 +120,27 @@ TEST_F(Coordinates, KicadTakesCopperPadsOfBothKindsAndNoOthers) {
             "  (pad \"\" smd rect (at 3 -4) (layers \"F.Paste\"))\r\n"
             "  (pad \"\" np_thru_hole circle (at 5 -5) (layers *.Cu))\r\n"
             "  (pad 9 connect rect (at 6 -6) (layers F.Cu)))\r\n");
-  expect_points(read_coordinates(path), {{1, 2, 2}, {3, 4, 3}});
+  const auto file = read_coordinate_file(path);
+  expect_points(file.points, {{1, 2, 2}, {3, 4, 3}});
+  EXPECT_THAT(file.notes, ::testing::ElementsAre("1 aperture without copper, in row 4, holds no bump",
+                                                 "1 unplated hole, in row 5, holds no bump",
+                                                 "1 edge contact, in row 6, holds no bump"));
+}
+
+// KiCad's y points down and its angles turn counter-clockwise as one sees them: (0.3, 0.1) of a pad that is
+// turned by 90 degrees is 0.1 to the right and 0.3 up.
+TEST_F(Coordinates, KicadMayShiftTheCopperOfAPad) {
+  const auto path =
+      write("offset.kicad_mod",
+            "(footprint \"a\"\n"
+            "  (pad 1 smd rect (at 5 -5) (size 1 1) (drill (offset 0.3 0.1)) (layers F.Cu))\n"
+            "  (pad 2 smd rect (at 7 -5 90) (size 1 1) (drill (offset 0.3 0.1)) (layers F.Cu))\n"
+            "  (pad 3 thru_hole rect (at 9 -5 90) (size 1 1) (drill 0.5 (offset 0.3 0.1)) (layers *.Cu)))\n");
+  expect_points(read_coordinates(path), {{5.3, 4.9, 2}, {7.1, 5.3, 3}, {9, 5, 4}});
+  EXPECT_THAT(error_of(write("bad.kicad_mod",
+                             "(footprint \"a\" (pad 1 smd rect (at 5 -5 east) (drill (offset 1 "
+                             "0)) (layers F.Cu)))")),
+              StartsWith("line 1, column 41 (angle of pad '1'): found 'east'"));
 }
 
 TEST_F(Coordinates, EveryBgaFootprintOfKicadReads) {
