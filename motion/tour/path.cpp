@@ -207,8 +207,10 @@ std::optional<Order> proved_serpentine(const Route& route, const Cost& cost, con
   const auto points = std::span(route.sites).first(route.points);
   if (!outlook.lattice || !detail::is_full(*outlook.lattice, points)) return std::nullopt;
   const bool ring = route.closed && route.start == TourRules::kNone;
+  // A sum of many hops between rounded places differs by a little from as many times the pitch.
+  constexpr double kRounding = 1e-9;
   for (Order& order : detail::serpentines(*outlook.lattice, points, ring))
-    if (cost_of(route, order, cost) <= outlook.bound * (1.0 + 1e-12)) return std::move(order);
+    if (cost_of(route, order, cost) <= outlook.bound * (1.0 + kRounding)) return std::move(order);
   return std::nullopt;
 }
 

@@ -172,6 +172,15 @@ TEST(FullLattice, IsProvedOptimalAtOnce) {
   EXPECT_NEAR(plan_path(points, task_of(Metric::manhattan, Tour::closed)).cost_after, 15'000.0, 1e-6);
 }
 
+// So many hops of 0.1 mm, none of which is exactly that long, sum up to a little more than the bound.
+TEST(FullLattice, OfManyBumpsIsProvedOptimalAtOnce) {
+  PathTask task = task_of(Metric::manhattan);
+  task.kicks_per_point = 0.0;  // a search would not find it
+  const Plan plan = plan_path(lattice(1000, 100, 0.1), task);
+  EXPECT_NEAR(plan.cost_after, 9999.9, 1e-6);
+  EXPECT_LT(plan.gap(), 1e-9);
+}
+
 TEST(FullLattice, OddTimesOddNeedsOneLongerHopToClose) {
   const Plan plan = plan_path(lattice(15, 11, 1.0), task_of(Metric::manhattan, Tour::closed));
   EXPECT_EQ(plan.cost_after, 166.0);  // 165 sites, 83 of one colour and 82 of the other
