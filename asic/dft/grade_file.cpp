@@ -140,6 +140,7 @@ GradedFile grade_scanned(const Netlist& netlist, const CaptureView& free_view, c
                          const CycleStream& counted, const Progress& progress) {
   const CycleStream stream = unrolled(counted);
   const ScanDesign design = design_of(netlist, free_view, stream);
+  require_chains(stream, free_view, netlist.file);
   require_good(free_view, stream, design.scan_enable, progress);
   const CaptureView view = scan_view(design, library);
   GradedFile result = without_reports(view.circuit);

@@ -56,6 +56,11 @@ ScanDesign insert_scan(const Netlist& netlist, const CellLibrary& library, const
 std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& library,
                                     const ScanOptions& names = {});
 
+/// Throws UserError that names the first cell of the stream's chains that stands otherwise than `netlist`,
+/// the view's file, shifts, or a flop that is in none of them. `view`: with nothing held.
+void require_chains(const CycleStream& stream, const CaptureView& view, const std::string& netlist,
+                    const ScanOptions& names = {});
+
 /// Values that the ports of a scan design hold while it captures.
 HeldPorts capture_holds(const ScanDesign& design);
 

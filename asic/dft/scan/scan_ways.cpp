@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <unordered_map>
 
 #include "asic/dft/scan/scan.hpp"
@@ -133,6 +134,40 @@ class ShiftingView {
   std::vector<std::int8_t> constant_;
 };
 
+// The chain that ends at this output port.
+ScanChain traced(const std::string& file, const CaptureView& view, const ShiftingView& ways,
+                 const std::string& name, const std::string& out) {
+  const std::vector<Node>& outputs = view.circuit.outputs();
+  ScanChain chain{name, "", out, {}};
+  const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), out);
+  if (port == view.output_ports.end())
+    throw UserError(
+        fmt::format("{}: found no output port {}, expected the end of chain {}", file, out, name));
+  Node at = outputs[static_cast<std::size_t>(port - view.output_ports.begin())];
+  while (chain.in.empty()) {
+    const Origin origin = ways.origin(at);
+    const std::string before = chain.cells.empty() ? chain.out : chain.cells.back();
+    if (origin.node == kNoNode || chain.cells.size() > view.flops.size())
+      throw UserError(
+          fmt::format("{}: {}: found no open way to one flop or port while scan is enabled, "
+                      "expected a scan chain",
+                      file, before));
+    if (origin.inverted) chain.inversions.push_back(chain.cells.size());  // counted from the output
+    const std::size_t i = ways.input(origin);
+    if (i < view.input_ports.size()) {
+      chain.in = view.input_ports[i];
+    } else {
+      const std::size_t flop = i - view.input_ports.size();
+      chain.cells.push_back(view.flops[flop].name);
+      at = outputs[view.output_ports.size() + flop];
+    }
+  }
+  std::reverse(chain.cells.begin(), chain.cells.end());
+  std::reverse(chain.inversions.begin(), chain.inversions.end());
+  for (std::size_t& before : chain.inversions) before = chain.cells.size() - before;
+  return chain;
+}
+
 }  // namespace
 
 std::map<std::string, std::string> shifted_from(const Netlist& netlist, const CellLibrary& library,
@@ -152,7 +187,6 @@ std::map<std::string, std::string> shifted_from(const Netlist& netlist, const Ce
 std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& library,
                                     const ScanOptions& names) {
   const CaptureView view = capture_view(netlist, library);
-  const std::vector<Node>& outputs = view.circuit.outputs();
   const ShiftingView ways(view, names);
   const Port* scan_out = nullptr;
   for (const Port& port : netlist.ports) {
@@ -162,34 +196,47 @@ std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& l
     throw UserError(fmt::format("{}: found no output port {}, expected a scanned netlist; give its scan.json",
                                 netlist.file, names.scan_out));
   std::vector<ScanChain> chains;
-  for (std::size_t bit = 0; bit < scan_out->bits.size(); ++bit) {
-    ScanChain chain{fmt::format("chain{}", bit), "", scan_out->bit_name(bit), {}};
-    const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), chain.out);
-    Node at = outputs[static_cast<std::size_t>(port - view.output_ports.begin())];
-    while (chain.in.empty()) {
-      const Origin origin = ways.origin(at);
-      const std::string before = chain.cells.empty() ? chain.out : chain.cells.back();
-      if (origin.node == kNoNode || chain.cells.size() > view.flops.size())
-        throw UserError(
-            fmt::format("{}: {}: found no open way to one flop or port while scan is enabled, "
-                        "expected a scan chain",
-                        netlist.file, before));
-      if (origin.inverted) chain.inversions.push_back(chain.cells.size());  // counted from the output
-      const std::size_t i = ways.input(origin);
-      if (i < view.input_ports.size()) {
-        chain.in = view.input_ports[i];
-      } else {
-        const std::size_t flop = i - view.input_ports.size();
-        chain.cells.push_back(view.flops[flop].name);
-        at = outputs[view.output_ports.size() + flop];
-      }
-    }
-    std::reverse(chain.cells.begin(), chain.cells.end());
-    std::reverse(chain.inversions.begin(), chain.inversions.end());
-    for (std::size_t& before : chain.inversions) before = chain.cells.size() - before;
-    chains.push_back(std::move(chain));
-  }
+  for (std::size_t bit = 0; bit < scan_out->bits.size(); ++bit)
+    chains.push_back(traced(netlist.file, view, ways, fmt::format("chain{}", bit), scan_out->bit_name(bit)));
   return chains;
+}
+
+void require_chains(const CycleStream& stream, const CaptureView& view, const std::string& netlist,
+                    const ScanOptions& names) {
+  const ShiftingView ways(view, names);
+  std::set<std::string> shifted;
+  for (const ScanChain& chain : stream.chains) {
+    const ScanChain own = traced(netlist, view, ways, chain.name, chain.out);
+    const auto refuse = [&](const std::string& found, const std::string& expected) {
+      throw UserError(fmt::format("{}: chain {}: found {}, expected {}, as {} shifts", stream.title,
+                                  chain.name, found, expected, netlist));
+    };
+    const auto cell = [](const ScanChain& of, std::size_t number) {
+      return number < of.cells.size() ? of.cells[number] : "its end";
+    };
+    for (std::size_t i = 0; i < std::max(chain.cells.size(), own.cells.size()); ++i) {
+      if (cell(chain, i) != cell(own, i))
+        refuse(fmt::format("{} as cell {}", cell(chain, i), i + 1), cell(own, i));
+    }
+    if (chain.in != own.in) refuse("the input " + chain.in, own.in);
+    const std::vector<std::uint8_t> found = chain.inverses(), expected = own.inverses();
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (found[i] != expected[i])
+        refuse(fmt::format("{} {}", cell(chain, i),
+                           found[i] != 0 ? "inverse to what is shifted in" : "as shifted in"),
+               expected[i] != 0 ? "the inverse" : "no inversion");
+    }
+    for (const std::string& name : chain.cells) {
+      if (!shifted.insert(name).second)
+        throw UserError(fmt::format("{}: chain {}: found cell {} again, expected each cell once",
+                                    stream.title, chain.name, name));
+    }
+  }
+  for (const ScanFlop& flop : view.flops) {
+    if (shifted.count(flop.name) == 0)
+      throw UserError(fmt::format("{}: found no chain with flop {}, expected each flop of {} in one",
+                                  stream.title, flop.name, netlist));
+  }
 }
 
 CaptureView scan_view(const ScanDesign& design, const CellLibrary& library) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -137,6 +138,7 @@ TEST_F(VectorsCommand, ATimingOfAnotherOrderIsRefused) {
   for (const std::string& file :
        {changed("late.stil", "'40ns'", "'90ns'"),
         changed("high.stil", "'0ns' D; '50ns' U; '80ns' D;", "'0ns' U; '50ns' D; '80ns' U;"),
+        changed("exchanged.stil", "'40ns' H;", "'40ns' L;"),
         changed("late.wgl", "40nS:Q, 41nS:X", "85nS:Q, 86nS:X")}) {
     for (const std::string& command :
          {"replay " + file + " --netlist " + netlist, "replay " + file + " --on icarus --netlist " + netlist,
@@ -147,9 +149,6 @@ TEST_F(VectorsCommand, ATimingOfAnotherOrderIsRefused) {
       EXPECT_NE(ran.output.find(" expected "), std::string::npos) << ran.output;
     }
   }
-  // what the characters of the file do, not their names
-  const std::string exchanged = changed("exchanged.stil", "'40ns' H;", "'40ns' L;");
-  EXPECT_EQ(run_command("dft replay " + exchanged + " --netlist " + netlist).status, 1);
 }
 
 // No clock, and a period that ends before one would come.
@@ -168,6 +167,53 @@ Pattern main { W t; V { i=11; y=H; } V { i=10; y=L; } })";
                           (folder_ / "and.json").string() + " --on " + on)
                   .output,
               "2 cycles, 2 strobes, 0 mismatches\n");
+}
+
+// The figures hang on the order of the cells, which no strobe of the good netlist shows.
+TEST_F(VectorsCommand, ChainsOfAnotherOrderAreNotGraded) {
+  ASSERT_EQ(generate(kMachine, "--chains 2").status, 0);
+  const fs::path out = folder_ / "out";
+  const std::string netlist = (out / "netlist.json").string(), stil = read(out / "patterns.stil");
+  std::ofstream(out / "patterns.evcd") << dft::evcd_text(dft::read_stil(out / "patterns.stil"));
+  const auto chains = nlohmann::json::parse(read(out / "scan.json")).at("chains");
+  const std::string first = chains[0]["cells"][0], second = chains[0]["cells"][1],
+                    other = chains[1]["cells"][0];
+  const auto refused = [&](const std::string& patterns, const std::string& said) {
+    const Ran ran = run_command("dft grade " + netlist + " --patterns " + (out / patterns).string());
+    EXPECT_EQ(ran.status, 2) << said;
+    EXPECT_NE(ran.output.find(said), std::string::npos) << ran.output;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+  };
+  const auto replaced = [](std::string text, const std::string& find, const std::string& put) {
+    EXPECT_NE(text.find(find), std::string::npos) << find;
+    return text.replace(text.find(find), find.size(), put);
+  };
+  const std::string in_order = '"' + first + "\" \"" + second + '"',
+                    swapped = '"' + second + "\" \"" + first + '"',
+                    said =
+                        "found " + second + " as cell 1, expected " + first + ", as " + netlist + " shifts";
+  std::ofstream(out / "swapped.stil") << replaced(stil, in_order, swapped);
+  refused("swapped.stil", said);
+  const std::string wgl = read(out / "patterns.wgl");
+  std::ofstream(out / "swapped.wgl") << replaced(wgl, ", \"" + first + "\", \"" + second + "\"",
+                                                 ", \"" + second + "\", \"" + first + "\"");
+  refused("swapped.wgl", said);
+  const auto listed = [&](const std::function<void(nlohmann::json&)>& change) {
+    nlohmann::json json = {{"chains", chains}};
+    change(json["chains"]);
+    std::ofstream(out / "own.json") << json;
+    return "patterns.evcd --chains " + (out / "own.json").string();
+  };
+  refused(listed([](auto& list) { std::swap(list[0]["cells"][0], list[0]["cells"][1]); }), said);
+  refused(listed([](auto& list) { list[0]["cells"][1] = list[0]["cells"][0]; }),
+          "found " + first + " as cell 2, expected " + second);
+  refused(listed([](auto& list) { list[1]["cells"][0] = list[0]["cells"][0]; }),
+          "found " + first + " as cell 1, expected " + other);
+  refused(listed([](auto& list) { list[1]["cells"].erase(0); }), "as cell 1, expected " + other);
+  refused(listed([](auto& list) { list[1]["in"] = list[0]["in"]; }),
+          "found the input scan_i[0], expected scan_i[1]");
+  refused(listed([](auto& list) { list[1] = list[0]; }), "found cell " + first + " again");
+  refused(listed([](auto& list) { list.erase(1); }), "found no chain with flop ");
 }
 
 // What the files leave open: told where they are made, and by replay from any of them.
