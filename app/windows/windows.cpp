@@ -19,21 +19,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Passes a recording on, and ends on a signal: what was half planned goes then.
-class Interruptible final : public recording::Sink {
- public:
-  explicit Interruptible(recording::Sink& to) : to_(to) {}
-  void begin(const recording::Header& header) override { to_.begin(header); }
-  void change(const recording::Change& change) override {
-    throw_if_interrupted();
-    to_.change(change);
-  }
-  void end(std::uint64_t final_cycle) override { to_.end(final_cycle); }
-
- private:
-  recording::Sink& to_;
-};
-
 constexpr std::chrono::milliseconds kShareEvery{500};
 
 // Parts of windows that are done, looked at now and then.
@@ -138,9 +123,9 @@ int plan_windows(const fs::path& pins, const fs::path& folder, const tb::WindowB
   require_outside(folder, {pins});
   catch_interrupts();
   try {
-    tb::WindowPlanner planner(folder, {pins.filename().string(), 0}, borders);
-    Interruptible sink(planner);
-    recording::read_text_into(pins, sink);
+    tb::WindowPlanner planner(folder, {pins.filename().string(), 0}, borders,
+                              [](std::string_view, double) { throw_if_interrupted(); });
+    recording::read_text_into(pins, planner);
     const tb::WindowPlan plan = planner.publish();
     fmt::print("{}: {} windows, {} clocks\n", folder.string(), plan.windows.size(), plan.cycles);
     return 0;

@@ -18,6 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::uint64_t kTellAfter = chip::spec::kClkHz;  // clocks
+
 // Between two changes of the recording the input pins stand still.
 struct StillPins {
   chip::Inputs in;
@@ -45,15 +47,19 @@ void require_replaceable(const fs::path& folder) {
 
 }  // namespace
 
-WindowPlanner::WindowPlanner(fs::path folder, WindowRunName name, WindowBorders borders)
+WindowPlanner::WindowPlanner(fs::path folder, WindowRunName name, WindowBorders borders, Progress progress)
     : folder_(fs::absolute(std::move(folder)).lexically_normal()),
       name_(std::move(name)),
-      borders_(std::move(borders)) {
+      borders_(std::move(borders)),
+      progress_(std::move(progress)) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
   require_replaceable(folder_);
   std::sort(borders_.at.begin(), borders_.at.end());
   borders_.at.erase(std::unique(borders_.at.begin(), borders_.at.end()), borders_.at.end());
   if (borders_.every == 0) throw UserError("window length: found 0 clocks, expected 1 or more");
+  if (borders_.at.size() >= kMostWindows)
+    throw UserError(
+        fmt::format("border: found {} borders, expected fewer than {}", borders_.at.size(), kMostWindows));
   partial_folder_.emplace(folder_);
   partial_ = partial_folder_->path();
   for (const char* part : {"states", "stimulus", "results"}) fs::create_directories(partial_ / part);
@@ -109,8 +115,20 @@ std::uint64_t WindowPlanner::next_border() const {
   return next == borders_.at.end() ? recording::kMaxCycle : *next;
 }
 
+// Before the clocks are run, which may take hours.
+void WindowPlanner::require_few_windows(std::uint64_t clocks) const {
+  if (!borders_.at.empty() || clocks == 0 || (clocks - 1) / borders_.every < kMostWindows) return;
+  throw UserError(fmt::format(
+      "recording of {}: found {} windows of {} clocks up to cycle {}, expected at most {}; choose "
+      "--window-clocks {} or more",
+      name_.job, (clocks - 1) / borders_.every + 1, borders_.every, clocks - 1, kMostWindows,
+      (clocks - 1) / kMostWindows + 1));
+}
+
 // The clocks from the present one to `cycle`, all with the levels as they stand.
 void WindowPlanner::run_until(std::uint64_t cycle) {
+  require_few_windows(cycle);
+  const std::uint64_t begin = run_.cycle;
   const chip::Inputs in = inputs_of(levels_);
   const chip::Outputs recorded = outputs_of(levels_);
   StillPins still{in};
@@ -123,7 +141,8 @@ void WindowPlanner::run_until(std::uint64_t cycle) {
     for (std::uint32_t pin = 0; pin < kChipPinCount; ++pin) recorder_->set(pin, levels_[pin]);
     recorder_->commit(run_.cycle);
     const std::uint64_t border = next_border();
-    const std::uint64_t stop = std::min(cycle, border);
+    const std::uint64_t stop = std::min({cycle, border, run_.cycle + kTellAfter});
+    tell(progress_, "planning", run_.cycle - begin, cycle - begin);
     chip::advance(run_, stop, still, check);
     before_ = in;
     if (stop == border) close_window();
@@ -132,13 +151,6 @@ void WindowPlanner::run_until(std::uint64_t cycle) {
 
 void WindowPlanner::open_window() {
   const std::size_t number = plan_.windows.size();
-  // A recording of a few lines may claim centuries.
-  constexpr std::size_t kMostWindows = 100'000;
-  if (number == kMostWindows)
-    throw UserError(
-        fmt::format("recording of {}: found more than {} windows, expected at most so many; choose longer "
-                    "--window-clocks",
-                    name_.job, kMostWindows));
   if (number == 0) {
     if (run_.cycle != 0 || levels_[kPinRstN] != 0)
       refuse("found reset released in cycle 0, expected it asserted");

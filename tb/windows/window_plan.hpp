@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/output_file.hpp"
+#include "base/progress.hpp"
 #include "cmodel/advance.hpp"
 #include "recording/stream.hpp"
 #include "recording/text.hpp"
@@ -26,6 +27,9 @@ struct WindowBorders {
   std::vector<std::uint64_t> at = {};        // instead, when not empty: first cycles of windows but the first
 };
 
+// A recording of a few lines may claim centuries.
+inline constexpr std::size_t kMostWindows = 100'000;
+
 // Who ran, for the plan.
 struct WindowRunName {
   std::string job;
@@ -37,13 +41,15 @@ struct WindowRunName {
 // in publish(); results that lie there already stay if they are of the same plan.
 class WindowPlanner final : public recording::Sink {
  public:
-  // Throws UserError when `folder` exists and is no work folder.
-  WindowPlanner(std::filesystem::path folder, WindowRunName name, WindowBorders borders);
+  // Throws UserError when `folder` exists and is no work folder. `progress` is told the share of the clocks
+  // up to the next change or end, at least every second of chip time; it may throw to end the planning.
+  WindowPlanner(std::filesystem::path folder, WindowRunName name, WindowBorders borders,
+                Progress progress = {});
   ~WindowPlanner() override;
   WindowPlanner(const WindowPlanner&) = delete;
   WindowPlanner& operator=(const WindowPlanner&) = delete;
 
-  // Throw UserError when the recording is not one of this chip.
+  // Throw UserError when the recording is not one of this chip, or has more than kMostWindows.
   void begin(const recording::Header& header) override;
   void change(const recording::Change& change) override;
   void end(std::uint64_t final_cycle) override;
@@ -52,6 +58,7 @@ class WindowPlanner final : public recording::Sink {
   WindowPlan publish();
 
  private:
+  void require_few_windows(std::uint64_t clocks) const;
   void run_until(std::uint64_t cycle);
   void open_window();
   void close_window();
@@ -64,6 +71,7 @@ class WindowPlanner final : public recording::Sink {
   std::filesystem::path partial_;
   WindowRunName name_;
   WindowBorders borders_;
+  Progress progress_;
   WindowPlan plan_;
   std::vector<std::optional<std::uint32_t>> chip_pin_;  // by pin of the recording
   std::array<std::uint64_t, kChipPinCount> levels_{};

@@ -192,6 +192,37 @@ TEST_F(Windows, ARecordingThatDoesNotBeginInResetIsRefused) {
   EXPECT_THROW(plan_recording(work(), released, {}), UserError);
 }
 
+// The pins of the first cycle, in reset.
+void begin_as_recorded(WindowPlanner& planner) {
+  planner.begin(lively_recording().pins.header());
+  recording::ChangeReader reader(lively_recording().pins);
+  for (recording::Change change; reader.next(change) && change.cycle == 0;) planner.change(change);
+}
+
+// A recording of one cycle and a long end: whoever listens may stop it anywhere in there.
+TEST_F(Windows, ALongEndIsPlannedWithAnEarForInterrupts) {
+  struct Stop {};
+  for (const WindowBorders& borders : {WindowBorders{1'000'000'000'000}, WindowBorders{1, {3}}}) {
+    int told = 0;
+    const auto listen = [&](std::string_view, double) {
+      if (++told == 5) throw Stop();
+    };
+    WindowPlanner planner(work(), {"test", 7}, borders, listen);
+    begin_as_recorded(planner);
+    EXPECT_THROW(planner.end(99'000'000'000'000), Stop);
+  }
+  EXPECT_FALSE(fs::exists(work()));
+}
+
+TEST_F(Windows, TooManyAreRefusedBeforeTheyAreRun) {
+  WindowPlanner planner(work(), {"test", 7}, {10'000});
+  begin_as_recorded(planner);
+  EXPECT_THAT(
+      [&] { planner.end(recording::kMaxCycle - 1); },
+      ThrowsMessage<UserError>(HasSubstr("windows of 10000 clocks up to cycle 9223372036854775806, expected "
+                                         "at most 100000; choose --window-clocks 92233720368548 or more")));
+}
+
 TEST_F(Windows, AForeignFolderIsNotReplaced) {
   fs::create_directories(work());
   set_text(work() / "thesis.txt", "x");
