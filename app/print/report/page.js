@@ -334,7 +334,7 @@ function pathChart(id, path, box) {
   const points = curve(path.x_mm, path.y_mm);
   const radius = points.length > 4000 ? 0 : points.length > 400 ? 1.2 : 2.6;
   const datasets = [
-    plain("start", points.slice(0, 1), color("--good"), { pointRadius: 7, pointHoverRadius: 7 }),
+    plain("first bump", points.slice(0, 1), color("--good"), { pointRadius: 7, pointHoverRadius: 7 }),
     plain("bump", points, color("--path"), { showLine: true, borderWidth: 1.1, pointRadius: radius, pointHoverRadius: 5 }),
   ];
   return new Chart(id, {
@@ -344,7 +344,7 @@ function pathChart(id, path, box) {
       scales: { x: axis("x (mm)", { min: box.x[0], max: box.x[1] }), y: axis("y (mm)", { min: box.y[0], max: box.y[1] }) },
       plugins: {
         equalAspect: box,
-        legend: { align: "start", labels: { color: color("--text"), usePointStyle: true, boxHeight: 7, filter: item => item.text === "start" } },
+        legend: { align: "start", labels: { color: color("--text"), usePointStyle: true, boxHeight: 7, filter: item => item.text === "first bump" } },
         tooltip: { callbacks: {
           label: item => `bump ${number(item.dataIndex + 1)}: x ${withUnit(item.parsed.x, "mm")}, y ${withUnit(item.parsed.y, "mm")}`,
         } },

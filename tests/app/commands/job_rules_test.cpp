@@ -112,6 +112,21 @@ TEST_F(JobRules, TheLimitStaysWithinWhatTheSensorMeasures) {
   EXPECT_EQ(limit, "150 degC");
 }
 
+// The sum of these hops is above the bound by its last bit.
+TEST_F(JobRules, RoundingIsNoWayAboveTheCheapest) {
+  std::string bumps = "x_mm,y_mm\n";
+  for (const char* bump :
+       {"100.8,100.8", "105.6,100.8", "102.4,101.6", "103.2,101.6", "104.8,101.6", "106.4,101.6",
+        "104.0,102.4", "105.6,102.4", "100.8,103.2", "102.4,103.2", "103.2,103.2", "104.0,103.2",
+        "106.4,103.2", "102.4,104.0", "104.0,104.0", "105.6,104.0", "101.6,104.8", "102.4,104.8",
+        "106.4,104.8", "100.8,105.6", "101.6,105.6", "103.2,105.6", "104.0,105.6", "102.4,106.4"})
+    bumps += std::string(bump) + "\n";
+  write("bumps.csv", bumps);
+  const Ran ran = print("");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(figure("Path, at most above the cheapest"), 0.0);
+}
+
 TEST_F(JobRules, AControlPeriodGivesTheSensorItsTime) {
   expect_refused(print("", "setpoint_degc = 28\nperiod_ms = 50\n"),
                  "temperature.period_ms: found 50, expected at least 100 ms, in which the sensor MAX31855");
