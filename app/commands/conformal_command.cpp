@@ -187,6 +187,8 @@ int write_probe(Settings& s) {
                line.points.back().length_mm);
     all += line.points.size();
   }
+  for (const motion::ClLine& line : lines)
+    for (const std::string& note : notes_on_ramps(line)) fmt::print("note: {}\n", note);
   fmt::print("{}: {} touches on {} lines\n", s.out.string(), all, points.size());
   return 0;
 }

@@ -46,7 +46,7 @@ bool is_passed_over(std::string_view major) {
       "PARTNO", "PPRINT",   "MACHIN", "CLPRNT", "FEDRAT", "SPINDL", "LOADTL", "LOAD",   "TOOLNO", "COOLNT",
       "CUTTER", "INTOL",    "OUTTOL", "TOLER",  "PAINT",  "TLDATA", "SELECT", "DELAY",  "STOP",   "OPSTOP",
       "AUXFUN", "SEQNO",    "NOPOST", "REMARK", "DISPLY", "SET",    "CLEARP", "LINTOL", "TOLRNC", "CATMAT",
-      "PLUNGE", "TOOLPATH", "MODE",   "TRANS",  "ORIGIN", "CUTCOM", "OPSKIP"};
+      "PLUNGE", "TOOLPATH", "MODE",   "TRANS",  "ORIGIN", "CUTCOM", "OPSKIP", "TPRINT"};
   return std::find(kKnown.begin(), kKnown.end(), major) != kKnown.end();
 }
 

@@ -58,7 +58,8 @@ class PathTable {
     last_row_ = row.row;
     if (!known_) {
       known_ = true;
-      const bool named = !row.cells.empty() && !detail::parse_number(row.cells[0].text);
+      const bool named =
+          !row.cells.empty() && !row.cells[0].number && !detail::parse_number(row.cells[0].text);
       if (named)
         take_names(row);
       else
@@ -88,12 +89,20 @@ class PathTable {
     take_unit(row.row);
   }
 
+  /// Of an axis: i, j and k; as a normal it is nx, ny and nz.
+  static std::string_view plain_name(std::string_view name) {
+    constexpr std::array<std::string_view, 3> kNormal{"nx", "ny", "nz"};
+    const auto* at = std::find(kNormal.begin(), kNormal.end(), name);
+    return at == kNormal.end() ? name : kNames[static_cast<std::size_t>(3 + (at - kNormal.begin()))];
+  }
+
   /// "x", "x_mm", "x (mm)", "line".
   void take_name(const detail::TableRow& row, std::size_t i) {
     constexpr std::string_view kSeparators = " \t_()[]";
     const std::string name = detail::lower(detail::trimmed(row.cells[i].text));
     const auto behind = std::min(name.find_first_of(kSeparators), name.size());
-    const auto* at = std::find(kNames.begin(), kNames.end(), name.substr(0, behind));
+    const auto* at =
+        std::find(kNames.begin(), kNames.end(), plain_name(std::string_view(name).substr(0, behind)));
     const auto which = static_cast<std::size_t>(at - kNames.begin());
     const auto unit_at = name.find_first_not_of(kSeparators, behind);
     const bool has_unit = unit_at != std::string::npos;
@@ -102,7 +111,7 @@ class PathTable {
     if (at == kNames.end() || (has_unit && (which > 2 || !mm)))
       lines_.fail(row.row,
                   fmt::format("column {}: found name {}, expected x, y or z, alone or with a unit such as "
-                              "x_mm, or i, j, k or line",
+                              "x_mm, or i, j, k (nx, ny, nz) or line",
                               i + 1, detail::in_quotes(row.cells[i].text)));
     if (column_[which])
       lines_.fail(row.row, fmt::format("column {}: found a second column {}, expected one", i + 1, *at));
@@ -127,7 +136,9 @@ class PathTable {
     if (i >= row.cells.size() || is_blank(row.cells[i]))
       lines_.fail(row.row,
                   fmt::format("column {} ({}): found nothing, expected a number", i + 1, kNames[which]));
-    return lines_.number(row.row, row.cells[i].text);
+    // Where the separator isn't a comma, the reader of rows takes decimal commas.
+    const detail::Cell& cell = row.cells[i];
+    return cell.number ? *cell.number : lines_.number(row.row, cell.text);
   }
 
   void take_point(const detail::TableRow& row) {
@@ -169,6 +180,8 @@ std::optional<double> length_unit_mm(std::string_view name) {
 
 std::vector<ClLine> read_tool_path_text(std::string_view name, std::string_view content,
                                         std::optional<double> unit_mm) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
   if (content.empty())
     throw CoordinateError(fmt::format("{}: the file is empty, expected a tool path", name));
   if (const auto kind = detail::describe_content(content); kind != "text")

@@ -53,8 +53,8 @@ std::optional<double> length_unit_mm(std::string_view name);
 ///   pressure. M2, M30 or % ends the program.
 /// - `.csv`: columns x, y, z and, if wanted, i, j, k (tool axis) and line (any text, a new one begins a
 /// line),
-///   named in the first row, x, y and z with their unit (x_mm); without names x, y, z, i, j, k in this order.
-///   An empty row ends a line too.
+///   named in the first row, x, y and z with their unit (x_mm), i, j, k or nx, ny, nz; without names x, y, z,
+///   i, j, k in this order. An empty row ends a line too.
 ///
 /// `unit_mm` is the length of one of the file's units, for files that don't say it.
 ///

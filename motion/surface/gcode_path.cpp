@@ -24,7 +24,7 @@ struct KnownCode {
 
 constexpr std::array kKnownCodes{KnownCode{"G0", "motion"},
                                  KnownCode{"G1", "motion"},
-                                 KnownCode{"G80", "motion"},
+                                 KnownCode{"G80", "cycle"},
                                  KnownCode{"G4", "once"},
                                  KnownCode{"G28", "once"},
                                  KnownCode{"G30", "once"},
@@ -311,12 +311,24 @@ class GcodeReader {
   }
 
   void take_modes(const Block& block) {
-    if (const Word* motion = block.of_group("motion")) motion_ = motion->code;
+    take_motion(block);
     if (const Word* unit = block.of_group("unit")) unit_.say(unit->code == "G20" ? 25.4 : 1.0, row_);
     if (const Word* distance = block.of_group("distance")) absolute_ = distance->code == "G90";
   }
 
-  /// Whichever workpiece's frame the path is in, it stays there.
+  /// G80 ends a cycle and with it all moves, unless the row says a move itself, as posts begin a program.
+  void take_motion(const Block& block) {
+    const Word *motion = block.of_group("motion"), *end = block.of_group("cycle"), *way = block.first_move();
+    if (motion != nullptr && end != nullptr && way != nullptr)
+      lines_.fail(row_, fmt::format("found {} with {} and {}, expected a row of its own for the move",
+                                    in_quotes(way->text), in_quotes(motion->text), in_quotes(end->text)));
+    if (motion != nullptr)
+      motion_ = motion->code;
+    else if (end != nullptr)
+      motion_ = end->code;
+  }
+
+  /// Whichever workpiece's frame the path is in, it stays there. Ways in the machine's frame may come before.
   void take_frame(const Block& block) {
     const Word* frame = block.of_group("frame");
     if (frame == nullptr || frame->code == frame_) return;
@@ -368,7 +380,6 @@ class GcodeReader {
       lines_.fail(row_,
                   fmt::format("found '{}' under pressure, expected a move in the workpiece's frame", code));
     lines_.end_line(switched_);
-    moved_ = true;
   }
 
   /// Seconds stand behind P, or as some controls have it behind X.

@@ -155,6 +155,25 @@ void require_no_wall(const ClLine& line) {
   }
 }
 
+std::vector<std::string> notes_on_ramps(const ClLine& line) {
+  constexpr double kSteep = 0.5;  // sine of 30 degrees
+  std::vector<std::string> out;
+  const std::size_t count = line.points.size();
+  const auto look = [&](std::size_t end, std::size_t near, const char* which, const char* how) {
+    const Eigen::Vector3d way = line.points[end].position_mm - line.points[near].position_mm;
+    const Eigen::Vector3d up = line.axes_by_line ? Eigen::Vector3d::UnitZ() : line.points[near].axis;
+    if (!(way.dot(up) > kSteep * way.norm()) || !is_corner(line, near)) return;
+    out.push_back(
+        fmt::format("{}: its {} move (row {}) {} {:.4g} mm and is touched as a face of the part; if it "
+                    "is a ramp through the air, make it a rapid move",
+                    line.name, which, line.points[std::max(end, near)].row, how, way.dot(up)));
+  };
+  if (count < 3) return out;
+  look(0, 1, "first", "comes down");
+  look(count - 1, count - 2, "last", "goes up");
+  return out;
+}
+
 std::vector<double> face_borders_mm(std::span<const Fold> folds, double total_mm) {
   std::vector<double> out{0.0};
   for (const Fold& fold : folds) out.push_back(fold.length_mm);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "motion/surface/cl_points.hpp"
@@ -58,6 +59,10 @@ void require_facing_up(const Eigen::Vector3d& position_mm, const Eigen::Vector3d
 
 /// @throws MotionError if a line whose axes follow from its way goes up or down a wall.
 void require_no_wall(const ClLine& line);
+
+/// Of a line whose first or last move comes steeply from above or goes there: it may be a ramp through the
+/// air, where there is nothing to touch. A sentence each.
+std::vector<std::string> notes_on_ramps(const ClLine& line);
 
 /// Ends of the faces: the line's beginning, its folds, its end.
 std::vector<double> face_borders_mm(std::span<const Fold> folds, double total_mm);

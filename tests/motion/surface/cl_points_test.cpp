@@ -326,6 +326,46 @@ TEST(GcodeReader, KeepsToOneFrame) {
   }
 }
 
+TEST(GcodeReader, TakesTheHeadsThatPostsWrite) {
+  const auto lines_behind = [](const std::string& head) {
+    return read_tool_path_text("a.nc",
+                               "\xEF\xBB\xBF" + head + "G0 X0 Y0\nG43 Z9 H1\nG1 Z1 F9\nX9\nG0 Z9\nM30\n")
+        .size();
+  };
+  EXPECT_EQ(lines_behind("G90 G94\nG17\nG21\nG28 G91 Z0.\nG90\nT1 M6\nS5000 M3\nG54\n"), 1U);
+  EXPECT_EQ(lines_behind("G21\nG0 G17 G40 G49 G80 G90\nT1 M6\nG54\n"), 1U);
+  EXPECT_EQ(lines_behind("G21 G90\nG53 G0 Z0\nG55\n"), 1U);
+  EXPECT_EQ(error_of("a.ngc", goes_on("G80 G1 X11")),
+            "a.ngc: row 5: found 'X11' with 'G1' and 'G80', expected a row of its own for the move");
+  EXPECT_THAT(error_of("a.ngc", goes_on("G80\nX11")), HasSubstr("found 'X11' before G0 or G1"));
+}
+
+TEST(AptReader, PassesOverWhatIsPrintedForTheOperator) {
+  EXPECT_EQ(error_of("a.apt", apt("TPRINT/T1 End Mill D 10\nGOTO/0,0,0\nGOTO/1,0,0\n")), "");
+}
+
+TEST(ToolPath, MayBeginWithAByteOrderMark) {
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_EQ(error_of("a.apt", mark + apt("GOTO/0,0,0\nGOTO/1,0,0\n")), "");
+  EXPECT_EQ(error_of("a.csv", mark + "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n"), "");
+  EXPECT_EQ(error_of("a.nc", mark), "a.nc: the file is empty, expected a tool path");
+}
+
+TEST(ToolPath, NotesRamps) {
+  const auto notes = [](const std::string& blocks) {
+    return notes_on_ramps(read_tool_path_text("a.nc", program("G0 X0 Y0 Z10\n" + blocks)).at(0));
+  };
+  const auto ramps = notes("G1 X2 Z1 F9\nX10\nG1 X12 Z10\n");
+  ASSERT_EQ(ramps.size(), 2U);
+  EXPECT_EQ(
+      ramps[0],
+      "line 1: its first move (row 3) comes down 9 mm and is touched as a face of the part; if it is a ramp "
+      "through the air, make it a rapid move");
+  EXPECT_THAT(ramps[1], HasSubstr("its last move (row 5) goes up 9 mm"));
+  EXPECT_TRUE(notes("G1 Z1 F9\nX10\nX20 Z2\nG0 Z10\n").empty());
+  EXPECT_TRUE(notes("G1 X2 Z1 F9\nX10 Z-35\n").empty());  // a slope that goes on
+}
+
 TEST(GcodeReader, AskedForPressureItKnowsWhichOutput) {
   const auto with = [](const std::string& blocks) {
     return error_of("a.ngc", program("G0 X0 Y0 Z5\n" + blocks + "G1 X5\n"));
@@ -372,6 +412,18 @@ TEST(CsvReader, TakesNamedColumnsAndLines) {
   EXPECT_NEAR(lines[0].points[0].position_mm.z(), 1.0, 1e-12);
   EXPECT_NEAR(lines[0].points[1].axis.y(), std::sqrt(0.5), 1e-12);
   EXPECT_EQ(lines[1].points.size(), 2U);  // the repeated point is one
+}
+
+TEST(CsvReader, TakesDecimalCommasAndNormals) {
+  const auto lines =
+      read_tool_path_text("a.csv", "x_mm;y_mm;z_mm;nx;ny;nz\n0,5;0;2,25;0,6;0;0,8\n1,5;0;-2,5;0;0;1\n");
+  EXPECT_EQ(lines.at(0).points.at(0).position_mm, Eigen::Vector3d(0.5, 0, 2.25));
+  EXPECT_EQ(lines.at(0).points.at(1).position_mm, Eigen::Vector3d(1.5, 0, -2.5));
+  EXPECT_NEAR(lines.at(0).points.at(0).axis.x(), 0.6, 1e-12);
+  EXPECT_FALSE(lines.at(0).axes_by_line);
+  EXPECT_EQ(read_tool_path_text("a.csv", "0,5;0;1\n1;0;1\n", 1.0).at(0).points.at(0).position_mm.x(), 0.5);
+  EXPECT_THAT(error_of("a.csv", "x_mm;y_mm;z_mm\n0,5;0;1\n1.5;0;1\n"), HasSubstr("one decimal mark"));
+  EXPECT_THAT(error_of("a.csv", "x_mm,y_mm,z_mm,i,nx\n"), HasSubstr("found a second column i"));
 }
 
 TEST(CsvReader, AnEmptyRowEndsALine) {
