@@ -26,6 +26,22 @@ namespace {
 
 char** arguments = nullptr;  // of this process, for the program that takes over
 
+// CLI11 counts an option that is given twice as too many values: "--station: At Most 3 required but received
+// 6".
+std::string number_of_values(const std::string& what) {
+  constexpr std::string_view kMost = ": At Most ", kLeast = ": At least ", kFound = " required but received ";
+  const auto found = what.find(kFound);
+  if (found == std::string::npos) return what;
+  for (const std::string_view kind : {kMost, kLeast})
+    if (const auto at = what.find(kind); at != std::string::npos && at < found) {
+      const auto wanted_at = at + kind.size();
+      return fmt::format("{}: found {} values, expected {}{}", what.substr(0, at),
+                         what.substr(found + kFound.size()), what.substr(wanted_at, found - wanted_at),
+                         kind == kMost ? "; give the option once" : "");
+    }
+  return what;
+}
+
 // One line of what is wrong with the call. CLI11 says of a missing and of an unknown command only that one is
 // required.
 std::string usage_error(const CLI::App* root, const CLI::Error& error) {
@@ -36,7 +52,7 @@ std::string usage_error(const CLI::App* root, const CLI::Error& error) {
     called += " " + command->get_name();
   }
   const std::vector<std::string> unknown = root->remaining(true);
-  std::string what = error.what();
+  std::string what = number_of_values(error.what());
   if (command->get_require_subcommand_min() > 0) {
     std::string known;
     for (const CLI::App* one :

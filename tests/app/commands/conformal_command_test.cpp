@@ -161,6 +161,24 @@ TEST_F(Conformal, OptionsHaveRanges) {
   expect_refused("probe " + path + " --points-file 'a)(b'", "--points-file: ");
 }
 
+TEST_F(Conformal, NotesARampThroughTheAir) {
+  std::ofstream(at("ramp.nc")) << "G21 G90\nG0 X0 Y0 Z10\nG1 X2 Z1 F9\nX10\nX12 Z10\nM2\n";
+  const Ran ran = run_command("conformal probe " + at("ramp.nc") + " --out " + at("ramp.ngc"));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("note: line 1: its first move (row 3) comes down 9 mm"));
+  EXPECT_THAT(ran.output, HasSubstr("note: line 1: its last move (row 5) goes up 9 mm"));
+}
+
+TEST_F(Conformal, AnOptionStandsOnce) {
+  const std::string print = "conformal print a b --probe c --out d ";
+  EXPECT_THAT(run_command(print + "--tilt-centre 1,2,3 --tilt-centre 1,2,3").output,
+              HasSubstr("--tilt-centre: found 6 values, expected 3; give the option once;"));
+  EXPECT_THAT(run_command(print + "--feed 1 --feed 2").output,
+              HasSubstr("--feed: found 2 values, expected 1; give the option once;"));
+  EXPECT_THAT(run_command(print + "--tilt-centre 1,2").output,
+              HasSubstr("--tilt-centre: found 2 values, expected 3;"));
+}
+
 TEST_F(Conformal, AWallIsRefused) {
   for (const char* wall : {"X5 Y0 Z1\nX5 Y0 Z6", "X5 Y0 Z1\nX5.05 Y0 Z6", "X5 Y0 Z1\nX5 Y0 Z1.5"})
     for (const char* rule : {"spline", "chord", "even"}) {
