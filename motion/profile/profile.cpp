@@ -261,6 +261,8 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
 }
 
 Scurve stretched(const Scurve& curve, double factor) {
+  if (!std::isfinite(factor) || factor <= 0.0)
+    throw MotionError(fmt::format("stretching: found factor {}, expected a finite number above 0", factor));
   Scurve slow = curve;
   const double square = factor * factor;
   for (double& duration_s : slow.durations_s) duration_s *= factor;

@@ -71,6 +71,7 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
 
 /// The same way in `factor` (> 0) times the duration: speeds fall by factor, accelerations by factor^2,
 /// jerks by factor^3.
+/// @throws MotionError if the factor isn't a finite number above 0.
 Scurve stretched(const Scurve& curve, double factor);
 
 /// A profile from rest to rest whose segments each last a whole number of servo cycles: none is shorter than

@@ -249,9 +249,11 @@ bool moves_backward(const MotionState& state) {
 }
 
 void check_state(const MotionState& state) {
-  if (std::isfinite(state.velocity_mm_s) && std::isfinite(state.acceleration_mm_s2)) return;
-  throw MotionError(fmt::format("state: found {} mm/s and {} mm/s2, expected finite numbers",
-                                state.velocity_mm_s, state.acceleration_mm_s2));
+  if (std::isfinite(state.position_mm) && std::isfinite(state.velocity_mm_s) &&
+      std::isfinite(state.acceleration_mm_s2))
+    return;
+  throw MotionError(fmt::format("state: found {} mm, {} mm/s and {} mm/s2, expected finite numbers",
+                                state.position_mm, state.velocity_mm_s, state.acceleration_mm_s2));
 }
 
 }  // namespace

@@ -30,17 +30,20 @@ using Order = std::vector<std::size_t>;
 // ---- what was asked for ----
 
 void check(std::span<const Point> points, const PathTask& task) {
-  const auto check_finite = [](std::string_view what, double x_mm, double y_mm) {
+  const auto check_place = [](std::string_view what, double x_mm, double y_mm) {
     if (!std::isfinite(x_mm) || !std::isfinite(y_mm))
       throw MotionError(
           fmt::format("path: {}: found ({}, {}) mm, expected finite coordinates", what, x_mm, y_mm));
+    if (std::abs(x_mm) > kFarthestStop_mm || std::abs(y_mm) > kFarthestStop_mm)
+      throw MotionError(fmt::format("path: {}: found ({}, {}) mm, expected coordinates within {:g} mm", what,
+                                    x_mm, y_mm, kFarthestStop_mm));
   };
   if (points.size() > kMaxPoints)
     throw MotionError(fmt::format("path: found {} points, expected at most {}", points.size(), kMaxPoints));
   for (std::size_t i = 0; i < points.size(); ++i)
-    check_finite(fmt::format("point {} (row {})", i + 1, points[i].row), points[i].x_mm, points[i].y_mm);
-  if (task.start) check_finite("start", task.start->x_mm, task.start->y_mm);
-  if (task.end) check_finite("end", task.end->x_mm, task.end->y_mm);
+    check_place(fmt::format("point {} (row {})", i + 1, points[i].row), points[i].x_mm, points[i].y_mm);
+  if (task.start) check_place("start", task.start->x_mm, task.start->y_mm);
+  if (task.end) check_place("end", task.end->x_mm, task.end->y_mm);
   if (task.end && task.tour == Tour::closed)
     throw MotionError("path: found an end for a closed tour, which ends where it begins; leave it out");
   if (!(task.times.pause_s >= 0.0) || !std::isfinite(task.times.pause_s))

@@ -18,6 +18,9 @@ namespace meltstage::motion {
 /// in mm; or the time in s that the stage takes for it, which is what a printer pays.
 enum class Metric { manhattan, chebyshev, euclidean, time };
 
+/// Coordinates of a path are no larger, so that no sum or square of ways overflows.
+inline constexpr double kFarthestStop_mm = 1e12;
+
 /// A place of the head, in the stage's frame.
 struct Position {
   double x_mm = 0.0;
@@ -78,8 +81,8 @@ using PathProgress = std::function<void(double share)>;
 /// The same input gives the same order. Never dearer than the order of the points. About n log n in memory of
 /// 300 bytes a point; up to `kMaxPoints`.
 ///
-/// @throws MotionError if a coordinate isn't finite, a limit of the stage isn't positive, a pause or the
-/// kicks are
+/// @throws MotionError if a coordinate isn't finite or beyond `kFarthestStop_mm`, a limit of the stage isn't
+/// positive, a pause or the kicks are
 ///   negative or not finite, or a closed tour is given an end.
 Plan plan_path(std::span<const Point> points, const PathTask& task = {}, const PathProgress& progress = {});
 

@@ -207,6 +207,14 @@ TEST(Scurve, RefusesADistanceTooShortForTheChangeOfSpeed) {
   EXPECT_NEAR(plan_scurve(symmetric, 24.0, 400.0, 0.0).duration_s, 0.12, 1e-12);
 }
 
+TEST(Scurve, IsStretchedByAFactorAboveZero) {
+  const Scurve curve = plan_scurve(symmetric, 10.0);
+  EXPECT_EQ(error_of([&] { stretched(curve, -1.0); }),
+            "stretching: found factor -1, expected a finite number above 0");
+  for (const double factor : {0.0, static_cast<double>(NAN), static_cast<double>(INFINITY)})
+    EXPECT_THAT(error_of([&] { stretched(curve, factor); }), StartsWith("stretching: found factor "));
+}
+
 TEST(Scurve, RefusesBadLimitsSpeedsAndDistances) {
   EXPECT_EQ(error_of([] { plan_scurve(asymmetric_limits(0, 1, 1, 1, 1), 1); }),
             "velocity limit: found 0 mm/s, expected a finite number above 0");

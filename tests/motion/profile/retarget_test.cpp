@@ -133,7 +133,11 @@ TEST(Retarget, RefusesWhatIsNotFinite) {
   EXPECT_THAT(error_of([] {
                 plan_retarget(gentle_stop, {0.0, INFINITY, 0.0, 0.0}, 1.0);
               }),
-              StartsWith("state: found inf mm/s"));
+              StartsWith("state: found 0 mm, inf mm/s"));
+  EXPECT_THAT(error_of([] {
+                plan_stop(gentle_stop, {NAN, 1.0, 0.0, 0.0});
+              }),
+              StartsWith("state: found nan mm, 1 mm/s"));
 }
 
 }  // namespace

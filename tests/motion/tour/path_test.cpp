@@ -509,6 +509,10 @@ TEST(BadTask, IsRefusedInOneLine) {
   EXPECT_THAT(refusal(points, task), HasSubstr("kicks"));
   points[3].y_mm = std::numeric_limits<double>::infinity();
   EXPECT_THAT(refusal(points, {}), HasSubstr("point 4"));
+  points[3].y_mm = -1e308;
+  EXPECT_THAT(refusal(points, {}), HasSubstr("expected coordinates within 1e+12 mm"));
+  points[3].y_mm = -1e12;
+  EXPECT_EQ(refusal(points, {}), "no error");
   EXPECT_THAT(refusal(std::vector<Point>(kMaxPoints + 1), {}), HasSubstr("2000000"));
 }
 
