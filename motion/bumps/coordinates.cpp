@@ -204,7 +204,7 @@ void check_no_duplicates(const std::filesystem::path& path, const std::vector<Po
   std::vector<std::size_t> cell_order(points.size());
   std::iota(cell_order.begin(), cell_order.end(), std::size_t{0});
   // Rounding to the duplicate distance makes "the same" transitive, so one sort finds every pair.
-  const auto cell = [](double value_mm) { return std::nearbyint(value_mm / kDuplicateDistance_mm); };
+  const auto cell = [](double value_mm) { return std::round(value_mm * (1.0 / kDuplicateDistance_mm)); };
   std::sort(cell_order.begin(), cell_order.end(), [&](std::size_t a, std::size_t b) {
     const double ax = cell(points[a].x_mm), bx = cell(points[b].x_mm);
     if (ax != bx) return ax < bx;

@@ -51,8 +51,8 @@ class CoordinateError : public UserError {
 /// More bumps than this in one file are refused.
 inline constexpr std::size_t kMaxPoints = 2'000'000;
 
-/// Two bumps whose positions agree when rounded to this are the same bump.
-inline constexpr double kDuplicateDistance_mm = 1e-6;
+/// Two bumps whose positions agree when rounded to this, the last digit of the G-code, are the same bump.
+inline constexpr double kDuplicateDistance_mm = 1e-4;
 
 /// What a file holds. `notes`: a line each on what is in it but is no bump, such as the draws of a Gerber
 /// layer, and on bumps of a board's bottom that aren't mirrored.
