@@ -251,7 +251,7 @@ std::vector<ScanChain> read_chains(const fs::path& path) {
 // What a file of patterns holds, whatever its format.
 CycleStream read_any(const Options& options) {
   const fs::path& path = options.patterns;
-  if (is_recording(path)) return chip_cycles(recording::read_text(path));
+  if (is_recording(path)) return chip_cycles(recording::read_text(path), {}, nullptr, path.string());
   if (path.extension() == ".wgl") return parse_wgl(read_file(path), path.string());
   if (path.extension() != ".vcd" && path.extension() != ".evcd") return read_stil(path);
   TestTiming timing;

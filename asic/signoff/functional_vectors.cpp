@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <stdexcept>
+#include <optional>
 
+#include "base/error.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 #include "tb/pins/chip_pins.hpp"
 
@@ -38,15 +39,10 @@ std::string name_of(const PinBit& bit) {
   return pin.width == 1 ? pin.name : fmt::format("{}[{}]", pin.name, bit.bit);
 }
 
-void require_chip_pins(const recording::Stream& stream) {
-  if (stream.header().pins != tb::chip_pin_header("").pins)
-    throw std::runtime_error("recording: found other pins than the chip's, expected a recording of the chip");
-}
-
 }  // namespace
 
 PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device) {
-  require_chip_pins(stream);
+  const auto chip_pins = tb::chip_pins_in(stream.header(), "recording");
   chip::Chip model;
   const std::unique_ptr<tb::VerilatedRtl> rtl =
       device == ReplayDevice::rtl ? tb::make_verilated_rtl() : nullptr;
@@ -54,8 +50,9 @@ PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device) {
   recording::Cursor cursor(stream);
   chip::Outputs left = model.outputs({.rst_n = false});
   for (bool more = true; more; more = cursor.step()) {
-    const chip::Inputs in = tb::inputs_of(cursor.values());
-    const chip::Outputs recorded = tb::outputs_of(cursor.values());
+    const auto levels = tb::chip_levels(cursor.values(), chip_pins);
+    const chip::Inputs in = tb::inputs_of(levels);
+    const chip::Outputs recorded = tb::outputs_of(levels);
     const chip::Outputs out = tb::before_clock(left, in);
     left = rtl ? rtl->step(in) : model.step(in);
     ++result.clocks;
@@ -68,8 +65,8 @@ PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device) {
 }
 
 dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<FunctionalPiece>& pieces,
-                             std::vector<MaskedStrobes>* masked) {
-  require_chip_pins(stream);
+                             std::vector<MaskedStrobes>* masked, const std::string& name) {
+  const auto chip_pins = tb::chip_pins_in(stream.header(), name);
   const std::vector<PinBit> inputs = bits_of(recording::Direction::in),
                             outputs = bits_of(recording::Direction::out);
   dft::CycleStream result;
@@ -78,8 +75,8 @@ dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<
   for (const PinBit& bit : inputs) result.signals.push_back({name_of(bit), true});
   for (const PinBit& bit : outputs) result.signals.push_back({name_of(bit), false});
 
-  const auto of = [&](const std::vector<std::uint64_t>& values, const std::vector<PinBit>& bits,
-                      const char* levels) {
+  using Levels = std::array<std::uint64_t, tb::kChipPinCount>;
+  const auto of = [&](const Levels& values, const std::vector<PinBit>& bits, const char* levels) {
     std::string text;
     for (const PinBit& bit : bits) text += levels[values[bit.pin] >> bit.bit & 1];
     return text;
@@ -113,17 +110,17 @@ dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<
   for (const PinBit& bit : outputs) every_output.push_back(bit.pin);
 
   recording::Cursor cursor(stream);
-  std::vector<std::uint64_t> before;
+  std::optional<Levels> before;
   for (bool more = true; more; more = cursor.next_event()) {
-    const std::vector<std::uint64_t> now(cursor.values().begin(), cursor.values().end());
+    const Levels now = tb::chip_levels(cursor.values(), chip_pins);
     const std::string driven = "P" + of(now, inputs, "01");
     const std::string states = driven + of(now, outputs, "LH");
     std::string first = states;
-    if (before.empty())
+    if (!before)
       mask(first, every_output, "power-up: no clock and no reset has been yet");
-    else if (before[tb::kPinRstN] != 0 && now[tb::kPinRstN] == 0)
+    else if ((*before)[tb::kPinRstN] != 0 && now[tb::kPinRstN] == 0)
       mask(first, every_output, "rst_ni falls: the reset acts without the clock");
-    else if (before[tb::kPinInhibit] != now[tb::kPinInhibit])
+    else if ((*before)[tb::kPinInhibit] != now[tb::kPinInhibit])
       mask(first, {tb::kPinHeater}, "inhibit_i changes: it acts on heater_o without the clock");
     add(first, 1);
     const std::uint64_t end = cursor.next_event_cycle().value_or(cursor.final_cycle() + 1);
@@ -141,16 +138,16 @@ PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device, 
     for (std::size_t s = 0; s < stream.signals.size(); ++s) {
       if (stream.signals[s].name == name && stream.signals[s].is_input == input) return s;
     }
-    throw std::runtime_error(
-        fmt::format("{}: found no signal {}, expected every pin of the chip", stream.title, name));
+    throw UserError(fmt::format("{}: found no {} signal {}, expected every pin of the chip", stream.title,
+                                input ? "input" : "output", name));
   };
   const std::size_t clock = find(kClock, true);
   std::vector<std::size_t> in_signals, out_signals;
   for (const PinBit& bit : inputs) in_signals.push_back(find(name_of(bit), true));
   for (const PinBit& bit : outputs) out_signals.push_back(find(name_of(bit), false));
   if (1 + inputs.size() + outputs.size() != stream.signals.size())
-    throw std::runtime_error(fmt::format("{}: found {} signals, expected the {} of the chip", stream.title,
-                                         stream.signals.size(), 1 + inputs.size() + outputs.size()));
+    throw UserError(fmt::format("{}: found {} signals, expected the {} of the chip", stream.title,
+                                stream.signals.size(), 1 + inputs.size() + outputs.size()));
   chip::Chip model;
   const std::unique_ptr<tb::VerilatedRtl> rtl =
       device == ReplayDevice::rtl ? tb::make_verilated_rtl() : nullptr;

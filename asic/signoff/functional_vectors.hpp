@@ -37,7 +37,7 @@ struct PinReplay {
   std::string first;  // "cycle 12: heater_o recorded 1, chip 0"
 };
 enum class ReplayDevice { model, rtl };
-// A recording of the chip's pins run on a device. Throws std::runtime_error when its pins are not the chip's.
+// A recording of the chip's pins run on a device. Throws UserError when pins of the chip are missing.
 PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device);
 
 // Strobes of a cycle stream that are not compared, and why.
@@ -48,11 +48,13 @@ struct MaskedStrobes {
 };
 
 // The recording as a tester runs it: clock clk_i, and before it the pins of each cycle. `pieces` become
-// labels. What that leaves open is masked and told.
+// labels. What that leaves open is masked and told. Pins of others are left out. Throws UserError that begins
+// with `name` when a pin of the chip is missing.
 dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<FunctionalPiece>& pieces = {},
-                             std::vector<MaskedStrobes>* masked = nullptr);
-// Such a stream, as read back from a file, run on a device. Throws std::runtime_error when it has other
-// signals than the chip has pins.
+                             std::vector<MaskedStrobes>* masked = nullptr,
+                             const std::string& name = "recording");
+// Such a stream, as read back from a file, run on a device. Throws UserError when it has other signals than
+// the chip has pins.
 PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device,
                            const Progress& progress = {});
 

@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "base/error.hpp"
 #include "cmodel/spec.hpp"
 
 namespace meltstage::tb {
@@ -17,6 +18,40 @@ recording::Header chip_pin_header(std::string origin) {
     header.pins.push_back({std::string(pin.name), direction, pin.width, "chip"});
   }
   return header;
+}
+
+std::vector<std::optional<std::uint32_t>> chip_pins_in(const recording::Header& header,
+                                                       const std::string& name) {
+  const recording::Header chip = chip_pin_header(name);
+  const auto text = [](const recording::Pin& pin) {
+    return fmt::format("pin {} {} of {} bits", pin.name, recording::to_string(pin.direction), pin.width);
+  };
+  std::vector<std::optional<std::uint32_t>> result(header.pins.size());
+  for (std::uint32_t p = 0; p < kChipPinCount; ++p) {
+    const recording::Pin& pin = chip.pins[p];
+    const auto at = recording::find_pin(header, pin.name);
+    if (!at)
+      throw UserError(
+          fmt::format("{}: found no {}, expected all pins of the chip; record it again", name, text(pin)));
+    const recording::Pin& found = header.pins[*at];
+    if (found.width != pin.width || found.direction != pin.direction)
+      throw UserError(fmt::format("{}: found {}, expected {}, as the chip has it; record it again", name,
+                                  text(found), text(pin)));
+    result[*at] = p;
+  }
+  if (header.clock_hz != chip.clock_hz)
+    throw UserError(fmt::format("{}: found a clock of {} Hz, expected the chip's {} Hz; record it again",
+                                name, header.clock_hz, chip.clock_hz));
+  return result;
+}
+
+std::array<std::uint64_t, kChipPinCount> chip_levels(
+    std::span<const std::uint64_t> values, std::span<const std::optional<std::uint32_t>> chip_pins) {
+  std::array<std::uint64_t, kChipPinCount> levels{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (chip_pins[i]) levels[*chip_pins[i]] = values[i];
+  }
+  return levels;
 }
 
 chip::Inputs inputs_of(std::span<const std::uint64_t> pins) {

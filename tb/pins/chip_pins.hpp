@@ -4,8 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "cmodel/pins.hpp"
 #include "recording/stream.hpp"
@@ -18,6 +20,15 @@ inline constexpr std::uint32_t kChipPinCount = chip::spec::kPins.size();
 
 // Inputs and outputs of the chip, nothing else.
 recording::Header chip_pin_header(std::string origin);
+
+// Which of the chip's pins each pin of a recording is; none for a pin of somebody else. Throws UserError that
+// begins with `name` when a pin of the chip is missing or has another width or direction, or the clock is
+// another than the chip's.
+std::vector<std::optional<std::uint32_t>> chip_pins_in(const recording::Header& header,
+                                                       const std::string& name);
+// A recording's levels in the order of the chip's pins.
+std::array<std::uint64_t, kChipPinCount> chip_levels(std::span<const std::uint64_t> values,
+                                                     std::span<const std::optional<std::uint32_t>> chip_pins);
 
 chip::Inputs inputs_of(std::span<const std::uint64_t> pins);
 chip::Outputs outputs_of(std::span<const std::uint64_t> pins);

@@ -77,15 +77,7 @@ void WindowPlanner::refuse(const std::string& why) const {
 }
 
 void WindowPlanner::begin(const recording::Header& header) {
-  const recording::Header chip = chip_pin_header(name_.job);
-  chip_pin_.assign(header.pins.size(), std::nullopt);
-  for (std::uint32_t pin = 0; pin < kChipPinCount; ++pin) {
-    const auto at = recording::find_pin(header, chip.pins[pin].name);
-    if (!at || header.pins[*at].width != chip.pins[pin].width)
-      refuse(fmt::format("found no pin {} of {} bits, expected all pins of the chip", chip.pins[pin].name,
-                         chip.pins[pin].width));
-    chip_pin_[*at] = pin;
-  }
+  chip_pin_ = chip_pins_in(header, "recording of " + name_.job);
 }
 
 void WindowPlanner::change(const recording::Change& change) {

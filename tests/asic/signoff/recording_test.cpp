@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "asic/dft/files/stil.hpp"
@@ -70,7 +71,57 @@ TEST(Recording, OtherPinsAreRefused) {
       {.pins = {{"a", recording::Direction::in, 1, "chip"}}, .clock_hz = 1e6, .origin = "test", .meta = {}});
   recorder.commit(0);
   recorder.finish(3);
-  EXPECT_THROW(replay_pins(stream, ReplayDevice::model), std::runtime_error);
+  EXPECT_THROW(replay_pins(stream, ReplayDevice::model), UserError);
+}
+
+// The recording under another header: pins in the other order, one of somebody else among them, then
+// `change`.
+recording::Stream under_another_header(const recording::Stream& from,
+                                       const std::function<void(recording::Header&)>& change) {
+  recording::Header header = from.header();
+  std::reverse(header.pins.begin(), header.pins.end());
+  header.pins.insert(header.pins.begin() + 2, {"lamp", recording::Direction::out, 1, "stage"});
+  change(header);
+  recording::Stream stream;
+  stream.begin(header);
+  const auto renamed = [&](std::uint32_t pin) {
+    const auto turned = static_cast<std::uint32_t>(from.header().pins.size() - 1 - pin);
+    return turned < 2 ? turned : turned + 1;
+  };
+  recording::ChangeReader reader(from);
+  std::vector<recording::Change> first{{0, 2, 0}}, others;
+  for (recording::Change c; reader.next(c);)
+    (c.cycle == 0 ? first : others).push_back({c.cycle, renamed(c.pin), c.value});
+  std::sort(first.begin(), first.end(), [](const auto& a, const auto& b) { return a.pin < b.pin; });
+  std::stable_sort(others.begin(), others.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.cycle, a.pin) < std::pair(b.cycle, b.pin);
+  });
+  for (const recording::Change& c : first) stream.change(c);
+  for (const recording::Change& c : others) stream.change(c);
+  stream.end(from.final_cycle());
+  return stream;
+}
+
+// What windows take, a replay takes: the chip's pins in any order, others left out.
+TEST(Recording, PinsAreKnownByTheirNames) {
+  const recording::Stream plain = recorded(3'000),
+                          stream = under_another_header(plain, [](recording::Header&) {});
+  EXPECT_EQ(replay_pins(stream, ReplayDevice::model).mismatches, 0u);
+  EXPECT_TRUE(dft::same_cycles(chip_cycles(stream), chip_cycles(plain)));
+  const std::string name = plain.header().pins.back().name, last = "pin " + name + " out of 1 bits";
+  const auto refused = [&](const std::function<void(recording::Header&)>& change, const std::string& said) {
+    try {
+      chip_cycles(under_another_header(plain, change), {}, nullptr, "x.mvec");
+      ADD_FAILURE() << said;
+    } catch (const UserError& error) {
+      EXPECT_EQ(error.what(), "x.mvec: found " + said + "; record it again");
+    }
+  };
+  refused([](auto& header) { header.pins[0].name = "tx"; }, "no " + last + ", expected all pins of the chip");
+  refused([](auto& header) { header.pins[0].direction = recording::Direction::in; },
+          "pin " + name + " in of 1 bits, expected " + last + ", as the chip has it");
+  refused([](auto& header) { header.clock_hz = 20e6; },
+          "a clock of 20000000 Hz, expected the chip's 12000000 Hz");
 }
 
 // As a tester's cycles, through a STIL file and back: same verdict, masks told, one wrong strobe found.
