@@ -59,10 +59,10 @@ class Segment {
            way_mm_ * share * left * (left * begin_bend_ - share * end_bend_);
   }
 
+  /// From the tangent at one end to that at the other: the cubic's own would swing with the rounding of the
+  /// file's numbers.
   Eigen::Vector3d direction(double share) const {
-    const double left = 1.0 - share;
-    return (chord_ + left * (left - 2.0 * share) * begin_bend_ - share * (2.0 * left - share) * end_bend_)
-        .normalized();
+    return (chord_ + (1.0 - share) * begin_bend_ + share * end_bend_).normalized();
   }
 
  private:

@@ -88,7 +88,8 @@ void PathLines::drop_approach() {
   const double least = has_axes_ ? 0.99 : 1.0 - 1e-9;
   const auto along_axis = [&](const ClPoint& near, const ClPoint& far) {
     const Eigen::Vector3d way = far.position_mm - near.position_mm;
-    return way.dot(near.axis) > least * way.norm();
+    const double along = way.dot(near.axis);
+    return (has_axes_ ? along : std::abs(along)) > least * way.norm();
   };
   std::size_t first = 0, last = open_.size();
   while (first + 1 < last && along_axis(open_[first + 1], open_[first])) ++first;

@@ -187,6 +187,12 @@ TEST(GcodeReader, ALoweringAloneIsNoLine) {
   EXPECT_THAT(error_of("a.apt", apt("MULTAX\nRAPID\nGOTO/0,0,10,0,0,1\nGOTO/0,0,1,0,0,1\nRAPID\n"
                                     "GOTO/5,0,10,0,0,1\nGOTO/5,0,1,0,0,1\n")),
               HasSubstr("found no line"));
+  // Down too far and up again, and in pecks.
+  for (const char* down : {"G1 Z0\nZ1\n", "G1 Z4\nZ6\nZ1\n"})
+    EXPECT_EQ(read_tool_path_text("a.ngc", program(std::string("G0 X0 Y0 Z9\n") + down + "X5\nG0 Z9\n"))
+                  .at(0)
+                  .points.size(),
+              2U);
   // Between lines, and in steps.
   const auto lines = read_tool_path_text(
       "a.ngc", program("G0 X0 Y0 Z10\nG1 Z4\nZ1\nX5\nZ4\nZ10\nG0 X9\nG1 Z1\nG0 Z10\nG0 X0 Y3\nG1 "

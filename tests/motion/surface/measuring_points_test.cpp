@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/surface/measuring_points.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -129,6 +130,21 @@ TEST(SplineChoice, TouchesCornersAndTheMiddleOfALongMove) {
   }));
   for (std::size_t i = 1; i < chosen.size(); ++i)
     EXPECT_LE(chosen[i].length_mm - chosen[i - 1].length_mm, 1.6 + 1e-9);
+}
+
+// Points so dense that the rounding of the file's numbers shows as kinks.
+TEST(SplineChoice, KeepsItsAxesOverRoundedNumbers) {
+  std::string program = "G21 G90\nG0 X0 Y0 Z9\nG1 Z1 F9\n";
+  for (int i = 1; i <= 2000; ++i)
+    program += fmt::format("X{:.3f} Z{:.3f}\n", 0.01 * i, 1.5 - 0.5 * std::cos(0.003 * i));
+  const ClLine line = read_tool_path_text("dense.nc", program + "G0 Z9\nM2\n").at(0);
+  for (const MeasuringPoint& point : choose_by_spline(line, {})) {
+    const double slope = 0.15 * std::sin(0.3 * point.position_mm.x());
+    const bool at_end = point.length_mm == 0.0 || point.position_mm.x() > 19.999;
+    // 1 um over 20 um, and less to go by at the ends.
+    EXPECT_NEAR(point.axis.x(), -slope / std::hypot(1.0, slope), at_end ? 0.15 : 0.05)
+        << point.position_mm.x();
+  }
 }
 
 TEST(SplineChoice, RefusesWhatCannotBe) {
