@@ -159,6 +159,21 @@ void keep_inputs(const Options& options) {
   require_other_file(options.out, inputs);
 }
 
+// Files that an earlier run wrote into the folder and this one doesn't, by that run's manifest: beside the
+// new ones they would pass for theirs. What somebody has changed since stays.
+void remove_earlier(const fs::path& folder, const std::map<std::string, std::string>& written) {
+  const fs::path manifest = folder / "manifest.json";
+  if (!fs::is_regular_file(manifest)) return;
+  const nlohmann::json json = nlohmann::json::parse(read_file(manifest), nullptr, false);
+  if (!json.is_object() || !json.contains("files") || !json["files"].is_object()) return;
+  for (const auto& [name, hash] : json["files"].items()) {
+    const fs::path file = folder / name;
+    if (written.count(name) != 0 || fs::path(name) != fs::path(name).filename() || !fs::is_regular_file(file))
+      continue;
+    if (hash == sha256_of(read_file(file))) fs::remove(file);
+  }
+}
+
 int generate(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const CellLibrary library = library_of(options);
@@ -178,6 +193,7 @@ int generate(const Options& options) {
     write_whole(options.out / "scan.json", chains);
     written["scan.json"] = sha256_of(chains);
   }
+  remove_earlier(options.out, written);
   nlohmann::ordered_json manifest = {
       {"tool", version()},
       {"seed", options.seed},

@@ -115,6 +115,26 @@ class Checker {
   bool contradiction_ = false;
 };
 
+// As many clauses as the problem line "p cnf VARIABLES CLAUSES" says: a file cut short would still be a set
+// of clauses, and a proof of it nothing about the whole.
+void require_whole(const ProofFile& cnf, std::size_t clauses) {
+  std::string_view text = cnf.text;
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    const std::size_t at = cnf.text.size() - text.size();
+    text.remove_prefix(std::min(text.size(), line.size() + 1));
+    if (line.empty() || line[0] != 'p') continue;
+    const std::size_t end = line.find_last_not_of(" \r") + 1, begin = line.find_last_of(' ', end) + 1;
+    const auto said = number_in<std::size_t>(line.substr(begin, end - begin), 0, cnf.text.size());
+    if (!said || line.substr(0, 6) != "p cnf " || *said != clauses)
+      throw UserError(defect_at(cnf.name, place_of(cnf.text, at),
+                                fmt::format("\"{}\" and {} clauses", shown(line), clauses),
+                                fmt::format("p cnf VARIABLES {}, or the whole file", clauses)));
+    return;
+  }
+  throw UserError(defect_at(cnf.name, Place{}, "no problem line", "p cnf VARIABLES CLAUSES"));
+}
+
 struct Line {
   bool deletion = false;
   Clause clause;
@@ -169,7 +189,9 @@ std::vector<Line> lines_of(const ProofFile& file) {
 
 bool refutes(const ProofFile& cnf, const ProofFile& proof, std::string& reason) {
   Checker checker;
-  for (Line& line : lines_of(cnf)) checker.add(std::move(line.clause));
+  std::vector<Line> clauses = lines_of(cnf);
+  require_whole(cnf, clauses.size());
+  for (Line& line : clauses) checker.add(std::move(line.clause));
   std::size_t step = 0;
   for (Line& line : lines_of(proof)) {
     ++step;

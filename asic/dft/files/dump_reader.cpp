@@ -134,7 +134,9 @@ class DumpReader {
         const auto end = std::from_chars(token.data() + 1, token.data() + token.size(), stamp);
         if (end.ec != std::errc() || end.ptr != token.data() + token.size() || stamp < 0 ||
             stamp > std::numeric_limits<long long>::max() / scale_ps_)
-          fail(where, fmt::format("time {}", shown(token)), "a number");
+          fail(where, fmt::format("time {}", shown(token)),
+               fmt::format("# and a whole number from 0 to {}",
+                           std::numeric_limits<long long>::max() / scale_ps_));
         if (stamp * scale_ps_ < now)
           fail(where, fmt::format("time {}", shown(token)), "one that doesn't go back");
         now = stamp * scale_ps_;

@@ -93,7 +93,10 @@ class Reader {
 
   void read() {
     expect_word("STIL");
-    take_word();  // the version
+    const std::size_t where = token_.where;
+    const std::string version = take_word();
+    if (!version.starts_with("0.") && !version.starts_with("1."))
+      fail(where, fmt::format("version {}", shown(version)), "STIL 1.0");
     if (is("{"))
       skip_block();
     else

@@ -452,7 +452,11 @@ TEST(Proof, WhatIsNeitherIsNamedWithItsPlace) {
     return "";
   };
   EXPECT_EQ(refusal("p cnf 2 1\n1 x 0\n", "").substr(0, 22), "a.cnf:2:3: found \"x\", ");
-  EXPECT_EQ(refusal("1 0\n", "2\n").substr(0, 24), "a.drat:1:2: found no 0 a");
+  // cut short, or no formula at all
+  EXPECT_EQ(refusal("c formula\np cnf 2 4\n1 2 0\n-1 2 0\n1 -2 0\n", "2 0\n0\n"),
+            "a.cnf:2:1: found \"p cnf 2 4\" and 3 clauses, expected p cnf VARIABLES 3, or the whole file");
+  EXPECT_EQ(refusal("", "0\n"), "a.cnf:1:1: found no problem line, expected p cnf VARIABLES CLAUSES");
+  EXPECT_EQ(refusal("p cnf 1 1\n1 0\n", "2\n").substr(0, 24), "a.drat:1:2: found no 0 a");
 }
 
 }  // namespace

@@ -152,6 +152,7 @@ PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
   for (const char* time : {"inf", "nan", "1e999", "-1", "0x10", ""})
     refuses("STIL 1.0; Timing { WaveformTable t { Period '" + std::string(time) + "ns'; } }",
             "expected a number with");
+  refuses("STIL 9.9;", "a.stil:1:6: found version 9.9, expected STIL 1.0");
   EXPECT_THROW(parse_stil("", "a.stil"), StilError);
 }
 
