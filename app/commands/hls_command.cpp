@@ -18,14 +18,14 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
-#include "hls/compile.hpp"
-#include "hls/counterexample.hpp"
-#include "hls/equivalence.hpp"
-#include "hls/names.hpp"
-#include "hls/ports.hpp"
-#include "hls/prover.hpp"
-#include "hls/rtl.hpp"
-#include "hls/verilog.hpp"
+#include "hls/cpp/compile.hpp"
+#include "hls/graph/names.hpp"
+#include "hls/graph/verilog.hpp"
+#include "hls/proof/counterexample.hpp"
+#include "hls/proof/equivalence.hpp"
+#include "hls/proof/ports.hpp"
+#include "hls/proof/prover.hpp"
+#include "hls/rtl/rtl.hpp"
 
 namespace meltstage::app {
 namespace {

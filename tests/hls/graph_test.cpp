@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Expressions: what the graph folds, narrows and puts into gates is what the operators mean on numbers.
-#include "hls/graph.hpp"
+#include "hls/graph/graph.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "hls/aig.hpp"
-#include "hls/prover.hpp"
+#include "hls/graph/aig.hpp"
+#include "hls/proof/prover.hpp"
 
 namespace meltstage::hls {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <sstream>
 
-#include "hls/reset_domain.hpp"
-#include "hls/verilog.hpp"
+#include "hls/graph/reset_domain.hpp"
+#include "hls/graph/verilog.hpp"
 
 namespace meltstage::hls {
 namespace {

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hls/proof/counterexample.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <unordered_map>
+
+namespace meltstage::hls {
+namespace {
+
+std::string bit_of(const Field& field, unsigned bit) {
+  return field.width == 1 ? field.name : fmt::format("{}[{}]", field.name, bit);
+}
+
+std::string word_of(const std::string& bit, const std::vector<Field>& fields) {
+  for (const Field& field : fields)
+    for (unsigned i = 0; i < field.width; ++i)
+      if (bit_of(field, i) == bit) return field.name;
+  return bit;
+}
+
+std::vector<Field> fields_of(const Circuit& model) {
+  std::vector<Field> result;
+  for (const Flop& flop : model.flops) result.push_back(flop.field);
+  for (const Pin& pin : model.outputs) result.push_back(pin.field);
+  return result;
+}
+
+// Flops as in reset, pins low, but not that of the reset.
+std::vector<bool> usual_inputs(const Circuit& model, const Problem& problem) {
+  std::unordered_map<Literal, bool> high;
+  for (const Flop& flop : model.flops)
+    for (unsigned i = 0; i < flop.field.width; ++i)
+      high[problem.state.at(bit_of(flop.field, i))] = flop.reset[i];
+  if (const auto reset = problem.pins.find("rst_ni"); reset != problem.pins.end()) high[reset->second] = true;
+  std::vector<bool> result;
+  for (const Literal input : problem.aig.inputs()) {
+    const auto found = high.find(input);
+    result.push_back(found != high.end() && found->second);
+  }
+  return result;
+}
+
+}  // namespace
+
+Counterexample make_counterexample(const Circuit& model, const Problem& problem, const Obligation& obligation,
+                                   const std::vector<bool>& example) {
+  const std::vector<bool> inputs = simplest(problem, obligation, example, usual_inputs(model, problem));
+  const std::vector<bool> value = evaluate(problem.aig, inputs);
+  const auto of = [&](Literal literal) { return value[literal / 2] != ((literal & 1) != 0); };
+  const auto word = [&](const Bits& bits, const Field& field) {
+    std::uint64_t result = 0;
+    for (unsigned i = 0; i < field.width; ++i)
+      result |= static_cast<std::uint64_t>(of(bits.at(bit_of(field, i)))) << i;
+    return result;
+  };
+  Counterexample result{
+      .kind = obligation.kind, .name = obligation.name, .state = {}, .pins = {}, .of_model = 0, .of_rtl = 0};
+  for (const Flop& flop : model.flops)
+    if (const std::uint64_t held = word(problem.state, flop.field); held != flop.reset.getZExtValue())
+      result.state.push_back({flop.field.name, held});
+  std::set<std::string> of_both;
+  for (const Pin& pin : model.inputs) {
+    result.pins.push_back({pin.field.name, word(problem.pins, pin.field)});
+    for (unsigned i = 0; i < pin.field.width; ++i) of_both.insert(bit_of(pin.field, i));
+  }
+  for (const auto& [name, literal] : problem.pins)
+    if (!of_both.contains(name) && of(literal)) result.pins.push_back({name, 1});
+  if (obligation.kind != Kind::kFlop && obligation.kind != Kind::kPin) return result;
+  // all bits of the word, of which some may be equal
+  const std::vector<Field> fields = fields_of(model);
+  result.name = word_of(obligation.name, fields);
+  for (const Obligation& other : problem.obligations) {
+    if (other.kind != obligation.kind || word_of(other.name, fields) != result.name) continue;
+    unsigned bit = 0;
+    if (const std::size_t bracket = other.name.rfind('['); other.name != result.name)
+      bit = static_cast<unsigned>(std::stoul(other.name.substr(bracket + 1)));
+    result.of_model |= static_cast<std::uint64_t>(of(other.of_model)) << bit;
+    result.of_rtl |= static_cast<std::uint64_t>(of(other.of_rtl)) << bit;
+  }
+  return result;
+}
+
+std::string to_text(const Counterexample& example) {
+  std::string text =
+      fmt::format("counterexample: {}{}\n  state (what is not listed is as in reset)", example.name,
+                  example.kind == Kind::kInvariant ? " does not hold in the next state"
+                  : example.kind == Kind::kPromise ? " is broken"
+                                                   : "");
+  for (const NamedValue& flop : example.state) text += fmt::format("\n    {} = {:#x}", flop.name, flop.value);
+  text += "\n  pins\n   ";
+  for (const NamedValue& pin : example.pins) text += fmt::format(" {}={:#x}", pin.name, pin.value);
+  if (example.kind == Kind::kFlop || example.kind == Kind::kPin)
+    text += fmt::format("\n  after the clock: RTL {:#x}, C++ {:#x}", example.of_rtl, example.of_model);
+  return text + "\n";
+}
+
+std::vector<bool> carried_over(const Problem& from, const std::vector<bool>& example, const Problem& to) {
+  std::unordered_map<Literal, bool> high;
+  for (std::size_t i = 0; i < example.size(); ++i) high[from.aig.inputs()[i]] = example[i];
+  std::unordered_map<Literal, bool> there;
+  const auto carry = [&](const Bits& bits, const Bits& bits_there) {
+    for (const auto& [name, literal] : bits)
+      if (const auto found = high.find(literal); found != high.end())
+        there[bits_there.at(name)] = found->second;
+  };
+  carry(from.state, to.state);
+  carry(from.pins, to.pins);
+  std::vector<bool> result;
+  for (const Literal input : to.aig.inputs()) {
+    const auto found = there.find(input);
+    result.push_back(found != there.end() && found->second);
+  }
+  return result;
+}
+
+}  // namespace meltstage::hls

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// A state and pins for which C++ and RTL differ, word by word, as a person reads it and a simulator runs it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hls/proof/equivalence.hpp"
+#include "hls/proof/prover.hpp"
+
+namespace meltstage::hls {
+
+/// A flop or pin and its value; one with a sign is that of its bits.
+struct NamedValue {
+  std::string name;
+  std::uint64_t value;
+};
+
+struct Counterexample {
+  Kind kind;
+  std::string name;               // of the flop or pin that differs, or what else is broken
+  std::vector<NamedValue> state;  // flops that are not as in reset
+  std::vector<NamedValue> pins;   // those of both sides, and bits of the RTL alone that are high
+  std::uint64_t of_model;         // after the clock; for flops and pins
+  std::uint64_t of_rtl;           //
+};
+
+/// Of a broken obligation, as few flops as possible off their reset values.
+Counterexample make_counterexample(const Circuit& model, const Problem& problem, const Obligation& obligation,
+                                   const std::vector<bool>& example);
+
+/// Some lines for a person, ended each.
+std::string to_text(const Counterexample& example);
+
+/// The example for another problem of the same circuits: what has no name there is 0.
+std::vector<bool> carried_over(const Problem& from, const std::vector<bool>& example, const Problem& to);
+
+}  // namespace meltstage::hls
