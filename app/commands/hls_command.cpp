@@ -19,6 +19,7 @@
 #include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "hls/cpp/compile.hpp"
+#include "hls/cpp/translate.hpp"
 #include "hls/graph/names.hpp"
 #include "hls/graph/verilog.hpp"
 #include "hls/proof/counterexample.hpp"

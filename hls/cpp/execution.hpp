@@ -9,7 +9,7 @@
 
 #include "hls/cpp/findings.hpp"
 #include "hls/cpp/memory.hpp"
-#include "hls/cpp/translate.hpp"
+#include "hls/graph/circuit.hpp"
 #include "hls/graph/graph.hpp"
 
 namespace meltstage::hls {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "hls/cpp/paths.hpp"
-#include "hls/cpp/translate.hpp"
+#include "hls/graph/circuit.hpp"
 #include "hls/graph/graph.hpp"
 
 namespace meltstage::hls {

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "hls/cpp/translate.hpp"
+#include "hls/graph/circuit.hpp"
 
 namespace meltstage::hls {
 

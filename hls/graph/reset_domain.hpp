@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hls/cpp/translate.hpp"
+#include "hls/graph/circuit.hpp"
 
 namespace meltstage::hls {
 

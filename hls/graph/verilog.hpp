@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-#include "hls/cpp/translate.hpp"
+#include "hls/graph/circuit.hpp"
 
 namespace meltstage::hls {
 

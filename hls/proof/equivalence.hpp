@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "hls/cpp/translate.hpp"
 #include "hls/graph/aig.hpp"
+#include "hls/graph/circuit.hpp"
 #include "hls/rtl/rtl.hpp"
 
 namespace meltstage::hls {

@@ -23,6 +23,7 @@
 #include "Vbugs___024root.h"
 #include "base/error.hpp"
 #include "hls/cpp/compile.hpp"
+#include "hls/cpp/translate.hpp"
 #include "hls/proof/counterexample.hpp"
 #include "hls/proof/equivalence.hpp"
 #include "hls/proof/prover.hpp"
