@@ -226,9 +226,14 @@ int write_print(Settings& s) {
     const motion::RealLine& line = real[i];
     const std::string untouched =
         line.untouched_faces == 0 ? "" : fmt::format(" {} faces too short to touch", line.untouched_faces);
-    fmt::print("{:<20} {:>8} {:>+12.1f} {:>14.1f} {:>12.1f}{}{}{}\n", line.name, points[i].points.size(),
-               1e3 * line.shift_mean_mm, 1e3 * line.shift_largest_mm, 1e3 * line.estimated_error_mm,
-               line.smoothed ? " smoothed" : "", untouched,
+    const std::string unjudged =
+        line.unjudged_faces == 0
+            ? ""
+            : fmt::format(" not known on {} faces of fewer than 5 touches", line.unjudged_faces);
+    fmt::print("{:<20} {:>8} {:>+12.1f} {:>14.1f} {:>12}{}{}{}{}\n", line.name, points[i].points.size(),
+               1e3 * line.shift_mean_mm, 1e3 * line.shift_largest_mm,
+               line.estimated_error_mm ? fmt::format("{:.1f}", 1e3 * *line.estimated_error_mm) : "-",
+               line.smoothed ? " smoothed" : "", untouched, unjudged,
                line.estimated_error_mm > s.choice.spline.tolerance_mm
                    ? " over the tolerance: choose a shorter --wavelength"
                    : "");

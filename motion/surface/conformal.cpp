@@ -77,9 +77,9 @@ class ValueSpline {
 };
 
 /// How far a spline is off that knows every second value only; a cubic spline with twice the points is about
-/// 16 times better.
-double estimated_error(const std::vector<double>& at, const std::vector<double>& values) {
-  if (at.size() < 5) return 0.0;
+/// 16 times better. Below five values nothing can be told.
+std::optional<double> estimated_error(const std::vector<double>& at, const std::vector<double>& values) {
+  if (at.size() < 5) return std::nullopt;
   std::vector<double> half_at, half_values;
   for (std::size_t i = 0; i < at.size(); i += 2) half_at.push_back(at[i]), half_values.push_back(values[i]);
   if (at.size() % 2 == 0) half_at.push_back(at.back()), half_values.push_back(values.back());
@@ -294,7 +294,7 @@ RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
 namespace {
 
 /// What a face may be off between its touches; smooths them where the noise asks for it.
-double face_error(FaceTouches& face, const ReconstructionOptions& options, bool& smoothed) {
+std::optional<double> face_error(FaceTouches& face, const ReconstructionOptions& options, bool& smoothed) {
   if (3.0 * options.noise_mm <= 0.25 * options.tolerance_mm || face.at_mm.size() < 4)
     return estimated_error(face.at_mm, face.shifts_mm);
   std::vector<double>& shifts = face.shifts_mm;
@@ -303,7 +303,9 @@ double face_error(FaceTouches& face, const ReconstructionOptions& options, bool&
   const SmoothedValues smooth_shifts = smooth(face.at_mm, measured, options.noise_mm);
   std::copy(smooth_shifts.values.data(), smooth_shifts.values.data() + shifts.size(), shifts.begin());
   smoothed = true;
-  return estimated_error(face.at_mm, shifts) + smooth_shifts.standard_error.maxCoeff();
+  const std::optional<double> between_mm = estimated_error(face.at_mm, shifts);
+  if (!between_mm) return std::nullopt;
+  return *between_mm + smooth_shifts.standard_error.maxCoeff();
 }
 
 /// The line's points, each face shifted along its normals, and normals square to what comes out.
@@ -359,7 +361,11 @@ RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<cons
   for (FaceTouches& face : faces) {
     allow_for_slope(face, options.ball_radius_mm);
     all_shifts.insert(all_shifts.end(), face.shifts_mm.begin(), face.shifts_mm.end());
-    out.estimated_error_mm = std::max(out.estimated_error_mm, face_error(face, options, out.smoothed));
+    const std::optional<double> error_mm = face_error(face, options, out.smoothed);
+    if (error_mm)
+      out.estimated_error_mm = std::max(out.estimated_error_mm.value_or(0.0), *error_mm);
+    else if (!face.at_mm.empty())
+      ++out.unjudged_faces;
   }
   if (all_shifts.empty())
     throw MotionError(
@@ -367,8 +373,9 @@ RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<cons
                     "points, or a smaller ball",
                     line.name));
   note_shifts(out, all_shifts);
-  out.estimated_error_mm =
-      std::max(out.estimated_error_mm, bridge_untouched(faces, borders, out.untouched_faces));
+  const double bridged_mm = bridge_untouched(faces, borders, out.untouched_faces);
+  if (out.untouched_faces > 0)
+    out.estimated_error_mm = std::max(out.estimated_error_mm.value_or(0.0), bridged_mm);
   append_faces(line, lengths, folds, borders, faces, options.step_mm, out);
   out.lengths_mm = polygon_lengths_mm(out.points_mm);
   return out;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,8 +26,10 @@ struct RealLine {
   double shift_mean_mm = 0.0;            ///< real minus nominal surface along the normal, over the touches
   double shift_largest_mm = 0.0;         ///< largest absolute
   /// What the spline may be off between the touches, from leaving out every second one; with noise, its
-  /// standard error added.
-  double estimated_error_mm = 0.0;
+  /// standard error added. None if no face has the five touches that this takes.
+  std::optional<double> estimated_error_mm = std::nullopt;
+  /// Faces of fewer touches: what the spline is off there isn't known.
+  std::size_t unjudged_faces = 0;
   /// Faces too short for a touch: their shift goes from that of the face before to that of the face behind.
   std::size_t untouched_faces = 0;
   bool smoothed = false;

@@ -86,6 +86,22 @@ TEST(Reconstruction, TellsWhenItsPointsAreTooFar) {
   EXPECT_LT(reconstruct(good.line, good.points, good.touches, calibrated({})).estimated_error_mm, 0.001);
 }
 
+TEST(Reconstruction, TellsNoErrorOfFewerThanFiveTouches) {
+  const RealPart part{trial_height_mm};
+  const ClLine line = trial_lines()[1];
+  for (const std::size_t touches : {4u, 5u}) {
+    const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
+    ProbeLine points{line.name, {}};
+    for (std::size_t i = 0; i < touches; ++i)
+      points.points.push_back(place_on(
+          line, lengths, lengths.back() * static_cast<double>(i) / static_cast<double>(touches - 1)));
+    TouchProbe probe({}, 1);
+    const RealLine real = reconstruct(line, points, touch_all(part, {&points, 1}, {}, probe), calibrated({}));
+    EXPECT_EQ(real.estimated_error_mm.has_value(), touches == 5);
+    EXPECT_EQ(real.unjudged_faces, touches == 5 ? 0u : 1u);
+  }
+}
+
 TEST(Reconstruction, SmoothsOnlyWhereNoiseAsksForIt) {
   const RealPart part = make_trial_part({}, 3);
   const TouchProbeModel rough{.noise_mm = 0.006};
