@@ -17,8 +17,6 @@ namespace spec = chip::spec;
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::uint64_t kNoEvent = ~std::uint64_t{0};
-
 std::uint8_t high(std::uint16_t value) { return static_cast<std::uint8_t>(value >> 8); }
 std::uint8_t low(std::uint16_t value) { return static_cast<std::uint8_t>(value & 0xFFU); }
 

@@ -11,8 +11,6 @@
 namespace meltstage::tb {
 namespace {
 
-constexpr std::uint64_t kNoEvent = ~std::uint64_t{0};
-
 bool parity_bit(unsigned data, UartParity parity) {
   const bool odd_ones = (std::popcount(data) & 1) != 0;
   return parity == UartParity::even ? odd_ones : !odd_ones;

@@ -10,6 +10,9 @@
 
 namespace meltstage::tb {
 
+/// The clock cycle of an event that does not come.
+inline constexpr std::uint64_t kNoEvent = ~std::uint64_t{0};
+
 enum class UartParity : std::uint8_t { none, even, odd };
 
 /// Eight data bits, least significant first.
@@ -87,11 +90,11 @@ class UartTransmitter {
   double start_cycle_ = 0.0;  // nominal, fractional: rounding does not add up over characters
   unsigned frame_bits_ = 0;   // bit 0 is the start bit
   int edge_ = 0;              // next bit boundary
-  std::uint64_t edge_cycle_ = ~std::uint64_t{0};
+  std::uint64_t edge_cycle_ = kNoEvent;
   std::uint64_t last_end_cycle_ = 0;
   bool line_level_ = true;
   bool level_ = true;
-  std::uint64_t next_event_ = ~std::uint64_t{0};
+  std::uint64_t next_event_ = kNoEvent;
 };
 
 /// A received character.
@@ -131,7 +134,7 @@ class UartReceiver {
   std::uint64_t start_cycle_ = 0;
   int bit_ = 0;
   unsigned bits_ = 0;
-  std::uint64_t next_event_ = ~std::uint64_t{0};
+  std::uint64_t next_event_ = kNoEvent;
   std::uint64_t false_starts_ = 0;
   std::deque<UartByte> received_;
 };
