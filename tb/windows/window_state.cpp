@@ -7,6 +7,7 @@
 #include <iterator>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -26,41 +27,62 @@ namespace spec = chip::spec;  // the flop lists are written inside meltstage::ch
 
 constexpr std::string_view kMagic = "meltstage-state 1";
 
-template <unsigned width>
-using Width = std::integral_constant<unsigned, width>;
-
 // "u_uartc__DOT__u_rx" -> "u_uartc.u_rx."
 std::string prefix(std::string path) {
   for (std::size_t at; (at = path.find("__DOT__")) != std::string::npos;) path.replace(at, 7, ".");
   return path + ".";
 }
 
-// Calls visit(name, flop, Width) for every flop of the lists, in their order.
-template <class Chip, class Visit>
-void for_each_flop(Chip& chip, Visit visit) {
-#define TC_FLOP(type, name, width, reset) \
-  visit(prefix(TC_TEXT1(TC_INSTANCE)) + #name, chip.TC_MEMBER.name, Width<width>{});
-#define TC_ARRAY(type, name, count, width)                                                             \
-  for (std::size_t i = 0; i < chip.TC_MEMBER.name.size(); ++i)                                         \
-    visit(prefix(TC_TEXT1(TC_INSTANCE)) + #name "[" + std::to_string(i) + "]", chip.TC_MEMBER.name[i], \
-          Width<width>{});
-#include "cmodel/for_each_flop.inc"
-}
-
 // The low `width` bits, as the flops hold them.
-template <class T, unsigned width>
-std::uint64_t to_bits(T value, Width<width>) {
-  return static_cast<std::uint64_t>(value) & (~std::uint64_t{0} >> (64 - width));
+template <class T>
+std::uint64_t to_bits(const void* place, unsigned width) {
+  return static_cast<std::uint64_t>(*static_cast<const T*>(place)) & (~std::uint64_t{0} >> (64 - width));
 }
 // The model's number again: a signed one gets its sign back.
-template <class T, unsigned width>
-T from_bits(std::uint64_t bits, Width<width>) {
+template <class T>
+void from_bits(void* place, unsigned width, std::uint64_t bits) {
   if constexpr (std::is_signed_v<T>) {
-    constexpr std::uint64_t kSign = std::uint64_t{1} << (width - 1);
-    return static_cast<T>(static_cast<std::int64_t>((bits ^ kSign) - kSign));
-  } else {
-    return static_cast<T>(bits);
+    const std::uint64_t sign = std::uint64_t{1} << (width - 1);
+    bits = (bits ^ sign) - sign;
   }
+  *static_cast<T*>(place) = static_cast<T>(bits);
+}
+
+// A flop of a chip where it stands. Its type is left behind, so that what is done to every flop is compiled
+// once for all of them and not a thousand times.
+struct Flop {
+  std::string name;
+  unsigned width;
+  void* place;
+  std::uint64_t (*read)(const void* place, unsigned width);
+  void (*write)(void* place, unsigned width, std::uint64_t bits);
+
+  std::uint64_t bits() const { return read(place, width); }
+  void set(std::uint64_t bits) const { write(place, width, bits); }
+};
+
+template <class T>
+void add_flop(std::vector<Flop>& flops, const char* instance, std::string_view name, T& flop,
+              unsigned width) {
+  flops.push_back({prefix(instance).append(name), width, &flop, &to_bits<T>, &from_bits<T>});
+}
+
+template <class T>
+void add_array(std::vector<Flop>& flops, const char* instance, std::string_view name, T& array,
+               unsigned width) {
+  for (std::size_t i = 0; i < array.size(); ++i)
+    add_flop(flops, instance, fmt::format("{}[{}]", name, i), array[i], width);
+}
+
+// Every flop of the lists, in their order.
+std::vector<Flop> flops_of(chip::Chip& chip) {
+  std::vector<Flop> flops;
+#define TC_FLOP(type, name, width, reset) \
+  add_flop(flops, TC_TEXT1(TC_INSTANCE), #name, chip.TC_MEMBER.name, width);
+#define TC_ARRAY(type, name, count, width) \
+  add_array(flops, TC_TEXT1(TC_INSTANCE), #name, chip.TC_MEMBER.name, width);
+#include "cmodel/for_each_flop.inc"
+  return flops;
 }
 
 std::string state_text(const SavedState& state) {
@@ -69,9 +91,9 @@ std::string state_text(const SavedState& state) {
   const recording::Header header = chip_pin_header("state");
   for (std::uint32_t pin = 0; pin < kPinUartTx; ++pin)
     text += fmt::format("pin {} {}\n", header.pins[pin].name, levels[pin]);
-  for_each_flop(state.chip, [&](const std::string& name, const auto& flop, auto width) {
-    fmt::format_to(std::back_inserter(text), "flop {} {:x}\n", name, to_bits(flop, width));
-  });
+  chip::Chip chip = state.chip;
+  for (const Flop& flop : flops_of(chip))
+    fmt::format_to(std::back_inserter(text), "flop {} {:x}\n", flop.name, flop.bits());
   return text;
 }
 
@@ -95,11 +117,11 @@ class StateReader {
     for (std::uint32_t pin = 0; pin < kPinUartTx; ++pin)
       levels[pin] = number(field("pin " + header.pins[pin].name), 10);
     state.before = inputs_of(levels);
-    for_each_flop(state.chip, [&](const std::string& name, auto& flop, auto width) {
-      const std::uint64_t bits = number(field("flop " + name), 16);
-      if (to_bits(bits, width) != bits) fail(fmt::format("a number of {} bits", width()));
-      flop = from_bits<std::remove_reference_t<decltype(flop)>>(bits, width);
-    });
+    for (const Flop& flop : flops_of(state.chip)) {
+      const std::uint64_t bits = number(field("flop " + flop.name), 16);
+      flop.set(bits);
+      if (flop.bits() != bits) fail(fmt::format("a number of {} bits", flop.width));
+    }
     state.chip.mem.refresh_params();
     if (at_ != end_) fail("nothing behind the last flop");
     return state;
@@ -195,15 +217,11 @@ SavedState read_state(const std::filesystem::path& path) {
   return StateReader(path, read_file(path, kPlanFile)).read();
 }
 
-std::vector<FlopDifference> flop_differences(const chip::Chip& a, const chip::Chip& b) {
+std::vector<FlopDifference> flop_differences(chip::Chip dut, chip::Chip model) {
   std::vector<FlopDifference> list;
-  for_each_flop(a, [&](const std::string& name, const auto& flop, auto width) {
-    list.push_back({name, to_bits(flop, width), 0});
-  });
-  std::size_t next = 0;
-  for_each_flop(b, [&](const std::string&, const auto& flop, auto width) {
-    list[next++].model = to_bits(flop, width);
-  });
+  const std::vector<Flop> flops_of_model = flops_of(model);
+  auto of_model = flops_of_model.begin();
+  for (const Flop& of_dut : flops_of(dut)) list.push_back({of_dut.name, of_dut.bits(), (of_model++)->bits()});
   std::erase_if(list, [](const FlopDifference& d) { return d.dut == d.model; });
   return list;
 }

@@ -43,7 +43,7 @@ void write_state(const std::filesystem::path& path, const SavedState& state);
 SavedState read_state(const std::filesystem::path& path);
 
 // Flops whose values differ; `dut` is a's value, `model` b's.
-std::vector<FlopDifference> flop_differences(const chip::Chip& a, const chip::Chip& b);
+std::vector<FlopDifference> flop_differences(chip::Chip dut, chip::Chip model);
 
 std::string sha256(std::string_view bytes);
 // What read_file() is told to expect.
