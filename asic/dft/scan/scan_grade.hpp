@@ -25,9 +25,9 @@ struct Defect {
 
 /// By defect, the first cycle by which a strobe of the stream has failed, whatever the flops hold at first
 /// and whatever the stream leaves open; kNotShown for none, and for what
-/// a long stream would show late at a cost of hours: a fault may count as missed, never as found. Of these
-/// unknowns all 0 and all 1 are tried, and ten drawn ways more where the flops differ still when both have
-/// failed.
+/// a long stream would show late at a cost of hours. Of these unknowns all 0 and all 1 are tried, and fifty
+/// drawn ways more where the flops differ still when both have failed: a fault that only one start in very
+/// many hides may count as found.
 inline constexpr std::uint64_t kNotShown = ~std::uint64_t{0};
 std::vector<std::uint64_t> shown_by_stream(const CaptureView& view, const CycleStream& stream,
                                            const std::vector<Defect>& defects, const Progress& progress = {});
