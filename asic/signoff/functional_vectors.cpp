@@ -43,6 +43,7 @@ std::string name_of(const PinBit& bit) {
 
 PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device) {
   const auto chip_pins = tb::chip_pins_in(stream.header(), "recording");
+  tb::require_operation(stream, "recording");
   chip::Chip model;
   const std::unique_ptr<tb::VerilatedRtl> rtl =
       device == ReplayDevice::rtl ? tb::make_verilated_rtl() : nullptr;
@@ -67,6 +68,7 @@ PinReplay replay_pins(const recording::Stream& stream, ReplayDevice device) {
 dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<FunctionalPiece>& pieces,
                              std::vector<MaskedStrobes>* masked, const std::string& name) {
   const auto chip_pins = tb::chip_pins_in(stream.header(), name);
+  tb::require_operation(stream, name);
   const std::vector<PinBit> inputs = bits_of(recording::Direction::in),
                             outputs = bits_of(recording::Direction::out);
   dft::CycleStream result;

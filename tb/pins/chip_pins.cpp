@@ -45,6 +45,20 @@ std::vector<std::optional<std::uint32_t>> chip_pins_in(const recording::Header& 
   return result;
 }
 
+void require_operation(const recording::Pin& pin, std::uint64_t level, std::uint64_t cycle,
+                       const std::string& name) {
+  if (level == 0 || (pin.name != "scan_en_i" && pin.name != "scan_o")) return;
+  throw UserError(fmt::format(
+      "{}: cycle {}: found {} = {:#x}, expected 0, as in operation; leave the cycles of a scan test out",
+      name, cycle, pin.name, level));
+}
+
+void require_operation(const recording::Stream& stream, const std::string& name) {
+  recording::ChangeReader reader(stream);
+  for (recording::Change change; reader.next(change);)
+    require_operation(stream.header().pins[change.pin], change.value, change.cycle, name);
+}
+
 std::array<std::uint64_t, kChipPinCount> chip_levels(
     std::span<const std::uint64_t> values, std::span<const std::optional<std::uint32_t>> chip_pins) {
   std::array<std::uint64_t, kChipPinCount> levels{};

@@ -26,6 +26,12 @@ recording::Header chip_pin_header(std::string origin);
 // another than the chip's.
 std::vector<std::optional<std::uint32_t>> chip_pins_in(const recording::Header& header,
                                                        const std::string& name);
+// Throws UserError that begins with `name` where the pin is scan_en_i or scan_o and not low: what runs on a
+// recording knows operation alone, so it could not judge that cycle.
+void require_operation(const recording::Pin& pin, std::uint64_t level, std::uint64_t cycle,
+                       const std::string& name);
+// The same of all changes of a recording.
+void require_operation(const recording::Stream& stream, const std::string& name);
 // A recording's levels in the order of the chip's pins.
 std::array<std::uint64_t, kChipPinCount> chip_levels(std::span<const std::uint64_t> values,
                                                      std::span<const std::optional<std::uint32_t>> chip_pins);

@@ -77,6 +77,7 @@ void WindowPlanner::refuse(const std::string& why) const {
 }
 
 void WindowPlanner::begin(const recording::Header& header) {
+  pins_ = header.pins;
   chip_pin_ = chip_pins_in(header, "recording of " + name_.job);
 }
 
@@ -84,6 +85,7 @@ void WindowPlanner::change(const recording::Change& change) {
   if (!begun_ && change.cycle != 0)
     refuse(fmt::format("found a beginning at cycle {}, expected 0", change.cycle));
   begun_ = true;
+  require_operation(pins_[change.pin], change.value, change.cycle, "recording of " + name_.job);
   if (change.cycle > changed_at_) run_until(change.cycle);
   changed_at_ = change.cycle;
   if (const auto pin = chip_pin_[change.pin]) levels_[*pin] = change.value;

@@ -73,6 +73,7 @@ class WindowPlanner final : public recording::Sink {
   WindowBorders borders_;
   Progress progress_;
   WindowPlan plan_;
+  std::vector<recording::Pin> pins_;                    // of the recording
   std::vector<std::optional<std::uint32_t>> chip_pin_;  // by pin of the recording
   std::array<std::uint64_t, kChipPinCount> levels_{};
   bool begun_ = false;

@@ -180,6 +180,24 @@ TEST_F(Windows, ARecordingWithoutThePinsIsRefused) {
   EXPECT_THROW(planner.begin(header), UserError);
 }
 
+TEST_F(Windows, ARecordingOfAScanTestIsRefused) {
+  for (const char* pin : {"scan_en_i", "scan_o"}) {
+    recording::Header header = lively_recording().pins.header();
+    const auto scan = static_cast<std::uint32_t>(header.pins.size());
+    const auto direction = pin[5] == 'e' ? recording::Direction::in : recording::Direction::out;
+    header.pins.push_back({pin, direction, 1, "chip"});
+    recording::Stream stream;
+    stream.begin(header);
+    recording::ChangeReader reader(lively_recording().pins);
+    for (recording::Change change; reader.next(change) && change.cycle == 0;) stream.change(change);
+    stream.change({0, scan, 0});
+    stream.change({300, scan, 1});
+    stream.end(400);
+    EXPECT_THAT([&] { plan_recording(work(), stream, {}); },
+                ThrowsMessage<UserError>(HasSubstr(std::string("cycle 300: found ") + pin)));
+  }
+}
+
 TEST_F(Windows, ARecordingThatDoesNotBeginInResetIsRefused) {
   recording::Stream released;
   released.begin(lively_recording().pins.header());
