@@ -14,6 +14,7 @@
 #include <llvm/Support/Program.h>
 #include <llvm/Support/SourceMgr.h>
 
+#include <iterator>
 #include <mutex>
 
 #include "base/error.hpp"
@@ -179,10 +180,11 @@ void set_thresholds() {
   static std::once_flag once;
   std::call_once(once, [] {
     const char* words[] = {
-        "hls", "-inline-threshold=100000000",
+        "hls", "-inline-threshold=100000000", "-inline-cold-callsite-threshold=100000000",
+        "-inlinecold-threshold=100000000",
         "-internalize-public-api-list=hls_reset,hls_step,hls_outputs,hls_in_reset,hls_invariants,hls_"
         "flops,hls_input_pins,hls_output_pins,hls_invariant_names"};
-    llvm::cl::ParseCommandLineOptions(3, words);
+    llvm::cl::ParseCommandLineOptions(std::size(words), words);
   });
 }
 

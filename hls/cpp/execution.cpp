@@ -6,6 +6,7 @@
 #include <llvm/ADT/MapVector.h>
 #include <llvm/ADT/PostOrderIterator.h>
 #include <llvm/Analysis/LoopInfo.h>
+#include <llvm/Demangle/Demangle.h>
 #include <llvm/IR/Constants.h>
 #include <llvm/IR/Dominators.h>
 #include <llvm/IR/Instructions.h>
@@ -339,6 +340,15 @@ class Execution {
     return {{graph_.slice(addresses_.load(pointer, bytes), 0, read.getType()->getIntegerBitWidth())}, {}};
   }
 
+  [[noreturn]] void refuse_function(const llvm::Function& called) {
+    std::string name = llvm::demangle(called.getName().str());
+    if (name.find('(') == std::string::npos) name += "()";
+    if (called.isDeclaration())
+      findings_.refuse(fmt::format("found a call of {}, expected functions whose source is given", name));
+    findings_.refuse(fmt::format(
+        "found a call of {} that can't be copied in, expected no recursion and no noinline", name));
+  }
+
   // ---- calls ---------------------------------------------------------------------------------------------
 
   void run_call(llvm::CallInst& call) {
@@ -356,8 +366,7 @@ class Execution {
           {}};
       return;
     }
-    if (!called->isIntrinsic())
-      findings_.refuse(fmt::format("found a call of {}(), expected functions whose source is given", name));
+    if (!called->isIntrinsic()) refuse_function(*called);
     switch (called->getIntrinsicID()) {
       case llvm::Intrinsic::lifetime_start:
       case llvm::Intrinsic::lifetime_end:

@@ -518,6 +518,40 @@ TEST_F(Hls, WhatCanBeNoCircuitIsRefusedByFileAndLine) {
   EXPECT_EQ(translate().status, 2);
 }
 
+// The compiler takes both for calls that hardly ever happen.
+TEST_F(Hls, HelpersOfAWideSwitchAndColdOnesAreCopiedIn) {
+  std::string body = "  switch (in->x_i) {\n";
+  for (int i = 0; i < 40; ++i)
+    body += "    case " + std::to_string(i) + ": s->a_q = " +
+            (i == 7 || i == 27 ? "mix(s->a_q, s->c_q)" : "s->a_q ^ " + std::to_string(3 * i + 1)) +
+            "; break;\n";
+  write_block(body + "  }\n  if (s->b_q[0] == 3) s->b_q[1] = rare(in->x_i, s->c_q);");
+  write("block.cpp", replaced(text_of(at("block.cpp")), "extern \"C\" int elsewhere(int);", R"(
+static std::uint8_t mix(int a, int b) {
+  int sum = a * 3 + b;
+  if (sum > 500) sum -= b; else if (sum < -500) sum += a;
+  if (sum & 1) sum ^= 0x55;
+  return static_cast<std::uint8_t>(sum >> 1);
+}
+[[gnu::cold]] static std::uint8_t rare(int a, int b) {
+  int sum = mix(a, b) + mix(b, a) * 5;
+  for (int i = 0; i < 8; ++i) sum = sum & 1 ? sum >> 1 ^ 0x8c : sum >> 1;
+  return static_cast<std::uint8_t>(sum + mix(sum, a));
+})"));
+  const Ran ran = translate();
+  EXPECT_EQ(ran.status, 0) << ran.output;
+}
+
+TEST_F(Hls, CallsThatCannotBeCopiedInAreNamedAsTheirAuthorNamesThem) {
+  for (const char* helper :
+       {"static int again(int a) { return a == 0 ? 1 : 3 * again(a - 1) + again(a / 2); }",
+        "[[gnu::noinline]] static int again(int a) { return a * a ^ 5; }"}) {
+    write_block("  s->a_q = static_cast<std::uint8_t>(again(in->x_i));");
+    write("block.cpp", replaced(text_of(at("block.cpp")), "extern \"C\" int elsewhere(int);", helper));
+    expect_refusal("found a call of again(int) that can't be copied in");
+  }
+}
+
 TEST_F(Hls, TwoFilesOfOneFunctionAreRefused) {
   write_block("  s->a_q = in->x_i;");
   fs::copy(at("block.cpp"), at("twice.cpp"));
