@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <string_view>
+#include <utility>
 
 #include "asic/dft/files/stil.hpp"
 #include "asic/dft/files/stil_file.hpp"
@@ -18,6 +20,35 @@ constexpr std::size_t kMostNested = 16;        // Loop and Shift in each other
 constexpr std::size_t kMostMembers = 100'000;  // of a group
 constexpr std::size_t kMostCharacters = 62;    // of a waveform: letters and digits
 constexpr double kMostTime = 1e9;              // in any unit
+
+// Events of a waveform as letters. IEEE 1450 gives each a long name, too: "ForceDown/ForceUp" is "DU".
+std::string event_letters(std::string_view events) {
+  constexpr std::array<std::pair<std::string_view, char>, 12> kLetters = {{{"ForceDown", 'D'},
+                                                                           {"ForceUp", 'U'},
+                                                                           {"ForceOff", 'Z'},
+                                                                           {"ForcePrior", 'P'},
+                                                                           {"ForceUnknown", 'N'},
+                                                                           {"CompareLow", 'L'},
+                                                                           {"CompareHigh", 'H'},
+                                                                           {"CompareUnknown", 'X'},
+                                                                           {"CompareOff", 'T'},
+                                                                           {"CompareLowWindow", 'l'},
+                                                                           {"CompareHighWindow", 'h'},
+                                                                           {"CompareOffWindow", 't'}}};
+  std::string letters;
+  while (!events.empty()) {
+    const std::size_t end = std::min(events.find('/'), events.size());
+    const std::string_view event = events.substr(0, end);
+    const auto named =
+        std::find_if(kLetters.begin(), kLetters.end(), [&](const auto& l) { return l.first == event; });
+    if (named != kLetters.end())
+      letters += named->second;
+    else
+      letters += event;
+    events.remove_prefix(std::min(end + 1, events.size()));
+  }
+  return letters;
+}
 
 struct Token {
   enum class Kind { word, string, time, punctuation, end };
@@ -344,8 +375,7 @@ class Reader {
         while (!is("}")) {
           const double at = time_ns(token_);
           advance();
-          std::string events = take_word();
-          events.erase(std::remove(events.begin(), events.end(), '/'), events.end());
+          const std::string events = event_letters(take_word());
           if (events.size() != 1 && events.size() != characters.size())
             fail(token_.where, fmt::format("events {} for characters {}", events, characters),
                  "one event, or one a character");

@@ -115,6 +115,19 @@ TEST(Stil, SeededDefectsAreRejectedWithLineAndReason) {
   }
 }
 
+TEST(Stil, EventsMayHaveTheirLongNames) {
+  const std::string text = R"(STIL 1.0; Signals { a In; y Out; }
+Timing { WaveformTable t { Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } y { LHX { '40ns' L/H/X; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Pattern main { W t; V { a=0; y=L; } V { a=1; y=X; } })";
+  std::string named = text;
+  named.replace(named.find("D/U"), 3, "ForceDown/ForceUp");
+  named.replace(named.find("L/H/X"), 5, "CompareLow/CompareHigh/CompareUnknown");
+  EXPECT_TRUE(same_cycles(parse_stil(named, "a.stil"), parse_stil(text, "a.stil")));
+  named.replace(named.find("CompareHigh"), 11, "CompareHighs");
+  EXPECT_THROW(parse_stil(named, "a.stil"), StilError);
+}
+
 // What would take all memory, all time or the stack is refused.
 TEST(Stil, LimitsHold) {
   const std::string head = R"(STIL 1.0; Signals { a In; y Out; } SignalGroups { g = 'a'; }
