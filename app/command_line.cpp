@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <regex>
 #include <string_view>
 #include <vector>
 
@@ -42,6 +43,17 @@ std::string number_of_values(const std::string& what) {
   return what;
 }
 
+// CLI11 shows the numbers behind the words: "--rtl: Check maybe value in {chosen->1,full->2} OR {1,2}
+// FAILED".
+std::string words_to_choose_from(const std::string& what) {
+  static const std::regex kRefused("(.*): Check (.*) value in \\{(.*)\\} OR \\{.*\\} FAILED");
+  static const std::regex kNumber("->[^,]*"), kComma(",");
+  std::smatch part;
+  if (!std::regex_match(what, part, kRefused)) return what;
+  const std::string words = std::regex_replace(std::regex_replace(part[3].str(), kNumber, ""), kComma, ", ");
+  return fmt::format("{}: found {}, expected one of: {}", part[1].str(), part[2].str(), words);
+}
+
 // One line of what is wrong with the call. CLI11 says of a missing and of an unknown command only that one is
 // required.
 std::string usage_error(const CLI::App* root, const CLI::Error& error) {
@@ -52,7 +64,7 @@ std::string usage_error(const CLI::App* root, const CLI::Error& error) {
     called += " " + command->get_name();
   }
   const std::vector<std::string> unknown = root->remaining(true);
-  std::string what = number_of_values(error.what());
+  std::string what = words_to_choose_from(number_of_values(error.what()));
   if (command->get_require_subcommand_min() > 0) {
     std::string known;
     for (const CLI::App* one :

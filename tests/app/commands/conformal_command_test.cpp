@@ -179,6 +179,11 @@ TEST_F(Conformal, AnOptionStandsOnce) {
               HasSubstr("--tilt-centre: found 2 values, expected 3;"));
 }
 
+TEST_F(Conformal, AWordThatIsNoChoiceIsToldWithTheChoices) {
+  EXPECT_THAT(run_command("conformal print a b --probe c --out d --rtcp maybe").output,
+              HasSubstr("--rtcp: found maybe, expected one of: control, post;"));
+}
+
 TEST_F(Conformal, AWallIsRefused) {
   for (const char* wall : {"X5 Y0 Z1\nX5 Y0 Z6", "X5 Y0 Z1\nX5.05 Y0 Z6", "X5 Y0 Z1\nX5 Y0 Z1.5"})
     for (const char* rule : {"spline", "chord", "even"}) {
