@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
@@ -100,6 +101,26 @@ recording::Stream under_another_header(const recording::Stream& from,
   for (const recording::Change& c : others) stream.change(c);
   stream.end(from.final_cycle());
   return stream;
+}
+
+TEST(Recording, AScanTestIsRefused) {
+  for (const char* pin : {"scan_en_i", "scan_o"}) {
+    const recording::Stream stream =
+        under_another_header(recorded(300), [&](recording::Header& header) { header.pins[2].name = pin; });
+    recording::Stream scanned;
+    scanned.begin(stream.header());
+    recording::ChangeReader reader(stream);
+    for (recording::Change c; reader.next(c);) {
+      if (c.cycle > 6) break;
+      scanned.change(c);
+    }
+    scanned.change({7, 2, 1});
+    scanned.end(300);
+    const auto message =
+        ::testing::ThrowsMessage<UserError>(::testing::HasSubstr(std::string("cycle 7: found ") + pin));
+    EXPECT_THAT([&] { replay_pins(scanned, ReplayDevice::model); }, message);
+    EXPECT_THAT([&] { chip_cycles(scanned); }, message);
+  }
 }
 
 // What windows take, a replay takes: the chip's pins in any order, others left out.
