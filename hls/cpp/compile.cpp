@@ -181,7 +181,6 @@ void set_thresholds() {
   std::call_once(once, [] {
     const char* words[] = {
         "hls", "-inline-threshold=100000000", "-inline-cold-callsite-threshold=100000000",
-        "-inlinecold-threshold=100000000",
         "-internalize-public-api-list=hls_reset,hls_step,hls_outputs,hls_in_reset,hls_invariants,hls_"
         "flops,hls_input_pins,hls_output_pins,hls_invariant_names"};
     llvm::cl::ParseCommandLineOptions(std::size(words), words);

@@ -340,6 +340,8 @@ class Execution {
     return {{graph_.slice(addresses_.load(pointer, bytes), 0, read.getType()->getIntegerBitWidth())}, {}};
   }
 
+  // ---- calls ---------------------------------------------------------------------------------------------
+
   [[noreturn]] void refuse_function(const llvm::Function& called) {
     std::string name = llvm::demangle(called.getName().str());
     if (name.find('(') == std::string::npos) name += "()";
@@ -348,8 +350,6 @@ class Execution {
     findings_.refuse(fmt::format(
         "found a call of {} that can't be copied in, expected no recursion and no noinline", name));
   }
-
-  // ---- calls ---------------------------------------------------------------------------------------------
 
   void run_call(llvm::CallInst& call) {
     const llvm::Function* called = call.getCalledFunction();
