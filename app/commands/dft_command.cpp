@@ -717,7 +717,8 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
       ->excludes("--quick");
   CLI::App* sub_rules = command->add_subcommand("rules", "Breaches of the rules that scan asks for");
   netlist_of(sub_rules, "Yosys JSON (flat, mapped)");
-  CLI::App* sub_lint = command->add_subcommand("lint", "Read a STIL or WGL file and check it against a tester");
+  CLI::App* sub_lint =
+      command->add_subcommand("lint", "Read a STIL or WGL file and check it against a tester");
   sub_lint->add_option("PATTERNS", options->patterns, "STIL file")->required();
   sub_lint->add_option("--tester", options->tester, "Tester profile (TOML)");
   CLI::App* sub_replay =
