@@ -131,8 +131,7 @@ class Examples {
     if (!gates_) gates_ = hls::make_problem(model_, rtl_, hls::Products::kInGates, tied_);
     const hls::Obligation& real = gates_->obligations[number];
     std::vector<bool> example = hls::carried_over(problem, answer.example, *gates_);
-    const std::vector<bool> value = hls::evaluate(gates_->aig, example);
-    if (value[real.wrong / 2] == ((real.wrong & 1) != 0)) {
+    if (!hls::is_broken(*gates_, real, example)) {
       answer = hls::prove(*gates_, {number}, options_.limits, {}).front();
       if (answer.verdict != hls::Verdict::kBroken) return std::nullopt;
       example = answer.example;

@@ -115,4 +115,10 @@ std::vector<bool> carried_over(const Problem& from, const std::vector<bool>& exa
   return result;
 }
 
+bool is_broken(const Problem& problem, const Obligation& obligation, const std::vector<bool>& example) {
+  const std::vector<bool> value = evaluate(problem.aig, example);
+  const auto of = [&](Literal literal) { return value[literal / 2] != ((literal & 1) != 0); };
+  return of(obligation.wrong) && of(problem.reachable);
+}
+
 }  // namespace meltstage::hls

@@ -37,4 +37,7 @@ std::string to_text(const Counterexample& example);
 /// The example for another problem of the same circuits: what has no name there is 0.
 std::vector<bool> carried_over(const Problem& from, const std::vector<bool>& example, const Problem& to);
 
+/// Whether the example breaks the obligation, in a state in which the invariants hold.
+bool is_broken(const Problem& problem, const Obligation& obligation, const std::vector<bool>& example);
+
 }  // namespace meltstage::hls

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "hls/proof/counterparts.hpp"
 
 namespace meltstage::hls {
 namespace {
@@ -23,25 +24,20 @@ std::string block_of(const std::string& name) {
 
 constexpr const char* kClock = "clk_i";
 
-// The name under which the C++ has a flop, too.
-const std::string& name_of(const RtlFlop& flop, const Bits& state) {
-  for (const std::string& name : flop.names)
-    if (state.contains(name)) return name;
-  throw UserError(fmt::format("RTL: found flop {}, which the C++ has not",
-                              flop.names.empty() ? "without a name" : flop.names.front()));
-}
-
 // The RTL's gates, copied into the common graph as they are asked for.
 class RtlSide {
  public:
-  RtlSide(Aig& aig, const Rtl& rtl, const Bits& state, const Bits& pins) : aig_(aig), rtl_(rtl) {
+  // `names`: those of the flops, as counterparts() gives them.
+  RtlSide(Aig& aig, const Rtl& rtl, const std::vector<std::string>& names, const Bits& state,
+          const Bits& pins)
+      : aig_(aig), rtl_(rtl) {
     known_.resize(1 + rtl.gates.inputs.size() + rtl.gates.ands.size());
     known_[0] = kFalse;
     for (std::size_t i = 0; i < rtl.flops.size(); ++i) flop_at_[rtl.flops[i].now / 2] = i;
     for (const auto& [name, literal] : rtl.inputs) {
       if (name != kClock) known_[literal / 2] = pins.at(name);
     }
-    for (const RtlFlop& flop : rtl.flops) held_.push_back(state.at(name_of(flop, state)));
+    for (const std::string& name : names) held_.push_back(name.empty() ? kFalse : state.at(name));
   }
 
   // What a literal of the RTL is, given that flops show what they hold unless they are in reset.
@@ -104,11 +100,11 @@ class RtlSide {
 class Builder {
  public:
   Builder(const Circuit& model, const Rtl& rtl, Products products, const TiedPins& tied)
-      : model_(model), rtl_(rtl), products_(products), tied_(tied) {}
+      : model_(model), rtl_(rtl), names_(counterparts(model, rtl)), products_(products), tied_(tied) {}
 
   Problem run() {
     make_inputs();
-    RtlSide rtl(problem_.aig, rtl_, problem_.state, problem_.pins);
+    RtlSide rtl(problem_.aig, rtl_, names_, problem_.state, problem_.pins);
     const std::vector<Product> products = cut_products(rtl);
     compare_flops(rtl, products);
     compare_pins(rtl, products);
@@ -242,13 +238,13 @@ class Builder {
     for (const Invariant& invariant : model_.invariants)
       problem_.reachable = aig.both(problem_.reachable, model.bits(invariant.now)[0]);
 
-    std::unordered_map<std::string, const RtlFlop*> counterparts;
-    for (const RtlFlop& flop : rtl_.flops) counterparts[name_of(flop, problem_.state)] = &flop;
+    std::unordered_map<std::string, const RtlFlop*> flop_of;
+    for (std::size_t i = 0; i < names_.size(); ++i) flop_of[names_[i]] = &rtl_.flops[i];
     for (const Flop& flop : model_.flops) {
       for (unsigned i = 0; i < flop.field.width; ++i) {
         const std::string name = bit_name(flop.field, i);
-        const auto counterpart = counterparts.find(name);
-        if (counterpart == counterparts.end()) {
+        const auto counterpart = flop_of.find(name);
+        if (counterpart == flop_of.end()) {
           if (!flop.field.kept[i]) continue;  // a constant on both sides
           throw UserError(fmt::format("RTL: found no flop {}, which the C++ has", name));
         }
@@ -277,7 +273,8 @@ class Builder {
   void compare_pins(RtlSide& rtl, const std::vector<Product>& products) {
     Bits shown = problem_.pins;
     shown.insert(problem_.state.begin(), problem_.state.end());
-    for (const RtlFlop& flop : rtl_.flops) shown[name_of(flop, problem_.state)] = rtl.at(flop.now);
+    for (std::size_t i = 0; i < names_.size(); ++i)
+      if (!names_[i].empty()) shown[names_[i]] = rtl.at(rtl_.flops[i].now);
     Blaster model(model_.graph, problem_.aig, shown, products);
     for (const Pin& pin : model_.outputs) {
       for (unsigned i = 0; i < pin.field.width; ++i) {
@@ -297,6 +294,7 @@ class Builder {
 
   const Circuit& model_;
   const Rtl& rtl_;
+  std::vector<std::string> names_;  // of rtl_.flops
   Products products_;
   const TiedPins& tied_;
   Problem problem_;

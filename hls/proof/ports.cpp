@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "hls/graph/reset_domain.hpp"
+#include "hls/proof/counterparts.hpp"
 
 namespace meltstage::hls {
 namespace {
@@ -73,6 +74,15 @@ std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl) {
   if (!unset.empty())
     result.push_back(fmt::format("nothing resets {}: both sides stay equal only if they begin so",
                                  fmt::join(unset, ", ")));
+  std::set<std::string> unread;
+  const std::vector<std::string> names = counterparts(model, rtl);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i].empty() && !rtl.flops[i].names.empty())
+      unread.insert(rtl.flops[i].names.front().substr(0, rtl.flops[i].names.front().rfind('[')));
+  if (!unread.empty())
+    result.push_back(
+        fmt::format("RTL: {} not compared, since nothing depends on it and the C++ has no such flop",
+                    fmt::join(unread, ", ")));
   std::string others;
   for (const auto& [name, port] : rtl.netlist.ports) {
     const bool is_known = std::any_of(model.outputs.begin(), model.outputs.end(),

@@ -14,8 +14,8 @@ namespace meltstage::hls {
 /// once, unless the C++ says so itself (hls_in_reset()).
 void require_same_pins(const Circuit& model, const Rtl& rtl, const TiedPins& tied);
 
-/// What a reader of a proof has to know of the RTL, a line each: what resets its flops, outputs that the C++
-/// has not.
+/// What a reader of a proof has to know of the RTL, a line each: what resets its flops, outputs and
+/// flops that the C++ has not.
 std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl);
 
 }  // namespace meltstage::hls

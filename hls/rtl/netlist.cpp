@@ -240,6 +240,7 @@ class Reader {
   void check_flop(const Cell& cell) {
     const std::string own = names_of_flop(cell);
     if (own.empty()) return;
+    result_.flop_places[own] = cell.place;
     if (!is_one_of(cell.type, kRisingFlops)) {
       throw UserError(
           cell.type.find("latch") != std::string::npos || cell.type == "$sr"

@@ -20,6 +20,7 @@ struct Netlist {
   std::map<std::string, RtlPort> ports;
   /// Bits of flops by what resets them at once, without a clock; by "" when nothing does.
   std::map<std::string, std::size_t> reset_by;
+  std::map<std::string, std::string> flop_places;  // FILE:LINE by name
   /// A flop that more than one pin or flop resets at once, FILE:LINE first; empty when there is none.
   std::string mixed_reset;
 };

@@ -142,7 +142,13 @@ TEST_F(Hls, WhatOneSideHasAloneIsNamed) {
   write("block.sv",
         replaced(replaced(sv, "logic       level_q, ", "logic       level_q, spare_q, "),
                  "level_q  <= button_i;", "level_q  <= button_i; spare_q <= hold_i[0] && spare_q; "));
-  EXPECT_THAT(prove().output, HasSubstr("RTL: found flop spare_q, which the C++ has not"));
+  const Ran unread = prove();
+  EXPECT_EQ(unread.status, 0) << unread.output;
+  EXPECT_THAT(unread.output, HasSubstr("\nRTL: spare_q not compared, since nothing depends on it"));
+  write("block.sv",
+        replaced(replaced(sv, "logic       level_q, ", "logic       level_q, spare_q, "),
+                 "level_q  <= button_i;", "level_q  <= button_i ^ spare_q; spare_q <= hold_i[0]; "));
+  EXPECT_THAT(prove().output, HasSubstr("block.sv:16: found flop spare_q, which the C++ has not"));
   write("block.sv", replaced(sv, "steady_q, steady", "other_q, steady") + "");
   EXPECT_EQ(prove().status, 2);
   write("block.sv", replaced(sv, "pressed_o\n", "other_o\n"));
@@ -153,6 +159,18 @@ TEST_F(Hls, WhatOneSideHasAloneIsNamed) {
   const Ran ran = prove();
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.output, HasSubstr("RTL: Yosys refuses it: "));
+}
+
+// Verilog-2001 declares it in the module.
+TEST_F(Hls, TheVariableOfALoopIsNoFlop) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  const std::string sv = text_of(kExample + ".sv");
+  write("block.sv",
+        replaced(replaced(sv, "logic       level_q, ", "integer i; logic level_q, "), "steady_q <= steady;",
+                 "for (i = 0; i < 4; i = i + 1) steady_q[i] <= steady[i];"));
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("\nproved: 9 of 9 bits equal"));
 }
 
 // Changes of examples/hls/debounce.sv, each with what its refusal says.
