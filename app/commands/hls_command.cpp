@@ -26,6 +26,7 @@
 #include "hls/proof/equivalence.hpp"
 #include "hls/proof/ports.hpp"
 #include "hls/proof/prover.hpp"
+#include "hls/proof/refutation.hpp"
 #include "hls/rtl/rtl.hpp"
 
 namespace meltstage::app {
@@ -44,6 +45,7 @@ struct Options {
   std::vector<std::string> tied;
   hls::ProverLimits limits;
   std::size_t examples = 3;
+  unsigned mutants = 0;
 };
 
 double seconds_since(Clock::time_point begin) {
@@ -164,6 +166,20 @@ std::vector<std::size_t> choose(const hls::Problem& problem, const std::vector<s
   return chosen;
 }
 
+bool all_mutants_decided(const Options& o, const hls::Circuit& model, const hls::Rtl& rtl,
+                         const hls::TiedPins& tied) {
+  ProgressLine line;
+  const auto begin = Clock::now();
+  const hls::MutantCounts counts =
+      hls::refute_mutants(model, rtl, tied, o.mutants, o.limits.seed, shown_on(line));
+  line.clear();
+  fmt::print(
+      "mutants (one gate of the RTL inverted, seed {}): {} refuted, {} change nothing, {} not decided; "
+      "{:.0f} s\n",
+      o.limits.seed, counts.refuted, counts.equal, counts.open, seconds_since(begin));
+  return counts.open == 0;
+}
+
 int prove(const Options& o) {
   ProgressLine line;
   const Progress progress = shown_on(line);
@@ -213,7 +229,7 @@ int prove(const Options& o) {
                    : "not decided",
       chosen.size() - broken - open, chosen.size(), o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "),
       seconds_since(begin), translated_s, read_s);
-  return proved ? 0 : 1;
+  return proved && (o.mutants == 0 || all_mutants_decided(o, model, rtl, tied)) ? 0 : 1;
 }
 
 void add_sources(CLI::App* command, Options& o) {
@@ -248,8 +264,11 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
   proof->add_option("--tie", o->tied, "PIN=0 or PIN=1: compare with this value of a pin alone");
   proof->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
       ->capture_default_str();
-  proof->add_option("--seed", o->limits.seed, "Of the random values")->capture_default_str();
+  proof->add_option("--seed", o->limits.seed, "Of the random values and mutants")->capture_default_str();
   proof->add_option("--examples", o->examples, "Counterexamples shown at most")->capture_default_str();
+  proof->add_option(
+      "--mutants", o->mutants,
+      "When all is proved: invert an operand of so many gates of the RTL, one at a time, and refute each");
   proof->callback([o, action] { *action = [o] { return prove(*o); }; });
 
   return [action] { return (*action)(); };

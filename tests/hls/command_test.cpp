@@ -16,6 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 
 const std::string kExample = MELTSTAGE_SOURCE_DIR "/examples/hls/debounce";
@@ -134,6 +135,15 @@ TEST_F(Hls, AChangeOfEitherSideIsRefutedByAStateAndPins) {
     write("block.cpp", replaced(cpp, right, wrong));
     EXPECT_EQ(prove().status, 1) << wrong;
   }
+}
+
+TEST_F(Hls, MutantsOfTheRtlAreRefuted) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  fs::copy(kExample + ".sv", at("block.sv"));
+  const Ran ran = prove("--mutants 40 --seed 5");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, MatchesRegex("(.|\n)*\nmutants [(]one gate of the RTL inverted, seed 5[)]: "
+                                       "[0-9]+ refuted, [0-9] change nothing, 0 not decided; (.|\n)*"));
 }
 
 TEST_F(Hls, WhatOneSideHasAloneIsNamed) {

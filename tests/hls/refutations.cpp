@@ -16,7 +16,6 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <sstream>
 
 #include "Vbugs.h"
@@ -27,7 +26,7 @@
 #include "hls/cpp/translate.hpp"
 #include "hls/proof/counterexample.hpp"
 #include "hls/proof/equivalence.hpp"
-#include "hls/proof/prover.hpp"
+#include "hls/proof/refutation.hpp"
 #include "hls/rtl/rtl.hpp"
 #include "hls/subprocess.hpp"
 #include "tb/lockstep/verilated_top.hpp"
@@ -95,87 +94,8 @@ hls::Rtl rtl_with(const fs::path& folder, unsigned bug) {
 
 const hls::TiedPins kTied = {{"scan_en_i", false}};
 
-// A number for each obligation that is the same where its gates are.
-std::vector<std::uint64_t> fingerprints(const hls::Problem& problem) {
-  const hls::Aig& aig = problem.aig;
-  const auto mixed = [](std::uint64_t x) {  // the finaliser of SplitMix64
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EB;
-    return x ^ (x >> 31);
-  };
-  std::vector<std::uint64_t> node(aig.nodes());
-  for (std::size_t i = 0; i < aig.inputs().size(); ++i) node[aig.inputs()[i] / 2] = mixed(i + 1);
-  const auto of = [&](hls::Literal literal) { return mixed(node[literal / 2] + (literal & 1)); };
-  for (std::size_t i = 1; i < aig.nodes(); ++i)
-    if (!aig.is_input(i)) node[i] = mixed(of(aig[i].a) + of(aig[i].b));
-  std::vector<std::uint64_t> result;
-  for (const hls::Obligation& obligation : problem.obligations) result.push_back(of(obligation.wrong));
-  return result;
-}
-
-// The chip's two sides as a proof asks of them, products by name and in gates.
-struct Question {
-  Question(const hls::Circuit& of_model, const hls::Rtl& rtl)
-      : model(&of_model),
-        named(hls::make_problem(of_model, rtl, hls::Products::kNamed, kTied)),
-        in_gates(hls::make_problem(of_model, rtl, hls::Products::kInGates, kTied)) {}
-  const hls::Circuit* model;
-  hls::Problem named, in_gates;
-};
-
-// Obligations that a change can have broken: their gates are not those of the unchanged chip, which is proved
-// (hls.whole_chip_is_the_rtl). Small ones first.
-std::vector<std::size_t> touched(const hls::Problem& proved, const hls::Problem& changed) {
-  std::map<std::string, std::uint64_t> before;
-  const std::vector<std::uint64_t> old = fingerprints(proved), now = fingerprints(changed);
-  for (std::size_t i = 0; i < old.size(); ++i) before[proved.obligations[i].name] = old[i];
-  std::vector<std::pair<std::size_t, std::size_t>> sizes;
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    const hls::Obligation& obligation = changed.obligations[i];
-    const auto same = before.find(obligation.name);
-    if (same == before.end() || same->second != now[i])
-      sizes.emplace_back(changed.aig.cone(std::span(&obligation.wrong, 1)).size(), i);
-  }
-  std::sort(sizes.begin(), sizes.end());
-  std::vector<std::size_t> result;
-  for (const auto& [size, number] : sizes) result.push_back(number);
-  return result;
-}
-
-// The first of the broken that is broken with real products, too.
-std::optional<hls::Counterexample> first_broken(const Question& question, const hls::Problem& asked,
-                                                std::span<const std::size_t> chosen,
-                                                const std::vector<hls::Answer>& answers) {
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (answers[i].verdict != hls::Verdict::kBroken) continue;
-    const hls::Obligation& obligation = question.in_gates.obligations[chosen[i]];
-    const auto example = hls::carried_over(asked, answers[i].example, question.in_gates);
-    if (hls::is_broken(question.in_gates, obligation, example))
-      return hls::make_counterexample(*question.model, question.in_gates, obligation, example);
-  }
-  return std::nullopt;
-}
-
-// What the change has touched is asked by random values first, then by short questions, at last by the whole
-// proof. None when all holds.
-std::optional<hls::Counterexample> refute(const Question& proved, const Question& changed) {
-  const std::vector<std::size_t> all = touched(proved.named, changed.named);
-  const hls::Problem& in_gates = changed.in_gates;
-  if (auto found = first_broken(changed, in_gates, all, hls::try_random_values(in_gates, all, 1)))
-    return found;
-  constexpr std::size_t kAtOnce = 8;
-  for (const int conflicts : {500, 20'000}) {
-    for (const hls::Problem* problem : {&changed.named, &in_gates}) {
-      for (std::size_t begin = 0; begin < all.size(); begin += kAtOnce) {
-        const std::vector<std::size_t> some(all.begin() + begin,
-                                            all.begin() + std::min(begin + kAtOnce, all.size()));
-        if (auto found = first_broken(changed, *problem, some, hls::ask_shortly(*problem, some, conflicts)))
-          return found;
-      }
-    }
-  }
-  const hls::ProverLimits limits{.conflicts = 200'000, .seed = 1};
-  return first_broken(changed, in_gates, all, hls::prove(in_gates, all, limits, {}));
+hls::Problem question(const hls::Circuit& model, const hls::Rtl& rtl) {
+  return hls::make_problem(model, rtl, hls::Products::kInGates, kTied);
 }
 
 // ---- One clock in lockstep -------------------------------------------------------------------------------
@@ -261,11 +181,11 @@ class Tally {
 
 int refute_rtl(const fs::path& folder, const fs::path& list, std::size_t first) {
   const hls::Circuit model = model_in(MELTSTAGE_SOURCE_DIR);
-  const Question proved(model, rtl_with(folder, 0));
+  const hls::Problem proved = question(model, rtl_with(folder, 0));
   const std::vector<Change> changes = read_changes(list);
   Tally tally;
   for (unsigned i = 0; i < std::min(first, changes.size()); ++i) {
-    const auto example = refute(proved, Question(model, rtl_with(folder, i + 1)));
+    const auto example = hls::refute(model, proved, question(model, rtl_with(folder, i + 1))).example;
     const bool runs = example && differ_in_one_clock(*example, i + 1) && !differ_in_one_clock(*example, 0);
     tally.add(fmt::format("{}: {}", changes[i].file, changes[i].what), runs, example,
               example ? "FAILED: the counterexample is no failing run of one clock" : "FAILED: not refuted");
@@ -275,8 +195,7 @@ int refute_rtl(const fs::path& folder, const fs::path& list, std::size_t first) 
 
 int refute_model(const fs::path& folder, const fs::path& list, std::size_t first) {
   const hls::Rtl rtl = rtl_with(folder, 0);
-  const hls::Circuit right = model_in(MELTSTAGE_SOURCE_DIR);
-  const Question proved(right, rtl);
+  const hls::Problem proved = question(model_in(MELTSTAGE_SOURCE_DIR), rtl);
   const std::vector<Change> changes = read_changes(list);
   const fs::path copy = fs::temp_directory_path() / fmt::format("meltstage_hls_model.{}", getpid());
   Tally tally;
@@ -292,7 +211,7 @@ int refute_model(const fs::path& folder, const fs::path& list, std::size_t first
                                   change.file, change.right));
     std::ofstream(copy / "cmodel" / change.file) << text.replace(at, change.right.size(), change.wrong);
     const hls::Circuit model = model_in(copy);
-    const auto example = refute(proved, Question(model, rtl));
+    const auto example = hls::refute(model, proved, question(model, rtl)).example;
     // the model as it is agrees with the RTL in this clock: the example blames the change
     const bool runs = example && !differ_in_one_clock(*example, 0);
     tally.add(fmt::format("{}: {} -> {}", change.file, change.right, change.wrong), runs, example,
