@@ -22,6 +22,8 @@ constexpr Bench kBenches[] = {
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
     {"path", "tours against lower bounds, the paper's ants and chained Lin-Kernighan", bench_path},
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
+    {"proof", "the model proved to be the RTL: bits, time, changed gates, area of what is generated",
+     bench_proof},
     {"protection", "faults of a head against firmware's rules; healthy jobs without a trip",
      bench_protection},
     {"prp", "alignment stage: nominal, the paper's calibration, full least squares, floor", bench_prp,

@@ -63,6 +63,7 @@ std::vector<BenchChart> control_charts(const Progress& progress);
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
 std::vector<BenchRow> bench_path(const BenchOptions& options);
 std::vector<BenchRow> bench_profile(const BenchOptions& options);
+std::vector<BenchRow> bench_proof(const BenchOptions& options);
 std::vector<BenchRow> bench_protection(const BenchOptions& options);
 std::vector<BenchRow> bench_prp(const BenchOptions& options);
 std::vector<BenchChart> prp_charts(const Progress& progress);
