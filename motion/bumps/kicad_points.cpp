@@ -159,6 +159,12 @@ bool receives_bump(const Node& pad) {
   return (type == "smd" || type == "thru_hole") && has_copper(pad);
 }
 
+/// Copper of any outline around an anchor: where its middle is the file does not say.
+bool has_own_shape(const Node& pad) {
+  constexpr std::size_t kShapePlace = kTypePlace + 1;
+  return pad.children.size() > kShapePlace && pad.children[kShapePlace].word == "custom";
+}
+
 /// What kind of pad receives no bump.
 std::string_view kind_without_bump(const Node& pad) {
   const std::string_view type = pad.children.size() > kTypePlace ? pad.children[kTypePlace].word : "";
@@ -238,6 +244,7 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
   result.has_unit = true;
   OneSide sides;
   std::vector<LeftOut> left_out;
+  std::size_t custom = 0, first_custom_row = 0;
   for (const Node& node : footprint.children) {
     if (head(node) != "pad") continue;
     if (!receives_bump(node)) {
@@ -254,9 +261,16 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
           fmt::format("line {}, column {} (pad {})", node.row, node.column, in_quotes(node.children[1].word)),
           side);
     result.points.push_back(middle_of(path, node, *at));
+    if (has_own_shape(node) && custom++ == 0) first_custom_row = node.row;
     check_point_count(path, result.points.size());
   }
   for (const LeftOut& l : left_out) result.notes.push_back(no_bump_note(l.count, l.kind, l.first_row));
+  if (custom > 0)
+    result.notes.push_back(
+        fmt::format("{} pad{} of custom shape, {}in row {}, {} a bump at the anchor, which need not be the "
+                    "copper's middle",
+                    custom, custom == 1 ? "" : "s", custom == 1 ? "" : "first ", first_custom_row,
+                    custom == 1 ? "holds" : "hold"));
   result.bottom = sides.is_bottom();
   return result;
 }

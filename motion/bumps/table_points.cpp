@@ -303,10 +303,36 @@ std::string plain(const Cell& cell) {
 
 /// Whether a cell names a side of the board, as the column Side or Layer of a placement table does.
 bool names_side(const Cell& cell) {
-  constexpr std::array<std::string_view, 14> kSides = {
-      "top",    "toplayer",    "top layer",    "t", "f",    "f.cu", "front",
-      "bottom", "bottomlayer", "bottom layer", "b", "b.cu", "back", "bot"};
+  constexpr std::array<std::string_view, 18> kSides = {
+      "top",    "toplayer",    "top layer",    "topside",    "top side",    "t", "f",    "f.cu", "front",
+      "bottom", "bottomlayer", "bottom layer", "bottomside", "bottom side", "b", "b.cu", "back", "bot"};
   return std::find(kSides.begin(), kSides.end(), plain(cell)) != kSides.end();
+}
+
+/// Side, Board Side, Layer, layer_name, T/B, TB.
+bool names_column_of_sides(const Cell& cell) {
+  const std::string name = plain(cell);
+  if (name == "t/b" || name == "t_b" || name == "t-b") return true;
+  std::string word;
+  for (const char c : name + ' ') {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+      word += c;
+      continue;
+    }
+    if (word == "side" || word == "layer" || word == "tb") return true;
+    word.clear();
+  }
+  return false;
+}
+
+/// The side that a cell of a column Mirror means, whose rows are on the bottom where they are mirrored.
+std::string_view side_by_mirror(const Cell& cell) {
+  const std::string text = plain(cell);
+  const auto is_one_of = [&](std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), text) != words.end();
+  };
+  if (is_one_of({"1", "yes", "y", "true", "mirror", "mirrored"})) return "bottom";
+  return is_one_of({"0", "no", "n", "false"}) ? "top" : "";
 }
 
 class PointTable {
@@ -324,8 +350,7 @@ class PointTable {
     }
     const double x = number(row, x_, "x");
     const double y = number(row, y_, "y");
-    if (side_ < row.cells.size() && names_side(row.cells[side_]))
-      sides_.check(path_, fmt::format("row {}", row.row), row.cells[side_].text);
+    for (SideColumn& column : side_columns_) column.check(path_, row);
     if (row.hidden && hidden_++ == 0) first_hidden_ = row.row;
     result_.points.push_back({x, y, row.row});
     check_point_count(path_, result_.points.size());
@@ -340,11 +365,28 @@ class PointTable {
                             first_hidden_)
               : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
                             hidden_, first_hidden_));
-    result_.bottom = sides_.is_bottom();
+    result_.bottom = std::any_of(side_columns_.begin(), side_columns_.end(),
+                                 [](const SideColumn& column) { return column.sides.is_bottom(); });
     return std::move(result_);
   }
 
  private:
+  /// A column that tells the side of the board, by name or by a mark for those that are mirrored.
+  struct SideColumn {
+    std::size_t index;
+    bool mirrors;
+    OneSide sides;
+
+    void check(const std::filesystem::path& path, const TableRow& row) {
+      if (index >= row.cells.size()) return;
+      const Cell& cell = row.cells[index];
+      const std::string_view side = mirrors            ? side_by_mirror(cell)
+                                    : names_side(cell) ? std::string_view(cell.text)
+                                                       : "";
+      if (!side.empty()) sides.check(path, fmt::format("row {}", row.row), side);
+    }
+  };
+
   /// A row may be as wide as a spreadsheet's, but not each of millions of rows.
   void count_cells(const TableRow& row) {
     constexpr std::size_t kMostCells = 20'000'000;
@@ -365,10 +407,10 @@ class PointTable {
              fmt::format("row {}: found a unit at one of x and y only, expected both or none", row.row));
       x_ = *x;
       y_ = *y;
-      const auto side = std::find_if(row.cells.begin(), row.cells.end(), [](const Cell& cell) {
-        return plain(cell) == "side" || plain(cell) == "layer";
-      });
-      side_ = static_cast<std::size_t>(side - row.cells.begin());
+      for (std::size_t i = 0; i < row.cells.size(); ++i) {
+        const bool mirrors = plain(row.cells[i]).starts_with("mirror");
+        if (mirrors || names_column_of_sides(row.cells[i])) side_columns_.push_back({i, mirrors, {}});
+      }
       take_title_unit();
       result_.has_unit = x_.has_unit;
       return true;
@@ -524,8 +566,7 @@ class PointTable {
   std::size_t cells_ = 0;
   bool columns_known_ = false;
   Column x_, y_;
-  std::size_t side_ = std::numeric_limits<std::size_t>::max();  // column that names the board's side
-  OneSide sides_;
+  std::vector<SideColumn> side_columns_;
   TableRow title_;  // the first one
   const Unit* title_unit_ = nullptr;
   std::size_t length_row_ = 0;  // the first number with a unit

@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "motion/profile/profile.hpp"
@@ -81,66 +82,139 @@ double tilt_in_cone_deg(const TwinRotaryTable& table, const ToolPose& pose, std:
   return tilt;
 }
 
-/// Of each regular pose the solution on the way that turns least in all.
-std::vector<Angles> least_way(const TwinRotaryTable& table, std::span<const ToolPose> path,
-                              const std::vector<std::size_t>& regular) {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
-  std::vector<std::array<Angles, 2>> both;
-  std::vector<std::array<int, 2>> came_from(regular.size());
-  std::array<double, 2> cost{0.0, 0.0};
-  for (std::size_t r = 0; r < regular.size(); ++r) {
-    both.push_back(solutions(table, path[regular[r]].axis));
-    std::array<double, 2> next{kNever, kNever};
-    for (int to = 0; to < 2; ++to) {
-      if (!within(table.tilt_deg, both[r][to].tilt_deg)) continue;
-      for (int from = 0; from < 2; ++from) {
-        double way = 0.0;
-        if (r == 0)
-          // Of equal ways the one that starts nearer to zero, and there the first solution.
-          way = 1e-6 * (std::abs(half_turn(both[0][to].rotary_deg)) + (from == to ? 0.0 : 1.0));
-        else
-          way = std::abs(both[r][to].tilt_deg - both[r - 1][from].tilt_deg) +
-                std::abs(half_turn(both[r][to].rotary_deg - both[r - 1][from].rotary_deg));
-        if (cost[from] + way < next[to]) next[to] = cost[from] + way, came_from[r][to] = from;
-      }
-    }
-    if (next[0] == kNever && next[1] == kNever)
-      throw MotionError(fmt::format(
-          "pose {}: needs a tilt of {:+.3f} or {:+.3f} degrees, expected {}..{} degrees", regular[r] + 1,
-          both[r][0].tilt_deg, both[r][1].tilt_deg, table.tilt_deg.min_mm, table.tilt_deg.max_mm));
-    cost = next;
-  }
-  std::vector<Angles> out(regular.size());
-  int at = cost[0] <= cost[1] ? 0 : 1;
-  for (std::size_t r = regular.size(); r-- > 0;) {
-    out[r] = both[r][at];
-    at = came_from[r][at];
-  }
-  for (std::size_t r = 1; r < out.size(); ++r)
-    out[r].rotary_deg = out[r - 1].rotary_deg + half_turn(out[r].rotary_deg - out[r - 1].rotary_deg);
-  return out;
+/// A way's end at one pose: which solution, with C counted on from where the way began.
+struct End {
+  Angles angles;
+  double way_deg;    // that axes have turned so far
+  std::size_t from;  // the end at the pose before
+};
+
+double way_between_deg(const Angles& start, const Angles& solution) {
+  return std::abs(solution.tilt_deg - start.tilt_deg) +
+         std::abs(half_turn(solution.rotary_deg - start.rotary_deg));
 }
 
-/// Whole turns that bring the path's C into its range, as near to zero as can be.
-void fit_windings(const TwinRotaryTable& table, std::vector<AxesPosition>& axes) {
-  const auto [low, high] = std::minmax_element(
-      axes.begin(), axes.end(), [](const auto& a, const auto& b) { return a.rotary_deg < b.rotary_deg; });
-  const double middle = 0.5 * (low->rotary_deg + high->rotary_deg);
+/// What a pose's solutions make of the ends of all ways before it; of those that come to the same angles the
+/// least one. Ways that leave the range of C end. From one pose to the next a way takes the nearer solution,
+/// since the other one would swing the tool aside; only where it comes through the cone C is free to turn.
+std::vector<End> go_on(const Range& rotary_deg, const std::vector<End>& before,
+                       const std::vector<Angles>& both, bool through_cone) {
+  std::vector<End> ends;
+  for (std::size_t from = 0; from < before.size(); ++from) {
+    const Angles& start = before[from].angles;
+    double nearest_deg = std::numeric_limits<double>::infinity();
+    for (const Angles& solution : both) nearest_deg = std::min(nearest_deg, way_between_deg(start, solution));
+    for (const Angles& solution : both) {
+      const double way_deg = way_between_deg(start, solution);
+      if (!through_cone && way_deg > nearest_deg) continue;
+      const End end{{solution.tilt_deg, start.rotary_deg + half_turn(solution.rotary_deg - start.rotary_deg)},
+                    before[from].way_deg + way_deg,
+                    from};
+      if (!within(rotary_deg, end.angles.rotary_deg)) continue;
+      const auto same = std::find_if(ends.begin(), ends.end(), [&](const End& other) {
+        return other.angles.tilt_deg == end.angles.tilt_deg &&
+               std::abs(other.angles.rotary_deg - end.angles.rotary_deg) < 1.0;
+      });
+      if (same == ends.end())
+        ends.push_back(end);
+      else if (end.way_deg < same->way_deg)
+        *same = end;
+    }
+  }
+  return ends;
+}
+
+/// The solutions of pose `pose` that the limits of the tilt allow: one or two.
+std::vector<Angles> allowed_solutions(const TwinRotaryTable& table, const ToolPose& tool, std::size_t pose) {
+  const std::array<Angles, 2> both = solutions(table, tool.axis);
+  std::vector<Angles> allowed;
+  for (const Angles& solution : both)
+    if (within(table.tilt_deg, solution.tilt_deg)) allowed.push_back(solution);
+  if (allowed.empty())
+    throw MotionError(
+        fmt::format("pose {}: needs a tilt of {:+.3f} or {:+.3f} degrees, expected {}..{} degrees", pose + 1,
+                    both[0].tilt_deg, both[1].tilt_deg, table.tilt_deg.min_mm, table.tilt_deg.max_mm));
+  return allowed;
+}
+
+/// Of each regular pose the solution on the way that turns least in all, of those that begin within
+/// `most_turns` whole turns of C and stay in its range. None when no way stays there.
+std::optional<std::vector<Angles>> least_way(const TwinRotaryTable& table, std::span<const ToolPose> path,
+                                             const std::vector<std::size_t>& regular, const Range& rotary_deg,
+                                             int most_turns) {
+  std::vector<std::vector<End>> ends;
+  for (std::size_t r = 0; r < regular.size(); ++r) {
+    const std::vector<Angles> allowed = allowed_solutions(table, path[regular[r]], regular[r]);
+    if (r > 0) {
+      const bool through_cone = regular[r] > regular[r - 1] + 1;
+      ends.push_back(go_on(rotary_deg, ends.back(), allowed, through_cone));
+      continue;
+    }
+    ends.emplace_back();
+    for (std::size_t i = 0; i < allowed.size(); ++i) {
+      for (int turns = -most_turns; turns <= most_turns; ++turns) {
+        const double start = half_turn(allowed[i].rotary_deg) + 360.0 * turns;
+        // Of equal ways the one that starts nearer to zero, and there the first solution.
+        const double preference = 1e-6 * (std::abs(start) + static_cast<double>(i));
+        if (within(rotary_deg, start)) ends.back().push_back({{allowed[i].tilt_deg, start}, preference, 0});
+      }
+    }
+  }
+  std::vector<Angles> way(regular.size());
+  if (way.empty()) return way;
+  const auto least = std::min_element(ends.back().begin(), ends.back().end(),
+                                      [](const End& a, const End& b) { return a.way_deg < b.way_deg; });
+  if (least == ends.back().end()) return std::nullopt;
+  auto at = static_cast<std::size_t>(least - ends.back().begin());
+  for (std::size_t r = way.size(); r-- > 0;) {
+    way[r] = ends[r][at].angles;
+    at = ends[r][at].from;
+  }
+  return way;
+}
+
+constexpr int kMostTurns = 20;
+
+/// Whole turns that bring the path's C into its range, as near to zero as can be; none when it fits nowhere.
+std::optional<double> turns_to_fit(const TwinRotaryTable& table, double low_deg, double high_deg) {
   const double centre = std::clamp(0.0, table.rotary_deg.min_mm, table.rotary_deg.max_mm);
-  const double nearest = std::round((centre - middle) / 360.0);
-  for (int away = 0; away <= 20; ++away)
+  const double nearest = std::round((centre - 0.5 * (low_deg + high_deg)) / 360.0);
+  for (int away = 0; away <= kMostTurns; ++away)
     for (const int side : {1, -1}) {
       const double turns = 360.0 * (nearest + side * away);
-      if (!within(table.rotary_deg, low->rotary_deg + turns) ||
-          !within(table.rotary_deg, high->rotary_deg + turns))
-        continue;
-      for (AxesPosition& a : axes) a.rotary_deg += turns;
-      return;
+      if (within(table.rotary_deg, low_deg + turns) && within(table.rotary_deg, high_deg + turns))
+        return turns;
     }
-  throw MotionError(
-      fmt::format("path: C turns over {:.3f} degrees without a stop, expected a way within {}..{} "
-                  "degrees; divide the line",
-                  high->rotary_deg - low->rotary_deg, table.rotary_deg.min_mm, table.rotary_deg.max_mm));
+  return std::nullopt;
+}
+
+/// The least way that the limits of C allow, its windings as near to zero as can be.
+std::vector<Angles> way_within_limits(const TwinRotaryTable& table, std::span<const ToolPose> path,
+                                      const std::vector<std::size_t>& regular) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const auto range_of = [](const std::vector<Angles>& way) {
+    const auto [low, high] = std::minmax_element(
+        way.begin(), way.end(), [](const Angles& a, const Angles& b) { return a.rotary_deg < b.rotary_deg; });
+    return std::pair(low->rotary_deg, high->rotary_deg);
+  };
+  std::vector<Angles> way = *least_way(table, path, regular, {-kAny, kAny}, 0);
+  if (way.empty()) return way;
+  auto [low, high] = range_of(way);
+  std::optional<double> turns = turns_to_fit(table, low, high);
+  if (!turns) {
+    // Seldom: with limits many ends are to be followed.
+    auto other = least_way(table, path, regular, table.rotary_deg, kMostTurns);
+    if (!other)
+      throw MotionError(fmt::format(
+          "path: C has no way within {}..{} degrees that goes on without a stop (the shortest one turns "
+          "over {:.3f} degrees); divide the line",
+          table.rotary_deg.min_mm, table.rotary_deg.max_mm, high - low));
+    way = std::move(*other);
+    std::tie(low, high) = range_of(way);
+    turns = turns_to_fit(table, low, high);
+  }
+  for (Angles& angles : way) angles.rotary_deg += turns.value_or(0.0);
+  return way;
 }
 
 }  // namespace
@@ -176,7 +250,7 @@ std::vector<AxesPosition> solve_path(const TwinRotaryTable& table, std::span<con
           i + 1, path[i].tip_mm.x(), path[i].tip_mm.y(), path[i].tip_mm.z(), axis.x(), axis.y(), axis.z()));
     if (std::atan2(std::hypot(axis.x(), axis.y()), axis.z()) * kDeg > singular_deg) regular.push_back(i);
   }
-  const std::vector<Angles> angles = least_way(table, path, regular);
+  const std::vector<Angles> angles = way_within_limits(table, path, regular);
   std::vector<AxesPosition> out(path.size());
   std::size_t next = 0;  // the first regular pose not before i
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -197,7 +271,6 @@ std::vector<AxesPosition> solve_path(const TwinRotaryTable& table, std::span<con
     }
     out[i].tilt_deg = tilt_in_cone_deg(table, path[i], i + 1, out[i].rotary_deg, singular_deg);
   }
-  fit_windings(table, out);
   for (std::size_t i = 0; i < path.size(); ++i)
     out[i] = axes_at(table, path[i].tip_mm, out[i].tilt_deg, out[i].rotary_deg);
   return out;

@@ -300,9 +300,26 @@ TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
               StartsWith("row 3: found side 'BottomLayer' behind bumps of side 'TopLayer'"));
   EXPECT_THAT(error_of("c.csv", "Designator,Layer,Mid X,Mid Y\nC1,B,1,2\nC2,T,3,4\n"),
               StartsWith("row 3: found side 'T' behind bumps of side 'B'"));
+  for (const char* name : {"TB", "T/B", "Board Side", "placement_side", "Layer name", "PCB-Side"})
+    EXPECT_THAT(error_of("f.csv", fmt::format("Ref,X,Y,{}\nC1,1,2,T\nC2,3,4,B\n", name)),
+                StartsWith("row 3: found side 'B' behind bumps of side 'T'"))
+        << name;
+  EXPECT_THAT(error_of("g.csv", "Ref,X,Y,Mirror\nC1,1,2,No\nC2,3,4,Yes\n"),
+              StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"));
+  EXPECT_EQ(read("h.csv", "Ref,X,Y,Outside,Slayer\nC1,1,2,T,T\nC2,3,4,B,B\n").points.size(), 2U);
   // Names of layers that are no sides, and one side in two spellings.
   EXPECT_EQ(read("d.csv", "x,y,layer\n1,2,1\n3,4,2\n").points.size(), 2U);
   EXPECT_EQ(read("e.csv", "x,y,Side\n1,2,top\n3,4, Top\n").points.size(), 2U);
+}
+
+TEST_F(Readers, APadOfCustomShapeIsToldSinceItsMiddleIsNotKnown) {
+  const CoordinateFile file = read(
+      "a.kicad_mod",
+      "(footprint T (pad 1 smd custom (at 1 -2) (size 0.2 0.2) (layers F.Cu))\n(pad 2 smd rect (at 6 -2) "
+      "(size 1 1) (layers F.Cu)))");
+  EXPECT_EQ(file.points.size(), 2U);
+  EXPECT_THAT(file.notes,
+              ElementsAre(HasSubstr("1 pad of custom shape, in row 1, holds a bump at the anchor")));
 }
 
 // ---- the bottom of a board ----

@@ -141,6 +141,39 @@ TEST(TwinRotary, TakesTheSolutionThatItsLimitsAllow) {
   }
 }
 
+// A way that turns on by 188 degrees fits into -180..180 for most of its starts, by one of both solutions.
+TEST(TwinRotary, TakesTheOtherSolutionWhereTheLimitsOfCAskForIt) {
+  const TwinRotaryTable wide = table_of(Tilt::a);
+  TwinRotaryTable table = wide;
+  table.rotary_deg = {-180.0, 180.0};
+  int fitting = 0, refused = 0;
+  for (int from = 1; from < 360; from += 3) {
+    const auto path = round_the_pole(20.0, from, from + 188.0, 60);
+    const auto least = solve_path(wide, path);
+    const double low = std::min(least.front().rotary_deg, least.back().rotary_deg);
+    bool fits = false;
+    for (int half_turns = -6; half_turns <= 6; ++half_turns)
+      fits |= low + 180.0 * half_turns >= -180.0 && low + 188.0 + 180.0 * half_turns <= 180.0;
+    ++(fits ? fitting : refused);
+    if (!fits) {
+      EXPECT_THAT(error_of([&] { solve_path(table, path); }), HasSubstr("no way within -180..180")) << from;
+      continue;
+    }
+    const auto axes = solve_path(table, path);
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      ASSERT_LE(std::abs(axes[i].rotary_deg), 180.0 + 1e-9) << from;
+      const ToolPose back = pose_of(table, axes[i]);
+      ASSERT_LT((back.axis - path[i].axis).norm(), 1e-9) << from;
+      ASSERT_LT((back.tip_mm - path[i].tip_mm).norm(), 1e-9) << from;
+      if (i > 0) {
+        ASSERT_LT(std::abs(axes[i].rotary_deg - axes[i - 1].rotary_deg), 4.0) << from;
+      }
+    }
+  }
+  EXPECT_GT(fitting, 100);
+  EXPECT_GT(refused, 0);
+}
+
 // Near the vertical C is free, but the tilt isn't: it stays within its limits, and the tool within the cone.
 TEST(TwinRotary, KeepsItsLimitsWithinTheCone) {
   const auto leaning_path = [](double lean_deg) {
@@ -179,7 +212,9 @@ TEST(TwinRotary, SaysWhatItCannotReach) {
   table = table_of(Tilt::a);
   table.rotary_deg = {-180.0, 180.0};
   EXPECT_THAT(error_of([&] { solve_path(table, round_the_pole(20.0, 0.0, 720.0, 300)); }),
-              HasSubstr("path: C turns over 720.000 degrees without a stop"));
+              HasSubstr("path: C has no way within -180..180 degrees that goes on without a stop (the "
+                        "shortest one turns over "
+                        "720.000 degrees)"));
   const ToolPose bad{{NAN, 0, 0}, Eigen::Vector3d::UnitZ()};
   EXPECT_THAT(error_of([&] { solve_path(table, {&bad, 1}); }), HasSubstr("pose 1: found tip (nan"));
   const ToolPose flat{{0, 0, 0}, Eigen::Vector3d::Zero()};
