@@ -23,9 +23,14 @@ constexpr BaudStep baud_step(std::uint16_t acc, std::uint16_t baud) {
           static_cast<std::uint16_t>((sum < kBaudModulus ? sum : sum - kBaudModulus) & 0x1FFFu)};
 }
 
+// After an upset the accumulator may be where no closed form has it: it goes clock by clock.
+constexpr bool ticks_evenly(std::uint16_t acc, std::uint16_t baud) {
+  return acc < kBaudModulus && baud < kBaudModulus;
+}
+
 // Clocks before the one that brings the n-th tick from now, n > 0.
 constexpr std::uint64_t clocks_to_tick(std::uint16_t acc, std::uint16_t baud, unsigned n) {
-  if (acc >= kBaudModulus || baud >= kBaudModulus) return 0;  // after an upset: clock by clock
+  if (!ticks_evenly(acc, baud)) return 0;
   if (baud == 0) return kForever;
   return (n * kBaudModulus - acc - 1) / baud;
 }

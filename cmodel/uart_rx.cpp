@@ -93,7 +93,7 @@ std::uint64_t UartRx::quiet(std::uint8_t rx, std::uint16_t baud) const {
     case kStop:
       return std::min(before(kSecondSample), before(kThirdSample));
     case kBreak:
-      return rx != 0 ? 0 : kForever;
+      return rx != 0 || !ticks_evenly(acc_q, baud) ? 0 : kForever;
     default:
       return 0;
   }
@@ -107,9 +107,8 @@ void UartRx::skip(std::uint8_t rx, std::uint16_t baud, std::uint64_t clocks) {
   acc_q = run.acc;
   if (listening) gap_q = static_cast<std::uint16_t>(gap_q - std::min<std::uint64_t>(gap_q, run.ticks));
   // The last 16 ticks leave their samples.
-  const std::uint64_t last = std::min<std::uint64_t>(run.ticks, 16);
-  tick_q = static_cast<std::uint8_t>((tick_q + (run.ticks - last)) & 15u);
-  for (std::uint64_t i = 0; i < last; ++i) sample(rx);
+  if (run.ticks > 16) tick_q = static_cast<std::uint8_t>((tick_q + run.ticks) & 15u);
+  for (unsigned i = 0; i < 16 && i < run.ticks; ++i) sample(rx);
 }
 
 // The bit that has just been sampled.

@@ -202,6 +202,7 @@ int refute_model(const fs::path& folder, const fs::path& list, std::size_t first
   for (std::size_t i = 0; i < std::min(first, changes.size()); ++i) {
     const Change& change = changes[i];
     fs::remove_all(copy);
+    fs::create_directory(copy);
     for (const char* part : {"cmodel", "hls"})
       fs::copy(fs::path(MELTSTAGE_SOURCE_DIR) / part, copy / part, fs::copy_options::recursive);
     std::string text = text_of(copy / "cmodel" / change.file);
