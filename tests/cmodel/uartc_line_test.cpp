@@ -235,6 +235,7 @@ TEST(UartcLine, ReceiverSkipsAsItStepsFromEveryState) {
 #define DRAW(type, name, width, reset) rx.name = static_cast<type>(draw() & ((1u << (width)) - 1u));
     TC_UART_RX_FLOPS(DRAW)
 #undef DRAW
+    rx.valid_q = 0;  // a pulse: UARTC asks while there is none
     const auto baud = static_cast<std::uint16_t>(draw() & 0x1FFFu);
     const auto level = static_cast<std::uint8_t>(draw() & 1u);
     const std::uint64_t clocks = std::min<std::uint64_t>(rx.quiet(level, baud), 20);
