@@ -10,7 +10,6 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "motion/profile/profile.hpp"
@@ -94,6 +93,23 @@ double way_between_deg(const Angles& start, const Angles& solution) {
          std::abs(half_turn(solution.rotary_deg - start.rotary_deg));
 }
 
+/// The end that comes to the same angles as `end`, but for rounding; ends.end() when none does.
+std::vector<End>::iterator same_end(std::vector<End>& ends, const End& end) {
+  return std::find_if(ends.begin(), ends.end(), [&](const End& other) {
+    return other.angles.tilt_deg == end.angles.tilt_deg &&
+           std::abs(other.angles.rotary_deg - end.angles.rotary_deg) < 1.0;
+  });
+}
+
+/// Turns of C from one angle to another one that a way may take. Within the cone it may turn either way
+/// round, which matters where it has limits.
+std::vector<double> turns_between(double from_deg, double to_deg, const Range& rotary_deg,
+                                  bool through_cone) {
+  const double shorter = half_turn(to_deg - from_deg);
+  if (!through_cone || !std::isfinite(rotary_deg.max_mm - rotary_deg.min_mm)) return {shorter};
+  return {shorter, shorter > 0.0 ? shorter - 360.0 : shorter + 360.0};
+}
+
 /// What a pose's solutions make of the ends of all ways before it; of those that come to the same angles the
 /// least one. Ways that leave the range of C end. From one pose to the next a way takes the nearer solution,
 /// since the other one would swing the tool aside; only where it comes through the cone C is free to turn.
@@ -105,20 +121,20 @@ std::vector<End> go_on(const Range& rotary_deg, const std::vector<End>& before,
     double nearest_deg = std::numeric_limits<double>::infinity();
     for (const Angles& solution : both) nearest_deg = std::min(nearest_deg, way_between_deg(start, solution));
     for (const Angles& solution : both) {
-      const double way_deg = way_between_deg(start, solution);
-      if (!through_cone && way_deg > nearest_deg) continue;
-      const End end{{solution.tilt_deg, start.rotary_deg + half_turn(solution.rotary_deg - start.rotary_deg)},
-                    before[from].way_deg + way_deg,
-                    from};
-      if (!within(rotary_deg, end.angles.rotary_deg)) continue;
-      const auto same = std::find_if(ends.begin(), ends.end(), [&](const End& other) {
-        return other.angles.tilt_deg == end.angles.tilt_deg &&
-               std::abs(other.angles.rotary_deg - end.angles.rotary_deg) < 1.0;
-      });
-      if (same == ends.end())
-        ends.push_back(end);
-      else if (end.way_deg < same->way_deg)
-        *same = end;
+      if (!through_cone && way_between_deg(start, solution) > nearest_deg) continue;
+      for (const double turn_deg :
+           turns_between(start.rotary_deg, solution.rotary_deg, rotary_deg, through_cone)) {
+        const End end{
+            {solution.tilt_deg, start.rotary_deg + turn_deg},
+            before[from].way_deg + std::abs(solution.tilt_deg - start.tilt_deg) + std::abs(turn_deg),
+            from};
+        if (!within(rotary_deg, end.angles.rotary_deg)) continue;
+        const auto same = same_end(ends, end);
+        if (same == ends.end())
+          ends.push_back(end);
+        else if (end.way_deg < same->way_deg)
+          *same = end;
+      }
     }
   }
   return ends;
@@ -188,33 +204,25 @@ std::optional<double> turns_to_fit(const TwinRotaryTable& table, double low_deg,
   return std::nullopt;
 }
 
-/// The least way that the limits of C allow, its windings as near to zero as can be.
+/// The least way that the limits of C allow, as near to zero as can be.
 std::vector<Angles> way_within_limits(const TwinRotaryTable& table, std::span<const ToolPose> path,
                                       const std::vector<std::size_t>& regular) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
-  const auto range_of = [](const std::vector<Angles>& way) {
-    const auto [low, high] = std::minmax_element(
-        way.begin(), way.end(), [](const Angles& a, const Angles& b) { return a.rotary_deg < b.rotary_deg; });
-    return std::pair(low->rotary_deg, high->rotary_deg);
-  };
   std::vector<Angles> way = *least_way(table, path, regular, {-kAny, kAny}, 0);
   if (way.empty()) return way;
-  auto [low, high] = range_of(way);
-  std::optional<double> turns = turns_to_fit(table, low, high);
-  if (!turns) {
-    // Seldom: with limits many ends are to be followed.
-    auto other = least_way(table, path, regular, table.rotary_deg, kMostTurns);
-    if (!other)
-      throw MotionError(fmt::format(
-          "path: C has no way within {}..{} degrees that goes on without a stop (the shortest one turns "
-          "over {:.3f} degrees); divide the line",
-          table.rotary_deg.min_mm, table.rotary_deg.max_mm, high - low));
-    way = std::move(*other);
-    std::tie(low, high) = range_of(way);
-    turns = turns_to_fit(table, low, high);
+  const auto [least, most] = std::minmax_element(
+      way.begin(), way.end(), [](const Angles& a, const Angles& b) { return a.rotary_deg < b.rotary_deg; });
+  const double low_deg = least->rotary_deg, high_deg = most->rotary_deg;
+  if (const std::optional<double> turns = turns_to_fit(table, low_deg, high_deg)) {
+    for (Angles& angles : way) angles.rotary_deg += *turns;
+    return way;
   }
-  for (Angles& angles : way) angles.rotary_deg += turns.value_or(0.0);
-  return way;
+  // Seldom, and longer: ways that begin with any turn of C, and end where they leave its range.
+  if (auto other = least_way(table, path, regular, table.rotary_deg, kMostTurns)) return *other;
+  throw MotionError(fmt::format(
+      "path: C has no way within {}..{} degrees that goes on without a stop (the shortest one turns "
+      "over {:.3f} degrees); divide the line",
+      table.rotary_deg.min_mm, table.rotary_deg.max_mm, high_deg - low_deg));
 }
 
 }  // namespace

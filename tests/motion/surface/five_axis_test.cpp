@@ -174,6 +174,26 @@ TEST(TwinRotary, TakesTheOtherSolutionWhereTheLimitsOfCAskForIt) {
   EXPECT_GT(refused, 0);
 }
 
+// Within the cone C may turn either way round: here by 190 degrees back, since 170 more or the other solution
+// would leave its range.
+TEST(TwinRotary, TurnsTheLongerWayThroughTheConeWhereTheLimitsOfCAskForIt) {
+  TwinRotaryTable table = table_of(Tilt::a);
+  std::vector<ToolPose> path = round_the_pole(20.0, 0.0, 200.0, 100);
+  for (double lean_deg = 20.0; lean_deg > 0.0; lean_deg -= 0.125)
+    path.push_back({{0, 0, 0}, leaning(lean_deg, 200.0)});
+  for (double lean_deg = 0.0; lean_deg < 20.0; lean_deg += 0.125)
+    path.push_back({{0, 0, 0}, leaning(lean_deg, 370.0)});
+  for (const ToolPose& pose : round_the_pole(20.0, 370.0, 570.0, 100)) path.push_back(pose);
+  table.rotary_deg = {-180.0, 180.0};
+  const auto axes = solve_path(table, path);
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    ASSERT_LE(std::abs(axes[i].rotary_deg), 180.0 + 1e-9) << i;
+    ASSERT_LT((pose_of(table, axes[i]).axis - path[i].axis).norm() * kDeg, 0.5 + 1e-6) << i;
+  }
+  table.rotary_deg = {-100.0, 100.0};
+  EXPECT_THAT(error_of([&] { solve_path(table, path); }), HasSubstr("no way within -100..100"));
+}
+
 // Near the vertical C is free, but the tilt isn't: it stays within its limits, and the tool within the cone.
 TEST(TwinRotary, KeepsItsLimitsWithinTheCone) {
   const auto leaning_path = [](double lean_deg) {
