@@ -106,7 +106,7 @@ void UartRx::skip(std::uint8_t rx, std::uint16_t baud, std::uint64_t clocks) {
   const BaudRun run = baud_run(acc_q, baud, clocks);
   acc_q = run.acc;
   if (listening) gap_q = static_cast<std::uint16_t>(gap_q - std::min<std::uint64_t>(gap_q, run.ticks));
-  // The last 16 ticks leave their samples.
+  // The last 16 ticks leave their samples, and end where they began; those before only move tick_q.
   if (run.ticks > 16) tick_q = static_cast<std::uint8_t>((tick_q + run.ticks) & 15u);
   for (unsigned i = 0; i < 16 && i < run.ticks; ++i) sample(rx);
 }
