@@ -29,11 +29,10 @@ class StilError : public UserError {
   std::size_t line_;
 };
 
-/// Reads the subset of STIL that TetraMAX and this program write (Signals, SignalGroups, Timing with events D
-/// U Z / L H X T at times in s, ms, us, ns, ps, ScanStructures, PatternBurst, PatternExec, Procedures,
-/// MacroDefs, Pattern with W C F V Call Macro Shift Loop) and expands it. Every name must be defined before
-/// the pattern uses it, data must have the length of its signals or chain. A Loop of one V becomes one
-/// counted cycle; there may be `most_cycles` others. Throws StilError.
+/// Reads what docs/make/formats/stil.md lists and expands it into cycles. Every name must be defined, data
+/// must have the length of its signals or chain. A Loop of one V becomes one counted cycle; there may be
+/// `most_cycles` others. An Include is looked for beside the file; a text that is no file can have none.
+/// Throws StilError.
 CycleStream parse_stil(std::string_view text, const std::string& name, std::size_t most_cycles = kMostCycles);
 CycleStream read_stil(const std::filesystem::path& path);
 

@@ -20,6 +20,24 @@ constexpr std::size_t kMostNested = 16;        // Loop and Shift in each other
 constexpr std::size_t kMostMembers = 100'000;  // of a group
 constexpr std::size_t kMostCharacters = 62;    // of a waveform: letters and digits
 constexpr double kMostTime = 1e9;              // in any unit
+constexpr std::array<std::pair<std::string_view, double>, 6> kTimeUnits = {
+    {{"s", 1e9}, {"ms", 1e6}, {"us", 1e3}, {"ns", 1}, {"ps", 1e-3}, {"fs", 1e-6}}};  // in ns
+
+// Characters of the number at the beginning: "1.5", "2e-3".
+std::size_t length_of_number(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789";
+  std::size_t length = std::min(text.find_first_not_of("0123456789."), text.size());
+  if (length == 0 || length == text.size() || (text[length] != 'e' && text[length] != 'E')) return length;
+  std::size_t exponent = length + 1;
+  if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-')) ++exponent;
+  const std::size_t end = std::min(text.find_first_not_of(kDigits, exponent), text.size());
+  return end > exponent ? end : length;
+}
+
+// Words of a ScanChain; the last three change nothing that a tester plays.
+constexpr std::array<std::string_view, 8> kChainWords = {"ScanLength",      "ScanIn",        "ScanOut",
+                                                         "ScanInversion",   "ScanCells",     "ScanOutLength",
+                                                         "ScanMasterClock", "ScanSlaveClock"};
 
 // Events of a waveform as letters. IEEE 1450 gives each a long name, too: "ForceDown/ForceUp" is "DU".
 std::string event_letters(std::string_view events) {
@@ -60,17 +78,20 @@ struct Token {
 struct Lexer {
   const File& file;
   std::size_t at = 0;
+  std::size_t end = 0;  // of the source
+
+  std::string_view source() const { return std::string_view(file.text).substr(0, end); }
 
   void skip() {
-    const std::string_view text = file.text;
+    const std::string_view text = source();
     while (at < text.size()) {
       if (text.substr(at, 2) == "//") {
         at = std::min(text.find('\n', at), text.size());
       } else if (text.substr(at, 2) == "/*" || text.substr(at, 2) == "{*") {
         const std::string_view close = text[at] == '/' ? "*/" : "*}";
-        const std::size_t end = text.find(close, at + 2);
-        if (end == std::string_view::npos) file.fail(at, "a comment left open", std::string(close));
-        at = end + 2;
+        const std::size_t closed = text.find(close, at + 2);
+        if (closed == std::string_view::npos) file.fail(at, "a comment left open", std::string(close));
+        at = closed + 2;
       } else if (std::isspace(static_cast<unsigned char>(text[at])) != 0) {
         ++at;
       } else {
@@ -80,17 +101,17 @@ struct Lexer {
   }
   Token next() {
     skip();
-    const std::string_view text = file.text;
+    const std::string_view text = source();
     Token token{Token::Kind::end, "", at};
     if (at >= text.size()) return token;
     const char c = text[at];
     if (c == '"' || c == '\'') {
-      const std::size_t end = text.find(c, at + 1);
-      if (end == std::string_view::npos)
+      const std::size_t closed = text.find(c, at + 1);
+      if (closed == std::string_view::npos)
         file.fail(at, fmt::format("a string left open with {}", c), std::string(1, c));
       token.kind = c == '"' ? Token::Kind::string : Token::Kind::time;
-      token.text = text.substr(at + 1, end - at - 1);
-      at = end + 1;
+      token.text = text.substr(at + 1, closed - at - 1);
+      at = closed + 1;
       return token;
     }
     if (std::string_view("{};:=").find(c) != std::string_view::npos) {
@@ -109,20 +130,34 @@ struct Lexer {
   }
   // Vector data after "=": all up to the semicolon.
   std::string data() {
-    const std::size_t end = file.text.find_first_of(";}", at);
-    if (end == std::string_view::npos || file.text[end] == '}')
+    const std::string_view text = source();
+    const std::size_t semicolon = text.find_first_of(";}", at);
+    if (semicolon == std::string_view::npos || text[semicolon] == '}')
       file.fail(at, "vector data without an end", "\";\"");
-    std::string result(file.text.substr(at, end - at));
-    at = end + 1;
+    std::string result(text.substr(at, semicolon - at));
+    at = semicolon + 1;
     return result;
   }
 };
 
 class Reader {
  public:
-  explicit Reader(File& file) : file_(file), lexer_{file} { advance(); }
+  // Of the file's last source. `including`: the paths of the files that led here.
+  Reader(File& file, const Include& include, std::vector<std::filesystem::path> including)
+      : file_(file),
+        include_(include),
+        including_(std::move(including)),
+        lexer_{file, file.sources.back().begin, file.text.size()} {
+    advance();
+  }
 
   void read() {
+    if (including_.size() == 1 || is_word("STIL")) read_version();
+    while (token_.kind != Token::Kind::end) top_block();
+  }
+
+ private:
+  void read_version() {
     expect_word("STIL");
     const std::size_t where = token_.where;
     const std::string version = take_word();
@@ -132,10 +167,7 @@ class Reader {
       skip_block();
     else
       expect(";");
-    while (token_.kind != Token::Kind::end) top_block();
   }
-
- private:
   [[noreturn]] void fail(std::size_t where, const std::string& found, const std::string& expected) const {
     file_.fail(where, found, expected);
   }
@@ -198,21 +230,28 @@ class Reader {
       read_chains();
     } else if (word == "PatternBurst") {
       const std::string name = take_name();
-      file_.bursts[name] = read_burst();
+      if (!file_.bursts.emplace(name, read_burst()).second)
+        fail(where, fmt::format("PatternBurst \"{}\" again", shown(name)), "each once");
     } else if (word == "PatternExec") {
       if (!is("{")) take_name();
       read_exec();
     } else if (word == "Procedures" || word == "MacroDefs") {
-      if (!is("{")) take_name();
-      read_procedures(word == "Procedures" ? file_.procedures : file_.macros);
+      const std::string name = is("{") ? std::string() : take_name();
+      if (word == "Procedures")
+        read_routines("procedure", file_.procedures[name]);
+      else
+        read_routines("macro", file_.macros[name]);
     } else if (word == "Pattern") {
       const std::string name = take_name();
       expect("{");
-      file_.patterns[name] = statements();
+      if (!file_.patterns.emplace(name, statements()).second)
+        fail(where, fmt::format("pattern \"{}\" again", shown(name)), "each once");
     } else if (word == "Header") {
       read_header();
+    } else if (word == "Include") {
+      read_include();
     } else if (word == "Ann" || word == "UserKeywords" || word == "Spec" || word == "Selector" ||
-               word == "Environment" || word == "Include") {
+               word == "Environment") {
       while (!is("{") && !is(";") && token_.kind != Token::Kind::end) advance();
       if (is("{"))
         skip_block();
@@ -222,6 +261,33 @@ class Reader {
       fail(where, fmt::format("\"{}\"", word),
            "a block of STIL (Signals, SignalGroups, Timing, Pattern ...)");
     }
+  }
+
+  // Include "file" IfNeed BLOCK; the condition is left to what can't be defined twice.
+  void read_include() {
+    const std::size_t where = token_.where;
+    const std::string name = take_name();
+    while (!is(";") && token_.kind != Token::Kind::end) advance();
+    expect(";");
+    if (!include_)
+      fail(where, fmt::format("Include \"{}\"", shown(name)), "no other file to be needed by this text");
+    const std::filesystem::path path =
+        (std::filesystem::path(file_.source_of(where).name).parent_path() / name).lexically_normal();
+    if (std::find(including_.begin(), including_.end(), path) != including_.end())
+      fail(where, fmt::format("Include of \"{}\" from within itself", shown(name)), "another file");
+    if (including_.size() >= kMostNested)
+      fail(where, fmt::format("Include {} deep", including_.size()), fmt::format("at most {}", kMostNested));
+    std::string text;
+    try {
+      text = include_(path);
+    } catch (const UserError& error) {
+      fail(where, error.what(), "a file that can be read");
+    }
+    file_.sources.push_back({file_.text.size(), path.string()});
+    file_.text += text;
+    std::vector<std::filesystem::path> including = including_;
+    including.push_back(path);
+    Reader(file_, include_, std::move(including)).read();
   }
 
   void read_header() {
@@ -299,7 +365,9 @@ class Reader {
       const std::string name = take_name();
       expect("=");
       if (token_.kind != Token::Kind::time) fail(token_.where, found(), "signals in single quotes");
-      file_.groups[name] = expression(token_.text, where);
+      const auto [group, is_new] = file_.groups.emplace(name, expression(token_.text, where));
+      if (!is_new && group->second != expression(token_.text, where))
+        fail(where, fmt::format("group \"{}\" again with other signals", shown(name)), "each once");
       advance();
       if (is("{"))
         skip_block();
@@ -309,22 +377,47 @@ class Reader {
     expect("}");
   }
 
+  // '100ns', '5 ns + 0.1us': times that are added and subtracted.
   double time_ns(const Token& token) const {
-    static const std::map<std::string_view, double> units = {{"s", 1e9}, {"ms", 1e6},  {"us", 1e3},
-                                                             {"ns", 1},  {"ps", 1e-3}, {"fs", 1e-6}};
-    const std::size_t unit = token.text.find_last_of("0123456789.") + 1;  // 0 without a number
-    const auto value = number_in(std::string_view(token.text).substr(0, unit), 0.0, kMostTime);
-    const auto found = units.find(std::string_view(token.text).substr(unit));
-    if (token.kind != Token::Kind::time || !value || found == units.end())
-      fail(token.where,
-           fmt::format("{} '{}'", token.kind == Token::Kind::time ? "time" : "no time", shown(token.text)),
-           "a number with s, ms, us, ns or ps in single quotes, as '100ns'");
-    return *value * found->second;
+    std::string_view rest = token.text;
+    const auto skip_blanks = [&] {
+      rest.remove_prefix(std::min(rest.find_first_not_of(" \t\r\n"), rest.size()));
+    };
+    skip_blanks();
+    double sum = 0.0;
+    double sign = 1.0;
+    for (bool more = true; more;) {
+      const std::size_t digits = length_of_number(rest);
+      const auto value = number_in(rest.substr(0, digits), 0.0, kMostTime);
+      rest.remove_prefix(digits);
+      skip_blanks();
+      const std::size_t letters = std::min(rest.find_first_of(" \t\r\n+-"), rest.size());
+      const auto unit = std::find_if(kTimeUnits.begin(), kTimeUnits.end(),
+                                     [&](const auto& u) { return u.first == rest.substr(0, letters); });
+      if (token.kind != Token::Kind::time || !value || unit == kTimeUnits.end()) fail_time(token);
+      sum += sign * *value * unit->second;
+      rest.remove_prefix(letters);
+      skip_blanks();
+      more = !rest.empty();
+      if (more && rest[0] != '+' && rest[0] != '-') fail_time(token);
+      if (more) {
+        sign = rest[0] == '-' ? -1.0 : 1.0;
+        rest.remove_prefix(1);
+        skip_blanks();
+      }
+    }
+    return sum;
+  }
+  [[noreturn]] void fail_time(const Token& token) const {
+    fail(token.where,
+         fmt::format("{} '{}'", token.kind == Token::Kind::time ? "time" : "no time", shown(token.text)),
+         "numbers with s, ms, us, ns, ps or fs in single quotes, as '100ns' or '5ns + 20ns'");
   }
 
   void read_timing() {
     expect("{");
     while (!is("}")) {
+      const std::size_t at_table = token_.where;
       expect_word("WaveformTable");
       const std::string name = take_name();
       WaveformTable table;
@@ -354,7 +447,9 @@ class Reader {
                  fmt::format("one within the period of {} ns", table.period_ns));
         }
       }
-      file_.tables[name] = std::move(table);
+      if (!file_.tables.emplace(name, std::move(table)).second)
+        fail(at_table, fmt::format("WaveformTable \"{}\" again", shown(name)),
+             "each once in all Timing blocks");
     }
     expect("}");
   }
@@ -413,7 +508,11 @@ class Reader {
       expect("{");
       while (!is("}")) {
         if (token_.kind == Token::Kind::end) fail(where, "ScanChain left open", "\"}\"");
+        const std::size_t at_word = token_.where;
         const std::string word = take_word();
+        if (std::find(kChainWords.begin(), kChainWords.end(), word) == kChainWords.end())
+          fail(at_word, fmt::format("\"{}\"", shown(word)),
+               "a word of ScanChain (ScanLength, ScanIn, ScanOut, ScanInversion, ScanCells ...)");
         if (word == "ScanLength") length = number(take_word());
         if (word == "ScanIn") in = take_name();
         if (word == "ScanOut") out = take_name();
@@ -452,29 +551,51 @@ class Reader {
     return static_cast<std::size_t>(std::stoul(text));
   }
 
-  std::vector<Assignment> read_burst() {
-    std::vector<Assignment> list;
+  // One statement of a PatternBurst or of an entry of its PatList, but for the PatList.
+  void read_choice(Choice& choice) {
+    const std::size_t where = token_.where;
+    const std::string word = take_word();
+    if (word == "Procedures" || word == "MacroDefs") {
+      const std::size_t at_name = token_.where;
+      (word == "Procedures" ? choice.procedures : choice.macros).push_back({take_name(), "", at_name});
+      expect(";");
+    } else if (word == "SignalGroups" || word == "ScanStructures" || word == "Start" || word == "Stop") {
+      take_name();  // all groups and chains are there for all; a tester's marks
+      expect(";");
+    } else if (word == "Termination") {
+      skip_block();
+    } else {
+      fail(where, fmt::format("\"{}\"", shown(word)),
+           "PatList, Procedures, MacroDefs, SignalGroups, ScanStructures, Start, Stop or Termination");
+    }
+  }
+  Burst read_burst() {
+    Burst burst;
     expect("{");
     while (!is("}")) {
-      const std::string word = take_word();
-      if (word == "PatList") {
-        expect("{");
-        while (!is("}")) {
-          list.push_back({token_.text, "", token_.where});
-          take_name();
-          if (is("{"))
-            skip_block();
-          else
-            expect(";");
-        }
-        expect("}");
-      } else {
-        while (!is(";") && token_.kind != Token::Kind::end) advance();
-        expect(";");
+      if (!is_word("PatList")) {
+        read_choice(burst.choice);
+        continue;
       }
+      advance();
+      expect("{");
+      while (!is("}")) {
+        BurstEntry entry;
+        entry.where = token_.where;
+        entry.pattern = take_name();
+        if (is("{")) {
+          advance();
+          while (!is("}")) read_choice(entry.choice);
+          advance();
+        } else {
+          expect(";");
+        }
+        burst.entries.push_back(std::move(entry));
+      }
+      expect("}");
     }
     expect("}");
-    return list;
+    return burst;
   }
   void read_exec() {
     expect("{");
@@ -490,12 +611,14 @@ class Reader {
     expect("}");
   }
 
-  void read_procedures(std::map<std::string, std::vector<Statement>>& into) {
+  void read_routines(std::string_view kind, Routines& into) {
     expect("{");
     while (!is("}")) {
+      const std::size_t where = token_.where;
       const std::string name = take_name();
       expect("{");
-      into[name] = statements();
+      if (!into.emplace(name, statements()).second)
+        fail(where, fmt::format("{} \"{}\" again", kind, shown(name)), "each once in its block");
     }
     expect("}");
   }
@@ -548,12 +671,15 @@ class Reader {
         statement.count = number(take_word());
         expect("{");
         statement.body = statements(depth + 1);
-      } else if (word == "Ann" || word == "IddqTestPoint" || word == "Stop" || word == "BreakPoint") {
+      } else if (word == "Stop") {
         statement.kind = Statement::Kind::stop;
+        expect(";");
+      } else if (word == "Ann" || word == "IddqTestPoint" || word == "BreakPoint") {
+        statement.kind = Statement::Kind::note;
         if (is(";")) advance();
         if (is("{")) skip_block();
       } else {
-        fail(where, fmt::format("\"{}\"", word), "W, C, F, V, Call, Macro, Shift or Loop");
+        fail(where, fmt::format("\"{}\"", word), "W, C, F, V, Call, Macro, Shift, Loop or Stop");
       }
       list.push_back(std::move(statement));
     }
@@ -574,6 +700,8 @@ class Reader {
   }
 
   File& file_;
+  const Include& include_;
+  std::vector<std::filesystem::path> including_;
   Lexer lexer_;
   Token token_;
 };
@@ -588,16 +716,37 @@ const std::vector<std::size_t>& File::members(const std::string& signal_or_group
   return found->second;
 }
 
-void File::fail(std::size_t where, const std::string& found, const std::string& expected) const {
-  const Place place = place_of(text, where);
-  throw StilError(defect_at(name, place, found, expected), place.line);
+const Source& File::source_of(std::size_t where) const {
+  const auto behind =
+      std::upper_bound(sources.begin(), sources.end(), where,
+                       [](std::size_t at, const Source& source) { return at < source.begin; });
+  return *std::prev(behind);
 }
 
-File parse(std::string_view text, const std::string& name) {
+namespace {
+
+// Where `where` lies in its own file. A place at the end of a file that another one follows is the other's
+// first.
+Place place_in(const File& file, std::size_t where) {
+  const std::size_t begin = file.source_of(where).begin;
+  return place_of(std::string_view(file.text).substr(begin), where - begin);
+}
+
+}  // namespace
+
+std::string File::defect(std::size_t where, std::string_view found, std::string_view expected) const {
+  return defect_at(source_of(where).name, place_in(*this, where), found, expected);
+}
+
+void File::fail(std::size_t where, const std::string& found, const std::string& expected) const {
+  throw StilError(defect(where, found, expected), place_in(*this, where).line);
+}
+
+File parse(std::string_view text, const std::string& name, const Include& include) {
   File file;
   file.text = text;
-  file.name = name;
-  Reader(file).read();
+  file.sources = {{0, name}};
+  Reader(file, include, {std::filesystem::path(name).lexically_normal()}).read();
   return file;
 }
 

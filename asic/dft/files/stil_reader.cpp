@@ -6,6 +6,8 @@
 #include <array>
 #include <cctype>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "asic/dft/files/stil.hpp"
 #include "asic/dft/files/stil_file.hpp"
@@ -32,17 +34,29 @@ class Expander {
   CycleStream run() {
     if (file_.executed.empty()) file_.fail(file_.text.size(), "no PatternExec with a PatternBurst", "one");
     states_.assign(stream_.signals.size(), '\0');
+    fixed_.assign(stream_.signals.size(), '\0');
     for (const Assignment& exec : file_.executed) {
       const auto burst = file_.bursts.find(exec.signals);
       if (burst == file_.bursts.end())
         file_.fail(exec.where, fmt::format("PatternBurst \"{}\"", shown(exec.signals)),
                    "one that is defined");
-      for (const Assignment& entry : burst->second) {
-        const auto pattern = file_.patterns.find(entry.signals);
+      for (const BurstEntry& entry : burst->second.entries) {
+        const auto pattern = file_.patterns.find(entry.pattern);
         if (pattern == file_.patterns.end())
-          file_.fail(entry.where, fmt::format("pattern \"{}\"", shown(entry.signals)), "one that is defined");
+          file_.fail(entry.where, fmt::format("pattern \"{}\"", shown(entry.pattern)), "one that is defined");
+        if (stopped_at_)
+          file_.fail(*stopped_at_,
+                     fmt::format("a Stop with pattern \"{}\" still to come", shown(entry.pattern)),
+                     "Stop in the last pattern");
+        procedures_ = {&file_.procedures,
+                       {&entry.choice.procedures, &burst->second.choice.procedures},
+                       "procedure",
+                       "Procedures"};
+        macros_ = {&file_.macros, {&entry.choice.macros, &burst->second.choice.macros}, "macro", "MacroDefs"};
+        require_defined(procedures_);
+        require_defined(macros_);
         Parameters none;
-        run(pattern->second, none, 0);
+        run_block(pattern->second, none, 0);
       }
     }
     set_timing();
@@ -50,9 +64,53 @@ class Expander {
   }
 
  private:
+  // The named blocks of one kind, and what is chosen among them: an entry's choice goes before its burst's.
+  struct Library {
+    const std::map<std::string, Routines>* blocks = nullptr;
+    std::array<const std::vector<Assignment>*, 2> chosen{};
+    std::string_view kind, block_word;
+  };
+  void require_defined(const Library& library) const {
+    for (const std::vector<Assignment>* list : library.chosen) {
+      for (const Assignment& choice : *list) {
+        if (!library.blocks->contains(choice.signals))
+          file_.fail(choice.where, fmt::format("{} \"{}\"", library.block_word, shown(choice.signals)),
+                     "a block that is defined");
+      }
+    }
+  }
+  // A procedure or macro: of a chosen block, of those without a name, or the only one of that name.
+  const std::vector<Statement>& routine(const Library& library, const Statement& call) const {
+    const auto in_block = [&](const std::string& block) -> const std::vector<Statement>* {
+      const auto routines = library.blocks->find(block);
+      if (routines == library.blocks->end()) return nullptr;
+      const auto found = routines->second.find(call.name);
+      return found == routines->second.end() ? nullptr : &found->second;
+    };
+    for (const std::vector<Assignment>* list : library.chosen) {
+      for (const Assignment& choice : *list) {
+        if (const auto* found = in_block(choice.signals)) return *found;
+      }
+    }
+    if (const auto* found = in_block("")) return *found;
+    const std::vector<Statement>* only = nullptr;
+    for (const auto& [name, routines] : *library.blocks) {
+      const auto* found = in_block(name);
+      if (found != nullptr && only != nullptr)
+        file_.fail(call.where,
+                   fmt::format("{} \"{}\" in more than one named block", library.kind, shown(call.name)),
+                   "one that the PatternBurst chooses");
+      if (found != nullptr) only = found;
+    }
+    if (only == nullptr)
+      file_.fail(call.where, fmt::format("{} \"{}\"", library.kind, shown(call.name)), "one that is defined");
+    return *only;
+  }
+
   void use(const WaveformTable& table) {
     if (used_table_ == &table) return;
     used_table_ = &table;
+    used_tables_.insert(&table);
     state_of_.assign(table.waveforms.size(), {'\0', '\0'});
   }
   // The cycle's character for what this one does to the signal.
@@ -103,20 +161,28 @@ class Expander {
     if (used_table_ == nullptr) return;
     stream_.timing.period_ns = used_table_->period_ns;
     UsedWaveforms defined;  // say the times of what no cycle has
-    for (std::size_t s = 0; s < stream_.signals.size(); ++s) {
-      for (const auto& [character, waveform] : used_table_->of_signal[s])
-        defined.add('\0', "", 0, used_table_->waveforms[waveform].events, stream_.signals[s].is_input,
-                    used_table_->period_ns);
+    for (const WaveformTable* table : used_tables_) {
+      for (std::size_t s = 0; s < stream_.signals.size(); ++s) {
+        for (const auto& [character, waveform] : table->of_signal[s])
+          defined.add('\0', "", 0, table->waveforms[waveform].events, stream_.signals[s].is_input,
+                      table->period_ns);
+      }
     }
     defined.set(stream_.timing);
     waveforms_.set(stream_.timing);
     for (const UsedWaveforms::Defect& defect : waveforms_.defects())
-      stream_.timing_defects.push_back(
-          defect_at(file_.name, place_of(file_.text, defect.where), defect.found, defect.expected));
+      stream_.timing_defects.push_back(file_.defect(defect.where, defect.found, defect.expected));
   }
 
+  // A pattern, procedure or macro: what it fixes is fixed to its end.
+  void run_block(const std::vector<Statement>& list, Parameters& parameters, std::size_t depth) {
+    const std::string fixed = fixed_;
+    run(list, parameters, depth);
+    fixed_ = fixed;
+  }
   void run(const std::vector<Statement>& list, Parameters& parameters, std::size_t depth) {
     for (const Statement& statement : list) {
+      if (stopped_at_) return;
       if (++steps_ > 4 * most_cycles_)
         file_.fail(statement.where, "more statements and loops than this program runs",
                    fmt::format("at most {}", 4 * most_cycles_));
@@ -126,15 +192,23 @@ class Expander {
           if (found == file_.tables.end())
             file_.fail(statement.where, fmt::format("WaveformTable \"{}\"", shown(statement.name)),
                        "one that is defined");
-          if (used_table_ != nullptr && used_table_ != &found->second)
-            file_.fail(statement.where, fmt::format("a second WaveformTable \"{}\"", shown(statement.name)),
-                       "one for the whole pattern");
+          if (used_table_ != nullptr && used_table_->period_ns != found->second.period_ns)
+            file_.fail(statement.where,
+                       fmt::format("WaveformTable \"{}\" with a period of {} ns", shown(statement.name),
+                                   found->second.period_ns),
+                       fmt::format("the {} ns of the one before", used_table_->period_ns));
           use(found->second);
           break;
         }
         case Statement::Kind::condition:
+          assign(statement, parameters);
+          break;
         case Statement::Kind::fixed:
           assign(statement, parameters);
+          for (const Assignment& assignment : statement.assignments) {
+            for (const std::size_t s : file_.members(assignment.signals, assignment.where))
+              fixed_[s] = states_[s];
+          }
           break;
         case Statement::Kind::vector:
           assign(statement, parameters);
@@ -156,21 +230,20 @@ class Expander {
             break;
           }
           if (statement.body.empty()) break;
-          for (std::size_t i = 0; i < statement.count; ++i, ++steps_) run(statement.body, parameters, depth);
+          for (std::size_t i = 0; i < statement.count && !stopped_at_; ++i, ++steps_)
+            run(statement.body, parameters, depth);
           break;
         case Statement::Kind::stop:
+          stopped_at_ = statement.where;
+          return;
+        case Statement::Kind::note:
           break;
       }
     }
   }
   void call(const Statement& statement, std::size_t depth) {
     const bool macro = statement.kind == Statement::Kind::macro;
-    const auto& defined = macro ? file_.macros : file_.procedures;
-    const auto found = defined.find(statement.name);
-    if (found == defined.end())
-      file_.fail(statement.where,
-                 fmt::format("{} \"{}\"", macro ? "macro" : "procedure", shown(statement.name)),
-                 "one that is defined");
+    const std::vector<Statement>& body = routine(macro ? macros_ : procedures_, statement);
     if (depth >= kMaxDepth)
       file_.fail(statement.where, fmt::format("calls {} deep", depth), fmt::format("at most {}", kMaxDepth));
     Parameters parameters;
@@ -192,7 +265,8 @@ class Expander {
       pending_label_ = statement.label;
     else if (macro && depth == 0)
       pending_label_ = statement.name;
-    run(found->second, parameters, depth + 1);
+    run_block(body, parameters, depth + 1);
+    if (stopped_at_) return;
     for (const auto& [signal, parameter] : parameters) {
       if (parameter.used != parameter.data.size())
         file_.fail(
@@ -256,8 +330,13 @@ class Expander {
                      fmt::format("waveform character {} for \"{}\"", c, stream_.signals[signals[i]].name),
                      "one that its WaveformTable defines");
         const bool is_input = stream_.signals[signals[i]].is_input;
-        states_[signals[i]] = state_of(signals[i], used_table_->waveforms[waveform->second],
-                                       state_of_[waveform->second][is_input ? 0 : 1]);
+        const char state = state_of(signals[i], used_table_->waveforms[waveform->second],
+                                    state_of_[waveform->second][is_input ? 0 : 1]);
+        if (fixed_[signals[i]] != '\0' && state != fixed_[signals[i]])
+          file_.fail(where,
+                     fmt::format("waveform character {} for \"{}\"", c, stream_.signals[signals[i]].name),
+                     fmt::format("the {} that an F statement keeps", fixed_[signals[i]]));
+        states_[signals[i]] = state;
       }
     }
   }
@@ -280,10 +359,14 @@ class Expander {
 
   const File& file_;
   CycleStream stream_;
+  Library procedures_, macros_;
+  std::optional<std::size_t> stopped_at_;  // the place of a Stop
   const WaveformTable* used_table_ = nullptr;
+  std::set<const WaveformTable*> used_tables_;
   UsedWaveforms waveforms_;
   std::vector<std::array<char, 2>> state_of_;  // by waveform, for inputs and outputs; 0: not used so far
   std::string states_;
+  std::string fixed_;  // what an F statement keeps; 0: nothing
   std::string pending_label_;
   const std::size_t most_cycles_;
   std::uint64_t counted_ = 0;
@@ -294,12 +377,14 @@ class Expander {
 }  // namespace
 
 CycleStream parse_stil(std::string_view text, const std::string& name, std::size_t most_cycles) {
-  const File file = stil::parse(text, name);
+  const File file = stil::parse(text, name, {});
   return Expander(file, most_cycles).run();
 }
 
 CycleStream read_stil(const std::filesystem::path& path) {
-  return parse_stil(read_file(path, "a STIL file"), path.string());
+  const auto read = [](const std::filesystem::path& file) { return read_file(file, "a STIL file"); };
+  const File file = stil::parse(read(path), path.string(), read);
+  return Expander(file, kMostCycles).run();
 }
 
 }  // namespace meltstage::dft

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
 #include <functional>
 
 #include "asic/dft/files/formats.hpp"
@@ -164,7 +166,7 @@ PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
   refuses("STIL 1.0; Signals { \"\x1b[31m\" In; }", "found signal \"\\x1B[31m\"");
   for (const char* time : {"inf", "nan", "1e999", "-1", "0x10", ""})
     refuses("STIL 1.0; Timing { WaveformTable t { Period '" + std::string(time) + "ns'; } }",
-            "expected a number with");
+            "expected numbers with");
   refuses("STIL 9.9;", "a.stil:1:6: found version 9.9, expected STIL 1.0");
   EXPECT_THROW(parse_stil("", "a.stil"), StilError);
 }
@@ -278,6 +280,166 @@ Pattern main { W t; Loop 3 { V { all = 01H; } } V { a=1; } {* a comment *} Stop;
   EXPECT_EQ(stream.cycles[3].states, "11H");
   EXPECT_EQ(stream.timing.period_ns, 100);
   EXPECT_EQ(stream.timing.strobe_ns, 40);
+}
+
+// A file of one input and one output, with more blocks and a pattern.
+std::string one_pin(const std::string& blocks, const std::string& burst, const std::string& pattern) {
+  return R"(STIL 1.0; Signals { a In; y Out; }
+Timing { WaveformTable t { Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } y { LHX { '40ns' L/H/X; } } } } }
+)" + blocks +
+         "\nPatternBurst p { " + burst + " } PatternExec { PatternBurst p; }\nPattern main { W t; " +
+         pattern + " }";
+}
+
+std::string states_of(const CycleStream& stream) {
+  std::string states;
+  for (const TestCycle& cycle : unrolled(stream).cycles) states += cycle.states + " ";
+  return states;
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    parse_stil(text, "a.stil");
+  } catch (const StilError& error) {
+    return error.what();
+  }
+  return "taken";
+}
+
+TEST(Stil, StopEndsTheExecution) {
+  const auto played = [](const std::string& pattern) {
+    return states_of(parse_stil(one_pin("Procedures { r { W t; V { a=1; y=H; } Stop; V { a=0; y=L; } } }",
+                                        "PatList { main; }", pattern),
+                                "a.stil"));
+  };
+  EXPECT_EQ(played("V { a=0; y=L; } Stop; V { a=1; y=H; }"), "0L ");
+  EXPECT_EQ(played("Loop 3 { V { a=0; y=L; } V { a=1; y=H; } Stop; } V { a=1; y=H; }"), "0L 1H ");
+  EXPECT_EQ(played("Call r; V { a=1; y=H; }"), "1H ");
+  EXPECT_EQ(played("V { a=0; y=L; } BreakPoint; Ann {* a note *} IddqTestPoint; V { a=1; y=H; }"), "0L 1H ");
+  // whether Stop ends the pattern or all that is executed is then not for this program to say
+  EXPECT_THAT(refusal(one_pin("Pattern more { W t; V { a=1; y=H; } }", "PatList { main; more; }",
+                              "V { a=0; y=L; } Stop;")),
+              HasSubstr("a.stil:5:37: found a Stop with pattern \"more\" still to come"));
+}
+
+TEST(Stil, NamedBlocksOfProceduresAreChosenByTheBurst) {
+  const std::string blocks =
+      "Procedures one { r { W t; V { a=0; y=L; } } } Procedures two { r { W t; V { a=1; y=H; } } }\n"
+      "MacroDefs m { s { W t; V { a=0; y=X; } } } MacroDefs n { s { W t; V { a=1; y=X; } } }";
+  const std::string pattern = "Call r; Macro s;";
+  EXPECT_EQ(states_of(parse_stil(one_pin(blocks, "Procedures one; MacroDefs n; PatList { main; }", pattern),
+                                 "a.stil")),
+            "0L 1X ");
+  EXPECT_EQ(states_of(parse_stil(
+                one_pin(blocks, "Procedures one; MacroDefs m; PatList { main { Procedures two; } }", pattern),
+                "a.stil")),
+            "1H 0X ");
+  EXPECT_THAT(refusal(one_pin(blocks, "MacroDefs n; PatList { main; }", pattern)),
+              HasSubstr("found procedure \"r\" in more than one named block, expected one that the "
+                        "PatternBurst chooses"));
+  EXPECT_THAT(refusal(one_pin(blocks, "Procedures three; PatList { main; }", pattern)),
+              HasSubstr("Procedures \"three\""));
+  // a block without a name is there for all, the only one of a name too
+  EXPECT_EQ(states_of(parse_stil(one_pin("Procedures { r { W t; V { a=0; y=L; } } } MacroDefs m { s { W t; "
+                                         "V { a=1; y=X; } } }",
+                                         "PatList { main; }", pattern),
+                                 "a.stil")),
+            "0L 1X ");
+}
+
+TEST(Stil, NothingIsDefinedTwiceInSilence) {
+  const auto twice = [](const std::string& blocks) {
+    return refusal(one_pin(blocks, "PatList { main; }", "V { a=0; y=L; }"));
+  };
+  EXPECT_THAT(twice("Pattern main { W t; V { a=1; y=H; } }"), HasSubstr("found pattern \"main\" again"));
+  EXPECT_THAT(twice("PatternBurst p { PatList { main; } }"), HasSubstr("found PatternBurst \"p\" again"));
+  EXPECT_THAT(twice("SignalGroups x { g = 'a'; } SignalGroups z { g = 'y'; }"),
+              HasSubstr("found group \"g\" again with other signals"));
+  EXPECT_THAT(twice("SignalGroups x { g = 'a'; } SignalGroups z { g = 'a'; }"), HasSubstr("taken"));
+  EXPECT_THAT(twice("Procedures { r { W t; } } Procedures { r { V { a=1; y=H; } } }"),
+              HasSubstr("found procedure \"r\" again"));
+  EXPECT_THAT(twice("Timing z { WaveformTable t { Period '50ns'; Waveforms { a { 01 { '0ns' D/U; } } } } }"),
+              HasSubstr("found WaveformTable \"t\" again"));
+}
+
+TEST(Stil, FixedSignalsStayAsTheyAre) {
+  const auto told = [](const std::string& pattern) {
+    return refusal(one_pin("Procedures { r { W t; F { a=1; } V { y=H; } } }", "PatList { main; }", pattern));
+  };
+  EXPECT_EQ(told("F { a=0; } V { y=L; } V { a=0; y=X; }"), "taken");
+  EXPECT_THAT(told("F { a=0; } V { y=L; } V { a=1; y=X; }"),
+              HasSubstr("found waveform character 1 for \"a\", expected the 0 that an F statement keeps"));
+  EXPECT_EQ(told("Call r; V { a=0; y=X; }"), "taken");  // kept to the end of its block
+}
+
+TEST(Stil, UnknownWordsAreRefused) {
+  const std::string good =
+      "ScanStructures { ScanChain c { ScanLength 1; ScanIn a; ScanOut y; ScanInversion 0; "
+      "ScanMasterClock a; ScanSlaveClock a; ScanOutLength 1; } }";
+  const auto told = [](const std::string& blocks, const std::string& burst) {
+    return refusal(one_pin(blocks, burst + " PatList { main; }", "V { a=0; y=L; }"));
+  };
+  EXPECT_EQ(told(good, ""), "taken");
+  std::string wrong = good;
+  wrong.replace(wrong.find("ScanInversion"), 13, "ScanInverting");
+  EXPECT_THAT(told(wrong, ""), HasSubstr("a.stil:3:67: found \"ScanInverting\""));
+  EXPECT_EQ(told("", "SignalGroups g; ScanStructures s; Start main; Termination { a TerminateHigh; }"),
+            "taken");
+  EXPECT_THAT(told("", "PatSet { main; }"), HasSubstr("found \"PatSet\""));
+}
+
+TEST(Stil, TimesMayBeSumsWithBlanks) {
+  const auto period = [](const std::string& time) {
+    return parse_stil(with(one_pin("", "PatList { main; }", "V { a=0; y=L; }"), "'100ns'", time), "a.stil")
+        .timing.period_ns;
+  };
+  EXPECT_EQ(period("'100 ns'"), 100);
+  EXPECT_EQ(period("' 50ns + 0.05 us '"), 100);
+  EXPECT_EQ(period("'0.2us-100ns'"), 100);
+  EXPECT_EQ(period("'1e-1us'"), 100);
+  for (const char* bad : {"''", "'ns'", "'50ns+'", "'+50ns'", "'50ns 50ns'", "'t0+50ns'"})
+    EXPECT_THROW(period(bad), StilError) << bad;
+}
+
+TEST(Stil, WaveformTablesOfOnePeriodMayTakeTurns) {
+  const auto text = [](const std::string& period) {
+    return one_pin("Timing z { WaveformTable u { Period '" + period +
+                       "'; Waveforms { a { ab { '0ns' D/U; } } y { cdX { '40ns' L/H/X; } } } } }",
+                   "PatList { main; }", "V { a=0; y=L; } W u; V { a=b; y=d; } W t; V { a=0; y=X; }");
+  };
+  EXPECT_EQ(states_of(parse_stil(text("100ns"), "a.stil")), "0L 1H 0X ");
+  EXPECT_THAT(refusal(text("50ns")),
+              HasSubstr("found WaveformTable \"u\" with a period of 50 ns, expected the "
+                        "100 ns of the one before"));
+}
+
+TEST(Stil, IncludedFilesAreRead) {
+  const TestFolder folder;
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::filesystem::create_directories((folder.path() / name).parent_path());
+    std::ofstream(folder.path() / name) << text;
+  };
+  const auto told = [&] {
+    try {
+      return states_of(read_stil(folder.path() / "a.stil"));
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+  };
+  const std::string text = one_pin("Include \"lib/procedures.stil\";", "PatList { main; }", "Call r;");
+  write("a.stil", text);
+  EXPECT_THAT(told(), HasSubstr("procedures.stil"));
+  EXPECT_THAT(told(), HasSubstr("a.stil:3:9: "));
+  write("lib/procedures.stil", "STIL 1.0;\nInclude \"more.stil\" IfNeed;\n");
+  write("lib/more.stil", "Procedures { r { W t; V { a=1; y=H; } } }");
+  EXPECT_EQ(told(), "1H ");
+  write("lib/more.stil", "Procedures {\n r { W t; V { a=2; y=H; } } }");
+  EXPECT_THAT(told(), HasSubstr("more.stil:2:15: found waveform character 2"));
+  write("lib/more.stil", "Procedures { r { W t;");
+  EXPECT_THAT(told(), HasSubstr("more.stil:1:18: found a block left open"));
+  write("lib/more.stil", "Include \"more.stil\";");
+  EXPECT_THAT(told(), HasSubstr("more.stil:1:9: found Include of \"more.stil\" from within itself"));
+  EXPECT_THAT(refusal(text), HasSubstr("a.stil:3:9: found Include \"lib/procedures.stil\""));
 }
 
 TEST(Lint, TesterLimits) {
