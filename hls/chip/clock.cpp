@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "cmodel/chip.hpp"
+#include "cmodel/invariants.hpp"
 #include "hls/interface.hpp"
 
 using namespace meltstage::chip;
@@ -24,14 +25,6 @@ struct OutputPins {
   TC_OUTPUT_PINS(TC_OUTPUT_MEMBER)
 #undef TC_OUTPUT_MEMBER
   std::uint8_t scan;
-};
-
-// What the proof needs to know of the states that are reached (docs/verify/proof.md).
-struct Invariants {
-  std::uint8_t reset_ends_in_order;
-  std::uint8_t telemetry_reads_alone;
-  std::uint8_t frame_count_is_bounded;
-  std::uint8_t product_steps_are_bounded;
 };
 
 }  // namespace
@@ -59,17 +52,7 @@ void hls_outputs(const Chip* chip, const InputPins* in, OutputPins* out) {
   out->scan = 0;
 }
 
-void hls_invariants(const Chip* chip, Invariants* hold) {
-  // RST_SYNC's second flop follows its first.
-  hold->reset_ends_in_order = chip->rst_sync.out_q == 0 || chip->rst_sync.stage_q != 0;
-  // UARTC reads one register a clock, and of a telemetry frame only those that can stand in one.
-  const Uartc& uartc = chip->uartc;
-  hold->telemetry_reads_alone = uartc.rd_tlm_q == 0 || (uartc.rd_rsp_q == 0 && uartc.rd_addr_q < 32);
-  // The counter of a frame's bytes stays at the first number that is too long.
-  hold->frame_count_is_bounded = uartc.frame.count_q <= 257;
-  // PWMC multiplies by a bit of the duty a clock.
-  hold->product_steps_are_bounded = chip->pwmc.mul_left_q <= 17;
-}
+void hls_invariants(const Chip* chip, Invariants* hold) { *hold = invariants_of(*chip); }
 
 extern const meltstage::hls::Field hls_invariant_names[] = {
     HLS_FIELD(Invariants, reset_ends_in_order, 1),

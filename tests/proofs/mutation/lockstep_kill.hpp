@@ -10,19 +10,21 @@
 #include <string>
 
 #include "tb/lockstep/verilated_top.hpp"
+#include "tests/tb/lockstep/any_state.hpp"
 #include "tests/tb/lockstep/random_run.hpp"
 
 namespace meltstage::tb {
 
 // As the random lockstep test.
 struct RunLength {
+  std::uint64_t trials = 1'000'000;  // from any state
   std::uint64_t seeds = 50;
   std::uint64_t clocks = 300'000;
 };
 
 struct Kill {
-  std::uint64_t seed = 0;
-  std::uint64_t clock = 0;  // of the run, counted from 1
+  std::uint64_t seed = 0;   // 0: a trial from any state
+  std::uint64_t clock = 0;  // of the run or of all trials, counted from 1
   std::string report;
 };
 
@@ -42,10 +44,18 @@ class VariantRtl final : public verilated::VerilatedTop<Top> {
   std::uint64_t& clocks_;
 };
 
-// First run in which model and variant differ, the heater breaks a safety rule or the bench gives up; none:
-// the variant survived.
+// First trial or run in which model and variant differ, the heater breaks a safety rule or the bench gives
+// up; none: the variant survived.
 template <class Top>
 std::optional<Kill> killed_by(unsigned variant, const RunLength& length) {
+  static const Moments moments(1, kMomentSeeds, kMomentClocks);
+  std::uint64_t stepped = 0;
+  try {
+    VariantRtl<Top> rtl(variant, stepped);
+    step_from_any_state(moments, rtl, 1, 0, length.trials);
+  } catch (const Mismatch& error) {
+    return Kill{0, stepped, error.what()};
+  }
   for (std::uint64_t seed = 1; seed <= length.seeds; ++seed) {
     std::uint64_t clocks = 0;
     const auto make = [&] { return std::make_unique<VariantRtl<Top>>(variant, clocks); };

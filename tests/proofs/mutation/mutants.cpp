@@ -59,6 +59,7 @@ struct Verdict {
 Verdict verdict(unsigned variant, const RunLength& length) {
   const auto kill = killed_by<Vmutants>(variant, length);
   if (!kill) return {false, "SURVIVED"};
+  if (kill->seed == 0) return {true, fmt::format("killed from any state, after {} clocks", kill->clock)};
   const char* how = kill->report.starts_with("MISMATCH") ? "" : " (no mismatch: the run gave up)";
   return {true, fmt::format("killed seed {} clock {}{}", kill->seed, kill->clock, how)};
 }
@@ -124,7 +125,8 @@ int run(const std::string& list, const std::vector<unsigned>& only, const RunLen
   }
   // Neither the chip as it is nor the identity may be killed, or a kill means nothing.
   for (const unsigned control : {0u, identity.number}) {
-    const Verdict result = verdict_apart(control, {std::min(length.seeds, kControlSeeds), length.clocks});
+    const Verdict result =
+        verdict_apart(control, {length.trials, std::min(length.seeds, kControlSeeds), length.clocks});
     fmt::print("control {}: {}\n", control == 0 ? "unchanged" : "identity", result.text);
     std::fflush(stdout);
     if (result.killed) return 1;
@@ -158,6 +160,7 @@ int main(int argc, char** argv) {
   double wanted = 0.0;
   std::vector<unsigned> only;
   cli.add_option("--only", only, "Numbers of the mutants to run; all without it");
+  cli.add_option("--trials", length.trials, "Trials from any state");
   cli.add_option("--seeds", length.seeds, "Runs a mutant has to survive")->check(CLI::Range(1, 1'000'000));
   cli.add_option("--clocks", length.clocks, "Clocks of each run")->check(CLI::Range(1'000, 100'000'000));
   cli.add_option("--wanted", wanted, "Least score in percent for exit status 0")

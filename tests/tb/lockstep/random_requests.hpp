@@ -47,7 +47,8 @@ ModbusRequest order_by_block(Rng& rng, std::uint8_t unit, const Choices& choices
 // STOP by 06 but for one bit of its last data byte, with a sound CRC: must take no short cut to the heater.
 ModbusRequest nearly_stop(Rng& rng, std::uint8_t unit, const Choices& choices);
 ModbusRequest unlock(Rng& rng, std::uint8_t unit, const Choices& choices);
-// Input registers, all or some of them, also past their end; holding registers, often from CMD on.
+// Input registers, as many of the first or the last as one request may ask for, or some of them, also past
+// their end; holding registers, often from CMD on.
 ModbusRequest read_all(Rng& rng, std::uint8_t unit, const Choices& choices);
 ModbusRequest read_some(Rng& rng, std::uint8_t unit, const Choices& choices);
 // One register of the list, or a few that follow each other in the map.

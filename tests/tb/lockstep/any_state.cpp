@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "any_state.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "base/rng.hpp"
+#include "cmodel/invariants.hpp"
+#include "random_run.hpp"
+#include "tb/lockstep/bench.hpp"
+
+namespace meltstage::tb {
+
+namespace {
+
+// ---- Flops -----------------------------------------------------------------------------------------------
+
+// A flop, or a word of an array, as a value without sign.
+struct Flop {
+  std::string name;
+  unsigned width = 0;
+  std::uint64_t changeable = 0;  // bits that are flops
+  unsigned word = 0;
+  std::uint64_t (*get)(const chip::Chip&, unsigned word) = nullptr;
+  void (*set)(chip::Chip&, unsigned word, std::uint64_t value) = nullptr;
+};
+
+constexpr std::uint64_t ones(unsigned width) { return ~std::uint64_t{0} >> (64 - width); }
+
+// The value of `width` bits as the model holds it: signed ones with their sign.
+template <class T, unsigned width>
+T held(std::uint64_t value) {
+  value &= ones(width);
+  if constexpr (std::is_signed_v<T>) {
+    if ((value >> (width - 1) & 1) != 0) value |= ~ones(width);
+  }
+  return static_cast<T>(value);
+}
+
+using Block = std::vector<Flop>;
+
+// Each block's flops; an array's words stand together, so that an array is drawn as often as a flop.
+const std::vector<std::vector<Block>>& blocks() {
+  static const std::vector<std::vector<Block>> list = [] {
+    std::vector<std::vector<Block>> made;
+    std::string_view last;
+    const auto add = [&](std::string_view instance, Block flops) {
+      if (instance != last) made.emplace_back();
+      last = instance;
+      made.back().push_back(std::move(flops));
+    };
+#define TC_TEXT2(x) #x
+#define TC_TEXT1(x) TC_TEXT2(x)
+#define TC_FLOP(type, name, width, reset)                                    \
+  add(TC_TEXT1(TC_INSTANCE),                                                 \
+      {{TC_TEXT1(TC_MEMBER) "." #name, width, ones(width), 0,                \
+        [](const chip::Chip& c, unsigned) {                                  \
+          return static_cast<std::uint64_t>(c.TC_MEMBER.name) & ones(width); \
+        },                                                                   \
+        [](chip::Chip& c, unsigned, std::uint64_t v) { c.TC_MEMBER.name = held<type, width>(v); }}});
+#define TC_ARRAY(type, name, count, width)                                                                   \
+  {                                                                                                          \
+    Block words;                                                                                             \
+    for (unsigned word = 0; word < (count); ++word) {                                                        \
+      words.push_back(                                                                                       \
+          {TC_TEXT1(TC_MEMBER) "." #name, width,                                                             \
+           chip::array_flops<std::remove_cvref_t<decltype(chip::Chip::TC_MEMBER)>>(word, width), word,       \
+           [](const chip::Chip& c, unsigned w) { return std::uint64_t{c.TC_MEMBER.name[w]}; },               \
+           [](chip::Chip& c, unsigned w, std::uint64_t v) { c.TC_MEMBER.name[w] = held<type, width>(v); }}); \
+    }                                                                                                        \
+    std::erase_if(words, [](const Flop& flop) { return flop.changeable == 0; });                             \
+    add(TC_TEXT1(TC_INSTANCE), std::move(words));                                                            \
+  }
+#include "cmodel/for_each_flop.inc"
+    return made;
+  }();
+  return list;
+}
+
+// The flops of one bit, whose changes are the events.
+const Block& events() {
+  static const Block list = [] {
+    Block made;
+    for (const auto& block : blocks()) {
+      for (const Block& flops : block) {
+        if (flops.size() == 1 && flops[0].width == 1) made.push_back(flops[0]);
+      }
+    }
+    return made;
+  }();
+  return list;
+}
+
+bool one_in(Rng& rng, std::uint64_t n) { return rng.below(n) == 0; }
+
+// ---- Values ----------------------------------------------------------------------------------------------
+
+// Any value of a register: as many small as large ones, often an end or the default.
+std::uint16_t any_legal(Rng& rng, unsigned index) {
+  const spec::RegisterInfo& info = spec::kHolding[index];
+  const auto span = static_cast<std::uint64_t>(info.max - info.min);
+  switch (rng.below(8)) {
+    case 0:
+      return static_cast<std::uint16_t>(info.min);
+    case 1:
+      return static_cast<std::uint16_t>(info.max);
+    case 2:
+      return static_cast<std::uint16_t>(info.reset);
+    default: {
+      const std::uint64_t above = span == 0 ? 0 : std::min(span, rng.bits() >> (48 + rng.below(16)));
+      const auto offset = static_cast<std::int32_t>(above);
+      return static_cast<std::uint16_t>(one_in(rng, 4) ? info.max - offset : info.min + offset);
+    }
+  }
+}
+
+// What a counter or a temperature is compared with: a register as it is, in sixteen clocks, or as 1/64 degC
+// of its 0.1 degC.
+std::uint64_t near_a_register(Rng& rng, const chip::Chip& chip) {
+  const auto value = chip.params().s16(static_cast<spec::Reg>(1 + rng.below(spec::kHoldingCount - 1)));
+  const std::array<std::int64_t, 3> scaled{static_cast<std::uint16_t>(value),
+                                           16 * std::int64_t{static_cast<std::uint16_t>(value)},
+                                           std::int64_t{value} * 32 / 5};
+  return static_cast<std::uint64_t>(scaled[rng.below(scaled.size())] + 1) - rng.below(3);
+}
+
+// Where the time base and the silences of the line end.
+std::uint64_t near_a_time(Rng& rng) {
+  constexpr std::array<std::uint64_t, 4> kEnds{spec::kClkHz / 10, spec::kClkHz / 1000,
+                                               spec::kClkHz / 4000 * 7, spec::kTuneLimit};
+  return kEnds[rng.below(kEnds.size())] + 1 - rng.below(3);
+}
+
+std::uint64_t any_value_of(Rng& rng, const Flop& flop, const std::vector<Block>& block,
+                           const chip::Chip& chip) {
+  switch (rng.below(8)) {
+    case 0:  // just below a power of two, or at it
+      return (std::uint64_t{1} << rng.below(flop.width + 1)) - rng.below(3);
+    case 1:
+      return flop.get(chip, flop.word) ^ std::uint64_t{1} << rng.below(flop.width);
+    case 2:
+      return near_a_register(rng, chip);
+    case 3: {  // beside another flop of the block
+      const Block& others = block[rng.below(block.size())];
+      const Flop& other = others[rng.below(others.size())];
+      return other.get(chip, other.word) + 1 - rng.below(3);
+    }
+    case 4:
+      return near_a_time(rng);
+    case 5:
+      return rng.bits();
+    default:  // as many small as large ones
+      return (rng.bits() & ones(flop.width)) >> rng.below(flop.width);
+  }
+}
+
+// ---- A trial ---------------------------------------------------------------------------------------------
+
+// A chance of 1 in so many; 0: never.
+bool happens(Rng& rng, unsigned rarity) { return rarity != 0 && one_in(rng, rarity); }
+
+template <std::size_t n>
+unsigned one_of(Rng& rng, const std::array<unsigned, n>& list) {
+  return list[rng.below(n)];
+}
+
+void change_registers(Rng& rng, chip::Chip& chip) {
+  const unsigned rarity = one_of(rng, std::array{0u, 32u, 4u, 1u});
+  for (unsigned index = 1; index < spec::kHoldingCount; ++index) {
+    if (happens(rng, rarity)) chip.mem.preset(index, any_legal(rng, index));
+  }
+}
+
+void change_flops(Rng& rng, const std::vector<Block>& block, chip::Chip& chip) {
+  const unsigned rarity = one_of(rng, std::array{16u, 4u, 1u});
+  for (const Block& flops : block) {
+    if (!one_in(rng, rarity)) continue;
+    const Flop& flop = flops[rng.below(flops.size())];
+    const std::uint64_t now = flop.get(chip, flop.word);
+    const std::uint64_t value = any_value_of(rng, flop, block, chip) & flop.changeable;
+    flop.set(chip, flop.word, value | (now & ~flop.changeable));
+  }
+  chip.mem.refresh_params();
+}
+
+bool holds_invariants(const chip::Chip& chip) {
+  const chip::Invariants hold = chip::invariants_of(chip);
+  return hold.reset_ends_in_order != 0 && hold.telemetry_reads_alone != 0 &&
+         hold.frame_count_is_bounded != 0 && hold.product_steps_are_bounded != 0;
+}
+
+// Each pin changes now and then; reset and test mode more rarely.
+void stir_pins(Rng& rng, unsigned rarity, chip::Inputs& in) {
+  if (happens(rng, rarity)) in.uart_rx = !in.uart_rx;
+  if (happens(rng, rarity)) in.spi_miso = !in.spi_miso;
+  if (happens(rng, rarity)) in.heater_fb = !in.heater_fb;
+  if (happens(rng, rarity)) in.drop = !in.drop;
+  if (happens(rng, 8 * rarity)) in.inhibit = !in.inhibit;
+  if (happens(rng, 8 * rarity)) in.test_mode = !in.test_mode;
+  if (happens(rng, 8 * rarity)) in.addr_strap = static_cast<std::uint8_t>(rng.below(8));
+  in.rst_n = !happens(rng, 32 * rarity);
+}
+
+// "name was, is" of each flop that differs.
+std::string changes(const chip::Chip& was, const chip::Chip& is) {
+  std::string text;
+  for (const auto& block : blocks()) {
+    for (const Block& flops : block) {
+      for (const Flop& flop : flops) {
+        const std::uint64_t before = flop.get(was, flop.word);
+        const std::uint64_t after = flop.get(is, flop.word);
+        if (before != after)
+          text += fmt::format("  {}[{}] {:#x}, was {:#x}\n", flop.name, flop.word, after, before);
+      }
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+// ---- Moments ---------------------------------------------------------------------------------------------
+
+// The model alone, whose moments are kept.
+class Collector final : public Device {
+ public:
+  Collector(const chip::Chip& start, Rng& rng, Moments& moments, std::vector<std::uint64_t>& met)
+      : model_(start), rng_(rng), moments_(moments), met_(met) {}
+
+  chip::Outputs step(const chip::Inputs& in) override {
+    const chip::Chip before = model_;
+    const chip::Outputs out = model_.step(in);
+    if (in.rst_n) {
+      const Block& flops = events();
+      for (std::size_t i = 0; i < flops.size(); ++i) {
+        const std::uint64_t was = flops[i].get(before, 0);
+        if (was != flops[i].get(model_, 0)) keep(2 * i + was, {before, in});
+      }
+    }
+    return out;
+  }
+  const chip::Chip& model() const override { return model_; }
+  void restart(const chip::Chip& state, const chip::Inputs&) override { model_ = state; }
+  Compared finish() override { return {}; }
+
+ private:
+  static constexpr std::size_t kKept = 16;  // moments of an event
+
+  // Each moment of an event is as likely to be kept (reservoir sampling).
+  void keep(std::size_t event, const Moment& moment) {
+    std::vector<Moment>& kept = moments_.of_events_[event];
+    const std::uint64_t place = kept.size() < kKept ? kept.size() : rng_.below(met_[event] + 1);
+    ++met_[event];
+    if (place == kept.size() && kept.size() < kKept)
+      kept.push_back(moment);
+    else if (place < kept.size())
+      kept[place] = moment;
+  }
+
+  chip::Chip model_;
+  Rng& rng_;
+  Moments& moments_;
+  std::vector<std::uint64_t>& met_;
+};
+
+Moments::Moments(std::uint64_t first, std::uint64_t seeds, std::uint64_t clocks)
+    : of_events_(2 * events().size()) {
+  std::vector<std::uint64_t> met(of_events_.size());
+  for (std::uint64_t seed = first; seed < first + seeds; ++seed) {
+    Rng rng = stream(seed, "moments");
+    random_run(std::make_unique<Collector>(random_start(seed), rng, *this, met), seed, clocks);
+  }
+  std::erase_if(of_events_, [](const auto& kept) { return kept.empty(); });
+}
+
+TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::uint64_t seed,
+                               std::uint64_t first, std::uint64_t count) {
+  TrialCount reached;
+  rtl.set_assertions(false);  // they speak of states that a sound chip has
+  for (std::uint64_t trial = first; trial < first + count; ++trial) {
+    Rng rng = stream(seed + (trial << 20), "any state");
+    const auto& kept = moments.of_events()[rng.below(moments.of_events().size())];
+    const Moment& moment = kept[rng.below(kept.size())];
+    chip::Chip chip = moment.chip;
+    change_registers(rng, chip);
+    for (unsigned changed = one_of(rng, std::array{0u, 1u, 1u, 1u, 2u, 2u, 3u, 14u}); changed > 0; --changed)
+      change_flops(rng, blocks()[rng.below(blocks().size())], chip);
+    if (!holds_invariants(chip)) {
+      ++reached.refused;
+      continue;
+    }
+    const chip::Chip start = chip;
+    chip::Inputs in = moment.in;
+    rtl.load(chip, in);
+    const unsigned rarity = one_of(rng, std::array{0u, 32u, 2u});
+    const unsigned clocks = one_of(rng, std::array{1u, 1u, 2u, 2u, 4u, 8u, 16u, 128u});
+    for (unsigned clock = 1; clock <= clocks; ++clock) {
+      const chip::Outputs expected = chip.step(in);
+      const chip::Outputs got = rtl.step(in);
+      if (got != expected || !rtl.flops_equal(chip)) {
+        std::string report =
+            fmt::format("MISMATCH from any state: any_state --seed {} --first {} --trials 1, clock {}\n",
+                        seed, trial, clock);
+        for (const FlopDifference& flop : rtl.differences(chip))
+          report += fmt::format("{}: RTL {:#x}, model {:#x}\n", flop.name, flop.dut, flop.model);
+        if (got != expected) report += "output pins differ\n";
+        throw Mismatch(report + "the trial had changed\n" + changes(moment.chip, start));
+      }
+      ++reached.clocks;
+      stir_pins(rng, rarity, in);
+    }
+    ++reached.compared;
+  }
+  return reached;
+}
+
+}  // namespace meltstage::tb

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lockstep of a few clocks from states that no run reaches in its time: counters just below their limits, any
+// value of any register, two events in one clock, upset flops. Model and RTL are proved equal in every state
+// that holds the invariants (cmodel/invariants.hpp), so every such state is a fair one; here both are
+// simulated from it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cmodel/chip.hpp"
+#include "tb/lockstep/verilated_rtl.hpp"
+
+namespace meltstage::tb {
+
+// A state and the pins of the clock that follows it.
+struct Moment {
+  chip::Chip chip;
+  chip::Inputs in;
+};
+
+// Moments of random runs of the model, each just before a flop of one bit rises or falls: as many of a rare
+// event as of a frequent one.
+class Moments {
+ public:
+  // From runs of `clocks` clocks on each of the seeds first .. first + seeds - 1.
+  Moments(std::uint64_t first, std::uint64_t seeds, std::uint64_t clocks);
+
+  // Of each event that was met, some moments.
+  const std::vector<std::vector<Moment>>& of_events() const { return of_events_; }
+
+ private:
+  friend class Collector;
+  std::vector<std::vector<Moment>> of_events_;
+};
+
+// Two runs of each kind; enough that every event of the model is met.
+inline constexpr std::uint64_t kMomentSeeds = 32;
+inline constexpr std::uint64_t kMomentClocks = 100'000;
+
+// What the trials have reached.
+struct TrialCount {
+  std::uint64_t compared = 0;  // trials
+  std::uint64_t clocks = 0;
+  std::uint64_t refused = 0;  // states without an invariant: not compared
+};
+
+// Trials first .. first + count - 1 of a seed. Each takes a moment, changes flops of one block and registers,
+// and steps both with restless pins. Throws Mismatch, whose report names the trial and what it had changed.
+// Turns the RTL's assertions off.
+TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::uint64_t seed,
+                               std::uint64_t first, std::uint64_t count);
+
+}  // namespace meltstage::tb
