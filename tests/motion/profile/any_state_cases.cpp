@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/motion/profile/any_state_cases.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace meltstage::motion {
+namespace {
+
+// Rounding, in parts of the quantity's limit. A speed or an acceleration below the last has no sign.
+constexpr double kAboveLimit = 1e-9, kJump = 1e-9, kNoSign = 1e-11;
+
+MotionState after_s(const MotionState& start, double t) {
+  const auto [p, v, a, j] = start;
+  return {p + v * t + a * t * t / 2 + j * t * t * t / 6, v + a * t + j * t * t / 2, a + j * t, j};
+}
+
+/// What is left when the acceleration is taken away at once: the speed, and the acceleration at the turn if
+/// the axis turns on the way.
+struct Unavoidable {
+  double velocity_mm_s, turn_acceleration_mm_s2 = 0.0;
+};
+
+Unavoidable unavoidable(const ScurveLimits& limits, const MotionState& state) {
+  const double v = state.velocity_mm_s, a = state.acceleration_mm_s2, sign = a < 0.0 ? -1.0 : 1.0;
+  if (v * a >= 0.0) return {v + sign * a * a / (2 * limits.jerk3_mm_s3)};
+  const double square = a * a - 2 * limits.jerk7_mm_s3 * std::abs(v);
+  if (square <= 0.0) return {v + sign * a * a / (2 * limits.jerk7_mm_s3)};
+  return {sign * square / (2 * limits.jerk3_mm_s3), std::sqrt(square)};
+}
+
+/// Times in a segment at which the speed or the acceleration is zero, and its ends, in order.
+std::vector<double> cuts_of(const MotionState& start, double duration_s) {
+  const double v = start.velocity_mm_s, a = start.acceleration_mm_s2, j = start.jerk_mm_s3;
+  std::vector<double> cuts = {0.0, duration_s};
+  const auto cut = [&](double time_s) {
+    if (time_s > 0.0 && time_s < duration_s) cuts.push_back(time_s);
+  };
+  if (j != 0.0) {
+    cut(-a / j);
+    const double square = a * a - 2 * j * v;
+    if (square >= 0.0) {
+      // The root without cancellation; the other from their product.
+      const double sum = -(a + (a < 0.0 ? -1.0 : 1.0) * std::sqrt(square));
+      cut(sum / j);
+      if (sum != 0.0) cut(2 * v / sum);
+    }
+  } else if (a != 0.0) {
+    cut(-v / a);
+  }
+  std::sort(cuts.begin(), cuts.end());
+  return cuts;
+}
+
+/// The speed at which an axis may be anywhere within +-limit, and one of the hard cases.
+double random_part(std::mt19937_64& random) {
+  constexpr std::array hard = {0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1.0 - 1e-9, 1.0};
+  const double sign = random() % 2 == 0 ? 1.0 : -1.0;
+  return sign * (random() % 2 == 0 ? uniform(random) : hard[random() % hard.size()]);
+}
+
+}  // namespace
+
+double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+
+bool inside(const ScurveLimits& limits, const MotionState& state) {
+  const double v = state.velocity_mm_s, a = std::abs(state.acceleration_mm_s2);
+  const bool slows_down = v * state.acceleration_mm_s2 < 0.0;
+  const Unavoidable left = unavoidable(limits, state);
+  return std::abs(v) <= limits.velocity_mm_s && std::abs(left.velocity_mm_s) <= limits.velocity_mm_s &&
+         a <= (slows_down ? limits.deceleration_mm_s2 : limits.acceleration_mm_s2) &&
+         left.turn_acceleration_mm_s2 <= limits.acceleration_mm_s2;
+}
+
+AnyState random_any_state(std::mt19937_64& random, Limits kind) {
+  const auto spread = [&](double low, double high) { return low * std::pow(high / low, uniform(random)); };
+  AnyState task;
+  task.limits = {spread(1, 1000),  spread(10, 2e4),  spread(10, 2e4), spread(1e3, 1e7),
+                 spread(1e3, 1e7), spread(1e3, 1e7), spread(1e3, 1e7)};
+  if (random() % 4 == 0) task.limits = {400, 4000, 3000, 4e5, 4e5, 1e5, 1e5};
+  if (kind == Limits::symmetric) {
+    const double a = task.limits.acceleration_mm_s2, j = task.limits.jerk1_mm_s3;
+    task.limits = {task.limits.velocity_mm_s, a, a, j, j, j, j};
+  }
+  do {
+    const double v = task.limits.velocity_mm_s * random_part(random), part = random_part(random);
+    const bool slows_down = v * part < 0.0;
+    const double strongest = slows_down ? task.limits.deceleration_mm_s2 : task.limits.acceleration_mm_s2;
+    task.state = {0.0, v, strongest * part, 0.0};
+  } while (!inside(task.limits, task.state));
+  const double sign = random() % 2 == 0 ? 1.0 : -1.0;
+  const double stop_mm = plan_stop(task.limits, task.state).end.position_mm;
+  const std::array hard = {0.0,
+                           sign * 1e-9,
+                           stop_mm,
+                           stop_mm + sign * 1e-9,
+                           stop_mm + sign * 1e-3,
+                           1e6 * sign,
+                           stop_mm * (1.0 + sign * 1e-6),
+                           0.5 * stop_mm};
+  task.target.position_mm = random() % 2 == 0 ? sign * spread(1e-4, 1e3) : hard[random() % hard.size()];
+  return task;
+}
+
+std::string fault_of(const JerkProfile& profile, const AnyState& task) {
+  const auto& [limits, state, target] = task;
+  const Unavoidable left = unavoidable(limits, state);
+  const double speed_limit =
+      std::max({limits.velocity_mm_s, std::abs(state.velocity_mm_s), std::abs(left.velocity_mm_s)});
+  const double first_acceleration = std::abs(state.acceleration_mm_s2);
+  const double strongest =
+      std::max({limits.acceleration_mm_s2, limits.deceleration_mm_s2, first_acceleration});
+  const bool slows_down = state.velocity_mm_s * state.acceleration_mm_s2 < 0.0;
+  const double most_speeding =
+      std::max({limits.acceleration_mm_s2, slows_down ? left.turn_acceleration_mm_s2 : first_acceleration});
+  const double most_slowing = std::max(limits.deceleration_mm_s2, slows_down ? first_acceleration : 0.0);
+  double farthest_mm = std::max(1e-3, std::abs(target.position_mm));
+  for (std::size_t i = 0; i < profile.segments; ++i)
+    farthest_mm = std::max(farthest_mm, std::abs(profile.starts[i].position_mm));
+  const auto jump = [&](const MotionState& a, const MotionState& b) {
+    return !(std::abs(a.position_mm - b.position_mm) <= kJump * farthest_mm &&
+             std::abs(a.velocity_mm_s - b.velocity_mm_s) <= kJump * speed_limit &&
+             std::abs(a.acceleration_mm_s2 - b.acceleration_mm_s2) <= kJump * strongest);
+  };
+  MotionState now = {0.0, state.velocity_mm_s, state.acceleration_mm_s2, 0.0};
+  double time_s = 0.0;
+  for (std::size_t i = 0; i < profile.segments; ++i) {
+    const MotionState& start = profile.starts[i];
+    const double duration_s = profile.durations_s[i], jerk = std::abs(start.jerk_mm_s3);
+    if (!(duration_s >= 0.0)) return fmt::format("segment {} lasts {} s", i, duration_s);
+    if (jump(now, start)) return fmt::format("a jump before segment {}", i);
+    if (std::abs(profile.start_times_s[i] - time_s) > 1e-12 * (1.0 + time_s))
+      return fmt::format("segment {} begins at {} s, expected {} s", i, profile.start_times_s[i], time_s);
+    const std::vector<double> cuts = cuts_of(start, duration_s);
+    for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
+      const MotionState from = after_s(start, cuts[k]), to = after_s(start, cuts[k + 1]),
+                        middle = after_s(start, 0.5 * (cuts[k] + cuts[k + 1]));
+      const bool any_speed = std::abs(middle.velocity_mm_s) <= kNoSign * speed_limit,
+                 any_acceleration = std::abs(middle.acceleration_mm_s2) <= kNoSign * strongest;
+      const bool speeds_up = middle.velocity_mm_s * middle.acceleration_mm_s2 > 0.0,
+                 rises = middle.acceleration_mm_s2 * start.jerk_mm_s3 > 0.0;
+      double most = 0.0, most_jerk = 0.0;
+      for (const bool up : {false, true}) {
+        if (up != speeds_up && !any_speed && !any_acceleration) continue;
+        most = std::max(most, up ? most_speeding : most_slowing);
+        for (const bool rise : {false, true})
+          if (rise == rises || any_acceleration)
+            most_jerk = std::max(most_jerk, up ? (rise ? limits.jerk1_mm_s3 : limits.jerk3_mm_s3)
+                                               : (rise ? limits.jerk5_mm_s3 : limits.jerk7_mm_s3));
+      }
+      for (const MotionState& end : {from, to}) {
+        if (!(std::abs(end.velocity_mm_s) <= speed_limit * (1.0 + kAboveLimit)))
+          return fmt::format("segment {}: {:.17g} mm/s, expected at most {:.17g}", i, end.velocity_mm_s,
+                             speed_limit);
+        if (!(std::abs(end.acceleration_mm_s2) <= most * (1.0 + kAboveLimit)))
+          return fmt::format("segment {}: {:.17g} mm/s2, expected at most {:.17g}", i, end.acceleration_mm_s2,
+                             most);
+      }
+      if (!(jerk <= most_jerk * (1.0 + 1e-12)))
+        return fmt::format("segment {}: {:.17g} mm/s3, expected at most {:.17g}", i, jerk, most_jerk);
+    }
+    now = after_s(start, duration_s);
+    time_s += duration_s;
+  }
+  if (jump(now, target))
+    return fmt::format("ends at {:.17g} mm with {:.9g} mm/s and {:.9g} mm/s2", now.position_mm,
+                       now.velocity_mm_s, now.acceleration_mm_s2);
+  const MotionState& end = profile.end;
+  if (end.position_mm != target.position_mm || end.velocity_mm_s != target.velocity_mm_s ||
+      end.acceleration_mm_s2 != target.acceleration_mm_s2)
+    return "the end is not exactly the target";
+  if (!(std::abs(profile.duration_s - time_s) <= 1e-12 * (1.0 + time_s)))
+    return fmt::format("lasts {} s, its segments {} s", profile.duration_s, time_s);
+  return "";
+}
+
+std::string text_of(const AnyState& task) {
+  const auto& [l, state, target] = task;
+  return fmt::format(
+      "limits {{{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}}}, from {:.17g} mm/s and "
+      "{:.17g} mm/s2 "
+      "to {:.17g} mm, {:.17g} mm/s and {:.17g} mm/s2",
+      l.velocity_mm_s, l.acceleration_mm_s2, l.deceleration_mm_s2, l.jerk1_mm_s3, l.jerk3_mm_s3,
+      l.jerk5_mm_s3, l.jerk7_mm_s3, state.velocity_mm_s, state.acceleration_mm_s2, target.position_mm,
+      target.velocity_mm_s, target.acceleration_mm_s2);
+}
+
+}  // namespace meltstage::motion

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a change of plan must keep from any state, and states and targets that are hard to plan for.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <string>
+
+#include "motion/profile/retarget.hpp"
+
+namespace meltstage::motion {
+
+/// A change of plan; the target's position counts from the state's.
+struct AnyState {
+  ScurveLimits limits;
+  MotionState state, target;
+};
+
+/// How the four jerks, A and D are drawn.
+enum class Limits { symmetric, asymmetric };
+
+/// Evenly in 0..1.
+double uniform(std::mt19937_64& random);
+
+/// Limits over several decades; a state from which they can be kept, every second one with a speed or an
+/// acceleration at an edge (zero, next to zero, at the limit); a target at rest, every second one at, next to
+/// or far from where the state is or stops.
+AnyState random_any_state(std::mt19937_64& random, Limits kind);
+
+/// From this state the limits can be kept: speed and acceleration are within them, and stay so when the
+/// acceleration is taken away at once.
+bool inside(const ScurveLimits& limits, const MotionState& state);
+
+/// What is wrong with a profile, or nothing: jumps, an end elsewhere than at the target, a speed, an
+/// acceleration or a jerk above its limit anywhere. Segments are cut where the speed or the acceleration
+/// changes its sign, as the limits change there; between the cuts, the ends are the extremes.
+/// A state outside the limits may leave them as far as it must.
+std::string fault_of(const JerkProfile& profile, const AnyState& task);
+
+/// The task in one line, for a message.
+std::string text_of(const AnyState& task);
+
+}  // namespace meltstage::motion
