@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "motion/profile/profile_parts.hpp"
 
@@ -65,34 +66,21 @@ void end_acceleration(Course& course, const ScurveLimits& limits) {
   course.now.acceleration_mm_s2 = 0.0;
 }
 
-/// The axis is slowing down so hard that it would turn back before jerk 7 has ended the deceleration.
+/// The axis is slowing down so hard that it turns back before jerk 7 has ended the deceleration.
 bool turns_back(const MotionState& state, const ScurveLimits& limits) {
+  constexpr double kRounding = 1e-9;  // on the last segment of a stop the two sides are equal
   const double braking = -state.acceleration_mm_s2;
-  return braking > 0.0 && braking * braking >= 2.0 * limits.jerk7_mm_s3 * state.velocity_mm_s;
+  return braking > 0.0 &&
+         braking * braking > 2.0 * limits.jerk7_mm_s3 * state.velocity_mm_s * (1.0 + kRounding);
 }
 
-/// Ordinary deceleration to rest from the present deceleration, of a forward motion.
-void stop_forward(Course& course, const ScurveLimits& limits) {
-  if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
-  if (turns_back(course.now, limits)) {
-    const double braking = -course.now.acceleration_mm_s2;
-    const double duration_s = 2.0 * course.now.velocity_mm_s / braking;
-    course.append(duration_s, braking / duration_s);
-  } else {
-    const double excess = -course.now.acceleration_mm_s2 - limits.deceleration_mm_s2;
-    course.append(excess / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
-    const double braking = -course.now.acceleration_mm_s2;
-    const double speed = speed_before(course.now.velocity_mm_s, -braking, limits.jerk5_mm_s3);
-    const Ramp ramp = ramp_between(0.0, std::max(0.0, speed), slowing_down(limits));
-    course.append((ramp.peak_acceleration - braking) / limits.jerk5_mm_s3, -limits.jerk5_mm_s3);
-    course.append(ramp.hold_s, 0.0);
-    course.append(ramp.rise_s, limits.jerk7_mm_s3);
-  }
-  course.now.velocity_mm_s = course.now.acceleration_mm_s2 = 0.0;
-}
-
-Course stopped(Course course, const ScurveLimits& limits) {
-  stop_forward(course, limits);
+/// The way to the turn of such a state.
+Course to_the_turn(Course course, const ScurveLimits& limits) {
+  const double braking = -course.now.acceleration_mm_s2, jerk = limits.jerk7_mm_s3;
+  const double at_the_turn = std::sqrt(braking * braking - 2.0 * jerk * course.now.velocity_mm_s);
+  course.append((braking - at_the_turn) / jerk, jerk);
+  course.now.velocity_mm_s = 0.0;
+  course.now.acceleration_mm_s2 = -at_the_turn;
   return course;
 }
 
@@ -118,6 +106,86 @@ double root_of_rising(const Function& function, double low, double high) {
     if (value == 0.0) break;
   }
   return low;
+}
+
+/// Limits that hold in both directions, whether the axis speeds up or slows down.
+struct EvenLimits {
+  double acceleration, jerk;
+};
+
+/// The speed that is left when an even jerk has taken the acceleration away.
+double speed_without_acceleration(const MotionState& state, double jerk) {
+  return speed_before(state.velocity_mm_s, -state.acceleration_mm_s2, jerk);
+}
+
+/// The fastest change to a speed of either sign, with no acceleration at its end. On the way the axis may
+/// turn and the acceleration change its sign.
+void change_speed(Course& course, double to, const EvenLimits& limits) {
+  const double velocity = course.now.velocity_mm_s, acceleration = course.now.acceleration_mm_s2;
+  const double side = to < speed_without_acceleration(course.now, limits.jerk) ? -1.0 : 1.0;
+  const double change = side * (to - velocity), present = side * acceleration;
+  // From `present` up to the peak with one jerk, down to 0 with the other: together they make the change.
+  const double peak_of_two = std::sqrt(std::max(0.0, 0.5 * present * present + limits.jerk * change));
+  const double peak = std::min(peak_of_two, limits.acceleration);
+  const double hold_s = (peak_of_two * peak_of_two - peak * peak) / (limits.jerk * limits.acceleration);
+  course.append((peak - present) / limits.jerk, side * limits.jerk);
+  course.append(hold_s, 0.0);
+  course.append(peak / limits.jerk, -side * limits.jerk);
+  course.now.velocity_mm_s = to;
+  course.now.acceleration_mm_s2 = 0.0;
+}
+
+/// Ordinary deceleration to rest from the present deceleration, of a forward motion that does not turn back.
+void stop_forward(Course& course, const ScurveLimits& limits) {
+  if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
+  const double excess = -course.now.acceleration_mm_s2 - limits.deceleration_mm_s2;
+  course.append(excess / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+  const double braking = -course.now.acceleration_mm_s2;
+  const double speed = speed_before(course.now.velocity_mm_s, -braking, limits.jerk5_mm_s3);
+  const Ramp ramp = ramp_between(0.0, std::max(0.0, speed), slowing_down(limits));
+  course.append((ramp.peak_acceleration - braking) / limits.jerk5_mm_s3, -limits.jerk5_mm_s3);
+  course.append(ramp.hold_s, 0.0);
+  course.append(ramp.rise_s, limits.jerk7_mm_s3);
+  course.now.velocity_mm_s = course.now.acceleration_mm_s2 = 0.0;
+}
+
+/// To a constant speed, and from it to rest at the target, without a halt where the axis turns; of a forward
+/// motion that does not turn back by itself. The way grows with that speed, so the target gives it.
+/// Accelerations and jerks stay below the smaller of the limits for speeding up and for slowing down,
+/// whichever of them a moment asks for; nothing where these would let the speed grow beyond its limit.
+std::optional<Course> through_one_speed(Course course, const ScurveLimits& limits, double target_mm) {
+  const EvenLimits even{
+      std::min(limits.acceleration_mm_s2, limits.deceleration_mm_s2),
+      std::min({limits.jerk1_mm_s3, limits.jerk3_mm_s3, limits.jerk5_mm_s3, limits.jerk7_mm_s3})};
+  if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
+  const double excess = -course.now.acceleration_mm_s2 - even.acceleration;
+  if (excess > 0.0) {
+    course.append(excess / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
+    course.now.acceleration_mm_s2 = -even.acceleration;
+  }
+  const double highest = limits.velocity_mm_s;
+  if (std::abs(speed_without_acceleration(course.now, even.jerk)) > highest) return {};
+
+  const auto with_speed = [&](double speed) {
+    Course way = course;
+    change_speed(way, speed, even);
+    return way;
+  };
+  const auto end_mm = [&](double speed) {
+    Course way = with_speed(speed);
+    change_speed(way, 0.0, even);
+    return way.now.position_mm;
+  };
+  const double speed = root_of_rising([&](double v) { return end_mm(v) - target_mm; }, -highest, highest);
+  Course way = with_speed(speed);
+  if (std::abs(speed) == highest) way.append((target_mm - end_mm(speed)) / speed, 0.0);
+  change_speed(way, 0.0, even);
+  return way;
+}
+
+Course stopped(Course course, const ScurveLimits& limits) {
+  stop_forward(course, limits);
+  return course;
 }
 
 /// The deceleration eases to `braking` before the stop.
@@ -184,7 +252,6 @@ Course from_above_the_limit(const Course& course, const ScurveLimits& limits, do
 
 /// To rest at a target beyond the stopping point, of a forward motion.
 Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
-  if (turns_back(course.now, limits)) return stop_and_go_on(course, limits, target_mm);
   constexpr double kRounding = 1e-12;  // a profile under the same limits ends its acceleration at Vc
   const double above_limit = limits.velocity_mm_s * (1.0 + kRounding);
   const double braking = -course.now.acceleration_mm_s2;
@@ -244,6 +311,21 @@ JerkProfile mirrored(JerkProfile profile) {
   return profile;
 }
 
+/// The course, then a profile that begins at its end.
+JerkProfile joined(const Course& course, const JerkProfile& next) {
+  JerkProfile whole = course.profile;
+  for (std::size_t i = 0; i < next.segments; ++i, ++whole.segments) {
+    whole.durations_s[whole.segments] = next.durations_s[i];
+    whole.start_times_s[whole.segments] = course.profile.duration_s + next.start_times_s[i];
+    whole.starts[whole.segments] = next.starts[i];
+    whole.starts[whole.segments].position_mm += course.now.position_mm;
+  }
+  whole.duration_s += next.duration_s;
+  whole.end = next.end;
+  whole.end.position_mm += course.now.position_mm;
+  return whole;
+}
+
 bool moves_backward(const MotionState& state) {
   return state.velocity_mm_s < 0.0 || (state.velocity_mm_s == 0.0 && state.acceleration_mm_s2 < 0.0);
 }
@@ -288,6 +370,10 @@ JerkProfile plan_stop(const ScurveLimits& limits, const MotionState& state) {
   check_limits(limits);
   check_state(state);
   if (moves_backward(state)) return mirrored(plan_stop(limits, mirrored(state)));
+  if (turns_back(state, limits)) {
+    const Course turn = to_the_turn(Course(state), limits);
+    return joined(turn, mirrored(plan_stop(limits, mirrored(turn.now))));
+  }
   const Course course = stopped(Course(state), limits);
   return course.ended_at(course.now.position_mm);
 }
@@ -326,13 +412,22 @@ JerkProfile plan_retarget(const ScurveLimits& limits, const MotionState& state, 
   if (moves_backward(state)) return mirrored(plan_retarget(limits, mirrored(state), -target_mm));
 
   const Course start(state);
+  if (turns_back(state, limits)) {
+    const Course turn = to_the_turn(start, limits);
+    const double left_mm = target_mm - turn.now.position_mm;
+    JerkProfile profile = joined(turn, mirrored(plan_retarget(limits, mirrored(turn.now), -left_mm)));
+    profile.end.position_mm = target_mm;
+    return profile;
+  }
   Course stop = stopped(start, limits);
   const double beyond_mm = target_mm - stop.now.position_mm;
   constexpr double kRounding_mm = 1e-12;
   if (std::abs(beyond_mm) <= kRounding_mm) return stop.ended_at(target_mm);
   if (beyond_mm > 0.0) return go_on(start, limits, target_mm).ended_at(target_mm);
   stop.append(plan_scurve(limits, -beyond_mm), -1.0);
-  return stop.ended_at(target_mm);
+  const auto through = through_one_speed(start, limits, target_mm);
+  const bool is_faster = through && through->profile.duration_s < stop.profile.duration_s;
+  return (is_faster ? *through : stop).ended_at(target_mm);
 }
 
 }  // namespace meltstage::motion

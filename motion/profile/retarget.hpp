@@ -35,8 +35,8 @@ struct JerkProfile {
 /// The fastest stop from a state under the limits: acceleration, if there is any, falls with jerk 3, then
 /// the ordinary deceleration follows from wherever it already stands. Positions count from the state's.
 /// The state may lie outside the limits (they may have been lowered): it is brought inside with the limits'
-/// jerks, where the speed left allows; otherwise jerk 7 is raised so that the deceleration ends with the
-/// speed. Either direction of motion.
+/// jerks. With too little speed left for the deceleration to end before it, the axis turns back and stops
+/// from behind. Either direction of motion.
 /// @throws MotionError if a limit isn't positive or the state isn't finite.
 JerkProfile plan_stop(const ScurveLimits& limits, const MotionState& state);
 
@@ -53,8 +53,8 @@ StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state
 
 /// Goes to rest at `target_mm` (counted from the state's position) from any state, under limits that may be
 /// new. A target beyond the point where the axis could stop is reached without a stop in between, as fast as
-/// the limits allow; before that point, the axis stops and comes back. (A turn passes through rest with no
-/// acceleration, as A, D and their jerks belong to speeding up and slowing down.) A speed above a lowered
+/// the limits allow; before that point, the axis turns and comes back: through the turn with an acceleration
+/// that both A and D and all jerks allow, or with a halt there, whichever is faster. A speed above a lowered
 /// limit comes down with D as plan_stop does; where the target is too near for that, it comes down in one
 /// gentler deceleration that ends at the target, or stops first where that is faster.
 /// @throws MotionError as plan_stop, or if the target isn't finite.

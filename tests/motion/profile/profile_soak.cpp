@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   }
   ScurveSeen curves;
   RetargetSeen changes;
+  AnyStateSeen states;
   struct Promise {
     const char* name;
     std::function<std::string(std::mt19937_64&)> run;
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
       {"stop", stop_case},
       {"change of target and limits", [&](auto& random) { return retarget_case(random, changes); }},
       {"change to the old target", replan_case},
+      {"any state inside the limits", [&](auto& random) { return any_state_case(random, states); }},
   };
   int status = 0;
   for (const Promise& promise : promises) {
