@@ -34,10 +34,10 @@ std::size_t length_of_number(std::string_view text) {
   return end > exponent ? end : length;
 }
 
-// Words of a ScanChain; the last three change nothing that a tester plays.
-constexpr std::array<std::string_view, 8> kChainWords = {"ScanLength",      "ScanIn",        "ScanOut",
-                                                         "ScanInversion",   "ScanCells",     "ScanOutLength",
-                                                         "ScanMasterClock", "ScanSlaveClock"};
+// Words of a ScanChain; the last four change nothing that a tester plays.
+constexpr std::array<std::string_view, 9> kChainWords = {"ScanLength",      "ScanIn",         "ScanOut",
+                                                         "ScanInversion",   "ScanCells",      "ScanOutLength",
+                                                         "ScanMasterClock", "ScanSlaveClock", "ScanCellType"};
 
 // Events of a waveform as letters. IEEE 1450 gives each a long name, too: "ForceDown/ForceUp" is "DU".
 std::string event_letters(std::string_view events) {
@@ -203,6 +203,19 @@ class Reader {
     advance();
     return word;
   }
+  // What a signal or group says of itself. Base and WFCMap give its data another meaning.
+  void read_attributes() {
+    const std::size_t where = token_.where;
+    expect("{");
+    for (std::size_t depth = 1; depth != 0; advance()) {
+      if (token_.kind == Token::Kind::end) fail(where, "a block left open", "\"}\"");
+      if (is_word("Base") || is_word("WFCMap"))
+        fail(token_.where, found(), "data that has a waveform character a signal");
+      if (is("{")) ++depth;
+      if (is("}") && --depth == 0) break;
+    }
+    expect("}");
+  }
   void skip_block() {
     const std::size_t where = token_.where;
     expect("{");
@@ -318,7 +331,7 @@ class Reader {
       file_.groups[name] = {file_.signals.size()};
       file_.signals.push_back({name, direction == "In"});
       if (is("{"))
-        skip_block();
+        read_attributes();
       else
         expect(";");
     }
@@ -370,7 +383,7 @@ class Reader {
         fail(where, fmt::format("group \"{}\" again with other signals", shown(name)), "each once");
       advance();
       if (is("{"))
-        skip_block();
+        read_attributes();
       else
         expect(";");
     }
@@ -517,14 +530,12 @@ class Reader {
         if (word == "ScanIn") in = take_name();
         if (word == "ScanOut") out = take_name();
         if (word == "ScanInversion") inversion = take_word();
-        for (; !is(";") && !is("}") && token_.kind != Token::Kind::end; advance()) {
-          if (word != "ScanCells") continue;
-          if (token_.kind == Token::Kind::word && token_.text == "!")
-            inversions.push_back(cells.size());
-          else
-            cells.push_back(token_.text);
-        }
-        expect(";");
+        if (word == "ScanCells")
+          read_cells(cells, inversions);
+        else if (word == "ScanCellType")
+          skip_to_block_or_end();
+        else
+          skip_to_end();
       }
       expect("}");
       if (!cells.empty() && cells.size() != length)
@@ -543,6 +554,34 @@ class Reader {
       file_.chains.push_back({name, in, out, std::move(cells), std::move(inversions)});
     }
     expect("}");
+  }
+  // Names and marks, as "a" ! "b"; or { "a"; ! "b"; } - and in braces an end is not asked for.
+  void read_cells(std::vector<std::string>& cells, std::vector<std::size_t>& inversions) {
+    const bool braces = is("{");
+    if (braces) advance();
+    for (; !is("}") && token_.kind != Token::Kind::end && (braces || !is(";")); advance()) {
+      if (is(";")) continue;
+      if (token_.kind == Token::Kind::word && token_.text == "!")
+        inversions.push_back(cells.size());
+      else if (token_.kind == Token::Kind::word || token_.kind == Token::Kind::string)
+        cells.push_back(token_.text);
+      else
+        fail(token_.where, found(), "the name of a cell or !");
+    }
+    expect(braces ? "}" : ";");
+    if (braces && is(";")) advance();
+  }
+  void skip_to_end() {
+    while (!is(";") && !is("}") && token_.kind != Token::Kind::end) advance();
+    expect(";");
+  }
+  // TYPE { ... } or TYPE;
+  void skip_to_block_or_end() {
+    while (!is(";") && !is("{") && !is("}") && token_.kind != Token::Kind::end) advance();
+    if (is("{"))
+      skip_block();
+    else
+      expect(";");
   }
   std::size_t number(const std::string& text) const {
     if (text.empty() || text.size() > 9 ||

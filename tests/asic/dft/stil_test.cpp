@@ -442,6 +442,48 @@ TEST(Stil, IncludedFilesAreRead) {
   EXPECT_THAT(refusal(text), HasSubstr("a.stil:3:9: found Include \"lib/procedures.stil\""));
 }
 
+// The shape of TetraMAX since 2011: a table a procedure, of one period; cells in braces; inputs that are left
+// open; attributes; an entry with a block of its own.
+TEST(Stil, TetraMaxShape) {
+  const std::string table = R"({ Period '100ns'; Waveforms {
+   "all_inputs" { 0 { '0ns' D; } } "all_inputs" { 1 { '0ns' U; } } "all_inputs" { N { '0ns' N; } }
+   "all_outputs" { X { '0ns' X; '40ns' X; } } "all_outputs" { H { '0ns' X; '40ns' H; } }
+   "all_outputs" { L { '0ns' X; '40ns' L; } } "CK" { P { '0ns' D; '45ns' U; '55ns' D; } } } })";
+  const std::string text = R"(STIL 1.0 { Design 2005; }
+Header { Title "scan"; History { Ann {* some *} } }
+Signals { "CK" In; "d" In; "si" In { ScanIn; } "se" In; "q" Out; "so" Out { ScanOut; } }
+SignalGroups { "all_inputs" = '"CK" + "d" + "si" + "se"'; "all_outputs" = '"q" + "so"';
+  "_si" = '"si"' { ScanIn; } "_so" = '"so"' { ScanOut; } "_clk" = '"CK"'; }
+Timing { WaveformTable "_multiclock_capture_WFT_" )" +
+                           table + R"( WaveformTable "_default_WFT_" )" + table + R"( }
+ScanStructures { ScanChain "1" { ScanLength 2; ScanIn "si"; ScanOut "so"; ScanInversion 1;
+   ScanCellType { CellIn "SD"; CellOut "Q"; }
+   ScanCells { "top.a_reg" ; ! "top.b_reg" ; } ScanMasterClock "CK" ; } }
+PatternBurst "_burst_" { PatList { "_pattern_" {
+ }
+}}
+PatternExec { PatternBurst "_burst_"; }
+Procedures {
+  "multiclock_capture" { W "_multiclock_capture_WFT_"; C { "all_inputs"=0NNN; "all_outputs"=XX; }
+    V { "all_inputs"=####; "all_outputs"=##; } }
+  "load_unload" { W "_default_WFT_"; C { "all_inputs"=0NNN; "all_outputs"=XX; }
+    "Internal_scan_pre_shift": V { "se"=1; }
+    Shift { W "_default_WFT_"; V { "_clk"=P; "_si"=#; "_so"=#; } } } }
+MacroDefs { "test_setup" { W "_default_WFT_"; C { "all_inputs"=NNNN; "all_outputs"=XX; } V { "CK"=0; } V { } } }
+Pattern "_pattern_" { W "_multiclock_capture_WFT_";
+  "precondition all Signals": C { "all_inputs"=0000; "all_outputs"=XX; }
+  Macro "test_setup";
+  "pattern 0": Call "load_unload" { "si"=01; }
+  Call "multiclock_capture" { "all_inputs"=P100; "all_outputs"=LX; }
+  "end 0 unload": Call "load_unload" { "so"=LH; } })";
+  const CycleStream stream = parse_stil(text, "a.stil");
+  EXPECT_EQ(states_of(stream), "0NNNXX 0NNNXX 0NN1XX PN01XX PN11XX P100LX 0NN1XX PNN1XL PNN1XH ");
+  EXPECT_EQ(stream.chains[0].cells, (std::vector<std::string>{"top.a_reg", "top.b_reg"}));
+  EXPECT_EQ(stream.chains[0].inversions, std::vector<std::size_t>{1});
+  EXPECT_THAT(refusal(with(text, "'\"si\"' { ScanIn; }", "'\"si\"' { Base Hex 01; }")),
+              HasSubstr("found \"Base\""));
+}
+
 TEST(Lint, TesterLimits) {
   const CycleStream good = expand(small_test());
   EXPECT_TRUE(lint(good, {}).empty());

@@ -189,12 +189,6 @@ void change_flops(Rng& rng, const std::vector<Block>& block, chip::Chip& chip) {
   chip.mem.refresh_params();
 }
 
-bool holds_invariants(const chip::Chip& chip) {
-  const chip::Invariants hold = chip::invariants_of(chip);
-  return hold.reset_ends_in_order != 0 && hold.telemetry_reads_alone != 0 &&
-         hold.frame_count_is_bounded != 0 && hold.product_steps_are_bounded != 0;
-}
-
 // Each pin changes now and then; reset and test mode more rarely.
 void stir_pins(Rng& rng, unsigned rarity, chip::Inputs& in) {
   if (happens(rng, rarity)) in.uart_rx = !in.uart_rx;
@@ -205,22 +199,6 @@ void stir_pins(Rng& rng, unsigned rarity, chip::Inputs& in) {
   if (happens(rng, 8 * rarity)) in.test_mode = !in.test_mode;
   if (happens(rng, 8 * rarity)) in.addr_strap = static_cast<std::uint8_t>(rng.below(8));
   in.rst_n = !happens(rng, 32 * rarity);
-}
-
-// "name was, is" of each flop that differs.
-std::string changes(const chip::Chip& was, const chip::Chip& is) {
-  std::string text;
-  for (const auto& block : blocks()) {
-    for (const Block& flops : block) {
-      for (const Flop& flop : flops) {
-        const std::uint64_t before = flop.get(was, flop.word);
-        const std::uint64_t after = flop.get(is, flop.word);
-        if (before != after)
-          text += fmt::format("  {}[{}] {:#x}, was {:#x}\n", flop.name, flop.word, after, before);
-      }
-    }
-  }
-  return text;
 }
 
 }  // namespace
@@ -279,23 +257,48 @@ Moments::Moments(std::uint64_t first, std::uint64_t seeds, std::uint64_t clocks)
   std::erase_if(of_events_, [](const auto& kept) { return kept.empty(); });
 }
 
+bool holds_invariants(const chip::Chip& chip) {
+  const chip::Invariants hold = chip::invariants_of(chip);
+  return hold.reset_ends_in_order != 0 && hold.telemetry_reads_alone != 0 &&
+         hold.frame_count_is_bounded != 0 && hold.product_steps_are_bounded != 0;
+}
+
+std::string list_differences(const chip::Chip& was, const chip::Chip& is) {
+  std::string text;
+  for (const auto& block : blocks()) {
+    for (const Block& flops : block) {
+      for (const Flop& flop : flops) {
+        const std::uint64_t before = flop.get(was, flop.word);
+        const std::uint64_t after = flop.get(is, flop.word);
+        if (before != after)
+          text += fmt::format("  {}[{}] {:#x}, was {:#x}\n", flop.name, flop.word, after, before);
+      }
+    }
+  }
+  return text;
+}
+
+Moment any_moment(Rng& rng, const Moments& moments) {
+  const auto& kept = moments.of_events()[rng.below(moments.of_events().size())];
+  Moment moment = kept[rng.below(kept.size())];
+  change_registers(rng, moment.chip);
+  for (unsigned changed = one_of(rng, std::array{0u, 1u, 1u, 1u, 2u, 2u, 3u, 14u}); changed > 0; --changed)
+    change_flops(rng, blocks()[rng.below(blocks().size())], moment.chip);
+  return moment;
+}
+
 TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::uint64_t seed,
                                std::uint64_t first, std::uint64_t count) {
   TrialCount reached;
   rtl.set_assertions(false);  // they speak of states that a sound chip has
   for (std::uint64_t trial = first; trial < first + count; ++trial) {
     Rng rng = stream(seed + (trial << 20), "any state");
-    const auto& kept = moments.of_events()[rng.below(moments.of_events().size())];
-    const Moment& moment = kept[rng.below(kept.size())];
+    const Moment moment = any_moment(rng, moments);
     chip::Chip chip = moment.chip;
-    change_registers(rng, chip);
-    for (unsigned changed = one_of(rng, std::array{0u, 1u, 1u, 1u, 2u, 2u, 3u, 14u}); changed > 0; --changed)
-      change_flops(rng, blocks()[rng.below(blocks().size())], chip);
     if (!holds_invariants(chip)) {
       ++reached.refused;
       continue;
     }
-    const chip::Chip start = chip;
     chip::Inputs in = moment.in;
     rtl.load(chip, in);
     const unsigned rarity = one_of(rng, std::array{0u, 32u, 2u});
@@ -310,7 +313,8 @@ TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::u
         for (const FlopDifference& flop : rtl.differences(chip))
           report += fmt::format("{}: RTL {:#x}, model {:#x}\n", flop.name, flop.dut, flop.model);
         if (got != expected) report += "output pins differ\n";
-        throw Mismatch(report + "the trial had changed\n" + changes(moment.chip, start));
+        throw Mismatch(report + "the state before differed from reset in\n" +
+                       list_differences(chip::Chip{}, moment.chip));
       }
       ++reached.clocks;
       stir_pins(rng, rarity, in);

@@ -6,8 +6,10 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "base/rng.hpp"
 #include "cmodel/chip.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 
@@ -37,6 +39,14 @@ class Moments {
 // Two runs of each kind; enough that every event of the model is met.
 inline constexpr std::uint64_t kMomentSeeds = 32;
 inline constexpr std::uint64_t kMomentClocks = 100'000;
+
+// One of the moments with flops of some blocks and registers changed; an invariant may no longer hold in it.
+Moment any_moment(Rng& rng, const Moments& moments);
+
+bool holds_invariants(const chip::Chip& chip);
+
+// A line for each flop that differs.
+std::string list_differences(const chip::Chip& was, const chip::Chip& is);
 
 // What the trials have reached.
 struct TrialCount {
