@@ -278,12 +278,16 @@ std::string list_differences(const chip::Chip& was, const chip::Chip& is) {
   return text;
 }
 
+void change_one_block(Rng& rng, chip::Chip& chip) {
+  change_flops(rng, blocks()[rng.below(blocks().size())], chip);
+}
+
 Moment any_moment(Rng& rng, const Moments& moments) {
   const auto& kept = moments.of_events()[rng.below(moments.of_events().size())];
   Moment moment = kept[rng.below(kept.size())];
   change_registers(rng, moment.chip);
   for (unsigned changed = one_of(rng, std::array{0u, 1u, 1u, 1u, 2u, 2u, 3u, 14u}); changed > 0; --changed)
-    change_flops(rng, blocks()[rng.below(blocks().size())], moment.chip);
+    change_one_block(rng, moment.chip);
   return moment;
 }
 

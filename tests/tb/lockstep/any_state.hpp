@@ -43,6 +43,9 @@ inline constexpr std::uint64_t kMomentClocks = 100'000;
 // One of the moments with flops of some blocks and registers changed; an invariant may no longer hold in it.
 Moment any_moment(Rng& rng, const Moments& moments);
 
+// Changes flops of one block, few of them or all.
+void change_one_block(Rng& rng, chip::Chip& chip);
+
 bool holds_invariants(const chip::Chip& chip);
 
 // A line for each flop that differs.
