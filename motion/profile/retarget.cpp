@@ -276,25 +276,29 @@ Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
   const auto [position, velocity, acceleration, jerk] = course.now;
   const double lowest = velocity + acceleration * acceleration / (2.0 * limits.jerk3_mm_s3);
   if (lowest > above_limit) return from_above_the_limit(course, limits, target_mm);
-  // The acceleration continues one that began without acceleration at this speed, a little earlier.
+  // The acceleration continues one that began without acceleration at this speed, a little earlier. Beside a
+  // high speed the change that it has made is lost in rounding: changes of speed are added, not subtracted.
   const double earlier_s = acceleration / limits.jerk1_mm_s3;
   const double earlier_speed = speed_before(velocity, acceleration, limits.jerk1_mm_s3);
   const double earlier_mm = earlier_s * (earlier_speed + limits.jerk1_mm_s3 * earlier_s * earlier_s / 6.0);
   const RampLimits up_limits = speeding_up(limits), down_limits = slowing_down(limits);
+  const double least_change = acceleration * acceleration * up_limits.half_jerk_time;
   const double way_mm = target_mm - position;
-  const auto ways_mm = [&](double peak) {
-    return ramp_between(earlier_speed, peak, up_limits).distance - earlier_mm +
-           ramp_between(0.0, peak, down_limits).distance;
+  const auto up_by = [&](double gain) { return ramp_by(earlier_speed, least_change + gain, up_limits); };
+  const auto down_from = [&](double peak) { return ramp_by(0.0, peak, down_limits); };
+  const auto ways_mm = [&](double gain) {
+    return up_by(gain).distance - earlier_mm + down_from(lowest + gain).distance;
   };
-  const double peak = root_of_rising([&](double speed) { return ways_mm(speed) - way_mm; }, lowest,
-                                     std::max(lowest, limits.velocity_mm_s));
-  const Ramp up = ramp_between(earlier_speed, peak, up_limits), down = ramp_between(0.0, peak, down_limits);
+  const double gain = root_of_rising([&](double by) { return ways_mm(by) - way_mm; }, 0.0,
+                                     std::max(0.0, limits.velocity_mm_s - lowest));
+  const double peak = lowest + gain;
+  const Ramp up = up_by(gain), down = down_from(peak);
   course.append(up.rise_s - earlier_s, limits.jerk1_mm_s3);
   course.append(up.hold_s, 0.0);
   course.append(up.fall_s, -limits.jerk3_mm_s3);
   course.now.velocity_mm_s = peak;
   course.now.acceleration_mm_s2 = 0.0;
-  course.append((way_mm - ways_mm(peak)) / peak, 0.0);
+  course.append((way_mm - ways_mm(gain)) / peak, 0.0);
   course.append(down.fall_s, -limits.jerk5_mm_s3);
   course.append(down.hold_s, 0.0);
   course.append(down.rise_s, limits.jerk7_mm_s3);

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/motion/profile/profile_checks.hpp"
+
 namespace meltstage::motion {
 namespace {
 
@@ -64,8 +66,6 @@ double random_part(std::mt19937_64& random) {
 }
 
 }  // namespace
-
-double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 bool inside(const ScurveLimits& limits, const MotionState& state) {
   const double v = state.velocity_mm_s, a = std::abs(state.acceleration_mm_s2);
@@ -187,6 +187,21 @@ std::string text_of(const AnyState& task) {
       l.velocity_mm_s, l.acceleration_mm_s2, l.deceleration_mm_s2, l.jerk1_mm_s3, l.jerk3_mm_s3,
       l.jerk5_mm_s3, l.jerk7_mm_s3, state.velocity_mm_s, state.acceleration_mm_s2, target.position_mm,
       target.velocity_mm_s, target.acceleration_mm_s2);
+}
+
+std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen) {
+  const Limits kind = random() % 2 == 0 ? Limits::symmetric : Limits::asymmetric;
+  const AnyState task = random_any_state(random, kind);
+  const auto& [limits, state, target] = task;
+  const double speed = state.velocity_mm_s, acceleration = state.acceleration_mm_s2;
+  seen.symmetric += kind == Limits::symmetric;
+  seen.turns_back +=
+      speed * acceleration < 0.0 && acceleration * acceleration > 2.0 * limits.jerk7_mm_s3 * std::abs(speed);
+  std::string fault = fault_of(plan_retarget(limits, state, target.position_mm), task);
+  if (!fault.empty()) return fmt::format("{}: {}", text_of(task), fault);
+  const JerkProfile stop = plan_stop(limits, state);
+  fault = fault_of(stop, {limits, state, {stop.end.position_mm, 0.0, 0.0, 0.0}});
+  return fault.empty() ? "" : fmt::format("{}: stop: {}", text_of(task), fault);
 }
 
 }  // namespace meltstage::motion

@@ -19,9 +19,6 @@ struct AnyState {
 /// How the four jerks, A and D are drawn.
 enum class Limits { symmetric, asymmetric };
 
-/// Evenly in 0..1.
-double uniform(std::mt19937_64& random);
-
 /// Limits over several decades; a state from which they can be kept, every second one with a speed or an
 /// acceleration at an edge (zero, next to zero, at the limit); a target at rest, every second one at, next to
 /// or far from where the state is or stops.
@@ -39,5 +36,13 @@ std::string fault_of(const JerkProfile& profile, const AnyState& task);
 
 /// The task in one line, for a message.
 std::string text_of(const AnyState& task);
+
+/// What random cases must all have met, or the property says little.
+struct AnyStateSeen {
+  std::uint64_t turns_back = 0, symmetric = 0;
+};
+
+/// A target and a stop from a random state: what is wrong with one of them, and for which task; or nothing.
+std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen);
 
 }  // namespace meltstage::motion

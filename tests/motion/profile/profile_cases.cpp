@@ -11,8 +11,6 @@
 namespace meltstage::motion {
 namespace {
 
-double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
-
 std::string complaint(const Violations& worst, double limits_bound) {
   if (worst.limits <= limits_bound && worst.continuity <= 1e-9 && worst.end <= 1e-9) return "";
   return fmt::format("limits {:.3g} (<= {:.3g}), continuity {:.3g}, end {:.3g} (<= 1e-9)", worst.limits,
@@ -37,93 +35,6 @@ double textbook_duration_s(double distance, double speed, double acceleration, d
   if (distance >= 2.0 * acceleration * turn_s * turn_s)
     return turn_s + std::sqrt(turn_s * turn_s + 4.0 * distance / acceleration);
   return 4.0 * std::cbrt(distance / (2.0 * jerk));
-}
-
-// Where a profile leaves its limits, jumps, or does not end at rest at the target; empty: nowhere. A segment
-// in which the axis turns is looked at in two parts: what slowed it down speeds it up behind the turn.
-std::string wrong_with(const JerkProfile& profile, const ScurveLimits& limits, const MotionState& from,
-                       double target_mm) {
-  constexpr double kRounding = 1e-9;
-  const auto above = [](double found, double limit) { return found > limit * (1.0 + 1e-7); };
-  const auto apart = [&](const MotionState& a, const MotionState& b) {
-    return std::abs(a.position_mm - b.position_mm) > kRounding * (1.0 + std::abs(target_mm)) ||
-           std::abs(a.velocity_mm_s - b.velocity_mm_s) > kRounding * limits.velocity_mm_s ||
-           std::abs(a.acceleration_mm_s2 - b.acceleration_mm_s2) > kRounding * limits.acceleration_mm_s2;
-  };
-  MotionState now = from;
-  for (std::size_t i = 0; i < profile.segments; ++i) {
-    const MotionState start = profile.starts[i];
-    if (apart(now, start)) return fmt::format("a jump before segment {}", i);
-    const double jerk = start.jerk_mm_s3, whole_s = profile.durations_s[i];
-    const auto state = [&](double time_s) {
-      const auto [x, v, a, j] = start;
-      return MotionState{x + time_s * (v + time_s * (a / 2 + time_s * j / 6)),
-                         v + time_s * (a + time_s * j / 2), a + time_s * j, j};
-    };
-    // borders, turns and extremes
-    std::vector<double> times{0.0, whole_s};
-    const auto add = [&](double time_s) {
-      if (time_s > 0.0 && time_s < whole_s) times.push_back(time_s);
-    };
-    if (jerk != 0.0) {
-      add(-start.acceleration_mm_s2 / jerk);
-      const double root = std::sqrt(std::max(
-          0.0, start.acceleration_mm_s2 * start.acceleration_mm_s2 - 2.0 * jerk * start.velocity_mm_s));
-      add((-start.acceleration_mm_s2 + root) / jerk);
-      add((-start.acceleration_mm_s2 - root) / jerk);
-    } else if (start.acceleration_mm_s2 != 0.0) {
-      add(-start.velocity_mm_s / start.acceleration_mm_s2);
-    }
-    std::sort(times.begin(), times.end());
-    for (std::size_t part = 0; part + 1 < times.size(); ++part) {
-      const MotionState first = state(times[part]), last = state(times[part + 1]),
-                        middle = state(0.5 * (times[part] + times[part + 1]));
-      // At next to no speed its sign is rounding, and so is the turn at the end of a stop.
-      if (std::abs(middle.velocity_mm_s) <= 1e-7 * limits.velocity_mm_s ||
-          times[part + 1] - times[part] < 1e-9)
-        continue;
-      const bool speeding_up = middle.velocity_mm_s * middle.acceleration_mm_s2 > 0.0;
-      const bool rises = middle.acceleration_mm_s2 * jerk > 0.0;
-      const double most = speeding_up ? limits.acceleration_mm_s2 : limits.deceleration_mm_s2;
-      const double most_jerk = speeding_up ? (rises ? limits.jerk1_mm_s3 : limits.jerk3_mm_s3)
-                                           : (rises ? limits.jerk5_mm_s3 : limits.jerk7_mm_s3);
-      for (const MotionState& end : {first, last}) {
-        if (above(std::abs(end.velocity_mm_s), limits.velocity_mm_s))
-          return fmt::format("speed {} in segment {}", end.velocity_mm_s, i);
-        if (above(std::abs(end.acceleration_mm_s2), most))
-          return fmt::format("acceleration {} in segment {}", end.acceleration_mm_s2, i);
-      }
-      if (above(std::abs(jerk), most_jerk)) return fmt::format("jerk {} in segment {}", jerk, i);
-    }
-    now = state(whole_s);
-  }
-  if (apart(now, {target_mm, 0.0, 0.0, 0.0}))
-    return fmt::format("the end at {} mm with {} mm/s", now.position_mm, now.velocity_mm_s);
-  return "";
-}
-
-// A state from which the limits can be kept, up to their edges: the speed that remains when the acceleration
-// has gone, in either direction, is below the limit, and behind a turn the acceleration is.
-MotionState state_inside(std::mt19937_64& random, const ScurveLimits& limits) {
-  for (;;) {
-    const double share = random() % 4 == 0   ? std::pow(uniform(random), 8)
-                         : random() % 8 == 0 ? 1.0
-                                             : uniform(random);
-    const double speed = share * limits.velocity_mm_s;
-    const double part = random() % 8 == 0 ? 1.0 : uniform(random);
-    const double acceleration =
-        random() % 2 == 0 ? part * limits.acceleration_mm_s2 : -part * limits.deceleration_mm_s2;
-    const double turned =
-        std::sqrt(std::max(0.0, acceleration * acceleration - 2.0 * limits.jerk7_mm_s3 * speed));
-    const bool inside =
-        acceleration > 0.0
-            ? speed + acceleration * acceleration / (2.0 * limits.jerk3_mm_s3) <= limits.velocity_mm_s
-            : turned <= limits.acceleration_mm_s2 &&
-                  turned * turned / (2.0 * limits.jerk3_mm_s3) <= limits.velocity_mm_s;
-    if (!inside) continue;
-    const double direction = random() % 2 == 0 ? 1.0 : -1.0;
-    return {0.0, direction * speed, direction * acceleration, 0.0};
-  }
 }
 
 }  // namespace
@@ -262,28 +173,6 @@ std::string retarget_case(std::mt19937_64& random, RetargetSeen& seen) {
   if (profile.duration_s > stopping_s * (1.0 + 1e-9))
     return fmt::format("{:.9g} s, with a stop in between {:.9g} s", profile.duration_s, stopping_s);
   return complaint(violations_of(profile, limits, state, target_mm, speed_limit), 1e-6);
-}
-
-std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen) {
-  const auto any = [&](double least, double most) { return least * std::pow(most / least, uniform(random)); };
-  ScurveLimits limits{any(1, 1000),  any(100, 20'000), any(100, 20'000), any(1e4, 1e6),
-                      any(1e4, 1e6), any(1e4, 1e6),    any(1e4, 1e6)};
-  if (random() % 2 == 0) {
-    limits = asymmetric_limits(limits.velocity_mm_s, limits.acceleration_mm_s2, limits.acceleration_mm_s2,
-                               limits.jerk1_mm_s3, limits.jerk1_mm_s3);
-    ++seen.even_limits;
-  }
-  const MotionState state = state_inside(random, limits);
-  const double target_mm = random() % 8 == 0 ? 0.0 : (random() % 2 == 0 ? 1.0 : -1.0) * any(1e-6, 1000);
-  const double speed = std::abs(state.velocity_mm_s), acceleration = state.acceleration_mm_s2;
-  seen.turns_back += state.velocity_mm_s * acceleration < 0.0 &&
-                     acceleration * acceleration > 2.0 * limits.jerk7_mm_s3 * speed;
-  const JerkProfile profile = plan_retarget(limits, state, target_mm), stop = plan_stop(limits, state);
-  std::string wrong = wrong_with(profile, limits, state, target_mm);
-  if (wrong.empty()) wrong = wrong_with(stop, limits, state, stop.end.position_mm);
-  if (wrong.empty()) return "";
-  return fmt::format("from {} mm/s and {} mm/s2 to {} mm: {}", state.velocity_mm_s, acceleration, target_mm,
-                     wrong);
 }
 
 }  // namespace meltstage::motion

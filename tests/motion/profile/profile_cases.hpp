@@ -20,11 +20,6 @@ struct RetargetSeen {
   std::uint64_t farther = 0, nearer = 0, speeding_up = 0, slowing_down = 0, faster_than_limit = 0;
 };
 
-/// The same of any state inside the limits.
-struct AnyStateSeen {
-  std::uint64_t turns_back = 0, even_limits = 0;
-};
-
 // Each returns what is wrong, or nothing.
 
 /// Limits, continuity, exact end, and no time at constant speed below the limit.
@@ -39,9 +34,6 @@ std::string synchronized_case(std::mt19937_64& random);
 /// Another target and other limits at any moment: limits, continuity, exact end, never slower than to stop
 /// first.
 std::string retarget_case(std::mt19937_64& random, RetargetSeen& seen);
-/// A target and a stop from any state inside the limits, of either direction, up to their edges: each piece
-/// within its own limit, split where the axis turns; continuity, exact end.
-std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen);
 /// Bellman: what is left of an optimal motion is the optimal motion from there.
 std::string replan_case(std::mt19937_64& random);
 /// A stop at any moment: limits, continuity, never past the target, never later than the plan.

@@ -14,6 +14,9 @@
 
 namespace meltstage::motion {
 
+/// Evenly in 0..1; the same on every machine, which std::uniform_real_distribution doesn't promise.
+inline double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+
 /// Largest violation of what a profile promises, relative to the limit or the distance concerned.
 struct Violations {
   double limits = 0.0, continuity = 0.0, end = 0.0;

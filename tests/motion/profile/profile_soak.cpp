@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "tests/motion/profile/any_state_cases.hpp"
 #include "tests/motion/profile/profile_cases.hpp"
 
 int main(int argc, char** argv) {
