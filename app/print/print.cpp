@@ -339,7 +339,7 @@ int print_job(const PrintOptions& options) {
       std::optional<double> first_degc;
       const double wanted_degc = setpoint_degc(loaded.job);
       const std::size_t bumps = loaded.job.bumps.size();
-      result = tb::run_print(loaded.job, sink, [&](const tb::Progress& p) {
+      result = tb::run_print(loaded.job, sink, [&](const tb::PrintProgress& p) {
         throw_if_interrupted();
         if (!first_degc) first_degc = p.reading_degc;
         const std::string detail = fmt::format("{:.1f} s, {:.2f} degC of {:.1f}, {} of {} droplets", p.t_s,

@@ -8,12 +8,12 @@
 #include <cmath>
 #include <random>
 
+#include "motion/align/cross.hpp"
+
 namespace meltstage::motion {
 namespace {
 
 using Eigen::Vector2d;
-
-double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 Vector2d on_plate(const DotPlate& plate, const PlateDot& dot) {
   return plate.pitch_mm * dot.dot.cast<double>();

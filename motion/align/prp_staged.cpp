@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "motion/align/cross.hpp"
+
 namespace meltstage::motion {
 namespace {
 
@@ -15,8 +17,6 @@ using Eigen::Vector2d;
 
 /// Twice the area of a triangle over the square of its longest side: below, it is a line.
 constexpr double kFlat = 1e-6;
-
-double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 bool on_a_line(const Vector2d& a, const Vector2d& b, const Vector2d& c) {
   const double longest = std::max({(b - a).squaredNorm(), (c - a).squaredNorm(), (c - b).squaredNorm()});

@@ -12,6 +12,11 @@
 
 namespace meltstage::motion::detail {
 
+inline constexpr double kInch_mm = 25.4;
+
+/// Throws the CoordinateError "PATH: WHAT".
+[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what);
+
 /// A coordinate pair as the file has it, before pitch, rotation and origin.
 struct RawPoint {
   double x = 0.0;

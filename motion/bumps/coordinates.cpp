@@ -40,6 +40,10 @@ Rotation rotation(double angle_deg) {
 
 namespace detail {
 
+void fail(const std::filesystem::path& path, std::string_view what) {
+  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
+}
+
 std::optional<double> parse_number(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n\f\v";
   const auto first = text.find_first_not_of(kBlanks);

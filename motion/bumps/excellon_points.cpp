@@ -20,7 +20,6 @@
 namespace meltstage::motion::detail {
 namespace {
 
-constexpr double kInch_mm = 25.4;
 constexpr std::string_view kBlanks = " \t\f\v";
 constexpr std::string_view kSingleHoles =
     "single holes; patterns, circles and text to be drilled aren't read: export them as holes";
@@ -30,10 +29,6 @@ constexpr std::array<std::string_view, 36> kMachineSettings = {
     "AFS", "ATC",   "BLKD",   "CCW",      "CP",    "DETECT", "DN",  "DTMDIST", "EXDA", "FSB", "HPCK", "NCSL",
     "OM",  "OSTOP", "OTCLMP", "PCKPARAM", "PF",    "PPR",    "PVS", "R",       "RC",   "RCP", "RCR",  "RD",
     "RH",  "SBK",   "SG",     "SIXM",     "TCCMP", "TCST",   "UP",  "VER",     "Z",    "ZA",  "ZC",   "ZS"};
-
-[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
-  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
-}
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }

@@ -18,12 +18,6 @@
 namespace meltstage::motion::detail {
 namespace {
 
-constexpr double kInch_mm = 25.4;
-
-[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
-  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
-}
-
 /// One word command (without its '*'), or all of an extended one, whose blocks end with '*'. `text` has no
 /// line ends, `lines` has.
 struct Command {

@@ -13,10 +13,6 @@
 namespace meltstage::motion::detail {
 namespace {
 
-[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
-  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
-}
-
 /// A word or quoted string (no children), or a list. `row` is the line where it begins, `column` its place in
 /// the line.
 struct Node {

@@ -12,10 +12,6 @@
 namespace meltstage::motion::detail {
 namespace {
 
-[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
-  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
-}
-
 std::vector<std::string_view> words_of(const std::filesystem::path& path, std::size_t row,
                                        std::string_view line) {
   constexpr std::size_t kMostWords = 1000;
@@ -77,7 +73,6 @@ class PosFile {
     if (words.size() < 4 || words[1] != "Unit") return;
     std::string_view unit = words[3];
     if (unit.ends_with(',')) unit.remove_suffix(1);
-    constexpr double kInch_mm = 25.4;
     if (unit == "mm")
       unit_mm_ = 1.0;
     else if (unit == "inches" || unit == "in")

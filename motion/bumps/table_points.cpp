@@ -18,10 +18,6 @@
 namespace meltstage::motion::detail {
 namespace {
 
-[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
-  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
-}
-
 bool is_blank(const Cell& cell) {
   return !cell.number && cell.text.find_first_not_of(" \t\r\n") == std::string::npos;
 }

@@ -26,10 +26,6 @@ namespace {
 constexpr rlim_t kTimeLimit_s = 10;  // of the child's processor time; a sheet of full size takes about 1 s
 constexpr std::size_t kMaxCount = 1U << 20;  // cells of a row, bytes of a text; the format allows less
 
-[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
-  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
-}
-
 // ---- the pipe: 'r', row and cells; 'e' and an error's text; 'z' behind the last row ----
 
 template <typename T>

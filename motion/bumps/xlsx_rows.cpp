@@ -19,10 +19,6 @@ constexpr zip_uint64_t kLargestPart = 1ULL << 29;  // bytes
 constexpr std::ptrdiff_t kMostMarks = 40'000'000;  // tags and attributes, each of which takes memory
 constexpr std::size_t kLongestText = 32767;        // bytes of a cell; Excel allows as many characters
 
-[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
-  throw CoordinateError(fmt::format("{}: {}", path.string(), what));
-}
-
 /// Some libraries write <x:row> for <row>. With the root's prefix taken off, all names are the plain ones.
 void strip_prefix(pugi::xml_document& document) {
   const std::string root = document.document_element().name();

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "motion/profile/check_positive.hpp"
 #include "motion/profile/profile_parts.hpp"
 
 namespace meltstage::motion {
@@ -123,11 +124,6 @@ double find_excess(const Task& task, double slowest, double fastest) {
   return excess_by_newton(task, slowest, fastest);
 }
 
-void check_positive(std::string_view what, double value, std::string_view unit) {
-  if (!std::isfinite(value) || value <= 0.0)
-    throw MotionError(fmt::format("{}: found {} {}, expected a finite number above 0", what, value, unit));
-}
-
 void check_velocity(std::string_view what, double value, double limit) {
   if (!(value >= 0.0 && value <= limit))
     throw MotionError(fmt::format("{}: found {} mm/s, expected 0..{} mm/s", what, value, limit));
@@ -172,6 +168,11 @@ Scurve lay_out(const Ramp& up, double cruise_s, const Ramp& down, const ScurveLi
 }
 
 }  // namespace
+
+void check_positive(std::string_view what, double value, std::string_view unit) {
+  if (!std::isfinite(value) || value <= 0.0)
+    throw MotionError(fmt::format("{}: found {} {}, expected a finite number above 0", what, value, unit));
+}
 
 void check_limits(const ScurveLimits& limits) {
   check_positive("velocity limit", limits.velocity_mm_s, "mm/s");

@@ -6,27 +6,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/profile/check_positive.hpp"
+
 namespace meltstage::motion {
 namespace {
 
 constexpr double kSoftLimit_mm = 0.01;  // a coordinated command may be off by homing's scatter
 constexpr double kIndexTurns = 1.2;     // a whole turn has an index; the rest is for the stop
 
-void check_positive(std::string_view what, double value) {
-  if (!std::isfinite(value) || value <= 0.0)
-    throw MotionError(
-        fmt::format("axis control: found {} {}, expected a finite number above 0", what, value));
-}
-
 void check(const AxisControlConfig& config) {
   const HomingConfig& homing = config.homing;
-  check_positive("cycle [s]", config.cycle_s);
-  check_positive("homing speed [mm/s]", homing.fast_mm_s);
-  check_positive("slow homing speed [mm/s]", homing.slow_mm_s);
-  check_positive("homing way [mm]", homing.search_mm);
-  check_positive("way off the switch [mm]", homing.clear_mm);
-  check_positive("lead [mm]", homing.lead_mm);
-  check_positive("following error [mm]", config.following_error_mm);
+  check_positive("axis control: cycle", config.cycle_s, "s");
+  check_positive("axis control: homing speed", homing.fast_mm_s, "mm/s");
+  check_positive("axis control: slow homing speed", homing.slow_mm_s, "mm/s");
+  check_positive("axis control: homing way", homing.search_mm, "mm");
+  check_positive("axis control: way off the switch", homing.clear_mm, "mm");
+  check_positive("axis control: lead", homing.lead_mm, "mm");
+  check_positive("axis control: following error", config.following_error_mm, "mm");
   if (!std::isfinite(config.following_error_s) || config.following_error_s < 0.0)
     throw MotionError(
         fmt::format("axis control: found following error [s] {}, expected a finite number from 0",

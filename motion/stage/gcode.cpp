@@ -8,16 +8,13 @@
 #include <cmath>
 #include <iterator>
 
+#include "motion/profile/check_positive.hpp"
+
 namespace meltstage::motion {
 namespace {
 
 constexpr std::size_t kLongestName = 60;
 constexpr std::size_t kCompensationLines = 256;  // of LinuxCNC's table
-
-void check_positive(std::string_view what, double value) {
-  if (!std::isfinite(value) || value <= 0.0)
-    throw MotionError(fmt::format("G-code: found {} {}, expected a finite number above 0", what, value));
-}
 
 void check_in_travel(const GcodeOptions& options, double x_mm, double y_mm, const std::string& what) {
   const auto inside = [](const Range& range, double value) {
@@ -73,8 +70,8 @@ Words words_of(const GcodeOptions& options) {
 
 std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& start_mm, std::string_view name,
                         const GcodeOptions& options) {
-  check_positive("heat timeout [s]", options.heat_timeout_s);
-  check_positive("droplet pulse [s]", options.pulse_s);
+  check_positive("G-code: heat timeout", options.heat_timeout_s, "s");
+  check_positive("G-code: droplet pulse", options.pulse_s, "s");
   if (!std::isfinite(options.settle_s) || options.settle_s < 0.0)
     throw MotionError(
         fmt::format("G-code: found settle time {} s, expected a finite number from 0", options.settle_s));
@@ -120,10 +117,10 @@ std::string write_linuxcnc_compensation(const CompensationTable& table) {
 std::string write_grbl_settings(const std::array<double, 3>& pulses_per_mm, const AxisLimits& limits) {
   std::string text;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    check_positive("pulses a mm", pulses_per_mm[axis]);
-    check_positive("speed [mm/s]", limits[axis].velocity_mm_s);
-    check_positive("acceleration [mm/s2]", limits[axis].acceleration_mm_s2);
-    check_positive("deceleration [mm/s2]", limits[axis].deceleration_mm_s2);
+    check_positive("G-code: pulses", pulses_per_mm[axis], "a mm");
+    check_positive("G-code: speed", limits[axis].velocity_mm_s, "mm/s");
+    check_positive("G-code: acceleration", limits[axis].acceleration_mm_s2, "mm/s2");
+    check_positive("G-code: deceleration", limits[axis].deceleration_mm_s2, "mm/s2");
     fmt::format_to(std::back_inserter(text), "$10{}={:.3f}\n$11{}={:.3f}\n$12{}={:.3f}\n", axis,
                    pulses_per_mm[axis], axis, limits[axis].velocity_mm_s * 60.0, axis,
                    std::min(limits[axis].acceleration_mm_s2, limits[axis].deceleration_mm_s2));

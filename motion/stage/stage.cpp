@@ -12,8 +12,6 @@
 namespace meltstage::motion {
 namespace {
 
-constexpr std::array<std::string_view, 3> kAxisNames = {"x", "y", "z"};
-
 std::int64_t modulo(std::int64_t value, std::int64_t divisor) {
   const std::int64_t rest = value % divisor;
   return rest < 0 ? rest + divisor : rest;

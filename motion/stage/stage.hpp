@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string_view>
 
 #include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
@@ -16,6 +17,8 @@
 #include "motion/profile/vibration.hpp"
 
 namespace meltstage::motion {
+
+inline constexpr std::array<std::string_view, 3> kAxisNames = {"x", "y", "z"};
 
 /// One axis: a servo motor on a screw.
 struct AxisConfig {

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <string_view>
 
+#include "motion/profile/check_positive.hpp"
+
 namespace meltstage::motion {
 namespace {
 
@@ -15,10 +17,6 @@ constexpr int kStepsPerCycle = 8;
 
 void check(bool good, std::string_view what, double value, std::string_view expected) {
   if (!good) throw MotionError(fmt::format("axis model: found {} {}, expected {}", what, value, expected));
-}
-
-void check_positive(std::string_view what, double value) {
-  check(std::isfinite(value) && value > 0.0, what, value, "a finite number above 0");
 }
 
 void check_not_negative(std::string_view what, double value) {
@@ -29,19 +27,19 @@ void check_not_negative(std::string_view what, double value) {
 
 AxisModel::AxisModel(const AxisModelConfig& config, double position_mm) : config_(config) {
   check_mode(config.mode);
-  check_positive("load mass [kg]", config.load_mass_kg);
+  check_positive("axis model: load mass", config.load_mass_kg, "kg");
   check(config.moved_mass_kg > config.load_mass_kg && std::isfinite(config.moved_mass_kg), "moved mass [kg]",
         config.moved_mass_kg, "more than the load's");
-  check_positive("servo cycle [s]", config.servo.cycle_s);
+  check_positive("axis model: servo cycle", config.servo.cycle_s, "s");
   check_not_negative("position bandwidth [Hz]", config.servo.position_bandwidth_hz);
   check_not_negative("speed bandwidth [Hz]", config.servo.speed_bandwidth_hz);
-  check_positive("integral time [s]", config.servo.integral_time_s);
-  check_positive("force limit [N]", config.servo.force_limit_n);
+  check_positive("axis model: integral time", config.servo.integral_time_s, "s");
+  check_positive("axis model: force limit", config.servo.force_limit_n, "N");
   check_not_negative("backlash [mm]", config.screw.backlash_mm);
-  check_positive("lead [mm]", config.screw.lead_mm);
-  check_positive("encoder count [mm]", config.encoder_mm);
+  check_positive("axis model: lead", config.screw.lead_mm, "mm");
+  check_positive("axis model: encoder count", config.encoder_mm, "mm");
   check_not_negative("Coulomb friction [N]", config.coulomb_friction_n);
-  check_positive("presliding way [mm]", config.presliding_mm);
+  check_positive("axis model: presliding way", config.presliding_mm, "mm");
   check_not_negative("viscous friction [N s/m]", config.viscous_friction_ns_m);
   const double natural = 2.0 * std::numbers::pi * config.mode.frequency_hz;
   stiffness_n_m_ = config.load_mass_kg * natural * natural;

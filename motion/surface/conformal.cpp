@@ -8,6 +8,9 @@
 #include <cmath>
 #include <optional>
 
+#include "motion/profile/check_positive.hpp"
+#include "motion/surface/rs274.hpp"
+
 namespace meltstage::motion {
 
 namespace {
@@ -19,15 +22,10 @@ void check_touches(const ProbeLine& points, std::size_t touches) {
                     points.name, touches, points.points.size()));
 }
 
-void check_positive(const char* what, double value) {
-  if (!(value > 0.0) || !std::isfinite(value))
-    throw MotionError(fmt::format("{}: found {}, expected a finite number above 0", what, value));
-}
-
 void check_options(const ReconstructionOptions& options) {
-  check_positive("ball radius", options.ball_radius_mm);
-  check_positive("tolerance", options.tolerance_mm);
-  check_positive("step", options.step_mm);
+  check_positive("ball radius", options.ball_radius_mm, "mm");
+  check_positive("tolerance", options.tolerance_mm, "mm");
+  check_positive("step", options.step_mm, "mm");
   if (!(options.noise_mm >= 0.0) || !std::isfinite(options.noise_mm))
     throw MotionError(
         fmt::format("noise of a touch: found {} mm, expected a finite number, 0 or more", options.noise_mm));
@@ -382,7 +380,7 @@ RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<cons
 }
 
 RealLine nominal_line(const ClLine& line, double step_mm) {
-  check_positive("step", step_mm);
+  check_positive("step", step_mm, "mm");
   RealLine out{.name = line.name, .points_mm = {}, .normals = {}, .lengths_mm = {}};
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
   for (const double place : places_mm(lengths, step_mm)) {
@@ -399,13 +397,13 @@ RealLine nominal_line(const ClLine& line, double step_mm) {
 namespace {
 
 void check_options(const PrintProgramOptions& options) {
-  check_positive("height", options.height_mm);
-  check_positive("feed", options.feed_mm_s);
-  check_positive("rotary speed", options.rotary_deg_s);
-  check_positive("linear axis speed", options.linear_mm_s);
-  check_positive("normal acceleration", options.normal_acceleration_mm_s2);
-  check_positive("path error", options.path_error_mm);
-  check_positive("retract", options.retract_mm);
+  check_positive("height", options.height_mm, "mm");
+  check_positive("feed", options.feed_mm_s, "mm/s");
+  check_positive("rotary speed", options.rotary_deg_s, "deg/s");
+  check_positive("linear axis speed", options.linear_mm_s, "mm/s");
+  check_positive("normal acceleration", options.normal_acceleration_mm_s2, "mm/s2");
+  check_positive("path error", options.path_error_mm, "mm");
+  check_positive("retract", options.retract_mm, "mm");
   if (!(options.on_delay_s >= 0.0) || !(options.off_delay_s >= 0.0) || !std::isfinite(options.on_delay_s) ||
       !std::isfinite(options.off_delay_s))
     throw MotionError(fmt::format("pressure delays: found {} and {} s, expected finite numbers, 0 or more",
@@ -456,23 +454,14 @@ void add_way(const PrintProgramOptions& options, double feed_mm_s, const PrintMo
                 std::abs(to.axes.rotary_deg - from.axes.rotary_deg) / options.rotary_deg_s, 1e-6});
 }
 
-/// Text fit for an RS-274 comment.
-std::string comment(std::string_view text) {
-  std::string out(text);
-  std::replace_if(
-      out.begin(), out.end(),
-      [](char c) { return c == '(' || c == ')' || static_cast<unsigned char>(c) < 0x20; }, ' ');
-  return out;
-}
-
 class ProgramWriter {
  public:
   explicit ProgramWriter(const PrintProgramOptions& options) : options_(options) {}
 
   void begin(std::string_view name, std::size_t lines) {
     const Eigen::Vector3d& station = options_.station_offset_mm;
-    out_ += fmt::format("%\n({})\n({} lines, {})\nG21 G90 G94 G17 G40 G49 G54 G64 P{:.4f}\n", comment(name),
-                        lines,
+    out_ += fmt::format("%\n({})\n({} lines, {})\nG21 G90 G94 G17 G40 G49 G54 G64 P{:.4f}\n",
+                        rs274_comment(name), lines,
                         options_.rtcp == PrintProgramOptions::Rtcp::post
                             ? "X Y Z of the machine"
                             : "X Y Z of the tip: switch tool-centre-point control on",
@@ -486,8 +475,8 @@ class ProgramWriter {
     const AxesPosition above = lifted(first), after = lifted(moves.back());
     require_below_safe_z(name, moves, above, after);
     const char tilt = tilt_letter();
-    out_ += fmt::format("({})\nG0 {}{:.5f} C{:.5f}\nG0 X{:.5f} Y{:.5f}\nG0 Z{:.5f}\n", comment(name), tilt,
-                        above.tilt_deg, above.rotary_deg, above.linear_mm.x(), above.linear_mm.y(),
+    out_ += fmt::format("({})\nG0 {}{:.5f} C{:.5f}\nG0 X{:.5f} Y{:.5f}\nG0 Z{:.5f}\n", rs274_comment(name),
+                        tilt, above.tilt_deg, above.rotary_deg, above.linear_mm.x(), above.linear_mm.y(),
                         above.linear_mm.z());
     out_ += fmt::format("G94 G1 {} F{:.1f}\n", words(programmed(first.axes)), 60.0 * kApproach_mm_s);
     out_ += fmt::format("M64 P{}\nG4 P{:.4f}\nG93\n", options_.pressure_output, options_.on_delay_s);

@@ -11,22 +11,19 @@
 #include "base/number.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/text_lines.hpp"
+#include "motion/profile/check_positive.hpp"
 #include "motion/profile/profile.hpp"
+#include "motion/surface/rs274.hpp"
 
 namespace meltstage::motion {
 
 namespace {
 
-void check_positive(const char* what, double value) {
-  if (!(value > 0.0) || !std::isfinite(value))
-    throw MotionError(fmt::format("{}: found {}, expected a finite number above 0", what, value));
-}
-
 void check_options(const ProbeProgramOptions& options) {
-  check_positive("ball radius", options.ball_radius_mm);
-  check_positive("approach", options.approach_mm);
-  check_positive("overtravel", options.overtravel_mm);
-  check_positive("touch feed", options.touch_mm_min);
+  check_positive("ball radius", options.ball_radius_mm, "mm");
+  check_positive("approach", options.approach_mm, "mm");
+  check_positive("overtravel", options.overtravel_mm, "mm");
+  check_positive("touch feed", options.touch_mm_min, "mm/min");
   if (!options.station_offset_mm.allFinite() || !std::isfinite(options.safe_z_mm))
     throw MotionError("station offset or safe z: found a number that isn't finite, expected finite ones");
 }
@@ -38,13 +35,6 @@ Eigen::Vector3d centre_mm(const MeasuringPoint& point, const ProbeProgramOptions
 
 std::string xyz(const Eigen::Vector3d& p) {
   return fmt::format("X{:.4f} Y{:.4f} Z{:.4f}", p.x(), p.y(), p.z());
-}
-
-/// Text fit for an RS-274 comment.
-std::string comment(std::string_view text) {
-  std::string out;
-  for (const char c : text) out += c == '(' || c == ')' || static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  return out;
 }
 
 }  // namespace
@@ -76,11 +66,11 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
   std::string out = fmt::format(
       "%\n({})\n({} points on {} lines; ball radius {:.4f} mm)\n"
       "G21 G90 G94 G17 G40 G49 G54\nG43.1 X{:.4f} Y{:.4f} Z{:.4f}\n(PROBEOPEN {})\n",
-      comment(name), points, lines.size(), options.ball_radius_mm, station.x(), station.y(), station.z(),
-      comment(options.points_file));
+      rs274_comment(name), points, lines.size(), options.ball_radius_mm, station.x(), station.y(),
+      station.z(), rs274_comment(options.points_file));
   out += fmt::format("G0 Z{:.4f}\nG0 A0 C0\n", options.safe_z_mm);
   for (const ProbeLine& line : lines) {
-    out += fmt::format("({}: {} points)\n", comment(line.name), line.points.size());
+    out += fmt::format("({}: {} points)\n", rs274_comment(line.name), line.points.size());
     for (std::size_t i = 0; i < line.points.size(); ++i) {
       const Eigen::Vector3d start = centre_mm(line.points[i], options, options.approach_mm);
       // From point to point at the height of the approach, unless they are so far apart that the surface may

@@ -10,7 +10,6 @@
 namespace meltstage::tb {
 namespace {
 
-constexpr std::array kAxisNames = {"x", "y", "z"};
 constexpr double kFastHoming_mm_s = 20.0, kSlowHoming_mm_s = 2.0;
 constexpr double kWatched_s = 0.5;  // how long the models run on after a motion
 
@@ -45,7 +44,7 @@ motion::AxisControlConfig control_config(const motion::AxisConfig& axis, double 
 
 // What an axis control stopped for, and what to do about it.
 std::string sentence_of(std::size_t axis, motion::AxisFault fault, const motion::AxisControlConfig& config) {
-  std::string sentence = fmt::format("axis {}: {}", kAxisNames[axis], motion::name_of(fault));
+  std::string sentence = fmt::format("axis {}: {}", motion::kAxisNames[axis], motion::name_of(fault));
   if (fault == motion::AxisFault::following_error)
     sentence += fmt::format(
         " beyond {:.6g} um and {:.6g} um for each mm/s: the slide is stuck, or too fast for its drive; lower "
@@ -217,7 +216,7 @@ void DrivenStage::require_ready() const {
     if (const motion::AxisPhase phase = axes_[i].control.phase(); phase != motion::AxisPhase::ready)
       throw motion::MotionError(
           fmt::format("stage: found axis {} in phase \"{}\", expected it homed, at rest and without a fault",
-                      kAxisNames[i], motion::name_of(phase)));
+                      motion::kAxisNames[i], motion::name_of(phase)));
 }
 
 void DrivenStage::couple() {

@@ -43,7 +43,6 @@ constexpr std::uint64_t kSampleClocks = 120 * kMs;  // one control tick and a bi
 constexpr std::uint32_t kTrigger = kChipPinCount;
 constexpr std::uint32_t kFirstAxis = kTrigger + 1;
 constexpr std::uint32_t kPinsPerAxis = 6;
-constexpr const char* kAxisNames[] = {"x", "y", "z"};
 
 double seconds(std::uint64_t cycles) { return static_cast<double>(cycles) / kClockHz; }
 
@@ -73,7 +72,8 @@ ModbusRequest command(spec::Cmd cmd) { return write_single_register(kUnit, spec:
 
 class Printer {
  public:
-  Printer(const PrintJob& job, recording::Sink& sink, const std::function<void(const Progress&)>& progress)
+  Printer(const PrintJob& job, recording::Sink& sink,
+          const std::function<void(const PrintProgress&)>& progress)
       : job_(job),
         progress_(progress),
         head_(job.head),
@@ -615,7 +615,7 @@ class Printer {
   }
 
   const PrintJob& job_;
-  const std::function<void(const Progress&)>& progress_;
+  const std::function<void(const PrintProgress&)>& progress_;
   Head head_;
   DrivenStage stage_;
   Sent at_;  // the last move
@@ -677,7 +677,7 @@ recording::Header printer_header(const PrintJob& job) {
     header.pins.push_back({std::move(name), direction, 1, "stage"});
   };
   add("drop_trigger", Direction::in);
-  for (const char* axis : kAxisNames) {
+  for (std::string_view axis : motion::kAxisNames) {
     add(fmt::format("{}_step", axis), Direction::in);
     add(fmt::format("{}_dir", axis), Direction::in);
     add(fmt::format("{}_home", axis), Direction::out);
@@ -689,7 +689,7 @@ recording::Header printer_header(const PrintJob& job) {
 }
 
 PrintResult run_print(const PrintJob& job, recording::Sink& sink,
-                      const std::function<void(const Progress&)>& progress) {
+                      const std::function<void(const PrintProgress&)>& progress) {
   return Printer(job, sink, progress).run();
 }
 

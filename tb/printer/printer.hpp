@@ -130,7 +130,7 @@ struct PrintResult {
   double peak_heater_degc = std::numeric_limits<double>::quiet_NaN();  // NaN: never looked at
 };
 
-struct Progress {
+struct PrintProgress {
   std::string phase;
   double t_s;
   double reading_degc;
@@ -153,6 +153,6 @@ recording::Header printer_header(const PrintJob& job);
 // Runs the job; every pin goes to `sink`. Throws Mismatch when model and RTL differ; whatever else goes wrong
 // with the printer (fault, emergency stop, lost chip) stops it and is in the result.
 PrintResult run_print(const PrintJob& job, recording::Sink& sink,
-                      const std::function<void(const Progress&)>& progress);
+                      const std::function<void(const PrintProgress&)>& progress);
 
 }  // namespace meltstage::tb

@@ -16,7 +16,6 @@
 namespace meltstage::tb {
 namespace {
 
-constexpr std::array kAxisNames = {"x", "y", "z"};
 constexpr std::array kPinNames = {"step", "dir", "home", "limit_neg", "limit_pos", "index"};
 
 // A stiff, well damped position loop, so that at the droplet an axis stands where its pulses say.
@@ -43,7 +42,7 @@ class RecordedStage {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t pin = 0; pin < kPinNames.size(); ++pin)
         numbers_[axis][pin] =
-            pin_number(stream.header(), fmt::format("{}_{}", kAxisNames[axis], kPinNames[pin]));
+            pin_number(stream.header(), fmt::format("{}_{}", motion::kAxisNames[axis], kPinNames[pin]));
       last_[axis] = pins_now(axis);
     }
   }
@@ -144,9 +143,9 @@ StageReplay replay_stage(const PrintJob& job, const recording::Stream& stream) {
       if (same(generated[i], part.events[i])) continue;
       ++replay.generator_differences;
       if (replay.first_difference.empty())
-        replay.first_difference =
-            fmt::format("recorded cycle {} axis {}, generated cycle {} axis {}", part.events[i].cycle,
-                        kAxisNames[part.events[i].axis], generated[i].cycle, kAxisNames[generated[i].axis]);
+        replay.first_difference = fmt::format("recorded cycle {} axis {}, generated cycle {} axis {}",
+                                              part.events[i].cycle, motion::kAxisNames[part.events[i].axis],
+                                              generated[i].cycle, motion::kAxisNames[generated[i].axis]);
     }
 
     const motion::StageMove plan = motion::plan_stage_move(job.stage, from.commanded_mm, to_mm);

@@ -25,8 +25,6 @@ constexpr double kSmooth_s = 1.0;
 constexpr double kCheck_s = 1.0;
 }  // namespace klipper
 
-constexpr double kNever_s = std::numeric_limits<double>::infinity();
-
 }  // namespace
 
 void MarlinRule::watch(double time_s, double reading_degc) {

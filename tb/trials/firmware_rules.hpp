@@ -7,6 +7,8 @@
 
 namespace meltstage::tb {
 
+inline constexpr double kNever_s = std::numeric_limits<double>::infinity();
+
 /// Marlin 2.1, Marlin/src/module/temperature.cpp with Configuration.h's defaults: thermal runaway protection
 /// (4 degC for 40 s once the target was reached), watch (2 degC in 20 s after a target was set), MAXTEMP,
 /// MINTEMP 5 degC.
@@ -24,7 +26,7 @@ class MarlinRule {
   State state_ = State::inactive;
   double target_degc_ = 0.0;
   double runaway_at_s_ = 0.0;
-  double watch_at_s_ = std::numeric_limits<double>::infinity();
+  double watch_at_s_ = kNever_s;
   double watch_degc_ = 0.0;
   bool tripped_ = false;
 };

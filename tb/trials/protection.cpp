@@ -17,7 +17,6 @@ namespace {
 
 namespace spec = chip::spec;
 
-constexpr double kNever_s = std::numeric_limits<double>::infinity();
 constexpr double kTick_s = 0.1;
 constexpr double kOverTarget_degc = 15.0;  // T_MAX, MAXTEMP, max_temp above the largest set-point
 constexpr double kFaultAt_s = 400.0;

@@ -15,7 +15,7 @@ namespace meltstage::tb {
 
 namespace {
 
-constexpr std::chrono::milliseconds kLook{10};
+constexpr std::chrono::milliseconds kLookAtChildren{10};
 
 struct Task {
   std::size_t window;
@@ -66,7 +66,7 @@ RanWindows run_windows_here(const std::filesystem::path& folder, const std::vect
       tasks.pop_front();
     }
     progress({done, windows.size(), fmt::format("{} processes", workers.size())});
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kLookAtChildren);
     for (std::size_t i = 0; i < workers.size();) {
       const std::optional<int> status = workers[i].process.poll();
       if (!status) {

@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds kLook{200};      // for an interrupt
-constexpr std::chrono::seconds kAsk{2};              // between questions to the controller
-constexpr std::chrono::minutes kControllerLost{10};  // without an answer
+constexpr std::chrono::milliseconds kLookForInterrupt{200};  // for an interrupt
+constexpr std::chrono::seconds kAsk{2};                      // between questions to the controller
+constexpr std::chrono::minutes kControllerLost{10};          // without an answer
 
 CommandOutput slurm(const Arguments& arguments) {
   try {
@@ -182,7 +182,7 @@ class SlurmRun {
     Clock::time_point next = answered;
     std::string detail = "Slurm job " + jobs.names();
     std::size_t done = 0;
-    for (;; std::this_thread::sleep_for(kLook)) {
+    for (;; std::this_thread::sleep_for(kLookForInterrupt)) {
       if (Clock::now() >= next) {
         if (const std::optional<Queue> queue = jobs.ask()) {
           answered = Clock::now();
@@ -217,7 +217,7 @@ class SlurmRun {
         if (std::find(windows.begin(), windows.end(), window) != windows.end()) missing.push_back(window);
       }
       if (missing.empty()) break;
-      std::this_thread::sleep_for(kLook);
+      std::this_thread::sleep_for(kLookForInterrupt);
     }
     return missing;
   }

@@ -28,7 +28,7 @@ Recorded record(const std::vector<tb::PrintEvent>& events) {
   run.job = app::load_job(MELTSTAGE_SOURCE_DIR "/examples/first.toml").job;
   run.job.rtl = tb::RtlWindows::none;
   run.job.events = events;
-  run.result = tb::run_print(run.job, run.stream, [](const tb::Progress&) {});
+  run.result = tb::run_print(run.job, run.stream, [](const tb::PrintProgress&) {});
   return run;
 }
 

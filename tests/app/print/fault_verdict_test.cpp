@@ -40,7 +40,7 @@ std::string verdict_after(tb::EventKind event, std::vector<tb::RegisterValue> re
     });
   job.registers.insert(job.registers.end(), registers.begin(), registers.end());
   Nowhere sink;
-  const tb::PrintResult result = tb::run_print(job, sink, [](const tb::Progress&) {});
+  const tb::PrintResult result = tb::run_print(job, sink, [](const tb::PrintProgress&) {});
   EXPECT_FALSE(result.good);
   return result.verdict;
 }

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 tb::PrintResult print(tb::PrintJob job) {
   job.rtl = tb::RtlWindows::none;
   recording::Stream stream;
-  return tb::run_print(job, stream, [](const tb::Progress&) {});
+  return tb::run_print(job, stream, [](const tb::PrintProgress&) {});
 }
 
 double seconds_of(const tb::PrintResult& result, const std::string& phase) {

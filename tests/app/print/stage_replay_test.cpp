@@ -26,7 +26,7 @@ const Printed& printed() {
     Printed print;
     print.job = app::load_job(MELTSTAGE_SOURCE_DIR "/examples/first.toml").job;
     print.job.rtl = tb::RtlWindows::none;
-    print.droplets = tb::run_print(print.job, print.stream, [](const tb::Progress&) {}).droplets;
+    print.droplets = tb::run_print(print.job, print.stream, [](const tb::PrintProgress&) {}).droplets;
     return print;
   }();
   return once;

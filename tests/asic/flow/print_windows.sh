@@ -20,7 +20,7 @@ yosys -q -p 'read_json scan/netlist.json; techmap -map +/simcells.v t:$_BUF_; wr
 # -fno-const-bit-op-tree: asic/flow/Makefile says why
 verilator --cc --exe --build -j 2 --prefix Vnetlist --top-module tc_top -Wno-lint -Wno-fatal -fno-const-bit-op-tree --x-assign 0 --x-initial 0 -CFLAGS "-std=c++20 -I$flow/../.." -LDFLAGS "-lfmt -lcrypto" \
   --output-split 20000 -MAKEFLAGS "OPT_FAST=-O0 OPT_SLOW=-O0" --Mdir replay.dir flat.v "$flow/replay.cpp" \
-  "$flow"/../../recording/*.cpp "$flow"/../../base/{output_file,sha256}.cpp "$flow/../../tb/pins/chip_pins.cpp" -o replay > verilator.log
+  "$flow"/../../recording/*.cpp "$flow"/../../base/{file,output_file,place,sha256}.cpp "$flow/../../tb/pins/chip_pins.cpp" -o replay > verilator.log
 for phase in heat-up print; do
   ./replay.dir/replay "windows/$phase.mvec" | tee "$phase.txt"
   grep -q "^60000 clocks, 0 mismatches$" "$phase.txt"

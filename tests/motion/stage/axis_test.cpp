@@ -297,7 +297,7 @@ TEST(AxisControl, RefusesWhatCannotBe) {
     return error_of([&] { AxisControl control(config); });
   };
   EXPECT_EQ(message([](AxisControlConfig& c) { c.homing.slow_mm_s = 0.0; }),
-            "axis control: found slow homing speed [mm/s] 0, expected a finite number above 0");
+            "axis control: slow homing speed: found 0 mm/s, expected a finite number above 0");
   EXPECT_THAT(message([](AxisControlConfig& c) { c.homing.index_margin_share = 0.5; }),
               HasSubstr("0.5 of a turn"));
   EXPECT_THAT(message([](AxisControlConfig& c) { c.travel = {5.0, 5.0}; }), HasSubstr("travel 5..5 mm"));

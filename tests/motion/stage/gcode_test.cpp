@@ -155,9 +155,9 @@ TEST(Gcode, RefusesWhatAMachineCannotDo) {
   EXPECT_THAT(message([](GcodeOptions& o) { o.y.max_mm = 5.0; }), HasSubstr("found the start at (5, 6) mm"));
   EXPECT_THAT(message([](GcodeOptions&) {}, {{NAN, 0.0, 7}}), HasSubstr("row 7 at (nan, 0)"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.settle_s = -1.0; }), HasSubstr("settle time -1 s"));
-  EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 0.0; }), HasSubstr("droplet pulse [s] 0"));
+  EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 0.0; }), HasSubstr("droplet pulse: found 0 s"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.heat_timeout_s = INFINITY; }),
-              HasSubstr("heat timeout [s] inf"));
+              HasSubstr("heat timeout: found inf s"));
 }
 
 TEST(Gcode, WritesLinuxCncsCompensationFile) {

@@ -157,7 +157,7 @@ TEST(AxisModel, RefusesWhatCannotBe) {
     return error_of([&] { AxisModel axis(config); });
   };
   EXPECT_EQ(message([](AxisModelConfig& c) { c.load_mass_kg = 0.0; }),
-            "axis model: found load mass [kg] 0, expected a finite number above 0");
+            "axis model: load mass: found 0 kg, expected a finite number above 0");
   EXPECT_THAT(message([](AxisModelConfig& c) { c.moved_mass_kg = 2.0; }),
               StartsWith("axis model: found moved mass [kg] 2"));
   EXPECT_THAT(message([](AxisModelConfig& c) { c.mode.frequency_hz = -1.0; }),

@@ -369,7 +369,7 @@ TEST(Reconstruction, RefusesWhatCannotBe) {
   const auto message = [&](const ReconstructionOptions& options) {
     return error_of([&] { reconstruct(m.line, m.points, m.touches, options); });
   };
-  EXPECT_EQ(message({.ball_radius_mm = -1.0}), "ball radius: found -1, expected a finite number above 0");
+  EXPECT_EQ(message({.ball_radius_mm = -1.0}), "ball radius: found -1 mm, expected a finite number above 0");
   EXPECT_EQ(message({.noise_mm = -0.001}),
             "noise of a touch: found -0.001 mm, expected a finite number, 0 or more");
   EXPECT_THAT(message({.tolerance_mm = NAN}), HasSubstr("tolerance: found nan"));
@@ -383,7 +383,8 @@ TEST(PrintProgram, RefusesWhatCannotBe) {
     change(options);
     return error_of([&] { write_print_program({&line, 1}, "x", options); });
   };
-  EXPECT_EQ(message([](auto& o) { o.height_mm = 0.0; }), "height: found 0, expected a finite number above 0");
+  EXPECT_EQ(message([](auto& o) { o.height_mm = 0.0; }),
+            "height: found 0 mm, expected a finite number above 0");
   EXPECT_THAT(message([](auto& o) { o.feed_mm_s = NAN; }), HasSubstr("feed: found nan"));
   EXPECT_THAT(message([](auto& o) { o.off_delay_s = -1; }), HasSubstr("pressure delays"));
   EXPECT_THAT(message([](auto& o) { o.pressure_output = 64; }), HasSubstr("pressure output: found 64"));

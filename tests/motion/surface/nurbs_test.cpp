@@ -250,7 +250,7 @@ TEST(Feed, OfAStraightLineIsOneSCurve) {
   EXPECT_NEAR(plan.duration_s, plan_scurve(asymmetric_limits(20, 1000, 1000, 2e4, 2e4), 50.0).duration_s,
               1e-9);
   EXPECT_THAT(error_of([&] { plan_feed(line, ArcLength(line), {.feed_mm_s = 0.0}); }),
-              HasSubstr("feed: found 0, expected a finite number above 0"));
+              HasSubstr("feed: found 0 mm/s, expected a finite number above 0"));
 }
 
 struct Noisy {
