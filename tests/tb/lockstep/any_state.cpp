@@ -130,7 +130,7 @@ std::uint64_t near_a_register(Rng& rng, const chip::Chip& chip) {
   return static_cast<std::uint64_t>(scaled[rng.below(scaled.size())] + 1) - rng.below(3);
 }
 
-// Where the time base and the silences of the line end.
+// Where the time base, the silences of the line and a tuning end.
 std::uint64_t near_a_time(Rng& rng) {
   constexpr std::array<std::uint64_t, 4> kEnds{spec::kClkHz / 10, spec::kClkHz / 1000,
                                                spec::kClkHz / 4000 * 7, spec::kTuneLimit};
