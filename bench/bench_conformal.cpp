@@ -15,6 +15,7 @@
 #include <numbers>
 #include <random>
 
+#include "base/temporary_folder.hpp"
 #include "bench/bench.hpp"
 #include "motion/surface/conformal.hpp"
 #include "motion/surface/conformal_trial.hpp"
@@ -65,8 +66,8 @@ struct Peer {
 
 // SISL on the same points, by the program beside this one.
 std::optional<Peer> run_sisl(const Points& points, int rounds) {
-  const auto folder = std::filesystem::temp_directory_path();
-  const auto file = folder / fmt::format("meltstage_points.{}", getpid());
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "points";
   std::ofstream(file, std::ios::binary)
       .write(reinterpret_cast<const char*>(points.data()),
              static_cast<std::streamsize>(points.size() * sizeof(Eigen::Vector3d)));
@@ -80,7 +81,6 @@ std::optional<Peer> run_sisl(const Points& points, int rounds) {
       read = pclose(pipe) == 0 && read;
     }
   }
-  std::filesystem::remove(file);
   return read ? std::optional(peer) : std::nullopt;
 }
 

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "app/windows/windows.hpp"
+#include "base/temporary_folder.hpp"
 #include "bench/bench.hpp"
 #include "tb/pins/chip_pins.hpp"
 #include "tb/pins/head.hpp"
@@ -26,25 +27,6 @@ namespace fs = std::filesystem;
 namespace spec = chip::spec;
 
 constexpr unsigned kProcesses = 2;
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "meltstage_bench.XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 // A heated chip in work, polled twenty times a second, from reset on.
 void record_run(recording::Sink& sink, std::uint64_t clocks) {

@@ -48,10 +48,12 @@ void add_connection(CLI::App* command, Asked& asked) {
                       "Seconds to wait for an answer, three times (default 1)");
 }
 
+bool is_hexadecimal(std::string_view text) { return text.starts_with("0x") || text.starts_with("0X"); }
+
 // A number as people write it: 110, -5.5, 0x1F.
 std::optional<double> number(std::string_view text) {
   double value = 0.0;
-  if (text.starts_with("0x") || text.starts_with("0X")) {
+  if (is_hexadecimal(text)) {
     unsigned bits = 0;
     const auto [end, error] = std::from_chars(text.data() + 2, text.data() + text.size(), bits, 16);
     if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
@@ -69,6 +71,11 @@ host::Setting parse_setting(const std::string& text) {
     throw UserError(fmt::format("set: found \"{}\", expected NAME=VALUE such as SETPOINT=110", text));
   const host::Register& reg = host::find_register(text.substr(0, equals));
   const std::string value_text = text.substr(equals + 1);
+  if (is_hexadecimal(value_text) && reg.scale != 1.0) {  // a word of the register, or a number of its unit?
+    throw UserError(
+        fmt::format("{}: found \"{}\", expected a decimal number{}{}: the register's word is in {:g} {}",
+                    reg.name, value_text, reg.unit.empty() ? "" : " in ", reg.unit, reg.scale, reg.unit));
+  }
   const auto value = number(value_text);
   if (!value) {
     throw UserError(fmt::format("{}: found \"{}\", expected a number{}{}", reg.name, value_text,

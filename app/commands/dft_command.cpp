@@ -44,6 +44,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/temporary_folder.hpp"
 #include "base/toml_file.hpp"
 #include "recording/text.hpp"
 
@@ -496,25 +497,6 @@ int lint_patterns(const Options& options) {
   return reasons.empty() ? 0 : 1;
 }
 
-class WorkFolder {
- public:
-  WorkFolder() {
-    std::string name = (fs::temp_directory_path() / "meltstage_recording.XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 // What runs in a simulator that takes a while.
 void keep_first(CycleStream& stream, std::uint64_t cycles) {
   std::size_t kept = 0;
@@ -537,7 +519,7 @@ int replay_patterns(const Options& options) {
   if (options.cycles != 0) keep_first(stream, options.cycles);
   if (!options.out.empty()) report_masks(options, stream);
   if (on_fpga) {
-    const WorkFolder folder;
+    const TemporaryFolder folder;
     ProgressLine line;
     const ReplayResult result =
         replay_verilog_in_icarus(options.readback, stream, folder.path(), shown_on(line));
@@ -554,7 +536,7 @@ int replay_patterns(const Options& options) {
   ReplayResult result;
   ProgressLine line;
   if (options.on == "icarus") {
-    const WorkFolder folder;
+    const TemporaryFolder folder;
     result = replay_in_icarus(netlist, library, stream, folder.path(), {options.cells, options.sdf},
                               shown_on(line));
   } else {

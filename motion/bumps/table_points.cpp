@@ -151,6 +151,26 @@ struct CsvParser {
   CsvParser& operator=(const CsvParser&) = delete;
 };
 
+struct Unit {
+  std::string_view name;
+  double mm;
+};
+constexpr std::array<Unit, 9> kUnits = {{{"mm", 1.0},
+                                         {"um", 1e-3},
+                                         {"\u00b5m", 1e-3},
+                                         {"\u03bcm", 1e-3},
+                                         {"cm", 10.0},
+                                         {"m", 1000.0},
+                                         {"mil", 0.0254},
+                                         {"in", 25.4},
+                                         {"inch", 25.4}}};
+
+const Unit* find_unit(std::string_view name) {
+  const auto* known =
+      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });
+  return known == kUnits.end() ? nullptr : known;
+}
+
 /// Where columns are not separated by commas, "12,5" is 12.5. One table has commas or points, not both: else
 /// "1,234" could be either number.
 class DecimalCommas {
@@ -173,15 +193,18 @@ class DecimalCommas {
       std::string pointed = text;
       pointed[mark] = '.';
       row.cells[i].number = parse_number(pointed);
+      if (!row.cells[i].number) text = pointed;  // with a unit
     }
   }
 
  private:
-  /// An optional sign, digits, the mark, digits.
+  /// An optional sign, digits, the mark, digits, and perhaps a unit.
   static bool is_digits_around(std::string_view text, std::size_t mark) {
     const auto first = text.find_first_not_of(" \t+-");
-    const auto last = text.find_last_not_of(" \t");
-    if (first >= mark || last <= mark) return false;
+    const auto last = text.find_last_of("0123456789");
+    if (first >= mark || last == std::string_view::npos || last <= mark) return false;
+    const std::string_view rest = trimmed(text.substr(last + 1));
+    if (!rest.empty() && find_unit(rest) == nullptr) return false;
     for (std::size_t i = first; i <= last; ++i)
       if (i != mark && std::isdigit(static_cast<unsigned char>(text[i])) == 0) return false;
     return true;
@@ -238,26 +261,6 @@ void hand_over(const std::filesystem::path& path, CsvRows& rows, RowWidth& width
 }
 
 // ---- columns and rows ----
-
-struct Unit {
-  std::string_view name;
-  double mm;
-};
-constexpr std::array<Unit, 9> kUnits = {{{"mm", 1.0},
-                                         {"um", 1e-3},
-                                         {"\u00b5m", 1e-3},
-                                         {"\u03bcm", 1e-3},
-                                         {"cm", 10.0},
-                                         {"m", 1000.0},
-                                         {"mil", 0.0254},
-                                         {"in", 25.4},
-                                         {"inch", 25.4}}};
-
-const Unit* find_unit(std::string_view name) {
-  const auto* known =
-      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });
-  return known == kUnits.end() ? nullptr : known;
-}
 
 /// "10.5mm" or "1000 mil": the number and its unit. Nothing if it isn't both.
 struct Length {

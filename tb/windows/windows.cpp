@@ -141,7 +141,8 @@ Json to_json(const WindowResult& r) {
 }
 
 WindowResult result_from(const Json& json) {
-  return {.plan = json.at("plan"),
+  return {.file = {},
+          .plan = json.at("plan"),
           .window = json.at("window"),
           .first_cycle = json.at("first_cycle"),
           .last_cycle = json.at("last_cycle"),
@@ -265,7 +266,8 @@ class WindowRun {
   }
 
   WindowResult result(const std::string& plan) const {
-    return {.plan = plan,
+    return {.file = {},
+            .plan = plan,
             .window = number_,
             .first_cycle = planned_.first_cycle,
             .last_cycle = planned_.last_cycle,
@@ -334,6 +336,9 @@ std::string defect(const WindowPlan& plan, const std::string& hash, const Window
   return "";
 }
 
+// "FILE: " of a result that was read from one.
+std::string place_of(const WindowResult& r) { return r.file.empty() ? "" : r.file.string() + ": "; }
+
 std::string first_lines(const std::string& report) {
   constexpr int kLines = 3;
   std::size_t end = 0;
@@ -372,12 +377,12 @@ class Joiner {
 
   void take(const WindowResult& r) {
     if (const std::string why = defect(plan_, hash_, r); !why.empty()) {
-      fault(fmt::format("window {}: its result {}", r.window, why));
+      fault(fmt::format("{}window {}: its result {}", place_of(r), r.window, why));
       if (r.window < joined_.windows.size()) joined_.windows[r.window] = WindowState::unusable;
       return;
     }
     if (by_number_[r.window] != nullptr) {
-      fault(fmt::format("window {}: more than one result; only one is counted", r.window));
+      fault(fmt::format("{}window {}: more than one result; only one is counted", place_of(r), r.window));
       return;
     }
     by_number_[r.window] = &r;
@@ -552,6 +557,7 @@ ReadResults read_results(const fs::path& folder) {
   for (const fs::path& file : files) {
     try {
       read.results.push_back(read_result(file));
+      read.results.back().file = file;
     } catch (const UserError& error) {
       read.unreadable.push_back(error.what());
     }

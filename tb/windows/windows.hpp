@@ -53,7 +53,8 @@ void check_files(const std::filesystem::path& folder, const WindowPlan& plan);
 
 // What the check of one window found.
 struct WindowResult {
-  std::string plan;  // plan_hash
+  std::filesystem::path file;  // that it was read from, for messages
+  std::string plan;            // plan_hash
   std::uint64_t window = 0;
   std::uint64_t first_cycle = 0;
   std::uint64_t last_cycle = 0;

@@ -95,6 +95,9 @@ TEST_P(ChipCommands, MistakesAreOneLineBeforeAnythingIsSent) {
   expect_one_line(command("set KP=0.1 SETPOINT=600"), 2, "SETPOINT");
   expect_one_line(command("set SETPOINT=nan"), 2, "SETPOINT: found nan");
   expect_one_line(command("set SETPOINT=hot"), 2, "SETPOINT: found \"hot\", expected a number in degC");
+  expect_one_line(
+      command("set SETPOINT=0x10"), 2,
+      "SETPOINT: found \"0x10\", expected a decimal number in degC: the register's word is in 0.1 degC");
   expect_one_line(command("set SETPOINT"), 2, "expected NAME=VALUE");
   expect_one_line(command("set PV=1"), 2, "PV: is read only");
   expect_one_line(command("read SETPOIN"), 2, "such as SETPOINT");

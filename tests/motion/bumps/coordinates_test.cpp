@@ -218,6 +218,15 @@ TEST_F(Coordinates, ColumnsThatNoRowNamesAreTold) {
   EXPECT_THAT(read_coordinate_file(write("b.csv", "A1,1,5\nA2,3,5\n")).notes, testing::IsEmpty());
 }
 
+TEST_F(Coordinates, DecimalCommasMayHaveAUnit) {
+  const auto points = read_coordinates(write("a.csv", "x;y\n1,5 mm;250um\n+0,5mm;2,25 mm\n"));
+  ASSERT_EQ(points.size(), 2U);
+  EXPECT_DOUBLE_EQ(points[0].x_mm, 1.5);
+  EXPECT_DOUBLE_EQ(points[0].y_mm, 0.25);
+  EXPECT_DOUBLE_EQ(points[1].x_mm, 0.5);
+  EXPECT_DOUBLE_EQ(points[1].y_mm, 2.25);
+}
+
 TEST_F(Coordinates, ExtensionCountsInAnyCase) {
   EXPECT_EQ(read_coordinates(write("A.CSV", "1,2\n")).size(), 1U);
 }

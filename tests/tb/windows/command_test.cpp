@@ -92,8 +92,8 @@ TEST_F(WindowsCommand, ARepeatedResultIsNamed) {
   fs::copy_file(work() / "results" / "000001.json", work() / "results" / "000007.json");
   const Ran ran = windows("verdict");
   EXPECT_EQ(ran.status, 1);
-  EXPECT_THAT(ran.output,
-              AllOf(HasSubstr("window 1: more than one result"), HasSubstr("30000 of 30000 clocks")));
+  EXPECT_THAT(ran.output, AllOf(HasSubstr("000007.json: window 1: more than one result"),
+                                HasSubstr("30000 of 30000 clocks")));
 }
 
 TEST_F(WindowsCommand, ADamagedResultRunsAgain) {

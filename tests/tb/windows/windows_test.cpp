@@ -306,7 +306,8 @@ class Joining : public ::testing::Test {
     }
     for (std::uint64_t i = 0; i < 5; ++i) {
       const PlannedWindow& w = plan_.windows[i];
-      results_.push_back({.plan = plan_hash(plan_),
+      results_.push_back({.file = {},
+                          .plan = plan_hash(plan_),
                           .window = i,
                           .first_cycle = w.first_cycle,
                           .last_cycle = w.last_cycle,
