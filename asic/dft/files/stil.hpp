@@ -14,7 +14,7 @@
 namespace meltstage::dft {
 
 /// Signals, timing, chains, procedures load_unload, multiclock_capture and reset_pulse, and a Call for each
-/// load and capture.
+/// load and capture. @throws UserError for a name that STIL can't hold.
 std::string stil_text(const ScanTest& test);
 /// Flat: one V statement a cycle, no procedures; equal cycles are a Loop.
 std::string flat_stil_text(const CycleStream& stream);

@@ -4,12 +4,22 @@
 #include <algorithm>
 
 #include "asic/dft/files/stil.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::dft {
 
 namespace {
 
-std::string quoted(const std::string& name) { return "\"" + name + "\""; }
+// STIL's names in quotes have no way to write a quote or a line end (IEEE 1450.0-1999, 6.8).
+std::string quoted(const std::string& name) {
+  const auto wrong = std::find_if(name.begin(), name.end(),
+                                  [](char c) { return c == '"' || static_cast<unsigned char>(c) < 0x20; });
+  if (wrong != name.end())
+    throw UserError(
+        fmt::format("name {}: found {}, expected none that STIL can't write; rename it in the netlist",
+                    shown(name), *wrong == '"' ? "a quote" : "a control character"));
+  return "\"" + name + "\"";
+}
 
 std::string sum_of(const std::vector<TestSignal>& signals, bool inputs) {
   std::string text;

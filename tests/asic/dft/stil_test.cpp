@@ -33,6 +33,13 @@ ScanTest small_test() {
   return test;
 }
 
+TEST(Stil, ANameThatCannotBeWrittenIsRefused) {
+  CycleStream stream;
+  stream.signals = {{"a", true}, {"net\"7", true}};
+  EXPECT_THAT([&] { flat_stil_text(stream); }, testing::ThrowsMessage<UserError>(testing::HasSubstr(
+                                                   "found a quote, expected none that STIL can't write")));
+}
+
 TEST(Stil, ReadsBackWhatItWrites) {
   const CycleStream stream = expand(small_test());
   EXPECT_EQ(stream.cycles.size(), 2u + 4u * 3u + 1u + 2u);
