@@ -14,10 +14,10 @@
 #include "app/windows/windows.hpp"
 #include "base/temporary_folder.hpp"
 #include "bench/bench.hpp"
+#include "tb/jobs/job_runners.hpp"
 #include "tb/pins/chip_pins.hpp"
 #include "tb/pins/head.hpp"
 #include "tb/windows/window_plan.hpp"
-#include "tb/windows/window_runners.hpp"
 
 namespace meltstage::app {
 
@@ -79,12 +79,14 @@ Spent check(const fs::path& folder, const tb::WindowPlan& plan, unsigned process
   fs::remove_all(folder / "results");
   std::vector<std::size_t> windows;
   for (std::size_t i = 0; i < plan.windows.size(); ++i) windows.push_back(i);
-  const tb::RunWindowsOptions options{.worker = {fs::read_symlink("/proc/self/exe").string(), "window"},
-                                      .processes = processes,
-                                      .attempts = 1};
+  const tb::Jobs jobs{.what = "window",
+                      .worker = {fs::read_symlink("/proc/self/exe").string(), "window"},
+                      .folder = folder,
+                      .numbers = windows,
+                      .left = [&] { return tb::windows_to_run(folder, plan); }};
   const auto begin = std::chrono::steady_clock::now();
   const double before = children_s();
-  tb::run_windows_here(folder, windows, options, [&](const tb::WindowProgress& p) {
+  tb::run_jobs_here(jobs, {.processes = processes, .attempts = 1}, [&](const tb::JobProgress& p) {
     tell(progress, fmt::format("{} windows on {} processes", p.total, processes), p.done, p.total);
   });
   const tb::JoinedWindows joined = tb::join_folder(folder, plan);

@@ -11,7 +11,7 @@
 #include "app/terminal.hpp"
 #include "base/file.hpp"
 #include "recording/text.hpp"
-#include "tb/windows/window_runners.hpp"
+#include "tb/jobs/job_runners.hpp"
 
 namespace meltstage::app {
 
@@ -87,22 +87,25 @@ CheckedRun check_run(const fs::path& folder, const RunWindowsSettings& settings)
   const std::vector<std::size_t> windows = tb::windows_to_run(folder, run.plan);
   run.kept = run.plan.windows.size() - windows.size();
   if (!windows.empty()) {
-    const tb::RunWindowsOptions options{.worker = {fs::read_symlink("/proc/self/exe").string(), "window"},
-                                        .processes = settings.processes != 0
-                                                         ? settings.processes
-                                                         : std::max(1u, std::thread::hardware_concurrency()),
-                                        .attempts = settings.attempts};
+    const tb::Jobs jobs{.what = "window",
+                        .worker = {fs::read_symlink("/proc/self/exe").string(), "window"},
+                        .folder = folder,
+                        .numbers = windows,
+                        .left = [&] { return tb::windows_to_run(folder, run.plan); }};
+    const tb::JobOptions options{.processes = settings.processes != 0
+                                                  ? settings.processes
+                                                  : std::max(1u, std::thread::hardware_concurrency()),
+                                 .attempts = settings.attempts};
     ProgressLine line;
     SharesUnderWay under_way(folder);
-    const tb::WindowProgressCall progress = [&](const tb::WindowProgress& p) {
+    const tb::JobProgressCall progress = [&](const tb::JobProgress& p) {
       throw_if_interrupted();
       line.show_share(fmt::format("{} windows in RTL", p.total),
                       (static_cast<double>(p.done) + under_way.now()) / static_cast<double>(p.total),
                       fmt::format("{} done, {}", p.done, p.detail));
     };
-    tb::RanWindows ran = settings.runner == WindowRunner::slurm
-                             ? tb::run_windows_slurm(folder, run.plan, windows, options, progress)
-                             : tb::run_windows_here(folder, windows, options, progress);
+    tb::JobsDone ran = settings.runner == WindowRunner::slurm ? tb::run_jobs_slurm(jobs, options, progress)
+                                                              : tb::run_jobs_here(jobs, options, progress);
     run.workers = std::move(ran.workers);
     run.notes = std::move(ran.notes);
   }

@@ -10,8 +10,8 @@
 #include <string>
 
 #include "tb/lockstep/verilated_top.hpp"
-#include "tests/tb/lockstep/any_state.hpp"
-#include "tests/tb/lockstep/random_run.hpp"
+#include "tb/stimulus/any_state.hpp"
+#include "tb/stimulus/random_run.hpp"
 
 namespace meltstage::tb {
 

@@ -7,8 +7,8 @@
 
 #include <fstream>
 
+#include "tb/stimulus/random_run.hpp"
 #include "tb/trials/upset.hpp"
-#include "tests/tb/lockstep/random_run.hpp"
 #include "tests/tb/lockstep/suite_seeds.hpp"
 #include "twins.hpp"
 

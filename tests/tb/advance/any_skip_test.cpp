@@ -8,7 +8,7 @@
 #include "base/rng.hpp"
 #include "cmodel/advance.hpp"
 #include "skipped_part.hpp"
-#include "tests/tb/lockstep/any_state.hpp"
+#include "tb/stimulus/any_state.hpp"
 
 namespace meltstage::tb {
 namespace {

@@ -6,8 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "any_state.hpp"
 #include "tb/lockstep/lockstep.hpp"
+#include "tb/stimulus/any_state.hpp"
 
 int main(int argc, char** argv) {
   using namespace meltstage::tb;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A slice of what `any_state` runs for as long as one likes, and what it reaches.
-#include "any_state.hpp"
+#include "tb/stimulus/any_state.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <bit>
 
 #include "running_case.hpp"
-#include "scenarios.hpp"
+#include "tb/stimulus/scenarios.hpp"
 
 namespace meltstage::tb {
 namespace {

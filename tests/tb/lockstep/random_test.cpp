@@ -6,9 +6,9 @@
 
 #include <set>
 
-#include "random_run.hpp"
 #include "running_case.hpp"
 #include "suite_seeds.hpp"
+#include "tb/stimulus/random_run.hpp"
 
 namespace meltstage::tb {
 namespace {

@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "random_run.hpp"
+#include "tb/stimulus/random_run.hpp"
 
 int main(int argc, char** argv) {
   using namespace meltstage::tb;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scenarios.hpp"
+#include "tb/stimulus/scenarios.hpp"
 
 namespace meltstage::tb {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Child processes: workers that check a window each, and commands whose output is wanted.
+// Child processes: workers, and commands whose output is wanted.
 #pragma once
 
 #include <sys/types.h>

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "base/error.hpp"
-#include "tb/windows/window_runners.hpp"
+#include "tb/jobs/job_runners.hpp"
 
 namespace meltstage::tb {
 
@@ -18,7 +18,7 @@ namespace {
 constexpr std::chrono::milliseconds kLookAtChildren{10};
 
 struct Task {
-  std::size_t window;
+  std::size_t job;
   unsigned attempt;  // from 1
 };
 
@@ -32,19 +32,18 @@ bool gave_result(int wait_status) { return WIFEXITED(wait_status) && WEXITSTATUS
 
 }  // namespace
 
-RanWindows run_windows_here(const std::filesystem::path& folder, const std::vector<std::size_t>& windows,
-                            const RunWindowsOptions& options, const WindowProgressCall& progress) {
+JobsDone run_jobs_here(const Jobs& jobs, const JobOptions& options, const JobProgressCall& progress) {
   const unsigned processes = std::max(1u, options.processes);
-  RanWindows ran{fmt::format("{} process{} on this machine", processes, processes == 1 ? "" : "es"), {}};
+  JobsDone ran{fmt::format("{} process{} on this machine", processes, processes == 1 ? "" : "es"), {}};
   std::deque<Task> tasks;
-  for (const std::size_t window : windows) tasks.push_back({window, 1});
+  for (const std::size_t job : jobs.numbers) tasks.push_back({job, 1});
   std::vector<Worker> workers;
   std::size_t done = 0;
 
   const auto start = [&](const Task& task) {
-    Arguments arguments = options.worker;
-    arguments.push_back(folder.string());
-    arguments.push_back(std::to_string(task.window));
+    Arguments arguments = jobs.worker;
+    arguments.push_back(jobs.folder.string());
+    arguments.push_back(std::to_string(task.job));
     workers.push_back({task, Child(arguments)});
   };
   const auto take_end = [&](const Task& task, int status) {
@@ -53,11 +52,11 @@ RanWindows run_windows_here(const std::filesystem::path& folder, const std::vect
       return;
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 2)
-      throw UserError(fmt::format("window {}: its files cannot be used", task.window));
+      throw UserError(fmt::format("{} {}: its files cannot be used", jobs.what, task.job));
     const bool again = task.attempt < options.attempts;
-    ran.notes.push_back(fmt::format("window {}: worker lost ({}), {}", task.window, describe_end(status),
+    ran.notes.push_back(fmt::format("{} {}: worker lost ({}), {}", jobs.what, task.job, describe_end(status),
                                     again ? "run again" : "given up"));
-    if (again) tasks.push_back({task.window, task.attempt + 1});
+    if (again) tasks.push_back({task.job, task.attempt + 1});
   };
 
   while (!tasks.empty() || !workers.empty()) {
@@ -65,7 +64,7 @@ RanWindows run_windows_here(const std::filesystem::path& folder, const std::vect
       start(tasks.front());
       tasks.pop_front();
     }
-    progress({done, windows.size(), fmt::format("{} processes", workers.size())});
+    progress({done, jobs.numbers.size(), fmt::format("{} processes", workers.size())});
     std::this_thread::sleep_for(kLookAtChildren);
     for (std::size_t i = 0; i < workers.size();) {
       const std::optional<int> status = workers[i].process.poll();
@@ -78,7 +77,7 @@ RanWindows run_windows_here(const std::filesystem::path& folder, const std::vect
       take_end(task, *status);
     }
   }
-  progress({done, windows.size(), "done"});
+  progress({done, jobs.numbers.size(), "done"});
   return ran;
 }
 

@@ -8,8 +8,8 @@
 
 #include "base/rng.hpp"
 #include "cmodel/chip.hpp"
-#include "random_requests.hpp"
 #include "tb/lockstep/bench.hpp"
+#include "tb/stimulus/random_requests.hpp"
 
 namespace meltstage::tb {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tb/windows/window_process.hpp"
+#include "tb/jobs/process.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

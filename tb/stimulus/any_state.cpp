@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "any_state.hpp"
+#include "tb/stimulus/any_state.hpp"
 
 #include <fmt/format.h>
 
@@ -12,8 +12,9 @@
 
 #include "base/rng.hpp"
 #include "cmodel/invariants.hpp"
-#include "random_run.hpp"
 #include "tb/lockstep/bench.hpp"
+#include "tb/stimulus/random_requests.hpp"
+#include "tb/stimulus/random_run.hpp"
 
 namespace meltstage::tb {
 
@@ -97,12 +98,10 @@ const Block& events() {
   return list;
 }
 
-bool one_in(Rng& rng, std::uint64_t n) { return rng.below(n) == 0; }
-
 // ---- Values ----------------------------------------------------------------------------------------------
 
 // Any value of a register: as many small as large ones, often an end or the default.
-std::uint16_t any_legal(Rng& rng, unsigned index) {
+std::uint16_t any_register_value(Rng& rng, unsigned index) {
   const spec::RegisterInfo& info = spec::kHolding[index];
   const auto span = static_cast<std::uint64_t>(info.max - info.min);
   switch (rng.below(8)) {
@@ -173,7 +172,7 @@ unsigned one_of(Rng& rng, const std::array<unsigned, n>& list) {
 void change_registers(Rng& rng, chip::Chip& chip) {
   const unsigned rarity = one_of(rng, std::array{0u, 32u, 4u, 1u});
   for (unsigned index = 1; index < spec::kHoldingCount; ++index) {
-    if (happens(rng, rarity)) chip.mem.preset(index, any_legal(rng, index));
+    if (happens(rng, rarity)) chip.mem.preset(index, any_register_value(rng, index));
   }
 }
 

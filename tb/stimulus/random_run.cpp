@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "random_run.hpp"
+#include "tb/stimulus/random_run.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/rng.hpp"
-#include "random_kinds.hpp"
-#include "scenarios.hpp"
+#include "tb/stimulus/random_kinds.hpp"
+#include "tb/stimulus/scenarios.hpp"
 
 namespace meltstage::tb {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Windows as Slurm job arrays: sbatch starts, squeue says what is still there, scancel ends. Scheduling,
+// Jobs as Slurm job arrays: sbatch starts, squeue says what is still there, scancel ends. Scheduling,
 // nodes and requeueing after a node's failure are Slurm's.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,7 +13,7 @@
 
 #include "base/error.hpp"
 #include "base/output_file.hpp"
-#include "tb/windows/window_runners.hpp"
+#include "tb/jobs/job_runners.hpp"
 
 namespace meltstage::tb {
 
@@ -66,9 +66,9 @@ struct Queue {
 };
 
 // Arrays that were submitted; cancelled when this object goes away before they ended.
-class Jobs {
+class Arrays {
  public:
-  ~Jobs() {
+  ~Arrays() {
     if (ids_.empty()) return;
     Arguments cancel{"scancel"};
     cancel.insert(cancel.end(), ids_.begin(), ids_.end());
@@ -78,15 +78,15 @@ class Jobs {
       // Slurm is gone; its jobs end with it.
     }
   }
-  Jobs() = default;
-  Jobs(const Jobs&) = delete;
-  Jobs& operator=(const Jobs&) = delete;
+  explicit Arrays(std::string_view what) : name_(fmt::format("meltstage-{}s", what)) {}
+  Arrays(const Arrays&) = delete;
+  Arrays& operator=(const Arrays&) = delete;
 
   void submit(const fs::path& script, const fs::path& log, std::size_t tasks) {
     const CommandOutput out =
-        slurm({"sbatch", "--parsable", "--job-name=meltstage-windows", "--ntasks=1", "--cpus-per-task=1",
-               "--requeue", fmt::format("--array=0-{}", tasks - 1), "--output=" + log.string(),
-               "--open-mode=append", "--chdir=" + script.parent_path().string(), script.string()});
+        slurm({"sbatch", "--parsable", "--job-name=" + name_, "--ntasks=1", "--cpus-per-task=1", "--requeue",
+               fmt::format("--array=0-{}", tasks - 1), "--output=" + log.string(), "--open-mode=append",
+               "--chdir=" + script.parent_path().string(), script.string()});
     if (out.status != 0)
       throw UserError(fmt::format("sbatch: refused the job array: {}; see sinfo, or leave out --slurm",
                                   first_line(out.text)));
@@ -121,32 +121,33 @@ class Jobs {
   void ended() { ids_.clear(); }
 
  private:
+  std::string name_;
   std::vector<std::string> ids_;
 };
 
 class SlurmRun {
  public:
-  SlurmRun(const fs::path& folder, const WindowPlan& plan, std::size_t total,
-           const RunWindowsOptions& options, const WindowProgressCall& progress)
-      : folder_(fs::absolute(folder)), plan_(plan), total_(total), options_(options), progress_(progress) {}
+  SlurmRun(const Jobs& jobs, const JobOptions& options, const JobProgressCall& progress)
+      : jobs_(jobs), folder_(fs::absolute(jobs.folder)), options_(options), progress_(progress) {}
 
-  RanWindows run(std::vector<std::size_t> windows) {
+  JobsDone run() {
     fs::create_directories(folder_ / "slurm");
-    const std::size_t array = max_array_size();
-    RanWindows ran;
-    for (unsigned attempt = 1; !windows.empty() && attempt <= options_.attempts; ++attempt) {
-      Jobs jobs;
-      for (std::size_t begin = 0; begin < windows.size(); begin += array)
-        submit(jobs,
-               {windows.begin() + static_cast<std::ptrdiff_t>(begin),
-                windows.begin() + static_cast<std::ptrdiff_t>(std::min(windows.size(), begin + array))});
-      ran.workers += fmt::format("{}{}", ran.workers.empty() ? "Slurm job " : ", ", jobs.names());
-      wait(jobs);
-      const std::string names = jobs.names();
-      jobs.ended();
-      windows = lost(windows);
-      for (const std::size_t window : windows) {
-        ran.notes.push_back(fmt::format("window {}: no result from Slurm job {}, {}", window, names,
+    const std::size_t most = max_array_size();
+    JobsDone ran;
+    std::vector<std::size_t> numbers = jobs_.numbers;
+    for (unsigned attempt = 1; !numbers.empty() && attempt <= options_.attempts; ++attempt) {
+      Arrays arrays(jobs_.what);
+      for (std::size_t begin = 0; begin < numbers.size(); begin += most)
+        submit(arrays,
+               {numbers.begin() + static_cast<std::ptrdiff_t>(begin),
+                numbers.begin() + static_cast<std::ptrdiff_t>(std::min(numbers.size(), begin + most))});
+      ran.workers += fmt::format("{}{}", ran.workers.empty() ? "Slurm job " : ", ", arrays.names());
+      wait(arrays);
+      const std::string names = arrays.names();
+      arrays.ended();
+      numbers = lost(numbers);
+      for (const std::size_t number : numbers) {
+        ran.notes.push_back(fmt::format("{} {}: no result from Slurm job {}, {}", jobs_.what, number, names,
                                         attempt < options_.attempts ? "run again" : "given up"));
       }
     }
@@ -154,21 +155,21 @@ class SlurmRun {
   }
 
  private:
-  // Task k of the array checks the k-th window of the list beside its script.
-  void submit(Jobs& jobs, const std::vector<std::size_t>& windows) {
+  // Task k of the array does the k-th job of the list beside its script.
+  void submit(Arrays& arrays, const std::vector<std::size_t>& numbers) {
     std::size_t number = 0;
     fs::path script;
     do script = folder_ / "slurm" / fmt::format("array_{}.sh", number++);
     while (fs::exists(script));
     const fs::path list = fs::path(script).replace_extension("list");
-    write(list, fmt::format("{}\n", fmt::join(windows, "\n")));
+    write(list, fmt::format("{}\n", fmt::join(numbers, "\n")));
     std::string command;
-    for (const std::string& word : options_.worker) command += quoted(word) + " ";
+    for (const std::string& word : jobs_.worker) command += quoted(word) + " ";
     write(script, fmt::format("#!/bin/sh\n"
-                              "window=$(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" {})\n"
-                              "exec {}{} \"$window\"\n",
+                              "job=$(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" {})\n"
+                              "exec {}{} \"$job\"\n",
                               quoted(list.string()), command, quoted(folder_.string())));
-    jobs.submit(script, folder_ / "slurm" / "%A_%a.log", windows.size());
+    arrays.submit(script, folder_ / "slurm" / "%A_%a.log", numbers.size());
   }
 
   static void write(const fs::path& path, const std::string& text) {
@@ -177,44 +178,44 @@ class SlurmRun {
     file.publish();
   }
 
-  void wait(const Jobs& jobs) {
+  void wait(const Arrays& arrays) {
     Clock::time_point answered = Clock::now();
     Clock::time_point next = answered;
-    std::string detail = "Slurm job " + jobs.names();
+    std::string detail = "Slurm job " + arrays.names();
     std::size_t done = 0;
     for (;; std::this_thread::sleep_for(kLookForInterrupt)) {
       if (Clock::now() >= next) {
-        if (const std::optional<Queue> queue = jobs.ask()) {
+        if (const std::optional<Queue> queue = arrays.ask()) {
           answered = Clock::now();
-          if (queue->running + queue->waiting == 0) return cancel_held(jobs, *queue);
-          detail = fmt::format("Slurm job {}: {} running, {} waiting", jobs.names(), queue->running,
+          if (queue->running + queue->waiting == 0) return cancel_held(arrays, *queue);
+          detail = fmt::format("Slurm job {}: {} running, {} waiting", arrays.names(), queue->running,
                                queue->waiting);
         } else if (Clock::now() - answered > kControllerLost) {
           throw UserError(
               "squeue: no answer from Slurm's controller for 10 minutes; run again when it is back");
         }
-        done = total_ - std::min(total_, windows_to_run(folder_, plan_).size());
+        done = jobs_.numbers.size() - std::min(jobs_.numbers.size(), jobs_.left().size());
         next = Clock::now() + kAsk;
       }
-      progress_({done, total_, detail});
+      progress_({done, jobs_.numbers.size(), detail});
     }
   }
 
   // A task that Slurm holds after a failed launch counts as lost.
-  static void cancel_held(const Jobs& jobs, const Queue& queue) {
+  static void cancel_held(const Arrays& arrays, const Queue& queue) {
     if (queue.held == 0) return;
-    std::istringstream ids(jobs.names());
+    std::istringstream ids(arrays.names());
     for (std::string id; std::getline(ids, id, ',');) slurm({"scancel", id});
   }
 
-  // Of `windows`, those without a result; a shared file system may show results late.
-  std::vector<std::size_t> lost(const std::vector<std::size_t>& windows) const {
+  // Of `numbers`, those without a result; a shared file system may show results late.
+  std::vector<std::size_t> lost(const std::vector<std::size_t>& numbers) const {
     constexpr int kLooks = 10;
     std::vector<std::size_t> missing;
     for (int look = 0; look < kLooks; ++look) {
       missing.clear();
-      for (const std::size_t window : windows_to_run(folder_, plan_)) {
-        if (std::find(windows.begin(), windows.end(), window) != windows.end()) missing.push_back(window);
+      for (const std::size_t number : jobs_.left()) {
+        if (std::find(numbers.begin(), numbers.end(), number) != numbers.end()) missing.push_back(number);
       }
       if (missing.empty()) break;
       std::this_thread::sleep_for(kLookForInterrupt);
@@ -222,19 +223,16 @@ class SlurmRun {
     return missing;
   }
 
+  const Jobs& jobs_;
   fs::path folder_;
-  const WindowPlan& plan_;
-  std::size_t total_;
-  const RunWindowsOptions& options_;
-  const WindowProgressCall& progress_;
+  const JobOptions& options_;
+  const JobProgressCall& progress_;
 };
 
 }  // namespace
 
-RanWindows run_windows_slurm(const fs::path& folder, const WindowPlan& plan,
-                             const std::vector<std::size_t>& windows, const RunWindowsOptions& options,
-                             const WindowProgressCall& progress) {
-  return SlurmRun(folder, plan, windows.size(), options, progress).run(windows);
+JobsDone run_jobs_slurm(const Jobs& jobs, const JobOptions& options, const JobProgressCall& progress) {
+  return SlurmRun(jobs, options, progress).run();
 }
 
 }  // namespace meltstage::tb

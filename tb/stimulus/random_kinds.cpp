@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "random_kinds.hpp"
+#include "tb/stimulus/random_kinds.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "random_requests.hpp"
+#include "tb/stimulus/random_requests.hpp"
 
 #include <algorithm>
 #include <array>
