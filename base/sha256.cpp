@@ -37,4 +37,10 @@ std::string Sha256::finish() {
   return hex;
 }
 
+std::string sha256(std::string_view bytes) {
+  Sha256 hash;
+  hash.update(bytes);
+  return hash.finish();
+}
+
 }  // namespace meltstage

@@ -24,4 +24,7 @@ class Sha256 {
   std::unique_ptr<evp_md_ctx_st, Free> context_;
 };
 
+/// Of a whole text.
+std::string sha256(std::string_view bytes);
+
 }  // namespace meltstage

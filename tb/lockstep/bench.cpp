@@ -324,8 +324,9 @@ std::vector<std::string> Coverage::holes() const {
 
 std::unique_ptr<Device> model_alone(const chip::Chip& start) { return std::make_unique<ModelAlone>(start); }
 
-std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& identity) {
-  return std::make_unique<InLockstep>(make_verilated_rtl, "failures", start, identity);
+std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& identity,
+                                    const std::filesystem::path& failures) {
+  return std::make_unique<InLockstep>(make_verilated_rtl, failures, start, identity);
 }
 
 std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start,

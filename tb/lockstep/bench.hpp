@@ -96,7 +96,9 @@ class Device {
 // The model alone, from `start`.
 std::unique_ptr<Device> model_alone(const chip::Chip& start);
 // Model and Verilated RTL, every flop and pin compared on every clock, from `start`.
-std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& identity);
+// What a mismatch leaves lies in `failures`.
+std::unique_ptr<Device> in_lockstep(const chip::Chip& start, const RunIdentity& identity,
+                                    const std::filesystem::path& failures = "failures");
 // The same against another RTL, whose mismatches leave no files.
 using MakeRtl = std::function<std::unique_ptr<VerilatedRtl>()>;
 std::unique_ptr<Device> in_lockstep_with(const MakeRtl& make, const chip::Chip& start,

@@ -177,12 +177,6 @@ class StateReader {
 
 }  // namespace
 
-std::string sha256(std::string_view bytes) {
-  Sha256 hash;
-  hash.update(bytes);
-  return hash.finish();
-}
-
 const BuildIdentity& this_build() {
   static const BuildIdentity identity{
       sha256(read_file("/proc/self/exe", "this program")),

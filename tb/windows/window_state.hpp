@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/sha256.hpp"
 #include "cmodel/chip.hpp"
 #include "tb/pins/dut.hpp"
 
@@ -45,7 +46,6 @@ SavedState read_state(const std::filesystem::path& path);
 // Flops whose values differ; `dut` is a's value, `model` b's.
 std::vector<FlopDifference> flop_differences(chip::Chip dut, chip::Chip model);
 
-std::string sha256(std::string_view bytes);
 // What read_file() is told to expect.
 inline constexpr std::string_view kPlanFile = "a file of a window plan; plan again";
 

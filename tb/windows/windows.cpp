@@ -18,81 +18,18 @@
 #include "base/output_file.hpp"
 #include "base/place.hpp"
 #include "recording/text.hpp"
+#include "tb/jobs/sealed_json.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 #include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::tb {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 namespace {
 
 constexpr const char* kPlanFormat = "meltstage-windows";
 constexpr const char* kResultFormat = "meltstage-window-result";
-constexpr int kVersion = 1;
-
-// ---- JSON with a hash of its content ----
-
-std::string content_hash(const Json& content) { return sha256(content.dump()); }
-
-void write_sealed(const fs::path& path, const char* format, const Json& content) {
-  const Json file = {
-      {"format", format}, {"version", kVersion}, {"content", content}, {"sha256", content_hash(content)}};
-  OutputFile out(path);
-  out.write(file.dump(1) + "\n");
-  out.publish();
-}
-
-bool is_text(const Json& file, const char* key) {
-  return file.is_object() && file.contains(key) && file[key].is_string();
-}
-
-// The file's JSON; nothing for what is none of this format.
-std::optional<Json> json_of(const fs::path& path, const char* format) {
-  const std::string text = read_file(path, kPlanFile);
-  // What follows calls itself once a level; a plan and a result are five deep.
-  bool too_deep = false;
-  const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
-    too_deep = too_deep || depth > static_cast<int>(kMostNested);
-    return !too_deep;
-  };
-  Json file = Json::parse(text, shallow, false);
-  if (too_deep || !is_text(file, "format") || file["format"] != format) return std::nullopt;
-  return file;
-}
-
-Json read_sealed(const fs::path& path, const char* format) {
-  const std::optional<Json> read = json_of(path, format);
-  if (!read)
-    throw UserError(
-        fmt::format("{}: not a file of format {}, expected JSON as this command writes it; "
-                    "plan again",
-                    path.string(), format));
-  const Json& file = *read;
-  if (!file.contains("version") || file["version"] != kVersion) {
-    throw UserError(fmt::format("{}: found another version of the format, expected {}; plan again",
-                                path.string(), kVersion));
-  }
-  const Json content = file.value("content", Json());
-  const std::string said = is_text(file, "sha256") ? file["sha256"].get<std::string>() : "nothing";
-  if (said != content_hash(content)) {
-    throw UserError(fmt::format("{}: damaged: its content has SHA-256 {}..., it says {:.12}...; plan again",
-                                path.string(), content_hash(content).substr(0, 12), shown(said)));
-  }
-  return content;
-}
-
-// A sealed file whose fields are missing or of another kind was not written by this version.
-template <class Read>
-auto with_fields(const fs::path& path, Read read) {
-  try {
-    return read();
-  } catch (const nlohmann::json::exception& error) {
-    throw UserError(fmt::format("{}: unexpected content ({}); plan again", path.string(), error.what()));
-  }
-}
-
 Json to_json(const WindowPlan& plan) {
   Json windows = Json::array();
   for (const PlannedWindow& w : plan.windows) {
@@ -471,7 +408,7 @@ fs::path result_file(const fs::path& folder, std::size_t window) {
 }
 
 bool holds_plan(const fs::path& folder) {
-  return fs::is_regular_file(plan_file(folder)) && json_of(plan_file(folder), kPlanFormat).has_value();
+  return fs::is_regular_file(plan_file(folder)) && is_sealed(plan_file(folder), kPlanFormat);
 }
 
 void write_plan(const fs::path& folder, const WindowPlan& plan) {

@@ -8,7 +8,7 @@
 
 #include "base/rng.hpp"
 #include "cmodel/chip.hpp"
-#include "skipped_part.hpp"
+#include "tb/stimulus/any_skip.hpp"
 #include "tb/stimulus/any_state.hpp"
 
 namespace meltstage::tb {

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tb/regress/tests.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+
+#include "tb/stimulus/any_skip.hpp"
+#include "tb/stimulus/any_state.hpp"
+#include "tb/stimulus/random_run.hpp"
+
+namespace meltstage::tb {
+namespace {
+
+namespace fs = std::filesystem;
+
+void run_random(const RegressRun& run, const fs::path& failures, RunResult& result) {
+  const RandomRun ran =
+      random_run(in_lockstep(random_start(run.seed), {run.test, run.seed, repeat_command(run)}, failures),
+                 run.seed, run.amount);
+  result.compared = ran.compared;
+  result.coverage = ran.coverage;
+}
+
+void run_any_state(const RegressRun& run, const fs::path&, RunResult& result) {
+  const Moments moments(run.seed, kMomentSeeds, kMomentClocks);
+  const auto rtl = make_verilated_rtl();
+  const TrialCount reached = step_from_any_state(moments, *rtl, run.seed, 0, run.amount);
+  result.compared.clocks = reached.clocks;
+  result.compared.pin_values = reached.clocks * spec::kOutputPins;
+  result.compared.flop_values = reached.clocks * rtl->flop_bits();
+}
+
+void run_skip(const RegressRun& run, const fs::path&, RunResult& result) {
+  const Moments moments(run.seed, kMomentSeeds, kMomentClocks);
+  result.compared.clocks = skip_from_any_state(moments, run.seed, run.amount).clocks;
+}
+
+constexpr std::array<RegressTest, 3> kTests = {
+    {{"random", "clocks", "model and RTL in lockstep under a random host, sensor, head and upsets",
+      run_random},
+     {"any_state", "trials", "model and RTL in lockstep for some clocks from changed states", run_any_state},
+     {"skip", "trials", "the model's closed forms of idle time against stepping, from changed states",
+      run_skip}}};
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
+}
+
+}  // namespace
+
+std::span<const RegressTest> regress_tests() { return kTests; }
+
+const RegressTest* find_test(std::string_view name) {
+  const auto* found =
+      std::find_if(kTests.begin(), kTests.end(), [&](const RegressTest& t) { return t.name == name; });
+  return found == kTests.end() ? nullptr : found;
+}
+
+std::string test_names() {
+  std::string names;
+  for (const RegressTest& test : kTests) names += fmt::format("{}{}", names.empty() ? "" : ", ", test.name);
+  return names;
+}
+
+std::string repeat_command(const RegressRun& run) {
+  return fmt::format("meltstage regress one {} --amount {}", name_of(run), run.amount);
+}
+
+RunResult do_run(const RegressRun& run, const fs::path& failures) {
+  RunResult result;
+  result.run = run;
+  result.host = host_name();
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    find_test(run.test)->run(run, failures, result);
+    result.good = result.compared.clocks > 0;
+    if (!result.good) result.report = "nothing was compared\n";
+  } catch (const std::exception& error) {
+    result.report = error.what();
+  }
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return result;
+}
+
+}  // namespace meltstage::tb

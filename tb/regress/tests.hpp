@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tests that a regression draws seeds for.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "tb/lockstep/bench.hpp"
+#include "tb/regress/suites.hpp"
+
+namespace meltstage::tb {
+
+// What a run has shown.
+struct RunResult {
+  RegressRun run;
+  bool good = false;
+  std::string report;  // of a run that is not good
+  Compared compared;   // zeros but clocks where the model is compared with itself
+  Coverage coverage;   // nothing where the test looks at none
+  double wall_s = 0.0;
+  std::string host;
+};
+
+struct RegressTest {
+  std::string_view name;
+  std::string_view unit;  // of the amount: "clocks", "trials"
+  std::string_view about;
+  // What a mismatch leaves lies in `failures`. Throws Mismatch or SafetyViolation.
+  void (*run)(const RegressRun& run, const std::filesystem::path& failures, RunResult& result);
+};
+
+// All of them.
+std::span<const RegressTest> regress_tests();
+// None of this name: nullptr.
+const RegressTest* find_test(std::string_view name);
+// "random, any_state, skip".
+std::string test_names();
+
+// Command that repeats a run alone.
+std::string repeat_command(const RegressRun& run);
+
+// Runs it to its end; a mismatch, a broken promise or any other exception is in the result.
+RunResult do_run(const RegressRun& run, const std::filesystem::path& failures);
+
+}  // namespace meltstage::tb
