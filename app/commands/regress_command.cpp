@@ -2,6 +2,7 @@
 // `meltstage regress`. Reference: docs/verify/regress.md.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -22,6 +23,7 @@
 #include "base/error.hpp"
 #include "base/output_file.hpp"
 #include "tb/jobs/job_runners.hpp"
+#include "tb/regress/failing_case.hpp"
 #include "tb/regress/regression.hpp"
 
 namespace meltstage::app {
@@ -31,7 +33,7 @@ namespace fs = std::filesystem;
 
 struct Settings {
   std::string suite, run;
-  fs::path suites, out = "out/regress", failed, folder, failures = "failures";
+  fs::path waves, suites, out = "out/regress", failed, folder, failures = "failures";
   std::uint64_t move_seeds = 0, amount = 300'000;
   std::size_t number = 0;
   tb::JobOptions jobs{.processes = 0, .attempts = 3};
@@ -146,6 +148,21 @@ int run_one(const Settings& s) {
   return 0;
 }
 
+// A mismatch that was made small, once more.
+int run_case(const Settings& s) {
+  const tb::FailingCase failing = tb::read_case(s.folder);
+  const auto rtl = s.waves.empty() ? tb::make_verilated_rtl() : tb::make_traced_rtl(s.waves);
+  rtl->set_assertions(false);
+  const tb::CaseVerdict verdict = tb::replay(failing, *rtl);
+  fmt::print("{}", tb::describe(failing));
+  if (verdict.differs.empty()) {
+    fmt::print("model and RTL are equal\n");
+    return 0;
+  }
+  fmt::print("model and RTL differ after clock {} in {}\n", verdict.clock, fmt::join(verdict.differs, ", "));
+  return 1;
+}
+
 int do_job(const Settings& s) {
   return tb::do_planned_run(s.folder, tb::read_regression(s.folder), s.number).good ? 0 : 1;
 }
@@ -182,12 +199,16 @@ Action add_regress_command(CLI::App& cli, const std::string&) {
   one->add_option("--amount", s->amount, "Clocks or trials (default 300000)")
       ->check(whole_number_from(1, 1'000'000'000'000));
   one->add_option("--failures", s->failures, "Folder for what a mismatch leaves (default: failures)");
+  CLI::App* small = command->add_subcommand("case", "Run a mismatch that was made small");
+  small->add_option("FILE", s->folder, "Case (JSON)")->required();
+  small->add_option("--fst", s->waves, "Waves of the RTL to write");
   CLI::App* job = command->add_subcommand("job", "Do one run of a work folder; what run starts");
   job->add_option("DIR", s->folder, "Work folder")->required();
   job->add_option("NUMBER", s->number, "Run, from 0")->required()->check(whole_number_from(0, 1'000'000'000));
-  return [s, list, run, one] {
+  return [s, list, run, one, small] {
     if (*list) return list_suites(*s);
     if (*run) return run_suite(*s);
+    if (*small) return run_case(*s);
     return *one ? run_one(*s) : do_job(*s);
   };
 }

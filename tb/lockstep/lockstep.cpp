@@ -15,7 +15,8 @@ namespace meltstage::tb {
 
 namespace {
 
-constexpr std::uint64_t kWaveClocks = 20'000;  // clocks before a mismatch that the wave file shows
+constexpr std::uint64_t kWaveClocks = 20'000;   // clocks before a mismatch that the wave file shows
+constexpr std::uint64_t kKeptClocks = 100'000;  // before a mismatch that are handed on with it
 constexpr std::size_t kShownDifferences = 12;
 
 // "  pin  heater_o dut=1 model=0" for each output that differs.
@@ -102,11 +103,10 @@ std::string Lockstep::report(const chip::Outputs& expected, const chip::Outputs&
   return text;
 }
 
-void Lockstep::save(const std::filesystem::path& folder, const std::string& text) {
+void Lockstep::save(const std::filesystem::path& folder, const std::string& text) const {
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "report.txt") << text;
   std::ofstream(folder / "repeat.sh") << "#!/bin/sh\n" << identity_.repeat_command << '\n';
-  recorder_.finish(cycle_);
   recording::write_text(stimulus_, folder / "stimulus.mvec");
 
   // The waves: the same stimulus on a traced RTL, from kWaveClocks before the mismatch.
@@ -127,9 +127,26 @@ void Lockstep::save(const std::filesystem::path& folder, const std::string& text
   }
 }
 
+FailedStretch Lockstep::failed_stretch() const {
+  const std::uint64_t from = cycle_ - first_cycle_ > kKeptClocks ? cycle_ - kKeptClocks : first_cycle_;
+  FailedStretch stretch{start_, {}};
+  recording::Cursor cursor(stimulus_);
+  for (std::uint64_t at = first_cycle_; at <= cycle_; ++at) {
+    cursor.advance_to(at);
+    const chip::Inputs in = inputs_of(cursor.values());
+    if (at < from)
+      stretch.start.step(in);
+    else
+      stretch.inputs.push_back(in);
+  }
+  return stretch;
+}
+
 void Lockstep::fail(const chip::Outputs& expected, const chip::Outputs& got) {
   std::string text = report(expected, got);
-  if (failures_.empty()) throw Mismatch(text);
+  recorder_.finish(cycle_);
+  const auto stretch = std::make_shared<const FailedStretch>(failed_stretch());
+  if (failures_.empty()) throw Mismatch(text, stretch);
   const auto folder = failures_ / fmt::format("{}.{:x}", identity_.test, identity_.seed);
   try {
     save(folder, text);
@@ -137,7 +154,7 @@ void Lockstep::fail(const chip::Outputs& expected, const chip::Outputs& got) {
   } catch (const std::exception& error) {
     text += fmt::format("  not saved: {}\n", error.what());
   }
-  throw Mismatch(text);
+  throw Mismatch(text, stretch);
 }
 
 }  // namespace meltstage::tb

@@ -7,6 +7,8 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "cmodel/chip.hpp"
 #include "recording/stream.hpp"
@@ -31,9 +33,17 @@ struct Compared {
   std::uint64_t samples = 0;  // sensor samples that it accepted
 };
 
-// Device and model differ; what() is the one-screen report.
+// Clocks from a state of the model; after the last of them device and model differ.
+struct FailedStretch {
+  chip::Chip start;
+  std::vector<chip::Inputs> inputs;  // before each clock
+};
+
+// Device and model differ; what() is the one-screen report. `stretch`: what led there, where it is known.
 struct Mismatch : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit Mismatch(const std::string& report, std::shared_ptr<const FailedStretch> failed = nullptr)
+      : std::runtime_error(report), stretch(std::move(failed)) {}
+  std::shared_ptr<const FailedStretch> stretch;
 };
 
 class Lockstep {
@@ -73,7 +83,8 @@ class Lockstep {
   void record(const chip::Inputs& in);
   [[noreturn]] void fail(const chip::Outputs& expected, const chip::Outputs& got);
   std::string report(const chip::Outputs& expected, const chip::Outputs& got) const;
-  void save(const std::filesystem::path& folder, const std::string& report);
+  void save(const std::filesystem::path& folder, const std::string& report) const;
+  FailedStretch failed_stretch() const;
 
   chip::Chip model_;
   chip::Chip start_;  // state in which the run began, for the waves of a mismatch

@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 
+#include "tb/regress/failing_case.hpp"
 #include "tb/stimulus/any_skip.hpp"
 #include "tb/stimulus/any_state.hpp"
 #include "tb/stimulus/random_run.hpp"
@@ -46,6 +47,20 @@ constexpr std::array<RegressTest, 3> kTests = {
      {"skip", "trials", "the model's closed forms of idle time against stepping, from changed states",
       run_skip}}};
 
+// Writes the mismatch as a case of its own; lines for the report.
+std::string shrunk(const FailedStretch& stretch, const RegressRun& run, const fs::path& failures) {
+  const auto failing = shrink(stretch, name_of(run), *make_verilated_rtl());
+  if (!failing) return "  not shrunk: its last clocks alone don't fail\n";
+  const fs::path path = failures / (name_of(run) + ".json");
+  try {
+    fs::create_directories(failures);
+    write_case(path, *failing);
+  } catch (const std::exception& error) {
+    return fmt::format("  not shrunk: {}\n", error.what());
+  }
+  return fmt::format("  shrunk to {}  alone: meltstage regress case {}\n", describe(*failing), path.string());
+}
+
 std::string host_name() {
   std::array<char, 256> name{};
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
@@ -80,6 +95,9 @@ RunResult do_run(const RegressRun& run, const fs::path& failures) {
     find_test(run.test)->run(run, failures, result);
     result.good = result.compared.clocks > 0;
     if (!result.good) result.report = "nothing was compared\n";
+  } catch (const Mismatch& mismatch) {
+    result.report = mismatch.what();
+    if (mismatch.stretch) result.report += shrunk(*mismatch.stretch, run, failures);
   } catch (const std::exception& error) {
     result.report = error.what();
   }

@@ -13,6 +13,7 @@
 #include "base/rng.hpp"
 #include "cmodel/invariants.hpp"
 #include "tb/lockstep/bench.hpp"
+#include "tb/stimulus/flop_table.hpp"
 #include "tb/stimulus/random_requests.hpp"
 #include "tb/stimulus/random_run.hpp"
 
@@ -20,76 +21,12 @@ namespace meltstage::tb {
 
 namespace {
 
-// ---- Flops -----------------------------------------------------------------------------------------------
-
-// A flop, or a word of an array, as a value without sign.
-struct Flop {
-  std::string name;
-  unsigned width = 0;
-  std::uint64_t changeable = 0;  // bits that are flops
-  unsigned word = 0;
-  std::uint64_t (*get)(const chip::Chip&, unsigned word) = nullptr;
-  void (*set)(chip::Chip&, unsigned word, std::uint64_t value) = nullptr;
-};
-
-constexpr std::uint64_t ones(unsigned width) { return ~std::uint64_t{0} >> (64 - width); }
-
-// The value of `width` bits as the model holds it: signed ones with their sign.
-template <class T, unsigned width>
-T held(std::uint64_t value) {
-  value &= ones(width);
-  if constexpr (std::is_signed_v<T>) {
-    if ((value >> (width - 1) & 1) != 0) value |= ~ones(width);
-  }
-  return static_cast<T>(value);
-}
-
-using Block = std::vector<Flop>;
-
-// Each block's flops; an array's words stand together, so that an array is drawn as often as a flop.
-const std::vector<std::vector<Block>>& blocks() {
-  static const std::vector<std::vector<Block>> list = [] {
-    std::vector<std::vector<Block>> made;
-    std::string_view last;
-    const auto add = [&](std::string_view instance, Block flops) {
-      if (instance != last) made.emplace_back();
-      last = instance;
-      made.back().push_back(std::move(flops));
-    };
-#define TC_TEXT2(x) #x
-#define TC_TEXT1(x) TC_TEXT2(x)
-#define TC_FLOP(type, name, width, reset)                                    \
-  add(TC_TEXT1(TC_INSTANCE),                                                 \
-      {{TC_TEXT1(TC_MEMBER) "." #name, width, ones(width), 0,                \
-        [](const chip::Chip& c, unsigned) {                                  \
-          return static_cast<std::uint64_t>(c.TC_MEMBER.name) & ones(width); \
-        },                                                                   \
-        [](chip::Chip& c, unsigned, std::uint64_t v) { c.TC_MEMBER.name = held<type, width>(v); }}});
-#define TC_ARRAY(type, name, count, width)                                                                   \
-  {                                                                                                          \
-    Block words;                                                                                             \
-    for (unsigned word = 0; word < (count); ++word) {                                                        \
-      words.push_back(                                                                                       \
-          {TC_TEXT1(TC_MEMBER) "." #name, width,                                                             \
-           chip::array_flops<std::remove_cvref_t<decltype(chip::Chip::TC_MEMBER)>>(word, width), word,       \
-           [](const chip::Chip& c, unsigned w) { return std::uint64_t{c.TC_MEMBER.name[w]}; },               \
-           [](chip::Chip& c, unsigned w, std::uint64_t v) { c.TC_MEMBER.name[w] = held<type, width>(v); }}); \
-    }                                                                                                        \
-    std::erase_if(words, [](const Flop& flop) { return flop.changeable == 0; });                             \
-    add(TC_TEXT1(TC_INSTANCE), std::move(words));                                                            \
-  }
-#include "cmodel/for_each_flop.inc"
-    return made;
-  }();
-  return list;
-}
-
 // The flops of one bit, whose changes are the events.
-const Block& events() {
-  static const Block list = [] {
-    Block made;
-    for (const auto& block : blocks()) {
-      for (const Block& flops : block) {
+const FlopWords& events() {
+  static const FlopWords list = [] {
+    FlopWords made;
+    for (const FlopBlock& block : flop_blocks()) {
+      for (const FlopWords& flops : block) {
         if (flops.size() == 1 && flops[0].width == 1) made.push_back(flops[0]);
       }
     }
@@ -136,8 +73,7 @@ std::uint64_t near_a_time(Rng& rng) {
   return kEnds[rng.below(kEnds.size())] + 1 - rng.below(3);
 }
 
-std::uint64_t any_value_of(Rng& rng, const Flop& flop, const std::vector<Block>& block,
-                           const chip::Chip& chip) {
+std::uint64_t any_value_of(Rng& rng, const Flop& flop, const FlopBlock& block, const chip::Chip& chip) {
   switch (rng.below(8)) {
     case 0:  // just below a power of two, or at it
       return (std::uint64_t{1} << rng.below(flop.width + 1)) - rng.below(3);
@@ -146,7 +82,7 @@ std::uint64_t any_value_of(Rng& rng, const Flop& flop, const std::vector<Block>&
     case 2:
       return near_a_register(rng, chip);
     case 3: {  // beside another flop of the block
-      const Block& others = block[rng.below(block.size())];
+      const FlopWords& others = block[rng.below(block.size())];
       const Flop& other = others[rng.below(others.size())];
       return other.get(chip, other.word) + 1 - rng.below(3);
     }
@@ -176,9 +112,9 @@ void change_registers(Rng& rng, chip::Chip& chip) {
   }
 }
 
-void change_flops(Rng& rng, const std::vector<Block>& block, chip::Chip& chip) {
+void change_flops(Rng& rng, const FlopBlock& block, chip::Chip& chip) {
   const unsigned rarity = one_of(rng, std::array{16u, 4u, 1u});
-  for (const Block& flops : block) {
+  for (const FlopWords& flops : block) {
     if (!one_in(rng, rarity)) continue;
     const Flop& flop = flops[rng.below(flops.size())];
     const std::uint64_t now = flop.get(chip, flop.word);
@@ -214,7 +150,7 @@ class Collector final : public Device {
     const chip::Chip before = model_;
     const chip::Outputs out = model_.step(in);
     if (in.rst_n) {
-      const Block& flops = events();
+      const FlopWords& flops = events();
       for (std::size_t i = 0; i < flops.size(); ++i) {
         const std::uint64_t was = flops[i].get(before, 0);
         if (was != flops[i].get(model_, 0)) keep(2 * i + was, {before, in});
@@ -262,23 +198,8 @@ bool holds_invariants(const chip::Chip& chip) {
          hold.frame_count_is_bounded != 0 && hold.product_steps_are_bounded != 0;
 }
 
-std::string list_differences(const chip::Chip& was, const chip::Chip& is) {
-  std::string text;
-  for (const auto& block : blocks()) {
-    for (const Block& flops : block) {
-      for (const Flop& flop : flops) {
-        const std::uint64_t before = flop.get(was, flop.word);
-        const std::uint64_t after = flop.get(is, flop.word);
-        if (before != after)
-          text += fmt::format("  {}[{}] {:#x}, was {:#x}\n", flop.name, flop.word, after, before);
-      }
-    }
-  }
-  return text;
-}
-
 void change_one_block(Rng& rng, chip::Chip& chip) {
-  change_flops(rng, blocks()[rng.below(blocks().size())], chip);
+  change_flops(rng, flop_blocks()[rng.below(flop_blocks().size())], chip);
 }
 
 Moment any_moment(Rng& rng, const Moments& moments) {
@@ -303,10 +224,12 @@ TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::u
       continue;
     }
     chip::Inputs in = moment.in;
+    FailedStretch stretch{chip, {}};
     rtl.load(chip, in);
     const unsigned rarity = one_of(rng, std::array{0u, 32u, 2u});
     const unsigned clocks = one_of(rng, std::array{1u, 1u, 2u, 2u, 4u, 8u, 16u, 128u});
     for (unsigned clock = 1; clock <= clocks; ++clock) {
+      stretch.inputs.push_back(in);
       const chip::Outputs expected = chip.step(in);
       const chip::Outputs got = rtl.step(in);
       if (got != expected || !rtl.flops_equal(chip)) {
@@ -317,7 +240,8 @@ TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::u
           report += fmt::format("{}: RTL {:#x}, model {:#x}\n", flop.name, flop.dut, flop.model);
         if (got != expected) report += "output pins differ\n";
         throw Mismatch(report + "the state before differed from reset in\n" +
-                       list_differences(chip::Chip{}, moment.chip));
+                           list_differences(chip::Chip{}, moment.chip),
+                       std::make_shared<const FailedStretch>(std::move(stretch)));
       }
       ++reached.clocks;
       stir_pins(rng, rarity, in);

@@ -12,6 +12,7 @@
 #include "base/rng.hpp"
 #include "cmodel/chip.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
+#include "tb/stimulus/flop_table.hpp"
 
 namespace meltstage::tb {
 
@@ -47,9 +48,6 @@ Moment any_moment(Rng& rng, const Moments& moments);
 void change_one_block(Rng& rng, chip::Chip& chip);
 
 bool holds_invariants(const chip::Chip& chip);
-
-// A line for each flop that differs.
-std::string list_differences(const chip::Chip& was, const chip::Chip& is);
 
 // What the trials have reached.
 struct TrialCount {

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The model's flops by name, each to be read and set as a number.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "cmodel/chip.hpp"
+
+namespace meltstage::tb {
+
+// A flop, or a word of an array, as a value without sign.
+struct Flop {
+  std::string name;
+  unsigned width = 0;
+  std::uint64_t changeable = 0;  // bits that are flops
+  unsigned word = 0;
+  bool is_array = false;
+  std::uint64_t (*get)(const chip::Chip&, unsigned word) = nullptr;
+  void (*set)(chip::Chip&, unsigned word, std::uint64_t value) = nullptr;
+};
+
+// A flop, or the words of an array, which stand together so that an array is drawn as often as a flop.
+using FlopWords = std::vector<Flop>;
+using FlopBlock = std::vector<FlopWords>;
+
+// All of them, block by block.
+const std::vector<FlopBlock>& flop_blocks();
+
+// The low bits of a flop.
+constexpr std::uint64_t ones(unsigned width) { return ~std::uint64_t{0} >> (64 - width); }
+
+// "mem.active_q[3]"; the word of an array only.
+std::string name_of(const Flop& flop);
+
+// A line for each flop that differs.
+std::string list_differences(const chip::Chip& was, const chip::Chip& is);
+
+}  // namespace meltstage::tb
