@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 
+#include "motion/profile/check_positive.hpp"
+
 namespace meltstage::motion {
 
 namespace {
@@ -572,11 +574,6 @@ double feed_limit_mm_s(const Nurbs& curve, double u, const FeedLimits& limits) {
 
 namespace {
 
-void check_limit(const char* what, double value) {
-  if (!(value > 0.0) || !std::isfinite(value))
-    fail(fmt::format("{}: found {}, expected a finite number above 0", what, value));
-}
-
 /// A place of the curve at which the acceleration is zero.
 struct Breakpoint {
   std::size_t cell;
@@ -727,12 +724,12 @@ class FeedPlanner {
 }  // namespace
 
 FeedPlan plan_feed(const Nurbs& curve, const ArcLength& length, const FeedLimits& limits) {
-  check_limit("feed", limits.feed_mm_s);
-  check_limit("acceleration", limits.acceleration_mm_s2);
-  check_limit("jerk", limits.jerk_mm_s3);
-  check_limit("normal acceleration", limits.normal_acceleration_mm_s2);
-  check_limit("chord error", limits.chord_error_mm);
-  check_limit("cycle", limits.cycle_s);
+  check_positive("feed", limits.feed_mm_s, "mm/s");
+  check_positive("acceleration", limits.acceleration_mm_s2, "mm/s2");
+  check_positive("jerk", limits.jerk_mm_s3, "mm/s3");
+  check_positive("normal acceleration", limits.normal_acceleration_mm_s2, "mm/s2");
+  check_positive("chord error", limits.chord_error_mm, "mm");
+  check_positive("cycle", limits.cycle_s, "s");
   return FeedPlanner(curve, length, limits).plan();
 }
 

@@ -32,6 +32,8 @@ void add_runs(TomlSection section, std::vector<RegressRun>& runs) {
   if (find_test(test) == nullptr) section.fail("test", '"' + test + '"', "one of: " + test_names());
   const auto first = static_cast<std::uint64_t>(section.integer("first", 1, 0, kMostSeed));
   const std::int64_t seeds = section.integer("seeds", 1, 1, kMostRuns);
+  if (!section.has("amount"))
+    section.fail("amount", "none", "clocks or trials, as meltstage regress list says");
   const auto amount =
       static_cast<std::uint64_t>(section.integer("amount", 0, 1, static_cast<std::int64_t>(kMostAmount)));
   section.finish();

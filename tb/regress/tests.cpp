@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <stdexcept>
 
 #include "tb/regress/failing_case.hpp"
 #include "tb/stimulus/any_skip.hpp"
@@ -17,6 +18,8 @@ namespace meltstage::tb {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kLeastEvents = 160;  // rises and falls of the chip's flops of one bit
 
 void run_random(const RegressRun& run, const fs::path& failures, RunResult& result) {
   const RandomRun ran =
@@ -30,6 +33,10 @@ void run_any_state(const RegressRun& run, const fs::path&, RunResult& result) {
   const Moments moments(run.seed, kMomentSeeds, kMomentClocks);
   const auto rtl = make_verilated_rtl();
   const TrialCount reached = step_from_any_state(moments, *rtl, run.seed, 0, run.amount);
+  if (moments.of_events().size() < kLeastEvents || 4 * reached.compared < 3 * run.amount)
+    throw std::runtime_error(
+        fmt::format("reached too little: {} events, {} of {} states compared, {} without an invariant",
+                    moments.of_events().size(), reached.compared, run.amount, reached.refused));
   result.compared.clocks = reached.clocks;
   result.compared.pin_values = reached.clocks * spec::kOutputPins;
   result.compared.flop_values = reached.clocks * rtl->flop_bits();
@@ -37,7 +44,12 @@ void run_any_state(const RegressRun& run, const fs::path&, RunResult& result) {
 
 void run_skip(const RegressRun& run, const fs::path&, RunResult& result) {
   const Moments moments(run.seed, kMomentSeeds, kMomentClocks);
-  result.compared.clocks = skip_from_any_state(moments, run.seed, run.amount).clocks;
+  const SkipCount reached = skip_from_any_state(moments, run.seed, run.amount);
+  if (20 * reached.skipped < run.amount || 100 * reached.whole < run.amount)
+    throw std::runtime_error(
+        fmt::format("reached too little: {} stretches skipped of {} trials, {} to their end", reached.skipped,
+                    run.amount, reached.whole));
+  result.compared.clocks = reached.clocks;
 }
 
 constexpr std::array<RegressTest, 3> kTests = {

@@ -233,9 +233,10 @@ TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::u
       const chip::Outputs expected = chip.step(in);
       const chip::Outputs got = rtl.step(in);
       if (got != expected || !rtl.flops_equal(chip)) {
-        std::string report =
-            fmt::format("MISMATCH from any state: any_state --seed {} --first {} --trials 1, clock {}\n",
-                        seed, trial, clock);
+        std::string report = fmt::format(
+            "MISMATCH from any state: meltstage regress one any_state.{} --amount {}, the last trial, clock "
+            "{}\n",
+            seed, trial + 1, clock);
         for (const FlopDifference& flop : rtl.differences(chip))
           report += fmt::format("{}: RTL {:#x}, model {:#x}\n", flop.name, flop.dut, flop.model);
         if (got != expected) report += "output pins differ\n";

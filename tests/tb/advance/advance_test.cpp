@@ -7,9 +7,9 @@
 
 #include <fstream>
 
+#include "tb/regress/suites.hpp"
 #include "tb/stimulus/random_run.hpp"
 #include "tb/trials/upset.hpp"
-#include "tests/tb/lockstep/suite_seeds.hpp"
 #include "twins.hpp"
 
 namespace meltstage::tb {
@@ -103,12 +103,14 @@ class BesideAdvance final : public Device {
   std::vector<std::pair<std::uint64_t, chip::Outputs>> changes_;
 };
 
-// The chip suite's random runs: every state, fault, function code and exception (tests/tb/lockstep).
+// The random runs of suite pr: every state, fault, function code and exception.
 TEST(Advance, EqualsStepInTheRandomRunsOfTheLockstepSuite) {
   Coverage all;
   std::uint64_t clocks = 0;
-  for (const std::uint64_t seed : suite_seeds()) {
-    const RandomRun run = random_run(std::make_unique<BesideAdvance>(random_start(seed)), seed, 300'000);
+  for (const RegressRun& planned : find_suite(standard_suites(), "pr").runs) {
+    if (planned.test != "random") continue;
+    const RandomRun run =
+        random_run(std::make_unique<BesideAdvance>(random_start(planned.seed)), planned.seed, planned.amount);
     all.add(run.coverage);
     clocks += run.compared.clocks;
   }

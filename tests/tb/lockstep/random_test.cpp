@@ -1,34 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random lockstep: a slice of what `soak` runs for as long as one likes, with its coverage asked for.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
+// Random runs follow from their seeds. That lockstep holds in them and that they cover the specification is
+// asked by the suite pr of meltstage regress.
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "running_case.hpp"
-#include "suite_seeds.hpp"
 #include "tb/stimulus/random_run.hpp"
 
 namespace meltstage::tb {
 namespace {
-
-constexpr std::uint64_t kClocks = 300'000;
-
-TEST(Random, LockstepHoldsAndCoversTheSpecification) {
-  Coverage all;
-  std::uint64_t clocks = 0;
-  for (const std::uint64_t seed : suite_seeds()) {
-    const RandomRun run = random_run(
-        in_lockstep(random_start(seed),
-                    {"random", seed, fmt::format("soak --first {} --seeds 1 --clocks {}", seed, kClocks)}),
-        seed, kClocks);
-    all.add(run.coverage);
-    clocks += run.compared.clocks;
-  }
-  EXPECT_GE(clocks, kClocks * 63);
-  EXPECT_THAT(all.holes(), ::testing::IsEmpty());
-}
 
 TEST(Random, SameSeedGivesTheSameStimulusAndOthersDoNot) {
   std::set<std::uint64_t> hashes;

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltstage regress` from outside: verdicts, resuming, lost workers, runs that failed before, mistakes.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/base/scratch_folder.hpp"
+#include "tests/support/run_command.hpp"
+
+namespace meltstage::tb {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class RegressCommand : public testing::Test {
+ protected:
+  // A suite of four short runs.
+  Ran run(const std::string& more = "", const std::string& coverage = "open") const {
+    folder_.write(
+        "suites.toml",
+        fmt::format("[[suite]]\nname = \"mine\"\ncoverage = \"{}\"\nrun = [{{ test = \"random\", seeds = 4, "
+                    "amount = 5_000 }}]\n",
+                    coverage));
+    return run_command(fmt::format("regress run mine --suites {} --out {} {}",
+                                   folder_.at("suites.toml").string(), out().string(), more));
+  }
+  fs::path out() const { return folder_.at("out"); }
+  fs::path mine(std::string_view name) const { return out() / "mine" / name; }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(RegressCommand, GoodRunsPassAndLeaveReports) {
+  const Ran ran = run();
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("passed: 4 of 4 runs good"));
+  for (const char* name : {"junit.xml", "summary.json", "report.html"})
+    EXPECT_TRUE(fs::exists(mine(name))) << name;
+}
+
+TEST_F(RegressCommand, GoesOnWhereItStopped) {
+  ASSERT_EQ(run().status, 0);
+  fs::remove(mine("results") / "000002.json");
+  std::ofstream(mine("results") / "000001.json") << "{\"format\": \"cut off";
+  EXPECT_THAT(run().output, HasSubstr("; 2 results were there already"));
+  EXPECT_THAT(run().output, HasSubstr("; 4 results were there already"));
+  EXPECT_THAT(run("--seed 7").output, testing::Not(HasSubstr("there already")));
+}
+
+TEST_F(RegressCommand, ACoverageThatIsToBeClosedAndIsNotFails) {
+  const Ran ran = run("", "closed");
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.output, AllOf(HasSubstr("not covered: fault "), HasSubstr("FAILED: 4 of 4 runs good")));
+}
+
+TEST_F(RegressCommand, AKilledWorkerLosesNothing) {
+  folder_.write("long.toml",
+                "[[suite]]\nname = \"long\"\nrun = [{ test = \"random\", seeds = 2, amount = 100_000 }]\n");
+  const Ran ran =
+      run_shell(fmt::format("{} regress run long --suites {} --out {} -j 1 & run=$!\n"
+                            "for look in $(seq 500); do\n"
+                            "  worker=$(cat /proc/$run/task/$run/children)\n"
+                            "  if [ -n \"$worker\" ]; then kill -9 $worker; break; fi\n"
+                            "  sleep 0.01\n"
+                            "done\n"
+                            "wait $run",
+                            MELTSTAGE_COMMAND, folder_.at("long.toml").string(), out().string()));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, AllOf(HasSubstr("worker lost (killed by signal 9), run again"),
+                                HasSubstr("passed: 2 of 2 runs good")));
+}
+
+TEST_F(RegressCommand, RunsThatFailedBeforeComeFirst) {
+  folder_.write("failed.txt", "random.99 4000  # last week\nrandom.2 5000\n");
+  const Ran ran = run("--failed " + folder_.at("failed.txt").string());
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("passed: 5 of 5 runs good"));
+  EXPECT_LT(folder_.read("out/mine/junit.xml").find("random.99"),
+            folder_.read("out/mine/junit.xml").find("random.1\""));
+}
+
+TEST_F(RegressCommand, OneRunAlone) {
+  const Ran ran = run_command("regress one random.3 --amount 5000");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("random.3: good, "));
+}
+
+TEST_F(RegressCommand, MistakesAreOneLine) {
+  const auto refused = [&](const std::string& arguments, const std::string& said) {
+    const Ran ran = run_command("regress " + arguments);
+    EXPECT_EQ(ran.status, 2) << arguments;
+    EXPECT_THAT(ran.output, HasSubstr(said)) << arguments;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+  };
+  refused("run nothing --out " + out().string(),
+          "suite: found \"nothing\", expected one of: smoke, pr, nightly, release");
+  refused("run smoke --suites " + folder_.at("nowhere.toml").string(), "nowhere.toml");
+  refused("one random", "expected TEST.SEED such as random.17");
+  refused("one rand.1", "the test one of: random, any_state, skip");
+  refused("one random.1 --amount 0", "found 0, expected a whole number from 1");
+  refused("job " + folder_.at("").string() + " 0", "expected a folder that meltstage regress run made");
+  refused("case " + folder_.at("nowhere.json").string(), "nowhere.json");
+}
+
+}  // namespace
+}  // namespace meltstage::tb
