@@ -44,12 +44,12 @@ Ran Background::wait() {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(log_)};
 }
 
-std::optional<pid_t> find_worker(const fs::path& folder) {
+std::optional<pid_t> find_worker(const fs::path& folder, const std::string& verb) {
   for (const auto& entry : fs::directory_iterator("/proc")) {
     const std::string name = entry.path().filename();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     const std::string line = text_of(entry.path() / "cmdline");  // arguments end in a zero byte each
-    const std::string wanted = std::string("\0window\0", 8) + folder.string() + '\0';
+    const std::string wanted = '\0' + verb + '\0' + folder.string() + '\0';
     if (line.find(wanted) != std::string::npos) return static_cast<pid_t>(std::stol(name));
   }
   return std::nullopt;

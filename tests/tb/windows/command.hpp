@@ -30,7 +30,7 @@ class Background {
 };
 
 // A process that checks a window of `folder`, if there is one now.
-std::optional<pid_t> find_worker(const std::filesystem::path& folder);
+std::optional<pid_t> find_worker(const std::filesystem::path& folder, const std::string& verb = "window");
 
 // Looks every few milliseconds until `condition` holds; false when it does not in time.
 bool wait_until(const std::function<bool()>& condition,
