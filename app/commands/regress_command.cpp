@@ -21,6 +21,7 @@
 #include "app/terminal.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
+#include "base/folder_lock.hpp"
 #include "base/output_file.hpp"
 #include "tb/jobs/job_runners.hpp"
 #include "tb/regress/failing_case.hpp"
@@ -101,6 +102,7 @@ int run_suite(const Settings& s) {
   catch_interrupts();
   try {
     fs::create_directories(folder);
+    const FolderLock alone(folder);
     if (s.fresh || !tb::holds(folder, report.plan)) tb::begin_regression(folder, report.plan);
     const std::vector<std::size_t> numbers = tb::runs_to_do(folder, report.plan);
     report.kept = suite.runs.size() - numbers.size();

@@ -10,6 +10,7 @@
 
 #include "app/terminal.hpp"
 #include "base/file.hpp"
+#include "base/folder_lock.hpp"
 #include "recording/text.hpp"
 #include "tb/jobs/job_runners.hpp"
 
@@ -83,6 +84,7 @@ CheckedRun check_run(const fs::path& folder, const RunWindowsSettings& settings)
                  .notes = {},
                  .kept = 0,
                  .wall_s = 0.0};
+  const FolderLock alone(folder);
   tb::check_files(folder, run.plan);
   const std::vector<std::size_t> windows = tb::windows_to_run(folder, run.plan);
   run.kept = run.plan.windows.size() - windows.size();

@@ -78,12 +78,8 @@ Compared Lockstep::finish() const {
   return c;
 }
 
-std::string Lockstep::report(const chip::Outputs& expected, const chip::Outputs& got) const {
-  const std::uint64_t in_run = cycle_ - first_cycle_;
-  std::string text = fmt::format("MISMATCH test={} seed={:#x} cycle={} t={:.6f} ms  (model against {})\n",
-                                 identity_.test, identity_.seed, cycle_,
-                                 static_cast<double>(cycle_) * 1e3 / chip::spec::kClkHz, dut_->name());
-  text += pin_differences(got, expected);
+std::string Lockstep::differences(const chip::Outputs& expected, const chip::Outputs& got) const {
+  std::string text = pin_differences(got, expected);
   const std::vector<FlopDifference> flops = dut_->differences(model_);
   for (std::size_t i = 0; i < flops.size() && i < kShownDifferences; ++i) {
     text += fmt::format("  flop {:<28} dut={:#x} model={:#x} xor={:#x}\n", flops[i].name, flops[i].dut,
@@ -91,6 +87,14 @@ std::string Lockstep::report(const chip::Outputs& expected, const chip::Outputs&
   }
   if (flops.size() > kShownDifferences)
     text += fmt::format("  ... {} flops more\n", flops.size() - kShownDifferences);
+  return text;
+}
+
+std::string Lockstep::report(std::string_view what, const std::string& found) const {
+  const std::uint64_t in_run = cycle_ - first_cycle_;
+  std::string text = fmt::format("{} test={} seed={:#x} cycle={} t={:.6f} ms  (model against {})\n{}", what,
+                                 identity_.test, identity_.seed, cycle_,
+                                 static_cast<double>(cycle_) * 1e3 / chip::spec::kClkHz, dut_->name(), found);
   text += in_run == 0 ? std::string("  no clock of this run was equal\n")
                       : fmt::format("  last equal cycle {}\n", cycle_ - 1);
   text += fmt::format("  model: state={} fault={:#06x} T={:.3f} degC duty={:.2f} %\n",
@@ -120,6 +124,7 @@ void Lockstep::save(const std::filesystem::path& folder, const std::string& text
     model.step(in);
   }
   const auto traced = make_traced_rtl(folder / "waves.fst");
+  traced->set_assertions(false);  // the last clock may be the one that breaks one
   if (from > first_cycle_) traced->load(model, in);
   for (std::uint64_t at = from; at <= cycle_; ++at) {
     cursor.advance_to(at);
@@ -143,10 +148,14 @@ FailedStretch Lockstep::failed_stretch() const {
 }
 
 void Lockstep::fail(const chip::Outputs& expected, const chip::Outputs& got) {
-  std::string text = report(expected, got);
   recorder_.finish(cycle_);
-  const auto stretch = std::make_shared<const FailedStretch>(failed_stretch());
-  if (failures_.empty()) throw Mismatch(text, stretch);
+  leave("MISMATCH", differences(expected, got), std::make_shared<const FailedStretch>(failed_stretch()));
+}
+
+void Lockstep::leave(std::string_view what, const std::string& found,
+                     std::shared_ptr<const FailedStretch> stretch) {
+  std::string text = report(what, found);
+  if (failures_.empty()) throw Mismatch(text, std::move(stretch));
   const auto folder = failures_ / fmt::format("{}.{:x}", identity_.test, identity_.seed);
   try {
     save(folder, text);
@@ -154,7 +163,7 @@ void Lockstep::fail(const chip::Outputs& expected, const chip::Outputs& got) {
   } catch (const std::exception& error) {
     text += fmt::format("  not saved: {}\n", error.what());
   }
-  throw Mismatch(text, stretch);
+  throw Mismatch(text, std::move(stretch));
 }
 
 }  // namespace meltstage::tb

@@ -7,6 +7,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -55,7 +56,8 @@ class Lockstep {
   Lockstep(std::unique_ptr<Dut> dut, const chip::Chip& model, std::uint64_t cycle, RunIdentity identity,
            std::filesystem::path failures = "failures");
 
-  // One rising clock edge on both. Throws Mismatch at the first clock whose pins or flops differ.
+  // One rising clock edge on both. Throws Mismatch at the first clock whose pins or flops differ, or in which
+  // an assertion of the device fails.
   chip::Outputs step(const chip::Inputs& in) {
     record(in);
     if (!in.rst_n && last_.rst_n) ++compared_.resets;
@@ -63,7 +65,7 @@ class Lockstep {
     const std::uint16_t messages = model_.uartc.messages();
     const std::uint16_t samples = model_.guard.samples_q;
     const chip::Outputs expected = model_.step(in);
-    const chip::Outputs got = dut_->step(in);
+    const chip::Outputs got = step_device(in);
     if (got != expected || !dut_->flops_equal(model_)) fail(expected, got);
     ++compared_.clocks;
     compared_.frames += model_.uartc.messages() != messages && in.rst_n;
@@ -81,8 +83,20 @@ class Lockstep {
 
  private:
   void record(const chip::Inputs& in);
+  chip::Outputs step_device(const chip::Inputs& in) {
+    try {
+      return dut_->step(in);
+    } catch (const AssertionFailed& failed) {
+      recorder_.finish(cycle_);
+      leave("ASSERTION", std::string("  ") + failed.what() + "\n", nullptr);
+    }
+  }
   [[noreturn]] void fail(const chip::Outputs& expected, const chip::Outputs& got);
-  std::string report(const chip::Outputs& expected, const chip::Outputs& got) const;
+  // Saves the run, and throws Mismatch with the report.
+  [[noreturn]] void leave(std::string_view what, const std::string& found,
+                          std::shared_ptr<const FailedStretch> stretch);
+  std::string differences(const chip::Outputs& expected, const chip::Outputs& got) const;
+  std::string report(std::string_view what, const std::string& found) const;
   void save(const std::filesystem::path& folder, const std::string& report) const;
   FailedStretch failed_stretch() const;
 

@@ -9,6 +9,7 @@
 #include "Vtc_top_traced.h"
 #include "Vtc_top_traced__Syms.h"
 #include "Vtc_top_traced___024root.h"
+#include "base/error.hpp"
 #include "tb/lockstep/verilated_top.hpp"
 
 namespace meltstage::tb {
@@ -21,6 +22,8 @@ class TracedTop final : public verilated::VerilatedTop<Vtc_top_traced> {
     context_.traceEverOn(true);
     top_.trace(&trace_, 99);
     trace_.open(path.c_str());
+    if (!trace_.isOpen())
+      throw UserError(path.string() + ": cannot be written, expected a path for waves (FST)");
   }
   ~TracedTop() override { trace_.close(); }
 

@@ -20,7 +20,7 @@ class VerilatedRtl : public Dut {
 };
 
 std::unique_ptr<VerilatedRtl> make_verilated_rtl();
-// The same with an FST wave of every signal written to `path` until it is destroyed.
+// The same with an FST wave of every signal written to `path` until it is destroyed. Throws UserError.
 std::unique_ptr<VerilatedRtl> make_traced_rtl(const std::filesystem::path& path);
 
 }  // namespace meltstage::tb

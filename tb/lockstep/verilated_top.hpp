@@ -5,6 +5,7 @@
 
 #include <verilated.h>
 
+#include <limits>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -138,6 +139,8 @@ template <class Top>
 class VerilatedTop : public VerilatedRtl {
  public:
   VerilatedTop() : top_(&context_) {
+    context_.errorLimit(
+        std::numeric_limits<int>::max());  // a failed assertion is told by step(), and ends no process
     top_.scan_en_i = 0;
     top_.scan_i = 0;
     apply({.rst_n = false});
@@ -146,8 +149,7 @@ class VerilatedTop : public VerilatedRtl {
   }
   ~VerilatedTop() override {
     top_.final();
-    // Verilator 5.006 unregisters an instance's scopes from the thread's newest context; that must be its
-    // own.
+    // Verilator 5.006 unregisters an instance's scopes from the thread's context; that must be its own.
     Verilated::threadContextp(&context_);
   }
 
@@ -157,6 +159,7 @@ class VerilatedTop : public VerilatedRtl {
     eval();
     top_.clk_i = 0;
     eval();
+    if (context_.errorCount() != 0) throw AssertionFailed();
     return chip::take_outputs(top_);
   }
 
@@ -184,6 +187,8 @@ class VerilatedTop : public VerilatedRtl {
   // Settles the design at the present pins.
   virtual void eval() { top_.eval(); }
   void apply(const chip::Inputs& in) {
+    // Each step begins here. Another instance, since gone, may have been the thread's.
+    Verilated::threadContextp(&context_);
     chip::put_inputs(in, top_);
     if (!in.rst_n) top_.eval();  // asynchronous: acts before the clock edge
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,11 @@ struct FlopDifference {
   std::uint64_t model;
 };
 
+// An assertion of the device's own failed in the last clock; its simulator has printed which one.
+struct AssertionFailed : std::runtime_error {
+  AssertionFailed() : std::runtime_error("an assertion of the RTL failed; standard output says which") {}
+};
+
 class Dut {
  public:
   Dut() = default;
@@ -24,7 +30,7 @@ class Dut {
   Dut& operator=(const Dut&) = delete;
   virtual ~Dut() = default;
 
-  // One rising clock edge with the pins at `in` before it; the output pins after it.
+  // One rising clock edge with the pins at `in` before it; the output pins after it. Throws AssertionFailed.
   virtual chip::Outputs step(const chip::Inputs& in) = 0;
   // True when every flop that the device shows equals the model's.
   virtual bool flops_equal(const chip::Chip& model) const = 0;

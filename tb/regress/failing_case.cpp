@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
@@ -148,9 +149,22 @@ const Flop* find_flop(const std::string& name) {
   return nullptr;
 }
 
+std::string text_of(const fs::path& path, const std::string& key, const Json& value) {
+  if (!value.is_string()) refuse(path, key, value.dump(), "a text");
+  return value.get<std::string>();
+}
+
+void check_keys(const fs::path& path, const Json& json) {
+  constexpr std::array<std::string_view, 5> kKeys{"format", "origin", "flops", "clocks", "differs"};
+  for (const auto& [key, value] : json.items())
+    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
+      refuse(path, key, "a key that no case has", fmt::format("one of: {}", fmt::join(kKeys, ", ")));
+}
+
 FailingCase case_from(const fs::path& path, const Json& json) {
+  check_keys(path, json);
   FailingCase failing;
-  failing.origin = json.value("origin", "");
+  failing.origin = text_of(path, "origin", json.value("origin", Json("")));
   const Json flops = json.value("flops", Json::object());
   if (!flops.is_object()) refuse(path, "flops", flops.dump(), "an object, a flop's name and value each");
   for (const auto& [name, value] : flops.items()) {
@@ -165,8 +179,8 @@ FailingCase case_from(const fs::path& path, const Json& json) {
     refuse(path, "clocks", fmt::format("{} clocks", clocks.size()), fmt::format("1 to {}", kMostClocks));
   for (const Json& clock : clocks) failing.inputs.push_back(pins_from(path, clock));
   const Json differs = json.value("differs", Json::array());
-  for (const Json& name : differs)
-    if (name.is_string()) failing.differs.push_back(name);
+  if (!differs.is_array()) refuse(path, "differs", differs.dump(), "a list of names");
+  for (const Json& name : differs) failing.differs.push_back(text_of(path, "differs", name));
   return failing;
 }
 

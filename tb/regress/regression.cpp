@@ -4,11 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <ratio>
 #include <type_traits>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/sha256.hpp"
+#include "tb/jobs/deadline.hpp"
 #include "tb/jobs/sealed_json.hpp"
 
 namespace meltstage::tb {
@@ -40,6 +44,7 @@ Json to_json(const RegressPlan& plan) {
   return {{"suite", plan.suite.name},
           {"about", plan.suite.about},
           {"coverage_closed", plan.suite.coverage_closed},
+          {"limit_min", plan.suite.limit_min},
           {"program", plan.program},
           {"runs", runs}};
 }
@@ -49,6 +54,7 @@ RegressPlan plan_from(const Json& json) {
   plan.suite.name = json.at("suite");
   plan.suite.about = json.at("about");
   plan.suite.coverage_closed = json.at("coverage_closed");
+  plan.suite.limit_min = json.at("limit_min");
   plan.program = json.at("program");
   for (const Json& run : json.at("runs")) plan.suite.runs.push_back(run_from(run));
   return plan;
@@ -184,9 +190,18 @@ RegressPlan read_regression(const fs::path& folder) {
 RunResult do_planned_run(const fs::path& folder, const RegressPlan& plan, std::size_t number) {
   if (number >= plan.suite.runs.size())
     throw UserError(fmt::format("run: found {}, expected 0 to {}", number, plan.suite.runs.size() - 1));
-  RunResult result = do_run(plan.suite.runs[number], folder / "failures");
+  const RegressRun& run = plan.suite.runs[number];
   fs::create_directories(folder / "results");
-  write_sealed(result_file(folder, number), kResultFormat, to_json(result));
+  const auto write = [&](const RunResult& result) {
+    write_sealed(result_file(folder, number), kResultFormat, to_json(result));
+  };
+  const Deadline deadline(std::chrono::duration<double, std::ratio<60>>(plan.suite.limit_min), [&] {
+    write(overlong_run(run, plan.suite.limit_min));
+    std::_Exit(1);  // the run itself can't be stopped
+  });
+  RunResult result = do_run(run, folder / "failures");
+  deadline.met();
+  write(result);
   return result;
 }
 

@@ -27,7 +27,8 @@ void begin_regression(const std::filesystem::path& folder, const RegressPlan& pl
 // Throws UserError when there is none, or it is of another program.
 RegressPlan read_regression(const std::filesystem::path& folder);
 
-// Does run `number`, from 0; its result appears whole. Throws UserError when it can't be written.
+// Does run `number`, from 0; its result appears whole. A run that takes longer than its suite allows ends
+// this process with exit status 1, its result written. Throws UserError when it can't be written.
 RunResult do_planned_run(const std::filesystem::path& folder, const RegressPlan& plan, std::size_t number);
 // Numbers without a usable result.
 std::vector<std::size_t> runs_to_do(const std::filesystem::path& folder, const RegressPlan& plan);

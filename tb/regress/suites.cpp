@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t kMostRuns = 1'000'000;
 constexpr std::uint64_t kMostAmount = 1'000'000'000'000;
+constexpr double kMostMinutes = 10'000;
 constexpr std::int64_t kMostSeed = std::int64_t{1} << 62;
 
 constexpr std::array<Choice<bool>, 2> kCoverage = {{{"open", false}, {"closed", true}}};
@@ -51,6 +52,7 @@ Suite suite_of(TomlSection section) {
   suite.about = section.text("about", "");
   suite.coverage_closed = section.choice("coverage", "open", kCoverage);
   for (TomlSection& run : section.sections("run")) add_runs(run, suite.runs);
+  suite.limit_min = section.number("limit_min", suite.limit_min, 1e-3, kMostMinutes);
   if (suite.runs.empty()) section.fail("run", "none", "a run");
   std::set<std::string> names;
   for (const RegressRun& run : suite.runs)

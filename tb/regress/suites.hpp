@@ -29,6 +29,7 @@ struct Suite {
   std::string name;
   std::string about;
   bool coverage_closed = false;  // what the runs together don't meet is a fault
+  double limit_min = 60.0;       // a run that takes longer is ended, and is not good
   std::vector<RegressRun> runs;
 };
 
@@ -38,6 +39,8 @@ std::vector<Suite> standard_suites();
 std::vector<Suite> read_suites(const std::filesystem::path& path);
 // Throws UserError that lists the names when there is none of this name.
 const Suite& find_suite(const std::vector<Suite>& suites, std::string_view name);
+const Suite& find_suite(std::vector<Suite>&& suites,
+                        std::string_view name) = delete;  // would outlive its list
 
 // The suite with other seeds: those of each test begin `by` later.
 Suite with_seeds_moved(Suite suite, std::uint64_t by);

@@ -98,6 +98,16 @@ std::string repeat_command(const RegressRun& run) {
   return fmt::format("meltstage regress one {} --amount {}", name_of(run), run.amount);
 }
 
+RunResult overlong_run(const RegressRun& run, double limit_min) {
+  RunResult result;
+  result.run = run;
+  result.host = host_name();
+  result.wall_s = limit_min * 60.0;
+  result.report = fmt::format(
+      "ended after {} min, the suite's limit_min: it hangs, or its amount is too large\n", limit_min);
+  return result;
+}
+
 RunResult do_run(const RegressRun& run, const fs::path& failures) {
   RunResult result;
   result.run = run;

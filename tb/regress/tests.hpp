@@ -42,6 +42,9 @@ std::string test_names();
 // Command that repeats a run alone.
 std::string repeat_command(const RegressRun& run);
 
+// The result of a run that took too long.
+RunResult overlong_run(const RegressRun& run, double limit_min);
+
 // Runs it to its end; a mismatch, a broken promise or any other exception is in the result.
 RunResult do_run(const RegressRun& run, const std::filesystem::path& failures);
 

@@ -342,8 +342,11 @@ void befall_test_mode(Rng& rng, Bench& bench) {
 
 void befall_state(Rng& rng, Bench& bench, const Kind& kind) {
   if (!one_in(rng, kind.recovers ? 2'000 : 500)) return;
-  bench.poke(
-      [&](chip::Chip& chip) { chip.sysctrl.state_q ^= static_cast<std::uint8_t>(1u << rng.below(5)); });
+  const auto flip = static_cast<std::uint8_t>(1u << rng.below(5));
+  // While a pulse stands, the RTL's assertions tie it to the state that sent it; the flip would break them.
+  const auto& sysctrl = bench.model().sysctrl;
+  if (sysctrl.tick_q != 0 || sysctrl.commit_q != 0 || sysctrl.sens_start_q != 0) return;
+  bench.poke([&](chip::Chip& chip) { chip.sysctrl.state_q ^= flip; });
 }
 
 // An experiment that is near its end, or near its time limit.

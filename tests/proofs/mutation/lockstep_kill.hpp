@@ -34,6 +34,7 @@ class VariantRtl final : public verilated::VerilatedTop<Top> {
  public:
   VariantRtl(unsigned variant, std::uint64_t& clocks) : clocks_(clocks) {
     this->top_.bug_i = static_cast<std::uint16_t>(variant);
+    this->set_assertions(false);  // what the comparison finds is asked
   }
   chip::Outputs step(const chip::Inputs& in) override {
     ++clocks_;

@@ -107,7 +107,8 @@ class BesideAdvance final : public Device {
 TEST(Advance, EqualsStepInTheRandomRunsOfTheLockstepSuite) {
   Coverage all;
   std::uint64_t clocks = 0;
-  for (const RegressRun& planned : find_suite(standard_suites(), "pr").runs) {
+  const std::vector<Suite> suites = standard_suites();
+  for (const RegressRun& planned : find_suite(suites, "pr").runs) {
     if (planned.test != "random") continue;
     const RandomRun run =
         random_run(std::make_unique<BesideAdvance>(random_start(planned.seed)), planned.seed, planned.amount);

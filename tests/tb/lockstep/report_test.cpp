@@ -11,6 +11,7 @@
 #include "recording/text.hpp"
 #include "tb/lockstep/bench.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
+#include "tests/base/scratch_folder.hpp"
 
 namespace meltstage::tb {
 namespace {
@@ -45,6 +46,25 @@ TEST(MismatchReport, NamesTheFlopAndSavesWhatRepeatsIt) {
   }
   EXPECT_EQ(recording::read_text(saved / "stimulus.mvec").first_cycle(), 100u);
   std::filesystem::remove_all(folder);
+}
+
+// A start of the sensor in Idle, to which no sound chip comes. An instance has gone before: the thread's
+// Verilator context was its own.
+TEST(MismatchReport, AnAssertionOfTheRtlThatFailsIsTold) {
+  make_verilated_rtl();
+  const ScratchFolder folder;
+  chip::Chip start = chip_with(quick());
+  start.sysctrl.tick_q = 1;
+  auto rtl = make_verilated_rtl();
+  rtl->load(start, {});
+  Lockstep run(std::move(rtl), start, 100, {"asserted", 1, "repeat me"}, folder.at(""));
+  const auto clocks = [&] {
+    for (int i = 0; i < 4; ++i) run.step({});
+  };
+  EXPECT_THAT(clocks,
+              testing::ThrowsMessage<Mismatch>(testing::AllOf(
+                  HasSubstr("ASSERTION test=asserted seed=0x1 cycle=101"), HasSubstr("repeat: repeat me"))));
+  EXPECT_GT(std::filesystem::file_size(folder.at("asserted.1/waves.fst")), 0u);
 }
 
 TEST(MismatchReport, EachFlopOfTheRtlIsLookedAt) {

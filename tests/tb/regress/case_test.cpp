@@ -58,6 +58,12 @@ TEST(Case, MistakesOfItsFileAreNamed) {
   refused(with("\"clocks\": [{}], \"flops\": {\"guard.run_q\": 2}"), "found 2, expected 0 to 1");
   refused(with("\"clocks\": [{}], \"flops\": {\"guard.run_q\": -1}"), "found -1, expected 0 to 1");
   refused(with("\"clocks\": [{}], \"flops\": [1]"), "expected an object");
+  refused(with("\"clocks\": [{}], \"flop\": {}"),
+          "flop: found a key that no case has, expected one of: format,");
+  refused(with("\"clocks\": [{}], \"origin\": 3"), "origin: found 3, expected a text");
+  refused(with("\"clocks\": [{}], \"differs\": \"heater_o\""),
+          "differs: found \"heater_o\", expected a list");
+  refused(with("\"clocks\": [{}], \"differs\": [1]"), "differs: found 1, expected a text");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/folder_lock.hpp"
 #include "tests/base/scratch_folder.hpp"
 #include "tests/support/run_command.hpp"
 
@@ -90,6 +91,27 @@ TEST_F(RegressCommand, OneRunAlone) {
   EXPECT_THAT(ran.output, HasSubstr("random.3: good, "));
 }
 
+TEST_F(RegressCommand, ARunThatTakesTooLongIsEndedAndIsNotGood) {
+  folder_.write(
+      "long.toml",
+      "[[suite]]\nname = \"long\"\nlimit_min = 0.01\nrun = [{ test = \"random\", first = 5, amount = "
+      "900_000_000 }]\n");
+  const Ran ran = run_command(
+      fmt::format("regress run long --suites {} --out {}", folder_.at("long.toml").string(), out().string()));
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.output, HasSubstr("random.5: ended after 0.01 min, the suite's limit_min"));
+  EXPECT_THAT(folder_.read("out/long/junit.xml"), HasSubstr("ended after 0.01 min"));
+  EXPECT_THAT(folder_.read("out/failed.txt"), HasSubstr("random.5 900000000"));
+}
+
+TEST_F(RegressCommand, TwoDontWorkInOneFolder) {
+  ASSERT_EQ(run().status, 0);
+  const FolderLock other(out() / "mine");
+  const Ran second = run();
+  EXPECT_EQ(second.status, 2);
+  EXPECT_THAT(second.output, HasSubstr("mine: found another process at work in it"));
+}
+
 TEST_F(RegressCommand, MistakesAreOneLine) {
   const auto refused = [&](const std::string& arguments, const std::string& said) {
     const Ran ran = run_command("regress " + arguments);
@@ -105,6 +127,9 @@ TEST_F(RegressCommand, MistakesAreOneLine) {
   refused("one random.1 --amount 0", "found 0, expected a whole number from 1");
   refused("job " + folder_.at("").string() + " 0", "expected a folder that meltstage regress run made");
   refused("case " + folder_.at("nowhere.json").string(), "nowhere.json");
+  const auto sound = folder_.write("sound.json", "{\"format\": \"meltstage-case\", \"clocks\": [{}]}");
+  refused("case " + sound.string() + " --fst " + folder_.at("no/waves.fst").string(),
+          "waves.fst: cannot be written");
 }
 
 }  // namespace

@@ -50,6 +50,8 @@ TEST_F(Suites, MistakesAreNamedWithTheirPlace) {
   refused("[[suite]]\nname = \"a\"\nrun = [{ test = \"rand\", amount = 1 }]\n",
           "one of: random, any_state, skip");
   refused("[[suite]]\nname = \"a\"\nrun = [{ test = \"random\" }]\n", "amount");
+  refused("[[suite]]\nname = \"a\"\nlimit_min = 0\nrun = [{ test = \"random\", amount = 1 }]\n",
+          "limit_min: found 0");
   refused("[[suite]]\nname = \"a\"\nrun = [{ test = \"random\", amount = 0 }]\n", "amount: found 0");
   refused("[[suite]]\nname = \"a\"\nrun = [{ test = \"random\", amount = 1, seed = 4 }]\n", "seed");
   refused(
