@@ -159,6 +159,8 @@ void PartialFolder::publish() {
     fail(target_, error.value());
   }
   if (replaces) std::filesystem::remove_all(before, error);  // what can't go stays beside it
+  if (lock_ >= 0) close(lock_);  // it is no leftover any more, and another may lock it
+  lock_ = -1;
 }
 
 std::filesystem::path folder_to_write(const std::filesystem::path& path) {

@@ -56,7 +56,7 @@ class PartialFolder {
 
  private:
   std::filesystem::path target_, path_;
-  int lock_ = -1;  // held for as long as this process lives
+  int lock_ = -1;  // until it has the name
 };
 
 /// The path of a folder to write without what the completion of a shell puts behind it ("out/", "out/."):

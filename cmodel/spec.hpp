@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 
 namespace meltstage::chip::spec {
@@ -504,17 +505,18 @@ struct SensorPreset {
   std::uint32_t check_value;
   std::uint16_t setup;
   std::uint16_t min_ts_ms;  // shortest control period with a fresh conversion each time
+  double highest_degc;      // up to where the part measures; no limit above it can trip
 };
 
 // Indexed by SENS_TYPE; entry 0 stands for the SENS_* registers.
 inline constexpr std::array<SensorPreset, 7> kSensorPresets{ {
-    {"custom", 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"MAX31855", 0x3220, 0x000E, 4096, 0x0000, 0x0007, 0x00030008, 0x00000000, 0x0000, 100 },
-    {"MAX6675", 0x0310, 0x000C, 4096, 0x0000, 0x0004, 0x00008002, 0x00000000, 0x0000, 220 },
-    {"MAX31865", 0x0158, 0x010F, 512, 0xC000, 0x0001, 0x00000000, 0x00000000, 0x80C3, 20 },
-    {"ADT7320", 0x20D8, 0x5010, 128, 0x0000, 0x0000, 0x00000000, 0x00000000, 0x0880, 240 },
-    {"ADT7310", 0x20D8, 0x5010, 128, 0x0000, 0x0000, 0x00000000, 0x00000000, 0x0880, 240 },
-    {"LM70", 0x2510, 0x000B, 4096, 0x0000, 0x0000, 0x0000001C, 0x0000001C, 0x0000, 210 },
+    {"custom", 0, 0, 0, 0, 0, 0, 0, 0, 0, std::numeric_limits<double>::infinity()},
+    {"MAX31855", 0x3220, 0x000E, 4096, 0x0000, 0x0007, 0x00030008, 0x00000000, 0x0000, 100, 1350.0 },
+    {"MAX6675", 0x0310, 0x000C, 4096, 0x0000, 0x0004, 0x00008002, 0x00000000, 0x0000, 220, 1023.75 },
+    {"MAX31865", 0x0158, 0x010F, 512, 0xC000, 0x0001, 0x00000000, 0x00000000, 0x80C3, 20, 767.96875 },
+    {"ADT7320", 0x20D8, 0x5010, 128, 0x0000, 0x0000, 0x00000000, 0x00000000, 0x0880, 240, 150.0 },
+    {"ADT7310", 0x20D8, 0x5010, 128, 0x0000, 0x0000, 0x00000000, 0x00000000, 0x0880, 240, 150.0 },
+    {"LM70", 0x2510, 0x000B, 4096, 0x0000, 0x0000, 0x0000001C, 0x0000001C, 0x0000, 210, 150.0 },
 } };
 
 struct IdentPart {

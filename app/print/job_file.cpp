@@ -18,7 +18,6 @@
 #include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/tour/path.hpp"
-#include "tb/devices/sensor_range.hpp"
 
 namespace meltstage::app {
 
@@ -259,8 +258,8 @@ JobDescription parse_job(const std::filesystem::path& path) {
   job.registers = tuned(job.head.plant, period_ms / 1000.0);
   set_register(job.registers, spec::kRegSetpoint, static_cast<std::uint16_t>(std::lround(setpoint * 10.0)));
   set_register(job.registers, spec::kRegTMax,
-               static_cast<std::uint16_t>(std::lround(
-                   std::min({setpoint + 40.0, 500.0, tb::highest_reading_degc(sensor.name)}) * 10.0)));
+               static_cast<std::uint16_t>(
+                   std::lround(std::min({setpoint + 40.0, 500.0, sensor.highest_degc}) * 10.0)));
   set_register(job.registers, spec::kRegTAmb,
                static_cast<std::uint16_t>(std::lround(job.head.plant.ambient_degc * 10.0)));
   set_register(job.registers, spec::kRegAtWindow, static_cast<std::uint16_t>(std::lround(window * 10.0)));

@@ -10,8 +10,6 @@
 #include <string_view>
 #include <utility>
 
-#include "tb/devices/sensor_range.hpp"
-
 namespace meltstage::app {
 
 namespace {
@@ -46,7 +44,7 @@ void require_setpoint(const tb::PrintJob& job, const spec::SensorPreset& sensor,
   constexpr double kMargin_degc = spec::kSetpointMargin * 0.1;
   constexpr double kRounding_degc = 1e-6;
   const double setpoint = value_of(job, spec::kRegSetpoint), most = value_of(job, spec::kRegTMax);
-  const double measured = tb::highest_reading_degc(sensor.name);
+  const double measured = sensor.highest_degc;
   const Field field = field_of(spec::kRegSetpoint, s.temperature, "setpoint_degc", s.registers);
   // Above what the sensor measures no limit trips, however hot the head gets.
   if (setpoint > measured - kMargin_degc + kRounding_degc)
