@@ -333,13 +333,19 @@ Settings as_custom(const spec::SensorPreset& part) {
           {spec::kRegSensSetup, part.setup}};
 }
 
+// Half of the time one bit: of several, another one answers for it.
+Setting any_fault_mask(Rng& rng) {
+  if (one_in(rng, 2)) return any_legal(rng, spec::kRegSensFaultMask);
+  return {spec::kRegSensFaultMask, static_cast<std::uint16_t>(1u << rng.below(16))};
+}
+
 // A frame of any length and mode whose checks, if any, the line passes now and then.
 Settings any_description(Rng& rng) {
   Settings settings = as_custom({});
   for (Setting& setting : settings) {
     const bool check = setting.reg >= spec::kRegSensFaultMask && setting.reg <= spec::kRegSensCheckValueL;
     if (setting.reg != spec::kRegSensType && (!check || one_in(rng, 4)))
-      setting = any_legal(rng, setting.reg);
+      setting = setting.reg == spec::kRegSensFaultMask ? any_fault_mask(rng) : any_legal(rng, setting.reg);
   }
   return settings;
 }

@@ -175,7 +175,7 @@ prove_bugs() {
   grep -v '^#' "$here/$block/bugs.txt" | grep . > "$work/bugs"
   if [[ $draw ]]; then
     echo "      $block: $draw of $(wc -l < "$work/bugs") bugs, --seed $seed"
-    awk -v seed="$seed" 'BEGIN { srand(seed) } { print rand() "\t" $0 }' "$work/bugs" | sort -n | head -n "$draw" | cut -f 2- > "$work/drawn"
+    awk -v seed="$seed" 'BEGIN { srand(seed) } { print rand() "\t" $0 }' "$work/bugs" | sort -n | sed -n "1,${draw}p" | cut -f 2- > "$work/drawn"
     mv "$work/drawn" "$work/bugs"
   fi
   while IFS=$'\t' read -r file change what wanted; do
