@@ -32,7 +32,7 @@ def stop(text):
 
 
 def area_um2(rtl, top, folder):
-    environment = dict(os.environ, RTL=str(rtl), TOP=top, SCANNER="")  # blocks have no scan
+    environment = dict(os.environ, SOURCES=str(rtl / "tc.f"), TOP=top, SCANNER="")  # blocks have no scan
     done = subprocess.run(["yosys", "-q", "-c", str(HERE / "synth.tcl")], cwd=folder, env=environment, capture_output=True, text=True,
                           check=False)
     if done.returncode:

@@ -17,7 +17,7 @@ $(placed)/netlist.json: $(out)/netlist.v
 	mv $@.part $@
 
 $(addprefix $(placed)/,place.txt placed.def placed.v placed.spef) &: $(placed)/netlist.json $(PLACER)
-	$(PLACER) --lef $(lef) --liberty $(liberty) --netlist $< --utilization $(UTILIZATION) --clock clk_i $(place_options) \
+	$(PLACER) --lef $(lef) --liberty $(liberty) --netlist $< --utilization $(UTILIZATION) --clock $(CLOCK) $(place_options) \
 	  --def $(placed)/placed.def --verilog $(placed)/placed.v --spef $(placed)/placed.spef > $(placed)/place.txt.part
 	mv $(placed)/place.txt.part $(placed)/place.txt
 
@@ -25,8 +25,8 @@ $(placed)/equivalence.txt: $(placed)/placed.v $(out)/reference.il
 	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
 	mv $@.part $@
 
-$(placed)/timing_%.txt: $(placed)/placed.v $(placed)/placed.spef $(here)/placed_timing.tcl
-	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(placed)/placed.spef DELAYS= \
+$(placed)/timing_%.txt: $(placed)/placed.v $(placed)/placed.spef $(here)/placed_timing.tcl $(here)/clock.tcl
+	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) CLOCK=$(CLOCK) PERIOD_NS=$(PERIOD_NS) WIRES=$(placed)/placed.spef DELAYS= \
 	  sta -no_splash -exit $(here)/placed_timing.tcl > $@.part 2>&1
 	! grep -m1 -E '^Error|spef, line' $@.part >&2 # a net it doesn't find is one without its wire
 	mv $@.part $@

@@ -16,7 +16,7 @@ routed: $(addprefix $(routed)/,route.txt drc.txt lvs.txt equivalence.txt sdf.txt
   $(if $(wildcard $(FACTORY_DECK)),$(routed)/factory.txt)
 	$(MAKE) -f $(here)/Makefile TECH=$(TECH) TOP=$(TOP) summary
 
-# Open nets, conflicts and broken antenna rules are in route.txt; the summary is what fails for them.
+# Open nets, conflicts and broken antenna rules are in route.txt, mismatches in sdf.txt; the summary is what fails for them.
 $(addprefix $(routed)/,route.txt routed.def routed.v routed.spef) &: $(placed)/placed.def $(ROUTER)
 	mkdir -p $(routed)
 	$(ROUTER) --lef $(lef) --def $< --out $(routed)/routed.def --netlist $(routed)/routed.v --spef $(routed)/routed.spef > $(routed)/route.txt.part || [ $$? = 1 ]
@@ -52,15 +52,15 @@ $(routed)/equivalence.txt: $(routed)/metal.v $(out)/reference.il
 	esac > $@.part
 	mv $@.part $@
 
-$(routed)/timing_%.txt $(routed)/delays_%.sdf: $(routed)/routed.v $(routed)/routed.spef $(here)/placed_timing.tcl
-	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) PERIOD_NS=$(PERIOD_NS) WIRES=$(routed)/routed.spef DELAYS=$(routed)/delays_$*.sdf \
+$(routed)/timing_%.txt $(routed)/delays_%.sdf: $(routed)/routed.v $(routed)/routed.spef $(here)/placed_timing.tcl $(here)/clock.tcl
+	LIBERTY=$(liberty_$*) NETLIST=$< TOP=$(TOP) CLOCK=$(CLOCK) PERIOD_NS=$(PERIOD_NS) WIRES=$(routed)/routed.spef DELAYS=$(routed)/delays_$*.sdf \
 	  sta -no_splash -exit $(here)/placed_timing.tcl > $(routed)/timing_$*.part 2>&1
 	! grep -m1 -E '^Error|spef, line' $(routed)/timing_$*.part >&2 # a net it doesn't find is one without its wire
 	mv $(routed)/timing_$*.part $(routed)/timing_$*.txt
 
 # What the metal connects with its wires' delays beside the RTL's gates in Icarus, random inputs, in the corner of synthesis.
 $(routed)/sdf.txt: $(routed)/routed.v $(routed)/delays_$(synth_corner).sdf $(cells_verilog) $(out)/reference.il $(here)/sdf_replay.py $(here)/fold_wires.py
-	$(here)/sdf_replay.py $(out)/reference.il $< $(routed)/delays_$(synth_corner).sdf $(TOP) $(cells_verilog) $(PERIOD_NS) test_mode_i=0 scan_en_i=0 scan_o=- $(filter scan_i=0,$(scan_off)) > $@.part
+	$(here)/sdf_replay.py $(out)/reference.il $< $(routed)/delays_$(synth_corner).sdf $(TOP) $(cells_verilog) $(PERIOD_NS) test_mode_i=0 scan_en_i=0 scan_o=- $(filter scan_i=0,$(scan_off)) > $@.part || [ $$? = 1 ]
 	mv $@.part $@
 
 # Where the library has no Verilog of its cells: their logic and paths from Liberty.

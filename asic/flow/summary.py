@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """summary.py FOLDER TOP PERIOD_NS CORNER...: what the flow has found, from the files of FOLDER/TOP and FOLDER/*.
 
-Writes summary.txt, summary.json and summary.html into FOLDER/TOP. What has not been run is left out. Exits with 1 when a layout has errors or misses its timing.
+Writes summary.txt, summary.json and summary.html into FOLDER/TOP. A step that has not been run is left out; of one that has, a check that is missing
+is told. Exits with 1 when a check is missing, a layout has errors or misses its timing.
 """
 import json
 import pathlib
@@ -32,6 +33,8 @@ td.figure { text-align: right; font-variant-numeric: tabular-nums } img { max-wi
 RUNS = {"busy": "a busy recorded run", "heat-up": "0.1 s of a job's heat-up", "print": "0.1 s of its printing"}  # as the Makefile calls them
 
 VARIED = "on-chip variation of 5 %"  # told, not asked for
+
+MISSING = "not there"
 
 NONE_ALLOWED = re.compile(r"nets not routed|open nets|nets in conflict|antenna rules broken|pins without access|cells with crowded pins|(DRC|LVS) errors|mismatches in Icarus|placement errors")
 
@@ -72,9 +75,22 @@ def row(what, value, unit="", **limits):
 
 
 def is_bad(r):
-    if "least" in r or "most" in r:
+    if r["value"] != MISSING and ("least" in r or "most" in r):
         return r["value"] < r.get("least", r["value"]) or r["value"] > r.get("most", r["value"])
-    return NONE_ALLOWED.match(r["what"]) and r["value"] not in (0, "0")
+    return r["value"] == MISSING or NONE_ALLOWED.match(r["what"]) and r["value"] not in (0, "0")
+
+
+def proof_row(what, proof, of):
+    """What `of` was made to be, against what it is made from."""
+    return row(what, "proved" if "Networks are equivalent" in text_if_newer(proof, of) else MISSING)
+
+
+def corner_rows(folder, of, period_ns, corners):
+    """Setup and hold of each corner; a corner without them is told."""
+    for corner in corners:
+        path = folder / f"timing_{corner}.txt"
+        rows = timing_rows(corner, path, period_ns, least=0) if is_newer(path, of) else []
+        yield from rows or [row(f"setup slack, {corner}", MISSING)]
 
 
 def timing_rows(name, path, period_ns, **limits):
@@ -102,9 +118,7 @@ def netlist_rows(folder):
         rows.append(row("of them clock gates", gates))
     rows += [row("area of the cells", round(area), "um2"),
              row("of the paper's whole die (547,600 um2)", round(100 * area / PAPER_DIE_UM2, 1), "%")]
-    if "Networks are equivalent" in text_if_newer(folder / "equivalence.txt", folder / "netlist.v"):
-        rows.append(row("RTL's gates = netlist", "proved"))
-    return rows
+    return rows + [proof_row("RTL's gates = netlist", folder / "equivalence.txt", folder / "netlist.v")]
 
 
 def run_rows(text):
@@ -128,12 +142,12 @@ def placement_rows(folder, period_ns, corners):
     rows = [row(what, json.loads(value) if re.fullmatch(r"\d+(\.\d+)?", value) else value, unit) for what, value, unit in told]
     if folder.name == "tc_top":
         rows += [row("the core of the paper's whole die", round(100 * float(value) / PAPER_DIE_UM2, 1), "%") for what, value, _ in told if what == "area of the core (rows)"]
-    if "Networks are equivalent" in text_if_newer(placed / "equivalence.txt", placed / "place.txt"):
-        rows.append(row("RTL's gates = what is placed", "proved"))
-    for corner in corners:
-        if is_newer(placed / f"timing_{corner}.txt", placed / "place.txt"):
-            rows += timing_rows(corner, placed / f"timing_{corner}.txt", period_ns, least=0)
-    return rows
+    if not told:
+        return []
+    place = placed / "place.txt"
+    checks = [proof_row("RTL's gates = what is placed", placed / "equivalence.txt", place), *corner_rows(placed, place, period_ns, corners)]
+    is_routed = is_newer(folder / "routed/route.txt", place)  # then what stands there counts
+    return rows + [r for r in checks if r["value"] != MISSING or not is_routed]
 
 
 def layout_rows(folder, period_ns):
@@ -147,15 +161,17 @@ def layout_rows(folder, period_ns):
             row("nets not routed", 0 if "No failed routes" in text_of(layout / "route.txt") else "some"),
             row("DRC errors", int(re.search(r"drc *= *(\d+)", text_of(layout / "drc.txt")).group(1))),
             row("LVS errors", int(re.search(r"Total errors = (\d+)", text_of(layout / "lvs.txt")).group(1)))]
-    if "Networks are equivalent" in text_of(layout / "equivalence.txt"):
-        rows.append(row("RTL's gates = what is routed", "proved"))
-    rows += timing_rows("routed", layout / "timing.txt", period_ns, least=0)
-    return rows + replay_rows(layout)
+    routed = layout / "routed.v"
+    rows += [proof_row("RTL's gates = what is routed", layout / "equivalence.txt", routed),
+             *(timing_rows("routed", layout / "timing.txt", period_ns, least=0) or [row("setup slack, routed", MISSING)])]
+    return rows + replay_rows(layout, routed)
 
 
-def replay_rows(folder):
-    replay = re.search(r"(\d+) clocks of ([\d.]+) ns, (\d+) mismatches", text_of(folder / "sdf.txt"))
-    return [row(f"mismatches in Icarus with SDF, {replay.group(1)} clocks of {replay.group(2)} ns", int(replay.group(3)))] if replay else []
+def replay_rows(folder, of):
+    replay = re.search(r"(\d+) clocks of ([\d.]+) ns, (\d+) mismatches", text_if_newer(folder / "sdf.txt", of))
+    if not replay:
+        return [row("mismatches in Icarus with SDF", MISSING)]
+    return [row(f"mismatches in Icarus with SDF, {replay.group(1)} clocks of {replay.group(2)} ns", int(replay.group(3)))]
 
 
 def routing_rows(folder, period_ns, corners):
@@ -168,18 +184,14 @@ def routing_rows(folder, period_ns, corners):
                                             "antenna rules broken", "antenna diodes", "vias") if what in told]
     rows += [row("wires", told["wires"].split(" mm")[0], "mm"), row("time of the router", told["time"].split()[0], "s")]
     for name, what in (("drc", "DRC errors"), ("lvs", "LVS errors")):
-        errors = re.search(r"(\d+) errors$", text_of(routed / f"{name}.txt").strip())
-        if errors:
-            rows.append(row(what, int(errors.group(1))))
+        errors = re.search(r"(\d+) errors$", text_if_newer(routed / f"{name}.txt", routed / "routed.def").strip())
+        rows.append(row(what, int(errors.group(1)) if errors else MISSING))
     factory = re.search(r"(\d+) rules, (\d+) errors; of density: \d+$", text_if_newer(routed / "factory.txt", routed / "route.txt").strip())
     if factory:
         rows.append(row(f"DRC errors by the factory's {factory.group(1)} rules, density apart", int(factory.group(2))))
-    if "Networks are equivalent" in text_if_newer(routed / "equivalence.txt", routed / "route.txt"):
-        rows.append(row("RTL's gates = what the metal connects", "proved"))
-    for corner in corners:
-        if is_newer(routed / f"timing_{corner}.txt", routed / "route.txt"):
-            rows += timing_rows(corner, routed / f"timing_{corner}.txt", period_ns, least=0)
-    return rows + replay_rows(routed)
+    rows += [proof_row("RTL's gates = what the metal connects", routed / "equivalence.txt", routed / "route.txt"),
+             *corner_rows(routed, routed / "route.txt", period_ns, corners)]
+    return rows + replay_rows(routed, routed / "routed.v")
 
 
 def power_tables(folder):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Yosys: RTL to a flat netlist of the library's cells. From the environment: RTL (folder), TOP, LIBERTY, CLOCK_GATE_MAP (techmap
+# Yosys: RTL to a flat netlist of the library's cells. From the environment: SOURCES (a list of files beside it), TOP, LIBERTY, CLOCK_GATE_MAP (techmap
 # file or empty), BUFFER (the smallest one, its input and its output), SCANNER (the meltstage command where the netlist gets scan, or empty).
 # Writes into the current folder:
 #   reference.il  the flops as the library has them, the logic as Yosys' gates: what netlist.v is proved equal to
@@ -8,9 +8,9 @@
 #   area.txt      their count and area
 #   scan/         with SCANNER: the chains by name (scan.json), the netlist for test generation (netlist.json)
 yosys -import
-set rtl $::env(RTL)
+set rtl [file dirname $::env(SOURCES)]
 yosys read_liberty -lib -ignore_miss_func -setattr blackbox $::env(LIBERTY)
-set list [open $rtl/tc.f]
+set list [open $::env(SOURCES)]
 set files {}
 foreach file [split [string trim [read $list]] \n] { if {![string match +* $file]} { lappend files $rtl/$file } }
 close $list
@@ -20,6 +20,8 @@ yosys hierarchy -check -top $::env(TOP)
 yosys setattr -mod -set keep_hierarchy 1 *tc_mem_bank*
 # States stay as the RTL encodes them: what it does in a state that isn't one is said there, and each flop is the model's.
 yosys synth -nofsm -flatten -top $::env(TOP) -run begin:fine
+# A net that nothing drives would become 0 below, and the proof would say equal.
+yosys check -assert
 if {$::env(CLOCK_GATE_MAP) ne ""} {
   yosys techmap -map $::env(CLOCK_GATE_MAP)
   yosys rename -enumerate -pattern gated_clk_% w:*gclk
