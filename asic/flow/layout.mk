@@ -13,7 +13,7 @@ $(addprefix $(lay)/,route.txt drc.txt lvs.txt $(TOP).gds $(TOP).sdf routed.v) &:
 
 # What was laid out, buffers and all, against the same reference as the mapped netlist.
 $(lay)/equivalence.txt: $(lay)/routed.v $(out)/reference.il
-	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
+	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part || { cat $@.part >&2; exit 1; }
 	mv $@.part $@
 
 $(lay)/timing.txt $(lay)/delays.sdf &: $(lay)/routed.v $(lay)/$(TOP).sdf $(here)/routed_timing.tcl $(here)/clock.tcl
@@ -24,7 +24,7 @@ $(lay)/timing.txt $(lay)/delays.sdf &: $(lay)/routed.v $(lay)/$(TOP).sdf $(here)
 
 # The routed netlist with its delays beside the RTL's gates in Icarus, random inputs, outputs compared before each clock edge.
 $(lay)/sdf.txt: $(lay)/delays.sdf $(lay)/routed.v $(out)/reference.il $(here)/sdf_replay.py $(here)/fold_wires.py
-	$(here)/sdf_replay.py $(out)/reference.il $(lay)/routed.v $(lay)/delays.sdf $(TOP) $(cells_verilog) $(PERIOD_NS) > $@.part || [ $$? = 1 ]
+	$(here)/sdf_replay.py $(out)/reference.il $(lay)/routed.v $(lay)/delays.sdf $(TOP) $(cells_verilog) $(PERIOD_NS) --clock $(CLOCK) --reset $(RESET) > $@.part || [ $$? = 1 ]
 	mv $@.part $@
 
 $(lay)/layout.png: $(lay)/$(TOP).gds $(here)/picture.py

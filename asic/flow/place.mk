@@ -17,12 +17,15 @@ $(placed)/netlist.json: $(out)/netlist.v
 	mv $@.part $@
 
 $(addprefix $(placed)/,place.txt placed.def placed.v placed.spef) &: $(placed)/netlist.json $(PLACER)
-	$(PLACER) --lef $(lef) --liberty $(liberty) --netlist $< --utilization $(UTILIZATION) --clock $(CLOCK) $(place_options) \
-	  --def $(placed)/placed.def --verilog $(placed)/placed.v --spef $(placed)/placed.spef > $(placed)/place.txt.part
+	for share in $(UTILIZATION); do \
+	  ! $(PLACER) --lef $(lef) --liberty $(liberty) --netlist $< --utilization $$share --clock $(CLOCK) $(place_options) --def $(placed)/placed.def \
+	    --verilog $(placed)/placed.v --spef $(placed)/placed.spef > $(placed)/place.txt.part 2> $(placed)/place.log || exit 0; \
+	  grep -q "found no room" $(placed)/place.log || break; \
+	done; cat $(placed)/place.log >&2; exit 1
 	mv $(placed)/place.txt.part $(placed)/place.txt
 
 $(placed)/equivalence.txt: $(placed)/placed.v $(out)/reference.il
-	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part
+	$(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) > $@.part || { cat $@.part >&2; exit 1; }
 	mv $@.part $@
 
 $(placed)/timing_%.txt: $(placed)/placed.v $(placed)/placed.spef $(here)/placed_timing.tcl $(here)/clock.tcl

@@ -49,7 +49,7 @@ $(routed)/equivalence.txt: $(routed)/metal.v $(out)/reference.il
 	case "$$(tail -n 1 $(routed)/lvs.txt)" in \
 	  *", 0 errors") $(here)/equivalence.sh $(out)/reference.il $< $(TOP) $(liberty) $(clock_gate) $(scan_off) ;; \
 	  *) echo "not compared: $$(tail -n 1 $(routed)/lvs.txt)" ;; \
-	esac > $@.part
+	esac > $@.part || { cat $@.part >&2; exit 1; }
 	mv $@.part $@
 
 $(routed)/timing_%.txt $(routed)/delays_%.sdf: $(routed)/routed.v $(routed)/routed.spef $(here)/placed_timing.tcl $(here)/clock.tcl
@@ -60,7 +60,7 @@ $(routed)/timing_%.txt $(routed)/delays_%.sdf: $(routed)/routed.v $(routed)/rout
 
 # What the metal connects with its wires' delays beside the RTL's gates in Icarus, random inputs, in the corner of synthesis.
 $(routed)/sdf.txt: $(routed)/routed.v $(routed)/delays_$(synth_corner).sdf $(cells_verilog) $(out)/reference.il $(here)/sdf_replay.py $(here)/fold_wires.py
-	$(here)/sdf_replay.py $(out)/reference.il $< $(routed)/delays_$(synth_corner).sdf $(TOP) $(cells_verilog) $(PERIOD_NS) test_mode_i=0 scan_en_i=0 scan_o=- $(filter scan_i=0,$(scan_off)) > $@.part || [ $$? = 1 ]
+	$(here)/sdf_replay.py $(out)/reference.il $< $(routed)/delays_$(synth_corner).sdf $(TOP) $(cells_verilog) $(PERIOD_NS) --clock $(CLOCK) --reset $(RESET) $(replay_held) > $@.part || [ $$? = 1 ]
 	mv $@.part $@
 
 # Where the library has no Verilog of its cells: their logic and paths from Liberty.

@@ -58,6 +58,8 @@ close $map
 yosys setattr -unset hdlname w:*
 yosys techmap -map buffer.v t:$buffer o:* %ci1 %d
 yosys opt_clean -purge
+# An output that is a constant, or an input under another name, has a cell of its own, as the layout knows it by its wire.
+yosys insbuf -buf $buffer $in $out
 if {[info exists ::env(SCANNER)] && $::env(SCANNER) ne ""} {
   yosys write_json unscanned.json
   exec $::env(SCANNER) dft scan unscanned.json --liberty $::env(LIBERTY) --out scan

@@ -13,5 +13,7 @@ refused "expected REFERENCE.il" "$here" "$here"
 refused "PERIOD_NS: found ten" "$here" "$here" "$here" top "$here" ten
 refused "PERIOD_NS: found 0," "$here" "$here" "$here" top "$here" 0
 refused "found a=2, expected PORT=0" "$here" "$here" "$here" top "$here" 10 a=2
+refused "--reset: found rst, expected PORT=0" "$here" "$here" "$here" top "$here" 10 --reset rst
+refused "expected REFERENCE.il" "$here" "$here" "$here" top "$here" 10 --rest x=0
 refused "nosuch.il: not there" nosuch.il "$here" "$here" top "$here" 10
 refused "yosys failed" "$here" "$here" "$here" top "$here" 10
