@@ -698,6 +698,11 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
                               "its asynchronous reset comes from logic; scan insertion bypasses it"});
     }
   }
+  for (const Port& port : netlist.ports)
+    for (std::size_t i = 0; !port.is_input && i < port.bits.size(); ++i)
+      if (!drivers.is_driven(port.bits[i]))
+        violations.push_back({"X source", "port " + port.bit_name(i),
+                              fmt::format("net {} has no driver", net_name(port.bits[i]))});
   if (clocks.size() > 1)
     violations.push_back({"several clocks", std::next(clocks.begin())->second,
                           fmt::format("it is clocked by {}, others by {}", std::next(clocks.begin())->first,

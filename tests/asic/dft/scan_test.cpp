@@ -293,6 +293,11 @@ TEST(Scan, RulesNameTheOffender) {
   };
   const Netlist good = machine().design.netlist;
   EXPECT_EQ(rules_of(good).find("clock"), std::string::npos);
+
+  Netlist open_port = good;
+  open_port.ports.push_back({"nowhere_o", false, {kUnknownNet}});
+  EXPECT_NE(rules_of(open_port).find("X source:port nowhere_o; "), std::string::npos);
+
   const auto flop = [](Netlist& netlist) -> Instance& {
     for (Instance& instance : netlist.instances) {
       if (mini_library().at(instance.type).flop) return instance;
