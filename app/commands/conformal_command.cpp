@@ -47,7 +47,7 @@ struct Settings {
   motion::ProbeProgramOptions probe;
   motion::ReconstructionOptions reconstruction;
   std::optional<double> effective_radius_mm;
-  bool as_published = false;
+  bool as_published = false, measured_again = false;
   motion::PrintProgramOptions print;
   std::vector<double> heights_mm;
   std::vector<double> probe_station_mm, head_station_mm, tilt_centre_mm, rotary_centre_mm, tilt_limits_deg,
@@ -193,6 +193,21 @@ int write_probe(Settings& s) {
   return 0;
 }
 
+// A line for each touch that its neighbours contradict.
+std::string suspects_told(const std::vector<motion::RealLine>& real,
+                          const std::vector<motion::ProbeLine>& points) {
+  std::string text;
+  for (std::size_t i = 0; i < real.size(); ++i)
+    for (const motion::SuspectTouch& suspect : real[i].suspects) {
+      const Eigen::Vector3d& at = points[i].points[suspect.touch].position_mm;
+      text += fmt::format(
+          "{}: touch {} of {} at X{:.3f} Y{:.3f} Z{:.3f}: {:+.0f} um off what its neighbours say\n",
+          real[i].name, suspect.touch + 1, points[i].points.size(), at.x(), at.y(), at.z(),
+          1e3 * suspect.off_mm);
+    }
+  return text;
+}
+
 int write_print(Settings& s) {
   check_print(s);
   take(s.head_station_mm, s.print.station_offset_mm);
@@ -219,6 +234,11 @@ int write_print(Settings& s) {
     real.push_back(s.as_published
                        ? reconstruct_as_published(lines[i], points[i], touches[i], s.reconstruction)
                        : reconstruct(lines[i], points[i], touches[i], s.reconstruction));
+  }
+  if (const std::string suspects = suspects_told(real, points); !suspects.empty() && !s.measured_again) {
+    fmt::print("{}{}: not written; measure these touches again, or say --measured-again if they were\n",
+               suspects, s.out.string());
+    return 1;
   }
   write_whole(s.out, write_print_program(real, s.tool_path.filename().string(), s.print, heights));
   fmt::print("{:<20} {:>8} {:>12} {:>14} {:>12}\n", "line", "touches", "shift um", "largest um", "error um");
@@ -380,6 +400,8 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
   print->add_option("--effective-radius", s->effective_radius_mm,
                     "Of the ball, calibrated with the pre-travel in it, mm (the nominal one)");
   print->add_option("--noise", s->reconstruction.noise_mm, "Standard deviation of a touch, mm (0)");
+  print->add_flag("--measured-again", s->measured_again,
+                  "Touches that stand out from their neighbours were measured again, and stand");
   print->add_flag("--as-published", s->as_published, "NURBS through the touches alone, as in the paper");
   print->add_option("--height", s->heights_mm, "Of the tip over the surface, mm; one, or one a line (0.1)")
       ->delimiter(',');

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "motion/profile/check_positive.hpp"
@@ -94,6 +95,16 @@ void note_shifts(RealLine& line, const std::vector<double>& shifts) {
   }
 }
 
+/// A touch on a fold may be suspect on both faces; it is noted once.
+void note_suspects(RealLine& line, const std::vector<SuspectTouch>& suspects) {
+  for (const SuspectTouch& suspect : suspects) {
+    const auto at =
+        std::lower_bound(line.suspects.begin(), line.suspects.end(), suspect.touch,
+                         [](const SuspectTouch& s, std::size_t touch) { return s.touch < touch; });
+    if (at == line.suspects.end() || at->touch != suspect.touch) line.suspects.insert(at, suspect);
+  }
+}
+
 std::vector<double> lengths_of(const ProbeLine& points) {
   std::vector<double> out;
   for (const MeasuringPoint& point : points.points) out.push_back(point.length_mm);
@@ -112,7 +123,85 @@ std::vector<double> raw_shifts(const ProbeLine& points, std::span<const Eigen::V
 /// Touches of one face of the surface, and the shifts along its normals.
 struct FaceTouches {
   std::vector<double> at_mm, shifts_mm;
+  std::vector<std::size_t> touches;  // indices among the line's; none for a face that is bridged
 };
+
+/// What a touch's neighbours say of it: two on each side, at an end the next three.
+struct LeftOut {
+  double off_mm;  ///< its shift less the polynomial through theirs
+  double spread;  ///< of that difference, in standard deviations of a shift
+};
+
+LeftOut left_out(const FaceTouches& face, std::size_t i) {
+  const std::size_t n = face.at_mm.size();
+  const bool is_end = i == 0 || i + 1 == n;
+  const std::size_t count = is_end ? 3 : 4;
+  std::size_t first = std::min(i < 2 ? 0 : i - 2, n - count - 1);
+  if (is_end) first = i == 0 ? 0 : n - 4;
+  std::vector<std::size_t> others;
+  for (std::size_t k = first; others.size() < count; ++k)
+    if (k != i) others.push_back(k);
+  double said_mm = 0.0, squares = 1.0;
+  for (const std::size_t a : others) {
+    double weight = 1.0;  // Lagrange's
+    for (const std::size_t b : others)
+      if (b != a) weight *= (face.at_mm[i] - face.at_mm[b]) / (face.at_mm[a] - face.at_mm[b]);
+    said_mm += weight * face.shifts_mm[a];
+    squares += weight * weight;
+  }
+  return {face.shifts_mm[i] - said_mm, std::sqrt(squares)};
+}
+
+/// How far each touch is off what its neighbours say, in a measure of its own.
+std::vector<double> sizes_off(const FaceTouches& face) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < face.at_mm.size(); ++i) {
+    const LeftOut it = left_out(face, i);
+    out.push_back(std::abs(it.off_mm) / it.spread);
+  }
+  return out;
+}
+
+FaceTouches without(FaceTouches face, std::size_t i) {
+  const auto at = static_cast<std::ptrdiff_t>(i);
+  face.at_mm.erase(face.at_mm.begin() + at);
+  face.shifts_mm.erase(face.shifts_mm.begin() + at);
+  face.touches.erase(face.touches.begin() + at);
+  return face;
+}
+
+/// The touch without which the others agree best: a wrong one makes its neighbours look wrong too.
+std::size_t most_wrong(const FaceTouches& face) {
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < face.at_mm.size(); ++i) {
+    const std::vector<double> sizes = sizes_off(without(face, i));
+    const double largest = *std::max_element(sizes.begin(), sizes.end());
+    if (largest < least) least = largest, best = i;
+  }
+  return best;
+}
+
+/// Touches that stand out from the others of their face, one after another.
+std::vector<SuspectTouch> suspects_of(FaceTouches face, double tolerance_mm) {
+  constexpr std::size_t kFewest = 7;
+  constexpr double kStandsOut = 8.0;    // standard deviations
+  constexpr double kOfMedian = 1.4826;  // a standard deviation by the median of normal values
+  std::vector<SuspectTouch> out;
+  while (face.at_mm.size() >= kFewest) {
+    std::vector<double> sizes = sizes_off(face);
+    const double largest = *std::max_element(sizes.begin(), sizes.end());
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    if (largest <= kStandsOut * kOfMedian * *middle) break;
+    const std::size_t i = most_wrong(face);
+    const double off_mm = left_out(face, i).off_mm;
+    if (std::abs(off_mm) <= tolerance_mm) break;
+    out.push_back({face.touches[i], off_mm});
+    face = without(std::move(face), i);
+  }
+  return out;
+}
 
 /// A face's shift by place: a spline through its touches, beyond them straight on.
 class FaceShift {
@@ -165,9 +254,10 @@ std::vector<FaceTouches> deal_out(const std::vector<Fold>& folds, const std::vec
                                   const std::vector<double>& shifts, double ball_radius_mm) {
   constexpr double kSame_mm = 1e-6;
   std::vector<FaceTouches> out(folds.size() + 1);
-  const auto add = [&](std::size_t face, double place, double shift) {
+  const auto add = [&](std::size_t face, std::size_t touch, double place, double shift) {
     out[face].at_mm.push_back(place);
     out[face].shifts_mm.push_back(shift);
+    out[face].touches.push_back(touch);
   };
   for (std::size_t i = 0; i < at.size(); ++i) {
     const auto behind = std::partition_point(
@@ -175,14 +265,14 @@ std::vector<FaceTouches> deal_out(const std::vector<Fold>& folds, const std::vec
     const auto face = static_cast<std::size_t>(behind - folds.begin());
     if (behind != folds.end() && behind->length_mm < at[i] + kSame_mm) {
       const double shift = shift_at_fold(*behind, shifts[i], ball_radius_mm);
-      add(face, behind->length_mm, shift);
-      add(face + 1, behind->length_mm, shift);
+      add(face, i, behind->length_mm, shift);
+      add(face + 1, i, behind->length_mm, shift);
       continue;
     }
     const bool shadowed =
         (behind != folds.end() && behind->length_mm - at[i] < behind->shadow_mm(ball_radius_mm)) ||
         (face > 0 && at[i] - folds[face - 1].length_mm < folds[face - 1].shadow_mm(ball_radius_mm));
-    if (!shadowed) add(face, at[i], shifts[i]);
+    if (!shadowed) add(face, i, at[i], shifts[i]);
   }
   return out;
 }
@@ -211,7 +301,7 @@ double bridge_untouched(std::vector<FaceTouches>& faces, const std::vector<doubl
     untouched += next - first;
     std::vector<FaceTouches> bridge;
     for (std::size_t i = first; i < next; ++i)
-      bridge.push_back({{borders[i], borders[i + 1]}, {shift_at(borders[i]), shift_at(borders[i + 1])}});
+      bridge.push_back({{borders[i], borders[i + 1]}, {shift_at(borders[i]), shift_at(borders[i + 1])}, {}});
     std::move(bridge.begin(), bridge.end(), faces.begin() + static_cast<std::ptrdiff_t>(first));
     face = next - 1;
   }
@@ -359,6 +449,7 @@ RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<cons
   for (FaceTouches& face : faces) {
     allow_for_slope(face, options.ball_radius_mm);
     all_shifts.insert(all_shifts.end(), face.shifts_mm.begin(), face.shifts_mm.end());
+    note_suspects(out, suspects_of(face, options.tolerance_mm));
     const std::optional<double> error_mm = face_error(face, options, out.smoothed);
     if (error_mm)
       out.estimated_error_mm = std::max(out.estimated_error_mm.value_or(0.0), *error_mm);
@@ -371,6 +462,8 @@ RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<cons
                     "points, or a smaller ball",
                     line.name));
   note_shifts(out, all_shifts);
+  for (const SuspectTouch& suspect : out.suspects)
+    out.estimated_error_mm = std::max(out.estimated_error_mm.value_or(0.0), std::abs(suspect.off_mm));
   const double bridged_mm = bridge_untouched(faces, borders, out.untouched_faces);
   if (out.untouched_faces > 0)
     out.estimated_error_mm = std::max(out.estimated_error_mm.value_or(0.0), bridged_mm);

@@ -17,6 +17,13 @@
 
 namespace meltstage::motion {
 
+/// A touch that its neighbours on the same face contradict: of dust, a burr, a slipped part, or of a step of
+/// the surface that is really there.
+struct SuspectTouch {
+  std::size_t touch = 0;  ///< index among the line's touches
+  double off_mm = 0.0;    ///< its shift less what its neighbours say
+};
+
 /// A line on the real surface, dense enough to be printed as a polygon.
 struct RealLine {
   std::string name;
@@ -33,6 +40,9 @@ struct RealLine {
   /// Faces too short for a touch: their shift goes from that of the face before to that of the face behind.
   std::size_t untouched_faces = 0;
   bool smoothed = false;
+  /// To be measured again, rising; counted in the estimated error. Looked for on faces of seven touches and
+  /// more.
+  std::vector<SuspectTouch> suspects = {};
 };
 
 struct ReconstructionOptions {

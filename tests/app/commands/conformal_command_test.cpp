@@ -101,6 +101,34 @@ TEST_F(Conformal, GoesFromToolPathToPrintProgram) {
   }
 }
 
+// One touch of the trial's part on a chip, 0.15 mm too high: no program is written until it was measured
+// again.
+TEST_F(Conformal, AWrongTouchIsNamedAndNothingIsWritten) {
+  const std::string print = print_of_trial() + " --effective-radius 0.992";
+  std::istringstream rows(read(at("part/points.txt")));
+  std::string wrong;
+  std::size_t row = 0;
+  for (std::string line; std::getline(rows, line);) {
+    double x = 0.0, y = 0.0, z = 0.0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf %lf %lf", &x, &y, &z), 3);
+    std::ostringstream out;
+    out << x << " " << y << " " << z + (++row == 9 ? 0.15 : 0.0) << " 0 0 0 0 0 0\n";
+    wrong += out.str();
+  }
+  std::ofstream(at("part/points.txt")) << wrong;
+  const Ran ran = run_command("conformal " + print + " --out " + at("out.ngc"));
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(ran.output,
+              ::testing::AllOf(HasSubstr(": touch 9 of "), HasSubstr("um off what its neighbours say"),
+                               HasSubstr("out.ngc: not written; measure these touches again")));
+  EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 2) << ran.output;
+  EXPECT_FALSE(fs::exists(at("out.ngc")));
+  const Ran stands = run_command("conformal " + print + " --measured-again --out " + at("out.ngc"));
+  EXPECT_EQ(stands.status, 0) << stands.output;
+  EXPECT_THAT(stands.output, HasSubstr("over the tolerance"));
+  EXPECT_TRUE(fs::exists(at("out.ngc")));
+}
+
 // A part 100 mm above the table, and one turned by its axes: between lines the head stays above it.
 TEST_F(Conformal, SafeZIsAboveThePart) {
   std::ofstream high(at("high.csv"));

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <functional>
+#include <random>
 #include <string>
 
 #include "motion/surface/conformal_trial.hpp"
@@ -84,6 +85,29 @@ TEST(Reconstruction, TellsWhenItsPointsAreTooFar) {
   EXPECT_GT(real.estimated_error_mm, 0.005);
   const Measured good = measure(1, RealPart{trial_height_mm}, {}, 1);
   EXPECT_LT(reconstruct(good.line, good.points, good.touches, calibrated({})).estimated_error_mm, 0.001);
+}
+
+// Any one touch, on any line of any part; and nothing where all are right.
+TEST(Reconstruction, TellsAWrongTouch) {
+  std::mt19937_64 random(std::random_device{}());
+  std::size_t found = 0, tried = 0;
+  for (std::uint64_t n = 0; n < 40; ++n) {
+    const RealPart part = make_trial_part({}, random());
+    const Measured m = measure(random() % 9, part, {}, random());
+    EXPECT_TRUE(reconstruct(m.line, m.points, m.touches, calibrated({})).suspects.empty()) << m.line.name;
+    std::vector<Eigen::Vector3d> touches = m.touches;
+    const std::size_t wrong = random() % touches.size();
+    touches[wrong] += (random() % 2 == 0 ? 0.15 : -0.15) * m.points.points[wrong].axis;
+    const RealLine real = reconstruct(m.line, m.points, touches, calibrated({}));
+    ++tried;
+    if (real.suspects.empty()) continue;
+    ++found;
+    EXPECT_EQ(real.suspects.size(), 1u);
+    EXPECT_NEAR(static_cast<double>(real.suspects[0].touch), static_cast<double>(wrong), 1.0);
+    EXPECT_NEAR(std::abs(real.suspects[0].off_mm), 0.15, 0.08);
+    EXPECT_GT(real.estimated_error_mm, 0.05);
+  }
+  EXPECT_GE(found, 36u) << "of " << tried;  // the last touch of a line has neighbours on one side only
 }
 
 TEST(Reconstruction, TellsNoErrorOfFewerThanFiveTouches) {
