@@ -11,6 +11,7 @@
 
 #include "bench/bench.hpp"
 #include "bench/bench_stimulus.hpp"
+#include "motion/profile/moving_end.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/profile/retarget.hpp"
 
@@ -83,6 +84,13 @@ void add_plan_times(std::vector<BenchRow>& rows, int batches) {
                     [&](int i) {
                       const motion::MotionState state{0.0, 3.0 * distance(5 * i), 500.0, 0.0};
                       return plan_retarget(asymmetric, state, distance(i)).duration_s;
+                    }),
+            {});
+  add_times(rows, "to a speed at the target while moving",
+            time_of(batches,
+                    [&](int i) {
+                      const motion::MotionState state{0.0, 3.0 * distance(5 * i), 500.0, 0.0};
+                      return plan_to_speed(symmetric, state, distance(i), 2.0 * distance(3 * i)).duration_s;
                     }),
             {});
 }

@@ -7,45 +7,11 @@
 #include <cmath>
 #include <optional>
 
+#include "motion/profile/course.hpp"
 #include "motion/profile/profile_parts.hpp"
 
 namespace meltstage::motion {
 namespace {
-
-/// A profile under construction, and the state at its end so far.
-struct Course {
-  JerkProfile profile;
-  MotionState now;
-
-  explicit Course(const MotionState& state) : now{0.0, state.velocity_mm_s, state.acceleration_mm_s2, 0.0} {
-    profile.starts.front() = profile.end = now;
-  }
-
-  void append(double duration_s, double jerk_mm_s3) {
-    if (!(duration_s > 0.0)) return;
-    now.jerk_mm_s3 = jerk_mm_s3;
-    profile.durations_s[profile.segments] = duration_s;
-    profile.start_times_s[profile.segments] = profile.duration_s;
-    profile.starts[profile.segments] = now;
-    ++profile.segments;
-    profile.duration_s += duration_s;
-    now = after(now, duration_s);
-  }
-
-  void append(const Scurve& curve, double sign) {
-    for (std::size_t i = 0; i < curve.durations_s.size(); ++i) {
-      now.velocity_mm_s = sign * curve.starts[i].velocity_mm_s;  // free of the segments' rounding before
-      now.acceleration_mm_s2 = sign * curve.starts[i].acceleration_mm_s2;
-      append(curve.durations_s[i], sign * curve.starts[i].jerk_mm_s3);
-    }
-  }
-
-  JerkProfile ended_at(double position_mm) const {
-    JerkProfile done = profile;
-    done.end = {position_mm, 0.0, 0.0, 0.0};
-    return done;
-  }
-};
 
 RampLimits speeding_up(const ScurveLimits& limits) {
   return {limits.acceleration_mm_s2, limits.jerk1_mm_s3, limits.jerk3_mm_s3};
@@ -53,11 +19,6 @@ RampLimits speeding_up(const ScurveLimits& limits) {
 
 RampLimits slowing_down(const ScurveLimits& limits) {
   return {limits.deceleration_mm_s2, limits.jerk7_mm_s3, limits.jerk5_mm_s3};
-}
-
-/// Speed at zero acceleration from which an acceleration that grows by `jerk` comes to this state.
-double speed_before(double velocity, double acceleration, double jerk) {
-  return velocity - acceleration * std::abs(acceleration) / (2.0 * jerk);
 }
 
 /// Takes the acceleration, which is above zero, away.
@@ -84,57 +45,6 @@ Course to_the_turn(Course course, const ScurveLimits& limits) {
   return course;
 }
 
-/// Largest argument in low..high at which a function that rises is still not above zero.
-template <typename Function>
-double root_of_rising(const Function& function, double low, double high) {
-  double below = function(low), above = function(high);
-  if (below >= 0.0) return low;
-  if (above <= 0.0) return high;
-  for (int step = 0; step < 200; ++step) {
-    // False position; every third step, and where rounding leaves none, the interval is halved.
-    double middle = low + below / (below - above) * (high - low);
-    if (step % 3 == 2 || !(middle > low && middle < high)) middle = low + 0.5 * (high - low);
-    if (!(middle > low && middle < high)) break;
-    const double value = function(middle);
-    if (value > 0.0) {
-      high = middle;
-      above = value;
-    } else {
-      low = middle;
-      below = value;
-    }
-    if (value == 0.0) break;
-  }
-  return low;
-}
-
-/// Limits that hold in both directions, whether the axis speeds up or slows down.
-struct EvenLimits {
-  double acceleration, jerk;
-};
-
-/// The speed that is left when an even jerk has taken the acceleration away.
-double speed_without_acceleration(const MotionState& state, double jerk) {
-  return speed_before(state.velocity_mm_s, -state.acceleration_mm_s2, jerk);
-}
-
-/// The fastest change to a speed of either sign, with no acceleration at its end. On the way the axis may
-/// turn and the acceleration change its sign.
-void change_speed(Course& course, double to, const EvenLimits& limits) {
-  const double velocity = course.now.velocity_mm_s, acceleration = course.now.acceleration_mm_s2;
-  const double side = to < speed_without_acceleration(course.now, limits.jerk) ? -1.0 : 1.0;
-  const double change = side * (to - velocity), present = side * acceleration;
-  // From `present` up to the peak with one jerk, down to 0 with the other: together they make the change.
-  const double peak_of_two = std::sqrt(std::max(0.0, 0.5 * present * present + limits.jerk * change));
-  const double peak = std::min(peak_of_two, limits.acceleration);
-  const double hold_s = (peak_of_two * peak_of_two - peak * peak) / (limits.jerk * limits.acceleration);
-  course.append((peak - present) / limits.jerk, side * limits.jerk);
-  course.append(hold_s, 0.0);
-  course.append(peak / limits.jerk, -side * limits.jerk);
-  course.now.velocity_mm_s = to;
-  course.now.acceleration_mm_s2 = 0.0;
-}
-
 /// Ordinary deceleration to rest from the present deceleration, of a forward motion that does not turn back.
 void stop_forward(Course& course, const ScurveLimits& limits) {
   if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
@@ -154,9 +64,7 @@ void stop_forward(Course& course, const ScurveLimits& limits) {
 /// Accelerations and jerks stay below the smaller of the limits for speeding up and for slowing down,
 /// whichever of them a moment asks for; nothing where these would let the speed grow beyond its limit.
 std::optional<Course> through_one_speed(Course course, const ScurveLimits& limits, double target_mm) {
-  const EvenLimits even{
-      std::min(limits.acceleration_mm_s2, limits.deceleration_mm_s2),
-      std::min({limits.jerk1_mm_s3, limits.jerk3_mm_s3, limits.jerk5_mm_s3, limits.jerk7_mm_s3})};
+  const EvenLimits even(limits);
   if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
   const double excess = -course.now.acceleration_mm_s2 - even.acceleration;
   if (excess > 0.0) {
@@ -334,6 +242,8 @@ bool moves_backward(const MotionState& state) {
   return state.velocity_mm_s < 0.0 || (state.velocity_mm_s == 0.0 && state.acceleration_mm_s2 < 0.0);
 }
 
+}  // namespace
+
 void check_state(const MotionState& state) {
   if (std::isfinite(state.position_mm) && std::isfinite(state.velocity_mm_s) &&
       std::isfinite(state.acceleration_mm_s2))
@@ -341,8 +251,6 @@ void check_state(const MotionState& state) {
   throw MotionError(fmt::format("state: found {} mm, {} mm/s and {} mm/s2, expected finite numbers",
                                 state.position_mm, state.velocity_mm_s, state.acceleration_mm_s2));
 }
-
-}  // namespace
 
 JerkProfile::JerkProfile(const Scurve& curve) : end(curve.end), duration_s(curve.duration_s) {
   starts.front() = curve.starts.front();

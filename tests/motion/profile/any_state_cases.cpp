@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "motion/profile/moving_end.hpp"
 #include "tests/motion/profile/profile_checks.hpp"
 
 namespace meltstage::motion {
@@ -120,7 +121,8 @@ std::string fault_of(const JerkProfile& profile, const AnyState& task) {
   const double most_slowing = std::max(limits.deceleration_mm_s2, slows_down ? first_acceleration : 0.0);
   double farthest_mm = std::max(1e-3, std::abs(target.position_mm));
   for (std::size_t i = 0; i < profile.segments; ++i)
-    farthest_mm = std::max(farthest_mm, std::abs(profile.starts[i].position_mm));
+    for (const double cut_s : cuts_of(profile.starts[i], profile.durations_s[i]))
+      farthest_mm = std::max(farthest_mm, std::abs(after_s(profile.starts[i], cut_s).position_mm));
   const auto jump = [&](const MotionState& a, const MotionState& b) {
     return !(std::abs(a.position_mm - b.position_mm) <= kJump * farthest_mm &&
              std::abs(a.velocity_mm_s - b.velocity_mm_s) <= kJump * speed_limit &&
@@ -202,6 +204,52 @@ std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen) {
   const JerkProfile stop = plan_stop(limits, state);
   fault = fault_of(stop, {limits, state, {stop.end.position_mm, 0.0, 0.0, 0.0}});
   return fault.empty() ? "" : fmt::format("{}: stop: {}", text_of(task), fault);
+}
+
+std::string moving_end_case(std::mt19937_64& random, MovingEndSeen& seen) {
+  const Limits kind = random() % 2 == 0 ? Limits::symmetric : Limits::asymmetric;
+  AnyState task = random_any_state(random, kind);
+  const ScurveLimits& limits = task.limits;
+  task.target.velocity_mm_s = random() % 4 == 0 ? 0.0 : limits.velocity_mm_s * random_part(random);
+  const auto best_from = [&](const MotionState& state, double target_mm) {
+    return plan_to_speed(limits, state, target_mm, task.target.velocity_mm_s);
+  };
+  const JerkProfile best = best_from(task.state, task.target.position_mm);
+  const std::string fault = fault_of(best, task);
+  if (!fault.empty()) return fmt::format("{}: {}", text_of(task), fault);
+  for (std::size_t i = 0; i < best.segments; ++i)
+    if (best.starts[i].velocity_mm_s * task.target.velocity_mm_s < 0.0) {
+      ++seen.goes_back;
+      break;
+    }
+  // A place that is off by rounding costs the time of a way back and forth over it.
+  const double off_mm = 1e-13 * std::max(1e-3, std::abs(task.target.position_mm));
+  const double slack_s = 4.0 * std::cbrt(off_mm / std::min({limits.jerk1_mm_s3, limits.jerk3_mm_s3,
+                                                            limits.jerk5_mm_s3, limits.jerk7_mm_s3}));
+  const auto slower_than = [&](double duration_s) {
+    return best.duration_s > duration_s * (1.0 + 1e-7) + slack_s;
+  };
+  if (task.target.velocity_mm_s == 0.0) {
+    ++seen.at_rest;
+    const double rest_s = plan_retarget(limits, task.state, task.target.position_mm).duration_s;
+    if (slower_than(rest_s))
+      return fmt::format("{}: {} s, plan_retarget {} s", text_of(task), best.duration_s, rest_s);
+  }
+  if (kind != Limits::symmetric) return "";
+  MotionState first = task.state;
+  first.jerk_mm_s3 = limits.jerk1_mm_s3 * random_part(random);
+  const double step_s = best.duration_s * std::pow(10.0, -3.0 * uniform(random));
+  for (const double cut_s : cuts_of(first, step_s))
+    if (!inside(limits, after_s(first, cut_s))) return "";
+  MotionState then = after_s(first, step_s);
+  const double left_mm = task.target.position_mm - then.position_mm;
+  then.position_mm = 0.0;
+  ++seen.compared;
+  const double by_step_s = step_s + best_from(then, left_mm).duration_s;
+  if (slower_than(by_step_s))
+    return fmt::format("{}: {} s, by a step of {} s with {} mm/s3 {} s", text_of(task), best.duration_s,
+                       step_s, first.jerk_mm_s3, by_step_s);
+  return "";
 }
 
 }  // namespace meltstage::motion

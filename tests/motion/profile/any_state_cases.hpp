@@ -42,6 +42,17 @@ struct AnyStateSeen {
   std::uint64_t turns_back = 0, symmetric = 0;
 };
 
+/// What random motions to a speed must all have met.
+struct MovingEndSeen {
+  std::uint64_t goes_back = 0;  ///< the distance was too short for the change of speed
+  std::uint64_t at_rest = 0, compared = 0;
+};
+
+/// A motion to a random target with a speed there: what is wrong with it, or which motion is faster; or
+/// nothing. At rest plan_retarget() must not be faster. With even limits no first step of any jerk within
+/// them may be better (Bellman's principle: the step and the best motion from where it leads are not faster).
+std::string moving_end_case(std::mt19937_64& random, MovingEndSeen& seen);
+
 /// A target and a stop from a random state: what is wrong with one of them, and for which task; or nothing.
 std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen);
 

@@ -2,11 +2,14 @@
 // Changes of plan from any state: limits, continuity, end.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <random>
 #include <string>
 
+#include "motion/profile/moving_end.hpp"
 #include "tests/motion/profile/any_state_cases.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -31,6 +34,38 @@ TEST(AnyStateProperty, KeepsTheLimitsAndEndsAtTheTarget) {
     ASSERT_EQ(any_state_case(random, seen), "") << "seed " << seed << ", case " << i;
   EXPECT_GT(seen.turns_back, 1000u);
   EXPECT_GT(seen.symmetric, 40'000u);
+}
+
+TEST(MovingEndProperty, KeepsTheLimitsAndNothingIsFaster) {
+  const std::uint64_t seed = new_seed();
+  std::mt19937_64 random(seed);
+  MovingEndSeen seen;
+  for (int i = 0; i < kCases; ++i)
+    ASSERT_EQ(moving_end_case(random, seen), "") << "seed " << seed << ", case " << i;
+  EXPECT_GT(seen.goes_back, 10'000u);
+  EXPECT_GT(seen.at_rest, 20'000u);
+  EXPECT_GT(seen.compared, 10'000u);
+}
+
+// From 0 to 100 mm/s takes 2.5 mm; in 0.1 mm it begins with a way back.
+TEST(MovingEnd, NoDistanceIsTooShort) {
+  const ScurveLimits limits = asymmetric_limits(400, 4000, 4000, 2e5, 2e5);
+  EXPECT_THROW(plan_scurve(limits, 0.1, 0.0, 100.0), MotionError);
+  const JerkProfile run_up = plan_to_speed(limits, {}, 0.1, 100.0);
+  EXPECT_LT(run_up.sample(0.25 * run_up.duration_s).position_mm, -0.1);
+  EXPECT_EQ(run_up.end.position_mm, 0.1);
+  EXPECT_EQ(run_up.end.velocity_mm_s, 100.0);
+  // There, it is where plan_scurve is.
+  EXPECT_NEAR(plan_to_speed(limits, {}, 20.0, 100.0).duration_s,
+              plan_scurve(limits, 20.0, 0.0, 100.0).duration_s, 1e-12);
+}
+
+TEST(MovingEnd, MistakesAreTold) {
+  const ScurveLimits limits = asymmetric_limits(400, 4000, 4000, 2e5, 2e5);
+  EXPECT_EQ(error_of([&] { plan_to_speed(limits, {}, 1.0, 401.0); }),
+            "motion to a speed: found 1 mm with 401 mm/s, expected a finite number with 400 mm/s at most");
+  EXPECT_THROW(plan_to_speed(limits, {}, std::nan(""), 1.0), MotionError);
+  EXPECT_THROW(plan_to_speed(limits, {}, 1.0, std::nan("")), MotionError);
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   ScurveSeen curves;
   RetargetSeen changes;
   AnyStateSeen states;
+  MovingEndSeen moving_ends;
   struct Promise {
     const char* name;
     std::function<std::string(std::mt19937_64&)> run;
@@ -32,6 +33,7 @@ int main(int argc, char** argv) {
       {"stop", stop_case},
       {"change of target and limits", [&](auto& random) { return retarget_case(random, changes); }},
       {"change to the old target", replan_case},
+      {"to a speed, nothing is faster", [&](auto& random) { return moving_end_case(random, moving_ends); }},
       {"any state inside the limits", [&](auto& random) { return any_state_case(random, states); }},
   };
   int status = 0;

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/profile/moving_end.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "motion/profile/course.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+/// Limits of one direction of motion, for the speed that rises and for the one that falls: the jerk that
+/// begins the acceleration, and the one that ends it.
+struct OneWay {
+  double acceleration, begin, end;
+};
+
+OneWay rising(const ScurveLimits& limits) {
+  return {limits.acceleration_mm_s2, limits.jerk1_mm_s3, limits.jerk3_mm_s3};
+}
+OneWay falling(const ScurveLimits& limits) {
+  return {limits.deceleration_mm_s2, limits.jerk5_mm_s3, limits.jerk7_mm_s3};
+}
+
+/// Jerk that takes away the acceleration of a state on this side of zero.
+double releasing_jerk(double forward, double acceleration, const ScurveLimits& limits) {
+  return (forward * acceleration > 0.0 ? rising(limits) : falling(limits)).end;
+}
+
+/// Lets the acceleration, in size, go down to `size`.
+void ease(Course& course, double size, double jerk) {
+  const double present = course.now.acceleration_mm_s2;
+  course.append((std::abs(present) - size) / jerk, present > 0.0 ? -jerk : jerk);
+  if (std::abs(present) > size) course.now.acceleration_mm_s2 = std::copysign(size, present);
+}
+
+/// The fastest change to a speed on the same side of zero. `forward`: 1 or -1, the side.
+void change_on_one_side(Course& course, double to, double forward, const ScurveLimits& limits) {
+  const double release = releasing_jerk(forward, course.now.acceleration_mm_s2, limits);
+  const double side = forward * (to - speed_without_acceleration(course.now, release)) < 0.0 ? -1.0 : 1.0;
+  const OneWay way = side > 0.0 ? rising(limits) : falling(limits);
+  if (side * forward * course.now.acceleration_mm_s2 < 0.0) ease(course, 0.0, release);
+  const double already = std::abs(course.now.acceleration_mm_s2);
+  // From `already` up to the peak with one jerk, down to 0 with the other: together they make the change.
+  const double change = side * forward * (to - course.now.velocity_mm_s),
+               slowness = 1.0 / way.begin + 1.0 / way.end;
+  const double peak_of_two =
+      std::sqrt(std::max(0.0, (2.0 * change + already * already / way.begin) / slowness));
+  const double peak = std::min(std::max(peak_of_two, already), way.acceleration);
+  course.append((peak - already) / way.begin, forward * side * way.begin);
+  if (peak > 0.0) course.append(0.5 * (peak_of_two * peak_of_two - peak * peak) * slowness / peak, 0.0);
+  course.append(peak / way.end, -forward * side * way.end);
+  course.now.velocity_mm_s = to;
+  course.now.acceleration_mm_s2 = 0.0;
+}
+
+double side_of(double velocity, double acceleration, double to) {
+  if (velocity != 0.0) return std::copysign(1.0, velocity);
+  return std::copysign(1.0, acceleration != 0.0 ? acceleration : to);
+}
+
+/// Changes of speed with the limits of each side, with a halt where the axis turns.
+class HaltAtTurns {
+ public:
+  explicit HaltAtTurns(const ScurveLimits& limits) : limits_(limits) {}
+
+  double release(const MotionState& state) const {
+    return releasing_jerk(side_of(state.velocity_mm_s, state.acceleration_mm_s2, 0.0),
+                          state.acceleration_mm_s2, limits_);
+  }
+  double largest(const MotionState& state) const {
+    const double side = side_of(state.velocity_mm_s, state.acceleration_mm_s2, 0.0);
+    return (side * state.acceleration_mm_s2 > 0.0 ? rising(limits_) : falling(limits_)).acceleration;
+  }
+  void change(Course& course, double to) const {
+    const double side = side_of(course.now.velocity_mm_s, course.now.acceleration_mm_s2, to);
+    if (side * to >= 0.0) return change_on_one_side(course, to, side, limits_);
+    change_on_one_side(course, 0.0, side, limits_);
+    change_on_one_side(course, to, -side, limits_);
+  }
+
+ private:
+  const ScurveLimits& limits_;
+};
+
+/// Changes of speed within the smaller of both sides' limits, through a turn without a halt.
+class EvenThroughout {
+ public:
+  explicit EvenThroughout(const ScurveLimits& limits) : limits_(limits) {}
+
+  double release(const MotionState&) const { return limits_.jerk; }
+  double largest(const MotionState&) const { return limits_.acceleration; }
+  void change(Course& course, double to) const { change_speed(course, to, limits_); }
+  /// Whether these limits hold from a state on.
+  bool hold(const MotionState& state, double highest_mm_s) const {
+    return std::abs(state.acceleration_mm_s2) <= limits_.acceleration &&
+           std::abs(speed_without_acceleration(state, limits_.jerk)) <= highest_mm_s;
+  }
+
+ private:
+  EvenLimits limits_;
+};
+
+struct Goal {
+  double position_mm, velocity_mm_s, highest_mm_s;
+};
+
+/// How long a way takes that is left over at a speed; nothing for one that rounding may make of none.
+double stay_s(double left_mm, double velocity_mm_s, const Goal& goal) {
+  constexpr double kRounding = 1e-12;
+  if (velocity_mm_s == 0.0 || std::abs(left_mm) <= kRounding * std::abs(goal.position_mm)) return 0.0;
+  return std::max(0.0, left_mm / velocity_mm_s);
+}
+
+/// To a goal beyond where the fastest change of speed ends, by letting a deceleration go a little at first;
+/// nothing if that doesn't reach it. Where the axis turns later the way does not always grow with the easing:
+/// the least easing that reaches the goal is the fastest.
+template <class Changes>
+std::optional<Course> by_easing(const Course& start, const Goal& goal, const Changes& changes) {
+  const double present = start.now.acceleration_mm_s2, release = changes.release(start.now);
+  if (present >= 0.0 || goal.velocity_mm_s >= speed_without_acceleration(start.now, release)) return {};
+  const auto eased_to = [&](double size, double stay_s) {
+    Course way = start;
+    ease(way, size, release);
+    way.append(stay_s, 0.0);
+    changes.change(way, goal.velocity_mm_s);
+    return way;
+  };
+  const auto past_mm = [&](double minus_size) {
+    return eased_to(-minus_size, 0.0).now.position_mm - goal.position_mm;
+  };
+  constexpr int kParts = 32;
+  double low = present;
+  for (int part = 1; part <= kParts; ++part) {
+    const double high = present * (kParts - part) / kParts;
+    if (past_mm(high) > 0.0) {
+      const double size = -root_of_rising(past_mm, low, high);
+      // What rounding leaves is made at the speed of that moment.
+      Course eased = start;
+      ease(eased, size, release);
+      return eased_to(size, stay_s(-past_mm(-size), eased.now.velocity_mm_s, goal));
+    }
+    low = high;
+  }
+  return {};
+}
+
+/// To a goal beyond where the fastest change of speed ends.
+template <class Changes>
+Course to_beyond(const Course& start, const Goal& goal, const Changes& changes) {
+  if (const auto eased = by_easing(start, goal, changes)) return *eased;
+  const auto by_speed = [&](double speed, double stay_s) {
+    Course way = start;
+    changes.change(way, speed);
+    way.append(stay_s, 0.0);
+    changes.change(way, goal.velocity_mm_s);
+    return way;
+  };
+  const auto past_mm = [&](double speed) { return by_speed(speed, 0.0).now.position_mm - goal.position_mm; };
+  const double release = changes.release(start.now);
+  const double fastest = std::max(speed_without_acceleration(start.now, release), goal.velocity_mm_s);
+  const double lowest = fastest <= goal.highest_mm_s ? fastest : goal.velocity_mm_s;
+  if (past_mm(lowest) > 0.0) {  // by rounding: next to where the fastest change of speed ends
+    Course way = start;
+    ease(way, 0.0, release);
+    const double speed = way.now.velocity_mm_s;
+    Course end = way;
+    changes.change(end, goal.velocity_mm_s);
+    way.append(stay_s(goal.position_mm - end.now.position_mm, speed, goal), 0.0);
+    changes.change(way, goal.velocity_mm_s);
+    return way;
+  }
+  double speed = root_of_rising(past_mm, lowest, goal.highest_mm_s);
+  // What is left, be it by rounding alone, is made at that speed; the next one above goes too far.
+  if (speed < 0.0 && past_mm(speed) < 0.0) speed = std::nextafter(speed, goal.highest_mm_s);
+  return by_speed(speed, stay_s(-past_mm(speed), speed, goal));
+}
+
+Course mirrored(Course course) {
+  for (MotionState& start : course.profile.starts)
+    start = {-start.position_mm, -start.velocity_mm_s, -start.acceleration_mm_s2, -start.jerk_mm_s3};
+  course.now = {-course.now.position_mm, -course.now.velocity_mm_s, -course.now.acceleration_mm_s2,
+                -course.now.jerk_mm_s3};
+  return course;
+}
+
+template <class Changes>
+Course planned(Course start, const Goal& goal, const Changes& changes) {
+  const double most = changes.largest(start.now);
+  if (std::abs(start.now.acceleration_mm_s2) > most) ease(start, most, changes.release(start.now));
+  Course direct = start;
+  changes.change(direct, goal.velocity_mm_s);
+  if (goal.position_mm >= direct.now.position_mm) return to_beyond(start, goal, changes);
+  return mirrored(
+      to_beyond(mirrored(start), {-goal.position_mm, -goal.velocity_mm_s, goal.highest_mm_s}, changes));
+}
+
+/// Takes the acceleration away with the jerk of this side of zero, or goes on to where the axis turns before
+/// that is done.
+Course released(Course course, const ScurveLimits& limits) {
+  const double velocity = course.now.velocity_mm_s, acceleration = course.now.acceleration_mm_s2;
+  const double side = side_of(velocity, acceleration, 0.0), jerk = releasing_jerk(side, acceleration, limits);
+  const double left = acceleration * acceleration - 2.0 * jerk * std::abs(velocity);
+  const bool turns = side * acceleration < 0.0 && left > 0.0;
+  ease(course, turns ? std::sqrt(left) : 0.0, jerk);
+  if (turns) course.now.velocity_mm_s = 0.0;
+  return course;
+}
+
+}  // namespace
+
+JerkProfile plan_to_speed(const ScurveLimits& limits, const MotionState& state, double target_mm,
+                          double end_velocity_mm_s) {
+  check_limits(limits);
+  check_state(state);
+  if (!std::isfinite(target_mm) || !(std::abs(end_velocity_mm_s) <= limits.velocity_mm_s))
+    throw MotionError(fmt::format(
+        "motion to a speed: found {} mm with {} mm/s, expected a finite number with {} mm/s at most",
+        target_mm, end_velocity_mm_s, limits.velocity_mm_s));
+  const Goal goal{target_mm, end_velocity_mm_s, limits.velocity_mm_s};
+  const HaltAtTurns halting(limits);
+  const EvenThroughout even(limits);
+  const Course start(state), free = released(start, limits);
+  Course best = planned(free.now.velocity_mm_s == 0.0 ? free : start, goal, halting);
+  for (const Course& from : {start, free}) {
+    if (!even.hold(from.now, limits.velocity_mm_s)) continue;
+    const Course other = planned(from, goal, even);
+    if (other.profile.duration_s < best.profile.duration_s) best = other;
+  }
+  best.profile.end = {target_mm, end_velocity_mm_s, 0.0, 0.0};
+  if (end_velocity_mm_s != 0.0) return best.profile;
+  const JerkProfile to_rest = plan_retarget(limits, state, target_mm);  // mixes what is kept apart above
+  return to_rest.duration_s < best.profile.duration_s ? to_rest : best.profile;
+}
+
+}  // namespace meltstage::motion
