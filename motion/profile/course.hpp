@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "motion/profile/profile_parts.hpp"
 #include "motion/profile/retarget.hpp"
@@ -12,6 +13,11 @@ namespace meltstage::motion {
 
 /// @throws MotionError if a number of the state isn't finite.
 void check_state(const MotionState& state);
+
+/// Where a motion ends, and the highest speed on the way.
+struct Goal {
+  double position_mm = 0.0, velocity_mm_s = 0.0, highest_mm_s = 0.0;
+};
 
 /// A profile under construction, and the state at its end so far.
 struct Course {
@@ -41,9 +47,9 @@ struct Course {
     }
   }
 
-  JerkProfile ended_at(double position_mm) const {
+  JerkProfile ended_at(const Goal& goal) const {
     JerkProfile done = profile;
-    done.end = {position_mm, 0.0, 0.0, 0.0};
+    done.end = {goal.position_mm, goal.velocity_mm_s, 0.0, 0.0};
     return done;
   }
 };
@@ -107,5 +113,10 @@ inline void change_speed(Course& course, double to, const EvenLimits& limits) {
   course.now.velocity_mm_s = to;
   course.now.acceleration_mm_s2 = 0.0;
 }
+
+/// The fastest motion within the smaller of the limits for a speed that rises and for one that falls, from a
+/// state from which these can be kept; else nothing.
+std::optional<JerkProfile> plan_evenly(const ScurveLimits& limits, const MotionState& state,
+                                       const Goal& goal);
 
 }  // namespace meltstage::motion

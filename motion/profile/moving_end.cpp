@@ -104,10 +104,6 @@ class EvenThroughout {
   EvenLimits limits_;
 };
 
-struct Goal {
-  double position_mm, velocity_mm_s, highest_mm_s;
-};
-
 /// How long a way takes that is left over at a speed; nothing for one that rounding may make of none.
 double stay_s(double left_mm, double velocity_mm_s, const Goal& goal) {
   constexpr double kRounding = 1e-12;
@@ -212,6 +208,20 @@ Course released(Course course, const ScurveLimits& limits) {
 
 }  // namespace
 
+std::optional<JerkProfile> plan_evenly(const ScurveLimits& limits, const MotionState& state,
+                                       const Goal& goal) {
+  const EvenThroughout even(limits);
+  const Course start(state);
+  std::optional<Course> best;
+  for (const Course& from : {start, released(start, limits)}) {
+    if (!even.hold(from.now, goal.highest_mm_s)) continue;
+    const Course way = planned(from, goal, even);
+    if (!best || way.profile.duration_s < best->profile.duration_s) best = way;
+  }
+  if (!best) return {};
+  return best->ended_at(goal);
+}
+
 JerkProfile plan_to_speed(const ScurveLimits& limits, const MotionState& state, double target_mm,
                           double end_velocity_mm_s) {
   check_limits(limits);
@@ -221,19 +231,15 @@ JerkProfile plan_to_speed(const ScurveLimits& limits, const MotionState& state, 
         "motion to a speed: found {} mm with {} mm/s, expected a finite number with {} mm/s at most",
         target_mm, end_velocity_mm_s, limits.velocity_mm_s));
   const Goal goal{target_mm, end_velocity_mm_s, limits.velocity_mm_s};
-  const HaltAtTurns halting(limits);
-  const EvenThroughout even(limits);
   const Course start(state), free = released(start, limits);
-  Course best = planned(free.now.velocity_mm_s == 0.0 ? free : start, goal, halting);
-  for (const Course& from : {start, free}) {
-    if (!even.hold(from.now, limits.velocity_mm_s)) continue;
-    const Course other = planned(from, goal, even);
-    if (other.profile.duration_s < best.profile.duration_s) best = other;
-  }
-  best.profile.end = {target_mm, end_velocity_mm_s, 0.0, 0.0};
-  if (end_velocity_mm_s != 0.0) return best.profile;
-  const JerkProfile to_rest = plan_retarget(limits, state, target_mm);  // mixes what is kept apart above
-  return to_rest.duration_s < best.profile.duration_s ? to_rest : best.profile;
+  JerkProfile best =
+      planned(free.now.velocity_mm_s == 0.0 ? free : start, goal, HaltAtTurns(limits)).ended_at(goal);
+  const auto take_faster = [&](const JerkProfile& other) {
+    if (other.duration_s < best.duration_s) best = other;
+  };
+  if (const auto evenly = plan_evenly(limits, state, goal)) take_faster(*evenly);
+  if (end_velocity_mm_s == 0.0) take_faster(plan_retarget(limits, state, target_mm));
+  return best;
 }
 
 }  // namespace meltstage::motion

@@ -59,38 +59,6 @@ void stop_forward(Course& course, const ScurveLimits& limits) {
   course.now.velocity_mm_s = course.now.acceleration_mm_s2 = 0.0;
 }
 
-/// To a constant speed, and from it to rest at the target, without a halt where the axis turns; of a forward
-/// motion that does not turn back by itself. The way grows with that speed, so the target gives it.
-/// Accelerations and jerks stay below the smaller of the limits for speeding up and for slowing down,
-/// whichever of them a moment asks for; nothing where these would let the speed grow beyond its limit.
-std::optional<Course> through_one_speed(Course course, const ScurveLimits& limits, double target_mm) {
-  const EvenLimits even(limits);
-  if (course.now.acceleration_mm_s2 > 0.0) end_acceleration(course, limits);
-  const double excess = -course.now.acceleration_mm_s2 - even.acceleration;
-  if (excess > 0.0) {
-    course.append(excess / limits.jerk7_mm_s3, limits.jerk7_mm_s3);
-    course.now.acceleration_mm_s2 = -even.acceleration;
-  }
-  const double highest = limits.velocity_mm_s;
-  if (std::abs(speed_without_acceleration(course.now, even.jerk)) > highest) return {};
-
-  const auto with_speed = [&](double speed) {
-    Course way = course;
-    change_speed(way, speed, even);
-    return way;
-  };
-  const auto end_mm = [&](double speed) {
-    Course way = with_speed(speed);
-    change_speed(way, 0.0, even);
-    return way.now.position_mm;
-  };
-  const double speed = root_of_rising([&](double v) { return end_mm(v) - target_mm; }, -highest, highest);
-  Course way = with_speed(speed);
-  if (std::abs(speed) == highest) way.append((target_mm - end_mm(speed)) / speed, 0.0);
-  change_speed(way, 0.0, even);
-  return way;
-}
-
 Course stopped(Course course, const ScurveLimits& limits) {
   stop_forward(course, limits);
   return course;
@@ -287,7 +255,7 @@ JerkProfile plan_stop(const ScurveLimits& limits, const MotionState& state) {
     return joined(turn, mirrored(plan_stop(limits, mirrored(turn.now))));
   }
   const Course course = stopped(Course(state), limits);
-  return course.ended_at(course.now.position_mm);
+  return course.ended_at({course.now.position_mm});
 }
 
 StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state, double room_mm) {
@@ -329,17 +297,18 @@ JerkProfile plan_retarget(const ScurveLimits& limits, const MotionState& state, 
     const double left_mm = target_mm - turn.now.position_mm;
     JerkProfile profile = joined(turn, mirrored(plan_retarget(limits, mirrored(turn.now), -left_mm)));
     profile.end.position_mm = target_mm;
-    return profile;
+    // A target behind the turn may want more of the deceleration, not less.
+    const auto evenly = plan_evenly(limits, state, {target_mm, 0.0, limits.velocity_mm_s});
+    return evenly && evenly->duration_s < profile.duration_s ? *evenly : profile;
   }
   Course stop = stopped(start, limits);
   const double beyond_mm = target_mm - stop.now.position_mm;
   constexpr double kRounding_mm = 1e-12;
-  if (std::abs(beyond_mm) <= kRounding_mm) return stop.ended_at(target_mm);
-  if (beyond_mm > 0.0) return go_on(start, limits, target_mm).ended_at(target_mm);
+  if (std::abs(beyond_mm) <= kRounding_mm) return stop.ended_at({target_mm});
+  if (beyond_mm > 0.0) return go_on(start, limits, target_mm).ended_at({target_mm});
   stop.append(plan_scurve(limits, -beyond_mm), -1.0);
-  const auto through = through_one_speed(start, limits, target_mm);
-  const bool is_faster = through && through->profile.duration_s < stop.profile.duration_s;
-  return (is_faster ? *through : stop).ended_at(target_mm);
+  const auto through = plan_evenly(limits, state, {target_mm, 0.0, limits.velocity_mm_s});
+  return through && through->duration_s < stop.profile.duration_s ? *through : stop.ended_at({target_mm});
 }
 
 }  // namespace meltstage::motion

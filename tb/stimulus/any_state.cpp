@@ -73,10 +73,17 @@ std::uint64_t near_a_time(Rng& rng) {
   return kEnds[rng.below(kEnds.size())] + 1 - rng.below(3);
 }
 
+// Just below it, at it, or above it by as many small as large numbers: what a counter carries into, and what
+// a comparison takes for small without its top bit.
+std::uint64_t near_a_power_of_two(Rng& rng, unsigned width) {
+  const std::uint64_t power = std::uint64_t{1} << rng.below(width + 1);
+  return one_in(rng, 2) ? power - rng.below(3) : power + ((rng.bits() & (power - 1)) >> rng.below(width));
+}
+
 std::uint64_t any_value_of(Rng& rng, const Flop& flop, const FlopBlock& block, const chip::Chip& chip) {
   switch (rng.below(8)) {
-    case 0:  // just below a power of two, or at it
-      return (std::uint64_t{1} << rng.below(flop.width + 1)) - rng.below(3);
+    case 0:
+      return near_a_power_of_two(rng, flop.width);
     case 1:
       return flop.get(chip, flop.word) ^ std::uint64_t{1} << rng.below(flop.width);
     case 2:

@@ -226,13 +226,13 @@ std::string moving_end_case(std::mt19937_64& random, MovingEndSeen& seen) {
   const double off_mm = 1e-13 * std::max(1e-3, std::abs(task.target.position_mm));
   const double slack_s = 4.0 * std::cbrt(off_mm / std::min({limits.jerk1_mm_s3, limits.jerk3_mm_s3,
                                                             limits.jerk5_mm_s3, limits.jerk7_mm_s3}));
-  const auto slower_than = [&](double duration_s) {
-    return best.duration_s > duration_s * (1.0 + 1e-7) + slack_s;
+  const auto slower = [&](double duration_s, double other_s) {
+    return duration_s > other_s * (1.0 + 1e-7) + slack_s;
   };
   if (task.target.velocity_mm_s == 0.0) {
     ++seen.at_rest;
     const double rest_s = plan_retarget(limits, task.state, task.target.position_mm).duration_s;
-    if (slower_than(rest_s))
+    if (slower(best.duration_s, rest_s) || (kind == Limits::symmetric && slower(rest_s, best.duration_s)))
       return fmt::format("{}: {} s, plan_retarget {} s", text_of(task), best.duration_s, rest_s);
   }
   if (kind != Limits::symmetric) return "";
@@ -246,7 +246,7 @@ std::string moving_end_case(std::mt19937_64& random, MovingEndSeen& seen) {
   then.position_mm = 0.0;
   ++seen.compared;
   const double by_step_s = step_s + best_from(then, left_mm).duration_s;
-  if (slower_than(by_step_s))
+  if (slower(best.duration_s, by_step_s))
     return fmt::format("{}: {} s, by a step of {} s with {} mm/s3 {} s", text_of(task), best.duration_s,
                        step_s, first.jerk_mm_s3, by_step_s);
   return "";

@@ -49,8 +49,9 @@ struct MovingEndSeen {
 };
 
 /// A motion to a random target with a speed there: what is wrong with it, or which motion is faster; or
-/// nothing. At rest plan_retarget() must not be faster. With even limits no first step of any jerk within
-/// them may be better (Bellman's principle: the step and the best motion from where it leads are not faster).
+/// nothing. At rest plan_retarget() must not be faster, and with even limits not slower. With even limits no
+/// first step of any jerk within them may be better (Bellman's principle: the step and the best motion from
+/// where it leads are not faster).
 std::string moving_end_case(std::mt19937_64& random, MovingEndSeen& seen);
 
 /// A target and a stop from a random state: what is wrong with one of them, and for which task; or nothing.
