@@ -182,23 +182,49 @@ std::size_t most_wrong(const FaceTouches& face) {
   return best;
 }
 
-/// Touches that stand out from the others of their face, one after another.
-std::vector<SuspectTouch> suspects_of(FaceTouches face, double tolerance_mm) {
-  constexpr std::size_t kFewest = 7;
-  constexpr double kStandsOut = 8.0;    // standard deviations
+/// Whether a touch is so far off the others that it is no part of their form and noise.
+bool stands_out(const FaceTouches& face, std::size_t i, double tolerance_mm) {
+  constexpr double kDeviations = 8.0;   // standard deviations of the others
   constexpr double kOfMedian = 1.4826;  // a standard deviation by the median of normal values
+  std::vector<double> sizes = sizes_off(face);
+  const double size = sizes[i];
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return size > kDeviations * kOfMedian * *middle && std::abs(left_out(face, i).off_mm) > tolerance_mm;
+}
+
+/// Touches that stand out from the others of their face.
+std::vector<SuspectTouch> suspects_of(const FaceTouches& face, double tolerance_mm) {
+  constexpr std::size_t kFewest = 7;
+  const auto any_stands_out = [&](const FaceTouches& all) {
+    for (std::size_t i = 0; i < all.at_mm.size(); ++i)
+      if (stands_out(all, i, tolerance_mm)) return true;
+    return false;
+  };
+  const auto with = [&](FaceTouches sound, std::size_t touch) {
+    const auto at = std::find(face.touches.begin(), face.touches.end(), touch) - face.touches.begin();
+    const auto place =
+        std::lower_bound(sound.touches.begin(), sound.touches.end(), touch) - sound.touches.begin();
+    sound.at_mm.insert(sound.at_mm.begin() + place, face.at_mm[static_cast<std::size_t>(at)]);
+    sound.shifts_mm.insert(sound.shifts_mm.begin() + place, face.shifts_mm[static_cast<std::size_t>(at)]);
+    sound.touches.insert(sound.touches.begin() + place, touch);
+    return std::pair{sound, static_cast<std::size_t>(place)};
+  };
+  FaceTouches sound = face;
+  std::vector<std::size_t> taken;
+  while (sound.at_mm.size() >= kFewest && any_stands_out(sound)) {
+    const std::size_t i = most_wrong(sound);
+    taken.push_back(sound.touches[i]);
+    sound = without(std::move(sound), i);
+  }
+  // One that was taken for another one's sake comes back.
   std::vector<SuspectTouch> out;
-  while (face.at_mm.size() >= kFewest) {
-    std::vector<double> sizes = sizes_off(face);
-    const double largest = *std::max_element(sizes.begin(), sizes.end());
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    if (largest <= kStandsOut * kOfMedian * *middle) break;
-    const std::size_t i = most_wrong(face);
-    const double off_mm = left_out(face, i).off_mm;
-    if (std::abs(off_mm) <= tolerance_mm) break;
-    out.push_back({face.touches[i], off_mm});
-    face = without(std::move(face), i);
+  for (const std::size_t touch : taken) {
+    auto [all, i] = with(sound, touch);
+    if (sound.at_mm.size() < kFewest - 1 || stands_out(all, i, tolerance_mm))
+      out.push_back({touch, left_out(all, i).off_mm});
+    else
+      sound = std::move(all);
   }
   return out;
 }

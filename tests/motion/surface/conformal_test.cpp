@@ -87,27 +87,31 @@ TEST(Reconstruction, TellsWhenItsPointsAreTooFar) {
   EXPECT_LT(reconstruct(good.line, good.points, good.touches, calibrated({})).estimated_error_mm, 0.001);
 }
 
-// Any one touch, on any line of any part; and nothing where all are right.
+// Any one touch, on any line of any part; and none where all are right. Drawn anew each time, so each count
+// has room for what is rare.
 TEST(Reconstruction, TellsAWrongTouch) {
+  constexpr int kLines = 40;
   std::mt19937_64 random(std::random_device{}());
-  std::size_t found = 0, tried = 0;
-  for (std::uint64_t n = 0; n < 40; ++n) {
+  int named = 0, alone = 0, disturbed = 0;
+  for (int n = 0; n < kLines; ++n) {
     const RealPart part = make_trial_part({}, random());
     const Measured m = measure(random() % 9, part, {}, random());
-    EXPECT_TRUE(reconstruct(m.line, m.points, m.touches, calibrated({})).suspects.empty()) << m.line.name;
+    disturbed += reconstruct(m.line, m.points, m.touches, calibrated({})).suspects.empty() ? 0 : 1;
     std::vector<Eigen::Vector3d> touches = m.touches;
     const std::size_t wrong = random() % touches.size();
     touches[wrong] += (random() % 2 == 0 ? 0.15 : -0.15) * m.points.points[wrong].axis;
     const RealLine real = reconstruct(m.line, m.points, touches, calibrated({}));
-    ++tried;
-    if (real.suspects.empty()) continue;
-    ++found;
-    EXPECT_EQ(real.suspects.size(), 1u);
-    EXPECT_NEAR(static_cast<double>(real.suspects[0].touch), static_cast<double>(wrong), 1.0);
-    EXPECT_NEAR(std::abs(real.suspects[0].off_mm), 0.15, 0.08);
-    EXPECT_GT(real.estimated_error_mm, 0.05);
+    for (const SuspectTouch& suspect : real.suspects) {
+      if (suspect.touch != wrong) continue;
+      ++named;
+      alone += real.suspects.size() == 1 ? 1 : 0;
+      EXPECT_NEAR(std::abs(suspect.off_mm), 0.15, 0.12);
+      EXPECT_GE(real.estimated_error_mm, std::abs(suspect.off_mm));
+    }
   }
-  EXPECT_GE(found, 36u) << "of " << tried;  // the last touch of a line has neighbours on one side only
+  EXPECT_GE(named, kLines - 3);
+  EXPECT_GE(alone, kLines - 5);
+  EXPECT_LE(disturbed, 2);
 }
 
 TEST(Reconstruction, TellsNoErrorOfFewerThanFiveTouches) {
