@@ -206,17 +206,26 @@ Course released(Course course, const ScurveLimits& limits) {
   return course;
 }
 
+bool are_even(const ScurveLimits& limits) {
+  const double jerk = limits.jerk1_mm_s3;
+  return limits.acceleration_mm_s2 == limits.deceleration_mm_s2 && limits.jerk3_mm_s3 == jerk &&
+         limits.jerk5_mm_s3 == jerk && limits.jerk7_mm_s3 == jerk;
+}
+
 }  // namespace
 
 std::optional<JerkProfile> plan_evenly(const ScurveLimits& limits, const MotionState& state,
                                        const Goal& goal) {
   const EvenThroughout even(limits);
+  const auto from = [&](const Course& start) -> std::optional<Course> {
+    if (!even.hold(start.now, goal.highest_mm_s)) return {};
+    return planned(start, goal, even);
+  };
   const Course start(state);
-  std::optional<Course> best;
-  for (const Course& from : {start, released(start, limits)}) {
-    if (!even.hold(from.now, goal.highest_mm_s)) continue;
-    const Course way = planned(from, goal, even);
-    if (!best || way.profile.duration_s < best->profile.duration_s) best = way;
+  std::optional<Course> best = from(start);
+  if (state.acceleration_mm_s2 != 0.0 && !are_even(limits)) {  // a larger jerk may take the acceleration away
+    const std::optional<Course> other = from(released(start, limits));
+    if (other && (!best || other->profile.duration_s < best->profile.duration_s)) best = other;
   }
   if (!best) return {};
   return best->ended_at(goal);
