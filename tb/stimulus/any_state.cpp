@@ -97,8 +97,10 @@ std::uint64_t any_value_of(Rng& rng, const Flop& flop, const FlopBlock& block, c
       return near_a_time(rng);
     case 5:
       return rng.bits();
-    default:  // as many small as large ones
-      return (rng.bits() & ones(flop.width)) >> rng.below(flop.width);
+    default: {  // as many small as large ones; half of them with the top bit, without which they are small
+      const std::uint64_t value = (rng.bits() & ones(flop.width)) >> rng.below(flop.width);
+      return one_in(rng, 2) ? value : value ^ std::uint64_t{1} << (flop.width - 1);
+    }
   }
 }
 
