@@ -27,9 +27,9 @@ namespace meltstage::chip {
 
 // Rows as stored, check bits above the data; index = holding register index, entry 0 (CMD) does not exist
 // and stays 0. The bits of mem_stored(index) can change, the others are those of any value in range.
-#define TC_MEM_ARRAYS(X)                               \
-  X(std::uint32_t, staged_q, chip::spec::kMemRows, 22) \
-  X(std::uint32_t, active_q, chip::spec::kMemRows, 22)
+#define TC_MEM_ARRAYS(X)                                          \
+  X(std::uint32_t, staged_q, meltstage::chip::spec::kMemRows, 22) \
+  X(std::uint32_t, active_q, meltstage::chip::spec::kMemRows, 22)
 
 // Bits of row `index` that are flops.
 constexpr std::uint32_t mem_stored(unsigned index) {
