@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Six faults of a heated head, each under the chip, Marlin's rules and Klipper's; and healthy jobs, in which
+// Faults of a heated head, each under the chip, Marlin's rules and Klipper's; and healthy jobs, in which
 // nothing may trip.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -40,12 +41,26 @@ struct Compared {
 std::vector<Compared> fault_cases(std::uint64_t seed) {
   std::vector<Compared> cases;
   for (const auto& [plant, degc] : {std::pair{"PH-1", 110.0}, std::pair{"E3D-like", 220.0}}) {
-    for (const HeadFault fault : tb::kHeadFaults) {
-      const std::string name = fmt::format("{} {}", plant, head_fault_name(fault));
-      cases.push_back({{plant, degc, fault, true, seed}, name, {}, {}, {}});
-      if (fault == HeadFault::switch_short)
-        cases.push_back({{plant, degc, fault, false, seed}, name + ", no feedback wire", {}, {}, {}});
-    }
+    const FaultCase sudden{
+        .plant = plant, .setpoint_degc = degc, .fault = HeadFault::falls_out, .seed = seed};
+    const auto add = [&](
+                         HeadFault fault, const std::function<void(FaultCase&)>& change = [](FaultCase&) {}) {
+      FaultCase what = sudden;
+      what.fault = fault;
+      change(what);
+      cases.push_back({what, fmt::format("{} {}", plant, tb::fault_name(what)), {}, {}, {}});
+    };
+    add(HeadFault::falls_out);
+    add(HeadFault::half_out);
+    for (const double onset_s : {15.0, 30.0, 60.0, 300.0})
+      add(HeadFault::half_out, [&](FaultCase& what) { what.onset_s = onset_s; });
+    for (const double noise_degc : {0.0, 0.2, 0.3})
+      add(HeadFault::dead_low, [&](FaultCase& what) { what.noise_degc = noise_degc; });
+    add(HeadFault::frozen_low);
+    add(HeadFault::heater_open);
+    add(HeadFault::switch_short);
+    add(HeadFault::switch_short, [](FaultCase& what) { what.feedback = false; });
+    add(HeadFault::switch_short_off);
   }
   return cases;
 }

@@ -58,7 +58,7 @@ inline constexpr std::array<FaultAdvice, kFaultCount> kFaultAdvice{ {
     { advice::kRateMeasured, advice::kRateLimits,
      "Check the sensor's contacts and shielding; raise DTDT_MAX only for a head that truly is so fast."},
     { advice::kNotHeatingMeasured, advice::kNotHeatingLimits,
-     "Check the heater element, its supply, and that the sensor sits in the head; raise LBA_TIME only for a slower head."},
+     "Check the heater element, its supply, and that the sensor sits in the head; raise LBA_TIME only for a slower head, lower HEAT_RATE of CTRL likewise."},
     { advice::kHoldPowerMeasured, advice::kHoldPowerLimits,
      "Check that the sensor sits in the head and nothing cools it; raise HOLD_ADD only for a load that is meant."},
     { advice::kExcursionMeasured, advice::kExcursionLimits,

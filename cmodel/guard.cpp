@@ -19,6 +19,17 @@ constexpr std::uint8_t kRateTenths = 10;  // DTDT_MAX is a change within 1 s
 // So far above ambient a head without heat must cool; 1/320 degC.
 constexpr std::int32_t kHotAbove = 20 * 320;
 
+// Heat balance: what one step of its serial multiplication ends, and the largest difference. Its temperatures
+// are duties that would hold them, in 2^-16 / 5.
+constexpr std::uint8_t kHeatNeed = 17;  // KFF (16 bits) times the temperature
+constexpr std::uint8_t kHeatMove = 27;  // HEAT_RATE (9 bits) times the duty that is left to heat
+constexpr std::int64_t kHeatFraction = 12;
+constexpr std::int64_t kHeatBand = 5 * 65536 * 3 / 32;
+
+constexpr std::int64_t sign_extended(std::int64_t x, unsigned width) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(x) << (64 - width)) >> (64 - width);
+}
+
 bool above_rate(const Params& p, std::int32_t change) {
   return std::abs(of_temp(change)) > of_tenths(p[spec::kRegDtdtMax]);
 }
@@ -113,7 +124,7 @@ struct Guard::Seen {
   std::int32_t window;   // AT_WINDOW, 1/320 degC
   bool off_duty;         // no heat is asked for
   bool loop_break;       // duty near its limit: the temperature must rise
-  bool hold_power;       // more duty than holding needs
+  bool hold_power;       // more duty than holding needs, on average
   bool excursion;        // further above the set-point than allowed
   bool zero_due;         // no heat for long enough: the temperature must not rise
   bool frozen;           // a hot head without heat: its samples must move
@@ -148,8 +159,8 @@ inline Guard::Seen Guard::look(const GuardIn& in) const {
           .window = of_tenths(p[spec::kRegAtWindow]),
           .off_duty = off_duty,
           .loop_break = heating && in.limited && p[spec::kRegLbaTime] != 0,
-          .hold_power = heating && in.segment == spec::kSegPid && p[spec::kRegKff] != 0 &&
-                        p[spec::kRegHoldTime] != 0 && in.duty > in.hold_limit,
+          .hold_power = heating && p[spec::kRegKff] != 0 && p[spec::kRegHoldTime] != 0 &&
+                        duty_sum_q > in.hold_limit << 4,
           .excursion = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]),
           .zero_due = off_duty && zero_q >= p[spec::kRegZeroWait],
           .frozen = run_q != 0 && in.duty == 0 && p[spec::kRegLbaTime] != 0 &&
@@ -175,10 +186,11 @@ inline std::uint16_t Guard::causes(const GuardIn& in, const Sample& sample, cons
       bit(spec::kFaultSensorFrame, bad && bad_dev_q == 0) |
       bit(spec::kFaultSensorStale,
           stale_q >= p[spec::kRegSampleTimeout] || (seen.frozen && frozen_q >= p[spec::kRegLbaTime])) |
-      bit(spec::kFaultRate, rate_q != 0) | bit(spec::kFaultNotHeating, lba_trip_q != 0) |
+      bit(spec::kFaultRate, rate_q != 0) | bit(spec::kFaultNotHeating, lba_trip_q != 0 || heat_low_q != 0) |
       bit(spec::kFaultHoldPower, seen.hold_power && hold_q >= p[spec::kRegHoldTime]) |
       bit(spec::kFaultExcursion, seen.excursion && exc_q >= p[spec::kRegExcTime]) |
-      bit(spec::kFaultZeroRise, seen.zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) |
+      bit(spec::kFaultZeroRise,
+          (seen.zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) || heat_high_q != 0) |
       bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, spec::kCtrlFbEn) && seen.feedback_late) |
       bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_left(p) == 0) | bit(spec::kFaultParam, in.mem_bad) |
       bit(spec::kFaultState, in.state_illegal || in.overrun || seen.rails_differ || upset) |
@@ -188,20 +200,57 @@ inline std::uint16_t Guard::causes(const GuardIn& in, const Sample& sample, cons
 // NotHeating: the temperature must rise by LBA_RISE within LBA_TIME.
 inline void Guard::step_loop_break(const GuardIn& in, const Seen& seen) {
   const Params& p = in.params;
-  const bool rose = of_temp(pv_q - lba_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
+  const std::int16_t mean = mean_temp();
+  const bool rose = of_temp(mean - lba_ref_q) >= of_tenths(p[spec::kRegLbaRise]);
   lba_trip_q = seen.loop_break && !rose && lba_q >= p[spec::kRegLbaTime];
   lba_q = seen.loop_break && !rose ? count_up(lba_q, in.tenth) : 0;
   // From the lowest: a head that was cooling falls on for a while.
-  if (!seen.loop_break || rose || pv_q < lba_ref_q) lba_ref_q = pv_q;
+  if (!seen.loop_break || rose || mean < lba_ref_q) lba_ref_q = mean;
 }
 
 inline void Guard::step_hold_power(const GuardIn& in, const Seen& seen) {
-  const bool rose = of_temp(pv_q - hold_ref_q) >= of_tenths(in.params[spec::kRegLbaRise]);
-  if (!seen.hold_power || rose) {
-    hold_q = 0;
-    hold_ref_q = pv_q;
+  const std::int16_t mean = mean_temp();
+  const bool rose = of_temp(mean - hold_ref_q) >= of_tenths(in.params[spec::kRegLbaRise]);
+  // Noise may leave the segment for a tick.
+  const bool counts = in.tenth && in.segment == spec::kSegPid;
+  hold_q = seen.hold_power && !rose ? count_up(hold_q, counts) : 0;
+  if (!seen.hold_power || rose || mean < hold_ref_q) hold_ref_q = mean;
+}
+
+// Each 0.1 s the temperature to which the heat of the duty leads moves on, and a quarter of the head's time
+// constant towards the reading:
+//   seen += HEAT_RATE (duty - need - 4 (seen - need)), need = KFF (temperature - T_AMB).
+// A reading that is not where the heat went is no head's.
+inline void Guard::step_heat_balance(const GuardIn& in) {
+  const Params& p = in.params;
+  const unsigned rate = p[spec::kRegCtrl] >> spec::kCtrlHeatRate;
+  if (rate == 0) {
+    heat_step_q = heat_low_q = heat_high_q = 0;
+    return;
+  }
+  if (heat_step_q == 0) {
+    if (!in.tenth) return;
+    heat_x_q = of_temp(pv_q) - of_tenths(p.s16(spec::kRegTAmb));
+    heat_acc_q = 0;
+    heat_step_q = 1;
+  } else if (heat_step_q == kHeatNeed) {
+    const std::int64_t need = heat_acc_q >> kHeatFraction;
+    const std::int64_t excess = (heat_seen_q >> kHeatFraction) - need;
+    const bool running = run_q != 0;
+    heat_low_q = running && excess > kHeatBand;
+    heat_high_q = running && -excess > kHeatBand;
+    if (!running) heat_seen_q = sign_extended(need << kHeatFraction, 40);
+    heat_x_q = static_cast<std::int32_t>(std::int64_t{5} * in.duty - need - 4 * excess);
+    heat_acc_q = 0;
+    heat_step_q = running ? kHeatNeed + 1 : 0;
+  } else if (heat_step_q >= kHeatMove) {
+    heat_seen_q = sign_extended(heat_seen_q + (heat_acc_q >> 5), 40);
+    heat_step_q = 0;
   } else {
-    hold_q = count_up(hold_q, in.tenth);
+    const unsigned bit = heat_step_q < kHeatNeed ? p[spec::kRegKff] >> (16 - heat_step_q)
+                                                 : rate >> (kHeatMove - 1 - heat_step_q);
+    heat_acc_q = sign_extended(2 * heat_acc_q + ((bit & 1) != 0 ? heat_x_q : 0), 40);
+    ++heat_step_q;
   }
 }
 
@@ -248,6 +297,7 @@ inline void Guard::step_detectors(const GuardIn& in, const Sample& sample, const
   step_hold_power(in, seen);
   step_excursion(in, seen);
   step_zero_rise(in, sample, seen);
+  step_heat_balance(in);
   // A hot head without heat cools, so its samples move.
   frozen_q = seen.frozen && !(sample.accept && sample.change != 0) ? count_up(frozen_q, in.tenth) : 0;
   step_feedback(in, seen);
@@ -291,6 +341,15 @@ inline void Guard::step_rate_reference(const GuardIn& in, const Sample& sample) 
   }
 }
 
+// Sums of 16 values that forget: a single sample's noise neither trips nor hides anything.
+inline void Guard::take_means(const GuardIn& in, const Sample& sample) {
+  if (sample.accept) {
+    temp_sum_q = pv_valid_q != 0 ? temp_sum_q + in.sens_pv - mean_temp() : in.sens_pv * 16;
+    duty_sum_q += in.duty - (duty_sum_q >> 4);
+  }
+  if (run_q == 0) duty_sum_q = 0;
+}
+
 inline void Guard::take_sample(const GuardIn& in, const Sample& sample) {
   if (sample.accept) {
     rate_q = sample.jump;
@@ -318,6 +377,7 @@ void Guard::step(const GuardIn& in) {
   const Seen seen = look(in);
   const std::uint16_t cause = causes(in, sample, seen);
   step_detectors(in, sample, seen);
+  take_means(in, sample);
   step_permission(in, seen, cause);
   step_rate_reference(in, sample);
   take_sample(in, sample);

@@ -48,6 +48,14 @@ namespace meltstage::chip {
   X(std::uint8_t, exc_armed_q, 1, 0)       \
   X(std::uint8_t, rate_q, 1, 0)            \
   X(std::uint8_t, lba_trip_q, 1, 0)        \
+  X(std::int32_t, temp_sum_q, 20, 0)       \
+  X(std::uint32_t, duty_sum_q, 21, 0)      \
+  X(std::uint8_t, heat_step_q, 5, 0)       \
+  X(std::int32_t, heat_x_q, 32, 0)         \
+  X(std::int64_t, heat_acc_q, 40, 0)       \
+  X(std::int64_t, heat_seen_q, 40, 0)      \
+  X(std::uint8_t, heat_low_q, 1, 0)        \
+  X(std::uint8_t, heat_high_q, 1, 0)       \
   X(std::uint8_t, at_temp_q, 1, 0)
 
 struct GuardIn {
@@ -109,14 +117,17 @@ struct Guard {
   Seen look(const GuardIn& in) const;
   std::uint16_t causes(const GuardIn& in, const Sample& sample, const Seen& seen) const;
   void step_loop_break(const GuardIn& in, const Seen& seen);
+  std::int16_t mean_temp() const { return static_cast<std::int16_t>(temp_sum_q >> 4); }
   void step_hold_power(const GuardIn& in, const Seen& seen);
   void step_excursion(const GuardIn& in, const Seen& seen);
   void step_zero_rise(const GuardIn& in, const Sample& sample, const Seen& seen);
+  void step_heat_balance(const GuardIn& in);
   void step_feedback(const GuardIn& in, const Seen& seen);
   void step_at_temp(const GuardIn& in, const Seen& seen);
   void step_detectors(const GuardIn& in, const Sample& sample, const Seen& seen);
   void step_permission(const GuardIn& in, const Seen& seen, std::uint16_t cause);
   void step_rate_reference(const GuardIn& in, const Sample& sample);
+  void take_means(const GuardIn& in, const Sample& sample);
   void take_sample(const GuardIn& in, const Sample& sample);
 };
 

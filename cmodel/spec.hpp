@@ -14,7 +14,7 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0x1662;
+inline constexpr std::uint16_t kMapCrc = 0xA726;
 inline constexpr unsigned kScanChains = 8;
 inline constexpr unsigned kTestSpeedup = 100;
 inline constexpr std::uint16_t kTelemetryWords = 16;  // input registers of a telemetry frame, from the first on
@@ -154,7 +154,7 @@ inline constexpr std::array<RegisterInfo, kHoldingCount> kHolding{ {
     {"AT_WINDOW", "degC", 0.1, false, true, 0, 1000, 10, 0x0103FF, false },
     {"AT_DWELL", "s", 0.1, false, true, 0, 65535, 50, 0x01FFFF, false },
     {"LOCK", "", 1.0, false, true, 0, 65535, 0, 0x01FFFF, false },
-    {"CTRL", "", 1.0, false, true, 0, 127, 55, 0x01007F, false },
+    {"CTRL", "", 1.0, false, true, 0, 65535, 55, 0x01FFFF, false },
     {"KP", "1/K", 1.52587890625e-05, false, true, 0, 65535, 5131, 0x01FFFF, false },
     {"KI_APPROACH", "", 6.103515625e-05, false, true, 0, 65535, 1229, 0x01FFFF, false },
     {"KI_HOLD", "", 6.103515625e-05, false, true, 0, 65535, 1602, 0x01FFFF, false },
@@ -302,7 +302,9 @@ enum CtrlBit : std::uint8_t {
   kCtrlDither = 4,
   kCtrlFbEn = 5,
   kCtrlIZero = 6,
+  kCtrlHeatRate = 7,
 };
+inline constexpr std::uint16_t kCtrlHeatRateMask = 0xFF80;
 enum FormatBit : std::uint8_t {
   kFormatCharacter = 0,
   kFormatPause = 2,
@@ -405,10 +407,10 @@ inline constexpr std::array<FaultInfo, kFaultCount> kFaults{ {
     {"SensorFrame", "Frames failed the reserved-bit or stuck-line check for BAD_MAX samples in a row."},
     {"SensorStale", "No accepted sample for SAMPLE_TIMEOUT, or a frozen one: zero duty for LBA_TIME, 20 degC above T_AMB, and no sample moved."},
     {"Rate", "Temperature moved by more than DTDT_MAX within 1 s, or by half of it at once, and BAD_MAX samples in a row say so."},
-    {"NotHeating", "Duty within 1/16 of its limit for LBA_TIME and the temperature rose by less than LBA_RISE (loop break)."},
-    {"HoldPower", "Duty above HOLD_MULT x KFF (T - T_AMB) + HOLD_ADD for HOLD_TIME inside the control band, and no rise by LBA_RISE."},
+    {"NotHeating", "Duty within 1/16 of its limit for LBA_TIME and the temperature rose by less than LBA_RISE (loop break); or the temperature is far below where the heat of the duty leads (heat balance)."},
+    {"HoldPower", "Mean duty above HOLD_MULT x KFF (T - T_AMB) + HOLD_ADD for HOLD_TIME inside the control band, and no rise by LBA_RISE."},
     {"Excursion", "Temperature above the set-point by EXC_LIMIT for EXC_TIME."},
-    {"ZeroRise", "Temperature rose by ZERO_RISE although the duty had been zero for ZERO_WAIT (shorted switch)."},
+    {"ZeroRise", "Temperature rose by ZERO_RISE although the duty had been zero for ZERO_WAIT (shorted switch); or it is far above where the heat of the duty leads (heat balance)."},
     {"HeaterFb", "heater_fb_i differed from heater_o for FB_TIME (checked while CTRL.FB_EN)."},
     {"HostWatchdog", "No valid frame to this address or broadcast for HOST_WD."},
     {"Param", "A parameter set held flips that MEM can not correct."},

@@ -69,6 +69,11 @@ module tc_guard (
   localparam logic [3:0] RateTenths = 4'd10;   // DTDT_MAX is a change within 1 s
   // 20 degC above ambient a head without heat must cool; 1/64 degC
   localparam logic signed [16:0] HotAbove = 17'sd1280;
+  // Heat balance: the steps in which its two serial products are ready, and the largest difference, 2^-16 / 5 of full
+  // duty.
+  localparam logic [4:0]         HeatNeed = 5'd17;       // KFF, 16 bits
+  localparam logic [4:0]         HeatMove = 5'd27;       // HEAT_RATE, 9 bits
+  localparam logic signed [31:0] HeatBand = 32'sd30720;  // 3/32
 
   // Heater permission.
   logic        run_q, run_nq;                  // heating is on; the same once more, inverted
@@ -104,6 +109,15 @@ module tc_guard (
   logic               rate_q;                  // the accepted sample jumped
   logic               lba_trip_q;
   logic               at_temp_q;
+  // Sums of 16 values that forget.
+  logic signed [19:0] temp_sum_q;              // of the accepted temperatures, 1/64 degC
+  logic [20:0]        duty_sum_q;              // of the duty at each of them
+  // Heat balance. A temperature is the duty that would hold it, 2^-16 / 5.
+  logic [4:0]         heat_step_q;             // 0: nothing to do
+  logic signed [31:0] heat_x_q;                // what is multiplied
+  logic signed [39:0] heat_acc_q;              // the product so far
+  logic signed [39:0] heat_seen_q;             // the temperature to which the heat leads, 12 bits of fraction more
+  logic               heat_low_q, heat_high_q; // the reading is far below it, far above it
 
   // ---- Samples ------------------------------------------------------------------------------------------------------
 
@@ -156,15 +170,17 @@ module tc_guard (
   assign heating   = run_q && auto_mode;
   logic               above_window, below_window;
   logic signed [16:0] over_sp, over_lba, over_hold_ref, over_zero;   // the temperature above each, 1/64 degC
+  logic signed [15:0] mean;                    // temperature over the last samples, in which noise is small
+  assign mean          = temp_sum_q[19:4];
   assign over_sp       = 17'(pv_q) - 17'(sp_work_i);
-  assign over_lba      = 17'(pv_q) - 17'(lba_ref_q);
-  assign over_hold_ref = 17'(pv_q) - 17'(hold_ref_q);
+  assign over_lba      = 17'(mean) - 17'(lba_ref_q);
+  assign over_hold_ref = 17'(mean) - 17'(hold_ref_q);
   assign over_zero     = 17'(pv_q) - 17'(zero_ref_q);
   assign above_window = above(over_sp, $signed({1'b0, params_i.at_window}));
   assign below_window = of_temp(over_sp) < -of_tenths($signed({1'b0, params_i.at_window}));
   assign in_window = !above_window && !below_window;
   assign above_exc = above(over_sp, $signed({1'b0, params_i.exc_limit}));
-  assign over_hold = hold_limit_i < {1'b0, duty_i};
+  assign over_hold = {hold_limit_i, 4'd0} < {1'b0, duty_sum_q};
   assign lba_rose  = at_or_above(over_lba, $signed({1'b0, params_i.lba_rise}));
   assign hold_rose = at_or_above(over_hold_ref, $signed({1'b0, params_i.lba_rise}));
   assign off_duty  = duty_i == 17'd0 || !run_q;
@@ -175,8 +191,7 @@ module tc_guard (
   logic lba_active, hold_active, exc_active, zero_due, frozen_active, bad_limit, wd_expired, rails_differ, upset;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
-  assign hold_active = heating && segment_i == tc_pkg::SegPid && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 &&
-                       over_hold;
+  assign hold_active = heating && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 && over_hold;
   assign exc_active  = heating && exc_armed_q && above_exc;
   assign zero_due    = off_duty && elapsed(zero_q, params_i.zero_wait);
   assign frozen_active = run_q && duty_i == 17'd0 && params_i.lba_time != 16'd0 &&
@@ -186,6 +201,28 @@ module tc_guard (
   assign bad_limit   = bad_q >= params_i.bad_max[3:0];
   assign wd_left     = wd_q < params_i.host_wd ? params_i.host_wd - wd_q : 16'd0;
   assign wd_expired  = wd_left == 16'd0;
+
+  // ---- Heat balance -------------------------------------------------------------------------------------------------
+
+  // Each 0.1 s the temperature to which the heat of the duty leads moves on, and a quarter of the head's time constant
+  // towards the reading:
+  //   seen += HEAT_RATE (duty - need - 4 (seen - need)), need = KFF (temperature - T_AMB).
+  // A reading that is not where the heat went is no head's.
+  logic [8:0]         heat_rate;
+  logic               heat_bit;                // of the factor, highest first
+  logic [31:0]        heat_row;                // the factors' bits by step
+  logic signed [23:0] over_amb;                // 1/320 degC
+  logic signed [31:0] heat_need, heat_excess;
+  assign heat_rate   = params_i.ctrl[tc_pkg::CtrlHeatRate +: tc_pkg::CtrlHeatRateWidth];
+  always_comb begin
+    heat_row = 32'd0;
+    for (int i = 0; i < 16; i++) heat_row[1 + i] = params_i.kff[15 - i];
+    for (int i = 0; i < 9; i++) heat_row[18 + i] = heat_rate[8 - i];
+  end
+  assign over_amb    = of_temp(17'(pv_q)) - of_tenths(17'($signed(params_i.t_amb)));
+  assign heat_bit    = heat_row[heat_step_q];
+  assign heat_need   = 32'($signed(heat_acc_q[39:12]));
+  assign heat_excess = 32'($signed(heat_seen_q[39:12])) - heat_need;
 
   always_comb begin
     cause_d = 15'd0;
@@ -199,10 +236,10 @@ module tc_guard (
     cause_d[tc_pkg::FaultSensorStale]  = elapsed(stale_q, params_i.sample_timeout) ||
                                          (frozen_active && elapsed(frozen_q, params_i.lba_time));
     cause_d[tc_pkg::FaultRate]         = rate_q;
-    cause_d[tc_pkg::FaultNotHeating]   = lba_trip_q;
+    cause_d[tc_pkg::FaultNotHeating]   = lba_trip_q || heat_low_q;
     cause_d[tc_pkg::FaultHoldPower]    = hold_active && elapsed(hold_q, params_i.hold_time);
     cause_d[tc_pkg::FaultExcursion]    = exc_active && elapsed(exc_q, params_i.exc_time);
-    cause_d[tc_pkg::FaultZeroRise]     = zero_due && params_i.zero_rise != 16'd0 && zero_rose;
+    cause_d[tc_pkg::FaultZeroRise]     = (zero_due && params_i.zero_rise != 16'd0 && zero_rose) || heat_high_q;
     cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[tc_pkg::CtrlFbEn] && fb_trip;
     cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_expired;
     cause_d[tc_pkg::FaultParam]        = mem_bad_i;
@@ -261,6 +298,14 @@ module tc_guard (
       rate_q          <= 1'b0;
       lba_trip_q      <= 1'b0;
       at_temp_q       <= 1'b0;
+      temp_sum_q      <= 20'sd0;
+      duty_sum_q      <= 21'd0;
+      heat_step_q     <= 5'd0;
+      heat_x_q        <= 32'sd0;
+      heat_acc_q      <= 40'sd0;
+      heat_seen_q     <= 40'sd0;
+      heat_low_q      <= 1'b0;
+      heat_high_q     <= 1'b0;
     end else begin
       // Heater permission: a fault, a stop or the emergency stop beats everything.
       run_q    <= run_d;
@@ -290,9 +335,12 @@ module tc_guard (
         bad_q      <= 4'd0;
         stale_q    <= 16'd0;
         rate_q     <= jump;
+        temp_sum_q <= pv_valid_q ? temp_sum_q + 20'(sens_i.pv) - 20'(mean) : 20'(sens_i.pv) <<< 4;
       end else begin
         stale_q <= count_up(stale_q, tenth_i);
       end
+      if (!run_q) duty_sum_q <= 21'd0;
+      else if (accept) duty_sum_q <= duty_sum_q + 21'(duty_i) - 21'(duty_sum_q[20:4]);
       if (accept && (!settled_q || jump || rate_cnt_q >= RateTenths)) begin
         rate_ref_q <= settled_q && !jump ? pv_q : sens_i.pv;   // not the present sample, which may be a wrong one
         rate_cnt_q <= 4'd0;
@@ -308,12 +356,13 @@ module tc_guard (
       // Loop break: at full duty the temperature must rise by LBA_RISE above its lowest within each LBA_TIME. From the
       // lowest: a head that was cooling falls on for a while.
       lba_q <= (lba_active && !lba_rose) ? count_up(lba_q, tenth_i) : 16'd0;
-      if (!lba_active || lba_rose || over_lba[16]) lba_ref_q <= pv_q;
+      if (!lba_active || lba_rose || over_lba[16]) lba_ref_q <= mean;
       lba_trip_q <= lba_active && !lba_rose && elapsed(lba_q, params_i.lba_time);
 
-      // Hold power: more than the head can need, and no rise to show for it.
-      hold_q <= hold_active && !hold_rose ? count_up(hold_q, tenth_i) : 16'd0;
-      if (!hold_active || hold_rose) hold_ref_q <= pv_q;
+      // Hold power: more than the head can need, and no rise to show for it, as above. Noise may leave the segment for
+      // a tick.
+      hold_q <= hold_active && !hold_rose ? count_up(hold_q, tenth_i && segment_i == tc_pkg::SegPid) : 16'd0;
+      if (!hold_active || hold_rose || over_hold_ref[16]) hold_ref_q <= mean;
 
       // Excursion: armed once the temperature is at or below the window's top, disarmed when the set-point falls away.
       sp_past_q <= sp_work_i;
@@ -330,6 +379,32 @@ module tc_guard (
 
       // Frozen: a hot head without heat cools, so its samples move.
       frozen_q <= frozen_active && !(accept && step != 17'sd0) ? count_up(frozen_q, tenth_i) : 16'd0;
+
+      // Heat balance.
+      if (heat_rate == 9'd0) begin
+        heat_step_q <= 5'd0;
+        heat_low_q  <= 1'b0;
+        heat_high_q <= 1'b0;
+      end else if (heat_step_q == 5'd0) begin
+        if (tenth_i) begin
+          heat_x_q    <= 32'(over_amb);
+          heat_acc_q  <= 40'sd0;
+          heat_step_q <= 5'd1;
+        end
+      end else if (heat_step_q == HeatNeed) begin
+        heat_low_q  <= run_q && heat_excess > HeatBand;
+        heat_high_q <= run_q && -heat_excess > HeatBand;
+        if (!run_q) heat_seen_q <= {heat_acc_q[39:12], 12'd0};
+        heat_x_q    <= 32'(duty_i) * 32'sd5 - heat_need - (heat_excess <<< 2);
+        heat_acc_q  <= 40'sd0;
+        heat_step_q <= run_q ? HeatNeed + 5'd1 : 5'd0;
+      end else if (heat_step_q >= HeatMove) begin
+        heat_seen_q <= heat_seen_q + 40'($signed(heat_acc_q[39:5]));
+        heat_step_q <= 5'd0;
+      end else begin
+        heat_acc_q  <= (heat_acc_q <<< 1) + (heat_bit ? 40'(heat_x_q) : 40'sd0);
+        heat_step_q <= heat_step_q + 5'd1;
+      end
 
       if (!fb_differs) fb_q <= 20'd0;
       else if (!fb_trip) fb_q <= fb_q + 20'd1;

@@ -7,7 +7,7 @@ package tc_pkg;
   localparam int unsigned ClkHz = 12000000;
   localparam logic [15:0] DeviceId = 16'h7C01;
   localparam logic [15:0] Version = 16'h0001;
-  localparam logic [15:0] MapCrc = 16'h1662;
+  localparam logic [15:0] MapCrc = 16'hA726;
   localparam int unsigned ScanChains = 8;
   localparam int unsigned TestSpeedup = 100;
   localparam logic [15:0] WriteWords = 16'd16;
@@ -144,6 +144,8 @@ package tc_pkg;
   localparam int unsigned CtrlDither = 4;
   localparam int unsigned CtrlFbEn = 5;
   localparam int unsigned CtrlIZero = 6;
+  localparam int unsigned CtrlHeatRate = 7;
+  localparam int unsigned CtrlHeatRateWidth = 9;
   localparam int unsigned FormatCharacter = 0;
   localparam int unsigned FormatCharacterWidth = 2;
   localparam int unsigned FormatPause = 2;
@@ -311,7 +313,6 @@ package tc_pkg;
       6'd5: reg_max = 16'h2710;  // MANUAL_DUTY
       6'd6: reg_max = 16'h2710;  // FF_EXT
       6'd9: reg_max = 16'h03E8;  // AT_WINDOW
-      6'd12: reg_max = 16'h007F;  // CTRL
       6'd17: reg_max = 16'h0006;  // D_FILTER
       6'd19: reg_max = 16'h03E8;  // T_AMB
       6'd20: reg_max = 16'h1388;  // BAND_FULL
@@ -358,7 +359,7 @@ package tc_pkg;
       6'd9: reg_stored = 22'h0103FF;  // AT_WINDOW
       6'd10: reg_stored = 22'h01FFFF;  // AT_DWELL
       6'd11: reg_stored = 22'h01FFFF;  // LOCK
-      6'd12: reg_stored = 22'h01007F;  // CTRL
+      6'd12: reg_stored = 22'h01FFFF;  // CTRL
       6'd13: reg_stored = 22'h01FFFF;  // KP
       6'd14: reg_stored = 22'h01FFFF;  // KI_APPROACH
       6'd15: reg_stored = 22'h01FFFF;  // KI_HOLD

@@ -23,7 +23,7 @@ const Choices& control_choices() {
                             {kRegTlmPeriod, {0, 1, 2, 5}},
                             {kRegAtWindow, {0, 5, 10, 20, 20}},
                             {kRegAtDwell, {0, 0, 1, 3}},
-                            {kRegCtrl, {0x37, 0x33, 0x72, 0x10, 0x05, 0x45, 0x3F, 0x08, 0x44, 0x36}},
+                            {kRegCtrl, {0x37, 0x33, 0x72, 0x1610, 0x05, 0x5545, 0xFFBF, 0x08, 0x44, 0x36}},
                             {kRegKp, {6208, 6208, 0, 0, 65535, 100}},
                             {kRegKiApproach, {1669, 65535, 65535, 0}},
                             {kRegKiHold, {3339, 65535, 0}},
@@ -69,7 +69,7 @@ const Choices& integral_choices() {
                          {kRegKiApproach, {65535}},
                          {kRegKiHold, {65535, 3339}},
                          {kRegKd, {0, 0, 0, 65535}},
-                         {kRegCtrl, {0x10, 0x32, 0x01, 0x05, 0x07, 0x15, 0x45, 0x3D}},
+                         {kRegCtrl, {0x10, 0x32, 0x01, 0x1605, 0x07, 0x15, 0xFFC5, 0x3D}},
                          {kRegBandFull, {5000, 5000, 20}},
                          {kRegDutyMax, {10000, 3000, 3000, 1000}},
                          {kRegHoldMult, {0}},
@@ -90,7 +90,7 @@ const Choices& tuning_choices() {
   static const Choices list{{kRegSetpoint, {600, 600, 600, 620, 1500}},
                             {kRegRampUp, {0, 0, 625}},
                             {kRegHostWd, {0}},
-                            {kRegCtrl, {0x37, 0x37, 0x33}},
+                            {kRegCtrl, {0x37, 0x1637, 0x33}},
                             {kRegKp, {6208, 0, 65535}},
                             {kRegTAmb, {250, 250, 250, 700}},
                             {kRegDutyMax, {10000, 10000, 3000}},
@@ -109,13 +109,13 @@ const Choices& tuning_choices() {
 // Detectors with short times, so that each can trip within a run; limits that the head meets exactly.
 const Choices& detector_choices() {
   using namespace spec;
-  static const Choices list{{kRegSetpoint, {600}},   {kRegHostWd, {40, 10}},   {kRegTlmPeriod, {5}},
-                            {kRegAtDwell, {1}},      {kRegCtrl, {0x37, 0x72}}, {kRegKd, {0}},
-                            {kRegDFilter, {0}},      {kRegBandOff, {100}},     {kRegTMax, {990, 990, 1500}},
-                            {kRegTMin, {0, 500}},    {kRegExcTime, {1}},       {kRegLbaTime, {1}},
-                            {kRegHoldMult, {0}},     {kRegHoldAdd, {0}},       {kRegHoldTime, {0, 0, 1}},
-                            {kRegDtdtMax, {0, 100}}, {kRegZeroRise, {50}},     {kRegZeroWait, {2}},
-                            {kRegBadMax, {2, 15}},   {kRegSampleTimeout, {2}}, {kRegFbTime, {200}},
+  static const Choices list{{kRegSetpoint, {600}},   {kRegHostWd, {40, 10}},     {kRegTlmPeriod, {5}},
+                            {kRegAtDwell, {1}},      {kRegCtrl, {0x37, 0xFFF2}}, {kRegKd, {0}},
+                            {kRegDFilter, {0}},      {kRegBandOff, {100}},       {kRegTMax, {990, 990, 1500}},
+                            {kRegTMin, {0, 500}},    {kRegExcTime, {1}},         {kRegLbaTime, {1}},
+                            {kRegHoldMult, {0}},     {kRegHoldAdd, {0}},         {kRegHoldTime, {0, 0, 1}},
+                            {kRegDtdtMax, {0, 100}}, {kRegZeroRise, {50}},       {kRegZeroWait, {2}},
+                            {kRegBadMax, {2, 15}},   {kRegSampleTimeout, {2}},   {kRegFbTime, {200}},
                             {kRegPwmPeriod, {600}}};
   return list;
 }

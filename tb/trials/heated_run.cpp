@@ -16,6 +16,7 @@ constexpr std::uint64_t kTenth = spec::kClkHz / 10;
 constexpr std::uint64_t kPoll = spec::kClkHz;
 
 constexpr double kTs_s = 0.1;
+constexpr double kHeatRatePer_s = 131072.0 / 10.0;  // HEAT_RATE of 1 / s
 // Sensor LSB that the rules reckon with: the coarsest preset's.
 constexpr double kLsb_degc = 0.25;
 
@@ -47,9 +48,13 @@ std::vector<HeadSetting> tuned_settings(const PlantConfig& plant, double highest
   const double kp = 0.7 / (step.rate_degc_per_s * dead);
   const double hold_per_k = plant.block_ambient_w_per_k / plant.power_w;
   const auto whole = [](double x) { return static_cast<std::int32_t>(std::lround(x)); };
+  const double heat_rate_per_s = hold_per_k * step.rate_degc_per_s;
+  const std::int32_t ctrl = spec::kHolding[spec::kRegCtrl].reset | whole(heat_rate_per_s * kHeatRatePer_s)
+                                                                       << spec::kCtrlHeatRate;
   const auto tenths = [&](double x) { return static_cast<std::int32_t>(std::ceil(x * 10.0 - 1e-9)); };
   return {
       {spec::kRegTs, whole(kTs_s * 1e3)},
+      {spec::kRegCtrl, ctrl},
       {spec::kRegKp, whole(kp * 65536.0)},
       {spec::kRegKiApproach, whole(kp * kTs_s / (8.0 * dead) * 1024.0 * 16384.0)},
       {spec::kRegKiHold, whole(kp * kTs_s / (4.0 * dead) * 1024.0 * 16384.0)},

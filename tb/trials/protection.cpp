@@ -23,8 +23,17 @@ constexpr double kFaultAt_s = 400.0;
 constexpr double kFaultOffAt_s = 60.0;
 constexpr double kAfter_s = 400.0;
 constexpr double kFrozenBelow_degc = 2.0;
+constexpr double kDeadBelow_degc = 1.0;
+constexpr double kHalfOut = 0.6;
 
 double round_to_tick(double time_s) { return std::round(time_s / kTick_s) * kTick_s; }
+
+/// What a fault with an onset has come to.
+void grow(HeatedRun& run, const FaultCase& what, double since_s) {
+  if (what.fault != HeadFault::half_out) return;
+  const double share = what.onset_s > 0.0 ? std::min(1.0, since_s / what.onset_s) : 1.0;
+  run.head().plant().set_sensor_coupling(run.cycle(), 1.0 - share * (1.0 - kHalfOut));
+}
 
 void strike(HeatedRun& run, const FaultCase& what) {
   Head& head = run.head();
@@ -34,7 +43,10 @@ void strike(HeatedRun& run, const FaultCase& what) {
       head.plant().set_sensor_coupling(now, 0.0);
       break;
     case HeadFault::half_out:
-      head.plant().set_sensor_coupling(now, 0.6);
+      grow(run, what, 0.0);
+      break;
+    case HeadFault::dead_low:
+      head.set_element_degc(what.setpoint_degc - kDeadBelow_degc);
       break;
     case HeadFault::frozen_low:
       // Slow enough to be no jump; the value that stays is the last.
@@ -144,18 +156,21 @@ Job make_job(std::uint64_t seed) {
 
 }  // namespace
 
-std::string_view head_fault_name(HeadFault fault) {
-  switch (fault) {
+std::string fault_name(const FaultCase& what) {
+  switch (what.fault) {
     case HeadFault::falls_out:
       return "sensor falls out";
     case HeadFault::half_out:
-      return "sensor at 60 % coupling";
+      return "sensor at 60 % coupling" +
+             (what.onset_s > 0.0 ? fmt::format(" within {} s", what.onset_s) : "");
+    case HeadFault::dead_low:
+      return fmt::format("sensor dead 1 degC low, noise {} degC", what.noise_degc);
     case HeadFault::frozen_low:
       return "sensor frozen 2 degC low";
     case HeadFault::heater_open:
       return "heater open";
     case HeadFault::switch_short:
-      return "switch shorted";
+      return what.feedback ? "switch shorted" : "switch shorted, no feedback wire";
     case HeadFault::switch_short_off:
       return "switch shorted, heater off";
   }
@@ -170,10 +185,15 @@ FaultOutcome run_fault(const FaultCase& what, Protector protector) {
   if (protector != Protector::chip) {
     for (const HeadSetting& off : detectors_off()) settings.push_back(off);
   } else if (!what.feedback) {
-    settings.push_back({spec::kRegCtrl, spec::kHolding[spec::kRegCtrl].reset & ~(1 << spec::kCtrlFbEn)});
+    for (HeadSetting& setting : settings)
+      if (setting.reg == spec::kRegCtrl) setting.value &= ~(1 << spec::kCtrlFbEn);
   }
 
-  HeatedRun run({.plant = plant, .seed = what.seed, .second_switch = protector == Protector::chip}, settings);
+  HeatedRun run({.plant = plant,
+                 .sensor_noise_degc = what.noise_degc,
+                 .seed = what.seed,
+                 .second_switch = protector == Protector::chip},
+                settings);
   MarlinRule marlin(what.setpoint_degc + kOverTarget_degc);
   KlipperRule klipper(what.setpoint_degc + kOverTarget_degc);
   double rule_tripped = kNever_s;
@@ -203,6 +223,7 @@ FaultOutcome run_fault(const FaultCase& what, Protector protector) {
   const double fault_s = run.now_s();
   while (run.now_s() < fault_at + kAfter_s) {
     run.until(round_to_tick(run.now_s() + kTick_s));
+    grow(run, what, run.now_s() - fault_s);
     watch();
     outcome.heater_peak_degc = std::max(outcome.heater_peak_degc, run.heater_degc());
     outcome.block_peak_degc = std::max(outcome.block_peak_degc, run.block_degc());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What guard is measured on: six faults of a heated head, each with the chip and with two firmware rules; and
+// What guard is measured on: faults of a heated head, each with the chip and with two firmware rules; and
 // healthy jobs in which nothing may trip. docs/chip/protection.md has the tables.
 #pragma once
 
@@ -14,16 +14,13 @@ namespace meltstage::tb {
 
 enum class HeadFault : std::uint8_t {
   falls_out,         ///< the sensor reads ambient
-  half_out,          ///< it sees 60 % of the block's temperature above ambient
+  half_out,          ///< it sees 60 % of the block's temperature above ambient, after an onset
+  dead_low,          ///< it reads 1 degC below the set-point, with noise, whatever the head does
   frozen_low,        ///< its value stands 2 degC below the set-point
   heater_open,       ///< the element takes no power
   switch_short,      ///< the heater's switch conducts whatever its gate says
   switch_short_off,  ///< the same while the heater is switched off
 };
-inline constexpr std::array kHeadFaults{HeadFault::falls_out,    HeadFault::half_out,
-                                        HeadFault::frozen_low,   HeadFault::heater_open,
-                                        HeadFault::switch_short, HeadFault::switch_short_off};
-std::string_view head_fault_name(HeadFault fault);
 
 enum class Protector : std::uint8_t { chip, marlin, klipper };
 
@@ -33,7 +30,11 @@ struct FaultCase {
   HeadFault fault;
   bool feedback = true;    ///< heater_fb_i is wired
   std::uint64_t seed = 1;  ///< of the sensor's noise
+  double onset_s = 0.0;    ///< in which half_out grows
+  double noise_degc = 0.05;
 };
+/// The fault in words, as a table names it.
+std::string fault_name(const FaultCase& what);
 
 struct FaultOutcome {
   double detected_s;        ///< after the fault; infinite: never

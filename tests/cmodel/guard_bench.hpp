@@ -71,6 +71,10 @@ struct Bench {
     clock();
     clock();
   }
+  // So many samples that the means are there.
+  void samples(int pv) {
+    for (int i = 0; i < 250; ++i) sample(pv);
+  }
   void refuse(bool dev_fault) {
     in.sens_done = true;
     in.sens_ok = false;

@@ -243,7 +243,7 @@ TEST(GuardNotHeating, TheLeastRiseBeginsANewWindow) {
   for (int rise : {127, 128}) {  // LBA_RISE 2.0 degC = 128
     NotHeating b;
     b.tenths(359);
-    b.sample(kRoom + rise);
+    b.samples(kRoom + rise);
     b.tenths(2);
     b.clock();
     EXPECT_EQ((b.g.fault_q & mask(kFaultNotHeating)) != 0, rise < 128) << rise;
@@ -256,9 +256,9 @@ TEST(GuardNotHeating, CountsTheRiseFromTheLowest) {
     NotHeating b;
     b.set(kRegDtdtMax, 0);
     b.tenths(10);
-    b.sample(kRoom - 300);
+    b.samples(kRoom - 300);
     b.tenths(349);
-    b.sample(kRoom - 300 + rise);
+    b.samples(kRoom - 300 + rise);
     b.tenths(2);
     b.clock();
     EXPECT_EQ((b.g.fault_q & mask(kFaultNotHeating)) != 0, rise < 128) << rise;
@@ -289,6 +289,18 @@ TEST(GuardNotHeating, IsOffAtZeroTimeBelowTheLimitAndInManual) {
   }
 }
 
+// Heating above the limit, with time for a rise.
+struct HoldPower : Bench {
+  HoldPower() {
+    set(kRegHostWd, 0);
+    set(kRegSampleTimeout, 65535);
+    in.hold_limit = 1000;
+    in.duty = 1001;
+    run();
+    samples(kRoom);
+  }
+};
+
 TEST(GuardHoldPower, TripsAboveTheLimitAtItsTime) {
   for (unsigned over : {0u, 1u}) {
     Bench b;
@@ -297,6 +309,7 @@ TEST(GuardHoldPower, TripsAboveTheLimitAtItsTime) {
     b.in.hold_limit = 1000;
     b.in.duty = 1000 + over;
     b.run();
+    b.samples(kRoom);
     b.tenths(299);
     EXPECT_FALSE(b.cause(kFaultHoldPower));
     b.in.tenth = true;
@@ -316,6 +329,7 @@ TEST(GuardHoldPower, IsOffWithoutKffAtZeroTimeAndOutsideTheBand) {
     if (which == 1) b.set(kRegHoldTime, 0);
     if (which == 2) b.in.segment = kSegFull;
     b.run();
+    b.samples(kRoom);
     b.tenths(1000);
     EXPECT_EQ(b.g.fault_q, 0) << which;
   }
@@ -323,18 +337,67 @@ TEST(GuardHoldPower, IsOffWithoutKffAtZeroTimeAndOutsideTheBand) {
 
 TEST(GuardHoldPower, ARiseBeginsANewWindow) {
   for (int rise : {127, 128}) {  // LBA_RISE 2.0 degC = 128
-    Bench b;
-    b.set(kRegHostWd, 0);
-    b.set(kRegSampleTimeout, 65535);
-    b.in.hold_limit = 1000;
-    b.in.duty = 1001;
-    b.run();
+    HoldPower b;
     b.tenths(299);
-    b.sample(kRoom + rise);
+    b.samples(kRoom + rise);
     b.tenths(2);
     b.clock();
     EXPECT_EQ(b.cause(kFaultHoldPower) || b.g.fault_q != 0, rise < 128) << rise;
   }
+}
+
+// A head that was cooling falls on for a while; the rise counts from there.
+TEST(GuardHoldPower, CountsTheRiseFromTheLowest) {
+  for (int rise : {127, 128}) {
+    HoldPower b;
+    b.set(kRegDtdtMax, 0);
+    b.tenths(10);
+    b.samples(kRoom - 300);
+    b.tenths(289);
+    b.samples(kRoom - 300 + rise);
+    b.tenths(2);
+    b.clock();
+    EXPECT_EQ((b.g.fault_q & mask(kFaultHoldPower)) != 0, rise < 128) << rise;
+  }
+}
+
+// Noise makes the loop leave its segment, and the duty its limit, for single ticks.
+TEST(GuardHoldPower, GoesOnCountingAfterATickAtFullPower) {
+  HoldPower b;
+  for (int i = 0; i < 299; ++i) {
+    b.tenths(1);
+    b.in.segment = kSegFull;
+    b.tenths(1);
+    b.in.segment = kSegPid;
+  }
+  EXPECT_FALSE(b.cause(kFaultHoldPower));
+  b.tenths(1);
+  b.clock();
+  EXPECT_TRUE(b.cause(kFaultHoldPower) || b.g.fault_q != 0);
+}
+
+TEST(GuardHoldPower, NoiseOfTheReadingBeginsNoNewWindow) {
+  HoldPower b;
+  b.set(kRegDtdtMax, 0);
+  for (int i = 0; i < 299; ++i) {
+    b.tenths(1);
+    b.sample(kRoom + (i % 2 == 0 ? 150 : -150));
+  }
+  EXPECT_FALSE(b.cause(kFaultHoldPower));
+  b.tenths(1);
+  b.clock();
+  EXPECT_TRUE(b.cause(kFaultHoldPower) || b.g.fault_q != 0);
+}
+
+TEST(GuardHoldPower, NoiseOfTheDutyBeginsNoNewWindow) {
+  HoldPower b;
+  b.in.hold_limit = 10000;
+  for (int i = 0; i < 600 && b.g.fault_q == 0; ++i) {
+    b.tenths(1);
+    b.in.duty = i % 2 == 0 ? 30000 : 0;
+    b.sample(kRoom);
+  }
+  EXPECT_EQ(b.g.fault_q, mask(kFaultHoldPower));
 }
 
 // 20 degC above T_AMB at zero duty.

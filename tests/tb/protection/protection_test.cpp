@@ -22,6 +22,8 @@ struct Wanted {
   bool feedback;
   double within_s;
   std::uint16_t fault_bit;  // 0: any
+  double onset_s = 0.0;
+  double noise_degc = 0.05;
 };
 constexpr std::uint16_t bit(spec::Fault fault) { return static_cast<std::uint16_t>(1u << fault); }
 
@@ -30,7 +32,8 @@ class HeadFaults : public testing::TestWithParam<std::tuple<const char*, Wanted>
 TEST_P(HeadFaults, AreSeenInTime) {
   const auto& [plant, wanted] = GetParam();
   const double degc = std::string(plant) == "PH-1" ? 110.0 : 220.0;
-  const FaultOutcome outcome = run_fault({plant, degc, wanted.fault, wanted.feedback, 7}, Protector::chip);
+  const FaultOutcome outcome = run_fault(
+      {plant, degc, wanted.fault, wanted.feedback, 7, wanted.onset_s, wanted.noise_degc}, Protector::chip);
   EXPECT_GE(outcome.detected_s, 0.0);
   EXPECT_LE(outcome.detected_s, wanted.within_s);
   EXPECT_EQ(outcome.faults & wanted.fault_bit, wanted.fault_bit);
@@ -38,15 +41,20 @@ TEST_P(HeadFaults, AreSeenInTime) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, HeadFaults,
-    testing::Combine(testing::Values("PH-1", "E3D-like"),
-                     testing::Values(Wanted{HeadFault::falls_out, true, 1.0, bit(spec::kFaultRate)},
-                                     Wanted{HeadFault::half_out, true, 2.0, bit(spec::kFaultRate)},
-                                     Wanted{HeadFault::frozen_low, true, 120.0, 0},
-                                     Wanted{HeadFault::heater_open, true, 60.0, 0},
-                                     Wanted{HeadFault::switch_short, true, 1e-3, bit(spec::kFaultHeaterFb)},
-                                     Wanted{HeadFault::switch_short, false, 60.0, 0},
-                                     Wanted{HeadFault::switch_short_off, true, 1e-3,
-                                            bit(spec::kFaultHeaterFb)})));
+    testing::Combine(
+        testing::Values("PH-1", "E3D-like"),
+        testing::Values(Wanted{HeadFault::falls_out, true, 1.0, bit(spec::kFaultRate)},
+                        Wanted{HeadFault::half_out, true, 2.0, bit(spec::kFaultRate)},
+                        Wanted{HeadFault::half_out, true, 15.0, bit(spec::kFaultNotHeating), 15.0},
+                        Wanted{HeadFault::half_out, true, 25.0, bit(spec::kFaultNotHeating), 30.0},
+                        Wanted{HeadFault::half_out, true, 40.0, bit(spec::kFaultNotHeating), 60.0},
+                        Wanted{HeadFault::dead_low, true, 300.0, 0, 0.0, 0.2},
+                        Wanted{HeadFault::dead_low, true, 300.0, 0, 0.0, 0.3},
+                        Wanted{HeadFault::frozen_low, true, 120.0, 0},
+                        Wanted{HeadFault::heater_open, true, 60.0, 0},
+                        Wanted{HeadFault::switch_short, true, 1e-3, bit(spec::kFaultHeaterFb)},
+                        Wanted{HeadFault::switch_short, false, 60.0, 0},
+                        Wanted{HeadFault::switch_short_off, true, 1e-3, bit(spec::kFaultHeaterFb)})));
 
 // The same fault with the detectors off is not seen: what trips above are the detectors.
 TEST(HeadFaultsControl, AreNotSeenWithoutDetectors) {
