@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "base/parallel.hpp"
 #include "bench/bench.hpp"
+#include "tb/trials/commissioning.hpp"
 #include "tb/trials/protection.hpp"
 
 namespace meltstage::app {
@@ -21,6 +23,9 @@ using tb::FaultCase;
 using tb::FaultOutcome;
 using tb::HeadFault;
 using tb::Protector;
+
+// Block above the set-point: a thermal fuse with that margin would have opened.
+constexpr double kFuseMargin_degc = 60.0;
 
 struct Compared {
   FaultCase what;
@@ -36,13 +41,33 @@ struct Compared {
     return chip.detected_s >= 0.0 && std::isfinite(chip.detected_s) &&
            (chip.detected_s < first || chip.heater_peak_degc < lowest);
   }
+  // Later than a rule, and the block hotter; a rule that tripped on the healthy head has not seen the fault.
+  bool behind() const {
+    const auto beaten_by = [&](const FaultOutcome& rule) {
+      return rule.detected_s >= 0.0 && rule.detected_s < chip.detected_s &&
+             rule.block_peak_degc < chip.block_peak_degc - 0.5;
+    };
+    return beaten_by(marlin) || beaten_by(klipper);
+  }
+  double block_above_degc() const { return chip.block_peak_degc - what.setpoint_degc; }
 };
+
+// The case on a head that was put into service just before.
+void run_case(Compared& c) {
+  const auto settings =
+      tb::commission({.plant = c.what.plant, .sensor_noise_degc = c.what.noise_degc, .seed = c.what.seed},
+                     c.what.setpoint_degc, c.what.setpoint_degc)
+          .settings;
+  c.chip = tb::run_fault(c.what, settings, Protector::chip);
+  c.marlin = tb::run_fault(c.what, settings, Protector::marlin);
+  c.klipper = tb::run_fault(c.what, settings, Protector::klipper);
+}
 
 std::vector<Compared> fault_cases(std::uint64_t seed) {
   std::vector<Compared> cases;
   for (const auto& [plant, degc] : {std::pair{"PH-1", 110.0}, std::pair{"E3D-like", 220.0}}) {
     const FaultCase sudden{
-        .plant = plant, .setpoint_degc = degc, .fault = HeadFault::falls_out, .seed = seed};
+        .plant = tb::plant_config(plant), .setpoint_degc = degc, .fault = HeadFault::falls_out, .seed = seed};
     const auto add = [&](
                          HeadFault fault, const std::function<void(FaultCase&)>& change = [](FaultCase&) {}) {
       FaultCase what = sudden;
@@ -76,21 +101,72 @@ void add_fault_rows(std::vector<BenchRow>& rows, const Compared& c) {
   rows.push_back({"  earlier or cooler than both (1 yes)", c.better() ? 1.0 : 0.0, "", 1.0, {}});
 }
 
+void add_drawn_faults(std::vector<BenchRow>& rows, const BenchOptions& options) {
+  const std::size_t count = options.quick ? 8 : 200;
+  std::vector<Compared> cases(count);
+  std::vector<std::string> not_in_service(count);  // why
+  in_parallel(
+      count,
+      [&](std::size_t i) {
+        Compared& c = cases[i];
+        c.what = tb::draw_fault_case(options.seed + i);
+        c.name =
+            fmt::format("case {}: {} at {:.0f} degC, noise {:.2f} degC, {}", options.seed + i,
+                        c.what.plant.name, c.what.setpoint_degc, c.what.noise_degc, tb::fault_name(c.what));
+        try {
+          run_case(c);
+        } catch (const std::runtime_error& error) {
+          not_in_service[i] = error.what();
+        }
+      },
+      options.progress, "drawn faults");
+  double refused = 0.0, too_hot = 0.0, behind = 0.0, early = 0.0, marlin_early = 0.0, klipper_early = 0.0,
+         never = 0.0;
+  double hottest_degc = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Compared& c = cases[i];
+    if (!not_in_service[i].empty()) {
+      ++refused;
+      continue;
+    }
+    const bool hot = c.block_above_degc() > kFuseMargin_degc;
+    hottest_degc = std::max(hottest_degc, c.block_above_degc());
+    too_hot += hot;
+    behind += c.behind();
+    never += std::isinf(c.chip.detected_s);
+    early += c.chip.detected_s < 0.0;
+    marlin_early += c.marlin.detected_s < 0.0;
+    klipper_early += c.klipper.detected_s < 0.0;
+    if (!hot && !c.behind() && c.chip.detected_s >= 0.0) continue;
+    rows.push_back({c.name + ": chip trips after", c.chip.detected_s, "s", {}, {}});
+    rows.push_back({"  Marlin", c.marlin.detected_s, "s", {}, {}});
+    rows.push_back({"  Klipper", c.klipper.detected_s, "s", {}, {}});
+    rows.push_back({"  block above set-point, chip", c.block_above_degc(), "degC", {}, {}});
+  }
+  rows.push_back({options.quick ? "drawn faults (200 without --quick)" : "drawn faults",
+                  static_cast<double>(count),
+                  "",
+                  {},
+                  {}});
+  rows.push_back({"  autotune found no head", refused, "", {}, {}});
+  rows.push_back({"  block above set-point, highest", hottest_degc, "degC", {}, {}});
+  rows.push_back({"  block above set-point + 60 degC", too_hot, "", {}, {}});
+  rows.push_back({"  later than a rule and hotter", behind, "", {}, {}});
+  rows.push_back({"  not seen within the run", never, "", {}, {}});
+  rows.push_back({"  chip tripped before the fault", early, "", {}, {}});
+  rows.push_back({"  Marlin's rules before the fault", marlin_early, "", {}, {}});
+  rows.push_back({"  Klipper's before the fault", klipper_early, "", {}, {}});
+}
+
 }  // namespace
 
 std::vector<BenchRow> bench_protection(const BenchOptions& options) {
   std::vector<BenchRow> rows;
   std::vector<Compared> cases = fault_cases(options.seed);
   in_parallel(
-      cases.size(),
-      [&](std::size_t i) {
-        Compared& c = cases[i];
-        c.chip = tb::run_fault(c.what, Protector::chip);
-        c.marlin = tb::run_fault(c.what, Protector::marlin);
-        c.klipper = tb::run_fault(c.what, Protector::klipper);
-      },
-      options.progress, "faults");
+      cases.size(), [&](std::size_t i) { run_case(cases[i]); }, options.progress, "faults");
   for (const Compared& c : cases) add_fault_rows(rows, c);
+  add_drawn_faults(rows, options);
 
   const std::size_t jobs = options.quick ? 50 : 1000;
   std::vector<tb::HealthyJob> done(jobs);

@@ -62,9 +62,11 @@ std::uint32_t Atune::mean_duty(const AtuneIn& in, std::uint64_t share) const {
 }
 
 void Atune::take_sample(const AtuneIn& in) {
-  const int above = in.pv - in.sp_work;
-  const bool turns_off = on_q != 0 && above >= spec::kTuneHysteresis;
-  const bool turns_on = on_q == 0 && above <= -spec::kTuneHysteresis;
+  // Half of AT_WINDOW: a noisy sensor needs a wide window. 1/320 degC.
+  const int width = std::max(16 * in.window, 5 * spec::kTuneHysteresis);
+  const int above = 5 * (in.pv - in.sp_work);
+  const bool turns_off = on_q != 0 && above >= width;
+  const bool turns_on = on_q == 0 && above <= -width;
   const bool relay_on = turns_on || (on_q != 0 && !turns_off);
 
   filt_q = wrap20(filt_q + ((in.pv * 16 - filt_q) >> 3));

@@ -68,6 +68,7 @@ struct AtuneIn {
   std::int16_t amb;
   bool ramping;
   std::uint32_t duty_max;
+  std::uint16_t window;  // AT_WINDOW, 0.1 degC
 };
 
 struct Atune {

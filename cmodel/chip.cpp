@@ -161,7 +161,8 @@ AtuneIn Chip::atune_in() const {
           .sp_work = algor.sp_work_q,
           .amb = algor.amb_q,
           .ramping = algor.ramping(),
-          .duty_max = algor.duty_max_q};
+          .duty_max = algor.duty_max_q,
+          .window = params()[spec::kRegAtWindow]};
 }
 
 QualityIn Chip::quality_in() const {

@@ -19,12 +19,14 @@ constexpr std::uint8_t kRateTenths = 10;  // DTDT_MAX is a change within 1 s
 // So far above ambient a head without heat must cool; 1/320 degC.
 constexpr std::int32_t kHotAbove = 20 * 320;
 
-// Heat balance: what one step of its serial multiplication ends, and the largest difference. Its temperatures
-// are duties that would hold them, in 2^-16 / 5.
+// Heat balance: what one step of its serial multiplication ends, and the largest differences. Its
+// temperatures are duties that would hold them, in 2^-16 / 5.
 constexpr std::uint8_t kHeatNeed = 17;  // KFF (16 bits) times the temperature
 constexpr std::uint8_t kHeatMove = 27;  // HEAT_RATE (9 bits) times the duty that is left to heat
 constexpr std::int64_t kHeatFraction = 12;
-constexpr std::int64_t kHeatBand = 5 * 65536 * 3 / 32;
+constexpr std::int64_t kHeatLow = 5 * 65536 / 16;
+// A supply that is higher than in commissioning heats faster.
+constexpr std::int64_t kHeatHigh = 5 * 65536 * 3 / 32;
 
 constexpr std::int64_t sign_extended(std::int64_t x, unsigned width) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(x) << (64 - width)) >> (64 - width);
@@ -217,17 +219,13 @@ inline void Guard::step_hold_power(const GuardIn& in, const Seen& seen) {
   if (!seen.hold_power || rose || mean < hold_ref_q) hold_ref_q = mean;
 }
 
-// Each 0.1 s the temperature to which the heat of the duty leads moves on, and a quarter of the head's time
-// constant towards the reading:
-//   seen += HEAT_RATE (duty - need - 4 (seen - need)), need = KFF (temperature - T_AMB).
+// Each 0.1 s the temperature to which the heat of the duty leads moves on, and is drawn to the reading with
+// an eighth of the head's time constant:
+//   seen += HEAT_RATE (duty - need - 8 (seen - need)), need = KFF (temperature - T_AMB).
 // A reading that is not where the heat went is no head's.
 inline void Guard::step_heat_balance(const GuardIn& in) {
   const Params& p = in.params;
   const unsigned rate = p[spec::kRegCtrl] >> spec::kCtrlHeatRate;
-  if (rate == 0) {
-    heat_step_q = heat_low_q = heat_high_q = 0;
-    return;
-  }
   if (heat_step_q == 0) {
     if (!in.tenth) return;
     heat_x_q = of_temp(pv_q) - of_tenths(p.s16(spec::kRegTAmb));
@@ -236,13 +234,13 @@ inline void Guard::step_heat_balance(const GuardIn& in) {
   } else if (heat_step_q == kHeatNeed) {
     const std::int64_t need = heat_acc_q >> kHeatFraction;
     const std::int64_t excess = (heat_seen_q >> kHeatFraction) - need;
-    const bool running = run_q != 0;
-    heat_low_q = running && excess > kHeatBand;
-    heat_high_q = running && -excess > kHeatBand;
-    if (!running) heat_seen_q = sign_extended(need << kHeatFraction, 40);
-    heat_x_q = static_cast<std::int32_t>(std::int64_t{5} * in.duty - need - 4 * excess);
+    const bool judged = run_q != 0 && rate != 0;  // otherwise seen follows the reading
+    heat_low_q = judged && excess > kHeatLow;
+    heat_high_q = judged && -excess > kHeatHigh;
+    if (!judged) heat_seen_q = sign_extended(need << kHeatFraction, 40);
+    heat_x_q = static_cast<std::int32_t>(std::int64_t{5} * in.duty - need - 8 * excess);
     heat_acc_q = 0;
-    heat_step_q = running ? kHeatNeed + 1 : 0;
+    heat_step_q = judged ? kHeatNeed + 1 : 0;
   } else if (heat_step_q >= kHeatMove) {
     heat_seen_q = sign_extended(heat_seen_q + (heat_acc_q >> 5), 40);
     heat_step_q = 0;

@@ -14,7 +14,7 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0xA726;
+inline constexpr std::uint16_t kMapCrc = 0xBFEB;
 inline constexpr unsigned kScanChains = 8;
 inline constexpr unsigned kTestSpeedup = 100;
 inline constexpr std::uint16_t kTelemetryWords = 16;  // input registers of a telemetry frame, from the first on

@@ -28,6 +28,7 @@ module tc_atune #(
   input  logic signed [15:0] amb_i,
   input  logic               ramping_i,
   input  logic [16:0]        duty_max_i,       // UQ1.16
+  input  logic [15:0]        window_i,         // AT_WINDOW, 0.1 degC
 
   output logic               tuning_o,
   output logic [16:0]        duty_o,           // of the relay
@@ -99,14 +100,19 @@ module tc_atune #(
 
   // ---- Relay --------------------------------------------------------------------------------------------------------
 
-  localparam logic signed [16:0] TurnOn = -tc_pkg::TuneHysteresis;
+  // It switches at half of AT_WINDOW, and at TuneHysteresis at least: a noisy sensor needs a wide window.
+  localparam logic signed [20:0] LeastWidth = 21'sd5 * 21'(tc_pkg::TuneHysteresis);
   logic signed [16:0] above;                   // the set-point, 1/64 degC
+  logic signed [20:0] above_fine, half_window, width;  // 1/320 degC
   logic               turns_off, turns_on, relay_on, searching;
-  assign above     = 17'(pv_i) - 17'(sp_work_i);
-  assign searching = phase_q == Approach || phase_q == Cycle;
-  assign turns_off = on_q && above >= tc_pkg::TuneHysteresis;
-  assign turns_on  = !on_q && above <= TurnOn;
-  assign relay_on  = turns_on || (on_q && !turns_off);
+  assign above       = 17'(pv_i) - 17'(sp_work_i);
+  assign above_fine  = (21'(above) <<< 2) + 21'(above);
+  assign half_window = $signed({1'b0, window_i, 4'd0});
+  assign width       = half_window > LeastWidth ? half_window : LeastWidth;
+  assign searching   = phase_q == Approach || phase_q == Cycle;
+  assign turns_off   = on_q && above_fine >= width;
+  assign turns_on    = !on_q && above_fine <= -width;
+  assign relay_on    = turns_on || (on_q && !turns_off);
 
   logic signed [20:0] filt_gap;
   logic signed [19:0] filt_now;

@@ -69,11 +69,12 @@ module tc_guard (
   localparam logic [3:0] RateTenths = 4'd10;   // DTDT_MAX is a change within 1 s
   // 20 degC above ambient a head without heat must cool; 1/64 degC
   localparam logic signed [16:0] HotAbove = 17'sd1280;
-  // Heat balance: the steps in which its two serial products are ready, and the largest difference, 2^-16 / 5 of full
-  // duty.
+  // Heat balance: the steps in which its two serial products are ready, and the largest differences, 2^-16 / 5 of
+  // full duty. A supply that is higher than in commissioning heats faster, so more is allowed upwards.
   localparam logic [4:0]         HeatNeed = 5'd17;       // KFF, 16 bits
   localparam logic [4:0]         HeatMove = 5'd27;       // HEAT_RATE, 9 bits
-  localparam logic signed [31:0] HeatBand = 32'sd30720;  // 3/32
+  localparam logic signed [31:0] HeatLow = 32'sd20480;   // 1/16
+  localparam logic signed [31:0] HeatHigh = 32'sd30720;  // 3/32
 
   // Heater permission.
   logic        run_q, run_nq;                  // heating is on; the same once more, inverted
@@ -204,11 +205,12 @@ module tc_guard (
 
   // ---- Heat balance -------------------------------------------------------------------------------------------------
 
-  // Each 0.1 s the temperature to which the heat of the duty leads moves on, and a quarter of the head's time constant
-  // towards the reading:
-  //   seen += HEAT_RATE (duty - need - 4 (seen - need)), need = KFF (temperature - T_AMB).
+  // Each 0.1 s the temperature to which the heat of the duty leads moves on, and is drawn to the reading with an eighth of the
+  // head's time constant:
+  //   seen += HEAT_RATE (duty - need - 8 (seen - need)), need = KFF (temperature - T_AMB).
   // A reading that is not where the heat went is no head's.
   logic [8:0]         heat_rate;
+  logic               heat_judged;             // otherwise seen follows the reading
   logic               heat_bit;                // of the factor, highest first
   logic [31:0]        heat_row;                // the factors' bits by step
   logic signed [23:0] over_amb;                // 1/320 degC
@@ -219,6 +221,7 @@ module tc_guard (
     for (int i = 0; i < 16; i++) heat_row[1 + i] = params_i.kff[15 - i];
     for (int i = 0; i < 9; i++) heat_row[18 + i] = heat_rate[8 - i];
   end
+  assign heat_judged = run_q && heat_rate != 9'd0;
   assign over_amb    = of_temp(17'(pv_q)) - of_tenths(17'($signed(params_i.t_amb)));
   assign heat_bit    = heat_row[heat_step_q];
   assign heat_need   = 32'($signed(heat_acc_q[39:12]));
@@ -381,23 +384,19 @@ module tc_guard (
       frozen_q <= frozen_active && !(accept && step != 17'sd0) ? count_up(frozen_q, tenth_i) : 16'd0;
 
       // Heat balance.
-      if (heat_rate == 9'd0) begin
-        heat_step_q <= 5'd0;
-        heat_low_q  <= 1'b0;
-        heat_high_q <= 1'b0;
-      end else if (heat_step_q == 5'd0) begin
+      if (heat_step_q == 5'd0) begin
         if (tenth_i) begin
           heat_x_q    <= 32'(over_amb);
           heat_acc_q  <= 40'sd0;
           heat_step_q <= 5'd1;
         end
       end else if (heat_step_q == HeatNeed) begin
-        heat_low_q  <= run_q && heat_excess > HeatBand;
-        heat_high_q <= run_q && -heat_excess > HeatBand;
-        if (!run_q) heat_seen_q <= {heat_acc_q[39:12], 12'd0};
-        heat_x_q    <= 32'(duty_i) * 32'sd5 - heat_need - (heat_excess <<< 2);
+        heat_low_q  <= heat_judged && heat_excess > HeatLow;
+        heat_high_q <= heat_judged && -heat_excess > HeatHigh;
+        if (!heat_judged) heat_seen_q <= {heat_acc_q[39:12], 12'd0};
+        heat_x_q    <= 32'(duty_i) * 32'sd5 - heat_need - (heat_excess <<< 3);
         heat_acc_q  <= 40'sd0;
-        heat_step_q <= run_q ? HeatNeed + 5'd1 : 5'd0;
+        heat_step_q <= heat_judged ? HeatNeed + 5'd1 : 5'd0;
       end else if (heat_step_q >= HeatMove) begin
         heat_seen_q <= heat_seen_q + 40'($signed(heat_acc_q[39:5]));
         heat_step_q <= 5'd0;
@@ -451,6 +450,11 @@ module tc_guard (
   `TC_ASSERT_NEXT(GuardHotSampleIsCause_A,
                   accept && !(of_temp(17'(sens_i.pv)) < of_tenths(17'($signed(params_i.t_max)))),
                   cause_q[tc_pkg::FaultOverTemp])
+  // P19: a reading far from where the heat leads is a cause in the next clock; it can't be far on both sides.
+  `TC_ASSERT_NEXT(GuardHeatBalanceIsCause_A, heat_low_q || heat_high_q,
+                  cause_q[tc_pkg::FaultNotHeating] || cause_q[tc_pkg::FaultZeroRise])
+  `TC_ASSERT(GuardHeatBalanceOneSide_A, !heat_low_q || !heat_high_q)
+  `TC_ASSERT(GuardHeatBalanceEnds_A, heat_step_q <= HeatMove)
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)
   `TC_ASSERT(GuardHeatNeedsBothRails_A, run_q != run_nq || stop)

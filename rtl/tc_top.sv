@@ -227,6 +227,7 @@ module tc_top #(
     .clk_i, .rst_ni(rst_n),
     .tune_i(cmd_tune), .run_i(run), .sample_i(sample), .tenth_i(tenth), .commit_i(commit), .pv_i(pv),
     .sp_work_i(sp_work), .amb_i(amb), .ramping_i(ramping), .duty_max_i(duty_max),
+    .window_i(params.at_window),
     .tuning_o(tuning), .duty_o(tune_duty), .hold_o(tune_hold), .stop_o(tune_stop),
     .parity_o(tune_parity), .still_o(tune_still),
     .wr_o(tune_wr), .wr_index_o(tune_index), .wr_data_o(tune_data), .tuned_o(tuned)

@@ -14,13 +14,15 @@
 #include <string_view>
 #include <vector>
 
+#include "app/chip/chip_run.hpp"
 #include "app/chip/chip_serve.hpp"
 #include "app/chip/chip_tune.hpp"
 #include "app/chip/chip_watch.hpp"
-#include "app/chip/latched_fault.hpp"
+#include "app/chip/saved_registers.hpp"
 #include "app/number_range.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
+#include "base/output_file.hpp"
 #include "cmodel/spec.hpp"
 #include "host/controller.hpp"
 
@@ -34,6 +36,7 @@ struct Asked {
   std::string format = "8E1";
   std::vector<std::string> names;
   std::vector<std::string> settings;
+  std::string file;
   WatchOptions watch;
   double watch_for_s = 0.0;
 };
@@ -125,20 +128,17 @@ int set_registers(host::Controller& controller, const std::vector<host::Setting>
   return 0;
 }
 
-// Heating on; a chip that refuses because of a fault says what it measured, the limit, and what to do.
-int run_chip(host::Controller& controller) {
-  try {
-    controller.run();
-  } catch (const host::BusError& refused) {
-    std::string sentence;
-    try {
-      sentence = latched_fault(controller);
-    } catch (const host::BusError&) {  // it does not answer either: the first error says why
-    }
-    if (sentence.empty()) throw;
-    throw host::BusError(fmt::format("{}; {}", refused.what(), sentence));
-  }
+int save_registers(host::Controller& controller, const std::string& file) {
+  controller.check_identity();
+  write_whole(file, saved_registers_text(controller.read(kept_registers())));
   return 0;
+}
+
+int restore_registers(host::Controller& controller, const std::vector<host::Setting>& settings) {
+  if (controller.status().running())
+    throw UserError(
+        "restore: heating is on, expected off: sensor and detectors change at once; first `chip stop`");
+  return set_registers(controller, settings);
 }
 
 int clear_faults(host::Controller& controller) {
@@ -180,9 +180,14 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
           ->check(number_from(0.0, 1e9));
   CLI::App* run = chip->add_subcommand("run", "Heating on");
   CLI::App* stop = chip->add_subcommand("stop", "Heater off");
-  CLI::App* tune = chip->add_subcommand("tune", "Start the chip's autotune and follow it");
+  CLI::App* tune = chip->add_subcommand("tune", "Measure the head; set loop and detectors from that");
   CLI::App* clear = chip->add_subcommand("clear", "Clear latched faults");
-  for (CLI::App* command : {read, set, watch, run, stop, tune, clear}) add_connection(command, *asked);
+  CLI::App* save = chip->add_subcommand("save", "Write the head's registers to a file");
+  CLI::App* restore = chip->add_subcommand("restore", "Write the registers of such a file to the chip");
+  for (CLI::App* command : {save, restore})
+    command->add_option("FILE", asked->file, "TOML; docs/host/host.md")->required();
+  for (CLI::App* command : {read, set, watch, run, stop, tune, clear, save, restore})
+    add_connection(command, *asked);
 
   return [=] {
     if (*serve_command) {
@@ -192,16 +197,19 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
     std::vector<host::Setting> settings;
     for (const std::string& text : asked->settings) settings.push_back(parse_setting(text));
     for (const std::string& name : asked->names) host::find_register(name);
+    if (*restore) settings = read_saved_registers(asked->file);
     asked->connection.format = host::parse_format(asked->format);
     host::Controller controller(asked->connection);
     if (*read) return read_registers(controller, asked->names);
+    if (*save) return save_registers(controller, asked->file);
+    if (*restore) return restore_registers(controller, settings);
     if (*set) return set_registers(controller, settings);
     if (*watch) {
       if (*watch_for) asked->watch.for_s = asked->watch_for_s;
       return watch_chip(controller, asked->watch);
     }
     if (*tune) return tune_chip(controller);
-    if (*run) return run_chip(controller);
+    if (*run) run_chip(controller);
     if (*stop) controller.stop();
     return *clear ? clear_faults(controller) : 0;
   };

@@ -14,6 +14,7 @@ module tc_atune (
   input  logic signed [15:0] amb_i,
   input  logic               ramping_i,
   input  logic [16:0]        duty_max_i,
+  input  logic [15:0]        window_i,
   output logic               tuning_o,
   output logic [16:0]        duty_o,
   output logic [16:0]        hold_o,

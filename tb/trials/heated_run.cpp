@@ -15,11 +15,6 @@ namespace spec = chip::spec;
 constexpr std::uint64_t kTenth = spec::kClkHz / 10;
 constexpr std::uint64_t kPoll = spec::kClkHz;
 
-constexpr double kTs_s = 0.1;
-constexpr double kHeatRatePer_s = 131072.0 / 10.0;  // HEAT_RATE of 1 / s
-// Sensor LSB that the rules reckon with: the coarsest preset's.
-constexpr double kLsb_degc = 0.25;
-
 }  // namespace
 
 StepResponse step_response(const PlantConfig& config) {
@@ -40,37 +35,6 @@ StepResponse step_response(const PlantConfig& config) {
     state = next;
   }
   return best;
-}
-
-std::vector<HeadSetting> tuned_settings(const PlantConfig& plant, double highest_degc) {
-  const StepResponse step = step_response(plant);
-  const double dead = step.dead_time_s;
-  const double kp = 0.7 / (step.rate_degc_per_s * dead);
-  const double hold_per_k = plant.block_ambient_w_per_k / plant.power_w;
-  const auto whole = [](double x) { return static_cast<std::int32_t>(std::lround(x)); };
-  const double heat_rate_per_s = hold_per_k * step.rate_degc_per_s;
-  const std::int32_t ctrl = spec::kHolding[spec::kRegCtrl].reset | whole(heat_rate_per_s * kHeatRatePer_s)
-                                                                       << spec::kCtrlHeatRate;
-  const auto tenths = [&](double x) { return static_cast<std::int32_t>(std::ceil(x * 10.0 - 1e-9)); };
-  return {
-      {spec::kRegTs, whole(kTs_s * 1e3)},
-      {spec::kRegCtrl, ctrl},
-      {spec::kRegKp, whole(kp * 65536.0)},
-      {spec::kRegKiApproach, whole(kp * kTs_s / (8.0 * dead) * 1024.0 * 16384.0)},
-      {spec::kRegKiHold, whole(kp * kTs_s / (4.0 * dead) * 1024.0 * 16384.0)},
-      {spec::kRegKd, whole(kp * 0.5 * dead / kTs_s * 1024.0 * 8.0)},
-      {spec::kRegKff, whole(hold_per_k * 4194304.0)},
-      {spec::kRegTMax, tenths(highest_degc + 15.0)},
-      {spec::kRegTMin, 50},
-      {spec::kRegDtdtMax, tenths(4.0 * kLsb_degc + 3.0 * step.rate_degc_per_s)},
-      {spec::kRegLbaTime, tenths(2.5 * dead)},
-      {spec::kRegLbaRise, 10},
-      {spec::kRegHoldMult, 3 * 128},
-      {spec::kRegHoldAdd, 1500},
-      {spec::kRegHoldTime, 200},
-      {spec::kRegExcLimit, 100},
-      {spec::kRegZeroWait, tenths(3.0 * dead)},
-  };
 }
 
 std::vector<HeadSetting> detectors_off() {

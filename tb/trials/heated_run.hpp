@@ -26,9 +26,6 @@ struct StepResponse {
 };
 StepResponse step_response(const PlantConfig& plant);
 
-/// Loop and detectors set for a head by the rules of docs/chip/protection.md; `highest_degc`: largest
-/// set-point in use.
-std::vector<HeadSetting> tuned_settings(const PlantConfig& plant, double highest_degc);
 /// The loop alone: every detector that a register can switch off is off, the limits are as wide as they go.
 std::vector<HeadSetting> detectors_off();
 

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <vector>
 
+#include "tb/trials/commissioning.hpp"
 #include "tb/trials/firmware_rules.hpp"
 #include "tb/trials/heated_run.hpp"
 
@@ -18,21 +20,41 @@ namespace {
 namespace spec = chip::spec;
 
 constexpr double kTick_s = 0.1;
-constexpr double kOverTarget_degc = 15.0;  // T_MAX, MAXTEMP, max_temp above the largest set-point
 constexpr double kFaultAt_s = 400.0;
 constexpr double kFaultOffAt_s = 60.0;
-constexpr double kAfter_s = 400.0;
+constexpr double kLatest_s = 3000.0;  // for a head that never stays in its window
 constexpr double kFrozenBelow_degc = 2.0;
 constexpr double kDeadBelow_degc = 1.0;
 constexpr double kHalfOut = 0.6;
+constexpr double kReadsLow_degc = 30.0;
+constexpr double kDrift_degc_per_s = 0.1;
 
 double round_to_tick(double time_s) { return std::round(time_s / kTick_s) * kTick_s; }
 
 /// What a fault with an onset has come to.
 void grow(HeatedRun& run, const FaultCase& what, double since_s) {
-  if (what.fault != HeadFault::half_out) return;
+  Head& head = run.head();
+  const std::uint64_t now = run.cycle();
   const double share = what.onset_s > 0.0 ? std::min(1.0, since_s / what.onset_s) : 1.0;
-  run.head().plant().set_sensor_coupling(run.cycle(), 1.0 - share * (1.0 - kHalfOut));
+  switch (what.fault) {
+    case HeadFault::falls_out:
+      head.plant().set_sensor_coupling(now, 1.0 - share);
+      break;
+    case HeadFault::half_out:
+      head.plant().set_sensor_coupling(now, 1.0 - share * (1.0 - kHalfOut));
+      break;
+    case HeadFault::reads_low:
+      head.set_element_degc(head.plant().sensor_degc(now) - share * kReadsLow_degc);
+      break;
+    case HeadFault::drifts_down:
+      head.set_element_degc(head.plant().sensor_degc(now) - since_s * kDrift_degc_per_s);
+      break;
+    case HeadFault::heater_half:
+      head.set_supply_ratio(now, std::sqrt(1.0 - share * 0.5));  // of the power
+      break;
+    default:
+      break;
+  }
 }
 
 void strike(HeatedRun& run, const FaultCase& what) {
@@ -40,9 +62,10 @@ void strike(HeatedRun& run, const FaultCase& what) {
   const std::uint64_t now = run.cycle();
   switch (what.fault) {
     case HeadFault::falls_out:
-      head.plant().set_sensor_coupling(now, 0.0);
-      break;
     case HeadFault::half_out:
+    case HeadFault::reads_low:
+    case HeadFault::drifts_down:
+    case HeadFault::heater_half:
       grow(run, what, 0.0);
       break;
     case HeadFault::dead_low:
@@ -105,7 +128,6 @@ Job make_job(std::uint64_t seed) {
   job.plant.block_j_per_k *= capacity;
   job.plant.block_ambient_w_per_k *= between(rng, 0.6, 1.4);
   job.plant.sensor_lag_s *= between(rng, 1.0, 2.0);
-  job.settings = tuned_settings(job.plant, highest);
   job.plant.ambient_degc = between(rng, 15.0, 30.0);
   const double supply = between(rng, 0.9, 1.1);
 
@@ -116,6 +138,13 @@ Job make_job(std::uint64_t seed) {
   const double top = std::min(highest, reach);
   const auto set_point = [&] { return std::round(between(rng, std::min(lowest, top - 10.0), top)); };
   job.first_degc = set_point();
+  // Put into service on another day, with another supply.
+  PlantConfig then = job.plant;
+  then.ambient_degc = between(rng, 18.0, 27.0);
+  then.power_w *= between(rng, 0.9, 1.1);
+  job.settings =
+      commission({.plant = then, .sensor_noise_degc = job.noise_degc, .seed = seed}, job.first_degc, highest)
+          .settings;
 
   const auto add = [&](double at_s, std::function<void(HeatedRun&)> act) {
     job.happenings.push_back({at_s, std::move(act)});
@@ -140,6 +169,23 @@ Job make_job(std::uint64_t seed) {
     add(at, [=](HeatedRun& run) { run.head().set_supply_ratio(run.cycle(), supply * ratio); });
     add(at + length, [supply](HeatedRun& run) { run.head().set_supply_ratio(run.cycle(), supply); });
   }
+  // A fan, and a supply that sags, for as long as the head still holds its set-points with nine tenths of its
+  // power.
+  const double need = (top - job.plant.ambient_degc) * job.plant.block_ambient_w_per_k / power;
+  const double spare = 0.9 / (need + print_w / power);
+  if (spare > 1.5) {
+    const double at = between(rng, 60.0, kJob_s);
+    const double loss = between(rng, 0.0, 0.15) * job.plant.block_ambient_w_per_k;
+    add(at, [loss](HeatedRun& run) { run.head().plant().set_extra_loss_w_per_k(run.cycle(), loss); });
+    add(at + between(rng, 30.0, 200.0),
+        [](HeatedRun& run) { run.head().plant().set_extra_loss_w_per_k(run.cycle(), 0.0); });
+  } else if (spare > 1.2) {
+    const double at = between(rng, 60.0, kJob_s);
+    const double ratio = supply * std::sqrt(between(rng, 1.0 / spare, 1.0));
+    add(at, [ratio](HeatedRun& run) { run.head().set_supply_ratio(run.cycle(), ratio); });
+    add(at + between(rng, 30.0, 200.0),
+        [supply](HeatedRun& run) { run.head().set_supply_ratio(run.cycle(), supply); });
+  }
   // A noisy frame has some bits inverted, or all of them random.
   job.noisy_frames = static_cast<unsigned>(5 + rng.below(20));
   for (unsigned i = 0; i < job.noisy_frames; ++i) {
@@ -157,12 +203,18 @@ Job make_job(std::uint64_t seed) {
 }  // namespace
 
 std::string fault_name(const FaultCase& what) {
+  const std::string within = what.onset_s > 0.0 ? fmt::format(" within {} s", what.onset_s) : "";
   switch (what.fault) {
     case HeadFault::falls_out:
-      return "sensor falls out";
+      return "sensor falls out" + within;
     case HeadFault::half_out:
-      return "sensor at 60 % coupling" +
-             (what.onset_s > 0.0 ? fmt::format(" within {} s", what.onset_s) : "");
+      return "sensor at 60 % coupling" + within;
+    case HeadFault::reads_low:
+      return "sensor reads 30 degC low" + within;
+    case HeadFault::drifts_down:
+      return "sensor drifts by -0.1 degC/s";
+    case HeadFault::heater_half:
+      return "half of the heater open" + within;
     case HeadFault::dead_low:
       return fmt::format("sensor dead 1 degC low, noise {} degC", what.noise_degc);
     case HeadFault::frozen_low:
@@ -177,11 +229,38 @@ std::string fault_name(const FaultCase& what) {
   return "";
 }
 
-FaultOutcome run_fault(const FaultCase& what, Protector protector) {
-  const PlantConfig& plant = plant_config(what.plant);
+FaultCase draw_fault_case(std::uint64_t seed) {
+  constexpr std::array kKinds{HeadFault::falls_out,       HeadFault::half_out,    HeadFault::reads_low,
+                              HeadFault::drifts_down,     HeadFault::dead_low,    HeadFault::frozen_low,
+                              HeadFault::heater_open,     HeadFault::heater_half, HeadFault::switch_short,
+                              HeadFault::switch_short_off};
+  constexpr std::array kOnsets_s{0.0, 10.0, 30.0, 60.0, 300.0};
+  Rng rng = stream(seed, "fault case");
+  PlantConfig plant = kPlants[rng.below(kPlants.size())];
+  plant.power_w *= between(rng, 0.8, 1.2);
+  plant.heater_j_per_k *= between(rng, 0.5, 2.0);
+  plant.heater_block_w_per_k *= between(rng, 0.6, 1.6);
+  plant.block_j_per_k *= between(rng, 0.5, 2.0);
+  plant.block_ambient_w_per_k *= between(rng, 0.6, 1.4);
+  plant.sensor_lag_s *= between(rng, 0.5, 2.0);
+  plant.transport_delay_s *= between(rng, 0.5, 2.0);
+  plant.ambient_degc = between(rng, 18.0, 28.0);
+  const double reach = plant.ambient_degc + 0.7 * plant.power_w / plant.block_ambient_w_per_k;
+  const HeadFault fault = kKinds[rng.below(kKinds.size())];
+  const double onset_s = kOnsets_s[rng.below(kOnsets_s.size())];
+  return {.plant = plant,
+          .setpoint_degc = std::round(std::min(reach, between(rng, 60.0, 240.0))),
+          .fault = fault,
+          .feedback = rng.below(2) == 0,
+          .seed = seed,
+          .onset_s = onset_s,
+          .noise_degc = between(rng, 0.0, 0.5),
+          .watched_s = 600.0 + onset_s};
+}
+
+FaultOutcome run_fault(const FaultCase& what, std::vector<HeadSetting> settings, Protector protector) {
   const bool heating = what.fault != HeadFault::switch_short_off;
   const double fault_at = heating ? kFaultAt_s : kFaultOffAt_s;
-  std::vector<HeadSetting> settings = tuned_settings(plant, what.setpoint_degc);
   if (protector != Protector::chip) {
     for (const HeadSetting& off : detectors_off()) settings.push_back(off);
   } else if (!what.feedback) {
@@ -189,7 +268,7 @@ FaultOutcome run_fault(const FaultCase& what, Protector protector) {
       if (setting.reg == spec::kRegCtrl) setting.value &= ~(1 << spec::kCtrlFbEn);
   }
 
-  HeatedRun run({.plant = plant,
+  HeatedRun run({.plant = what.plant,
                  .sensor_noise_degc = what.noise_degc,
                  .seed = what.seed,
                  .second_switch = protector == Protector::chip},
@@ -210,18 +289,19 @@ FaultOutcome run_fault(const FaultCase& what, Protector protector) {
     run.set_point(what.setpoint_degc);
     run.start();
   }
-  while (run.now_s() < fault_at - kTick_s / 2.0) {
+  const auto settled = [&] { return !heating || run.chip().guard.at_temp_q != 0 || run.now_s() > kLatest_s; };
+  while (run.now_s() < fault_at - kTick_s / 2.0 || !settled()) {
     run.until(round_to_tick(run.now_s() + kTick_s));
     watch();
   }
   FaultOutcome outcome{kNever_s, 0, run.heater_degc(), run.block_degc()};
   const double before = protector == Protector::chip ? run.tripped_s() : rule_tripped;
   if (std::isfinite(before))
-    return {before - fault_at, run.faults(), outcome.heater_peak_degc, outcome.block_peak_degc};
+    return {before - run.now_s(), run.faults(), outcome.heater_peak_degc, outcome.block_peak_degc};
 
   strike(run, what);
   const double fault_s = run.now_s();
-  while (run.now_s() < fault_at + kAfter_s) {
+  while (run.now_s() < fault_s + what.watched_s) {
     run.until(round_to_tick(run.now_s() + kTick_s));
     grow(run, what, run.now_s() - fault_s);
     watch();

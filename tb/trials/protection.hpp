@@ -7,17 +7,22 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tb/devices/heater.hpp"
+#include "tb/trials/heated_run.hpp"
 
 namespace meltstage::tb {
 
 enum class HeadFault : std::uint8_t {
-  falls_out,         ///< the sensor reads ambient
+  falls_out,         ///< the sensor reads ambient, after an onset
   half_out,          ///< it sees 60 % of the block's temperature above ambient, after an onset
+  reads_low,         ///< it reads 30 degC low, after an onset
+  drifts_down,       ///< its reading leaves the truth by 0.1 degC/s
   dead_low,          ///< it reads 1 degC below the set-point, with noise, whatever the head does
   frozen_low,        ///< its value stands 2 degC below the set-point
   heater_open,       ///< the element takes no power
+  heater_half,       ///< half of the element is open, after an onset
   switch_short,      ///< the heater's switch conducts whatever its gate says
   switch_short_off,  ///< the same while the heater is switched off
 };
@@ -25,14 +30,19 @@ enum class HeadFault : std::uint8_t {
 enum class Protector : std::uint8_t { chip, marlin, klipper };
 
 struct FaultCase {
-  std::string_view plant;  ///< of kPlants
+  PlantConfig plant;
   double setpoint_degc;
   HeadFault fault;
   bool feedback = true;    ///< heater_fb_i is wired
   std::uint64_t seed = 1;  ///< of the sensor's noise
-  double onset_s = 0.0;    ///< in which half_out grows
+  double onset_s = 0.0;    ///< in which the fault grows; 0: at once
   double noise_degc = 0.05;
+  double watched_s = 400.0;  ///< from the fault on
 };
+/// Case number `seed`: a head, a set-point, a fault, an onset of 0 to 300 s and a noise of 0 to 0.5 degC, all
+/// drawn.
+FaultCase draw_fault_case(std::uint64_t seed);
+
 /// The fault in words, as a table names it.
 std::string fault_name(const FaultCase& what);
 
@@ -43,10 +53,10 @@ struct FaultOutcome {
   double block_peak_degc;
 };
 
-/// One run: cold start, hold, fault at 400 s (at 60 s with the heater off), 400 s after it. The protector
-/// cuts what it can: the chip both switches, a firmware rule the heater's gate. Under a rule the loop is the
-/// same chip with its detectors off.
-FaultOutcome run_fault(const FaultCase& what, Protector protector);
+/// One run on these settings: cold start, hold, fault at 400 s (at 60 s with the heater off) or once the head
+/// has been at temperature, then watched. The protector cuts what it can: the chip both switches, a firmware
+/// rule the heater's gate. Under a rule the loop is the same chip with its detectors off.
+FaultOutcome run_fault(const FaultCase& what, std::vector<HeadSetting> settings, Protector protector);
 
 /// A healthy job: what happened, and who tripped.
 struct HealthyJob {
@@ -59,9 +69,9 @@ struct HealthyJob {
   double heat_s;          ///< length of the job
 };
 
-/// Job number `seed`: PH-1 or E3D-like with heat capacity within +-30 %, loss +-40 %, supply +-10 %, sensor
-/// lag x1..2, ambient 15..25 degC, on settings made for the plain plant; set-point changes, droplets' heat
-/// loss, supply dips, single noisy frames.
+/// Job number `seed`: PH-1 or E3D-like with heat capacity within +-30 %, loss +-40 %, sensor lag x1..2. It is
+/// put into service by commission(), and then works with another supply (+-10 %) and ambient (15..30 degC);
+/// set-point changes, droplets' heat loss, a fan, a sag, supply dips, single noisy frames.
 HealthyJob run_healthy_job(std::uint64_t seed);
 
 }  // namespace meltstage::tb

