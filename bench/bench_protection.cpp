@@ -102,7 +102,7 @@ void add_fault_rows(std::vector<BenchRow>& rows, const Compared& c) {
 }
 
 void add_drawn_faults(std::vector<BenchRow>& rows, const BenchOptions& options) {
-  const std::size_t count = options.quick ? 8 : 200;
+  const std::size_t count = options.quick ? 4 : 100;
   std::vector<Compared> cases(count);
   std::vector<std::string> not_in_service(count);  // why
   in_parallel(
@@ -143,7 +143,7 @@ void add_drawn_faults(std::vector<BenchRow>& rows, const BenchOptions& options) 
     rows.push_back({"  Klipper", c.klipper.detected_s, "s", {}, {}});
     rows.push_back({"  block above set-point, chip", c.block_above_degc(), "degC", {}, {}});
   }
-  rows.push_back({options.quick ? "drawn faults (200 without --quick)" : "drawn faults",
+  rows.push_back({options.quick ? "drawn faults (100 without --quick)" : "drawn faults",
                   static_cast<double>(count),
                   "",
                   {},
@@ -168,7 +168,7 @@ std::vector<BenchRow> bench_protection(const BenchOptions& options) {
   for (const Compared& c : cases) add_fault_rows(rows, c);
   add_drawn_faults(rows, options);
 
-  const std::size_t jobs = options.quick ? 50 : 1000;
+  const std::size_t jobs = options.quick ? 20 : 500;
   std::vector<tb::HealthyJob> done(jobs);
   in_parallel(
       jobs, [&](std::size_t i) { done[i] = tb::run_healthy_job(options.seed + i); }, options.progress,
@@ -190,7 +190,7 @@ std::vector<BenchRow> bench_protection(const BenchOptions& options) {
                       {}});
     }
   }
-  rows.push_back({options.quick ? "healthy jobs (1000 without --quick)" : "healthy jobs",
+  rows.push_back({options.quick ? "healthy jobs (500 without --quick)" : "healthy jobs",
                   static_cast<double>(jobs),
                   "",
                   {},

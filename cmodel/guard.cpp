@@ -226,15 +226,23 @@ inline void Guard::step_hold_power(const GuardIn& in, const Seen& seen) {
 inline void Guard::step_heat_balance(const GuardIn& in) {
   const Params& p = in.params;
   const unsigned rate = p[spec::kRegCtrl] >> spec::kCtrlHeatRate;
+  // A new KFF or T_AMB tells seen anew. It may come in the middle of a product.
+  const auto set = static_cast<std::uint16_t>(p[spec::kRegKff] ^ p[spec::kRegTAmb]);
   if (heat_step_q == 0) {
     if (!in.tenth) return;
     heat_x_q = of_temp(pv_q) - of_tenths(p.s16(spec::kRegTAmb));
     heat_acc_q = 0;
     heat_step_q = 1;
+    if (set != heat_set_q) heat_known_q = 0;
+    heat_set_q = set;
   } else if (heat_step_q == kHeatNeed) {
     const std::int64_t need = heat_acc_q >> kHeatFraction;
     const std::int64_t excess = (heat_seen_q >> kHeatFraction) - need;
-    const bool judged = run_q != 0 && rate != 0;  // otherwise seen follows the reading
+    const bool same = set == heat_set_q;
+    const bool judged =
+        run_q != 0 && rate != 0 && heat_known_q != 0 && same;  // otherwise seen follows the reading
+    heat_known_q = same;
+    heat_set_q = set;
     heat_low_q = judged && excess > kHeatLow;
     heat_high_q = judged && -excess > kHeatHigh;
     if (!judged) heat_seen_q = sign_extended(need << kHeatFraction, 40);

@@ -54,6 +54,8 @@ namespace meltstage::chip {
   X(std::int32_t, heat_x_q, 32, 0)         \
   X(std::int64_t, heat_acc_q, 40, 0)       \
   X(std::int64_t, heat_seen_q, 40, 0)      \
+  X(std::uint16_t, heat_set_q, 16, 0)      \
+  X(std::uint8_t, heat_known_q, 1, 0)      \
   X(std::uint8_t, heat_low_q, 1, 0)        \
   X(std::uint8_t, heat_high_q, 1, 0)       \
   X(std::uint8_t, at_temp_q, 1, 0)

@@ -118,6 +118,8 @@ module tc_guard (
   logic signed [31:0] heat_x_q;                // what is multiplied
   logic signed [39:0] heat_acc_q;              // the product so far
   logic signed [39:0] heat_seen_q;             // the temperature to which the heat leads, 12 bits of fraction more
+  logic [15:0]        heat_set_q;              // KFF and T_AMB in which it is told, folded
+  logic               heat_known_q;            // it is told in these
   logic               heat_low_q, heat_high_q; // the reading is far below it, far above it
 
   // ---- Samples ------------------------------------------------------------------------------------------------------
@@ -205,12 +207,13 @@ module tc_guard (
 
   // ---- Heat balance -------------------------------------------------------------------------------------------------
 
-  // Each 0.1 s the temperature to which the heat of the duty leads moves on, and is drawn to the reading with an eighth of the
-  // head's time constant:
+  // Each 0.1 s the temperature to which the heat of the duty leads moves on, and is drawn to the reading with an eighth
+  // of the head's time constant:
   //   seen += HEAT_RATE (duty - need - 8 (seen - need)), need = KFF (temperature - T_AMB).
   // A reading that is not where the heat went is no head's.
   logic [8:0]         heat_rate;
   logic               heat_judged;             // otherwise seen follows the reading
+  logic [15:0]        heat_set;
   logic               heat_bit;                // of the factor, highest first
   logic [31:0]        heat_row;                // the factors' bits by step
   logic signed [23:0] over_amb;                // 1/320 degC
@@ -221,7 +224,9 @@ module tc_guard (
     for (int i = 0; i < 16; i++) heat_row[1 + i] = params_i.kff[15 - i];
     for (int i = 0; i < 9; i++) heat_row[18 + i] = heat_rate[8 - i];
   end
-  assign heat_judged = run_q && heat_rate != 9'd0;
+  // A new KFF or T_AMB tells seen anew. It may come in the middle of a product.
+  assign heat_set    = params_i.kff ^ params_i.t_amb;
+  assign heat_judged = run_q && heat_rate != 9'd0 && heat_known_q && heat_set == heat_set_q;
   assign over_amb    = of_temp(17'(pv_q)) - of_tenths(17'($signed(params_i.t_amb)));
   assign heat_bit    = heat_row[heat_step_q];
   assign heat_need   = 32'($signed(heat_acc_q[39:12]));
@@ -307,6 +312,8 @@ module tc_guard (
       heat_x_q        <= 32'sd0;
       heat_acc_q      <= 40'sd0;
       heat_seen_q     <= 40'sd0;
+      heat_set_q      <= 16'd0;
+      heat_known_q    <= 1'b0;
       heat_low_q      <= 1'b0;
       heat_high_q     <= 1'b0;
     end else begin
@@ -389,8 +396,12 @@ module tc_guard (
           heat_x_q    <= 32'(over_amb);
           heat_acc_q  <= 40'sd0;
           heat_step_q <= 5'd1;
+          heat_set_q  <= heat_set;
+          if (heat_set != heat_set_q) heat_known_q <= 1'b0;
         end
       end else if (heat_step_q == HeatNeed) begin
+        heat_known_q <= heat_set == heat_set_q;
+        heat_set_q  <= heat_set;
         heat_low_q  <= heat_judged && heat_excess > HeatLow;
         heat_high_q <= heat_judged && -heat_excess > HeatHigh;
         if (!heat_judged) heat_seen_q <= {heat_acc_q[39:12], 12'd0};

@@ -30,6 +30,7 @@ using host::Setting;
 constexpr auto kPollEvery = std::chrono::milliseconds(100);
 // A set-point so far above ambient tells the head's loss.
 constexpr double kLeastRise_degc = 20.0;
+constexpr double kAmbientError_degc = 5.0;  // of a room that is told, and of a sensor
 // Hold: it settles for so many ultimate periods, then it is looked at for as many, in so many readings at
 // least.
 constexpr double kSettlePeriods = 6.0;
@@ -266,6 +267,13 @@ int tune_chip(host::Controller& controller) {
                     "its working temperature, "
                     "{:.0f} degC or more above T_AMB",
                     setpoint_degc, ambient_degc + kLeastRise_degc, kLeastRise_degc));
+  const double coolest_degc = ambient_degc - kAmbientError_degc;
+  const double reading_degc = value_of(controller, "PV");
+  if (reading_degc < coolest_degc)
+    throw UserError(fmt::format(
+        "T_AMB: found {:.1f} degC, expected the room's temperature; the head reads {:.1f} degC, and can't be "
+        "cooler than the room",
+        ambient_degc, reading_degc));
   const std::vector<Setting> before = settings_now(controller);
   const auto give_up = [&](const std::string& why) {
     controller.stop();

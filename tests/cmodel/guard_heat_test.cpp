@@ -174,6 +174,30 @@ TEST(GuardHeat, SwitchedOnWhileHeatingStartsFromTheReading) {
   EXPECT_EQ(b.g.fault_q, 0);
 }
 
+// A register that seen is told in may change while heating is on, also in the middle of the computation.
+TEST(GuardHeat, ANewKffOrAmbientStartsFromTheReading) {
+  for (const Reg reg : {kRegKff, kRegTAmb}) {
+    for (int clock = 0; clock <= kComputation + 3; ++clock) {
+      Heated b;
+      const unsigned rate = b.rate();
+      b.set_rate(0);
+      b.samples(kRoom + 5000);
+      b.tenth();
+      b.set_rate(rate);
+      b.in.duty = static_cast<std::uint32_t>(b.need(b.g.pv_q) / 5);
+      for (int t = 0; t < 10; ++t) b.tenth();
+      b.in.tenth = true;
+      b.clocks(clock);
+      b.set(reg, b.p[reg] / 3);
+      b.clocks(kComputation + 3);
+      b.in.duty = static_cast<std::uint32_t>(b.need(b.g.pv_q) / 5);
+      for (int t = 0; t < 100; ++t) b.tenth();
+      EXPECT_EQ(b.g.fault_q, 0) << reg << " at clock " << clock;
+      EXPECT_EQ(b.g.heat_known_q, 1);
+    }
+  }
+}
+
 TEST(GuardHeat, SwitchedOffLeavesNoCause) {
   Heated b;
   b.in.stop = true;

@@ -77,6 +77,15 @@ TEST_F(Tune, IsRefusedNearAmbient) {
   EXPECT_EQ(figure(command("read DUTY").output, "DUTY"), 0.0);
 }
 
+TEST_F(Tune, IsRefusedInARoomWarmerThanTheHead) {
+  ASSERT_EQ(command("set T_AMB=60").status, 0);
+  const Ran ran = command("tune");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(
+      ran.output,
+      StartsWith("meltstage: T_AMB: found 60.0 degC, expected the room's temperature; the head reads 25."));
+}
+
 TEST_F(Tune, IsRefusedInManualMode) {
   ASSERT_EQ(command("set MODE=1").status, 0);
   const std::string before = command("read CTRL LBA_TIME HOLD_TIME AT_WINDOW").output;
