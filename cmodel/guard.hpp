@@ -112,6 +112,9 @@ struct Guard {
   std::uint16_t wd_left(const Params& p) const;
   bool permitted() const { return run_q != 0 && fault_q == 0; }
 
+  // Of the last accepted samples, in which noise is small; 1/64 degC.
+  std::int16_t mean_temp() const { return static_cast<std::int16_t>(temp_sum_q >> 4); }
+
  private:
   struct Sample;
   struct Seen;
@@ -119,7 +122,6 @@ struct Guard {
   Seen look(const GuardIn& in) const;
   std::uint16_t causes(const GuardIn& in, const Sample& sample, const Seen& seen) const;
   void step_loop_break(const GuardIn& in, const Seen& seen);
-  std::int16_t mean_temp() const { return static_cast<std::int16_t>(temp_sum_q >> 4); }
   void step_hold_power(const GuardIn& in, const Seen& seen);
   void step_excursion(const GuardIn& in, const Seen& seen);
   void step_zero_rise(const GuardIn& in, const Sample& sample, const Seen& seen);

@@ -99,7 +99,7 @@ class ProtectionPieces : private ProtectionSteps {
     begin("protection: NotHeating, times and rises of any size");
     start_work();
     for (unsigned i = 0; i < often(12, 3); ++i) {
-      heat_calmly(1000, 60);
+      heat_calmly(1000, 20);
       set(spec::kRegCtrl, 0x10);
       set(spec::kRegBandFull, 0);
       set(spec::kRegDutyMax, 100 + static_cast<std::int32_t>(below(9900)));
@@ -108,10 +108,12 @@ class ProtectionPieces : private ProtectionSteps {
       const std::int32_t from = any_temperature(-390, 1000);
       set(spec::kRegLbaRise, clamp_to(spec::kRegLbaRise, reached(rise) + (i % 2 == 0 ? 1 : 0)));
       sample(to_sensor(from));
+      await_means();
       set(spec::kRegLbaTime, time);
       s_.ticks(4);
       expect_heating();
       sample(to_sensor(from + rise));
+      await_means();
       expect_trip(spec::kFaultNotHeating, static_cast<std::uint64_t>(time) + 4);
     }
   }
@@ -121,7 +123,7 @@ class ProtectionPieces : private ProtectionSteps {
     begin("protection: HoldPower, right at the limit, times of any size");
     start_work();
     for (unsigned i = 0; i < often(16, 5); ++i) {
-      heat_calmly(1000, 80);
+      heat_calmly(1000, 20);
       Parameters p = now_;
       const std::int16_t pv = any_temperature(300, 3500);
       std::int32_t add = -1;
@@ -154,6 +156,7 @@ class ProtectionPieces : private ProtectionSteps {
       write_range(p, spec::kRegSetpoint, spec::kRegHoldTime);
       s_.command(spec::kCmdCommit);
       s_.ticks();
+      await_means();
       if (above) {
         expect_trip(spec::kFaultHoldPower, static_cast<std::uint64_t>(p[spec::kRegHoldTime]) + 200);
       } else {

@@ -2,6 +2,8 @@
 // What the pieces on protection and on long times share.
 #pragma once
 
+#include <fmt/format.h>
+
 #include "asic/signoff/piece_steps.hpp"
 
 namespace meltstage::app {
@@ -20,7 +22,9 @@ class ProtectionSteps : protected PieceSteps {
   // The fault comes within this time, and no other before it.
   void expect_trip(unsigned fault, std::uint64_t tenths) {
     for (std::uint64_t i = 0; i <= tenths && faults() == 0; ++i) s_.run(kTestTenth);
-    if (faults() != bit(fault)) s_.fail(std::string(spec::kFaults[fault].name) + " did not trip alone");
+    if (faults() != bit(fault))
+      s_.fail(
+          fmt::format("{} did not trip alone, found faults {:#06x}", spec::kFaults[fault].name, faults()));
     s_.read_loop();
   }
   void expect_heating() {
@@ -39,6 +43,15 @@ class ProtectionSteps : protected PieceSteps {
   std::int16_t to_sensor(std::int32_t pv) const {
     const std::int32_t value = std::clamp<std::int32_t>(pv, of_tenths(-390), of_tenths(4990));
     return static_cast<std::int16_t>(value == 0 || value == -1 ? 1 : value);
+  }
+
+  // On until GUARD's means of reading and duty are there.
+  void await_means() {
+    const auto there = [&] {
+      const chip::Guard& guard = s_.chip().guard;
+      return guard.mean_temp() == guard.pv_q && guard.duty_sum_q >> 4 == s_.chip().algor.duty_q;
+    };
+    while (faults() == 0 && !there()) s_.ticks();
   }
 
   // Calm and heating at this temperature, with these control periods.
