@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tb/trials/upset.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <stdexcept>
 #include <type_traits>
 
 #include "tb/trials/commissioning.hpp"
@@ -116,12 +119,17 @@ UpsetStudy::UpsetStudy(UpsetPhase phase, UpsetPwm pwm)
   if (phase != UpsetPhase::full_power) {
     // On to a degree below the set-point, no faster than a head; there the integral grows to a head's hold
     // duty.
-    for (double degc = kCold_degc; degc < kSetpoint_degc - 1.0; degc += 1.0) {
+    for (double degc = kCold_degc; degc < kSetpoint_degc - 1.0; degc += 0.5) {
       run.head().set_element_degc(degc);
       run.until(run.now_s() + 1.0);
     }
     run.head().set_element_degc(kSetpoint_degc - 1.0);
-    while (run.chip().algor.i_q >> 14 < 0.38 * 65536.0) run.until(run.now_s() + 1.0);
+    while (run.chip().algor.i_q >> 14 < 0.38 * 65536.0) {
+      run.until(run.now_s() + 1.0);
+      if (std::isfinite(run.tripped_s()))
+        throw std::runtime_error(
+            fmt::format("upset study: heating up tripped, faults {:#06x}", run.faults()));
+    }
     run.head().set_element_degc(kSetpoint_degc);
     run.until(run.now_s() + 5.0);
   }
