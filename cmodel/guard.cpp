@@ -71,7 +71,7 @@ bool operator==(const Guard& a, const Guard& b) {
   return difference == 0;
 }
 
-// Whether anything but the two fast counters moves is asked of step() itself.
+// Whether anything but the two fast counters and the heat balance's products moves is asked of step() itself.
 std::uint64_t Guard::quiet(const GuardIn& in, const Sync::Seen& feedback) const {
   if (in.tenth || in.sens_done) return 0;
   const std::uint32_t trip = fb_trip_clocks(in.params);
@@ -80,8 +80,22 @@ std::uint64_t Guard::quiet(const GuardIn& in, const Sync::Seen& feedback) const 
   next.safe_cnt_q = safe_cnt_q;
   next.safe_en_q = safe_en_q;
   if (fb_q < trip) next.fb_q = fb_q;
+  const std::uint64_t product = clocks_of_product();
+  if (product > 0) {
+    next.heat_step_q = heat_step_q;
+    next.heat_acc_q = heat_acc_q;
+  }
   if (next != *this) return 0;
+  return std::min(product, clocks_to_feedback_event(feedback, trip));
+}
 
+// Clocks in which the heat balance does nothing but multiply.
+std::uint64_t Guard::clocks_of_product() const {
+  if (heat_step_q == 0) return kForever;
+  return (heat_step_q <= kHeatNeed ? kHeatNeed : kHeatMove) - heat_step_q;
+}
+
+std::uint64_t Guard::clocks_to_feedback_event(const Sync::Seen& feedback, std::uint32_t trip) const {
   const bool heater = heater_q != 0;
   if (fb_q >= trip)
     return feedback.second != feedback.first ? 1 : feedback.later != feedback.first ? 2 : kForever;
@@ -101,6 +115,7 @@ void Guard::skip(const GuardIn& in, const Sync::Seen& feedback, std::uint64_t cl
     safe_cnt_q = 0;
     safe_en_q = 0;
   }
+  for (std::uint64_t i = 0; i < clocks && heat_step_q != 0; ++i) step_heat_balance(in);
   if (fb_q >= fb_trip_clocks(in.params)) return;
   const bool heater = heater_q != 0;
   fb_q = heater != feedback.first ? fb_q + 1 : 0;

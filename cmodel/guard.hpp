@@ -116,6 +116,8 @@ struct Guard {
   std::int16_t mean_temp() const { return static_cast<std::int16_t>(temp_sum_q >> 4); }
 
  private:
+  std::uint64_t clocks_of_product() const;
+  std::uint64_t clocks_to_feedback_event(const Sync::Seen& feedback, std::uint32_t trip) const;
   struct Sample;
   struct Seen;
   Sample judge_sample(const GuardIn& in) const;

@@ -30,5 +30,5 @@ module tc_atune (
   assign {tuning_o, duty_o, hold_o, stop_o, parity_o, wr_o, wr_index_o, wr_data_o, tuned_o} = '0;
 
   logic unused;
-  assign unused = ^{clk_i, rst_ni, tune_i, run_i, sample_i, tenth_i, commit_i, pv_i, sp_work_i, amb_i, ramping_i, duty_max_i};
+  assign unused = ^{clk_i, rst_ni, tune_i, run_i, sample_i, tenth_i, commit_i, pv_i, sp_work_i, amb_i, ramping_i, duty_max_i, window_i};
 endmodule
