@@ -461,7 +461,7 @@ module tc_guard (
   `TC_ASSERT_NEXT(GuardHotSampleIsCause_A,
                   accept && !(of_temp(17'(sens_i.pv)) < of_tenths(17'($signed(params_i.t_max)))),
                   cause_q[tc_pkg::FaultOverTemp])
-  // P19: a reading can't be far from where the heat leads on both sides; each product ends.
+  // A reading can't be far from where the heat leads on both sides; each product ends.
   `TC_ASSERT(GuardHeatBalanceOneSide_A, !heat_low_q || !heat_high_q)
   `TC_ASSERT(GuardHeatBalanceEnds_A, heat_step_q <= HeatMove)
   // P3: heat only while running, with a sample, without fault.
