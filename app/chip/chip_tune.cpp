@@ -259,6 +259,13 @@ void commission(host::Controller& controller, double setpoint_degc, double ambie
 
 int tune_chip(host::Controller& controller) {
   controller.check_identity();
+  if (value_of(controller, "MODE") != 0.0)
+    throw UserError("MODE: found 1 (manual), expected 0: autotune needs the automatic mode");
+  if (!controller.status().running()) {
+    const std::string fault = latched_fault(controller);
+    if (!fault.empty())
+      throw host::BusError(fmt::format("autotune not begun, a fault is latched (`chip clear`): {}", fault));
+  }
   const double setpoint_degc = value_of(controller, "SETPOINT");
   const double ambient_degc = value_of(controller, "T_AMB");
   if (setpoint_degc < ambient_degc + kLeastRise_degc)

@@ -90,8 +90,8 @@ TEST_F(Tune, IsRefusedInManualMode) {
   ASSERT_EQ(command("set MODE=1").status, 0);
   const std::string before = command("read CTRL LBA_TIME HOLD_TIME AT_WINDOW").output;
   const Ran ran = command("tune");
-  EXPECT_EQ(ran.status, 1);
-  EXPECT_THAT(ran.output, HasSubstr("in automatic mode (MODE=0)"));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.output, StartsWith("meltstage: MODE: found 1 (manual), expected 0"));
   EXPECT_EQ(command("read CTRL LBA_TIME HOLD_TIME AT_WINDOW").output, before);
 }
 
