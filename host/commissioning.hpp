@@ -12,6 +12,11 @@
 
 namespace meltstage::host {
 
+/// After self-tuning a head settles for so many ultimate periods; then so many readings at least are looked
+/// at.
+inline constexpr double kSettlePeriods = 6.0;
+inline constexpr std::size_t kReadings = 60;
+
 /// A head as self-tuning sees it.
 struct HeadModel {
   double hold_duty_per_k;  ///< duty (0..1) that holds a degree above ambient

@@ -31,11 +31,8 @@ constexpr auto kPollEvery = std::chrono::milliseconds(100);
 // A set-point so far above ambient tells the head's loss.
 constexpr double kLeastRise_degc = 20.0;
 constexpr double kAmbientError_degc = 5.0;  // of a room that is told, and of a sensor
-// Hold: it settles for so many ultimate periods, then it is looked at for as many, in so many readings at
-// least.
-constexpr double kSettlePeriods = 6.0;
+// Hold: it is looked at for so many ultimate periods.
 constexpr double kLookPeriods = 4.0;
-constexpr std::size_t kReadings = 60;
 // The loop that the gains make must hold: the head's own swing, standard deviation.
 constexpr double kLargestSwing_degc = 0.3;  // and half of the noise
 // Small step, from below to the set-point, and the largest way past it beside the noise.
@@ -139,7 +136,7 @@ void hold_for(host::Controller& controller, double time_s, ProgressLine& line, c
   }
 }
 
-/// Readings over `time_s` of chip time, and kReadings at least.
+/// Readings over `time_s` of chip time, and host::kReadings at least.
 host::HoldRecord look(host::Controller& controller, double time_s, ProgressLine& line,
                       const std::string& what) {
   const std::array wanted{&find_register("PV_FINE"), &find_register("PV_SLOPE")};
@@ -150,9 +147,9 @@ host::HoldRecord look(host::Controller& controller, double time_s, ProgressLine&
     const auto words = controller.read(wanted);
     record.add(host::to_unit(*wanted[0], words[0]), host::to_unit(*wanted[1], words[1]));
     const double passed_s = time.passed_s(controller.status());
-    const double readings = static_cast<double>(record.size()) / kReadings;
+    const double readings = static_cast<double>(record.size()) / host::kReadings;
     line.show_share(what, std::min({1.0, readings, time_s > 0.0 ? passed_s / time_s : 1.0}));
-    if (passed_s >= time_s && record.size() >= kReadings) return record;
+    if (passed_s >= time_s && record.size() >= host::kReadings) return record;
     std::this_thread::sleep_for(kPollEvery);
   }
 }
@@ -167,7 +164,7 @@ SmallStep step_to(host::Controller& controller, double setpoint_degc, double tu_
   const host::Register& setpoint = find_register("SETPOINT");
   const auto go_to = [&](double degc, const char* what) {
     controller.write(std::vector<Setting>{{&setpoint, degc}});
-    hold_for(controller, kSettlePeriods * tu_s, line, what);
+    hold_for(controller, host::kSettlePeriods * tu_s, line, what);
   };
   go_to(setpoint_degc - kStep_degc, "step down");
   go_to(setpoint_degc, "step up");
@@ -229,7 +226,7 @@ void commission(host::Controller& controller, double setpoint_degc, double ambie
                     "{:.1f} degC above "
                     "T_AMB belong to no head; is T_AMB the temperature around it?",
                     tuning.ku_per_k, tuning.tu_s, tuning.hold_duty_percent, setpoint_degc - ambient_degc)};
-  hold_for(controller, kSettlePeriods * tuning.tu_s, line, "settling");
+  hold_for(controller, host::kSettlePeriods * tuning.tu_s, line, "settling");
   const host::HoldRecord hold = look(controller, kLookPeriods * tuning.tu_s, line, "hold");
   const double largest_swing_degc = kLargestSwing_degc + 0.5 * hold.noise_degc();
   if (hold.swing_degc() > largest_swing_degc)
@@ -250,7 +247,7 @@ void commission(host::Controller& controller, double setpoint_degc, double ambie
         "rejected: a step of {:.0f} degC went {:.2f} degC past the set-point and settled after {:.1f} s, "
         "expected at "
         "most {:.2f} degC and within {:.0f} s; draughts or printing while it ran?",
-        kStep_degc, step.overshoot_degc, step.settling_s, largest_degc, kSettlePeriods * tuning.tu_s)};
+        kStep_degc, step.overshoot_degc, step.settling_s, largest_degc, host::kSettlePeriods * tuning.tu_s)};
   print_gains(controller, tuning);
   print_detectors(*head, hold, step, detectors);
 }

@@ -15,9 +15,6 @@ namespace spec = chip::spec;
 
 constexpr double kLongestTuning_s = 7200.0;
 constexpr double kLookEvery_s = 1.0;
-// As app/chip/chip_tune.cpp.
-constexpr double kSettlePeriods = 6.0;
-constexpr int kReadings = 60;
 
 std::vector<HeadSetting> limits(double highest_degc) {
   return {{spec::kRegTMax, static_cast<std::int32_t>(std::lround((highest_degc + kOverTarget_degc) * 10.0))},
@@ -38,7 +35,7 @@ void require_heating(const HeatedRun& run, const HeadConfig& config) {
 
 host::HoldRecord look(HeatedRun& run) {
   host::HoldRecord record;
-  for (int i = 0; i < kReadings; ++i) {
+  while (record.size() < host::kReadings) {
     run.until(run.now_s() + kLookEvery_s);
     record.add(run.reading_degc(), run.chip().guard.slope_q / 64.0);
   }
@@ -104,7 +101,7 @@ Commissioned commission(const HeadConfig& config, double working_degc, double hi
   const auto head = host::identify_head(tuning, working_degc - params.s16(spec::kRegTAmb) / 10.0);
   if (!head) throw std::runtime_error(fmt::format("commissioning of {}: no such head", config.plant.name));
 
-  run.until(run.now_s() + kSettlePeriods * tuning.tu_s);
+  run.until(run.now_s() + host::kSettlePeriods * tuning.tu_s);
   const host::HoldRecord hold = look(run);
   require_heating(run, config);
 
