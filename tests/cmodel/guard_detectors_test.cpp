@@ -361,6 +361,19 @@ TEST(GuardHoldPower, CountsTheRiseFromTheLowest) {
   }
 }
 
+// What a job needed says nothing of the next one.
+TEST(GuardHoldPower, BeginsWithoutTheDutyOfTheRunBefore) {
+  HoldPower b;
+  b.set(kRegHoldTime, 5);
+  b.in.duty = 1000;
+  b.g.duty_sum_q = 16 * 65536;
+  b.in.stop = true;
+  b.clock();
+  b.run();
+  b.tenths(20);
+  EXPECT_EQ(b.g.fault_q, 0);
+}
+
 // Noise makes the loop leave its segment, and the duty its limit, for single ticks.
 TEST(GuardHoldPower, GoesOnCountingAfterATickAtFullPower) {
   HoldPower b;
