@@ -371,13 +371,18 @@ class Inserter {
                                   had->bits.size(), width));
     return had->bits;
   }
-  // A scan-out port that is there must be a constant so far, from a tie cell maybe.
+  // A cell without an input, or with constants on all of them: a tie cell, a buffer of a constant.
+  static bool computes_a_constant(const Instance& instance) {
+    return std::count_if(instance.pins.begin(), instance.pins.end(),
+                         [](const auto& pin) { return pin.second > 1; }) == 1;
+  }
+  // A scan-out port that is there must be a constant so far.
   void connect_scan_out(const std::vector<Net>& out) {
     for (Port& port : design_.netlist.ports) {
       if (port.name != options_.scan_out) continue;
       for (std::size_t i = 0; i < port.bits.size(); ++i) {
         const auto driver = drivers_.driver_of(port.bits[i]);
-        const bool tied = driver && design_.netlist.instances[*driver].pins.size() == 1;
+        const bool tied = driver && computes_a_constant(design_.netlist.instances[*driver]);
         if (port.bits[i] > 1 && !tied)
           throw UserError(fmt::format("{}: found logic that drives {}, expected a constant before scan",
                                       design_.netlist.file, port.bit_name(i)));

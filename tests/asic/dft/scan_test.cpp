@@ -250,6 +250,14 @@ TEST(Scan, PortsAndBypassOfTheNetlistAreUsed) {
   }
   EXPECT_THAT([&] { insert_scan(driven, mini_library()); },
               ThrowsMessage<UserError>(HasSubstr("found logic that drives scan_o[0]")));
+  // synthesis puts a buffer behind a constant output
+  Netlist buffered = gated().plain;
+  constexpr Net kBuffered = 999999;
+  for (Port& port : buffered.ports) {
+    if (port.name == "scan_o") port.bits[0] = kBuffered;
+  }
+  buffered.instances.push_back({"constant_output", "BUF", {{"A", 0}, {"Y", kBuffered}}});
+  EXPECT_EQ(insert_scan(buffered, mini_library()).chains.size(), 2u);
   Netlist narrow = gated().plain;
   for (Port& port : narrow.ports) {
     if (port.name == "scan_o") port.bits.pop_back();
