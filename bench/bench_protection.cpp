@@ -109,60 +109,57 @@ void add_fault_rows(std::vector<BenchRow>& rows, const Compared& c) {
 }
 
 void add_drawn_faults(std::vector<BenchRow>& rows, const BenchOptions& options) {
-  const std::size_t count = options.quick ? 4 : 100;
-  std::vector<Compared> cases(count);
-  std::vector<std::string> not_in_service(count);  // why
+  const std::size_t drawn = options.quick ? 4 : 100;
+  std::vector<std::optional<Compared>> ran(drawn);  // none: autotune found no head
   in_parallel(
-      count,
+      drawn,
       [&](std::size_t i) {
-        Compared& c = cases[i];
-        c.what = tb::draw_fault_case(options.seed + i);
-        c.name =
-            fmt::format("case {}: {} at {:.0f} degC, noise {:.2f} degC, {}", options.seed + i,
-                        c.what.plant.name, c.what.setpoint_degc, c.what.noise_degc, tb::fault_name(c.what));
+        const FaultCase what = tb::draw_fault_case(options.seed + i);
+        Compared c{what,
+                   fmt::format("case {}: {} at {:.0f} degC, noise {:.2f} degC, {}", options.seed + i,
+                               what.plant.name, what.setpoint_degc, what.noise_degc, tb::fault_name(what)),
+                   {},
+                   {},
+                   {}};
         try {
           run_case(c);
-        } catch (const std::runtime_error& error) {
-          not_in_service[i] = error.what();
+          ran[i] = c;
+        } catch (const std::runtime_error&) {  // counted below
         }
       },
       options.progress, "drawn faults");
-  double refused = 0.0, too_hot = 0.0, behind = 0.0, early = 0.0, marlin_early = 0.0, klipper_early = 0.0,
-         never = 0.0;
-  double hottest_degc = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Compared& c = cases[i];
-    if (!not_in_service[i].empty()) {
-      ++refused;
-      continue;
-    }
-    const bool hot = c.block_above_degc() > kFuseMargin_degc;
-    hottest_degc = std::max(hottest_degc, c.block_above_degc());
-    too_hot += hot;
-    behind += c.behind();
-    never += std::isinf(c.chip.detected_s);
-    early += c.chip.detected_s < 0.0;
-    marlin_early += c.marlin.detected_s < 0.0;
-    klipper_early += c.klipper.detected_s < 0.0;
-    if (!hot && !c.behind() && c.chip.detected_s >= 0.0) continue;
+  std::vector<Compared> cases;
+  for (const auto& c : ran)
+    if (c) cases.push_back(*c);
+
+  const auto is_hot = [](const Compared& c) { return c.block_above_degc() > kFuseMargin_degc; };
+  const auto is_behind = [](const Compared& c) { return c.behind(); };
+  const auto is_early = [](const FaultOutcome& outcome) { return outcome.detected_s < 0.0; };
+  for (const Compared& c : cases) {
+    if (!is_hot(c) && !is_behind(c) && !is_early(c.chip)) continue;
     rows.push_back({c.name + ": chip trips after", c.chip.detected_s, "s", {}, {}});
     rows.push_back({"  Marlin", c.marlin.detected_s, "s", {}, {}});
     rows.push_back({"  Klipper", c.klipper.detected_s, "s", {}, {}});
     rows.push_back({"  block above set-point, chip", c.block_above_degc(), "degC", {}, {}});
   }
+  double hottest_degc = 0.0;
+  for (const Compared& c : cases) hottest_degc = std::max(hottest_degc, c.block_above_degc());
+  const auto add_count = [&](const char* what, const auto& is) {
+    rows.push_back({what, static_cast<double>(std::count_if(cases.begin(), cases.end(), is)), "", {}, {}});
+  };
   rows.push_back({options.quick ? "drawn faults (100 without --quick)" : "drawn faults",
-                  static_cast<double>(count),
+                  static_cast<double>(drawn),
                   "",
                   {},
                   {}});
-  rows.push_back({"  autotune found no head", refused, "", {}, {}});
+  rows.push_back({"  autotune found no head", static_cast<double>(drawn - cases.size()), "", {}, {}});
   rows.push_back({"  block above set-point, highest", hottest_degc, "degC", {}, {}});
-  rows.push_back({"  block above set-point + 60 degC", too_hot, "", {}, {}});
-  rows.push_back({"  later than a rule and hotter", behind, "", {}, {}});
-  rows.push_back({"  not seen within the run", never, "", {}, {}});
-  rows.push_back({"  chip tripped before the fault", early, "", {}, {}});
-  rows.push_back({"  Marlin's rules before the fault", marlin_early, "", {}, {}});
-  rows.push_back({"  Klipper's before the fault", klipper_early, "", {}, {}});
+  add_count("  block above set-point + 60 degC", is_hot);
+  add_count("  later than a rule and hotter", is_behind);
+  add_count("  not seen within the run", [](const Compared& c) { return std::isinf(c.chip.detected_s); });
+  add_count("  chip tripped before the fault", [&](const Compared& c) { return is_early(c.chip); });
+  add_count("  Marlin's rules before the fault", [&](const Compared& c) { return is_early(c.marlin); });
+  add_count("  Klipper's before the fault", [&](const Compared& c) { return is_early(c.klipper); });
 }
 
 }  // namespace
