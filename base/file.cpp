@@ -129,9 +129,36 @@ std::string read_file(const fs::path& path, std::string_view wanted, std::uint64
   return text;
 }
 
+std::string_view describe_content(std::string_view content) {
+  struct Magic {
+    std::string_view bytes, name;
+  };
+  using namespace std::string_view_literals;
+  static constexpr Magic kKnown[] = {
+      {"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv, "an OLE2 file (.xls, .doc and others)"},
+      {"\x89PNG"sv, "a PNG image"},
+      {"PK\x03\x04"sv, "a ZIP archive (.xlsx, .ods and others)"},
+      {"%PDF"sv, "a PDF document"},
+      {"\xFF\xD8\xFF"sv, "a JPEG image"},
+      {"GIF8"sv, "a GIF image"},
+      {"\x1F\x8B"sv, "gzip data"},
+      {"\x7F"
+       "ELF"sv,
+       "a program"},
+      {"\xFF\xFE"sv, "UTF-16 text"},
+      {"\xFE\xFF"sv, "UTF-16 text"},
+  };
+  for (const Magic& magic : kKnown)
+    if (content.starts_with(magic.bytes)) return magic.name;
+  return content.find('\0') == std::string_view::npos ? "text" : "binary data";
+}
+
 std::string read_toml_text(const fs::path& path, std::string_view wanted) {
   constexpr std::uint64_t kMostTomlBytes = std::uint64_t{1} << 22;
   std::string text = read_file(path, wanted, kMostTomlBytes);
+  // single bytes that are no text are told with their place
+  if (const auto kind = describe_content(text); kind != "text" && kind != "binary data")
+    fail(path, fmt::format("found {}", kind), wanted);
   TomlShape(text, path.string()).check();
   return text;
 }

@@ -53,6 +53,7 @@ algor_kernel::Pins<PlainBits, Params> pins_of(const AlgorIn& in) {
           .ms = in.ms,
           .pv = Int<PlainBits, 16>(in.pv),
           .drop = in.drop,
+          .hold_test = in.hold_test,
           .tuning = in.tuning,
           .tune_duty = Int<PlainBits, 18>(in.tune_duty),
           .tune_hold = Int<PlainBits, 18>(in.tune_hold)};

@@ -72,6 +72,7 @@ struct AlgorIn {
   bool ms;
   std::int16_t pv;  // Q9.6
   bool drop;        // droplet trigger
+  bool hold_test;   // GUARD tests the reading: less duty, and the integral waits
   bool tuning;
   std::uint32_t tune_duty;  // UQ1.16
   std::uint32_t tune_hold;

@@ -43,8 +43,9 @@ struct Pins {
   Bool run;
   Bool at_temp;
   Bool ms;
-  Int<B, 16> pv;  // Q9.6
-  Bool drop;      // droplet trigger
+  Int<B, 16> pv;   // Q9.6
+  Bool drop;       // droplet trigger
+  Bool hold_test;  // GUARD tests the reading
   Bool tuning;
   Int<B, 18> tune_duty;  // UQ1.16, as the next
   Int<B, 18> tune_hold;
@@ -197,15 +198,16 @@ void take_segment(Flops<B>& q, const In& in, const Int<B, 32>& product) {
   q.work_q = wrap<32>(select(i_sum < 0_k, 0_k, select(i_sum > limit, limit, i_sum)));
 }
 
-// I takes its step only where that does not drive the output further into its limit. While ATUNE drives, the
-// integral waits at its hold duty.
+// I takes its step only where that does not drive the output further into its limit, and not in GUARD's test.
+// While ATUNE drives, the integral waits at its hold duty.
 template <class B, class In>
 void take_integral(Flops<B>& q, const In& in, const Int<B, 32>& i_next) {
   const auto e = q.e_q();
   const auto i = q.i_q();
   const auto feed_forward = q.ff_q() << 14_k;
   const auto u_try = (q.pd_q() << 7_k) + i_next;
-  const auto accept = !(u_try > q.duty_max_q() << 14_k && e >= 0_k) && !(u_try < 0_k && e <= 0_k);
+  const auto accept =
+      !in.hold_test && !(u_try > q.duty_max_q() << 14_k && e >= 0_k) && !(u_try < 0_k && e <= 0_k);
   const auto full = q.full_q() != 0_k;
   const auto off = q.off_q() != 0_k;
   const auto i_outside = select(in.i_zero(), 0_k, select(full && in.ff_en(), feed_forward, i));
@@ -245,12 +247,15 @@ void take_drops(Flops<B>& q, const In& in, const Int<B, 32>& product) {
   q.hold_q = wrap_u<18>(q.hold_q() + ext);
 }
 
-// The rise of the duty, never its fall, is held to SLEW.
+// In GUARD's test the duty is at most half of the hold power. The rise of the duty, never its fall, is held
+// to SLEW.
 template <class B, class In>
 void take_duty(Flops<B>& q, const In& in, const Int<B, 18>& output) {
   const auto duty_max = q.duty_max_q();
   const auto commanded = select(in.tuning, in.tune_duty, select(in.manual(), q.ext_q(), output));
-  const auto wanted = select(commanded > duty_max, duty_max, commanded);
+  const auto test_max = q.hold_q() >> 1_k;
+  const auto most = select(in.hold_test && test_max < duty_max, wrap_u<17>(test_max), duty_max);
+  const auto wanted = select(commanded > most, most, commanded);
   const auto highest = q.duty_q() + q.slew_q();
   q.duty_q = select(q.slew_q() != 0_k && wanted > highest, wrap_u<17>(highest), wanted);
   q.done_q = 1_k;

@@ -146,6 +146,7 @@ AlgorIn Chip::algor_in() const {
           .ms = sysctrl.ms_q != 0,
           .pv = guard.pv_q,
           .drop = (sync.q() >> spec::kSyncDrop & 1) != 0,
+          .hold_test = guard.hold_test_q != 0,
           .tuning = atune.tuning(),
           .tune_duty = atune.duty(),
           .tune_hold = atune.hold_q};

@@ -34,7 +34,7 @@ inline constexpr std::array kRateLimits{ kRegDtdtMax, kRegBadMax };
 inline constexpr std::array kNotHeatingMeasured{ kInPv, kInSpWork };
 inline constexpr std::array kNotHeatingLimits{ kRegLbaRise, kRegLbaTime };
 inline constexpr std::array kHoldPowerMeasured{ kInPv, kInDuty };
-inline constexpr std::array kHoldPowerLimits{ kRegHoldMult, kRegKff, kRegHoldAdd, kRegHoldTime };
+inline constexpr std::array kHoldPowerLimits{ kRegHoldMult, kRegKff, kRegHoldAdd, kRegHoldTime, kRegLbaRise, kRegLbaTime };
 inline constexpr std::array kExcursionMeasured{ kInPv, kInSpWork };
 inline constexpr std::array kExcursionLimits{ kRegExcLimit, kRegExcTime };
 inline constexpr std::array kZeroRiseMeasured{ kInPv };
@@ -60,7 +60,7 @@ inline constexpr std::array<FaultAdvice, kFaultCount> kFaultAdvice{ {
     { advice::kNotHeatingMeasured, advice::kNotHeatingLimits,
      "Check the heater element, its supply, and that the sensor sits in the head; raise LBA_TIME only for a slower head, lower HEAT_RATE of CTRL likewise."},
     { advice::kHoldPowerMeasured, advice::kHoldPowerLimits,
-     "Check that the sensor sits in the head and nothing cools it; raise HOLD_ADD only for a load that is meant."},
+     "The duty was lowered and the reading did not follow: check that the sensor sits in the head; raise LBA_TIME only for a slower head."},
     { advice::kExcursionMeasured, advice::kExcursionLimits,
      "Check that the switch opens and the gains fit the head (chip tune); then raise EXC_LIMIT."},
     { advice::kZeroRiseMeasured, advice::kZeroRiseLimits,

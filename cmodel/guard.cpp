@@ -41,6 +41,9 @@ std::uint16_t count_up(std::uint16_t x, bool tick) {
   return tick && x != 0xFFFF ? static_cast<std::uint16_t>(x + 1) : x;
 }
 
+// A time, doubled as far as it goes.
+std::uint16_t twice(std::uint16_t x) { return static_cast<std::uint16_t>(std::min(2 * x, 0xFFFF)); }
+
 std::uint32_t fb_trip_clocks(const Params& p) { return std::uint32_t{p[spec::kRegFbTime]} << 4; }
 
 std::uint8_t first_of(std::uint16_t causes) {
@@ -141,7 +144,8 @@ struct Guard::Seen {
   std::int32_t window;   // AT_WINDOW, 1/320 degC
   bool off_duty;         // no heat is asked for
   bool loop_break;       // duty near its limit: the temperature must rise
-  bool hold_power;       // more duty than holding needs, on average
+  bool hold_on;          // HOLD_TIME above the hold power, or twice LBA_TIME in the test, counts
+  bool hold_due;         // that time is over
   bool excursion;        // further above the set-point than allowed
   bool zero_due;         // no heat for long enough: the temperature must not rise
   bool frozen;           // a hot head without heat: its samples must move
@@ -166,18 +170,28 @@ inline Guard::Sample Guard::judge_sample(const GuardIn& in) const {
   return {.change = change, .far = far, .jump = jump, .accept = accept, .refuse = in.sens_done && !accept};
 }
 
+// The loop or self-tuning may end either time.
+inline bool Guard::judges_hold(const GuardIn& in) const {
+  const std::int32_t above = of_temp(mean_temp() - hold_ref_q);
+  const std::int32_t move = of_tenths(in.params[spec::kRegLbaRise]);
+  if (hold_test_q != 0) return in.segment != spec::kSegNone && -above < move;
+  return duty_sum_q > in.hold_limit << 4 && duty_sum_q >> 16 >= hold_shown_q && above < move;
+}
+
 inline Guard::Seen Guard::look(const GuardIn& in) const {
   const Params& p = in.params;
   const bool heating = run_q != 0 && !p.bit(spec::kRegMode, spec::kModeManual);
   const std::int32_t over_sp = of_temp(pv_q - in.sp_work);
   const bool off_duty = in.duty == 0 || run_q == 0;
+  const bool hold_on = heating && p[spec::kRegKff] != 0 && p[spec::kRegHoldTime] != 0 && judges_hold(in);
   return {.heating = heating,
           .over_sp = over_sp,
           .window = of_tenths(p[spec::kRegAtWindow]),
           .off_duty = off_duty,
           .loop_break = heating && in.limited && p[spec::kRegLbaTime] != 0,
-          .hold_power = heating && p[spec::kRegKff] != 0 && p[spec::kRegHoldTime] != 0 &&
-                        duty_sum_q > in.hold_limit << 4,
+          .hold_on = hold_on,
+          .hold_due =
+              hold_on && hold_q >= (hold_test_q != 0 ? twice(p[spec::kRegLbaTime]) : p[spec::kRegHoldTime]),
           .excursion = heating && exc_armed_q != 0 && over_sp > of_tenths(p[spec::kRegExcLimit]),
           .zero_due = off_duty && zero_q >= p[spec::kRegZeroWait],
           .frozen = run_q != 0 && in.duty == 0 && p[spec::kRegLbaTime] != 0 &&
@@ -204,7 +218,7 @@ inline std::uint16_t Guard::causes(const GuardIn& in, const Sample& sample, cons
       bit(spec::kFaultSensorStale,
           stale_q >= p[spec::kRegSampleTimeout] || (seen.frozen && frozen_q >= p[spec::kRegLbaTime])) |
       bit(spec::kFaultRate, rate_q != 0) | bit(spec::kFaultNotHeating, lba_trip_q != 0 || heat_low_q != 0) |
-      bit(spec::kFaultHoldPower, seen.hold_power && hold_q >= p[spec::kRegHoldTime]) |
+      bit(spec::kFaultHoldPower, seen.hold_due && hold_test_q != 0) |
       bit(spec::kFaultExcursion, seen.excursion && exc_q >= p[spec::kRegExcTime]) |
       bit(spec::kFaultZeroRise,
           (seen.zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) || heat_high_q != 0) |
@@ -225,13 +239,23 @@ inline void Guard::step_loop_break(const GuardIn& in, const Seen& seen) {
   if (!seen.loop_break || rose || mean < lba_ref_q) lba_ref_q = mean;
 }
 
+// HoldPower: more duty than holding needs, on average, and no rise to show for it. It may be a fan, a low
+// supply, or a dead sensor: with less heat a live one falls by LBA_RISE, from its highest on.
+// What it has shown so is not asked again.
 inline void Guard::step_hold_power(const GuardIn& in, const Seen& seen) {
   const std::int16_t mean = mean_temp();
-  const bool rose = of_temp(mean - hold_ref_q) >= of_tenths(in.params[spec::kRegLbaRise]);
+  const bool testing = hold_test_q != 0;
+  const bool asks = seen.hold_due && !testing;
   // Noise may leave the segment for a tick.
-  const bool counts = in.tenth && in.segment == spec::kSegPid;
-  hold_q = seen.hold_power && !rose ? count_up(hold_q, counts) : 0;
-  if (!seen.hold_power || rose || mean < hold_ref_q) hold_ref_q = mean;
+  const bool counts = in.tenth && (testing || in.segment == spec::kSegPid);
+  hold_q = seen.hold_on && !asks ? count_up(hold_q, counts) : 0;
+  if (!seen.hold_on || asks || (mean < hold_ref_q) != testing) hold_ref_q = mean;
+  hold_test_q = asks || (seen.hold_on && testing);
+  if (!seen.heating || in.sp_work != sp_past_q) {
+    hold_shown_q = 0;
+  } else if (asks) {
+    hold_shown_q = static_cast<std::uint8_t>((duty_sum_q >> 16) + 1);
+  }
 }
 
 // Each 0.1 s the temperature to which the heat of the duty leads moves on, and is drawn to the reading with

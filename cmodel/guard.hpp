@@ -39,6 +39,8 @@ namespace meltstage::chip {
   X(std::int16_t, sp_past_q, 16, 0)        \
   X(std::uint16_t, lba_q, 16, 0)           \
   X(std::uint16_t, hold_q, 16, 0)          \
+  X(std::uint8_t, hold_test_q, 1, 0)       \
+  X(std::uint8_t, hold_shown_q, 5, 0)      \
   X(std::uint16_t, exc_q, 16, 0)           \
   X(std::uint16_t, zero_q, 16, 0)          \
   X(std::uint16_t, frozen_q, 16, 0)        \
@@ -121,6 +123,7 @@ struct Guard {
   struct Sample;
   struct Seen;
   Sample judge_sample(const GuardIn& in) const;
+  bool judges_hold(const GuardIn& in) const;
   Seen look(const GuardIn& in) const;
   std::uint16_t causes(const GuardIn& in, const Sample& sample, const Seen& seen) const;
   void step_loop_break(const GuardIn& in, const Seen& seen);

@@ -14,7 +14,7 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0xBFEB;
+inline constexpr std::uint16_t kMapCrc = 0x29D6;
 inline constexpr unsigned kScanChains = 8;
 inline constexpr unsigned kTestSpeedup = 100;
 inline constexpr std::uint16_t kTelemetryWords = 16;  // input registers of a telemetry frame, from the first on
@@ -408,7 +408,7 @@ inline constexpr std::array<FaultInfo, kFaultCount> kFaults{ {
     {"SensorStale", "No accepted sample for SAMPLE_TIMEOUT, or a frozen one: zero duty for LBA_TIME, 20 degC above T_AMB, and no sample moved."},
     {"Rate", "Temperature moved by more than DTDT_MAX within 1 s, or by half of it at once, and BAD_MAX samples in a row say so."},
     {"NotHeating", "Duty within 1/16 of its limit for LBA_TIME and the temperature rose by less than LBA_RISE (loop break); or the temperature is far below where the heat of the duty leads (heat balance)."},
-    {"HoldPower", "Mean duty above HOLD_MULT x KFF (T - T_AMB) + HOLD_ADD for HOLD_TIME inside the control band, and no rise by LBA_RISE."},
+    {"HoldPower", "Mean duty above HOLD_MULT x KFF (T - T_AMB) + HOLD_ADD for HOLD_TIME inside the control band, no rise by LBA_RISE, and then, at no more than half of that duty, no fall by LBA_RISE within twice LBA_TIME."},
     {"Excursion", "Temperature above the set-point by EXC_LIMIT for EXC_TIME."},
     {"ZeroRise", "Temperature rose by ZERO_RISE although the duty had been zero for ZERO_WAIT (shorted switch); or it is far above where the heat of the duty leads (heat balance)."},
     {"HeaterFb", "heater_fb_i differed from heater_o for FB_TIME (checked while CTRL.FB_EN)."},

@@ -18,6 +18,10 @@ namespace {
 // on the five known heads its rise is 0.75 to 0.77 of the true one.
 constexpr double kRiseOfHead = 1.3;
 
+// Above the set-point the block of a dead sensor may come this far before the chip asks: a thermal fuse opens
+// at 60, and asking takes HOLD_TIME and LBA_TIME.
+constexpr double kHoldMargin_degc = 40.0;
+
 constexpr double kCoarsestStep_degc = 0.25;         // of the sensor presets
 constexpr double kHeatRatePer_s = 131072.0 / 10.0;  // HEAT_RATE of 1 / s
 
@@ -65,8 +69,8 @@ std::vector<Setting> detector_settings(const HeadModel& head, double noise_degc,
   set("DTDT_MAX", 4.0 * kCoarsestStep_degc + 3.0 * head.rate_degc_per_s + 12.0 * noise_degc);
   set("LBA_TIME", 2.5 * head.dead_time_s);
   set("LBA_RISE", 1.0);
-  set("HOLD_MULT", 1.5);
-  set("HOLD_ADD", 15.0);
+  set("HOLD_MULT", 1.0);
+  set("HOLD_ADD", 100.0 * head.hold_duty_per_k * kHoldMargin_degc);
   set("HOLD_TIME", 20.0);
   set("EXC_LIMIT", 10.0);
   set("ZERO_WAIT", 3.0 * head.dead_time_s);

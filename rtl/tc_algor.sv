@@ -27,6 +27,7 @@ module tc_algor (
   input  logic              ms_i,
   input  logic signed [15:0] pv_i,         // Q9.6
   input  logic              drop_i,        // synchronised droplet trigger
+  input  logic              hold_test_i,   // GUARD tests the reading: less duty, and the integral waits
   input  logic              tuning_i,
   input  logic [16:0]       tune_duty_i,   // UQ1.16
   input  logic [16:0]       tune_hold_i,
@@ -272,19 +273,21 @@ module tc_algor (
   logic [31:0] i_limited;
   assign i_limited = u_neg ? 32'd0 : u_over ? {1'b0, limit_i} : u_sum[31:0];
   logic accept_i;
-  assign accept_i  = !(u_over && !e_neg) && !(u_neg && !e_pos);
+  assign accept_i  = !hold_test_i && !(u_over && !e_neg) && !(u_neg && !e_pos);
 
   logic [31:0] i_wanted;
   assign i_wanted = tuning_i ? {1'b0, tune_hold_i, 14'd0}
                  : full_q || off_q ? (i_zero ? 32'd0 : full_q && ff_en ? {1'b0, ff_q, 14'd0} : i_q)
                  : accept_i ? work_q : i_q;
 
-  logic [16:0] u_limited, commanded, wanted, duty_next;
+  logic [16:0] u_limited, commanded, test_max, wanted, duty_next;
   logic [17:0] slewed;
   assign u_limited = full_q ? duty_max_q : off_q ? 17'd0
                    : u_over ? duty_max_q : tc_math_pkg::sat_duty(40'(u_whole));
   assign commanded = tuning_i ? tune_duty_i : manual ? ext_q : work_q[16:0];
-  assign wanted    = commanded > duty_max_q ? duty_max_q : commanded;
+  assign test_max  = hold_q[17:1];
+  assign wanted    = hold_test_i && commanded > test_max && test_max < duty_max_q ? test_max
+                   : commanded > duty_max_q ? duty_max_q : commanded;
   assign slewed    = {1'b0, duty_q} + {1'b0, slew_q};
   assign duty_next = slew_q != 17'd0 && slewed < {1'b0, wanted} ? slewed[16:0] : wanted;
 
@@ -485,7 +488,7 @@ module tc_algor (
 `ifndef SYNTHESIS
   tc_algor_properties u_properties (
     .clk_i, .rst_ni,
-    .params_i, .start_i, .run_i, .tuning_i, .tune_hold_i,
+    .params_i, .start_i, .run_i, .hold_test_i, .tuning_i, .tune_hold_i,
     .step_i(step_q), .done_i(done_q), .computing_o,
     .e_i(e_q), .e_320_i(e_320), .d_source_i(d_source), .filt_i(filt_q), .filt_gap_i(filt_gap),
     .product_i(product), .work_i(work_q), .pd_i(pd_q), .pd_sum_i(pd_sum), .u_sum_i(u_sum), .u_limited_i(u_limited),

@@ -50,6 +50,7 @@ module tc_guard (
   output logic               at_temp_o,
   output logic               sensor_ok_o,
   output logic               sample_held_o,    // last sample refused, the one before is in use
+  output logic               hold_test_o,      // less duty, please: does the reading follow?
   output logic               wd_armed_o,
   output logic               permitted_o,      // heating permitted: safe_en_o toggles
   output logic               pv_valid_o,
@@ -98,7 +99,9 @@ module tc_guard (
   // Detectors. For how long something has been so, 0.1 s, and the temperature that a rise is measured from.
   logic signed [15:0] lba_ref_q, hold_ref_q, zero_ref_q;
   logic [15:0]        lba_q;                   // full duty without a rise
-  logic [15:0]        hold_q;                  // more than the head can need to hold, without a rise
+  logic [15:0]        hold_q;                  // more than the head can need to hold, without a rise; then in the test
+  logic               hold_test_q;             // the duty is held down to see whether the reading falls
+  logic [4:0]         hold_shown_q;            // below this duty it has fallen before, sixteenths
   logic [15:0]        exc_q;                   // above the set-point by more than EXC_LIMIT
   logic [15:0]        zero_q;                  // no duty
   logic [15:0]        frozen_q;                // no duty, hot, and no sample moved
@@ -165,9 +168,13 @@ module tc_guard (
   function automatic logic [15:0] count_up(input logic [15:0] x, input logic tick);
     count_up = tick && x != 16'hFFFF ? x + 16'd1 : x;
   endfunction
+  // A time, doubled as far as it goes.
+  function automatic logic [15:0] twice(input logic [15:0] x);
+    twice = {x[14:0], 1'b0} | {16{x[15]}};
+  endfunction
   // ---- Detectors' comparisons, on the accepted temperature ----------------------------------------------------------
 
-  logic auto_mode, heating, in_window, above_exc, over_hold, lba_rose, hold_rose, off_duty, zero_rose,
+  logic auto_mode, heating, in_window, above_exc, over_hold, lba_rose, hold_rose, hold_fell, off_duty, zero_rose,
         fb_differs, fb_trip;
   assign auto_mode = !params_i.mode[tc_pkg::ModeManual];
   assign heating   = run_q && auto_mode;
@@ -183,18 +190,24 @@ module tc_guard (
   assign below_window = of_temp(over_sp) < -of_tenths($signed({1'b0, params_i.at_window}));
   assign in_window = !above_window && !below_window;
   assign above_exc = above(over_sp, $signed({1'b0, params_i.exc_limit}));
-  assign over_hold = {hold_limit_i, 4'd0} < {1'b0, duty_sum_q};
+  assign over_hold = {hold_limit_i, 4'd0} < {1'b0, duty_sum_q} && duty_sum_q[20:16] >= hold_shown_q;
   assign lba_rose  = at_or_above(over_lba, $signed({1'b0, params_i.lba_rise}));
   assign hold_rose = at_or_above(over_hold_ref, $signed({1'b0, params_i.lba_rise}));
+  assign hold_fell = at_or_above(-over_hold_ref, $signed({1'b0, params_i.lba_rise}));
   assign off_duty  = duty_i == 17'd0 || !run_q;
   assign zero_rose = at_or_above(over_zero, $signed({1'b0, params_i.zero_rise}));
   assign fb_differs = heater_q != heater_fb_i;
   assign fb_trip    = elapsed(fb_q[19:4], params_i.fb_time);
 
-  logic lba_active, hold_active, exc_active, zero_due, frozen_active, bad_limit, wd_expired, rails_differ, upset;
+  logic lba_active, hold_on, hold_counts, hold_due, hold_asks, exc_active, zero_due, frozen_active, bad_limit, wd_expired, rails_differ, upset;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
-  assign hold_active = heating && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 && over_hold;
+  // First HOLD_TIME above the hold power, then twice LBA_TIME with less heat. Self-tuning ends either.
+  assign hold_on     = heating && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 &&
+                       (hold_test_q ? segment_i != tc_pkg::SegNone && !hold_fell : over_hold && !hold_rose);
+  assign hold_counts = hold_test_q || segment_i == tc_pkg::SegPid;
+  assign hold_due    = hold_on && elapsed(hold_q, hold_test_q ? twice(params_i.lba_time) : params_i.hold_time);
+  assign hold_asks   = hold_due && !hold_test_q;
   assign exc_active  = heating && exc_armed_q && above_exc;
   assign zero_due    = off_duty && elapsed(zero_q, params_i.zero_wait);
   assign frozen_active = run_q && duty_i == 17'd0 && params_i.lba_time != 16'd0 &&
@@ -245,7 +258,7 @@ module tc_guard (
                                          (frozen_active && elapsed(frozen_q, params_i.lba_time));
     cause_d[tc_pkg::FaultRate]         = rate_q;
     cause_d[tc_pkg::FaultNotHeating]   = lba_trip_q || heat_low_q;
-    cause_d[tc_pkg::FaultHoldPower]    = hold_active && elapsed(hold_q, params_i.hold_time);
+    cause_d[tc_pkg::FaultHoldPower]    = hold_due && hold_test_q;
     cause_d[tc_pkg::FaultExcursion]    = exc_active && elapsed(exc_q, params_i.exc_time);
     cause_d[tc_pkg::FaultZeroRise]     = (zero_due && params_i.zero_rise != 16'd0 && zero_rose) || heat_high_q;
     cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[tc_pkg::CtrlFbEn] && fb_trip;
@@ -296,6 +309,8 @@ module tc_guard (
       sp_past_q       <= 16'sd0;
       lba_q           <= 16'd0;
       hold_q          <= 16'd0;
+      hold_test_q     <= 1'b0;
+      hold_shown_q    <= 5'd0;
       exc_q           <= 16'd0;
       zero_q          <= 16'd0;
       frozen_q        <= 16'd0;
@@ -370,9 +385,13 @@ module tc_guard (
       lba_trip_q <= lba_active && !lba_rose && elapsed(lba_q, params_i.lba_time);
 
       // Hold power: more than the head can need, and no rise to show for it, as above. Noise may leave the segment for
-      // a tick.
-      hold_q <= hold_active && !hold_rose ? count_up(hold_q, tenth_i && segment_i == tc_pkg::SegPid) : 16'd0;
-      if (!hold_active || hold_rose || over_hold_ref[16]) hold_ref_q <= mean;
+      // a tick. It may be a fan, a low supply, or a dead sensor: with less heat a live one falls, from its highest on.
+      // What it has shown so is not asked again.
+      hold_q <= hold_on && !hold_asks ? count_up(hold_q, tenth_i && hold_counts) : 16'd0;
+      if (!hold_on || hold_asks || over_hold_ref[16] != hold_test_q) hold_ref_q <= mean;
+      hold_test_q <= hold_asks || (hold_on && hold_test_q);
+      if (!heating || sp_work_i != sp_past_q) hold_shown_q <= 5'd0;
+      else if (hold_asks) hold_shown_q <= duty_sum_q[20:16] + 5'd1;
 
       // Excursion: armed once the temperature is at or below the window's top, disarmed when the set-point falls away.
       sp_past_q <= sp_work_i;
@@ -435,6 +454,7 @@ module tc_guard (
   assign at_temp_o       = at_temp_q;
   assign sensor_ok_o     = pv_valid_q && !bad_limit && !cause_q[tc_pkg::FaultSensorStale];
   assign sample_held_o   = bad_q != 4'd0;
+  assign hold_test_o     = hold_test_q;
   assign wd_armed_o      = run_q && params_i.host_wd != 16'd0;
   assign permitted_o     = run_q && fault_q == 15'd0;
   assign pv_valid_o      = pv_valid_q;
@@ -461,6 +481,9 @@ module tc_guard (
   `TC_ASSERT_NEXT(GuardHotSampleIsCause_A,
                   accept && !(of_temp(17'(sens_i.pv)) < of_tenths(17'($signed(params_i.t_max)))),
                   cause_q[tc_pkg::FaultOverTemp])
+  // A reading that does not fall with less heat is a cause.
+  `TC_ASSERT_NEXT(GuardDeadReadingIsCause_A, hold_due && hold_test_q, cause_q[tc_pkg::FaultHoldPower])
+  `TC_ASSERT_NEXT(GuardHoldTestNeedsHeating_A, !heating, !hold_test_q)
   // A reading can't be far from where the heat leads on both sides; each product ends.
   `TC_ASSERT(GuardHeatBalanceOneSide_A, !heat_low_q || !heat_high_q)
   `TC_ASSERT(GuardHeatBalanceEnds_A, heat_step_q <= HeatMove)

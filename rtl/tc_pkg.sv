@@ -7,7 +7,7 @@ package tc_pkg;
   localparam int unsigned ClkHz = 12000000;
   localparam logic [15:0] DeviceId = 16'h7C01;
   localparam logic [15:0] Version = 16'h0001;
-  localparam logic [15:0] MapCrc = 16'hBFEB;
+  localparam logic [15:0] MapCrc = 16'h29D6;
   localparam int unsigned ScanChains = 8;
   localparam int unsigned TestSpeedup = 100;
   localparam logic [15:0] WriteWords = 16'd16;

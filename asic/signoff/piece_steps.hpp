@@ -134,6 +134,7 @@ class PieceSteps {
                      .ms = false,
                      .pv = pv,
                      .drop = false,
+                     .hold_test = false,
                      .tuning = false,
                      .tune_duty = 0,
                      .tune_hold = 0};

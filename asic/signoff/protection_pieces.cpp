@@ -118,7 +118,8 @@ class ProtectionPieces : private ProtectionSteps {
     }
   }
 
-  // Duty just above the hold power trips, as much below does not.
+  // Duty just above the hold power begins the test of the reading, as much below does not. A reading that
+  // then falls by LBA_RISE, from its highest on, is no fault, one that falls a little less is.
   void hold_power() {
     begin("protection: HoldPower, right at the limit, times of any size");
     start_work();
@@ -150,6 +151,10 @@ class ProtectionPieces : private ProtectionSteps {
       const bool trips = i % 3 != 0;
       p[spec::kRegHoldAdd] = trips ? add : std::min(add + 1, 10000);
       p[spec::kRegHoldTime] = any_size(1, 1500);
+      const std::int32_t fall = any_size(1, 2000);
+      const bool falls = i % 2 == 0;
+      p[spec::kRegLbaRise] = clamp_to(spec::kRegLbaRise, reached(fall) + (falls ? 0 : 1));
+      p[spec::kRegLbaTime] = one_in(3) ? 0 : any_size(300, 1500);
       const bool above = computed(p, pv).hold_q < computed(p, pv).duty_q;
       s_.set_temperature(pv);
       s_.command(spec::kCmdHold);
@@ -158,7 +163,18 @@ class ProtectionPieces : private ProtectionSteps {
       s_.ticks();
       await_means();
       if (above) {
-        expect_trip(spec::kFaultHoldPower, static_cast<std::uint64_t>(p[spec::kRegHoldTime]) + 200);
+        await_test(static_cast<std::uint64_t>(p[spec::kRegHoldTime]) + 200);
+        set(spec::kRegHoldTime, kTopTime);  // no second test
+        s_.read_loop();
+        sample(static_cast<std::int16_t>(pv - fall));
+        await_means();
+        if (p[spec::kRegLbaTime] != 0 && fall * kPerTenthDegc >= p[spec::kRegLbaRise] * kPerSixtyFourth) {
+          expect_heating();
+          if (s_.chip().guard.hold_test_q != 0)
+            s_.fail("found HoldPower's test, expected its end after the fall");
+        } else {
+          expect_trip(spec::kFaultHoldPower, 2 * static_cast<std::uint64_t>(p[spec::kRegLbaTime]) + 4);
+        }
       } else {
         s_.run(static_cast<std::uint64_t>(p[spec::kRegHoldTime] + 200) * kTestTenth);
         expect_heating();

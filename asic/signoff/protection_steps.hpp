@@ -19,6 +19,12 @@ class ProtectionSteps : protected PieceSteps {
     if (((causes() & bit(fault)) != 0) != present)
       s_.fail(std::string(spec::kFaults[fault].name) + (present ? ": found no cause" : ": found a cause"));
   }
+  // HoldPower's test begins within this time. Without time for a fall the fault follows at once.
+  void await_test(std::uint64_t tenths) {
+    const auto begun = [&] { return s_.chip().guard.hold_test_q != 0 || faults() != 0; };
+    for (std::uint64_t i = 0; i <= tenths && !begun(); ++i) s_.run(kTestTenth);
+    if (!begun()) s_.fail("found none, expected HoldPower's test");
+  }
   // The fault comes within this time, and no other before it.
   void expect_trip(unsigned fault, std::uint64_t tenths) {
     for (std::uint64_t i = 0; i <= tenths && faults() == 0; ++i) s_.run(kTestTenth);

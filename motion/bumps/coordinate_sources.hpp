@@ -87,9 +87,6 @@ class OneSide {
   std::string first_;
 };
 
-/// What the first bytes look like, e.g. "a PNG image", for messages about files of the wrong kind.
-std::string_view describe_content(std::string_view content);
-
 /// Throws the CoordinateError for too many points once `count` is beyond kMaxPoints.
 void check_point_count(const std::filesystem::path& path, std::size_t count);
 

@@ -93,30 +93,6 @@ RawPoint turned(const RawPoint& point, double angle_deg) {
           point.row};
 }
 
-std::string_view describe_content(std::string_view content) {
-  struct Magic {
-    std::string_view bytes, name;
-  };
-  using namespace std::string_view_literals;
-  static constexpr Magic kKnown[] = {
-      {"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv, "an OLE2 file (.xls, .doc and others)"},
-      {"\x89PNG"sv, "a PNG image"},
-      {"PK\x03\x04"sv, "a ZIP archive (.xlsx, .ods and others)"},
-      {"%PDF"sv, "a PDF document"},
-      {"\xFF\xD8\xFF"sv, "a JPEG image"},
-      {"GIF8"sv, "a GIF image"},
-      {"\x1F\x8B"sv, "gzip data"},
-      {"\x7F"
-       "ELF"sv,
-       "a program"},
-      {"\xFF\xFE"sv, "UTF-16 text"},
-      {"\xFE\xFF"sv, "UTF-16 text"},
-  };
-  for (const Magic& magic : kKnown)
-    if (content.starts_with(magic.bytes)) return magic.name;
-  return content.find('\0') == std::string_view::npos ? "text" : "binary data";
-}
-
 void check_point_count(const std::filesystem::path& path, std::size_t count) {
   if (count > kMaxPoints)
     throw CoordinateError(fmt::format("{}: found more than {} points, expected at most that; split the file",

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "base/count.hpp"
+#include "base/file.hpp"
 #include "base/number.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"

@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 
+#include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/bumps/text_lines.hpp"

@@ -17,6 +17,7 @@
 #include <system_error>
 #include <type_traits>
 
+#include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <pugixml.hpp>
 
+#include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 

@@ -184,7 +184,7 @@ std::vector<ClLine> read_tool_path_text(std::string_view name, std::string_view 
   if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
   if (content.empty())
     throw CoordinateError(fmt::format("{}: the file is empty, expected a tool path", name));
-  if (const auto kind = detail::describe_content(content); kind != "text")
+  if (const auto kind = describe_content(content); kind != "text")
     throw CoordinateError(fmt::format("{}: found {}, expected a tool path as text", name, kind));
   const std::string extension = detail::lower(std::filesystem::path(name).extension().string());
   if (extension == ".apt" || extension == ".cls" || extension == ".cl")

@@ -12,6 +12,7 @@ module tc_algor_properties (
   input  tc_pkg::params_t    params_i,
   input  logic               start_i,
   input  logic               run_i,
+  input  logic               hold_test_i,
   input  logic               tuning_i,
   input  logic [16:0]        tune_hold_i,
 
@@ -58,6 +59,8 @@ module tc_algor_properties (
   `TC_ASSERT_IF(AlgorHoldFirstPart_A, step_i == StepPreset, hold_i <= 18'd65536)
   `TC_ASSERT_IF(AlgorHoldBothParts_A, step_i >= StepExternal && step_i <= StepSlew, hold_i <= 18'd131072)
   `TC_ASSERT(AlgorStepLegal_A, step_i <= StepLimit)
+  // In GUARD's test the duty is at most half of the hold power.
+  `TC_ASSERT_NEXT(AlgorTestHoldsDown_A, step_i == StepLimit && hold_test_i, duty_i <= hold_i[17:1])
   `TC_ASSERT_NEXT(AlgorStoppedIsZero_A, !run_i, duty_i == 17'd0 && i_i == 32'd0)
   // P15: a computation ends within nineteen clocks.
   logic [4:0] computing;
@@ -127,8 +130,8 @@ module tc_algor_properties (
   logic               accept_less;
   logic [16:0]        u_limited_less;
   assign u_try_less     = (42'(pd_less) <<< 7) + 42'(work_i);
-  assign accept_less    = !(u_try_less > $signed({11'd0, limit_i}) && e_less >= 16'sd0) && !(u_try_less < 42'sd0 &&
-                          e_less <= 16'sd0);
+  assign accept_less    = !hold_test_i && !(u_try_less > $signed({11'd0, limit_i}) && e_less >= 16'sd0) &&
+                          !(u_try_less < 42'sd0 && e_less <= 16'sd0);
   assign u_less         = ((42'(pd_less) <<< 7) + $signed({10'd0, i_i})) >>> 14;
   assign u_limited_less = full_less ? duty_max_i : off_less || u_less < 42'sd0 ? 17'd0
                         : u_less > $signed({25'd0, duty_max_i}) ? duty_max_i : u_less[16:0];

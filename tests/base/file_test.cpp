@@ -83,6 +83,9 @@ TEST(TomlText, PassesWhatPeopleWrite) {
 }
 
 TEST(TomlText, RefusesWhatTheParserHasNoDefinedAnswerFor) {
+  using namespace std::string_view_literals;
+  EXPECT_THAT(toml_refusal("\x89PNG\r\n\x1A\n\0"sv),
+              EndsWith("job.toml: found a PNG image, expected a job file"));
   EXPECT_THAT(toml_refusal("a = 1\n\xEF\xB7\xBF\n"),
               EndsWith("job.toml:2:1: found a character beyond ASCII outside quotes, expected it in quotes"));
   EXPECT_EQ(toml_refusal("\xEF\xBB\xBF\"µ\" = 'µ' # µ \xEF\xB7\xBF\n"), "");

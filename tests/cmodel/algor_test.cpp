@@ -30,6 +30,7 @@ struct Loop {
              .ms = false,
              .pv = 0,
              .drop = false,
+             .hold_test = false,
              .tuning = false,
              .tune_duty = 0,
              .tune_hold = 0};
@@ -686,6 +687,32 @@ TEST(Algor, HoldLimitIsTheMultipleOfTheFeedForwardAndTheAddition) {
   loop.set(kRegKff, 65535);
   loop.tick(32000);
   EXPECT_EQ(loop.a.hold_q, 2 * kFull);
+}
+
+// GUARD asks whether the reading follows.
+TEST(Algor, TheTestOfTheReadingHoldsTheDutyToHalfOfTheHoldLimit) {
+  Loop loop;
+  loop.set(kRegKp, 64 * 100);
+  loop.set(kRegKiApproach, 10000);
+  loop.set(kRegHoldAdd, 1000);
+  ASSERT_GT(loop.error(500), 50000u);
+  const std::uint32_t integral = loop.a.i_q;
+  const std::uint32_t half = loop.a.hold_q / 2;
+  ASSERT_GT(integral, 0u);
+  loop.in.hold_test = true;
+  EXPECT_EQ(loop.error(500), half);
+  EXPECT_EQ(loop.a.i_q, integral) << "the integral waits";
+  EXPECT_EQ(loop.a.segment_q, kSegPid);
+  loop.set(kRegBandFull, 10);
+  EXPECT_EQ(loop.error(500), half) << "full segment";
+  loop.set(kRegDutyMax, 100);
+  EXPECT_EQ(loop.error(500), 655u) << "DUTY_MAX is less";
+  loop.set(kRegDutyMax, 10000);
+  loop.set(kRegBandFull, 5000);
+  loop.set(kRegKiApproach, 0);
+  EXPECT_EQ(loop.error(10), 1000u + (loop.a.i_q >> 14)) << "what the loop wants is less";
+  loop.in.hold_test = false;
+  EXPECT_GT(loop.error(500), 50000u);
 }
 
 TEST(Algor, FeedForwardBelowAmbientIsZero) {

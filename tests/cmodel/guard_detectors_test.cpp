@@ -289,47 +289,142 @@ TEST(GuardNotHeating, IsOffAtZeroTimeBelowTheLimitAndInManual) {
   }
 }
 
-// Heating above the limit, with time for a rise.
+// Heating above the limit. Without time for a fall the test of the reading fails at once.
 struct HoldPower : Bench {
-  HoldPower() {
+  explicit HoldPower(unsigned over = 1) {
     set(kRegHostWd, 0);
     set(kRegSampleTimeout, 65535);
+    set(kRegLbaTime, 0);
     in.hold_limit = 1000;
-    in.duty = 1001;
+    in.duty = 1000 + over;
     run();
     samples(kRoom);
   }
 };
 
+// A trip: the test begins, and has failed in the next clock.
 TEST(GuardHoldPower, TripsAboveTheLimitAtItsTime) {
   for (unsigned over : {0u, 1u}) {
-    Bench b;
-    b.set(kRegHostWd, 0);
-    b.set(kRegSampleTimeout, 65535);
-    b.in.hold_limit = 1000;
-    b.in.duty = 1000 + over;
-    b.run();
-    b.samples(kRoom);
+    HoldPower b(over);
     b.tenths(299);
-    EXPECT_FALSE(b.cause(kFaultHoldPower));
+    EXPECT_EQ(b.g.hold_test_q, 0);
     b.in.tenth = true;
     b.clock();
+    b.clock();
+    EXPECT_EQ(b.g.hold_test_q, over);
     b.clock();
     EXPECT_EQ(b.cause(kFaultHoldPower), over == 1) << over;
   }
 }
 
+// The duty has been lowered: a fall by LBA_RISE 2 degC = 128 is awaited for twice LBA_TIME 18 s.
+struct HoldTest : HoldPower {
+  HoldTest() {
+    set(kRegLbaTime, 180);
+    set(kRegDtdtMax, 0);
+    tenths(300);
+    EXPECT_EQ(g.hold_test_q, 1);
+    in.duty = 500;
+  }
+};
+
+TEST(GuardHoldPower, AReadingThatDoesNotFallTripsAtItsTime) {
+  HoldTest b;
+  b.tenths(359);
+  EXPECT_FALSE(b.cause(kFaultHoldPower));
+  b.tenths(1);
+  b.clock();
+  EXPECT_EQ(b.g.fault_q, mask(kFaultHoldPower));
+}
+
+// A time that can't be doubled ends at the top of its counter.
+TEST(GuardHoldPower, TheTestEndsWithALongLbaTimeToo) {
+  HoldTest b;
+  b.set(kRegLbaTime, 40000);
+  b.g.hold_q = 65534;
+  b.clock();
+  EXPECT_FALSE(b.cause(kFaultHoldPower));
+  b.tenths(2);
+  EXPECT_EQ(b.g.fault_q, mask(kFaultHoldPower));
+}
+
+// Whatever the loop's segment is meanwhile, but self-tuning.
+TEST(GuardHoldPower, TheTestCountsInEachSegment) {
+  for (const unsigned segment : {kSegFull, kSegPid, kSegOff}) {
+    HoldTest b;
+    b.in.segment = static_cast<std::uint8_t>(segment);
+    b.tenths(361);
+    EXPECT_EQ(b.g.fault_q, mask(kFaultHoldPower)) << segment;
+  }
+}
+
+TEST(GuardHoldPower, AReadingThatFallsIsNoFault) {
+  for (int fall : {127, 128}) {
+    HoldTest b;
+    b.tenths(100);
+    b.samples(kRoom - fall);
+    EXPECT_EQ(b.g.hold_test_q, fall < 128);
+    b.tenths(300);
+    EXPECT_EQ(b.g.fault_q, fall < 128 ? mask(kFaultHoldPower) : 0) << fall;
+  }
+}
+
+// A head that was warming rises on for a while.
+TEST(GuardHoldPower, CountsTheFallFromTheHighest) {
+  for (int fall : {127, 128}) {
+    HoldTest b;
+    b.samples(kRoom + 300);
+    b.samples(kRoom + 300 - fall);
+    EXPECT_EQ(b.g.hold_test_q, fall < 128) << fall;
+  }
+}
+
+// A load that the reading has followed is known, up to a sixteenth of full duty more and for this set-point.
+TEST(GuardHoldPower, WhatHasBeenShownIsNotAskedAgain) {
+  HoldTest b;
+  b.samples(kRoom - 128);
+  ASSERT_EQ(b.g.hold_test_q, 0);
+  b.in.segment = kSegPid;
+  b.in.duty = 4095;
+  b.samples(kRoom - 128);
+  b.tenths(1000);
+  EXPECT_EQ(b.g.hold_test_q, 0);
+  b.in.duty = 4096;
+  b.samples(kRoom - 128);
+  b.tenths(299);
+  EXPECT_EQ(b.g.hold_test_q, 0);
+  b.tenths(1);
+  EXPECT_EQ(b.g.hold_test_q, 1);
+  b.samples(kRoom - 256);
+  ASSERT_EQ(b.g.hold_test_q, 0);
+  b.samples(kRoom - 256);
+  b.tenths(400);
+  EXPECT_EQ(b.g.hold_test_q, 0);
+  b.in.sp_work += 1;
+  b.clock();
+  b.tenths(300);
+  EXPECT_EQ(b.g.hold_test_q, 1);
+}
+
+TEST(GuardHoldPower, AStopManualModeAndSelfTuningEndTheTest) {
+  for (int which : {0, 1, 2}) {
+    HoldTest b;
+    if (which == 0) b.in.stop = true;
+    if (which == 1) b.set(kRegMode, 1);
+    if (which == 2) b.in.segment = kSegNone;
+    b.clocks(2);
+    EXPECT_EQ(b.g.hold_test_q, 0) << which;
+    b.tenths(1000);
+    EXPECT_EQ(b.g.fault_q, 0) << which;
+  }
+}
+
 TEST(GuardHoldPower, IsOffWithoutKffAtZeroTimeAndOutsideTheBand) {
   for (int which : {0, 1, 2}) {
-    Bench b;
-    b.set(kRegHostWd, 0);
-    b.set(kRegSampleTimeout, 65535);
-    b.in.hold_limit = 0;
+    HoldPower b;
     if (which == 0) b.set(kRegKff, 0);
     if (which == 1) b.set(kRegHoldTime, 0);
     if (which == 2) b.in.segment = kSegFull;
-    b.run();
-    b.samples(kRoom);
     b.tenths(1000);
     EXPECT_EQ(b.g.fault_q, 0) << which;
   }

@@ -102,6 +102,7 @@ Words<typename WordOf<B>::Word> clock(const Words<typename WordOf<B>::Word>& bef
                                                .ms = W::condition(before.at("ms_i")),
                                                .pv = Int<B, 16>(pv),
                                                .drop = W::condition(before.at("drop_i")),
+                                               .hold_test = W::condition(before.at("hold_test_i")),
                                                .tuning = W::condition(before.at("tuning_i")),
                                                .tune_duty = duty("tune_duty_i"),
                                                .tune_hold = duty("tune_hold_i")};

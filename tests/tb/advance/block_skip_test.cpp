@@ -86,6 +86,7 @@ TEST(BlockSkip, Algor) {
                            .ms = false,  // the chip asks ramps() and stops before it
                            .pv = chip.guard.pv_q,
                            .drop = either(rng),
+                           .hold_test = either(rng),
                            .tuning = either(rng),
                            .tune_duty = chip.atune.duty(),
                            .tune_hold = chip.atune.hold_q};

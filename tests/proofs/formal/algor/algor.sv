@@ -17,6 +17,7 @@ module formal_algor (
   input logic               ms_i,
   input logic signed [15:0] pv_i,
   input logic               drop_i,
+  input logic               hold_test_i,
   input logic               tuning_i,
   input logic [16:0]        tune_duty_i,
   input logic [16:0]        tune_hold_i
@@ -36,7 +37,7 @@ module formal_algor (
   logic signed [17:0] term_p, term_i, term_d;
 
   tc_algor u_algor (
-    .clk_i, .rst_ni, .params_i, .start_i, .sample_ok_i, .run_i, .at_temp_i, .ms_i, .pv_i, .drop_i, .tuning_i, .tune_duty_i, .tune_hold_i,
+    .clk_i, .rst_ni, .params_i, .start_i, .sample_ok_i, .run_i, .at_temp_i, .ms_i, .pv_i, .drop_i, .hold_test_i, .tuning_i, .tune_duty_i, .tune_hold_i,
     .done_o(done), .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .limited_o(limited), .segment_o(segment),
     .i_held_o(i_held), .hold_limit_o(hold_limit), .target_o(), .amb_o(), .duty_max_o(), .term_p_o(term_p), .term_i_o(term_i), .term_d_o(term_d), .computing_o(computing)
   );

@@ -38,7 +38,7 @@ module formal_guard (
   logic rst_ni;
   assign rst_ni = started_q && !reset_i;
 
-  logic        heater, safe_en, run, run_allowed, at_temp, sensor_ok, sample_held, wd_armed, permitted, pv_valid;
+  logic        heater, safe_en, run, run_allowed, at_temp, sensor_ok, sample_held, hold_test, wd_armed, permitted, pv_valid;
   logic signed [15:0] pv;
   logic [15:0] slope, samples, sensor_errors, wd_left;
   logic [14:0] cause, fault;
@@ -49,7 +49,7 @@ module formal_guard (
     .limited_i, .segment_i, .sp_work_i, .ramping_i, .pwm_i, .run_i, .stop_i, .clear_i, .good_frame_i, .mem_bad_i,
     .state_illegal_i, .overrun_i, .watch_parity_i, .watch_still_i, .inhibit_i, .heater_fb_i,
     .heater_o(heater), .safe_en_o(safe_en), .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
-    .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .wd_armed_o(wd_armed), .permitted_o(permitted),
+    .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .hold_test_o(hold_test), .wd_armed_o(wd_armed), .permitted_o(permitted),
     .pv_valid_o(pv_valid), .pv_o(pv), .slope_o(slope), .samples_o(samples), .sensor_errors_o(sensor_errors),
     .wd_left_o(wd_left), .cause_o(cause), .fault_o(fault), .first_fault_o(first_fault)
   );
@@ -133,6 +133,8 @@ module formal_guard (
   `TC_ASSERT_IF(FormalGuardJumpIsTaken_A, sound_q, samples != samples_past_q)
   // safe_en moves only while heating is on.
   `TC_ASSERT_IF(FormalGuardSafeEnStill_A, !run && !run_q, !safe_en)
+  // The reading is tested only while heating.
+  `TC_ASSERT_NEXT(FormalGuardHoldTestNeedsRun_A, !run, !hold_test)
   // At temperature only while running.
   `TC_ASSERT_NEXT(FormalGuardAtTempNeedsRun_A, !run, !at_temp)
 
