@@ -9,7 +9,7 @@
 #include <system_error>
 
 #include "base/error.hpp"
-#include "base/place.hpp"
+#include "base/toml_shape.hpp"
 
 namespace meltstage {
 namespace {
@@ -39,73 +39,6 @@ void require_regular(const fs::path& path, std::string_view wanted) {
   }
 }
 
-// What toml++ would go down into by calling itself. Strings and comments are passed over.
-class TomlShape {
- public:
-  TomlShape(std::string_view text, std::string_view file) : text_(text), file_(file) {}
-
-  void check() {
-    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // a byte order mark
-    while (at_ < text_.size()) step();
-  }
-
- private:
-  void step() {
-    const char c = text_[at_];
-    if (c == '#') {
-      at_ = std::min(text_.find('\n', at_), text_.size());
-    } else if (c == '"' || c == '\'') {
-      pass_string(c);
-    } else {
-      count(c);
-      ++at_;
-    }
-  }
-
-  void count(char c) {
-    // TOML 1.0 has none here, and toml++ 3.3 asks of each whether it is a blank: for U+FDFF without defined
-    // result.
-    if (static_cast<unsigned char>(c) >= 0x80)
-      fail_here("a character beyond ASCII outside quotes", "it in quotes");
-    if (c == '[' || c == '{') {
-      if (++depth_ > kMostNested) fail_here("more than {} brackets in each other", "flatter values");
-    } else if (c == ']' || c == '}') {
-      if (depth_ > 0) --depth_;
-    }
-    if (c == '.') {
-      if (++dots_ > kMostNested) fail_here("a key of more than {} parts", "SECTION.FIELD");
-    } else if (c == '\n' || c == '=' || c == ',' || c == '[' || c == ']') {
-      dots_ = 0;
-    }
-  }
-
-  void pass_string(char quote) {
-    const bool block = at_ + 2 < text_.size() && text_[at_ + 1] == quote && text_[at_ + 2] == quote;
-    at_ += block ? 3 : 1;
-    for (; at_ < text_.size(); ++at_) {
-      if (text_[at_] == '\\' && quote == '"') {
-        ++at_;
-      } else if (text_[at_] == quote) {
-        const bool ends = !block || (text_.substr(at_, 3) == std::string(3, quote));
-        if (ends) break;
-      } else if (text_[at_] == '\n' && !block) {
-        return;  // the parser says that it has no end
-      }
-    }
-    at_ += block ? 3 : 1;
-  }
-
-  [[noreturn]] void fail_here(const char* found, std::string_view expected) const {
-    throw UserError(
-        defect_at(file_, place_of(text_, at_), fmt::format(fmt::runtime(found), kMostNested), expected));
-  }
-
-  std::string_view text_, file_;
-  std::size_t at_ = 0;
-  std::size_t depth_ = 0;
-  std::size_t dots_ = 0;
-};
-
 }  // namespace
 
 std::string read_file(const fs::path& path, std::string_view wanted, std::uint64_t most_bytes) {
@@ -113,12 +46,13 @@ std::string read_file(const fs::path& path, std::string_view wanted, std::uint64
   std::ifstream file(path, std::ios::binary);
   if (!file) fail(path, fmt::format("can't be opened ({})", std::generic_category().message(errno)), wanted);
   std::string text;
-  constexpr std::size_t kPiece = std::size_t{1} << 18;
-  // in pieces: files of the kernel don't tell their size, and another program may be writing to this one
+  // in pieces that grow: files of the kernel don't tell their size, and another program may be writing to
+  // this one
   while (file) {
     const std::size_t before = text.size();
-    text.resize(before + kPiece);
-    file.read(text.data() + before, kPiece);
+    const std::size_t piece = std::clamp(before, std::size_t{1} << 12, std::size_t{1} << 18);
+    text.resize(before + piece);
+    file.read(text.data() + before, static_cast<std::streamsize>(piece));
     text.resize(before + static_cast<std::size_t>(file.gcount()));
     if (text.size() > most_bytes)
       fail(path, fmt::format("found more than {} bytes", most_bytes),
@@ -159,7 +93,7 @@ std::string read_toml_text(const fs::path& path, std::string_view wanted) {
   // single bytes that are no text are told with their place
   if (const auto kind = describe_content(text); kind != "text" && kind != "binary data")
     fail(path, fmt::format("found {}", kind), wanted);
-  TomlShape(text, path.string()).check();
+  check_toml_shape(text, path.string());
   return text;
 }
 

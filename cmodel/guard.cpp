@@ -254,7 +254,7 @@ inline void Guard::step_hold_power(const GuardIn& in, const Seen& seen) {
   if (!seen.heating || in.sp_work != sp_past_q) {
     hold_shown_q = 0;
   } else if (asks) {
-    hold_shown_q = static_cast<std::uint8_t>((duty_sum_q >> 16) + 1);
+    hold_shown_q = static_cast<std::uint8_t>(((duty_sum_q >> 16) + 1) & 0x1F);
   }
 }
 

@@ -118,9 +118,9 @@ LineFormat parse_format(const std::string& text) {
 
 struct Controller::Modbus {
   struct Free {
-    void operator()(modbus_t* context) const {
-      modbus_close(context);
-      modbus_free(context);
+    void operator()(modbus_t* opened) const {
+      modbus_close(opened);
+      modbus_free(opened);
     }
   };
   std::unique_ptr<modbus_t, Free> context;

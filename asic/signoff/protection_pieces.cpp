@@ -154,7 +154,7 @@ class ProtectionPieces : private ProtectionSteps {
       const std::int32_t fall = any_size(1, 2000);
       const bool falls = i % 2 == 0;
       p[spec::kRegLbaRise] = clamp_to(spec::kRegLbaRise, reached(fall) + (falls ? 0 : 1));
-      p[spec::kRegLbaTime] = one_in(3) ? 0 : any_size(300, 1500);
+      p[spec::kRegLbaTime] = kTopTime;  // the duty may be at its limit
       const bool above = computed(p, pv).hold_q < computed(p, pv).duty_q;
       s_.set_temperature(pv);
       s_.command(spec::kCmdHold);
@@ -168,12 +168,14 @@ class ProtectionPieces : private ProtectionSteps {
         s_.read_loop();
         sample(static_cast<std::int16_t>(pv - fall));
         await_means();
-        if (p[spec::kRegLbaTime] != 0 && fall * kPerTenthDegc >= p[spec::kRegLbaRise] * kPerSixtyFourth) {
+        if (fall * kPerTenthDegc >= p[spec::kRegLbaRise] * kPerSixtyFourth) {
           expect_heating();
           if (s_.chip().guard.hold_test_q != 0)
             s_.fail("found HoldPower's test, expected its end after the fall");
         } else {
-          expect_trip(spec::kFaultHoldPower, 2 * static_cast<std::uint64_t>(p[spec::kRegLbaTime]) + 4);
+          const std::int32_t time = one_in(3) ? 0 : any_size(1, 800);
+          set(spec::kRegLbaTime, time);
+          expect_trip(spec::kFaultHoldPower, 2 * static_cast<std::uint64_t>(time) + 4);
         }
       } else {
         s_.run(static_cast<std::uint64_t>(p[spec::kRegHoldTime] + 200) * kTestTenth);

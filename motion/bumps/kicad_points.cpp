@@ -163,7 +163,8 @@ bool has_own_shape(const Node& pad) {
 
 /// What kind of pad receives no bump.
 std::string_view kind_without_bump(const Node& pad) {
-  const std::string_view type = pad.children.size() > kTypePlace ? pad.children[kTypePlace].word : "";
+  const std::string_view type =
+      pad.children.size() > kTypePlace ? std::string_view(pad.children[kTypePlace].word) : "";
   if (type == "np_thru_hole") return "unplated hole";
   if (type == "connect") return "edge contact";
   return has_copper(pad) ? "pad of unknown kind" : "aperture without copper";

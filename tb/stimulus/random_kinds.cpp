@@ -109,14 +109,13 @@ const Choices& tuning_choices() {
 // Detectors with short times, so that each can trip within a run; limits that the head meets exactly.
 const Choices& detector_choices() {
   using namespace spec;
-  static const Choices list{{kRegSetpoint, {600}},   {kRegHostWd, {40, 10}},     {kRegTlmPeriod, {5}},
-                            {kRegAtDwell, {1}},      {kRegCtrl, {0x37, 0xFFF2}}, {kRegKd, {0}},
-                            {kRegDFilter, {0}},      {kRegBandOff, {100}},       {kRegTMax, {990, 990, 1500}},
-                            {kRegTMin, {0, 500}},    {kRegExcTime, {1}},         {kRegLbaTime, {1}},
-                            {kRegHoldMult, {0}},     {kRegHoldAdd, {0}},         {kRegHoldTime, {0, 0, 1}},
-                            {kRegDtdtMax, {0, 100}}, {kRegZeroRise, {50}},       {kRegZeroWait, {2}},
-                            {kRegBadMax, {2, 15}},   {kRegSampleTimeout, {2}},   {kRegFbTime, {200}},
-                            {kRegPwmPeriod, {600}}};
+  static const Choices list{
+      {kRegSetpoint, {600}},        {kRegHostWd, {40, 10}}, {kRegTlmPeriod, {5}},  {kRegAtDwell, {1}},
+      {kRegCtrl, {0x37, 0xFFF2}},   {kRegKd, {0}},          {kRegDFilter, {0}},    {kRegBandOff, {100}},
+      {kRegTMax, {990, 990, 1500}}, {kRegTMin, {0, 500}},   {kRegExcTime, {1}},    {kRegLbaTime, {1, 10, 20}},
+      {kRegLbaRise, {20, 1}},       {kRegHoldMult, {0}},    {kRegHoldAdd, {0}},    {kRegHoldTime, {0, 0, 1}},
+      {kRegDtdtMax, {0, 100}},      {kRegZeroRise, {50}},   {kRegZeroWait, {2}},   {kRegBadMax, {2, 15}},
+      {kRegSampleTimeout, {2}},     {kRegFbTime, {200}},    {kRegPwmPeriod, {600}}};
   return list;
 }
 
@@ -211,8 +210,10 @@ double wandering(Rng& rng, double degc, const chip::Chip&) {
 }
 
 // At work near its set-point, or leaving it the way each detector is made for.
-double at_work(Rng& rng, double, const chip::Chip&) {
+double at_work(Rng& rng, double degc, const chip::Chip& chip) {
   constexpr std::array kPlaces{50.0, 55.0, 59.0, 60.5, 75.0, 99.0, -20.0, 190.0};
+  // HoldPower asks: a live head falls.
+  if (chip.guard.hold_test_q != 0) return one_in(rng, 4) ? degc : degc - 10.0;
   return one_in(rng, 3) ? kPlaces[rng.below(kPlaces.size())] : 58.0 + 4.0 * rng.uniform();
 }
 
@@ -247,6 +248,7 @@ double between_limits(Rng& rng, double degc, const chip::Chip& chip) {
   if (caused(spec::kFaultZeroRise)) return chip.guard.zero_ref_q / 64.0 - 1.0;
   if (caused(spec::kFaultRate)) return degc;
   if (caused(spec::kFaultOverTemp) || caused(spec::kFaultUnderTemp)) return 58.0;
+  if (chip.guard.hold_test_q != 0) return one_in(rng, 4) ? degc : degc - 10.0;
   switch (rng.below(5)) {
     case 0:
       return std::clamp(at_a_limit(rng, chip) + (one_in(rng, 3) ? step : 0.0), -30.0, 200.0);

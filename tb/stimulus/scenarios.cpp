@@ -132,7 +132,7 @@ std::vector<FaultScenario> make() {
         {kRegHoldMult, 0},
         {kRegHoldAdd, 0},
         {kRegHoldTime, 1},
-        {kRegLbaTime, 1}},
+        {kRegLbaTime, 0}},
        true,
        cool,
        at_degc(99.0),

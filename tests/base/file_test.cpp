@@ -86,6 +86,23 @@ TEST(TomlText, RefusesWhatTheParserHasNoDefinedAnswerFor) {
   using namespace std::string_view_literals;
   EXPECT_THAT(toml_refusal("\x89PNG\r\n\x1A\n\0"sv),
               EndsWith("job.toml: found a PNG image, expected a job file"));
+  EXPECT_THAT(
+      toml_refusal("a = \"\"\"b \\ \n\t\u00E9\"\"\"\n"),
+      EndsWith("job.toml:2:2: found a character beyond ASCII right behind a backslash, expected it on the "
+               "line of the text before"));
+  EXPECT_THAT(toml_refusal("a = \"\"\"\\\u00E9\"\"\"\n"),
+              HasSubstr("job.toml:1:9: found a character beyond"));
+  EXPECT_EQ(toml_refusal("a = \"\"\"\u00E9\\\\\n\u00E9 \\\n\\n\u00E9\\\n\"\"\"\n"), "");
+  // a value without quotes goes on over quotes
+  for (const std::string_view value : {"2[\'\u00E9\'", "2=\'\u00E9\'", "[1, 2=\'\u00E9\'", "2.\"\u00E9\""})
+    EXPECT_THAT(toml_refusal("a = " + std::string(value)), HasSubstr("found a character beyond")) << value;
+  EXPECT_EQ(
+      toml_refusal("a.\"\u00E9\" = [\"\u00E9\", \'\u00E9\']\nb = {\"\u00E9\" = 1, c.\"\u00E9\" = \'[\'}\n"),
+      "");
+  // a block may end with two quotes of its own
+  EXPECT_THAT(toml_refusal("a = \'\'\'b\'\'\'\'\u00E9\'\n"), HasSubstr("found a character beyond"));
+  EXPECT_EQ(toml_refusal("a = \'\'\'\u00E9\'\'\'\'\'\nb = \"\"\"\u00E9\"\"\"\"\n"), "");
+  EXPECT_EQ(toml_refusal("a = \"\\\u00E9\"\n"), "");  // the parser says that this is no escape
   EXPECT_THAT(toml_refusal("a = 1\n\xEF\xB7\xBF\n"),
               EndsWith("job.toml:2:1: found a character beyond ASCII outside quotes, expected it in quotes"));
   EXPECT_EQ(toml_refusal("\xEF\xBB\xBF\"µ\" = 'µ' # µ \xEF\xB7\xBF\n"), "");

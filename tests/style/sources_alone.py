@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""sources_alone.py BUILD [COUNT]: each C++ source that BUILD compiles together with others compiles by itself too.
+"""sources_alone.py BUILD [COUNT]: each C++ source that BUILD compiles together with others compiles by itself too, with clang as well.
 
-A release build joins the sources of a room in one unit, in which a source can live on what another one includes or declares.
+A release build joins the sources of a room in one unit, in which a source can live on what another one includes or declares. clang sees
+what gcc doesn't: a view of a text that is gone.
 COUNT: so many of them, drawn at random; else all. Exit status: 0 good, 1 a source doesn't compile, 2 wrong use.
 """
 import concurrent.futures
@@ -32,8 +33,12 @@ def joined_sources(build: pathlib.Path) -> list[tuple[str, list[str]]]:
 
 
 def complaint(source: str, call: list[str]) -> str:
-    done = subprocess.run([*call, "-fsyntax-only", source], capture_output=True, text=True, check=False)
-    return done.stderr if done.returncode != 0 else ""
+    own = next(i for i, word in enumerate(call) if not word.endswith("ccache"))
+    for compiler in ([call[own]], ["clang++-14", "-Wno-unknown-warning-option"]):
+        done = subprocess.run([*compiler, *call[own + 1:], "-fsyntax-only", source], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            return done.stderr
+    return ""
 
 
 def main() -> int:

@@ -117,7 +117,7 @@ std::string compare_clock(Words& words, unsigned step, Params& p, SystemcParams&
     p.value[reg] = static_cast<std::uint16_t>(words.word(16));
     sc_p[reg] = p.value[reg];
   }
-  const std::uint64_t pins = words.below(128);
+  const std::uint64_t pins = words.below(256);
   const auto pv = static_cast<std::int16_t>(words.word(16));
   const auto tune_duty = static_cast<std::uint32_t>(words.word(17));
   const auto tune_hold = static_cast<std::uint32_t>(words.word(17));
@@ -131,6 +131,7 @@ std::string compare_clock(Words& words, unsigned step, Params& p, SystemcParams&
                                                           .ms = pin(4),
                                                           .pv = Int<SystemcBits, 16>(pv),
                                                           .drop = pin(5),
+                                                          .hold_test = pin(7),
                                                           .tuning = pin(6),
                                                           .tune_duty = Int<SystemcBits, 18>(tune_duty),
                                                           .tune_hold = Int<SystemcBits, 18>(tune_hold)};
@@ -144,6 +145,7 @@ std::string compare_clock(Words& words, unsigned step, Params& p, SystemcParams&
               .ms = pin(4),
               .pv = pv,
               .drop = pin(5),
+              .hold_test = pin(7),
               .tuning = pin(6),
               .tune_duty = tune_duty,
               .tune_hold = tune_hold});

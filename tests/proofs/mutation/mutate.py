@@ -23,7 +23,7 @@ Mutant = collections.namedtuple("Mutant", "site kind change broken")  # broken N
 LITERAL = re.compile(r"\b(\d+)'(s?)([bdh])([0-9A-Fa-f_]+)\b")
 BOUNDARY = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "=="}
 STEP = re.compile(
-    r"(?P<word>\b(?:if|for|case)\b\s*(?=\())|(?P<lhs>\b[A-Za-z_]\w*(?:\[[^\]=;]*\])*)\s*(?P<op><=|=)(?!=)\s*")
+    r"(?P<word>\b(?:if|for|case)\b\s*(?=\())|(?P<lhs>\b[A-Za-z_]\w*(?:\.\w+)*(?:\[[^\]=;]*\])*)\s*(?P<op><=|=)(?!=)\s*")
 
 
 def closing(text: str, at: int) -> int:
