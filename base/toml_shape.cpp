@@ -55,20 +55,26 @@ class TomlShape {
 
   void follow(char c) {
     switch (c) {
-      case '\n':
-        if (open_.empty()) in_key_ = true;
-        [[fallthrough]];
       case ' ':
+        if (is_between_date_and_time()) {
+          at_ += 2;  // whatever stands behind the digit
+          break;
+        }
+        [[fallthrough]];
       case '\t':
       case '\r':
+      case '\n':
         in_word_ = false;
+        if (c == '\n' && open_.empty()) in_key_ = true;
         break;
       case '=':
-        in_word_ = !in_key_;
-        in_key_ = false;
-        break;
       case '.':
-        in_word_ = !in_key_;
+        if (in_key_) {
+          in_word_ = false;
+          in_key_ = c == '.';
+        } else {
+          go_into_word();
+        }
         break;
       case ',':
         in_word_ = false;
@@ -87,8 +93,22 @@ class TomlShape {
         if (!open_.empty()) open_.pop_back();
         break;
       default:
-        in_word_ = true;
+        go_into_word();
     }
+  }
+
+  void go_into_word() {
+    if (!in_word_) word_at_ = at_;
+    in_word_ = true;
+  }
+
+  // A value such as 2026-11-27 goes on behind a blank, if a digit stands there.
+  bool is_between_date_and_time() const {
+    if (!in_word_ || in_key_ || at_ + 2 >= text_.size() || text_[at_ + 1] < '0' || text_[at_ + 1] > '9')
+      return false;
+    std::string word(text_.substr(word_at_, at_ - word_at_));
+    std::erase(word, '_');
+    return word.size() == 10 && word[4] == '-' && word[7] == '-';
   }
 
   // To the last character that the backslash speaks for: what it escapes, or blanks and ends of lines.
@@ -128,9 +148,10 @@ class TomlShape {
 
   std::string_view text_, file_;
   std::size_t at_ = 0;
-  std::string open_;      // brackets, the innermost last
-  bool in_key_ = true;    // before the '=' of a line, or of a part of an inline table
-  bool in_word_ = false;  // behind the first character of a bare key or of a value without quotes
+  std::string open_;         // brackets, the innermost last
+  bool in_key_ = true;       // before the '=' of a line, or of a part of an inline table
+  std::size_t word_at_ = 0;  // its beginning, while in_word_
+  bool in_word_ = false;     // behind the first character of a bare key or of a value without quotes
   std::size_t dots_ = 0;
 };
 

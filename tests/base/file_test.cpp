@@ -99,6 +99,11 @@ TEST(TomlText, RefusesWhatTheParserHasNoDefinedAnswerFor) {
   EXPECT_EQ(
       toml_refusal("a.\"\u00E9\" = [\"\u00E9\", \'\u00E9\']\nb = {\"\u00E9\" = 1, c.\"\u00E9\" = \'[\'}\n"),
       "");
+  // a date goes on behind a blank
+  EXPECT_THAT(toml_refusal("a = 2026-11-2_7 0}\"\u00E9"),
+              HasSubstr("job.toml:1:20: found a character beyond"));
+  EXPECT_THAT(toml_refusal("a = 2026-11-27 0#\u00E9"), HasSubstr("job.toml:1:18: found a character beyond"));
+  EXPECT_EQ(toml_refusal("a = 2026-11-27 # \u00E9\nb = 1 \nc = \"\u00E9\"\n"), "");
   // a block may end with two quotes of its own
   EXPECT_THAT(toml_refusal("a = \'\'\'b\'\'\'\'\u00E9\'\n"), HasSubstr("found a character beyond"));
   EXPECT_EQ(toml_refusal("a = \'\'\'\u00E9\'\'\'\'\'\nb = \"\"\"\u00E9\"\"\"\"\n"), "");

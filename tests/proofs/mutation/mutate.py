@@ -22,6 +22,8 @@ Mutant = collections.namedtuple("Mutant", "site kind change broken")  # broken N
 
 LITERAL = re.compile(r"\b(\d+)'(s?)([bdh])([0-9A-Fa-f_]+)\b")
 BOUNDARY = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "=="}
+FUNCTION = re.compile(r"\bfunction automatic [^;]*?(\w+)\([^;]*;.*?\bendfunction\b", re.DOTALL)
+GENERATE_IF = re.compile(r"\bif \([^\n]*\) begin :")
 STEP = re.compile(
     r"(?P<word>\b(?:if|for|case)\b\s*(?=\())|(?P<lhs>\b[A-Za-z_]\w*(?:\.\w+)*(?:\[[^\]=;]*\])*)\s*(?P<op><=|=)(?!=)\s*")
 
@@ -81,9 +83,23 @@ def is_one_bit(lhs: str, code: str, scalars: set[str]) -> bool:
     return ":" not in select.group(1) and not array
 
 
+def without_constants(code: str, text: str) -> str:
+    """Blanks in place of what is worked out while the chip is put together, where bug_i can not be seen: functions that a localparam
+    calls, with those that they call, and the conditions of generate blocks."""
+    bodies = {match[1]: match for match in FUNCTION.finditer(code)}
+    constant = set(re.findall(r"\b(\w+)\(", " ".join(re.findall(r"\blocalparam\b[^;]*;", text)))) & bodies.keys()
+    while further := {name for name in bodies for caller in constant if f"{name}(" in bodies[caller][0]} - constant:
+        constant |= further
+    spans = [bodies[name].span() for name in constant] + [match.span() for match in GENERATE_IF.finditer(code)]
+    for start, end in spans:
+        code = code[:start] + re.sub(r"\S", " ", code[start:end]) + code[end:]
+    return code
+
+
 def sites(name: str, text: str) -> list[Site]:
     code = code_only(text)
     scalars = one_bit_names(code)
+    code = without_constants(code, text)
     found, at = [], 0
     while match := STEP.search(code, at):
         line = text.count("\n", 0, match.start()) + 1

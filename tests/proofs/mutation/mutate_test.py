@@ -51,6 +51,26 @@ class Sites(unittest.TestCase):
         self.assertEqual([(s.lhs, s.clocked, s.width1) for s in self.sites],
                          [("q_o", False, True), (None, False, True), ("count_q", True, False), ("flag_q", True, True)])
 
+    def test_a_field_is_named_whole_and_constants_are_left_alone(self):
+        code = """
+  localparam logic [3:0] Top = twice(4'd2);
+  function automatic logic [3:0] twice(input logic [3:0] x);
+    twice = plus(x, x);
+  endfunction
+  function automatic logic [3:0] plus(input logic [3:0] x, input logic [3:0] y);
+    plus = x + y;
+  endfunction
+  function automatic logic [3:0] half(input logic [3:0] x);
+    half = x >> 1;
+  endfunction
+  for (genvar i = 0; i < 2; i++) begin : gen_bit
+    if (i == 0) begin : gen_first
+      assign record_o.count = half(d_i);
+    end
+  end
+"""
+        self.assertEqual([s.lhs for s in mutate.sites("tc_x.sv", code)], ["half", "record_o.count"])
+
     def test_a_mutant_reads_no_signal_that_the_code_did_not_read(self):
         for name, text in mutate.variants.read(RTL).items():
             if name.endswith("_pkg.sv") or not name.endswith(".sv"):
