@@ -199,7 +199,8 @@ module tc_guard (
   assign fb_differs = heater_q != heater_fb_i;
   assign fb_trip    = elapsed(fb_q[19:4], params_i.fb_time);
 
-  logic lba_active, hold_on, hold_counts, hold_due, hold_asks, exc_active, zero_due, frozen_active, bad_limit, wd_expired, rails_differ, upset;
+  logic lba_active, hold_on, hold_counts, hold_due, hold_asks, exc_active, zero_due, frozen_active, bad_limit;
+  logic wd_expired, rails_differ, upset;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
   // First HOLD_TIME above the hold power, then twice LBA_TIME with less heat. Self-tuning ends either.
