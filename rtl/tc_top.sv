@@ -212,8 +212,8 @@ module tc_top #(
     .clk_i, .rst_ni(rst_n),
     .params_i(params), .start_i(algor_start), .sample_ok_i(!sample_held), .run_i(run), .at_temp_i(at_temp), .ms_i(ms),
     .pv_i(pv), .drop_i(drop), .hold_test_i(hold_test), .tuning_i(tuning), .tune_duty_i(tune_duty),
-    .tune_hold_i(tune_hold), .done_o(algor_done), .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping), .i_o(algor_i),
-    .filt_o(algor_filt), .still_o(algor_still), .limited_o(limited),
+    .tune_hold_i(tune_hold), .done_o(algor_done), .duty_o(duty), .sp_work_o(sp_work), .ramping_o(ramping),
+    .i_o(algor_i), .filt_o(algor_filt), .still_o(algor_still), .limited_o(limited),
 `ifndef SYNTHESIS
     .computing_o(computing),
 `endif
@@ -260,8 +260,8 @@ module tc_top #(
     .inhibit_i(inhibit), .heater_fb_i(heater_fb),
     .heater_o(heater), .safe_en_o, .run_o(run), .run_allowed_o(run_allowed), .at_temp_o(at_temp),
     .sensor_ok_o(sensor_ok), .sample_held_o(sample_held), .hold_test_o(hold_test), .wd_armed_o(wd_armed),
-    .permitted_o(permitted), .pv_valid_o(pv_valid), .pv_o(pv), .slope_o(slope), .samples_o(samples), .sensor_errors_o(sensor_errors),
-    .wd_left_o(wd_left),
+    .permitted_o(permitted), .pv_valid_o(pv_valid), .pv_o(pv), .slope_o(slope), .samples_o(samples),
+    .sensor_errors_o(sensor_errors), .wd_left_o(wd_left),
 `ifndef SYNTHESIS
     .accept_o(accept),
 `endif
