@@ -9,7 +9,6 @@
 #include <system_error>
 
 #include "base/error.hpp"
-#include "base/toml_shape.hpp"
 
 namespace meltstage {
 namespace {
@@ -85,16 +84,6 @@ std::string_view describe_content(std::string_view content) {
   for (const Magic& magic : kKnown)
     if (content.starts_with(magic.bytes)) return magic.name;
   return content.find('\0') == std::string_view::npos ? "text" : "binary data";
-}
-
-std::string read_toml_text(const fs::path& path, std::string_view wanted) {
-  constexpr std::uint64_t kMostTomlBytes = std::uint64_t{1} << 22;
-  std::string text = read_file(path, wanted, kMostTomlBytes);
-  // single bytes that are no text are told with their place
-  if (const auto kind = describe_content(text); kind != "text" && kind != "binary data")
-    fail(path, fmt::format("found {}", kind), wanted);
-  check_toml_shape(text, path.string());
-  return text;
 }
 
 void require_other_file(const fs::path& output, const std::vector<fs::path>& inputs) {

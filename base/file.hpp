@@ -29,11 +29,6 @@ std::string read_file(const std::filesystem::path& path, std::string_view wanted
 /// What the first bytes look like, e.g. "a PNG image", for messages about files of the wrong kind; "text".
 std::string_view describe_content(std::string_view content);
 
-/// Text of a TOML file, fit for a parser that calls itself once for every bracket and every dot of a key.
-/// Throws UserError as read_file() does, for a file of another kind, and for brackets or keys that are nested
-/// too deeply.
-std::string read_toml_text(const std::filesystem::path& path, std::string_view wanted);
-
 /// Throws UserError when the file to write is one of those that are read, by whatever name: relative,
 /// symbolic link or hard link.
 void require_other_file(const std::filesystem::path& output,

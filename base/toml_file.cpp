@@ -2,8 +2,8 @@
 #include "base/toml_file.hpp"
 
 #include "base/error.hpp"
-#include "base/file.hpp"
 #include "base/place.hpp"
+#include "base/toml_text.hpp"
 
 namespace meltstage {
 namespace {

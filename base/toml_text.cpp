@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/toml_shape.hpp"
+#include "base/toml_text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "base/error.hpp"
@@ -157,6 +158,14 @@ class TomlShape {
 
 }  // namespace
 
-void check_toml_shape(std::string_view text, std::string_view file) { TomlShape(text, file).check(); }
+std::string read_toml_text(const std::filesystem::path& path, std::string_view wanted) {
+  constexpr std::uint64_t kMostTomlBytes = std::uint64_t{1} << 22;
+  std::string text = read_file(path, wanted, kMostTomlBytes);
+  // single bytes that are no text are told with their place
+  if (const auto kind = describe_content(text); kind != "text" && kind != "binary data")
+    throw UserError(fmt::format("{}: found {}, expected {}", path.string(), kind, wanted));
+  TomlShape(text, path.string()).check();
+  return text;
+}
 
 }  // namespace meltstage
