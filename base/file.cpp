@@ -75,6 +75,7 @@ std::string_view describe_content(std::string_view content) {
       {"\xFF\xD8\xFF"sv, "a JPEG image"},
       {"GIF8"sv, "a GIF image"},
       {"\x1F\x8B"sv, "gzip data"},
+      {"<!DOCTYPE html"sv, "an HTML page"},
       {"\x7F"
        "ELF"sv,
        "a program"},

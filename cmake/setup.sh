@@ -61,5 +61,10 @@ configure() {
 build() {
   local preset=$1
   shift
-  (cd "$root" && cmake --build --preset "$preset" -j "$(nproc)" --target "$@")
+  local call=(cmake --build --preset "$preset" -j "$(nproc)" --target "$@")
+  if [ -t 1 ]; then
+    (cd "$root" && "${call[@]}")
+  else # a pipe hears nothing where nothing is to do
+    (cd "$root" && "${call[@]}") | sed -u '/Re-checking globbed directories\.\.\.$/d; /^ninja: no work to do\.$/d'
+  fi
 }

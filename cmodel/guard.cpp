@@ -170,7 +170,7 @@ inline Guard::Sample Guard::judge_sample(const GuardIn& in) const {
   return {.change = change, .far = far, .jump = jump, .accept = accept, .refuse = in.sens_done && !accept};
 }
 
-// The loop or self-tuning may end either time.
+// Whether the time above the hold power goes on, or that of the test; self-tuning ends the test.
 inline bool Guard::judges_hold(const GuardIn& in) const {
   const std::int32_t above = of_temp(mean_temp() - hold_ref_q);
   const std::int32_t move = of_tenths(in.params[spec::kRegLbaRise]);

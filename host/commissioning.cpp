@@ -19,7 +19,7 @@ namespace {
 constexpr double kRiseOfHead = 1.3;
 
 // Above the set-point the block of a dead sensor may come this far before the chip asks: a thermal fuse opens
-// at 60, and asking takes HOLD_TIME and LBA_TIME.
+// at 60, and asking takes HOLD_TIME and twice LBA_TIME.
 constexpr double kHoldMargin_degc = 40.0;
 
 constexpr double kCoarsestStep_degc = 0.25;         // of the sensor presets

@@ -172,6 +172,7 @@ module tc_guard (
   function automatic logic [15:0] twice(input logic [15:0] x);
     twice = {x[14:0], 1'b0} | {16{x[15]}};
   endfunction
+
   // ---- Detectors' comparisons, on the accepted temperature ----------------------------------------------------------
 
   logic auto_mode, heating, in_window, above_exc, over_hold, lba_rose, hold_rose, hold_fell, off_duty, zero_rose,
@@ -203,7 +204,7 @@ module tc_guard (
   logic wd_expired, rails_differ, upset;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
-  // First HOLD_TIME above the hold power, then twice LBA_TIME with less heat. Self-tuning ends either.
+  // First HOLD_TIME above the hold power, then twice LBA_TIME with less heat. Self-tuning ends the test.
   assign hold_on     = heating && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 &&
                        (hold_test_q ? segment_i != tc_pkg::SegNone && !hold_fell : over_hold && !hold_rose);
   assign hold_counts = hold_test_q || segment_i == tc_pkg::SegPid;

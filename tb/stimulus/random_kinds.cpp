@@ -209,11 +209,13 @@ double wandering(Rng& rng, double degc, const chip::Chip&) {
   return std::clamp(degc + (rng.uniform() - 0.5) * 8.0, -30.0, 200.0);
 }
 
+// HoldPower asks: a live head falls, a dead reading stays.
+double asked(Rng& rng, double degc) { return one_in(rng, 4) ? degc : degc - 10.0; }
+
 // At work near its set-point, or leaving it the way each detector is made for.
 double at_work(Rng& rng, double degc, const chip::Chip& chip) {
   constexpr std::array kPlaces{50.0, 55.0, 59.0, 60.5, 75.0, 99.0, -20.0, 190.0};
-  // HoldPower asks: a live head falls.
-  if (chip.guard.hold_test_q != 0) return one_in(rng, 4) ? degc : degc - 10.0;
+  if (chip.guard.hold_test_q != 0) return asked(rng, degc);
   return one_in(rng, 3) ? kPlaces[rng.below(kPlaces.size())] : 58.0 + 4.0 * rng.uniform();
 }
 
@@ -248,7 +250,7 @@ double between_limits(Rng& rng, double degc, const chip::Chip& chip) {
   if (caused(spec::kFaultZeroRise)) return chip.guard.zero_ref_q / 64.0 - 1.0;
   if (caused(spec::kFaultRate)) return degc;
   if (caused(spec::kFaultOverTemp) || caused(spec::kFaultUnderTemp)) return 58.0;
-  if (chip.guard.hold_test_q != 0) return one_in(rng, 4) ? degc : degc - 10.0;
+  if (chip.guard.hold_test_q != 0) return asked(rng, degc);
   switch (rng.below(5)) {
     case 0:
       return std::clamp(at_a_limit(rng, chip) + (one_in(rng, 3) ? step : 0.0), -30.0, 200.0);

@@ -42,6 +42,8 @@ TEST(TomlText, RefusesWhatTheParserHasNoDefinedAnswerFor) {
   using namespace std::string_view_literals;
   EXPECT_THAT(toml_refusal("\x89PNG\r\n\x1A\n\0"sv),
               EndsWith("job.toml: found a PNG image, expected a job file"));
+  EXPECT_THAT(toml_refusal("<!DOCTYPE html>\n<p>\u00E9"),
+              EndsWith("job.toml: found an HTML page, expected a job file"));
   EXPECT_THAT(
       toml_refusal("a = \"\"\"b \\ \n\t\u00E9\"\"\"\n"),
       EndsWith("job.toml:2:2: found a character beyond ASCII right behind a backslash, expected it on the "

@@ -65,6 +65,14 @@ struct Bench {
       clock();
     }
   }
+  // No cause before so many of them; then this fault alone is latched.
+  void expect_trip_after(int pulses, spec::Fault fault) {
+    tenths(pulses - 1);
+    EXPECT_EQ(g.cause_q, 0);
+    tenths(1);
+    clock();
+    EXPECT_EQ(g.fault_q, mask(fault));
+  }
   void sample(int pv) {
     in.sens_done = in.sens_ok = true;
     in.sens_pv = static_cast<std::int16_t>(pv);

@@ -232,11 +232,7 @@ struct NotHeating : Bench {
 
 TEST(GuardNotHeating, TripsAtTheEndOfTheWindow) {
   NotHeating b;
-  b.tenths(359);
-  EXPECT_FALSE(b.cause(kFaultNotHeating));
-  b.tenths(1);
-  b.clock();
-  EXPECT_TRUE(b.cause(kFaultNotHeating));
+  b.expect_trip_after(360, kFaultNotHeating);
 }
 
 TEST(GuardNotHeating, TheLeastRiseBeginsANewWindow) {
@@ -330,11 +326,7 @@ struct HoldTest : HoldPower {
 
 TEST(GuardHoldPower, AReadingThatDoesNotFallTripsAtItsTime) {
   HoldTest b;
-  b.tenths(359);
-  EXPECT_FALSE(b.cause(kFaultHoldPower));
-  b.tenths(1);
-  b.clock();
-  EXPECT_EQ(b.g.fault_q, mask(kFaultHoldPower));
+  b.expect_trip_after(360, kFaultHoldPower);
 }
 
 // A time that can't be doubled ends at the top of its counter.
@@ -763,11 +755,7 @@ TEST(GuardWatchdog, CanBeSwitchedOnWhileHeating) {
   b.in.good_frame = true;  // the frame that writes it
   b.clock();
   b.set(kRegHostWd, 10);
-  b.tenths(9);
-  EXPECT_EQ(b.g.fault_q, 0);
-  b.tenths(1);
-  b.clock();
-  EXPECT_EQ(b.g.fault_q, mask(kFaultHostWatchdog));
+  b.expect_trip_after(10, kFaultHostWatchdog);
 }
 
 TEST(GuardWatchdog, AShorterTimeIsInForceAtOnce) {
