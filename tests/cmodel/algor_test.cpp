@@ -713,6 +713,10 @@ TEST(Algor, TheTestOfTheReadingHoldsTheDutyToHalfOfTheHoldLimit) {
   EXPECT_EQ(loop.error(10), 1000u + (loop.a.i_q >> 14)) << "what the loop wants is less";
   loop.in.hold_test = false;
   EXPECT_GT(loop.error(500), 50000u);
+  loop.in.hold_test = loop.in.tuning = true;
+  loop.in.tune_duty = kFull;
+  loop.set(kRegDutyMax, 100);
+  EXPECT_EQ(loop.error(500), 655u) << "DUTY_MAX is less than a relay's duty too";
 }
 
 TEST(Algor, FeedForwardBelowAmbientIsZero) {
