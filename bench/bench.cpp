@@ -20,6 +20,7 @@ constexpr Bench kBenches[] = {
     {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control,
      control_charts},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
+    {"page", "the chip in a page: size, speed in Chromium, the same trace as natively", bench_page},
     {"path", "tours against lower bounds, the paper's ants and chained Lin-Kernighan", bench_path},
     {"profile", "velocity profile: time of a plan, time optimum, promises over random cases", bench_profile},
     {"proof", "the model proved to be the RTL: bits, time, changed gates, area of what is generated",

@@ -61,6 +61,7 @@ std::vector<BenchChart> conformal_charts(const Progress& progress);
 std::vector<BenchRow> bench_control(const BenchOptions& options);
 std::vector<BenchChart> control_charts(const Progress& progress);
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
+std::vector<BenchRow> bench_page(const BenchOptions& options);
 std::vector<BenchRow> bench_path(const BenchOptions& options);
 std::vector<BenchRow> bench_profile(const BenchOptions& options);
 std::vector<BenchRow> bench_proof(const BenchOptions& options);

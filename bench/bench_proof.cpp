@@ -3,17 +3,15 @@
 // gates; and with PDK_ROOT the area of the chip that is generated from the model beside the one by hand.
 #include <fmt/format.h>
 
-#include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <memory>
 #include <regex>
 #include <string>
 
 #include "base/error.hpp"
 #include "bench/bench.hpp"
 #include "bench/data_file.hpp"
+#include "bench/process_output.hpp"
 
 namespace meltstage::app {
 
@@ -24,16 +22,6 @@ namespace fs = std::filesystem;
 constexpr double kMostMinutes = 10.0;
 constexpr double kMostArea = 1.25;  // generated / by hand
 constexpr const char* kCells = "ihp-sg13g2/libs.ref/sg13g2_stdcell/lib/sg13g2_stdcell_typ_1p20V_25C.lib";
-
-// What it prints; what it says of errors goes to ours.
-std::string output_of(const std::string& command) {
-  const auto close = [](std::FILE* pipe) { pclose(pipe); };
-  const std::unique_ptr<std::FILE, decltype(close)> pipe(popen(command.c_str(), "r"), close);
-  std::string text;
-  std::array<char, 4096> piece;
-  while (pipe && std::fgets(piece.data(), piece.size(), pipe.get()) != nullptr) text += piece.data();
-  return text;
-}
 
 std::smatch found_in(const std::string& output, const char* pattern, const std::string& command) {
   std::smatch match;

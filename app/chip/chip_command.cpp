@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/chip/chip_play.hpp"
 #include "app/chip/chip_run.hpp"
 #include "app/chip/chip_serve.hpp"
 #include "app/chip/chip_tune.hpp"
@@ -167,6 +168,14 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
   serve_command->add_option("--plant", serve->plant, "PH-1 (default), PH-A, PH-B, PH-C or E3D-like");
   serve_command->add_option("--vcd", serve->vcd, "Record the chip's pins as waves");
 
+  const auto play = std::make_shared<PlayOptions>();
+  CLI::App* play_command =
+      chip->add_subcommand("play", "Run a scenario on the virtual chip (docs/start/chip-in-a-page.md)");
+  play_command->add_option("SCENARIO", play->scenario, "What happens to the chip and when")->required();
+  play_command->add_option("--for", play->for_s, "Seconds of the chip (default 300)")
+      ->check(number_from(0.1, kLongestPlay_s));
+  play_command->add_option("--out", play->out, "Trace as CSV, a row each 0.1 s (default: standard output)");
+
   const auto asked = std::make_shared<Asked>();
   CLI::App* read = chip->add_subcommand("read", "Print registers in their units");
   read->add_option("NAMES", asked->names, "Registers (default: all); docs/chip/registers.md");
@@ -194,6 +203,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
       serve->speed = parse_speed(*speed);
       return serve_chip(*serve);
     }
+    if (*play_command) return play_scenario(*play);
     std::vector<host::Setting> settings;
     for (const std::string& text : asked->settings) settings.push_back(parse_setting(text));
     for (const std::string& name : asked->names) host::find_register(name);

@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "tb/printer/fault_sentence.hpp"
+#include "tb/pins/fault_sentence.hpp"
 
 namespace meltstage::app {
 

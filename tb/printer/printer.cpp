@@ -12,7 +12,7 @@
 #include "cmodel/advance.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 #include "tb/pins/chip_pins.hpp"
-#include "tb/printer/fault_sentence.hpp"
+#include "tb/pins/fault_sentence.hpp"
 
 namespace meltstage::tb {
 

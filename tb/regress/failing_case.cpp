@@ -13,8 +13,8 @@
 #include "base/output_file.hpp"
 #include "base/place.hpp"
 #include "tb/pins/chip_pins.hpp"
+#include "tb/pins/flop_table.hpp"
 #include "tb/stimulus/any_state.hpp"
-#include "tb/stimulus/flop_table.hpp"
 
 namespace meltstage::tb {
 namespace {

@@ -13,7 +13,7 @@
 #include "base/rng.hpp"
 #include "cmodel/invariants.hpp"
 #include "tb/lockstep/bench.hpp"
-#include "tb/stimulus/flop_table.hpp"
+#include "tb/pins/flop_table.hpp"
 #include "tb/stimulus/random_requests.hpp"
 #include "tb/stimulus/random_run.hpp"
 

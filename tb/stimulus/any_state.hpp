@@ -12,7 +12,7 @@
 #include "base/rng.hpp"
 #include "cmodel/chip.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
-#include "tb/stimulus/flop_table.hpp"
+#include "tb/pins/flop_table.hpp"
 
 namespace meltstage::tb {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/print/job_plan.hpp"
-#include "tb/printer/fault_sentence.hpp"
+#include "tb/pins/fault_sentence.hpp"
 
 namespace meltstage {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tb/printer/fault_sentence.hpp"
+#include "tb/pins/fault_sentence.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tb/stimulus/flop_table.hpp"
+#include "tb/pins/flop_table.hpp"
 
 #include <fmt/format.h>
 

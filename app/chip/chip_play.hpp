@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltstage chip play`: a scenario on the virtual chip, as the chip's page runs it.
+#pragma once
+
+#include <filesystem>
+
+namespace meltstage::app {
+
+// Rows of a tenth of a second that a run keeps.
+inline constexpr double kLongestPlay_s = 20'000.0;
+
+struct PlayOptions {
+  std::filesystem::path scenario;
+  double for_s = 300.0;
+  std::filesystem::path out;  // of the trace; empty: standard output
+};
+
+// Writes the trace. Returns 0. Throws UserError for a scenario that can't be read, naming its line.
+int play_scenario(const PlayOptions& options);
+
+}  // namespace meltstage::app

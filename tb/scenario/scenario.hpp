@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happens to a virtual chip on its heated head, and when: a text of lines that a person writes, and that
+// the address of the chip's page carries. docs/start/chip-in-a-page.md has the words.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tb/pins/head.hpp"
+
+namespace meltstage::tb {
+
+class ScriptedRun;
+
+/// Something that is done to the chip or what stands around it.
+struct Event {
+  std::uint64_t cycle;  ///< of the chip, when it is done
+  std::string text;     ///< as written, without its time
+  std::function<void(ScriptedRun&)> act;
+};
+
+/// The head and what happens to it, in the order of time.
+struct Scenario {
+  HeadConfig head;
+  std::vector<Event> events;
+};
+
+/// What is wrong in a line.
+struct ScenarioDefect {
+  std::size_t line;  ///< from 1
+  std::string found, expected;
+};
+
+// A page has no exceptions, so a defect is a value here.
+struct ParsedScenario {
+  Scenario scenario;
+  std::optional<ScenarioDefect> defect;  ///< the first one
+};
+/// Lines end with a line feed or a semicolon. What stands behind #, up to the line feed, is not looked at.
+ParsedScenario parse_scenario(std::string_view text);
+
+struct ParsedEvent {
+  Event event;
+  std::optional<ScenarioDefect> defect;
+};
+/// One thing to do at `cycle`: "set SETPOINT 110", "sensor open".
+ParsedEvent parse_event(std::string_view text, std::uint64_t cycle);
+
+/// Words that an event begins with, and what follows them.
+struct EventUsage {
+  std::string_view word, arguments, summary;
+};
+std::vector<EventUsage> event_usages();
+
+}  // namespace meltstage::tb

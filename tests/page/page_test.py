@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The chip's page in Chromium: page_test.py MELTSTAGE TEST [PICTURES]. TEST: traces, operated, small, keyboard, bad_scenarios, looks."""
+import os
+import pathlib
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import urllib.parse
+
+from browser import Browser
+
+MELTSTAGE = sys.argv[1]
+MOST_BYTES = 400_000
+
+
+def command(*arguments: str, status: int = 0) -> str:
+    done = subprocess.run([MELTSTAGE, *arguments], capture_output=True, text=True, timeout=600)
+    assert done.returncode == status, f"{arguments}: exit status {done.returncode}, expected {status}: {done.stderr}"
+    return done.stdout + done.stderr
+
+
+def address(page: pathlib.Path, scenario: str) -> str:
+    return page.as_uri() + "#" + urllib.parse.quote(scenario)
+
+
+def drawn_scenario(draw: random.Random) -> str:
+    """A head and events of every word at random times, valid but for what the chip refuses."""
+    lines = [f"head {draw.choice(['PH-1', 'PH-A', 'PH-B', 'PH-C', 'E3D-like'])}",
+             f"sensor {draw.choice(['MAX31855', 'MAX6675', 'MAX31865', 'ADT7320', 'ADT7310', 'LM70'])}",
+             f"noise {draw.uniform(0, 0.4):.3f}", f"seed {draw.randrange(1 << 40)}", f"second_switch {draw.choice(['on', 'off'])}",
+             f"{draw.uniform(0.2, 1):.4f} set SETPOINT {draw.uniform(40, 95):.1f}", "1.1 run"]
+    events = [lambda: f"set SETPOINT {draw.uniform(30, 95):.1f}", lambda: draw.choice(["run", "stop", "clear", "tune", "hold", "commit", "discard"]),
+              lambda: f"frame {' '.join(f'{draw.randrange(256):02x}' for _ in range(draw.randrange(1, 20)))}",
+              lambda: f"host {draw.choice(['on', 'off'])}", lambda: f"clock {draw.choice(['on', 'on', 'off'])}",
+              lambda: f"sensor {draw.choice(['sound', 'sound', 'open', 'to_ground', 'to_supply', 'low', 'high', 'silent', 'frozen', 'wrong_bits'])}",
+              lambda: f"seat {draw.uniform(0, 1):.3f}", lambda: f"heater {draw.choice(['sound', 'sound', 'open', 'shorted'])}",
+              lambda: f"supply {draw.uniform(0, 1.3):.3f}", lambda: f"ambient {draw.uniform(-20, 40):.2f}", lambda: f"fan {draw.uniform(0, 0.4):.3f}",
+              lambda: f"drops {draw.uniform(0, 900):.2f} {draw.uniform(0, 20):.2f}", lambda: f"estop {draw.choice(['on', 'off'])}",
+              lambda: f"reset {draw.choice(['on', 'off', 'off'])}", lambda: f"flip guard.{draw.choice(['run_q', 'heater_q', 'run_nq'])} 0"]
+    at = 5.0
+    for _ in range(25):
+        at += draw.expovariate(1 / 3)
+        lines.append(f"{at:.6f} {draw.choice(events)()}")
+    return "\n".join(lines)
+
+
+def traces(page: pathlib.Path, folder: pathlib.Path) -> None:
+    """The page's run and the command's are the same text, the hash of every change of a pin in it."""
+    seed = int(os.environ.get("MELTSTAGE_PAGE_SEED", random.SystemRandom().randrange(1 << 32)))
+    print(f"MELTSTAGE_PAGE_SEED={seed}")
+    draw = random.Random(seed)
+    with Browser() as browser:
+        for number in range(4):
+            scenario = drawn_scenario(draw)
+            file = folder / f"{number}.txt"
+            file.write_text(scenario)
+            native = command("chip", "play", str(file), "--for", "90")
+            browser.open(address(page, f"trace=90&{scenario}"))
+            shown = browser.until("return document.getElementById('trace').textContent", "the trace")
+            assert native.count("\n") == 902, native.count("\n")
+            assert shown == native, f"{scenario}\nfirst difference: " + next(
+                f"{a} in the page, {b} by the command" for a, b in zip(shown.splitlines(), native.splitlines()) if a != b)
+            assert len({line.split(",")[2] for line in native.splitlines()}) > 10, "the reading never moved"
+
+
+def operated(page: pathlib.Path, _: pathlib.Path) -> None:
+    with Browser() as browser:
+        browser.open(address(page, "head PH-B"))
+        browser.run("const field = document.getElementById('setpoint'); field.value = 80;")
+        browser.choose("#speed", "1e9")
+        browser.click("#heat")
+        browser.until("return parseFloat(document.querySelectorAll('#figures dd')[1].textContent) > 75", "the head is hot")
+        assert "set SETPOINT 80 °C: done" in browser.text("#log"), browser.text("#log")
+        browser.choose("#knob_heater", "shorted")
+        fault = browser.until("return document.getElementById('fault').textContent", "a fault")
+        assert re.match(r"HeaterFb: .*Limit: FB_TIME.* Next: ", fault), fault
+        browser.choose("#speed", "1")
+        browser.click("#newest")
+        assert browser.run("return document.getElementById('kept').textContent") == ""
+        drawn = browser.run("const c = document.getElementById('waves'); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+                            "let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n;")
+        assert drawn > 5000, f"{drawn} points of the waves are drawn"
+        browser.keys("#event", "set T_MAX 9999")
+        browser.click("#by_hand button")
+        assert browser.text("#refused") == "found set T_MAX 9999, expected set REGISTER VALUE", browser.text("#refused")
+        link = browser.run("return location.href")
+        shown = browser.run("return Array.from(document.querySelectorAll('#log td:last-child'), cell => cell.firstChild.textContent)")
+        browser.open(link)  # the run again, from its address
+        browser.choose("#speed", "1e9")
+        browser.until("return document.getElementById('fault').textContent", "the fault again")
+        again = browser.run("return Array.from(document.querySelectorAll('#log td:last-child'), cell => cell.firstChild.textContent)")
+        assert again[:len(shown)] == shown, f"{again}\nnot\n{shown}"
+        assert browser.errors() == [], browser.errors()
+
+
+def small(page: pathlib.Path, _: pathlib.Path) -> None:
+    """One file, which asks for no other one."""
+    size = page.stat().st_size
+    print(f"{size} bytes")
+    assert size <= MOST_BYTES, f"{size} bytes, at most {MOST_BYTES}"
+    with Browser() as browser:
+        browser.open(page.as_uri())
+        browser.until("return document.querySelectorAll('#figures dd').length", "figures")
+        asked = browser.run("return performance.getEntriesByType('resource').map(entry => entry.name)")
+        assert asked == [], asked
+        assert browser.errors() == [], browser.errors()
+
+
+def keyboard(page: pathlib.Path, _: pathlib.Path) -> None:
+    """All that can be operated is reached by Tab, has a name, and heating is begun by keys alone."""
+    tab, enter = "\ue004", "\ue007"
+    with Browser() as browser:
+        browser.open(address(page, "head PH-1"))
+        browser.until("return document.querySelectorAll('#registers tbody tr').length", "registers")
+        nameless = browser.run(
+            "return Array.from(document.querySelectorAll('button, input, select, canvas'), e => [e.id || e.outerHTML.slice(0, 60),"
+            " e.getAttribute('aria-label') || e.labels?.length || e.textContent.trim()]).filter(([, name]) => !name)")
+        assert nameless == [], nameless
+        browser.keys("body", tab)
+        reached = set()
+        for _ in range(40):
+            reached.add(browser.run("return document.activeElement.id || document.activeElement.textContent.trim()"))
+            browser.keys(":focus", tab)
+        missing = {"speed", "setpoint", "heat", "Stop", "Clear faults", "scenario", "temperature", "knob_sensor", "event", "waves", "find"} - reached
+        assert not missing, missing
+        browser.keys("#heat", enter)
+        browser.choose("#speed", "1e9")
+        browser.until("return parseFloat(document.querySelectorAll('#figures dd')[1].textContent) > 40", "the head warms up")
+
+
+def bad_scenarios(page: pathlib.Path, folder: pathlib.Path) -> None:
+    file = folder / "bad.txt"
+    for text, expected in [
+            ("head PH-9", "1: found head PH-9, expected head PH-1, PH-A"),
+            ("\n\n5 sensor gone\n", "3: found sensor gone, expected sensor sound|open"),
+            ("5 run\n4 stop", "2: found 4 stop, expected times that rise"),
+            ("nan run", "1: found nan run, expected head, sensor, noise"),
+            ("1e99 run", "1: found 1e99, expected a time of 0 to 1000000 s"),
+            ("1 set SETPOINT inf", "1: found set SETPOINT inf, expected set REGISTER VALUE"),
+            ("1 flip guard.run_q 1", "1: found flip guard.run_q 1, expected flip FLOP BIT"),
+            ("1 set CMD_ 1", "1: found set CMD_ 1, expected set REGISTER VALUE"),
+            ("1 run; seed 3", "1: found seed 3, expected a time in seconds"),
+            ("1 \x1b[31mrun", r"1: found \x1B[31mrun, expected one of set, run")]:
+        file.write_text(text)
+        for arguments in (["chip", "play", str(file)], ["page", "--scenario", str(file), "--out", str(folder / "no.html")]):
+            said = command(*arguments, status=2)
+            assert f"{file}:{expected}" in said, said
+            assert said.count("\n") == 1, said
+        assert not (folder / "no.html").exists()
+    with Browser() as browser:
+        browser.open(address(page, "5 sensor gone"))
+        told = browser.until("return document.getElementById('trouble').textContent", "what is wrong")
+        assert "line 1: found sensor gone, expected sensor sound|open" in told, told
+        browser.until("return document.querySelectorAll('#figures dd').length", "the page runs all the same")
+
+
+def looks(page: pathlib.Path, _: pathlib.Path) -> None:
+    """Pictures for a person, light and dark, wide and narrow; nothing sticks out to the side."""
+    pictures = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else None
+    for name, width, dark in [("wide", 1280, False), ("dark", 1280, True), ("narrow", 800, False), ("phone", 420, True)]:
+        with Browser(width, 2300, dark) as browser:
+            browser.open(address(page, "head PH-1;1 set SETPOINT 110;1.2 run;240 seat 0.2"))
+            browser.choose("#speed", "1e9")
+            browser.until("return document.getElementById('fault').textContent", "a fault", 120)
+            browser.choose("#speed", "1")
+            browser.click("#newest")
+            wide = browser.run("return [document.documentElement.scrollWidth, innerWidth]")
+            assert wide[0] <= wide[1], f"{name}: {wide[0]} pixels in a window of {wide[1]}"
+            back, front = browser.run("const s = getComputedStyle(document.body); return [s.backgroundColor, s.color]")
+            assert (sum(map(int, re.findall(r"\d+", back)[:3])) < sum(map(int, re.findall(r"\d+", front)[:3]))) == dark, (back, front)
+            if pictures:
+                browser.picture(pictures / f"{name}.png")
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        page = folder / "chip.html"
+        command("page", "--out", str(page))
+        globals()[sys.argv[2]](page, folder)
+
+
+if __name__ == "__main__":
+    main()
