@@ -77,11 +77,18 @@ class Page {
     this.showPins(0);
   }
 
+  // The first scenario, where that of the address was refused; what was wrong stays told.
+  beginAnew() {
+    const told = byId("trouble").textContent;
+    this.open(scenarios["Heat to 110 °C"]);
+    this.tell(told);
+  }
+
   act(event) {
     const problem = this.machine.act(event);
     byId("refused").textContent = problem.replace(/^line 1: /, "");
     if (problem) return;
-    this.done += `;${this.machine.now} ${event}`;
+    this.done += `\n${this.machine.now} ${event}`;
     this.keepInAddress();
     this.show();
   }
@@ -324,11 +331,21 @@ class Page {
   }
 }
 
+// What stands behind #; as it is where it is no text in an address's code.
+function scenarioOfAddress() {
+  const coded = location.hash.slice(1);
+  try {
+    return decodeURIComponent(coded);
+  } catch {
+    return coded;
+  }
+}
+
 // "#SCENARIO", or "#trace=SECONDS&SCENARIO", which writes the trace into the page and ends, for tests.
 async function main() {
   const [chip, charts] = await Promise.all([unpacked(packedParts.chip), unpacked(packedParts.charts)]);
   const machine = await Machine.load(chip);
-  const scenario = decodeURIComponent(location.hash.slice(1)) || JSON.parse(byId("given").textContent) || scenarios["Heat to 110 °C"];
+  const scenario = scenarioOfAddress() || JSON.parse(byId("given").textContent) || scenarios["Heat to 110 °C"];
   const asked = scenario.match(/^trace=([0-9.]+)&([^]*)$/);
   if (asked) {
     const problem = machine.open(asked[2]);
@@ -339,7 +356,8 @@ async function main() {
   (0, eval)(new TextDecoder().decode(charts));
   const page = new Page(machine);
   page.open(scenario);
-  if (!page.done) page.open(scenarios["Heat to 110 °C"]), page.tell(`The scenario of the address: ${machine.open(scenario)}.`);
+  if (!page.done) page.beginAnew();
+  addEventListener("hashchange", () => page.open(scenarioOfAddress()));
   requestAnimationFrame(time => page.step(time));
 }
 

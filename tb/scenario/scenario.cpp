@@ -370,12 +370,12 @@ ParsedScenario parse_scenario(std::string_view text) {
     const auto time_s = number_in(words[0], 0.0, kLongest_s);
     if (!time_s) return refuse(shown(words[0]), fmt::format("a time of 0 to {} s", kLongest_s));
     const auto cycle = static_cast<std::uint64_t>(std::llround(*time_s * spec::kClkHz));
-    if (!events.empty() && cycle < events.back().cycle)
-      return refuse(shown(statement.text), "times that rise from line to line");
     ParsedEvent event = parse_event(statement.text.substr(words[0].size()), cycle);
     if (event.defect) return refuse(event.defect->found, event.defect->expected);
     events.push_back(std::move(event.event));
   }
+  std::stable_sort(events.begin(), events.end(),
+                   [](const Event& a, const Event& b) { return a.cycle < b.cycle; });
   return parsed;
 }
 

@@ -23,7 +23,7 @@ struct Event {
   std::function<void(ScriptedRun&)> act;
 };
 
-/// The head and what happens to it, in the order of time.
+/// The head and what happens to it, in the order of time, whatever that of the lines.
 struct Scenario {
   HeadConfig head;
   std::vector<Event> events;

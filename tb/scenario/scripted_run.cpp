@@ -166,13 +166,6 @@ void ScriptedRun::do_what_is_due() {
   }
   take_answers();
   note_fault();
-  while (!events_.empty() && events_.front().cycle <= run_.cycle) {
-    const Event event = std::move(events_.front());
-    events_.pop_front();
-    const std::size_t sent = sent_.size();
-    event.act(*this);
-    if (sent_.size() == sent) log({now_s(), event.text, "", {}});  // what is sent is told with its answer
-  }
   if (run_.cycle >= next_poll_) {
     next_poll_ = run_.cycle + kPollPeriod;
     if (polls_ && !head_.host().busy()) send("poll", read_input_registers(kChipAddress, 0, kPolledRegisters));
@@ -180,6 +173,14 @@ void ScriptedRun::do_what_is_due() {
   if (drop_period_ != 0 && run_.cycle >= next_drop_) {
     head_.plant().droplet(run_.cycle, drop_energy_j_);
     next_drop_ += drop_period_;
+  }
+  // last, as what a person does at this clock comes behind all that stands
+  while (!events_.empty() && events_.front().cycle <= run_.cycle) {
+    const Event event = std::move(events_.front());
+    events_.pop_front();
+    const std::size_t sent = sent_.size();
+    event.act(*this);
+    if (sent_.size() == sent) log({now_s(), event.text, "", {}});  // what is sent is told with its answer
   }
 }
 
