@@ -2,6 +2,7 @@
 // Numbers of a person's file.
 #pragma once
 
+#include <cerrno>
 #include <charconv>
 #include <concepts>
 #include <cstdlib>
@@ -21,9 +22,11 @@ std::from_chars_result from_text(const char* begin, const char* end, Number& val
   if constexpr (std::floating_point<Number>) {
     const std::string text(begin, end);
     char* stop = nullptr;
+    errno = 0;
     value = std::strtod(text.c_str(), &stop);
-    const bool decimal = !text.empty() && text.find_first_not_of("0123456789.eE+-") == text.npos;
+    const bool decimal = text.find_first_not_of("0123456789.eE+-") == text.npos && !text.starts_with('+');
     if (!decimal || stop == text.c_str()) return {begin, std::errc::invalid_argument};
+    if (errno == ERANGE) return {begin, std::errc::result_out_of_range};
     return {begin + (stop - text.c_str()), std::errc()};
   } else
 #endif

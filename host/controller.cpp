@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "host/exception_text.hpp"
 
 namespace meltstage::host {
 
@@ -35,23 +36,6 @@ constexpr std::array kBauds{1200,  1800,  2400,   4800,   9600,   19200,
 // Exception code that the chip answered with; 0 when the error is another one.
 int exception_code(int error) {
   return error > MODBUS_ENOBASE && error < MODBUS_ENOBASE + MODBUS_EXCEPTION_MAX ? error - MODBUS_ENOBASE : 0;
-}
-
-const char* exception_text(int code) {
-  switch (code) {
-    case MODBUS_EXCEPTION_ILLEGAL_FUNCTION:
-      return "illegal function";
-    case MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS:
-      return "illegal data address";
-    case MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE:
-      return "illegal data value";
-    case MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE:
-      return "not in this state";
-    case MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY:
-      return "busy";
-    default:
-      return "unknown";
-  }
 }
 
 // Refused by the chip itself; code is the exception's.

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "app/chip/chip_wire.hpp"
-#include "app/chip/latched_fault.hpp"
 #include "app/chip/pseudo_terminal.hpp"
 #include "app/print/job_file.hpp"
 #include "app/terminal.hpp"
@@ -26,6 +25,7 @@
 #include "tb/lockstep/lockstep.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 #include "tb/pins/chip_pins.hpp"
+#include "tb/pins/fault_sentence.hpp"
 #include "tb/pins/head.hpp"
 
 namespace meltstage::app {
@@ -259,7 +259,8 @@ void serve(Server& server, PseudoTerminal& port, const std::optional<double>& sp
     if (const unsigned first = server.chip().guard.first_q; first != told_fault) {
       told_fault = first;
       line.clear();
-      if (first != 0) fmt::print("{:.1f} s: {}\n", seconds(server.cycle()), latched_fault(server.chip()));
+      if (first != 0)
+        fmt::print("{:.1f} s: {}\n", seconds(server.cycle()), tb::latched_fault(server.chip(), "Measured"));
       std::fflush(stdout);
     }
     if (recent.since(now) > kShowEvery) {

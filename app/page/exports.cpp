@@ -88,7 +88,7 @@ EXPORTED(act) bool act() {
 EXPORTED(run_until) void run_until(double time_s) { run->until(cycle_at(time_s)); }
 EXPORTED(now) double now() { return run->now_s(); }
 
-/// The rows that are kept, nine doubles each (tb::TraceRow).
+/// The rows that are kept, row_doubles() doubles each (tb::TraceRow).
 EXPORTED(rows) const tb::TraceRow* rows() { return run->rows().data(); }
 EXPORTED(row_count) std::uint32_t row_count() { return static_cast<std::uint32_t>(run->rows().size()); }
 EXPORTED(row_doubles) std::uint32_t row_doubles() { return sizeof(tb::TraceRow) / sizeof(double); }
@@ -132,12 +132,11 @@ EXPORTED(pins) void pins(double begin_s, double end_s) {
 /// Into answer(): what the page names, as JSON.
 EXPORTED(about) void about() {
   const auto name = [](const auto& entry) { return quoted(entry.name); };
-  std::string flops;
-  for (const tb::EventUsage& usage : tb::event_usages())
-    flops += fmt::format("{}[{},{},{}]", flops.empty() ? "" : ",", quoted(usage.word),
-                         quoted(usage.arguments), quoted(usage.summary));
+  const std::string events = list(tb::event_usages(), [](const tb::EventUsage& usage) {
+    return fmt::format("[{},{},{}]", quoted(usage.word), quoted(usage.arguments), quoted(usage.summary));
+  });
   answer_text = fmt::format(
-      R"({{"clock_hz":{},"heads":{},"sensors":{},"states":{},"state_codes":{},"faults":{},"pins":{},"events":[{}]}})",
+      R"({{"clock_hz":{},"heads":{},"sensors":{},"states":{},"state_codes":{},"faults":{},"pins":{},"events":{}}})",
       spec::kClkHz, list(tb::kPlants, name), list(spec::kSensorPresets, name), list(spec::kStates, name),
       list(spec::kStates,
            [](const spec::StateInfo& s) { return fmt::format("{}", static_cast<int>(s.code)); }),
@@ -146,5 +145,5 @@ EXPORTED(about) void about() {
            [](const tb::PinBits& pin) {
              return fmt::format("[{},{},{}]", quoted(pin.name), pin.first, pin.width);
            }),
-      flops);
+      events);
 }

@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """One HTML file of the page's parts: pack.py PAGE OUT NAME=FILE[,FILE...] ...
 
-{{NAME}} in PAGE becomes the text of the files, one behind the other; of NAME@=FILE the file compressed (gzip) as base64; of NAME:=TEXT the
-text as JSON."""
+{{NAME}} in PAGE becomes the text of the files, one behind the other; of NAME@=FILE the file compressed (gzip) as base64."""
 import base64
 import gzip
-import json
 import pathlib
 import sys
 
 
 def part(argument: str) -> tuple[str, str]:
     name, files = argument.split("=", 1)
-    if name.endswith(":"):
-        return name[:-1], json.dumps(files)
     content = b"".join(pathlib.Path(file).read_bytes() for file in files.split(","))
     if name.endswith("@"):
         return name[:-1], base64.b64encode(gzip.compress(content, 9, mtime=0)).decode()

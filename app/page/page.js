@@ -63,9 +63,13 @@ class Page {
 
   // ---- the run
 
+  // Whether it was understood; if not, the run goes on as it was.
   open(scenario) {
     const problem = this.machine.open(scenario);
-    if (problem) return this.tell(`The scenario: ${problem}.`);
+    if (problem) {
+      this.tell(`The scenario: ${problem}.`);
+      return false;
+    }
     this.tell("");
     this.done = scenario;
     this.logged = 0;
@@ -75,6 +79,7 @@ class Page {
     this.keepInAddress();
     this.show();
     this.showPins(0);
+    return true;
   }
 
   // The first scenario, where that of the address was refused; what was wrong stays told.
@@ -84,13 +89,15 @@ class Page {
     this.tell(told);
   }
 
+  // Whether it was understood.
   act(event) {
     const problem = this.machine.act(event);
     byId("refused").textContent = problem.replace(/^line 1: /, "");
-    if (problem) return;
+    if (problem) return false;
     this.done += `\n${this.machine.now} ${event}`;
     this.keepInAddress();
     this.show();
+    return true;
   }
 
   keepInAddress() { history.replaceState(null, "", "#" + encodeURIComponent(this.done)); }
@@ -288,8 +295,7 @@ class Page {
 
   listen() {
     byId("heat").addEventListener("click", () => {
-      this.act(`set SETPOINT ${byId("setpoint").value}`);
-      this.act("run");
+      if (this.act(`set SETPOINT ${byId("setpoint").value}`)) this.act("run");
     });
     for (const button of document.querySelectorAll("[data-event]"))
       button.addEventListener("click", () => this.act(button.dataset.event));
@@ -331,9 +337,10 @@ class Page {
   }
 }
 
-// What stands behind #; as it is where it is no text in an address's code.
+// What stands behind #, if anything; as it is where it is no text in an address's code.
 function scenarioOfAddress() {
   const coded = location.hash.slice(1);
+  if (!coded) return null;
   try {
     return decodeURIComponent(coded);
   } catch {
@@ -345,7 +352,7 @@ function scenarioOfAddress() {
 async function main() {
   const [chip, charts] = await Promise.all([unpacked(packedParts.chip), unpacked(packedParts.charts)]);
   const machine = await Machine.load(chip);
-  const scenario = scenarioOfAddress() || JSON.parse(byId("given").textContent) || scenarios["Heat to 110 °C"];
+  const scenario = scenarioOfAddress() ?? JSON.parse(byId("given").textContent) ?? scenarios["Heat to 110 °C"];
   const asked = scenario.match(/^trace=([0-9.]+)&([^]*)$/);
   if (asked) {
     const problem = machine.open(asked[2]);
@@ -355,9 +362,8 @@ async function main() {
   }
   (0, eval)(new TextDecoder().decode(charts));
   const page = new Page(machine);
-  page.open(scenario);
-  if (!page.done) page.beginAnew();
-  addEventListener("hashchange", () => page.open(scenarioOfAddress()));
+  if (!page.open(scenario)) page.beginAnew();
+  addEventListener("hashchange", () => page.open(scenarioOfAddress() ?? ""));
   requestAnimationFrame(time => page.step(time));
 }
 

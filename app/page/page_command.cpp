@@ -44,9 +44,10 @@ int write_page(const Options& options) {
   std::string page(page_text::kPage, sizeof(page_text::kPage) - 1);
   if (!options.scenario.empty()) {
     require_other_file(options.out, {options.scenario});
-    constexpr std::string_view kMark = R"(id="given">"")";
-    const std::size_t at = page.find(kMark) + kMark.size() - 2;
-    page.replace(at, 2, within_html(scenario_text(options.scenario)));
+    constexpr std::string_view kMark = R"(id="given">null)";
+    constexpr std::size_t kNull = 4;
+    const std::size_t at = page.find(kMark) + kMark.size() - kNull;
+    page.replace(at, kNull, within_html(scenario_text(options.scenario)));
   }
   write_whole(options.out, page);
   fmt::print("{}: open it in a browser; it needs no network\n", options.out.string());

@@ -18,29 +18,40 @@ std::string named_value(const Info& info, std::uint16_t raw) {
   return fmt::format("{} {:.6g}{}{}", info.name, value, info.unit.empty() ? "" : " ", info.unit);
 }
 
-std::string measured_value(spec::In reg, std::uint16_t raw) {
+void append(std::string& list, const std::string& item) { list += (list.empty() ? "" : ", ") + item; }
+
+}  // namespace
+
+std::string reading_text(spec::In reg, std::uint16_t raw) {
   if (reg == spec::kInPv && raw == spec::kPvNone) return "PV without a reading";
   if (reg == spec::kInRawH || reg == spec::kInRawL)
     return fmt::format("{} {:#06x}", spec::kInput[reg].name, raw);
   return named_value(spec::kInput[reg], raw);
 }
 
-void append(std::string& list, const std::string& item) { list += (list.empty() ? "" : ", ") + item; }
-
-}  // namespace
-
 std::string fault_sentence(spec::Fault fault, const FaultRegisters& registers) {
   const spec::FaultInfo& info = spec::kFaults[fault];
   const spec::FaultAdvice& advice = spec::kFaultAdvice[fault];
   std::string measured, limits;
   for (const spec::In reg : advice.measured) {
-    if (const auto raw = registers.input(reg)) append(measured, measured_value(reg, *raw));
+    if (const auto raw = registers.input(reg)) append(measured, reading_text(reg, *raw));
   }
   for (const spec::Reg reg : advice.limits)
     append(limits, named_value(spec::kHolding[reg], registers.holding(reg)));
   return fmt::format("{}: {}{}{} Next: {}", info.name, info.doc,
                      measured.empty() ? "" : fmt::format(" {}: {}.", registers.when, measured),
                      limits.empty() ? "" : " Limit: " + limits + ".", advice.next);
+}
+
+std::string latched_fault(const chip::Chip& chip, std::string_view when) {
+  const unsigned first = chip.guard.first_q;
+  if (first == 0 || first > spec::kFaultCount) return "";
+  const auto input = [&](spec::In reg) -> std::optional<std::uint16_t> {
+    if (reg == spec::kInDuty) return std::nullopt;  // the fault put it to 0
+    return chip.read_register(reg);
+  };
+  return fault_sentence(static_cast<spec::Fault>(first - 1),
+                        {input, [&](spec::Reg reg) { return chip.params()[reg]; }, when});
 }
 
 }  // namespace meltstage::tb

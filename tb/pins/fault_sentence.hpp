@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "cmodel/chip.hpp"
 #include "cmodel/spec.hpp"
 
 namespace meltstage::tb {
@@ -23,5 +24,11 @@ struct FaultRegisters {
 // One line on the fault of this bit of FAULT, below kFaultCount; measured values, limits and advice are those
 // of spec/chip.toml.
 std::string fault_sentence(chip::spec::Fault fault, const FaultRegisters& registers);
+
+// The same of the fault that a model latched first, as its registers are now; empty when nothing is latched.
+std::string latched_fault(const chip::Chip& chip, std::string_view when);
+
+// "PV 110.25 degC": an input register's word in its unit.
+std::string reading_text(chip::spec::In reg, std::uint16_t raw);
 
 }  // namespace meltstage::tb

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "host/exception_text.hpp"
 #include "tb/pins/fault_sentence.hpp"
 
 namespace meltstage::tb {
@@ -55,30 +56,10 @@ std::uint32_t state_bit(std::uint8_t code) {
   return 0;
 }
 
-std::string_view exception_text(std::uint8_t code) {
-  switch (code) {
-    case spec::kExcFunction:
-      return "the function is not known";
-    case spec::kExcAddress:
-      return "no such register";
-    case spec::kExcValue:
-      return "the value is outside its range";
-    case spec::kExcDevice:
-      return "not in this state";
-    case spec::kExcBusy:
-      return "an earlier command is still in work";
-    default:
-      return "a code that the chip does not have";
-  }
-}
-
 std::string registers_text(const std::vector<std::uint16_t>& words) {
   std::string text;
   for (std::size_t i = 0; i < words.size() && i < spec::kInputCount; ++i) {
-    const spec::InputInfo& info = spec::kInput[i];
-    const double value = (info.is_signed ? static_cast<std::int16_t>(words[i]) : words[i]) * info.scale;
-    text += fmt::format("{}{} {:.6g}{}{}", i == 0 ? "" : ", ", info.name, value, info.unit.empty() ? "" : " ",
-                        info.unit);
+    text += (i == 0 ? "" : ", ") + reading_text(static_cast<spec::In>(i), words[i]);
   }
   return text;
 }
@@ -89,7 +70,7 @@ std::string answer_text(const ModbusResult& result) {
       return result.registers.empty() ? "done" : registers_text(result.registers);
     case ModbusOutcome::exception:
       return fmt::format("refused, exception {}: {}", result.exception_code,
-                         exception_text(result.exception_code));
+                         host::exception_text(result.exception_code));
     case ModbusOutcome::timeout:
       return "no answer";
     case ModbusOutcome::malformed:
@@ -263,16 +244,7 @@ void ScriptedRun::take_answers() {
 
 std::uint32_t ScriptedRun::take_states_seen() { return std::exchange(states_seen_, 0); }
 
-std::string ScriptedRun::fault() const {
-  const unsigned first = run_.chip.guard.first_q;
-  if (first == 0 || first > spec::kFaultCount) return "";
-  const auto input = [&](spec::In reg) -> std::optional<std::uint16_t> {
-    if (reg == spec::kInDuty) return std::nullopt;  // the fault put it to 0
-    return run_.chip.read_register(reg);
-  };
-  return fault_sentence(static_cast<spec::Fault>(first - 1),
-                        {input, [&](spec::Reg reg) { return run_.chip.params()[reg]; }, "Now"});
-}
+std::string ScriptedRun::fault() const { return latched_fault(run_.chip, "Now"); }
 
 void ScriptedRun::note_fault() {
   const std::uint8_t first = run_.chip.guard.first_q;
@@ -288,11 +260,7 @@ void ScriptedRun::drop(double rate_hz, double energy_j) {
 }
 
 void ScriptedRun::add_row() {
-  if (rows_.size() >= kMostRows) {
-    const std::size_t half = kMostRows / 2;
-    rows_.erase(rows_.begin(), rows_.begin() + half);
-    rows_dropped_ += half;
-  }
+  if (rows_.size() >= kMostRows) rows_.erase(rows_.begin(), rows_.begin() + kMostRows / 2);
   const chip::Chip& chip = run_.chip;
   const auto pv = chip.read_register(spec::kInPv);
   const auto word = [&](spec::In reg) { return static_cast<std::int16_t>(chip.read_register(reg)); };

@@ -3,7 +3,6 @@
 // row each tenth of a second, what went over the serial line, and every change of a pin.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -76,8 +75,6 @@ class ScriptedRun {
 
   /// The last rows, oldest first.
   const std::vector<TraceRow>& rows() const { return rows_; }
-  /// Rows that are no longer kept.
-  std::uint64_t rows_dropped() const { return rows_dropped_; }
   /// The last entries, and the number of those no longer kept.
   const std::deque<LogEntry>& log() const { return log_; }
   std::uint64_t log_dropped() const { return log_dropped_; }
@@ -125,7 +122,6 @@ class ScriptedRun {
   std::uint32_t states_seen_ = 0;
 
   std::vector<TraceRow> rows_;
-  std::uint64_t rows_dropped_ = 0;
   std::deque<LogEntry> log_;
   std::uint64_t log_dropped_ = 0;
   std::vector<PinChange> changes_;  // a ring

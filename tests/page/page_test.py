@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The chip's page in Chromium: page_test.py MELTSTAGE TEST [PICTURES]. TEST: traces, operated, small, keyboard, bad_scenarios, looks."""
+"""The chip's page in Chromium: page_test.py MELTSTAGE TEST [PICTURES]. TEST: traces, given, operated, small, keyboard, bad_scenarios, looks."""
 import os
 import pathlib
 import random
@@ -68,13 +68,32 @@ def traces(page: pathlib.Path, folder: pathlib.Path) -> None:
     assert len(readings) > 20, "the reading hardly moved"
 
 
+def given(page: pathlib.Path, folder: pathlib.Path) -> None:
+    """A page with a scenario built in begins with it, also with one in which nothing happens."""
+    file, own = folder / "given.txt", folder / "given.html"
+    for text, shown in [("head PH-B  # </script> & \"quotes\"\n0.2 fan 0.1\n", "fan 0.1"), ("", "")]:
+        file.write_text(text)
+        command("page", "--scenario", str(file), "--out", str(own))
+        with Browser() as browser:
+            browser.open(own.as_uri())
+            browser.choose("#speed", "1e9")
+            browser.until("return parseFloat(document.getElementById('now').textContent) > 5", "time passes")
+            log = browser.text("#log")
+            assert shown in log and "SETPOINT" not in log, log
+            assert browser.errors() == [], browser.errors()
+
+
 def operated(page: pathlib.Path, _: pathlib.Path) -> None:
     with Browser() as browser:
         browser.open(address(page, "head PH-B"))
-        browser.run("const field = document.getElementById('setpoint'); field.value = 80;")
+        browser.run("document.getElementById('setpoint').value = ''")
+        browser.click("#heat")
+        assert browser.text("#refused").startswith("found set SETPOINT, expected"), browser.text("#refused")
+        browser.run("document.getElementById('setpoint').value = 80")
         browser.choose("#speed", "1e9")
         browser.click("#heat")
         browser.until("return parseFloat(document.querySelectorAll('#figures dd')[1].textContent) > 75", "the head is hot")
+        assert browser.text("#log").count("run: done") == 1, browser.text("#log")
         assert "set SETPOINT 80 °C: done" in browser.text("#log"), browser.text("#log")
         browser.choose("#knob_heater", "shorted")
         fault = browser.until("return document.getElementById('fault').textContent", "a fault")
@@ -135,7 +154,11 @@ def keyboard(page: pathlib.Path, _: pathlib.Path) -> None:
 
 def bad_scenarios(page: pathlib.Path, folder: pathlib.Path) -> None:
     file = folder / "bad.txt"
+    refusals = {}
     for text, expected in [
+            ("++1 run", "1: found ++1, expected a time of 0 to 1000000 s"),
+            ("1e-400 run", "1: found 1e-400, expected a time of 0 to 1000000 s"),
+            ("1 set SETPOINT 0x10", "1: found set SETPOINT 0x10, expected set REGISTER VALUE"),
             ("head PH-9", "1: found head PH-9, expected head PH-1, PH-A"),
             ("\n\n5 sensor gone\n", "3: found sensor gone, expected sensor sound|open"),
             ("nan run", "1: found nan run, expected head, sensor, noise"),
@@ -150,8 +173,13 @@ def bad_scenarios(page: pathlib.Path, folder: pathlib.Path) -> None:
             said = command(*arguments, status=2)
             assert f"{file}:{expected}" in said, said
             assert said.count("\n") == 1, said
+        refusals[text] = said.split(f"{file}:", 1)[1].rstrip()
         assert not (folder / "no.html").exists()
     with Browser() as browser:
+        for text, refusal in refusals.items():  # the page has another C++ library
+            browser.open(address(page, f"trace=1&{text}"))
+            told = browser.until("return document.getElementById('trace').textContent", f"the refusal of {text}")
+            assert told == f"line {refusal}", f"{told}, by the command {refusal}"
         browser.open(address(page, "5 sensor gone"))
         told = browser.until("return document.getElementById('trouble').textContent", "what is wrong")
         assert "line 1: found sensor gone, expected sensor sound|open" in told, told
