@@ -260,7 +260,7 @@ inline void Guard::step_hold_power(const GuardIn& in, const Seen& seen) {
 
 // Each 0.1 s the temperature to which the heat of the duty leads moves on, and is drawn to the reading with
 // an eighth of the head's time constant:
-//   seen += HEAT_RATE (duty - need - 8 (seen - need)), need = KFF (temperature - T_AMB).
+//   seen += HEAT_RATE (duty + 7 need - 8 seen), need = KFF (temperature - T_AMB).
 // A reading that is not where the heat went is no head's.
 inline void Guard::step_heat_balance(const GuardIn& in) {
   const Params& p = in.params;
@@ -276,7 +276,8 @@ inline void Guard::step_heat_balance(const GuardIn& in) {
     heat_set_q = set;
   } else if (heat_step_q == kHeatNeed) {
     const std::int64_t need = heat_acc_q >> kHeatFraction;
-    const std::int64_t excess = (heat_seen_q >> kHeatFraction) - need;
+    const std::int64_t seen = heat_seen_q >> kHeatFraction;
+    const std::int64_t excess = seen - need;
     const bool same = set == heat_set_q;
     const bool judged =
         run_q != 0 && rate != 0 && heat_known_q != 0 && same;  // otherwise seen follows the reading
@@ -285,7 +286,7 @@ inline void Guard::step_heat_balance(const GuardIn& in) {
     heat_low_q = judged && excess > kHeatLow;
     heat_high_q = judged && -excess > kHeatHigh;
     if (!judged) heat_seen_q = sign_extended(need << kHeatFraction, 40);
-    heat_x_q = static_cast<std::int32_t>(std::int64_t{5} * in.duty - need - 8 * excess);
+    heat_x_q = static_cast<std::int32_t>(7 * need - 8 * seen + std::int64_t{5} * in.duty);
     heat_acc_q = 0;
     heat_step_q = judged ? kHeatNeed + 1 : 0;
   } else if (heat_step_q >= kHeatMove) {

@@ -224,7 +224,7 @@ module tc_guard (
 
   // Each 0.1 s the temperature to which the heat of the duty leads moves on, and is drawn to the reading with an eighth
   // of the head's time constant:
-  //   seen += HEAT_RATE (duty - need - 8 (seen - need)), need = KFF (temperature - T_AMB).
+  //   seen += HEAT_RATE (duty + 7 need - 8 seen), need = KFF (temperature - T_AMB).
   // A reading that is not where the heat went is no head's.
   logic [8:0]         heat_rate;
   logic               heat_judged;             // otherwise seen follows the reading
@@ -232,7 +232,7 @@ module tc_guard (
   logic               heat_bit;                // of the factor, highest first
   logic [31:0]        heat_row;                // the factors' bits by step
   logic signed [23:0] over_amb;                // 1/320 degC
-  logic signed [31:0] heat_need, heat_excess;
+  logic signed [31:0] heat_need, heat_seen, heat_excess;
   assign heat_rate   = params_i.ctrl[tc_pkg::CtrlHeatRate +: tc_pkg::CtrlHeatRateWidth];
   always_comb begin
     heat_row = 32'd0;
@@ -245,7 +245,8 @@ module tc_guard (
   assign over_amb    = of_temp(17'(pv_q)) - of_tenths(17'($signed(params_i.t_amb)));
   assign heat_bit    = heat_row[heat_step_q];
   assign heat_need   = 32'($signed(heat_acc_q[39:12]));
-  assign heat_excess = 32'($signed(heat_seen_q[39:12])) - heat_need;
+  assign heat_seen   = 32'($signed(heat_seen_q[39:12]));
+  assign heat_excess = heat_seen - heat_need;
 
   always_comb begin
     cause_d = 15'd0;
@@ -426,7 +427,7 @@ module tc_guard (
         heat_low_q  <= heat_judged && heat_excess > HeatLow;
         heat_high_q <= heat_judged && -heat_excess > HeatHigh;
         if (!heat_judged) heat_seen_q <= {heat_acc_q[39:12], 12'd0};
-        heat_x_q    <= 32'(duty_i) * 32'sd5 - heat_need - (heat_excess <<< 3);
+        heat_x_q    <= (heat_need <<< 3) - heat_need - (heat_seen <<< 3) + 32'(duty_i) * 32'sd5;
         heat_acc_q  <= 40'sd0;
         heat_step_q <= heat_judged ? HeatNeed + 5'd1 : 5'd0;
       end else if (heat_step_q >= HeatMove) begin

@@ -222,6 +222,15 @@ Node Graph::fold(Op op, const APInt& a, const APInt& b) {
   }
 }
 
+// x if a is 0 - x. A sign above it says the same of a longer x, but of the lowest.
+std::optional<Node> Graph::negated(Node a) {
+  const bool extended = expressions_[a].op == Op::kSignExtend;
+  const Expression e = expressions_[extended ? expressions_[a].arguments[0] : a];
+  if (e.op != Op::kSub || !is_zero(e.arguments[0])) return std::nullopt;
+  if (extended && expressions_[e.arguments[1]].significant == e.width) return std::nullopt;
+  return sign_extend(e.arguments[1], width(a));
+}
+
 // What a and b make without a node of this operator; `done` says whether there is such a thing.
 Node Graph::simplified(Op op, Node a, Node b, bool& done) {
   const unsigned bits = width(a);
@@ -258,6 +267,8 @@ Node Graph::simplified(Op op, Node a, Node b, bool& done) {
       break;
     case Op::kAdd:
       if (is_zero(b)) return gives(a);
+      if (const auto less = negated(b)) return gives(binary(Op::kSub, a, *less));
+      if (const auto less = negated(a)) return gives(binary(Op::kSub, b, *less));
       break;
     case Op::kSub:
       if (is_zero(b)) return gives(a);
@@ -267,6 +278,12 @@ Node Graph::simplified(Op op, Node a, Node b, bool& done) {
       if (is_zero(b)) return gives(b);
       if (is_constant(b) && value(b).isPowerOf2())
         return gives(binary(Op::kShiftLeft, a, constant(bits, value(b).logBase2())));
+      if (is_constant(b) && (-value(b)).isPowerOf2())  // x - 8 y is an addition of -8 y to LLVM
+        return gives(binary(Op::kSub, constant(bits, 0),
+                            binary(Op::kShiftLeft, a, constant(bits, (-value(b)).logBase2()))));
+      if (is_constant(b) && value(b).isMask() && value(b).getActiveBits() > 2)  // 7 a = 8 a - a
+        return gives(
+            binary(Op::kSub, binary(Op::kShiftLeft, a, constant(bits, value(b).getActiveBits())), a));
       break;
     case Op::kUnsignedDivide:
       if (is_constant(b) && value(b).isPowerOf2())

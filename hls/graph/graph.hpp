@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -114,6 +115,7 @@ class Graph {
   unsigned used_bits(const Expression& e) const;
   unsigned significant_bits(const Expression& e) const;
   Node fold(Op op, const APInt& a, const APInt& b);
+  std::optional<Node> negated(Node a);
   Node simplified(Op op, Node a, Node b, bool& done);
 
   std::vector<Expression> expressions_;

@@ -135,10 +135,24 @@ class Both {
     nodes_.push_back(node);
     values_.push_back(value);
   }
+  // Or one of those that make a product a shift: 2^k, 2^k - 1, -2^k.
+  APInt any_constant(unsigned bits) {
+    const APInt power = APInt::getOneBitSet(bits, pick(bits));
+    switch (pick(5)) {
+      case 0:
+        return power;
+      case 1:
+        return power - 1;
+      case 2:
+        return -power;
+      default:
+        return APInt(bits, random_());
+    }
+  }
   std::pair<Node, APInt> as_wide(std::size_t i, unsigned bits) {
     const APInt& value = values_[i];
     if (pick(4) == 0) {
-      const APInt constant(bits, random_());
+      const APInt constant = any_constant(bits);
       return {graph_.constant(constant), constant};
     }
     if (value.getBitWidth() >= bits) return {graph_.slice(nodes_[i], 0, bits), value.trunc(bits)};
@@ -173,6 +187,18 @@ TEST(Graph, EqualExpressionsAreOneNode) {
   EXPECT_EQ(graph.binary(Op::kAdd, a, b), graph.binary(Op::kAdd, b, a));
   EXPECT_EQ(graph.select(graph.truth(true), a, b), a);
   EXPECT_EQ(graph.binary(Op::kXor, a, a), graph.constant(8, 0));
+}
+
+// LLVM writes a - 8 b as a + -8 b, and 8 a - a as 7 a.
+TEST(Graph, ProductsByConstantsOfFewDigitsAreShiftsAndDifferences) {
+  Graph graph;
+  const Node a = graph.input("a", 16), b = graph.input("b", 16);
+  const Node eight_b = graph.binary(Op::kShiftLeft, b, graph.constant(16, 3));
+  const auto times = [&](Node x, const APInt& factor) {
+    return graph.binary(Op::kMul, x, graph.constant(factor));
+  };
+  EXPECT_EQ(graph.binary(Op::kAdd, a, times(b, -APInt(16, 8))), graph.binary(Op::kSub, a, eight_b));
+  EXPECT_EQ(times(b, APInt(16, 7)), graph.binary(Op::kSub, eight_b, b));
 }
 
 }  // namespace
