@@ -22,33 +22,6 @@ namespace {
 
 bool is_bench(const std::filesystem::path& path) { return path.extension() == ".bench"; }
 
-// A scanned netlist as `generate` writes it, with the chains of the stream.
-ScanDesign design_of(const Netlist& netlist, const CaptureView& view, const CycleStream& stream) {
-  const ScanOptions names;
-  const auto has = [&](const std::string& name) {
-    return std::find(view.input_ports.begin(), view.input_ports.end(), name) != view.input_ports.end();
-  };
-  if (!has(names.test_mode) || !has(names.scan_enable))
-    throw UserError(
-        fmt::format("{}: found no ports {} and {}, expected a netlist that `dft generate` has scanned",
-                    netlist.file, names.test_mode, names.scan_enable));
-  ScanDesign design;
-  design.netlist = netlist;
-  design.chains = stream.chains;
-  design.test_mode = names.test_mode;
-  design.scan_enable = names.scan_enable;
-  for (const ScanFlop& flop : view.flops) {
-    for (const Port& port : netlist.ports) {
-      for (std::size_t i = 0; i < port.bits.size(); ++i) {
-        if (!flop.has_reset || !port.is_input || port.bits[i] != flop.reset) continue;
-        design.reset = port.bit_name(i);
-        design.reset_low = flop.reset_low;
-      }
-    }
-  }
-  return design;
-}
-
 void require_good(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
                   const Progress& progress) {
   const ReplayResult good = replay(view, stream, scan_enable, 1, {}, progress);
@@ -69,38 +42,6 @@ bool leaves_inputs_open(const CycleStream& stream) {
   });
 }
 
-// Inputs of the view in each cycle, what is left open at `open`, and which outputs the cycle compares.
-struct PlainPatterns {
-  std::vector<Pattern> patterns, compared;
-};
-PlainPatterns plain_patterns(const CaptureView& view, const CycleStream& stream, bool open) {
-  const auto signals_of = [&](const std::vector<std::string>& names, bool input) {
-    std::vector<std::size_t> signals;
-    for (const std::string& name : names) {
-      const auto found = std::find(stream.signals.begin(), stream.signals.end(), TestSignal{name, input});
-      signals.push_back(static_cast<std::size_t>(found - stream.signals.begin()));
-    }
-    return signals;
-  };
-  const std::vector<std::size_t> ins = signals_of(view.input_ports, true),
-                                 outs = signals_of(view.output_ports, false);
-  PlainPatterns result;
-  for (const TestCycle& cycle : stream.cycles) {
-    Pattern pattern, compared;
-    for (const std::size_t s : ins) {
-      const char c = cycle.states[s];
-      pattern.push_back(c == '1' || (open && c != '0' && c != 'P') ? 1 : 0);
-    }
-    for (const std::size_t s : outs) {
-      const char c = s < cycle.states.size() ? cycle.states[s] : 'X';
-      compared.push_back(c == 'H' || c == 'L' ? 1 : 0);
-    }
-    result.patterns.push_back(std::move(pattern));
-    result.compared.push_back(std::move(compared));
-  }
-  return result;
-}
-
 GradedFile without_reports(Circuit circuit) {
   GradedFile result;
   result.circuit = std::move(circuit);
@@ -118,7 +59,7 @@ GradedFile grade_plain(CaptureView view, const CycleStream& stream, const Progre
   require_good(view, stream, "", progress);
   GradedFile result = without_reports(view.circuit);
   const auto graded_with = [&](bool open) {
-    const PlainPatterns plain = plain_patterns(view, stream, open);
+    const Captures plain = captures_of_cycles(view, stream, open);
     return grade(view.circuit, blocks_of(plain.patterns, view.circuit.inputs().size(), plain.compared),
                  result.list.classes, kWorkers, progress);
   };
@@ -139,18 +80,18 @@ GradedFile grade_plain(CaptureView view, const CycleStream& stream, const Progre
 GradedFile grade_scanned(const Netlist& netlist, const CaptureView& free_view, const CellLibrary& library,
                          const CycleStream& counted, const Progress& progress) {
   const CycleStream stream = unrolled(counted);
-  const ScanDesign design = design_of(netlist, free_view, stream);
+  const ScanDesign design = scanned_design(netlist, free_view, stream.chains);
   require_chains(stream, free_view, netlist.file);
   require_good(free_view, stream, design.scan_enable, progress);
   const CaptureView view = scan_view(design, library);
   GradedFile result = without_reports(view.circuit);
-  std::vector<Pattern> compared;
-  const std::vector<Pattern> patterns = captures_of(view, stream, design.scan_enable, &compared);
-  result.patterns = patterns.size();
+  const Captures found = captures_of(view, stream, design.scan_enable);
+  result.patterns = found.patterns.size();
   const bool captures = is_captures_alone(view, design, stream) && !leaves_inputs_open(stream);
   if (captures) {
-    result.graded = grade(view.circuit, blocks_of(patterns, view.circuit.inputs().size(), compared),
-                          result.list.classes, kWorkers, progress);
+    result.graded =
+        grade(view.circuit, blocks_of(found.patterns, view.circuit.inputs().size(), found.compared),
+              result.list.classes, kWorkers, progress);
   } else {
     result.graded.detections.assign(result.list.classes.size(), 0);
     result.graded.first_pattern.assign(result.list.classes.size(), Grade::kUndetected);
@@ -161,6 +102,38 @@ GradedFile grade_scanned(const Netlist& netlist, const CaptureView& free_view, c
 }
 
 }  // namespace
+
+Captures captures_of_cycles(const CaptureView& view, const CycleStream& stream, bool open) {
+  const auto signals_of = [&](const std::vector<std::string>& names, bool input) {
+    std::vector<std::size_t> signals;
+    for (const std::string& name : names) {
+      const auto found = std::find(stream.signals.begin(), stream.signals.end(), TestSignal{name, input});
+      signals.push_back(static_cast<std::size_t>(found - stream.signals.begin()));
+    }
+    return signals;
+  };
+  const std::vector<std::size_t> ins = signals_of(view.input_ports, true),
+                                 outs = signals_of(view.output_ports, false);
+  Captures result;
+  result.compared_at = outs;
+  for (const TestCycle& cycle : stream.cycles) {
+    Pattern pattern, compared;
+    std::vector<std::uint32_t>& compared_in = result.compared_in.emplace_back();
+    for (const std::size_t s : ins) {
+      const char c = cycle.states[s];
+      pattern.push_back(c == '1' || (open && c != '0' && c != 'P') ? 1 : 0);
+    }
+    for (const std::size_t s : outs) {
+      const char c = s < cycle.states.size() ? cycle.states[s] : 'X';
+      compared.push_back(c == 'H' || c == 'L' ? 1 : 0);
+      compared_in.push_back(compared.back() != 0 ? static_cast<std::uint32_t>(result.patterns.size())
+                                                 : Captures::kNotCompared);
+    }
+    result.patterns.push_back(std::move(pattern));
+    result.compared.push_back(std::move(compared));
+  }
+  return result;
+}
 
 CaptureView plain_view(Circuit circuit) {
   CaptureView view;

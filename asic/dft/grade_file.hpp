@@ -9,6 +9,7 @@
 #include "asic/dft/core/cycles.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/faults.hpp"
+#include "asic/dft/scan/scan_test.hpp"
 #include "base/progress.hpp"
 
 namespace meltstage::dft {
@@ -30,6 +31,10 @@ GradedFile grade_file(const std::filesystem::path& netlist, const CellLibrary& l
 /// that `generate` writes. An output has the name of the line that it shows; one that is taken already gets
 /// _out behind it.
 CaptureView plain_view(Circuit circuit);
+
+/// A netlist without flops: each cycle is a capture. What the stream leaves open is at `open`. No cycle may
+/// have a count.
+Captures captures_of_cycles(const CaptureView& view, const CycleStream& stream, bool open);
 
 /// As a replay runs it: a .bench by plain_view(), else the capture view with nothing held.
 CaptureView view_to_replay(const std::filesystem::path& netlist, const CellLibrary& library);

@@ -24,7 +24,7 @@ class Import {
 };
 
 // What the change makes of flops and pins, against what they were: where its gates are the same nothing is
-// left to ask. The unchanged sides are equal (hls.whole_chip_is_the_rtl), so each difference breaks the
+// left to ask. The unchanged sides are equal (hls.chip_is_the_rtl), so each difference breaks the
 // changed question, too.
 Problem difference(const Problem& proved, const Problem& changed) {
   Problem result;

@@ -539,4 +539,16 @@ CaptureView capture_view(const Netlist& netlist, const CellLibrary& library, con
   return ViewBuilder(netlist, library, held).build();
 }
 
+bool resets_by(const CaptureView& view, std::size_t flop, Node node, std::int32_t pin) {
+  if (pin == kStem || !view.flops[flop].has_reset) return false;
+  const auto reset = view.node_of_net.find(view.flops[flop].reset);
+  if (reset == view.node_of_net.end()) return false;
+  if (view.circuit.fanin(node)[static_cast<std::size_t>(pin)] != reset->second) return false;
+  const Node capture = view.circuit.outputs()[view.output_ports.size() + flop];
+  while (node != capture && view.circuit.name(node) == view.flops[flop].name &&
+         view.circuit.fanout(node).size() == 1)
+    node = view.circuit.fanout(node)[0];
+  return node == capture;
+}
+
 }  // namespace meltstage::dft

@@ -47,4 +47,7 @@ using HeldPorts = std::map<std::string, bool>;
 /// doesn't exist.
 CaptureView capture_view(const Netlist& netlist, const CellLibrary& library, const HeldPorts& held = {});
 
+/// Whether the input `pin` of `node` is the pin by which this flop of the view is reset.
+bool resets_by(const CaptureView& view, std::size_t flop, Node node, std::int32_t pin);
+
 }  // namespace meltstage::dft

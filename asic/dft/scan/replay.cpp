@@ -95,7 +95,7 @@ class Player {
       const auto node = view.node_of_net.find(view.flops[f].reset);
       reset_node_.push_back(view.flops[f].has_reset && node != view.node_of_net.end() ? node->second
                                                                                       : kNoNode);
-      if (is_reset_pin(f)) stuck_reset_ = f;
+      if (fault.line && resets_by(view, f, fault.line->node, fault.line->pin)) stuck_reset_ = f;
     }
     for (std::size_t piece = 0; piece < kPieces; ++piece) {
       zeros_.set(lane_of(piece, 0), true);
@@ -140,17 +140,6 @@ class Player {
     }
     throw UserError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
                                 stream_.title, name));
-  }
-  // The stuck line is the reset pin of this flop.
-  bool is_reset_pin(std::size_t f) const {
-    if (!fault_.line || fault_.line->pin == kStem || reset_node_[f] == kNoNode) return false;
-    const Node capture = view_.circuit.outputs()[view_.output_ports.size() + f];
-    Node gate = fault_.line->node;
-    if (view_.circuit.fanin(gate)[static_cast<std::size_t>(fault_.line->pin)] != reset_node_[f]) return false;
-    while (gate != capture && view_.circuit.name(gate) == view_.flops[f].name &&
-           view_.circuit.fanout(gate).size() == 1)
-      gate = view_.circuit.fanout(gate)[0];
-    return gate == capture;
   }
   void evaluate(Batch& batch) const {
     if (fault_.line)

@@ -61,6 +61,10 @@ std::vector<ScanChain> trace_chains(const Netlist& netlist, const CellLibrary& l
 void require_chains(const CycleStream& stream, const CaptureView& view, const std::string& netlist,
                     const ScanOptions& names = {});
 
+/// A netlist that has scan already, as `dft generate` writes it. `view`: with nothing held. Throws UserError
+/// when it has no test mode or scan enable.
+ScanDesign scanned_design(const Netlist& netlist, const CaptureView& view, std::vector<ScanChain> chains);
+
 /// Values that the ports of a scan design hold while it captures.
 HeldPorts capture_holds(const ScanDesign& design);
 

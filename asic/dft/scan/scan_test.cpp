@@ -160,8 +160,7 @@ std::size_t ScanTest::input_count() const {
       std::count_if(signals.begin(), signals.end(), [](const TestSignal& s) { return s.is_input; }));
 }
 
-std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& counted,
-                                 const std::string& scan_enable, std::vector<Pattern>* compared) {
+Captures captures_of(const CaptureView& view, const CycleStream& counted, const std::string& scan_enable) {
   const CycleStream stream = unrolled(counted);
   const std::size_t enable = index_of(stream.signals, scan_enable), ports = view.input_ports.size(),
                     outs = view.output_ports.size();
@@ -202,18 +201,26 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
   if (clock == ports) throw UserError(fmt::format("{}: found no clock port, expected one", stream.title));
   const auto pulses = [&](std::size_t i) { return stream.cycles[i].states[signal_of_input[clock]] == 'P'; };
   const auto shifts = [&](std::size_t i) { return stream.cycles[i].states[enable] == '1'; };
-  std::vector<Pattern> patterns;
+  const auto compares = [&](std::size_t i, std::size_t signal) {
+    const char c = stream.cycles[i].states[signal];
+    return c == 'H' || c == 'L';
+  };
+  Captures captures;
+  captures.compared_at = signal_of_output;
+  captures.compared_at.resize(view.circuit.outputs().size(), stream.signals.size());
+  for (const Place& chain : chains)
+    for (const std::size_t f : chain.flops) captures.compared_at[outs + f] = chain.out;
   for (std::size_t at = 0; at < stream.cycles.size(); ++at) {
     if (shifts(at) || !pulses(at) || at == 0 || !shifts(at - 1)) continue;  // the capture right behind a load
-    Pattern pattern(view.circuit.inputs().size(), 0), seen(view.circuit.outputs().size(), 0);
+    Pattern pattern(view.circuit.inputs().size(), 0);
+    std::vector<std::uint32_t> compared_in(view.circuit.outputs().size(), Captures::kNotCompared);
     for (std::size_t i = 0; i < ports; ++i) {
       const char c = stream.cycles[at].states[signal_of_input[i]];
       pattern[i] = c == '1' ? 1 : 0;
     }
     for (std::size_t i = 0; i < outs; ++i) {
-      if (signal_of_output[i] == stream.signals.size()) continue;
-      const char c = stream.cycles[at].states[signal_of_output[i]];
-      seen[i] = c == 'H' || c == 'L' ? 1 : 0;
+      if (signal_of_output[i] != stream.signals.size() && compares(at, signal_of_output[i]))
+        compared_in[i] = static_cast<std::uint32_t>(at);
     }
     for (const Place& chain : chains) {
       std::size_t cell = 0;
@@ -227,14 +234,16 @@ std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& cou
       for (std::size_t i = at + 1; i < stream.cycles.size() && cell > 0; ++i) {
         if (!pulses(i)) continue;
         if (!shifts(i)) break;
-        const char c = stream.cycles[i].states[chain.out];
-        seen[outs + chain.flops[--cell]] = c == 'H' || c == 'L' ? 1 : 0;
+        --cell;
+        if (compares(i, chain.out)) compared_in[outs + chain.flops[cell]] = static_cast<std::uint32_t>(i);
       }
     }
-    patterns.push_back(std::move(pattern));
-    if (compared != nullptr) compared->push_back(std::move(seen));
+    Pattern& compared = captures.compared.emplace_back();
+    for (const std::uint32_t cycle : compared_in) compared.push_back(cycle != Captures::kNotCompared ? 1 : 0);
+    captures.patterns.push_back(std::move(pattern));
+    captures.compared_in.push_back(std::move(compared_in));
   }
-  return patterns;
+  return captures;
 }
 
 void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std::string& scan_enable) {

@@ -2,6 +2,7 @@
 // Patterns of a scan design as a tester applies them: load, capture, unload.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -76,11 +77,18 @@ CycleStream expand(const ScanTest& test);
 /// clocks than the longest chain has cells.
 void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std::string& scan_enable);
 
-/// The other way: the capture patterns of a stream, by input of `view`, from what its chains load and its
-/// ports drive. A capture is a clock with scan enable off right behind a load. `compared`, when given, tells
-/// by output of `view` whether the stream compares it. Throws UserError when chains or ports are not those
-/// of the netlist.
-std::vector<Pattern> captures_of(const CaptureView& view, const CycleStream& stream,
-                                 const std::string& scan_enable, std::vector<Pattern>* compared = nullptr);
+/// Captures of a stream: clocks with scan enable off right behind a load.
+struct Captures {
+  std::vector<Pattern> patterns;  ///< by input of the view
+  std::vector<Pattern> compared;  ///< by output of the view: 1 where the stream compares it
+  /// By output of the view, the cycle in which it is compared; kNotCompared where it is not.
+  std::vector<std::vector<std::uint32_t>> compared_in;
+  static constexpr std::uint32_t kNotCompared = ~std::uint32_t{0};
+  std::vector<std::size_t> compared_at;  ///< by output of the view: the signal that shows it
+};
+
+/// The other way: what the chains of a stream load, its ports drive, and its strobes compare. Throws
+/// UserError when chains or ports are not those of the netlist.
+Captures captures_of(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable);
 
 }  // namespace meltstage::dft

@@ -12,6 +12,32 @@
 
 namespace meltstage::dft {
 
+ScanDesign scanned_design(const Netlist& netlist, const CaptureView& view, std::vector<ScanChain> chains) {
+  const ScanOptions names;
+  const auto has = [&](const std::string& name) {
+    return std::find(view.input_ports.begin(), view.input_ports.end(), name) != view.input_ports.end();
+  };
+  if (!has(names.test_mode) || !has(names.scan_enable))
+    throw UserError(
+        fmt::format("{}: found no ports {} and {}, expected a netlist that `dft generate` has scanned",
+                    netlist.file, names.test_mode, names.scan_enable));
+  ScanDesign design;
+  design.netlist = netlist;
+  design.chains = std::move(chains);
+  design.test_mode = names.test_mode;
+  design.scan_enable = names.scan_enable;
+  for (const ScanFlop& flop : view.flops) {
+    for (const Port& port : netlist.ports) {
+      for (std::size_t i = 0; i < port.bits.size(); ++i) {
+        if (!flop.has_reset || !port.is_input || port.bits[i] != flop.reset) continue;
+        design.reset = port.bit_name(i);
+        design.reset_low = flop.reset_low;
+      }
+    }
+  }
+  return design;
+}
+
 HeldPorts capture_holds(const ScanDesign& design) {
   HeldPorts held{{design.test_mode, true}, {design.scan_enable, false}};
   if (!design.reset.empty()) held[design.reset] = design.reset_low;

@@ -190,8 +190,10 @@ TEST(Scan, SlowScanEnablesAreFoundByTheFile) {
 
 // What a stream's captures load, drive and compare, by which faults are graded.
 struct Graded {
-  explicit Graded(const CycleStream& stream)
-      : patterns(captures_of(machine().view, stream, "scan_en_i", &compared)),
+  explicit Graded(const CycleStream& stream) : Graded(captures_of(machine().view, stream, "scan_en_i")) {}
+  explicit Graded(const Captures& captures)
+      : compared(captures.compared),
+        patterns(captures.patterns),
         first_pattern(grade(machine().view.circuit,
                             blocks_of(patterns, machine().view.circuit.inputs().size(), compared),
                             collapse(machine().view.circuit).classes, 1)
@@ -493,8 +495,7 @@ TEST(Scan, FileAsWrittenRunsOnSplitPorts) {
 // What the stream loads and compares, taken from it again, grades as it did.
 TEST(Scan, GradingTheFileFindsTheSameFaults) {
   const Machine& m = machine();
-  std::vector<Pattern> compared;
-  const std::vector<Pattern> patterns = captures_of(m.view, m.stream, "scan_en_i", &compared);
+  const auto [patterns, compared, compared_in, compared_at] = captures_of(m.view, m.stream, "scan_en_i");
   ASSERT_EQ(patterns.size(), m.set.patterns.size());
   const std::size_t inputs = m.view.circuit.inputs().size();
   const Grade again = grade(m.view.circuit, blocks_of(patterns, inputs, compared), m.set.faults.classes, 1);

@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/diagnosis/tester.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <random>
+#include <span>
+#include <utility>
+
+#include "asic/dft/core/lanes.hpp"
+#include "asic/dft/core/patterns.hpp"
+#include "asic/dft/scan/replay.hpp"
+#include "base/error.hpp"
+
+namespace meltstage::dft {
+namespace {
+
+// Cycles that one lane runs.
+struct Stretch {
+  std::size_t begin, end;
+};
+
+std::vector<Stretch> stretches_of(const CaptureView& view, const CycleStream& stream,
+                                  const std::string& scan_enable) {
+  const std::size_t total = stream.cycles.size();
+  std::vector<Stretch> stretches;
+  const auto cut = [&](std::size_t at) {
+    const std::size_t begin = stretches.empty() ? 0 : stretches.back().end;
+    if (at > begin) stretches.push_back({begin, at});
+  };
+  if (view.flops.empty()) {
+    for (std::size_t i = 0; i < total; ++i) cut(i + 1);
+    return stretches;
+  }
+  const auto enable = static_cast<std::size_t>(
+      std::find(stream.signals.begin(), stream.signals.end(), TestSignal{scan_enable, true}) -
+      stream.signals.begin());
+  if (enable < stream.signals.size()) {
+    for (std::size_t i = 1; i < total; ++i) {
+      if (stream.cycles[i].states[enable] == '1' && stream.cycles[i - 1].states[enable] != '1') cut(i);
+    }
+  }
+  cut(total);
+  return stretches;
+}
+
+Lanes blend(const Lanes& mask, const Lanes& where, const Lanes& elsewhere) {
+  return (where & mask) | (elsewhere & ~mask);
+}
+
+// A defect, and what its line is driven to, was driven to in the cycle before, and is found at.
+struct AtWork {
+  ChipDefect defect;
+  Word driven = {}, before = {};
+  Word other_driven = {}, other_before = {};  // of a bridge's second line
+
+  bool is_stem(Node node) const { return defect.line == Line{node, kStem}; }
+};
+
+// The level of a bridge's line `own`, as both are driven.
+Lanes bridged(DefectKind kind, const Lanes& own, const Lanes& other) {
+  switch (kind) {
+    case DefectKind::dominated_by:
+      return other;
+    case DefectKind::wired_and:
+      return own & other;
+    default:
+      return own | other;
+  }
+}
+
+class Tester {
+ public:
+  Tester(const CaptureView& view, const CycleStream& stream, const TestedChip& chip)
+      : view_(view),
+        circuit_(view.circuit),
+        stream_(stream),
+        random_(chip.seed),
+        values_(circuit_.size()),
+        driven_(circuit_.inputs().size()),
+        marked_(circuit_.size(), 0) {
+    require_order(stream);
+    require_clocks(view, stream);
+    for (const std::string& name : view.input_ports) input_.push_back(signal(name));
+    for (std::size_t s = 0; s < stream.signals.size(); ++s) {
+      if (stream.signals[s].is_input) continue;
+      const auto port = std::find(view.output_ports.begin(), view.output_ports.end(), stream.signals[s].name);
+      if (port == view.output_ports.end())
+        throw UserError(fmt::format("{}: found output signal {}, expected an output port of the netlist",
+                                    stream.title, stream.signals[s].name));
+      output_.emplace_back(s, circuit_.outputs()[static_cast<std::size_t>(port - view.output_ports.begin())]);
+    }
+    for (const ChipDefect& defect : chip.defects) {
+      defects_.push_back({.defect = defect});
+      marked_[defect.line.node] = 1;
+      if (is_bridge(defect.kind)) marked_[defect.other.node] = 1;
+    }
+    for (std::size_t f = 0; f < view.flops.size(); ++f) {
+      const auto node = view.node_of_net.find(view.flops[f].reset);
+      reset_node_.push_back(view.flops[f].has_reset && node != view.node_of_net.end() ? node->second
+                                                                                      : kNoNode);
+      const auto resets = [&](const AtWork& d) {
+        return resets_by(view, f, d.defect.line.node, d.defect.line.pin);
+      };
+      const auto defect = std::find_if(defects_.begin(), defects_.end(), resets);
+      reset_defect_.push_back(defect == defects_.end() ? nullptr : &*defect);
+      state(f).part[0] = random_() & 1;  // of the lane that runs first
+    }
+  }
+
+  FailLog run(const std::vector<Stretch>& stretches, const Progress& progress) {
+    FailLog log;
+    for (std::size_t first = 0; first < stretches.size(); first += kLanes) {
+      tell(progress, "testing", first, stretches.size());
+      const std::size_t count = std::min(kLanes, stretches.size() - first);
+      run_side_by_side(std::span(stretches).subspan(first, count));
+      log.fails.insert(log.fails.end(), fails_.begin(), fails_.end());
+    }
+    std::sort(log.fails.begin(), log.fails.end());
+    return log;
+  }
+
+ private:
+  std::size_t signal(const std::string& name) const {
+    const auto found = std::find(stream_.signals.begin(), stream_.signals.end(), TestSignal{name, true});
+    if (found == stream_.signals.end())
+      throw UserError(fmt::format("{}: found no input signal {}, expected every input port of the netlist",
+                                  stream_.title, name));
+    return static_cast<std::size_t>(found - stream_.signals.begin());
+  }
+  Word& state(std::size_t flop) { return driven_[view_.input_ports.size() + flop]; }
+
+  // All that goes from one cycle to the next.
+  std::vector<Word*> carried() {
+    std::vector<Word*> words;
+    for (std::size_t f = 0; f < view_.flops.size(); ++f) words.push_back(&state(f));
+    for (AtWork& defect : defects_) {
+      words.push_back(&defect.before);
+      words.push_back(&defect.other_before);
+    }
+    return words;
+  }
+
+  // Lane k + 1 begins as lane k ends. Lane 0 begins as the last lane of the stretches before ended, which
+  // stands in lane 0 of what is carried; so it does afterwards.
+  void run_side_by_side(std::span<const Stretch> stretches) {
+    const std::vector<Word*> words = carried();
+    std::vector<Word> begin;
+    for (const Word* word : words) {
+      Word same;  // a guess for the other lanes
+      same.set(0, kLanes, word->bit(0));
+      begin.push_back(same);
+    }
+    for (bool settled = false; !settled;) {
+      for (std::size_t i = 0; i < words.size(); ++i) *words[i] = begin[i];
+      run_once(stretches);
+      settled = true;
+      for (std::size_t i = 0; i < words.size(); ++i) {
+        Word next = begin[i];
+        for (std::size_t lane = 1; lane < stretches.size(); ++lane) next.set(lane, words[i]->bit(lane - 1));
+        settled = settled && next == begin[i];
+        begin[i] = next;
+      }
+    }
+    for (Word* word : words) word->set(0, word->bit(stretches.size() - 1));
+  }
+
+  void run_once(std::span<const Stretch> stretches) {
+    fails_.clear();
+    std::size_t steps = 0;
+    for (const Stretch& stretch : stretches) steps = std::max(steps, stretch.end - stretch.begin);
+    for (std::size_t t = 0; t < steps; ++t) {
+      Word running, clocked;
+      drive(stretches, t, running, clocked);
+      evaluate();
+      if (apply_resets()) evaluate();
+      compare(stretches, t);
+      clock(clocked);
+      for (AtWork& defect : defects_) {
+        lanes(defect.before) = blend(lanes(running), lanes(defect.driven), lanes(defect.before));
+        lanes(defect.other_before) =
+            blend(lanes(running), lanes(defect.other_driven), lanes(defect.other_before));
+      }
+    }
+  }
+
+  // Inputs of the t-th cycle of each stretch. A lane that has come to its end stands still.
+  void drive(std::span<const Stretch> stretches, std::size_t t, Word& running, Word& clocked) {
+    for (std::size_t k = 0; k < stretches.size(); ++k)
+      if (stretches[k].begin + t < stretches[k].end) running.set(k, true);
+    for (std::size_t i = 0; i < input_.size(); ++i) {
+      for (std::size_t k = 0; k < stretches.size(); ++k) {
+        const std::size_t at = std::min(stretches[k].begin + t, stretches[k].end - 1);
+        const char level = stream_.cycles[at].states[input_[i]];
+        const bool open = level != '0' && level != '1' && level != 'P';
+        if (!open)
+          driven_[i].set(k, level == '1');
+        else if (running.bit(k))
+          driven_[i].set(k, (random_() & 1) != 0);
+        if (level == 'P' && view_.clock_ports[i] != 0 && running.bit(k)) clocked.set(k, true);
+      }
+    }
+  }
+
+  // Bridges are seen as their lines were driven in the pass before, until that stays as it is.
+  void evaluate() {
+    constexpr int kMostPasses = 16;
+    for (int pass = 0; pass < kMostPasses; ++pass) {
+      if (!changes_bridges()) return;
+    }
+    throw UserError(
+        "bridges that act on each other: found no levels at which they rest, expected defects "
+        "that do");
+  }
+  bool changes_bridges() {
+    std::vector<Word> seen;
+    for (const AtWork& defect : defects_) {
+      seen.push_back(defect.driven);
+      seen.push_back(defect.other_driven);
+    }
+    for (std::size_t i = 0; i < driven_.size(); ++i) values_[circuit_.inputs()[i]] = driven_[i];
+    for (Node node = 0; node < circuit_.size(); ++node) {
+      const auto fanin = circuit_.fanin(node);
+      dft::evaluate(
+          circuit_.kind(node), fanin.size(),
+          [&](std::size_t i) -> const Lanes& {
+            if (marked_[node] != 0) return input_of(node, i);
+            return lanes(values_[fanin[i]]);
+          },
+          lanes(values_[node]));
+      if (marked_[node] != 0) disturb_stem(node);
+    }
+    for (std::size_t d = 0; d < defects_.size(); ++d) {
+      if (is_bridge(defects_[d].defect.kind) &&
+          (seen[2 * d] != defects_[d].driven || seen[2 * d + 1] != defects_[d].other_driven))
+        return true;
+    }
+    return false;
+  }
+  // What a pin sees of its driver.
+  const Lanes& input_of(Node node, std::size_t pin) {
+    Word& value = values_[circuit_.fanin(node)[pin]];
+    for (AtWork& defect : defects_) {
+      if (defect.defect.line != Line{node, static_cast<std::int32_t>(pin)}) continue;
+      defect.driven = value;
+      at_pin_ = found(defect);
+      return lanes(at_pin_);
+    }
+    return lanes(value);
+  }
+  void disturb_stem(Node node) {
+    for (AtWork& defect : defects_) {
+      if (defect.is_stem(node)) {
+        defect.driven = values_[node];
+        values_[node] = found(defect);
+      } else if (is_bridge(defect.defect.kind) && defect.defect.other.node == node) {
+        defect.other_driven = values_[node];
+        if (defect.defect.kind != DefectKind::dominated_by)
+          lanes(values_[node]) =
+              bridged(defect.defect.kind, lanes(defect.other_driven), lanes(defect.driven));
+      }
+    }
+  }
+  // The level of a line with a defect.
+  static Word found(const AtWork& defect) {
+    Word word;
+    Lanes& result = lanes(word);
+    const Lanes& driven = lanes(defect.driven);
+    switch (defect.defect.kind) {
+      case DefectKind::stuck_at_0:
+        break;
+      case DefectKind::stuck_at_1:
+        result = ~Lanes{};
+        break;
+      case DefectKind::slow_to_rise:
+        result = driven & lanes(defect.before);
+        break;
+      case DefectKind::slow_to_fall:
+        result = driven | lanes(defect.before);
+        break;
+      default:
+        result = bridged(defect.defect.kind, driven, lanes(defect.other_driven));
+    }
+    return word;
+  }
+
+  // Asynchronous resets; true when a state changed.
+  bool apply_resets() {
+    bool changed = false;
+    for (std::size_t f = 0; f < view_.flops.size(); ++f) {
+      if (reset_node_[f] == kNoNode) continue;
+      const Lanes net = lanes(reset_of(f));
+      const Lanes active = view_.flops[f].reset_low ? ~net : net;
+      Lanes& now = lanes(state(f));
+      const Lanes next = view_.flops[f].reset_value ? now | active : now & ~active;
+      changed = changed || !is_zero(next ^ now);
+      now = next;
+    }
+    return changed;
+  }
+  const Word& reset_of(std::size_t flop) {
+    const AtWork* defect = reset_defect_[flop];
+    if (defect == nullptr) return values_[reset_node_[flop]];
+    at_pin_ = found(*defect);
+    return at_pin_;
+  }
+
+  void compare(std::span<const Stretch> stretches, std::size_t t) {
+    for (std::size_t k = 0; k < stretches.size(); ++k) {
+      const std::size_t at = stretches[k].begin + t;
+      if (at >= stretches[k].end) continue;
+      const std::string& states = stream_.cycles[at].states;
+      for (const auto& [s, node] : output_) {
+        if ((states[s] == 'H' || states[s] == 'L') && values_[node].bit(k) != (states[s] == 'H'))
+          fails_.push_back({at, s});
+      }
+    }
+  }
+  void clock(const Word& clocked) {
+    const std::size_t outs = view_.output_ports.size();
+    for (std::size_t f = 0; f < view_.flops.size(); ++f)
+      lanes(state(f)) = blend(lanes(clocked), lanes(values_[circuit_.outputs()[outs + f]]), lanes(state(f)));
+  }
+
+  const CaptureView& view_;
+  const Circuit& circuit_;
+  const CycleStream& stream_;
+  std::mt19937_64 random_;
+  std::vector<Word> values_, driven_;  // by node; by input of the circuit, before any defect
+  std::vector<std::uint8_t> marked_;   // nodes with a defect at them or at an input of theirs
+  std::vector<AtWork> defects_;
+  std::vector<std::size_t> input_;                    // signal of each input port
+  std::vector<std::pair<std::size_t, Node>> output_;  // signal and node of each output port
+  std::vector<Node> reset_node_;                      // by flop
+  std::vector<const AtWork*> reset_defect_;           // by flop: of its reset pin
+  std::vector<FailedStrobe> fails_;
+  Word at_pin_;
+};
+
+}  // namespace
+
+FailLog test_chip(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
+                  const TestedChip& chip, const Progress& progress) {
+  const CycleStream single = unrolled(stream);
+  return Tester(view, single, chip).run(stretches_of(view, single, scan_enable), progress);
+}
+
+FailLog kept_in_memory(FailLog log, std::size_t room) {
+  if (log.fails.size() <= room) return log;
+  log.fails.resize(room);
+  log.truncated = true;
+  return log;
+}
+
+}  // namespace meltstage::dft
