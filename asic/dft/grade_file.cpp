@@ -129,6 +129,7 @@ Captures captures_of_cycles(const CaptureView& view, const CycleStream& stream, 
       compared_in.push_back(compared.back() != 0 ? static_cast<std::uint32_t>(result.patterns.size())
                                                  : Captures::kNotCompared);
     }
+    result.before.push_back(result.patterns.empty() ? pattern : result.patterns.back());
     result.patterns.push_back(std::move(pattern));
     result.compared.push_back(std::move(compared));
   }

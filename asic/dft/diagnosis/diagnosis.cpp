@@ -14,8 +14,9 @@
 namespace meltstage::dft {
 namespace {
 
-constexpr const char* kNames[] = {"stuck-at-0",    "stuck-at-1", "dominated-by", "wired-and", "wired-or",
-                                  "cell-internal", "falls-to-0", "rises-to-1",   "unsteady"};
+constexpr const char* kNames[] = {"stuck-at-0",   "stuck-at-1", "slow-to-rise", "slow-to-fall",
+                                  "dominated-by", "wired-and",  "wired-or",     "cell-internal",
+                                  "falls-to-0",   "rises-to-1", "unsteady"};
 
 std::size_t count(const Lanes& word) {
   std::size_t bits = 0;
@@ -121,6 +122,29 @@ std::vector<bool> reached_from(const Circuit& circuit, Node node) {
   return reached;
 }
 
+// Behaviours of which none is plainer than the other rank alike.
+int plainness(Behaviour behaviour) {
+  switch (behaviour) {
+    case Behaviour::stuck_at_0:
+    case Behaviour::stuck_at_1:
+      return 0;
+    case Behaviour::slow_to_rise:
+    case Behaviour::slow_to_fall:
+      return 1;
+    case Behaviour::dominated_by:
+    case Behaviour::wired_and:
+    case Behaviour::wired_or:
+      return 2;
+    case Behaviour::cell_internal:
+      return 3;
+    case Behaviour::falls_to_0:
+    case Behaviour::rises_to_1:
+      return 4;
+    default:
+      return 5;
+  }
+}
+
 std::string cell_of(const std::string& site) { return site.substr(0, site.rfind('/')); }
 
 }  // namespace
@@ -128,7 +152,9 @@ std::string cell_of(const std::string& site) { return site.substr(0, site.rfind(
 const char* to_string(Behaviour behaviour) { return kNames[static_cast<std::size_t>(behaviour)]; }
 
 bool ranks_before(const Suspect& a, const Suspect& b) {
-  const auto key = [](const Suspect& s) { return std::tuple(~s.explained, s.behaviour, s.contradicted); };
+  const auto key = [](const Suspect& s) {
+    return std::tuple(~s.explained, plainness(s.behaviour), s.contradicted);
+  };
   return key(a) < key(b);
 }
 
@@ -138,6 +164,8 @@ Diagnoser::Diagnoser(const Circuit& circuit, Captures captures, std::vector<std:
       neighbours_(std::move(neighbours)),
       blocks_(blocks_of(captures_.patterns, circuit.inputs().size(), captures_.compared)) {
   for (const PatternBlock& block : blocks_) simulate(circuit, block, good_.emplace_back(circuit.size()));
+  for (const PatternBlock& block : blocks_of(captures_.before, circuit.inputs().size()))
+    simulate(circuit, block, before_.emplace_back(circuit.size()));
   std::map<std::string, std::vector<Node>> inputs;  // of a cell
   std::map<Node, std::string> driver;               // cell
   std::set<Line> lines;
@@ -338,24 +366,34 @@ class Case {
     const Node source = source_of(circuit_, d_.lines_[line]);
     Suspect result{.line = d_.lines_[line], .explained = explained};
     const auto level = [&](std::size_t b) -> const Lanes& { return lanes(d_.good_[b][source]); };
+    const auto before = [&](std::size_t b) -> const Lanes& { return lanes(d_.before_[b][source]); };
     const auto at_1 = misfit(effect, open, [&](std::size_t b) { return level(b); });
     const auto at_0 = misfit(effect, open, [&](std::size_t b) { return ~level(b); });
-    if (at_1 == std::pair<std::size_t, std::size_t>(0, 0)) {
-      result.behaviour = Behaviour::stuck_at_0;
-    } else if (at_0 == std::pair<std::size_t, std::size_t>(0, 0)) {
-      result.behaviour = Behaviour::stuck_at_1;
-    } else if (!finds_bridge(result, source, effect, open)) {
-      if (follows_from_inputs(line, effect, open)) {
-        result.behaviour = Behaviour::cell_internal;
-      } else {
-        result.behaviour = at_1.first == 0   ? Behaviour::falls_to_0
-                           : at_0.first == 0 ? Behaviour::rises_to_1
-                                             : Behaviour::unsteady;
-        result.contradicted = at_1.first == 0   ? at_1.second
-                              : at_0.first == 0 ? at_0.second
-                                                : at_1.second + at_0.second;
-      }
-    }
+    const auto rising = misfit(effect, open, [&](std::size_t b) { return level(b) & ~before(b); });
+    const auto falling = misfit(effect, open, [&](std::size_t b) { return ~level(b) & before(b); });
+    const auto is = [&](Behaviour behaviour, std::size_t contradicted) {
+      result.behaviour = behaviour;
+      result.contradicted = contradicted;
+    };
+    constexpr std::pair<std::size_t, std::size_t> kFits(0, 0);
+    if (at_1 == kFits)
+      is(Behaviour::stuck_at_0, 0);
+    else if (at_0 == kFits)
+      is(Behaviour::stuck_at_1, 0);
+    else if (rising == kFits)
+      is(Behaviour::slow_to_rise, 0);
+    else if (falling == kFits)
+      is(Behaviour::slow_to_fall, 0);
+    else if (finds_bridge(result, source, effect, open))
+      return result;
+    else if (follows_from_inputs(line, effect, open))
+      is(Behaviour::cell_internal, 0);
+    else if (at_1.first == 0)
+      is(Behaviour::falls_to_0, at_1.second);
+    else if (at_0.first == 0)
+      is(Behaviour::rises_to_1, at_0.second);
+    else
+      is(Behaviour::unsteady, at_1.second + at_0.second);
     return result;
   }
 

@@ -24,11 +24,13 @@ namespace meltstage::dft {
 enum class Behaviour : std::uint8_t {
   stuck_at_0,
   stuck_at_1,
+  slow_to_rise,  ///< 0 where it was 0 in the cycle before
+  slow_to_fall,
   dominated_by,   ///< it has the level of another line: a bridge
   wired_and,      ///< 0 where another line is 0
   wired_or,       ///< 1 where another line is 1
   cell_internal,  ///< wrong for some levels at its cell's inputs, always then
-  falls_to_0,     ///< wrong at 1 alone, and not always: slow to rise, or a weak contact
+  falls_to_0,     ///< wrong at 1 alone, and not always
   rises_to_1,     ///< wrong at 0 alone, and not always
   unsteady        ///< wrong at both levels, by no rule that was tried
 };
@@ -75,6 +77,7 @@ class Diagnoser {
   std::vector<std::vector<Node>> neighbours_;
   std::vector<PatternBlock> blocks_;
   std::vector<std::vector<Word>> good_;         // by block, by node
+  std::vector<std::vector<Word>> before_;       // likewise in the cycle before the capture
   std::vector<Line> lines_;                     // one for each site that no other line stands for
   std::vector<std::vector<Node>> cell_inputs_;  // by line: what drives the inputs of the cell that drives it
   std::vector<Node> nets_;                      // that a bridge may join

@@ -16,7 +16,7 @@
 namespace meltstage::dft {
 namespace {
 
-// Cycles that one lane runs.
+// Cycles that one lane of each chip runs.
 struct Stretch {
   std::size_t begin, end;
 };
@@ -52,6 +52,7 @@ Lanes blend(const Lanes& mask, const Lanes& where, const Lanes& elsewhere) {
 // A defect, and what its line is driven to, was driven to in the cycle before, and is found at.
 struct AtWork {
   ChipDefect defect;
+  Word chip = {};  // lanes of the chip that has it
   Word driven = {}, before = {};
   Word other_driven = {}, other_before = {};  // of a bridge's second line
 
@@ -72,11 +73,12 @@ Lanes bridged(DefectKind kind, const Lanes& own, const Lanes& other) {
 
 class Tester {
  public:
-  Tester(const CaptureView& view, const CycleStream& stream, const TestedChip& chip)
+  Tester(const CaptureView& view, const CycleStream& stream, const std::vector<TestedChip>& chips)
       : view_(view),
         circuit_(view.circuit),
         stream_(stream),
-        random_(chip.seed),
+        lanes_(kLanes / chips.size()),
+        fails_(chips.size()),
         values_(circuit_.size()),
         driven_(circuit_.inputs().size()),
         marked_(circuit_.size(), 0) {
@@ -91,34 +93,37 @@ class Tester {
                                     stream.title, stream.signals[s].name));
       output_.emplace_back(s, circuit_.outputs()[static_cast<std::size_t>(port - view.output_ports.begin())]);
     }
-    for (const ChipDefect& defect : chip.defects) {
-      defects_.push_back({.defect = defect});
-      marked_[defect.line.node] = 1;
-      if (is_bridge(defect.kind)) marked_[defect.other.node] = 1;
+    for (std::size_t c = 0; c < chips.size(); ++c) {
+      random_.emplace_back(chips[c].seed);
+      for (const ChipDefect& defect : chips[c].defects) {
+        AtWork& added = defects_.emplace_back(AtWork{.defect = defect});
+        added.chip.set(c * lanes_, lanes_, true);
+        marked_[defect.line.node] = 1;
+        if (is_bridge(defect.kind)) marked_[defect.other.node] = 1;
+      }
     }
     for (std::size_t f = 0; f < view.flops.size(); ++f) {
       const auto node = view.node_of_net.find(view.flops[f].reset);
       reset_node_.push_back(view.flops[f].has_reset && node != view.node_of_net.end() ? node->second
                                                                                       : kNoNode);
-      const auto resets = [&](const AtWork& d) {
-        return resets_by(view, f, d.defect.line.node, d.defect.line.pin);
-      };
-      const auto defect = std::find_if(defects_.begin(), defects_.end(), resets);
-      reset_defect_.push_back(defect == defects_.end() ? nullptr : &*defect);
-      state(f).part[0] = random_() & 1;  // of the lane that runs first
+      reset_defects_.emplace_back();
+      for (const AtWork& defect : defects_)
+        if (resets_by(view, f, defect.defect.line.node, defect.defect.line.pin))
+          reset_defects_.back().push_back(&defect);
+      for (std::size_t c = 0; c < chips.size(); ++c) state(f).set(c * lanes_, (random_[c]() & 1) != 0);
     }
   }
 
-  FailLog run(const std::vector<Stretch>& stretches, const Progress& progress) {
-    FailLog log;
-    for (std::size_t first = 0; first < stretches.size(); first += kLanes) {
+  std::vector<FailLog> run(const std::vector<Stretch>& stretches, const Progress& progress) {
+    std::vector<FailLog> logs(fails_.size());
+    for (std::size_t first = 0; first < stretches.size(); first += lanes_) {
       tell(progress, "testing", first, stretches.size());
-      const std::size_t count = std::min(kLanes, stretches.size() - first);
-      run_side_by_side(std::span(stretches).subspan(first, count));
-      log.fails.insert(log.fails.end(), fails_.begin(), fails_.end());
+      run_side_by_side(std::span(stretches).subspan(first, std::min(lanes_, stretches.size() - first)));
+      for (std::size_t c = 0; c < logs.size(); ++c)
+        logs[c].fails.insert(logs[c].fails.end(), fails_[c].begin(), fails_[c].end());
     }
-    std::sort(log.fails.begin(), log.fails.end());
-    return log;
+    for (FailLog& log : logs) std::sort(log.fails.begin(), log.fails.end());
+    return logs;
   }
 
  private:
@@ -142,15 +147,14 @@ class Tester {
     return words;
   }
 
-  // Lane k + 1 begins as lane k ends. Lane 0 begins as the last lane of the stretches before ended, which
-  // stands in lane 0 of what is carried; so it does afterwards.
+  // Of each chip lane k + 1 begins as lane k ends. Its first lane begins as its last lane of the stretches
+  // before ended, which stands in its first lane of what is carried; so it does afterwards.
   void run_side_by_side(std::span<const Stretch> stretches) {
     const std::vector<Word*> words = carried();
     std::vector<Word> begin;
     for (const Word* word : words) {
-      Word same;  // a guess for the other lanes
-      same.set(0, kLanes, word->bit(0));
-      begin.push_back(same);
+      Word& same = begin.emplace_back();  // a guess for the other lanes
+      for (std::size_t c = 0; c < fails_.size(); ++c) same.set(c * lanes_, lanes_, word->bit(c * lanes_));
     }
     for (bool settled = false; !settled;) {
       for (std::size_t i = 0; i < words.size(); ++i) *words[i] = begin[i];
@@ -158,16 +162,22 @@ class Tester {
       settled = true;
       for (std::size_t i = 0; i < words.size(); ++i) {
         Word next = begin[i];
-        for (std::size_t lane = 1; lane < stretches.size(); ++lane) next.set(lane, words[i]->bit(lane - 1));
+        for (std::size_t c = 0; c < fails_.size(); ++c) {
+          for (std::size_t k = 1; k < stretches.size(); ++k)
+            next.set(c * lanes_ + k, words[i]->bit(c * lanes_ + k - 1));
+        }
         settled = settled && next == begin[i];
         begin[i] = next;
       }
     }
-    for (Word* word : words) word->set(0, word->bit(stretches.size() - 1));
+    for (Word* word : words) {
+      for (std::size_t c = 0; c < fails_.size(); ++c)
+        word->set(c * lanes_, word->bit(c * lanes_ + stretches.size() - 1));
+    }
   }
 
   void run_once(std::span<const Stretch> stretches) {
-    fails_.clear();
+    for (auto& fails : fails_) fails.clear();
     std::size_t steps = 0;
     for (const Stretch& stretch : stretches) steps = std::max(steps, stretch.end - stretch.begin);
     for (std::size_t t = 0; t < steps; ++t) {
@@ -187,18 +197,21 @@ class Tester {
 
   // Inputs of the t-th cycle of each stretch. A lane that has come to its end stands still.
   void drive(std::span<const Stretch> stretches, std::size_t t, Word& running, Word& clocked) {
-    for (std::size_t k = 0; k < stretches.size(); ++k)
-      if (stretches[k].begin + t < stretches[k].end) running.set(k, true);
-    for (std::size_t i = 0; i < input_.size(); ++i) {
+    for (std::size_t c = 0; c < fails_.size(); ++c) {
       for (std::size_t k = 0; k < stretches.size(); ++k) {
-        const std::size_t at = std::min(stretches[k].begin + t, stretches[k].end - 1);
-        const char level = stream_.cycles[at].states[input_[i]];
-        const bool open = level != '0' && level != '1' && level != 'P';
-        if (!open)
-          driven_[i].set(k, level == '1');
-        else if (running.bit(k))
-          driven_[i].set(k, (random_() & 1) != 0);
-        if (level == 'P' && view_.clock_ports[i] != 0 && running.bit(k)) clocked.set(k, true);
+        const std::size_t lane = c * lanes_ + k;
+        const bool runs = stretches[k].begin + t < stretches[k].end;
+        if (runs) running.set(lane, true);
+        const std::string& states =
+            stream_.cycles[std::min(stretches[k].begin + t, stretches[k].end - 1)].states;
+        for (std::size_t i = 0; i < input_.size(); ++i) {
+          const char level = states[input_[i]];
+          if (level == '0' || level == '1' || level == 'P')
+            driven_[i].set(lane, level == '1');
+          else if (runs)
+            driven_[i].set(lane, (random_[c]() & 1) != 0);
+          if (level == 'P' && view_.clock_ports[i] != 0 && runs) clocked.set(lane, true);
+        }
       }
     }
   }
@@ -240,49 +253,47 @@ class Tester {
   }
   // What a pin sees of its driver.
   const Lanes& input_of(Node node, std::size_t pin) {
-    Word& value = values_[circuit_.fanin(node)[pin]];
+    const Word& value = values_[circuit_.fanin(node)[pin]];
+    at_pin_ = value;
     for (AtWork& defect : defects_) {
       if (defect.defect.line != Line{node, static_cast<std::int32_t>(pin)}) continue;
       defect.driven = value;
-      at_pin_ = found(defect);
-      return lanes(at_pin_);
+      lanes(at_pin_) = blend(lanes(defect.chip), found(defect), lanes(at_pin_));
     }
-    return lanes(value);
+    pins_.resize(std::max(pins_.size(), pin + 1));
+    pins_[pin] = at_pin_;
+    return lanes(pins_[pin]);
   }
   void disturb_stem(Node node) {
+    const Word driven = values_[node];
+    Lanes& value = lanes(values_[node]);
     for (AtWork& defect : defects_) {
       if (defect.is_stem(node)) {
-        defect.driven = values_[node];
-        values_[node] = found(defect);
+        defect.driven = driven;
+        value = blend(lanes(defect.chip), found(defect), value);
       } else if (is_bridge(defect.defect.kind) && defect.defect.other.node == node) {
-        defect.other_driven = values_[node];
+        defect.other_driven = driven;
         if (defect.defect.kind != DefectKind::dominated_by)
-          lanes(values_[node]) =
-              bridged(defect.defect.kind, lanes(defect.other_driven), lanes(defect.driven));
+          value = blend(lanes(defect.chip),
+                        bridged(defect.defect.kind, lanes(defect.other_driven), lanes(defect.driven)), value);
       }
     }
   }
   // The level of a line with a defect.
-  static Word found(const AtWork& defect) {
-    Word word;
-    Lanes& result = lanes(word);
+  static Lanes found(const AtWork& defect) {
     const Lanes& driven = lanes(defect.driven);
     switch (defect.defect.kind) {
       case DefectKind::stuck_at_0:
-        break;
+        return Lanes{};
       case DefectKind::stuck_at_1:
-        result = ~Lanes{};
-        break;
+        return ~Lanes{};
       case DefectKind::slow_to_rise:
-        result = driven & lanes(defect.before);
-        break;
+        return driven & lanes(defect.before);
       case DefectKind::slow_to_fall:
-        result = driven | lanes(defect.before);
-        break;
+        return driven | lanes(defect.before);
       default:
-        result = bridged(defect.defect.kind, driven, lanes(defect.other_driven));
+        return bridged(defect.defect.kind, driven, lanes(defect.other_driven));
     }
-    return word;
   }
 
   // Asynchronous resets; true when a state changed.
@@ -290,7 +301,7 @@ class Tester {
     bool changed = false;
     for (std::size_t f = 0; f < view_.flops.size(); ++f) {
       if (reset_node_[f] == kNoNode) continue;
-      const Lanes net = lanes(reset_of(f));
+      const Lanes net = reset_of(f);
       const Lanes active = view_.flops[f].reset_low ? ~net : net;
       Lanes& now = lanes(state(f));
       const Lanes next = view_.flops[f].reset_value ? now | active : now & ~active;
@@ -299,11 +310,11 @@ class Tester {
     }
     return changed;
   }
-  const Word& reset_of(std::size_t flop) {
-    const AtWork* defect = reset_defect_[flop];
-    if (defect == nullptr) return values_[reset_node_[flop]];
-    at_pin_ = found(*defect);
-    return at_pin_;
+  Lanes reset_of(std::size_t flop) const {
+    Lanes level = lanes(values_[reset_node_[flop]]);
+    for (const AtWork* defect : reset_defects_[flop])
+      level = blend(lanes(defect->chip), found(*defect), level);
+    return level;
   }
 
   void compare(std::span<const Stretch> stretches, std::size_t t) {
@@ -312,8 +323,9 @@ class Tester {
       if (at >= stretches[k].end) continue;
       const std::string& states = stream_.cycles[at].states;
       for (const auto& [s, node] : output_) {
-        if ((states[s] == 'H' || states[s] == 'L') && values_[node].bit(k) != (states[s] == 'H'))
-          fails_.push_back({at, s});
+        if (states[s] != 'H' && states[s] != 'L') continue;
+        for (std::size_t c = 0; c < fails_.size(); ++c)
+          if (values_[node].bit(c * lanes_ + k) != (states[s] == 'H')) fails_[c].push_back({at, s});
       }
     }
   }
@@ -326,24 +338,33 @@ class Tester {
   const CaptureView& view_;
   const Circuit& circuit_;
   const CycleStream& stream_;
-  std::mt19937_64 random_;
-  std::vector<Word> values_, driven_;  // by node; by input of the circuit, before any defect
-  std::vector<std::uint8_t> marked_;   // nodes with a defect at them or at an input of theirs
+  std::size_t lanes_;                             // of each chip
+  std::vector<std::vector<FailedStrobe>> fails_;  // by chip
+  std::vector<std::mt19937_64> random_;           // likewise
+  std::vector<Word> values_, driven_;             // by node; by input of the circuit, before any defect
+  std::vector<std::uint8_t> marked_;              // nodes with a defect at them or at an input of theirs
   std::vector<AtWork> defects_;
-  std::vector<std::size_t> input_;                    // signal of each input port
-  std::vector<std::pair<std::size_t, Node>> output_;  // signal and node of each output port
-  std::vector<Node> reset_node_;                      // by flop
-  std::vector<const AtWork*> reset_defect_;           // by flop: of its reset pin
-  std::vector<FailedStrobe> fails_;
+  std::vector<std::size_t> input_;                         // signal of each input port
+  std::vector<std::pair<std::size_t, Node>> output_;       // signal and node of each output port
+  std::vector<Node> reset_node_;                           // by flop
+  std::vector<std::vector<const AtWork*>> reset_defects_;  // by flop: of its reset pin
   Word at_pin_;
+  std::vector<Word> pins_;
 };
 
 }  // namespace
 
+std::vector<FailLog> test_chips(const CaptureView& view, const CycleStream& stream,
+                                const std::string& scan_enable, const std::vector<TestedChip>& chips,
+                                const Progress& progress) {
+  if (chips.empty()) return {};
+  const CycleStream single = unrolled(stream);
+  return Tester(view, single, chips).run(stretches_of(view, single, scan_enable), progress);
+}
+
 FailLog test_chip(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
                   const TestedChip& chip, const Progress& progress) {
-  const CycleStream single = unrolled(stream);
-  return Tester(view, single, chip).run(stretches_of(view, single, scan_enable), progress);
+  return test_chips(view, stream, scan_enable, {chip}, progress)[0];
 }
 
 FailLog kept_in_memory(FailLog log, std::size_t room) {

@@ -29,6 +29,11 @@ struct TestedChip {
 FailLog test_chip(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
                   const TestedChip& chip, const Progress& progress = {});
 
+/// Several chips, at most 512, side by side: the same logs as one after another.
+std::vector<FailLog> test_chips(const CaptureView& view, const CycleStream& stream,
+                                const std::string& scan_enable, const std::vector<TestedChip>& chips,
+                                const Progress& progress = {});
+
 /// What a tester keeps that has room for so many failed strobes.
 FailLog kept_in_memory(FailLog log, std::size_t room);
 

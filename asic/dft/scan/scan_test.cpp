@@ -212,11 +212,11 @@ Captures captures_of(const CaptureView& view, const CycleStream& counted, const 
     for (const std::size_t f : chain.flops) captures.compared_at[outs + f] = chain.out;
   for (std::size_t at = 0; at < stream.cycles.size(); ++at) {
     if (shifts(at) || !pulses(at) || at == 0 || !shifts(at - 1)) continue;  // the capture right behind a load
-    Pattern pattern(view.circuit.inputs().size(), 0);
+    Pattern pattern(view.circuit.inputs().size(), 0), before = pattern;
     std::vector<std::uint32_t> compared_in(view.circuit.outputs().size(), Captures::kNotCompared);
     for (std::size_t i = 0; i < ports; ++i) {
-      const char c = stream.cycles[at].states[signal_of_input[i]];
-      pattern[i] = c == '1' ? 1 : 0;
+      pattern[i] = stream.cycles[at].states[signal_of_input[i]] == '1' ? 1 : 0;
+      before[i] = stream.cycles[at - 1].states[signal_of_input[i]] == '1' ? 1 : 0;
     }
     for (std::size_t i = 0; i < outs; ++i) {
       if (signal_of_output[i] != stream.signals.size() && compares(at, signal_of_output[i]))
@@ -230,6 +230,11 @@ Captures captures_of(const CaptureView& view, const CycleStream& counted, const 
         pattern[ports + chain.flops[cell]] = shifted ^ chain.inverses[cell];
         ++cell;
       }
+      for (std::size_t k = 0; k < chain.flops.size(); ++k) {
+        const std::size_t next = std::min(k + 1, chain.flops.size() - 1);
+        before[ports + chain.flops[k]] =
+            pattern[ports + chain.flops[next]] ^ chain.inverses[next] ^ chain.inverses[k];
+      }
       cell = chain.flops.size();
       for (std::size_t i = at + 1; i < stream.cycles.size() && cell > 0; ++i) {
         if (!pulses(i)) continue;
@@ -241,6 +246,7 @@ Captures captures_of(const CaptureView& view, const CycleStream& counted, const 
     Pattern& compared = captures.compared.emplace_back();
     for (const std::uint32_t cycle : compared_in) compared.push_back(cycle != Captures::kNotCompared ? 1 : 0);
     captures.patterns.push_back(std::move(pattern));
+    captures.before.push_back(std::move(before));
     captures.compared_in.push_back(std::move(compared_in));
   }
   return captures;

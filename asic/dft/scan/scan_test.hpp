@@ -80,6 +80,9 @@ void attach_chains(CycleStream& stream, std::vector<ScanChain> chains, const std
 /// Captures of a stream: clocks with scan enable off right behind a load.
 struct Captures {
   std::vector<Pattern> patterns;  ///< by input of the view
+  /// By input of the view, what it is in the cycle before, the last of the load. A cell at the end of a
+  /// chain, whose level comes from before the load, is taken not to have moved.
+  std::vector<Pattern> before;
   std::vector<Pattern> compared;  ///< by output of the view: 1 where the stream compares it
   /// By output of the view, the cycle in which it is compared; kNotCompared where it is not.
   std::vector<std::vector<std::uint32_t>> compared_in;

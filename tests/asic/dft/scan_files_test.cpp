@@ -495,12 +495,13 @@ TEST(Scan, FileAsWrittenRunsOnSplitPorts) {
 // What the stream loads and compares, taken from it again, grades as it did.
 TEST(Scan, GradingTheFileFindsTheSameFaults) {
   const Machine& m = machine();
-  const auto [patterns, compared, compared_in, compared_at] = captures_of(m.view, m.stream, "scan_en_i");
+  const auto [patterns, before, compared, compared_in, compared_at] =
+      captures_of(m.view, m.stream, "scan_en_i");
   ASSERT_EQ(patterns.size(), m.set.patterns.size());
   const std::size_t inputs = m.view.circuit.inputs().size();
   const Grade again = grade(m.view.circuit, blocks_of(patterns, inputs, compared), m.set.faults.classes, 1);
-  const Grade before = grade(m.view.circuit, blocks_of(m.set.patterns, inputs), m.set.faults.classes, 1);
-  EXPECT_EQ(again.first_pattern, before.first_pattern);
+  const Grade first = grade(m.view.circuit, blocks_of(m.set.patterns, inputs), m.set.faults.classes, 1);
+  EXPECT_EQ(again.first_pattern, first.first_pattern);
 }
 
 }  // namespace
