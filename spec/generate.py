@@ -10,6 +10,7 @@ N: and so many registers at the most in one write: 1, 2, 4, 8 or 16
 import argparse
 import functools
 import json
+import keyword
 import math
 import operator
 import pathlib
@@ -25,8 +26,40 @@ SECDED_DATA_BITS = 16
 SECDED_CHECK_BITS = 6
 REGISTER_KEYS = ("name", "unit", "scale", "type")
 HOLDING_KEYS = ("min", "max", "reset", "access")
+OTHER_KEYS = {"input": ("doc", "bits", "fields", "none"), "holding": ("doc", "bits", "fields", "corrected")}
+FIELD_KEYS = ("name", "bit", "width", "doc")
 ACCESSES = ("rw", "wo")
+RANGES = {"u": (0, 65535), "s": (-32768, 32767)}
 NAME = re.compile("[A-Z][A-Z0-9]*(_[A-Z0-9]+)*")  # what SystemVerilog, C++ and a host's command line take
+BIT_NAME = re.compile("[A-Za-z][A-Za-z0-9]*([ _][A-Za-z0-9]+)*")
+SCALE = re.compile(r"2\^-?[0-9]{1,2}|[0-9]{1,9}(\.[0-9]{1,9})?|[0-9]{1,9}/0*[1-9][0-9]{0,8}")
+NO_TEXT = re.compile(r'[|"\\\x00-\x1f]')  # ends a cell of a table or a text of C++
+# Words that a language keeps for itself (IEEE 1800-2017, C++20): a register's name in small letters is one of RTL and of programs.
+RESERVED = {
+    "SystemVerilog": """
+        accept_on alias always always_comb always_ff always_latch and assert assign assume automatic before begin bind bins binsof bit
+        break buf bufif0 bufif1 byte case casex casez cell chandle checker class clocking cmos config const constraint context continue
+        cover covergroup coverpoint cross deassign default defparam design disable dist do edge else end endcase endchecker endclass
+        endclocking endconfig endfunction endgenerate endgroup endinterface endmodule endpackage endprimitive endprogram endproperty
+        endsequence endspecify endtable endtask enum event eventually expect export extends extern final first_match for force foreach
+        forever fork forkjoin function generate genvar global highz0 highz1 if iff ifnone ignore_bins illegal_bins implements implies
+        import incdir include initial inout input inside instance int integer interconnect interface intersect join join_any join_none
+        large let liblist library local localparam logic longint macromodule matches medium modport module nand negedge nettype new
+        nexttime nmos nor noshowcancelled not notif0 notif1 null or output package packed parameter pmos posedge primitive priority
+        program property protected pull0 pull1 pulldown pullup pulsestyle_ondetect pulsestyle_onevent pure rand randc randcase
+        randsequence rcmos real realtime ref reg reject_on release repeat restrict return rnmos rpmos rtran rtranif0 rtranif1
+        s_always s_eventually s_nexttime s_until s_until_with scalared sequence shortint shortreal showcancelled signed small soft solve
+        specify specparam static string strong strong0 strong1 struct super supply0 supply1 sync_accept_on sync_reject_on table tagged
+        task this throughout time timeprecision timeunit tran tranif0 tranif1 tri tri0 tri1 triand trior trireg type typedef union
+        unique unique0 unsigned until until_with untyped use uwire var vectored virtual void wait wait_order wand weak weak0 weak1 while
+        wildcard wire with within wor xnor xor""".split(),
+    "C++": """
+        alignas alignof and_eq asm auto bitand bitor bool catch char char8_t char16_t char32_t co_await co_return co_yield compl concept
+        const_cast consteval constexpr constinit decltype delete double dynamic_cast explicit false float friend goto inline long mutable
+        namespace noexcept not_eq nullptr operator or_eq private public register reinterpret_cast requires short sizeof static_assert
+        static_cast switch template thread_local throw true try typeid typename using volatile wchar_t xor_eq""".split(),
+    "Python": [word.lower() for word in keyword.kwlist],
+}
 # An index has 6 bits. Of holding registers, MEM keeps one value for its row of column parities, and one for "behind all rows".
 MOST_REGISTERS = {"input": 64, "holding": 62}
 
@@ -89,18 +122,107 @@ def stored_bits(words: list[int], low: int, high: int) -> int:
     return functools.reduce(operator.or_, codes) & ~functools.reduce(operator.and_, codes)
 
 
+def found(reg: dict, what: str, expected: str) -> SpecError:
+    return SpecError(f"registers.toml: {reg['name']}: found {what}, expected {expected}")
+
+
+def is_whole(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def is_text(value: object) -> bool:
+    return isinstance(value, str) and not NO_TEXT.search(value)
+
+
+def check_word(reg: dict, name: str) -> None:
+    """No language keeps it for itself."""
+    for language, words in RESERVED.items():
+        if name.lower() in words:
+            raise found(reg, f"{name}, a word of {language}", "a name that no language takes for itself, such as HEAD_ID")
+
+
+def check_keys(reg: dict, wanted: tuple[str, ...], known: tuple[str, ...]) -> None:
+    for key in wanted:
+        if key not in reg:
+            raise found(reg, f"no {key}", ", ".join(wanted))
+    for key in reg:
+        if key not in known:
+            raise found(reg, f"{shown(key)}, which nothing reads", f"one of {', '.join(known)}")
+
+
+def shown(value: object) -> str:
+    """On one line, without control characters."""
+    return repr(str(value))[1:-1]
+
+
+def check_numbers(reg: dict, keys: list[str]) -> None:
+    """Whole numbers that a word of the register's type can hold."""
+    low, high = RANGES[reg["type"]]
+    for key in keys:
+        if not is_whole(reg[key]) or not low <= reg[key] <= high:
+            raise found(reg, f"{key} {shown(reg[key])}", f"a whole number from {low} to {high}, as its type is {reg['type']}")
+
+
+def check_fields(reg: dict) -> None:
+    fields = reg.get("fields", [])
+    if not isinstance(fields, list) or not all(isinstance(field, dict) and isinstance(field.get("name"), str) for field in fields):
+        raise found(reg, "fields that are no list of parts with names", 'such as [{ name = "PAUSE", bit = 2 }]')
+    names = [field["name"] for field in fields]
+    for field in fields:
+        if not NAME.fullmatch(field["name"]):
+            raise found(reg, f"a field {shown(field['name'])}", "a name such as HEAT_RATE")
+        if names.count(field["name"]) > 1:
+            raise found(reg, f"field {field['name']} twice", "each name once")
+        for key in field:
+            if key not in FIELD_KEYS:
+                raise found(reg, f"{shown(key)} of field {field['name']}, which nothing reads", f"one of {', '.join(FIELD_KEYS)}")
+        bit, width = field.get("bit"), field.get("width", 1)
+        if not is_whole(bit) or not is_whole(width) or bit < 0 or width < 1 or bit + width > 16:
+            raise found(reg, f"field {field['name']} with bit {shown(bit)}, width {shown(width)}", "a part of the bits 0 to 15")
+        if not is_text(field.get("doc", "")):
+            raise found(reg, f"a doc of field {field['name']} that no table takes", 'one line without |, \\ and "')
+
+
+def check_texts(reg: dict) -> None:
+    for key in ("unit", "doc"):
+        if not is_text(reg.get(key, "")):
+            raise found(reg, f"a {key} that no table takes", 'one line without |, \\ and "')
+    if "," in reg["unit"]:
+        raise found(reg, f"unit {shown(reg['unit'])}", "one without a comma")
+    bits = reg.get("bits", [])
+    if not isinstance(bits, list) or not all(isinstance(name, str) and BIT_NAME.fullmatch(name) for name in bits) or len(bits) > 16:
+        raise found(reg, "bits that are no names", "at most 16, each of words such as ramp active")
+    for name in bits:
+        check_word(reg, name.replace(" ", "_"))
+    if not any(reg.get(key) for key in ("doc", "bits", "fields")):
+        raise found(reg, "no doc", "a text that says what it is for")
+
+
 def check_entries(space: str, registers: list[dict]) -> None:
-    """Each register has what every reader of it takes, or one line names it and what it lacks."""
+    """Each register is one that every reader of it takes, or one line names it, and what was found and expected."""
     wanted = REGISTER_KEYS + (HOLDING_KEYS if space == "holding" else ())
     for index, reg in enumerate(registers):
-        for key in wanted:
-            if key not in reg:
-                name = reg.get("name", f"[[{space}]] number {index + 1}")
-                raise SpecError(f"registers.toml: {name}: found no {key}, expected {', '.join(wanted)}")
-        if not NAME.fullmatch(reg["name"]):
-            raise SpecError(f"registers.toml: {reg['name']}: found a name that no language takes, expected one such as HEAD_ID")
+        if "name" not in reg:
+            raise SpecError(f"registers.toml: [[{space}]] number {index + 1}: found no name, expected {', '.join(wanted)}")
+        if not isinstance(reg["name"], str) or not NAME.fullmatch(reg["name"]):
+            raise SpecError(f"registers.toml: {shown(reg['name'])}: found a name that no language takes, expected one such as HEAD_ID")
+        check_word(reg, reg["name"])
+        check_keys(reg, wanted, wanted + OTHER_KEYS[space])
         if reg.get("access", "rw") not in ACCESSES:
-            raise SpecError(f"registers.toml: {reg['name']}: found access {reg['access']}, expected {' or '.join(ACCESSES)}")
+            raise found(reg, f"access {shown(reg['access'])}", " or ".join(ACCESSES))
+        if reg["type"] not in [*RANGES]:
+            raise found(reg, f"type {shown(reg['type'])}", "u (unsigned) or s (two's complement)")
+        if not isinstance(reg["scale"], str) or not SCALE.fullmatch(reg["scale"]) or not scale_value(reg["scale"]) > 0:
+            raise found(reg, f"scale {shown(reg['scale'])}", 'a text of a number above 0, such as "0.1", "4/3" or "2^-6"')
+        check_texts(reg)
+        check_fields(reg)
+        if not isinstance(reg.get("corrected", False), bool):
+            raise found(reg, f"corrected {shown(reg['corrected'])}", "true or false")
+        check_numbers(reg, [key for key in ("min", "max", "reset", "none") if key in reg])
+        if space == "holding" and reg["min"] > reg["max"]:
+            raise found(reg, f"min {reg['min']} above max {reg['max']}", "a range")
+        if space == "holding" and not reg["min"] <= reg["reset"] <= reg["max"]:
+            raise found(reg, f"reset {reg['reset']}", f"a value from {reg['min']} to {reg['max']}")
 
 
 def check_count(space: str, registers: list[dict]) -> None:
@@ -127,8 +249,8 @@ def finish_fields(reg: dict) -> None:
     for field in fields:
         field.setdefault("width", 1)
         mask = (1 << field["width"]) - 1 << field["bit"]
-        if taken & mask or mask > 0xFFFF:
-            raise SpecError(f"registers.toml: {reg['name']}: field {field['name']} lies on another one or outside the 16 bits")
+        if taken & mask:
+            raise found(reg, f"field {field['name']} on bits of another one", "bits of its own")
         taken |= mask
     if "doc" not in reg:
         texts = (f"{f['bit']} {f['name']}" + (f" ({f['doc']})" if "doc" in f else "") for f in fields)
@@ -136,6 +258,9 @@ def finish_fields(reg: dict) -> None:
 
 
 def finish_registers(spec: dict) -> None:
+    for space in MOST_REGISTERS:
+        if not isinstance(spec.get(space), list) or not all(isinstance(reg, dict) for reg in spec[space]):
+            raise SpecError(f"registers.toml: found no [[{space}]], expected registers")
     for space, base in (("input", 0), ("holding", spec["modbus"]["holding_base"])):
         check_entries(space, spec[space])
         check_count(space, spec[space])
@@ -149,14 +274,26 @@ def finish_registers(spec: dict) -> None:
                 reg["doc"] = "Bits: " + ", ".join(f"{i} {name}" for i, name in enumerate(reg["bits"])) + "."
             finish_fields(reg)
     check_names_differ(spec["input"] + spec["holding"])
+    if not any(reg["name"] == "STATUS" and "bits" in reg for reg in spec["input"]):
+        raise SpecError("registers.toml: found no [[input]] STATUS with bits, expected it: the chip tells its state there")
+    if spec["holding"][0]["name"] != "CMD":
+        raise found(spec["holding"][0], "it as the first [[holding]]", "CMD there; a new register goes to the end")
     with_parity, with_secded = code_words([1] * SECDED_DATA_BITS), code_words(hsiao_columns())
     for reg in spec["holding"]:
         reg["corrected"] = reg.get("corrected", False)
         words = with_secded if reg["corrected"] else with_parity
         reg["stored"] = stored_bits(words, reg["min"], reg["max"]) if reg["index"] else 0
-        if not reg["min"] <= reg["reset"] <= reg["max"]:
-            raise SpecError(f"registers.toml: {reg['name']}: reset {reg['reset']} is outside {reg['min']}..{reg['max']}")
         reg["min_word"], reg["max_word"], reg["reset_word"] = (reg[k] & 0xFFFF for k in ("min", "max", "reset"))
+
+
+def check_constants_differ(spec: dict, package: str) -> None:
+    """TUNE with a field CYCLES would make the constant TuneCycles, which is one of the autotune."""
+    names = re.findall(r"^  localparam .*?(\w+) = ", package, re.MULTILINE)
+    for reg in spec["input"] + spec["holding"]:
+        own = [reg["camel"] + camel(field["name"]) + end for field in reg["fields"] for end in ("", "Width")]
+        for name in (*own, reg["camel"] + "None"):
+            if names.count(name) > 1:
+                raise found(reg, f"the constant {name} twice in the RTL's package", "another name of the register or its field")
 
 
 def fix_all_but(writable: list[str], holding: list[dict]) -> None:
@@ -246,7 +383,10 @@ def map_rows(spec: dict) -> list[dict]:
 def load() -> dict:
     spec = {}
     for name in ("chip", "registers", "presets"):
-        spec |= tomllib.loads((SPEC / f"{name}.toml").read_text())
+        try:
+            spec |= tomllib.loads((SPEC / f"{name}.toml").read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise SpecError(f"{name}.toml: {error}, expected a TOML file") from error
     finish_registers(spec)
     finish_presets(spec)
     finish_pins(spec)
@@ -282,7 +422,9 @@ def main() -> int:
             fix_all_but(args.writable.split(","), spec["holding"])
         spec["columns_stored"] = functools.reduce(operator.or_, (reg["stored"] for reg in spec["holding"]))
         files = render(spec, outputs)
-    except (SpecError, tomllib.TOMLDecodeError, jinja2.TemplateError) as error:
+        if not args.built:
+            check_constants_differ(spec, files["rtl/tc_pkg.sv"])
+    except (SpecError, jinja2.TemplateError) as error:
         print(f"generate.py: {error}", file=sys.stderr)
         return 2
     stale = [name for name, text in files.items()
@@ -295,6 +437,8 @@ def main() -> int:
         target = root / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(files[name])
+    if not args.built:
+        print("; ".join(f"{space} registers: {len(spec[space])} of {most} places taken" for space, most in MOST_REGISTERS.items()))
     return 0
 
 
