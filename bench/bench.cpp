@@ -19,6 +19,7 @@ constexpr Bench kBenches[] = {
      bench_conformal, conformal_charts},
     {"control", "temperature loop: published form, bound, autotune, load, peers", bench_control,
      control_charts},
+    {"diagnosis", "drawn defects of the chip found again from their fail logs", bench_diagnosis},
     {"lockstep", "clocks per second of RTL, model and both in lockstep", bench_lockstep},
     {"page", "the chip in a page: size, speed in Chromium, the same trace as natively", bench_page},
     {"path", "tours against lower bounds, the paper's ants and chained Lin-Kernighan", bench_path},

@@ -60,6 +60,7 @@ std::vector<BenchRow> bench_conformal(const BenchOptions& options);
 std::vector<BenchChart> conformal_charts(const Progress& progress);
 std::vector<BenchRow> bench_control(const BenchOptions& options);
 std::vector<BenchChart> control_charts(const Progress& progress);
+std::vector<BenchRow> bench_diagnosis(const BenchOptions& options);
 std::vector<BenchRow> bench_lockstep(const BenchOptions& options);
 std::vector<BenchRow> bench_page(const BenchOptions& options);
 std::vector<BenchRow> bench_path(const BenchOptions& options);

@@ -66,10 +66,14 @@ std::int8_t constant_of(const Circuit& circuit, Node node, const std::vector<std
 
 }  // namespace
 
-std::vector<std::int8_t> constants(const Circuit& circuit, const std::vector<std::int8_t>& inputs) {
+std::vector<std::int8_t> constants(const Circuit& circuit, const std::vector<std::int8_t>& inputs,
+                                   const std::vector<std::uint8_t>& open) {
   std::vector<std::int8_t> known(circuit.size(), -1);
   for (std::size_t i = 0; i < inputs.size(); ++i) known[circuit.inputs()[i]] = inputs[i];
-  for (Node node = 0; node < circuit.size(); ++node) known[node] = constant_of(circuit, node, known);
+  for (Node node = 0; node < circuit.size(); ++node) {
+    known[node] = constant_of(circuit, node, known);
+    if (!open.empty() && open[node] != 0) known[node] = -1;
+  }
   return known;
 }
 

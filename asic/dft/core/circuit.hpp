@@ -76,8 +76,9 @@ class Circuit {
 };
 
 /// Value of every node when the inputs have these (by input; -1: any): 0, 1, or -1 where it depends on what
-/// is free.
-std::vector<std::int8_t> constants(const Circuit& circuit, const std::vector<std::int8_t>& inputs);
+/// is free. Nodes that are marked in `open` (by node; empty: none) may have any value.
+std::vector<std::int8_t> constants(const Circuit& circuit, const std::vector<std::int8_t>& inputs,
+                                   const std::vector<std::uint8_t>& open = {});
 
 /// Takes nodes in any order; finish() sorts them. Node numbers of the builder hold only inside it.
 class CircuitBuilder {

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <random>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -73,7 +75,8 @@ Lanes bridged(DefectKind kind, const Lanes& own, const Lanes& other) {
 
 class Tester {
  public:
-  Tester(const CaptureView& view, const CycleStream& stream, const std::vector<TestedChip>& chips)
+  Tester(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
+         const std::vector<TestedChip>& chips)
       : view_(view),
         circuit_(view.circuit),
         stream_(stream),
@@ -112,6 +115,7 @@ class Tester {
           reset_defects_.back().push_back(&defect);
       for (std::size_t c = 0; c < chips.size(); ++c) state(f).set(c * lanes_, (random_[c]() & 1) != 0);
     }
+    choose_nodes(scan_enable);
   }
 
   std::vector<FailLog> run(const std::vector<Stretch>& stretches, const Progress& progress) {
@@ -135,6 +139,47 @@ class Tester {
     return static_cast<std::size_t>(found - stream_.signals.begin());
   }
   Word& state(std::size_t flop) { return driven_[view_.input_ports.size() + flop]; }
+
+  // While a netlist shifts, most of its logic leads nowhere: only what moves the chains and the ports is
+  // evaluated then.
+  void choose_nodes(const std::string& scan_enable) {
+    for (Node node = 0; node < circuit_.size(); ++node) all_nodes_.push_back(node);
+    const auto enable = std::find(view_.input_ports.begin(), view_.input_ports.end(), scan_enable);
+    if (enable == view_.input_ports.end()) return;
+    enable_ = input_[static_cast<std::size_t>(enable - view_.input_ports.begin())];
+    const std::vector<std::int8_t> known = constants(circuit_, levels_in_shift(), marked_);
+    std::vector<std::uint8_t> needed(circuit_.size(), 0);
+    for (const Node node : circuit_.outputs()) needed[node] = 1;
+    for (const Node node : reset_node_)
+      if (node != kNoNode) needed[node] = 1;
+    for (Node node = static_cast<Node>(circuit_.size()); node-- > 0;) {
+      if (marked_[node] != 0) needed[node] = 1;
+      if (needed[node] == 0) continue;
+      if (known[node] >= 0) {
+        levels_.emplace_back(node, known[node] != 0);
+        continue;
+      }
+      shift_nodes_.push_back(node);
+      const auto fanin = circuit_.fanin(node);
+      const bool chooses = circuit_.kind(node) == Gate::mux && known[fanin[2]] >= 0 && marked_[node] == 0;
+      for (std::size_t i = 0; i < fanin.size(); ++i)
+        if (!chooses || i == 2 || i == static_cast<std::size_t>(known[fanin[2]])) needed[fanin[i]] = 1;
+    }
+    std::reverse(shift_nodes_.begin(), shift_nodes_.end());
+  }
+  // By input of the circuit, its level where that is the same in all cycles of a load.
+  std::vector<std::int8_t> levels_in_shift() const {
+    std::vector<std::int8_t> levels(circuit_.inputs().size(), -1);
+    for (std::size_t i = 0; i < input_.size(); ++i) {
+      std::set<char> seen;
+      for (const TestCycle& cycle : stream_.cycles)
+        if (cycle.states[*enable_] == '1') seen.insert(cycle.states[input_[i]]);
+      seen.erase('P');  // low where it is looked at
+      if (seen.size() > 1 || (seen.size() == 1 && *seen.begin() != '0' && *seen.begin() != '1')) continue;
+      levels[i] = !seen.empty() && *seen.begin() == '1' ? 1 : 0;
+    }
+    return levels;
+  }
 
   // All that goes from one cycle to the next.
   std::vector<Word*> carried() {
@@ -183,8 +228,9 @@ class Tester {
     for (std::size_t t = 0; t < steps; ++t) {
       Word running, clocked;
       drive(stretches, t, running, clocked);
-      evaluate();
-      if (apply_resets()) evaluate();
+      const bool shifts = all_shift(stretches, t);
+      evaluate(shifts);
+      if (apply_resets(running)) evaluate(shifts);
       compare(stretches, t);
       clock(clocked);
       for (AtWork& defect : defects_) {
@@ -195,6 +241,12 @@ class Tester {
     }
   }
 
+  bool all_shift(std::span<const Stretch> stretches, std::size_t t) const {
+    return enable_ && std::all_of(stretches.begin(), stretches.end(), [&](const Stretch& stretch) {
+             return stretch.begin + t >= stretch.end ||
+                    stream_.cycles[stretch.begin + t].states[*enable_] == '1';
+           });
+  }
   // Inputs of the t-th cycle of each stretch. A lane that has come to its end stands still.
   void drive(std::span<const Stretch> stretches, std::size_t t, Word& running, Word& clocked) {
     for (std::size_t c = 0; c < fails_.size(); ++c) {
@@ -217,23 +269,25 @@ class Tester {
   }
 
   // Bridges are seen as their lines were driven in the pass before, until that stays as it is.
-  void evaluate() {
+  void evaluate(bool shifts) {
     constexpr int kMostPasses = 16;
     for (int pass = 0; pass < kMostPasses; ++pass) {
-      if (!changes_bridges()) return;
+      if (!changes_bridges(shifts)) return;
     }
     throw UserError(
         "bridges that act on each other: found no levels at which they rest, expected defects "
         "that do");
   }
-  bool changes_bridges() {
+  bool changes_bridges(bool shifts) {
     std::vector<Word> seen;
     for (const AtWork& defect : defects_) {
       seen.push_back(defect.driven);
       seen.push_back(defect.other_driven);
     }
     for (std::size_t i = 0; i < driven_.size(); ++i) values_[circuit_.inputs()[i]] = driven_[i];
-    for (Node node = 0; node < circuit_.size(); ++node) {
+    if (shifts)
+      for (const auto& [node, level] : levels_) lanes(values_[node]) = level ? ~Lanes{} : Lanes{};
+    for (const Node node : shifts ? shift_nodes_ : all_nodes_) {
       const auto fanin = circuit_.fanin(node);
       dft::evaluate(
           circuit_.kind(node), fanin.size(),
@@ -297,12 +351,12 @@ class Tester {
   }
 
   // Asynchronous resets; true when a state changed.
-  bool apply_resets() {
+  bool apply_resets(const Word& running) {
     bool changed = false;
     for (std::size_t f = 0; f < view_.flops.size(); ++f) {
       if (reset_node_[f] == kNoNode) continue;
       const Lanes net = reset_of(f);
-      const Lanes active = view_.flops[f].reset_low ? ~net : net;
+      const Lanes active = (view_.flops[f].reset_low ? ~net : net) & lanes(running);
       Lanes& now = lanes(state(f));
       const Lanes next = view_.flops[f].reset_value ? now | active : now & ~active;
       changed = changed || !is_zero(next ^ now);
@@ -344,6 +398,9 @@ class Tester {
   std::vector<Word> values_, driven_;             // by node; by input of the circuit, before any defect
   std::vector<std::uint8_t> marked_;              // nodes with a defect at them or at an input of theirs
   std::vector<AtWork> defects_;
+  std::optional<std::size_t> enable_;  // signal
+  std::vector<Node> all_nodes_, shift_nodes_;
+  std::vector<std::pair<Node, bool>> levels_;              // of nodes that stand still in a shift
   std::vector<std::size_t> input_;                         // signal of each input port
   std::vector<std::pair<std::size_t, Node>> output_;       // signal and node of each output port
   std::vector<Node> reset_node_;                           // by flop
@@ -359,7 +416,7 @@ std::vector<FailLog> test_chips(const CaptureView& view, const CycleStream& stre
                                 const Progress& progress) {
   if (chips.empty()) return {};
   const CycleStream single = unrolled(stream);
-  return Tester(view, single, chips).run(stretches_of(view, single, scan_enable), progress);
+  return Tester(view, single, scan_enable, chips).run(stretches_of(view, single, scan_enable), progress);
 }
 
 FailLog test_chip(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// A broken scan chain, located by what it lets through. All that is shifted through the defect is the same
+// level (a stuck cell) or has lost its single bits (a slow one); what cells behind it captured comes out
+// whole. So the last cell up to which nothing else was ever seen stands before the defect (after Kundu, "On
+// diagnosis of faults in a scan-chain", VTS 1993, and Guo and Venkataraman, "A technique for fault diagnosis
+// of defects in scan chains", ITC 2001). Defects there are then tried on the virtual tester.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "asic/dft/core/capture_view.hpp"
+#include "asic/dft/core/cycles.hpp"
+#include "asic/dft/diagnosis/defect.hpp"
+#include "asic/dft/diagnosis/fail_log.hpp"
+#include "base/progress.hpp"
+
+namespace meltstage::dft {
+
+/// A defect that was tried, and how far its log is the chip's, over the strobes that were looked at: failed
+/// in both by failed in any, 0 to 1.
+struct ChainSuspect {
+  ChipDefect defect;
+  double agreement = 0;
+};
+
+struct BrokenChain {
+  std::size_t chain = 0;  ///< of the stream
+  /// The defect lies behind this cell of it, or in it, as far as what comes out tells; the first of them.
+  std::size_t cell = 0;
+  std::vector<ChainSuspect> suspects;  ///< best first; those with the same agreement can't be told apart
+};
+
+/// The chains whose chain test fails: a load that is unloaded again without a clock between. `view`: the
+/// capture view of the netlist with nothing held; lines are its circuit's. No cycle may have a count.
+std::vector<BrokenChain> diagnose_chains(const CaptureView& view, const CycleStream& stream,
+                                         const std::string& scan_enable, const FailLog& log,
+                                         const Progress& progress = {});
+
+/// For a chip whose chains shift and whose captures are right: lines that reset the cells that fail.
+std::vector<ChainSuspect> diagnose_resets(const CaptureView& view, const CycleStream& stream,
+                                          const std::string& scan_enable, const FailLog& log,
+                                          const Progress& progress = {});
+
+}  // namespace meltstage::dft
