@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage {
 namespace {
@@ -95,6 +96,20 @@ void require_other_file(const fs::path& output, const std::vector<fs::path>& inp
           fmt::format("{}: would be written over the input {}, expected another file; choose "
                       "another name for what is written",
                       output.string(), input.string()));
+  }
+}
+
+void require_other_files(const std::vector<fs::path>& outputs, const std::vector<fs::path>& inputs) {
+  std::error_code ignored;  // none needs to be there
+  std::vector<fs::path> wholes;
+  for (const fs::path& output : outputs) {
+    if (output.empty()) continue;
+    require_other_file(output, inputs);
+    const fs::path whole = fs::weakly_canonical(fs::absolute(output, ignored), ignored);
+    if (std::find(wholes.begin(), wholes.end(), whole) != wholes.end())
+      throw UserError(
+          fmt::format("{}: would be written twice, expected another file each", escaped(output.string())));
+    wholes.push_back(whole);
   }
 }
 

@@ -34,6 +34,10 @@ std::string_view describe_content(std::string_view content);
 void require_other_file(const std::filesystem::path& output,
                         const std::vector<std::filesystem::path>& inputs);
 
+/// The same for all files that one call writes, and when two of them are one. Empty paths aren't written.
+void require_other_files(const std::vector<std::filesystem::path>& outputs,
+                         const std::vector<std::filesystem::path>& inputs);
+
 /// Throws UserError when one of the files that are read lies in the folder, which is going to be replaced.
 void require_outside(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& inputs);
 

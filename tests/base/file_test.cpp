@@ -80,6 +80,26 @@ TEST(OtherFile, SeesAnInputUnderEveryName) {
   EXPECT_EQ(refusal([&] { require_other_file(folder.at("new"), {input}); }), "");
 }
 
+TEST(OtherFiles, TwoOutputsAreNotOneFile) {
+  const ScratchFolder folder;
+  const fs::path input = folder.write("in", "x");
+  fs::create_symlink(".", folder.at("link"));
+  EXPECT_THAT(refusal([&] {
+                require_other_files({"", folder.at("new"), input}, {input});
+              }),
+              HasSubstr("would be written over the input"));
+  for (const char* other : {"new", "./new", "link/new"})
+    EXPECT_THAT(refusal([&] {
+                  require_other_files({folder.at("new"), folder.at(other)}, {input});
+                }),
+                EndsWith(": would be written twice, expected another file each"))
+        << other;
+  EXPECT_EQ(refusal([&] {
+              require_other_files({"", folder.at("new"), "", folder.at("newer")}, {input});
+            }),
+            "");
+}
+
 TEST(Outside, SeesAnInputInAFolderThatIsReplaced) {
   const ScratchFolder folder;
   fs::create_directories(folder.at("out/sub"));
