@@ -5,7 +5,10 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <unordered_map>
+#include <unordered_set>
+#include <utility>
 
 #include "asic/layout/db/design.hpp"
 #include "asic/layout/db/tokens.hpp"
@@ -28,10 +31,13 @@ const char* text_of(Enum value, const std::array<const char*, N>& names) {
 class DefReader {
  public:
   DefReader(std::string_view text, const std::string& name, const Technology& technology)
-      : in_(text, name), technology_(technology) {}
+      : in_(text, name), technology_(technology) {
+    design_.file = name;
+  }
 
   Design read() {
     while (!in_.at_end()) {
+      once();
       if (in_.take("DESIGN")) {
         design_.name = in_.next();
         in_.skip_statement();
@@ -41,6 +47,7 @@ class DefReader {
         scale_ = 1000.0 / in_.count();
         in_.skip_statement();
       } else if (in_.take("DIEAREA")) {
+        if (!design_.components.empty()) in_.fail("DIEAREA before COMPONENTS");
         const Point low = point();
         const Point high = point();
         design_.die = {low.x, low.y, high.x, high.y};
@@ -79,17 +86,31 @@ class DefReader {
   }
 
  private:
+  /// Statements that a second time would say something else.
+  void once() {
+    for (const char* name :
+         {"DESIGN", "UNITS", "DIEAREA", "VIAS", "COMPONENTS", "PINS", "NETS", "SPECIALNETS"}) {
+      if (in_.is(name) && !seen_.insert(name).second) in_.fail(fmt::format("{} once", name));
+    }
+  }
+
   template <typename Entry>
   void section(const char* name, const Entry& entry) {
+    const Tokens at = in_;
+    const int said = in_.count(0);
     in_.skip_statement();
-    while (!in_.take("END")) {
+    int listed = 0;
+    for (; !in_.take("END"); ++listed) {
       in_.expect("-");
       entry();
     }
+    // qrouter of Debian counts one special net too many
+    if (listed != said && std::string_view(name) != "SPECIALNETS")
+      at.fail(fmt::format("{}, as so many are listed", listed));
     in_.expect(name);
   }
 
-  Nm length() { return in_.length(scale_); }
+  Nm length() { return in_.whole_length(scale_); }
 
   /// `( x y [extension] )`; a star repeats the last value.
   Point point() {
@@ -185,6 +206,7 @@ class DefReader {
   }
 
   void component() {
+    const Tokens at = in_;
     Component component;
     component.name = in_.next();
     component.macro = technology_.find_macro(in_.peek());
@@ -197,10 +219,15 @@ class DefReader {
         in_.next();
         component.at = point();
         component.orientation = orientation();
+      } else if (in_.is("UNPLACED")) {
+        in_.fail("PLACED or FIXED, as all components have a place");
       } else {
         in_.next();
       }
     }
+    if (!component.is_placed) at.fail("a component with PLACED or FIXED");
+    if (design_.die.width() > 0 && !design_.die.contains(outline(component, technology_)))
+      at.fail("a component within DIEAREA");
     if (!component_index_.emplace(component.name, static_cast<int>(design_.components.size())).second)
       in_.fail("each component once, not another " + shown(component.name) + " before it");
     design_.components.push_back(std::move(component));
@@ -217,6 +244,7 @@ class DefReader {
 
   void pin() {
     DiePin pin;
+    pin.where = in_.place();
     pin.name = in_.next();
     Rect shape;
     while (!in_.take(";")) {
@@ -244,6 +272,12 @@ class DefReader {
     design_.pins.push_back(std::move(pin));
   }
 
+  /// A pin that stands in two nets would make them one.
+  void connect(Net& net, PinRef ref) {
+    if (!connected_.insert({ref.component, ref.pin}).second) in_.fail("each pin in one net, once");
+    net.pins.push_back(ref);
+  }
+
   void connection(Net& net) {
     const std::string owner(in_.next());
     if (owner == "*") {  // all cells' pins of that name: supplies
@@ -251,7 +285,10 @@ class DefReader {
     } else if (owner == "PIN") {
       const auto found = pin_index_.find(std::string(in_.peek()));
       if (found == pin_index_.end()) in_.fail("a pin of PINS");
-      net.pins.push_back({kDiePin, found->second});
+      const int its = design_.pins[static_cast<std::size_t>(found->second)].net;
+      if (&net != &design_.nets[static_cast<std::size_t>(its)])
+        in_.fail(fmt::format("a pin with + NET {} in PINS", shown(net.name)));
+      connect(net, {kDiePin, found->second});
       in_.next();
     } else {
       const auto found = component_index_.find(owner);
@@ -261,7 +298,7 @@ class DefReader {
           design_.components[static_cast<std::size_t>(found->second)].macro)];
       const int pin = macro.find_pin(in_.peek());
       if (pin < 0) in_.fail("a pin of " + macro.name);
-      net.pins.push_back({found->second, pin});
+      connect(net, {found->second, pin});
       in_.next();
     }
     while (!in_.take(")")) in_.next();
@@ -329,7 +366,10 @@ class DefReader {
   }
 
   void net(bool is_special) {
-    Net& net = design_.nets[static_cast<std::size_t>(net_index(std::string(in_.next())))];
+    const Tokens at = in_;
+    const int index = net_index(std::string(in_.next()));
+    if (!listed_[is_special ? 1 : 0].insert(index).second) at.fail("each net once");
+    Net& net = design_.nets[static_cast<std::size_t>(index)];
     while (!in_.take(";")) {
       if (in_.take("(")) {
         connection(net);
@@ -352,6 +392,9 @@ class DefReader {
   std::unordered_map<std::string, int> component_index_;
   std::unordered_map<std::string, int> net_index_;
   std::unordered_map<std::string, int> pin_index_;
+  std::set<std::string_view> seen_;                // statements that stand once
+  std::array<std::unordered_set<int>, 2> listed_;  // in NETS, in SPECIALNETS
+  std::set<std::pair<int, int>> connected_;        // component and pin
 };
 
 using Out = std::back_insert_iterator<std::string>;

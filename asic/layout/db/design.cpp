@@ -43,6 +43,7 @@ class NetlistReader {
 
   Design read(const yosys::Module& module) {
     design_.name = module.name;
+    design_.file = file_;
     supplies();
     names(module);
     for (const auto& [name, port] : module.ports) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "asic/layout/db/technology.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -32,7 +33,8 @@ struct DiePin {
   PinDirection direction = PinDirection::input;
   Use use = Use::signal;
   bool is_placed = false;
-  Shape shape;  ///< where it lies on the die
+  Shape shape;    ///< where it lies on the die
+  Place where{};  ///< in the file that it was read from
 };
 
 inline constexpr int kDiePin = -1;
@@ -90,6 +92,7 @@ struct Tracks {
 
 struct Design {
   std::string name;
+  std::string file;  ///< that it was read from, as messages name it
   Rect die;
   std::vector<Row> rows;
   std::vector<Tracks> tracks;

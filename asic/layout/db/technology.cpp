@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "asic/layout/db/tokens.hpp"
 #include "base/file.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -23,6 +25,25 @@ int index_by_name(const Items& items, std::string_view name) {
   }
   return -1;
 }
+
+template <typename Enum>
+using Named = std::pair<std::string_view, Enum>;
+
+constexpr std::array<Named<LayerKind>, 5> kLayerKinds{{{"ROUTING", LayerKind::routing},
+                                                       {"CUT", LayerKind::cut},
+                                                       {"MASTERSLICE", LayerKind::other},
+                                                       {"OVERLAP", LayerKind::other},
+                                                       {"IMPLANT", LayerKind::other}}};
+constexpr std::array<Named<Axis>, 2> kAxes{{{"HORIZONTAL", Axis::horizontal}, {"VERTICAL", Axis::vertical}}};
+constexpr std::array<Named<PinDirection>, 4> kPinDirections{{{"INPUT", PinDirection::input},
+                                                             {"OUTPUT", PinDirection::output},
+                                                             {"INOUT", PinDirection::inout},
+                                                             {"FEEDTHRU", PinDirection::inout}}};
+constexpr std::array<Named<Use>, 5> kUses{{{"SIGNAL", Use::signal},
+                                           {"ANALOG", Use::signal},
+                                           {"CLOCK", Use::clock},
+                                           {"POWER", Use::power},
+                                           {"GROUND", Use::ground}}};
 
 class LefReader {
  public:
@@ -44,8 +65,9 @@ class LefReader {
       } else if (in_.take("MANUFACTURINGGRID")) {
         technology_.grid = um_above_0();
         in_.expect(";");
-      } else if (in_.is("UNITS") || in_.is("PROPERTYDEFINITIONS") || in_.is("SPACING") ||
-                 in_.is("NONDEFAULTRULE")) {
+      } else if (in_.take("UNITS")) {
+        units();
+      } else if (in_.is("PROPERTYDEFINITIONS") || in_.is("SPACING") || in_.is("NONDEFAULTRULE")) {
         skip_block(std::string(in_.next()));
       } else if (in_.take("END")) {
         in_.expect("LIBRARY");
@@ -68,6 +90,37 @@ class LefReader {
         in_.next();
       }
     }
+  }
+
+  /// Lengths are micrometres, whatever the units of the database; these are for DEF and must be some.
+  void units() {
+    while (!in_.take("END")) {
+      if (in_.take("DATABASE")) {
+        in_.expect("MICRONS");
+        in_.count();
+      }
+      in_.skip_statement();
+    }
+    in_.expect("UNITS");
+  }
+
+  template <typename Enum, std::size_t N>
+  Enum one_of(const std::array<Named<Enum>, N>& names) {
+    std::string expected;
+    for (std::size_t i = 0; i < N; ++i) {
+      if (in_.take(names[i].first)) return names[i].second;
+      expected += (i == 0 ? "" : i + 1 < N ? ", " : " or ") + std::string(names[i].first);
+    }
+    in_.fail(expected);
+  }
+
+  /// Whether it is the first of its name. A second one has the values of the first, as where files repeat
+  /// each other.
+  template <typename Item>
+  static bool is_first(const std::vector<Item>& items, int index, const Item& item, const Tokens& at) {
+    if (index < 0) return true;
+    if (items[static_cast<std::size_t>(index)] == item) return false;
+    at.fail("another name, as that one was described before with other values");
   }
 
   int layer_index() {
@@ -125,16 +178,15 @@ class LefReader {
   }
 
   void layer() {
+    const Tokens at = in_;
     Layer layer;
     layer.name = in_.next();
     while (!in_.take("END")) {
       if (in_.take("TYPE")) {
-        layer.kind = in_.is("ROUTING") ? LayerKind::routing
-                     : in_.is("CUT")   ? LayerKind::cut
-                                       : LayerKind::other;
+        layer.kind = one_of(kLayerKinds);
         in_.skip_statement();
       } else if (in_.take("DIRECTION")) {
-        layer.direction = in_.is("VERTICAL") ? Axis::vertical : Axis::horizontal;
+        layer.direction = one_of(kAxes);
         in_.skip_statement();
       } else if (in_.take("PITCH")) {
         layer.pitch = um_above_0();
@@ -178,12 +230,13 @@ class LefReader {
       }
     }
     in_.expect(layer.name);
-    if (technology_.find_layer(layer.name) >= 0) return;  // a second file repeats it
+    if (!is_first(technology_.layers, technology_.find_layer(layer.name), layer, at)) return;
     if (technology_.layers.size() == kMostLayers) in_.fail(fmt::format("at most {} layers", kMostLayers));
     technology_.layers.push_back(std::move(layer));
   }
 
   void via() {
+    const Tokens at = in_;
     Via via;
     via.name = in_.next();
     via.is_default = in_.take("DEFAULT");
@@ -200,10 +253,13 @@ class LefReader {
       }
     }
     in_.expect(via.name);
-    if (!via.shapes.empty()) technology_.vias.push_back(std::move(via));  // others are made by a rule
+    if (via.shapes.empty()) return;  // made by a rule
+    if (is_first(technology_.vias, technology_.find_via(via.name), via, at))
+      technology_.vias.push_back(std::move(via));
   }
 
   void via_rule() {
+    const Tokens at = in_;
     ViaRule rule;
     rule.name = in_.next();
     in_.take("GENERATE");
@@ -225,7 +281,7 @@ class LefReader {
         current = {};
         in_.expect(";");
       } else if (in_.take("DIRECTION")) {
-        direction = in_.is("VERTICAL") ? Axis::vertical : Axis::horizontal;
+        direction = one_of(kAxes);
         in_.skip_statement();
       } else if (in_.take("ENCLOSURE")) {
         current.enclosure_x = um();
@@ -257,10 +313,12 @@ class LefReader {
     if (!has_cut || metals.size() != 2) return;  // turns of LEF 5.4, which need no rule
     rule.bottom = metals[metals[0].layer < metals[1].layer ? 0 : 1];
     rule.top = metals[metals[0].layer < metals[1].layer ? 1 : 0];
-    technology_.via_rules.push_back(std::move(rule));
+    if (is_first(technology_.via_rules, index_by_name(technology_.via_rules, rule.name), rule, at))
+      technology_.via_rules.push_back(std::move(rule));
   }
 
   void site() {
+    const Tokens at = in_;
     Site site;
     site.name = in_.next();
     while (!in_.take("END")) {
@@ -273,11 +331,17 @@ class LefReader {
     }
     if (site.width == 0) in_.fail("SIZE of the site before its end");
     in_.expect(site.name);
-    technology_.sites.push_back(std::move(site));
+    if (is_first(technology_.sites, index_by_name(technology_.sites, site.name), site, at))
+      technology_.sites.push_back(std::move(site));
   }
 
+  struct PlacedRect {
+    Tokens at;
+    Rect rect;
+  };
+
   /// Shapes up to END; POLYGON and PATH would leave metal unseen, so they are an error.
-  void shapes(std::vector<Shape>& into, Point origin) {
+  void shapes(std::vector<Shape>& into, Point origin, std::vector<PlacedRect>* places = nullptr) {
     int layer = -1;
     while (!in_.take("END")) {
       if (in_.take("LAYER")) {
@@ -285,7 +349,9 @@ class LefReader {
         in_.skip_statement();
       } else if (in_.take("RECT")) {
         if (layer < 0) in_.fail("LAYER before RECT");
+        const Tokens at = in_;
         into.push_back({layer, rect().moved(origin)});
+        if (places != nullptr) places->push_back({at, into.back().rect});
       } else if (in_.is("POLYGON") || in_.is("PATH") || in_.is("VIA")) {
         in_.fail("RECT, the only shape that is read");
       } else {
@@ -294,20 +360,17 @@ class LefReader {
     }
   }
 
-  void pin(Macro& macro, Point origin) {
+  void pin(Macro& macro, Point origin, std::vector<PlacedRect>& metal) {
+    if (macro.find_pin(in_.peek()) >= 0) in_.fail("each pin once");
     MacroPin pin;
     pin.name = in_.next();
+    std::vector<PlacedRect> places;
     while (!in_.take("END")) {
       if (in_.take("DIRECTION")) {
-        pin.direction = in_.is("OUTPUT")  ? PinDirection::output
-                        : in_.is("INPUT") ? PinDirection::input
-                                          : PinDirection::inout;
+        pin.direction = one_of(kPinDirections);
         in_.skip_statement();
       } else if (in_.take("USE")) {
-        pin.use = in_.is("POWER")    ? Use::power
-                  : in_.is("GROUND") ? Use::ground
-                  : in_.is("CLOCK")  ? Use::clock
-                                     : Use::signal;
+        pin.use = one_of(kUses);
         in_.skip_statement();
       } else if (in_.take("ANTENNAGATEAREA")) {
         pin.gate_area_um2 = in_.number();
@@ -316,19 +379,24 @@ class LefReader {
         pin.diffusion_area_um2 = in_.number();
         in_.skip_statement();
       } else if (in_.take("PORT")) {
-        shapes(pin.shapes, origin);
+        shapes(pin.shapes, origin, &places);
       } else {
         in_.skip_statement();
       }
     }
     in_.expect(pin.name);
+    // rails reach beyond the cell, as two rows share them
+    if (pin.use != Use::power && pin.use != Use::ground)
+      metal.insert(metal.end(), places.begin(), places.end());
     macro.pins.push_back(std::move(pin));
   }
 
   void macro() {
+    const Tokens at = in_;
     Macro macro;
     macro.name = in_.next();
     Point origin;
+    std::vector<PlacedRect> metal;  // of pins of signals
     while (!in_.take("END")) {
       if (in_.take("CLASS")) {
         while (!in_.is(";"))
@@ -354,7 +422,7 @@ class LefReader {
         macro.site = in_.next();
         in_.skip_statement();
       } else if (in_.take("PIN")) {
-        pin(macro, origin);
+        pin(macro, origin, metal);
       } else if (in_.take("OBS")) {
         shapes(macro.obstructions, origin);
       } else {
@@ -363,6 +431,10 @@ class LefReader {
     }
     if (macro.width == 0) in_.fail("SIZE of the macro before its end");
     in_.expect(macro.name);
+    for (const PlacedRect& shape : metal)
+      if (!Rect{0, 0, macro.width, macro.height}.contains(shape.rect))
+        shape.at.fail(fmt::format("a RECT of a signal's pin within the SIZE of MACRO {}", shown(macro.name)));
+    if (!is_first(technology_.macros, technology_.find_macro(macro.name), macro, at)) return;
     technology_.macro_index[macro.name] = static_cast<int>(technology_.macros.size());
     technology_.macros.push_back(std::move(macro));
   }
@@ -418,6 +490,7 @@ Technology read_lef(const std::vector<std::filesystem::path>& files) {
 }
 
 void parse_lef(std::string_view text, const std::string& name, Technology& technology) {
+  technology.files += (technology.files.empty() ? "" : ", ") + name;
   LefReader(text, name, technology).read();
 }
 

@@ -21,6 +21,7 @@ enum class Axis { horizontal, vertical };
 struct SpacingRow {
   Nm width = 0;
   std::vector<Nm> spacing;
+  friend bool operator==(const SpacingRow&, const SpacingRow&) = default;
 };
 
 /// Most area of metal or cuts over the area of the gates that it is connected to while it is etched.
@@ -30,6 +31,7 @@ struct AntennaRule {
       with_diffusion;          ///< area of diffusion in um2, ratio: between these straight lines
   bool is_cumulative = false;  ///< ratios of the layers below are added
   double limit(double diffusion_um2) const;
+  friend bool operator==(const AntennaRule&, const AntennaRule&) = default;
 };
 
 struct Layer {
@@ -50,24 +52,28 @@ struct Layer {
 
   /// Spacing between two shapes, the wider `width_nm` wide, that run side by side for `run_nm`.
   Nm spacing_for(Nm width_nm, Nm run_nm) const;
+  friend bool operator==(const Layer&, const Layer&) = default;
 };
 
 /// A rectangle on a layer (index into Technology::layers).
 struct Shape {
   int layer = 0;
   Rect rect;
+  friend bool operator==(const Shape&, const Shape&) = default;
 };
 
 struct Via {
   std::string name;
   bool is_default = false;
   std::vector<Shape> shapes;  ///< around the via's origin; bottom metal, cuts and top metal in file's order
+  friend bool operator==(const Via&, const Via&) = default;
 };
 
 struct ViaRuleLayer {
   int layer = 0;
   Nm enclosure_x = 0;
   Nm enclosure_y = 0;
+  friend bool operator==(const ViaRuleLayer&, const ViaRuleLayer&) = default;
 };
 
 /// VIARULE ... GENERATE with a cut: arrays of vias between wide wires.
@@ -79,12 +85,14 @@ struct ViaRule {
   Rect cut;
   Nm pitch_x = 0;  ///< from cut to cut, centre to centre (LEF's SPACING ... BY)
   Nm pitch_y = 0;
+  friend bool operator==(const ViaRule&, const ViaRule&) = default;
 };
 
 struct Site {
   std::string name;
   Nm width = 0;
   Nm height = 0;
+  friend bool operator==(const Site&, const Site&) = default;
 };
 
 enum class PinDirection { input, output, inout };
@@ -97,6 +105,7 @@ struct MacroPin {
   double gate_area_um2 = 0.0;       ///< ANTENNAGATEAREA
   double diffusion_area_um2 = 0.0;  ///< ANTENNADIFFAREA
   std::vector<Shape> shapes;        ///< in the macro's frame, its lower left corner at 0, 0
+  friend bool operator==(const MacroPin&, const MacroPin&) = default;
 };
 
 struct Macro {
@@ -112,6 +121,7 @@ struct Macro {
 
   /// Index of the pin, -1 when there is none of that name.
   int find_pin(std::string_view pin) const;
+  friend bool operator==(const Macro&, const Macro&) = default;
 };
 
 struct Technology {
@@ -120,7 +130,8 @@ struct Technology {
   std::vector<ViaRule> via_rules;
   std::vector<Site> sites;
   std::vector<Macro> macros;
-  Nm grid = 1;  ///< MANUFACTURINGGRID
+  Nm grid = 1;        ///< MANUFACTURINGGRID
+  std::string files;  ///< that it was read from, as messages name them
 
   int find_layer(std::string_view name) const;  ///< -1: none
   int find_via(std::string_view name) const;    ///< -1: none

@@ -96,6 +96,12 @@ Nm Tokens::length(double scale) {
   return std::llround(*value * scale);
 }
 
+Nm Tokens::whole_length(double scale) {
+  const auto value = number_in(word_, -kMostNumber, kMostNumber);
+  if (value && *value != std::floor(*value)) fail("a whole number of the DEF's units");
+  return length(scale);
+}
+
 Nm Tokens::length_above_0(double scale) {
   const Tokens before = *this;
   const Nm value = length(scale);
@@ -103,10 +109,10 @@ Nm Tokens::length_above_0(double scale) {
   return value;
 }
 
-int Tokens::count() {
+int Tokens::count(int least) {
   constexpr int kMost = 10'000'000;
-  const auto value = number_in(word_, 1, kMost);
-  if (!value) fail(fmt::format("a whole number from 1 to {}", kMost));
+  const auto value = number_in(word_, least, kMost);
+  if (!value) fail(fmt::format("a whole number from {} to {}", least, kMost));
   advance();
   return *value;
 }

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "asic/layout/db/geometry.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -30,10 +31,14 @@ class Tokens {
   double number_from_0();
   /// A number times `scale`, rounded to the nearest integer; at most a metre either way.
   Nm length(double scale);
-  /// The same above 0.
+  /// The same of a whole number ("-320.0" is one), as DEF has them.
+  Nm whole_length(double scale);
+  /// A length() above 0.
   Nm length_above_0(double scale);
-  /// A whole number from 1 to 10 million.
-  int count();
+  /// A whole number from `least` to 10 million.
+  int count(int least = 1);
+  /// Of the next word.
+  Place place() const { return place_of(text_, start_); }
   /// Throws UserError: "<file>:<line>:<column>: found <next word>, expected <what>".
   [[noreturn]] void fail(std::string_view expected) const;
 

@@ -3,6 +3,7 @@
 
 #include "asic/layout/db/paths.hpp"
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -34,7 +35,7 @@ int net_of_port(const Design& design, const std::string& port) {
   for (const DiePin& pin : design.pins) {
     if (pin.name == port) return pin.net;
   }
-  throw UserError(fmt::format("clock: found port {}, expected one of the netlist", port));
+  throw UserError(fmt::format("--clock: found {}, expected a port of the netlist", shown(port)));
 }
 
 /// Takes the cells' inputs off a net.

@@ -15,6 +15,7 @@
 #include "asic/layout/db/design.hpp"
 #include "asic/layout/db/model.hpp"
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -80,7 +81,7 @@ class TreeBuilder {
         kind_(std::move(kind)),
         wire_(wire_model(technology)) {
     for (const std::string& name : options.buffers) buffers_.push_back(buffer(name));
-    if (buffers_.empty()) throw UserError("trees: found no buffer, expected the names of the library's");
+    if (buffers_.empty()) throw UserError("--buffers: found no buffer, expected the names of the library's");
   }
 
   int made() const { return made_; }
@@ -256,7 +257,8 @@ class TreeBuilder {
     b.macro = technology_.find_macro(name);
     const auto cell = delays_.find(name);
     if (b.macro < 0 || cell == delays_.end())
-      throw UserError(fmt::format("trees: found buffer {}, expected one of the LEF and of Liberty", name));
+      throw UserError(
+          fmt::format("--buffers: found {}, expected a cell of the LEF and of Liberty", shown(name)));
     const Macro& macro = technology_.macros[static_cast<std::size_t>(b.macro)];
     for (std::size_t p = 0; p < macro.pins.size(); ++p) {
       const auto pin = cell->second.pins.find(macro.pins[p].name);
@@ -271,7 +273,8 @@ class TreeBuilder {
       }
     }
     if (b.arc == nullptr)
-      throw UserError(fmt::format("trees: found no delay of {} in Liberty, expected a buffer", name));
+      throw UserError(
+          fmt::format("--buffers: found no delay of {} in Liberty, expected a buffer", shown(name)));
     return b;
   }
 

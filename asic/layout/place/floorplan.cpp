@@ -6,6 +6,7 @@
 
 #include "asic/layout/place/place.hpp"
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -34,8 +35,8 @@ std::vector<const ViaRule*> rules_up_to(const Technology& technology, int bottom
     }
     if (found == nullptr)
       throw UserError(
-          fmt::format("power straps: found no VIARULE GENERATE from {} upwards, expected a way to {}",
-                      technology.layers[static_cast<std::size_t>(bottom)].name,
+          fmt::format("{}: found no VIARULE GENERATE from {} upwards, expected a way to the straps on {}",
+                      technology.files, technology.layers[static_cast<std::size_t>(bottom)].name,
                       technology.layers[static_cast<std::size_t>(top)].name));
     rules.push_back(found);
     bottom = found->top.layer;
@@ -80,7 +81,9 @@ Rail rail_of(const Technology& technology) {
       }
     }
   }
-  throw UserError("power rails: found no ground pin along a cell's lower edge in the LEF, expected one");
+  throw UserError(
+      fmt::format("{}: found no ground pin along a cell's lower edge, expected one for the power rails",
+                  technology.files));
 }
 
 }  // namespace
@@ -103,9 +106,9 @@ double utilization(const Design& design, const Technology& technology) {
 void make_floorplan(Design& design, const Technology& technology, const Floorplan& floorplan) {
   if (floorplan.utilization <= 0.0 || floorplan.utilization > 1.0)
     throw UserError(
-        fmt::format("utilization: found {}, expected more than 0 and at most 1", floorplan.utilization));
+        fmt::format("--utilization: found {}, expected more than 0 and at most 1", floorplan.utilization));
   if (technology.sites.empty() || technology.routing_layers().empty())
-    throw UserError("technology: found no SITE or no routing layer in the LEF, expected both");
+    throw UserError(fmt::format("{}: found no SITE or no routing layer, expected both", technology.files));
   const Site& site = technology.sites.front();
   constexpr Nm kMostRows = 1'000'000, kMostSites = 10'000'000;
   const double area = cell_area(design, technology) / floorplan.utilization;
@@ -113,10 +116,9 @@ void make_floorplan(Design& design, const Technology& technology, const Floorpla
   const auto sites = static_cast<Nm>(
       std::ceil(area / static_cast<double>(rows * site.height) / static_cast<double>(site.width)));
   if (rows > kMostRows || sites > kMostSites)
-    throw UserError(
-        fmt::format("floorplan: found {} rows of {} sites, expected at most {} of {}; SITE of the LEF is too "
-                    "small for its cells",
-                    rows, sites, kMostRows, kMostSites));
+    throw UserError(fmt::format(
+        "{}: found {} rows of {} sites, expected at most {} of {}; SITE of {} is too small for its cells",
+        design.file, rows, sites, kMostRows, kMostSites, technology.files));
   const Point low{round_up(floorplan.margin, site.width), round_up(floorplan.margin, site.height)};
   design.die = {0, 0, 2 * low.x + sites * site.width, 2 * low.y + rows * site.height};
   design.rows.clear();
@@ -135,7 +137,7 @@ void make_floorplan(Design& design, const Technology& technology, const Floorpla
                              static_cast<int>((length - layer.offset) / layer.pitch) + 1, layer.pitch});
   }
   if (design.tracks.empty())
-    throw UserError("technology: found no routing layer with a PITCH in the LEF, expected some");
+    throw UserError(fmt::format("{}: found no routing layer with a PITCH, expected some", technology.files));
 }
 
 void add_fillers(Design& design, const Technology& technology, const std::string& prefix) {
@@ -164,7 +166,7 @@ void add_fillers(Design& design, const Technology& technology, const std::string
             std::find_if(fillers.begin(), fillers.end(), [&](int f) { return width(f) <= cell.x0 - x; });
         if (fits == fillers.end())
           throw UserError(
-              fmt::format("fillers {}*: found a gap of {} nm at ({}, {}), expected a cell that fits", prefix,
+              fmt::format("--fillers {}: found a gap of {} nm at ({}, {}), expected a cell that fits", prefix,
                           cell.x0 - x, x, row.at.y));
         design.components.push_back(
             {fmt::format("FILLER_{}", count++), *fits, {x, row.at.y}, row.orientation, true, false});
@@ -178,7 +180,8 @@ void add_fillers(Design& design, const Technology& technology, const std::string
 void add_power_grid(Design& design, const Technology& technology, const PowerGrid& grid) {
   const int top = technology.find_layer(grid.layer);
   if (top < 0)
-    throw UserError(fmt::format("power straps: found layer {}, expected one of the LEF", grid.layer));
+    throw UserError(
+        fmt::format("--strap-layer: found {}, expected a layer of {}", shown(grid.layer), technology.files));
   const Rail rail = rail_of(technology);
   const std::vector<const ViaRule*> rules = rules_up_to(technology, rail.layer, top);
   const int first_via = static_cast<int>(technology.vias.size() + design.vias.size());
@@ -191,7 +194,7 @@ void add_power_grid(Design& design, const Technology& technology, const PowerGri
     if (design.nets[n].use == Use::power) supplies[1] = static_cast<int>(n);
   }
   if (supplies[0] < 0 || supplies[1] < 0)
-    throw UserError("power straps: found no supply nets, expected power and ground");
+    throw UserError(fmt::format("{}: found no supply nets, expected power and ground", design.file));
   const Row& low = design.rows.front();
   const Site& site = technology.sites[static_cast<std::size_t>(low.site)];
   const Nm x0 = low.at.x;

@@ -8,6 +8,7 @@
 
 #include "asic/layout/place/place.hpp"
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -107,8 +108,8 @@ void legalize(Design& design, const Technology& technology) {
     }
     if (best_row < 0)
       throw UserError(
-          fmt::format("placement: found no room for {}, expected larger rows; take a lower utilization",
-                      component(c).name));
+          fmt::format("{}: found no room for {}, expected larger rows; take a lower --utilization",
+                      design.file, shown(component(c).name)));
     rows[static_cast<std::size_t>(best_row)].insert(c, static_cast<double>(wanted.x), width(c));
   }
   for (std::size_t r = 0; r < rows.size(); ++r) {

@@ -12,6 +12,7 @@
 #include "asic/layout/place/spef.hpp"
 #include "asic/layout/place/trees.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/number.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
@@ -59,6 +60,7 @@ void print(const char* what, const std::string& value, const char* unit) {
 Design not_placed(const Design& from, const Technology& technology) {
   Design to;
   to.name = from.name;
+  to.file = from.file;
   std::vector<int> component(from.components.size(), -1);
   std::vector<int> pin(from.pins.size(), -1);
   for (const Net& net : from.nets) {
@@ -75,7 +77,8 @@ Design not_placed(const Design& from, const Technology& technology) {
                            from.pins[k].direction,
                            Use::signal,
                            false,
-                           {}});
+                           {},
+                           from.pins[k].where});
       } else if (index < 0) {
         index = static_cast<int>(to.components.size());
         to.components.push_back(
@@ -106,7 +109,12 @@ int place_again(const Options& o) {
     const Rect r = outline(c, technology);
     cells += um(r.width()) * um(r.height());
   }
-  make_floorplan(ours, technology, {cells / (um(box.width()) * um(box.height())), 0});
+  const double used = cells / (um(box.width()) * um(box.height()));
+  if (used > 1.0)
+    throw meltstage::UserError(fmt::format(
+        "{}: found cells of {:.3g} times the area that they lie in, expected cells that don't overlap",
+        theirs.file, used));
+  make_floorplan(ours, technology, {used, 0});
   place_globally(ours, technology, {});
   legalize(ours, technology);
   improve(ours, technology, o.passes);
@@ -123,6 +131,10 @@ int place_again(const Options& o) {
 }
 
 int run(const Options& o) {
+  std::vector<std::filesystem::path> inputs = o.lef;
+  for (const auto& input : {o.netlist, o.again, o.liberty})
+    if (!input.empty()) inputs.push_back(input);
+  meltstage::require_other_files({o.def, o.spef, o.verilog}, inputs);
   if (!o.again.empty()) return place_again(o);
   const double start = seconds();
   const Technology technology = read_lef(o.lef);
@@ -211,7 +223,8 @@ int main(int argc, char** argv) {
   app.add_option("--lef", o.lef, "LEF files, technology first")->required();
   auto* input = app.add_option_group("input");
   input->add_option("--netlist", o.netlist, "netlist (Yosys write_json)");
-  input->add_option("--again", o.again, "DEF whose cells are placed again, to compare wirelengths");
+  auto* again =
+      input->add_option("--again", o.again, "DEF whose cells are placed again, to compare wirelengths");
   input->require_option(1);
   app.add_option("--def", o.def, "placed design to write");
   app.add_option("--verilog", o.verilog, "its netlist to write");
@@ -241,6 +254,11 @@ int main(int argc, char** argv) {
       ->check(within(1e-6, kMostNs));
   app.add_option("--tie-high", o.tie_high, "cell and pin that give a 1")->expected(2);
   app.add_option("--tie-low", o.tie_low, "cell and pin that give a 0")->expected(2);
+  // what is placed again is measured, not written
+  for (CLI::Option* option : app.get_options())
+    if (option != again && !option->check_name("--help") && !option->check_name("--lef") &&
+        !option->check_name("--passes"))
+      again->excludes(option);
   try {
     app.parse(argc, argv);
     return run(o);

@@ -11,6 +11,7 @@
 #include "asic/layout/db/model.hpp"
 #include "asic/layout/db/paths.hpp"
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
@@ -321,8 +322,9 @@ int add_ties(Design& design, const Technology& technology, Use use, const std::s
   const int macro = technology.find_macro(macro_name);
   const int pin = macro < 0 ? -1 : technology.macros[static_cast<std::size_t>(macro)].find_pin(pin_name);
   if (pin < 0)
-    throw UserError(
-        fmt::format("ties: found {}/{}, expected a cell and pin of the LEF", macro_name, pin_name));
+    throw UserError(fmt::format("{}: found {} {}, expected a cell and its pin of {}",
+                                use == Use::power ? "--tie-high" : "--tie-low", shown(macro_name),
+                                shown(pin_name), technology.files));
   std::vector<PinRef> tied;
   for (Net& net : design.nets) {
     if (net.use != use) continue;

@@ -71,7 +71,8 @@ class GlobalRouter {
     for (const int l : layers) {
       const Layer& layer = technology_.layers[at(l)];
       if (layer.pitch <= 0)
-        throw UserError(fmt::format("LEF: found no PITCH of layer {}, expected one", layer.name));
+        throw UserError(
+            fmt::format("{}: found no PITCH of layer {}, expected one", technology_.files, layer.name));
       pitch = std::max(pitch, layer.pitch);
       (layer.direction == Axis::horizontal ? across_x : across_y) += 1.0 / static_cast<double>(layer.pitch);
     }
@@ -82,9 +83,9 @@ class GlobalRouter {
     constexpr double kMostRegions = 1e7;
     if (static_cast<double>(grid.columns) * grid.rows > kMostRegions)
       throw UserError(fmt::format(
-          "die: found {} x {} regions of {} tracks, expected at most {:g}; it is too large for the "
-          "LEF's PITCH",
-          grid.columns, grid.rows, options_.tracks, kMostRegions));
+          "{}: found a die of {} x {} regions of {} tracks, expected at most {:g}; it is too large for the "
+          "PITCH of {}",
+          design_.file, grid.columns, grid.rows, options_.tracks, kMostRegions, technology_.files));
     capacity_[0] = static_cast<float>(across_x * static_cast<double>(grid.size) * options_.usable);
     capacity_[1] = static_cast<float>(across_y * static_cast<double>(grid.size) * options_.usable);
   }

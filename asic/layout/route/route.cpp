@@ -14,6 +14,7 @@
 #include "asic/layout/route/guides.hpp"
 #include "asic/layout/route/maze.hpp"
 #include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 namespace {
@@ -120,13 +121,15 @@ int Wiring::routed_index(int layer) const {
 void Wiring::find_layers() {
   const std::vector<int> metals = technology_.routing_layers();
   if (metals.size() < 3)
-    throw UserError(
-        "LEF: found fewer than three routing layers, expected a pin layer and two layers of tracks");
+    throw UserError(fmt::format(
+        "{}: found {} routing layers, expected three or more: a pin layer and two layers of tracks",
+        technology_.files, metals.size()));
   pin_layer_ = metals[0];
   for (const int index : track_layers(technology_)) {
     const Layer& metal = layer(index);
     if (metal.pitch <= 0 || metal.width <= 0)
-      throw UserError(fmt::format("LEF: found no WIDTH or no PITCH of layer {}, expected both", metal.name));
+      throw UserError(fmt::format("{}: found no WIDTH or no PITCH of layer {}, expected both",
+                                  technology_.files, metal.name));
     RoutedLayer routed;
     routed.layer = index;
     routed.vertical = metal.direction == Axis::vertical;
@@ -135,9 +138,9 @@ void Wiring::find_layers() {
     layers_.push_back(routed);
   }
   if (!layers_[0].vertical || layers_[1].vertical)
-    throw UserError(fmt::format(
-        "LEF: found layers {} and {}, expected the second metal vertical and the third horizontal",
-        layer(layers_[0].layer).name, layer(layers_[1].layer).name));
+    throw UserError(
+        fmt::format("{}: found layers {} and {}, expected the second metal vertical and the third horizontal",
+                    technology_.files, layer(layers_[0].layer).name, layer(layers_[1].layer).name));
 }
 
 void Wiring::find_grid() {
@@ -147,8 +150,8 @@ void Wiring::find_grid() {
     for (const Tracks& t : design_.tracks)
       if (t.layer == routed.layer && t.axis == axis) {
         if (t.step != metal.pitch)
-          throw UserError(fmt::format("DEF: found tracks {} nm apart on {}, expected LEF's pitch of {} nm",
-                                      t.step, metal.name, metal.pitch));
+          throw UserError(fmt::format("{}: found tracks {} nm apart on {}, expected LEF's pitch of {} nm",
+                                      design_.file, t.step, metal.name, metal.pitch));
         return std::pair{t.start, t.count};
       }
     const Nm first = low + ((metal.offset - low) % metal.pitch + metal.pitch) % metal.pitch;
@@ -168,11 +171,12 @@ void Wiring::find_grid() {
   std::tie(grid_.y0, grid_.rows) =
       inside(tracks(layers_[1], die.y0, die.y1), grid_.pitch_y, die.y0 + border_y, die.y1 - border_y);
   if (grid_.columns < 2 || grid_.rows < 2)
-    throw UserError("DEF: found fewer than two tracks inside DIEAREA, expected a die of some tracks");
+    throw UserError(fmt::format(
+        "{}: found fewer than two tracks inside DIEAREA, expected a die of some tracks", design_.file));
   constexpr double kMostCrossings = 4e8;
   if (static_cast<double>(grid_.columns) * grid_.rows * static_cast<double>(layers_.size()) > kMostCrossings)
-    throw UserError(fmt::format("DEF: found {} x {} tracks on {} layers, expected at most {:g} crossings",
-                                grid_.columns, grid_.rows, layers_.size(), kMostCrossings));
+    throw UserError(fmt::format("{}: found {} x {} tracks on {} layers, expected at most {:g} crossings",
+                                design_.file, grid_.columns, grid_.rows, layers_.size(), kMostCrossings));
 }
 
 void Wiring::find_vias() {
@@ -194,9 +198,9 @@ void Wiring::find_vias() {
       }
     }
     if (best < 0)
-      throw UserError(
-          fmt::format("LEF: found no via of one cut between {} and {}, expected a VIA ... DEFAULT",
-                      layer(layers_[i].layer).name, layer(layers_[i + 1].layer).name));
+      throw UserError(fmt::format("{}: found no via of one cut between {} and {}, expected a VIA ... DEFAULT",
+                                  technology_.files, layer(layers_[i].layer).name,
+                                  layer(layers_[i + 1].layer).name));
     vias_.push_back(best);
   }
   for (std::size_t i = 0; i < layers_.size(); ++i) {
@@ -208,7 +212,8 @@ void Wiring::find_vias() {
   }
   rules_ = access_rules(technology_, pin_layer_, layers_[0].layer, layers_[0].pad);
   if (rules_.vias.empty())
-    throw UserError("LEF: found no via of one cut on the pins' layer, expected a VIA ... DEFAULT");
+    throw UserError(fmt::format("{}: found no via of one cut on the pins' layer, expected a VIA ... DEFAULT",
+                                technology_.files));
   size_patches();
   rules_.upper_pad = layers_[0].pad;
   for (const RoutedLayer& r : layers_) {
@@ -218,9 +223,9 @@ void Wiring::find_vias() {
     grid_.ends_spread.push_back(length + r.spacing > (r.vertical ? grid_.pitch_y : grid_.pitch_x));
     if (across(r.pad, r.vertical) + r.spacing > pitch)
       throw UserError(
-          fmt::format("LEF: vias on neighbouring tracks of {} are nearer than its spacing of {} nm, expected "
+          fmt::format("{}: vias on neighbouring tracks of {} are nearer than its spacing of {} nm, expected "
                       "a wider pitch",
-                      layer(r.layer).name, r.spacing));
+                      technology_.files, layer(r.layer).name, r.spacing));
   }
 }
 
@@ -238,8 +243,8 @@ void Wiring::size_patches() {
     if (4 * along_pitch / 2 - 2 * half_along < r.spacing) {
       half_across = (across_pitch - r.spacing) / 2 / technology_.grid * technology_.grid;
       if (half_across <= 0)
-        throw UserError(fmt::format("LEF: found a spacing of {} nm on {}, expected one below its pitch",
-                                    r.spacing, layer(r.layer).name));
+        throw UserError(fmt::format("{}: found a spacing of {} nm on {}, expected one below its pitch",
+                                    technology_.files, r.spacing, layer(r.layer).name));
       half_along = std::max(pad_end, up((area / (2 * half_across) + 1) / 2));
     }
     r.patch = r.vertical ? Rect{-half_across, -half_along, half_across, half_along}
@@ -418,8 +423,10 @@ void Wiring::add_cells(RouteReport& report) {
 void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
   const int index = routed_index(pin.shape.layer);
   if (!pin.is_placed || index < 0)
-    throw UserError(fmt::format("DEF: found pin {} {}, expected it placed on a layer of tracks", pin.name,
-                                pin.is_placed ? "on another layer" : "not placed"));
+    throw UserError(defect_at(
+        design_.file, pin.where,
+        fmt::format("pin {} {}", shown(pin.name), pin.is_placed ? "on another layer" : "not placed"),
+        "it placed on a layer of tracks"));
   const RoutedLayer& r = layers_[at(index)];
   std::vector<int> nodes;
   int nearest = -1;  // on the pin's track, when the pin ends between the die's edge and the first crossing
@@ -453,8 +460,10 @@ void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
          r.vertical ? Rect{wire.x0, both.y0, wire.x1, both.y1} : Rect{both.x0, wire.y0, both.x1, wire.y1}});
   }
   if (nodes.empty())
-    throw UserError(fmt::format("DEF: found pin {} beside the tracks of {}, expected it on one", pin.name,
-                                layer(pin.shape.layer).name));
+    throw UserError(
+        defect_at(design_.file, pin.where,
+                  fmt::format("pin {} beside the tracks of {}", shown(pin.name), layer(pin.shape.layer).name),
+                  "it on one"));
   for (const int node : nodes) problem_.owner[at(node)] = net;
   terminals_.push_back({net, pin_position, nodes});
   for (const int node : nodes) holds_metal_[at(node)] = 1;

@@ -15,6 +15,7 @@
 #include "asic/layout/db/technology.hpp"
 #include "asic/layout/route/route.hpp"
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/output_file.hpp"
 
 namespace {
@@ -53,6 +54,9 @@ std::string report_text(const RouteReport& report, const Design& design, const T
 int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::path& def,
         const std::filesystem::path& out, const std::filesystem::path& netlist,
         const std::filesystem::path& spef, const std::filesystem::path& report_path, RouteOptions options) {
+  std::vector<std::filesystem::path> inputs = lef;
+  inputs.push_back(def);
+  meltstage::require_other_files({out, netlist, spef, report_path}, inputs);
   const Technology technology = read_lef(lef);
   Design design = read_def(def, technology);
   if (isatty(STDERR_FILENO))

@@ -122,10 +122,37 @@ TEST_F(DesignTest, WrongDefIsOneLine) {
             "a.def:1:21: found \"0\", expected a whole number from 1 to 10000000");
   EXPECT_EQ(message("PINS 1 ;\n- a + DIRECTION INPUT ;\nEND PINS"),
             "a.def:3:1: found \"END\", expected NET of pin a before it");
-  EXPECT_EQ(message("COMPONENTS 2 ;\n- a INVX1 ;\n- a INVX1 ;\nEND COMPONENTS"),
-            "a.def:4:1: found \"END\", expected each component once, not another a before it");
+  EXPECT_EQ(
+      message(
+          "COMPONENTS 2 ;\n- a INVX1 + PLACED ( 0 0 ) N ;\n- a INVX1 + FIXED ( 0 0 ) N ;\nEND COMPONENTS"),
+      "a.def:4:1: found \"END\", expected each component once, not another a before it");
   EXPECT_EQ(message("VIAS 1 ;\n- v ;\nEND VIAS"),
             "a.def:3:1: found \"END\", expected a via of RECTs before it");
+  const std::string cells =
+      "COMPONENTS 2 ;\n- u INVX1 + PLACED ( 0 0 ) N ;\n- v INVX1 + PLACED ( 0 0 ) N ;\nEND COMPONENTS\n"
+      "PINS 1 ;\n- p + NET a + DIRECTION INPUT ;\nEND PINS\n";
+  EXPECT_EQ(message("COMPONENTS 3" + cells.substr(12)),
+            "a.def:1:12: found \"3\", expected 2, as so many are listed");
+  EXPECT_EQ(message(cells + "NETS 2 ;\n- a ( PIN p ) ;\nEND NETS"),
+            "a.def:8:6: found \"2\", expected 1, as so many are listed");
+  EXPECT_EQ(message(cells + "NETS 2 ;\n- a ( u A ) ;\n- a ( v A ) ;\nEND NETS"),
+            "a.def:10:3: found \"a\", expected each net once");
+  EXPECT_EQ(message(cells + "NETS 2 ;\n- a ( u A ) ;\n- b ( v A ) ( u A ) ;\nEND NETS"),
+            "a.def:10:17: found \"A\", expected each pin in one net, once");
+  EXPECT_EQ(message(cells + "NETS 2 ;\n- a ( u A ) ;\n- b ( PIN p ) ;\nEND NETS"),
+            "a.def:10:11: found \"p\", expected a pin with + NET b in PINS");
+  EXPECT_EQ(message(cells + "COMPONENTS 0 ;"), "a.def:8:1: found \"COMPONENTS\", expected COMPONENTS once");
+  EXPECT_EQ(message("COMPONENTS 1 ;\n- u INVX1 + UNPLACED ;"),
+            "a.def:2:13: found \"UNPLACED\", expected PLACED or FIXED, as all components have a place");
+  EXPECT_EQ(message("COMPONENTS 1 ;\n- u INVX1 ;"),
+            "a.def:2:3: found \"u\", expected a component with PLACED or FIXED");
+  EXPECT_EQ(message("COMPONENTS 1 ;\n- u INVX1 + PLACED ( 800.5 0 ) N ;"),
+            "a.def:2:22: found \"800.5\", expected a whole number of the DEF's units");
+  EXPECT_EQ(message("COMPONENTS 1 ;\n- u INVX1 + PLACED ( 800.0 0 ) W ;"),
+            "a.def:2:32: found \"W\", expected orientation N, S, FN or FS");
+  const std::string die = "DIEAREA ( 0 0 ) ( 9000 10000 ) ;\nCOMPONENTS 1 ;\n- u INVX1 + PLACED ";
+  EXPECT_EQ(message(die + "( 7401 0 ) N ;"), "a.def:3:3: found \"u\", expected a component within DIEAREA");
+  EXPECT_EQ(message(die + "( 7400 0 ) N ;"), "a.def:3:34: found the file's end, expected -");
 }
 
 }  // namespace

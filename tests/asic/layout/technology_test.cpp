@@ -50,6 +50,41 @@ TEST(Technology, SpacingGrowsWithWidthAndRun) {
   EXPECT_EQ(metal.spacing_for(10000, 10000), 600);
 }
 
+// A file may repeat what another says, and not say something else.
+TEST(Technology, ANameHasOneMeaning) {
+  const std::string layer = "LAYER M\n TYPE ROUTING ;\n PITCH 1 ;\nEND M\n";
+  for (const std::string& described :
+       {std::string("SITE s\n SIZE 1 BY 2 ;\nEND s\n"), std::string("MACRO m\n SIZE 1 BY 2 ;\nEND m\n"),
+        std::string("VIA v\n LAYER M ;\n RECT 0 0 1 2 ;\nEND v\n"), layer}) {
+    Technology t;
+    parse_lef(layer + described, "a.lef", t);
+    parse_lef(described, "b.lef", t);
+    EXPECT_EQ(t.files, "a.lef, b.lef");
+    EXPECT_EQ(t.layers.size(), 1u);
+    EXPECT_LE(t.sites.size() + t.macros.size() + t.vias.size(), 1u);
+    std::string other = described;
+    other.replace(other.find(" 1 "), 3, " 3 ");
+    try {
+      parse_lef(other, "c.lef", t);
+      ADD_FAILURE() << other;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), ::testing::StartsWith("c.lef:1:"));
+      EXPECT_THAT(
+          error.what(),
+          ::testing::EndsWith("expected another name, as that one was described before with other values"));
+    }
+  }
+}
+
+TEST(Technology, RailsReachBeyondTheirCell) {
+  Technology t;
+  parse_lef(
+      "LAYER M\n TYPE ROUTING ;\nEND M\nMACRO m\n SIZE 1 BY 2 ;\n PIN g\n PORT\n LAYER M ;\n"
+      " RECT 0 -1 1 1 ;\n END\n USE GROUND ;\nEND g\nEND m",
+      "a.lef", t);
+  EXPECT_EQ(t.macros.at(0).pins.at(0).shapes.size(), 1u);
+}
+
 TEST(Technology, WrongInputIsOneLine) {
   const auto message = [](const char* text) {
     Technology t;
@@ -79,6 +114,22 @@ TEST(Technology, WrongInputIsOneLine) {
             "cells.lef:2:7: found \"nan\", expected a number from 0 to 1e+12");
   EXPECT_EQ(message("LAYER M\n SPACINGTABLE PARALLELRUNLENGTH WIDTH 0 ;"),
             "cells.lef:2:33: found \"WIDTH\", expected a run length before WIDTH");
+  const std::string layers = "LAYER M\n TYPE ROUTING ;\nEND M\n";
+  const std::string macro = layers + "MACRO m\n SIZE 1 BY 2 ;\n PIN A\n";
+  const auto refused = [&](const std::string& text) { return message(text.c_str()); };
+  EXPECT_EQ(message("UNITS\n DATABASE MICRONS 0 ;\nEND UNITS"),
+            "cells.lef:2:19: found \"0\", expected a whole number from 1 to 10000000");
+  EXPECT_EQ(message("LAYER M\n TYPE ROUTIN ;"),
+            "cells.lef:2:7: found \"ROUTIN\", expected ROUTING, CUT, MASTERSLICE, OVERLAP or IMPLANT");
+  EXPECT_EQ(message("LAYER M\n DIRECTION UP ;"),
+            "cells.lef:2:12: found \"UP\", expected HORIZONTAL or VERTICAL");
+  EXPECT_EQ(refused(macro + " DIRECTION INPUTT ;"),
+            "cells.lef:7:12: found \"INPUTT\", expected INPUT, OUTPUT, INOUT or FEEDTHRU");
+  EXPECT_EQ(refused(macro + " USE POWERR ;"),
+            "cells.lef:7:6: found \"POWERR\", expected SIGNAL, ANALOG, CLOCK, POWER or GROUND");
+  EXPECT_EQ(refused(macro + " END A\n PIN A\n"), "cells.lef:8:6: found \"A\", expected each pin once");
+  EXPECT_EQ(refused(macro + " PORT\n LAYER M ;\n RECT 0 0 1.001 1 ;\n END\nEND A\nEND m"),
+            "cells.lef:9:7: found \"0\", expected a RECT of a signal's pin within the SIZE of MACRO m");
   EXPECT_EQ(message("LAYER M\n PITCH \x1b[31m ;"),
             "cells.lef:2:8: found \"\\x1B[31m\", expected text without control characters");
 }

@@ -1,0 +1,93 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# keeps_inputs.sh PLACE ROUTE: neither program writes over a file that it reads, nor two outputs into one file; what they can't do is told in
+# one line that names the file or the option, with exit status 2, and nothing is written.
+set -euo pipefail
+place=$1 route=$2
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder"
+
+cat > cells.lef <<'END'
+LAYER m1 TYPE ROUTING ; DIRECTION HORIZONTAL ; PITCH 1 ; OFFSET 0.5 ; WIDTH 0.3 ; SPACING 0.2 ; END m1
+LAYER v1 TYPE CUT ; SPACING 0.3 ; END v1
+LAYER m2 TYPE ROUTING ; DIRECTION VERTICAL ; PITCH 0.8 ; WIDTH 0.3 ; SPACING 0.3 ; END m2
+LAYER v2 TYPE CUT ; SPACING 0.3 ; END v2
+LAYER m3 TYPE ROUTING ; DIRECTION HORIZONTAL ; PITCH 1 ; WIDTH 0.3 ; SPACING 0.3 ; END m3
+VIA M3_M2 DEFAULT LAYER m2 ; RECT -0.2 -0.2 0.2 0.2 ; LAYER v2 ; RECT -0.1 -0.1 0.1 0.1 ; LAYER m3 ; RECT -0.2 -0.2 0.2 0.2 ; END M3_M2
+VIA M2_M1 DEFAULT LAYER m1 ; RECT -0.2 -0.2 0.2 0.2 ; LAYER v1 ; RECT -0.1 -0.1 0.1 0.1 ; LAYER m2 ; RECT -0.2 -0.2 0.2 0.2 ; END M2_M1
+SITE core CLASS CORE ; SYMMETRY Y ; SIZE 0.8 BY 10 ; END core
+MACRO INV CLASS CORE ; ORIGIN 0 0 ; SIZE 1.6 BY 10 ; SYMMETRY X Y ; SITE core ;
+  PIN A DIRECTION INPUT ; USE SIGNAL ; PORT LAYER m1 ; RECT 0 1 0.4 2 ; END END A
+  PIN Y DIRECTION OUTPUT ; USE SIGNAL ; PORT LAYER m1 ; RECT 1.2 3 1.6 4 ; END END Y
+  PIN vdd DIRECTION INOUT ; USE POWER ; PORT LAYER m1 ; RECT 0 9.7 1.6 10.3 ; END END vdd
+  PIN gnd DIRECTION INOUT ; USE GROUND ; PORT LAYER m1 ; RECT 0 -0.3 1.6 0.3 ; END END gnd
+END INV
+END LIBRARY
+END
+cat > two.def <<'END'
+DESIGN two ;
+UNITS DISTANCE MICRONS 1000 ;
+DIEAREA ( 0 0 ) ( 20000 20000 ) ;
+ROW ROW_0 core 800 0 FS DO 20 BY 1 STEP 800 0 ;
+COMPONENTS 2 ;
+- u1 INV + PLACED ( 800 0 ) FS ;
+- u2 INV + FIXED ( 8000 0 ) S ;
+END COMPONENTS
+PINS 1 ;
+- a + NET a + DIRECTION INPUT + USE SIGNAL + LAYER m2 ( -150 850 ) ( 150 1150 ) + PLACED ( 400 0 ) N ;
+END PINS
+NETS 2 ;
+- a ( PIN a ) ( u1 A ) ;
+- n ( u1 Y ) ( u2 A ) ;
+END NETS
+END DESIGN
+END
+cat > two.json <<'END'
+{"modules": {"two": {"attributes": {"top": "1"}, "ports": {"a": {"direction": "input", "bits": [2]}, "y": {"direction": "output", "bits": [3]}},
+  "cells": {"u": {"type": "INV", "connections": {"A": [2], "Y": [3]}}}, "netnames": {}}}}
+END
+ln -s two.def link.def
+sed 's/PLACED ( 400 0 )/PLACED ( 1200 0 )/' two.def > beside.def
+sed 's/( 8000 0 )/( 8000000 0 )/' two.def > outside.def
+sed 's/FIXED ( 8000 0 ) S/FIXED ( 800 0 ) S/' two.def > overlap.def
+grep -v 'm3\|v2' cells.lef > two_layers.lef
+sha256sum ./* > before
+
+# refused FOUND COMMAND...: the answer is one line with FOUND, and no file is another or new
+refused() {
+  local found=$1 status=0
+  shift
+  "$@" > told 2>&1 || status=$?
+  [[ $status == 2 && $(wc -l < told) == 1 && $(< told) == *"$found"* ]] ||
+    { echo "FAILED: $*: found status $status and: $(< told); expected 2 and one line with: $found" >&2; exit 1; }
+  rm told
+  sha256sum --quiet -c before && [[ $(find . ! -type d | wc -l) == $(($(wc -l < before) + 1)) ]] ||
+    { echo "FAILED: $*: files were written: $(ls)" >&2; exit 1; }
+}
+
+r=("$route" --lef cells.lef --def two.def)
+p=("$place" --lef cells.lef --netlist two.json)
+refused 'two.def: would be written over the input' "${r[@]}" --out two.def
+refused 'link.def: would be written over the input' "${r[@]}" --out link.def
+refused 'cells.lef: would be written over the input' "${r[@]}" --out ./cells.lef
+for option in netlist spef report; do
+  refused 'two.def: would be written over the input' "${r[@]}" --out new.def --$option two.def
+  refused 'new.def: would be written twice' "${r[@]}" --out new.def --$option new.def
+done
+for option in def spef verilog; do
+  refused 'two.json: would be written over the input' "${p[@]}" --$option two.json
+  refused 'cells.lef: would be written over the input' "${p[@]}" --$option cells.lef
+done
+refused 'new: would be written twice' "${p[@]}" --def new --spef new
+refused 'two.def: would be written over the input' "$place" --lef cells.lef --netlist two.json --liberty two.def --def two.def
+refused 'outside.def:7:3: found "u2", expected a component within DIEAREA' "$place" --lef cells.lef --again outside.def
+refused 'overlap.def: found cells of 2 times the area that they lie in' "$place" --lef cells.lef --again overlap.def
+refused 'beside.def:10:3: found pin a beside the tracks of m2, expected it on one' "$route" --lef cells.lef --def beside.def --out new.def
+refused 'two_layers.lef: found 2 routing layers, expected three or more' "$route" --lef two_layers.lef --def two.def --out new.def
+for option in --def --verilog --spef --utilization; do
+  "$place" --lef cells.lef --again two.def $option 0.5 > told 2>&1 && { echo "FAILED: --again takes $option" >&2; exit 1; }
+  grep -q -- "$option" told || { echo "FAILED: --again with $option: found $(< told)" >&2; exit 1; }
+done
+"$place" --lef cells.lef --again two.def > told
+grep -q 'placement errors	0' told
