@@ -74,16 +74,24 @@ RawPoint turned(const RawPoint& point, double angle_deg);
 /// "2 draws, first in row 7, hold no bump".
 std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row);
 
+enum class Side { top, bottom };
+
+/// The side that a word of layout systems names, in any case: top, Bottom Layer, F.Cu, B.Paste, Component
+/// Side, Primary, Unten ... Nothing for any other word.
+std::optional<Side> side_named(std::string_view word);
+
 /// The side of the board that a file's bumps lie on: with both, one half of them would be printed on the
 /// wrong side.
 class OneSide {
  public:
-  /// Throws the CoordinateError for the first side that is another than those before; `place` is its row.
-  void check(const std::filesystem::path& path, std::string_view place, std::string_view side);
+  /// Throws the CoordinateError for the first side that is another than those before; `place` is its row and
+  /// `word` what stands there.
+  void check(const std::filesystem::path& path, std::string_view place, Side side, std::string_view word);
 
   bool is_bottom() const;
 
  private:
+  std::optional<Side> side_;
   std::string first_;
 };
 

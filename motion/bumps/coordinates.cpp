@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -65,27 +66,53 @@ std::string in_quotes(std::string_view text) { return "'" + shown(text) + "'"; }
 
 namespace {
 
-std::string plain(std::string_view side) {
-  std::string small(trimmed(side));
-  std::transform(small.begin(), small.end(), small.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+/// In small letters, without the marks that layout systems write between words.
+std::string plain(std::string_view word) {
+  constexpr std::string_view kMarks = " \t_-./()";
+  std::string small;
+  for (const char c : word)
+    if (kMarks.find(c) == std::string_view::npos)
+      small += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return small;
 }
 
+constexpr std::array<std::string_view, 30> kTopWords = {
+    "top",       "t",         "toplayer",  "topside",     "topcopper",
+    "toppaste",  "topmask",   "topsolder", "topsilk",     "topoverlay",
+    "front",     "frontside", "f",         "fcu",         "fpaste",
+    "fmask",     "fsilks",    "ffab",      "component",   "componentside",
+    "comp",      "compside",  "primary",   "primaryside", "upper",
+    "upperside", "oben",      "oberseite", "topseite",    "best\u00fcckungsseite"};
+constexpr std::array<std::string_view, 32> kBottomWords = {
+    "bottom",        "bot",           "b",           "bottomlayer", "botlayer",     "bottomside",
+    "botside",       "bottomcopper",  "bottompaste", "bottommask",  "bottomsolder", "bottomsilk",
+    "bottomoverlay", "back",          "backside",    "bcu",         "bpaste",       "bmask",
+    "bsilks",        "bfab",          "solder",      "solderside",  "sold",         "soldside",
+    "secondary",     "secondaryside", "lower",       "lowerside",   "unten",        "unterseite",
+    "bottomseite",   "l\u00f6tseite"};
+
 }  // namespace
 
-void OneSide::check(const std::filesystem::path& path, std::string_view place, std::string_view side) {
-  if (first_.empty()) first_ = trimmed(side);
-  if (plain(side) == plain(first_)) return;
-  throw CoordinateError(
-      fmt::format("{}: {}: found side {} behind bumps of side {}, expected one side; export them apart",
-                  path.string(), place, in_quotes(trimmed(side)), in_quotes(first_)));
+std::optional<Side> side_named(std::string_view word) {
+  const std::string text = plain(word);
+  if (std::find(kTopWords.begin(), kTopWords.end(), text) != kTopWords.end()) return Side::top;
+  if (std::find(kBottomWords.begin(), kBottomWords.end(), text) != kBottomWords.end()) return Side::bottom;
+  return std::nullopt;
 }
 
-bool OneSide::is_bottom() const {
-  const std::string side = plain(first_);
-  return side.starts_with('b');  // bottom, BottomLayer, B.Cu, back, b
+void OneSide::check(const std::filesystem::path& path, std::string_view place, Side side,
+                    std::string_view word) {
+  if (!side_) {
+    side_ = side;
+    first_ = trimmed(word);
+  }
+  if (side == *side_) return;
+  throw CoordinateError(
+      fmt::format("{}: {}: found side {} behind bumps of side {}, expected one side; export them apart",
+                  path.string(), place, in_quotes(trimmed(word)), in_quotes(first_)));
 }
+
+bool OneSide::is_bottom() const { return side_ == Side::bottom; }
 
 RawPoint turned(const RawPoint& point, double angle_deg) {
   const Rotation turn = rotation(angle_deg);

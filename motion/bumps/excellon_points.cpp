@@ -154,19 +154,43 @@ class ExcellonFile {
       read_kicad_format(text.substr(kKicad.size()));
   }
 
-  void read_digits(std::string_view format) {
-    if (format.size() >= 3 && is_digit(format[0]) && format[1] == ':' && is_digit(format[2]))
-      state_digits({format[0] - '0', format[2] - '0'}, at_, end_);
+  static bool says_digits(std::string_view text) {
+    return text.size() == 3 && is_digit(text[0]) && text[1] == ':' && is_digit(text[2]);
   }
 
+  void read_digits(std::string_view format) {
+    const bool ends = format.size() <= 3 || kBlanks.find(format[3]) != std::string_view::npos;
+    if (!ends || !says_digits(format.substr(0, 3))) fail_from(at_, "digits such as FILE_FORMAT=4:4");
+    state_digits({format[0] - '0', format[2] - '0'}, at_, end_);
+  }
+
+  /// Each part of it is known, or it may say what this reader would not do.
   void read_kicad_format(std::string_view format) {
+    const std::size_t begin = static_cast<std::size_t>(format.data() - capitals_.data());
+    const std::size_t behind = std::min(capitals_.find('}', begin), end_);
     const auto says = [&](std::string_view words) { return format.find(words) != std::string_view::npos; };
-    // "Decimal" numbers have their points; digits beside it mean nothing.
-    if (!says("/ DECIMAL")) read_digits(format);
-    if (says("/ METRIC")) state_unit(at_, 1.0, "metric");
-    if (says("/ INCH")) state_unit(at_, kInch_mm, "inch");
-    if (says("SUPPRESS LEADING ZEROS")) state_zeros(Zeros::trailing_kept, end_);
-    if (says("SUPPRESS TRAILING ZEROS")) state_zeros(Zeros::leading_kept, end_);
+    for (std::size_t at = begin; at < behind;) {
+      const std::size_t end = std::min(capitals_.find('/', at), behind);
+      const std::string_view part = trimmed(std::string_view(capitals_).substr(at, end - at));
+      if (!part.empty()) at_ = static_cast<std::size_t>(part.data() - capitals_.data());
+      // "Decimal" numbers have their points; digits beside it mean nothing.
+      if (at == begin && says_digits(part)) {
+        if (!says("DECIMAL")) state_digits({part[0] - '0', part[2] - '0'}, at_, at_ + part.size());
+      } else if (part == "METRIC") {
+        state_unit(at_, 1.0, "metric");
+      } else if (part == "INCH") {
+        state_unit(at_, kInch_mm, "inch");
+      } else if (part == "SUPPRESS LEADING ZEROS") {
+        state_zeros(Zeros::trailing_kept, at_ + part.size());
+      } else if (part == "SUPPRESS TRAILING ZEROS") {
+        state_zeros(Zeros::leading_kept, at_ + part.size());
+      } else if (part != "ABSOLUTE" && part != "DECIMAL" && part != "KEEP ZEROS" &&
+                 !(at == begin && part == "-:-")) {
+        fail_at(at_, at_ + part.size(),
+                "digits such as 3:3, absolute, metric, inch, decimal, or the zeros that are kept");
+      }
+      at = end + 1;
+    }
   }
 
   /// M00 also stops for another tool in some files, whose holes then go on: they would be lost.

@@ -8,12 +8,14 @@
 #include <cctype>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 
 #include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/gerber_macro.hpp"
 #include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion::detail {
@@ -113,6 +115,12 @@ class GerberFile {
     };
     note(regions_, first_region_, "region");
     note(draws_, first_draw_, "draw");
+    if (odd_ > 0)
+      result.notes.push_back(
+          fmt::format("{}, {}in row {}, of a macro with no copper in its middle {} a bump at "
+                      "the flash",
+                      odd_ == 1 ? "1 flash" : fmt::format("{} flashes", odd_), odd_ == 1 ? "" : "first ",
+                      first_odd_, odd_ == 1 ? "holds" : "hold"));
     result.bottom = side_.value_or(path_.extension() == ".gbp" || path_.extension() == ".GBP"
                                        ? Side::bottom
                                        : Side::top) == Side::bottom;
@@ -137,8 +145,6 @@ class GerberFile {
   [[noreturn]] void fail_here(std::string_view found, std::string_view expected) const {
     fail(path_, fmt::format("row {}: found {}, expected {}", row_, in_quotes(found), expected));
   }
-
-  enum class Side { top, bottom };
 
   /// "TF.FileFunction,Paste,Bot", or behind "G04 #@! " in files without extended attributes.
   void read_file_function(std::string_view text) {
@@ -197,7 +203,8 @@ class GerberFile {
     if (text.starts_with("AM")) {
       const auto end = text.find('*');
       if (end == std::string_view::npos) fail_here(text, "an aperture macro with its '*'");
-      macros_.insert(std::string(text.substr(2, end - 2)));
+      macros_[std::string(text.substr(2, end - 2))] =
+          std::make_shared<const std::string>(text.substr(end + 1));
       return;
     }
     while (!text.empty()) {
@@ -286,12 +293,27 @@ class GerberFile {
     if (text.size() < 4 || text[2] != 'D') fail_here(text, "an aperture such as ADD10C,0.5");
     std::size_t at = 3;
     const int number = read_code(text, at);
-    const std::string name(text.substr(at, text.find(',', at) - at));
+    const auto comma = std::min(text.find(',', at), text.size());
+    const std::string name(text.substr(at, comma - at));
     if (number < 10 || name.empty()) fail_here(text, "an aperture such as ADD10C,0.5");
-    if (name != "C" && name != "R" && name != "O" && name != "P" && !macros_.contains(name))
+    const auto macro = macros_.find(name);
+    if (name != "C" && name != "R" && name != "O" && name != "P" && macro == macros_.end())
       fail_here(name, "C, R, O, P or a macro that is defined before");
     apertures_.insert(number);
     blocks_.erase(number);
+    shaped_.erase(number);
+    if (macro != macros_.end()) shaped_[number] = {macro->second, parameters(text, comma), row_, {}};
+  }
+
+  /// "ADD10NAME,0.5X0.3"
+  std::vector<double> parameters(std::string_view text, std::size_t comma) const {
+    std::vector<double> out;
+    for (std::size_t at = comma + 1; at < text.size();) {
+      const std::size_t end = std::min(text.find('X', at), text.size());
+      out.push_back(plain_number(text, text.substr(at, end - at)));
+      at = end + 1;
+    }
+    return out;
   }
 
   void block(std::string_view text) {
@@ -325,7 +347,8 @@ class GerberFile {
     const auto is_count = [](double n) {
       return n >= 1.0 && n <= static_cast<double>(kMaxPoints) && n == std::floor(n);
     };
-    if (!is_count(level.count[0]) || !is_count(level.count[1])) fail_here(text, "repeats of 1 or more");
+    if (!is_count(level.count[0]) || !is_count(level.count[1]))
+      fail_here(text, fmt::format("repeats from 1 to {} in X and in Y", kMaxPoints));
     if (level.count[0] == 1.0 && level.count[1] == 1.0) return;
     need_unit(text);
     for (double& pitch : level.pitch) pitch *= unit_mm_;
@@ -495,13 +518,42 @@ class GerberFile {
       fail_here(text, "flashes of dark polarity (LPD) alone; one in clear polarity takes material away");
     const auto block = blocks_.find(aperture_);
     if (block == blocks_.end()) {
-      add({x_, y_, row_});
+      const RawPoint middle = transform_.apply(middle_of_aperture(text));
+      add({x_ + middle.x, y_ + middle.y, row_});
       return;
     }
     for (const RawPoint& p : block->second) {
       const RawPoint turned = transform_.apply(p);
       add({x_ + turned.x, y_ + turned.y, p.row});
     }
+  }
+
+  /// From where an aperture is flashed to the middle of its copper.
+  RawPoint middle_of_aperture(std::string_view text) {
+    const auto found = shaped_.find(aperture_);
+    if (found == shaped_.end()) return {};
+    Shaped& shaped = found->second;
+    if (!shaped.copper)
+      shaped.copper = copper_of_macro(
+          *shaped.blocks, shaped.parameters, macro_steps_,
+          [&](std::string_view what, std::string_view expected) {
+            fail(path_,
+                 fmt::format("row {}: found {} in the macro of aperture D{}, which is defined in row {}, "
+                             "expected {}",
+                             row_, in_quotes(what), aperture_, shaped.row, expected));
+          });
+    const MacroCopper& copper = *shaped.copper;
+    if (!copper.any) fail_here(text, fmt::format("an aperture with copper; D{} has none", aperture_));
+    // What a layout system rounded is no way.
+    constexpr double kNone_mm = 1e-3;
+    const RawPoint middle{copper.x * unit_mm_, copper.y * unit_mm_, row_};
+    if (std::hypot(middle.x, middle.y) <= kNone_mm) return {};
+    if (copper.on_middle) return middle;
+    if (!copper.on_origin)
+      fail_here(text, fmt::format("copper at the flash or in the aperture's middle; D{} has it beside both",
+                                  aperture_));
+    if (odd_++ == 0) first_odd_ = row_;
+    return {};
   }
 
   void add(const RawPoint& point) {
@@ -526,7 +578,17 @@ class GerberFile {
   bool trailing_omitted_ = false, incremental_ = false;
   int whole_ = 0, decimals_ = 0;
 
-  std::set<std::string> macros_;
+  /// An aperture of a macro; `copper` is worked out where it is flashed first.
+  struct Shaped {
+    std::shared_ptr<const std::string> blocks;
+    std::vector<double> parameters;
+    std::size_t row = 0;
+    std::optional<MacroCopper> copper;
+  };
+
+  std::map<std::string, std::shared_ptr<const std::string>> macros_;
+  std::map<int, Shaped> shaped_;
+  std::size_t macro_steps_ = 0;
   std::set<int> apertures_;
   std::map<int, std::vector<RawPoint>> blocks_;
 
@@ -535,7 +597,7 @@ class GerberFile {
   bool in_region_ = false, clear_ = false;
   Transform transform_;
   std::optional<Side> side_;
-  std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0;
+  std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0, odd_ = 0, first_odd_ = 0;
 };
 
 }  // namespace

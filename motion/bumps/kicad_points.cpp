@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
@@ -31,6 +32,23 @@ const Node* find_list(const Node& node, std::string_view name) {
   const auto found = std::find_if(node.children.begin(), node.children.end(),
                                   [&](const Node& child) { return head(child) == name; });
   return found == node.children.end() ? nullptr : &*found;
+}
+
+/// Lists that an element has once: of two places, one would be passed over.
+void require_once(const std::filesystem::path& path, const Node& node,
+                  std::initializer_list<std::string_view> names) {
+  for (const std::string_view name : names) {
+    const Node* first = find_list(node, name);
+    if (first == nullptr) continue;
+    const auto second =
+        std::find_if(node.children.begin() + (first - node.children.data()) + 1, node.children.end(),
+                     [&](const Node& child) { return head(child) == name; });
+    if (second != node.children.end())
+      fail(path,
+           fmt::format("line {}, column {}: found a second ({} ...), expected one; the first is in line "
+                       "{}, column {}",
+                       second->row, second->column, name, first->row, first->column));
+  }
 }
 
 /// Reads the one list that a footprint file consists of.
@@ -207,6 +225,7 @@ double number_at(const std::filesystem::path& path, const Node& pad, const Node&
 RawPoint middle_of(const std::filesystem::path& path, const Node& pad, const Node& at) {
   const RawPoint place{read_position(path, pad, at, 1, "x"), -read_position(path, pad, at, 2, "y"), pad.row};
   const Node* drill = find_list(pad, "drill");
+  if (drill != nullptr) require_once(path, *drill, {"offset"});
   const Node* offset = drill == nullptr ? nullptr : find_list(*drill, "offset");
   if (offset == nullptr || pad.children[kTypePlace].word != "smd") return place;
   const RawPoint shift = turned({read_position(path, pad, *offset, 1, "x of the offset"),
@@ -244,6 +263,7 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
   std::size_t custom = 0, first_custom_row = 0;
   for (const Node& node : footprint.children) {
     if (head(node) != "pad") continue;
+    require_once(path, node, {"at", "layers", "drill"});
     if (!receives_bump(node)) {
       count_left_out(left_out, node);
       continue;
@@ -256,7 +276,7 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
       sides.check(
           path,
           fmt::format("line {}, column {} (pad {})", node.row, node.column, in_quotes(node.children[1].word)),
-          side);
+          side == "B.Cu" ? Side::bottom : Side::top, side);
     result.points.push_back(middle_of(path, node, *at));
     if (has_own_shape(node) && custom++ == 0) first_custom_row = node.row;
     check_point_count(path, result.points.size());

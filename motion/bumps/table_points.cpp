@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/file.hpp"
+#include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/bumps/text_lines.hpp"
@@ -300,38 +301,47 @@ std::string plain(const Cell& cell) {
   return text;
 }
 
-/// Whether a cell names a side of the board, as the column Side or Layer of a placement table does.
-bool names_side(const Cell& cell) {
-  constexpr std::array<std::string_view, 18> kSides = {
-      "top",    "toplayer",    "top layer",    "topside",    "top side",    "t", "f",    "f.cu", "front",
-      "bottom", "bottomlayer", "bottom layer", "bottomside", "bottom side", "b", "b.cu", "back", "bot"};
-  return std::find(kSides.begin(), kSides.end(), plain(cell)) != kSides.end();
-}
-
-/// Side, Board Side, Layer, layer_name, T/B, TB.
-bool names_column_of_sides(const Cell& cell) {
-  const std::string name = plain(cell);
-  if (name == "t/b" || name == "t_b" || name == "t-b") return true;
+/// Whether one of the words of a column's name is what `is_meant` looks for.
+template <class IsMeant>
+bool names_by_word(const Cell& cell, const IsMeant& is_meant) {
   std::string word;
-  for (const char c : name + ' ') {
+  for (const char c : plain(cell) + ' ') {
     if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
       word += c;
       continue;
     }
-    if (word == "side" || word == "layer" || word == "tb") return true;
+    if (is_meant(word)) return true;
     word.clear();
   }
   return false;
 }
 
+/// Side, Board Side, BoardSide, Layer, layer_name, T/B, TB, Seite.
+bool names_column_of_sides(const Cell& cell) {
+  constexpr std::array<std::string_view, 10> kWords = {
+      "side",          "layer",     "tb",        "boardside",  "pcbside",
+      "placementside", "mountside", "layername", "boardlayer", "seite"};
+  const std::string name = plain(cell);
+  if (name == "t/b" || name == "t_b" || name == "t-b") return true;
+  return names_by_word(cell, [&](std::string_view word) {
+    return std::find(kWords.begin(), kWords.end(), word) != kWords.end();
+  });
+}
+
+/// Mirror, Mirrored, SYM_MIRROR.
+bool names_column_of_mirrors(const Cell& cell) {
+  return names_by_word(cell, [](std::string_view word) { return word.starts_with("mirror"); });
+}
+
 /// The side that a cell of a column Mirror means, whose rows are on the bottom where they are mirrored.
-std::string_view side_by_mirror(const Cell& cell) {
+std::optional<Side> side_by_mirror(const Cell& cell) {
   const std::string text = plain(cell);
   const auto is_one_of = [&](std::initializer_list<std::string_view> words) {
     return std::find(words.begin(), words.end(), text) != words.end();
   };
-  if (is_one_of({"1", "yes", "y", "true", "mirror", "mirrored"})) return "bottom";
-  return is_one_of({"0", "no", "n", "false"}) ? "top" : "";
+  if (is_one_of({"1", "yes", "y", "true", "m", "mirror", "mirrored", "ja", "j"})) return Side::bottom;
+  if (is_one_of({"0", "no", "n", "false", "none", "nein", "not mirrored"})) return Side::top;
+  return side_named(text);
 }
 
 class PointTable {
@@ -374,15 +384,30 @@ class PointTable {
   struct SideColumn {
     std::size_t index;
     bool mirrors;
+    std::string name;
     OneSide sides;
+    std::size_t first_row = 0, first_empty = 0;
 
     void check(const std::filesystem::path& path, const TableRow& row) {
-      if (index >= row.cells.size()) return;
+      const bool empty = index >= row.cells.size() || is_blank(row.cells[index]);
+      std::size_t& first = empty ? first_empty : first_row;
+      if (first == 0) first = row.row;
+      if (first_row != 0 && first_empty != 0)
+        fail(path, fmt::format("row {}, column {} ({}): found nothing, expected {}, as row {} has one",
+                               first_empty, index + 1, name, expected(), first_row));
+      if (empty) return;
       const Cell& cell = row.cells[index];
-      const std::string_view side = mirrors            ? side_by_mirror(cell)
-                                    : names_side(cell) ? std::string_view(cell.text)
-                                                       : "";
-      if (!side.empty()) sides.check(path, fmt::format("row {}", row.row), side);
+      const auto side = mirrors ? side_by_mirror(cell) : side_named(cell.text);
+      if (!side)
+        fail(path, fmt::format("row {}, column {} ({}): found {}, expected {}; leave the column out where it "
+                               "tells no side of a board",
+                               row.row, index + 1, name, in_quotes(trimmed(cell.text)), expected()));
+      sides.check(path, fmt::format("row {}", row.row), *side,
+                  mirrors ? (*side == Side::top ? "top" : "bottom") : std::string_view(cell.text));
+    }
+
+    std::string_view expected() const {
+      return mirrors ? "yes or no" : "top or bottom, such as TopLayer, F.Cu or Component Side";
     }
   };
 
@@ -407,10 +432,11 @@ class PointTable {
       x_ = *x;
       y_ = *y;
       for (std::size_t i = 0; i < row.cells.size(); ++i) {
-        const bool mirrors = plain(row.cells[i]).starts_with("mirror");
-        if (mirrors || names_column_of_sides(row.cells[i])) side_columns_.push_back({i, mirrors, {}});
+        const bool mirrors = names_column_of_mirrors(row.cells[i]);
+        if (mirrors || names_column_of_sides(row.cells[i]))
+          side_columns_.push_back({i, mirrors, shown(trimmed(row.cells[i].text)), {}});
       }
-      take_title_unit();
+      take_title_unit(row);
       result_.has_unit = x_.has_unit;
       return true;
     }
@@ -425,19 +451,49 @@ class PointTable {
                                         [](const Cell& c) { return value_of(c) || looks_like_number(c); });
     if (any_number || find_column(row, 'x') || find_column(row, 'y')) return false;
     if (title_.row == 0) title_ = row;
-    for (const Cell& cell : row.cells) {
-      constexpr std::string_view kKey = "units used:";  // of Altium Designer
-      const std::string text = plain(cell);
-      if (text.starts_with(kKey))
-        title_unit_ = find_unit(trimmed(std::string_view(text).substr(kKey.size())));
-    }
+    for (std::size_t i = 0; i < row.cells.size(); ++i) read_title_unit(row, i);
     return true;
   }
 
-  /// What stands above the table holds for columns without a unit of their own.
-  void take_title_unit() {
-    if (title_unit_ == nullptr || x_.has_unit) return;
+  /// "Units used: mil" of Altium Designer, in one cell or in two. A .csv hands over its whole line.
+  void read_title_unit(const TableRow& row, std::size_t i) {
+    constexpr std::string_view kKey = "units used:", kAround = " \t\",;";
+    const auto bare = [&](const Cell& cell) {
+      const std::string text = plain(cell);
+      const auto first = std::min(text.find_first_not_of(kAround), text.size());
+      return text.substr(first, text.find_last_not_of(kAround) + 1 - first);
+    };
+    const std::string text = bare(row.cells[i]);
+    if (!text.starts_with(kKey)) return;
+    std::string_view name = trimmed(std::string_view(text).substr(kKey.size()));
+    name.remove_prefix(std::min(name.find_first_not_of(kAround), name.size()));
+    const std::string next = i + 1 < row.cells.size() ? bare(row.cells[i + 1]) : "";
+    if (name.empty()) name = next;
+    const Unit* unit = find_unit(name);
+    if (unit == nullptr)
+      fail(path_,
+           fmt::format("row {}, column {}: found unit {} behind 'Units used:', expected mm, um, cm, m, "
+                       "mil or in",
+                       row.row, i + 1, in_quotes(name)));
+    if (title_unit_ != nullptr && unit->mm != title_unit_->mm)
+      fail(path_,
+           fmt::format("row {}, column {}: found unit {} behind 'Units used:', expected {}, as row {} has",
+                       row.row, i + 1, in_quotes(name), title_unit_->name, title_unit_row_));
+    title_unit_ = unit;
+    title_unit_row_ = row.row;
+  }
+
+  /// What stands above the table holds for columns without a unit of their own; another one beside it would
+  /// make the scale a guess.
+  void take_title_unit(const TableRow& header) {
+    if (title_unit_ == nullptr) return;
     for (Column* column : {&x_, &y_}) {
+      if (column->has_unit && column->unit_mm != title_unit_->mm)
+        fail(path_,
+             fmt::format("row {}, column {}: found the unit in {}, expected {}, as 'Units used:' in row "
+                         "{} says",
+                         header.row, column->index + 1, in_quotes(header.cells[column->index].text),
+                         title_unit_->name, title_unit_row_));
       column->unit_mm = title_unit_->mm;
       column->has_unit = true;
     }
@@ -568,6 +624,7 @@ class PointTable {
   std::vector<SideColumn> side_columns_;
   TableRow title_;  // the first one
   const Unit* title_unit_ = nullptr;
+  std::size_t title_unit_row_ = 0;
   std::size_t length_row_ = 0;  // the first number with a unit
   bool plain_number_ = false;
   std::size_t hidden_ = 0, first_hidden_ = 0;

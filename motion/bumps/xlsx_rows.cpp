@@ -9,6 +9,7 @@
 #include <pugixml.hpp>
 
 #include "base/file.hpp"
+#include "base/number.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 
@@ -18,6 +19,7 @@ namespace {
 // Unpacked; two million rows take less. A few kilobytes of archive may hold any of it.
 constexpr zip_uint64_t kLargestPart = 1ULL << 29;  // bytes
 constexpr std::ptrdiff_t kMostMarks = 40'000'000;  // tags and attributes, each of which takes memory
+constexpr std::size_t kMostRows = 1U << 24U;       // Excel has fewer, LibreOffice as many
 constexpr std::size_t kLongestText = 32767;        // bytes of a cell; Excel allows as many characters
 
 /// Some libraries write <x:row> for <row>. With the root's prefix taken off, all names are the plain ones.
@@ -141,15 +143,16 @@ std::vector<std::string> shared_strings(const std::filesystem::path& path, const
   return strings;
 }
 
-/// Column of a cell reference such as "AB12", from 0; nothing if it isn't one.
-std::optional<std::size_t> column_of(std::string_view reference) {
+/// Column of a cell reference such as "AB12", from 0; nothing if it isn't one of this row.
+std::optional<std::size_t> column_of(std::string_view reference, std::size_t row) {
   constexpr std::size_t kMostColumns = 16384;
   std::size_t column = 0, letters = 0;
   for (; letters < reference.size() && reference[letters] >= 'A' && reference[letters] <= 'Z'; ++letters) {
     column = column * 26 + static_cast<std::size_t>(reference[letters] - 'A') + 1;
     if (column > kMostColumns) return std::nullopt;
   }
-  if (letters == 0) return std::nullopt;
+  if (letters == 0 || number_in<std::size_t>(reference.substr(letters), 0, kMostRows) != row)
+    return std::nullopt;
   return column - 1;
 }
 
@@ -195,16 +198,27 @@ void read_xlsx_rows(const std::filesystem::path& path, std::string_view content,
   TableRow row;
   for (const auto& node : document.child("worksheet").child("sheetData").children("row")) {
     // Rows and cells that hold nothing may be left out, and so may the numbers of those that follow at once.
-    row.row = node.attribute("r").as_ullong(row.row + 1);
+    if (const auto number = node.attribute("r")) {
+      const auto stated = number_in<std::size_t>(number.as_string(), row.row + 1, kMostRows);
+      if (!stated)
+        fail(path,
+             fmt::format("row {}: found a row of number {} behind it, expected rows in order and at most "
+                         "{}; the workbook is damaged",
+                         row.row, in_quotes(number.as_string()), kMostRows));
+      row.row = *stated;
+    } else {
+      ++row.row;
+    }
     row.hidden = node.attribute("hidden").as_bool();
     row.cells.clear();
     for (const auto& c : node.children("c")) {
       const auto reference = c.attribute("r");
-      const auto column = reference ? column_of(reference.as_string()) : std::optional(row.cells.size());
+      const auto column =
+          reference ? column_of(reference.as_string(), row.row) : std::optional(row.cells.size());
       if (!column || *column < row.cells.size())
-        fail(path,
-             fmt::format("row {}: found cell {}, expected its columns in order; the workbook is damaged",
-                         row.row, in_quotes(reference.as_string())));
+        fail(path, fmt::format(
+                       "row {}: found cell {}, expected cells of this row in order; the workbook is damaged",
+                       row.row, in_quotes(reference.as_string())));
       row.cells.resize(*column);
       row.cells.push_back(sheet.cell(row.row, c));
     }

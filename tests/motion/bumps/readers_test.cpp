@@ -175,6 +175,39 @@ TEST_F(Xlsx, NamesMayHaveAPrefix) {
   expect_points(read_coordinates(folder_ / "a.xlsx"), {{1.5, 2.5, 2}});
 }
 
+TEST_F(Xlsx, RowsAndCellsStandWhereTheySay) {
+  const fs::path good = make("for row in [['x', 'y'], [1, 2], [3, 4]]:\n  sheet.append(row)");
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    const fs::path script = write("change.py",
+                                  "import zipfile, sys\n"
+                                  "a = zipfile.ZipFile(sys.argv[1])\n"
+                                  "b = zipfile.ZipFile(sys.argv[2], 'w')\n"
+                                  "for name in a.namelist():\n"
+                                  "  text = a.read(name)\n"
+                                  "  if name.endswith('sheet1.xml'):\n"
+                                  "    assert sys.argv[3].encode() in text, text\n"
+                                  "    text = text.replace(sys.argv[3].encode(), sys.argv[4].encode())\n"
+                                  "  b.writestr(name, text)\n"
+                                  "b.close()\n");
+    EXPECT_EQ(std::system(fmt::format("/usr/bin/python3 {} {} {} '{}' '{}'", script.string(), good.string(),
+                                      (folder_ / "b.xlsx").string(), from, to)
+                              .c_str()),
+              0);
+    return error_of(folder_ / "b.xlsx");
+  };
+  EXPECT_EQ(changed("r=\"A2\"", "r=\"A3\""),
+            "row 2: found cell 'A3', expected cells of this row in order; the workbook is damaged");
+  EXPECT_THAT(changed("r=\"A2\"", "r=\"A\""), StartsWith("row 2: found cell 'A'"));
+  EXPECT_THAT(changed("r=\"B2\"", "r=\"A2\""), StartsWith("row 2: found cell 'A2'"));
+  EXPECT_EQ(changed("<row r=\"3\"", "<row r=\"2\""),
+            "row 2: found a row of number '2' behind it, expected rows in order and at most 16777216; the "
+            "workbook is damaged");
+  EXPECT_THAT(changed("<row r=\"3\"", "<row r=\"4000000000\""),
+              StartsWith("row 2: found a row of number '4000000000' behind it"));
+  EXPECT_THAT(changed("<row r=\"3\"", "<row r=\"x\""),
+              StartsWith("row 2: found a row of number 'x' behind it"));
+}
+
 TEST_F(Xlsx, OfAnotherKindOrCutOffIsRefused) {
   EXPECT_THAT(error_of("b.xlsx", read_file(examples / "bumps_8x8.xls")), StartsWith("found an OLE2 file"));
   EXPECT_THAT(error_of("c.xlsx", "x,y\n1,2\n"), StartsWith("found text, expected an Excel workbook"));
@@ -199,8 +232,8 @@ constexpr std::string_view kPos =
     "## Unit = mm, Angle = deg.\n"
     "## Side : top\n"
     "# Ref     Val       Package                PosX       PosY       Rot  Side\n"
-    "C1        100 nF    C_0603              12.5000    45.6000    90.0000  top\n"
-    "U1        MCU       BGA                 20.0000    30.2500     0.0000  top\n"
+    "C1        100 nF    C_0603              12.5000    45.6000   90.0000  top\n"
+    "U1        MCU       BGA                 20.0000    30.2500    0.0000  top\n"
     "## End\n";
 
 TEST_F(Readers, PosHoldsABumpAFootprint) {
@@ -227,6 +260,64 @@ TEST_F(Readers, PosThatCantBeUsed) {
   std::string bad = text;
   bad.replace(bad.find("30.2500"), 7, "30,2500");
   EXPECT_THAT(error_of("a.pos", bad), StartsWith("row 7 (PosY): found '30,2500'"));
+}
+
+std::string pos(const std::string& head, const std::string& rows) {
+  return "### Footprint positions - created on 2026-01-01 ###\n" + head + rows + "## End\n";
+}
+
+constexpr const char* kPosUnit = "## Unit = mm, Angle = deg.\n";
+constexpr const char* kPosNames = "# Ref Val Package PosX PosY Rot Side\n";
+
+TEST_F(Readers, PosHasACellForEachNameOrKeepsToItsColumns) {
+  const std::string head = std::string(kPosUnit) + kPosNames;
+  EXPECT_EQ(error_of("a.pos", pos(head, "R1 10k 0402 1.0 2.0 90.0\n")),
+            "row 4: found 6 cells, expected 7 (Ref Val Package PosX PosY Rot Side)");
+  EXPECT_THAT(error_of("b.pos", pos(head, "R1 0402 1.0 2.0 90.0 top\n")), StartsWith("row 4: found 6 cells"));
+  EXPECT_THAT(error_of("c.pos", pos(head, "R1 10 k R_0402 1.0 2.0 90.0 top\n")),
+              StartsWith("row 4: found 8 cells, expected 7"));
+  EXPECT_EQ(error_of("d.pos", pos(head, "R1 10 k 0402 1.0 2.0 90.0\n")),
+            "row 4, column 22 (Side): found '90.0', expected top or bottom");
+  EXPECT_THAT(error_of("e.pos", pos(kPosUnit, "R1 10k 0402 1.0 2.0 90.0\n")),
+              StartsWith("row 3: found 6 cells, expected 7"));
+  // An empty value, as KiCad writes it.
+  expect_points(
+      read("f.pos", pos(kPosUnit,
+                        "# Ref     Val       Package                PosX       PosY       Rot  Side\n"
+                        "S1                  SW                  12.5000    45.6000   90.0000  top\n"))
+          .points,
+      {{12.5, 45.6, 4}});
+}
+
+TEST_F(Readers, PosIsReadInTheOrderOfItsNames) {
+  const std::string row = "R1 10k R_0402 1.0 2.0 90.0 top\n";
+  expect_points(
+      read("a.pos", pos(kPosUnit + std::string("# Ref Val Package PosY PosX Rot Side\n"), row)).points,
+      {{2, 1, 4}});
+  expect_points(
+      read("b.pos", pos(kPosUnit + std::string("#Ref Side PosX PosY\n"), "R1 top 1.0 2.0\n")).points,
+      {{1, 2, 4}});
+  EXPECT_EQ(error_of("c.pos", pos(kPosUnit + std::string("# Ref Val Package PosX Rot Side\n"), row)),
+            "row 3: found no column of the name PosY, expected one among the names of the columns");
+  EXPECT_EQ(error_of("d.pos", pos(kPosUnit + std::string("# Ref PosX PosX PosY Side\n"), row)),
+            "row 3: found two columns of the name PosX, expected one among the names of the columns");
+  EXPECT_THAT(error_of("e.pos", pos(kPosUnit + std::string(kPosNames),
+                                    row + "# Ref Val Package PosY PosX Rot Side\n")),
+              StartsWith("row 5: found other names of columns"));
+}
+
+TEST_F(Readers, PosSaysOneUnitAndOneSide) {
+  const std::string row = "R1 10k R_0402 1.0 2.0 90.0 top\n";
+  EXPECT_EQ(error_of("a.pos", pos(kPosUnit + std::string("## Unit = inches, Angle = deg.\n"), row)),
+            "row 3, column 11: found unit 'inches', expected one unit; row 2 has mm");
+  EXPECT_EQ(read("b.pos", pos(kPosUnit + std::string(kPosUnit), row)).points.size(), 1U);
+  EXPECT_THAT(error_of("c.pos", pos(kPosUnit + std::string("## Side : bottom\n"), row)),
+              StartsWith("row 4: found side 'top' behind bumps of side 'bottom', expected one side"));
+  for (const char* side : {"top", "F.Cu", "All", "both", "---"})
+    EXPECT_EQ(read("d.pos", pos(kPosUnit + fmt::format("## Side : {}\n", side), row)).points.size(), 1U)
+        << side;
+  EXPECT_EQ(error_of("e.pos", pos(kPosUnit + std::string("## Side : left\n"), row)),
+            "row 3, column 11: found side 'left', expected top, bottom, both or All");
 }
 
 TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
@@ -262,6 +353,29 @@ TEST_F(Readers, TitlesAboveTheNamesOfTheColumnsArePassedOver) {
   expect_points(read("c.csv", "Board A\nRef;X;Y\nC1;1,5;2,5\n").points, {{1.5, 2.5, 3}});
 }
 
+TEST_F(Readers, AUnitAboveTheColumnsIsKnownAndTheirs) {
+  const std::string row = "C1,1000,2000\n";
+  EXPECT_EQ(error_of("a.csv", "Units used: furlong\nRef,X,Y\n" + row),
+            "row 1, column 1: found unit 'furlong' behind 'Units used:', expected mm, um, cm, m, mil or in");
+  EXPECT_EQ(error_of("b.csv", "Units used:\nRef,X,Y\n" + row),
+            "row 1, column 1: found unit '' behind 'Units used:', expected mm, um, cm, m, mil or in");
+  EXPECT_EQ(error_of("c.csv", "Units used: mil\nRef,Mid X(mm),Mid Y(mm)\n" + row),
+            "row 2, column 2: found the unit in 'Mid X(mm)', expected mil, as 'Units used:' in row 1 says");
+  EXPECT_EQ(error_of("d.csv", "Units used: mil\nUnits used: mm\nRef,X,Y\n" + row),
+            "row 2, column 1: found unit 'mm' behind 'Units used:', expected mil, as row 1 has");
+  expect_points(read("e.csv", "\"Units used:\",\"mil\",,\nRef,X,Y\n" + row).points, {{25.4, 50.8, 3}});
+  expect_points(read("f.csv", "Units used: um,,\nRef,X (um),Y (um)\n" + row).points, {{1, 2, 3}});
+}
+
+TEST_F(Xlsx, AUnitAboveTheColumnsMayHaveACellOfItsOwn) {
+  const std::string body =
+      "for row in [['Units used:', '{}'], ['Ref', 'X', 'Y'], ['C1', 1000, 2000]]:\n"
+      "  sheet.append(row)";
+  expect_points(read_coordinates(make(fmt::format(fmt::runtime(body), "mil"))), {{25.4, 50.8, 3}});
+  EXPECT_THAT(error_of(make(fmt::format(fmt::runtime(body), "furlong"))),
+              StartsWith("row 1, column 1: found unit 'furlong' behind 'Units used:'"));
+}
+
 TEST_F(Xlsx, TitlesAboveTheNamesOfTheColumnsArePassedOver) {
   expect_points(
       read_coordinates(make("for row in [['Board A'], [], ['Ref', 'X', 'Y'], ['C1', '1000mil', '10.5mm']]:\n"
@@ -292,6 +406,14 @@ TEST_F(Readers, CellsMayHaveTheirUnits) {
   EXPECT_THAT(error_of("f.csv", "Ref,X,Y\nC1,1kg,2kg\n"), StartsWith("row 2, column 2 (x): found '1kg'"));
 }
 
+std::vector<std::string> bottom_notes(const CoordinateFile& file) {
+  std::vector<std::string> notes;
+  for (const std::string& note : file.notes)
+    if (note.starts_with("the bumps lie on the bottom of the board and mirror_x is false"))
+      notes.push_back(note);
+  return notes;
+}
+
 TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
   EXPECT_THAT(
       error_of("a.csv", "Ref,Val,Package,PosX,PosY,Rot,Side\nC1,1,C,1.5,2.5,0,top\nC2,1,C,3,4,0,bottom\n"),
@@ -307,9 +429,64 @@ TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
   EXPECT_THAT(error_of("g.csv", "Ref,X,Y,Mirror\nC1,1,2,No\nC2,3,4,Yes\n"),
               StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"));
   EXPECT_EQ(read("h.csv", "Ref,X,Y,Outside,Slayer\nC1,1,2,T,T\nC2,3,4,B,B\n").points.size(), 2U);
-  // Names of layers that are no sides, and one side in two spellings.
-  EXPECT_EQ(read("d.csv", "x,y,layer\n1,2,1\n3,4,2\n").points.size(), 2U);
+  // One side in two spellings.
+  EXPECT_EQ(read("i.csv", "x,y,Side\n1,2,TopLayer\n3,4,F.Cu\n").points.size(), 2U);
   EXPECT_EQ(read("e.csv", "x,y,Side\n1,2,top\n3,4, Top\n").points.size(), 2U);
+}
+
+TEST_F(Readers, SidesHaveTheNamesOfManyLayoutSystems) {
+  for (const auto& [top, bottom] : {std::pair("top", "bottom"),
+                                    {"Top", "Bot"},
+                                    {"T", "B"},
+                                    {"F.Cu", "B.Cu"},
+                                    {"F.Paste", "B.Paste"},
+                                    {"TopLayer", "BottomLayer"},
+                                    {"top_layer", "bottom_layer"},
+                                    {"TOP SIDE", "BOTTOM SIDE"},
+                                    {"Component", "Solder"},
+                                    {"Component Side", "Solder Side"},
+                                    {"Primary", "Secondary"},
+                                    {"upper", "lower"},
+                                    {"front", "back"},
+                                    {"Oben", "Unten"},
+                                    {"Oberseite", "Unterseite"}}) {
+    const std::string rows = "x;y;Layer\n1;2;{}\n3;4;{}\n";
+    EXPECT_EQ(
+        error_of("a.csv", fmt::format(fmt::runtime(rows), top, bottom)),
+        fmt::format("row 3: found side '{}' behind bumps of side '{}', expected one side; export them apart",
+                    bottom, top));
+    EXPECT_EQ(read("b.csv", fmt::format(fmt::runtime(rows), top, top)).notes.size(), 0U) << top;
+    EXPECT_EQ(bottom_notes(read("c.csv", fmt::format(fmt::runtime(rows), bottom, bottom))).size(), 1U)
+        << bottom;
+  }
+  EXPECT_THAT(error_of("d.csv", "x;y;Mirror\n1;2;top\n3;4;bottom\n"),
+              StartsWith("row 3: found side 'bottom'"));
+  EXPECT_THAT(error_of("e.csv", "x;y;SYM_MIRROR\n1;2;NO\n3;4;YES\n"),
+              StartsWith("row 3: found side 'bottom'"));
+  EXPECT_THAT(error_of("f.csv", "x;y;BoardSide\n1;2;T\n3;4;B\n"), StartsWith("row 3: found side 'B'"));
+}
+
+TEST_F(Readers, ASideThatIsNotKnownIsRefused) {
+  EXPECT_EQ(error_of("a.csv", "x;y;Board Side\n1;2;top\n3;4;nadir\n"),
+            "row 3, column 3 (Board Side): found 'nadir', expected top or bottom, such as TopLayer, F.Cu or "
+            "Component Side; leave the column out where it tells no side of a board");
+  for (const char* side : {"L1", "1", "0", "Inner", "both", "In1.Cu"})
+    EXPECT_THAT(error_of("b.csv", fmt::format("x;y;Layer\n1;2;{}\n", side)),
+                StartsWith(fmt::format("row 2, column 3 (Layer): found '{}', expected top or bottom", side)));
+  EXPECT_THAT(error_of("c.csv", "x;y;Mirror\n1;2;no\n3;4;perhaps\n"),
+              StartsWith("row 3, column 3 (Mirror): found 'perhaps', expected yes or no"));
+}
+
+TEST_F(Readers, ASideIsSaidInEachRowOrInNone) {
+  EXPECT_EQ(
+      error_of("a.csv", "x,y,side\n1,2,\n3,4,bottom\n"),
+      "row 2, column 3 (side): found nothing, expected top or bottom, such as TopLayer, F.Cu or Component "
+      "Side, as row 3 has one");
+  EXPECT_THAT(error_of("b.csv", "x,y,side\n1,2,bottom\n3,4\n"),
+              StartsWith("row 3, column 3 (side): found nothing, expected top or bottom"));
+  EXPECT_THAT(error_of("c.csv", "x,y,Mirror\n1,2,\n3,4,Yes\n"),
+              StartsWith("row 2, column 3 (Mirror): found nothing, expected yes or no, as row 3 has one"));
+  EXPECT_EQ(read("d.csv", "x,y,side\n1,2,\n3,4,\n").points.size(), 2U);
 }
 
 TEST_F(Readers, APadOfCustomShapeIsToldSinceItsMiddleIsNotKnown) {
@@ -324,22 +501,14 @@ TEST_F(Readers, APadOfCustomShapeIsToldSinceItsMiddleIsNotKnown) {
 
 // ---- the bottom of a board ----
 
-std::vector<std::string> bottom_notes(const CoordinateFile& file) {
-  std::vector<std::string> notes;
-  for (const std::string& note : file.notes)
-    if (note.starts_with("the bumps lie on the bottom of the board and mirror_x is false"))
-      notes.push_back(note);
-  return notes;
-}
-
 std::string paste(const std::string& function) {
   return function + "%FSLAX46Y46*%%MOMM*%%ADD10C,1*%D10*X1000000Y2000000D03*M02*";
 }
 
 TEST_F(Readers, BumpsOnTheBottomAreToldUnlessTheyAreMirrored) {
   std::string pos(kPos);
-  for (auto at = pos.find("  top\n"); at != std::string::npos; at = pos.find("  top\n"))
-    pos.replace(at, 5, "  bottom");
+  for (auto at = pos.find(" top\n"); at != std::string::npos; at = pos.find(" top\n"))
+    pos.replace(at, 4, " bottom");
   const std::string pad =
       "(footprint \"a\" (layer \"B.Cu\") (pad \"1\" smd rect (at 1 -2) (layers \"B.Cu\" \"B.Paste\")))";
   for (const fs::path& path :
@@ -436,6 +605,44 @@ TEST_F(Readers, GerberTellsWhatIsNoFlash) {
               ElementsAre("1 region, in row 11, holds no bump", "1 draw, in row 10, holds no bump"));
 }
 
+// $1 wide: a disc beside the flash, and what else a macro may hold.
+TEST_F(Readers, GerberMacroHoldsItsBumpInTheMiddleOfItsCopper) {
+  const auto flash = [&](const std::string& macro, const std::string& parameters) {
+    return read("a.gbr",
+                gerber("%AMM*" + macro + "%\n%ADD12M" + parameters + "*%\nD12*\nX1000000Y2000000D03*\n"));
+  };
+  expect_points(flash("1,1,$1,3.0,0*", ",0.5").points, {{4, 2, 8}});
+  expect_points(flash("1,1,$1,3.0,0,90*", ",0.5").points, {{1, 5, 8}});
+  expect_points(flash("$3=$1x2+-($2/4)*\n0 a comment*\n21,1,$1,$2,$3,1-0.5,0*", ",1X2").points,
+                {{2.5, 2.5, 10}});
+  expect_points(flash("22,1,2,1,-1,-0.5,0*", "").points, {{1, 2, 8}});
+  expect_points(flash("20,1,0.2,0,0,2,0,0*", "").points, {{2, 2, 8}});
+  expect_points(flash("5,1,3,1,0,2,0*", "").points, {{2, 2, 8}});
+  expect_points(flash("4,1,4,0,0,2,0,2,1,0,1,0,0,0*", "").points, {{2, 2.5, 8}});
+  expect_points(flash("7,0,1,2,1.5,0.2,0*", "").points, {{1, 3, 8}});
+  // Four windows about the flash, a ring, and a middle that is off by less than a digit.
+  EXPECT_THAT(flash("21,1,1,1,1,1,0*21,1,1,1,-1,-1,0*", "").notes, IsEmpty());
+  expect_points(flash("21,1,1,1,1,1,0*21,1,1,1,-1,-1,0*", "").points, {{1, 2, 8}});
+  expect_points(flash("1,1,2,0,0*1,0,1,0,0*", "").points, {{1, 2, 8}});
+  expect_points(flash("1,1,2,0.0000001,0*", "").points, {{1, 2, 8}});
+  // An angle whose middle is no copper holds the flash.
+  const auto angle = flash("4,1,6,-1,-1,9,-1,9,1,1,1,1,9,-1,9,-1,-1,0*", "");
+  expect_points(angle.points, {{1, 2, 8}});
+  EXPECT_THAT(
+      angle.notes,
+      ElementsAre("1 flash, in row 8, of a macro with no copper in its middle holds a bump at the flash"));
+}
+
+TEST_F(Readers, GerberMacroIsTurnedAndScaledWithItsFlash) {
+  const std::string off = "%AMM*1,1,1,3,0*%\n%ADD12M*%\n";
+  expect_points(read("a.gbr", gerber(off + "D12*%LR90*%X0Y0D03*%LR0*%%LMX*%%LS2*%X10000000D03*%LMN*%%LS1*%\n"
+                                           "%ABD20*%D12*X1000000Y0D03*%AB*%D20*X0Y5000000D03*\n"))
+                    .points,
+                {{0, 3, 7}, {4, 0, 7}, {4, 5, 8}});
+  expect_points(read("b.gbr", "%FSLAX24Y24*%%MOIN*%%AMM*1,1,1,1,0*%%ADD12M*%D12*X0Y0D03*M02*").points,
+                {{25.4, 0, 1}});
+}
+
 struct BadFile {
   const char* name;
   std::string content;
@@ -475,6 +682,32 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{"swapped_axes", gerber("%ASAYBX*%"), "row 5: found 'ASAYBX', expected no change"},
         BadFile{"endless_step", gerber("D10*%SRX2000000Y2000000I1J1*%X0Y0D03*%SR*%"),
                 "found more than 2000000 points"},
+        BadFile{"too_many_steps", gerber("D10*%SRX2000000000Y2I1J1*%X0Y0D03*%SR*%"),
+                "row 5: found 'SRX2000000000Y2I1J1', expected repeats from 1 to 2000000 in X and in Y"},
+        BadFile{
+            "macro_beside_its_flash", gerber("%AMM*21,1,1,1,3,3,0*21,1,1,1,5,5,0*%%ADD12M*%D12*X0Y0D03*"),
+            "row 5: found 'X0Y0D03', expected copper at the flash or in the aperture's middle; D12 has it"},
+        BadFile{"macro_without_copper", gerber("%AMM*1,0,1,0,0*%%ADD12M*%D12*X0Y0D03*"),
+                "row 5: found 'X0Y0D03', expected an aperture with copper; D12 has none"},
+        BadFile{"macro_of_an_unknown_primitive", gerber("%AMM*99,1*%\n%ADD12M*%\nD12*X0Y0D03*"),
+                "row 7: found '99,1' in the macro of aperture D12, which is defined in row 6, expected a "
+                "primitive"},
+        BadFile{"macro_of_too_few_numbers", gerber("%AMM*1,1,2*%%ADD12M*%D12*X0Y0D03*"),
+                "row 5: found '1,1,2' in the macro of aperture D12, which is defined in row 5, expected 5 "
+                "numbers"},
+        BadFile{"macro_of_another_number_of_corners",
+                gerber("%AMM*4,1,3,0,0,1,0,0,0,0*%%ADD12M*%D12*X0Y0D03*"),
+                "row 5: found '4,1,3,0,0,1,0,0,0,0' in the macro of aperture D12, which is defined in row 5, "
+                "expected an outline with as many points"},
+        BadFile{
+            "macro_that_divides_by_zero", gerber("%AMM*1,1,1/$1,0,0*%%ADD12M*%D12*X0Y0D03*"),
+            "row 5: found '1,1,1/$1,0,0' in the macro of aperture D12, which is defined in row 5, expected "
+            "finite numbers"},
+        BadFile{"macro_of_bad_numbers", gerber("%AMM*1,1,a,0,0*%%ADD12M*%D12*X0Y0D03*"),
+                "row 5: found 'a,0,0' in the macro of aperture D12, which is defined in row 5, expected a "
+                "number"},
+        BadFile{"bad_parameter", gerber("%AMM*1,1,$1,0,0*%%ADD12M,1Xb*%D12*X0Y0D03*"),
+                "row 5: found 'ADD12M,1Xb', expected a number"},
         BadFile{"negative_step", gerber("D10*%SRX-2Y1I1J0*%"),
                 "row 5: found 'SRX-2Y1I1J0', expected repeats"},
         BadFile{"no_gerber", "hello", "row 1: the command that begins here has no end"},
