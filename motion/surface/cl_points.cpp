@@ -35,7 +35,7 @@ class PathTable {
 
   std::vector<ClLine> read(std::string_view content) {
     detail::read_csv_rows(std::string(file_), content, [&](const detail::TableRow& row) { take(row); });
-    lines_.end_line(true);
+    end_line();
     return lines_.take();
   }
 
@@ -45,16 +45,24 @@ class PathTable {
 
   static bool is_blank(const detail::Cell& cell) { return detail::trimmed(cell.text).empty(); }
 
+  /// In a table nothing is lowered or lifted: all of its points are of lines.
+  void end_line() {
+    if (const std::size_t row = lines_.row_of_lone_point(); row != 0)
+      lines_.fail(row, fmt::format("found a line of one point{}, expected two or more that differ",
+                                   last_name_.empty() ? "" : ", " + detail::in_quotes(last_name_)));
+    lines_.end_line(true);
+  }
+
   void take(const detail::TableRow& row) {
     if (std::all_of(row.cells.begin(), row.cells.end(), is_blank)) {
-      lines_.end_line(true);
+      end_line();
       return;
     }
     if (!row.ended)
       lines_.fail(row.row,
                   "the file ends in the middle of the row, expected its line end; the file may be cut off");
     // The CSV parser hands over no row for an empty line.
-    if (last_row_ != 0 && row.row > last_row_ + 1) lines_.end_line(true);
+    if (last_row_ != 0 && row.row > last_row_ + 1) end_line();
     last_row_ = row.row;
     if (!known_) {
       known_ = true;
@@ -145,7 +153,7 @@ class PathTable {
     if (column_[kLine] && *column_[kLine] < row.cells.size()) {
       const std::string name(detail::trimmed(row.cells[*column_[kLine]].text));
       if (name != last_name_) {
-        lines_.end_line(true);
+        end_line();
         lines_.name_next(name);
         last_name_ = name;
       }

@@ -41,6 +41,9 @@ class PathLines {
   /// A point under the tool; `axis` of any length.
   void add(const Eigen::Vector3d& position_mm, const Eigen::Vector3d& axis, std::size_t row);
 
+  /// The row of a line's first point, if all its points are one and the same; 0 otherwise.
+  std::size_t row_of_lone_point() const { return open_.size() == 1 ? open_.front().row : 0; }
+
   /// The tool leaves the surface; `keep_ends`: there is no lowering or lifting in what was added.
   void end_line(bool keep_ends);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -91,7 +92,7 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
   return out;
 }
 
-std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path) {
+Touches read_touches(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 28;
   return read_touches_text(path.string(),
                            read_file(path, "the points that the probe program wrote", kMostBytes));
@@ -119,7 +120,7 @@ std::vector<std::string_view> words_of(std::string_view text, std::string_view s
 
 class TouchRows {
  public:
-  explicit TouchRows(std::string_view name) : name_(name) {}
+  explicit TouchRows(std::string_view name) : name_(name) { touches.file = name; }
 
   void take(const detail::Line& line) {
     constexpr std::string_view kSeparators = " ,;\t\r";
@@ -127,6 +128,7 @@ class TouchRows {
     if (words.empty()) return;
     last_row_ = line.number;
     if (line.number == 1 && is_name(words[0])) return;
+    refuse_decimal_commas(line);
     if (words.size() < 3)
       fail(line.number, fmt::format("found {} numbers, expected x, y and z", words.size()));
     if (columns_ == 0) columns_ = words.size(), first_row_ = line.number;
@@ -144,9 +146,22 @@ class TouchRows {
            "the file ends in the middle of the row, expected its line end; the file may be cut off");
   }
 
-  std::vector<Eigen::Vector3d> points;
+  Touches touches;
 
  private:
+  /// "4,17 6,25" would be four numbers.
+  void refuse_decimal_commas(const detail::Line& line) const {
+    const auto cells = words_of(line.text, " ;\t\r");
+    if (cells.size() < 2) return;
+    for (const std::string_view cell : cells) {
+      const auto comma = cell.find(',');
+      if (comma == std::string_view::npos || comma == 0 || comma + 1 == cell.size()) continue;
+      throw CoordinateError(fmt::format(
+          "{}: row {}, column {}: found {}, expected numbers with a point, or separated by commas alone",
+          name_, line.number, cell.data() - line.text.data() + 1, detail::in_quotes(cell)));
+    }
+  }
+
   [[noreturn]] void fail(std::size_t row, std::string_view what) const {
     throw CoordinateError(fmt::format("{}: row {}: {}", name_, row, what));
   }
@@ -170,8 +185,9 @@ class TouchRows {
       if (std::abs(numbers[i]) > kZero_deg)
         fail(row, fmt::format("found {} at {:g} degrees, expected a touch with the rotary axes at zero",
                               "ABC"[i - 3], numbers[i]));
-    points.emplace_back(numbers[0], numbers[1], numbers[2]);
-    detail::check_point_count(std::string(name_), points.size());
+    touches.points_mm.emplace_back(numbers[0], numbers[1], numbers[2]);
+    touches.rows.push_back(row);
+    detail::check_point_count(std::string(name_), touches.rows.size());
   }
 
   std::string_view name_;
@@ -180,15 +196,14 @@ class TouchRows {
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
+Touches read_touches_text(std::string_view name, std::string_view content) {
+  content = detail::without_byte_order_mark(content);
   TouchRows rows(name);
   detail::for_lines(content, [&](const detail::Line& line) { rows.take(line); });
   rows.require_ended(content);
-  if (rows.points.empty())
+  if (rows.touches.rows.empty())
     throw CoordinateError(fmt::format("{}: found no point, expected at least one", name));
-  return std::move(rows.points);
+  return std::move(rows.touches);
 }
 
 namespace {
@@ -205,39 +220,117 @@ struct ProbeMoves {
   bool ended = false;
 };
 
-/// The place behind "G0" or "G38.2", where all of X, Y and Z stand.
-std::optional<Eigen::Vector3d> place_of_move(const std::vector<std::string_view>& words) {
-  constexpr double kFarthest_mm = 1e6;
-  if (words.size() < 4) return std::nullopt;
-  Eigen::Vector3d out;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto value = words[i + 1][0] == "XYZ"[i]
-                           ? number_in(words[i + 1].substr(1), -kFarthest_mm, kFarthest_mm)
-                           : std::nullopt;
-    if (!value) return std::nullopt;
-    out[static_cast<Eigen::Index>(i)] = *value;
-  }
-  return out;
+[[noreturn]] void fail_without_end(std::string_view name) {
+  throw CoordinateError(
+      fmt::format("{}: the file ends without M2, expected it; the file may be cut off", name));
 }
 
-ProbeMoves read_probe_program(std::string_view name, std::string_view content) {
-  ProbeMoves out;
-  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
-  detail::for_lines(content, [&](const detail::Line& line) {
-    const auto words = words_of(line.text, " \t)");
-    if (words.empty()) return;
-    for (std::size_t i = 0; i + 2 < words.size() && !out.ball_radius_mm; ++i)
+/// Reads what write_probe_program() writes. Any other word could make other touches of it.
+class ProbeProgram {
+ public:
+  ProbeProgram(std::string_view name, std::string_view content)
+      : name_(name), end_(content.data() + content.size()) {}
+
+  void take(const detail::Line& line) {
+    line_ = line;
+    take_radius();
+    const std::string text = without_comments();
+    const auto words = words_of(text, " \t");
+    if (words.empty() || words[0] == "%" || moves_.ended) return;
+    const auto is = [&](std::string_view row) { return words == words_of(row, " "); };
+    if (is(kFrame))
+      framed_ = true;
+    else if (words[0] == "G0" && (has_axes(words, "Z") || has_axes(words, "XY") || has_axes(words, "XYZ")))
+      move(words);
+    else if (words[0] == "G38.2" && has_axes(words, "XYZF"))
+      touch(words);
+    else if (is("M2"))
+      moves_.ended = true;
+    else if (!is("G0 A0 C0") && !is("G49") && !(words[0] == "G43.1" && has_axes(words, "XYZ")) &&
+             !std::all_of(words.begin(), words.end(), moves_nothing))
+      fail("a row as probe wrote it; take its program unchanged");
+  }
+
+  ProbeMoves finish() && { return std::move(moves_); }
+
+ private:
+  static constexpr std::string_view kFrame = "G21 G90 G94 G17 G40 G49 G54";
+
+  [[noreturn]] void fail(std::string_view expected) const {
+    if (line_.text.data() + line_.text.size() == end_) fail_without_end(name_);
+    throw CoordinateError(fmt::format("{}: row {}: found {}, expected {}", name_, line_.number,
+                                      detail::in_quotes(detail::trimmed(line_.text)), expected));
+  }
+
+  void take_radius() {
+    const auto words = words_of(line_.text, " \t)");
+    for (std::size_t i = 0; i + 2 < words.size() && !moves_.ball_radius_mm; ++i)
       if (words[i] == "ball" && words[i + 1] == "radius") {
-        out.ball_radius_mm = number_in(words[i + 2], 0.0, 1e6);
-        out.radius_row = line.number;
+        moves_.ball_radius_mm = number_in(words[i + 2], 0.0, 1e6);
+        moves_.radius_row = line_.number;
       }
-    const auto place = place_of_move(words);
-    if (words[0] == "G0" && place) at_mm = *place;
-    if (words[0] == "G38.2" && place) out.touches.push_back({at_mm, *place, line.number});
-    out.ended = out.ended || words[0] == "M2";
-    detail::check_point_count(std::string(name), out.touches.size());
-  });
-  return out;
+  }
+
+  /// "(...)", and all behind ';'.
+  std::string without_comments() const {
+    std::string out;
+    bool inside = false;
+    for (const char c : line_.text) {
+      if (!inside && c == ';') break;
+      if (!inside && c != '(') out += c;
+      inside = c == '(' || (inside && c != ')');
+    }
+    if (inside) fail("the ')' of the comment");
+    return out;
+  }
+
+  static bool moves_nothing(std::string_view word) {
+    constexpr std::array<std::string_view, 5> kWords = {"M0", "M1", "M5", "M6", "M9"};
+    const bool numbered = (word[0] == 'T' || word[0] == 'N') && number_in(word.substr(1), 0, 99'999);
+    return numbered || std::find(kWords.begin(), kWords.end(), word) != kWords.end();
+  }
+
+  /// Behind the first word, one number each for these letters, in this order, and nothing else.
+  static bool has_axes(const std::vector<std::string_view>& words, std::string_view letters) {
+    if (words.size() != letters.size() + 1) return false;
+    for (std::size_t i = 0; i < letters.size(); ++i)
+      if (words[i + 1][0] != letters[i] || !number_of(words[i + 1])) return false;
+    return true;
+  }
+
+  static std::optional<double> number_of(std::string_view word) {
+    constexpr double kFarthest_mm = 1e6;
+    return number_in(word.substr(1), -kFarthest_mm, kFarthest_mm);
+  }
+
+  void move(const std::vector<std::string_view>& words) {
+    constexpr std::string_view kAxes = "XYZ";
+    if (!framed_) fail(fmt::format("{} before the first move", kFrame));
+    for (const std::string_view word : words)
+      if (const auto axis = kAxes.find(word[0]); axis != std::string_view::npos)
+        at_mm_[static_cast<Eigen::Index>(axis)] = *number_of(word);
+  }
+
+  void touch(const std::vector<std::string_view>& words) {
+    const Eigen::Vector3d start_mm = at_mm_;
+    move(words);
+    moves_.touches.push_back({start_mm, at_mm_, line_.number});
+    detail::check_point_count(std::string(name_), moves_.touches.size());
+  }
+
+  std::string_view name_;
+  const char* end_;  // of the file
+  detail::Line line_;
+  bool framed_ = false;
+  Eigen::Vector3d at_mm_ = Eigen::Vector3d::Zero();
+  ProbeMoves moves_;
+};
+
+ProbeMoves read_probe_program(std::string_view name, std::string_view content) {
+  ProbeProgram program(name, content);
+  detail::for_lines(detail::without_byte_order_mark(content),
+                    [&](const detail::Line& line) { program.take(line); });
+  return std::move(program).finish();
 }
 
 }  // namespace
@@ -255,9 +348,7 @@ void require_probe_program(std::string_view name, std::string_view content, std:
     throw CoordinateError(
         fmt::format("{}: row {}: found ball radius {:g} mm, expected {:g} mm (--ball-radius); {}", name,
                     found.radius_row, *found.ball_radius_mm, options.ball_radius_mm, kAdvice));
-  if (!found.ended)
-    throw CoordinateError(
-        fmt::format("{}: the file ends without M2, expected it; the file may be cut off", name));
+  if (!found.ended) fail_without_end(name);
   std::size_t next = 0;
   const auto require_at = [&](const char* what, const Eigen::Vector3d& at_mm,
                               const Eigen::Vector3d& wanted_mm) {
@@ -283,38 +374,49 @@ void require_probe_program(std::string_view name, std::string_view content, std:
 }
 
 std::vector<std::vector<Eigen::Vector3d>> assign_touches(std::span<const ProbeLine> lines,
-                                                         std::span<const Eigen::Vector3d> touches,
+                                                         const Touches& touches,
                                                          const ProbeProgramOptions& options,
                                                          double aside_mm) {
   check_options(options);
+  const std::string cloud = touches.file.empty() ? "point cloud" : touches.file;
+  const auto place = [&](std::size_t i) {
+    return i < touches.rows.size() ? fmt::format("{}: row {}", cloud, touches.rows[i]) : cloud;
+  };
   std::size_t wanted = 0;
   for (const ProbeLine& line : lines) wanted += line.points.size();
-  if (touches.size() != wanted)
-    throw MotionError(
-        fmt::format("point cloud: found {} points, expected {}, one for each that the probe program "
-                    "touches; measure again, or give the options the program was made with",
-                    touches.size(), wanted));
   std::vector<std::vector<Eigen::Vector3d>> out;
   std::size_t next = 0;
   for (const ProbeLine& line : lines) {
     out.emplace_back();
     for (const MeasuringPoint& point : line.points) {
-      const Eigen::Vector3d& touch = touches[next++];
+      // One that is missing shows where the next one is beside its way, or at the end.
+      if (next == touches.points_mm.size()) break;
+      const Eigen::Vector3d& touch = touches.points_mm[next];
       const Eigen::Vector3d off = touch - centre_mm(point, options, 0.0);
       const double along = off.dot(point.axis), aside = (off - along * point.axis).norm();
       if (!(aside <= aside_mm))
-        throw MotionError(
-            fmt::format("point cloud: point {} is ({:.4f}, {:.4f}, {:.4f}), {:.4f} mm beside the way "
-                        "of its touch on {}, expected at most {} mm; is it this part's file?",
-                        next, touch.x(), touch.y(), touch.z(), aside, line.name, aside_mm));
+        throw CoordinateError(
+            fmt::format("{}: point {} is ({:.4f}, {:.4f}, {:.4f}), {:.4f} mm beside the way of its touch on "
+                        "{}, expected at most {} mm; {}",
+                        place(next), next + 1, touch.x(), touch.y(), touch.z(), aside, line.name, aside_mm,
+                        touches.points_mm.size() == wanted
+                            ? "is it this part's file?"
+                            : fmt::format("the file has {} points, and the probe program touches {}",
+                                          touches.points_mm.size(), wanted)));
       if (along > options.approach_mm || along < -options.overtravel_mm)
-        throw MotionError(
-            fmt::format("point cloud: point {} on {} is {:+.4f} mm off the nominal surface, expected "
-                        "{:+.4f}..{:+.4f} mm (the way of its touch)",
-                        next, line.name, along, -options.overtravel_mm, options.approach_mm));
+        throw CoordinateError(fmt::format(
+            "{}: point {} on {} is {:+.4f} mm off the nominal surface, expected "
+            "{:+.4f}..{:+.4f} mm (the way of its touch)",
+            place(next), next + 1, line.name, along, -options.overtravel_mm, options.approach_mm));
       out.back().push_back(touch);
+      ++next;
     }
   }
+  if (touches.points_mm.size() != wanted)
+    throw CoordinateError(
+        fmt::format("{}: found {} points, expected {}, one for each that the probe program touches; measure "
+                    "again, or give the options the program was made with",
+                    place(std::min(wanted, touches.points_mm.size() - 1)), touches.points_mm.size(), wanted));
   return out;
 }
 

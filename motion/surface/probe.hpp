@@ -45,26 +45,37 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
                                 const ProbeProgramOptions& options);
 
 /// Whether a probe program, as write_probe_program() wrote it, touches these points with this ball. `name`
-/// stands in messages.
-/// @throws CoordinateError if it is none, is cut off, or says another ball or another place of a touch.
+/// stands in messages. Feeds, heights between lines and the station may be others; a tool may be taken and
+/// the program stopped (T, M0, M1, M5, M6, M9), and there may be more comments.
+/// @throws CoordinateError if it is none, is cut off, says another ball or another place of a touch, or holds
+/// any other word.
 void require_probe_program(std::string_view name, std::string_view content, std::span<const ProbeLine> lines,
                            const ProbeProgramOptions& options);
+
+/// What the control wrote: the ball's centre at each touch. `file` and `rows` say where for messages; both
+/// may be empty.
+struct Touches {
+  std::vector<Eigen::Vector3d> points_mm;
+  std::string file;
+  std::vector<std::size_t> rows;
+};
 
 /// Rows of at least three numbers, separated by blanks, commas or semicolons: x, y, z of the ball's centre at
 /// the touch, as PROBEOPEN writes them (nine numbers, A, B and C at zero). All have as many numbers, and each
 /// has its line end. Empty rows, a byte order mark and a first row of names are skipped; a first row that
-/// begins as a number does is none of names.
+/// begins as a number does is none of names. A comma between digits is no separator beside blanks or
+/// semicolons: it would be a decimal mark, and is refused.
 /// @throws UserError if the file is missing; CoordinateError if it is empty or cut off, or a number is
 /// malformed, not finite or beyond 1e6 mm.
-std::vector<Eigen::Vector3d> read_touches(const std::filesystem::path& path);
+Touches read_touches(const std::filesystem::path& path);
 /// The same from a text; `name` stands in messages.
-std::vector<Eigen::Vector3d> read_touches_text(std::string_view name, std::string_view content);
+Touches read_touches_text(std::string_view name, std::string_view content);
 
 /// Assigns touches to the points of the lines, in their order.
-/// @throws MotionError if the number differs, or a touch is off its point's axis by more than `aside_mm` or
-/// outside the way of its move.
+/// @throws CoordinateError, with the touches' file and row, if the number differs, or a touch is off its
+/// point's axis by more than `aside_mm` or outside the way of its move.
 std::vector<std::vector<Eigen::Vector3d>> assign_touches(std::span<const ProbeLine> lines,
-                                                         std::span<const Eigen::Vector3d> touches,
+                                                         const Touches& touches,
                                                          const ProbeProgramOptions& options,
                                                          double aside_mm = 0.1);
 

@@ -231,7 +231,8 @@ TEST_F(Conformal, NoTouchIsDroppedWithoutAWord) {
   // a row of names, and a byte order mark, are skipped
   for (const char* head : {"x y z\n", "\xEF\xBB\xBF", "\xEF\xBB\xBFX;Y;Z\n"}) {
     std::ofstream(at("head.txt")) << head << rest;
-    expect_refused(print("head.txt"), "point cloud: found 1 points");
+    expect_refused(print("head.txt"), "head.txt: row");
+    expect_refused(print("head.txt"), ": found 1 points, expected");
   }
 }
 
@@ -354,11 +355,11 @@ TEST_F(Conformal, RefusesWrongInputInOneLine) {
   std::ofstream(at("down.csv")) << "x_mm,y_mm,z_mm,i,j,k\n0,0,0,0,0,-1\n1,0,0,0,0,-1\n";
   expect_refused("probe " + at("down.csv"), "faces sideways or down");
   std::ofstream(at("point.csv")) << "x_mm,y_mm,z_mm\n0,0,0\n0,0,0\n";
-  expect_refused("probe " + at("point.csv"), "found no line");
+  expect_refused("probe " + at("point.csv"), "point.csv: row 2: found a line of one point");
   std::ofstream(at("bad.csv")) << "x_mm,y_mm,z_mm\n0,0,0\n1,nan,0\n";
   expect_refused("probe " + at("bad.csv"), "found 'nan', expected a finite number");
   std::ofstream(at("short.txt")) << "1 2 3\n";
-  expect_refused(print_with("short.txt"), "point cloud: found 1 points");
+  expect_refused(print_with("short.txt"), "short.txt: row 1: point 1 is (1.0000, 2.0000, 3.0000)");
 }
 
 }  // namespace

@@ -438,6 +438,16 @@ TEST(CsvReader, AnEmptyRowEndsALine) {
   EXPECT_EQ(lines[1].name, "line 2");
 }
 
+TEST(CsvReader, ALineOfOnePointIsRefused) {
+  const std::string head = "x_mm,y_mm,z_mm,line\n0,0,0,a\n2,0,0,a\n";
+  EXPECT_EQ(error_of("a.csv", head + "0,10,0,b\n"),
+            "a.csv: row 4: found a line of one point, 'b', expected two or more that differ");
+  EXPECT_EQ(error_of("a.csv", head + "0,10,0,b\n0,10,0,b\n1,1,1,c\n2,1,1,c\n"),
+            "a.csv: row 4: found a line of one point, 'b', expected two or more that differ");
+  EXPECT_EQ(error_of("a.csv", "0,0,1\n1,0,1\n\n0,2,1\n\n1,2,1\n3,2,1\n", 1.0),
+            "a.csv: row 4: found a line of one point, expected two or more that differ");
+}
+
 TEST(CsvReader, AsksForTheUnit) {
   EXPECT_EQ(
       error_of("a.csv", "x,y,z\n0,0,1\n1,0,1\n"),

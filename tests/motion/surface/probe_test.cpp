@@ -19,6 +19,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 std::string error_of(const std::function<void()>& action) {
   try {
@@ -168,7 +169,36 @@ TEST(ProbeProgram, IsThatOfTheTouches) {
   for (std::size_t size = 0; size < program.size() - 4; ++size)  // without its last "M2\n%"
     ASSERT_NE(message(program.substr(0, size), options, line), "") << program.substr(0, size);
   EXPECT_THAT(message("G21\nM2\n", options, line),
-              HasSubstr("p.ngc: found no ball radius, expected a program"));
+              HasSubstr("p.ngc: row 1: found 'G21', expected a row as probe wrote it"));
+  EXPECT_THAT(message("M2\n", options, line), HasSubstr("p.ngc: found no ball radius, expected a program"));
+}
+
+TEST(ProbeProgram, HoldsNothingButWhatWasWritten) {
+  const ProbeLine line = dome_line();
+  const ProbeProgramOptions options{.safe_z_mm = 30.0};
+  const std::string program = write_probe_program({&line, 1}, "dome", options);
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = program;
+    text.replace(text.find(from), from.size(), to);
+    return error_of([&] { require_probe_program("p.ngc", text, {&line, 1}, options); });
+  };
+  EXPECT_EQ(changed("G21 G90", "G20 G90"),
+            "p.ngc: row 4: found 'G20 G90 G94 G17 G40 G49 G54', expected a row as probe wrote it; take its "
+            "program unchanged");
+  EXPECT_THAT(changed("G0 A0 C0\n", "G0 A0 C0\nG10 L2 P1 X5\n"),
+              StartsWith("p.ngc: row 9: found 'G10 L2 P1 X5', expected a row as probe wrote it"));
+  EXPECT_THAT(changed("G38.2 X", "G38.2 X1.0000 X"), StartsWith("p.ngc: row 13: found 'G38.2 X1.0000 X"));
+  EXPECT_THAT(changed("G0 A0 C0", "G0 A90 C0"), StartsWith("p.ngc: row 8: found 'G0 A90 C0'"));
+  EXPECT_THAT(changed("G21 G90 G94 G17 G40 G49 G54\n", ""),
+              HasSubstr("expected G21 G90 G94 G17 G40 G49 G54 before the first move"));
+  EXPECT_THAT(changed("G0 A0 C0", "G0 A0 C0 (turned"), HasSubstr("expected the ')' of the comment"));
+  EXPECT_THAT(changed("G0 A0 C0", "(G0 A0 C0) G92 X1"), HasSubstr("row 8: found '(G0 A0 C0) G92 X1'"));
+  // A move aside before a touch makes it another one, in whatever rows it stands.
+  EXPECT_THAT(changed("G38.2", "G0 X99.0000 Y0.0000\nG38.2"),
+              HasSubstr("point 1: found its touch to begin at"));
+  // What a shop puts before it.
+  EXPECT_EQ(changed("G21 G90", "T5 M6 (probe)\nM1 ; look\nG21 G90"), "");
+  EXPECT_EQ(changed("%\n", "\xEF\xBB\xBF%\n"), "");
 }
 
 class TouchFile : public ::testing::Test {
@@ -186,9 +216,12 @@ class TouchFile : public ::testing::Test {
 
 TEST_F(TouchFile, IsReadAsTheControlWritesIt) {
   const auto touches = read_touches(write("1.5 2.5 -3.25 0 0 0 0 0 0\r\n\n4 5 6 0 0 0 0 0 0\n"));
-  ASSERT_EQ(touches.size(), 2U);
-  EXPECT_EQ(touches[0], Eigen::Vector3d(1.5, 2.5, -3.25));
-  EXPECT_EQ(read_touches(write("x,y,z\n1,2,3\n")).size(), 1U);
+  ASSERT_EQ(touches.points_mm.size(), 2U);
+  EXPECT_EQ(touches.points_mm[0], Eigen::Vector3d(1.5, 2.5, -3.25));
+  EXPECT_EQ(touches.rows, (std::vector<std::size_t>{1, 3}));
+  EXPECT_EQ(touches.file, path_.string());
+  for (const char* text : {"x,y,z\n1,2,3\n", "1, 2, 3\n", "1 ,2 ,3\n", "1;2;3\n"})
+    EXPECT_EQ(read_touches(write(text)).points_mm.size(), 1U) << text;
 }
 
 TEST_F(TouchFile, ThatIsWrongIsRefused) {
@@ -202,7 +235,16 @@ TEST_F(TouchFile, ThatIsWrongIsRefused) {
   EXPECT_THAT(error_of([&] { read_touches(write("1 2 3 z\n")); }), HasSubstr("row 1, column 4: found 'z'"));
   EXPECT_THAT(error_of([&] { read_touches(write("1 2 3 0 10 0 0 0 0\n")); }),
               HasSubstr("row 1: found B at 10 degrees, expected a touch with the rotary axes at zero"));
-  EXPECT_EQ(read_touches(write("1 2 3 0.0004 -0.0004 0 0 0 0\n")).size(), 1U);  // as the encoder read it
+  EXPECT_EQ(read_touches(write("1 2 3 0.0004 -0.0004 0 0 0 0\n")).points_mm.size(),
+            1U);  // as the encoder read it
+}
+
+TEST_F(TouchFile, HasNoDecimalCommas) {
+  EXPECT_EQ(error_of([&] { read_touches_text("p.txt", "1 2 3\n4 6,251000 0,05\n"); }),
+            "p.txt: row 2, column 3: found '6,251000', expected numbers with a point, or separated by commas "
+            "alone");
+  EXPECT_THAT(error_of([&] { read_touches_text("p.txt", "1,5;2,5;3,5\n"); }),
+              HasSubstr("p.txt: row 1, column 1: found '1,5'"));
 }
 
 TEST_F(TouchFile, ThatIsCutOffIsRefused) {
@@ -212,32 +254,66 @@ TEST_F(TouchFile, ThatIsCutOffIsRefused) {
         error_of([&] { read_touches(write(text)); }),
         HasSubstr(": row 2: the file ends in the middle of the row, expected its line end; the file may be "
                   "cut off"));
-  EXPECT_EQ(read_touches(write(whole + "  ")).size(), 2U);
-  EXPECT_EQ(read_touches(write("1 2 3\r4 5 6\r")).size(), 2U);
+  EXPECT_EQ(read_touches(write(whole + "  ")).points_mm.size(), 2U);
+  EXPECT_EQ(read_touches(write("1 2 3\r4 5 6\r")).points_mm.size(), 2U);
 }
 
 TEST(AssignTouches, FindsAnotherPartsFile) {
   const ProbeLine line = dome_line();
-  std::vector<Eigen::Vector3d> touches;
-  for (const MeasuringPoint& p : line.points) touches.push_back(p.position_mm + 1.02 * p.axis);
-  EXPECT_EQ(assign_touches({&line, 1}, touches, {}).front().size(), touches.size());
+  Touches touches;
+  for (const MeasuringPoint& p : line.points) touches.points_mm.push_back(p.position_mm + 1.02 * p.axis);
+  const auto message = [&](const Touches& wrong) {
+    return error_of([&] { assign_touches({&line, 1}, wrong, {}); });
+  };
+  EXPECT_EQ(assign_touches({&line, 1}, touches, {}).front().size(), touches.points_mm.size());
   auto wrong = touches;
-  wrong[3].x() += 0.5;
-  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("point cloud: point 4 is"));
+  wrong.points_mm[3].x() += 0.5;
+  EXPECT_THAT(message(wrong), HasSubstr("point cloud: point 4 is"));
   wrong = touches;
-  wrong[4] = wrong[3];  // one came twice
-  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("point cloud: point 5 is"));
+  wrong.points_mm[4] = wrong.points_mm[3];  // one came twice
+  EXPECT_THAT(message(wrong), HasSubstr("point cloud: point 5 is"));
   wrong = touches;
-  for (Eigen::Vector3d& p : wrong) p.x() = -p.x();  // mirrored
-  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("is it this part's file?"));
+  for (Eigen::Vector3d& p : wrong.points_mm) p.x() = -p.x();  // mirrored
+  EXPECT_THAT(message(wrong), HasSubstr("is it this part's file?"));
   wrong = touches;
-  wrong[3] += 5.0 * line.points[3].axis;
-  EXPECT_THAT(error_of([&] { assign_touches({&line, 1}, wrong, {}); }), HasSubstr("+5.0200 mm off"));
-  wrong.pop_back();
-  EXPECT_THAT(error_of([&] {
-                assign_touches({&line, 1}, wrong, {});
-              }),
-              HasSubstr("found 10 points, expected 11"));
+  wrong.points_mm[3] += 5.0 * line.points[3].axis;
+  EXPECT_THAT(message(wrong), HasSubstr("+5.0200 mm off"));
+  wrong = touches;
+  wrong.points_mm.pop_back();
+  EXPECT_THAT(message(wrong), HasSubstr("found 10 points, expected 11"));
+  wrong = touches;
+  wrong.points_mm.push_back(wrong.points_mm.back());
+  EXPECT_THAT(message(wrong), HasSubstr("found 12 points, expected 11"));
+  EXPECT_THAT(message({}), HasSubstr("found 0 points, expected 11"));
+}
+
+TEST(AssignTouches, NamesTheFileOfTheTouchesAndTheirRow) {
+  const ProbeLine line = dome_line();
+  Touches touches;
+  touches.file = "points.txt";
+  for (const MeasuringPoint& p : line.points) {
+    touches.points_mm.push_back(p.position_mm + 1.02 * p.axis);
+    touches.rows.push_back(2 * touches.points_mm.size());
+  }
+  const auto message = [&](const Touches& wrong) {
+    return error_of([&] { assign_touches({&line, 1}, wrong, {}); });
+  };
+  auto wrong = touches;
+  wrong.points_mm[3].x() += 0.5;
+  EXPECT_THAT(message(wrong), StartsWith("points.txt: row 8: point 4 is"));
+  wrong = touches;
+  wrong.points_mm[3] += 5.0 * line.points[3].axis;
+  EXPECT_THAT(message(wrong), StartsWith("points.txt: row 8: point 4 on dome is +5.0200 mm off"));
+  // A row that is missing shows where the next one stands in its place.
+  wrong = touches;
+  wrong.points_mm.erase(wrong.points_mm.begin() + 3);
+  wrong.rows.erase(wrong.rows.begin() + 3);
+  EXPECT_THAT(message(wrong), StartsWith("points.txt: row 10: point 4 is"));
+  EXPECT_THAT(message(wrong), HasSubstr("the file has 10 points, and the probe program touches 11"));
+  wrong = touches;
+  wrong.points_mm.pop_back();
+  wrong.rows.pop_back();
+  EXPECT_THAT(message(wrong), StartsWith("points.txt: row 20: found 10 points, expected 11"));
 }
 
 }  // namespace
