@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <utility>
 
+#include "base/count.hpp"
 #include "base/error.hpp"
 
 namespace meltstage::app {
@@ -87,6 +89,36 @@ void prepare_stage(JobDescription& parsed) {
   }
 }
 
+// Beyond its first and last target a table goes on as it is there; where no bump is between them, it is
+// another table or another place.
+void require_measured_at_bumps(JobDescription& parsed) {
+  for (std::size_t axis = 0; axis < parsed.deviations.size(); ++axis) {
+    if (!parsed.deviations[axis] || parsed.bumps_in_file_order.empty()) continue;
+    const double first_mm = parsed.deviations[axis]->front().target_mm,
+                 last_mm = parsed.deviations[axis]->back().target_mm;
+    const char name = axis == 0 ? 'x' : 'y';
+    double least_mm = INFINITY, most_mm = -INFINITY;
+    std::size_t beyond = 0, first_row = 0;
+    for (const motion::Point& bump : parsed.bumps_in_file_order) {
+      const double at_mm = axis == 0 ? bump.x_mm : bump.y_mm;
+      least_mm = std::min(least_mm, at_mm);
+      most_mm = std::max(most_mm, at_mm);
+      if ((at_mm < first_mm || at_mm > last_mm) && beyond++ == 0) first_row = bump.row;
+    }
+    if (beyond == parsed.bumps_in_file_order.size())
+      throw UserError(
+          fmt::format("{}: stage.deviations_{}: found targets from {:.6g} to {:.6g} mm, expected some where "
+                      "the bumps are, "
+                      "{:.6g} to {:.6g} mm on the stage",
+                      parsed.file.string(), name, first_mm, last_mm, least_mm, most_mm));
+    if (beyond > 0)
+      parsed.notes.push_back(fmt::format(
+          "deviations_{}: {} of {}, the first that of row {}, lie beyond the targets ({:.6g} to {:.6g} mm), "
+          "where the outermost target's deviation is taken",
+          name, beyond, counted(parsed.bumps_in_file_order.size(), "bump"), first_row, first_mm, last_mm));
+  }
+}
+
 // A corrected axis is sent beside its bump, which may be beyond the end of its travel.
 void require_in_travel(const tb::PrintJob& job, const tb::Sent& sent, const std::string& what,
                        const std::filesystem::path& file) {
@@ -159,6 +191,7 @@ void require_quiet(const tb::PrintJob& job, const std::string& place) {
 
 LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress) {
   prepare_stage(parsed);
+  require_measured_at_bumps(parsed);
   LoadedJob loaded;
   loaded.plan_unit = parsed.task.metric == motion::Metric::time ? "s" : "mm";
   loaded.job = std::move(parsed.job);

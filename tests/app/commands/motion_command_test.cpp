@@ -101,7 +101,7 @@ TEST_F(MotionCommand, WritesOverNoneOfItsInputs) {
     fs::copy_file(from, folder_ / to);
   };
   copy(kSlits, "slits.csv");
-  std::ofstream(folder_ / "bumps.csv") << "x_mm,y_mm\n10,10\n12,10\n";
+  std::ofstream(folder_ / "bumps.csv") << "x_mm,y_mm\n20,10\n22,10\n";
   std::ofstream(folder_ / "job.toml")
       << "[coordinates]\nfile = \"bumps.csv\"\n[stage]\ndeviations_x = \"slits.csv\"\n";
   fs::create_symlink("bumps.csv", folder_ / "link.ngc");

@@ -228,6 +228,28 @@ TEST_F(StageJob, DeviationsAreATest) {
   EXPECT_THAT(refusal(kBumps, "[stage]\ndeviations_y = \"none.csv\"\n"), HasSubstr("none.csv"));
 }
 
+TEST_F(StageJob, DeviationsAreMeasuredWhereTheBumpsAre) {
+  const auto table = [](int from_mm, int to_mm) {
+    std::string text = "target_mm,direction,deviation_um\n";
+    for (const int at_mm : {from_mm, to_mm})
+      for (const char direction : {'+', '+', '-', '-'}) text += fmt::format("{},{},5\n", at_mm, direction);
+    return text;
+  };
+  const std::string with = "[stage]\ndeviations_x = \"d.csv\"\n";
+  EXPECT_THAT(refusal(kBumps, with, table(1, 2)),
+              HasSubstr("job.toml: stage.deviations_x: found targets from 1 to 2 mm, expected some where the "
+                        "bumps are, 10 to 12 mm on the stage"));
+  EXPECT_THAT(refusal(kBumps, "[stage]\ndeviations_y = \"d.csv\"\n", table(11, 12)),
+              HasSubstr("stage.deviations_y: found targets from 11 to 12 mm"));
+  EXPECT_EQ(refusal(kBumps, with, table(10, 12)), "");
+  EXPECT_EQ(app::load_job(folder_ / "job.toml").notes.size(), 0U);
+  EXPECT_EQ(refusal(kBumps, with, table(9, 11)), "");
+  EXPECT_THAT(app::load_job(folder_ / "job.toml").notes,
+              ::testing::ElementsAre(
+                  "deviations_x: 1 of 2 bumps, the first that of row 3, lie beyond the targets (9 to 11 mm), "
+                  "where the outermost target's deviation is taken"));
+}
+
 TEST_F(StageJob, OnTheFlyRowsOfOneBumpAreGoodAndABumpThatIsMissedNamesItsReason) {
   std::string bumps = "x_mm,y_mm\n";
   for (int i = 0; i < 6; ++i) bumps += fmt::format("{},{}\n", 2 * i, 2 * i);
