@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
@@ -152,8 +153,12 @@ class GerberFile {
     const auto at = text.find(kKey);
     if (at == std::string_view::npos) return;
     const std::string_view function = text.substr(at + kKey.size());
-    if (function.find(",Bot") != std::string_view::npos) side_ = Side::bottom;
-    if (function.find(",Top") != std::string_view::npos) side_ = Side::top;
+    for (const auto& [word, side] : {std::pair(",Bot", Side::bottom), std::pair(",Top", Side::top)}) {
+      if (function.find(word) == std::string_view::npos) continue;
+      if (side_ && *side_ != side) fail_here(text, fmt::format("one side; row {} has the other", side_row_));
+      side_ = side;
+      side_row_ = row_;
+    }
   }
 
   // ---- what isn't read ----
@@ -597,6 +602,7 @@ class GerberFile {
   bool in_region_ = false, clear_ = false;
   Transform transform_;
   std::optional<Side> side_;
+  std::size_t side_row_ = 0;
   std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0, odd_ = 0, first_odd_ = 0;
 };
 

@@ -159,8 +159,8 @@ class PosFile {
       if (there && (column == &side_ ? word_at(row, *column).begin == column->begin
                                      : word_at(row, *column).end == column->end))
         continue;
-      fail(path_, fmt::format("row {}: found {} cells, expected {} ({})", row.number, row.words.size(),
-                              header_.size(), fmt::join(header_, " ")));
+      fail(path_, fmt::format("row {}: found {} cells, expected {} ({}), without blanks in a cell",
+                              row.number, row.words.size(), header_.size(), fmt::join(header_, " ")));
     }
   }
 

@@ -272,7 +272,8 @@ constexpr const char* kPosNames = "# Ref Val Package PosX PosY Rot Side\n";
 TEST_F(Readers, PosHasACellForEachNameOrKeepsToItsColumns) {
   const std::string head = std::string(kPosUnit) + kPosNames;
   EXPECT_EQ(error_of("a.pos", pos(head, "R1 10k 0402 1.0 2.0 90.0\n")),
-            "row 4: found 6 cells, expected 7 (Ref Val Package PosX PosY Rot Side)");
+            "row 4: found 6 cells, expected 7 (Ref Val Package PosX PosY Rot Side), without blanks in a "
+            "cell");
   EXPECT_THAT(error_of("b.pos", pos(head, "R1 0402 1.0 2.0 90.0 top\n")), StartsWith("row 4: found 6 cells"));
   EXPECT_THAT(error_of("c.pos", pos(head, "R1 10 k R_0402 1.0 2.0 90.0 top\n")),
               StartsWith("row 4: found 8 cells, expected 7"));
@@ -732,6 +733,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "row 8: found 'X1000000D03"},
         BadFile{"two_formats", gerber("%FSLAX35Y35*%"),
                 "row 5: found 'FSLAX35Y35', expected one format; row 1 has 'FSLAX46Y46'"},
+        BadFile{"two_sides",
+                gerber("%TF.FileFunction,Paste,Bot*%\nG04 #@! TF.FileFunction,Paste,Top*D10*X0Y0D03*"),
+                "row 6: found 'G04 #@! TF.FileFunction,Paste,Top', expected one side; row 5 has the other"},
         BadFile{"two_units", gerber("D10*X0Y0D03*\n%MOIN*%X1D03*"),
                 "row 6: found 'MOIN', expected one unit; row 2 has 'MOMM'"},
         BadFile{"another_old_unit", gerber("G70*"),
