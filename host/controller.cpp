@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/place.hpp"
 #include "host/exception_text.hpp"
 
 namespace meltstage::host {
@@ -28,6 +29,8 @@ namespace spec = chip::spec;
 constexpr auto kBusyPause = std::chrono::milliseconds(50);
 constexpr std::chrono::seconds kLongestTick{60};  // TS is 2 s at most, but a chip in a simulator takes longer
 constexpr int kBusyAttempts = 60;
+
+constexpr std::uint16_t kLockAddress = spec::kHoldingBase + spec::kRegLock;
 
 // What libmodbus can set a serial port to, inside the chip's range.
 constexpr std::array kBauds{1200,  1800,  2400,   4800,   9600,   19200,
@@ -48,12 +51,19 @@ void require(bool good, const std::string& text) {
   if (!good) throw UserError(text);
 }
 
+// Character formats of the chip.
+constexpr std::array kFormats{LineFormat{'E', 1}, LineFormat{'O', 1}, LineFormat{'N', 2}, LineFormat{'N', 1}};
+
+std::string format_text(const LineFormat& f) { return fmt::format("8{}{}", f.parity, f.stop_bits); }
+
 void check(const Connection& c) {
   require(c.address >= 1 && c.address <= 247, fmt::format("address: found {}, expected 1 to 247", c.address));
   require(std::find(kBauds.begin(), kBauds.end(), c.baud) != kBauds.end(),
           fmt::format("baud rate: found {}, expected one of {}", c.baud, fmt::join(kBauds, ", ")));
   require(c.timeout_s >= 0.01 && c.timeout_s <= 60.0,
           fmt::format("time-out: found {:g} s, expected 0.01 to 60 s", c.timeout_s));
+  require(c.attempts >= 1, fmt::format("attempts: found {}, expected 1 or more", c.attempts));
+  parse_format(format_text(c.format));
 }
 
 // A pseudo-terminal has no line: its second program can't ask for parity (tcsetattr(3) refuses).
@@ -93,11 +103,10 @@ void for_each_run(const std::vector<Item>& sorted, std::size_t most, AddressOf&&
 }  // namespace
 
 LineFormat parse_format(const std::string& text) {
-  for (const LineFormat& f :
-       {LineFormat{'E', 1}, LineFormat{'O', 1}, LineFormat{'N', 2}, LineFormat{'N', 1}}) {
-    if (text == fmt::format("8{}{}", f.parity, f.stop_bits)) return f;
+  for (const LineFormat& f : kFormats) {
+    if (text == format_text(f)) return f;
   }
-  throw UserError(fmt::format("format: found \"{}\", expected 8E1, 8O1, 8N2 or 8N1", text));
+  throw UserError(fmt::format("format: found \"{}\", expected 8E1, 8O1, 8N2 or 8N1", shown(text)));
 }
 
 struct Controller::Modbus {
@@ -175,10 +184,10 @@ void Controller::transact(const std::string& what, Call&& call) {
     if (error == ETIMEDOUT) {
       throw BusError(
           fmt::format("{}: no answer from address {} ({} x {:g} s), expected the chip; see wiring, "
-                      "--address, --baud, --format",
+                      "address, baud rate and format",
                       connection_.device, connection_.address, connection_.attempts, connection_.timeout_s));
     }
-    throw BusError(fmt::format("{}: {}: garbled answer ({}); see wiring, --baud, --format",
+    throw BusError(fmt::format("{}: {}: garbled answer ({}); see wiring, baud rate and format",
                                connection_.device, what, modbus_strerror(error)));
   }
 }
@@ -221,7 +230,11 @@ std::vector<std::uint16_t> Controller::read(std::span<const Register* const> wan
 
 double Controller::read(const Register& reg) {
   const Register* const one = &reg;
-  return to_unit(reg, read(std::span(&one, 1)).front());
+  const std::uint16_t word = read(std::span(&one, 1)).front();
+  if (is_no_value(reg, word))
+    throw BusError(
+        fmt::format("{}: found no value, expected one: nothing before the first sample", reg.name));
+  return to_unit(reg, word);
 }
 
 Identity Controller::identity() {
@@ -270,7 +283,8 @@ Status Controller::status() {
                 .state = static_cast<spec::State>(words[spec::kInFirstFault] & 0xFF),
                 .samples = words[spec::kInSamples],
                 .watchdog_left_s = value(spec::kInWdLeft)};
-  if (words[spec::kInPv] != spec::kPvNone) status.temperature_degc = value(spec::kInPvFine);
+  if (!is_no_value(registers()[spec::kInPv], words[spec::kInPv]))
+    status.temperature_degc = value(spec::kInPvFine);
   if (const unsigned code = words[spec::kInFirstFault] >> 8; code != 0 && code <= spec::kFaultCount)
     status.first_fault = static_cast<spec::Fault>(code - 1);
   return status;
@@ -325,6 +339,26 @@ void Controller::await_lock(bool locked) {
   await_tick("LOCK is", [=](std::uint16_t status) { return is_set(status, spec::kStatusLocked) == locked; });
 }
 
+// A locked chip takes nothing but LOCK = 0, so that goes ahead. The lock there was; 0 when the chip was open.
+std::uint16_t Controller::open_lock() {
+  if (!is_set(poll(spec::kInStatus, 1, "STATUS").front(), spec::kStatusLocked)) return 0;
+  const std::uint16_t lock = poll(kLockAddress, 1, "LOCK").front();
+  send({kLockAddress, {0}, "LOCK"});
+  await_lock(false);
+  return lock;
+}
+
+// An error that made it necessary is the one to tell, so its own is none.
+bool Controller::locked_again(std::uint16_t lock) {
+  try {
+    send({kLockAddress, {lock}, "LOCK"});
+    await_lock(true);
+    return true;
+  } catch (const BusError&) {
+    return false;
+  }
+}
+
 void Controller::write(std::span<const Setting> settings) {
   constexpr std::uint16_t kCmdAddress = spec::kHoldingBase + spec::kRegCmd;
   constexpr std::uint16_t kTMaxAddress = spec::kHoldingBase + spec::kRegTMax;
@@ -357,9 +391,16 @@ void Controller::write(std::span<const Setting> settings) {
   });
 
   const Locked locked(*modbus_, connection_.device);
-  send_together(frames);
   const auto lock = std::find_if(settings.begin(), settings.end(),
                                  [](const Setting& s) { return is_holding(s, spec::kRegLock); });
+  const bool opens = lock != settings.end() && lock->value == 0 && settings.size() > 1;
+  const std::uint16_t lock_before = opens ? open_lock() : 0;
+  try {
+    send_together(frames);
+  } catch (const BusError& error) {
+    if (lock_before == 0 || locked_again(lock_before)) throw;
+    throw BusError(fmt::format("{}; LOCK was {} and is open now", error.what(), lock_before));
+  }
   if (lock != settings.end() && !changes_line(settings)) await_lock(lock->value != 0);
 }
 
@@ -432,7 +473,7 @@ void Controller::start_tuning() {
     command(spec::kCmdTune, "CMD Tune");
   } catch (const Refusal& refusal) {
     throw BusError(std::string(refusal.what()) +
-                   "; heating must be on (chip run), in automatic mode (MODE=0), unlocked");
+                   "; heating must be on (CMD Run), in automatic mode (MODE=0), unlocked");
   }
 }
 

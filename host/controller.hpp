@@ -16,7 +16,7 @@
 
 namespace meltstage::host {
 
-/// Character format: data bits, parity, stop bits.
+/// Character format: 8 data bits, parity, stop bits: 8E1, 8O1, 8N2 or 8N1.
 struct LineFormat {
   char parity;  ///< 'E', 'O' or 'N'
   int stop_bits;
@@ -32,8 +32,9 @@ struct Connection {
   int baud = 115200;
   LineFormat format{'E', 1};
   double timeout_s = 1.0;  ///< from the request to the answer, 0.01..60
-  int attempts =
-      3;  ///< of a transaction without a sound answer; each one writes the same values, so repeats are safe
+  /// Of a transaction without a sound answer, 1 or more; each one writes the same values, so repeats are
+  /// safe.
+  int attempts = 3;
 };
 
 /// A register and the value to write to it, in its unit.
@@ -96,13 +97,16 @@ class Controller {
   /// Words of these registers, in their order; neighbours share a poll. Throws UserError for one that can't
   /// be read.
   std::vector<std::uint16_t> read(std::span<const Register* const> wanted);
+  /// The value in its unit. Throws BusError for PV before the first sample, which has none; PV_FINE is 0
+  /// then.
   double read(const Register& reg);
   Status status();
 
   /// Writes all or none, active together at the chip's next control tick: one frame when the registers are
   /// neighbours, otherwise frames between the commands Hold and Commit. Every value is checked against its
   /// range before anything is sent; throws UserError then. Returns before that tick, but for LOCK, which
-  /// decides what the chip takes next: then it is active.
+  /// decides what the chip takes next: then it is active. With LOCK = 0 among them a locked chip is opened
+  /// first, and locked again as it was when it refuses the others.
   void write(std::span<const Setting> settings);
 
   /// Heating on; a refusal names the fault in the way.
@@ -130,6 +134,8 @@ class Controller {
   void command(chip::spec::Cmd cmd, const std::string& what);
   void await_earlier_writes();
   void await_lock(bool locked);
+  std::uint16_t open_lock();
+  bool locked_again(std::uint16_t lock);
   bool discarded();
   std::string faults_in_the_way();
   template <class Call>

@@ -125,6 +125,10 @@ const Register& find_register(std::string_view name) {
                   name, near_names(wanted)));
 }
 
+bool is_no_value(const Register& reg, std::uint16_t raw) {
+  return is(reg, spec::kInPv) && raw == spec::kPvNone;
+}
+
 double to_unit(const Register& reg, std::uint16_t raw) {
   return (reg.is_signed ? static_cast<double>(static_cast<std::int16_t>(raw)) : static_cast<double>(raw)) *
          reg.scale;
@@ -157,7 +161,7 @@ std::string meaning(const Register& reg, std::uint16_t raw) {
   if (is(reg, spec::kInStatus))
     return names_of_bits(
         raw, [](std::size_t bit) { return spec::kStatusBits[bit]; }, spec::kStatusBits.size());
-  if (is(reg, spec::kInPv)) return raw == spec::kPvNone ? "no sample yet" : "";
+  if (is_no_value(reg, raw)) return "no sample yet";
   if (is(reg, spec::kInFault) || is(reg, spec::kInCause)) return raw == 0 ? "none" : fault_names(raw);
   if (is(reg, spec::kInFirstFault)) {
     const unsigned code = raw >> 8;

@@ -27,7 +27,10 @@ std::span<const Register> registers();
 /// The register of that name, in capitals or not; throws UserError that names near ones.
 const Register& find_register(std::string_view name);
 
-/// Value of a register word in its unit.
+/// True for the word that stands for no value: that of PV before the first sample.
+bool is_no_value(const Register& reg, std::uint16_t raw);
+
+/// Value of a register word in its unit. A word that is_no_value() has none; -3276.8 comes out.
 double to_unit(const Register& reg, std::uint16_t raw);
 
 /// Register word of a value in the unit, rounded to the nearest LSB. Throws UserError when the register
@@ -38,8 +41,8 @@ std::uint16_t to_raw(const Register& reg, double value);
 /// The value with as many digits as the register resolves, without unit: "110.0", "0x0401" for bits.
 std::string value_text(const Register& reg, std::uint16_t raw);
 
-/// What the word of a coded register (STATUS, FAULT, CAUSE, FIRST_FAULT) says: "run, PID segment, sensor ok";
-/// empty for the others.
+/// What the word of a coded register (STATUS, FAULT, CAUSE, FIRST_FAULT) says: "run, PID segment, sensor ok".
+/// "no sample yet" for one that is_no_value(); empty for all others.
 std::string meaning(const Register& reg, std::uint16_t raw);
 
 /// Names of the faults in a word of FAULT or CAUSE: "OverTemp, Inhibit"; empty when there is none.

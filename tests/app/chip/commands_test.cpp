@@ -84,7 +84,6 @@ TEST_P(ChipCommands, ALockIsAsSetWhenTheCommandEnds) {
   }
   ASSERT_EQ(command("set LOCK=1").status, 0);
   expect_one_line(command("set KP=0.1"), 1, "LOCK is on");
-  ASSERT_EQ(command("set LOCK=0 KP=0.2").status, 1);
   ASSERT_EQ(command("set LOCK=0").status, 0);
   EXPECT_EQ(command("set KP=0.1").status, 0);
 }

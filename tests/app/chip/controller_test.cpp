@@ -5,16 +5,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <string>
 #include <thread>
 #include <vector>
 
+#include "base/error.hpp"
 #include "tests/app/chip/served_chip.hpp"
 
 namespace meltstage::host {
 namespace {
 
 namespace spec = chip::spec;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 Connection connection(const ServedChip& chip) {
@@ -80,6 +85,32 @@ TEST_P(Driver, ARefusalLeavesEarlierWritesAlone) {
   EXPECT_NEAR(controller_.read(highest), 120.0, 1e-9);
 }
 
+TEST_P(Driver, OpensTheLockBeforeWhatIsWrittenWithIt) {
+  const Register &lock = find_register("LOCK"), &setpoint = find_register("SETPOINT");
+  controller_.write(std::vector<Setting>{{&lock, 7.0}, {&setpoint, 90.0}});
+  EXPECT_THAT(
+      [&] {
+        controller_.write(std::vector<Setting>{{&setpoint, 96.0}});
+      },
+      ThrowsMessage<BusError>(HasSubstr("LOCK is on, LOCK=0 opens it; nothing was changed")));
+  controller_.write(std::vector<Setting>{{&setpoint, 96.0}, {&lock, 0.0}});
+  EXPECT_EQ(controller_.read(lock), 0.0);
+  EXPECT_NEAR(controller_.read(setpoint), 96.0, 1e-9);
+}
+
+TEST_P(Driver, ALockIsAsBeforeWhenTheOthersAreRefused) {
+  const Register &lock = find_register("LOCK"), &setpoint = find_register("SETPOINT");
+  controller_.write(std::vector<Setting>{{&lock, 7.0}, {&setpoint, 90.0}});
+  EXPECT_THAT(
+      [&] {
+        controller_.write(std::vector<Setting>{{&setpoint, 149.0}, {&lock, 0.0}});
+      },
+      ThrowsMessage<BusError>(HasSubstr("nothing was changed")));
+  EXPECT_EQ(controller_.read(lock), 7.0);
+  EXPECT_NEAR(controller_.read(setpoint), 90.0, 1e-9);
+  EXPECT_NE(controller_.status().bits >> spec::kStatusLocked & 1, 0);
+}
+
 TEST_P(Driver, StatusIsWhatTheRegistersSay) {
   const Status status = controller_.status();
   EXPECT_FALSE(status.running());
@@ -110,6 +141,52 @@ TEST_P(Driver, SharesItsPort) {
   two.join();
   EXPECT_EQ(a, 20);
   EXPECT_EQ(b, 20);
+}
+
+// Slow, so that the chip is asked before its first sample.
+TEST(DriverOfAYoungChip, ReadsNoTemperatureBeforeTheFirstSample) {
+  ServedChip chip("--speed 0.02");
+  Controller controller(connection(chip));
+  EXPECT_THAT([&] { controller.read(find_register("PV")); },
+              ThrowsMessage<BusError>("PV: found no value, expected one: nothing before the first sample"));
+  EXPECT_EQ(controller.read(find_register("PV_FINE")), 0.0);
+  EXPECT_FALSE(controller.status().temperature_degc.has_value());
+}
+
+TEST(DriverSettings, NamesTheSettingOfItsConnectionThatIsWrong) {
+  const auto expect_refused = [](auto change, const char* said) {
+    Connection wrong;
+    wrong.device = "/dev/null";
+    change(wrong);
+    EXPECT_THAT([&] { Controller{wrong}; }, ThrowsMessage<UserError>(said));
+  };
+  const char* const formats = "expected 8E1, 8O1, 8N2 or 8N1";
+  const auto format = [&](LineFormat given, const std::string& found) {
+    expect_refused([=](Connection& c) { c.format = given; },
+                   ("format: found \"" + found + "\", " + formats).c_str());
+  };
+  format({'E', 2}, "8E2");
+  format({'N', 7}, "8N7");
+  format({'X', 7}, "8X7");
+  format({'e', 1}, "8e1");
+  format({'\n', -1}, "8\\x0A-1");
+  for (const int attempts : {0, -1})
+    expect_refused([=](Connection& c) { c.attempts = attempts; },
+                   ("attempts: found " + std::to_string(attempts) + ", expected 1 or more").c_str());
+  expect_refused([](Connection& c) { c.timeout_s = std::nan(""); },
+                 "time-out: found nan s, expected 0.01 to 60 s");
+}
+
+// It is a library: whoever calls it has options of its own.
+TEST(DriverSettings, SaysNothingOfACommandLine) {
+  const ServedChip chip("--speed 5");
+  Connection other = connection(chip);
+  other.address = 5;
+  other.timeout_s = 0.05;
+  Controller controller(other);
+  EXPECT_THAT([&] { controller.status(); },
+              ThrowsMessage<BusError>(
+                  AllOf(HasSubstr("see wiring, address, baud rate and format"), Not(HasSubstr("--")))));
 }
 
 INSTANTIATE_TEST_SUITE_P(Model, Driver, ::testing::Values("--speed 5"));

@@ -98,5 +98,12 @@ TEST(RegisterMap, CodedRegistersSpeak) {
   EXPECT_EQ(meaning(find_register("PV"), 250), "");
 }
 
+TEST(RegisterMap, NoOtherWordStandsForNoValue) {
+  for (const Register& r : registers()) {
+    EXPECT_EQ(is_no_value(r, 0x8000), r.name == "PV") << r.name;
+    EXPECT_FALSE(is_no_value(r, 0x7FFF)) << r.name;
+  }
+}
+
 }  // namespace
 }  // namespace meltstage::host
