@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -116,12 +117,18 @@ OutputFile::~OutputFile() {
   if (lock_ >= 0) close(lock_);
 }
 
+void OutputFile::require_open() const {
+  if (!file_) throw std::logic_error(path_.string() + ": was published, expected nothing more to write");
+}
+
 void OutputFile::write(std::string_view bytes) {
+  require_open();
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail(path_, errno);
 }
 
 // The lock is held until the file has its name, so that nobody takes it for a leftover.
 void OutputFile::publish() {
+  require_open();
   if (std::fclose(file_.release()) != 0) fail(path_, errno);
   std::error_code error;
   std::filesystem::rename(partial_, path_, error);
@@ -146,6 +153,7 @@ PartialFolder::~PartialFolder() {
 }
 
 void PartialFolder::publish() {
+  if (published_) throw std::logic_error(target_.string() + ": was published, expected it once");
   std::filesystem::path before = target_;
   before += fmt::format(".before.{}", getpid());
   std::error_code error;
@@ -158,6 +166,7 @@ void PartialFolder::publish() {
     if (replaces) std::filesystem::rename(before, target_, ignored);
     fail(target_, error.value());
   }
+  published_ = true;
   if (replaces) std::filesystem::remove_all(before, error);  // what can't go stays beside it
   if (lock_ >= 0) close(lock_);  // it is no leftover any more, and another may lock it
   lock_ = -1;

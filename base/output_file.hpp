@@ -12,8 +12,9 @@ namespace meltstage {
 
 /// Writes to "<path>.partial.<process>" beside the target, a file of its own for each writer; publish()
 /// renames it over the target, and without publish() the destructor removes it. Those that killed runs left
-/// are removed. A symbolic link stays one: what it points to is the target. Each failure throws UserError.
-/// Unbuffered: hand it large pieces.
+/// are removed. A symbolic link stays one: what it points to is the target. Each failure throws UserError;
+/// what was published is closed, and a write() or publish() after that throws std::logic_error. Unbuffered:
+/// hand it large pieces.
 class OutputFile {
  public:
   /// A piece that is large enough.
@@ -31,6 +32,8 @@ class OutputFile {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
+
+  void require_open() const;
 
   std::filesystem::path path_;
   std::filesystem::path partial_;
@@ -50,12 +53,14 @@ class PartialFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
-  /// Takes the target's name. A folder that has it goes only then; until then it waits as
+  /// Takes the target's name; a second time throws std::logic_error. A folder that has it goes only then;
+  /// until then it waits as
   /// "<target>.before.<process>", where it stays should this process be killed.
   void publish();
 
  private:
   std::filesystem::path target_, path_;
+  bool published_ = false;
   int lock_ = -1;  // until it has the name
 };
 

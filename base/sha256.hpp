@@ -14,10 +14,12 @@ class Sha256 {
  public:
   Sha256();
   void update(std::string_view bytes);
-  /// 64 lower-case hexadecimal digits; the object can't be used after it.
+  /// 64 lower-case hexadecimal digits. An update() or finish() after it throws std::logic_error.
   std::string finish();
 
  private:
+  void require_open() const;
+
   struct Free {
     void operator()(evp_md_ctx_st* context) const;
   };

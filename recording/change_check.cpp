@@ -32,8 +32,10 @@ const char* describe(ChangeFault fault) {
 
 }  // namespace
 
-ChangeCheck::ChangeCheck(const Header& header) {
+void ChangeCheck::begin(const Header& header) {
+  if (begun_) throw std::invalid_argument("vector begin: found a second one, expected one in a recording");
   recording::validate(header);
+  begun_ = true;
   pins_.reserve(header.pins.size());
   for (const Pin& pin : header.pins) pins_.push_back({0, max_value(pin.width)});
 }

@@ -21,12 +21,12 @@ enum class ChangeFault {
   value_unchanged
 };
 
-/// Holds the last value of each pin and judges the next change against the rules of Sink.
+/// Holds the last value of each pin, and judges the next change against the rules of Sink.
 class ChangeCheck {
  public:
   ChangeCheck() = default;
-  /// Throws std::invalid_argument on an invalid header.
-  explicit ChangeCheck(const Header& header);
+  /// A recording begins. Throws std::invalid_argument on an invalid header, and when one has begun before.
+  void begin(const Header& header);
 
   /// Judges `change` and, when no rule is broken, takes it over.
   ChangeFault accept(const Change& change) {
@@ -49,6 +49,8 @@ class ChangeCheck {
   }
   /// Throws std::invalid_argument when the recording may not end at `final_cycle`.
   void require_end(std::uint64_t final_cycle) const;
+  /// From now on each change and each end is refused.
+  void close() { pins_.clear(); }
 
   /// Pins that the first cycle has stated so far, all once it is complete.
   std::size_t initial_pins() const { return next_initial_pin_; }
@@ -64,6 +66,7 @@ class ChangeCheck {
   ChangeFault judge_within_cycle(const Change& change);
   [[noreturn]] static void fail(ChangeFault fault, const Change& change);
 
+  bool begun_ = false;
   std::vector<PinState> pins_;
   std::size_t next_initial_pin_ = 0;
   std::uint64_t cycle_ = 0;

@@ -53,13 +53,14 @@ Line LineReader::next() {
 
 std::string LineReader::digest_before_line() {
   hash_.update({buffer_.data(), line_});
+  hashed_ = true;
   return hash_.finish();
 }
 
 /// Reads on behind what is left of the current line; false at the file's end.
 bool LineReader::refill() {
   if (line_ > 0) {
-    hash_.update({buffer_.data(), line_});
+    if (!hashed_) hash_.update({buffer_.data(), line_});
     std::memmove(buffer_.data(), buffer_.data() + line_, filled_ - line_);
     filled_ -= line_;
     line_ = 0;

@@ -46,6 +46,7 @@ class LineReader {
   std::filesystem::path path_;
   std::unique_ptr<std::FILE, Close> file_;
   Sha256 hash_;
+  bool hashed_ = false;
   std::vector<char> buffer_;
   std::size_t line_ = 0;    // where the current line begins
   std::size_t next_ = 0;    // where the line after it begins

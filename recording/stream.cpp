@@ -22,10 +22,8 @@ std::uint8_t* put_number(std::uint8_t* at, std::uint64_t number) {
 }  // namespace
 
 void Stream::begin(const Header& header) {
-  Stream fresh;
-  fresh.check_ = ChangeCheck(header);
-  fresh.header_ = header;
-  *this = std::move(fresh);
+  check_.begin(header);
+  header_ = header;
 }
 
 void Stream::change(const Change& change) {

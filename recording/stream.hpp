@@ -40,7 +40,8 @@ class Sink {
   virtual void end(std::uint64_t final_cycle) = 0;
 };
 
-/// A whole recording in memory, a few bytes a change: (cycle step, pin, value) as LEB128 numbers.
+/// A whole recording in memory, a few bytes a change: (cycle step, pin, value) as LEB128 numbers. Another
+/// recording goes into another Stream.
 class Stream final : public Sink {
  public:
   void begin(const Header& header) override;

@@ -229,7 +229,7 @@ class TextReader {
     if (header_.pins.empty()) fail_at(0, "missing header field", quote(word()), "\"meta\" or \"pin\"");
     for (std::uint32_t pin = 0; pin < header_.pins.size(); ++pin)
       pin_by_name_.emplace(header_.pins[pin].name, pin);
-    check_ = ChangeCheck(header_);
+    check_.begin(header_);
     sink_.begin(header_);
   }
 

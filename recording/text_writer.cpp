@@ -36,7 +36,7 @@ std::string escape(std::string_view text) {
 TextWriter::TextWriter(std::filesystem::path path) : file_(std::move(path)) {}
 
 void TextWriter::begin(const Header& header) {
-  check_ = ChangeCheck(header);
+  check_.begin(header);
   auto out = std::back_inserter(pending_);
   fmt::format_to(out, "{} {}\n", kTextMagic, kTextVersion);
   fmt::format_to(out, "origin {}\n", escape(header.origin));
@@ -73,7 +73,7 @@ void TextWriter::end(std::uint64_t final_cycle) {
   flush();
   file_.write(fmt::format("sha256 {}\n", hash_.finish()));
   file_.publish();
-  check_ = {};  // a change or an end after this one is refused
+  check_.close();
 }
 
 void TextWriter::flush() {

@@ -63,7 +63,7 @@ VcdWriter::VcdWriter(std::filesystem::path path, BusForm bus_form)
     : file_(std::move(path)), bus_form_(bus_form) {}
 
 void VcdWriter::begin(const Header& header) {
-  check_ = ChangeCheck(header);
+  check_.begin(header);
   const Timescale timescale = timescale_for(header.clock_hz);
   units_per_cycle_ = static_cast<long double>(timescale.units_per_second) / header.clock_hz;
 
@@ -136,7 +136,7 @@ void VcdWriter::end(std::uint64_t final_cycle) {
   append_time(static_cast<long double>(final_cycle) + 1);
   flush();
   file_.publish();
-  check_ = {};  // a change or an end after this one is refused
+  check_.close();
 }
 
 void VcdWriter::append_time(long double cycle) {

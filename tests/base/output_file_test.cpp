@@ -9,6 +9,7 @@
 #include <csignal>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 
 #include "base/error.hpp"
 #include "tests/base/scratch_folder.hpp"
@@ -38,6 +39,16 @@ TEST(OutputFile, AppearsWholeOrNotAtAll) {
   write_whole(folder.at("a"), "new");
   EXPECT_EQ(folder.read("a"), "new");
   EXPECT_FALSE(has_partial(folder, "a"));
+}
+
+TEST(OutputFile, IsPublishedOnceAndThenClosed) {
+  const ScratchFolder folder;
+  OutputFile file(folder.at("a"));
+  file.write("text");
+  file.publish();
+  EXPECT_THROW(file.publish(), std::logic_error);
+  EXPECT_THROW(file.write("more"), std::logic_error);
+  EXPECT_EQ(folder.read("a"), "text");
 }
 
 TEST(OutputFile, TwoWritersOfOneNameDoNotMeet) {
@@ -142,6 +153,15 @@ TEST(PartialFolder, GoesUnlessItIsRenamed) {
     partial.publish();
   }
   EXPECT_TRUE(fs::is_directory(folder.at("new/out")));
+}
+
+TEST(PartialFolder, IsPublishedOnce) {
+  const ScratchFolder folder;
+  PartialFolder partial(folder.at("out"));
+  std::ofstream(partial.path() / "new") << "new";
+  partial.publish();
+  EXPECT_THROW(partial.publish(), std::logic_error);
+  EXPECT_EQ(folder.read("out/new"), "new");
 }
 
 TEST(PartialFolder, ReplacesAFolderOnceItIsComplete) {

@@ -73,6 +73,24 @@ TEST_F(SinkRules, UnchangedValueBehindAChangeOfTheSameCycleIsRefused) {
   EXPECT_THROW(stream.change({15, 1, 7}), std::invalid_argument);
 }
 
+TEST_F(SinkRules, SecondBeginIsRefusedAndTakesNothingAway) {
+  EXPECT_THROW(stream.begin(small_header()), std::invalid_argument);
+  complete_first_cycle();
+  stream.end(12);
+  const Stream before = stream;
+  EXPECT_THROW(stream.begin(small_header()), std::invalid_argument);
+  EXPECT_TRUE(stream.complete());
+  EXPECT_EQ(stream, before);
+}
+
+TEST(SinkOrder, NothingComesBeforeBegin) {
+  Stream stream;
+  EXPECT_THROW(stream.change({0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(stream.end(0), std::invalid_argument);
+  EXPECT_THROW(stream.begin({}), std::invalid_argument);
+  EXPECT_NO_THROW(stream.begin(small_header()));  // a header that was refused is no begin
+}
+
 TEST_F(SinkRules, ValueWiderThanThePinIsRefused) {
   complete_first_cycle();
   EXPECT_NO_THROW(stream.change({15, 1, 0xfff}));
@@ -113,8 +131,9 @@ TEST(Stream, ReadingBeforeTheEndIsRefused) {
   EXPECT_THROW(Cursor{stream}, std::invalid_argument);
 }
 
-TEST(Stream, BeginStartsAnew) {
+TEST(Stream, AFreshOneTakesThePlaceOfARecording) {
   Stream stream = small_stream();
+  stream = Stream();
   const Stream same = small_stream();
   copy(same, stream);
   EXPECT_EQ(stream, same);

@@ -451,7 +451,15 @@ TEST(TextWriter, RefusesCallsAfterTheEnd) {
   copy(small_stream(), writer);
   EXPECT_THROW(writer.change({30, 0, 0}), std::invalid_argument);
   EXPECT_THROW(writer.end(30), std::invalid_argument);
+  EXPECT_THROW(writer.begin(small_header()), std::invalid_argument);
   EXPECT_EQ(load(folder / "a.mvec"), kSmallText);
+}
+
+TEST(TextWriter, RefusesASecondBegin) {
+  const Folder folder;
+  TextWriter writer(folder / "a.mvec");
+  writer.begin(small_header());
+  EXPECT_THROW(copy(small_stream(), writer), std::invalid_argument);
 }
 
 TEST(TextWriter, DamagedInputIsNeverPublished) {

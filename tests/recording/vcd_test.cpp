@@ -196,6 +196,17 @@ INSTANTIATE_TEST_SUITE_P(All, Timescales,
                                            TimescaleCase{125e6, "1 ns"}, TimescaleCase{16e6, "100 ps"},
                                            TimescaleCase{48e6, "1 ps"}, TimescaleCase{1e10, "100 ps"}));
 
+TEST(Vcd, OneRecordingOnly) {
+  const Folder folder;
+  VcdWriter writer(folder / "a.vcd");
+  copy(small_stream(), writer);
+  const std::string text = load(folder / "a.vcd");
+  EXPECT_THROW(copy(small_stream(), writer), std::invalid_argument);
+  EXPECT_THROW(writer.change({30, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(writer.end(30), std::invalid_argument);
+  EXPECT_EQ(load(folder / "a.vcd"), text);
+}
+
 TEST(Vcd, RoundedTimesDoNotDrift) {
   const Folder folder;
   Stream stream;
