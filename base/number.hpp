@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <concepts>
 #include <cstdlib>
 #include <optional>
@@ -45,6 +46,9 @@ requires std::integral<Number> || std::floating_point<Number> std::optional<Numb
   const char* const end = text.data() + text.size();
   const auto [stop, problem] = detail::from_text(text.data(), end, value);
   if (problem != std::errc() || stop != end || !(value >= least && value <= most)) return std::nullopt;
+  if constexpr (std::floating_point<Number>) {
+    if (!std::isfinite(value)) return std::nullopt;
+  }
   return value;
 }
 

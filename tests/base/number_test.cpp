@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <limits>
 
 namespace meltstage {
 namespace {
@@ -21,6 +22,9 @@ TEST(Number, RefusesEverythingElse) {
   for (const char* text : {"", " ", "+", "-", "+-1", "--1", "1 ", " 1", "1,5", "1.5.", "0x10", "1e", "inf",
                            "-inf", "nan", "1e999", "1_000", "101", "-0.5"})
     EXPECT_FALSE(number_in(text, 0.0, 100.0)) << text;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const char* text : {"inf", "-inf", "+inf", "infinity", "nan"})
+    EXPECT_FALSE(number_in(text, -kInfinity, kInfinity)) << text;
   for (const char* text : {"1.0", "1e2", "-1", "256", "18446744073709551616", "99999999999999999999"})
     EXPECT_FALSE(number_in<std::uint8_t>(text, 0, 255)) << text;
 }
