@@ -264,11 +264,17 @@ StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state
     const double square = haste * haste, cube = square * haste;
     more.deceleration_mm_s2 *= square;
     for (double* jerk : {&more.jerk3_mm_s3, &more.jerk5_mm_s3, &more.jerk7_mm_s3}) *jerk *= cube;
-    return plan_stop(more, state);
+    return more;
   };
-  const auto needed_mm = [&](double haste) { return std::abs(hurried(haste).end.position_mm); };
+  // An axis that turns back comes no farther than to the turn.
+  const auto way_mm = [&](const ScurveLimits& under) {
+    const MotionState forward = moves_backward(state) ? mirrored(state) : state;
+    return turns_back(forward, under) ? to_the_turn(Course(forward), under).now.position_mm
+                                      : std::abs(plan_stop(under, state).end.position_mm);
+  };
+  const auto needed_mm = [&](double haste) { return way_mm(hurried(haste)); };
   StopWithin stop{plan_stop(limits, state), 1.0};
-  if (std::abs(stop.profile.end.position_mm) <= room_mm || stop.profile.segments == 0) return stop;
+  if (way_mm(limits) <= room_mm || stop.profile.segments == 0) return stop;
   if (!(room_mm > 0.0))
     throw MotionError(
         fmt::format("stop: found room of {} mm, expected more than 0 mm for a moving axis", room_mm));
@@ -276,7 +282,7 @@ StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state
   while (needed_mm(enough) > room_mm) enough *= 2.0;
   stop.haste = -root_of_rising([&](double minus_haste) { return needed_mm(-minus_haste) - room_mm; }, -enough,
                                -0.5 * enough);
-  stop.profile = hurried(stop.haste);
+  stop.profile = plan_stop(hurried(stop.haste), state);
   return stop;
 }
 

@@ -35,6 +35,30 @@ Shaper normalized(std::initializer_list<double> amplitudes, std::initializer_lis
   return shaper;
 }
 
+/// @throws MotionError unless the shaper keeps what a Shaper promises.
+void check_shaper(const Shaper& shaper) {
+  if (shaper.impulses < 1 || shaper.impulses > Shaper::kMostImpulses)
+    throw MotionError(
+        fmt::format("shaper: found {} impulses, expected 1 to {}", shaper.impulses, Shaper::kMostImpulses));
+  double sum = 0.0, before_s = 0.0;
+  for (std::size_t i = 0; i < shaper.impulses; ++i) {
+    const double amplitude = shaper.amplitudes[i], time_s = shaper.times_s[i];
+    if (!std::isfinite(amplitude) || amplitude < 0.0)
+      throw MotionError(
+          fmt::format("shaper: found amplitude {}, expected numbers from 0 that sum to 1", amplitude));
+    if (!std::isfinite(time_s) || time_s < before_s || (i == 0 && time_s != 0.0))
+      throw MotionError(
+          fmt::format("shaper: found impulse {} at {} s, expected the first at 0 s and none before another",
+                      i + 1, time_s));
+    sum += amplitude;
+    before_s = time_s;
+  }
+  constexpr double kRounding = 1e-9;
+  if (std::abs(sum - 1.0) > kRounding)
+    throw MotionError(
+        fmt::format("shaper: found amplitudes that sum to {}, expected numbers from 0 that sum to 1", sum));
+}
+
 /// State at `time_s` by the segment that holds `inside_s`; at rest before the start and after the end.
 MotionState state_in_segment(const JerkProfile& profile, double time_s, double inside_s) {
   if (inside_s <= 0.0) return {profile.starts.front().position_mm, 0.0, 0.0, 0.0};
@@ -171,6 +195,8 @@ Shaper ei_shaper(const Mode& mode, double tolerated) {
 }
 
 double vibration_share(const Shaper& shaper, const Mode& mode) {
+  check_shaper(shaper);
+  check_mode(mode);
   const std::complex<double> lambda = pole(mode);
   std::complex<double> sum = 0.0;
   for (std::size_t i = 0; i < shaper.impulses; ++i)
@@ -179,6 +205,7 @@ double vibration_share(const Shaper& shaper, const Mode& mode) {
 }
 
 JerkProfile shaped(const JerkProfile& profile, const Shaper& shaper) {
+  check_shaper(shaper);
   if (profile.segments == 0 || shaper.impulses == 1) return profile;
   if (profile.starts.front().velocity_mm_s != 0.0 || profile.end.velocity_mm_s != 0.0)
     throw MotionError(fmt::format("shaper: found a motion from {} to {} mm/s, expected rest at both ends",

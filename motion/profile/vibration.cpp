@@ -10,6 +10,8 @@
 #include <nlopt.hpp>
 #include <numbers>
 
+#include "motion/profile/check_positive.hpp"
+#include "motion/profile/course.hpp"
 #include "motion/profile/profile_parts.hpp"
 
 namespace meltstage::motion {
@@ -25,6 +27,52 @@ struct Pole {
       : natural(2.0 * std::numbers::pi * mode.frequency_hz),
         damped(natural * std::sqrt(1.0 - mode.damping_ratio * mode.damping_ratio)),
         lambda(-mode.damping_ratio * natural, damped) {}
+};
+
+void check_window(const MorletWindow& window, double duration_s) {
+  check_positive("wavelet: cycle", window.cycle_s, "s");
+  constexpr double kMostCycles = 1e7;
+  if (!(duration_s / window.cycle_s <= kMostCycles))
+    throw MotionError(fmt::format("wavelet: found a cycle of {} s, expected at most {:g} in {} s of motion",
+                                  window.cycle_s, kMostCycles, duration_s));
+  if (window.cycles < 1)
+    throw MotionError(fmt::format("wavelet: found {} cycles, expected at least 1", window.cycles));
+  if (!std::isfinite(window.omega0) || window.omega0 < 5.0)
+    throw MotionError(
+        fmt::format("wavelet: found omega0 {}, expected a finite number from 5", window.omega0));
+}
+
+/// A ramp between rest and a speed whose jerks each last the least whole number of periods that its limits
+/// allow.
+struct MatchedRamp {
+  double highest_acceleration, highest_jerk, period_s;
+  double acceleration = 0.0, jerk_s = 0.0;
+
+  MatchedRamp(double speed, double acceleration_limit, double jerk_limit, double period)
+      : highest_acceleration(acceleration_limit), highest_jerk(jerk_limit), period_s(period) {
+    acceleration = highest_acceleration;
+    jerk_s = whole_periods(highest_acceleration / highest_jerk);
+    if (acceleration * jerk_s <= speed) return;
+    // The acceleration isn't reached: the jerk that falls begins where the one that rises ends.
+    jerk_s = whole_periods(std::max(speed / highest_acceleration, std::sqrt(speed / highest_jerk)));
+    acceleration = speed / jerk_s;
+  }
+
+  double whole_periods(double least_s) const {
+    constexpr double kRounding = 1e-12;  // a jerk that was made to take one period shall
+    return period_s * std::max(1.0, std::ceil(least_s / period_s * (1.0 - kRounding)));
+  }
+
+  double way_mm(double speed) const {
+    return speed > 0.0 ? 0.5 * speed * (jerk_s + speed / acceleration) : 0.0;
+  }
+
+  /// The highest speed for which the jerks need a period less; 0: there is none.
+  double speed_with_a_period_less() const {
+    const double less_s = std::max(0.0, jerk_s - period_s);
+    return less_s < 0.5 * period_s ? 0.0
+                                   : std::min(highest_acceleration * less_s, highest_jerk * less_s * less_s);
+  }
 };
 
 std::array<double, 5> geometric_levels(double lowest, double highest) {
@@ -92,6 +140,7 @@ std::vector<Mode> modes_of(const ModeBand& band) {
 }
 
 double residual_mm(const JerkProfile& profile, const Mode& mode) {
+  check_mode(mode);
   const Pole pole(mode);
   std::complex<double> sum = 0.0;
   double jerk = 0.0;
@@ -111,6 +160,10 @@ double worst_residual_mm(const JerkProfile& profile, const ModeBand& band) {
 }
 
 double settling_s(double residual, const Mode& mode, double tolerance_mm) {
+  check_mode(mode);
+  check_positive("tolerance", tolerance_mm, "mm");
+  if (!std::isfinite(residual) || residual < 0.0)
+    throw MotionError(fmt::format("residual: found {} mm, expected a finite number from 0", residual));
   if (residual <= tolerance_mm) return 0.0;
   const double decay = mode.damping_ratio * 2.0 * std::numbers::pi * mode.frequency_hz;
   return std::log(residual / tolerance_mm) / decay;
@@ -125,6 +178,7 @@ double worst_settled_s(const JerkProfile& profile, const ModeBand& band, double 
 
 double morlet_energy(const JerkProfile& profile, const Mode& mode, const MorletWindow& window) {
   check_mode(mode);
+  check_window(window, profile.duration_s);
   const double scale_s = window.omega0 / (2.0 * std::numbers::pi * mode.frequency_hz);
   constexpr double kReach = 5.0;  // the wavelet's Gaussian is below 4e-6 beyond
   const auto coefficient = [&](double at_s) {
@@ -158,15 +212,18 @@ std::vector<TaguchiRow> taguchi_rows(const TaguchiLevels& levels, double velocit
 
 double energy_quantile(const std::vector<TaguchiRow>& rows, double share) {
   if (rows.empty()) throw MotionError("energy: found no rows, expected at least one");
+  if (!(share >= 0.0 && share <= 1.0))
+    throw MotionError(fmt::format("energy: found a share of {}, expected 0..1", share));
   std::vector<double> energies;
   for (const TaguchiRow& row : rows) energies.push_back(row.energy);
-  const auto count = static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * static_cast<double>(rows.size()));
+  const auto count = static_cast<std::size_t>(share * static_cast<double>(rows.size()));
   const auto at = energies.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(count, 1) - 1);
   std::nth_element(energies.begin(), at, energies.end());
   return *at;
 }
 
 std::optional<TaguchiRow> best_row(const std::vector<TaguchiRow>& rows, double energy_limit) {
+  if (std::isnan(energy_limit)) throw MotionError("energy: found a limit of nan, expected a number");
   std::optional<TaguchiRow> best;
   for (const TaguchiRow& row : rows)
     if (row.energy <= energy_limit && (!best || row.duration_s < best->duration_s)) best = row;
@@ -178,31 +235,40 @@ Scurve plan_jerk_matched(const ScurveLimits& limits, double distance_mm, const M
   check_mode(mode);
   const double period_s =
       1.0 / (mode.frequency_hz * std::sqrt(1.0 - mode.damping_ratio * mode.damping_ratio));
-  const auto periods = [&](double acceleration, double rise, double fall) {
-    return period_s *
-           std::ceil(acceleration / std::min(rise, fall) / period_s);  // a whole number within the jerks
+  if (!(distance_mm > 0.0)) return plan_scurve(limits, distance_mm);
+  const auto speeding_up = [&](double speed) {
+    return MatchedRamp(speed, limits.acceleration_mm_s2, std::min(limits.jerk1_mm_s3, limits.jerk3_mm_s3),
+                       period_s);
   };
-  const double up_s = periods(limits.acceleration_mm_s2, limits.jerk1_mm_s3, limits.jerk3_mm_s3),
-               down_s = periods(limits.deceleration_mm_s2, limits.jerk5_mm_s3, limits.jerk7_mm_s3);
-  const Scurve matched = plan_scurve(
-      asymmetric_limits(limits.velocity_mm_s, limits.acceleration_mm_s2, limits.deceleration_mm_s2,
-                        limits.acceleration_mm_s2 / up_s, limits.deceleration_mm_s2 / down_s),
-      distance_mm);
-  const bool reaches_both = matched.durations_s[1] > 0.0 && matched.durations_s[5] > 0.0;
-  if (reaches_both || distance_mm == 0.0) return matched;
-  // Too short for A or D: the same acceleration both ways, and four jerks of the same length where even that
-  // isn't reached (distance = 2 J t^3, peak speed = J t^2).
-  const double slowest_s = period_s * std::ceil(distance_mm / (2.0 * limits.velocity_mm_s) / period_s);
-  const double time_s = std::max({up_s, down_s, slowest_s});
-  const double reached = distance_mm / (2.0 * time_s * time_s);
-  const double acceleration = std::min({limits.acceleration_mm_s2, limits.deceleration_mm_s2, reached});
-  return plan_scurve(asymmetric_limits(limits.velocity_mm_s, acceleration, acceleration,
-                                       acceleration / time_s, acceleration / time_s),
-                     distance_mm);
+  const auto slowing_down = [&](double speed) {
+    return MatchedRamp(speed, limits.deceleration_mm_s2, std::min(limits.jerk5_mm_s3, limits.jerk7_mm_s3),
+                       period_s);
+  };
+  const auto at_speed = [&](double speed) {
+    const MatchedRamp up = speeding_up(speed), down = slowing_down(speed);
+    return plan_scurve(asymmetric_limits(speed, up.acceleration, down.acceleration,
+                                         up.acceleration / up.jerk_s, down.acceleration / down.jerk_s),
+                       distance_mm);
+  };
+  // The highest speed whose ramps fit, with what is left of the way passed at it; or a lower one, if the last
+  // bit of speed costs a period more than it saves.
+  const double four_jerks = 0.5 * distance_mm / period_s;
+  const double highest = root_of_rising(
+      [&](double speed) {
+        return speeding_up(speed).way_mm(speed) + slowing_down(speed).way_mm(speed) - distance_mm;
+      },
+      0.0, std::min(limits.velocity_mm_s, four_jerks));
+  Scurve fastest = at_speed(highest);
+  for (const MatchedRamp& ramp : {speeding_up(highest), slowing_down(highest)})
+    if (const double lower = ramp.speed_with_a_period_less(); lower > 0.0)
+      if (const Scurve curve = at_speed(lower); curve.duration_s < fastest.duration_s) fastest = curve;
+  return fastest;
 }
 
 std::optional<Scurve> optimum_profile(const OptimumSearch& search, double distance_mm,
                                       const VibrationMeasure& measure, double bound) {
+  if (!(bound > 0.0))
+    throw MotionError(fmt::format("optimum: found a bound of {}, expected a number above 0", bound));
   check_limits(search.lowest);
   check_limits(search.highest);
   constexpr std::array kFactors = {&ScurveLimits::acceleration_mm_s2, &ScurveLimits::deceleration_mm_s2,

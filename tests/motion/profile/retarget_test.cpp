@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
+#include <utility>
 
 #include "tests/motion/profile/profile_cases.hpp"
 #include "tests/support/error_of.hpp"
@@ -63,6 +65,33 @@ TEST(StopWithin, UsesAllTheRoomWhenThereIsLess) {
     EXPECT_LE(-stop.profile.end.position_mm, share * needed_mm);
     EXPECT_NEAR(-stop.profile.end.position_mm, share * needed_mm, 1e-9);
   }
+}
+
+/// The farthest that a profile comes in the direction `sign`.
+double farthest_mm(const JerkProfile& profile, double sign) {
+  double farthest = 0.0;
+  for (int i = 0; i <= 20'000; ++i)
+    farthest = std::max(farthest, sign * profile.sample(profile.duration_s * i / 20'000).position_mm);
+  return farthest;
+}
+
+// What it needs is up to the turn; where it comes to rest, behind its start, is no matter.
+TEST(StopWithin, OfAnAxisThatTurnsBackNeedsTheWayToTheTurn) {
+  for (const double sign : {1.0, -1.0})
+    for (const auto& [speed, braking] : {std::pair{1.0, 4000.0}, {20.0, 4000.0}, {5.0, 2000.0}}) {
+      const MotionState state{0.0, sign * speed, -sign * braking, 0.0};
+      const JerkProfile ordinary = plan_stop({}, state);
+      const double needed_mm = farthest_mm(ordinary, sign);
+      ASSERT_LT(needed_mm, std::abs(ordinary.end.position_mm));
+      const StopWithin stop = plan_stop_within({}, state, needed_mm * (1.0 + 1e-6));
+      EXPECT_EQ(stop.haste, 1.0) << sign * speed;
+      EXPECT_EQ(stop.profile.end.position_mm, ordinary.end.position_mm);
+      for (const double share : {0.9, 0.5, 0.1}) {
+        const StopWithin hurried = plan_stop_within({}, state, share * needed_mm);
+        EXPECT_GT(hurried.haste, 1.0);
+        EXPECT_LE(farthest_mm(hurried.profile, sign), share * needed_mm * (1.0 + 1e-9)) << share;
+      }
+    }
 }
 
 TEST(StopWithin, RefusesToStopOnTheSpot) {

@@ -46,6 +46,13 @@ TEST(Shapers, EiLeavesWhatItTolerates) {
   EXPECT_LT(vibration_share(ei_shaper(undamped, 0.05), {36.0, 0.0}), 0.05);
 }
 
+TEST(Shapers, EiLeavesLessWithDamping) {
+  for (const double damping : {0.01, 0.05, 0.2, 0.5}) {
+    const Mode mode{38.0, damping};
+    EXPECT_LT(vibration_share(ei_shaper(mode, 0.05), mode), 0.05) << damping;
+  }
+}
+
 TEST(Shaped, IsTheSumOfDelayedMotions) {
   std::mt19937_64 random(1);
   for (int i = 0; i < 500; ++i) {
@@ -91,6 +98,27 @@ TEST(Shaped, LeavesTheResidualTimesTheShare) {
 TEST(Shaped, RefusesMoreSegmentsThanAMotionHolds) {
   const JerkProfile twice = shaped(plan_scurve(gentle_stop, 200.0), zvd_shaper(anchor));
   EXPECT_THAT(error_of([&] { shaped(twice, zvd_shaper({11.0, 0.1})); }), StartsWith("shaper: 3 impulses on"));
+}
+
+TEST(Shaped, RefusesAShaperThatIsNone) {
+  const JerkProfile profile = plan_scurve(gentle_stop, 20.0);
+  const auto message = [&](const Shaper& shaper) {
+    const std::string of_motion = error_of([&] { shaped(profile, shaper); });
+    EXPECT_EQ(of_motion, error_of([&] { vibration_share(shaper, anchor); }));
+    return of_motion;
+  };
+  EXPECT_EQ(message({2, {0.7, 0.7}, {0.0, 0.01}}),
+            "shaper: found amplitudes that sum to 1.4, expected numbers from 0 that sum to 1");
+  EXPECT_THAT(message({1, {0.5}, {}}), StartsWith("shaper: found amplitudes that sum to 0.5"));
+  EXPECT_THAT(message({2, {1.5, -0.5}, {0.0, 0.01}}), StartsWith("shaper: found amplitude -0.5"));
+  EXPECT_THAT(message({2, {NAN, 0.5}, {0.0, 0.01}}), StartsWith("shaper: found amplitude nan"));
+  EXPECT_THAT(message({0, {1.0}, {}}), StartsWith("shaper: found 0 impulses, expected 1 to 4"));
+  EXPECT_THAT(message({5, {1.0}, {}}), StartsWith("shaper: found 5 impulses, expected 1 to 4"));
+  EXPECT_THAT(message({2, {0.5, 0.5}, {0.01, 0.02}}), StartsWith("shaper: found impulse 1 at 0.01 s"));
+  EXPECT_THAT(message({3, {0.5, 0.3, 0.2}, {0.0, 0.02, 0.01}}),
+              StartsWith("shaper: found impulse 3 at 0.01 s"));
+  EXPECT_THAT(message({2, {0.5, 0.5}, {0.0, HUGE_VAL}}), StartsWith("shaper: found impulse 2 at inf s"));
+  EXPECT_THAT(error_of([] { vibration_share({}, {0.0, 0.05}); }), StartsWith("mode: found 0 Hz"));
 }
 
 TEST(Shaped, RefusesAMotionThatDoesNotEndAtRest) {

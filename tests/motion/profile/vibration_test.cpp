@@ -90,6 +90,59 @@ TEST(Residual, OfALowJerkLimitTakesAWholeNumberOfPeriods) {
   EXPECT_LT(residual_mm(matched, undamped), 1e-10);
 }
 
+// V is reached before A: the acceleration is as low as one period allows.
+TEST(Residual, OfASlowMoveTakesNoMorePeriodsThanItNeeds) {
+  const Mode undamped{38.0, 0.0};
+  const double period_s = 1.0 / 38.0;
+  for (const double speed_mm_s : {1.0, 10.0, 50.0, 105.0, 105.4}) {
+    const ScurveLimits slow = asymmetric_limits(speed_mm_s, 4000, 4000, 1e6, 1e6);
+    const JerkProfile matched = plan_jerk_matched(slow, 100.0, undamped);
+    EXPECT_NEAR(matched.durations_s[0], period_s, 1e-9) << speed_mm_s;
+    EXPECT_NEAR(matched.duration_s, 100.0 / speed_mm_s + 2.0 * period_s, 1e-3) << speed_mm_s;
+    EXPECT_LT(residual_mm(matched, undamped), 1e-10) << speed_mm_s;
+    EXPECT_LE(violations_of(matched, slow, {}, 100.0, speed_mm_s).limits, 1e-9) << speed_mm_s;
+  }
+}
+
+// Shorter moves, and jerk limits that want several periods: nothing is left, no limit is exceeded, and a
+// higher limit or a shorter way never takes longer.
+TEST(Residual, OfAJerkMatchedMoveIsNoneUnderAnyLimitsAndItsTimeGrowsWithTheWay) {
+  std::mt19937_64 random(5);
+  const auto spread = [&](double low, double high) {
+    return low * std::pow(high / low, static_cast<double>(random() >> 11) * 0x1p-53);
+  };
+  for (int i = 0; i < 2000; ++i) {
+    const Mode undamped{spread(5, 100), 0.0};
+    const ScurveLimits limits = asymmetric_limits(spread(1, 500), spread(100, 8000), spread(100, 8000),
+                                                  spread(1e4, 1e7), spread(1e4, 1e7));
+    ScurveLimits faster = limits;
+    faster.velocity_mm_s *= spread(1.0, 2.0);
+    double before_s = 0.0;
+    for (double distance_mm = spread(0.01, 1.0); distance_mm < 200.0; distance_mm *= spread(1.0, 4.0)) {
+      const JerkProfile matched = plan_jerk_matched(limits, distance_mm, undamped);
+      const double scale_mm = limits.velocity_mm_s / (2.0 * std::numbers::pi * undamped.frequency_hz);
+      ASSERT_LT(residual_mm(matched, undamped), 1e-7 * scale_mm) << i << ", " << distance_mm << " mm";
+      ASSERT_LE(violations_of(matched, limits, {}, distance_mm, limits.velocity_mm_s).limits, 1e-9) << i;
+      ASSERT_GE(matched.duration_s, before_s * (1.0 - 1e-9)) << i << ", " << distance_mm << " mm";
+      ASSERT_LE(plan_jerk_matched(faster, distance_mm, undamped).duration_s,
+                matched.duration_s * (1.0 + 1e-9))
+          << i << ", " << distance_mm << " mm";
+      before_s = matched.duration_s;
+    }
+  }
+}
+
+TEST(Residual, OfAJerkThatTakesJustOnePeriodTakesOne) {
+  for (int i = 0; i < 1000; ++i) {
+    const Mode undamped{7.0 + 0.1 * i, 0.0};
+    const double jerk = 4000.0 / (1.0 / undamped.frequency_hz);
+    const JerkProfile matched =
+        plan_jerk_matched(asymmetric_limits(400, 4000, 4000, jerk, jerk), 190.0, undamped);
+    if (4000.0 / undamped.frequency_hz > 300.0) continue;  // A isn't reached
+    ASSERT_NEAR(matched.durations_s[0], 1.0 / undamped.frequency_hz, 1e-9) << undamped.frequency_hz;
+  }
+}
+
 TEST(Settling, IsNoneWithinTheToleranceAndNeverWithoutDamping) {
   EXPECT_EQ(settling_s(0.01, anchor, 0.01), 0.0);
   EXPECT_EQ(settling_s(0.02, {38.0, 0.0}, 0.01), INFINITY);
@@ -201,6 +254,62 @@ TEST(Optimum, SaysSoWhenNothingIsWithinTheBound) {
       optimum_profile(
           search, 20.0, [](const JerkProfile& profile) { return residual_mm(profile, anchor); }, 1e-9)
           .has_value());
+}
+
+// What isn't a number or a mode must not look like a calm machine.
+TEST(Vibration, OfNoModeToleranceOrWindowIsRefused) {
+  const JerkProfile profile = plan_scurve(symmetric, 20.0);
+  EXPECT_THAT(error_of([&] { residual_mm(profile, {0.0, 0.0}); }), StartsWith("mode: found 0 Hz"));
+  EXPECT_THAT(error_of([&] { residual_mm(profile, {38.0, NAN}); }), StartsWith("mode: found damping ratio"));
+  EXPECT_THAT(error_of([&] { worst_residual_mm(profile, {anchor, NAN}); }), StartsWith("mode: found spread"));
+  EXPECT_EQ(error_of([&] { settling_s(0.1, anchor, -1.0); }),
+            "tolerance: found -1 mm, expected a finite number above 0");
+  for (const double tolerance_mm : {0.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_THAT(error_of([&] { settling_s(0.1, anchor, tolerance_mm); }), StartsWith("tolerance: found"));
+    EXPECT_THAT(error_of([&] {
+                  worst_settled_s(profile, {anchor, 0.1}, tolerance_mm);
+                }),
+                StartsWith("tolerance: found"));
+  }
+  EXPECT_EQ(error_of([&] { settling_s(NAN, anchor, 0.01); }),
+            "residual: found nan mm, expected a finite number from 0");
+  EXPECT_THAT(error_of([&] { settling_s(-0.1, anchor, 0.01); }), StartsWith("residual: found -0.1 mm"));
+  EXPECT_THAT(error_of([&] { settling_s(0.1, {-38.0, 0.05}, 0.01); }), StartsWith("mode: found -38 Hz"));
+
+  for (const int cycles : {0, -5})
+    EXPECT_THAT(error_of([&] {
+                  morlet_energy(profile, anchor, {1e-3, cycles, 6.0});
+                }),
+                StartsWith("wavelet: found " + std::to_string(cycles) + " cycles"));
+  for (const double cycle_s : {0.0, -1e-3, std::nan("")})
+    EXPECT_THAT(error_of([&] {
+                  morlet_energy(profile, anchor, {cycle_s, 26, 6.0});
+                }),
+                StartsWith("wavelet: cycle: found"));
+  EXPECT_THAT(error_of([&] {
+                morlet_energy(profile, anchor, {1e-15, 26, 6.0});
+              }),
+              StartsWith("wavelet: found a cycle of 1e-15 s"));
+  for (const double omega0 : {1.0, std::nan(""), HUGE_VAL})
+    EXPECT_THAT(error_of([&] {
+                  morlet_energy(profile, anchor, {1e-3, 26, omega0});
+                }),
+                StartsWith("wavelet: found omega0"));
+
+  const std::vector<TaguchiRow> rows = taguchi_rows(levels, 400.0, 20.0, anchor, {});
+  EXPECT_THAT(error_of([&] {
+                taguchi_rows(levels, 400.0, 20.0, anchor, {0.0, 26, 6.0});
+              }),
+              StartsWith("wavelet: cycle: found 0 s"));
+  for (const double share : {2.0, -1.0, std::nan("")})
+    EXPECT_THAT(error_of([&] { energy_quantile(rows, share); }), StartsWith("energy: found a share of"));
+  EXPECT_THAT(error_of([&] { best_row(rows, NAN); }), StartsWith("energy: found a limit of nan"));
+  const OptimumSearch search{.lowest = asymmetric_limits(400, 1500, 1500, 5e4, 5e4),
+                             .highest = asymmetric_limits(400, 4000, 4000, 1e6, 1e6)};
+  const auto measure = [](const JerkProfile& of) { return residual_mm(of, anchor); };
+  for (const double bound : {0.0, -1.0, std::nan("")})
+    EXPECT_THAT(error_of([&] { optimum_profile(search, 20.0, measure, bound); }),
+                StartsWith("optimum: found a bound of"));
 }
 
 TEST(Vibration, RefusesWhatCannotBe) {
