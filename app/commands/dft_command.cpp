@@ -160,19 +160,63 @@ void keep_inputs(const Options& options) {
   require_other_file(options.out, inputs);
 }
 
-// Files that an earlier run wrote into the folder and this one doesn't, by that run's manifest: beside the
-// new ones they would pass for theirs. What somebody has changed since stays.
-void remove_earlier(const fs::path& folder, const std::map<std::string, std::string>& written) {
-  const fs::path manifest = folder / "manifest.json";
-  if (!fs::is_regular_file(manifest)) return;
-  const nlohmann::json json = nlohmann::json::parse(read_file(manifest), nullptr, false);
-  if (!json.is_object() || !json.contains("files") || !json["files"].is_object()) return;
+constexpr const char* kManifest = "manifest.json";
+const std::vector<std::string> kPatternFiles = {"patterns.stil", "patterns.wgl", "patterns.avc",
+                                                "patterns.atp",  "masks.txt",    "faults.txt"};
+const std::vector<std::string> kScanFiles = {"netlist.json", "netlist.v", "cells.v", "scan.json"};
+const std::vector<std::string> kFunctionalFiles = {"functional.mvec", "functional.stil", "functional.wgl",
+                                                   "functional.avc",  "functional.atp",  "masks.txt"};
+
+// Names and hashes of what an earlier run wrote into the folder, by its manifest.
+std::map<std::string, std::string> earlier_files(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  if (!fs::is_regular_file(folder / kManifest)) return files;
+  const nlohmann::json json = nlohmann::json::parse(read_file(folder / kManifest), nullptr, false);
+  if (!json.is_object() || !json.contains("tool") || !json.contains("files") || !json["files"].is_object())
+    return files;
   for (const auto& [name, hash] : json["files"].items()) {
+    if (hash.is_string()) files[name] = hash;
+  }
+  files[kManifest] = "";
+  return files;
+}
+
+// Refuses a folder in which another file has one of these names.
+void require_own(const fs::path& folder, std::vector<std::string> names) {
+  names.emplace_back(kManifest);
+  if (fs::exists(fs::symlink_status(folder)) && !fs::is_directory(folder))
+    throw UserError(
+        folder.string() +
+        ": found what is no folder, expected the name of a folder to write; choose another --out");
+  const std::map<std::string, std::string> earlier = earlier_files(folder);
+  for (const std::string& name : names) {
+    if (fs::exists(fs::symlink_status(folder / name)) && earlier.count(name) == 0)
+      throw UserError((folder / name).string() +
+                      ": was not written by an earlier run (manifest.json), and would be replaced; choose "
+                      "another --out, or move it away");
+  }
+}
+
+// Files that an earlier run wrote into the folder and this one doesn't: beside the new ones they would pass
+// for theirs. What somebody has changed since stays.
+void remove_earlier(const fs::path& folder, const std::map<std::string, std::string>& written) {
+  for (const auto& [name, hash] : earlier_files(folder)) {
     const fs::path file = folder / name;
     if (written.count(name) != 0 || fs::path(name) != fs::path(name).filename() || !fs::is_regular_file(file))
       continue;
     if (hash == sha256_of(read_file(file))) fs::remove(file);
   }
+}
+
+// The manifest of a folder that has nothing else to tell.
+void write_manifest(const Options& options, const std::map<std::string, std::string>& written) {
+  remove_earlier(options.out, written);
+  nlohmann::ordered_json manifest = {
+      {"tool", version()},
+      {"netlist",
+       {{"file", options.netlist.filename().string()}, {"sha256", sha256_of(read_file(options.netlist))}}}};
+  for (const auto& [name, hash] : written) manifest["files"][name] = hash;
+  write_whole(options.out / kManifest, manifest.dump(2) + "\n");
 }
 
 int generate(const Options& options) {
@@ -182,6 +226,9 @@ int generate(const Options& options) {
   std::vector<fs::path> inputs = options.rtl;
   for (const fs::path& path : {options.netlist, options.liberty}) inputs.push_back(path);
   require_apart(options.out, inputs);
+  std::vector<std::string> names = kPatternFiles;
+  if (!is_bench(options.netlist)) names.insert(names.end(), kScanFiles.begin(), kScanFiles.end());
+  require_own(options.out, names);
   ProgressLine line;
   const TestProgram program = make_test_program(options.netlist, library,
                                                 {transitions ? FaultModel::transition : FaultModel::stuck_at,
@@ -210,7 +257,7 @@ int generate(const Options& options) {
       {"masked", mask_json(program.masked)},
       {transitions ? "transition" : "stuck_at", coverage_json(program.coverage)}};
   for (const auto& [name, hash] : written) manifest["files"][name] = hash;
-  write_whole(options.out / "manifest.json", manifest.dump(2) + "\n");
+  write_whole(options.out / kManifest, manifest.dump(2) + "\n");
   line.clear();
   print_coverage(program.coverage);
   fmt::print("{:<22} {:>10}\n{:<22} {:>10}\n{:<22} {:>10}\n", "aborted", set.aborted, "patterns",
@@ -233,6 +280,7 @@ int insert_chains(const Options& options) {
   const CellLibrary library = library_of(options);
   require_cells(options.netlist);
   require_apart(options.out, {options.netlist, options.liberty});
+  require_own(options.out, kScanFiles);
   const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
   if (!subject.is_scanned)
     throw UserError(options.netlist.string() + ": found no flop, expected some to scan");
@@ -240,9 +288,14 @@ int insert_chains(const Options& options) {
   std::size_t longest = 0;
   for (const ScanChain& chain : design.chains) longest = std::max(longest, chain.cells.size());
   fs::create_directories(options.out);
-  write_whole(options.out / "netlist.json", yosys_json_text(design.netlist));
-  write_whole(options.out / "netlist.v", verilog_text(design.netlist));
-  write_whole(options.out / "scan.json", scan_json(options, design));
+  std::map<std::string, std::string> written;
+  for (const auto& [name, text] : {std::pair("netlist.json", yosys_json_text(design.netlist)),
+                                   std::pair("netlist.v", verilog_text(design.netlist)),
+                                   std::pair("scan.json", scan_json(options, design))}) {
+    write_whole(options.out / name, text);
+    written[name] = sha256_of(text);
+  }
+  write_manifest(options, written);
   fmt::print("{} flops in {} chains of {} at the most\n", subject.view.flops.size(), design.chains.size(),
              longest);
   return 0;
@@ -379,6 +432,7 @@ int record_functional(const Options& options) {
   for (const fs::path& path : {sources.netlist, sources.library}) {
     if (!path.empty()) read_file(path);  // recording takes minutes
   }
+  require_own(options.out, kFunctionalFiles);
   fs::create_directories(options.out);
   ProgressLine line;
   const FunctionalSet set = options.board ? board_set() : functional_set(options.length, shown_on(line));
@@ -533,6 +587,10 @@ int replay_patterns(const Options& options) {
   const CellLibrary library = library_of(options);
   const Netlist netlist = read_cells(options.netlist);
   name_as_ports(stream, netlist);
+  // What the file tells of its cells must be so; it needn't tell any.
+  const bool tells_cells = std::any_of(stream.chains.begin(), stream.chains.end(),
+                                       [](const ScanChain& chain) { return !chain.cells.empty(); });
+  if (tells_cells) require_chains(stream, capture_view(netlist, library), netlist.file);
   ReplayResult result;
   ProgressLine line;
   if (options.on == "icarus") {
@@ -558,8 +616,23 @@ CLI::Validator one_of(std::vector<std::string> words) {
 
 ProofFile proof_file(const fs::path& path) { return {path.string(), read_file(path)}; }
 
+// Names of proofs that lie in the folder already, whoever wrote them.
+std::vector<std::string> proofs_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  if (!fs::is_directory(folder)) return names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const fs::path name = entry.path().filename();
+    if (name.string().starts_with("class") && (name.extension() == ".cnf" || name.extension() == ".drat"))
+      names.push_back(name.string());
+  }
+  return names;
+}
+
 int prove(const Options& options) {
   require_apart(options.out, {options.netlist, options.liberty});
+  std::vector<std::string> names = proofs_in(options.out);
+  names.emplace_back("index.txt");
+  require_own(options.out, names);
   const CellLibrary library = library_of(options);
   const TestSubject subject = test_subject(options.netlist, library, scan_of(options));
   ProgressLine line;
@@ -569,6 +642,7 @@ int prove(const Options& options) {
   std::size_t proved = 0, refused = 0;
   std::set<std::uint32_t> done;
   std::string index;
+  std::map<std::string, std::string> written;
   for (std::size_t f = 0; f < set.faults.total(); ++f) {
     tell(shown_on(line), "proving", f, set.faults.total());
     const std::uint32_t c = set.faults.class_of[f];
@@ -580,11 +654,16 @@ int prove(const Options& options) {
     const bool good = solver.prove_untestable(set.faults.classes[c], options.out, name) &&
                       refutes(proof_file(options.out / (name + ".cnf")),
                               proof_file(options.out / (name + ".drat")), reason);
+    for (const std::string& file : {name + ".cnf", name + ".drat"}) {
+      if (fs::exists(options.out / file)) written[file] = sha256_of(read_file(options.out / file));
+    }
     ++(good ? proved : refused);
     if (!good) fmt::print("{}: {}\n", name, reason.empty() ? "not refuted" : reason);
   }
   line.clear();
   write_whole(options.out / "index.txt", index);
+  written["index.txt"] = sha256_of(index);
+  write_manifest(options, written);
   fmt::print("{} classes proved untestable, {} refused\n", proved, refused);
   return refused == 0 ? 0 : 1;
 }

@@ -151,6 +151,17 @@ Expression with_pin_at_zero(const Expression& e, const std::string& pin) {
   return result.args.size() == 1 ? result.args[0] : result;
 }
 
+void add_names(const Expression& e, std::set<std::string>& names) {
+  if (e.op == Op::pin) names.insert(e.pin);
+  for (const Expression& arg : e.args) add_names(arg, names);
+}
+
+bool same_meaning(const Cell& a, const Cell& b) {
+  return !(a.area < b.area) && !(b.area < a.area) && a.pins == b.pins && a.flop == b.flop &&
+         a.scan == b.scan && a.gate == b.gate && a.has_latch == b.has_latch &&
+         a.defect.empty() == b.defect.empty();
+}
+
 class CellReader {
  public:
   CellReader(const Group& group, const std::string& file) : group_(group), file_(file) {}
@@ -158,10 +169,17 @@ class CellReader {
   Cell read() {
     Cell cell;
     cell.name = group_.label();
+    cell.where = fmt::format("{}:{}:{}", file_, group_.place.line, group_.place.column);
     cell.area = group_.number("area", file_);
     for (const Group& part : group_.groups) {
       if (part.name == "pin") add_pins(cell, part);
-      if (part.name == "ff") cell.flop = flop(part);
+      if (part.name == "ff") {
+        Flop read = flop(part);
+        if (cell.flop && *cell.flop != read)
+          fail(part.place, fmt::format("ff of cell {} again, other than before", shown(cell.name)),
+               "it once");
+        cell.flop = std::move(read);
+      }
       if (part.name == "latch" || part.name == "statetable") cell.has_latch = true;
     }
     for (const Group& part : group_.groups) {
@@ -170,13 +188,67 @@ class CellReader {
     if (cell.flop && !cell.scan) cell.scan = scan_of_pins(*cell.flop);
     cell.gate = clock_gate();
     if (cell.gate) cell.has_latch = false;
+    cell.defect = defect(cell);
     return cell;
   }
 
  private:
+  [[noreturn]] void fail(Place place, const std::string& found, const std::string& expected) const {
+    throw UserError(defect_at(file_, place, found, expected));
+  }
+  std::string text(const Group& group, std::string_view key) const {
+    const liberty::Attribute* const found = group.only(key, file_);
+    return found == nullptr || found->values.empty() ? "" : found->values[0];
+  }
+  // What keeps the cell from being used, of all that it is made of.
+  std::string defect(const Cell& cell) const {
+    std::set<std::string> known;
+    for (const CellPin& pin : cell.pins) known.insert(pin.name);
+    if (cell.flop) known.insert({cell.flop->state, cell.flop->state_n});
+    const auto unknown = [&](const Group& group, const char* key, const std::string& of,
+                             const std::optional<Expression>& e) -> std::string {
+      if (!e) return "";
+      std::set<std::string> names;
+      add_names(*e, names);
+      for (const std::string& name : names) {
+        if (known.count(name) == 0)
+          return defect_at(file_, group.find(key)->place,
+                           fmt::format("{} in the {} of {}", shown(name), key, shown(of)),
+                           "pins of the cell and its state");
+      }
+      return "";
+    };
+    for (const Group& part : group_.groups) {
+      std::string found;
+      if (part.name == "pin" && !part.arguments.empty()) {
+        const std::string of = cell.name + "/" + part.arguments[0];
+        if (!text(part, "three_state").empty())
+          return defect_at(file_, part.find("three_state")->place, "three_state of " + shown(of),
+                           "cells that always drive their outputs");
+        const CellPin* const pin = cell.find(part.arguments[0]);
+        if (pin != nullptr && !cell.gate && !cell.has_latch)
+          found = unknown(part, "function", of, pin->function);
+      } else if (part.name == "ff") {
+        const Flop& flop = *cell.flop;
+        for (const auto& [key, e] : {std::pair("next_state", std::optional(flop.next_state)),
+                                     std::pair("clocked_on", std::optional(flop.clocked_on)),
+                                     std::pair("clear", flop.clear), std::pair("preset", flop.preset)}) {
+          if (found.empty()) found = unknown(part, key, cell.name, e);
+        }
+        const Expression& clock = flop.clocked_on;
+        const bool is_edge = clock.op == Op::pin || (clock.op == Op::inv && clock.args[0].op == Op::pin);
+        if (found.empty() && !is_edge)
+          found = defect_at(file_, part.find("clocked_on")->place, "clocked_on of " + shown(cell.name),
+                            "one pin, or its inverse");
+      }
+      if (!found.empty()) return found;
+    }
+    return "";
+  }
   Expression expression(const Group& group, const std::string& key) const {
+    const std::string said = text(group, key);
     try {
-      return parse_expression(group.text(key));
+      return parse_expression(said);
     } catch (const UserError& error) {
       const liberty::Attribute* const attribute = group.find(key);
       const Place place = attribute == nullptr ? group.place : attribute->place;
@@ -184,10 +256,30 @@ class CellReader {
                                   shown(group_.label()), key, error.what()));
     }
   }
-  void add_pins(Cell& cell, const Group& group) const {
-    const std::string direction = group.text("direction");
+  // A pin may be said in pieces, but none of them may say another thing.
+  void require_once(const Group& group) {
+    for (const std::string& name : group.arguments) {
+      const auto [first, is_new] = pins_.emplace(name, &group);
+      if (is_new) continue;
+      for (const char* key : {"direction", "function", "three_state"}) {
+        if (text(*first->second, key) != text(group, key))
+          fail(group.place,
+               fmt::format("pin {} of cell {} again, with another {} than in line {}", shown(name),
+                           shown(group_.label()), key, first->second->place.line),
+               "it once");
+      }
+    }
+  }
+  void add_pins(Cell& cell, const Group& group) {
+    const std::string direction = text(group, "direction");
+    static const std::set<std::string> kinds = {"", "input", "output", "inout", "internal"};
+    if (kinds.count(direction) == 0)
+      fail(group.find("direction")->place, fmt::format("direction \"{}\"", shown(direction)),
+           "input, output, inout or internal");
+    require_once(group);
     if (direction != "input" && direction != "output") return;
     for (const std::string& name : group.arguments) {
+      if (cell.find(name) != nullptr) continue;
       CellPin pin{name, direction == "output", std::nullopt};
       if (pin.is_output && group.find("function") != nullptr) pin.function = expression(group, "function");
       cell.pins.push_back(std::move(pin));
@@ -208,7 +300,7 @@ class CellReader {
     for (const Group& part : test.groups) {
       if (part.name == "ff") pins.next_state = expression(part, "next_state");
       if (part.name != "pin" || part.arguments.empty()) continue;
-      const std::string type = part.text("signal_type");
+      const std::string type = text(part, "signal_type");
       if (type == "test_scan_in") pins.in = part.arguments[0];
       if (type == "test_scan_enable" || type == "test_scan_enable_inverted") {
         pins.enable = part.arguments[0];
@@ -223,7 +315,7 @@ class CellReader {
     ScanPins pins;
     for (const Group& part : group_.groups) {
       if (part.name != "pin" || part.arguments.empty()) continue;
-      const std::string type = part.text("nextstate_type");
+      const std::string type = text(part, "nextstate_type");
       if (type == "scan_in") pins.in = part.arguments[0];
       if (type == "scan_enable") pins.enable = part.arguments[0];
     }
@@ -234,14 +326,14 @@ class CellReader {
   std::optional<ClockGate> clock_gate() const {
     static const std::set<std::string> kinds = {"latch_posedge", "latch_posedge_precontrol",
                                                 "latch_posedge_postcontrol"};
-    if (kinds.count(group_.text("clock_gating_integrated_cell")) == 0) return std::nullopt;
+    if (kinds.count(text(group_, "clock_gating_integrated_cell")) == 0) return std::nullopt;
     ClockGate gate;
     for (const Group& part : group_.groups) {
       if (part.name != "pin" || part.arguments.empty()) continue;
-      if (part.text("clock_gate_clock_pin") == "true") gate.clock = part.arguments[0];
-      if (part.text("clock_gate_enable_pin") == "true") gate.enable = part.arguments[0];
-      if (part.text("clock_gate_test_pin") == "true") gate.test = part.arguments[0];
-      if (part.text("clock_gate_out_pin") == "true") gate.out = part.arguments[0];
+      if (text(part, "clock_gate_clock_pin") == "true") gate.clock = part.arguments[0];
+      if (text(part, "clock_gate_enable_pin") == "true") gate.enable = part.arguments[0];
+      if (text(part, "clock_gate_test_pin") == "true") gate.test = part.arguments[0];
+      if (text(part, "clock_gate_out_pin") == "true") gate.out = part.arguments[0];
     }
     if (gate.clock.empty() || gate.enable.empty() || gate.out.empty()) return std::nullopt;
     return gate;
@@ -249,6 +341,7 @@ class CellReader {
 
   const Group& group_;
   const std::string& file_;
+  std::map<std::string, const Group*> pins_;  // the first of each name
 };
 
 }  // namespace
@@ -267,8 +360,13 @@ CellLibrary parse_liberty(std::string_view text, const std::string& name) {
   CellLibrary cells;
   for (const Group& group : library.groups) {
     if (group.name != "cell") continue;
-    Cell cell = CellReader(group, name).read();
-    cells[cell.name] = std::move(cell);
+    const Cell cell = CellReader(group, name).read();
+    const auto [first, is_new] = cells.emplace(cell.name, cell);
+    if (!is_new && !same_meaning(first->second, cell))
+      throw UserError(
+          defect_at(name, group.place,
+                    fmt::format("cell {} again, other than {}", shown(cell.name), first->second.where),
+                    "each cell once"));
   }
   if (cells.empty())
     throw UserError(fmt::format("{}: found no cell, expected a Liberty library with cells", name));

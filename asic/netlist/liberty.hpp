@@ -33,12 +33,16 @@ struct Flop {
   Expression clocked_on;
   std::optional<Expression> clear;   ///< true: state is 0
   std::optional<Expression> preset;  ///< true: state is 1
+
+  friend bool operator==(const Flop&, const Flop&) = default;
 };
 
 struct CellPin {
   std::string name;
   bool is_output = false;
   std::optional<Expression> function;  ///< outputs; may name the flop's state
+
+  friend bool operator==(const CellPin&, const CellPin&) = default;
 };
 
 /// Pins of a scan flop, from the signal_type of its test_cell or the nextstate_type of its pins.
@@ -47,6 +51,8 @@ struct ScanPins {
   std::string enable;
   bool enable_low = false;  ///< shifts while the enable is 0
   Expression next_state;    ///< what it captures outside shift
+
+  friend bool operator==(const ScanPins&, const ScanPins&) = default;
 };
 
 /// An integrated clock gate with a latch that is open while the clock is low: `out` pulses with the clock
@@ -54,6 +60,8 @@ struct ScanPins {
 struct ClockGate {
   std::string clock, enable, out;
   std::string test;  ///< empty when it has none
+
+  friend bool operator==(const ClockGate&, const ClockGate&) = default;
 };
 
 struct Cell {
@@ -64,13 +72,18 @@ struct Cell {
   std::optional<ScanPins> scan;
   std::optional<ClockGate> gate;
   bool has_latch = false;  ///< other than a clock gate's
+  std::string where;       ///< FILE:LINE:COLUMN
+  /// What the library says of it that has no meaning here, in one line with its place: three_state, a
+  /// function that names no pin. It matters where the cell is used; empty: nothing.
+  std::string defect;
 
   const CellPin* find(std::string_view pin) const;
 };
 
 using CellLibrary = std::map<std::string, Cell, std::less<>>;
 
-/// Reads a Liberty file. Cells whose outputs have no function are kept without one. Throws UserError.
+/// Reads a Liberty file. Cells whose outputs have no function are kept without one. Throws UserError, also
+/// for a cell, pin or statement that is said twice with another meaning.
 CellLibrary read_liberty(const std::filesystem::path& path);
 /// The same from text; `name` stands in messages.
 CellLibrary parse_liberty(std::string_view text, const std::string& name);

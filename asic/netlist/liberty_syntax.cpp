@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "base/byte_order_mark.hpp"
 #include "base/error.hpp"
 #include "base/number.hpp"
 
@@ -21,7 +22,8 @@ bool is_control(char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 
 
 class Parser {
  public:
-  Parser(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+  Parser(std::string_view text, const std::string& file)
+      : text_(without_byte_order_mark(text)), file_(file) {}
 
   Group whole() {
     Group top;
@@ -159,6 +161,17 @@ auto first_of(const Items& items, std::string_view name) -> decltype(items.data(
 }  // namespace
 
 const Attribute* Group::find(std::string_view attribute) const { return first_of(attributes, attribute); }
+const Attribute* Group::only(std::string_view attribute, const std::string& file) const {
+  const Attribute* const first = find(attribute);
+  if (first == nullptr) return nullptr;
+  for (const Attribute& other : attributes) {
+    if (other.name == attribute && other.values != first->values)
+      throw UserError(defect_at(
+          file, other.place,
+          fmt::format("{} again, other than in line {}", shown(attribute), first->place.line), "it once"));
+  }
+  return first;
+}
 const Group* Group::find_group(std::string_view group) const { return first_of(groups, group); }
 
 std::string Group::label() const { return arguments.empty() ? "" : arguments[0]; }
@@ -169,13 +182,13 @@ std::string Group::text(std::string_view attribute) const {
 }
 
 double Group::number(std::string_view attribute, const std::string& file) const {
-  const Attribute* const found = find(attribute);
+  const Attribute* const found = only(attribute, file);
   return found == nullptr || found->values.empty() ? 0.0 : number_of(found->values[0], *found, file);
 }
 
 std::vector<double> Group::numbers(std::string_view attribute, const std::string& file) const {
   std::vector<double> list;
-  const Attribute* const found = find(attribute);
+  const Attribute* const found = only(attribute, file);
   if (found == nullptr) return list;
   for (const std::string& value : found->values) {
     constexpr std::string_view kBetween = ", \t\r\n";

@@ -27,6 +27,8 @@ struct Group {
 
   /// The first of that name; null when there is none.
   const Attribute* find(std::string_view attribute) const;
+  /// The same. Throws UserError when it is said again with another value; `file` stands in the message.
+  const Attribute* only(std::string_view attribute, const std::string& file) const;
   const Group* find_group(std::string_view group) const;
   /// The first argument, or nothing.
   std::string label() const;

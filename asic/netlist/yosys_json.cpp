@@ -54,6 +54,7 @@ struct Draft {
   Module module;
   bool is_black_box = false;
   bool is_top = false;
+  Place place;
 };
 
 // Takes the parser's events. path_ holds the keys from the root to where it stands: modules, MODULE, ports,
@@ -65,19 +66,16 @@ class Reader : public nlohmann::json_sax<json> {
   Module read() {
     json::sax_parse(Cursor(text_.data(), &reached_), Cursor(text_.data() + text_.size(), &reached_), this);
     if (!has_modules_) fail("no \"modules\"", kWanted);
-    const Draft* found = nullptr;
-    for (const auto& [name, draft] : drafts_) {
-      if (draft.is_black_box || (found != nullptr && !draft.is_top)) continue;
-      found = &draft;
-      if (draft.is_top) break;
-    }
-    if (found == nullptr) fail("black boxes alone", "a design");
-    check(*found);
-    return found->module;
+    const Draft& found = top();
+    check(found);
+    return found.module;
   }
 
   bool null() override { return other("null"); }
-  bool boolean(bool value) override { return other(value ? "true" : "false"); }
+  bool boolean(bool value) override {
+    if (is_in("attributes", 4)) mark(value);
+    return other(value ? "true" : "false");
+  }
   bool number_integer(number_integer_t value) override { return number(value); }
   bool number_unsigned(number_unsigned_t value) override {
     return number(value > std::numeric_limits<std::int64_t>::max() ? std::numeric_limits<std::int64_t>::max()
@@ -100,6 +98,8 @@ class Reader : public nlohmann::json_sax<json> {
                       "input or output; split it"));
     } else if (is_in("cells", 5) && path_.back() == "type") {
       cell().type = escaped(text);
+    } else if (is_in("attributes", 4)) {
+      mark(text.find_first_not_of('0') != std::string::npos);  // Yosys writes numbers in bits
     }
     return true;
   }
@@ -113,6 +113,7 @@ class Reader : public nlohmann::json_sax<json> {
     if (keys == 2 && path_[0] == "modules") {
       if (!drafts_.emplace(path_[1], Draft{}).second) again("module", path_[1]);
       draft().module.name = path_[1];
+      draft().place = place();
     }
     if (is_in("ports", 4) && !draft().module.ports.try_emplace(path_[3]).second) again("port", path_[3]);
     if (is_in("cells", 4) && !draft().module.cells.try_emplace(path_[3]).second) again("cell", path_[3]);
@@ -125,8 +126,6 @@ class Reader : public nlohmann::json_sax<json> {
     if (std::any_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c <= ' ') || c == '\x7F'; }))
       fail(fmt::format("name \"{}\"", shown(text)), "one without blanks and control characters");
     path_.back() = text;
-    if (is_in("attributes", 4) && text == "blackbox") draft().is_black_box = true;
-    if (is_in("attributes", 4) && text == "top") draft().is_top = true;
     return true;
   }
   bool end_object() override {
@@ -188,6 +187,33 @@ class Reader : public nlohmann::json_sax<json> {
   Cell& cell() { return draft().module.cells.at(path_[3]); }
   NetName& net_name() { return draft().module.net_names.at(path_[3]); }
 
+  // An attribute of a module.
+  void mark(bool set) {
+    if (path_.back() == "blackbox" || path_.back() == "whitebox") draft().is_black_box |= set;
+    if (path_.back() == "top") draft().is_top |= set;
+  }
+  // The one that is marked, or the only one; of several nobody but the user knows which.
+  const Draft& top() const {
+    std::vector<const Draft*> marked, designs;
+    for (const auto& [name, draft] : drafts_) {
+      if (draft.is_black_box) continue;
+      designs.push_back(&draft);
+      if (draft.is_top) marked.push_back(&draft);
+    }
+    if (designs.empty()) fail("black boxes alone", "a design");
+    const std::vector<const Draft*>& left = marked.empty() ? designs : marked;
+    if (left.size() == 1) return *left[0];
+    const auto named = [&](std::size_t i) {
+      return fmt::format("{} (line {})", shown(left[i]->module.name), left[i]->place.line);
+    };
+    throw UserError(defect_at(
+        file_, left[1]->place,
+        marked.empty() ? fmt::format("{} modules, {} and {}, none of them marked as the top", left.size(),
+                                     named(0), named(1))
+                       : fmt::format("modules {} and {} both marked as the top", named(0), named(1)),
+        "one; flatten the design with Yosys' synth -flatten -top NAME"));
+  }
+
   bool number(std::int64_t value) {
     if (is_bits()) {
       if (value < 2 || value > kMostNets) wrong(fmt::format("net {}", value));
@@ -199,6 +225,8 @@ class Reader : public nlohmann::json_sax<json> {
       (is_in("ports", 5) ? static_cast<Wire&>(port()) : net_name()).offset = static_cast<int>(value);
     } else if (is_in("netnames", 5) && path_.back() == "hide_name") {
       net_name().is_hidden = value != 0;
+    } else if (is_in("attributes", 4)) {
+      mark(value != 0);
     }
     return true;
   }

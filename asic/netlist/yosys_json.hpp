@@ -44,8 +44,9 @@ struct Module {
   std::map<std::string, NetName> net_names;
 };
 
-/// The top module, or the only one that is no black box. Throws UserError: FILE:LINE:COLUMN, what was found
-/// and what is expected, also for a port that is neither input nor output and a pin of several bits.
+/// The module marked as the top, or the only one that is no black box. Throws UserError: FILE:LINE:COLUMN,
+/// what was found and what is expected, also for two such modules, a port that is neither input nor output
+/// and a pin of several bits.
 Module read_top_module(const std::filesystem::path& path);
 Module parse_top_module(std::string_view text, const std::string& file);
 

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "asic/dft/core/cycles.hpp"
+#include "base/byte_order_mark.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/place.hpp"
@@ -111,8 +113,11 @@ Circuit parse_bench(std::string_view text, const std::string& name) {
   std::vector<std::pair<Node, Statement>> gates;
   const auto define = [&](const std::string& line, Node node, Place place) {
     if (line.empty()) fail(place, "a line without a name", "one before \"=\" and in parentheses");
+    if (!is_plain_name(line))
+      fail(place, fmt::format("line \"{}\"", shown(line)), "a name without blanks, quotes, \\, % and `");
     if (!nodes.emplace(line, node).second) fail(place, "a second driver of " + shown(line), "one");
   };
+  text = without_byte_order_mark(text);
   std::size_t number = 0;
   while (!text.empty()) {
     const std::string_view row = text.substr(0, text.find('\n'));

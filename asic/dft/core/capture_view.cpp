@@ -176,6 +176,9 @@ class ViewBuilder {
           fmt::format("{}: cell {}: found type {}, expected a cell of the library; map the netlist to it",
                       netlist_.file, instance.name, instance.type));
     const Cell& cell = found->second;
+    if (!cell.defect.empty())
+      throw UserError(
+          fmt::format("{}; {} uses {} as {}", cell.defect, netlist_.file, instance.type, instance.name));
     if (cell.has_latch)
       throw UserError(fmt::format("{}: cell {}: found {}, a latch, expected flops and gates; replace it",
                                   netlist_.file, instance.name, instance.type));
@@ -188,6 +191,9 @@ class ViewBuilder {
     return cell;
   }
   void drive(Net net, Node node, const std::string& by) {
+    if (net == 0 || net == 1)
+      throw UserError(fmt::format("{}: {}: found the constant {} as what it drives, expected a net",
+                                  netlist_.file, by, net));
     if (net < 2) return;
     if (!driver_.emplace(net, node).second)
       throw UserError(fmt::format("{}: net {}: found a second driver {}, expected one", netlist_.file,
@@ -275,8 +281,10 @@ class ViewBuilder {
             (term.kind == Term::Kind::pin && term.pin == cell.flop->state_n) ||
             (term.kind == Term::Kind::gate && term.gate == Gate::inv && term.args[0].pin == cell.flop->state);
         if (!plain && !inverse_state)
-          throw UserError(fmt::format("{}: cell {}/{}: found an output that is not the state or its inverse",
-                                      netlist_.file, instance.name, pin.name));
+          throw UserError(fmt::format(
+              "{}: found an output {} of {} that is not the state, expected it or its inverse; {} "
+              "uses it as {}",
+              cell.where, pin.name, instance.type, netlist_.file, instance.name));
         const Node node =
             builder_.add(plain ? Gate::buf : Gate::inv, {state}, instance.name + "/" + pin.name);
         builder_.add_site({instance.name + "/" + pin.name, node, kStem});
@@ -292,9 +300,8 @@ class ViewBuilder {
       const auto net = instance.pins.find(pin.name);
       if (!pin.is_output || net == instance.pins.end()) continue;
       if (!pin.function)
-        throw UserError(
-            fmt::format("{}: cell {}: found {} without a function of {} in the library, expected one",
-                        netlist_.file, instance.name, instance.type, pin.name));
+        throw UserError(fmt::format("{}: found no function of {} of {}, expected one; {} uses it as {}",
+                                    cell.where, pin.name, instance.type, netlist_.file, instance.name));
       Term term = term_of(*pin.function);
       const Gate gate = term.kind == Term::Kind::pin ? Gate::buf : term.gate;
       const Node node = builder_.add(gate, {}, instance.name + "/" + pin.name);
@@ -348,6 +355,8 @@ class ViewBuilder {
     const Instance& instance = netlist_.instances[i];
     if (cells_[i]->flop && pin == cells_[i]->flop->state)
       return state_of_.at(i);  // an enable keeps the state
+    if (cells_[i]->flop && pin == cells_[i]->flop->state_n)
+      return builder_.add(Gate::inv, {state_of_.at(i)}, netlist_.instances[i].name);
     if (pin == kOpen) return open_node(gates_before_.at(i));
     if (const auto known = pin_buffers_.find(pin); known != pin_buffers_.end()) return known->second;
     const auto net = instance.pins.find(pin);

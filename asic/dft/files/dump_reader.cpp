@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "asic/dft/files/pattern_files.hpp"
+#include "base/byte_order_mark.hpp"
 #include "base/number.hpp"
 #include "base/place.hpp"
 
@@ -39,7 +40,7 @@ class DumpReader {
  public:
   DumpReader(std::string_view text, const std::string& name, const TestTiming& timing,
              const Directions& directions)
-      : text_(text), name_(name), timing_(timing), directions_(directions) {}
+      : text_(without_byte_order_mark(text)), name_(name), timing_(timing), directions_(directions) {}
 
   CycleStream read() {
     read_header();

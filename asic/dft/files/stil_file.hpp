@@ -79,7 +79,8 @@ struct File {
   Routines patterns;
   std::map<std::string, Routines> procedures, macros;  ///< by the block's name, "" for blocks without
   std::map<std::string, Burst> bursts;
-  std::vector<Assignment> executed;
+  bool has_exec = false;
+  std::vector<Assignment> executed;  ///< of the PatternExec, one at the most
 
   /// Signals of a signal or group. Throws StilError.
   const std::vector<std::size_t>& members(const std::string& signal_or_group, std::size_t where) const;

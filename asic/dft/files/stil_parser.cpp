@@ -9,6 +9,7 @@
 
 #include "asic/dft/files/stil.hpp"
 #include "asic/dft/files/stil_file.hpp"
+#include "base/byte_order_mark.hpp"
 #include "base/number.hpp"
 #include "base/place.hpp"
 
@@ -247,7 +248,7 @@ class Reader {
         fail(where, fmt::format("PatternBurst \"{}\" again", shown(name)), "each once");
     } else if (word == "PatternExec") {
       if (!is("{")) take_name();
-      read_exec();
+      read_exec(where);
     } else if (word == "Procedures" || word == "MacroDefs") {
       const std::string name = is("{") ? std::string() : take_name();
       if (word == "Procedures")
@@ -297,7 +298,7 @@ class Reader {
       fail(where, error.what(), "a file that can be read");
     }
     file_.sources.push_back({file_.text.size(), path.string()});
-    file_.text += text;
+    file_.text += without_byte_order_mark(text);
     std::vector<std::filesystem::path> including = including_;
     including.push_back(path);
     Reader(file_, include_, std::move(including)).read();
@@ -526,7 +527,7 @@ class Reader {
         if (std::find(kChainWords.begin(), kChainWords.end(), word) == kChainWords.end())
           fail(at_word, fmt::format("\"{}\"", shown(word)),
                "a word of ScanChain (ScanLength, ScanIn, ScanOut, ScanInversion, ScanCells ...)");
-        if (word == "ScanLength") length = number(take_word());
+        if (word == "ScanLength") length = number("ScanLength");
         if (word == "ScanIn") in = take_name();
         if (word == "ScanOut") out = take_name();
         if (word == "ScanInversion") inversion = take_word();
@@ -583,11 +584,14 @@ class Reader {
     else
       expect(";");
   }
-  std::size_t number(const std::string& text) const {
-    if (text.empty() || text.size() > 9 ||
-        !std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
-      fail(token_.where, fmt::format("\"{}\"", text), "a whole number");
-    return static_cast<std::size_t>(std::stoul(text));
+  std::size_t number(std::string_view of) {
+    const std::size_t where = token_.where;
+    const std::string text = take_word();
+    const auto value = number_in<std::size_t>(text, 0, kMostCounted);
+    if (!value)
+      fail(where, fmt::format("{} \"{}\"", of, shown(text)),
+           fmt::format("a whole number of at most {}", kMostCounted));
+    return *value;
   }
 
   // One statement of a PatternBurst or of an entry of its PatList, but for the PatList.
@@ -636,14 +640,21 @@ class Reader {
     expect("}");
     return burst;
   }
-  void read_exec() {
+  // IEEE 1450-1999, clause 16: a PatternExec is one test, with one PatternBurst. A file may hold several;
+  // which one is run is chosen outside of it.
+  void read_exec(std::size_t at_exec) {
+    if (file_.has_exec)
+      fail(at_exec, "a second PatternExec", "one: a file runs as one test; take the others out");
+    file_.has_exec = true;
     expect("{");
     while (!is("}")) {
       const std::size_t where = token_.where;
       const std::string word = take_word();
       const std::string name = take_name();
-      if (word == "PatternBurst") file_.executed.push_back({name, "", where});
-      if (word == "Timing" || word == "Selector" || word == "Category") {
+      if (word == "PatternBurst") {
+        if (!file_.executed.empty())
+          fail(where, fmt::format("a second PatternBurst \"{}\" in the PatternExec", shown(name)), "one");
+        file_.executed.push_back({name, "", where});
       }
       expect(";");
     }
@@ -707,7 +718,7 @@ class Reader {
         statement.body = statements(depth + 1);
       } else if (word == "Loop") {
         statement.kind = Statement::Kind::loop;
-        statement.count = number(take_word());
+        statement.count = number("Loop");
         expect("{");
         statement.body = statements(depth + 1);
       } else if (word == "Stop") {
@@ -783,7 +794,7 @@ void File::fail(std::size_t where, const std::string& found, const std::string& 
 
 File parse(std::string_view text, const std::string& name, const Include& include) {
   File file;
-  file.text = text;
+  file.text = without_byte_order_mark(text);
   file.sources = {{0, name}};
   Reader(file, include, {std::filesystem::path(name).lexically_normal()}).read();
   return file;

@@ -12,6 +12,7 @@
 #include "asic/dft/files/stil.hpp"
 #include "asic/dft/files/stil_file.hpp"
 #include "base/file.hpp"
+#include "base/number.hpp"
 #include "base/place.hpp"
 
 namespace meltstage::dft {
@@ -136,9 +137,10 @@ class Expander {
       }
       std::size_t end = i + 2;
       while (end < text.size() && std::isdigit(static_cast<unsigned char>(text[end])) != 0) ++end;
-      if (i + 1 >= text.size() || text[i + 1] != 'r' || end == i + 2 || end - i > 9)
+      if (i + 1 >= text.size() || text[i + 1] != 'r' || end == i + 2)
         file_.fail(assignment.where, fmt::format("\"{}\"", shown(text.substr(i, 8))), "\\rN and a character");
-      const std::size_t count = static_cast<std::size_t>(std::stoul(text.substr(i + 2, end - i - 2)));
+      const std::size_t count = number_in<std::size_t>(text.substr(i + 2, end - i - 2), 0, kMostUnrolled)
+                                    .value_or(kMostUnrolled + 1);
       while (end < text.size() && std::isspace(static_cast<unsigned char>(text[end])) != 0) ++end;
       if (end >= text.size()) file_.fail(assignment.where, "\\r without a character", "\\rN and a character");
       if ((characters_ += count) > kMostStates || result.size() + count > kMostUnrolled)

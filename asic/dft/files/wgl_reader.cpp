@@ -10,6 +10,7 @@
 
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/waveforms.hpp"
+#include "base/byte_order_mark.hpp"
 #include "base/number.hpp"
 #include "base/place.hpp"
 
@@ -26,7 +27,7 @@ struct Token {
 class WglReader {
  public:
   WglReader(std::string_view text, const std::string& name, std::size_t most_cycles)
-      : text_(text), name_(name), most_cycles_(most_cycles) {
+      : text_(without_byte_order_mark(text)), name_(name), most_cycles_(most_cycles) {
     advance();
   }
 
@@ -52,6 +53,8 @@ class WglReader {
         fail(block.where, shown(block), "signal, timeplate, scancell, scanchain, scanstate, pattern or end");
     }
     if (!pattern_) fail(token_.where, "no pattern", "one");
+    advance();
+    if (!at_end_of_file()) fail(token_.where, shown(token_), "nothing behind the waveform's end");
     shift_rows();
     set_timing();
     return std::move(stream_);

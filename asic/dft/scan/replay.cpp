@@ -11,7 +11,6 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
-#include <memory>
 #include <random>
 #include <set>
 #include <span>
@@ -19,8 +18,10 @@
 
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/workers.hpp"
+#include "asic/dft/scan/simulator.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::dft {
 
@@ -184,7 +185,7 @@ class Player {
       const Word clocked = drive(batch, t);
       put_states(batch);
       evaluate(batch);
-      if (apply_resets(batch)) {
+      while (apply_resets(batch)) {  // a flop that is reset may reset others
         put_states(batch);
         evaluate(batch);
       }
@@ -403,7 +404,8 @@ std::string icarus_vectors(const CycleStream& stream) {
 
 namespace {
 
-constexpr std::uint64_t kTold = 1000;  // steps of the progress
+constexpr std::uint64_t kTold = 1000;       // steps of the progress
+constexpr std::uint64_t kMostUntold = 100;  // cycles in a step: a large netlist takes seconds for them
 constexpr const char* kDone = "done ";
 
 // `instance`: the device under test, with its ports at s0, s1 ... by signal.
@@ -447,45 +449,79 @@ std::string bench_of(const std::string& instance, const CycleStream& stream,
          fmt::format(
              "      cycle = cycle + 1;\n      if (cycle % {} == 0) begin $display(\"{}%0d\", "
              "cycle); $fflush; end\n",
-             std::max<std::uint64_t>(cycle_count(stream) / kTold, 1), kDone) +
+             std::clamp<std::uint64_t>(cycle_count(stream) / kTold, 1, kMostUntold), kDone) +
          "      got = $fscanf(file, \"%b\\n\", v);\n    end\n    $display(\"%0d "
          "cycles, %0d strobes, %0d mismatches\", cycle, strobes, "
          "mismatches);\n    $finish;\n  end\nendmodule\n";
 }
 
-// What the bench in `work` says; `command` compiles it. `complaint` reads what Icarus says beside the
-// verdict.
-ReplayResult verdict_of_icarus(const std::filesystem::path& work, const std::string& compile,
-                               std::uint64_t cycles, const Progress& progress,
-                               const std::function<void(const std::string&)>& complaint) {
-  tell(progress, "compiling", 0, 1);
-  const std::string command =
-      fmt::format("cd '{}' && iverilog -g2012 -s bench -o bench.vvp {} 2>&1 && vvp -n bench.vvp 2>&1",
-                  work.string(), compile);
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-  std::string output;
-  char buffer[4096];
-  const std::size_t mark = std::strlen(kDone);
-  while (pipe && std::fgets(buffer, sizeof buffer, pipe.get()) != nullptr) {
-    if (std::strncmp(buffer, kDone, mark) == 0)
-      tell(progress, "replay in Icarus", std::strtoull(buffer + mark, nullptr, 10), cycles);
-    else
-      output += buffer;
-  }
-  complaint(output);
+// Reads the line that the bench ends with.
+std::optional<ReplayResult> verdict_in(const std::string& line) {
   ReplayResult result;
-  const std::size_t verdict = output.rfind(" cycles, ");
-  const std::size_t begin = verdict == std::string::npos ? 0 : output.rfind('\n', verdict) + 1;
-  if (verdict == std::string::npos ||
-      std::sscanf(output.c_str() + begin, "%zu cycles, %zu strobes, %zu mismatches", &result.cycles,
-                  &result.strobes, &result.mismatches) != 3)
-    throw UserError(
-        fmt::format("{}: Icarus did not finish ({})", work.string(), output.substr(0, output.find('\n'))));
-  if (result.mismatches != 0) {
-    const std::size_t first = output.find("cycle ");
-    result.first = output.substr(first, output.find('\n', first) - first);
-  }
+  int end = 0;
+  if (std::sscanf(line.c_str(), "%zu cycles, %zu strobes, %zu mismatches%n", &result.cycles, &result.strobes,
+                  &result.mismatches, &end) != 3 ||
+      static_cast<std::size_t>(end) != line.size())
+    return std::nullopt;
   return result;
+}
+
+std::string seconds(std::chrono::milliseconds time) {
+  return fmt::format("{:g} s", static_cast<double>(time.count()) / 1000);
+}
+
+// What the bench in `work` says of the Verilog in `source`; `files` are compiled. `complaint` reads what
+// Icarus says beside the verdict.
+ReplayResult verdict_of_icarus(const std::filesystem::path& work, const std::string& source,
+                               const std::vector<std::string>& files, std::uint64_t cycles,
+                               const IcarusLimits& limits, const Progress& progress,
+                               const std::function<void(const std::string&)>& complaint) {
+  const auto first_line = [](const std::string& output) { return output.substr(0, output.find('\n')); };
+  tell(progress, "compiling", 0, 1);
+  std::vector<std::string> compile = {"iverilog", "-g2012", "-s", "bench", "-o", "bench.vvp"};
+  compile.insert(compile.end(), files.begin(), files.end());
+  const ProgramEnd compiled =
+      run_program(compile, work, limits.compile, [](const std::string&) { return false; });
+  if (compiled.stopped)
+    throw UserError(
+        fmt::format("{}: Icarus was stopped: it had not compiled it after {}, expected Verilog "
+                    "that is done by then",
+                    source, seconds(limits.compile)));
+  complaint(compiled.output);
+  if (compiled.status != 0)
+    throw UserError(fmt::format("{}: Icarus can't compile it (exit status {}): {}", source, compiled.status,
+                                shown(first_line(compiled.output))));
+  std::uint64_t done = 0;
+  std::optional<ReplayResult> verdict;
+  const std::size_t mark = std::strlen(kDone);
+  const ProgramEnd ran =
+      run_program({"vvp", "-n", "bench.vvp"}, work, limits.silence, [&](const std::string& line) {
+        if (const auto found = verdict_in(line)) verdict = found;
+        if (line.compare(0, mark, kDone) != 0) return false;
+        const std::uint64_t now = std::strtoull(line.c_str() + mark, nullptr, 10);
+        if (now <= done || now > cycles) return false;
+        done = now;
+        tell(progress, "replay in Icarus", done, cycles);
+        return true;
+      });
+  if (ran.stopped)
+    throw UserError(
+        fmt::format("{}: Icarus was stopped: nothing went on for {} behind cycle {} of {}, expected Verilog "
+                    "in which time "
+                    "goes on; is there a loop without a delay?",
+                    source, seconds(limits.silence), done, cycles));
+  complaint(ran.output);
+  if (!verdict || verdict->cycles != cycles)
+    throw UserError(fmt::format(
+        "{}: Icarus ended behind cycle {} of {} (exit status {}){}{}, expected Verilog that runs to the "
+        "end of the vectors, without $finish and $stop",
+        source, done, cycles, ran.status, ran.output.empty() ? " without a word" : ": ",
+        shown(first_line(ran.output))));
+  if (verdict->mismatches != 0) {
+    const std::size_t first = std::min(ran.output.find("cycle "), ran.output.size());
+    verdict->first = ran.output.substr(first, ran.output.find('\n', first) - first);
+  }
+  return *verdict;
 }
 
 void write_work(const std::filesystem::path& path, const std::string& text) {
@@ -513,7 +549,11 @@ std::string verilog_text_for_delays(Netlist netlist, const CellLibrary& library)
   std::string assigns;
   for (Instance& instance : netlist.instances) {
     std::set<Net> seen;
-    for (const CellPin& pin : library.at(instance.type).pins) {
+    const auto cell = library.find(instance.type);
+    if (cell == library.end())
+      throw UserError(fmt::format("{}: cell {}: found type {}, expected a cell of the library", netlist.file,
+                                  instance.name, instance.type));
+    for (const CellPin& pin : cell->second.pins) {
       const auto connected = instance.pins.find(pin.name);
       if (pin.is_output || connected == instance.pins.end()) continue;
       Net& net = connected->second;
@@ -551,24 +591,23 @@ std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
 
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
                               const std::filesystem::path& work, const IcarusDelays& delays,
-                              const Progress& progress) {
+                              const Progress& progress, const IcarusLimits& limits) {
   write_work(work / "netlist.v",
              delays.sdf.empty() ? verilog_text(netlist) : verilog_text_for_delays(netlist, library));
   write_work(
       work / "bench.v",
       icarus_bench(netlist, stream, delays.sdf.empty() ? delays.sdf : std::filesystem::absolute(delays.sdf)));
-  std::string cells = "cells.v", specify;
+  std::vector<std::string> files = {"bench.v", "netlist.v", "cells.v"};
   if (delays.sdf.empty()) {
     write_work(work / "cells.v", cell_models(netlist, library));
   } else {
     refuse_wire_delays(delays.sdf);
-    cells = fmt::format("'{}'", std::filesystem::absolute(delays.cells).string());
-    specify = "-gspecify -Tmax ";  // OpenSTA writes least and longest delays, and no typical ones
+    files.back() = std::filesystem::absolute(delays.cells).string();
+    files.insert(files.begin(), {"-gspecify", "-Tmax"});  // OpenSTA writes no typical delays
   }
   write_work(work / "vectors.txt", icarus_vectors(stream));
   return verdict_of_icarus(
-      work, fmt::format("{}bench.v netlist.v {}", specify, cells), cycle_count(stream), progress,
-      [&](const std::string& output) {
+      work, netlist.file, files, cycle_count(stream), limits, progress, [&](const std::string& output) {
         // A delay that finds no path in the cells, or a file that can't be read, is told and passed over
         // there.
         const std::size_t at = std::min(output.find("SDF WARNING"), output.find("SDF ERROR"));
@@ -579,7 +618,8 @@ ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library
 }
 
 ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, const CycleStream& stream,
-                                      const std::filesystem::path& work, const Progress& progress) {
+                                      const std::filesystem::path& work, const Progress& progress,
+                                      const IcarusLimits& limits) {
   std::istringstream file(read_file(verilog, "a Verilog netlist"));
   std::string top;
   for (std::string line; top.empty() && std::getline(file, line);) {
@@ -594,8 +634,8 @@ ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, cons
   write_work(work / "bench.v", bench_of(instance + ");\n", stream, {}));
   write_work(work / "vectors.txt", icarus_vectors(stream));
   return verdict_of_icarus(
-      work, fmt::format("-Wportbind bench.v '{}'", std::filesystem::absolute(verilog).string()),
-      cycle_count(stream), progress, [&](const std::string& output) {
+      work, verilog.string(), {"-Wportbind", "bench.v", std::filesystem::absolute(verilog).string()},
+      cycle_count(stream), limits, progress, [&](const std::string& output) {
         for (const char* complaint : {"is not a port of", "dangling input port"}) {
           const std::size_t at = output.find(complaint);
           if (at == std::string::npos) continue;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -57,23 +58,30 @@ struct IcarusDelays {
   std::filesystem::path cells, sdf;
 };
 
-/// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N strobes, M mismatches", and on the
-/// way a thousand times "done N". Delays are
-/// annotated from `sdf` where one is named. Throws UserError when a port of the netlist has no signal.
+/// How long Icarus may take. One that takes longer is killed, with all that it has started.
+struct IcarusLimits {
+  std::chrono::milliseconds compile{600'000};
+  std::chrono::milliseconds silence{300'000};  ///< without another hundred cycles, or the end
+};
+
+/// Self-checking bench: reads `vectors.txt` (one line a cycle), prints "N cycles, N strobes, M mismatches",
+/// and on the way a thousand times "done N", at least every hundred cycles. Delays are annotated from `sdf`
+/// where one is named. Throws UserError when a port of the netlist has no signal.
 std::string icarus_bench(const Netlist& netlist, const CycleStream& stream,
                          const std::filesystem::path& sdf = {});
 /// Lines of vectors.txt.
 std::string icarus_vectors(const CycleStream& stream);
 /// Runs the stream on the netlist in Icarus (four-state), in the existing folder `work`. Throws UserError
-/// when Icarus can't be run, or complains about the delays.
+/// when Icarus can't be run, takes too long, or complains about the delays.
 ReplayResult replay_in_icarus(const Netlist& netlist, const CellLibrary& library, const CycleStream& stream,
                               const std::filesystem::path& work, const IcarusDelays& delays = {},
-                              const Progress& progress = {});
+                              const Progress& progress = {}, const IcarusLimits& limits = {});
 
 /// Runs a stream on the first module of a Verilog file, whose ports have the names of the stream's signals,
 /// as icebox_vlog reads a bitstream back. Four-state; no scan. Throws UserError when the file has no module,
-/// its ports are others, or Icarus can't be run.
+/// its ports are others, or Icarus can't be run, takes too long, or ends before the vectors do.
 ReplayResult replay_verilog_in_icarus(const std::filesystem::path& verilog, const CycleStream& stream,
-                                      const std::filesystem::path& work, const Progress& progress = {});
+                                      const std::filesystem::path& work, const Progress& progress = {},
+                                      const IcarusLimits& limits = {});
 
 }  // namespace meltstage::dft

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -177,7 +178,8 @@ std::string bypass_of(const Netlist& netlist, const CellLibrary& library, const 
     const Cell& cell = *find_cell(library, instance.type);
     if (cell.flop || cell.gate) continue;
     for (const auto& [pin, source] : instance.pins) {
-      if (!cell.find(pin)->is_output && seen.insert(source).second) open.push_back(source);
+      const CellPin* const known = cell.find(pin);
+      if (known != nullptr && !known->is_output && seen.insert(source).second) open.push_back(source);
     }
   }
   if (ports.erase(test_mode) == 0) return "";
@@ -199,7 +201,7 @@ struct MuxCell {
 // A library cell that is a two-way multiplexer.
 MuxCell find_mux(const CellLibrary& library, const std::string& file) {
   for (const auto& [name, cell] : library) {
-    if (cell.flop || cell.pins.size() != 4) continue;
+    if (cell.flop || !cell.defect.empty() || cell.pins.size() != 4) continue;
     for (const CellPin& out : cell.pins) {
       if (!out.is_output || !out.function || out.function->op != Op::any || out.function->args.size() != 2)
         continue;
@@ -232,7 +234,7 @@ struct BufferCell {
 std::optional<BufferCell> find_buffer(const CellLibrary& library) {
   std::optional<BufferCell> best;
   for (const auto& [name, cell] : library) {
-    if (cell.flop || cell.gate || cell.has_latch || cell.pins.size() != 2) continue;
+    if (cell.flop || cell.gate || cell.has_latch || !cell.defect.empty() || cell.pins.size() != 2) continue;
     for (const CellPin& pin : cell.pins) {
       if (!pin.is_output || !pin.function || pin.function->op != Op::pin) continue;
       if (!best || cell.area < best->cell->area) best = BufferCell{&cell, pin.function->pin, pin.name};
@@ -245,7 +247,7 @@ std::optional<BufferCell> find_buffer(const CellLibrary& library) {
 const Cell* scan_form(const CellLibrary& library, const Cell& plain) {
   const Cell* best = nullptr;
   for (const auto& [name, cell] : library) {
-    if (!cell.scan || !cell.flop || cell.has_latch) continue;
+    if (!cell.scan || !cell.flop || cell.has_latch || !cell.defect.empty()) continue;
     if (!(cell.scan->next_state == plain.flop->next_state) ||
         !(cell.flop->clocked_on == plain.flop->clocked_on) || cell.flop->clear != plain.flop->clear ||
         cell.flop->preset != plain.flop->preset)
@@ -262,7 +264,9 @@ const Cell* scan_form(const CellLibrary& library, const Cell& plain) {
 const Cell* testable_form(const CellLibrary& library, const Cell& plain) {
   const Cell* best = nullptr;
   for (const auto& [name, cell] : library) {
-    if (cell.gate && !cell.gate->test.empty() && (best == nullptr || cell.area < best->area)) best = &cell;
+    if (cell.gate && cell.defect.empty() && !cell.gate->test.empty() &&
+        (best == nullptr || cell.area < best->area))
+      best = &cell;
   }
   return plain.gate->test.empty() ? best : &plain;
 }
@@ -403,11 +407,14 @@ class Inserter {
       if (!cell->flop) continue;
       if (cell->scan) fail(instance, "found a scan flop, expected a netlist before scan");
       flops_.push_back(i);
+      if (!cell->defect.empty())
+        throw UserError(
+            fmt::format("{}; {} uses {} as {}", cell->defect, netlist.file, instance.type, instance.name));
       const std::string clock_pin = only_pin(cell->flop->clocked_on);
+      if (instance.pins.count(clock_pin) == 0)
+        fail(instance, fmt::format("found nothing connected to {}, expected a clock", clock_pin));
       bool inverted = false;
-      const std::string port = clock_pin.empty() || instance.pins.count(clock_pin) == 0
-                                   ? ""
-                                   : drivers_.port_of(instance.pins.at(clock_pin), &inverted);
+      const std::string port = drivers_.port_of(instance.pins.at(clock_pin), &inverted);
       if (port.empty())
         fail(instance,
              "found a clock from logic, expected one from an input port through buffers and clock gates; "
@@ -507,8 +514,10 @@ class Inserter {
     std::map<Net, bool> from_logic;  // by net: active low
     for (const std::size_t i : flops_) {
       for (const Reset& reset : resets_of(i)) {
-        if (reset.pin.empty() || netlist.instances[i].pins.count(reset.pin) == 0)
-          fail(netlist.instances[i], "found a reset of several pins, expected one");
+        if (reset.pin.empty()) fail(netlist.instances[i], "found a reset of several pins, expected one");
+        if (netlist.instances[i].pins.count(reset.pin) == 0)
+          fail(netlist.instances[i],
+               fmt::format("found nothing connected to {}, expected a reset", reset.pin));
         const Net net = netlist.instances[i].pins.at(reset.pin);
         if (net == 0 || net == 1) continue;
         bool inverted = false;
@@ -636,6 +645,95 @@ class Inserter {
   MuxCell mux_{nullptr, "", "", "", ""};
 };
 
+void add_names(const Expression& e, std::set<std::string>& names) {
+  if (e.op == Op::pin) names.insert(e.pin);
+  for (const Expression& arg : e.args) add_names(arg, names);
+}
+
+// Input pins that what the cell does hangs on. A clock gate gets its test enable by scan insertion.
+std::set<std::string> pins_read(const Instance& instance, const Cell& cell) {
+  std::set<std::string> names;
+  if (cell.has_latch || !cell.defect.empty()) return names;
+  if (cell.gate) return {cell.gate->clock, cell.gate->enable};
+  if (cell.flop) {
+    for (const auto& e : {std::optional(cell.flop->next_state), std::optional(cell.flop->clocked_on),
+                          cell.flop->clear, cell.flop->preset}) {
+      if (e) add_names(*e, names);
+    }
+    names.erase(cell.flop->state);
+    names.erase(cell.flop->state_n);
+    return names;
+  }
+  for (const CellPin& pin : cell.pins) {
+    if (pin.is_output && pin.function && instance.pins.count(pin.name) != 0) add_names(*pin.function, names);
+  }
+  return names;
+}
+
+// What is connected to no net, to no pin of the cell, or to a net that something else drives.
+void check_connections(const Netlist& netlist, const CellLibrary& library,
+                       const std::function<std::string(Net)>& net_name,
+                       std::vector<RuleViolation>& violations) {
+  std::map<Net, std::string> driver;
+  const auto drive = [&](Net net, const std::string& by) {
+    if (net == 0 || net == 1)
+      violations.push_back({"driven constant", by, fmt::format("it drives the constant {}", net)});
+    if (net < 2) return;
+    const auto [first, is_new] = driver.emplace(net, by);
+    if (!is_new)
+      violations.push_back(
+          {"several drivers", "net " + net_name(net), fmt::format("{} and {} drive it", first->second, by)});
+  };
+  for (const Port& port : netlist.ports) {
+    for (std::size_t i = 0; port.is_input && i < port.bits.size(); ++i)
+      drive(port.bits[i], "port " + port.bit_name(i));
+  }
+  std::set<std::string> told;
+  for (const Instance& instance : netlist.instances) {
+    const Cell* const cell = find_cell(library, instance.type);
+    if (cell == nullptr) continue;
+    if (!cell->defect.empty() && told.insert(instance.type).second)
+      violations.push_back({"defect of the library", instance.type, cell->defect});
+    for (const auto& [pin, net] : instance.pins) {
+      const CellPin* const known = cell->find(pin);
+      if (known == nullptr)
+        violations.push_back(
+            {"unknown pin", instance.name + "/" + pin, fmt::format("{} has no such pin", instance.type)});
+      else if (known->is_output)
+        drive(net, instance.name + "/" + pin);
+    }
+    for (const std::string& pin : pins_read(instance, *cell)) {
+      if (instance.pins.count(pin) == 0)
+        violations.push_back({"unconnected pin", instance.name + "/" + pin, "nothing is connected to it"});
+    }
+  }
+}
+
+// What scan insertion mends, or what is told though it keeps nobody from testing.
+bool is_mild(const RuleViolation& violation) {
+  return violation.rule == "no reset" || violation.rule == "closed clock gate" ||
+         violation.rule == "uncontrollable reset";
+}
+
+// Why no tests can be generated for the netlist; empty when they can.
+std::string refusal(const Netlist& netlist, const CellLibrary& library, const ScanOptions& options) {
+  bool flops = false, scanned = false;
+  for (const Instance& instance : netlist.instances) {
+    const Cell* const cell = find_cell(library, instance.type);
+    flops = flops || (cell != nullptr && cell->flop);
+    scanned = scanned || (cell != nullptr && cell->flop && cell->scan);
+  }
+  try {
+    if (flops && !scanned)
+      scan_view(insert_scan(netlist, library, options), library);
+    else
+      capture_view(netlist, library);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
 }  // namespace
 
 std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary& library,
@@ -648,6 +746,7 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
            : found == netlist.net_names.end() ? fmt::format("{}", net)
                                               : found->second;
   };
+  check_connections(netlist, library, net_name, violations);
   std::map<Net, bool> judged;  // resets
   const auto controllable = [&](Net net) {
     const auto [entry, fresh] = judged.emplace(net, true);
@@ -684,11 +783,10 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
     }
     if (!cell->flop) continue;
     const std::string clock_pin = only_pin(cell->flop->clocked_on);
+    const bool clocked = instance.pins.count(clock_pin) != 0;
     bool inverted = false;
-    const std::string clock = clock_pin.empty() || instance.pins.count(clock_pin) == 0
-                                  ? ""
-                                  : drivers.port_of(instance.pins.at(clock_pin), &inverted);
-    if (clock.empty())
+    const std::string clock = clocked ? drivers.port_of(instance.pins.at(clock_pin), &inverted) : "";
+    if (clocked && clock.empty())
       violations.push_back({"uncontrollable clock", instance.name, "its clock comes from logic"});
     if (!clock.empty() && inverted != (cell->flop->clocked_on.op == Op::inv))
       violations.push_back({"falling edge", instance.name, "it is clocked by the other edge of " + clock});
@@ -698,7 +796,8 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
     for (const auto& reset : {cell->flop->clear, cell->flop->preset}) {
       if (!reset) continue;
       const std::string pin = only_pin(*reset);
-      if (pin.empty() || instance.pins.count(pin) == 0 || !controllable(instance.pins.at(pin)))
+      if (!pin.empty() && instance.pins.count(pin) == 0) continue;  // nothing is connected
+      if (pin.empty() || !controllable(instance.pins.at(pin)))
         violations.push_back({"uncontrollable reset", instance.name,
                               "its asynchronous reset comes from logic; scan insertion bypasses it"});
     }
@@ -717,6 +816,10 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
   } catch (const UserError& error) {
     if (std::string(error.what()).find("loop") != std::string::npos)
       violations.push_back({"combinational loop", netlist.top, error.what()});
+  }
+  if (std::all_of(violations.begin(), violations.end(), is_mild)) {
+    const std::string reason = refusal(netlist, library, options);
+    if (!reason.empty()) violations.push_back({"no tests", netlist.top, reason});
   }
   return violations;
 }

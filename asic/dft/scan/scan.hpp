@@ -38,8 +38,10 @@ struct RuleViolation {
 };
 
 /// All breaches at once: clocks not from one port, clock gates that the scan enable doesn't open, resets from
-/// logic that the test mode doesn't bypass, flops without a reset, latches, loops, undriven nets, unknown
-/// cells.
+/// logic that the test mode doesn't bypass, flops without a reset, latches, loops, undriven and twice driven
+/// nets, pins that are not connected or that the cell doesn't have, unknown cells and those of which the
+/// library says what has no meaning. Where none of these keeps tests from being generated, whatever else
+/// does.
 std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary& library,
                                        const ScanOptions& options = {});
 

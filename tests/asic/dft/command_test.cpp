@@ -216,6 +216,88 @@ TEST_F(VectorsCommand, ChainsOfAnotherOrderAreNotGraded) {
   refused(listed([](auto& list) { list.erase(1); }), "found no chain with flop ");
 }
 
+// No strobe shows what the file says of its cells; a replay says that it is so.
+TEST_F(VectorsCommand, ChainsOfAnotherOrderAreNotReplayed) {
+  ASSERT_EQ(generate(kMachine, "--chains 2").status, 0);
+  const fs::path out = folder_ / "out";
+  const std::string netlist = (out / "netlist.json").string(), stil = read(out / "patterns.stil");
+  const auto chains = nlohmann::json::parse(read(out / "scan.json")).at("chains");
+  const std::string first = chains[0]["cells"][0], second = chains[0]["cells"][1],
+                    both = '"' + first + "\" \"" + second + '"';
+  const auto replay_with = [&](const std::string& put) {
+    std::string text = stil;
+    EXPECT_NE(text.find(both), std::string::npos);
+    text.replace(text.find(both), both.size(), put);
+    std::ofstream(out / "own.stil") << text;
+    return (out / "own.stil").string();
+  };
+  for (const char* on : {"netlist", "icarus"}) {
+    const auto refused = [&](const std::string& put, const std::string& said) {
+      const Ran ran = run_command("dft replay " + replay_with(put) + " --netlist " + netlist + " --on " + on);
+      EXPECT_EQ(ran.status, 2) << put;
+      EXPECT_NE(ran.output.find(said), std::string::npos) << ran.output;
+      EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+    };
+    refused('"' + second + "\" \"" + first + '"', "found " + second + " as cell 1, expected " + first);
+    refused("\"nosuch\" \"" + second + '"', "found nosuch as cell 1, expected " + first);
+    refused("! \"" + first + "\" ! \"" + second + '"',
+            "found " + first + " inverse to what is shifted in, expected no inversion");
+    EXPECT_EQ(run_command("dft replay " + replay_with(both) + " --netlist " + netlist + " --on " + on).status,
+              0);
+  }
+  // chains of which nothing is told but their ports
+  std::string text = stil;
+  for (std::size_t at = text.find("ScanCells"); at != std::string::npos; at = text.find("ScanCells"))
+    text.erase(at, text.find(';', at) + 1 - at);
+  std::ofstream(out / "own.stil") << text;
+  EXPECT_EQ(run_command("dft replay " + (out / "own.stil").string() + " --netlist " + netlist).status, 0);
+}
+
+// Neither a file that somebody put there nor a manifest of something else.
+TEST_F(VectorsCommand, AForeignFileIsNotWrittenOver) {
+  std::ofstream(folder_ / "redundant.bench")
+      << "INPUT(a)\nINPUT(b)\nOUTPUT(y)\nn = AND(a, b)\ny = OR(a, n)\n";
+  const std::string bench = (folder_ / "redundant.bench").string();
+  const auto refused = [&](const std::string& command, const std::string& name, const std::string& content) {
+    const fs::path out = folder_ / "foreign";
+    fs::remove_all(out);
+    fs::create_directories(out);
+    std::ofstream(out / name) << content;
+    std::ofstream(out / "notes.txt") << "mine";
+    const Ran ran = run_command("dft " + command + " --out " + out.string());
+    EXPECT_EQ(ran.status, 2) << command << ' ' << name << ran.output;
+    EXPECT_NE(ran.output.find((out / name).string() + ": was not written by an earlier run"),
+              std::string::npos)
+        << ran.output;
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+    EXPECT_EQ(read(out / name), content) << command;
+    EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 2) << command;
+  };
+  const std::string machine = kMachine;
+  for (const char* name : {"faults.txt", "patterns.stil", "netlist.v", "scan.json"})
+    refused("generate " + machine, name, "mine");
+  for (const char* json : {"{\"files\": {\"index.html\": \"1\"}}", "{}", "mine"})
+    refused("generate " + machine, "manifest.json", json);
+  refused("scan " + machine, "netlist.json", "{}");
+  refused("functional --quick", "functional.wgl", "mine");
+  refused("functional --quick", "masks.txt", "mine");
+  refused("prove " + bench, "index.txt", "mine");
+  refused("prove " + bench, "class0.cnf", "mine");
+  // one's own are, of whichever command, and other files are left alone
+  const fs::path out = folder_ / "own";
+  fs::create_directories(out);
+  std::ofstream(out / "notes.txt") << "mine";
+  for (const std::string& command : {"scan " + machine, "generate " + machine, "scan " + machine,
+                                     "prove " + bench, "prove " + bench, "generate " + bench})
+    EXPECT_EQ(run_command("dft " + command + " --out " + out.string()).status, 0) << command;
+  EXPECT_EQ(read(out / "notes.txt"), "mine");
+  EXPECT_FALSE(fs::exists(out / "index.txt"));
+  std::ofstream(folder_ / "file") << "mine";
+  const Ran ran = run_command("dft generate " + machine + " --out " + (folder_ / "file").string());
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_NE(ran.output.find("found what is no folder"), std::string::npos) << ran.output;
+}
+
 // What the files leave open: told where they are made, and by replay from any of them.
 TEST_F(VectorsCommand, MasksAreToldWithTheirReasons) {
   ASSERT_EQ(generate(kMachine, "").status, 0);

@@ -45,6 +45,23 @@ TEST(PatternFiles, WglRoundTrip) {
   }
 }
 
+TEST(PatternFiles, AByteOrderMarkSaysNothing) {
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_TRUE(same_cycles(parse_wgl(mark + wgl_text(small_stream()), "small.wgl"), small_stream()));
+  EXPECT_TRUE(same_cycles(parse_dump(mark + evcd_text(small_stream()), "small.evcd", {}), small_stream()));
+}
+
+TEST(PatternFiles, NothingStandsBehindTheEndOfWgl) {
+  const std::string text = wgl_text(small_stream());
+  EXPECT_TRUE(same_cycles(parse_wgl(text + "\n# a comment\n{ and one }\n", "a.wgl"), small_stream()));
+  const auto line = std::to_string(std::count(text.begin(), text.end(), '\n') + 1);
+  for (const std::string& more : {std::string("junk\n"), text, std::string("\"\"")})
+    EXPECT_THAT([&] { parse_wgl(text + more, "a.wgl"); },
+                testing::ThrowsMessage<PatternFileError>(
+                    testing::AllOf(testing::StartsWith("a.wgl:" + line + ":1: found "),
+                                   HasSubstr("expected nothing behind the waveform's end"))));
+}
+
 TEST(PatternFiles, InputsThatWglLeavesOpenAreSo) {
   for (const char open : {'X', '-'}) {
     std::string text = wgl_text(small_stream());

@@ -124,6 +124,60 @@ TEST(Stil, SeededDefectsAreRejectedWithLineAndReason) {
   }
 }
 
+TEST(Stil, AByteOrderMarkSaysNothing) {
+  EXPECT_TRUE(
+      same_cycles(parse_stil("\xEF\xBB\xBF" + stil_text(small_test()), "a.stil"), expand(small_test())));
+  const TestFolder folder;
+  folder.file("part.stil", "\xEF\xBB\xBF" + stil_text(small_test()));
+  EXPECT_TRUE(
+      same_cycles(read_stil(folder.file("whole.stil", "\xEF\xBB\xBFSTIL 1.0;\nInclude \"part.stil\";\n")),
+                  expand(small_test())));
+}
+
+// A number that is too large is told as that, where it stands.
+TEST(Stil, LimitsAreToldAsWhatTheyAre) {
+  const std::string text = R"(STIL 1.0; Signals { a In; }
+Timing { WaveformTable t { Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+ScanStructures { ScanChain c {
+ScanLength 1; } } Pattern main { W t;
+Loop 4000000000 { V { a=0; } }
+V { a=\r1 1; } })";
+  EXPECT_EQ(cycle_count(parse_stil(text, "a.stil")), 4'000'000'001U);
+  const auto refused = [&](const std::string& find, const std::string& put, const std::string& said) {
+    std::string bad = text;
+    bad.replace(bad.find(find), find.size(), put);
+    EXPECT_THAT([&] { parse_stil(bad, "a.stil"); }, testing::ThrowsMessage<StilError>(HasSubstr(said)));
+  };
+  const std::string most = ", expected a whole number of at most 10000000000";
+  refused("4000000000", "40000000000", "a.stil:6:6: found Loop \"40000000000\"" + most);
+  refused("4000000000", "-4", "a.stil:6:6: found Loop \"-4\"" + most);
+  refused("ScanLength 1", "ScanLength 99999999999", "a.stil:5:12: found ScanLength \"99999999999\"" + most);
+  for (const char* count : {"4000000000", "99999999999999999999999"})
+    refused(
+        "\\r1", "\\r" + std::string(count),
+        "a.stil:7:5: found more characters behind \\r than this program takes, expected at most 100000000");
+}
+
+// IEEE 1450: one of them is chosen, outside of the file.
+TEST(Stil, ASecondPatternExecIsRefused) {
+  const std::string text = R"(STIL 1.0; Signals { a In; }
+Timing { WaveformTable t { Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } } } }
+PatternBurst p { PatList { main; } }
+Pattern main { W t; V { a=0; } }
+PatternExec { PatternBurst p; }
+)";
+  EXPECT_EQ(parse_stil(text, "a.stil").cycles.size(), 1U);
+  EXPECT_THAT(
+      [&] { parse_stil(text + " PatternExec \"x\" { PatternBurst p; }", "a.stil"); },
+      testing::ThrowsMessage<StilError>(HasSubstr("a.stil:6:2: found a second PatternExec, expected one")));
+  std::string twice = text;
+  twice.insert(twice.rfind('}'), "\nPatternBurst p; ");
+  EXPECT_THAT([&] { parse_stil(twice, "a.stil"); },
+              testing::ThrowsMessage<StilError>(HasSubstr(
+                  "a.stil:6:1: found a second PatternBurst \"p\" in the PatternExec, expected one")));
+}
+
 TEST(Stil, EventsMayHaveTheirLongNames) {
   const std::string text = R"(STIL 1.0; Signals { a In; y Out; }
 Timing { WaveformTable t { Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } y { LHX { '40ns' L/H/X; } } } } }

@@ -84,6 +84,42 @@ TEST(Liberty, DefectsNameFileAndLine) {
       ThrowsMessage<UserError>(HasSubstr("cell A: function")));
 }
 
+TEST(Liberty, AByteOrderMarkSaysNothing) {
+  EXPECT_EQ(parse_liberty("\xEF\xBB\xBFlibrary (x) { cell (A) { } }", "x.lib").size(), 1u);
+}
+
+// The same again is no defect.
+TEST(Liberty, WhatIsSaidTwiceMustMeanTheSame) {
+  const std::string pins = "pin (A) { direction : input; } pin (Y) { direction : output; function : \"A\"; }",
+                    ff = "ff (IQ, IQN) { next_state : \"A\"; clocked_on : \"A\"; }";
+  const auto read = [](const std::string& cells) {
+    parse_liberty("library (x) {\n" + cells + " }", "x.lib");
+  };
+  const std::string cell = "cell (G) { area : 1.0; " + pins + ff + " }";
+  EXPECT_NO_THROW(read(cell + "\n" + cell));
+  EXPECT_NO_THROW(read("cell (G) { area : 1.0; area : 1.0; " + pins + pins + ff + ff + " }"));
+  EXPECT_NO_THROW(read("cell (G) { " + pins + " pin (A) { direction : input; capacitance : 5; } }"));
+  const auto refused = [&](const std::string& cells, const std::string& said) {
+    EXPECT_THAT([&] { read(cells); }, ThrowsMessage<UserError>(HasSubstr(said))) << cells;
+  };
+  refused(cell + "\ncell (G) { area : 1.5; " + pins + ff + " }",
+          "x.lib:3:1: found cell G again, other than x.lib:2:1, expected each cell once");
+  refused(cell + "\ncell (G) { area : 1.0; " + pins + " }", "x.lib:3:1: found cell G again");
+  refused("cell (G) { " + pins + "\n pin (Y) { direction : output; function : \"!A\"; } }",
+          "x.lib:3:2: found pin Y of cell G again, with another function than in line 2");
+  refused("cell (G) { " + pins + "\n pin (A) { direction : output; } }",
+          "x.lib:3:2: found pin A of cell G again, with another direction than in line 2");
+  refused("cell (G) { pin (Y) { direction : output; function : \"A\";\n function : \"B\"; } }",
+          "x.lib:3:2: found function again, other than in line 2, expected it once");
+  refused("cell (G) { area : 1;\n area : 2; }", "x.lib:3:2: found area again, other than in line 2");
+  refused("cell (G) { " + ff + "\n ff (IQ, IQN) { next_state : \"!A\"; clocked_on : \"A\"; } }",
+          "x.lib:3:2: found ff of cell G again");
+  refused("cell (G) { ff (IQ, IQN) { clocked_on : \"A\"; next_state : \"A\";\n next_state : \"!A\"; } }",
+          "x.lib:3:2: found next_state again");
+  refused("cell (G) {\n pin (A) { direction : inputt; } }",
+          "x.lib:3:12: found direction \"inputt\", expected input,");
+}
+
 TEST(Liberty, NestingHasALimit) {
   std::string groups = "library (x) {\n", close = "}";
   for (int i = 0; i < 30000; ++i) groups += "a () {", close += "}";

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 
 #include "asic/dft/core/faults.hpp"
+#include "asic/dft/program.hpp"
+#include "asic/dft/scan/scan.hpp"
 #include "base/error.hpp"
 #include "tests/asic/dft/support.hpp"
 
@@ -99,6 +101,127 @@ TEST(Netlist, WrongStructureNamesThePlace) {
   refuses(deep, "found objects and lists 65 deep");
 }
 
+// Which of two modules is meant nobody knows; that of a library is none.
+TEST(Netlist, ASecondTopIsRefused) {
+  const auto design = [](const std::string& a, const std::string& b) {
+    const auto module = [](const std::string& name, const std::string& attributes) {
+      return "\n\"" + name + "\": {\"attributes\": {" + attributes +
+             R"(}, "ports": {"i": {"direction": "input", "bits": [2]}}})";
+    };
+    return R"({"modules": {)" + module("a", a) + "," + module("b", b) + "}}";
+  };
+  const std::string top = R"("top": "00000000000000000000000000000001")";
+  const auto top_of = [&](const std::string& a, const std::string& b) {
+    return parse_yosys_json(design(a, b), "n.json").top;
+  };
+  EXPECT_EQ(top_of(top, ""), "a");
+  EXPECT_EQ(top_of("", top), "b");
+  EXPECT_EQ(top_of(R"("top": 1)", R"("top": "0000")"), "a");
+  EXPECT_EQ(top_of(R"("blackbox": "1")", ""), "b");
+  EXPECT_EQ(top_of("", R"("whitebox": 1)"), "a");
+  EXPECT_EQ(top_of(R"("blackbox": 0)", R"("blackbox": true)"), "a");
+  EXPECT_THAT([&] { top_of(top, top); },
+              ThrowsMessage<UserError>(
+                  HasSubstr("n.json:3:6: found modules a (line 2) and b (line 3) both marked as the top")));
+  EXPECT_THAT([&] { top_of("", ""); },
+              ThrowsMessage<UserError>(HasSubstr(
+                  "n.json:3:6: found 2 modules, a (line 2) and b (line 3), none of them marked as the top")));
+}
+
+// What `rules` says of a netlist, a line a violation.
+std::string broken_rules(const std::string& text, const CellLibrary& library = mini_library()) {
+  std::string lines;
+  for (const RuleViolation& v : check_rules(parse_yosys_json(text, "n.json"), library))
+    lines += v.rule + ": " + v.offender + ": " + v.text + "\n";
+  return lines;
+}
+
+TEST(Rules, ConnectionsThatGenerationRefusesAreToldPlainly) {
+  const auto rules = [](const std::string& cells) { return broken_rules(json(kPorts, cells)); };
+  EXPECT_EQ(rules(cell("g", "NAND2", R"("A": [2], "B": [3], "Y": [4])")), "");
+  EXPECT_EQ(rules(cell("g", "NAND2", R"("A": [2], "Y": [4])")),
+            "unconnected pin: g/B: nothing is connected to it\n");
+  EXPECT_EQ(rules(cell("g", "NAND2", R"("A": [2], "B": [], "Y": [4])")),
+            "unconnected pin: g/B: nothing is connected to it\n");
+  EXPECT_EQ(rules(cell("g", "NAND2", R"("A": [2], "B": [3], "Z": [3], "Y": [4])")),
+            "unknown pin: g/Z: NAND2 has no such pin\n");
+  EXPECT_EQ(
+      rules(cell("g", "INV", R"("A": [2], "Y": [4])") + "," + cell("h", "INV", R"("A": [3], "Y": [4])")),
+      "several drivers: net 4: g/Y and h/Y drive it\n");
+  EXPECT_EQ(
+      rules(cell("g", "INV", R"("A": [2], "Y": [4])") + "," + cell("h", "INV", R"("A": [2], "Y": [3])")),
+      "several drivers: net 3: port b and h/Y drive it\n");
+  EXPECT_EQ(
+      rules(cell("g", "INV", R"("A": [2], "Y": [4])") + "," + cell("h", "INV", R"("A": [2], "Y": ["1"])")),
+      "driven constant: h/Y: it drives the constant 1\n");
+  // an output that nobody reads asks for nothing
+  EXPECT_EQ(rules(cell("g", "INV", R"("A": [2], "Y": [4])") + "," + cell("h", "INV", "")), "");
+}
+
+// The way of a reset is looked at before the connections are.
+TEST(Rules, AFlopsPinsAreAskedForToo) {
+  const std::string ports =
+      R"("ck": {"direction": "input", "bits": [2]}, "rn": {"direction": "input", "bits": [3]}, "q": {"direction": "output", "bits": [4]})";
+  const auto rules = [&](const std::string& cells) { return broken_rules(json(ports, cells)); };
+  const std::string reset = cell("r", "AND2", R"("A": [3], "B": [4], "Y": [5], "NO": [3])");
+  EXPECT_EQ(rules(cell("f", "DFFR", R"("CK": [2], "RN": [3], "D": [4], "Q": [4])")), "");
+  EXPECT_EQ(rules(cell("f", "DFFR", R"("RN": [3], "D": [4], "Q": [4])")),
+            "unconnected pin: f/CK: nothing is connected to it\n");
+  EXPECT_EQ(rules(cell("f", "DFFR", R"("CK": [2], "Q": [4])")),
+            "unconnected pin: f/D: nothing is connected to it\nunconnected pin: f/RN: nothing is connected "
+            "to it\n");
+  EXPECT_THAT(rules(reset + "," + cell("f", "DFFR", R"("CK": [2], "RN": [5], "D": [4], "Q": [4])")),
+              HasSubstr("unknown pin: r/NO: AND2 has no such pin\n"));
+  const TestFolder folder;
+  const auto path = folder.file("n.json", json(ports, cell("f", "DFFR", R"("RN": [3], "D": [4], "Q": [4])")));
+  EXPECT_THAT([&] { test_subject(path, mini_library(), {}); },
+              ThrowsMessage<UserError>(HasSubstr("cell f: found nothing connected to CK, expected a clock")));
+}
+
+// Whatever else generation refuses, rules tells.
+TEST(Rules, NothingThatGenerationRefusesPasses) {
+  const std::string ports =
+      R"("ck": {"direction": "input", "bits": [2]}, "scan_o": {"direction": "output", "bits": [4]})";
+  EXPECT_THAT(
+      broken_rules(json(ports, cell("f", "DFF", R"("CK": [2], "D": [4], "Q": [4])"))),
+      HasSubstr("no tests: top: n.json: found logic that drives scan_o, expected a constant before scan\n"));
+}
+
+TEST(Rules, ADefectOfTheLibraryIsTheLibrarys) {
+  const auto with = [](const std::string& output, const std::string& ff = "") {
+    return parse_liberty("library (x) {\ncell (G) { " + ff +
+                             "pin (A) { direction : input; } pin (B) { direction : input; }\n pin (Y) { "
+                             "direction : output; " +
+                             output + " } } }",
+                         "x.lib");
+  };
+  const std::string netlist = json(kPorts, cell("g", "G", R"("A": [2], "B": [3], "Y": [4])")),
+                    unused = json(kPorts, cell("h", "H", R"("Y": [4])"));
+  const auto expect_told = [&](const CellLibrary& library, const std::string& rule, const std::string& said) {
+    EXPECT_THAT(broken_rules(netlist, library), HasSubstr(rule));
+    EXPECT_THAT(broken_rules(netlist, library), HasSubstr(said));
+    EXPECT_THAT([&] { capture_view(parse_yosys_json(netlist, "n.json"), library); },
+                ThrowsMessage<UserError>(testing::StartsWith(said)));
+    EXPECT_THAT(broken_rules(unused, library), testing::Not(HasSubstr("x.lib")));
+  };
+  const std::string defect = "defect of the library: G: x.lib:";
+  expect_told(with("function : \"A & NOPE\";"), defect,
+              "x.lib:3:32: found NOPE in the function of G/Y, expected pins of the cell and its state");
+  expect_told(with("function : \"A\"; three_state : \"B\";"), defect,
+              "x.lib:3:48: found three_state of G/Y, expected cells that always drive");
+  expect_told(with(""), "no tests: top: ", "x.lib:2:1: found no function of Y of G, expected one");
+  const std::string state = "function : \"IQ\";";
+  for (const char* statement : {"next_state", "clear", "preset"}) {
+    const std::string next = statement == std::string("next_state") ? "" : "next_state : \"A\"; ";
+    expect_told(with(state, "ff (IQ, IQN) { clocked_on : \"B\"; " + next + statement + " : \"NOPE\"; } "),
+                defect,
+                "x.lib:2:" + std::to_string(45 + next.size()) + ": found NOPE in the " + statement +
+                    " of G, expected pins of the cell and its state");
+  }
+  expect_told(with(state, "ff (IQ, IQN) { clocked_on : \"A B\"; next_state : \"A\"; } "), defect,
+              "x.lib:2:27: found clocked_on of G, expected one pin, or its inverse");
+}
+
 // A full adder in NANDs; lines and classes counted by hand: 9 gates, 3 inputs, stems of 1, 2 and 3 branches.
 constexpr const char* kAdder = R"(
 INPUT(a)
@@ -123,6 +246,10 @@ TEST(Bench, LinesAndClassesOfAFullAdder) {
   EXPECT_EQ(circuit.sites().size(), 12u + 14u);
   // of 52 faults each gate joins its inputs' stuck-at-0 and its output's stuck-at-1 (9 x 2 joins)
   EXPECT_EQ(collapse(circuit).classes.size(), 52u - 18u);
+}
+
+TEST(Bench, AByteOrderMarkSaysNothing) {
+  EXPECT_EQ(bench_circuit("\xEF\xBB\xBFINPUT(a)\nOUTPUT(y)\ny = NOT(a)\n").sites().size(), 2u);
 }
 
 TEST(Bench, FlopsAreInputsAndOutputs) {
@@ -151,6 +278,9 @@ TEST(Bench, DefectsNameFileAndLine) {
               ThrowsMessage<UserError>(HasSubstr("circuit.bench:2:3: found gate \"NAN\"")));
   EXPECT_THAT([] { bench_circuit("\x1b[31m\n"); },
               ThrowsMessage<UserError>(HasSubstr("found \"\\x1B[31m\"")));
+  for (const char* name : {"a\x1b", "a\"", "a%"})
+    EXPECT_THAT([&] { bench_circuit("OUTPUT(y)\ny = NOT(z)\n INPUT(" + std::string(name) + ")\n"); },
+                ThrowsMessage<UserError>(HasSubstr("circuit.bench:3:2: found line \"a")));
   EXPECT_THAT([] { bench_circuit("rubbish\n"); },
               ThrowsMessage<UserError>(HasSubstr("circuit.bench:1:1: found \"rubbish\"")));
 }
