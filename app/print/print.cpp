@@ -97,6 +97,7 @@ double overshoot_degc(const tb::PrintResult& result, double setpoint) {
 // What rounding leaves of a sum of hops is nothing that a cheaper order could save; the page proves the same.
 double most_above_cheapest_percent(const motion::Plan& plan) {
   constexpr double kRounding = 1e-8;
+  if (!std::isfinite(plan.gap())) return kNotMeasured;
   return plan.gap() < kRounding ? 0.0 : 100.0 * plan.gap();
 }
 

@@ -24,7 +24,7 @@ struct AntColony {
 /// after each cycle the best path so far is reinforced by rho/f(W) and every edge evaporates by 1 - rho, with
 /// rho_k at its upper limit 1 - ln k / ln(k+1). Points in one place count as a thousandth of the least other
 /// distance apart. Time is cycles x points^3 / 2 steps: 500 cycles of 256 points take some ten seconds. The
-/// lower bound is 0: the ants know of none.
+/// lower bound is 0: the ants know of none, so that gap() is infinite.
 ///
 /// @throws MotionError if there are more than 2000 points, or a parameter is out of range.
 Plan plan_path_by_ants(std::span<const Point> points, Tour tour, const AntColony& colony = {});

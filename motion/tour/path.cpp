@@ -351,7 +351,10 @@ Found plan_route(const Route& route, const Cost& cost, const PathTask& task, con
     return {std::move(order), bound};
   }
   const Outlook outlook = look_out(route, cost, task.metric);
-  if (auto order = proved_serpentine(route, cost, outlook)) return {std::move(*order), outlook.bound};
+  if (auto order = proved_serpentine(route, cost, outlook)) {
+    const double bound = cost_of(route, *order, cost);  // the outlook's but for rounding
+    return {std::move(*order), bound};
+  }
   return search(route, cost, outlook, effort_for(route.points, task), progress);
 }
 
@@ -403,6 +406,11 @@ double distance_mm(double dx_mm, double dy_mm, Metric metric) {
 
 double path_cost(std::span<const Point> points, std::span<const std::size_t> order, const PathTask& task) {
   check(points, task);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    if (order[i] >= points.size())
+      throw MotionError(fmt::format(
+          "path: order {}: found index {}, expected {}", i + 1, order[i],
+          points.empty() ? "none: there are no points" : fmt::format("0 to {}", points.size() - 1)));
   const Route route = route_of(points, task);
   return cost_of(route, order, TaskCost{task}) + pauses_s(route, task);
 }
@@ -422,8 +430,11 @@ Plan plan_path(std::span<const Point> points, const PathTask& task, const PathPr
     plan.order = std::move(found.order);
     plan.cost_after = planned;
   }
-  // Rounding may leave the bound of a proved order a hair above it.
-  plan.lower_bound = std::min(found.bound + pauses, plan.cost_after);
+  // Rounding of the sums may leave the bound of a proved order a hair above or below it.
+  const double rounding =
+      std::max(1e-12, static_cast<double>(points.size()) * std::numeric_limits<double>::epsilon());
+  const double bound = found.bound + pauses;
+  plan.lower_bound = bound >= plan.cost_after * (1.0 - rounding) ? plan.cost_after : bound;
   return plan;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -58,15 +59,19 @@ struct Plan {
   double lower_bound = 0.0;  ///< no order costs less
 
   /// How far above the cheapest order the plan can be, as a fraction of the bound; 0: proved to be the
-  /// cheapest.
-  double gap() const { return lower_bound > 0.0 ? cost_after / lower_bound - 1.0 : 0.0; }
+  /// cheapest; infinite: no bound is known.
+  double gap() const {
+    if (cost_after <= lower_bound) return 0.0;
+    return lower_bound > 0.0 ? cost_after / lower_bound - 1.0 : std::numeric_limits<double>::infinity();
+  }
 };
 
 /// Length of a move in mm; not for Metric::time.
 double distance_mm(double dx_mm, double dy_mm, Metric metric);
 
-/// Cost of visiting the points in this order: mm, or s under Metric::time.
-/// @throws MotionError as plan_path.
+/// Cost of visiting the points in this order: mm, or s under Metric::time. The pauses are those of all
+/// points.
+/// @throws MotionError as plan_path, or if an index of the order is none of a point.
 double path_cost(std::span<const Point> points, std::span<const std::size_t> order, const PathTask& task);
 
 /// Told the share of the search that is done, 0..1, rising and even in time as far as that can be known.

@@ -16,6 +16,7 @@
 #include "motion/tour/greedy_tour.hpp"
 #include "motion/tour/lin_kernighan.hpp"
 #include "motion/tour/tour_bound.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -150,11 +151,50 @@ TEST(Ants, AreBeatenByThePlanner) {
             0.97 * plan_path_by_ants(points, Tour::closed, colony).cost_after);
 }
 
+TEST(Ants, ProveNothing) {
+  AntColony colony;
+  colony.cycles = 1;
+  const Plan ants = plan_path_by_ants(scattered(40, 3), Tour::open, colony);
+  EXPECT_EQ(ants.lower_bound, 0.0);
+  EXPECT_EQ(ants.gap(), HUGE_VAL);
+  EXPECT_EQ(plan_path_by_ants({}, Tour::open).gap(), 0.0);  // nothing to visit costs nothing
+  EXPECT_EQ(plan_path_by_ants(std::vector<Point>(5, Point{1, 1}), Tour::closed).gap(), 0.0);
+}
+
 TEST(Ants, BadParametersAreRefused) {
   AntColony colony;
   colony.q0 = 1.5;
   EXPECT_THROW(plan_path_by_ants(scattered(5, 1), Tour::open, colony), MotionError);
   EXPECT_THROW(plan_path_by_ants(scattered(2001, 1), Tour::open), MotionError);
+}
+
+// ---- what a plan tells ----
+
+TEST(Gap, IsNothingWhereTheBoundIsMet) {
+  for (const double pitch_mm : {0.8, 0.1, 1.0 / 3.0, 0.0254})
+    for (const auto& [columns, rows] : {std::pair{20, 15}, {40, 30}, {7, 101}})
+      for (const Metric metric : {Metric::manhattan, Metric::chebyshev, Metric::euclidean}) {
+        const Plan plan = plan_path(lattice(columns, rows, pitch_mm), task_of(metric));
+        EXPECT_EQ(plan.gap(), 0.0) << pitch_mm << ", " << columns << " x " << rows;
+      }
+  int met = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed)
+    for (const Metric metric : {Metric::manhattan, Metric::euclidean}) {
+      const double gap = plan_path(scattered(40, seed), task_of(metric)).gap();
+      EXPECT_TRUE(gap == 0.0 || gap > 1e-12) << seed << ": " << gap;
+      met += gap == 0.0;
+    }
+  EXPECT_GT(met, 0);
+}
+
+TEST(PathCost, RefusesAnIndexThatIsNoPoint) {
+  const auto points = scattered(5, 1);
+  EXPECT_EQ(error_of([&] {
+              path_cost(points, std::vector<std::size_t>{0, 100'000}, {});
+            }),
+            "path: order 2: found index 100000, expected 0 to 4");
+  EXPECT_EQ(error_of([&] { path_cost({}, std::vector<std::size_t>{0}, {}); }),
+            "path: order 1: found index 0, expected none: there are no points");
 }
 
 // ---- full lattices ----
