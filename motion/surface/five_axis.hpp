@@ -34,7 +34,7 @@ struct AxesPosition {
 /// A tool tip on the workpiece, and the outward direction in which the tool is to stand there.
 struct ToolPose {
   Eigen::Vector3d tip_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< a unit vector
 };
 
 /// Linear axes that hold the tip where it belongs at these rotary positions.
@@ -50,8 +50,8 @@ ToolPose pose_of(const TwinRotaryTable& table, const AxesPosition& axes);
 /// change of the axis would turn it far: there C goes evenly from where it was to where it will be and the
 /// tilt follows as well as it can within its limits, so that the tool leans from the normal by at most that
 /// angle; the tip stays exact.
-/// @throws MotionError if an axis has no length, or no sequence keeps the limits (the message names the
-/// pose).
+/// @throws MotionError if there is no pose, a number isn't finite, an axis isn't of length 1 (to 1e-6), the
+/// table's limits are in disorder, or no sequence keeps the limits (the message names the pose).
 std::vector<AxesPosition> solve_path(const TwinRotaryTable& table, std::span<const ToolPose> path,
                                      double singular_deg = 0.5);
 
