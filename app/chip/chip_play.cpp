@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "tb/scenario/scripted_run.hpp"
 
 namespace meltstage::app {
@@ -19,11 +20,25 @@ namespace {
 namespace spec = chip::spec;
 
 tb::Scenario read_scenario(const std::filesystem::path& path) {
-  tb::ParsedScenario parsed = tb::parse_scenario(read_file(path, "a scenario"));
+  tb::ParsedScenario parsed = tb::parse_scenario(read_file(path, "a scenario", tb::kMostScenarioBytes));
   if (parsed.defect)
     throw UserError(fmt::format("{}:{}: found {}, expected {}", path.string(), parsed.defect->line,
                                 parsed.defect->found, parsed.defect->expected));
   return std::move(parsed.scenario);
+}
+
+// What the trace doesn't say.
+void tell(const tb::ScriptedRun& run, const PlayOptions& options) {
+  const std::string file = shown(options.scenario.string());
+  for (const tb::LogEntry& refusal : run.refusals())
+    fmt::print(stderr, "note: {}: at {:.6g} s: {}: {}\n", file, refusal.time_s, refusal.what, refusal.answer);
+  if (run.refused() > run.refusals().size())
+    fmt::print(stderr, "note: {}: the chip refused {} more\n", file, run.refused() - run.refusals().size());
+  if (const auto& rest = run.events_to_come(); !rest.empty())
+    fmt::print(stderr,
+               "note: {}: {} of its events, from \"{}\" at {:.6g} s on, are behind the end at {:g} s\n", file,
+               rest.size(), shown(rest.front().text), static_cast<double>(rest.front().cycle) / spec::kClkHz,
+               options.for_s);
 }
 
 }  // namespace
@@ -39,6 +54,7 @@ int play_scenario(const PlayOptions& options) {
     line.show(fmt::format("{:.0f} of {:.0f} s of the chip", run.now_s(), options.for_s));
   }
   line.clear();
+  tell(run, options);
   const std::string trace = trace_text(run);
   if (options.out.empty())
     fmt::print("{}", trace);

@@ -14,6 +14,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "chip_page.hpp"
 #include "tb/scenario/scenario.hpp"
 
@@ -33,7 +34,7 @@ std::string within_html(const std::string& text) {
 }
 
 std::string scenario_text(const std::filesystem::path& path) {
-  std::string text = read_file(path, "a scenario");
+  std::string text = read_file(path, "a scenario", tb::kMostScenarioBytes);
   if (const auto defect = tb::parse_scenario(text).defect)
     throw UserError(fmt::format("{}:{}: found {}, expected {}", path.string(), defect->line, defect->found,
                                 defect->expected));
@@ -50,7 +51,7 @@ int write_page(const Options& options) {
     page.replace(at, kNull, within_html(scenario_text(options.scenario)));
   }
   write_whole(options.out, page);
-  fmt::print("{}: open it in a browser; it needs no network\n", options.out.string());
+  fmt::print("{}: open it in a browser; it needs no network\n", escaped(options.out.string()));
   return 0;
 }
 

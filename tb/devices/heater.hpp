@@ -117,6 +117,7 @@ class HeaterPlant {
   /// A droplet takes `energy_j` out of the block at this instant.
   void droplet(std::uint64_t cycle, double energy_j);
 
+  double ambient_degc() const { return drive_.ambient_degc; }
   double heater_degc(std::uint64_t cycle) const { return now(cycle).heater_degc; }
   double block_degc(std::uint64_t cycle) const { return now(cycle).block_degc; }
   /// What the sensor's junction has, noise and quantisation excluded.

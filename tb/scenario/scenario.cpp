@@ -7,10 +7,14 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
+#include <span>
 #include <utility>
 
+#include "base/byte_order_mark.hpp"
 #include "base/number.hpp"
 #include "base/place.hpp"
+#include "host/register_word.hpp"
 #include "tb/pins/flop_table.hpp"
 #include "tb/scenario/scripted_run.hpp"
 
@@ -24,6 +28,7 @@ using Act = std::function<void(ScriptedRun&)>;
 
 constexpr double kLongest_s = 1e6;
 constexpr std::size_t kLongestFrame = 256;
+constexpr double kLargestValue = 1e9;  // of any register, in its unit
 
 Words words_of(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r";
@@ -88,27 +93,46 @@ constexpr std::array<Command, 7> kCommands{{{"run", spec::kCmdRun},
                                             {"commit", spec::kCmdCommit},
                                             {"discard", spec::kCmdDiscard}}};
 
-Act send_command(const Words& words) {
-  const Command* command = words.size() == 1 ? find(kCommands, words[0]) : nullptr;
-  if (command == nullptr) return {};
-  return [=](ScriptedRun& run) {
-    run.send(std::string(command->name),
-             write_single_register(kChipAddress, spec::kHoldingBase + spec::kRegCmd, command->code));
-  };
+// What a line of an event means, or the word that is wrong in it.
+struct Meaning {
+  Act act{};
+  std::string found{}, expected{};  // both empty: the line doesn't have the words that its event takes
+};
+
+Meaning wrong(std::string_view word, std::string expected) { return {{}, shown(word), std::move(expected)}; }
+
+template <class Table>
+std::string names_of(const Table& table) {
+  std::string list;
+  for (const auto& entry : table) list += fmt::format("{}{}", list.empty() ? "" : ", ", entry.name);
+  return list;
 }
 
-// A value in the register's unit. The chip judges its range; here it must fit the word.
-Act set_register(const Words& words) {
-  const spec::RegisterInfo* info = words.size() == 3 ? find(spec::kHolding, words[1]) : nullptr;
-  if (info == nullptr) return {};
-  const double largest = (info->is_signed ? 32767 : 65535) * info->scale;
-  const auto value = number_in(words[2], info->is_signed ? -32768 * info->scale : 0.0, largest);
-  if (!value) return {};
-  const auto word = static_cast<std::uint16_t>(std::lround(*value / info->scale));
+Meaning send_command(const Words& words) {
+  const Command* command = words.size() == 1 ? find(kCommands, words[0]) : nullptr;
+  if (command == nullptr) return {};
+  return {[=](ScriptedRun& run) {
+    run.send(std::string(command->name),
+             write_single_register(kChipAddress, spec::kHoldingBase + spec::kRegCmd, command->code));
+  }};
+}
+
+// A value in the register's unit that the register can hold. The chip judges what else it asks of it.
+Meaning set_register(const Words& words) {
+  if (words.size() != 3) return {};
+  const std::string_view name = words[1], text = words[2];
+  const spec::RegisterInfo* info = find(spec::kHolding, name);
+  if (info == nullptr && find(spec::kInput, name) != nullptr)
+    return wrong(name, "a register that can be written; that one is only read");
+  if (info == nullptr) return wrong(name, "one of " + names_of(spec::kHolding));
+  const auto value = number_in(text, -kLargestValue, kLargestValue);
+  const host::RegisterWord word =
+      host::register_word(*info, value.value_or(std::numeric_limits<double>::quiet_NaN()));
+  if (!word.expected.empty()) return wrong(text, fmt::format("{} of {}", info->name, word.expected));
   const auto address = static_cast<std::uint16_t>(spec::kHoldingBase + (info - spec::kHolding.data()));
   std::string what =
-      fmt::format("set {} {}{}{}", info->name, words[2], info->unit.empty() ? "" : " ", info->unit);
-  return [=](ScriptedRun& run) { run.send(what, write_single_register(kChipAddress, address, word)); };
+      fmt::format("set {} {}{}{}", info->name, text, info->unit.empty() ? "" : " ", info->unit);
+  return {[=](ScriptedRun& run) { run.send(what, write_single_register(kChipAddress, address, word.word)); }};
 }
 
 std::optional<std::uint8_t> hexadecimal_byte(std::string_view word) {
@@ -118,68 +142,79 @@ std::optional<std::uint8_t> hexadecimal_byte(std::string_view word) {
   return static_cast<std::uint8_t>(value);
 }
 
-Act send_frame(const Words& words) {
-  if (words.size() < 2 || words.size() > kLongestFrame + 1) return {};
+Meaning send_frame(const Words& words) {
+  if (words.size() < 2) return {};
+  if (words.size() > kLongestFrame + 1)
+    return wrong(fmt::format("{} bytes", words.size() - 1),
+                 fmt::format("frame of {} at most", kLongestFrame));
   std::vector<std::uint8_t> bytes;
   for (std::size_t i = 1; i < words.size(); ++i) {
     const auto byte = hexadecimal_byte(words[i]);
-    if (!byte) return {};
+    if (!byte) return wrong(words[i], "bytes from 00 to ff");
     bytes.push_back(*byte);
   }
-  return [=](ScriptedRun& run) { run.send("a frame by hand", raw_frame(bytes)); };
+  return {[=](ScriptedRun& run) { run.send("a frame by hand", raw_frame(bytes), false); }};
 }
 
-Act break_sensor(const Words& words) {
-  const SensorState* state = words.size() == 2 ? find(kSensorStates, words[1]) : nullptr;
-  if (state == nullptr) return {};
-  return [=](ScriptedRun& run) { run.head().sensor().set_faults(state->faults); };
+Meaning break_sensor(const Words& words) {
+  if (words.size() != 2) return {};
+  const SensorState* state = find(kSensorStates, words[1]);
+  if (state == nullptr) return wrong(words[1], "sensor " + names_of(kSensorStates));
+  return {[=](ScriptedRun& run) { run.head().sensor().set_faults(state->faults); }};
 }
 
-Act break_heater(const Words& words) {
-  const HeaterState* state = words.size() == 2 ? find(kHeaterStates, words[1]) : nullptr;
-  if (state == nullptr) return {};
-  return [=](ScriptedRun& run) { run.head().plant().set_faults(run.cycle(), state->faults); };
+Meaning break_heater(const Words& words) {
+  if (words.size() != 2) return {};
+  const HeaterState* state = find(kHeaterStates, words[1]);
+  if (state == nullptr) return wrong(words[1], "heater " + names_of(kHeaterStates));
+  return {[=](ScriptedRun& run) { run.head().plant().set_faults(run.cycle(), state->faults); }};
 }
 
 // "WORD NUMBER" within a range.
-std::optional<double> only_number(const Words& words, double least, double most) {
-  return words.size() == 2 ? number_in(words[1], least, most) : std::nullopt;
+template <class Do>
+Meaning with_number(const Words& words, double least, double most, std::string_view unit, Do act) {
+  if (words.size() != 2) return {};
+  const auto value = number_in(words[1], least, most);
+  if (!value) return wrong(words[1], fmt::format("{} of {:g} to {:g}{}", words[0], least, most, unit));
+  return {[=](ScriptedRun& run) { act(run, *value); }};
 }
 
-Act seat_sensor(const Words& words) {
-  const auto coupling = only_number(words, 0.0, 1.0);
-  if (!coupling) return {};
-  return [=](ScriptedRun& run) { run.head().plant().set_sensor_coupling(run.cycle(), *coupling); };
+Meaning seat_sensor(const Words& words) {
+  return with_number(words, 0.0, 1.0, "", [](ScriptedRun& run, double coupling) {
+    run.head().plant().set_sensor_coupling(run.cycle(), coupling);
+  });
 }
-Act set_supply(const Words& words) {
-  const auto ratio = only_number(words, 0.0, 2.0);
-  if (!ratio) return {};
-  return [=](ScriptedRun& run) { run.head().set_supply_ratio(run.cycle(), *ratio); };
+Meaning set_supply(const Words& words) {
+  return with_number(words, 0.0, 2.0, " of the nominal voltage",
+                     [](ScriptedRun& run, double ratio) { run.head().set_supply_ratio(run.cycle(), ratio); });
 }
-Act set_ambient(const Words& words) {
-  const auto degc = only_number(words, -50.0, 100.0);
-  if (!degc) return {};
-  return [=](ScriptedRun& run) { run.head().plant().set_ambient_degc(run.cycle(), *degc); };
+Meaning set_ambient(const Words& words) {
+  return with_number(words, -50.0, 100.0, " degC", [](ScriptedRun& run, double degc) {
+    run.head().plant().set_ambient_degc(run.cycle(), degc);
+  });
 }
-Act set_fan(const Words& words) {
-  const auto loss = only_number(words, 0.0, 10.0);
-  if (!loss) return {};
-  return [=](ScriptedRun& run) { run.head().plant().set_extra_loss_w_per_k(run.cycle(), *loss); };
+Meaning set_fan(const Words& words) {
+  return with_number(words, 0.0, 10.0, " W/K", [](ScriptedRun& run, double loss) {
+    run.head().plant().set_extra_loss_w_per_k(run.cycle(), loss);
+  });
 }
-Act set_drops(const Words& words) {
+Meaning set_drops(const Words& words) {
+  constexpr double kMostHz = 5000.0, kMostMj = 1000.0;
   if (words.size() != 3) return {};
-  const auto rate_hz = number_in(words[1], 0.0, 5000.0);
-  const auto energy_mj = number_in(words[2], 0.0, 1000.0);
-  if (!rate_hz || !energy_mj) return {};
-  return [=](ScriptedRun& run) { run.drop(*rate_hz, *energy_mj * 1e-3); };
+  const auto rate_hz = number_in(words[1], 0.0, kMostHz);
+  if (!rate_hz) return wrong(words[1], fmt::format("drops of 0 to {:g} Hz", kMostHz));
+  const auto energy_mj = number_in(words[2], 0.0, kMostMj);
+  if (!energy_mj) return wrong(words[2], fmt::format("drops of 0 to {:g} mJ each", kMostMj));
+  return {[=](ScriptedRun& run) { run.drop(*rate_hz, *energy_mj * 1e-3); }};
 }
 
 // "WORD on" or "WORD off".
 template <void (*kTurn)(ScriptedRun&, bool)>
-Act turn(const Words& words) {
-  const Switch* position = words.size() == 2 ? find(kOnOff, words[1]) : nullptr;
-  if (position == nullptr) return {};
-  return [=](ScriptedRun& run) { kTurn(run, position->on); };
+Meaning turn(const Words& words) {
+  if (words.size() != 2) return {};
+  const Switch* position = find(kOnOff, words[1]);
+  if (position == nullptr) return wrong(words[1], fmt::format("{} on or off", words[0]));
+  return {[=](ScriptedRun& run) { kTurn(run, position->on); }};
 }
 void turn_host(ScriptedRun& run, bool on) { run.poll(on); }
 void turn_clock(ScriptedRun& run, bool on) { run.run_clock(on); }
@@ -198,19 +233,54 @@ const Flop* flop_of(std::string_view name) {
   return nullptr;
 }
 
-Act flip(const Words& words) {
-  const Flop* flop = words.size() == 3 ? flop_of(words[1]) : nullptr;
-  const auto bit = words.size() == 3 ? number_in(words[2], 0U, 63U) : std::nullopt;
-  if (flop == nullptr || !bit || (flop->changeable >> *bit & 1) == 0) return {};
-  return [=](ScriptedRun& run) {
+// Names to take instead of that of a flop: those of its block, else the blocks.
+std::string known_flops(std::string_view name) {
+  const auto block_of = [](std::string_view flop) { return flop.substr(0, flop.find('.')); };
+  std::string flops, blocks;
+  std::string_view last_block;
+  for (const FlopBlock& block : flop_blocks()) {
+    for (const FlopWords& words : block) {
+      const std::string_view flop = words.front().name;
+      if (block_of(flop) != last_block)
+        blocks += fmt::format("{}{}", blocks.empty() ? "" : ", ", last_block = block_of(flop));
+      if (block_of(flop) != block_of(name)) continue;
+      flops += fmt::format("{}{}", flops.empty() ? "" : ", ", flop);
+      if (words.front().is_array) flops += fmt::format("[0..{}]", words.size() - 1);
+    }
+  }
+  return flops.empty() ? "BLOCK.FLOP with a block of " + blocks : "one of " + flops;
+}
+
+// "0", "0..7", "0, 3..5": the bits that are flops.
+std::string bits_of(const Flop& flop) {
+  std::string list;
+  for (unsigned bit = 0; bit < 64; ++bit) {
+    if ((flop.changeable >> bit & 1) == 0) continue;
+    unsigned last = bit;
+    while (last < 63 && (flop.changeable >> (last + 1) & 1) != 0) ++last;
+    list += fmt::format("{}{}", list.empty() ? "" : ", ", bit);
+    if (last > bit) list += fmt::format("..{}", last);
+    bit = last;
+  }
+  return list;
+}
+
+Meaning flip(const Words& words) {
+  if (words.size() != 3) return {};
+  const Flop* flop = flop_of(words[1]);
+  if (flop == nullptr) return wrong(words[1], known_flops(words[1]));
+  const auto bit = number_in(words[2], 0U, 63U);
+  if (!bit || (flop->changeable >> *bit & 1) == 0)
+    return wrong(words[2], fmt::format("bit {} of {}", bits_of(*flop), words[1]));
+  return {[=](ScriptedRun& run) {
     flop->set(run.chip(), flop->word, flop->get(run.chip(), flop->word) ^ std::uint64_t{1} << *bit);
     run.chip().mem.refresh_params();
-  };
+  }};
 }
 
 struct Rule {
   EventUsage usage;
-  Act (*parse)(const Words& words);
+  Meaning (*parse)(const Words& words);
 };
 constexpr std::array<Rule, 21> kRules{{
     {{"set", "REGISTER VALUE", "the host writes a register, in its unit"}, set_register},
@@ -255,17 +325,12 @@ std::string all_words() {
   return list;
 }
 
-template <class Table>
-std::string names_of(const Table& table) {
-  std::string list;
-  for (const auto& entry : table) list += fmt::format("{}{}", list.empty() ? "" : ", ", entry.name);
-  return list;
-}
-
 // What a line says of the head before anything happens; nothing when it is good.
-std::optional<std::string> set_up(HeadConfig& head, const Words& words) {
+std::optional<std::string> set_up(HeadConfig& head, const Words& words, Words& said) {
   const std::string_view name = words[0];
   const std::string_view value = words.size() == 2 ? words[1] : std::string_view();
+  if (std::find(said.begin(), said.end(), name) != said.end()) return fmt::format("{} once", name);
+  said.push_back(name);
   if (name == "head") {
     const PlantConfig* plant = find(kPlants, value);
     if (plant == nullptr) return "head " + names_of(kPlants);
@@ -313,9 +378,10 @@ ParsedEvent parse_event(std::string_view text, std::uint64_t cycle) {
   const Words words = words_of(text);
   const Rule* rule = words.empty() ? nullptr : rule_of(words[0]);
   if (rule == nullptr) return {{}, ScenarioDefect{1, shown(text), "one of " + all_words()}};
-  Act act = rule->parse(words);
-  if (!act) return {{}, ScenarioDefect{1, shown(text), usage_text(rule->usage)}};
-  return {{cycle, std::string(text), std::move(act)}, std::nullopt};
+  Meaning meaning = rule->parse(words);
+  if (!meaning.expected.empty()) return {{}, ScenarioDefect{1, meaning.found, meaning.expected}};
+  if (!meaning.act) return {{}, ScenarioDefect{1, shown(text), usage_text(rule->usage)}};
+  return {{cycle, std::string(text), std::move(meaning.act)}, std::nullopt};
 }
 
 namespace {
@@ -353,8 +419,14 @@ bool begins_with_time(std::string_view text) {
 
 ParsedScenario parse_scenario(std::string_view text) {
   ParsedScenario parsed;
+  if (text.size() > kMostScenarioBytes) {
+    parsed.defect = ScenarioDefect{1, fmt::format("{} bytes", text.size()),
+                                   fmt::format("a scenario of {} at most", kMostScenarioBytes)};
+    return parsed;
+  }
   std::vector<Event>& events = parsed.scenario.events;
-  for (const Statement& statement : statements_of(text)) {
+  Words said;
+  for (const Statement& statement : statements_of(without_byte_order_mark(text))) {
     const auto refuse = [&](std::string found, std::string expected) {
       parsed.defect = ScenarioDefect{statement.line, std::move(found), std::move(expected)};
       return parsed;
@@ -363,13 +435,15 @@ ParsedScenario parse_scenario(std::string_view text) {
     if (!begins_with_time(statement.text)) {
       if (!events.empty())
         return refuse(shown(statement.text), "a time in seconds, as the first event has one");
-      if (auto expected = set_up(parsed.scenario.head, words))
+      if (auto expected = set_up(parsed.scenario.head, words, said))
         return refuse(shown(statement.text), *expected);
       continue;
     }
     const auto time_s = number_in(words[0], 0.0, kLongest_s);
     if (!time_s) return refuse(shown(words[0]), fmt::format("a time of 0 to {} s", kLongest_s));
     const auto cycle = static_cast<std::uint64_t>(std::llround(*time_s * spec::kClkHz));
+    if (events.size() == kMostEvents)
+      return refuse("another event", fmt::format("a scenario of {} at most", kMostEvents));
     ParsedEvent event = parse_event(statement.text.substr(words[0].size()), cycle);
     if (event.defect) return refuse(event.defect->found, event.defect->expected);
     events.push_back(std::move(event.event));

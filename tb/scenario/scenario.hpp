@@ -16,6 +16,10 @@ namespace meltstage::tb {
 
 class ScriptedRun;
 
+// Bounds of what a scenario can make its reader keep.
+inline constexpr std::size_t kMostScenarioBytes = std::size_t{4} << 20;
+inline constexpr std::size_t kMostEvents = 100'000;
+
 /// Something that is done to the chip or what stands around it.
 struct Event {
   std::uint64_t cycle;  ///< of the chip, when it is done

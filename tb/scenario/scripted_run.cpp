@@ -149,10 +149,12 @@ void ScriptedRun::do_what_is_due() {
   note_fault();
   if (run_.cycle >= next_poll_) {
     next_poll_ = run_.cycle + kPollPeriod;
-    if (polls_ && !head_.host().busy()) send("poll", read_input_registers(kChipAddress, 0, kPolledRegisters));
+    if (polls_ && !head_.host().busy()) send("poll", read_input_registers(kChipAddress, 0, kPolledRegisters), false);
   }
   if (drop_period_ != 0 && run_.cycle >= next_drop_) {
-    head_.plant().droplet(run_.cycle, drop_energy_j_);
+    // a droplet leaves no colder than what flows in, which is as cold as the surroundings
+    if (head_.plant().block_degc(run_.cycle) > head_.plant().ambient_degc())
+      head_.plant().droplet(run_.cycle, drop_energy_j_);
     next_drop_ += drop_period_;
   }
   // last, as what a person does at this clock comes behind all that stands
@@ -226,8 +228,8 @@ std::vector<PinChange> ScriptedRun::pins(std::uint64_t begin, std::uint64_t end)
   return found;
 }
 
-void ScriptedRun::send(std::string what, ModbusRequest request) {
-  sent_.push_back({std::move(what), bytes_of(request)});
+void ScriptedRun::send(std::string what, ModbusRequest request, bool told) {
+  sent_.push_back({std::move(what), bytes_of(request), told});
   head_.host().submit(std::move(request));
 }
 
@@ -235,6 +237,11 @@ void ScriptedRun::take_answers() {
   while (const auto result = head_.host().take_result()) {
     Sent sent = std::move(sent_.front());
     sent_.pop_front();
+    if (result->outcome == ModbusOutcome::exception && sent.told) {
+      ++refused_;
+      if (refusals_.size() < kMostRefusals)
+        refusals_.push_back({seconds(result->request_start_cycle), sent.what, answer_text(*result), {}});
+    }
     log({seconds(result->request_start_cycle), std::move(sent.what), answer_text(*result),
          std::move(sent.request), result->frame});
   }

@@ -78,6 +78,12 @@ class ScriptedRun {
   /// The last entries, and the number of those no longer kept.
   const std::deque<LogEntry>& log() const { return log_; }
   std::uint64_t log_dropped() const { return log_dropped_; }
+  /// What the host asked by its words and the chip refused: the first ones, and the number of all.
+  static constexpr std::size_t kMostRefusals = 20;
+  const std::vector<LogEntry>& refusals() const { return refusals_; }
+  std::uint64_t refused() const { return refused_; }
+  /// Events whose time hasn't come.
+  const std::deque<Event>& events_to_come() const { return events_; }
   /// Changes of pins from `begin` to `end`; the first one has the levels at `begin`, or those of the oldest
   /// change that is kept.
   std::vector<PinChange> pins(std::uint64_t begin, std::uint64_t end) const;
@@ -85,7 +91,8 @@ class ScriptedRun {
   // What events do.
   Head& head() { return head_; }
   chip::Chip& chip() { return run_.chip; }
-  void send(std::string what, ModbusRequest request);
+  /// `told`: a refusal joins refusals().
+  void send(std::string what, ModbusRequest request, bool told = true);
   void poll(bool on) { polls_ = on; }
   void run_clock(bool on) { clock_runs_ = on; }
   /// Droplets a second, and the heat that each takes; 0 a second for none.
@@ -95,6 +102,7 @@ class ScriptedRun {
   struct Sent {
     std::string what;
     std::vector<std::uint8_t> request;
+    bool told;
   };
 
   void set_sensor(std::string_view part);
@@ -124,6 +132,8 @@ class ScriptedRun {
   std::vector<TraceRow> rows_;
   std::deque<LogEntry> log_;
   std::uint64_t log_dropped_ = 0;
+  std::vector<LogEntry> refusals_;
+  std::uint64_t refused_ = 0;
   std::vector<PinChange> changes_;  // a ring
   std::size_t oldest_change_ = 0;
   std::uint64_t change_count_ = 0;

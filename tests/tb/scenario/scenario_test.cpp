@@ -52,31 +52,85 @@ TEST(Scenario, WhatIsNotUnderstoodIsToldByLine) {
     std::size_t line;
     const char *found, *expected;
   };
-  for (const Case& c : {Case{"\n\nhead X", 3, "head X", "head PH-1, PH-A"},
-                        {"sensor custom", 1, "sensor custom", "sensor MAX31855"},
-                        {"noise -1", 1, "noise -1", "noise 0..10"},
-                        {"seed 1.5", 1, "seed 1.5", "seed and a whole number"},
-                        {"5 run\nhead PH-1", 2, "head PH-1", "a time in seconds"},
-                        {"-1 run", 1, "-1", "a time of 0 to"},
-                        {"1e7 run", 1, "1e7", "a time of 0 to"},
-                        {"5", 1, "", "one of set, run"},
-                        {"5 jump", 1, "jump", "one of set, run"},
-                        {"5 run now", 1, "run now", "run"},
-                        {"5 set CMDX 1", 1, "set CMDX 1", "set REGISTER VALUE"},
-                        {"5 set SETPOINT nan", 1, "set SETPOINT nan", "set REGISTER VALUE"},
-                        {"5 set SETPOINT 99999", 1, "set SETPOINT 99999", "set REGISTER VALUE"},
-                        {"5 frame", 1, "frame", "frame HEX"},
-                        {"5 frame 1ff", 1, "frame 1ff", "frame HEX"},
-                        {"5 seat 1.01", 1, "seat 1.01", "seat 0..1"},
-                        {"5 flip guard.run_q 1", 1, "flip guard.run_q 1", "flip FLOP BIT"},
-                        {"5 flip mem.active_q[999] 0", 1, "flip mem.active_q[999] 0", "flip FLOP BIT"},
-                        {"5 clock slow", 1, "clock slow", "clock on|off"}}) {
+  for (const Case& c :
+       {Case{"\n\nhead X", 3, "head X", "head PH-1, PH-A"},
+        {"sensor custom", 1, "sensor custom", "sensor MAX31855"},
+        {"noise -1", 1, "noise -1", "noise 0..10"},
+        {"seed 1.5", 1, "seed 1.5", "seed and a whole number"},
+        {"5 run\nhead PH-1", 2, "head PH-1", "a time in seconds"},
+        {"-1 run", 1, "-1", "a time of 0 to"},
+        {"1e7 run", 1, "1e7", "a time of 0 to"},
+        {"5", 1, "", "one of set, run"},
+        {"5 jump", 1, "jump", "one of set, run"},
+        {"5 run now", 1, "run now", "run"},
+        {"5 set SETPOINT", 1, "set SETPOINT", "set REGISTER VALUE"},
+        {"5 set CMDX 1", 1, "CMDX", "one of CMD, SETPOINT, RAMP_UP, "},
+        {"5 set STATUS 1", 1, "STATUS", "a register that can be written; that one is only read"},
+        {"5 set SETPOINT nan", 1, "nan", "SETPOINT of 0.0 to 500.0 degC"},
+        {"5 set SETPOINT 1e300", 1, "1e300", "SETPOINT of 0.0 to 500.0 degC"},
+        {"5 set SETPOINT 99999", 1, "99999", "SETPOINT of 0.0 to 500.0 degC"},
+        {"5 set SETPOINT 0x10", 1, "0x10", "SETPOINT of 0.0 to 500.0 degC"},
+        {"5 set KP 0.000000001", 1, "0.000000001",
+         "KP of 0, or 1.52588e-05 1/K at least: the register would hold 0"},
+        {"5 set MODE 0.4", 1, "0.4", "MODE of a whole number"},
+        {"5 set MODE 1.4", 1, "1.4", "MODE of a whole number"},
+        {"5 frame", 1, "frame", "frame HEX"},
+        {"5 frame 00 1ff", 1, "1ff", "bytes from 00 to ff"},
+        {"5 supply 1e9", 1, "1e9", "supply of 0 to 2 of the nominal voltage"},
+        {"5 ambient hot", 1, "hot", "ambient of -50 to 100 degC"},
+        {"5 fan -1", 1, "-1", "fan of 0 to 10 W/K"},
+        {"5 drops 6000 1", 1, "6000", "drops of 0 to 5000 Hz"},
+        {"5 drops 1 1001", 1, "1001", "drops of 0 to 1000 mJ each"},
+        {"5 seat 1.01", 1, "1.01", "seat of 0 to 1"},
+        {"5 sensor gone", 1, "gone", "sensor sound, open, to_ground"},
+        {"5 heater gone", 1, "gone", "heater sound, open, shorted"},
+        {"5 flip guard.run_q 1", 1, "1", "bit 0 of guard.run_q"},
+        {"5 flip guard.run_q 99", 1, "99", "bit 0 of guard.run_q"},
+        {"5 flip mem.active_q[999] 0", 1, "mem.active_q[999]", "one of mem."},
+        {"5 flip nosuch.q 0", 1, "nosuch.q", "BLOCK.FLOP with a block of "},
+        {"5 clock slow", 1, "slow", "clock on or off"},
+        {"head PH-1\nseed 1\nhead PH-A", 3, "head PH-A", "head once"},
+        {"seed 1;seed 2", 1, "seed 2", "seed once"}}) {
     const auto defect = parse_scenario(c.text).defect;
     ASSERT_TRUE(defect) << c.text;
     EXPECT_EQ(defect->line, c.line) << c.text;
     EXPECT_EQ(defect->found, c.found);
     EXPECT_THAT(defect->expected, StartsWith(c.expected)) << c.text;
   }
+}
+
+// What some editors put before the first word.
+TEST(Scenario, BeginsBehindAByteOrderMark) {
+  const ParsedScenario parsed = parse_scenario(
+      "\xEF\xBB\xBF"
+      "1 run");
+  ASSERT_FALSE(parsed.defect) << parsed.defect->found;
+  EXPECT_EQ(parsed.scenario.events.size(), 1U);
+}
+
+TEST(Scenario, FramesAndFlopsAreToldWithTheirBounds) {
+  std::string frame = "1 frame";
+  for (int i = 0; i < 257; ++i) frame += " 00";
+  const auto defect = parse_scenario(frame).defect;
+  ASSERT_TRUE(defect);
+  EXPECT_EQ(defect->found, "257 bytes");
+  EXPECT_EQ(defect->expected, "frame of 256 at most");
+  EXPECT_THAT(parse_scenario("1 flip mem.x 0").defect->expected, HasSubstr("mem.active_q[0.."));
+  EXPECT_THAT(parse_scenario("1 flip x 0").defect->expected, HasSubstr("guard"));
+}
+
+TEST(Scenario, IsBounded) {
+  std::string text;
+  for (std::size_t i = 0; i < kMostEvents; ++i) text += "1 run;\n";
+  EXPECT_FALSE(parse_scenario(text).defect);
+  const auto many = parse_scenario(text + "1 run").defect;
+  ASSERT_TRUE(many);
+  EXPECT_EQ(many->line, kMostEvents + 1);
+  EXPECT_EQ(many->found, "another event");
+  EXPECT_EQ(many->expected, "a scenario of 100000 at most");
+  const auto large = parse_scenario(std::string(kMostScenarioBytes + 1, '\n')).defect;
+  ASSERT_TRUE(large);
+  EXPECT_EQ(large->expected, "a scenario of 4194304 at most");
 }
 
 // What a driver would set for the part stands before all else.
@@ -104,8 +158,20 @@ TEST(ScriptedRun, HeatsAndKeepsARowEachTenth) {
 }
 
 TEST(ScriptedRun, RefusalIsToldInWords) {
-  const auto run = run_of("1 set T_MAX 3000", 2.0);
-  EXPECT_THAT(run->log().back().answer, HasSubstr("exception 3: illegal data value"));
+  const auto run = run_of("1 set SETPOINT 400;1.5 frame 01 06 01 01 ff ff 98 46;4 run", 3.0);
+  ASSERT_EQ(run->refusals().size(), 1U);
+  EXPECT_EQ(run->refused(), 1U);
+  EXPECT_EQ(run->refusals()[0].what, "set SETPOINT 400 degC");
+  EXPECT_NEAR(run->refusals()[0].time_s, 1.0, 0.01);
+  EXPECT_THAT(run->refusals()[0].answer, HasSubstr("exception 3: illegal data value"));
+  ASSERT_EQ(run->events_to_come().size(), 1U);
+  EXPECT_EQ(run->events_to_come().front().text, "run");
+}
+
+// However many droplets fall, they are as warm as what flows in.
+TEST(ScriptedRun, DropletsCoolNoFurtherThanTheSurroundings) {
+  const auto run = run_of("1 set SETPOINT 60;1.1 run;20 drops 5000 1000;25 stop", 60.0);
+  EXPECT_NEAR(run->rows().back().block_degc, 25.0, 0.1);
 }
 
 // Each way to break something ends in the fault that stands for it, with the heater off.
