@@ -15,6 +15,7 @@
 #include "base/error.hpp"
 #include "base/place.hpp"
 #include "base/toml_file.hpp"
+#include "host/register_word.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/tour/path.hpp"
@@ -76,8 +77,9 @@ void read_registers(TomlSection& section, std::vector<tb::RegisterValue>& regist
     const spec::RegisterInfo& info = spec::kHolding[i];
     const double value = section.number(info.name, 0.0, info.min * info.scale, info.max * info.scale);
     if (!section.has(info.name)) continue;
-    set_register(registers, static_cast<spec::Reg>(i),
-                 static_cast<std::uint16_t>(std::lround(value / info.scale)));
+    const host::RegisterWord word = host::register_word(info, value);
+    if (!word.expected.empty()) section.fail(info.name, fmt::format("{:.9g}", value), word.expected);
+    set_register(registers, static_cast<spec::Reg>(i), word.word);
   }
 }
 

@@ -133,6 +133,15 @@ TEST_F(JobRules, AControlPeriodGivesTheSensorItsTime) {
   expect_refused(print("[registers]\nTS = 50\n"), "registers.TS: found 50, expected at least 100 ms");
 }
 
+// As by `chip set`.
+TEST_F(JobRules, ARegisterHoldsWhatTheJobSays) {
+  expect_refused(
+      print("[registers]\nKP = 0.000000001\n"),
+      "job.toml:9:6: registers.KP: found 1e-09, expected 0, or 1.52588e-05 1/K at least: the register "
+      "would hold 0");
+  expect_refused(print("[registers]\nMODE = 0.4\n"), "registers.MODE: found 0.4, expected a whole number");
+}
+
 TEST_F(JobRules, AWholeNumberTooLargeIsShownAsItStands) {
   expect_refused(print("", "setpoint_degc = 9223372036854775807\n"),
                  "found 9223372036854775807, expected 0 to");
