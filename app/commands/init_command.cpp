@@ -74,7 +74,7 @@ double asked_pitch_mm(const InitSettings& settings) {
   if (settings.pitch_mm) return *settings.pitch_mm;
   std::string unit = settings.unit;
   if (unit.empty() && isatty(STDIN_FILENO) != 0) {
-    fmt::print("{}: its numbers have no unit. Unit ({}): ", settings.bumps.string(), known_units());
+    fmt::print("{}: its numbers have no unit. Unit ({}): ", escaped(settings.bumps.string()), known_units());
     std::fflush(stdout);
     std::getline(std::cin, unit);
   }
@@ -169,8 +169,8 @@ int init_job(const InitSettings& settings) {
   for (const std::string& note : file.notes) fmt::print("note: {}\n", note);
   if (settings.bumps.extension() == ".kicad_mod")
     fmt::print("note: KiCad's y points down; what lies above there lies above here\n");
-  fmt::print("{}: {} over {:.6g} mm x {:.6g} mm; print it: meltstage print {}\n", job.string(),
-             counted(file.points.size(), "bump"), x.size(), y.size(), job.string());
+  fmt::print("{}: {} over {:.6g} mm x {:.6g} mm; print it: meltstage print {}\n", escaped(job.string()),
+             counted(file.points.size(), "bump"), x.size(), y.size(), escaped(job.string()));
   return 0;
 }
 

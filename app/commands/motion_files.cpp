@@ -13,6 +13,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "motion/stage/accuracy.hpp"
 #include "motion/stage/stage.hpp"
 
@@ -75,7 +76,7 @@ int write_gcode_file(const GcodeCommand& command) {
     throw UserError(fmt::format("{}: {}", command.job.string(), error.what()));
   }
   for (const std::string& note : options.notes) fmt::print("note: {}\n", note);
-  fmt::print("{}: {}\n", command.out.string(), counted(job.bumps.size(), "droplet"));
+  fmt::print("{}: {}\n", escaped(command.out.string()), counted(job.bumps.size(), "droplet"));
   return 0;
 }
 

@@ -11,6 +11,7 @@
 #include "app/terminal.hpp"
 #include "base/file.hpp"
 #include "base/folder_lock.hpp"
+#include "base/place.hpp"
 #include "recording/text.hpp"
 #include "tb/jobs/job_runners.hpp"
 
@@ -132,7 +133,7 @@ int plan_windows(const fs::path& pins, const fs::path& folder, const tb::WindowB
                               [](std::string_view, double) { throw_if_interrupted(); });
     recording::read_text_into(pins, planner);
     const tb::WindowPlan plan = planner.publish();
-    fmt::print("{}: {} windows, {} clocks\n", folder.string(), plan.windows.size(), plan.cycles);
+    fmt::print("{}: {} windows, {} clocks\n", escaped(folder.string()), plan.windows.size(), plan.cycles);
     return 0;
   } catch (const Interrupted&) {
     on_stderr("meltstage: interrupted; nothing written\n");

@@ -56,6 +56,8 @@ TEST_F(MotionCommand, WritesAJobForEitherControl) {
   EXPECT_THAT(text_of("job.ngc"), HasSubstr("\nM64 P0\n"));
   EXPECT_THAT(text_of("job.gcode"), StartsWith("(made for these settings:)\n($100=1000.000)\n"));
   EXPECT_THAT(text_of("job.gcode"), HasSubstr("\nM8\n"));
+  const Ran escaped = run_command("gcode " + kJob + " --out '" + in_folder("a\nb\x1b[31m.ngc") + "'");
+  EXPECT_THAT(escaped.output, HasSubstr("a\\x0Ab\\x1B[31m.ngc: "));
 }
 
 TEST_F(MotionCommand, GcodeTellsWhatItLeavesOutOfAJob) {
