@@ -27,6 +27,7 @@ namespace {
 
 // What has the name of a symbolic link is replaced where it lies, and the link stays.
 std::filesystem::path behind_links(std::filesystem::path path) {
+  if (path.empty()) throw UserError("\"\": found an empty name, expected that of a file to write");
   constexpr int kMostLinks = 40;  // as Linux follows
   const std::filesystem::path named = path;
   std::error_code error;

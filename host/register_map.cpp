@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "base/error.hpp"
 #include "cmodel/spec.hpp"
 #include "host/errors.hpp"
+#include "host/register_word.hpp"
 
 namespace meltstage::host {
 
@@ -70,32 +70,6 @@ std::string near_names(std::string_view name) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// Digits behind the point that tell two neighbouring values apart; one more for a step that is no power of
-// ten.
-int decimals(double scale) {
-  int digits = 0;
-  double step = scale;
-  for (; digits < 8 && step < 0.999; step *= 10.0) ++digits;
-  return std::abs(step - std::round(step)) > 1e-9 ? digits + 1 : digits;
-}
-
-// Rounding is no answer where it makes something else of the value: of a bit field or count with a fraction,
-// of a value that becomes 0, which often means off, and of a baud rate that a receiver would not follow.
-void refuse_rounding(const Register& reg, double value, double raw) {
-  constexpr double kBaudError = 0.025;
-  const auto refuse = [&](const std::string& expected) {
-    throw UserError(fmt::format("{}: found {:.9g}, expected {}", reg.name, value, expected));
-  };
-  const double whole = raw * reg.scale;
-  if (reg.unit.empty() && reg.scale == 1.0 && value != raw) refuse("a whole number");
-  if (raw == 0.0 && value != 0.0)
-    refuse(fmt::format("0, or {:.6g}{}{} at least: the register would hold 0", reg.scale,
-                       reg.unit.empty() ? "" : " ", reg.unit));
-  if (reg.unit == "Bd" && std::abs(value - whole) > kBaudError * value)
-    refuse(
-        fmt::format("a rate within 2.5 % of a multiple of {:g} Bd; the nearest is {:g}", reg.scale, whole));
-}
-
 bool has_bits(const Register& reg) {
   return is(reg, spec::kInStatus) || is(reg, spec::kInFault) || is(reg, spec::kInCause) ||
          is(reg, spec::kInFirstFault);
@@ -136,15 +110,10 @@ double to_unit(const Register& reg, std::uint16_t raw) {
 
 std::uint16_t to_raw(const Register& reg, double value) {
   if (!reg.writable) throw UserError(fmt::format("{}: is read only, expected a holding register", reg.name));
-  const double raw = std::round(value / reg.scale);
-  if (!(raw >= reg.min && raw <= reg.max)) {  // false for NaN too
-    const int digits = decimals(reg.scale);
-    throw UserError(fmt::format("{}: found {:g}, expected {:.{}f} to {:.{}f}{}{}", reg.name, value,
-                                reg.min * reg.scale, digits, reg.max * reg.scale, digits,
-                                reg.unit.empty() ? "" : " ", reg.unit));
-  }
-  refuse_rounding(reg, value, raw);
-  return static_cast<std::uint16_t>(static_cast<std::int32_t>(raw));
+  const RegisterWord held = register_word(reg, value);
+  if (!held.expected.empty())
+    throw UserError(fmt::format("{}: found {:.9g}, expected {}", reg.name, value, held.expected));
+  return held.word;
 }
 
 std::string value_text(const Register& reg, std::uint16_t raw) {

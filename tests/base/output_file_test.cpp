@@ -41,6 +41,15 @@ TEST(OutputFile, AppearsWholeOrNotAtAll) {
   EXPECT_FALSE(has_partial(folder, "a"));
 }
 
+TEST(OutputFile, HasAName) {
+  try {
+    write_whole("", "text");
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_STREQ(error.what(), "\"\": found an empty name, expected that of a file to write");
+  }
+}
+
 TEST(OutputFile, IsPublishedOnceAndThenClosed) {
   const ScratchFolder folder;
   OutputFile file(folder.at("a"));
