@@ -95,10 +95,8 @@ class Judge {
 
 class Draw {
  public:
-  Draw(const Circuit& circuit, std::uint64_t seed) : circuit_(circuit), random_(seed) {
-    for (const Site& site : circuit.sites())
-      if (site.node != kNoNode) lines_.push_back({site.node, site.pin});
-  }
+  Draw(const CaptureView& view, std::uint64_t seed)
+      : circuit_(view.circuit), random_(seed), lines_(data_lines(view)) {}
   ChipDefect defect(DefectKind kind) {
     if (!is_bridge(kind)) return {kind, line()};
     for (;;) {
@@ -154,7 +152,7 @@ std::vector<BenchRow> bench_diagnosis(const BenchOptions& options) {
   program.scan_enable = design.scan_enable;
   program.patterns = captures_of(program.captures, program.stream, program.scan_enable);
   Judge judge(program);
-  Draw draw(program.view.circuit, options.seed);
+  Draw draw(program.view, options.seed);
   const std::size_t count = options.quick ? 3 : 84;  // of each of the twelve ways: 1008 chips
   std::vector<BenchRow> rows;
   Score chains;

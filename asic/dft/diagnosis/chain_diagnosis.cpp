@@ -4,7 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <iterator>
+#include <limits>
+#include <map>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -39,7 +43,10 @@ std::vector<Shift> shifts_of(const CycleStream& stream, std::size_t enable) {
   return shifts;
 }
 
-// What came out of a chain: '0', '1', or '?' where it was not compared or not logged.
+// What a chain does to that which is shifted through it.
+enum class Damage { none, stuck, slow, garbled };
+
+// What came out of a chain, as far as it was compared and logged.
 class Readings {
  public:
   Readings(const CycleStream& stream, const std::vector<Shift>& shifts, const ScanChain& chain,
@@ -52,52 +59,89 @@ class Readings {
     const std::uint64_t known_to =
         log.truncated && !log.fails.empty() ? log.fails.back().cycle : ~std::uint64_t{0};
     for (const Shift& shift : shifts) {
-      std::string unload(cells_, '?');
       for (std::size_t j = 0; j < shift.size(); ++j) {
         const char expected = stream.cycles[shift[j]].states[out];
-        if ((expected != 'H' && expected != 'L') || shift[j] >= known_to) continue;
-        const bool fails = failed.count(shift[j]) != 0;
-        const char found = (expected == 'H') != fails ? '1' : '0';
-        if (j < cells_) {
-          unload[cells_ - 1 - j] = found;
-        } else {  // it has gone through the whole chain
-          through_ += found;
-          is_broken_ = is_broken_ || fails;
+        const bool fails = failed.count(shift[j]) != 0, level = (expected == 'H') != fails;
+        if ((expected != 'H' && expected != 'L') || (shift[j] >= known_to && !fails)) continue;
+        if (j >= cells_) {
+          through_.push_back({expected == 'H', level});
+          continue;
         }
+        Cell& cell = of_cell_[cells_ - 1 - j];
+        ++(fails ? cell.failed : cell.met);
+        cell.seen[level ? 1 : 0] = true;
       }
-      unloads_.push_back(std::move(unload));
     }
   }
-  bool is_broken() const { return is_broken_; }
 
-  // Number of cells from the first on of which nothing but `level` was seen.
-  std::size_t constant(char level) const {
-    if (through_.find(level == '0' ? '1' : '0') != std::string::npos) return 0;
-    return cells_before(
-        [&](const std::string& unload, std::size_t i) { return unload[i] == '?' || unload[i] == level; });
+  // By what has gone through the whole chain, such as the bits of a chain test.
+  Damage damage() const {
+    bool fails = false, low = false, high = false, slow_up = true, slow_down = true;
+    for (std::size_t i = 0; i < through_.size(); ++i) {
+      const auto [expected, level] = through_[i];
+      fails = fails || expected != level;
+      (level ? high : low) = true;
+      if (i == 0) continue;
+      slow_up = slow_up && level == (expected && through_[i - 1].expected);
+      slow_down = slow_down && level == (expected || through_[i - 1].expected);
+    }
+    if (!fails) return Damage::none;
+    return low != high ? Damage::stuck : slow_up || slow_down ? Damage::slow : Damage::garbled;
   }
-  // The same of a bit that stands alone: one of `level` between two others.
-  std::size_t without_single(char level) const {
-    return cells_before([&](const std::string& unload, std::size_t i) {
-      if (i < 2) return true;
-      const char other = level == '1' ? '0' : '1';
-      return !(unload[i - 2] == other && unload[i - 1] == level && unload[i] == other);
-    });
+
+  // Cells from the first on of which one level alone was seen: they stand before a stuck one, or are it.
+  std::size_t constant_cells() const {
+    std::size_t most = 0;
+    for (const int level : {0, 1}) {
+      std::size_t i = 0;
+      while (i < cells_ && !of_cell_[i].seen[1 - level]) ++i;
+      most = std::max(most, i);
+    }
+    return most;
+  }
+
+  // The cell behind which strobes fail at another rate than before it: most likely so, with one rate on each
+  // side.
+  std::size_t change_of_rate() const {
+    Cell all, before;
+    for (const Cell& cell : of_cell_) {
+      all.failed += cell.failed;
+      all.met += cell.met;
+    }
+    std::size_t best = 0;
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < cells_; ++i) {
+      before.failed += of_cell_[i].failed;
+      before.met += of_cell_[i].met;
+      const double likelihood = log_likelihood(before.failed, before.met) +
+                                log_likelihood(all.failed - before.failed, all.met - before.met);
+      if (likelihood <= most) continue;
+      most = likelihood;
+      best = i;
+    }
+    return best;
   }
 
  private:
-  template <class Holds>
-  std::size_t cells_before(const Holds& holds) const {
-    for (std::size_t i = 0; i < cells_; ++i)
-      if (!std::all_of(unloads_.begin(), unloads_.end(), [&](const std::string& u) { return holds(u, i); }))
-        return i;
-    return cells_;
+  struct Cell {
+    std::size_t failed = 0, met = 0;
+    std::array<bool, 2> seen{};
+  };
+  struct Bit {
+    bool expected, level;
+  };
+  static double log_likelihood(std::size_t failed, std::size_t met) {
+    const auto part = [&](std::size_t n) {
+      return n == 0 ? 0.0
+                    : static_cast<double>(n) *
+                          std::log(static_cast<double>(n) / static_cast<double>(failed + met));
+    };
+    return part(failed) + part(met);
   }
 
   std::size_t cells_;
-  std::vector<std::string> unloads_;  // by cell
-  std::string through_;
-  bool is_broken_ = false;
+  std::vector<Cell> of_cell_ = std::vector<Cell>(cells_);
+  std::vector<Bit> through_;
 };
 
 // The drivers of these lines, and on from there what leads nowhere else.
@@ -136,12 +180,17 @@ class ShiftPath {
     out_ = static_cast<std::size_t>(std::find(outputs.begin(), outputs.end(), chain.out) - outputs.begin());
   }
 
+  // Where the way to cell k begins: cell k - 1, or the chain's input.
+  Line begin_of(std::size_t k) const {
+    const std::size_t input = k == 0 ? in_ : view_.input_ports.size() + flops_[k - 1];
+    return {view_.circuit.inputs()[input], kStem};
+  }
+
   // Lines of the logic between cell k - 1 and cell k, k's own reset among them; 0: behind the chain's input,
   // the number of cells: before its output.
   void add_between(std::size_t k, std::set<Line>& lines) const {
     const Circuit& circuit = view_.circuit;
-    const Node from =
-        k == 0 ? circuit.inputs()[in_] : circuit.inputs()[view_.input_ports.size() + flops_[k - 1]];
+    const Node from = begin_of(k).node;
     const Node to = k == flops_.size() ? circuit.outputs()[out_]
                                        : circuit.outputs()[view_.output_ports.size() + flops_[k]];
     std::vector<bool> behind(circuit.size(), false), before(circuit.size(), false);
@@ -236,6 +285,26 @@ class Trial {
   std::vector<FailedStrobe> seen_;
 };
 
+// The way between two cells behind whose first cell a defect would fail most as the chip does: the nearer a
+// guess, the more alike its log, so every sixteenth is tried, then those around the best.
+std::size_t best_way(const ShiftPath& path, std::size_t ways, const std::vector<DefectKind>& kinds,
+                     const Trial& trial, const Progress& progress) {
+  constexpr std::size_t kStep = 16;
+  std::size_t best = 0;
+  for (const std::size_t step : {kStep, std::size_t{1}}) {
+    std::map<Line, std::size_t> way_of;
+    std::set<Line> lines;
+    const std::size_t begin = step == 1 ? best - std::min(best, kStep) : 0;
+    const std::size_t end = step == 1 ? std::min(best + kStep, ways) : ways;
+    for (std::size_t k = begin; k < end; k += step) {
+      way_of[path.begin_of(k)] = k;
+      lines.insert(path.begin_of(k));
+    }
+    best = way_of.at(trial.of(lines, kinds, progress).at(0).defect.line);
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<BrokenChain> diagnose_chains(const CaptureView& view, const CycleStream& stream,
@@ -247,18 +316,21 @@ std::vector<BrokenChain> diagnose_chains(const CaptureView& view, const CycleStr
   const Trial trial(view, stream, scan_enable, shifts, log);
   for (std::size_t c = 0; c < stream.chains.size(); ++c) {
     const Readings readings(stream, shifts, stream.chains[c], log);
-    if (!readings.is_broken()) continue;
-    const std::size_t stuck = std::max(readings.constant('0'), readings.constant('1'));
-    const std::size_t slow = std::max(readings.without_single('0'), readings.without_single('1'));
-    const std::size_t reach = stuck > 0 ? stuck : slow;
-    BrokenChain found{.chain = c, .cell = reach == 0 ? 0 : reach - 1, .suspects = {}};
+    const Damage damage = readings.damage();
+    if (damage == Damage::none) continue;
     const ShiftPath path(view, stream.chains[c]);
-    std::set<Line> lines;
-    for (std::size_t k = found.cell; k <= std::min(found.cell + 1, stream.chains[c].cells.size()); ++k)
-      path.add_between(k, lines);
     const std::vector<DefectKind> kinds =
-        stuck > 0 ? std::vector{DefectKind::stuck_at_0, DefectKind::stuck_at_1}
-                  : std::vector{DefectKind::slow_to_rise, DefectKind::slow_to_fall};
+        damage == Damage::slow ? std::vector{DefectKind::slow_to_rise, DefectKind::slow_to_fall}
+                               : std::vector{DefectKind::stuck_at_0, DefectKind::stuck_at_1};
+    const std::size_t ways = stream.chains[c].cells.size() + 1;  // 0: from the input to the first cell
+    std::size_t way = damage == Damage::stuck  ? readings.constant_cells()
+                      : damage == Damage::slow ? best_way(path, ways, kinds, trial, progress)
+                                               : readings.change_of_rate() + 1;
+    const std::size_t around = damage == Damage::garbled ? 4 : 1;
+    BrokenChain found{.chain = c, .cell = way == 0 ? 0 : way - 1, .suspects = {}};
+    std::set<Line> lines;
+    for (std::size_t k = way - std::min(way, around); k < std::min(way + around, ways); ++k)
+      path.add_between(k, lines);
     found.suspects = trial.of(lines, kinds, progress);
     if (found.suspects.empty() || found.suspects[0].agreement < kAlike) {
       add_drivers(view.circuit, lines);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A broken scan chain, located by what it lets through. All that is shifted through the defect is the same
-// level (a stuck cell) or has lost its single bits (a slow one); what cells behind it captured comes out
-// whole. So the last cell up to which nothing else was ever seen stands before the defect (after Kundu, "On
-// diagnosis of faults in a scan-chain", VTS 1993, and Guo and Venkataraman, "A technique for fault diagnosis
-// of defects in scan chains", ITC 2001). Defects there are then tried on the virtual tester.
+// A broken scan chain. What has gone through all of it tells the damage: one level alone (a stuck cell),
+// edges a cycle late (a slow one), or garbage. All that a stuck cell lets through is one level, while cells
+// behind it show what they captured; so the cells of which nothing else was ever seen stand before it (after
+// Kundu, "On diagnosis of faults in a scan-chain", VTS 1993, and Guo and Venkataraman, "A technique for fault
+// diagnosis of defects in scan chains", ITC 2001). A slow cell is looked for by trial, what garbles by the
+// rate of fails. Defects there are then tried on the virtual tester.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +28,7 @@ struct ChainSuspect {
 
 struct BrokenChain {
   std::size_t chain = 0;  ///< of the stream
-  /// The defect lies behind this cell of it, or in it, as far as what comes out tells; the first of them.
-  std::size_t cell = 0;
+  std::size_t cell = 0;   ///< of it, behind or in which the defect lies, as far as what comes out tells
   std::vector<ChainSuspect> suspects;  ///< best first; those with the same agreement can't be told apart
 };
 

@@ -198,6 +198,7 @@ class Case {
       used_.push_back(d_.blocks_[b].used());
       failing_.emplace_back();
       failed_.emplace_back();
+      unknown_.emplace_back();
     }
     place(log);
     if (log.truncated && !log.fails.empty()) leave_out_from(log.fails.back().cycle);
@@ -255,14 +256,23 @@ class Case {
     }
     return false;
   }
-  // The log tells nothing of patterns that are compared there or later.
+  // Of strobes from that cycle on the log tells those alone that it names.
   void leave_out_from(std::uint64_t cycle) {
     for (std::size_t p = 0; p < d_.captures_.patterns.size(); ++p) {
+      const std::size_t block = p / kLanes, lane = p % kLanes;
       const auto& cycles = d_.captures_.compared_in[p];
-      const bool known = std::all_of(cycles.begin(), cycles.end(), [&](std::uint32_t at) {
-        return at == Captures::kNotCompared || at < cycle;
-      });
-      if (!known) used_[p / kLanes].set(p % kLanes, false);
+      bool any_known = false;
+      std::vector<std::uint32_t> unknown;
+      for (std::uint32_t o = 0; o < cycles.size(); ++o) {
+        if (cycles[o] == Captures::kNotCompared) continue;
+        const auto failed = failed_[block].find(o);
+        const bool known = cycles[o] < cycle || (failed != failed_[block].end() && failed->second.bit(lane));
+        any_known = any_known || known;
+        if (!known) unknown.push_back(o);
+      }
+      if (!any_known) used_[block].set(lane, false);
+      if (!any_known || unknown.empty()) continue;
+      for (const std::uint32_t o : unknown) unknown_[block][o].set(lane, true);
     }
   }
 
@@ -307,7 +317,9 @@ class Case {
       std::map<std::uint32_t, const Word*> unmet;
       for (const auto& [output, word] : failed_[b]) unmet[output] = &word;
       for (const Flips::Response& response : flips_.of(d_.lines_[line], d_.good_[b])) {
-        const Lanes seen = lanes(response.lanes) & lanes(d_.blocks_[b].compared[response.output]);
+        Lanes seen = lanes(response.lanes) & lanes(d_.blocks_[b].compared[response.output]);
+        if (const auto unknown = unknown_[b].find(response.output); unknown != unknown_[b].end())
+          seen &= ~lanes(unknown->second);
         shows |= seen;
         const auto failed = unmet.find(response.output);
         if (failed == unmet.end()) {
@@ -441,8 +453,9 @@ class Case {
   const Diagnoser& d_;
   const Circuit& circuit_;
   Flips flips_;
-  std::vector<Word> used_, failing_;                   // by block
-  std::vector<std::map<std::uint32_t, Word>> failed_;  // by block, by output
+  std::vector<Word> used_, failing_;                    // by block
+  std::vector<std::map<std::uint32_t, Word>> failed_;   // by block, by output
+  std::vector<std::map<std::uint32_t, Word>> unknown_;  // likewise where the log tells nothing
   std::vector<Effect> effects_;
   Diagnosis result_;
 };

@@ -73,6 +73,13 @@ Lanes bridged(DefectKind kind, const Lanes& own, const Lanes& other) {
   }
 }
 
+bool is_clock(const CaptureView& view, const Line& line) {
+  const Node source = source_of(view.circuit, line);
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i)
+    if (view.clock_ports[i] != 0 && source == view.circuit.inputs()[i]) return true;
+  return false;
+}
+
 class Tester {
  public:
   Tester(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
@@ -99,6 +106,7 @@ class Tester {
     for (std::size_t c = 0; c < chips.size(); ++c) {
       random_.emplace_back(chips[c].seed);
       for (const ChipDefect& defect : chips[c].defects) {
+        require_no_clock(defect);
         AtWork& added = defects_.emplace_back(AtWork{.defect = defect});
         added.chip.set(c * lanes_, lanes_, true);
         marked_[defect.line.node] = 1;
@@ -139,6 +147,13 @@ class Tester {
     return static_cast<std::size_t>(found - stream_.signals.begin());
   }
   Word& state(std::size_t flop) { return driven_[view_.input_ports.size() + flop]; }
+
+  // Clocks have no levels here, only pulses.
+  void require_no_clock(const ChipDefect& defect) const {
+    if (is_clock(view_, defect.line) || (is_bridge(defect.kind) && is_clock(view_, defect.other)))
+      throw UserError(fmt::format("defect \"{}\": found a clock, expected lines that carry data",
+                                  defect_name(circuit_, defect)));
+  }
 
   // While a netlist shifts, most of its logic leads nowhere: only what moves the chains and the ports is
   // evaluated then.
@@ -229,8 +244,9 @@ class Tester {
       Word running, clocked;
       drive(stretches, t, running, clocked);
       const bool shifts = all_shift(stretches, t);
-      evaluate(shifts);
-      if (apply_resets(running)) evaluate(shifts);
+      do {
+        evaluate(shifts);
+      } while (apply_resets(running));  // a flop that is reset may reset others
       compare(stretches, t);
       clock(clocked);
       for (AtWork& defect : defects_) {
@@ -410,6 +426,14 @@ class Tester {
 };
 
 }  // namespace
+
+std::vector<Line> data_lines(const CaptureView& view) {
+  std::vector<Line> lines;
+  for (const Site& site : view.circuit.sites())
+    if (site.node != kNoNode && !is_clock(view, {site.node, site.pin}))
+      lines.push_back({site.node, site.pin});
+  return lines;
+}
 
 std::vector<FailLog> test_chips(const CaptureView& view, const CycleStream& stream,
                                 const std::string& scan_enable, const std::vector<TestedChip>& chips,

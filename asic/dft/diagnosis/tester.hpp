@@ -14,6 +14,9 @@
 
 namespace meltstage::dft {
 
+/// The lines that may have a defect: sites but those of clocks.
+std::vector<Line> data_lines(const CaptureView& view);
+
 /// The chip on the tester. What the flops hold at power-up and what the stream leaves open is drawn from
 /// `seed`.
 struct TestedChip {
@@ -24,8 +27,8 @@ struct TestedChip {
 /// Plays the whole stream. `view` is the capture view of the netlist with nothing held; a netlist without
 /// flops is tested cycle by cycle. The state goes on from load to load as on a chip: between two rises of
 /// `scan_enable` 512 stretches run side by side, each again until it begins as the one before it ends.
-/// Delays are none but those of slow lines: one cycle. Throws UserError as replay() does, and for a bridge
-/// that swings.
+/// Delays are none but those of slow lines: one cycle. Throws UserError as replay() does, for a bridge
+/// that swings, and for a defect of a clock.
 FailLog test_chip(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
                   const TestedChip& chip, const Progress& progress = {});
 
