@@ -20,6 +20,7 @@
 #include "app/print/job_file.hpp"
 #include "app/terminal.hpp"
 #include "base/error.hpp"
+#include "base/place.hpp"
 #include "cmodel/advance.hpp"
 #include "recording/vcd.hpp"
 #include "tb/lockstep/lockstep.hpp"
@@ -304,7 +305,7 @@ int serve_chip(const ServeOptions& options) {
   PseudoTerminal port(options.port);
   const LineSettings line = line_settings(server.chip());
   fmt::print("{}: {} of the chip on plant {}, address {}, {:.0f} Bd {}, {}; ends with Ctrl-C\n",
-             options.port.string(), options.rtl ? "RTL" : "model", options.plant,
+             escaped(options.port.string()), options.rtl ? "RTL" : "model", options.plant,
              server.chip().uartc.address_q, baud(line), format_name(line),
              options.speed ? fmt::format("{} x real time", *options.speed) : "as fast as it goes");
   std::fflush(stdout);

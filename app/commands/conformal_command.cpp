@@ -189,7 +189,7 @@ int write_probe(Settings& s) {
   }
   for (const motion::ClLine& line : lines)
     for (const std::string& note : notes_on_ramps(line)) fmt::print("note: {}\n", note);
-  fmt::print("{}: {} touches on {} lines\n", s.out.string(), all, points.size());
+  fmt::print("{}: {} touches on {} lines\n", escaped(s.out.string()), all, points.size());
   return 0;
 }
 
@@ -258,7 +258,7 @@ int write_print(Settings& s) {
                    ? " over the tolerance: choose a shorter --wavelength"
                    : "");
   }
-  fmt::print("{}: {} lines\n", s.out.string(), real.size());
+  fmt::print("{}: {} lines\n", escaped(s.out.string()), real.size());
   return 0;
 }
 

@@ -21,6 +21,7 @@
 #include "base/count.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/place.hpp"
 #include "recording/text.hpp"
 #include "recording/vcd.hpp"
 #include "tb/windows/window_plan.hpp"
@@ -378,7 +379,7 @@ int print_job(const PrintOptions& options) {
         fmt::format("{}: cannot be written, is the disk full?", folder.file("summary.json").string()));
   folder.publish();
 
-  fmt::print("{}: {}\n", loaded.job.name, report.verdict);
+  fmt::print("{}: {}\n", escaped(loaded.job.name), report.verdict);
   fmt::print(
       "path {:.3f} {} in file order, {:.3f} {} planned, at most {:.2f} % above the cheapest; heat-up {}; "
       "print {}; {} chip clocks\n",
@@ -389,7 +390,7 @@ int print_job(const PrintOptions& options) {
   if (checked) {
     fmt::print("{}", describe(*checked));
     if (!checked->joined.whole) {
-      fmt::print("work folder: {}\n", work.string());
+      fmt::print("work folder: {}\n", escaped(work.string()));
     } else if (options.work.empty()) {
       std::filesystem::remove_all(work);
     }
@@ -403,7 +404,7 @@ int print_job(const PrintOptions& options) {
     fmt::print("lockstep: {}, {} clocks, {} values compared, 0 mismatches\n",
                counted(report.lockstep.size(), "window"), clocks, comparisons);
   }
-  fmt::print("page: {}\n", (options.out / "report.html").string());
+  fmt::print("page: {}\n", escaped((options.out / "report.html").string()));
   return report.good ? 0 : 1;
 }
 
