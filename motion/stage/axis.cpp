@@ -137,15 +137,19 @@ void AxisControl::fail(AxisFault fault) {
   if (!coupled_) slow_down(config_.stop_limits);
 }
 
-/// Faults of this cycle; one at a time, the first stays.
+/// Faults of this cycle; one at a time, the first stays. Only a following error follows another: a stop is no
+/// stop if the axis doesn't go with it.
 void AxisControl::watch() {
-  if (phase_ == AxisPhase::stopping || phase_ == AxisPhase::fault) return;
+  if (phase_ == AxisPhase::fault) return;
   const double allowed_mm =
       config_.following_error_mm + config_.following_error_s * std::abs(command_.velocity_mm_s);
-  if (std::abs(command_.position_mm - inputs_.encoder_mm) > allowed_mm) {
+  // Not "above": what isn't a number is no place where the axis could be.
+  if (!(std::abs(command_.position_mm - inputs_.encoder_mm) <= allowed_mm)) {
     fault_ = AxisFault::following_error;
     phase_ = AxisPhase::fault;
     homed_ = enabled_ = false;
+  } else if (phase_ == AxisPhase::stopping) {
+    return;
   } else if (inputs_.emergency_stop) {
     fail(AxisFault::emergency_stop);
   } else if (inputs_.limit_negative && command_.velocity_mm_s < 0.0) {
@@ -225,12 +229,18 @@ void AxisControl::advance_homing() {
   }
 }
 
+/// The drive is off: the command follows, so that nothing jumps when it comes on again.
+void AxisControl::go_with_the_axis() {
+  const double last_mm = std::isfinite(command_.position_mm) ? command_.position_mm : origin_mm_;
+  command_ = {std::isfinite(inputs_.encoder_mm) ? inputs_.encoder_mm : last_mm, 0.0, 0.0, 0.0};
+}
+
 AxisOutputs AxisControl::step(const AxisInputs& inputs) {
   if (coupled_)
     throw MotionError("step: found the axis coupled to a path, expected follow(), or decouple() before");
   inputs_ = inputs;
-  if (!enabled_) {  // the drive is off: the command follows, so that nothing jumps when it comes on again
-    command_ = {inputs.encoder_mm, 0.0, 0.0, 0.0};
+  if (!enabled_) {
+    go_with_the_axis();
     return {command_, false};
   }
   if (!profile_over()) ++cycles_;
@@ -251,8 +261,11 @@ AxisOutputs AxisControl::step(const AxisInputs& inputs) {
 AxisOutputs AxisControl::follow(const AxisInputs& inputs, const MotionState& command) {
   if (!coupled_) throw MotionError("follow: found the axis not coupled to a path, expected couple() before");
   inputs_ = inputs;
-  command_ = enabled_ ? command : MotionState{inputs.encoder_mm, 0.0, 0.0, 0.0};
-  if (enabled_) watch();
+  if (enabled_) {
+    command_ = command;
+    watch();
+  }
+  if (!enabled_) go_with_the_axis();
   const bool stands = command_.velocity_mm_s == 0.0 && command_.acceleration_mm_s2 == 0.0;
   if (phase_ == AxisPhase::stopping && stands) phase_ = AxisPhase::fault;
   return {command_, enabled_};
@@ -355,6 +368,9 @@ void AxisControl::reset() {
         fmt::format("reset: found the axis in phase \"{}\", expected a fault, at rest", name_of(phase_)));
   if (inputs_.emergency_stop)
     throw MotionError("reset: found the emergency stop still pressed, expected it released");
+  if (!std::isfinite(inputs_.encoder_mm))
+    throw MotionError(
+        fmt::format("reset: found the encoder at {} mm, expected a finite number", inputs_.encoder_mm));
   fault_ = AxisFault::none;
   enabled_ = true;
   coupled_ = false;

@@ -54,8 +54,8 @@ enum class AxisFault {
   emergency_stop,
   limit_negative,
   limit_positive,
-  soft_limit,  ///< a coordinated command outside the travel
-  following_error,
+  soft_limit,        ///< a coordinated command outside the travel
+  following_error,   ///< or an encoder that reads no number
   switch_not_found,  ///< way or limit switch reached first
   switch_stuck,      ///< still active after the whole way off it
   index_not_found,   ///< no pulse within 1.2 turns
@@ -89,7 +89,8 @@ struct HomingReport {
 
 /// The axis is never without a known state: a fault stops it under its stop limits; the encoder goes on
 /// counting, so that an axis which was homed still is after reset(). Only a following error, whose cause may
-/// be the encoder itself, asks for homing again.
+/// be the encoder itself, asks for homing again. It is watched until the axis rests, and takes the place of
+/// the fault for which the axis is stopping; a limit switch that comes meanwhile doesn't.
 class AxisControl {
  public:
   /// @throws MotionError if a value is outside its range.
@@ -114,7 +115,7 @@ class AxisControl {
   void decouple();                   ///< at rest: from now on step() again
   void set_homed(
       double position_mm);  ///< at rest: it stands there, known from elsewhere (an absolute encoder)
-  void reset();             ///< after a fault, its cause gone
+  void reset();             ///< after a fault, its cause gone and the encoder reading a number
 
   AxisPhase phase() const { return phase_; }
   AxisFault fault() const { return fault_; }
@@ -137,6 +138,7 @@ class AxisControl {
   void slow_down(const ScurveLimits& limits);
   void fail(AxisFault fault);
   void watch();
+  void go_with_the_axis();
   void hold_at(double encoder_mm);
   void advance_homing();
 

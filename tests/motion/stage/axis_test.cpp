@@ -262,6 +262,66 @@ TEST(FollowingError, SwitchesTheDriveOffAndAsksForHoming) {
   EXPECT_EQ(machine.control.phase(), AxisPhase::unhomed);
 }
 
+// The stop goes on blind if the encoder's supply went with the loop.
+TEST(FollowingError, IsWatchedWhileTheAxisStops) {
+  Machine machine(10.0);
+  ASSERT_TRUE(machine.home());
+  machine.control.move_to(45.0);
+  machine.run(0.25);  // at 100 mm/s
+  machine.emergency_stop = true;
+  machine.encoder_stuck = true;
+  ASSERT_TRUE(machine.run_to_rest());
+  EXPECT_EQ(machine.control.fault(), AxisFault::following_error);
+  EXPECT_FALSE(machine.control.homed());
+  EXPECT_FALSE(machine.control.step({}).enabled);
+  machine.control.reset();
+  EXPECT_EQ(machine.control.phase(), AxisPhase::unhomed);
+}
+
+TEST(FollowingError, IsAnEncoderWithoutANumber) {
+  for (const double reads_mm : {std::nan(""), HUGE_VAL, -HUGE_VAL})
+    for (const bool while_stopping : {false, true}) {
+      AxisControl control(Machine::config_for_tests());
+      control.set_homed(0.0);
+      control.move_to(40.0);
+      AxisInputs inputs;
+      for (int i = 0; i < 2000; ++i) inputs.encoder_mm = control.step(inputs).command.position_mm;
+      inputs.emergency_stop = while_stopping;
+      const double before_mm = control.step(inputs).command.position_mm;
+      inputs.emergency_stop = false;
+      inputs.encoder_mm = reads_mm;
+      const AxisOutputs out = control.step(inputs);
+      EXPECT_EQ(control.fault(), AxisFault::following_error);
+      EXPECT_EQ(control.phase(), AxisPhase::fault);
+      EXPECT_FALSE(control.homed());
+      EXPECT_FALSE(out.enabled);
+      EXPECT_NEAR(out.command.position_mm, before_mm, 0.1);  // stays a number
+      EXPECT_THAT(error_of([&] { control.reset(); }), StartsWith("reset: found the encoder at "));
+      inputs.encoder_mm = 7.0;
+      control.step(inputs);
+      control.reset();
+      EXPECT_EQ(control.step(inputs).command.position_mm, 7.0);
+    }
+}
+
+// It is stopping already, and the first fault stays; what the switch says counts again after reset().
+TEST(EmergencyStop, OntoALimitSwitchKeepsItsFault) {
+  AxisControl control(Machine::config_for_tests());
+  control.jog(50.0);
+  AxisInputs inputs;
+  for (int i = 0; i < 2000; ++i) inputs.encoder_mm = control.step(inputs).command.position_mm;
+  inputs.emergency_stop = true;
+  inputs.encoder_mm = control.step(inputs).command.position_mm;
+  ASSERT_EQ(control.phase(), AxisPhase::stopping);
+  inputs.limit_positive = true;
+  while (!control.at_rest()) inputs.encoder_mm = control.step(inputs).command.position_mm;
+  EXPECT_EQ(control.fault(), AxisFault::emergency_stop);
+  inputs.emergency_stop = false;
+  control.step(inputs);
+  control.reset();
+  EXPECT_THAT(error_of([&] { control.jog(5.0); }), HasSubstr("expected a jog away from it"));
+}
+
 TEST(AxisControl, ObeysItsLimitsInEveryPhase) {
   MotionState last;
   bool first = true;
@@ -393,6 +453,25 @@ TEST(Coordinated, WatchesWhatAnAxisAloneWatches) {
   EXPECT_EQ(fault_of(20.0, up, [](AxisInputs& in) { in.encoder_mm -= 0.2; }), AxisFault::following_error);
   EXPECT_EQ(fault_of(49.0, {50.02, 10.0, 0.0, 0.0}, [](AxisInputs&) {}), AxisFault::soft_limit);
   EXPECT_EQ(fault_of(1.0, {-0.02, -10.0, 0.0, 0.0}, [](AxisInputs&) {}), AxisFault::soft_limit);
+}
+
+TEST(Coordinated, WatchesTheFollowingErrorUntilThePathHasBroughtItToRest) {
+  AxisControl control = coupled(10.0);
+  follow(control, {12.0, 80.0, 0.0, 0.0}, [](AxisInputs& in) { in.emergency_stop = true; });
+  ASSERT_EQ(control.phase(), AxisPhase::stopping);
+  EXPECT_FALSE(
+      follow(control, {12.3, 20.0, -1000.0, 0.0}, [](AxisInputs& in) { in.encoder_mm = 12.0; }).enabled);
+  EXPECT_EQ(control.fault(), AxisFault::following_error);
+  EXPECT_FALSE(control.homed());
+}
+
+TEST(Coordinated, TakesACommandWithoutANumberForAFollowingError) {
+  for (const MotionState& command :
+       {MotionState{NAN, 80.0, 0.0, 0.0}, {12.0, NAN, 0.0, 0.0}, {HUGE_VAL, 80.0, 0.0, 0.0}}) {
+    AxisControl control = coupled(12.0);
+    follow(control, command, [](AxisInputs& in) { in.encoder_mm = 12.0; });
+    EXPECT_EQ(control.fault(), AxisFault::following_error);
+  }
 }
 
 TEST(Coordinated, AfterAFaultThePathBringsItToRestAndThePositionStays) {
