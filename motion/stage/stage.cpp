@@ -29,6 +29,10 @@ template <typename... Values>
   throw MotionError(fmt::format(format, std::forward<Values>(values)...));
 }
 
+double most_steps_per_s(const StageConfig& config) {
+  return config.clock_hz / (2.0 * config.step_high_cycles);
+}
+
 void check_axis(const AxisConfig& axis, std::string_view name, const StageConfig& config) {
   if (!std::isfinite(axis.lead_mm) || axis.lead_mm <= 0.0)
     fail("axis {}: found lead {} mm, expected a finite number above 0", name, axis.lead_mm);
@@ -44,13 +48,35 @@ void check_axis(const AxisConfig& axis, std::string_view name, const StageConfig
   if (!std::isfinite(axis.index_mm))
     fail("axis {}: found the index at {} mm, expected a finite number", name, axis.index_mm);
   const double steps_per_s = axis.limits.velocity_mm_s / pulse_length_mm(axis);
-  const double most_steps_per_s = config.clock_hz / (2.0 * config.step_high_cycles);
-  if (!(steps_per_s <= most_steps_per_s))
+  if (!(steps_per_s <= most_steps_per_s(config)))
     fail(
         "axis {}: {} mm/s needs {:.0f} steps/s, expected at most {:.0f} with {} high cycles of a {} Hz "
         "clock; lower the "
         "speed or the gear",
-        name, axis.limits.velocity_mm_s, steps_per_s, most_steps_per_s, config.step_high_cycles,
+        name, axis.limits.velocity_mm_s, steps_per_s, most_steps_per_s(config), config.step_high_cycles,
+        config.clock_hz);
+}
+
+/// One piece of a course, as Stage::track takes it.
+void check_piece(const StageConfig& config, std::size_t axis, const Range& reach, double from_mm,
+                 double to_mm, std::uint32_t cycles) {
+  if (!std::isfinite(to_mm) || cycles == 0)
+    fail("axis {}: found {} mm in {} cycles, expected a finite number and at least 1 cycle", kAxisNames[axis],
+         to_mm, cycles);
+  if (!(to_mm >= reach.min_mm && to_mm <= reach.max_mm))
+    fail(
+        "axis {}: found a course to {} mm, expected {:.6g}..{:.6g} mm (where a stop that begins at a limit "
+        "switch "
+        "ends)",
+        kAxisNames[axis], to_mm, reach.min_mm, reach.max_mm);
+  constexpr double kRounding = 1e-6;  // of a course at the highest speed, cut into pieces
+  const double way_mm = std::abs(to_mm - from_mm);
+  const double steps_per_s = way_mm / pulse_length_mm(config.axes[axis]) / cycles * config.clock_hz;
+  if (!(steps_per_s <= most_steps_per_s(config) * (1.0 + kRounding)))
+    fail(
+        "axis {}: {} mm in {} cycles need {:.0f} steps/s, expected at most {:.0f} with {} high cycles of a "
+        "{} Hz clock",
+        kAxisNames[axis], way_mm, cycles, steps_per_s, most_steps_per_s(config), config.step_high_cycles,
         config.clock_hz);
 }
 
@@ -72,8 +98,14 @@ double pulse_length_mm(const AxisConfig& axis) {
 }
 
 std::int64_t mm_to_pulses(const AxisConfig& axis, double position_mm) {
-  return std::llround(position_mm * static_cast<double>(axis.encoder_pulses_per_turn * axis.gear_numerator) /
-                      (axis.lead_mm * static_cast<double>(axis.gear_denominator)));
+  constexpr double kMost = 0x1p53;  // every whole number up to it is a double of its own
+  const double pulses = position_mm *
+                        static_cast<double>(axis.encoder_pulses_per_turn * axis.gear_numerator) /
+                        (axis.lead_mm * static_cast<double>(axis.gear_denominator));
+  if (!(std::abs(pulses) <= kMost))
+    fail("pulses: found {} mm at {} mm a pulse, expected a position within 2^53 pulses", position_mm,
+         pulse_length_mm(axis));
+  return std::llround(pulses);
 }
 
 double pulses_to_mm(const AxisConfig& axis, std::int64_t pulses) {
@@ -105,6 +137,10 @@ Stage::Stage(const StageConfig& config, const Eigen::Vector3d& position_mm)
   path_limits_ =
       plan_move(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), limits).limits;  // refuses bad limits
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    const AxisConfig& of = config.axes[axis];
+    const double beyond_mm =
+        of.overtravel_mm + plan_stop(of.limits, {0.0, of.limits.velocity_mm_s, 0.0, 0.0}).end.position_mm;
+    reach_[axis] = {of.travel.min_mm - beyond_mm, of.travel.max_mm + beyond_mm};
     axes_[axis].pulses = mm_to_pulses(config.axes[axis], position_mm[static_cast<Eigen::Index>(axis)]);
     axes_[axis].target_pulses = axes_[axis].pulses;
     set_position_pins(axis);
@@ -195,14 +231,13 @@ std::uint64_t Stage::move_to(const Eigen::Vector3d& target_mm, std::uint64_t sta
 }
 
 void Stage::track(std::size_t axis, double position_mm, std::uint64_t cycle, std::uint32_t cycles) {
+  if (axis >= axes_.size()) fail("track: found axis {}, expected 0 to {}", axis, axes_.size() - 1);
   const auto i = static_cast<Eigen::Index>(axis);
   if (held_) fail("track: the stage is held by an emergency stop, expected release() first");
   if (moving(cycle) || cycle < now_)
     fail("track: found cycle {}, expected at least {} (end of the move before)", cycle,
          std::max(end_cycle_, now_));
-  if (!std::isfinite(position_mm) || cycles == 0)
-    fail("axis {}: found {} mm in {} cycles, expected a finite number and at least 1 cycle", kAxisNames[axis],
-         position_mm, cycles);
+  check_piece(config_, axis, reach_[axis], commanded_mm_[i], position_mm, cycles);
   AxisProgress& progress = axes_[axis];
   const double way_mm = position_mm - commanded_mm_[i];
   JerkProfile even;
@@ -258,10 +293,9 @@ std::uint64_t Stage::slow_down(std::uint64_t cycle, const char* what) {
 }
 
 std::uint64_t Stage::emergency_stop(std::uint64_t cycle) {
-  const std::uint64_t end_cycle = slow_down(cycle, "emergency stop");
   held_ = true;
   broken_off_.reset();
-  return end_cycle;
+  return slow_down(cycle, "emergency stop");
 }
 
 std::uint64_t Stage::feed_hold(std::uint64_t cycle) {
@@ -275,7 +309,8 @@ std::uint64_t Stage::feed_hold(std::uint64_t cycle) {
 
 std::uint64_t Stage::resume(std::uint64_t start_cycle) {
   if (!broken_off_) return start_cycle;
-  return move_to(*broken_off_, start_cycle);
+  const Eigen::Vector3d target_mm = *broken_off_;  // a copy: move_to forgets what was broken off
+  return move_to(target_mm, start_cycle);
 }
 
 std::optional<std::uint64_t> Stage::next_edge(const AxisProgress& axis) {

@@ -66,6 +66,7 @@ StageMove plan_stage_move(const StageConfig& config, const Eigen::Vector3d& from
 double pulse_length_mm(const AxisConfig& axis);
 
 /// The command pulse nearest to a position; halves go away from zero.
+/// @throws MotionError if the position is no number or beyond 2^53 pulses.
 std::int64_t mm_to_pulses(const AxisConfig& axis, double position_mm);
 double pulses_to_mm(const AxisConfig& axis, std::int64_t pulses);
 
@@ -110,23 +111,28 @@ class Stage {
   /// Feed hold: slows down along the line within the limits, as emergency_stop does, but remembers the
   /// target. Does nothing if the stage is at rest.
   /// @return the first cycle at which the stage stands still.
+  /// @throws MotionError if time would run backwards, or a pin change up to `cycle` has not been handed over.
   std::uint64_t feed_hold(std::uint64_t cycle);
 
   /// Goes on to the target of the move that a feed hold broke off; the same rules as for move_to.
   /// @return the first cycle at which the move is over; `start_cycle` if no move was broken off.
+  /// @throws MotionError as move_to.
   std::uint64_t resume(std::uint64_t start_cycle);
 
   /// Slows down along the line as fast as the limits allow, from the planned state at `cycle`, and keeps the
   /// position. Moves are refused until release(). Does nothing but hold if the stage is at rest.
   /// @return the first cycle at which the stage stands still.
+  /// @throws MotionError as feed_hold. The stage is held all the same, but a move that runs goes on: call
+  /// run_until(cycle), then emergency_stop(cycle) again.
   std::uint64_t emergency_stop(std::uint64_t cycle);
   void release() { held_ = false; }
 
   /// One axis follows a course that is handed over piece by piece, as homing and printing on the fly need it:
   /// from `cycle` on it goes evenly to `position_mm`, where it is `cycles` later. The pieces of a course are
   /// handed over without a gap.
-  /// @throws MotionError if a straight move is still running, the stage is held, or the position isn't
-  /// finite.
+  /// @throws MotionError if there is no such axis, a straight move is still running, the stage is held, the
+  /// position lies farther behind a limit switch than a stop from full speed takes, or the steps would have
+  /// to come faster than the clock allows.
   void track(std::size_t axis, double position_mm, std::uint64_t cycle, std::uint32_t cycles);
 
   /// What is planned for an axis at a cycle of the present straight move, before and after it included.
@@ -171,6 +177,7 @@ class Stage {
 
   StageConfig config_;
   std::array<AxisProgress, 3> axes_;
+  std::array<Range, 3> reach_;  ///< of courses: to where a stop that begins at a limit switch ends
   Eigen::Vector3d commanded_mm_;
   Eigen::Vector3d origin_mm_, direction_;
   ScurveLimits path_limits_;

@@ -69,6 +69,15 @@ RC_GTEST_PROP(PulsesProperty, RoundTripIsExactForAnyGear, ()) {
   RC_ASSERT(mm_to_pulses(axis, pulses_to_mm(axis, pulses)) == pulses);
 }
 
+TEST(Pulses, OfNoPlaceAreRefused) {
+  const AxisConfig x = StageConfig{}.axes[0];
+  EXPECT_EQ(error_of([&] { mm_to_pulses(x, NAN); }),
+            "pulses: found nan mm at 0.001 mm a pulse, expected a position within 2^53 pulses");
+  EXPECT_THAT(error_of([&] { mm_to_pulses(x, 1e300); }), StartsWith("pulses: found 1e+300 mm"));
+  EXPECT_THAT(error_of([&] { mm_to_pulses(x, -HUGE_VAL); }), StartsWith("pulses: found -inf mm"));
+  EXPECT_EQ(mm_to_pulses(x, -9e12), -9'000'000'000'000'000);
+}
+
 // ---- moves ----
 
 TEST(Stage, ArrivesAtTheTargetsPulses) {
@@ -277,6 +286,25 @@ TEST(EmergencyStop, AtRestHoldsAtOnce) {
   EXPECT_TRUE(stage.held());
 }
 
+// Whatever else is wrong with the call: no move begins behind an emergency stop.
+TEST(EmergencyStop, HoldsAlsoWhereItCannotStop) {
+  Stage stage{StageConfig{}};
+  const auto planned_end = stage.move_to({50.0, 20.0, 0.0}, 0);
+  EXPECT_THAT(error_of([&] { stage.emergency_stop(planned_end / 2); }),
+              StartsWith("emergency stop: the pin change at cycle 0 has not been handed over"));
+  EXPECT_TRUE(stage.held());
+  stage.run_until(planned_end / 2, [](const StageEvent&) {});
+  EXPECT_THAT(error_of([&] { stage.emergency_stop(planned_end / 4); }),
+              StartsWith("emergency stop: found cycle"));
+  const auto end = stage.emergency_stop(planned_end / 2);  // now it does
+  EXPECT_LT(end, planned_end);
+  stage.run_until(end, [](const StageEvent&) {});
+  EXPECT_LT(stage.position_mm().x(), 49.5);
+  EXPECT_THAT(error_of([&] { stage.move_to({0, 0, 0}, end); }), HasSubstr("held by an emergency stop"));
+  stage.release();
+  EXPECT_EQ(stage.resume(end), end);
+}
+
 TEST(EmergencyStop, BeforeTheFirstStepMovesNothing) {
   Stage stage{StageConfig{}};
   stage.move_to({10.0, 0.0, 0.0}, 0);
@@ -457,6 +485,30 @@ TEST(Track, IsRefusedDuringAMoveAndWhenHeld) {
   Stage other({}, {100.0, 100.0, 0.0});
   EXPECT_THAT(error_of([&] { other.track(1, NAN, 5, 100); }), HasSubstr("axis y: found nan mm"));
   EXPECT_THAT(error_of([&] { other.track(1, 1.0, 5, 0); }), HasSubstr("at least 1 cycle"));
+}
+
+TEST(Track, RefusesAPlaceOrASpeedThatTheAxisHasNot) {
+  Stage stage{StageConfig{}};
+  EXPECT_EQ(
+      error_of([&] { stage.track(1, 500.0, 0, 1'000'000); }),
+      "axis y: found a course to 500 mm, expected -25..225 mm (where a stop that begins at a limit switch "
+      "ends)");
+  EXPECT_THAT(error_of([&] { stage.track(0, -25.1, 0, 1'000'000); }),
+              StartsWith("axis x: found a course to -25.1"));
+  EXPECT_EQ(
+      error_of([&] { stage.track(1, 100.0, 0, 1'000'000); }),
+      "axis y: 100 mm in 1000000 cycles need 2000000 steps/s, expected at most 1250000 with 4 high cycles "
+      "of a 10000000 Hz clock");
+  EXPECT_THAT(error_of([&] { stage.track(3, 1.0, 0, 1'000'000); }), StartsWith("track: found axis 3"));
+  EXPECT_EQ(stage.next_event_cycle(), std::nullopt);
+  // As fast as the steps can come, and as far as the switches allow.
+  stage.track(1, 62.5, 0, 1'000'000);
+  stage.run_until(1'000'100, [](const StageEvent&) {});
+  EXPECT_EQ(stage.position_pulses()[1], 125'000);
+  stage.track(0, -1.5, 1'000'100, 1'000'000);
+  stage.run_until(2'000'200, [](const StageEvent&) {});
+  EXPECT_EQ(stage.position_pulses()[0], -1500);
+  EXPECT_TRUE(stage.pins(0).limit_negative);
 }
 
 TEST(Stage, PlannedIsThePlanAtAClockCycle) {
