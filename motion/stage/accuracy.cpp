@@ -323,11 +323,25 @@ CompensationTable make_compensation(const AxisAccuracy& accuracy) {
   return table;
 }
 
+void check_compensation(const CompensationTable& table) {
+  const auto& at = table.position_mm;
+  if (table.forward_mm.size() != at.size() || table.reverse_mm.size() != at.size())
+    throw MotionError(fmt::format(
+        "compensation: found {} positions, {} forward and {} reverse deviations, expected as many of each",
+        at.size(), table.forward_mm.size(), table.reverse_mm.size()));
+  for (std::size_t i = 1; i < at.size(); ++i)
+    if (!(at[i] > at[i - 1]))
+      throw MotionError(fmt::format(
+          "compensation: found position {} mm behind {} mm, expected ascending numbers", at[i], at[i - 1]));
+}
+
 double compensated_forward_mm(const CompensationTable& table, double target_mm) {
+  check_compensation(table);
   return solve_command(table.position_mm, table.forward_mm, target_mm);
 }
 
 double compensated_reverse_mm(const CompensationTable& table, double target_mm) {
+  check_compensation(table);
   return solve_command(table.position_mm, table.reverse_mm, target_mm);
 }
 

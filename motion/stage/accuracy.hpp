@@ -90,8 +90,12 @@ struct CompensationTable {
 /// @throws MotionError as evaluate_accuracy.
 CompensationTable make_compensation(const AxisAccuracy& accuracy);
 
+/// @throws MotionError if the columns are of unlike length, or the positions don't ascend.
+void check_compensation(const CompensationTable& table);
+
 /// What to command so that the axis stands at `target_mm` when it arrives from below (`forward`) or above.
 /// The deviations must change by less than the way on which they do (require_correctable()).
+/// @throws MotionError as check_compensation.
 double compensated_forward_mm(const CompensationTable& table, double target_mm);
 double compensated_reverse_mm(const CompensationTable& table, double target_mm);
 

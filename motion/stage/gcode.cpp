@@ -104,6 +104,7 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
 }
 
 std::string write_linuxcnc_compensation(const CompensationTable& table) {
+  check_compensation(table);
   if (table.position_mm.empty() || table.position_mm.size() > kCompensationLines)
     throw MotionError(fmt::format("compensation: found {} positions, expected 1..{} for LinuxCNC",
                                   table.position_mm.size(), kCompensationLines));

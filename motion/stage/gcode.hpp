@@ -44,7 +44,7 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
 
 /// Compensation file of a LinuxCNC joint (COMP_FILE_TYPE 0: nominal, actual forwards, actual backwards; at
 /// most 256 lines).
-/// @throws MotionError if the table is empty or longer.
+/// @throws MotionError as check_compensation, or if the table is empty or longer.
 std::string write_linuxcnc_compensation(const CompensationTable& table);
 
 /// The settings with which grbl moves as the limits say (steps a mm, mm/min, mm/s2); grbl has one

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "motion/profile/check_positive.hpp"
+
 namespace meltstage::motion {
 namespace {
 
@@ -161,14 +163,15 @@ double best_speed_mm_s(const ScurveLimits& limits, double length_mm, double high
   return time_s(highest_mm_s) <= time_s(0.5 * (low + high)) ? highest_mm_s : 0.5 * (low + high);
 }
 
+void not_negative(std::string_view what, double value) {
+  if (!std::isfinite(value) || value < 0.0)
+    throw MotionError(fmt::format("fly-by: found {} {}, expected a finite number from 0", what, value));
+}
+
 void check(const FlyByConfig& config) {
   const auto positive = [](std::string_view what, double value) {
     if (!std::isfinite(value) || value <= 0.0)
       throw MotionError(fmt::format("fly-by: found {} {}, expected a finite number above 0", what, value));
-  };
-  const auto not_negative = [](std::string_view what, double value) {
-    if (!std::isfinite(value) || value < 0.0)
-      throw MotionError(fmt::format("fly-by: found {} {}, expected a finite number from 0", what, value));
   };
   positive("droplets a second", config.droplets_per_s);
   positive("encoder count [mm]", config.encoder_mm);
@@ -349,6 +352,7 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
 }
 
 FlyByState FlyByPlan::sample(double time_s) const {
+  if (rows.empty()) throw MotionError("fly-by: found a plan without rows, expected at least 1");
   const auto on_the_way = [](const Scurve& curve, double from_mm, double direction, double since_s) {
     // Before its start a curve keeps its speed, after its end too: both are at rest here.
     const MotionState along = curve.sample(since_s);
@@ -373,24 +377,47 @@ FlyByState FlyByPlan::sample(double time_s) const {
 
 std::vector<double> landing_errors_mm(const FlyByPlan& plan, std::span<const Point> bumps,
                                       const FlyByConfig& config, double compare_s, double flight_s) {
+  check(config);
+  check_positive("landing: comparator's clock", compare_s, "s");
+  not_negative("flight [s]", flight_s);
+  constexpr double kMostTicks = 0x1p53;
+  if (!(plan.duration_s / compare_s <= kMostTicks))
+    throw MotionError(
+        fmt::format("landing: comparator's clock: found {} s, expected at most 2^53 ticks in {} s", compare_s,
+                    plan.duration_s));
   std::vector<double> errors;
-  for (const FlyByRow& row : plan.rows)
+  for (const FlyByRow& row : plan.rows) {
+    const double over_s = row.start_s + row.x.duration_s;
     for (const Trigger& trigger : row.triggers) {
+      if (trigger.bump >= bumps.size())
+        throw MotionError(
+            fmt::format("landing: found a trigger of bump {}, expected 0 to {}: the plan is of "
+                        "other bumps",
+                        trigger.bump, bumps.size() - 1));
       const auto shown = [&](double time_s) { return std::llround(row.x_mm(time_s) / config.encoder_mm); };
       // The comparator's clock runs from the plan's start; begin some ticks before the count can come.
       auto tick = static_cast<std::int64_t>(std::floor(trigger.time_s / compare_s)) - 3;
       const auto passed = [&](std::int64_t count) {
         return row.direction() > 0.0 ? count >= trigger.count : count <= trigger.count;
       };
-      while (!passed(shown(static_cast<double>(tick) * compare_s))) ++tick;
+      while (!passed(shown(static_cast<double>(tick) * compare_s))) {
+        if (static_cast<double>(tick) * compare_s > over_s)
+          throw MotionError(
+              fmt::format("landing: the row at y {} mm never comes to count {} of {} mm, expected "
+                          "the plan's encoder",
+                          row.y_mm, trigger.count, config.encoder_mm));
+        ++tick;
+      }
       const double leaves_s = static_cast<double>(tick) * compare_s + config.latency_s;
       const double speed_mm_s = row.direction() * row.x.sample(leaves_s - row.start_s).velocity_mm_s;
       errors.push_back(row.x_mm(leaves_s) + speed_mm_s * flight_s - bumps[trigger.bump].x_mm);
     }
+  }
   return errors;
 }
 
 double stop_and_go_s(std::span<const Point> bumps, const FlyByConfig& config, double pause_s) {
+  not_negative("pause [s]", pause_s);
   double time_s = pause_s * static_cast<double>(bumps.size());
   for (std::size_t i = 1; i < bumps.size(); ++i)
     time_s += std::max(plan_scurve(config.x, std::abs(bumps[i].x_mm - bumps[i - 1].x_mm)).duration_s,

@@ -134,6 +134,7 @@ struct FlyByPlan {
   double duration_s = 0.0;
 
   /// Where the head is to be; before the start and after the end it rests.
+  /// @throws MotionError if there are no rows.
   FlyByState sample(double time_s) const;
 };
 
@@ -145,10 +146,13 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config);
 /// Landing error of every droplet, in the order of the triggers, along x: the comparator looks at the
 /// encoder's count once every `compare_s`, the droplet takes `flight_s` (which may differ from the plan's)
 /// and keeps the head's speed. Not more than speed * compare_s + half a count while the flight is the plan's.
+/// @throws MotionError if `compare_s` isn't above 0, `flight_s` is below 0, a number isn't finite, a trigger
+/// is of no bump, or its count never comes (as with another encoder than the plan's).
 std::vector<double> landing_errors_mm(const FlyByPlan& plan, std::span<const Point> bumps,
                                       const FlyByConfig& config, double compare_s, double flight_s);
 
 /// Time of the same print with a stop at each bump, in the given order.
+/// @throws MotionError as plan_scurve, or if the pause is below 0 or not finite.
 double stop_and_go_s(std::span<const Point> bumps, const FlyByConfig& config, double pause_s);
 
 }  // namespace meltstage::motion

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <string>
 
+#include "motion/stage/gcode.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
@@ -163,6 +164,28 @@ TEST(Compensation, SolvesForTheCommand) {
   EXPECT_EQ(compensated_forward_mm(table, -3.0), -3.0);
   EXPECT_EQ(compensated_reverse_mm(table, 20.0), 20.0 - 0.03);
   EXPECT_EQ(compensated_forward_mm({}, 7.0), 7.0);
+}
+
+TEST(Compensation, RefusesColumnsOfUnlikeLengthOrOrder) {
+  const CompensationTable no_reverse{{10.0, 90.0}, {0.1}, {}};
+  const std::string unlike =
+      "compensation: found 2 positions, 1 forward and 0 reverse deviations, expected as many of each";
+  EXPECT_EQ(error_of([&] { compensated_reverse_mm(no_reverse, 50.0); }), unlike);
+  EXPECT_EQ(error_of([&] { compensated_forward_mm(no_reverse, 50.0); }), unlike);
+  EXPECT_EQ(error_of([&] { write_linuxcnc_compensation(no_reverse); }), unlike);
+  EXPECT_EQ(error_of([&] { measure_axis({}, {.target_mm = {1.0, 2.0}}, {}, no_reverse); }), unlike);
+  EXPECT_EQ(error_of([&] {
+              compensated_forward_mm({{}, {0.1}, {0.1}}, 50.0);
+            }),
+            "compensation: found 0 positions, 1 forward and 1 reverse deviations, expected as many of each");
+  EXPECT_EQ(error_of([&] {
+              compensated_forward_mm({{90.0, 10.0}, {0.1, 0.2}, {0.0, 0.0}}, 50.0);
+            }),
+            "compensation: found position 10 mm behind 90 mm, expected ascending numbers");
+  EXPECT_THAT(error_of([&] {
+                compensated_forward_mm({{10.0, NAN}, {0.1, 0.2}, {0.0, 0.0}}, 50.0);
+              }),
+              HasSubstr("position nan mm"));
 }
 
 TEST(AccuracyTargets, LieInTheWayAndDontKeepToThePeriod) {

@@ -84,6 +84,30 @@ TEST(FlyBy, MissesByTheTimeThatIsNotCompensated) {
   }
 }
 
+TEST(FlyBy, LandingErrorsOfWhatCannotBeAreRefused) {
+  const auto bumps = lattice(8, 2, 0.5);
+  const FlyByConfig config;
+  const FlyByPlan plan = plan_fly_by(bumps, config);
+  const auto message = [&](const FlyByConfig& with, double compare_s, double flight_s) {
+    return error_of([&] { landing_errors_mm(plan, bumps, with, compare_s, flight_s); });
+  };
+  EXPECT_EQ(message(config, 0.0, 5e-4),
+            "landing: comparator's clock: found 0 s, expected a finite number above 0");
+  for (const double compare_s : {-1e-6, std::nan(""), HUGE_VAL})
+    EXPECT_THAT(message(config, compare_s, 5e-4), StartsWith("landing: comparator's clock: found"));
+  EXPECT_THAT(message(config, 1e-300, 5e-4), StartsWith("landing: comparator's clock: found 1e-300 s"));
+  EXPECT_THAT(message(config, 1e-6, NAN), HasSubstr("nan"));
+  FlyByConfig other = config;
+  other.encoder_mm = NAN;
+  EXPECT_THAT(message(other, 1e-6, 5e-4), HasSubstr("encoder count [mm] nan"));
+  other.encoder_mm = 2.0 * config.encoder_mm;  // such counts never come
+  EXPECT_THAT(message(other, 1e-6, 5e-4), HasSubstr("never comes to count"));
+  EXPECT_THAT(error_of([&] { landing_errors_mm(plan, lattice(2, 2, 0.5), config, 1e-6, 5e-4); }),
+              HasSubstr("of bump 4, expected 0 to 3"));
+  EXPECT_THAT(error_of([] { FlyByPlan{}.sample(0.0); }), StartsWith("fly-by: found a plan without rows"));
+  EXPECT_THAT(error_of([&] { stop_and_go_s(bumps, config, NAN); }), HasSubstr("pause [s] nan"));
+}
+
 RC_GTEST_PROP(FlyBy, HoldsWhatItPromisesOnAnyBumps, ()) {
   const int count = *rc::gen::inRange(1, 40);
   std::vector<Point> bumps;
