@@ -73,13 +73,6 @@ Lanes bridged(DefectKind kind, const Lanes& own, const Lanes& other) {
   }
 }
 
-bool is_clock(const CaptureView& view, const Line& line) {
-  const Node source = source_of(view.circuit, line);
-  for (std::size_t i = 0; i < view.input_ports.size(); ++i)
-    if (view.clock_ports[i] != 0 && source == view.circuit.inputs()[i]) return true;
-  return false;
-}
-
 class Tester {
  public:
   Tester(const CaptureView& view, const CycleStream& stream, const std::string& scan_enable,
@@ -426,6 +419,13 @@ class Tester {
 };
 
 }  // namespace
+
+bool is_clock(const CaptureView& view, const Line& line) {
+  const Node source = source_of(view.circuit, line);
+  for (std::size_t i = 0; i < view.input_ports.size(); ++i)
+    if (view.clock_ports[i] != 0 && source == view.circuit.inputs()[i]) return true;
+  return false;
+}
 
 std::vector<Line> data_lines(const CaptureView& view) {
   std::vector<Line> lines;

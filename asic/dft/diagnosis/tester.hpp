@@ -14,6 +14,8 @@
 
 namespace meltstage::dft {
 
+/// Whether a port that clocks flops drives the line. Such have no defects here.
+bool is_clock(const CaptureView& view, const Line& line);
 /// The lines that may have a defect: sites but those of clocks.
 std::vector<Line> data_lines(const CaptureView& view);
 
