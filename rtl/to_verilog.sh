@@ -9,17 +9,21 @@ if [[ $# -ne 1 ]]; then
 fi
 rtl=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 out=$(realpath -m "$1")
+refuse() { echo "to_verilog.sh: $1: $2" >&2; exit 2; }
+[[ ! -d $out ]] || refuse "$1" "found a folder, expected a file; give its name"
+[[ ! -e $out || -f $out ]] || refuse "$1" "found no file, expected one or a new name: what is there would be replaced"
+if [[ -e $out && -n $(find "$rtl" -samefile "$out") ]] && ! grep -q "^// Meltstage's chip in Verilog-2005. Made by" "$out"; then
+  refuse "$1" "found a file of the kit, expected another: it would be lost"
+fi
 if ! command -v yosys > /dev/null; then
   echo "to_verilog.sh: yosys is not installed; on Debian: apt-get install yosys" >&2
   exit 2
 fi
-if [[ ! -d ${out%/*} ]]; then
-  echo "to_verilog.sh: $1: no such folder; make it first" >&2
-  exit 2
-fi
+[[ -d $(dirname "$out") ]] || refuse "$1" "no such folder; make it first"
 trap 'rm -f "$out.partial" "$out.partial.raw"' EXIT
+# In the kit's folder and to the standard output: a path in a command of Yosys may have no space.
 (cd "$rtl" && yosys -q -p "read_verilog -sv -DSYNTHESIS -I. $(grep -v '^+' tc.f | tr '\n' ' '); hierarchy -check -top tc_top; proc; opt_clean
-  write_verilog -noattr $out.partial.raw") || { echo "to_verilog.sh: yosys refuses the RTL" >&2; exit 2; }
+  write_verilog -noattr") > "$out.partial.raw" || { echo "to_verilog.sh: yosys refuses the RTL" >&2; exit 2; }
 # Yosys names a module with parameters after their values; here it has its own name, and a number where there are several.
 {
   echo "// SPDX-License-Identifier: Apache-2.0"

@@ -26,6 +26,32 @@ iverilog -g2005 -Wall -Ptestbench.Answers=1 -o icarus.vvp uart_master.v system.v
 vvp -n icarus.vvp > icarus.said
 [[ $(cat icarus.said) == "no sample yet" && $(head -1 verilator.said) == "no sample yet" ]] || fail "Icarus says: $(cat icarus.said)"
 
-# The one file is refused where it cannot be made, and nothing is left behind.
-! "$kit/to_verilog.sh" none/tc_top.v 2> refusal || fail "a folder that isn't there is taken"
-grep -q 'none/tc_top.v: no such folder' refusal || fail "refusal: $(cat refusal)"
+# The folders of the kit and of the file may have a space in their names.
+mkdir "a folder"
+cp -r "$kit" "a folder/the kit"
+"a folder/the kit/to_verilog.sh" "a folder/the chip.v"
+cmp tc_top.v "a folder/the chip.v" || fail "another file in a folder with a space"
+
+# The one file is refused where it cannot be made, and where something would be lost; nothing is left behind.
+# refuses FILE WORDS
+refuses() {
+  ! "$kit/to_verilog.sh" "$1" 2> refusal || fail "$1 is taken"
+  [[ $(wc -l < refusal) == 1 && $(cat refusal) == "to_verilog.sh: $1: $2"* ]] || fail "refusal: $(cat refusal)"
+}
+mkdir d
+find "$kit" -type f -exec sha256sum {} + | sort > kit.before
+refuses none/tc_top.v 'no such folder'
+refuses d 'found a folder, expected a file'
+refuses d/ 'found a folder, expected a file'
+refuses /dev/null 'found no file, expected one'
+ln -s "$kit/tc.f" list
+for own in "$kit/tc_top.sv" "$kit/tc.f" "$kit/to_verilog.sh" "$kit/example/system.v" "$kit/properties/../tc_top.sv" list; do
+  refuses "$own" 'found a file of the kit, expected another'
+done
+[[ -z $(ls d) ]] || fail "left in d: $(ls d)"
+"$kit/to_verilog.sh" "$kit/tc_top.v"
+"$kit/to_verilog.sh" "$kit/tc_top.v"  # its own earlier file may go
+cmp tc_top.v "$kit/tc_top.v" || fail "another file inside of the kit"
+rm "$kit/tc_top.v"
+find "$kit" -type f -exec sha256sum {} + | sort | cmp - kit.before || fail "the kit has changed"
+! ls ./*.partial* d/*.partial* "a folder"/*.partial* 2> /dev/null || fail "left behind"
