@@ -15,6 +15,7 @@
 #include <optional>
 #include <set>
 
+#include "app/commands/diagnosis_command.hpp"
 #include "app/number_range.hpp"
 #include "app/terminal.hpp"
 #include "app/verbs.hpp"
@@ -821,7 +822,10 @@ Action add_dft_command(CLI::App& cli, const std::string&) {
   CLI::App* sub_check = command->add_subcommand("check-proof", "Check one refutation");
   sub_check->add_option("CNF", options->cnf, "DIMACS file")->required();
   sub_check->add_option("PROOF", options->proof, "DRAT file in text")->required();
+  const Action test = add_tester_command(*command), diagnose = add_diagnose_command(*command);
   return [=] {
+    if (command->got_subcommand("tester")) return test();
+    if (command->got_subcommand("diagnose")) return diagnose();
     if (*sub_generate) return generate(*options);
     if (*sub_scan) return insert_chains(*options);
     if (*sub_grade) return grade_patterns(*options);
