@@ -149,7 +149,8 @@ void ScriptedRun::do_what_is_due() {
   note_fault();
   if (run_.cycle >= next_poll_) {
     next_poll_ = run_.cycle + kPollPeriod;
-    if (polls_ && !head_.host().busy()) send("poll", read_input_registers(kChipAddress, 0, kPolledRegisters), false);
+    if (polls_ && !head_.host().busy())
+      send("poll", read_input_registers(kChipAddress, 0, kPolledRegisters), false);
   }
   if (drop_period_ != 0 && run_.cycle >= next_drop_) {
     // a droplet leaves no colder than what flows in, which is as cold as the surroundings
