@@ -15,7 +15,7 @@
 namespace meltstage::dft {
 namespace {
 
-constexpr std::string_view kTitle = "meltstage fail log 1";
+constexpr std::string_view kTitle = "fail log 1";
 
 struct Word {
   std::string_view text;

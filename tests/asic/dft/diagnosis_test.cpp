@@ -199,11 +199,10 @@ TEST(FailLogs, AreReadAsTheyAreWritten) {
 
 TEST(FailLogs, WhatIsNoneIsRefusedWithItsPlace) {
   const CycleStream& stream = machine().stream;
-  const std::string title = "meltstage fail log 1\n";
+  const std::string title = "fail log 1\n";
   for (const auto& [text, expected] :
-       {std::pair<std::string, const char*>{
-            "", "log:1:1: found the end of the file, expected meltstage fail log 1"},
-        {"fails\n", "log:1:1: found fails, expected meltstage fail log 1"},
+       {std::pair<std::string, const char*>{"", "log:1:1: found the end of the file, expected fail log 1"},
+        {"fails\n", "log:1:1: found fails, expected fail log 1"},
         {title, "log:2:1: found the end of the file, expected end, or full"},
         {title + "cycle 3\nend\n", "log:2:7: found 3, expected cycle NUMBER SIGNAL"},
         {title + "cycle x pulse_o\nend\n", "log:2:7: found x, expected a cycle of"},
