@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/file.hpp"
+#include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/bumps/text_lines.hpp"
@@ -159,8 +160,9 @@ class PosFile {
       if (there && (column == &side_ ? word_at(row, *column).begin == column->begin
                                      : word_at(row, *column).end == column->end))
         continue;
-      fail(path_, fmt::format("row {}: found {} cells, expected {} ({}), without blanks in a cell",
-                              row.number, row.words.size(), header_.size(), fmt::join(header_, " ")));
+      fail(path_,
+           fmt::format("row {}: found {} cells, expected {} ({}), without blanks in a cell", row.number,
+                       row.words.size(), header_.size(), shown(fmt::format("{}", fmt::join(header_, " ")))));
     }
   }
 

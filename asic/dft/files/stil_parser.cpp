@@ -640,7 +640,7 @@ class Reader {
     expect("}");
     return burst;
   }
-  // IEEE 1450-1999, clause 16: a PatternExec is one test, with one PatternBurst. A file may hold several;
+  // IEEE 1450-1999: a PatternExec is one test, with one PatternBurst. A file may hold several;
   // which one is run is chosen outside of it.
   void read_exec(std::size_t at_exec) {
     if (file_.has_exec)
