@@ -48,6 +48,8 @@ void check(std::span<const Point> points, const PathTask& task) {
     throw MotionError("path: found an end for a closed tour, which ends where it begins; leave it out");
   if (!(task.times.pause_s >= 0.0) || !std::isfinite(task.times.pause_s))
     throw MotionError(fmt::format("path: found a pause of {} s, expected 0 or more", task.times.pause_s));
+  if (task.metric == Metric::time)  // these two refuse bad limits
+    for (const ScurveLimits& limits : {task.times.x, task.times.y}) plan_scurve(limits, 0.0);
   const double kicks = task.kicks_per_point.value_or(0.0);
   if (!(kicks >= 0.0) || !std::isfinite(kicks))
     throw MotionError(fmt::format("path: found {} kicks a point, expected 0 or more", kicks));
@@ -118,6 +120,9 @@ Order cheapest_of_all(const Route& route, const Cost& cost) {
   // A closed tour without a start may begin anywhere, so it begins at the first point.
   const bool ring = route.closed && route.start == TourRules::kNone;
   std::fill(best.begin(), best.end(), infinity);
+  std::vector<double> hops(count * count);
+  for (std::size_t a = 0; a < count; ++a)
+    for (std::size_t b = 0; b < count; ++b) hops[a * count + b] = cost_between(cost, site(a), site(b));
   for (std::size_t i = 0; i < (ring ? 1 : count); ++i)
     best[(std::size_t{1} << i) * count + i] =
         route.start != TourRules::kNone ? cost_between(cost, site(route.start), site(i)) : 0.0;
@@ -128,7 +133,7 @@ Order cheapest_of_all(const Route& route, const Cost& cost) {
       for (std::size_t next = 0; next < count; ++next) {
         if ((set >> next & 1U) != 0) continue;
         const std::size_t to = (set | std::size_t{1} << next) * count + next;
-        const double total = reached + cost_between(cost, site(last), site(next));
+        const double total = reached + hops[last * count + next];
         if (total >= best[to]) continue;
         best[to] = total;
         before[to] = last;
@@ -344,12 +349,6 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
 
 template <class Cost>
 Found plan_route(const Route& route, const Cost& cost, const PathTask& task, const PathProgress& progress) {
-  if (route.points == 0) return {{}, cost_of(route, {}, cost)};
-  if (route.points <= kFewPoints) {
-    Order order = cheapest_of_all(route, cost);
-    const double bound = cost_of(route, order, cost);
-    return {std::move(order), bound};
-  }
   const Outlook outlook = look_out(route, cost, task.metric);
   if (auto order = proved_serpentine(route, cost, outlook)) {
     const double bound = cost_of(route, *order, cost);  // the outlook's but for rounding
@@ -358,7 +357,23 @@ Found plan_route(const Route& route, const Cost& cost, const PathTask& task, con
   return search(route, cost, outlook, effort_for(route.points, task), progress);
 }
 
+/// The exact cost of a hop.
+struct TaskCost {
+  const PathTask& task;
+  double operator()(double dx_mm, double dy_mm) const {
+    if (task.metric != Metric::time) return distance_mm(dx_mm, dy_mm, task.metric);
+    return std::max(plan_scurve(task.times.x, std::abs(dx_mm)).duration_s,
+                    plan_scurve(task.times.y, std::abs(dy_mm)).duration_s);
+  }
+};
+
 Found plan_route(const Route& route, const PathTask& task, const PathProgress& progress) {
+  if (route.points <= kFewPoints) {
+    const TaskCost exact{task};
+    Order order = route.points == 0 ? Order{} : cheapest_of_all(route, exact);
+    const double bound = cost_of(route, order, exact);
+    return {std::move(order), bound};
+  }
   switch (task.metric) {
     case Metric::manhattan:
       return plan_route(route, detail::ManhattanCost{}, task, progress);
@@ -373,16 +388,6 @@ Found plan_route(const Route& route, const PathTask& task, const PathProgress& p
   return plan_route(route, detail::TimeCost{detail::AxisTimes(task.times.x), detail::AxisTimes(task.times.y)},
                     task, progress);
 }
-
-/// The exact cost of a hop.
-struct TaskCost {
-  const PathTask& task;
-  double operator()(double dx_mm, double dy_mm) const {
-    if (task.metric != Metric::time) return distance_mm(dx_mm, dy_mm, task.metric);
-    return std::max(plan_scurve(task.times.x, std::abs(dx_mm)).duration_s,
-                    plan_scurve(task.times.y, std::abs(dy_mm)).duration_s);
-  }
-};
 
 double pauses_s(const Route& route, const PathTask& task) {
   return task.metric == Metric::time ? static_cast<double>(route.points) * task.times.pause_s : 0.0;

@@ -187,6 +187,28 @@ TEST(Gap, IsNothingWhereTheBoundIsMet) {
   EXPECT_GT(met, 0);
 }
 
+TEST(Gap, OfUpToTenPointsIsNothing) {
+  for (const Metric metric : kAllMetrics)
+    for (const PathTask& task :
+         {task_of(metric), task_of(metric, Tour::open, Position{7, 9}), task_of(metric, Tour::closed)})
+      for (std::size_t count = 0; count <= 10; ++count)
+        EXPECT_EQ(plan_path(scattered(count, 3), task).gap(), 0.0) << count;
+  PathTask through = task_of(Metric::time, Tour::open, Position{7, 9});
+  through.end = Position{70, 80.3};
+  EXPECT_EQ(plan_path({}, through).gap(), 0.0);
+}
+
+TEST(TimeMetric, RefusesBadLimitsHoweverFewThePoints) {
+  PathTask task = task_of(Metric::time);
+  task.times.y.jerk5_mm_s3 = 0.0;
+  for (const std::size_t count : {0, 1, 2, 20}) {
+    const auto points = scattered(count, 3);
+    EXPECT_THAT(error_of([&] { plan_path(points, task); }), ::testing::StartsWith("jerk limit 5: found 0"));
+    EXPECT_THAT(error_of([&] { path_cost(points, {}, task); }),
+                ::testing::StartsWith("jerk limit 5: found 0"));
+  }
+}
+
 TEST(PathCost, RefusesAnIndexThatIsNoPoint) {
   const auto points = scattered(5, 1);
   EXPECT_EQ(error_of([&] {
