@@ -71,6 +71,8 @@ int play_on_tester(const DiagnosisOptions& options) {
 }
 
 void print_suspects(const std::vector<ChainSuspect>& suspects, const LineNames& names, std::size_t most) {
+  if (suspects.empty() || suspects[0].agreement < kLeastAgreement)
+    fmt::print("    no defect of one line that was tried fails as the chip does\n");
   for (std::size_t i = 0; i < std::min(most, suspects.size()); ++i) {
     const auto& [defect, agreement] = suspects[i];
     fmt::print("    {:>5.1f} % alike  {} {}\n", 100 * agreement, names.of(defect.line),
@@ -104,8 +106,8 @@ void print_findings(const Findings& findings, const ProgramOnNetlist& program, c
                     std::size_t most) {
   for (const BrokenChain& found : findings.chains) {
     const ScanChain& chain = program.stream.chains[found.chain];
-    fmt::print("  chain {} is broken at cell {} of {}, {}\n", chain.name, found.cell + 1, chain.cells.size(),
-               chain.cells[std::min(found.cell, chain.cells.size() - 1)]);
+    fmt::print("  chain {} is broken, likeliest at cell {} of {}, {}\n", chain.name, found.cell + 1,
+               chain.cells.size(), chain.cells[std::min(found.cell, chain.cells.size() - 1)]);
     print_suspects(found.suspects, reader.lines_of_chip(), most);
   }
   if (!findings.chains.empty()) return;

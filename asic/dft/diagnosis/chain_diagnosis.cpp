@@ -74,22 +74,25 @@ class Readings {
     }
   }
 
-  // By what has gone through the whole chain, such as the bits of a chain test.
+  // By what has gone through the whole chain, such as the bits of a chain test. A slow cell spoils edges of
+  // one direction alone, and not those before which the chain stood still for a cycle.
   Damage damage() const {
     bool fails = false, low = false, high = false, slow_up = true, slow_down = true;
     for (std::size_t i = 0; i < through_.size(); ++i) {
       const auto [expected, level] = through_[i];
-      fails = fails || expected != level;
       (level ? high : low) = true;
-      if (i == 0) continue;
-      slow_up = slow_up && level == (expected && through_[i - 1].expected);
-      slow_down = slow_down && level == (expected || through_[i - 1].expected);
+      if (expected == level) continue;
+      fails = true;
+      const bool edge = i > 0 && through_[i - 1].expected != expected;
+      slow_up = slow_up && edge && expected;
+      slow_down = slow_down && edge && !expected;
     }
     if (!fails) return Damage::none;
     return low != high ? Damage::stuck : slow_up || slow_down ? Damage::slow : Damage::garbled;
   }
 
-  // Cells from the first on of which one level alone was seen: they stand before a stuck one, or are it.
+  // Cells from the first on of which one level alone was seen. A stuck one is among them, the last where
+  // those behind it have captured both levels.
   std::size_t constant_cells() const {
     std::size_t most = 0;
     for (const int level : {0, 1}) {
@@ -152,11 +155,12 @@ void add_drivers(const Circuit& circuit, std::set<Line>& lines) {
     const Node driver = source_of(circuit, open.back());
     const bool is_first = open.back().pin != kStem;
     open.pop_back();
-    if (is_first && lines.insert({driver, kStem}).second && circuit.fanout(driver).size() > 1) continue;
-    if (circuit.fanout(driver).size() > 1) continue;
+    if (is_first) lines.insert({driver, kStem});
+    const bool branches = circuit.fanout(driver).size() > 1;  // its inputs are the last that are looked at
+    if (branches && !is_first) continue;
     for (std::size_t i = 0; i < circuit.fanin(driver).size(); ++i) {
       const Line input = stem_of(circuit, {driver, static_cast<std::int32_t>(i)});
-      if (lines.insert(input).second) open.push_back(input);
+      if (lines.insert(input).second && !branches) open.push_back(input);
     }
   }
 }
@@ -286,22 +290,32 @@ class Trial {
   std::vector<FailedStrobe> seen_;
 };
 
-// The way between two cells behind whose first cell a defect would fail most as the chip does: the nearer a
-// guess, the more alike its log, so every sixteenth is tried, then those around the best.
-std::size_t best_way(const ShiftPath& path, std::size_t ways, const std::vector<DefectKind>& kinds,
-                     const Trial& trial, const Progress& progress) {
-  constexpr std::size_t kStep = 16;
-  std::size_t best = 0;
-  for (const std::size_t step : {kStep, std::size_t{1}}) {
+// Ways between two cells, of those before `end`, behind whose first cell a defect fails most as the chip
+// does: the nearer a guess, the more alike its log, so in a long chain every sixteenth is tried, then those
+// around the best.
+std::vector<std::size_t> likely_ways(const ShiftPath& path, std::size_t end,
+                                     const std::vector<DefectKind>& kinds, const Trial& trial,
+                                     const Progress& progress) {
+  constexpr std::size_t kStep = 16, kShort = 64;
+  std::vector<std::size_t> best{end - 1};
+  for (std::size_t step = end > kShort ? kStep : 1, first = 0, last = end; step != 0;) {
     std::map<Line, std::size_t> way_of;
     std::set<Line> lines;
-    const std::size_t begin = step == 1 ? best - std::min(best, kStep) : 0;
-    const std::size_t end = step == 1 ? std::min(best + kStep, ways) : ways;
-    for (std::size_t k = begin; k < end; k += step) {
+    for (std::size_t k = first; k < last; k += step) {
       way_of[path.begin_of(k)] = k;
       lines.insert(path.begin_of(k));
     }
-    best = way_of.at(trial.of(lines, kinds, progress).at(0).defect.line);
+    const std::vector<ChainSuspect> suspects = trial.of(lines, kinds, progress);
+    if (suspects.empty()) break;  // none is alike at all
+    best.clear();
+    for (const ChainSuspect& suspect : suspects) {
+      const std::size_t way = way_of.at(suspect.defect.line);
+      if (suspect.agreement < suspects[0].agreement) break;
+      if (std::find(best.begin(), best.end(), way) == best.end()) best.push_back(way);
+    }
+    first = best[0] - std::min(best[0], kStep);
+    last = std::min(best[0] + kStep, end);
+    step = step == kStep ? 1 : 0;
   }
   return best;
 }
@@ -324,14 +338,22 @@ std::vector<BrokenChain> diagnose_chains(const CaptureView& view, const CycleStr
         damage == Damage::slow ? std::vector{DefectKind::slow_to_rise, DefectKind::slow_to_fall}
                                : std::vector{DefectKind::stuck_at_0, DefectKind::stuck_at_1};
     const std::size_t ways = stream.chains[c].cells.size() + 1;  // 0: from the input to the first cell
-    std::size_t way = damage == Damage::stuck  ? readings.constant_cells()
-                      : damage == Damage::slow ? best_way(path, ways, kinds, trial, progress)
-                                               : readings.change_of_rate() + 1;
-    const std::size_t around = damage == Damage::garbled ? 4 : 1;
-    BrokenChain found{.chain = c, .cell = way == 0 ? 0 : way - 1, .suspects = {}};
+    std::vector<std::size_t> likely;
+    if (damage == Damage::garbled) {
+      constexpr std::size_t kAround = 4;
+      const std::size_t way = readings.change_of_rate() + 1;
+      for (std::size_t k = way - std::min(way, kAround); k < std::min(way + kAround, ways); ++k)
+        likely.push_back(k);
+    } else {
+      const std::size_t end = damage == Damage::stuck ? readings.constant_cells() + 1 : ways;
+      likely = likely_ways(path, end, kinds, trial, progress);
+    }
+    BrokenChain found{.chain = c, .cell = likely[0] == 0 ? 0 : likely[0] - 1, .suspects = {}};
     std::set<Line> lines;
-    for (std::size_t k = way - std::min(way, around); k < std::min(way + around, ways); ++k)
+    for (const std::size_t k : likely) {
+      if (k > 0) path.add_between(k - 1, lines);
       path.add_between(k, lines);
+    }
     found.suspects = trial.of(lines, kinds, progress);
     if (found.suspects.empty() || found.suspects[0].agreement < kAlike) {
       add_drivers(view.circuit, lines);

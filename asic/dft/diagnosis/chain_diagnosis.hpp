@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A broken scan chain. What has gone through all of it tells the damage: one level alone (a stuck cell),
-// edges a cycle late (a slow one), or garbage. All that a stuck cell lets through is one level, while cells
-// behind it show what they captured; so the cells of which nothing else was ever seen stand before it (after
-// Kundu, "On diagnosis of faults in a scan-chain", VTS 1993, and Guo and Venkataraman, "A technique for fault
-// diagnosis of defects in scan chains", ITC 2001). A slow cell is looked for by trial, what garbles by the
-// rate of fails. Defects there are then tried on the virtual tester.
+// spoilt edges of one direction (a slow one), or garbage. All that a stuck cell lets through is one level, so
+// it is among the first cells of which nothing else was ever seen (after Kundu, "On diagnosis of faults in a
+// scan-chain", VTS 1993, and Guo and Venkataraman, "A technique for fault diagnosis of defects in scan
+// chains", ITC 2001); what garbles changes the rate of fails. Defects there are tried on the virtual tester.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +27,9 @@ struct ChainSuspect {
 
 struct BrokenChain {
   std::size_t chain = 0;  ///< of the stream
-  std::size_t cell = 0;   ///< of it, behind or in which the defect lies, as far as what comes out tells
-  std::vector<ChainSuspect> suspects;  ///< best first; those with the same agreement can't be told apart
+  std::size_t cell = 0;   ///< of it, the likeliest behind or in which the defect lies
+  std::vector<ChainSuspect>
+      suspects;  ///< best first, those that agree at all; the same agreement: can't be told apart
 };
 
 /// The chains whose chain test fails: a load that is unloaded again without a clock between. `view`: the

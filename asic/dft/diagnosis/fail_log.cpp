@@ -7,6 +7,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "base/byte_order_mark.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/number.hpp"
@@ -26,6 +27,7 @@ std::vector<Word> words_of(std::string_view line) {
   std::vector<Word> words;
   constexpr std::string_view kBlank = " \t\r";
   for (std::size_t at = line.find_first_not_of(kBlank); at < line.size();) {
+    if (line[at] == '#') break;  // a remark
     const std::size_t end = std::min(line.find_first_of(kBlank, at), line.size());
     words.push_back({line.substr(at, end - at), at + 1});
     at = line.find_first_not_of(kBlank, end);
@@ -49,7 +51,7 @@ class Reader {
       const std::size_t end = std::min(text.find('\n'), text.size());
       const std::vector<Word> words = words_of(text.substr(0, text.find('\n')));
       text.remove_prefix(std::min(end + 1, text.size()));
-      if (words.empty() || words[0].text.starts_with('#')) continue;
+      if (words.empty()) continue;
       if (!titled) {
         title(words);
         titled = true;
@@ -60,6 +62,7 @@ class Reader {
       } else if (words.size() == 1 && (words[0].text == "end" || words[0].text == "full")) {
         ended_ = true;
         log_.truncated = words[0].text == "full";
+        if (log_.truncated && log_.fails.empty()) fail(words[0], "failed strobes before the memory is full");
       } else {
         fail(words[0], "cycle NUMBER SIGNAL, end, or full");
       }
@@ -119,7 +122,7 @@ std::string fail_log_text(const FailLog& log, const CycleStream& stream) {
 }
 
 FailLog parse_fail_log(std::string_view text, const std::string& name, const CycleStream& stream) {
-  return Reader(name, stream).read(text);
+  return Reader(name, stream).read(without_byte_order_mark(text));
 }
 
 FailLog read_fail_log(const std::filesystem::path& path, const CycleStream& stream) {

@@ -46,12 +46,14 @@ Findings LogReader::findings(const FailLog& log, const Progress& progress) const
   };
   const auto net_of_chip = [&](const ChainSuspect& s) { return of_chip_.net_of(s.defect.line); };
   Findings findings;
+  const auto disagrees = [](const ChainSuspect& s) { return s.agreement < kLeastAgreement; };
   if (log.fails.empty()) return findings;
   findings.chains = diagnose_chains(program_.view, program_.stream, program_.scan_enable, log, progress);
   if (!findings.chains.empty()) {
     std::vector<ChainSuspect> all;
     for (const BrokenChain& chain : findings.chains)
       all.insert(all.end(), chain.suspects.begin(), chain.suspects.end());
+    std::erase_if(all, disagrees);
     std::stable_sort(all.begin(), all.end(), agrees_more);
     add_groups(all, agrees_more, net_of_chip, findings.blamed);
     return findings;
@@ -63,7 +65,9 @@ Findings LogReader::findings(const FailLog& log, const Progress& progress) const
         findings.blamed);
   if (findings.captures.failing_patterns == 0 && !program_.scan_enable.empty()) {
     findings.resets = diagnose_resets(program_.view, program_.stream, program_.scan_enable, log, progress);
-    add_groups(findings.resets, agrees_more, net_of_chip, findings.blamed);
+    std::vector<ChainSuspect> likely = findings.resets;
+    std::erase_if(likely, disagrees);
+    add_groups(likely, agrees_more, net_of_chip, findings.blamed);
   }
   return findings;
 }

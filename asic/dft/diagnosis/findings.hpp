@@ -28,6 +28,9 @@ class LineNames {
   std::map<Line, std::string> names_;
 };
 
+/// A defect of a chain or reset whose log is less alike the chip's is not to blame.
+inline constexpr double kLeastAgreement = 0.5;
+
 struct Findings {
   std::vector<BrokenChain> chains;  ///< where there are some, nothing else is looked for
   Diagnosis captures;

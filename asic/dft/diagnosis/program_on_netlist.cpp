@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "asic/dft/core/bench_file.hpp"
+#include "asic/dft/diagnosis/tester.hpp"
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"
 #include "asic/dft/grade_file.hpp"
@@ -18,6 +19,20 @@
 #include "base/file.hpp"
 
 namespace meltstage::dft {
+namespace {
+
+void require_passing(const ProgramOnNetlist& program) {
+  const FailLog good = test_chip(program.view, program.stream, program.scan_enable, {});
+  if (good.fails.empty()) return;
+  throw UserError(
+      fmt::format("{}: found {} strobes that fail without a defect, the first in cycle {} at {}, expected "
+                  "patterns of this "
+                  "netlist",
+                  program.stream.title, good.fails.size(), good.fails[0].cycle,
+                  program.stream.signals[good.fails[0].signal].name));
+}
+
+}  // namespace
 
 ProgramOnNetlist read_program(const std::filesystem::path& patterns, const std::filesystem::path& netlist,
                               const CellLibrary& library) {
@@ -32,6 +47,7 @@ ProgramOnNetlist read_program(const std::filesystem::path& patterns, const std::
   if (program.view.flops.empty()) {
     program.captures = program.view;
     program.patterns = captures_of_cycles(program.view, program.stream, false);
+    require_passing(program);
     return program;
   }
   const Netlist cells = read_yosys_json(netlist);
@@ -47,6 +63,7 @@ ProgramOnNetlist read_program(const std::filesystem::path& patterns, const std::
                     "clock and an unload beside the chain and reset tests",
                     patterns.string()));
   program.patterns = captures_of(program.captures, program.stream, program.scan_enable);
+  require_passing(program);
   return program;
 }
 

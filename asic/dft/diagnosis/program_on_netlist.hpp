@@ -21,8 +21,8 @@ struct ProgramOnNetlist {
 };
 
 /// STIL, or WGL by its ending .wgl. A scanned netlist, one without flops, or a .bench. Throws UserError for
-/// what can't be read, chains that are not the netlist's, and patterns that are more than a load, one clock
-/// and an unload.
+/// what can't be read, chains that are not the netlist's, strobes that fail without a defect, and patterns
+/// that are more than a load, one clock and an unload.
 ProgramOnNetlist read_program(const std::filesystem::path& patterns, const std::filesystem::path& netlist,
                               const CellLibrary& library);
 

@@ -100,6 +100,7 @@ class Tester {
       random_.emplace_back(chips[c].seed);
       for (const ChipDefect& defect : chips[c].defects) {
         require_no_clock(defect);
+        require_apart(defect, chips[c].defects);
         AtWork& added = defects_.emplace_back(AtWork{.defect = defect});
         added.chip.set(c * lanes_, lanes_, true);
         marked_[defect.line.node] = 1;
@@ -141,6 +142,14 @@ class Tester {
   }
   Word& state(std::size_t flop) { return driven_[view_.input_ports.size() + flop]; }
 
+  void require_apart(const ChipDefect& defect, const std::vector<ChipDefect>& all) const {
+    const auto touches = [&](const ChipDefect& d) {
+      return d.line == defect.line || (is_bridge(d.kind) && d.other == defect.line);
+    };
+    if (std::count_if(all.begin(), all.end(), touches) > 1)
+      throw UserError(fmt::format("defect \"{}\": found another defect of the same line, expected one",
+                                  defect_name(circuit_, defect)));
+  }
   // Clocks have no levels here, only pulses.
   void require_no_clock(const ChipDefect& defect) const {
     if (is_clock(view_, defect.line) || (is_bridge(defect.kind) && is_clock(view_, defect.other)))
