@@ -64,7 +64,7 @@ class Readings {
         const bool fails = failed.count(shift[j]) != 0, level = (expected == 'H') != fails;
         if ((expected != 'H' && expected != 'L') || (shift[j] >= known_to && !fails)) continue;
         if (j >= cells_) {
-          through_.push_back({expected == 'H', level});
+          through_.push_back({expected == 'H', level, j == cells_});
           continue;
         }
         Cell& cell = of_cell_[cells_ - 1 - j];
@@ -79,11 +79,11 @@ class Readings {
   Damage damage() const {
     bool fails = false, low = false, high = false, slow_up = true, slow_down = true;
     for (std::size_t i = 0; i < through_.size(); ++i) {
-      const auto [expected, level] = through_[i];
+      const auto [expected, level, first] = through_[i];
       (level ? high : low) = true;
       if (expected == level) continue;
       fails = true;
-      const bool edge = i > 0 && through_[i - 1].expected != expected;
+      const bool edge = first || i == 0 || through_[i - 1].expected != expected;
       slow_up = slow_up && edge && expected;
       slow_down = slow_down && edge && !expected;
     }
@@ -132,6 +132,7 @@ class Readings {
   };
   struct Bit {
     bool expected, level;
+    bool first;  // in its shift: what went before it is not known
   };
   static double log_likelihood(std::size_t failed, std::size_t met) {
     const auto part = [&](std::size_t n) {

@@ -211,6 +211,7 @@ TEST(FailLogs, WhatIsNoneIsRefusedWithItsPlace) {
         {title + "cycle 3 start_i\nend\n", "log:2:9: found start_i, expected an output of"},
         {title + "cycle 0 pulse_o\nend\n", "log:2:9: found pulse_o, expected an output that"},
         {title + "end\ncycle 3 pulse_o\n", "log:3:1: found cycle, expected nothing behind the end"},
+        {title + "full\n", "log:2:1: found full, expected failed strobes before the memory is full"},
         {title + "stop\n", "log:2:1: found stop, expected cycle NUMBER SIGNAL, end, or full"}})
     EXPECT_THAT(refusal([&, &t = text] { parse_fail_log(t, "log", stream); }), HasSubstr(expected)) << text;
 }
@@ -328,6 +329,40 @@ TEST(Diagnosis, ABrokenChainIsLocatedAtItsCell) {
       }
     }
   }
+}
+
+// A slow one, too, wherever the pause between two loads falls in the bits of the chain test.
+TEST(Diagnosis, ASlowCellIsNamedWhereItsChainTestFails) {
+  const Machine& m = machine();
+  const ProgramOnNetlist program = program_of(m);
+  const LogReader reader(program);
+  std::size_t broken = 0, named = 0;
+  for (const ScanChain& chain : m.stream.chains) {
+    for (const std::string& cell : chain.cells) {
+      for (const char* kind : {"slow-to-rise", "slow-to-fall"}) {
+        const ChipDefect defect = parse_defect(m.free_view.circuit, fmt::format("{}/Q {}", cell, kind));
+        const Findings found = reader.findings(test_chip(m.free_view, m.stream, "scan_en_i", {{defect}}));
+        if (found.chains.empty()) continue;
+        ++broken;
+        named += names(found.blamed.at(0), cell + "/Q") ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(broken, 8u);
+  EXPECT_EQ(named, broken);
+}
+
+TEST(VirtualTester, ALineHasOneDefectAndAClockNone) {
+  const Machine& m = machine();
+  const auto test = [&](std::initializer_list<const char*> defects) {
+    TestedChip chip;
+    for (const char* text : defects) chip.defects.push_back(parse_defect(m.free_view.circuit, text));
+    return refusal([&] { test_chip(m.free_view, m.stream, "scan_en_i", chip); });
+  };
+  EXPECT_EQ(test({"start_i stuck-at-0", "stop_i stuck-at-1"}), "");
+  EXPECT_THAT(test({"start_i stuck-at-0", "start_i stuck-at-1"}),
+              HasSubstr("found another defect of the same line"));
+  EXPECT_THAT(test({"clk_i stuck-at-0"}), HasSubstr("found a clock"));
 }
 
 }  // namespace
