@@ -198,14 +198,7 @@ class ShiftPath {
     const Node from = begin_of(k).node;
     const Node to = k == flops_.size() ? circuit.outputs()[out_]
                                        : circuit.outputs()[view_.output_ports.size() + flops_[k]];
-    std::vector<bool> behind(circuit.size(), false), before(circuit.size(), false);
-    behind[from] = true;
-    for (Node node = from; node <= to; ++node)
-      for (const Node next : circuit.fanout(node)) behind[next] = behind[next] || behind[node];
-    before[to] = true;
-    for (Node node = to + 1; node-- > from;)
-      if (before[node])
-        for (const Node driver : circuit.fanin(node)) before[driver] = true;
+    const std::vector<bool> behind = reached_from(circuit, from), before = cone_of(circuit, to);
     for (const Site& site : circuit.sites()) {
       if (site.node == kNoNode) continue;
       // On the way, or an input of a gate on it.

@@ -50,15 +50,27 @@ Line stem_of(const Circuit& circuit, const Line& line) {
   return circuit.fanout(source).size() == 1 ? Line{source, kStem} : line;
 }
 
-bool leads_to(const Circuit& circuit, Node from, Node to) {
-  std::vector<bool> reached(circuit.size(), false);
-  reached[from] = true;
-  for (Node node = from; node <= to; ++node) {
-    if (!reached[node]) continue;
-    for (const Node next : circuit.fanout(node)) reached[next] = true;
+std::vector<bool> cone_of(const Circuit& circuit, Node node) {
+  std::vector<bool> cone(circuit.size(), false);
+  cone[node] = true;
+  for (Node at = node + 1; at-- > 0;) {
+    if (!cone[at]) continue;
+    for (const Node driver : circuit.fanin(at)) cone[driver] = true;
   }
-  return reached[to];
+  return cone;
 }
+
+std::vector<bool> reached_from(const Circuit& circuit, Node node) {
+  std::vector<bool> reached(circuit.size(), false);
+  reached[node] = true;
+  for (Node at = node; at < circuit.size(); ++at) {
+    if (!reached[at]) continue;
+    for (const Node next : circuit.fanout(at)) reached[next] = true;
+  }
+  return reached;
+}
+
+bool leads_to(const Circuit& circuit, Node from, Node to) { return reached_from(circuit, from)[to]; }
 
 ChipDefect parse_defect(const Circuit& circuit, std::string_view text) {
   const auto blank = text.find(' ');

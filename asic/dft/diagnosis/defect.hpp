@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "asic/dft/core/circuit.hpp"
 
@@ -48,6 +49,10 @@ Line stem_of(const Circuit& circuit, const Line& line);
 ChipDefect parse_defect(const Circuit& circuit, std::string_view text);
 std::string defect_name(const Circuit& circuit, const ChipDefect& defect);
 
+/// By node, whether a change of `node` can move it; itself among them.
+std::vector<bool> reached_from(const Circuit& circuit, Node node);
+/// By node, whether its change can move `node`; itself among them.
+std::vector<bool> cone_of(const Circuit& circuit, Node node);
 /// Whether a change of `from` can move `to`.
 bool leads_to(const Circuit& circuit, Node from, Node to);
 

@@ -101,27 +101,6 @@ class Flips {
   std::vector<Response> responses_;
 };
 
-// Nodes from which a node can be reached.
-std::vector<bool> cone_of(const Circuit& circuit, Node node) {
-  std::vector<bool> cone(circuit.size(), false);
-  cone[node] = true;
-  for (Node at = node + 1; at-- > 0;) {
-    if (!cone[at]) continue;
-    for (const Node driver : circuit.fanin(at)) cone[driver] = true;
-  }
-  return cone;
-}
-
-std::vector<bool> reached_from(const Circuit& circuit, Node node) {
-  std::vector<bool> reached(circuit.size(), false);
-  reached[node] = true;
-  for (Node at = node; at < circuit.size(); ++at) {
-    if (!reached[at]) continue;
-    for (const Node next : circuit.fanout(at)) reached[next] = true;
-  }
-  return reached;
-}
-
 // Behaviours of which none is plainer than the other rank alike.
 int plainness(Behaviour behaviour) {
   switch (behaviour) {
