@@ -374,6 +374,7 @@ class PointTable {
                             first_hidden_)
               : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
                             hidden_, first_hidden_));
+    require_one_side();
     result_.bottom = std::any_of(side_columns_.begin(), side_columns_.end(),
                                  [](const SideColumn& column) { return column.sides.is_bottom(); });
     return std::move(result_);
@@ -455,29 +456,45 @@ class PointTable {
     return true;
   }
 
-  /// "Units used: mil" of Altium Designer, in one cell or in two. A .csv hands over its whole line.
+  /// Two columns may both tell the side; they must tell the same one.
+  void require_one_side() const {
+    const SideColumn* first = nullptr;
+    for (const SideColumn& column : side_columns_) {
+      if (column.first_row == 0) continue;  // empty
+      if (first == nullptr) first = &column;
+      if (column.sides.is_bottom() == first->sides.is_bottom()) continue;
+      fail(path_, fmt::format("row {}, column {} ({}): found {}, expected {}, as column {} ({}) tells",
+                              column.first_row, column.index + 1, column.name,
+                              column.sides.is_bottom() ? "bottom" : "top",
+                              first->sides.is_bottom() ? "bottom" : "top", first->index + 1, first->name));
+    }
+  }
+
+  /// "Units used: mil" of Altium Designer, or "Units: mil", in one cell or in two. A .csv hands over its
+  /// whole line.
   void read_title_unit(const TableRow& row, std::size_t i) {
-    constexpr std::string_view kKey = "units used:", kAround = " \t\",;";
+    constexpr std::string_view kKeys[] = {"units used:", "units:", "unit:"}, kAround = " \t\",;";
     const auto bare = [&](const Cell& cell) {
       const std::string text = plain(cell);
       const auto first = std::min(text.find_first_not_of(kAround), text.size());
       return text.substr(first, text.find_last_not_of(kAround) + 1 - first);
     };
     const std::string text = bare(row.cells[i]);
-    if (!text.starts_with(kKey)) return;
-    std::string_view name = trimmed(std::string_view(text).substr(kKey.size()));
+    const auto key = std::find_if(std::begin(kKeys), std::end(kKeys),
+                                  [&](std::string_view k) { return text.starts_with(k); });
+    if (key == std::end(kKeys)) return;
+    std::string_view name = trimmed(std::string_view(text).substr(key->size()));
     name.remove_prefix(std::min(name.find_first_not_of(kAround), name.size()));
     const std::string next = i + 1 < row.cells.size() ? bare(row.cells[i + 1]) : "";
     if (name.empty()) name = next;
     const Unit* unit = find_unit(name);
     if (unit == nullptr)
-      fail(path_,
-           fmt::format("row {}, column {}: found unit {} behind 'Units used:', expected mm, um, cm, m, "
-                       "mil or in",
-                       row.row, i + 1, in_quotes(name)));
+      fail(path_, fmt::format("row {}, column {}: found unit {} above the columns, expected mm, um, cm, m, "
+                              "mil or in",
+                              row.row, i + 1, in_quotes(name)));
     if (title_unit_ != nullptr && unit->mm != title_unit_->mm)
       fail(path_,
-           fmt::format("row {}, column {}: found unit {} behind 'Units used:', expected {}, as row {} has",
+           fmt::format("row {}, column {}: found unit {} above the columns, expected {}, as row {} has",
                        row.row, i + 1, in_quotes(name), title_unit_->name, title_unit_row_));
     title_unit_ = unit;
     title_unit_row_ = row.row;
@@ -489,11 +506,10 @@ class PointTable {
     if (title_unit_ == nullptr) return;
     for (Column* column : {&x_, &y_}) {
       if (column->has_unit && column->unit_mm != title_unit_->mm)
-        fail(path_,
-             fmt::format("row {}, column {}: found the unit in {}, expected {}, as 'Units used:' in row "
-                         "{} says",
-                         header.row, column->index + 1, in_quotes(header.cells[column->index].text),
-                         title_unit_->name, title_unit_row_));
+        fail(path_, fmt::format("row {}, column {}: found the unit in {}, expected {}, as row "
+                                "{} says",
+                                header.row, column->index + 1, in_quotes(header.cells[column->index].text),
+                                title_unit_->name, title_unit_row_));
       column->unit_mm = title_unit_->mm;
       column->has_unit = true;
     }

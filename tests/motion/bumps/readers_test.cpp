@@ -357,15 +357,17 @@ TEST_F(Readers, TitlesAboveTheNamesOfTheColumnsArePassedOver) {
 TEST_F(Readers, AUnitAboveTheColumnsIsKnownAndTheirs) {
   const std::string row = "C1,1000,2000\n";
   EXPECT_EQ(error_of("a.csv", "Units used: furlong\nRef,X,Y\n" + row),
-            "row 1, column 1: found unit 'furlong' behind 'Units used:', expected mm, um, cm, m, mil or in");
+            "row 1, column 1: found unit 'furlong' above the columns, expected mm, um, cm, m, mil or in");
   EXPECT_EQ(error_of("b.csv", "Units used:\nRef,X,Y\n" + row),
-            "row 1, column 1: found unit '' behind 'Units used:', expected mm, um, cm, m, mil or in");
+            "row 1, column 1: found unit '' above the columns, expected mm, um, cm, m, mil or in");
   EXPECT_EQ(error_of("c.csv", "Units used: mil\nRef,Mid X(mm),Mid Y(mm)\n" + row),
-            "row 2, column 2: found the unit in 'Mid X(mm)', expected mil, as 'Units used:' in row 1 says");
+            "row 2, column 2: found the unit in 'Mid X(mm)', expected mil, as row 1 says");
   EXPECT_EQ(error_of("d.csv", "Units used: mil\nUnits used: mm\nRef,X,Y\n" + row),
-            "row 2, column 1: found unit 'mm' behind 'Units used:', expected mil, as row 1 has");
+            "row 2, column 1: found unit 'mm' above the columns, expected mil, as row 1 has");
   expect_points(read("e.csv", "\"Units used:\",\"mil\",,\nRef,X,Y\n" + row).points, {{25.4, 50.8, 3}});
   expect_points(read("f.csv", "Units used: um,,\nRef,X (um),Y (um)\n" + row).points, {{1, 2, 3}});
+  expect_points(read("g.csv", "Units: mil\nRef,X,Y\n" + row).points, {{25.4, 50.8, 3}});
+  EXPECT_THAT(error_of("h.csv", "Unit: inch,,\nRef,X (mm),Y (mm)\n" + row), HasSubstr("as row 1 says"));
 }
 
 TEST_F(Xlsx, AUnitAboveTheColumnsMayHaveACellOfItsOwn) {
@@ -374,7 +376,7 @@ TEST_F(Xlsx, AUnitAboveTheColumnsMayHaveACellOfItsOwn) {
       "  sheet.append(row)";
   expect_points(read_coordinates(make(fmt::format(fmt::runtime(body), "mil"))), {{25.4, 50.8, 3}});
   EXPECT_THAT(error_of(make(fmt::format(fmt::runtime(body), "furlong"))),
-              StartsWith("row 1, column 1: found unit 'furlong' behind 'Units used:'"));
+              StartsWith("row 1, column 1: found unit 'furlong' above the columns"));
 }
 
 TEST_F(Xlsx, TitlesAboveTheNamesOfTheColumnsArePassedOver) {
@@ -488,6 +490,13 @@ TEST_F(Readers, ASideIsSaidInEachRowOrInNone) {
   EXPECT_THAT(error_of("c.csv", "x,y,Mirror\n1,2,\n3,4,Yes\n"),
               StartsWith("row 2, column 3 (Mirror): found nothing, expected yes or no, as row 3 has one"));
   EXPECT_EQ(read("d.csv", "x,y,side\n1,2,\n3,4,\n").points.size(), 2U);
+}
+
+TEST_F(Readers, TwoColumnsOfSidesTellTheSameOne) {
+  EXPECT_EQ(error_of("a.csv", "x,y,Side,Layer\n1,2,Top,Bottom\n3,4,Top,Bottom\n"),
+            "row 2, column 4 (Layer): found bottom, expected top, as column 3 (Side) tells");
+  EXPECT_EQ(read("b.csv", "x,y,Side,Layer\n1,2,Top,F.Cu\n3,4,Top,F.Cu\n").points.size(), 2U);
+  EXPECT_EQ(read("c.csv", "x,y,Side,Layer\n1,2,,B.Cu\n3,4,,B.Cu\n").points.size(), 2U);
 }
 
 TEST_F(Readers, APadOfCustomShapeIsToldSinceItsMiddleIsNotKnown) {
