@@ -43,6 +43,13 @@ std::optional<std::size_t> behind_axis(std::string_view name, char axis) {
     if (start != std::string::npos && std::string_view(small).substr(start).starts_with(prefix))
       start = small.find_first_not_of(" \t_-", start + prefix.size());
   if (start == std::string::npos || small[start] != axis) return std::nullopt;
+  const auto word = std::min(small.find_first_not_of(" \t_-", start + 1), small.size());
+  for (const std::string_view suffix : {"coordinate", "coord", "position", "pos", "location", "loc"}) {
+    const std::size_t behind = word + suffix.size();
+    if (std::string_view(small).substr(word).starts_with(suffix) &&
+        (behind == small.size() || kNameSeparators.find(small[behind]) != std::string_view::npos))
+      return behind;
+  }
   if (start + 1 < small.size() && kNameSeparators.find(small[start + 1]) == std::string_view::npos)
     return std::nullopt;
   return start + 1;

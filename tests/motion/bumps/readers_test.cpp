@@ -492,6 +492,12 @@ TEST_F(Readers, ASideIsSaidInEachRowOrInNone) {
   EXPECT_EQ(read("d.csv", "x,y,side\n1,2,\n3,4,\n").points.size(), 2U);
 }
 
+TEST_F(Readers, AColumnOfCoordinatesMaySaySo) {
+  for (const char* names : {"X Coord (um),Y Coord (um)", "X-coordinate(um),Y-coordinate(um)",
+                            "x_pos[um],y_pos[um]", "X Location um,Y Location um"})
+    expect_points(read("a.csv", fmt::format("{}\n1000,2000\n", names)).points, {{1, 2, 2}});
+}
+
 TEST_F(Readers, TwoColumnsOfSidesTellTheSameOne) {
   EXPECT_EQ(error_of("a.csv", "x,y,Side,Layer\n1,2,Top,Bottom\n3,4,Top,Bottom\n"),
             "row 2, column 4 (Layer): found bottom, expected top, as column 3 (Side) tells");
