@@ -254,7 +254,9 @@ JobDescription parse_job(const std::filesystem::path& path) {
   const double window = temperature.number("window_degc", 1.0, 0.1, 100.0);
   const double dwell = temperature.number("dwell_s", 3.0, 0.0, 600.0);
   job.heat_timeout_s = temperature.number("timeout_s", 600.0, 1.0, 7200.0);
-  const double period_ms = temperature.number("period_ms", sensor.min_ts_ms, 10.0, 2000.0);
+  // The register counts whole milliseconds, and the gains hold for its period.
+  const auto period_ms =
+      static_cast<std::uint16_t>(temperature.integer("period_ms", sensor.min_ts_ms, 10, 2000));
   temperature.finish();
 
   job.registers = tuned(job.head.plant, period_ms / 1000.0);
@@ -266,7 +268,7 @@ JobDescription parse_job(const std::filesystem::path& path) {
                static_cast<std::uint16_t>(std::lround(job.head.plant.ambient_degc * 10.0)));
   set_register(job.registers, spec::kRegAtWindow, static_cast<std::uint16_t>(std::lround(window * 10.0)));
   set_register(job.registers, spec::kRegAtDwell, static_cast<std::uint16_t>(std::lround(dwell * 10.0)));
-  set_register(job.registers, spec::kRegTs, static_cast<std::uint16_t>(std::lround(period_ms)));
+  set_register(job.registers, spec::kRegTs, period_ms);
   set_register(job.registers, spec::kRegSensType,
                static_cast<std::uint16_t>(&sensor - spec::kSensorPresets.data()));
   read_registers(registers, job.registers);

@@ -142,6 +142,12 @@ TEST_F(JobRules, ARegisterHoldsWhatTheJobSays) {
   expect_refused(print("[registers]\nMODE = 0.4\n"), "registers.MODE: found 0.4, expected a whole number");
 }
 
+// The gains hold for the period that the register counts.
+TEST_F(JobRules, APeriodIsOfWholeMilliseconds) {
+  expect_refused(print("", "setpoint_degc = 28\nperiod_ms = 100.3\n"),
+                 "temperature.period_ms: found 100.3, expected a whole number from 10 to 2000");
+}
+
 TEST_F(JobRules, AWholeNumberTooLargeIsShownAsItStands) {
   expect_refused(print("", "setpoint_degc = 9223372036854775807\n"),
                  "found 9223372036854775807, expected 0 to");
