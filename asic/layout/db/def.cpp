@@ -69,12 +69,15 @@ class DefReader {
         section("NETS", [this] { net(false); });
       } else if (in_.take("SPECIALNETS")) {
         section("SPECIALNETS", [this] { net(true); });
-      } else if (in_.is("PROPERTYDEFINITIONS") || in_.is("BLOCKAGES") || in_.is("REGIONS") ||
-                 in_.is("GROUPS")) {
-        const std::string name(in_.next());
-        while (!(in_.next() == "END" && in_.is(name))) {
+      } else if (in_.take("PROPERTYDEFINITIONS")) {
+        while (!(in_.next() == "END" && in_.is("PROPERTYDEFINITIONS"))) {
         }
         in_.next();
+      } else if (const char* name = unkept()) {
+        in_.next();
+        section(name, [this, name] {
+          in_.fail(fmt::format("the end of {}: what it asks for is not kept here", name));
+        });
       } else if (in_.take("END")) {
         in_.expect("DESIGN");
         return std::move(design_);
@@ -86,6 +89,13 @@ class DefReader {
   }
 
  private:
+  /// A section that a layout would have to keep to; null for any other.
+  const char* unkept() const {
+    for (const char* name : {"BLOCKAGES", "REGIONS", "GROUPS", "FILLS", "SLOTS", "NONDEFAULTRULES"})
+      if (in_.is(name)) return name;
+    return nullptr;
+  }
+
   /// Statements that a second time would say something else.
   void once() {
     for (const char* name :

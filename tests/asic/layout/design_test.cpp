@@ -106,6 +106,9 @@ TEST_F(DesignTest, WrongDefIsOneLine) {
   EXPECT_EQ(message("DESIGN t ;\n"), "a.def:2:1: found the file's end, expected END DESIGN");
   EXPECT_EQ(message("COMPONENTS 1 ;\n- a INVX1 + PLACED ( 0 0 ) W ;"),
             "a.def:2:28: found \"W\", expected orientation N, S, FN or FS");
+  EXPECT_EQ(message("BLOCKAGES 1 ;\n- LAYER m2 RECT ( 0 0 ) ( 3200 2000 ) ;\nEND BLOCKAGES"),
+            "a.def:2:3: found \"LAYER\", expected the end of BLOCKAGES: what it asks for is not kept here");
+  EXPECT_EQ(message("BLOCKAGES 0 ;\nEND BLOCKAGES\nFILLS 0 ;\nEND FILLS\nEND DESIGN"), "");
   EXPECT_EQ(message("UNITS DISTANCE MICRONS 0 ;"),
             "a.def:1:24: found \"0\", expected a whole number from 1 to 10000000");
   EXPECT_EQ(message("DIEAREA ( 0 0 ) ( nan 1 ) ;"),
