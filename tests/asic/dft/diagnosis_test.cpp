@@ -310,6 +310,33 @@ TEST(Diagnosis, AFullMemoryMisleadsNobody) {
   EXPECT_GE(10 * named, 9 * cut) << named << " of " << cut;
 }
 
+// The memory is full in the midst of a pattern: the strobes that fail beside the last one speak for nobody.
+TEST(Diagnosis, ACutPatternStillNamesItsLine) {
+  std::mt19937_64 random(11);
+  std::size_t cut = 0;
+  for (int round = 0; round < 200; ++round) {
+    const CaptureView view = plain_view(random_circuit(random(), 8, 40));
+    std::vector<Pattern> patterns(100, Pattern(view.circuit.inputs().size()));
+    for (Pattern& pattern : patterns)
+      for (std::uint8_t& bit : pattern) bit = static_cast<std::uint8_t>(random() & 1);
+    const CycleStream stream = stream_of(view, patterns);
+    const std::vector<Line> lines = data_lines(view);
+    const ChipDefect defect{DefectKind::stuck_at_1, lines[random() % lines.size()]};
+    const FailLog log = test_chip(view, stream, "", {{defect}});
+    if (log.fails.size() < 2 || log.fails[0].cycle != log.fails[1].cycle) continue;
+    ++cut;
+    const ProgramOnNetlist program{stream, view, view, captures_of_cycles(view, stream, false), ""};
+    const LogReader reader(program);
+    const Findings found = reader.findings(kept_in_memory(log, 1));
+    EXPECT_EQ(found.captures.failing_patterns, 1u);
+    const std::string net = reader.lines().net_of(defect.line);
+    EXPECT_TRUE(std::any_of(found.blamed.begin(), found.blamed.end(),
+                            [&](const auto& group) { return names(group, net); }))
+        << "round " << round;
+  }
+  EXPECT_GT(cut, 5u);
+}
+
 // A stuck cell breaks its chain there.
 TEST(Diagnosis, ABrokenChainIsLocatedAtItsCell) {
   const Machine& m = machine();
