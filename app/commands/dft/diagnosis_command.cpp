@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/commands/diagnosis_command.hpp"
-
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
@@ -16,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
 #include "app/terminal.hpp"
 #include "asic/dft/diagnosis/defect.hpp"
