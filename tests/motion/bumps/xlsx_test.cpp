@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// Workbooks (.xlsx), written by another maker's library.
+#include <fmt/format.h>
+
+#include <string>
+
+#include "tests/motion/bumps/reader_files.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+const fs::path examples = fs::path(MELTSTAGE_SOURCE_DIR) / "examples";
+
+TEST_F(Xlsx, ReadsColumnsByNameWithTheirUnits) {
+  const auto points = read_coordinates(
+      make("for row in [['ref', 'Y (um)', 'X (um)'], ['A1', 2500, 1500.5], ['A2', '4000', 3000]]:\n"
+           "  sheet.append(row)"));
+  expect_points(points, {{1.5005, 2.5, 2}, {3.0, 4.0, 3}});
+}
+
+TEST_F(Xlsx, ReadsTheFirstSheetAndKeepsItsRowNumbers) {
+  const auto points =
+      read_coordinates(make("sheet['B3'] = 1.25\nsheet['D3'] = 7\nsheet['B9'] = 2.5\nsheet['D9'] = 8\n"
+                            "book.create_sheet('other').append(['x', 'y'])"));
+  expect_points(points, {{1.25, 7.0, 3}, {2.5, 8.0, 9}});
+}
+
+TEST_F(Xlsx, HoldsTheSameBumpsAsTheXlsExample) {
+  const auto expected = read_coordinates(examples / "bumps_8x8.xls");
+  std::string body = "sheet.append(['x', 'y'])\n";
+  for (const Point& p : expected) body += fmt::format("sheet.append([{}, {}])\n", p.x_mm, p.y_mm);
+  expect_points(read_coordinates(make(body)), expected);
+}
+
+TEST_F(Xlsx, BadNumberNamesItsPlace) {
+  EXPECT_THAT(error_of(make("sheet.append(['x', 'y'])\nsheet.append([1, 'two'])")),
+              StartsWith("row 2, column 2 (y): found 'two', expected a number"));
+}
+
+TEST_F(Xlsx, TruthValuesAreNoNumbers) {
+  EXPECT_THAT(error_of(make("sheet.append(['x', 'y'])\nsheet.append([1, True])")),
+              StartsWith("row 2, column 2 (y): found 'TRUE', expected a number"));
+  EXPECT_THAT(error_of(make("sheet.append(['x', 'y'])\nsheet.append([False, 1])")),
+              StartsWith("row 2, column 1 (x): found 'FALSE', expected a number"));
+}
+
+TEST_F(Xlsx, HiddenRowsAreTold) {
+  const auto file = read_coordinate_file(
+      make("for row in [['x', 'y'], [1, 2], [3, 4], [5, 6]]:\n  sheet.append(row)\n"
+           "sheet.row_dimensions[3].hidden = True\nsheet.row_dimensions[4].hidden = True"));
+  EXPECT_EQ(file.points.size(), 3U);
+  EXPECT_THAT(file.notes,
+              ElementsAre("2 rows, first row 3, are hidden in the sheet and hold bumps all the same"));
+}
+
+TEST_F(Xlsx, AHiddenSheetIsPassedOver) {
+  for (const std::string state : {"hidden", "veryHidden"}) {
+    const auto points = read_coordinates(
+        make("sheet.append([1, 2])\nsheet.sheet_state = '" + state +
+             "'\nother = book.create_sheet('other')\nother.append([3, 4])\nbook.active = 1"));
+    expect_points(points, {{3, 4, 1}});
+  }
+}
+
+TEST_F(Xlsx, AFormulaWithoutItsValueIsRefused) {
+  EXPECT_EQ(
+      error_of(make("for row in [['x', 'y'], [1, 2], ['=A2+1', '=B2*2']]:\n  sheet.append(row)")),
+      "row 3, column 1 (x): found '=A2+1', expected a number such as 12.5; a formula without its value: "
+      "open the file in a spreadsheet program and save it there");
+}
+
+TEST_F(Xlsx, NamesMayHaveAPrefix) {
+  const std::string script =
+      "import zipfile\nm = 'http://schemas.openxmlformats.org/spreadsheetml/2006/main'\n"
+      "r = 'http://schemas.openxmlformats.org/officeDocument/2006/relationships'\n"
+      "p = 'http://schemas.openxmlformats.org/package/2006/relationships'\n"
+      "z = zipfile.ZipFile('" +
+      (folder_ / "a.xlsx").string() +
+      "', 'w')\n"
+      "z.writestr('xl/workbook.xml', f'<x:workbook xmlns:x=\"{m}\" xmlns:q=\"{r}\"><x:sheets><x:sheet "
+      "name=\"S\" "
+      "sheetId=\"1\" q:id=\"R1\"/></x:sheets></x:workbook>')\n"
+      "z.writestr('xl/_rels/workbook.xml.rels', f'<Relationships xmlns=\"{p}\"><Relationship Id=\"R1\" "
+      "Target=\"/xl/worksheets/sheet.xml\"/></Relationships>')\n"
+      "z.writestr('xl/sharedStrings.xml', f'<x:sst xmlns:x=\"{m}\"><x:si><x:t>x_mm</x:t></x:si><x:si><x:r>"
+      "<x:t>y_</x:t></x:r><x:r><x:t>mm</x:t></x:r></x:si></x:sst>')\n"
+      "z.writestr('xl/worksheets/sheet.xml', f'<x:worksheet xmlns:x=\"{m}\"><x:sheetData><x:row r=\"1\">"
+      "<x:c r=\"A1\" t=\"s\"><x:v>0</x:v></x:c><x:c r=\"B1\" t=\"s\"><x:v>1</x:v></x:c></x:row><x:row "
+      "r=\"2\">"
+      "<x:c r=\"A2\"><x:v>1.5</x:v></x:c><x:c "
+      "r=\"B2\"><x:v>2.5</x:v></x:c></x:row></x:sheetData></x:worksheet>')\n"
+      "z.close()\n";
+  ASSERT_EQ(std::system(("/usr/bin/python3 " + write("zip.py", script).string()).c_str()), 0);
+  expect_points(read_coordinates(folder_ / "a.xlsx"), {{1.5, 2.5, 2}});
+}
+
+TEST_F(Xlsx, RowsAndCellsStandWhereTheySay) {
+  const fs::path good = make("for row in [['x', 'y'], [1, 2], [3, 4]]:\n  sheet.append(row)");
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    const fs::path script = write("change.py",
+                                  "import zipfile, sys\n"
+                                  "a = zipfile.ZipFile(sys.argv[1])\n"
+                                  "b = zipfile.ZipFile(sys.argv[2], 'w')\n"
+                                  "for name in a.namelist():\n"
+                                  "  text = a.read(name)\n"
+                                  "  if name.endswith('sheet1.xml'):\n"
+                                  "    assert sys.argv[3].encode() in text, text\n"
+                                  "    text = text.replace(sys.argv[3].encode(), sys.argv[4].encode())\n"
+                                  "  b.writestr(name, text)\n"
+                                  "b.close()\n");
+    EXPECT_EQ(std::system(fmt::format("/usr/bin/python3 {} {} {} '{}' '{}'", script.string(), good.string(),
+                                      (folder_ / "b.xlsx").string(), from, to)
+                              .c_str()),
+              0);
+    return error_of(folder_ / "b.xlsx");
+  };
+  EXPECT_EQ(changed("r=\"A2\"", "r=\"A3\""),
+            "row 2: found cell 'A3', expected cells of this row in order; the workbook is damaged");
+  EXPECT_THAT(changed("r=\"A2\"", "r=\"A\""), StartsWith("row 2: found cell 'A'"));
+  EXPECT_THAT(changed("r=\"B2\"", "r=\"A2\""), StartsWith("row 2: found cell 'A2'"));
+  EXPECT_EQ(changed("<row r=\"3\"", "<row r=\"2\""),
+            "row 2: found a row of number '2' behind it, expected rows in order and at most 16777216; the "
+            "workbook is damaged");
+  EXPECT_THAT(changed("<row r=\"3\"", "<row r=\"4000000000\""),
+              StartsWith("row 2: found a row of number '4000000000' behind it"));
+  EXPECT_THAT(changed("<row r=\"3\"", "<row r=\"x\""),
+              StartsWith("row 2: found a row of number 'x' behind it"));
+}
+
+TEST_F(Xlsx, OfAnotherKindOrCutOffIsRefused) {
+  EXPECT_THAT(error_of("b.xlsx", read_file(examples / "bumps_8x8.xls")), StartsWith("found an OLE2 file"));
+  EXPECT_THAT(error_of("c.xlsx", "x,y\n1,2\n"), StartsWith("found text, expected an Excel workbook"));
+  const std::string whole = read_file(make("sheet.append([1, 2])"));
+  for (const std::size_t size : {10UL, whole.size() / 2, whole.size() - 5})
+    EXPECT_THAT(error_of("d.xlsx", whole.substr(0, size)), HasSubstr("expected an Excel workbook"));
+}
+
+TEST_F(Xlsx, ArchiveThatIsNoWorkbookIsRefused) {
+  const fs::path script =
+      write("zip.py", "import zipfile\nzipfile.ZipFile('" + (folder_ / "e.xlsx").string() +
+                          "', 'w').writestr('a.txt', 'x')\n");
+  ASSERT_EQ(std::system(("/usr/bin/python3 " + script.string()).c_str()), 0);
+  EXPECT_THAT(error_of(folder_ / "e.xlsx"), HasSubstr("no part 'xl/workbook.xml'"));
+}
+
+TEST_F(Xlsx, AUnitAboveTheColumnsMayHaveACellOfItsOwn) {
+  const std::string body =
+      "for row in [['Units used:', '{}'], ['Ref', 'X', 'Y'], ['C1', 1000, 2000]]:\n"
+      "  sheet.append(row)";
+  expect_points(read_coordinates(make(fmt::format(fmt::runtime(body), "mil"))), {{25.4, 50.8, 3}});
+  EXPECT_THAT(error_of(make(fmt::format(fmt::runtime(body), "furlong"))),
+              StartsWith("row 1, column 1: found unit 'furlong' above the columns"));
+}
+
+TEST_F(Xlsx, TitlesAboveTheNamesOfTheColumnsArePassedOver) {
+  expect_points(
+      read_coordinates(make("for row in [['Board A'], [], ['Ref', 'X', 'Y'], ['C1', '1000mil', '10.5mm']]:\n"
+                            "  sheet.append(row)")),
+      {{25.4, 10.5, 4}});
+}
+
+}  // namespace
+}  // namespace meltstage::motion
