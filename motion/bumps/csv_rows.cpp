@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of separated text (.csv), through libcsv.
+#include <csv.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "base/file.hpp"
+#include "motion/bumps/column_names.hpp"
+#include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/text_lines.hpp"
+
+namespace meltstage::motion::detail {
+namespace {
+
+/// The cells of a line, whichever sign separates them, without '#' and quotes around them.
+template <class Visit>
+void for_loose_cells(std::string_view line, const Visit& visit) {
+  for (std::size_t start = 0; start <= line.size();) {
+    const std::size_t end = std::min(line.find_first_of(",;\t", start), line.size());
+    std::string_view cell = line.substr(start, end - start);
+    cell.remove_prefix(std::min(cell.find_first_not_of("#\" "), cell.size()));
+    cell = cell.substr(0, cell.find_last_not_of("\" ") + 1);
+    visit(cell);
+    start = end + 1;
+  }
+}
+
+/// Of a line that begins with '#': names of columns behind it are a header, "# x_mm, y_mm" or "#,x,y"; all
+/// else is a comment.
+bool names_columns(std::string_view line) {
+  bool x = false, y = false;
+  for_loose_cells(line, [&](std::string_view cell) {
+    x = x || behind_axis(cell, 'x');
+    y = y || behind_axis(cell, 'y');
+  });
+  return x && y;
+}
+
+/// How much of the text is comments, and the blank lines among them, at its begin.
+std::size_t leading_comments(std::string_view text) {
+  std::size_t behind = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
+    const std::string_view line = trimmed(text.substr(at, end - at));
+    if (!line.empty() && (line.front() != '#' || names_columns(line))) break;
+    at = std::min(end + (text.substr(end).starts_with("\r\n") ? 2U : 1U), text.size());
+    if (!line.empty()) behind = at;
+  }
+  return behind;
+}
+
+/// How much of the text stands above a line that names the columns and holds no number: a title, or what a
+/// layout system says of its board. 0 if there is no such line.
+std::size_t leading_titles(std::string_view text) {
+  constexpr std::size_t kMostLines = 100;
+  for (std::size_t at = 0, lines = 0; at < text.size() && lines < kMostLines; ++lines) {
+    const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
+    const std::string_view line = text.substr(at, end - at);
+    if (names_columns(line)) return at;
+    bool number = false;
+    for_loose_cells(line, [&](std::string_view cell) { number = number || begins_like_number(cell); });
+    if (number) return 0;
+    at = std::min(end + (text.substr(end).starts_with("\r\n") ? 2U : 1U), text.size());
+  }
+  return 0;
+}
+
+/// Tab before semicolon before comma: a decimal comma or a comma in a name must not win over a rarer sign.
+char find_separator(std::string_view text) {
+  const std::string_view line = text.substr(0, text.find_first_of("\r\n", text.find_first_not_of("\r\n")));
+  for (const char separator : {'\t', ';'}) {
+    bool inside_quotes = false;
+    for (const char c : line) {
+      if (c == '"') inside_quotes = !inside_quotes;
+      if (c == separator && !inside_quotes) return separator;
+    }
+  }
+  return ',';
+}
+
+/// Rows as libcsv reports them; kept until its C frames have returned, as the handler may throw.
+struct CsvRows {
+  std::vector<TableRow> finished;
+  TableRow current;
+  std::size_t line = 1;
+  std::size_t inner_lines = 0;
+  int last_end = 0;
+};
+
+void on_csv_field(void* text, std::size_t size, void* rows_pointer) {
+  auto& rows = *static_cast<CsvRows*>(rows_pointer);
+  std::string field(static_cast<const char*>(text), size);
+  rows.inner_lines += static_cast<std::size_t>(std::count(field.begin(), field.end(), '\n'));
+  rows.current.cells.push_back({std::move(field), std::nullopt});
+}
+
+void on_csv_row(int end, void* rows_pointer) {
+  auto& rows = *static_cast<CsvRows*>(rows_pointer);
+  const bool second_half_of_crlf = rows.current.cells.empty() && end == '\n' && rows.last_end == '\r';
+  rows.last_end = second_half_of_crlf ? 0 : end;
+  if (second_half_of_crlf) return;
+  rows.current.row = rows.line;
+  rows.current.ended = end != -1;
+  rows.line += 1 + std::exchange(rows.inner_lines, 0);
+  rows.finished.push_back(std::exchange(rows.current, {}));
+}
+
+struct CsvParser {
+  csv_parser parser{};
+  explicit CsvParser(char separator) {
+    csv_init(&parser, CSV_STRICT | CSV_STRICT_FINI | CSV_REPALL_NL);
+    csv_set_delim(&parser, static_cast<unsigned char>(separator));
+  }
+  ~CsvParser() { csv_free(&parser); }
+  CsvParser(const CsvParser&) = delete;
+  CsvParser& operator=(const CsvParser&) = delete;
+};
+
+/// Where columns are not separated by commas, "12,5" is 12.5. One table has commas or points, not both: else
+/// "1,234" could be either number.
+class DecimalCommas {
+ public:
+  DecimalCommas(const std::filesystem::path& path, char separator)
+      : path_(path), allowed_(separator != ',') {}
+
+  void read(TableRow& row) {
+    if (!allowed_) return;
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      std::string& text = row.cells[i].text;
+      const auto mark = text.find_first_of(",.");
+      if (mark == std::string::npos || !is_digits_around(text, mark)) continue;
+      std::string& seen = text[mark] == ',' ? with_comma_ : with_point_;
+      if (seen.empty()) seen = fmt::format("{} in row {}", in_quotes(text), row.row);
+      if (!with_comma_.empty() && !with_point_.empty())
+        fail(path_, fmt::format("row {}, column {}: found {} and {}, expected one decimal mark in a table",
+                                row.row, i + 1, with_comma_, with_point_));
+      if (text[mark] != ',') continue;
+      std::string pointed = text;
+      pointed[mark] = '.';
+      row.cells[i].number = parse_number(pointed);
+      if (!row.cells[i].number) text = pointed;  // with a unit
+    }
+  }
+
+ private:
+  /// An optional sign, digits, the mark, digits, and perhaps a unit.
+  static bool is_digits_around(std::string_view text, std::size_t mark) {
+    const auto first = text.find_first_not_of(" \t+-");
+    const auto last = text.find_last_of("0123456789");
+    if (first >= mark || last == std::string_view::npos || last <= mark) return false;
+    const std::string_view rest = trimmed(text.substr(last + 1));
+    if (!rest.empty() && find_unit(rest) == nullptr) return false;
+    for (std::size_t i = first; i <= last; ++i)
+      if (i != mark && std::isdigit(static_cast<unsigned char>(text[i])) == 0) return false;
+    return true;
+  }
+
+  const std::filesystem::path& path_;
+  bool allowed_;
+  std::string with_comma_, with_point_;  // the first of each
+};
+
+/// The first row of more than a title tells how many cells a row has. One of more was separated where no cell
+/// ends: its numbers would be others than those meant.
+class RowWidth {
+ public:
+  RowWidth(const std::filesystem::path& path, char separator) : path_(path), separator_(separator) {}
+
+  void check(const TableRow& row) {
+    const auto last = std::find_if_not(row.cells.rbegin(), row.cells.rend(), is_blank);
+    if (last == row.cells.rend()) return;
+    const auto used = static_cast<std::size_t>(row.cells.rend() - last);
+    if (first_row_ == 0 && used > 1) {
+      first_row_ = row.row;
+      most_ = row.cells.size();
+    }
+    if (first_row_ == 0 || used <= most_) return;
+    const std::string_view advice = separator_ == ','
+                                        ? "where a comma is the decimal mark, separate the cells by ';'"
+                                        : "quote a cell that holds the separator";
+    fail(path_, fmt::format("row {}: found {} cells, expected at most {}, as row {} has; {}", row.row, used,
+                            most_, first_row_, advice));
+  }
+
+ private:
+  const std::filesystem::path& path_;
+  char separator_;
+  std::size_t first_row_ = 0, most_ = 0;
+};
+
+void hand_over(const std::filesystem::path& path, CsvRows& rows, RowWidth& width, DecimalCommas& decimals,
+               const RowHandler& handle) {
+  const auto check_width = [&](const TableRow& row, std::size_t line) {
+    if (row.cells.size() > kMostColumns)
+      fail(path,
+           fmt::format("row {}: found more than {} columns, expected at most so many", line, kMostColumns));
+  };
+  for (TableRow& row : rows.finished) {
+    check_width(row, row.row);
+    width.check(row);
+    decimals.read(row);
+    handle(row);
+  }
+  rows.finished.clear();
+  check_width(rows.current, rows.line);
+}
+
+}  // namespace
+
+void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
+  if (const auto kind = describe_content(content); kind != "text")
+    fail(path, fmt::format("found {}, expected separated text (.csv, UTF-8)", kind));
+  content = without_byte_order_mark(content);
+
+  const std::size_t comments = leading_comments(content);
+  CsvRows rows;
+  for_lines(content.substr(0, comments), [&](const Line&) { ++rows.line; });
+  content.remove_prefix(comments);
+  const std::size_t titles = leading_titles(content);
+  for_lines(content.substr(0, titles), [&](const Line& line) {
+    handle({rows.line++, {{std::string(line.text), std::nullopt}}, true, false});
+  });
+  content.remove_prefix(titles);
+
+  const char separator = find_separator(content);
+  CsvParser csv(separator);
+  RowWidth width(path, separator);
+  DecimalCommas decimals(path, separator);
+  constexpr std::size_t kChunk = 65536;
+  while (!content.empty()) {
+    const std::string_view part = content.substr(0, kChunk);
+    if (csv_parse(&csv.parser, part.data(), part.size(), on_csv_field, on_csv_row, &rows) != part.size()) {
+      hand_over(path, rows, width, decimals, handle);
+      fail(path, fmt::format(
+                     "row {}, column {}: found a quote inside a cell, expected it doubled or the cell quoted",
+                     rows.line, rows.current.cells.size() + 1));
+    }
+    content.remove_prefix(part.size());
+    hand_over(path, rows, width, decimals, handle);
+  }
+  if (csv_fini(&csv.parser, on_csv_field, on_csv_row, &rows) != 0)
+    fail(path,
+         fmt::format("row {}, column {}: the file ends inside a quoted cell, expected the closing quote",
+                     rows.line, rows.current.cells.size() + 1));
+  hand_over(path, rows, width, decimals, handle);
+}
+
+}  // namespace meltstage::motion::detail
