@@ -99,7 +99,8 @@ class WglReader {
       const char c = text_[at_];
       if (c == '{' || c == '#') {  // a comment, or a label
         const char close = c == '{' ? '}' : '\n';
-        const std::size_t end = text_.find(close, at_);
+        std::size_t end = text_.find(close, at_);
+        if (end == std::string_view::npos && close == '\n') end = text_.size();  // the last line needs none
         if (end == std::string_view::npos) fail(at_, "a comment left open", std::string(1, '}'));
         if (c == '{') comment_ = trimmed(text_.substr(at_ + 1, end - at_ - 1));
         at_ = close == '\n' ? end - 1 : end;

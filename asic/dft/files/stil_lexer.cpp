@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/dft/files/stil_lexer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace meltstage::dft::stil {
+
+void Lexer::skip() {
+  const std::string_view text = source();
+  while (at < text.size()) {
+    if (text.substr(at, 2) == "//") {
+      at = std::min(text.find('\n', at), text.size());
+    } else if (text.substr(at, 2) == "/*" || text.substr(at, 2) == "{*") {
+      const std::string_view close = text[at] == '/' ? "*/" : "*}";
+      const std::size_t closed = text.find(close, at + 2);
+      if (closed == std::string_view::npos) file.fail(at, "a comment left open", std::string(close));
+      at = closed + 2;
+    } else if (std::isspace(static_cast<unsigned char>(text[at])) != 0) {
+      ++at;
+    } else {
+      return;
+    }
+  }
+}
+
+Token Lexer::next() {
+  skip();
+  const std::string_view text = source();
+  Token token{Token::Kind::end, "", at};
+  if (at >= text.size()) return token;
+  const char c = text[at];
+  if (c == '"' || c == '\'') {
+    const std::size_t closed = text.find(c, at + 1);
+    if (closed == std::string_view::npos)
+      file.fail(at, fmt::format("a string left open with {}", c), std::string(1, c));
+    token.kind = c == '"' ? Token::Kind::string : Token::Kind::time;
+    token.text = text.substr(at + 1, closed - at - 1);
+    at = closed + 1;
+    return token;
+  }
+  if (std::string_view("{};:=").find(c) != std::string_view::npos) {
+    token.kind = Token::Kind::punctuation;
+    token.text = c;
+    ++at;
+    return token;
+  }
+  token.kind = Token::Kind::word;
+  const std::size_t begin = at;
+  while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at])) == 0 &&
+         std::string_view("{};:=\"'").find(text[at]) == std::string_view::npos)
+    ++at;
+  token.text = text.substr(begin, at - begin);
+  return token;
+}
+
+std::string Lexer::data() {
+  const std::string_view text = source();
+  const std::size_t semicolon = text.find_first_of(";}", at);
+  if (semicolon == std::string_view::npos || text[semicolon] == '}')
+    file.fail(at, "vector data without an end", "\";\"");
+  std::string result(text.substr(at, semicolon - at));
+  at = semicolon + 1;
+  return result;
+}
+
+}  // namespace meltstage::dft::stil

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "asic/dft/files/stil_blocks.hpp"
+#include "base/place.hpp"
+
+namespace meltstage::dft::stil {
+
+namespace {
+
+constexpr std::size_t kMostMembers = 100'000;  // of a group
+
+}  // namespace
+
+void Reader::read_signals() {
+  if (!file_.tables.empty()) fail(token_.where, "Signals after Timing", "all signals before it");
+  expect("{");
+  while (!is("}")) {
+    const std::size_t where = token_.where;
+    const std::string name = take_name();
+    if (!is_plain_name(name))
+      fail(where, fmt::format("signal \"{}\"", shown(name)), "a name without blanks, quotes, \\, % and `");
+    const std::string direction = take_word();
+    if (direction != "In" && direction != "Out")
+      fail(where, fmt::format("signal \"{}\" {}", name, direction), "In or Out");
+    if (!file_.signal.emplace(name, file_.signals.size()).second)
+      fail(where, fmt::format("signal \"{}\" again", name), "each signal once");
+    file_.groups[name] = {file_.signals.size()};
+    file_.signals.push_back({name, direction == "In"});
+    if (is("{"))
+      read_attributes();
+    else
+      expect(";");
+  }
+  expect("}");
+}
+
+std::vector<std::size_t> Reader::expression(const std::string& text, std::size_t where) const {
+  std::vector<std::size_t> result;
+  char sign = '+';
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (std::isspace(static_cast<unsigned char>(c)) != 0) {
+      ++i;
+    } else if (c == '+' || c == '-') {
+      sign = c;
+      ++i;
+    } else {
+      const bool quote = c == '"';
+      const std::size_t begin = quote ? i + 1 : i;
+      std::size_t end = begin;
+      while (end < text.size() &&
+             (quote ? text[end] != '"'
+                    : text[end] != '+' && text[end] != '-' && text[end] != ' ' && text[end] != '\n'))
+        ++end;
+      for (const std::size_t s : file_.members(text.substr(begin, end - begin), where)) {
+        if (sign == '+')
+          result.push_back(s);
+        else
+          result.erase(std::remove(result.begin(), result.end(), s), result.end());
+      }
+      if (result.size() > kMostMembers)
+        fail(where, "a group of more signals than this program takes",
+             fmt::format("at most {}", kMostMembers));
+      i = quote ? end + 1 : end;
+    }
+  }
+  return result;
+}
+
+void Reader::read_groups() {
+  expect("{");
+  while (!is("}")) {
+    const std::size_t where = token_.where;
+    const std::string name = take_name();
+    expect("=");
+    if (token_.kind != Token::Kind::time) fail(token_.where, found(), "signals in single quotes");
+    const auto [group, is_new] = file_.groups.emplace(name, expression(token_.text, where));
+    if (!is_new && group->second != expression(token_.text, where))
+      fail(where, fmt::format("group \"{}\" again with other signals", shown(name)), "each once");
+    advance();
+    if (is("{"))
+      read_attributes();
+    else
+      expect(";");
+  }
+  expect("}");
+}
+
+void Reader::read_attributes() {
+  const std::size_t where = token_.where;
+  expect("{");
+  for (std::size_t depth = 1; depth != 0; advance()) {
+    if (token_.kind == Token::Kind::end) fail(where, "a block left open", "\"}\"");
+    if (is_word("Base") || is_word("WFCMap"))
+      fail(token_.where, found(), "data that has a waveform character a signal");
+    if (is("{")) ++depth;
+    if (is("}") && --depth == 0) break;
+  }
+  expect("}");
+}
+
+}  // namespace meltstage::dft::stil
