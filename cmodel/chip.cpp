@@ -127,6 +127,7 @@ MemIn Chip::mem_in() const {
           .commit = sysctrl.commit_q != 0,
           .discard = paramc.discard_q != 0,
           .rd = uartc.rd_rsp_q != 0,
+          .rd_index = static_cast<std::uint8_t>(uartc.rd_addr() & 0x3Fu),
           .scrub_start = sysctrl.tick_q != 0};
 }
 
@@ -222,10 +223,11 @@ GuardIn Chip::guard_in() const {
 // last, because the others look at its parameters by reference.
 void Chip::clock(const Inputs& in) {
   UartcIn to_uartc = uartc_in();
-  if (uartc.reads()) to_uartc.rd_data = read_register(uartc.rd_addr());
   const SysctrlIn to_sysctrl = sysctrl_in(in);
   const ParamcIn to_paramc = paramc_in();
   const MemIn to_mem = mem_in();
+  const MemRow row = mem.in_hand(to_mem);
+  if (uartc.reads()) to_uartc.rd_data = paramc.read(uartc.rd_addr(), readings(), row.data());
   const SenscIn to_sensc = sensc_in();
   const AlgorIn to_algor = algor_in();
   const AtuneIn to_atune = atune_in();
@@ -242,7 +244,7 @@ void Chip::clock(const Inputs& in) {
   quality.step(to_quality);
   pwmc.step(to_pwmc);
   guard.step(to_guard);
-  mem.step(to_mem);
+  mem.step(to_mem, row);
   sync.step(asynchronous_pins(in));
 }
 

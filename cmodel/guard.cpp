@@ -118,7 +118,7 @@ void Guard::skip(const GuardIn& in, const Sync::Seen& feedback, std::uint64_t cl
     safe_cnt_q = 0;
     safe_en_q = 0;
   }
-  for (std::uint64_t i = 0; i < clocks && heat_step_q != 0; ++i) step_heat_balance(in);
+  for (unsigned i = 0; i < kHeatMove && i < clocks && heat_step_q != 0; ++i) step_heat_balance(in);
   if (fb_q >= fb_trip_clocks(in.params)) return;
   const bool heater = heater_q != 0;
   fb_q = heater != feedback.first ? fb_q + 1 : 0;

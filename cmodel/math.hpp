@@ -58,22 +58,11 @@ constexpr std::uint32_t mem_row(bool corrected, std::uint16_t data) {
   return (static_cast<std::uint32_t>(std::popcount(data)) & 1U) << 16 | data;
 }
 
-namespace detail {
-constexpr std::array<std::uint16_t, 256> crc16_table() {
-  std::array<std::uint16_t, 256> table{};
-  for (unsigned byte = 0; byte < 256; ++byte) {
-    unsigned crc = byte;
-    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1u) != 0 ? (crc >> 1) ^ 0xA001u : crc >> 1;
-    table[byte] = static_cast<std::uint16_t>(crc);
-  }
-  return table;
-}
-inline constexpr auto kCrc16Table = crc16_table();
-}  // namespace detail
-
 // Modbus CRC-16 (reflected 0x8005) of one more byte.
 constexpr std::uint16_t crc16_byte(std::uint16_t crc, std::uint8_t data) {
-  return static_cast<std::uint16_t>((crc >> 8) ^ detail::kCrc16Table[(crc ^ data) & 0xFF]);
+  unsigned rest = crc ^ data;
+  for (int bit = 0; bit < 8; ++bit) rest = rest >> 1 ^ (0xA001u & -(rest & 1u));
+  return static_cast<std::uint16_t>(rest);
 }
 
 }  // namespace meltstage::chip

@@ -28,14 +28,13 @@ void take(Rows& set, unsigned index, std::uint32_t difference) {
   if (is_row(index)) set[index] = (difference & mem_stored(index)) ^ kResetRows[index];
 }
 
-// The columns follow by what the write changes.
-void write(Rows& set, unsigned index, std::uint16_t data) {
-  if (index == 0 || index >= spec::kMemColumns) return;
+constexpr bool is_register(unsigned index) { return index >= 1 && index < spec::kHoldingCount; }
+
+// What the row of a register is with these data; nothing where there is no register.
+std::uint32_t row_of(unsigned index, std::uint16_t data) {
+  if (!is_register(index)) return 0;
   const spec::RegisterInfo& info = spec::kHolding[index];
-  const std::uint32_t row =
-      mem_row(info.corrected, static_cast<std::uint16_t>(data ^ static_cast<std::uint16_t>(info.reset)));
-  take(set, spec::kMemColumns, moved(set, spec::kMemColumns) ^ moved(set, index) ^ row);
-  take(set, index, row);
+  return mem_row(info.corrected, static_cast<std::uint16_t>(data ^ static_cast<std::uint16_t>(info.reset)));
 }
 
 // What the blocks see of a word. A flip of some would outlast the pass that corrects it: in the control
@@ -53,16 +52,48 @@ void Mem::refresh_params() {
 }
 
 void Mem::preset(unsigned index, std::uint16_t value) {
-  write(staged_q, index, value);
-  write(active_q, index, value);
+  if (!is_register(index)) return;
+  for (Rows* set : {&staged_q, &active_q}) {
+    const std::uint32_t row = row_of(index, value);
+    take(*set, spec::kMemColumns, moved(*set, spec::kMemColumns) ^ moved(*set, index) ^ row);
+    take(*set, index, row);
+  }
   refresh_params();
 }
 
-void Mem::step(const MemIn& in) {
+// One way to both sets, as the RTL has it: the circuit of this source has no more either.
+MemRow Mem::in_hand(const MemIn& in) const {
+  if (idle(in) && !in.rd) return {};
+  const std::uint8_t index = in.wr ? in.wr_index : in.rd ? in.rd_index : judges() ? odd_row_q : scrub_index_q;
+  const bool of_staged = in.wr || in.rd || (scrub_staged_q != 0 && discarding_q == 0);
+  return {index, moved(of_staged ? staged_q : active_q, index)};
+}
+
+void Mem::step(const MemIn& in, const MemRow& row) {
   if (idle(in)) return;
   const bool starts = in.discard || (in.scrub_start && scrub_busy_q == 0);
+  const bool passes = scrub_busy_q != 0 && !in.wr && !in.commit && !in.rd;
+  const bool judging = passes && judges();
+  const bool writes = in.wr && !in.commit && is_register(row.index);
+  const bool fix = judging && odd_row_q != 0 && odd_rows_q == 0 && std::has_single_bit(syndrome_q);
+  const bool copy = passes && !judges() && copies();
 
-  if (scrub_busy_q != 0 && !in.wr && !in.commit && !in.rd) walk();
+  const std::uint32_t taken = in.wr      ? row_of(row.index, in.wr_data)
+                              : judges() ? row.moved ^ syndrome_q
+                                         : row.moved;
+  const std::uint32_t columns = moved(staged_q, spec::kMemColumns) ^ row.moved ^ taken;
+  if (in.commit) active_q = staged_q;
+  if (fix && scrub_staged_q == 0) take(active_q, row.index, taken);
+  if (in.commit || fix) refresh_params();
+  if (writes || copy || (fix && scrub_staged_q != 0)) take(staged_q, row.index, taken);
+  if (writes) take(staged_q, spec::kMemColumns, columns);
+
+  if (judging) {
+    judge(fix);
+    begin_walk();
+  } else if (passes) {
+    walk(row);
+  }
   if (starts) {
     scrub_busy_q = 1;
     discarding_q = in.discard ? 1 : 0;
@@ -73,11 +104,6 @@ void Mem::step(const MemIn& in) {
     scrub_bad_q = 0;
     begin_walk();
   }
-  if (in.commit) {
-    active_q = staged_q;
-    refresh_params();
-  }
-  if (in.wr && !in.commit) write(staged_q, in.wr_index, in.wr_data);
 }
 
 void Mem::begin_walk() {
@@ -87,17 +113,9 @@ void Mem::begin_walk() {
   odd_rows_q = 0;
 }
 
-void Mem::walk() {
-  if (scrub_index_q > spec::kMemColumns) {
-    judge();
-    begin_walk();
-    return;
-  }
-  const bool copies = scrub_staged_q != 0 && discarding_q != 0;
-  const std::uint32_t row = moved(scrub_staged_q != 0 && !copies ? staged_q : active_q, scrub_index_q);
-  if (copies) take(staged_q, scrub_index_q, row);
-  syndrome_q ^= row;
-  if (std::popcount(row) % 2 != 0) {
+void Mem::walk(const MemRow& row) {
+  syndrome_q ^= row.moved;
+  if (std::popcount(row.moved) % 2 != 0) {
     if (odd_row_q == 0)
       odd_row_q = scrub_index_q;
     else
@@ -106,21 +124,14 @@ void Mem::walk() {
   scrub_index_q = (scrub_index_q + 1) & 0x3F;
 }
 
-void Mem::judge() {
+// `fix`: the one flip of this set is put right.
+void Mem::judge(bool fix) {
   const bool at_staged = scrub_staged_q != 0;
   const bool sound = syndrome_q == 0 && odd_row_q == 0;
-  const bool fix = odd_row_q != 0 && odd_rows_q == 0 && std::has_single_bit(syndrome_q);
-  const std::uint32_t mended =
-      moved(at_staged && discarding_q == 0 ? staged_q : active_q, odd_row_q) ^ syndrome_q;
-  if (at_staged && fix) take(staged_q, odd_row_q, mended);
-  if (!at_staged && fix) {
-    take(active_q, odd_row_q, mended);
-    refresh_params();
-  }
-  if (fix) ++corrected_q;
   const bool bad_now = !sound && !fix && again_q != 0;
   const bool settled = sound || fix || again_q != 0;
   const bool bad_pass = scrub_bad_q != 0 || bad_now;
+  if (fix) ++corrected_q;
   again_q = settled ? 0 : 1;
   scrub_bad_q = bad_pass;
   if (bad_now) bad_q = 1;

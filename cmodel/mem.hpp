@@ -43,7 +43,20 @@ struct MemIn {
   bool commit = false;
   bool discard = false;
   bool rd = false;  // the host's read has the way: the pass stands still
+  std::uint8_t rd_index = 0;
   bool scrub_start = false;
+};
+
+// The row in hand in a clock: the one that is written or read, else the one under the pass.
+struct MemRow {
+  std::uint8_t index = 0;
+  std::uint32_t moved = 0;  // what differs from its reset value; nothing where there is no row
+
+  std::uint16_t data() const {
+    return index < spec::kHoldingCount
+               ? static_cast<std::uint16_t>(moved ^ static_cast<unsigned>(spec::kHolding[index].reset))
+               : std::uint16_t{0};
+  }
 };
 
 struct Mem {
@@ -53,8 +66,10 @@ struct Mem {
   // Reset state: both sets hold the registers' reset values.
   Mem();
 
-  // One rising clock edge, not in reset.
-  void step(const MemIn& in);
+  // One rising clock edge, not in reset, with the row in hand before it.
+  void step(const MemIn& in, const MemRow& row);
+  void step(const MemIn& in) { step(in, in_hand(in)); }
+  MemRow in_hand(const MemIn& in) const;
   // Past the clock of a discard, until each staged word has taken the active one.
   bool discarding() const { return (scrub_busy_q & discarding_q) != 0; }
   // Nothing counts between two passes: there is nothing to skip.
@@ -80,9 +95,12 @@ struct Mem {
   bool idle(const MemIn& in) const {
     return !in.wr && !in.commit && !in.discard && !in.scrub_start && scrub_busy_q == 0;
   }
+  // The pass has gone by all rows of a set.
+  bool judges() const { return scrub_index_q > spec::kMemColumns; }
+  bool copies() const { return (scrub_staged_q & discarding_q) != 0; }
   void begin_walk();
-  void walk();
-  void judge();
+  void walk(const MemRow& row);
+  void judge(bool fix);
 
   Params params_;  // the data of active_q, kept beside it so that reading parameters costs nothing
 };

@@ -11,11 +11,18 @@ namespace meltstage::chip {
 namespace {
 
 constexpr std::uint32_t kTenthClocks = spec::kClkHz / 10;
+constexpr std::uint32_t kClocksMask = (1U << 21) - 1;
 
-// Clocks with the heater on; an upset of the count runs to the end of its bits, as in the RTL.
-void count_on(Quality& q, std::uint64_t clocks) {
+// A clock with the heater on; an upset of the count runs to the end of its bits, as in the RTL.
+void count_on(Quality& q) {
+  const bool tenth = q.clocks_q == kTenthClocks - 1;
+  q.clocks_q = tenth ? 0 : (q.clocks_q + 1) & kClocksMask;
+  if (tenth) ++q.on_q;
+}
+
+void count_on_for(Quality& q, std::uint64_t clocks) {
   if (q.clocks_q >= kTenthClocks) {
-    const std::uint64_t to_wrap = (1U << 21) - q.clocks_q;
+    const std::uint64_t to_wrap = kClocksMask + 1 - q.clocks_q;
     if (clocks < to_wrap) {
       q.clocks_q += static_cast<std::uint32_t>(clocks);
       return;
@@ -37,7 +44,7 @@ std::uint64_t Quality::quiet(const QualityIn& in) const {
 }
 
 void Quality::skip(const QualityIn& in, std::uint64_t clocks) {
-  if (in.run && in.heater) count_on(*this, clocks);
+  if (in.run && in.heater) count_on_for(*this, clocks);
 }
 
 void Quality::step(const QualityIn& in) {
@@ -70,7 +77,7 @@ void Quality::step(const QualityIn& in) {
   }
   if (in.at_temp) reached_q = 1;
   if (in.tenth && since_q != 0xFFFF) ++since_q;
-  if (in.heater) count_on(*this, 1);
+  if (in.heater) count_on(*this);
 }
 
 }  // namespace meltstage::chip

@@ -21,6 +21,7 @@
 #include "hls/cpp/compile.hpp"
 #include "hls/cpp/translate.hpp"
 #include "hls/graph/names.hpp"
+#include "hls/graph/sharing.hpp"
 #include "hls/graph/verilog.hpp"
 #include "hls/proof/counterexample.hpp"
 #include "hls/proof/equivalence.hpp"
@@ -68,6 +69,7 @@ int translate(const Options& o) {
   const std::string told = fmt::format("{}: {} flops of {} bits, {} operations\n", o.out.string(),
                                        circuit.flops.size(), bits, circuit.graph.size());
   std::ostringstream text;
+  hls::share_products(circuit);
   hls::write_verilog(std::move(circuit), o.module, text);
   write_whole(o.out, text.str());
   fmt::print("{}", told);

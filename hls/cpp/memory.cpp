@@ -177,9 +177,11 @@ Node AddressSpace::load(const Pointer& pointer, std::size_t bytes) {
     });
   if (found.empty())
     findings_.refuse("found a pointer that points nowhere, expected one into flops, pins or locals");
-  Node result = found.back().second;
-  for (auto one = found.rbegin() + 1; one != found.rend(); ++one)
-    result = graph_.select(one->first, one->second, result);
+  if (found.size() == 1) return found[0].second;
+  // A pointer points to one place: all behind their conditions in one OR is flatter than one after the other.
+  Node result = graph_.constant(static_cast<unsigned>(8 * bytes), 0);
+  for (const auto& [when, what] : found)
+    result = graph_.either(result, graph_.select(when, what, graph_.constant(graph_.width(what), 0)));
   return result;
 }
 

@@ -278,6 +278,12 @@ Node Graph::simplified(Op op, Node a, Node b, bool& done) {
       if (is_zero(b)) return gives(b);
       if (is_constant(b) && value(b).isPowerOf2())
         return gives(binary(Op::kShiftLeft, a, constant(bits, value(b).logBase2())));
+      if (is_constant(b) && value(b).countTrailingZeros() > 0) {  // the lowest bits are 0
+        const unsigned zeros = value(b).countTrailingZeros();
+        const unsigned kept = bits - zeros;
+        return gives(concat(binary(Op::kMul, slice(a, 0, kept), constant(value(b).extractBits(kept, zeros))),
+                            constant(zeros, 0)));
+      }
       if (is_constant(b) && (-value(b)).isPowerOf2())  // x - 8 y is an addition of -8 y to LLVM
         return gives(binary(Op::kSub, constant(bits, 0),
                             binary(Op::kShiftLeft, a, constant(bits, (-value(b)).logBase2()))));
@@ -363,6 +369,24 @@ Node Graph::invert(Node a) {
   return make(Op::kNot, width(a), {a, 0, 0});
 }
 
+// One choice where two choices one behind the other lead to the same two values.
+std::optional<Node> Graph::joined_select(Node condition, Node then, Node otherwise) {
+  const Expression t = expressions_[then];
+  if (t.op == Op::kSelect && t.arguments[2] == otherwise)
+    return select(both(condition, t.arguments[0]), t.arguments[1], otherwise);
+  if (t.op == Op::kSelect && t.arguments[1] == otherwise)
+    return select(both(condition, invert(t.arguments[0])), t.arguments[2], otherwise);
+  const Expression o = expressions_[otherwise];
+  if (t.op == Op::kSelect && o.op == Op::kSelect && t.arguments[1] == o.arguments[1] &&
+      t.arguments[2] == o.arguments[2])
+    return select(select(condition, t.arguments[0], o.arguments[0]), t.arguments[1], t.arguments[2]);
+  if (o.op == Op::kSelect && o.arguments[1] == then)
+    return select(either(condition, o.arguments[0]), then, o.arguments[2]);
+  if (o.op == Op::kSelect && o.arguments[2] == then)
+    return select(either(condition, invert(o.arguments[0])), then, o.arguments[1]);
+  return std::nullopt;
+}
+
 Node Graph::select(Node condition, Node then, Node otherwise) {
   if (is_constant(condition)) return is_zero(condition) ? otherwise : then;
   if (then == otherwise) return then;
@@ -373,6 +397,7 @@ Node Graph::select(Node condition, Node then, Node otherwise) {
   if (expressions_[otherwise].op == Op::kSelect && expressions_[otherwise].arguments[0] == condition)
     return select(condition, then, expressions_[otherwise].arguments[2]);
   const unsigned bits = width(then);
+  if (const auto joined = joined_select(condition, then, otherwise)) return *joined;
   if (bits == 1) {
     if (is_ones(then)) return either(condition, otherwise);
     if (is_zero(then)) return both(invert(condition), otherwise);
@@ -424,9 +449,15 @@ Node Graph::slice(Node a, unsigned low, unsigned bits) {
       if (low < from) return sign_extend(slice(e.arguments[0], low, from - low), bits);
       return sign_extend(slice(e.arguments[0], from - 1, 1), bits);
     }
+    case Op::kAdd:
+    case Op::kSub:
+      if (low == 0 && bits == 1)  // the parity of a count needs no adder
+        return binary(Op::kXor, slice(e.arguments[0], 0, 1), slice(e.arguments[1], 0, 1));
+      break;
     default:
-      return make(Op::kSlice, bits, {a, 0, 0}, low);
+      break;
   }
+  return make(Op::kSlice, bits, {a, 0, 0}, low);
 }
 
 Node Graph::zero_extend(Node a, unsigned bits) {

@@ -116,6 +116,7 @@ class Graph {
   unsigned significant_bits(const Expression& e) const;
   Node fold(Op op, const APInt& a, const APInt& b);
   std::optional<Node> negated(Node a);
+  std::optional<Node> joined_select(Node condition, Node then, Node otherwise);
   Node simplified(Op op, Node a, Node b, bool& done);
 
   std::vector<Expression> expressions_;

@@ -190,6 +190,29 @@ TEST(Graph, EqualExpressionsAreOneNode) {
 }
 
 // LLVM writes a - 8 b as a + -8 b, and 8 a - a as 7 a.
+TEST(Graph, ChoicesThatLeadToTwoValuesAreOneChoice) {
+  Graph graph;
+  const Node c = graph.input("c", 1), d = graph.input("d", 1);
+  const Node v = graph.input("v", 8), o = graph.input("o", 8);
+  const auto choice = [&](Node condition, Node then, Node otherwise) {
+    return graph.select(condition, then, otherwise);
+  };
+  EXPECT_EQ(choice(c, choice(d, v, o), o), choice(graph.both(c, d), v, o));
+  EXPECT_EQ(choice(c, choice(d, o, v), o), choice(graph.both(c, graph.invert(d)), v, o));
+  EXPECT_EQ(choice(c, v, choice(d, v, o)), choice(graph.either(c, d), v, o));
+  EXPECT_EQ(choice(c, v, choice(d, o, v)), choice(graph.either(c, graph.invert(d)), v, o));
+  const Node e = graph.input("e", 1);
+  EXPECT_EQ(choice(c, choice(d, v, o), choice(e, v, o)), choice(choice(c, d, e), v, o));
+}
+
+TEST(Graph, TheLowestBitOfASumNeedsNoAdder) {
+  Graph graph;
+  const Node a = graph.input("a", 8), b = graph.input("b", 8);
+  const Node parity = graph.binary(Op::kXor, graph.slice(a, 0, 1), graph.slice(b, 0, 1));
+  EXPECT_EQ(graph.slice(graph.binary(Op::kAdd, a, b), 0, 1), parity);
+  EXPECT_EQ(graph.slice(graph.binary(Op::kSub, a, b), 0, 1), parity);
+}
+
 TEST(Graph, ProductsByConstantsOfFewDigitsAreShiftsAndDifferences) {
   Graph graph;
   const Node a = graph.input("a", 16), b = graph.input("b", 16);

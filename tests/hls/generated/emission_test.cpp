@@ -3,10 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
+#include "hls/graph/aig.hpp"
 #include "hls/graph/reset_domain.hpp"
+#include "hls/graph/sharing.hpp"
 #include "hls/graph/verilog.hpp"
+#include "hls/proof/prover.hpp"
 
 namespace meltstage::hls {
 namespace {
@@ -74,6 +78,54 @@ TEST_F(Emission, BlocksHoldTheirFlopsAndTheBlocksInThem) {
   end
 )"));
   EXPECT_THAT(text(), HasSubstr("      u_one.u_two.c_q <= u_one.u_two.c_q;\n"));
+}
+
+// A flop that takes a product on one of several ways has one multiplier; what it computes stays the same.
+TEST_F(Emission, ProductsOnWaysThatExcludeEachOtherAreOne) {
+  pin("way_i", 2);
+  for (const char* name : {"a_i", "b_i", "c_i"}) pin(name, 8);
+  Graph& graph = circuit_.graph;
+  const auto wide = [&](std::size_t number) { return graph.sign_extend(in(number), 16); };
+  const auto way = [&](unsigned number) {
+    return graph.binary(Op::kEqual, in(3), graph.constant(2, number));
+  };
+  const Node ab = graph.binary(Op::kMul, wide(4), wide(5));
+  const Node cc = graph.binary(Op::kMul, wide(6), wide(6));
+  const Node by_constant = graph.binary(Op::kMul, wide(6), graph.constant(16, 100));
+  Flop& product = flop("product_q", 16);
+  product.next = graph.select(
+      way(0), ab, graph.select(way(1), graph.constant(16, 7), graph.select(way(2), cc, by_constant)));
+  const Node before = product.next;
+  share_products(circuit_);
+  const std::string shared = text();
+  EXPECT_EQ(std::count(shared.begin(), shared.end(), '*'), 1);
+
+  Problem problem;
+  Bits inputs;
+  for (const Pin& pin : circuit_.inputs)
+    for (unsigned i = 0; i < pin.field.width; ++i)
+      inputs[pin.field.width == 1 ? pin.field.name : pin.field.name + "[" + std::to_string(i) + "]"] =
+          problem.aig.input();
+  problem.reachable = kTrue;
+  Blaster gates(graph, problem.aig, inputs, {});
+  std::vector<std::size_t> all;
+  for (unsigned i = 0; i < 16; ++i) {
+    problem.obligations.push_back(
+        {Kind::kFlop, "product", "top",
+         problem.aig.differ(gates.bits(before)[i], gates.bits(circuit_.flops[0].next)[i]), kFalse, kFalse});
+    all.push_back(i);
+  }
+  for (const Answer& answer : try_random_values(problem, all, 1)) EXPECT_NE(answer.verdict, Verdict::kBroken);
+}
+
+TEST_F(Emission, AProductAloneStays) {
+  pin("a_i", 8);
+  Graph& graph = circuit_.graph;
+  Flop& product = flop("product_q", 8);
+  product.next = graph.select(in(1), graph.binary(Op::kMul, in(3), in(3)), product.now);
+  const Node before = product.next;
+  share_products(circuit_);
+  EXPECT_EQ(circuit_.flops[0].next, before);
 }
 
 TEST_F(Emission, WordsOfAnArrayAreOne) {
