@@ -68,12 +68,12 @@ struct GuardIn {
   bool sens_done;
   bool sens_ok;
   bool sens_dev_fault;
-  std::int16_t sens_pv;
-  std::uint32_t duty;
-  std::uint32_t hold_limit;
+  std::int16_t sens_pv;      // Q9.6 degC
+  std::uint32_t duty;        // UQ1.16
+  std::uint32_t hold_limit;  // hold power, UQ2.16
   bool limited;
-  std::uint8_t segment;
-  std::int16_t sp_work;
+  std::uint8_t segment;  // spec::kSeg*
+  std::int16_t sp_work;  // working set-point, Q9.6 degC
   bool ramping;
   bool pwm;
   bool run;  // pulses

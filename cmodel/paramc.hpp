@@ -53,32 +53,32 @@ struct Command {
 // What the input registers show; the snapshot takes the first part.
 struct Readings {
   bool pv_valid;
-  std::int16_t pv;
-  std::int16_t slope;
-  std::int16_t sp_work;
-  std::uint32_t duty;
-  std::int32_t term_p;
+  std::int16_t pv;       // Q9.6 degC, as the next two
+  std::int16_t slope;    // of the last two samples
+  std::int16_t sp_work;  // working set-point
+  std::uint32_t duty;    // UQ1.16
+  std::int32_t term_p;   // Q1.16, as the next two
   std::int32_t term_i;
   std::int32_t term_d;
-  std::uint32_t raw;
-  std::uint16_t samples;
+  std::uint32_t raw;      // the sensor's frame
+  std::uint16_t samples;  // accepted; wraps
 
   std::uint16_t status;
   std::uint16_t fault;
   std::uint16_t cause;
   std::uint8_t first_fault;
   std::uint8_t state;
-  std::uint16_t wd_left;
+  std::uint16_t wd_left;  // 0.1 s
   std::uint16_t crc_errors;
   std::uint16_t char_errors;
   std::uint16_t messages;
   std::uint16_t sensor_errors;
   std::uint16_t mem_corrected;
-  std::uint16_t overshoot;
-  std::uint16_t band_time;
-  std::uint16_t band_error;
-  std::uint16_t peak;
-  std::uint32_t on_time;
+  std::uint16_t overshoot;   // 1/64 degC
+  std::uint16_t band_time;   // 0.1 s
+  std::uint16_t band_error;  // 1/64 degC
+  std::uint16_t peak;        // signed, Q9.6 degC
+  std::uint32_t on_time;     // of the heater, 0.1 s
   std::uint16_t tune_state;
   std::uint16_t tune_ku;
   std::uint16_t tune_tu;
@@ -92,7 +92,7 @@ struct ParamcIn {
   bool commit;
   bool display;
   Command cmd;
-  std::uint16_t cmd_word;  // word word_index() of the command
+  std::uint16_t cmd_word;  // word word_q of a write
   bool discarding;         // MEM takes no write: ExtrParam waits
   std::uint16_t t_max_staged;
   std::uint16_t lock;

@@ -21,11 +21,11 @@ module tc_guard (
   input  tc_types_pkg::reading_t sens_i,
 
   // Control loop.
-  input  logic [16:0]        duty_i,
-  input  logic [17:0]        hold_limit_i,
+  input  logic [16:0]        duty_i,           // UQ1.16
+  input  logic [17:0]        hold_limit_i,     // hold power, UQ2.16
   input  logic               limited_i,
-  input  logic [1:0]         segment_i,
-  input  logic signed [15:0] sp_work_i,
+  input  logic [1:0]         segment_i,        // tc_pkg::Seg*
+  input  logic signed [15:0] sp_work_i,        // Q9.6 degC
   input  logic               ramping_i,
   input  logic               pwm_i,
 
@@ -54,11 +54,11 @@ module tc_guard (
   output logic               wd_armed_o,
   output logic               permitted_o,      // heating permitted: safe_en_o toggles
   output logic               pv_valid_o,
-  output logic signed [15:0] pv_o,
-  output logic [15:0]        slope_o,
-  output logic [15:0]        samples_o,
-  output logic [15:0]        sensor_errors_o,
-  output logic [15:0]        wd_left_o,
+  output logic signed [15:0] pv_o,             // last accepted sample, Q9.6 degC
+  output logic [15:0]        slope_o,          // signed: its distance from the one before, Q9.6 degC
+  output logic [15:0]        samples_o,        // accepted; wraps
+  output logic [15:0]        sensor_errors_o,  // frames refused; wraps
+  output logic [15:0]        wd_left_o,        // till the host watchdog trips, 0.1 s
 `ifndef SYNTHESIS
   output logic               accept_o,         // this clock's sample is accepted; for assertions
 `endif

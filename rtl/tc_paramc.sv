@@ -134,7 +134,8 @@ module tc_paramc (
   assign fc_multiple = cmd_i.fc == tc_pkg::FcWriteMultiple;
   assign fc_write    = fc_single || fc_multiple;
 
-  logic [15:0] end_addr;  // one past the last register asked for; no wrap, as counts are checked first
+  // One past the last register asked for. It may wrap: then it is not above its start, or the count is refused.
+  logic [15:0] end_addr;
   assign end_addr = cmd_i.a + (fc_single ? 16'd1 : cmd_i.b);
 
   logic in_holding, in_input;
