@@ -70,8 +70,8 @@ void add_area(const fs::path& root, const std::string& pdk, const BenchOptions& 
     const fs::path build = root / "build/silicon" / side;
     const fs::path netlist = build / "sg13g2/tc_top/netlist.v";
     const std::string command =
-        fmt::format("make -s -C '{}' TECH=sg13g2 scan_tops= rtl='{}' BUILD='{}' '{}' >&2",
-                    (root / "asic/flow").string(), rtl.string(), build.string(), netlist.string());
+        fmt::format("make -s -C '{}' TECH=sg13g2 scan_tops= SOURCES='{}' BUILD='{}' '{}' >&2",
+                    (root / "asic/flow").string(), (rtl / "tc.f").string(), build.string(), netlist.string());
     if (std::system(command.c_str()) != 0)
       throw UserError(fmt::format("bench proof: the flow stopped (its line is above); by hand: {}", command));
     return netlist;
