@@ -6,7 +6,7 @@
 
 #include "base/error.hpp"
 
-namespace meltstage::motion {
+namespace meltstage {
 
 /// The line that an action is refused with; empty when it goes through, or when what it says isn't one line.
 inline std::string error_of(const std::function<void()>& action) {
@@ -19,4 +19,4 @@ inline std::string error_of(const std::function<void()>& action) {
   return "";
 }
 
-}  // namespace meltstage::motion
+}  // namespace meltstage

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <functional>
 #include <optional>
 #include <random>
 
@@ -18,6 +17,7 @@
 #include "tests/asic/dft/netlist_machine.hpp"
 #include "tests/asic/dft/scan_machine.hpp"
 #include "tests/asic/dft/support.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace meltstage::dft {
 namespace {
@@ -153,15 +153,6 @@ TEST(VirtualTester, ChipsSideBySideFailAsOneByOne) {
     EXPECT_EQ(logs[i].fails, test_chip(m.free_view, m.stream, "scan_en_i", chips[i]).fails) << i;
 }
 
-std::string refusal(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const UserError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 // ---- Defects and logs as text
 // ------------------------------------------------------------------------------
 
@@ -181,7 +172,7 @@ TEST(ChipDefects, AreReadByTheNamesThatTheyArePrintedWith) {
         {"start_i stuck-at-0 stop_i", "expected nothing behind the kind"},
         {"start_i wired-and", "expected the bridge's other pin behind it"},
         {"start_i wired-and start_i", "found lines of which one drives the other"}})
-    EXPECT_THAT(refusal([&, t = text] { parse_defect(circuit, t); }), HasSubstr(expected)) << text;
+    EXPECT_THAT(error_of([&, t = text] { parse_defect(circuit, t); }), HasSubstr(expected)) << text;
 }
 
 TEST(FailLogs, AreReadAsTheyAreWritten) {
@@ -213,7 +204,7 @@ TEST(FailLogs, WhatIsNoneIsRefusedWithItsPlace) {
         {title + "end\ncycle 3 pulse_o\n", "log:3:1: found cycle, expected nothing behind the end"},
         {title + "full\n", "log:2:1: found full, expected failed strobes before the memory is full"},
         {title + "stop\n", "log:2:1: found stop, expected cycle NUMBER SIGNAL, end, or full"}})
-    EXPECT_THAT(refusal([&, &t = text] { parse_fail_log(t, "log", stream); }), HasSubstr(expected)) << text;
+    EXPECT_THAT(error_of([&, &t = text] { parse_fail_log(t, "log", stream); }), HasSubstr(expected)) << text;
 }
 
 // ---- Diagnosis
@@ -384,7 +375,7 @@ TEST(VirtualTester, ALineHasOneDefectAndAClockNone) {
   const auto test = [&](std::initializer_list<const char*> defects) {
     TestedChip chip;
     for (const char* text : defects) chip.defects.push_back(parse_defect(m.free_view.circuit, text));
-    return refusal([&] { test_chip(m.free_view, m.stream, "scan_en_i", chip); });
+    return error_of([&] { test_chip(m.free_view, m.stream, "scan_en_i", chip); });
   };
   EXPECT_EQ(test({"start_i stuck-at-0", "stop_i stuck-at-1"}), "");
   EXPECT_THAT(test({"start_i stuck-at-0", "start_i stuck-at-1"}),

@@ -63,8 +63,6 @@ struct Bench {
   bool emergency_loop = false;
 };
 
-using motion::error_of;
-
 TEST(DrivenStage, BringsTheHeadWhereItIsSent) {
   Bench bench({100.0, 100.0, 0.0});
   bench.stage.move_to({112.0, 95.5, 0.0}, bench.cycle);
