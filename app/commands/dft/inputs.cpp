@@ -38,8 +38,8 @@ std::vector<ScanChain> read_chains(const fs::path& path) {
       chains.push_back({chain.at("name"), chain.at("in"), chain.at("out"), chain.at("cells")});
   } catch (const nlohmann::json::exception& error) {
     throw UserError(
-        fmt::format("{}: found {}, expected \"chains\", each with name, in, out and cells, as `vectors "
-                    "scan` writes them",
+        fmt::format("{}: found {}, expected \"chains\", each with name, in, out and cells, as `dft scan` "
+                    "writes them",
                     path.string(), error.what()));
   }
   return chains;
