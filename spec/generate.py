@@ -5,12 +5,10 @@
 Usage: generate.py [--check] [--out DIR] [--built DIR] [--writable NAME,NAME...]
 DIR: project root, default the parent of this file's folder
 NAMEs: a smaller chip for a small device: the other holding registers stand at their reset values for good
-N: and so many registers at the most in one write: 1, 2, 4, 8 or 16
 """
 import argparse
 import functools
 import json
-import keyword
 import math
 import operator
 import pathlib
@@ -20,6 +18,10 @@ import tomllib
 from fractions import Fraction
 
 import jinja2
+
+sys.dont_write_bytecode = True  # the module beside this one leaves nothing in the source tree
+from shapes import (RESERVED, SpecError, camel, check_counts, check_faults, check_pins, check_presets, check_shapes, check_states, defect, is_text,
+                    is_whole, member_of, shown)
 
 SPEC = pathlib.Path(__file__).resolve().parent
 SECDED_DATA_BITS = 16
@@ -33,33 +35,6 @@ RANGES = {"u": (0, 65535), "s": (-32768, 32767)}
 NAME = re.compile("[A-Z][A-Z0-9]*(_[A-Z0-9]+)*")  # what SystemVerilog, C++ and a host's command line take
 BIT_NAME = re.compile("[A-Za-z][A-Za-z0-9]*([ _][A-Za-z0-9]+)*")
 SCALE = re.compile(r"2\^-?[0-9]{1,2}|[0-9]{1,9}(\.[0-9]{1,9})?|[0-9]{1,9}/0*[1-9][0-9]{0,8}")
-NO_TEXT = re.compile(r'[|"\\\x00-\x1f]')  # ends a cell of a table or a text of C++
-# Words that a language keeps for itself (IEEE 1800-2017, C++20): a register's name in small letters is one of RTL and of programs.
-RESERVED = {
-    "SystemVerilog": """
-        accept_on alias always always_comb always_ff always_latch and assert assign assume automatic before begin bind bins binsof bit
-        break buf bufif0 bufif1 byte case casex casez cell chandle checker class clocking cmos config const constraint context continue
-        cover covergroup coverpoint cross deassign default defparam design disable dist do edge else end endcase endchecker endclass
-        endclocking endconfig endfunction endgenerate endgroup endinterface endmodule endpackage endprimitive endprogram endproperty
-        endsequence endspecify endtable endtask enum event eventually expect export extends extern final first_match for force foreach
-        forever fork forkjoin function generate genvar global highz0 highz1 if iff ifnone ignore_bins illegal_bins implements implies
-        import incdir include initial inout input inside instance int integer interconnect interface intersect join join_any join_none
-        large let liblist library local localparam logic longint macromodule matches medium modport module nand negedge nettype new
-        nexttime nmos nor noshowcancelled not notif0 notif1 null or output package packed parameter pmos posedge primitive priority
-        program property protected pull0 pull1 pulldown pullup pulsestyle_ondetect pulsestyle_onevent pure rand randc randcase
-        randsequence rcmos real realtime ref reg reject_on release repeat restrict return rnmos rpmos rtran rtranif0 rtranif1
-        s_always s_eventually s_nexttime s_until s_until_with scalared sequence shortint shortreal showcancelled signed small soft solve
-        specify specparam static string strong strong0 strong1 struct super supply0 supply1 sync_accept_on sync_reject_on table tagged
-        task this throughout time timeprecision timeunit tran tranif0 tranif1 tri tri0 tri1 triand trior trireg type typedef union
-        unique unique0 unsigned until until_with untyped use uwire var vectored virtual void wait wait_order wand weak weak0 weak1 while
-        wildcard wire with within wor xnor xor""".split(),
-    "C++": """
-        alignas alignof and_eq asm auto bitand bitor bool catch char char8_t char16_t char32_t co_await co_return co_yield compl concept
-        const_cast consteval constexpr constinit decltype delete double dynamic_cast explicit false float friend goto inline long mutable
-        namespace noexcept not_eq nullptr operator or_eq private public register reinterpret_cast requires short sizeof static_assert
-        static_cast switch template thread_local throw true try typeid typename using volatile wchar_t xor_eq""".split(),
-    "Python": [word.lower() for word in keyword.kwlist],
-}
 # An index has 6 bits. Of holding registers, MEM keeps one value for its row of column parities, and one for "behind all rows".
 MOST_REGISTERS = {"input": 64, "holding": 62}
 
@@ -78,14 +53,6 @@ OUTPUTS = {
 BUILT = {
     "replay_pins.vh.j2": "replay_pins.vh",
 }
-
-
-class SpecError(Exception):
-    """One line that names the entry and what is wrong with it."""
-
-
-def camel(name: str) -> str:
-    return "".join(part.capitalize() for part in name.lower().split("_"))
 
 
 def scale_value(text: str) -> float:
@@ -126,14 +93,6 @@ def found(reg: dict, what: str, expected: str) -> SpecError:
     return SpecError(f"registers.toml: {reg['name']}: found {what}, expected {expected}")
 
 
-def is_whole(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def is_text(value: object) -> bool:
-    return isinstance(value, str) and not NO_TEXT.search(value)
-
-
 def check_word(reg: dict, name: str) -> None:
     """No language keeps it for itself."""
     for language, words in RESERVED.items():
@@ -148,11 +107,6 @@ def check_keys(reg: dict, wanted: tuple[str, ...], known: tuple[str, ...]) -> No
     for key in reg:
         if key not in known:
             raise found(reg, f"{shown(key)}, which nothing reads", f"one of {', '.join(known)}")
-
-
-def shown(value: object) -> str:
-    """On one line, without control characters."""
-    return repr(str(value))[1:-1]
 
 
 def check_numbers(reg: dict, keys: list[str]) -> None:
@@ -294,6 +248,9 @@ def check_constants_differ(spec: dict, package: str) -> None:
         for name in (*own, reg["camel"] + "None"):
             if names.count(name) > 1:
                 raise found(reg, f"the constant {name} twice in the RTL's package", "another name of the register or its field")
+    for name in names:
+        if names.count(name) > 1:
+            raise SpecError(f"chip.toml: found an entry that makes the constant {name} twice in the RTL's package, expected another name of it")
 
 
 def fix_all_but(writable: list[str], holding: list[dict]) -> None:
@@ -313,11 +270,8 @@ def finish_pins(spec: dict) -> None:
     """Of each pin its direction, its name in C++ (uart_rx_i -> uart_rx, fault_no -> fault_n) and its lowest bit in the synchroniser."""
     synchronised = 0
     for pin in (*spec["pin"], *spec["test_pin"]):
-        stem, suffix = pin["name"].rsplit("_", 1)
-        if suffix not in ("i", "ni", "o", "no"):
-            raise SpecError(f"chip.toml: pin {pin['name']}: expected a name that ends in _i, _ni, _o or _no")
-        pin["member"] = stem + ("_n" if suffix.startswith("n") else "")
-        pin["output"] = suffix.endswith("o")
+        pin["member"] = member_of(pin["name"])
+        pin["output"] = pin["name"].endswith("o")
         pin["width"] = spec["chip"].get(pin.get("width"), pin.get("width", 1))
         pin.setdefault("idle", 0)
         pin.setdefault("modelled", pin in spec["pin"])
@@ -333,14 +287,6 @@ def finish_presets(spec: dict) -> None:
         p["frame_word"] = p["length"] | p["mode"] << 6 | p["lsb"] << 8 | int(p["signed"]) << 13
         p["data_word"] = p["width"] | p["tx"] << 8
         p["offset_word"] = p["offset"] & 0xFFFF
-
-
-def check_states(spec: dict) -> None:
-    codes = [s["code"] for s in spec["state"]]
-    for i, a in enumerate(codes):
-        for b in codes[:i]:
-            if bin(a ^ b).count("1") < 2:
-                raise SpecError(f"chip.toml: states {a:05b} and {b:05b} are closer than two bits")
 
 
 def ident_rom(spec: dict) -> dict:
@@ -366,6 +312,9 @@ def finish_autotune(spec: dict) -> None:
     tune["ki_approach_factor"] = round(256 * cycles / tune["ti_approach"])
     tune["ki_hold_factor"] = round(256 * cycles / tune["ti_hold"])
     tune["kd_divisor"] = round(8 * cycles / tune["td"])
+    for key in ("ku_factor", "kp_factor", "ki_approach_factor", "ki_hold_factor", "kd_divisor"):
+        if not 0 < tune[key] < 1 << 18:
+            raise defect("chip.toml", "[autotune]", f"what makes {key} {tune[key]}", "one above 0 of 18 bits: other kp, td, ti_approach or ti_hold")
 
 
 def map_rows(spec: dict) -> list[dict]:
@@ -380,17 +329,32 @@ def map_rows(spec: dict) -> list[dict]:
     return rows
 
 
+def tables_of(file: str) -> dict:
+    try:
+        tables = tomllib.loads((SPEC / file).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:  # UnicodeDecodeError and TOMLDecodeError are ValueErrors
+        raise SpecError(f"{file}: found {shown(error)}, expected a TOML file") from error
+    if file == "registers.toml":
+        for name in tables:
+            if name not in MOST_REGISTERS:
+                raise SpecError(f"{file}: found {shown(name)}, which nothing reads, expected [[input]] and [[holding]]")
+    else:
+        check_shapes(file, tables)
+    return tables
+
+
 def load() -> dict:
     spec = {}
     for name in ("chip", "registers", "presets"):
-        try:
-            spec |= tomllib.loads((SPEC / f"{name}.toml").read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise SpecError(f"{name}.toml: {error}, expected a TOML file") from error
+        spec |= tables_of(f"{name}.toml")
     finish_registers(spec)
+    check_pins(spec)
+    check_states(spec["state"])
+    check_faults(spec)
+    check_counts(spec)
+    check_presets(spec["preset"])
     finish_presets(spec)
     finish_pins(spec)
-    check_states(spec)
     finish_autotune(spec)
     spec["status_bits"] = next(reg["bits"] for reg in spec["input"] if reg["name"] == "STATUS")
     spec["ident"] = ident_rom(spec)
@@ -406,6 +370,10 @@ def render(spec: dict, outputs: dict[str, str]) -> dict[str, str]:
                              trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
     env.filters["camel"] = camel
     return {target: env.get_template(template).render(**spec) for template, target in outputs.items()}
+
+
+def is_same(file: pathlib.Path, text: str) -> bool:
+    return file.is_file() and file.read_bytes() == text.encode()
 
 
 def main() -> int:
@@ -427,16 +395,18 @@ def main() -> int:
     except (SpecError, jinja2.TemplateError) as error:
         print(f"generate.py: {error}", file=sys.stderr)
         return 2
-    stale = [name for name, text in files.items()
-             if not (root / name).exists() or (root / name).read_text() != text]
+    stale = [name for name, text in files.items() if not is_same(root / name, text)]
     if args.check:
         for name in stale:
             print(f"{name}: stale, differs from what spec/*.toml give; run spec/generate.py and commit", file=sys.stderr)
         return 1 if stale else 0
-    for name in stale:
-        target = root / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(files[name])
+    try:
+        for name in stale:
+            (root / name).parent.mkdir(parents=True, exist_ok=True)
+            (root / name).write_text(files[name], encoding="utf-8")
+    except OSError as error:
+        print(f"generate.py: {error.filename}: found {error.strerror}, expected a place to write into; choose another folder", file=sys.stderr)
+        return 2
     if not args.built:
         print("; ".join(f"{space} registers: {len(spec[space])} of {most} places taken" for space, most in MOST_REGISTERS.items()))
     return 0
