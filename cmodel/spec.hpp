@@ -5,8 +5,11 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 namespace meltstage::chip::spec {
@@ -291,6 +294,18 @@ inline constexpr std::array<std::string_view, 16> kStatusBits{ {
 } };
 
 // Bit numbers of the fields of registers; a wider field has a mask of its bits.
+enum FirstFaultBit : std::uint8_t {
+  kFirstFaultState = 0,
+  kFirstFaultCode = 8,
+};
+inline constexpr std::uint16_t kFirstFaultStateMask = 0x00FF;
+inline constexpr std::uint16_t kFirstFaultCodeMask = 0xFF00;
+enum AtStateBit : std::uint8_t {
+  kAtStateEnd = 0,
+  kAtStateCycles = 8,
+};
+inline constexpr std::uint16_t kAtStateEndMask = 0x00FF;
+inline constexpr std::uint16_t kAtStateCyclesMask = 0xFF00;
 enum ModeBit : std::uint8_t {
   kModeManual = 0,
 };
@@ -310,8 +325,30 @@ enum FormatBit : std::uint8_t {
   kFormatPause = 2,
 };
 inline constexpr std::uint16_t kFormatCharacterMask = 0x0003;
+
+// The field of a word that has this mask.
+constexpr unsigned field_of(std::uint16_t word, std::uint16_t mask) {
+  return static_cast<unsigned>(word & mask) >> std::countr_zero(mask);
+}
+// A word with these bits set.
+template <class Bit>
+constexpr std::uint16_t word_of(std::initializer_list<Bit> set) {
+  unsigned word = 0;
+  for (const Bit bit : set) word |= 1U << bit;
+  return static_cast<std::uint16_t>(word);
+}
+
 // Values that stand for no value.
 inline constexpr std::uint16_t kPvNone = 0x8000;
+
+// Number formats: bits behind the point.
+inline constexpr unsigned kTempFraction = 6;
+inline constexpr unsigned kDutyFraction = 16;
+inline constexpr unsigned kKpFraction = 6;
+inline constexpr unsigned kKiFraction = 14;
+inline constexpr unsigned kKdFraction = 3;
+inline constexpr unsigned kKffFraction = 12;
+inline constexpr unsigned kIntegFraction = 14;
 
 // Main state machine.
 enum State : std::uint8_t {
@@ -418,6 +455,13 @@ inline constexpr std::array<FaultInfo, kFaultCount> kFaults{ {
     {"Inhibit", "inhibit_i was high."},
 } };
 
+// The fault of register FIRST_FAULT, whose code is one more than the fault's bit.
+constexpr std::optional<Fault> first_fault(std::uint16_t word) {
+  const unsigned code = field_of(word, kFirstFaultCodeMask);
+  if (code == 0 || code > kFaultCount) return std::nullopt;
+  return static_cast<Fault>(code - 1);
+}
+
 enum Cmd : std::uint16_t {
   kCmdStop = 0x0000,
   kCmdRun = 0xA501,
@@ -444,6 +488,7 @@ enum Function : std::uint8_t {
   kFcReportServerId = 17,
   kFcEncapsulated = 43,
 };
+inline constexpr std::array kFunctions{ kFcReadHolding, kFcReadInput, kFcWriteSingle, kFcDiagnostics, kFcWriteMultiple, kFcReportServerId, kFcEncapsulated };
 
 enum Exception : std::uint8_t {
   kExcNone = 0,
@@ -453,6 +498,7 @@ enum Exception : std::uint8_t {
   kExcDevice = 4,  // Not in this state.
   kExcBusy = 6,  // An earlier command is still in work.
 };
+inline constexpr std::array kExceptions{ kExcFunction, kExcAddress, kExcValue, kExcDevice, kExcBusy };  // those that a host is told
 
 enum RspKind : std::uint8_t {
   kRspNone = 0,  // Nothing: the command was a broadcast.
@@ -471,6 +517,28 @@ enum CharacterFormat : std::uint8_t {
   kFormat8N2 = 2,
   kFormat8N1 = 3,
 };
+struct CharacterInfo {
+  std::string_view name;
+  char parity;  // 'E', 'O' or 'N'
+  std::uint8_t stop_bits;
+};
+// Indexed by the field.
+inline constexpr std::array<CharacterInfo, 4> kCharacters{ {
+    {"8E1", 'E', 1 },
+    {"8O1", 'O', 1 },
+    {"8N2", 'N', 2 },
+    {"8N1", 'N', 1 },
+} };
+
+// Field END of register AT_STATE.
+enum TuningEnd : std::uint8_t {
+  kTuningNeverRan = 0,  // No autotune since reset.
+  kTuningRuns = 1,  // One is under way.
+  kTuningFinished = 2,  // The gains are in place.
+  kTuningStopped = 3,  // Ended by STOP or a fault.
+  kTuningTimedOut = 4,  // The relay did not switch in time; heater off.
+};
+inline constexpr std::array kTuningEnds{ kTuningNeverRan, kTuningRuns, kTuningFinished, kTuningStopped, kTuningTimedOut };
 
 // Segments of the control law.
 enum Segment : std::uint8_t {
@@ -479,6 +547,7 @@ enum Segment : std::uint8_t {
   kSegPid = 2,  // Inside the band: PID.
   kSegOff = 3,  // Far above the set-point: zero.
 };
+inline constexpr std::array kSegments{ kSegNone, kSegFull, kSegPid, kSegOff };
 
 // Autotune: relay and rule, factors of docs/chip/blocks/atune.md.
 inline constexpr std::int32_t kTuneHysteresis = 32;  // 1/64 degC

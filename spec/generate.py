@@ -20,7 +20,7 @@ from fractions import Fraction
 import jinja2
 
 sys.dont_write_bytecode = True  # the module beside this one leaves nothing in the source tree
-from shapes import (RESERVED, SpecError, camel, check_counts, check_faults, check_pins, check_presets, check_shapes, check_states, defect, is_text,
+from shapes import (RESERVED, SpecError, camel, check_characters, check_counts, check_faults, check_pins, check_presets, check_shapes, check_states, defect, is_text,
                     is_whole, member_of, shown)
 
 SPEC = pathlib.Path(__file__).resolve().parent
@@ -350,6 +350,7 @@ def load() -> dict:
     finish_registers(spec)
     check_pins(spec)
     check_states(spec["state"])
+    check_characters(spec["character"])
     check_faults(spec)
     check_counts(spec)
     check_presets(spec["preset"])

@@ -125,7 +125,8 @@ LISTS = {
         "function": coded(1, 127),
         "exception": coded(1, 255, doc=TEXT),
         "response": coded(0, 7, doc=TEXT),
-        "character": Shape({"name": name_like("[0-9A-Z]+", "8E1"), "code": whole(0, 3)}, differ=("name", "code")),
+        "character": Shape({"name": name_like("8[NEO][12]", "8E1: 8 data bits, parity N, E or O, 1 or 2 stop bits"), "code": whole(0, 3)}, differ=("name", "code")),
+        "tuning": coded(0, 255, doc=TEXT),
         "segment": coded(0, 3, doc=TEXT),
         "pin": Shape({"name": PIN, "idle": whole(0, 255), "doc": TEXT}, {"width": PIN_WIDTH, "async": TRUTH}, ("name",)),
         "test_pin": Shape({"name": PIN, "doc": TEXT}, {"width": PIN_WIDTH, "idle": whole(0, 255), "async": TRUTH, "modelled": TRUTH}, ("name",)),
@@ -259,6 +260,13 @@ def check_states(states: list[dict]) -> None:
         for other in states[:index]:
             if bin(state["code"] ^ other["code"]).count("1") < 2:
                 raise defect("chip.toml", place, f"code {state['code']:05b} one bit from {other['code']:05b} of {other['name']}", "two bits between any two")
+
+
+def check_characters(characters: list[dict]) -> None:
+    """A table has them by the word of the field, which is masked and no more."""
+    check_order("chip.toml", "character", "code", characters, 0)
+    if len(characters) != 4:
+        raise SpecError(f"chip.toml: found {len(characters)} [[character]], expected 4: FORMAT has two bits for them")
 
 
 def check_faults(spec: dict) -> None:
