@@ -16,6 +16,7 @@
 #include "cmodel/spec.hpp"
 #include "tb/devices/modbus_host.hpp"
 #include "tb/devices/spi_sensors.hpp"
+#include "tb/lockstep/coverage.hpp"
 #include "tb/lockstep/lockstep.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 
@@ -37,46 +38,6 @@ chip::Chip chip_with(const Settings& settings);
 // Flips the bits of `mask` (22 bits, check bits above the data) in one word of the active set, as a particle
 // would.
 void flip_active(chip::Chip& chip, spec::Reg reg, std::uint32_t mask);
-
-// What a run has exercised, from the model's flops. Counts of clocks or events; what is seen or not stands in
-// one table (bench.cpp).
-struct Coverage {
-  static constexpr std::size_t kMostPoints = 64;
-
-  std::array<std::uint64_t, 32> states{};
-  std::array<std::array<std::uint64_t, 32>, 32> arcs{};
-  std::array<std::uint64_t, spec::kFaultCount> latched{};
-  std::array<std::uint64_t, 4> segments{};  // while heating
-  std::array<std::uint64_t, 256> functions{};
-  std::array<std::uint64_t, 256> wrong_lengths{};  // refused frames by function code
-  std::array<std::uint64_t, 8> exceptions{};
-  std::array<std::uint64_t, spec::kSensorPresets.size()> sensors{};  // accepted samples by SENS_TYPE
-  std::array<bool, kMostPoints> points{};
-  std::uint64_t crc_errors = 0;
-
-  // Looks at the model after a clock.
-  void observe(const chip::Chip& now, const chip::Inputs& in, const chip::Outputs& out);
-  // Adds what another run has seen.
-  void add(const Coverage& other);
-  // Names of what the specification has and the run has not seen.
-  std::vector<std::string> holes() const;
-
-  // What is remembered of the clock before.
-  struct Before {
-    std::uint8_t state = spec::kStIdle;
-    std::uint16_t fault = 0;
-    std::uint16_t crc_errors = 0;
-    bool reset = true;
-    bool heating = false;
-    bool answering = false;
-    bool telemetry_due = false;
-    bool sample_refused = false;
-    bool heater = false;
-  };
-
- private:
-  Before before_;
-};
 
 // What steps: the model alone, or model and RTL in lockstep.
 class Device {

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "tb/lockstep/bench.hpp"
 #include "tb/regress/failing_case.hpp"
 #include "tb/stimulus/any_skip.hpp"
 #include "tb/stimulus/any_state.hpp"

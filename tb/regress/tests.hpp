@@ -8,7 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "tb/lockstep/bench.hpp"
+#include "tb/lockstep/coverage.hpp"
+#include "tb/lockstep/lockstep.hpp"
 #include "tb/regress/suites.hpp"
 
 namespace meltstage::tb {
