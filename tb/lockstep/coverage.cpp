@@ -14,6 +14,8 @@ namespace meltstage::tb {
 
 namespace {
 
+constexpr std::uint32_t kFullDuty = 1U << spec::kDutyFraction;
+
 // A clock as the points see it.
 struct Moment {
   const chip::Chip& now;
@@ -23,17 +25,16 @@ struct Moment {
 
   std::uint16_t param(spec::Reg reg) const { return now.params()[reg]; }
   bool heating() const { return now.guard.run_q != 0; }
-  bool manual() const { return (param(spec::kRegMode) & 1) != 0; }
+  bool manual() const { return now.params().bit(spec::kRegMode, spec::kModeManual); }
   bool resets() const { return !in.rst_n && !before.reset; }
+  std::uint8_t function() const { return now.uartc.cmd_fc(); }
   bool answered() const { return now.sysctrl.cmd_done_q != 0; }
   bool refused(unsigned exception) const {
-    return answered() && now.paramc.rsp_kind_q == chip::spec::kRspException &&
-           now.paramc.rsp_exc_q == exception;
+    return answered() && now.paramc.rsp_kind_q == spec::kRspException && now.paramc.rsp_exc_q == exception;
   }
   bool identified(unsigned code) const {
-    return answered() && now.uartc.cmd_fc() == 43 && (now.uartc.cmd_a() & 0xFF) == code &&
-           (now.paramc.rsp_kind_q == chip::spec::kRspIdStream ||
-            now.paramc.rsp_kind_q == chip::spec::kRspIdObject);
+    return answered() && function() == spec::kFcEncapsulated && (now.uartc.cmd_a() & 0xFF) == code &&
+           (now.paramc.rsp_kind_q == spec::kRspIdStream || now.paramc.rsp_kind_q == spec::kRspIdObject);
   }
 };
 
@@ -66,17 +67,20 @@ constexpr Point kPoints[] = {
      }},
     {"duty at a DUTY_MAX below 100 % in the PID segment",
      [](const Moment& m) {
-       return m.now.algor.segment_q == chip::spec::kSegPid && m.now.algor.limited() &&
-              m.now.algor.duty_max_q < 65536;
+       return m.now.algor.segment_q == spec::kSegPid && m.now.algor.limited() &&
+              m.now.algor.duty_max_q < kFullDuty;
      }},
     {"integral above 0", [](const Moment& m) { return m.now.algor.i_q != 0; }},
     {"integral at its limit",
-     [](const Moment& m) { return m.now.algor.i_q != 0 && m.now.algor.i_q == m.now.algor.duty_max_q << 14; }},
+     [](const Moment& m) {
+       return m.now.algor.i_q != 0 && m.now.algor.i_q == m.now.algor.duty_max_q << spec::kIntegFraction;
+     }},
     {"integral held",
      [](const Moment& m) { return m.heating() && m.now.algor.i_q != 0 && m.now.algor.i_held_q != 0; }},
     {"whole degrees while heating",
      [](const Moment& m) {
-       return m.heating() && m.now.algor.e_q != 0 && m.now.params().bit(spec::kRegCtrl, 3);
+       return m.heating() && m.now.algor.e_q != 0 &&
+              m.now.params().bit(spec::kRegCtrl, spec::kCtrlErrInteger);
      }},
     {"droplets made up for",
      [](const Moment& m) {
@@ -89,7 +93,7 @@ constexpr Point kPoints[] = {
     {"tuning stopped", [](const Moment& m) { return m.now.atune.end_q == chip::kTuneStopped; }},
     {"tuning ended by time", [](const Moment& m) { return m.now.atune.stop_q != 0; }},
     {"write refused while tuning",
-     [](const Moment& m) { return m.refused(chip::spec::kExcBusy) && m.now.atune.tuning(); }},
+     [](const Moment& m) { return m.refused(spec::kExcBusy) && m.now.atune.tuning(); }},
     {"error at temperature", [](const Moment& m) { return m.now.quality.error_q != 0; }},
     {"settling time",
      [](const Moment& m) { return m.now.quality.band_q != 0xFFFF && m.now.quality.band_q != 0; }},
@@ -115,15 +119,15 @@ constexpr Point kPoints[] = {
     {"STOP seen on the wire while heating",
      [](const Moment& m) { return m.heating() && m.now.uartc.stop(); }},
     {"refusal by LOCK",
-     [](const Moment& m) { return m.refused(chip::spec::kExcDevice) && m.param(spec::kRegLock) != 0; }},
+     [](const Moment& m) { return m.refused(spec::kExcDevice) && m.param(spec::kRegLock) != 0; }},
     {"function code 08 with another sub-function",
-     [](const Moment& m) { return m.refused(chip::spec::kExcFunction) && m.now.uartc.cmd_fc() == 8; }},
+     [](const Moment& m) { return m.refused(spec::kExcFunction) && m.function() == spec::kFcDiagnostics; }},
     {"function code 43 with another MEI type",
-     [](const Moment& m) { return m.refused(chip::spec::kExcFunction) && m.now.uartc.cmd_fc() == 43; }},
+     [](const Moment& m) { return m.refused(spec::kExcFunction) && m.function() == spec::kFcEncapsulated; }},
     {"identification 01", [](const Moment& m) { return m.identified(1); }},
     {"identification 02", [](const Moment& m) { return m.identified(2); }},
     {"identification 03", [](const Moment& m) { return m.identified(3); }},
-    {"identification 04", [](const Moment& m) { return m.identified(4); }},
+    {"identification 04", [](const Moment& m) { return m.identified(spec::kIdentificationObject); }},
     {"broadcast", [](const Moment& m) { return m.answered() && m.now.uartc.cmd_broadcast(); }},
     {"commit", [](const Moment& m) { return m.now.sysctrl.commit_q != 0; }},
     {"telemetry frame", [](const Moment& m) { return m.now.sysctrl.tlm_start_q != 0; }},
@@ -135,21 +139,20 @@ static_assert(std::size(kPoints) <= Coverage::kMostPoints);
 
 // Bytes of a frame of this function code; 0 = unknown.
 unsigned right_length(const chip::Uartc& uart) {
-  switch (uart.cmd_fc()) {
-    case 3:
-    case 4:
-    case 6:
-    case 8:
+  switch (static_cast<spec::Function>(uart.cmd_fc())) {
+    case spec::kFcReadHolding:
+    case spec::kFcReadInput:
+    case spec::kFcWriteSingle:
+    case spec::kFcDiagnostics:
       return 8;
-    case 16:
+    case spec::kFcWriteMultiple:
       return 9u + 2u * uart.cmd_b();
-    case 17:
+    case spec::kFcReportServerId:
       return 4;
-    case 43:
+    case spec::kFcEncapsulated:
       return 7;
-    default:
-      return 0;
   }
+  return 0;
 }
 
 }  // namespace
@@ -168,10 +171,10 @@ void Coverage::observe(const chip::Chip& now, const chip::Inputs& in, const chip
     }
     if (moment.heating()) ++segments[now.algor.segment_q & 3];
     if (moment.answered()) {
-      const std::uint8_t function = now.uartc.cmd_fc();
+      const std::uint8_t function = moment.function();
       ++functions[function];
-      if (now.paramc.rsp_kind_q == chip::spec::kRspException) ++exceptions[now.paramc.rsp_exc_q & 7];
-      if (moment.refused(chip::spec::kExcValue) && now.uartc.cmd_len() != right_length(now.uartc))
+      if (now.paramc.rsp_kind_q == spec::kRspException) ++exceptions[now.paramc.rsp_exc_q];
+      if (moment.refused(spec::kExcValue) && now.uartc.cmd_len() != right_length(now.uartc))
         ++wrong_lengths[function];
     }
     const unsigned sensor = moment.param(spec::kRegSensType);
@@ -217,13 +220,13 @@ std::vector<std::string> Coverage::holes() const {
   }
   for (unsigned i = 0; i < spec::kFaultCount; ++i)
     want(latched[i] != 0, fmt::format("fault {}", spec::kFaults[i].name));
-  for (const unsigned fc : {3, 4, 6, 8, 16, 17, 43}) {
+  for (const unsigned fc : spec::kFunctions) {
     want(functions[fc] != 0, fmt::format("function code {}", fc));
     want(wrong_lengths[fc] != 0, fmt::format("wrong length with function code {}", fc));
   }
-  for (const unsigned exc : {1, 2, 3, 4, 6}) want(exceptions[exc] != 0, fmt::format("exception {:02}", exc));
-  for (const unsigned segment :
-       {chip::spec::kSegNone, chip::spec::kSegFull, chip::spec::kSegPid, chip::spec::kSegOff}) {
+  for (const unsigned exc : spec::kExceptions)
+    want(exceptions[exc] != 0, fmt::format("exception {:02}", exc));
+  for (const unsigned segment : spec::kSegments) {
     want(segments[segment] != 0, fmt::format("segment {}", segment));
   }
   for (std::size_t i = 0; i < sensors.size(); ++i)

@@ -26,7 +26,7 @@ struct Coverage {
   std::array<std::uint64_t, 4> segments{};  // while heating
   std::array<std::uint64_t, 256> functions{};
   std::array<std::uint64_t, 256> wrong_lengths{};  // refused frames by function code
-  std::array<std::uint64_t, 8> exceptions{};
+  std::array<std::uint64_t, 256> exceptions{};
   std::array<std::uint64_t, spec::kSensorPresets.size()> sensors{};  // accepted samples by SENS_TYPE
   std::array<bool, kMostPoints> points{};
   std::uint64_t crc_errors = 0;
