@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "app/terminal.hpp"
 #include "base/error.hpp"
@@ -27,13 +29,26 @@ tb::Scenario read_scenario(const std::filesystem::path& path) {
   return std::move(parsed.scenario);
 }
 
-// What the trace doesn't say.
-void tell(const tb::ScriptedRun& run, const PlayOptions& options) {
-  const std::string file = shown(options.scenario.string());
-  for (const tb::LogEntry& refusal : run.refusals())
-    fmt::print(stderr, "note: {}: at {:.6g} s: {}: {}\n", file, refusal.time_s, refusal.what, refusal.answer);
-  if (run.refused() > run.refusals().size())
-    fmt::print(stderr, "note: {}: the chip refused {} more\n", file, run.refused() - run.refusals().size());
+// What was asked of the chip in vain, each in a line; returns how many.
+std::uint64_t tell_failures(const tb::ScriptedRun& run, const std::string& file) {
+  std::vector<tb::LogEntry> told = run.failures();
+  const std::vector<tb::LogEntry> unanswered = run.unanswered();
+  const std::uint64_t all = run.failed() + unanswered.size();
+  told.insert(told.end(), unanswered.begin(), unanswered.end());
+  if (told.size() > tb::ScriptedRun::kMostFailures) told.resize(tb::ScriptedRun::kMostFailures);
+  for (const tb::LogEntry& entry : told)
+    fmt::print(stderr, "{}{}: at {:.6g} s: {}: {}\n", file,
+               entry.line == 0 ? std::string() : fmt::format(":{}", entry.line), entry.time_s, entry.what,
+               entry.answer);
+  if (all != 0)
+    fmt::print(stderr,
+               "{}: {} of what the host asked {} not done, expected all; write try before what may fail\n",
+               file, all, all == 1 ? "was" : "were");
+  return all;
+}
+
+// Not done, as its time was not reached.
+void tell_rest(const tb::ScriptedRun& run, const PlayOptions& options, const std::string& file) {
   if (const auto& rest = run.events_to_come(); !rest.empty())
     fmt::print(stderr,
                "note: {}: {} of its events, from \"{}\" at {:.6g} s on, are behind the end at {:g} s\n", file,
@@ -54,13 +69,15 @@ int play_scenario(const PlayOptions& options) {
     line.show(fmt::format("{:.0f} of {:.0f} s of the chip", run.now_s(), options.for_s));
   }
   line.clear();
-  tell(run, options);
+  const std::string file = shown(options.scenario.string());
+  const std::uint64_t failed = tell_failures(run, file);
+  tell_rest(run, options, file);
   const std::string trace = trace_text(run);
   if (options.out.empty())
     fmt::print("{}", trace);
   else
     write_whole(options.out, trace);
-  return 0;
+  return failed == 0 ? 0 : 1;
 }
 
 }  // namespace meltstage::app

@@ -15,7 +15,8 @@ struct PlayOptions {
   std::filesystem::path out;  // of the trace; empty: standard output
 };
 
-// Writes the trace. Returns 0. Throws UserError for a scenario that can't be read, naming its line.
+// Writes the trace. Returns 0, or 1 when the chip refused or did not answer what the scenario asked without
+// `try`; each is told in a line. Throws UserError for a scenario that can't be read, naming its line.
 int play_scenario(const PlayOptions& options);
 
 }  // namespace meltstage::app

@@ -106,9 +106,9 @@ EXPORTED(log_from) void log_from(std::uint32_t number) {
   std::string json;
   for (std::size_t i = skip; i < run->log().size(); ++i) {
     const tb::LogEntry& entry = run->log()[i];
-    json += fmt::format("{}[{},{:.6f},{},{},{},{}]", json.empty() ? "" : ",", dropped + i, entry.time_s,
+    json += fmt::format("{}[{},{:.6f},{},{},{},{},{}]", json.empty() ? "" : ",", dropped + i, entry.time_s,
                         quoted(entry.what), quoted(entry.answer), quoted(hexadecimal(entry.request)),
-                        quoted(hexadecimal(entry.reply)));
+                        quoted(hexadecimal(entry.reply)), entry.failed);
   }
   answer_text = "[" + json + "]";
 }

@@ -178,13 +178,13 @@ class Page {
     const body = byId("log").tBodies[0];
     const scroller = body.closest(".scroll");
     const atEnd = scroller.scrollTop + scroller.clientHeight >= scroller.scrollHeight - 4;
-    for (const [number, time, what, answer, request, reply] of this.machine.json("log_from", this.logged)) {
+    for (const [number, time, what, answer, request, reply, failed] of this.machine.json("log_from", this.logged)) {
       this.logged = number + 1;
       this.turnKnob(what);
       if (what === "poll" && !byId("polls").checked) continue;
       const line = body.insertRow();
       line.append(element("td", `${time.toFixed(2)} s`));
-      const cell = element("td", typeset(answer ? `${what}: ${answer}` : what), what === "fault" || answer.startsWith("refused") ? "bad" : "");
+      const cell = element("td", typeset(answer ? `${what}: ${answer}` : what), what === "fault" || failed ? "bad" : "");
       for (const bytes of [request, reply]) {
         if (bytes) cell.append(element("br"), element("code", bytes));
       }

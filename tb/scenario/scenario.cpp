@@ -97,6 +97,7 @@ constexpr std::array<Command, 7> kCommands{{{"run", spec::kCmdRun},
 struct Meaning {
   Act act{};
   std::string found{}, expected{};  // both empty: the line doesn't have the words that its event takes
+  bool may_fail = false;
 };
 
 Meaning wrong(std::string_view word, std::string expected) { return {{}, shown(word), std::move(expected)}; }
@@ -153,7 +154,7 @@ Meaning send_frame(const Words& words) {
     if (!byte) return wrong(words[i], "bytes from 00 to ff");
     bytes.push_back(*byte);
   }
-  return {[=](ScriptedRun& run) { run.send("a frame by hand", raw_frame(bytes), false); }};
+  return {[=](ScriptedRun& run) { run.send("a frame by hand", raw_frame(bytes)); }};
 }
 
 Meaning break_sensor(const Words& words) {
@@ -278,11 +279,13 @@ Meaning flip(const Words& words) {
   }};
 }
 
+Meaning try_to_ask(const Words& words);
+
 struct Rule {
   EventUsage usage;
   Meaning (*parse)(const Words& words);
 };
-constexpr std::array<Rule, 21> kRules{{
+constexpr std::array<Rule, 22> kRules{{
     {{"set", "REGISTER VALUE", "the host writes a register, in its unit"}, set_register},
     {{"run", "", "the host switches heating on"}, send_command},
     {{"stop", "", "the host switches heating off"}, send_command},
@@ -306,7 +309,12 @@ constexpr std::array<Rule, 21> kRules{{
     {{"reset", "on|off", "the reset pin is low"}, turn<turn_reset>},
     {{"clock", "on|off", "the chip's clock runs"}, turn<turn_clock>},
     {{"flip", "FLOP BIT", "a bit of a flop is inverted, as by a particle: guard.run_q 0"}, flip},
+    {{"try", "set|run|frame ...", "the host asks what may be refused, or get no answer"}, try_to_ask},
 }};
+
+bool is_asked_by_host(const Rule& rule) {
+  return rule.parse == set_register || rule.parse == send_command || rule.parse == send_frame;
+}
 
 const Rule* rule_of(std::string_view word) {
   const auto* found =
@@ -316,6 +324,21 @@ const Rule* rule_of(std::string_view word) {
 
 std::string usage_text(const EventUsage& usage) {
   return fmt::format("{}{}{}", usage.word, usage.arguments.empty() ? "" : " ", usage.arguments);
+}
+
+Meaning try_to_ask(const Words& words) {
+  const Rule* rule = words.size() < 2 ? nullptr : rule_of(words[1]);
+  if (rule == nullptr || !is_asked_by_host(*rule)) {
+    std::string known;
+    for (const Rule& other : kRules) {
+      if (is_asked_by_host(other)) known += fmt::format("{}{}", known.empty() ? "" : ", ", other.usage.word);
+    }
+    return wrong(words.size() < 2 ? "nothing" : words[1], "behind try what the host asks: " + known);
+  }
+  Meaning meaning = rule->parse(Words(words.begin() + 1, words.end()));
+  if (!meaning.act && meaning.expected.empty()) return wrong(words.back(), "try " + usage_text(rule->usage));
+  meaning.may_fail = true;
+  return meaning;
 }
 
 std::string all_words() {
@@ -381,7 +404,7 @@ ParsedEvent parse_event(std::string_view text, std::uint64_t cycle) {
   Meaning meaning = rule->parse(words);
   if (!meaning.expected.empty()) return {{}, ScenarioDefect{1, meaning.found, meaning.expected}};
   if (!meaning.act) return {{}, ScenarioDefect{1, shown(text), usage_text(rule->usage)}};
-  return {{cycle, std::string(text), std::move(meaning.act)}, std::nullopt};
+  return {{cycle, std::string(text), std::move(meaning.act), meaning.may_fail}, std::nullopt};
 }
 
 namespace {
@@ -446,6 +469,7 @@ ParsedScenario parse_scenario(std::string_view text) {
       return refuse("another event", fmt::format("a scenario of {} at most", kMostEvents));
     ParsedEvent event = parse_event(statement.text.substr(words[0].size()), cycle);
     if (event.defect) return refuse(event.defect->found, event.defect->expected);
+    event.event.line = statement.line;
     events.push_back(std::move(event.event));
   }
   std::stable_sort(events.begin(), events.end(),

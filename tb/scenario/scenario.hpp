@@ -25,6 +25,8 @@ struct Event {
   std::uint64_t cycle;  ///< of the chip, when it is done
   std::string text;     ///< as written, without its time
   std::function<void(ScriptedRun&)> act;
+  bool may_fail = false;  ///< asked of the chip with `try`: a refusal or no answer is as good
+  std::size_t line = 0;   ///< of the scenario, from 1; 0 for what stands in none
 };
 
 /// The head and what happens to it, in the order of time, whatever that of the lines.

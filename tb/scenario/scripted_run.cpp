@@ -149,8 +149,7 @@ void ScriptedRun::do_what_is_due() {
   note_fault();
   if (run_.cycle >= next_poll_) {
     next_poll_ = run_.cycle + kPollPeriod;
-    if (polls_ && !head_.host().busy())
-      send("poll", read_input_registers(kChipAddress, 0, kPolledRegisters), false);
+    if (polls_ && !head_.host().busy()) send("poll", read_input_registers(kChipAddress, 0, kPolledRegisters));
   }
   if (drop_period_ != 0 && run_.cycle >= next_drop_) {
     // a droplet leaves no colder than what flows in, which is as cold as the surroundings
@@ -164,6 +163,10 @@ void ScriptedRun::do_what_is_due() {
     events_.pop_front();
     const std::size_t sent = sent_.size();
     event.act(*this);
+    for (std::size_t i = sent; i < sent_.size(); ++i) {
+      sent_[i].must_be_done = !event.may_fail;
+      sent_[i].line = event.line;
+    }
     if (sent_.size() == sent) log({now_s(), event.text, "", {}});  // what is sent is told with its answer
   }
 }
@@ -229,8 +232,8 @@ std::vector<PinChange> ScriptedRun::pins(std::uint64_t begin, std::uint64_t end)
   return found;
 }
 
-void ScriptedRun::send(std::string what, ModbusRequest request, bool told) {
-  sent_.push_back({std::move(what), bytes_of(request), told});
+void ScriptedRun::send(std::string what, ModbusRequest request) {
+  sent_.push_back({std::move(what), bytes_of(request), run_.cycle});
   head_.host().submit(std::move(request));
 }
 
@@ -238,16 +241,32 @@ void ScriptedRun::take_answers() {
   while (const auto result = head_.host().take_result()) {
     Sent sent = std::move(sent_.front());
     sent_.pop_front();
-    if (result->outcome == ModbusOutcome::exception && sent.told) {
-      ++refused_;
-      if (refusals_.size() < kMostRefusals)
-        refusals_.push_back({seconds(result->request_start_cycle), sent.what, answer_text(*result), {}});
+    const bool done = result->outcome == ModbusOutcome::data || result->outcome == ModbusOutcome::broadcast;
+    LogEntry entry{seconds(result->request_start_cycle),
+                   std::move(sent.what),
+                   answer_text(*result),
+                   std::move(sent.request),
+                   result->frame,
+                   sent.must_be_done && !done,
+                   sent.line};
+    if (entry.failed && ++failed_ <= kMostFailures) {
+      failures_.push_back(entry);
+      failures_.back().time_s = seconds(sent.cycle);  // the line may have been busy with a poll then
     }
-    log({seconds(result->request_start_cycle), std::move(sent.what), answer_text(*result),
-         std::move(sent.request), result->frame});
+    log(std::move(entry));
   }
   while (head_.telemetry().take()) {  // nobody listens to that pin here
   }
+}
+
+std::vector<LogEntry> ScriptedRun::unanswered() const {
+  std::vector<LogEntry> entries;
+  for (const Sent& sent : sent_) {
+    if (sent.must_be_done)
+      entries.push_back(
+          {seconds(sent.cycle), sent.what, "no answer so far", sent.request, {}, true, sent.line});
+  }
+  return entries;
 }
 
 std::uint32_t ScriptedRun::take_states_seen() { return std::exchange(states_seen_, 0); }

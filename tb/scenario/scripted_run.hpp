@@ -34,6 +34,8 @@ struct LogEntry {
   std::string what;
   std::string answer;                          ///< empty where nothing answers
   std::vector<std::uint8_t> request, reply{};  ///< bytes on the line
+  bool failed = false;   ///< asked of the chip without `try`, and refused or not answered
+  std::size_t line = 0;  ///< of the scenario that asked, 0 where none did
 };
 
 /// Levels of all pins from a clock on; bits in the order of chip_pin_bits().
@@ -78,10 +80,13 @@ class ScriptedRun {
   /// The last entries, and the number of those no longer kept.
   const std::deque<LogEntry>& log() const { return log_; }
   std::uint64_t log_dropped() const { return log_dropped_; }
-  /// What the host asked by its words and the chip refused: the first ones, and the number of all.
-  static constexpr std::size_t kMostRefusals = 20;
-  const std::vector<LogEntry>& refusals() const { return refusals_; }
-  std::uint64_t refused() const { return refused_; }
+  /// What events asked of the chip without `try` and it refused or did not answer, at the times of the
+  /// events: the first ones, and the number of all.
+  static constexpr std::size_t kMostFailures = 20;
+  const std::vector<LogEntry>& failures() const { return failures_; }
+  std::uint64_t failed() const { return failed_; }
+  /// What events asked without `try` and got no answer so far, as if the run ended now.
+  std::vector<LogEntry> unanswered() const;
   /// Events whose time hasn't come.
   const std::deque<Event>& events_to_come() const { return events_; }
   /// Changes of pins from `begin` to `end`; the first one has the levels at `begin`, or those of the oldest
@@ -91,8 +96,7 @@ class ScriptedRun {
   // What events do.
   Head& head() { return head_; }
   chip::Chip& chip() { return run_.chip; }
-  /// `told`: a refusal joins refusals().
-  void send(std::string what, ModbusRequest request, bool told = true);
+  void send(std::string what, ModbusRequest request);
   void poll(bool on) { polls_ = on; }
   void run_clock(bool on) { clock_runs_ = on; }
   /// Droplets a second, and the heat that each takes; 0 a second for none.
@@ -102,7 +106,9 @@ class ScriptedRun {
   struct Sent {
     std::string what;
     std::vector<std::uint8_t> request;
-    bool told;
+    std::uint64_t cycle;        // when it was asked; the line may be busy then
+    bool must_be_done = false;  // asked by an event without `try`
+    std::size_t line = 0;
   };
 
   void set_sensor(std::string_view part);
@@ -132,8 +138,8 @@ class ScriptedRun {
   std::vector<TraceRow> rows_;
   std::deque<LogEntry> log_;
   std::uint64_t log_dropped_ = 0;
-  std::vector<LogEntry> refusals_;
-  std::uint64_t refused_ = 0;
+  std::vector<LogEntry> failures_;
+  std::uint64_t failed_ = 0;
   std::vector<PinChange> changes_;  // a ring
   std::size_t oldest_change_ = 0;
   std::uint64_t change_count_ = 0;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -33,10 +34,63 @@ TEST_F(PlayCommand, TellsWhatTheChipRefusedAndWhatIsBehindTheEnd) {
   EXPECT_EQ(quiet.status, 0);
   EXPECT_EQ(quiet.output, "");
   const Ran told = play("1 set SETPOINT 400\n3 stop\n100 run\n", "--for 2.5" + out());
-  EXPECT_EQ(told.status, 0);
-  EXPECT_THAT(told.output, HasSubstr("set SETPOINT 400 degC: refused, exception 3: illegal data value\n"));
+  EXPECT_EQ(told.status, 1);
+  EXPECT_THAT(told.output,
+              HasSubstr("s.txt:1: at 1 s: set SETPOINT 400 degC: refused, exception 3: illegal data "
+                        "value\n"));
   EXPECT_THAT(told.output,
               EndsWith("s.txt: 2 of its events, from \"stop\" at 3 s on, are behind the end at 2.5 s\n"));
+}
+
+// Whatever keeps the chip from taking what the host asks, it is told with its line, and the run isn't good.
+TEST_F(PlayCommand, TellsWhatGotNoAnswer) {
+  for (const char* before :
+       {"set ADDRESS 5", "set BAUD 57600", "set FORMAT 1", "reset on", "clock off", "clock off # a remark"}) {
+    const Ran ran = play(std::string("0.5 ") + before + "\n\n1 set SETPOINT 100\n", "--for 3" + out());
+    EXPECT_EQ(ran.status, 1) << before;
+    EXPECT_THAT(ran.output, HasSubstr("s.txt:3: at 1 s: set SETPOINT 100 degC: no answer\n")) << before;
+    EXPECT_THAT(ran.output, EndsWith("s.txt: 1 of what the host asked was not done, expected all; write try "
+                                     "before what may fail\n"))
+        << before;
+  }
+  for (const char* frame : {"01 06", "01 06 01 01 03 20 d8 df", "ff"}) {
+    const Ran ran = play(std::string("1 frame ") + frame, "--for 2" + out());
+    EXPECT_EQ(ran.status, 1) << frame;
+    EXPECT_THAT(ran.output, HasSubstr("s.txt:1: at 1 s: a frame by hand: no answer\n")) << frame;
+  }
+}
+
+// The sensor's registers are set by the host, too, before all else.
+TEST_F(PlayCommand, TellsThatTheSensorCouldNotBeSetUp) {
+  const Ran ran = play("sensor MAX6675\n0 reset on\n", "--for 3" + out());
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.output, HasSubstr("s.txt: at 0.01 s: set SENS_TYPE 2: no answer\n"));
+}
+
+TEST_F(PlayCommand, TellsWhatTheEndCutOff) {
+  const Ran ran = play("1 clock off\n1 set SETPOINT 100\n1.5 run\n", "--for 1.5" + out());
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.output, HasSubstr("s.txt:3: at 1.5 s: run: no answer so far\n"));
+}
+
+// Of many the first ones stand there, and the number of all.
+TEST_F(PlayCommand, TellsTheFirstFailuresAndCountsAll) {
+  std::string text;
+  for (int i = 0; i < 50; ++i) text += "1 set SETPOINT 400\n";
+  const Ran ran = play(text, "--for 3" + out());
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 21);
+  EXPECT_THAT(ran.output, HasSubstr("s.txt: 50 of what the host asked were not done"));
+}
+
+TEST_F(PlayCommand, WhatIsTriedMayFail) {
+  const Ran ran = play(
+      "1 try set SETPOINT 400\n1.2 try frame 01 06\n2 try set ADDRESS 5\n3 try run\n4 frame 00 06 01 01 03 "
+      "20 d9 "
+      "0f\n",
+      "--for 5" + out());
+  EXPECT_EQ(ran.output, "");
+  EXPECT_EQ(ran.status, 0);
 }
 
 TEST_F(PlayCommand, NoFileIsTooLargeToBeRefused) {

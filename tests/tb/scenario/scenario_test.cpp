@@ -56,6 +56,11 @@ TEST(Scenario, WhatIsNotUnderstoodIsToldByLine) {
        {Case{"\n\nhead X", 3, "head X", "head PH-1, PH-A"},
         {"sensor custom", 1, "sensor custom", "sensor MAX31855"},
         {"noise -1", 1, "noise -1", "noise 0..10"},
+        {"1 try seat 0.2", 1, "seat", "behind try what the host asks: set, run"},
+        {"1 try try run", 1, "try", "behind try what the host asks: set, run"},
+        {"1 try", 1, "nothing", "behind try what the host asks: set, run"},
+        {"1 try set SETPOINT", 1, "SETPOINT", "try set REGISTER VALUE"},
+        {"1 try set SETPOINT 4000", 1, "4000", "SETPOINT of 0.0 to 500.0 degC"},
         {"seed 1.5", 1, "seed 1.5", "seed and a whole number"},
         {"5 run\nhead PH-1", 2, "head PH-1", "a time in seconds"},
         {"-1 run", 1, "-1", "a time of 0 to"},
@@ -157,13 +162,21 @@ TEST(ScriptedRun, HeatsAndKeepsARowEachTenth) {
   EXPECT_EQ(set->request, (std::vector<std::uint8_t>{1, 6, 1, 1, 3, 0x20, 0xD8, 0xDE}));
 }
 
-TEST(ScriptedRun, RefusalIsToldInWords) {
-  const auto run = run_of("1 set SETPOINT 400;1.5 frame 01 06 01 01 ff ff 98 46;4 run", 3.0);
-  ASSERT_EQ(run->refusals().size(), 1U);
-  EXPECT_EQ(run->refused(), 1U);
-  EXPECT_EQ(run->refusals()[0].what, "set SETPOINT 400 degC");
-  EXPECT_NEAR(run->refusals()[0].time_s, 1.0, 0.01);
-  EXPECT_THAT(run->refusals()[0].answer, HasSubstr("exception 3: illegal data value"));
+TEST(ScriptedRun, FailureIsToldInWords) {
+  const auto run = run_of("1 set SETPOINT 400;1.5 try frame 01 06 01 01 ff ff 98 46;\n2 frame 01;4 run", 3.0);
+  ASSERT_EQ(run->failures().size(), 2U);
+  EXPECT_EQ(run->failed(), 2U);
+  EXPECT_EQ(run->failures()[0].what, "set SETPOINT 400 degC");
+  EXPECT_EQ(run->failures()[0].line, 1U);
+  EXPECT_NEAR(run->failures()[0].time_s, 1.0, 0.01);
+  EXPECT_THAT(run->failures()[0].answer, HasSubstr("exception 3: illegal data value"));
+  EXPECT_EQ(run->failures()[1].what, "a frame by hand");
+  EXPECT_EQ(run->failures()[1].line, 2U);
+  EXPECT_EQ(run->failures()[1].answer, "no answer");
+  // In the log, which the page shows, too.
+  EXPECT_EQ(
+      std::count_if(run->log().begin(), run->log().end(), [](const LogEntry& entry) { return entry.failed; }),
+      2);
   ASSERT_EQ(run->events_to_come().size(), 1U);
   EXPECT_EQ(run->events_to_come().front().text, "run");
 }
