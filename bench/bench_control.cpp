@@ -28,11 +28,18 @@ constexpr tb::DropletLoad kPrinting{.begin_s = 600.0, .end_s = 900.0, .rate_hz =
 // 3/8 sum e in eighths of a bit of an 8-bit duty, once a second.
 const std::vector<LoopSetting>& published_form() {
   static const std::vector<LoopSetting> settings{
-      {spec::kRegCtrl, 0x48},  // ERR_INTEGER, I_ZERO
-      {spec::kRegKp, 2048},    {spec::kRegKiApproach, 24576}, {spec::kRegKiHold, 24576},
-      {spec::kRegKd, 0},       {spec::kRegDFilter, 0},        {spec::kRegBandFull, 180},
-      {spec::kRegTs, 1000},    {spec::kRegPwmPrescale, 46},   {spec::kRegPwmPeriod, 255},
-      {spec::kRegHoldTime, 0}, {spec::kRegDtdtMax, 0}};
+      {spec::kRegCtrl, spec::word_of({spec::kCtrlErrInteger, spec::kCtrlIZero})},
+      {spec::kRegKp, 2048},
+      {spec::kRegKiApproach, 24576},
+      {spec::kRegKiHold, 24576},
+      {spec::kRegKd, 0},
+      {spec::kRegDFilter, 0},
+      {spec::kRegBandFull, 180},
+      {spec::kRegTs, 1000},
+      {spec::kRegPwmPrescale, 46},
+      {spec::kRegPwmPeriod, 255},
+      {spec::kRegHoldTime, 0},
+      {spec::kRegDtdtMax, 0}};
   return settings;
 }
 

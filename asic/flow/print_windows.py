@@ -11,8 +11,10 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import tomllib
 
-CLOCK_HZ = 12_000_000
+SPEC = pathlib.Path(__file__).resolve().parents[2] / "spec/chip.toml"
+CLOCK_HZ = tomllib.loads(SPEC.read_text(encoding="utf-8"))["chip"]["clk_hz"]
 PHASES = ("heat-up", "print")
 
 

@@ -73,7 +73,8 @@ class BoardPieces {
     if (s_.chip().guard.fault_q != 1U << fault)
       s_.fail("found faults " + std::to_string(s_.chip().guard.fault_q) + ", expected " +
               std::to_string(1U << fault));
-    s_.refused(tb::write_single_register(s_.address(), register_address(spec::kRegCmd), spec::kCmdRun), 4);
+    s_.refused(tb::write_single_register(s_.address(), register_address(spec::kRegCmd), spec::kCmdRun),
+               spec::kExcDevice);
   }
 
   void identity() {
@@ -178,9 +179,11 @@ class BoardPieces {
     const std::array<std::uint8_t, 8> wrong_crc = {s_.address(), 3, 1, 0, 0, 1, 0, 0};
     const auto neighbour = static_cast<std::uint8_t>(s_.address() + 1);
     s_.refused(
-        tb::write_single_register(s_.address(), register_address(spec::kRegSetpoint), kSetpointTop + 1), 3);
-    s_.refused(tb::read_holding_registers(s_.address(), register_address(spec::kHoldingCount), 1), 2);
-    s_.refused(tb::with_crc(unknown_function), 1);
+        tb::write_single_register(s_.address(), register_address(spec::kRegSetpoint), kSetpointTop + 1),
+        spec::kExcValue);
+    s_.refused(tb::read_holding_registers(s_.address(), register_address(spec::kHoldingCount), 1),
+               spec::kExcAddress);
+    s_.refused(tb::with_crc(unknown_function), spec::kExcFunction);
     s_.unanswered(tb::raw_frame(wrong_crc));
     s_.unanswered(tb::read_holding_registers(neighbour, register_address(0), 1));
     s_.ask(tb::diagnostic_echo(s_.address(), 0xA55A));

@@ -114,8 +114,9 @@ class ControlPieces : private PieceSteps {
          {spec::kRegHoldMult, spec::kRegHoldAdd, spec::kRegPreset, spec::kRegFfDrop, spec::kRegAtWindow})
       p[reg] = in_range(reg);
     p[spec::kRegSetpoint] = std::min<std::int32_t>(p[spec::kRegSetpoint], kSetpointTop);
-    p[spec::kRegCtrl] = static_cast<std::int32_t>(below(128) & ~0x20U);
-    p[spec::kRegMode] = one_in(10) ? 1 : 0;
+    p[spec::kRegCtrl] =
+        static_cast<std::int32_t>(below(1U << spec::kCtrlHeatRate) & ~(1U << spec::kCtrlFbEn));
+    p[spec::kRegMode] = one_in(10) ? kManual : 0;
     p[spec::kRegAtDwell] = 0;
     if (!one_in(8)) p[spec::kRegRampUp] = p[spec::kRegRampDown] = 0;
     if (!one_in(4)) p[spec::kRegSlew] = 0;

@@ -11,7 +11,7 @@ Parameters calm() {
   Parameters p{};
   for (std::size_t i = 0; i < p.size(); ++i) p[i] = spec::kHolding[i].reset;
   p[spec::kRegHostWd] = 0;
-  p[spec::kRegCtrl] = 0x17;
+  p[spec::kRegCtrl] = kCalmCtrl;
   p[spec::kRegTs] = 20;
   p[spec::kRegTMax] = 5000;
   p[spec::kRegTMin] = -400;

@@ -94,17 +94,18 @@ void FunctionalSession::send(const tb::ModbusRequest& request) {
 }
 
 void FunctionalSession::unanswered(const tb::ModbusRequest& request) {
-  constexpr double kPause_s = 1.8e-3;  // FORMAT bit 2
+  constexpr double kPause_s = 1.8e-3;  // that FORMAT.PAUSE keeps, and a little
   send(request);
   std::uint64_t wait = static_cast<std::uint64_t>(line().bit_cycles() * 2 * kFrameGapBits);
-  if ((format_ & 4U) != 0) wait += static_cast<std::uint64_t>(kPause_s * spec::kClkHz);
+  if ((format_ & spec::word_of({spec::kFormatPause})) != 0)
+    wait += static_cast<std::uint64_t>(kPause_s * spec::kClkHz);
   for (std::uint64_t i = 0; i < wait; ++i) {
     step();
     if (out_.uart_de) fail("found an answer, expected none");
   }
 }
 
-void FunctionalSession::exchange(const tb::ModbusRequest& request, std::uint8_t exception) {
+void FunctionalSession::exchange(const tb::ModbusRequest& request, spec::Exception exception) {
   send(request);
   while (receiver_.take()) {
   }
@@ -121,8 +122,9 @@ void FunctionalSession::exchange(const tb::ModbusRequest& request, std::uint8_t 
   std::vector<std::uint8_t> answer;
   while (const auto byte = receiver_.take()) answer.push_back(byte->data);
   const std::uint8_t function = request.frame[1].data;
-  const bool good = answer.size() >= 4 && answer[1] == (exception != 0 ? function | 0x80 : function) &&
-                    (exception == 0 || answer[2] == exception);
+  const bool good = answer.size() >= 4 &&
+                    answer[1] == (exception != spec::kExcNone ? function | spec::kExceptionFlag : function) &&
+                    (exception == spec::kExcNone || answer[2] == exception);
   if (!good)
     fail(fmt::format("found answer {:02x} {:02x} to function {} at {:02x}{:02x}, expected exception {}",
                      answer.size() > 1 ? answer[1] : 0, answer.size() > 2 ? answer[2] : 0, function,

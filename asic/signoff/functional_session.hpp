@@ -71,8 +71,10 @@ class FunctionalSession {
   void set_line(std::uint16_t baud, std::uint16_t format, std::uint8_t address);
 
   // A request that is answered with data (all three throw std::logic_error when it is not as said).
-  void ask(const tb::ModbusRequest& request) { exchange(request, 0); }
-  void refused(const tb::ModbusRequest& request, std::uint8_t exception) { exchange(request, exception); }
+  void ask(const tb::ModbusRequest& request) { exchange(request, chip::spec::kExcNone); }
+  void refused(const tb::ModbusRequest& request, chip::spec::Exception exception) {
+    exchange(request, exception);
+  }
   void unanswered(const tb::ModbusRequest& request);
   void write(std::uint16_t reg, std::int32_t value);
   void write(std::uint16_t first, std::span<const std::int32_t> values);
@@ -100,7 +102,7 @@ class FunctionalSession {
  private:
   void step();
   void send(const tb::ModbusRequest& request);
-  void exchange(const tb::ModbusRequest& request, std::uint8_t exception);
+  void exchange(const tb::ModbusRequest& request, chip::spec::Exception exception);
   tb::UartLine line() const;
 
   std::uint16_t baud_ = kResetBaud, format_ = 0;

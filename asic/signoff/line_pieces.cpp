@@ -30,41 +30,46 @@ class LinePieces : private PieceSteps {
     for (const std::uint8_t function :
          std::initializer_list<std::uint8_t>{0, 1, 2, 5, 15, 22, 23, 43, 44, 64, 85, 127}) {
       const std::uint8_t bytes[] = {me, function, 0, 1, 2, 3};
-      s_.refused(tb::with_crc(bytes), 1);
+      s_.refused(tb::with_crc(bytes), spec::kExcFunction);
     }
     // Sixteen words of any value: the frame is stored whole before it is refused.
     for (unsigned i = 0; i < often(8, 2); ++i) {
       std::vector<std::uint16_t> words;
       for (unsigned w = 0; w < 16; ++w) words.push_back(static_cast<std::uint16_t>(random_.bits()));
       words[0] = 0xFFFF;
-      s_.refused(tb::write_multiple_registers(me, spec::kHoldingBase + spec::kRegPwmMinOn, words), 2);
-      s_.refused(tb::write_multiple_registers(me, spec::kHoldingBase + spec::kRegSetpoint, words), 3);
+      s_.refused(tb::write_multiple_registers(me, spec::kHoldingBase + spec::kRegPwmMinOn, words),
+                 spec::kExcAddress);
+      s_.refused(tb::write_multiple_registers(me, spec::kHoldingBase + spec::kRegSetpoint, words),
+                 spec::kExcValue);
     }
-    const std::vector<std::uint16_t> many(17, 1);
-    s_.refused(tb::write_multiple_registers(me, spec::kHoldingBase + 1, many), 3);
-    s_.refused(tb::read_input_registers(me, 0, 33), 3);
-    s_.refused(tb::read_input_registers(me, 0, 0), 3);
+    const std::vector<std::uint16_t> many(spec::kWriteWords + 1, 1);
+    s_.refused(tb::write_multiple_registers(me, spec::kHoldingBase + 1, many), spec::kExcValue);
+    s_.refused(tb::read_input_registers(me, 0, spec::kMaxRead + 1), spec::kExcValue);
+    s_.refused(tb::read_input_registers(me, 0, 0), spec::kExcValue);
     for (unsigned i = 0; i < often(16, 4); ++i) {
       const auto address = static_cast<std::uint16_t>(0x0200 + below(0xFE00));
-      s_.refused(tb::read_input_registers(me, address, 1), 2);
-      s_.refused(write_request(static_cast<std::uint16_t>(address - spec::kHoldingBase), 0), 2);
+      s_.refused(tb::read_input_registers(me, address, 1), spec::kExcAddress);
+      s_.refused(write_request(static_cast<std::uint16_t>(address - spec::kHoldingBase), 0),
+                 spec::kExcAddress);
     }
     for (std::uint16_t reg = spec::kRegSetpoint; reg < spec::kHoldingCount; ++reg) {
       const spec::RegisterInfo& info = spec::kHolding[reg];
-      if (info.max < (info.is_signed ? 32767 : 65535)) s_.refused(write_request(reg, info.max + 1), 3);
-      if (info.min > (info.is_signed ? -32768 : 0)) s_.refused(write_request(reg, info.min - 1), 3);
+      if (info.max < (info.is_signed ? 32767 : 65535))
+        s_.refused(write_request(reg, info.max + 1), spec::kExcValue);
+      if (info.min > (info.is_signed ? -32768 : 0))
+        s_.refused(write_request(reg, info.min - 1), spec::kExcValue);
     }
     for (unsigned i = 0; i < often(40, 8); ++i) {
       const auto word = static_cast<std::uint16_t>(0xA500 ^ (1U << below(16)) ^ below(256));
       const bool known = word == spec::kCmdRun || word == spec::kCmdClearFault || word == spec::kCmdHold ||
                          word == spec::kCmdCommit || word == spec::kCmdDiscard || word == spec::kCmdTune ||
                          word == spec::kCmdStop;
-      if (!known) s_.refused(write_request(spec::kRegCmd, word), 3);
+      if (!known) s_.refused(write_request(spec::kRegCmd, word), spec::kExcValue);
     }
-    s_.refused(tb::read_device_identification(me, 4, 3), 2);
-    s_.refused(tb::read_device_identification(me, 0, 0), 3);
-    s_.refused(write_request(spec::kRegCmd, spec::kCmdTune), 4);
-    s_.refused(write_request(spec::kRegSetpoint, 5000), 3);
+    s_.refused(tb::read_device_identification(me, spec::kIdentificationObject, 3), spec::kExcAddress);
+    s_.refused(tb::read_device_identification(me, 0, 0), spec::kExcValue);
+    s_.refused(write_request(spec::kRegCmd, spec::kCmdTune), spec::kExcDevice);
+    s_.refused(write_request(spec::kRegSetpoint, 5000), spec::kExcValue);
     s_.unanswered(tb::write_single_register(0, spec::kHoldingBase + spec::kRegKp, 0x1234));
     s_.unanswered(tb::write_single_register(0, spec::kHoldingBase + spec::kRegCmd, spec::kCmdStop));
     s_.unanswered(tb::read_input_registers(0, 0, 1));

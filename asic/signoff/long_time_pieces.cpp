@@ -28,7 +28,7 @@ class LongTimePieces : private ProtectionSteps {
     Parameters p = now_;
     p[spec::kRegSetpoint] = 1500;
     p[spec::kRegBandFull] = p[spec::kRegBandOff] = 5000;
-    p[spec::kRegCtrl] = 0x10;
+    p[spec::kRegCtrl] = kDither;
     p[spec::kRegKp] = 0;
     p[spec::kRegKiApproach] = p[spec::kRegKiHold] = kTopTime;
     p[spec::kRegKd] = 0;
@@ -90,7 +90,7 @@ class LongTimePieces : private ProtectionSteps {
     begin("long times: rise at zero duty, frozen sample, telemetry");
     start_work();
     heat_calmly(1000, 10);
-    set(spec::kRegMode, 1);
+    set(spec::kRegMode, kManual);
     set(spec::kRegLbaTime, kTopTime);
     set(spec::kRegZeroWait, kTopTime);
     set(spec::kRegZeroRise, 80);
@@ -112,7 +112,7 @@ class LongTimePieces : private ProtectionSteps {
     begin("long times: full duty without a rise, its limit moved ahead of the count");
     start_work();
     heat_calmly(1000, 60);
-    set(spec::kRegCtrl, 0x10);
+    set(spec::kRegCtrl, kDither);
     set(spec::kRegBandFull, 0);
     set(spec::kRegLbaRise, 20);
     set(spec::kRegSetpoint, kSetpointTop);

@@ -22,7 +22,12 @@ using Parameters = std::array<std::int32_t, spec::kHoldingCount>;
 inline constexpr std::uint16_t kFastBaud = 5000;
 inline constexpr std::uint16_t kTopTime = 65535;     // registers of time, 0.1 s
 inline constexpr std::uint16_t kSetpointTop = 4950;  // T_MAX at its top less the margin
-inline constexpr std::int32_t kPerTenthDegc = 5;     // 1/320 degC
+inline constexpr std::uint16_t kManual = spec::word_of({spec::kModeManual});
+inline constexpr std::uint16_t kDither = spec::word_of({spec::kCtrlDither});
+// CTRL as it is after reset, but for the check of the feedback.
+inline constexpr std::uint16_t kCalmCtrl =
+    spec::word_of({spec::kCtrlSegModel, spec::kCtrlDOnPv, spec::kCtrlFfEn, spec::kCtrlDither});
+inline constexpr std::int32_t kPerTenthDegc = 5;  // 1/320 degC
 inline constexpr std::int32_t kPerSixtyFourth = 32;
 
 inline std::int16_t of_tenths(std::int32_t tenths) {
@@ -77,7 +82,7 @@ class PieceSteps {
 
   // Registers first..last but LOCK and the line's own.
   void write_range(const Parameters& p, std::uint16_t first, std::uint16_t last) {
-    constexpr std::uint16_t kMost = 16;  // registers in a request
+    constexpr std::uint16_t kMost = spec::kWriteWords;
     const auto part = [&](std::uint16_t from, std::uint16_t to) {
       for (; from <= to; from = static_cast<std::uint16_t>(from + kMost))
         s_.write(from, std::span(p).subspan(from, std::min<std::size_t>(kMost, to - from + 1U)));

@@ -100,7 +100,7 @@ class ProtectionPieces : private ProtectionSteps {
     start_work();
     for (unsigned i = 0; i < often(12, 3); ++i) {
       heat_calmly(1000, 20);
-      set(spec::kRegCtrl, 0x10);
+      set(spec::kRegCtrl, kDither);
       set(spec::kRegBandFull, 0);
       set(spec::kRegDutyMax, 100 + static_cast<std::int32_t>(below(9900)));
       set(spec::kRegSetpoint, kSetpointTop);
@@ -132,7 +132,7 @@ class ProtectionPieces : private ProtectionSteps {
         p[spec::kRegSetpoint] = std::min<std::int32_t>(in_range(spec::kRegSetpoint), kSetpointTop);
         p[spec::kRegKp] = in_range(spec::kRegKp);
         p[spec::kRegKiApproach] = p[spec::kRegKiHold] = p[spec::kRegKd] = 0;
-        p[spec::kRegCtrl] = 0x10;
+        p[spec::kRegCtrl] = kDither;
         p[spec::kRegBandFull] = p[spec::kRegBandOff] = 5000;
         p[spec::kRegKff] = any_size(1, 4000);
         p[spec::kRegTAmb] = in_range(spec::kRegTAmb);
@@ -225,7 +225,7 @@ class ProtectionPieces : private ProtectionSteps {
     start_work();
     for (unsigned i = 0; i < often(10, 4); ++i) {
       heat_calmly(1000, 100);
-      set(spec::kRegMode, 1);
+      set(spec::kRegMode, kManual);
       const std::int32_t ambient = in_range(spec::kRegTAmb), time = any_size(1, 1500);
       const bool trips = i % 3 != 0;
       const std::int32_t hot = (ambient + 200) * kPerSixtyFourth / kPerTenthDegc;
@@ -291,7 +291,7 @@ class ProtectionPieces : private ProtectionSteps {
   void heater_feedback() {
     begin("protection: HeaterFb, times of any size");
     start_work();
-    set(spec::kRegCtrl, 0x37);
+    set(spec::kRegCtrl, kCalmCtrl | spec::word_of({spec::kCtrlFbEn}));
     s_.ticks(2);
     for (unsigned i = 0; i < often(10, 4); ++i) {
       constexpr std::uint64_t kFeedbackStep = 16;  // clocks
@@ -309,7 +309,7 @@ class ProtectionPieces : private ProtectionSteps {
       s_.read_loop();
       s_.command(spec::kCmdClearFault);
     }
-    set(spec::kRegCtrl, 0x17);
+    set(spec::kRegCtrl, kCalmCtrl);
   }
 
   // The other causes: emergency stop, a control period too short for its work, a rise at zero duty while
@@ -320,8 +320,8 @@ class ProtectionPieces : private ProtectionSteps {
     heat();
     s_.set_inhibit(true);
     s_.run(1000);
-    s_.refused(write_request(spec::kRegCmd, spec::kCmdClearFault), 4);
-    s_.refused(write_request(spec::kRegCmd, spec::kCmdRun), 4);
+    s_.refused(write_request(spec::kRegCmd, spec::kCmdClearFault), spec::kExcDevice);
+    s_.refused(write_request(spec::kRegCmd, spec::kCmdRun), spec::kExcDevice);
     s_.set_inhibit(false);
     s_.run(100);
     look();
@@ -330,7 +330,7 @@ class ProtectionPieces : private ProtectionSteps {
     expect_trip(spec::kFaultState, 2000);
     for (unsigned i = 0; i < often(6, 2); ++i) {
       heat_calmly(500, 100);
-      set(spec::kRegMode, 1);
+      set(spec::kRegMode, kManual);
       set(spec::kRegManualDuty, 100);  // starts the time at zero duty again
       s_.ticks(2);
       set(spec::kRegManualDuty, 0);
@@ -357,7 +357,7 @@ class ProtectionPieces : private ProtectionSteps {
       p[spec::kRegSetpoint] = static_cast<std::int32_t>(below(kSetpointTop));
       p[spec::kRegAtWindow] = in_range(spec::kRegAtWindow);
       p[spec::kRegAtDwell] = below(2) != 0 ? 0 : in_range(spec::kRegAtDwell);
-      p[spec::kRegMode] = one_in(4) ? 1 : 0;
+      p[spec::kRegMode] = one_in(4) ? kManual : 0;
       p[spec::kRegManualDuty] = one_in(2) ? 0 : 10000;
       for (std::uint16_t reg = spec::kRegTMax; reg <= spec::kRegSampleTimeout; ++reg) {
         if (one_in(2)) p[reg] = in_range(reg);

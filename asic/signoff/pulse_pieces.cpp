@@ -16,13 +16,13 @@ class PulsePieces : private PieceSteps {
   void pulse_width() {
     begin("PWM: duty ends, periods, prescaler, dither, shortest pulse");
     start_work();
-    set(spec::kRegMode, 1);
+    set(spec::kRegMode, kManual);
     s_.ticks();
     heat();
     for (unsigned i = 0; i < often(40, 8); ++i) {
       Parameters p = now_;
       p[spec::kRegManualDuty] = i < 4 ? (i % 2 == 0 ? 10000 : 0) : in_range(spec::kRegManualDuty);
-      p[spec::kRegCtrl] = i % 2 == 0 ? 0x10 : 0;
+      p[spec::kRegCtrl] = i % 2 == 0 ? kDither : 0;
       p[spec::kRegPwmPrescale] = any_size(0, i % 4 == 0 ? 3 : 300);
       p[spec::kRegPwmPeriod] = 2 + any_size(0, p[spec::kRegPwmPrescale] < 4 ? 30000 : 100);
       p[spec::kRegPwmMinOn] = one_in(2) ? 0 : any_size(0, p[spec::kRegPwmPeriod]) / 2;
@@ -50,7 +50,7 @@ class PulsePieces : private PieceSteps {
   void long_pulses() {
     begin("PWM: periods and prescalers of all bits, run to their end");
     start_work();
-    set(spec::kRegMode, 1);
+    set(spec::kRegMode, kManual);
     s_.ticks();
     heat();
     for (unsigned i = 0; i < often(40, 4); ++i) {
@@ -64,7 +64,7 @@ class PulsePieces : private PieceSteps {
                                 : one_in(2) ? std::max(edge, 0)
                                             : std::min(kWhole - edge, kWhole);
       set(spec::kRegManualDuty, duty);
-      set(spec::kRegCtrl, one_in(4) ? 0 : 0x10);
+      set(spec::kRegCtrl, one_in(4) ? 0 : kDither);
       const std::int32_t values[] = {0, period, shortest};
       s_.write(spec::kRegPwmPrescale, values);
       s_.run(3 * static_cast<std::uint64_t>(period));

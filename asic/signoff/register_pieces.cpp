@@ -51,7 +51,7 @@ class RegisterPieces : private PieceSteps {
     for (const std::int32_t baud : {4095, 2730, 1365}) {
       s_.write(spec::kRegBaud, baud);
       s_.write(spec::kRegAddress, baud & 0xFF & 247);
-      s_.write(spec::kRegFormat, baud & 7);
+      s_.write(spec::kRegFormat, baud & spec::kHolding[spec::kRegFormat].max);
       s_.write(spec::kRegLock, 0);
       s_.read_holding();
     }
@@ -64,13 +64,13 @@ class RegisterPieces : private PieceSteps {
     s_.command(spec::kCmdHold);
     s_.write(spec::kRegKp, 0x5AA5);
     s_.command(spec::kCmdCommit);
-    s_.refused(write_request(spec::kRegKiHold, 1), 6);
+    s_.refused(write_request(spec::kRegKiHold, 1), spec::kExcBusy);
     s_.ticks();
     s_.read_holding();
     for (const std::int32_t lock : {0x5555, 0xAAAA}) {
       s_.write(spec::kRegLock, lock);
       s_.ticks();
-      s_.refused(write_request(spec::kRegKp, 1), 4);
+      s_.refused(write_request(spec::kRegKp, 1), spec::kExcDevice);
       s_.command(spec::kCmdStop);
       s_.command(spec::kCmdStop);
       s_.read_holding();

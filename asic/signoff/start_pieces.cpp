@@ -53,13 +53,13 @@ class StartPieces : private PieceSteps {
     start_work();
     set(spec::kRegTs, 200);
     set(spec::kRegTlmPeriod, 1);
-    set(spec::kRegMode, 1);
+    set(spec::kRegMode, kManual);
     struct Pulse {
       std::int32_t duty, ctrl, prescale, period, least;
     };
-    for (const Pulse& to :
-         {Pulse{3333, 0x17, 0, 701, 0}, Pulse{9876, 0x07, 2, 300, 20}, Pulse{50, 0x17, 0, 90, 7},
-          Pulse{6543, 0x17, 5, 2, 0}, Pulse{10000, 0x17, 0, 97, 0}}) {
+    for (const Pulse& to : {Pulse{3333, kCalmCtrl, 0, 701, 0}, Pulse{9876, kCalmCtrl & ~kDither, 2, 300, 20},
+                            Pulse{50, kCalmCtrl, 0, 90, 7}, Pulse{6543, kCalmCtrl, 5, 2, 0},
+                            Pulse{10000, kCalmCtrl, 0, 97, 0}}) {
       set(spec::kRegManualDuty, to.duty);
       set(spec::kRegCtrl, to.ctrl);
       const std::int32_t values[] = {to.prescale, to.period, to.least};

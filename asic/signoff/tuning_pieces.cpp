@@ -77,7 +77,7 @@ class TuningPieces : private PieceSteps {
       s_.ticks();
       heat();
       s_.command(spec::kCmdTune);
-      s_.refused(write_request(spec::kRegKp, 1), 6);
+      s_.refused(write_request(spec::kRegKp, 1), spec::kExcBusy);
       const std::uint32_t periods = run == 1 ? often(90, 60) : 2U << below(5);
       relay_cycles(of_tenths(setpoint), 40 + any_size(0, run % 3 == 0 ? 12000 : 3000), periods,
                    run == 3 ? 7 : kEnough);

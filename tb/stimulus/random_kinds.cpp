@@ -10,7 +10,7 @@ namespace {
 
 // Values of the control and detector registers between which a heating head is moved: ends, ties and steps
 // that the arithmetic meets exactly (temperatures on a grid of 0.5 degC, which the sensor and both number
-// formats hold).
+// formats hold). The words of CTRL are mixes of its bits, here and below, and stand for no certain ones.
 const Choices& control_choices() {
   using namespace spec;
   static const Choices list{{kRegSetpoint, {600, 600, 620, 580, 800, 0, 1480, 1490, 1500}},

@@ -42,7 +42,7 @@ void late_tick(Bench& bench) {
   bench.run_until([](const chip::Chip& chip) { return chip.sysctrl.state_q == spec::kStReadTemp; }, 130'000);
   bench.poke([](chip::Chip& chip) {
     chip.sysctrl.tick_pend_q = 1;
-    chip.sysctrl.ms_cnt_q = 11'998;
+    chip.sysctrl.ms_cnt_q = spec::kClkHz / 1000 - 2;
     chip.sysctrl.ts_cnt_q = static_cast<std::uint16_t>(chip.params()[spec::kRegTs] - 1);
   });
   bench.run(10);
@@ -52,7 +52,7 @@ std::vector<FaultScenario> make() {
   using namespace spec;
   const Setting setpoint{kRegSetpoint, 1000};  // 100 degC
   const Setting any_rate{kRegDtdtMax, 0};
-  const Setting no_feedback{kRegCtrl, 0b0010011};
+  const Setting no_feedback{kRegCtrl, word_of({kCtrlSegModel, kCtrlDOnPv, kCtrlDither})};
   const Setting short_pwm{kRegPwmPeriod, 120};
   const Act cool = at_degc(60.0);
   return {

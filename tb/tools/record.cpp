@@ -63,17 +63,19 @@ void reset(Bench& bench) {
 void talk(Bench& bench) {
   const std::uint8_t unit = bench.unit();
   bench.write(spec::kRegSetpoint, 300);
-  bench.write_block(spec::kRegMode, {1, 3000, 0, 20, 1});
+  bench.write_block(spec::kRegMode, {spec::word_of({spec::kModeManual}), 3000, 0, 20, 1});
   bench.write(spec::kRegTs, 10);
   bench.write(spec::kRegSensType, 3);  // MAX31865
   bench.write(spec::kRegBadMax, 1);
   bench.write(spec::kRegDtdtMax, 0);
   bench.write(spec::kRegFbTime, 2);
   bench.write_block(spec::kRegSpiDiv, {2, 0, 400, 0, 0, 5000, 0});
-  must(bench.write(spec::kRegBaud, 5001).exception_code == 3, "a value above its range is refused");
-  must(bench.write(spec::kRegSetpoint, 1451).exception_code == 3, "a set-point above T_MAX is refused");
-  must(bench.write(spec::kRegTs, 9).exception_code == 3, "a value below its range is refused");
-  must(bench.command(spec::kCmdRun).exception_code == 4, "RUN without a sample is refused");
+  must(bench.write(spec::kRegBaud, 5001).exception_code == spec::kExcValue,
+       "a value above its range is refused");
+  must(bench.write(spec::kRegSetpoint, 1451).exception_code == spec::kExcValue,
+       "a set-point above T_MAX is refused");
+  must(bench.write(spec::kRegTs, 9).exception_code == spec::kExcValue, "a value below its range is refused");
+  must(bench.command(spec::kCmdRun).exception_code == spec::kExcDevice, "RUN without a sample is refused");
   bench.read_holding(0, 32);
   bench.read_holding(32, spec::kHoldingCount - 32);
   bench.ask(read_holding_registers(unit, spec::kHoldingBase + spec::kHoldingCount, 1));
@@ -129,7 +131,7 @@ void fail(Bench& bench) {
   heat(bench);
   bench.world.sensor.probe = ProbeFault::open;
   expect_fault(bench, spec::kFaultSensorFault);
-  must(bench.command(spec::kCmdRun).exception_code == 4, "RUN with a fault is refused");
+  must(bench.command(spec::kCmdRun).exception_code == spec::kExcDevice, "RUN with a fault is refused");
   bench.world.sensor = {};
 
   heat(bench);

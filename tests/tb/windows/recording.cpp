@@ -41,7 +41,7 @@ Recording record() {
       submit(write_single_register(1, spec::kHoldingBase, spec::kCmdHold));
       write(spec::kRegTlmPeriod, 1);
       write(spec::kRegSetpoint, 1100);
-      write(spec::kRegMode, 1);
+      write(spec::kRegMode, spec::word_of({spec::kModeManual}));
       write(spec::kRegManualDuty, 3000);
       write(spec::kRegDtdtMax, 0);  // the sensor's first reading is 0 degC
       submit(write_single_register(1, spec::kHoldingBase, spec::kCmdCommit));
