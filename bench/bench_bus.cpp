@@ -21,13 +21,6 @@ namespace {
 
 namespace spec = chip::spec;
 
-struct Format {
-  const char* name;
-  std::uint8_t code;  // register FORMAT
-  tb::UartFormat line;
-};
-constexpr std::array kFormats{Format{"8E1", 0, tb::k8E1}, Format{"8O1", 1, tb::k8O1},
-                              Format{"8N2", 2, tb::k8N2}, Format{"8N1", 3, tb::k8N1}};
 constexpr double kStep = 0.0025;  // of the host's clock error
 constexpr int kSteps = 24;        // each way: 6 %
 constexpr double kWanted = 3.5;   // %
@@ -60,7 +53,8 @@ struct Talker {
 
 struct Trial {
   double baud = 115200;
-  Format format = kFormats[0];
+  spec::CharacterFormat format = spec::kFormat8E1;
+  tb::UartLine line() const { return {spec::kClkHz, baud, tb::uart_format(format)}; }
   double clock_error = 0;
   double jitter_bits = 0;
   std::uint64_t glitch_clocks = 0;  // one glitch a frame, anywhere in it
@@ -68,20 +62,20 @@ struct Trial {
 
 // Frames, of `frames`, that the chip does not accept. They are diagnostics to all, which are never answered.
 unsigned lost(const Trial& trial, unsigned frames) {
-  const tb::UartLine line{spec::kClkHz, trial.baud, trial.format.line};
+  const tb::UartLine line = trial.line();
   Talker host{{line, {trial.clock_error, trial.jitter_bits}, stream(1, "jitter")}};
   Rng rng = stream(1, "frames");
-  chip::Run run{.chip = chip_at(trial.baud, trial.format.code)};
+  chip::Run run{.chip = chip_at(trial.baud, trial.format)};
   run.out = run.chip.outputs({});
   const double bit = line.bit_cycles() / (1.0 + trial.clock_error);
-  const double frame = kFrameBytes * trial.format.line.bits() * bit;
+  const double frame = kFrameBytes * line.format.bits() * bit;
   const auto heard = [&] { return run.chip.uartc.messages(); };
   std::uint16_t accepted = 0;
   for (unsigned i = 0; i < frames; ++i) {
     std::vector<std::uint8_t> body{0, 8};
     while (body.size() < kFrameBytes - 2) body.push_back(static_cast<std::uint8_t>(rng.bits()));
     // Anywhere in the chip's clock and its sixteenth bit.
-    const double wait = bit * (4.0 * trial.format.line.bits() + rng.uniform());
+    const double wait = bit * (4.0 * line.format.bits() + rng.uniform());
     bool first = true;
     for (tb::UartChar c : tb::with_crc(body).frame) {
       if (first) c.gap_bits = wait / bit;
@@ -91,8 +85,7 @@ unsigned lost(const Trial& trial, unsigned frames) {
     if (trial.glitch_clocks != 0)
       host.transmitter.glitch(run.cycle + static_cast<std::uint64_t>(wait + rng.uniform() * frame),
                               trial.glitch_clocks);
-    chip::advance(run,
-                  run.cycle + static_cast<std::uint64_t>(wait + frame + 4.0 * trial.format.line.bits() * bit),
+    chip::advance(run, run.cycle + static_cast<std::uint64_t>(wait + frame + 4.0 * line.format.bits() * bit),
                   host, [](auto...) {});
     accepted = heard();
   }
@@ -152,7 +145,7 @@ double poll_over_us(double baud, std::uint16_t registers, unsigned polls) {
   const double taken_up = (8.0 + 3.5) * line.char_cycles() - 2.5 * line.bit_cycles();
   const double wire = (8.0 + 5.0 + 2.0 * registers + 3.5) * line.char_cycles();
   Poller poller{{{.line = line}, stream(1, "jitter")}};
-  chip::Run run{.chip = chip_at(baud, 0)};
+  chip::Run run{.chip = chip_at(baud, spec::kFormat8E1)};
   run.out = run.chip.outputs({});
   const auto advance_by = [&](std::uint64_t clocks) {
     chip::advance(run, run.cycle + clocks, poller, [](auto...) {});
@@ -211,21 +204,22 @@ std::vector<BenchRow> bench_bus(const BenchOptions& options) {
   constexpr std::array kRates{9600.0, 115200.0, 500000.0};
   std::size_t ranges = 0;
   for (const double baud : kRates) {
-    for (const Format& format : kFormats) {
-      tell(options.progress, "ranges", ranges++, kRates.size() * std::size(kFormats));
-      const Trial trial{.baud = baud, .format = format};
-      range_rows(fmt::format("{:.0f} {}", baud, format.name), error_free(curve(trial, frames_of_range)),
-                 kWanted);
+    for (std::size_t code = 0; code < spec::kCharacters.size(); ++code) {
+      tell(options.progress, "ranges", ranges++, kRates.size() * spec::kCharacters.size());
+      const Trial trial{.baud = baud, .format = static_cast<spec::CharacterFormat>(code)};
+      range_rows(fmt::format("{:.0f} {}", baud, spec::kCharacters[code].name),
+                 error_free(curve(trial, frames_of_range)), kWanted);
     }
   }
   // The curve itself, for both kinds of character and each jitter.
-  const std::array drawn{kFormats[0], kFormats[3]};
+  constexpr std::array drawn{spec::kFormat8E1, spec::kFormat8N1};
   constexpr std::array kJitters{0.0, 0.05, 0.10};
   std::size_t curves = 0;
-  for (const Format& format : drawn) {
+  for (const spec::CharacterFormat format : drawn) {
     for (const double jitter : kJitters) {
       tell(options.progress, "curves", curves++, drawn.size() * kJitters.size());
-      const std::string what = fmt::format("115200 {} jitter {:.0f} %", format.name, 100 * jitter);
+      const std::string what =
+          fmt::format("115200 {} jitter {:.0f} %", spec::kCharacters[format].name, 100 * jitter);
       const std::vector<unsigned> losses = curve({.format = format, .jitter_bits = jitter}, frames);
       if (jitter != 0) range_rows(what, error_free(losses), {});
       for (int step = -kSteps; step <= kSteps; ++step) {

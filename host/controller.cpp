@@ -51,8 +51,16 @@ void require(bool good, const std::string& text) {
   if (!good) throw UserError(text);
 }
 
-// Character formats of the chip.
-constexpr std::array kFormats{LineFormat{'E', 1}, LineFormat{'O', 1}, LineFormat{'N', 2}, LineFormat{'N', 1}};
+// "8E1, 8O1, 8N2 or 8N1"
+std::string formats_text() {
+  constexpr auto& kFormats = spec::kCharacters;
+  std::string text;
+  for (std::size_t i = 0; i < kFormats.size(); ++i) {
+    if (i != 0) text += i + 1 == kFormats.size() ? " or " : ", ";
+    text += kFormats[i].name;
+  }
+  return text;
+}
 
 std::string format_text(const LineFormat& f) { return fmt::format("8{}{}", f.parity, f.stop_bits); }
 
@@ -103,10 +111,10 @@ void for_each_run(const std::vector<Item>& sorted, std::size_t most, AddressOf&&
 }  // namespace
 
 LineFormat parse_format(const std::string& text) {
-  for (const LineFormat& f : kFormats) {
-    if (text == format_text(f)) return f;
+  for (const spec::CharacterInfo& character : spec::kCharacters) {
+    if (text == character.name) return {character.parity, character.stop_bits};
   }
-  throw UserError(fmt::format("format: found \"{}\", expected 8E1, 8O1, 8N2 or 8N1", shown(text)));
+  throw UserError(fmt::format("format: found \"{}\", expected {}", shown(text), formats_text()));
 }
 
 struct Controller::Modbus {

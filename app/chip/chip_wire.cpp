@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/chip/chip_wire.hpp"
 
-#include <array>
 #include <cmath>
 #include <utility>
+
+#include "cmodel/spec.hpp"
 
 namespace meltstage::app {
 
 namespace {
-
-struct Format {
-  const char* name;
-  tb::UartFormat uart;
-};
-// By the chip's register FORMAT.
-constexpr std::array<Format, 4> kFormats{
-    {{"8E1", tb::k8E1}, {"8O1", tb::k8O1}, {"8N2", tb::k8N2}, {"8N1", tb::k8N1}}};
 
 // The chip gives up a frame that is not complete after 3.5 characters, and no earlier than this; it must
 // not meet the next one in that time.
@@ -23,7 +16,7 @@ constexpr double kGiveUp_s = 1.75e-3;
 constexpr double kSilence_characters = 4.0;
 
 tb::UartLine line_of(const LineSettings& settings) {
-  return {chip::spec::kClkHz, baud(settings), kFormats[settings.format & 3U].uart};
+  return {chip::spec::kClkHz, baud(settings), tb::uart_format(settings.format)};
 }
 
 }  // namespace
@@ -32,7 +25,10 @@ LineSettings line_settings(const chip::Chip& chip) { return {chip.uartc.baud_q, 
 
 double baud(const LineSettings& settings) { return settings.baud_100 * 100.0; }
 
-const char* format_name(const LineSettings& settings) { return kFormats[settings.format & 3U].name; }
+std::string_view format_name(const LineSettings& settings) {
+  namespace spec = chip::spec;
+  return spec::kCharacters[spec::field_of(settings.format, spec::kFormatCharacterMask)].name;
+}
 
 MasterEnd::MasterEnd(const LineSettings& settings)
     : settings_(settings),

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "cmodel/chip.hpp"
@@ -17,14 +18,14 @@ namespace meltstage::app {
 // Speed and character format of a serial line, as the chip's registers BAUD and FORMAT say.
 struct LineSettings {
   std::uint16_t baud_100;  // 100 Bd
-  std::uint8_t format;     // 0 8E1, 1 8O1, 2 8N2, 3 8N1
+  std::uint8_t format;     // register FORMAT
   friend bool operator==(const LineSettings&, const LineSettings&) = default;
 };
 
 LineSettings line_settings(const chip::Chip& chip);
 double baud(const LineSettings& settings);
 // "8E1"
-const char* format_name(const LineSettings& settings);
+std::string_view format_name(const LineSettings& settings);
 
 // The master's end of the serial line, in chip clocks.
 class MasterEnd {

@@ -18,11 +18,6 @@ constexpr std::uint64_t kFrameGapBits = 40;  // above 3.5 characters of any form
 constexpr std::uint64_t kLatestAnswer =
     60000;  // clocks; the longest read of a sensor and the loop stand between
 
-tb::UartFormat format_of(std::uint16_t code) {
-  constexpr std::array<tb::UartFormat, 4> kFormats{tb::k8E1, tb::k8O1, tb::k8N2, tb::k8N1};
-  return kFormats[code & 3U];
-}
-
 }  // namespace
 
 FunctionalSession::FunctionalSession()
@@ -33,7 +28,9 @@ FunctionalSession::FunctionalSession()
   out_ = chip_.outputs(in_);
 }
 
-tb::UartLine FunctionalSession::line() const { return {spec::kClkHz, 100.0 * baud_, format_of(format_)}; }
+tb::UartLine FunctionalSession::line() const {
+  return {spec::kClkHz, 100.0 * baud_, tb::uart_format(format_)};
+}
 
 void FunctionalSession::fail(const std::string& what) const {
   throw std::logic_error(fmt::format("functional set: piece \"{}\", clock {}: {}",

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "cmodel/spec.hpp"
+
 namespace meltstage::tb {
 namespace {
 
@@ -23,6 +25,16 @@ void check_line(const UartLine& line) {
 }
 
 }  // namespace
+
+UartFormat uart_format(std::uint16_t format_register) {
+  namespace spec = chip::spec;
+  const spec::CharacterInfo& character =
+      spec::kCharacters[spec::field_of(format_register, spec::kFormatCharacterMask)];
+  const UartParity parity = character.parity == 'E'   ? UartParity::even
+                            : character.parity == 'O' ? UartParity::odd
+                                                      : UartParity::none;
+  return {parity, character.stop_bits};
+}
 
 UartTransmitter::UartTransmitter(const UartLine& line, const UartTiming& timing, Rng jitter)
     : line_(line),

@@ -26,6 +26,9 @@ inline constexpr UartFormat k8O1{UartParity::odd, 1};
 inline constexpr UartFormat k8N1{UartParity::none, 1};
 inline constexpr UartFormat k8N2{UartParity::none, 2};
 
+/// The one that the chip's register FORMAT says.
+UartFormat uart_format(std::uint16_t format_register);
+
 /// A serial line in units of the chip clock.
 struct UartLine {
   double clock_hz;

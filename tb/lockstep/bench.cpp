@@ -17,9 +17,10 @@ constexpr double kClockHz = spec::kClkHz;
 constexpr std::uint16_t kMsLast = spec::kClkHz / 1000 - 1;
 constexpr double kConversionS =
     5e-6;  // a fresh conversion for every control tick, however early next_tick() brings it
-constexpr std::array kFormats{k8E1, k8O1, k8N2, k8N1};  // as register FORMAT
 
-UartLine line_of(unsigned baud, unsigned format) { return {kClockHz, baud * 100.0, kFormats[format]}; }
+UartLine line_of(std::uint16_t baud, std::uint8_t format) {
+  return {kClockHz, baud * 100.0, uart_format(format)};
+}
 
 bool differ(const SpiFaults& a, const SpiFaults& b) {
   return a.probe != b.probe || a.miso != b.miso || a.frozen != b.frozen ||

@@ -148,8 +148,8 @@ class Bench {
   std::optional<UartTransmitter> transmitter_;
   std::optional<UartReceiver> receiver_;
   std::uint64_t seed_;
-  unsigned baud_ = 0;
-  unsigned format_ = 0;
+  std::uint16_t baud_ = 0;
+  std::uint8_t format_ = 0;
   std::uint64_t cycle_ = 0;
   std::uint64_t hash_ = 0xcbf29ce484222325U;
   SpiFaults applied_;

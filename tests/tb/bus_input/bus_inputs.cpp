@@ -11,7 +11,7 @@ namespace spec = chip::spec;
 
 constexpr std::size_t kMostBytes = 256;
 
-bool has_parity(std::uint8_t format) { return format < 2; }
+bool has_parity(std::uint8_t format) { return uart_format(format).parity != UartParity::none; }
 
 std::uint8_t byte_of(unsigned value) { return static_cast<std::uint8_t>(value); }
 

@@ -14,14 +14,13 @@ namespace {
 
 namespace spec = chip::spec;
 
-constexpr std::array kFormats{k8E1, k8O1, k8N2, k8N1};  // as register FORMAT, bits 1..0
 constexpr double kGapChars = 3.5;
 constexpr double kTurnaround_s = 0.02;  // after a broadcast
 // An answer begins within the gap, a sensor reading that is under way, and a control tick's work.
 constexpr double kAnswer_s = 0.005;
 
 UartLine line_of(const LineSetting& setting) {
-  return {spec::kClkHz, setting.baud * 100.0, kFormats[setting.format & 3U]};
+  return {spec::kClkHz, setting.baud * 100.0, uart_format(setting.format)};
 }
 
 class ModelStation final : public Station {
@@ -95,7 +94,7 @@ std::unique_ptr<Station> faulty_station(const chip::Chip& start, std::function<v
   return std::make_unique<FaultyStation>(start, std::move(fault));
 }
 
-int char_bits_of(std::uint8_t format) { return kFormats[format & 3U].bits(); }
+int char_bits_of(std::uint8_t format) { return uart_format(format).bits(); }
 
 chip::Chip chip_on_line(const LineSetting& line) {
   chip::Chip chip;

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "cmodel/spec.hpp"
+
 namespace meltstage::tb {
 namespace {
 
@@ -51,6 +53,21 @@ TEST(UartTransmitter, FramesBitsAsTheFormatsSay) {
   EXPECT_EQ(levels(k8O1, {.data = 0x13}), (std::vector<int>{0, 1, 1, 0, 0, 1, 0, 0, 0, 0, 1}));
   EXPECT_EQ(levels(k8N1, {.data = 0x13}), (std::vector<int>{0, 1, 1, 0, 0, 1, 0, 0, 0, 1}));
   EXPECT_EQ(levels(k8N2, {.data = 0x13}), (std::vector<int>{0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1}));
+}
+
+TEST(UartFormat, IsTheOneOfRegisterFormat) {
+  namespace spec = chip::spec;
+  const auto expect = [](unsigned word, const UartFormat& wanted) {
+    const UartFormat format = uart_format(static_cast<std::uint16_t>(word));
+    EXPECT_EQ(format.parity, wanted.parity) << word;
+    EXPECT_EQ(format.stop_bits, wanted.stop_bits) << word;
+  };
+  for (const unsigned pause : {0U, 1U << spec::kFormatPause}) {
+    expect(spec::kFormat8E1 | pause, k8E1);
+    expect(spec::kFormat8O1 | pause, k8O1);
+    expect(spec::kFormat8N2 | pause, k8N2);
+    expect(spec::kFormat8N1 | pause, k8N1);
+  }
 }
 
 class Loopback : public ::testing::TestWithParam<std::tuple<int, double>> {};
