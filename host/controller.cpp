@@ -287,14 +287,13 @@ Status Controller::status() {
                 .d_percent = value(spec::kInTermD),
                 .faults = words[spec::kInFault],
                 .causes = words[spec::kInCause],
-                .first_fault = std::nullopt,
-                .state = static_cast<spec::State>(words[spec::kInFirstFault] & 0xFF),
+                .first_fault = spec::first_fault(words[spec::kInFirstFault]),
+                .state = static_cast<spec::State>(
+                    spec::field_of(words[spec::kInFirstFault], spec::kFirstFaultStateMask)),
                 .samples = words[spec::kInSamples],
                 .watchdog_left_s = value(spec::kInWdLeft)};
   if (!is_no_value(registers()[spec::kInPv], words[spec::kInPv]))
     status.temperature_degc = value(spec::kInPvFine);
-  if (const unsigned code = words[spec::kInFirstFault] >> 8; code != 0 && code <= spec::kFaultCount)
-    status.first_fault = static_cast<spec::Fault>(code - 1);
   return status;
 }
 
@@ -491,12 +490,13 @@ Tuning Controller::tuning() {
                                                      &find_register("TS")};
   const auto words = read(wanted);
   const auto value = [&](std::size_t i) { return to_unit(*wanted[i], words[i]); };
-  const int phase = words[0] & 0xFF;
-  constexpr int kLastPhase = static_cast<int>(TuningPhase::timed_out);
-  if (phase > kLastPhase)
-    throw BusError(fmt::format("AT_STATE: found {}, expected 0 to {}", phase, kLastPhase));
+  const unsigned end = spec::field_of(words[0], spec::kAtStateEndMask);
+  const auto& known = spec::kTuningEnds;
+  if (std::find(known.begin(), known.end(), end) == known.end())
+    throw BusError(fmt::format("AT_STATE: found {}, expected {} to {}", end, +known.front(), +known.back()));
   // AT_TU counts control periods, TS milliseconds.
-  return {static_cast<TuningPhase>(phase), words[0] >> 8, value(1), value(2) * value(4) / 1000.0, value(3)};
+  const auto cycles = static_cast<int>(spec::field_of(words[0], spec::kAtStateCyclesMask));
+  return {static_cast<TuningPhase>(end), cycles, value(1), value(2) * value(4) / 1000.0, value(3)};
 }
 
 }  // namespace meltstage::host

@@ -70,7 +70,13 @@ struct Identity {
   std::uint16_t map_crc;
 };
 
-enum class TuningPhase { never_ran, runs, finished, stopped, timed_out };
+enum class TuningPhase : std::uint8_t {
+  never_ran = chip::spec::kTuningNeverRan,
+  runs = chip::spec::kTuningRuns,
+  finished = chip::spec::kTuningFinished,
+  stopped = chip::spec::kTuningStopped,
+  timed_out = chip::spec::kTuningTimedOut
+};
 
 /// The chip's autotune.
 struct Tuning {

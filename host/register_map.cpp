@@ -133,11 +133,10 @@ std::string meaning(const Register& reg, std::uint16_t raw) {
   if (is_no_value(reg, raw)) return "no sample yet";
   if (is(reg, spec::kInFault) || is(reg, spec::kInCause)) return raw == 0 ? "none" : fault_names(raw);
   if (is(reg, spec::kInFirstFault)) {
-    const unsigned code = raw >> 8;
-    const std::string_view fault = code == 0                   ? "none"
-                                   : code <= spec::kFaultCount ? spec::kFaults[code - 1].name
-                                                               : "unknown";
-    return fmt::format("{}, state {}", fault, spec::state_name(static_cast<std::uint8_t>(raw & 0xFF)));
+    const auto fault = spec::first_fault(raw);
+    const std::string_view none = spec::field_of(raw, spec::kFirstFaultCodeMask) == 0 ? "none" : "unknown";
+    const auto state = static_cast<std::uint8_t>(spec::field_of(raw, spec::kFirstFaultStateMask));
+    return fmt::format("{}, state {}", fault ? spec::kFaults[*fault].name : none, spec::state_name(state));
   }
   return {};
 }

@@ -19,6 +19,11 @@ namespace {
 
 using namespace spec;
 
+// As a host reads them in AT_STATE.
+static_assert(unsigned{kTuneNever} == kTuningNeverRan && unsigned{kTuneRuns} == kTuningRuns &&
+              unsigned{kTuneFinished} == kTuningFinished && unsigned{kTuneStopped} == kTuningStopped &&
+              unsigned{kTuneTime} == kTuningTimedOut);
+
 constexpr std::uint32_t kFull = 65536;
 
 struct Bench {

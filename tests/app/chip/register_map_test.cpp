@@ -91,6 +91,9 @@ TEST(RegisterMap, CodedRegistersSpeak) {
   EXPECT_EQ(fault_names(0), "");
   EXPECT_EQ(meaning(find_register("FIRST_FAULT"), (1 + spec::kFaultRate) << 8 | spec::kStCmdReady),
             "Rate, state CmdReady");
+  EXPECT_EQ(meaning(find_register("FIRST_FAULT"), spec::kStIdle), "none, state Idle");
+  EXPECT_EQ(meaning(find_register("FIRST_FAULT"), (1 + spec::kFaultCount) << 8 | spec::kStIdle),
+            "unknown, state Idle");
   EXPECT_EQ(meaning(find_register("STATUS"), 1U << spec::kStatusRun | 1U << spec::kStatusFault),
             "run, fault");
   EXPECT_EQ(meaning(find_register("CAUSE"), 0), "none");
