@@ -2,7 +2,6 @@
 #include "app/chip/latched_fault.hpp"
 
 #include <array>
-#include <optional>
 #include <span>
 
 #include "tb/pins/fault_sentence.hpp"
@@ -16,14 +15,9 @@ std::string latched_fault(host::Controller& controller) {
     const std::array one{&host::find_register(name)};
     return controller.read(std::span<const host::Register* const>(one)).front();
   };
-  const auto input = [&](spec::In reg) -> std::optional<std::uint16_t> {
-    if (reg == spec::kInDuty) return std::nullopt;  // the fault put it to 0
-    return word(spec::kInput[reg].name);
-  };
+  const auto input = [&](spec::In reg) { return word(spec::kInput[reg].name); };
   const auto holding = [&](spec::Reg reg) { return word(spec::kHolding[reg].name); };
-  const unsigned first = word(spec::kInput[spec::kInFirstFault].name) >> 8;
-  if (first == 0 || first > spec::kFaultCount) return "";
-  return tb::fault_sentence(static_cast<spec::Fault>(first - 1), {input, holding, "Now"});
+  return tb::latched_fault({input, holding, "Now"});
 }
 
 }  // namespace meltstage::app

@@ -34,7 +34,8 @@ std::string fault_sentence(spec::Fault fault, const FaultRegisters& registers) {
   const spec::FaultAdvice& advice = spec::kFaultAdvice[fault];
   std::string measured, limits;
   for (const spec::In reg : advice.measured) {
-    if (const auto raw = registers.input(reg)) append(measured, reading_text(reg, *raw));
+    const auto raw = reg == spec::kInDuty ? registers.duty : registers.input(reg);
+    if (raw) append(measured, reading_text(reg, *raw));
   }
   for (const spec::Reg reg : advice.limits)
     append(limits, named_value(spec::kHolding[reg], registers.holding(reg)));
@@ -43,15 +44,18 @@ std::string fault_sentence(spec::Fault fault, const FaultRegisters& registers) {
                      limits.empty() ? "" : " Limit: " + limits + ".", advice.next);
 }
 
+FaultRegisters registers_of(const chip::Chip& chip, std::string_view when) {
+  return {[&chip](spec::In reg) { return chip.read_register(reg); },
+          [&chip](spec::Reg reg) { return chip.params()[reg]; }, when};
+}
+
+std::string latched_fault(const FaultRegisters& registers) {
+  const auto fault = spec::first_fault(registers.input(spec::kInFirstFault));
+  return fault ? fault_sentence(*fault, registers) : "";
+}
+
 std::string latched_fault(const chip::Chip& chip, std::string_view when) {
-  const unsigned first = chip.guard.first_q;
-  if (first == 0 || first > spec::kFaultCount) return "";
-  const auto input = [&](spec::In reg) -> std::optional<std::uint16_t> {
-    if (reg == spec::kInDuty) return std::nullopt;  // the fault put it to 0
-    return chip.read_register(reg);
-  };
-  return fault_sentence(static_cast<spec::Fault>(first - 1),
-                        {input, [&](spec::Reg reg) { return chip.params()[reg]; }, when});
+  return latched_fault(registers_of(chip, when));
 }
 
 }  // namespace meltstage::tb

@@ -16,16 +16,21 @@ namespace meltstage::tb {
 
 // The chip's registers, raw, as they stood at the fault or are read after it.
 struct FaultRegisters {
-  std::function<std::optional<std::uint16_t>(chip::spec::In)> input;  // none: no longer what it was
+  std::function<std::uint16_t(chip::spec::In)> input;
   std::function<std::uint16_t(chip::spec::Reg)> holding;
   std::string_view when = "Measured";
+  std::optional<std::uint16_t> duty{};  // DUTY before the fault, which puts it to 0; none: not told
 };
+
+// Those of a model as they are now.
+FaultRegisters registers_of(const chip::Chip& chip, std::string_view when);
 
 // One line on the fault of this bit of FAULT, below kFaultCount; measured values, limits and advice are those
 // of spec/chip.toml.
 std::string fault_sentence(chip::spec::Fault fault, const FaultRegisters& registers);
 
-// The same of the fault that a model latched first, as its registers are now; empty when nothing is latched.
+// The same of the fault that register FIRST_FAULT names; empty when nothing is latched.
+std::string latched_fault(const FaultRegisters& registers);
 std::string latched_fault(const chip::Chip& chip, std::string_view when);
 
 // "PV 110.25 degC": an input register's word in its unit.
