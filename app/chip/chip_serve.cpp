@@ -17,7 +17,6 @@
 
 #include "app/chip/chip_wire.hpp"
 #include "app/chip/pseudo_terminal.hpp"
-#include "app/print/job_file.hpp"
 #include "app/terminal.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
@@ -191,12 +190,15 @@ class Server {
 };
 
 std::string chip_state(const chip::Chip& chip) {
-  const auto pv = static_cast<std::int16_t>(chip.read_register(spec::kInPv));
-  std::string text = pv == INT16_MIN ? "no reading yet" : fmt::format("{:.1f} degC", pv * 0.1);
-  text += fmt::format(", duty {:.1f} %", chip.read_register(spec::kInDuty) * 0.01);
-  const unsigned first = chip.read_register(spec::kInFirstFault) >> 8;
-  if (first != 0 && first <= spec::kFaultCount)
-    text += fmt::format(", fault {}", spec::kFaults[first - 1].name);
+  const std::uint16_t pv = chip.read_register(spec::kInPv);
+  std::string text =
+      pv == spec::kPvNone
+          ? "no reading yet"
+          : fmt::format("{:.1f} degC", static_cast<std::int16_t>(pv) * spec::kInput[spec::kInPv].scale);
+  const double duty = chip.read_register(spec::kInDuty) * spec::kInput[spec::kInDuty].scale;
+  text += fmt::format(", duty {:.1f} %", duty);
+  if (const auto first = spec::first_fault(chip.read_register(spec::kInFirstFault)))
+    text += fmt::format(", fault {}", spec::kFaults[*first].name);
   return text + fmt::format(", {} frames", chip.uartc.messages());
 }
 
@@ -214,10 +216,11 @@ class Ratio {
   Clock::time_point start_;
 };
 
-// What a master must wait for the longest answer, 32 registers, at this ratio.
+// What a master must wait for the longest answer, that of a read, at this ratio.
 double longest_answer_s(const LineSettings& line, double ratio) {
-  constexpr double kCharacters = 8 + 4 + 69;
-  return kCharacters * 12.0 / baud(line) / ratio;
+  constexpr double kRequest = 8, kSilence = 4, kAnswer = 5 + 2 * spec::kMaxRead;  // characters
+  constexpr double kLongestCharacter_bits = 12.0;
+  return (kRequest + kSilence + kAnswer) * kLongestCharacter_bits / baud(line) / ratio;
 }
 
 void serve(Server& server, PseudoTerminal& port, const std::optional<double>& speed) {
