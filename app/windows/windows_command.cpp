@@ -2,6 +2,8 @@
 // `meltstage windows` and `meltstage window`. Reference: docs/verify/windows.md.
 #include "app/windows/windows_command.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -13,7 +15,7 @@
 
 #include "app/number_range.hpp"
 #include "app/verbs.hpp"
-#include "recording/stream.hpp"
+#include "recording/header.hpp"
 
 namespace meltstage::app {
 
@@ -28,7 +30,9 @@ void add_runner_options(CLI::App* command, RunWindowsSettings& settings, bool& s
 }
 
 void add_border_options(CLI::App* command, tb::WindowBorders& borders) {
-  command->add_option("--window-clocks", borders.every, "Clocks of a window (default 12000000)")
+  command
+      ->add_option("--window-clocks", borders.every,
+                   fmt::format("Clocks of a window (default {})", borders.every))
       ->check(whole_number_from(1, recording::kMaxCycle));
   command->add_option("--borders", borders.at, "Instead: first cycles of windows, with commas")
       ->delimiter(',')

@@ -270,7 +270,7 @@ TEST_F(HostAccessAlone, DiscardActsAtOnce) {
   ASSERT_EQ(write(kRegSetpoint, {100}), kExcNone);
   ASSERT_EQ(write(kRegCmd, {kCmdDiscard}), kExcNone);
   EXPECT_EQ(chip.read_register(at(kRegSetpoint)), 0);
-  EXPECT_EQ(chip.read_register(kInStatus) & 0x80, 0);
+  EXPECT_EQ(chip.read_register(kInStatus) >> kStatusWritesPending & 1, 0);
 }
 
 TEST_F(HostAccessAlone, AFrameOnItsWayKeepsItsAnswer) {

@@ -63,13 +63,14 @@ Bytes any_request(Rng& rng) {
 
 std::vector<Bytes> valid_requests() {
   std::vector<Bytes> list;
+  constexpr auto kNoMode = static_cast<std::uint16_t>(spec::kHolding[spec::kRegMode].max + 1);
   for (const std::uint8_t unit : {kBusUnit, std::uint8_t{0}}) {
     list.push_back(four_words(unit, 3, holding(spec::kRegSetpoint), 2));
     list.push_back(four_words(unit, 3, holding(0), 33));  // too many: exception
     list.push_back(four_words(unit, 4, 0, 16));
     list.push_back(four_words(unit, 4, 0x50, 1));  // no such register
     list.push_back(four_words(unit, 6, holding(spec::kRegSetpoint), 1000));
-    list.push_back(four_words(unit, 6, holding(spec::kRegMode), 2));  // out of range
+    list.push_back(four_words(unit, 6, holding(spec::kRegMode), kNoMode));
     list.push_back(four_words(unit, 6, holding(spec::kRegCmd), spec::kCmdStop));
     list.push_back(four_words(unit, 6, holding(spec::kRegCmd), spec::kCmdRun));
     list.push_back(four_words(unit, 6, holding(spec::kRegCmd), spec::kCmdDiscard));

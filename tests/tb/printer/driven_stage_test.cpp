@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "cmodel/spec.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace meltstage::tb {
@@ -17,7 +18,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kClock_hz = 12e6;
+constexpr double kClock_hz = chip::spec::kClkHz;
 constexpr std::uint32_t kServoClocks = 1200;
 
 motion::StageConfig stage_config() {
