@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tb/lockstep/verilated_rtl.hpp"
+#include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::tb {
 
@@ -143,12 +144,10 @@ void Bench::tune() {
 void Bench::hash_pins() {
   if (in_ == hashed_) return;
   hashed_ = in_;
-  const unsigned pins = static_cast<unsigned>(in_.rst_n) | static_cast<unsigned>(in_.uart_rx) << 1 |
-                        static_cast<unsigned>(in_.spi_miso) << 2 | static_cast<unsigned>(in_.heater_fb) << 3 |
-                        static_cast<unsigned>(in_.inhibit) << 4 | static_cast<unsigned>(in_.addr_strap) << 5 |
-                        static_cast<unsigned>(in_.drop) << 8 | static_cast<unsigned>(in_.test_mode) << 9;
-  hash_ = (hash_ ^ pins) * 0x100000001b3U;
-  hash_ = (hash_ ^ cycle_) * 0x100000001b3U;
+  const auto fold = [this](std::uint64_t byte) { hash_ = (hash_ ^ (byte & 0xFFU)) * 0x100000001b3U; };
+  const auto levels = pin_levels(in_, {});
+  for (std::uint32_t pin = 0; pin < spec::kInputPins; ++pin) fold(levels[pin]);  // none has more than 8 bits
+  for (unsigned byte = 0; byte < sizeof cycle_; ++byte) fold(cycle_ >> 8 * byte);
 }
 
 void Bench::check_safety(std::uint16_t latching_before) const {

@@ -134,7 +134,7 @@ class Bench {
   SpiSensor& sensor() { return *sensor_; }
   UartTransmitter& transmitter() { return *transmitter_; }
   Compared finish() { return device_->finish(); }
-  // FNV-1a over every change of the input pins: equal for equal stimulus.
+  // FNV-1a over the bytes of every change of the input pins, levels and cycle: equal for equal stimulus.
   std::uint64_t stimulus_hash() const { return hash_; }
   std::uint8_t unit() const { return model().uartc.address_q; }
 

@@ -3,8 +3,10 @@
 // asked by the suite pr of meltstage regress.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <set>
 
+#include "tb/lockstep/bench.hpp"
 #include "tb/stimulus/random_run.hpp"
 
 namespace meltstage::tb {
@@ -18,6 +20,25 @@ TEST(Random, SameSeedGivesTheSameStimulusAndOthersDoNot) {
     hashes.insert(first);
   }
   EXPECT_EQ(hashes.size(), 4u);
+}
+
+TEST(StimulusHash, KnowsEachPinThatATestTurns) {
+  const auto hash_with = [](const std::function<void(World&)>& turn) {
+    Bench bench(model_alone(chip_with(quick())));
+    bench.run(10);
+    turn(bench.world);
+    bench.run(10);
+    return bench.stimulus_hash();
+  };
+  const std::set<std::uint64_t> hashes{hash_with([](World&) {}),
+                                       hash_with([](World& world) { world.reset = true; }),
+                                       hash_with([](World& world) { world.addr_strap = 1; }),
+                                       hash_with([](World& world) { world.addr_strap = 4; }),
+                                       hash_with([](World& world) { world.feedback = Feedback::stuck_high; }),
+                                       hash_with([](World& world) { world.inhibit = true; }),
+                                       hash_with([](World& world) { world.drop = true; }),
+                                       hash_with([](World& world) { world.test_mode = true; })};
+  EXPECT_EQ(hashes.size(), 8u);
 }
 
 }  // namespace
