@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cmodel/spec.hpp"
 #include "tb/devices/uart.hpp"
 
 namespace meltstage::tb {
@@ -104,7 +105,7 @@ class RtuFrameReceiver {
   std::uint64_t silence_cycles_;
   RtuFrame open_;
   std::deque<RtuFrame> closed_;
-  std::uint64_t poll_cycle_ = ~std::uint64_t{0};
+  std::uint64_t poll_cycle_ = kNoEvent;
 };
 
 struct ModbusHostConfig {
@@ -152,7 +153,7 @@ class ModbusHost {
   void start(std::uint64_t cycle);
   void begin_waiting(std::uint64_t cycle);
   void wait_for_reply(std::uint64_t cycle);
-  bool broadcast() const { return !sent_.empty() && sent_[0] == 0; }
+  bool broadcast() const { return !sent_.empty() && sent_[0] == chip::spec::kBroadcastAddress; }
   void drop_stray_frames();
   void finish(std::uint64_t cycle, const ModbusResult& result);
   std::uint64_t cycles(double seconds) const;

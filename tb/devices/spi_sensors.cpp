@@ -65,7 +65,7 @@ void SpiSensor::power_cycle(std::uint64_t cycle) {
 }
 
 void SpiSensor::advance(std::uint64_t cycle, bool cs_n, bool sclk, bool mosi) {
-  while (next_event_ <= cycle) convert(std::exchange(next_event_, kNever));
+  while (next_event_ <= cycle) convert(std::exchange(next_event_, kNoEvent));
   const bool was_cs_n = (pins_ & 4) != 0;
   const bool was_sclk = (pins_ & 2) != 0;
   if (was_cs_n && !cs_n) {

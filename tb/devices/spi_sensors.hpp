@@ -8,11 +8,9 @@
 #include <string_view>
 
 #include "base/rng.hpp"
+#include "tb/devices/no_event.hpp"
 
 namespace meltstage::tb {
-
-/// No event is scheduled.
-inline constexpr std::uint64_t kNever = ~std::uint64_t{0};
 
 /// Temperature of the sensing element in degrees Celsius at a chip cycle.
 using TemperatureSource = std::function<double(std::uint64_t cycle)>;
@@ -67,7 +65,7 @@ class SpiSensor {
   }
 
   bool miso() const { return miso_; }
-  /// Cycle of the next end of conversion; kNever when none is running.
+  /// Cycle of the next end of conversion; kNoEvent when none is running.
   std::uint64_t next_event() const { return next_event_; }
 
   const SpiFaults& faults() const { return faults_; }
@@ -100,7 +98,7 @@ class SpiSensor {
   void schedule(std::uint64_t cycle, double data_sheet_s);
   /// The same for times that the override leaves alone.
   void schedule_exactly(std::uint64_t cycle, double seconds);
-  void unschedule() { next_event_ = kNever; }
+  void unschedule() { next_event_ = kNoEvent; }
   /// Noisy temperature of the element.
   double measure_degc(std::uint64_t cycle);
   const SpiSensorConfig& config() const { return config_; }
@@ -114,7 +112,7 @@ class SpiSensor {
 
   SpiSensorConfig config_;
   SpiFaults faults_;
-  std::uint64_t next_event_ = kNever;
+  std::uint64_t next_event_ = kNoEvent;
   std::uint64_t corrupt_mask_ = 0;
   std::uint64_t frames_ = 0;
   unsigned bit_index_ = 0;

@@ -7,11 +7,9 @@
 #include <span>
 
 #include "base/rng.hpp"
+#include "tb/devices/no_event.hpp"
 
 namespace meltstage::tb {
-
-/// The clock cycle of an event that does not come.
-inline constexpr std::uint64_t kNoEvent = ~std::uint64_t{0};
 
 enum class UartParity : std::uint8_t { none, even, odd };
 
@@ -123,7 +121,7 @@ class UartReceiver {
   /// The oldest character not yet taken.
   std::optional<UartByte> take();
   /// A character is under way.
-  bool receiving() const { return next_event_ != ~std::uint64_t{0}; }
+  bool receiving() const { return next_event_ != kNoEvent; }
   /// Start bits that were gone at their middle.
   std::uint64_t false_starts() const { return false_starts_; }
   std::uint64_t next_event() const { return next_event_; }

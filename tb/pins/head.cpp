@@ -10,17 +10,17 @@ constexpr double kPumpHold_s = 1e-3;  // the charge pump bridges that without an
 void Head::move_relay(std::uint64_t cycle, bool safe_en) {
   if (safe_en != safe_en_) {
     safe_en_ = safe_en;
-    if (relay_opens_ < cycle || relay_opens_ == kNever) plant_.set_supply_ratio(cycle, supply_ratio_);
+    if (relay_opens_ < cycle || relay_opens_ == kNoEvent) plant_.set_supply_ratio(cycle, supply_ratio_);
     relay_opens_ = cycle + pump_hold_clocks_;
   } else {
     plant_.set_supply_ratio(cycle, 0.0);
-    relay_opens_ = kNever;
+    relay_opens_ = kNoEvent;
   }
 }
 
 void Head::set_supply_ratio(std::uint64_t cycle, double ratio) {
   supply_ratio_ = ratio;
-  const bool closed = !second_switch_ || (relay_opens_ != 0 && relay_opens_ != kNever);
+  const bool closed = !second_switch_ || (relay_opens_ != 0 && relay_opens_ != kNoEvent);
   if (closed) plant_.set_supply_ratio(cycle, ratio);
 }
 
@@ -40,7 +40,7 @@ Head::Head(const HeadConfig& config)
   if (second_switch_) {
     plant_.set_supply_ratio(0, 0.0);
   } else {
-    relay_opens_ = kNever;
+    relay_opens_ = kNoEvent;
   }
 }
 

@@ -48,7 +48,7 @@ class Head {
   // output pins stand.
   std::uint64_t next_event() const {
     return std::min(
-        {host_.next_event(), sensor_->next_event(), relay_opens_ == kNever ? kNever : relay_opens_ + 1});
+        {host_.next_event(), sensor_->next_event(), relay_opens_ == kNoEvent ? kNoEvent : relay_opens_ + 1});
   }
   // Supply voltage over nominal, while the second switch is closed.
   void set_supply_ratio(std::uint64_t cycle, double ratio);

@@ -51,10 +51,10 @@ class DroppingHead {
       head_.set_drop(true);
       low_ = cycle + kTriggerClocks;
       next_ += static_cast<std::uint64_t>(kClockHz / load_.rate_hz);
-      if (next_ >= last_) next_ = kNever;
+      if (next_ >= last_) next_ = kNoEvent;
     } else if (cycle >= low_) {
       head_.set_drop(false);
-      low_ = kNever;
+      low_ = kNoEvent;
     }
     return head_.step(cycle, out);
   }
@@ -64,9 +64,9 @@ class DroppingHead {
  private:
   Head head_;
   DropletLoad load_;
-  std::uint64_t next_ = kNever;
-  std::uint64_t last_ = kNever;
-  std::uint64_t low_ = kNever;
+  std::uint64_t next_ = kNoEvent;
+  std::uint64_t last_ = kNoEvent;
+  std::uint64_t low_ = kNoEvent;
 };
 
 struct Rig {

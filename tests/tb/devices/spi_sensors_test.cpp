@@ -344,7 +344,7 @@ TEST(Lm70, ShutdownShowsTheIdentityAndResumes) {
   Master master(sensor, 0);
   master.idle(kSecond);
   master.frame(32, 0x000000FF);
-  EXPECT_EQ(sensor.next_event(), kNever);
+  EXPECT_EQ(sensor.next_event(), kNoEvent);
   EXPECT_EQ(master.frame(16), 0x8103U);
   master.frame(32, 0x00000000);
   master.idle(kSecond);
@@ -408,7 +408,7 @@ TEST_P(Rtd, OneShotConvertsOnceAndClearsItsBit) {
   EXPECT_EQ(read(0, 1), 0xA0U);
   master.idle(kSecond * 2 / 1000);
   EXPECT_EQ(read(0, 3), 0x80'00'00U | 11346U << 1);
-  EXPECT_EQ(sensor.next_event(), kNever);
+  EXPECT_EQ(sensor.next_event(), kNoEvent);
 }
 
 TEST_P(Rtd, OpenElementRaisesTheHighThreshold) {
@@ -487,7 +487,7 @@ TEST_P(Rtd, BrownOutLosesTheConfiguration) {
   write(0, 0xC1);
   sensor.power_cycle(master.cycle());
   EXPECT_EQ(read(0, 1), 0x00U);
-  EXPECT_EQ(sensor.next_event(), kNever);
+  EXPECT_EQ(sensor.next_event(), kNoEvent);
 }
 
 TEST_P(Rtd, CorruptedAndReservedBits) {
@@ -619,11 +619,11 @@ TEST_F(Adt, ReadyFlagFallsWithAResultAndRisesWithItsReading) {
 TEST_F(Adt, OneShotConvertsOnce) {
   start(25.0);
   write(1, 0x60, 8);
-  EXPECT_EQ(sensor->next_event(), kNever);
+  EXPECT_EQ(sensor->next_event(), kNoEvent);
   write(1, 0x20, 8);
   EXPECT_EQ(sensor->next_event() < master->cycle() + kSecond / 4, true);
   master->idle(kSecond / 4);
-  EXPECT_EQ(sensor->next_event(), kNever);
+  EXPECT_EQ(sensor->next_event(), kNoEvent);
   EXPECT_EQ(read(2, 16), 25U * 128U);
 }
 
