@@ -134,7 +134,6 @@ class WordSensor : public SpiSensor {
   virtual Word word() const = 0;
   void selected(std::uint64_t cycle, bool sclk) override;
   void clock_edge(std::uint64_t cycle, bool rising, bool mosi) override;
-  unsigned bits_sent() const { return sent_; }
   bool word_done() const { return sent_ > word_.length; }
 
  private:

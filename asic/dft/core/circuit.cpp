@@ -11,12 +11,6 @@
 
 namespace meltstage::dft {
 
-std::size_t Circuit::gate_count() const {
-  return static_cast<std::size_t>(std::count_if(kinds_.begin(), kinds_.end(), [](Gate kind) {
-    return kind != Gate::input && kind != Gate::output && kind != Gate::tie0 && kind != Gate::tie1;
-  }));
-}
-
 namespace {
 
 std::int8_t inverse(std::int8_t value) { return value < 0 ? value : static_cast<std::int8_t>(1 - value); }

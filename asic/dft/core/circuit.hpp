@@ -62,8 +62,6 @@ class Circuit {
   /// Inputs held at a value while a test captures (test mode, scan enable): -1 free, else 0 or 1; by input
   /// order.
   const std::vector<std::int8_t>& held() const { return held_; }
-  /// Number of gates: nodes but inputs, outputs, constants.
-  std::size_t gate_count() const;
 
  private:
   friend class CircuitBuilder;

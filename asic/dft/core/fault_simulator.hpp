@@ -70,9 +70,4 @@ struct Grade {
 Grade grade(const Circuit& circuit, const std::vector<PatternBlock>& blocks, const std::vector<Fault>& faults,
             unsigned threads, const Progress& progress = {});
 
-/// Every node's value, every gate evaluated by its definition, with a line stuck or (nullptr) without. Slow.
-std::vector<bool> serial_values(const Circuit& circuit, const Pattern& pattern, const Fault* fault);
-/// The oracle: one fault, one pattern, every gate evaluated by its definition. For tests; slow.
-bool serial_detects(const Circuit& circuit, const Pattern& pattern, const Fault& fault);
-
 }  // namespace meltstage::dft

@@ -16,6 +16,7 @@
 #include "base/error.hpp"
 #include "tests/asic/dft/netlist_machine.hpp"
 #include "tests/asic/dft/scan_machine.hpp"
+#include "tests/asic/dft/serial.hpp"
 #include "tests/asic/dft/support.hpp"
 #include "tests/support/error_of.hpp"
 

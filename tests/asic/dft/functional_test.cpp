@@ -13,6 +13,7 @@
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/places.hpp"
 #include "base/error.hpp"
+#include "tests/asic/dft/serial.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {

@@ -17,6 +17,7 @@
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/transition.hpp"
 #include "base/error.hpp"
+#include "tests/asic/dft/serial.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "asic/dft/core/fault_simulator.hpp"
+#include "tests/asic/dft/serial.hpp"
 #include "tests/asic/dft/support.hpp"
 
 namespace meltstage::dft {
