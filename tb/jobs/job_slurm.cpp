@@ -70,10 +70,8 @@ class Arrays {
  public:
   ~Arrays() {
     if (ids_.empty()) return;
-    Arguments cancel{"scancel"};
-    cancel.insert(cancel.end(), ids_.begin(), ids_.end());
     try {
-      slurm(cancel);
+      cancel();
     } catch (const std::exception&) {
       // Slurm is gone; its jobs end with it.
     }
@@ -117,6 +115,12 @@ class Arrays {
     }
     return queue;
   }
+  // Tasks in the queue or at work; scancel's answer.
+  CommandOutput cancel() const {
+    Arguments arguments{"scancel"};
+    arguments.insert(arguments.end(), ids_.begin(), ids_.end());
+    return slurm(arguments);
+  }
   std::string names() const { return fmt::format("{}", fmt::join(ids_, ", ")); }
   void ended() { ids_.clear(); }
 
@@ -142,7 +146,7 @@ class SlurmRun {
                {numbers.begin() + static_cast<std::ptrdiff_t>(begin),
                 numbers.begin() + static_cast<std::ptrdiff_t>(std::min(numbers.size(), begin + most))});
       ran.workers += fmt::format("{}{}", ran.workers.empty() ? "Slurm job " : ", ", arrays.names());
-      wait(arrays);
+      wait(arrays, ran.notes);
       const std::string names = arrays.names();
       arrays.ended();
       numbers = lost(numbers);
@@ -178,7 +182,7 @@ class SlurmRun {
     file.publish();
   }
 
-  void wait(const Arrays& arrays) {
+  void wait(const Arrays& arrays, std::vector<std::string>& notes) {
     Clock::time_point answered = Clock::now();
     Clock::time_point next = answered;
     std::string detail = "Slurm job " + arrays.names();
@@ -187,7 +191,7 @@ class SlurmRun {
       if (Clock::now() >= next) {
         if (const std::optional<Queue> queue = arrays.ask()) {
           answered = Clock::now();
-          if (queue->running + queue->waiting == 0) return cancel_held(arrays, *queue);
+          if (queue->running + queue->waiting == 0) return cancel_held(arrays, *queue, notes);
           detail = fmt::format("Slurm job {}: {} running, {} waiting", arrays.names(), queue->running,
                                queue->waiting);
         } else if (Clock::now() - answered > kControllerLost) {
@@ -202,10 +206,11 @@ class SlurmRun {
   }
 
   // A task that Slurm holds after a failed launch counts as lost.
-  static void cancel_held(const Arrays& arrays, const Queue& queue) {
+  static void cancel_held(const Arrays& arrays, const Queue& queue, std::vector<std::string>& notes) {
     if (queue.held == 0) return;
-    std::istringstream ids(arrays.names());
-    for (std::string id; std::getline(ids, id, ',');) slurm({"scancel", id});
+    if (const CommandOutput out = arrays.cancel(); out.status != 0)
+      notes.push_back(fmt::format("Slurm job {}: scancel refused to end its held tasks: {}; cancel them",
+                                  arrays.names(), first_line(out.text)));
   }
 
   // Of `numbers`, those without a result; a shared file system may show results late.
