@@ -13,6 +13,7 @@
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/first_line.hpp"
 #include "page_style.hpp"
 
 namespace meltstage::app {
@@ -41,8 +42,6 @@ std::string escaped(std::string_view text) {
   }
   return out;
 }
-
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 double per_second(std::uint64_t count, double seconds) {
   return seconds > 0.0 ? static_cast<double>(count) / seconds : 0.0;

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "base/error.hpp"
+#include "base/first_line.hpp"
 #include "base/output_file.hpp"
 #include "tb/jobs/job_runners.hpp"
 
@@ -35,8 +36,6 @@ CommandOutput slurm(const Arguments& arguments) {
         arguments[0]));
   }
 }
-
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 // Word for the shell.
 std::string quoted(const std::string& word) {
@@ -88,7 +87,7 @@ class Arrays {
     if (out.status != 0)
       throw UserError(fmt::format("sbatch: refused the job array: {}; see sinfo, or leave out --slurm",
                                   first_line(out.text)));
-    const std::string id = first_line(out.text);
+    const std::string id(first_line(out.text));
     ids_.push_back(id.substr(0, id.find(';')));
   }
   // What is still in the queue; nothing when the controller doesn't answer.

@@ -11,6 +11,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/first_line.hpp"
 #include "base/sha256.hpp"
 #include "tb/jobs/deadline.hpp"
 #include "tb/jobs/sealed_json.hpp"
@@ -140,8 +141,6 @@ std::optional<RunResult> result_of(const fs::path& folder, const RegressPlan& pl
   }
   return std::nullopt;
 }
-
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 void add(Compared& sum, const Compared& c) {
   sum.clocks += c.clocks;

@@ -21,6 +21,7 @@
 #include "asic/dft/scan/simulator.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/first_line.hpp"
 #include "base/place.hpp"
 
 namespace meltstage::dft {
@@ -476,7 +477,6 @@ ReplayResult verdict_of_icarus(const std::filesystem::path& work, const std::str
                                const std::vector<std::string>& files, std::uint64_t cycles,
                                const IcarusLimits& limits, const Progress& progress,
                                const std::function<void(const std::string&)>& complaint) {
-  const auto first_line = [](const std::string& output) { return output.substr(0, output.find('\n')); };
   tell(progress, "compiling", 0, 1);
   std::vector<std::string> compile = {"iverilog", "-g2012", "-s", "bench", "-o", "bench.vvp"};
   compile.insert(compile.end(), files.begin(), files.end());
