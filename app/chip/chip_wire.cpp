@@ -10,9 +10,10 @@ namespace meltstage::app {
 
 namespace {
 
-// The chip gives up a frame that is not complete after 3.5 characters, and no earlier than this; it must
-// not meet the next one in that time.
-constexpr double kGiveUp_s = 1.75e-3;
+// Frames must not run into each other. The chip tells them apart by 3.5 characters of silence. It gives up
+// one that is not complete after nearly 2.5 characters, and with FORMAT.PAUSE no earlier than this time after
+// what it takes for the last character, which may be one late (rtl/tc_uart_rx.sv).
+constexpr double kGiveUpWithPause_s = 1.75e-3;
 constexpr double kSilence_characters = 4.0;
 
 tb::UartLine line_of(const LineSettings& settings) {
@@ -51,8 +52,8 @@ void MasterEnd::send(std::uint64_t cycle, std::span<const std::uint8_t> frame) {
     transmitter_.send({.data = byte, .gap_bits = gap_bits});
     gap_bits = 0.0;
   }
-  const double silence =
-      std::max(kGiveUp_s * line.clock_hz + line.char_cycles(), kSilence_characters * line.char_cycles());
+  const double silence = std::max(kGiveUpWithPause_s * line.clock_hz + line.char_cycles(),
+                                  kSilence_characters * line.char_cycles());
   earliest_start_ = start + static_cast<std::uint64_t>(
                                 std::ceil(static_cast<double>(frame.size()) * line.char_cycles() + silence));
 }
