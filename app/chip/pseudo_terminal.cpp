@@ -20,7 +20,6 @@
 #include <thread>
 #include <utility>
 
-#include "app/print/job_file.hpp"
 #include "base/error.hpp"
 #include "base/number.hpp"
 #include "base/sha256.hpp"

@@ -5,7 +5,6 @@
 
 #include <utility>
 
-#include "asic/dft/core/bench_file.hpp"
 #include "asic/dft/diagnosis/tester.hpp"
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"

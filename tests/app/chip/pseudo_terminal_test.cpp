@@ -10,7 +10,6 @@
 #include <fstream>
 #include <numeric>
 
-#include "app/print/job_file.hpp"
 #include "base/error.hpp"
 
 namespace meltstage::app {
