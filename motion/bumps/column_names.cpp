@@ -4,36 +4,63 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <initializer_list>
+#include <utility>
 
 #include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion::detail {
 namespace {
 
-constexpr std::array<Unit, 9> kUnits = {{{"mm", 1.0},
-                                         {"um", 1e-3},
-                                         {"\u00b5m", 1e-3},
-                                         {"\u03bcm", 1e-3},
-                                         {"cm", 10.0},
-                                         {"m", 1000.0},
-                                         {"mil", 0.0254},
-                                         {"in", 25.4},
-                                         {"inch", 25.4}}};
+constexpr std::array<Unit, 36> kUnits = {
+    {{"mm", 1.0},           {"millimeter", 1.0},   {"millimeters", 1.0},  {"millimetre", 1.0},
+     {"millimetres", 1.0},  {"um", 1e-3},          {"\u00b5m", 1e-3},     {"\u03bcm", 1e-3},
+     {"micron", 1e-3},      {"microns", 1e-3},     {"micrometer", 1e-3},  {"micrometers", 1e-3},
+     {"micrometre", 1e-3},  {"micrometres", 1e-3}, {"mikrometer", 1e-3},  {"nm", 1e-6},
+     {"cm", 10.0},          {"centimeter", 10.0},  {"centimeters", 10.0}, {"centimetre", 10.0},
+     {"centimetres", 10.0}, {"m", 1000.0},         {"meter", 1000.0},     {"meters", 1000.0},
+     {"metre", 1000.0},     {"metres", 1000.0},    {"mil", 0.0254},       {"mils", 0.0254},
+     {"thou", 0.0254},      {"in", 25.4},          {"in.", 25.4},         {"inch", 25.4},
+     {"inches", 25.4},      {"zoll", 25.4},        {"\"", 25.4},          {"\u2033", 25.4}}};
 
-/// Whether one of the words of a column's name is what `is_meant` looks for.
-template <class IsMeant>
-bool names_by_word(const Cell& cell, const IsMeant& is_meant) {
-  std::string word;
-  for (const char c : plain_name(cell) + ' ') {
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
-      word += c;
-      continue;
-    }
-    if (is_meant(word)) return true;
-    word.clear();
+template <class Words>
+bool is_one_of_these(std::string_view word, const Words& words) {
+  return std::find(std::begin(words), std::end(words), word) != std::end(words);
+}
+
+/// What may stand between the words of a column's name.
+constexpr std::string_view kNameSeparators = " \t_()[]/.,:";
+
+/// Behind the words that may stand before the axis: PosX, Mid X, Center-X, Pos. X.
+std::size_t behind_prefixes(std::string_view name, std::size_t at) {
+  constexpr std::array<std::string_view, 12> kPrefixes = {"centroid",   "center",     "centre",   "mid",
+                                                          "position",   "pos",        "location", "loc",
+                                                          "koordinate", "coordinate", "coord",    "mitte"};
+  for (const std::string_view prefix : kPrefixes)
+    if (name.substr(at).starts_with(prefix))
+      at = std::min(name.find_first_not_of(" \t_.-", at + prefix.size()), name.size());
+  return at;
+}
+
+/// Behind a word that may stand after the axis: X Coord, X-coordinate, x_pos, X_Center.
+std::size_t behind_suffix(std::string_view name, std::size_t at) {
+  constexpr std::array<std::string_view, 12> kSuffixes = {"koordinate", "coordinate", "coord", "position",
+                                                          "pos",        "location",   "loc",   "centroid",
+                                                          "center",     "centre",     "mid",   "mitte"};
+  const auto word = std::min(name.find_first_not_of(" \t_-", at), name.size());
+  for (const std::string_view suffix : kSuffixes) {
+    const std::size_t behind = word + suffix.size();
+    if (name.substr(word).starts_with(suffix) &&
+        (behind == name.size() || kNameSeparators.find(name[behind]) != std::string_view::npos))
+      return behind;
   }
-  return false;
+  return at;
+}
+
+/// "in mm"
+std::string_view without_in(std::string_view unit) {
+  if (!unit.starts_with("in")) return unit;
+  const auto word = unit.find_first_not_of(kNameSeparators, 2);
+  return word == std::string_view::npos || word == 2 ? unit : unit.substr(word);
 }
 
 }  // namespace
@@ -48,32 +75,38 @@ bool begins_like_number(std::string_view text) {
 }
 
 std::string plain_name(const Cell& cell) {
-  std::string text(trimmed(cell.text));
-  if (text.starts_with('#')) text = trimmed(std::string_view(text).substr(1));
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
+  std::string_view text = trimmed(cell.text);
+  while (text.starts_with('#')) text = trimmed(text.substr(1));
+  return in_small_letters(text);
 }
 
-std::optional<std::size_t> behind_axis(std::string_view name, char axis) {
-  std::string small(name);
-  std::transform(small.begin(), small.end(), small.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  auto start = small.find_first_not_of(kNameSeparators);
-  for (const std::string_view prefix : {"pos", "mid", "center"})
-    if (start != std::string::npos && std::string_view(small).substr(start).starts_with(prefix))
-      start = small.find_first_not_of(" \t_-", start + prefix.size());
-  if (start == std::string::npos || small[start] != axis) return std::nullopt;
-  const auto word = std::min(small.find_first_not_of(" \t_-", start + 1), small.size());
-  for (const std::string_view suffix : {"coordinate", "coord", "position", "pos", "location", "loc"}) {
-    const std::size_t behind = word + suffix.size();
-    if (std::string_view(small).substr(word).starts_with(suffix) &&
-        (behind == small.size() || kNameSeparators.find(small[behind]) != std::string_view::npos))
-      return behind;
+std::vector<std::string> words_of_name(const Cell& cell) {
+  std::vector<std::string> words;
+  std::string word;
+  for (const char letter : plain_name(cell) + ' ') {
+    const auto c = static_cast<unsigned char>(letter);
+    constexpr unsigned char kFirstBeyondAscii = 0x80;
+    if (std::isalnum(c) != 0 || c >= kFirstBeyondAscii)
+      word += letter;
+    else if (!word.empty())
+      words.push_back(std::exchange(word, {}));
   }
-  if (start + 1 < small.size() && kNameSeparators.find(small[start + 1]) == std::string_view::npos)
+  return words;
+}
+
+std::optional<std::string> unit_behind_axis(std::string_view name, char axis) {
+  const std::string small = in_small_letters(name);
+  const auto first = small.find_first_not_of(kNameSeparators);
+  if (first == std::string::npos) return std::nullopt;
+  const std::size_t at = behind_prefixes(small, first);
+  if (at == small.size() || small[at] != axis) return std::nullopt;
+  const std::size_t behind = behind_suffix(small, at + 1);
+  if (behind < small.size() && kNameSeparators.find(small[behind]) == std::string_view::npos)
     return std::nullopt;
-  return start + 1;
+  const auto unit = small.find_first_not_of(kNameSeparators, behind);
+  if (unit == std::string::npos) return "";
+  return std::string(
+      without_in(std::string_view(small).substr(unit, small.find_last_not_of(kNameSeparators) - unit + 1)));
 }
 
 const Unit* find_unit(std::string_view name) {
@@ -85,37 +118,61 @@ const Unit* find_unit(std::string_view name) {
 std::optional<Length> length_of(const Cell& cell) {
   if (cell.number) return std::nullopt;
   const std::string_view text = trimmed(cell.text);
-  const auto digits = text.find_last_of("0123456789.");
+  const auto digits = text.find_last_of("0123456789");
   if (digits == std::string_view::npos) return std::nullopt;
-  const auto value = parse_number(text.substr(0, digits + 1));
-  const Unit* unit = find_unit(trimmed(text.substr(digits + 1)));
+  const std::size_t behind = digits + (text.substr(digits + 1).starts_with('.') ? 2 : 1);
+  const auto value = parse_number(text.substr(0, behind));
+  const Unit* unit = find_unit(trimmed(text.substr(behind)));
   if (!value || unit == nullptr) return std::nullopt;
   return Length{*value, unit};
 }
 
-bool names_column_of_sides(const Cell& cell) {
-  constexpr std::array<std::string_view, 10> kWords = {
-      "side",          "layer",     "tb",        "boardside",  "pcbside",
-      "placementside", "mountside", "layername", "boardlayer", "seite"};
-  const std::string name = plain_name(cell);
-  if (name == "t/b" || name == "t_b" || name == "t-b") return true;
-  return names_by_word(cell, [&](std::string_view word) {
-    return std::find(kWords.begin(), kWords.end(), word) != kWords.end();
-  });
-}
-
-bool names_column_of_mirrors(const Cell& cell) {
-  return names_by_word(cell, [](std::string_view word) { return word.starts_with("mirror"); });
-}
-
-std::optional<Side> side_by_mirror(const Cell& cell) {
-  const std::string text = plain_name(cell);
-  const auto is_one_of = [&](std::initializer_list<std::string_view> words) {
-    return std::find(words.begin(), words.end(), text) != words.end();
+std::optional<std::string> unit_told(std::string_view line, std::string_view next) {
+  constexpr std::string_view kAround = " \t\",;";
+  const auto bare = [&](std::string_view text) {
+    const auto first = std::min(text.find_first_not_of(kAround), text.size());
+    return std::string(text.substr(first, text.find_last_not_of(kAround) + 1 - first));
   };
-  if (is_one_of({"1", "yes", "y", "true", "m", "mirror", "mirrored", "ja", "j"})) return Side::bottom;
-  if (is_one_of({"0", "no", "n", "false", "none", "nein", "not mirrored"})) return Side::top;
-  return side_named(text);
+  constexpr std::array<std::string_view, 15> kKeys = {
+      "units used",      "units",       "unit",       "all units",      "coordinate units",
+      "coordinate unit", "einheiten",   "einheit",    "all dimensions", "dimensions",
+      "all coordinates", "coordinates", "all values", "values",         "ma\u00dfe"};
+  const std::string text = bare(plain_name({std::string(line), std::nullopt}));
+  for (const std::string_view key : kKeys) {
+    if (!text.starts_with(key)) continue;
+    std::string_view rest = trimmed(std::string_view(text).substr(key.size()));
+    const bool stated = key.find("unit") != std::string_view::npos || key.starts_with("einheit");
+    const bool has_mark = rest.starts_with(':') || rest.starts_with('=');
+    if (has_mark) rest.remove_prefix(1);
+    std::string word = bare(rest);
+    word = bare(word.substr(0, word.find_first_of(",;")));
+    if (word.empty()) word = bare(plain_name({std::string(next), std::nullopt}));
+    for (const std::string_view filler : {"are ", "is ", "in "})
+      if (word.starts_with(filler)) word.erase(0, filler.size());
+    if (find_unit(word) != nullptr || (stated && has_mark)) return word;
+  }
+  return std::nullopt;
+}
+
+bool names_column_of_units(const Cell& cell) {
+  constexpr std::array<std::string_view, 5> kUnitWords = {"unit", "units", "einheit", "einheiten", "uom"};
+  constexpr std::array<std::string_view, 10> kBeside = {"coord",   "coords",   "coordinate", "coordinates",
+                                                        "length",  "position", "dimension",  "of",
+                                                        "measure", "xy"};
+  const std::vector<std::string> name = words_of_name(cell);
+  const auto is_unit = [&](const std::string& word) { return is_one_of_these(word, kUnitWords); };
+  return std::any_of(name.begin(), name.end(), is_unit) &&
+         std::all_of(name.begin(), name.end(), [&](const std::string& word) {
+           return is_unit(word) || is_one_of_these(word, kBeside);
+         });
+}
+
+bool is_total(const Cell& cell) {
+  constexpr std::array<std::string_view, 10> kWords = {"total", "totals",    "subtotal", "grand total",
+                                                       "sum",   "summe",     "gesamt",   "average",
+                                                       "mean",  "mittelwert"};
+  const std::string text = plain_name(cell);
+  return is_one_of_these(trimmed(std::string_view(text).substr(0, text.find_first_of(":="))), kWords);
 }
 
 }  // namespace meltstage::motion::detail

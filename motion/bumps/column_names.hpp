@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "motion/bumps/coordinate_sources.hpp"
 
@@ -18,12 +19,13 @@ bool begins_like_number(std::string_view text);
 /// In small letters, without the '#' that some write before their header.
 std::string plain_name(const Cell& cell);
 
-/// What may stand between the words of a column's name.
-inline constexpr std::string_view kNameSeparators = " \t_()[]/.,:";
+/// The words of a column's name, in small letters.
+std::vector<std::string> words_of_name(const Cell& cell);
 
-/// Where a column's name goes on behind the axis that it names, alone or as placement tables do: PosX, Mid X,
-/// Center-X(mm). Nothing if it names another column.
-std::optional<std::size_t> behind_axis(std::string_view name, char axis);
+/// The unit in the name of a column of coordinates, which names its axis alone or as placement tables do:
+/// PosX, Mid X, Center-X(mm), X Coord, Pos. X, "x in mm". Empty for a name without a unit, nothing for the
+/// name of another column.
+std::optional<std::string> unit_behind_axis(std::string_view name, char axis);
 
 struct Unit {
   std::string_view name;
@@ -33,6 +35,19 @@ struct Unit {
 /// The unit of length of this name, in small letters; null for any other word.
 const Unit* find_unit(std::string_view name);
 
+/// For messages.
+inline constexpr std::string_view kUnitsExpected = "mm, um, cm, m, mil or in";
+
+/// The unit that a line above a table tells: "Units used: mil" of Altium Designer, "Unit = mm", "Dimensions
+/// in mm", in one cell or in two (`next`). Nothing if it tells none; not always a known one.
+std::optional<std::string> unit_told(std::string_view line, std::string_view next);
+
+/// Unit, Units, Coordinate Unit, Einheit.
+bool names_column_of_units(const Cell& cell);
+
+/// Whether this stands before a row of totals: Total, "Sum: 12", Average.
+bool is_total(const Cell& cell);
+
 /// "10.5mm" or "1000 mil": the number and its unit.
 struct Length {
   double value = 0.0;
@@ -41,14 +56,5 @@ struct Length {
 
 /// Nothing if the cell isn't both.
 std::optional<Length> length_of(const Cell& cell);
-
-/// Side, Board Side, BoardSide, Layer, layer_name, T/B, TB, Seite.
-bool names_column_of_sides(const Cell& cell);
-
-/// Mirror, Mirrored, SYM_MIRROR.
-bool names_column_of_mirrors(const Cell& cell);
-
-/// The side that a cell of a column Mirror means, whose rows are on the bottom where they are mirrored.
-std::optional<Side> side_by_mirror(const Cell& cell);
 
 }  // namespace meltstage::motion::detail

@@ -24,11 +24,13 @@ struct RawPoint {
   std::size_t row = 0;
 };
 
-/// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense. `bottom`:
-/// the file says that they lie on the bottom of the board. `notes`: what it holds besides that is no bump.
+/// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense;
+/// `unit_place`: where a table says so, and what. `bottom`: the file says that they lie on the bottom of the
+/// board. `notes`: what it holds besides that is no bump.
 struct RawPoints {
   std::vector<RawPoint> points;
   bool has_unit = false;
+  std::string unit_place{};
   bool bottom = false;
   std::vector<std::string> notes;
 };
@@ -40,12 +42,14 @@ struct Cell {
 };
 
 /// One row of a table; `ended` is false for a last row of a text file that lacks its line end, `hidden` true
-/// for one that its spreadsheet doesn't show.
+/// for one that its spreadsheet doesn't show; `comment`: a line at the head of a text file that begins with
+/// '#'.
 struct TableRow {
   std::size_t row = 0;
   std::vector<Cell> cells;
   bool ended = true;
   bool hidden = false;
+  bool comment = false;
 };
 
 using RowHandler = std::function<void(const TableRow&)>;
@@ -68,6 +72,9 @@ std::optional<double> parse_number(std::string_view text);
 /// Text of a file made fit for a one-line message: shown() in quotes.
 std::string in_quotes(std::string_view text);
 
+/// With the letters of Latin-1, in UTF-8.
+std::string in_small_letters(std::string_view text);
+
 /// Counter-clockwise about (0, 0). Quarter turns are exact, so that a turned lattice stays a lattice.
 RawPoint turned(const RawPoint& point, double angle_deg);
 
@@ -77,8 +84,11 @@ std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t 
 enum class Side { top, bottom };
 
 /// The side that a word of layout systems names, in any case: top, Bottom Layer, F.Cu, B.Paste, Component
-/// Side, Primary, Unten ... Nothing for any other word.
+/// Side, Primary, Unten, T ... Nothing for any other word.
 std::optional<Side> side_named(std::string_view word);
+
+/// The same without words that may as well mean something else: T, Component, Primary, Upper ...
+std::optional<Side> side_unmistakably_named(std::string_view word);
 
 /// The side of the board that a file's bumps lie on: with both, one half of them would be printed on the
 /// wrong side.

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "base/count.hpp"
@@ -63,56 +63,6 @@ std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t 
 }
 
 std::string in_quotes(std::string_view text) { return "'" + shown(text) + "'"; }
-
-namespace {
-
-/// In small letters, without the marks that layout systems write between words.
-std::string plain(std::string_view word) {
-  constexpr std::string_view kMarks = " \t_-./()";
-  std::string small;
-  for (const char c : word)
-    if (kMarks.find(c) == std::string_view::npos)
-      small += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return small;
-}
-
-constexpr std::array<std::string_view, 30> kTopWords = {
-    "top",       "t",         "toplayer",  "topside",     "topcopper",
-    "toppaste",  "topmask",   "topsolder", "topsilk",     "topoverlay",
-    "front",     "frontside", "f",         "fcu",         "fpaste",
-    "fmask",     "fsilks",    "ffab",      "component",   "componentside",
-    "comp",      "compside",  "primary",   "primaryside", "upper",
-    "upperside", "oben",      "oberseite", "topseite",    "best\u00fcckungsseite"};
-constexpr std::array<std::string_view, 32> kBottomWords = {
-    "bottom",        "bot",           "b",           "bottomlayer", "botlayer",     "bottomside",
-    "botside",       "bottomcopper",  "bottompaste", "bottommask",  "bottomsolder", "bottomsilk",
-    "bottomoverlay", "back",          "backside",    "bcu",         "bpaste",       "bmask",
-    "bsilks",        "bfab",          "solder",      "solderside",  "sold",         "soldside",
-    "secondary",     "secondaryside", "lower",       "lowerside",   "unten",        "unterseite",
-    "bottomseite",   "l\u00f6tseite"};
-
-}  // namespace
-
-std::optional<Side> side_named(std::string_view word) {
-  const std::string text = plain(word);
-  if (std::find(kTopWords.begin(), kTopWords.end(), text) != kTopWords.end()) return Side::top;
-  if (std::find(kBottomWords.begin(), kBottomWords.end(), text) != kBottomWords.end()) return Side::bottom;
-  return std::nullopt;
-}
-
-void OneSide::check(const std::filesystem::path& path, std::string_view place, Side side,
-                    std::string_view word) {
-  if (!side_) {
-    side_ = side;
-    first_ = trimmed(word);
-  }
-  if (side == *side_) return;
-  throw CoordinateError(
-      fmt::format("{}: {}: found side {} behind bumps of side {}, expected one side; export them apart",
-                  path.string(), place, in_quotes(trimmed(word)), in_quotes(first_)));
-}
-
-bool OneSide::is_bottom() const { return side_ == Side::bottom; }
 
 RawPoint turned(const RawPoint& point, double angle_deg) {
   const Rotation turn = rotation(angle_deg);
@@ -206,33 +156,75 @@ void check_in_travel(const std::filesystem::path& path, std::size_t row, std::st
                   path.string(), row, axis, value_mm, range.min_mm, range.max_mm));
 }
 
-/// Names the first point of the file that stands where an earlier one does.
-void check_no_duplicates(const std::filesystem::path& path, const std::vector<Point>& points) {
-  std::vector<std::size_t> cell_order(points.size());
-  std::iota(cell_order.begin(), cell_order.end(), std::size_t{0});
-  // Rounding to the duplicate distance makes "the same" transitive, so one sort finds every pair.
-  const auto cell = [](double value_mm) { return std::round(value_mm * (1.0 / kDuplicateDistance_mm)); };
-  std::sort(cell_order.begin(), cell_order.end(), [&](std::size_t a, std::size_t b) {
-    const double ax = cell(points[a].x_mm), bx = cell(points[b].x_mm);
-    if (ax != bx) return ax < bx;
-    const double ay = cell(points[a].y_mm), by = cell(points[b].y_mm);
-    return ay != by ? ay < by : a < b;
-  });
-  // The pair whose second point comes first in the file is the one a reader meets first.
-  std::size_t first = points.size(), second = points.size();
-  for (std::size_t i = 1; i < cell_order.size(); ++i) {
-    const std::size_t a = cell_order[i - 1], b = cell_order[i];
-    const bool same =
-        cell(points[a].x_mm) == cell(points[b].x_mm) && cell(points[a].y_mm) == cell(points[b].y_mm);
-    if (same && b < second) {
-      first = a;
-      second = b;
+// ---- bumps on top of each other ----
+
+struct Pair {
+  std::size_t first, second;  // in the order of the file
+};
+
+/// Points in strips along y, each as wide as the distance of two bumps that are one.
+class Strips {
+ public:
+  explicit Strips(const std::vector<Point>& points) : points_(points), order_(points.size()) {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+      const double as = strip(a), bs = strip(b);
+      if (as != bs) return as < bs;
+      return points_[a].y_mm != points_[b].y_mm ? points_[a].y_mm < points_[b].y_mm : a < b;
+    });
+  }
+
+  /// The pair whose second point comes first in the file: the one a reader meets first.
+  std::optional<Pair> find_pair() {
+    for (std::size_t i = 1; i < order_.size(); ++i)
+      if (strip(order_[i - 1]) == strip(order_[i])) compare(order_[i - 1], order_[i]);
+    if (!found_) find_pair_across();
+    return found_;
+  }
+
+ private:
+  // Below the distance by more than a number's last digits.
+  static constexpr double kNear_mm = kDuplicateDistance_mm * (1.0 - 1e-6);
+
+  double strip(std::size_t i) const { return std::floor(points_[i].x_mm * (1.0 / kDuplicateDistance_mm)); }
+
+  void compare(std::size_t a, std::size_t b) {
+    if (std::abs(points_[a].x_mm - points_[b].x_mm) >= kNear_mm ||
+        std::abs(points_[a].y_mm - points_[b].y_mm) >= kNear_mm)
+      return;
+    const Pair pair{std::min(a, b), std::max(a, b)};
+    if (!found_ || pair.second < found_->second) found_ = pair;
+  }
+
+  /// Between neighbouring strips, in which no two points are near: each point has few to be compared with.
+  void find_pair_across() {
+    std::size_t other = 0;
+    for (const std::size_t a : order_) {
+      const double next = strip(a) + 1.0;
+      const auto lies_before = [&](std::size_t b) {
+        return strip(b) < next || (strip(b) == next && points_[b].y_mm <= points_[a].y_mm - kNear_mm);
+      };
+      while (other < order_.size() && lies_before(order_[other])) ++other;
+      for (std::size_t i = other; i < order_.size() && strip(order_[i]) == next &&
+                                  points_[order_[i]].y_mm < points_[a].y_mm + kNear_mm;
+           ++i)
+        compare(a, order_[i]);
     }
   }
-  if (second == points.size()) return;
-  throw CoordinateError(fmt::format(
-      "{}: row {}: found ({:.6g}, {:.6g}) mm again, first in row {}; expected every point once",
-      path.string(), points[second].row, points[second].x_mm, points[second].y_mm, points[first].row));
+
+  const std::vector<Point>& points_;
+  std::vector<std::size_t> order_;
+  std::optional<Pair> found_;
+};
+
+/// Names the first point of the file that stands where an earlier one does.
+void check_no_duplicates(const std::filesystem::path& path, const std::vector<Point>& points) {
+  const auto pair = Strips(points).find_pair();
+  if (!pair) return;
+  const Point &first = points[pair->first], &second = points[pair->second];
+  throw CoordinateError(
+      fmt::format("{}: row {}: found ({:.6g}, {:.6g}) mm again, first in row {}; expected every point once",
+                  path.string(), second.row, second.x_mm, second.y_mm, first.row));
 }
 
 }  // namespace
@@ -243,10 +235,10 @@ CoordinateFile read_coordinate_file(const std::filesystem::path& path, const Coo
   if (raw.points.empty())
     throw CoordinateError(fmt::format("{}: found no points, expected at least one", path.string()));
   if (raw.has_unit && options.pitch_mm != 1.0)
-    throw CoordinateError(
-        fmt::format("{}: found pitch {} mm for coordinates that have a unit, expected no pitch; it is for "
-                    "grid indices only",
-                    path.string(), options.pitch_mm));
+    throw CoordinateError(fmt::format(
+        "{}: found pitch {} mm for coordinates that have a unit{}, expected no pitch; it is for "
+        "grid indices only",
+        path.string(), options.pitch_mm, raw.unit_place.empty() ? "" : " (" + raw.unit_place + ")"));
   std::vector<Point> points = place(raw.points, options);
   for (const Point& point : points) {
     check_in_travel(path, point.row, "x", point.x_mm, options.travel.x);
@@ -258,7 +250,7 @@ CoordinateFile read_coordinate_file(const std::filesystem::path& path, const Coo
         "the bumps lie on the bottom of the board and mirror_x is false: they are printed as seen from its "
         "top; "
         "set mirror_x = true unless the file was mirrored when it was written");
-  return {std::move(points), std::move(raw.notes), raw.has_unit};
+  return {std::move(points), std::move(raw.notes), raw.has_unit, std::move(raw.unit_place)};
 }
 
 std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options) {

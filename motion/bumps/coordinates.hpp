@@ -51,7 +51,7 @@ class CoordinateError : public UserError {
 /// More bumps than this in one file are refused.
 inline constexpr std::size_t kMaxPoints = 2'000'000;
 
-/// Two bumps whose positions agree when rounded to this, the last digit of the G-code, are the same bump.
+/// Two bumps that are nearer than this in x and in y, the last digit of the G-code, are the same bump.
 inline constexpr double kDuplicateDistance_mm = 1e-4;
 
 /// What a file holds. `notes`: a line each on what is in it but is no bump, such as the draws of a Gerber
@@ -59,7 +59,8 @@ inline constexpr double kDuplicateDistance_mm = 1e-4;
 struct CoordinateFile {
   std::vector<Point> points;
   std::vector<std::string> notes;
-  bool has_unit = false;  ///< the file says the unit of its numbers, so that `pitch_mm` means nothing
+  bool has_unit = false;     ///< the file says the unit of its numbers, so that `pitch_mm` means nothing
+  std::string unit_place{};  ///< where a table says so: "row 2, column 3 (Unit): mil"; else empty
 };
 
 /// Reads the bumps of a coordinate file in the order of the file.

@@ -33,8 +33,8 @@ void for_loose_cells(std::string_view line, const Visit& visit) {
 bool names_columns(std::string_view line) {
   bool x = false, y = false;
   for_loose_cells(line, [&](std::string_view cell) {
-    x = x || behind_axis(cell, 'x');
-    y = y || behind_axis(cell, 'y');
+    x = x || unit_behind_axis(cell, 'x');
+    y = y || unit_behind_axis(cell, 'y');
   });
   return x && y;
 }
@@ -217,11 +217,15 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
 
   const std::size_t comments = leading_comments(content);
   CsvRows rows;
-  for_lines(content.substr(0, comments), [&](const Line&) { ++rows.line; });
+  for_lines(content.substr(0, comments), [&](const Line& line) {
+    if (!trimmed(line.text).empty())
+      handle({rows.line, {{std::string(line.text), std::nullopt}}, true, false, true});
+    ++rows.line;
+  });
   content.remove_prefix(comments);
   const std::size_t titles = leading_titles(content);
   for_lines(content.substr(0, titles), [&](const Line& line) {
-    handle({rows.line++, {{std::string(line.text), std::nullopt}}, true, false});
+    handle({rows.line++, {{std::string(line.text), std::nullopt}}, true, false, false});
   });
   content.remove_prefix(titles);
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numbers>
 #include <vector>
 
 #include "motion/bumps/coordinate_sources.hpp"
@@ -15,14 +16,26 @@
 namespace meltstage::motion::detail {
 namespace {
 
-/// A disc, or what lies inside a polygon.
+/// A disc or ring, perhaps with gaps along the axes of its own frame, or what lies inside a polygon.
 struct Shape {
   bool dark = true;
   double x = 0.0, y = 0.0, radius = 0.0;
-  std::vector<RawPoint> corners;
+  std::vector<RawPoint> corners{};
+  double hole_radius = 0.0, gap = 0.0, angle_deg = 0.0;
 
   bool holds(double at_x, double at_y) const {
-    if (corners.empty()) return std::hypot(at_x - x, at_y - y) <= radius;
+    return corners.empty() ? ring_holds(at_x, at_y) : polygon_holds(at_x, at_y);
+  }
+
+ private:
+  bool ring_holds(double at_x, double at_y) const {
+    const double distance = std::hypot(at_x - x, at_y - y);
+    if (distance > radius || distance < hole_radius) return false;
+    const RawPoint own = turned({at_x - x, at_y - y, 0}, -angle_deg);
+    return gap == 0.0 || (std::abs(own.x) >= 0.5 * gap && std::abs(own.y) >= 0.5 * gap);
+  }
+
+  bool polygon_holds(double at_x, double at_y) const {
     bool inside = false;
     for (std::size_t i = 0, before = corners.size() - 1; i < corners.size(); before = i++) {
       const RawPoint &a = corners[before], &b = corners[i];
@@ -207,10 +220,10 @@ class Macro {
       regular(n);
     } else if (n[0] == 6.0) {
       need(9, 10);
-      disc(true, n[1], n[2], n[3], n.size() > 9 ? n[9] : 0.0);  // the rings of a moire
+      moire(n);
     } else if (n[0] == 7.0) {
       need(6, 7);
-      disc(true, n[1], n[2], n[3], n.size() > 6 ? n[6] : 0.0);
+      thermal(n);
     } else {
       fail(block_, "a primitive of aperture macros: 0, 1, 4, 5, 6, 7, 20, 21 or 22");
     }
@@ -224,7 +237,39 @@ class Macro {
   void disc(bool dark, double x, double y, double diameter, double angle_deg) {
     if (diameter < 0.0) fail(block_, "a diameter of 0 or more");
     const RawPoint middle = turned({x, y, 0}, angle_deg);
-    shapes_.push_back({dark, middle.x, middle.y, 0.5 * diameter, {}});
+    shapes_.push_back({dark, middle.x, middle.y, 0.5 * diameter});
+  }
+
+  /// Rings from the outside inwards, and a cross over them.
+  void moire(const std::vector<double>& n) {
+    const double diameter = n[3], thickness = n[4], gap = n[5], rings = n[6], cross = n[7], length = n[8];
+    constexpr double kMostRings = 10'000.0;
+    if (!(diameter >= 0.0 && thickness > 0.0 && gap >= 0.0 && cross >= 0.0 && length >= 0.0))
+      fail(block_, "lengths of 0 or more, and rings of a thickness above 0");
+    if (rings < 1.0 || rings > kMostRings || rings != std::floor(rings))
+      fail(block_, fmt::format("1 to {:.0f} rings", kMostRings));
+    const double angle_deg = n.size() > 9 ? n[9] : 0.0;
+    const RawPoint middle = turned({n[1], n[2], 0}, angle_deg);
+    double radius = 0.5 * diameter;
+    for (double ring = 0.0; ring < rings && radius > 0.0; ++ring, radius -= thickness + gap)
+      shapes_.push_back({true, middle.x, middle.y, radius, {}, std::max(radius - thickness, 0.0)});
+    if (cross == 0.0 || length == 0.0) return;
+    rectangle(n[1] - 0.5 * length, n[2] - 0.5 * cross, length, cross, angle_deg);
+    rectangle(n[1] - 0.5 * cross, n[2] - 0.5 * length, cross, length, angle_deg);
+  }
+
+  /// A ring in four pieces.
+  void thermal(const std::vector<double>& n) {
+    const double outer = n[3], inner = n[4], gap = n[5];
+    if (!(inner >= 0.0 && outer > inner && gap >= 0.0 && gap < outer * std::numbers::sqrt2 / 2.0))
+      fail(block_, "an outer diameter above the inner one, and a gap below 0.7 of it");
+    const double angle_deg = n.size() > 6 ? n[6] : 0.0;
+    const RawPoint middle = turned({n[1], n[2], 0}, angle_deg);
+    shapes_.push_back({true, middle.x, middle.y, 0.5 * outer, {}, 0.5 * inner, gap, angle_deg});
+  }
+
+  void rectangle(double x, double y, double width, double height, double angle_deg) {
+    polygon(true, {{x, y, 0}, {x + width, y, 0}, {x + width, y + height, 0}, {x, y + height, 0}}, angle_deg);
   }
 
   void polygon(bool dark, std::vector<RawPoint> corners, double angle_deg) {
@@ -252,14 +297,23 @@ class Macro {
       fail(block_, "an outline with as many points as it says, and the first one again");
     std::vector<RawPoint> corners;
     for (std::size_t i = 0; i < points; ++i) corners.push_back({n[kCode + 2 * i], n[kCode + 2 * i + 1], 0});
+    // What a layout system rounded is one point still.
+    constexpr double kSame = 1e-5;
+    if (std::hypot(corners.back().x - corners.front().x, corners.back().y - corners.front().y) > kSame)
+      fail(block_, "an outline whose last point is the first one again");
     polygon(is_dark(n[1]), std::move(corners), n.size() > kCode + 2 * points ? n.back() : 0.0);
   }
 
   void regular(const std::vector<double>& n) {
     constexpr double kMost = 12.0;
     if (n[2] < 3.0 || n[2] > kMost || n[2] != std::floor(n[2])) fail(block_, "a polygon of 3 to 12 vertices");
-    // By its circle: the extent of a triangle's corners has another middle.
-    disc(is_dark(n[1]), n[3], n[4], n[5], n.size() > 6 ? n[6] : 0.0);
+    if (n[5] < 0.0) fail(block_, "a diameter of 0 or more");
+    std::vector<RawPoint> corners;
+    for (double corner = 0.0; corner < n[2]; ++corner) {
+      const RawPoint at = turned({0.5 * n[5], 0.0, 0}, 360.0 * corner / n[2]);
+      corners.push_back({n[3] + at.x, n[4] + at.y, 0});
+    }
+    polygon(is_dark(n[1]), std::move(corners), n.size() > 6 ? n[6] : 0.0);
   }
 
   std::size_t& steps_;

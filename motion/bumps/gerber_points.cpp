@@ -118,7 +118,7 @@ class GerberFile {
     note(draws_, first_draw_, "draw");
     if (odd_ > 0)
       result.notes.push_back(
-          fmt::format("{}, {}in row {}, of a macro with no copper in its middle {} a bump at "
+          fmt::format("{}, {}in row {}, of an aperture with no copper in its middle {} a bump at "
                       "the flash",
                       odd_ == 1 ? "1 flash" : fmt::format("{} flashes", odd_), odd_ == 1 ? "" : "first ",
                       first_odd_, odd_ == 1 ? "holds" : "hold"));
@@ -307,7 +307,27 @@ class GerberFile {
     apertures_.insert(number);
     blocks_.erase(number);
     shaped_.erase(number);
-    if (macro != macros_.end()) shaped_[number] = {macro->second, parameters(text, comma), row_, {}};
+    if (macro != macros_.end())
+      shaped_[number] = {macro->second, parameters(text, comma), row_, {}};
+    else if (const std::string blocks = template_as_macro(name, parameters(text, comma)); !blocks.empty())
+      shaped_[number] = {std::make_shared<const std::string>(blocks), {}, row_, {}};
+  }
+
+  /// A standard template whose middle may be elsewhere, as a polygon's of 3 corners, or empty, as that of one
+  /// with a hole. Empty for all others.
+  static std::string template_as_macro(std::string_view name, const std::vector<double>& n) {
+    constexpr std::size_t kPolygonHole = 3;
+    const std::size_t hole = name == "P" ? kPolygonHole : name == "C" ? 1 : 2;
+    const bool has_hole = n.size() > hole && n[hole] > 0.0;
+    if (n.size() < 2 || (name != "P" && !has_hole)) return {};
+    std::string blocks;
+    if (name == "P")
+      blocks = fmt::format("5,1,{},0,0,{},{}*", n[1], n[0], n.size() > 2 ? n[2] : 0.0);
+    else if (name == "C")
+      blocks = fmt::format("1,1,{},0,0*", n[0]);
+    else
+      blocks = fmt::format("21,1,{},{},0,0,0*", n[0], n[1]);
+    return has_hole ? blocks + fmt::format("1,0,{},0,0*", n[hole]) : blocks;
   }
 
   /// "ADD10NAME,0.5X0.3"
@@ -552,9 +572,9 @@ class GerberFile {
     // What a layout system rounded is no way.
     constexpr double kNone_mm = 1e-3;
     const RawPoint middle{copper.x * unit_mm_, copper.y * unit_mm_, row_};
-    if (std::hypot(middle.x, middle.y) <= kNone_mm) return {};
-    if (copper.on_middle) return middle;
-    if (!copper.on_origin)
+    const bool at_flash = std::hypot(middle.x, middle.y) <= kNone_mm;
+    if (copper.on_middle) return at_flash ? RawPoint{} : middle;
+    if (!at_flash && !copper.on_origin)
       fail_here(text, fmt::format("copper at the flash or in the aperture's middle; D{} has it beside both",
                                   aperture_));
     if (odd_++ == 0) first_odd_ = row_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "base/count.hpp"
 #include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
@@ -184,8 +185,8 @@ std::string_view kind_without_bump(const Node& pad) {
   const std::string_view type =
       pad.children.size() > kTypePlace ? std::string_view(pad.children[kTypePlace].word) : "";
   if (type == "np_thru_hole") return "unplated hole";
-  if (type == "connect") return "edge contact";
-  return has_copper(pad) ? "pad of unknown kind" : "aperture without copper";
+  if (type == "connect") return "connect pad";
+  return has_copper(pad) ? "unknown pad" : "copperless aperture";
 }
 
 /// The side that a pad is on, by its copper; nothing for one that has copper on both.
@@ -249,6 +250,17 @@ void count_left_out(std::vector<LeftOut>& all, const Node& pad) {
     ++same->count;
 }
 
+[[noreturn]] void fail_without_bumps(const std::filesystem::path& path,
+                                     const std::vector<LeftOut>& left_out) {
+  std::string found;
+  for (const LeftOut& l : left_out)
+    found += fmt::format("{}{}{} in row {}", found.empty() ? "" : ", ", counted(l.count, l.kind),
+                         l.count == 1 ? "" : ", first", l.first_row);
+  fail(path, fmt::format("found {}, expected pads of type smd or thru_hole on a copper layer, which hold the "
+                         "bumps; change the pads' type where they do",
+                         found.empty() ? "no pads" : found));
+}
+
 }  // namespace
 
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content) {
@@ -281,6 +293,7 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
     if (has_own_shape(node) && custom++ == 0) first_custom_row = node.row;
     check_point_count(path, result.points.size());
   }
+  if (result.points.empty()) fail_without_bumps(path, left_out);
   for (const LeftOut& l : left_out) result.notes.push_back(no_bump_note(l.count, l.kind, l.first_row));
   if (custom > 0)
     result.notes.push_back(

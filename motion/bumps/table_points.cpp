@@ -10,6 +10,7 @@
 #include "motion/bumps/column_names.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/side_columns.hpp"
 #include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion::detail {
@@ -30,10 +31,11 @@ bool looks_like_number(const Cell& cell) { return begins_like_number(cell.text);
 
 class PointTable {
  public:
-  explicit PointTable(const std::filesystem::path& path) : path_(path) {}
+  explicit PointTable(const std::filesystem::path& path) : path_(path), sides_(path) {}
 
   void add(const TableRow& row) {
     count_cells(row);
+    if (row.comment) return read_title_unit(row, 0);
     if (std::all_of(row.cells.begin(), row.cells.end(), is_blank)) return;
     if (!columns_known_) {
       if (is_title(row)) return;
@@ -41,9 +43,11 @@ class PointTable {
       if (take_header(row)) return;
       take_first_numbers(row);
     }
+    if (units_) take_unit(row);
     const double x = number(row, x_, "x");
     const double y = number(row, y_, "y");
-    for (SideColumn& column : side_columns_) column.check(path_, row);
+    sides_.take(row);
+    total_row_ = begins_with_total(row) ? row.row : 0;
     if (row.hidden && hidden_++ == 0) first_hidden_ = row.row;
     result_.points.push_back({x, y, row.row});
     check_point_count(path_, result_.points.size());
@@ -58,44 +62,13 @@ class PointTable {
                             first_hidden_)
               : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
                             hidden_, first_hidden_));
-    require_one_side();
-    result_.bottom = std::any_of(side_columns_.begin(), side_columns_.end(),
-                                 [](const SideColumn& column) { return column.sides.is_bottom(); });
+    if (total_row_ != 0)
+      fail(path_, fmt::format("row {}: found a row of totals, expected a bump; leave it out", total_row_));
+    result_.bottom = sides_.is_bottom();
     return std::move(result_);
   }
 
  private:
-  /// A column that tells the side of the board, by name or by a mark for those that are mirrored.
-  struct SideColumn {
-    std::size_t index;
-    bool mirrors;
-    std::string name;
-    OneSide sides;
-    std::size_t first_row = 0, first_empty = 0;
-
-    void check(const std::filesystem::path& path, const TableRow& row) {
-      const bool empty = index >= row.cells.size() || is_blank(row.cells[index]);
-      std::size_t& first = empty ? first_empty : first_row;
-      if (first == 0) first = row.row;
-      if (first_row != 0 && first_empty != 0)
-        fail(path, fmt::format("row {}, column {} ({}): found nothing, expected {}, as row {} has one",
-                               first_empty, index + 1, name, expected(), first_row));
-      if (empty) return;
-      const Cell& cell = row.cells[index];
-      const auto side = mirrors ? side_by_mirror(cell) : side_named(cell.text);
-      if (!side)
-        fail(path, fmt::format("row {}, column {} ({}): found {}, expected {}; leave the column out where it "
-                               "tells no side of a board",
-                               row.row, index + 1, name, in_quotes(trimmed(cell.text)), expected()));
-      sides.check(path, fmt::format("row {}", row.row), *side,
-                  mirrors ? (*side == Side::top ? "top" : "bottom") : std::string_view(cell.text));
-    }
-
-    std::string_view expected() const {
-      return mirrors ? "yes or no" : "top or bottom, such as TopLayer, F.Cu or Component Side";
-    }
-  };
-
   /// A row may be as wide as a spreadsheet's, but not each of millions of rows.
   void count_cells(const TableRow& row) {
     constexpr std::size_t kMostCells = 20'000'000;
@@ -116,13 +89,10 @@ class PointTable {
              fmt::format("row {}: found a unit at one of x and y only, expected both or none", row.row));
       x_ = *x;
       y_ = *y;
-      for (std::size_t i = 0; i < row.cells.size(); ++i) {
-        const bool mirrors = names_column_of_mirrors(row.cells[i]);
-        if (mirrors || names_column_of_sides(row.cells[i]))
-          side_columns_.push_back({i, mirrors, shown(trimmed(row.cells[i].text)), {}});
-      }
+      if (x_.has_unit) say_unit(place(row.row, x_.index), row.cells[x_.index].text);
+      sides_.take_names(row, x_.index, y_.index);
+      find_units(row);
       take_title_unit(row);
-      result_.has_unit = x_.has_unit;
       return true;
     }
     if (x || y) fail_unnamed(row, x ? "y" : "x");
@@ -140,46 +110,16 @@ class PointTable {
     return true;
   }
 
-  /// Two columns may both tell the side; they must tell the same one.
-  void require_one_side() const {
-    const SideColumn* first = nullptr;
-    for (const SideColumn& column : side_columns_) {
-      if (column.first_row == 0) continue;  // empty
-      if (first == nullptr) first = &column;
-      if (column.sides.is_bottom() == first->sides.is_bottom()) continue;
-      fail(path_, fmt::format("row {}, column {} ({}): found {}, expected {}, as column {} ({}) tells",
-                              column.first_row, column.index + 1, column.name,
-                              column.sides.is_bottom() ? "bottom" : "top",
-                              first->sides.is_bottom() ? "bottom" : "top", first->index + 1, first->name));
-    }
-  }
-
-  /// "Units used: mil" of Altium Designer, or "Units: mil", in one cell or in two. A .csv hands over its
-  /// whole line.
   void read_title_unit(const TableRow& row, std::size_t i) {
-    constexpr std::string_view kKeys[] = {"units used:", "units:", "unit:"}, kAround = " \t\",;";
-    const auto bare = [&](const Cell& cell) {
-      const std::string text = plain_name(cell);
-      const auto first = std::min(text.find_first_not_of(kAround), text.size());
-      return text.substr(first, text.find_last_not_of(kAround) + 1 - first);
-    };
-    const std::string text = bare(row.cells[i]);
-    const auto key = std::find_if(std::begin(kKeys), std::end(kKeys),
-                                  [&](std::string_view k) { return text.starts_with(k); });
-    if (key == std::end(kKeys)) return;
-    std::string_view name = trimmed(std::string_view(text).substr(key->size()));
-    name.remove_prefix(std::min(name.find_first_not_of(kAround), name.size()));
-    const std::string next = i + 1 < row.cells.size() ? bare(row.cells[i + 1]) : "";
-    if (name.empty()) name = next;
-    const Unit* unit = find_unit(name);
+    const auto name = unit_told(row.cells[i].text, i + 1 < row.cells.size() ? row.cells[i + 1].text : "");
+    if (!name) return;
+    const Unit* unit = find_unit(*name);
     if (unit == nullptr)
-      fail(path_, fmt::format("row {}, column {}: found unit {} above the columns, expected mm, um, cm, m, "
-                              "mil or in",
-                              row.row, i + 1, in_quotes(name)));
+      fail(path_, fmt::format("{}: found unit {} above the columns, expected {}", place(row.row, i),
+                              in_quotes(*name), kUnitsExpected));
     if (title_unit_ != nullptr && unit->mm != title_unit_->mm)
-      fail(path_,
-           fmt::format("row {}, column {}: found unit {} above the columns, expected {}, as row {} has",
-                       row.row, i + 1, in_quotes(name), title_unit_->name, title_unit_row_));
+      fail(path_, fmt::format("{}: found unit {} above the columns, expected {}, as row {} has",
+                              place(row.row, i), in_quotes(*name), title_unit_->name, title_unit_row_));
     title_unit_ = unit;
     title_unit_row_ = row.row;
   }
@@ -190,13 +130,69 @@ class PointTable {
     if (title_unit_ == nullptr) return;
     for (Column* column : {&x_, &y_}) {
       if (column->has_unit && column->unit_mm != title_unit_->mm)
-        fail(path_, fmt::format("row {}, column {}: found the unit in {}, expected {}, as row "
-                                "{} says",
-                                header.row, column->index + 1, in_quotes(header.cells[column->index].text),
+        fail(path_, fmt::format("{}: found the unit in {}, expected {}, as row {} says",
+                                place(header.row, column->index), in_quotes(header.cells[column->index].text),
                                 title_unit_->name, title_unit_row_));
       column->unit_mm = title_unit_->mm;
       column->has_unit = true;
     }
+    say_unit(fmt::format("row {}", title_unit_row_), title_unit_->name);
+  }
+
+  void say_unit(std::string_view where, std::string_view text) {
+    if (!result_.has_unit) result_.unit_place = fmt::format("{}: {}", where, shown(trimmed(text)));
+    result_.has_unit = true;
+  }
+
+  void find_units(const TableRow& header) {
+    for (std::size_t i = 0; i < header.cells.size(); ++i) {
+      if (i == x_.index || i == y_.index || !names_column_of_units(header.cells[i])) continue;
+      if (units_)
+        fail(path_, fmt::format("{}: found a second column of units, expected one", place(header.row, i)));
+      units_ = UnitColumn{i, shown(trimmed(header.cells[i].text))};
+    }
+  }
+
+  /// A column of units tells that of its row, where it tells any.
+  void take_unit(const TableRow& row) {
+    UnitColumn& units = *units_;
+    const bool empty = units.index >= row.cells.size() || is_blank(row.cells[units.index]);
+    std::size_t& first = empty ? units.first_empty : units.first_row;
+    if (first == 0) first = row.row;
+    const auto where = [&](std::size_t at) {
+      return fmt::format("row {}, column {} ({})", at, units.index + 1, units.name);
+    };
+    if (units.first_row != 0 && units.first_empty != 0)
+      fail(path_, fmt::format("{}: found nothing, expected a unit, as row {} has one",
+                              where(units.first_empty), units.first_row));
+    if (empty) return;
+    const Cell& cell = row.cells[units.index];
+    const Unit* unit = find_unit(plain_name(cell));
+    if (unit == nullptr)
+      fail(path_, fmt::format("{}: found {}, expected {}; leave the column out where it tells no unit of x "
+                              "and y",
+                              where(row.row), in_quotes(trimmed(cell.text)), kUnitsExpected));
+    for (Column* column : {&x_, &y_}) {
+      if (column->has_unit && !units.tells && column->unit_mm != unit->mm)
+        fail(path_, fmt::format("{}: found unit {}, expected that of {}", where(row.row),
+                                in_quotes(trimmed(cell.text)), result_.unit_place));
+    }
+    if (!x_.has_unit) units.tells = true;
+    say_unit(where(row.row), cell.text);
+    for (Column* column : {&x_, &y_}) {
+      column->unit_mm = unit->mm;
+      column->has_unit = true;
+    }
+  }
+
+  bool begins_with_total(const TableRow& row) const {
+    for (std::size_t i = 0; i < row.cells.size(); ++i)
+      if (i != x_.index && i != y_.index && !is_blank(row.cells[i])) return is_total(row.cells[i]);
+    return false;
+  }
+
+  static std::string place(std::size_t row, std::size_t index) {
+    return fmt::format("row {}, column {}", row, index + 1);
   }
 
   [[noreturn]] void fail_unnamed(const TableRow& row, std::string_view axes) const {
@@ -217,20 +213,14 @@ class PointTable {
   std::optional<Column> find_column(const TableRow& row, char axis) const {
     std::optional<Column> found;
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      const std::string name = plain_name(row.cells[i]);
-      const auto behind = behind_axis(name, axis);
-      if (!behind) continue;
-      const auto unit_start = name.find_first_not_of(kNameSeparators, *behind);
-      Column column{i, 1.0, unit_start != std::string::npos};
+      const auto unit = unit_behind_axis(plain_name(row.cells[i]), axis);
+      if (!unit) continue;
+      Column column{i, 1.0, !unit->empty()};
       if (column.has_unit) {
-        const std::string unit =
-            name.substr(unit_start, name.find_last_not_of(kNameSeparators) - unit_start + 1);
-        const Unit* known = find_unit(unit);
+        const Unit* known = find_unit(*unit);
         if (known == nullptr)
-          fail(path_,
-               fmt::format(
-                   "row {}, column {}: found unit {} in the name {}, expected mm, um, cm, m, mil or in",
-                   row.row, i + 1, in_quotes(unit), in_quotes(row.cells[i].text)));
+          fail(path_, fmt::format("{}: found unit {} in the name {}, expected {}", place(row.row, i),
+                                  in_quotes(*unit), in_quotes(row.cells[i].text), kUnitsExpected));
         column.unit_mm = known->mm;
       }
       if (found)
@@ -257,6 +247,8 @@ class PointTable {
     }
     x_.index = numeric[0];
     y_.index = numeric[1];
+    sides_.take_nameless(row, x_.index, y_.index);
+    take_title_unit(row);
     const bool more = std::any_of(row.cells.begin() + static_cast<std::ptrdiff_t>(numeric[1]) + 1,
                                   row.cells.end(), [](const Cell& cell) { return value_of(cell); });
     if (more)
@@ -291,10 +283,11 @@ class PointTable {
              fmt::format("row {}, column {}: found {}, expected no unit, as the numbers before have none",
                          row.row, column.index + 1, in_quotes(row.cells[column.index].text)));
       if (length_row_ == 0) length_row_ = row.row;
-      result_.has_unit = true;
+      say_unit(place(row.row, column.index), row.cells[column.index].text);
     } else if (length.unit->mm != column.unit_mm) {
-      fail(path_, fmt::format("row {}, column {}: found {}, expected the unit that stands above the column",
-                              row.row, column.index + 1, in_quotes(row.cells[column.index].text)));
+      fail(path_,
+           fmt::format("row {}, column {}: found {}, expected the unit of its {}", row.row, column.index + 1,
+                       in_quotes(row.cells[column.index].text), units_ && units_->tells ? "row" : "column"));
     }
     return length.value * length.unit->mm;
   }
@@ -321,8 +314,18 @@ class PointTable {
   std::size_t cells_ = 0;
   bool columns_known_ = false;
   Column x_, y_;
-  std::vector<SideColumn> side_columns_;
-  TableRow title_;  // the first one
+  /// Tells the unit of each row, or of none; `tells`: no other place tells it.
+  struct UnitColumn {
+    std::size_t index = 0;
+    std::string name;
+    std::size_t first_row = 0, first_empty = 0;
+    bool tells = false;
+  };
+
+  std::optional<UnitColumn> units_;
+  SideColumns sides_;
+  std::size_t total_row_ = 0;  // of the last bump, where it looks like no bump
+  TableRow title_;             // the first one
   const Unit* title_unit_ = nullptr;
   std::size_t title_unit_row_ = 0;
   std::size_t length_row_ = 0;  // the first number with a unit

@@ -122,9 +122,9 @@ TEST_F(Coordinates, KicadTakesCopperPadsOfBothKindsAndNoOthers) {
             "  (pad 9 connect rect (at 6 -6) (layers F.Cu)))\r\n");
   const auto file = read_coordinate_file(path);
   expect_points(file.points, {{1, 2, 2}, {3, 4, 3}});
-  EXPECT_THAT(file.notes, ::testing::ElementsAre("1 aperture without copper, in row 4, holds no bump",
+  EXPECT_THAT(file.notes, ::testing::ElementsAre("1 copperless aperture, in row 4, holds no bump",
                                                  "1 unplated hole, in row 5, holds no bump",
-                                                 "1 edge contact, in row 6, holds no bump"));
+                                                 "1 connect pad, in row 6, holds no bump"));
 }
 
 // KiCad's y points down and its angles turn counter-clockwise as one sees them: (0.3, 0.1) of a pad that is
@@ -246,6 +246,16 @@ TEST_F(Coordinates, RotationTurnsCounterClockwise) {
   CoordinateOptions options;
   options.rotation_deg = 30.0;
   expect_points(read_coordinates(write("a.csv", "10,0\n"), options), {{8.660254037844386, 5.0, 1}});
+}
+
+TEST_F(Coordinates, BumpsNearerThanATenthOfAMicrometreAreOne) {
+  for (const char* near : {"1,2\n1.00005,2\n", "1,2\n0.99995,2\n", "1,2\n1.00009,2.00009\n",
+                           "1,2\n1,1.99992\n", "1.00004,2\n1.00013,2\n", "1.00013,2.00008\n1.00004,2\n"})
+    EXPECT_THAT(error_of_csv(near), StartsWith("row 2: found (")) << near;
+  EXPECT_THAT(error_of_csv("5,5\n1.00005,2\n1,2\n1,2\n"), HasSubstr("again, first in row "));
+  for (const char* apart :
+       {"1,2\n1.0001,2\n", "1,2\n1,2.0001\n", "1,2\n1.0002,2\n", "0.00004,1\n0.00014,1\n"})
+    EXPECT_EQ(read_coordinates(write("a.csv", apart)).size(), 2U) << apart;
 }
 
 TEST_F(Coordinates, EndsOfTheTravelBelongToIt) {
@@ -394,7 +404,8 @@ TEST_F(Coordinates, NoPoints) {
   EXPECT_EQ(error_of_csv("x,y\n"), expected);
   EXPECT_EQ(error_of(data / "header_only.xls"), expected);
   EXPECT_EQ(error_of(data / "empty_sheet.xls"), expected);
-  EXPECT_EQ(error_of(write("a.kicad_mod", "(footprint \"a\")")), expected);
+  EXPECT_THAT(error_of(write("a.kicad_mod", "(footprint \"a\")")),
+              StartsWith("found no pads, expected pads"));
 }
 
 TEST_F(Coordinates, MoreThanTwoMillionPoints) {

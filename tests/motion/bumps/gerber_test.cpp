@@ -92,20 +92,23 @@ TEST_F(Readers, GerberMacroHoldsItsBumpInTheMiddleOfItsCopper) {
                 {{2.5, 2.5, 10}});
   expect_points(flash("22,1,2,1,-1,-0.5,0*", "").points, {{1, 2, 8}});
   expect_points(flash("20,1,0.2,0,0,2,0,0*", "").points, {{2, 2, 8}});
-  expect_points(flash("5,1,3,1,0,2,0*", "").points, {{2, 2, 8}});
+  expect_points(flash("5,1,4,1,0,2,0*", "").points, {{2, 2, 8}});
+  // A triangle is the same one in whichever way it is written: corners at 1 and, twice, at -0.5.
+  expect_points(flash("5,1,3,0,0,2,0*", "").points, {{1.25, 2, 8}});
+  expect_points(flash("5,1,3,2,0,2,0*", "").points, {{3.25, 2, 8}});
+  expect_points(flash("4,1,3,1,0,-0.5,0.866025404,-0.5,-0.866025404,1,0,0*", "").points, {{1.25, 2, 8}});
+  expect_points(read("b.gbr", gerber("%ADD12P,2X3*%\nD12*\nX1000000Y2000000D03*\n")).points, {{1.25, 2, 7}});
   expect_points(flash("4,1,4,0,0,2,0,2,1,0,1,0,0,0*", "").points, {{2, 2.5, 8}});
-  expect_points(flash("7,0,1,2,1.5,0.2,0*", "").points, {{1, 3, 8}});
-  // Four windows about the flash, a ring, and a middle that is off by less than a digit.
-  EXPECT_THAT(flash("21,1,1,1,1,1,0*21,1,1,1,-1,-1,0*", "").notes, IsEmpty());
-  expect_points(flash("21,1,1,1,1,1,0*21,1,1,1,-1,-1,0*", "").points, {{1, 2, 8}});
-  expect_points(flash("1,1,2,0,0*1,0,1,0,0*", "").points, {{1, 2, 8}});
+  expect_points(flash("7,0,0,2,0,0*", "").points, {{1, 2, 8}});
+  // A middle that is off by less than a digit.
   expect_points(flash("1,1,2,0.0000001,0*", "").points, {{1, 2, 8}});
   // An angle whose middle is no copper holds the flash.
   const auto angle = flash("4,1,6,-1,-1,9,-1,9,1,1,1,1,9,-1,9,-1,-1,0*", "");
   expect_points(angle.points, {{1, 2, 8}});
   EXPECT_THAT(
       angle.notes,
-      ElementsAre("1 flash, in row 8, of a macro with no copper in its middle holds a bump at the flash"));
+      ElementsAre(
+          "1 flash, in row 8, of an aperture with no copper in its middle holds a bump at the flash"));
 }
 
 TEST_F(Readers, GerberMacroIsTurnedAndScaledWithItsFlash) {
@@ -116,6 +119,32 @@ TEST_F(Readers, GerberMacroIsTurnedAndScaledWithItsFlash) {
                 {{0, 3, 7}, {4, 0, 7}, {4, 5, 8}});
   expect_points(read("b.gbr", "%FSLAX24Y24*%%MOIN*%%AMM*1,1,1,1,0*%%ADD12M*%D12*X0Y0D03*M02*").points,
                 {{25.4, 0, 1}});
+}
+
+TEST_F(Readers, GerberTellsFlashesWithoutCopperInTheirMiddle) {
+  const auto flash = [&](const std::string& aperture) {
+    return read("a.gbr", gerber(aperture + "\nD12*\nX1000000Y2000000D03*\n"));
+  };
+  // A ring, four windows about the flash, a thermal relief, the rings of a moire, and holes in what is
+  // standard.
+  for (const char* aperture :
+       {"%AMM*1,1,2,0,0*1,0,1,0,0*%%ADD12M*%", "%AMM*21,1,1,1,1,1,0*21,1,1,1,-1,-1,0*%%ADD12M*%",
+        "%AMM*7,0,0,2,1,0.2,45*%%ADD12M*%", "%AMM*7,0,0,2,0,0.2,45*%%ADD12M*%",
+        "%AMM*6,0,0,5,0.5,0.5,2,0,0,0*%%ADD12M*%", "%ADD12C,1X0.5*%", "%ADD12R,1X2X0.5*%",
+        "%ADD12O,1X2X0.5*%", "%ADD12P,1X6X0X0.5*%"}) {
+    const auto file = flash(aperture);
+    expect_points(file.points, {{1, 2, 7}});
+    EXPECT_THAT(file.notes,
+                ElementsAre("1 flash, in row 7, of an aperture with no copper in its middle holds a bump "
+                            "at the flash"))
+        << aperture;
+  }
+  for (const char* aperture :
+       {"%AMM*7,0,0,2,0,0,45*%%ADD12M*%", "%AMM*6,0,0,5,0.5,0.5,2,0.1,6,0*%%ADD12M*%",
+        "%AMM*6,0,0,5,0.5,0.5,3,0,0,0*%%ADD12M*%", "%ADD12C,1*%", "%ADD12R,1X2*%", "%ADD12P,1X6*%"})
+    EXPECT_THAT(flash(aperture).notes, IsEmpty()) << aperture;
+  // A moire beside the flash has its middle under its cross.
+  expect_points(flash("%AMM*6,2,0,5,0.5,0.5,2,0.1,6,90*%%ADD12M*%").points, {{1, 4, 7}});
 }
 
 struct BadFile {
@@ -162,6 +191,24 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{
             "macro_beside_its_flash", gerber("%AMM*21,1,1,1,3,3,0*21,1,1,1,5,5,0*%%ADD12M*%D12*X0Y0D03*"),
             "row 5: found 'X0Y0D03', expected copper at the flash or in the aperture's middle; D12 has it"},
+        BadFile{
+            "thermal_beside_its_flash", gerber("%AMM*7,5,0,2,1,0.2,0*%%ADD12M*%D12*X0Y0D03*"),
+            "row 5: found 'X0Y0D03', expected copper at the flash or in the aperture's middle; D12 has it"},
+        BadFile{
+            "moire_beside_its_flash", gerber("%AMM*6,5,0,5,0.5,0.5,2,0,0,0*%%ADD12M*%D12*X0Y0D03*"),
+            "row 5: found 'X0Y0D03', expected copper at the flash or in the aperture's middle; D12 has it"},
+        BadFile{"thermal_without_copper", gerber("%AMM*7,0,0,2,2,0.2,0*%%ADD12M*%D12*X0Y0D03*"),
+                "row 5: found '7,0,0,2,2,0.2,0' in the macro of aperture D12, which is defined in row 5, "
+                "expected an "
+                "outer diameter above the inner one"},
+        BadFile{"moire_of_many_rings", gerber("%AMM*6,0,0,5,0.5,0.5,1000000,0,0,0*%%ADD12M*%D12*X0Y0D03*"),
+                "row 5: found '6,0,0,5,0.5,0.5,1000000,0,0,0' in the macro of aperture D12, which is defined "
+                "in row "
+                "5, expected 1 to 10000 rings"},
+        BadFile{
+            "open_outline", gerber("%AMM*4,1,3,0,0,1,0,1,1,0,1,0*%%ADD12M*%D12*X0Y0D03*"),
+            "row 5: found '4,1,3,0,0,1,0,1,1,0,1,0' in the macro of aperture D12, which is defined in row 5, "
+            "expected an outline whose last point is the first one again"},
         BadFile{"macro_without_copper", gerber("%AMM*1,0,1,0,0*%%ADD12M*%D12*X0Y0D03*"),
                 "row 5: found 'X0Y0D03', expected an aperture with copper; D12 has none"},
         BadFile{"macro_of_an_unknown_primitive", gerber("%AMM*99,1*%\n%ADD12M*%\nD12*X0Y0D03*"),
@@ -203,6 +250,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "row 8: found 'X1000000D03*', expected nothing behind the end of the file in row 7"},
         BadFile{"no_end_of_the_end", gerber("D10*\nX0Y0D03*\nM01\nX1000000D03*\n"),
                 "row 7: found 'M01X1000000D03', expected the block's '*' before 'X1000000D03'"},
+        BadFile{"another_image_behind_the_end",
+                gerber("D10*\nX0Y0D03*\nM02*\n%FSLAX46Y46*%\n%MOMM*%\n%ADD10C,1*%\nD10*\nX1D03*\n"),
+                "row 8: found '%FSLAX46Y46*%', expected nothing behind the end of the file in row 7"},
         BadFile{"half_a_block_behind_the_end", gerber("D10*\nX0Y0D03*\nM02*\nX1000000D03\n") + "%",
                 "row 8: found 'X1000000D03"},
         BadFile{"two_formats", gerber("%FSLAX35Y35*%"),

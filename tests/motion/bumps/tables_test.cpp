@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables as layout systems write them: names, units, titles and sides of the board.
+// Tables as layout systems write them: names, units, titles and rows without a bump.
 #include <fmt/format.h>
 
 #include <string>
@@ -9,9 +9,8 @@
 namespace meltstage::motion {
 namespace {
 
-using ::testing::ElementsAre;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
 TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
@@ -82,83 +81,8 @@ TEST_F(Readers, CellsMayHaveTheirUnits) {
   EXPECT_THAT(error_of("d.csv", "Ref,X,Y\nC1,1,2\nC2,3mm,4mm\n"),
               StartsWith("row 3, column 2: found '3mm', expected no unit"));
   EXPECT_THAT(error_of("e.csv", "Ref,X (mm),Y (mm)\nC1,1mil,2mil\n"),
-              StartsWith("row 2, column 2: found '1mil', expected the unit that stands above the column"));
+              StartsWith("row 2, column 2: found '1mil', expected the unit of its column"));
   EXPECT_THAT(error_of("f.csv", "Ref,X,Y\nC1,1kg,2kg\n"), StartsWith("row 2, column 2 (x): found '1kg'"));
-}
-
-TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
-  EXPECT_THAT(
-      error_of("a.csv", "Ref,Val,Package,PosX,PosY,Rot,Side\nC1,1,C,1.5,2.5,0,top\nC2,1,C,3,4,0,bottom\n"),
-      StartsWith("row 3: found side 'bottom' behind bumps of side 'top', expected one side"));
-  EXPECT_THAT(error_of("b.csv", "Designator,Layer,Mid X,Mid Y\nC1,TopLayer,1,2\nC2,BottomLayer,3,4\n"),
-              StartsWith("row 3: found side 'BottomLayer' behind bumps of side 'TopLayer'"));
-  EXPECT_THAT(error_of("c.csv", "Designator,Layer,Mid X,Mid Y\nC1,B,1,2\nC2,T,3,4\n"),
-              StartsWith("row 3: found side 'T' behind bumps of side 'B'"));
-  for (const char* name : {"TB", "T/B", "Board Side", "placement_side", "Layer name", "PCB-Side"})
-    EXPECT_THAT(error_of("f.csv", fmt::format("Ref,X,Y,{}\nC1,1,2,T\nC2,3,4,B\n", name)),
-                StartsWith("row 3: found side 'B' behind bumps of side 'T'"))
-        << name;
-  EXPECT_THAT(error_of("g.csv", "Ref,X,Y,Mirror\nC1,1,2,No\nC2,3,4,Yes\n"),
-              StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"));
-  EXPECT_EQ(read("h.csv", "Ref,X,Y,Outside,Slayer\nC1,1,2,T,T\nC2,3,4,B,B\n").points.size(), 2U);
-  // One side in two spellings.
-  EXPECT_EQ(read("i.csv", "x,y,Side\n1,2,TopLayer\n3,4,F.Cu\n").points.size(), 2U);
-  EXPECT_EQ(read("e.csv", "x,y,Side\n1,2,top\n3,4, Top\n").points.size(), 2U);
-}
-
-TEST_F(Readers, SidesHaveTheNamesOfManyLayoutSystems) {
-  for (const auto& [top, bottom] : {std::pair("top", "bottom"),
-                                    {"Top", "Bot"},
-                                    {"T", "B"},
-                                    {"F.Cu", "B.Cu"},
-                                    {"F.Paste", "B.Paste"},
-                                    {"TopLayer", "BottomLayer"},
-                                    {"top_layer", "bottom_layer"},
-                                    {"TOP SIDE", "BOTTOM SIDE"},
-                                    {"Component", "Solder"},
-                                    {"Component Side", "Solder Side"},
-                                    {"Primary", "Secondary"},
-                                    {"upper", "lower"},
-                                    {"front", "back"},
-                                    {"Oben", "Unten"},
-                                    {"Oberseite", "Unterseite"}}) {
-    const std::string rows = "x;y;Layer\n1;2;{}\n3;4;{}\n";
-    EXPECT_EQ(
-        error_of("a.csv", fmt::format(fmt::runtime(rows), top, bottom)),
-        fmt::format("row 3: found side '{}' behind bumps of side '{}', expected one side; export them apart",
-                    bottom, top));
-    EXPECT_EQ(read("b.csv", fmt::format(fmt::runtime(rows), top, top)).notes.size(), 0U) << top;
-    EXPECT_EQ(bottom_notes(read("c.csv", fmt::format(fmt::runtime(rows), bottom, bottom))).size(), 1U)
-        << bottom;
-  }
-  EXPECT_THAT(error_of("d.csv", "x;y;Mirror\n1;2;top\n3;4;bottom\n"),
-              StartsWith("row 3: found side 'bottom'"));
-  EXPECT_THAT(error_of("e.csv", "x;y;SYM_MIRROR\n1;2;NO\n3;4;YES\n"),
-              StartsWith("row 3: found side 'bottom'"));
-  EXPECT_THAT(error_of("f.csv", "x;y;BoardSide\n1;2;T\n3;4;B\n"), StartsWith("row 3: found side 'B'"));
-}
-
-TEST_F(Readers, ASideThatIsNotKnownIsRefused) {
-  EXPECT_EQ(error_of("a.csv", "x;y;Board Side\n1;2;top\n3;4;nadir\n"),
-            "row 3, column 3 (Board Side): found 'nadir', expected top or bottom, such as TopLayer, F.Cu or "
-            "Component Side; leave the column out where it tells no side of a board");
-  for (const char* side : {"L1", "1", "0", "Inner", "both", "In1.Cu"})
-    EXPECT_THAT(error_of("b.csv", fmt::format("x;y;Layer\n1;2;{}\n", side)),
-                StartsWith(fmt::format("row 2, column 3 (Layer): found '{}', expected top or bottom", side)));
-  EXPECT_THAT(error_of("c.csv", "x;y;Mirror\n1;2;no\n3;4;perhaps\n"),
-              StartsWith("row 3, column 3 (Mirror): found 'perhaps', expected yes or no"));
-}
-
-TEST_F(Readers, ASideIsSaidInEachRowOrInNone) {
-  EXPECT_EQ(
-      error_of("a.csv", "x,y,side\n1,2,\n3,4,bottom\n"),
-      "row 2, column 3 (side): found nothing, expected top or bottom, such as TopLayer, F.Cu or Component "
-      "Side, as row 3 has one");
-  EXPECT_THAT(error_of("b.csv", "x,y,side\n1,2,bottom\n3,4\n"),
-              StartsWith("row 3, column 3 (side): found nothing, expected top or bottom"));
-  EXPECT_THAT(error_of("c.csv", "x,y,Mirror\n1,2,\n3,4,Yes\n"),
-              StartsWith("row 2, column 3 (Mirror): found nothing, expected yes or no, as row 3 has one"));
-  EXPECT_EQ(read("d.csv", "x,y,side\n1,2,\n3,4,\n").points.size(), 2U);
 }
 
 TEST_F(Readers, AColumnOfCoordinatesMaySaySo) {
@@ -167,11 +91,91 @@ TEST_F(Readers, AColumnOfCoordinatesMaySaySo) {
     expect_points(read("a.csv", fmt::format("{}\n1000,2000\n", names)).points, {{1, 2, 2}});
 }
 
-TEST_F(Readers, TwoColumnsOfSidesTellTheSameOne) {
-  EXPECT_EQ(error_of("a.csv", "x,y,Side,Layer\n1,2,Top,Bottom\n3,4,Top,Bottom\n"),
-            "row 2, column 4 (Layer): found bottom, expected top, as column 3 (Side) tells");
-  EXPECT_EQ(read("b.csv", "x,y,Side,Layer\n1,2,Top,F.Cu\n3,4,Top,F.Cu\n").points.size(), 2U);
-  EXPECT_EQ(read("c.csv", "x,y,Side,Layer\n1,2,,B.Cu\n3,4,,B.Cu\n").points.size(), 2U);
+TEST_F(Readers, NamesOfColumnsInManySpellings) {
+  for (const char* names :
+       {"x (mm)|y (mm)", "x (millimeter)|y (millimeter)", "x (millimetres)|y (millimetres)",
+        "x in mm|y in mm", "X_Center|Y_Center", "Position X|Position Y", "Pos. X (mm)|Pos. Y (mm)",
+        "Loc X (mm)|Loc Y (mm)", "X Mid [mm]|Y Mid [mm]", "X-Koordinate|Y-Koordinate"}) {
+    const std::string both = names;
+    const auto bar = both.find('|');
+    expect_points(
+        read("a.csv", fmt::format("Ref;{};{}\nR1;1;2\n", both.substr(0, bar), both.substr(bar + 1))).points,
+        {{1, 2, 2}});
+  }
+  expect_points(read("b.csv", "x (inches),y (inches)\n1,2\n").points, {{25.4, 50.8, 2}});
+  expect_points(read("c.csv", "x (in.),y (in.)\n1,2\n").points, {{25.4, 50.8, 2}});
+  expect_points(read("d.csv", "x [thou],y [thou]\n1000,2000\n").points, {{25.4, 50.8, 2}});
+  expect_points(read("e.csv", "\"x (\"\")\",\"y (\"\")\"\n1,2\n").points, {{25.4, 50.8, 2}});
+  EXPECT_EQ(
+      error_of("f.csv", "x in furlong,y in furlong\n1,2\n"),
+      "row 1, column 1: found unit 'furlong' in the name 'x in furlong', expected mm, um, cm, m, mil or in");
+  EXPECT_THAT(error_of("g.csv", "X,Y,X Center,Y Center\n1,2,3,4\n"),
+              HasSubstr("found a second column named x"));
+}
+
+TEST_F(Readers, AColumnOfUnitsTellsThoseOfItsRows) {
+  const auto file = read("a.csv", "X,Y,Unit\n1000,2000,mil\n1,2,mm\n");
+  expect_points(file.points, {{25.4, 50.8, 2}, {1, 2, 3}});
+  EXPECT_TRUE(file.has_unit);
+  EXPECT_EQ(file.unit_place, "row 2, column 3 (Unit): mil");
+  expect_points(read("b.csv", "x_mm,y_mm,Units\n1,2,mm\n").points, {{1, 2, 2}});
+  expect_points(read("c.csv", "Einheit;X;Y\num;1000;2000\n").points, {{1, 2, 2}});
+  expect_points(read("d.csv", "X,Y,Unit\n1,2,\n").points, {{1, 2, 2}});
+  EXPECT_EQ(error_of("e.csv", "x_mm,y_mm,Unit\n1,2,mm\n3,4,mil\n"),
+            "row 3, column 3 (Unit): found unit 'mil', expected that of row 1, column 1: x_mm");
+  EXPECT_EQ(error_of("f.csv", "Units: mm\nRef,X,Y,Unit\nR1,1,2,mil\n"),
+            "row 3, column 4 (Unit): found unit 'mil', expected that of row 1: mm");
+  EXPECT_EQ(
+      error_of("g.csv", "X,Y,Unit\n1,2,pcs\n"),
+      "row 2, column 3 (Unit): found 'pcs', expected mm, um, cm, m, mil or in; leave the column out where it "
+      "tells no unit of x and y");
+  EXPECT_EQ(error_of("h.csv", "X,Y,Unit\n1,2,mm\n3,4,\n"),
+            "row 3, column 3 (Unit): found nothing, expected a unit, as row 2 has one");
+  EXPECT_EQ(error_of("i.csv", "X,Y,Unit\n1mm,2mm,mil\n"),
+            "row 2, column 1: found '1mm', expected the unit of its row");
+  EXPECT_EQ(error_of("j.csv", "X,Y,Unit,Units\n1,2,mm,mm\n"),
+            "row 1, column 4: found a second column of units, expected one");
+  EXPECT_THAT(error_of("k.csv", "x_mm,y_mm,Unit\n1,2,mm\n3,4mil,mm\n"),
+              StartsWith("row 3, column 2: found '4mil', expected the unit of its column"));
+}
+
+TEST_F(Readers, AUnitAboveTheColumnsIsSaidInManyWays) {
+  for (const char* line :
+       {"Units: inches", "Units,inches", "Unit = inch", "units inch", "Dimensions in inches",
+        "All dimensions are in inches", "# Units: inch", "# unit = in, by us", "Einheit: Zoll"})
+    expect_points(read("a.csv", fmt::format("{}\nRef,X,Y\nR1,1,2\n", line)).points, {{25.4, 50.8, 3}});
+  expect_points(read("b.csv", "# units: inch\n1,2\n").points, {{25.4, 50.8, 2}});
+  EXPECT_EQ(read("c.csv", "# unit cell of the board\n1,2\n").has_unit, false);
+  EXPECT_THAT(error_of("d.csv", "# units: inch\nx_mm,y_mm\n1,2\n"),
+              HasSubstr("expected inch, as row 1 says"));
+}
+
+TEST_F(Readers, UnitsInCells) {
+  expect_points(read("a.csv", "X,Y\n1000thou,1000 \u00b5m\n").points, {{25.4, 1, 2}});
+  expect_points(read("b.csv", "X;Y\n\"1\"\"\";2 in.\n").points, {{25.4, 50.8, 2}});
+  expect_points(read("c.csv", "X;Y\n1 inch;2. mm\n").points, {{25.4, 2, 2}});
+}
+
+TEST_F(Readers, NumbersInThousandsAreRefused) {
+  for (const char* number : {"\"1,234.5\"", "\"1.234,5\"", "1 234.5", "1'234.5"})
+    EXPECT_THAT(
+        error_of("a.csv", fmt::format("x_um,y_um\n{},2\n", number)),
+        AllOf(StartsWith("row 2, column 1 (x): found '1"), HasSubstr("expected a number such as 12.5")))
+        << number;
+  EXPECT_THAT(error_of("b.csv", "x_um;y_um\n1,234.5;2\n"),
+              StartsWith("row 2, column 1 (x): found '1,234.5'"));
+}
+
+TEST_F(Readers, RowsThatHoldNoBump) {
+  EXPECT_EQ(error_of("a.csv", "Ref,X,Y\nR1,1,2\nR2,3,4\nTotal,4,6\n"),
+            "row 4: found a row of totals, expected a bump; leave it out");
+  EXPECT_THAT(error_of("b.csv", "Ref,X,Y\nR1,1,2\nTotal: 1,,\n"),
+              StartsWith("row 3, column 2 (x): found nothing"));
+  EXPECT_THAT(error_of("c.csv", "Ref,X,Y\nR1,1,2\nSumme: 1,3,4\n"),
+              StartsWith("row 3: found a row of totals"));
+  EXPECT_EQ(read("d.csv", "Net,X,Y\nSUM,1,2\nOUT,3,4\n").points.size(), 2U);
+  EXPECT_THAT(error_of("e.csv", "x,y\n1,2\nx,y\n3,4\n"), StartsWith("row 3, column 1 (x): found 'x'"));
+  EXPECT_THAT(error_of("f.csv", "x,y,x,y\n1,2,3,4\n"), HasSubstr("found a second column named x"));
 }
 
 }  // namespace

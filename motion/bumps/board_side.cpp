@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sides of a board, as layout systems name them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/text_lines.hpp"
+
+namespace meltstage::motion::detail {
+namespace {
+
+/// "Top(1)": the number of the layer behind its name.
+std::string_view without_number(std::string_view word) {
+  const auto open = word.find_last_of('(');
+  if (open == std::string_view::npos || !word.ends_with(')')) return word;
+  const std::string_view inside = word.substr(open + 1, word.size() - open - 2);
+  return inside.find_first_not_of("0123456789") == std::string_view::npos ? word.substr(0, open) : word;
+}
+
+/// In small letters, without the marks that layout systems write between words.
+std::string letters_of(std::string_view word) {
+  constexpr std::string_view kMarks = " \t_-./()";
+  std::string small;
+  for (const char c : in_small_letters(without_number(trimmed(word))))
+    if (kMarks.find(c) == std::string_view::npos) small += c;
+  return small;
+}
+
+constexpr std::array<std::string_view, 38> kTopWords = {"top",
+                                                        "toplayer",
+                                                        "topside",
+                                                        "topcopper",
+                                                        "toppaste",
+                                                        "topmask",
+                                                        "topsolder",
+                                                        "topsilk",
+                                                        "topoverlay",
+                                                        "topsmd",
+                                                        "topsmt",
+                                                        "smdtop",
+                                                        "smttop",
+                                                        "topassembly",
+                                                        "coppertop",
+                                                        "front",
+                                                        "frontside",
+                                                        "frontlayer",
+                                                        "frontcopper",
+                                                        "fcu",
+                                                        "fpaste",
+                                                        "fmask",
+                                                        "fsilks",
+                                                        "ffab",
+                                                        "fadhes",
+                                                        "componentside",
+                                                        "compside",
+                                                        "primaryside",
+                                                        "upperside",
+                                                        "oben",
+                                                        "oberseite",
+                                                        "topseite",
+                                                        "vorne",
+                                                        "vorderseite",
+                                                        "best\u00fcckungsseite",
+                                                        "bestueckungsseite",
+                                                        "dessus",
+                                                        "faceavant"};
+constexpr std::array<std::string_view, 46> kBottomWords = {"bottom",        "bot",
+                                                           "btm",           "bottomlayer",
+                                                           "botlayer",      "btmlayer",
+                                                           "bottomside",    "botside",
+                                                           "btmside",       "bottomcopper",
+                                                           "bottompaste",   "bottommask",
+                                                           "bottomsolder",  "bottomsilk",
+                                                           "bottomoverlay", "bottomsmd",
+                                                           "bottomsmt",     "smdbottom",
+                                                           "smtbottom",     "smdbot",
+                                                           "smtbot",        "bottomassembly",
+                                                           "copperbottom",  "back",
+                                                           "backside",      "backlayer",
+                                                           "backcopper",    "bcu",
+                                                           "bpaste",        "bmask",
+                                                           "bsilks",        "bfab",
+                                                           "badhes",        "solderside",
+                                                           "soldside",      "secondaryside",
+                                                           "lowerside",     "unten",
+                                                           "unterseite",    "bottomseite",
+                                                           "hinten",        "r\u00fcckseite",
+                                                           "rueckseite",    "l\u00f6tseite",
+                                                           "loetseite",     "dessous"};
+
+// Of a side alone where a column is named after it.
+constexpr std::array<std::string_view, 6> kTopHints = {"t", "f", "component", "comp", "primary", "upper"};
+constexpr std::array<std::string_view, 5> kBottomHints = {"b", "solder", "sold", "secondary", "lower"};
+
+template <class Words>
+bool holds(const Words& words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+}  // namespace
+
+std::string in_small_letters(std::string_view text) {
+  constexpr unsigned char kLatin = 0xC3, kFirst = 0x80, kLast = 0x9E, kTimes = 0x97, kToSmall = 0x20;
+  std::string small;
+  unsigned char before = 0;
+  for (const char letter : text) {
+    const auto c = static_cast<unsigned char>(letter);
+    const bool capital =
+        before == kLatin && c >= kFirst && c <= kLast && c != kTimes;  // of UTF-8: \u00c4, \u00d6 ...
+    small += static_cast<char>(capital ? c + kToSmall : std::tolower(c));
+    before = c;
+  }
+  return small;
+}
+
+std::optional<Side> side_unmistakably_named(std::string_view word) {
+  const std::string text = letters_of(word);
+  if (holds(kTopWords, text)) return Side::top;
+  if (holds(kBottomWords, text)) return Side::bottom;
+  return std::nullopt;
+}
+
+std::optional<Side> side_named(std::string_view word) {
+  const std::string text = letters_of(word);
+  if (holds(kTopHints, text)) return Side::top;
+  if (holds(kBottomHints, text)) return Side::bottom;
+  return side_unmistakably_named(word);
+}
+
+void OneSide::check(const std::filesystem::path& path, std::string_view place, Side side,
+                    std::string_view word) {
+  if (!side_) {
+    side_ = side;
+    first_ = trimmed(word);
+  }
+  if (side == *side_) return;
+  throw CoordinateError(
+      fmt::format("{}: {}: found side {} behind bumps of side {}, expected one side; export them apart",
+                  path.string(), place, in_quotes(trimmed(word)), in_quotes(first_)));
+}
+
+bool OneSide::is_bottom() const { return side_ == Side::bottom; }
+
+}  // namespace meltstage::motion::detail

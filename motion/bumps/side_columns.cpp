@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/bumps/side_columns.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <initializer_list>
+#include <optional>
+#include <string_view>
+
+#include "base/place.hpp"
+#include "motion/bumps/column_names.hpp"
+#include "motion/bumps/text_lines.hpp"
+
+namespace meltstage::motion::detail {
+namespace {
+
+template <class Words>
+bool is_one_of(std::string_view word, const Words& words) {
+  return std::find(std::begin(words), std::end(words), word) != std::end(words);
+}
+
+template <class Words>
+bool any_is_one_of(const std::vector<std::string>& name, const Words& words) {
+  return std::any_of(name.begin(), name.end(),
+                     [&](const std::string& word) { return is_one_of(word, words); });
+}
+
+// ---- what a cell says ----
+
+std::optional<Side> side_of_word(const Cell& cell) { return side_named(cell.text); }
+
+std::optional<Side> side_of_unmistakable_word(const Cell& cell) { return side_unmistakably_named(cell.text); }
+
+std::optional<bool> yes_or_no(const Cell& cell) {
+  constexpr std::array<std::string_view, 8> kYes = {"1", "yes", "y", "true", "x", "ja", "j", "oui"};
+  constexpr std::array<std::string_view, 7> kNo = {"0", "no", "n", "false", "none", "nein", "non"};
+  const std::string text = plain_name(cell);
+  if (is_one_of(text, kYes)) return true;
+  if (is_one_of(text, kNo)) return false;
+  return std::nullopt;
+}
+
+/// Of a column Bottom: yes is the bottom.
+std::optional<Side> bottom_if_yes(const Cell& cell) {
+  if (const auto yes = yes_or_no(cell)) return *yes ? Side::bottom : Side::top;
+  return side_named(cell.text);
+}
+
+/// Of a column Top.
+std::optional<Side> top_if_yes(const Cell& cell) {
+  if (const auto yes = yes_or_no(cell)) return *yes ? Side::top : Side::bottom;
+  return side_named(cell.text);
+}
+
+/// Of a column Mirror or Flip: what is mirrored lies on the bottom.
+std::optional<Side> bottom_if_mirrored(const Cell& cell) {
+  constexpr std::array<std::string_view, 6> kMirrored = {"m",    "mirror",  "mirrored",
+                                                         "flip", "flipped", "gespiegelt"};
+  constexpr std::array<std::string_view, 3> kNot = {"not mirrored", "not flipped", "nicht gespiegelt"};
+  const std::string text = plain_name(cell);
+  if (is_one_of(text, kMirrored)) return Side::bottom;
+  if (is_one_of(text, kNot)) return Side::top;
+  return bottom_if_yes(cell);
+}
+
+// ---- what a name says ----
+
+constexpr std::string_view kSideExpected = "top or bottom, such as TopLayer, F.Cu or Component Side",
+                           kYesExpected = "yes or no";
+
+/// Side, Board Side, BoardSide, Layer, layer_name, T/B, TB, Seite, Platinenseite.
+bool names_sides(const std::vector<std::string>& name) {
+  constexpr std::array<std::string_view, 12> kWords = {
+      "side",          "layer",     "tb",       "topbottom", "boardside",  "pcbside",
+      "placementside", "mountside", "compside", "layername", "boardlayer", "topbot"};
+  const std::vector<std::string> letters = {"t", "b"}, both = {"top", "bottom"};
+  return name == letters || name == both || any_is_one_of(name, kWords) ||
+         std::any_of(name.begin(), name.end(),
+                     [](const std::string& word) { return word.ends_with("seite"); });
+}
+
+/// Mirror, Mirrored, SYM_MIRROR.
+bool names_mirrors(const std::vector<std::string>& name) {
+  return std::any_of(name.begin(), name.end(), [](const std::string& word) {
+    return word.starts_with("mirror") || word == "gespiegelt";
+  });
+}
+
+/// Bottom, "On bottom", bottom_side: one of the words, and none that makes another thing of it.
+template <class Words>
+bool names_one_side(const std::vector<std::string>& name, const Words& words) {
+  constexpr std::array<std::string_view, 10> kBeside = {"is",    "on",  "at",  "auf", "side",
+                                                        "board", "pcb", "smd", "der", "placed"};
+  return any_is_one_of(name, words) && std::all_of(name.begin(), name.end(), [&](const std::string& word) {
+           return is_one_of(word, words) || is_one_of(word, kBeside);
+         });
+}
+
+bool names_bottom(const std::vector<std::string>& name) {
+  constexpr std::array<std::string_view, 11> kWords = {
+      "bottom",    "bot",        "btm",   "back",       "backside",      "bottomside",
+      "underside", "solderside", "unten", "unterseite", "r\u00fcckseite"};
+  return names_one_side(name, kWords);
+}
+
+bool names_top(const std::vector<std::string>& name) {
+  constexpr std::array<std::string_view, 7> kWords = {"top",  "topside",   "front",      "frontside",
+                                                      "oben", "oberseite", "vorderseite"};
+  return names_one_side(name, kWords);
+}
+
+bool names_flips(const std::vector<std::string>& name) {
+  constexpr std::array<std::string_view, 2> kWords = {"flip", "flipped"};
+  return names_one_side(name, kWords);
+}
+
+/// Location, Face, Placement: where a part is, which may be its side.
+bool names_places(const std::vector<std::string>& name) {
+  constexpr std::array<std::string_view, 12> kWords = {"location", "loc",      "place",    "placement",
+                                                       "position", "pos",      "face",     "surface",
+                                                       "mounted",  "mounting", "assembly", "lage"};
+  return any_is_one_of(name, kWords);
+}
+
+/// Words of any kind stand in such a column, and mean what they like.
+bool names_remarks(const std::vector<std::string>& name) {
+  constexpr std::array<std::string_view, 24> kWords = {
+      "comment", "comments",    "quality", "grade",      "note",   "notes",   "remark",    "remarks",
+      "desc",    "description", "name",    "net",        "value",  "val",     "kommentar", "bemerkung",
+      "text",    "label",       "ref",     "designator", "refdes", "package", "footprint", "part"};
+  return any_is_one_of(name, kWords);
+}
+
+struct Meaning {
+  SideColumns::Trust trust = SideColumns::Trust::sides;
+  SideColumns::Reading side_of = nullptr;
+  std::string_view expected;
+};
+
+std::optional<Meaning> meaning_of(const Cell& cell) {
+  using enum SideColumns::Trust;
+  const std::vector<std::string> name = words_of_name(cell);
+  if (names_mirrors(name)) return Meaning{sides, bottom_if_mirrored, kYesExpected};
+  if (names_flips(name)) return Meaning{sides_or_others, bottom_if_mirrored, kYesExpected};
+  if (names_bottom(name)) return Meaning{sides_or_others, bottom_if_yes, kYesExpected};
+  if (names_top(name)) return Meaning{sides_or_others, top_if_yes, kYesExpected};
+  if (names_sides(name)) return Meaning{sides, side_of_word, kSideExpected};
+  if (names_remarks(name)) return std::nullopt;
+  if (names_places(name)) return Meaning{sides_or_others, side_of_word, kSideExpected};
+  return Meaning{words_alone, side_of_unmistakable_word, kSideExpected};
+}
+
+constexpr std::string_view kAdvice = "leave the column out where it tells no side of a board";
+
+}  // namespace
+
+void SideColumns::take_names(const TableRow& names, std::size_t x, std::size_t y) {
+  for (std::size_t i = 0; i < names.cells.size(); ++i) {
+    if (i == x || i == y) continue;
+    if (const auto meaning = meaning_of(names.cells[i]))
+      columns_.push_back({i,
+                          shown(trimmed(names.cells[i].text)),
+                          meaning->trust,
+                          meaning->side_of,
+                          meaning->expected,
+                          {},
+                          {},
+                          {},
+                          {},
+                          false});
+  }
+}
+
+void SideColumns::take_nameless(const TableRow& first, std::size_t x, std::size_t y) {
+  for (std::size_t i = 0; i < first.cells.size(); ++i)
+    if (i != x && i != y)
+      columns_.push_back(
+          {i, {}, Trust::words_alone, side_of_unmistakable_word, kSideExpected, {}, {}, {}, {}, false});
+}
+
+void SideColumns::take(const TableRow& row) {
+  for (Column& column : columns_) {
+    take_cell(column, row);
+    if (column.trust == Trust::sides && column.other.row != 0)
+      fail(path_, fmt::format("{}: found {}, expected {}; {}", place(column, column.other.row),
+                              in_quotes(column.other.word), column.expected, kAdvice));
+  }
+  // A table may have many more columns than those that tell sides.
+  std::erase_if(columns_, [](const Column& column) {
+    return column.trust == Trust::words_alone && (column.other.row != 0 || column.empty.row != 0);
+  });
+}
+
+void SideColumns::take_cell(Column& column, const TableRow& row) {
+  const auto note = [&](Seen& seen, std::string_view word) {
+    if (seen.row == 0) seen = {row.row, std::string(trimmed(word))};
+  };
+  if (column.index >= row.cells.size() || is_blank(row.cells[column.index])) return note(column.empty, {});
+  const Cell& cell = row.cells[column.index];
+  const auto side = column.side_of(cell);
+  if (!side) return note(column.other, cell.text);
+  const bool by_word = side_named(cell.text).has_value();
+  note(*side == Side::top ? column.top : column.bottom,
+       by_word ? std::string_view(cell.text) : (*side == Side::top ? "top" : "bottom"));
+  column.unmistakable = column.unmistakable || side_unmistakably_named(cell.text) || !by_word;
+}
+
+std::string SideColumns::place(const Column& column, std::size_t row) const {
+  return fmt::format("row {}, column {}{}", row, column.index + 1,
+                     column.name.empty() ? "" : " (" + column.name + ")");
+}
+
+/// Whether the column tells sides; throws where it does so in some of its rows only.
+bool SideColumns::tells(const Column& column) const {
+  const std::size_t side_row = std::max(column.top.row, column.bottom.row);
+  if (side_row == 0) return false;
+  const bool doubtful = column.trust == Trust::sides_or_others && !column.unmistakable;
+  if (column.other.row != 0) {
+    if (doubtful) return false;
+    fail(path_, fmt::format("{}: found {}, expected {}, as row {} has; {}", place(column, column.other.row),
+                            in_quotes(column.other.word), column.expected, side_row, kAdvice));
+  }
+  if (column.empty.row != 0 && !doubtful)
+    fail(path_, fmt::format("{}: found nothing, expected {}, as row {} has one",
+                            place(column, column.empty.row), column.expected, side_row));
+  return column.empty.row == 0;
+}
+
+const SideColumns::Seen& SideColumns::later_side(const Column& column) {
+  return column.top.row > column.bottom.row ? column.top : column.bottom;
+}
+
+void SideColumns::require_one_side(const Column& column) const {
+  if (column.top.row == 0 || column.bottom.row == 0) return;
+  const Seen& later = later_side(column);
+  const Seen& first = &later == &column.top ? column.bottom : column.top;
+  fail(path_,
+       fmt::format(
+           "row {}: found side {} behind bumps of side {}, expected one side; export them apart{}", later.row,
+           in_quotes(later.word), in_quotes(first.word),
+           column.trust == Trust::words_alone
+               ? fmt::format(", or leave out column {} where it tells no side of a board", column.index + 1)
+               : ""));
+}
+
+/// Two columns may both tell the side; they must tell the same one. What a column is named counts for more
+/// than what stands in another one.
+bool SideColumns::is_bottom() const {
+  const Column* first = nullptr;
+  for (const bool named : {true, false})
+    for (const Column& column : columns_) {
+      if ((column.trust != Trust::words_alone) != named) continue;
+      if (!named && first != nullptr && first->trust != Trust::words_alone) continue;
+      if (!tells(column)) continue;
+      require_one_side(column);
+      if (first == nullptr) first = &column;
+      const bool bottom = column.bottom.row != 0, first_bottom = first->bottom.row != 0;
+      if (bottom == first_bottom) continue;
+      fail(path_, fmt::format("{}: found {}, expected {}, as column {} ({}) tells",
+                              place(column, later_side(column).row), bottom ? "bottom" : "top",
+                              first_bottom ? "bottom" : "top", first->index + 1, first->name));
+    }
+  return first != nullptr && first->bottom.row != 0;
+}
+
+}  // namespace meltstage::motion::detail

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inside the motion room: the columns of a table that tell on which side of a board its bumps lie.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "motion/bumps/coordinate_sources.hpp"
+
+namespace meltstage::motion::detail {
+
+class SideColumns {
+ public:
+  explicit SideColumns(const std::filesystem::path& path) : path_(path) {}
+
+  /// Watches the columns of a table whose coordinates are in the columns `x` and `y`. `names` is the row that
+  /// names them; where none does, `names` is the first row of numbers.
+  void take_names(const TableRow& names, std::size_t x, std::size_t y);
+  void take_nameless(const TableRow& first, std::size_t x, std::size_t y);
+
+  /// A row that holds a bump. Throws the CoordinateError for a word that names no side where one has to
+  /// stand.
+  void take(const TableRow& row);
+
+  /// Whether the bumps lie on the bottom. Throws the CoordinateError for bumps on both sides.
+  bool is_bottom() const;
+
+  /// Side, Mirror: no other words stand there. Bottom, Location: perhaps a side in each row, perhaps another
+  /// thing. A column of any other name: told by its words alone.
+  enum class Trust { sides, sides_or_others, words_alone };
+
+  using Reading = std::optional<Side> (*)(const Cell&);
+
+ private:
+  struct Seen {
+    std::size_t row = 0;
+    std::string word;
+  };
+  /// `unmistakable`: one of the words names a side in any column.
+  struct Column {
+    std::size_t index = 0;
+    std::string name;
+    Trust trust = Trust::sides;
+    Reading side_of = nullptr;
+    std::string_view expected;
+    Seen top, bottom, other, empty;
+    bool unmistakable = false;
+  };
+
+  static void take_cell(Column& column, const TableRow& row);
+  static const Seen& later_side(const Column& column);
+  std::string place(const Column& column, std::size_t row) const;
+  bool tells(const Column& column) const;
+  void require_one_side(const Column& column) const;
+
+  const std::filesystem::path& path_;
+  std::vector<Column> columns_;
+};
+
+}  // namespace meltstage::motion::detail

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sides of a board in tables: by which columns and words they are told.
+#include <fmt/format.h>
+
+#include <string>
+#include <tuple>
+
+#include "tests/motion/bumps/reader_files.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
+  EXPECT_THAT(
+      error_of("a.csv", "Ref,Val,Package,PosX,PosY,Rot,Side\nC1,1,C,1.5,2.5,0,top\nC2,1,C,3,4,0,bottom\n"),
+      StartsWith("row 3: found side 'bottom' behind bumps of side 'top', expected one side"));
+  EXPECT_THAT(error_of("b.csv", "Designator,Layer,Mid X,Mid Y\nC1,TopLayer,1,2\nC2,BottomLayer,3,4\n"),
+              StartsWith("row 3: found side 'BottomLayer' behind bumps of side 'TopLayer'"));
+  EXPECT_THAT(error_of("c.csv", "Designator,Layer,Mid X,Mid Y\nC1,B,1,2\nC2,T,3,4\n"),
+              StartsWith("row 3: found side 'T' behind bumps of side 'B'"));
+  for (const char* name : {"TB", "T/B", "Board Side", "placement_side", "Layer name", "PCB-Side"})
+    EXPECT_THAT(error_of("f.csv", fmt::format("Ref,X,Y,{}\nC1,1,2,T\nC2,3,4,B\n", name)),
+                StartsWith("row 3: found side 'B' behind bumps of side 'T'"))
+        << name;
+  EXPECT_THAT(error_of("g.csv", "Ref,X,Y,Mirror\nC1,1,2,No\nC2,3,4,Yes\n"),
+              StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"));
+  EXPECT_EQ(read("h.csv", "Ref,X,Y,Outside,Slayer\nC1,1,2,T,T\nC2,3,4,B,B\n").points.size(), 2U);
+  // One side in two spellings.
+  EXPECT_EQ(read("i.csv", "x,y,Side\n1,2,TopLayer\n3,4,F.Cu\n").points.size(), 2U);
+  EXPECT_EQ(read("e.csv", "x,y,Side\n1,2,top\n3,4, Top\n").points.size(), 2U);
+}
+
+TEST_F(Readers, SidesHaveTheNamesOfManyLayoutSystems) {
+  for (const auto& [top, bottom] : {std::pair("top", "bottom"),
+                                    {"Top", "Bot"},
+                                    {"T", "B"},
+                                    {"F.Cu", "B.Cu"},
+                                    {"F.Paste", "B.Paste"},
+                                    {"TopLayer", "BottomLayer"},
+                                    {"top_layer", "bottom_layer"},
+                                    {"TOP SIDE", "BOTTOM SIDE"},
+                                    {"Component", "Solder"},
+                                    {"Component Side", "Solder Side"},
+                                    {"Primary", "Secondary"},
+                                    {"upper", "lower"},
+                                    {"front", "back"},
+                                    {"Oben", "Unten"},
+                                    {"Oberseite", "Unterseite"}}) {
+    const std::string rows = "x;y;Layer\n1;2;{}\n3;4;{}\n";
+    EXPECT_EQ(
+        error_of("a.csv", fmt::format(fmt::runtime(rows), top, bottom)),
+        fmt::format("row 3: found side '{}' behind bumps of side '{}', expected one side; export them apart",
+                    bottom, top));
+    EXPECT_EQ(read("b.csv", fmt::format(fmt::runtime(rows), top, top)).notes.size(), 0U) << top;
+    EXPECT_EQ(bottom_notes(read("c.csv", fmt::format(fmt::runtime(rows), bottom, bottom))).size(), 1U)
+        << bottom;
+  }
+  EXPECT_THAT(error_of("d.csv", "x;y;Mirror\n1;2;top\n3;4;bottom\n"),
+              StartsWith("row 3: found side 'bottom'"));
+  EXPECT_THAT(error_of("e.csv", "x;y;SYM_MIRROR\n1;2;NO\n3;4;YES\n"),
+              StartsWith("row 3: found side 'bottom'"));
+  EXPECT_THAT(error_of("f.csv", "x;y;BoardSide\n1;2;T\n3;4;B\n"), StartsWith("row 3: found side 'B'"));
+}
+
+TEST_F(Readers, ASideThatIsNotKnownIsRefused) {
+  EXPECT_EQ(error_of("a.csv", "x;y;Board Side\n1;2;top\n3;4;nadir\n"),
+            "row 3, column 3 (Board Side): found 'nadir', expected top or bottom, such as TopLayer, F.Cu or "
+            "Component Side; leave the column out where it tells no side of a board");
+  for (const char* side : {"L1", "1", "0", "Inner", "both", "In1.Cu"})
+    EXPECT_THAT(error_of("b.csv", fmt::format("x;y;Layer\n1;2;{}\n", side)),
+                StartsWith(fmt::format("row 2, column 3 (Layer): found '{}', expected top or bottom", side)));
+  EXPECT_THAT(error_of("c.csv", "x;y;Mirror\n1;2;no\n3;4;perhaps\n"),
+              StartsWith("row 3, column 3 (Mirror): found 'perhaps', expected yes or no"));
+}
+
+TEST_F(Readers, ASideIsSaidInEachRowOrInNone) {
+  EXPECT_EQ(
+      error_of("a.csv", "x,y,side\n1,2,\n3,4,bottom\n"),
+      "row 2, column 3 (side): found nothing, expected top or bottom, such as TopLayer, F.Cu or Component "
+      "Side, as row 3 has one");
+  EXPECT_THAT(error_of("b.csv", "x,y,side\n1,2,bottom\n3,4\n"),
+              StartsWith("row 3, column 3 (side): found nothing, expected top or bottom"));
+  EXPECT_THAT(error_of("c.csv", "x,y,Mirror\n1,2,\n3,4,Yes\n"),
+              StartsWith("row 2, column 3 (Mirror): found nothing, expected yes or no, as row 3 has one"));
+  EXPECT_EQ(read("d.csv", "x,y,side\n1,2,\n3,4,\n").points.size(), 2U);
+}
+
+TEST_F(Readers, TwoColumnsOfSidesTellTheSameOne) {
+  EXPECT_EQ(error_of("a.csv", "x,y,Side,Layer\n1,2,Top,Bottom\n3,4,Top,Bottom\n"),
+            "row 2, column 4 (Layer): found bottom, expected top, as column 3 (Side) tells");
+  EXPECT_EQ(read("b.csv", "x,y,Side,Layer\n1,2,Top,F.Cu\n3,4,Top,F.Cu\n").points.size(), 2U);
+  EXPECT_EQ(read("c.csv", "x,y,Side,Layer\n1,2,,B.Cu\n3,4,,B.Cu\n").points.size(), 2U);
+}
+
+TEST_F(Readers, SidesAreToldByColumnsOfManyNames) {
+  for (const auto& [name, top, bottom] : {std::tuple("Location", "Top", "Bottom"),
+                                          {"Flip", "0", "1"},
+                                          {"Flipped", "no", "yes"},
+                                          {"Bottom", "no", "yes"},
+                                          {"Top", "yes", "no"},
+                                          {"On bottom", "false", "true"},
+                                          {"face", "dessus", "dessous"},
+                                          {"Seite", "Vorderseite", "R\u00fcckseite"},
+                                          {"Seite", "VORDERSEITE", "R\u00dcCKSEITE"},
+                                          {"Platinenseite", "Vorderseite", "Rueckseite"},
+                                          {"Side", "Top(1)", "Bottom(2)"},
+                                          {"Side", "top", "btm"},
+                                          {"Placement", "Top", "Bottom"},
+                                          {"Top/Bottom", "T", "B"},
+                                          {"mirror", "0", "1"},
+                                          {"Mirrored", "False", "True"},
+                                          {"Assembled on", "Top", "Bottom"},
+                                          {"", "F.Cu", "B.Cu"},
+                                          {"Location", "T", "B"},
+                                          {"Layer", "Front Layer", "Back Layer"},
+                                          {"Side", "SMD Top", "SMD Bottom"}}) {
+    const std::string rows = "x_mm;y_mm;{}\n1;2;{}\n3;4;{}\n";
+    EXPECT_THAT(error_of("a.csv", fmt::format(fmt::runtime(rows), name, top, bottom)),
+                AllOf(StartsWith("row 3: found side '"), HasSubstr("expected one side; export them apart")))
+        << name << ' ' << top;
+    EXPECT_THAT(error_of("a.csv", fmt::format(fmt::runtime(rows), name, bottom, top)),
+                StartsWith("row 3: found side '"))
+        << name << ' ' << top;
+    EXPECT_THAT(read("b.csv", fmt::format(fmt::runtime(rows), name, top, top)).notes, IsEmpty())
+        << name << ' ' << top;
+    EXPECT_EQ(bottom_notes(read("c.csv", fmt::format(fmt::runtime(rows), name, bottom, bottom))).size(), 1U)
+        << name << ' ' << bottom;
+  }
+  EXPECT_THAT(
+      error_of("d.csv", "R1,1,2,top\nR2,3,4,bottom\n"),
+      "row 2: found side 'bottom' behind bumps of side 'top', expected one side; export them apart, or leave "
+      "out column 4 where it tells no side of a board");
+}
+
+TEST_F(Readers, WordsOfSidesElsewhereTellNone) {
+  for (const char* name : {"Quality", "Comment", "Remark", "Description", "Net", "Ref"})
+    EXPECT_THAT(read("a.csv", fmt::format("x,y,{}\n1,2,Top\n3,4,Bottom\n", name)).notes, IsEmpty()) << name;
+  // A column of other words, in which one happens to be a side's.
+  EXPECT_THAT(read("b.csv", "x,y,Kind\n1,2,bottom\n3,4,left\n").notes, IsEmpty());
+  EXPECT_THAT(read("c.csv", "x,y,Kind\n1,2,bottom\n3,4,\n").notes, IsEmpty());
+  EXPECT_THAT(read("d.csv", "x,y,Location\n1,2,A\n3,4,B\n5,6,C\n").notes, IsEmpty());
+  EXPECT_THAT(read("e.csv", "x,y,Top\n1,2,12.5\n3,4,13.5\n").notes, IsEmpty());
+  // What says itself that it tells the side counts for more.
+  EXPECT_THAT(read("f.csv", "x,y,Side,Print\n1,2,top,front\n3,4,top,back\n").notes, IsEmpty());
+}
+
+TEST_F(Readers, ASideInSomeRowsAloneIsRefused) {
+  EXPECT_EQ(error_of("a.csv", "x,y,Location\n1,2,Top\n3,4,shelf\n"),
+            "row 3, column 3 (Location): found 'shelf', expected top or bottom, such as TopLayer, F.Cu or "
+            "Component "
+            "Side, as row 2 has; leave the column out where it tells no side of a board");
+  EXPECT_EQ(error_of("b.csv", "x,y,Bottom\n1,2,\n3,4,yes\n"),
+            "row 2, column 3 (Bottom): found nothing, expected yes or no, as row 3 has one");
+}
+
+}  // namespace
+}  // namespace meltstage::motion
