@@ -183,6 +183,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "row 6: found 'X123456789012D03', expected coordinates of at most 10"},
         BadFile{"open_block", gerber("%ABD20*%D10*X0Y0D03*"), "the file ends inside a block"},
         BadFile{"scaled_image", gerber("%SFA1.0B1.01*%"), "row 5: found 'SFA1.0B1.01', expected no change"},
+        BadFile{"turned_image", gerber("%IR90*%"), "row 5: found 'IR90', expected no change"},
         BadFile{"swapped_axes", gerber("%ASAYBX*%"), "row 5: found 'ASAYBX', expected no change"},
         BadFile{"endless_step", gerber("D10*%SRX2000000Y2000000I1J1*%X0Y0D03*%SR*%"),
                 "found more than 2000000 points"},
