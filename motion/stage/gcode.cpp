@@ -13,7 +13,7 @@
 namespace meltstage::motion {
 namespace {
 
-constexpr std::size_t kLongestName = 60;
+constexpr std::size_t kLongestLine = 79;         // of grbl, which has 80 characters for a line and its end
 constexpr std::size_t kCompensationLines = 256;  // of LinuxCNC's table
 
 void check_in_travel(const GcodeOptions& options, double x_mm, double y_mm, const std::string& what) {
@@ -26,10 +26,24 @@ void check_in_travel(const GcodeOptions& options, double x_mm, double y_mm, cons
                                   options.y.max_mm));
 }
 
-/// A text inside a comment: brackets would end it, and a comment that begins with MSG or DEBUG is an order.
-std::string comment(std::string text, std::string_view of) {
-  for (const char c : of) text += c >= ' ' && c <= '~' && c != '(' && c != ')' ? c : '_';
-  return "(" + text + ")\n";
+/// A text as comments, as many lines as it takes, each begun with `label`: brackets would end a comment, and
+/// one that begins with MSG or DEBUG is an order.
+std::string comments(std::string_view label, std::string_view text) {
+  const std::size_t most = kLongestLine - label.size() - 2;
+  std::string lines;
+  do {
+    std::size_t length = std::min(text.size(), most);
+    if (length < text.size())  // between two words
+      if (const std::size_t blank = text.rfind(' ', length); blank != std::string_view::npos && blank > 0)
+        length = blank;
+    lines += fmt::format("({}", label);
+    for (const char c : text.substr(0, length))
+      lines += c >= ' ' && c <= '~' && c != '(' && c != ')' ? c : '_';
+    lines += ")\n";
+    text.remove_prefix(length);
+    if (text.starts_with(' ')) text.remove_prefix(1);
+  } while (!text.empty());
+  return lines;
 }
 
 /// Four decimals; what rounds to zero has no sign.
@@ -84,8 +98,8 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
   check_in_travel(options, end_mm.x(), end_mm.y(), "the end");
 
   const Words words = words_of(options);
-  std::string program = comment("name: ", name.substr(0, kLongestName));
-  for (const std::string& note : options.notes) program += comment("note: ", note);
+  std::string program = comments("name: ", name);
+  for (const std::string& note : options.notes) program += comments("note: ", note);
   program += words.before;
   program += words.wait_heat;
   program += fmt::format("G0 X{} Y{}\n", number(start_mm.x()), number(start_mm.y()));

@@ -385,6 +385,7 @@ std::vector<double> landing_errors_mm(const FlyByPlan& plan, std::span<const Poi
     throw MotionError(
         fmt::format("landing: comparator's clock: found {} s, expected at most 2^53 ticks in {} s", compare_s,
                     plan.duration_s));
+  if (bumps.empty()) throw MotionError("landing: found no bumps, expected those of the plan");
   std::vector<double> errors;
   for (const FlyByRow& row : plan.rows) {
     const double over_s = row.start_s + row.x.duration_s;

@@ -34,6 +34,9 @@ class FileActions {
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
     pid_t pid = -1;
+    // Inherited as ignored, it would let the kernel take the child's status before we ask for it.
+    if (std::signal(SIGCHLD, SIG_DFL) == SIG_ERR)
+      throw std::system_error(errno, std::generic_category(), "SIGCHLD");
     if (const int error = posix_spawnp(&pid, argv[0], &actions_, nullptr, argv.data(), environ); error != 0)
       throw std::system_error(error, std::generic_category(), arguments[0] + ": cannot be started");
     return pid;
@@ -43,11 +46,14 @@ class FileActions {
   posix_spawn_file_actions_t actions_;
 };
 
-int wait_for(pid_t pid, int options, int& status) {
+// Whether the child has ended; its status is known then. Throws std::system_error when it can't be asked for.
+bool has_ended(pid_t pid, int options, int& status) {
   pid_t done;
   while ((done = waitpid(pid, &status, options)) == -1 && errno == EINTR) {
   }
-  return done;
+  if (done == -1)
+    throw std::system_error(errno, std::generic_category(), fmt::format("process {}: status", pid));
+  return done == pid;
 }
 
 }  // namespace
@@ -66,14 +72,14 @@ Child& Child::operator=(Child&& other) noexcept {
 
 Child::~Child() {
   if (pid_ <= 0) return;
-  int status = 0;
   kill(pid_, SIGKILL);
-  wait_for(pid_, 0, status);
+  while (waitpid(pid_, nullptr, 0) == -1 && errno == EINTR) {
+  }
 }
 
 std::optional<int> Child::poll() {
   int status = 0;
-  if (wait_for(pid_, WNOHANG, status) != pid_) return std::nullopt;
+  if (!has_ended(pid_, WNOHANG, status)) return std::nullopt;
   pid_ = -1;
   return status;
 }
@@ -102,7 +108,7 @@ CommandOutput run_command(const Arguments& arguments) {
   }
   close(ends[0]);
   int status = 0;
-  wait_for(pid, 0, status);
+  has_ended(pid, 0, status);
   output.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return output;
 }

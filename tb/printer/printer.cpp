@@ -97,7 +97,6 @@ class Printer {
     leave();
     recorder_.finish(cycle() - 1);  // the cycle that would come next is not recorded
     result_.cycles = cycle();
-    result_.frames = run_.chip.uartc.messages();
     return std::move(result_);
   }
 
@@ -272,10 +271,18 @@ class Printer {
     while (next_event_ < job_.events.size() && seconds(cycle()) >= job_.events[next_event_].at_s)
       happen(job_.events[next_event_++].kind);
     tick_stage();
+    count_frames();
     take_results();
     watch_for_faults();
     if (!aborted_ && cycle() >= next_poll_ && phase_ > Phase::configure && waiting_ == 0) poll();
     act_in_phase();
+  }
+
+  // The chip's own counter has 16 bits.
+  void count_frames() {
+    const std::uint16_t now = run_.chip.uartc.messages();
+    result_.frames += static_cast<std::uint16_t>(now - messages_seen_);
+    messages_seen_ = now;
   }
 
   void tick_stage() {
@@ -638,6 +645,7 @@ class Printer {
   std::uint64_t shot_over_ = 0;  // end of the trigger's pulse, 0 outside of one
   std::size_t heat_sample_ = 0;
   std::size_t next_event_ = 0;
+  std::uint16_t messages_seen_ = 0;
   int waiting_ = 0;                    // requests without an answer yet
   std::uint8_t refused_ = 0;           // last exception code
   std::vector<std::uint16_t> status_;  // last status poll

@@ -54,6 +54,7 @@ TEST(PatternFiles, AByteOrderMarkSaysNothing) {
 TEST(PatternFiles, NothingStandsBehindTheEndOfWgl) {
   const std::string text = wgl_text(small_stream());
   EXPECT_TRUE(same_cycles(parse_wgl(text + "\n# a comment\n{ and one }\n", "a.wgl"), small_stream()));
+  EXPECT_TRUE(same_cycles(parse_wgl(text + "\n# without a new line", "a.wgl"), small_stream()));
   const auto line = std::to_string(std::count(text.begin(), text.end(), '\n') + 1);
   for (const std::string& more : {std::string("junk\n"), text, std::string("\"\"")})
     EXPECT_THAT([&] { parse_wgl(text + more, "a.wgl"); },

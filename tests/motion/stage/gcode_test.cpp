@@ -105,6 +105,26 @@ TEST(Gcode, CannotBreakOutOfItsComment) {
   EXPECT_EQ(droplets_of(interpret(program)).size(), kBumps.size());
 }
 
+// A line of grbl holds 79 characters.
+TEST(Gcode, LongNotesGoOnInTheNextLine) {
+  GcodeOptions options = options_of(GcodeDialect::grbl);
+  const std::string note =
+      "board.csv: 3 rows of the bottom side are left out, which has 120 of them in all, and 2 fiducials";
+  options.notes = {note, std::string(200, 'x')};
+  const std::string program = write_gcode(kBumps, kStart, std::string(100, 'n'), options);
+  std::istringstream lines(program);
+  std::string read;
+  std::size_t longest = 0;
+  for (std::string line; std::getline(lines, line);) {
+    longest = std::max(longest, line.size());
+    if (line.starts_with("(note: ") && !line.starts_with("(note: x"))
+      read += (read.empty() ? "" : " ") + line.substr(7, line.size() - 8);
+  }
+  EXPECT_LE(longest, 79u);
+  EXPECT_EQ(read, note);
+  EXPECT_EQ(std::count(program.begin(), program.end(), 'x'), 200);
+}
+
 TEST(Gcode, WaitsForTheTemperatureAndEndsWithoutIt) {
   const std::string program = write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::linuxcnc));
   EXPECT_LT(program.find("M66 P0 L3 Q600.000"), program.find("G0"));

@@ -182,6 +182,9 @@ TEST(FlyBy, WaysBetweenRowsAreMadeAtFullSpeed) {
 
 TEST(FlyBy, RefusesWhatCannotBe) {
   EXPECT_EQ(error_of([] { plan_fly_by({}, FlyByConfig{}); }), "fly-by: found no bumps, expected at least 1");
+  const FlyByPlan plan = plan_fly_by(lattice(3, 1, 0.5), FlyByConfig{});
+  EXPECT_EQ(error_of([&] { landing_errors_mm(plan, {}, FlyByConfig{}, 1e-6, 5e-4); }),
+            "landing: found no bumps, expected those of the plan");
   const std::vector<Point> twice = {{1, 1, 4}, {2, 1, 5}, {1, 1, 9}};
   EXPECT_THAT(error_of([&] { plan_fly_by(twice, FlyByConfig{}); }), HasSubstr("rows 4 and 9 at one place"));
   const std::vector<Point> nan = {{NAN, 1, 3}};
