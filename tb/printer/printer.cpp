@@ -214,7 +214,7 @@ class Printer {
   void stop_stage() {
     move_stage();
     stage_.stop(cycle());
-    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
+    stage_next_ = stage_.next_event_cycle().value_or(kNoEvent);
   }
 
   void shut_down() {
@@ -288,18 +288,15 @@ class Printer {
   void tick_stage() {
     move_stage();
     stage_.tick(cycle(), emergency_loop_);
-    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
+    stage_next_ = stage_.next_event_cycle().value_or(kNoEvent);
   }
 
   std::string first_fault() const {
     const chip::Chip& chip = model();
-    if (chip.guard.first_q == 0) return fmt::format("fault bits {:#06x}", chip.guard.fault_q);
-    // The chip has put the duty to 0 by now: what the last poll before the fault found is told.
-    const auto input = [&](spec::In reg) {
-      return reg == spec::kInDuty && !status_.empty() ? status_[reg] : chip.read_register(reg);
-    };
-    const auto holding = [&](spec::Reg reg) { return chip.params()[reg]; };
-    return fault_sentence(static_cast<spec::Fault>(chip.guard.first_q - 1), {input, holding});
+    FaultRegisters registers = registers_of(chip, "Measured");
+    if (!status_.empty()) registers.duty = status_[spec::kInDuty];  // by the last poll before the fault
+    const std::string sentence = latched_fault(registers);
+    return sentence.empty() ? fmt::format("fault bits {:#06x}", chip.guard.fault_q) : sentence;
   }
 
   void watch_for_faults() {
@@ -509,20 +506,20 @@ class Printer {
     const motion::FlyByRow& row = job_.fly_by->plan.rows.front();
     at_.to_mm = at_.commanded_mm = {row.from_x_mm, row.y_mm, job_.start_mm.z()};
     stage_.move_to(at_.commanded_mm, cycle());
-    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
+    stage_next_ = stage_.next_event_cycle().value_or(kNoEvent);
     phase_ = Phase::approach;
   }
 
   void move_to(const Eigen::Vector3d& to_mm) {
     at_ = send(job_, at_, to_mm);
     stage_.move_to(at_.commanded_mm, cycle());
-    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
+    stage_next_ = stage_.next_event_cycle().value_or(kNoEvent);
   }
 
   // ---- Droplets ----
   std::uint64_t shot_next() const {
     if (shot_over_ != 0) return shot_over_;
-    return stage_.next_trigger() ? stage_.next_trigger()->cycle : ~std::uint64_t{0};
+    return stage_.next_trigger() ? stage_.next_trigger()->cycle : kNoEvent;
   }
 
   // The comparator fires, or the pulse ends.
@@ -589,7 +586,7 @@ class Printer {
   // ---- Pins ----
   void move_stage() {
     stage_.run_until(cycle(), [this](const motion::StageEvent& e) { record_stage(e); });
-    stage_next_ = stage_.next_event_cycle().value_or(~std::uint64_t{0});
+    stage_next_ = stage_.next_event_cycle().value_or(kNoEvent);
   }
   void record_stage(const motion::StageEvent& e) {
     const auto base = kFirstAxis + static_cast<std::uint32_t>(e.axis) * kPinsPerAxis;
@@ -632,7 +629,7 @@ class Printer {
   PrintResult result_;
 
   std::uint64_t wake_ = 0;
-  std::uint64_t stage_next_ = ~std::uint64_t{0};
+  std::uint64_t stage_next_ = kNoEvent;
   Phase phase_ = Phase::reset;
   std::uint64_t run_at_ = 0;
   std::uint64_t off_at_ = 0;
