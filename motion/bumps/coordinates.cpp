@@ -189,6 +189,7 @@ class Strips {
   double strip(std::size_t i) const { return std::floor(points_[i].x_mm * (1.0 / kDuplicateDistance_mm)); }
 
   void compare(std::size_t a, std::size_t b) {
+    if (a == b) return;  // so far out that a strip and its neighbour are one number
     if (std::abs(points_[a].x_mm - points_[b].x_mm) >= kNear_mm ||
         std::abs(points_[a].y_mm - points_[b].y_mm) >= kNear_mm)
       return;
