@@ -71,16 +71,54 @@ void set_register(std::vector<tb::RegisterValue>& registers, spec::Reg reg, std:
   registers.push_back({reg, value});
 }
 
+bool is_power_of_ten(double step) {
+  const double exponent = std::log10(step);
+  return std::abs(exponent - std::round(exponent)) < 1e-9;
+}
+
+// What a register counts in decimal steps it holds as it is written. Of a binary fraction, as gains are, that
+// can't be asked: there it holds nearly the same.
+void require_held(const TomlSection& section, std::string_view key, const spec::RegisterInfo& info,
+                  double value) {
+  constexpr double kSame = 1e-6, kNearlySame = 0.01, kRoundedByTools = 0.05;
+  const double steps = value / info.scale, off = std::abs(steps - std::round(steps));
+  const bool held = is_power_of_ten(info.scale)
+                        ? off <= kSame
+                        : off <= kRoundedByTools || off <= kNearlySame * std::abs(steps);
+  if (held) return;
+  section.fail(key, fmt::format("{:.9g}", value),
+               fmt::format("what the register {} can hold; the nearest are {:.9g} and {:.9g}{}{}", info.name,
+                           std::floor(steps) * info.scale, std::ceil(steps) * info.scale,
+                           info.unit.empty() ? "" : " ", info.unit));
+}
+
 // [registers]: any holding register by its name, in its unit.
-void read_registers(TomlSection& section, std::vector<tb::RegisterValue>& registers) {
+std::vector<tb::RegisterValue> read_registers(TomlSection& section) {
+  std::vector<tb::RegisterValue> registers;
   for (unsigned i = 1; i < spec::kHoldingCount; ++i) {
     const spec::RegisterInfo& info = spec::kHolding[i];
     const double value = section.number(info.name, 0.0, info.min * info.scale, info.max * info.scale);
     if (!section.has(info.name)) continue;
     const host::RegisterWord word = host::register_word(info, value);
     if (!word.expected.empty()) section.fail(info.name, fmt::format("{:.9g}", value), word.expected);
-    set_register(registers, static_cast<spec::Reg>(i), word.word);
+    require_held(section, info.name, info, value);
+    registers.push_back({static_cast<spec::Reg>(i), word.word});
   }
+  return registers;
+}
+
+// The value of a register that [registers] names; else what it would be without.
+double named_or(const std::vector<tb::RegisterValue>& named, spec::Reg reg, double otherwise) {
+  const auto found = std::find_if(named.begin(), named.end(), [&](const auto& r) { return r.reg == reg; });
+  return found == named.end() ? otherwise : found->value * spec::kHolding[reg].scale;
+}
+
+// A number of [temperature] that a register holds.
+double held_number(TomlSection& section, std::string_view key, spec::Reg reg, double fallback, double min,
+                   double max) {
+  const double value = section.number(key, fallback, min, max);
+  require_held(section, key, spec::kHolding[reg], value);
+  return value;
 }
 
 tb::EventKind event_kind(TomlSection& section) {
@@ -250,20 +288,25 @@ JobDescription parse_job(const std::filesystem::path& path) {
   job.head.plant.ambient_degc = head.number("ambient_degc", 25.0, -20.0, 80.0);
   head.finish();
 
-  const double setpoint = temperature.number("setpoint_degc", 110.0, 0.0, 500.0);
-  const double window = temperature.number("window_degc", 1.0, 0.1, 100.0);
-  const double dwell = temperature.number("dwell_s", 3.0, 0.0, 600.0);
+  const double setpoint = held_number(temperature, "setpoint_degc", spec::kRegSetpoint, 110.0, 0.0, 500.0);
+  const double window = held_number(temperature, "window_degc", spec::kRegAtWindow, 1.0, 0.1, 100.0);
+  const double dwell = held_number(temperature, "dwell_s", spec::kRegAtDwell, 3.0, 0.0, 600.0);
   job.heat_timeout_s = temperature.number("timeout_s", 600.0, 1.0, 7200.0);
   // The register counts whole milliseconds, and the gains hold for its period.
   const auto period_ms =
       static_cast<std::uint16_t>(temperature.integer("period_ms", sensor.min_ts_ms, 10, 2000));
   temperature.finish();
 
-  job.registers = tuned(job.head.plant, period_ms / 1000.0);
+  const std::vector<tb::RegisterValue> named = read_registers(registers);
+  registers.finish();
+  // What depends on the period and the set-point goes by those that count in the end.
+  job.registers = tuned(job.head.plant, named_or(named, spec::kRegTs, period_ms) / 1000.0);
   set_register(job.registers, spec::kRegSetpoint, static_cast<std::uint16_t>(std::lround(setpoint * 10.0)));
-  set_register(job.registers, spec::kRegTMax,
-               static_cast<std::uint16_t>(
-                   std::lround(std::min({setpoint + 40.0, 500.0, sensor.highest_degc}) * 10.0)));
+  set_register(
+      job.registers, spec::kRegTMax,
+      static_cast<std::uint16_t>(std::lround(
+          std::min({named_or(named, spec::kRegSetpoint, setpoint) + 40.0, 500.0, sensor.highest_degc}) *
+          10.0)));
   set_register(job.registers, spec::kRegTAmb,
                static_cast<std::uint16_t>(std::lround(job.head.plant.ambient_degc * 10.0)));
   set_register(job.registers, spec::kRegAtWindow, static_cast<std::uint16_t>(std::lround(window * 10.0)));
@@ -271,8 +314,7 @@ JobDescription parse_job(const std::filesystem::path& path) {
   set_register(job.registers, spec::kRegTs, period_ms);
   set_register(job.registers, spec::kRegSensType,
                static_cast<std::uint16_t>(&sensor - spec::kSensorPresets.data()));
-  read_registers(registers, job.registers);
-  registers.finish();
+  for (const tb::RegisterValue& r : named) set_register(job.registers, r.reg, r.value);
   require_printable(job, sensor, {head, temperature, registers});
   for (const spec::Reg bus : {spec::kRegAddress, spec::kRegBaud, spec::kRegFormat}) {
     if (registers.has(spec::kHolding[bus].name))

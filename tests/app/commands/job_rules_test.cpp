@@ -48,6 +48,12 @@ class JobRules : public ::testing::Test {
     ADD_FAILURE() << "no figure " << what;
     return {};
   }
+  std::string setting(const std::string& name) const {
+    const auto summary = nlohmann::json::parse(std::ifstream(folder_ / "out/summary.json"));
+    for (const auto& setting : summary.at("settings"))
+      if (setting.at("name") == name) return setting.at("text");
+    return {};
+  }
   void expect_refused(const Ran& ran, const std::string& part) const {
     EXPECT_EQ(ran.status, 2) << ran.output;
     EXPECT_THAT(ran.output, HasSubstr(part));
@@ -69,8 +75,8 @@ TEST_F(JobRules, AFieldThatTheChipWouldRefuseIsNamed) {
                  "job.toml:7:17: temperature.setpoint_degc: found 498, expected at most 495");
   expect_refused(print("[registers]\nT_MAX = 30.0\n"),
                  "job.toml:9:9: registers.T_MAX: found 30, expected at least 33");
-  expect_refused(print("[registers]\nSETPOINT = 66.0\n"),
-                 "registers.SETPOINT: found 66, expected at most 63");
+  expect_refused(print("[registers]\nSETPOINT = 66.0\nT_MAX = 70.0\n"),
+                 "registers.T_MAX: found 70, expected at least 71");
   expect_refused(print("[registers]\nLOCK = 1\n"), "registers.LOCK: found 1, expected 0");
 }
 
@@ -105,11 +111,21 @@ TEST_F(JobRules, TheLimitStaysWithinWhatTheSensorMeasures) {
   const Ran ran = print("[[event]]\nat_s = 0.05\nwhat = \"emergency-stop\"\n", "setpoint_degc = 145\n",
                         "sensor = \"LM70\"\n");
   EXPECT_EQ(ran.status, 1) << ran.output;
-  const auto summary = nlohmann::json::parse(std::ifstream(folder_ / "out/summary.json"));
-  std::string limit;
-  for (const auto& setting : summary.at("settings"))
-    if (setting.at("name") == "T_MAX") limit = setting.at("text");
-  EXPECT_EQ(limit, "150 degC");
+  EXPECT_EQ(setting("T_MAX"), "150 degC");
+}
+
+// What [registers] says of the set-point and the period counts for all that is worked out from them.
+TEST_F(JobRules, WhatFollowsFromARegisterGoesByTheJobsValueOfIt) {
+  const std::string stop = "[[event]]\nat_s = 0.05\nwhat = \"emergency-stop\"\n";
+  const auto gains = [&] {
+    return std::vector{setting("KI_APPROACH"), setting("KI_HOLD"), setting("KD"), setting("TS")};
+  };
+  EXPECT_EQ(print(stop, "setpoint_degc = 28\nperiod_ms = 200\n").status, 1);
+  const auto expected = gains();
+  EXPECT_EQ(setting("T_MAX"), "68 degC");
+  EXPECT_EQ(print("[registers]\nTS = 200\nSETPOINT = 38\n" + stop).status, 1);
+  EXPECT_EQ(gains(), expected);
+  EXPECT_EQ(setting("T_MAX"), "78 degC");
 }
 
 // The sum of these hops is above the bound by its last bit.
@@ -140,6 +156,30 @@ TEST_F(JobRules, ARegisterHoldsWhatTheJobSays) {
       "job.toml:9:6: registers.KP: found 1e-09, expected 0, or 1.52588e-05 1/K at least: the register "
       "would hold 0");
   expect_refused(print("[registers]\nMODE = 0.4\n"), "registers.MODE: found 0.4, expected a whole number");
+  expect_refused(
+      print("[registers]\nSETPOINT = 60.05\n"),
+      "job.toml:9:12: registers.SETPOINT: found 60.05, expected what the register SETPOINT can hold; "
+      "the nearest are 60 and 60.1 degC");
+  expect_refused(print("[registers]\nKP = 0.00001\n"),
+                 "registers.KP: found 1e-05, expected what the register KP can hold; the nearest are 0 and "
+                 "1.52587891e-05 1/K");
+  for (const auto& [field, found] : {std::pair("setpoint_degc = 28.25", "28.25"),
+                                     {"window_degc = 0.55", "0.55"},
+                                     {"dwell_s = 0.31", "0.31"}}) {
+    write("job.toml", std::string("[coordinates]\nfile = \"bumps.csv\"\n[temperature]\n") + field + "\n");
+    expect_refused(run_command("print " + (folder_ / "job.toml").string() + " --rtl none --out " +
+                               (folder_ / "out").string()),
+                   fmt::format("found {}, expected what the register", found));
+  }
+}
+
+// A gain is a binary fraction: few decimal numbers are one.
+TEST_F(JobRules, AGainIsHeldWhereRoundingChangesItByLessThanAHundredth) {
+  const std::string stop = "[[event]]\nat_s = 0.05\nwhat = \"emergency-stop\"\n";
+  for (const char* gain : {"KP = 0.05", "KI_HOLD = 0.1", "KFF = 0.003", "SETPOINT = 28.3", "KP = 0.000107"})
+    EXPECT_EQ(print(std::string("[registers]\n") + gain + "\n" + stop).status, 1) << gain;
+  expect_job_refused(print("[registers]\nKP = 0.00011\n"),
+                     "the nearest are 0.000106811523 and 0.000122070312 1/K");
 }
 
 // The gains hold for the period that the register counts.
