@@ -455,6 +455,8 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
     } catch (const motion::MotionError& error) {
       throw UserError(*trial ? std::string(error.what())
                              : fmt::format("{}: {}", s->tool_path.string(), error.what()));
+    } catch (const motion::ArgumentError& error) {
+      throw UserError(error.naming(error.argument() == "unit_mm" ? "--unit" : "--ball-radius"));
     } catch (const motion::CoordinateError& error) {
       throw UserError(error.what());
     }

@@ -179,6 +179,16 @@ class PathTable {
 
 }  // namespace
 
+ArgumentError::ArgumentError(std::string_view before, std::string_view argument, std::string_view behind)
+    : CoordinateError(fmt::format("{}{}{}", before, argument, behind)),
+      before_(before),
+      argument_(argument),
+      behind_(behind) {}
+
+std::string ArgumentError::naming(std::string_view name) const {
+  return fmt::format("{}{}{}", before_, name, behind_);
+}
+
 std::optional<double> length_unit_mm(std::string_view name) {
   const auto* at =
       std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& unit) { return unit.name == name; });

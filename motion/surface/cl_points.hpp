@@ -34,6 +34,19 @@ struct ClLine {
 /// The upright axis made square to a way.
 Eigen::Vector3d square_to(const Eigen::Vector3d& way);
 
+/// A file and an argument of the call don't fit each other. what() names the argument as it is called here.
+class ArgumentError : public CoordinateError {
+ public:
+  ArgumentError(std::string_view before, std::string_view argument, std::string_view behind);
+
+  /// The argument's name here, and the message with the name that it has for whoever gives it.
+  const std::string& argument() const { return argument_; }
+  std::string naming(std::string_view name) const;
+
+ private:
+  std::string before_, argument_, behind_;
+};
+
 /// Two neighbouring points closer than this are one point.
 inline constexpr double kSamePoint_mm = 1e-9;
 

@@ -35,6 +35,10 @@ void PathLines::fail(std::size_t row, std::string_view message) const {
   throw CoordinateError(fmt::format("{}: row {}: {}", file_, row, message));
 }
 
+void PathLines::fail_argument(std::size_t row, std::string_view message, std::string_view argument) const {
+  throw ArgumentError(fmt::format("{}: row {}: {}", file_, row, message), argument, {});
+}
+
 void PathLines::fail_cut_off(std::string_view ends) const {
   throw CoordinateError(fmt::format("{}: the file ends without {}; the file may be cut off", file_, ends));
 }
@@ -108,13 +112,13 @@ std::string PathLines::unique(const std::string& wanted) {
 }
 
 void PathUnit::say(double mm, std::size_t row) {
-  if (given_mm_) lines_.fail(row, "the file says its unit itself; leave out --unit");
+  if (given_mm_) lines_.fail_argument(row, "the file says its unit itself; leave out ", "unit_mm");
   said_mm_ = mm;
 }
 
 double PathUnit::mm(std::size_t row, std::string_view expected) const {
   if (said_mm_) return *said_mm_;
-  if (!given_mm_) lines_.fail(row, fmt::format("{}, or the unit by --unit", expected));
+  if (!given_mm_) lines_.fail_argument(row, fmt::format("{}, or the unit by ", expected), "unit_mm");
   return *given_mm_;
 }
 

@@ -29,6 +29,9 @@ class PathLines {
 
   [[noreturn]] void fail(std::size_t row, std::string_view message) const;
 
+  /// `message` ends with the argument of the call that does not fit the file.
+  [[noreturn]] void fail_argument(std::size_t row, std::string_view message, std::string_view argument) const;
+
   /// The file has ended without the words that end a whole one.
   [[noreturn]] void fail_cut_off(std::string_view ends) const;
 

@@ -345,9 +345,9 @@ void require_probe_program(std::string_view name, std::string_view content, std:
   if (!found.ball_radius_mm)
     throw CoordinateError(fmt::format("{}: found no ball radius, expected a program that probe wrote", name));
   if (std::abs(*found.ball_radius_mm - options.ball_radius_mm) > kSame_mm)
-    throw CoordinateError(
-        fmt::format("{}: row {}: found ball radius {:g} mm, expected {:g} mm (--ball-radius); {}", name,
-                    found.radius_row, *found.ball_radius_mm, options.ball_radius_mm, kAdvice));
+    throw ArgumentError(fmt::format("{}: row {}: found ball radius {:g} mm, expected {:g} mm (", name,
+                                    found.radius_row, *found.ball_radius_mm, options.ball_radius_mm),
+                        "ball_radius_mm", fmt::format("); {}", kAdvice));
   if (!found.ended) fail_without_end(name);
   std::size_t next = 0;
   const auto require_at = [&](const char* what, const Eigen::Vector3d& at_mm,

@@ -125,10 +125,10 @@ TEST(AptReader, AsksForTheUnit) {
   EXPECT_EQ(
       error_of("a.apt", path),
       "a.apt: row 1: found a place before UNITS/MM or UNITS/INCH, expected one of them first, or the unit "
-      "by --unit");
+      "by unit_mm");
   EXPECT_NEAR(read_tool_path_text("a.apt", path, 25.4)[0].points[1].position_mm.x(), 25.4, 1e-12);
   EXPECT_EQ(error_of("a.apt", "UNITS/MM\n" + path, 25.4),
-            "a.apt: row 1: the file says its unit itself; leave out --unit");
+            "a.apt: row 1: the file says its unit itself; leave out unit_mm");
 }
 
 TEST(AptReader, RefusesFramesOtherThanTheWorkpieces) {
@@ -237,7 +237,7 @@ TEST(GcodeReader, RefusesWhatItCannotFollow) {
   // Inches or millimetres, and how high: nothing to be guessed.
   EXPECT_EQ(
       error_of("a.ngc", "G90\nG1 X0 Y0 Z0\nX1\n"),
-      "a.ngc: row 2: found a move before G20 or G21, expected one of them first, or the unit by --unit");
+      "a.ngc: row 2: found a move before G20 or G21, expected one of them first, or the unit by unit_mm");
   EXPECT_EQ(error_of("a.ngc", "G21\nG0 X0 Y0\nG1 X1\n"),
             "a.ngc: row 3: found a line that begins before any Z, expected X, Y and Z of its beginning, such "
             "as Z5");
@@ -405,7 +405,7 @@ TEST(GcodeReader, TakesTheUnitThatItSaysNot) {
   const std::string blocks = "G0 X0 Y0 Z0\nG1 X1\nM2\n";
   EXPECT_NEAR(read_tool_path_text("a.ngc", blocks, 25.4)[0].points[1].position_mm.x(), 25.4, 1e-12);
   EXPECT_EQ(error_of("a.ngc", "G21\n" + blocks, 25.4),
-            "a.ngc: row 1: the file says its unit itself; leave out --unit");
+            "a.ngc: row 1: the file says its unit itself; leave out unit_mm");
 }
 
 TEST(CsvReader, TakesNamedColumnsAndLines) {
@@ -451,16 +451,16 @@ TEST(CsvReader, ALineOfOnePointIsRefused) {
 TEST(CsvReader, AsksForTheUnit) {
   EXPECT_EQ(
       error_of("a.csv", "x,y,z\n0,0,1\n1,0,1\n"),
-      "a.csv: row 1: found x, y and z without a unit, expected names such as x_mm, or the unit by --unit");
+      "a.csv: row 1: found x, y and z without a unit, expected names such as x_mm, or the unit by unit_mm");
   EXPECT_EQ(
       error_of("a.csv", "0,0,1\n1,0,1\n"),
-      "a.csv: row 1: found x, y and z without a unit, expected names such as x_mm, or the unit by --unit");
+      "a.csv: row 1: found x, y and z without a unit, expected names such as x_mm, or the unit by unit_mm");
   EXPECT_NEAR(read_tool_path_text("a.csv", "x,y,z\n0,0,1\n1,0,1\n", 25.4)[0].points[1].position_mm.x(), 25.4,
               1e-12);
   EXPECT_EQ(error_of("a.csv", "x_mm,y,z\n0,0,1\n1,0,1\n"),
             "a.csv: row 1: found a unit at some of x, y and z, expected it at all or none");
   EXPECT_EQ(error_of("a.csv", "x_mm,y_mm,z_mm\n0,0,1\n1,0,1\n", 25.4),
-            "a.csv: row 1: the file says its unit itself; leave out --unit");
+            "a.csv: row 1: the file says its unit itself; leave out unit_mm");
 }
 
 TEST(CsvReader, RefusesWhatItCannotUse) {

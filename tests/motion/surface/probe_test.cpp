@@ -151,7 +151,7 @@ TEST(ProbeProgram, IsThatOfTheTouches) {
   EXPECT_EQ(message(program, {.touch_mm_min = 5.0, .safe_z_mm = 99.0, .station_offset_mm = {1, 2, 3}}, line),
             "");
   EXPECT_EQ(message(program, {.ball_radius_mm = 2.0}, line),
-            "p.ngc: row 3: found ball radius 1 mm, expected 2 mm (--ball-radius); give the options that the "
+            "p.ngc: row 3: found ball radius 1 mm, expected 2 mm (ball_radius_mm); give the options that the "
             "program "
             "was written with");
   EXPECT_THAT(message(program, {.approach_mm = 1.5}, line),
