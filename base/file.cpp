@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "base/error.hpp"
+#include "base/output_name.hpp"
 #include "base/place.hpp"
 
 namespace meltstage {
@@ -89,6 +90,7 @@ std::string_view describe_content(std::string_view content) {
 }
 
 void require_other_file(const fs::path& output, const std::vector<fs::path>& inputs) {
+  require_name_to_write(output);
   for (const fs::path& input : inputs) {
     std::error_code ignored;  // the output may not be there yet
     if (fs::equivalent(output, input, ignored))
@@ -114,6 +116,7 @@ void require_other_files(const std::vector<fs::path>& outputs, const std::vector
 }
 
 void require_outside(const fs::path& folder, const std::vector<fs::path>& inputs) {
+  require_name_to_write(folder);
   std::error_code ignored;  // neither needs to be there
   const fs::path whole = fs::weakly_canonical(folder / "", ignored);
   for (const fs::path& input : inputs) {

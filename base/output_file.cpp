@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/output_name.hpp"
 
 namespace meltstage {
 namespace {
@@ -27,6 +28,7 @@ namespace {
 
 // What has the name of a symbolic link is replaced where it lies, and the link stays.
 std::filesystem::path behind_links(std::filesystem::path path) {
+  require_name_to_write(path);
   if (path.empty()) throw UserError("\"\": found an empty name, expected that of a file to write");
   constexpr int kMostLinks = 40;  // as Linux follows
   const std::filesystem::path named = path;

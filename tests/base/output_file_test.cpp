@@ -50,6 +50,20 @@ TEST(OutputFile, HasAName) {
   }
 }
 
+TEST(OutputFile, IsNotTheStandardOutput) {
+  try {
+    write_whole("-", "text");
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "-: found the sign for the standard output, expected the name of a file or folder to write; for "
+        "one of this name say ./-");
+  }
+  EXPECT_THROW(PartialFolder("-"), UserError);
+  EXPECT_FALSE(std::filesystem::exists("-"));
+}
+
 TEST(OutputFile, IsPublishedOnceAndThenClosed) {
   const ScratchFolder folder;
   OutputFile file(folder.at("a"));

@@ -98,6 +98,13 @@ TEST_F(MotionCommand, LeavesNothingBehindWhenItCannotWrite) {
   expect_refused(run_command("gcode nothing.toml --out " + in_folder("job.ngc")), "nothing.toml");
 }
 
+TEST_F(MotionCommand, WritesNoFileOfTheNameOfTheStandardOutput) {
+  expect_refused(run_command("gcode " + kJob + " --out -"), "-: found the sign for the standard output");
+  expect_refused(run_command("print " + kJob + " --rtl none --out -"),
+                 "-: found the sign for the standard output");
+  EXPECT_FALSE(fs::exists("-"));
+}
+
 TEST_F(MotionCommand, WritesOverNoneOfItsInputs) {
   const auto copy = [&](const std::string& from, const std::string& to) {
     fs::copy_file(from, folder_ / to);
