@@ -126,8 +126,9 @@ int init_job(const InitSettings& settings) {
   options.travel = {{-kAnywhere_mm, kAnywhere_mm}, {-kAnywhere_mm, kAnywhere_mm}, {}};
   motion::CoordinateFile file = motion::read_coordinate_file(settings.bumps, options);
   if (file.has_unit && (!settings.unit.empty() || settings.pitch_mm))
-    throw UserError(
-        fmt::format("{}: says its unit itself; leave out --unit and --pitch-mm", settings.bumps.string()));
+    throw UserError(fmt::format("{}: says its unit itself{}; leave out --unit and --pitch-mm",
+                                settings.bumps.string(),
+                                file.unit_place.empty() ? "" : fmt::format(" ({})", file.unit_place)));
   if (!file.has_unit) {
     options.pitch_mm = asked_pitch_mm(settings);
     require_near_origin(file.points, options.pitch_mm, settings.bumps);

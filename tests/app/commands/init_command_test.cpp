@@ -110,7 +110,14 @@ TEST_F(InitCommand, RefusesInOneLine) {
   const std::string file = write("bumps.csv", "x_mm,y_mm\n0,0\n300,1\n");
   EXPECT_THAT(init(file).output,
               HasSubstr("found bumps over 300 mm x 1 mm, expected at most 200 mm x 200 mm"));
-  EXPECT_THAT(init(file + " --unit um").output, HasSubstr("says its unit itself; leave out --unit"));
+  EXPECT_THAT(init(file + " --unit um").output,
+              HasSubstr("says its unit itself (row 1, column 1: x_mm); leave out --unit"));
+  const Ran mil = init(write("units.csv", "X,Y,Unit\n15,25,mil\n35,40,mil\n") + " --unit mm");
+  EXPECT_EQ(mil.status, 2);
+  EXPECT_THAT(mil.output,
+              HasSubstr("units.csv: says its unit itself (row 2, column 3 (Unit): mil); leave out --unit"));
+  EXPECT_THAT(init(write("inches.csv", "Units: inches\nRef,X,Y\nR1,1,2\n") + " --unit mm").output,
+              HasSubstr("says its unit itself (row 1: inches); leave out --unit"));
   EXPECT_THAT(init(write("plain.csv", "1,2\n3,4\n") + " --unit foot").output,
               HasSubstr("unit: found \"foot\", expected one of inch, m, mil, mm, um"));
   EXPECT_THAT(
