@@ -8,6 +8,8 @@
 
 #include "asic/netlist/verilog.hpp"
 #include "asic/netlist/yosys_json.hpp"
+#include "base/error.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::dft {
 
@@ -27,6 +29,10 @@ Netlist netlist_of(yosys::Module module, std::string file) {
   for (auto& [name, cell] : module.cells) {
     for (const auto& [pin, net] : cell.pins) is_known(net);
     netlist.instances.push_back({name, std::move(cell.type), std::move(cell.pins)});
+  }
+  for (const auto& [type, directions] : module.directions) {
+    for (const auto& [pin, direction] : directions)
+      if (direction != "inout") netlist.is_output[type][pin] = direction == "output";
   }
   for (const Port& port : netlist.ports) std::for_each(port.bits.begin(), port.bits.end(), is_known);
   for (const auto& [name, wire] : module.net_names) {
@@ -56,6 +62,21 @@ Netlist read_yosys_json(const std::filesystem::path& path) {
 
 Netlist parse_yosys_json(std::string_view text, const std::string& name) {
   return netlist_of(yosys::parse_top_module(text, name), name);
+}
+
+void require_directions(const Netlist& netlist, const CellLibrary& library) {
+  const auto word = [](bool is_output) { return is_output ? "output" : "input"; };
+  for (const auto& [type, pins] : netlist.is_output) {
+    const auto cell = library.find(type);
+    if (cell == library.end()) continue;
+    for (const auto& [pin, is_output] : pins) {
+      const CellPin* const known = cell->second.find(pin);
+      if (known != nullptr && known->is_output != is_output)
+        throw UserError(fmt::format(
+            "{}: cells of {}: found {} as {} in port_directions, expected {} as in {}", netlist.file,
+            shown(type), shown(pin), word(is_output), word(known->is_output), cell->second.where));
+    }
+  }
 }
 
 std::string verilog_text(const Netlist& netlist) {

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "asic/netlist/liberty.hpp"
+
 namespace meltstage::dft {
 
 /// A wire of one bit, numbered as in the Yosys file; 0 and 1 are the constants.
@@ -34,6 +36,8 @@ struct Netlist {
   std::string top;
   std::vector<Port> ports;
   std::vector<Instance> instances;
+  /// By type and pin, where the file says it: whether it is an output. require_directions() compares them.
+  std::map<std::string, std::map<std::string, bool>> is_output;
   Net next_net = 2;  ///< first number that is free
   std::map<Net, std::string> net_names;
   /// The shortest of the names that stand inside a module of the flattened design ("u_guard.wd_q[3]").
@@ -46,6 +50,8 @@ struct Netlist {
 Netlist read_yosys_json(const std::filesystem::path& path);
 /// The same from text; `name` stands in messages.
 Netlist parse_yosys_json(std::string_view text, const std::string& name);
+/// Throws UserError when the file gives a pin another direction than the library.
+void require_directions(const Netlist& netlist, const CellLibrary& library);
 /// Structural Verilog of the netlist.
 std::string verilog_text(const Netlist& netlist);
 /// Yosys JSON of the netlist.

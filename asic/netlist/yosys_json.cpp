@@ -68,7 +68,9 @@ class Reader : public nlohmann::json_sax<json> {
     if (!has_modules_) fail("no \"modules\"", kWanted);
     const Draft& found = top();
     check(found);
-    return found.module;
+    Module module = found.module;
+    module.directions = directions_of(module);
+    return module;
   }
 
   bool null() override { return other("null"); }
@@ -84,10 +86,10 @@ class Reader : public nlohmann::json_sax<json> {
   bool number_float(number_float_t, const string_t& text) override { return other(text); }
   bool string(string_t& text) override {
     if (is_bits()) {
-      take(text == "0"                  ? kZero
-           : text == "1"                ? kOne
-           : text == "x" || text == "z" ? kUnknown
-                                        : wrong(fmt::format("bit \"{}\"", shown(text))));
+      take(text == "0"   ? kZero
+           : text == "1" ? kOne
+           : text == "x" ? kUnknown
+                         : wrong(fmt::format("bit \"{}\"", shown(text))));
     } else if (is_in("ports", 5) && path_.back() == "direction") {
       port().is_input = text == "input";
       directed_.emplace(path_[1], path_[3]);
@@ -98,6 +100,11 @@ class Reader : public nlohmann::json_sax<json> {
                       "input or output; split it"));
     } else if (is_in("cells", 5) && path_.back() == "type") {
       cell().type = escaped(text);
+    } else if (is_in("cells", 6) && path_[4] == "port_directions") {
+      if (text != "input" && text != "output" && text != "inout")
+        fail(fmt::format("direction {} of cell {}/{}", shown(text), shown(path_[3]), shown(path_[5])),
+             "input, output or inout");
+      directions_[{path_[1], path_[3]}][path_[5]] = text;
     } else if (is_in("attributes", 4)) {
       mark(text.find_first_not_of('0') != std::string::npos);  // Yosys writes numbers in bits
     }
@@ -111,14 +118,14 @@ class Reader : public nlohmann::json_sax<json> {
     const std::size_t keys = path_.size();
     if (keys == 1 && path_[0] == "modules") has_modules_ = true;
     if (keys == 2 && path_[0] == "modules") {
-      if (!drafts_.emplace(path_[1], Draft{}).second) again("module", path_[1]);
+      drafts_.emplace(path_[1], Draft{});
       draft().module.name = path_[1];
       draft().place = place();
     }
-    if (is_in("ports", 4) && !draft().module.ports.try_emplace(path_[3]).second) again("port", path_[3]);
-    if (is_in("cells", 4) && !draft().module.cells.try_emplace(path_[3]).second) again("cell", path_[3]);
-    if (is_in("netnames", 4) && !draft().module.net_names.try_emplace(path_[3]).second)
-      again("net name", path_[3]);
+    if (is_in("ports", 4)) draft().module.ports.try_emplace(path_[3]);
+    if (is_in("cells", 4)) draft().module.cells.try_emplace(path_[3]);
+    if (is_in("netnames", 4)) draft().module.net_names.try_emplace(path_[3]);
+    keys_.emplace_back();
     path_.emplace_back();
     return true;
   }
@@ -126,10 +133,14 @@ class Reader : public nlohmann::json_sax<json> {
     if (std::any_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c <= ' ') || c == '\x7F'; }))
       fail(fmt::format("name \"{}\"", shown(text)), "one without blanks and control characters");
     path_.back() = text;
+    // the parser would take the last of two
+    if (!keys_.back().insert(text).second)
+      fail(fmt::format("{} {} again", kind(), shown(text)), "each name once");
     return true;
   }
   bool end_object() override {
     path_.pop_back();
+    keys_.pop_back();
     --depth_;
     return true;
   }
@@ -163,8 +174,12 @@ class Reader : public nlohmann::json_sax<json> {
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const {
     throw UserError(defect_at(file_, place(), found, expected));
   }
-  [[noreturn]] void again(const char* what, const std::string& name) const {
-    fail(fmt::format("{} {} again", what, shown(name)), "each name once");
+  /// What the key that was read names.
+  const char* kind() const {
+    if (path_.size() == 2 && path_[0] == "modules") return "module";
+    if (is_in("ports", 4)) return "port";
+    if (is_in("cells", 4)) return "cell";
+    return is_in("netnames", 4) ? "net name" : "key";
   }
   [[noreturn]] Bit wrong(const std::string& found) const {
     fail(found, fmt::format("a net from 2 to {}, \"0\", \"1\" or \"x\"", kMostNets));
@@ -249,6 +264,21 @@ class Reader : public nlohmann::json_sax<json> {
       cell().pins[path_[5]] = bit;
     }
   }
+  // By type of cell: what its cells say of its pins. Two that differ have no type in common.
+  std::map<std::string, Directions> directions_of(const Module& module) const {
+    std::map<std::string, Directions> by_type;
+    for (const auto& [name, cell] : module.cells) {
+      const auto said = directions_.find({module.name, name});
+      if (said == directions_.end()) continue;
+      for (const auto& [pin, direction] : said->second) {
+        const auto [first, is_new] = by_type[cell.type].try_emplace(pin, direction);
+        if (first->second != direction)
+          throw UserError(fmt::format("{}: cell {}/{}: found {}, expected {} as in another cell of {}", file_,
+                                      shown(name), shown(pin), direction, first->second, shown(cell.type)));
+      }
+    }
+    return by_type;
+  }
   // Black boxes may have what the design itself may not.
   void check(const Draft& draft) const {
     for (const auto& [where, message] : odd_ports_) {
@@ -272,6 +302,7 @@ class Reader : public nlohmann::json_sax<json> {
   const std::string& file_;
   const char* reached_;
   std::vector<std::string> path_;
+  std::vector<std::set<std::string>> keys_;  // that were read, of each object around
   std::size_t depth_ = 0;
   std::size_t bits_depth_ = 0;  // of the list of bits that is read; 0: none
   std::size_t pin_bits_ = 0;
@@ -279,6 +310,7 @@ class Reader : public nlohmann::json_sax<json> {
   std::map<std::string, Draft> drafts_;
   std::set<std::pair<std::string, std::string>> directed_;                // module and port
   std::map<std::pair<std::string, std::string>, std::string> odd_ports_;  // likewise
+  std::map<std::pair<std::string, std::string>, Directions> directions_;  // of module and cell
   std::map<std::string, std::string> wide_pins_;                          // the first of a module
 };
 

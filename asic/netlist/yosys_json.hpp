@@ -37,16 +37,20 @@ struct Cell {
   std::map<std::string, Bit> pins;  ///< those that are connected, by name
 };
 
+/// What port_directions say, "input", "output" or "inout", by pin.
+using Directions = std::map<std::string, std::string>;
+
 struct Module {
   std::string name;
   std::map<std::string, Port> ports;
   std::map<std::string, Cell> cells;
   std::map<std::string, NetName> net_names;
+  std::map<std::string, Directions> directions;  ///< by type of cell, of the types whose cells say them
 };
 
 /// The module marked as the top, or the only one that is no black box. Throws UserError: FILE:LINE:COLUMN,
-/// what was found and what is expected, also for two such modules, a port that is neither input nor output
-/// and a pin of several bits.
+/// what was found and what is expected, also for two such modules, a key that an object has twice, a port
+/// that is neither input nor output and a pin of several bits.
 Module read_top_module(const std::filesystem::path& path);
 Module parse_top_module(std::string_view text, const std::string& file);
 

@@ -545,6 +545,7 @@ class ViewBuilder {
 }  // namespace
 
 CaptureView capture_view(const Netlist& netlist, const CellLibrary& library, const HeldPorts& held) {
+  require_directions(netlist, library);
   return ViewBuilder(netlist, library, held).build();
 }
 

@@ -46,10 +46,12 @@ class NetlistReader {
     design_.file = file_;
     supplies();
     names(module);
+    require_directions(module);
     for (const auto& [name, port] : module.ports) {
       for (std::size_t i = 0; i < port.bits.size(); ++i) {
         const PinRef ref{kDiePin, static_cast<int>(design_.pins.size())};
         const int net = net_of(port.bits[i]);
+        if (port.is_input) drive(port.bits[i], "port " + bit_name(name, port, i));
         design_.pins.push_back({bit_name(name, port, i),
                                 net,
                                 port.is_input ? PinDirection::input : PinDirection::output,
@@ -79,8 +81,9 @@ class NetlistReader {
         }
       }
       if (net.name.empty())
-        throw UserError(fmt::format(
-            "{}: found cells without supply pins, expected USE POWER and GROUND in the LEF", file_));
+        throw UserError(
+            fmt::format("{}: found no pin with USE {}, expected MACROs of the library with their supplies",
+                        technology_.files, use == Use::power ? "POWER" : "GROUND"));
       design_.nets.push_back(std::move(net));
     }
   }
@@ -120,7 +123,41 @@ class NetlistReader {
       if (pin < 0)
         throw UserError(fmt::format("{}: cell {}/{}: found no such pin, expected one of {} in the LEF", file_,
                                     shown(name), shown(pin_name), shown(cell.type)));
+      const MacroPin& its =
+          technology_.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(pin)];
+      if (its.direction == PinDirection::output && bit == yosys::kUnknown) continue;  // nobody reads it
+      if (its.direction == PinDirection::output && !its.is_tristate)
+        drive(bit, fmt::format("cell {}/{}", shown(name), shown(pin_name)));
       design_.nets[static_cast<std::size_t>(net_of(bit))].pins.push_back({component, pin});
+    }
+  }
+
+  /// Two outputs, or one and a constant, would pull a net both ways.
+  void drive(yosys::Bit bit, const std::string& by) {
+    if (bit < 2)
+      throw UserError(
+          fmt::format("{}: {}: found a constant, expected a net, as it is driven there", file_, by));
+    const auto [first, is_first] = driver_.try_emplace(bit, by);
+    if (!is_first)
+      throw UserError(fmt::format("{}: net {}: found {} and {}, expected one output", file_,
+                                  shown(design_.nets[static_cast<std::size_t>(net_of(bit))].name),
+                                  first->second, by));
+  }
+
+  void require_directions(const yosys::Module& module) const {
+    for (const auto& [type, directions] : module.directions) {
+      const int macro = technology_.find_macro(type);
+      if (macro < 0) continue;
+      for (const MacroPin& pin : technology_.macros[static_cast<std::size_t>(macro)].pins) {
+        const auto said = directions.find(pin.name);
+        const std::string_view known = pin.direction == PinDirection::input    ? "input"
+                                       : pin.direction == PinDirection::output ? "output"
+                                                                               : "inout";
+        if (said != directions.end() && said->second != known && said->second != "inout" && known != "inout")
+          throw UserError(
+              fmt::format("{}: cells of {}: found {} as {} in port_directions, expected {} as in the LEF",
+                          file_, shown(type), shown(pin.name), said->second, known));
+      }
     }
   }
 
@@ -129,6 +166,7 @@ class NetlistReader {
   Design design_;
   std::unordered_map<int, NetName> names_;
   std::unordered_map<int, int> nets_;
+  std::unordered_map<int, std::string> driver_;  // of a net
 };
 
 }  // namespace

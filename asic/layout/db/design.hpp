@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,7 @@ struct Component {
   bool is_placed = false;
   bool is_fixed = false;
   Nm padding = 0;  ///< kept free of cells to its right while cells find their sites, whole sites
+  Place where{};   ///< in the file that it was read from
 };
 
 /// A pin of the die.
@@ -71,6 +73,8 @@ struct Net {
   std::vector<Shape> patches;  ///< metal added for area rules
   std::vector<Shape> straps;   ///< supplies: rails and stripes
   std::vector<PlacedVia> strap_vias;
+  /// Where the file that it was read from gives it wires that aren't a supply's straps.
+  std::optional<Place> wiring;
 };
 
 struct Row {

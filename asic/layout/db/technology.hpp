@@ -105,6 +105,7 @@ struct MacroPin {
   double gate_area_um2 = 0.0;       ///< ANTENNAGATEAREA
   double diffusion_area_um2 = 0.0;  ///< ANTENNADIFFAREA
   std::vector<Shape> shapes;        ///< in the macro's frame, its lower left corner at 0, 0
+  bool is_tristate = false;         ///< an output that another may drive beside
   friend bool operator==(const MacroPin&, const MacroPin&) = default;
 };
 
@@ -134,8 +135,10 @@ struct Technology {
   std::string files;  ///< that it was read from, as messages name them
 
   int find_layer(std::string_view name) const;  ///< -1: none
-  int find_via(std::string_view name) const;    ///< -1: none
-  int find_macro(std::string_view name) const;  ///< -1: none
+  int find_via(std::string_view name) const;
+  int find_via_rule(std::string_view name) const;
+  int find_site(std::string_view name) const;
+  int find_macro(std::string_view name) const;
   /// Layers of kind routing, bottom first.
   std::vector<int> routing_layers() const;
 

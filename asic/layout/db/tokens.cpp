@@ -22,11 +22,12 @@ bool is_blank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0;
 }  // namespace
 
 void Tokens::advance() {
+  starts_line_ = place_ == 0;
   while (place_ < text_.size() && (is_blank(text_[place_]) || text_[place_] == '#')) {
     if (text_[place_] == '#')
       place_ = std::min(text_.find('\n', place_), text_.size());
     else
-      ++place_;
+      starts_line_ |= text_[place_++] == '\n';
   }
   start_ = place_;
   if (place_ < text_.size() && text_[place_] == '"') {
@@ -70,7 +71,9 @@ void Tokens::expect(std::string_view word) {
 }
 
 void Tokens::skip_statement() {
-  while (next() != ";") {
+  while (!take(";")) {
+    if (is("END")) fail("; before it");
+    next();
   }
 }
 
@@ -99,7 +102,17 @@ Nm Tokens::length(double scale) {
 Nm Tokens::whole_length(double scale) {
   const auto value = number_in(word_, -kMostNumber, kMostNumber);
   if (value && *value != std::floor(*value)) fail("a whole number of the DEF's units");
+  constexpr double kRounding = 0.01;  // of a nanometre; DEF's units leave a twentieth or more
+  if (value && std::abs(*value * scale - std::round(*value * scale)) > kRounding)
+    fail("a length of whole nanometres");
   return length(scale);
+}
+
+Nm Tokens::length_from_0(double scale) {
+  const Tokens before = *this;
+  const Nm value = length(scale);
+  if (value < 0) before.fail("a length not below 0");
+  return value;
 }
 
 Nm Tokens::length_above_0(double scale) {

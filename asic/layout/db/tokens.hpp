@@ -23,7 +23,9 @@ class Tokens {
   /// Takes the word when it comes next.
   bool take(std::string_view word);
   void expect(std::string_view word);
-  /// Skips up to and with the next `;`.
+  /// True when the next word is the first of its line.
+  bool starts_line() const { return starts_line_; }
+  /// Skips up to and with the next `;`; an END before it is refused.
   void skip_statement();
   /// Finite, at most 1e12 either way.
   double number();
@@ -31,8 +33,10 @@ class Tokens {
   double number_from_0();
   /// A number times `scale`, rounded to the nearest integer; at most a metre either way.
   Nm length(double scale);
-  /// The same of a whole number ("-320.0" is one), as DEF has them.
+  /// The same of a whole number ("-320.0" is one), as DEF has them, that makes whole nanometres.
   Nm whole_length(double scale);
+  /// A length(), not below 0.
+  Nm length_from_0(double scale);
   /// A length() above 0.
   Nm length_above_0(double scale);
   /// A whole number from `least` to 10 million.
@@ -50,6 +54,7 @@ class Tokens {
   std::size_t place_ = 0;  // behind the word
   std::size_t start_ = 0;  // of the word
   std::string_view word_;
+  bool starts_line_ = true;
 };
 
 }  // namespace meltstage::layout

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <set>
 
 #include "asic/layout/place/place.hpp"
 #include "base/error.hpp"
@@ -225,41 +228,88 @@ void add_power_grid(Design& design, const Technology& technology, const PowerGri
   }
 }
 
-std::vector<std::string> placement_errors(const Design& design, const Technology& technology) {
-  std::vector<std::string> errors;
-  std::vector<std::pair<Rect, std::size_t>> boxes;
+namespace {
+
+std::string class_of(const Component& component, const Technology& technology) {
+  const std::string& all = technology.macros[static_cast<std::size_t>(component.macro)].macro_class;
+  return all.substr(0, all.find(' '));
+}
+
+/// What is wrong with a cell in rows; empty: nothing.
+std::string row_fault(const Component& component, const Design& design, const Technology& technology) {
+  const Rect box = outline(component, technology);
+  const auto is_upside_down = [](Orientation o) { return o == Orientation::S || o == Orientation::FS; };
+  std::string fault = fmt::format("at y = {} nm, where no row is", box.y0);
+  for (const Row& row : design.rows) {
+    if (row.at.y != box.y0) continue;
+    const Nm width = technology.sites[static_cast<std::size_t>(row.site)].width;
+    if ((box.x0 - row.at.x) % width != 0 || box.x0 < row.at.x || box.x1 > row.at.x + row.sites * width)
+      fault = fmt::format("at x = {} nm, not on the sites of {}", box.x0, row.name);
+    else
+      return is_upside_down(component.orientation) == is_upside_down(row.orientation)
+                 ? ""
+                 : fmt::format("its supplies are not those of {}", row.name);
+  }
+  return fault;
+}
+
+/// Pairs of cells that overlap, each once, and some hundred at the most: stripes as high as the lowest cell
+/// are searched from left to right.
+constexpr std::size_t kMostPairs = 200;
+std::set<std::pair<int, int>> overlaps(const Design& design, const Technology& technology) {
+  std::vector<std::pair<Rect, int>> boxes;
+  Nm height = std::numeric_limits<Nm>::max();
+  for (std::size_t c = 0; c < design.components.size(); ++c) {
+    if (!design.components[c].is_placed || class_of(design.components[c], technology) == "COVER") continue;
+    boxes.emplace_back(outline(design.components[c], technology), static_cast<int>(c));
+    height = std::min(height, boxes.back().first.height());
+  }
+  std::sort(boxes.begin(), boxes.end(), [](const auto& a, const auto& b) { return a.first.x0 < b.first.x0; });
+  std::map<Nm, std::vector<std::size_t>> open;  // by stripe: cells that have not ended
+  std::set<std::pair<int, int>> pairs;
+  const auto stripe = [&](Nm y) { return y >= 0 ? y / height : -((-y - 1) / height) - 1; };
+  for (std::size_t b = 0; b < boxes.size() && pairs.size() < kMostPairs; ++b) {
+    const auto& [box, cell] = boxes[b];
+    for (Nm s = stripe(box.y0); s <= stripe(box.y1 - 1); ++s) {
+      std::vector<std::size_t>& here = open[s];
+      std::erase_if(here, [&](std::size_t o) { return boxes[o].first.x1 <= box.x0; });
+      for (const std::size_t o : here)
+        if (boxes[o].first.overlaps(box)) pairs.insert(std::minmax(boxes[o].second, cell));
+      here.push_back(b);
+    }
+  }
+  return pairs;
+}
+
+}  // namespace
+
+std::vector<PlacementFault> placement_faults(const Design& design, const Technology& technology) {
+  std::vector<PlacementFault> faults;
   for (std::size_t c = 0; c < design.components.size(); ++c) {
     const Component& component = design.components[c];
+    const auto add = [&](const std::string& what) {
+      faults.push_back({static_cast<int>(c), fmt::format("{}: {}", component.name, what)});
+    };
     if (!component.is_placed) {
-      errors.push_back(fmt::format("{}: not placed", component.name));
+      add("not placed");
       continue;
     }
-    const Rect box = outline(component, technology);
-    boxes.emplace_back(box, c);
-    if (!design.die.contains(box)) errors.push_back(fmt::format("{}: outside the die", component.name));
-    const auto row =
-        std::find_if(design.rows.begin(), design.rows.end(), [&](const Row& r) { return r.at.y == box.y0; });
-    if (row == design.rows.end()) {
-      errors.push_back(fmt::format("{}: at y = {} nm, where no row is", component.name, box.y0));
-      continue;
-    }
-    const Site& site = technology.sites[static_cast<std::size_t>(row->site)];
-    const Nm end = row->at.x + row->sites * site.width;
-    if ((box.x0 - row->at.x) % site.width != 0 || box.x0 < row->at.x || box.x1 > end)
-      errors.push_back(
-          fmt::format("{}: at x = {} nm, not on the sites of {}", component.name, box.x0, row->name));
-    const auto upside_down = [](Orientation o) { return o == Orientation::S || o == Orientation::FS; };
-    if (upside_down(component.orientation) != upside_down(row->orientation))
-      errors.push_back(fmt::format("{}: its supplies are not those of {}", component.name, row->name));
+    if (!design.die.contains(outline(component, technology))) add("outside the die");
+    const std::string its_class = class_of(component, technology);
+    const bool is_in_rows = its_class.empty() || its_class == "CORE" || its_class == "ENDCAP";
+    const std::string fault = is_in_rows ? row_fault(component, design, technology) : "";
+    if (!fault.empty()) add(fault);
   }
-  std::sort(boxes.begin(), boxes.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.first.y0, a.first.x0) < std::pair(b.first.y0, b.first.x0);
-  });
-  for (std::size_t i = 1; i < boxes.size(); ++i) {
-    if (boxes[i - 1].first.overlaps(boxes[i].first))
-      errors.push_back(fmt::format("{} and {}: overlap", design.components[boxes[i - 1].second].name,
-                                   design.components[boxes[i].second].name));
-  }
+  for (const auto& [a, b] : overlaps(design, technology))
+    faults.push_back(
+        {b, fmt::format("{} and {}: overlap", design.components[static_cast<std::size_t>(a)].name,
+                        design.components[static_cast<std::size_t>(b)].name)});
+  return faults;
+}
+
+std::vector<std::string> placement_errors(const Design& design, const Technology& technology) {
+  std::vector<std::string> errors;
+  for (PlacementFault& fault : placement_faults(design, technology)) errors.push_back(std::move(fault.text));
   return errors;
 }
 

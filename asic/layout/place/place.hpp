@@ -60,8 +60,15 @@ void add_power_grid(Design& design, const Technology& technology, const PowerGri
 /// Half of the perimeter of each net's box, summed over nets of signals with two or more placed pins.
 Nm wirelength(const Design& design, const Technology& technology);
 
-/// What is wrong with a placement, a line each: a cell unplaced, outside the die, off its row or site, turned
-/// wrongly or overlapping another.
+struct PlacementFault {
+  int component = 0;
+  std::string text;  ///< with the component's name
+};
+
+/// What is wrong with a placement: a cell unplaced, outside the die, off its row or site, turned wrongly or
+/// overlapping another. Rows hold macros of class CORE and ENDCAP.
+std::vector<PlacementFault> placement_faults(const Design& design, const Technology& technology);
+/// Their texts.
 std::vector<std::string> placement_errors(const Design& design, const Technology& technology);
 
 /// Area of the rows, nm2.

@@ -13,6 +13,7 @@
 
 #include "asic/layout/db/design.hpp"
 #include "asic/layout/db/technology.hpp"
+#include "asic/layout/route/inputs.hpp"
 #include "asic/layout/route/route.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -59,6 +60,7 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
   meltstage::require_other_files({out, netlist, spef, report_path}, inputs);
   const Technology technology = read_lef(lef);
   Design design = read_def(def, technology);
+  require_routable(design, technology);
   if (isatty(STDERR_FILENO))
     options.progress = [](int round, int routed, int sharing) {
       fmt::print(stderr, "round {}: {} nets routed, {} share a place\n", round, routed, sharing);

@@ -95,67 +95,207 @@ TEST_F(DesignTest, OrientationTurnsShapes) {
 TEST_F(DesignTest, WrongDefIsOneLine) {
   const auto message = [&](const std::string& text) {
     try {
-      parse_def(text, "a.def", technology);
+      parse_def("UNITS DISTANCE MICRONS 1000 ;\n" + text, "a.def", technology);
     } catch (const UserError& error) {
       return std::string(error.what());
     }
     return std::string();
   };
   EXPECT_EQ(message("DESIGN t ;\nCOMPONENTS 1 ;\n- a NOSUCH + PLACED ( 0 0 ) N ;\n"),
-            "a.def:3:5: found \"NOSUCH\", expected a macro of the LEF");
-  EXPECT_EQ(message("DESIGN t ;\n"), "a.def:2:1: found the file's end, expected END DESIGN");
+            "a.def:4:5: found \"NOSUCH\", expected a macro of the LEF");
+  EXPECT_EQ(message("DESIGN t ;\n"), "a.def:3:1: found the file's end, expected END DESIGN");
   EXPECT_EQ(message("COMPONENTS 1 ;\n- a INVX1 + PLACED ( 0 0 ) W ;"),
-            "a.def:2:28: found \"W\", expected orientation N, S, FN or FS");
+            "a.def:3:28: found \"W\", expected orientation N, S, FN or FS");
   EXPECT_EQ(message("BLOCKAGES 1 ;\n- LAYER m2 RECT ( 0 0 ) ( 3200 2000 ) ;\nEND BLOCKAGES"),
-            "a.def:2:3: found \"LAYER\", expected the end of BLOCKAGES: what it asks for is not kept here");
-  EXPECT_EQ(message("BLOCKAGES 0 ;\nEND BLOCKAGES\nFILLS 0 ;\nEND FILLS\nEND DESIGN"), "");
-  EXPECT_EQ(message("UNITS DISTANCE MICRONS 0 ;"),
-            "a.def:1:24: found \"0\", expected a whole number from 1 to 10000000");
+            "a.def:3:3: found \"LAYER\", expected the end of BLOCKAGES: what it asks for is not kept here");
+  EXPECT_EQ(message("DESIGN d ;\nBLOCKAGES 0 ;\nEND BLOCKAGES\nFILLS 0 ;\nEND FILLS\nEND DESIGN"), "");
+  EXPECT_EQ(message("UNITS DISTANCE MICRONS 1000 ;"), "a.def:2:1: found \"UNITS\", expected UNITS once");
   EXPECT_EQ(message("DIEAREA ( 0 0 ) ( nan 1 ) ;"),
-            "a.def:1:19: found \"nan\", expected a length of at most a metre");
+            "a.def:2:19: found \"nan\", expected a length of at most a metre");
   EXPECT_EQ(message("DIEAREA ( 0 0 ) ( 1e300 1 ) ;"),
-            "a.def:1:19: found \"1e300\", expected a length of at most a metre");
+            "a.def:2:19: found \"1e300\", expected a length of at most a metre");
   EXPECT_EQ(message("DIEAREA ( 5 0 ) ( 5 1 ) ;"),
-            "a.def:1:25: found \";\", expected a die whose second corner is above and right of the first");
+            "a.def:2:25: found \";\", expected a die whose second corner is above and right of the first");
   EXPECT_EQ(message("TRACKS X 0 DO 1e9 STEP 1 ;"),
-            "a.def:1:15: found \"1e9\", expected a whole number from 1 to 10000000");
+            "a.def:2:15: found \"1e9\", expected a whole number from 1 to 10000000");
   EXPECT_EQ(message("TRACKS X 0 DO 5 STEP 0 ;"),
-            "a.def:1:22: found \"0\", expected a length of a nanometre or more");
+            "a.def:2:22: found \"0\", expected a length of a nanometre or more");
   EXPECT_EQ(message("ROW r core 0 0 N DO 0 BY 1 ;"),
-            "a.def:1:21: found \"0\", expected a whole number from 1 to 10000000");
+            "a.def:2:21: found \"0\", expected a whole number from 1 to 10000000");
   EXPECT_EQ(message("PINS 1 ;\n- a + DIRECTION INPUT ;\nEND PINS"),
-            "a.def:3:1: found \"END\", expected NET of pin a before it");
+            "a.def:4:1: found \"END\", expected NET of pin a before it");
   EXPECT_EQ(
       message(
           "COMPONENTS 2 ;\n- a INVX1 + PLACED ( 0 0 ) N ;\n- a INVX1 + FIXED ( 0 0 ) N ;\nEND COMPONENTS"),
-      "a.def:4:1: found \"END\", expected each component once, not another a before it");
+      "a.def:5:1: found \"END\", expected each component once, not another a before it");
   EXPECT_EQ(message("VIAS 1 ;\n- v ;\nEND VIAS"),
-            "a.def:3:1: found \"END\", expected a via of RECTs before it");
+            "a.def:4:1: found \"END\", expected a via of RECTs before it");
   const std::string cells =
       "COMPONENTS 2 ;\n- u INVX1 + PLACED ( 0 0 ) N ;\n- v INVX1 + PLACED ( 0 0 ) N ;\nEND COMPONENTS\n"
       "PINS 1 ;\n- p + NET a + DIRECTION INPUT ;\nEND PINS\n";
   EXPECT_EQ(message("COMPONENTS 3" + cells.substr(12)),
-            "a.def:1:12: found \"3\", expected 2, as so many are listed");
+            "a.def:2:12: found \"3\", expected 2, as so many are listed");
   EXPECT_EQ(message(cells + "NETS 2 ;\n- a ( PIN p ) ;\nEND NETS"),
-            "a.def:8:6: found \"2\", expected 1, as so many are listed");
+            "a.def:9:6: found \"2\", expected 1, as so many are listed");
   EXPECT_EQ(message(cells + "NETS 2 ;\n- a ( u A ) ;\n- a ( v A ) ;\nEND NETS"),
-            "a.def:10:3: found \"a\", expected each net once");
+            "a.def:11:3: found \"a\", expected each net once");
   EXPECT_EQ(message(cells + "NETS 2 ;\n- a ( u A ) ;\n- b ( v A ) ( u A ) ;\nEND NETS"),
-            "a.def:10:17: found \"A\", expected each pin in one net, once");
+            "a.def:11:17: found \"A\", expected each pin in one net, once");
   EXPECT_EQ(message(cells + "NETS 2 ;\n- a ( u A ) ;\n- b ( PIN p ) ;\nEND NETS"),
-            "a.def:10:11: found \"p\", expected a pin with + NET b in PINS");
-  EXPECT_EQ(message(cells + "COMPONENTS 0 ;"), "a.def:8:1: found \"COMPONENTS\", expected COMPONENTS once");
+            "a.def:11:11: found \"p\", expected a pin with + NET b in PINS");
+  EXPECT_EQ(message(cells + "COMPONENTS 0 ;"), "a.def:9:1: found \"COMPONENTS\", expected COMPONENTS once");
   EXPECT_EQ(message("COMPONENTS 1 ;\n- u INVX1 + UNPLACED ;"),
-            "a.def:2:13: found \"UNPLACED\", expected PLACED or FIXED, as all components have a place");
+            "a.def:3:13: found \"UNPLACED\", expected PLACED or FIXED, as all components have a place");
   EXPECT_EQ(message("COMPONENTS 1 ;\n- u INVX1 ;"),
-            "a.def:2:3: found \"u\", expected a component with PLACED or FIXED");
+            "a.def:3:3: found \"u\", expected a component with PLACED or FIXED");
   EXPECT_EQ(message("COMPONENTS 1 ;\n- u INVX1 + PLACED ( 800.5 0 ) N ;"),
-            "a.def:2:22: found \"800.5\", expected a whole number of the DEF's units");
+            "a.def:3:22: found \"800.5\", expected a whole number of the DEF's units");
   EXPECT_EQ(message("COMPONENTS 1 ;\n- u INVX1 + PLACED ( 800.0 0 ) W ;"),
-            "a.def:2:32: found \"W\", expected orientation N, S, FN or FS");
+            "a.def:3:32: found \"W\", expected orientation N, S, FN or FS");
   const std::string die = "DIEAREA ( 0 0 ) ( 9000 10000 ) ;\nCOMPONENTS 1 ;\n- u INVX1 + PLACED ";
-  EXPECT_EQ(message(die + "( 7401 0 ) N ;"), "a.def:3:3: found \"u\", expected a component within DIEAREA");
-  EXPECT_EQ(message(die + "( 7400 0 ) N ;"), "a.def:3:34: found the file's end, expected -");
+  EXPECT_EQ(message(die + "( 7401 0 ) N ;"), "a.def:4:3: found \"u\", expected a component within DIEAREA");
+  EXPECT_EQ(message(die + "( 7400 0 ) N ;"), "a.def:4:34: found the file's end, expected -");
+}
+
+class DefText : public DesignTest {
+ protected:
+  std::string message(const std::string& text) const {
+    try {
+      parse_def(text, "a.def", technology);
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  /// The DEF with `found` changed once.
+  std::string changed(const std::string& found, const std::string& to) const {
+    std::string text = kSmall;
+    const std::size_t at = text.find(found);
+    EXPECT_NE(at, std::string::npos) << found;
+    return text.replace(at, found.size(), to);
+  }
+  static constexpr const char* kSmall = R"(VERSION 5.8 ;
+BUSBITCHARS "[]" ;
+DIVIDERCHAR "/" ;
+DESIGN d ;
+UNITS DISTANCE MICRONS 1000 ;
+DIEAREA ( 0 0 ) ( 16000 10000 ) ;
+ROW r core 0 0 N DO 20 BY 1 STEP 800 0 ;
+TRACKS X 400 DO 20 STEP 800 LAYER metal2 ;
+COMPONENTS 2 ;
+- u INVX1 + SOURCE NETLIST + PLACED ( 0 0 ) N + WEIGHT 3 ;
+- v INVX1 + FIXED ( 8000 0 ) FN ;
+END COMPONENTS
+PINS 1 ;
+- a + NET a + DIRECTION INPUT + USE SIGNAL + LAYER metal2 ( -150 -150 ) ( 150 150 ) + PLACED ( 400 9000 ) N ;
+END PINS
+NETS 2 ;
+- a ( PIN a ) ( u A ) + USE SIGNAL ;
+- n ( u Y ) ( v A ) + FIXED metal2 ( 400 500 ) ( * 900 ) M2_M1 ;
+END NETS
+END DESIGN
+)";
+};
+
+TEST_F(DefText, StatementsAreKnownSkippedOrRefused) {
+  EXPECT_EQ(message(kSmall), "");
+  EXPECT_EQ(message(changed("TRACKS", "GCELLGRID X 0 DO 3 STEP 100 ;\nHISTORY the END of it ;\nTRACKS")), "");
+  EXPECT_EQ(message(changed("TRACKS", "TRAKCS")),
+            "a.def:8:1: found \"TRAKCS\", expected a statement of DEF, perhaps TRACKS");
+  EXPECT_EQ(message(changed("TRACKS", "GARBAGE hello world ;\nTRACKS")),
+            "a.def:8:1: found \"GARBAGE\", expected a statement of DEF");
+  EXPECT_EQ(message(changed("5.8", "6.7")), "a.def:1:9: found \"6.7\", expected a version from 5.0 to 5.8");
+  EXPECT_EQ(message(changed("\"[]\"", "\"()\"")), "a.def:2:13: found \"\"()\"\", expected \"[]\" or \"<>\"");
+  EXPECT_EQ(message(changed("\"/\"", "\"|\"")), "a.def:3:13: found \"\"|\"\", expected \"/\"");
+  EXPECT_EQ(message(changed("UNITS DISTANCE MICRONS 1000 ;\n", "")),
+            "a.def:5:11: found \"0\", expected UNITS DISTANCE MICRONS before the first length");
+  EXPECT_EQ(message(changed("MICRONS 1000", "MICRONS 300")),
+            "a.def:5:24: found \"300\", expected 100, 200, 400 or 800, ten times that, or 20000");
+  EXPECT_EQ(message(changed("DESIGN d ;\n", "")), "a.def: found no DESIGN, expected DESIGN and a name");
+  EXPECT_EQ(message(std::string(kSmall) + "NETS 0 ;"),
+            "a.def:21:1: found \"NETS\", expected the file's end behind END DESIGN");
+  EXPECT_EQ(message(changed("END NETS\nEND DESIGN\n", "")), "a.def:19:1: found the file's end, expected -");
+}
+
+TEST_F(DefText, ClausesAreKnownSkippedOrRefused) {
+  EXPECT_EQ(message(changed("+ SOURCE", "+ SOUCRE")),
+            "a.def:10:13: found \"SOUCRE\", expected a statement of a component, perhaps SOURCE");
+  EXPECT_EQ(message(changed("+ WEIGHT 3 ;", "+ WEIGHT 3")), "a.def:11:1: found \"-\", expected ; before it");
+  EXPECT_EQ(message(changed("+ WEIGHT 3", "+ REGION x")),
+            "a.def:10:49: found \"REGION\", expected no REGION: what it asks for is not kept here");
+  EXPECT_EQ(message(changed("+ DIRECTION", "+ DIRECTON")),
+            "a.def:14:15: found \"DIRECTON\", expected a statement of a pin, perhaps DIRECTION");
+  EXPECT_EQ(message(changed("+ PLACED ( 400", "+ LAYER metal1 ( 0 0 ) ( 1 1 ) + PLACED ( 400")),
+            "a.def:14:93: found \"metal1\", expected one LAYER and rectangle a pin");
+  EXPECT_EQ(
+      message(changed("+ USE SIGNAL ;\n- n", "+ NONDEFAULTRULE w ;\n- n")),
+      "a.def:17:25: found \"NONDEFAULTRULE\", expected no NONDEFAULTRULE: what it asks for is not kept here");
+  EXPECT_EQ(message(changed("( * 900 )", "( 500 900 )")),
+            "a.def:18:48: found \"(\", expected a point straight above or beside the one before it");
+  EXPECT_EQ(message(changed("( 400 500 )", "( * 500 )")),
+            "a.def:18:38: found \"*\", expected a number, as no point is before it");
+  EXPECT_EQ(message(changed("STEP 800 0", "STEP 400 0")),
+            "a.def:7:34: found \"400\", expected 800, the width of the site");
+  EXPECT_EQ(message(changed("TRACKS X", "TRACKS Z")), "a.def:8:8: found \"Z\", expected X or Y");
+}
+
+TEST_F(DefText, EachNetHasOneDriverAndListsItsPins) {
+  EXPECT_EQ(message(changed("( PIN a ) ", "")),
+            "a.def:14:3: found pin a with + NET a, expected ( PIN a ) in that net of NETS");
+  EXPECT_EQ(message(changed("( v A )", "( v A ) ( v Y )")),
+            "a.def:18:25: found \"Y\", expected one output a net, as u/Y drives it");
+  EXPECT_EQ(message(changed("( u A )", "( u A ) ( v Y )")),
+            "a.def:17:27: found \"Y\", expected one output a net, as PIN a drives it");
+  EXPECT_EQ(message(changed("( v A )", "( * A )")),
+            "a.def:18:15: found \"*\", expected a component or PIN in a net of NETS");
+}
+
+TEST_F(DefText, WiresOfAnyKindAreReadWithTheirPlace) {
+  for (const char* word : {"FIXED", "ROUTED", "COVER"}) {
+    const Design d =
+        parse_def(changed("+ FIXED metal2", std::string("+ ") + word + " metal2"), "a.def", technology);
+    const Net& net = d.nets.at(static_cast<std::size_t>(d.find_net("n")));
+    ASSERT_TRUE(net.wiring) << word;
+    EXPECT_EQ(net.wiring->line, 18u);
+    EXPECT_EQ(net.wires.size(), 1u);
+    EXPECT_EQ(net.vias.size(), 1u);
+  }
+}
+
+// A netlist whose cells disagree with the LEF, or whose outputs fight.
+TEST_F(DesignTest, WrongNetlistIsOneLine) {
+  const auto message = [&](const std::string& found, const std::string& to) {
+    std::string text = kNetlist;
+    text.replace(text.find(found), found.size(), to);
+    const auto path = std::filesystem::path(::testing::TempDir()) / "layout_wrong.json";
+    write_whole(path, text);
+    try {
+      read_netlist(path, technology);
+    } catch (const UserError& error) {
+      return std::string(error.what()).substr(path.string().size());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [5]"),
+            ": net some.net[3]: found cell g1/Y and cell g2/Y, expected one output");
+  EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [\"1\"]"),
+            ": cell g2/Y: found a constant, expected a net, as it is driven there");
+  EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [2]"),
+            ": net a_0: found port a_0 and cell g2/Y, expected one output");
+  EXPECT_EQ(message("\"AND2X1\", ", "\"AND2X1\", \"port_directions\": {\"A\": \"output\"}, "),
+            ": cells of AND2X1: found A as output in port_directions, expected input as in the LEF");
+  try {
+    Technology empty;
+    parse_lef("", "empty.lef", empty);
+    const auto path = std::filesystem::path(::testing::TempDir()) / "layout_whole.json";
+    write_whole(path, kNetlist);
+    read_netlist(path, empty);
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "empty.lef: found no pin with USE POWER, expected MACROs of the library with their supplies");
+  }
 }
 
 }  // namespace

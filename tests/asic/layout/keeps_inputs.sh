@@ -51,7 +51,11 @@ ln -s two.def link.def
 sed 's/PLACED ( 400 0 )/PLACED ( 1200 0 )/' two.def > beside.def
 sed 's/( 8000 0 )/( 8000000 0 )/' two.def > outside.def
 sed 's/FIXED ( 8000 0 ) S/FIXED ( 800 0 ) S/' two.def > overlap.def
+sed 's/( 8000 0 ) S/( 8100 0 ) S/' two.def > off_site.def
+sed 's/( u2 A ) ;/( u2 A ) + FIXED m2 ( 8400 500 ) ( * 2500 ) ;/' two.def > wired.def
+sed '/LAYER m2 TYPE/ s/SPACING 0.3 ;//' cells.lef > no_spacing.lef
 grep -v 'm3\|v2' cells.lef > two_layers.lef
+: > empty.lef
 sha256sum ./* > before
 
 # refused FOUND COMMAND...: the answer is one line with FOUND, and no file is another or new
@@ -85,6 +89,11 @@ refused 'outside.def:7:3: found "u2", expected a component within DIEAREA' "$pla
 refused 'overlap.def: found cells of 2 times the area that they lie in' "$place" --lef cells.lef --again overlap.def
 refused 'beside.def:10:3: found pin a beside the tracks of m2, expected it on one' "$route" --lef cells.lef --def beside.def --out new.def
 refused 'two_layers.lef: found 2 routing layers, expected three or more' "$route" --lef two_layers.lef --def two.def --out new.def
+refused 'overlap.def:7:3: found u1 and u2: overlap, expected cells side by side' "$route" --lef cells.lef --def overlap.def --out new.def
+refused 'off_site.def:7:3: found u2: at x = 8100 nm, not on the sites of ROW_0' "$route" --lef cells.lef --def off_site.def --out new.def
+refused 'wired.def:14:31: found wires of net n, expected none' "$route" --lef cells.lef --def wired.def --out new.def
+refused 'no_spacing.lef: found no SPACING of layer m2 that holds' "$route" --lef no_spacing.lef --def two.def --out new.def
+refused 'empty.lef: found no pin with USE POWER, expected MACROs' "$place" --lef empty.lef --netlist two.json --def new.def
 for option in --def --verilog --spef --utilization; do
   "$place" --lef cells.lef --again two.def $option 0.5 > told 2>&1 && { echo "FAILED: --again takes $option" >&2; exit 1; }
   grep -q -- "$option" told || { echo "FAILED: --again with $option: found $(< told)" >&2; exit 1; }

@@ -108,6 +108,24 @@ TEST_F(Place, FindsSeededFaults) {
                 d.components[7].orientation = d.components[8].orientation;
               }),
               HasSubstr("overlap"));
+  // two cells in one, behind the first of them
+  EXPECT_THAT(errors_of([&](Design& d) {
+                Component wide = d.components[7];
+                wide.name = "wide";
+                wide.macro = technology.find_macro("DFFSR");
+                wide.at.x = 0;
+                for (Component& c : d.components) wide.at.x = std::max(wide.at.x, c.at.x);
+                Component narrow = wide;
+                narrow.macro = technology.find_macro("INVX1");
+                narrow.name = "first";
+                narrow.at.x += 800;
+                d.components.push_back(wide);
+                d.components.push_back(narrow);
+                narrow.name = "second";
+                narrow.at.x += 3200;
+                d.components.push_back(narrow);
+              }),
+              ::testing::AllOf(HasSubstr("wide and first: overlap"), HasSubstr("wide and second: overlap")));
   EXPECT_THAT(errors_of([](Design& d) { d.components[7].at.x += 50; }), HasSubstr("u7: at x"));
   EXPECT_THAT(errors_of([](Design& d) { d.components[7].at.y += 50; }), HasSubstr("u7: at y"));
   EXPECT_THAT(errors_of([](Design& d) { d.components[7].at.x = d.die.x1; }),

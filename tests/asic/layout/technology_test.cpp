@@ -127,11 +127,85 @@ TEST(Technology, WrongInputIsOneLine) {
             "cells.lef:7:12: found \"INPUTT\", expected INPUT, OUTPUT, INOUT or FEEDTHRU");
   EXPECT_EQ(refused(macro + " USE POWERR ;"),
             "cells.lef:7:6: found \"POWERR\", expected SIGNAL, ANALOG, CLOCK, POWER or GROUND");
-  EXPECT_EQ(refused(macro + " END A\n PIN A\n"), "cells.lef:8:6: found \"A\", expected each pin once");
+  EXPECT_EQ(refused(macro + " PORT\n LAYER M ; RECT 0 0 1 1 ; END END A\n PIN A\n"),
+            "cells.lef:9:6: found \"A\", expected each pin once");
   EXPECT_EQ(refused(macro + " PORT\n LAYER M ;\n RECT 0 0 1.001 1 ;\n END\nEND A\nEND m"),
             "cells.lef:9:7: found \"0\", expected a RECT of a signal's pin within the SIZE of MACRO m");
   EXPECT_EQ(message("LAYER M\n PITCH \x1b[31m ;"),
             "cells.lef:2:8: found \"\\x1B[31m\", expected text without control characters");
+}
+
+TEST(Technology, StatementsAreKnownSkippedOrRefused) {
+  const auto message = [](const std::string& text) {
+    Technology t;
+    try {
+      parse_lef(text, "a.lef", t);
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string layer = "LAYER M\n TYPE ROUTING ;\n ";
+  EXPECT_EQ(message(layer + "SPACNG 0.3 ;\nEND M"),
+            "a.lef:3:2: found \"SPACNG\", expected a statement of LAYER, perhaps SPACING");
+  EXPECT_EQ(message(layer + "FROB 1 ;\nEND M"), "a.lef:3:2: found \"FROB\", expected a statement of LAYER");
+  EXPECT_EQ(message("MARCO m"), "a.lef:1:1: found \"MARCO\", expected a statement of LEF, perhaps MACRO");
+  EXPECT_EQ(message("VERSION 6.7 ;"), "a.lef:1:9: found \"6.7\", expected a version from 5.0 to 5.8");
+  EXPECT_EQ(message("END LIBRARY\nLAYER M"),
+            "a.lef:2:1: found \"LAYER\", expected the file's end behind END LIBRARY");
+  // a lost `;` takes no rule with it
+  EXPECT_EQ(message(layer + "PITCH 1\n WIDTH 0.3 ;\nEND M"),
+            "a.lef:4:2: found \"WIDTH\", expected a length of at most a metre");
+  EXPECT_EQ(message(layer + "WIDTH 0.3\n SPACING 1 ;\nEND M"), "a.lef:4:2: found \"SPACING\", expected ;");
+  EXPECT_EQ(message(layer + "MINSTEP 0.3\n SPACING 1 ;\nEND M"),
+            "a.lef:4:2: found \"SPACING\", expected ; before it");
+  EXPECT_EQ(message(layer + "MINSTEP 0.3\nEND M"), "a.lef:4:1: found \"END\", expected ; before it");
+  EXPECT_EQ(message(layer + "SPACING -0.3 ;\nEND M"),
+            "a.lef:3:10: found \"-0.3\", expected a length not below 0");
+  EXPECT_EQ(message(layer + "RESISTANCE RPERSQ -1 ;\nEND M"),
+            "a.lef:3:20: found \"-1\", expected a number from 0 to 1e+12");
+  EXPECT_EQ(message(layer + "ANTENNAMODEL OXIDE2 ;\nEND M"),
+            "a.lef:3:15: found \"OXIDE2\", expected OXIDE1, the only oxide whose rules are read");
+  EXPECT_EQ(message("LAYER M\nEND M"), "a.lef:2:5: found \"M\", expected TYPE of the layer before its end");
+  EXPECT_EQ(message(layer + "\nEND M\nMACRO m\n SIZE 1 BY 2 ;\n SITE nosuch ;\n"),
+            "a.lef:7:7: found \"nosuch\", expected a SITE that was described before");
+  EXPECT_EQ(message(layer + "\nEND M\nMACRO m\n SIZE 1 BY 2 ;\n PIN A\nEND A\n"),
+            "a.lef:8:5: found \"A\", expected a PORT with a RECT of the signal's pin before its end");
+  EXPECT_EQ(message("MACRO m\n CLASS COER ;\n"),
+            "a.lef:2:8: found \"COER\", expected COVER, RING, BLOCK, PAD, CORE or ENDCAP");
+}
+
+TEST(Technology, WhatIsSkippedChangesNoRule) {
+  Technology t;
+  parse_lef(R"(LAYER M
+  TYPE ROUTING ;
+  WIDTH 0.3 ;
+  SPACING 0.2 ;
+  ACCURRENTDENSITY AVERAGE
+    FREQUENCY 1 100 ;
+    WIDTH 0.4 0.8 ;
+    TABLEENTRIES 1 2 3 4 ;
+  SPACING 0.4 RANGE 1 2 ;
+  MINIMUMCUT 2 WIDTH 1.4 ;
+  PROPERTY LEF58_X "SPACING 3 ; END" ;
+END M
+NONDEFAULTRULE wide
+  LAYER M WIDTH 1 ; END M
+END wide
+BEGINEXT "x" anything END ENDEXT
+MACRO m
+  SIZE 1 BY 2 ;
+  PIN Y
+    DIRECTION OUTPUT TRISTATE ;
+    PORT
+      LAYER M ; RECT 0 0 1 1 ;
+    END
+  END Y
+END m)",
+            "a.lef", t);
+  EXPECT_EQ(t.layers.at(0).width, 300);
+  EXPECT_EQ(t.layers.at(0).spacing, 200);
+  EXPECT_TRUE(t.macros.at(0).pins.at(0).is_tristate);
 }
 
 }  // namespace

@@ -30,6 +30,17 @@ CaptureView view_of(const std::string& text) {
   return capture_view(read_yosys_json(folder.file("n.json", text)), mini_library());
 }
 
+TEST(Netlist, DirectionsAreThoseOfTheLibrary) {
+  const auto with = [](const std::string& direction) {
+    return json(kPorts, R"("g": {"type": "INV", "port_directions": {"A": ")" + direction +
+                            R"("}, "connections": {"A": [2], "Y": [4]}})");
+  };
+  EXPECT_NO_THROW(view_of(with("input")));
+  EXPECT_THAT([&] { view_of(with("output")); },
+              ThrowsMessage<UserError>(HasSubstr(
+                  "n.json: cells of INV: found A as output in port_directions, expected input as in ")));
+}
+
 // Two inputs, one NAND: ports and pins are six sites; a, b stuck-at-0 and y stuck-at-1 are one class.
 TEST(Netlist, SitesAndClassesOfAGate) {
   const CaptureView view = view_of(json(kPorts, cell("g", "NAND2", R"("A": [2], "B": [3], "Y": [4])")));
@@ -89,6 +100,16 @@ TEST(Netlist, WrongStructureNamesThePlace) {
           "n.json:2:48: found cell g/A: several bits");
   refuses(json(kPorts, cell("g", "INV", "") + "," + cell("g", "INV", "")), "found cell g again");
   refuses(json(kPorts, "\"g\": {}"), "cell g: found no type");
+  // the parser would take the last of two
+  refuses(json(kPorts, "}, \"cells\": {"), "found key cells again, expected each name once");
+  refuses(json(kPorts, cell("g", "INV", R"("A": [2], "A": [3])")), "found key A again");
+  refuses(json(kPorts + ", " + kPorts, ""), "found port a again");
+  refuses(json(kPorts, cell("g", "INV", R"("A": ["z"], "Y": [4])")), "found bit \"z\", expected a net");
+  refuses(json(kPorts, R"("g": {"type": "INV", "port_directions": {"A": "in"}})"),
+          "found direction in of cell g/A, expected input, output or inout");
+  refuses(json(kPorts, R"("g": {"type": "INV", "port_directions": {"A": "input"}},
+                          "h": {"type": "INV", "port_directions": {"A": "output"}})"),
+          "n.json: cell h/A: found output, expected input as in another cell of INV");
   for (const char* bit :
        {"1", "-2", "2.5", "1e9", "100000001", "99999999999999999999", "\"2\"", "[2]", "{}", "null"})
     refuses(json("\n\"a\": {\"direction\": \"input\", \"bits\": [" + std::string(bit) + "]}", ""),

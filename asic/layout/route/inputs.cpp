@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/layout/route/inputs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "asic/layout/place/place.hpp"
+#include "asic/layout/route/guides.hpp"
+#include "base/error.hpp"
+#include "base/place.hpp"
+
+namespace meltstage::layout {
+
+namespace {
+
+void require_spacings(const Technology& technology) {
+  if (technology.routing_layers().size() < 3) return;  // route() tells
+  std::vector<int> layers = track_layers(technology);
+  layers.push_back(technology.routing_layers().front());
+  for (const int index : layers) {
+    const Layer& layer = technology.layers[static_cast<std::size_t>(index)];
+    if (layer.spacing == 0)
+      throw UserError(fmt::format(
+          "{}: found no SPACING of layer {} that holds without a condition, expected one, or a SPACINGTABLE "
+          "PARALLELRUNLENGTH",
+          technology.files, shown(layer.name)));
+  }
+}
+
+void require_no_wires(const Design& design) {
+  for (const Net& net : design.nets) {
+    if (net.wiring)
+      throw UserError(defect_at(design.file, *net.wiring, fmt::format("wires of net {}", shown(net.name)),
+                                "none, as the router makes all wires of signals and keeps none"));
+  }
+}
+
+void require_legal_places(const Design& design, const Technology& technology) {
+  const bool has_rows = !design.rows.empty();
+  for (const PlacementFault& fault : placement_faults(design, technology)) {
+    const Component& component = design.components[static_cast<std::size_t>(fault.component)];
+    if (!has_rows && !fault.text.ends_with(": overlap")) continue;
+    throw UserError(defect_at(design.file, component.where, shown(fault.text),
+                              "cells side by side, on the sites of the rows where there are ROWs"));
+  }
+}
+
+}  // namespace
+
+void require_routable(const Design& design, const Technology& technology) {
+  require_spacings(technology);
+  require_no_wires(design);
+  require_legal_places(design, technology);
+}
+
+}  // namespace meltstage::layout
