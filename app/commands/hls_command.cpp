@@ -44,6 +44,7 @@ struct Options {
   std::string top;
   std::vector<std::string> blocks;
   std::vector<std::string> tied;
+  std::vector<std::string> other_options;
   hls::ProverLimits limits;
   std::size_t examples = 3;
   unsigned mutants = 0;
@@ -168,6 +169,26 @@ std::vector<std::size_t> choose(const hls::Problem& problem, const std::vector<s
   return chosen;
 }
 
+struct Verdicts {
+  std::size_t broken = 0;
+  std::size_t open = 0;
+
+  bool proved() const { return broken == 0 && open == 0; }
+  const char* word() const { return proved() ? "proved" : broken > 0 ? "refuted" : "not decided"; }
+};
+
+// Counts, and names some that are open.
+Verdicts print_open(const hls::Problem& problem, const std::vector<std::size_t>& chosen,
+                    const std::vector<hls::Answer>& answers, std::size_t most) {
+  Verdicts verdicts;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (answers[i].verdict == hls::Verdict::kBroken) ++verdicts.broken;
+    if (answers[i].verdict != hls::Verdict::kOpen) continue;
+    if (++verdicts.open <= most) fmt::print("open: {}\n", problem.obligations[chosen[i]].name);
+  }
+  return verdicts;
+}
+
 bool all_mutants_decided(const Options& o, const hls::Circuit& model, const hls::Rtl& rtl,
                          const hls::TiedPins& tied) {
   ProgressLine line;
@@ -216,22 +237,42 @@ int prove(const Options& o) {
   print_table(problem, chosen, answers);
   for (const std::string& note : notes) fmt::print("{}\n", note);
   for (const hls::Invariant& invariant : model.invariants) fmt::print("invariant: {}\n", invariant.name);
-  std::size_t broken = 0, open = 0;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (answers[i].verdict == hls::Verdict::kBroken) ++broken;
-    if (answers[i].verdict != hls::Verdict::kOpen) continue;
-    if (++open <= o.examples) fmt::print("open: {}\n", problem.obligations[chosen[i]].name);
-  }
-  for (const hls::Counterexample& example : shown) fmt::print("{}", hls::to_text(example));
-  const bool proved = broken == 0 && open == 0;
+  const Verdicts verdicts = print_open(problem, chosen, answers, o.examples);
+  for (const hls::Counterexample& example : shown) fmt::print("{}", hls::to_text(example, {"C++", "RTL"}));
   fmt::print(
       "{}: {} of {} bits equal for every state and input{}{}; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
-      proved       ? "proved"
-      : broken > 0 ? "refuted"
-                   : "not decided",
-      chosen.size() - broken - open, chosen.size(), o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "),
-      seconds_since(begin), translated_s, read_s);
-  return proved && (o.mutants == 0 || all_mutants_decided(o, model, rtl, tied)) ? 0 : 1;
+      verdicts.word(), chosen.size() - verdicts.broken - verdicts.open, chosen.size(),
+      o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "), seconds_since(begin), translated_s, read_s);
+  return verdicts.proved() && (o.mutants == 0 || all_mutants_decided(o, model, rtl, tied)) ? 0 : 1;
+}
+
+// Two ways to write the same: the second one has other options of the compiler.
+int compare(const Options& o) {
+  ProgressLine line;
+  const auto begin = Clock::now();
+  line.show("translating the C++");
+  const hls::Circuit one = circuit_of(o.sources, hls::Undefined::kIsLeft);
+  hls::Sources second = o.sources;
+  second.options.insert(second.options.end(), o.other_options.begin(), o.other_options.end());
+  const hls::Circuit other = circuit_of(second, hls::Undefined::kIsLeft);
+  const hls::Problem problem = hls::make_problem(one, other);
+  const std::vector<std::size_t> chosen = choose(problem, o.blocks);
+  const std::vector<hls::Answer> answers = hls::prove(problem, chosen, o.limits, shown_on(line));
+  line.clear();
+  print_table(problem, chosen, answers);
+  for (const hls::Invariant& invariant : one.invariants) fmt::print("invariant: {}\n", invariant.name);
+  const Verdicts verdicts = print_open(problem, chosen, answers, o.examples);
+  std::size_t shown = 0;
+  for (std::size_t i = 0; i < chosen.size() && shown < o.examples; ++i) {
+    if (answers[i].verdict != hls::Verdict::kBroken) continue;
+    fmt::print("{}", hls::to_text(hls::make_counterexample(one, problem, problem.obligations[chosen[i]],
+                                                           answers[i].example),
+                                  {"first way", "second way"}));
+    ++shown;
+  }
+  fmt::print("{}: {} of {} bits equal for every state and input; {:.0f} s\n", verdicts.word(),
+             chosen.size() - verdicts.broken - verdicts.open, chosen.size(), seconds_since(begin));
+  return verdicts.proved() ? 0 : 1;
 }
 
 void add_sources(CLI::App* command, Options& o) {
@@ -272,6 +313,19 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
       "--mutants", o->mutants,
       "When all is proved: invert an operand of so many gates of the RTL, one at a time, and refute each");
   proof->callback([o, action] { *action = [o] { return prove(*o); }; });
+
+  CLI::App* ways = hls->add_subcommand(
+      "compare", "Whether two ways to write the function are one, for every state and input");
+  add_sources(ways, *o);
+  ways->add_option("--other", o->other_options,
+                   "Option of the compiler for the second way alone, such as --other=-DSLOWLY")
+      ->required();
+  ways->add_option("--block", o->blocks, "These blocks alone: instance paths such as u_guard, or pins");
+  ways->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
+      ->capture_default_str();
+  ways->add_option("--seed", o->limits.seed, "Of the random values")->capture_default_str();
+  ways->add_option("--examples", o->examples, "Counterexamples shown at most")->capture_default_str();
+  ways->callback([o, action] { *action = [o] { return compare(*o); }; });
 
   return [action] { return (*action)(); };
 }

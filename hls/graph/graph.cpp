@@ -278,18 +278,18 @@ Node Graph::simplified(Op op, Node a, Node b, bool& done) {
       if (is_zero(b)) return gives(b);
       if (is_constant(b) && value(b).isPowerOf2())
         return gives(binary(Op::kShiftLeft, a, constant(bits, value(b).logBase2())));
-      if (is_constant(b) && value(b).countTrailingZeros() > 0) {  // the lowest bits are 0
-        const unsigned zeros = value(b).countTrailingZeros();
-        const unsigned kept = bits - zeros;
-        return gives(concat(binary(Op::kMul, slice(a, 0, kept), constant(value(b).extractBits(kept, zeros))),
-                            constant(zeros, 0)));
-      }
       if (is_constant(b) && (-value(b)).isPowerOf2())  // x - 8 y is an addition of -8 y to LLVM
         return gives(binary(Op::kSub, constant(bits, 0),
                             binary(Op::kShiftLeft, a, constant(bits, (-value(b)).logBase2()))));
       if (is_constant(b) && value(b).isMask() && value(b).getActiveBits() > 2)  // 7 a = 8 a - a
         return gives(
             binary(Op::kSub, binary(Op::kShiftLeft, a, constant(bits, value(b).getActiveBits())), a));
+      if (is_constant(b) && value(b).countTrailingZeros() > 0) {  // the lowest bits are 0
+        const unsigned zeros = value(b).countTrailingZeros();
+        const unsigned kept = bits - zeros;
+        return gives(concat(binary(Op::kMul, slice(a, 0, kept), constant(value(b).extractBits(kept, zeros))),
+                            constant(zeros, 0)));
+      }
       break;
     case Op::kUnsignedDivide:
       if (is_constant(b) && value(b).isPowerOf2())

@@ -82,7 +82,7 @@ Counterexample make_counterexample(const Circuit& model, const Problem& problem,
   return result;
 }
 
-std::string to_text(const Counterexample& example) {
+std::string to_text(const Counterexample& example, const SideNames& names) {
   std::string text =
       fmt::format("counterexample: {}{}\n  state (what is not listed is as in reset)", example.name,
                   example.kind == Kind::kInvariant ? " does not hold in the next state"
@@ -92,7 +92,8 @@ std::string to_text(const Counterexample& example) {
   text += "\n  pins\n   ";
   for (const NamedValue& pin : example.pins) text += fmt::format(" {}={:#x}", pin.name, pin.value);
   if (example.kind == Kind::kFlop || example.kind == Kind::kPin)
-    text += fmt::format("\n  after the clock: RTL {:#x}, C++ {:#x}", example.of_rtl, example.of_model);
+    text += fmt::format("\n  after the clock: {} {:#x}, {} {:#x}", names.rtl, example.of_rtl, names.model,
+                        example.of_model);
   return text + "\n";
 }
 

@@ -31,8 +31,14 @@ struct Counterexample {
 Counterexample make_counterexample(const Circuit& model, const Problem& problem, const Obligation& obligation,
                                    const std::vector<bool>& example);
 
+/// What a person calls the two sides.
+struct SideNames {
+  const char* model;
+  const char* rtl;
+};
+
 /// Some lines for a person, ended each.
-std::string to_text(const Counterexample& example);
+std::string to_text(const Counterexample& example, const SideNames& names);
 
 /// The example for another problem of the same circuits: what has no name there is 0.
 std::vector<bool> carried_over(const Problem& from, const std::vector<bool>& example, const Problem& to);

@@ -306,6 +306,66 @@ Problem make_problem(const Circuit& model, const Rtl& rtl, Products products, co
   return Builder(model, rtl, products, tied).run();
 }
 
+namespace {
+
+// Inputs of `circuit` in the common graph, made where the other side has not made them.
+Bits inputs_of(const Circuit& circuit, Problem& problem) {
+  Aig& aig = problem.aig;
+  const auto add = [&](Bits& bits, const Field& field, const APInt* reset) {
+    for (unsigned i = 0; i < field.width; ++i) {
+      const std::string name = bit_name(field, i);
+      if (bits.contains(name)) continue;
+      bits[name] = reset != nullptr && !field.kept[i] ? aig.constant((*reset)[i]) : aig.input();
+    }
+  };
+  for (const Flop& flop : circuit.flops) add(problem.state, flop.field, &flop.reset);
+  for (const Pin& pin : circuit.inputs) add(problem.pins, pin.field, nullptr);
+  Bits all = problem.pins;
+  all.insert(problem.state.begin(), problem.state.end());
+  return all;
+}
+
+template <class Named>
+void require_same_names(const std::vector<Named>& one, const std::vector<Named>& other, const char* what) {
+  for (std::size_t i = 0; i < std::max(one.size(), other.size()); ++i) {
+    const auto name = [&](const std::vector<Named>& side) {
+      return i < side.size() ? fmt::format("{} of {} bits", side[i].field.name, side[i].field.width)
+                             : std::string("none");
+    };
+    if (name(one) != name(other))
+      throw UserError(fmt::format("{} {}: found {}, expected {} as the first way has it", what, i + 1,
+                                  name(other), name(one)));
+  }
+}
+
+}  // namespace
+
+Problem make_problem(const Circuit& one, const Circuit& other) {
+  require_same_names(one.flops, other.flops, "flop");
+  require_same_names(one.inputs, other.inputs, "input pin");
+  require_same_names(one.outputs, other.outputs, "output pin");
+  Problem problem;
+  const Bits inputs = inputs_of(one, problem);
+  Blaster gates(one.graph, problem.aig, inputs, {});
+  Blaster others(other.graph, problem.aig, inputs, {});
+  problem.reachable = kTrue;
+  for (const Invariant& invariant : one.invariants)
+    problem.reachable = problem.aig.both(problem.reachable, gates.bits(invariant.now)[0]);
+  const auto compare = [&](Kind kind, const Field& field, Node a, Node b) {
+    for (unsigned i = 0; i < field.width; ++i) {
+      const Literal of_one = gates.bits(a)[i], of_other = others.bits(b)[i];
+      problem.obligations.push_back({kind, bit_name(field, i),
+                                     kind == Kind::kPin ? "pins" : block_of(field.name),
+                                     problem.aig.differ(of_one, of_other), of_one, of_other});
+    }
+  };
+  for (std::size_t i = 0; i < one.flops.size(); ++i)
+    compare(Kind::kFlop, one.flops[i].field, one.flops[i].next, other.flops[i].next);
+  for (std::size_t i = 0; i < one.outputs.size(); ++i)
+    compare(Kind::kPin, one.outputs[i].field, one.outputs[i].node, other.outputs[i].node);
+  return problem;
+}
+
 void add_promises(Problem& problem, const Circuit& trapped) {
   Bits inputs = problem.pins;
   inputs.insert(problem.state.begin(), problem.state.end());

@@ -53,6 +53,11 @@ using TiedPins = std::unordered_map<std::string, bool>;
 /// Throws UserError for a flop or pin of one side that the other one hasn't got.
 Problem make_problem(const Circuit& model, const Rtl& rtl, Products products, const TiedPins& tied);
 
+/// The same question of two ways to write the C++, beginning in the same state with the same pins: for every
+/// state in which the invariants of `one` hold each flop has the same next value and each output pin is the
+/// same. Throws UserError for a flop or pin of one side that the other one hasn't got.
+Problem make_problem(const Circuit& one, const Circuit& other);
+
 /// Adds what C++ compiled with Undefined::kTraps promises.
 void add_promises(Problem& problem, const Circuit& trapped);
 

@@ -56,6 +56,10 @@ class Hls : public ::testing::Test {
                        at("list.f") + " --top debounce " + options);
   }
 
+  Ran compare(const std::string& options) const {
+    return run_command("hls compare " + at("block.cpp") + " --option=-I" MELTSTAGE_SOURCE_DIR " " + options);
+  }
+
   // A block of three flops whose step is `body`, with state s, pins in and old as it was.
   void write_block(const std::string& body) const {
     write("block.cpp", R"(#include <cstdint>
@@ -597,6 +601,35 @@ TEST_F(Hls, FilesThatAreMissingOrReadAreNamed) {
   EXPECT_EQ(text_of(at("block.cpp")), text_of(kExample + ".cpp"));
   EXPECT_THAT(prove().output, HasSubstr("block.sv"));
   EXPECT_EQ(prove("--tie nonsense").status, 2);
+}
+
+// One source, two ways: with a macro it is written otherwise.
+TEST_F(Hls, TwoWaysOfOneSourceAreProvedEqualOrRefuted) {
+  write_block(
+      "#ifdef BY_SHIFT\n  s->a_q = static_cast<std::uint8_t>(in->x_i << 1);\n#else\n"
+      "  s->a_q = static_cast<std::uint8_t>(in->x_i + in->x_i);\n#endif\n");
+  const Ran equal = compare("--other=-DBY_SHIFT");
+  EXPECT_EQ(equal.status, 0) << equal.output;
+  EXPECT_THAT(equal.output, HasSubstr("proved: "));
+
+  write_block("  s->a_q = in->x_i;\n#ifdef WRONG\n  if (in->x_i == 200) s->a_q = 1;\n#endif\n");
+  const Ran refuted = compare("--other=-DWRONG");
+  EXPECT_EQ(refuted.status, 1) << refuted.output;
+  EXPECT_THAT(refuted.output, HasSubstr("x_i=0xc8"));
+  EXPECT_THAT(refuted.output, HasSubstr("after the clock: second way 0x1, first way 0xc8"));
+}
+
+TEST_F(Hls, WaysOfOtherPinsAreToldBeforeTheyAreCompared) {
+  std::string text = text_of(kExample + ".cpp");
+  text = replaced(
+      text, "HLS_FIELD(Inputs, hold_i, 4)",
+      "\n#ifdef SHORTER\nHLS_FIELD(Inputs, hold_i, 3)\n#else\nHLS_FIELD(Inputs, hold_i, 4)\n#endif\n");
+  write("block.cpp", text);
+  const Ran ran = compare("--other=-DSHORTER");
+  EXPECT_EQ(ran.status, 2) << ran.output;
+  EXPECT_THAT(
+      ran.output,
+      HasSubstr("input pin 3: found hold_i of 3 bits, expected hold_i of 4 bits as the first way has it"));
 }
 
 }  // namespace

@@ -165,7 +165,7 @@ class Tally {
   void add(const std::string& what, bool good, const std::optional<hls::Counterexample>& example,
            const char* problem) {
     fmt::print("{}: {}\n", what, good ? "refuted" : problem);
-    if (example) fmt::print("{}", hls::to_text(*example));
+    if (example) fmt::print("{}", hls::to_text(*example, {"C++", "RTL"}));
     std::fflush(stdout);
     ++count_;
     refuted_ += good ? 1 : 0;
