@@ -76,8 +76,12 @@ bool names_sides(const std::vector<std::string>& name) {
   constexpr std::array<std::string_view, 12> kWords = {
       "side",          "layer",     "tb",       "topbottom", "boardside",  "pcbside",
       "placementside", "mountside", "compside", "layername", "boardlayer", "topbot"};
+  // Of other languages the column is known, and its words are refused unless they are known, too.
+  constexpr std::array<std::string_view, 8> kOtherLanguages = {
+      "lato", "cara", "lado", "c\u00f4t\u00e9", "zijde", "strona", "\u9762", "\u5b9f\u88c5\u9762"};
   const std::vector<std::string> letters = {"t", "b"}, both = {"top", "bottom"};
   return name == letters || name == both || any_is_one_of(name, kWords) ||
+         any_is_one_of(name, kOtherLanguages) ||
          std::any_of(name.begin(), name.end(),
                      [](const std::string& word) { return word.ends_with("seite"); });
 }

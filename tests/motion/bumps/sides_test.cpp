@@ -97,6 +97,18 @@ TEST_F(Readers, TwoColumnsOfSidesTellTheSameOne) {
   EXPECT_EQ(read("c.csv", "x,y,Side,Layer\n1,2,,B.Cu\n3,4,,B.Cu\n").points.size(), 2U);
 }
 
+// Words that are not known are refused where the column's name is.
+TEST_F(Readers, SidesInLanguagesThatAreNotReadAreRefused) {
+  for (const auto& [name, word] : {std::pair("Lato", "Superiore"),
+                                   {"Cara", "Arriba"},
+                                   {"C\u00f4t\u00e9", "sup\u00e9rieur"},
+                                   {"Zijde", "boven"},
+                                   {"\u5b9f\u88c5\u9762", "\u8868"}})
+    EXPECT_THAT(error_of("a.csv", fmt::format("x_mm;y_mm;{}\n1;2;{}\n", name, word)),
+                AllOf(StartsWith("row 2"), HasSubstr("expected top or bottom")))
+        << name;
+}
+
 TEST_F(Readers, SidesAreToldByColumnsOfManyNames) {
   for (const auto& [name, top, bottom] : {std::tuple("Location", "Top", "Bottom"),
                                           {"Flip", "0", "1"},
