@@ -240,9 +240,33 @@ class ViewBuilder {
                                   unknown.begin()->first));
   }
 
+  // The flop as its instance has it: a reset that is tied off is none.
+  Flop flop_of(std::size_t i) const {
+    const Instance& instance = netlist_.instances[i];
+    Flop flop = *cells_[i]->flop;
+    for (std::optional<Expression>* const reset : {&flop.clear, &flop.preset}) {
+      if (!*reset) continue;
+      std::vector<std::string> names;
+      pins_of(**reset, names);
+      const auto net = names.size() == 1 ? instance.pins.find(names[0]) : instance.pins.end();
+      if (net == instance.pins.end() || net->second > 1) continue;
+      if ((net->second == 0) == ((*reset)->op == Op::inv))
+        throw UserError(
+            fmt::format("{}: {}: found {} tied to {}, which resets the flop for ever, expected it tied to "
+                        "the other level",
+                        netlist_.file, instance.name, names[0], net->second));
+      reset->reset();
+    }
+    if (flop.clear && flop.preset)
+      throw UserError(fmt::format(
+          "{}: {}: found a clear and a preset that are both in use, expected one of them tied off",
+          netlist_.file, instance.name));
+    return flop;
+  }
+
   void add_state(std::size_t i) {
     const Instance& instance = netlist_.instances[i];
-    const Flop& flop = *cells_[i]->flop;
+    const Flop flop = flop_of(i);
     ScanFlop entry;
     entry.instance = i;
     entry.name = instance.name;
@@ -252,13 +276,14 @@ class ViewBuilder {
     pins_of(flop.clocked_on, clock_pins);
     if (clock_pins.size() == 1 && instance.pins.count(clock_pins[0]) != 0)
       entry.clock = instance.pins.at(clock_pins[0]);
-    for (const auto& reset : {flop.clear, flop.preset}) {
-      if (!reset) continue;
+    if (entry.has_reset) {
+      const Expression& reset = flop.clear ? *flop.clear : *flop.preset;
       std::vector<std::string> names;
-      pins_of(*reset, names);
-      if (names.size() != 1 || instance.pins.count(names[0]) == 0) continue;
-      entry.reset = instance.pins.at(names[0]);
-      entry.reset_low = reset->op == Op::inv;
+      pins_of(reset, names);
+      if (names.size() == 1 && instance.pins.count(names[0]) != 0) {
+        entry.reset = instance.pins.at(names[0]);
+        entry.reset_low = reset.op == Op::inv;
+      }
     }
     state_.push_back(builder_.add(Gate::input, {}, instance.name));
     state_of_[i] = state_.back();
@@ -403,7 +428,7 @@ class ViewBuilder {
     uses_.clear();
     pin_buffers_.clear();
     gates_before_[i] = clock_of(view_.flops[k].clock).gates;
-    const Term term = captured(*cells_[i]->flop, !gates_before_[i].empty());
+    const Term term = captured(flop_of(i), !gates_before_[i].empty());
     count_pins(term, uses_);
     const Node node = builder_.add(Gate::output, {}, view_.flops[k].name);
     if (term.kind == Term::Kind::pin) {

@@ -260,7 +260,8 @@ class Inserter {
       }
       return resets;
     };
-    std::map<Net, bool> from_logic;  // by net: active low
+    std::map<Net, bool> from_logic;  // or from another port, by net: active low
+    std::map<Net, std::pair<std::string, bool>> from_ports;
     for (const std::size_t i : flops_) {
       for (const Reset& reset : resets_of(i)) {
         if (reset.pin.empty()) fail(netlist.instances[i], "found a reset of several pins, expected one");
@@ -271,14 +272,18 @@ class Inserter {
         if (net == 0 || net == 1) continue;
         bool inverted = false;
         const std::string port = drivers_.port_of(net, &inverted);
-        if (port.empty()) {
+        if (port.empty())
           from_logic[net] = reset.low;
-        } else if (design_.reset.empty() && (options_.reset.empty() || options_.reset == port)) {
+        else
+          from_ports[net] = {port, reset.low};
+        if (!port.empty() && design_.reset.empty() && (options_.reset.empty() || options_.reset == port)) {
           design_.reset = port;
           design_.reset_low = reset.low != inverted;
         }
       }
     }
+    for (const auto& [net, reset] : from_ports)
+      if (!design_.reset.empty() && reset.first != design_.reset) from_logic[net] = reset.second;
     if (from_logic.empty()) return;
     if (design_.reset.empty())
       throw UserError(fmt::format(

@@ -82,6 +82,13 @@ void check_connections(const Netlist& netlist, const CellLibrary& library,
   }
 }
 
+// No reset, or one that a constant keeps away.
+bool is_tied_off(const Instance& instance, const std::optional<Expression>& reset) {
+  if (!reset) return true;
+  const auto net = instance.pins.find(only_pin(*reset));
+  return net != instance.pins.end() && net->second == (reset->op == Op::inv ? 1 : 0);
+}
+
 // What scan insertion mends, or what is told though it keeps nobody from testing.
 bool is_mild(const RuleViolation& violation) {
   return violation.rule == "no reset" || violation.rule == "closed clock gate" ||
@@ -164,7 +171,7 @@ std::vector<RuleViolation> check_rules(const Netlist& netlist, const CellLibrary
     if (!clock.empty() && inverted != (cell->flop->clocked_on.op == Op::inv))
       violations.push_back({"falling edge", instance.name, "it is clocked by the other edge of " + clock});
     if (!clock.empty()) clocks.emplace(clock, instance.name);
-    if (!cell->flop->clear && !cell->flop->preset)
+    if (is_tied_off(instance, cell->flop->clear) && is_tied_off(instance, cell->flop->preset))
       violations.push_back({"no reset", instance.name, "its state after power-up is unknown"});
     for (const auto& reset : {cell->flop->clear, cell->flop->preset}) {
       if (!reset) continue;
