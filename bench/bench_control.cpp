@@ -24,25 +24,6 @@ using tb::LoopTrial;
 constexpr std::array kSetpoints_degc{100.0, 110.0, 120.0};
 constexpr tb::DropletLoad kPrinting{.begin_s = 600.0, .end_s = 900.0, .rate_hz = 200.0, .energy_j = 0.025};
 
-// Xie et al. 2023, figs. 6 and 7 with whole-degree errors: full power more than 18 degC below, then u = 8 e +
-// 3/8 sum e in eighths of a bit of an 8-bit duty, once a second.
-const std::vector<LoopSetting>& published_form() {
-  static const std::vector<LoopSetting> settings{
-      {spec::kRegCtrl, spec::word_of({spec::kCtrlErrInteger, spec::kCtrlIZero})},
-      {spec::kRegKp, 2048},
-      {spec::kRegKiApproach, 24576},
-      {spec::kRegKiHold, 24576},
-      {spec::kRegKd, 0},
-      {spec::kRegDFilter, 0},
-      {spec::kRegBandFull, 180},
-      {spec::kRegTs, 1000},
-      {spec::kRegPwmPrescale, 46},
-      {spec::kRegPwmPeriod, 255},
-      {spec::kRegHoldTime, 0},
-      {spec::kRegDtdtMax, 0}};
-  return settings;
-}
-
 // The detectors of a plant other than PH-1 are set after its tuning; until then these look away.
 const std::vector<LoopSetting>& before_tuning() {
   static const std::vector<LoopSetting> settings{{spec::kRegHoldTime, 0}, {spec::kRegTMax, 2000}};
@@ -85,7 +66,8 @@ void published_rows(std::vector<BenchRow>& rows, const BenchOptions& options) {
                     .conversion_s = 0.0,
                     .noise_degc = 0.1,
                     .seed = i + 1};
-    const LoopFigures f = tb::figures_of(tb::run_chip(trial, published_form()).curve, setpoints[i], 800.0);
+    const LoopFigures f =
+        tb::figures_of(tb::run_chip(trial, tb::published_form()).curve, setpoints[i], 800.0);
     const std::string name = fmt::format("published form, {:.0f} degC", setpoints[i]);
     rows.push_back({name + ": overshoot", f.overshoot_percent, "%", 5.79, 6.93});
     rows.push_back({"  settling, 2 %", f.settling_s, "s", 320.0, 490.0});
@@ -243,7 +225,7 @@ std::vector<BenchChart> control_charts(const Progress& progress) {
     duty.curves.push_back(cut(name, run.duty, 0.0, 450.0, [](double ratio) { return 100.0 * ratio; }));
   };
   const tb::LoopCurve chip = tb::run_chip(trial, {}).curve;
-  const tb::LoopCurve published = tb::run_chip(trial, published_form()).curve;
+  const tb::LoopCurve published = tb::run_chip(trial, tb::published_form()).curve;
   const int ff = droplet_feed_forward(trial.plant, kPrinting.energy_j);
   draw("this chip", chip);
   draw("this chip, FF_DROP", tb::run_chip(trial, {{spec::kRegFfDrop, ff}}).curve);
@@ -264,7 +246,7 @@ std::vector<BenchRow> bench_control(const BenchOptions& options) {
   load_rows(rows);
   if (options.quick) return rows;
   std::vector<std::pair<std::string, Curve>> loops{{"this chip", chip_with({})},
-                                                   {"published form", chip_with(published_form())}};
+                                                   {"published form", chip_with(tb::published_form())}};
   for (const tb::PeerLoop& peer : tb::peer_loops(tb::identify(tb::plant_config("PH-1"), 110.0)))
     loops.emplace_back(peer.name, [peer](const LoopTrial& trial) { return tb::run_peer(trial, peer); });
   for (std::size_t i = 0; i < loops.size(); ++i) {

@@ -126,6 +126,23 @@ void require_heating(const Rig& rig, const LoopTrial& trial) {
 
 }  // namespace
 
+const std::vector<LoopSetting>& published_form() {
+  static const std::vector<LoopSetting> settings{
+      {spec::kRegCtrl, spec::word_of({spec::kCtrlErrInteger, spec::kCtrlIZero})},
+      {spec::kRegKp, 2048},
+      {spec::kRegKiApproach, 24576},
+      {spec::kRegKiHold, 24576},
+      {spec::kRegKd, 0},
+      {spec::kRegDFilter, 0},
+      {spec::kRegBandFull, 180},
+      {spec::kRegTs, 1000},
+      {spec::kRegPwmPrescale, 46},
+      {spec::kRegPwmPeriod, 255},
+      {spec::kRegHoldTime, 0},
+      {spec::kRegDtdtMax, 0}};
+  return settings;
+}
+
 ChipLoop run_chip(const LoopTrial& trial, const std::vector<LoopSetting>& settings) {
   Rig rig = heating(trial, settings);
   LoopCurve curve;

@@ -48,6 +48,11 @@ struct LoopSetting {
   int value;
 };
 
+/// The published controller in this chip: Xie et al. 2023, figs. 6 and 7, with whole-degree errors. Full
+/// power more than 18 degC below, then u = 8 e + 3/8 sum e in eighths of a bit of an 8-bit duty, once a
+/// second.
+const std::vector<LoopSetting>& published_form();
+
 struct ChipLoop {
   LoopCurve curve;
   chip::Chip chip;  ///< as the run left it

@@ -46,20 +46,7 @@ TEST(Control, AFullPresetOvershoots) {
 
 TEST(Control, PublishedFormIsWhatWasPublished) {
   const LoopTrial trial{.sensor = "MAX31855", .conversion_s = 0.0, .noise_degc = 0.1};
-  const std::vector<LoopSetting> settings{
-      {spec::kRegCtrl, spec::word_of({spec::kCtrlErrInteger, spec::kCtrlIZero})},
-      {spec::kRegKp, 2048},
-      {spec::kRegKiApproach, 24576},
-      {spec::kRegKiHold, 24576},
-      {spec::kRegKd, 0},
-      {spec::kRegDFilter, 0},
-      {spec::kRegBandFull, 180},
-      {spec::kRegTs, 1000},
-      {spec::kRegHoldTime, 0},
-      {spec::kRegDtdtMax, 0},
-      {spec::kRegPwmPrescale, 46},
-      {spec::kRegPwmPeriod, 255}};
-  const LoopFigures f = figures_of(run_chip(trial, settings).curve, trial.setpoint_degc, 800.0);
+  const LoopFigures f = figures_of(run_chip(trial, published_form()).curve, trial.setpoint_degc, 800.0);
   EXPECT_GE(f.overshoot_percent, 5.79);  // Xie et al. 2023, table 1
   EXPECT_LE(f.overshoot_percent, 6.93);
   EXPECT_GE(f.settling_s, 320.0);
