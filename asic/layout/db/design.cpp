@@ -62,6 +62,7 @@ class NetlistReader {
       }
     }
     for (const auto& [name, cell] : module.cells) add(name, cell);
+    require_own_names();
     return std::move(design_);
   }
 
@@ -142,6 +143,26 @@ class NetlistReader {
       throw UserError(fmt::format("{}: net {}: found {} and {}, expected one output", file_,
                                   shown(design_.nets[static_cast<std::size_t>(net_of(bit))].name),
                                   first->second, by));
+  }
+
+  /// A bit of a bus has its number behind its name, which may be the name of another net.
+  void require_own_names() const {
+    std::unordered_map<std::string_view, int> net_of_name;
+    const auto take = [&](const std::string& name, int net) {
+      const auto [first, is_new] = net_of_name.try_emplace(name, net);
+      if (!is_new && first->second != net)
+        throw UserError(
+            fmt::format("{}: net {}: found two nets of this name (supplies, and bits of buses as NAME_BIT, "
+                        "among them), expected names of their own; rename one",
+                        file_, shown(name)));
+    };
+    for (std::size_t i = 0; i < design_.nets.size(); ++i) take(design_.nets[i].name, static_cast<int>(i));
+    for (const DiePin& pin : design_.pins) take(pin.name, pin.net);
+    std::set<std::string_view> pins;
+    for (const DiePin& pin : design_.pins)
+      if (!pins.insert(pin.name).second)
+        throw UserError(fmt::format("{}: port {}: found two pins of this name, expected names of their own",
+                                    file_, shown(pin.name)));
   }
 
   void require_directions(const yosys::Module& module) const {

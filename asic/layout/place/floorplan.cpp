@@ -156,7 +156,15 @@ void add_fillers(Design& design, const Technology& technology, const std::string
       if (design.rows[r].at.y == component.at.y) taken[r].push_back(outline(component, technology));
     }
   }
+  std::set<std::string> names;
+  for (const Component& component : design.components) names.insert(component.name);
   int count = 0;
+  const auto free_name = [&] {
+    std::string name;
+    do name = fmt::format("FILLER_{}", count++);
+    while (names.contains(name));
+    return name;
+  };
   for (std::size_t r = 0; r < design.rows.size(); ++r) {
     const Row& row = design.rows[r];
     std::sort(taken[r].begin(), taken[r].end(), [](const Rect& a, const Rect& b) { return a.x0 < b.x0; });
@@ -171,8 +179,7 @@ void add_fillers(Design& design, const Technology& technology, const std::string
           throw UserError(
               fmt::format("--fillers {}: found a gap of {} nm at ({}, {}), expected a cell that fits", prefix,
                           cell.x0 - x, x, row.at.y));
-        design.components.push_back(
-            {fmt::format("FILLER_{}", count++), *fits, {x, row.at.y}, row.orientation, true, false});
+        design.components.push_back({free_name(), *fits, {x, row.at.y}, row.orientation, true, false});
         x += width(*fits);
       }
       x = std::max(x, cell.x1);

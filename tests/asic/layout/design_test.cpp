@@ -282,6 +282,11 @@ TEST_F(DesignTest, WrongNetlistIsOneLine) {
             ": cell g2/Y: found a constant, expected a net, as it is driven there");
   EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [2]"),
             ": net a_0: found port a_0 and cell g2/Y, expected one output");
+  // bits of buses are called NAME_BIT, and the supplies as the library's
+  for (const auto& [taken, name] : {std::pair("\"some.net[3]\"", "a_1"), {"\"some.net[3]\"", "vdd"}})
+    EXPECT_THAT(message(taken, "\"" + std::string(name) + "\""),
+                testing::StartsWith(": net " + std::string(name) + ": found two nets of this name"))
+        << name;
   EXPECT_EQ(message("\"AND2X1\", ", "\"AND2X1\", \"port_directions\": {\"A\": \"output\"}, "),
             ": cells of AND2X1: found A as output in port_directions, expected input as in the LEF");
   try {
