@@ -44,7 +44,7 @@ def text_of(path):
 
 
 def is_newer(path, source):
-    return path.exists() and path.stat().st_mtime >= source.stat().st_mtime
+    return path.exists() and source.exists() and path.stat().st_mtime >= source.stat().st_mtime
 
 
 def text_if_newer(path, source):
