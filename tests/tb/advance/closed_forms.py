@@ -26,7 +26,8 @@ def main():
     changes, model, trial = map(pathlib.Path, sys.argv[1:4])
     copy = trial / "cmodel"
     shutil.rmtree(copy, ignore_errors=True)
-    shutil.copytree(model, copy)
+    # Files with the time of now: a run that was cut off left objects of a changed model, newer than the model's own files.
+    shutil.copytree(model, copy, copy_function=shutil.copyfile)
     missed = 0
     lines = [line for line in changes.read_text().splitlines() if not line.startswith("#")]
     if not build_and_run(trial, sys.argv[4]):
