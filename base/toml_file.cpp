@@ -12,7 +12,10 @@ namespace {
 std::string text_of(const toml::node& node) {
   if (const auto text = node.value<std::string>()) return '"' + shown(*text) + '"';
   if (node.is_integer()) return fmt::format("{}", **node.as_integer());
-  if (node.is_floating_point()) return fmt::format("{}", **node.as_floating_point());
+  if (node.is_floating_point()) {
+    const double value = **node.as_floating_point();
+    return fmt::format("{}{}", value, value == std::floor(value) && std::abs(value) < 1e15 ? ".0" : "");
+  }
   if (const toml::value<bool>* flag = node.as_boolean()) return **flag ? "true" : "false";
   if (node.is_array()) return "a list";
   return node.is_table() ? "a section" : "a date or time";

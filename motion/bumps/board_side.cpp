@@ -30,75 +30,49 @@ std::string letters_of(std::string_view word) {
   return small;
 }
 
-constexpr std::array<std::string_view, 38> kTopWords = {"top",
-                                                        "toplayer",
-                                                        "topside",
-                                                        "topcopper",
-                                                        "toppaste",
-                                                        "topmask",
-                                                        "topsolder",
-                                                        "topsilk",
-                                                        "topoverlay",
-                                                        "topsmd",
-                                                        "topsmt",
-                                                        "smdtop",
-                                                        "smttop",
-                                                        "topassembly",
-                                                        "coppertop",
-                                                        "front",
-                                                        "frontside",
-                                                        "frontlayer",
-                                                        "frontcopper",
-                                                        "fcu",
-                                                        "fpaste",
-                                                        "fmask",
-                                                        "fsilks",
-                                                        "ffab",
-                                                        "fadhes",
-                                                        "componentside",
-                                                        "compside",
-                                                        "primaryside",
-                                                        "upperside",
-                                                        "oben",
-                                                        "oberseite",
-                                                        "topseite",
-                                                        "vorne",
-                                                        "vorderseite",
-                                                        "best\u00fcckungsseite",
-                                                        "bestueckungsseite",
-                                                        "dessus",
-                                                        "faceavant"};
-constexpr std::array<std::string_view, 46> kBottomWords = {"bottom",        "bot",
-                                                           "btm",           "bottomlayer",
-                                                           "botlayer",      "btmlayer",
-                                                           "bottomside",    "botside",
-                                                           "btmside",       "bottomcopper",
-                                                           "bottompaste",   "bottommask",
-                                                           "bottomsolder",  "bottomsilk",
-                                                           "bottomoverlay", "bottomsmd",
-                                                           "bottomsmt",     "smdbottom",
-                                                           "smtbottom",     "smdbot",
-                                                           "smtbot",        "bottomassembly",
-                                                           "copperbottom",  "back",
-                                                           "backside",      "backlayer",
-                                                           "backcopper",    "bcu",
-                                                           "bpaste",        "bmask",
-                                                           "bsilks",        "bfab",
-                                                           "badhes",        "solderside",
-                                                           "soldside",      "secondaryside",
-                                                           "lowerside",     "unten",
-                                                           "unterseite",    "bottomseite",
-                                                           "hinten",        "r\u00fcckseite",
-                                                           "rueckseite",    "l\u00f6tseite",
-                                                           "loetseite",     "dessous"};
+// Of the top and of the bottom, in any column.
+constexpr std::array<std::string_view, 17> kTopWords = {
+    "top",         "front",       "fcu",           "fpaste",   "fmask",     "fsilks",
+    "ffab",        "fadhes",      "componentside", "oben",     "oberseite", "vorne",
+    "vorderseite", "primaryside", "upperside",     "compside", "dessus"};
+constexpr std::array<std::string_view, 5> kTopWordsOfOthers = {"best\u00fcckungsseite", "bestueckungsseite",
+                                                               "faceavant", "topseite", "facesuperieure"};
+constexpr std::array<std::string_view, 22> kBottomWords = {
+    "bottom",         "bot",        "btm",           "back",       "bcu",         "bpaste",
+    "bmask",          "bsilks",     "bfab",          "badhes",     "solderside",  "soldside",
+    "secondaryside",  "lowerside",  "unten",         "unterseite", "bottomseite", "hinten",
+    "r\u00fcckseite", "rueckseite", "l\u00f6tseite", "loetseite"};
+constexpr std::array<std::string_view, 2> kBottomWordsOfOthers = {"dessous", "faceinferieure"};
+// Words beside them that leave the side what it is: "Top Layer", "Bottom Side SMD".
+constexpr std::array<std::string_view, 19> kWordsBeside = {
+    "side",  "layer",      "smd",    "smt",        "tht",      "copper", "paste",
+    "mask",  "soldermask", "solder", "overlay",    "assembly", "silk",   "silkscreen",
+    "mount", "mounted",    "board",  "components", "parts"};
 
 // Of a side alone where a column is named after it.
-constexpr std::array<std::string_view, 6> kTopHints = {"t", "f", "component", "comp", "primary", "upper"};
+constexpr std::array<std::string_view, 7> kTopHints = {"t",    "f",       "ts",   "component",
+                                                       "comp", "primary", "upper"};
 constexpr std::array<std::string_view, 5> kBottomHints = {"b", "solder", "sold", "secondary", "lower"};
 
 template <class Words>
 bool holds(const Words& words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+std::optional<Side> side_of_letters(std::string_view letters) {
+  if (holds(kTopWords, letters) || holds(kTopWordsOfOthers, letters)) return Side::top;
+  if (holds(kBottomWords, letters) || holds(kBottomWordsOfOthers, letters)) return Side::bottom;
+  return std::nullopt;
+}
+
+/// Takes one word of kWordsBeside away, behind the rest or before it; false if there is none.
+bool drop_word_beside(std::string_view& letters) {
+  for (const std::string_view word : kWordsBeside) {
+    if (letters.size() <= word.size()) continue;
+    if (letters.ends_with(word)) return letters.remove_suffix(word.size()), true;
+    if (letters.starts_with(word)) return letters.remove_prefix(word.size()), true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -119,8 +93,10 @@ std::string in_small_letters(std::string_view text) {
 
 std::optional<Side> side_unmistakably_named(std::string_view word) {
   const std::string text = letters_of(word);
-  if (holds(kTopWords, text)) return Side::top;
-  if (holds(kBottomWords, text)) return Side::bottom;
+  std::string_view letters = text;
+  do {
+    if (const auto side = side_of_letters(letters)) return side;
+  } while (drop_word_beside(letters));
   return std::nullopt;
 }
 

@@ -51,10 +51,13 @@ std::optional<double> parse_number(std::string_view text) {
   if (first == std::string_view::npos) return std::nullopt;
   text = text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  constexpr std::string_view kMinus = "\u2212";  // as word processors write it
+  const bool negated = text.starts_with(kMinus) && !text.substr(kMinus.size()).starts_with('-');
+  if (negated) text.remove_prefix(kMinus.size());
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return negated ? -value : value;
 }
 
 std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row) {
@@ -96,7 +99,8 @@ detail::RawPoints read_raw(const std::filesystem::path& path) {
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension == ".xls") return detail::read_table_points(path, content, detail::read_xls_rows);
   if (extension == ".xlsx") return detail::read_table_points(path, content, detail::read_xlsx_rows);
-  if (extension == ".csv") return detail::read_table_points(path, content, detail::read_csv_rows);
+  if (extension == ".csv" || extension == ".tsv")
+    return detail::read_table_points(path, content, detail::read_csv_rows);
   if (extension == ".kicad_mod") return detail::read_kicad_points(path, content);
   if (extension == ".pos") return detail::read_pos_points(path, content);
   const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
@@ -105,11 +109,11 @@ detail::RawPoints read_raw(const std::filesystem::path& path) {
   if (is_one_of({".gbr", ".ger", ".grb", ".gbx", ".gtp", ".gbp"}))
     return detail::read_gerber_points(path, content);
   if (is_one_of({".drl", ".xln", ".exc", ".cnc"})) return detail::read_excellon_points(path, content);
-  throw CoordinateError(
-      fmt::format("{}: found extension {}, expected .xls, .xlsx, .csv, .kicad_mod, .pos, .gbr, .ger, .grb, "
-                  ".gbx, .gtp, .gbp, "
-                  ".drl, .xln, .exc or .cnc",
-                  path.string(), detail::in_quotes(extension)));
+  throw CoordinateError(fmt::format(
+      "{}: found extension {}, expected .xls, .xlsx, .csv, .tsv, .kicad_mod, .pos, .gbr, .ger, .grb, "
+      ".gbx, .gtp, .gbp, "
+      ".drl, .xln, .exc or .cnc",
+      path.string(), detail::in_quotes(extension)));
 }
 
 void check_range(std::string_view axis, const Range& range) {

@@ -307,10 +307,22 @@ class GerberFile {
     apertures_.insert(number);
     blocks_.erase(number);
     shaped_.erase(number);
+    const bool sized = macro != macros_.end() || has_size(name, parameters(text, comma));
+    if (sized)
+      sizeless_.erase(number);
+    else
+      sizeless_.insert(number);
     if (macro != macros_.end())
       shaped_[number] = {macro->second, parameters(text, comma), row_, {}};
     else if (const std::string blocks = template_as_macro(name, parameters(text, comma)); !blocks.empty())
       shaped_[number] = {std::make_shared<const std::string>(blocks), {}, row_, {}};
+  }
+
+  /// Of a standard template: without a size nothing is drawn at a flash.
+  static bool has_size(std::string_view name, const std::vector<double>& n) {
+    const std::size_t lengths = name == "R" || name == "O" ? 2 : 1;
+    return n.size() >= lengths && std::all_of(n.begin(), n.begin() + static_cast<std::ptrdiff_t>(lengths),
+                                              [](double length) { return length > 0.0; });
   }
 
   /// A standard template whose middle may be elsewhere, as a polygon's of 3 corners, or empty, as that of one
@@ -445,6 +457,7 @@ class GerberFile {
     switch (code) {
       case 36:
         in_region_ = true;
+        refuse_clear_behind_flashes(text);
         if (regions_++ == 0) first_region_ = row_;
         return;
       case 37:
@@ -514,7 +527,9 @@ class GerberFile {
     if (code > 0) operation_ = code;
     if (code < 0 && !moved) fail_here(text, "a coordinate, a D code or a G code");
     if (operation_ == 3) flash(text);
-    if (operation_ == 1 && !in_region_ && draws_++ == 0) first_draw_ = row_;
+    if (operation_ != 1 || in_region_) return;
+    refuse_clear_behind_flashes(text);
+    if (draws_++ == 0) first_draw_ = row_;
   }
 
   double coordinate(std::string_view text, std::string_view digits) const {
@@ -536,9 +551,19 @@ class GerberFile {
     if (unit_mm_ == 0.0) fail_here(text, "a unit (%MOMM*% or %MOIN*%) before the first length");
   }
 
+  /// What is cleared later may be the copper of a bump.
+  void refuse_clear_behind_flashes(std::string_view text) const {
+    if (clear_ && added_ > 0)
+      fail_here(text,
+                "regions and draws of clear polarity (LPC) before the first flash; behind one they may "
+                "take it away");
+  }
+
   void flash(std::string_view text) {
     if (aperture_ == 0) fail_here(text, "an aperture (D10 or higher) before the first flash");
     if (in_region_) fail_here(text, "no flash inside a region");
+    if (sizeless_.contains(aperture_))
+      fail_here(text, fmt::format("an aperture with copper; D{} has no size", aperture_));
     if (clear_)
       fail_here(text, "flashes of dark polarity (LPD) alone; one in clear polarity takes material away");
     const auto block = blocks_.find(aperture_);
@@ -614,7 +639,7 @@ class GerberFile {
   std::map<std::string, std::shared_ptr<const std::string>> macros_;
   std::map<int, Shaped> shaped_;
   std::size_t macro_steps_ = 0;
-  std::set<int> apertures_;
+  std::set<int> apertures_, sizeless_;
   std::map<int, std::vector<RawPoint>> blocks_;
 
   int aperture_ = 0, operation_ = 2;

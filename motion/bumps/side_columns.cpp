@@ -66,6 +66,27 @@ std::optional<Side> bottom_if_mirrored(const Cell& cell) {
   return bottom_if_yes(cell);
 }
 
+/// Of a column Lage, in German: BS is the Best\u00fcckungsseite, LS the L\u00f6tseite.
+std::optional<Side> side_of_german_word(const Cell& cell) {
+  const std::string text = plain_name(cell);
+  if (text == "bs") return Side::top;
+  if (text == "ls") return Side::bottom;
+  return side_named(cell.text);
+}
+
+/// Of a turn as Eagle writes it: R90, and MR90 or M90 of what is mirrored, which lies on the bottom.
+std::optional<Side> bottom_if_turn_is_mirrored(const Cell& cell) {
+  const std::string text = plain_name(cell);
+  std::string_view rest = text;
+  if (rest.starts_with('s')) rest.remove_prefix(1);  // text that is never upside down
+  const bool mirrored = rest.starts_with('m');
+  if (mirrored) rest.remove_prefix(1);
+  const bool turned = rest.starts_with('r');
+  if (turned) rest.remove_prefix(1);
+  if (!cell.number && !parse_number(rest)) return std::nullopt;
+  return mirrored ? Side::bottom : Side::top;
+}
+
 // ---- what a name says ----
 
 constexpr std::string_view kSideExpected = "top or bottom, such as TopLayer, F.Cu or Component Side",
@@ -125,7 +146,14 @@ bool names_flips(const std::vector<std::string>& name) {
 bool names_places(const std::vector<std::string>& name) {
   constexpr std::array<std::string_view, 12> kWords = {"location", "loc",      "place",    "placement",
                                                        "position", "pos",      "face",     "surface",
-                                                       "mounted",  "mounting", "assembly", "lage"};
+                                                       "mounted",  "mounting", "assembly", "mount"};
+  return any_is_one_of(name, kWords);
+}
+
+/// Rotation, Orientation, Angle, Rot.
+bool names_turns(const std::vector<std::string>& name) {
+  constexpr std::array<std::string_view, 8> kWords = {"rotation", "rot",   "orientation", "orient",
+                                                      "angle",    "theta", "drehung",     "winkel"};
   return any_is_one_of(name, kWords);
 }
 
@@ -153,7 +181,11 @@ std::optional<Meaning> meaning_of(const Cell& cell) {
   if (names_top(name)) return Meaning{sides_or_others, top_if_yes, kYesExpected};
   if (names_sides(name)) return Meaning{sides, side_of_word, kSideExpected};
   if (names_remarks(name)) return std::nullopt;
+  if (any_is_one_of(name, std::array<std::string_view, 1>{"lage"}))
+    return Meaning{sides_or_others, side_of_german_word, kSideExpected};
   if (names_places(name)) return Meaning{sides_or_others, side_of_word, kSideExpected};
+  if (names_turns(name))
+    return Meaning{mirrored_turns, bottom_if_turn_is_mirrored, "a turn such as R90 or MR90"};
   return Meaning{words_alone, side_of_unmistakable_word, kSideExpected};
 }
 
@@ -221,6 +253,7 @@ std::string SideColumns::place(const Column& column, std::size_t row) const {
 bool SideColumns::tells(const Column& column) const {
   const std::size_t side_row = std::max(column.top.row, column.bottom.row);
   if (side_row == 0) return false;
+  if (column.trust == Trust::mirrored_turns && column.bottom.row == 0) return false;
   const bool doubtful = column.trust == Trust::sides_or_others && !column.unmistakable;
   if (column.other.row != 0) {
     if (doubtful) return false;

@@ -28,8 +28,9 @@ class SideColumns {
   bool is_bottom() const;
 
   /// Side, Mirror: no other words stand there. Bottom, Location: perhaps a side in each row, perhaps another
-  /// thing. A column of any other name: told by its words alone.
-  enum class Trust { sides, sides_or_others, words_alone };
+  /// thing. Rotation: sides where a turn in it is mirrored. A column of any other name: told by its words
+  /// alone.
+  enum class Trust { sides, sides_or_others, mirrored_turns, words_alone };
 
   using Reading = std::optional<Side> (*)(const Cell&);
 

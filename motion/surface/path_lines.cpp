@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <utility>
 
 #include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
@@ -15,6 +16,17 @@
 namespace meltstage::motion::detail {
 
 namespace {
+
+/// How far a move goes along the axis of its lower end; 0 where it goes another way. A file's numbers are
+/// rounded, and its axes lean a little.
+double along_axis_mm(const ClPoint& from, const ClPoint& to) {
+  constexpr double kLeastCosine = 0.99, kLeast_mm = 0.02;
+  const Eigen::Vector3d way = to.position_mm - from.position_mm;
+  const double length_mm = way.norm();
+  if (length_mm < kLeast_mm) return 0.0;
+  if (way.dot(from.axis) > kLeastCosine * length_mm) return length_mm;
+  return way.dot(to.axis) < -kLeastCosine * length_mm ? -length_mm : 0.0;
+}
 
 void square_axes(ClLine& line) {
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
@@ -68,12 +80,43 @@ void PathLines::add(const Eigen::Vector3d& position_mm, const Eigen::Vector3d& a
 
 void PathLines::end_line(bool keep_ends) {
   if (!keep_ends) drop_approach();
-  if (open_.size() >= 2) {
-    ClLine line{unique(name_.empty() ? fmt::format("line {}", lines_.size() + 1) : name_), open_, !has_axes_};
-    if (!has_axes_) square_axes(line);
-    lines_.push_back(std::move(line));
+  const std::vector<ClPoint> points = std::exchange(open_, {});
+  if (keep_ends || !has_axes_) return keep(points);
+  for (std::size_t from = 0; from < points.size();) {
+    const std::size_t end = end_of_surface(points, from);
+    keep({points.begin() + static_cast<std::ptrdiff_t>(from),
+          points.begin() + static_cast<std::ptrdiff_t>(end)});
+    from = lowered_behind(points, end);
   }
-  open_.clear();
+}
+
+void PathLines::keep(std::vector<ClPoint> points) {
+  if (points.size() < 2) return;
+  ClLine line{unique(name_.empty() ? fmt::format("line {}", lines_.size() + 1) : name_), std::move(points),
+              !has_axes_};
+  if (!has_axes_) square_axes(line);
+  lines_.push_back(std::move(line));
+}
+
+/// Behind the points of one line: where the tool moves along its own axis, which no surface does, it leaves.
+std::size_t PathLines::end_of_surface(const std::vector<ClPoint>& points, std::size_t from) {
+  std::size_t end = from + 1;
+  while (end < points.size() && along_axis_mm(points[end - 1], points[end]) == 0.0) ++end;
+  return end;
+}
+
+/// The point at which a lift in front of points[end] is lowered again.
+std::size_t PathLines::lowered_behind(const std::vector<ClPoint>& points, std::size_t end) const {
+  if (end == points.size()) return end;
+  const bool lifts = along_axis_mm(points[end - 1], points[end]) > 0.0;
+  std::size_t at = end;
+  while (at + 1 < points.size() && along_axis_mm(points[at], points[at + 1]) >= 0.0) ++at;
+  while (at + 1 < points.size() && along_axis_mm(points[at], points[at + 1]) < 0.0) ++at;
+  if (!lifts || along_axis_mm(points[at - 1], points[at]) >= 0.0)
+    fail(points[end].row,
+         "found a move along the tool's axis within a line, expected a lift and a lowering "
+         "behind it, or none");
+  return at;
 }
 
 std::vector<ClLine> PathLines::take() {

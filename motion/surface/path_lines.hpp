@@ -47,13 +47,17 @@ class PathLines {
   /// The row of a line's first point, if all its points are one and the same; 0 otherwise.
   std::size_t row_of_lone_point() const { return open_.size() == 1 ? open_.front().row : 0; }
 
-  /// The tool leaves the surface; `keep_ends`: there is no lowering or lifting in what was added.
+  /// The tool leaves the surface; `keep_ends`: there is no lowering or lifting in what was added. Where the
+  /// file gives axes, lifts and lowerings in between end a line, too.
   void end_line(bool keep_ends);
 
   std::vector<ClLine> take();
 
  private:
   void drop_approach();
+  void keep(std::vector<ClPoint> points);
+  static std::size_t end_of_surface(const std::vector<ClPoint>& points, std::size_t from);
+  std::size_t lowered_behind(const std::vector<ClPoint>& points, std::size_t end) const;
   std::string unique(const std::string& wanted);
 
   std::string_view file_;

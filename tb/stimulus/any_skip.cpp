@@ -13,6 +13,7 @@ namespace {
 // A moment is one before an event: on to where nothing happens; there, mostly, what stirs a block alone.
 Moment quiet_moment(Rng& rng, const Moments& moments) {
   Moment moment = any_moment(rng, moments);
+  moment.in.rst_n = rng.below(64) != 0;
   for (int clock = 0; clock < 64 && moment.chip.quiet(moment.in) == 0; ++clock) moment.chip.step(moment.in);
   if (rng.below(4) != 0) change_one_block(rng, moment.chip);
   return moment;

@@ -56,7 +56,9 @@ class Reader {
   // Signals and SignalGroups.
   void read_signals();
   // Signals of an expression 'a + b - c'.
-  std::vector<std::size_t> expression(const std::string& text, std::size_t where) const;
+  std::vector<std::size_t> expression(const std::string& text, std::size_t where);
+  // Makes a group of a range such as q[3..0], where the name is one.
+  void know_range(const std::string& name, std::size_t where);
   void read_groups();
   // What a signal or group says of itself. Base and WFCMap give its data another meaning.
   void read_attributes();
@@ -92,6 +94,7 @@ class Reader {
   std::vector<std::filesystem::path> including_;
   Lexer lexer_;
   Token token_;
+  std::size_t ranged_ = 0;  // signals of ranges
 };
 
 }  // namespace meltstage::dft::stil

@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "asic/dft/files/stil_blocks.hpp"
+#include "base/number.hpp"
 #include "base/place.hpp"
 
 namespace meltstage::dft::stil {
@@ -12,6 +13,21 @@ namespace meltstage::dft::stil {
 namespace {
 
 constexpr std::size_t kMostMembers = 100'000;  // of a group
+
+/// The names of "q[3..0]": q[3], q[2], q[1], q[0] (IEEE 1450-1999, 6.10). Empty for a name that is no range.
+std::vector<std::string> names_of_range(std::string_view text) {
+  const std::size_t open = text.rfind('['), dots = text.rfind("..");
+  if (open == std::string_view::npos || dots == std::string_view::npos || dots < open || !text.ends_with(']'))
+    return {};
+  const auto first = number_in<std::size_t>(text.substr(open + 1, dots - open - 1), 0, kMostCounted);
+  const auto last = number_in<std::size_t>(text.substr(dots + 2, text.size() - dots - 3), 0, kMostCounted);
+  if (!first || !last || std::max(*first, *last) - std::min(*first, *last) >= kMostMembers) return {};
+  std::vector<std::string> names;
+  for (std::size_t i = *first;; i = *first < *last ? i + 1 : i - 1) {
+    names.push_back(fmt::format("{}[{}]", text.substr(0, open), i));
+    if (i == *last) return names;
+  }
+}
 
 }  // namespace
 
@@ -26,10 +42,16 @@ void Reader::read_signals() {
     const std::string direction = take_word();
     if (direction != "In" && direction != "Out")
       fail(where, fmt::format("signal \"{}\" {}", name, direction), "In or Out");
-    if (!file_.signal.emplace(name, file_.signals.size()).second)
-      fail(where, fmt::format("signal \"{}\" again", name), "each signal once");
-    file_.groups[name] = {file_.signals.size()};
-    file_.signals.push_back({name, direction == "In"});
+    const std::vector<std::string> range = names_of_range(name);
+    for (const std::string& one : range.empty() ? std::vector{name} : range) {
+      if (!file_.signal.emplace(one, file_.signals.size()).second)
+        fail(where, fmt::format("signal \"{}\" again", one), "each signal once");
+      file_.groups[one] = {file_.signals.size()};
+      file_.signals.push_back({one, direction == "In"});
+    }
+    if (file_.signals.size() > kMostMembers)
+      fail(where, "more signals than this program takes", fmt::format("at most {}", kMostMembers));
+    know_range(name, where);
     if (is("{"))
       read_attributes();
     else
@@ -38,7 +60,19 @@ void Reader::read_signals() {
   expect("}");
 }
 
-std::vector<std::size_t> Reader::expression(const std::string& text, std::size_t where) const {
+void Reader::know_range(const std::string& name, std::size_t where) {
+  if (file_.groups.contains(name)) return;
+  std::vector<std::size_t> members;
+  for (const std::string& one : names_of_range(name)) members.push_back(file_.members(one, where).front());
+  if (members.empty()) return;
+  ranged_ += members.size();
+  constexpr std::size_t kMostRanged = 10'000'000;
+  if (ranged_ > kMostRanged)
+    fail(where, "more signals in ranges than this program takes", fmt::format("at most {}", kMostRanged));
+  file_.groups.emplace(name, std::move(members));
+}
+
+std::vector<std::size_t> Reader::expression(const std::string& text, std::size_t where) {
   std::vector<std::size_t> result;
   char sign = '+';
   for (std::size_t i = 0; i < text.size();) {
@@ -56,6 +90,7 @@ std::vector<std::size_t> Reader::expression(const std::string& text, std::size_t
              (quote ? text[end] != '"'
                     : text[end] != '+' && text[end] != '-' && text[end] != ' ' && text[end] != '\n'))
         ++end;
+      know_range(text.substr(begin, end - begin), where);
       for (const std::size_t s : file_.members(text.substr(begin, end - begin), where)) {
         if (sign == '+')
           result.push_back(s);

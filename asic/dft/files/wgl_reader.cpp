@@ -380,22 +380,64 @@ class WglReader {
       if (named[s] == 0)
         fail(name.where, fmt::format("no column of \"{}\"", stream_.signals[s].name), "one for every signal");
     }
-    while (!at("end")) read_vector(order);
+    read_vectors(order, 0);
+  }
+  // Up to and with their end.
+  void read_vectors(const std::vector<std::size_t>& order, std::size_t depth) {
+    for (; !at("end");) {
+      if (at("loop"))
+        read_loop(order, depth);
+      else
+        read_vector(order);
+    }
     advance();
+  }
+  std::uint64_t take_times() {
+    advance();
+    const Token number = token_;
+    const auto times = number_in<std::uint64_t>(number.text, 1, kMostCounted);
+    if (!times) fail(number.where, shown(number), fmt::format("how often the vector is repeated, 1 to {}", kMostCounted));
+    advance();
+    return *times;
+  }
+  // loop N vector ... end
+  void read_loop(const std::vector<std::size_t>& order, std::size_t depth) {
+    const std::size_t where = token_.where;
+    constexpr std::size_t kDeepest = 16;
+    if (depth == kDeepest) fail(where, "loops nested more deeply", fmt::format("at most {}", kDeepest));
+    const std::uint64_t times = take_times();
+    const std::size_t first = stream_.cycles.size(), rows = rows_.size();
+    const std::uint64_t counted_before = counted_;
+    read_vectors(order, depth + 1);
+    if (rows_.size() != rows) fail(where, "a scan row in a loop", "each by itself");
+    const std::size_t length = stream_.cycles.size() - first;
+    const std::uint64_t counted = counted_ - counted_before;
+    if (counted != 0 && times > (kMostCounted - counted_before) / counted) fail_too_many(where);
+    counted_ = counted_before + counted * times;
+    if (length == 1) {
+      stream_.cycles.back().count *= times;
+      return;
+    }
+    for (std::uint64_t i = 1; i < times && length != 0; ++i) {
+      if (is_full()) fail_too_many(where);
+      for (std::size_t k = 0; k < length; ++k) {
+        TestCycle again = stream_.cycles[first + k];
+        again.label.clear();
+        stream_.cycles.push_back(std::move(again));
+      }
+    }
+  }
+  bool is_full() const {
+    return stream_.cycles.size() >= most_cycles_ ||
+           stream_.cycles.size() * stream_.signals.size() >= kMostStates;
+  }
+  [[noreturn]] void fail_too_many(std::size_t where) const {
+    fail(where, "more cycles than this program takes",
+         fmt::format("at most {}, {} with repeats, {} states", most_cycles_, kMostCounted, kMostStates));
   }
   void read_vector(const std::vector<std::size_t>& order) {
     const std::string label = std::exchange(comment_, {});
-    std::uint64_t count = 1;
-    if (at("repeat") || at("loop")) {
-      advance();
-      const Token number = token_;
-      const auto times = number_in<std::uint64_t>(number.text, 1, kMostCounted);
-      if (!times)
-        fail(number.where, shown(number),
-             fmt::format("how often the vector is repeated, 1 to {}", kMostCounted));
-      count = *times;
-      advance();
-    }
+    const std::uint64_t count = at("repeat") ? take_times() : 1;
     const Token row = token_;
     const bool scan = at("scan");
     if (scan && count != 1) fail(row.where, "a scan row repeated", "each by itself");
@@ -417,10 +459,7 @@ class WglReader {
     for (std::size_t i = 0; i < order.size(); ++i)
       states[order[i]] = state_of(order[i], values[i], row.where);
     counted_ += count;
-    if (stream_.cycles.size() >= most_cycles_ || stream_.cycles.size() * states.size() >= kMostStates ||
-        counted_ > kMostCounted)
-      fail(row.where, "more cycles than this program takes",
-           fmt::format("at most {}, {} with repeats, {} states", most_cycles_, kMostCounted, kMostStates));
+    if (is_full() || counted_ > kMostCounted) fail_too_many(row.where);
     stream_.cycles.push_back({std::move(states), label, count});
   }
 

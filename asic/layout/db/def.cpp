@@ -426,6 +426,8 @@ class DefReader {
     if (pin.net < 0) in_.fail("NET of pin " + shown(pin.name) + " before it");
     if (pin.is_placed && !draft.has_shape) at.fail("LAYER and a rectangle of a pin with a place");
     if (pin.is_placed) pin.shape.rect = draft.shape.moved(draft.at);
+    if (pin.is_placed && design_.die.width() > 0 && !design_.die.touches(pin.shape.rect))
+      at.fail("a pin that touches DIEAREA");
     if (!pin_index_.emplace(pin.name, static_cast<int>(design_.pins.size())).second)
       in_.fail("each pin once, not another " + shown(pin.name) + " before it");
     if (draft.has_direction) drives_.push_back(pin.direction == PinDirection::input);

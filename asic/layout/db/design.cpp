@@ -63,6 +63,7 @@ class NetlistReader {
     }
     for (const auto& [name, cell] : module.cells) add(name, cell);
     require_own_names();
+    require_drivers();
     return std::move(design_);
   }
 
@@ -117,6 +118,7 @@ class NetlistReader {
     if (macro < 0)
       throw UserError(fmt::format("{}: cell {}: found a {}, expected a macro of the LEF", file_, shown(name),
                                   shown(cell.type)));
+    require_inputs(name, cell, technology_.macros[static_cast<std::size_t>(macro)]);
     const int component = static_cast<int>(design_.components.size());
     design_.components.push_back({name, macro, {}, Orientation::N, false, false});
     for (const auto& [pin_name, bit] : cell.pins) {
@@ -163,6 +165,38 @@ class NetlistReader {
       if (!pins.insert(pin.name).second)
         throw UserError(fmt::format("{}: port {}: found two pins of this name, expected names of their own",
                                     file_, shown(pin.name)));
+  }
+
+  /// An input without an output in front of it floats.
+  void require_drivers() const {
+    std::set<int> driven = {0, 1};
+    for (const auto& [bit, by] : driver_) driven.insert(nets_.at(bit));
+    for (std::size_t i = 0; i < design_.nets.size(); ++i) {
+      const Net& net = design_.nets[i];
+      if (driven.contains(static_cast<int>(i))) continue;
+      const auto drives = [&](const PinRef& ref) {
+        const PinDirection direction = pin_direction(design_, technology_, ref);
+        return direction == PinDirection::inout ||
+               (direction == PinDirection::input) == (ref.component == kDiePin);
+      };
+      if (net.pins.empty() || std::any_of(net.pins.begin(), net.pins.end(), drives)) continue;
+      throw UserError(
+          fmt::format("{}: net {}: found nothing that drives it, expected an output or a port; "
+                      "tie an input that isn't used",
+                      file_, shown(net.name)));
+    }
+  }
+
+  void require_inputs(const std::string& name, const yosys::Cell& cell, const Macro& macro) const {
+    for (const MacroPin& pin : macro.pins) {
+      const bool is_supply = pin.use == Use::power || pin.use == Use::ground;
+      const bool is_connected = std::any_of(cell.pins.begin(), cell.pins.end(), [&](const auto& connected) {
+        return connected.first == pin.name;
+      });
+      if (is_supply || pin.direction != PinDirection::input || is_connected) continue;
+      throw UserError(fmt::format("{}: cell {}/{}: found no net, expected one at every input", file_,
+                                  shown(name), pin.name));
+    }
   }
 
   void require_directions(const yosys::Module& module) const {

@@ -27,6 +27,7 @@ struct Rect {
   Rect grown(Nm by) const { return {x0 - by, y0 - by, x1 + by, y1 + by}; }
   /// True when the inner parts overlap; touching edges don't.
   bool overlaps(const Rect& o) const { return x0 < o.x1 && o.x0 < x1 && y0 < o.y1 && o.y0 < y1; }
+  bool touches(const Rect& o) const { return x0 <= o.x1 && o.x0 <= x1 && y0 <= o.y1 && o.y0 <= y1; }
   bool contains(const Rect& o) const { return x0 <= o.x0 && o.x1 <= x1 && y0 <= o.y0 && o.y1 <= y1; }
   friend bool operator==(const Rect&, const Rect&) = default;
 };

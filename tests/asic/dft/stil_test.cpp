@@ -191,6 +191,25 @@ Pattern main { W t; V { a=0; y=L; } V { a=1; y=X; } })";
   EXPECT_THROW(parse_stil(named, "a.stil"), StilError);
 }
 
+// IEEE 1450-1999, 6.10: "q[3..0]" stands for four signals.
+TEST(Stil, RangesAreSignals) {
+  const std::string text =
+      R"(STIL 1.0; Signals { q[1..0] In; y[0..1] Out; } SignalGroups { g = 'q[0..1] + y[0]'; }
+Timing { WaveformTable t { Period '100ns'; Waveforms { q[0..1] { 01 { '0ns' D/U; } }
+y[0..1] { LHX { '40ns' L/H/X; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Pattern main { W t; V { q[1..0]=01; y[0..1]=LH; } V { g=01H; } })";
+  const CycleStream read = parse_stil(text, "a.stil");
+  ASSERT_EQ(read.signals.size(), 4U);
+  EXPECT_EQ(read.signals[0].name, "q[1]");
+  ASSERT_EQ(read.cycles.size(), 2U);
+  EXPECT_EQ(read.cycles[0].states, "01LH");
+  EXPECT_EQ(read.cycles[1].states, "10HH");
+  std::string other = text;
+  other.replace(other.find("g=01H"), 5, "q[2..1]=01");
+  EXPECT_THAT([&] { parse_stil(other, "a.stil"); }, testing::ThrowsMessage<StilError>(HasSubstr("\"q[2]\"")));
+}
+
 // What would take all memory, all time or the stack is refused.
 TEST(Stil, LimitsHold) {
   const std::string head = R"(STIL 1.0; Signals { a In; y Out; } SignalGroups { g = 'a'; }

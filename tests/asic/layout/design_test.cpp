@@ -155,6 +155,10 @@ TEST_F(DesignTest, WrongDefIsOneLine) {
   const std::string die = "DIEAREA ( 0 0 ) ( 9000 10000 ) ;\nCOMPONENTS 1 ;\n- u INVX1 + PLACED ";
   EXPECT_EQ(message(die + "( 7401 0 ) N ;"), "a.def:4:3: found \"u\", expected a component within DIEAREA");
   EXPECT_EQ(message(die + "( 7400 0 ) N ;"), "a.def:4:34: found the file's end, expected -");
+  EXPECT_EQ(
+      message("DIEAREA ( 0 0 ) ( 9000 10000 ) ;\nPINS 1 ;\n- a + NET a + LAYER metal1 ( 0 0 ) ( 100 100 ) + "
+              "PLACED ( 9500 500 ) N ;"),
+      "a.def:4:3: found \"a\", expected a pin that touches DIEAREA");
 }
 
 class DefText : public DesignTest {
@@ -278,6 +282,10 @@ TEST_F(DesignTest, WrongNetlistIsOneLine) {
   };
   EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [5]"),
             ": net some.net[3]: found cell g1/Y and cell g2/Y, expected one output");
+  EXPECT_EQ(message("\"A\": [2]", "\"A\": [99]"),
+            ": net _n99_: found nothing that drives it, expected an output or a port; tie an input that "
+            "isn't used");
+  EXPECT_EQ(message("\"A\": [2], ", " "), ": cell g1/A: found no net, expected one at every input");
   EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [\"1\"]"),
             ": cell g2/Y: found a constant, expected a net, as it is driven there");
   EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [2]"),

@@ -297,7 +297,7 @@ TEST_F(Coordinates, EmptyFile) {
 
 TEST_F(Coordinates, UnknownExtension) {
   EXPECT_THAT(error_of(write("a.ods", "PK\x03\x04")),
-              StartsWith("found extension '.ods', expected .xls, .xlsx, .csv, .kicad_mod, .pos, .gbr"));
+              StartsWith("found extension '.ods', expected .xls, .xlsx, .csv, .tsv, .kicad_mod, .pos, .gbr"));
 }
 
 TEST_F(Coordinates, ContentOfAnotherKind) {

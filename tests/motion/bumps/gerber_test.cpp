@@ -174,6 +174,13 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{"unknown_macro", gerber("%ADD12FOO*%"), "row 5: found 'FOO', expected C, R, O, P or a macro"},
         BadFile{"clear_flash", gerber("D10*\n%LPC*%\nX0Y0D03*"),
                 "row 7: found 'X0Y0D03', expected flashes of dark"},
+        BadFile{
+            "cleared_flash", gerber("D10*\nX0Y0D03*\n%LPC*%\nG36*\nX-1Y-1D02*\nX1Y1D01*\nG37*"),
+            "row 8: found 'G36', expected regions and draws of clear polarity (LPC) before the first flash"},
+        BadFile{"cleared_by_draw", gerber("D10*\nX0Y0D03*\n%LPC*%\nX-1Y0D02*\nX1Y0D01*"),
+                "row 9: found 'X1Y0D01', expected regions and draws of clear"},
+        BadFile{"no_size", gerber("%ADD13C,0*%\nD13*\nX0Y0D03*"),
+                "row 7: found 'X0Y0D03', expected an aperture with copper"},
         BadFile{"negative_image", gerber("%IPNEG*%"), "row 5: found 'IPNEG', expected IPPOS"},
         BadFile{"mirrored_image", gerber("%MIA1B0*%"), "row 5: found 'MIA1B0', expected no change"},
         BadFile{"flash_in_region", gerber("D10*G36*\nX0Y0D03*"), "row 6: found 'X0Y0D03', expected no flash"},

@@ -161,6 +161,28 @@ TEST_F(Readers, WordsOfSidesElsewhereTellNone) {
   EXPECT_THAT(read("f.csv", "x,y,Side,Print\n1,2,top,front\n3,4,top,back\n").notes, IsEmpty());
 }
 
+TEST_F(Readers, EaglesMirroredTurnsLieOnTheBottom) {
+  constexpr const char* kTable = "part,x,y,orientation\nR1,1,2,{}\nR2,3,4,{}\n";
+  const auto table = [&](const char* first, const char* second) {
+    return fmt::format(fmt::runtime(kTable), first, second);
+  };
+  for (const auto& [top, bottom] :
+       {std::pair("R0", "MR90"), std::pair("90", "M90"), std::pair("R90", "SMR270")}) {
+    EXPECT_THAT(error_of("a.csv", table(top, bottom)), StartsWith("row 3: found side 'bottom'")) << bottom;
+    EXPECT_THAT(read("b.csv", table(top, top)).notes, IsEmpty()) << top;
+    EXPECT_EQ(bottom_notes(read("c.csv", table(bottom, bottom))).size(), 1U) << bottom;
+  }
+  // Turns that aren't mirrored say nothing against another column.
+  EXPECT_EQ(bottom_notes(read("d.csv", "x,y,Rotation,Side\n1,2,90,bottom\n3,4,180,bottom\n")).size(), 1U);
+}
+
+TEST_F(Readers, SidesAmongOtherWords) {
+  EXPECT_THAT(error_of("a.csv", "x,y,Mount\n1,2,Top Side SMD\n3,4,Bottom Side SMD\n"),
+              StartsWith("row 3: found side 'Bottom Side SMD'"));
+  EXPECT_THAT(error_of("b.csv", "x;y;Lage\n1;2;BS\n3;4;LS\n"), StartsWith("row 3: found side 'bottom'"));
+  EXPECT_THAT(read("c.csv", "x;y;Lage\n1;2;BS\n3;4;BS\n").notes, IsEmpty());
+}
+
 TEST_F(Readers, ASideInSomeRowsAloneIsRefused) {
   EXPECT_EQ(error_of("a.csv", "x,y,Location\n1,2,Top\n3,4,shelf\n"),
             "row 3, column 3 (Location): found 'shelf', expected top or bottom, such as TopLayer, F.Cu or "

@@ -173,9 +173,19 @@ TEST_F(Readers, RowsThatHoldNoBump) {
               StartsWith("row 3, column 2 (x): found nothing"));
   EXPECT_THAT(error_of("c.csv", "Ref,X,Y\nR1,1,2\nSumme: 1,3,4\n"),
               StartsWith("row 3: found a row of totals"));
+  for (const char* word : {"Somme", "Totale", "\u5408\u8ba1", "\u03a3", "Std dev", "Range", "max"})
+    EXPECT_THAT(error_of("g.csv", fmt::format("Ref,X,Y\nR1,1,2\n{},3,4\n", word)),
+                StartsWith("row 3: found a row of totals"))
+        << word;
   EXPECT_EQ(read("d.csv", "Net,X,Y\nSUM,1,2\nOUT,3,4\n").points.size(), 2U);
   EXPECT_THAT(error_of("e.csv", "x,y\n1,2\nx,y\n3,4\n"), StartsWith("row 3, column 1 (x): found 'x'"));
   EXPECT_THAT(error_of("f.csv", "x,y,x,y\n1,2,3,4\n"), HasSubstr("found a second column named x"));
+}
+
+TEST_F(Readers, TabsAndTypographicMinus) {
+  EXPECT_EQ(read("a.tsv", "x_mm\ty_mm\n1.5\t2\n3\t.5\n").points.size(), 2U);
+  EXPECT_THAT(error_of("a.csv", "x,y\n\u22121.5,2\n"), HasSubstr("x is -1.5 mm on the stage"));
+  EXPECT_THAT(error_of("b.csv", "x,y\n\u2212-1,2\n"), HasSubstr("expected a number"));
 }
 
 }  // namespace

@@ -479,6 +479,26 @@ TEST(CsvReader, RefusesWhatItCannotUse) {
       "a.csv: row 3: the file ends in the middle of the row, expected its line end; the file may be cut off");
 }
 
+// Moves through the air that are no rapid ones, as some CAM systems link the passes of one operation.
+TEST(AptReader, LiftsWithinALineEndIt) {
+  const std::string passes =
+      "GOTO/0,0,30,0,0,1\nGOTO/0,0,10,0,0,1\nGOTO/10,0,10,0,0,1\nGOTO/20,0,10,0,0,1\n"
+      "GOTO/20,0,30,0,0,1\nGOTO/20,5,30,0,0,1\nGOTO/20,5,12,0,0,1\nGOTO/20,5,10,0,0,1\nGOTO/0,5,10,0,0,1\n"
+      "GOTO/0,5,30,0,0,1\n";
+  const auto lines = read_tool_path_text("a.apt", apt(passes));
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0].points.size(), 3U);
+  EXPECT_EQ(lines[1].points.size(), 2U);
+  EXPECT_EQ(lines[1].points.front().position_mm.z(), 10.0);
+  EXPECT_EQ(
+      error_of("a.apt", apt("GOTO/0,0,0,0,0,1\nGOTO/10,0,0,0,0,1\nGOTO/10,0,5,0,0,1\nGOTO/20,0,5,0,0,1\n")),
+      "a.apt: row 4: found a move along the tool's axis within a line, expected a lift and a lowering "
+      "behind it, or none");
+  EXPECT_THAT(
+      error_of("a.apt", apt("GOTO/0,0,5,0,0,1\nGOTO/10,0,5,0,0,1\nGOTO/10,0,0,0,0,1\nGOTO/20,0,0,0,0,1\n")),
+      HasSubstr("row 4: found a move along the tool's axis"));
+}
+
 TEST(ToolPath, RefusesOtherFiles) {
   EXPECT_EQ(error_of("a.step", "x"),
             "a.step: found extension '.step', expected .apt, .cls, .cl, .ngc, .nc, .gcode, .tap or .csv");

@@ -173,6 +173,25 @@ TEST(BlockSkip, Sysctrl) {
   });
 }
 
+TEST(BlockSkip, Uartc) {
+  for_any_chip("skip uartc", [](Rng& rng, const chip::Chip& chip, SkipTrial& trial) {
+    chip::UartcIn in{.rx = !rarely(rng),
+                     .cfg_address = chip.uartc.address_q,
+                     .cfg_baud = chip.uartc.baud_q,
+                     .cfg_format = chip.uartc.format_q,
+                     .cfg_pause = chip.uartc.pause_q != 0,
+                     .cmd_done = rarely(rng),
+                     .rsp_kind = chip.paramc.rsp_kind_q,
+                     .rsp_exc = chip.paramc.rsp_exc_q,
+                     .rd_wait = rarely(rng),
+                     .tlm_start = rarely(rng)};
+    if (rarely(rng)) ++in.cfg_baud;
+    const auto step = [&](chip::Chip& c, std::uint64_t) { c.uartc.step(in); };
+    const auto skip = [&](chip::Chip& c, std::uint64_t clocks) { c.uartc.skip(in, clocks); };
+    trial.compare(rng, chip, chip.uartc.quiet(in), step, skip);
+  });
+}
+
 TEST(BlockSkip, UartRx) {
   for_any_chip("skip uart_rx", [](Rng& rng, const chip::Chip& chip, SkipTrial& trial) {
     if (chip.uartc.rx.valid_q != 0) return;  // its pulse, which uartc asks for first
