@@ -43,3 +43,12 @@ target_compile_options(meltstage_warnings INTERFACE
   -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual ${as_errors}
   $<$<CXX_COMPILER_ID:Clang>:-Wno-missing-braces>
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)  # false alarms on std::string in GCC 12 (GCC bug 105651)
+
+# Stops where OPTION is on and another one that it needs is off.
+function(meltstage_needs option)
+  foreach(needed ${ARGN})
+    if(${option} AND NOT ${needed})
+      message(FATAL_ERROR "${option}: found ${needed} off, expected it on; give -D${needed}=ON, or -D${option}=OFF")
+    endif()
+  endforeach()
+endfunction()

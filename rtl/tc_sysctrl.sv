@@ -49,6 +49,9 @@ module tc_sysctrl #(
   output logic        tenth_o          // pulse each 0.1 s
 );
 
+  if (MsClocks < 1 || MsClocks > 16384) begin : g_no_millisecond
+    $error("tc_sysctrl: MsClocks: expected 1 to 16384 clocks a millisecond");
+  end
   localparam logic [13:0] MsLast = 14'(MsClocks - 1);
   localparam logic [13:0] TestMsLast = MsClocks > tc_pkg::TestSpeedup ? 14'(MsClocks / tc_pkg::TestSpeedup - 1) : 14'd0;
 

@@ -13,9 +13,10 @@ namespace {
 // A moment is one before an event: on to where nothing happens; there, mostly, what stirs a block alone.
 Moment quiet_moment(Rng& rng, const Moments& moments) {
   Moment moment = any_moment(rng, moments);
-  moment.in.rst_n = rng.below(64) != 0;
+  // Reset comes to a chip that runs: in reset no flop is another than it is reset to.
+  if (moment.chip.rst_sync.stage_q != 0) moment.in.rst_n = rng.below(64) != 0;
   for (int clock = 0; clock < 64 && moment.chip.quiet(moment.in) == 0; ++clock) moment.chip.step(moment.in);
-  if (rng.below(4) != 0) change_one_block(rng, moment.chip);
+  if (moment.in.rst_n && rng.below(4) != 0) change_one_block(rng, moment.chip);
   return moment;
 }
 

@@ -420,6 +420,15 @@ void Wiring::add_cells(RouteReport& report) {
   for (const auto& [net, access] : tied) add_tied_input(net, access);
 }
 
+/// Whether a wire can end in a pin: across the wire, one lies within the other. Else it would hang on the pin
+/// by a corner.
+bool ends_within(const Rect& wire, const Rect& pin, bool vertical) {
+  const auto within = [&](const Rect& a, const Rect& b) {
+    return vertical ? a.x0 >= b.x0 && a.x1 <= b.x1 : a.y0 >= b.y0 && a.y1 <= b.y1;
+  };
+  return within(wire, pin) || within(pin, wire);
+}
+
 void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
   const int index = routed_index(pin.shape.layer);
   if (!pin.is_placed || index < 0)
@@ -437,8 +446,7 @@ void Wiring::add_die_pin(int net, int pin_position, const DiePin& pin) {
   nodes_near(pin.shape.rect.grown(r.spacing + std::max(reserve.x1, reserve.y1)), [&](int ix, int iy) {
     const Point p = place(ix, iy);
     const int node = grid_.node(index, ix, iy);
-    const bool on_track = r.vertical ? (p.x >= pin.shape.rect.x0 && p.x <= pin.shape.rect.x1)
-                                     : (p.y >= pin.shape.rect.y0 && p.y <= pin.shape.rect.y1);
+    const bool on_track = ends_within(wire_at(p), pin.shape.rect, r.vertical);
     const Nm distance = distance_squared(wire_at(p), pin.shape.rect);
     if (on_track && distance == 0) nodes.push_back(node);
     if (on_track &&
