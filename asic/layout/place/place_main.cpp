@@ -140,7 +140,7 @@ int run(const Options& o) {
   const Technology technology = read_lef(o.lef);
   Design design = read_netlist(o.netlist, technology);
   if (design.components.empty())
-    throw UserError(
+    throw meltstage::UserError(
         fmt::format("{}: found no cells, expected a mapped netlist with at least one", o.netlist.string()));
   if (!o.tie_high.empty()) add_ties(design, technology, Use::power, o.tie_high.at(0), o.tie_high.at(1));
   if (!o.tie_low.empty()) add_ties(design, technology, Use::ground, o.tie_low.at(0), o.tie_low.at(1));
