@@ -54,18 +54,24 @@ Libs: -L\${prefix}/@CMAKE_INSTALL_LIBDIR@ ${archive} ${libs}
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/meltstage-${name}.pc DESTINATION lib/pkgconfig COMPONENT ${name})
 
   list(JOIN P_NEEDS " " needs)
-  string(APPEND text "list(APPEND meltstage_parts ${name})\nset(meltstage_${name}_needs ${needs})\nset(meltstage_${name}_packages")
+  set(packages)
   foreach(package ${P_PACKAGES})
-    string(APPEND text " \"${package}\"")
+    string(APPEND packages " \"${package}\"")
   endforeach()
-  set_property(GLOBAL APPEND_STRING PROPERTY MELTSTAGE_PARTS "${text})\n")
+  # A file of each part's own, so that parts of several builds can share a prefix.
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/meltstage-${name}-part.cmake @ONLY CONTENT
+"list(APPEND meltstage_parts ${name})
+set(meltstage_${name}_needs ${needs})
+set(meltstage_${name}_packages${packages})
+")
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/meltstage-${name}-part.cmake DESTINATION ${MELTSTAGE_CMAKE_DIR} COMPONENT ${name})
   set_property(GLOBAL APPEND PROPERTY MELTSTAGE_PART_NAMES ${name})
 endfunction()
 
 # At the end of the top CMakeLists.txt: the package's own files. They belong to every part, so each part installs them.
 function(meltstage_package)
   get_property(names GLOBAL PROPERTY MELTSTAGE_PART_NAMES)
-  get_property(MELTSTAGE_PARTS GLOBAL PROPERTY MELTSTAGE_PARTS)
+  list(JOIN names ", " MELTSTAGE_PARTS_OF_BUILD)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/meltstage-config.cmake.in ${PROJECT_BINARY_DIR}/meltstage-config.cmake
     INSTALL_DESTINATION ${MELTSTAGE_CMAKE_DIR})
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/meltstage-config-version.cmake COMPATIBILITY SameMinorVersion)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bump coordinates out of a file: workbook (.xls, .xlsx), separated text (.csv), KiCad footprint (.kicad_mod)
-// or placement (.pos), Gerber paste layer (.gbr, .gtp, .gbp), Excellon drill file (.drl, .xln).
+// Bump coordinates out of a file: workbook (.xls, .xlsx), separated text (.csv, .tsv), KiCad footprint
+// (.kicad_mod) or placement (.pos), Gerber paste layer (.gbr, .gtp, .gbp), Excellon drill file (.drl, .xln).
 #pragma once
 
 #include <cstddef>
@@ -67,8 +67,8 @@ struct CoordinateFile {
 ///
 /// The format follows from the extension (any case) and the content must fit it:
 /// - `.xls`, `.xlsx`: first sheet of the workbook, numbers or text that is a number.
-/// - `.csv`: UTF-8 (byte order mark allowed) separated by comma, semicolon or tab, LF or CRLF, quotes as in
-/// RFC 4180.
+/// - `.csv`, `.tsv`: UTF-8 (byte order mark allowed) separated by comma, semicolon or tab, LF or CRLF, quotes
+/// as in RFC 4180.
 /// - `.kicad_mod`: position of every `smd` and `thru_hole` pad that has copper, in millimetres. KiCad's y
 /// points down, so
 ///   the sign of y is turned: what lies above in KiCad lies above on the stage.

@@ -270,9 +270,7 @@ Shaper shortest_shaper(const JerkProfile& profile, const ModeBand& band, double 
       const double middle = 0.5 * (low + high);
       (search.residual(search.best_at(middle)) <= 1.0 ? high : low) = middle;
     }
-    const Triple shortest = search.best_at(high);
-    return search.settled_s(best) < search.settled_s(shortest) ? search.shaper(best)
-                                                               : search.shaper(shortest);
+    return search.shaper(search.best_at(high));
   }
   return search.shaper(best);
 }

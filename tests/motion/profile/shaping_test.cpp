@@ -160,5 +160,23 @@ TEST(ShortestShaper, RefusesAToleranceOfNothing) {
               StartsWith("tolerance: found 0 mm"));
 }
 
+TEST(ShortestShaper, LeavesNoMoreThanAskedWhereZvdDoes) {
+  const ScurveLimits limits;
+  std::size_t met = 0;
+  for (const Mode mode : {Mode{15.0, 0.1}, Mode{38.0, 0.05}, Mode{60.0, 0.2}})
+    for (const double tolerance_mm : {0.001, 0.01, 0.05})
+      for (double distance_mm = 0.05; distance_mm < 200.0; distance_mm *= 1.1) {
+        const ModeBand band{mode, 0.1};
+        const double zvd_mm =
+            worst_residual_mm(shaped(plan_scurve(limits, distance_mm), zvd_shaper(mode)), band);
+        if (zvd_mm > tolerance_mm) continue;
+        ++met;
+        const JerkProfile quiet = plan_quiet_move(limits, distance_mm, band, tolerance_mm);
+        EXPECT_LE(worst_residual_mm(quiet, band), tolerance_mm * (1.0 + 1e-9))
+            << distance_mm << " mm at " << mode.frequency_hz << " Hz, " << tolerance_mm << " mm";
+      }
+  EXPECT_GT(met, 200U);
+}
+
 }  // namespace
 }  // namespace meltstage::motion
