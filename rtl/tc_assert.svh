@@ -2,7 +2,8 @@
 // Assertions, one macro family: immediate, alive in Verilator (--assert), proved in Yosys (-formal), absent in
 // synthesis. Use inside a module with clk_i and rst_ni, after `TC_ASSERT_SETUP` once. Signals are sampled before the
 // clock edge. past_ok_q is low in the first clock after reset, when a *_NEXT assertion has no past yet; a bench that
-// loads flops clears it. Before the first clock it is as random as all flops are: hence rst_ni beside it.
+// loads flops clears it. Before the first clock all flops may be random,
+// but not this one.
 `ifndef TC_ASSERT_SVH
 `define TC_ASSERT_SVH
 
@@ -16,16 +17,17 @@
 `else
 `define TC_ASSERT_SETUP \
   logic past_ok_q; \
-  always_ff @(posedge clk_i or negedge rst_ni) begin \
+  initial past_ok_q = 1'b0; \
+  always @(posedge clk_i or negedge rst_ni) begin \
     if (!rst_ni) past_ok_q <= 1'b0; \
     else past_ok_q <= 1'b1; \
   end
 // prop holds in every clock out of reset.
 `define TC_ASSERT(name, prop) \
-  always @(posedge clk_i) if (past_ok_q && rst_ni) begin name: assert (prop); end
+  always @(posedge clk_i) if (past_ok_q) begin name: assert (prop); end
 // cons holds in every clock in which ante holds; ante is covered.
 `define TC_ASSERT_IF(name, ante, cons) \
-  always @(posedge clk_i) if (past_ok_q && rst_ni) begin \
+  always @(posedge clk_i) if (past_ok_q) begin \
     name: assert (!(ante) || (cons)); \
     name``_C: cover (ante); \
   end
@@ -36,7 +38,7 @@
     if (!rst_ni) name``_past_q <= 1'b0; \
     else name``_past_q <= (ante); \
   end \
-  always @(posedge clk_i) if (past_ok_q && rst_ni) begin \
+  always @(posedge clk_i) if (past_ok_q) begin \
     name: assert (!name``_past_q || (cons)); \
     name``_C: cover (name``_past_q); \
   end
@@ -48,7 +50,7 @@
     name``_C: cover (1'b1); \
   end
 `define TC_COVER(name, prop) \
-  always @(posedge clk_i) if (past_ok_q && rst_ni) begin name: cover (prop); end
+  always @(posedge clk_i) if (past_ok_q) begin name: cover (prop); end
 `endif
 
 `endif

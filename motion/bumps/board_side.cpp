@@ -35,14 +35,23 @@ constexpr std::array<std::string_view, 17> kTopWords = {
     "top",         "front",       "fcu",           "fpaste",   "fmask",     "fsilks",
     "ffab",        "fadhes",      "componentside", "oben",     "oberseite", "vorne",
     "vorderseite", "primaryside", "upperside",     "compside", "dessus"};
-constexpr std::array<std::string_view, 5> kTopWordsOfOthers = {"best\u00fcckungsseite", "bestueckungsseite",
-                                                               "faceavant", "topseite", "facesuperieure"};
+constexpr std::array<std::string_view, 10> kTopWordsOfOthers = {
+    "\u9876\u5c42",          "\u9876\u9762",      "\u6b63\u9762", "\u90e8\u54c1\u9762", "\u8868\u9762",
+    "best\u00fcckungsseite", "bestueckungsseite", "faceavant",    "topseite",           "facesuperieure"};
 constexpr std::array<std::string_view, 22> kBottomWords = {
     "bottom",         "bot",        "btm",           "back",       "bcu",         "bpaste",
     "bmask",          "bsilks",     "bfab",          "badhes",     "solderside",  "soldside",
     "secondaryside",  "lowerside",  "unten",         "unterseite", "bottomseite", "hinten",
     "r\u00fcckseite", "rueckseite", "l\u00f6tseite", "loetseite"};
-constexpr std::array<std::string_view, 2> kBottomWordsOfOthers = {"dessous", "faceinferieure"};
+constexpr std::array<std::string_view, 9> kBottomWordsOfOthers = {"\u5e95\u5c42",
+                                                                  "\u5e95\u9762",
+                                                                  "\u53cd\u9762",
+                                                                  "\u80cc\u9762",
+                                                                  "\u534a\u7530\u9762",
+                                                                  "\u88cf\u9762",
+                                                                  "\u534a\u7530\u9762\u5074",
+                                                                  "dessous",
+                                                                  "faceinferieure"};
 // Words beside them that leave the side what it is: "Top Layer", "Bottom Side SMD".
 constexpr std::array<std::string_view, 19> kWordsBeside = {
     "side",  "layer",      "smd",    "smt",        "tht",      "copper", "paste",

@@ -168,7 +168,16 @@ bool names_column_of_units(const Cell& cell) {
 }
 
 bool is_total(const Cell& cell) {
-  constexpr std::array<std::string_view, 43> kWords = {"total",
+  constexpr std::array<std::string_view, 52> kWords = {"ergebnis",
+                                                       "gesamtergebnis",
+                                                       "teilergebnis",
+                                                       "zwischensumme",
+                                                       "anzahl",
+                                                       "totaal",
+                                                       "total g\u00e9n\u00e9ral",
+                                                       "total general",
+                                                       "\u0438\u0442\u043e\u0433\u043e",
+                                                       "total",
                                                        "totals",
                                                        "subtotal",
                                                        "grand total",

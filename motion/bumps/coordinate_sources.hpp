@@ -39,6 +39,7 @@ struct RawPoints {
 struct Cell {
   std::string text;
   std::optional<double> number;
+  bool sums_up = false;  ///< a formula of a spreadsheet over several cells, such as SUM
 };
 
 /// One row of a table; `ended` is false for a last row of a text file that lacks its line end, `hidden` true

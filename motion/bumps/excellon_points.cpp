@@ -518,13 +518,20 @@ class ExcellonFile {
     return place;
   }
 
-  double number_mm(const Word& word) const {
+  double number_mm(const Word& word) {
     const auto value = parse_number(word.number);
     if (!value) fail_at(word.at, word.end, fmt::format("a number behind {}", word.letter));
     if (*value == 0.0) return 0.0;  // whatever its scale
     if (unit_mm_ == 0.0)
       fail_at(word.at, word.end, "a unit (METRIC, INCH, M71 or M72) before the first coordinate");
-    if (word.number.find('.') != std::string_view::npos) return *value * unit_mm_;
+    const bool pointed = word.number.find('.') != std::string_view::npos;
+    std::size_t& first = pointed ? first_pointed_ : first_plain_;
+    if (first == 0) first = row_;
+    if (first_pointed_ != 0 && first_plain_ != 0)
+      fail_at(word.at, word.end,
+              fmt::format("numbers {} decimal point alone, as row {} has", pointed ? "without a" : "with a",
+                          pointed ? first_plain_ : first_pointed_));
+    if (pointed) return *value * unit_mm_;
     if (zeros_ == Zeros::unknown)
       fail_at(word.at, word.end,
               "decimal points, or LZ or TZ in the header: without them the scale of the numbers is a guess");
@@ -557,6 +564,7 @@ class ExcellonFile {
   std::optional<Digits> stated_;
   StatedUnit stated_unit_;
   Zeros zeros_ = Zeros::unknown;
+  std::size_t first_pointed_ = 0, first_plain_ = 0;  // rows of numbers with a decimal point and without
   std::size_t zeros_row_ = 0, digits_row_ = 0;
   std::set<int> tools_;
   double x_mm_ = 0.0, y_mm_ = 0.0;

@@ -11,6 +11,7 @@
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/bumps/side_columns.hpp"
+#include "motion/bumps/summary_row.hpp"
 #include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion::detail {
@@ -47,7 +48,8 @@ class PointTable {
     const double x = number(row, x_, "x");
     const double y = number(row, y_, "y");
     sides_.take(row);
-    total_row_ = begins_with_total(row) ? row.row : 0;
+    summary_.take(row, x_.index, y_.index, x, y);
+    ends_within_row_ = row.ended ? 0 : row.row;
     if (row.hidden && hidden_++ == 0) first_hidden_ = row.row;
     result_.points.push_back({x, y, row.row});
     check_point_count(path_, result_.points.size());
@@ -62,8 +64,14 @@ class PointTable {
                             first_hidden_)
               : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
                             hidden_, first_hidden_));
-    if (total_row_ != 0)
-      fail(path_, fmt::format("row {}: found a row of totals, expected a bump; leave it out", total_row_));
+    if (!summary_.told().empty())
+      fail(path_,
+           fmt::format("row {}: found {}, expected a bump; leave it out, or number its label if it is one",
+                       summary_.row(), summary_.told()));
+    if (ends_within_row_ != 0)
+      result_.notes.push_back(
+          fmt::format("row {} has no line end; if the file was cut off there, its last number is another one",
+                      ends_within_row_));
     result_.bottom = sides_.is_bottom();
     return std::move(result_);
   }
@@ -183,12 +191,6 @@ class PointTable {
       column->unit_mm = unit->mm;
       column->has_unit = true;
     }
-  }
-
-  bool begins_with_total(const TableRow& row) const {
-    for (std::size_t i = 0; i < row.cells.size(); ++i)
-      if (i != x_.index && i != y_.index && !is_blank(row.cells[i])) return is_total(row.cells[i]);
-    return false;
   }
 
   static std::string place(std::size_t row, std::size_t index) {
@@ -324,8 +326,9 @@ class PointTable {
 
   std::optional<UnitColumn> units_;
   SideColumns sides_;
-  std::size_t total_row_ = 0;  // of the last bump, where it looks like no bump
-  TableRow title_;             // the first one
+  SummaryRow summary_;
+  std::size_t ends_within_row_ = 0;  // the last one, if it has no line end
+  TableRow title_;                   // the first one
   const Unit* title_unit_ = nullptr;
   std::size_t title_unit_row_ = 0;
   std::size_t length_row_ = 0;  // the first number with a unit

@@ -4,9 +4,11 @@
 #include <zip.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <memory>
 #include <pugixml.hpp>
+#include <string_view>
 
 #include "base/file.hpp"
 #include "base/number.hpp"
@@ -156,6 +158,15 @@ std::optional<std::size_t> column_of(std::string_view reference, std::size_t row
   return column - 1;
 }
 
+/// A formula over a range of cells: "SUM(B2:B9)", "ROUND(AVERAGE(B2:B9),2)".
+bool sums_up(std::string_view formula) {
+  constexpr std::array<std::string_view, 9> kFunctions = {
+      "SUM(", "SUBTOTAL(", "AVERAGE(", "COUNT(", "COUNTA(", "MIN(", "MAX(", "MEDIAN(", "STDEV"};
+  return formula.find(':') != std::string_view::npos &&
+         std::any_of(kFunctions.begin(), kFunctions.end(),
+                     [&](std::string_view name) { return formula.find(name) != std::string_view::npos; });
+}
+
 class Sheet {
  public:
   Sheet(const std::filesystem::path& path, std::vector<std::string> strings)
@@ -177,7 +188,8 @@ class Sheet {
     // Only a program that calculates stores the value of a formula; its text keeps the cell from being blank.
     if (type == "n" && value.empty() && node.child("f"))
       return {fmt::format("={}", node.child("f").text().as_string()), std::nullopt};
-    if (type == "n" && !value.empty()) return {value, parse_number(value)};
+    if (type == "n" && !value.empty())
+      return {value, parse_number(value), sums_up(node.child("f").text().as_string())};
     return {value, std::nullopt};
   }
 

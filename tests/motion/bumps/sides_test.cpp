@@ -179,6 +179,8 @@ TEST_F(Readers, EaglesMirroredTurnsLieOnTheBottom) {
 TEST_F(Readers, SidesAmongOtherWords) {
   EXPECT_THAT(error_of("a.csv", "x,y,Mount\n1,2,Top Side SMD\n3,4,Bottom Side SMD\n"),
               StartsWith("row 3: found side 'Bottom Side SMD'"));
+  EXPECT_THAT(error_of("d.csv", "x,y,\u5c42\n1,2,\u9876\u5c42\n3,4,\u5e95\u5c42\n"),
+              StartsWith("row 3: found side"));
   EXPECT_THAT(error_of("b.csv", "x;y;Lage\n1;2;BS\n3;4;LS\n"), StartsWith("row 3: found side 'bottom'"));
   EXPECT_THAT(read("c.csv", "x;y;Lage\n1;2;BS\n3;4;BS\n").notes, IsEmpty());
 }

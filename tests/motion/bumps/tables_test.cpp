@@ -168,7 +168,7 @@ TEST_F(Readers, NumbersInThousandsAreRefused) {
 
 TEST_F(Readers, RowsThatHoldNoBump) {
   EXPECT_EQ(error_of("a.csv", "Ref,X,Y\nR1,1,2\nR2,3,4\nTotal,4,6\n"),
-            "row 4: found a row of totals, expected a bump; leave it out");
+            "row 4: found a row of totals, expected a bump; leave it out, or number its label if it is one");
   EXPECT_THAT(error_of("b.csv", "Ref,X,Y\nR1,1,2\nTotal: 1,,\n"),
               StartsWith("row 3, column 2 (x): found nothing"));
   EXPECT_THAT(error_of("c.csv", "Ref,X,Y\nR1,1,2\nSumme: 1,3,4\n"),
@@ -180,6 +180,23 @@ TEST_F(Readers, RowsThatHoldNoBump) {
   EXPECT_EQ(read("d.csv", "Net,X,Y\nSUM,1,2\nOUT,3,4\n").points.size(), 2U);
   EXPECT_THAT(error_of("e.csv", "x,y\n1,2\nx,y\n3,4\n"), StartsWith("row 3, column 1 (x): found 'x'"));
   EXPECT_THAT(error_of("f.csv", "x,y,x,y\n1,2,3,4\n"), HasSubstr("found a second column named x"));
+}
+
+TEST_F(Readers, ARowThatSumsUpTheOthersIsNoBump) {
+  EXPECT_THAT(error_of("a.csv", "Ref,X,Y\nR1,1,2\nR2,3,5\nKaikki,4,7\n"),
+              StartsWith("row 4: found the sum of the rows above it"));
+  EXPECT_THAT(error_of("b.csv", "Ref,X,Y\nR1,1,2\nR2,3,5\n,2,3.5\n"),
+              StartsWith("row 4: found the mean of the rows above it"));
+  EXPECT_THAT(error_of("c.csv", "Ref,X,Y\nR1,1,3\nR2,3,5\nSztuk,2,2\n"),
+              StartsWith("row 4: found the count of the rows above it"));
+  // A bump that happens to lie there.
+  EXPECT_EQ(read("d.csv", "Ref,X,Y\nR1,1,2\nR2,3,5\nR3,4,7\n").points.size(), 3U);
+  EXPECT_EQ(read("e.csv", "x,y\n1,2\n3,5\n4,7\n").points.size(), 3U);
+}
+
+TEST_F(Readers, ALastRowWithoutItsLineEndIsSaid) {
+  EXPECT_THAT(read("a.csv", "x_mm,y_mm\n1,2\n10,2").notes,
+              Contains(StartsWith("row 3 has no line end; if the file was cut off there")));
 }
 
 TEST_F(Readers, TabsAndTypographicMinus) {
