@@ -55,7 +55,9 @@ std::vector<host::Setting> read_saved_registers(const std::filesystem::path& pat
   std::vector<host::Setting> settings;
   for (const host::Register* reg : kept_registers()) {
     if (!section.has(reg->name)) section.fail(reg->name, "none", "every register that is kept");
-    const double value = section.number(reg->name, 0.0, reg->min * reg->scale, reg->max * reg->scale);
+    // What is printed of the least and the most word may lie half an LSB beyond them.
+    const double value =
+        section.number(reg->name, 0.0, (reg->min - 0.5) * reg->scale, (reg->max + 0.5) * reg->scale);
     try {
       host::to_raw(*reg, value);
     } catch (const UserError& error) {

@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -20,6 +21,7 @@
 #include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/xls_records.hpp"
 
 namespace meltstage::motion::detail {
 namespace {
@@ -63,7 +65,7 @@ Cell to_cell(const FreeXL_CellValue& value) {
 
 /// Sends every row that has content, without the blank cells at its end. The workbook is left to the end of
 /// the process: closing a damaged one may fail after all has been read.
-void send_workbook(const std::filesystem::path& path, std::FILE* pipe) {
+void send_workbook(const std::filesystem::path& path, std::string_view content, std::FILE* pipe) {
   const void* book = nullptr;
   check_xls(freexl_open(path.c_str(), &book), path, "the workbook can't be opened");
   unsigned int password = 0;
@@ -75,10 +77,17 @@ void send_workbook(const std::filesystem::path& path, std::FILE* pipe) {
   unsigned short column_count = 0;
   check_xls(freexl_worksheet_dimensions(book, &row_count, &column_count), path,
             "the first sheet has no size");
+  const auto others = formulas_and_errors(content);
+  if (!others.empty())
+    row_count = std::max(row_count, static_cast<unsigned int>(others.rbegin()->first.first) + 1);
   std::vector<Cell> cells;
   for (unsigned int r = 0; r < row_count; ++r) {
     cells.clear();
     for (unsigned short c = 0; c < column_count; ++c) {
+      if (const auto other = others.find({r, c}); other != others.end()) {
+        cells.push_back(other->second);
+        continue;
+      }
       FreeXL_CellValue value{};
       check_xls(freexl_get_cell_value(book, r, c, &value), path, fmt::format("row {} can't be read", r + 1));
       cells.push_back(to_cell(value));
@@ -97,7 +106,7 @@ void send_workbook(const std::filesystem::path& path, std::FILE* pipe) {
   put(pipe, 'z');
 }
 
-[[noreturn]] void run_child(const std::filesystem::path& path, int write_end) {
+[[noreturn]] void run_child(const std::filesystem::path& path, std::string_view content, int write_end) {
   // Its end is the parent's to report: no handler of the parent, no words of the C library, no core file.
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGPIPE, SIGXCPU}) {
     std::signal(signal, SIG_DFL);
@@ -109,7 +118,7 @@ void send_workbook(const std::filesystem::path& path, std::FILE* pipe) {
   std::FILE* pipe = fdopen(write_end, "wb");
   if (pipe == nullptr) _exit(EXIT_FAILURE);
   try {
-    send_workbook(path, pipe);
+    send_workbook(path, content, pipe);
   } catch (const std::exception& error) {
     put(pipe, 'e');
     put_text(pipe, error.what());
@@ -121,11 +130,11 @@ void send_workbook(const std::filesystem::path& path, std::FILE* pipe) {
 
 class Child {
  public:
-  explicit Child(const std::filesystem::path& path) : path_(path) {
+  Child(const std::filesystem::path& path, std::string_view content) : path_(path) {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) fail_system();
     pid_ = fork();
-    if (pid_ == 0) run_child(path, ends[1]);
+    if (pid_ == 0) run_child(path, content, ends[1]);
     close(ends[1]);
     pipe_.reset(fdopen(ends[0], "rb"));
     if (pid_ < 0 || !pipe_) fail_system();
@@ -192,7 +201,7 @@ class Child {
 void read_xls_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
   if (const auto kind = describe_content(content); !kind.starts_with("an OLE2"))
     fail(path, fmt::format("found {}, expected an Excel 97-2003 workbook (.xls)", kind));
-  Child child(path);
+  Child child(path, content);
   TableRow row;
   for (char tag = child.get<char>(); tag != 'z'; tag = child.get<char>()) {
     if (tag == 'e') throw CoordinateError(child.get_text());

@@ -71,6 +71,18 @@ TEST_F(SavedRegisters, AnyWordsComeBack) {
   }
 }
 
+TEST_F(SavedRegisters, TheEndsOfEachRangeComeBack) {
+  for (const bool most : {false, true}) {
+    std::vector<std::uint16_t> words;
+    for (const host::Register* reg : kept_registers())
+      words.push_back(static_cast<std::uint16_t>(most ? reg->max : reg->min));
+    const auto settings = read(saved_registers_text(words));
+    ASSERT_EQ(settings.size(), words.size());
+    for (std::size_t i = 0; i < words.size(); ++i)
+      EXPECT_EQ(host::to_raw(*settings[i].reg, settings[i].value), words[i]) << settings[i].reg->name;
+  }
+}
+
 TEST_F(SavedRegisters, HoldNothingOfAJobOrOfTheLine) {
   for (const host::Register* reg : kept_registers())
     EXPECT_THAT((std::vector<std::string_view>{"CMD", "SETPOINT", "LOCK", "BAUD", "ADDRESS"}),

@@ -101,6 +101,15 @@ TEST_F(Coordinates, XlsWithoutHeaderTakesTheFirstTwoNumericColumns) {
   expect_points(read_coordinates(data / "no_header.xls"), {{0.5, 1.5, 1}, {2.5, 3.5, 2}});
 }
 
+TEST_F(Coordinates, XlsFormulasHaveTheValueThatWasSaved) {
+  expect_points(read_coordinates(data / "formulas.xls"), {{10.0, 20.0, 2}, {12.5, 20.0, 3}, {15.0, 20.0, 4}});
+}
+
+TEST_F(Coordinates, XlsErrorIsNoNumber) {
+  EXPECT_THAT(error_of(data / "error_cell.xls"),
+              StartsWith("row 3, column 2 (y): found '#N/A', expected a number"));
+}
+
 TEST_F(Coordinates, KicadExampleTurnsYUpwards) {
   CoordinateOptions options;
   options.origin_x_mm = options.origin_y_mm = 10.0;

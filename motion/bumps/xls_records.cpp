@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/bumps/xls_records.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace meltstage::motion::detail {
+namespace {
+
+template <class Number>
+Number little_endian(std::string_view bytes, std::size_t at) {
+  Number value = 0;
+  for (std::size_t i = 0; i < sizeof(Number) && at + i < bytes.size(); ++i)
+    value |= static_cast<Number>(static_cast<Number>(static_cast<unsigned char>(bytes[at + i])) << (8 * i));
+  return value;
+}
+std::uint32_t u32(std::string_view bytes, std::size_t at) { return little_endian<std::uint32_t>(bytes, at); }
+std::uint16_t u16(std::string_view bytes, std::size_t at) { return little_endian<std::uint16_t>(bytes, at); }
+
+/// A file of files in sectors, as OLE2 has it.
+class CompoundFile {
+ public:
+  explicit CompoundFile(std::string_view file) : file_(file) {
+    const unsigned shift = u16(file_, 30);
+    if (file_.size() < kHeader || shift < 9 || shift > 12) return;
+    sector_ = std::size_t{1} << shift;
+    for (std::size_t i = 0; i < 109; ++i) add_to_table(u32(file_, 76 + 4 * i));
+    std::uint32_t more = u32(file_, 68);
+    for (std::size_t count = 0; more < kLastSector && count < most_sectors(); ++count) {
+      const std::string_view list = sector(more);
+      for (std::size_t at = 0; at + 4 < list.size(); at += 4) add_to_table(u32(list, at));
+      more = u32(list, sector_ - 4);
+    }
+    directory_ = chain(u32(file_, 48));
+  }
+
+  /// The content of one of its files; empty where there is none of that name.
+  std::string stream(std::string_view name) const {
+    std::optional<std::size_t> root, found;
+    for (std::size_t at = 0; at + kEntry <= directory_.size(); at += kEntry) {
+      if (directory_[at + 66] == 5) root = at;
+      if (directory_[at + 66] == 2 && name_of(at) == name) found = at;
+    }
+    if (!root || !found) return {};
+    const std::size_t size = u32(directory_, *found + 120);
+    const std::uint32_t start = u32(directory_, *found + 116);
+    std::string content =
+        size < u32(file_, 56) ? small_chain(start, chain(u32(directory_, *root + 116))) : chain(start);
+    content.resize(std::min(content.size(), size));
+    return content;
+  }
+
+ private:
+  static constexpr std::size_t kHeader = 512, kEntry = 128, kSmallSector = 64;
+  static constexpr std::uint32_t kLastSector = 0xFFFFFFFA;  // what is above ends a chain
+
+  std::size_t most_sectors() const { return file_.size() / sector_ + 1; }
+  std::string_view sector(std::uint32_t number) const {
+    const std::size_t at = (std::size_t{number} + 1) * sector_;
+    return at < file_.size() ? file_.substr(at, sector_) : std::string_view{};
+  }
+  void add_to_table(std::uint32_t number) {
+    if (number >= kLastSector || next_.size() > most_sectors()) return;
+    const std::string_view table = sector(number);
+    for (std::size_t at = 0; at + 4 <= table.size(); at += 4) next_.push_back(u32(table, at));
+  }
+  std::string chain(std::uint32_t number) const {
+    std::string content;
+    for (std::size_t count = 0; number < next_.size() && count < most_sectors(); ++count) {
+      content += sector(number);
+      number = next_[number];
+    }
+    return content;
+  }
+  std::string small_chain(std::uint32_t number, const std::string& sectors) const {
+    const std::string table = chain(u32(file_, 60));
+    std::string content;
+    for (std::size_t count = 0; number < table.size() / 4 && count < sectors.size() / kSmallSector; ++count) {
+      const std::size_t at = std::size_t{number} * kSmallSector;
+      if (at < sectors.size()) content += sectors.substr(at, kSmallSector);
+      number = u32(table, std::size_t{number} * 4);
+    }
+    return content;
+  }
+  std::string name_of(std::size_t entry) const {
+    std::string name;
+    for (std::size_t at = entry; at + 1 < entry + 64 && directory_[at] != 0; at += 2) name += directory_[at];
+    return name;
+  }
+
+  std::string_view file_;
+  std::size_t sector_ = kHeader;
+  std::vector<std::uint32_t> next_;  // by sector
+  std::string directory_;
+};
+
+std::string_view error_text(std::uint8_t code) {
+  switch (code) {
+    case 0x00:
+      return "#NULL!";
+    case 0x07:
+      return "#DIV/0!";
+    case 0x0F:
+      return "#VALUE!";
+    case 0x17:
+      return "#REF!";
+    case 0x1D:
+      return "#NAME?";
+    case 0x24:
+      return "#NUM!";
+    case 0x2A:
+      return "#N/A";
+    default:
+      return "#ERROR";
+  }
+}
+
+Cell truth_or_error(std::uint8_t value, bool is_error) {
+  return {std::string(is_error ? error_text(value) : value != 0 ? "TRUE" : "FALSE"), std::nullopt};
+}
+
+/// The result of a formula: a number, or what its first byte says where the last two are FF.
+Cell result_of(std::string_view record) {
+  constexpr std::size_t kResult = 6;
+  if (u16(record, kResult + 6) != 0xFFFF) {
+    const auto value = std::bit_cast<double>(little_endian<std::uint64_t>(record, kResult));
+    return {fmt::format("{}", value), value};
+  }
+  const auto what = static_cast<std::uint8_t>(record[kResult]),
+             byte = static_cast<std::uint8_t>(record[kResult + 2]);
+  if (what == 1 || what == 2) return truth_or_error(byte, what == 2);
+  return {what == 0 ? "(text of a formula)" : "", std::nullopt};
+}
+
+}  // namespace
+
+std::map<std::pair<std::size_t, std::size_t>, Cell> formulas_and_errors(std::string_view file) {
+  constexpr std::uint16_t kFormula = 0x0006, kEnd = 0x000A, kSheet = 0x0085, kBoolErr = 0x0205,
+                          kBegin = 0x0809;
+  std::map<std::pair<std::size_t, std::size_t>, Cell> cells;
+  const std::string book = CompoundFile(file).stream("Workbook");
+  std::size_t at = 0, depth = 0;
+  bool in_sheet = false;
+  while (at + 4 <= book.size()) {
+    const std::uint16_t kind = u16(book, at);
+    const std::string_view record = std::string_view(book).substr(at + 4, u16(book, at + 2));
+    at += 4 + u16(book, at + 2);
+    if (!in_sheet) {
+      if (kind != kSheet) continue;
+      at = u32(record, 0);
+      in_sheet = true;
+      continue;
+    }
+    if (kind == kBegin) ++depth;  // charts lie within
+    if (kind == kEnd && (depth == 0 || --depth == 0)) break;
+    const std::pair<std::size_t, std::size_t> place{u16(record, 0), u16(record, 2)};
+    if (kind == kFormula && record.size() >= 14) cells[place] = result_of(record);
+    if (kind == kBoolErr && record.size() >= 8)
+      cells[place] = truth_or_error(static_cast<std::uint8_t>(record[6]), record[7] != 0);
+  }
+  return cells;
+}
+
+}  // namespace meltstage::motion::detail

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inside the motion room: the cells of a workbook (.xls) that freexl leaves out or takes for numbers:
+// formulas, and truth values and errors.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "motion/bumps/coordinate_sources.hpp"
+
+namespace meltstage::motion::detail {
+
+/// Of the first sheet, by row and column from 0: the number that the formula had when the file was saved, or
+/// what stands in the cell, such as "#N/A". Empty for a file that is no compound file of Excel 97-2003; what
+/// is damaged ends the reading there. ([MS-CFB] 2.2-2.6; [MS-XLS] 2.4.28, 2.4.127, 2.4.24.)
+std::map<std::pair<std::size_t, std::size_t>, Cell> formulas_and_errors(std::string_view file);
+
+}  // namespace meltstage::motion::detail
