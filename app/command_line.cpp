@@ -143,6 +143,8 @@ int carry_out(int argc, char** argv, std::span<const Verb> verbs, std::span<cons
         escaped(fmt::format("{}: cannot be used: found \"{}\", expected a place that can be written to",
                             error.path1().string(), error.code().message())),
         2);
+  } catch (const std::bad_alloc&) {
+    return fail("found too little memory for this input, expected more; split the input", 2);
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return 2;  // with_all_told() says why
     return fail(error.what(), 1);

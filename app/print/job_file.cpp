@@ -97,7 +97,8 @@ std::vector<tb::RegisterValue> read_registers(TomlSection& section) {
   std::vector<tb::RegisterValue> registers;
   for (unsigned i = 1; i < spec::kHoldingCount; ++i) {
     const spec::RegisterInfo& info = spec::kHolding[i];
-    const double value = section.number(info.name, 0.0, info.min * info.scale, info.max * info.scale);
+    const double value = section.number(info.name, 0.0, (info.min - 0.5) * info.scale,
+                                        (info.max + 0.5) * info.scale);  // rounded to a word below
     if (!section.has(info.name)) continue;
     const host::RegisterWord word = host::register_word(info, value);
     if (!word.expected.empty()) section.fail(info.name, fmt::format("{:.9g}", value), word.expected);

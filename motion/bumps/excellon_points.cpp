@@ -62,6 +62,9 @@ class ExcellonFile {
 
   RawPoints finish() && {
     if (ended_row_ == 0) fail(path_, "the file ends without M30, expected it; the file may be cut off");
+    if (unplated_row_ != 0)
+      result_.notes.push_back(
+          fmt::format("row {} says that holes are not plated; they make bumps all the same", unplated_row_));
     if (slots_ > 0) result_.notes.push_back(no_bump_note(slots_, "slot", first_slot_));
     if (routed_ > 0) result_.notes.push_back(no_bump_note(routed_, "routing move", first_routed_));
     return std::move(result_);
@@ -148,6 +151,9 @@ class ExcellonFile {
   void read_comment() {
     constexpr std::string_view kPlain = "FILE_FORMAT=", kKicad = "FORMAT={";
     const std::string_view text = trimmed(rest().substr(1));
+    const bool unplated = text.find("FILEFUNCTION,NONPLATED") != std::string_view::npos ||
+                          text.find("TYPE=NON_PLATED") != std::string_view::npos;
+    if (unplated && unplated_row_ == 0) unplated_row_ = row_;
     if (const auto at = text.find(kPlain); at != std::string_view::npos)
       read_digits(text.substr(at + kPlain.size()));
     else if (text.starts_with(kKicad))
@@ -564,6 +570,7 @@ class ExcellonFile {
   std::optional<Digits> stated_;
   StatedUnit stated_unit_;
   Zeros zeros_ = Zeros::unknown;
+  std::size_t unplated_row_ = 0;                     // that says so first
   std::size_t first_pointed_ = 0, first_plain_ = 0;  // rows of numbers with a decimal point and without
   std::size_t zeros_row_ = 0, digits_row_ = 0;
   std::set<int> tools_;

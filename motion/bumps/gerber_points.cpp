@@ -116,6 +116,11 @@ class GerberFile {
     };
     note(regions_, first_region_, "region");
     note(draws_, first_draw_, "draw");
+    if (marks_ > 0)
+      result.notes.push_back(fmt::format(
+          "{}, the first in row {}, {} by the file's own word and {} all the same",
+          marks_ == 1 ? "1 flash" : fmt::format("{} flashes", marks_), first_mark_,
+          marks_ == 1 ? "is a fiducial" : "are fiducials", marks_ == 1 ? "makes a bump" : "make bumps"));
     if (odd_ > 0)
       result.notes.push_back(
           fmt::format("{}, {}in row {}, of an aperture with no copper in its middle {} a bump at "
@@ -246,6 +251,10 @@ class GerberFile {
       if (rest != "POS") fail_here(text, "IPPOS: an image in negative has no flashes to bump");
     } else if (code == "TF") {
       read_file_function(text);
+    } else if (text.starts_with("TA.AperFunction,")) {
+      fiducial_next_ = text.find("FiducialPad") != std::string_view::npos;
+    } else if (text == "TD" || text == "TD.AperFunction") {
+      fiducial_next_ = false;
     } else if (code == "MI" || code == "OF" || code == "SF" || code == "IR" || code == "AS") {
       check_neutral(text);
     } else if (text != "ICAS" && code != "TA" && code != "TO" && code != "TD" && code != "IN" &&
@@ -307,6 +316,10 @@ class GerberFile {
     apertures_.insert(number);
     blocks_.erase(number);
     shaped_.erase(number);
+    if (fiducial_next_)
+      fiducials_.insert(number);
+    else
+      fiducials_.erase(number);
     const bool sized = macro != macros_.end() || has_size(name, parameters(text, comma));
     if (sized)
       sizeless_.erase(number);
@@ -564,6 +577,7 @@ class GerberFile {
     if (in_region_) fail_here(text, "no flash inside a region");
     if (sizeless_.contains(aperture_))
       fail_here(text, fmt::format("an aperture with copper; D{} has no size", aperture_));
+    if (fiducials_.contains(aperture_) && marks_++ == 0) first_mark_ = row_;
     if (clear_)
       fail_here(text, "flashes of dark polarity (LPD) alone; one in clear polarity takes material away");
     const auto block = blocks_.find(aperture_);
@@ -639,7 +653,8 @@ class GerberFile {
   std::map<std::string, std::shared_ptr<const std::string>> macros_;
   std::map<int, Shaped> shaped_;
   std::size_t macro_steps_ = 0;
-  std::set<int> apertures_, sizeless_;
+  std::set<int> apertures_, sizeless_, fiducials_;
+  bool fiducial_next_ = false;  // what the apertures defined next are for
   std::map<int, std::vector<RawPoint>> blocks_;
 
   int aperture_ = 0, operation_ = 2;
@@ -648,7 +663,8 @@ class GerberFile {
   Transform transform_;
   std::optional<Side> side_;
   std::size_t side_row_ = 0;
-  std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0, odd_ = 0, first_odd_ = 0;
+  std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0, odd_ = 0, first_odd_ = 0,
+              marks_ = 0, first_mark_ = 0;
 };
 
 }  // namespace

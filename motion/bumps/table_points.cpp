@@ -65,9 +65,9 @@ class PointTable {
               : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
                             hidden_, first_hidden_));
     if (!summary_.told().empty())
-      fail(path_,
-           fmt::format("row {}: found {}, expected a bump; leave it out, or number its label if it is one",
-                       summary_.row(), summary_.told()));
+      fail(path_, fmt::format("row {}: found {}, expected a bump; leave it out, or give it a label with a "
+                              "number if it is one",
+                              summary_.row(), summary_.told()));
     if (ends_within_row_ != 0)
       result_.notes.push_back(
           fmt::format("row {} has no line end; if the file was cut off there, its last number is another one",
@@ -95,6 +95,9 @@ class PointTable {
       if (x->has_unit != y->has_unit)
         fail(path_,
              fmt::format("row {}: found a unit at one of x and y only, expected both or none", row.row));
+      if (x->has_unit && x->unit_mm != y->unit_mm)
+        fail(path_, fmt::format("row {}: found {} and {}, expected one unit for x and y", row.row,
+                                in_quotes(row.cells[x->index].text), in_quotes(row.cells[y->index].text)));
       x_ = *x;
       y_ = *y;
       if (x_.has_unit) say_unit(place(row.row, x_.index), row.cells[x_.index].text);

@@ -135,7 +135,7 @@ Cell result_of(std::string_view record) {
   const auto what = static_cast<std::uint8_t>(record[kResult]),
              byte = static_cast<std::uint8_t>(record[kResult + 2]);
   if (what == 1 || what == 2) return truth_or_error(byte, what == 2);
-  return {what == 0 ? "(text of a formula)" : "", std::nullopt};
+  return {"=(a formula without a number)", std::nullopt};
 }
 
 }  // namespace

@@ -158,13 +158,16 @@ std::optional<std::size_t> column_of(std::string_view reference, std::size_t row
   return column - 1;
 }
 
-/// A formula over a range of cells: "SUM(B2:B9)", "ROUND(AVERAGE(B2:B9),2)".
+/// A formula that sums up a range of cells and does nothing else: "SUM(B2:B9)", "ROUND(AVERAGE(B2:B9),2)".
 bool sums_up(std::string_view formula) {
   constexpr std::array<std::string_view, 9> kFunctions = {
       "SUM(", "SUBTOTAL(", "AVERAGE(", "COUNT(", "COUNTA(", "MIN(", "MAX(", "MEDIAN(", "STDEV"};
-  return formula.find(':') != std::string_view::npos &&
+  constexpr std::string_view kRound = "ROUND(";
+  if (formula.starts_with(kRound)) formula.remove_prefix(kRound.size());
+  return formula.find(':') != std::string_view::npos && formula.ends_with(')') &&
+         formula.find_first_of("+*/&") == std::string_view::npos &&
          std::any_of(kFunctions.begin(), kFunctions.end(),
-                     [&](std::string_view name) { return formula.find(name) != std::string_view::npos; });
+                     [&](std::string_view name) { return formula.starts_with(name); });
 }
 
 class Sheet {
@@ -186,7 +189,7 @@ class Sheet {
     }
     if (type == "b") return {value == "0" ? "FALSE" : "TRUE", std::nullopt};
     // Only a program that calculates stores the value of a formula; its text keeps the cell from being blank.
-    if (type == "n" && value.empty() && node.child("f"))
+    if ((type == "n" || type == "str") && value.empty() && node.child("f"))
       return {fmt::format("={}", node.child("f").text().as_string()), std::nullopt};
     if (type == "n" && !value.empty())
       return {value, parse_number(value), sums_up(node.child("f").text().as_string())};

@@ -254,6 +254,9 @@ std::vector<TargetDeviations> read_deviations_text(std::string_view name, std::s
   std::map<double, TargetDeviations> targets;
   bool headed = false;
   if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
+  if (!content.empty() && content.back() != '\n' && content.back() != '\r')
+    throw MotionError(fmt::format(
+        "{}: the file ends in the middle of its last line, expected a line end; it may be cut off", name));
   detail::for_lines(content, [&](const detail::Line& line) {
     const std::string_view text = detail::trimmed(line.text);
     if (text.empty() || text.front() == '#') return;

@@ -118,6 +118,13 @@ Meaning send_command(const Words& words) {
   }};
 }
 
+std::optional<double> hexadecimal(std::string_view digits) {
+  std::uint16_t word = 0;
+  const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), word, 16);
+  if (problem != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
+  return word;
+}
+
 // A value in the register's unit that the register can hold. The chip judges what else it asks of it.
 Meaning set_register(const Words& words) {
   if (words.size() != 3) return {};
@@ -126,7 +133,9 @@ Meaning set_register(const Words& words) {
   if (info == nullptr && find(spec::kInput, name) != nullptr)
     return wrong(name, "a register that can be written; that one is only read");
   if (info == nullptr) return wrong(name, "one of " + names_of(spec::kHolding));
-  const auto value = number_in(text, -kLargestValue, kLargestValue);
+  const auto value = info->unit.empty() && text.starts_with("0x")
+                         ? hexadecimal(text.substr(2))
+                         : number_in(text, -kLargestValue, kLargestValue);
   const host::RegisterWord word =
       host::register_word(*info, value.value_or(std::numeric_limits<double>::quiet_NaN()));
   if (!word.expected.empty()) return wrong(text, fmt::format("{} of {}", info->name, word.expected));

@@ -65,7 +65,7 @@ TEST(TomlFile, NamesPlaceFoundAndExpected) {
             "a.toml:2:5: part.a: found a date or time, expected a number from 1 to 2");
   const auto integer = [](TomlSection& part) { part.integer("a", 0, 1, 2); };
   EXPECT_EQ(refusal("[part]\na = 1.0\n", integer),
-            "a.toml:2:5: part.a: found 1, expected a whole number from 1 to 2");
+            "a.toml:2:5: part.a: found 1.0, expected a whole number from 1 to 2");
   EXPECT_EQ(refusal("[part]\na = 3\n", integer), "a.toml:2:5: part.a: found 3, expected 1 to 2");
   EXPECT_EQ(refusal("[part]\na = 1\n", [](TomlSection& part) { part.flag("a", true); }),
             "a.toml:2:5: part.a: found 1, expected true or false");

@@ -56,7 +56,10 @@ CycleStream read_any(const PatternInput& input, const NetlistInput& of) {
     timing = {input.timing[0], input.timing[1], input.timing[2], input.timing[3], input.timing[4]};
   Directions directions;
   if (path.extension() == ".vcd") {
-    if (of.netlist.empty() || is_bench(of.netlist))
+    if (is_bench(of.netlist))
+      throw UserError(path.string() +
+                      ": found a plain VCD with a .bench netlist, expected an extended VCD or STIL");
+    if (of.netlist.empty())
       throw UserError(path.string() +
                       ": a plain VCD tells no directions; give --netlist, or an extended VCD");
     for (const Port& port : read_yosys_json(of.netlist).ports) {

@@ -43,6 +43,8 @@ class DumpReader {
       : text_(without_byte_order_mark(text)), name_(name), timing_(timing), directions_(directions) {}
 
   CycleStream read() {
+    if (!text_.empty() && text_.back() != '\n')
+      fail(text_.size(), "the file's end in the middle of a line", "a line end; it may be cut off");
     read_header();
     read_changes();
     return cycles();

@@ -247,7 +247,8 @@ class Expander {
     const bool macro = statement.kind == Statement::Kind::macro;
     const std::vector<Statement>& body = routine(macro ? macros_ : procedures_, statement);
     if (depth >= kMaxDepth)
-      file_.fail(statement.where, fmt::format("calls {} deep", depth), fmt::format("at most {}", kMaxDepth));
+      file_.fail(statement.where, fmt::format("calls {} deep", depth + 1),
+                 fmt::format("at most {}", kMaxDepth));
     Parameters parameters;
     for (const Assignment& assignment : statement.assignments) {
       const std::vector<std::size_t>& signals = file_.members(assignment.signals, assignment.where);

@@ -396,7 +396,9 @@ class WglReader {
     advance();
     const Token number = token_;
     const auto times = number_in<std::uint64_t>(number.text, 1, kMostCounted);
-    if (!times) fail(number.where, shown(number), fmt::format("how often the vector is repeated, 1 to {}", kMostCounted));
+    if (!times)
+      fail(number.where, shown(number),
+           fmt::format("how often the vector is repeated, 1 to {}", kMostCounted));
     advance();
     return *times;
   }

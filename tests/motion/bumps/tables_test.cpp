@@ -168,7 +168,8 @@ TEST_F(Readers, NumbersInThousandsAreRefused) {
 
 TEST_F(Readers, RowsThatHoldNoBump) {
   EXPECT_EQ(error_of("a.csv", "Ref,X,Y\nR1,1,2\nR2,3,4\nTotal,4,6\n"),
-            "row 4: found a row of totals, expected a bump; leave it out, or number its label if it is one");
+            "row 4: found a row of totals, expected a bump; leave it out, or give it a label with a number "
+            "if it is one");
   EXPECT_THAT(error_of("b.csv", "Ref,X,Y\nR1,1,2\nTotal: 1,,\n"),
               StartsWith("row 3, column 2 (x): found nothing"));
   EXPECT_THAT(error_of("c.csv", "Ref,X,Y\nR1,1,2\nSumme: 1,3,4\n"),
@@ -192,6 +193,11 @@ TEST_F(Readers, ARowThatSumsUpTheOthersIsNoBump) {
   // A bump that happens to lie there.
   EXPECT_EQ(read("d.csv", "Ref,X,Y\nR1,1,2\nR2,3,5\nR3,4,7\n").points.size(), 3U);
   EXPECT_EQ(read("e.csv", "x,y\n1,2\n3,5\n4,7\n").points.size(), 3U);
+}
+
+TEST_F(Readers, XAndYHaveOneUnit) {
+  EXPECT_EQ(error_of("a.csv", "x_mm,y_inch\n1,2\n"),
+            "row 1: found 'x_mm' and 'y_inch', expected one unit for x and y");
 }
 
 TEST_F(Readers, ALastRowWithoutItsLineEndIsSaid) {
