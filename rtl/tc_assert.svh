@@ -2,8 +2,7 @@
 // Assertions, one macro family: immediate, alive in Verilator (--assert), proved in Yosys (-formal), absent in
 // synthesis. Use inside a module with clk_i and rst_ni, after `TC_ASSERT_SETUP` once. Signals are sampled before the
 // clock edge. past_ok_q is low in the first clock after reset, when a *_NEXT assertion has no past yet; a bench that
-// loads flops clears it. Before the first clock all flops may be random,
-// but not this one.
+// loads flops clears it. Nothing is asserted of the first clock of all, when flops may hold anything.
 `ifndef TC_ASSERT_SVH
 `define TC_ASSERT_SVH
 
@@ -16,8 +15,9 @@
 `define TC_COVER(name, prop)
 `else
 `define TC_ASSERT_SETUP \
-  logic past_ok_q; \
-  initial past_ok_q = 1'b0; \
+  logic past_ok_q, clocked_q; \
+  initial {past_ok_q, clocked_q} = 2'b00; \
+  always @(posedge clk_i) clocked_q <= 1'b1; \
   always @(posedge clk_i or negedge rst_ni) begin \
     if (!rst_ni) past_ok_q <= 1'b0; \
     else past_ok_q <= 1'b1; \
@@ -45,7 +45,7 @@
 // prop holds while reset is asserted and in the first clock after it. For modules with a flop resumed_q
 // (tc_properties).
 `define TC_ASSERT_RESET(name, prop) \
-  always @(posedge clk_i) if (!past_ok_q && !resumed_q) begin \
+  always @(posedge clk_i) if (clocked_q && !past_ok_q && !resumed_q) begin \
     name: assert (prop); \
     name``_C: cover (1'b1); \
   end

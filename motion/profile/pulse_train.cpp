@@ -15,6 +15,8 @@ namespace {
 __extension__ using Wide = unsigned __int128;
 
 constexpr double kMostPulses = 0x1p31;
+// A third difference that is half an LSB off puts the position n^3 / 6 as many LSBs off after n cycles.
+constexpr double kMostCyclesOfJerk = 5e7;
 
 }  // namespace
 
@@ -45,20 +47,36 @@ PulseTrain::PulseTrain(const JerkProfile& profile, double pulses_per_mm, double 
   };
   start_ = pulses_at(0.0);
   end_ = pulses_at(profile.end.position_mm);
+  constexpr double kMostCycles = 0x1p62;
+  if (!(profile.duration_s * clock_hz < kMostCycles))
+    throw MotionError(fmt::format("pulse train: found {} s at {} Hz, expected less than 2^62 cycles",
+                                  profile.duration_s, clock_hz));
   end_cycle_ = static_cast<std::uint64_t>(std::ceil(profile.duration_s * clock_hz));
   const double cycle_s = 1.0 / clock_hz;
   for (std::size_t i = 0; i < profile.segments; ++i) {
     const auto first_cycle = static_cast<std::uint64_t>(std::ceil(profile.start_times_s[i] * clock_hz));
-    const double late_s = static_cast<double>(first_cycle) * cycle_s - profile.start_times_s[i];
-    if (late_s >= profile.durations_s[i]) continue;  // no cycle falls into it
-    const auto [position, velocity, acceleration, jerk] = after(profile.starts[i], std::max(0.0, late_s));
-    const double speed_step = velocity * cycle_s, acceleration_step = acceleration * cycle_s * cycle_s,
-                 jerk_step = jerk * cycle_s * cycle_s * cycle_s;
-    parts_[segments_++] = {
-        first_cycle,
-        {pulses_at(position),
-         to_fixed(pulses_per_mm * (speed_step + acceleration_step / 2.0 + jerk_step / 6.0)),
-         to_fixed(pulses_per_mm * (acceleration_step + jerk_step)), to_fixed(pulses_per_mm * jerk_step)}};
+    const double cycles = profile.durations_s[i] * clock_hz;
+    const double parts =
+        profile.starts[i].jerk_mm_s3 == 0.0 ? 1.0 : std::max(1.0, std::ceil(cycles / kMostCyclesOfJerk));
+    const auto part_cycles = static_cast<std::uint64_t>(std::ceil(cycles / parts));
+    for (std::uint64_t cycle = first_cycle;; cycle += part_cycles) {
+      const double late_s = static_cast<double>(cycle) * cycle_s - profile.start_times_s[i];
+      if (late_s >= profile.durations_s[i]) break;  // no cycle of it is left
+      if (segments_ == parts_.size())
+        throw MotionError(
+            fmt::format("pulse train: found a jerk that lasts {:.6g} s at {} Hz, expected a motion of at "
+                        "most {} parts of {:g} "
+                        "cycles; make it shorter",
+                        profile.durations_s[i], clock_hz, parts_.size(), kMostCyclesOfJerk));
+      const auto [position, velocity, acceleration, jerk] = after(profile.starts[i], std::max(0.0, late_s));
+      const double speed_step = velocity * cycle_s, acceleration_step = acceleration * cycle_s * cycle_s,
+                   jerk_step = jerk * cycle_s * cycle_s * cycle_s;
+      parts_[segments_++] = {
+          cycle,
+          {pulses_at(position),
+           to_fixed(pulses_per_mm * (speed_step + acceleration_step / 2.0 + jerk_step / 6.0)),
+           to_fixed(pulses_per_mm * (acceleration_step + jerk_step)), to_fixed(pulses_per_mm * jerk_step)}};
+    }
   }
 }
 

@@ -33,9 +33,10 @@ struct PulseAccumulators {
 };
 
 /// A motion as an axis' pulses over the clock cycles from its start. Every segment of the motion is loaded
-/// from the plan itself at its first whole cycle, so that the rounding of one doesn't reach the next: the
-/// position stays within `largest_error_pulses` of the plan at every cycle, and a step comes at the first
-/// cycle at which the position has passed the middle between two pulses: at most one cycle behind the plan.
+/// from the plan itself at its first whole cycle, so that the rounding of one doesn't reach the next; a long
+/// one several times, as its rounding grows with the third power of its cycles. The position stays within
+/// `largest_error_pulses` of the plan at every cycle, and a step comes at the first cycle at which the
+/// position has passed the middle between two pulses: at most one cycle behind the plan.
 class PulseTrain {
  public:
   static constexpr double kLargestErrorPulses = 1e-6;
@@ -44,7 +45,8 @@ class PulseTrain {
 
   /// @param pulses_per_mm of the motion along its path; negative: the axis counts down
   /// @param start_pulses position of the axis at the motion's start, not rounded
-  /// @throws MotionError if the motion leaves +-2^31 pulses or the clock isn't positive.
+  /// @throws MotionError if the motion leaves +-2^31 pulses, the clock isn't positive, or the motion is
+  /// longer than 2^62 cycles or takes more parts than there is room for: its jerk lasts for minutes.
   PulseTrain(const JerkProfile& profile, double pulses_per_mm, double start_pulses, double clock_hz);
 
   /// First cycle at which the motion has ended; the position is exactly the plan's from there on.
@@ -53,6 +55,7 @@ class PulseTrain {
   FixedPulses position(std::uint64_t cycle) const;
 
   /// Accumulators at a segment's first cycle, as a generator in hardware is loaded.
+  /// A long segment of the motion is several here.
   std::size_t segments() const { return segments_; }
   std::uint64_t first_cycle(std::size_t segment) const { return parts_[segment].first_cycle; }
   const PulseAccumulators& accumulators(std::size_t segment) const { return parts_[segment].accumulators; }

@@ -26,6 +26,11 @@ DepositedLine deposit(const DepositionModel& model, std::span<const double> leng
   if (lengths_mm.size() != gaps_mm.size() || lengths_mm.size() < 2)
     throw MotionError(fmt::format("deposition: found {} lengths and {} gaps, expected as many, 2 at least",
                                   lengths_mm.size(), gaps_mm.size()));
+  if (!std::isfinite(surge))
+    throw MotionError(fmt::format("deposition: found surge {}, expected a finite number", surge));
+  if (!std::is_sorted(lengths_mm.begin(), lengths_mm.end()))
+    throw MotionError(
+        "deposition: found lengths that fall, expected each as long as the one before at least");
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise;  // of unit deviation
   DepositedLine line;
@@ -52,6 +57,10 @@ DepositedLine deposit(const DepositionModel& model, std::span<const double> leng
 }
 
 WidthFigures measure_widths(const DepositedLine& line, int count) {
+  if (line.lengths_mm.empty() || count < 2)
+    throw MotionError(
+        fmt::format("widths: found {} places on a line of {} points, expected 2 at least on 1 at least",
+                    count, line.lengths_mm.size()));
   WidthFigures out;
   std::vector<double> widths;
   const double first = line.lengths_mm.front(), way = line.lengths_mm.back() - first;

@@ -62,6 +62,9 @@ bool within(const Range& range, double value) {
 void check_table(const TwinRotaryTable& table) {
   if (!table.tilt_centre_mm.allFinite() || !table.rotary_centre_mm.allFinite())
     throw MotionError("rotary axes' centres: found a number that isn't finite, expected finite ones");
+  for (const auto& [name, sign] : {std::pair{"tilt", table.tilt_sign}, {"rotary", table.rotary_sign}})
+    if (sign != 1 && sign != -1)
+      throw MotionError(fmt::format("{} sign: found {}, expected 1 or -1", name, sign));
   for (const auto& [name, range] : {std::pair{"tilt", table.tilt_deg}, {"rotary", table.rotary_deg}})
     if (!(range.min_mm < range.max_mm))
       throw MotionError(fmt::format("{} limits: found {}..{} degrees, expected a lower and a higher one",
@@ -248,6 +251,10 @@ std::vector<AxesPosition> solve_path(const TwinRotaryTable& table, std::span<con
                                      double singular_deg) {
   if (path.empty()) throw MotionError("path: found no pose, expected at least one");
   check_table(table);
+  constexpr double kWidestCone_deg = 45.0;
+  if (!(singular_deg >= 0.0 && singular_deg <= kWidestCone_deg))
+    throw MotionError(
+        fmt::format("singular cone: found {} deg, expected 0 to {}", singular_deg, kWidestCone_deg));
   std::vector<std::size_t> regular;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const Eigen::Vector3d& axis = path[i].axis;

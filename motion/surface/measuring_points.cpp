@@ -184,6 +184,7 @@ std::vector<std::size_t> choose_evenly(std::span<const Eigen::Vector3d> points_m
   check_choice(points_mm.size(), 1.0);
   if (count < 2)
     throw MotionError(fmt::format("measuring points: found count {}, expected at least 2", count));
+  count = std::min(count, points_mm.size());
   const std::vector<double> lengths = polygon_lengths_mm(points_mm);
   std::vector<std::size_t> chosen{0};
   for (std::size_t i = 1; i + 1 < count; ++i) {
@@ -201,8 +202,12 @@ std::vector<MeasuringPoint> measuring_points(const ClLine& line, std::span<const
   require_no_wall(line);
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
   std::vector<MeasuringPoint> out;
-  for (const std::size_t i : chosen)
+  for (const std::size_t i : chosen) {
+    if (i >= line.points.size())
+      throw MotionError(
+          fmt::format("measuring points: found point {}, expected 0 to {}", i, line.points.size() - 1));
     out.push_back({line.points[i].position_mm, line.points[i].axis, lengths[i]});
+  }
   return out;
 }
 

@@ -90,6 +90,25 @@ TEST(PulseTrain, LooksOnlyForwards) {
   EXPECT_EQ(train.cycle_reaching(to_fixed(13000.0), 5), train.end_cycle());
 }
 
+// An axis that hardly moves while another one goes slowly: its jerk lasts for seconds.
+TEST(PulseTrain, StaysOnAPlanOfLongJerks) {
+  constexpr double kFast_hz = 12e6, kPulses_per_mm = 2000.0;
+  const JerkProfile profile = stretched(plan_scurve(limits, 0.01), 1e4);
+  const PulseTrain train(profile, kPulses_per_mm, 0.0, kFast_hz);
+  EXPECT_GT(train.segments(), profile.segments);
+  double worst = 0.0;
+  for (int i = 0; i <= 10'000; ++i) {
+    const auto cycle = static_cast<std::uint64_t>(static_cast<double>(train.end_cycle()) * i / 10'000.0);
+    const double planned = kPulses_per_mm * profile.sample(static_cast<double>(cycle) / kFast_hz).position_mm;
+    worst = std::max(worst, std::abs(to_double(train.position(cycle)) - planned));
+  }
+  EXPECT_LE(worst, PulseTrain::kLargestErrorPulses);
+  EXPECT_THAT(error_of([] { PulseTrain(stretched(plan_scurve(limits, 0.01), 1e6), 1.0, 0.0, kFast_hz); }),
+              StartsWith("pulse train: found a jerk that lasts"));
+  EXPECT_THAT(error_of([] { PulseTrain(plan_scurve(limits, 1.0), 1.0, 0.0, 1e20); }),
+              StartsWith("pulse train: found 0."));
+}
+
 TEST(PulseTrain, OfNoMotionStandsStill) {
   const PulseTrain train(plan_scurve(limits, 0.0), 1000.0, 3.5, kClock_hz);
   EXPECT_EQ(train.end_cycle(), 0U);
