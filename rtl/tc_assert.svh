@@ -15,9 +15,8 @@
 `define TC_COVER(name, prop)
 `else
 `define TC_ASSERT_SETUP \
-  logic past_ok_q, clocked_q; \
-  initial {past_ok_q, clocked_q} = 2'b00; \
-  always @(posedge clk_i) clocked_q <= 1'b1; \
+  logic past_ok_q; \
+  initial past_ok_q = 1'b0; \
   always @(posedge clk_i or negedge rst_ni) begin \
     if (!rst_ni) past_ok_q <= 1'b0; \
     else past_ok_q <= 1'b1; \
@@ -45,7 +44,10 @@
 // prop holds while reset is asserted and in the first clock after it. For modules with a flop resumed_q
 // (tc_properties).
 `define TC_ASSERT_RESET(name, prop) \
-  always @(posedge clk_i) if (clocked_q && !past_ok_q && !resumed_q) begin \
+  logic name``_clocked_q; \
+  initial name``_clocked_q = 1'b0; \
+  always @(posedge clk_i) name``_clocked_q <= 1'b1; \
+  always @(posedge clk_i) if (name``_clocked_q && !past_ok_q && !resumed_q) begin \
     name: assert (prop); \
     name``_C: cover (1'b1); \
   end

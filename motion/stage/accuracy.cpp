@@ -12,6 +12,7 @@
 #include <random>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 #include "base/file.hpp"
 #include "base/number.hpp"
@@ -363,6 +364,18 @@ std::vector<double> accuracy_targets(double from_mm, double to_mm, int count, do
   return targets;
 }
 
+static void check(const InterferometerConfig& instrument) {
+  for (const auto& [what, value, least] : {std::tuple{"noise [um]", instrument.noise_um, 0.0},
+                                           {"resolution [um]", instrument.resolution_um, 1e-9},
+                                           {"stop from below [um]", instrument.stop_forward_um, 0.0},
+                                           {"stop from above [um]", instrument.stop_reverse_um, 0.0},
+                                           {"dwell [s]", instrument.dwell_s, 0.0},
+                                           {"averaging [s]", instrument.averaging_s, 0.0}})
+    if (!std::isfinite(value) || value < least)
+      throw MotionError(fmt::format("interferometer: {}: found {}, expected a finite number from {:g}", what,
+                                    value, least));
+}
+
 std::vector<TargetDeviations> measure_axis(const AxisModelConfig& axis, const AccuracyTest& test,
                                            const InterferometerConfig& instrument,
                                            const CompensationTable& table) {
@@ -373,6 +386,7 @@ std::vector<TargetDeviations> measure_axis(const AxisModelConfig& axis, const Ac
         fmt::format("accuracy test: found {} targets and {} runs, expected ascending targets "
                     "and at least 1 run",
                     test.target_mm.size(), test.runs));
+  check(instrument);
   Bench bench(axis, test, instrument, table);
   std::vector<TargetDeviations> result(test.target_mm.size());
   const std::size_t count = result.size();

@@ -86,6 +86,10 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
                         const GcodeOptions& options) {
   check_positive("G-code: heat timeout", options.heat_timeout_s, "s");
   check_positive("G-code: droplet pulse", options.pulse_s, "s");
+  constexpr double kShortest_s = 1e-4;  // that its number of four decimals tells
+  if (options.pulse_s < kShortest_s)
+    throw MotionError(fmt::format("G-code: droplet pulse: found {} s, expected {} s at least",
+                                  options.pulse_s, kShortest_s));
   if (!std::isfinite(options.settle_s) || options.settle_s < 0.0)
     throw MotionError(
         fmt::format("G-code: found settle time {} s, expected a finite number from 0", options.settle_s));

@@ -309,16 +309,22 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
     const double ahead_mm = row.speed_mm_s * (config.latency_s + config.flight_s);
     for (const std::size_t i : order) {
       const double at_mm = bumps[i].x_mm - direction * ahead_mm;
+      constexpr double kMostCounts = 0x1p53;
+      if (!(std::abs(at_mm / config.encoder_mm) < kMostCounts))
+        throw MotionError(
+            fmt::format("fly-by: found {} mm in counts of {} mm, expected less than 2^53 counts", at_mm,
+                        config.encoder_mm));
       row.triggers.push_back({i, std::llround(at_mm / config.encoder_mm + 0.5 * direction), 0.0});
     }
     const Ramps ramps = ramps_at(config.x, row.speed_mm_s);
-    // A count to spare at either end, so that the edges themselves lie in the cruise.
+    // A count to spare at either end, so that the edges themselves lie in the cruise, and the way until the
+    // last droplet leaves.
     const double spare_mm = config.encoder_mm + config.follow_mm;
     const double steady_mm = row.speed_mm_s * config.settle_s + spare_mm;
     row.from_x_mm = edge_mm(row.triggers.front().count, direction, config.encoder_mm) -
                     direction * (ramps.up_mm + steady_mm);
     row.to_x_mm = edge_mm(row.triggers.back().count, direction, config.encoder_mm) +
-                  direction * (ramps.down_mm + spare_mm);
+                  direction * (ramps.down_mm + spare_mm + row.speed_mm_s * config.latency_s);
     if (!plan.rows.empty()) join_turns(config, plan.rows.back(), row, -direction);
     plan.rows.push_back(std::move(row));
     direction = -direction;

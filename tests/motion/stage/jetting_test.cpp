@@ -300,5 +300,20 @@ TEST(FlyBy, CourseIsSmoothInBothAxesAndIsAtTheRowsWhenItFires) {
   }
 }
 
+// A droplet leaves so long behind its trigger that the row would else have ended.
+TEST(FlyBy, ALateDropletLeavesInTheCruise) {
+  const std::vector<Point> bumps{{50, 5}, {51, 5}, {59, 5}, {50, 7}, {60, 7}};
+  for (const double latency_s : {5e-5, 1e-3, 5e-3, 2e-2, 0.1})
+    for (const double flight_s : {5e-4, 0.1}) {
+      FlyByConfig config;
+      config.latency_s = latency_s;
+      config.flight_s = flight_s;
+      const FlyByPlan plan = plan_fly_by(bumps, config);
+      for (const double error_mm : landing_errors_mm(plan, bumps, config, 1e-6, flight_s))
+        EXPECT_LE(std::abs(error_mm), plan.rows[0].speed_mm_s * 1e-6 + config.encoder_mm)
+            << latency_s << " s late, " << flight_s << " s of flight";
+    }
+}
+
 }  // namespace
 }  // namespace meltstage::motion
