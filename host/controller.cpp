@@ -173,6 +173,7 @@ template <class Call>
 void Controller::transact(const std::string& what, Call&& call) {
   int busy = 0;
   for (int attempt = 1;;) {
+    modbus_flush(modbus_->get());  // an answer that came late or twice is none to this request
     if (call(modbus_->get()) >= 0) return;
     const int error = errno;
     if (const int code = exception_code(error); code != 0) {
@@ -184,7 +185,6 @@ void Controller::transact(const std::string& what, Call&& call) {
           fmt::format("{}: refused by the chip with exception {:02} ({})", what, code, exception_text(code)),
           code);
     }
-    modbus_flush(modbus_->get());
     if (error == EIO || error == EBADF)
       throw BusError(fmt::format("{}: the port is gone ({})", connection_.device,
                                  std::generic_category().message(error)));

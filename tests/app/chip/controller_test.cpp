@@ -5,12 +5,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "app/chip/pseudo_terminal.hpp"
 #include "base/error.hpp"
+#include "base/temporary_folder.hpp"
 #include "tests/app/chip/served_chip.hpp"
 
 namespace meltstage::host {
@@ -191,6 +195,46 @@ TEST(DriverSettings, SaysNothingOfACommandLine) {
 
 INSTANTIATE_TEST_SUITE_P(Model, Driver, ::testing::Values("--speed 5"));
 INSTANTIATE_TEST_SUITE_P(Rtl, Driver, ::testing::Values("--rtl"));
+
+// A line that hands on each answer twice. Each register holds its own address.
+TEST(DriverOnABadLine, ASecondCopyOfAnAnswerIsNoneToTheNextRequest) {
+  const TemporaryFolder folder;
+  app::PseudoTerminal line(folder.path() / "line");
+  std::atomic<bool> over = false;
+  std::thread chip([&] {
+    std::vector<std::uint8_t> request;
+    while (!over) {
+      if (!line.wait(20)) continue;
+      const auto bytes = line.read();
+      request.insert(request.end(), bytes.begin(), bytes.end());
+      if (request.size() < 8) continue;
+      std::vector<std::uint8_t> answer{request[0], request[1], 2, request[2], request[3]};
+      std::uint16_t crc = 0xFFFF;
+      for (const std::uint8_t byte : answer) {
+        crc ^= byte;
+        for (int bit = 0; bit < 8; ++bit)
+          crc = static_cast<std::uint16_t>((crc & 1U) != 0 ? (crc >> 1U) ^ 0xA001U : crc >> 1U);
+      }
+      answer.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
+      answer.push_back(static_cast<std::uint8_t>(crc >> 8U));
+      line.write(answer);
+      line.write(answer);
+      request.clear();
+    }
+  });
+  {
+    Connection c;
+    c.device = line.device();
+    Controller controller(c);
+    for (const char* name : {"SETPOINT", "T_MAX", "KP", "SETPOINT"}) {
+      const Register* const reg = &find_register(name);
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the second copy is there
+      EXPECT_EQ(controller.read(std::span(&reg, 1)).front(), reg->address) << name;
+    }
+  }
+  over = true;
+  chip.join();
+}
 
 }  // namespace
 }  // namespace meltstage::host
