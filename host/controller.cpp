@@ -174,7 +174,11 @@ void Controller::transact(const std::string& what, Call&& call) {
   int busy = 0;
   for (int attempt = 1;;) {
     modbus_flush(modbus_->get());  // an answer that came late or twice is none to this request
-    if (call(modbus_->get()) >= 0) return;
+    if (call(modbus_->get()) >= 0) {
+      // It may have answered the request before, late: the answer to this one is still to come.
+      if (attempt > 1) std::this_thread::sleep_for(std::chrono::duration<double>(connection_.timeout_s));
+      return;
+    }
     const int error = errno;
     if (const int code = exception_code(error); code != 0) {
       if (code == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY && ++busy < kBusyAttempts) {

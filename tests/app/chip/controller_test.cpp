@@ -8,8 +8,10 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "app/chip/pseudo_terminal.hpp"
@@ -196,44 +198,81 @@ TEST(DriverSettings, SaysNothingOfACommandLine) {
 INSTANTIATE_TEST_SUITE_P(Model, Driver, ::testing::Values("--speed 5"));
 INSTANTIATE_TEST_SUITE_P(Rtl, Driver, ::testing::Values("--rtl"));
 
-// A line that hands on each answer twice. Each register holds its own address.
-TEST(DriverOnABadLine, ASecondCopyOfAnAnswerIsNoneToTheNextRequest) {
-  const TemporaryFolder folder;
-  app::PseudoTerminal line(folder.path() / "line");
-  std::atomic<bool> over = false;
-  std::thread chip([&] {
+// A chip whose registers hold their own addresses, on a line that does with an answer what it is told to.
+class BadLine {
+ public:
+  using Send = std::function<void(app::PseudoTerminal&, const std::vector<std::uint8_t>& answer)>;
+  explicit BadLine(Send send) : send_(std::move(send)), chip_([this] { answer_all(); }) {}
+  ~BadLine() {
+    over_ = true;
+    chip_.join();
+  }
+  BadLine(const BadLine&) = delete;
+  BadLine& operator=(const BadLine&) = delete;
+
+  std::string port() const { return line_.device(); }
+
+ private:
+  static constexpr std::size_t kRequest = 8;
+
+  void answer_all() {
     std::vector<std::uint8_t> request;
-    while (!over) {
-      if (!line.wait(20)) continue;
-      const auto bytes = line.read();
+    while (!over_) {
+      if (!line_.wait(20)) continue;
+      const auto bytes = line_.read();
       request.insert(request.end(), bytes.begin(), bytes.end());
-      if (request.size() < 8) continue;
-      std::vector<std::uint8_t> answer{request[0], request[1], 2, request[2], request[3]};
-      std::uint16_t crc = 0xFFFF;
-      for (const std::uint8_t byte : answer) {
-        crc ^= byte;
-        for (int bit = 0; bit < 8; ++bit)
-          crc = static_cast<std::uint16_t>((crc & 1U) != 0 ? (crc >> 1U) ^ 0xA001U : crc >> 1U);
+      while (request.size() >= kRequest) {
+        send_(line_, with_crc({request[0], request[1], 2, request[2], request[3]}));
+        request.erase(request.begin(), request.begin() + kRequest);
       }
-      answer.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
-      answer.push_back(static_cast<std::uint8_t>(crc >> 8U));
-      line.write(answer);
-      line.write(answer);
-      request.clear();
-    }
-  });
-  {
-    Connection c;
-    c.device = line.device();
-    Controller controller(c);
-    for (const char* name : {"SETPOINT", "T_MAX", "KP", "SETPOINT"}) {
-      const Register* const reg = &find_register(name);
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the second copy is there
-      EXPECT_EQ(controller.read(std::span(&reg, 1)).front(), reg->address) << name;
     }
   }
-  over = true;
-  chip.join();
+  static std::vector<std::uint8_t> with_crc(std::vector<std::uint8_t> frame) {
+    std::uint16_t crc = 0xFFFF;
+    for (const std::uint8_t byte : frame) {
+      crc ^= byte;
+      for (int bit = 0; bit < 8; ++bit)
+        crc = static_cast<std::uint16_t>((crc & 1U) != 0 ? (crc >> 1U) ^ 0xA001U : crc >> 1U);
+    }
+    frame.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
+    frame.push_back(static_cast<std::uint8_t>(crc >> 8U));
+    return frame;
+  }
+
+  TemporaryFolder folder_;
+  app::PseudoTerminal line_{folder_.path() / "line"};
+  Send send_;
+  std::atomic<bool> over_ = false;
+  std::thread chip_;
+};
+
+void expect_own_addresses(const BadLine& line, double timeout_s, std::chrono::milliseconds pause) {
+  Connection c;
+  c.device = line.port();
+  c.timeout_s = timeout_s;
+  Controller controller(c);
+  for (const char* name : {"SETPOINT", "T_MAX", "KP", "SETPOINT"}) {
+    const Register* const reg = &find_register(name);
+    EXPECT_EQ(controller.read(std::span(&reg, 1)).front(), reg->address) << name;
+    std::this_thread::sleep_for(pause);
+  }
+}
+
+TEST(DriverOnABadLine, ASecondCopyOfAnAnswerIsNoneToTheNextRequest) {
+  const BadLine line([](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
+    port.write(answer);
+    port.write(answer);
+  });
+  expect_own_addresses(line, 1.0, std::chrono::milliseconds(50));
+}
+
+TEST(DriverOnABadLine, AnAnswerBehindTheTimeoutMovesNoOtherBehindItsRequest) {
+  int answers = 0;
+  const BadLine line([&](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(answers++ == 0 ? 300 : 20));
+    port.write(answer);
+  });
+  expect_own_addresses(line, 0.2, std::chrono::milliseconds(0));
 }
 
 }  // namespace
