@@ -281,6 +281,9 @@ Scurve stretched(const Scurve& curve, double factor) {
 
 Scurve round_to_cycles(const Scurve& curve, double cycle_s) {
   check_positive("servo cycle", cycle_s, "s");
+  constexpr double kLongest_s = 60.0;
+  if (cycle_s > kLongest_s)
+    throw MotionError(fmt::format("servo cycle: found {} s, expected {} s at most", cycle_s, kLongest_s));
   if (curve.starts.front().velocity_mm_s != 0.0 || curve.end.velocity_mm_s != 0.0)
     throw MotionError(
         fmt::format("servo cycles: found a profile from {} to {} mm/s, expected rest at both ends",

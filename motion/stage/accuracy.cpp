@@ -337,6 +337,10 @@ void check_compensation(const CompensationTable& table) {
     if (!(at[i] > at[i - 1]))
       throw MotionError(fmt::format(
           "compensation: found position {} mm behind {} mm, expected ascending numbers", at[i], at[i - 1]));
+  for (const auto* numbers : {&table.position_mm, &table.forward_mm, &table.reverse_mm})
+    for (const double value : *numbers)
+      if (!std::isfinite(value))
+        throw MotionError(fmt::format("compensation: found {} mm, expected finite numbers", value));
 }
 
 double compensated_forward_mm(const CompensationTable& table, double target_mm) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "base/file.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
@@ -198,6 +199,9 @@ std::optional<double> length_unit_mm(std::string_view name) {
 
 std::vector<ClLine> read_tool_path_text(std::string_view name, std::string_view content,
                                         std::optional<double> unit_mm) {
+  if (unit_mm && !(*unit_mm > 0.0 && std::isfinite(*unit_mm)))
+    throw CoordinateError(
+        fmt::format("{}: unit_mm: found {}, expected a finite number above 0", name, *unit_mm));
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
   if (content.empty())

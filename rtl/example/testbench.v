@@ -20,7 +20,7 @@ module testbench #(parameter Answers = 2);
 
   always @(posedge clk) begin
     if (rst_n && heater !== 1'b0) $display("the heater is not off");
-    if (answer_valid) begin
+    if (rst_n && answer_valid) begin
       last_six = {last_six[39:0], answer};
       bytes = bytes + 1;
       if (bytes == 7) begin                    // device, function, count, PV (two bytes), CRC (two bytes)

@@ -24,6 +24,7 @@ grep -qx 'PV 215.3 degC' verilator.said || fail "Verilator says: $(cat verilator
 verilator --binary -j 2 --assert --x-initial unique -Mdir random --top testbench -F "$kit/tc.f" ./*.v > random.log 2>&1 || fail "Verilator: $(grep -m1 % random.log)"
 for seed in 1 2 3; do
   random/Vtestbench +verilator+rand+reset+2 "+verilator+seed+$seed" > random.said 2>&1 || fail "random start $seed: $(tail -1 random.said)"
+  grep -qx 'PV 215.3 degC' random.said || fail "random start $seed: $(tail -1 random.said)"
 done
 
 "$kit/to_verilog.sh" tc_top.v
