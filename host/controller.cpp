@@ -168,19 +168,22 @@ Controller::Controller(const Connection& connection) : connection_(connection), 
 
 Controller::~Controller() = default;
 
-// Calls libmodbus until a sound answer comes or the attempts are used up.
+// Calls libmodbus until a sound answer comes or the attempts are used up. An answer tells nothing of its
+// request: one that comes late or twice is none to the next.
 template <class Call>
 void Controller::transact(const std::string& what, Call&& call) {
+  bool late = false;  // an earlier attempt's answer, or the repeat's, may still come
+  const auto let_it_come = [&] {
+    if (late) std::this_thread::sleep_for(std::chrono::duration<double>(connection_.timeout_s));
+  };
   int busy = 0;
   for (int attempt = 1;;) {
-    modbus_flush(modbus_->get());  // an answer that came late or twice is none to this request
-    if (call(modbus_->get()) >= 0) {
-      // It may have answered the request before, late: the answer to this one is still to come.
-      if (attempt > 1) std::this_thread::sleep_for(std::chrono::duration<double>(connection_.timeout_s));
-      return;
-    }
+    modbus_flush(modbus_->get());
+    if (call(modbus_->get()) >= 0) return let_it_come();
     const int error = errno;
     if (const int code = exception_code(error); code != 0) {
+      let_it_come();
+      late = false;
       if (code == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY && ++busy < kBusyAttempts) {
         std::this_thread::sleep_for(kBusyPause);
         continue;
@@ -192,7 +195,9 @@ void Controller::transact(const std::string& what, Call&& call) {
     if (error == EIO || error == EBADF)
       throw BusError(fmt::format("{}: the port is gone ({})", connection_.device,
                                  std::generic_category().message(error)));
+    late = true;
     if (attempt++ < connection_.attempts) continue;
+    let_it_come();
     if (error == ETIMEDOUT) {
       throw BusError(
           fmt::format("{}: no answer from address {} ({} x {:g} s), expected the chip; see wiring, "

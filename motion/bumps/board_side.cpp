@@ -30,28 +30,64 @@ std::string letters_of(std::string_view word) {
   return small;
 }
 
-// Of the top and of the bottom, in any column.
-constexpr std::array<std::string_view, 17> kTopWords = {
-    "top",         "front",       "fcu",           "fpaste",   "fmask",     "fsilks",
-    "ffab",        "fadhes",      "componentside", "oben",     "oberseite", "vorne",
-    "vorderseite", "primaryside", "upperside",     "compside", "dessus"};
-constexpr std::array<std::string_view, 10> kTopWordsOfOthers = {
-    "\u9876\u5c42",          "\u9876\u9762",      "\u6b63\u9762", "\u90e8\u54c1\u9762", "\u8868\u9762",
-    "best\u00fcckungsseite", "bestueckungsseite", "faceavant",    "topseite",           "facesuperieure"};
-constexpr std::array<std::string_view, 22> kBottomWords = {
-    "bottom",         "bot",        "btm",           "back",       "bcu",         "bpaste",
-    "bmask",          "bsilks",     "bfab",          "badhes",     "solderside",  "soldside",
-    "secondaryside",  "lowerside",  "unten",         "unterseite", "bottomseite", "hinten",
-    "r\u00fcckseite", "rueckseite", "l\u00f6tseite", "loetseite"};
-constexpr std::array<std::string_view, 9> kBottomWordsOfOthers = {"\u5e95\u5c42",
-                                                                  "\u5e95\u9762",
-                                                                  "\u53cd\u9762",
-                                                                  "\u80cc\u9762",
-                                                                  "\u534a\u7530\u9762",
-                                                                  "\u88cf\u9762",
-                                                                  "\u534a\u7530\u9762\u5074",
-                                                                  "dessous",
-                                                                  "faceinferieure"};
+// Of the top and of the bottom, in any column: English, KiCad's layers, German, French, Chinese, Japanese.
+constexpr std::array<std::string_view, 27> kTopWords = {"top",
+                                                        "front",
+                                                        "componentside",
+                                                        "compside",
+                                                        "primaryside",
+                                                        "upperside",
+                                                        "fcu",
+                                                        "fpaste",
+                                                        "fmask",
+                                                        "fsilks",
+                                                        "ffab",
+                                                        "fadhes",
+                                                        "oben",
+                                                        "oberseite",
+                                                        "topseite",
+                                                        "vorne",
+                                                        "vorderseite",
+                                                        "best\u00fcckungsseite",
+                                                        "bestueckungsseite",
+                                                        "dessus",
+                                                        "faceavant",
+                                                        "facesuperieure",
+                                                        "\u9876\u5c42",
+                                                        "\u9876\u9762",
+                                                        "\u6b63\u9762",
+                                                        "\u90e8\u54c1\u9762",
+                                                        "\u8868\u9762"};
+constexpr std::array<std::string_view, 30> kBottomWords = {"bottom",
+                                                           "bot",
+                                                           "btm",
+                                                           "back",
+                                                           "solderside",
+                                                           "soldside",
+                                                           "secondaryside",
+                                                           "lowerside",
+                                                           "bcu",
+                                                           "bpaste",
+                                                           "bmask",
+                                                           "bsilks",
+                                                           "bfab",
+                                                           "badhes",
+                                                           "unten",
+                                                           "unterseite",
+                                                           "bottomseite",
+                                                           "hinten",
+                                                           "r\u00fcckseite",
+                                                           "rueckseite",
+                                                           "l\u00f6tseite",
+                                                           "loetseite",
+                                                           "dessous",
+                                                           "faceinferieure",
+                                                           "\u5e95\u5c42",
+                                                           "\u5e95\u9762",
+                                                           "\u53cd\u9762",
+                                                           "\u80cc\u9762",
+                                                           "\u534a\u7530\u9762",
+                                                           "\u88cf\u9762"};
 // Words beside them that leave the side what it is: "Top Layer", "Bottom Side SMD".
 constexpr std::array<std::string_view, 19> kWordsBeside = {
     "side",  "layer",      "smd",    "smt",        "tht",      "copper", "paste",
@@ -69,8 +105,8 @@ bool holds(const Words& words, std::string_view word) {
 }
 
 std::optional<Side> side_of_letters(std::string_view letters) {
-  if (holds(kTopWords, letters) || holds(kTopWordsOfOthers, letters)) return Side::top;
-  if (holds(kBottomWords, letters) || holds(kBottomWordsOfOthers, letters)) return Side::bottom;
+  if (holds(kTopWords, letters)) return Side::top;
+  if (holds(kBottomWords, letters)) return Side::bottom;
   return std::nullopt;
 }
 

@@ -181,7 +181,7 @@ std::optional<Meaning> meaning_of(const Cell& cell) {
   if (names_top(name)) return Meaning{sides_or_others, top_if_yes, kYesExpected};
   if (names_sides(name)) return Meaning{sides, side_of_word, kSideExpected};
   if (names_remarks(name)) return std::nullopt;
-  if (any_is_one_of(name, std::array<std::string_view, 1>{"lage"}))
+  if (std::find(name.begin(), name.end(), "lage") != name.end())
     return Meaning{sides_or_others, side_of_german_word, kSideExpected};
   if (names_places(name)) return Meaning{sides_or_others, side_of_word, kSideExpected};
   if (names_turns(name))

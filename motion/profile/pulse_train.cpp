@@ -65,8 +65,7 @@ PulseTrain::PulseTrain(const JerkProfile& profile, double pulses_per_mm, double 
       if (segments_ == parts_.size())
         throw MotionError(
             fmt::format("pulse train: found a jerk that lasts {:.6g} s at {} Hz, expected a motion of at "
-                        "most {} parts of {:g} "
-                        "cycles; make it shorter",
+                        "most {} parts of {:g} cycles; make it shorter",
                         profile.durations_s[i], clock_hz, parts_.size(), kMostCyclesOfJerk));
       const auto [position, velocity, acceleration, jerk] = after(profile.starts[i], std::max(0.0, late_s));
       const double speed_step = velocity * cycle_s, acceleration_step = acceleration * cycle_s * cycle_s,

@@ -368,7 +368,9 @@ std::vector<double> accuracy_targets(double from_mm, double to_mm, int count, do
   return targets;
 }
 
-static void check(const InterferometerConfig& instrument) {
+namespace {
+
+void check(const InterferometerConfig& instrument) {
   for (const auto& [what, value, least] : {std::tuple{"noise [um]", instrument.noise_um, 0.0},
                                            {"resolution [um]", instrument.resolution_um, 1e-9},
                                            {"stop from below [um]", instrument.stop_forward_um, 0.0},
@@ -379,6 +381,8 @@ static void check(const InterferometerConfig& instrument) {
       throw MotionError(fmt::format("interferometer: {}: found {}, expected a finite number from {:g}", what,
                                     value, least));
 }
+
+}  // namespace
 
 std::vector<TargetDeviations> measure_axis(const AxisModelConfig& axis, const AccuracyTest& test,
                                            const InterferometerConfig& instrument,

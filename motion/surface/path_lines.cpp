@@ -132,11 +132,11 @@ std::vector<ClLine> PathLines::take() {
 /// Leaves out the first and the last moves that run along the tool axis. What a file says of the axis may
 /// lean a little; an upright one is upright, and a steep face is none of them.
 void PathLines::drop_approach() {
-  const double least = has_axes_ ? 0.99 : 1.0 - 1e-9;
+  constexpr double kLeastCosine = 1.0 - 1e-9;
   const auto along_axis = [&](const ClPoint& near, const ClPoint& far) {
+    if (has_axes_) return along_axis_mm(near, far) > 0.0;
     const Eigen::Vector3d way = far.position_mm - near.position_mm;
-    const double along = way.dot(near.axis);
-    return (has_axes_ ? along : std::abs(along)) > least * way.norm();
+    return std::abs(way.dot(near.axis)) > kLeastCosine * way.norm();
   };
   std::size_t first = 0, last = open_.size();
   while (first + 1 < last && along_axis(open_[first + 1], open_[first])) ++first;

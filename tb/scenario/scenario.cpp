@@ -118,11 +118,12 @@ Meaning send_command(const Words& words) {
   }};
 }
 
-std::optional<double> hexadecimal(std::string_view digits) {
-  std::uint16_t word = 0;
-  const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), word, 16);
+template <class Number>
+std::optional<Number> hexadecimal(std::string_view digits) {
+  Number value = 0;
+  const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
   if (problem != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
-  return word;
+  return value;
 }
 
 // A value in the register's unit that the register can hold. The chip judges what else it asks of it.
@@ -134,7 +135,7 @@ Meaning set_register(const Words& words) {
     return wrong(name, "a register that can be written; that one is only read");
   if (info == nullptr) return wrong(name, "one of " + names_of(spec::kHolding));
   const auto value = info->unit.empty() && text.starts_with("0x")
-                         ? hexadecimal(text.substr(2))
+                         ? std::optional<double>(hexadecimal<std::uint16_t>(text.substr(2)))
                          : number_in(text, -kLargestValue, kLargestValue);
   const host::RegisterWord word =
       host::register_word(*info, value.value_or(std::numeric_limits<double>::quiet_NaN()));
@@ -145,13 +146,6 @@ Meaning set_register(const Words& words) {
   return {[=](ScriptedRun& run) { run.send(what, write_single_register(kChipAddress, address, word.word)); }};
 }
 
-std::optional<std::uint8_t> hexadecimal_byte(std::string_view word) {
-  unsigned value = 0;
-  const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value, 16);
-  if (problem != std::errc() || end != word.data() + word.size() || value > 255) return std::nullopt;
-  return static_cast<std::uint8_t>(value);
-}
-
 Meaning send_frame(const Words& words) {
   if (words.size() < 2) return {};
   if (words.size() > kLongestFrame + 1)
@@ -159,7 +153,7 @@ Meaning send_frame(const Words& words) {
                  fmt::format("frame of {} at most", kLongestFrame));
   std::vector<std::uint8_t> bytes;
   for (std::size_t i = 1; i < words.size(); ++i) {
-    const auto byte = hexadecimal_byte(words[i]);
+    const auto byte = hexadecimal<std::uint8_t>(words[i]);
     if (!byte) return wrong(words[i], "bytes from 00 to ff");
     bytes.push_back(*byte);
   }

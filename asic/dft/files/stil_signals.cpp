@@ -14,18 +14,19 @@ namespace {
 
 constexpr std::size_t kMostMembers = 100'000;  // of a group
 
-/// The names of "q[3..0]": q[3], q[2], q[1], q[0] (IEEE 1450-1999, 6.10). Empty for a name that is no range.
+/// The names of "q[3..0]": q[3], q[2], q[1], q[0] (IEEE 1450-1999, 6.10). Empty for a name that is no range;
+/// of a range too long, the first names, one more than a group holds.
 std::vector<std::string> names_of_range(std::string_view text) {
   const std::size_t open = text.rfind('['), dots = text.rfind("..");
   if (open == std::string_view::npos || dots == std::string_view::npos || dots < open || !text.ends_with(']'))
     return {};
   const auto first = number_in<std::size_t>(text.substr(open + 1, dots - open - 1), 0, kMostCounted);
   const auto last = number_in<std::size_t>(text.substr(dots + 2, text.size() - dots - 3), 0, kMostCounted);
-  if (!first || !last || std::max(*first, *last) - std::min(*first, *last) >= kMostMembers) return {};
+  if (!first || !last) return {};
   std::vector<std::string> names;
   for (std::size_t i = *first;; i = *first < *last ? i + 1 : i - 1) {
     names.push_back(fmt::format("{}[{}]", text.substr(0, open), i));
-    if (i == *last) return names;
+    if (i == *last || names.size() > kMostMembers) return names;
   }
 }
 
@@ -43,14 +44,14 @@ void Reader::read_signals() {
     if (direction != "In" && direction != "Out")
       fail(where, fmt::format("signal \"{}\" {}", name, direction), "In or Out");
     const std::vector<std::string> range = names_of_range(name);
+    if (file_.signals.size() + range.size() > kMostMembers)
+      fail(where, "more signals than this program takes", fmt::format("at most {}", kMostMembers));
     for (const std::string& one : range.empty() ? std::vector{name} : range) {
       if (!file_.signal.emplace(one, file_.signals.size()).second)
         fail(where, fmt::format("signal \"{}\" again", one), "each signal once");
       file_.groups[one] = {file_.signals.size()};
       file_.signals.push_back({one, direction == "In"});
     }
-    if (file_.signals.size() > kMostMembers)
-      fail(where, "more signals than this program takes", fmt::format("at most {}", kMostMembers));
     know_range(name, where);
     if (is("{"))
       read_attributes();

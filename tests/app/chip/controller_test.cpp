@@ -275,5 +275,24 @@ TEST(DriverOnABadLine, AnAnswerBehindTheTimeoutMovesNoOtherBehindItsRequest) {
   expect_own_addresses(line, 0.2, std::chrono::milliseconds(0));
 }
 
+// Given up after one attempt, or answered by an exception in the end: the next request has its own answer all
+// the same.
+TEST(DriverOnABadLine, ALateAnswerToWhatWasGivenUpIsNoneToTheNextRequest) {
+  int answers = 0;
+  const BadLine line([&](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(answers++ == 0 ? 250 : 20));
+    port.write(answer);
+  });
+  Connection c;
+  c.device = line.port();
+  c.timeout_s = 0.2;
+  c.attempts = 1;
+  Controller controller(c);
+  const Register* const first = &find_register("SETPOINT");
+  const Register* const second = &find_register("T_MAX");
+  EXPECT_THROW(controller.read(std::span(&first, 1)), BusError);
+  EXPECT_EQ(controller.read(std::span(&second, 1)).front(), second->address);
+}
+
 }  // namespace
 }  // namespace meltstage::host

@@ -63,6 +63,36 @@ TEST(PatternFiles, NothingStandsBehindTheEndOfWgl) {
                                    HasSubstr("expected nothing behind the waveform's end"))));
 }
 
+// loop N ... end: the vectors between them, so many times.
+TEST(PatternFiles, WglLoopsAreUnrolled) {
+  const std::string text = wgl_text(small_stream());
+  const std::size_t begin = text.find("vector(tp)"), end = text.find(";\n", begin) + 2;
+  const std::string vector = text.substr(begin, end - begin);
+  const auto with = [&](const std::string& vectors) {
+    return parse_wgl(text.substr(0, begin) + vectors + text.substr(end), "a.wgl");
+  };
+  EXPECT_TRUE(same_cycles(with("loop 3 " + vector + "end\n"), with(vector + vector + vector)));
+  EXPECT_TRUE(same_cycles(
+      with("loop 2 " + vector + "loop 2 " + vector + "end\nrepeat 2 " + vector + "end\n"),
+      with(vector + vector + vector + vector + vector + vector + vector + vector + vector + vector)));
+  EXPECT_THAT([&] { with("loop 10000000000 " + vector + vector + "end\n"); },
+              testing::ThrowsMessage<PatternFileError>(HasSubstr("more cycles than this program takes")));
+  std::string deep, ends;
+  for (int i = 0; i < 17; ++i) deep += "loop 1 ", ends += "end\n";
+  EXPECT_THAT([&] { with(deep + vector + ends); },
+              testing::ThrowsMessage<PatternFileError>(
+                  HasSubstr("found loops nested more deeply, expected at most 16")));
+}
+
+TEST(PatternFiles, ACutOffDumpIsRefused) {
+  for (std::string text : {evcd_text(small_stream()), vcd_text(small_stream())}) {
+    text.pop_back();
+    EXPECT_THAT(
+        [&] { parse_dump(text, "a.vcd", small_stream().timing, small_directions()); },
+        testing::ThrowsMessage<PatternFileError>(HasSubstr("found the file's end in the middle of a line")));
+  }
+}
+
 TEST(PatternFiles, InputsThatWglLeavesOpenAreSo) {
   for (const char open : {'X', '-'}) {
     std::string text = wgl_text(small_stream());

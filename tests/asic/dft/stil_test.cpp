@@ -206,6 +206,10 @@ Pattern main { W t; V { q[1..0]=01; y[0..1]=LH; } V { g=01H; } })";
   EXPECT_EQ(read.cycles[0].states, "01LH");
   EXPECT_EQ(read.cycles[1].states, "10HH");
   std::string other = text;
+  std::string endless = text;
+  endless.replace(endless.find("q[1..0] In"), 10, "q[999999..0] In");
+  EXPECT_THAT([&] { parse_stil(endless, "a.stil"); },
+              testing::ThrowsMessage<StilError>(HasSubstr("found more signals than this program takes")));
   other.replace(other.find("g=01H"), 5, "q[2..1]=01");
   EXPECT_THAT([&] { parse_stil(other, "a.stil"); }, testing::ThrowsMessage<StilError>(HasSubstr("\"q[2]\"")));
 }

@@ -260,9 +260,12 @@ TEST_F(Routing, IsTheSameAsDef) {
 }
 
 TEST_F(Routing, ADiePinBesideTheTracksIsOneLine) {
-  Design d = placed_design(20, 1);
-  for (DiePin& pin : d.pins) pin.shape.rect = pin.shape.rect.moved({333, 333});
-  EXPECT_THROW(route(d, technology, {}), UserError);
+  // Far off, and so near that a wire would touch it by a corner.
+  for (const Nm off : {333, 100}) {
+    Design d = placed_design(20, 1);
+    for (DiePin& pin : d.pins) pin.shape.rect = pin.shape.rect.moved({off, off});
+    EXPECT_THROW(route(d, technology, {}), UserError) << off;
+  }
 }
 
 TEST_F(Routing, ParasiticsNameEveryPinOnce) {

@@ -33,6 +33,16 @@ TEST_F(Readers, GerberFiducialsAndUnplatedHolesAreSaid) {
   EXPECT_THAT(holes.notes, ElementsAre("row 2 says that holes are not plated; they make bumps all the same"));
 }
 
+TEST_F(Readers, ExcellonNumbersHaveDecimalPointsOrNone) {
+  EXPECT_THAT(
+      error_of("a.drl", "M48\nMETRIC,TZ\nT1C0.4\n%\nT1\nX10Y20\nX12.5Y20\nM30\n"),
+      StartsWith(
+          "row 7, column 1: found 'X12.5', expected numbers without a decimal point alone, as row 6 has"));
+  EXPECT_THAT(
+      error_of("b.drl", "M48\nMETRIC,TZ\nT1C0.4\n%\nT1\nX12.5Y20.0\nX0Y0\nX10Y2\nM30\n"),
+      StartsWith("row 8, column 1: found 'X10', expected numbers with a decimal point alone, as row 6 has"));
+}
+
 TEST_F(Readers, GerberOldStyles) {
   // Leading zeros kept, inches, G54, a flash at the present point, an operation that stays, commands on one
   // line.

@@ -83,6 +83,25 @@ class Xlsx : public Readers {
     EXPECT_EQ(std::system(("/usr/bin/python3 " + script.string()).c_str()), 0);
     return folder_ / "a.xlsx";
   }
+
+  /// The same, and each formula has this value: openpyxl calculates none.
+  fs::path make_calculated(const std::string& body, const std::string& value) const {
+    const fs::path path = make(body);
+    const fs::path script =
+        write("calculate.py",
+              "import re, shutil, sys, zipfile\n"
+              "path, value = sys.argv[1:]\n"
+              "with zipfile.ZipFile(path) as old, zipfile.ZipFile(path + '.new', 'w') as new:\n"
+              "  for name in old.namelist():\n"
+              "    text = old.read(name)\n"
+              "    if name.endswith('sheet1.xml'):\n"
+              "      text = re.sub(rb'</f><v ?/>|</f><v></v>', b'</f><v>' + value.encode() + b'</v>', text)\n"
+              "    new.writestr(name, text)\n"
+              "shutil.move(path + '.new', path)\n");
+    EXPECT_EQ(
+        std::system(("/usr/bin/python3 " + script.string() + " " + path.string() + " " + value).c_str()), 0);
+    return path;
+  }
 };
 
 inline std::vector<std::string> bottom_notes(const CoordinateFile& file) {

@@ -66,6 +66,19 @@ TEST_F(Xlsx, AHiddenSheetIsPassedOver) {
   }
 }
 
+TEST_F(Xlsx, ARowOfSumsIsNoBump) {
+  const auto sums = [&](const std::string& formula) {
+    return make_calculated("for row in [['x', 'y'], [1, 2], [3, 4], ['=" + formula + "', '=" + formula +
+                               "']]:\n  sheet.append(row)",
+                           "7");
+  };
+  EXPECT_THAT(error_of(sums("SUM(A2:A3)")), StartsWith("row 4: found a formula over the rows above it"));
+  EXPECT_THAT(error_of(sums("ROUND(AVERAGE(A2:A3),2)")),
+              StartsWith("row 4: found a formula over the rows above it"));
+  // A place that is calculated is a bump.
+  EXPECT_EQ(read_coordinate_file(sums("MAX(A$2:A3)+4")).points.size(), 3U);
+}
+
 TEST_F(Xlsx, AFormulaWithoutItsValueIsRefused) {
   EXPECT_EQ(
       error_of(make("for row in [['x', 'y'], [1, 2], ['=A2+1', '=B2*2']]:\n  sheet.append(row)")),

@@ -196,6 +196,8 @@ TEST(Scurve, RoundedToCyclesRefusesAMoveThatDoesNotBeginAtRest) {
               StartsWith("servo cycles: found a profile from 10 to 0 mm/s"));
   EXPECT_THAT(error_of([] { round_to_cycles(plan_scurve(gentle_stop, 50.0), 0.0); }),
               StartsWith("servo cycle: found 0 s"));
+  EXPECT_THAT(error_of([] { round_to_cycles(plan_scurve(gentle_stop, 50.0), 1e9); }),
+              StartsWith("servo cycle: found 1000000000 s"));
 }
 
 // ---- what is refused ----

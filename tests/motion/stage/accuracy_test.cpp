@@ -101,6 +101,7 @@ TEST(Accuracy, NamesTheLineOfAFileThatCannotBeRead) {
   EXPECT_THAT(error_in("x,y\n"), HasSubstr(":1:1: found header \"x,y\", expected \"target_mm,"));
   EXPECT_THAT(error_in(header + "1,+,0.5\n2,up,1\n"), HasSubstr(":3:3: found direction \"up\""));
   EXPECT_THAT(error_in(header + "1,+,0.5x\n"), HasSubstr(":2:5: found deviation_um \"0.5x\""));
+  EXPECT_THAT(error_in(header + "1,+,0.5"), EndsWith("expected a line end; it may be cut off"));
   EXPECT_THAT(error_in(header + "1,+\n"), HasSubstr(":2:1: found \"1,+\", expected three fields"));
   EXPECT_THAT(error_in(header + "1,+,0.5\n"), EndsWith("found 1 target positions, expected at least 2"));
   EXPECT_THAT(error_in(""), EndsWith("found 0 target positions, expected at least 2"));
@@ -127,6 +128,15 @@ TEST(Interferometer, FindsTheScrewsErrorsAsTheyWerePutIn) {
     EXPECT_NEAR(at.reversal_um, -8.0, 0.35) << at.target_mm;
   }
   EXPECT_NEAR(residual_backlash(targets).backlash_um, 8.0, 0.35);
+}
+
+TEST(Interferometer, RefusesFiguresThatNoneHas) {
+  const AccuracyTest test{.target_mm = {0.0, 1.0}, .runs = 1};
+  for (const InterferometerConfig& instrument :
+       {InterferometerConfig{.noise_um = NAN}, InterferometerConfig{.noise_um = -1.0},
+        InterferometerConfig{.resolution_um = 0.0}, InterferometerConfig{.averaging_s = NAN}})
+    EXPECT_THAT(error_of([&] { measure_axis(AxisModelConfig{}, test, instrument); }),
+                HasSubstr("interferometer: "));
 }
 
 TEST(Interferometer, ScattersAsTheStopsDo) {
@@ -186,6 +196,10 @@ TEST(Compensation, RefusesColumnsOfUnlikeLengthOrOrder) {
                 compensated_forward_mm({{10.0, NAN}, {0.1, 0.2}, {0.0, 0.0}}, 50.0);
               }),
               HasSubstr("position nan mm"));
+  EXPECT_EQ(error_of([&] {
+              compensated_forward_mm({{10.0, 20.0}, {0.1, NAN}, {0.0, 0.0}}, 50.0);
+            }),
+            "compensation: found nan mm, expected finite numbers");
 }
 
 TEST(AccuracyTargets, LieInTheWayAndDontKeepToThePeriod) {

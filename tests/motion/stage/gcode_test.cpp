@@ -176,6 +176,7 @@ TEST(Gcode, RefusesWhatAMachineCannotDo) {
   EXPECT_THAT(message([](GcodeOptions&) {}, {{NAN, 0.0, 7}}), HasSubstr("row 7 at (nan, 0)"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.settle_s = -1.0; }), HasSubstr("settle time -1 s"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 0.0; }), HasSubstr("droplet pulse: found 0 s"));
+  EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 1e-9; }), HasSubstr("droplet pulse: found 1e-09 s"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.heat_timeout_s = INFINITY; }),
               HasSubstr("heat timeout: found inf s"));
 }

@@ -182,6 +182,12 @@ TEST(FlyBy, WaysBetweenRowsAreMadeAtFullSpeed) {
 
 TEST(FlyBy, RefusesWhatCannotBe) {
   EXPECT_EQ(error_of([] { plan_fly_by({}, FlyByConfig{}); }), "fly-by: found no bumps, expected at least 1");
+  FlyByConfig fine;
+  fine.encoder_mm = 1e-19;
+  EXPECT_THAT(error_of([&] {
+                plan_fly_by(std::vector<Point>{{50, 5}, {51, 5}}, fine);
+              }),
+              HasSubstr("expected less than 2^53 counts"));
   const FlyByPlan plan = plan_fly_by(lattice(3, 1, 0.5), FlyByConfig{});
   EXPECT_EQ(error_of([&] { landing_errors_mm(plan, {}, FlyByConfig{}, 1e-6, 5e-4); }),
             "landing: found no bumps, expected those of the plan");

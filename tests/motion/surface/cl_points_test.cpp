@@ -500,6 +500,8 @@ TEST(AptReader, LiftsWithinALineEndIt) {
 }
 
 TEST(ToolPath, RefusesOtherFiles) {
+  EXPECT_EQ(error_of("a.csv", "x,y,z\n0,0,1\n1,0,1\n", -1.0),
+            "a.csv: unit_mm: found -1, expected a finite number above 0");
   EXPECT_EQ(error_of("a.step", "x"),
             "a.step: found extension '.step', expected .apt, .cls, .cl, .ngc, .nc, .gcode, .tap or .csv");
   EXPECT_EQ(error_of("a.apt", ""), "a.apt: the file is empty, expected a tool path");

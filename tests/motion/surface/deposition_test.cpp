@@ -48,6 +48,11 @@ TEST(Deposition, WidthsAreMeasuredEveryMillimetre) {
 TEST(Deposition, RefusesWhatCannotBe) {
   EXPECT_THROW(deposit({}, std::vector<double>{0, 1}, std::vector<double>{0.1}, 0.0, 1), MotionError);
   EXPECT_THROW(deposit({}, std::vector<double>{0, 1}, std::vector<double>{0.1, NAN}, 0.0, 1), MotionError);
+  const std::vector<double> gaps{0.1, 0.1};
+  EXPECT_THROW(deposit({}, std::vector<double>{1, 0}, gaps, 0.0, 1), MotionError);
+  EXPECT_THROW(deposit({}, std::vector<double>{0, 1}, gaps, NAN, 1), MotionError);
+  EXPECT_THROW(measure_widths({}, 5), MotionError);
+  EXPECT_THROW(measure_widths(deposit({}, std::vector<double>{0, 1}, gaps, 0.0, 1), 1), MotionError);
 }
 
 // Without compensation the part that stands for the paper's is its first group.

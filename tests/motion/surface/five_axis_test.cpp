@@ -239,6 +239,14 @@ TEST(TwinRotary, SaysWhatItCannotReach) {
   EXPECT_THAT(error_of([&] { solve_path(table, {&bad, 1}); }), HasSubstr("pose 1: found tip (nan"));
   const ToolPose flat{{0, 0, 0}, Eigen::Vector3d::Zero()};
   EXPECT_THAT(error_of([&] { solve_path(table, {&flat, 1}); }), HasSubstr("an axis of length 1"));
+  const ToolPose upright{{0, 0, 0}, Eigen::Vector3d::UnitZ()};
+  for (const double cone_deg : {static_cast<double>(NAN), static_cast<double>(INFINITY), 90.0, -1.0})
+    EXPECT_THAT(error_of([&] {
+                  solve_path(table, {&upright, 1}, cone_deg);
+                }),
+                HasSubstr("singular cone: found"));
+  table.tilt_sign = 0;
+  EXPECT_EQ(error_of([&] { solve_path(table, {&upright, 1}); }), "tilt sign: found 0, expected 1 or -1");
 }
 
 }  // namespace

@@ -97,6 +97,7 @@ TEST(EvenChoice, SpreadsByLength) {
   ASSERT_EQ(chosen.size(), 5U);
   for (std::size_t k = 0; k < 5; ++k) EXPECT_NEAR(points[chosen[k]].x(), 25.0 * static_cast<double>(k), 1.0);
   EXPECT_THAT(choose_evenly(Points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 50), ElementsAre(0, 1, 2));
+  EXPECT_THAT(choose_evenly(Points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, SIZE_MAX), ElementsAre(0, 1, 2));
 }
 
 ClLine wavy(double amplitude_mm, double wavelength_mm) {
@@ -108,6 +109,11 @@ ClLine wavy(double amplitude_mm, double wavelength_mm) {
                            0});
   }
   return line;
+}
+
+TEST(MeasuringPoints, AreThoseOfTheLine) {
+  const std::vector<std::size_t> beyond{0, 301};
+  EXPECT_THROW(measuring_points(wavy(0.1, 10.0), beyond), MotionError);
 }
 
 TEST(SplineChoice, KeepsItsGapAndComesCloserWhereTheSurfaceBends) {

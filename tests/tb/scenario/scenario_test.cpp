@@ -113,6 +113,12 @@ TEST(Scenario, BeginsBehindAByteOrderMark) {
   EXPECT_EQ(parsed.scenario.events.size(), 1U);
 }
 
+TEST(Scenario, BitsMayBeHexadecimal) {
+  EXPECT_FALSE(parse_scenario("1 set CTRL 0x37").defect);
+  EXPECT_EQ(parse_scenario("1 set CTRL 0x37g").defect->found, "0x37g");
+  EXPECT_EQ(parse_scenario("1 set CTRL 0x10037").defect->found, "0x10037");
+}
+
 TEST(Scenario, FramesAndFlopsAreToldWithTheirBounds) {
   std::string frame = "1 frame";
   for (int i = 0; i < 257; ++i) frame += " 00";
