@@ -1,30 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/rs274.hpp"
 
-#include <unistd.h>
-
 #include <array>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "base/temporary_folder.hpp"
+
 namespace meltstage::motion {
 
-Interpreted interpret(const std::string& program) {
-  const auto file =
-      std::filesystem::temp_directory_path() / ("meltstage_rs274." + std::to_string(getpid()) + ".ngc");
-  std::ofstream(file, std::ios::binary) << program;
-  // It keeps its parameters in a file of the working folder.
-  const std::string command = "cd '" + std::filesystem::temp_directory_path().string() +
-                              "' && " MELTSTAGE_RS274 " -g '" + file.string() + "' 2>&1 </dev/null";
-  Interpreted out;
+Rs274Run run_rs274(const std::string& program) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "program.ngc", std::ios::binary) << program;
+  // It keeps its parameters in a file of the working folder, and its tools in one of the home folder: two
+  // that share either end by a bus error now and then.
+  const std::string command =
+      "cd '" + folder.path().string() + "' && HOME=$PWD " MELTSTAGE_RS274 " -g program.ngc 2>&1 </dev/null";
+  Rs274Run run;
   FILE* pipe = popen(command.c_str(), "r");
   std::array<char, 4096> buffer{};
-  std::string text;
-  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) text += buffer.data();
-  const int status = pipe == nullptr ? -1 : pclose(pipe);
-  std::filesystem::remove(file);
+  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr)
+    run.text += buffer.data();
+  run.status = pipe == nullptr ? -1 : pclose(pipe);
+  return run;
+}
+
+Interpreted interpret(const std::string& program) {
+  Interpreted out;
+  const auto [status, text] = run_rs274(program);
   std::istringstream lines(text);
   bool pressure = false, ended = false;
   std::string last;

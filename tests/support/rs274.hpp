@@ -9,6 +9,13 @@
 
 namespace meltstage::motion {
 
+/// What it printed of a program, and how it ended: 0 is good.
+struct Rs274Run {
+  int status = -1;
+  std::string text;
+};
+Rs274Run run_rs274(const std::string& program);
+
 /// A move as the interpreter understood it.
 struct CanonicalMove {
   std::string what;  ///< STRAIGHT_TRAVERSE, STRAIGHT_FEED or STRAIGHT_PROBE

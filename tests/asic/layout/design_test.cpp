@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/output_file.hpp"
+#include "base/temporary_folder.hpp"
 
 namespace meltstage::layout {
 namespace {
@@ -22,11 +23,12 @@ const char* const kNetlist = R"({"modules": {"two": {"attributes": {"top": "1"},
 class DesignTest : public ::testing::Test {
  protected:
   Design netlist() const {
-    const auto path = std::filesystem::path(::testing::TempDir()) / "layout_netlist.json";
+    const auto path = folder_.path() / "netlist.json";
     write_whole(path, kNetlist);
     return read_netlist(path, technology);
   }
   const Technology technology = read_lef({OSU018_LEF});
+  const TemporaryFolder folder_;
 };
 
 TEST_F(DesignTest, NetlistKeepsPublicNamesAndTiesConstants) {
@@ -271,7 +273,7 @@ TEST_F(DesignTest, WrongNetlistIsOneLine) {
   const auto message = [&](const std::string& found, const std::string& to) {
     std::string text = kNetlist;
     text.replace(text.find(found), found.size(), to);
-    const auto path = std::filesystem::path(::testing::TempDir()) / "layout_wrong.json";
+    const auto path = folder_.path() / "wrong.json";
     write_whole(path, text);
     try {
       read_netlist(path, technology);
@@ -300,7 +302,7 @@ TEST_F(DesignTest, WrongNetlistIsOneLine) {
   try {
     Technology empty;
     parse_lef("", "empty.lef", empty);
-    const auto path = std::filesystem::path(::testing::TempDir()) / "layout_whole.json";
+    const auto path = folder_.path() / "whole.json";
     write_whole(path, kNetlist);
     read_netlist(path, empty);
     FAIL();

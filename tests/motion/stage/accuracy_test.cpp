@@ -9,6 +9,7 @@
 #include <fstream>
 #include <string>
 
+#include "base/temporary_folder.hpp"
 #include "motion/stage/gcode.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -92,7 +93,8 @@ TEST(Accuracy, BlanksRoundFieldsMeanNothing) {
 }
 
 TEST(Accuracy, NamesTheLineOfAFileThatCannotBeRead) {
-  const auto file = std::filesystem::temp_directory_path() / "meltstage_accuracy_test.csv";
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "deviations.csv";
   const auto error_in = [&](const std::string& text) {
     std::ofstream(file) << text;
     return error_of([&] { read_deviations(file); });

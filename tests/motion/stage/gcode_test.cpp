@@ -4,19 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <regex>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 
 #include "tests/support/error_of.hpp"
+#include "tests/support/rs274.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -33,34 +30,25 @@ GcodeOptions options_of(GcodeDialect dialect) {
 
 /// What LinuxCNC's interpreter would have its machine do: lines of its canonical commands, and its exit
 /// status.
-struct Interpreted {
+struct Commands {
   bool good = false;
   std::vector<std::string> commands;
 };
 
-Interpreted interpret(const std::string& program) {
-  // A folder of its own: tests run side by side.
-  std::string name = (std::filesystem::temp_directory_path() / "meltstage_gcode.XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  const std::filesystem::path folder = name;
-  std::ofstream(folder / "program.ngc") << program;
-  const std::string call = "cd '" + folder.string() + "' && " MELTSTAGE_RS274 " -g program.ngc 2>&1";
-  FILE* pipe = popen(call.c_str(), "r");
-  Interpreted result;
-  std::array<char, 512> buffer;
-  while (fgets(buffer.data(), buffer.size(), pipe) != nullptr) {
-    const std::string line = buffer.data();
+Commands commands_of(const std::string& program) {
+  const auto [status, text] = run_rs274(program);
+  Commands result{status == 0, {}};
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
     const std::size_t at = line.find_first_of("ABCDEFGHIJKLMOPQRSTUVWXYZ", line.find("N.....") + 6);
     if (line.find("N.....") != std::string::npos && at != std::string::npos)
-      result.commands.push_back(line.substr(at, line.size() - at - 1));
+      result.commands.push_back(line.substr(at));
   }
-  result.good = pclose(pipe) == 0;
-  std::filesystem::remove_all(folder);
   return result;
 }
 
 /// Positions at which the droplet's output rises.
-std::vector<Eigen::Vector2d> droplets_of(const Interpreted& run) {
+std::vector<Eigen::Vector2d> droplets_of(const Commands& run) {
   std::vector<Eigen::Vector2d> droplets;
   Eigen::Vector2d at(NAN, NAN);
   for (const std::string& command : run.commands) {
@@ -72,7 +60,7 @@ std::vector<Eigen::Vector2d> droplets_of(const Interpreted& run) {
 }
 
 TEST(Gcode, FiresAtEveryBumpInLinuxCncsInterpreter) {
-  const Interpreted run = interpret(write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::linuxcnc)));
+  const Commands run = commands_of(write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::linuxcnc)));
   ASSERT_TRUE(run.good);
   const auto droplets = droplets_of(run);
   ASSERT_EQ(droplets.size(), kBumps.size());
@@ -92,9 +80,9 @@ TEST(Gcode, IsWhatTheInterpreterSeesNotWhatWeMeant) {
   std::string program = write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::linuxcnc));
   const std::string moved = std::regex_replace(program, std::regex("X12\\.3457"), "X12.4457");
   ASSERT_NE(moved, program);
-  EXPECT_NEAR(droplets_of(interpret(moved)).back().x(), 12.4457, 1e-4);
+  EXPECT_NEAR(droplets_of(commands_of(moved)).back().x(), 12.4457, 1e-4);
   const std::string broken = std::regex_replace(program, std::regex("M64 P0"), "M64 P0 X1 X2");
-  const Interpreted run = interpret(broken);
+  const Commands run = commands_of(broken);
   EXPECT_LT(droplets_of(run).size(), kBumps.size());
 }
 
@@ -102,7 +90,7 @@ TEST(Gcode, CannotBreakOutOfItsComment) {
   const std::string program =
       write_gcode(kBumps, kStart, "x) G0 X100\nM64 P3 (", options_of(GcodeDialect::linuxcnc));
   EXPECT_THAT(program, StartsWith("(name: x_ G0 X100_M64 P3 _)\n"));
-  EXPECT_EQ(droplets_of(interpret(program)).size(), kBumps.size());
+  EXPECT_EQ(droplets_of(commands_of(program)).size(), kBumps.size());
 }
 
 // A line of grbl holds 79 characters.
@@ -130,7 +118,7 @@ TEST(Gcode, WaitsForTheTemperatureAndEndsWithoutIt) {
   EXPECT_LT(program.find("M66 P0 L3 Q600.000"), program.find("G0"));
   // -1 in #5399 is LinuxCNC's "the input never came"
   const std::string tested = std::regex_replace(program, std::regex("#5399"), "-1");
-  const Interpreted run = interpret(tested);
+  const Commands run = commands_of(tested);
   EXPECT_TRUE(run.good);
   EXPECT_TRUE(droplets_of(run).empty());
 }
@@ -157,7 +145,7 @@ TEST(Gcode, KeepsToGrblsWords) {
 TEST(Gcode, OfGrblVisitsTheSameBumps) {
   std::string program = write_gcode(kBumps, kStart, "a job", options_of(GcodeDialect::grbl));
   program = std::regex_replace(program, std::regex("M8\n"), "M64 P0\n");
-  const auto droplets = droplets_of(interpret(program));
+  const auto droplets = droplets_of(commands_of(program));
   ASSERT_EQ(droplets.size(), kBumps.size());
   EXPECT_NEAR(droplets.back().x(), 12.3457, 1e-9);
 }
