@@ -92,28 +92,41 @@ std::string read_content(const std::filesystem::path& path) {
   return content;
 }
 
+/// An Excellon file has a header, which a table has not. Layout systems call both ".txt".
+bool holds_drills(std::string_view content) {
+  bool header = false;
+  detail::for_lines(content.substr(0, 65536), [&](const detail::Line& line) {
+    header = header || detail::trimmed(line.text) == "M48";
+  });
+  return header;
+}
+
 detail::RawPoints read_raw(const std::filesystem::path& path) {
   const std::string content = read_content(path);
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".xls") return detail::read_table_points(path, content, detail::read_xls_rows);
-  if (extension == ".xlsx") return detail::read_table_points(path, content, detail::read_xlsx_rows);
-  if (extension == ".csv" || extension == ".tsv")
-    return detail::read_table_points(path, content, detail::read_csv_rows);
-  if (extension == ".kicad_mod") return detail::read_kicad_points(path, content);
-  if (extension == ".pos") return detail::read_pos_points(path, content);
   const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
     return std::find(names.begin(), names.end(), extension) != names.end();
   };
-  if (is_one_of({".gbr", ".ger", ".grb", ".gbx", ".gtp", ".gbp"}))
+  if (extension == ".xls") return detail::read_table_points(path, content, detail::read_xls_rows);
+  if (extension == ".xlsx") return detail::read_table_points(path, content, detail::read_xlsx_rows);
+  if (is_one_of({".csv", ".tsv", ".mnt", ".mnb"}) || (extension == ".txt" && !holds_drills(content))) {
+    detail::RawPoints table = detail::read_table_points(path, content, detail::read_csv_rows);
+    table.bottom = table.bottom || extension == ".mnb";  // Eagle's mounting list of the bottom
+    return table;
+  }
+  if (extension == ".kicad_mod") return detail::read_kicad_points(path, content);
+  if (extension == ".pos") return detail::read_pos_points(path, content);
+  if (is_one_of(
+          {".gbr", ".ger", ".grb", ".gbx", ".gtp", ".gbp", ".gts", ".gbs", ".gtl", ".gbl", ".art", ".pho"}))
     return detail::read_gerber_points(path, content);
-  if (is_one_of({".drl", ".xln", ".exc", ".cnc"})) return detail::read_excellon_points(path, content);
-  throw CoordinateError(fmt::format(
-      "{}: found extension {}, expected .xls, .xlsx, .csv, .tsv, .kicad_mod, .pos, .gbr, .ger, .grb, "
-      ".gbx, .gtp, .gbp, "
-      ".drl, .xln, .exc or .cnc",
-      path.string(), detail::in_quotes(extension)));
+  if (is_one_of({".drl", ".xln", ".exc", ".cnc", ".txt"})) return detail::read_excellon_points(path, content);
+  throw CoordinateError(
+      fmt::format("{}: found extension {}, expected .xls, .xlsx, .csv, .tsv, .txt, .mnt, .mnb, .kicad_mod, "
+                  ".pos, .gbr, .ger, "
+                  ".grb, .gbx, .gtp, .gbp, .gts, .gbs, .gtl, .gbl, .art, .pho, .drl, .xln, .exc or .cnc",
+                  path.string(), detail::in_quotes(extension)));
 }
 
 void check_range(std::string_view axis, const Range& range) {
@@ -255,7 +268,7 @@ CoordinateFile read_coordinate_file(const std::filesystem::path& path, const Coo
         "the bumps lie on the bottom of the board and mirror_x is false: they are printed as seen from its "
         "top; "
         "set mirror_x = true unless the file was mirrored when it was written");
-  return {std::move(points), std::move(raw.notes), raw.has_unit, std::move(raw.unit_place)};
+  return {std::move(points), std::move(raw.notes), raw.has_unit, std::move(raw.unit_place), raw.bottom};
 }
 
 std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options) {

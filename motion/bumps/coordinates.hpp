@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bump coordinates out of a file: workbook (.xls, .xlsx), separated text (.csv, .tsv), KiCad footprint
-// (.kicad_mod) or placement (.pos), Gerber paste layer (.gbr, .gtp, .gbp), Excellon drill file (.drl, .xln).
+// Bump coordinates out of a file: workbook (.xls, .xlsx), separated text (.csv, .tsv, .txt, .mnt), KiCad
+// footprint
+// (.kicad_mod) or placement (.pos), Gerber layer (.gbr, .gtp, .gbp ...), Excellon drill file (.drl, .xln,
+// .txt).
 #pragma once
 
 #include <cstddef>
@@ -61,22 +63,26 @@ struct CoordinateFile {
   std::vector<std::string> notes;
   bool has_unit = false;     ///< the file says the unit of its numbers, so that `pitch_mm` means nothing
   std::string unit_place{};  ///< where a table says so: "row 2, column 3 (Unit): mil"; else empty
+  bool bottom = false;       ///< the file says that the bumps lie on the bottom of the board
 };
 
 /// Reads the bumps of a coordinate file in the order of the file.
 ///
 /// The format follows from the extension (any case) and the content must fit it:
 /// - `.xls`, `.xlsx`: first sheet of the workbook, numbers or text that is a number.
-/// - `.csv`, `.tsv`: UTF-8 (byte order mark allowed) separated by comma, semicolon or tab, LF or CRLF, quotes
-/// as in RFC 4180.
+/// - `.csv`, `.tsv`, `.txt`, `.mnt`, `.mnb`: UTF-8, UTF-16 with a byte order mark, or Windows-1252 with
+/// single letters
+///   beyond ASCII; separated by comma, semicolon or tab, or by blanks where none of these occurs; LF or CRLF,
+///   quotes as in RFC 4180. `.mnb` lies on the bottom.
 /// - `.kicad_mod`: position of every `smd` and `thru_hole` pad that has copper, in millimetres. KiCad's y
 /// points down, so
 ///   the sign of y is turned: what lies above in KiCad lies above on the stage.
 /// - `.pos`: KiCad's placement file (plain text), one bump a footprint; footprints of one side only.
-/// - `.gbr`, `.ger`, `.grb`, `.gbx`, `.gtp`, `.gbp`: Gerber layer (RS-274X, X2), one bump a flash, with step
-/// and repeat and aperture
+/// - `.gbr`, `.ger`, `.grb`, `.gbx`, `.gtp`, `.gbp`, `.gts`, `.gbs`, `.gtl`, `.gbl`, `.art`, `.pho`: Gerber
+/// layer (RS-274X, X2), one bump a flash, with step and repeat and aperture
 ///   blocks; regions and draws are noted, clear flashes and commands that change the whole image are refused.
-/// - `.drl`, `.xln`, `.exc`, `.cnc`: Excellon drill file, one bump a hole; slots and routing are noted.
+/// - `.drl`, `.xln`, `.exc`, `.cnc`, `.txt` with a header M48: Excellon drill file, one bump a hole; slots
+/// and routing are noted.
 ///
 /// A table may begin with a row that names the columns `x` and `y` in any case, each with or without a unit
 /// (`x_mm`, `Y (um)`, `X [mil]`), or `PosX`, `Mid X`, `Center-X` as placement tables do; without such a row

@@ -10,16 +10,24 @@
 #include "base/file.hpp"
 #include "motion/bumps/column_names.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
+#include "motion/bumps/text_encoding.hpp"
 #include "motion/bumps/text_lines.hpp"
 
 namespace meltstage::motion::detail {
 namespace {
 
-/// The cells of a line, whichever sign separates them, without '#' and quotes around them.
+constexpr std::string_view kSeparatingSigns = ",;\t", kBlank = " ";
+
+/// What may separate the cells of a text: blanks where no sign does.
+std::string_view possible_separators(std::string_view text) {
+  return text.find_first_of(kSeparatingSigns) == std::string_view::npos ? kBlank : kSeparatingSigns;
+}
+
+/// The cells of a line, whichever of the separators stands between them, without '#' and quotes around them.
 template <class Visit>
-void for_loose_cells(std::string_view line, const Visit& visit) {
+void for_loose_cells(std::string_view line, std::string_view separators, const Visit& visit) {
   for (std::size_t start = 0; start <= line.size();) {
-    const std::size_t end = std::min(line.find_first_of(",;\t", start), line.size());
+    const std::size_t end = std::min(line.find_first_of(separators, start), line.size());
     std::string_view cell = line.substr(start, end - start);
     cell.remove_prefix(std::min(cell.find_first_not_of("#\" "), cell.size()));
     cell = cell.substr(0, cell.find_last_not_of("\" ") + 1);
@@ -30,9 +38,9 @@ void for_loose_cells(std::string_view line, const Visit& visit) {
 
 /// Of a line that begins with '#': names of columns behind it are a header, "# x_mm, y_mm" or "#,x,y"; all
 /// else is a comment.
-bool names_columns(std::string_view line) {
+bool names_columns(std::string_view line, std::string_view separators) {
   bool x = false, y = false;
-  for_loose_cells(line, [&](std::string_view cell) {
+  for_loose_cells(line, separators, [&](std::string_view cell) {
     x = x || unit_behind_axis(cell, 'x');
     y = y || unit_behind_axis(cell, 'y');
   });
@@ -40,12 +48,12 @@ bool names_columns(std::string_view line) {
 }
 
 /// How much of the text is comments, and the blank lines among them, at its begin.
-std::size_t leading_comments(std::string_view text) {
+std::size_t leading_comments(std::string_view text, std::string_view separators) {
   std::size_t behind = 0;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
     const std::string_view line = trimmed(text.substr(at, end - at));
-    if (!line.empty() && (line.front() != '#' || names_columns(line))) break;
+    if (!line.empty() && (line.front() != '#' || names_columns(line, separators))) break;
     at = std::min(end + (text.substr(end).starts_with("\r\n") ? 2U : 1U), text.size());
     if (!line.empty()) behind = at;
   }
@@ -54,15 +62,18 @@ std::size_t leading_comments(std::string_view text) {
 
 /// How much of the text stands above a line that names the columns and holds no number: a title, or what a
 /// layout system says of its board. 0 if there is no such line.
-std::size_t leading_titles(std::string_view text) {
+std::size_t leading_titles(std::string_view text, std::string_view separators) {
   constexpr std::size_t kMostLines = 100;
+  // Where blanks separate, a date of a title is a cell of its own.
+  const unsigned most_numbers = separators == kBlank ? 1 : 0;
   for (std::size_t at = 0, lines = 0; at < text.size() && lines < kMostLines; ++lines) {
     const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
     const std::string_view line = text.substr(at, end - at);
-    if (names_columns(line)) return at;
-    bool number = false;
-    for_loose_cells(line, [&](std::string_view cell) { number = number || begins_like_number(cell); });
-    if (number) return 0;
+    if (names_columns(line, separators)) return at;
+    unsigned numbers = 0;
+    for_loose_cells(line, separators,
+                    [&](std::string_view cell) { numbers += begins_like_number(cell) ? 1 : 0; });
+    if (numbers > most_numbers) return 0;
     at = std::min(end + (text.substr(end).starts_with("\r\n") ? 2U : 1U), text.size());
   }
   return 0;
@@ -79,6 +90,24 @@ char find_separator(std::string_view text) {
     }
   }
   return ',';
+}
+
+/// With one blank for each run of them, and none at the ends of a line. Quoted cells stay as they are.
+std::string with_single_blanks(std::string_view text) {
+  std::string out;
+  bool inside_quotes = false, pending = false;
+  for (const char c : text) {
+    if (c == '"') inside_quotes = !inside_quotes;
+    const bool ends_line = c == '\n' || c == '\r';
+    if (c == ' ' && !inside_quotes) {
+      pending = !out.empty() && out.back() != '\n' && out.back() != '\r';
+      continue;
+    }
+    if (pending && !ends_line) out += ' ';
+    pending = false;
+    out += c;
+  }
+  return out;
 }
 
 /// Rows as libcsv reports them; kept until its C frames have returned, as the handler may throw.
@@ -164,7 +193,8 @@ class DecimalCommas {
 };
 
 /// The first row of more than a title tells how many cells a row has. One of more was separated where no cell
-/// ends: its numbers would be others than those meant.
+/// ends: its numbers would be others than those meant. Where blanks separate, so would be those of one with
+/// less.
 class RowWidth {
  public:
   RowWidth(const std::filesystem::path& path, char separator) : path_(path), separator_(separator) {}
@@ -177,7 +207,14 @@ class RowWidth {
       first_row_ = row.row;
       most_ = row.cells.size();
     }
-    if (first_row_ == 0 || used <= most_) return;
+    if (first_row_ == 0) return;
+    if (separator_ == ' ' && used < most_)
+      fail(path_,
+           fmt::format(
+               "row {}: found {} cells, expected {}, as row {} has; where blanks separate, no cell can "
+               "be empty: quote it",
+               row.row, used, most_, first_row_));
+    if (used <= most_) return;
     const std::string_view advice = separator_ == ','
                                         ? "where a comma is the decimal mark, separate the cells by ';'"
                                         : "quote a cell that holds the separator";
@@ -211,11 +248,17 @@ void hand_over(const std::filesystem::path& path, CsvRows& rows, RowWidth& width
 }  // namespace
 
 void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
-  if (const auto kind = describe_content(content); kind != "text")
-    fail(path, fmt::format("found {}, expected separated text (.csv, UTF-8)", kind));
+  const auto require_text = [&](std::string_view kind) {
+    if (kind != "text") fail(path, fmt::format("found {}, expected separated text (.csv)", kind));
+  };
+  if (const std::string_view kind = describe_content(content); kind != "UTF-16 text") require_text(kind);
+  const std::optional<std::string> utf8 = converted_to_utf8(path, content);
+  if (utf8) content = *utf8;
+  require_text(describe_content(content));
   content = without_byte_order_mark(content);
 
-  const std::size_t comments = leading_comments(content);
+  const std::string_view separators = possible_separators(content);
+  const std::size_t comments = leading_comments(content, separators);
   CsvRows rows;
   for_lines(content.substr(0, comments), [&](const Line& line) {
     if (!trimmed(line.text).empty())
@@ -223,13 +266,17 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
     ++rows.line;
   });
   content.remove_prefix(comments);
-  const std::size_t titles = leading_titles(content);
+  const std::size_t titles = leading_titles(content, separators);
   for_lines(content.substr(0, titles), [&](const Line& line) {
     handle({rows.line++, {{std::string(line.text), std::nullopt}}, true, false, false});
   });
   content.remove_prefix(titles);
 
-  const char separator = find_separator(content);
+  const char separator = separators == kBlank ? ' ' : find_separator(content);
+  // "# x_mm y_mm": the sign is no cell.
+  if (separator == ' ' && content.starts_with('#')) content.remove_prefix(1);
+  const std::string blanks = separator == ' ' ? with_single_blanks(content) : "";
+  if (separator == ' ') content = blanks;
   CsvParser csv(separator);
   RowWidth width(path, separator);
   DecimalCommas decimals(path, separator);

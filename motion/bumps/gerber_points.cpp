@@ -127,13 +127,17 @@ class GerberFile {
                       "the flash",
                       odd_ == 1 ? "1 flash" : fmt::format("{} flashes", odd_), odd_ == 1 ? "" : "first ",
                       first_odd_, odd_ == 1 ? "holds" : "hold"));
-    result.bottom = side_.value_or(path_.extension() == ".gbp" || path_.extension() == ".GBP"
-                                       ? Side::bottom
-                                       : Side::top) == Side::bottom;
+    result.bottom = side_.value_or(ending_tells_bottom() ? Side::bottom : Side::top) == Side::bottom;
     return result;
   }
 
  private:
+  /// Protel's endings: .gbp, .gbs and .gbl are paste, mask and copper of the bottom.
+  bool ending_tells_bottom() const {
+    const std::string ending = in_small_letters(path_.extension().string());
+    return ending == ".gbp" || ending == ".gbs" || ending == ".gbl";
+  }
+
   /// Flashes are gathered in the file, in a repeated step or in a block.
   struct Level {
     enum class Kind { file, step, block } kind = Kind::file;

@@ -43,6 +43,8 @@ class PointTable {
       columns_known_ = true;
       if (take_header(row)) return;
       take_first_numbers(row);
+    } else if (row_of_units_ == row.row && take_row_of_units(row)) {
+      return;
     }
     if (units_) take_unit(row);
     const double x = number(row, x_, "x");
@@ -104,6 +106,7 @@ class PointTable {
       sides_.take_names(row, x_.index, y_.index);
       find_units(row);
       take_title_unit(row);
+      row_of_units_ = row.row + 1;
       return true;
     }
     if (x || y) fail_unnamed(row, x ? "y" : "x");
@@ -194,6 +197,29 @@ class PointTable {
       column->unit_mm = unit->mm;
       column->has_unit = true;
     }
+  }
+
+  /// The row below the names may hold their units: mm, [mm], (mm).
+  bool take_row_of_units(const TableRow& row) {
+    const auto unit_in = [&](const Column& column) -> const Unit* {
+      if (column.index >= row.cells.size() || row.cells[column.index].number) return nullptr;
+      const std::string text = plain_name(row.cells[column.index]);
+      const bool bracketed = text.size() > 2 && (text.front() == '(' || text.front() == '[');
+      return find_unit(bracketed ? std::string_view(text).substr(1, text.size() - 2)
+                                 : std::string_view(text));
+    };
+    const Unit *of_x = unit_in(x_), *of_y = unit_in(y_);
+    if (of_x == nullptr || of_y == nullptr) return false;
+    if (of_x->mm != of_y->mm || (result_.has_unit && of_x->mm != x_.unit_mm))
+      fail(path_, fmt::format("row {}: found the units {} and {}, expected one unit for x and y{}", row.row,
+                              in_quotes(row.cells[x_.index].text), in_quotes(row.cells[y_.index].text),
+                              result_.has_unit ? ", that of " + result_.unit_place : ""));
+    for (Column* column : {&x_, &y_}) {
+      column->unit_mm = of_x->mm;
+      column->has_unit = true;
+    }
+    say_unit(place(row.row, x_.index), row.cells[x_.index].text);
+    return true;
   }
 
   static std::string place(std::size_t row, std::size_t index) {
@@ -334,7 +360,8 @@ class PointTable {
   TableRow title_;                   // the first one
   const Unit* title_unit_ = nullptr;
   std::size_t title_unit_row_ = 0;
-  std::size_t length_row_ = 0;  // the first number with a unit
+  std::size_t row_of_units_ = 0;  // the one below the names
+  std::size_t length_row_ = 0;    // the first number with a unit
   bool plain_number_ = false;
   std::size_t hidden_ = 0, first_hidden_ = 0;
   RawPoints result_;
