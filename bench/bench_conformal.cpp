@@ -240,7 +240,8 @@ void add_points(std::vector<BenchRow>& rows, const BenchOptions& options) {
   }
 }
 
-// One touch of a line wrong, by dust or a burr: is it named? And are right ones left in peace?
+// One touch of a line wrong, by dust or a burr, or two beside each other: are they named? And are right ones
+// left in peace?
 void add_wrong_touches(std::vector<BenchRow>& rows, const BenchOptions& options) {
   const int parts = options.quick ? 4 : 60;
   const auto lines = motion::trial_lines();
@@ -251,7 +252,7 @@ void add_wrong_touches(std::vector<BenchRow>& rows, const BenchOptions& options)
     std::mt19937_64 random(options.seed);
     std::array<int, 3> named{};
     constexpr std::array<double, 3> kWrong_mm{0.15, 0.05, 0.03};
-    int tried = 0, disturbed = 0;
+    int tried = 0, disturbed = 0, pairs = 0;
     for (int i = 0; i < parts; ++i) {
       tell(options.progress, "wrong touches", static_cast<std::size_t>(i), static_cast<std::size_t>(parts));
       const std::uint64_t seed = options.seed * 1000 + 500 + static_cast<std::uint64_t>(i);
@@ -270,12 +271,20 @@ void add_wrong_touches(std::vector<BenchRow>& rows, const BenchOptions& options)
           named[k] +=
               std::any_of(suspects.begin(), suspects.end(), [&](const auto& s) { return s.touch == wrong; });
         }
+        Points with_pair = touches;
+        const std::size_t first = std::min(wrong, touches.size() - 2);
+        for (const std::size_t k : {first, first + 1})
+          with_pair[k] += sign * kWrong_mm[0] * points.points[k].axis;
+        const auto suspects = reconstruct(line, points, with_pair, rebuilt).suspects;
+        pairs += std::count_if(suspects.begin(), suspects.end(),
+                               [&](const auto& s) { return s.touch - first < 2; }) == 2;
         ++tried;
       }
     }
     const auto share = [&](int count) { return 100.0 * count / tried; };
     rows.push_back(
         {fmt::format("{}: a touch 150 um off is named", kind.name), share(named[0]), "%", 97.0, {}});
+    rows.push_back({"  two beside each other 150 um off are named", share(pairs), "%", 90.0, {}});
     rows.push_back({"  50 um off", share(named[1]), "%", {}, {}});
     rows.push_back({"  30 um off", share(named[2]), "%", {}, {}});
     rows.push_back({"  lines without a wrong one in which one is named", share(disturbed), "%", {}, 1.0});

@@ -126,81 +126,94 @@ struct FaceTouches {
   std::vector<std::size_t> touches;  // indices among the line's; none for a face that is bridged
 };
 
-/// What a touch's neighbours say of it: two on each side, at an end the next three.
-struct LeftOut {
-  double off_mm;  ///< its shift less the polynomial through theirs
-  double spread;  ///< of that difference, in standard deviations of a shift
+/// Touches beside each other that are judged together: one, or two that the same dust lifted.
+struct Group {
+  std::size_t first = 0, size = 1;
 };
 
-LeftOut left_out(const FaceTouches& face, std::size_t i) {
-  const std::size_t n = face.at_mm.size();
-  const bool is_end = i == 0 || i + 1 == n;
-  const std::size_t count = is_end ? 3 : 4;
-  std::size_t first = std::min(i < 2 ? 0 : i - 2, n - count - 1);
-  if (is_end) first = i == 0 ? 0 : n - 4;
+/// What a group's neighbours say of it: two on each side, at an end the next three.
+struct LeftOut {
+  double off_mm;  ///< of its touch that is farthest off: the shift less the polynomial through the neighbours
+  double size;    ///< the same in a measure of its own: in multiples of what noise makes of that difference
+};
+
+LeftOut left_out(const FaceTouches& face, const Group& group) {
+  const std::size_t n = face.at_mm.size(), behind = group.first + group.size;
+  const bool at_begin = group.first == 0, at_end = behind == n;
+  const std::size_t count = at_begin || at_end ? 3 : 4;
+  std::size_t first = std::min(group.first < 2 ? 0 : group.first - 2, n - count - group.size);
+  if (at_end) first = n - count - group.size;
   std::vector<std::size_t> others;
   for (std::size_t k = first; others.size() < count; ++k)
-    if (k != i) others.push_back(k);
-  double said_mm = 0.0, squares = 1.0;
-  for (const std::size_t a : others) {
-    double weight = 1.0;  // Lagrange's
-    for (const std::size_t b : others)
-      if (b != a) weight *= (face.at_mm[i] - face.at_mm[b]) / (face.at_mm[a] - face.at_mm[b]);
-    said_mm += weight * face.shifts_mm[a];
-    squares += weight * weight;
+    if (k < group.first || k >= behind) others.push_back(k);
+  LeftOut worst{0.0, 0.0};
+  for (std::size_t i = group.first; i < behind; ++i) {
+    double said_mm = 0.0, squares = 1.0;
+    for (const std::size_t a : others) {
+      double weight = 1.0;  // Lagrange's
+      for (const std::size_t b : others)
+        if (b != a) weight *= (face.at_mm[i] - face.at_mm[b]) / (face.at_mm[a] - face.at_mm[b]);
+      said_mm += weight * face.shifts_mm[a];
+      squares += weight * weight;
+    }
+    const double off_mm = face.shifts_mm[i] - said_mm, size = std::abs(off_mm) / std::sqrt(squares);
+    if (size >= worst.size) worst = {off_mm, size};
   }
-  return {face.shifts_mm[i] - said_mm, std::sqrt(squares)};
+  return worst;
 }
 
-/// How far each touch is off what its neighbours say, in a measure of its own.
-std::vector<double> sizes_off(const FaceTouches& face) {
+/// How far each group of so many touches is off what its neighbours say.
+std::vector<double> sizes_off(const FaceTouches& face, std::size_t group_size) {
   std::vector<double> out;
-  for (std::size_t i = 0; i < face.at_mm.size(); ++i) {
-    const LeftOut it = left_out(face, i);
-    out.push_back(std::abs(it.off_mm) / it.spread);
-  }
+  for (std::size_t i = 0; i + group_size <= face.at_mm.size(); ++i)
+    out.push_back(left_out(face, {i, group_size}).size);
   return out;
 }
 
-FaceTouches without(FaceTouches face, std::size_t i) {
-  const auto at = static_cast<std::ptrdiff_t>(i);
-  face.at_mm.erase(face.at_mm.begin() + at);
-  face.shifts_mm.erase(face.shifts_mm.begin() + at);
-  face.touches.erase(face.touches.begin() + at);
+FaceTouches without(FaceTouches face, const Group& group) {
+  const auto erase = [&](auto& list) {
+    const auto at = list.begin() + static_cast<std::ptrdiff_t>(group.first);
+    list.erase(at, at + static_cast<std::ptrdiff_t>(group.size));
+  };
+  erase(face.at_mm);
+  erase(face.shifts_mm);
+  erase(face.touches);
   return face;
 }
 
-/// The touch without which the others agree best: a wrong one makes its neighbours look wrong too.
-std::size_t most_wrong(const FaceTouches& face) {
-  std::size_t best = 0;
+/// The group without which the others agree best: a wrong one makes its neighbours look wrong too.
+Group most_wrong(const FaceTouches& face, std::size_t group_size) {
+  Group best;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < face.at_mm.size(); ++i) {
-    const std::vector<double> sizes = sizes_off(without(face, i));
+  for (std::size_t i = 0; i + group_size <= face.at_mm.size(); ++i) {
+    const Group group{i, group_size};
+    const std::vector<double> sizes = sizes_off(without(face, group), 1);
     const double largest = *std::max_element(sizes.begin(), sizes.end());
-    if (largest < least) least = largest, best = i;
+    if (largest < least) least = largest, best = group;
   }
   return best;
 }
 
-/// Whether a touch is so far off the others that it is no part of their form and noise.
-bool stands_out(const FaceTouches& face, std::size_t i, double tolerance_mm) {
+/// Whether a group is so far off the others that it is no part of their form and noise.
+bool stands_out(const FaceTouches& face, const Group& group, double tolerance_mm) {
   constexpr double kDeviations = 8.0;   // standard deviations of the others
   constexpr double kOfMedian = 1.4826;  // a standard deviation by the median of normal values
-  std::vector<double> sizes = sizes_off(face);
-  const double size = sizes[i];
+  std::vector<double> sizes = sizes_off(face, group.size);
+  const LeftOut it = left_out(face, group);
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
-  return size > kDeviations * kOfMedian * *middle && std::abs(left_out(face, i).off_mm) > tolerance_mm;
+  return it.size > kDeviations * kOfMedian * *middle && std::abs(it.off_mm) > tolerance_mm;
 }
 
-/// Touches that stand out from the others of their face.
+bool any_stands_out(const FaceTouches& face, std::size_t group_size, double tolerance_mm) {
+  for (std::size_t i = 0; i + group_size <= face.at_mm.size(); ++i)
+    if (stands_out(face, {i, group_size}, tolerance_mm)) return true;
+  return false;
+}
+
+/// Touches that stand out from the others of their face, alone or two beside each other.
 std::vector<SuspectTouch> suspects_of(const FaceTouches& face, double tolerance_mm) {
-  constexpr std::size_t kFewest = 7;
-  const auto any_stands_out = [&](const FaceTouches& all) {
-    for (std::size_t i = 0; i < all.at_mm.size(); ++i)
-      if (stands_out(all, i, tolerance_mm)) return true;
-    return false;
-  };
+  constexpr std::size_t kFewestLeft = 6;
   const auto with = [&](FaceTouches sound, std::size_t touch) {
     const auto at = std::find(face.touches.begin(), face.touches.end(), touch) - face.touches.begin();
     const auto place =
@@ -208,21 +221,24 @@ std::vector<SuspectTouch> suspects_of(const FaceTouches& face, double tolerance_
     sound.at_mm.insert(sound.at_mm.begin() + place, face.at_mm[static_cast<std::size_t>(at)]);
     sound.shifts_mm.insert(sound.shifts_mm.begin() + place, face.shifts_mm[static_cast<std::size_t>(at)]);
     sound.touches.insert(sound.touches.begin() + place, touch);
-    return std::pair{sound, static_cast<std::size_t>(place)};
+    return std::pair{sound, Group{static_cast<std::size_t>(place)}};
   };
   FaceTouches sound = face;
   std::vector<std::size_t> taken;
-  while (sound.at_mm.size() >= kFewest && any_stands_out(sound)) {
-    const std::size_t i = most_wrong(sound);
-    taken.push_back(sound.touches[i]);
-    sound = without(std::move(sound), i);
+  for (const std::size_t group_size : {std::size_t{2}, std::size_t{1}}) {
+    while (sound.at_mm.size() >= kFewestLeft + group_size &&
+           any_stands_out(sound, group_size, tolerance_mm)) {
+      const Group group = most_wrong(sound, group_size);
+      for (std::size_t i = group.first; i < group.first + group.size; ++i) taken.push_back(sound.touches[i]);
+      sound = without(std::move(sound), group);
+    }
   }
   // One that was taken for another one's sake comes back.
   std::vector<SuspectTouch> out;
   for (const std::size_t touch : taken) {
-    auto [all, i] = with(sound, touch);
-    if (sound.at_mm.size() < kFewest - 1 || stands_out(all, i, tolerance_mm))
-      out.push_back({touch, left_out(all, i).off_mm});
+    auto [all, it] = with(sound, touch);
+    if (sound.at_mm.size() < kFewestLeft || stands_out(all, it, tolerance_mm))
+      out.push_back({touch, left_out(all, it).off_mm});
     else
       sound = std::move(all);
   }

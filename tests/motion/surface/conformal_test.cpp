@@ -114,6 +114,29 @@ TEST(Reconstruction, TellsAWrongTouch) {
   EXPECT_LE(disturbed, 2);
 }
 
+// Dust that lies under two touches beside each other: they agree with each other, and passed.
+TEST(Reconstruction, TellsTwoWrongTouchesBesideEachOther) {
+  constexpr int kLines = 40;
+  std::mt19937_64 random(std::random_device{}());
+  int told = 0, named = 0;
+  for (int n = 0; n < kLines; ++n) {
+    const RealPart part = make_trial_part({}, random());
+    const Measured m = measure(random() % 9, part, {}, random());
+    std::vector<Eigen::Vector3d> touches = m.touches;
+    const std::size_t wrong = random() % (touches.size() - 1);
+    const double off_mm = random() % 2 == 0 ? 0.15 : -0.15;
+    for (const std::size_t i : {wrong, wrong + 1}) touches[i] += off_mm * m.points.points[i].axis;
+    const RealLine real = reconstruct(m.line, m.points, touches, calibrated({}));
+    told += real.suspects.empty() ? 0 : 1;
+    int of_both = 0;
+    for (const SuspectTouch& suspect : real.suspects) of_both += suspect.touch - wrong <= 1 ? 1 : 0;
+    named += of_both == 2 ? 1 : 0;
+  }
+  std::printf("of %d pairs %d told, %d named in full\n", kLines, told, named);
+  EXPECT_GE(told, kLines - 4);
+  EXPECT_GE(named, kLines - 8);
+}
+
 TEST(Reconstruction, TellsNoErrorOfFewerThanFiveTouches) {
   const RealPart part{trial_height_mm};
   const ClLine line = trial_lines()[1];
