@@ -10,6 +10,7 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <tuple>
 #include <utility>
 
 #include "motion/tour/greedy_tour.hpp"
@@ -393,6 +394,46 @@ double pauses_s(const Route& route, const PathTask& task) {
   return task.metric == Metric::time ? static_cast<double>(route.points) * task.times.pause_s : 0.0;
 }
 
+/// Points that coincide are one place to the search: their neighbours would be nothing but each other.
+class Places {
+ public:
+  explicit Places(std::span<const Point> points) : next_(points.size(), kNone) {
+    Order by_place(points.size());
+    std::iota(by_place.begin(), by_place.end(), std::size_t{0});
+    const auto key = [&](std::size_t i) { return std::tuple(points[i].x_mm, points[i].y_mm, i); };
+    std::sort(by_place.begin(), by_place.end(),
+              [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+    std::vector<char> follows(points.size(), 0);
+    for (std::size_t k = 1; k < by_place.size(); ++k) {
+      const Point &before = points[by_place[k - 1]], &point = points[by_place[k]];
+      if (before.x_mm != point.x_mm || before.y_mm != point.y_mm) continue;
+      next_[by_place[k - 1]] = by_place[k];
+      follows[by_place[k]] = 1;
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (follows[i] != 0) continue;
+      firsts_.push_back(i);
+      places_.push_back(points[i]);
+    }
+  }
+
+  std::span<const Point> places() const { return places_; }
+
+  /// An order of places as one of all points.
+  Order of_points(const Order& order_of_places) const {
+    Order out;
+    for (const std::size_t place : order_of_places)
+      for (std::size_t i = firsts_[place]; i != kNone; i = next_[i]) out.push_back(i);
+    return out;
+  }
+
+ private:
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  Order next_;    // the next point at the same place
+  Order firsts_;  // of each place
+  std::vector<Point> places_;
+};
+
 }  // namespace
 
 double distance_mm(double dx_mm, double dy_mm, Metric metric) {
@@ -429,7 +470,9 @@ Plan plan_path(std::span<const Point> points, const PathTask& task, const PathPr
   const TaskCost cost{task};
   const double pauses = pauses_s(route, task);
   plan.cost_before = plan.cost_after = cost_of(route, plan.order, cost) + pauses;
-  Found found = plan_route(route, task, progress);
+  const Places places(points);
+  Found found = plan_route(route_of(places.places(), task), task, progress);
+  found.order = places.of_points(found.order);
   const double planned = cost_of(route, found.order, cost) + pauses;
   if (planned < plan.cost_before) {
     plan.order = std::move(found.order);

@@ -298,6 +298,22 @@ TEST(Plan, CoincidingPointsAreAllVisited) {
       EXPECT_TRUE(is_permutation_of_all(plan_path(points, task).order, points.size()));
 }
 
+// Each point had the others of its place for its neighbours: the search took time by the square of their
+// number, and found no way between the places.
+TEST(Plan, ManyPointsMayCoincide) {
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < 60'000; ++i)
+    points.push_back({static_cast<double>(i % 20), static_cast<double>(i / 20 % 3), i});
+  PathTask task;
+  task.tour = Tour::closed;
+  const Plan plan = plan_path(points, task);
+  EXPECT_EQ(plan.cost_after, 60.0);
+  EXPECT_EQ(plan.gap(), 0.0);
+  std::vector<std::size_t> sorted = plan.order;
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t i = 0; i < sorted.size(); ++i) ASSERT_EQ(sorted[i], i);
+}
+
 TEST(Plan, PointsOnALineAreVisitedAlongIt) {
   std::vector<Point> points;
   for (std::size_t i = 0; i < 60; ++i) points.push_back({static_cast<double>(i * 37 % 60), 5.0, i + 1});
