@@ -105,6 +105,11 @@ std::optional<std::string> unit_behind_axis(std::string_view name, char axis) {
     return std::nullopt;
   const auto unit = small.find_first_not_of(kNameSeparators, behind);
   if (unit == std::string::npos) return "";
+  // "X Offset (mm)" is another column: a word stands between the axis and the unit.
+  const auto word_end = small.find_first_of(kNameSeparators, unit);
+  const auto bracket = small.find_first_of("([", unit);
+  if (bracket != std::string::npos && word_end <= bracket && !small.substr(unit).starts_with("in "))
+    return std::nullopt;
   return std::string(
       without_in(std::string_view(small).substr(unit, small.find_last_not_of(kNameSeparators) - unit + 1)));
 }

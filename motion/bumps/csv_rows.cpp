@@ -40,9 +40,13 @@ void for_loose_cells(std::string_view line, std::string_view separators, const V
 /// else is a comment.
 bool names_columns(std::string_view line, std::string_view separators) {
   bool x = false, y = false;
+  const auto names = [](std::string_view cell, char axis) {
+    const auto unit = unit_behind_axis(cell, axis);
+    return unit && (unit->empty() || unit->find(' ') == std::string::npos);
+  };
   for_loose_cells(line, separators, [&](std::string_view cell) {
-    x = x || unit_behind_axis(cell, 'x');
-    y = y || unit_behind_axis(cell, 'y');
+    x = x || names(cell, 'x');
+    y = y || names(cell, 'y');
   });
   return x && y;
 }

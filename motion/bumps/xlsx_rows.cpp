@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <map>
 #include <memory>
 #include <pugixml.hpp>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include "base/number.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/number_formats.hpp"
 
 namespace meltstage::motion::detail {
 namespace {
@@ -72,7 +74,9 @@ class Archive {
                               kLargestPart >> 20U));
     std::string text(info.size, '\0');
     const std::unique_ptr<zip_file_t, CloseFile> file(zip_fopen(archive_.get(), part.c_str(), 0));
-    if (!file || zip_fread(file.get(), text.data(), text.size()) != static_cast<zip_int64_t>(text.size()))
+    char behind = 0;  // the checksum is compared by the read that finds the end
+    if (!file || zip_fread(file.get(), text.data(), text.size()) != static_cast<zip_int64_t>(text.size()) ||
+        zip_fread(file.get(), &behind, 1) != 0)
       fail(path_, fmt::format("part {} can't be unpacked, expected an undamaged workbook without a password",
                               in_quotes(part)));
     if (std::count_if(text.begin(), text.end(), [](char c) { return c == '<' || c == '='; }) > kMostMarks)
@@ -170,10 +174,29 @@ bool sums_up(std::string_view formula) {
                      [&](std::string_view name) { return formula.starts_with(name); });
 }
 
+/// Of each style that a cell may name.
+std::vector<NumberFormat> number_formats(const Archive& archive) {
+  std::vector<NumberFormat> formats;
+  constexpr auto kPart = "xl/styles.xml";
+  if (!archive.has(kPart)) return formats;
+  const auto document = archive.xml(kPart);
+  const auto styles = document.child("styleSheet");
+  std::map<unsigned, NumberFormat> own;
+  for (const auto& format : styles.child("numFmts").children("numFmt"))
+    own[format.attribute("numFmtId").as_uint()] = number_format(format.attribute("formatCode").as_string());
+  for (const auto& style : styles.child("cellXfs").children("xf")) {
+    const unsigned id = style.attribute("numFmtId").as_uint();
+    const auto found = own.find(id);
+    formats.push_back(found != own.end() ? found->second : built_in_format(id));
+  }
+  return formats;
+}
+
 class Sheet {
  public:
-  Sheet(const std::filesystem::path& path, std::vector<std::string> strings)
-      : path_(path), strings_(std::move(strings)) {}
+  Sheet(const std::filesystem::path& path, std::vector<std::string> strings,
+        std::vector<NumberFormat> formats)
+      : path_(path), strings_(std::move(strings)), formats_(std::move(formats)) {}
 
   Cell cell(std::size_t row, const pugi::xml_node& node) const {
     const std::string_view type = node.attribute("t").as_string("n");
@@ -192,13 +215,25 @@ class Sheet {
     if ((type == "n" || type == "str") && value.empty() && node.child("f"))
       return {fmt::format("={}", node.child("f").text().as_string()), std::nullopt};
     if (type == "n" && !value.empty())
-      return {value, parse_number(value), sums_up(node.child("f").text().as_string())};
+      return as_shown({value, parse_number(value), sums_up(node.child("f").text().as_string())},
+                      node.attribute("s").as_ullong());
     return {value, std::nullopt};
   }
 
  private:
+  /// A spreadsheet makes a date of a typed 4.5, which is then the number 45050; what it shows is no length.
+  Cell as_shown(Cell cell, std::size_t style) const {
+    if (style >= formats_.size()) return cell;
+    const auto& [kind, unit] = formats_[style];
+    if (kind == NumberFormat::Kind::date) return {cell.text + ", shown as a date or time", std::nullopt};
+    if (kind == NumberFormat::Kind::percent) return {cell.text + ", shown as a percentage", std::nullopt};
+    if (!unit.empty()) return {cell.text + " " + unit, std::nullopt, cell.sums_up};
+    return cell;
+  }
+
   const std::filesystem::path& path_;
   std::vector<std::string> strings_;
+  std::vector<NumberFormat> formats_;
 };
 
 }  // namespace
@@ -208,7 +243,7 @@ void read_xlsx_rows(const std::filesystem::path& path, std::string_view content,
     fail(path, fmt::format("found {}, expected an Excel workbook (.xlsx) without a password", kind));
   const Archive archive(path, content);
   const std::string part = first_sheet(path, archive);
-  const Sheet sheet(path, shared_strings(path, archive));
+  const Sheet sheet(path, shared_strings(path, archive), number_formats(archive));
   const auto document = archive.xml(part);
   TableRow row;
   for (const auto& node : document.child("worksheet").child("sheetData").children("row")) {

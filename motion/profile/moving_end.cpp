@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "motion/profile/check_positive.hpp"
 #include "motion/profile/course.hpp"
 
 namespace meltstage::motion {
@@ -235,7 +236,7 @@ JerkProfile plan_to_speed(const ScurveLimits& limits, const MotionState& state, 
                           double end_velocity_mm_s) {
   check_limits(limits);
   check_state(state);
-  if (!std::isfinite(target_mm) || !(std::abs(end_velocity_mm_s) <= limits.velocity_mm_s))
+  if (!(std::abs(target_mm) <= kLargestMeasure) || !(std::abs(end_velocity_mm_s) <= limits.velocity_mm_s))
     throw MotionError(fmt::format(
         "motion to a speed: found {} mm with {} mm/s, expected a finite number with {} mm/s at most",
         target_mm, end_velocity_mm_s, limits.velocity_mm_s));

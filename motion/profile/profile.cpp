@@ -172,6 +172,9 @@ Scurve lay_out(const Ramp& up, double cruise_s, const Ramp& down, const ScurveLi
 void check_positive(std::string_view what, double value, std::string_view unit) {
   if (!std::isfinite(value) || value <= 0.0)
     throw MotionError(fmt::format("{}: found {} {}, expected a finite number above 0", what, value, unit));
+  if (value < kLeastMeasure || value > kLargestMeasure)
+    throw MotionError(fmt::format("{}: found {} {}, expected a number from {} to {}", what, value, unit,
+                                  kLeastMeasure, kLargestMeasure));
 }
 
 void check_limits(const ScurveLimits& limits) {
@@ -226,8 +229,9 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
   check_limits(limits);
   check_velocity("start speed", start_velocity_mm_s, limits.velocity_mm_s);
   check_velocity("end speed", end_velocity_mm_s, limits.velocity_mm_s);
-  if (!std::isfinite(distance_mm) || distance_mm < 0.0)
-    throw MotionError(fmt::format("distance: found {} mm, expected a finite number from 0", distance_mm));
+  if (!(distance_mm >= 0.0 && distance_mm <= kLargestMeasure))
+    throw MotionError(
+        fmt::format("distance: found {} mm, expected a number from 0 to {}", distance_mm, kLargestMeasure));
 
   const Task task{{limits.acceleration_mm_s2, limits.jerk1_mm_s3, limits.jerk3_mm_s3},
                   {limits.deceleration_mm_s2, limits.jerk7_mm_s3, limits.jerk5_mm_s3},
@@ -262,8 +266,9 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
 }
 
 Scurve stretched(const Scurve& curve, double factor) {
-  if (!std::isfinite(factor) || factor <= 0.0)
-    throw MotionError(fmt::format("stretching: found factor {}, expected a finite number above 0", factor));
+  if (!(factor >= kLeastMeasure && factor <= kLargestMeasure))
+    throw MotionError(fmt::format("stretching: found factor {}, expected a number from {} to {}", factor,
+                                  kLeastMeasure, kLargestMeasure));
   Scurve slow = curve;
   const double square = factor * factor;
   for (double& duration_s : slow.durations_s) duration_s *= factor;
@@ -291,7 +296,7 @@ Scurve round_to_cycles(const Scurve& curve, double cycle_s) {
   std::array<double, 7> durations_s{};
   constexpr double kRounding = 1e-9;  // of a cycle: a duration that is whole but for its last bits stays
   for (std::size_t i = 0; i < 7; ++i)
-    durations_s[i] = cycle_s * std::ceil(curve.durations_s[i] / cycle_s - kRounding);
+    durations_s[i] = cycle_s * std::max(0.0, std::ceil(curve.durations_s[i] / cycle_s - kRounding));  // no -0
   // A ramp from rest of given durations, for a high speed of 1.
   const auto unit_ramp = [](double rise_s, double hold_s, double fall_s) {
     Ramp ramp{0.0, rise_s, hold_s, fall_s, 0.0, 0.0};

@@ -16,8 +16,8 @@ class MotionError : public UserError {
   using UserError::UserError;
 };
 
-/// Limits of one axis or of a path, all > 0 and finite. The jerks are those of the segments T1, T3, T5 and
-/// T7.
+/// Limits of one axis or of a path, all from 1e-12 to 1e15. The jerks are those of the segments T1, T3, T5
+/// and T7.
 struct ScurveLimits {
   double velocity_mm_s = 400.0;        ///< Vc
   double acceleration_mm_s2 = 4000.0;  ///< A
@@ -71,7 +71,7 @@ Scurve plan_scurve(const ScurveLimits& limits, double distance_mm, double start_
 
 /// The same way in `factor` (> 0) times the duration: speeds fall by factor, accelerations by factor^2,
 /// jerks by factor^3.
-/// @throws MotionError if the factor isn't a finite number above 0.
+/// @throws MotionError if the factor isn't a number from 1e-12 to 1e15.
 Scurve stretched(const Scurve& curve, double factor);
 
 /// A profile from rest to rest whose segments each last a whole number of servo cycles: none is shorter than

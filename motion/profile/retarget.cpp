@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "motion/profile/check_positive.hpp"
 #include "motion/profile/course.hpp"
 #include "motion/profile/profile_parts.hpp"
 
@@ -213,11 +214,12 @@ bool moves_backward(const MotionState& state) {
 }  // namespace
 
 void check_state(const MotionState& state) {
-  if (std::isfinite(state.position_mm) && std::isfinite(state.velocity_mm_s) &&
-      std::isfinite(state.acceleration_mm_s2))
+  if (std::abs(state.position_mm) <= kLargestMeasure && std::abs(state.velocity_mm_s) <= kLargestMeasure &&
+      std::abs(state.acceleration_mm_s2) <= kLargestMeasure)
     return;
-  throw MotionError(fmt::format("state: found {} mm, {} mm/s and {} mm/s2, expected finite numbers",
-                                state.position_mm, state.velocity_mm_s, state.acceleration_mm_s2));
+  throw MotionError(fmt::format("state: found {} mm, {} mm/s and {} mm/s2, expected finite numbers up to {}",
+                                state.position_mm, state.velocity_mm_s, state.acceleration_mm_s2,
+                                kLargestMeasure));
 }
 
 JerkProfile::JerkProfile(const Scurve& curve) : end(curve.end), duration_s(curve.duration_s) {
@@ -275,7 +277,7 @@ StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state
   const auto needed_mm = [&](double haste) { return way_mm(hurried(haste)); };
   StopWithin stop{plan_stop(limits, state), 1.0};
   if (way_mm(limits) <= room_mm || stop.profile.segments == 0) return stop;
-  if (!(room_mm > 0.0))
+  if (!(room_mm >= kLeastMeasure))
     throw MotionError(
         fmt::format("stop: found room of {} mm, expected more than 0 mm for a moving axis", room_mm));
   double enough = 2.0;
@@ -289,8 +291,9 @@ StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state
 JerkProfile plan_retarget(const ScurveLimits& limits, const MotionState& state, double target_mm) {
   check_limits(limits);
   check_state(state);
-  if (!std::isfinite(target_mm))
-    throw MotionError(fmt::format("retarget: found target {} mm, expected a finite number", target_mm));
+  if (!(std::abs(target_mm) <= kLargestMeasure))
+    throw MotionError(fmt::format("retarget: found target {} mm, expected a finite number up to {}",
+                                  target_mm, kLargestMeasure));
   if (state.velocity_mm_s == 0.0 && state.acceleration_mm_s2 == 0.0) {
     const Scurve curve = plan_scurve(limits, std::abs(target_mm));
     return target_mm < 0.0 ? mirrored(JerkProfile(curve)) : JerkProfile(curve);

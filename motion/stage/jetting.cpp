@@ -299,12 +299,14 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
   const auto rows = rows_of(bumps, config.row_tolerance_mm);
   double direction = 1.0;
   for (auto order : rows) {
+    // Two triggers may lie a count nearer than their bumps.
     const double gap_mm = nearest_gap_mm(bumps, order);
+    const double closest_mm = std::max(gap_mm - config.encoder_mm, 0.5 * gap_mm);
     const double length_mm = bumps[order.back()].x_mm - bumps[order.front()].x_mm;
     FlyByRow row;
     row.y_mm = row_y_mm(bumps, order);
     row.speed_mm_s = best_speed_mm_s(config.x, length_mm + 2.0 * config.follow_mm,
-                                     std::min(config.x.velocity_mm_s, gap_mm * config.droplets_per_s));
+                                     std::min(config.x.velocity_mm_s, closest_mm * config.droplets_per_s));
     if (direction < 0.0) std::reverse(order.begin(), order.end());
     const double ahead_mm = row.speed_mm_s * (config.latency_s + config.flight_s);
     for (const std::size_t i : order) {
@@ -332,6 +334,7 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
   double free_s = 0.0;  // x at rest from here on
   double x_mm = plan.rows.front().from_x_mm;
   double y_mm = plan.rows.front().y_mm, y_from_s = 0.0;
+  double ready_s = 0.0;  // the head, for another droplet
   for (FlyByRow& row : plan.rows) {
     row.x = plan_scurve(at_speed(config.x, row.speed_mm_s), std::abs(row.to_x_mm - row.from_x_mm));
     const auto time_of = [&](const Trigger& trigger) {
@@ -346,10 +349,12 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
     row.y_start_s = y_from_s;
     row.y = plan_scurve(config.y, std::abs(row.y_mm - y_mm));
     const double y_over_s = y_from_s + row.y.duration_s + config.settle_s;
-    row.start_s = std::max(free_s + row.way.duration_s, y_over_s - time_of(row.triggers.front()));
+    row.start_s =
+        std::max(free_s + row.way.duration_s, std::max(y_over_s, ready_s) - time_of(row.triggers.front()));
     for (Trigger& trigger : row.triggers) trigger.time_s = row.start_s + time_of(trigger);
     free_s = row.start_s + row.x.duration_s;
     y_from_s = row.triggers.back().time_s + config.latency_s;
+    ready_s = row.triggers.back().time_s + 1.0 / config.droplets_per_s;
     y_mm = row.y_mm;
     x_mm = row.to_x_mm;
   }

@@ -155,10 +155,12 @@ void Stage::set_position_pins(std::size_t axis) {
   const AxisConfig& config = config_.axes[axis];
   AxisProgress& progress = axes_[axis];
   progress.pins.home = progress.pulses <= mm_to_pulses(config, config.travel.min_mm);
-  progress.pins.limit_negative =
-      progress.pulses <= mm_to_pulses(config, config.travel.min_mm - config.overtravel_mm);
-  progress.pins.limit_positive =
-      progress.pulses >= mm_to_pulses(config, config.travel.max_mm + config.overtravel_mm);
+  // Not by pulses: the nearest one may lie before a switch. What double keeps of a place is less than a
+  // nanometre.
+  constexpr double kRounding_mm = 1e-6;
+  const double at_mm = pulses_to_mm(config, progress.pulses);
+  progress.pins.limit_negative = at_mm <= config.travel.min_mm - config.overtravel_mm + kRounding_mm;
+  progress.pins.limit_positive = at_mm >= config.travel.max_mm + config.overtravel_mm - kRounding_mm;
   progress.pins.index = is_index(config, progress.pulses);
 }
 

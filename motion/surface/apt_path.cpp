@@ -50,6 +50,12 @@ bool is_passed_over(std::string_view major) {
   return std::find(kKnown.begin(), kKnown.end(), major) != kKnown.end();
 }
 
+/// The tool along z, as it is without the statement.
+bool sets_upright_axis(const Statement& s) {
+  const auto is = [&](std::size_t i, double wanted) { return parse_number(s.minor[i]) == wanted; };
+  return s.major == "TLAXIS" && s.minor.size() == 3 && is(0, 0.0) && is(1, 0.0) && is(2, 1.0);
+}
+
 /// Statements after which GOTO means another place than one in the workpiece's frame, or the machine does
 /// what no statement here says.
 bool leaves_frame(const Statement& s) {
@@ -150,7 +156,7 @@ class AptReader {
       lines_.fail(s.row, fmt::format("found {}, expected a path in the workpiece's frame alone; write it "
                                      "without such statements",
                                      in_quotes(text_of(s))));
-    if (is_passed_over(s.major) || is_passed_over(first_word)) return;
+    if (is_passed_over(s.major) || is_passed_over(first_word) || sets_upright_axis(s)) return;
     lines_.fail(s.row, fmt::format("found {}, expected GOTO or a statement without motion; write the path as "
                                    "linear moves",
                                    in_quotes(s.major)));

@@ -580,11 +580,34 @@ struct Breakpoint {
   double speed_mm_s;
 };
 
+/// Largest speed at which the direction may turn by so much within a servo cycle.
+double corner_limit_mm_s(double angle_rad, const FeedLimits& limits) {
+  const double half = std::sin(0.5 * angle_rad);
+  if (half <= 0.0) return limits.feed_mm_s;
+  return std::min({limits.feed_mm_s, 0.5 * limits.normal_acceleration_mm_s2 * limits.cycle_s / half,
+                   2.0 * limits.chord_error_mm / (limits.cycle_s * half)});
+}
+
+/// Parameters between which a curve goes nearly straight.
+struct Stretch {
+  double from, to;
+};
+
+/// Between the directions of two stretches; 0 where one of them has no length.
+double angle_rad(const Nurbs& curve, const Stretch& a, const Stretch& b) {
+  const auto way_mm = [&](const Stretch& s) {
+    return Eigen::Vector3d(curve.position_mm(s.to) - curve.position_mm(s.from));
+  };
+  const Eigen::Vector3d before = way_mm(a), after = way_mm(b);
+  return std::atan2(before.cross(after).norm(), before.dot(after));
+}
+
 class FeedPlanner {
  public:
   FeedPlanner(const Nurbs& curve, const ArcLength& length, const FeedLimits& limits) : limits_(limits) {
     const auto& knots = curve.knots();
     places_mm_.push_back(0.0);
+    parameters_.push_back(0.0);
     for (std::size_t i = kDegree; i + kDegree + 1 < knots.size(); ++i) {
       const double width = knots[i + 1] - knots[i];
       if (width == 0.0) continue;
@@ -596,7 +619,7 @@ class FeedPlanner {
     }
     allowed_mm_s_.push_back(least_mm_s_.front());
     for (std::size_t i = 1; i < least_mm_s_.size(); ++i)
-      allowed_mm_s_.push_back(std::min(least_mm_s_[i - 1], least_mm_s_[i]));
+      allowed_mm_s_.push_back(std::min({least_mm_s_[i - 1], least_mm_s_[i], corner_mm_s(curve, i)}));
     allowed_mm_s_.push_back(least_mm_s_.back());
   }
 
@@ -614,24 +637,40 @@ class FeedPlanner {
 
  private:
   static constexpr double kCell_mm = 0.05;
+  static constexpr double kOfCell = 1e-3;  // a stretch whose direction is looked at
   static constexpr double kCellsOfSpan = 8.0, kMostCellsOfSpan = 10'000.0;
 
-  /// Adds cells of the curve, halved until the limit is nearly straight in each. The least limit of a cell is
-  /// that of the parabola through its ends and middle, and once more its sag less for what isn't a parabola.
+  /// At a cell's border. A curve may turn at once at a knot of three, where its curvature says nothing.
+  double corner_mm_s(const Nurbs& curve, std::size_t border) const {
+    const double u = parameters_[border];
+    return corner_limit_mm_s(angle_rad(curve, {u - kOfCell * (u - parameters_[border - 1]), u},
+                                       {u, u + kOfCell * (parameters_[border + 1] - u)}),
+                             limits_);
+  }
+
+  /// Adds cells of the curve, halved until the limit and the curve are nearly straight in each. The least
+  /// limit of a cell is that of the parabola through its ends and middle, and once more its sag less for what
+  /// isn't a parabola.
   void add_cells(const Nurbs& curve, const ArcLength& length, double from, double to, int depth) {
-    constexpr double kStraight = 1e-3;
+    constexpr double kStraight = 1e-3, kMostTurned_rad = 0.3;
     constexpr int kDeepest = 10;
     const double middle = 0.5 * (from + to);
     const double a = feed_limit_mm_s(curve, from, limits_), b = feed_limit_mm_s(curve, to, limits_);
     const double m = feed_limit_mm_s(curve, middle, limits_), sag = std::abs(m - 0.5 * (a + b));
-    if (sag > kStraight * m && depth < kDeepest) {
+    // On a straight line that turns back the curvature is 0 on both sides.
+    const double little = kOfCell * (to - from);
+    const double turned_rad = angle_rad(curve, {from, from + little}, {to - little, to});
+    const bool turns = turned_rad > kMostTurned_rad;
+    if ((turns || sag > kStraight * m) && depth < kDeepest) {
       add_cells(curve, length, from, middle, depth + 1);
       add_cells(curve, length, middle, to, depth + 1);
       return;
     }
     // The parabola is at most its sag below the lower end.
     places_mm_.push_back(length.length_mm(to));
-    least_mm_s_.push_back(std::max(std::min({a, b, m}) - 2.0 * sag, 0.5 * std::min({a, b, m})));
+    parameters_.push_back(to);
+    const double least = std::max(std::min({a, b, m}) - 2.0 * sag, 0.5 * std::min({a, b, m}));
+    least_mm_s_.push_back(turns ? std::min(least, corner_limit_mm_s(turned_rad, limits_)) : least);
   }
 
   std::vector<Breakpoint> minima() const {
@@ -717,6 +756,7 @@ class FeedPlanner {
 
   FeedLimits limits_;
   std::vector<double> places_mm_;     ///< borders of the cells
+  std::vector<double> parameters_;    ///< of these
   std::vector<double> allowed_mm_s_;  ///< at the borders: the least of both cells
   std::vector<double> least_mm_s_;    ///< of each cell
 };

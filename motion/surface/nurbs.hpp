@@ -128,11 +128,14 @@ struct FeedPlan {
   MotionState sample(double time_s) const;  ///< along the curve
 };
 
-/// Largest speed at `u` that keeps normal acceleration and chord error; at most the feed.
+/// Largest speed at `u` that keeps normal acceleration and chord error where the curve bends; at most the
+/// feed.
 double feed_limit_mm_s(const Nurbs& curve, double u, const FeedLimits& limits);
 
 /// Plans the speed along the whole curve: breakpoints at the minima of the limit, S-curves between them, and
-/// further breakpoints until no S-curve is above the limit.
+/// further breakpoints until no S-curve is above the limit. Where the curve turns at once, at a knot of three
+/// or back along a line, the speed is such that the change of a servo cycle stays within normal acceleration
+/// and chord error.
 /// @throws MotionError if a limit isn't positive.
 FeedPlan plan_feed(const Nurbs& curve, const ArcLength& length, const FeedLimits& limits);
 

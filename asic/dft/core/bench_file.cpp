@@ -39,6 +39,8 @@ std::optional<Statement> parse(std::string_view text, const std::string& file, s
   statement.place.column = static_cast<std::size_t>(first - line.begin()) + 1;
   line.erase(std::remove_if(line.begin(), line.end(), is_blank), line.end());
   if (line.empty()) return std::nullopt;
+  for (const std::string_view constant : {"=vdd", "=gnd"})  // as ABC writes them
+    if (line.ends_with(constant)) line += "()";
   const std::size_t open = line.find('('), close = line.rfind(')'), equals = line.find('=');
   if (open == std::string::npos || close == std::string::npos || close < open)
     throw UserError(defect_at(file, statement.place, fmt::format("\"{}\"", shown(text)),
@@ -141,6 +143,8 @@ Circuit parse_bench(std::string_view text, const std::string& name) {
       captures.emplace_back(statement.args[0], statement.place);
       continue;
     }
+    if (statement.function.starts_with("LUT0X"))
+      fail(statement.place, "a look-up table (LUT)", "gates; ABC writes them by write_bench -l");
     const auto known = gate_names().find(statement.function);
     if (known == gate_names().end())
       fail(statement.place, fmt::format("gate \"{}\"", shown(statement.function)),
@@ -166,6 +170,8 @@ Circuit parse_bench(std::string_view text, const std::string& name) {
     std::vector<Node> fanin;
     for (const std::string& arg : statement.args) fanin.push_back(driver(arg, statement.place));
     for (const Node source : fanin) ++uses[source];
+    // MUX(s, a, b) has the select first, as those who write it have it; Gate::mux has it last.
+    if (statement.function == "MUX") std::rotate(fanin.begin(), fanin.begin() + 1, fanin.end());
     builder.set_fanin(node, std::move(fanin));
   }
   for (const auto* list : {&ports_out, &captures}) {

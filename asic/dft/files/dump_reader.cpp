@@ -103,27 +103,45 @@ class DumpReader {
     const bool port = words[0] == "port";
     if (variables_.empty()) extended_ = port;
     if (port != extended_) fail(where, fmt::format("$var {}", shown(words[0])), "ports alone or none");
-    if (words[1] != "1") fail(where, fmt::format("a width of {}", shown(words[1])), "1: one variable a bit");
     Variable variable;
     variable.name = words[3];
     for (std::size_t i = 4; i < words.size(); ++i) variable.name += words[i];  // a [0] set apart
     variable.where = where;
-    if (!extended_) {
+    const bool is_bit = words[1] == "1";
+    if (extended_) {
+      if (!is_bit) fail(where, fmt::format("a width of {}", shown(words[1])), "1: one variable a bit");
+    } else {
       const auto direction = directions_.find(variable.name);
-      variable.used = direction != directions_.end();
+      variable.used = is_bit && direction != directions_.end();
       if (variable.used) variable.input = direction->second;
+      if (!is_bit && is_bus_of_ports(words[3]))
+        fail(where, fmt::format("\"{}\" with a width of {}", shown(words[3]), shown(words[1])),
+             "one variable for each bit of a port");
     }
-    if (!is_plain_name(variable.name))
+    if (variable.used && !is_plain_name(variable.name))
       fail(where, fmt::format("signal \"{}\"", shown(variable.name)),
            "a name without blanks, quotes, \\, % and `");
-    if (variable.used && !names_.insert(variable.name).second)
-      fail(where, fmt::format("signal \"{}\" again", variable.name), "each signal once");
-    if (!code_.emplace(words[2], variables_.size()).second)
+    std::vector<std::size_t>& same_code = code_[std::string(words[2])];
+    if (extended_ && !same_code.empty())
       fail(where, fmt::format("code {} again", shown(words[2])), "one of its own");
+    // One net has one code in all scopes that see it.
+    const bool is_seen_again = std::any_of(same_code.begin(), same_code.end(), [&](std::size_t other) {
+      return variables_[other].name == variable.name;
+    });
+    if (variable.used && !is_seen_again && !names_.insert(variable.name).second)
+      fail(where, fmt::format("signal \"{}\" again", variable.name),
+           "each signal once; where scopes have signals of one name, dump one scope alone");
+    if (is_seen_again) return;
+    same_code.push_back(variables_.size());
     variables_.push_back(std::move(variable));
   }
+  bool is_bus_of_ports(std::string_view name) const {
+    const std::string first = std::string(name) + "[";
+    const auto port = directions_.lower_bound(first);
+    return port != directions_.end() && port->first.starts_with(first);
+  }
 
-  std::size_t variable(std::string_view code, std::size_t where) const {
+  const std::vector<std::size_t>& variables_of(std::string_view code, std::size_t where) const {
     const auto found = code_.find(std::string(code));
     if (found == code_.end()) fail(where, fmt::format("code {}", shown(code)), "one of a $var");
     return found->second;
@@ -167,7 +185,7 @@ class DumpReader {
         if (number.size() != 1 || number[0] < '0' || number[0] > '7')
           fail(word_at_, fmt::format("strength \"{}\"", shown(number)), "0 to 7");
       }
-      const std::size_t v = variable(word(), where);
+      const std::size_t v = variables_of(word(), where).front();
       const bool drives = std::string_view("DUNZdu").find(state) != std::string_view::npos,
                  shows = std::string_view("LHXTlh").find(state) != std::string_view::npos;
       if (!drives && !shows)
@@ -184,10 +202,16 @@ class DumpReader {
       return;
     }
     const char c = static_cast<char>(std::tolower(static_cast<unsigned char>(token[0])));
+    if (c == 'b' || c == 'r' || c == 's') {  // a vector, a real number or a text: no port's
+      const std::size_t code_at = at_;
+      for (const std::size_t v : variables_of(word(), code_at))
+        if (variables_[v].used) fail(where, fmt::format("\"{}\"", shown(token)), "0, 1, x or z of a bit");
+      return;
+    }
     if (c != '0' && c != '1' && c != 'x' && c != 'z')
       fail(where, fmt::format("\"{}\"", shown(token)), "0, 1, x or z and a code");
-    const std::size_t v = variable(token.substr(1), where);
-    if (variables_[v].used) changes_.push_back({now, v, c == 'z' ? 'x' : c, where});
+    for (const std::size_t v : variables_of(token.substr(1), where))
+      if (variables_[v].used) changes_.push_back({now, v, c == 'z' ? 'x' : c, where});
   }
 
   CycleStream cycles() {
@@ -291,8 +315,8 @@ class DumpReader {
   long long scale_ps_ = 0, end_ps_ = 0;
   bool extended_ = false;
   std::vector<Variable> variables_;
-  std::map<std::string, std::size_t> code_;
-  std::set<std::string> names_;  // of those that are used
+  std::map<std::string, std::vector<std::size_t>> code_;  // of one net: several variables
+  std::set<std::string> names_;                           // of those that are used
   std::vector<Change> changes_;
 };
 

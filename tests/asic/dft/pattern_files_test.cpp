@@ -296,6 +296,31 @@ TEST(PatternFiles, SeededExtendedDumpDefectsAreRefusedWithLineAndReason) {
         [](const std::string& text, const std::string& name) { return parse_dump(text, name, {}); });
 }
 
+// What a test bench dumps beside the ports: counters, vectors, reals, and the ports once more in a scope
+// below.
+TEST(PatternFiles, OtherVariablesOfADumpArePassedOver) {
+  std::string text = vcd_text(small_stream());
+  const auto put = [&](const std::string& before, const std::string& what) {
+    text.insert(text.find(before), what);
+  };
+  put("$enddefinitions",
+      "$var integer 32 ~ k $end\n$var real 64 ~r level $end\n$var reg 8 ~b other [7:0] $end\n"
+      "$scope module dut $end\n$var wire 1 # d[0] $end\n$var wire 1 # inner $end\n$var reg 1 ~q state "
+      "$end\n$upscope $end\n");
+  put("#140000\n", "b101 ~\nr1.5 ~r\nbx ~b\n1~q\n");
+  EXPECT_TRUE(
+      same_cycles(parse_dump(text, "a.vcd", small_stream().timing, small_directions()), small_stream()));
+  const auto refused = [&](const std::string& declaration, const std::string& message) {
+    std::string bad = vcd_text(small_stream());
+    bad.insert(bad.find("$enddefinitions"), declaration);
+    EXPECT_THAT([&] { parse_dump(bad, "a.vcd", small_stream().timing, small_directions()); },
+                testing::ThrowsMessage<PatternFileError>(HasSubstr(message)));
+  };
+  refused("$var wire 2 ~ d [1:0] $end\n",
+          "found \"d\" with a width of 2, expected one variable for each bit of a port");
+  refused("$var wire 1 ~ d[0] $end\n", "where scopes have signals of one name, dump one scope alone");
+}
+
 TEST(PatternFiles, SeededDumpDefectsAreRefusedWithLineAndReason) {
   const Defect defects[] = {
       {"missing port", "$var wire 1 # d[0] $end\n", "", "found"},

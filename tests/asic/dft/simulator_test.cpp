@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <set>
 #include <string>
 
 #include "asic/dft/core/fault_simulator.hpp"
+#include "base/error.hpp"
 #include "tests/asic/dft/serial.hpp"
 #include "tests/asic/dft/support.hpp"
 
@@ -79,6 +81,23 @@ TEST(FaultSimulator, AWrongFaultIsSeen) {
   std::vector<Fault> wrong = all_faults(circuit);
   wrong[5].stuck = !wrong[5].stuck;
   EXPECT_NE(differences(circuit, wrong, all_faults(circuit)), 0u);
+}
+
+// The select stood last, where all who write MUX in a .bench have it first: other patterns without a word.
+TEST(Bench, TheSelectOfAMuxIsFirst) {
+  const Circuit circuit = bench_circuit("INPUT(s)\nINPUT(a)\nINPUT(b)\nOUTPUT(z)\nz = MUX(s, a, b)\n");
+  const Circuit gates = bench_circuit(
+      "INPUT(s)\nINPUT(a)\nINPUT(b)\nOUTPUT(z)\nn = NOT(s)\np = AND(n, a)\nq = AND(s, b)\nz = OR(p, q)\n");
+  for (const Pattern& pattern : all_patterns(3))
+    EXPECT_EQ(serial_values(circuit, pattern, nullptr).back(), serial_values(gates, pattern, nullptr).back());
+}
+
+TEST(Bench, WhatAbcWritesIsReadOrRefusedByName) {
+  EXPECT_EQ(
+      bench_circuit("INPUT(a)\nOUTPUT(z)\nOUTPUT(y)\nk = vdd\nz = AND(a, k)\ny = gnd\n").inputs().size(), 1U);
+  EXPECT_THAT([] { bench_circuit("INPUT(a)\nOUTPUT(z)\nz = LUT 0x1 ( a )\n"); },
+              testing::ThrowsMessage<UserError>(testing::HasSubstr(
+                  ":3:1: found a look-up table (LUT), expected gates; ABC writes them by write_bench -l")));
 }
 
 // Equivalent faults are detected by the same patterns, all of them.

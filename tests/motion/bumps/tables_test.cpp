@@ -21,6 +21,13 @@ TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
                 {{25.4, 50.8, 2}});
 }
 
+TEST_F(Readers, OtherColumnsOfTheAxesAreNotTheirs) {
+  expect_points(
+      read("a.csv", "Ref,X Offset (mm),Y Offset (mm),X Coord (mm),Y Coord (mm)\nC1,9,9,1.5,2.5\n").points,
+      {{1.5, 2.5, 2}});
+  expect_points(read("b.csv", "# units: inch\n# x,y are centres\nx,y\n1,2\n").points, {{25.4, 50.8, 4}});
+}
+
 constexpr std::string_view kAltium =
     "Altium Designer Pick and Place Locations\r\n"
     "C:\\Boards\\Pick Place for A, B.csv\r\n"

@@ -79,6 +79,56 @@ TEST_F(Xlsx, ARowOfSumsIsNoBump) {
   EXPECT_EQ(read_coordinate_file(sums("MAX(A$2:A3)+4")).points.size(), 3U);
 }
 
+// What a spreadsheet made a date of was read as the number of days since 1900.
+TEST_F(Xlsx, DatesAndPercentagesAreNoLengths) {
+  const auto refused = [&](const std::string& format) {
+    return error_of(
+        make("sheet.append(['x_um', 'y_um'])\nsheet.append([45050, 2])\nsheet['A2'].number_format = '" +
+             format + "'"));
+  };
+  for (const char* format : {"mm-dd-yy", "d/m", "[h]:mm", "[$-407]d. mmm;@", "h:mm AM/PM"})
+    EXPECT_EQ(refused(format),
+              "row 2, column 1 (x): found '45050, shown as a date or time', expected a number such as 12.5")
+        << format;
+  for (const char* format : {"0%", "0.00%", "[Red]0 %"})
+    EXPECT_THAT(refused(format), StartsWith("row 2, column 1 (x): found '45050, shown as a percentage'"))
+        << format;
+}
+
+TEST_F(Xlsx, OtherFormatsShowNumbersAndTheirUnits) {
+  const auto with = [&](const std::string& format) {
+    return read_coordinate_file(
+        make("sheet.append(['x', 'y'])\nsheet.append([100, 200])\n"
+             "for c in 'A2', 'B2': sheet[c].number_format = '" +
+             format + "'"));
+  };
+  for (const char* format :
+       {"General", "0.00", "#,##0.0_);[Red](#,##0.0)", "0.00E+00", "# ?/?", "@", "\"d\"0.0"}) {
+    EXPECT_FALSE(with(format).has_unit) << format;
+    expect_points(with(format).points, {{100, 200, 2}});
+  }
+  for (const char* format : {"0.0\" mil\"", "0.0 \\\\m\\\\i\\\\l", "0.0\"mil\";-0.0\"mil\""}) {
+    EXPECT_TRUE(with(format).has_unit) << format;
+    expect_points(with(format).points, {{2.54, 5.08, 2}});
+  }
+}
+
+// The archive's checksum of a part was not compared: a flipped bit was another coordinate.
+TEST_F(Xlsx, ADamagedPartIsRefused) {
+  const fs::path file = make("sheet.append(['x', 'y'])\nsheet.append([1.5, 2.5])");
+  const std::string script =
+      "import zipfile\nf = '" + file.string() +
+      "'\nz = zipfile.ZipFile(f)\n"
+      "parts = {n: z.read(n) for n in z.namelist()}\nz.close()\nz = zipfile.ZipFile(f, 'w')\n"
+      "for n, d in parts.items(): z.writestr(n, d)\nz.close()\n"
+      "d = open(f, 'rb').read()\nassert d.count(b'<v>2.5</v>') == 1\nopen(f, "
+      "'wb').write(d.replace(b'<v>2.5</v>', b'<v>7.5</v>'))\n";
+  ASSERT_EQ(std::system(("/usr/bin/python3 " + write("damage.py", script).string()).c_str()), 0);
+  EXPECT_EQ(
+      error_of(file),
+      "part 'xl/worksheets/sheet1.xml' can't be unpacked, expected an undamaged workbook without a password");
+}
+
 TEST_F(Xlsx, AFormulaWithoutItsValueIsRefused) {
   EXPECT_EQ(
       error_of(make("for row in [['x', 'y'], [1, 2], ['=A2+1', '=B2*2']]:\n  sheet.append(row)")),

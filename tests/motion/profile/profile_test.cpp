@@ -212,9 +212,27 @@ TEST(Scurve, RefusesADistanceTooShortForTheChangeOfSpeed) {
 TEST(Scurve, IsStretchedByAFactorAboveZero) {
   const Scurve curve = plan_scurve(symmetric, 10.0);
   EXPECT_EQ(error_of([&] { stretched(curve, -1.0); }),
-            "stretching: found factor -1, expected a finite number above 0");
+            "stretching: found factor -1, expected a number from 1e-12 to 1000000000000000");
   for (const double factor : {0.0, static_cast<double>(NAN), static_cast<double>(INFINITY)})
     EXPECT_THAT(error_of([&] { stretched(curve, factor); }), StartsWith("stretching: found factor "));
+}
+
+// Their powers left the range of a double: durations were infinite, or no numbers.
+TEST(Scurve, LimitsHaveARangeInWhichEachDurationIsANumber) {
+  EXPECT_EQ(error_of([] { plan_scurve(asymmetric_limits(1e300, 1, 1, 1, 1), 1); }),
+            "velocity limit: found 1e+300 mm/s, expected a number from 1e-12 to 1000000000000000");
+  EXPECT_THAT(error_of([] { plan_scurve(asymmetric_limits(1, 1, 1, 1e-300, 1), 1); }),
+              StartsWith("jerk limit 1: found 1e-300"));
+  EXPECT_THAT(error_of([] { plan_scurve(symmetric, 1e300); }), StartsWith("distance: found 1e+300 mm"));
+  std::mt19937_64 random(std::random_device{}());
+  std::uniform_real_distribution<double> exponent(-12.0, 15.0);
+  const auto drawn = [&] { return std::pow(10.0, exponent(random)); };
+  for (int i = 0; i < 20'000; ++i) {
+    const ScurveLimits limits = asymmetric_limits(drawn(), drawn(), drawn(), drawn(), drawn());
+    const double distance_mm = drawn();
+    const double duration_s = plan_scurve(limits, distance_mm).duration_s;
+    ASSERT_TRUE(std::isfinite(duration_s) && duration_s > 0.0) << distance_mm << ' ' << duration_s;
+  }
 }
 
 TEST(Scurve, RefusesBadLimitsSpeedsAndDistances) {

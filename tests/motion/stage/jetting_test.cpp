@@ -45,6 +45,7 @@ TEST(FlyBy, PrintsTheLatticeFiveTimesFaster) {
   const auto bumps = lattice(32, 32, 0.5);
   FlyByConfig config;
   config.latency_s = config.flight_s = 0.0;
+  config.encoder_mm = 1e-6;  // a coarser one brings triggers nearer to each other than their bumps
   const FlyByPlan ideal = plan_fly_by(bumps, config);
   EXPECT_NEAR(ideal.duration_s, 7.84, 0.01);
   const FlyByPlan plan = plan_fly_by(bumps, FlyByConfig{});
@@ -55,6 +56,29 @@ TEST(FlyBy, PrintsTheLatticeFiveTimesFaster) {
     for (int column = 0; column < 32; ++column)
       serpentine.push_back(bumps[static_cast<std::size_t>(row * 32 + (row % 2 == 0 ? column : 31 - column))]);
   EXPECT_NEAR(stop_and_go_s(serpentine, config, 0.0), 1023 * 0.043088694, 1e-3);
+}
+
+// Between the rows nothing held the limit: rows near each other, or of one bump, were printed at several
+// times it.
+TEST(FlyBy, NoTwoDropletsComeFasterThanTheHeadDoes) {
+  for (const int columns : {1, 4}) {
+    std::vector<Point> bumps;
+    for (std::size_t i = 0; i < 24; ++i)
+      bumps.push_back({0.5 * static_cast<double>(i % columns), 0.1 * static_cast<double>(i / columns), i});
+    for (const double droplets_per_s : {10.0, 20.0, 200.0, 5000.0}) {
+      FlyByConfig config;
+      config.droplets_per_s = droplets_per_s;
+      config.settle_s = 0.0;
+      double last_s = -1.0, least_s = 1e9;
+      for (const FlyByRow& row : plan_fly_by(bumps, config).rows) {
+        for (const Trigger& trigger : row.triggers) {
+          least_s = std::min(least_s, trigger.time_s - last_s);
+          last_s = trigger.time_s;
+        }
+      }
+      EXPECT_GE(least_s, (1.0 - 1e-9) / droplets_per_s) << columns << " columns";
+    }
+  }
 }
 
 TEST(FlyBy, LandsWithinAClockAndHalfACount) {

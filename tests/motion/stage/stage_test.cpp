@@ -240,13 +240,28 @@ TEST(Stage, LimitSwitchesStandOutsideTheTravel) {
   Stage at_end{config, {200.0, 200.0, 200.0}};
   EXPECT_FALSE(at_end.pins(0).limit_positive);
   EXPECT_FALSE(at_end.pins(0).home);
-  config.axes[0].overtravel_mm = 1e-4;  // less than half a pulse: the switch stands at the end itself
+  config.axes[0].overtravel_mm = 1e-7;  // less than is looked at: the switches stand at the ends themselves
   EXPECT_TRUE((Stage{config, {200.0, 0.0, 0.0}}.pins(0).limit_positive));
   EXPECT_TRUE((Stage{config, {0.0, 0.0, 0.0}}.pins(0).limit_negative));
   EXPECT_FALSE((Stage{config, {0.0, 0.0, 0.0}}.pins(1).limit_negative));
 }
 
 // ---- emergency stop ----
+
+// The switch was rounded to the nearest pulse, and stood where the last place of the travel was rounded to.
+TEST(Stage, ALimitSwitchIsNotReachedInsideTheTravel) {
+  StageConfig config;
+  AxisConfig& axis = config.axes[0];
+  axis.lead_mm = 8.0;
+  axis.encoder_pulses_per_turn = 200;  // 0.04 mm
+  axis.gear_numerator = axis.gear_denominator = 1;
+  axis.travel = {0.0, 10.03};
+  axis.overtravel_mm = 0.025;
+  Stage stage(config);
+  stage.run_until(stage.move_to({10.03, 0.0, 0.0}, 0), [](const StageEvent&) {});
+  EXPECT_NEAR(stage.position_mm()[0], 10.04, 1e-9);
+  EXPECT_FALSE(stage.pins(0).limit_positive);
+}
 
 TEST(EmergencyStop, SlowsDownWithinTheLimitsAndKeepsThePosition) {
   Stage stage{StageConfig{}};

@@ -66,6 +66,13 @@ TEST(AptReader, TakesLinesWithoutLoweringAndLifting) {
   ASSERT_EQ(lines[1].points.size(), 2U);
 }
 
+TEST(AptReader, TakesAnUprightToolAxis) {
+  const std::string path = "GOTO/0,0,0\nTLAXIS/ 0.0, 0.0, 1.0\nGOTO/1,0,0\n";
+  EXPECT_EQ(read_tool_path_text("a.apt", apt(path))[0].points.size(), 2U);
+  EXPECT_THAT(error_of("a.apt", apt("GOTO/0,0,0\nTLAXIS/0,0.1,1\n")),
+              HasSubstr("found 'TLAXIS', expected GOTO"));
+}
+
 TEST(AptReader, ReadsInches) {
   const auto lines = read_tool_path_text("a.apt", "UNITS/INCH\nGOTO/0,0,0\nGOTO/1,0,0\nFINI\n");
   EXPECT_NEAR(lines[0].points[1].position_mm.x(), 25.4, 1e-12);

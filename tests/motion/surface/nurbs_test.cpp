@@ -13,6 +13,7 @@
 #include <random>
 #include <string>
 
+#include "motion/surface/measuring_points.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
@@ -289,6 +290,56 @@ double best_error(const Noisy& data) {
     best = std::min(best, (kept.matrix().asDiagonal() * measured - truth).norm());
   }
   return best / std::sqrt(static_cast<double>(data.truth.size()));
+}
+
+/// What a servo with the limits' cycle sees of the plan: the largest change of the tip's velocity in a cycle,
+/// mm/s2, and the largest distance of the curve from the chord of a cycle.
+struct Ridden {
+  double acceleration_mm_s2 = 0.0, chord_error_mm = 0.0;
+};
+
+Ridden ride(const Nurbs& curve, const FeedLimits& limits) {
+  const ArcLength length(curve);
+  const FeedPlan plan = plan_feed(curve, length, limits);
+  const auto parameter = [&](double time_s) { return length.parameter(plan.sample(time_s).position_mm); };
+  Ridden worst;
+  Eigen::Vector3d before_mm_s = Eigen::Vector3d::Zero();
+  for (double time_s = 0.0; time_s < plan.duration_s; time_s += limits.cycle_s) {
+    const double from = parameter(time_s), to = parameter(time_s + limits.cycle_s);
+    const Eigen::Vector3d a = curve.position_mm(from), b = curve.position_mm(to);
+    const Eigen::Vector3d velocity_mm_s = (b - a) / limits.cycle_s;
+    worst.acceleration_mm_s2 =
+        std::max(worst.acceleration_mm_s2, (velocity_mm_s - before_mm_s).norm() / limits.cycle_s);
+    before_mm_s = velocity_mm_s;
+    for (int k = 1; k < 32; ++k)
+      worst.chord_error_mm =
+          std::max(worst.chord_error_mm,
+                   distance_to_segment_mm(curve.position_mm(from + (to - from) * k / 32.0), a, b));
+  }
+  return worst;
+}
+
+// The curvature is 0 on both sides, and the feed was kept over the corner and over the turn.
+TEST(Feed, SlowsDownWhereTheCurveTurnsAtOnce) {
+  const auto at = [](double x, double y) { return Eigen::Vector4d(x, y, 0.0, 1.0); };
+  const Nurbs corner(
+      {0, 0, 0, 0, .5, .5, .5, 1, 1, 1, 1},
+      {at(0, 0), at(10. / 3, 0), at(20. / 3, 0), at(10, 0), at(10, 10. / 3), at(10, 20. / 3), at(10, 10)});
+  const auto through = [](std::vector<Eigen::Vector3d> points) { return interpolate(points); };
+  const Nurbs curves[] = {corner, through({{0, 0, 0}, {10, 0, 0}, {0, 0, 0}}),
+                          through({{0, 0, 0}, {5, 0, 0}, {10, 0, 0}, {5, 0, 0}, {0, 0, 0}}),
+                          through({{0, 0, 0}, {5, 0, 0}, {10, 0, 0}, {4, 0, 0}}),
+                          through({{0, 0, 0}, {0, 10, 0}, {0, 3, 0}, {0, 20, 0}})};
+  for (const double feed_mm_s : {20.0, 100.0}) {
+    FeedLimits limits;
+    limits.feed_mm_s = feed_mm_s;
+    for (const Nurbs& curve : curves) {
+      const Ridden worst = ride(curve, limits);
+      EXPECT_LE(worst.acceleration_mm_s2,
+                1.5 * limits.acceleration_mm_s2);  // a turn and a brake in one cycle
+      EXPECT_LE(worst.chord_error_mm, limits.chord_error_mm);
+    }
+  }
 }
 
 TEST(Smoothing, TakesNoiseAwayAndTellsItsError) {
