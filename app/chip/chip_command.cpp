@@ -120,9 +120,20 @@ void tell_limit_below_setpoint(host::Controller& controller) {
         setpoint_degc, limit_degc, std::max(most_degc, 0.0));
 }
 
+// A register holds whole steps only.
+void tell_rounded(const std::vector<host::Setting>& settings) {
+  for (const auto& [reg, value] : settings) {
+    const std::uint16_t raw = host::to_raw(*reg, value);
+    if (std::abs(host::to_unit(*reg, raw) - value) > 1e-6 * reg->scale)
+      fmt::print("{}: {:.9g} is written as {} {}, the nearest that it holds\n", reg->name, value,
+                 host::value_text(*reg, raw), reg->unit);
+  }
+}
+
 int set_registers(host::Controller& controller, const std::vector<host::Setting>& settings) {
   controller.check_identity();
   controller.write(settings);
+  tell_rounded(settings);
   const host::Register& limit = host::find_register("T_MAX");
   if (std::any_of(settings.begin(), settings.end(), [&](const host::Setting& s) { return s.reg == &limit; }))
     tell_limit_below_setpoint(controller);

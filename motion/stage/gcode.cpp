@@ -86,6 +86,10 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
                         const GcodeOptions& options) {
   check_positive("G-code: heat timeout", options.heat_timeout_s, "s");
   check_positive("G-code: droplet pulse", options.pulse_s, "s");
+  constexpr double kShortestWait_s = 1e-3;  // that its number of three decimals tells
+  if (options.heat_timeout_s < kShortestWait_s)
+    throw MotionError(fmt::format("G-code: heat timeout: found {} s, expected {} s at least",
+                                  options.heat_timeout_s, kShortestWait_s));
   constexpr double kShortest_s = 1e-4;  // that its number of four decimals tells
   if (options.pulse_s < kShortest_s)
     throw MotionError(fmt::format("G-code: droplet pulse: found {} s, expected {} s at least",

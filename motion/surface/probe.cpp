@@ -25,6 +25,10 @@ void check_options(const ProbeProgramOptions& options) {
   check_positive("approach", options.approach_mm, "mm");
   check_positive("overtravel", options.overtravel_mm, "mm");
   check_positive("touch feed", options.touch_mm_min, "mm/min");
+  constexpr double kSlowest_mm_min = 0.1;  // that its one decimal tells
+  if (options.touch_mm_min < kSlowest_mm_min)
+    throw MotionError(fmt::format("touch feed: found {} mm/min, expected {} mm/min at least",
+                                  options.touch_mm_min, kSlowest_mm_min));
   if (!options.station_offset_mm.allFinite() || !std::isfinite(options.safe_z_mm))
     throw MotionError("station offset or safe z: found a number that isn't finite, expected finite ones");
 }

@@ -48,7 +48,9 @@ TEST_P(ChipCommands, ReadPrintsEveryRegisterInItsUnit) {
 }
 
 TEST_P(ChipCommands, SetWritesNeighboursAndOthersAndReadShowsThem) {
-  EXPECT_EQ(command("set setpoint=110.5 RAMP_UP=1.5").status, 0);
+  EXPECT_EQ(command("set SETPOINT=110.04").output,
+            "SETPOINT: 110.04 is written as 110.0 degC, the nearest that it holds\n");
+  EXPECT_EQ(command("set setpoint=110.5 RAMP_UP=1.5").output, "");
   EXPECT_EQ(command("set T_MAX=180 SETPOINT=170 CTRL=0x33 T_AMB=-5").status,
             0);  // SETPOINT passes the new limit only
   const Ran ran = command("read SETPOINT RAMP_UP T_MAX CTRL T_AMB");

@@ -167,6 +167,8 @@ TEST(Gcode, RefusesWhatAMachineCannotDo) {
   EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 1e-9; }), HasSubstr("droplet pulse: found 1e-09 s"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.heat_timeout_s = INFINITY; }),
               HasSubstr("heat timeout: found inf s"));
+  EXPECT_THAT(message([](GcodeOptions& o) { o.heat_timeout_s = 4e-4; }),
+              HasSubstr("heat timeout: found 0.0004 s, expected 0.001 s at least"));
 }
 
 TEST(Gcode, WritesLinuxCncsCompensationFile) {

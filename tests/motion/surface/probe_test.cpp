@@ -130,6 +130,10 @@ TEST(ProbeProgram, RefusesWhatCannotBe) {
                 write_probe_program({&line, 1}, "d", {.ball_radius_mm = -1.0});
               }),
               HasSubstr("ball radius: found -1"));
+  EXPECT_THAT(error_of([&] {
+                write_probe_program({&line, 1}, "d", {.touch_mm_min = 0.04});
+              }),
+              HasSubstr("touch feed: found 0.04 mm/min, expected 0.1 mm/min at least"));
   line.points[0].axis = Eigen::Vector3d(1, 0, 0);
   EXPECT_THAT(error_of([&] {
                 write_probe_program({&line, 1}, "d", {});
