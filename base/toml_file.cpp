@@ -117,7 +117,8 @@ std::vector<TomlSection> TomlSection::sections(std::string_view key) {
 TomlSection TomlSection::section(std::string_view key) {
   const toml::node* node = find(key);
   if (node != nullptr && !node->is_table()) fail(key, text_of(*node), fmt::format("a section [{}]", key));
-  return {file_, node != nullptr ? node->as_table() : nullptr, std::string(key)};
+  return {file_, node != nullptr ? node->as_table() : nullptr,
+          name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key)};
 }
 
 void TomlSection::fail(std::string_view key, std::string_view found, std::string_view expected) const {

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "app/print/job_rules.hpp"
 #include "base/error.hpp"
@@ -152,8 +153,9 @@ motion::PathTask path_task(TomlSection& print, tb::PrintJob& job) {
   if (from_stage) task.start = {job.start_mm.x(), job.start_mm.y()};
   task.times = {job.stage.axes[0].limits, job.stage.axes[1].limits, job.settle_s};
   const double nowhere = std::numeric_limits<double>::quiet_NaN();
-  const double x_mm = print.number("end_x_mm", nowhere, 0.0, 200.0);
-  const double y_mm = print.number("end_y_mm", nowhere, 0.0, 200.0);
+  const auto& axes = job.stage.axes;
+  const double x_mm = print.number("end_x_mm", nowhere, axes[0].travel.min_mm, axes[0].travel.max_mm);
+  const double y_mm = print.number("end_y_mm", nowhere, axes[1].travel.min_mm, axes[1].travel.max_mm);
   if (std::isnan(x_mm) != std::isnan(y_mm))
     print.fail(std::isnan(x_mm) ? "end_x_mm" : "end_y_mm", "nothing", "both end_x_mm and end_y_mm, or none");
   if (!std::isnan(x_mm)) task.end = {x_mm, y_mm};
@@ -162,22 +164,62 @@ motion::PathTask path_task(TomlSection& print, tb::PrintJob& job) {
   return task;
 }
 
+struct AxisMotion {
+  double speed_mm_s, acceleration_mm_s2, deceleration_mm_s2, jerk_mm_s3, deceleration_jerk_mm_s3;
+};
+
+// Of [stage], or of [stage.x] and [stage.y], where what is not said is as [stage] has it. What says nothing
+// of slowing down slows down as it speeds up.
+AxisMotion axis_motion(TomlSection& section, const AxisMotion& otherwise) {
+  AxisMotion axis = otherwise;
+  axis.speed_mm_s = section.number("speed_mm_s", otherwise.speed_mm_s, 0.1, 400.0);
+  axis.acceleration_mm_s2 = section.number("acceleration_mm_s2", otherwise.acceleration_mm_s2, 1.0, 20000.0);
+  axis.jerk_mm_s3 = section.number("jerk_mm_s3", otherwise.jerk_mm_s3, 10.0, 1e7);
+  axis.deceleration_mm_s2 = section.number(
+      "deceleration_mm_s2",
+      section.has("acceleration_mm_s2") ? axis.acceleration_mm_s2 : otherwise.deceleration_mm_s2, 1.0,
+      20000.0);
+  axis.deceleration_jerk_mm_s3 = section.number(
+      "deceleration_jerk_mm_s3",
+      section.has("jerk_mm_s3") ? axis.jerk_mm_s3 : otherwise.deceleration_jerk_mm_s3, 10.0, 1e7);
+  return axis;
+}
+
+motion::ScurveLimits limits_of(const AxisMotion& axis) {
+  return motion::asymmetric_limits(axis.speed_mm_s, axis.acceleration_mm_s2, axis.deceleration_mm_s2,
+                                   axis.jerk_mm_s3, axis.deceleration_jerk_mm_s3);
+}
+
+motion::Range axis_travel(TomlSection& section) {
+  constexpr double kFarthest_mm = 2000.0, kLeast_mm = 1.0;
+  motion::Range travel;
+  travel.min_mm = section.number("travel_from_mm", travel.min_mm, -kFarthest_mm, kFarthest_mm - kLeast_mm);
+  travel.max_mm = section.number("travel_to_mm", std::max(travel.max_mm, travel.min_mm + kLeast_mm),
+                                 travel.min_mm + kLeast_mm, kFarthest_mm);
+  return travel;
+}
+
 // [stage]: what drives it, and how it moves.
 void read_stage(TomlSection& stage, JobDescription& parsed, const std::filesystem::path& folder) {
   tb::PrintJob& job = parsed.job;
-  job.start_mm = {stage.number("start_x_mm", 0.0, 0.0, 200.0), stage.number("start_y_mm", 0.0, 0.0, 200.0),
-                  0.0};
-  job.drive.homed = !stage.flag("homing", false);
-  job.power_on_mm = {stage.number("power_on_x_mm", job.start_mm.x(), 0.0, 200.0),
-                     stage.number("power_on_y_mm", job.start_mm.y(), 0.0, 200.0), 0.0};
-  const double speed = stage.number("speed_mm_s", 100.0, 0.1, 400.0);
-  const double acceleration = stage.number("acceleration_mm_s2", 1000.0, 1.0, 20000.0);
-  const double jerk = stage.number("jerk_mm_s3", 50000.0, 10.0, 1e7);
-  for (motion::AxisConfig& axis : job.stage.axes) {
-    axis.limits = motion::asymmetric_limits(speed, acceleration, acceleration, jerk, jerk);
-    // Half a turn above the home switch, as the coupling of a machine is set.
-    axis.index_mm = axis.travel.min_mm + 0.5 * axis.lead_mm;
+  const AxisMotion all = axis_motion(stage, {100.0, 1000.0, 1000.0, 50000.0, 50000.0});
+  for (motion::AxisConfig& axis : job.stage.axes) axis.limits = limits_of(all);
+  for (const auto& [i, name] : {std::pair{0U, "x"}, {1U, "y"}}) {
+    TomlSection own = stage.section(name);
+    job.stage.axes[i].limits = limits_of(axis_motion(own, all));
+    job.stage.axes[i].travel = axis_travel(own);
+    own.finish();
   }
+  // Half a turn above the home switch, as the coupling of a machine is set.
+  for (motion::AxisConfig& axis : job.stage.axes) axis.index_mm = axis.travel.min_mm + 0.5 * axis.lead_mm;
+  const auto place = [&](std::size_t axis, std::string_view key, double fallback_mm) {
+    const auto& [min_mm, max_mm] = job.stage.axes[axis].travel;
+    return stage.number(key, std::clamp(fallback_mm, min_mm, max_mm), min_mm, max_mm);
+  };
+  job.start_mm = {place(0, "start_x_mm", 0.0), place(1, "start_y_mm", 0.0), 0.0};
+  job.drive.homed = !stage.flag("homing", false);
+  job.power_on_mm = {place(0, "power_on_x_mm", job.start_mm.x()), place(1, "power_on_y_mm", job.start_mm.y()),
+                     0.0};
   job.stage.clock_hz = spec::kClkHz;
 
   const motion::ModeBand band{
@@ -333,6 +375,7 @@ JobDescription parse_job(const std::filesystem::path& path) {
   options.origin_y_mm = coordinates.number("origin_y_mm", 0.0, -1e6, 1e6);
   options.rotation_deg = coordinates.number("rotation_deg", 0.0, -360.0, 360.0);
   options.mirror_x = coordinates.flag("mirror_x", false);
+  options.travel = {job.stage.axes[0].travel, job.stage.axes[1].travel, job.stage.axes[2].travel};
   coordinates.finish();
   parsed.coordinates = path.parent_path() / file;
   parsed.inputs.insert(parsed.inputs.end(), {path, parsed.coordinates});
@@ -373,6 +416,12 @@ JobDescription parse_job(const std::filesystem::path& path) {
     job.place_tolerance_mm = print.has("place_tolerance_um")
                                  ? 1e-3 * place_tolerance_um
                                  : default_place_tolerance_mm(parsed.bumps_in_file_order);
+    const motion::Range drawn;  // the alignment stage lies under the middle of it
+    for (const motion::Range& travel : {options.travel.x, options.travel.y})
+      if (alignment.present() && (travel.min_mm != drawn.min_mm || travel.max_mm != drawn.max_mm))
+        alignment.fail("marks", fmt::format("a stage of {:.6g}..{:.6g} mm", travel.min_mm, travel.max_mm),
+                       fmt::format("travels of {:.6g}..{:.6g} mm, where boards are aligned", drawn.min_mm,
+                                   drawn.max_mm));
     if (alignment.present())
       parsed.alignment = read_alignment(alignment, parsed, path.parent_path(), options, job.head.seed);
   } catch (const motion::CoordinateError& error) {

@@ -255,6 +255,32 @@ TEST_F(JobRules, ATableOfDeviationsFitsItsAxis) {
       "stage.deviations_x: found the bump of row 3, where the corrected axis is sent to 200.0100 mm");
 }
 
+TEST_F(JobRules, EachAxisHasItsOwnMotionAndTravel) {
+  EXPECT_EQ(print("").status, 0);
+  const double alike_s = figure("Print time");
+  const std::string slow = "speed_mm_s = 2\nacceleration_mm_s2 = 20\n";
+  EXPECT_EQ(print("[stage.x]\n" + slow).status, 0);
+  EXPECT_GT(figure("Print time").get<double>(), alike_s + 1.0);
+  EXPECT_EQ(print("[stage.x]\n" + slow + "[stage.y]\n" + slow).status, 0);
+  const double both_s = figure("Print time");
+  EXPECT_EQ(print("[stage]\n" + slow).status, 0);
+  EXPECT_EQ(figure("Print time"), both_s);
+  EXPECT_EQ(print("[stage]\n" + slow + "deceleration_mm_s2 = 2\n").status, 0);
+  EXPECT_GT(figure("Print time").get<double>(), both_s + 0.3);
+
+  write("bumps.csv", "x_mm,y_mm\n-40,10\n290,10\n");
+  EXPECT_EQ(print("[stage.x]\ntravel_from_mm = -50\ntravel_to_mm = 300\n").status, 0);
+  fs::remove_all(folder_ / "out");
+  expect_refused(print(""), "bumps.csv: row 2: x is -40 mm on the stage, expected 0..200 mm (travel)");
+  expect_refused(print("[stage.x]\ntravel_from_mm = -30\n"), "expected -30..200 mm (travel)");
+  expect_refused(print("[stage.x]\ntravel_from_mm = 100\ntravel_to_mm = 50\n"),
+                 "stage.x.travel_to_mm: found 50, expected 101 to 2000");
+  expect_refused(print("[stage]\nstart_x_mm = 250\n[stage.x]\ntravel_to_mm = 220\n"),
+                 "stage.start_x_mm: found 250, expected 0 to 220");
+  expect_refused(print("[stage.x]\nlead_mm = 5\n"), "stage.x.lead_mm");
+  expect_refused(print("[stage.z]\nspeed_mm_s = 5\n"), "stage.z");
+}
+
 TEST(DefaultPlaceTolerance, IsAQuarterOfTheSmallestDistanceWithinBounds) {
   const auto of = [](const std::vector<motion::Point>& bumps) {
     return app::default_place_tolerance_mm(bumps);
