@@ -44,6 +44,13 @@ std::vector<std::string> left_out(const LoadedJob& loaded) {
   return notes;
 }
 
+std::string gap_told(const motion::Plan& plan) {
+  const double above_percent = most_above_cheapest_percent(plan);
+  if (above_percent == 0.0) return "the cheapest";
+  return above_percent > 0.0 ? fmt::format("at most {:.2g} % above the cheapest", above_percent)
+                             : "of which no bound is known";
+}
+
 }  // namespace
 
 int write_gcode_file(const GcodeCommand& command) {
@@ -76,7 +83,9 @@ int write_gcode_file(const GcodeCommand& command) {
     throw UserError(fmt::format("{}: {}", command.job.string(), error.what()));
   }
   for (const std::string& note : options.notes) fmt::print("note: {}\n", note);
-  fmt::print("{}: {}\n", escaped(command.out.string()), counted(job.bumps.size(), "droplet"));
+  fmt::print("{}: {}; path of {:.4g} {}, {}; stops and moves take {:.4g} s\n", escaped(command.out.string()),
+             counted(job.bumps.size(), "droplet"), loaded.plan.cost_after, loaded.plan_unit,
+             gap_told(loaded.plan), loaded.moves_after_s);
   return 0;
 }
 

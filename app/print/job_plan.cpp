@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -188,6 +189,12 @@ void require_quiet(const tb::PrintJob& job, const std::string& place) {
 }
 
 }  // namespace
+
+double most_above_cheapest_percent(const motion::Plan& plan) {
+  constexpr double kRounding = 1e-8;
+  if (!std::isfinite(plan.gap())) return std::numeric_limits<double>::quiet_NaN();
+  return plan.gap() < kRounding ? 0.0 : 100.0 * plan.gap();
+}
 
 LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress) {
   prepare_stage(parsed);

@@ -25,6 +25,10 @@ struct LoadedJob {
   std::optional<tb::BoardAlignment> alignment;  // before the print
 };
 
+// What rounding leaves of a sum of hops is nothing that a cheaper order could save; the page proves the same.
+// NaN without a bound.
+double most_above_cheapest_percent(const motion::Plan& plan);
+
 // Plans the path, and the rows of a print on the fly. Throws UserError.
 LoadedJob plan_job(JobDescription parsed, const motion::PathProgress& progress = {});
 

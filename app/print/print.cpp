@@ -95,13 +95,6 @@ double overshoot_degc(const tb::PrintResult& result, double setpoint) {
   return std::isnan(peak) ? peak : std::max(0.0, peak - setpoint);
 }
 
-// What rounding leaves of a sum of hops is nothing that a cheaper order could save; the page proves the same.
-double most_above_cheapest_percent(const motion::Plan& plan) {
-  constexpr double kRounding = 1e-8;
-  if (!std::isfinite(plan.gap())) return kNotMeasured;
-  return plan.gap() < kRounding ? 0.0 : 100.0 * plan.gap();
-}
-
 Path path_of(const std::vector<motion::Point>& points, double cost) {
   Path path{.points = {}, .cost = cost};
   for (const motion::Point& p : points) path.points.push_back({p.x_mm, p.y_mm});
