@@ -125,15 +125,14 @@ void tell_rounded(const std::vector<host::Setting>& settings) {
   for (const auto& [reg, value] : settings) {
     const std::uint16_t raw = host::to_raw(*reg, value);
     if (std::abs(host::to_unit(*reg, raw) - value) > 1e-6 * reg->scale)
-      fmt::print("{}: {:.9g} is written as {} {}, the nearest that it holds\n", reg->name, value,
-                 host::value_text(*reg, raw), reg->unit);
+      fmt::print("{}: {:.9g} is written as {}{}{}, the nearest that it holds\n", reg->name, value,
+                 host::value_text(*reg, raw), reg->unit.empty() ? "" : " ", reg->unit);
   }
 }
 
 int set_registers(host::Controller& controller, const std::vector<host::Setting>& settings) {
   controller.check_identity();
   controller.write(settings);
-  tell_rounded(settings);
   const host::Register& limit = host::find_register("T_MAX");
   if (std::any_of(settings.begin(), settings.end(), [&](const host::Setting& s) { return s.reg == &limit; }))
     tell_limit_below_setpoint(controller);
@@ -224,7 +223,11 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
     if (*read) return read_registers(controller, asked->names);
     if (*save) return save_registers(controller, asked->file);
     if (*restore) return restore_registers(controller, settings);
-    if (*set) return set_registers(controller, settings);
+    if (*set) {
+      const int status = set_registers(controller, settings);
+      tell_rounded(settings);
+      return status;
+    }
     if (*watch) {
       if (*watch_for) asked->watch.for_s = asked->watch_for_s;
       return watch_chip(controller, asked->watch);

@@ -120,6 +120,8 @@ void print_table(const hls::Problem& problem, const std::vector<std::size_t>& ch
   line("in all", sum);
 }
 
+constexpr const char* kInvariants = "invariants";  // the block of their obligations
+
 // Products were any function so far: an example counts only if it is one with real multiplication.
 class Examples {
  public:
@@ -152,7 +154,8 @@ class Examples {
   std::optional<hls::Problem> gates_;
 };
 
-// Obligations of these blocks and of the instances in them; of all when none is named.
+// Obligations of these blocks and of the instances in them; of all when none is named. The invariants are
+// asked with any block: what is shown of it holds only in the states in which they do.
 std::vector<std::size_t> choose(const hls::Problem& problem, const std::vector<std::string>& blocks) {
   std::vector<std::size_t> chosen;
   const auto add = [&](const std::string& block) {
@@ -163,7 +166,14 @@ std::vector<std::size_t> choose(const hls::Problem& problem, const std::vector<s
     if (chosen.size() == before)
       throw UserError(fmt::format("--block: found no block {}, expected one as u_guard or pins", block));
   };
-  for (const std::string& block : blocks) add(block);
+  std::vector<std::string> wanted = blocks;
+  const bool has_invariants =
+      std::any_of(problem.obligations.begin(), problem.obligations.end(),
+                  [](const hls::Obligation& o) { return o.kind == hls::Kind::kInvariant; });
+  if (!blocks.empty() && has_invariants &&
+      std::find(blocks.begin(), blocks.end(), kInvariants) == blocks.end())
+    wanted.emplace_back(kInvariants);
+  for (const std::string& block : wanted) add(block);
   if (blocks.empty())
     for (std::size_t i = 0; i < problem.obligations.size(); ++i) chosen.push_back(i);
   return chosen;
@@ -270,8 +280,10 @@ int compare(const Options& o) {
                                   {"first way", "second way"}));
     ++shown;
   }
-  fmt::print("{}: {} of {} bits equal for every state and input; {:.0f} s\n", verdicts.word(),
-             chosen.size() - verdicts.broken - verdicts.open, chosen.size(), seconds_since(begin));
+  fmt::print("{}: {} of {} bits equal for every {} and input; {:.0f} s\n", verdicts.word(),
+             chosen.size() - verdicts.broken - verdicts.open, chosen.size(),
+             one.invariants.empty() ? "state" : "state in which the invariants hold, as prove shows of them,",
+             seconds_since(begin));
   return verdicts.proved() ? 0 : 1;
 }
 

@@ -305,7 +305,7 @@ int print_job(const PrintOptions& options) {
       return 1;
     }
     fmt::print("{}: {}\n", loaded.job.name, aligned);
-    if (motion::looks_the_same_flipped(loaded.alignment->marks_mm, loaded.alignment->limits.capture_mm))
+    if (motion::looks_the_same_flipped(loaded.alignment->marks_mm, loaded.alignment->limits.board_mm))
       fmt::print(
           "note: these marks look the same with the board turned over or round; one more mark would tell\n");
     loaded.job.board = board->place;

@@ -383,6 +383,10 @@ class Execution {
       case llvm::Intrinsic::ubsantrap:
         return findings_.trap(graph_.truth(true),
                               "undefined behaviour of C++ (overflow, shift, index or the like)");
+      case llvm::Intrinsic::abs:
+        promise_of_abs(call);
+        values_[&call] = {result_of(llvm::cast<llvm::IntrinsicInst>(call)), {}};
+        return;
       case llvm::Intrinsic::memcpy:
       case llvm::Intrinsic::memmove:
         return copy(call);
@@ -426,6 +430,15 @@ class Execution {
     const Pointer a = value_of(call.getArgOperand(0)).pointer;
     const Pointer b = value_of(call.getArgOperand(1)).pointer;
     return addresses_.order(a, b, bytes);
+  }
+
+  // The least number has no absolute value of its width: undefined where the compiler says so.
+  void promise_of_abs(const llvm::CallInst& call) {
+    const auto* forbidden = llvm::dyn_cast<llvm::ConstantInt>(call.getArgOperand(1));
+    if (forbidden == nullptr || forbidden->isZero() || !call.getType()->isIntegerTy()) return;
+    const Node least = graph_.constant(llvm::APInt::getSignedMinValue(call.getType()->getIntegerBitWidth()));
+    findings_.trap(graph_.binary(Op::kEqual, integer(call.getArgOperand(0)), least),
+                   "the absolute value of the least number overflows");
   }
 
   std::vector<Node> result_of(const llvm::IntrinsicInst& call) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <llvm/IR/Constants.h>
+#include <llvm/IR/DebugInfoMetadata.h>
 #include <llvm/IR/DerivedTypes.h>
 #include <llvm/IR/GlobalVariable.h>
 
@@ -100,13 +101,18 @@ class Translation {
     for (const Pin& pin : circuit_.inputs) write(*pins, pin.field, pin.node);
 
     const Memory after = call("hls_step", {state, pins});
+    require_unchanged("hls_step", 1, *pins, *after[1]);
     for (Flop& flop : circuit_.flops) flop.next = taken(*after[0], flop.field, &flop);
     if (module_.getFunction("hls_invariants") != nullptr) take_invariants(in_reset[0], state, after[0]);
     if (module_.getFunction("hls_in_reset") != nullptr) {
       const Memory told = call("hls_in_reset", {state, pins, unknown("hls_in_reset", 2)});
+      require_unchanged("hls_in_reset", 0, *state, *told[0]);
+      require_unchanged("hls_in_reset", 1, *pins, *told[1]);
       circuit_.in_reset = graph.slice(told[2]->at(0).of, 8 * told[2]->at(0).index, 1);
     }
     const Memory shown = call("hls_outputs", {state, pins, unknown("hls_outputs", 2)});
+    require_unchanged("hls_outputs", 0, *state, *shown[0]);
+    require_unchanged("hls_outputs", 1, *pins, *shown[1]);
     for (const Field& field : outputs) circuit_.outputs.push_back({field, taken(*shown[2], field, nullptr)});
     const std::vector<Node> results = all_results();
     refuse_unlisted(results);
@@ -115,6 +121,22 @@ class Translation {
   }
 
  private:
+  // What a function is only to read: that it changes it would be lost.
+  void require_unchanged(const char* name, unsigned argument, const Object& before, const Object& after) {
+    for (std::size_t i = 0; i < before.size(); ++i)
+      if (before[i].of != after[i].of || before[i].index != after[i].index)
+        throw UserError(fmt::format(
+            "{}: {}(): found a write to byte {} of its argument {}, expected a function that only reads it",
+            function_place(function(name)), name, i, argument + 1));
+  }
+
+  // "FILE:LINE", where the compiler tells the line.
+  std::string function_place(const llvm::Function& of) const {
+    const llvm::DISubprogram* told = of.getSubprogram();
+    return told == nullptr ? module_.getSourceFileName()
+                           : fmt::format("{}:{}", told->getFilename().str(), told->getLine());
+  }
+
   // Rows of a table lie in the struct that an argument of a function points to, each in bytes of its own.
   void require_own_bytes(const std::vector<Field>& rows, const char* table, const std::string& name,
                          unsigned argument) {

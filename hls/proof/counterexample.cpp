@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 #include <unordered_map>
 
@@ -65,8 +66,16 @@ Counterexample make_counterexample(const Circuit& model, const Problem& problem,
     result.pins.push_back({pin.field.name, word(problem.pins, pin.field)});
     for (unsigned i = 0; i < pin.field.width; ++i) of_both.insert(bit_of(pin.field, i));
   }
-  for (const auto& [name, literal] : problem.pins)
-    if (!of_both.contains(name) && of(literal)) result.pins.push_back({name, 1});
+  // Of the RTL alone those are told without which the example would be none.
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const auto pin = std::find_if(problem.pins.begin(), problem.pins.end(),
+                                  [&](const auto& named) { return named.second == problem.aig.inputs()[i]; });
+    if (pin == problem.pins.end() || of_both.contains(pin->first)) continue;
+    std::vector<bool> other = inputs;
+    other[i] = !other[i];
+    if (inputs[i] || !is_broken(problem, obligation, other))
+      result.pins.push_back({pin->first, inputs[i] ? 1U : 0U});
+  }
   if (obligation.kind != Kind::kFlop && obligation.kind != Kind::kPin) return result;
   // all bits of the word, of which some may be equal
   const std::vector<Field> fields = fields_of(model);
@@ -92,8 +101,9 @@ std::string to_text(const Counterexample& example, const SideNames& names) {
   text += "\n  pins\n   ";
   for (const NamedValue& pin : example.pins) text += fmt::format(" {}={:#x}", pin.name, pin.value);
   if (example.kind == Kind::kFlop || example.kind == Kind::kPin)
-    text += fmt::format("\n  after the clock: {} {:#x}, {} {:#x}", names.rtl, example.of_rtl, names.model,
-                        example.of_model);
+    text += fmt::format("\n  {}: {} {:#x}, {} {:#x}",
+                        example.kind == Kind::kPin ? "in this state" : "after the clock", names.rtl,
+                        example.of_rtl, names.model, example.of_model);
   return text + "\n";
 }
 

@@ -22,8 +22,8 @@ struct Counterexample {
   Kind kind;
   std::string name;               // of the flop or pin that differs, or what else is broken
   std::vector<NamedValue> state;  // flops that are not as in reset
-  std::vector<NamedValue> pins;   // those of both sides, and bits of the RTL alone that are high
-  std::uint64_t of_model;         // after the clock; for flops and pins
+  std::vector<NamedValue> pins;   // those of both sides, and bits of the RTL alone that are high or matter
+  std::uint64_t of_model;         // of a flop after the clock, of a pin in this state
   std::uint64_t of_rtl;           //
 };
 

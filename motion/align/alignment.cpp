@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 namespace meltstage::motion {
 namespace {
@@ -35,19 +36,59 @@ AlignmentLook look_at(const AlignmentMachine& machine, const PrpTurns& turns,
   return look;
 }
 
+/// Whether a rigid copy of the plane, mirrored or not, brings each mark onto one of its own.
+class Copies {
+ public:
+  Copies(const std::vector<Vector2d>& marks_mm, double tolerance_mm) : tolerance_mm_(tolerance_mm) {
+    for (const auto& mark : marks_mm) marks_.emplace_back(mark.x(), mark.y());
+  }
+
+  /// Besides the copy that moves nothing.
+  bool any() const {
+    const std::size_t far = farthest_from_first();
+    const double length = std::abs(marks_[far] - marks_[0]);
+    for (std::size_t a = 0; a < marks_.size(); ++a)
+      for (std::size_t b = 0; b < marks_.size(); ++b) {
+        if (a == b || std::abs(std::abs(marks_[b] - marks_[a]) - length) > 2.0 * tolerance_mm_) continue;
+        const bool moves = a != 0 || b != far;
+        if (fits(far, a, b, true) || (moves && fits(far, a, b, false))) return true;
+      }
+    return false;
+  }
+
+ private:
+  using Place = std::complex<double>;
+
+  std::size_t farthest_from_first() const {
+    const auto nearer = [&](const Place& p, const Place& q) {
+      return std::abs(p - marks_[0]) < std::abs(q - marks_[0]);
+    };
+    return static_cast<std::size_t>(std::max_element(marks_.begin(), marks_.end(), nearer) - marks_.begin());
+  }
+
+  /// The first mark goes to `a`, the one far from it towards `b`.
+  bool fits(std::size_t far, std::size_t a, std::size_t b, bool mirrored) const {
+    const auto off_first = [&](const Place& p) {
+      return mirrored ? std::conj(p - marks_[0]) : p - marks_[0];
+    };
+    const Place turn = (marks_[b] - marks_[a]) / off_first(marks_[far]);
+    std::vector<char> taken(marks_.size(), 0);
+    return std::all_of(marks_.begin(), marks_.end(), [&](const Place& mark) {
+      const Place copy = marks_[a] + turn / std::abs(turn) * off_first(mark);
+      for (std::size_t i = 0; i < marks_.size(); ++i)
+        if (taken[i] == 0 && std::abs(marks_[i] - copy) <= 2.0 * tolerance_mm_) return taken[i] = 1, true;
+      return false;
+    });
+  }
+
+  double tolerance_mm_;
+  std::vector<Place> marks_;
+};
+
 }  // namespace
 
-bool looks_the_same_flipped(const std::vector<Vector2d>& marks_mm, double reach_mm) {
-  Vector2d middle = Vector2d::Zero();
-  for (const auto& mark : marks_mm) middle += mark / static_cast<double>(marks_mm.size());
-  const auto onto_themselves = [&](const Vector2d& signs) {
-    return std::all_of(marks_mm.begin(), marks_mm.end(), [&](const Vector2d& mark) {
-      const Vector2d flipped = middle + signs.cwiseProduct(mark - middle);
-      return std::any_of(marks_mm.begin(), marks_mm.end(),
-                         [&](const Vector2d& other) { return (other - flipped).norm() <= reach_mm; });
-    });
-  };
-  return onto_themselves({-1.0, 1.0}) || onto_themselves({1.0, -1.0}) || onto_themselves({-1.0, -1.0});
+bool looks_the_same_flipped(const std::vector<Vector2d>& marks_mm, double tolerance_mm) {
+  return marks_mm.size() < 2 || Copies(marks_mm, tolerance_mm).any();
 }
 
 std::vector<Vector2d> match_marks(const std::vector<Vector2d>& wanted_mm,

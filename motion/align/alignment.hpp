@@ -39,9 +39,9 @@ struct AlignmentResult {
   std::vector<AlignmentLook> looks;  ///< first to last: one more than moves
 };
 
-/// Whether the marks look the same, to within `reach_mm`, with the board flipped over one of the axes or
-/// turned by half a turn: then no camera can tell that it lies so.
-bool looks_the_same_flipped(const std::vector<Eigen::Vector2d>& marks_mm, double reach_mm);
+/// Whether the marks look the same, each to within about `tolerance_mm`, with the board turned over or round
+/// in some way: then no camera can tell that it lies so.
+bool looks_the_same_flipped(const std::vector<Eigen::Vector2d>& marks_mm, double tolerance_mm);
 
 /// The seen mark of each wanted one: the only one within reach.
 /// @throws MotionError that names the mark, if none or several are there, or a coordinate isn't finite.

@@ -68,8 +68,7 @@ std::size_t leading_comments(std::string_view text, std::string_view separators)
 /// layout system says of its board. 0 if there is no such line.
 std::size_t leading_titles(std::string_view text, std::string_view separators) {
   constexpr std::size_t kMostLines = 100;
-  // Where blanks separate, a date of a title is a cell of its own.
-  const unsigned most_numbers = separators == kBlank ? 1 : 0;
+  constexpr unsigned kMostNumbers = 1;  // "Date;2024-01-02"; a row of a table has two
   for (std::size_t at = 0, lines = 0; at < text.size() && lines < kMostLines; ++lines) {
     const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
     const std::string_view line = text.substr(at, end - at);
@@ -77,7 +76,7 @@ std::size_t leading_titles(std::string_view text, std::string_view separators) {
     unsigned numbers = 0;
     for_loose_cells(line, separators,
                     [&](std::string_view cell) { numbers += begins_like_number(cell) ? 1 : 0; });
-    if (numbers > most_numbers) return 0;
+    if (numbers > kMostNumbers) return 0;
     at = std::min(end + (text.substr(end).starts_with("\r\n") ? 2U : 1U), text.size());
   }
   return 0;

@@ -11,49 +11,86 @@
 namespace meltstage::motion::detail {
 namespace {
 
-/// The signs of a code that stand for parts of the value, and the text that it shows behind the last digit.
-struct Parts {
-  std::string signs, behind;
+/// One of the up to four parts of a code: of numbers above 0, below 0, of 0, and of texts.
+struct Section {
+  std::string signs;   ///< that stand for parts of the value
+  std::string behind;  ///< text that it shows behind the last digit
+  bool has_digits = false;
+  bool rescales =
+      false;  ///< a comma behind the last digit divides by 1000; a text among digits is a mark of its own
 };
 
-Parts parts_of(std::string_view code) {
-  Parts parts;
-  for (std::size_t i = 0; i < code.size(); ++i) {
+/// Takes the first section off the code.
+Section next_section(std::string_view& code) {
+  Section section;
+  bool comma = false;  // behind the last digit so far
+  std::size_t i = 0;
+  for (; i < code.size() && code[i] != ';'; ++i) {
     const char c = code[i];
     if (c == '"') {
       const std::size_t end = std::min(code.find('"', i + 1), code.size());
-      parts.behind += code.substr(i + 1, end - i - 1);
+      section.behind += code.substr(i + 1, end - i - 1);
       i = end;
     } else if (c == '\\' && i + 1 < code.size()) {
-      parts.behind += code[++i];
+      section.behind += code[++i];
     } else if ((c == '_' || c == '*') && i + 1 < code.size()) {
       ++i;  // room as wide as a sign, and a sign that fills the cell
     } else if (c == '[') {
       const std::size_t end = std::min(code.find(']', i), code.size());
       const std::string inside = in_small_letters(code.substr(i + 1, end - i - 1));
       // [h], [mm] and [ss] are times; else a colour, a condition, a currency or a language.
-      if (inside.find_first_not_of("hms") == std::string::npos) parts.signs += inside;
+      if (inside.find_first_not_of("hms") == std::string::npos) section.signs += inside;
       i = end;
-    } else if (c == ';') {
-      break;  // what follows shows numbers below 0, the 0 and texts
     } else {
-      parts.signs += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-      if (c == '0' || c == '#' || c == '?') parts.behind.clear();
+      section.signs += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      const bool digit = c == '0' || c == '#' || c == '?';
+      if (digit && section.has_digits && !trimmed(section.behind).empty()) section.rescales = true;
+      if (c == '.' && comma) section.rescales = true;
+      if (digit) section.behind.clear();
+      section.has_digits = section.has_digits || digit;
+      comma = section.has_digits && !digit && (c == ',' || (comma && c != '.'));
     }
   }
-  return parts;
+  section.rescales = section.rescales || comma;
+  code.remove_prefix(std::min(i + 1, code.size()));
+  return section;
 }
 
 }  // namespace
 
 NumberFormat number_format(std::string_view code) {
+  using Kind = NumberFormat::Kind;
   const std::string small = in_small_letters(code);
   if (small.starts_with("general") || small.starts_with("standard")) return {};
-  const Parts parts = parts_of(code);
-  if (parts.signs.find_first_of("dmyhs") != std::string::npos) return {NumberFormat::Kind::date, ""};
-  if (parts.signs.find('%') != std::string::npos) return {NumberFormat::Kind::percent, ""};
-  const std::string behind = in_small_letters(trimmed(parts.behind));
-  return {NumberFormat::Kind::number, find_unit(behind) != nullptr ? behind : ""};
+  NumberFormat format;
+  bool first = true;
+  for (int i = 0; i < 3 && !code.empty(); ++i) {
+    const Section section = next_section(code);
+    if (section.signs.find_first_of("dmyhs") != std::string::npos) return {Kind::date, ""};
+    if (!section.has_digits) continue;
+    if (section.signs.find('%') != std::string::npos) return {Kind::percent, ""};
+    const std::string behind = in_small_letters(trimmed(section.behind));
+    const std::string unit = find_unit(behind) != nullptr ? behind : "";
+    if (section.rescales || (!first && unit != format.unit)) return {Kind::rescaled, ""};
+    format.unit = unit;
+    first = false;
+  }
+  return format;
+}
+
+Cell as_shown(Cell cell, const NumberFormat& format) {
+  switch (format.kind) {
+    case NumberFormat::Kind::date:
+      return {cell.text + ", shown as a date or time", std::nullopt};
+    case NumberFormat::Kind::percent:
+      return {cell.text + ", shown as a percentage", std::nullopt};
+    case NumberFormat::Kind::rescaled:
+      return {cell.text + ", shown in another scale", std::nullopt};
+    case NumberFormat::Kind::number:
+      break;
+  }
+  if (!format.unit.empty()) return {cell.text + " " + format.unit, std::nullopt, cell.sums_up};
+  return cell;
 }
 
 NumberFormat built_in_format(unsigned id) {

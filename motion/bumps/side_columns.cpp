@@ -98,8 +98,25 @@ bool names_sides(const std::vector<std::string>& name) {
       "side",          "layer",     "tb",       "topbottom", "boardside",  "pcbside",
       "placementside", "mountside", "compside", "layername", "boardlayer", "topbot"};
   // Of other languages the column is known, and its words are refused unless they are known, too.
-  constexpr std::array<std::string_view, 8> kOtherLanguages = {
-      "lato", "cara", "lado", "c\u00f4t\u00e9", "zijde", "strona", "\u9762", "\u5b9f\u88c5\u9762"};
+  constexpr std::array<std::string_view, 19> kOtherLanguages = {"lato",
+                                                                "cara",
+                                                                "lado",
+                                                                "c\u00f4t\u00e9",
+                                                                "zijde",
+                                                                "strona",
+                                                                "\u9762",
+                                                                "\u5b9f\u88c5\u9762",
+                                                                "warstwa",
+                                                                "strana",
+                                                                "\u0441\u0442\u043e\u0440\u043e\u043d\u0430",
+                                                                "\u0421\u0442\u043e\u0440\u043e\u043d\u0430",
+                                                                "\u0441\u043b\u043e\u0439",
+                                                                "\u0421\u043b\u043e\u0439",
+                                                                "y\u00fcz",
+                                                                "sida",
+                                                                "puoli",
+                                                                "\uc704\uce58",
+                                                                "\uba74"};
   const std::vector<std::string> letters = {"t", "b"}, both = {"top", "bottom"};
   return name == letters || name == both || any_is_one_of(name, kWords) ||
          any_is_one_of(name, kOtherLanguages) ||
@@ -210,6 +227,24 @@ void SideColumns::take_names(const TableRow& names, std::size_t x, std::size_t y
   }
 }
 
+void SideColumns::take_above(const TableRow& row) {
+  constexpr std::array<std::string_view, 6> kKeys = {"board side",     "side",  "layer",
+                                                     "placement side", "seite", "lage"};
+  std::string text;
+  for (const Cell& cell : row.cells) text += (text.empty() || is_blank(cell) ? "" : ":") + plain_name(cell);
+  for (const std::string_view key : kKeys) {
+    if (!text.starts_with(key)) continue;
+    const auto mark = text.find_first_not_of(" \t", key.size());
+    if (mark == std::string::npos || (text[mark] != ':' && text[mark] != '=')) continue;
+    constexpr std::string_view kAround = ":=, \t\"";
+    const auto first = text.find_first_not_of(kAround, mark);
+    if (first == std::string::npos) continue;
+    const std::string word = text.substr(first, text.find_last_not_of(kAround) - first + 1);
+    if (const auto side = side_named(word)) above_.check(path_, fmt::format("row {}", row.row), *side, word);
+    told_above_ = told_above_ || side_named(word).has_value();
+  }
+}
+
 void SideColumns::take_nameless(const TableRow& first, std::size_t x, std::size_t y) {
   for (std::size_t i = 0; i < first.cells.size(); ++i)
     if (i != x && i != y)
@@ -300,7 +335,11 @@ bool SideColumns::is_bottom() const {
                               place(column, later_side(column).row), bottom ? "bottom" : "top",
                               first_bottom ? "bottom" : "top", first->index + 1, first->name));
     }
-  return first != nullptr && first->bottom.row != 0;
+  if (told_above_ && first != nullptr && above_.is_bottom() != (first->bottom.row != 0))
+    fail(path_, fmt::format("{}: found {}, expected {}, as told above the table",
+                            place(*first, later_side(*first).row), first->bottom.row != 0 ? "bottom" : "top",
+                            above_.is_bottom() ? "bottom" : "top"));
+  return told_above_ ? above_.is_bottom() : first != nullptr && first->bottom.row != 0;
 }
 
 }  // namespace meltstage::motion::detail

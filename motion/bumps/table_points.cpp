@@ -36,7 +36,10 @@ class PointTable {
 
   void add(const TableRow& row) {
     count_cells(row);
-    if (row.comment) return read_title_unit(row, 0);
+    if (row.comment) {
+      sides_.take_above(row);
+      return read_title_unit(row, 0);
+    }
     if (std::all_of(row.cells.begin(), row.cells.end(), is_blank)) return;
     if (!columns_known_) {
       if (is_title(row)) return;
@@ -118,10 +121,20 @@ class PointTable {
   bool is_title(const TableRow& row) {
     const bool any_number = std::any_of(row.cells.begin(), row.cells.end(),
                                         [](const Cell& c) { return value_of(c) || looks_like_number(c); });
-    if (any_number || find_column(row, 'x') || find_column(row, 'y')) return false;
+    if (any_number) return false;
+    if (!is_sentence(row) && (find_column(row, 'x') || find_column(row, 'y'))) return false;
     if (title_.row == 0) title_ = row;
+    sides_.take_above(row);
     for (std::size_t i = 0; i < row.cells.size(); ++i) read_title_unit(row, i);
     return true;
+  }
+
+  /// Words in one cell, "X and Y in mm", which name no column.
+  static bool is_sentence(const TableRow& row) {
+    const auto used =
+        std::count_if(row.cells.begin(), row.cells.end(), [](const Cell& c) { return !is_blank(c); });
+    return used == 1 && !row.cells.empty() &&
+           trimmed(row.cells.front().text).find_first_of(" ,/") != std::string_view::npos;
   }
 
   void read_title_unit(const TableRow& row, std::size_t i) {
@@ -265,7 +278,7 @@ class PointTable {
   void take_first_numbers(const TableRow& row) {
     std::vector<std::size_t> numeric;
     for (std::size_t i = 0; i < row.cells.size() && numeric.size() < 2; ++i) {
-      if (value_of(row.cells[i]))
+      if (value_of(row.cells[i]) || length_of(row.cells[i]))
         numeric.push_back(i);
       else if (looks_like_number(row.cells[i]))
         fail_number(row, i, numeric.empty() ? "x" : "y");

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "motion/bumps/number_formats.hpp"
+
 namespace meltstage::motion::detail {
 namespace {
 
@@ -138,12 +140,52 @@ Cell result_of(std::string_view record) {
   return {"=(a formula without a number)", std::nullopt};
 }
 
+/// A number in four bytes: thirty bits of a whole number or of a double, perhaps to be divided by 100.
+double short_number(std::uint32_t bits) {
+  const double value = (bits & 2U) != 0 ? static_cast<double>(static_cast<std::int32_t>(bits) >> 2)
+                                        : std::bit_cast<double>(std::uint64_t{bits & ~3U} << 32);
+  return (bits & 1U) != 0 ? value / 100.0 : value;
+}
+
+/// The formats of a workbook's cells, by the number of their style.
+class Styles {
+ public:
+  void take_format(std::string_view record) {  // its number, and its code in one or two bytes a character
+    const std::size_t count = u16(record, 2), width = record.size() > 4 && (record[4] & 1) != 0 ? 2 : 1;
+    std::string code;
+    for (std::size_t i = 0; i < count && 5 + i * width < record.size(); ++i) code += record[5 + i * width];
+    own_[u16(record, 0)] = number_format(code);
+  }
+  void take_style(std::string_view record) { formats_.push_back(u16(record, 2)); }
+
+  NumberFormat format_of(std::size_t style) const {
+    if (style >= formats_.size()) return {};
+    const auto own = own_.find(formats_[style]);
+    return own != own_.end() ? own->second : built_in_format(formats_[style]);
+  }
+
+ private:
+  std::map<unsigned, NumberFormat> own_;
+  std::vector<unsigned> formats_;
+};
+
+using Cells = std::map<std::pair<std::size_t, std::size_t>, Cell>;
+
+/// Keeps a number only where its format makes something else of it.
+void take_number(Cells& cells, std::pair<std::size_t, std::size_t> place, double value,
+                 const NumberFormat& format) {
+  if (format.kind == NumberFormat::Kind::number && format.unit.empty()) return;
+  cells[place] = as_shown({fmt::format("{}", value), value}, format);
+}
+
 }  // namespace
 
-std::map<std::pair<std::size_t, std::size_t>, Cell> formulas_and_errors(std::string_view file) {
+Cells cells_read_apart(std::string_view file) {
   constexpr std::uint16_t kFormula = 0x0006, kEnd = 0x000A, kSheet = 0x0085, kBoolErr = 0x0205,
-                          kBegin = 0x0809;
-  std::map<std::pair<std::size_t, std::size_t>, Cell> cells;
+                          kBegin = 0x0809, kFormat = 0x041E, kStyle = 0x00E0, kNumber = 0x0203,
+                          kShort = 0x027E, kShorts = 0x00BD;
+  Cells cells;
+  Styles styles;
   const std::string book = CompoundFile(file).stream("Workbook");
   std::size_t at = 0, depth = 0;
   bool in_sheet = false;
@@ -152,6 +194,8 @@ std::map<std::pair<std::size_t, std::size_t>, Cell> formulas_and_errors(std::str
     const std::string_view record = std::string_view(book).substr(at + 4, u16(book, at + 2));
     at += 4 + u16(book, at + 2);
     if (!in_sheet) {
+      if (kind == kFormat) styles.take_format(record);
+      if (kind == kStyle) styles.take_style(record);
       if (kind != kSheet) continue;
       at = u32(record, 0);
       in_sheet = true;
@@ -160,9 +204,21 @@ std::map<std::pair<std::size_t, std::size_t>, Cell> formulas_and_errors(std::str
     if (kind == kBegin) ++depth;  // charts lie within
     if (kind == kEnd && (depth == 0 || --depth == 0)) break;
     const std::pair<std::size_t, std::size_t> place{u16(record, 0), u16(record, 2)};
-    if (kind == kFormula && record.size() >= 14) cells[place] = result_of(record);
+    const NumberFormat format = styles.format_of(u16(record, 4));
+    if (kind == kFormula && record.size() >= 14) {
+      cells[place] = result_of(record);
+      if (cells[place].number) cells[place] = as_shown(cells[place], format);
+    }
     if (kind == kBoolErr && record.size() >= 8)
       cells[place] = truth_or_error(static_cast<std::uint8_t>(record[6]), record[7] != 0);
+    if (kind == kNumber && record.size() >= 14)
+      take_number(cells, place, std::bit_cast<double>(little_endian<std::uint64_t>(record, 6)), format);
+    if (kind == kShort && record.size() >= 10)
+      take_number(cells, place, short_number(u32(record, 6)), format);
+    if (kind == kShorts)
+      for (std::size_t i = 0; 4 + 6 * (i + 1) <= record.size() - 2; ++i)
+        take_number(cells, {place.first, place.second + i}, short_number(u32(record, 4 + 6 * i + 2)),
+                    styles.format_of(u16(record, 4 + 6 * i)));
   }
   return cells;
 }

@@ -77,7 +77,7 @@ void send_workbook(const std::filesystem::path& path, std::string_view content, 
   unsigned short column_count = 0;
   check_xls(freexl_worksheet_dimensions(book, &row_count, &column_count), path,
             "the first sheet has no size");
-  const auto others = formulas_and_errors(content);
+  const auto others = cells_read_apart(content);
   if (!others.empty())
     row_count = std::max(row_count, static_cast<unsigned int>(others.rbegin()->first.first) + 1);
   std::vector<Cell> cells;

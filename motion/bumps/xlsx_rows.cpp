@@ -214,23 +214,15 @@ class Sheet {
     // Only a program that calculates stores the value of a formula; its text keeps the cell from being blank.
     if ((type == "n" || type == "str") && value.empty() && node.child("f"))
       return {fmt::format("={}", node.child("f").text().as_string()), std::nullopt};
-    if (type == "n" && !value.empty())
+    if (type == "n" && !value.empty()) {
+      const std::size_t style = node.attribute("s").as_ullong();
       return as_shown({value, parse_number(value), sums_up(node.child("f").text().as_string())},
-                      node.attribute("s").as_ullong());
+                      style < formats_.size() ? formats_[style] : NumberFormat{});
+    }
     return {value, std::nullopt};
   }
 
  private:
-  /// A spreadsheet makes a date of a typed 4.5, which is then the number 45050; what it shows is no length.
-  Cell as_shown(Cell cell, std::size_t style) const {
-    if (style >= formats_.size()) return cell;
-    const auto& [kind, unit] = formats_[style];
-    if (kind == NumberFormat::Kind::date) return {cell.text + ", shown as a date or time", std::nullopt};
-    if (kind == NumberFormat::Kind::percent) return {cell.text + ", shown as a percentage", std::nullopt};
-    if (!unit.empty()) return {cell.text + " " + unit, std::nullopt, cell.sums_up};
-    return cell;
-  }
-
   const std::filesystem::path& path_;
   std::vector<std::string> strings_;
   std::vector<NumberFormat> formats_;

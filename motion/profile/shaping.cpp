@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "motion/profile/profile_parts.hpp"
@@ -258,11 +259,15 @@ Shaper shortest_shaper(const JerkProfile& profile, const ModeBand& band, double 
 
   constexpr int kSteps = 128;
   const double step_s = 0.5 * damped_period_s(band.nominal) / kSteps;
+  // Without damping none of them settles: then the one that leaves least.
+  const auto rank = [&](const Triple& triple) {
+    return std::pair(search.settled_s(triple), search.residual(triple));
+  };
   Triple best;
   for (int i = 1; i <= kSteps; ++i) {
     const Triple triple = search.best_at(i * step_s);
     if (search.residual(triple) > 1.0) {
-      if (search.settled_s(triple) < search.settled_s(best)) best = triple;
+      if (rank(triple) < rank(best)) best = triple;
       continue;
     }
     double low = triple.spacing_s - step_s, high = triple.spacing_s;

@@ -48,7 +48,8 @@ JerkProfile shaped(const JerkProfile& profile, const Shaper& shaper);
 /// itself the shaper needn't, so that it is shorter than one made for every motion. A hundredth of the
 /// tolerance is kept back for the frequencies between those that are looked at. ZVD's two half periods bound
 /// its length; where even they don't suffice, it is the one of which the envelope of the vibration is first
-/// within the tolerance in the worst case; ZVD itself may be some per cent earlier there.
+/// within the tolerance in the worst case, or without damping the one that leaves least; ZVD itself may be
+/// some per cent earlier there.
 /// @throws MotionError if the tolerance isn't above 0 or the band is none.
 Shaper shortest_shaper(const JerkProfile& profile, const ModeBand& band, double tolerance_mm);
 

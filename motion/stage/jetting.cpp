@@ -316,7 +316,14 @@ FlyByPlan plan_fly_by(std::span<const Point> bumps, const FlyByConfig& config) {
         throw MotionError(
             fmt::format("fly-by: found {} mm in counts of {} mm, expected less than 2^53 counts", at_mm,
                         config.encoder_mm));
-      row.triggers.push_back({i, std::llround(at_mm / config.encoder_mm + 0.5 * direction), 0.0});
+      const std::int64_t count = std::llround(at_mm / config.encoder_mm + 0.5 * direction);
+      if (!row.triggers.empty() && row.triggers.back().count == count)
+        throw MotionError(
+            fmt::format("fly-by: found the bumps of rows {} and {} within one count of {} mm, at which a "
+                        "comparator fires once; "
+                        "expected them farther apart, or stop at each bump",
+                        bumps[row.triggers.back().bump].row, bumps[i].row, config.encoder_mm));
+      row.triggers.push_back({i, count, 0.0});
     }
     const Ramps ramps = ramps_at(config.x, row.speed_mm_s);
     // A count to spare at either end, so that the edges themselves lie in the cruise, and the way until the

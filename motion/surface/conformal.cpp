@@ -198,7 +198,9 @@ Group most_wrong(const FaceTouches& face, std::size_t group_size) {
 bool stands_out(const FaceTouches& face, const Group& group, double tolerance_mm) {
   constexpr double kDeviations = 8.0;   // standard deviations of the others
   constexpr double kOfMedian = 1.4826;  // a standard deviation by the median of normal values
-  std::vector<double> sizes = sizes_off(face, group.size);
+  // Without it: a wrong touch spoils what its neighbours say of each other, on a short face the median of
+  // them.
+  std::vector<double> sizes = sizes_off(without(face, group), group.size);
   const LeftOut it = left_out(face, group);
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());

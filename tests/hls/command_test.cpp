@@ -338,6 +338,58 @@ void hls_invariants(const State* s, Held* held) {
   EXPECT_THAT(ran.output, HasSubstr("invariant small: found it to rest on flops that nothing resets"));
 }
 
+// A block alone was "proved for every state" under an invariant that nothing had asked for.
+TEST_F(Hls, ABlockIsProvedTogetherWithTheInvariants) {
+  write_block(R"(  if (s->a_q < 9) ++s->a_q;
+}
+struct Held { std::uint8_t small; };
+extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(Held, small, 1)};
+void hls_invariants(const State* s, Held* held) {
+  held->small = s->a_q < 4;)");
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  const Ran ran = prove("--block pins");
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("small does not hold in the next state"));
+  EXPECT_THAT(compare("--other=-DANY").output,
+              HasSubstr("equal for every state in which the invariants hold"));
+}
+
+// The write was lost: the circuit was another one than the C++.
+TEST_F(Hls, AFunctionThatWritesWhatItIsToReadIsRefused) {
+  write_block("  s->a_q = in->x_i;");
+  const std::string all = text_of(at("block.cpp"));
+  write("block.cpp",
+        replaced(all, "out->y_o = s->a_q;", "out->y_o = s->a_q; const_cast<State*>(s)->b_q[0] = 77;"));
+  expect_refusal(
+      "block.cpp:13: hls_outputs(): found a write to byte 1 of its argument 1, expected a function that only "
+      "reads it");
+  write("block.cpp",
+        replaced(all, "  s->a_q = in->x_i;", "  s->a_q = in->x_i;\n  const_cast<Inputs*>(in)->x_i = 0;"));
+  expect_refusal("hls_step(): found a write to byte 1 of its argument 2");
+}
+
+TEST_F(Hls, TheAbsoluteValueOfTheLeastNumberIsABrokenPromise) {
+  write_block(
+      "  const int i = in->x_i == 200 ? -2147483647 - 1 : -int{in->x_i};\n  s->a_q = "
+      "static_cast<std::uint8_t>(__builtin_abs(i));");
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  const Ran ran = prove("--block promises");
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("x_i=0xc8"));
+}
+
+// Of a pin both values are those of this state; and a pin of the RTL alone matters at 0, too.
+TEST_F(Hls, ACounterexampleOfAPinCanBeReplayed) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  std::string sv = text_of(kExample + ".sv");
+  sv = replaced(sv, "input  logic       button_i,",
+                "input  logic       button_i,\n  input  logic       kill_i,");
+  write("block.sv", replaced(sv, "assign pressed_o = pressed_q;", "assign pressed_o = pressed_q & kill_i;"));
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 1) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("kill_i=0x0\n  in this state: RTL 0x0, C++ 0x1"));
+}
+
 TEST_F(Hls, PinsOfOtherWidthsAreNamedOnBothSides) {
   const std::string sv = text_of(kExample + ".sv");
   write("block.cpp", text_of(kExample + ".cpp"));

@@ -104,8 +104,8 @@ class DumpReader {
     if (variables_.empty()) extended_ = port;
     if (port != extended_) fail(where, fmt::format("$var {}", shown(words[0])), "ports alone or none");
     Variable variable;
-    variable.name = words[3];
-    for (std::size_t i = 4; i < words.size(); ++i) variable.name += words[i];  // a [0] set apart
+    variable.name = words[3].starts_with('\\') ? words[3].substr(1) : words[3];  // an escaped name
+    for (std::size_t i = 4; i < words.size(); ++i) variable.name += words[i];    // a [0] set apart
     variable.where = where;
     const bool is_bit = words[1] == "1";
     if (extended_) {

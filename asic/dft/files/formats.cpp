@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "asic/dft/scan/replay.hpp"
 
@@ -43,6 +47,34 @@ std::string pin_name(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
   return name;
+}
+
+// In the order of the signals; where two would be one, the later one has a number behind its name.
+std::vector<std::string> pin_names(const CycleStream& stream) {
+  std::set<std::string> taken;
+  for (const TestSignal& signal : stream.signals) taken.insert(pin_name(signal.name));
+  std::vector<std::string> names;
+  std::set<std::string> given;
+  for (const TestSignal& signal : stream.signals) {
+    std::string name = pin_name(signal.name);
+    if (!given.insert(name).second) {
+      const std::string plain = name;
+      for (int number = 2; !taken.insert(name = fmt::format("{}_{}", plain, number)).second;) ++number;
+      given.insert(name);
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+// A line for each signal whose name another one has already.
+std::string renamed_told(const CycleStream& stream, const std::vector<std::string>& names,
+                         std::string_view comment) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i] != pin_name(stream.signals[i].name))
+      text += fmt::format("{} {} is the port {}\n", comment, names[i], stream.signals[i].name);
+  return text;
 }
 
 std::string code_of(std::size_t i) {  // printable identifiers of VCD
@@ -238,8 +270,9 @@ std::string vcd_text(const CycleStream& stream) {
 }
 
 std::string atp_text(const CycleStream& stream) {
-  std::string text = "import tset tp0;\n\nvector ($tset";
-  for (const TestSignal& signal : stream.signals) text += ", " + pin_name(signal.name);
+  const std::vector<std::string> names = pin_names(stream);
+  std::string text = renamed_told(stream, names, "//") + "import tset tp0;\n\nvector ($tset";
+  for (const std::string& name : names) text += ", " + name;
   text += ")\n{\nstart_label pattern_st:\n";
   runs(stream, 65535, [&](const TestCycle& cycle, std::uint64_t count) {
     if (!cycle.label.empty()) text += fmt::format("// {}\n", cycle.label);
@@ -254,8 +287,9 @@ std::string atp_text(const CycleStream& stream) {
 }
 
 std::string avc_text(const CycleStream& stream) {
-  std::string text = "FORMAT";
-  for (const TestSignal& signal : stream.signals) text += " " + pin_name(signal.name);
+  const std::vector<std::string> names = pin_names(stream);
+  std::string text = renamed_told(stream, names, "#") + "FORMAT";
+  for (const std::string& name : names) text += " " + name;
   text += ";\n";
   runs(stream, 65535, [&](const TestCycle& cycle, std::uint64_t count) {
     text += fmt::format("R{} tp0 {}", count, cycle.states);

@@ -296,6 +296,28 @@ TEST(PatternFiles, SeededExtendedDumpDefectsAreRefusedWithLineAndReason) {
         [](const std::string& text, const std::string& name) { return parse_dump(text, name, {}); });
 }
 
+// Two ports became one pin: a tester drove or compared the wrong one.
+TEST(PatternFiles, PinsOfATesterHaveNamesOfTheirOwn) {
+  CycleStream stream = small_stream();
+  stream.signals[2].name = "a[0]";
+  stream.signals[3].name = "a_0";
+  const std::string& last = stream.signals[3].name;
+  EXPECT_THAT(avc_text(stream),
+              testing::StartsWith("# a_0_2 is the port " + last + "\nFORMAT clk rst_n a_0 a_0_2 "));
+  EXPECT_THAT(atp_text(stream),
+              testing::StartsWith("// a_0_2 is the port " + last +
+                                  "\nimport tset tp0;\n\nvector ($tset, clk, rst_n, a_0, a_0_2, "));
+}
+
+// An escaped name has a backslash in a dump.
+TEST(PatternFiles, EscapedNamesOfADumpAreThosePorts) {
+  std::string text = vcd_text(small_stream());
+  const std::string name = " d[0] $end";
+  text.replace(text.find(name), name.size(), " \\d[0] $end");
+  EXPECT_TRUE(
+      same_cycles(parse_dump(text, "a.vcd", small_stream().timing, small_directions()), small_stream()));
+}
+
 // What a test bench dumps beside the ports: counters, vectors, reals, and the ports once more in a scope
 // below.
 TEST(PatternFiles, OtherVariablesOfADumpArePassedOver) {

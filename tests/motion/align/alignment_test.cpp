@@ -89,12 +89,27 @@ TEST(Alignment, SaysWhenItDidNotGetThere) {
 
 TEST(Alignment, KnowsMarksThatDoNotTellWhichWayTheBoardLies) {
   const Vector2d a(0.0, 0.0), b(40.0, 0.0), c(40.0, 30.0), d(0.0, 30.0);
-  EXPECT_TRUE(looks_the_same_flipped({a, c}, 2.0));                             // half a turn
-  EXPECT_TRUE(looks_the_same_flipped({a, b}, 2.0));                             // over either axis
-  EXPECT_TRUE(looks_the_same_flipped({a, b, c, d}, 2.0));                       // all three
-  EXPECT_TRUE(looks_the_same_flipped({a, b, c + Vector2d(1.0, 0.0), d}, 2.0));  // within reach
-  EXPECT_FALSE(looks_the_same_flipped({a, b, c}, 2.0));
-  EXPECT_FALSE(looks_the_same_flipped({a, b, c, d + Vector2d(9.0, 0.0)}, 2.0));
+  const auto turned = [](std::vector<Vector2d> marks, double angle_rad) {
+    for (Vector2d& mark : marks) mark = Eigen::Rotation2Dd(angle_rad) * mark;
+    return marks;
+  };
+  // However the board is placed: the flips were looked for over the stage's axes alone.
+  for (const double angle_rad : {0.0, 0.3, 0.7853981633974483, 2.5}) {
+    const auto same = [&](const std::vector<Vector2d>& marks) {
+      return looks_the_same_flipped(turned(marks, angle_rad), 0.05);
+    };
+    EXPECT_TRUE(same({a, c}));
+    EXPECT_TRUE(same({a, b}));
+    EXPECT_TRUE(same({a, b, c, d}));
+    EXPECT_TRUE(same({a, b, c + Vector2d(0.04, 0.0), d}));              // within the tolerance
+    EXPECT_TRUE(same({a, b, Vector2d(20.0, 30.0)}));                    // over its height
+    EXPECT_TRUE(same({a, Vector2d(40.0, 0.0), Vector2d(40.0, 40.0)}));  // over its diagonal
+    EXPECT_TRUE(same({a, b, Vector2d(20.0, 20.0 * std::sqrt(3.0))}));
+    EXPECT_FALSE(same({a, b, c}));
+    EXPECT_FALSE(same({a, b, Vector2d(40.0, 33.0)}));
+    EXPECT_FALSE(same({a, b, c, d + Vector2d(9.0, 0.0)}));
+    EXPECT_FALSE(same({a, b, c + Vector2d(1.0, 0.0), d}));
+  }
 }
 
 TEST(Alignment, RefusesWhatCannotBeAndDoesNotMove) {

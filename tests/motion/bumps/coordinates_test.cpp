@@ -105,6 +105,17 @@ TEST_F(Coordinates, XlsFormulasHaveTheValueThatWasSaved) {
   expect_points(read_coordinates(data / "formulas.xls"), {{10.0, 20.0, 2}, {12.5, 20.0, 3}, {15.0, 20.0, 4}});
 }
 
+TEST_F(Coordinates, FormatsOfAnXlsAreThoseOfItsNumbers) {
+  const CoordinateFile file =
+      read_coordinate_file(data / "shown_in_mil.xls", {.travel = {{-9.0, 9.0}, {-9.0, 9.0}, {}}});
+  EXPECT_TRUE(file.has_unit);
+  expect_points(file.points, {{2.54, 5.08, 2}, {7.6327, -0.00635, 3}});
+  EXPECT_THAT(error_of(data / "shown_as_percent.xls"),
+              StartsWith("row 2, column 1 (x): found '1, shown as a percentage', expected a number"));
+  EXPECT_THAT(error_of(data / "shown_in_thousands.xls"),
+              StartsWith("row 2, column 1 (x): found '1500, shown in another scale', expected a number"));
+}
+
 TEST_F(Coordinates, XlsErrorIsNoNumber) {
   EXPECT_THAT(error_of(data / "error_cell.xls"),
               StartsWith("row 3, column 2 (y): found '#N/A', expected a number"));

@@ -2,6 +2,7 @@
 // The sides of a board in tables: by which columns and words they are told.
 #include <fmt/format.h>
 
+#include <array>
 #include <string>
 #include <tuple>
 
@@ -192,6 +193,40 @@ TEST_F(Readers, ASideInSomeRowsAloneIsRefused) {
             "Side, as row 2 has; leave the column out where it tells no side of a board");
   EXPECT_EQ(error_of("b.csv", "x,y,Bottom\n1,2,\n3,4,yes\n"),
             "row 2, column 3 (Bottom): found nothing, expected yes or no, as row 3 has one");
+}
+
+// A side above the table was a title like any other: the bottom was printed as the top.
+TEST_F(Readers, ASideAboveTheTableIsThatOfAllItsBumps) {
+  const std::string table = "Ref,X (mm),Y (mm)\nA,1,2\nB,3,4\n";
+  for (const char* above : {"# Side: bottom\n", "Layer: Bottom\n", "Layer:,Bottom,\n",
+                            "Board A\nSide = B.Cu\n", "Seite: Unten\n"}) {
+    const auto file = read("a.csv", above + table);
+    EXPECT_TRUE(file.bottom) << above;
+    EXPECT_EQ(file.notes.size(), 1U) << above;
+  }
+  for (const char* above : {"# Side: top\n", "Layers: 4, bottom copper 35 um\n", "Bottom line: all good\n"})
+    EXPECT_FALSE(read("b.csv", above + table).bottom) << above;
+  EXPECT_EQ(error_of("c.csv", "# Side: bottom\nRef,Side,X (mm),Y (mm)\nA,Top,1,2\n"),
+            "row 3, column 2 (Side): found top, expected bottom, as told above the table");
+  EXPECT_THAT(error_of("d.csv", "Side: top\nLayer: Bottom\n" + table),
+              ::testing::HasSubstr("expected one side"));
+}
+
+TEST_F(Readers, SidesInMoreLanguagesAreToldApart) {
+  for (const auto& [name, top, bottom] :
+       {std::array{"Warstwa", "G\u00f3ra", "D\u00f3\u0142"},
+        {"Strana", "horn\u00ed", "spodn\u00ed"},
+        {"\u0421\u0442\u043e\u0440\u043e\u043d\u0430", "\u0412\u0435\u0440\u0445", "\u041d\u0438\u0437"},
+        {"Y\u00fcz", "\u00dcst", "Alt"},
+        {"Sida", "ovan", "under"},
+        {"Puoli", "yl\u00e4", "ala"},
+        {"\uc704\uce58", "\uc717\uba74", "\uc544\ub7ab\uba74"}}) {
+    const std::string head = "Ref," + std::string(name) + ",x mm,y mm\n";
+    EXPECT_THAT(error_of("a.csv", head + "A," + top + ",1,2\nB," + bottom + ",3,4\n"),
+                ::testing::HasSubstr("expected one side"))
+        << name;
+    EXPECT_TRUE(read("b.csv", head + "A," + bottom + ",1,2\n").bottom) << name;
+  }
 }
 
 }  // namespace

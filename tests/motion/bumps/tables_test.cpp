@@ -21,6 +21,15 @@ TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
                 {{25.4, 50.8, 2}});
 }
 
+TEST_F(Readers, RowsAboveTheNamesMayHoldANumber) {
+  expect_points(read("a.csv", "Date;2024-01-02\nRef;X (mm);Y (mm)\nC1;1,5;2,5\n").points, {{1.5, 2.5, 3}});
+  expect_points(read("b.csv", "Wafer map,,\nPitch,150,\nRef,X (um),Y (um)\nC1,1000,2000\n").points,
+                {{1, 2, 4}});
+  for (const char* title : {"X and Y in mm", "X/Y table", "Y axis up", "\"X = right, Y = up\""})
+    expect_points(read("c.csv", std::string(title) + "\nRef,X (mm),Y (mm)\nC1,1,2\n").points, {{1, 2, 3}});
+  expect_points(read("d.csv", "1mm,2mm\n3mm,4mm\n").points, {{1, 2, 1}, {3, 4, 2}});
+}
+
 TEST_F(Readers, OtherColumnsOfTheAxesAreNotTheirs) {
   expect_points(
       read("a.csv", "Ref,X Offset (mm),Y Offset (mm),X Coord (mm),Y Coord (mm)\nC1,9,9,1.5,2.5\n").points,

@@ -178,5 +178,17 @@ TEST(ShortestShaper, LeavesNoMoreThanAskedWhereZvdDoes) {
   EXPECT_GT(met, 200U);
 }
 
+// None of the candidates settles, and the empty one, tried first, was taken.
+TEST(ShortestShaper, WithoutDampingLeavesLeastWhereTheToleranceIsTooSmall) {
+  const ScurveLimits limits = asymmetric_limits(100.0, 1000.0, 1000.0, 5e4, 5e4);
+  const JerkProfile profile(plan_scurve(limits, 10.0));
+  for (const double spread : {0.2, 0.3}) {
+    const ModeBand band{{38.0, 0.0}, spread};
+    const double left_mm = worst_residual_mm(shaped(profile, shortest_shaper(profile, band, 0.001)), band);
+    EXPECT_LE(left_mm, worst_residual_mm(shaped(profile, zvd_shaper(band.nominal)), band) * 1.001);
+    EXPECT_LT(left_mm, 0.2 * worst_residual_mm(profile, band));
+  }
+}
+
 }  // namespace
 }  // namespace meltstage::motion

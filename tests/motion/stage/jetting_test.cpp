@@ -81,6 +81,15 @@ TEST(FlyBy, NoTwoDropletsComeFasterThanTheHeadDoes) {
   }
 }
 
+// A comparator fires once at a count: one of the two droplets was missing.
+TEST(FlyBy, RefusesTwoBumpsWithinACount) {
+  FlyByConfig config;
+  config.encoder_mm = 0.01;
+  const std::vector<Point> bumps = {{10.0, 10.0, 1}, {10.0001, 10.0, 2}, {12.0, 10.0, 3}};
+  EXPECT_THAT(error_of([&] { plan_fly_by(bumps, config); }),
+              ::testing::HasSubstr("found the bumps of rows 1 and 2 within one count of 0.01 mm"));
+}
+
 TEST(FlyBy, LandsWithinAClockAndHalfACount) {
   const auto bumps = lattice(32, 8, 0.5);
   for (const double encoder_mm : {1e-4, 1e-3, 5e-3}) {

@@ -114,6 +114,30 @@ TEST(Reconstruction, TellsAWrongTouch) {
   EXPECT_LE(disturbed, 2);
 }
 
+// On a short face the wrong touch spoiled the median that it was judged by: those in the middle passed.
+TEST(Reconstruction, TellsAWrongTouchOnAShortFace) {
+  const RealPart part{[](double, double) { return 0.1; }};
+  const ClLine line{"flat", {{{0, 0, 0}, {0, 0, 1}, 1}, {{40, 0, 0}, {0, 0, 1}, 2}}};
+  const TouchProbeModel exact{.pretravel_mm = 0.0, .lobing_mm = 0.0, .noise_mm = 0.0, .scale_mm = 1e-9};
+  const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
+  for (std::size_t touches = 7; touches <= 14; ++touches) {
+    ProbeLine points{line.name, {}};
+    for (std::size_t i = 0; i < touches; ++i)
+      points.points.push_back(
+          place_on(line, lengths, 40.0 * static_cast<double>(i) / static_cast<double>(touches - 1)));
+    TouchProbe probe(exact, 1);
+    const std::vector<Eigen::Vector3d> right = touch_all(part, {&points, 1}, {}, probe);
+    EXPECT_TRUE(reconstruct(line, points, right, calibrated(exact)).suspects.empty()) << touches;
+    for (std::size_t wrong = 0; wrong < touches; ++wrong) {
+      std::vector<Eigen::Vector3d> read = right;
+      read[wrong].z() += 0.15;
+      const RealLine real = reconstruct(line, points, read, calibrated(exact));
+      ASSERT_EQ(real.suspects.size(), 1U) << wrong << " of " << touches;
+      EXPECT_EQ(real.suspects[0].touch, wrong) << touches;
+    }
+  }
+}
+
 // Dust that lies under two touches beside each other: they agree with each other, and passed.
 TEST(Reconstruction, TellsTwoWrongTouchesBesideEachOther) {
   constexpr int kLines = 40;
