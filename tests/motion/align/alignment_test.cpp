@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "motion/align/prp_trials.hpp"
@@ -90,7 +91,7 @@ TEST(Alignment, SaysWhenItDidNotGetThere) {
 TEST(Alignment, KnowsMarksThatDoNotTellWhichWayTheBoardLies) {
   const Vector2d a(0.0, 0.0), b(40.0, 0.0), c(40.0, 30.0), d(0.0, 30.0);
   const auto turned = [](std::vector<Vector2d> marks, double angle_rad) {
-    for (Vector2d& mark : marks) mark = Eigen::Rotation2Dd(angle_rad) * mark;
+    for (Vector2d& mark : marks) mark = Eigen::Rotation2D<double>(angle_rad) * mark;
     return marks;
   };
   // However the board is placed: the flips were looked for over the stage's axes alone.
