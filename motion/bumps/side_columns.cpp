@@ -227,21 +227,44 @@ void SideColumns::take_names(const TableRow& names, std::size_t x, std::size_t y
   }
 }
 
+namespace {
+
+/// What stands between the signs that separate a label from its value, in small letters, without quotes.
+std::vector<std::string> parts_of_line(const TableRow& row) {
+  std::vector<std::string> parts;
+  for (const Cell& cell : row.cells) {
+    const std::string text = plain_name(cell);
+    for (std::size_t from = 0; from <= text.size();) {
+      const std::size_t end = std::min(text.find_first_of(":=,;\t", from), text.size());
+      std::string_view part = std::string_view(text).substr(from, end - from);
+      part.remove_prefix(std::min(part.find_first_not_of("\" #"), part.size()));
+      part = part.substr(0, part.find_last_not_of("\" ") + 1);
+      if (!part.empty()) parts.emplace_back(part);
+      from = end + 1;
+    }
+  }
+  return parts;
+}
+
+}  // namespace
+
 void SideColumns::take_above(const TableRow& row) {
   constexpr std::array<std::string_view, 6> kKeys = {"board side",     "side",  "layer",
                                                      "placement side", "seite", "lage"};
-  std::string text;
-  for (const Cell& cell : row.cells) text += (text.empty() || is_blank(cell) ? "" : ":") + plain_name(cell);
-  for (const std::string_view key : kKeys) {
-    if (!text.starts_with(key)) continue;
-    const auto mark = text.find_first_not_of(" \t", key.size());
-    if (mark == std::string::npos || (text[mark] != ':' && text[mark] != '=')) continue;
-    constexpr std::string_view kAround = ":=, \t\"";
-    const auto first = text.find_first_not_of(kAround, mark);
-    if (first == std::string::npos) continue;
-    const std::string word = text.substr(first, text.find_last_not_of(kAround) - first + 1);
-    if (const auto side = side_named(word)) above_.check(path_, fmt::format("row {}", row.row), *side, word);
-    told_above_ = told_above_ || side_named(word).has_value();
+  const std::vector<std::string> parts = parts_of_line(row);
+  for (std::size_t i = 0; i + 1 < parts.size(); ++i) {
+    if (!is_one_of(parts[i], kKeys)) continue;
+    const std::string& told = parts[i + 1];
+    if (const auto side = side_named(told)) {
+      above_.check(path_, fmt::format("row {}", row.row), *side, told);
+      told_above_ = true;
+      continue;
+    }
+    const std::vector<std::string> words = words_of_name({told, std::nullopt});
+    if (std::any_of(words.begin(), words.end(),
+                    [](const std::string& word) { return side_unmistakably_named(word); }))
+      fail(path_, fmt::format("row {}: found {} above the table, expected top or bottom; {}", row.row,
+                              in_quotes(told), kAdvice));
   }
 }
 

@@ -147,13 +147,29 @@ double short_number(std::uint32_t bits) {
   return (bits & 1U) != 0 ? value / 100.0 : value;
 }
 
+/// A character of the first of Unicode's planes.
+void add_utf8(std::string& text, std::uint16_t character) {
+  const auto add = [&](unsigned byte) { text += static_cast<char>(byte); };
+  if (character < 0x80) return add(character);
+  if (character < 0x800) {
+    add(0xC0U | character >> 6);
+  } else {
+    add(0xE0U | character >> 12);
+    add(0x80U | (character >> 6 & 0x3FU));
+  }
+  add(0x80U | (character & 0x3FU));
+}
+
 /// The formats of a workbook's cells, by the number of their style.
 class Styles {
  public:
   void take_format(std::string_view record) {  // its number, and its code in one or two bytes a character
     const std::size_t count = u16(record, 2), width = record.size() > 4 && (record[4] & 1) != 0 ? 2 : 1;
     std::string code;
-    for (std::size_t i = 0; i < count && 5 + i * width < record.size(); ++i) code += record[5 + i * width];
+    for (std::size_t i = 0; i < count && 5 + i * width < record.size(); ++i) {
+      const std::size_t at = 5 + i * width;
+      add_utf8(code, width == 2 ? u16(record, at) : static_cast<unsigned char>(record[at]));
+    }
     own_[u16(record, 0)] = number_format(code);
   }
   void take_style(std::string_view record) { formats_.push_back(u16(record, 2)); }

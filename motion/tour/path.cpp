@@ -394,6 +394,20 @@ double pauses_s(const Route& route, const PathTask& task) {
   return task.metric == Metric::time ? static_cast<double>(route.points) * task.times.pause_s : 0.0;
 }
 
+/// The ways along each axis add up to the box of all sites, there and back for a closed tour, and no norm of
+/// a sum is larger than the sum of the norms. Exact for sites in a row, where the search's bound is weak.
+double box_bound_mm(const Route& route, Metric metric) {
+  if (metric == Metric::time || route.sites.empty()) return 0.0;
+  const auto extent = [&](auto coordinate) {
+    const auto [low, high] =
+        std::minmax_element(route.sites.begin(), route.sites.end(),
+                            [&](const Site& a, const Site& b) { return a.*coordinate < b.*coordinate; });
+    return (*high).*coordinate - (*low).*coordinate;
+  };
+  const double times = route.closed ? 2.0 : 1.0;
+  return distance_mm(times * extent(&Site::x), times * extent(&Site::y), metric);
+}
+
 /// Points that coincide are one place to the search: their neighbours would be nothing but each other.
 class Places {
  public:
@@ -481,7 +495,7 @@ Plan plan_path(std::span<const Point> points, const PathTask& task, const PathPr
   // Rounding of the sums may leave the bound of a proved order a hair above or below it.
   const double rounding =
       std::max(1e-12, static_cast<double>(points.size()) * std::numeric_limits<double>::epsilon());
-  const double bound = found.bound + pauses;
+  const double bound = std::max(found.bound, box_bound_mm(route, task.metric)) + pauses;
   plan.lower_bound = bound >= plan.cost_after * (1.0 - rounding) ? plan.cost_after : bound;
   return plan;
 }

@@ -324,8 +324,9 @@ TEST_F(Command, OptionForTheFullJobIsRefusedWithout) {
 }
 
 TEST_F(Command, AnUnknownCommandIsNamedBesideThoseThatThereAre) {
-  EXPECT_THAT(run_command("prnit").output, AllOf(HasSubstr("found \"prnit\", expected one of: init, print, "),
-                                                 Not(HasSubstr("required"))));
+  EXPECT_THAT(run_command("prnit").output,
+              AllOf(HasSubstr("found \"prnit\", expected one of: init, coordinates, print, "),
+                    Not(HasSubstr("required"))));
   EXPECT_THAT(run_command("chip raed").output,
               AllOf(HasSubstr("meltstage chip: found \"raed\""), HasSubstr(" read, ")));
   EXPECT_THAT(run_command("dft").output, HasSubstr("meltstage dft: no command given, expected one of: "));

@@ -110,6 +110,7 @@ TEST_F(Coordinates, FormatsOfAnXlsAreThoseOfItsNumbers) {
       read_coordinate_file(data / "shown_in_mil.xls", {.travel = {{-9.0, 9.0}, {-9.0, 9.0}, {}}});
   EXPECT_TRUE(file.has_unit);
   expect_points(file.points, {{2.54, 5.08, 2}, {7.6327, -0.00635, 3}});
+  expect_points(read_coordinate_file(data / "shown_in_um.xls").points, {{1.5, 2.5, 2}});
   EXPECT_THAT(error_of(data / "shown_as_percent.xls"),
               StartsWith("row 2, column 1 (x): found '1, shown as a percentage', expected a number"));
   EXPECT_THAT(error_of(data / "shown_in_thousands.xls"),

@@ -198,14 +198,18 @@ TEST_F(Readers, ASideInSomeRowsAloneIsRefused) {
 // A side above the table was a title like any other: the bottom was printed as the top.
 TEST_F(Readers, ASideAboveTheTableIsThatOfAllItsBumps) {
   const std::string table = "Ref,X (mm),Y (mm)\nA,1,2\nB,3,4\n";
-  for (const char* above : {"# Side: bottom\n", "Layer: Bottom\n", "Layer:,Bottom,\n",
-                            "Board A\nSide = B.Cu\n", "Seite: Unten\n"}) {
+  for (const char* above :
+       {"# Side: bottom\n", "Layer: Bottom\n", "Layer:,Bottom,\n", "Board A\nSide = B.Cu\n", "Seite: Unten\n",
+        "Side: Bottom;;\n", "# Side: Bottom;;\n", "Side;Bottom;\n", "Side,Bottom,\n", "Layer\tBottomLayer\n",
+        "\"Side: Bottom\",,\n", "Units,mm,Side,Bottom\n"}) {
     const auto file = read("a.csv", above + table);
     EXPECT_TRUE(file.bottom) << above;
     EXPECT_EQ(file.notes.size(), 1U) << above;
   }
   for (const char* above : {"# Side: top\n", "Layers: 4, bottom copper 35 um\n", "Bottom line: all good\n"})
     EXPECT_FALSE(read("b.csv", above + table).bottom) << above;
+  EXPECT_THAT(error_of("e.csv", "# Layer: Top and Bottom\n" + table),
+              ::testing::StartsWith("row 1: found 'top and bottom' above the table, expected top or bottom"));
   EXPECT_EQ(error_of("c.csv", "# Side: bottom\nRef,Side,X (mm),Y (mm)\nA,Top,1,2\n"),
             "row 3, column 2 (Side): found top, expected bottom, as told above the table");
   EXPECT_THAT(error_of("d.csv", "Side: top\nLayer: Bottom\n" + table),

@@ -85,7 +85,7 @@ TEST(FlyBy, NoTwoDropletsComeFasterThanTheHeadDoes) {
 TEST(FlyBy, RefusesTwoBumpsWithinACount) {
   FlyByConfig config;
   config.encoder_mm = 0.01;
-  const std::vector<Point> bumps = {{10.0, 10.0, 1}, {10.0001, 10.0, 2}, {12.0, 10.0, 3}};
+  const std::vector<Point> bumps = {{10.003, 10.0, 1}, {10.0031, 10.0, 2}, {12.0, 10.0, 3}};
   EXPECT_THAT(error_of([&] { plan_fly_by(bumps, config); }),
               ::testing::HasSubstr("found the bumps of rows 1 and 2 within one count of 0.01 mm"));
 }

@@ -321,6 +321,22 @@ TEST(Plan, PointsOnALineAreVisitedAlongIt) {
   EXPECT_EQ(plan_path(points, task_of(Metric::euclidean, Tour::closed)).cost_after, 118.0);
 }
 
+// The bound fell behind by two thirds.
+TEST(Plan, AClosedTourOfOneRowIsProved) {
+  PathTask task;
+  task.tour = Tour::closed;
+  for (const Metric metric : {Metric::manhattan, Metric::chebyshev, Metric::euclidean}) {
+    task.metric = metric;
+    for (const std::size_t count : {24U, 160U}) {
+      std::vector<Point> points;
+      for (std::size_t i = 0; i < count; ++i) points.push_back({static_cast<double>(i * 7 % count), 5.0, i});
+      const Plan plan = plan_path(points, task);
+      EXPECT_DOUBLE_EQ(plan.cost_after, 2.0 * static_cast<double>(count - 1));
+      EXPECT_EQ(plan.gap(), 0.0) << count;
+    }
+  }
+}
+
 TEST(Plan, ShortOrderOfTheFileIsKept) {
   const Plan plan = plan_path(lattice(40, 1, 1.0), Metric::manhattan, {0, 0});
   EXPECT_TRUE(std::is_sorted(plan.order.begin(), plan.order.end()));
