@@ -57,8 +57,10 @@ std::string bitcode(const std::filesystem::path& file, const std::vector<std::st
       "-fno-exceptions", "-fno-rtti",  "-emit-llvm", "-c",      file.string(),          "-o",
       code.path().str()};
   if (undefined == Undefined::kTraps)
-    words.insert(words.end(), {"-fno-discard-value-names", "-fsanitize=undefined", "-fsanitize-trap=all",
-                               "-fno-sanitize=vptr,function,alignment,null,object-size,pointer-overflow"});
+    words.insert(
+        words.end(),
+        {"-fno-discard-value-names", "-fsanitize=undefined", "-fsanitize-trap=all",
+         "-fno-sanitize=vptr,function,alignment,null,nonnull-attribute,object-size,pointer-overflow"});
   words.insert(words.end(), options.begin(), options.end());
   const std::vector<llvm::StringRef> arguments(words.begin(), words.end());
   const llvm::Optional<llvm::StringRef> to[] = {llvm::None, llvm::None, messages.path()};

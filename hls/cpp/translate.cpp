@@ -263,7 +263,9 @@ class Translation {
                        const std::shared_ptr<const Object>& now, const std::shared_ptr<const Object>& after) {
     Graph& graph = circuit_.graph;
     const auto hold = [&](const std::shared_ptr<const Object>& state) {
-      return *call("hls_invariants", {state, unknown("hls_invariants", 1)})[1];
+      const Memory told = call("hls_invariants", {state, unknown("hls_invariants", 1)});
+      require_unchanged("hls_invariants", 0, *state, *told[0]);
+      return *told[1];
     };
     const Object at_first = hold(in_reset), at_present = hold(now), at_last = hold(after);
     for (const Field& field : fields(module_, "hls_invariant_names")) {

@@ -367,6 +367,27 @@ TEST_F(Hls, AFunctionThatWritesWhatItIsToReadIsRefused) {
   write("block.cpp",
         replaced(all, "  s->a_q = in->x_i;", "  s->a_q = in->x_i;\n  const_cast<Inputs*>(in)->x_i = 0;"));
   expect_refusal("hls_step(): found a write to byte 1 of its argument 2");
+  write("block.cpp", all + R"(
+struct Held { std::uint8_t small; };
+extern "C" {
+extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(Held, small, 1)};
+void hls_invariants(const State* s, Held* held) {
+  held->small = 1;
+  const_cast<State*>(s)->b_q[0] = 3;
+}
+})");
+  expect_refusal("hls_invariants(): found a write to byte 1 of its argument 1");
+}
+
+// The sanitizer compared the argument with null: an address that depends on nothing was refused as one that
+// does.
+TEST_F(Hls, MemoryFunctionsTakeTheStateItself) {
+  write_block(
+      "  std::uint16_t both = 0;\n  __builtin_memcpy(&both, s, 2);\n  if (in->x_i == 3) __builtin_memset(s, "
+      "0, sizeof *s);\n  s->a_q = static_cast<std::uint8_t>(both >> 8);");
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 0) << ran.output;
 }
 
 TEST_F(Hls, TheAbsoluteValueOfTheLeastNumberIsABrokenPromise) {
