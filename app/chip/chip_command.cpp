@@ -120,13 +120,15 @@ void tell_limit_below_setpoint(host::Controller& controller) {
         setpoint_degc, limit_degc, std::max(most_degc, 0.0));
 }
 
-// A register holds whole steps only.
+// A register holds whole steps only. Where what it holds looks as it was typed, nothing is told.
 void tell_rounded(const std::vector<host::Setting>& settings) {
   for (const auto& [reg, value] : settings) {
     const std::uint16_t raw = host::to_raw(*reg, value);
-    if (std::abs(host::to_unit(*reg, raw) - value) > 1e-6 * reg->scale)
-      fmt::print("{}: {:.9g} is written as {}{}{}, the nearest that it holds\n", reg->name, value,
-                 host::value_text(*reg, raw), reg->unit.empty() ? "" : " ", reg->unit);
+    const std::string held = host::value_text(*reg, raw);
+    if (std::abs(host::to_unit(*reg, raw) - value) <= 1e-6 * reg->scale || held == fmt::format("{:g}", value))
+      continue;
+    fmt::print("{}: {:.9g} is written as {}{}{}, the nearest that it holds\n", reg->name, value, held,
+               reg->unit.empty() ? "" : " ", reg->unit);
   }
 }
 

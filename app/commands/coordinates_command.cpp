@@ -45,10 +45,8 @@ Pair nearest_pair(std::vector<motion::Point> points) {
   Pair best;
   auto oldest = points.cbegin();
   for (const motion::Point& point : points) {
-    for (; point.x_mm - oldest->x_mm > best.distance_mm; ++oldest) {
-      const auto [first, last] = near.equal_range(*oldest);
-      near.erase(std::find_if(first, last, [&](const motion::Point& p) { return p.row == oldest->row; }));
-    }
+    // Of equal y the first one came first, so that it is the oldest.
+    for (; point.x_mm - oldest->x_mm > best.distance_mm; ++oldest) near.erase(near.lower_bound(*oldest));
     const auto last = near.upper_bound({0.0, point.y_mm + best.distance_mm});
     for (auto other = near.lower_bound({0.0, point.y_mm - best.distance_mm}); other != last; ++other) {
       const double distance_mm = std::hypot(point.x_mm - other->x_mm, point.y_mm - other->y_mm);

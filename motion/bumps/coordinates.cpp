@@ -124,8 +124,8 @@ detail::RawPoints read_raw(const std::filesystem::path& path) {
   if (is_one_of({".drl", ".xln", ".exc", ".cnc", ".txt"})) return detail::read_excellon_points(path, content);
   throw CoordinateError(
       fmt::format("{}: found extension {}, expected .xls, .xlsx, .csv, .tsv, .txt, .mnt, .mnb, .kicad_mod, "
-                  ".pos, .gbr, .ger, "
-                  ".grb, .gbx, .gtp, .gbp, .gts, .gbs, .gtl, .gbl, .art, .pho, .drl, .xln, .exc or .cnc",
+                  ".pos, .gbr, .ger, .grb, .gbx, .gtp, .gbp, .gts, .gbs, .gtl, .gbl, .art, .pho, .drl, .xln, "
+                  ".exc or .cnc",
                   path.string(), detail::in_quotes(extension)));
 }
 

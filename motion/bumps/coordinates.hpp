@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bump coordinates out of a file: workbook (.xls, .xlsx), separated text (.csv, .tsv, .txt, .mnt), KiCad
-// footprint
-// (.kicad_mod) or placement (.pos), Gerber layer (.gbr, .gtp, .gbp ...), Excellon drill file (.drl, .xln,
-// .txt).
+// Bump coordinates out of a file: workbook, separated text, KiCad footprint or placement, Gerber layer,
+// Excellon drill file.
 #pragma once
 
 #include <cstddef>
@@ -71,9 +69,8 @@ struct CoordinateFile {
 /// The format follows from the extension (any case) and the content must fit it:
 /// - `.xls`, `.xlsx`: first sheet of the workbook, numbers or text that is a number.
 /// - `.csv`, `.tsv`, `.txt`, `.mnt`, `.mnb`: UTF-8, UTF-16 with a byte order mark, or Windows-1252 with
-/// single letters
-///   beyond ASCII; separated by comma, semicolon or tab, or by blanks where none of these occurs; LF or CRLF,
-///   quotes as in RFC 4180. `.mnb` lies on the bottom.
+///   single letters beyond ASCII; separated by comma, semicolon or tab, or by blanks where none of these
+///   occurs; LF or CRLF, quotes as in RFC 4180. `.mnb` lies on the bottom.
 /// - `.kicad_mod`: position of every `smd` and `thru_hole` pad that has copper, in millimetres. KiCad's y
 /// points down, so
 ///   the sign of y is turned: what lies above in KiCad lies above on the stage.

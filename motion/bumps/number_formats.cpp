@@ -16,8 +16,8 @@ struct Section {
   std::string signs;   ///< that stand for parts of the value
   std::string behind;  ///< text that it shows behind the last digit
   bool has_digits = false;
-  bool rescales =
-      false;  ///< a comma behind the last digit divides by 1000; a text among digits is a mark of its own
+  /// A comma behind the last digit divides by 1000; a text among digits is a mark of its own.
+  bool rescales = false;
 };
 
 /// Takes the first section off the code.

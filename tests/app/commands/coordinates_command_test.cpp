@@ -3,34 +3,30 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
 #include <string>
 
+#include "base/temporary_folder.hpp"
 #include "tests/support/run_command.hpp"
 
 namespace meltstage {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 class CoordinatesCommand : public ::testing::Test {
  protected:
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
+  std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
   std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
+    std::ofstream(at(name)) << text;
+    return at(name);
   }
-  const fs::path folder_ =
-      fs::temp_directory_path() / ("meltstage_coordinates_command." + std::to_string(getpid()));
+  const TemporaryFolder folder_;
 };
 
 TEST_F(CoordinatesCommand, TellsWhatItUnderstood) {
@@ -88,7 +84,7 @@ TEST_F(CoordinatesCommand, NamesTheNearestTwo) {
 
 TEST_F(CoordinatesCommand, DrawsThem) {
   const std::string file = write("bumps.csv", "x_mm,y_mm\n0,0\n10,0\n0,5\n");
-  const std::string picture = (folder_ / "bumps.svg").string();
+  const std::string picture = at("bumps.svg");
   EXPECT_EQ(run_command("coordinates " + file + " --picture " + picture).status, 0);
   std::ifstream in(picture);
   const std::string svg{std::istreambuf_iterator<char>(in), {}};
