@@ -105,8 +105,7 @@ std::string_view upset_outcome_name(UpsetOutcome outcome) {
 }
 
 UpsetStudy::UpsetStudy(UpsetPhase phase, UpsetPwm pwm)
-    : phase_(phase),
-      pwm_period_s_(pwm == UpsetPwm::fast ? 1e-3 : 0.5),
+    : pwm_period_s_(pwm == UpsetPwm::fast ? 1e-3 : 0.5),
       element_degc_(phase == UpsetPhase::full_power ? kCold_degc : kSetpoint_degc) {
   std::vector<HeadSetting> settings = tuned_settings(plant_config("PH-1"), kSetpoint_degc);
   settings.push_back({spec::kRegPwmPrescale, pwm == UpsetPwm::fast ? 0 : 499});

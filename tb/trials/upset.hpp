@@ -81,7 +81,6 @@ class UpsetStudy {
   };
   Watched watch(const Strike* strike) const;
 
-  UpsetPhase phase_;
   double pwm_period_s_;
   double element_degc_;
   chip::Chip start_;
