@@ -247,11 +247,23 @@ std::vector<SuspectTouch> suspects_of(const FaceTouches& face, double tolerance_
   return out;
 }
 
+/// The value at a place of the polynomial through these (Lagrange).
+double polynomial(std::span<const double> at, std::span<const double> values, double place) {
+  double out = 0.0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    double weight = 1.0;
+    for (std::size_t k = 0; k < at.size(); ++k)
+      if (k != i) weight *= (place - at[k]) / (at[i] - at[k]);
+    out += weight * values[i];
+  }
+  return out;
+}
+
 /// A face's shift by place: a spline through its touches, beyond them straight on.
 class FaceShift {
  public:
   explicit FaceShift(const FaceTouches& face)
-      : first_(face.at_mm.front()), last_(face.at_mm.back()), at_first_(face.shifts_mm.front()) {
+      : face_(face), first_(face.at_mm.front()), last_(face.at_mm.back()), at_first_(face.shifts_mm.front()) {
     if (face.at_mm.size() < 2) return;
     spline_.emplace(face.at_mm, face.shifts_mm);
     const double step = std::min(0.05, last_ - first_);
@@ -265,8 +277,23 @@ class FaceShift {
     if (place > last_) return at_last_ + slope_last_ * (place - last_);
     return (*spline_)(place);
   }
+  /// How far off it may be at a place beyond the touches: what a parabola and a cubic through the next of
+  /// them say there.
+  double error_beyond(double place) const {
+    if (place >= first_ && place <= last_) return 0.0;
+    double worst = 0.0;
+    for (const std::size_t wanted : {std::size_t{3}, std::size_t{4}}) {
+      const std::size_t count = std::min(wanted, face_.at_mm.size());
+      const std::size_t begin = place < first_ ? 0 : face_.at_mm.size() - count;
+      const double said = polynomial(std::span(face_.at_mm).subspan(begin, count),
+                                     std::span(face_.shifts_mm).subspan(begin, count), place);
+      worst = std::max(worst, std::abs((*this)(place)-said));
+    }
+    return worst;
+  }
 
  private:
+  FaceTouches face_;
   double first_, last_, at_first_, at_last_ = 0.0, slope_first_ = 0.0, slope_last_ = 0.0;
   std::optional<ValueSpline> spline_;
 };
@@ -365,6 +392,17 @@ Eigen::Vector3d shifted_fold(const Fold& fold, double before_mm, double behind_m
   return fold.position_mm + 0.5 * (before_mm + behind_mm) * fold.axis();
 }
 
+/// How far off the fold may be where the shifts of its faces may be off by these.
+double fold_error_mm(const Fold& fold, double before_error_mm, double behind_error_mm) {
+  double worst_mm = 0.0;
+  for (const double sign : {-1.0, 1.0})
+    worst_mm = std::max(worst_mm, (shifted_fold(fold, before_error_mm, sign * behind_error_mm,
+                                                std::numeric_limits<double>::infinity()) -
+                                   fold.position_mm)
+                                      .norm());
+  return worst_mm;
+}
+
 /// Adds a shifted face to the line so far, whose last face begins at a point of it; both end where they meet:
 /// the index of that point.
 std::size_t join(RealLine& line, std::size_t face_begin, const Fold& fold, const Eigen::Vector3d& at_mm,
@@ -440,13 +478,14 @@ std::optional<double> face_error(FaceTouches& face, const ReconstructionOptions&
   return *between_mm + smooth_shifts.standard_error.maxCoeff();
 }
 
-/// The line's points, each face shifted along its normals, and normals square to what comes out.
-void append_faces(const ClLine& line, const std::vector<double>& lengths, const std::vector<Fold>& folds,
-                  const std::vector<double>& borders, const std::vector<FaceTouches>& faces, double step_mm,
-                  RealLine& out) {
+/// The line's points, each face shifted along its normals, and normals square to what comes out. How far off
+/// the folds may be, to which the touches don't reach.
+double append_faces(const ClLine& line, const std::vector<double>& lengths, const std::vector<Fold>& folds,
+                    const std::vector<double>& borders, const std::vector<FaceTouches>& faces, double step_mm,
+                    RealLine& out) {
   const std::vector<double> places = places_mm(lengths, step_mm);
   std::vector<std::size_t> fold_at;
-  double end_shift_mm = 0.0;
+  double end_shift_mm = 0.0, end_error_mm = 0.0, worst_fold_mm = 0.0;
   auto first = places.begin();
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const FaceShift shift(faces[i]);
@@ -469,12 +508,16 @@ void append_faces(const ClLine& line, const std::vector<double>& lengths, const 
       const Eigen::Vector3d at_mm =
           shifted_fold(folds[i - 1], end_shift_mm, shift(*first), std::min(1.0, 0.5 * shorter_mm));
       fold_at.push_back(join(out, fold_at.empty() ? 0 : fold_at.back(), folds[i - 1], at_mm, face));
+      worst_fold_mm =
+          std::max(worst_fold_mm, fold_error_mm(folds[i - 1], end_error_mm, shift.error_beyond(*first)));
     }
     end_shift_mm = shift(*last);
+    end_error_mm = shift.error_beyond(*last);
     first = last;
   }
   square_normals(out);
   for (std::size_t i = 0; i < folds.size(); ++i) out.normals[fold_at[i]] = folds[i].axis();
+  return worst_fold_mm;
 }
 
 }  // namespace
@@ -511,7 +554,8 @@ RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<cons
   const double bridged_mm = bridge_untouched(faces, borders, out.untouched_faces);
   if (out.untouched_faces > 0)
     out.estimated_error_mm = std::max(out.estimated_error_mm.value_or(0.0), bridged_mm);
-  append_faces(line, lengths, folds, borders, faces, options.step_mm, out);
+  const double fold_mm = append_faces(line, lengths, folds, borders, faces, options.step_mm, out);
+  if (out.estimated_error_mm) out.estimated_error_mm = std::max(*out.estimated_error_mm, fold_mm);
   out.lengths_mm = polygon_lengths_mm(out.points_mm);
   return out;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "base/file.hpp"
@@ -426,23 +427,42 @@ std::vector<std::vector<Eigen::Vector3d>> assign_touches(std::span<const ProbeLi
 
 // ---------------------------------------------------------------- simulation
 
-double distance_mm(const RealPart& part, const Eigen::Vector3d& point_mm) {
-  const Eigen::Vector3d p = part.placement.inverse() * point_mm;
+namespace {
+
+/// Foot of the perpendicular from a point in the part's frame that is found from a place of the surface:
+/// Newton with the gradient by differences, the surface taken as a plane locally.
+Eigen::Vector3d foot_from(const RealPart& part, const Eigen::Vector3d& p, double x, double y) {
   const auto& h = part.height_mm;
-  // Foot of the perpendicular: Newton with the gradient by differences, the surface taken as a plane locally.
   constexpr double kStep_mm = 1e-4;
-  double x = p.x(), y = p.y(), z = h(x, y);
+  Eigen::Vector3d foot(x, y, h(x, y));
   for (int i = 0; i < 60; ++i) {
     const double gx = (h(x + kStep_mm, y) - h(x - kStep_mm, y)) / (2.0 * kStep_mm);
     const double gy = (h(x, y + kStep_mm) - h(x, y - kStep_mm)) / (2.0 * kStep_mm);
-    const double rise = (p.z() - z - gx * (p.x() - x) - gy * (p.y() - y)) / (1.0 + gx * gx + gy * gy);
+    const double rise = (p.z() - foot.z() - gx * (p.x() - x) - gy * (p.y() - y)) / (1.0 + gx * gx + gy * gy);
     const double nx = p.x() + rise * gx, ny = p.y() + rise * gy;
     const double move = std::hypot(nx - x, ny - y);
-    x = nx, y = ny, z = h(x, y);
+    x = nx, y = ny;
+    foot = {x, y, h(x, y)};
     if (move < 1e-10) break;
   }
-  const double away = (p - Eigen::Vector3d(x, y, z)).norm();
-  return p.z() >= h(p.x(), p.y()) ? away : -away;
+  return foot;
+}
+
+}  // namespace
+
+double distance_mm(const RealPart& part, const Eigen::Vector3d& point_mm) {
+  const Eigen::Vector3d p = part.placement.inverse() * point_mm;
+  double away = (p - foot_from(part, p, p.x(), p.y())).norm();
+  // In a valley each face has a foot of its own; a nearer one lies no farther aside than this one.
+  constexpr int kDirections = 8;
+  const double ring_mm = 0.7 * away;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kDirections;
+    away = std::min(
+        away, (p - foot_from(part, p, p.x() + ring_mm * std::cos(angle), p.y() + ring_mm * std::sin(angle)))
+                  .norm());
+  }
+  return p.z() >= part.height_mm(p.x(), p.y()) ? away : -away;
 }
 
 namespace {

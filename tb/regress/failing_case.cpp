@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -154,6 +155,17 @@ std::string text_of(const fs::path& path, const std::string& key, const Json& va
   return value.get<std::string>();
 }
 
+// The name of a flop or of an output pin.
+std::string differing_name(const fs::path& path, const Json& json) {
+  std::string name = text_of(path, "differs", json);
+  const bool is_output =
+      std::any_of(chip::spec::kPins.begin() + chip::spec::kInputPins, chip::spec::kPins.end(),
+                  [&](const auto& pin) { return pin.name == name; });
+  if (!is_output && find_flop(name) == nullptr)
+    refuse(path, "differs", name, "the name of a flop such as guard.fault_q, or of an output pin");
+  return name;
+}
+
 void check_keys(const fs::path& path, const Json& json) {
   constexpr std::array<std::string_view, 5> kKeys{"format", "origin", "flops", "clocks", "differs"};
   for (const auto& [key, value] : json.items())
@@ -180,8 +192,28 @@ FailingCase case_from(const fs::path& path, const Json& json) {
   for (const Json& clock : clocks) failing.inputs.push_back(pins_from(path, clock));
   const Json differs = json.value("differs", Json::array());
   if (!differs.is_array()) refuse(path, "differs", differs.dump(), "a list of names");
-  for (const Json& name : differs) failing.differs.push_back(text_of(path, "differs", name));
+  for (const Json& name : differs) failing.differs.push_back(differing_name(path, name));
   return failing;
+}
+
+// The file's JSON, which has no key of an object twice: the parser alone would take the last of them.
+Json parse(const fs::path& path, const std::string& text) {
+  bool too_deep = false;
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  const auto check = [&](int depth, Json::parse_event_t event, Json& value) {
+    using Event = Json::parse_event_t;
+    if (event == Event::object_start) keys.emplace_back();
+    if (event == Event::object_end) keys.pop_back();
+    if (event == Event::key && !keys.back().insert(value.get<std::string>()).second)
+      refuse(path, value.get<std::string>(), "this key twice in one object", "once");
+    too_deep = too_deep || depth > static_cast<int>(kMostNested);
+    return !too_deep;
+  };
+  const Json json = Json::parse(text, check, false);
+  if (too_deep || !json.is_object() || !json.contains("format") || json["format"] != kFormat)
+    throw UserError(
+        fmt::format("{}: not a case, expected JSON as meltstage regress writes it", path.string()));
+  return json;
 }
 
 }  // namespace
@@ -251,17 +283,8 @@ void write_case(const fs::path& path, const FailingCase& failing) {
 
 FailingCase read_case(const fs::path& path) {
   const std::string text = read_file(path, "a case of meltstage regress (JSON)");
-  bool too_deep = false;
-  const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
-    too_deep = too_deep || depth > static_cast<int>(kMostNested);
-    return !too_deep;
-  };
-  const Json json = Json::parse(text, shallow, false);
-  if (too_deep || !json.is_object() || !json.contains("format") || json["format"] != kFormat)
-    throw UserError(
-        fmt::format("{}: not a case, expected JSON as meltstage regress writes it", path.string()));
   try {
-    return case_from(path, json);
+    return case_from(path, parse(path, text));
   } catch (const nlohmann::json::exception& error) {
     throw UserError(fmt::format("{}: unexpected content ({})", path.string(), error.what()));
   }

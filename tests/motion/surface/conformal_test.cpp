@@ -298,6 +298,45 @@ TEST(Reconstruction, FindsTheFoldWhereTheFacesMeet) {
       }
 }
 
+// A valley or a ridge of slope `slope` at x = 15 mm, with waves along its faces.
+RealPart rough_fold(double slope, double amplitude_mm, double wavelength_mm, double phase) {
+  const double length = std::hypot(1.0, slope);
+  return {[=](double x, double) {
+    const double wave = amplitude_mm * std::sin(2.0 * M_PI * x * length / wavelength_mm + phase);
+    return 20.0 + slope * std::abs(x - 15.0) + length * wave;
+  }};
+}
+
+// No touch reaches a valley's bottom; what is told counts how the faces may go on there.
+TEST(Reconstruction, TellsHowFarTheFoldMayBeOff) {
+  const TouchProbeModel exact{.pretravel_mm = 0.0, .lobing_mm = 0.0, .noise_mm = 0.0, .scale_mm = 1e-9};
+  std::mt19937_64 random(testing::UnitTest::GetInstance()->random_seed());
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * M_PI);
+  for (const double slope : {1.0, 0.5, 0.3, -0.5})
+    for (const double amplitude_mm : {0.0, 0.03, 0.06}) {
+      const RealPart nominal = rough_fold(slope, 0.0, 8.0, 0.0);
+      const auto z = [&](double x) { return nominal.height_mm(x, 0.0); };
+      const ClLine line =
+          read_tool_path_text("fold.nc", fmt::format("G21 G90\nG0 X0 Y0 Z50\nG1 Z{} F9\nX15 Z{}\nX30 Z{}\n"
+                                                     "G0 Z50\nM2\n",
+                                                     z(0.0), z(15.0), z(30.0)))
+              .at(0);
+      const ProbeLine points{line.name, choose_by_spline(line, {})};
+      for (int drawn = 0; drawn < 8; ++drawn) {
+        const double at = phase(random);
+        const RealPart part = rough_fold(slope, amplitude_mm, 8.0, at);
+        TouchProbe probe(exact, 1);
+        const RealLine real =
+            reconstruct(line, points, touch_all(part, {&points, 1}, {}, probe), {.ball_radius_mm = 1.0});
+        double worst_mm = 0.0;
+        for (const Eigen::Vector3d& point : real.points_mm)
+          worst_mm = std::max(worst_mm, std::abs(distance_mm(part, point)));
+        EXPECT_LT(worst_mm, 0.002 + 2.0 * *real.estimated_error_mm)
+            << slope << " " << amplitude_mm << " phase " << at;
+      }
+    }
+}
+
 // The paper's rules touch the fold itself: a ball rests on both faces of a valley.
 TEST(Reconstruction, TakesTheBallOutOfATouchInAValley) {
   for (const double slope_deg : {40.0, -30.0})

@@ -55,6 +55,25 @@ TEST(RealPart, DistanceIsThatOfTheBall) {
   EXPECT_NEAR(distance_mm(moved, Eigen::Vector3d(1.0, 2.0, 5.0)), 2.0, 1e-7);
 }
 
+// In a valley each face has a foot of its own, and the nearer one counts, on whichever side the point lies.
+TEST(RealPart, DistanceInAValleyIsThatOfTheNearerFace) {
+  constexpr double kSlope = 0.5;
+  const RealPart part{[](double x, double) { return kSlope * std::abs(x); }};
+  for (const double x : {-0.4, -0.1, 0.0, 0.02, 0.3})
+    for (const double z : {0.5, 1.0, 2.0})
+      EXPECT_NEAR(distance_mm(part, {x, 0.0, z}), (z - kSlope * std::abs(x)) / std::hypot(1.0, kSlope), 1e-6)
+          << x << " " << z;
+  // A ball comes down along the normal of the right face; near the bottom it meets the left one.
+  const Eigen::Vector3d normal = Eigen::Vector3d(-kSlope, 0.0, 1.0).normalized();
+  TouchProbe probe({.pretravel_mm = 0.0, .lobing_mm = 0.0, .noise_mm = 0.0, .scale_mm = 1e-9}, 1);
+  for (const double place_mm : {0.1, 0.45, 0.6}) {
+    const Eigen::Vector3d at = place_mm * Eigen::Vector3d(1.0, 0.0, kSlope).normalized();
+    const Eigen::Vector3d centre = probe.touch(part, at + 3.0 * normal, at);
+    EXPECT_NEAR((centre.z() - kSlope * std::abs(centre.x())) / std::hypot(1.0, kSlope), 1.0, 1e-6)
+        << place_mm;
+  }
+}
+
 TEST(TouchProbe, ReadsTheBallsCentreAtTheSurface) {
   const ProbeLine line = dome_line();
   TouchProbe probe(

@@ -64,6 +64,10 @@ TEST(Case, MistakesOfItsFileAreNamed) {
   refused(with("\"clocks\": [{}], \"differs\": \"heater_o\""),
           "differs: found \"heater_o\", expected a list");
   refused(with("\"clocks\": [{}], \"differs\": [1]"), "differs: found 1, expected a text");
+  refused(with("\"clocks\": [{}], \"differs\": [\"heater_i\"]"),
+          "differs: found heater_i, expected the name of a flop");
+  refused(with("\"clocks\": [{}], \"flops\": {\"guard.run_q\": 1, \"guard.run_q\": 0}"),
+          "guard.run_q: found this key twice in one object, expected once");
 }
 
 }  // namespace
