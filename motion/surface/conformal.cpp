@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include "motion/profile/check_positive.hpp"
@@ -120,6 +121,19 @@ std::vector<double> raw_shifts(const ProbeLine& points, std::span<const Eigen::V
   return out;
 }
 
+/// Lagrange's weights: the polynomial through values at these places has at `place` their sum by these
+/// weights.
+std::vector<double> polynomial_weights(std::span<const double> at, double place) {
+  std::vector<double> out;
+  for (const double a : at) {
+    double weight = 1.0;
+    for (const double b : at)
+      if (b != a) weight *= (place - b) / (a - b);
+    out.push_back(weight);
+  }
+  return out;
+}
+
 /// Touches of one face of the surface, and the shifts along its normals.
 struct FaceTouches {
   std::vector<double> at_mm, shifts_mm;
@@ -143,18 +157,16 @@ LeftOut left_out(const FaceTouches& face, const Group& group) {
   const std::size_t count = at_begin || at_end ? 3 : 4;
   std::size_t first = std::min(group.first < 2 ? 0 : group.first - 2, n - count - group.size);
   if (at_end) first = n - count - group.size;
-  std::vector<std::size_t> others;
-  for (std::size_t k = first; others.size() < count; ++k)
-    if (k < group.first || k >= behind) others.push_back(k);
+  std::vector<double> at, shifts;
+  for (std::size_t k = first; at.size() < count; ++k)
+    if (k < group.first || k >= behind) at.push_back(face.at_mm[k]), shifts.push_back(face.shifts_mm[k]);
   LeftOut worst{0.0, 0.0};
   for (std::size_t i = group.first; i < behind; ++i) {
     double said_mm = 0.0, squares = 1.0;
-    for (const std::size_t a : others) {
-      double weight = 1.0;  // Lagrange's
-      for (const std::size_t b : others)
-        if (b != a) weight *= (face.at_mm[i] - face.at_mm[b]) / (face.at_mm[a] - face.at_mm[b]);
-      said_mm += weight * face.shifts_mm[a];
-      squares += weight * weight;
+    const std::vector<double> weights = polynomial_weights(at, face.at_mm[i]);
+    for (std::size_t k = 0; k < count; ++k) {
+      said_mm += weights[k] * shifts[k];
+      squares += weights[k] * weights[k];
     }
     const double off_mm = face.shifts_mm[i] - said_mm, size = std::abs(off_mm) / std::sqrt(squares);
     if (size >= worst.size) worst = {off_mm, size};
@@ -247,18 +259,6 @@ std::vector<SuspectTouch> suspects_of(const FaceTouches& face, double tolerance_
   return out;
 }
 
-/// The value at a place of the polynomial through these (Lagrange).
-double polynomial(std::span<const double> at, std::span<const double> values, double place) {
-  double out = 0.0;
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    double weight = 1.0;
-    for (std::size_t k = 0; k < at.size(); ++k)
-      if (k != i) weight *= (place - at[k]) / (at[i] - at[k]);
-    out += weight * values[i];
-  }
-  return out;
-}
-
 /// A face's shift by place: a spline through its touches, beyond them straight on.
 class FaceShift {
  public:
@@ -285,8 +285,9 @@ class FaceShift {
     for (const std::size_t wanted : {std::size_t{3}, std::size_t{4}}) {
       const std::size_t count = std::min(wanted, face_.at_mm.size());
       const std::size_t begin = place < first_ ? 0 : face_.at_mm.size() - count;
-      const double said = polynomial(std::span(face_.at_mm).subspan(begin, count),
-                                     std::span(face_.shifts_mm).subspan(begin, count), place);
+      const auto weights = polynomial_weights(std::span(face_.at_mm).subspan(begin, count), place);
+      const double said = std::inner_product(
+          weights.begin(), weights.end(), face_.shifts_mm.begin() + static_cast<std::ptrdiff_t>(begin), 0.0);
       worst = std::max(worst, std::abs((*this)(place)-said));
     }
     return worst;
