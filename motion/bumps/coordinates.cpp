@@ -2,12 +2,13 @@
 #include "motion/bumps/coordinates.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <initializer_list>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -101,32 +102,77 @@ bool holds_drills(std::string_view content) {
   return header;
 }
 
-detail::RawPoints read_raw(const std::filesystem::path& path) {
+using Path = std::filesystem::path;
+
+detail::RawPoints read_xls(const Path& path, std::string_view content) {
+  return detail::read_table_points(path, content, detail::read_xls_rows);
+}
+
+detail::RawPoints read_xlsx(const Path& path, std::string_view content) {
+  return detail::read_table_points(path, content, detail::read_xlsx_rows);
+}
+
+detail::RawPoints read_text_table(const Path& path, std::string_view content) {
+  return detail::read_table_points(path, content, detail::read_csv_rows);
+}
+
+detail::RawPoints read_text(const Path& path, std::string_view content) {
+  return holds_drills(content) ? detail::read_excellon_points(path, content) : read_text_table(path, content);
+}
+
+/// Eagle's mounting list of the bottom.
+detail::RawPoints read_bottom_list(const Path& path, std::string_view content) {
+  detail::RawPoints table = read_text_table(path, content);
+  table.bottom = true;
+  return table;
+}
+
+/// A file's ending, and what reads it.
+struct Format {
+  std::string_view ending;
+  detail::RawPoints (*read)(const Path& path, std::string_view content);
+};
+
+constexpr std::array kFormats{
+    Format{".xls", read_xls},
+    Format{".xlsx", read_xlsx},
+    Format{".csv", read_text_table},
+    Format{".tsv", read_text_table},
+    Format{".txt", read_text},
+    Format{".mnt", read_text_table},
+    Format{".mnb", read_bottom_list},
+    Format{".kicad_mod", detail::read_kicad_points},
+    Format{".pos", detail::read_pos_points},
+    Format{".gbr", detail::read_gerber_points},
+    Format{".ger", detail::read_gerber_points},
+    Format{".grb", detail::read_gerber_points},
+    Format{".gbx", detail::read_gerber_points},
+    Format{".gtp", detail::read_gerber_points},
+    Format{".gbp", detail::read_gerber_points},
+    Format{".gts", detail::read_gerber_points},
+    Format{".gbs", detail::read_gerber_points},
+    Format{".gtl", detail::read_gerber_points},
+    Format{".gbl", detail::read_gerber_points},
+    Format{".art", detail::read_gerber_points},
+    Format{".pho", detail::read_gerber_points},
+    Format{".drl", detail::read_excellon_points},
+    Format{".xln", detail::read_excellon_points},
+    Format{".exc", detail::read_excellon_points},
+    Format{".cnc", detail::read_excellon_points},
+};
+
+detail::RawPoints read_raw(const Path& path) {
   const std::string content = read_content(path);
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
-    return std::find(names.begin(), names.end(), extension) != names.end();
-  };
-  if (extension == ".xls") return detail::read_table_points(path, content, detail::read_xls_rows);
-  if (extension == ".xlsx") return detail::read_table_points(path, content, detail::read_xlsx_rows);
-  if (is_one_of({".csv", ".tsv", ".mnt", ".mnb"}) || (extension == ".txt" && !holds_drills(content))) {
-    detail::RawPoints table = detail::read_table_points(path, content, detail::read_csv_rows);
-    table.bottom = table.bottom || extension == ".mnb";  // Eagle's mounting list of the bottom
-    return table;
+  std::vector<std::string_view> endings;
+  for (const Format& format : kFormats) {
+    if (format.ending == ending) return format.read(path, content);
+    endings.push_back(format.ending);
   }
-  if (extension == ".kicad_mod") return detail::read_kicad_points(path, content);
-  if (extension == ".pos") return detail::read_pos_points(path, content);
-  if (is_one_of(
-          {".gbr", ".ger", ".grb", ".gbx", ".gtp", ".gbp", ".gts", ".gbs", ".gtl", ".gbl", ".art", ".pho"}))
-    return detail::read_gerber_points(path, content);
-  if (is_one_of({".drl", ".xln", ".exc", ".cnc", ".txt"})) return detail::read_excellon_points(path, content);
-  throw CoordinateError(
-      fmt::format("{}: found extension {}, expected .xls, .xlsx, .csv, .tsv, .txt, .mnt, .mnb, .kicad_mod, "
-                  ".pos, .gbr, .ger, .grb, .gbx, .gtp, .gbp, .gts, .gbs, .gtl, .gbl, .art, .pho, .drl, .xln, "
-                  ".exc or .cnc",
-                  path.string(), detail::in_quotes(extension)));
+  throw CoordinateError(fmt::format("{}: found extension {}, expected one of {}", path.string(),
+                                    detail::in_quotes(ending), fmt::join(endings, ", ")));
 }
 
 void check_range(std::string_view axis, const Range& range) {

@@ -318,7 +318,7 @@ TEST_F(Coordinates, EmptyFile) {
 
 TEST_F(Coordinates, UnknownExtension) {
   EXPECT_THAT(error_of(write("a.ods", "PK\x03\x04")),
-              StartsWith("found extension '.ods', expected .xls, .xlsx, .csv, .tsv, .txt, .mnt"));
+              StartsWith("found extension '.ods', expected one of .xls, .xlsx, .csv, .tsv, .txt, .mnt"));
 }
 
 TEST_F(Coordinates, ContentOfAnotherKind) {
