@@ -79,12 +79,16 @@ void add_bumps_options(CLI::App& command, BumpsFile& file) {
   command.add_option("--pitch-mm", file.pitch_mm, "Instead: length of one step of grid indices, mm")
       ->check(number_from(1e-6, 1e6))
       ->excludes(unit);
+  command.add_option("--side", file.side, "Bumps of this side of the board alone: top, bottom")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, motion::Side>{{"top", motion::Side::top}, {"bottom", motion::Side::bottom}}));
 }
 
 ReadBumps read_bumps(const BumpsFile& wanted) {
   constexpr double kAnywhere_mm = std::numeric_limits<double>::max();
   motion::CoordinateOptions options;
   options.travel = {{-kAnywhere_mm, kAnywhere_mm}, {-kAnywhere_mm, kAnywhere_mm}, {}};
+  options.side = wanted.side;
   motion::CoordinateFile file = motion::read_coordinate_file(wanted.path, options);
   if (file.has_unit && (!wanted.unit.empty() || wanted.pitch_mm))
     throw UserError(fmt::format("{}: says its unit itself{}; leave out --unit and --pitch-mm",

@@ -14,11 +14,12 @@ namespace meltstage::app {
 
 struct BumpsFile {
   std::filesystem::path path;
-  std::string unit;                // of the file's numbers, where it says none; empty: not given
-  std::optional<double> pitch_mm;  // instead: the numbers count in this
+  std::string unit;                  // of the file's numbers, where it says none; empty: not given
+  std::optional<double> pitch_mm;    // instead: the numbers count in this
+  std::optional<motion::Side> side;  // of the board, where the file has both
 };
 
-/// BUMPS, --unit and --pitch-mm.
+/// BUMPS, --unit, --pitch-mm and --side.
 void add_bumps_options(CLI::App& command, BumpsFile& file);
 
 struct ReadBumps {

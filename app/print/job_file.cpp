@@ -375,6 +375,9 @@ JobDescription parse_job(const std::filesystem::path& path) {
   options.origin_y_mm = coordinates.number("origin_y_mm", 0.0, -1e6, 1e6);
   options.rotation_deg = coordinates.number("rotation_deg", 0.0, -360.0, 360.0);
   options.mirror_x = coordinates.flag("mirror_x", false);
+  static constexpr std::array<Choice<motion::Side>, 2> kSides{
+      {{"top", motion::Side::top}, {"bottom", motion::Side::bottom}}};
+  if (coordinates.has("side")) options.side = coordinates.choice("side", "top", kSides);
   options.travel = {job.stage.axes[0].travel, job.stage.axes[1].travel, job.stage.axes[2].travel};
   coordinates.finish();
   parsed.coordinates = path.parent_path() / file;

@@ -186,18 +186,11 @@ std::optional<Side> side_named(std::string_view word) {
   return side_unmistakably_named(word);
 }
 
-void OneSide::check(const std::filesystem::path& path, std::string_view place, Side side,
-                    std::string_view word) {
-  if (!side_) {
-    side_ = side;
-    first_ = trimmed(word);
-  }
-  if (side == *side_) return;
-  throw CoordinateError(
-      fmt::format("{}: {}: found side {} behind bumps of side {}, expected one side; export them apart",
-                  path.string(), place, in_quotes(trimmed(word)), in_quotes(first_)));
-}
+std::string_view name_of(Side side) { return side == Side::top ? "top" : "bottom"; }
 
-bool OneSide::is_bottom() const { return side_ == Side::bottom; }
+void lie_on(std::vector<RawPoint>& points, Side side) {
+  for (RawPoint& point : points)
+    if (!point.side) point.side = side;
+}
 
 }  // namespace meltstage::motion::detail

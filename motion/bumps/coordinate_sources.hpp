@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "motion/bumps/coordinates.hpp"
+
 namespace meltstage::motion::detail {
 
 inline constexpr double kInch_mm = 25.4;
@@ -17,21 +19,23 @@ inline constexpr double kInch_mm = 25.4;
 /// Throws the CoordinateError "PATH: WHAT".
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what);
 
-/// A coordinate pair as the file has it, before pitch, rotation and origin.
+/// A coordinate pair as the file has it, before pitch, rotation and origin. `side`: the one that the file
+/// says it lies on; none for a hole, and where the file tells none.
 struct RawPoint {
   double x = 0.0;
   double y = 0.0;
   std::size_t row = 0;
+  std::optional<Side> side = std::nullopt;
 };
 
 /// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense;
-/// `unit_place`: where a table says so, and what. `bottom`: the file says that they lie on the bottom of the
-/// board. `notes`: what it holds besides that is no bump.
+/// `unit_place`: where a table says so, and what. `side_place`: the column whose words alone tell the sides.
+/// `notes`: what it holds besides that is no bump.
 struct RawPoints {
   std::vector<RawPoint> points;
   bool has_unit = false;
   std::string unit_place{};
-  bool bottom = false;
+  std::string side_place{};
   std::vector<std::string> notes;
 };
 
@@ -82,8 +86,6 @@ RawPoint turned(const RawPoint& point, double angle_deg);
 /// "2 draws, first in row 7, hold no bump".
 std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row);
 
-enum class Side { top, bottom };
-
 /// The side that a word of layout systems names, in any case: top, Bottom Layer, F.Cu, B.Paste, Component
 /// Side, Primary, Unten, T ... Nothing for any other word.
 std::optional<Side> side_named(std::string_view word);
@@ -91,20 +93,11 @@ std::optional<Side> side_named(std::string_view word);
 /// The same without words that may as well mean something else: T, Component, Primary, Upper ...
 std::optional<Side> side_unmistakably_named(std::string_view word);
 
-/// The side of the board that a file's bumps lie on: with both, one half of them would be printed on the
-/// wrong side.
-class OneSide {
- public:
-  /// Throws the CoordinateError for the first side that is another than those before; `place` is its row and
-  /// `word` what stands there.
-  void check(const std::filesystem::path& path, std::string_view place, Side side, std::string_view word);
+/// "top" or "bottom".
+std::string_view name_of(Side side);
 
-  bool is_bottom() const;
-
- private:
-  std::optional<Side> side_;
-  std::string first_;
-};
+/// Says of each bump without a side that it lies on this one.
+void lie_on(std::vector<RawPoint>& points, Side side);
 
 /// Throws the CoordinateError for too many points once `count` is beyond kMaxPoints.
 void check_point_count(const std::filesystem::path& path, std::size_t count);

@@ -123,7 +123,7 @@ detail::RawPoints read_text(const Path& path, std::string_view content) {
 /// Eagle's mounting list of the bottom.
 detail::RawPoints read_bottom_list(const Path& path, std::string_view content) {
   detail::RawPoints table = read_text_table(path, content);
-  table.bottom = true;
+  lie_on(table.points, Side::bottom);
   return table;
 }
 
@@ -201,13 +201,49 @@ std::vector<Point> place(const std::vector<detail::RawPoint>& raw, const Coordin
   const double x_sign = options.mirror_x ? -1.0 : 1.0;
   std::vector<Point> points;
   points.reserve(raw.size());
-  for (const auto& [raw_x, raw_y, row] : raw) {
-    const double x_mm = x_sign * raw_x * options.pitch_mm;
-    const double y_mm = raw_y * options.pitch_mm;
+  for (const detail::RawPoint& point : raw) {
+    const double x_mm = x_sign * point.x * options.pitch_mm;
+    const double y_mm = point.y * options.pitch_mm;
     points.push_back({turn.cosine * x_mm - turn.sine * y_mm + options.origin_x_mm,
-                      turn.sine * x_mm + turn.cosine * y_mm + options.origin_y_mm, row});
+                      turn.sine * x_mm + turn.cosine * y_mm + options.origin_y_mm, point.row});
   }
   return points;
+}
+
+/// With both sides, one half of the bumps would be printed on the wrong one.
+void require_one_side(const Path& path, const detail::RawPoints& raw) {
+  std::optional<Side> side;
+  for (const detail::RawPoint& point : raw.points) {
+    if (side && point.side && point.side != side)
+      throw CoordinateError(fmt::format(
+          "{}: row {}: found side '{}' behind bumps of side '{}', expected one side; say which (side = "
+          "\"{}\"), or export them apart{}",
+          path.string(), point.row, detail::name_of(*point.side), detail::name_of(*side),
+          detail::name_of(*side),
+          raw.side_place.empty()
+              ? ""
+              : fmt::format(", or leave out {} where it tells no side of a board", raw.side_place)));
+    if (point.side) side = point.side;
+  }
+}
+
+/// Holes have no side: they stay.
+void keep_side(const Path& path, detail::RawPoints& raw, Side wanted) {
+  const auto has_side = [](const detail::RawPoint& point) { return point.side.has_value(); };
+  if (std::none_of(raw.points.begin(), raw.points.end(), has_side))
+    throw CoordinateError(
+        fmt::format("{}: found no word on sides, expected one, since side = \"{}\"; leave the side out",
+                    path.string(), detail::name_of(wanted)));
+  const auto is_other = [&](const detail::RawPoint& point) { return point.side && point.side != wanted; };
+  const auto first = std::find_if(raw.points.begin(), raw.points.end(), is_other);
+  if (first == raw.points.end()) return;
+  const std::size_t first_row = first->row;
+  const std::size_t others = std::erase_if(raw.points, is_other);
+  if (raw.points.empty())
+    throw CoordinateError(fmt::format("{}: found bumps of the other side alone, expected some of side {}",
+                                      path.string(), detail::name_of(wanted)));
+  raw.notes.push_back(fmt::format("{} of the other side, first in row {}, left out (side = \"{}\")",
+                                  counted(others, "bump"), first_row, detail::name_of(wanted)));
 }
 
 void check_in_travel(const std::filesystem::path& path, std::size_t row, std::string_view axis,
@@ -303,18 +339,24 @@ CoordinateFile read_coordinate_file(const std::filesystem::path& path, const Coo
         "{}: found pitch {} mm for coordinates that have a unit{}, expected no pitch; it is for "
         "grid indices only",
         path.string(), options.pitch_mm, raw.unit_place.empty() ? "" : " (" + raw.unit_place + ")"));
+  if (options.side)
+    keep_side(path, raw, *options.side);
+  else
+    require_one_side(path, raw);
+  const bool bottom = std::any_of(raw.points.begin(), raw.points.end(),
+                                  [](const detail::RawPoint& point) { return point.side == Side::bottom; });
   std::vector<Point> points = place(raw.points, options);
   for (const Point& point : points) {
     check_in_travel(path, point.row, "x", point.x_mm, options.travel.x);
     check_in_travel(path, point.row, "y", point.y_mm, options.travel.y);
   }
   check_no_duplicates(path, points);
-  if (raw.bottom && !options.mirror_x)
+  if (bottom && !options.mirror_x)
     raw.notes.emplace_back(
         "the bumps lie on the bottom of the board and mirror_x is false: they are printed as seen from its "
         "top; "
         "set mirror_x = true unless the file was mirrored when it was written");
-  return {std::move(points), std::move(raw.notes), raw.has_unit, std::move(raw.unit_place), raw.bottom};
+  return {std::move(points), std::move(raw.notes), raw.has_unit, std::move(raw.unit_place), bottom};
 }
 
 std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options) {

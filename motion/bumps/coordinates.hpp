@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ struct Travel {
   Range x, y, z;
 };
 
+/// A side of a board.
+enum class Side { top, bottom };
+
 /// How numbers of the file become stage positions: mirror, scale by the pitch, rotate, then shift, in this
 /// order.
 struct CoordinateOptions {
@@ -37,9 +41,10 @@ struct CoordinateOptions {
       1.0;  ///< length of one unit of the file, > 0; for files whose numbers carry no unit of their own
   double origin_x_mm = 0.0;  ///< stage position of the file's (0, 0)
   double origin_y_mm = 0.0;
-  double rotation_deg = 0.0;  ///< counter-clockwise about the file's (0, 0)
-  bool mirror_x = false;      ///< x becomes -x: a package or a board seen from its other side
-  Travel travel;
+  double rotation_deg = 0.0;   ///< counter-clockwise about the file's (0, 0)
+  bool mirror_x = false;       ///< x becomes -x: a package or a board seen from its other side
+  std::optional<Side> side{};  ///< bumps of this side alone; without it a file with bumps on both is refused
+  Travel travel{};
 };
 
 /// A file or an option that can't be used. what() is one line: file, place, value found, what was expected.
@@ -55,7 +60,7 @@ inline constexpr std::size_t kMaxPoints = 2'000'000;
 inline constexpr double kDuplicateDistance_mm = 1e-4;
 
 /// What a file holds. `notes`: a line each on what is in it but is no bump, such as the draws of a Gerber
-/// layer, and on bumps of a board's bottom that aren't mirrored.
+/// layer, on bumps of the side that isn't wanted, and on bumps of a board's bottom that aren't mirrored.
 struct CoordinateFile {
   std::vector<Point> points;
   std::vector<std::string> notes;
@@ -74,7 +79,8 @@ struct CoordinateFile {
 /// - `.kicad_mod`: position of every `smd` and `thru_hole` pad that has copper, in millimetres. KiCad's y
 /// points down, so
 ///   the sign of y is turned: what lies above in KiCad lies above on the stage.
-/// - `.pos`: KiCad's placement file (plain text), one bump a footprint; footprints of one side only.
+/// - `.pos`: KiCad's placement file (plain text), one bump a footprint; footprints of one side only unless
+///   `side` says which.
 /// - `.gbr`, `.ger`, `.grb`, `.gbx`, `.gtp`, `.gbp`, `.gts`, `.gbs`, `.gtl`, `.gbl`, `.art`, `.pho`: Gerber
 /// layer (RS-274X, X2), one bump a flash, with step and repeat and aperture
 ///   blocks; regions and draws are noted, clear flashes and commands that change the whole image are refused.

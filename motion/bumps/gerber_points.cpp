@@ -127,15 +127,17 @@ class GerberFile {
                       "the flash",
                       odd_ == 1 ? "1 flash" : fmt::format("{} flashes", odd_), odd_ == 1 ? "" : "first ",
                       first_odd_, odd_ == 1 ? "holds" : "hold"));
-    result.bottom = side_.value_or(ending_tells_bottom() ? Side::bottom : Side::top) == Side::bottom;
+    if (const auto side = side_ ? side_ : side_by_ending()) lie_on(result.points, *side);
     return result;
   }
 
  private:
-  /// Protel's endings: .gbp, .gbs and .gbl are paste, mask and copper of the bottom.
-  bool ending_tells_bottom() const {
+  /// Protel's endings: paste, mask and copper of the top and of the bottom.
+  std::optional<Side> side_by_ending() const {
     const std::string ending = in_small_letters(path_.extension().string());
-    return ending == ".gbp" || ending == ".gbs" || ending == ".gbl";
+    if (ending == ".gtp" || ending == ".gts" || ending == ".gtl") return Side::top;
+    if (ending == ".gbp" || ending == ".gbs" || ending == ".gbl") return Side::bottom;
+    return std::nullopt;
   }
 
   /// Flashes are gathered in the file, in a repeated step or in a block.

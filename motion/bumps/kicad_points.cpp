@@ -190,14 +190,14 @@ std::string_view kind_without_bump(const Node& pad) {
 }
 
 /// The side that a pad is on, by its copper; nothing for one that has copper on both.
-std::string_view side_of(const Node& pad) {
+std::optional<Side> side_of(const Node& pad) {
   const Node* layers = find_list(pad, "layers");
-  if (layers == nullptr) return {};
-  std::string_view side;
+  if (layers == nullptr) return std::nullopt;
+  std::optional<Side> side;
   for (const Node& layer : layers->children) {
     if (!layer.word.ends_with(".Cu")) continue;
-    if (!side.empty() || (layer.word != "F.Cu" && layer.word != "B.Cu")) return {};
-    side = layer.word;
+    if (side || (layer.word != "F.Cu" && layer.word != "B.Cu")) return std::nullopt;
+    side = layer.word == "F.Cu" ? Side::top : Side::bottom;
   }
   return side;
 }
@@ -270,7 +270,6 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
   const Node footprint = Reader(path, content).read_footprint();
   RawPoints result;
   result.has_unit = true;
-  OneSide sides;
   std::vector<LeftOut> left_out;
   std::size_t custom = 0, first_custom_row = 0;
   for (const Node& node : footprint.children) {
@@ -284,12 +283,8 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
     if (at == nullptr)
       fail(path, fmt::format("line {}, column {}: found pad {} without a position, expected (at x y)",
                              node.row, node.column, in_quotes(node.children[1].word)));
-    if (const auto side = side_of(node); !side.empty())
-      sides.check(
-          path,
-          fmt::format("line {}, column {} (pad {})", node.row, node.column, in_quotes(node.children[1].word)),
-          side == "B.Cu" ? Side::bottom : Side::top, side);
     result.points.push_back(middle_of(path, node, *at));
+    result.points.back().side = side_of(node);
     if (has_own_shape(node) && custom++ == 0) first_custom_row = node.row;
     check_point_count(path, result.points.size());
   }
@@ -301,7 +296,6 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
                     "copper's middle",
                     custom, custom == 1 ? "" : "s", custom == 1 ? "" : "first ", first_custom_row,
                     custom == 1 ? "holds" : "hold"));
-  result.bottom = sides.is_bottom();
   return result;
 }
 

@@ -59,15 +59,14 @@ class PosFile {
                line.number, in_quotes(text)));
     const Row row{line.number, words_of(path_, line.number, line.text)};
     require_in_columns(row);
-    take_side(row);
-    result_.points.push_back({number(row, x_) * unit_mm_, number(row, y_) * unit_mm_, line.number});
+    const Side side = side_of(row);
+    result_.points.push_back({number(row, x_) * unit_mm_, number(row, y_) * unit_mm_, line.number, side});
     check_point_count(path_, result_.points.size());
   }
 
   RawPoints finish() && {
     if (ended_row_ == 0)
       fail(path_, "the file ends without its last line '## End', expected it; the file may be cut off");
-    result_.bottom = sides_.is_bottom();
     return std::move(result_);
   }
 
@@ -116,11 +115,18 @@ class PosFile {
 
   /// "## Side : top"; "All", "both" and "---" say nothing of the rows.
   void read_side(std::size_t row, const Word& word) {
-    if (const auto side = side_named(word.text))
-      sides_.check(path_, fmt::format("row {}, column {}", row, word.begin + 1), *side, word.text);
-    else if (word.text != "All" && word.text != "all" && word.text != "both" && word.text != "---")
+    if (const auto side = side_named(word.text)) {
+      const bool contradicts = std::any_of(result_.points.begin(), result_.points.end(),
+                                           [&](const RawPoint& point) { return point.side != side; });
+      if ((stated_side_ && stated_side_ != side) || contradicts)
+        fail(path_, fmt::format("row {}, column {}: found side {}, expected {}, as rows before have it", row,
+                                word.begin + 1, in_quotes(word.text),
+                                name_of(*side == Side::top ? Side::bottom : Side::top)));
+      stated_side_ = side;
+    } else if (word.text != "All" && word.text != "all" && word.text != "both" && word.text != "---") {
       fail(path_, fmt::format("row {}, column {}: found side {}, expected top, bottom, both or All", row,
                               word.begin + 1, in_quotes(word.text)));
+    }
   }
 
   /// "# Ref Val Package PosX PosY Rot Side": in this order, or in any other.
@@ -170,13 +176,16 @@ class PosFile {
     return row.words[row.words.size() - column.behind];
   }
 
-  void take_side(const Row& row) {
+  Side side_of(const Row& row) const {
     const Word& word = word_at(row, side_);
     const auto side = side_named(word.text);
     if (!side)
       fail(path_, fmt::format("row {}, column {} (Side): found {}, expected top or bottom", row.number,
                               word.begin + 1, in_quotes(word.text)));
-    sides_.check(path_, fmt::format("row {}", row.number), *side, word.text);
+    if (stated_side_ && stated_side_ != side)
+      fail(path_, fmt::format("row {}, column {} (Side): found {}, expected {}, as the file's '## Side' says",
+                              row.number, word.begin + 1, in_quotes(word.text), name_of(*stated_side_)));
+    return *side;
   }
 
   double number(const Row& row, const Column& column) const {
@@ -194,7 +203,7 @@ class PosFile {
   std::size_t unit_row_ = 0, header_row_ = 0, ended_row_ = 0;
   std::vector<std::string> header_ = {"Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side"};
   Column x_{"PosX", 4}, y_{"PosY", 3}, side_{"Side", 1};
-  OneSide sides_;
+  std::optional<Side> stated_side_;
 };
 
 }  // namespace

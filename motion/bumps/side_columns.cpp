@@ -214,16 +214,11 @@ void SideColumns::take_names(const TableRow& names, std::size_t x, std::size_t y
   for (std::size_t i = 0; i < names.cells.size(); ++i) {
     if (i == x || i == y) continue;
     if (const auto meaning = meaning_of(names.cells[i]))
-      columns_.push_back({i,
-                          shown(trimmed(names.cells[i].text)),
-                          meaning->trust,
-                          meaning->side_of,
-                          meaning->expected,
-                          {},
-                          {},
-                          {},
-                          {},
-                          false});
+      columns_.push_back({.index = i,
+                          .name = shown(trimmed(names.cells[i].text)),
+                          .trust = meaning->trust,
+                          .side_of = meaning->side_of,
+                          .expected = meaning->expected});
   }
 }
 
@@ -256,8 +251,10 @@ void SideColumns::take_above(const TableRow& row) {
     if (!is_one_of(parts[i], kKeys)) continue;
     const std::string& told = parts[i + 1];
     if (const auto side = side_named(told)) {
-      above_.check(path_, fmt::format("row {}", row.row), *side, told);
-      told_above_ = true;
+      if (above_ && above_ != side)
+        fail(path_, fmt::format("row {}: found {} above the table, expected {}, as a row before has it",
+                                row.row, in_quotes(told), name_of(*above_)));
+      above_ = side;
       continue;
     }
     const std::vector<std::string> words = words_of_name({told, std::nullopt});
@@ -271,8 +268,10 @@ void SideColumns::take_above(const TableRow& row) {
 void SideColumns::take_nameless(const TableRow& first, std::size_t x, std::size_t y) {
   for (std::size_t i = 0; i < first.cells.size(); ++i)
     if (i != x && i != y)
-      columns_.push_back(
-          {i, {}, Trust::words_alone, side_of_unmistakable_word, kSideExpected, {}, {}, {}, {}, false});
+      columns_.push_back({.index = i,
+                          .trust = Trust::words_alone,
+                          .side_of = side_of_unmistakable_word,
+                          .expected = kSideExpected});
 }
 
 void SideColumns::take(const TableRow& row) {
@@ -292,13 +291,13 @@ void SideColumns::take_cell(Column& column, const TableRow& row) {
   const auto note = [&](Seen& seen, std::string_view word) {
     if (seen.row == 0) seen = {row.row, std::string(trimmed(word))};
   };
+  std::optional<Side>& side = column.sides.emplace_back();
   if (column.index >= row.cells.size() || is_blank(row.cells[column.index])) return note(column.empty, {});
   const Cell& cell = row.cells[column.index];
-  const auto side = column.side_of(cell);
+  side = column.side_of(cell);
   if (!side) return note(column.other, cell.text);
+  (*side == Side::top ? column.last_top : column.last_bottom) = row.row;
   const bool by_word = side_named(cell.text).has_value();
-  note(*side == Side::top ? column.top : column.bottom,
-       by_word ? std::string_view(cell.text) : (*side == Side::top ? "top" : "bottom"));
   column.unmistakable = column.unmistakable || side_unmistakably_named(cell.text) || !by_word;
 }
 
@@ -309,9 +308,9 @@ std::string SideColumns::place(const Column& column, std::size_t row) const {
 
 /// Whether the column tells sides; throws where it does so in some of its rows only.
 bool SideColumns::tells(const Column& column) const {
-  const std::size_t side_row = std::max(column.top.row, column.bottom.row);
+  const std::size_t side_row = std::max(column.last_top, column.last_bottom);
   if (side_row == 0) return false;
-  if (column.trust == Trust::mirrored_turns && column.bottom.row == 0) return false;
+  if (column.trust == Trust::mirrored_turns && column.last_bottom == 0) return false;
   const bool doubtful = column.trust == Trust::sides_or_others && !column.unmistakable;
   if (column.other.row != 0) {
     if (doubtful) return false;
@@ -324,45 +323,34 @@ bool SideColumns::tells(const Column& column) const {
   return column.empty.row == 0;
 }
 
-const SideColumns::Seen& SideColumns::later_side(const Column& column) {
-  return column.top.row > column.bottom.row ? column.top : column.bottom;
+/// The columns that tell sides. What a column is named counts for more than what stands in another one.
+std::vector<const SideColumns::Column*> SideColumns::telling() const {
+  std::vector<const Column*> named, by_words;
+  for (const Column& column : columns_) {
+    std::vector<const Column*>& kind = column.trust == Trust::words_alone ? by_words : named;
+    if (tells(column)) kind.push_back(&column);
+  }
+  return named.empty() ? by_words : named;
 }
 
-void SideColumns::require_one_side(const Column& column) const {
-  if (column.top.row == 0 || column.bottom.row == 0) return;
-  const Seen& later = later_side(column);
-  const Seen& first = &later == &column.top ? column.bottom : column.top;
-  fail(path_,
-       fmt::format(
-           "row {}: found side {} behind bumps of side {}, expected one side; export them apart{}", later.row,
-           in_quotes(later.word), in_quotes(first.word),
-           column.trust == Trust::words_alone
-               ? fmt::format(", or leave out column {} where it tells no side of a board", column.index + 1)
-               : ""));
-}
-
-/// Two columns may both tell the side; they must tell the same one. What a column is named counts for more
-/// than what stands in another one.
-bool SideColumns::is_bottom() const {
-  const Column* first = nullptr;
-  for (const bool named : {true, false})
-    for (const Column& column : columns_) {
-      if ((column.trust != Trust::words_alone) != named) continue;
-      if (!named && first != nullptr && first->trust != Trust::words_alone) continue;
-      if (!tells(column)) continue;
-      require_one_side(column);
-      if (first == nullptr) first = &column;
-      const bool bottom = column.bottom.row != 0, first_bottom = first->bottom.row != 0;
-      if (bottom == first_bottom) continue;
-      fail(path_, fmt::format("{}: found {}, expected {}, as column {} ({}) tells",
-                              place(column, later_side(column).row), bottom ? "bottom" : "top",
-                              first_bottom ? "bottom" : "top", first->index + 1, first->name));
+void SideColumns::tell(RawPoints& table) const {
+  const std::vector<const Column*> columns = telling();
+  for (std::size_t i = 0; i < table.points.size(); ++i) {
+    RawPoint& point = table.points[i];
+    point.side = above_;
+    for (const Column* column : columns) {
+      const std::optional<Side> side = column->sides[i];
+      if (!point.side) point.side = side;
+      if (side == point.side) continue;
+      fail(path_, fmt::format("{}: found {}, expected {}, as {}", place(*column, point.row), name_of(*side),
+                              name_of(*point.side),
+                              above_ ? "told above the table"
+                                     : fmt::format("column {} ({}) tells", columns.front()->index + 1,
+                                                   columns.front()->name)));
     }
-  if (told_above_ && first != nullptr && above_.is_bottom() != (first->bottom.row != 0))
-    fail(path_, fmt::format("{}: found {}, expected {}, as told above the table",
-                            place(*first, later_side(*first).row), first->bottom.row != 0 ? "bottom" : "top",
-                            above_.is_bottom() ? "bottom" : "top"));
-  return told_above_ ? above_.is_bottom() : first != nullptr && first->bottom.row != 0;
+  }
+  if (!columns.empty() && columns.front()->trust == Trust::words_alone)
+    table.side_place = fmt::format("column {}", columns.front()->index + 1);
 }
 
 }  // namespace meltstage::motion::detail

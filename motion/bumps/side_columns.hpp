@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,9 @@ class SideColumns {
   /// stand.
   void take(const TableRow& row);
 
-  /// Whether the bumps lie on the bottom. Throws the CoordinateError for bumps on both sides.
-  bool is_bottom() const;
+  /// Says of each bump of the table, in the order of the rows taken, on which side it lies. Throws the
+  /// CoordinateError where two columns contradict each other.
+  void tell(RawPoints& table) const;
 
   /// Side, Mirror: no other words stand there. Bottom, Location: perhaps a side in each row, perhaps another
   /// thing. Rotation: sides where a turn in it is mirrored. A column of any other name: told by its words
@@ -42,27 +44,27 @@ class SideColumns {
     std::size_t row = 0;
     std::string word;
   };
-  /// `unmistakable`: one of the words names a side in any column.
+  /// `unmistakable`: one of the words names a side in any column. `sides`: of each row that has been taken.
   struct Column {
     std::size_t index = 0;
-    std::string name;
+    std::string name = {};
     Trust trust = Trust::sides;
     Reading side_of = nullptr;
     std::string_view expected;
-    Seen top, bottom, other, empty;
+    Seen other = {}, empty = {};
+    std::size_t last_top = 0, last_bottom = 0;  // rows
     bool unmistakable = false;
+    std::vector<std::optional<Side>> sides = {};
   };
 
   static void take_cell(Column& column, const TableRow& row);
-  static const Seen& later_side(const Column& column);
   std::string place(const Column& column, std::size_t row) const;
   bool tells(const Column& column) const;
-  void require_one_side(const Column& column) const;
+  std::vector<const Column*> telling() const;
 
   const std::filesystem::path& path_;
   std::vector<Column> columns_;
-  OneSide above_;
-  bool told_above_ = false;
+  std::optional<Side> above_;
 };
 
 }  // namespace meltstage::motion::detail

@@ -77,7 +77,7 @@ class PointTable {
       result_.notes.push_back(
           fmt::format("row {} has no line end; if the file was cut off there, its last number is another one",
                       ends_within_row_));
-    result_.bottom = sides_.is_bottom();
+    sides_.tell(result_);
     return std::move(result_);
   }
 

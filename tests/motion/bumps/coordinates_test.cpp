@@ -557,11 +557,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadKicad{"blank", " \n ", "line 2, column 2: found the end of the file, expected (footprint ...)"},
         BadKicad{"too_many_brackets", "(footprint a))", "line 1, column 14: found ')' behind the footprint"},
         BadKicad{"too_deep", "(footprint a " + std::string(100'000, '('), "line 1, column 77: found '(((("},
-        BadKicad{
-            "two_sides",
-            "(footprint a\n(pad 1 smd r (at 1 -2) (layers F.Cu F.Paste))\n(pad 2 thru_hole r (at 2 -2) "
-            "(layers *.Cu))\n(pad 3 smd r (at 3 -2) (layers \"B.Cu\")))",
-            "line 4, column 1 (pad '3'): found side 'B.Cu' behind bumps of side 'F.Cu', expected one side"},
+        BadKicad{"two_sides",
+                 "(footprint a\n(pad 1 smd r (at 1 -2) (layers F.Cu F.Paste))\n(pad 2 thru_hole r (at 2 -2) "
+                 "(layers *.Cu))\n(pad 3 smd r (at 3 -2) (layers \"B.Cu\")))",
+                 "row 4: found side 'bottom' behind bumps of side 'top', expected one side"},
         BadKicad{"duplicate", "(footprint a\n(pad 1 smd (at 1 -2))\n(pad 2 smd (at 1 -2)))",
                  "row 3: found (1, 2) mm again, first in row 2"},
         BadKicad{"out_of_travel", "(footprint a\n(pad 1 smd r (at 1 2)))", "row 2: y is -2 mm on the stage"}),

@@ -30,7 +30,8 @@ TEST_F(Readers, PosThatCantBeUsed) {
   EXPECT_THAT(error_of("a.pos", "C1 1 C 1 2 0 top\n"), StartsWith("row 1: found 'C1 1 C 1 2 0 top' before"));
   std::string mixed = text;
   mixed.replace(mixed.rfind("top"), 3, "bottom");
-  EXPECT_THAT(error_of("a.pos", mixed), StartsWith("row 7: found side 'bottom'"));
+  EXPECT_THAT(error_of("a.pos", mixed),
+              HasSubstr("(Side): found 'bottom', expected top, as the file's '## Side' says"));
   EXPECT_THAT(error_of("a.pos", text + "C2 1 C 1 2 0 top\n"),
               StartsWith("row 9: found 'C2 1 C 1 2 0 top', expected nothing behind '## End' in row 8"));
   std::string bad = text;
@@ -89,7 +90,7 @@ TEST_F(Readers, PosSaysOneUnitAndOneSide) {
             "row 3, column 11: found unit 'inches', expected one unit; row 2 has mm");
   EXPECT_EQ(read("b.pos", pos(kPosUnit + std::string(kPosUnit), row)).points.size(), 1U);
   EXPECT_THAT(error_of("c.pos", pos(kPosUnit + std::string("## Side : bottom\n"), row)),
-              StartsWith("row 4: found side 'top' behind bumps of side 'bottom', expected one side"));
+              HasSubstr("(Side): found 'top', expected bottom, as the file's '## Side' says"));
   for (const char* side : {"top", "F.Cu", "All", "both", "---"})
     EXPECT_EQ(read("d.pos", pos(kPosUnit + fmt::format("## Side : {}\n", side), row)).points.size(), 1U)
         << side;

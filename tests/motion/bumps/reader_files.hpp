@@ -34,13 +34,14 @@ class Readers : public ::testing::Test {
     return folder_ / name;
   }
 
-  std::string error_of(const std::string& name, std::string_view content) const {
-    return error_of(write(name, content));
+  std::string error_of(const std::string& name, std::string_view content,
+                       const CoordinateOptions& options = {}) const {
+    return error_of(write(name, content), options);
   }
 
-  static std::string error_of(const fs::path& path) {
+  static std::string error_of(const fs::path& path, const CoordinateOptions& options = {}) {
     try {
-      read_coordinates(path);
+      read_coordinates(path, options);
     } catch (const UserError& error) {
       const std::string message = error.what();
       EXPECT_EQ(message.find('\n'), std::string::npos);
@@ -50,8 +51,9 @@ class Readers : public ::testing::Test {
     return "read without an error";
   }
 
-  CoordinateFile read(const std::string& name, std::string_view content) const {
-    return read_coordinate_file(write(name, content));
+  CoordinateFile read(const std::string& name, std::string_view content,
+                      const CoordinateOptions& options = {}) const {
+    return read_coordinate_file(write(name, content), options);
   }
 
   fs::path folder_;

@@ -12,6 +12,8 @@ namespace meltstage::motion {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
@@ -21,12 +23,12 @@ TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
       error_of("a.csv", "Ref,Val,Package,PosX,PosY,Rot,Side\nC1,1,C,1.5,2.5,0,top\nC2,1,C,3,4,0,bottom\n"),
       StartsWith("row 3: found side 'bottom' behind bumps of side 'top', expected one side"));
   EXPECT_THAT(error_of("b.csv", "Designator,Layer,Mid X,Mid Y\nC1,TopLayer,1,2\nC2,BottomLayer,3,4\n"),
-              StartsWith("row 3: found side 'BottomLayer' behind bumps of side 'TopLayer'"));
+              StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"));
   EXPECT_THAT(error_of("c.csv", "Designator,Layer,Mid X,Mid Y\nC1,B,1,2\nC2,T,3,4\n"),
-              StartsWith("row 3: found side 'T' behind bumps of side 'B'"));
+              StartsWith("row 3: found side 'top' behind bumps of side 'bottom'"));
   for (const char* name : {"TB", "T/B", "Board Side", "placement_side", "Layer name", "PCB-Side"})
     EXPECT_THAT(error_of("f.csv", fmt::format("Ref,X,Y,{}\nC1,1,2,T\nC2,3,4,B\n", name)),
-                StartsWith("row 3: found side 'B' behind bumps of side 'T'"))
+                StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"))
         << name;
   EXPECT_THAT(error_of("g.csv", "Ref,X,Y,Mirror\nC1,1,2,No\nC2,3,4,Yes\n"),
               StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"));
@@ -34,6 +36,48 @@ TEST_F(Readers, PlacementTablesOfTwoSidesAreRefused) {
   // One side in two spellings.
   EXPECT_EQ(read("i.csv", "x,y,Side\n1,2,TopLayer\n3,4,F.Cu\n").points.size(), 2U);
   EXPECT_EQ(read("e.csv", "x,y,Side\n1,2,top\n3,4, Top\n").points.size(), 2U);
+}
+
+// One side of many formats, by its name; holes lie on both.
+TEST_F(Readers, TheBumpsOfOneSideAreTakenByItsName) {
+  const auto of = [&](const char* name, const std::string& content, Side side) {
+    return read(name, content, {.side = side});
+  };
+  const std::string table = "x_mm,y_mm,Layer\n1,2,TopLayer\n3,4,BottomLayer\n1,2,BottomLayer\n";
+  const CoordinateFile top = of("a.csv", table, Side::top), bottom = of("a.csv", table, Side::bottom);
+  ASSERT_EQ(top.points.size(), 1U);
+  EXPECT_EQ(top.points[0].row, 2U);
+  EXPECT_FALSE(top.bottom);
+  EXPECT_THAT(top.notes, ElementsAre("2 bumps of the other side, first in row 3, left out (side = \"top\")"));
+  ASSERT_EQ(bottom.points.size(), 2U);
+  EXPECT_EQ(bottom.points[0].x_mm, 3.0);
+  EXPECT_TRUE(bottom.bottom);
+  EXPECT_THAT(bottom.notes,
+              Contains("1 bump of the other side, first in row 2, left out (side = \"bottom\")"));
+  const std::string footprint =
+      "(footprint \"a\"\n(pad 1 smd rect (at 1 0) (size 1 1) (layers F.Cu))\n(pad 2 smd rect (at 2 0) (size "
+      "1 1) "
+      "(layers B.Cu))\n(pad 3 thru_hole circle (at 3 0) (size 1 1) (drill 0.5) (layers *.Cu))\n)\n";
+  const CoordinateFile pads = of("a.kicad_mod", footprint, Side::bottom);
+  ASSERT_EQ(pads.points.size(), 2U);
+  EXPECT_EQ(pads.points[0].x_mm, 2.0);
+  EXPECT_EQ(pads.points[1].x_mm, 3.0);
+  const std::string placement =
+      "## Unit = mm, Angle = deg.\n## Side : All\nA a a 1 2 0 top\nB b b 3 4 0 bottom\n## End\n";
+  EXPECT_EQ(of("a.pos", placement, Side::bottom).points.at(0).x_mm, 3.0);
+  EXPECT_THAT(error_of("b.csv", "x_mm,y_mm\n1,2\n", {.side = Side::top}),
+              "found no word on sides, expected one, since side = \"top\"; leave the side out");
+  EXPECT_THAT(error_of("c.csv", "x_mm,y_mm,Side\n1,2,top\n", {.side = Side::bottom}),
+              "found bumps of the other side alone, expected some of side bottom");
+  // Contradictions stay refused.
+  EXPECT_THAT(error_of("d.csv", "x,y,Side,Layer\n1,2,top,bottom\n", {.side = Side::top}),
+              "row 2, column 4 (Layer): found bottom, expected top, as column 3 (Side) tells");
+  EXPECT_THAT(error_of("e.csv", "# Side: top\nx,y,Side\n1,2,bottom\n", {.side = Side::top}),
+              "row 3, column 3 (Side): found bottom, expected top, as told above the table");
+  EXPECT_THAT(
+      error_of("f.pos", "## Unit = mm, Angle = deg.\n## Side : top\nA a a 1 2 0 bottom\n## End\n",
+               {.side = Side::top}),
+      StartsWith("row 3, column 13 (Side): found 'bottom', expected top, as the file's '## Side' says"));
 }
 
 TEST_F(Readers, SidesHaveTheNamesOfManyLayoutSystems) {
@@ -53,10 +97,10 @@ TEST_F(Readers, SidesHaveTheNamesOfManyLayoutSystems) {
                                     {"Oben", "Unten"},
                                     {"Oberseite", "Unterseite"}}) {
     const std::string rows = "x;y;Layer\n1;2;{}\n3;4;{}\n";
-    EXPECT_EQ(
-        error_of("a.csv", fmt::format(fmt::runtime(rows), top, bottom)),
-        fmt::format("row 3: found side '{}' behind bumps of side '{}', expected one side; export them apart",
-                    bottom, top));
+    EXPECT_EQ(error_of("a.csv", fmt::format(fmt::runtime(rows), top, bottom)),
+              "row 3: found side 'bottom' behind bumps of side 'top', expected one side; say which (side = "
+              "\"top\"), "
+              "or export them apart");
     EXPECT_EQ(read("b.csv", fmt::format(fmt::runtime(rows), top, top)).notes.size(), 0U) << top;
     EXPECT_EQ(bottom_notes(read("c.csv", fmt::format(fmt::runtime(rows), bottom, bottom))).size(), 1U)
         << bottom;
@@ -65,7 +109,7 @@ TEST_F(Readers, SidesHaveTheNamesOfManyLayoutSystems) {
               StartsWith("row 3: found side 'bottom'"));
   EXPECT_THAT(error_of("e.csv", "x;y;SYM_MIRROR\n1;2;NO\n3;4;YES\n"),
               StartsWith("row 3: found side 'bottom'"));
-  EXPECT_THAT(error_of("f.csv", "x;y;BoardSide\n1;2;T\n3;4;B\n"), StartsWith("row 3: found side 'B'"));
+  EXPECT_THAT(error_of("f.csv", "x;y;BoardSide\n1;2;T\n3;4;B\n"), StartsWith("row 3: found side 'bottom'"));
 }
 
 TEST_F(Readers, ASideThatIsNotKnownIsRefused) {
@@ -134,7 +178,7 @@ TEST_F(Readers, SidesAreToldByColumnsOfManyNames) {
                                           {"Side", "SMD Top", "SMD Bottom"}}) {
     const std::string rows = "x_mm;y_mm;{}\n1;2;{}\n3;4;{}\n";
     EXPECT_THAT(error_of("a.csv", fmt::format(fmt::runtime(rows), name, top, bottom)),
-                AllOf(StartsWith("row 3: found side '"), HasSubstr("expected one side; export them apart")))
+                AllOf(StartsWith("row 3: found side '"), HasSubstr("expected one side; say which")))
         << name << ' ' << top;
     EXPECT_THAT(error_of("a.csv", fmt::format(fmt::runtime(rows), name, bottom, top)),
                 StartsWith("row 3: found side '"))
@@ -144,10 +188,10 @@ TEST_F(Readers, SidesAreToldByColumnsOfManyNames) {
     EXPECT_EQ(bottom_notes(read("c.csv", fmt::format(fmt::runtime(rows), name, bottom, bottom))).size(), 1U)
         << name << ' ' << bottom;
   }
-  EXPECT_THAT(
-      error_of("d.csv", "R1,1,2,top\nR2,3,4,bottom\n"),
-      "row 2: found side 'bottom' behind bumps of side 'top', expected one side; export them apart, or leave "
-      "out column 4 where it tells no side of a board");
+  EXPECT_THAT(error_of("d.csv", "R1,1,2,top\nR2,3,4,bottom\n"),
+              "row 2: found side 'bottom' behind bumps of side 'top', expected one side; say which (side = "
+              "\"top\"), or "
+              "export them apart, or leave out column 4 where it tells no side of a board");
 }
 
 TEST_F(Readers, WordsOfSidesElsewhereTellNone) {
@@ -179,7 +223,7 @@ TEST_F(Readers, EaglesMirroredTurnsLieOnTheBottom) {
 
 TEST_F(Readers, SidesAmongOtherWords) {
   EXPECT_THAT(error_of("a.csv", "x,y,Mount\n1,2,Top Side SMD\n3,4,Bottom Side SMD\n"),
-              StartsWith("row 3: found side 'Bottom Side SMD'"));
+              StartsWith("row 3: found side 'bottom'"));
   EXPECT_THAT(error_of("d.csv", "x,y,\u5c42\n1,2,\u9876\u5c42\n3,4,\u5e95\u5c42\n"),
               StartsWith("row 3: found side"));
   EXPECT_THAT(error_of("b.csv", "x;y;Lage\n1;2;BS\n3;4;LS\n"), StartsWith("row 3: found side 'bottom'"));
@@ -213,7 +257,7 @@ TEST_F(Readers, ASideAboveTheTableIsThatOfAllItsBumps) {
   EXPECT_EQ(error_of("c.csv", "# Side: bottom\nRef,Side,X (mm),Y (mm)\nA,Top,1,2\n"),
             "row 3, column 2 (Side): found top, expected bottom, as told above the table");
   EXPECT_THAT(error_of("d.csv", "Side: top\nLayer: Bottom\n" + table),
-              ::testing::HasSubstr("expected one side"));
+              ::testing::StartsWith("row 2: found 'bottom' above the table, expected top"));
 }
 
 TEST_F(Readers, SidesInMoreLanguagesAreToldApart) {

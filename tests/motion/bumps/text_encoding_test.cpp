@@ -37,7 +37,7 @@ TEST_F(Readers, LettersOfWindows1252ThatStandAloneAreRead) {
   EXPECT_THAT(error_of("b.csv",
                        "Ref,Lage,X,Y\nC1,R\xFC"
                        "ckseite,1,2\nC2,Vorderseite,3,4\n"),
-              HasSubstr("expected one side; export them apart"));
+              HasSubstr("expected one side; say which"));
 }
 
 // "Top layer" and "bottom layer" of GBK and CP1251 were words without a meaning, and both sides printed as
