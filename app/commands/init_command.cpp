@@ -94,7 +94,7 @@ int init_job(const InitSettings& settings) {
                                                  *settings.bumps.side == motion::Side::top ? "top" : "bottom")
                                    : ""));
   for (const std::string& note : file.notes) fmt::print("note: {}\n", note);
-  if (settings.bumps.path.extension() == ".kicad_mod")
+  if (settings.bumps.path.extension().string().starts_with(".kicad_"))
     fmt::print("note: KiCad's y points down; what lies above there lies above here\n");
   fmt::print("{}: {} over {:.6g} mm x {:.6g} mm; print it: meltstage print {}\n", escaped(job.string()),
              counted(file.points.size(), "bump"), x.size(), y.size(), escaped(job.string()));

@@ -66,6 +66,7 @@ RawPoints read_table_points(const std::filesystem::path& path, std::string_view 
                             void (*read_rows)(const std::filesystem::path&, std::string_view,
                                               const RowHandler&));
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content);
+RawPoints read_kicad_board(const std::filesystem::path& path, std::string_view content);
 RawPoints read_pos_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_gerber_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_excellon_points(const std::filesystem::path& path, std::string_view content);

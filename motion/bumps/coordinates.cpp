@@ -142,6 +142,7 @@ constexpr std::array kFormats{
     Format{".mnt", read_text_table},
     Format{".mnb", read_bottom_list},
     Format{".kicad_mod", detail::read_kicad_points},
+    Format{".kicad_pcb", detail::read_kicad_board},
     Format{".pos", detail::read_pos_points},
     Format{".gbr", detail::read_gerber_points},
     Format{".ger", detail::read_gerber_points},

@@ -76,9 +76,9 @@ struct CoordinateFile {
 /// - `.csv`, `.tsv`, `.txt`, `.mnt`, `.mnb`: UTF-8, UTF-16 with a byte order mark, or Windows-1252 with
 ///   single letters beyond ASCII; separated by comma, semicolon or tab, or by blanks where none of these
 ///   occurs; LF or CRLF, quotes as in RFC 4180. `.mnb` lies on the bottom.
-/// - `.kicad_mod`: position of every `smd` and `thru_hole` pad that has copper, in millimetres. KiCad's y
-/// points down, so
-///   the sign of y is turned: what lies above in KiCad lies above on the stage.
+/// - `.kicad_mod`, `.kicad_pcb`: position of every `smd` and `thru_hole` pad that has copper, in millimetres,
+///   of a footprint or of all footprints of a board. KiCad's y points down, so the sign of y is turned: what
+///   lies above in KiCad lies above on the stage.
 /// - `.pos`: KiCad's placement file (plain text), one bump a footprint; footprints of one side only unless
 ///   `side` says which.
 /// - `.gbr`, `.ger`, `.grb`, `.gbx`, `.gtp`, `.gbp`, `.gts`, `.gbs`, `.gtl`, `.gbl`, `.art`, `.pho`: Gerber

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pad positions out of a KiCad footprint (S-expressions, KiCad 5 `module` and KiCad 6+ `footprint`).
+// Pad positions out of a KiCad footprint or board (S-expressions, KiCad 5 `module` and KiCad 6+ `footprint`).
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 
@@ -52,24 +53,40 @@ void require_once(const std::filesystem::path& path, const Node& node,
   }
 }
 
-/// Reads the one list that a footprint file consists of.
+/// What a file holds, and the names that its one list may have.
+struct Kind {
+  std::string_view noun, ending;
+  std::array<std::string_view, 2> names;
+};
+
+constexpr Kind kFootprint{"footprint", ".kicad_mod", {"footprint", "module"}};
+constexpr Kind kBoard{"board", ".kicad_pcb", {"kicad_pcb", "kicad_pcb"}};
+
+bool is_of(const Kind& kind, std::string_view name) {
+  return std::find(kind.names.begin(), kind.names.end(), name) != kind.names.end();
+}
+
+/// Reads the one list that a file of KiCad consists of.
 class Reader {
  public:
-  Reader(const std::filesystem::path& path, std::string_view text) : path_(path), text_(text) {}
+  Reader(const std::filesystem::path& path, std::string_view text, const Kind& kind)
+      : path_(path), text_(text), kind_(kind) {}
 
-  Node read_footprint() {
+  Node read() {
     skip_blanks();
-    if (at_ == text_.size() || text_[at_] != '(') fail_here(", expected (footprint ...)");
+    if (at_ == text_.size() || text_[at_] != '(')
+      fail_here(fmt::format(", expected ({} ...)", kind_.names.front()));
     std::vector<Node> open;
     do {
       read_item(open);
       check_kind(open.front());
       skip_blanks();
     } while (open.size() > 1 || at_ == text_.size() || text_[at_] != ')');
-    if (open.front().children.empty()) fail_here(", expected the word footprint");
+    if (open.front().children.empty()) fail_here(fmt::format(", expected the word {}", kind_.names.front()));
     advance();
     skip_blanks();
-    if (at_ < text_.size()) fail_here(" behind the footprint, expected the end of the file");
+    if (at_ < text_.size())
+      fail_here(fmt::format(" behind the {}, expected the end of the file", kind_.noun));
     return std::move(open.front());
   }
 
@@ -82,12 +99,12 @@ class Reader {
                        open.back().row, open.back().column));
     constexpr std::size_t kMostWords = 5'000'000;
     if (++words_ > kMostWords)
-      fail_here(
-          fmt::format(" behind {} words and lists, expected a footprint of at most so many", kMostWords));
+      fail_here(fmt::format(" behind {} words and lists, expected a {} of at most so many", kMostWords,
+                            kind_.noun));
     Node node = here();
     if (text_[at_] == '(') {
       if (open.size() == kMostNested)
-        fail_here(fmt::format(" nested deeper than {} lists, expected a footprint", kMostNested));
+        fail_here(fmt::format(" nested deeper than {} lists, expected a {}", kMostNested, kind_.noun));
       advance();
       open.push_back(std::move(node));
       return;
@@ -103,9 +120,9 @@ class Reader {
   }
 
   void check_kind(const Node& root) const {
-    if (root.children.empty() || head(root) == "footprint" || head(root) == "module") return;
-    fail(path_, fmt::format("line {}, column {}: found {}, expected a footprint", root.row, root.column,
-                            in_quotes(fmt::format("({}", head(root)))));
+    if (root.children.empty() || is_of(kind_, head(root))) return;
+    fail(path_, fmt::format("line {}, column {}: found {}, expected a {}", root.row, root.column,
+                            in_quotes(fmt::format("({}", head(root))), kind_.noun));
   }
 
   [[noreturn]] void fail_here(std::string_view rest) const {
@@ -154,6 +171,7 @@ class Reader {
 
   const std::filesystem::path& path_;
   std::string_view text_;
+  const Kind& kind_;
   std::size_t at_ = 0, row_ = 1, column_ = 1;
   std::size_t words_ = 0;
 };
@@ -210,8 +228,9 @@ double read_position(const std::filesystem::path& path, const Node& pad, const N
   const auto value = parse_number(node.word);
   if (!value || !std::isfinite(*value))
     fail(path,
-         fmt::format("line {}, column {} ({} of pad {}): found {}, expected a finite number such as 12.5",
-                     node.row, node.column, axis, in_quotes(pad.children[1].word), in_quotes(node.word)));
+         fmt::format("line {}, column {} ({} of {} {}): found {}, expected a finite number such as 12.5",
+                     node.row, node.column, axis, head(pad), in_quotes(pad.children[1].word),
+                     in_quotes(node.word)));
   return *value;
 }
 
@@ -221,10 +240,20 @@ double number_at(const std::filesystem::path& path, const Node& pad, const Node&
   return read_position(path, pad, list, place, name);
 }
 
-/// The middle of a pad, y upwards. An smd pad's copper may be shifted from the pad's own place, in the frame
-/// that turns with the pad; of a thru-hole pad the hole stays where it is.
-RawPoint middle_of(const std::filesystem::path& path, const Node& pad, const Node& at) {
-  const RawPoint place{read_position(path, pad, at, 1, "x"), -read_position(path, pad, at, 2, "y"), pad.row};
+/// Where a footprint lies on its board, y upwards, and its angle counter-clockwise.
+struct Placement {
+  double x = 0.0, y = 0.0, angle_deg = 0.0;
+};
+
+/// The middle of a pad, y upwards. Its place turns with the footprint; its own angle counts the footprint's
+/// in. An smd pad's copper may be shifted from the pad's own place, in the frame that turns with the pad; of
+/// a thru-hole pad the hole stays where it is.
+RawPoint middle_of(const std::filesystem::path& path, const Placement& footprint, const Node& pad,
+                   const Node& at) {
+  const RawPoint own =
+      turned({read_position(path, pad, at, 1, "x"), -read_position(path, pad, at, 2, "y"), pad.row},
+             footprint.angle_deg);
+  const RawPoint place{footprint.x + own.x, footprint.y + own.y, pad.row};
   const Node* drill = find_list(pad, "drill");
   if (drill != nullptr) require_once(path, *drill, {"offset"});
   const Node* offset = drill == nullptr ? nullptr : find_list(*drill, "offset");
@@ -261,42 +290,78 @@ void count_left_out(std::vector<LeftOut>& all, const Node& pad) {
                          found.empty() ? "no pads" : found));
 }
 
+/// The bumps of footprints, one after the other.
+class Pads {
+ public:
+  explicit Pads(const std::filesystem::path& path) : path_(path) { result_.has_unit = true; }
+
+  void add(const Node& footprint, const Placement& placement) {
+    for (const Node& node : footprint.children)
+      if (head(node) == "pad") add_pad(node, placement);
+  }
+
+  RawPoints finish() && {
+    if (result_.points.empty()) fail_without_bumps(path_, left_out_);
+    for (const LeftOut& l : left_out_) result_.notes.push_back(no_bump_note(l.count, l.kind, l.first_row));
+    if (custom_ > 0)
+      result_.notes.push_back(
+          fmt::format("{} pad{} of custom shape, {}in row {}, {} a bump at the anchor, which need not be the "
+                      "copper's middle",
+                      custom_, custom_ == 1 ? "" : "s", custom_ == 1 ? "" : "first ", first_custom_row_,
+                      custom_ == 1 ? "holds" : "hold"));
+    return std::move(result_);
+  }
+
+ private:
+  void add_pad(const Node& pad, const Placement& placement) {
+    require_once(path_, pad, {"at", "layers", "drill"});
+    if (!receives_bump(pad)) return count_left_out(left_out_, pad);
+    const Node* at = find_list(pad, "at");
+    if (at == nullptr)
+      fail(path_, fmt::format("line {}, column {}: found pad {} without a position, expected (at x y)",
+                              pad.row, pad.column, in_quotes(pad.children[1].word)));
+    result_.points.push_back(middle_of(path_, placement, pad, *at));
+    result_.points.back().side = side_of(pad);
+    if (has_own_shape(pad) && custom_++ == 0) first_custom_row_ = pad.row;
+    check_point_count(path_, result_.points.size());
+  }
+
+  const std::filesystem::path& path_;
+  RawPoints result_;
+  std::vector<LeftOut> left_out_;
+  std::size_t custom_ = 0, first_custom_row_ = 0;
+};
+
+/// The list of a file of this kind.
+Node read_file_of(const Kind& kind, const std::filesystem::path& path, std::string_view content) {
+  if (const auto found = describe_content(content); found != "text")
+    fail(path, fmt::format("found {}, expected a KiCad {} ({})", found, kind.noun, kind.ending));
+  return Reader(path, without_byte_order_mark(content), kind).read();
+}
+
+Placement placement_of(const std::filesystem::path& path, const Node& footprint) {
+  require_once(path, footprint, {"at"});
+  const Node* at = find_list(footprint, "at");
+  if (at == nullptr || footprint.children.size() < 2)
+    fail(path, fmt::format("line {}, column {}: found a footprint without a position, expected (at x y)",
+                           footprint.row, footprint.column));
+  return {read_position(path, footprint, *at, 1, "x"), -read_position(path, footprint, *at, 2, "y"),
+          number_at(path, footprint, *at, 3, "angle")};
+}
+
 }  // namespace
 
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content) {
-  if (const auto kind = describe_content(content); kind != "text")
-    fail(path, fmt::format("found {}, expected a KiCad footprint (.kicad_mod)", kind));
-  content = without_byte_order_mark(content);
-  const Node footprint = Reader(path, content).read_footprint();
-  RawPoints result;
-  result.has_unit = true;
-  std::vector<LeftOut> left_out;
-  std::size_t custom = 0, first_custom_row = 0;
-  for (const Node& node : footprint.children) {
-    if (head(node) != "pad") continue;
-    require_once(path, node, {"at", "layers", "drill"});
-    if (!receives_bump(node)) {
-      count_left_out(left_out, node);
-      continue;
-    }
-    const Node* at = find_list(node, "at");
-    if (at == nullptr)
-      fail(path, fmt::format("line {}, column {}: found pad {} without a position, expected (at x y)",
-                             node.row, node.column, in_quotes(node.children[1].word)));
-    result.points.push_back(middle_of(path, node, *at));
-    result.points.back().side = side_of(node);
-    if (has_own_shape(node) && custom++ == 0) first_custom_row = node.row;
-    check_point_count(path, result.points.size());
-  }
-  if (result.points.empty()) fail_without_bumps(path, left_out);
-  for (const LeftOut& l : left_out) result.notes.push_back(no_bump_note(l.count, l.kind, l.first_row));
-  if (custom > 0)
-    result.notes.push_back(
-        fmt::format("{} pad{} of custom shape, {}in row {}, {} a bump at the anchor, which need not be the "
-                    "copper's middle",
-                    custom, custom == 1 ? "" : "s", custom == 1 ? "" : "first ", first_custom_row,
-                    custom == 1 ? "holds" : "hold"));
-  return result;
+  Pads pads(path);
+  pads.add(read_file_of(kFootprint, path, content), {});
+  return std::move(pads).finish();
+}
+
+RawPoints read_kicad_board(const std::filesystem::path& path, std::string_view content) {
+  Pads pads(path);
+  for (const Node& node : read_file_of(kBoard, path, content).children)
+    if (is_of(kFootprint, head(node))) pads.add(node, placement_of(path, node));
+  return std::move(pads).finish();
 }
 
 }  // namespace meltstage::motion::detail

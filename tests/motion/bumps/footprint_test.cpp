@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Footprints of KiCad (.kicad_mod): which pads hold a bump.
+#include <fmt/format.h>
+
+#include <array>
+#include <vector>
+
 #include "tests/motion/bumps/reader_files.hpp"
 
 namespace meltstage::motion {
@@ -7,6 +12,8 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+
+constexpr Travel kAnywhere{{-1e3, 1e3}, {-1e3, 1e3}, {}};
 
 TEST_F(Readers, APadOfCustomShapeIsToldSinceItsMiddleIsNotKnown) {
   const CoordinateFile file = read(
@@ -28,6 +35,55 @@ TEST_F(Readers, AFootprintWithoutBumpsSaysWhatItHolds) {
       "thru_hole on a copper layer, which hold the bumps; change the pads' type where they do");
   EXPECT_THAT(error_of("b.kicad_mod", "(footprint T)"),
               ::testing::StartsWith("found no pads, expected pads of type smd"));
+}
+
+// A board as KiCad 6.0.11 wrote it, but for what is no pad. The middles are those that its own library
+// (pcbnew, ShapePos) gives; the bottom's footprints were flipped left to right and top to bottom.
+TEST_F(Readers, ABoardIsWhatKicadMakesOfIt) {
+  const fs::path board = fs::path(MELTSTAGE_SOURCE_DIR) / "tests/motion/data/two_sides.kicad_pcb";
+  const auto expect_places = [&](Side side, const std::vector<std::array<double, 2>>& expected) {
+    const CoordinateFile file = read_coordinate_file(board, {.side = side, .travel = kAnywhere});
+    ASSERT_EQ(file.points.size(), expected.size());
+    EXPECT_TRUE(file.has_unit);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_NEAR(file.points[i].x_mm, expected[i][0], 1e-6) << i;
+      EXPECT_NEAR(file.points[i].y_mm, expected[i][1], 1e-6) << i;
+    }
+  };
+  const std::vector<std::array<double, 2>> header = {
+      {100.0, -95.0}, {102.453452, -94.3426}, {100.6574, -97.453452}, {103.110852, -96.796051}};
+  std::vector<std::array<double, 2>> top = {{143.900081, -82.543251},
+                                            {142.564464, -80.670786},
+                                            {137.435536, -84.329214},
+                                            {141.228847, -78.798320},
+                                            {98.35, -78.5},
+                                            {98.4375, -80.0},
+                                            {98.35, -81.5}};
+  top.insert(top.end(), header.begin(), header.end());
+  top.insert(top.end(), {{107.534748, -79.242190}, {108.646835, -80.781250}, {109.321058, -82.124038}});
+  expect_places(Side::top, top);
+  std::vector<std::array<double, 2>> bottom = header;
+  bottom.insert(bottom.end(), {{118.35, -81.5},
+                               {118.4375, -80.0},
+                               {118.35, -78.5},
+                               {128.513898, -78.897049},
+                               {129.595595, -78.490741},
+                               {131.021837, -78.017994}});
+  expect_places(Side::bottom, bottom);
+  EXPECT_THAT(error_of(board, {.travel = kAnywhere}),
+              HasSubstr("found side 'bottom' behind bumps of side 'top'"));
+}
+
+TEST_F(Readers, ABoardIsReadWholeOrRefused) {
+  const std::string footprint =
+      "(footprint a (layer F.Cu) {} (pad 1 smd rect (at 1 2) (size 1 1) (layers F.Cu)))";
+  EXPECT_EQ(error_of("a.kicad_pcb", "(kicad_pcb\n" + fmt::format(fmt::runtime(footprint), "") + ")"),
+            "line 2, column 1: found a footprint without a position, expected (at x y)");
+  EXPECT_THAT(error_of("b.kicad_pcb", "(kicad_pcb " + fmt::format(fmt::runtime(footprint), "(at 1 x)") + ")"),
+              HasSubstr("(y of footprint 'a'): found 'x', expected a finite number"));
+  EXPECT_THAT(error_of("c.kicad_pcb", "(footprint a)"), HasSubstr("found '(footprint', expected a board"));
+  EXPECT_THAT(error_of("d.kicad_mod", "(kicad_pcb)"), HasSubstr("found '(kicad_pcb', expected a footprint"));
+  EXPECT_THAT(error_of("e.kicad_pcb", "(kicad_pcb (layers))"), HasSubstr("found no pads, expected pads"));
 }
 
 }  // namespace
