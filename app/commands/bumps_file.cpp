@@ -82,6 +82,7 @@ void add_bumps_options(CLI::App& command, BumpsFile& file) {
   command.add_option("--side", file.side, "Bumps of this side of the board alone: top, bottom")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, motion::Side>{{"top", motion::Side::top}, {"bottom", motion::Side::bottom}}));
+  command.add_option("--only", file.only, "Bumps of this tool (T1), aperture (D10) or footprint (U1) alone");
 }
 
 ReadBumps read_bumps(const BumpsFile& wanted) {
@@ -89,6 +90,7 @@ ReadBumps read_bumps(const BumpsFile& wanted) {
   motion::CoordinateOptions options;
   options.travel = {{-kAnywhere_mm, kAnywhere_mm}, {-kAnywhere_mm, kAnywhere_mm}, {}};
   options.side = wanted.side;
+  options.only = wanted.only;
   motion::CoordinateFile file = motion::read_coordinate_file(wanted.path, options);
   if (file.has_unit && (!wanted.unit.empty() || wanted.pitch_mm))
     throw UserError(fmt::format("{}: says its unit itself{}; leave out --unit and --pitch-mm",

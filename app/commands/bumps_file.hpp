@@ -17,9 +17,10 @@ struct BumpsFile {
   std::string unit;                  // of the file's numbers, where it says none; empty: not given
   std::optional<double> pitch_mm;    // instead: the numbers count in this
   std::optional<motion::Side> side;  // of the board, where the file has both
+  std::string only;                  // tool, aperture or footprint; empty: all
 };
 
-/// BUMPS, --unit, --pitch-mm and --side.
+/// BUMPS, --unit, --pitch-mm, --side and --only.
 void add_bumps_options(CLI::App& command, BumpsFile& file);
 
 struct ReadBumps {

@@ -122,6 +122,8 @@ int tell_coordinates(const CoordinatesSettings& settings) {
     fmt::print("nearest  {:.6f} mm apart: rows {} and {}\n", pair.distance_mm, pair.row, pair.other_row);
   }
   fmt::print("side     {}\n", bumps.file.bottom ? "bottom" : "top, or not told");
+  for (const motion::BumpGroup& group : bumps.file.groups)
+    fmt::print("{:8} {}\n", escaped(group.name), counted(group.bumps, "bump"));
   for (const std::string& note : bumps.file.notes) fmt::print("note: {}\n", note);
   if (!settings.picture.empty()) {
     write_whole(settings.picture, picture_of(points, x, y));

@@ -50,6 +50,15 @@ std::string text_for_job(const std::string& name) {
   return toml_text(name);
 }
 
+// Lines of the job for what was chosen of the file.
+std::string selection_of(const BumpsFile& bumps) {
+  std::string lines;
+  if (bumps.side)
+    lines += fmt::format("side = \"{}\"\n", *bumps.side == motion::Side::top ? "top" : "bottom");
+  if (!bumps.only.empty()) lines += fmt::format("only = {}\n", text_for_job(bumps.only));
+  return lines;
+}
+
 int init_job(const InitSettings& settings) {
   const fs::path job =
       settings.out.empty() ? fs::path(settings.bumps.path.stem().string() + ".toml") : settings.out;
@@ -73,26 +82,23 @@ int init_job(const InitSettings& settings) {
       file.has_unit ? "# the file says the unit of its numbers itself\n"
                     : fmt::format("pitch_mm = {}  # length of one unit of the file\n", bumps.pitch_mm);
   write_whole(
-      job, fmt::format(
-               "# Made by meltstage init. Every field: docs/print/jobs.md\n"
-               "# {} over {:.6g} mm x {:.6g} mm; x to the right, y away from the operator.\n\n"
-               "[job]\nname = {}\nseed = 1                # of all that is random\n\n"
-               "[coordinates]\nfile = {}\n{}"
-               "origin_x_mm = {}      # where its (0, 0) lies on the stage: the bumps are in the middle\n"
-               "origin_y_mm = {}\n"
-               "mirror_x = false         # true: a package seen from its other side\n{}\n"
-               "[head]\nplant = \"E3D-like\"       # a small, fast head\nsensor = \"MAX31855\"\n\n"
-               "[temperature]\nsetpoint_degc = 60.0\nwindow_degc = 1.0        # prints within this of the "
-               "set-point\n"
-               "dwell_s = 2.0            # once it has been there for so long\n\n"
-               "[print]\ndroplet_j = 0.02         # heat that a droplet takes along\n",
-               counted(file.points.size(), "bump"), x.size(), y.size(),
-               text_for_job(settings.bumps.path.stem().string()),
-               text_for_job(fs::proximate(fs::absolute(settings.bumps.path), folder).string()), pitch,
-               centred(x, travel.x), centred(y, travel.y),
-               settings.bumps.side ? fmt::format("side = \"{}\"            # the bumps of this side alone\n",
-                                                 *settings.bumps.side == motion::Side::top ? "top" : "bottom")
-                                   : ""));
+      job,
+      fmt::format("# Made by meltstage init. Every field: docs/print/jobs.md\n"
+                  "# {} over {:.6g} mm x {:.6g} mm; x to the right, y away from the operator.\n\n"
+                  "[job]\nname = {}\nseed = 1                # of all that is random\n\n"
+                  "[coordinates]\nfile = {}\n{}"
+                  "origin_x_mm = {}      # where its (0, 0) lies on the stage: the bumps are in the middle\n"
+                  "origin_y_mm = {}\n"
+                  "mirror_x = false         # true: a package seen from its other side\n{}\n"
+                  "[head]\nplant = \"E3D-like\"       # a small, fast head\nsensor = \"MAX31855\"\n\n"
+                  "[temperature]\nsetpoint_degc = 60.0\nwindow_degc = 1.0        # prints within this of the "
+                  "set-point\n"
+                  "dwell_s = 2.0            # once it has been there for so long\n\n"
+                  "[print]\ndroplet_j = 0.02         # heat that a droplet takes along\n",
+                  counted(file.points.size(), "bump"), x.size(), y.size(),
+                  text_for_job(settings.bumps.path.stem().string()),
+                  text_for_job(fs::proximate(fs::absolute(settings.bumps.path), folder).string()), pitch,
+                  centred(x, travel.x), centred(y, travel.y), selection_of(settings.bumps)));
   for (const std::string& note : file.notes) fmt::print("note: {}\n", note);
   if (settings.bumps.path.extension().string().starts_with(".kicad_"))
     fmt::print("note: KiCad's y points down; what lies above there lies above here\n");

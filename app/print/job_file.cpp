@@ -378,6 +378,7 @@ JobDescription parse_job(const std::filesystem::path& path) {
   static constexpr std::array<Choice<motion::Side>, 2> kSides{
       {{"top", motion::Side::top}, {"bottom", motion::Side::bottom}}};
   if (coordinates.has("side")) options.side = coordinates.choice("side", "top", kSides);
+  options.only = coordinates.text("only", "");
   options.travel = {job.stage.axes[0].travel, job.stage.axes[1].travel, job.stage.axes[2].travel};
   coordinates.finish();
   parsed.coordinates = path.parent_path() / file;

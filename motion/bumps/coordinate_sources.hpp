@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,22 +22,25 @@ inline constexpr double kInch_mm = 25.4;
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what);
 
 /// A coordinate pair as the file has it, before pitch, rotation and origin. `side`: the one that the file
-/// says it lies on; none for a hole, and where the file tells none.
+/// says it lies on; none for a hole, and where the file tells none. `group`: its key in RawPoints::groups.
 struct RawPoint {
   double x = 0.0;
   double y = 0.0;
   std::size_t row = 0;
   std::optional<Side> side = std::nullopt;
+  std::uint32_t group = 0;
 };
 
 /// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense;
 /// `unit_place`: where a table says so, and what. `side_place`: the column whose words alone tell the sides.
-/// `notes`: what it holds besides that is no bump.
+/// `groups`: the names of the tools, apertures or footprints that its bumps belong to, where the format has
+/// such. `notes`: what it holds besides that is no bump.
 struct RawPoints {
   std::vector<RawPoint> points;
   bool has_unit = false;
   std::string unit_place{};
   std::string side_place{};
+  std::map<std::uint32_t, std::string> groups{};
   std::vector<std::string> notes;
 };
 

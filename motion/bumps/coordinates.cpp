@@ -9,9 +9,11 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "base/count.hpp"
@@ -211,6 +213,31 @@ std::vector<Point> place(const std::vector<detail::RawPoint>& raw, const Coordin
   return points;
 }
 
+/// Several footprints may have one name.
+void keep_group(const Path& path, detail::RawPoints& raw, const std::string& wanted) {
+  std::set<std::string> names;
+  for (const auto& [key, name] : raw.groups) names.insert(name);
+  if (!names.contains(wanted))
+    throw CoordinateError(
+        fmt::format("{}: only: found {}, expected {}", path.string(), detail::in_quotes(wanted),
+                    names.empty() ? "none: this format has no tools, apertures or footprints"
+                                  : "one of " + shown(fmt::format("{}", fmt::join(names, ", ")))));
+  const std::size_t others = std::erase_if(
+      raw.points, [&](const detail::RawPoint& point) { return raw.groups.at(point.group) != wanted; });
+  if (others > 0)
+    raw.notes.push_back(fmt::format("{} that {} not of {} left out", counted(others, "bump"),
+                                    others == 1 ? "is" : "are", shown(wanted)));
+}
+
+std::vector<BumpGroup> groups_of(const detail::RawPoints& raw) {
+  std::map<std::string, std::size_t> counts;
+  if (!raw.groups.empty())
+    for (const detail::RawPoint& point : raw.points) ++counts[raw.groups.at(point.group)];
+  std::vector<BumpGroup> out;
+  for (const auto& [name, bumps] : counts) out.push_back({name, bumps});
+  return out;
+}
+
 /// With both sides, one half of the bumps would be printed on the wrong one.
 void require_one_side(const Path& path, const detail::RawPoints& raw) {
   std::optional<Side> side;
@@ -340,6 +367,7 @@ CoordinateFile read_coordinate_file(const std::filesystem::path& path, const Coo
         "{}: found pitch {} mm for coordinates that have a unit{}, expected no pitch; it is for "
         "grid indices only",
         path.string(), options.pitch_mm, raw.unit_place.empty() ? "" : " (" + raw.unit_place + ")"));
+  if (!options.only.empty()) keep_group(path, raw, options.only);
   if (options.side)
     keep_side(path, raw, *options.side);
   else
@@ -357,7 +385,8 @@ CoordinateFile read_coordinate_file(const std::filesystem::path& path, const Coo
         "the bumps lie on the bottom of the board and mirror_x is false: they are printed as seen from its "
         "top; "
         "set mirror_x = true unless the file was mirrored when it was written");
-  return {std::move(points), std::move(raw.notes), raw.has_unit, std::move(raw.unit_place), bottom};
+  return {std::move(points), std::move(raw.notes), raw.has_unit, std::move(raw.unit_place), bottom,
+          groups_of(raw)};
 }
 
 std::vector<Point> read_coordinates(const std::filesystem::path& path, const CoordinateOptions& options) {

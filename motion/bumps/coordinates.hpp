@@ -44,6 +44,9 @@ struct CoordinateOptions {
   double rotation_deg = 0.0;   ///< counter-clockwise about the file's (0, 0)
   bool mirror_x = false;       ///< x becomes -x: a package or a board seen from its other side
   std::optional<Side> side{};  ///< bumps of this side alone; without it a file with bumps on both is refused
+  /// Bumps of this tool of a drill file (T1), aperture of a Gerber layer (D10) or footprint of a board (U1)
+  /// alone; empty: all.
+  std::string only{};
   Travel travel{};
 };
 
@@ -59,6 +62,12 @@ inline constexpr std::size_t kMaxPoints = 2'000'000;
 /// Two bumps that are nearer than this in x and in y, the last digit of the G-code, are the same bump.
 inline constexpr double kDuplicateDistance_mm = 1e-4;
 
+/// Bumps of one tool, aperture or footprint.
+struct BumpGroup {
+  std::string name;
+  std::size_t bumps = 0;
+};
+
 /// What a file holds. `notes`: a line each on what is in it but is no bump, such as the draws of a Gerber
 /// layer, on bumps of the side that isn't wanted, and on bumps of a board's bottom that aren't mirrored.
 struct CoordinateFile {
@@ -67,6 +76,7 @@ struct CoordinateFile {
   bool has_unit = false;     ///< the file says the unit of its numbers, so that `pitch_mm` means nothing
   std::string unit_place{};  ///< where a table says so: "row 2, column 3 (Unit): mil"; else empty
   bool bottom = false;       ///< the file says that the bumps lie on the bottom of the board
+  std::vector<BumpGroup> groups{};  ///< of `points`; none for formats without such
 };
 
 /// Reads the bumps of a coordinate file in the order of the file.

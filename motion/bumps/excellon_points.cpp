@@ -439,6 +439,7 @@ class ExcellonFile {
     // Tool 0 is the empty spindle at the end, unless it is defined.
     if (number != 0 && !tools_.contains(number)) fail_at(word.at, word.end, "a tool that the header defines");
     has_tool_ = tools_.contains(number);
+    tool_ = number;
   }
 
   void count_routed() {
@@ -479,7 +480,9 @@ class ExcellonFile {
   }
 
   void add_hole() {
-    result_.points.push_back({x_mm_, y_mm_, row_});
+    const auto tool = static_cast<std::uint32_t>(tool_);
+    result_.points.push_back({x_mm_, y_mm_, row_, std::nullopt, tool});
+    result_.groups.try_emplace(tool, fmt::format("T{}", tool_));
     check_point_count(path_, result_.points.size());
   }
 
@@ -574,6 +577,7 @@ class ExcellonFile {
   std::size_t first_pointed_ = 0, first_plain_ = 0;  // rows of numbers with a decimal point and without
   std::size_t zeros_row_ = 0, digits_row_ = 0;
   std::set<int> tools_;
+  int tool_ = 0;  // in the spindle
   double x_mm_ = 0.0, y_mm_ = 0.0;
   bool follows_hole_ = false;  // what a repetition repeats
   std::size_t slots_ = 0, first_slot_ = 0, routed_ = 0, first_routed_ = 0;

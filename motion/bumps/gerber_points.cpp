@@ -111,6 +111,8 @@ class GerberFile {
     RawPoints result;
     result.has_unit = true;
     result.points = std::move(levels_.front().points);
+    for (const RawPoint& point : result.points)
+      result.groups.try_emplace(point.group, fmt::format("D{}", point.group));
     const auto note = [&](std::size_t count, std::size_t row, std::string_view what) {
       if (count > 0) result.notes.push_back(no_bump_note(count, what, row));
     };
@@ -589,12 +591,12 @@ class GerberFile {
     const auto block = blocks_.find(aperture_);
     if (block == blocks_.end()) {
       const RawPoint middle = transform_.apply(middle_of_aperture(text));
-      add({x_ + middle.x, y_ + middle.y, row_});
+      add({x_ + middle.x, y_ + middle.y, row_, std::nullopt, static_cast<std::uint32_t>(aperture_)});
       return;
     }
     for (const RawPoint& p : block->second) {
       const RawPoint turned = transform_.apply(p);
-      add({x_ + turned.x, y_ + turned.y, p.row});
+      add({x_ + turned.x, y_ + turned.y, p.row, std::nullopt, p.group});
     }
   }
 

@@ -300,6 +300,16 @@ class Pads {
       if (head(node) == "pad") add_pad(node, placement);
   }
 
+  /// The same; the pads are a group of this name.
+  void add(const Node& footprint, const Placement& placement, const std::string& name) {
+    const std::size_t first = result_.points.size();
+    add(footprint, placement);
+    if (result_.points.size() == first) return;
+    const auto group = static_cast<std::uint32_t>(result_.groups.size());
+    result_.groups.emplace(group, name);
+    for (std::size_t i = first; i < result_.points.size(); ++i) result_.points[i].group = group;
+  }
+
   RawPoints finish() && {
     if (result_.points.empty()) fail_without_bumps(path_, left_out_);
     for (const LeftOut& l : left_out_) result_.notes.push_back(no_bump_note(l.count, l.kind, l.first_row));
@@ -339,6 +349,15 @@ Node read_file_of(const Kind& kind, const std::filesystem::path& path, std::stri
   return Reader(path, without_byte_order_mark(content), kind).read();
 }
 
+/// Such as U1: (property "Reference" "U1" ...), before KiCad 8 (fp_text reference "U1" ...).
+std::string reference_of(const Node& footprint) {
+  for (const Node& node : footprint.children)
+    if (node.children.size() > 2 && ((head(node) == "property" && node.children[1].word == "Reference") ||
+                                     (head(node) == "fp_text" && node.children[1].word == "reference")))
+      return node.children[2].word;
+  return "";
+}
+
 Placement placement_of(const std::filesystem::path& path, const Node& footprint) {
   require_once(path, footprint, {"at"});
   const Node* at = find_list(footprint, "at");
@@ -360,7 +379,7 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
 RawPoints read_kicad_board(const std::filesystem::path& path, std::string_view content) {
   Pads pads(path);
   for (const Node& node : read_file_of(kBoard, path, content).children)
-    if (is_of(kFootprint, head(node))) pads.add(node, placement_of(path, node));
+    if (is_of(kFootprint, head(node))) pads.add(node, placement_of(path, node), reference_of(node));
   return std::move(pads).finish();
 }
 

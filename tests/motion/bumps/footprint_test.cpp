@@ -86,5 +86,37 @@ TEST_F(Readers, ABoardIsReadWholeOrRefused) {
   EXPECT_THAT(error_of("e.kicad_pcb", "(kicad_pcb (layers))"), HasSubstr("found no pads, expected pads"));
 }
 
+// Of a board, a drill file and a Gerber layer.
+TEST_F(Readers, OneFootprintToolOrApertureIsTakenByItsName) {
+  const std::string board =
+      "(kicad_pcb (footprint a (at 0 0) (property \"Reference\" \"U1\") (pad 1 smd rect (at 1 -2) (layers "
+      "F.Cu)))\n(module b (at 5 0) (fp_text reference R1 (at 0 0)) (pad 1 smd rect (at 1 -2) (layers "
+      "F.Cu))))\n";
+  const CoordinateFile all = read("a.kicad_pcb", board);
+  ASSERT_EQ(all.groups.size(), 2U);
+  EXPECT_EQ(all.groups[0].name, "R1");
+  EXPECT_EQ(all.groups[0].bumps, 1U);
+  const CoordinateFile resistor = read("a.kicad_pcb", board, {.only = "R1"});
+  ASSERT_EQ(resistor.points.size(), 1U);
+  EXPECT_EQ(resistor.points[0].x_mm, 6.0);
+  EXPECT_THAT(resistor.notes, ElementsAre("1 bump that is not of R1 left out"));
+  EXPECT_EQ(error_of("a.kicad_pcb", board, {.only = "U2"}), "only: found 'U2', expected one of R1, U1");
+
+  const std::string drills =
+      "M48\nMETRIC\nT1C0.3\nT2C1.0\n%\nT1\nX1.0Y1.0\nX2.0Y1.0\nT2\nX3.0Y1.0\nT1\nX4.0Y1.0\nM30\n";
+  const CoordinateFile first = read("a.drl", drills, {.only = "T1"});
+  ASSERT_EQ(first.points.size(), 3U);
+  EXPECT_EQ(first.points[2].x_mm, 4.0);
+
+  // A block's flashes keep their own aperture.
+  const std::string layer =
+      gerber("%ABD20*%\nD11*\nX0Y0D03*\n%AB*%\nD10*\nX1000000Y0D03*\nD20*\nX2000000Y0D03*\n");
+  const CoordinateFile flashes = read("a.gbr", layer, {.only = "D11"});
+  ASSERT_EQ(flashes.points.size(), 1U);
+  EXPECT_EQ(flashes.points[0].x_mm, 2.0);
+  EXPECT_EQ(error_of("a.csv", "x_mm,y_mm\n1,2\n", {.only = "T1"}),
+            "only: found 'T1', expected none: this format has no tools, apertures or footprints");
+}
+
 }  // namespace
 }  // namespace meltstage::motion
