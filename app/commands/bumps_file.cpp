@@ -82,7 +82,8 @@ void add_bumps_options(CLI::App& command, BumpsFile& file) {
   command.add_option("--side", file.side, "Bumps of this side of the board alone: top, bottom")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, motion::Side>{{"top", motion::Side::top}, {"bottom", motion::Side::bottom}}));
-  command.add_option("--only", file.only, "Bumps of this tool (T1), aperture (D10) or footprint (U1) alone");
+  command.add_option("--only", file.only,
+                     "Bumps of this tool (T1), aperture (D10), footprint (U1) or layer of a drawing alone");
 }
 
 ReadBumps read_bumps(const BumpsFile& wanted) {

@@ -17,7 +17,7 @@ struct BumpsFile {
   std::string unit;                  // of the file's numbers, where it says none; empty: not given
   std::optional<double> pitch_mm;    // instead: the numbers count in this
   std::optional<motion::Side> side;  // of the board, where the file has both
-  std::string only;                  // tool, aperture or footprint; empty: all
+  std::string only;                  // tool, aperture, footprint or layer; empty: all
 };
 
 /// BUMPS, --unit, --pitch-mm, --side and --only.

@@ -33,8 +33,8 @@ struct RawPoint {
 
 /// What a file held. `has_unit`: the numbers are millimetres already, so a pitch makes no sense;
 /// `unit_place`: where a table says so, and what. `side_place`: the column whose words alone tell the sides.
-/// `groups`: the names of the tools, apertures or footprints that its bumps belong to, where the format has
-/// such. `notes`: what it holds besides that is no bump.
+/// `groups`: the names of the tools, apertures, footprints or layers that its bumps belong to, where the
+/// format has such. `notes`: what it holds besides that is no bump.
 struct RawPoints {
   std::vector<RawPoint> points;
   bool has_unit = false;
@@ -72,6 +72,7 @@ RawPoints read_table_points(const std::filesystem::path& path, std::string_view 
                                               const RowHandler&));
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_kicad_board(const std::filesystem::path& path, std::string_view content);
+RawPoints read_dxf_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_pos_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_gerber_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_excellon_points(const std::filesystem::path& path, std::string_view content);

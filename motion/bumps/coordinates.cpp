@@ -145,6 +145,7 @@ constexpr std::array kFormats{
     Format{".mnb", read_bottom_list},
     Format{".kicad_mod", detail::read_kicad_points},
     Format{".kicad_pcb", detail::read_kicad_board},
+    Format{".dxf", detail::read_dxf_points},
     Format{".pos", detail::read_pos_points},
     Format{".gbr", detail::read_gerber_points},
     Format{".ger", detail::read_gerber_points},
@@ -220,7 +221,7 @@ void keep_group(const Path& path, detail::RawPoints& raw, const std::string& wan
   if (!names.contains(wanted))
     throw CoordinateError(
         fmt::format("{}: only: found {}, expected {}", path.string(), detail::in_quotes(wanted),
-                    names.empty() ? "none: this format has no tools, apertures or footprints"
+                    names.empty() ? "none: this format has no tools, apertures, footprints or layers"
                                   : "one of " + shown(fmt::format("{}", fmt::join(names, ", ")))));
   const std::size_t others = std::erase_if(
       raw.points, [&](const detail::RawPoint& point) { return raw.groups.at(point.group) != wanted; });

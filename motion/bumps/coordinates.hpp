@@ -44,8 +44,8 @@ struct CoordinateOptions {
   double rotation_deg = 0.0;   ///< counter-clockwise about the file's (0, 0)
   bool mirror_x = false;       ///< x becomes -x: a package or a board seen from its other side
   std::optional<Side> side{};  ///< bumps of this side alone; without it a file with bumps on both is refused
-  /// Bumps of this tool of a drill file (T1), aperture of a Gerber layer (D10) or footprint of a board (U1)
-  /// alone; empty: all.
+  /// Bumps of this tool of a drill file (T1), aperture of a Gerber layer (D10), footprint of a board (U1) or
+  /// layer of a drawing alone; empty: all.
   std::string only{};
   Travel travel{};
 };
@@ -62,7 +62,7 @@ inline constexpr std::size_t kMaxPoints = 2'000'000;
 /// Two bumps that are nearer than this in x and in y, the last digit of the G-code, are the same bump.
 inline constexpr double kDuplicateDistance_mm = 1e-4;
 
-/// Bumps of one tool, aperture or footprint.
+/// Bumps of one tool, aperture, footprint or layer.
 struct BumpGroup {
   std::string name;
   std::size_t bumps = 0;
@@ -89,6 +89,7 @@ struct CoordinateFile {
 /// - `.kicad_mod`, `.kicad_pcb`: position of every `smd` and `thru_hole` pad that has copper, in millimetres,
 ///   of a footprint or of all footprints of a board. KiCad's y points down, so the sign of y is turned: what
 ///   lies above in KiCad lies above on the stage.
+/// - `.dxf`: drawing in ASCII DXF, one bump a circle or point, blocks written out; the rest is noted.
 /// - `.pos`: KiCad's placement file (plain text), one bump a footprint; footprints of one side only unless
 ///   `side` says which.
 /// - `.gbr`, `.ger`, `.grb`, `.gbx`, `.gtp`, `.gbp`, `.gts`, `.gbs`, `.gtl`, `.gbl`, `.art`, `.pho`: Gerber

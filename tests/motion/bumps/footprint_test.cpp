@@ -115,7 +115,7 @@ TEST_F(Readers, OneFootprintToolOrApertureIsTakenByItsName) {
   ASSERT_EQ(flashes.points.size(), 1U);
   EXPECT_EQ(flashes.points[0].x_mm, 2.0);
   EXPECT_EQ(error_of("a.csv", "x_mm,y_mm\n1,2\n", {.only = "T1"}),
-            "only: found 'T1', expected none: this format has no tools, apertures or footprints");
+            "only: found 'T1', expected none: this format has no tools, apertures, footprints or layers");
 }
 
 }  // namespace
