@@ -82,6 +82,22 @@ TEST_F(InitCommand, AKicadFootprint) {
   expect_printed(bumps.substr(0, bumps.find(' ')));
 }
 
+TEST_F(InitCommand, OneSideAndOneToolAlone) {
+  const std::string board = MELTSTAGE_SOURCE_DIR "/tests/motion/data/two_sides.kicad_pcb";
+  EXPECT_THAT(init(board).output, HasSubstr("expected one side; say which (side = \"top\")"));
+  EXPECT_EQ(init(board + " --side left").status, 2);
+  const Ran ran = init(board + " --side bottom");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("note: 11 bumps of the other side, first in row 5, left out"));
+  expect_printed("10");
+  fs::remove(job());
+  const std::string drills =
+      write("a.drl", "M48\nMETRIC\nT1C0.3\nT2C1.0\n%\nT1\nX1.0Y1.0\nX2.0Y1.0\nT2\nX3.0Y1.0\nM30\n");
+  EXPECT_THAT(run_command("coordinates " + drills).output, HasSubstr("T1       2 bumps\nT2       1 bump\n"));
+  EXPECT_EQ(init(drills + " --only T1").status, 0);
+  expect_printed("2");
+}
+
 TEST_F(InitCommand, ANameThatNoJobCanHoldIsRefused) {
   for (const std::string name : {"a\nb.csv", "a\x1b.csv", "a\xff.csv", "a\x7f.csv"}) {
     const Ran ran = init("'" + write(name, "x_mm,y_mm\n0,0\n2,0\n") + "'");
