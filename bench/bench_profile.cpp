@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "bench/bench.hpp"
@@ -53,8 +54,8 @@ void add_times(std::vector<BenchRow>& rows, const std::string& what, const PlanT
   rows.push_back({"  median (other load included)", time.median_us, "us", {}, {}});
 }
 
-void add_plan_times(std::vector<BenchRow>& rows, int batches) {
-  std::mt19937_64 random(1);
+void add_plan_times(std::vector<BenchRow>& rows, int batches, std::uint64_t seed) {
+  std::mt19937_64 random(3 * seed);
   std::vector<double> distances_mm(1 << 14);
   for (double& distance_mm : distances_mm) distance_mm = between(random, 0.01, 100.0);
   const auto distance = [&](int i) {
@@ -136,8 +137,8 @@ double textbook_duration_s(double distance, double speed, double acceleration, d
   return 4.0 * std::cbrt(distance / (2.0 * jerk));
 }
 
-double worst_textbook_difference_s(int cases, const Progress& progress) {
-  std::mt19937_64 random(2);
+double worst_textbook_difference_s(int cases, std::uint64_t seed, const Progress& progress) {
+  std::mt19937_64 random(3 * seed + 1);
   double worst_s = 0.0;
   for (int i = 0; i < cases; ++i) {
     if (i % kTellEvery == 0) tell(progress, "optimum", i, cases);
@@ -151,20 +152,23 @@ double worst_textbook_difference_s(int cases, const Progress& progress) {
   return worst_s;
 }
 
+ScurveLimits random_limits(std::mt19937_64& random) {
+  return {between(random, 1, 1000),  between(random, 10, 2e4),  between(random, 10, 2e4),
+          between(random, 1e2, 1e7), between(random, 1e2, 1e7), between(random, 1e2, 1e7),
+          between(random, 1e2, 1e7)};
+}
+
 struct Promises {
   double limits = 0.0, jumps = 0.0, end = 0.0;
 };
 
 // Segments of constant jerk have their extremes at their ends.
-Promises worst_of_random(int cases, const Progress& progress) {
-  std::mt19937_64 random(3);
+Promises worst_of_random(int cases, std::uint64_t seed, const Progress& progress) {
+  std::mt19937_64 random(3 * seed + 2);
   Promises worst;
   for (int i = 0; i < cases; ++i) {
     if (i % kTellEvery == 0) tell(progress, "promises", i, cases);
-    const ScurveLimits limits = {between(random, 1, 1000),  between(random, 10, 2e4),
-                                 between(random, 10, 2e4),  between(random, 1e2, 1e7),
-                                 between(random, 1e2, 1e7), between(random, 1e2, 1e7),
-                                 between(random, 1e2, 1e7)};
+    const ScurveLimits limits = random_limits(random);
     const double distance_mm = between(random, 1e-4, 1e4);
     const motion::Scurve curve = plan_scurve(limits, distance_mm);
     const std::array jerks = {limits.jerk1_mm_s3, 0.0, limits.jerk3_mm_s3, 0.0,
@@ -187,23 +191,80 @@ Promises worst_of_random(int cases, const Progress& progress) {
   return worst;
 }
 
+// A state inside the limits: its speed stays below the limit when the acceleration has come to zero.
+motion::MotionState random_state(std::mt19937_64& random, const ScurveLimits& limits) {
+  const auto share = [&] { return 2.0 * static_cast<double>(random() >> 11) * 0x1p-53 - 1.0; };
+  const double speed = limits.velocity_mm_s * share(),
+               least_jerk = std::min(limits.jerk3_mm_s3, limits.jerk7_mm_s3);
+  const double most = std::min({limits.acceleration_mm_s2, limits.deceleration_mm_s2,
+                                std::sqrt(2.0 * least_jerk * (limits.velocity_mm_s - std::abs(speed)))});
+  return {0.0, speed, most * share(), 0.0};
+}
+
+// How far a motion from a state is above its limits, jumps, and misses its target with its speed. Speed rises
+// with A and falls with D; a jerk may be any of the limits'.
+void judge(Promises& worst, const motion::JerkProfile& profile, const ScurveLimits& limits, double target_mm,
+           double end_mm_s) {
+  const double most_jerk =
+      std::max({limits.jerk1_mm_s3, limits.jerk3_mm_s3, limits.jerk5_mm_s3, limits.jerk7_mm_s3});
+  for (std::size_t k = 0; k < profile.segments; ++k) {
+    const auto [p, v, a, j] = profile.starts[k];
+    const double t = profile.durations_s[k];
+    const motion::MotionState& next = k + 1 < profile.segments ? profile.starts[k + 1] : profile.end;
+    const double most = v * a > 0.0 ? limits.acceleration_mm_s2 : limits.deceleration_mm_s2;
+    worst.limits = std::max({worst.limits, std::abs(v) / limits.velocity_mm_s - 1.0, std::abs(a) / most - 1.0,
+                             std::abs(j) / most_jerk - 1.0});
+    worst.jumps = std::max(
+        {worst.jumps,
+         std::abs(p + t * (v + t * (a / 2.0 + t * j / 6.0)) - next.position_mm) / (1.0 + std::abs(target_mm)),
+         std::abs(v + t * (a + t * j / 2.0) - next.velocity_mm_s) / limits.velocity_mm_s,
+         std::abs(a + t * j - next.acceleration_mm_s2) /
+             std::max(limits.acceleration_mm_s2, limits.deceleration_mm_s2)});
+  }
+  worst.end =
+      std::max({worst.end, std::abs(profile.end.position_mm - target_mm) / (1.0 + std::abs(target_mm)),
+                std::abs(profile.end.velocity_mm_s - end_mm_s) / limits.velocity_mm_s});
+}
+
+void add_moving(std::vector<BenchRow>& rows, int cases, const BenchOptions& options) {
+  std::mt19937_64 random(3 * options.seed + 2);
+  Promises to_rest, to_speed;
+  for (int i = 0; i < cases; ++i) {
+    if (i % kTellEvery == 0) tell(options.progress, "moving", i, cases);
+    const ScurveLimits limits = random_limits(random);
+    const motion::MotionState state = random_state(random, limits);
+    const double target_mm = (random() % 2 == 0 ? 1.0 : -1.0) * between(random, 1e-4, 1e4);
+    const double end_mm_s = random_state(random, limits).velocity_mm_s;
+    judge(to_rest, plan_retarget(limits, state, target_mm), limits, target_mm, 0.0);
+    judge(to_speed, plan_to_speed(limits, state, target_mm, end_mm_s), limits, target_mm, end_mm_s);
+  }
+  for (const auto& [what, worst] :
+       {std::pair("another target", to_rest), std::pair("to a speed", to_speed)}) {
+    rows.push_back(
+        {fmt::format("{} from {} states: above a limit", what, cases), worst.limits, "of it", {}, 1e-9});
+    rows.push_back({"  jump between segments", worst.jumps, "of scale", {}, 1e-9});
+    rows.push_back({"  off the target and its speed", worst.end, "of scale", {}, 1e-9});
+  }
+}
+
 }  // namespace
 
 std::vector<BenchRow> bench_profile(const BenchOptions& options) {
   std::vector<BenchRow> rows;
-  add_plan_times(rows, options.quick ? 1000 : 10'000);
+  add_plan_times(rows, options.quick ? 1000 : 10'000, options.seed);
   rows.push_back({"golden durations (11 cases), largest error", worst_golden_us(), "us", {}, 1e-3});
   const int cases = options.quick ? 100'000 : 1'000'000;
   rows.push_back({fmt::format("A = D, one jerk: off the optimum, {} cases", cases),
-                  worst_textbook_difference_s(cases, options.progress),
+                  worst_textbook_difference_s(cases, options.seed, options.progress),
                   "s",
                   {},
                   1e-12});
-  const Promises worst = worst_of_random(cases, options.progress);
+  const Promises worst = worst_of_random(cases, options.seed, options.progress);
   rows.push_back(
       {fmt::format("random limits, {} cases: above a limit", cases), worst.limits, "of it", {}, 1e-9});
   rows.push_back({"  jump between segments", worst.jumps, "of scale", {}, 1e-9});
   rows.push_back({"  off the target", worst.end, "mm", {}, 1e-9});
+  add_moving(rows, cases, options);
   return rows;
 }
 
