@@ -14,6 +14,7 @@
 
 #include "base/file.hpp"
 #include "base/number.hpp"
+#include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/bumps/text_lines.hpp"
@@ -201,7 +202,7 @@ class Drawing {
     else if (entity.kind == "INSERT")
       insert(entity, frame, layer, depth);
     else
-      leave_out(std::string(entity.kind), std::string(entity.kind) + "s", entity);
+      leave_out(shown(entity.kind), shown(entity.kind) + "s", entity);
   }
 
   /// Object coordinates of a flat drawing: seen from above, or from below, where x is turned round.
@@ -274,12 +275,7 @@ class Drawing {
 
   [[noreturn]] void fail_at(const Entity& entity, std::string_view found, std::string_view expected) const {
     fail(path_,
-         fmt::format("row {} ({}): found {}, expected {}", entity.row, shown_kind(entity), found, expected));
-  }
-
-  static std::string shown_kind(const Entity& entity) {
-    const std::string quoted = in_quotes(entity.kind);
-    return quoted.substr(1, quoted.size() - 2);
+         fmt::format("row {} ({}): found {}, expected {}", entity.row, shown(entity.kind), found, expected));
   }
 
   double number(const Entity& entity, int code, double fallback) const {
@@ -288,7 +284,7 @@ class Drawing {
     const auto value = parse_number(at->value);
     if (!value || !std::isfinite(*value))
       fail(path_, fmt::format("row {} (group code {} of {}): found {}, expected a finite number such as 12.5",
-                              at->row, code, shown_kind(entity), in_quotes(at->value)));
+                              at->row, code, shown(entity.kind), in_quotes(at->value)));
     return *value;
   }
 
@@ -305,7 +301,7 @@ class Drawing {
     const auto value = number_in(at->value, -kMost, kMost);
     if (!value)
       fail(path_, fmt::format("row {} (group code {} of {}): found {}, expected a whole number", at->row,
-                              code, shown_kind(entity), in_quotes(at->value)));
+                              code, shown(entity.kind), in_quotes(at->value)));
     return *value;
   }
 

@@ -104,6 +104,8 @@ TEST_F(Readers, ADrawingIsReadWholeOrRefused) {
             "row 16 (INSERT): found block 'Q', expected one of the section BLOCKS");
   EXPECT_EQ(error_of("h.dxf", drawing("0\nLINE\n10\n0\n20\n0\n")),
             "found no circle and no point, but LINEs, expected them: each is a bump");
+  EXPECT_EQ(error_of("j.dxf", drawing("0\nLI\x1bNE\n")),
+            "found no circle and no point, but LI\\x1BNEs, expected them: each is a bump");
   const std::string itself =
       "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n2\nQ\n0\nINSERT\n2\nQ\n10\n0\n20\n0\n0\nENDBLK\n0\nENDSEC\n";
   EXPECT_THAT(error_of("i.dxf", drawing("0\nINSERT\n2\nQ\n10\n0\n20\n0\n", itself)),
