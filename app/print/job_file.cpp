@@ -137,6 +137,8 @@ tb::EventKind event_kind(TomlSection& section) {
   return section.choice("what", "", kKinds);
 }
 
+constexpr const char* kDefaultMetric = "time";  // what who prints waits for
+
 // [print]: what the path is planned for. The stage's limits and the pause at a bump are known by then.
 motion::PathTask path_task(TomlSection& print, tb::PrintJob& job) {
   static constexpr std::array<Choice<motion::Metric>, 4> kMetrics{{{"manhattan", motion::Metric::manhattan},
@@ -147,7 +149,7 @@ motion::PathTask path_task(TomlSection& print, tb::PrintJob& job) {
       {{"open", motion::Tour::open}, {"closed", motion::Tour::closed}}};
   static constexpr std::array<Choice<bool>, 2> kStarts{{{"stage", true}, {"free", false}}};
   motion::PathTask task;
-  task.metric = print.choice("metric", "manhattan", kMetrics);
+  task.metric = print.choice("metric", kDefaultMetric, kMetrics);
   task.tour = print.choice("tour", "open", kTours);
   const bool from_stage = print.choice("begin", "stage", kStarts);
   if (from_stage) task.start = {job.start_mm.x(), job.start_mm.y()};
@@ -388,7 +390,7 @@ JobDescription parse_job(const std::filesystem::path& path) {
   job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
   job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
   parsed.task = path_task(print, job);
-  parsed.plan_metric = print.text("metric", "manhattan");
+  parsed.plan_metric = print.text("metric", kDefaultMetric);
   static constexpr std::array<Choice<bool>, 2> kModes{{{"stop", false}, {"fly-by", true}}};
   const bool on_the_fly = print.choice("mode", "stop", kModes);
   motion::FlyByConfig fly_by;

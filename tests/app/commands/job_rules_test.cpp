@@ -128,6 +128,12 @@ TEST_F(JobRules, WhatFollowsFromARegisterGoesByTheJobsValueOfIt) {
   EXPECT_EQ(setting("T_MAX"), "78 degC");
 }
 
+TEST_F(JobRules, ThePathIsTheFastestUnlessTheJobSaysOtherwise) {
+  write("bumps.csv", "x_mm,y_mm\n100.8,100.8\n105.6,100.8\n");
+  EXPECT_EQ(print("").status, 0);
+  EXPECT_EQ(setting("Path metric"), "time");
+}
+
 // The sum of these hops is above the bound by its last bit.
 TEST_F(JobRules, RoundingIsNoWayAboveTheCheapest) {
   std::string bumps = "x_mm,y_mm\n";
@@ -138,7 +144,7 @@ TEST_F(JobRules, RoundingIsNoWayAboveTheCheapest) {
         "106.4,104.8", "100.8,105.6", "101.6,105.6", "103.2,105.6", "104.0,105.6", "102.4,106.4"})
     bumps += std::string(bump) + "\n";
   write("bumps.csv", bumps);
-  const Ran ran = print("");
+  const Ran ran = print("[print]\nmetric = \"manhattan\"\n");
   EXPECT_EQ(ran.status, 0) << ran.output;
   EXPECT_EQ(figure("Path, at most above the cheapest"), 0.0);
 }
