@@ -65,11 +65,14 @@ struct TableRow {
 using RowHandler = std::function<void(const TableRow&)>;
 
 void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
-void read_xls_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
-void read_xlsx_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
-RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,
-                            void (*read_rows)(const std::filesystem::path&, std::string_view,
-                                              const RowHandler&));
+/// Rows of a workbook's first sheet; the names of other sheets that hold cells.
+std::vector<std::string> read_xls_rows(const std::filesystem::path& path, std::string_view content,
+                                       const RowHandler& handle);
+std::vector<std::string> read_xlsx_rows(const std::filesystem::path& path, std::string_view content,
+                                        const RowHandler& handle);
+RawPoints read_text_table(const std::filesystem::path& path, std::string_view content);
+RawPoints read_xls_table(const std::filesystem::path& path, std::string_view content);
+RawPoints read_xlsx_table(const std::filesystem::path& path, std::string_view content);
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_kicad_board(const std::filesystem::path& path, std::string_view content);
 RawPoints read_dxf_points(const std::filesystem::path& path, std::string_view content);

@@ -106,25 +106,14 @@ bool holds_drills(std::string_view content) {
 
 using Path = std::filesystem::path;
 
-detail::RawPoints read_xls(const Path& path, std::string_view content) {
-  return detail::read_table_points(path, content, detail::read_xls_rows);
-}
-
-detail::RawPoints read_xlsx(const Path& path, std::string_view content) {
-  return detail::read_table_points(path, content, detail::read_xlsx_rows);
-}
-
-detail::RawPoints read_text_table(const Path& path, std::string_view content) {
-  return detail::read_table_points(path, content, detail::read_csv_rows);
-}
-
 detail::RawPoints read_text(const Path& path, std::string_view content) {
-  return holds_drills(content) ? detail::read_excellon_points(path, content) : read_text_table(path, content);
+  return holds_drills(content) ? detail::read_excellon_points(path, content)
+                               : detail::read_text_table(path, content);
 }
 
 /// Eagle's mounting list of the bottom.
 detail::RawPoints read_bottom_list(const Path& path, std::string_view content) {
-  detail::RawPoints table = read_text_table(path, content);
+  detail::RawPoints table = detail::read_text_table(path, content);
   lie_on(table.points, Side::bottom);
   return table;
 }
@@ -136,12 +125,12 @@ struct Format {
 };
 
 constexpr std::array kFormats{
-    Format{".xls", read_xls},
-    Format{".xlsx", read_xlsx},
-    Format{".csv", read_text_table},
-    Format{".tsv", read_text_table},
+    Format{".xls", detail::read_xls_table},
+    Format{".xlsx", detail::read_xlsx_table},
+    Format{".csv", detail::read_text_table},
+    Format{".tsv", detail::read_text_table},
     Format{".txt", read_text},
-    Format{".mnt", read_text_table},
+    Format{".mnt", detail::read_text_table},
     Format{".mnb", read_bottom_list},
     Format{".kicad_mod", detail::read_kicad_points},
     Format{".kicad_pcb", detail::read_kicad_board},

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/count.hpp"
 #include "base/place.hpp"
 #include "motion/bumps/column_names.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
@@ -380,14 +381,36 @@ class PointTable {
   RawPoints result_;
 };
 
+RawPoints read_workbook(const std::filesystem::path& path, std::string_view content,
+                        std::vector<std::string> (*read_rows)(const std::filesystem::path&, std::string_view,
+                                                              const RowHandler&)) {
+  PointTable table(path);
+  const std::vector<std::string> others =
+      read_rows(path, content, [&](const TableRow& row) { table.add(row); });
+  RawPoints points = std::move(table).take();
+  if (!others.empty())
+    points.notes.push_back(fmt::format(
+        "the first sheet alone is read; {}{} {} cells too, to be saved as a file of {} own",
+        in_quotes(others.front()),
+        others.size() == 1 ? "" : fmt::format(" and {}", counted(others.size() - 1, "other sheet")),
+        others.size() == 1 ? "has" : "have", others.size() == 1 ? "its" : "their"));
+  return points;
+}
+
 }  // namespace
 
-RawPoints read_table_points(const std::filesystem::path& path, std::string_view content,
-                            void (*read_rows)(const std::filesystem::path&, std::string_view,
-                                              const RowHandler&)) {
+RawPoints read_text_table(const std::filesystem::path& path, std::string_view content) {
   PointTable table(path);
-  read_rows(path, content, [&](const TableRow& row) { table.add(row); });
+  read_csv_rows(path, content, [&](const TableRow& row) { table.add(row); });
   return std::move(table).take();
+}
+
+RawPoints read_xls_table(const std::filesystem::path& path, std::string_view content) {
+  return read_workbook(path, content, read_xls_rows);
+}
+
+RawPoints read_xlsx_table(const std::filesystem::path& path, std::string_view content) {
+  return read_workbook(path, content, read_xlsx_rows);
 }
 
 }  // namespace meltstage::motion::detail

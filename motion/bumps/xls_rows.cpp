@@ -29,7 +29,8 @@ namespace {
 constexpr rlim_t kTimeLimit_s = 10;  // of the child's processor time; a sheet of full size takes about 1 s
 constexpr std::size_t kMaxCount = 1U << 20;  // cells of a row, bytes of a text; the format allows less
 
-// ---- the pipe: 'r', row and cells; 'e' and an error's text; 'z' behind the last row ----
+// ---- the pipe: 'r', row and cells; 'e' and an error's text; 's' and another sheet's name; 'z' at the end
+// ----
 
 template <typename T>
 void put(std::FILE* pipe, T value) {
@@ -60,6 +61,23 @@ Cell to_cell(const FreeXL_CellValue& value) {
       return {};
     default:
       return {value.value.text_value == nullptr ? "" : value.value.text_value, std::nullopt};
+  }
+}
+
+/// Sends the names of the sheets behind the first one that have any size.
+void send_other_sheets(const void* book, const std::filesystem::path& path, std::FILE* pipe) {
+  unsigned int sheets = 0;
+  check_xls(freexl_get_info(book, FREEXL_BIFF_SHEET_COUNT, &sheets), path, "the workbook can't be read");
+  for (unsigned short sheet = 1; sheet < sheets; ++sheet) {
+    unsigned int rows = 0;
+    unsigned short columns = 0;
+    const char* name = nullptr;
+    check_xls(freexl_select_active_worksheet(book, sheet), path, "a sheet can't be read");
+    check_xls(freexl_worksheet_dimensions(book, &rows, &columns), path, "a sheet has no size");
+    check_xls(freexl_get_worksheet_name(book, sheet, &name), path, "a sheet has no name");
+    if (rows == 0 || columns == 0) continue;
+    put(pipe, 's');
+    put_text(pipe, name == nullptr ? "" : name);
   }
 }
 
@@ -103,6 +121,7 @@ void send_workbook(const std::filesystem::path& path, std::string_view content, 
       put_text(pipe, cell.text);
     }
   }
+  send_other_sheets(book, path, pipe);
   put(pipe, 'z');
 }
 
@@ -198,13 +217,19 @@ class Child {
 
 }  // namespace
 
-void read_xls_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
+std::vector<std::string> read_xls_rows(const std::filesystem::path& path, std::string_view content,
+                                       const RowHandler& handle) {
   if (const auto kind = describe_content(content); !kind.starts_with("an OLE2"))
     fail(path, fmt::format("found {}, expected an Excel 97-2003 workbook (.xls)", kind));
   Child child(path, content);
   TableRow row;
+  std::vector<std::string> others;
   for (char tag = child.get<char>(); tag != 'z'; tag = child.get<char>()) {
     if (tag == 'e') throw CoordinateError(child.get_text());
+    if (tag == 's') {
+      others.push_back(child.get_text());
+      continue;
+    }
     row.row = child.get<std::size_t>();
     row.cells.resize(child.get_count());
     for (Cell& cell : row.cells) {
@@ -214,6 +239,7 @@ void read_xls_rows(const std::filesystem::path& path, std::string_view content, 
     }
     handle(row);
   }
+  return others;
 }
 
 }  // namespace meltstage::motion::detail

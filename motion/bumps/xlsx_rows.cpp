@@ -110,23 +110,41 @@ std::string relation_of(const pugi::xml_node& sheet) {
   return id.as_string();
 }
 
-/// The part that holds the first sheet that the workbook shows.
-std::string first_sheet(const std::filesystem::path& path, const Archive& archive) {
-  const auto book = archive.xml("xl/workbook.xml");
-  const auto sheet = book.child("workbook").child("sheets").find_child([](const pugi::xml_node& node) {
-    return std::string_view(node.name()) == "sheet" &&
-           std::string_view(node.attribute("state").as_string("visible")) == "visible";
-  });
-  const std::string id = relation_of(sheet);
-  if (id.empty()) fail(path, "there is no sheet that the workbook shows, expected one");
-  const auto relations = archive.xml("xl/_rels/workbook.xml.rels");
-  for (const auto& relation : relations.child("Relationships").children("Relationship")) {
-    if (relation.attribute("Id").as_string() != id) continue;
-    const std::string target = relation.attribute("Target").as_string();
-    return target.starts_with('/') ? target.substr(1) : "xl/" + target;
+/// A sheet that the workbook shows, and the part that holds it.
+struct ShownSheet {
+  std::string name, part;
+};
+
+/// At least one; a sheet of no cells, such as a chart, may have no part.
+std::vector<ShownSheet> shown_sheets(const std::filesystem::path& path, const Archive& archive) {
+  const auto book = archive.xml("xl/workbook.xml"), relations = archive.xml("xl/_rels/workbook.xml.rels");
+  std::vector<ShownSheet> sheets;
+  for (const auto& sheet : book.child("workbook").child("sheets").children("sheet")) {
+    if (std::string_view(sheet.attribute("state").as_string("visible")) != "visible") continue;
+    const std::string id = relation_of(sheet);
+    sheets.push_back({sheet.attribute("name").as_string(), {}});
+    for (const auto& relation : relations.child("Relationships").children("Relationship")) {
+      if (relation.attribute("Id").as_string() != id) continue;
+      const std::string target = relation.attribute("Target").as_string();
+      sheets.back().part = target.starts_with('/') ? target.substr(1) : "xl/" + target;
+    }
+    if (sheets.size() == 1 && sheets[0].part.empty())
+      fail(path, fmt::format("the first sheet's part ({}) is missing, expected an undamaged workbook",
+                             in_quotes(id)));
   }
-  fail(path,
-       fmt::format("the first sheet's part ({}) is missing, expected an undamaged workbook", in_quotes(id)));
+  if (sheets.empty()) fail(path, "there is no sheet that the workbook shows, expected one");
+  return sheets;
+}
+
+bool holds_cells(const Archive& archive, const ShownSheet& sheet) {
+  if (sheet.part.empty()) return false;
+  const auto document = archive.xml(sheet.part);
+  const auto rows = document.child("worksheet").child("sheetData").children("row");
+  return std::any_of(rows.begin(), rows.end(), [](const pugi::xml_node& row) {
+    const auto cells = row.children("c");
+    return std::any_of(cells.begin(), cells.end(),
+                       [](const pugi::xml_node& c) { return !c.first_child().empty(); });
+  });
 }
 
 /// All text of an element, whether plain or in runs with a format of their own; readings (ruby) left out.
@@ -230,13 +248,14 @@ class Sheet {
 
 }  // namespace
 
-void read_xlsx_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle) {
+std::vector<std::string> read_xlsx_rows(const std::filesystem::path& path, std::string_view content,
+                                        const RowHandler& handle) {
   if (const auto kind = describe_content(content); !kind.starts_with("a ZIP"))
     fail(path, fmt::format("found {}, expected an Excel workbook (.xlsx) without a password", kind));
   const Archive archive(path, content);
-  const std::string part = first_sheet(path, archive);
+  const std::vector<ShownSheet> sheets = shown_sheets(path, archive);
   const Sheet sheet(path, shared_strings(path, archive), number_formats(archive));
-  const auto document = archive.xml(part);
+  const auto document = archive.xml(sheets.front().part);
   TableRow row;
   for (const auto& node : document.child("worksheet").child("sheetData").children("row")) {
     // Rows and cells that hold nothing may be left out, and so may the numbers of those that follow at once.
@@ -266,6 +285,10 @@ void read_xlsx_rows(const std::filesystem::path& path, std::string_view content,
     }
     handle(row);
   }
+  std::vector<std::string> others;
+  for (auto other = sheets.begin() + 1; other != sheets.end(); ++other)
+    if (holds_cells(archive, *other)) others.push_back(other->name);
+  return others;
 }
 
 }  // namespace meltstage::motion::detail

@@ -4,6 +4,6 @@
 
 extern "C" int FUZZ_ENTRY(const std::uint8_t* data, std::size_t size) {
   return meltstage::reads_or_refuses(data, size, [](std::string_view text) {
-    meltstage::motion::detail::read_table_points("fuzz.csv", text, meltstage::motion::detail::read_csv_rows);
+    meltstage::motion::detail::read_text_table("fuzz.csv", text);
   });
 }

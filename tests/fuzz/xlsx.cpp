@@ -4,7 +4,6 @@
 
 extern "C" int FUZZ_ENTRY(const std::uint8_t* data, std::size_t size) {
   return meltstage::reads_or_refuses(data, size, [](std::string_view text) {
-    meltstage::motion::detail::read_table_points("fuzz.xlsx", text,
-                                                 meltstage::motion::detail::read_xlsx_rows);
+    meltstage::motion::detail::read_xlsx_table("fuzz.xlsx", text);
   });
 }
