@@ -110,33 +110,40 @@ std::string relation_of(const pugi::xml_node& sheet) {
   return id.as_string();
 }
 
-/// A sheet that the workbook shows, and the part that holds it.
-struct ShownSheet {
+/// A sheet, and the part that holds it; one of no cells, such as a chart, may have none.
+struct SheetPart {
   std::string name, part;
+  bool hidden = false;
 };
 
-/// At least one; a sheet of no cells, such as a chart, may have no part.
-std::vector<ShownSheet> shown_sheets(const std::filesystem::path& path, const Archive& archive) {
+std::vector<SheetPart> sheet_parts(const Archive& archive) {
   const auto book = archive.xml("xl/workbook.xml"), relations = archive.xml("xl/_rels/workbook.xml.rels");
-  std::vector<ShownSheet> sheets;
+  std::vector<SheetPart> sheets;
   for (const auto& sheet : book.child("workbook").child("sheets").children("sheet")) {
-    if (std::string_view(sheet.attribute("state").as_string("visible")) != "visible") continue;
     const std::string id = relation_of(sheet);
-    sheets.push_back({sheet.attribute("name").as_string(), {}});
+    sheets.push_back({sheet.attribute("name").as_string(),
+                      {},
+                      std::string_view(sheet.attribute("state").as_string("visible")) != "visible"});
     for (const auto& relation : relations.child("Relationships").children("Relationship")) {
-      if (relation.attribute("Id").as_string() != id) continue;
+      if (id.empty() || relation.attribute("Id").as_string() != id) continue;
       const std::string target = relation.attribute("Target").as_string();
       sheets.back().part = target.starts_with('/') ? target.substr(1) : "xl/" + target;
     }
-    if (sheets.size() == 1 && sheets[0].part.empty())
-      fail(path, fmt::format("the first sheet's part ({}) is missing, expected an undamaged workbook",
-                             in_quotes(id)));
   }
-  if (sheets.empty()) fail(path, "there is no sheet that the workbook shows, expected one");
   return sheets;
 }
 
-bool holds_cells(const Archive& archive, const ShownSheet& sheet) {
+/// The first one that the workbook shows.
+const SheetPart& first_sheet(const std::filesystem::path& path, const std::vector<SheetPart>& sheets) {
+  const auto first = std::find_if(sheets.begin(), sheets.end(), [](const SheetPart& s) { return !s.hidden; });
+  if (first == sheets.end()) fail(path, "there is no sheet that the workbook shows, expected one");
+  if (first->part.empty())
+    fail(path, fmt::format("the part of the first sheet ({}) is missing, expected an undamaged workbook",
+                           in_quotes(first->name)));
+  return *first;
+}
+
+bool holds_cells(const Archive& archive, const SheetPart& sheet) {
   if (sheet.part.empty()) return false;
   const auto document = archive.xml(sheet.part);
   const auto rows = document.child("worksheet").child("sheetData").children("row");
@@ -253,9 +260,10 @@ std::vector<std::string> read_xlsx_rows(const std::filesystem::path& path, std::
   if (const auto kind = describe_content(content); !kind.starts_with("a ZIP"))
     fail(path, fmt::format("found {}, expected an Excel workbook (.xlsx) without a password", kind));
   const Archive archive(path, content);
-  const std::vector<ShownSheet> sheets = shown_sheets(path, archive);
+  const std::vector<SheetPart> sheets = sheet_parts(archive);
+  const SheetPart& first = first_sheet(path, sheets);
   const Sheet sheet(path, shared_strings(path, archive), number_formats(archive));
-  const auto document = archive.xml(sheets.front().part);
+  const auto document = archive.xml(first.part);
   TableRow row;
   for (const auto& node : document.child("worksheet").child("sheetData").children("row")) {
     // Rows and cells that hold nothing may be left out, and so may the numbers of those that follow at once.
@@ -286,8 +294,9 @@ std::vector<std::string> read_xlsx_rows(const std::filesystem::path& path, std::
     handle(row);
   }
   std::vector<std::string> others;
-  for (auto other = sheets.begin() + 1; other != sheets.end(); ++other)
-    if (holds_cells(archive, *other)) others.push_back(other->name);
+  for (const SheetPart& other : sheets)
+    if (&other != &first && holds_cells(archive, other))
+      others.push_back(other.hidden ? other.name + " (hidden)" : other.name);
   return others;
 }
 
