@@ -19,13 +19,25 @@ std::string Port::bit_name(std::size_t i) const {
 
 namespace {
 
+/// The pins of a port are named by its bits.
+void require_plain_range(const std::string& file, const std::string& name, const yosys::Port& port) {
+  if (port.bits.size() < 2 || (port.offset == 0 && !port.rises)) return;
+  const std::size_t highest = port.bits.size() - 1;
+  throw UserError(
+      fmt::format("{}: port {}: found the range [{}:{}], expected [{}:0], by which test patterns name its "
+                  "pins; give the design a module around it whose ports have such ranges",
+                  file, shown(name), port.index(highest), port.index(0), highest));
+}
+
 Netlist netlist_of(yosys::Module module, std::string file) {
   Netlist netlist;
   netlist.file = std::move(file);
   netlist.top = std::move(module.name);
   const auto is_known = [&](Net net) { netlist.next_net = std::max(netlist.next_net, net + 1); };
-  for (auto& [name, port] : module.ports)
+  for (auto& [name, port] : module.ports) {
+    require_plain_range(netlist.file, name, port);
     netlist.ports.push_back({name, port.is_input, std::move(port.bits)});
+  }
   for (auto& [name, cell] : module.cells) {
     for (const auto& [pin, net] : cell.pins) is_known(net);
     netlist.instances.push_back({name, std::move(cell.type), std::move(cell.pins)});
@@ -39,7 +51,7 @@ Netlist netlist_of(yosys::Module module, std::string file) {
     const bool in_a_module = name.find('.') != std::string::npos && name.find('$') == std::string::npos;
     for (std::size_t i = 0; i < wire.bits.size(); ++i) {
       const Net net = wire.bits[i];
-      const std::string bit = wire.bits.size() == 1 ? name : fmt::format("{}[{}]", name, i);
+      const std::string bit = wire.bits.size() == 1 ? name : fmt::format("{}[{}]", name, wire.index(i));
       if (in_a_module) netlist.nets_in_modules[bit] = net;
       if (net < 2) continue;
       std::string& known = netlist.net_names[net];

@@ -238,6 +238,8 @@ class Reader : public nlohmann::json_sax<json> {
       if (value < -kMostOffset || value > kMostOffset)
         fail(fmt::format("offset {}", value), fmt::format("one of at most {}", kMostOffset));
       (is_in("ports", 5) ? static_cast<Wire&>(port()) : net_name()).offset = static_cast<int>(value);
+    } else if (path_.size() == 5 && path_.back() == "upto" && (is_in("ports", 5) || is_in("netnames", 5))) {
+      (is_in("ports", 5) ? static_cast<Wire&>(port()) : net_name()).rises = value != 0;
     } else if (is_in("netnames", 5) && path_.back() == "hide_name") {
       net_name().is_hidden = value != 0;
     } else if (is_in("attributes", 4)) {

@@ -21,7 +21,12 @@ inline constexpr Bit kMostNets = 100'000'000;
 
 struct Wire {
   std::vector<Bit> bits;  ///< bit 0 first
-  int offset = 0;         ///< index of bit 0 in the source
+  int offset = 0;         ///< the lowest index in the source
+  bool rises = false;     ///< declared as [0:3]: bit 0 has the highest index
+
+  std::int64_t index(std::size_t bit) const {
+    return offset + static_cast<std::int64_t>(rises ? bits.size() - 1 - bit : bit);
+  }
 };
 
 struct Port : Wire {

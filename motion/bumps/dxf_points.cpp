@@ -194,6 +194,7 @@ class Drawing {
     if (std::find(kParts.begin(), kParts.end(), entity.kind) != kParts.end()) return;
     if (whole(entity, 67, 0) == 1)
       return leave_out("entity of the paper space", "entities of the paper space", entity);
+    if (whole(entity, 60, 0) == 1 && hidden_++ == 0) first_hidden_ = entity.row;
     const Group* stated = entity.find(8);
     std::string_view layer = stated == nullptr ? "0" : stated->value;
     if (layer == "0" && !layer_of_insert.empty()) layer = layer_of_insert;
@@ -250,6 +251,7 @@ class Drawing {
     const RawPoint along_x = turned({1.0, 0.0, 0}, angle), along_y = turned({0.0, 1.0, 0}, angle);
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column < columns; ++column) {
+        count_work(entity);
         const double dx = column * number(entity, 44, 0.0), dy = row * number(entity, 45, 0.0);
         Frame own{
             scale_x * along_x.x, scale_y * along_y.x, scale_x * along_x.y, scale_y * along_y.y, 0.0, 0.0};
@@ -331,6 +333,10 @@ class Drawing {
         result_.notes.push_back(
             fmt::format("layer {} is off or frozen, and its {} bump{} {} taken all the same",
                         in_quotes(layer), bumps, bumps == 1 ? "" : "s", bumps == 1 ? "is" : "are"));
+    if (hidden_ > 0)
+      result_.notes.push_back(
+          fmt::format("{} hidden, first in row {}, and taken all the same",
+                      hidden_ == 1 ? "1 entity is" : fmt::format("{} entities are", hidden_), first_hidden_));
     if (result_.points.empty())
       fail(path_, fmt::format("found no circle and no point{}, expected them: each is a bump",
                               left_out_.empty() ? "" : ", but " + left_out_.begin()->second.many));
@@ -346,7 +352,7 @@ class Drawing {
   std::map<std::string_view, Block> blocks_;
   std::vector<Entity> entities_;
   std::map<std::string, LeftOut> left_out_;
-  std::size_t drawn_ = 0;
+  std::size_t drawn_ = 0, hidden_ = 0, first_hidden_ = 0;
 };
 
 }  // namespace

@@ -346,21 +346,16 @@ class GerberFile {
                                               [](double length) { return length > 0.0; });
   }
 
-  /// A standard template whose middle may be elsewhere, as a polygon's of 3 corners, or empty, as that of one
-  /// with a hole. Empty for all others.
+  /// A standard template whose middle is empty, as that of one with a hole. Empty for all others. A polygon
+  /// is the circle around it: its centre is the flash, whatever the number of its corners.
   static std::string template_as_macro(std::string_view name, const std::vector<double>& n) {
     constexpr std::size_t kPolygonHole = 3;
     const std::size_t hole = name == "P" ? kPolygonHole : name == "C" ? 1 : 2;
     const bool has_hole = n.size() > hole && n[hole] > 0.0;
-    if (n.size() < 2 || (name != "P" && !has_hole)) return {};
-    std::string blocks;
-    if (name == "P")
-      blocks = fmt::format("5,1,{},0,0,{},{}*", n[1], n[0], n.size() > 2 ? n[2] : 0.0);
-    else if (name == "C")
-      blocks = fmt::format("1,1,{},0,0*", n[0]);
-    else
-      blocks = fmt::format("21,1,{},{},0,0,0*", n[0], n[1]);
-    return has_hole ? blocks + fmt::format("1,0,{},0,0*", n[hole]) : blocks;
+    if (!has_hole) return {};
+    const std::string copper = name == "C" || name == "P" ? fmt::format("1,1,{},0,0*", n[0])
+                                                          : fmt::format("21,1,{},{},0,0,0*", n[0], n[1]);
+    return copper + fmt::format("1,0,{},0,0*", n[hole]);
   }
 
   /// "ADD10NAME,0.5X0.3"
@@ -420,7 +415,7 @@ class GerberFile {
     for (double column = 0.0; column < level.count[0]; ++column)
       for (double line = 0.0; line < level.count[1]; ++line)
         for (const RawPoint& p : level.points)
-          add({p.x + column * level.pitch[0], p.y + line * level.pitch[1], p.row});
+          add({p.x + column * level.pitch[0], p.y + line * level.pitch[1], p.row, std::nullopt, p.group});
   }
 
   void polarity(std::string_view text) {

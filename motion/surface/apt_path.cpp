@@ -50,6 +50,19 @@ bool is_passed_over(std::string_view major) {
   return std::find(kKnown.begin(), kKnown.end(), major) != kKnown.end();
 }
 
+/// The word at the beginning of a statement.
+std::string_view word_of(std::string_view line) {
+  const auto end =
+      std::find_if_not(line.begin(), line.end(), [](unsigned char c) { return std::isalnum(c) != 0; });
+  return line.substr(0, static_cast<std::size_t>(end - line.begin()));
+}
+
+/// Its text goes to the end of the line, whatever it holds.
+bool is_literal(std::string_view line) {
+  constexpr std::array kLiteral{"PARTNO", "PPRINT", "REMARK", "TPRINT"};
+  return std::find(kLiteral.begin(), kLiteral.end(), upper(word_of(line))) != kLiteral.end();
+}
+
 /// The tool along z, as it is without the statement.
 bool sets_upright_axis(const Statement& s) {
   const auto is = [&](std::size_t i, double wanted) { return parse_number(s.minor[i]) == wanted; };
@@ -86,8 +99,16 @@ class AptReader {
   std::vector<ClLine> read(std::string_view content) {
     std::string joined;
     std::size_t first_row = 0;
+    bool in_comment = false;
     for_lines(content, [&](const Line& text) {
-      std::string_view line = trimmed(text.text.substr(0, text.text.find("$$")));
+      std::string_view line = trimmed(text.text);
+      if (joined.empty() && (in_comment || line.starts_with("$$"))) {
+        // Creo goes on with a coordinate system in "$$-> CSYS / ..., $".
+        in_comment = (in_comment || line.starts_with("$$->")) && line.size() > 2 && line.back() == '$';
+        return;
+      }
+      if (joined.empty() && is_literal(line)) return take({text.number, upper(word_of(line)), {}});
+      line = trimmed(line.substr(0, line.find("$$")));
       if (line.empty()) return;
       if (joined.empty()) first_row = text.number;
       const bool goes_on = line.back() == '$';

@@ -42,7 +42,7 @@ std::optional<Statement> parse(std::string_view text, const std::string& file, s
   for (const std::string_view constant : {"=vdd", "=gnd"})  // as ABC writes them
     if (line.ends_with(constant)) line += "()";
   const std::size_t open = line.find('('), close = line.rfind(')'), equals = line.find('=');
-  if (open == std::string::npos || close == std::string::npos || close < open)
+  if (open == std::string::npos || close == std::string::npos || close < open || close + 1 != line.size())
     throw UserError(defect_at(file, statement.place, fmt::format("\"{}\"", shown(text)),
                               "NAME = GATE(INPUTS), INPUT(NAME) or OUTPUT(NAME)"));
   const std::size_t begin = equals == std::string::npos || equals > open ? 0 : equals + 1;
@@ -50,8 +50,12 @@ std::optional<Statement> parse(std::string_view text, const std::string& file, s
   statement.function = line.substr(begin, open - begin);
   std::transform(statement.function.begin(), statement.function.end(), statement.function.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  for (std::size_t at = open + 1; at < close;) {
+  for (std::size_t at = open + 1; close > open + 1 && at <= close;) {
     const std::size_t end = std::min(line.find(',', at), close);
+    if (end == at)
+      throw UserError(defect_at(file, statement.place,
+                                fmt::format("an input without a name in \"{}\"", shown(text)),
+                                "a name between the commas"));
     statement.args.push_back(line.substr(at, end - at));
     at = end + 1;
   }

@@ -8,6 +8,18 @@
 
 namespace meltstage::dft::stil {
 
+namespace {
+
+// "Ann {* text *}" may stand anywhere: how long the word and the blanks behind it are; 0 for anything else.
+std::size_t annotation_word(std::string_view text) {
+  constexpr std::string_view kWord = "Ann";
+  if (!text.starts_with(kWord)) return 0;
+  const std::size_t end = text.find_first_not_of(" \t\r\n", kWord.size());
+  return end != std::string_view::npos && text.substr(end).starts_with("{*") ? end : 0;
+}
+
+}  // namespace
+
 void Lexer::skip() {
   const std::string_view text = source();
   while (at < text.size()) {
@@ -20,6 +32,8 @@ void Lexer::skip() {
       at = closed + 2;
     } else if (std::isspace(static_cast<unsigned char>(text[at])) != 0) {
       ++at;
+    } else if (const std::size_t word = annotation_word(text.substr(at)); word != 0) {
+      at += word;
     } else {
       return;
     }

@@ -87,10 +87,10 @@ std::vector<std::size_t> Reader::expression(const std::string& text, std::size_t
       const bool quote = c == '"';
       const std::size_t begin = quote ? i + 1 : i;
       std::size_t end = begin;
-      while (end < text.size() &&
-             (quote ? text[end] != '"'
-                    : text[end] != '+' && text[end] != '-' && text[end] != ' ' && text[end] != '\n'))
-        ++end;
+      const auto ends_name = [&](unsigned char letter) {
+        return quote ? letter == '"' : letter == '+' || letter == '-' || std::isspace(letter) != 0;
+      };
+      while (end < text.size() && !ends_name(static_cast<unsigned char>(text[end]))) ++end;
       know_range(text.substr(begin, end - begin), where);
       for (const std::size_t s : file_.members(text.substr(begin, end - begin), where)) {
         if (sign == '+')

@@ -70,7 +70,7 @@ class NetlistReader {
  private:
   static std::string bit_name(const std::string& name, const yosys::Wire& wire, std::size_t i) {
     if (wire.bits.size() == 1) return name;
-    return fmt::format("{}_{}", name, static_cast<std::int64_t>(i) + wire.offset);
+    return fmt::format("{}_{}", name, wire.index(i));
   }
 
   void supplies() {

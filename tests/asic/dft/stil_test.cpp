@@ -350,6 +350,45 @@ TEST(Cycles, TooManyToUnrollAreRefused) {
   EXPECT_THROW(unrolled(stream), UserError);
 }
 
+// An annotation says nothing, wherever it stands; the block behind it counts.
+TEST(Stil, AnnotationsMayStandAnywhere) {
+  const std::string plain = R"(STIL 1.0;
+@Signals { @a In; b In; y Out; }
+@SignalGroups { @all = 'a + b + y'; }
+@Timing { @WaveformTable t { @Period '100ns'; @Waveforms { @a { 01 { @'0ns' D/U; } } b { 01 { '0ns' D/U; } }
+  y { LHX { '40ns' L/H/X; } } } } }
+@ScanStructures { @ScanChain c { @ScanLength 1; ScanIn a; ScanOut y; ScanCells f; } }
+@PatternBurst p { @PatList { @main; } }
+@PatternExec { @PatternBurst p; }
+@Pattern main { @W t; @V { @all = 01H; } @Stop; } @)";
+  const auto with = [&](const std::string& note) {
+    std::string text = plain;
+    for (auto at = text.find('@'); at != std::string::npos; at = text.find('@')) text.replace(at, 1, note);
+    return parse_stil(text, "a.stil");
+  };
+  const CycleStream stream = with("");
+  ASSERT_EQ(stream.chains.size(), 1U);
+  for (const char* note : {"Ann {* of the {core} *} ", "Ann{**} ", "Ann\n{* a *}\nAnn {* b *}\n"}) {
+    const CycleStream annotated = with(note);
+    EXPECT_TRUE(same_cycles(annotated, stream)) << note;
+    ASSERT_EQ(annotated.chains.size(), 1U) << note;
+    EXPECT_EQ(annotated.chains[0].cells, stream.chains[0].cells) << note;
+  }
+}
+
+// As on Windows, and with tabs.
+TEST(Stil, NamesEndAtAnyBlank) {
+  const CycleStream stream = parse_stil(
+      "STIL 1.0;\r\nSignals { a In; b In; y Out; }\r\nSignalGroups { all = 'a\r\n+\tb\t+ y'; }\r\nTiming { "
+      "WaveformTable t { "
+      "Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } b { 01 { '0ns' D/U; } } y { LHX { '40ns' L/H/X; } "
+      "} } } }\r\n"
+      "PatternBurst p { PatList { main; } }\r\nPatternExec { PatternBurst p; }\r\nPattern main { W t; V { "
+      "all = 01H; } }\r\n",
+      "a.stil");
+  EXPECT_EQ(stream.cycles.at(0).states, "01H");
+}
+
 TEST(Stil, OtherShapes) {
   const char* text = R"(STIL 1.0;
 Signals { a In; b In; y Out; }

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "asic/dft/core/bench_file.hpp"
 #include "asic/dft/core/faults.hpp"
 #include "asic/dft/program.hpp"
 #include "asic/dft/scan/scan.hpp"
@@ -115,11 +116,42 @@ TEST(Netlist, WrongStructureNamesThePlace) {
     refuses(json("\n\"a\": {\"direction\": \"input\", \"bits\": [" + std::string(bit) + "]}", ""),
             "n.json:2:");
   refuses(R"({"modules": {"m": {"attributes": {"blackbox": "1"}}}})", "found black boxes alone");
+  // Pins are named by the bits of their port.
+  refuses(json(R"("a": {"direction": "input", "upto": 1, "bits": [2, 3, 4, 5]})", ""),
+          "n.json: port a: found the range [0:3], expected [3:0], by which test patterns name its pins");
+  refuses(json(R"("a": {"direction": "input", "offset": 2, "bits": [2, 3, 4]})", ""),
+          "n.json: port a: found the range [4:2], expected [2:0]");
   refuses(R"({"modules": )" + std::string(100000, '['),
           "found objects and lists 65 deep, expected at most 64");
   std::string deep;
   for (int i = 0; i < 100000; ++i) deep += "{\"a\":";
   refuses(deep, "found objects and lists 65 deep");
+}
+
+TEST(BenchFile, WhatStandsBesideTheInputsIsRefused) {
+  const auto refuses = [](const std::string& row, const std::string& message) {
+    EXPECT_THAT([&] { parse_bench("INPUT(a)\nINPUT(b)\nOUTPUT(y)\n" + row + "\n", "n.bench"); },
+                ThrowsMessage<UserError>(HasSubstr("n.bench:4:1: found " + message)))
+        << row;
+  };
+  refuses("y = AND(a, b) + c", "\"y = AND(a, b) + c\", expected NAME = GATE(INPUTS)");
+  refuses("y = AND(a, b);", "\"y = AND(a, b);\", expected NAME");
+  refuses("y = NAND(a, )", "an input without a name in \"y = NAND(a, )\"");
+  refuses("y = NAND(a, , b)", "an input without a name");
+  refuses("y = NAND(a, b,)", "an input without a name");
+  EXPECT_NO_THROW(
+      parse_bench("INPUT(a)\nOUTPUT(y)\nn = vdd\nz = GND()\ny = AND(a, n, z) # a remark\n", "n.bench"));
+}
+
+TEST(Netlist, NetsHaveTheIndicesOfTheirRange) {
+  const Netlist netlist = parse_yosys_json(
+      R"({"modules": {"m": {"ports": {}, "cells": {}, "netnames": {
+         "u.up": {"upto": 1, "offset": 2, "bits": [2, 3]}, "u.down": {"offset": 4, "bits": [4, 5]}}}}})",
+      "n.json");
+  EXPECT_EQ(netlist.net_names.at(2), "u.up[3]");
+  EXPECT_EQ(netlist.net_names.at(3), "u.up[2]");
+  EXPECT_EQ(netlist.net_names.at(4), "u.down[4]");
+  EXPECT_EQ(netlist.nets_in_modules.at("u.down[5]"), 5);
 }
 
 // Which of two modules is meant nobody knows; that of a library is none.

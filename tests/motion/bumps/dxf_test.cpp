@@ -87,6 +87,11 @@ TEST_F(Readers, ADrawingSaysWhatIsNoBump) {
                           "1 entity of the paper space, in row 40, holds no bump"));
 }
 
+TEST_F(Readers, AHiddenEntityIsTold) {
+  EXPECT_THAT(read("a.dxf", drawing("0\nCIRCLE\n60\n1\n10\n1\n20\n2\n")).notes,
+              ElementsAre("1 entity is hidden, first in row 16, and taken all the same"));
+}
+
 TEST_F(Readers, ADrawingIsReadWholeOrRefused) {
   const std::string circle = "0\nCIRCLE\n10\n1\n20\n2\n";
   const std::string whole = drawing(circle);
@@ -106,6 +111,9 @@ TEST_F(Readers, ADrawingIsReadWholeOrRefused) {
             "found no circle and no point, but LINEs, expected them: each is a bump");
   EXPECT_EQ(error_of("j.dxf", drawing("0\nLI\x1bNE\n")),
             "found no circle and no point, but LI\\x1BNEs, expected them: each is a bump");
+  const std::string empty = "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n2\nQ\n0\nENDBLK\n0\nENDSEC\n";
+  EXPECT_THAT(error_of("k.dxf", drawing("0\nINSERT\n2\nQ\n10\n0\n20\n0\n70\n100000\n71\n100000\n", empty)),
+              HasSubstr("found more than 8000000 entities in blocks"));
   const std::string itself =
       "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n2\nQ\n0\nINSERT\n2\nQ\n10\n0\n20\n0\n0\nENDBLK\n0\nENDSEC\n";
   EXPECT_THAT(error_of("i.dxf", drawing("0\nINSERT\n2\nQ\n10\n0\n20\n0\n", itself)),

@@ -114,6 +114,10 @@ TEST_F(Readers, OneFootprintToolOrApertureIsTakenByItsName) {
   const CoordinateFile flashes = read("a.gbr", layer, {.only = "D11"});
   ASSERT_EQ(flashes.points.size(), 1U);
   EXPECT_EQ(flashes.points[0].x_mm, 2.0);
+  // So do those of a step and repeat.
+  const std::string steps = gerber("%SRX2Y2I10.0J10.0*%\nD10*\nX0Y0D03*\nD11*\nX3000000Y0D03*\n%SR*%\n");
+  EXPECT_EQ(read("b.gbr", steps, {.only = "D10"}).points.size(), 4U);
+  EXPECT_EQ(read("b.gbr", steps).groups.size(), 2U);
   EXPECT_EQ(error_of("a.csv", "x_mm,y_mm\n1,2\n", {.only = "T1"}),
             "only: found 'T1', expected none: this format has no tools, apertures, footprints or layers");
 }

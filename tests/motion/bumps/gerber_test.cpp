@@ -121,7 +121,7 @@ TEST_F(Readers, GerberMacroHoldsItsBumpInTheMiddleOfItsCopper) {
   expect_points(flash("5,1,3,0,0,2,0*", "").points, {{1.25, 2, 8}});
   expect_points(flash("5,1,3,2,0,2,0*", "").points, {{3.25, 2, 8}});
   expect_points(flash("4,1,3,1,0,-0.5,0.866025404,-0.5,-0.866025404,1,0,0*", "").points, {{1.25, 2, 8}});
-  expect_points(read("b.gbr", gerber("%ADD12P,2X3*%\nD12*\nX1000000Y2000000D03*\n")).points, {{1.25, 2, 7}});
+  expect_points(read("b.gbr", gerber("%ADD12P,2X3*%\nD12*\nX1000000Y2000000D03*\n")).points, {{1, 2, 7}});
   expect_points(flash("4,1,4,0,0,2,0,2,1,0,1,0,0,0*", "").points, {{2, 2.5, 8}});
   expect_points(flash("7,0,0,2,0,0*", "").points, {{1, 2, 8}});
   // A middle that is off by less than a digit.
@@ -297,6 +297,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{"another_old_unit", gerber("G70*"),
                 "row 5: found 'G70', expected one unit; row 2 has 'MOMM'"}),
     [](const auto& test) { return test.param.name; });
+
+// The extent of five corners has its middle elsewhere.
+TEST_F(Readers, APolygonIsFlashedByItsCentre) {
+  const auto points =
+      read("a.gbr",
+           "%FSLAX46Y46*%\n%MOMM*%\n%ADD10P,1.0X5*%\n%ADD11P,1.0X7X90*%\n%ADD12P,1.0X3X0X0.2*%\nD10*\n"
+           "X1000000Y1000000D03*\nD11*\nX5000000Y1000000D03*\nD12*\nX9000000Y1000000D03*\nM02*\n")
+          .points;
+  expect_points(points, {{1, 1, 7}, {5, 1, 9}, {9, 1, 11}});
+}
 
 }  // namespace
 }  // namespace meltstage::motion

@@ -487,6 +487,26 @@ TEST(CsvReader, RefusesWhatItCannotUse) {
 }
 
 // Moves through the air that are no rapid ones, as some CAM systems link the passes of one operation.
+// Neither a '$' nor "$$" of a text goes on or begins a comment.
+TEST(AptReader, TextsGoToTheEndOfTheirLine) {
+  const auto lines =
+      read_tool_path_text("a.apt",
+                          "PARTNO IN US$\nUNITS/MM\nRAPID\nGOTO/0,0,10\nGOTO/0,0,0\nGOTO/10,0,0\n"
+                          "PPRINT MIDDLE IN US$\nGOTO/10,10,0\nREMARK 50$\nGOTO/20,20,0\nFINI\n");
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].points.size(), 4U);
+}
+
+// As Creo writes it.
+TEST(AptReader, ACoordinateSystemInACommentMayGoOn) {
+  const auto lines = read_tool_path_text("a.cl",
+                                         "$$-> CSYS / 1.0, 0.0, 0.0, 0.0, $\n 0.0, 1.0, 0.0, 0.0, $\n 0.0, "
+                                         "0.0, 1.0, 0.0\nUNITS/MM\n$$ a comment $\n"
+                                         "GOTO/0,0,0\nGOTO/10,0,0\nFINI\n");
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].points.size(), 2U);
+}
+
 TEST(AptReader, LiftsWithinALineEndIt) {
   const std::string passes =
       "GOTO/0,0,30,0,0,1\nGOTO/0,0,10,0,0,1\nGOTO/10,0,10,0,0,1\nGOTO/20,0,10,0,0,1\n"
