@@ -166,7 +166,8 @@ class Drawing {
       const Group* name = entry.find(2);
       if (entry.kind != "LAYER" || name == nullptr) continue;
       const bool frozen = (whole(entry, 70, 0) & 1) != 0, off = whole(entry, 62, 7) < 0;
-      if (frozen || off) unseen_layers_.emplace(name->value, 0);
+      if (frozen || off)
+        unseen_layers_.try_emplace(in_small_letters(name->value), std::string(name->value), 0);
     }
   }
 
@@ -220,16 +221,16 @@ class Drawing {
     // A point's place is the drawing's own, whatever its extrusion.
     const double sign = entity.kind == "POINT" ? 1.0 : x_sign(entity);
     const auto [x, y] = frame.apply(sign * required(entity, 10), required(entity, 20));
-    const auto unseen = unseen_layers_.find(layer);
-    if (unseen != unseen_layers_.end()) ++unseen->second;
+    const auto unseen = unseen_layers_.find(in_small_letters(layer));
+    if (unseen != unseen_layers_.end()) ++unseen->second.second;
     result_.points.push_back({x * unit_mm_, y * unit_mm_, entity.row, std::nullopt, group_of(layer)});
     check_point_count(path_, result_.points.size());
   }
 
   std::uint32_t group_of(std::string_view layer) {
     const auto next = static_cast<std::uint32_t>(layers_.size());
-    const auto [at, is_new] = layers_.try_emplace(std::string(layer), next);
-    if (is_new) result_.groups.emplace(next, at->first);
+    const auto [at, is_new] = layers_.try_emplace(in_small_letters(layer), next);
+    if (is_new) result_.groups.emplace(next, layer);
     return at->second;
   }
 
@@ -328,8 +329,8 @@ class Drawing {
                                           left.count == 1 ? "" : "first ", left.first_row,
                                           left.count == 1 ? "holds" : "hold"));
     }
-    for (const auto& [layer, bumps] : unseen_layers_)
-      if (bumps > 0)
+    for (const auto& [key, unseen] : unseen_layers_)
+      if (const auto& [layer, bumps] = unseen; bumps > 0)
         result_.notes.push_back(
             fmt::format("layer {} is off or frozen, and its {} bump{} {} taken all the same",
                         in_quotes(layer), bumps, bumps == 1 ? "" : "s", bumps == 1 ? "is" : "are"));
@@ -347,7 +348,8 @@ class Drawing {
   RawPoints result_;
   double unit_mm_ = 1.0;
   bool has_unit_ = false;
-  std::map<std::string, std::size_t, std::less<>> unseen_layers_;  // and the bumps in each
+  // By their names in small letters: DXF knows no others. The name as it stands, and the bumps in it.
+  std::map<std::string, std::pair<std::string, std::size_t>> unseen_layers_;
   std::map<std::string, std::uint32_t> layers_;
   std::map<std::string_view, Block> blocks_;
   std::vector<Entity> entities_;

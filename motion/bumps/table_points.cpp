@@ -31,6 +31,40 @@ std::optional<double> value_of(const Cell& cell) {
 /// A malformed number rather than a label: nothing may be guessed from a table that begins with one.
 bool looks_like_number(const Cell& cell) { return begins_like_number(cell.text); }
 
+/// Whether commas may stand between thousands rather than before decimals: three digits behind each of them,
+/// and smaller numbers have none. "1,234" beside "950" is one or the other.
+class ThousandsMarks {
+ public:
+  void take(std::size_t row, std::string_view number) {
+    number = trimmed(number);
+    number.remove_prefix(!number.empty() && (number[0] == '-' || number[0] == '+') ? 1 : 0);
+    const auto comma = number.find(',');
+    const auto digits = std::min(comma, number.size());
+    if (comma == std::string_view::npos) {
+      if (number.find_first_not_of("0123456789") != std::string_view::npos) return;
+      if (digits > 3) decimals_ = true;
+      if (plain_.empty() && digits <= 3) plain_ = told(row, number);
+    } else if (digits >= 1 && digits <= 3 && number[0] != '0' && number.size() == comma + 4) {
+      if (marked_.empty()) marked_ = told(row, number);
+    } else {
+      decimals_ = true;
+    }
+  }
+
+  /// "1,234 in row 2 and 950 in row 3"; empty where there is no doubt.
+  std::string doubt() const {
+    return decimals_ || marked_.empty() || plain_.empty() ? "" : fmt::format("{} and {}", marked_, plain_);
+  }
+
+ private:
+  static std::string told(std::size_t row, std::string_view number) {
+    return fmt::format("{} in row {}", in_quotes(number), row);
+  }
+
+  bool decimals_ = false;
+  std::string marked_, plain_;  // the first of each
+};
+
 class PointTable {
  public:
   explicit PointTable(const std::filesystem::path& path) : path_(path), sides_(path) {}
@@ -70,6 +104,12 @@ class PointTable {
                             first_hidden_)
               : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
                             hidden_, first_hidden_));
+    if (const std::string doubt = marks_.doubt(); !doubt.empty())
+      fail(path_,
+           fmt::format(
+               "found {}, expected numbers of which a comma is no mark between thousands; write points "
+               "before decimals, or no marks between thousands",
+               doubt));
     if (!summary_.told().empty())
       fail(path_, fmt::format("row {}: found {}, expected a bump; leave it out, or give it a label with a "
                               "number if it is one",
@@ -317,6 +357,7 @@ class PointTable {
                        "has",
                        row.row, column.index + 1, axis, in_quotes(cell.text), length_row_));
     plain_number_ = true;
+    marks_.take(row.row, cell.text);
     return *value * column.unit_mm;
   }
 
@@ -370,6 +411,7 @@ class PointTable {
   std::optional<UnitColumn> units_;
   SideColumns sides_;
   SummaryRow summary_;
+  ThousandsMarks marks_;
   std::size_t ends_within_row_ = 0;  // the last one, if it has no line end
   TableRow title_;                   // the first one
   const Unit* title_unit_ = nullptr;

@@ -227,5 +227,17 @@ TEST_F(Readers, TabsAndTypographicMinus) {
   EXPECT_THAT(error_of("b.csv", "x,y\n\u2212-1,2\n"), HasSubstr("expected a number"));
 }
 
+TEST_F(Readers, CommasThatMayStandBetweenThousandsAreRefused) {
+  EXPECT_EQ(error_of("a.csv", "Ref;x_um;y_um\nA;1,234;2,500\nB;950;10\nC;12,000;1,000\n"),
+            "found '1,234' in row 2 and '950' in row 3, expected numbers of which a comma is no mark between "
+            "thousands; "
+            "write points before decimals, or no marks between thousands");
+  // Decimal commas beyond doubt: another number of decimals, none before the comma, or a large number
+  // without.
+  for (const char* rows : {"1,234;2,5\n950;10\n", "0,234;2,500\n950;10\n", "1,234;2,500\n9500;10\n",
+                           "1,234;2,500\n3,000;-4,125\n"})
+    EXPECT_EQ(read("b.csv", std::string("x_um;y_um\n") + rows, {.travel = {{-1e3, 1e3}, {-1e3, 1e3}, {}}}).points.size(), 2U) << rows;
+}
+
 }  // namespace
 }  // namespace meltstage::motion
