@@ -173,14 +173,7 @@ void Reader::read_waveforms(WaveformTable& table) {
       }
       expect("}");
       for (std::size_t i = 0; i < characters.size(); ++i) {
-        for (const std::size_t s : signals) {
-          const auto [at, is_new] = table.of_signal[s].try_emplace(characters[i], table.waveforms.size());
-          if (!is_new && table.waveforms[at->second].events != lists[i])
-            fail(at_characters + i,
-                 fmt::format("waveform {} of {} again with other events", characters[i],
-                             shown(file_.signals[s].name)),
-                 "each once");
-        }
+        for (const std::size_t s : signals) table.of_signal[s][characters[i]] = table.waveforms.size();
         table.waveforms.push_back({characters[i], std::move(lists[i]), at_characters + i});
       }
     }

@@ -17,7 +17,6 @@ namespace meltstage::dft {
 struct PinEvent {
   double ns;
   char state;
-  bool operator==(const PinEvent&) const = default;
 };
 
 /// A waveform as a character of a stream's cycle.

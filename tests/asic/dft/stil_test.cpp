@@ -483,18 +483,6 @@ TEST(Stil, NothingIsDefinedTwiceInSilence) {
               HasSubstr("found procedure \"r\" again"));
   EXPECT_THAT(twice("Timing z { WaveformTable t { Period '50ns'; Waveforms { a { 01 { '0ns' D/U; } } } } }"),
               HasSubstr("found WaveformTable \"t\" again"));
-  const auto waveforms = [](const std::string& more) {
-    return refusal(
-        "STIL 1.0; Signals { a In; y Out; } SignalGroups { g = 'y'; } Timing { WaveformTable t { Period "
-        "'100ns'; "
-        "Waveforms { a { 01 { '0ns' D/U; } } y { LHX { '40ns' L/H/X; } } " +
-        more +
-        " } } } PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; } "
-        "Pattern main { W t; V { a=0; y=L; } }");
-  };
-  EXPECT_EQ(waveforms("g { HL { '40ns' H/L; } }"), "taken");
-  EXPECT_THAT(waveforms("g { XL { '40ns' X/H; } }"),
-              HasSubstr("found waveform L of y again with other events, expected each once"));
 }
 
 TEST(Stil, FixedSignalsStayAsTheyAre) {
