@@ -7,6 +7,7 @@
 #include <llvm/ADT/PostOrderIterator.h>
 #include <llvm/Analysis/LoopInfo.h>
 #include <llvm/Demangle/Demangle.h>
+#include <llvm/IR/CFG.h>
 #include <llvm/IR/Constants.h>
 #include <llvm/IR/Dominators.h>
 #include <llvm/IR/Instructions.h>
@@ -59,6 +60,7 @@ class Execution {
 
   // Memory after the function has returned.
   Memory run(std::vector<Promise>& promises) {
+    require_loops_with_one_entry();
     carried_.push_back({{}, addresses_.memory()});
     incoming_[&function_.getEntryBlock()] = {Paths::kEntry};
     run_blocks(nullptr);
@@ -69,6 +71,22 @@ class Execution {
 
  private:
   // ---- order of execution --------------------------------------------------------------------------------
+
+  // A way back leads to the beginning of a loop around it. One into the middle would be left out.
+  void require_loops_with_one_entry() const {
+    std::map<const llvm::BasicBlock*, std::size_t> place_in_order;
+    for (std::size_t i = 0; i < order_.size(); ++i) place_in_order[order_[i]] = i;
+    for (llvm::BasicBlock* from : order_)
+      for (llvm::BasicBlock* to : llvm::successors(from)) {
+        if (place_in_order.at(to) > place_in_order.at(from)) continue;
+        const llvm::Loop* loop = loops_.getLoopFor(to);
+        if (loop != nullptr && loop->getHeader() == to && loop->contains(from)) continue;
+        refuse(place_of(*from->getTerminator()),
+               "found a way into the middle of a loop (goto, or a case within it), expected loops that are "
+               "entered at "
+               "their beginning");
+      }
+  }
 
   // Blocks of `loop` (nullptr: of none) once, loops in it as often as they go round.
   void run_blocks(const llvm::Loop* loop) {
@@ -82,7 +100,7 @@ class Execution {
           if (i == kMostIterations) {
             refuse(place_of(*block->getTerminator()),
                    fmt::format("found a loop whose end is not known after {} rounds, expected a bound that "
-                               "does not depend on flops or pins",
+                               "does not depend on flops or pins, of at most so many",
                                kMostIterations));
           }
           run_blocks(innermost);

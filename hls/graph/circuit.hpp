@@ -20,6 +20,11 @@ struct Field {
   APInt kept;  // `width` bits
 };
 
+/// "name", or "name[bit]" where there are several.
+inline std::string bit_name(const Field& field, unsigned bit) {
+  return field.width == 1 ? field.name : field.name + "[" + std::to_string(bit) + "]";
+}
+
 /// Something that the C++ promises and the circuit can't show by itself: `broken` must never be 1.
 struct Promise {
   Node broken;

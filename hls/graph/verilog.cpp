@@ -359,7 +359,7 @@ void write_verilog(Circuit circuit, const std::string& name, std::ostream& out) 
   expressions.write(roots);
 
   if (circuit.in_reset)
-    fmt::print(out, "\n  wire {} = ~{};\n", reset_wire(circuit), expressions.text(*circuit.in_reset));
+    fmt::print(out, "\n  wire {} = ~({});\n", reset_wire(circuit), expressions.text(*circuit.in_reset));
   for (const Domain& domain : resets) {
     const auto assign = [&](const Flop& flop, const std::string& value) {
       fmt::print(out, "      {} <= {};\n", flops.names().at(flop.field.name), value);

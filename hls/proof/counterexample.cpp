@@ -10,14 +10,10 @@
 namespace meltstage::hls {
 namespace {
 
-std::string bit_of(const Field& field, unsigned bit) {
-  return field.width == 1 ? field.name : fmt::format("{}[{}]", field.name, bit);
-}
-
 std::string word_of(const std::string& bit, const std::vector<Field>& fields) {
   for (const Field& field : fields)
     for (unsigned i = 0; i < field.width; ++i)
-      if (bit_of(field, i) == bit) return field.name;
+      if (bit_name(field, i) == bit) return field.name;
   return bit;
 }
 
@@ -33,7 +29,7 @@ std::vector<bool> usual_inputs(const Circuit& model, const Problem& problem) {
   std::unordered_map<Literal, bool> high;
   for (const Flop& flop : model.flops)
     for (unsigned i = 0; i < flop.field.width; ++i)
-      high[problem.state.at(bit_of(flop.field, i))] = flop.reset[i];
+      high[problem.state.at(bit_name(flop.field, i))] = flop.reset[i];
   if (const auto reset = problem.pins.find("rst_ni"); reset != problem.pins.end()) high[reset->second] = true;
   std::vector<bool> result;
   for (const Literal input : problem.aig.inputs()) {
@@ -53,7 +49,7 @@ Counterexample make_counterexample(const Circuit& model, const Problem& problem,
   const auto word = [&](const Bits& bits, const Field& field) {
     std::uint64_t result = 0;
     for (unsigned i = 0; i < field.width; ++i)
-      result |= static_cast<std::uint64_t>(of(bits.at(bit_of(field, i)))) << i;
+      result |= static_cast<std::uint64_t>(of(bits.at(bit_name(field, i)))) << i;
     return result;
   };
   Counterexample result{
@@ -64,7 +60,7 @@ Counterexample make_counterexample(const Circuit& model, const Problem& problem,
   std::set<std::string> of_both;
   for (const Pin& pin : model.inputs) {
     result.pins.push_back({pin.field.name, word(problem.pins, pin.field)});
-    for (unsigned i = 0; i < pin.field.width; ++i) of_both.insert(bit_of(pin.field, i));
+    for (unsigned i = 0; i < pin.field.width; ++i) of_both.insert(bit_name(pin.field, i));
   }
   // Of the RTL alone those are told without which the example would be none.
   for (std::size_t i = 0; i < inputs.size(); ++i) {

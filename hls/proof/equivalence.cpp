@@ -13,10 +13,6 @@
 namespace meltstage::hls {
 namespace {
 
-std::string bit_name(const Field& field, unsigned bit) {
-  return field.width == 1 ? field.name : fmt::format("{}[{}]", field.name, bit);
-}
-
 std::string block_of(const std::string& name) {
   const std::size_t dot = name.rfind('.');
   return dot == std::string::npos ? "top" : name.substr(0, dot);
@@ -325,6 +321,18 @@ Bits inputs_of(const Circuit& circuit, Problem& problem) {
   return all;
 }
 
+// Both have to begin alike.
+void compare_reset(Problem& problem, const Circuit& one, const Circuit& other) {
+  for (std::size_t i = 0; i < one.flops.size(); ++i)
+    for (unsigned k = 0; k < one.flops[i].field.width; ++k) {
+      const Literal a = problem.aig.constant(one.flops[i].reset[k]),
+                    b = problem.aig.constant(other.flops[i].reset[k]);
+      if (a != b)
+        problem.obligations.push_back({Kind::kPin, bit_name(one.flops[i].field, k) + " in reset",
+                                       block_of(one.flops[i].field.name), problem.aig.differ(a, b), a, b});
+    }
+}
+
 template <class Named>
 void require_same_names(const std::vector<Named>& one, const std::vector<Named>& other, const char* what) {
   for (std::size_t i = 0; i < std::max(one.size(), other.size()); ++i) {
@@ -363,6 +371,13 @@ Problem make_problem(const Circuit& one, const Circuit& other) {
     compare(Kind::kFlop, one.flops[i].field, one.flops[i].next, other.flops[i].next);
   for (std::size_t i = 0; i < one.outputs.size(); ++i)
     compare(Kind::kPin, one.outputs[i].field, one.outputs[i].node, other.outputs[i].node);
+  compare_reset(problem, one, other);
+  if (one.in_reset.has_value() != other.in_reset.has_value())
+    throw UserError(
+        fmt::format("hls_in_reset(): found {} it, expected the same of both ways",
+                    one.in_reset ? "the first way alone to have" : "the other way alone to have"));
+  if (one.in_reset)
+    compare(Kind::kPin, {"hls_in_reset()", 0, 1, 1, false, APInt(1, 1)}, *one.in_reset, *other.in_reset);
   return problem;
 }
 

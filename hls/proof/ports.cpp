@@ -46,6 +46,20 @@ void require_single_bits(const TiedPins& tied, const Rtl& rtl) {
   }
 }
 
+// Flops of which the RTL resets each bit at once.
+std::set<std::string> reset_at_once(const Circuit& model, const Rtl& rtl) {
+  std::set<std::string> bits, result;
+  for (const RtlFlop& flop : rtl.flops)
+    if (flop.in_reset != kFalse) bits.insert(flop.names.begin(), flop.names.end());
+  for (const Flop& flop : model.flops) {
+    bool all = true;
+    for (unsigned i = 0; i < flop.field.width; ++i)
+      all = all && (!flop.field.kept[i] || bits.contains(bit_name(flop.field, i)));
+    if (all) result.insert(flop.field.name);
+  }
+  return result;
+}
+
 }  // namespace
 
 void require_same_pins(const Circuit& model, const Rtl& rtl, const TiedPins& tied) {
@@ -62,15 +76,7 @@ std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl) {
   for (const auto& [by, bits] : rtl.netlist.reset_by)
     result.push_back(by.empty() ? fmt::format("RTL: {} flop bits are not reset before a clock", bits)
                                 : fmt::format("RTL: {} flop bits are reset at once by {}", bits, by));
-  std::set<std::string> at_once;
-  for (const RtlFlop& flop : rtl.flops) {
-    if (flop.in_reset == kFalse) continue;
-    for (const std::string& name : flop.names) {
-      at_once.insert(name);
-      at_once.insert(name.substr(0, name.rfind('[')));  // reset is one for all bits of a flop
-    }
-  }
-  const std::vector<std::string> unset = never_reset(model, at_once);
+  const std::vector<std::string> unset = never_reset(model, reset_at_once(model, rtl));
   if (!unset.empty())
     result.push_back(fmt::format("nothing resets {}: both sides stay equal only if they begin so",
                                  fmt::join(unset, ", ")));

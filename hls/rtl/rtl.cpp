@@ -94,6 +94,8 @@ std::string script(const RtlSources& sources, const TemporaryFolder& folder) {
 read_verilog -lib {cuts}
 hierarchy -check -top {top}
 proc
+chformal -remove
+select -assert-none t:$anyconst t:$anyseq t:$allconst t:$allseq
 setattr -unset src c:* t:$* %d
 flatten
 memory_map

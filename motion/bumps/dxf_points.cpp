@@ -122,7 +122,10 @@ class Drawing {
     if (name == "HEADER") read_header(groups);
     if (name == "TABLES") read_layers(entities_of(groups));
     if (name == "BLOCKS") read_blocks(entities_of(groups));
-    if (name == "ENTITIES") entities_ = entities_of(groups);
+    if (name == "ENTITIES") {
+      const std::vector<Entity> more = entities_of(groups);
+      entities_.insert(entities_.end(), more.begin(), more.end());
+    }
   }
 
   static std::vector<Entity> entities_of(std::span<const Group> groups) {
@@ -250,6 +253,7 @@ class Drawing {
     if (columns < 1 || rows < 1 || columns > kMost || rows > kMost)
       fail_at(entity, fmt::format("{} columns and {} rows", columns, rows), fmt::format("1 to {}", kMost));
     const RawPoint along_x = turned({1.0, 0.0, 0}, angle), along_y = turned({0.0, 1.0, 0}, angle);
+    const std::size_t before = result_.points.size();
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column < columns; ++column) {
         count_work(entity);
@@ -265,6 +269,9 @@ class Drawing {
           draw(part, seen, layer, depth + 1);
         }
       }
+    // What stands on an unseen layer is unseen, whatever the layers of its parts.
+    if (const auto unseen = unseen_layers_.find(in_small_letters(layer)); unseen != unseen_layers_.end())
+      unseen->second.second += result_.points.size() - before;
   }
 
   /// Blocks in blocks multiply.

@@ -22,8 +22,10 @@
 #include "asic/dft/scan/replay.hpp"
 #include "asic/netlist/yosys_library.hpp"
 #include "asic/signoff/functional_vectors.hpp"
+#include "base/count.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "base/temporary_folder.hpp"
 
 namespace meltstage::app {
@@ -58,7 +60,20 @@ int report_replay(std::uint64_t cycles, std::uint64_t strobes, std::uint64_t mis
                   const std::string& first) {
   fmt::print("{} cycles, {} strobes, {} mismatches\n", cycles, strobes, mismatches);
   if (mismatches != 0) fmt::print("first: {}\n", first);
-  return mismatches == 0 ? 0 : 1;
+  if (strobes == 0) fmt::print("no strobe: nothing was compared\n");
+  return mismatches == 0 && strobes != 0 ? 0 : 1;
+}
+
+void tell_outputs_beside(const CycleStream& stream, const CaptureView& view) {
+  std::vector<std::string> beside;
+  for (const std::string& port : view.output_ports)
+    if (std::none_of(stream.signals.begin(), stream.signals.end(),
+                     [&](const TestSignal& signal) { return signal.name == port; }))
+      beside.push_back(shown(port));
+  if (beside.empty()) return;
+  fmt::print("note: {} of the netlist {} no signal of the patterns and {} compared, first {}\n",
+             counted(beside.size(), "output"), beside.size() == 1 ? "is" : "are",
+             beside.size() == 1 ? "isn't" : "aren't", beside.front());
 }
 
 // A stream without scan, on whatever it is asked for.
@@ -66,6 +81,7 @@ int replay_functional_stream(const ReplayInput& input, const CycleStream& stream
   ProgressLine line;
   if (input.on == "netlist") {
     const CaptureView view = view_to_replay(input.netlist, library_of(input));
+    tell_outputs_beside(stream, view);
     const ReplayResult result = replay_cycles(view, stream, kPowerUps, input.seed, shown_on(line));
     line.clear();
     return report_replay(result.cycles, result.strobes, result.mismatches, result.first);

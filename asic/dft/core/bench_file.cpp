@@ -29,6 +29,19 @@ struct Statement {
   std::vector<std::string> args;
 };
 
+bool has_blank_within_name(std::string_view line) {
+  constexpr std::string_view kBlanks = " \t\r\v\f", kMarks = "(),=";
+  for (auto at = line.find_first_of(kBlanks); at != std::string_view::npos;) {
+    const auto end = line.find_first_not_of(kBlanks, at);
+    if (end == std::string_view::npos) return false;
+    if (at > 0 && kMarks.find(line[at - 1]) == std::string_view::npos &&
+        kMarks.find(line[end]) == std::string_view::npos)
+      return true;
+    at = line.find_first_of(kBlanks, end);
+  }
+  return false;
+}
+
 // "a = NAND(b, c)" or "INPUT(a)"; nothing for blank and comment lines.
 std::optional<Statement> parse(std::string_view text, const std::string& file, std::size_t number) {
   Statement statement;
@@ -37,8 +50,13 @@ std::optional<Statement> parse(std::string_view text, const std::string& file, s
   const auto is_blank = [](unsigned char c) { return std::isspace(c) != 0; };
   const auto first = std::find_if_not(line.begin(), line.end(), is_blank);
   statement.place.column = static_cast<std::size_t>(first - line.begin()) + 1;
+  if (first == line.end()) return std::nullopt;
+  const auto refuse = [&](std::string_view found, std::string_view expected) {
+    throw UserError(defect_at(file, statement.place, fmt::format("{} in \"{}\"", found, shown(text)),
+                              std::string(expected)));
+  };
+  if (has_blank_within_name(line)) refuse("a blank within a name", "a comma between two names");
   line.erase(std::remove_if(line.begin(), line.end(), is_blank), line.end());
-  if (line.empty()) return std::nullopt;
   for (const std::string_view constant : {"=vdd", "=gnd"})  // as ABC writes them
     if (line.ends_with(constant)) line += "()";
   const std::size_t open = line.find('('), close = line.rfind(')'), equals = line.find('=');
@@ -52,10 +70,9 @@ std::optional<Statement> parse(std::string_view text, const std::string& file, s
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   for (std::size_t at = open + 1; close > open + 1 && at <= close;) {
     const std::size_t end = std::min(line.find(',', at), close);
-    if (end == at)
-      throw UserError(defect_at(file, statement.place,
-                                fmt::format("an input without a name in \"{}\"", shown(text)),
-                                "a name between the commas"));
+    if (end == at) refuse("an input without a name", "a name between the commas");
+    if (line.substr(at, end - at).find_first_of("()") != std::string::npos)
+      refuse("more than one gate", "one a line");
     statement.args.push_back(line.substr(at, end - at));
     at = end + 1;
   }

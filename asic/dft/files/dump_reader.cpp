@@ -229,8 +229,8 @@ class DumpReader {
     }
     for (const auto& [name, input] : directions_) {
       if (extended_) break;
-      if (input && names_.count(name) == 0)
-        fail(last_at_, fmt::format("no variable {}", name), "every input port");
+      if (names_.count(name) == 0)
+        fail(last_at_, fmt::format("no variable {}", name), input ? "every input port" : "every output port");
     }
     const auto ps = [](double ns) { return std::llround(ns * 1000.0); };
     const long long period = ps(timing_.period_ns), drive = ps(timing_.drive_ns),
