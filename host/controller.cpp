@@ -43,8 +43,10 @@ int exception_code(int error) {
 
 // Refused by the chip itself; code is the exception's.
 struct Refusal : BusError {
-  Refusal(const std::string& text, int answered) : BusError(text), code(answered) {}
+  Refusal(const std::string& text, int answered, bool again)
+      : BusError(text), code(answered), repeated(again) {}
   int code;
+  bool repeated;  // what was asked before may have been done, and its answer lost
 };
 
 void require(bool good, const std::string& text) {
@@ -188,9 +190,12 @@ void Controller::transact(const std::string& what, Call&& call) {
         std::this_thread::sleep_for(kBusyPause);
         continue;
       }
+      const bool repeated = attempt > 1;
       throw Refusal(
-          fmt::format("{}: refused by the chip with exception {:02} ({})", what, code, exception_text(code)),
-          code);
+          fmt::format(
+              "{}: refused by the chip with exception {:02} ({}){}", what, code, exception_text(code),
+              repeated ? "; an answer before was lost, so the chip may have done it then: read it back" : ""),
+          code, repeated);
     }
     if (error == EIO || error == EBADF)
       throw BusError(fmt::format("{}: the port is gone ({})", connection_.device,
@@ -439,6 +444,7 @@ void Controller::send_together(const std::vector<Frame>& frames) {
     }
     command(spec::kCmdCommit, "CMD Commit");
   } catch (const Refusal& refusal) {
+    if (refusal.repeated) throw;
     std::string text = refusal.what();
     const bool setpoint = text.find(spec::kHolding[spec::kRegSetpoint].name) != std::string::npos;
     if (refusal.code == MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE && setpoint)
@@ -465,6 +471,7 @@ void Controller::run() {
   try {
     command(spec::kCmdRun, "CMD Run");
   } catch (const Refusal& refusal) {
+    if (refusal.repeated) throw;
     throw BusError(refusal.what() + faults_in_the_way());
   }
 }
@@ -479,6 +486,7 @@ void Controller::clear_faults() {
   try {
     command(spec::kCmdClearFault, "CMD ClearFault");
   } catch (const Refusal& refusal) {
+    if (refusal.repeated) throw;
     throw BusError(refusal.what() + faults_in_the_way());
   }
 }
@@ -488,6 +496,7 @@ void Controller::start_tuning() {
   try {
     command(spec::kCmdTune, "CMD Tune");
   } catch (const Refusal& refusal) {
+    if (refusal.repeated) throw;
     throw BusError(std::string(refusal.what()) +
                    "; heating must be on (CMD Run), in automatic mode (MODE=0), unlocked");
   }

@@ -260,6 +260,14 @@ JerkProfile plan_stop(const ScurveLimits& limits, const MotionState& state) {
   return course.ended_at({course.now.position_mm});
 }
 
+namespace {
+
+double most_of(const ScurveLimits& limits) {
+  return std::max({limits.jerk3_mm_s3, limits.jerk5_mm_s3, limits.jerk7_mm_s3, limits.deceleration_mm_s2});
+}
+
+}  // namespace
+
 StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state, double room_mm) {
   const auto hurried = [&](double haste) {
     ScurveLimits more = limits;
@@ -281,7 +289,14 @@ StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state
     throw MotionError(
         fmt::format("stop: found room of {} mm, expected more than 0 mm for a moving axis", room_mm));
   double enough = 2.0;
-  while (needed_mm(enough) > room_mm) enough *= 2.0;
+  for (; needed_mm(enough) > room_mm; enough *= 2.0) {
+    constexpr double kMostHaste = 1e3;
+    if (enough > kMostHaste || most_of(hurried(2.0 * enough)) > kLargestMeasure)
+      throw MotionError(
+          fmt::format("stop: found room of {} mm, expected more: it takes jerks of more than {:.3g} "
+                      "mm/s3 to stop within it",
+                      room_mm, most_of(hurried(enough))));
+  }
   stop.haste = -root_of_rising([&](double minus_haste) { return needed_mm(-minus_haste) - room_mm; }, -enough,
                                -0.5 * enough);
   stop.profile = plan_stop(hurried(stop.haste), state);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "motion/profile/over_band.hpp"
 #include "motion/profile/profile_parts.hpp"
 
 namespace meltstage::motion {
@@ -97,10 +98,37 @@ class TripleSearch {
  public:
   TripleSearch(const JerkProfile& profile, const ModeBand& band, double tolerance_mm)
       : centre_(band.nominal), tolerance_mm_(kKeptBack * tolerance_mm) {
-    for (const Mode& mode : modes_of(band)) {
-      const std::complex<double> lambda = pole(mode);
-      rests_.push_back({lambda, -1.0 / lambda.real(), motion::residual_mm(profile, mode)});
+    for (const Mode& mode : modes_of(band)) look_at(mode, motion::residual_mm(profile, mode));
+  }
+
+  void look_at(const Mode& mode, double residual_mm) {
+    const std::complex<double> lambda = pole(mode);
+    rests_.push_back({lambda, -1.0 / lambda.real(), residual_mm});
+  }
+
+  /// The shortest one that leaves less than the tolerance at what has been looked at; where none does, the
+  /// one that settles first.
+  Triple find() const {
+    if (residual({}) <= 1.0) return {};
+    constexpr int kSteps = 128;
+    const double step_s = 0.5 * damped_period_s(centre_) / kSteps;
+    // Without damping none of them settles: then the one that leaves least.
+    const auto rank = [&](const Triple& triple) { return std::pair(settled_s(triple), residual(triple)); };
+    Triple best;
+    for (int i = 1; i <= kSteps; ++i) {
+      const Triple triple = best_at(i * step_s);
+      if (residual(triple) > 1.0) {
+        if (rank(triple) < rank(best)) best = triple;
+        continue;
+      }
+      double low = triple.spacing_s - step_s, high = triple.spacing_s;
+      for (int halving = 0; halving < 12; ++halving) {
+        const double middle = 0.5 * (low + high);
+        (residual(best_at(middle)) <= 1.0 ? high : low) = middle;
+      }
+      return best_at(high);
     }
+    return best;
   }
 
   /// Largest residual over the band, in tolerances.
@@ -254,30 +282,19 @@ JerkProfile shaped(const JerkProfile& profile, const Shaper& shaper) {
 Shaper shortest_shaper(const JerkProfile& profile, const ModeBand& band, double tolerance_mm) {
   if (!(tolerance_mm > 0.0) || !std::isfinite(tolerance_mm))
     throw MotionError(fmt::format("tolerance: found {} mm, expected a finite number above 0", tolerance_mm));
-  const TripleSearch search(profile, band, tolerance_mm);
-  if (search.residual({}) <= 1.0) return {};
-
-  constexpr int kSteps = 128;
-  const double step_s = 0.5 * damped_period_s(band.nominal) / kSteps;
-  // Without damping none of them settles: then the one that leaves least.
-  const auto rank = [&](const Triple& triple) {
-    return std::pair(search.settled_s(triple), search.residual(triple));
-  };
-  Triple best;
-  for (int i = 1; i <= kSteps; ++i) {
-    const Triple triple = search.best_at(i * step_s);
-    if (search.residual(triple) > 1.0) {
-      if (rank(triple) < rank(best)) best = triple;
-      continue;
-    }
-    double low = triple.spacing_s - step_s, high = triple.spacing_s;
-    for (int halving = 0; halving < 12; ++halving) {
-      const double middle = 0.5 * (low + high);
-      (search.residual(search.best_at(middle)) <= 1.0 ? high : low) = middle;
-    }
-    return search.shaper(search.best_at(high));
+  TripleSearch search(profile, band, tolerance_mm);
+  // What it leaves between the frequencies looked at is looked at, too, until that is within the tolerance.
+  constexpr int kMostRounds = 100;
+  for (int round = 0;; ++round) {
+    const Triple triple = search.find();
+    const Shaper shaper = triple.spacing_s == 0.0 ? Shaper{} : search.shaper(triple);
+    const auto left_mm = [&](const Mode& mode) {
+      return residual_mm(profile, mode) * vibration_share(shaper, mode);
+    };
+    const AtMode worst = largest_over(band, profile.duration_s + shaper.duration_s(), left_mm);
+    if (worst.value <= tolerance_mm || search.residual(triple) > 1.0 || round == kMostRounds) return shaper;
+    search.look_at(worst.mode, residual_mm(profile, worst.mode));
   }
-  return search.shaper(best);
 }
 
 JerkProfile plan_quiet_move(const ScurveLimits& limits, double distance_mm, const ModeBand& band,

@@ -12,12 +12,11 @@
 
 #include "motion/profile/check_positive.hpp"
 #include "motion/profile/course.hpp"
+#include "motion/profile/over_band.hpp"
 #include "motion/profile/profile_parts.hpp"
 
 namespace meltstage::motion {
 namespace {
-
-constexpr int kBandFrequencies = 21;
 
 struct Pole {
   double natural, damped;  // rad/s
@@ -154,9 +153,8 @@ double residual_mm(const JerkProfile& profile, const Mode& mode) {
 }
 
 double worst_residual_mm(const JerkProfile& profile, const ModeBand& band) {
-  double worst = 0.0;
-  for (const Mode& mode : modes_of(band)) worst = std::max(worst, residual_mm(profile, mode));
-  return worst;
+  return largest_over(band, profile.duration_s, [&](const Mode& mode) { return residual_mm(profile, mode); })
+      .value;
 }
 
 double settling_s(double residual, const Mode& mode, double tolerance_mm) {
@@ -170,10 +168,10 @@ double settling_s(double residual, const Mode& mode, double tolerance_mm) {
 }
 
 double worst_settled_s(const JerkProfile& profile, const ModeBand& band, double tolerance_mm) {
-  double worst = 0.0;
-  for (const Mode& mode : modes_of(band))
-    worst = std::max(worst, settling_s(residual_mm(profile, mode), mode, tolerance_mm));
-  return profile.duration_s + worst;
+  const auto settled_s = [&](const Mode& mode) {
+    return settling_s(residual_mm(profile, mode), mode, tolerance_mm);
+  };
+  return profile.duration_s + largest_over(band, profile.duration_s, settled_s).value;
 }
 
 double morlet_energy(const JerkProfile& profile, const Mode& mode, const MorletWindow& window) {

@@ -29,7 +29,7 @@ struct ModeBand {
 void check_mode(const Mode& mode);
 void check_band(const ModeBand& band);
 
-/// The modes over which a band is judged: 21 frequencies, ends included; one if the spread is 0.
+/// 21 frequencies of a band, ends included; one if the spread is 0.
 std::vector<Mode> modes_of(const ModeBand& band);
 
 /// Amplitude of the free vibration at the moment the motion ends (which then decays with exp(-zeta w t)):
@@ -38,7 +38,7 @@ std::vector<Mode> modes_of(const ModeBand& band);
 /// @throws MotionError as check_mode.
 double residual_mm(const JerkProfile& profile, const Mode& mode);
 
-/// Largest residual over the band.
+/// Largest residual over the band: its lobes are looked at as closely as the motion is long.
 /// @throws MotionError as check_band.
 double worst_residual_mm(const JerkProfile& profile, const ModeBand& band);
 

@@ -29,6 +29,8 @@ void check_in_travel(const GcodeOptions& options, double x_mm, double y_mm, cons
 /// A text as comments, as many lines as it takes, each begun with `label`: brackets would end a comment, and
 /// one that begins with MSG or DEBUG is an order.
 std::string comments(std::string_view label, std::string_view text) {
+  // Brackets end a comment; grbl takes the others out of the stream wherever they stand: feed hold, status.
+  constexpr std::string_view kOfTheControl = "()!?";
   const std::size_t most = kLongestLine - label.size() - 2;
   std::string lines;
   do {
@@ -38,7 +40,7 @@ std::string comments(std::string_view label, std::string_view text) {
         length = blank;
     lines += fmt::format("({}", label);
     for (const char c : text.substr(0, length))
-      lines += c >= ' ' && c <= '~' && c != '(' && c != ')' ? c : '_';
+      lines += c >= ' ' && c < '~' && kOfTheControl.find(c) == std::string_view::npos ? c : '_';
     lines += ")\n";
     text.remove_prefix(length);
     if (text.starts_with(' ')) text.remove_prefix(1);
@@ -144,9 +146,15 @@ std::string write_grbl_settings(const std::array<double, 3>& pulses_per_mm, cons
     check_positive("G-code: speed", limits[axis].velocity_mm_s, "mm/s");
     check_positive("G-code: acceleration", limits[axis].acceleration_mm_s2, "mm/s2");
     check_positive("G-code: deceleration", limits[axis].deceleration_mm_s2, "mm/s2");
-    fmt::format_to(std::back_inserter(text), "$10{}={:.3f}\n$11{}={:.3f}\n$12{}={:.3f}\n", axis,
-                   pulses_per_mm[axis], axis, limits[axis].velocity_mm_s * 60.0, axis,
-                   std::min(limits[axis].acceleration_mm_s2, limits[axis].deceleration_mm_s2));
+    const std::array values = {pulses_per_mm[axis], limits[axis].velocity_mm_s * 60.0,
+                               std::min(limits[axis].acceleration_mm_s2, limits[axis].deceleration_mm_s2)};
+    for (std::size_t setting = 0; setting < values.size(); ++setting) {
+      constexpr double kLeast = 0.001;  // grbl shows and keeps three decimals
+      if (values[setting] < kLeast)
+        throw MotionError(fmt::format("G-code: setting ${}{} of grbl: found {}, expected at least {}",
+                                      10 + setting, axis, values[setting], kLeast));
+      fmt::format_to(std::back_inserter(text), "${}{}={:.3f}\n", 10 + setting, axis, values[setting]);
+    }
   }
   return text;
 }

@@ -99,6 +99,11 @@ TEST(StopWithin, RefusesToStopOnTheSpot) {
               plan_stop_within(gentle_stop, {0.0, 10.0, 0.0, 0.0}, 0.0);
             }),
             "stop: found room of 0 mm, expected more than 0 mm for a moving axis");
+  EXPECT_THAT(
+      error_of([] {
+        plan_stop_within(gentle_stop, {0.0, 400.0, 0.0, 0.0}, 1e-4);
+      }),
+      testing::HasSubstr("stop: found room of 0.0001 mm, expected more: it takes jerks of more than"));
 }
 
 // ---- retarget ----

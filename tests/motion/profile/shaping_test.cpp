@@ -143,6 +143,26 @@ TEST(ShortestShaper, KeepsTheToleranceOverTheWholeBandAndIsNoLongerThanZvd) {
   }
 }
 
+// A long move has narrow lobes over the frequency: 21 frequencies step over them.
+TEST(ShortestShaper, KeepsTheToleranceBetweenTheFrequenciesOfALongMove) {
+  int kept = 0;
+  for (const double distance_mm : {10.0, 41.5, 71.5, 150.0})
+    for (const double damping : {0.01, 0.02, 0.05})
+      for (const double spread : {0.1, 0.3}) {
+        const ModeBand band{{38.0, damping}, spread};
+        constexpr double kTolerance_mm = 0.005;
+        const JerkProfile quiet = plan_quiet_move(asymmetric_limits(100.0, 4000.0, 3000.0, 2e5, 1e5),
+                                                  distance_mm, band, kTolerance_mm);
+        double worst_mm = 0.0;
+        for (double hz = 38.0 * (1.0 - spread); hz <= 38.0 * (1.0 + spread); hz += 0.01)
+          worst_mm = std::max(worst_mm, residual_mm(quiet, {hz, damping}));
+        EXPECT_NEAR(worst_residual_mm(quiet, band), worst_mm, 1e-3 * worst_mm)
+            << distance_mm << " " << damping << " " << spread;
+        kept += worst_mm < kTolerance_mm * 1.0001 ? 1 : 0;
+      }
+  EXPECT_GE(kept, 22);  // of 24; a short move in a wide band may have no shaper that suffices
+}
+
 TEST(ShortestShaper, IsNoneWhereTheMotionIsQuietByItself) {
   const JerkProfile slow = plan_scurve(asymmetric_limits(400, 200, 200, 2e3, 2e3), 20.0);
   EXPECT_EQ(shortest_shaper(slow, {anchor, 0.1}, 0.01).impulses, 1U);

@@ -184,5 +184,33 @@ TEST(Gcode, WritesGrblsSettings) {
   EXPECT_THAT(text, StartsWith("$100=1000.000\n$110=6000.000\n$120=800.000\n$101=2000.000\n"));
 }
 
+// grbl takes !, ~ and ? out of the stream wherever they stand.
+TEST(Gcode, CommentsHoldNoCommandsOfTheControl) {
+  const std::vector<Point> bumps{{1.0, 2.0}};
+  for (const GcodeDialect dialect : {GcodeDialect::linuxcnc, GcodeDialect::grbl}) {
+    GcodeOptions options;
+    options.dialect = dialect;
+    options.notes = {"hot! really? ~5 um (or so)"};
+    const std::string program = write_gcode(bumps, {0.0, 0.0}, "rev2!", options);
+    EXPECT_THAT(program, testing::HasSubstr("(name: rev2_)"));
+    EXPECT_THAT(program, testing::HasSubstr("(note: hot_ really_ _5 um _or so_)"));
+  }
+}
+
+TEST(Gcode, SettingsOfGrblThatWouldBeZeroAreRefused) {
+  const ScurveLimits usual, slow = asymmetric_limits(1e-6, 1e-5, 1e-5, 1.0, 1.0);
+  EXPECT_THAT(
+      [&] {
+        write_grbl_settings({1e-4, 100.0, 100.0}, {usual, usual, usual});
+      },
+      testing::ThrowsMessage<MotionError>(
+          testing::HasSubstr("setting $100 of grbl: found 0.0001, expected at least 0.001")));
+  EXPECT_THAT(
+      [&] {
+        write_grbl_settings({100.0, 100.0, 100.0}, {usual, slow, usual});
+      },
+      testing::ThrowsMessage<MotionError>(testing::HasSubstr("setting $111 of grbl")));
+}
+
 }  // namespace
 }  // namespace meltstage::motion
