@@ -225,7 +225,7 @@ int prove(const Options& o) {
   const hls::Rtl rtl = hls::read_rtl(hls::read_file_list(o.rtl, o.top));
   const double read_s = seconds_since(begin) - translated_s;
   hls::require_same_pins(model, rtl, tied);
-  const std::vector<std::string> notes = hls::notes_of(model, rtl);
+  const std::vector<std::string> notes = hls::notes_of(model, rtl, tied);
   hls::Problem problem = hls::make_problem(model, rtl, hls::Products::kNamed, tied);
   if (o.blocks.empty() || std::find(o.blocks.begin(), o.blocks.end(), "promises") != o.blocks.end()) {
     line.show("translating what the C++ promises");

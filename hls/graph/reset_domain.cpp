@@ -105,10 +105,10 @@ std::vector<Fixed> assignments(const std::vector<Node>& inputs, bool left) {
   return result;
 }
 
-// Bits that have their reset values for good once a pin has had one value for long enough.
-void add_reset_by(Circuit& circuit, const Pin& pin, bool value, std::vector<bool>& reset) {
+// Flops that have their reset values for good once the pin has been low for long enough.
+void add_reset_by(Circuit& circuit, const Pin& pin, std::vector<bool>& reset) {
   Graph& graph = circuit.graph;
-  Fixed fixed = {{pin.node, APInt(1, value ? 1 : 0)}};
+  Fixed fixed = {{pin.node, APInt(1, 0)}};
   std::vector<Node> next;
   for (const Flop& flop : circuit.flops) next.push_back(flop.next);
   std::vector<bool> here(circuit.flops.size(), false);
@@ -125,13 +125,11 @@ void add_reset_by(Circuit& circuit, const Pin& pin, bool value, std::vector<bool
 
 }  // namespace
 
-std::vector<std::string> never_reset(Circuit circuit, const std::set<std::string>& at_once) {
+std::vector<std::string> never_reset(Circuit circuit, const std::set<std::string>& at_once, bool tied_high) {
   std::vector<bool> reset;
   for (const Flop& flop : circuit.flops) reset.push_back(at_once.contains(flop.field.name));
-  const auto all_are = [&] { return std::find(reset.begin(), reset.end(), false) == reset.end(); };
   for (const Pin& pin : circuit.inputs)
-    for (const bool value : {false, true})
-      if (!all_are() && pin.field.width == 1) add_reset_by(circuit, pin, value, reset);
+    if (pin.field.name == "rst_ni" && !tied_high) add_reset_by(circuit, pin, reset);
 
   std::vector<std::string> result;
   Fixed start;

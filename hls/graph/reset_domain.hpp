@@ -18,9 +18,10 @@ namespace meltstage::hls {
 /// bits.
 std::vector<std::optional<Node>> next_out_of_reset(Circuit& circuit, Node active);
 
-/// Names of flops that no value of a pin of one bit brings to their reset values and holds there, however
-/// many clocks it lasts. Those of `at_once` have a reset pin of their own. Throws UserError for an invariant
-/// that does not hold in reset whatever such flops are.
-std::vector<std::string> never_reset(Circuit circuit, const std::set<std::string>& at_once);
+/// Names of flops that rst_ni, low for however many clocks, does not bring to their reset values and hold
+/// there. Other pins are data: nobody promises a level of theirs. Those of `at_once` have a reset pin of
+/// their own; `tied_high`: rst_ni never is low. Throws UserError for an invariant that does not hold in reset
+/// whatever such flops are.
+std::vector<std::string> never_reset(Circuit circuit, const std::set<std::string>& at_once, bool tied_high);
 
 }  // namespace meltstage::hls

@@ -71,12 +71,13 @@ void require_same_pins(const Circuit& model, const Rtl& rtl, const TiedPins& tie
                     ", expected one pin or flop alone, or hls_in_reset() in the C++ (hls/interface.hpp)");
 }
 
-std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl) {
+std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl, const TiedPins& tied) {
   std::vector<std::string> result;
   for (const auto& [by, bits] : rtl.netlist.reset_by)
     result.push_back(by.empty() ? fmt::format("RTL: {} flop bits are not reset before a clock", bits)
                                 : fmt::format("RTL: {} flop bits are reset at once by {}", bits, by));
-  const std::vector<std::string> unset = never_reset(model, reset_at_once(model, rtl));
+  const std::vector<std::string> unset =
+      never_reset(model, reset_at_once(model, rtl), tied.contains("rst_ni") && tied.at("rst_ni"));
   if (!unset.empty())
     result.push_back(fmt::format("nothing resets {}: both sides stay equal only if they begin so",
                                  fmt::join(unset, ", ")));

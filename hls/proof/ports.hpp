@@ -16,6 +16,6 @@ void require_same_pins(const Circuit& model, const Rtl& rtl, const TiedPins& tie
 
 /// What a reader of a proof has to know of the RTL, a line each: what resets its flops, outputs and
 /// flops that the C++ has not.
-std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl);
+std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl, const TiedPins& tied);
 
 }  // namespace meltstage::hls

@@ -37,13 +37,16 @@ std::string SummaryRow::figure_of_rows_before(double x_mm, double y_mm) const {
 
 /// A word for a total is unlike the other rows' labels: it has no number, or there is none.
 void SummaryRow::take(const TableRow& row, std::size_t x, std::size_t y, double x_mm, double y_mm) {
+  if (is_certain_) return;
   const Cell* label = label_of(row, x, y);
   const bool labelled = label != nullptr, numbered = labelled && has_digit(label->text);
   const bool calculated = row.cells[x].sums_up && row.cells[y].sums_up;
   const bool unlike_others = rows_ > 1 && (labelled ? numbered_ == rows_ && !numbered : labelled_ == rows_);
   told_.clear();
   row_ = row.row;
-  if (labelled && is_total(*label))
+  const bool by_label = labelled && is_total(*label);
+  is_certain_ = by_label && rows_ > 0 && !figure_of_rows_before(x_mm, y_mm).empty();
+  if (by_label)
     told_ = "a row of totals";
   else if (calculated && calculated_ == 0 && rows_ > 1)
     told_ = "a formula over the rows above it";

@@ -84,6 +84,7 @@ class PointTable {
     } else if (row_of_units_ == row.row && take_row_of_units(row)) {
       return;
     }
+    refuse_commented_out(row);
     if (units_) take_unit(row);
     const double x = number(row, x_, "x");
     const double y = number(row, y_, "y");
@@ -123,6 +124,17 @@ class PointTable {
   }
 
  private:
+  /// Who put such a sign before a label wanted that bump away.
+  void refuse_commented_out(const TableRow& row) const {
+    const auto first = std::find_if_not(row.cells.begin(), row.cells.end(), is_blank);
+    const std::string_view text = trimmed(first->text);
+    for (const std::string_view sign : {"#", "//", ";"})
+      if (text.starts_with(sign))
+        fail(path_,
+             fmt::format("row {}: found {} at its beginning, expected a bump; take rows out that are none",
+                         row.row, in_quotes(text)));
+  }
+
   /// A row may be as wide as a spreadsheet's, but not each of millions of rows.
   void count_cells(const TableRow& row) {
     constexpr std::size_t kMostCells = 20'000'000;

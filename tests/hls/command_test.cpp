@@ -308,7 +308,7 @@ TEST_F(Hls, AFlopThatNothingResetsIsNamed) {
   write("block.sv", replaced(sv, "!rst_ni", "1'b0"));
   const Ran ran = prove();
   EXPECT_EQ(ran.status, 0) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("\nnothing resets steady_q, pressed_q: "));
+  EXPECT_THAT(ran.output, HasSubstr("\nnothing resets level_q, steady_q, pressed_q: "));
   write("block.cpp", text_of(kExample + ".cpp"));
   write("block.sv", sv);
   EXPECT_THAT(prove().output, Not(HasSubstr("nothing resets")));
@@ -624,6 +624,121 @@ TEST_F(Hls, WhatCanBeNoCircuitIsRefusedByFileAndLine) {
   EXPECT_EQ(translate().status, 2);
 }
 
+// Duff's device: what is left out there would leave a flop as it was.
+TEST_F(Hls, ALoopThatIsEnteredInItsMiddleIsRefused) {
+  expect_refused(
+      R"(  std::uint8_t acc = s->a_q;
+  int n = in->x_i & 31;
+  if (n < 3) return;
+  switch (in->x_i >> 6) {
+    case 0: do { ++acc; [[fallthrough]];
+    case 3:      acc = acc * 3u + n; [[fallthrough]];
+    case 2:      ++acc; [[fallthrough]];
+    case 1:      acc ^= n;
+            } while ((n -= 4) > 0);
+  }
+  s->a_q = acc;)",
+      "found a way into the middle of a loop (goto, or a case within it), expected loops that are entered at "
+      "their beginning");
+}
+
+// An invariant may not rest on the bits of a flop that nothing resets.
+TEST_F(Hls, AFlopOfWhichOneBitIsResetIsNotReset) {
+  write("block.cpp", R"(#include <cstdint>
+#include "hls/interface.hpp"
+struct S { std::uint8_t a_q; };
+struct I { std::uint8_t rst_ni, d_i; };
+struct O { std::uint8_t y_o; };
+struct V { std::uint8_t high_is_low; };
+extern "C" {
+void hls_reset(S* s) { s->a_q = 0; }
+void hls_step(S* s, const I* i) { s->a_q = std::uint8_t((s->a_q & 2) | (i->rst_ni ? i->d_i & 1 : 0)); }
+void hls_outputs(const S* s, const I*, O* o) { o->y_o = s->a_q & 1; }
+void hls_invariants(const S* s, V* v) { v->high_is_low = s->a_q < 2; }
+extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(V, high_is_low, 1)};
+extern const meltstage::hls::Field hls_flops[] = {HLS_FIELD(S, a_q, 2)};
+extern const meltstage::hls::Field hls_input_pins[] = {HLS_FIELD(I, rst_ni, 1), HLS_FIELD(I, d_i, 1)};
+extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(O, y_o, 1)};
+}
+)");
+  write("block.sv", R"(module debounce (input logic clk_i, rst_ni, d_i, output logic y_o);
+  logic [1:0] a_q;
+  always_ff @(posedge clk_i or negedge rst_ni) if (!rst_ni) a_q[0] <= 1'b0; else a_q[0] <= d_i;
+  always_ff @(posedge clk_i) a_q[1] <= a_q[1];
+  assign y_o = a_q[0] ^ a_q[1];
+endmodule
+)");
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 2) << ran.output;
+  EXPECT_THAT(ran.output,
+              HasSubstr("invariant high_is_low: found it to rest on flops that nothing resets (a_q)"));
+}
+
+// Nobody promises that en_i is ever low.
+TEST_F(Hls, ADataPinIsNoReset) {
+  write("block.cpp", R"(#include <cstdint>
+#include "hls/interface.hpp"
+struct S { std::uint8_t a_q, b_q; };
+struct I { std::uint8_t rst_ni, en_i; };
+struct O { std::uint8_t y_o; };
+struct V { std::uint8_t low; };
+extern "C" {
+void hls_reset(S* s) { *s = {}; }
+void hls_step(S* s, const I* i) {
+  s->a_q = i->rst_ni & i->en_i;
+  s->b_q = s->b_q & i->en_i;
+}
+void hls_outputs(const S* s, const I*, O* o) { o->y_o = s->a_q; }
+void hls_invariants(const S* s, V* v) { v->low = s->b_q == 0; }
+extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(V, low, 1)};
+extern const meltstage::hls::Field hls_flops[] = {HLS_FIELD(S, a_q, 1), HLS_FIELD(S, b_q, 1)};
+extern const meltstage::hls::Field hls_input_pins[] = {HLS_FIELD(I, rst_ni, 1), HLS_FIELD(I, en_i, 1)};
+extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(O, y_o, 1)};
+}
+)");
+  write("block.sv", R"(module debounce (input logic clk_i, rst_ni, en_i, output logic y_o);
+  logic a_q, b_q;
+  always_ff @(posedge clk_i or negedge rst_ni) if (!rst_ni) a_q <= 1'b0; else a_q <= en_i;
+  always_ff @(posedge clk_i) b_q <= b_q & en_i;
+  assign y_o = a_q ^ b_q;
+endmodule
+)");
+  for (const char* options : {"", "--tie en_i=1"}) {
+    const Ran ran = prove(options);
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr("invariant low: found it to rest on flops that nothing resets (b_q)"));
+  }
+}
+
+TEST_F(Hls, FormalCellsOfTheRtlAreNoneOfItsGates) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  const std::string rtl = text_of(kExample + ".sv");
+  for (const char* cell :
+       {"always @(posedge clk_i) assert (steady_q <= 15);", "always @(posedge clk_i) assume (hold_i != 3);",
+        "always @(posedge clk_i) cover (pressed_q);"}) {
+    write("block.sv", replaced(rtl, "endmodule", std::string(cell) + "\nendmodule"));
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 0) << cell << "\n" << ran.output;
+  }
+  write("block.sv", replaced(rtl, "assign pressed_o = pressed_q;",
+                             "(* anyconst *) logic any; assign pressed_o = pressed_q | any;"));
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 2) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("t:$anyconst"));
+}
+
+// Two signs of negation in a row are a syntax error in Icarus.
+TEST_F(Hls, TheResetOfATranslatedBlockIsReadByOtherTools) {
+  const std::string text = text_of(kExample + ".cpp");
+  write("block.cpp",
+        replaced(
+            text, "extern const meltstage::hls::Field hls_flops[]",
+            "void hls_in_reset(const State*, const Inputs* in, std::uint8_t* r) { *r = in->rst_ni == 0 ? 1 : "
+            "0; }\n\nextern const meltstage::hls::Field hls_flops[]"));
+  ASSERT_EQ(translate().status, 0) << translate().output;
+  EXPECT_EQ(run_shell("iverilog -g2012 -o " + at("block.vvp") + " " + at("block.sv")).output, "");
+}
+
 // The compiler takes both for calls that hardly ever happen.
 TEST_F(Hls, HelpersOfAWideSwitchAndColdOnesAreCopiedIn) {
   std::string body = "  switch (in->x_i) {\n";
@@ -691,6 +806,18 @@ TEST_F(Hls, TwoWaysOfOneSourceAreProvedEqualOrRefuted) {
   EXPECT_EQ(refuted.status, 1) << refuted.output;
   EXPECT_THAT(refuted.output, HasSubstr("x_i=0xc8"));
   EXPECT_THAT(refuted.output, HasSubstr("after the clock: second way 0x1, first way 0xc8"));
+}
+
+TEST_F(Hls, WaysThatBeginUnlikeAreRefuted) {
+  write_block("  s->a_q = in->x_i;");
+  write("block.cpp", replaced(text_of(at("block.cpp")), "{ *s = {}; }",
+                              "{ *s = {};\n#ifdef WRONG\n  s->c_q = 5;\n#endif\n}"));
+  EXPECT_EQ(compare("--other=-DRIGHT").status, 0);
+  // Without a reset pin the next states are alike.
+  write("block.cpp", replaced(text_of(at("block.cpp")), "if (in->rst_ni == 0) return hls_reset(s);", ""));
+  const Ran refuted = compare("--other=-DWRONG");
+  EXPECT_EQ(refuted.status, 1) << refuted.output;
+  EXPECT_THAT(refuted.output, HasSubstr("counterexample: c_q[0] in reset"));
 }
 
 TEST_F(Hls, WaysOfOtherPinsAreToldBeforeTheyAreCompared) {

@@ -236,7 +236,26 @@ TEST_F(Readers, CommasThatMayStandBetweenThousandsAreRefused) {
   // without.
   for (const char* rows : {"1,234;2,5\n950;10\n", "0,234;2,500\n950;10\n", "1,234;2,500\n9500;10\n",
                            "1,234;2,500\n3,000;-4,125\n"})
-    EXPECT_EQ(read("b.csv", std::string("x_um;y_um\n") + rows, {.travel = {{-1e3, 1e3}, {-1e3, 1e3}, {}}}).points.size(), 2U) << rows;
+    EXPECT_EQ(read("b.csv", std::string("x_um;y_um\n") + rows, {.travel = {{-1e3, 1e3}, {-1e3, 1e3}, {}}})
+                  .points.size(),
+              2U)
+        << rows;
+}
+
+TEST_F(Readers, RowsThatAreCommentedOutAreRefused) {
+  for (const char* sign : {"#", ";", "//", "# "})
+    EXPECT_EQ(error_of("a.csv", std::string("Ref,X (mm),Y (mm)\nA,1,2\n") + sign + "B,3,4\nC,5,6\n"),
+              std::string("row 3: found '") + sign +
+                  "B' at its beginning, expected a bump; take rows out that are none");
+}
+
+TEST_F(Readers, SubtotalsAmongTheRowsAreNoBumps) {
+  for (const char* row : {"Subtotal,4,6", "Mean,2,3", "Count:,2,2"})
+    EXPECT_EQ(
+        error_of("a.csv", std::string("Group,X_mm,Y_mm\nA1,1,2\nA2,3,4\n") + row + "\nB1,10,2\nB2,30,4\n"),
+        "row 4: found a row of totals, expected a bump; leave it out, or give it a label with a number if it "
+        "is one")
+        << row;
 }
 
 }  // namespace
