@@ -155,10 +155,16 @@ class Translation {
     }
   }
 
+  // Names of blocks and of what is in them, a dot between two; Verilog's own $ is for its tasks.
+  static bool has_whole_parts(const std::string& name) {
+    return !name.starts_with('.') && !name.ends_with('.') && name.find("..") == std::string::npos &&
+           name.find('$') == std::string::npos && name != "clk_i";
+  }
+
   // Flops and pins stand side by side in the RTL, words and bits of them too.
   void require_names(const std::vector<Field>& flops, const std::vector<Field>& inputs,
                      const std::vector<Field>& outputs) const {
-    std::set<std::string> known;
+    std::set<std::string> known{"clk_i"};
     const auto take = [&](const char* table, const std::string& name) {
       if (!known.insert(name).second)
         refuse_row(table, fmt::format("found {} twice, expected each name once", name));
@@ -166,7 +172,7 @@ class Translation {
     for (const auto& [table, rows] : {std::pair("hls_flops", &flops), std::pair("hls_input_pins", &inputs),
                                       std::pair("hls_output_pins", &outputs)}) {
       for (const Field& field : *rows) {
-        if (!can_be_escaped(field.name) || field.name == "clk_i")
+        if (!can_be_escaped(field.name) || !has_whole_parts(field.name))
           refuse_row(table, fmt::format("found the name '{}', expected letters, digits and _, and not clk_i",
                                         field.name));
         take(table, field.name);

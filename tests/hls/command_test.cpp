@@ -571,6 +571,11 @@ TEST_F(Hls, TablesAndNamesThatMakeNoCircuitAreRefused) {
     refused("HLS_FIELD(Inputs, x_i, 8)",
             "meltstage::hls::field<std::uint8_t>(\"" + std::string(name) + "\", 1, 8)",
             "hls_input_pins: found the name '");
+  for (const char* name : {"b_q.", ".b_q", "b..q", "b$q"})
+    refused("field<std::uint8_t>(\"b_q[1]\"", "field<std::uint8_t>(\"" + std::string(name) + "\"",
+            "hls_flops: found the name '" + std::string(name) + "', expected letters");
+  refused("field<std::uint8_t>(\"b_q[1]\"", "field<std::uint8_t>(\"clk_i.b_q\"",
+          "hls_flops: found clk_i.b_q in clk_i, which is a flop or pin, expected a block");
   refused("HLS_FIELD(Inputs, rst_ni, 1)", "HLS_FIELD(Inputs, rst_ni, 2)",
           "hls_input_pins: found rst_ni of 2 bits, expected 1");
   refused("HLS_FIELD(Outputs, y_o, 8)", "meltstage::hls::field<std::uint8_t>(\"rst_ni\", 0, 8)",

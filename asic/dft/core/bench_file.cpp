@@ -55,7 +55,9 @@ std::optional<Statement> parse(std::string_view text, const std::string& file, s
     throw UserError(defect_at(file, statement.place, fmt::format("{} in \"{}\"", found, shown(text)),
                               std::string(expected)));
   };
-  if (has_blank_within_name(line)) refuse("a blank within a name", "a comma between two names");
+  // Behind "=" ABC writes a look-up table as two words.
+  const std::string inputs = line.substr(std::min(line.find('('), line.size())),
+                    before = line.substr(0, line.find('='));
   line.erase(std::remove_if(line.begin(), line.end(), is_blank), line.end());
   for (const std::string_view constant : {"=vdd", "=gnd"})  // as ABC writes them
     if (line.ends_with(constant)) line += "()";
@@ -63,6 +65,8 @@ std::optional<Statement> parse(std::string_view text, const std::string& file, s
   if (open == std::string::npos || close == std::string::npos || close < open || close + 1 != line.size())
     throw UserError(defect_at(file, statement.place, fmt::format("\"{}\"", shown(text)),
                               "NAME = GATE(INPUTS), INPUT(NAME) or OUTPUT(NAME)"));
+  if (has_blank_within_name(inputs) || (equals < open && has_blank_within_name(before)))
+    refuse("a blank within a name", "a comma between two names");
   const std::size_t begin = equals == std::string::npos || equals > open ? 0 : equals + 1;
   statement.result = begin == 0 ? "" : line.substr(0, equals);
   statement.function = line.substr(begin, open - begin);

@@ -140,6 +140,7 @@ TEST(BenchFile, WhatStandsBesideTheInputsIsRefused) {
   refuses("y = NAND(a, , b)", "an input without a name");
   refuses("y = NAND(a, b,)", "an input without a name");
   refuses("y = NAND(a b)", "a blank within a name in \"y = NAND(a b)\", expected a comma between two names");
+  refuses("y 1 = NAND(a, b)", "a blank within a name");
   refuses("INPUT(c) OUTPUT(q)", "more than one gate in \"INPUT(c) OUTPUT(q)\", expected one a line");
   EXPECT_NO_THROW(parse_bench(
       " INPUT ( a )\t\r\nOUTPUT(y)\nn = vdd\nz = GND()\ny = AND(a, n, z) # a remark\n", "n.bench"));

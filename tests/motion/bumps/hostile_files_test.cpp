@@ -157,7 +157,7 @@ TEST(HostilePaths, NamesBringNoControlBytes) {
 }
 
 TEST(HostilePaths, StatementOfTooManyWords) {
-  EXPECT_THAT(path_refusal("a.apt", "PPRINT/" + std::string(1'000'000, ',') + "\n"),
+  EXPECT_THAT(path_refusal("a.apt", "CUTTER/" + std::string(1'000'000, ',') + "\n"),
               HasSubstr("more than 16384 words"));
 }
 
