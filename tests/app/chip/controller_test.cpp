@@ -211,6 +211,17 @@ class BadLine {
   BadLine& operator=(const BadLine&) = delete;
 
   std::string port() const { return line_.device(); }
+  static std::vector<std::uint8_t> with_crc(std::vector<std::uint8_t> frame) {
+    std::uint16_t crc = 0xFFFF;
+    for (const std::uint8_t byte : frame) {
+      crc ^= byte;
+      for (int bit = 0; bit < 8; ++bit)
+        crc = static_cast<std::uint16_t>((crc & 1U) != 0 ? (crc >> 1U) ^ 0xA001U : crc >> 1U);
+    }
+    frame.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
+    frame.push_back(static_cast<std::uint8_t>(crc >> 8U));
+    return frame;
+  }
 
  private:
   static constexpr std::size_t kRequest = 8;
@@ -226,17 +237,6 @@ class BadLine {
         request.erase(request.begin(), request.begin() + kRequest);
       }
     }
-  }
-  static std::vector<std::uint8_t> with_crc(std::vector<std::uint8_t> frame) {
-    std::uint16_t crc = 0xFFFF;
-    for (const std::uint8_t byte : frame) {
-      crc ^= byte;
-      for (int bit = 0; bit < 8; ++bit)
-        crc = static_cast<std::uint16_t>((crc & 1U) != 0 ? (crc >> 1U) ^ 0xA001U : crc >> 1U);
-    }
-    frame.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
-    frame.push_back(static_cast<std::uint8_t>(crc >> 8U));
-    return frame;
   }
 
   TemporaryFolder folder_;
@@ -292,6 +292,27 @@ TEST(DriverOnABadLine, ALateAnswerToWhatWasGivenUpIsNoneToTheNextRequest) {
   const Register* const second = &find_register("T_MAX");
   EXPECT_THROW(controller.read(std::span(&first, 1)), BusError);
   EXPECT_EQ(controller.read(std::span(&second, 1)).front(), second->address);
+}
+
+// The repeat is refused since the first one was done: that nothing was changed would be untrue.
+TEST(DriverOnABadLine, ARefusalBehindALostAnswerSaysThatItMayBeDone) {
+  int requests = 0;
+  const BadLine line([&](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
+    constexpr std::uint8_t kRefused = 0x86, kNotNow = 4;
+    if (++requests > 1) port.write(BadLine::with_crc({answer[0], kRefused, kNotNow}));
+  });
+  Connection c;
+  c.device = line.port();
+  c.timeout_s = 0.2;
+  Controller controller(c);
+  const Setting lock{&find_register("LOCK"), 5};
+  for (const auto& change : {std::function<void()>([&] { controller.start_tuning(); }),
+                             std::function<void()>([&] { controller.write(std::span(&lock, 1)); })}) {
+    requests = 0;
+    EXPECT_THAT(change, ThrowsMessage<BusError>(AllOf(
+                            HasSubstr("an answer before was lost, so the chip may have done it then: read it back"),
+                            Not(HasSubstr("nothing was changed")), Not(HasSubstr("heating must be on")))));
+  }
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ TEST(Case, KeepsFlopsAndPinsInItsFile) {
   failing.state.mem.active_q[3] ^= 1u;
   failing.state.mem.refresh_params();
   failing.inputs = {{}, {.uart_rx = 0, .addr_strap = 5}};
-  failing.differs = {"heater_o"};
+  failing.differs = {"heater_o", "u_guard.heater_q", "u_mem.active_q[3]", "u_uartc.u_rx.state_q"};
   write_case(folder.at("case.json"), failing);
   const FailingCase read = read_case(folder.at("case.json"));
   EXPECT_EQ(read.origin, "random.17");
@@ -65,7 +65,7 @@ TEST(Case, MistakesOfItsFileAreNamed) {
           "differs: found \"heater_o\", expected a list");
   refused(with("\"clocks\": [{}], \"differs\": [1]"), "differs: found 1, expected a text");
   refused(with("\"clocks\": [{}], \"differs\": [\"heater_i\"]"),
-          "differs: found heater_i, expected the name of a flop");
+          "differs: found heater_i, expected the name of a flop such as u_guard.fault_q");
   refused(with("\"clocks\": [{}], \"flops\": {\"guard.run_q\": 1, \"guard.run_q\": 0}"),
           "guard.run_q: found this key twice in one object, expected once");
 }
