@@ -309,9 +309,10 @@ TEST(DriverOnABadLine, ARefusalBehindALostAnswerSaysThatItMayBeDone) {
   for (const auto& change : {std::function<void()>([&] { controller.start_tuning(); }),
                              std::function<void()>([&] { controller.write(std::span(&lock, 1)); })}) {
     requests = 0;
-    EXPECT_THAT(change, ThrowsMessage<BusError>(AllOf(
-                            HasSubstr("an answer before was lost, so the chip may have done it then: read it back"),
-                            Not(HasSubstr("nothing was changed")), Not(HasSubstr("heating must be on")))));
+    EXPECT_THAT(change,
+                ThrowsMessage<BusError>(AllOf(
+                    HasSubstr("an answer before was lost, so the chip may have done it then: read it back"),
+                    Not(HasSubstr("nothing was changed")), Not(HasSubstr("heating must be on")))));
   }
 }
 
