@@ -176,7 +176,12 @@ template <class Call>
 void Controller::transact(const std::string& what, Call&& call) {
   bool late = false;  // an earlier attempt's answer, or the repeat's, may still come
   const auto let_it_come = [&] {
-    if (late) std::this_thread::sleep_for(std::chrono::duration<double>(connection_.timeout_s));
+    // The answer to a repeat comes as long after the first one as the repeat did: twice that of silence is
+    // one.
+    for (int silent = late ? 0 : 2; silent < 2;) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(connection_.timeout_s));
+      silent = modbus_flush(modbus_->get()) > 0 ? 0 : silent + 1;
+    }
   };
   int busy = 0;
   for (int attempt = 1;;) {

@@ -258,6 +258,22 @@ void expect_own_addresses(const BadLine& line, double timeout_s, std::chrono::mi
   }
 }
 
+// Every answer comes later than the time-out: the repeat's answer comes behind the first one's.
+TEST(DriverOnABadLine, AnswersThatAreAlwaysLateAreThoseOfTheirRequests) {
+  std::vector<std::thread> sending;
+  {
+    const BadLine line([&](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
+      sending.emplace_back([&port, answer] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(250));
+        port.write(answer);
+      });
+    });
+    expect_own_addresses(line, 0.2, std::chrono::milliseconds(0));
+    for (std::thread& one : sending) one.join();
+    sending.clear();
+  }
+}
+
 TEST(DriverOnABadLine, ASecondCopyOfAnAnswerIsNoneToTheNextRequest) {
   const BadLine line([](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
     port.write(answer);
