@@ -95,10 +95,11 @@ class EvenThroughout {
   double release(const MotionState&) const { return limits_.jerk; }
   double largest(const MotionState&) const { return limits_.acceleration; }
   void change(Course& course, double to) const { change_speed(course, to, limits_); }
-  /// Whether these limits hold from a state on.
+  /// Whether these limits hold from a state on, which may be a sample of a plan with its rounding.
   bool hold(const MotionState& state, double highest_mm_s) const {
-    return std::abs(state.acceleration_mm_s2) <= limits_.acceleration &&
-           std::abs(speed_without_acceleration(state, limits_.jerk)) <= highest_mm_s;
+    constexpr double kRounded = 1.0 + 1e-12;
+    return std::abs(state.acceleration_mm_s2) <= limits_.acceleration * kRounded &&
+           std::abs(speed_without_acceleration(state, limits_.jerk)) <= highest_mm_s * kRounded;
   }
 
  private:

@@ -108,6 +108,18 @@ TEST(StopWithin, RefusesToStopOnTheSpot) {
 
 // ---- retarget ----
 
+// A sample's acceleration may be above the limit by its last bit.
+TEST(Retarget, FromASampleOfAPlanTakesWhatWasLeft) {
+  const double acceleration = 4066.0268804809639;
+  const ScurveLimits limits = asymmetric_limits(400.0, acceleration, acceleration, 2e5, 2e5);
+  const double target_mm = 5.0608449160244078, at_s = 0.04060059686859642;
+  const JerkProfile plan = plan_retarget(limits, {0.0, 169.24573039076961, 0.0, 0.0}, target_mm);
+  const MotionState now = plan.sample(at_s);
+  const JerkProfile again = plan_retarget(limits, {0.0, now.velocity_mm_s, now.acceleration_mm_s2, 0.0},
+                                          target_mm - now.position_mm);
+  EXPECT_NEAR(again.duration_s, plan.duration_s - at_s, 1e-9);
+}
+
 TEST(Retarget, FromRestIsTheOrdinaryMove) {
   EXPECT_EQ(plan_retarget(gentle_stop, {}, 30.0).duration_s, plan_scurve(gentle_stop, 30.0).duration_s);
   const JerkProfile back = plan_retarget(gentle_stop, {}, -30.0);
