@@ -178,7 +178,14 @@ void Controller::transact(const std::string& what, Call&& call) {
   const auto let_it_come = [&] {
     // The answer to a repeat comes as long after the first one as the repeat did: twice that of silence is
     // one.
-    for (int silent = late ? 0 : 2; silent < 2;) {
+    constexpr int kSilent = 2, kMostWaits = 10;
+    int silent = late ? 0 : kSilent;
+    for (int waits = 0; silent < kSilent; ++waits) {
+      if (waits == kMostWaits)
+        throw BusError(
+            fmt::format("{}: {}: bytes without end behind a late answer, expected a silent line; see wiring, "
+                        "baud rate and who else sends",
+                        connection_.device, what));
       std::this_thread::sleep_for(std::chrono::duration<double>(connection_.timeout_s));
       silent = modbus_flush(modbus_->get()) > 0 ? 0 : silent + 1;
     }

@@ -84,10 +84,10 @@ class PointTable {
     } else if (row_of_units_ == row.row && take_row_of_units(row)) {
       return;
     }
-    refuse_commented_out(row);
     if (units_) take_unit(row);
     const double x = number(row, x_, "x");
     const double y = number(row, y_, "y");
+    note_commented_out(row);
     sides_.take(row);
     summary_.take(row, x_.index, y_.index, x, y);
     ends_within_row_ = row.ended ? 0 : row.row;
@@ -105,6 +105,8 @@ class PointTable {
                             first_hidden_)
               : fmt::format("{} rows, first row {}, are hidden in the sheet and hold bumps all the same",
                             hidden_, first_hidden_));
+    if (unsigned_rows_ && !commented_out_.empty())
+      fail(path_, commented_out_ + " at its beginning, expected a bump; take rows out that are none");
     if (const std::string doubt = marks_.doubt(); !doubt.empty())
       fail(path_,
            fmt::format(
@@ -124,15 +126,15 @@ class PointTable {
   }
 
  private:
-  /// Who put such a sign before a label wanted that bump away.
-  void refuse_commented_out(const TableRow& row) const {
+  /// Who put such a sign before some of the labels wanted those bumps away. Where all have it they are
+  /// numbered so.
+  void note_commented_out(const TableRow& row) {
     const auto first = std::find_if_not(row.cells.begin(), row.cells.end(), is_blank);
     const std::string_view text = trimmed(first->text);
-    for (const std::string_view sign : {"#", "//", ";"})
-      if (text.starts_with(sign))
-        fail(path_,
-             fmt::format("row {}: found {} at its beginning, expected a bump; take rows out that are none",
-                         row.row, in_quotes(text)));
+    if (!text.starts_with('#') && !text.starts_with("//") && !text.starts_with(';'))
+      unsigned_rows_ = true;
+    else if (commented_out_.empty())
+      commented_out_ = fmt::format("row {}: found {}", row.row, in_quotes(text));
   }
 
   /// A row may be as wide as a spreadsheet's, but not each of millions of rows.
@@ -424,6 +426,8 @@ class PointTable {
   SideColumns sides_;
   SummaryRow summary_;
   ThousandsMarks marks_;
+  bool unsigned_rows_ = false;
+  std::string commented_out_;        // the first row that may be
   std::size_t ends_within_row_ = 0;  // the last one, if it has no line end
   TableRow title_;                   // the first one
   const Unit* title_unit_ = nullptr;

@@ -1,107 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // `meltstage hls`: a block of somebody else goes through it, is proved or refuted, and what can't be a
 // circuit is refused by file and line.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
-#include "tests/support/run_command.hpp"
+#include "tests/hls/hls_command.hpp"
 
 namespace meltstage {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
-using ::testing::Not;
-
-const std::string kExample = MELTSTAGE_SOURCE_DIR "/examples/hls/debounce";
-
-std::string text_of(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const std::size_t at = text.find(what);
-  EXPECT_NE(at, std::string::npos) << what;
-  return at == std::string::npos ? text : text.replace(at, what.size(), by);
-}
-
-class Hls : public ::testing::Test {
- protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              ("meltstage_hls_" + std::string(info->name()) + "." + std::to_string(getpid()));
-    fs::create_directories(folder_);
-    write("list.f", "block.sv\n");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string at(const std::string& name) const { return (folder_ / name).string(); }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(at(name)) << text; }
-
-  Ran translate(const std::string& options = "--module debounce") const {
-    return run_command("hls translate " + at("block.cpp") + " --option=-I" MELTSTAGE_SOURCE_DIR " --out " +
-                       at("block.sv") + " " + options);
-  }
-  Ran prove(const std::string& options = "") const {
-    return run_command("hls prove " + at("block.cpp") + " --option=-I" MELTSTAGE_SOURCE_DIR " --rtl " +
-                       at("list.f") + " --top debounce " + options);
-  }
-
-  Ran compare(const std::string& options) const {
-    return run_command("hls compare " + at("block.cpp") + " --option=-I" MELTSTAGE_SOURCE_DIR " " + options);
-  }
-
-  // A block of three flops whose step is `body`, with state s, pins in and old as it was.
-  void write_block(const std::string& body) const {
-    write("block.cpp", R"(#include <cstdint>
-#include "hls/interface.hpp"
-struct State { std::uint8_t a_q, b_q[4]; std::int16_t c_q; };
-struct Inputs { std::uint8_t rst_ni, x_i; };
-struct Outputs { std::uint8_t y_o; };
-extern "C" int elsewhere(int);
-extern "C" {
-void hls_reset(State* s) { *s = {}; }
-void hls_step(State* s, const Inputs* in) {
-  if (in->rst_ni == 0) return hls_reset(s);
-)" + body + R"(
-}
-void hls_outputs(const State* s, const Inputs*, Outputs* out) { out->y_o = s->a_q; }
-extern const meltstage::hls::Field hls_flops[] = {
-    HLS_FIELD(State, a_q, 8), HLS_FIELD(State, c_q, 10),
-    meltstage::hls::field<std::uint8_t>("b_q[0]", offsetof(State, b_q), 8),
-    meltstage::hls::field<std::uint8_t>("b_q[1]", offsetof(State, b_q) + 1, 8),
-    meltstage::hls::field<std::uint8_t>("b_q[2]", offsetof(State, b_q) + 2, 8),
-    meltstage::hls::field<std::uint8_t>("b_q[3]", offsetof(State, b_q) + 3, 8)};
-extern const meltstage::hls::Field hls_input_pins[] = {HLS_FIELD(Inputs, rst_ni, 1), HLS_FIELD(Inputs, x_i, 8)};
-extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(Outputs, y_o, 8)};
-}
-)");
-  }
-  void expect_refused(const std::string& body, const std::string& message) const {
-    write_block(body);
-    expect_refusal(message);
-  }
-  void expect_refusal(const std::string& message) const {
-    const Ran ran = translate();
-    const std::string block = text_of(at("block.cpp"));
-    EXPECT_EQ(ran.status, 2) << block << "\n" << ran.output;
-    EXPECT_THAT(ran.output, HasSubstr(message)) << block;
-    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
-    EXPECT_FALSE(fs::exists(at("block.sv"))) << block;
-  }
-
-  fs::path folder_;
-};
 
 TEST_F(Hls, AForeignBlockIsTranslatedAndProvedEqualToItsRtl) {
   fs::copy(kExample + ".cpp", at("block.cpp"));
@@ -259,100 +166,6 @@ TEST_F(Hls, AnXOfTheRtlIsAnyValue) {
         replaced(sv, "if (steady > hold_i) pressed_q <= button_i;",
                  "case (steady > hold_i) 1'b1: pressed_q <= button_i; default: pressed_q <= 'x; endcase"));
   EXPECT_EQ(prove().status, 1);
-}
-
-TEST_F(Hls, AnAsynchronousResetIsOnePinOrFlop) {
-  const std::string cpp = text_of(kExample + ".cpp"), sv = text_of(kExample + ".sv");
-  write("block.cpp", replaced(cpp, "if (in->rst_ni == 0)", "if (in->rst_ni == 0 || (in->hold_i & 1) != 0)"));
-  const std::string declared =
-      replaced(sv, "steady_q, steady;", "steady_q, steady; wire clear_n = rst_ni & ~hold_i[0];");
-  write("block.sv", replaced(replaced(declared, "negedge rst_ni", "negedge clear_n"), "!rst_ni", "!clear_n"));
-  const Ran ran = prove();
-  EXPECT_EQ(ran.status, 2) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("block.sv:16: found flop level_q reset at once by hold_i[0] and rst_ni, "
-                                    "expected one pin or flop alone, or hls_in_reset() in the C++"));
-  // without a clock or with one: the table says which
-  write("block.cpp", cpp);
-  write("block.sv", sv);
-  EXPECT_THAT(prove().output, HasSubstr("\nRTL: 6 flop bits are reset at once by rst_ni\n"));
-  write("block.sv", replaced(sv, " or negedge rst_ni", ""));
-  const Ran with_clock = prove();
-  EXPECT_EQ(with_clock.status, 0) << with_clock.output;
-  EXPECT_THAT(with_clock.output, HasSubstr("\nRTL: 6 flop bits are not reset before a clock\n"));
-}
-
-TEST_F(Hls, BothSidesBeginInTheStateOfReset) {
-  write_block("  s->a_q = in->x_i;");
-  const std::string cpp = text_of(at("block.cpp"));
-  ASSERT_EQ(translate().status, 0) << translate().output;
-  write("block.cpp", replaced(cpp, "*s = {}; }", "*s = {}; s->a_q = 7; }"));
-  write("block.cpp", replaced(text_of(at("block.cpp")), "return hls_reset(s);", "{ *s = {}; return; }"));
-  const Ran ran = prove();
-  EXPECT_EQ(ran.status, 1) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("a_q[0]: what hls_reset() gives as the RTL's reset does is broken"));
-}
-
-TEST_F(Hls, ATiedPinHasOneValueAndIsToldWithTheVerdict) {
-  write_block("  s->a_q = in->x_i;");
-  ASSERT_EQ(translate().status, 0) << translate().output;
-  EXPECT_THAT(prove("--tie rst_ni=1").output, HasSubstr("equal for every state and input with rst_ni=1; "));
-  const Ran twice = prove("--tie rst_ni=1 --tie rst_ni=0");
-  EXPECT_EQ(twice.status, 2) << twice.output;
-  EXPECT_THAT(twice.output, HasSubstr("--tie: found rst_ni twice, expected one value a pin"));
-}
-
-TEST_F(Hls, AFlopThatNothingResetsIsNamed) {
-  const std::string cpp = replaced(text_of(kExample + ".cpp"), "in->rst_ni == 0", "false");
-  const std::string sv = replaced(text_of(kExample + ".sv"), " or negedge rst_ni", "");
-  write("block.cpp", cpp);
-  write("block.sv", replaced(sv, "!rst_ni", "1'b0"));
-  const Ran ran = prove();
-  EXPECT_EQ(ran.status, 0) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("\nnothing resets level_q, steady_q, pressed_q: "));
-  write("block.cpp", text_of(kExample + ".cpp"));
-  write("block.sv", sv);
-  EXPECT_THAT(prove().output, Not(HasSubstr("nothing resets")));
-}
-
-TEST_F(Hls, AFlopThatTheCppDoesNotResetHasNoResetInWhatIsTranslated) {
-  write_block("  s->a_q = in->x_i;");
-  write("block.cpp", replaced(text_of(at("block.cpp")), "return hls_reset(s);", "{ s->a_q = 0; return; }"));
-  ASSERT_EQ(translate().status, 0) << translate().output;
-  EXPECT_THAT(text_of(at("block.sv")), HasSubstr("always_ff @(posedge clk_i) begin"));
-  const Ran ran = prove();
-  EXPECT_EQ(ran.status, 0) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("\nnothing resets c_q, b_q[0], b_q[1], b_q[2], b_q[3]: "));
-}
-
-TEST_F(Hls, AnInvariantHoldsWhateverNothingResets) {
-  const std::string body = R"(  s->a_q = in->x_i;
-}
-struct Held { std::uint8_t small; };
-extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(Held, small, 1)};
-void hls_invariants(const State* s, Held* held) {
-  held->small = s->c_q < 4;)";
-  write_block(body);
-  write("block.cpp", replaced(text_of(at("block.cpp")), "if (in->rst_ni == 0) return hls_reset(s);", ""));
-  ASSERT_EQ(translate().status, 0) << translate().output;
-  const Ran ran = prove();
-  EXPECT_EQ(ran.status, 2) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("invariant small: found it to rest on flops that nothing resets"));
-}
-
-// A block alone was "proved for every state" under an invariant that nothing had asked for.
-TEST_F(Hls, ABlockIsProvedTogetherWithTheInvariants) {
-  write_block(R"(  if (s->a_q < 9) ++s->a_q;
-}
-struct Held { std::uint8_t small; };
-extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(Held, small, 1)};
-void hls_invariants(const State* s, Held* held) {
-  held->small = s->a_q < 4;)");
-  ASSERT_EQ(translate().status, 0) << translate().output;
-  const Ran ran = prove("--block pins");
-  EXPECT_EQ(ran.status, 1) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("small does not hold in the next state"));
-  EXPECT_THAT(compare("--other=-DANY").output,
-              HasSubstr("equal for every state in which the invariants hold"));
 }
 
 // The write was lost: the circuit was another one than the C++.
@@ -647,74 +460,6 @@ TEST_F(Hls, ALoopThatIsEnteredInItsMiddleIsRefused) {
       "their beginning");
 }
 
-// An invariant may not rest on the bits of a flop that nothing resets.
-TEST_F(Hls, AFlopOfWhichOneBitIsResetIsNotReset) {
-  write("block.cpp", R"(#include <cstdint>
-#include "hls/interface.hpp"
-struct S { std::uint8_t a_q; };
-struct I { std::uint8_t rst_ni, d_i; };
-struct O { std::uint8_t y_o; };
-struct V { std::uint8_t high_is_low; };
-extern "C" {
-void hls_reset(S* s) { s->a_q = 0; }
-void hls_step(S* s, const I* i) { s->a_q = std::uint8_t((s->a_q & 2) | (i->rst_ni ? i->d_i & 1 : 0)); }
-void hls_outputs(const S* s, const I*, O* o) { o->y_o = s->a_q & 1; }
-void hls_invariants(const S* s, V* v) { v->high_is_low = s->a_q < 2; }
-extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(V, high_is_low, 1)};
-extern const meltstage::hls::Field hls_flops[] = {HLS_FIELD(S, a_q, 2)};
-extern const meltstage::hls::Field hls_input_pins[] = {HLS_FIELD(I, rst_ni, 1), HLS_FIELD(I, d_i, 1)};
-extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(O, y_o, 1)};
-}
-)");
-  write("block.sv", R"(module debounce (input logic clk_i, rst_ni, d_i, output logic y_o);
-  logic [1:0] a_q;
-  always_ff @(posedge clk_i or negedge rst_ni) if (!rst_ni) a_q[0] <= 1'b0; else a_q[0] <= d_i;
-  always_ff @(posedge clk_i) a_q[1] <= a_q[1];
-  assign y_o = a_q[0] ^ a_q[1];
-endmodule
-)");
-  const Ran ran = prove();
-  EXPECT_EQ(ran.status, 2) << ran.output;
-  EXPECT_THAT(ran.output,
-              HasSubstr("invariant high_is_low: found it to rest on flops that nothing resets (a_q)"));
-}
-
-// Nobody promises that en_i is ever low.
-TEST_F(Hls, ADataPinIsNoReset) {
-  write("block.cpp", R"(#include <cstdint>
-#include "hls/interface.hpp"
-struct S { std::uint8_t a_q, b_q; };
-struct I { std::uint8_t rst_ni, en_i; };
-struct O { std::uint8_t y_o; };
-struct V { std::uint8_t low; };
-extern "C" {
-void hls_reset(S* s) { *s = {}; }
-void hls_step(S* s, const I* i) {
-  s->a_q = i->rst_ni & i->en_i;
-  s->b_q = s->b_q & i->en_i;
-}
-void hls_outputs(const S* s, const I*, O* o) { o->y_o = s->a_q; }
-void hls_invariants(const S* s, V* v) { v->low = s->b_q == 0; }
-extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(V, low, 1)};
-extern const meltstage::hls::Field hls_flops[] = {HLS_FIELD(S, a_q, 1), HLS_FIELD(S, b_q, 1)};
-extern const meltstage::hls::Field hls_input_pins[] = {HLS_FIELD(I, rst_ni, 1), HLS_FIELD(I, en_i, 1)};
-extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(O, y_o, 1)};
-}
-)");
-  write("block.sv", R"(module debounce (input logic clk_i, rst_ni, en_i, output logic y_o);
-  logic a_q, b_q;
-  always_ff @(posedge clk_i or negedge rst_ni) if (!rst_ni) a_q <= 1'b0; else a_q <= en_i;
-  always_ff @(posedge clk_i) b_q <= b_q & en_i;
-  assign y_o = a_q ^ b_q;
-endmodule
-)");
-  for (const char* options : {"", "--tie en_i=1"}) {
-    const Ran ran = prove(options);
-    EXPECT_EQ(ran.status, 2) << ran.output;
-    EXPECT_THAT(ran.output, HasSubstr("invariant low: found it to rest on flops that nothing resets (b_q)"));
-  }
-}
-
 TEST_F(Hls, FormalCellsOfTheRtlAreNoneOfItsGates) {
   fs::copy(kExample + ".cpp", at("block.cpp"));
   const std::string rtl = text_of(kExample + ".sv");
@@ -732,18 +477,6 @@ TEST_F(Hls, FormalCellsOfTheRtlAreNoneOfItsGates) {
   EXPECT_THAT(ran.output, HasSubstr("t:$anyconst"));
 }
 
-// Two signs of negation in a row are a syntax error in Icarus.
-TEST_F(Hls, TheResetOfATranslatedBlockIsReadByOtherTools) {
-  const std::string text = text_of(kExample + ".cpp");
-  write("block.cpp",
-        replaced(
-            text, "extern const meltstage::hls::Field hls_flops[]",
-            "void hls_in_reset(const State*, const Inputs* in, std::uint8_t* r) { *r = in->rst_ni == 0 ? 1 : "
-            "0; }\n\nextern const meltstage::hls::Field hls_flops[]"));
-  ASSERT_EQ(translate().status, 0) << translate().output;
-  EXPECT_EQ(run_shell("iverilog -g2012 -o " + at("block.vvp") + " " + at("block.sv")).output, "");
-}
-
 // The compiler takes both for calls that hardly ever happen.
 TEST_F(Hls, HelpersOfAWideSwitchAndColdOnesAreCopiedIn) {
   std::string body = "  switch (in->x_i) {\n";
@@ -759,6 +492,7 @@ static std::uint8_t mix(int a, int b) {
   if (sum & 1) sum ^= 0x55;
   return static_cast<std::uint8_t>(sum >> 1);
 }
+
 [[gnu::cold]] static std::uint8_t rare(int a, int b) {
   int sum = mix(a, b) + mix(b, a) * 5;
   for (int i = 0; i < 8; ++i) sum = sum & 1 ? sum >> 1 ^ 0x8c : sum >> 1;

@@ -274,6 +274,33 @@ TEST(DriverOnABadLine, AnswersThatAreAlwaysLateAreThoseOfTheirRequests) {
   }
 }
 
+// It must not wait for ever either.
+TEST(DriverOnABadLine, ALineThatIsNeverSilentIsTold) {
+  std::atomic<bool> over = false;
+  std::thread babble;
+  int requests = 0;
+  const BadLine line([&](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
+    if (++requests != 2) return;
+    port.write(answer);
+    babble = std::thread([&] {
+      while (!over) {
+        port.write(std::vector<std::uint8_t>{0x55});
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+    });
+  });
+  Connection c;
+  c.device = line.port();
+  c.timeout_s = 0.1;
+  Controller controller(c);
+  const Register* const reg = &find_register("SETPOINT");
+  EXPECT_THAT(
+      [&] { controller.read(std::span(&reg, 1)); },
+      ThrowsMessage<BusError>(HasSubstr("bytes without end behind a late answer, expected a silent line")));
+  over = true;
+  if (babble.joinable()) babble.join();
+}
+
 TEST(DriverOnABadLine, ASecondCopyOfAnAnswerIsNoneToTheNextRequest) {
   const BadLine line([](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
     port.write(answer);

@@ -490,8 +490,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCsv{
             "more_cells_between_semicolons", "x;y\n1;2\n3;4;5\n",
             "row 3: found 3 cells, expected at most 2, as row 1 has; quote a cell that holds the separator"},
-        BadCsv{"comment_inside", "x,y\n1,2\n# the end\n",
-               "row 3: found '# the end' at its beginning, expected a bump"},
+        BadCsv{"comment_inside", "x,y\n1,2\n# the end\n", "row 3, column 1 (x): found '# the end'"},
         BadCsv{"duplicate", "x,y\n1,2\n3,4\n1.0,2.0\n", "row 4: found (1, 2) mm again, first in row 2"},
         BadCsv{"duplicate_in_g_code", "x,y\n1,1\n1.00001,1\n",
                "row 3: found (1.00001, 1) mm again, first in row 2"},

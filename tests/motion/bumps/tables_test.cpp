@@ -249,6 +249,10 @@ TEST_F(Readers, RowsThatAreCommentedOutAreRefused) {
                   "B' at its beginning, expected a bump; take rows out that are none");
 }
 
+TEST_F(Readers, LabelsMayAllBeNumberedByASign) {
+  EXPECT_EQ(read("a.csv", "Bump,X (mm),Y (mm)\n#1,1,2\n#2,3,4\n").points.size(), 2U);
+}
+
 TEST_F(Readers, SubtotalsAmongTheRowsAreNoBumps) {
   for (const char* row : {"Subtotal,4,6", "Mean,2,3", "Count:,2,2"})
     EXPECT_EQ(
