@@ -175,23 +175,15 @@ Controller::~Controller() = default;
 template <class Call>
 void Controller::transact(const std::string& what, Call&& call) {
   bool late = false;  // an earlier attempt's answer, or the repeat's, may still come
+  int attempt = 1;
+  // Where all answers are late, those to repeats come behind the first one as far apart as they were sent.
+  // libmodbus counts no bytes that it throws away, so silence can't be waited for.
   const auto let_it_come = [&] {
-    // The answer to a repeat comes as long after the first one as the repeat did: twice that of silence is
-    // one.
-    constexpr int kSilent = 2, kMostWaits = 10;
-    int silent = late ? 0 : kSilent;
-    for (int waits = 0; silent < kSilent; ++waits) {
-      if (waits == kMostWaits)
-        throw BusError(
-            fmt::format("{}: {}: bytes without end behind a late answer, expected a silent line; see wiring, "
-                        "baud rate and who else sends",
-                        connection_.device, what));
-      std::this_thread::sleep_for(std::chrono::duration<double>(connection_.timeout_s));
-      silent = modbus_flush(modbus_->get()) > 0 ? 0 : silent + 1;
-    }
+    if (late)
+      std::this_thread::sleep_for((attempt + 1) * std::chrono::duration<double>(connection_.timeout_s));
   };
   int busy = 0;
-  for (int attempt = 1;;) {
+  for (;;) {
     modbus_flush(modbus_->get());
     if (call(modbus_->get()) >= 0) return let_it_come();
     const int error = errno;

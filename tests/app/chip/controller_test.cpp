@@ -258,47 +258,19 @@ void expect_own_addresses(const BadLine& line, double timeout_s, std::chrono::mi
   }
 }
 
-// Every answer comes later than the time-out: the repeat's answer comes behind the first one's.
+// Every answer comes later than the time-out, and that to a repeat behind the first one's.
 TEST(DriverOnABadLine, AnswersThatAreAlwaysLateAreThoseOfTheirRequests) {
-  std::vector<std::thread> sending;
-  {
+  for (const int delay_ms : {210, 250, 300, 380, 450}) {
+    std::vector<std::thread> sending;
     const BadLine line([&](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
-      sending.emplace_back([&port, answer] {
-        std::this_thread::sleep_for(std::chrono::milliseconds(250));
+      sending.emplace_back([&port, answer, delay_ms] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
         port.write(answer);
       });
     });
     expect_own_addresses(line, 0.2, std::chrono::milliseconds(0));
     for (std::thread& one : sending) one.join();
-    sending.clear();
   }
-}
-
-// It must not wait for ever either.
-TEST(DriverOnABadLine, ALineThatIsNeverSilentIsTold) {
-  std::atomic<bool> over = false;
-  std::thread babble;
-  int requests = 0;
-  const BadLine line([&](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
-    if (++requests != 2) return;
-    port.write(answer);
-    babble = std::thread([&] {
-      while (!over) {
-        port.write(std::vector<std::uint8_t>{0x55});
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      }
-    });
-  });
-  Connection c;
-  c.device = line.port();
-  c.timeout_s = 0.1;
-  Controller controller(c);
-  const Register* const reg = &find_register("SETPOINT");
-  EXPECT_THAT(
-      [&] { controller.read(std::span(&reg, 1)); },
-      ThrowsMessage<BusError>(HasSubstr("bytes without end behind a late answer, expected a silent line")));
-  over = true;
-  if (babble.joinable()) babble.join();
 }
 
 TEST(DriverOnABadLine, ASecondCopyOfAnAnswerIsNoneToTheNextRequest) {
