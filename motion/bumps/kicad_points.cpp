@@ -355,7 +355,7 @@ std::string reference_of(const Node& footprint) {
     if (node.children.size() > 2 && ((head(node) == "property" && node.children[1].word == "Reference") ||
                                      (head(node) == "fp_text" && node.children[1].word == "reference")))
       return node.children[2].word;
-  return "";
+  return "unnamed";
 }
 
 Placement placement_of(const std::filesystem::path& path, const Node& footprint) {

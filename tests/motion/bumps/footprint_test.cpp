@@ -102,6 +102,11 @@ TEST_F(Readers, OneFootprintToolOrApertureIsTakenByItsName) {
   EXPECT_THAT(resistor.notes, ElementsAre("1 bump that is not of R1 left out"));
   EXPECT_EQ(error_of("a.kicad_pcb", board, {.only = "U2"}), "only: found 'U2', expected one of R1, U1");
 
+  EXPECT_EQ(
+      error_of("b.kicad_pcb", "(kicad_pcb (footprint a (at 0 0) (pad 1 smd rect (at 1 -2) (layers F.Cu))))",
+               {.only = "U2"}),
+      "only: found 'U2', expected one of unnamed");
+
   const std::string drills =
       "M48\nMETRIC\nT1C0.3\nT2C1.0\n%\nT1\nX1.0Y1.0\nX2.0Y1.0\nT2\nX3.0Y1.0\nT1\nX4.0Y1.0\nM30\n";
   const CoordinateFile first = read("a.drl", drills, {.only = "T1"});
