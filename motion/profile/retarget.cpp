@@ -127,6 +127,34 @@ Course from_above_the_limit(const Course& course, const ScurveLimits& limits, do
   return slower.profile.duration_s <= stop_first.profile.duration_s ? slower : stop_first;
 }
 
+/// A present acceleration >= 0 that grows, stays and is taken away, and the way it takes.
+struct SpeedUp {
+  double rise_s, hold_s, fall_s, way_mm;
+};
+
+/// The fastest way to come to rest of acceleration at a speed that is `gain` above the least possible one.
+/// Only what is still to come is computed: beside a high speed, or a long rise before, it would be lost in
+/// rounding.
+SpeedUp speed_up_by(const MotionState& state, double gain, const RampLimits& ramp) {
+  const auto [position, velocity, acceleration, jerk] = state;
+  const double square = acceleration * acceleration,
+               free_peak = std::sqrt(square + gain / ramp.half_jerk_time);
+  double peak = free_peak,
+         growth = gain > 0.0 ? gain / ramp.half_jerk_time / (free_peak + acceleration) : 0.0, hold_s = 0.0;
+  if (free_peak > ramp.acceleration) {
+    peak = std::max(ramp.acceleration, acceleration);
+    growth = peak - acceleration;
+    hold_s = (gain - (peak + acceleration) * growth * ramp.half_jerk_time) / peak;
+  }
+  const double rise_s = growth * ramp.inverse_rise, fall_s = peak * ramp.inverse_fall;
+  const double least_speed = velocity + 0.5 * square * ramp.inverse_fall;
+  const double risen = velocity + 0.5 * rise_s * (acceleration + peak);
+  const double rise_mm = rise_s * (velocity + rise_s * (2.0 * acceleration + peak) / 6.0),
+               hold_mm = hold_s * (risen + 0.5 * hold_s * peak),
+               fall_mm = fall_s * (least_speed + gain - fall_s * peak / 6.0);
+  return {rise_s, hold_s, fall_s, rise_mm + hold_mm + fall_mm};
+}
+
 /// To rest at a target beyond the stopping point, of a forward motion.
 Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
   constexpr double kRounding = 1e-12;  // a profile under the same limits ends its acceleration at Vc
@@ -150,27 +178,21 @@ Course go_on(Course course, const ScurveLimits& limits, double target_mm) {
 
   const double excess = course.now.acceleration_mm_s2 - limits.acceleration_mm_s2;
   course.append(excess / limits.jerk3_mm_s3, -limits.jerk3_mm_s3);
-  const auto [position, velocity, acceleration, jerk] = course.now;
+  const MotionState from = course.now;
+  const auto [position, velocity, acceleration, jerk] = from;
   const double lowest = velocity + acceleration * acceleration / (2.0 * limits.jerk3_mm_s3);
   if (lowest > above_limit) return from_above_the_limit(course, limits, target_mm);
-  // The acceleration continues one that began without acceleration at this speed, a little earlier. Beside a
-  // high speed the change that it has made is lost in rounding: changes of speed are added, not subtracted.
-  const double earlier_s = acceleration / limits.jerk1_mm_s3;
-  const double earlier_speed = speed_before(velocity, acceleration, limits.jerk1_mm_s3);
-  const double earlier_mm = earlier_s * (earlier_speed + limits.jerk1_mm_s3 * earlier_s * earlier_s / 6.0);
   const RampLimits up_limits = speeding_up(limits), down_limits = slowing_down(limits);
-  const double least_change = acceleration * acceleration * up_limits.half_jerk_time;
   const double way_mm = target_mm - position;
-  const auto up_by = [&](double gain) { return ramp_by(earlier_speed, least_change + gain, up_limits); };
+  const auto up_by = [&](double gain) { return speed_up_by(from, gain, up_limits); };
   const auto down_from = [&](double peak) { return ramp_by(0.0, peak, down_limits); };
-  const auto ways_mm = [&](double gain) {
-    return up_by(gain).distance - earlier_mm + down_from(lowest + gain).distance;
-  };
+  const auto ways_mm = [&](double gain) { return up_by(gain).way_mm + down_from(lowest + gain).distance; };
   const double gain = root_of_rising([&](double by) { return ways_mm(by) - way_mm; }, 0.0,
                                      std::max(0.0, limits.velocity_mm_s - lowest));
   const double peak = lowest + gain;
-  const Ramp up = up_by(gain), down = down_from(peak);
-  course.append(up.rise_s - earlier_s, limits.jerk1_mm_s3);
+  const SpeedUp up = up_by(gain);
+  const Ramp down = down_from(peak);
+  course.append(up.rise_s, limits.jerk1_mm_s3);
   course.append(up.hold_s, 0.0);
   course.append(up.fall_s, -limits.jerk3_mm_s3);
   course.now.velocity_mm_s = peak;

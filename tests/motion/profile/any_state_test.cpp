@@ -26,6 +26,20 @@ TEST(AnyState, TurnsBackWithinTheJerkLimit) {
   EXPECT_EQ(fault_of(plan_retarget(task.limits, task.state, task.target.position_mm), task), "");
 }
 
+// The least jerk would have needed ten seconds and 200 m to come to the present acceleration.
+TEST(AnyState, AnAccelerationNoSlowJerkCouldHaveMadeEndsAtTheTarget) {
+  for (const AnyState& task :
+       {AnyState{{34.026746985900068, 19850.896559516499, 3117.0811600041498, 1088.20431610589,
+                  5123148.4470472652, 419074.05734551349, 2999025.2776972293},
+                 {0.0, -3.4026746985900071e-08, -10829.129776321004, 0.0},
+                 {-0.073639668842909289, 0.0, 0.0, 0.0}},
+        AnyState{{93.693541682994862, 8914.0266439828993, 2072.095619078807, 1444.6713725308448,
+                  9214796.0793557018, 8384877.8383843023, 277454.35620108392},
+                 {0.0, 0.0, 7578.8610953148345, 0.0},
+                 {0.0068742408573919667, 0.0, 0.0, 0.0}}})
+    EXPECT_EQ(fault_of(plan_retarget(task.limits, task.state, task.target.position_mm), task), "");
+}
+
 TEST(AnyStateProperty, KeepsTheLimitsAndEndsAtTheTarget) {
   const std::uint64_t seed = new_seed();
   std::mt19937_64 random(seed);
