@@ -27,8 +27,8 @@ struct TestTiming {
   friend bool operator==(const TestTiming&, const TestTiming&) = default;
 };
 
-/// One tester cycle: a character a signal. Inputs: 0, 1, P (clock pulse), in what was read any other for one
-/// that is left open; outputs: L, H, X (not compared).
+/// One tester cycle: a character a signal. Inputs: 0, 1, P (clock pulse), in what was read N for one that is
+/// left open; outputs: L, H, X (not compared).
 struct TestCycle {
   std::string states;
   std::string label;        ///< of the pattern that begins here; not compared

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -42,11 +43,10 @@ std::vector<std::string> lint(const CycleStream& stream, const TesterProfile& pr
   for (std::size_t i = 0; i < stream.cycles.size(); at += stream.cycles[i++].count) {
     for (std::size_t s = 0; s < stream.signals.size(); ++s) {
       const char c = stream.cycles[i].states[s];
-      const bool known =
-          stream.signals[s].is_input ? c == '0' || c == '1' || c == 'P' : c == 'H' || c == 'L' || c == 'X';
-      if (!known) {
+      const std::string_view known = stream.signals[s].is_input ? "01PN" : "HLX";
+      if (known.find(c) == std::string_view::npos) {
         complain(fmt::format("cycle {}: found {} on {}, expected {}", at, c, stream.signals[s].name,
-                             stream.signals[s].is_input ? "0, 1 or P" : "H, L or X"));
+                             stream.signals[s].is_input ? "0, 1, P or N" : "H, L or X"));
         return reasons;
       }
     }

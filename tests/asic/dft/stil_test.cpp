@@ -628,7 +628,18 @@ TEST(Lint, TesterLimits) {
   EXPECT_THAT(reason([](CycleStream&, TesterProfile& p) { p.pins = 3; }), HasSubstr("9 pins"));
   EXPECT_THAT(reason([](CycleStream&, TesterProfile& p) { p.vector_memory = 3; }), HasSubstr("vectors"));
   EXPECT_THAT(reason([](CycleStream& s, TesterProfile&) { s.cycles[4].states[0] = 'H'; }),
-              HasSubstr("cycle 4: found H on clk"));
+              HasSubstr("cycle 4: found H on clk, expected 0, 1, P or N"));
+  EXPECT_THAT(reason([](CycleStream& s, TesterProfile&) { s.cycles[4].states[8] = 'N'; }),
+              HasSubstr("cycle 4: found N on so[1], expected H, L or X"));
+}
+
+// Replay fills in what a file leaves open; a tester's limits say nothing against it.
+TEST(Lint, AnInputMayBeLeftOpen) {
+  const std::string text = R"(STIL 1.0; Signals { a In; y Out; }
+Timing { WaveformTable t { Period '100ns'; Waveforms { a { 01NZ { '0ns' D/U/N/Z; } } y { LHX { '40ns' L/H/X; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Pattern main { W t; V { a=1; y=H; } V { a=N; y=X; } V { a=Z; y=X; } })";
+  EXPECT_THAT(lint(parse_stil(text, "a.stil"), {}), testing::IsEmpty());
 }
 
 std::size_t count(const std::string& text, const std::string& what) {
