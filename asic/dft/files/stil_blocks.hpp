@@ -57,8 +57,11 @@ class Reader {
   void read_signals();
   // Signals of an expression 'a + b - c'.
   std::vector<std::size_t> expression(const std::string& text, std::size_t where);
+  // A signal, a group, a range or an expression in single quotes: the name of the group that it is.
+  std::string take_signals();
   // Makes a group of a range such as q[3..0], where the name is one.
   void know_range(const std::string& name, std::size_t where);
+  void know(const std::string& name, std::vector<std::size_t> members, std::size_t where);
   void read_groups();
   // What a signal or group says of itself. Base and WFCMap give its data another meaning.
   void read_attributes();
@@ -94,7 +97,7 @@ class Reader {
   std::vector<std::filesystem::path> including_;
   Lexer lexer_;
   Token token_;
-  std::size_t ranged_ = 0;  // signals of ranges
+  std::size_t ranged_ = 0;  // signals of ranges and expressions
 };
 
 }  // namespace meltstage::dft::stil

@@ -65,12 +65,33 @@ void Reader::know_range(const std::string& name, std::size_t where) {
   if (file_.groups.contains(name)) return;
   std::vector<std::size_t> members;
   for (const std::string& one : names_of_range(name)) members.push_back(file_.members(one, where).front());
-  if (members.empty()) return;
+  if (!members.empty()) know(name, std::move(members), where);
+}
+
+void Reader::know(const std::string& name, std::vector<std::size_t> members, std::size_t where) {
   ranged_ += members.size();
   constexpr std::size_t kMostRanged = 10'000'000;
   if (ranged_ > kMostRanged)
-    fail(where, "more signals in ranges than this program takes", fmt::format("at most {}", kMostRanged));
+    fail(where, "more signals in ranges and expressions than this program takes",
+         fmt::format("at most {}", kMostRanged));
   file_.groups.emplace(name, std::move(members));
+}
+
+std::string Reader::take_signals() {
+  const std::size_t where = token_.where;
+  if (token_.kind != Token::Kind::time) {
+    const std::string name = take_name();
+    know_range(name, where);
+    return name;
+  }
+  const std::string quoted = "'" + token_.text + "'";  // no name has quotes
+  if (!file_.groups.contains(quoted)) {
+    std::vector<std::size_t> members = expression(token_.text, where);
+    if (members.empty()) fail(where, fmt::format("no signal in {}", shown(quoted)), "at least one");
+    know(quoted, std::move(members), where);
+  }
+  advance();
+  return quoted;
 }
 
 std::vector<std::size_t> Reader::expression(const std::string& text, std::size_t where) {

@@ -87,8 +87,7 @@ void Reader::assignments(Statement& statement) {
   expect("{");
   while (!is("}")) {
     Assignment assignment{"", "", token_.where};
-    assignment.signals = take_name();
-    know_range(assignment.signals, assignment.where);
+    assignment.signals = take_signals();
     if (!is("=")) fail(token_.where, found(), "\"=\"");
     assignment.data = lexer_.data();  // the lexer stands right behind the "="
     advance();

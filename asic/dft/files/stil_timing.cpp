@@ -142,9 +142,7 @@ void Reader::read_waveforms(WaveformTable& table) {
   expect("{");
   while (!is("}")) {
     const std::size_t where = token_.where;
-    const std::string of = take_name();
-    know_range(of, where);
-    const std::vector<std::size_t> signals = file_.members(of, where);
+    const std::vector<std::size_t> signals = file_.members(take_signals(), where);
     expect("{");
     while (!is("}")) {
       const std::size_t at_characters = token_.where;

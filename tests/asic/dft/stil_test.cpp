@@ -214,6 +214,30 @@ Pattern main { W t; V { q[1..0]=01; y[0..1]=LH; } V { g=01H; } })";
   EXPECT_THAT([&] { parse_stil(other, "a.stil"); }, testing::ThrowsMessage<StilError>(HasSubstr("\"q[2]\"")));
 }
 
+// IEEE 1450-1999, 6.16: wherever a signal or group may stand, a quoted expression may.
+TEST(Stil, AnExpressionStandsForItsSignals) {
+  const std::string text =
+      R"(STIL 1.0; Signals { "1" In; "2" In; clk_i In; o Out; } SignalGroups { pi = '"1" + "2" + clk_i'; }
+Timing { WaveformTable t { Period '100ns'; Waveforms { 'pi-clk_i' { 01 { '0ns' D/U; } }
+clk_i { 01 { '0ns' D/U; } } 'o' { LHX { '40ns' L/H/X; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Procedures { q { W t; V { '"2"+clk_i'=##; 'o'=#; } } }
+Pattern main { W t; C { 'pi - "1"'=00; } V { '"1"+o'=1L; } V { 'o + clk_i + "1"+"2"'=H101; }
+F { 'pi-"1"-"2"'=1; } Call q { '"2"'=0; 'clk_i+o'=1X; } })";
+  const CycleStream read = parse_stil(text, "a.stil");
+  std::string states;
+  for (const TestCycle& cycle : read.cycles) states += cycle.states + " ";
+  EXPECT_EQ(states, "100L 011H 001X ");
+  const auto refused = [&](const std::string& find, const std::string& put, const std::string& said) {
+    std::string bad = text;
+    bad.replace(bad.find(find), find.size(), put);
+    EXPECT_THAT([&] { parse_stil(bad, "a.stil"); }, testing::ThrowsMessage<StilError>(HasSubstr(said)));
+  };
+  refused("'pi-clk_i' {", "'pi-clk' {", "a.stil:2:56: found signal or group \"clk\", expected one that is");
+  refused("'\"1\"+o'=1L", "'\"1\"+o'=1", "a.stil:6:46: found 1 characters for \"'\"1\"+o'\", expected 2");
+  refused("'pi-clk_i' {", "'pi-pi' {", "a.stil:2:56: found no signal in 'pi-pi', expected at least one");
+}
+
 // What would take all memory, all time or the stack is refused.
 TEST(Stil, LimitsHold) {
   const std::string head = R"(STIL 1.0; Signals { a In; y Out; } SignalGroups { g = 'a'; }
