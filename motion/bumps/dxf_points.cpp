@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/count.hpp"
 #include "base/file.hpp"
 #include "base/number.hpp"
 #include "base/place.hpp"
@@ -94,6 +95,21 @@ struct Frame {
   }
 };
 
+/// A layer that a drawing doesn't show, as it is named there, and the bumps that aren't seen for it.
+struct UnseenLayer {
+  std::string name;
+  bool frozen = false;  ///< else merely off
+  std::size_t bumps = 0;
+};
+
+/// The insert that an entity stands in: its layer, the nearest frozen layer of it and the inserts around it,
+/// and how many these are.
+struct Holder {
+  std::string_view layer;
+  UnseenLayer* frozen = nullptr;
+  std::size_t depth = 0;
+};
+
 class Drawing {
  public:
   explicit Drawing(const std::filesystem::path& path) : path_(path) {}
@@ -113,7 +129,7 @@ class Drawing {
         read_section(groups[at + 1].value, std::span(groups).subspan(at + 2, end - at - 2));
       at = end + 1;
     }
-    for (const Entity& entity : entities_) draw(entity, {}, "", 0);
+    for (const Entity& entity : entities_) draw(entity, {}, {});
     return finish();
   }
 
@@ -170,7 +186,8 @@ class Drawing {
       if (entry.kind != "LAYER" || name == nullptr) continue;
       const bool frozen = (whole(entry, 70, 0) & 1) != 0, off = whole(entry, 62, 7) < 0;
       if (frozen || off)
-        unseen_layers_.try_emplace(in_small_letters(name->value), std::string(name->value), 0);
+        unseen_layers_.try_emplace(in_small_letters(name->value),
+                                   UnseenLayer{std::string(name->value), frozen, 0});
     }
   }
 
@@ -192,7 +209,7 @@ class Drawing {
 
   // ---- entities ----
 
-  void draw(const Entity& entity, const Frame& frame, std::string_view layer_of_insert, std::size_t depth) {
+  void draw(const Entity& entity, const Frame& frame, const Holder& holder) {
     // Parts of the entity before them, and what stands in a frame around the drawing.
     constexpr std::array<std::string_view, 3> kParts = {"VERTEX", "SEQEND", "ATTRIB"};
     if (std::find(kParts.begin(), kParts.end(), entity.kind) != kParts.end()) return;
@@ -201,11 +218,11 @@ class Drawing {
     if (whole(entity, 60, 0) == 1 && hidden_++ == 0) first_hidden_ = entity.row;
     const Group* stated = entity.find(8);
     std::string_view layer = stated == nullptr ? "0" : stated->value;
-    if (layer == "0" && !layer_of_insert.empty()) layer = layer_of_insert;
+    if (layer == "0" && !holder.layer.empty()) layer = holder.layer;
     if (entity.kind == "POINT" || entity.kind == "CIRCLE")
-      add(entity, frame, layer);
+      add(entity, frame, layer, holder.frozen);
     else if (entity.kind == "INSERT")
-      insert(entity, frame, layer, depth);
+      insert(entity, frame, layer, holder);
     else
       leave_out(shown(entity.kind), shown(entity.kind) + "s", entity);
   }
@@ -220,12 +237,19 @@ class Drawing {
     return nz > 0.0 ? 1.0 : -1.0;
   }
 
-  void add(const Entity& entity, const Frame& frame, std::string_view layer) {
+  /// Null for a layer that is seen.
+  UnseenLayer* unseen(std::string_view layer) {
+    const auto found = unseen_layers_.find(in_small_letters(layer));
+    return found == unseen_layers_.end() ? nullptr : &found->second;
+  }
+
+  /// An insert in a frozen layer hides all that it holds; in one that is off, only what belongs to that.
+  void add(const Entity& entity, const Frame& frame, std::string_view layer, UnseenLayer* frozen_around) {
     // A point's place is the drawing's own, whatever its extrusion.
     const double sign = entity.kind == "POINT" ? 1.0 : x_sign(entity);
     const auto [x, y] = frame.apply(sign * required(entity, 10), required(entity, 20));
-    const auto unseen = unseen_layers_.find(in_small_letters(layer));
-    if (unseen != unseen_layers_.end()) ++unseen->second.second;
+    UnseenLayer* own = unseen(layer);
+    if (UnseenLayer* hides = own != nullptr ? own : frozen_around; hides != nullptr) ++hides->bumps;
     result_.points.push_back({x * unit_mm_, y * unit_mm_, entity.row, std::nullopt, group_of(layer)});
     check_point_count(path_, result_.points.size());
   }
@@ -237,7 +261,7 @@ class Drawing {
     return at->second;
   }
 
-  void insert(const Entity& entity, const Frame& frame, std::string_view layer, std::size_t depth) {
+  void insert(const Entity& entity, const Frame& frame, std::string_view layer, const Holder& around) {
     constexpr std::size_t kDeepest = 32;
     constexpr int kMost = 100'000;
     const Group* name = entity.find(2);
@@ -245,7 +269,7 @@ class Drawing {
     if (block == blocks_.end())
       fail_at(entity, fmt::format("block {}", name == nullptr ? "''" : in_quotes(name->value)),
               "one of the section BLOCKS");
-    if (depth == kDeepest) fail_at(entity, fmt::format("blocks nested {} deep", kDeepest), "fewer");
+    if (around.depth == kDeepest) fail_at(entity, fmt::format("blocks nested {} deep", kDeepest), "fewer");
     const double sign = x_sign(entity);
     const double angle = number(entity, 50, 0.0), scale_x = number(entity, 41, 1.0),
                  scale_y = number(entity, 42, 1.0);
@@ -253,7 +277,9 @@ class Drawing {
     if (columns < 1 || rows < 1 || columns > kMost || rows > kMost)
       fail_at(entity, fmt::format("{} columns and {} rows", columns, rows), fmt::format("1 to {}", kMost));
     const RawPoint along_x = turned({1.0, 0.0, 0}, angle), along_y = turned({0.0, 1.0, 0}, angle);
-    const std::size_t before = result_.points.size();
+    UnseenLayer* own_layer = unseen(layer);
+    const Holder holder{layer, own_layer != nullptr && own_layer->frozen ? own_layer : around.frozen,
+                        around.depth + 1};
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column < columns; ++column) {
         count_work(entity);
@@ -266,12 +292,9 @@ class Drawing {
         const Frame seen = frame.behind(Frame{sign, 0.0, 0.0, 1.0, 0.0, 0.0}.behind(own));
         for (const Entity& part : block->second.entities) {
           count_work(entity);
-          draw(part, seen, layer, depth + 1);
+          draw(part, seen, holder);
         }
       }
-    // What stands on an unseen layer is unseen, whatever the layers of its parts.
-    if (const auto unseen = unseen_layers_.find(in_small_letters(layer)); unseen != unseen_layers_.end())
-      unseen->second.second += result_.points.size() - before;
   }
 
   /// Blocks in blocks multiply.
@@ -337,10 +360,10 @@ class Drawing {
                                           left.count == 1 ? "holds" : "hold"));
     }
     for (const auto& [key, unseen] : unseen_layers_)
-      if (const auto& [layer, bumps] = unseen; bumps > 0)
-        result_.notes.push_back(
-            fmt::format("layer {} is off or frozen, and its {} bump{} {} taken all the same",
-                        in_quotes(layer), bumps, bumps == 1 ? "" : "s", bumps == 1 ? "is" : "are"));
+      if (unseen.bumps > 0)
+        result_.notes.push_back(fmt::format("layer {} is off or frozen, and its {} {} taken all the same",
+                                            in_quotes(unseen.name), counted(unseen.bumps, "bump"),
+                                            unseen.bumps == 1 ? "is" : "are"));
     if (hidden_ > 0)
       result_.notes.push_back(
           fmt::format("{} hidden, first in row {}, and taken all the same",
@@ -355,8 +378,8 @@ class Drawing {
   RawPoints result_;
   double unit_mm_ = 1.0;
   bool has_unit_ = false;
-  // By their names in small letters: DXF knows no others. The name as it stands, and the bumps in it.
-  std::map<std::string, std::pair<std::string, std::size_t>> unseen_layers_;
+  // By their names in small letters: DXF knows no others.
+  std::map<std::string, UnseenLayer> unseen_layers_;
   std::map<std::string, std::uint32_t> layers_;
   std::map<std::string_view, Block> blocks_;
   std::vector<Entity> entities_;

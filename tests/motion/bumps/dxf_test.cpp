@@ -87,6 +87,52 @@ TEST_F(Readers, ADrawingSaysWhatIsNoBump) {
                           "1 entity of the paper space, in row 40, holds no bump"));
 }
 
+/// Layers, each with its flags (code 70: 1 is frozen) and colour (code 62: below 0 is off).
+std::string layers(const std::vector<std::array<std::string, 3>>& entries) {
+  std::string out = "0\nSECTION\n2\nTABLES\n";
+  for (const auto& [name, flags, colour] : entries)
+    out += fmt::format("0\nLAYER\n2\n{}\n70\n{}\n62\n{}\n", name, flags, colour);
+  return out + "0\nENDSEC\n";
+}
+
+std::string block(const std::string& name, const std::string& entities) {
+  return fmt::format("0\nBLOCK\n2\n{}\n{}0\nENDBLK\n", name, entities);
+}
+
+std::string insert(const std::string& name, const std::string& layer, const std::string& more = "") {
+  return fmt::format("0\nINSERT\n2\n{}\n8\n{}\n10\n0\n20\n0\n{}", name, layer, more);
+}
+
+std::string circle_in(const std::string& layer) {
+  return fmt::format("0\nCIRCLE\n8\n{}\n10\n1\n20\n2\n40\n0.1\n", layer);
+}
+
+TEST_F(Readers, ABumpOfAnUnseenLayerIsToldOnce) {
+  const std::string frozen = layers({{"PADS", "1", "7"}, {"OLD", "1", "7"}}),
+                    off = layers({{"PADS", "0", "-7"}, {"OLD", "1", "7"}});
+  const std::string blocks = "0\nSECTION\n2\nBLOCKS\n" + block("ONE", circle_in("0")) +
+                             block("HOLE", circle_in("HOLES")) + block("PAD", circle_in("PADS")) +
+                             block("TWICE", insert("ONE", "0")) + block("OLD_ONE", insert("HOLE", "OLD")) +
+                             "0\nENDSEC\n";
+  const auto notes = [&](const std::string& table, const std::string& entities) {
+    return read("a.dxf", drawing(entities, table + blocks)).notes;
+  };
+  const auto told = [](const std::string& layer, const std::string& bumps) {
+    return ElementsAre(
+        fmt::format("layer '{}' is off or frozen, and its {} taken all the same", layer, bumps));
+  };
+  for (const std::string& table : {frozen, off}) {
+    EXPECT_THAT(notes(table, insert("ONE", "PADS")), told("PADS", "1 bump is"));
+    EXPECT_THAT(notes(table, insert("TWICE", "PADS")), told("PADS", "1 bump is"));
+    EXPECT_THAT(notes(table, insert("PAD", "HOLES")), told("PADS", "1 bump is"));
+    EXPECT_THAT(notes(table, insert("ONE", "PADS", "70\n3\n44\n5\n")), told("PADS", "3 bumps are"));
+    EXPECT_THAT(notes(table, insert("OLD_ONE", "PADS")), told("OLD", "1 bump is"));
+  }
+  // What is inserted in a frozen layer is frozen; of a layer that is off only what belongs to it isn't seen.
+  EXPECT_THAT(notes(frozen, insert("HOLE", "PADS")), told("PADS", "1 bump is"));
+  EXPECT_THAT(notes(off, insert("HOLE", "PADS")), ::testing::IsEmpty());
+}
+
 TEST_F(Readers, AHiddenEntityIsTold) {
   EXPECT_THAT(read("a.dxf", drawing("0\nCIRCLE\n60\n1\n10\n1\n20\n2\n")).notes,
               ElementsAre("1 entity is hidden, first in row 16, and taken all the same"));
