@@ -83,7 +83,7 @@ class ExcellonFile {
     std::optional<double> x_mm, y_mm;
   };
 
-  enum class Zeros { unknown, leading_kept, trailing_kept };
+  enum class Zeros { unknown, leading_kept, trailing_kept, all_kept };
 
   struct Digits {
     int whole = 0, decimals = 0;
@@ -190,8 +190,9 @@ class ExcellonFile {
         state_zeros(Zeros::trailing_kept, at_ + part.size());
       } else if (part == "SUPPRESS TRAILING ZEROS") {
         state_zeros(Zeros::leading_kept, at_ + part.size());
-      } else if (part != "ABSOLUTE" && part != "DECIMAL" && part != "KEEP ZEROS" &&
-                 !(at == begin && part == "-:-")) {
+      } else if (part == "KEEP ZEROS") {
+        if (stated_) state_zeros(Zeros::all_kept, at_ + part.size());
+      } else if (part != "ABSOLUTE" && part != "DECIMAL" && !(at == begin && part == "-:-")) {
         fail_at(at_, at_ + part.size(),
                 "digits such as 3:3, absolute, metric, inch, decimal, or the zeros that are kept");
       }
@@ -241,8 +242,10 @@ class ExcellonFile {
     stated_unit_ = {row_, std::string(name)};
   }
 
+  /// Where all zeros are kept, the leading ones and the trailing ones are.
   void state_zeros(Zeros zeros, std::size_t end) {
-    if (zeros_ != Zeros::unknown && zeros_ != zeros)
+    if (zeros_ == Zeros::all_kept) return;
+    if (zeros_ != Zeros::unknown && zeros_ != zeros && zeros != Zeros::all_kept)
       fail_at(at_, end,
               fmt::format("{}, as row {} has",
                           zeros_ == Zeros::leading_kept ? "LZ (suppress trailing zeros)"
@@ -546,6 +549,10 @@ class ExcellonFile {
               "decimal points, or LZ or TZ in the header: without them the scale of the numbers is a guess");
     const auto [whole, decimals] = digits();
     const auto shown = static_cast<int>(std::count_if(word.number.begin(), word.number.end(), is_digit));
+    if (zeros_ == Zeros::all_kept && shown != whole + decimals)
+      fail_at(word.at, word.end,
+              fmt::format("{} (format {}.{}, all zeros kept)",
+                          counted(static_cast<std::size_t>(whole + decimals), "digit"), whole, decimals));
     if (shown > whole + decimals)
       fail_at(word.at, word.end,
               fmt::format("at most {} digits (format {}.{})", whole + decimals, whole, decimals));

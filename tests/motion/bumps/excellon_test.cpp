@@ -90,6 +90,23 @@ TEST(Excellon, KicadSaysItsDigitsInAComment) {
   expect_holes(kicad("2:4/ absolute / inch / decimal", "INCH", "X1.5Y2.0"), {{38.1, 50.8, 9}});
 }
 
+// As KiCad 6 writes it: no word behind the unit says which zeros are kept.
+TEST(Excellon, AllZerosMayBeKept) {
+  const std::string kept = "absolute / metric / keep zeros";
+  expect_holes(kicad("3:3/ " + kept, "METRIC",
+                     "X-005080Y-002500\nX000000Y000000\nX007620Y-120000\nX019972Y-018000\nX101600Y076200"),
+               {{-5.08, -2.5, 9}, {0, 0, 10}, {7.62, -120, 11}, {19.972, -18, 12}, {101.6, 76.2, 13}});
+  expect_holes(kicad("2:4/ absolute / inch / keep zeros", "INCH", "X-002000Y-000984\nX040000Y007863"),
+               {{-5.08, -2.49936, 9}, {101.6, 19.97202, 10}});
+  expect_holes(kicad("3:3/ " + kept, "METRIC,LZ", "X019972Y-018000"), {{19.972, -18, 9}});
+  EXPECT_EQ(refusal(kicad("3:3/ " + kept, "METRIC", "X019972Y-18000")),
+            "row 9, column 8: found 'Y-18000', expected 6 digits (format 3.3, all zeros kept)");
+  EXPECT_EQ(refusal(kicad("3:3/ " + kept, "METRIC,TZ", "X0199720Y000000")),
+            "row 9, column 1: found 'X0199720', expected 6 digits (format 3.3, all zeros kept)");
+  EXPECT_THAT(refusal(kicad("-:-/ " + kept, "METRIC", "X019972Y-018000")),
+              StartsWith("row 9, column 1: found 'X019972', expected decimal points, or LZ or TZ"));
+}
+
 TEST(Excellon, AByteOrderMarkIsPassedOver) {
   expect_holes("\xEF\xBB\xBFM48\nMETRIC,TZ\nT1C1\n%\nT1\nX1.5Y2.0\nM30\n", {{1.5, 2.0, 6}});
 }
