@@ -308,25 +308,28 @@ class PointTable {
     return row.cells.size() > kShown ? out + ", ..." : out;
   }
 
-  /// The column called `axis`, alone or with a unit behind a separating sign.
+  /// The column called `axis`, alone or with a unit behind a separating sign. Beside it "X Size" and "X
+  /// Error" are other columns; without it they may be meant.
   std::optional<Column> find_column(const TableRow& row, char axis) const {
     std::optional<Column> found;
+    std::optional<std::pair<std::size_t, std::string>> unknown;  // the first column of no unit, and its words
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const auto unit = unit_behind_axis(plain_name(row.cells[i]), axis);
       if (!unit) continue;
-      Column column{i, 1.0, !unit->empty()};
-      if (column.has_unit) {
-        const Unit* known = find_unit(*unit);
-        if (known == nullptr)
-          fail(path_, fmt::format("{}: found unit {} in the name {}, expected {}", place(row.row, i),
-                                  in_quotes(*unit), in_quotes(row.cells[i].text), kUnitsExpected));
-        column.unit_mm = known->mm;
+      const Unit* known = find_unit(*unit);
+      if (!unit->empty() && known == nullptr) {
+        if (!unknown) unknown.emplace(i, *unit);
+        continue;
       }
       if (found)
         fail(path_, fmt::format("row {}, column {}: found a second column named {}, expected one", row.row,
                                 i + 1, axis));
-      found = column;
+      found = Column{i, known == nullptr ? 1.0 : known->mm, known != nullptr};
     }
+    if (!found && unknown)
+      fail(path_, fmt::format("{}: found unit {} in the name {}, expected {}", place(row.row, unknown->first),
+                              in_quotes(unknown->second), in_quotes(row.cells[unknown->first].text),
+                              kUnitsExpected));
     return found;
   }
 

@@ -37,6 +37,30 @@ TEST_F(Readers, OtherColumnsOfTheAxesAreNotTheirs) {
   expect_points(read("b.csv", "# units: inch\n# x,y are centres\nx,y\n1,2\n").points, {{25.4, 50.8, 4}});
 }
 
+TEST_F(Readers, WhatIsSaidOfAnAxisIsNoSecondColumnOfIt) {
+  for (const char* names :
+       {"X,Y,X Size,Y Size", "X,Y,X Offset,Y Offset", "X,Y,X Tolerance,Y Tolerance", "X,Y,X Error,Y Error",
+        "X,Y,X Pitch,Y Pitch", "X,Y,X Rotation,Y Rotation", "X,Y,X Status,Y Status", "X,Y,X Ref,Y/N",
+        "Mid X,Mid Y,X Size,Y Size", "x_mm,y_mm,x_error_um,y_error_um", "x_mm,y_mm,x_meas_mm,y_meas_mm",
+        "X (mm),Y (mm),X (mm) measured,Y (mm) measured"}) {
+    expect_points(read("a.csv", fmt::format("Ref,{}\nC1,1.5,2.5,9,8\n", names)).points, {{1.5, 2.5, 2}});
+    const std::string both = names;
+    const std::size_t half = both.find(',', both.find(',') + 1);
+    expect_points(
+        read("b.csv", fmt::format("Ref,{},{}\nC1,9,8,1.5,2.5\n", both.substr(half + 1), both.substr(0, half)))
+            .points,
+        {{1.5, 2.5, 2}});
+  }
+  expect_points(read("c.csv", "Ref,X,Y,Y/N\nC1,1.5,2.5,N\n").points, {{1.5, 2.5, 2}});
+  const std::string units = ", expected mm, um, cm, m, mil or in";
+  EXPECT_EQ(error_of("d.csv", "Ref,X Size,Y Size\nC1,1,2\n"),
+            "row 1, column 2: found unit 'size' in the name 'X Size'" + units);
+  EXPECT_EQ(error_of("e.csv", "Ref,X,X Size,Y Size\nC1,1,2,3\n"),
+            "row 1, column 4: found unit 'size' in the name 'Y Size'" + units);
+  EXPECT_EQ(error_of("f.csv", "Ref,x,y,x_mm,y_mm\nC1,1,2,3,4\n"),
+            "row 1, column 4: found a second column named x, expected one");
+}
+
 constexpr std::string_view kAltium =
     "Altium Designer Pick and Place Locations\r\n"
     "C:\\Boards\\Pick Place for A, B.csv\r\n"
