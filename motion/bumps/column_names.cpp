@@ -65,9 +65,7 @@ std::string_view without_in(std::string_view unit) {
 
 }  // namespace
 
-bool is_blank(const Cell& cell) {
-  return !cell.number && cell.text.find_first_not_of(" \t\r\n") == std::string::npos;
-}
+bool is_blank(const Cell& cell) { return !cell.number && trimmed(cell.text).empty(); }
 
 bool begins_like_number(std::string_view text) {
   const auto first = text.find_first_not_of(" \t+-.");
@@ -95,7 +93,7 @@ std::vector<std::string> words_of_name(const Cell& cell) {
 }
 
 std::optional<std::string> unit_behind_axis(std::string_view name, char axis) {
-  const std::string small = in_small_letters(name);
+  const std::string small = in_small_letters(with_plain_blanks(name));
   const auto first = small.find_first_not_of(kNameSeparators);
   if (first == std::string::npos) return std::nullopt;
   const std::size_t at = behind_prefixes(small, first);

@@ -49,10 +49,7 @@ void fail(const std::filesystem::path& path, std::string_view what) {
 }
 
 std::optional<double> parse_number(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r\n\f\v";
-  const auto first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return std::nullopt;
-  text = text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+  text = trimmed(text);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   constexpr std::string_view kMinus = "\u2212";  // as word processors write it
   const bool negated = text.starts_with(kMinus) && !text.substr(kMinus.size()).starts_with('-');

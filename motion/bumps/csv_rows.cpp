@@ -240,6 +240,7 @@ void hand_over(const std::filesystem::path& path, CsvRows& rows, RowWidth& width
   };
   for (TableRow& row : rows.finished) {
     check_width(row, row.row);
+    for (Cell& cell : row.cells) cell.text = with_plain_blanks(cell.text);
     width.check(row);
     decimals.read(row);
     handle(row);
@@ -265,13 +266,13 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
   CsvRows rows;
   for_lines(content.substr(0, comments), [&](const Line& line) {
     if (!trimmed(line.text).empty())
-      handle({rows.line, {{std::string(line.text), std::nullopt}}, true, false, true});
+      handle({rows.line, {{with_plain_blanks(line.text), std::nullopt}}, true, false, true});
     ++rows.line;
   });
   content.remove_prefix(comments);
   const std::size_t titles = leading_titles(content, separators);
   for_lines(content.substr(0, titles), [&](const Line& line) {
-    handle({rows.line++, {{std::string(line.text), std::nullopt}}, true, false, false});
+    handle({rows.line++, {{with_plain_blanks(line.text), std::nullopt}}, true, false, false});
   });
   content.remove_prefix(titles);
 

@@ -446,8 +446,10 @@ RawPoints read_workbook(const std::filesystem::path& path, std::string_view cont
                         std::vector<std::string> (*read_rows)(const std::filesystem::path&, std::string_view,
                                                               const RowHandler&)) {
   PointTable table(path);
-  const std::vector<std::string> others =
-      read_rows(path, content, [&](const TableRow& row) { table.add(row); });
+  const std::vector<std::string> others = read_rows(path, content, [&](TableRow row) {
+    for (Cell& cell : row.cells) cell.text = with_plain_blanks(cell.text);
+    table.add(row);
+  });
   RawPoints points = std::move(table).take();
   if (!others.empty())
     points.notes.push_back(fmt::format(

@@ -2,7 +2,10 @@
 // Inside the motion room: lines of a text file with their numbers.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace meltstage::motion::detail {
@@ -31,11 +34,41 @@ void for_lines(std::string_view content, const Visit& visit) {
   }
 }
 
+/// Blanks beyond ASCII as programs write them before a unit: the no-break, the figure, the thin and the
+/// narrow no-break space.
+inline constexpr std::array<std::string_view, 4> kOtherBlanks = {"\u00a0", "\u2007", "\u2009", "\u202f"};
+
+/// With the blank of ASCII in the place of those.
+inline std::string with_plain_blanks(std::string_view text) {
+  constexpr std::string_view kFirstBytes = "\xC2\xE2";  // of theirs
+  if (text.find_first_of(kFirstBytes) == std::string_view::npos) return std::string(text);
+  std::string plain;
+  while (!text.empty()) {
+    const auto* blank = std::find_if(kOtherBlanks.begin(), kOtherBlanks.end(),
+                                     [&](std::string_view other) { return text.starts_with(other); });
+    const bool found = blank != kOtherBlanks.end();
+    plain += found ? ' ' : text.front();
+    text.remove_prefix(found ? blank->size() : 1);
+  }
+  return plain;
+}
+
+/// Without blanks at its ends.
 inline std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n\f\v";
-  const auto first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+  for (bool again = true; again;) {
+    text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+    text = text.substr(0, text.find_last_not_of(kBlanks) + 1);
+    again = false;
+    for (const std::string_view blank : kOtherBlanks) {
+      const bool before = text.starts_with(blank);
+      if (before) text.remove_prefix(blank.size());
+      const bool behind = text.ends_with(blank);
+      if (behind) text.remove_suffix(blank.size());
+      again = again || before || behind;
+    }
+  }
+  return text;
 }
 
 }  // namespace meltstage::motion::detail

@@ -61,6 +61,25 @@ TEST_F(Readers, WhatIsSaidOfAnAxisIsNoSecondColumnOfIt) {
             "row 1, column 4: found a second column named x, expected one");
 }
 
+TEST_F(Readers, BlanksThatBreakNoLineAreBlanks) {
+  for (const char* blank : {"\u00a0", "\u2007", "\u2009", "\u202f"}) {
+    const std::string b = blank;
+    const auto file = read("a.csv", "Ref;X;Y\nC1;10,5" + b + "mm;" + b + "2" + b + "mm" + b + "\n");
+    expect_points(file.points, {{10.5, 2, 2}});
+    EXPECT_TRUE(file.has_unit);
+    expect_points(read("b.csv", "X" + b + "(um),Y" + b + "(um)\n1000," + b + "2000\n" + b + ",\n").points,
+                  {{1, 2, 2}});
+    expect_points(read("c.csv", "Board" + b + "A\nDate,1\nRef,Mid" + b + "X,Mid" + b + "Y\nC1,1,2\n").points,
+                  {{1, 2, 4}});
+    expect_points(read("d.csv", "Units used:" + b + "mil\nRef,X,Y\nC1,1000,2000\n").points,
+                  {{25.4, 50.8, 3}});
+    expect_points(read("e.txt", "x y\n1" + b + "mm 2" + b + "mm\n").points, {{1, 2, 2}});
+    // Between digits it may stand for thousands.
+    EXPECT_EQ(error_of("f.csv", "Ref;X;Y\nC1;1" + b + "234,5;2\n"),
+              "row 2, column 2 (x): found '1 234,5', expected a number such as 12.5");
+  }
+}
+
 constexpr std::string_view kAltium =
     "Altium Designer Pick and Place Locations\r\n"
     "C:\\Boards\\Pick Place for A, B.csv\r\n"

@@ -259,5 +259,12 @@ TEST_F(Xlsx, OtherSheetsWithCellsAreTold) {
                   "the first sheet alone is read; 'Bottom' has cells too, to be saved as a file of its own"));
 }
 
+TEST_F(Xlsx, ANoBreakSpaceMayStandBeforeAUnit) {
+  expect_points(read_coordinates(make("sheet.append(['Ref', 'X\\u00a0Pos', 'Y\\u00a0Pos'])\n"
+                                      "sheet.append(['C1', '10.5\\u00a0mm', 2])\n"
+                                      "sheet['C2'].number_format = '0.0\"\\u202fmm\"'\n")),
+                {{10.5, 2, 2}});
+}
+
 }  // namespace
 }  // namespace meltstage::motion
