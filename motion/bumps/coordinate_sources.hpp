@@ -65,6 +65,9 @@ struct TableRow {
 using RowHandler = std::function<void(const TableRow&)>;
 
 void read_csv_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
+/// A placement file of Proteus, whose title tells it; its rows with a row of names above them.
+bool is_proteus_file(std::string_view content);
+void read_proteus_rows(const std::filesystem::path& path, std::string_view content, const RowHandler& handle);
 /// Rows of a workbook's first sheet; the names of other sheets that hold cells.
 std::vector<std::string> read_xls_rows(const std::filesystem::path& path, std::string_view content,
                                        const RowHandler& handle);

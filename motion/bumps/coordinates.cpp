@@ -129,6 +129,7 @@ constexpr std::array kFormats{
     Format{".txt", read_text},
     Format{".mnt", detail::read_text_table},
     Format{".mnb", read_bottom_list},
+    Format{".pkp", detail::read_text_table},
     Format{".kicad_mod", detail::read_kicad_points},
     Format{".kicad_pcb", detail::read_kicad_board},
     Format{".dxf", detail::read_dxf_points},

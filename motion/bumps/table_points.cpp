@@ -464,7 +464,8 @@ RawPoints read_workbook(const std::filesystem::path& path, std::string_view cont
 
 RawPoints read_text_table(const std::filesystem::path& path, std::string_view content) {
   PointTable table(path);
-  read_csv_rows(path, content, [&](const TableRow& row) { table.add(row); });
+  const auto read_rows = is_proteus_file(content) ? read_proteus_rows : read_csv_rows;
+  read_rows(path, content, [&](const TableRow& row) { table.add(row); });
   return std::move(table).take();
 }
 

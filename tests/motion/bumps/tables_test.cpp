@@ -80,6 +80,52 @@ TEST_F(Readers, BlanksThatBreakNoLineAreBlanks) {
   }
 }
 
+constexpr std::string_view kProteus =
+    "LABCENTER PROTEUS PICK AND PLACE FILE\n"
+    "=====================================\n"
+    "\n";
+
+TEST_F(Readers, PlacementFilesOfProteusNameNoColumns) {
+  const std::string title(kProteus), rows =
+                                         "\"R1\",\"15k, 1%\",\"RES40\",TOP,180,1548,90\n"
+                                         "\"R3\",\"7\",\"1206\",TOP,-90,2190.5,-120\n";
+  const CoordinateOptions anywhere{.travel = {{-1e4, 1e4}, {-1e4, 1e4}, {}}};
+  const auto plain = read("a.csv", title + rows, anywhere);
+  expect_points(plain.points, {{1548, 90, 4}, {2190.5, -120, 5}});
+  EXPECT_FALSE(plain.has_unit);
+  EXPECT_THAT(plain.notes, ::testing::IsEmpty());
+  // With the remarks that it may hold, and with a stock code.
+  const std::string remarks =
+      "Fields: Part ID, Value, Package, Layer, Rotation, X, Y\n"
+      "Units: Rotation - degrees, X, Y - thou\n"
+      "Notes: The X, Y value is the centre of the package\n\n";
+  const auto stated = read("a.pkp", title + remarks + rows, anywhere);
+  expect_points(stated.points, {{39.3192, 2.286, 8}, {55.6387, -3.048, 9}});
+  EXPECT_TRUE(stated.has_unit);
+  expect_points(read("b.txt", title + "\"R1\",\"1\",\"1206\",\"17-4\",BOTTOM,180,10,20\n").points,
+                {{10, 20, 4}});
+  // Names of columns that someone wrote above the rows are taken, with or without quotes.
+  for (const char* header :
+       {"Part,Value,Package,Side,X (mm),Y (mm),Angle", "\"Part\",Val,Pack,Side,x_mm,y_mm,R"})
+    expect_points(
+        read("h.csv", fmt::format("{}{}\n\"R1\",\"1\",\"1206\",TOP,18,19,90\n", title, header)).points,
+        {{18, 19, 5}});
+  EXPECT_THAT(error_of("i.csv", title + "Part,Side,X,Y\n" + rows),
+              StartsWith("row 5: found 'R1', '15k, 1%'"));
+  EXPECT_EQ(error_of("c.csv", title + "Units: Rotation - degrees, X, Y - furlong\n" + rows),
+            "row 4, column 1: found unit 'furlong' above the columns, expected mm, um, cm, m, mil or in");
+  const std::string expected =
+      ", expected Part ID, Value, Package, Layer, Rotation, X and Y of a placement file of Proteus, perhaps "
+      "with a stock code before the layer";
+  EXPECT_EQ(error_of("d.csv", title + "\"R1\",\"1\",\"1206\",180,10,20\n"),
+            "row 4: found 'R1', '1', '1206', '180', ..." + expected);
+  EXPECT_EQ(error_of("e.csv", title), "found no row that begins with a quote" + expected);
+  EXPECT_THAT(error_of("f.csv", title + rows + "\"R4\",\"7\",\"1206\",TOP,0,1\n"),
+              HasSubstr("row 6, column 7 (y): found nothing, expected a number"));
+  EXPECT_THAT(error_of("g.csv", title + rows + "\"R4\",\"7\",\"1206\",0,TOP,1,2\n"),
+              StartsWith("row 6, column 4 (Layer): found '0'"));
+}
+
 constexpr std::string_view kAltium =
     "Altium Designer Pick and Place Locations\r\n"
     "C:\\Boards\\Pick Place for A, B.csv\r\n"
