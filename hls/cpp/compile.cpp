@@ -2,7 +2,9 @@
 #include "hls/cpp/compile.hpp"
 
 #include <fmt/format.h>
+#include <llvm/Analysis/LoopInfo.h>
 #include <llvm/IR/DiagnosticInfo.h>
+#include <llvm/IR/Dominators.h>
 #include <llvm/IR/IRBuilder.h>
 #include <llvm/IR/InstIterator.h>
 #include <llvm/IR/IntrinsicInst.h>
@@ -59,7 +61,8 @@ std::string bitcode(const std::filesystem::path& file, const std::vector<std::st
   if (undefined == Undefined::kTraps)
     words.insert(
         words.end(),
-        {"-fno-discard-value-names", "-fsanitize=undefined", "-fsanitize-trap=all",
+        {"-fno-discard-value-names", "-fno-delete-null-pointer-checks", "-fsanitize=undefined",
+         "-fsanitize-trap=all",
          "-fno-sanitize=vptr,function,alignment,null,nonnull-attribute,object-size,pointer-overflow"});
   words.insert(words.end(), options.begin(), options.end());
   const std::vector<llvm::StringRef> arguments(words.begin(), words.end());
@@ -82,22 +85,44 @@ class OpenLocals {
   explicit OpenLocals(llvm::Module& module) : module_(module), layout_(module.getDataLayout()) {}
 
   void mark() {
-    std::vector<llvm::AllocaInst*> locals;
-    for (llvm::Function& function : module_)
+    for (llvm::Function& function : module_) {
+      if (function.isDeclaration()) continue;
+      const llvm::LoopInfo loops{llvm::DominatorTree(function)};
+      std::vector<llvm::AllocaInst*> locals;
       for (llvm::Instruction& instruction : llvm::instructions(function))
         if (auto* local = llvm::dyn_cast<llvm::AllocaInst>(&instruction)) locals.push_back(local);
-    for (llvm::AllocaInst* local : locals)
-      if (local->isStaticAlloca() && !local->isArrayAllocation()) mark(*local);
+      for (llvm::AllocaInst* local : locals)
+        if (local->isStaticAlloca() && !local->isArrayAllocation()) mark(*local, loops);
+    }
   }
 
  private:
   static constexpr std::uint64_t kMostStores = 1024;
 
-  void mark(llvm::AllocaInst& local) {
+  void mark(llvm::AllocaInst& local, const llvm::LoopInfo& loops) {
     name_ = local.hasName() ? local.getName().str() : "a local";
     const std::vector<llvm::Instruction*> starts = starts_of(local);
-    for (llvm::Instruction* start : starts) open_behind(*start, start->getDebugLoc(), local);
-    if (starts.empty()) open_behind(local, first_use(local), local);
+    for (llvm::Instruction* start : starts) open_before(*start->getNextNode(), start->getDebugLoc(), local);
+    if (!starts.empty()) return;
+    const llvm::DebugLoc line = first_use(local);
+    const llvm::Loop* loop = loop_of_uses(local, loops);
+    open_before(*local.getNextNode(), line, local);
+    // One that a loop alone uses is a new one in each round.
+    if (loop != nullptr) open_before(*loop->getHeader()->getFirstInsertionPt(), line, local);
+  }
+
+  // The innermost loop that has all uses of a local; nullptr if there is none.
+  static const llvm::Loop* loop_of_uses(const llvm::AllocaInst& local, const llvm::LoopInfo& loops) {
+    const llvm::Loop* common = nullptr;
+    bool is_first = true;
+    for (const llvm::User* user : local.users()) {
+      const auto* instruction = llvm::dyn_cast<llvm::Instruction>(user);
+      if (instruction == nullptr) continue;
+      if (is_first) common = loops.getLoopFor(instruction->getParent());
+      is_first = false;
+      while (common != nullptr && !common->contains(instruction)) common = common->getParentLoop();
+    }
+    return common;
   }
 
   // Where its scope is entered; none for locals that a switch or goto may pass by.
@@ -125,8 +150,8 @@ class OpenLocals {
     return result;
   }
 
-  void open_behind(llvm::Instruction& place, const llvm::DebugLoc& line, llvm::AllocaInst& local) {
-    llvm::IRBuilder<> builder(place.getNextNode());
+  void open_before(llvm::Instruction& place, const llvm::DebugLoc& line, llvm::AllocaInst& local) {
+    llvm::IRBuilder<> builder(&place);
     builder.SetCurrentDebugLocation(line);
     llvm::Type* type = local.getAllocatedType();
     if (integers(type) <= kMostStores) {
@@ -148,6 +173,9 @@ class OpenLocals {
 
   void write(llvm::IRBuilder<>& builder, llvm::Value* to, llvm::Type* type) {
     if (type->isIntegerTy()) builder.CreateStore(open(builder, type), to);
+    // A pointer that nothing was written to points nowhere.
+    if (type->isPointerTy())
+      builder.CreateStore(llvm::ConstantPointerNull::get(llvm::cast<llvm::PointerType>(type)), to);
     const unsigned count = type->isStructTy()  ? type->getStructNumElements()
                            : type->isArrayTy() ? static_cast<unsigned>(type->getArrayNumElements())
                                                : 0;

@@ -24,11 +24,13 @@
 #include "hls/cpp/compile.hpp"
 #include "hls/cpp/paths.hpp"
 #include "hls/cpp/pointers.hpp"
+#include "hls/graph/satisfiability.hpp"
 
 namespace meltstage::hls {
 namespace {
 
 constexpr int kMostIterations = 4096;
+constexpr int kRoundsBeforeAsking = 4;
 
 // An integer, an aggregate of integers, or a pointer.
 struct Value {
@@ -97,16 +99,27 @@ class Execution {
       } else if (innermost != nullptr && innermost->getHeader() == block &&
                  innermost->getParentLoop() == loop) {
         for (int i = 0; !incoming_[block].empty(); ++i) {
+          if (i >= kRoundsBeforeAsking && !can_be_taken(incoming_[block])) {
+            incoming_[block].clear();
+            break;
+          }
           if (i == kMostIterations) {
             refuse(place_of(*block->getTerminator()),
-                   fmt::format("found a loop whose end is not known after {} rounds, expected a bound that "
-                               "does not depend on flops or pins, of at most so many",
+                   fmt::format("found a loop that goes on after {} rounds for some state and pins, expected "
+                               "at most so many",
                                kMostIterations));
           }
           run_blocks(innermost);
         }
       }
     }
+  }
+
+  // The end of most loops is known as soon as the graph is made; that of others only the solver sees.
+  bool can_be_taken(const std::vector<int>& edges) {
+    Node taken = graph_.truth(false);
+    for (const int edge : edges) taken = graph_.either(taken, paths_.taken(edge));
+    return satisfiability_.can_hold(taken);
   }
 
   void execute(llvm::BasicBlock& block) {
@@ -211,6 +224,8 @@ class Execution {
     if (const auto* number = llvm::dyn_cast<llvm::ConstantInt>(constant))
       return {{graph_.constant(number->getValue())}, {}};
     if (constant->getType()->isPointerTy()) return {{}, addresses_.constant_pointer(constant)};
+    if (keeps_address(*constant))
+      return {{}, addresses_.constant_pointer(llvm::cast<llvm::Constant>(constant->getOperand(0)))};
     if (constant->getType()->isIntegerTy() && llvm::isa<llvm::UndefValue>(constant))
       return {{findings_.open(constant->getType()->getIntegerBitWidth(), "a local")}, {}};
     if (constant->getType()->isAggregateType()) {
@@ -225,7 +240,9 @@ class Execution {
   Node integer(const llvm::Value* value) {
     const Value result = value_of(value);
     if (result.parts.size() != 1)
-      findings_.refuse(fmt::format("found {}, expected a whole number", type_name(value->getType())));
+      findings_.refuse(fmt::format("found {}, expected a whole number", value->getType()->isIntegerTy()
+                                                                            ? "an address as a number"
+                                                                            : type_name(value->getType())));
     return result.parts[0];
   }
 
@@ -259,7 +276,7 @@ class Execution {
   Value result_of(llvm::Instruction& instruction) {
     llvm::Type* type = instruction.getType();
     if (const auto* operation = llvm::dyn_cast<llvm::BinaryOperator>(&instruction))
-      return {{computed(*operation)}, {}};
+      return computed(*operation);
     if (const auto* compare = llvm::dyn_cast<llvm::ICmpInst>(&instruction)) return {{compared(*compare)}, {}};
     if (const auto* choice = llvm::dyn_cast<llvm::SelectInst>(&instruction)) return selection(*choice);
     if (const auto* address = llvm::dyn_cast<llvm::GEPOperator>(&instruction)) return {{}, moved(*address)};
@@ -278,6 +295,7 @@ class Execution {
       if (!type->isIntegerTy() && !type->isPointerTy()) refuse_type(type);
       return value_of(instruction.getOperand(0));
     }
+    if (keeps_address(instruction)) return value_of(instruction.getOperand(0));
     if (const auto* room = llvm::dyn_cast<llvm::AllocaInst>(&instruction))
       return {{}, addresses_.allocate(*room)};
     if (type->isIntegerTy() && instruction.getNumOperands() == 1 &&
@@ -293,27 +311,62 @@ class Execution {
                     type->isFloatingPointTy() ? "a floating-point number" : instruction.getOpcodeName()));
   }
 
-  Node computed(const llvm::BinaryOperator& operation) {
+  Value computed(const llvm::BinaryOperator& operation) {
     if (!operation.getType()->isIntegerTy()) refuse_type(operation.getType());
+    const unsigned bits = operation.getType()->getIntegerBitWidth();
+    const Value first = value_of(operation.getOperand(0)), second = value_of(operation.getOperand(1));
+    const bool adds = operation.getOpcode() == llvm::Instruction::Add,
+               subtracts = operation.getOpcode() == llvm::Instruction::Sub;
+    if (subtracts && is_address(first) && is_address(second))
+      return {{graph_.slice(distance_of(first.pointer, second.pointer), 0, bits)}, {}};
+    if (adds && is_address(first) && !is_address(second)) return moved(first, second.parts[0]);
+    if (adds && !is_address(first) && is_address(second)) return moved(second, first.parts[0]);
+    if (subtracts && is_address(first) && !is_address(second))
+      return moved(first, graph_.binary(Op::kSub, graph_.constant(bits, 0), second.parts[0]));
     const Node a = integer(operation.getOperand(0));
     const Node b = integer(operation.getOperand(1));
-    return arithmetic(graph_, operation.getOpcode(), a, b);
+    return {{arithmetic(graph_, operation.getOpcode(), a, b)}, {}};
   }
 
+  Value moved(Value address, Node bytes) {
+    for (Target& target : address.pointer) add_index(graph_, target, graph_.sign_extend(bytes, 64), 1);
+    return address;
+  }
+
+  // Only distances are taken of addresses as numbers, and those of their lowest bits are as good.
+  bool keeps_address(const llvm::Value& value) {
+    if (llvm::isa<llvm::PtrToIntOperator>(value)) return true;
+    const auto* narrower = llvm::dyn_cast<llvm::TruncInst>(&value);
+    return narrower != nullptr && is_address(value_of(narrower->getOperand(0)));
+  }
+
+  // A number that is where something lies.
+  static bool is_address(const Value& value) { return value.parts.empty(); }
+
   Node compared(const llvm::ICmpInst& compare) {
-    if (!compare.getOperand(0)->getType()->isIntegerTy()) return same_pointer(compare);
+    const llvm::Type* type = compare.getOperand(0)->getType();
+    if ((type->isPointerTy() || type->isIntegerTy(64)) && is_address(value_of(compare.getOperand(0))) &&
+        is_address(value_of(compare.getOperand(1))))
+      return compared_pointers(compare);
     const Node a = integer(compare.getOperand(0));
     const Node b = integer(compare.getOperand(1));
     return comparison(graph_, compare.getPredicate(), a, b);
   }
 
-  Node same_pointer(const llvm::ICmpInst& compare) {
+  Node compared_pointers(const llvm::ICmpInst& compare) {
     const Pointer a = value_of(compare.getOperand(0)).pointer;
     const Pointer b = value_of(compare.getOperand(1)).pointer;
-    if (!is_known(a) || !is_known(b) || !compare.isEquality())
-      findings_.refuse(
-          "found a comparison of addresses that depend on flops or pins, expected whole numbers");
-    return graph_.truth(is_same_place(a, b) == (compare.getPredicate() == llvm::CmpInst::ICMP_EQ));
+    if (compare.isEquality()) {
+      const Node same = is_same_place(graph_, a, b);
+      return compare.getPredicate() == llvm::CmpInst::ICMP_EQ ? same : graph_.invert(same);
+    }
+    return comparison(graph_, compare.getSignedPredicate(), distance_of(a, b), graph_.constant(64, 0));
+  }
+
+  Node distance_of(const Pointer& a, const Pointer& b) {
+    if (const Node apart = are_apart(graph_, a, b); !graph_.is_zero(apart))
+      findings_.trap(apart, "addresses in different objects are subtracted or ordered");
+    return distance(graph_, a, b);
   }
 
   Value selection(const llvm::SelectInst& choice) {
@@ -370,6 +423,7 @@ class Execution {
   }
 
   void run_call(llvm::CallInst& call) {
+    if (call.isInlineAsm()) findings_.refuse("found assembler, expected C++");
     const llvm::Function* called = call.getCalledFunction();
     if (called == nullptr) findings_.refuse("found a call through a pointer, expected functions by name");
     const std::string name = called->getName().str();
@@ -404,6 +458,9 @@ class Execution {
       case llvm::Intrinsic::abs:
         promise_of_abs(call);
         values_[&call] = {result_of(llvm::cast<llvm::IntrinsicInst>(call)), {}};
+        return;
+      case llvm::Intrinsic::is_constant:
+        values_[&call] = {{graph_.truth(graph_.is_constant(integer(call.getArgOperand(0))))}, {}};
         return;
       case llvm::Intrinsic::memcpy:
       case llvm::Intrinsic::memmove:
@@ -470,6 +527,7 @@ class Execution {
   }
 
   Graph& graph_;
+  Satisfiability satisfiability_{graph_};
   Paths paths_;
   Findings findings_;
   llvm::Function& function_;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <llvm/Analysis/ConstantFolding.h>
+#include <llvm/Demangle/Demangle.h>
 #include <llvm/IR/Constants.h>
 
 #include <algorithm>
@@ -81,6 +82,10 @@ Pointer AddressSpace::constant_pointer(const llvm::Constant* constant) {
   APInt offset(64, 0);
   const llvm::Value* base =
       constant->stripAndAccumulateConstantOffsets(layout_, offset, /*AllowNonInbounds=*/true);
+  if (llvm::isa<llvm::ConstantPointerNull>(base)) return {};
+  if (llvm::isa<llvm::Function>(base))
+    findings_.refuse(fmt::format("found the address of the function {}, expected a call of it by name",
+                                 llvm::demangle(base->getName().str())));
   const auto* global = llvm::dyn_cast<llvm::GlobalVariable>(base);
   if (global == nullptr)
     findings_.refuse("found an address that is no flop, pin, local or table, expected one of these");
@@ -92,8 +97,8 @@ unsigned AddressSpace::table_of(const llvm::GlobalVariable& global) {
   if (known != number_of_.end()) return known->second;
   const std::uint64_t bytes = layout_.getTypeAllocSize(global.getValueType());
   if (!global.isConstant() || !global.hasInitializer())
-    findings_.refuse(
-        fmt::format("found the global {}, expected one that is constant and known", global.getName().str()));
+    findings_.refuse(fmt::format("found the global {}, expected one that is constant and known",
+                                 llvm::demangle(global.getName().str())));
   if (bytes > kMostObjectBytes)
     findings_.refuse(fmt::format("found a table of {} bytes, expected at most {}", bytes, kMostObjectBytes));
   Object content;
@@ -175,8 +180,8 @@ Node AddressSpace::load(const Pointer& pointer, std::size_t bytes) {
       for (std::size_t i = at; i < at + bytes; ++i) findings_.read(read[i].of);
       found.emplace_back(when, hls::load(graph_, read, at, bytes));
     });
-  if (found.empty())
-    findings_.refuse("found a pointer that points nowhere, expected one into flops, pins or locals");
+  trap_null(pointer);
+  if (found.empty()) return graph_.constant(static_cast<unsigned>(8 * bytes), 0);
   if (found.size() == 1) return found[0].second;
   // A pointer points to one place: all behind their conditions in one OR is flatter than one after the other.
   Node result = graph_.constant(static_cast<unsigned>(8 * bytes), 0);
@@ -198,7 +203,12 @@ void AddressSpace::store(const Pointer& pointer, Node value) {
     });
     memory_[target.object] = std::make_shared<Object>(std::move(changed));
   }
-  if (pointer.empty()) findings_.refuse("found a write through a pointer that points nowhere");
+  trap_null(pointer);
+}
+
+void AddressSpace::trap_null(const Pointer& pointer) {
+  if (const Node null = is_null(graph_, pointer); !graph_.is_zero(null))
+    findings_.trap(null, "memory is read or written through a pointer that points nowhere");
 }
 
 void AddressSpace::copy(const Target& to, const Target& from, std::size_t bytes) {

@@ -73,6 +73,7 @@ class AddressSpace {
   const Object& object(unsigned number) const {
     return number < kTables ? *memory_[number] : tables_[number - kTables].bytes;
   }
+  void trap_null(const Pointer& pointer);
   void each_offset(const Target& target, std::size_t bytes, llvm::function_ref<void(std::size_t, Node)> use);
   unsigned table_of(const llvm::GlobalVariable& global);
 

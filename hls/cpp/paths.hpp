@@ -35,6 +35,8 @@ class Paths {
   Node meet(const std::vector<int>& edges, llvm::function_ref<Node(std::size_t)> leaf);
   /// Whether an executed block is reached, from the beginning on.
   Node reached(int executed);
+  /// Whether an edge is taken, from the beginning on.
+  Node taken(int edge) { return graph_.both(reached(edges_[edge].from), edges_[edge].when); }
 
  private:
   static constexpr int kNone = -1;

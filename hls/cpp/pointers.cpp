@@ -18,13 +18,59 @@ Pointer to_object(Graph& graph, unsigned object, std::int64_t start) {
 
 bool is_known(const Pointer& pointer) { return pointer.size() == 1 && !pointer[0].index; }
 
+Node is_null(Graph& graph, const Pointer& pointer) {
+  Node null = graph.truth(true);
+  for (const Target& target : pointer) null = graph.both(null, graph.invert(target.when));
+  return null;
+}
+
 Pointer taken_when(Graph& graph, Node condition, Pointer pointer) {
   for (Target& target : pointer) target.when = graph.both(condition, target.when);
   return pointer;
 }
 
-bool is_same_place(const Pointer& a, const Pointer& b) {
-  return a[0].object == b[0].object && a[0].start == b[0].start;
+namespace {
+
+/// Bytes from the beginning of the object.
+Node offset_of(Graph& graph, const Target& target) {
+  const Node start = graph.constant(64, static_cast<std::uint64_t>(target.start));
+  if (!target.index) return start;
+  return graph.binary(Op::kAdd, start,
+                      graph.binary(Op::kMul, *target.index, graph.constant(64, target.stride)));
+}
+
+}  // namespace
+
+Node is_same_place(Graph& graph, const Pointer& a, const Pointer& b) {
+  Node same = graph.both(is_null(graph, a), is_null(graph, b));
+  for (const Target& of_a : a)
+    for (const Target& of_b : b) {
+      if (of_a.object != of_b.object) continue;
+      const Node meant = graph.both(of_a.when, of_b.when);
+      const Node equal = graph.binary(Op::kEqual, offset_of(graph, of_a), offset_of(graph, of_b));
+      same = graph.either(same, graph.both(meant, equal));
+    }
+  return same;
+}
+
+Node distance(Graph& graph, const Pointer& a, const Pointer& b) {
+  const Node none = graph.constant(64, 0);
+  Node result = none;
+  for (const Target& of_a : a)
+    for (const Target& of_b : b) {
+      if (of_a.object != of_b.object) continue;
+      const Node bytes = graph.binary(Op::kSub, offset_of(graph, of_a), offset_of(graph, of_b));
+      result = graph.either(result, graph.select(graph.both(of_a.when, of_b.when), bytes, none));
+    }
+  return result;
+}
+
+Node are_apart(Graph& graph, const Pointer& a, const Pointer& b) {
+  Node together = graph.both(is_null(graph, a), is_null(graph, b));
+  for (const Target& of_a : a)
+    for (const Target& of_b : b)
+      if (of_a.object == of_b.object) together = graph.either(together, graph.both(of_a.when, of_b.when));
+  return graph.invert(together);
 }
 
 void add_index(Graph& graph, Target& target, Node index, std::uint64_t stride) {

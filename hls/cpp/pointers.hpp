@@ -35,11 +35,19 @@ using Pointer = std::vector<Target>;  // the last one is meant when no other is
 Pointer to_object(Graph& graph, unsigned object, std::int64_t start = 0);
 bool is_known(const Pointer& pointer);
 
+/// Whether a pointer points nowhere.
+Node is_null(Graph& graph, const Pointer& pointer);
+
 /// The targets of a pointer as it is when a condition is met.
 Pointer taken_when(Graph& graph, Node condition, Pointer pointer);
 
-/// Whether two known pointers are the same.
-bool is_same_place(const Pointer& a, const Pointer& b);
+/// Whether two pointers are the same; null has no target.
+Node is_same_place(Graph& graph, const Pointer& a, const Pointer& b);
+
+/// Bytes from `b` to `a`, in 64 bits.
+Node distance(Graph& graph, const Pointer& a, const Pointer& b);
+/// Whether they point into different objects, so that there is no distance.
+Node are_apart(Graph& graph, const Pointer& a, const Pointer& b);
 
 /// The target `index` times `stride` bytes behind.
 void add_index(Graph& graph, Target& target, Node index, std::uint64_t stride);

@@ -76,6 +76,7 @@ std::vector<std::string> notes_of(const Circuit& model, const Rtl& rtl, const Ti
   for (const auto& [by, bits] : rtl.netlist.reset_by)
     result.push_back(by.empty() ? fmt::format("RTL: {} flop bits are not reset before a clock", bits)
                                 : fmt::format("RTL: {} flop bits are reset at once by {}", bits, by));
+  if (!rtl.array_note.empty()) result.push_back(rtl.array_note);
   const std::vector<std::string> unset =
       never_reset(model, reset_at_once(model, rtl), tied.contains("rst_ni") && tied.at("rst_ni"));
   if (!unset.empty())

@@ -339,8 +339,9 @@ class Reader {
     const auto driver = drivers_.find(bit);
     if (driver == drivers_.end()) {
       const std::string net = names_of({bit});
+      if (net.empty()) return;  // of the words that a memory has not, which Yosys reads all the same
       throw UserError(fmt::format("{}: found no driver of {}, expected one; {} depends on it",
-                                  place_of_net(bit, at), net.empty() ? "a net" : net, root));
+                                  place_of_net(bit, at), net, root));
     }
     if (driver->second.cell == nullptr || driver->second.cell->is_flop) return;
     path.push_back({bit, needs_of(*driver->second.cell, driver->second.index)});

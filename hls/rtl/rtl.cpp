@@ -10,6 +10,8 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "hls/rtl/array_indices.hpp"
+#include "hls/rtl/memory_words.hpp"
 #include "hls/subprocess.hpp"
 
 namespace meltstage::hls {
@@ -69,6 +71,28 @@ module hls_cut_product (A, B, Y);
 endmodule
 )";
 
+// Yosys has a value of its own for a quotient by 0, which IEEE 1800 leaves unknown.
+std::string quotient_by_zero(std::string_view cell) {
+  return fmt::format(R"(
+(* techmap_celltype = "${0}" *)
+module hls_{0} (A, B, Y);
+  parameter A_SIGNED = 0;
+  parameter B_SIGNED = 0;
+  parameter A_WIDTH = 1;
+  parameter B_WIDTH = 1;
+  parameter Y_WIDTH = 1;
+  input [A_WIDTH-1:0] A;
+  input [B_WIDTH-1:0] B;
+  output [Y_WIDTH-1:0] Y;
+  wire [Y_WIDTH-1:0] y;
+  \${0} #(.A_SIGNED(A_SIGNED), .B_SIGNED(B_SIGNED), .A_WIDTH(A_WIDTH), .B_WIDTH(B_WIDTH), .Y_WIDTH(Y_WIDTH))
+    _TECHMAP_REPLACE_ (.A(A), .B(B), .Y(y));
+  assign Y = |B ? y : {{Y_WIDTH{{1'bx}}}};
+endmodule
+)",
+                     cell);
+}
+
 // An x, and what no net drives, is any value: an input of its own, a bit each.
 constexpr const char* kOpen = R"(
 (* techmap_celltype = "$anyseq" *)
@@ -86,20 +110,46 @@ endmodule
 
 std::string quoted(const std::filesystem::path& path) { return fmt::format("\"{}\"", path.string()); }
 
-std::string script(const RtlSources& sources, const TemporaryFolder& folder) {
+std::string files_of(const RtlSources& sources) {
   std::string files;
   for (const auto& include : sources.include_folders) files += " -I" + include.string();
   for (const auto& file : sources.files) files += ' ' + quoted(std::filesystem::absolute(file));
+  return files;
+}
+
+// Reads arrays as they are written, of which script() makes flops where a reset sets them.
+std::string script_of_arrays(const RtlSources& sources, const TemporaryFolder& folder) {
+  return fmt::format("read_verilog -sv -DSYNTHESIS -nomem2reg{}\nhierarchy -top {}\nwrite_rtlil {}\n",
+                     files_of(sources), sources.top, quoted(folder.file("arrays.il")));
+}
+
+// What is written, without processes and instances.
+std::string script_of_rtl(const RtlSources& sources, const TemporaryFolder& folder) {
   return fmt::format(R"(read_verilog -sv -DSYNTHESIS{files}
-read_verilog -lib {cuts}
 hierarchy -check -top {top}
 proc
 chformal -remove
 select -assert-none t:$anyconst t:$anyseq t:$allconst t:$allseq
 setattr -unset src c:* t:$* %d
 flatten
+write_rtlil {rtl}
 memory_map
 write_json {netlist}
+)",
+                     fmt::arg("files", files_of(sources)), fmt::arg("top", sources.top),
+                     fmt::arg("rtl", quoted(folder.file("rtl.il"))),
+                     fmt::arg("netlist", quoted(folder.file("netlist.json"))));
+}
+
+std::string script_of_gates(const std::string& top, const TemporaryFolder& folder) {
+  return fmt::format(
+      R"(read_verilog -lib {cuts}
+read_verilog {words}
+read_rtlil {bounded}
+hierarchy -top {top}
+flatten
+techmap -max_iter 1 -map {quotients}
+memory_map
 setundef -anyseq
 select -set flops t:$*dff* %co1:+[Q]
 select -set flops w:* w:*$* %d @flops %i
@@ -125,12 +175,12 @@ opt_clean -purge
 aigmap
 write_aiger -symbols {gates}
 )",
-                     fmt::arg("files", files), fmt::arg("cuts", quoted(folder.file("cuts.v"))),
-                     fmt::arg("top", sources.top), fmt::arg("products", quoted(folder.file("products.v"))),
-                     fmt::arg("flops", quoted(folder.file("flops.v"))),
-                     fmt::arg("netlist", quoted(folder.file("netlist.json"))),
-                     fmt::arg("open", quoted(folder.file("open.v"))),
-                     fmt::arg("gates", quoted(folder.file("gates.aig"))));
+      fmt::arg("cuts", quoted(folder.file("cuts.v"))), fmt::arg("words", quoted(folder.file("words.v"))),
+      fmt::arg("bounded", quoted(folder.file("bounded.il"))), fmt::arg("top", top),
+      fmt::arg("quotients", quoted(folder.file("quotients.v"))),
+      fmt::arg("products", quoted(folder.file("products.v"))),
+      fmt::arg("flops", quoted(folder.file("flops.v"))), fmt::arg("open", quoted(folder.file("open.v"))),
+      fmt::arg("gates", quoted(folder.file("gates.aig"))));
 }
 
 constexpr std::string_view kOpenValue = "hls_open";
@@ -174,7 +224,7 @@ std::string without_backslash(const std::string& name) { return name.substr(name
 // Sorts the ports of the cut gates to flops, products and pins.
 class Sorter {
  public:
-  explicit Sorter(AigerFile gates) {
+  Sorter(AigerFile gates, Rtl rtl) : rtl_(std::move(rtl)) {
     rtl_.gates = std::move(gates);
     for (std::string& name : rtl_.gates.inputs) name = without_backslash(name);
     for (AigerFile::Output& output : rtl_.gates.outputs) output.name = without_backslash(output.name);
@@ -304,6 +354,10 @@ RtlSources read_file_list(const std::filesystem::path& list, const std::string& 
     if (line.empty() || line.starts_with("//") || line.starts_with('#')) continue;
     if (line.starts_with(kInclude)) {
       sources.include_folders.push_back(folder / line.substr(kInclude.size()));
+      if (sources.include_folders.back().string().find_first_of(" \t\"") != std::string::npos)
+        throw UserError(
+            fmt::format("{}:{}: found '{}', expected a folder without blanks in its path, as Yosys does",
+                        list.string(), number, line));
     } else if (line[0] == '+' || line[0] == '-') {
       throw UserError(fmt::format("{}:{}: found '{}', expected the name of a file or +incdir+FOLDER",
                                   list.string(), number, line));
@@ -311,26 +365,55 @@ RtlSources read_file_list(const std::filesystem::path& list, const std::string& 
       sources.files.push_back(folder / line);
     }
   }
+  if (sources.files.empty())
+    throw UserError(fmt::format("{}: found no file, expected the names of RTL files", list.string()));
   return sources;
 }
 
+namespace {
+
+void run_yosys(const std::string& script, const std::filesystem::path& file) {
+  write_whole(file, script);
+  const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", file.string()});
+  if (yosys.status != 0)
+    throw UserError(fmt::format("RTL: Yosys refuses it: {}", line_with(yosys.output, "ERROR")));
+}
+
+// Refuses indices that are wider than their array. Tells where Yosys does not show them: it can't read an
+// array that is used as a whole as one.
+std::string look_at_arrays(const RtlSources& sources, const TemporaryFolder& folder) {
+  const std::string netlist = read_file(folder.file("netlist.json"), "what Yosys read");
+  if (!has_arrays_of_flops(netlist)) return "";
+  write_whole(folder.file("arrays.ys"), script_of_arrays(sources, folder));
+  const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", folder.file("arrays.ys").string()});
+  if (yosys.status != 0)
+    return "RTL: indices of arrays that a reset sets were not looked at: of one that is wider than its array "
+           "the lowest "
+           "bits count";
+  require_narrow_indices(netlist, read_file(folder.file("arrays.il"), "what Yosys read"));
+  return "";
+}
+
+}  // namespace
+
 Rtl read_rtl(const RtlSources& sources) {
   const TemporaryFolder folder;
+  run_yosys(script_of_rtl(sources, folder), folder.file("rtl.ys"));
+  // What is wrong in it is told by what was read, before Yosys stumbles over it.
+  Rtl rtl;
+  rtl.netlist = read_netlist(folder.file("netlist.json"), sources.top);
+  rtl.array_note = look_at_arrays(sources, folder);
+  write_whole(folder.file("bounded.il"), with_bounds(read_file(folder.file("rtl.il"), "what Yosys read")));
+  write_whole(folder.file("words.v"), kBoundsModule);
+  std::string quotients;
+  for (const char* cell : {"div", "mod", "divfloor", "modfloor"}) quotients += quotient_by_zero(cell);
+  write_whole(folder.file("quotients.v"), quotients);
   write_whole(folder.file("cuts.v"), kCuts);
   write_whole(folder.file("flops.v"), kFlops);
   write_whole(folder.file("products.v"), kProducts);
   write_whole(folder.file("open.v"), kOpen);
-  write_whole(folder.file("read.ys"), script(sources, folder));
-  const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", folder.file("read.ys").string()});
-  // What is wrong in it is told by what was read, before Yosys stumbles over it.
-  Netlist netlist;
-  if (std::filesystem::exists(folder.file("netlist.json")))
-    netlist = read_netlist(folder.file("netlist.json"), sources.top);
-  if (yosys.status != 0)
-    throw UserError(fmt::format("RTL: Yosys refuses it: {}", line_with(yosys.output, "ERROR")));
-  Rtl rtl = Sorter(read_aiger(folder.file("gates.aig"))).run();
-  rtl.netlist = std::move(netlist);
-  return rtl;
+  run_yosys(script_of_gates(sources.top, folder), folder.file("gates.ys"));
+  return Sorter(read_aiger(folder.file("gates.aig")), std::move(rtl)).run();
 }
 
 }  // namespace meltstage::hls

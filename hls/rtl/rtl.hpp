@@ -47,6 +47,7 @@ struct Rtl {
   std::map<std::string, std::uint32_t> inputs;
   std::map<std::string, std::uint32_t> outputs;
   Netlist netlist;
+  std::string array_note;  // when indices of arrays could not be looked at; else empty
 };
 
 /// Throws UserError with what Yosys says when it refuses the files, and what read_netlist() throws.

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltstage hls`: what IEEE 1800 says of words beyond an array and of quotients by 0, where Yosys has values
+// of its own.
+#include "tests/hls/hls_command.hpp"
+
+namespace meltstage {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A block without flops: y_o of the pins a_i and b_i, of 4 bits each.
+class HlsArrays : public Hls {
+ protected:
+  void expect(int status, const std::string& rtl, const std::string& result) {
+    write("block.sv",
+          "module debounce (input logic clk_i, input logic rst_ni, input logic [3:0] a_i, input logic [3:0] "
+          "b_i,\n"
+          "  output logic [3:0] y_o);\nlogic spare_q;\n"
+          "always_ff @(posedge clk_i or negedge rst_ni) if (!rst_ni) spare_q <= 0; else spare_q <= "
+          "~spare_q;\n" +
+              rtl + "\nendmodule\n");
+    write("block.cpp", R"(#include <cstdint>
+#include "hls/interface.hpp"
+struct State { std::uint8_t spare_q; };
+struct Inputs { std::uint8_t rst_ni, a_i, b_i; };
+struct Outputs { std::uint8_t y_o; };
+static const std::uint8_t kTable[4] = {3, 9, 12, 6};
+extern "C" {
+void hls_reset(State* s) { *s = {}; }
+void hls_step(State* s, const Inputs* in) { s->spare_q = in->rst_ni != 0 && s->spare_q == 0; }
+void hls_outputs(const State*, const Inputs* in, Outputs* out) { out->y_o = static_cast<std::uint8_t>()" +
+                           result + R"(); }
+extern const meltstage::hls::Field hls_flops[] = {HLS_FIELD(State, spare_q, 1)};
+extern const meltstage::hls::Field hls_input_pins[] = {
+    HLS_FIELD(Inputs, rst_ni, 1), HLS_FIELD(Inputs, a_i, 4), HLS_FIELD(Inputs, b_i, 4)};
+extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(Outputs, y_o, 4)};
+}
+)");
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, status) << rtl << "\n" << result << "\n" << ran.output;
+  }
+};
+
+TEST_F(HlsArrays, AWordBeyondATableIsAnyValue) {
+  const std::string table =
+      "logic [3:0] m [0:3];\ninitial begin m[0] = 3; m[1] = 9; m[2] = 12; m[3] = 6; end\n";
+  expect(1, table + "assign y_o = m[a_i];", "kTable[in->a_i & 3]");
+  expect(0, table + "assign y_o = m[a_i[1:0]];", "kTable[in->a_i & 3]");
+  expect(0, table + "assign y_o = a_i < 4 ? m[a_i] : 4'd0;", "in->a_i < 4 ? kTable[in->a_i & 3] : 0");
+  // a number of words that is no power of two was refused without a place
+  const std::string three = "logic [3:0] m [0:2];\ninitial begin m[0] = 3; m[1] = 9; m[2] = 12; end\n";
+  expect(0, three + "assign y_o = a_i < 3 ? m[a_i] : 4'd6;", "in->a_i < 3 ? kTable[in->a_i & 3] : 6");
+  expect(1, three + "assign y_o = m[a_i[1:0]];", "kTable[in->a_i & 3]");
+}
+
+TEST_F(HlsArrays, AQuotientByZeroIsAnyValue) {
+  expect(1, "assign y_o = a_i / b_i;", "in->b_i ? in->a_i / in->b_i : 15");
+  expect(1, "assign y_o = a_i % b_i;", "in->b_i ? in->a_i % in->b_i : in->a_i");
+  expect(0, "assign y_o = b_i == 0 ? 4'd5 : a_i / b_i;", "in->b_i ? in->a_i / in->b_i : 5");
+  expect(0, "assign y_o = a_i / 4'd3;", "in->a_i / 3");
+}
+
+TEST_F(Hls, AWriteBeyondAMemoryStaysAway) {
+  write_block("  s->a_q = s->b_q[0];\n  if (in->x_i < 4) s->b_q[in->x_i] = 5;");
+  const std::string pins =
+      "module debounce (input logic clk_i, input logic rst_ni, input logic [7:0] x_i, output logic [7:0] "
+      "y_o);\n"
+      "logic [7:0] a_q;\nlogic signed [9:0] c_q;\nlogic [7:0] b_q [0:3];\n";
+  const std::string behind =
+      "assign y_o = a_q;\nalways_ff @(posedge clk_i or negedge rst_ni)\n"
+      "if (!rst_ni) begin a_q <= 0; c_q <= 0; end else begin a_q <= b_q[0]; c_q <= c_q; end\nendmodule\n";
+  const auto memory = [&](const std::string& index) {
+    return pins +
+           "always_ff @(posedge clk_i)\nif (!rst_ni) begin b_q[0] <= 0; b_q[1] <= 0; b_q[2] <= 0; b_q[3] <= "
+           "0; end\n"
+           "else b_q[" +
+           index + "] <= 8'd5;\n" + behind;
+  };
+  write("block.sv", memory("x_i"));
+  EXPECT_EQ(prove().status, 0) << prove().output;
+  write("block.sv", memory("x_i[1:0]"));
+  EXPECT_EQ(prove().status, 1) << prove().output;
+  // Yosys makes flops of an array that a reset sets at once, and drops the upper bits of the index
+  const auto flops = [&](const std::string& index) {
+    return pins +
+           "always_ff @(posedge clk_i or negedge rst_ni)\nif (!rst_ni) for (int i = 0; i < 4; i++) b_q[i] <= "
+           "0;\n"
+           "else b_q[" +
+           index + "] <= 8'd5;\n" + behind;
+  };
+  for (const char* index : {"x_i", "x_i + 1"}) {
+    write("block.sv", flops(index));
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr("block.sv:7: found an index of "));
+  }
+  write("block.sv", flops("x_i[1:0]"));
+  EXPECT_EQ(prove().status, 1);
+  write_block("  s->a_q = s->b_q[0];\n  s->b_q[in->x_i & 3] = 5;");
+  EXPECT_EQ(prove().status, 0) << prove().output;
+}
+
+TEST_F(Hls, AListWithoutFilesIsRefused) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  write("list.f", "// nothing\n\n");
+  EXPECT_THAT(prove().output, HasSubstr("list.f: found no file, expected the names of RTL files"));
+}
+
+}  // namespace
+}  // namespace meltstage
