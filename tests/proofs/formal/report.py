@@ -16,7 +16,26 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 PAGE = ROOT / "docs" / "verify" / "properties.md"
 BEGIN, END = "<!-- made by tests/proofs/formal/report.sh: begin -->", "<!-- end -->"
-PROPERTIES = range(1, 19)
+PROPERTIES = {
+    1: "reset turns the heater off, and it stays off till a Run command",
+    2: "a cause of a fault turns the heater off till a keyed clear",
+    3: "the heater is on only in RUN, without a fault, below T_MAX",
+    4: "no accepted sample for SAMPLE_TIMEOUT is a fault",
+    5: "an accepted sample at or above T_MAX turns the heater off",
+    6: "a host that is silent for HOST_WD turns the heater off",
+    7: "no PWM period is on for longer than DUTY_MAX, without DITHER",
+    8: "the heater is low before a period's end, unless the duty is 100 %",
+    9: "a sound STOP frame turns the heater off in every state",
+    10: "no frame that is damaged or for another slave changes a register",
+    11: "the loop sees one set of parameters a tick",
+    12: "no sum or product of the loop wraps, and the duty stays in its limits",
+    13: "a broadcast is never answered",
+    14: "no answer starts before 3.5 characters of silence",
+    15: "whatever comes on UART or SPI, the state machine is back in time",
+    16: "an illegal state becomes Idle and turns the heater off",
+    17: "the first fault since the clear is kept",
+    18: "a rise without heat opens the second switch",
+}
 
 Assertion = collections.namedtuple("Assertion", "name file says property conditional step")  # step: for proofs alone
 
@@ -80,8 +99,8 @@ def table(rows, proofs, covers, bugs):
 def write(path):
     found, (proofs, covers, bugs) = assertions(), read_table(path)
     lines = [BEGIN, ""]
-    for number in PROPERTIES:
-        lines += [f"### P{number}", ""] + table([a for a in found if a.property == number], proofs, covers, bugs) + [""]
+    for number, title in PROPERTIES.items():
+        lines += [f"### P{number}: {title}", ""] + table([a for a in found if a.property == number], proofs, covers, bugs) + [""]
     lines += ["### Other assertions of the blocks", ""] + table([a for a in found if not a.property], proofs, covers, bugs) + [""]
     missing = [a.name for a in found if a.name not in proofs]
     lines += ["### Not proved", ""] + ([f"- {name}" for name in missing] or ["Nothing of the above."]) + ["", END]
@@ -126,6 +145,7 @@ def check():
             wrong.append(f"{a.name}: its antecedent has not been reached")
         if re.match(r"P\d\d_", a.name) and not a.step and a.name not in not_proved and refuted == "-":
             wrong.append(f"{a.name}: no seeded bug refutes it")
+    wrong += [f"P{number}: no heading '### P{number}: {title}'" for number, title in PROPERTIES.items() if f"\n### P{number}: {title}\n" not in made]
     wrong += [f"P{number}: no assertion" for number in PROPERTIES if not any(a.property == number for a in found)]
     for line in wrong:
         print(f"report.py: docs/verify/properties.md: {line}; run tests/proofs/formal/report.sh", file=sys.stderr)
