@@ -27,7 +27,7 @@ struct FailLog {
   bool truncated = false;
 };
 
-/// Our own text (docs/make/formats/fail-log.md): a line a failed strobe, and what ended it.
+/// Our own text (docs/make/diagnosis.md): a line a failed strobe, and what ended it.
 std::string fail_log_text(const FailLog& log, const CycleStream& stream);
 /// Reads it. Throws UserError with file, line and column for what is no fail log of this stream: an unknown
 /// signal, an input, a cycle that the stream has not or that compares nothing there.
