@@ -29,6 +29,7 @@
 #include "hls/proof/prover.hpp"
 #include "hls/proof/refutation.hpp"
 #include "hls/rtl/rtl.hpp"
+#include "hls/rtl/solver_formats.hpp"
 
 namespace meltstage::app {
 namespace {
@@ -59,11 +60,22 @@ hls::Circuit circuit_of(const hls::Sources& sources, hls::Undefined undefined) {
   return hls::translate(*hls::compile(sources, undefined, context));
 }
 
+/// None: SystemVerilog.
+std::optional<hls::SolverFormat> format_of(const fs::path& out) {
+  const std::string ending = out.extension().string();
+  if (ending == ".aig") return hls::SolverFormat::kAiger;
+  if (ending == ".btor" || ending == ".btor2") return hls::SolverFormat::kBtor2;
+  if (ending == ".sv" || ending == ".v") return std::nullopt;
+  throw UserError(fmt::format(
+      "--out: found '{}', expected a file *.sv or *.v, *.aig (AIGER) or *.btor (BTOR2)", out.string()));
+}
+
 int translate(const Options& o) {
   require_other_file(o.out, o.sources.files);
   if (!hls::is_identifier(o.module))
     throw UserError(fmt::format(
         "--module: found '{}', expected letters, digits and _, and no word of Verilog", o.module));
+  const auto format = format_of(o.out);
   hls::Circuit circuit = circuit_of(o.sources, hls::Undefined::kIsLeft);
   unsigned bits = 0;
   for (const hls::Flop& flop : circuit.flops) bits += flop.field.kept.countPopulation();
@@ -72,7 +84,7 @@ int translate(const Options& o) {
   std::ostringstream text;
   hls::share_products(circuit);
   hls::write_verilog(std::move(circuit), o.module, text);
-  write_whole(o.out, text.str());
+  write_whole(o.out, format ? hls::for_solvers(*format, text.str(), o.module) : text.str());
   fmt::print("{}", told);
   return 0;
 }
@@ -94,7 +106,7 @@ hls::TiedPins tied_pins(const Options& o) {
 
 constexpr std::size_t kMethods = 6;
 struct Row {
-  std::size_t bits = 0, broken = 0, open = 0;
+  std::size_t bits = 0, invariants = 0, broken = 0, open = 0;
   std::array<std::size_t, kMethods> by{};
 };
 
@@ -107,14 +119,19 @@ void print_table(const hls::Problem& problem, const std::vector<std::size_t>& ch
       ++row->bits;
       if (answers[i].verdict == hls::Verdict::kBroken) ++row->broken;
       if (answers[i].verdict == hls::Verdict::kOpen) ++row->open;
-      if (answers[i].verdict == hls::Verdict::kHolds) ++row->by[static_cast<std::size_t>(answers[i].method)];
+      if (answers[i].verdict != hls::Verdict::kHolds) continue;
+      ++row->by[static_cast<std::size_t>(answers[i].method)];
+      if (answers[i].needs_invariants) ++row->invariants;
     }
   }
-  fmt::print("{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>6} {:>7} {:>5}\n", "", "bits", "structure", "sweeping",
-             "parity", "SAT", "cases", "broken", "open");
-  const auto line = [](const std::string& name, const Row& row) {
-    fmt::print("{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>6} {:>7} {:>5}\n", name, row.bits, row.by[0],
-               row.by[2], row.by[3], row.by[4], row.by[5], row.broken, row.open);
+  constexpr const char* kLine = "{:<18} {:>6} {:>10} {:>9} {:>7} {:>5} {:>6} {:>11} {:>7} {:>5}\n";
+  fmt::print(fmt::runtime(kLine), "", "bits", "structure", "sweeping", "parity", "SAT", "cases", "invariants",
+             "broken", "open");
+  const auto line = [&](const std::string& name, const Row& row) {
+    const auto by = [&](hls::Method method) { return row.by[static_cast<std::size_t>(method)]; };
+    fmt::print(fmt::runtime(kLine), name, row.bits, by(hls::Method::kStructure), by(hls::Method::kSweeping),
+               by(hls::Method::kParity), by(hls::Method::kSat), by(hls::Method::kCases), row.invariants,
+               row.broken, row.open);
   };
   for (const auto& [name, row] : rows) line(name, row);
   line("in all", sum);
@@ -182,9 +199,16 @@ std::vector<std::size_t> choose(const hls::Problem& problem, const std::vector<s
 struct Verdicts {
   std::size_t broken = 0;
   std::size_t open = 0;
+  std::size_t with_invariants = 0;
 
   bool proved() const { return broken == 0 && open == 0; }
   const char* word() const { return proved() ? "proved" : broken > 0 ? "refuted" : "not decided"; }
+  std::string states() const {
+    return with_invariants == 0
+               ? "for every state and input"
+               : fmt::format("for every state and input, {} of them where the invariants hold",
+                             with_invariants);
+  }
 };
 
 // Counts, and names some that are open.
@@ -193,6 +217,7 @@ Verdicts print_open(const hls::Problem& problem, const std::vector<std::size_t>&
   Verdicts verdicts;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (answers[i].verdict == hls::Verdict::kBroken) ++verdicts.broken;
+    if (answers[i].verdict == hls::Verdict::kHolds && answers[i].needs_invariants) ++verdicts.with_invariants;
     if (answers[i].verdict != hls::Verdict::kOpen) continue;
     if (++verdicts.open <= most) fmt::print("open: {}\n", problem.obligations[chosen[i]].name);
   }
@@ -249,10 +274,10 @@ int prove(const Options& o) {
   for (const hls::Invariant& invariant : model.invariants) fmt::print("invariant: {}\n", invariant.name);
   const Verdicts verdicts = print_open(problem, chosen, answers, o.examples);
   for (const hls::Counterexample& example : shown) fmt::print("{}", hls::to_text(example, {"C++", "RTL"}));
-  fmt::print(
-      "{}: {} of {} bits equal for every state and input{}{}; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
-      verdicts.word(), chosen.size() - verdicts.broken - verdicts.open, chosen.size(),
-      o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "), seconds_since(begin), translated_s, read_s);
+  fmt::print("{}: {} of {} bits equal {}{}{}; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
+             verdicts.word(), chosen.size() - verdicts.broken - verdicts.open, chosen.size(),
+             verdicts.states(), o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "), seconds_since(begin),
+             translated_s, read_s);
   return verdicts.proved() && (o.mutants == 0 || all_mutants_decided(o, model, rtl, tied)) ? 0 : 1;
 }
 
@@ -280,10 +305,9 @@ int compare(const Options& o) {
                                   {"first way", "second way"}));
     ++shown;
   }
-  fmt::print("{}: {} of {} bits equal for every {} and input; {:.0f} s\n", verdicts.word(),
-             chosen.size() - verdicts.broken - verdicts.open, chosen.size(),
-             one.invariants.empty() ? "state" : "state in which the invariants hold, as prove shows of them,",
-             seconds_since(begin));
+  fmt::print("{}: {} of {} bits equal {}{}; {:.0f} s\n", verdicts.word(),
+             chosen.size() - verdicts.broken - verdicts.open, chosen.size(), verdicts.states(),
+             verdicts.with_invariants == 0 ? "" : ", as prove shows of them", seconds_since(begin));
   return verdicts.proved() ? 0 : 1;
 }
 
@@ -303,9 +327,10 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
       "A pure C++ function as a circuit, and the proof that RTL is the same one (docs/verify/proof.md)");
   hls->require_subcommand(1);
 
-  CLI::App* to_verilog = hls->add_subcommand("translate", "The function as SystemVerilog");
+  CLI::App* to_verilog = hls->add_subcommand("translate", "The function as SystemVerilog, AIGER or BTOR2");
   add_sources(to_verilog, *o);
-  to_verilog->add_option("--out", o->out, "File to write")->required();
+  to_verilog->add_option("--out", o->out, "File to write: *.sv or *.v, *.aig (AIGER) or *.btor (BTOR2)")
+      ->required();
   to_verilog->add_option("--module", o->module, "Name of the module")->capture_default_str();
   to_verilog->callback([o, action] { *action = [o] { return translate(*o); }; });
 

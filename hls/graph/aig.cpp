@@ -302,19 +302,16 @@ AigerFile read_aiger(const std::filesystem::path& path) {
   std::istringstream head(reader.line());
   std::string kind;
   std::size_t highest = 0, inputs = 0, latches = 0, outputs = 0, ands = 0;
-  if (!(head >> kind >> highest >> inputs >> latches >> outputs >> ands) || kind != "aig" ||
-      highest != inputs + latches + ands || highest > (1u << 28))
+  if (!(head >> kind >> highest >> inputs >> latches >> outputs >> ands) || kind != "aig" || latches != 0 ||
+      highest != inputs + ands || highest > (1u << 28))
     reader.fail();
   AigerFile file;
   file.inputs.resize(inputs);
-  file.latches.resize(latches);
   file.outputs.resize(outputs);
-  for (AigerFile::Latch& latch : file.latches)
-    latch.next = static_cast<std::uint32_t>(std::stoul(reader.line()));
   for (AigerFile::Output& output : file.outputs)
     output.value = static_cast<std::uint32_t>(std::stoul(reader.line()));
   for (std::size_t i = 0; i < ands; ++i) {
-    const auto self = static_cast<std::uint32_t>(2 * (inputs + latches + 1 + i));
+    const auto self = static_cast<std::uint32_t>(2 * (inputs + 1 + i));
     const std::uint32_t a = self - reader.delta();
     const std::uint32_t b = a - reader.delta();
     if (a >= self || b > a) reader.fail();
@@ -328,7 +325,6 @@ AigerFile read_aiger(const std::filesystem::path& path) {
     const std::size_t index = std::stoul(line.substr(1, space - 1));
     const std::string name = line.substr(space + 1);
     if (line[0] == 'i' && index < inputs) file.inputs[index] = name;
-    if (line[0] == 'l' && index < latches) file.latches[index].name = name;
     if (line[0] == 'o' && index < outputs) file.outputs[index].name = name;
   }
   return file;

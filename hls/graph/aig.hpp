@@ -96,20 +96,15 @@ class Blaster {
   std::unordered_map<Node, Word> known_;
 };
 
-/// A binary AIGER file with names (Yosys: write_aiger -symbols).
+/// A binary AIGER file without latches, with names (Yosys: write_aiger -symbols).
 struct AigerFile {
   std::vector<std::string> inputs;
-  struct Latch {
-    std::string name;
-    std::uint32_t next;
-  };
-  std::vector<Latch> latches;
   struct Output {
     std::string name;
     std::uint32_t value;
   };
   std::vector<Output> outputs;
-  std::vector<Aig::And> ands;  // over the file's own literals: inputs, latches, ands
+  std::vector<Aig::And> ands;  // over the file's own literals: inputs, ands
 };
 AigerFile read_aiger(const std::filesystem::path& path);
 

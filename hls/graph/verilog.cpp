@@ -383,26 +383,4 @@ void write_verilog(Circuit circuit, const std::string& name, std::ostream& out) 
   fmt::print(out, "\nendmodule\n");
 }
 
-void write_promises(const Circuit& circuit, const std::string& name, std::ostream& out) {
-  fmt::print(out, "// Generated from C++ by meltstage-hls.\nmodule {} (\n", name);
-  for (const Pin& pin : circuit.inputs)
-    fmt::print(out, "  input  logic {}{},\n", range(pin.field.width), identifier(pin.field.name));
-  for (const Flop& flop : circuit.flops)
-    fmt::print(out, "  input  logic {}{},\n", range(flop.field.width), identifier(flop.field.name));
-  fmt::print(out, "  output logic {}promise_o\n);\n\n",
-             range(static_cast<unsigned>(std::max<std::size_t>(1, circuit.promises.size()))));
-  std::vector<Node> roots;
-  for (const Promise& promise : circuit.promises) roots.push_back(promise.broken);
-  Expressions expressions(circuit, {}, out);
-  expressions.write(roots);
-  for (std::size_t i = 0; i < circuit.promises.size(); ++i) {
-    const Promise& promise = circuit.promises[i];
-    fmt::print(out, "  assign promise_o{} = {};  // {}:{}: {}\n",
-               circuit.promises.size() == 1 ? "" : fmt::format("[{}]", i), expressions.text(promise.broken),
-               promise.place.file, promise.place.line, promise.what);
-  }
-  if (circuit.promises.empty()) fmt::print(out, "  assign promise_o = 1'b0;\n");
-  fmt::print(out, "\nendmodule\n");
-}
-
 }  // namespace meltstage::hls

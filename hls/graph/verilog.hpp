@@ -13,8 +13,4 @@ namespace meltstage::hls {
 /// dots, reset at once while rst_ni is low or hls_in_reset() says so. An input pin rst_ni is that port.
 void write_verilog(Circuit circuit, const std::string& name, std::ostream& out);
 
-/// Module `name` without flops: port promise_o, a bit for each promise of the circuit that is broken now, in
-/// their order; flops and pins are inputs.
-void write_promises(const Circuit& circuit, const std::string& name, std::ostream& out);
-
 }  // namespace meltstage::hls

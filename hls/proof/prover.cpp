@@ -41,8 +41,10 @@ void answer_open(const Problem& problem, const std::vector<std::size_t>& chosen,
     std::vector<Answer> found(open.size());
     engines(states(problem, asked), found);
     for (std::size_t i = 0; i < open.size(); ++i)
-      if (found[i].verdict == Verdict::kHolds || states == in_reachable_states)
+      if (found[i].verdict == Verdict::kHolds || states == in_reachable_states) {
         answers[open[i]] = std::move(found[i]);
+        answers[open[i]].needs_invariants = states == in_reachable_states;
+      }
   }
 }
 
@@ -76,9 +78,8 @@ void try_cases(const Problem& problem, const std::vector<std::size_t>& chosen, c
 std::vector<Answer> try_random_values(const Problem& problem, const std::vector<std::size_t>& chosen,
                                       std::uint64_t seed) {
   std::vector<Answer> answers(chosen.size());
-  const Work work = in_reachable_states(problem, chosen);
-  settle(work, Method::kStructure, answers);
-  find_by_simulation(work, seed, answers);
+  settle(in_every_state(problem, chosen), Method::kStructure, answers);
+  find_by_simulation(in_reachable_states(problem, chosen), seed, answers);
   return answers;
 }
 

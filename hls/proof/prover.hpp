@@ -28,6 +28,7 @@ struct Answer {
   Method method = Method::kStructure;
   std::vector<bool>
       example;  // of a broken one: a value for each input of the problem's graph, in their order
+  bool needs_invariants = false;  // shown in those states alone in which they hold
 };
 
 struct EngineLimits {

@@ -40,7 +40,7 @@ struct RtlProduct {
 };
 
 struct Rtl {
-  AigerFile gates;  // without latches
+  AigerFile gates;
   std::vector<RtlFlop> flops;
   std::vector<RtlProduct> products;  // each behind those that its operands rest on
   /// Pins, bit by bit. x#NUMBER is an x, or a value that a net without a driver has: it may be any.

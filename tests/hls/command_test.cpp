@@ -25,6 +25,25 @@ TEST_F(Hls, AForeignBlockIsTranslatedAndProvedEqualToItsRtl) {
             "");
 }
 
+// Read back by others: ABC takes AIGER, Yosys' own simulator of BTOR2 is none, so its lines are looked at.
+TEST_F(Hls, ModelCheckersGetTheCircuitInTheirFormats) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  const auto write_as = [&](const std::string& name) {
+    return run_command("hls translate " + at("block.cpp") +
+                       " --option=-I" MELTSTAGE_SOURCE_DIR " --module debounce --out " + at(name));
+  };
+  ASSERT_EQ(write_as("block.aig").status, 0);
+  EXPECT_THAT(text_of(at("block.aig")), HasSubstr("i6 hold_i[3]\no0 pressed_o\n"));
+  EXPECT_THAT(run_shell("berkeley-abc -q 'read " + at("block.aig") + "; print_stats'").output,
+              HasSubstr("lat =    6"));
+  ASSERT_EQ(write_as("block.btor").status, 0);
+  EXPECT_THAT(text_of(at("block.btor")), HasSubstr("steady_q"));
+  EXPECT_THAT(text_of(at("block.btor")), HasSubstr(" next "));
+  const Ran other = write_as("block.vhd");
+  EXPECT_EQ(other.status, 2);
+  EXPECT_THAT(other.output, HasSubstr("expected a file *.sv or *.v, *.aig (AIGER) or *.btor (BTOR2)"));
+}
+
 TEST_F(Hls, AChangeOfEitherSideIsRefutedByAStateAndPins) {
   const std::string cpp = text_of(kExample + ".cpp"), sv = text_of(kExample + ".sv");
   const std::pair<std::string, std::string> in_rtl[] = {{"steady > hold_i", "steady >= hold_i"},
