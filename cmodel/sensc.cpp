@@ -28,11 +28,15 @@ constexpr unsigned in_range(unsigned value, unsigned limit) {
   return value == 0 || value > limit ? limit : value;
 }
 
+constexpr unsigned spi_mode_of(unsigned frame) {
+  return (frame & spec::kSensFrameSpiModeMask) >> spec::kSensFrameSpiMode;
+}
+
 // SPI mode alone, all that an idle clock needs.
 unsigned spi_mode(const Params& params) {
   const unsigned type = params[spec::kRegSensType] & kTypeMask;
-  if (type == 0) return params[spec::kRegSensFrame] >> 6 & 3u;
-  return type < spec::kSensorPresets.size() ? spec::kSensorPresets[type].frame >> 6 & 3u : 0u;
+  if (type == 0) return spi_mode_of(params[spec::kRegSensFrame]);
+  return type < spec::kSensorPresets.size() ? spi_mode_of(spec::kSensorPresets[type].frame) : 0u;
 }
 
 // Clock of a half period that ends it.
@@ -63,12 +67,12 @@ spec::SensorPreset description(const Params& params) {
 SensorFrame sensor_frame(const Params& params) {
   const spec::SensorPreset d = description(params);
   SensorFrame f{};
-  f.length = in_range(d.frame & 0x3Fu, 32);
-  f.mode = d.frame >> 6 & 3u;
-  f.tx = d.data >> 8;
-  f.field_low = d.frame >> 8 & 0x1Fu;
-  f.field_end = f.field_low + in_range(d.data & 0x1Fu, 16);
-  f.is_signed = (d.frame >> 13 & 1u) != 0;
+  f.length = in_range((d.frame & spec::kSensFrameLengthMask) >> spec::kSensFrameLength, 32);
+  f.mode = spi_mode_of(d.frame);
+  f.tx = (d.data & spec::kSensDataFirstSentMask) >> spec::kSensDataFirstSent;
+  f.field_low = (d.frame & spec::kSensFrameLowMask) >> spec::kSensFrameLow;
+  f.field_end = f.field_low + in_range((d.data & spec::kSensDataBitsMask) >> spec::kSensDataBits, 16);
+  f.is_signed = (d.frame >> spec::kSensFrameSigned & 1u) != 0;
   f.scale = d.scale;
   f.offset = static_cast<std::int16_t>(d.offset);
   f.fault_mask = d.fault_mask;

@@ -17,7 +17,7 @@ namespace meltstage::chip::spec {
 inline constexpr std::uint32_t kClkHz = 12000000;
 inline constexpr std::uint16_t kDeviceId = 0x7C01;
 inline constexpr std::uint16_t kVersion = 0x0001;
-inline constexpr std::uint16_t kMapCrc = 0x29D6;
+inline constexpr std::uint16_t kMapCrc = 0xA3C3;
 inline constexpr unsigned kScanChains = 8;
 inline constexpr unsigned kTestSpeedup = 100;
 inline constexpr std::uint16_t kTelemetryWords = 16;  // input registers of a telemetry frame, from the first on
@@ -320,6 +320,21 @@ enum CtrlBit : std::uint8_t {
   kCtrlHeatRate = 7,
 };
 inline constexpr std::uint16_t kCtrlHeatRateMask = 0xFF80;
+enum SensFrameBit : std::uint8_t {
+  kSensFrameLength = 0,
+  kSensFrameSpiMode = 6,
+  kSensFrameLow = 8,
+  kSensFrameSigned = 13,
+};
+inline constexpr std::uint16_t kSensFrameLengthMask = 0x003F;
+inline constexpr std::uint16_t kSensFrameSpiModeMask = 0x00C0;
+inline constexpr std::uint16_t kSensFrameLowMask = 0x1F00;
+enum SensDataBit : std::uint8_t {
+  kSensDataBits = 0,
+  kSensDataFirstSent = 8,
+};
+inline constexpr std::uint16_t kSensDataBitsMask = 0x001F;
+inline constexpr std::uint16_t kSensDataFirstSentMask = 0xFF00;
 enum FormatBit : std::uint8_t {
   kFormatCharacter = 0,
   kFormatPause = 2,

@@ -62,8 +62,8 @@ module tc_guard (
 `ifndef SYNTHESIS
   output logic               accept_o,         // this clock's sample is accepted; for assertions
 `endif
-  output logic [14:0]        cause_o,
-  output logic [14:0]        fault_o,
+  output logic [tc_pkg::FaultCount-1:0] cause_o,
+  output logic [tc_pkg::FaultCount-1:0] fault_o,
   output logic [3:0]         first_fault_o     // 1 + bit number, 0 none
 );
 
@@ -81,8 +81,8 @@ module tc_guard (
   logic        run_q, run_nq;                  // heating is on; the same once more, inverted
   logic        heater_q, safe_en_q;            // to the pins
   logic [9:0]  safe_cnt_q;                     // clocks since safe_en_q has toggled
-  logic [14:0] cause_q, cause_d;               // what is wrong now
-  logic [14:0] fault_q;                        // what has been wrong since the last clear
+  logic [tc_pkg::FaultCount-1:0] cause_q, cause_d;  // what is wrong now
+  logic [tc_pkg::FaultCount-1:0] fault_q;           // what has been wrong since the last clear
   logic [3:0]  first_q;                        // which of it came first: 1 + bit number, 0 none
   logic [1:0]  watch_parity_q, watch_still_q;  // of the watched flops, one clock ago
   // Samples.
@@ -249,7 +249,7 @@ module tc_guard (
   assign heat_excess = heat_seen - heat_need;
 
   always_comb begin
-    cause_d = 15'd0;
+    cause_d = '0;
     // Over-temperature acts on the sample itself, unfiltered.
     cause_d[tc_pkg::FaultOverTemp]  = accept ? at_or_above(17'(sens_i.pv), 17'($signed(params_i.t_max)))
                                     : cause_q[tc_pkg::FaultOverTemp];
@@ -271,16 +271,16 @@ module tc_guard (
     cause_d[tc_pkg::FaultInhibit]      = inhibit_i;
   end
 
-  logic [14:0] latching;                       // causes that stop the heater now
+  logic [tc_pkg::FaultCount-1:0] latching;     // causes that stop the heater now
   logic        stop;
-  assign latching = cause_q & ~(run_q ? 15'd0 : tc_pkg::FaultRunOnly);
-  assign stop     = stop_i || latching != 15'd0 || fault_q != 15'd0 || rails_differ;
+  assign latching = cause_q & ~(run_q ? '0 : tc_pkg::FaultRunOnly);
+  assign stop     = stop_i || latching != '0 || fault_q != '0 || rails_differ;
   logic run_d;
   assign run_d    = !stop && (run_q || (run_i && run_allowed_o));
 
-  function automatic logic [3:0] first_of(input logic [14:0] causes);
+  function automatic logic [3:0] first_of(input logic [tc_pkg::FaultCount-1:0] causes);
     first_of = 4'd0;
-    for (int i = 14; i >= 0; i--) if (causes[i]) first_of = 4'(i + 1);
+    for (int unsigned i = tc_pkg::FaultCount; i > 0; i--) if (causes[i - 1]) first_of = 4'(i);
   endfunction
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -290,8 +290,8 @@ module tc_guard (
       heater_q        <= 1'b0;
       safe_en_q       <= 1'b0;
       safe_cnt_q      <= 10'd0;
-      cause_q         <= 15'd0;
-      fault_q         <= 15'd0;
+      cause_q         <= '0;
+      fault_q         <= '0;
       first_q         <= 4'd0;
       watch_parity_q  <= 2'd0;
       watch_still_q   <= 2'd0;
@@ -349,9 +349,9 @@ module tc_guard (
       cause_q <= cause_d;
       watch_parity_q <= watch_parity_i;
       watch_still_q  <= watch_still_i;
-      fault_q <= (clear_i ? 15'd0 : fault_q) | latching;
+      fault_q <= (clear_i ? '0 : fault_q) | latching;
       if (clear_i) first_q <= first_of(latching);
-      else if (fault_q == 15'd0) first_q <= first_of(latching);
+      else if (fault_q == '0) first_q <= first_of(latching);
 
       // Samples.
       if (accept) begin
@@ -453,13 +453,13 @@ module tc_guard (
   assign heater_o        = heater_q;
   assign safe_en_o       = safe_en_q;
   assign run_o           = run_q;
-  assign run_allowed_o   = fault_q == 15'd0 && cause_q == 15'd0 && pv_valid_q;
+  assign run_allowed_o   = fault_q == '0 && cause_q == '0 && pv_valid_q;
   assign at_temp_o       = at_temp_q;
   assign sensor_ok_o     = pv_valid_q && !bad_limit && !cause_q[tc_pkg::FaultSensorStale];
   assign sample_held_o   = bad_q != 4'd0;
   assign hold_test_o     = hold_test_q;
   assign wd_armed_o      = run_q && params_i.host_wd != 16'd0;
-  assign permitted_o     = run_q && fault_q == 15'd0;
+  assign permitted_o     = run_q && fault_q == '0;
   assign pv_valid_o      = pv_valid_q;
   assign pv_o            = pv_q;
   assign slope_o         = slope_q;
@@ -477,9 +477,9 @@ module tc_guard (
   assign accept_o = accept;
   `TC_ASSERT_SETUP
   // P2: a fault flag means the heater is off, now and until cleared.
-  `TC_ASSERT_IF(GuardFaultMeansOff_A, fault_q != 15'd0, !heater_q)
-  `TC_ASSERT_NEXT(GuardCauseTurnsOff_A, latching != 15'd0, !heater_q && fault_q != 15'd0)
-  `TC_ASSERT_NEXT(GuardFaultStays_A, fault_q != 15'd0 && !clear_i, fault_q != 15'd0)
+  `TC_ASSERT_IF(GuardFaultMeansOff_A, fault_q != '0, !heater_q)
+  `TC_ASSERT_NEXT(GuardCauseTurnsOff_A, latching != '0, !heater_q && fault_q != '0)
+  `TC_ASSERT_NEXT(GuardFaultStays_A, fault_q != '0 && !clear_i, fault_q != '0)
   // P5: an accepted sample at or above T_MAX is a cause in the next clock.
   `TC_ASSERT_NEXT(GuardHotSampleIsCause_A,
                   accept && !(of_temp(17'(sens_i.pv)) < of_tenths(17'($signed(params_i.t_max)))),
@@ -503,8 +503,8 @@ module tc_guard (
     if (!rst_ni) first_past <= 4'd0;
     else first_past <= first_q;
   end
-  `TC_ASSERT_NEXT(GuardFirstFaultKept_A, fault_q != 15'd0 && !clear_i, first_q == first_past)
-  `TC_ASSERT_IF(GuardFaultNamesFirst_A, fault_q != 15'd0, first_q != 4'd0)
+  `TC_ASSERT_NEXT(GuardFirstFaultKept_A, fault_q != '0 && !clear_i, first_q == first_past)
+  `TC_ASSERT_IF(GuardFaultNamesFirst_A, fault_q != '0, first_q != 4'd0)
   `TC_ASSERT_NEXT(GuardNoPermissionNoToggle_A, !run_q || stop, !safe_en_q)
 `endif
 

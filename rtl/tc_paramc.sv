@@ -72,8 +72,8 @@ module tc_paramc (
   input  logic [31:0] raw_i,
   input  logic [15:0] samples_i,
   input  tc_pkg::status_t status_i,     // writes_pending and hold are PARAMC's own, low here
-  input  logic [14:0] fault_i,
-  input  logic [14:0] cause_i,
+  input  logic [tc_pkg::FaultCount-1:0] fault_i,
+  input  logic [tc_pkg::FaultCount-1:0] cause_i,
   input  logic [3:0]  first_fault_i,
   input  logic [4:0]  state_i,
   input  logic [15:0] wd_left_i,
@@ -434,13 +434,13 @@ module tc_paramc (
     else if (extract_i && !discarding_i) hand <= word_q;
   end
   `TC_ASSERT_IF(P15_Judging_A, decode_i && checking_q,
-                {12'd0, word_q} < words && words <= 16'd16 && commanded == 6'(word_q) + 6'd1)
+                {12'd0, word_q} < words && words <= tc_pkg::WriteWords && commanded == 6'(word_q) + 6'd1)
   `TC_ASSERT_IF(P15_Judged_A, decode_i && decoded_q,
-                commanded <= 6'd17 && (!writes_q || (word_q == 4'd0 && words != 16'd0 && words <= 16'd16)))
+                commanded <= 6'd17 && (!writes_q || (word_q == 4'd0 && words != 16'd0 && words <= tc_pkg::WriteWords)))
   `TC_ASSERT_IF(P15_Begins_A, decode_i && !checking_q && !decoded_q, commanded == 6'd0)
   `TC_ASSERT_IF(P15_Extracting_A, extract_i,
-                {12'd0, word_q} < words && words <= 16'd16 && commanded <= 6'd18 + {1'b0, word_q, 1'b0})
-  `TC_ASSERT_IF(P15_Writing_A, write_i, {12'd0, hand} < words && words <= 16'd16 && word_q == hand + 4'd1 &&
+                {12'd0, word_q} < words && words <= tc_pkg::WriteWords && commanded <= 6'd18 + {1'b0, word_q, 1'b0})
+  `TC_ASSERT_IF(P15_Writing_A, write_i, {12'd0, hand} < words && words <= tc_pkg::WriteWords && word_q == hand + 4'd1 &&
                 last_q == ({12'd0, hand} + 16'd1 == words) && commanded <= 6'd19 + {1'b0, hand, 1'b0})
 `endif
 `endif

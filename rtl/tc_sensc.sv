@@ -69,20 +69,26 @@ module tc_sensc (
 
   // ---- description
   tc_pkg::sensor_t sens;
-  logic [5:0] length;
-  logic [4:0] width;
+  logic [5:0] stated_length, length;
+  logic [4:0] stated_width, width;
+  logic [1:0] spi_mode;               // CPOL, CPHA
+  logic [7:0] first_sent;
   logic [5:0] field_low, field_end;   // the field is bits field_end-1 .. field_low
   logic [7:0] half_last;
 
   assign sens = (type_i == 3'd0) ? custom_i : tc_pkg::sensor_preset(type_i);
-  assign length = (sens.frame[5:0] == 6'd0 || sens.frame[5:0] > 6'd32) ? 6'd32 : sens.frame[5:0];
-  assign width = (sens.data[4:0] == 5'd0 || sens.data[4:0] > 5'd16) ? 5'd16 : sens.data[4:0];
-  assign field_low = {1'b0, sens.frame[12:8]};
+  assign stated_length = sens.frame[tc_pkg::SensFrameLength +: tc_pkg::SensFrameLengthWidth];
+  assign stated_width = sens.data[tc_pkg::SensDataBits +: tc_pkg::SensDataBitsWidth];
+  assign spi_mode = sens.frame[tc_pkg::SensFrameSpiMode +: tc_pkg::SensFrameSpiModeWidth];
+  assign first_sent = sens.data[tc_pkg::SensDataFirstSent +: tc_pkg::SensDataFirstSentWidth];
+  assign length = (stated_length == 6'd0 || stated_length > 6'd32) ? 6'd32 : stated_length;
+  assign width = (stated_width == 5'd0 || stated_width > 5'd16) ? 5'd16 : stated_width;
+  assign field_low = {1'b0, sens.frame[tc_pkg::SensFrameLow +: tc_pkg::SensFrameLowWidth]};
   assign field_end = field_low + {1'b0, width};
   assign half_last = (spi_div_i < 8'd2) ? 8'd2 : spi_div_i;
 
   logic unused_sens;
-  assign unused_sens = ^{sens.frame[15:14], sens.data[7:5]};
+  assign unused_sens = ^{sens.frame, sens.data};  // bits between the fields
 
   // ---- bit timing
   logic half_end, sampling, edge_now;
@@ -100,7 +106,7 @@ module tc_sensc (
   logic signed [32:0] acc_twice, scale;
   assign bit_place = left_q[6:1];
   assign in_field = bit_place >= field_low && bit_place < field_end;
-  assign sign_bit = sens.frame[13] && (bit_place + 6'd1 == field_end);
+  assign sign_bit = sens.frame[tc_pkg::SensFrameSigned] && (bit_place + 6'd1 == field_end);
   assign acc_twice = {acc_q[31:0], 1'b0};
   assign scale = $signed({17'd0, sens.scale});
 
@@ -153,8 +159,8 @@ module tc_sensc (
       unique case (state_q)
         StIdle: begin
           half_q <= 8'd0;
-          mode_q <= sens.frame[7:6];
-          sclk_q <= sens.frame[7];
+          mode_q <= spi_mode;
+          sclk_q <= spi_mode[1];
           if (start_i) begin
             state_q <= StGap;
             left_q <= GapHalves;
@@ -172,7 +178,7 @@ module tc_sensc (
               left_q <= setup_q ? SetupEdges : {length, 1'b0};
               // Without CPHA the first bit is there before the first edge, with it only at that edge.
               if (setup_q) tx_q <= mode_q[0] ? {1'b0, sens.setup} : {sens.setup, 1'b0};
-              else tx_q <= mode_q[0] ? {1'b0, sens.data[15:8], 8'd0} : {sens.data[15:8], 9'd0};
+              else tx_q <= mode_q[0] ? {1'b0, first_sent, 8'd0} : {first_sent, 9'd0};
               rx_q <= 32'd0;
               zero_seen_q <= 1'b0;
               acc_q <= 33'sd0;

@@ -111,7 +111,7 @@ module tc_top #(
 
   logic        heater, run, run_allowed, at_temp, sensor_ok, sample_held, hold_test, wd_armed, permitted, pv_valid;
   logic [15:0] slope, samples, sensor_errors, wd_left;
-  logic [14:0] cause, fault;
+  logic [tc_pkg::FaultCount-1:0] cause, fault;
   logic [3:0]  first_fault;
 
   tc_pkg::status_t status;
@@ -131,7 +131,7 @@ module tc_top #(
     status.watchdog_armed      = wd_armed;
     status.sample_held         = sample_held;
     status.safe_en_active      = permitted;
-    status.fault               = fault != 15'd0;
+    status.fault               = fault != '0;
   end
 
   // ---- Blocks -------------------------------------------------------------------------------------------------------

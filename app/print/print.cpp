@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -21,6 +20,7 @@
 #include "base/count.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/output_file.hpp"
 #include "base/place.hpp"
 #include "recording/text.hpp"
 #include "recording/vcd.hpp"
@@ -364,12 +364,7 @@ int print_job(const PrintOptions& options) {
   PrintReport report = make_report(loaded, board, result, options);
   if (checked) add_windows(report, *checked);
   write_report(folder.file("report.html"), report);
-  std::ofstream summary(folder.file("summary.json"));
-  summary << summary_json(report);
-  summary.close();
-  if (!summary)
-    throw std::runtime_error(
-        fmt::format("{}: cannot be written, is the disk full?", folder.file("summary.json").string()));
+  write_whole(folder.file("summary.json"), summary_json(report));
   folder.publish();
 
   fmt::print("{}: {}\n", escaped(loaded.job.name), report.verdict);

@@ -33,7 +33,8 @@ class ControlPieces : private PieceSteps {
       set(spec::kRegSensType, static_cast<std::int32_t>(type));
       set(spec::kRegSensTrim, in_range(spec::kRegSensTrim));
       set(spec::kRegSpiDiv, 2 + static_cast<std::int32_t>(below(12)));
-      const unsigned length = preset.frame & 63U, mode = preset.frame >> 6 & 3U;
+      const unsigned length = (preset.frame & spec::kSensFrameLengthMask) >> spec::kSensFrameLength,
+                     mode = (preset.frame & spec::kSensFrameSpiModeMask) >> spec::kSensFrameSpiMode;
       for (unsigned i = 0; i < often(4, 2); ++i) {
         s_.sensor().set(any_frame(preset.check_mask, preset.check_value, preset.fault_mask), length, mode);
         s_.ticks();
@@ -49,12 +50,14 @@ class ControlPieces : private PieceSteps {
       p[spec::kRegSpiDiv] = i % 8 == 0 ? 255 : 2 + static_cast<std::int32_t>(below(20));
       for (std::uint16_t reg = spec::kRegSensFrame; reg <= spec::kRegSensTrim; ++reg) p[reg] = in_range(reg);
       const unsigned length = 1 + below(32), mode = below(4);
+      constexpr unsigned kSigned = 1U << spec::kSensFrameSigned;
       p[spec::kRegSensFrame] =
-          static_cast<std::int32_t>((p[spec::kRegSensFrame] & 0x3F00) | (mode << 6) | length);
+          static_cast<std::int32_t>((p[spec::kRegSensFrame] & (spec::kSensFrameLowMask | kSigned)) |
+                                    (mode << spec::kSensFrameSpiMode) | length);
       if (one_in(2)) p[spec::kRegSensSetup] = 0;
       if (one_in(2)) p[spec::kRegSensFaultMask] = 0;
       if (one_in(2)) {
-        p[spec::kRegSensFrame] = static_cast<std::int32_t>(0x2000 | (mode << 6) | 32);
+        p[spec::kRegSensFrame] = static_cast<std::int32_t>(kSigned | (mode << spec::kSensFrameSpiMode) | 32);
         p[spec::kRegSensCheckMaskH] = p[spec::kRegSensCheckMaskL] = 0;
       }
       write_range(p, spec::kRegSensType, spec::kRegSpiDiv);
@@ -64,12 +67,14 @@ class ControlPieces : private PieceSteps {
           static_cast<std::uint32_t>(p[spec::kRegSensCheckValueH] << 16 | p[spec::kRegSensCheckValueL]);
       const auto faults = static_cast<std::uint32_t>(p[spec::kRegSensFaultMask]);
       for (unsigned frame = 0; frame < 2; ++frame) {
-        s_.sensor().set(any_frame(mask, value, faults), p[spec::kRegSensFrame] & 63, mode);
+        s_.sensor().set(any_frame(mask, value, faults), p[spec::kRegSensFrame] & spec::kSensFrameLengthMask,
+                        mode);
         s_.ticks();
         look();
       }
       // One checked or fault bit wrong.
-      s_.sensor().set(any_frame(mask, value, faults) ^ (1U << below(32)), p[spec::kRegSensFrame] & 63, mode);
+      s_.sensor().set(any_frame(mask, value, faults) ^ (1U << below(32)),
+                      p[spec::kRegSensFrame] & spec::kSensFrameLengthMask, mode);
       s_.ticks();
       look();
     }

@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <utility>
 
+#include "base/output_file.hpp"
 #include "cmodel/spec.hpp"
 #include "recording/text.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
@@ -109,8 +109,8 @@ std::string Lockstep::report(std::string_view what, const std::string& found) co
 
 void Lockstep::save(const std::filesystem::path& folder, const std::string& text) const {
   std::filesystem::create_directories(folder);
-  std::ofstream(folder / "report.txt") << text;
-  std::ofstream(folder / "repeat.sh") << "#!/bin/sh\n" << identity_.repeat_command << '\n';
+  write_whole(folder / "report.txt", text);
+  write_whole(folder / "repeat.sh", fmt::format("#!/bin/sh\n{}\n", identity_.repeat_command));
   recording::write_text(stimulus_, folder / "stimulus.mvec");
 
   // The waves: the same stimulus on a traced RTL, from kWaveClocks before the mismatch.

@@ -16,13 +16,15 @@ CONSTANT = re.compile(r"\b(k(?:Exc|Rsp|Seg|Fc|Format8|Status|Ctrl|Mode|St|Cmd|Fa
 RTL_CONSTANT = re.compile(r"\b((?:Exc|Rsp|Seg|Fc|Format8|Status|Ctrl|Mode|Cmd|Fault|MaxRead|Mei|Broadcast|Identification)\w*)\s*=\s*[0-9]")
 # A code beside a signal that has one, or the place of a field, as a bare number. No exception, 0, has no code.
 RTL_NUMBER = re.compile(r"\b(?:segment|cmd_fc|rsp_kind|format)(?:_[a-z]+)?\s*[!=]=\s*[0-9]+'|\bexc(?:_[a-z]+)?\s*[!=]?=\s*[0-9]+'[dhb]0*[1-9A-F]"
-                        r"|_exc(?:_[a-z]+)?\s*<?[!=]?=\s*[0-9]+'[dhb]0*[1-9A-F]|\bparams\w*\.(?:ctrl|mode|format)\[[0-9]|\bstatus\w*\[[0-9]|\bstatus_i\(\{")
+                        r"|_exc(?:_[a-z]+)?\s*<?[!=]?=\s*[0-9]+'[dhb]0*[1-9A-F]|\bparams\w*\.(?:ctrl|mode|format)\[[0-9]|\bsens\w*\.(?:frame|data)\[[0-9]|\bstatus\w*\[[0-9]|\bstatus_i\(\{")
 # The same in C++: a code beside what holds one, a bit or a word of a register that has fields, the word without a value, the clock. A list of
 # words in braces is a draw of any.
 VALUE = r"(?:0[xb][0-9a-fA-F]+|0*[1-9][0-9']*)\b"
 CPP_NUMBER = re.compile(r"\b(?:cmd_fc\(\)|exception_code|rsp_exc_q|rsp_kind_q|segment_q)\s*[!=]=\s*" + VALUE +
                         r"|\bbit\(\s*(?:\w+::)*k(?:Reg|In)\w+,\s*[0-9]"
                         r"|\bkReg(?:Ctrl|Mode|Format)\b[\])]*\s*(?:,|=|&|>>)\s*" + VALUE +
+                        r"|\bkReg(?:SensFrame|SensData)\b[\])]*\s*(?:&|>>)\s*" + VALUE +
+                        r"|\b(?:d|preset)\.(?:frame|data)\s*(?:&|>>)\s*" + VALUE +
                         r"|\bkIn(?:Status|FirstFault|AtState)\b[\])]*\s*(?:&|>>)\s*" + VALUE +
                         r"|\bpv\w*\s*[!=]=\s*(?:INT16_MIN|-32768)|\b12(?:[_']?000[_']?000|e6)\b")
 

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cadical.hpp>
 #include <cstdlib>
-#include <fstream>
 #include <stdexcept>
+
+#include "base/error.hpp"
+#include "base/output_file.hpp"
 
 namespace meltstage::dft {
 
@@ -479,13 +481,12 @@ bool TestSolver::prove_untestable(const Fault& fault, const std::filesystem::pat
   std::string text =
       fmt::format("p cnf {} {}\n", variables_, std::count(clauses_.begin(), clauses_.end(), 0));
   for (const int literal : clauses_) text += literal == 0 ? "0\n" : fmt::format("{} ", literal);
-  std::ofstream file(cnf, std::ios::binary);
-  file << text;
-  if (!file.flush()) throw std::runtime_error(cnf.string() + ": can't be written");
+  write_whole(cnf, text);
   CaDiCaL::Solver solver;
   solver.set("quiet", 1);
   solver.set("binary", 0);
-  if (!solver.trace_proof(drat.c_str())) throw std::runtime_error(drat.string() + ": can't be written");
+  if (!solver.trace_proof(drat.c_str()))
+    throw UserError(fmt::format("{}: found no way to write it, expected a folder with room", drat.string()));
   solver.configure("plain");  // steps that follow by unit propagation alone
   for (const int literal : clauses_) solver.add(literal);
   clauses_.clear();
