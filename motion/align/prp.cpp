@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "motion/align/prp_parts.hpp"
+#include "motion/profile/check_positive.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -30,22 +31,36 @@ std::array<Vector2d, 3> joints_mm(const PrpGeometry& geometry, const PrpTurns& t
   return joints;
 }
 
+/// A lead of 0 would ask for turns without end.
+void check_leads(const PrpGeometry& geometry) {
+  for (std::size_t i = 0; i < 3; ++i)
+    check_positive(fmt::format("stage geometry: lead of branch {}", i + 1), geometry.lead_mm[i], "mm");
+}
+
 }  // namespace
 
 PrpTurns prp_inverse(const PrpGeometry& geometry, const PlanarPose& pose) {
   if (!std::isfinite(pose.x_mm) || !std::isfinite(pose.y_mm) || !std::isfinite(pose.angle_rad))
     throw MotionError(fmt::format("stage pose: found ({} mm, {} mm, {} rad), expected finite numbers",
                                   pose.x_mm, pose.y_mm, pose.angle_rad));
+  check_leads(geometry);
   const auto parameters = prp_parts::to_vector(geometry);
   const auto travels = prp_parts::travels_mm(parameters.data(), pose.x_mm, pose.y_mm, pose.angle_rad);
-  return {travels[0] / geometry.lead_mm[0], travels[1] / geometry.lead_mm[1],
-          travels[2] / geometry.lead_mm[2]};
+  const PrpTurns turns{travels[0] / geometry.lead_mm[0], travels[1] / geometry.lead_mm[1],
+                       travels[2] / geometry.lead_mm[2]};
+  if (!turns.allFinite())
+    throw MotionError(fmt::format(
+        "stage geometry: found turns of {}, {}, {}, expected finite numbers: a parameter isn't one, "
+        "or a slider's way runs along its guide",
+        turns[0], turns[1], turns[2]));
+  return turns;
 }
 
 PlanarPose prp_forward(const PrpGeometry& geometry, const PrpTurns& turns) {
   if (!turns.allFinite())
     throw MotionError(fmt::format("stage motors: found {}, {}, {} turns, expected finite numbers", turns[0],
                                   turns[1], turns[2]));
+  check_leads(geometry);
   const auto joints = joints_mm(geometry, turns);
   const Vector2d span = joints[2] - joints[1];
   if (std::abs(geometry.link_mm) >= span.norm())
@@ -79,6 +94,7 @@ Eigen::Matrix3d prp_jacobian(const PrpGeometry& geometry, const PrpTurns& turns)
 }
 
 void check_stroke(const PrpGeometry& geometry, const PrpTurns& turns) {
+  check_leads(geometry);
   for (int i = 0; i < 3; ++i) {
     const double travel_mm = turns[i] * geometry.lead_mm[static_cast<std::size_t>(i)];
     if (!(std::abs(travel_mm) <= geometry.stroke_mm))
@@ -96,6 +112,7 @@ PrpTurns displaced_turns(const PrpGeometry& geometry, const PrpTurns& now, const
 }
 
 PrpGeometry seen_from(const PrpGeometry& geometry, const Vector2d& origin_mm, double angle_rad) {
+  check_leads(geometry);
   const PlanarPose to_frame = inverse_of({origin_mm.x(), origin_mm.y(), angle_rad});
   PrpGeometry seen = geometry;
   const auto joints = joints_mm(geometry, PrpTurns::Zero());

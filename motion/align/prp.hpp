@@ -31,18 +31,19 @@ using PrpTurns = Eigen::Vector3d;
 
 /// Turns for a pose of the platform, closed form. With the nominal geometry this is paper 003, eq. (3),
 /// divided by the lead. Not limited by the stroke.
-/// @throws MotionError if a number isn't finite.
+/// @throws MotionError if a number isn't finite, a lead isn't positive, or a slider's way runs along its
+/// guide.
 PrpTurns prp_inverse(const PrpGeometry& geometry, const PlanarPose& pose);
 
 /// Pose of the platform at these turns, closed form: the angle from branches 2 and 3, the place from two
 /// lines. With the nominal geometry this is paper 003, eq. (4).
-/// @throws MotionError if a number isn't finite or the guides can't meet.
+/// @throws MotionError if a number isn't finite, a lead isn't positive, or the guides can't meet.
 PlanarPose prp_forward(const PrpGeometry& geometry, const PrpTurns& turns);
 
 /// d(x, y, angle) / d(turns) in mm and rad per turn. Never singular unless the guides are parallel.
 Eigen::Matrix3d prp_jacobian(const PrpGeometry& geometry, const PrpTurns& turns);
 
-/// @throws MotionError that names the branch, if a motor would leave its stroke.
+/// @throws MotionError that names the branch, if a motor would leave its stroke or a lead isn't positive.
 void check_stroke(const PrpGeometry& geometry, const PrpTurns& turns);
 
 /// Turns that displace the platform from where it stands (in the fixed frame): forward, displace, inverse.

@@ -177,6 +177,10 @@ void check_positive(std::string_view what, double value, std::string_view unit) 
                                   kLeastMeasure, kLargestMeasure));
 }
 
+void check_position(double position_mm) {
+  if (std::isnan(position_mm)) throw MotionError("profile: found position nan mm, expected a number");
+}
+
 void check_limits(const ScurveLimits& limits) {
   check_positive("velocity limit", limits.velocity_mm_s, "mm/s");
   check_positive("acceleration limit", limits.acceleration_mm_s2, "mm/s2");
@@ -217,6 +221,7 @@ MotionState Scurve::sample(double time_s) const {
 }
 
 double Scurve::time_at(double position_mm) const {
+  check_position(position_mm);
   if (position_mm <= 0.0) return 0.0;
   if (position_mm >= end.position_mm) return duration_s;
   std::size_t segment = 6;

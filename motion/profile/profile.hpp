@@ -54,6 +54,7 @@ struct Scurve {
   MotionState sample(double time_s) const;
 
   /// First moment at which the position is reached; 0 and duration_s for positions beyond the ends.
+  /// @throws MotionError if the position is no number.
   double time_at(double position_mm) const;
 };
 

@@ -12,6 +12,9 @@ namespace meltstage::motion {
 /// @throws MotionError naming the limit that isn't positive and finite.
 void check_limits(const ScurveLimits& limits);
 
+/// @throws MotionError if a position that is asked for is no number.
+void check_position(double position_mm);
+
 /// State `time_s` behind a state whose jerk stays.
 inline MotionState after(const MotionState& start, double time_s) {
   const auto [position, velocity, acceleration, jerk] = start;

@@ -263,6 +263,7 @@ MotionState JerkProfile::sample(double time_s) const {
 }
 
 double JerkProfile::time_at(double position_mm) const {
+  check_position(position_mm);
   if (position_mm <= 0.0 || segments == 0) return 0.0;
   if (position_mm >= end.position_mm) return duration_s;
   std::size_t segment = segments - 1;
@@ -308,8 +309,8 @@ StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state
   StopWithin stop{plan_stop(limits, state), 1.0};
   if (way_mm(limits) <= room_mm || stop.profile.segments == 0) return stop;
   if (!(room_mm >= kLeastMeasure))
-    throw MotionError(
-        fmt::format("stop: found room of {} mm, expected more than 0 mm for a moving axis", room_mm));
+    throw MotionError(fmt::format("stop: found room of {} mm, expected at least {} mm for a moving axis",
+                                  room_mm, kLeastMeasure));
   double enough = 2.0;
   for (; needed_mm(enough) > room_mm; enough *= 2.0) {
     constexpr double kMostHaste = 1e3;

@@ -29,6 +29,7 @@ struct JerkProfile {
 
   /// First moment at which the position is reached, for a motion that never turns back; 0 and duration_s for
   /// positions beyond the ends.
+  /// @throws MotionError if the position is no number.
   double time_at(double position_mm) const;
 };
 
@@ -48,8 +49,8 @@ struct StopWithin {
 
 /// plan_stop if it needs no more than `room_mm` in the direction of motion, otherwise the gentlest stop that
 /// does: time runs `haste` times as fast in its limits.
-/// @throws MotionError as plan_stop, or if `room_mm` isn't above 0 for a moving axis or takes a haste of some
-/// thousand.
+/// @throws MotionError as plan_stop, or if `room_mm` is below 1e-12 mm for a moving axis or takes a haste of
+/// some thousand.
 StopWithin plan_stop_within(const ScurveLimits& limits, const MotionState& state, double room_mm);
 
 /// Goes to rest at `target_mm` (counted from the state's position) from any state, under limits that may be

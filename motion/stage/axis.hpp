@@ -109,10 +109,12 @@ class AxisControl {
   /// Orders; each is refused (MotionError) in a phase or at a place that doesn't allow it.
   void home();
   void move_to(double position_mm);  ///< also while it moves or jogs: goes there without a stop in between
-  void jog(double velocity_mm_s);    ///< signed; ends by itself at the soft limit
-  void stop();                       ///< under the ordinary limits; of an axis on a path, by who plans it
-  void couple();                     ///< from now on follow(), from where the command stands
-  void decouple();                   ///< at rest: from now on step() again
+  /// Signed, no faster than the limits' speed whatever is asked for; ends by itself at the soft limit, or
+  /// before homing after the search's way.
+  void jog(double velocity_mm_s);
+  void stop();      ///< under the ordinary limits; of an axis on a path, by who plans it
+  void couple();    ///< from now on follow(), from where the command stands
+  void decouple();  ///< at rest: from now on step() again
   void set_homed(
       double position_mm);  ///< at rest: it stands there, known from elsewhere (an absolute encoder)
   void reset();             ///< after a fault, its cause gone and the encoder reading a number

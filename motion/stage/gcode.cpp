@@ -99,6 +99,9 @@ std::string write_gcode(std::span<const Point> bumps, const Eigen::Vector2d& sta
   if (!std::isfinite(options.settle_s) || options.settle_s < 0.0)
     throw MotionError(
         fmt::format("G-code: found settle time {} s, expected a finite number from 0", options.settle_s));
+  if (options.settle_s > 0.0 && options.settle_s < kShortest_s)
+    throw MotionError(fmt::format("G-code: settle time: found {} s, expected 0 s, or {} s at least",
+                                  options.settle_s, kShortest_s));
   if (bumps.empty()) throw MotionError("G-code: found no bumps, expected at least 1");
   check_in_travel(options, start_mm.x(), start_mm.y(), "the start");
   for (const Point& bump : bumps)

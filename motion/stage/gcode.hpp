@@ -27,7 +27,7 @@ enum class GcodeDialect { linuxcnc, grbl };
 struct GcodeOptions {
   GcodeDialect dialect = GcodeDialect::linuxcnc;
   double heat_timeout_s = 600.0;  ///< longest wait for the temperature
-  double settle_s = 0.015;        ///< pause at a bump before its droplet
+  double settle_s = 0.015;        ///< pause at a bump before its droplet: 0, or 0.0001 at least
   double pulse_s = 0.001;         ///< length of the droplet's output; the waveform starts at its rising edge
   Range x, y;                     ///< travel of the machine
   std::optional<Eigen::Vector2d> end_mm{};  ///< where the head goes in the end; nothing: back to the start

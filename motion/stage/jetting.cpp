@@ -45,6 +45,11 @@ class Tuner {
 
  private:
   bool spent() const { return measurements_ >= most_; }
+  /// The amplitude keeps enough to be found.
+  int left_for_dwells() const {
+    constexpr int kForAmplitude = 20;
+    return std::max(0, most_ - measurements_ - kForAmplitude);
+  }
   double middle_m_s() const { return 0.5 * (band_.slowest_m_s + band_.fastest_m_s); }
   bool in_velocity_band(const DropletFigures& droplet) const {
     return droplet.velocity_m_s >= band_.slowest_m_s && droplet.velocity_m_s <= band_.fastest_m_s;
@@ -64,29 +69,82 @@ class Tuner {
     return best_.droplet ? best_.droplet->velocity_m_s : 0.0;
   }
 
-  /// The amplitude rises until some dwell gives a droplet; the peak is then a parabola's over the best three.
+  /// Looks for droplets at seven dwells, at half the amplitude's range and at its end; then, for a resonance
+  /// that is narrower than their steps, between them.
   double fastest_dwell_us(Waveform waveform) {
     constexpr int kDwells = 7;
-    const double low = range_.lowest.dwell_us, step = (range_.highest.dwell_us - low) / (kDwells - 1);
-    for (const double share : {0.25, 0.5, 0.75, 1.0}) {
+    double step_us = (range_.highest.dwell_us - range_.lowest.dwell_us) / (kDwells - 1);
+    for (const double share : {0.5, 1.0}) {
       waveform.amplitude_v =
           range_.lowest.amplitude_v + share * (range_.highest.amplitude_v - range_.lowest.amplitude_v);
-      std::array<double, kDwells> speed{};
-      for (std::size_t i = 0; i < kDwells; ++i) {
-        waveform.dwell_us = low + static_cast<double>(i) * step;
-        const auto droplet = look(waveform);
-        speed[i] = droplet ? droplet->velocity_m_s : 0.0;
-      }
-      const auto peak =
-          static_cast<std::size_t>(std::max_element(speed.begin(), speed.end()) - speed.begin());
-      if (speed[peak] <= 0.0) continue;
-      const double dwell_us = low + static_cast<double>(peak) * step;
-      if (peak == 0 || peak == kDwells - 1) return dwell_us;
-      const double below = speed[peak - 1], above = speed[peak + 1];
-      const double curvature = below - 2.0 * speed[peak] + above;
-      return curvature < 0.0 ? dwell_us + 0.5 * (below - above) / curvature * step : dwell_us;
+      const auto found = fastest_of(waveform, range_.lowest.dwell_us, step_us, kDwells);
+      if (found) return peak_us(waveform, *found, step_us);
     }
-    return low + 0.5 * (kDwells - 1) * step;
+    constexpr int kHalvings = 5;
+    int between = kDwells - 1;
+    for (int i = 0; i < kHalvings; ++i, between *= 2) {
+      const double first_us = range_.lowest.dwell_us + 0.5 * step_us;
+      const auto found = fastest_of(waveform, first_us, step_us, std::min(between, left_for_dwells()));
+      step_us *= 0.5;
+      if (found) return peak_us(waveform, *found, step_us);
+    }
+    return 0.5 * (range_.lowest.dwell_us + range_.highest.dwell_us);
+  }
+
+  /// A dwell and the speed there; above 0.
+  struct Heard {
+    double dwell_us, speed_m_s;
+  };
+
+  std::optional<Heard> fastest_of(const Waveform& waveform, double first_us, double step_us, int count) {
+    std::optional<Heard> fastest;
+    for (int i = 0; i < count; ++i) {
+      const double dwell_us = first_us + i * step_us;
+      const double speed_m_s = speed_at(waveform, dwell_us);
+      if (speed_m_s > (fastest ? fastest->speed_m_s : 0.0)) fastest = {dwell_us, speed_m_s};
+    }
+    return fastest;
+  }
+
+  /// 0 without a droplet; no number outside the range, which compares as neither slower nor faster.
+  double speed_at(Waveform waveform, double dwell_us) {
+    const double slack_us = 1e-9 * range_.highest.dwell_us;
+    if (dwell_us < range_.lowest.dwell_us - slack_us || dwell_us > range_.highest.dwell_us + slack_us)
+      return NAN;
+    waveform.dwell_us = std::clamp(dwell_us, range_.lowest.dwell_us, range_.highest.dwell_us);
+    const auto droplet = look(waveform);
+    return droplet ? droplet->velocity_m_s : 0.0;
+  }
+
+  /// The step is halved around the fastest dwell until the droplets a step beside it are at least half as
+  /// fast, or, at an end of the range, as long as that tells more; the peak is then the parabola's over the
+  /// three.
+  double peak_us(const Waveform& waveform, Heard peak, double step_us) {
+    constexpr double kFinest_us = 0.5;
+    double below = NAN, above = NAN;
+    const auto look_beside = [&](double beside_us) {
+      below = speed_at(waveform, peak.dwell_us - beside_us);
+      above = speed_at(waveform, peak.dwell_us + beside_us);
+    };
+    if (left_for_dwells() < 2) return peak.dwell_us;
+    look_beside(step_us);
+    const auto flat = [&] { return below >= 0.5 * peak.speed_m_s && above >= 0.5 * peak.speed_m_s; };
+    while (!flat() && step_us > kFinest_us && left_for_dwells() >= 2) {
+      step_us *= 0.5;
+      const double far_below = below, far_above = above;
+      look_beside(step_us);
+      if (below > peak.speed_m_s && !(above > below)) {
+        above = peak.speed_m_s;
+        peak = {peak.dwell_us - step_us, below};
+        below = far_below;
+      } else if (above > peak.speed_m_s) {
+        below = peak.speed_m_s;
+        peak = {peak.dwell_us + step_us, above};
+        above = far_above;
+      }
+    }
+    const double curvature = below - 2.0 * peak.speed_m_s + above;
+    return curvature < 0.0 ? peak.dwell_us + 0.5 * (below - above) / curvature * step_us : peak.dwell_us;
   }
 
   /// Regula falsi with the Illinois change (Dowell & Jarratt 1971) on the velocity's distance from the band's

@@ -61,7 +61,9 @@ struct TunedWaveform {
 };
 
 /// Finds a waveform whose droplets are in the band, by measuring. First the dwell at which the droplet is
-/// fastest (the pressure wave then meets itself in the nozzle, so that scatter of the dwell hardly counts);
+/// fastest (the pressure wave then meets itself in the nozzle, so that scatter of the dwell hardly counts):
+/// of seven over the range, then of ever more between them while none gives a droplet and 20 measurements
+/// are left for the amplitude; refined where the droplets beside it are less than half as fast;
 /// then the amplitude by bracketed secant steps on the velocity, towards the band's middle; while there are
 /// satellites or the droplet isn't round, a slower fall and the amplitude again. `measure` gives nothing
 /// where no droplet came.

@@ -21,7 +21,7 @@ void check_touches(const ProbeLine& points, std::size_t touches) {
   if (points.points.size() < 2 || touches != points.points.size())
     throw MotionError(
         fmt::format("{}: found {} touches for {} measuring points, expected one each and 2 at least",
-                    points.name, touches, points.points.size()));
+                    called(points.name), touches, points.points.size()));
 }
 
 void check_options(const ReconstructionOptions& options) {
@@ -43,12 +43,24 @@ void square_normals(RealLine& line) {
   }
 }
 
+void require_a_count(std::string_view name, double step_mm, double count) {
+  if (!(count <= static_cast<double>(kMostLinePoints)))
+    throw MotionError(
+        fmt::format("{}: found a step of {} mm, which makes {:.6g} points of the line, expected at most {}",
+                    called(name), step_mm, count, kMostLinePoints));
+}
+
 /// Places along a line, `step_mm` apart at most, the CAM system's points among them.
-std::vector<double> places_mm(const std::vector<double>& lengths, double step_mm) {
+std::vector<double> places_mm(std::string_view name, const std::vector<double>& lengths, double step_mm) {
+  const auto parts_of = [&](std::size_t i) {
+    return std::max(1.0, std::ceil((lengths[i] - lengths[i - 1]) / step_mm - 1e-9));
+  };
+  double count = 1.0;
+  for (std::size_t i = 1; i < lengths.size(); ++i) count += parts_of(i);
+  require_a_count(name, step_mm, count);
   std::vector<double> out{0.0};
   for (std::size_t i = 1; i < lengths.size(); ++i) {
-    const double gap = lengths[i] - lengths[i - 1];
-    const auto parts = std::max(1.0, std::ceil(gap / step_mm - 1e-9));
+    const double gap = lengths[i] - lengths[i - 1], parts = parts_of(i);
     for (double k = 1.0; k <= parts; ++k)
       out.push_back(k == parts ? lengths[i] : lengths[i - 1] + gap * k / parts);
   }
@@ -433,6 +445,7 @@ std::size_t join(RealLine& line, std::size_t face_begin, const Fold& fold, const
 RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
                                   std::span<const Eigen::Vector3d> touches,
                                   const ReconstructionOptions& options) {
+  require_two_points(line.name, line.points.size());
   check_touches(points, touches.size());
   check_options(options);
   RealLine out{.name = line.name, .points_mm = {}, .normals = {}, .lengths_mm = {}};
@@ -445,7 +458,9 @@ RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
   const Nurbs curve = interpolate(real, u);
   const ArcLength length(curve);
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
-  const auto steps = static_cast<std::size_t>(std::ceil(length.total_mm() / options.step_mm));
+  const double parts = std::ceil(length.total_mm() / options.step_mm);
+  require_a_count(line.name, options.step_mm, parts + 1.0);
+  const auto steps = static_cast<std::size_t>(parts);
   std::size_t gap = 1;
   for (std::size_t i = 0; i <= steps; ++i) {
     const double at =
@@ -484,7 +499,7 @@ std::optional<double> face_error(FaceTouches& face, const ReconstructionOptions&
 double append_faces(const ClLine& line, const std::vector<double>& lengths, const std::vector<Fold>& folds,
                     const std::vector<double>& borders, const std::vector<FaceTouches>& faces, double step_mm,
                     RealLine& out) {
-  const std::vector<double> places = places_mm(lengths, step_mm);
+  const std::vector<double> places = places_mm(line.name, lengths, step_mm);
   std::vector<std::size_t> fold_at;
   double end_shift_mm = 0.0, end_error_mm = 0.0, worst_fold_mm = 0.0;
   auto first = places.begin();
@@ -525,6 +540,7 @@ double append_faces(const ClLine& line, const std::vector<double>& lengths, cons
 
 RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<const Eigen::Vector3d> touches,
                      const ReconstructionOptions& options) {
+  require_two_points(line.name, line.points.size());
   check_touches(points, touches.size());
   check_options(options);
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
@@ -548,7 +564,7 @@ RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<cons
     throw MotionError(
         fmt::format("{}: no touch lies on one face alone, expected points beside the valleys; choose other "
                     "points, or a smaller ball",
-                    line.name));
+                    called(line.name)));
   note_shifts(out, all_shifts);
   for (const SuspectTouch& suspect : out.suspects)
     out.estimated_error_mm = std::max(out.estimated_error_mm.value_or(0.0), std::abs(suspect.off_mm));
@@ -562,10 +578,11 @@ RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<cons
 }
 
 RealLine nominal_line(const ClLine& line, double step_mm) {
+  require_two_points(line.name, line.points.size());
   check_positive("step", step_mm, "mm");
   RealLine out{.name = line.name, .points_mm = {}, .normals = {}, .lengths_mm = {}};
   const std::vector<double> lengths = polygon_lengths_mm(positions_mm(line));
-  for (const double place : places_mm(lengths, step_mm)) {
+  for (const double place : places_mm(line.name, lengths, step_mm)) {
     const MeasuringPoint point = place_on(line, lengths, place);
     out.points_mm.push_back(point.position_mm);
     out.normals.push_back(point.axis);
@@ -746,11 +763,13 @@ class ProgramWriter {
 
 }  // namespace
 
-std::vector<PrintMove> plan_line(const RealLine& line, const PrintProgramOptions& options) {
+namespace {
+
+/// `name` stands in messages.
+std::vector<PrintMove> plan_named_line(std::string_view name, const RealLine& line,
+                                       const PrintProgramOptions& options) {
   check_options(options);
-  if (line.points_mm.size() < 2)
-    throw MotionError(
-        fmt::format("{}: found {} points, expected at least 2", line.name, line.points_mm.size()));
+  require_two_points(name, line.points_mm.size());
   std::vector<ToolPose> path;
   for (std::size_t i = 0; i < line.points_mm.size(); ++i)
     path.push_back({line.points_mm[i] + options.height_mm * line.normals[i], line.normals[i]});
@@ -758,7 +777,7 @@ std::vector<PrintMove> plan_line(const RealLine& line, const PrintProgramOptions
   try {
     axes = solve_path(options.table, path, options.singular_deg);
   } catch (const MotionError& error) {
-    throw MotionError(fmt::format("{}: {}", line.name, error.what()));
+    throw MotionError(fmt::format("{}: {}", name, error.what()));
   }
   const auto speed_at = [&](std::size_t i) {
     const double bend = curvature_1_mm(path, i);
@@ -773,9 +792,15 @@ std::vector<PrintMove> plan_line(const RealLine& line, const PrintProgramOptions
   for (const PrintMove& move : out) time_s += move.time_s;
   if (time_s <= options.off_delay_s)
     throw MotionError(fmt::format(
-        "{}: printed in {:.4f} s, expected longer than the valve takes to close ({} s); print slower",
-        line.name, time_s, options.off_delay_s));
+        "{}: printed in {:.4f} s, expected longer than the valve takes to close ({} s); print slower", name,
+        time_s, options.off_delay_s));
   return out;
+}
+
+}  // namespace
+
+std::vector<PrintMove> plan_line(const RealLine& line, const PrintProgramOptions& options) {
+  return plan_named_line(called(line.name), line, options);
 }
 
 std::string write_print_program(std::span<const RealLine> lines, std::string_view name,
@@ -790,7 +815,8 @@ std::string write_print_program(std::span<const RealLine> lines, std::string_vie
   for (std::size_t i = 0; i < lines.size(); ++i) {
     PrintProgramOptions own = options;
     if (!heights_mm.empty()) own.height_mm = heights_mm[i];
-    writer.line(lines[i].name, plan_line(lines[i], own));
+    const std::string in_messages = lines[i].name.empty() ? fmt::format("line {}", i + 1) : lines[i].name;
+    writer.line(lines[i].name, plan_named_line(in_messages, lines[i], own));
   }
   return writer.end();
 }

@@ -17,6 +17,9 @@
 
 namespace meltstage::motion {
 
+/// Points of a real line, at most.
+inline constexpr std::size_t kMostLinePoints = 2'000'000;
+
 /// A touch that its neighbours on the same face contradict: of dust, a burr, a slipped part, or of a step of
 /// the surface that is really there.
 struct SuspectTouch {
@@ -54,7 +57,8 @@ struct ReconstructionOptions {
 
 /// As published: the cubic NURBS through the touched points (ball's radius taken off along the nominal
 /// normal), chord-length parameters, eqs. (2), (3).
-/// @throws MotionError if there are fewer than two touches or as many as points.
+/// @throws MotionError if there are fewer than two touches or not as many as points, the line has fewer than
+/// two points, or the step makes more than kMostLinePoints of it.
 RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
                                   std::span<const Eigen::Vector3d> touches,
                                   const ReconstructionOptions& options);
@@ -68,7 +72,10 @@ RealLine reconstruct_as_published(const ClLine& line, const ProbeLine& points,
 RealLine reconstruct(const ClLine& line, const ProbeLine& points, std::span<const Eigen::Vector3d> touches,
                      const ReconstructionOptions& options);
 
-/// The line as the CAM system has it, for a program without compensation.
+/// The line as the CAM system has it, for a program without compensation: its points, and others between them
+/// such that no two are more than the step apart.
+/// @throws MotionError if it has fewer than two points, or the step isn't positive or makes more than
+/// kMostLinePoints points.
 RealLine nominal_line(const ClLine& line, double step_mm = 0.1);
 
 struct PrintProgramOptions {
@@ -102,11 +109,14 @@ struct PrintMove {
 /// Moves along one line: tips at the height over the surface, rotary axes solved, ways that aren't straight
 /// at the tip divided until they are within the path error; each as slow as the feed, the axes and the line's
 /// bend ask for.
+/// @throws MotionError if the line has fewer than two points, an option is out of range, or a pose can't be
+/// reached.
 std::vector<PrintMove> plan_line(const RealLine& line, const PrintProgramOptions& options);
 
 /// RS-274/NGC as LinuxCNC reads it. Feed is inverse time, so that the tip's speed is right whatever the
 /// rotary axes do. Nothing is left to the control's state before.
-/// @throws MotionError if there is no line, an option is out of range, or a pose can't be reached.
+/// @throws MotionError if there is no line, one has fewer than two points (a line without a name is then
+/// "line 1" and so on), an option is out of range, or a pose can't be reached.
 std::string write_print_program(std::span<const RealLine> lines, std::string_view name,
                                 const PrintProgramOptions& options, std::span<const double> heights_mm = {});
 

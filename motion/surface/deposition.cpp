@@ -61,6 +61,9 @@ WidthFigures measure_widths(const DepositedLine& line, int count) {
     throw MotionError(
         fmt::format("widths: found {} places on a line of {} points, expected 2 at least on 1 at least",
                     count, line.lengths_mm.size()));
+  if (line.widths_mm.size() != line.lengths_mm.size())
+    throw MotionError(fmt::format("widths: found {} widths at {} places, expected one a place",
+                                  line.widths_mm.size(), line.lengths_mm.size()));
   WidthFigures out;
   std::vector<double> widths;
   const double first = line.lengths_mm.front(), way = line.lengths_mm.back() - first;

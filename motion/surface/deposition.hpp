@@ -46,6 +46,8 @@ DepositedLine deposit(const DepositionModel& model, std::span<const double> leng
 struct WidthFigures {
   double mean_mm = 0.0, deviation_mm = 0.0;
 };
+/// At `count` places evenly along the line; each takes the width of the line's next point.
+/// @throws MotionError if there are no points, not as many widths, or fewer than 2 places.
 WidthFigures measure_widths(const DepositedLine& line, int count = 32);
 
 }  // namespace meltstage::motion

@@ -141,6 +141,13 @@ void require_facing_up(const Eigen::Vector3d& position_mm, const Eigen::Vector3d
         position_mm.x(), position_mm.y(), position_mm.z(), normal.z()));
 }
 
+std::string_view called(std::string_view name) { return name.empty() ? "the line" : name; }
+
+void require_two_points(std::string_view name, std::size_t points) {
+  if (points < 2)
+    throw MotionError(fmt::format("{}: found {} points, expected at least 2", called(name), points));
+}
+
 void require_no_wall(const ClLine& line) {
   if (!line.axes_by_line) return;
   // Less may be the rounding of a file's numbers.
@@ -166,7 +173,7 @@ std::vector<std::string> notes_on_ramps(const ClLine& line) {
     out.push_back(
         fmt::format("{}: its {} move (row {}) {} {:.4g} mm and is touched as a face of the part; if it "
                     "is a ramp through the air, make it a rapid move",
-                    line.name, which, line.points[std::max(end, near)].row, how, way.dot(up)));
+                    called(line.name), which, line.points[std::max(end, near)].row, how, way.dot(up)));
   };
   if (count < 3) return out;
   look(0, 1, "first", "comes down");

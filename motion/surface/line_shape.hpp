@@ -5,11 +5,18 @@
 #include <Eigen/Core>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "motion/surface/cl_points.hpp"
 
 namespace meltstage::motion {
+
+/// The line's name in a message; "the line" if it has none.
+std::string_view called(std::string_view name);
+
+/// @throws MotionError if a line has fewer than two points.
+void require_two_points(std::string_view name, std::size_t points);
 
 /// A place on the nominal line, to be touched or printed.
 struct MeasuringPoint {

@@ -425,6 +425,43 @@ class Reinsch {
   std::vector<double> d_, l1_, l2_;
 };
 
+/// Golden section for the least of low..high.
+template <class Score>
+std::pair<double, double> least_between(double low, double high, const Score& score) {
+  constexpr double kGolden = 0.6180339887498949;
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double score_a = score(a), score_b = score(b);
+  for (int i = 0; i < 16; ++i) {
+    if (score_a < score_b) {
+      high = b, b = a, score_b = score_a;
+      score_a = score(a = high - kGolden * (high - low));
+    } else {
+      low = a, a = b, score_a = score_b;
+      score_b = score(b = low + kGolden * (high - low));
+    }
+  }
+  return score_a < score_b ? std::pair(score_a, a) : std::pair(score_b, b);
+}
+
+/// The logarithm of the smoothing with the least score of all. A score may have several valleys; each one
+/// that a scan shows is gone down.
+template <class Score>
+double best_of_all(const Score& score) {
+  constexpr double kLowest = -15.0, kStep = 0.5;
+  constexpr std::size_t kPlaces = 79;  // up to 24
+  const auto place = [](std::size_t i) { return kLowest + kStep * static_cast<double>(i); };
+  std::array<double, kPlaces> scanned;
+  for (std::size_t i = 0; i < kPlaces; ++i) scanned[i] = score(place(i));
+  std::pair<double, double> best(scanned[0], kLowest);
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const std::size_t before = i == 0 ? 0 : i - 1, behind = std::min(i + 1, kPlaces - 1);
+    best = std::min(best, {scanned[i], place(i)});
+    if (scanned[i] <= scanned[before] && scanned[i] <= scanned[behind])
+      best = std::min(best, least_between(place(before), place(behind), score));
+  }
+  return best.second;
+}
+
 }  // namespace
 
 SmoothedValues smooth(std::span<const double> parameters, const Eigen::MatrixXd& measured, double noise) {
@@ -460,18 +497,7 @@ SmoothedValues smooth(std::span<const double> parameters, const Eigen::MatrixXd&
     out.score = noise > 0.0 ? mean_square - 2.0 * noise * noise * free : mean_square / (free * free);
     return out;
   };
-  // A scan over the smoothing's decades, then a golden section around the best.
-  constexpr double kLowest = -12.0, kHighest = 24.0, kStep = 1.5;
-  double best = kLowest, best_score = fit(kLowest).score;
-  for (double x = kLowest + kStep; x <= kHighest; x += kStep)
-    if (const double score = fit(x).score; score < best_score) best = x, best_score = score;
-  double low = best - kStep, high = best + kStep;
-  constexpr double kGolden = 0.6180339887498949;
-  for (int i = 0; i < 16; ++i) {
-    const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-    (fit(a).score < fit(b).score ? high : low) = fit(a).score < fit(b).score ? b : a;
-  }
-  const Fit chosen = fit(0.5 * (low + high));
+  const Fit chosen = fit(best_of_all([&](double x) { return fit(x).score; }));
   SmoothedValues out;
   out.values = measured - chosen.residuals;
   out.freedom = chosen.hat.sum();

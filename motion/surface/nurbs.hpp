@@ -87,7 +87,8 @@ struct SmoothedValues {
 /// Natural cubic smoothing spline (Reinsch 1967) through values at rising parameters, the same smoothing for
 /// every column. With a known noise (standard deviation of a coordinate, > 0) the smoothing minimises the
 /// unbiased estimate of the error (Craven & Wahba 1979); with noise 0 the generalised cross-validation does.
-/// O(n) for each smoothing tried; the diagonal by Hutchinson & de Hoog 1985.
+/// Of several valleys the deepest is taken. O(n) for each smoothing tried; the diagonal by Hutchinson & de
+/// Hoog 1985.
 /// @throws MotionError if there are fewer than 4 points, parameters don't rise, or something isn't finite.
 SmoothedValues smooth(std::span<const double> parameters, const Eigen::MatrixXd& measured, double noise);
 

@@ -61,10 +61,11 @@ std::string write_probe_program(std::span<const ProbeLine> lines, std::string_vi
       try {
         require_facing_up(point.position_mm, point.axis);
       } catch (const MotionError& error) {
-        throw MotionError(fmt::format("{}: {}", line.name, error.what()));
+        throw MotionError(fmt::format("{}: {}", called(line.name), error.what()));
       }
       const Eigen::Vector3d start = centre_mm(point, options, options.approach_mm);
-      require_safe_z(options.safe_z_mm, start.z(), fmt::format("a touch of {} begins there", line.name));
+      require_safe_z(options.safe_z_mm, start.z(),
+                     fmt::format("a touch of {} begins there", called(line.name)));
     }
   }
   if (points == 0) throw MotionError("probe program: found no point, expected at least one");
@@ -400,19 +401,19 @@ std::vector<std::vector<Eigen::Vector3d>> assign_touches(std::span<const ProbeLi
       const Eigen::Vector3d off = touch - centre_mm(point, options, 0.0);
       const double along = off.dot(point.axis), aside = (off - along * point.axis).norm();
       if (!(aside <= aside_mm))
-        throw CoordinateError(
-            fmt::format("{}: point {} is ({:.4f}, {:.4f}, {:.4f}), {:.4f} mm beside the way of its touch on "
-                        "{}, expected at most {} mm; {}",
-                        place(next), next + 1, touch.x(), touch.y(), touch.z(), aside, line.name, aside_mm,
-                        touches.points_mm.size() == wanted
-                            ? "is it this part's file?"
-                            : fmt::format("the file has {} points, and the probe program touches {}",
-                                          touches.points_mm.size(), wanted)));
+        throw CoordinateError(fmt::format(
+            "{}: point {} is ({:.4f}, {:.4f}, {:.4f}), {:.4f} mm beside the way of its touch on "
+            "{}, expected at most {} mm; {}",
+            place(next), next + 1, touch.x(), touch.y(), touch.z(), aside, called(line.name), aside_mm,
+            touches.points_mm.size() == wanted
+                ? "is it this part's file?"
+                : fmt::format("the file has {} points, and the probe program touches {}",
+                              touches.points_mm.size(), wanted)));
       if (along > options.approach_mm || along < -options.overtravel_mm)
         throw CoordinateError(fmt::format(
             "{}: point {} on {} is {:+.4f} mm off the nominal surface, expected "
             "{:+.4f}..{:+.4f} mm (the way of its touch)",
-            place(next), next + 1, line.name, along, -options.overtravel_mm, options.approach_mm));
+            place(next), next + 1, called(line.name), along, -options.overtravel_mm, options.approach_mm));
       out.back().push_back(touch);
       ++next;
     }

@@ -74,7 +74,8 @@ double distance_mm(double dx_mm, double dy_mm, Metric metric);
 /// @throws MotionError as plan_path, or if an index of the order is none of a point.
 double path_cost(std::span<const Point> points, std::span<const std::size_t> order, const PathTask& task);
 
-/// Told the share of the search that is done, 0..1, rising and even in time as far as that can be known.
+/// Told the share of the search that is done, rising to 1, which is told last, and even in time as far as
+/// that can be known: a search that meets its bound ends before its time.
 using PathProgress = std::function<void(double share)>;
 
 /// Plans the order. Up to 10 points: the cheapest of all orders. A full lattice: the serpentine, where that

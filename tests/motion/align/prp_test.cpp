@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/align/prp.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -125,6 +126,28 @@ TEST(Prp, RefusesWhatCannotBe) {
                 prp_forward(nominal, {0.0, INFINITY, 0.0});
               }),
               StartsWith("stage motors: found 0, inf, 0 turns"));
+  for (const double lead_mm : {0.0, -2.0, double(NAN), double(INFINITY)}) {
+    PrpGeometry still;
+    still.lead_mm[1] = lead_mm;
+    const std::string said = fmt::format(
+        "stage geometry: lead of branch 2: found {} mm, expected a finite number above 0", lead_mm);
+    EXPECT_EQ(error_of([&] { prp_inverse(still, {}); }), said);
+    EXPECT_EQ(error_of([&] { prp_forward(still, PrpTurns::Zero()); }), said);
+    EXPECT_EQ(error_of([&] { prp_jacobian(still, PrpTurns::Zero()); }), said);
+    EXPECT_EQ(error_of([&] { check_stroke(still, PrpTurns::Zero()); }), said);
+    EXPECT_EQ(error_of([&] { seen_from(still, {0.0, 0.0}, 0.1); }), said);
+  }
+  PrpGeometry along;  // branch 1 slides along its own guide
+  along.alpha1_rad = 0.0;
+  EXPECT_THAT(error_of([&] {
+                prp_inverse(along, {1.0, 1.0, 0.0});
+              }),
+              StartsWith("stage geometry: found turns of"));
+  along.beta_rad[1] = NAN;
+  EXPECT_THAT(error_of([&] {
+                prp_inverse(along, {1.0, 1.0, 0.1});
+              }),
+              StartsWith("stage geometry: found turns of"));
   PrpGeometry broken;
   broken.link_mm = 500.0;
   EXPECT_THAT(error_of([&] { prp_forward(broken, PrpTurns::Zero()); }),

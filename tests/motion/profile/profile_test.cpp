@@ -110,6 +110,11 @@ TEST(Scurve, TimeAtIsTheInverseOfTheSample) {
   }
   EXPECT_EQ(curve.time_at(-1.0), 0.0);
   EXPECT_EQ(curve.time_at(8.0), curve.duration_s);
+  EXPECT_EQ(curve.time_at(INFINITY), curve.duration_s);
+  const char* const said = "profile: found position nan mm, expected a number";
+  EXPECT_EQ(error_of([&] { curve.time_at(NAN); }), said);
+  EXPECT_EQ(error_of([&] { JerkProfile(curve).time_at(NAN); }), said);
+  EXPECT_EQ(error_of([&] { JerkProfile().time_at(NAN); }), said);
 }
 
 // ---- properties ----

@@ -98,7 +98,11 @@ TEST(StopWithin, RefusesToStopOnTheSpot) {
   EXPECT_EQ(error_of([] {
               plan_stop_within(gentle_stop, {0.0, 10.0, 0.0, 0.0}, 0.0);
             }),
-            "stop: found room of 0 mm, expected more than 0 mm for a moving axis");
+            "stop: found room of 0 mm, expected at least 1e-12 mm for a moving axis");
+  EXPECT_EQ(error_of([] {
+              plan_stop_within(gentle_stop, {0.0, 3.0, 0.0, 0.0}, 1e-300);
+            }),
+            "stop: found room of 1e-300 mm, expected at least 1e-12 mm for a moving axis");
   EXPECT_THAT(
       error_of([] {
         plan_stop_within(gentle_stop, {0.0, 400.0, 0.0, 0.0}, 1e-4);

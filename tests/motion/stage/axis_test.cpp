@@ -192,6 +192,15 @@ TEST(Jog, EndsAtTheSoftLimit) {
   EXPECT_EQ(machine.control.fault(), AxisFault::none);
 }
 
+TEST(Jog, IsNoFasterThanTheAxis) {
+  Machine machine(10.0);
+  ASSERT_TRUE(machine.home());
+  machine.control.jog(1e6);
+  ASSERT_TRUE(machine.run_to_rest());
+  EXPECT_NEAR(machine.control.position_mm(), 50.0, 2e-4);
+  EXPECT_EQ(machine.control.fault(), AxisFault::none);
+}
+
 TEST(Jog, StopsWhenTheKeyIsLetGo) {
   Machine machine(10.0);
   ASSERT_TRUE(machine.home());

@@ -163,6 +163,9 @@ TEST(Gcode, RefusesWhatAMachineCannotDo) {
   EXPECT_THAT(message([](GcodeOptions& o) { o.y.max_mm = 5.0; }), HasSubstr("found the start at (5, 6) mm"));
   EXPECT_THAT(message([](GcodeOptions&) {}, {{NAN, 0.0, 7}}), HasSubstr("row 7 at (nan, 0)"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.settle_s = -1.0; }), HasSubstr("settle time -1 s"));
+  EXPECT_EQ(message([](GcodeOptions& o) { o.settle_s = 2e-5; }),
+            "G-code: settle time: found 2e-05 s, expected 0 s, or 0.0001 s at least");
+  EXPECT_EQ(message([](GcodeOptions& o) { o.settle_s = 0.0; }), "");
   EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 0.0; }), HasSubstr("droplet pulse: found 0 s"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.pulse_s = 1e-9; }), HasSubstr("droplet pulse: found 1e-09 s"));
   EXPECT_THAT(message([](GcodeOptions& o) { o.heat_timeout_s = INFINITY; }),

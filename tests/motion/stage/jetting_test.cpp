@@ -280,6 +280,54 @@ TEST(TuneWaveform, BringsTheDropletIntoTheBandAtTheBestDwell) {
     }
 }
 
+/// Drops come at a resonance of this half width alone.
+std::optional<DropletFigures> sharp_head(const Waveform& w, double threshold_v, double best_dwell_us,
+                                         double half_width_us) {
+  const double off = (w.dwell_us - best_dwell_us) / half_width_us;
+  const double drive_v = w.amplitude_v / (1.0 + off * off);
+  if (drive_v <= threshold_v) return std::nullopt;
+  DropletFigures droplet = kGood;
+  droplet.velocity_m_s = 0.06 * (drive_v - threshold_v) + 0.3;
+  return droplet;
+}
+
+TEST(TuneWaveform, FindsAResonanceThatIsNarrowerThanItsSteps) {
+  const auto seed = std::random_device{}();
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution dwell(6.0, 79.0), threshold(10.0, 80.0);
+  for (int draw = 0; draw < 500; ++draw) {
+    const double dwell_us = dwell(random), threshold_v = threshold(random);
+    const TunedWaveform tuned =
+        tune_waveform({}, {}, [&](const Waveform& w) { return sharp_head(w, threshold_v, dwell_us, 3.0); });
+    ASSERT_EQ(tuned.shortfall, std::nullopt)
+        << *tuned.shortfall << ": seed " << seed << ", " << threshold_v << " V at " << dwell_us << " us";
+    EXPECT_NEAR(tuned.waveform.dwell_us, dwell_us, 1.0) << "seed " << seed << ", " << threshold_v << " V";
+    EXPECT_LE(tuned.measurements, 60);
+  }
+}
+
+// What is left for the amplitude isn't spent on the search for a dwell.
+TEST(TuneWaveform, LooksBetweenTheDwellsWhileMeasurementsLast) {
+  for (const int most : {1, 20, 33, 34, 40, 60, 100, 1000}) {
+    std::vector<double> dwells_us;
+    const auto tuned = tune_waveform(
+        {}, {},
+        [&](const Waveform& w) {
+          dwells_us.push_back(w.dwell_us);
+          return std::optional<DropletFigures>();
+        },
+        most);
+    EXPECT_LE(tuned.measurements, most);
+    EXPECT_EQ(tuned.shortfall, "no droplet");
+    std::sort(dwells_us.begin(), dwells_us.end());
+    EXPECT_GE(dwells_us.front(), 5.0);
+    EXPECT_LE(dwells_us.back(), 80.0);
+    const auto kinds = std::unique(dwells_us.begin(), dwells_us.end()) - dwells_us.begin();
+    // Seven at two amplitudes, then between them down to a 32nd of their distance.
+    EXPECT_EQ(kinds, std::min(most, 7) + std::clamp(most - 14 - 20, 0, 6 * 31)) << most;
+  }
+}
+
 TEST(TuneWaveform, SaysWhatIsShort) {
   const auto none = tune_waveform({}, {}, [](const Waveform&) { return std::nullopt; });
   EXPECT_EQ(none.shortfall, "no droplet");

@@ -516,5 +516,33 @@ TEST(PrintProgram, RefusesWhatCannotBe) {
   EXPECT_THAT(error_of([] { write_print_program({}, "x", machine()); }), HasSubstr("found no line"));
 }
 
+TEST(PrintProgram, NamesALineWithoutANameByItsPlace) {
+  EXPECT_EQ(error_of([] { plan_line({}, {}); }), "the line: found 0 points, expected at least 2");
+  std::vector<RealLine> lines{nominal_line(trial_lines()[0]), {}};
+  EXPECT_EQ(error_of([&] { write_print_program(lines, "x", machine()); }),
+            "line 2: found 0 points, expected at least 2");
+  lines[1].name = "edge";
+  EXPECT_EQ(error_of([&] { write_print_program(lines, "x", machine()); }),
+            "edge: found 0 points, expected at least 2");
+}
+
+TEST(NominalLine, RefusesALineOfFewerThanTwoPoints) {
+  ClLine line;
+  EXPECT_EQ(error_of([&] { nominal_line(line); }), "the line: found 0 points, expected at least 2");
+  line = {"edge", {{}}};
+  EXPECT_EQ(error_of([&] { nominal_line(line); }), "edge: found 1 points, expected at least 2");
+}
+
+TEST(NominalLine, RefusesAStepThatMakesTooManyPoints) {
+  const ClLine line{"edge", {{{0, 0, 0}, {0, 0, 1}, 1}, {{100, 0, 0}, {0, 0, 1}, 2}}};
+  EXPECT_EQ(error_of([&] { nominal_line(line, 1e-9); }),
+            "edge: found a step of 1e-09 mm, which makes 1e+11 points of the line, expected at most 2000000");
+  EXPECT_EQ(nominal_line(line, 1e-4).points_mm.size(), 1'000'001U);
+  const Measured m = measure(1, RealPart{trial_height_mm}, {}, 1);
+  for (const auto rebuild : {reconstruct, reconstruct_as_published})
+    EXPECT_THAT(error_of([&] { rebuild(m.line, m.points, m.touches, {.step_mm = 1e-9}); }),
+                HasSubstr("found a step of 1e-09 mm, which makes"));
+}
+
 }  // namespace
 }  // namespace meltstage::motion

@@ -9,6 +9,7 @@
 #include "motion/profile/profile.hpp"
 #include "motion/surface/conformal_trial.hpp"
 #include "motion/surface/trial_calibration.hpp"
+#include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
 namespace {
@@ -52,6 +53,10 @@ TEST(Deposition, RefusesWhatCannotBe) {
   EXPECT_THROW(deposit({}, std::vector<double>{1, 0}, gaps, 0.0, 1), MotionError);
   EXPECT_THROW(deposit({}, std::vector<double>{0, 1}, gaps, NAN, 1), MotionError);
   EXPECT_THROW(measure_widths({}, 5), MotionError);
+  EXPECT_EQ(error_of([] {
+              measure_widths({{0.0, 1.0}, {0.1}, {}, 0.0}, 5);
+            }),
+            "widths: found 1 widths at 2 places, expected one a place");
   EXPECT_THROW(measure_widths(deposit({}, std::vector<double>{0, 1}, gaps, 0.0, 1), 1), MotionError);
 }
 

@@ -364,6 +364,66 @@ TEST(Smoothing, TakesNoiseAwayAndTellsItsError) {
   EXPECT_LT(std::sqrt(square), 0.004);
 }
 
+/// What the smoothing spline through values at 0, 1, 2... minimises, by the matrices of its definition: the
+/// hat matrix' eigenvalues are 1 / (1 + smoothing k).
+class DenseSmoothing {
+ public:
+  explicit DenseSmoothing(const Eigen::VectorXd& y) {
+    const Eigen::Index n = y.size(), m = n - 2;
+    Eigen::MatrixXd q = Eigen::MatrixXd::Zero(n, m), r = Eigen::MatrixXd::Zero(m, m);
+    for (Eigen::Index j = 0; j < m; ++j) {
+      q.block<3, 1>(j, j) << 1.0, -2.0, 1.0;
+      r(j, j) = 2.0 / 3.0;
+      if (j + 1 < m) r(j, j + 1) = r(j + 1, j) = 1.0 / 6.0;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> roughness(q * r.llt().solve(q.transpose()));
+    k_ = roughness.eigenvalues().cwiseMax(0.0);
+    z_ = roughness.eigenvectors().transpose() * y;
+  }
+
+  /// Of the generalised cross-validation; with a known noise, of the unbiased estimate.
+  double score(double log_smoothing, double noise) const {
+    const Eigen::ArrayXd k = std::exp(log_smoothing) * k_.array(), off = k / (1.0 + k);
+    const double mean_square = (off * z_.array()).square().mean(), free = off.mean();
+    return noise > 0.0 ? mean_square - 2.0 * noise * noise * free : mean_square / (free * free);
+  }
+  double least_score(double noise) const {
+    double least = score(-15.0, noise);
+    for (double x = -15.0; x <= 24.0; x += 0.02) least = std::min(least, score(x, noise));
+    return least;
+  }
+
+ private:
+  Eigen::VectorXd k_, z_;
+};
+
+// Other smoothings may be best nearby alone.
+TEST(Smoothing, IsTheBestOfAll) {
+  const auto seed = std::random_device{}();
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  for (int draw = 0; draw < 3000; ++draw) {
+    const int count = 10 + static_cast<int>(random() % 40);
+    const double sigma = std::uniform_real_distribution(0.01, 0.1)(random);
+    const double turns_rad = std::uniform_real_distribution(0.2, 2.5)(random);
+    std::vector<double> at;
+    Eigen::VectorXd y(count);
+    for (int i = 0; i < count; ++i) {
+      at.push_back(i);
+      y[i] = std::sin(turns_rad * i) + sigma * normal(random);
+    }
+    const DenseSmoothing dense(y);
+    for (const double noise : {0.0, sigma}) {
+      const SmoothedValues out = smooth(at, y, noise);
+      const double square = out.rms_residual * out.rms_residual, free = 1.0 - out.freedom / count;
+      const double found = noise > 0.0 ? square - 2.0 * noise * noise * free : square / (free * free);
+      const double least = dense.least_score(noise);
+      EXPECT_LE(found, least + 1e-4 * std::abs(least))
+          << "seed " << seed << " draw " << draw << " points " << count << " freedom " << out.freedom;
+    }
+  }
+}
+
 TEST(Smoothing, LeavesExactValuesAlone) {
   const Noisy data = noisy(300, 1e-9, 4);
   EXPECT_LT((smooth(data.at, data.measured, 1e-9).values - data.truth).cwiseAbs().maxCoeff(), 5e-9);

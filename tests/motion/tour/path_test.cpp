@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -608,6 +609,32 @@ TEST(BadTask, IsRefusedInOneLine) {
   points[3].y_mm = -1e12;
   EXPECT_EQ(refusal(points, {}), "no error");
   EXPECT_THAT(refusal(std::vector<Point>(kMaxPoints + 1), {}), HasSubstr("2000000"));
+}
+
+// The time left that is told of it then falls steadily.
+TEST(PlanPath, TellsSharesOfTheTime) {
+  const auto processor_s = [] { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; };
+  const auto points = scattered(3000, 4);
+  std::vector<std::pair<double, double>> told;
+  const double begun_s = processor_s();
+  plan_path(points, {}, [&](double share) { told.emplace_back(share, processor_s() - begun_s); });
+  const double all_s = told.back().second;
+  for (const auto& [share, time_s] : told) EXPECT_NEAR(share, time_s / all_s, 0.12);
+}
+
+// Told of a search, of all orders of few points, of a serpentine that needs no search, and of nothing.
+TEST(PlanPath, TellsItsShareUpToTheEnd) {
+  const std::vector<std::vector<Point>> all{
+      {}, scattered(5, 1), lattice(20, 20, 1.0), half_lattice(12, 12, 3), scattered(2000, 2)};
+  for (const auto& points : all) {
+    std::vector<double> told;
+    plan_path(points, {}, [&](double share) { told.push_back(share); });
+    ASSERT_FALSE(told.empty()) << points.size();
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << points.size();
+    EXPECT_GE(told.front(), 0.0);
+    EXPECT_EQ(told.back(), 1.0) << points.size();
+    EXPECT_EQ(std::count(told.begin(), told.end(), 1.0), 1) << points.size();
+  }
 }
 
 }  // namespace
