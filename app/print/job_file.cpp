@@ -300,31 +300,8 @@ tb::BoardAlignment read_alignment(TomlSection& alignment, JobDescription& parsed
   return board;
 }
 
-}  // namespace
-
-JobDescription parse_job(const std::filesystem::path& path) {
-  const toml::table table = parse_toml(path, "a job file (TOML); examples/ has some");
-  TomlSection root(path, &table, "");
-  TomlSection general = root.section("job");
-  TomlSection head = root.section("head");
-  TomlSection temperature = root.section("temperature");
-  TomlSection registers = root.section("registers");
-  TomlSection stage = root.section("stage");
-  TomlSection coordinates = root.section("coordinates");
-  TomlSection print = root.section("print");
-  TomlSection rtl = root.section("rtl");
-  TomlSection alignment = root.section("alignment");
-  std::vector<TomlSection> events = root.sections("event");
-  root.finish();
-
-  JobDescription parsed;
-  parsed.file = path;
-  tb::PrintJob& job = parsed.job;
-
-  job.name = general.text("name", escaped(path.stem().string()));
-  job.head.seed = static_cast<std::uint64_t>(general.integer("seed", 1, 0, INT64_MAX));
-  general.finish();
-
+/// The plant and its sensor, which is returned.
+const spec::SensorPreset& read_head(TomlSection& head, tb::PrintJob& job) {
   job.head.plant = head.named("plant", "PH-1", std::span(tb::kPlants));
   const spec::SensorPreset& sensor =
       head.named("sensor", "MAX31855", std::span(spec::kSensorPresets).subspan<1>());
@@ -332,7 +309,12 @@ JobDescription parse_job(const std::filesystem::path& path) {
   job.head.sensor_noise_degc = head.number("sensor_noise_degc", 0.05, 0.0, 5.0);
   job.head.plant.ambient_degc = head.number("ambient_degc", 25.0, -20.0, 80.0);
   head.finish();
+  return sensor;
+}
 
+/// Set-point, window, dwell and period, and the registers that follow from them or are named.
+void read_temperature(TomlSection& temperature, TomlSection& registers, const TomlSection& head,
+                      const spec::SensorPreset& sensor, tb::PrintJob& job) {
   const double setpoint = held_number(temperature, "setpoint_degc", spec::kRegSetpoint, 110.0, 0.0, 500.0);
   const double window = held_number(temperature, "window_degc", spec::kRegAtWindow, 1.0, 0.1, 100.0);
   const double dwell = held_number(temperature, "dwell_s", spec::kRegAtDwell, 3.0, 0.0, 600.0);
@@ -366,9 +348,10 @@ JobDescription parse_job(const std::filesystem::path& path) {
       registers.fail(spec::kHolding[bus].name, "a value",
                      "none: the printer's host talks at the reset address, baud rate and format");
   }
-  read_stage(stage, parsed, path.parent_path());
-  stage.finish();
+}
 
+/// Where the bumps stand, and how they are to be read.
+motion::CoordinateOptions read_coordinates(TomlSection& coordinates, JobDescription& parsed) {
   const std::string file = coordinates.text("file", "");
   if (file.empty()) coordinates.fail("file", "nothing", "the name of a file with bumps, such as bumps.csv");
   motion::CoordinateOptions options;
@@ -381,18 +364,15 @@ JobDescription parse_job(const std::filesystem::path& path) {
       {{"top", motion::Side::top}, {"bottom", motion::Side::bottom}}};
   if (coordinates.has("side")) options.side = coordinates.choice("side", "top", kSides);
   options.only = coordinates.text("only", "");
-  options.travel = {job.stage.axes[0].travel, job.stage.axes[1].travel, job.stage.axes[2].travel};
+  const auto& axes = parsed.job.stage.axes;
+  options.travel = {axes[0].travel, axes[1].travel, axes[2].travel};
   coordinates.finish();
-  parsed.coordinates = path.parent_path() / file;
-  parsed.inputs.insert(parsed.inputs.end(), {path, parsed.coordinates});
+  parsed.coordinates = parsed.file.parent_path() / file;
+  parsed.inputs.insert(parsed.inputs.end(), {parsed.file, parsed.coordinates});
+  return options;
+}
 
-  const double place_tolerance_um = print.number("place_tolerance_um", 0.0, 0.1, 10000.0);
-  job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
-  job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
-  parsed.task = path_task(print, job);
-  parsed.plan_metric = print.text("metric", kDefaultMetric);
-  static constexpr std::array<Choice<bool>, 2> kModes{{{"stop", false}, {"fly-by", true}}};
-  const bool on_the_fly = print.choice("mode", "stop", kModes);
+motion::FlyByConfig read_fly_by(TomlSection& print, const tb::PrintJob& job) {
   motion::FlyByConfig fly_by;
   fly_by.x = job.stage.axes[0].limits;
   fly_by.y = job.stage.axes[1].limits;
@@ -401,14 +381,36 @@ JobDescription parse_job(const std::filesystem::path& path) {
   fly_by.flight_s = 1e-6 * print.number("flight_us", 500.0, 0.0, 100000.0);
   fly_by.encoder_mm = job.drive.axes[0].encoder_mm;
   fly_by.settle_s = job.settle_s;
+  return fly_by;
+}
+
+/// How bumps are printed; the tolerance of their places as the file has it, if it has one.
+std::optional<double> read_print(TomlSection& print, JobDescription& parsed) {
+  tb::PrintJob& job = parsed.job;
+  const double place_tolerance_um = print.number("place_tolerance_um", 0.0, 0.1, 10000.0);
+  job.droplet_j = print.number("droplet_j", 0.0, 0.0, 10.0);
+  job.settle_s = print.number("settle_ms", 15.0, 0.0, 10000.0) / 1000.0;
+  parsed.task = path_task(print, job);
+  parsed.plan_metric = print.text("metric", kDefaultMetric);
+  static constexpr std::array<Choice<bool>, 2> kModes{{{"stop", false}, {"fly-by", true}}};
+  const bool on_the_fly = print.choice("mode", "stop", kModes);
+  const motion::FlyByConfig fly_by = read_fly_by(print, job);
   if (on_the_fly) parsed.fly_by = fly_by;
   print.finish();
+  if (!print.has("place_tolerance_um")) return std::nullopt;
+  return 1e-3 * place_tolerance_um;
+}
 
+tb::RtlWindows read_rtl(TomlSection& rtl) {
   static constexpr std::array<Choice<tb::RtlWindows>, 3> kRtl{
       {{"chosen", tb::RtlWindows::chosen}, {"full", tb::RtlWindows::full}, {"none", tb::RtlWindows::none}}};
-  job.rtl = rtl.choice("windows", "chosen", kRtl);
+  const tb::RtlWindows windows = rtl.choice("windows", "chosen", kRtl);
   rtl.finish();
+  return windows;
+}
 
+/// In order of time.
+void read_events(std::vector<TomlSection>& events, tb::PrintJob& job) {
   for (TomlSection& event : events) {
     const double at = event.number("at_s", -1.0, 0.0, 1e6);
     if (at < 0.0) event.fail("at_s", "nothing", "a time in seconds");
@@ -416,23 +418,67 @@ JobDescription parse_job(const std::filesystem::path& path) {
     event.finish();
   }
   std::stable_sort(job.events.begin(), job.events.end(), [](auto& a, auto& b) { return a.at_s < b.at_s; });
+}
 
+/// Boards are aligned where the drawn stage is.
+void require_drawn_travel(const TomlSection& alignment, const motion::CoordinateOptions& options) {
+  const motion::Range drawn;  // the alignment stage lies under the middle of it
+  for (const motion::Range& travel : {options.travel.x, options.travel.y})
+    if (travel.min_mm != drawn.min_mm || travel.max_mm != drawn.max_mm)
+      alignment.fail(
+          "marks", fmt::format("a stage of {:.6g}..{:.6g} mm", travel.min_mm, travel.max_mm),
+          fmt::format("travels of {:.6g}..{:.6g} mm, where boards are aligned", drawn.min_mm, drawn.max_mm));
+}
+
+void read_bumps(TomlSection& alignment, const motion::CoordinateOptions& options,
+                const std::optional<double>& place_tolerance_mm, JobDescription& parsed) {
   try {
     parsed.bumps_in_file_order = read_noted(parsed.coordinates, options, parsed.notes);
-    job.place_tolerance_mm = print.has("place_tolerance_um")
-                                 ? 1e-3 * place_tolerance_um
-                                 : default_place_tolerance_mm(parsed.bumps_in_file_order);
-    const motion::Range drawn;  // the alignment stage lies under the middle of it
-    for (const motion::Range& travel : {options.travel.x, options.travel.y})
-      if (alignment.present() && (travel.min_mm != drawn.min_mm || travel.max_mm != drawn.max_mm))
-        alignment.fail("marks", fmt::format("a stage of {:.6g}..{:.6g} mm", travel.min_mm, travel.max_mm),
-                       fmt::format("travels of {:.6g}..{:.6g} mm, where boards are aligned", drawn.min_mm,
-                                   drawn.max_mm));
-    if (alignment.present())
-      parsed.alignment = read_alignment(alignment, parsed, path.parent_path(), options, job.head.seed);
+    parsed.job.place_tolerance_mm =
+        place_tolerance_mm ? *place_tolerance_mm : default_place_tolerance_mm(parsed.bumps_in_file_order);
+    if (!alignment.present()) return;
+    require_drawn_travel(alignment, options);
+    parsed.alignment =
+        read_alignment(alignment, parsed, parsed.file.parent_path(), options, parsed.job.head.seed);
   } catch (const motion::CoordinateError& error) {
     throw UserError(error.what());
   }
+}
+
+}  // namespace
+
+JobDescription parse_job(const std::filesystem::path& path) {
+  const toml::table table = parse_toml(path, "a job file (TOML); examples/ has some");
+  TomlSection root(path, &table, "");
+  TomlSection general = root.section("job");
+  TomlSection head = root.section("head");
+  TomlSection temperature = root.section("temperature");
+  TomlSection registers = root.section("registers");
+  TomlSection stage = root.section("stage");
+  TomlSection coordinates = root.section("coordinates");
+  TomlSection print = root.section("print");
+  TomlSection rtl = root.section("rtl");
+  TomlSection alignment = root.section("alignment");
+  std::vector<TomlSection> events = root.sections("event");
+  root.finish();
+
+  JobDescription parsed;
+  parsed.file = path;
+  tb::PrintJob& job = parsed.job;
+
+  job.name = general.text("name", escaped(path.stem().string()));
+  job.head.seed = static_cast<std::uint64_t>(general.integer("seed", 1, 0, INT64_MAX));
+  general.finish();
+
+  const spec::SensorPreset& sensor = read_head(head, job);
+  read_temperature(temperature, registers, head, sensor, job);
+  read_stage(stage, parsed, path.parent_path());
+  stage.finish();
+  const motion::CoordinateOptions options = read_coordinates(coordinates, parsed);
+  const std::optional<double> place_tolerance_mm = read_print(print, parsed);
+  job.rtl = read_rtl(rtl);
+  read_events(events, job);
+  read_bumps(alignment, options, place_tolerance_mm, parsed);
   return parsed;
 }
 

@@ -276,6 +276,75 @@ void tell_of_events(const tb::PrintJob& job, const tb::PrintResult& result) {
                  over_s);
 }
 
+/// Whether the board lies as it has to, after the stage has moved it. A job without marks has none to align.
+bool lies_well(LoadedJob& loaded, const std::optional<tb::AlignedBoard>& board, const PrintOptions& options) {
+  if (!board) return true;
+  const auto& looks = board->result.looks;
+  const auto aligned =
+      fmt::format("board marks {:.1f} um off, {:.1f} um after {} move{}, wanted {:.1f} um",
+                  1e3 * looks.front().worst_mm, 1e3 * looks.back().worst_mm, looks.size() - 1,
+                  looks.size() == 2 ? "" : "s", 1e3 * loaded.alignment->limits.place_mm);
+  if (!board->result.aligned) {
+    on_stderr(fmt::format("meltstage: {}: [alignment]: {}; nothing printed, nothing written\n",
+                          options.job.string(), aligned));
+    return false;
+  }
+  fmt::print("{}: {}\n", loaded.job.name, aligned);
+  if (motion::looks_the_same_flipped(loaded.alignment->marks_mm, loaded.alignment->limits.board_mm))
+    fmt::print(
+        "note: these marks look the same with the board turned over or round; one more mark would tell\n");
+  loaded.job.board = board->place;
+  return true;
+}
+
+/// The print on the simulated machine; its pins go to the folder's files and to `planner`.
+tb::PrintResult simulate(const LoadedJob& loaded, const PrintFolder& folder, const PrintOptions& options,
+                         tb::WindowPlanner* planner) {
+  recording::TextWriter text(folder.file("pins.mvec"));
+  std::optional<recording::VcdWriter> vcd;
+  Tee sink;
+  sink.add(text);
+  if (options.vcd) sink.add(vcd.emplace(folder.file("pins.vcd"), recording::BusForm::bits));
+  if (planner != nullptr) sink.add(*planner);
+  ProgressLine line;
+  std::optional<double> first_degc;
+  const double wanted_degc = setpoint_degc(loaded.job);
+  const std::size_t bumps = loaded.job.bumps.size();
+  return tb::run_print(loaded.job, sink, [&](const tb::PrintProgress& p) {
+    throw_if_interrupted();
+    if (!first_degc) first_degc = p.reading_degc;
+    const std::string detail = fmt::format("{:.1f} s, {:.2f} degC of {:.1f}, {} of {} droplets", p.t_s,
+                                           p.reading_degc, wanted_degc, p.droplets, bumps);
+    if (p.phase == "heat-up")
+      line.show_share(p.phase, (p.reading_degc - *first_degc) / (wanted_degc - *first_degc), detail);
+    else if (p.phase == "print")
+      line.show_share(p.phase, static_cast<double>(p.droplets) / static_cast<double>(bumps), detail);
+    else
+      line.show(fmt::format("{}  {}", p.phase, detail));
+  });
+}
+
+void tell_of_lockstep(const PrintReport& report) {
+  std::uint64_t clocks = 0, comparisons = 0;
+  for (const LockstepWindow& w : report.lockstep) {
+    clocks += w.clocks;
+    comparisons += w.comparisons;
+  }
+  fmt::print("lockstep: {}, {} clocks, {} values compared, 0 mismatches\n",
+             counted(report.lockstep.size(), "window"), clocks, comparisons);
+}
+
+void tell_of_print(const LoadedJob& loaded, const tb::PrintResult& result, const PrintReport& report) {
+  fmt::print("{}: {}\n", escaped(loaded.job.name), report.verdict);
+  fmt::print(
+      "path {:.3f} {} in file order, {:.3f} {} planned, at most {:.2f} % above the cheapest; heat-up {}; "
+      "print {}; {} chip clocks\n",
+      loaded.plan.cost_before, loaded.plan_unit, loaded.plan.cost_after, loaded.plan_unit,
+      most_above_cheapest_percent(loaded.plan), seconds_or_none(heat_up_s(result)),
+      seconds_or_none(phase_length_s(result, "print")), result.cycles);
+  tell_of_events(loaded.job, result);
+}
+
 }  // namespace
 
 int print_job(const PrintOptions& options) {
@@ -293,23 +362,7 @@ int print_job(const PrintOptions& options) {
   loaded.job.failures = options.out.string() + ".failures";
 
   const std::optional<tb::AlignedBoard> board = align_board(loaded, options);
-  if (board) {
-    const auto& looks = board->result.looks;
-    const auto aligned =
-        fmt::format("board marks {:.1f} um off, {:.1f} um after {} move{}, wanted {:.1f} um",
-                    1e3 * looks.front().worst_mm, 1e3 * looks.back().worst_mm, looks.size() - 1,
-                    looks.size() == 2 ? "" : "s", 1e3 * loaded.alignment->limits.place_mm);
-    if (!board->result.aligned) {
-      on_stderr(fmt::format("meltstage: {}: [alignment]: {}; nothing printed, nothing written\n",
-                            options.job.string(), aligned));
-      return 1;
-    }
-    fmt::print("{}: {}\n", loaded.job.name, aligned);
-    if (motion::looks_the_same_flipped(loaded.alignment->marks_mm, loaded.alignment->limits.board_mm))
-      fmt::print(
-          "note: these marks look the same with the board turned over or round; one more mark would tell\n");
-    loaded.job.board = board->place;
-  }
+  if (!lies_well(loaded, board, options)) return 1;
 
   require_outside(options.out, loaded.inputs);
   catch_interrupts();
@@ -323,30 +376,7 @@ int print_job(const PrintOptions& options) {
   tb::PrintResult result;
   std::optional<CheckedRun> checked;
   try {
-    {
-      recording::TextWriter text(folder.file("pins.mvec"));
-      std::optional<recording::VcdWriter> vcd;
-      Tee sink;
-      sink.add(text);
-      if (options.vcd) sink.add(vcd.emplace(folder.file("pins.vcd"), recording::BusForm::bits));
-      if (planner) sink.add(*planner);
-      ProgressLine line;
-      std::optional<double> first_degc;
-      const double wanted_degc = setpoint_degc(loaded.job);
-      const std::size_t bumps = loaded.job.bumps.size();
-      result = tb::run_print(loaded.job, sink, [&](const tb::PrintProgress& p) {
-        throw_if_interrupted();
-        if (!first_degc) first_degc = p.reading_degc;
-        const std::string detail = fmt::format("{:.1f} s, {:.2f} degC of {:.1f}, {} of {} droplets", p.t_s,
-                                               p.reading_degc, wanted_degc, p.droplets, bumps);
-        if (p.phase == "heat-up")
-          line.show_share(p.phase, (p.reading_degc - *first_degc) / (wanted_degc - *first_degc), detail);
-        else if (p.phase == "print")
-          line.show_share(p.phase, static_cast<double>(p.droplets) / static_cast<double>(bumps), detail);
-        else
-          line.show(fmt::format("{}  {}", p.phase, detail));
-      });
-    }
+    result = simulate(loaded, folder, options, planner ? &*planner : nullptr);
     if (planner) {
       planner->publish();
       checked = check_run(work, options.windows);
@@ -367,30 +397,15 @@ int print_job(const PrintOptions& options) {
   write_whole(folder.file("summary.json"), summary_json(report));
   folder.publish();
 
-  fmt::print("{}: {}\n", escaped(loaded.job.name), report.verdict);
-  fmt::print(
-      "path {:.3f} {} in file order, {:.3f} {} planned, at most {:.2f} % above the cheapest; heat-up {}; "
-      "print {}; {} chip clocks\n",
-      loaded.plan.cost_before, loaded.plan_unit, loaded.plan.cost_after, loaded.plan_unit,
-      most_above_cheapest_percent(loaded.plan), seconds_or_none(heat_up_s(result)),
-      seconds_or_none(phase_length_s(result, "print")), result.cycles);
-  tell_of_events(loaded.job, result);
-  if (checked) {
-    fmt::print("{}", describe(*checked));
-    if (!checked->joined.whole) {
-      fmt::print("work folder: {}\n", escaped(work.string()));
-    } else if (options.work.empty()) {
-      std::filesystem::remove_all(work);
-    }
+  tell_of_print(loaded, result, report);
+  if (!checked) {
+    tell_of_lockstep(report);
   } else {
-    std::uint64_t clocks = 0;
-    std::uint64_t comparisons = 0;
-    for (const LockstepWindow& w : report.lockstep) {
-      clocks += w.clocks;
-      comparisons += w.comparisons;
-    }
-    fmt::print("lockstep: {}, {} clocks, {} values compared, 0 mismatches\n",
-               counted(report.lockstep.size(), "window"), clocks, comparisons);
+    fmt::print("{}", describe(*checked));
+    if (!checked->joined.whole)
+      fmt::print("work folder: {}\n", escaped(work.string()));
+    else if (options.work.empty())
+      std::filesystem::remove_all(work);
   }
   fmt::print("page: {}\n", escaped((options.out / "report.html").string()));
   return report.good ? 0 : 1;
