@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The chip on an iCE40HX8K-B-EVN breakout board: 12 MHz oscillator, every pin of operation on a header or at the USB bridge, what the chip
-// says on LEDs. Straps and test mode are active low outside: open pins are pulled up, and mean address 1 and operation. Test mode has a pin
-// so that the packed bitstream can be replayed in test time.
+// The chip on an iCE40HX8K-B-EVN breakout board: 12 MHz oscillator, every pin of operation on a header or at the USB
+// bridge, what the chip says on LEDs. Straps and test mode are active low outside: open pins are pulled up, and mean
+// address 1 and operation. Test mode has a pin so that the packed bitstream can be replayed in test time.
 
 module board_top (
   input  logic       clk_i,
@@ -36,7 +36,8 @@ module board_top (
   logic unused;
   assign unused = ^scan;
   tc_top chip (
-    .clk_i, .rst_ni(rst_ni && loaded), .uart_rx_i, .uart_tx_o, .uart_de_o, .tlm_tx_o, .addr_strap_i(~strap_ni), .spi_sclk_o, .spi_cs_no,
+    .clk_i, .rst_ni(rst_ni && loaded), .uart_rx_i, .uart_tx_o, .uart_de_o, .tlm_tx_o,
+    .addr_strap_i(~strap_ni), .spi_sclk_o, .spi_cs_no,
     .spi_mosi_o, .spi_miso_i, .heater_o, .heater_fb_i, .safe_en_o, .inhibit_i, .drop_i, .fault_no, .at_temp_o,
     .test_mode_i(!test_mode_ni),
     .scan_en_i(1'b0), .scan_i('0), .scan_o(scan)

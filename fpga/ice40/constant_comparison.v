@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Yosys techmap: comparisons with a constant as gates. A look-up table takes three of their bits, a carry chain a cell for each.
+// Yosys techmap: comparisons with a constant as gates. A look-up table takes three of their bits, a carry chain a
+// cell for each.
 (* techmap_celltype = "$lt $le $gt $ge" *)
 module _80_compare_constant (A, B, Y);
   parameter A_SIGNED = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ATUNE left out, in place of rtl/tc_atune.sv where its gains would have nowhere to go: the Tune command has no effect.
+// ATUNE left out, in place of rtl/tc_atune.sv where its gains would have nowhere to go: the Tune command has no
+// effect.
 
 module tc_atune (
   input  logic               clk_i,
@@ -30,5 +31,6 @@ module tc_atune (
   assign {tuning_o, duty_o, hold_o, stop_o, parity_o, wr_o, wr_index_o, wr_data_o, tuned_o} = '0;
 
   logic unused;
-  assign unused = ^{clk_i, rst_ni, tune_i, run_i, sample_i, tenth_i, commit_i, pv_i, sp_work_i, amb_i, ramping_i, duty_max_i, window_i};
+  assign unused = ^{clk_i, rst_ni, tune_i, run_i, sample_i, tenth_i, commit_i, pv_i, sp_work_i,
+                    amb_i, ramping_i, duty_max_i, window_i};
 endmodule

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The chip on a Digilent Atlys (Spartan-6 XC6SLX45, 100 MHz oscillator): clock of 12 MHz, reset while it isn't steady, pins of the head's
-// electronics on the Pmod connector, what the chip says on LEDs. Polarities outside are the chip's own, but for the reset button.
+// The chip on a Digilent Atlys (Spartan-6 XC6SLX45, 100 MHz oscillator): clock of 12 MHz, reset while it isn't
+// steady, pins of the head's electronics on the Pmod connector, what the chip says on LEDs. Polarities outside are
+// the chip's own, but for the reset button.
 
 module board_top (
   input  logic       clk_100mhz_i,
@@ -34,7 +35,8 @@ module board_top (
   assign unused = ^scan;
   tc_top chip (
     .clk_i(clk_buffered), .rst_ni(button_reset_ni && locked), .uart_rx_i, .uart_tx_o, .uart_de_o(de), .tlm_tx_o(tlm),
-    .addr_strap_i(3'd0), .spi_sclk_o, .spi_cs_no, .spi_mosi_o, .spi_miso_i, .heater_o, .heater_fb_i, .safe_en_o, .inhibit_i,
+    .addr_strap_i(3'd0), .spi_sclk_o, .spi_cs_no, .spi_mosi_o, .spi_miso_i,
+    .heater_o, .heater_fb_i, .safe_en_o, .inhibit_i,
     .drop_i(1'b0), .fault_no(fault_n), .at_temp_o(at_temp),
     .test_mode_i(1'b0), .scan_en_i(1'b0), .scan_i('0), .scan_o(scan)
   );

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Liberty says in a state table: the clock gates, with a latch that is open while the clock is low. For simulation.
+// What Liberty says in a state table: the clock gates, with a latch that is open while the clock is low. For
+// simulation.
 module sg13g2_lgcp_1 (input CLK, input GATE, output GCLK);
   logic enable;
   always_latch if (!CLK) enable = GATE;

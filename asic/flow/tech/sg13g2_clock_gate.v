@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A word of flops with an enable becomes plain flops behind one clock gate, from four bits on: below that the gate costs more area than
-// the multiplexers it saves. Equal as long as EN has settled before the clock rises: the gate's latch is open while the clock is low.
+// A word of flops with an enable becomes plain flops behind one clock gate, from four bits on: below that the gate
+// costs more area than the multiplexers it saves. Equal as long as EN has settled before the clock rises: the gate's
+// latch is open while the clock is low.
 (* techmap_celltype = "$adffe" *)
 module clock_gated_word (CLK, EN, ARST, D, Q);
   parameter WIDTH = 1;
