@@ -171,8 +171,8 @@ Controller::Controller(const Connection& connection) : connection_(connection), 
 Controller::~Controller() = default;
 
 // Calls libmodbus until a sound answer comes or the attempts are used up. An answer tells nothing of its
-// request, so one that comes late must be none to the next. A copy of a sound answer, as a gateway that repeats
-// frames may send it, can't be told from the next one's.
+// request, so one that comes late must be none to the next. A copy of a sound answer, as a gateway that
+// repeats frames may send it, can't be told from the next one's.
 template <class Call>
 void Controller::transact(const std::string& what, Call&& call) {
   bool late = false;  // an earlier attempt's answer, or the repeat's, may still come
