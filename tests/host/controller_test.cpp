@@ -17,7 +17,7 @@
 #include "app/chip/pseudo_terminal.hpp"
 #include "base/error.hpp"
 #include "base/temporary_folder.hpp"
-#include "tests/app/chip/served_chip.hpp"
+#include "tests/host/served_chip.hpp"
 
 namespace meltstage::host {
 namespace {

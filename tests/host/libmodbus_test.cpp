@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "cmodel/spec.hpp"
-#include "tests/app/chip/served_chip.hpp"
+#include "tests/host/served_chip.hpp"
 
 namespace meltstage {
 namespace {

@@ -8,7 +8,7 @@
 #include <regex>
 
 #include "cmodel/spec.hpp"
-#include "tests/app/chip/served_chip.hpp"
+#include "tests/host/served_chip.hpp"
 
 namespace meltstage {
 namespace {

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
 # scanned.sh MELTSTAGE FOLDER FLOW_FOLDER: puts scan into the chip's netlist of FOLDER and proves it, scan enable at 0, equal to the RTL's gates,
-# whatever test mode and scan inputs say. (Scan that is not off is refused on a small circuit, tests/asic/dft/scan_test.cpp.)
+# whatever test mode and scan inputs say. (Scan that is not off is refused on a small circuit, tests/asic/dft/scan/scan_test.cpp.)
 set -euo pipefail
 meltstage=$1 folder=$2 flow=$3
 work=$(mktemp -d)

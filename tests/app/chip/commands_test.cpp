@@ -9,7 +9,7 @@
 
 #include "cmodel/spec.hpp"
 #include "host/register_map.hpp"
-#include "tests/app/chip/served_chip.hpp"
+#include "tests/host/served_chip.hpp"
 
 namespace meltstage {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "host/controller.hpp"
-#include "tests/app/chip/served_chip.hpp"
+#include "tests/host/served_chip.hpp"
 
 namespace meltstage {
 namespace {

@@ -13,7 +13,7 @@
 #include <sstream>
 #include <vector>
 
-#include "tests/app/chip/served_chip.hpp"
+#include "tests/host/served_chip.hpp"
 
 namespace meltstage {
 namespace {
