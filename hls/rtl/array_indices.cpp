@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <map>
@@ -10,6 +11,7 @@
 #include <sstream>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/error.hpp"
 
@@ -102,6 +104,63 @@ class Arrays {
 };
 
 }  // namespace
+
+namespace {
+
+// A cell of RTLIL that Yosys made of indices: it stands in line 0 of its file.
+struct IndexCell {
+  std::string file;
+  std::map<std::string, std::string> words;  // parameters and connections
+};
+
+// FILE of "  cell $add PREFIX$add$FILE:0$NUMBER"; empty for other cells.
+std::string file_of_index_cell(const std::string& line, const std::string& kind) {
+  constexpr std::string_view kLine = ":0$";
+  const std::size_t name = line.rfind(kind), place = line.rfind(kLine);
+  if (!line.starts_with(fmt::format("  cell {} ", kind)) || place == std::string::npos || place < name)
+    return "";
+  return line.substr(name + kind.size() + 1, place - name - kind.size() - 1);
+}
+
+// What stands behind "    parameter \\" or "    connect \\", by its first word.
+void take_word(const std::string& line, std::map<std::string, std::string>& words) {
+  const std::size_t name = line.find('\\');
+  const std::size_t blank = line.find(' ', name);
+  if (name != std::string::npos && blank != std::string::npos)
+    words[line.substr(name + 1, blank - name - 1)] = line.substr(blank + 1);
+}
+
+}  // namespace
+
+void require_narrow_dimensions(const std::string& rtl) {
+  std::vector<IndexCell> sums;
+  std::map<std::string, std::string> dimension_of;  // by the product's output
+  std::istringstream lines(rtl);
+  for (std::string line; std::getline(lines, line);) {
+    const std::string sum = file_of_index_cell(line, "$add"), product = file_of_index_cell(line, "$mul");
+    if (sum.empty() && product.empty()) continue;
+    IndexCell cell{sum + product, {}};
+    while (std::getline(lines, line) && line != "  end") take_word(line, cell.words);
+    if (sum.empty())
+      dimension_of[cell.words["Y"]] = cell.words["B"];
+    else
+      sums.push_back(std::move(cell));
+  }
+  for (const IndexCell& cell : sums) {
+    const auto words = dimension_of.find(cell.words.at("A"));
+    if (words == dimension_of.end()) continue;
+    const unsigned dimension = number_behind(words->second, "", 0),
+                   bits = number_behind(cell.words.at("B_WIDTH"), "", 0);
+    const std::string& index = cell.words.at("B");
+    const bool is_constant = index.find_first_not_of("0123456789'") == std::string::npos;
+    if (!is_constant && (std::uint64_t{1} << std::min(bits, 63U)) > dimension)
+      throw UserError(
+          fmt::format("{}: found an index of {} bits in a dimension of {} words, of an array of several "
+                      "dimensions, expected no "
+                      "word beyond it: Yosys would take one of the next row",
+                      cell.file, bits, dimension));
+  }
+}
 
 bool has_arrays_of_flops(const std::string& netlist) { return netlist.find(kMadeFlops) != std::string::npos; }
 

@@ -11,6 +11,10 @@ namespace meltstage::hls {
 /// with them whole. Throws UserError that names file and line.
 void require_narrow_indices(const std::string& netlist, const std::string& arrays);
 
+/// The same for arrays of several dimensions, of which Yosys makes one: an index beyond its dimension would
+/// be in the next row. `rtl` (RTLIL) has the sums and products that Yosys makes of such indices.
+void require_narrow_dimensions(const std::string& rtl);
+
 /// Whether the RTL has arrays of which Yosys made flops.
 bool has_arrays_of_flops(const std::string& netlist);
 

@@ -403,7 +403,9 @@ Rtl read_rtl(const RtlSources& sources) {
   Rtl rtl;
   rtl.netlist = read_netlist(folder.file("netlist.json"), sources.top);
   rtl.array_note = look_at_arrays(sources, folder);
-  write_whole(folder.file("bounded.il"), with_bounds(read_file(folder.file("rtl.il"), "what Yosys read")));
+  const std::string whole = read_file(folder.file("rtl.il"), "what Yosys read");
+  require_narrow_dimensions(whole);
+  write_whole(folder.file("bounded.il"), with_bounds(whole));
   write_whole(folder.file("words.v"), kBoundsModule);
   std::string quotients;
   for (const char* cell : {"div", "mod", "divfloor", "modfloor"}) quotients += quotient_by_zero(cell);

@@ -100,6 +100,27 @@ TEST_F(Hls, AWriteBeyondAMemoryStaysAway) {
   EXPECT_EQ(prove().status, 0) << prove().output;
 }
 
+// Yosys makes one dimension of several: an index beyond its own was a word of the next row.
+TEST_F(Hls, AnIndexBeyondOneOfSeveralDimensionsIsRefused) {
+  const auto block = [&](const std::string& index) {
+    return "module debounce (input logic clk_i, input logic rst_ni, input logic [7:0] x_i, output logic "
+           "[7:0] y_o);\n"
+           "logic [7:0] a_q;\nlogic signed [9:0] c_q;\nlogic [7:0] b_q [0:1][0:1];\n"
+           "always_ff @(posedge clk_i) b_q[x_i[7]][" +
+           index +
+           "] <= 8'd5;\nassign y_o = a_q;\n"
+           "always_ff @(posedge clk_i or negedge rst_ni)\n"
+           "if (!rst_ni) begin a_q <= 0; c_q <= 0; end else begin a_q <= b_q[0][0]; c_q <= c_q; "
+           "end\nendmodule\n";
+  };
+  write_block("  s->a_q = s->b_q[0];\n  s->b_q[(in->x_i >> 7) * 2 + (in->x_i & 1)] = 5;");
+  write("block.sv", block("x_i[1:0]"));
+  EXPECT_EQ(prove().status, 2);
+  EXPECT_THAT(prove().output, HasSubstr("block.sv: found an index of 2 bits in a dimension of 2 words"));
+  write("block.sv", block("x_i[0]"));
+  EXPECT_NE(prove().status, 2) << prove().output;
+}
+
 TEST_F(Hls, AListWithoutFilesIsRefused) {
   fs::copy(kExample + ".cpp", at("block.cpp"));
   write("list.f", "// nothing\n\n");
