@@ -53,6 +53,19 @@ TEST_F(HlsArrays, AWordBeyondATableIsAnyValue) {
   expect(1, three + "assign y_o = m[a_i[1:0]];", "kTable[in->a_i & 3]");
 }
 
+// Yosys chose from the whole struct.
+TEST_F(HlsArrays, AMemberOfAStructIsNotChosenFromByAnIndex) {
+  const std::string type =
+      "typedef struct packed { logic [1:0] high; logic [1:0] low; } pair_t;\npair_t pair;\n";
+  expect(2, type + "assign pair = a_i;\nassign y_o = {3'd0, pair.low[b_i[1:0]]};",
+         "in->a_i >> (in->b_i & 3) & 1");
+  expect(2, type + "always_comb begin pair = a_i; pair.low[b_i[1:0]] = 1'b1; end\nassign y_o = pair;",
+         "in->a_i | 1 << (in->b_i & 3)");
+  expect(0, type + "logic [1:0] low;\nassign pair = a_i, low = pair.low;\nassign y_o = {3'd0, low[b_i[0]]};",
+         "in->a_i >> (in->b_i & 1) & 1");
+  expect(0, type + "assign pair = a_i;\nassign y_o = {3'd0, pair.low[1]};", "in->a_i >> 1 & 1");
+}
+
 TEST_F(HlsArrays, AQuotientByZeroIsAnyValue) {
   expect(1, "assign y_o = a_i / b_i;", "in->b_i ? in->a_i / in->b_i : 15");
   expect(1, "assign y_o = a_i % b_i;", "in->b_i ? in->a_i % in->b_i : in->a_i");

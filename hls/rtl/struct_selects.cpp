@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hls/rtl/struct_selects.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string_view>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+
+namespace meltstage::hls {
+namespace {
+
+// Text of the files that were asked for, without line comments.
+class Sources {
+ public:
+  const std::string& of(const std::string& file) {
+    const auto [known, is_new] = texts_.try_emplace(file);
+    if (is_new)
+      known->second = std::regex_replace(read_file(file, "a file of the RTL"), std::regex("//[^\n]*"), "");
+    return known->second;
+  }
+  std::string line(const std::string& file, std::size_t number) {
+    std::istringstream lines(of(file));
+    std::string line;
+    while (number-- > 0 && std::getline(lines, line)) continue;
+    return line;
+  }
+
+ private:
+  std::map<std::string, std::string> texts_;
+};
+
+[[noreturn]] void refuse(const std::string& place, const std::string& of) {
+  throw UserError(fmt::format(
+      "{}: found a bit of a struct's member chosen by an index, {}, expected the member in a net of its own "
+      "and a bit of that: Yosys would take a bit of the next member for an index beyond",
+      place, of));
+}
+
+// What is behind a kind such as $shiftx$ in a name FILE:LINE$NUMBER.
+std::string place_behind(const std::string& line, std::string_view kind) {
+  const std::size_t begin = line.rfind(kind);
+  if (begin == std::string::npos) return "";
+  const std::size_t place = begin + kind.size();
+  return line.substr(place, line.find('$', place) - place);
+}
+
+// A member with an index that no number is: NAME.MEMBER[i], NAME[0].MEMBER[i+1].
+std::regex member_with_index(const std::string& name) {
+  return std::regex("\\b" + name + "(\\s*\\[[^\\]]*\\])?(\\s*\\.\\s*\\w+)+\\s*\\[\\s*[^0-9\\s][^\\]]*\\]");
+}
+
+}  // namespace
+
+void require_no_struct_selects(const std::string& rtl) {
+  static const std::regex kAnyMember = member_with_index("\\w+");
+  Sources sources;
+  std::istringstream lines(rtl);
+  for (std::string line; std::getline(lines, line);) {
+    // a write: its line is known
+    if (line.starts_with("  wire ") && line.find("$bitselwrite$mask$") != std::string::npos) {
+      const std::string place = place_behind(line, "$bitselwrite$mask$");
+      const std::size_t colon = place.rfind(':');
+      std::smatch found;
+      const std::string text =
+          sources.line(place.substr(0, colon), std::strtoul(place.c_str() + colon + 1, nullptr, 10));
+      if (std::regex_search(text, found, kAnyMember)) refuse(place, found.str());
+    }
+    // a read: of which net is known, but no line
+    if (!line.starts_with("  cell $shiftx ")) continue;
+    const std::string place = place_behind(line, "$shiftx$");
+    if (!place.ends_with(":0")) continue;
+    while (std::getline(lines, line) && !line.starts_with("    connect \\A ") && line != "  end") continue;
+    const std::size_t name = line.find_last_of("\\.");
+    if (line == "  end" || name == std::string::npos) continue;
+    const std::string net = line.substr(name + 1);
+    const bool is_whole = !net.empty() && net.find_first_not_of(
+                                              "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                              "0123456789_") == std::string::npos;
+    const std::string file = place.substr(0, place.size() - 2);
+    std::smatch found;
+    if (is_whole && std::regex_search(sources.of(file), found, member_with_index(net)))
+      refuse(file, found.str());
+  }
+}
+
+}  // namespace meltstage::hls
