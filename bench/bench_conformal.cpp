@@ -19,7 +19,10 @@
 #include "bench/bench.hpp"
 #include "motion/surface/conformal.hpp"
 #include "motion/surface/conformal_trial.hpp"
+#include "motion/surface/curve_feed.hpp"
 #include "motion/surface/measuring_points.hpp"
+#include "motion/surface/print_program.hpp"
+#include "motion/surface/smoothing.hpp"
 #include "motion/surface/trial_calibration.hpp"
 
 namespace meltstage::app {

@@ -23,6 +23,7 @@
 #include "motion/surface/conformal.hpp"
 #include "motion/surface/conformal_trial.hpp"
 #include "motion/surface/measuring_points.hpp"
+#include "motion/surface/print_program.hpp"
 #include "motion/surface/trial_calibration.hpp"
 
 namespace meltstage::app {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cubic NURBS curves: through points, close to noisy points, evaluated, measured along, and run through at a
-// limited feed rate.
+// Cubic NURBS curves: through points, evaluated, and measured along.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,8 +7,6 @@
 #include <cstdint>
 #include <span>
 #include <vector>
-
-#include "motion/profile/profile.hpp"
 
 namespace meltstage::motion {
 
@@ -22,6 +19,8 @@ struct CurvePoint {
 /// change.
 class Nurbs {
  public:
+  static constexpr std::size_t kDegree = 3;
+
   /// `controls` are homogeneous: (w x, w y, w z, w) with w > 0; `knots` are four more than controls, not
   /// falling, the first four 0, the last four 1, and no inner one more than three times.
   /// @throws MotionError if they aren't.
@@ -74,24 +73,6 @@ Nurbs interpolate(std::span<const Eigen::Vector3d> points_mm, const Interpolatio
 Nurbs interpolate(std::span<const Eigen::Vector3d> points_mm, std::span<const double> parameters,
                   const InterpolationOptions& options = {});
 
-/// A smoothing spline's values, and what is known of their error.
-struct SmoothedValues {
-  Eigen::MatrixXd values;  ///< as the measured ones: a row a point, a column a coordinate
-  Eigen::VectorXd
-      standard_error;         ///< of each row's coordinates: noise times root of the hat matrix' diagonal
-  double noise = 0.0;         ///< given, or estimated from the residuals
-  double freedom = 0.0;       ///< trace of the hat matrix: number of points (interpolation) down to 2
-  double rms_residual = 0.0;  ///< measured against smoothed
-};
-
-/// Natural cubic smoothing spline (Reinsch 1967) through values at rising parameters, the same smoothing for
-/// every column. With a known noise (standard deviation of a coordinate, > 0) the smoothing minimises the
-/// unbiased estimate of the error (Craven & Wahba 1979); with noise 0 the generalised cross-validation does.
-/// Of several valleys the deepest is taken. O(n) for each smoothing tried; the diagonal by Hutchinson & de
-/// Hoog 1985.
-/// @throws MotionError if there are fewer than 4 points, parameters don't rise, or something isn't finite.
-SmoothedValues smooth(std::span<const double> parameters, const Eigen::MatrixXd& measured, double noise);
-
 /// Length along a curve, and the way back.
 class ArcLength {
  public:
@@ -107,37 +88,5 @@ class ArcLength {
   const Nurbs* curve_;
   std::vector<double> borders_, lengths_mm_;
 };
-
-/// What bounds the speed along a curve; all > 0.
-struct FeedLimits {
-  double feed_mm_s = 20.0;             ///< asked for
-  double acceleration_mm_s2 = 1000.0;  ///< along the curve
-  double jerk_mm_s3 = 2e4;             ///< along the curve
-  double normal_acceleration_mm_s2 = 1000.0;
-  double chord_error_mm = 1e-3;  ///< between the curve and the chord of a servo cycle
-  double cycle_s = 1e-3;
-};
-
-/// Speed along a curve from rest to rest: S-curves that meet at constant speed.
-struct FeedPlan {
-  struct Block {
-    double start_s = 0.0, start_mm = 0.0;
-    Scurve profile;
-  };
-  std::vector<Block> blocks;
-  double duration_s = 0.0;
-  MotionState sample(double time_s) const;  ///< along the curve
-};
-
-/// Largest speed at `u` that keeps normal acceleration and chord error where the curve bends; at most the
-/// feed.
-double feed_limit_mm_s(const Nurbs& curve, double u, const FeedLimits& limits);
-
-/// Plans the speed along the whole curve: breakpoints at the minima of the limit, S-curves between them, and
-/// further breakpoints until no S-curve is above the limit. Where the curve turns at once, at a knot of three
-/// or back along a line, the speed is such that the change of a servo cycle stays within normal acceleration
-/// and chord error.
-/// @throws MotionError if a limit isn't positive.
-FeedPlan plan_feed(const Nurbs& curve, const ArcLength& length, const FeedLimits& limits);
 
 }  // namespace meltstage::motion

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "motion/surface/conformal_trial.hpp"
+#include "motion/surface/print_program.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/rs274.hpp"
 

@@ -13,7 +13,9 @@
 #include <random>
 #include <string>
 
+#include "motion/surface/curve_feed.hpp"
 #include "motion/surface/measuring_points.hpp"
+#include "motion/surface/smoothing.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace meltstage::motion {
