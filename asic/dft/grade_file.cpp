@@ -32,16 +32,6 @@ void require_good(const CaptureView& view, const CycleStream& stream, const std:
         stream.title, good.first, good.mismatches, good.strobes));
 }
 
-bool leaves_inputs_open(const CycleStream& stream) {
-  return std::any_of(stream.cycles.begin(), stream.cycles.end(), [&](const TestCycle& cycle) {
-    for (std::size_t s = 0; s < cycle.states.size(); ++s) {
-      const char c = cycle.states[s];
-      if (stream.signals[s].is_input && c != '0' && c != '1' && c != 'P') return true;
-    }
-    return false;
-  });
-}
-
 GradedFile without_reports(Circuit circuit) {
   GradedFile result;
   result.circuit = std::move(circuit);

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "app/commands/dft/inputs.hpp"
@@ -43,6 +45,26 @@ struct GradeInput : NetlistInput {
 
 constexpr std::size_t kDrawnFaults = 1022;
 
+// What one filling of open inputs detects, and another doesn't, is not detected.
+FunctionalGrade grade_with_fillings(const CaptureView& view, const CycleStream& stream,
+                                    const std::vector<Fault>& sample, const GradeInput& input,
+                                    PowerUp power_up, const Progress& progress) {
+  FunctionalGrade graded = grade_functional(view, stream, sample, kWorkers, power_up, progress);
+  if (!graded.wrong.empty() || !leaves_inputs_open(stream)) return graded;
+  std::mt19937_64 random(input.seed);
+  const std::function<char()> fillings[] = {[] { return '1'; },
+                                            [&] { return random() % 2 == 0 ? '0' : '1'; }};
+  for (const auto& level : fillings) {
+    const FunctionalGrade other =
+        grade_functional(view, with_open_inputs(stream, level), sample, kWorkers, power_up, progress);
+    if (!other.wrong.empty()) return other;
+    for (std::size_t i = 0; i < sample.size(); ++i)
+      if (other.first_cycle[i] == FunctionalGrade::kUndetected)
+        graded.first_cycle[i] = FunctionalGrade::kUndetected;
+  }
+  return graded;
+}
+
 // Vectors without scan, clock by clock, faults drawn at random.
 int grade_clock_by_clock(const GradeInput& input, const Netlist& netlist, const CaptureView& view,
                          const CycleStream& stream) {
@@ -51,7 +73,7 @@ int grade_clock_by_clock(const GradeInput& input, const Netlist& netlist, const 
   const std::vector<Fault> sample = faults == 0 ? all : sample_faults(all, faults, input.seed);
   ProgressLine line;
   const FunctionalGrade graded =
-      grade_functional(view, stream, sample, kWorkers, PowerUp::zeros, shown_on(line));
+      grade_with_fillings(view, stream, sample, input, PowerUp::zeros, shown_on(line));
   if (!graded.wrong.empty())
     throw UserError(
         fmt::format("{}: {} without a fault, expected vectors that the netlist fulfils; "
@@ -63,7 +85,7 @@ int grade_clock_by_clock(const GradeInput& input, const Netlist& netlist, const 
   // Detected from one power-up state alone: possibly.
   if (input.two_power_ups) {
     const FunctionalGrade other =
-        grade_functional(view, stream, sample, kWorkers, PowerUp::ones, shown_on(line));
+        grade_with_fillings(view, stream, sample, input, PowerUp::ones, shown_on(line));
     for (std::size_t i = 0; i < sample.size(); ++i) {
       const bool also = other.first_cycle[i] != FunctionalGrade::kUndetected;
       if (also != (verdicts[i] == FaultClass::DS)) verdicts[i] = FaultClass::PT;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <numeric>
 #include <random>
 #include <span>
@@ -73,6 +74,23 @@ class Vectors {
     for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = input(entry, i);
     return levels;
   }
+  /// Whether a port of the netlist is open: neither a level nor a pulse.
+  bool leaves_open(std::size_t entry) const {
+    for (std::size_t i = 0; i < drivers_.size(); ++i)
+      if (is_open(entry, i)) return true;
+    return false;
+  }
+  /// By input port, with what `fill` gives where the entry leaves one open.
+  std::vector<Word> inputs(std::size_t entry, const std::function<Word()>& fill) const {
+    std::vector<Word> levels(drivers_.size());
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+      if (is_open(entry, i))
+        levels[i] = fill();
+      else if (input(entry, i) != 0)
+        levels[i].part.fill(~std::uint64_t{0});
+    }
+    return levels;
+  }
   bool clocks(std::size_t entry) const {
     for (std::size_t i = 0; i < drivers_.size(); ++i) {
       if (view_.clock_ports[i] != 0 && state(entry, i) == 'P') return true;
@@ -81,6 +99,7 @@ class Vectors {
   }
 
  private:
+  bool is_open(std::size_t entry, std::size_t port) const { return is_open_input(state(entry, port)); }
   char state(std::size_t entry, std::size_t port) const {
     return drivers_[port] < stream_.signals.size() ? stream_.cycles[entry].states[drivers_[port]] : '0';
   }
@@ -378,7 +397,7 @@ FunctionalGrade grade_functional(const CaptureView& view, const CycleStream& str
 
 namespace {
 
-// Mismatches of a cycle, over all power-up states.
+// Mismatches of a cycle, over all fillings.
 struct Comparison {
   std::size_t strobes = 0, mismatches = 0;
   std::string first;
@@ -395,36 +414,40 @@ void check(const Machines& m, const Word& used, const Vectors& vectors, const st
     if (!wrong.any()) continue;
     ++result.mismatches;
     if (result.first.empty())
-      result.first = fmt::format("{}: found {}, expected {} (power-up state {})", vectors.name(output),
-                                 c == 'H' ? 0 : 1, c, wrong.first());
+      result.first = fmt::format("{}: found {}, expected {} (filling {} of what is unknown)",
+                                 vectors.name(output), c == 'H' ? 0 : 1, c, wrong.first());
   }
 }
 
 }  // namespace
 
-ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_power_ups,
+ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_fillings,
                            std::uint64_t seed, const Progress& progress) {
   const Vectors vectors(view, stream);
   Machines m(view, {});
   Word used;
-  const std::size_t machines = std::min<std::size_t>(2 + random_power_ups, kLanes);
+  const std::size_t machines = std::min<std::size_t>(2 + random_fillings, kLanes);
   for (std::size_t lane = 0; lane < machines; ++lane) used.set(lane, true);
   std::mt19937_64 random(seed);
-  for (std::size_t k = 0; k < m.flops(); ++k) {
-    m.state(k).set(1, true);
-    for (std::size_t lane = 2; lane < machines; ++lane) m.state(k).set(lane, (random() & 1) != 0);
-  }
-  if (!stream.cycles.empty()) m.preset_inputs(vectors.inputs(0));
+  const auto unknown = [&] {
+    Word word;
+    word.set(1, true);
+    for (std::size_t lane = 2; lane < machines; ++lane) word.set(lane, (random() & 1) != 0);
+    return word;
+  };
+  for (std::size_t k = 0; k < m.flops(); ++k) m.state(k) = unknown();
+  if (!stream.cycles.empty()) m.preset_inputs(vectors.inputs(0, unknown));
   m.start();
   ReplayResult result;
   Comparison now;
   const std::uint64_t total = cycle_count(stream);
   for (std::size_t entry = 0; entry < stream.cycles.size(); ++entry) {
     const TestCycle& cycle = stream.cycles[entry];
-    const bool clocks = vectors.clocks(entry);
-    m.set_inputs(vectors.inputs(entry));
+    const bool clocks = vectors.clocks(entry), open = vectors.leaves_open(entry);
+    if (!open) m.set_inputs(vectors.inputs(entry));
     bool look = true;  // other strobes
     for (std::uint64_t c = 0; c < cycle.count; ++c, ++result.cycles) {
+      if (open) m.set_inputs(vectors.inputs(entry, unknown));
       if (m.ports_changed() || look) check(m, used, vectors, cycle.states, now);
       look = false;
       if (result.cycles % kTellEvery == 0) tell(progress, "replay", result.cycles, total);

@@ -39,18 +39,20 @@ enum class PowerUp : std::uint8_t { zeros, ones };
 /// Grades `faults` on so many threads, 511 beside each other; the undetected ones are put together as the
 /// others fall. `view` is the capture view with nothing held; vectors should begin with a reset. Outputs are
 /// compared before each cycle's clock where the stream has H or L, and nowhere else; a cycle without a pulse
-/// clocks nothing. Flops with an asynchronous reset follow it at once. What the stream leaves open is 0, as
-/// are ports of the test (test_mode_i, scan_*) that it doesn't name. What is detected from one power-up state
-/// and not from the other is possibly detected (PT): it hangs on flops that the fault keeps from their reset.
-/// Throws UserError when the stream's signals are not the netlist's ports.
+/// clocks nothing. Flops with an asynchronous reset follow it at once. Inputs that the stream leaves open are
+/// 0 (with_open_inputs()), as are ports of the test (test_mode_i, scan_*) that it doesn't name. What is
+/// detected from one power-up state and not from the other is possibly detected (PT): it hangs on flops that
+/// the fault keeps from their reset. Throws UserError when the stream's signals are not the netlist's ports.
 FunctionalGrade grade_functional(const CaptureView& view, const CycleStream& stream,
                                  const std::vector<Fault>& faults, unsigned threads,
                                  PowerUp power_up = PowerUp::zeros, const Progress& progress = {});
 
 /// Runs a stream of any length without scan; outputs are compared before each cycle's clock where it has H or
-/// L. Beside each other run the power-up states 0, 1 and `random_power_ups` more: a strobe that depends on
-/// one of them is a mismatch, so that 0 mismatches mean that no unknown reaches a strobe. Strobes count once.
-ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_power_ups = 0,
+/// L. Beside each other run fillings of what is unknown: all 0, all 1 and `random_fillings` more. Unknown are
+/// the states at the beginning, and in each cycle the inputs that the stream leaves open. A strobe that
+/// depends on one of them is a mismatch, so that 0 mismatches mean that no unknown reaches a strobe. Strobes
+/// count once.
+ReplayResult replay_cycles(const CaptureView& view, const CycleStream& stream, unsigned random_fillings = 0,
                            std::uint64_t seed = 1, const Progress& progress = {});
 
 /// `count` of `faults` drawn at random without repetition, in their order; all when there are fewer.

@@ -24,6 +24,21 @@ std::vector<std::uint8_t> ScanChain::inverses() const {
   return result;
 }
 
+bool leaves_inputs_open(const CycleStream& stream) {
+  return std::any_of(stream.cycles.begin(), stream.cycles.end(), [&](const TestCycle& cycle) {
+    for (std::size_t s = 0; s < cycle.states.size(); ++s)
+      if (stream.signals[s].is_input && is_open_input(cycle.states[s])) return true;
+    return false;
+  });
+}
+
+CycleStream with_open_inputs(CycleStream stream, const std::function<char()>& level) {
+  for (TestCycle& cycle : stream.cycles)
+    for (std::size_t s = 0; s < cycle.states.size(); ++s)
+      if (stream.signals[s].is_input && is_open_input(cycle.states[s])) cycle.states[s] = level();
+  return stream;
+}
+
 std::uint64_t cycle_count(const CycleStream& stream) {
   std::uint64_t count = 0;
   for (const TestCycle& cycle : stream.cycles) count += cycle.count;

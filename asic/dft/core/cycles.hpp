@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -75,6 +76,12 @@ inline constexpr std::uint64_t kMostCounted = 10'000'000'000;
 
 /// Cycles with their counts.
 std::uint64_t cycle_count(const CycleStream& stream);
+
+/// Whether a cycle's state leaves an input open: it is neither a level nor a pulse.
+inline bool is_open_input(char state) { return state != '0' && state != '1' && state != 'P'; }
+bool leaves_inputs_open(const CycleStream& stream);
+/// The stream with what `level` gives, '0' or '1', wherever it leaves an input open.
+CycleStream with_open_inputs(CycleStream stream, const std::function<char()>& level);
 /// Each cycle by itself, all counts 1. Throws UserError when they are more than kMostCycles or kMostStates.
 CycleStream unrolled(CycleStream stream);
 /// Same signals, timing and states of all cycles, however they are counted.

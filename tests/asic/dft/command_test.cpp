@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `meltstage dft` as a user meets it.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -49,6 +50,37 @@ TEST_F(VectorsCommand, TellsItsProgressOnATerminal) {
   for (const char* step : {"quick search, 12 backtracks  ", "merging  ", "dropping  0 %", "grading  0 %"})
     EXPECT_NE(seen.output.find(step), std::string::npos) << step << " in " << seen.output;
   EXPECT_EQ(run_command(command).output.find("grading"), std::string::npos);
+}
+
+// e is open: with 1 there, y shows nothing of the flop.
+TEST_F(VectorsCommand, AFaultThatOneLevelOfAnOpenInputHidesIsNotDetected) {
+  const std::string netlist = (folder_ / "or.json").string();
+  std::ofstream(folder_ / "or.v")
+      << "module orr(input clk_i, input d, input e, output y, output q2); reg q;\n"
+         "always @(posedge clk_i) q <= d; assign y = q | e; assign q2 = q; endmodule\n";
+  ASSERT_EQ(run_shell("yosys -q -p 'read_verilog " + (folder_ / "or.v").string() +
+                      "; synth -flatten -top orr; dfflegalize -cell $_DFF_P_ x; write_json " + netlist + "'")
+                .status,
+            0);
+  const auto grade = [&](const std::string& vectors) {
+    std::ofstream(folder_ / "or.stil")
+        << "STIL 1.0; Signals { clk_i In; d In; e In; y Out; q2 Out; }\nSignalGroups { pi = 'clk_i+d+e'; po "
+           "= 'y+q2'; }\n"
+           "Timing { WaveformTable t { Period '100ns'; Waveforms { clk_i { P { '0ns' D; '45ns' U; '55ns' D; "
+           "} }\n"
+           "clk_i { 01 { '0ns' D/U; } } d { 01 { '0ns' D/U; } } e { 01N { '0ns' D/U/Z; } } po { LHX { '40ns' "
+           "L/H/X; } } } } }\n"
+           "PatternBurst b { PatList { p; } } PatternExec { PatternBurst b; }\nPattern p { W t; "
+        << vectors << " }\n";
+    return run_command("dft grade " + netlist + " --patterns " + (folder_ / "or.stil").string() +
+                       " --faults 0");
+  };
+  const Ran open = grade("V { pi=P10; po=XX; } V { pi=01N; po=HX; }");
+  EXPECT_EQ(open.status, 0) << open.output;
+  EXPECT_THAT(open.output, testing::ContainsRegex("detected +1\n"));
+  const Ran fails = grade("V { pi=P00; po=XX; } V { pi=00N; po=LX; }");
+  EXPECT_EQ(fails.status, 2) << fails.output;
+  EXPECT_THAT(fails.output, testing::HasSubstr("y: found 1, expected L without a fault"));
 }
 
 // The file says two clocks a pattern and holds on the netlist; with one expected bit turned it doesn't.

@@ -351,6 +351,27 @@ TEST(Functional, ReplayComparesEveryClock) {
   EXPECT_EQ(wrong.first.substr(0, 9), "cycle 17:");
 }
 
+// y = q | e with e open: all 0 would have passed.
+TEST(Functional, AStrobeThatHangsOnAnOpenInputIsAMismatch) {
+  const CaptureView view =
+      plain_view(bench_circuit("INPUT(a)\nINPUT(b)\nOUTPUT(y)\nOUTPUT(z)\ny = OR(a, b)\nz = AND(a, b)\n"));
+  const auto patterns = [](const std::string& vectors) {
+    return parse_stil(
+        "STIL 1.0; Signals { a In; b In; y Out; z Out; }\nTiming { WaveformTable t { Period '100ns'; "
+        "Waveforms { a { 01N { '0ns' D/U/Z; } } b { 01N { '0ns' D/U/Z; } }\n"
+        "y { LHX { '40ns' L/H/X; } } z { LHX { '40ns' L/H/X; } } } } }\n"
+        "PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }\nPattern main { W t; " +
+            vectors + " }",
+        "a.stil");
+  };
+  EXPECT_EQ(
+      replay_cycles(view, patterns("V { a=1; b=N; y=H; z=X; } V { a=0; b=N; y=X; z=L; }"), 10).mismatches,
+      0u);
+  EXPECT_EQ(replay_cycles(view, patterns("V { a=0; b=N; y=L; z=X; }"), 10).mismatches, 1u);
+  EXPECT_EQ(replay_cycles(view, patterns("V { a=N; b=N; y=X; z=L; }"), 10).mismatches, 1u);
+  EXPECT_EQ(replay_cycles(view, patterns("Loop 20 { V { a=1; b=N; y=X; z=H; } }"), 10).mismatches, 20u);
+}
+
 // Without flops every power-up state is the same one, and fails with every other.
 TEST(Functional, AStrobeThatFailsIsOneMismatch) {
   const CaptureView view = plain_view(bench_circuit("INPUT(a)\nINPUT(b)\nOUTPUT(y)\ny = AND(a, b)\n"));
