@@ -158,10 +158,11 @@ std::optional<std::string> unit_told(std::string_view line, std::string_view nex
 }
 
 bool names_column_of_units(const Cell& cell) {
-  constexpr std::array<std::string_view, 5> kUnitWords = {"unit", "units", "einheit", "einheiten", "uom"};
-  constexpr std::array<std::string_view, 10> kBeside = {"coord",   "coords",   "coordinate", "coordinates",
+  constexpr std::array<std::string_view, 7> kUnitWords = {"unit", "units", "einheit", "einheiten",
+                                                          "uom",  "xunit", "yunit"};
+  constexpr std::array<std::string_view, 12> kBeside = {"coord",   "coords",   "coordinate", "coordinates",
                                                         "length",  "position", "dimension",  "of",
-                                                        "measure", "xy"};
+                                                        "measure", "xy",       "x",          "y"};
   const std::vector<std::string> name = words_of_name(cell);
   const auto is_unit = [&](const std::string& word) { return is_one_of_these(word, kUnitWords); };
   return std::any_of(name.begin(), name.end(), is_unit) &&

@@ -61,6 +61,17 @@ TEST_F(Readers, WhatIsSaidOfAnAxisIsNoSecondColumnOfIt) {
             "row 1, column 4: found a second column named x, expected one");
 }
 
+// Taken in the unit that was given instead.
+TEST_F(Readers, AColumnOfOneAxisUnitTellsIt) {
+  for (const char* name : {"X Unit", "Unit X", "XUnit"}) {
+    const auto file = read("a.csv", fmt::format("Ref,X,{},Y\nC1,100,mil,50\n", name));
+    expect_points(file.points, {{2.54, 1.27, 2}});
+    EXPECT_TRUE(file.has_unit);
+  }
+  EXPECT_EQ(error_of("b.csv", "Ref,X,X Unit,Y,Y Unit\nC1,100,mil,50,mil\n"),
+            "row 1, column 5: found a second column of units, expected one");
+}
+
 TEST_F(Readers, BlanksThatBreakNoLineAreBlanks) {
   for (const char* blank : {"\u00a0", "\u2007", "\u2009", "\u202f"}) {
     const std::string b = blank;
