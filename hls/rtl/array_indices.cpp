@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstdint>
 #include <map>
@@ -63,8 +64,10 @@ class Arrays {
       if (line.starts_with("  memory ")) take_array(line);
       if (line.starts_with("  wire ") && line.ends_with("_ADDR")) take_index(line);
       if (line.starts_with("  cell $memrd ")) read_port_ = access_of(line.substr(line.rfind("$memrd$") + 7));
-      if (line.starts_with("    parameter \\ABITS ") && !read_port_.first.empty()) {
-        require(read_port_, number_behind(line, "ABITS ", 0));
+      if (line.starts_with("    parameter \\ABITS ")) read_bits_ = number_behind(line, "ABITS ", 0);
+      if (line.starts_with("    connect \\ADDR ") && !read_port_.first.empty()) {
+        const bool is_constant = std::isdigit(static_cast<unsigned char>(line[18])) != 0;
+        if (!is_constant) require(read_port_, read_bits_);
         read_port_ = {};
       }
     }
@@ -81,7 +84,9 @@ class Arrays {
 
   void take_index(const std::string& line) {
     const std::size_t at = line.find(" $memwr$\\");
-    if (at != std::string::npos) indices_[access_of(line.substr(at + 8))] = number_behind(line, " width ", 1);
+    if (at == std::string::npos) return;
+    unsigned& widest = indices_[access_of(line.substr(at + 8))];  // several may stand in one line of RTL
+    widest = std::max(widest, number_behind(line, " width ", 1));
   }
 
   void require(const Access& access, unsigned bits) const {
@@ -101,6 +106,7 @@ class Arrays {
   std::map<std::string, unsigned> words_;
   std::map<Access, unsigned> indices_;
   Access read_port_;
+  unsigned read_bits_ = 0;
 };
 
 }  // namespace

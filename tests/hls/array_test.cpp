@@ -107,6 +107,11 @@ TEST_F(Hls, AWriteBeyondAMemoryStaysAway) {
     EXPECT_EQ(ran.status, 2) << ran.output;
     EXPECT_THAT(ran.output, HasSubstr("block.sv:7: found an index of "));
   }
+  // the later index of a line hid the earlier one; a number is as wide as it is
+  write("block.sv", flops("x_i[2:0]] <= 8'd5; else if (x_i[7]) b_q[x_i[1:0]"));
+  EXPECT_EQ(prove().status, 2) << prove().output;
+  write("block.sv", flops("x_i[1:0]] <= b_q[0] ^ b_q[x_i[3:2]"));
+  EXPECT_EQ(prove().status, 1) << prove().output;
   write("block.sv", flops("x_i[1:0]"));
   EXPECT_EQ(prove().status, 1);
   write_block("  s->a_q = s->b_q[0];\n  s->b_q[in->x_i & 3] = 5;");
