@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/error.hpp"
+
 namespace meltstage::hls {
 
 const char* const kBoundsModule = R"(
@@ -75,6 +77,9 @@ void take_memory(const std::string& line, std::map<std::string, Words>& memories
     const std::size_t at = line.find(word);
     return at == std::string::npos ? otherwise : std::stoull(line.substr(at + std::strlen(word)));
   };
+  if (line.find(" offset -") != std::string::npos)
+    throw UserError(fmt::format("RTL: found memory {}, whose words begin below 0, expected them from 0 on",
+                                line.substr(line.rfind('\\') + 1)));
   const std::uint64_t first = number(" offset ", 0);
   memories[line.substr(line.rfind(' ') + 1)] = {first, first + number(" size ", 1) - 1};
 }

@@ -12,7 +12,7 @@
 #include "base/output_file.hpp"
 #include "hls/rtl/array_indices.hpp"
 #include "hls/rtl/memory_words.hpp"
-#include "hls/rtl/struct_selects.hpp"
+#include "hls/rtl/selects.hpp"
 #include "hls/subprocess.hpp"
 
 namespace meltstage::hls {
@@ -406,7 +406,7 @@ Rtl read_rtl(const RtlSources& sources) {
   rtl.array_note = look_at_arrays(sources, folder);
   const std::string whole = read_file(folder.file("rtl.il"), "what Yosys read");
   require_narrow_dimensions(whole);
-  require_no_struct_selects(whole);
+  require_plain_selects(whole);
   write_whole(folder.file("bounded.il"), with_bounds(whole));
   write_whole(folder.file("words.v"), kBoundsModule);
   std::string quotients;

@@ -139,6 +139,22 @@ TEST_F(Hls, AnIndexBeyondOneOfSeveralDimensionsIsRefused) {
   EXPECT_NE(prove().status, 2) << prove().output;
 }
 
+// Yosys wrote nothing of a slice that ends below bit 0, and took a signed index without its sign.
+TEST_F(HlsArrays, WhatYosysReadsOtherwiseIsRefused) {
+  const std::string any = "in->a_i";
+  expect(2, "always_comb begin y_o = a_i; y_o[b_i[1:0] -: 2] = 2'd3; end", any);
+  expect(2,
+         "logic [3:0] m [0:7];\nlogic signed [1:0] i;\nassign i = a_i[1:0], y_o = m[i];\n"
+         "initial begin m[0] = 3; m[1] = 9; m[2] = 12; m[3] = 6; m[4] = 1; m[5] = 2; m[6] = 7; m[7] = 8; end",
+         any);
+  expect(2, "logic [3:0] m [-1:2];\nassign y_o = m[a_i[1:0]];\ninitial begin m[0] = 3; m[1] = 9; end", any);
+  expect(0,
+         "logic [3:0] v;\nalways_comb begin v = a_i; for (int i = 0; i < 2; i++) v[2 * i + 1 -: 2] = "
+         "b_i[1:0]; end\n"
+         "assign y_o = v;",
+         "in->b_i % 4 * 5");
+}
+
 TEST_F(Hls, AListWithoutFilesIsRefused) {
   fs::copy(kExample + ".cpp", at("block.cpp"));
   write("list.f", "// nothing\n\n");

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hls/rtl/struct_selects.hpp"
+#include "hls/rtl/selects.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdlib>
 #include <map>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <string_view>
 
@@ -35,7 +37,7 @@ class Sources {
   std::map<std::string, std::string> texts_;
 };
 
-[[noreturn]] void refuse(const std::string& place, const std::string& of) {
+[[noreturn]] void refuse_member(const std::string& place, const std::string& of) {
   throw UserError(fmt::format(
       "{}: found a bit of a struct's member chosen by an index, {}, expected the member in a net of its own "
       "and a bit of that: Yosys would take a bit of the next member for an index beyond",
@@ -55,21 +57,72 @@ std::regex member_with_index(const std::string& name) {
   return std::regex("\\b" + name + "(\\s*\\[[^\\]]*\\])?(\\s*\\.\\s*\\w+)+\\s*\\[\\s*[^0-9\\s][^\\]]*\\]");
 }
 
+// A write to bits that an index chooses.
+void check_write(const std::string& place, const std::string& text) {
+  static const std::regex kMember = member_with_index("\\w+"),
+                          kDownwards("\\w+\\s*\\[[^;=]*-:[^;=]*\\]\\s*<?=[^=]");
+  std::smatch found;
+  if (std::regex_search(text, found, kMember)) refuse_member(place, found.str());
+  if (std::regex_search(text, found, kDownwards))
+    throw UserError(fmt::format(
+        "{}: found a slice written downwards from an index, {}, expected +: or single bits: Yosys "
+        "would write nothing of one that ends below bit 0",
+        place, found.str()));
+}
+
+// Names that RTLIL has, without the instances before them.
+struct Names {
+  std::set<std::string> arrays, short_signed, files;
+};
+
+Names names_of(const std::string& rtl) {
+  static const std::regex kArray("  memory .*[\\\\.](\\w+)$"), kOfFlops("\\$mem2reg_\\w+\\$\\\\(\\w+)\\$"),
+      kSigned("  wire (width (\\d+) )?.*signed .*[\\\\.](\\w+)$"), kFile("attribute .src \"([^:\"|]+):[1-9]");
+  Names names;
+  std::istringstream lines(rtl);
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch found;
+    if (line.starts_with("  memory ") && std::regex_search(line, found, kArray))
+      names.arrays.insert(found[1]);
+    if (line.starts_with("  wire ") && std::regex_search(line, found, kOfFlops))
+      names.arrays.insert(found[1]);
+    if (line.starts_with("  wire ") && line.find(" signed ") != std::string::npos &&
+        std::regex_search(line, found, kSigned) && found[2].str() != "32")
+      names.short_signed.insert(found[3]);
+    if (line.find("attribute \\src") != std::string::npos && std::regex_search(line, found, kFile))
+      names.files.insert(found[1]);
+  }
+  return names;
+}
+
+void check_signed_indices(const std::string& rtl, Sources& sources) {
+  const Names names = names_of(rtl);
+  if (names.arrays.empty() || names.short_signed.empty()) return;
+  const std::regex index(fmt::format("\\b({})\\s*\\[\\s*({})\\b[^\\]]*\\]", fmt::join(names.arrays, "|"),
+                                     fmt::join(names.short_signed, "|")));
+  for (const std::string& file : names.files) {
+    std::smatch found;
+    if (std::regex_search(sources.of(file), found, index))
+      throw UserError(fmt::format(
+          "{}: found a signed index of a memory, {}, expected one without a sign: Yosys would take "
+          "another word for one below 0",
+          file, found.str()));
+  }
+}
+
 }  // namespace
 
-void require_no_struct_selects(const std::string& rtl) {
-  static const std::regex kAnyMember = member_with_index("\\w+");
+void require_plain_selects(const std::string& rtl) {
   Sources sources;
+  check_signed_indices(rtl, sources);
   std::istringstream lines(rtl);
   for (std::string line; std::getline(lines, line);) {
     // a write: its line is known
     if (line.starts_with("  wire ") && line.find("$bitselwrite$mask$") != std::string::npos) {
       const std::string place = place_behind(line, "$bitselwrite$mask$");
       const std::size_t colon = place.rfind(':');
-      std::smatch found;
-      const std::string text =
-          sources.line(place.substr(0, colon), std::strtoul(place.c_str() + colon + 1, nullptr, 10));
-      if (std::regex_search(text, found, kAnyMember)) refuse(place, found.str());
+      check_write(place,
+                  sources.line(place.substr(0, colon), std::strtoul(place.c_str() + colon + 1, nullptr, 10)));
     }
     // a read: of which net is known, but no line
     if (!line.starts_with("  cell $shiftx ")) continue;
@@ -85,7 +138,7 @@ void require_no_struct_selects(const std::string& rtl) {
     const std::string file = place.substr(0, place.size() - 2);
     std::smatch found;
     if (is_whole && std::regex_search(sources.of(file), found, member_with_index(net)))
-      refuse(file, found.str());
+      refuse_member(file, found.str());
   }
 }
 
