@@ -341,13 +341,7 @@ TEST_F(Hls, ALocalThatIsReadBeforeItIsWrittenIsABrokenPromise) {
        "^ open());",
        "block.cpp:11: inner is read before it is written"},
   };
-  for (const auto& [body, message] : bodies) {
-    write_block(body);
-    ASSERT_EQ(translate().status, 0) << body << translate().output;
-    const Ran ran = prove("--block promises");
-    EXPECT_EQ(ran.status, 1) << body << "\n" << ran.output;
-    EXPECT_THAT(ran.output, HasSubstr(message)) << body;
-  }
+  for (const auto& [body, message] : bodies) expect_broken_promise(body, message);
   for (const char* kept :
        {"  std::uint8_t v;\n  const bool set = in->x_i & 1;\n  if (set) v = 3;\n  if (set) s->a_q = v;",
         "  std::uint8_t v;\n  for (int i = 0; i < 4; ++i) v = s->b_q[i];\n  s->a_q = v;",

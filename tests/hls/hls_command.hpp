@@ -82,6 +82,13 @@ extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(Outputs, y_o, 
 }
 )");
   }
+  void expect_broken_promise(const std::string& body, const std::string& message) const {
+    write_block(body);
+    ASSERT_EQ(translate().status, 0) << body << translate().output;
+    const Ran ran = prove("--block promises");
+    EXPECT_EQ(ran.status, 1) << body << "\n" << ran.output;
+    EXPECT_THAT(ran.output, ::testing::HasSubstr(message)) << body;
+  }
   void expect_refused(const std::string& body, const std::string& message) const {
     write_block(body);
     expect_refusal(message);

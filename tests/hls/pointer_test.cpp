@@ -54,13 +54,7 @@ TEST_F(Hls, MemoryThatAPointerMayNotReachIsABrokenPromise) {
        "      case 0: held = in->x_i; break;\n      case 1: r = held; break;\n    }\n  }\n  s->a_q = r;",
        "held is read before it is written"},
   };
-  for (const auto& [body, message] : bodies) {
-    write_block(body);
-    ASSERT_EQ(translate().status, 0) << body << translate().output;
-    const Ran ran = prove("--block promises");
-    EXPECT_EQ(ran.status, 1) << body << "\n" << ran.output;
-    EXPECT_THAT(ran.output, HasSubstr(message)) << body;
-  }
+  for (const auto& [body, message] : bodies) expect_broken_promise(body, message);
 }
 
 // Their number of rounds depends on flops and pins, and has a bound.
