@@ -2,28 +2,13 @@
 #include "hls/subprocess.hpp"
 
 #include <fmt/format.h>
-#include <llvm/ADT/SmallString.h>
-#include <llvm/Support/FileSystem.h>
 #include <llvm/Support/Program.h>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/temporary_folder.hpp"
 
 namespace meltstage::hls {
-
-TemporaryFolder::TemporaryFolder() {
-  llvm::SmallString<128> path;
-  if (llvm::sys::fs::createUniqueDirectory("meltstage-hls", path))
-    throw UserError(
-        "a temporary folder can't be made, expected room in the folder of temporary files; name another by "
-        "TMPDIR");
-  path_ = path.str().str();
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;  // nothing depends on it
-  std::filesystem::remove_all(path_, ignored);
-}
 
 Finished run_tool(const std::string& program, const std::string& package,
                   const std::vector<std::string>& arguments) {
@@ -32,12 +17,16 @@ Finished run_tool(const std::string& program, const std::string& package,
     throw UserError(fmt::format("{}: found no such program, expected it installed: apt-get install {}",
                                 program, package));
   const TemporaryFolder folder;
-  const std::string said = folder.file("said").string();
-  std::vector<llvm::StringRef> words = {program};
+  const std::string said = (folder.path() / "said").string();
+  // It ends when this program does, however that ends.
+  const auto guard = llvm::sys::findProgramByName("setpriv");
+  if (!guard)
+    throw UserError("setpriv: found no such program, expected it installed: apt-get install util-linux");
+  std::vector<llvm::StringRef> words = {"setpriv", "--pdeathsig", "KILL", *found};
   words.insert(words.end(), arguments.begin(), arguments.end());
   const llvm::Optional<llvm::StringRef> streams[] = {llvm::StringRef(""), llvm::StringRef(said),
                                                      llvm::StringRef(said)};
-  const int status = llvm::sys::ExecuteAndWait(*found, words, llvm::None, streams);
+  const int status = llvm::sys::ExecuteAndWait(*guard, words, llvm::None, streams);
   return {status, read_file(said, "what a tool said")};
 }
 

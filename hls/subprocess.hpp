@@ -1,26 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tools that run as processes of their own, and the files between.
+// Tools that run as processes of their own.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 namespace meltstage::hls {
-
-/// A folder for files of one run; gone with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  std::filesystem::path file(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// What a finished process has said, both streams together.
 struct Finished {

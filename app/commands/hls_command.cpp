@@ -260,7 +260,8 @@ int prove(const Options& o) {
   std::vector<hls::Answer> answers = hls::prove(problem, chosen, o.limits, progress);
   Examples examples(model, rtl, tied, o);
   std::vector<hls::Counterexample> shown;
-  for (std::size_t i = 0; i < chosen.size() && shown.size() < o.examples; ++i) {
+  // One is worked out even where none is shown: with products cut at names a difference may be none.
+  for (std::size_t i = 0; i < chosen.size() && shown.size() < std::max<std::size_t>(1, o.examples); ++i) {
     if (answers[i].verdict != hls::Verdict::kBroken) continue;
     auto example = examples.of(problem, chosen[i], answers[i]);
     const bool told =
@@ -273,6 +274,7 @@ int prove(const Options& o) {
   for (const std::string& note : notes) fmt::print("{}\n", note);
   for (const hls::Invariant& invariant : model.invariants) fmt::print("invariant: {}\n", invariant.name);
   const Verdicts verdicts = print_open(problem, chosen, answers, o.examples);
+  shown.resize(std::min(shown.size(), o.examples));
   for (const hls::Counterexample& example : shown) fmt::print("{}", hls::to_text(example, {"C++", "RTL"}));
   fmt::print("{}: {} of {} bits equal {}{}{}; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
              verdicts.word(), chosen.size() - verdicts.broken - verdicts.open, chosen.size(),

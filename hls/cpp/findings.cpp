@@ -13,6 +13,8 @@ namespace meltstage::hls {
 Place place_of(const llvm::Instruction& instruction) {
   const llvm::DILocation* at = instruction.getDebugLoc().get();
   if (at == nullptr) return {};
+  // A fault in the library is told where the person's own file called it.
+  while (at->getInlinedAt() != nullptr && at->getFilename().startswith("/usr/")) at = at->getInlinedAt();
   return {at->getFilename().str(), at->getLine()};
 }
 

@@ -13,6 +13,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "base/temporary_folder.hpp"
 #include "hls/subprocess.hpp"
 
 namespace meltstage::hls {
@@ -77,15 +78,15 @@ void find_by_simulation(const Work& work, std::uint64_t seed, std::vector<Answer
 
 Work sweep(const Work& work, unsigned conflicts) {
   const TemporaryFolder folder;
-  write_aiger(folder.file("before.aig"), work.aig, work.wrong);
+  write_aiger(folder.path() / "before.aig", work.aig, work.wrong);
   const Finished abc =
       run_tool("berkeley-abc", "berkeley-abc",
-               {"-q", fmt::format("&r {}; &fraig -x -C {}; &w {}", folder.file("before.aig").string(),
-                                  conflicts, folder.file("after.aig").string())});
-  if (abc.status != 0 || !std::filesystem::exists(folder.file("after.aig")))
+               {"-q", fmt::format("&r {}; &fraig -x -C {}; &w {}", (folder.path() / "before.aig").string(),
+                                  conflicts, (folder.path() / "after.aig").string())});
+  if (abc.status != 0 || !std::filesystem::exists(folder.path() / "after.aig"))
     throw UserError(fmt::format("berkeley-abc: found it failing ({}), expected it to sweep the circuit",
                                 line_with(abc.output, "rror")));
-  const AigerFile file = read_aiger(folder.file("after.aig"));
+  const AigerFile file = read_aiger(folder.path() / "after.aig");
   if (file.inputs.size() != work.aig.inputs().size() || file.outputs.size() != work.wrong.size())
     throw UserError("berkeley-abc: found other inputs and outputs in its result than in what it was given");
   Work result;

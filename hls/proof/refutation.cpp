@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hls/proof/refutation.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <random>
@@ -105,6 +107,26 @@ Refutation refute(const Circuit& model, const Problem& proved, const Problem& ch
   const bool holds = std::all_of(answers.begin(), answers.end(),
                                  [](const Answer& answer) { return answer.verdict == Verdict::kHolds; });
   return {holds ? Verdict::kHolds : Verdict::kOpen, std::nullopt};
+}
+
+Problem with_pin(const Problem& problem, const std::string& name, unsigned bits, std::uint64_t value) {
+  std::unordered_map<Literal, bool> known;
+  for (unsigned i = 0; i < bits; ++i)
+    known[problem.pins.at(bits == 1 ? name : fmt::format("{}[{}]", name, i))] = (value >> i & 1) != 0;
+  Problem result;
+  std::vector<Literal> inputs;
+  for (const Literal input : problem.aig.inputs()) {
+    const Literal fresh = result.aig.input();
+    inputs.push_back(known.contains(input) ? result.aig.constant(known.at(input)) : fresh);
+  }
+  const Import gates(problem.aig, result.aig, inputs);
+  for (const auto& [bit, literal] : problem.state) result.state[bit] = gates.of(literal);
+  for (const auto& [bit, literal] : problem.pins) result.pins[bit] = gates.of(literal);
+  result.reachable = gates.of(problem.reachable);
+  for (const Obligation& asked : problem.obligations)
+    result.obligations.push_back({asked.kind, asked.name, asked.block, gates.of(asked.wrong),
+                                  gates.of(asked.of_model), gates.of(asked.of_rtl)});
+  return result;
 }
 
 MutantCounts refute_mutants(const Circuit& model, Rtl rtl, const TiedPins& tied, unsigned count,

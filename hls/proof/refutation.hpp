@@ -21,6 +21,9 @@ struct Refutation {
 /// Both problems have their products in gates, and `proved` holds. An example is one of `changed` itself.
 Refutation refute(const Circuit& model, const Problem& proved, const Problem& changed);
 
+/// The problem in which a pin has one value. Of a pin of several bits each is NAME[BIT].
+Problem with_pin(const Problem& problem, const std::string& name, unsigned bits, std::uint64_t value);
+
 struct MutantCounts {
   unsigned refuted = 0;
   unsigned equal = 0;  // shown to change nothing

@@ -4,14 +4,17 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <regex>
 #include <sstream>
 #include <string_view>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/temporary_folder.hpp"
 #include "hls/rtl/array_indices.hpp"
 #include "hls/rtl/memory_words.hpp"
+#include "hls/rtl/other_readings.hpp"
 #include "hls/rtl/selects.hpp"
 #include "hls/subprocess.hpp"
 
@@ -121,13 +124,14 @@ std::string files_of(const RtlSources& sources) {
 // Reads arrays as they are written, of which script() makes flops where a reset sets them.
 std::string script_of_arrays(const RtlSources& sources, const TemporaryFolder& folder) {
   return fmt::format("read_verilog -sv -DSYNTHESIS -nomem2reg{}\nhierarchy -top {}\nwrite_rtlil {}\n",
-                     files_of(sources), sources.top, quoted(folder.file("arrays.il")));
+                     files_of(sources), sources.top, quoted(folder.path() / "arrays.il"));
 }
 
 // What is written, without processes and instances.
 std::string script_of_rtl(const RtlSources& sources, const TemporaryFolder& folder) {
   return fmt::format(R"(read_verilog -sv -DSYNTHESIS{files}
 hierarchy -check -top {top}
+write_rtlil {modules}
 proc
 chformal -remove
 select -assert-none t:$anyconst t:$anyseq t:$allconst t:$allseq
@@ -138,8 +142,9 @@ memory_map
 write_json {netlist}
 )",
                      fmt::arg("files", files_of(sources)), fmt::arg("top", sources.top),
-                     fmt::arg("rtl", quoted(folder.file("rtl.il"))),
-                     fmt::arg("netlist", quoted(folder.file("netlist.json"))));
+                     fmt::arg("modules", quoted(folder.path() / "modules.il")),
+                     fmt::arg("rtl", quoted(folder.path() / "rtl.il")),
+                     fmt::arg("netlist", quoted(folder.path() / "netlist.json")));
 }
 
 std::string script_of_gates(const std::string& top, const TemporaryFolder& folder) {
@@ -176,12 +181,14 @@ opt_clean -purge
 aigmap
 write_aiger -symbols {gates}
 )",
-      fmt::arg("cuts", quoted(folder.file("cuts.v"))), fmt::arg("words", quoted(folder.file("words.v"))),
-      fmt::arg("bounded", quoted(folder.file("bounded.il"))), fmt::arg("top", top),
-      fmt::arg("quotients", quoted(folder.file("quotients.v"))),
-      fmt::arg("products", quoted(folder.file("products.v"))),
-      fmt::arg("flops", quoted(folder.file("flops.v"))), fmt::arg("open", quoted(folder.file("open.v"))),
-      fmt::arg("gates", quoted(folder.file("gates.aig"))));
+      fmt::arg("cuts", quoted(folder.path() / "cuts.v")),
+      fmt::arg("words", quoted(folder.path() / "words.v")),
+      fmt::arg("bounded", quoted(folder.path() / "bounded.il")), fmt::arg("top", top),
+      fmt::arg("quotients", quoted(folder.path() / "quotients.v")),
+      fmt::arg("products", quoted(folder.path() / "products.v")),
+      fmt::arg("flops", quoted(folder.path() / "flops.v")),
+      fmt::arg("open", quoted(folder.path() / "open.v")),
+      fmt::arg("gates", quoted(folder.path() / "gates.aig")));
 }
 
 constexpr std::string_view kOpenValue = "hls_open";
@@ -373,25 +380,38 @@ RtlSources read_file_list(const std::filesystem::path& list, const std::string& 
 
 namespace {
 
-void run_yosys(const std::string& script, const std::filesystem::path& file) {
+// Where Yosys was when it gave up: the last place that it has named.
+std::string last_place(const std::string& output) {
+  static const std::regex kPlace("[^\\s`'\"$]+\\.\\w+:\\d+");
+  std::string place;
+  for (std::sregex_iterator at(output.begin(), output.end(), kPlace), end; at != end; ++at) place = at->str();
+  return place.empty() ? "RTL" : place;
+}
+
+// What Yosys has said, warnings alone.
+std::string run_yosys(const std::string& script, const std::filesystem::path& file) {
   write_whole(file, script);
   const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", file.string()});
-  if (yosys.status != 0)
-    throw UserError(fmt::format("RTL: Yosys refuses it: {}", line_with(yosys.output, "ERROR")));
+  if (yosys.status == 0) return yosys.output;
+  const std::string error = line_with(yosys.output, "ERROR");
+  const bool placed = std::regex_search(error, std::regex("\\.\\w+:\\d+"));
+  throw UserError(fmt::format(
+      "{}: Yosys refuses it: {}",
+      placed ? "RTL" : last_place(run_tool("yosys", "yosys", {"-s", file.string()}).output), error));
 }
 
 // Refuses indices that are wider than their array. Tells where Yosys does not show them: it can't read an
 // array that is used as a whole as one.
 std::string look_at_arrays(const RtlSources& sources, const TemporaryFolder& folder) {
-  const std::string netlist = read_file(folder.file("netlist.json"), "what Yosys read");
+  const std::string netlist = read_file(folder.path() / "netlist.json", "what Yosys read");
   if (!has_arrays_of_flops(netlist)) return "";
-  write_whole(folder.file("arrays.ys"), script_of_arrays(sources, folder));
-  const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", folder.file("arrays.ys").string()});
+  write_whole(folder.path() / "arrays.ys", script_of_arrays(sources, folder));
+  const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", (folder.path() / "arrays.ys").string()});
   if (yosys.status != 0)
     return "RTL: indices of arrays that a reset sets were not looked at: of one that is wider than its array "
            "the lowest "
            "bits count";
-  require_narrow_indices(netlist, read_file(folder.file("arrays.il"), "what Yosys read"));
+  require_narrow_indices(netlist, read_file(folder.path() / "arrays.il", "what Yosys read"));
   return "";
 }
 
@@ -399,25 +419,26 @@ std::string look_at_arrays(const RtlSources& sources, const TemporaryFolder& fol
 
 Rtl read_rtl(const RtlSources& sources) {
   const TemporaryFolder folder;
-  run_yosys(script_of_rtl(sources, folder), folder.file("rtl.ys"));
+  const std::string said = run_yosys(script_of_rtl(sources, folder), folder.path() / "rtl.ys");
+  require_plain_readings(said, read_file(folder.path() / "modules.il", "what Yosys read"));
   // What is wrong in it is told by what was read, before Yosys stumbles over it.
   Rtl rtl;
-  rtl.netlist = read_netlist(folder.file("netlist.json"), sources.top);
+  rtl.netlist = read_netlist(folder.path() / "netlist.json", sources.top);
   rtl.array_note = look_at_arrays(sources, folder);
-  const std::string whole = read_file(folder.file("rtl.il"), "what Yosys read");
+  const std::string whole = read_file(folder.path() / "rtl.il", "what Yosys read");
   require_narrow_dimensions(whole);
   require_plain_selects(whole);
-  write_whole(folder.file("bounded.il"), with_bounds(whole));
-  write_whole(folder.file("words.v"), kBoundsModule);
+  write_whole(folder.path() / "bounded.il", with_bounds(whole));
+  write_whole(folder.path() / "words.v", kBoundsModule);
   std::string quotients;
   for (const char* cell : {"div", "mod", "divfloor", "modfloor"}) quotients += quotient_by_zero(cell);
-  write_whole(folder.file("quotients.v"), quotients);
-  write_whole(folder.file("cuts.v"), kCuts);
-  write_whole(folder.file("flops.v"), kFlops);
-  write_whole(folder.file("products.v"), kProducts);
-  write_whole(folder.file("open.v"), kOpen);
-  run_yosys(script_of_gates(sources.top, folder), folder.file("gates.ys"));
-  return Sorter(read_aiger(folder.file("gates.aig")), std::move(rtl)).run();
+  write_whole(folder.path() / "quotients.v", quotients);
+  write_whole(folder.path() / "cuts.v", kCuts);
+  write_whole(folder.path() / "flops.v", kFlops);
+  write_whole(folder.path() / "products.v", kProducts);
+  write_whole(folder.path() / "open.v", kOpen);
+  run_yosys(script_of_gates(sources.top, folder), folder.path() / "gates.ys");
+  return Sorter(read_aiger(folder.path() / "gates.aig"), std::move(rtl)).run();
 }
 
 }  // namespace meltstage::hls

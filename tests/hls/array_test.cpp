@@ -18,7 +18,7 @@ class HlsArrays : public Hls {
           "  output logic [3:0] y_o);\nlogic spare_q;\n"
           "always_ff @(posedge clk_i or negedge rst_ni) if (!rst_ni) spare_q <= 0; else spare_q <= "
           "~spare_q;\n" +
-              rtl + "\nendmodule\n");
+              rtl + "\nendmodule\n" + below_);
     write("block.cpp", R"(#include <cstdint>
 #include "hls/interface.hpp"
 struct State { std::uint8_t spare_q; };
@@ -38,7 +38,16 @@ extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(Outputs, y_o, 
 )");
     const Ran ran = prove();
     EXPECT_EQ(ran.status, status) << rtl << "\n" << result << "\n" << ran.output;
+    said_ = ran.output;
   }
+  // `rtl` begins in line 5.
+  void expect_refused(const std::string& rtl, const std::string& said) {
+    expect(2, rtl, "in->a_i");
+    EXPECT_THAT(said_, HasSubstr(said)) << rtl;
+  }
+
+  std::string below_;  // another module
+  std::string said_;
 };
 
 TEST_F(HlsArrays, AWordBeyondATableIsAnyValue) {
@@ -153,6 +162,33 @@ TEST_F(HlsArrays, WhatYosysReadsOtherwiseIsRefused) {
          "b_i[1:0]; end\n"
          "assign y_o = v;",
          "in->b_i % 4 * 5");
+}
+
+// Yosys took the first for a continuous assignment, worked out the second in the operands' bits, and made a
+// net of the third; simulators do otherwise.
+TEST_F(HlsArrays, SlipsThatYosysTakesAreRefused) {
+  expect_refused("logic [3:0] n = a_i & b_i;\nassign y_o = n;",
+                 "block.sv:5: found an initial value of n that is no constant");
+  expect_refused("logic [3:0] n;\ninitial n = a_i;\nassign y_o = n;",
+                 "block.sv: found an initial value of n");
+  expect_refused("assign y_o = a_i & nosuch;", "block.sv:5: found nosuch without a declaration");
+  expect(0, "wire [3:0] n = a_i & b_i;\nassign y_o = n;", "in->a_i & in->b_i");
+  expect(0,
+         "logic [3:0] n;\nalways @* begin n = a_i; for (int i = 0; i < 2; i++) n[i] = b_i[i]; end\nassign "
+         "y_o = n;",
+         "(in->a_i & 12) | (in->b_i & 3)");
+  expect(0, "logic [3:0] n = 4'd5;\nassign y_o = n;", "5");
+}
+
+TEST_F(HlsArrays, AnExpressionAtAWiderPortIsRefused) {
+  const auto block = [](const std::string& x) { return "wider u (.x(" + x + "), .y(y_o));"; };
+  below_ =
+      "module wider (input logic [7:0] x, output logic [3:0] y); assign y = x[7:4] ^ x[3:0]; endmodule\n";
+  expect_refused(block("a_i + b_i"), "block.sv:5: found an expression at port x of u, 4 of 8 bits");
+  expect_refused(block("~a_i"), "found an expression at port x of u");
+  expect(0, block("a_i"), "in->a_i");
+  expect(0, block("{a_i, b_i}"), "in->a_i ^ in->b_i");
+  expect(0, block("{b_i[1:0], 2'd2}"), "(in->b_i & 3) * 4 + 2");
 }
 
 TEST_F(Hls, AListWithoutFilesIsRefused) {

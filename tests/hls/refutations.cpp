@@ -10,7 +10,6 @@
 // a changed model is built as a library. Exit status: 0 all refuted, 1 not, 2 wrong use.
 #include <dlfcn.h>
 #include <fmt/format.h>
-#include <llvm/IR/LLVMContext.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -22,19 +21,16 @@
 #include "Vbugs__Syms.h"
 #include "Vbugs___024root.h"
 #include "base/error.hpp"
-#include "hls/cpp/compile.hpp"
-#include "hls/cpp/translate.hpp"
+#include "chip_question.hpp"
 #include "hls/proof/counterexample.hpp"
-#include "hls/proof/equivalence.hpp"
 #include "hls/proof/refutation.hpp"
-#include "hls/rtl/rtl.hpp"
-#include "hls/subprocess.hpp"
 #include "tb/lockstep/verilated_top.hpp"
 
 namespace meltstage {
 namespace {
 
 namespace fs = std::filesystem;
+using tests::kChoice, tests::kChoiceBits, tests::model_in, tests::question, tests::variants_in;
 namespace spec = chip::spec;  // the flop lists are written inside meltstage::chip
 
 struct Change {
@@ -57,46 +53,10 @@ std::vector<Change> read_changes(const fs::path& path) {
   return changes;
 }
 
-std::string text_of(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
+std::string text_of(const fs::path& path) { return read_file(path, "a text"); }
 
-// ---- The two sides ---------------------------------------------------------------------------------------
-
-hls::Circuit model_in(const fs::path& root) {
-  hls::Sources sources;
-  for (const auto& entry : fs::directory_iterator(root / "cmodel"))
-    if (entry.path().extension() == ".cpp") sources.files.push_back(entry.path());
-  sources.files.emplace_back(root / "hls/chip/clock.cpp");
-  sources.options = {"-I" + root.string()};
-  llvm::LLVMContext context;
-  return hls::translate(*hls::compile(sources, hls::Undefined::kIsLeft, context));
-}
-
-// The RTL of `folder` with one of its bugs, or with none (0). Yosys follows no name upward through the
-// hierarchy, so the number is written where modules read it.
-hls::Rtl rtl_with(const fs::path& folder, unsigned bug) {
-  const std::string name = "tc_top.bug_i", number = fmt::format("16'd{}", bug);
-  const hls::TemporaryFolder copy;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    std::string text = text_of(entry.path());
-    for (std::size_t at = 0; (at = text.find(name, at)) != std::string::npos;)
-      text.replace(at, name.size(), number);
-    std::ofstream(copy.file(entry.path().filename().string())) << text;
-  }
-  hls::RtlSources sources = hls::read_file_list(MELTSTAGE_SOURCE_DIR "/rtl/tc.f", "tc_top");
-  for (fs::path& file : sources.files) file = copy.file(file.filename().string());
-  sources.include_folders = {copy.file("")};
-  return hls::read_rtl(sources);
-}
-
-const hls::TiedPins kTied = {{"scan_en_i", false}};
-
-hls::Problem question(const hls::Circuit& model, const hls::Rtl& rtl) {
-  return hls::make_problem(model, rtl, hls::Products::kInGates, kTied);
-}
+// Every bug is chosen by bug_i.
+std::optional<bool> chosen_by_pin(unsigned) { return std::nullopt; }
 
 // ---- One clock in lockstep -------------------------------------------------------------------------------
 
@@ -230,11 +190,12 @@ class Tally {
 
 int refute_rtl(const fs::path& folder, const fs::path& list, std::size_t first) {
   const hls::Circuit model = model_in(MELTSTAGE_SOURCE_DIR);
-  const hls::Problem proved = question(model, rtl_with(folder, 0));
+  const hls::Problem all = question(model, variants_in(folder, chosen_by_pin));
+  const hls::Problem proved = hls::with_pin(all, kChoice, kChoiceBits, 0);
   const std::vector<Change> changes = read_changes(list);
   Tally tally;
   for (unsigned i = 0; i < std::min(first, changes.size()); ++i) {
-    const auto example = hls::refute(model, proved, question(model, rtl_with(folder, i + 1))).example;
+    const auto example = hls::refute(model, proved, hls::with_pin(all, kChoice, kChoiceBits, i + 1)).example;
     const bool runs = example && differ_in_one_clock(*example, i + 1, GoodModel{}) &&
                       !differ_in_one_clock(*example, 0, GoodModel{});
     tally.add(fmt::format("{}: {}", changes[i].file, changes[i].what), runs, example,
@@ -244,7 +205,7 @@ int refute_rtl(const fs::path& folder, const fs::path& list, std::size_t first) 
 }
 
 int refute_model(const fs::path& folder, const fs::path& list, std::size_t first) {
-  const hls::Rtl rtl = rtl_with(folder, 0);
+  const hls::Rtl rtl = variants_in(folder, [](unsigned) { return false; });
   const hls::Problem proved = question(model_in(MELTSTAGE_SOURCE_DIR), rtl);
   const std::vector<Change> changes = read_changes(list);
   const fs::path copy = fs::temp_directory_path() / fmt::format("meltstage_hls_model.{}", getpid());
