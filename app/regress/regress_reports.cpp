@@ -159,6 +159,35 @@ std::string holes_html(const RegressReport& report) {
   return text + "</ul></details>\n";
 }
 
+// Flop bits that switch both ways, of all blocks.
+tb::FlopToggles::Block all_blocks(const tb::FlopToggles& toggles) {
+  tb::FlopToggles::Block sum{"all", 0, 0};
+  for (const auto& block : toggles.blocks()) {
+    sum.bits += block.bits;
+    sum.switched += block.switched;
+  }
+  return sum;
+}
+
+double percent(const tb::FlopToggles::Block& block) { return 100.0 * block.switched / block.bits; }
+
+std::string toggles_html(const tb::FlopToggles& toggles) {
+  std::string text =
+      "<h2>Flop bits that rise and fall</h2>\n<p class=\"about\">By themselves: neither in a reset nor when "
+      "a test "
+      "sets a flop.</p>\n<table><tr><th>block</th><th>bits</th><th>both ways</th><th>%</th></tr>\n";
+  std::vector<tb::FlopToggles::Block> rows = toggles.blocks();
+  rows.push_back(all_blocks(toggles));
+  for (const auto& row : rows)
+    text += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.1f}</td></tr>\n", row.name, row.bits,
+                        row.switched, percent(row));
+  const std::vector<std::string> still = toggles.still();
+  text += fmt::format("</table>\n<details><summary>{} bits do not</summary>\n<ul class=\"columns\">\n",
+                      still.size());
+  for (const std::string& bit : still) text += "<li>" + escaped(bit) + "</li>\n";
+  return text + "</ul></details>\n";
+}
+
 Json to_json(const HistoryLine& line) {
   return {{"date", line.date}, {"suite", line.suite},   {"passed", line.passed}, {"runs", line.runs},
           {"bad", line.bad},   {"clocks", line.clocks}, {"holes", line.holes},   {"run_s", line.run_s}};
@@ -219,6 +248,9 @@ std::string summary_json(const RegressReport& report) {
                      {"wall_s", report.wall_s},
                      {"workers", report.workers},
                      {"not_covered", v.holes},
+                     {"flop_bits", all_blocks(v.toggles).bits},
+                     {"flop_bits_both_ways", all_blocks(v.toggles).switched},
+                     {"flop_bits_still", v.toggles.still()},
                      {"faults", v.faults},
                      {"notes", report.notes},
                      {"runs", runs}};
@@ -250,6 +282,7 @@ std::string regress_page(const RegressReport& report, const std::vector<HistoryL
                       v.compared.frames, v.compared.samples);
   if (v.failed + v.missing > 0) text += "<h2>Runs that are not good</h2>\n" + failures_html(report);
   text += holes_html(report);
+  text += toggles_html(v.toggles);
   text += "<h2>Earlier runs of this suite</h2>\n" + trend(history);
   text +=
       "<h2>Slowest runs</h2>\n<table><tr><th>run</th><th>seconds</th><th>clocks</th><th>machine</th></tr>\n";
@@ -280,6 +313,8 @@ std::string regress_text(const RegressReport& report, const std::filesystem::pat
   for (const auto& result : v.results)
     if (result && !result->good && shown++ < kShownFaults)
       text += "repeat: " + tb::repeat_command(result->run) + "\n";
+  text += fmt::format("{:.1f} % of {} flop bits rise and fall by themselves\n",
+                      percent(all_blocks(v.toggles)), all_blocks(v.toggles).bits);
   text += fmt::format(
       "{}: {} of {} runs good, {} clocks, {} flop values compared, {} points not covered{}; {:.1f} s, "
       "{}{}\npage: {}\n",

@@ -126,6 +126,7 @@ Bench::Bench(std::unique_ptr<Device> device, const std::string& sensor, std::uin
                                        .conversion_s = kConversionS})),
       seed_(seed),
       out_(device_->model().outputs({})) {
+  coverage_.toggles.resume(model());
   tune();
 }
 
@@ -263,6 +264,7 @@ void Bench::poke(const std::function<void(chip::Chip&)>& change) {
   chip::Chip state = model();
   change(state);
   device_->restart(state, in_);
+  coverage_.toggles.resume(state);
 }
 
 void Bench::next_tick() {

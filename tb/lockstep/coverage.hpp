@@ -10,6 +10,7 @@
 
 #include "cmodel/chip.hpp"
 #include "cmodel/spec.hpp"
+#include "tb/lockstep/toggles.hpp"
 
 namespace meltstage::tb {
 
@@ -30,6 +31,7 @@ struct Coverage {
   std::array<std::uint64_t, spec::kSensorPresets.size()> sensors{};  // accepted samples by SENS_TYPE
   std::array<bool, kMostPoints> points{};
   std::uint64_t crc_errors = 0;
+  FlopToggles toggles;  // but for what a reset does
 
   // Looks at the model after a clock.
   void observe(const chip::Chip& now, const chip::Inputs& in, const chip::Outputs& out);

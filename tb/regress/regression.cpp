@@ -74,6 +74,8 @@ void for_counts(AnyCoverage& coverage, const Visit& visit) {
   visit("exceptions", coverage.exceptions);
   visit("sensors", coverage.sensors);
   visit("points", coverage.points);
+  visit("rose", coverage.toggles.rose);
+  visit("fell", coverage.toggles.fell);
 }
 
 // {"states": [[3, 17], ...], ...}: index and count of what is not 0.
@@ -234,6 +236,7 @@ RegressVerdict join_runs(const fs::path& folder, const RegressPlan& plan) {
     verdict.faults.push_back(fmt::format("{}: {}", name, first_line(result->report)));
   }
   verdict.holes = coverage.holes();
+  verdict.toggles = coverage.toggles;
   if (plan.suite.coverage_closed)
     for (const std::string& hole : verdict.holes) verdict.faults.push_back("not covered: " + hole);
   return verdict;

@@ -37,6 +37,7 @@ struct RegressVerdict {
   std::vector<std::optional<RunResult>> results;  // by number; none: its worker was lost
   std::vector<std::string> faults;                // a line each; empty: passed
   std::vector<std::string> holes;                 // what the runs together have not met
+  FlopToggles toggles;                            // of the runs that look at coverage
   Compared compared;                              // sums
   std::size_t good = 0, failed = 0, missing = 0;
   double run_s = 0.0;  // of all runs, one after another

@@ -7,12 +7,15 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "tb/lockstep/bench.hpp"
 #include "tb/regress/failing_case.hpp"
 #include "tb/stimulus/any_skip.hpp"
 #include "tb/stimulus/any_state.hpp"
+#include "tb/stimulus/late_pins.hpp"
 #include "tb/stimulus/random_run.hpp"
 
 namespace meltstage::tb {
@@ -22,12 +25,22 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLeastEvents = 160;  // rises and falls of the chip's flops of one bit
 
-void run_random(const RegressRun& run, const fs::path& failures, RunResult& result) {
-  const RandomRun ran =
-      random_run(in_lockstep(random_start(run.seed), {run.test, run.seed, repeat_command(run)}, failures),
-                 run.seed, run.amount);
+std::unique_ptr<Device> start_of(const RegressRun& run, const fs::path& failures) {
+  return in_lockstep(random_start(run.seed), {run.test, run.seed, repeat_command(run)}, failures);
+}
+
+void run_on(std::unique_ptr<Device> device, const RegressRun& run, RunResult& result) {
+  const RandomRun ran = random_run(std::move(device), run.seed, run.amount);
   result.compared = ran.compared;
   result.coverage = ran.coverage;
+}
+
+void run_random(const RegressRun& run, const fs::path& failures, RunResult& result) {
+  run_on(start_of(run, failures), run, result);
+}
+
+void run_late_pins(const RegressRun& run, const fs::path& failures, RunResult& result) {
+  run_on(with_late_pins(start_of(run, failures), run.seed), run, result);
 }
 
 void run_any_state(const RegressRun& run, const fs::path&, RunResult& result) {
@@ -53,9 +66,11 @@ void run_skip(const RegressRun& run, const fs::path&, RunResult& result) {
   result.compared.clocks = reached.clocks;
 }
 
-constexpr std::array<RegressTest, 3> kTests = {
+constexpr std::array<RegressTest, 4> kTests = {
     {{"random", "clocks", "model and RTL in lockstep under a random host, sensor, head and upsets",
       run_random},
+     {"late_pins", "clocks",
+      "the same, each change of a pin at once or a clock later, as synchronisers see it", run_late_pins},
      {"any_state", "trials", "model and RTL in lockstep for some clocks from changed states", run_any_state},
      {"skip", "trials", "the model's closed forms of idle time against stepping, from changed states",
       run_skip}}};

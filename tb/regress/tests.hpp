@@ -37,7 +37,7 @@ struct RegressTest {
 std::span<const RegressTest> regress_tests();
 // None of this name: nullptr.
 const RegressTest* find_test(std::string_view name);
-// "random, any_state, skip".
+// "random, late_pins, ...".
 std::string test_names();
 
 // Command that repeats a run alone.

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tb/lockstep/toggles.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tb/lockstep/verilated_rtl.hpp"
+
+namespace meltstage::tb {
+namespace {
+
+using testing::Contains;
+using testing::Not;
+
+unsigned switched(const FlopToggles& toggles, const std::string& block) {
+  for (const auto& b : toggles.blocks())
+    if (b.name == block) return b.switched;
+  return 9999;
+}
+
+TEST(Toggles, ABitSwitchesBothWaysWhenItRisesAndFalls) {
+  FlopToggles toggles;
+  chip::Chip chip;
+  toggles.resume(chip);
+  chip.guard.pv_q = -1;  // with its sign
+  toggles.observe(chip);
+  EXPECT_THAT(toggles.still(), Contains("guard.pv_q[15]: never fell"));
+  chip.guard.pv_q = 0;
+  toggles.observe(chip);
+  EXPECT_THAT(toggles.still(), Not(Contains(testing::StartsWith("guard.pv_q["))));
+  EXPECT_THAT(toggles.still(), Contains("guard.run_q: never switched"));
+  EXPECT_EQ(switched(toggles, "guard"), 16u);
+}
+
+TEST(Toggles, WhatIsSetByHandDoesNotCount) {
+  FlopToggles toggles;
+  chip::Chip chip;
+  for (const bool level : {false, true, false}) {
+    chip.guard.run_q = level;
+    toggles.resume(chip);
+  }
+  EXPECT_EQ(switched(toggles, "guard"), 0u);
+}
+
+TEST(Toggles, EachFlopOfTheRtlIsThere) {
+  unsigned bits = 0;
+  for (const auto& block : FlopToggles().blocks()) bits += block.bits;
+  EXPECT_EQ(bits, make_verilated_rtl()->flop_bits());
+}
+
+TEST(Toggles, RunsAddUp) {
+  FlopToggles first, second;
+  chip::Chip low, high;
+  high.guard.run_q = true;
+  first.resume(low);
+  first.observe(high);
+  second.resume(high);
+  second.observe(low);
+  first.add(second);
+  EXPECT_EQ(switched(first, "guard"), 1u);
+}
+
+}  // namespace
+}  // namespace meltstage::tb
