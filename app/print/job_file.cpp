@@ -362,7 +362,8 @@ motion::CoordinateOptions read_coordinates(TomlSection& coordinates, JobDescript
   options.mirror_x = coordinates.flag("mirror_x", false);
   static constexpr std::array<Choice<motion::Side>, 2> kSides{
       {{"top", motion::Side::top}, {"bottom", motion::Side::bottom}}};
-  if (coordinates.has("side")) options.side = coordinates.choice("side", "top", kSides);
+  const motion::Side side = coordinates.choice("side", "top", kSides);
+  if (coordinates.has("side")) options.side = side;
   options.only = coordinates.text("only", "");
   const auto& axes = parsed.job.stage.axes;
   options.travel = {axes[0].travel, axes[1].travel, axes[2].travel};

@@ -82,6 +82,21 @@ std::size_t leading_titles(std::string_view text, std::string_view separators) {
   return 0;
 }
 
+/// Of the first line, with its end.
+std::size_t line_length(std::string_view text) {
+  const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+  return std::min(end + (text.substr(end).starts_with("\r\n") ? 2U : 1U), text.size());
+}
+
+/// A line below names that begin with '#', which begins so, too, and holds no number.
+bool is_remark(std::string_view text, std::string_view separators) {
+  if (!text.starts_with('#')) return false;
+  bool number = false;
+  for_loose_cells(text.substr(0, text.find_first_of("\r\n")), separators,
+                  [&](std::string_view cell) { number = number || begins_like_number(cell); });
+  return !number;
+}
+
 /// Tab before semicolon before comma: a decimal comma or a comma in a name must not win over a rarer sign.
 char find_separator(std::string_view text) {
   const std::string_view line = text.substr(0, text.find_first_of("\r\n", text.find_first_not_of("\r\n")));
@@ -211,12 +226,12 @@ class RowWidth {
       most_ = row.cells.size();
     }
     if (first_row_ == 0) return;
-    if (separator_ == ' ' && used < most_)
+    if (separator_ == ' ' && row.cells.size() < most_)
       fail(path_,
            fmt::format(
                "row {}: found {} cells, expected {}, as row {} has; where blanks separate, no cell can "
                "be empty: quote it",
-               row.row, used, most_, first_row_));
+               row.row, row.cells.size(), most_, first_row_));
     if (used <= most_) return;
     const std::string_view advice = separator_ == ','
                                         ? "where a comma is the decimal mark, separate the cells by ';'"
@@ -284,18 +299,30 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
   CsvParser csv(separator);
   RowWidth width(path, separator);
   DecimalCommas decimals(path, separator);
-  constexpr std::size_t kChunk = 65536;
-  while (!content.empty()) {
-    const std::string_view part = content.substr(0, kChunk);
-    if (csv_parse(&csv.parser, part.data(), part.size(), on_csv_field, on_csv_row, &rows) != part.size()) {
+  const auto parse = [&](std::string_view text) {
+    constexpr std::size_t kChunk = 65536;
+    for (; !text.empty(); text.remove_prefix(std::min(kChunk, text.size()))) {
+      const std::string_view part = text.substr(0, kChunk);
+      if (csv_parse(&csv.parser, part.data(), part.size(), on_csv_field, on_csv_row, &rows) != part.size()) {
+        hand_over(path, rows, width, decimals, handle);
+        fail(path,
+             fmt::format("row {}, column {}: found a quote inside a cell, expected it doubled or the cell "
+                         "quoted",
+                         rows.line, rows.current.cells.size() + 1));
+      }
       hand_over(path, rows, width, decimals, handle);
-      fail(path, fmt::format(
-                     "row {}, column {}: found a quote inside a cell, expected it doubled or the cell quoted",
-                     rows.line, rows.current.cells.size() + 1));
     }
-    content.remove_prefix(part.size());
-    hand_over(path, rows, width, decimals, handle);
+  };
+  if (content.starts_with('#')) {
+    const std::size_t names = line_length(content);
+    parse(content.substr(0, names));
+    content.remove_prefix(names);
+    for (; is_remark(content, separators); content.remove_prefix(line_length(content))) {
+      const std::string_view line = content.substr(0, content.find_first_of("\r\n"));
+      handle({rows.line++, {{with_plain_blanks(line), std::nullopt}}, true, false, true});
+    }
   }
+  parse(content);
   if (csv_fini(&csv.parser, on_csv_field, on_csv_row, &rows) != 0)
     fail(path,
          fmt::format("row {}, column {}: the file ends inside a quoted cell, expected the closing quote",

@@ -175,6 +175,10 @@ class Drawing {
                  "row {} ($INSUNITS): found {}, expected the number of a unit: 1 (inch), 2, 4 (mm), 5, 6, "
                  "8, 9 (mil), 12, 13 (um) or 14",
                  unit.row, in_quotes(unit.value)));
+      if (has_unit_ && unit_mm_ != known->second)
+        fail(path_,
+             fmt::format("row {} ($INSUNITS): found {}, expected one unit, as a row before has another",
+                         unit.row, in_quotes(unit.value)));
       unit_mm_ = known->second;
       has_unit_ = true;
     }

@@ -129,6 +129,14 @@ class GerberFile {
                       "the flash",
                       odd_ == 1 ? "1 flash" : fmt::format("{} flashes", odd_), odd_ == 1 ? "" : "first ",
                       first_odd_, odd_ == 1 ? "holds" : "hold"));
+    if (negative_row_ != 0 && copper_)
+      fail(path_,
+           fmt::format("row {}: found a copper layer of negative polarity, expected a positive one, in which "
+                       "flashes are copper",
+                       negative_row_));
+    if (unprinted_.row != 0)
+      result.notes.push_back(fmt::format("row {} says that this is {}; its flashes make bumps all the same",
+                                         unprinted_.row, unprinted_.text));
     if (const auto side = side_ ? side_ : side_by_ending()) lie_on(result.points, *side);
     return result;
   }
@@ -166,12 +174,20 @@ class GerberFile {
     const auto at = text.find(kKey);
     if (at == std::string_view::npos) return;
     const std::string_view function = text.substr(at + kKey.size());
+    if (function.starts_with("Copper,")) copper_ = true;
+    if (function.find(",Inr") != std::string_view::npos) unprinted_ = {row_, "an inner layer"};
+    if (function.starts_with("NonPlated,")) unprinted_ = {row_, "a layer of unplated holes"};
     for (const auto& [word, side] : {std::pair(",Bot", Side::bottom), std::pair(",Top", Side::top)}) {
       if (function.find(word) == std::string_view::npos) continue;
       if (side_ && *side_ != side) fail_here(text, fmt::format("one side; row {} has the other", side_row_));
       side_ = side;
       side_row_ = row_;
     }
+  }
+
+  /// "TF.FilePolarity,Negative": of copper the flashes are then what there is none of.
+  void read_file_polarity(std::string_view text) {
+    if (text.find("TF.FilePolarity,Negative") != std::string_view::npos) negative_row_ = row_;
   }
 
   // ---- what isn't read ----
@@ -259,6 +275,7 @@ class GerberFile {
       if (rest != "POS") fail_here(text, "IPPOS: an image in negative has no flashes to bump");
     } else if (code == "TF") {
       read_file_function(text);
+      read_file_polarity(text);
     } else if (text.starts_with("TA.AperFunction,")) {
       fiducial_next_ = text.find("FiducialPad") != std::string_view::npos;
     } else if (text == "TD" || text == "TD.AperFunction") {
@@ -666,6 +683,9 @@ class GerberFile {
   Transform transform_;
   std::optional<Side> side_;
   std::size_t side_row_ = 0;
+  bool copper_ = false;           // by the file's own word, as the next
+  std::size_t negative_row_ = 0;  //
+  Statement unprinted_;           // what kind of layer holds no bumps
   std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0, odd_ = 0, first_odd_ = 0,
               marks_ = 0, first_mark_ = 0;
 };

@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 #include <initializer_list>
+#include <map>
 
 #include "base/count.hpp"
 #include "base/file.hpp"
+#include "base/number.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/bumps/text_lines.hpp"
@@ -178,18 +180,28 @@ class Reader {
 
 constexpr std::size_t kTypePlace = 2;
 
-bool has_copper(const Node& pad) {
+template <class IsThat>
+bool has_layer(const Node& pad, const IsThat& is_that) {
   const Node* layers = find_list(pad, "layers");
   return layers == nullptr || std::any_of(layers->children.begin(), layers->children.end(),
-                                          [](const Node& layer) { return layer.word.ends_with(".Cu"); });
+                                          [&](const Node& layer) { return is_that(layer.word); });
 }
 
-/// Pads on copper receive a bump; apertures of the paste or mask layer alone are drawn over pads that are
-/// there already.
+bool has_copper(const Node& pad) {
+  return has_layer(pad, [](std::string_view layer) { return layer.ends_with(".Cu"); });
+}
+
+bool has_outer_copper(const Node& pad) {
+  return has_layer(pad,
+                   [](std::string_view layer) { return layer.ends_with(".Cu") && !layer.starts_with("In"); });
+}
+
+/// Pads on the board's outer copper receive a bump; apertures of the paste or mask layer alone are drawn over
+/// pads that are there already.
 bool receives_bump(const Node& pad) {
   if (pad.children.size() <= kTypePlace) return false;
   const std::string& type = pad.children[kTypePlace].word;
-  return (type == "smd" || type == "thru_hole") && has_copper(pad);
+  return (type == "smd" || type == "thru_hole") && has_outer_copper(pad);
 }
 
 /// Copper of any outline around an anchor: where its middle is the file does not say.
@@ -204,7 +216,8 @@ std::string_view kind_without_bump(const Node& pad) {
       pad.children.size() > kTypePlace ? std::string_view(pad.children[kTypePlace].word) : "";
   if (type == "np_thru_hole") return "unplated hole";
   if (type == "connect") return "connect pad";
-  return has_copper(pad) ? "unknown pad" : "copperless aperture";
+  if (!has_copper(pad)) return "copperless aperture";
+  return has_outer_copper(pad) ? "unknown pad" : "pad of inner layers";
 }
 
 /// The side that a pad is on, by its copper; nothing for one that has copper on both.
@@ -368,6 +381,39 @@ Placement placement_of(const std::filesystem::path& path, const Node& footprint)
           number_at(path, footprint, *at, 3, "angle")};
 }
 
+/// Copper's own names, by those that a board of KiCad 5 or older gives its layers: (layers (0 Top signal)
+/// ...).
+std::map<std::string, std::string> copper_names(const Node& board) {
+  constexpr std::array<std::string_view, 4> kCopperTypes = {"signal", "power", "mixed", "jumper"};
+  constexpr std::size_t kBack = 31;
+  std::map<std::string, std::string> names;
+  const Node* layers = find_list(board, "layers");
+  if (layers == nullptr) return names;
+  for (const Node& layer : layers->children) {
+    if (layer.children.size() < 3 || layer.children[1].word.ends_with(".Cu")) continue;
+    const auto number = number_in<std::size_t>(layer.children[0].word, 0, kBack);
+    if (!number ||
+        std::find(kCopperTypes.begin(), kCopperTypes.end(), layer.children[2].word) == kCopperTypes.end())
+      continue;
+    names[layer.children[1].word] = *number == 0       ? "F.Cu"
+                                    : *number == kBack ? "B.Cu"
+                                                       : fmt::format("In{}.Cu", *number);
+  }
+  return names;
+}
+
+/// Gives the copper of pads its own names.
+void name_copper(Node& board) {
+  const std::map<std::string, std::string> names = copper_names(board);
+  if (names.empty()) return;
+  for (Node& footprint : board.children)
+    for (Node& pad : footprint.children)
+      for (Node& list : pad.children)
+        if (head(list) == "layers")
+          for (Node& layer : list.children)
+            if (const auto named = names.find(layer.word); named != names.end()) layer.word = named->second;
+}
+
 }  // namespace
 
 RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view content) {
@@ -378,7 +424,9 @@ RawPoints read_kicad_points(const std::filesystem::path& path, std::string_view 
 
 RawPoints read_kicad_board(const std::filesystem::path& path, std::string_view content) {
   Pads pads(path);
-  for (const Node& node : read_file_of(kBoard, path, content).children)
+  Node board = read_file_of(kBoard, path, content);
+  name_copper(board);
+  for (const Node& node : board.children)
     if (is_of(kFootprint, head(node))) pads.add(node, placement_of(path, node), reference_of(node));
   return std::move(pads).finish();
 }

@@ -142,20 +142,21 @@ bool names_one_side(const std::vector<std::string>& name, const Words& words) {
 }
 
 bool names_bottom(const std::vector<std::string>& name) {
-  constexpr std::array<std::string_view, 11> kWords = {
-      "bottom",    "bot",        "btm",   "back",       "backside",      "bottomside",
-      "underside", "solderside", "unten", "unterseite", "r\u00fcckseite"};
+  constexpr std::array<std::string_view, 13> kWords = {
+      "bottom",     "bot",   "btm",        "back",           "backside", "bottomside", "underside",
+      "solderside", "unten", "unterseite", "r\u00fcckseite", "isbottom", "onbottom"};
   return names_one_side(name, kWords);
 }
 
 bool names_top(const std::vector<std::string>& name) {
-  constexpr std::array<std::string_view, 7> kWords = {"top",  "topside",   "front",      "frontside",
-                                                      "oben", "oberseite", "vorderseite"};
+  constexpr std::array<std::string_view, 9> kWords = {
+      "top", "topside", "front", "frontside", "oben", "oberseite", "vorderseite", "istop", "ontop"};
   return names_one_side(name, kWords);
 }
 
 bool names_flips(const std::vector<std::string>& name) {
-  constexpr std::array<std::string_view, 2> kWords = {"flip", "flipped"};
+  constexpr std::array<std::string_view, 6> kWords = {"flip",       "flipped", "isflipped",
+                                                      "ismirrored", "flipx",   "flipy"};
   return names_one_side(name, kWords);
 }
 

@@ -85,6 +85,7 @@ class PointTable {
       return;
     }
     if (units_) take_unit(row);
+    refuse_nameless_units(row);
     const double x = number(row, x_, "x");
     const double y = number(row, y_, "y");
     note_commented_out(row);
@@ -163,6 +164,8 @@ class PointTable {
       if (x_.has_unit) say_unit(place(row.row, x_.index), row.cells[x_.index].text);
       sides_.take_names(row, x_.index, y_.index);
       find_units(row);
+      for (const std::size_t i : {x_.index + 1, y_.index + 1})
+        if (i >= row.cells.size() || is_blank(row.cells[i])) nameless_.push_back(i);
       take_title_unit(row);
       row_of_units_ = row.row + 1;
       return true;
@@ -265,6 +268,14 @@ class PointTable {
       column->unit_mm = unit->mm;
       column->has_unit = true;
     }
+  }
+
+  /// Behind x and y a unit of their own would stand in vain.
+  void refuse_nameless_units(const TableRow& row) const {
+    for (const std::size_t i : nameless_)
+      if (i < row.cells.size() && !row.cells[i].number && find_unit(plain_name(row.cells[i])) != nullptr)
+        fail(path_, fmt::format("{}: found {} in a column without a name, expected the name Unit above it",
+                                place(row.row, i), in_quotes(trimmed(row.cells[i].text))));
   }
 
   /// The row below the names may hold their units: mm, [mm], (mm).
@@ -426,6 +437,7 @@ class PointTable {
   };
 
   std::optional<UnitColumn> units_;
+  std::vector<std::size_t> nameless_;  // columns behind x and y
   SideColumns sides_;
   SummaryRow summary_;
   ThousandsMarks marks_;

@@ -185,6 +185,23 @@ class Styles {
   std::vector<unsigned> formats_;
 };
 
+/// A BoundSheet8 record: place, state, kind, and the name in one or two bytes a character.
+bool is_shown_sheet(std::string_view record) {
+  return record.size() > 8 && (record[4] & 3) == 0 && record[5] == 0;
+}
+
+std::string name_of_sheet(std::string_view record) {
+  const std::size_t count = static_cast<unsigned char>(record[6]), width = (record[7] & 1) != 0 ? 2 : 1;
+  std::string name;
+  for (std::size_t i = 0; i < count && 8 + (i + 1) * width <= record.size(); ++i) {
+    const std::size_t at = 8 + i * width;
+    add_utf8(name, width == 2 ? u16(record, at) : static_cast<unsigned char>(record[at]));
+  }
+  return name;
+}
+
+constexpr std::uint16_t kSheet = 0x0085;
+
 using Cells = std::map<std::pair<std::size_t, std::size_t>, Cell>;
 
 /// Keeps a number only where its format makes something else of it.
@@ -196,10 +213,19 @@ void take_number(Cells& cells, std::pair<std::size_t, std::size_t> place, double
 
 }  // namespace
 
+std::string first_shown_sheet(std::string_view file) {
+  const std::string book = CompoundFile(file).stream("Workbook");
+  for (std::size_t at = 0; at + 4 <= book.size(); at += 4 + u16(book, at + 2)) {
+    const std::string_view record = std::string_view(book).substr(at + 4, u16(book, at + 2));
+    if (u16(book, at) == kSheet && is_shown_sheet(record)) return name_of_sheet(record);
+  }
+  return {};
+}
+
 Cells cells_read_apart(std::string_view file) {
-  constexpr std::uint16_t kFormula = 0x0006, kEnd = 0x000A, kSheet = 0x0085, kBoolErr = 0x0205,
-                          kBegin = 0x0809, kFormat = 0x041E, kStyle = 0x00E0, kNumber = 0x0203,
-                          kShort = 0x027E, kShorts = 0x00BD;
+  constexpr std::uint16_t kFormula = 0x0006, kEnd = 0x000A, kBoolErr = 0x0205, kBegin = 0x0809,
+                          kFormat = 0x041E, kStyle = 0x00E0, kNumber = 0x0203, kShort = 0x027E,
+                          kShorts = 0x00BD;
   Cells cells;
   Styles styles;
   const std::string book = CompoundFile(file).stream("Workbook");
@@ -212,7 +238,7 @@ Cells cells_read_apart(std::string_view file) {
     if (!in_sheet) {
       if (kind == kFormat) styles.take_format(record);
       if (kind == kStyle) styles.take_style(record);
-      if (kind != kSheet) continue;
+      if (kind != kSheet || !is_shown_sheet(record)) continue;
       at = u32(record, 0);
       in_sheet = true;
       continue;

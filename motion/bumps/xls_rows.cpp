@@ -64,11 +64,30 @@ Cell to_cell(const FreeXL_CellValue& value) {
   }
 }
 
-/// Sends the names of the sheets behind the first one that have any size.
-void send_other_sheets(const void* book, const std::filesystem::path& path, std::FILE* pipe) {
+unsigned int sheet_count(const void* book, const std::filesystem::path& path) {
   unsigned int sheets = 0;
   check_xls(freexl_get_info(book, FREEXL_BIFF_SHEET_COUNT, &sheets), path, "the workbook can't be read");
-  for (unsigned short sheet = 1; sheet < sheets; ++sheet) {
+  return sheets;
+}
+
+/// The number of the first sheet that is shown; 0 where none is.
+unsigned short first_sheet(const void* book, const std::filesystem::path& path, std::string_view content) {
+  const std::string shown = first_shown_sheet(content);
+  const unsigned int sheets = sheet_count(book, path);
+  for (unsigned short sheet = 0; sheet < sheets; ++sheet) {
+    const char* name = nullptr;
+    check_xls(freexl_get_worksheet_name(book, sheet, &name), path, "a sheet has no name");
+    if (name != nullptr && shown == name) return sheet;
+  }
+  return 0;
+}
+
+/// Sends the names of the sheets but `read` that have any size.
+void send_other_sheets(const void* book, const std::filesystem::path& path, unsigned short read,
+                       std::FILE* pipe) {
+  const unsigned int sheets = sheet_count(book, path);
+  for (unsigned short sheet = 0; sheet < sheets; ++sheet) {
+    if (sheet == read) continue;
     unsigned int rows = 0;
     unsigned short columns = 0;
     const char* name = nullptr;
@@ -90,7 +109,8 @@ void send_workbook(const std::filesystem::path& path, std::string_view content, 
   check_xls(freexl_get_info(book, FREEXL_BIFF_PASSWORD, &password), path, "the workbook can't be read");
   if (password == FREEXL_BIFF_OBFUSCATED)
     fail(path, "found a workbook with a password, expected one without; save it again unprotected");
-  check_xls(freexl_select_active_worksheet(book, 0), path, "there is no first sheet");
+  const unsigned short sheet = first_sheet(book, path, content);
+  check_xls(freexl_select_active_worksheet(book, sheet), path, "there is no first sheet");
   unsigned int row_count = 0;
   unsigned short column_count = 0;
   check_xls(freexl_worksheet_dimensions(book, &row_count, &column_count), path,
@@ -121,7 +141,7 @@ void send_workbook(const std::filesystem::path& path, std::string_view content, 
       put_text(pipe, cell.text);
     }
   }
-  send_other_sheets(book, path, pipe);
+  send_other_sheets(book, path, sheet, pipe);
   put(pipe, 'z');
 }
 

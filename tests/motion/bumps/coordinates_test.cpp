@@ -97,6 +97,14 @@ TEST_F(Coordinates, XlsReadsFirstSheetByColumnNamesAndSkipsBlankRows) {
   expect_points(read_coordinates(data / "named_columns.xls"), {{2.5005, 1.5, 2}, {4.5, 3.5, 4}});
 }
 
+TEST_F(Coordinates, TheFirstSheetOfAnOldWorkbookThatIsShownIsRead) {
+  const CoordinateFile file =
+      read_coordinate_file(data / "first_sheet_hidden.xls", {.travel = {{-9.0, 9.0}, {-9.0, 9.0}, {}}});
+  ASSERT_EQ(file.points.size(), 2U);
+  EXPECT_EQ(file.points[0].x_mm, 1.0);
+  EXPECT_EQ(file.points[1].y_mm, 4.0);
+}
+
 TEST_F(Coordinates, XlsWithoutHeaderTakesTheFirstTwoNumericColumns) {
   expect_points(read_coordinates(data / "no_header.xls"), {{0.5, 1.5, 1}, {2.5, 3.5, 2}});
 }

@@ -166,5 +166,10 @@ TEST_F(Readers, ADrawingIsReadWholeOrRefused) {
               HasSubstr("found blocks nested 32 deep"));
 }
 
+TEST_F(Readers, ADrawingHasOneUnit) {
+  const std::string twice = drawing("", "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n1\n0\nENDSEC\n", 4);
+  EXPECT_THAT(error_of("a.dxf", twice), HasSubstr("($INSUNITS): found '1', expected one unit"));
+}
+
 }  // namespace
 }  // namespace meltstage::motion

@@ -127,5 +127,21 @@ TEST_F(Readers, OneFootprintToolOrApertureIsTakenByItsName) {
             "only: found 'T1', expected none: this format has no tools, apertures, footprints or layers");
 }
 
+// Until KiCad 5 pads carry the names that a user has given the copper.
+TEST_F(Readers, CopperOfABoardMayHaveAnyName) {
+  const std::string board =
+      "(kicad_pcb (version 20171130)\n(layers (0 Top signal) (1 Ground power) (31 Under mixed) (34 B.Paste "
+      "user))\n"
+      "(module x (layer Top) (at 100 50)\n(pad 1 smd rect (at 0 0) (size 1 1) (layers Top F.Paste F.Mask))\n"
+      "(pad 2 smd rect (at 1 0) (size 1 1) (layers Under B.Paste))\n"
+      "(pad 3 smd rect (at 2 0) (size 1 1) (layers Ground))\n"
+      "(pad 4 thru_hole circle (at 3 0) (size 1 1) (drill 0.5) (layers *.Cu *.Mask))))\n";
+  const CoordinateFile top = read("a.kicad_pcb", board, {.side = Side::top, .travel = kAnywhere});
+  expect_points(top.points, {{100, -50, 4}, {103, -50, 7}});
+  EXPECT_THAT(top.notes, ::testing::Contains(HasSubstr("1 pad of inner layers in row 6")));
+  expect_points(read("a.kicad_pcb", board, {.side = Side::bottom, .travel = kAnywhere}).points,
+                {{101, -50, 5}, {103, -50, 7}});
+}
+
 }  // namespace
 }  // namespace meltstage::motion

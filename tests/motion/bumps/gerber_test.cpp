@@ -9,7 +9,9 @@
 namespace meltstage::motion {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
@@ -306,6 +308,22 @@ TEST_F(Readers, APolygonIsFlashedByItsCentre) {
            "X1000000Y1000000D03*\nD11*\nX5000000Y1000000D03*\nD12*\nX9000000Y1000000D03*\nM02*\n")
           .points;
   expect_points(points, {{1, 1, 7}, {5, 1, 9}, {9, 1, 11}});
+}
+
+TEST_F(Readers, LayersThatHoldNoBumpsAreTold) {
+  const auto file = [](const char* attributes) {
+    return gerber(fmt::format("{}\nD10*\nX0Y0D03*", attributes)) + "M02*\n";
+  };
+  EXPECT_THAT(read("a.gbr", file("%TF.FileFunction,Copper,L2,Inr*%")).notes,
+              Contains(HasSubstr("an inner layer")));
+  EXPECT_THAT(read("b.gbr", file("%TF.FileFunction,NonPlated,1,2,NPTH,Drill*%")).notes,
+              Contains(HasSubstr("unplated holes")));
+  EXPECT_THAT(error_of("c.gbr", file("%TF.FileFunction,Copper,L1,Top*%\n%TF.FilePolarity,Negative*%")),
+              HasSubstr("found a copper layer of negative polarity"));
+  // A mask is negative as a rule: its flashes are openings.
+  EXPECT_EQ(
+      read("d.gbr", file("%TF.FileFunction,Soldermask,Top*%\n%TF.FilePolarity,Negative*%")).points.size(),
+      1U);
 }
 
 }  // namespace

@@ -277,5 +277,14 @@ TEST_F(Readers, SidesInMoreLanguagesAreToldApart) {
   }
 }
 
+TEST_F(Readers, NamesOfSidesMayBeWrittenInOneWord) {
+  for (const char* name : {"IsBottom", "onBottom", "Flip X", "FlipY", "isMirrored"})
+    EXPECT_THAT(error_of("a.csv", fmt::format("Ref,x_mm,y_mm,{}\nR1,1,2,yes\nR2,3,4,no\n", name)),
+                StartsWith("row 3: found side 'top' behind bumps of side 'bottom'"))
+        << name;
+  EXPECT_THAT(error_of("b.csv", "Ref,x_mm,y_mm,IsTop\nR1,1,2,yes\nR2,3,4,no\n"),
+              StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"));
+}
+
 }  // namespace
 }  // namespace meltstage::motion

@@ -362,5 +362,33 @@ TEST_F(Readers, SubtotalsAmongTheRowsAreNoBumps) {
         << row;
 }
 
+TEST_F(Readers, UnitsInColumnsWithoutANameAreRefused) {
+  EXPECT_EQ(error_of("a.csv", "Ref,X,,Y,\nR1,10.5,mm,20.25,mm\n"),
+            "row 2, column 3: found 'mm' in a column without a name, expected the name Unit above it");
+  EXPECT_THAT(error_of("b.csv", "Ref,X,Y\nR1,10.5,20.25,mil\n"), HasSubstr("found 4 cells"));
+  expect_points(read("c.csv", "Ref,X (mm),,Y (mm)\nR1,10.5,,20.25\n").points, {{10.5, 20.25, 2}});
+}
+
+// gEDA and pcb-rnd write so.
+TEST_F(Readers, RemarksMayFollowNamesThatBeginSo) {
+  const std::string rows = "R1,\"RES 0603\",413.3858,797.2441,top\n";
+  const CoordinateFile file =
+      read("a.xy",
+           "# RefDes, Description, X (mil), Y (mil), top/bottom\r\n# X,Y in mils.  rotation in degrees.\r\n# "
+           "----\r\n" +
+               rows,
+           {.travel = {{-1e3, 1e3}, {-1e3, 1e3}, {}}});
+  ASSERT_EQ(file.points.size(), 1U);
+  EXPECT_NEAR(file.points[0].x_mm, 10.5, 1e-6);
+  EXPECT_EQ(file.points[0].row, 4U);
+  // A row of numbers is none.
+  expect_points(read("b.csv", "#,x,y\n#1,1,2\n#2,3,4\n").points, {{1, 2, 2}, {3, 4, 3}});
+}
+
+TEST_F(Readers, AQuotedCellMayBeEmptyWhereBlanksSeparate) {
+  expect_points(read("a.txt", "X Y Val\n1 2 \"\"\n3 4 \"\"\n").points, {{1, 2, 2}, {3, 4, 3}});
+  EXPECT_THAT(error_of("b.txt", "X Y Val\n1 2\n"), HasSubstr("no cell can be empty"));
+}
+
 }  // namespace
 }  // namespace meltstage::motion
