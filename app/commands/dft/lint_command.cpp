@@ -13,6 +13,7 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
 #include "asic/dft/scan/lint.hpp"
+#include "base/count.hpp"
 #include "base/toml_file.hpp"
 
 namespace meltstage::app {
@@ -59,8 +60,8 @@ int lint_patterns(const LintInput& input) {
   const CycleStream stream = read_patterns(input.patterns, {});
   const std::vector<std::string> reasons = lint(stream, tester_of(input.tester));
   for (const std::string& reason : reasons) fmt::print("{}\n", reason);
-  fmt::print("{} cycles in {} vectors, {} signals, {} complaints\n", cycle_count(stream),
-             stream.cycles.size(), stream.signals.size(), reasons.size());
+  fmt::print("{} cycles in {} vectors, {} signals, {}\n", cycle_count(stream), stream.cycles.size(),
+             stream.signals.size(), counted(reasons.size(), "complaint"));
   return reasons.empty() ? 0 : 1;
 }
 

@@ -44,7 +44,11 @@ class Expander {
       for (const BurstEntry& entry : burst->second.entries) {
         const auto pattern = file_.patterns.find(entry.pattern);
         if (pattern == file_.patterns.end())
-          file_.fail(entry.where, fmt::format("pattern \"{}\"", shown(entry.pattern)), "one that is defined");
+          file_.fail(
+              entry.where,
+              fmt::format("{} \"{}\"", file_.bursts.contains(entry.pattern) ? "PatternBurst" : "pattern",
+                          shown(entry.pattern)),
+              "a pattern that is defined; bursts in bursts are not read");
         if (stopped_at_)
           file_.fail(*stopped_at_,
                      fmt::format("a Stop with pattern \"{}\" still to come", shown(entry.pattern)),
@@ -154,7 +158,8 @@ class Expander {
 
   struct Parameter {
     std::string data;
-    std::size_t used = 0;
+    std::size_t used = 0;  // characters that "#" has taken
+    std::size_t seen = 0;  // characters that "#" or "%" has shown
     std::size_t where = 0;
   };
   using Parameters = std::map<std::size_t, Parameter>;  // by signal
@@ -254,14 +259,14 @@ class Expander {
       const std::vector<std::size_t>& signals = file_.members(assignment.signals, assignment.where);
       const std::string data = unrolled(assignment);
       if (signals.size() == 1) {
-        parameters[signals[0]] = {data, 0, assignment.where};
+        parameters[signals[0]] = {data, 0, 0, assignment.where};
       } else {
-        if (data.size() != signals.size())
+        if (data.empty() || data.size() % signals.size() != 0)
           file_.fail(assignment.where,
                      fmt::format("{} characters for \"{}\"", data.size(), shown(assignment.signals)),
-                     fmt::format("{}", signals.size()));
-        for (std::size_t i = 0; i < signals.size(); ++i)
-          parameters[signals[i]] = {std::string(1, data[i]), 0, assignment.where};
+                     fmt::format("{}, or as many for each vector that takes them", signals.size()));
+        for (const std::size_t s : signals) parameters[s] = {"", 0, 0, assignment.where};
+        for (std::size_t i = 0; i < data.size(); ++i) parameters[signals[i % signals.size()]].data += data[i];
       }
     }
     if (!statement.label.empty())
@@ -271,14 +276,15 @@ class Expander {
     run_block(body, parameters, depth + 1);
     if (stopped_at_) return;
     for (const auto& [signal, parameter] : parameters) {
-      if (parameter.used != parameter.data.size())
+      if (parameter.seen != parameter.data.size())
         file_.fail(
             parameter.where,
             fmt::format("{} characters for \"{}\"", parameter.data.size(), stream_.signals[signal].name),
-            fmt::format("the {} that \"{}\" takes", parameter.used, shown(statement.name)));
+            fmt::format("the {} that \"{}\" takes", parameter.seen, shown(statement.name)));
     }
   }
-  // As many times as the longest data of a signal that the body shifts.
+  // As many times as the longest data of a signal that the body shifts. Without data the standard gives its
+  // vectors no number.
   void shift(const Statement& statement, Parameters& parameters, std::size_t depth) {
     std::size_t count = 0;
     for (const Statement& inner : statement.body) {
@@ -291,7 +297,10 @@ class Expander {
         }
       }
     }
-    if (file_.longest_chain != 0 && count != 0 && count != file_.longest_chain) {
+    if (count == 0)
+      file_.fail(statement.where, "a Shift without data",
+                 "a call with data for a signal that has \"#\" in it, or the vectors without Shift");
+    if (file_.longest_chain != 0 && count != file_.longest_chain) {
       std::size_t where = statement.where;
       for (const auto& [s, parameter] : parameters) {
         if (parameter.data.size() == count) where = parameter.where;
@@ -324,6 +333,7 @@ class Expander {
                        "as many as the other signals have");
           const std::size_t at = parameter.used;
           if (c == '#') ++parameter.used;
+          parameter.seen = at + 1;
           c = parameter.data[at];
         }
         if (used_table_ == nullptr) file_.fail(where, "data before a W statement", "a WaveformTable first");

@@ -631,6 +631,48 @@ Pattern "_pattern_" { W "_multiclock_capture_WFT_";
               HasSubstr("found \"Base\""));
 }
 
+std::string with_procedure(const std::string& procedure, const std::string& pattern) {
+  return R"(STIL 1.0; Signals { a In; b In; y Out; } SignalGroups { i = 'a + b'; }
+Timing { WaveformTable w { Period '100ns'; Waveforms { i { 01 { '0ns' D/U; } } y { LHX { '40ns' L/H/X; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Procedures { c { W w; )" +
+         procedure + " } }\nPattern main { W w; " + pattern + " }";
+}
+
+// Vectors that are shifted by no data would be lost without a word.
+TEST(Stil, AShiftWithoutDataIsRefused) {
+  const std::string vectors = "V { i=11; y=H; } Shift { V { i=01; y=H; } }";
+  EXPECT_THAT(refusal(with_procedure("V { i=00; y=L; }", vectors)), HasSubstr("found a Shift without data"));
+  EXPECT_THAT(refusal(with_procedure(vectors, "Call c;")), HasSubstr("found a Shift without data"));
+  EXPECT_THAT(refusal(with_procedure("Shift { V { i=0#; y=X; } }", "Call c;")),
+              HasSubstr("found a Shift without data"));
+}
+
+TEST(Stil, DataOfAGroupMayBeOfSeveralVectors) {
+  EXPECT_EQ(
+      states_of(parse_stil(with_procedure("V { i=##; y=X; } V { i=##; y=H; }", "Call c { i=0110; }"), "a")),
+      "01X 10H ");
+  EXPECT_THAT(refusal(with_procedure("V { i=##; y=X; }", "Call c { i=011; }")),
+              HasSubstr("3 characters for \"i\""));
+}
+
+// "%" shows the next character and leaves it there.
+TEST(Stil, DataMayBeShownWithoutBeingTaken) {
+  EXPECT_EQ(states_of(parse_stil(
+                with_procedure("V { a=%; b=0; y=X; } V { a=%; b=1; y=#; }", "Call c { a=1; y=H; }"), "a")),
+            "10X 11H ");
+  EXPECT_THAT(refusal(with_procedure("V { a=%; b=0; y=X; }", "Call c { a=10; }")),
+              HasSubstr("2 characters for \"a\""));
+}
+
+TEST(Stil, ABurstInABurstIsNamed) {
+  EXPECT_THAT(
+      refusal(R"(STIL 1.0; Signals { a In; } PatternBurst q { PatList { main; } }
+PatternBurst p { PatList { q; } } PatternExec { PatternBurst p; } Pattern main { })"),
+      HasSubstr(
+          "found PatternBurst \"q\", expected a pattern that is defined; bursts in bursts are not read"));
+}
+
 TEST(Lint, TesterLimits) {
   const CycleStream good = expand(small_test());
   EXPECT_TRUE(lint(good, {}).empty());
