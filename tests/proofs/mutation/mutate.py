@@ -1,28 +1,28 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""mutate.py RTL_FOLDER OUT_FOLDER --count N --seed S: a copy of the RTL in which input bug_i of tc_top chooses one of N random
-mutants, 0 none. OUT_FOLDER/mutants.tsv lists them: number, file, line, kind, change, text; tabs between.
+"""mutate.py RTL_FOLDER OUT_FOLDER: a copy of the RTL in which input bug_i of tc_top chooses one of all mutants, 0 none.
+OUT_FOLDER/mutants.tsv lists them: number, file, line, `reset` or `logic`, kind, change, text; tabs between.
 
 Sites are the conditions of `if` and the right-hand sides of assignments in the modules (packages pass unchanged: bug_i can not be
-seen from there), reset branches included; assertions, code for proofs, parameters and port connections are left alone. Every
-mutant is drawn with equal chance from all that are possible. One more, an identity, stands behind the last: it must survive.
+seen from there), reset branches included; assertions, code for proofs, parameters and port connections are left alone. One more,
+an identity, stands behind the last: it must survive.
 A mutant reads no signal that the code did not read there, so none closes a combinational loop.
 """
 import argparse
 import collections
 import pathlib
-import random
 import re
 import sys
 
 import variants
 
-Site = collections.namedtuple("Site", "file start end line lhs clocked width1 expression")
+Site = collections.namedtuple("Site", "file start end line branch lhs clocked width1 expression")
 Mutant = collections.namedtuple("Mutant", "site kind change broken")  # broken None: the assignment is dropped
 
 LITERAL = re.compile(r"\b(\d+)'(s?)([bdh])([0-9A-Fa-f_]+)\b")
 BOUNDARY = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "=="}
 FUNCTION = re.compile(r"\bfunction automatic [^;]*?(\w+)\([^;]*;.*?\bendfunction\b", re.DOTALL)
+RESET = re.compile(r"\bif \(!rst_ni\)(?: begin\b.*?\bend else\b|[^;]*;)", re.DOTALL)
 GENERATE_IF = re.compile(r"\bif \([^\n]*\) begin :")
 STEP = re.compile(
     r"(?P<word>\b(?:if|for|case)\b\s*(?=\())|(?P<lhs>\b[A-Za-z_]\w*(?:\.\w+)*(?:\[[^\]=;]*\])*)\s*(?P<op><=|=)(?!=)\s*")
@@ -100,20 +100,22 @@ def sites(name: str, text: str) -> list[Site]:
     code = code_only(text)
     scalars = one_bit_names(code)
     code = without_constants(code, text)
+    resets = [match.span() for match in RESET.finditer(code)]
     found, at = [], 0
     while match := STEP.search(code, at):
         line = text.count("\n", 0, match.start()) + 1
+        branch = "reset" if any(a <= match.start() < b for a, b in resets) else "logic"
         if word := match.group("word"):
             end = closing(code, match.end())
             if word.strip() == "if":
-                found.append(Site(name, match.end() + 1, end, line, None, False, True, code[match.end() + 1:end]))
+                found.append(Site(name, match.end() + 1, end, line, branch, None, False, True, code[match.end() + 1:end]))
             at = end + 1
             continue
         end = code.index(";", match.end())
         lhs = match.group("lhs")
         clocked = match.group("op") == "<="
         start = match.start() if clocked else match.end()
-        found.append(Site(name, start, end, line, lhs, clocked, is_one_bit(lhs, code, scalars), code[match.end():end]))
+        found.append(Site(name, start, end, line, branch, lhs, clocked, is_one_bit(lhs, code, scalars), code[match.end():end]))
         at = end + 1
     return found
 
@@ -157,6 +159,24 @@ def operand_drops(text: str, start: int, end: int):
         yield from operand_drops(text, start + inner.end(), closing(text, start + inner.end() - 1))
 
 
+def around(text: str, start: int, end: int) -> tuple[int, int]:
+    """Where the operands of the comparison at start:end begin and end."""
+    text = text.replace("::", "__")
+    left, right, depth = start, end, 0
+    while left > 0:
+        depth += (text[left - 1] in ")]}") - (text[left - 1] in "([{")
+        if depth < 0 or depth == 0 and text[left - 1] in "?:,&|^":
+            break
+        left -= 1
+    depth = 0
+    while right < len(text):
+        depth += (text[right] in "([{") - (text[right] in ")]}")
+        if depth < 0 or depth == 0 and text[right] in "?:,&|^":
+            break
+        right += 1
+    return left, right
+
+
 def literal_plus_one(found: re.Match) -> str:
     width, sign, base, digits = int(found[1]), found[2], found[3], found[4].replace("_", "")
     value = (int(digits, {"b": 2, "d": 10, "h": 16}[base]) + 1) % 2**width
@@ -185,17 +205,26 @@ def mutants(site: Site) -> list[Mutant]:
             found.append(Mutant(site, "value negated", f"!({text.strip()})", f"({text}) ^ 2'sd1"))
         else:
             found.append(Mutant(site, "lowest bit flipped", site.lhs, f"({text}) ^ 2'sd1"))
+            found.append(Mutant(site, "middle bit flipped", site.lhs, f"({text}) ^ (2'sd1 <<< ($bits({site.lhs}) / 2))"))
             found.append(Mutant(site, "highest bit flipped", site.lhs, f"({text}) ^ (2'sd1 <<< ($bits({site.lhs}) - 1))"))
     for span in conditions(text, 0, len(text)):
         found += condition_mutants(site, *span, "condition")
     for operand, rest in operand_drops(text, 0, len(text)):
         found.append(Mutant(site, "operand dropped", f"without {operand.strip()}", rest))
+    for operator in re.finditer(r"(?<= )(&&|\|\|)(?= )", text):
+        new = {"&&": "||", "||": "&&"}[operator[0]]
+        found.append(Mutant(site, "&& and || exchanged", f"{operator[0]} -> {new}", text[:operator.start()] + new + text[operator.end():]))
     for literal in [] if constant else LITERAL.finditer(text):
         new = literal_plus_one(literal)
         found.append(Mutant(site, "literal + 1", f"{literal[0]} -> {new}", text[:literal.start()] + new + text[literal.end():]))
     for operator in re.finditer(r"(?<= )(<=?|>=?|[=!]=)(?= )", text):
         new = BOUNDARY[operator[0]]
         found.append(Mutant(site, "comparison moved", f"{operator[0]} -> {new}", text[:operator.start()] + new + text[operator.end():]))
+        left, right = around(text, *operator.span())
+        a, b = text[left:operator.start()], text[operator.end():right]
+        for what, shift in ("lowest", ">>> 1"), ("highest", "<<< 1"):
+            short = f" (({a.strip()}) {shift}) {operator[0]} (({b.strip()}) {shift}) "
+            found.append(Mutant(site, f"{what} bit not compared", f"{a.strip()} {operator[0]} {b.strip()}", text[:left] + short + text[right:]))
     for operator in re.finditer(r"(?<= )[+-](?= )", text):
         new = {"+": "-", "-": "+"}[operator[0]]
         found.append(Mutant(site, "+ and - swapped", f"{operator[0]} -> {new}", text[:operator.start()] + new + text[operator.end():]))
@@ -221,17 +250,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("rtl", type=pathlib.Path)
     parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("--count", type=int, required=True)
-    parser.add_argument("--seed", type=int, required=True)
     wanted = parser.parse_args()
     text = variants.read(wanted.rtl)
     places = [site for name in text if name.endswith(".sv") and not name.endswith("_pkg.sv") for site in sites(name, text[name])]
-    possible = [mutant for site in places for mutant in mutants(site)]
-    if not 1 <= wanted.count <= len(possible):
-        print(f"--count: expected 1 .. {len(possible)} (all mutants of {wanted.rtl}), found {wanted.count}", file=sys.stderr)
-        return 2
-    drawn = sorted(random.Random(wanted.seed).sample(range(len(possible)), wanted.count))
-    chosen = [possible[i] for i in drawn]
+    chosen = [mutant for site in places for mutant in mutants(site)]
     pin = next(site for site in places if site.lhs == "heater_o" and site.file == "tc_top.sv")
     chosen.append(Mutant(pin, "identity", "control", pin.expression))
 
@@ -240,7 +262,7 @@ def main() -> int:
     for number, mutant in enumerate(chosen, 1):
         at_site[mutant.site].append((number, mutant))
         line = text[mutant.site.file].splitlines()[mutant.site.line - 1].strip()
-        rows.append([str(number), mutant.site.file, str(mutant.site.line), mutant.kind, " ".join(mutant.change.split()), line])
+        rows.append([str(number), mutant.site.file, str(mutant.site.line), mutant.site.branch, mutant.kind, " ".join(mutant.change.split()), line])
     for site in sorted(at_site, key=lambda s: -s.start):  # from behind: the places before stay true
         text[site.file] = put_in(text[site.file], site, at_site[site])
     variants.write(text, wanted.out)

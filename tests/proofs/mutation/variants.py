@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A copy of the RTL in which input bug_i of tc_top chooses a variant; 0 is the chip as it is."""
+"""A copy of the RTL in which input bug_i of tc_top chooses a variant; 0 is the chip as it is. Each module has the input, since Yosys
+follows no name upward through the hierarchy."""
 import pathlib
 import re
 
-FIRST_PORT = re.compile(r"module tc_top (?:#\(.*?\n\) )?\(\n", re.DOTALL)
+HEAD = re.compile(r"^module \w+ (?:#\(.*?\n\) )?\(\n", re.DOTALL | re.MULTILINE)
+INSTANCE = re.compile(r"\btc_\w+ (?:#\([^;]*?\) )?u_\w+ \(")
 PORT = "  input logic [15:0] bug_i,\n"
 
 
@@ -14,17 +16,22 @@ def read(folder: pathlib.Path) -> dict[str, str]:
 
 def choose(number: int, broken: str, right: str) -> str:
     """An expression that is `broken` in variant `number`. Both must read the same signals: no new combinational loop."""
-    return f"(tc_top.bug_i == 16'd{number} ? ({broken}) : ({right}))"
+    return f"(bug_i == 16'd{number} ? ({broken}) : ({right}))"
 
 
 def omit(number: int, statement: str) -> str:
     """A statement of a clocked process that is not there in variant `number`."""
-    return f"begin if (tc_top.bug_i != 16'd{number}) {statement} end"
+    return f"begin if (bug_i != 16'd{number}) {statement} end"
+
+
+def with_port(text: str) -> str:
+    """The modules of a file with the input, and their instances with it connected."""
+    text = HEAD.sub(lambda head: head[0] + PORT, text)
+    return INSTANCE.sub(lambda instance: instance[0] + ".bug_i(bug_i), ", text)
 
 
 def write(text: dict[str, str], folder: pathlib.Path) -> None:
     """Adds the port and writes the files."""
-    text = text | {"tc_top.sv": FIRST_PORT.sub(lambda head: head[0] + PORT, text["tc_top.sv"], count=1)}
     folder.mkdir(parents=True, exist_ok=True)
     for name, body in text.items():
-        (folder / name).write_text(body)
+        (folder / name).write_text(with_port(body))
