@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "motion/profile/any_end.hpp"
 #include "motion/profile/moving_end.hpp"
 #include "tests/motion/profile/profile_checks.hpp"
 
@@ -204,6 +205,50 @@ std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen) {
   const JerkProfile stop = plan_stop(limits, state);
   fault = fault_of(stop, {limits, state, {stop.end.position_mm, 0.0, 0.0, 0.0}});
   return fault.empty() ? "" : fmt::format("{}: stop: {}", text_of(task), fault);
+}
+
+std::string any_end_case(std::mt19937_64& random, AnyEndSeen& seen) {
+  AnyState task = random_any_state(random, Limits::symmetric);
+  const ScurveLimits& limits = task.limits;
+  const double jerk = limits.jerk1_mm_s3;
+  MotionState& end = task.target;
+  do {  // an end before which the speed keeps its limit
+    end.velocity_mm_s = random() % 4 == 0 ? 0.0 : limits.velocity_mm_s * random_part(random);
+    end.acceleration_mm_s2 = random() % 4 == 0 ? 0.0 : limits.acceleration_mm_s2 * random_part(random);
+  } while (std::abs(end.velocity_mm_s - end.acceleration_mm_s2 * std::abs(end.acceleration_mm_s2) /
+                                            (2.0 * jerk)) > limits.velocity_mm_s);
+  const JerkProfile best = plan_to_state(limits, task.state, end);
+  const std::string fault = fault_of(best, task);
+  if (!fault.empty()) return fmt::format("{}: {}", text_of(task), fault);
+  // A place is met to within kJump of a micrometre, and off by rounding.
+  const double off_mm = kJump * 1e-3 + 1e-13 * std::abs(end.position_mm);
+  const double slack_s = 4.0 * std::cbrt(off_mm / jerk);
+  const auto slower = [&](double duration_s, double other_s) {
+    return duration_s > other_s * (1.0 + 1e-7) + slack_s;
+  };
+  if (end.acceleration_mm_s2 == 0.0) {
+    ++seen.at_speed;
+    const double other_s = plan_to_speed(limits, task.state, end.position_mm, end.velocity_mm_s).duration_s;
+    constexpr double kOfIts = 1e-5;  // next to where it could stop plan_to_speed is so much slower
+    if (slower(best.duration_s, other_s) || slower(other_s, best.duration_s * (1.0 + kOfIts)))
+      return fmt::format("{}: {} s, plan_to_speed {} s", text_of(task), best.duration_s, other_s);
+  } else {
+    ++seen.with_acceleration;
+  }
+  MotionState first = task.state;
+  first.jerk_mm_s3 = jerk * random_part(random);
+  const double step_s = best.duration_s * std::pow(10.0, -3.0 * uniform(random));
+  for (const double cut_s : cuts_of(first, step_s))
+    if (!inside(limits, after_s(first, cut_s))) return "";
+  MotionState then = after_s(first, step_s), left = end;
+  left.position_mm -= then.position_mm;
+  then.position_mm = 0.0;
+  ++seen.compared;
+  const double by_step_s = step_s + plan_to_state(limits, then, left).duration_s;
+  if (slower(best.duration_s, by_step_s))
+    return fmt::format("{}: {} s, by a step of {} s with {} mm/s3 {} s", text_of(task), best.duration_s,
+                       step_s, first.jerk_mm_s3, by_step_s);
+  return "";
 }
 
 std::string moving_end_case(std::mt19937_64& random, MovingEndSeen& seen) {

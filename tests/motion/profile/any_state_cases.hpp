@@ -54,6 +54,17 @@ struct MovingEndSeen {
 /// where it leads are not faster).
 std::string moving_end_case(std::mt19937_64& random, MovingEndSeen& seen);
 
+/// What random motions from state to state must all have met.
+struct AnyEndSeen {
+  std::uint64_t with_acceleration = 0;  ///< at the end
+  std::uint64_t at_speed = 0, compared = 0;
+};
+
+/// A motion from a random state to another one, with even limits: what is wrong with it, or which motion is
+/// faster; or nothing. Without an acceleration at the end plan_to_speed() takes as long. No first step of any
+/// jerk within the limits is better (Bellman's principle).
+std::string any_end_case(std::mt19937_64& random, AnyEndSeen& seen);
+
 /// A target and a stop from a random state: what is wrong with one of them, and for which task; or nothing.
 std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen);
 

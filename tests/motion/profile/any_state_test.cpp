@@ -7,6 +7,7 @@
 #include <random>
 #include <string>
 
+#include "motion/profile/any_end.hpp"
 #include "motion/profile/moving_end.hpp"
 #include "tests/motion/profile/any_state_cases.hpp"
 #include "tests/support/error_of.hpp"
@@ -59,6 +60,42 @@ TEST(MovingEndProperty, KeepsTheLimitsAndNothingIsFaster) {
   EXPECT_GT(seen.goes_back, 10'000u);
   EXPECT_GT(seen.at_rest, 20'000u);
   EXPECT_GT(seen.compared, 10'000u);
+}
+
+TEST(AnyEndProperty, KeepsTheLimitsAndNothingIsFaster) {
+  const std::uint64_t seed = new_seed();
+  std::mt19937_64 random(seed);
+  AnyEndSeen seen;
+  for (int i = 0; i < kCases; ++i)
+    ASSERT_EQ(any_end_case(random, seen), "") << "seed " << seed << ", case " << i;
+  EXPECT_GT(seen.with_acceleration, 50'000u);
+  EXPECT_GT(seen.at_speed, 10'000u);
+  EXPECT_GT(seen.compared, 10'000u);
+}
+
+TEST(AnyEnd, IsWhereItIsAsked) {
+  const ScurveLimits limits = asymmetric_limits(400, 4000, 4000, 4e5, 4e5);
+  const JerkProfile motion = plan_to_state(limits, {0.0, 50.0, -1000.0, 0.0}, {20.0, 100.0, 2000.0, 0.0});
+  const MotionState end = motion.sample(motion.duration_s);
+  EXPECT_EQ(end.position_mm, 20.0);
+  EXPECT_EQ(end.velocity_mm_s, 100.0);
+  EXPECT_EQ(end.acceleration_mm_s2, 2000.0);
+  // There already.
+  EXPECT_EQ(plan_to_state(limits, {0.0, 50.0, 900.0, 0.0}, {0.0, 50.0, 900.0, 0.0}).duration_s, 0.0);
+}
+
+TEST(AnyEnd, MistakesAreTold) {
+  const ScurveLimits limits = asymmetric_limits(400, 4000, 4000, 4e5, 4e5);
+  EXPECT_EQ(error_of([&] {
+              plan_to_state(limits, {}, {1.0, 0.0, 4001.0, 0.0});
+            }),
+            "motion to a state: found 1 mm, 0 mm/s, 4001 mm/s2, expected finite numbers, at most 4000 mm/s2, "
+            "and at "
+            "most 400 mm/s there and before it");
+  // Before so strong a deceleration the speed was higher.
+  EXPECT_THROW(plan_to_state(limits, {}, {1.0, 390.0, -4000.0, 0.0}), MotionError);
+  EXPECT_THROW(plan_to_state(limits, {}, {std::nan(""), 0.0, 0.0, 0.0}), MotionError);
+  EXPECT_THROW(plan_to_state(limits, {}, {1.0, std::nan(""), 0.0, 0.0}), MotionError);
 }
 
 // From 0 to 100 mm/s takes 2.5 mm; in 0.1 mm it begins with a way back.
