@@ -41,6 +41,41 @@ int exception_code(int error) {
   return error > MODBUS_ENOBASE && error < MODBUS_ENOBASE + MODBUS_EXCEPTION_MAX ? error - MODBUS_ENOBASE : 0;
 }
 
+// Writes the words, and takes no other write's echo for the answer: an answer repeats address and value, or
+// address and count (Modbus Application Protocol V1.1b3, 6.6 and 6.12). As a call of libmodbus: a negative
+// number and errno.
+int write_words(modbus_t* context, int unit, std::uint16_t address, std::span<const std::uint16_t> words) {
+  constexpr std::size_t kEchoed = 6;  // unit, function, address, value or count
+  constexpr int kMostStrayFrames = 4;
+  const auto add = [](std::vector<std::uint8_t>& bytes, std::size_t word) {
+    bytes.push_back(static_cast<std::uint8_t>(word >> 8));
+    bytes.push_back(static_cast<std::uint8_t>(word & 0xFF));
+  };
+  const bool single = words.size() == 1;
+  std::vector<std::uint8_t> request = {
+      static_cast<std::uint8_t>(unit),
+      static_cast<std::uint8_t>(single ? spec::kFcWriteSingle : spec::kFcWriteMultiple)};
+  add(request, address);
+  add(request, single ? words.front() : words.size());
+  if (!single) {
+    request.push_back(static_cast<std::uint8_t>(2 * words.size()));
+    for (const std::uint16_t word : words) add(request, word);
+  }
+  if (modbus_send_raw_request(context, request.data(), static_cast<int>(request.size())) < 0) return -1;
+  for (int frame = 0; frame < kMostStrayFrames; ++frame) {
+    std::array<std::uint8_t, MODBUS_RTU_MAX_ADU_LENGTH> answer{};
+    if (modbus_receive_confirmation(context, answer.data()) < 0) return -1;
+    constexpr std::uint8_t kException = 0x80;
+    if (answer[0] == request[0] && answer[1] == (request[1] | kException)) {
+      errno = MODBUS_ENOBASE + answer[2];
+      return -1;
+    }
+    if (std::equal(request.begin(), request.begin() + kEchoed, answer.begin())) return 1;
+  }
+  errno = EMBBADDATA;
+  return -1;
+}
+
 // Refused by the chip itself; code is the exception's.
 struct Refusal : BusError {
   Refusal(const std::string& text, int answered, bool again)
@@ -171,8 +206,8 @@ Controller::Controller(const Connection& connection) : connection_(connection), 
 Controller::~Controller() = default;
 
 // Calls libmodbus until a sound answer comes or the attempts are used up. An answer tells nothing of its
-// request, so one that comes late must be none to the next. A copy of a sound answer, as a gateway that
-// repeats frames may send it, can't be told from the next one's.
+// request but what a write repeats, so one that comes late must be none to the next. A copy of a sound answer
+// to a read, as a gateway that repeats frames may send it, can't be told from the next one's.
 template <class Call>
 void Controller::transact(const std::string& what, Call&& call) {
   bool late = false;  // an earlier attempt's answer, or the repeat's, may still come
@@ -318,10 +353,7 @@ Status Controller::status() {
 
 void Controller::send(const Frame& frame) {
   transact(frame.names, [&](modbus_t* context) {
-    return frame.words.size() == 1
-               ? modbus_write_register(context, frame.address, frame.words.front())
-               : modbus_write_registers(context, frame.address, static_cast<int>(frame.words.size()),
-                                        frame.words.data());
+    return write_words(context, connection_.address, frame.address, frame.words);
   });
 }
 

@@ -3,7 +3,7 @@
 # to_verilog.sh FILE: the chip as one file of Verilog-2005, for tools that don't read packages (Icarus 11). Modules, ports and flops keep
 # their names; tc_top has its default parameters. Made by Yosys from the files of tc.f without what stands between `ifndef SYNTHESIS.
 set -euo pipefail
-if [[ $# -ne 1 ]]; then
+if [[ $# -ne 1 || $1 == -* ]]; then
   echo "usage: to_verilog.sh FILE" >&2
   exit 2
 fi

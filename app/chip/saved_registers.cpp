@@ -18,6 +18,8 @@ namespace {
 constexpr std::array<std::string_view, 9> kNotKept{"CMD",  "SETPOINT", "MODE", "MANUAL_DUTY", "FF_EXT",
                                                    "LOCK", "ADDRESS",  "BAUD", "FORMAT"};
 
+constexpr double kLargestValue = 1e9;  // above that of any register; host::to_raw() knows each one's range
+
 }  // namespace
 
 std::vector<const host::Register*> kept_registers() {
@@ -55,13 +57,12 @@ std::vector<host::Setting> read_saved_registers(const std::filesystem::path& pat
   std::vector<host::Setting> settings;
   for (const host::Register* reg : kept_registers()) {
     if (!section.has(reg->name)) section.fail(reg->name, "none", "every register that is kept");
-    // What is printed of the least and the most word may lie half an LSB beyond them.
-    const double value =
-        section.number(reg->name, 0.0, (reg->min - 0.5) * reg->scale, (reg->max + 0.5) * reg->scale);
+    const double value = section.number(reg->name, 0.0, -kLargestValue, kLargestValue);
     try {
       host::to_raw(*reg, value);
     } catch (const UserError& error) {
-      throw UserError(fmt::format("{}: {}", section.place_of(reg->name), error.what()));
+      // which begins with the register's name, as the place ends with it
+      throw UserError(section.place_of(reg->name) + std::string(error.what()).substr(reg->name.size()));
     }
     settings.push_back({reg, value});
   }

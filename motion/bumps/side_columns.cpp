@@ -154,9 +154,11 @@ bool names_top(const std::vector<std::string>& name) {
   return names_one_side(name, kWords);
 }
 
-bool names_flips(const std::vector<std::string>& name) {
+/// Flip, isFlipped, "Flip X": a part that is seen from below is flipped over an axis.
+bool names_flips(std::vector<std::string> name) {
   constexpr std::array<std::string_view, 6> kWords = {"flip",       "flipped", "isflipped",
                                                       "ismirrored", "flipx",   "flipy"};
+  std::erase_if(name, [](const std::string& word) { return word == "x" || word == "y"; });
   return names_one_side(name, kWords);
 }
 

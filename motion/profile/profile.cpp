@@ -342,6 +342,9 @@ ScurveLimits limits_along(const AxisLimits& axes, const Eigen::Vector3d& directi
                                    &ScurveLimits::deceleration_mm_s2, &ScurveLimits::jerk1_mm_s3,
                                    &ScurveLimits::jerk3_mm_s3,        &ScurveLimits::jerk5_mm_s3,
                                    &ScurveLimits::jerk7_mm_s3};
+  constexpr double kRounding = 1e-9;
+  if (!(std::abs(direction.norm() - 1.0) <= kRounding))
+    throw MotionError(fmt::format("direction: found a vector of length {}, expected 1", direction.norm()));
   ScurveLimits path;
   for (const auto member : kMembers) {
     path.*member = std::numeric_limits<double>::infinity();

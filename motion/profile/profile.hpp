@@ -77,8 +77,9 @@ Scurve stretched(const Scurve& curve, double factor);
 
 /// A profile from rest to rest whose segments each last a whole number of servo cycles: none is shorter than
 /// in `curve`, the distance is the same to the last bit, and speed, accelerations and jerks are not above
-/// those of `curve`.
-/// @throws MotionError if the cycle isn't positive or the profile doesn't begin and end at rest.
+/// those of `curve`. A duration that is whole but for 1e-9 of a cycle counts as whole, so a segment shorter than
+/// that is left out.
+/// @throws MotionError if the cycle isn't above 0 and at most 60 s or the profile doesn't begin and end at rest.
 Scurve round_to_cycles(const Scurve& curve, double cycle_s);
 
 /// Limits of the three axes of the stage.
@@ -115,6 +116,7 @@ struct SynchronizedMove {
 };
 
 /// Limits along a unit direction under which no axis exceeds its own.
+/// @throws MotionError if the direction is no unit vector.
 ScurveLimits limits_along(const AxisLimits& axes, const Eigen::Vector3d& direction);
 
 /// Plans the fastest rest-to-rest move along the line under the axes' limits.

@@ -20,7 +20,11 @@ constexpr double kMostCyclesOfJerk = 5e7;
 
 }  // namespace
 
-FixedPulses to_fixed(double pulses) { return static_cast<FixedPulses>(std::ldexp(pulses, kFixedPulseBits)); }
+FixedPulses to_fixed(double pulses) {
+  if (!(std::abs(pulses) < kMostPulses))
+    throw MotionError(fmt::format("pulses: found {}, expected a number above -2^31 and below 2^31", pulses));
+  return static_cast<FixedPulses>(std::ldexp(pulses, kFixedPulseBits));
+}
 
 double to_double(FixedPulses pulses) { return std::ldexp(static_cast<double>(pulses), -kFixedPulseBits); }
 

@@ -14,6 +14,7 @@ namespace meltstage::motion {
 __extension__ using FixedPulses = __int128;
 constexpr int kFixedPulseBits = 96;
 
+/// @throws MotionError if the number is not above -2^31 and below 2^31.
 FixedPulses to_fixed(double pulses);
 double to_double(FixedPulses pulses);
 

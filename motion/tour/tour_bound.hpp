@@ -152,7 +152,13 @@ class TourBound {
   }
 
  private:
+  bool joins_the_ends(Node a, Node b) const {
+    return weight_.size() > 2 &&
+           ((a == rules_.fixed_a && b == rules_.fixed_b) || (a == rules_.fixed_b && b == rules_.fixed_a));
+  }
   double weighted(Node a, Node b) const {
+    // A path between two given ends never goes from one to the other at once.
+    if (joins_the_ends(a, b)) return std::numeric_limits<double>::infinity();
     const auto sites = tree_.sites();
     return cost_(sites[a].x - sites[b].x, sites[a].y - sites[b].y) + weight_[a] + weight_[b];
   }
@@ -203,7 +209,7 @@ class TourBound {
     std::vector<Edge> edges;
     edges.reserve(2 * count * (kUsedPerSite + 1));
     const auto add = [&](Node a, Node b) {
-      if (a == rules_.joker || b == rules_.joker || a == b) return;
+      if (a == rules_.joker || b == rules_.joker || a == b || joins_the_ends(a, b)) return;
       edges.push_back({a, b});
       edges.push_back({b, a});
     };

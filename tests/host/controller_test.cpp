@@ -309,6 +309,33 @@ TEST(DriverOnABadLine, ALateAnswerToWhatWasGivenUpIsNoneToTheNextRequest) {
   EXPECT_EQ(controller.read(std::span(&second, 1)).front(), second->address);
 }
 
+// A write's answer repeats it. The copy of an earlier write's comes before that of the present one, which is
+// refused.
+TEST(DriverOnABadLine, TheEchoOfAnotherWriteIsNoAnswer) {
+  const Setting first{&find_register("T_AMB"), 31.0}, second{&find_register("SETPOINT"), 400.0};
+  const std::uint16_t word = to_raw(*first.reg, first.value);
+  const auto echo =
+      BadLine::with_crc({1, 6, static_cast<std::uint8_t>(first.reg->address >> 8),
+                         static_cast<std::uint8_t>(first.reg->address & 0xFF),
+                         static_cast<std::uint8_t>(word >> 8), static_cast<std::uint8_t>(word & 0xFF)});
+  int writes = 0;
+  const BadLine line([&](app::PseudoTerminal& port, const std::vector<std::uint8_t>& answer) {
+    constexpr std::uint8_t kWrite = 6, kRefused = 0x86, kBadValue = 3;
+    if (answer[1] != kWrite) return port.write(answer);
+    port.write(echo);
+    if (writes++ == 0) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    port.write(BadLine::with_crc({answer[0], kRefused, kBadValue}));
+  });
+  Connection c;
+  c.device = line.port();
+  Controller controller(c);
+  controller.write(std::span(&first, 1));
+  EXPECT_THAT([&] { controller.write(std::span(&second, 1)); },
+              ThrowsMessage<BusError>(HasSubstr("refused by the chip with exception 03")));
+  EXPECT_EQ(writes, 2);
+}
+
 // The repeat is refused since the first one was done: that nothing was changed would be untrue.
 TEST(DriverOnABadLine, ARefusalBehindALostAnswerSaysThatItMayBeDone) {
   int requests = 0;

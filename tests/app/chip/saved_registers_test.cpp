@@ -99,6 +99,9 @@ TEST_F(SavedRegisters, AreRefusedWithThePlaceOfWhatIsWrong) {
   EXPECT_THAT(refusal(changed(sound_, "T_MAX = 150.0", "T_MAX = 1500.0")),
               AllOf(HasSubstr("T_MAX"), HasSubstr("1500"), HasSubstr("head.toml:")));
   EXPECT_THAT(refusal(changed(sound_, "T_MAX = 150.0", "T_MAX = nan")), HasSubstr("T_MAX"));
+  const std::string ts = sound_.substr(sound_.find("\nTS = ") + 1);
+  EXPECT_THAT(refusal(changed(sound_, ts.substr(0, ts.find('\n')), "TS = 2000.6")),
+              ::testing::EndsWith("registers.TS: found 2000.6, expected 10 to 2000 ms"));
   EXPECT_THAT(refusal(changed(sound_, "BAD_MAX = 3", "BAD_MAX = 3.5")),
               AllOf(HasSubstr("BAD_MAX"), HasSubstr("head.toml:")));
   EXPECT_THAT(refusal(changed(sound_, fmt::format("0x{:04X}", chip::spec::kMapCrc), "0x0001")),

@@ -138,7 +138,7 @@ TEST_F(Readers, CopperOfABoardMayHaveAnyName) {
       "(pad 4 thru_hole circle (at 3 0) (size 1 1) (drill 0.5) (layers *.Cu *.Mask))))\n";
   const CoordinateFile top = read("a.kicad_pcb", board, {.side = Side::top, .travel = kAnywhere});
   expect_points(top.points, {{100, -50, 4}, {103, -50, 7}});
-  EXPECT_THAT(top.notes, ::testing::Contains(HasSubstr("1 pad of inner layers in row 6")));
+  EXPECT_THAT(top.notes, ::testing::Contains(HasSubstr("1 pad of inner layers, in row 6")));
   expect_points(read("a.kicad_pcb", board, {.side = Side::bottom, .travel = kAnywhere}).points,
                 {{101, -50, 5}, {103, -50, 7}});
 }

@@ -373,7 +373,7 @@ TEST_F(Readers, UnitsInColumnsWithoutANameAreRefused) {
 TEST_F(Readers, RemarksMayFollowNamesThatBeginSo) {
   const std::string rows = "R1,\"RES 0603\",413.3858,797.2441,top\n";
   const CoordinateFile file =
-      read("a.xy",
+      read("a.csv",
            "# RefDes, Description, X (mil), Y (mil), top/bottom\r\n# X,Y in mils.  rotation in degrees.\r\n# "
            "----\r\n" +
                rows,

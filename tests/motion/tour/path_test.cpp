@@ -353,6 +353,17 @@ TEST(Plan, StartAndEndAreKept) {
   EXPECT_LT(std::hypot(last.x_mm - 200.0, last.y_mm - 200.0), 60.0);
 }
 
+// The bound took the edge from start to end for one that a path may use.
+TEST(Plan, TheBoundOfAPathBetweenTwoFarEndsIsNear) {
+  std::vector<Point> points = scattered(100, 4);
+  for (Point& point : points) point = {100.0 + 0.03 * point.x_mm, 100.0 + 0.03 * point.y_mm, point.row};
+  for (const Position end : {Position{0, 0}, Position{0, 20}})
+    for (const Metric metric : {Metric::manhattan, Metric::euclidean, Metric::time}) {
+      const Plan plan = plan_path(points, task_of(metric, Tour::open, Position{0, 0}, end));
+      EXPECT_LT(plan.gap(), 0.015) << end.y_mm;
+    }
+}
+
 TEST(Plan, FreeEndsCostNoMoreThanFixedOnes) {
   const auto points = half_lattice(20, 20, 3);
   const double free = plan_path(points, task_of(Metric::manhattan)).cost_after;
