@@ -37,7 +37,7 @@ std::vector<Bug> bugs(bool subtle) {
 
 void expect_all_caught(const std::vector<Bug>& list) {
   for (const Bug& bug : list) {
-    const auto kill = killed_by<Vbugs>(bug.number, {.seeds = 200});
+    const auto kill = killed_by(make_variant<Vbugs>, bug.number, {.seeds = 200});
     ASSERT_TRUE(kill) << "survived: " << bug.what;
     EXPECT_TRUE(kill->report.starts_with("MISMATCH")) << bug.what << ": " << kill->report;
   }
@@ -51,13 +51,13 @@ TEST(Canary, SubtleBugsAreCaught) { expect_all_caught(bugs(true)); }
 TEST(Canary, MostSubtleBugsAreCaughtSoon) {
   unsigned caught = 0;
   for (const Bug& bug : bugs(true))
-    caught += killed_by<Vbugs>(bug.number, {.trials = 20'000, .seeds = 0}).has_value();
+    caught += killed_by(make_variant<Vbugs>, bug.number, {.trials = 20'000, .seeds = 0}).has_value();
   EXPECT_GE(caught, 45u);
   RecordProperty("caught", static_cast<int>(caught));
 }
 
 TEST(CanaryControl, CopyWithoutABugAgrees) {
-  EXPECT_FALSE(killed_by<Vbugs>(0, {.trials = 50'000, .seeds = 3}));
+  EXPECT_FALSE(killed_by(make_variant<Vbugs>, 0, {.trials = 50'000, .seeds = 3}));
 }
 
 TEST(CanaryControl, ThereAreBugs) {

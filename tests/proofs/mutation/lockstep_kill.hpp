@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -45,23 +46,30 @@ class VariantRtl final : public verilated::VerilatedTop<Top> {
   std::uint64_t& clocks_;
 };
 
+// A variant as a device whose clocks are counted.
+using MakeVariant = std::function<std::unique_ptr<VerilatedRtl>(unsigned variant, std::uint64_t& clocks)>;
+
+template <class Top>
+std::unique_ptr<VerilatedRtl> make_variant(unsigned variant, std::uint64_t& clocks) {
+  return std::make_unique<VariantRtl<Top>>(variant, clocks);
+}
+
 // First trial or run in which model and variant differ, the heater breaks a safety rule or the bench gives
 // up; none: the variant survived.
-template <class Top>
-std::optional<Kill> killed_by(unsigned variant, const RunLength& length) {
+inline std::optional<Kill> killed_by(const MakeVariant& make, unsigned variant, const RunLength& length) {
   static const Moments moments(1, kMomentSeeds, kMomentClocks);
   std::uint64_t stepped = 0;
   try {
-    VariantRtl<Top> rtl(variant, stepped);
-    step_from_any_state(moments, rtl, 1, 0, length.trials);
+    const auto rtl = make(variant, stepped);
+    step_from_any_state(moments, *rtl, 1, 0, length.trials);
   } catch (const Mismatch& error) {
     return Kill{0, stepped, error.what()};
   }
   for (std::uint64_t seed = 1; seed <= length.seeds; ++seed) {
     std::uint64_t clocks = 0;
-    const auto make = [&] { return std::make_unique<VariantRtl<Top>>(variant, clocks); };
+    const auto make_one = [&] { return make(variant, clocks); };
     try {
-      random_run(in_lockstep_with(make, random_start(seed), {"variant", seed, ""}), seed, length.clocks);
+      random_run(in_lockstep_with(make_one, random_start(seed), {"variant", seed, ""}), seed, length.clocks);
     } catch (const std::exception& error) {
       return Kill{seed, clocks, error.what()};
     }

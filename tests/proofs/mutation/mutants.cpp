@@ -22,9 +22,6 @@
 #include <string>
 #include <vector>
 
-#include "Vmutants.h"
-#include "Vmutants__Syms.h"
-#include "Vmutants___024root.h"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/sha256.hpp"
@@ -34,6 +31,12 @@
 #include "tests/hls/chip_question.hpp"
 
 namespace meltstage::tb {
+
+// mutant_top.cpp: the RTL with the mutants of one file each.
+#define MUTANT_TOP(file, make) std::unique_ptr<VerilatedRtl> make(unsigned variant, std::uint64_t& clocks);
+#include "mutant_tops.inc"
+#undef MUTANT_TOP
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -124,6 +127,17 @@ class Proof {
   hls::Problem all_, proved_;
 };
 
+// ---- The RTL with a file's mutants -----------------------------------------------------------------------
+
+MakeVariant make_of(const std::string& file) {
+#define MUTANT_TOP(name, make) {name, make},
+  static const std::map<std::string, MakeVariant> kTops = {
+#include "mutant_tops.inc"
+  };
+#undef MUTANT_TOP
+  return kTops.at(file);
+}
+
 // ---- A mutant's fate -------------------------------------------------------------------------------------
 
 std::string killer(const Kill& kill) {
@@ -140,15 +154,16 @@ std::string difference(const hls::Refutation& refutation) {
 
 // The cheapest way first: most are killed in a moment, and what is equal need not run for long.
 template <class Stage>
-Verdict judge(unsigned variant, const Options& options, const Proof& proof, const Stage& begins) {
+Verdict judge(const Mutant& mutant, const Options& options, const Proof& proof, const Stage& begins) {
   begins('s');
-  if (const auto kill = killed_by<Vmutants>(variant, {.trials = options.soon, .seeds = 0}))
+  if (const auto kill = killed_by(make_of(mutant.file), mutant.number, {.trials = options.soon, .seeds = 0}))
     return {Fate::kKilled, killer(*kill)};
   begins('p');
-  const hls::Refutation refutation = proof.ask(variant);
+  const hls::Refutation refutation = proof.ask(mutant.number);
   if (refutation.verdict == hls::Verdict::kHolds) return {Fate::kEqual, "proved: it changes nothing"};
   begins('s');
-  if (const auto kill = killed_by<Vmutants>(variant, options.length)) return {Fate::kKilled, killer(*kill)};
+  if (const auto kill = killed_by(make_of(mutant.file), mutant.number, options.length))
+    return {Fate::kKilled, killer(*kill)};
   if (refutation.verdict == hls::Verdict::kOpen) return {Fate::kOpen, "neither killed nor proved equal"};
   return {Fate::kHole, "the proof refutes it: " + difference(refutation)};
 }
@@ -278,7 +293,7 @@ std::vector<Mutant> chosen(std::vector<Mutant> mutants, const Options& options, 
 // Neither the chip as it is nor the identity may be killed, or a kill means nothing.
 bool controls_survive(const Mutant& identity) {
   for (const unsigned control : {0u, identity.number}) {
-    const auto kill = killed_by<Vmutants>(control, kControl);
+    const auto kill = killed_by(make_of(identity.file), control, kControl);
     fmt::print("control {}: {}\n", control == 0 ? "unchanged" : "identity",
                kill ? "KILLED " + killer(*kill) : "survived");
     std::fflush(stdout);
@@ -305,8 +320,8 @@ int run(const Options& options) {
   std::vector<Job> running;
   for (std::size_t next = 0; next < left.size() || !running.empty();) {
     for (; next < left.size() && running.size() < options.jobs; ++next)
-      running.push_back(start(*left[next], [&, number = left[next]->number](const auto& begins) {
-        return judge(number, options, *proof, begins);
+      running.push_back(start(*left[next], [&, mutant = left[next]](const auto& begins) {
+        return judge(*mutant, options, *proof, begins);
       }));
     int status = 0;
     const pid_t ended = wait(&status);

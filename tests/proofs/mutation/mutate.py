@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""mutate.py RTL_FOLDER OUT_FOLDER: a copy of the RTL in which input bug_i of tc_top chooses one of all mutants, 0 none.
-OUT_FOLDER/mutants.tsv lists them: number, file, line, `reset` or `logic`, kind, change, text; tabs between.
+"""mutate.py RTL_FOLDER OUT_FOLDER [--file FILE]: a copy of the RTL in which input bug_i of tc_top chooses one of all mutants, or
+of those of one file; 0 none. OUT_FOLDER/mutants.tsv lists them: number, file, line, `reset` or `logic`, kind, change, text; tabs
+between. Their numbers are the same with and without --file.
 
 Sites are the conditions of `if` and the right-hand sides of assignments in the modules (packages pass unchanged: bug_i can not be
 seen from there), reset branches included; assertions, code for proofs, parameters and port connections are left alone. One more,
@@ -250,6 +251,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("rtl", type=pathlib.Path)
     parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("--file")
     wanted = parser.parse_args()
     text = variants.read(wanted.rtl)
     places = [site for name in text if name.endswith(".sv") and not name.endswith("_pkg.sv") for site in sites(name, text[name])]
@@ -263,6 +265,10 @@ def main() -> int:
         at_site[mutant.site].append((number, mutant))
         line = text[mutant.site.file].splitlines()[mutant.site.line - 1].strip()
         rows.append([str(number), mutant.site.file, str(mutant.site.line), mutant.site.branch, mutant.kind, " ".join(mutant.change.split()), line])
+    if wanted.file:
+        identity = len(chosen)
+        at_site = {site: [one for one in own if one[0] == identity or site.file == wanted.file] for site, own in at_site.items()}
+        rows = [row for row in rows if row[1] == wanted.file or row[0] == str(identity)]
     for site in sorted(at_site, key=lambda s: -s.start):  # from behind: the places before stay true
         text[site.file] = put_in(text[site.file], site, at_site[site])
     variants.write(text, wanted.out)

@@ -160,6 +160,15 @@ class Script(unittest.TestCase):
             self.assertEqual(text.count("input logic [15:0] bug_i,"), len(mutate.re.findall(r"^module ", text, mutate.re.M)), name)
             self.assertEqual(text.count(".bug_i(bug_i)"), len(mutate.re.findall(r"^ +tc_\w+ .*u_\w+ \(", text, mutate.re.M)), name)
 
+    def test_a_file_alone_has_the_same_numbers(self):
+        with tempfile.TemporaryDirectory() as out:
+            subprocess.run([sys.executable, "-B", FOLDER / "mutate.py", RTL, out, "--file", "tc_sync.sv"], check=True)
+            own = {path.name: path.read_text() for path in pathlib.Path(out).iterdir()}
+        self.assertEqual(own["tc_sync.sv"], self.files["tc_sync.sv"])
+        self.assertEqual(len(mutate.re.findall(r"bug_i [!=]= ", own["tc_guard.sv"])), 0)
+        rows = [row for row in self.files["mutants.tsv"].splitlines(keepends=True) if row.split("\t")[1] == "tc_sync.sv"]
+        self.assertTrue(own["mutants.tsv"].startswith("".join(rows)))
+
     def test_packages_pass_unchanged(self):
         self.assertEqual(self.files["tc_math_pkg.sv"], (RTL / "tc_math_pkg.sv").read_text())
 
