@@ -113,6 +113,10 @@ class Modules {
   bool is_initial(const Place& place, const std::string& name) {
     static const std::regex kDeclared("^[A-Za-z_\\\\][\\w$]*(\\s*\\[[^\\]]*\\])*\\s*=[^=]");
     if (place.line != 0) return std::regex_search(files_.at(place), kDeclared);
+    // What Yosys has named itself, as a part of a function's result, stands in no initial block.
+    if (name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") !=
+        std::string::npos)
+      return false;
     const std::regex in_block("\\binitial\\b[^]*\\b" + name + "\\b[^=;]*=[^=]");
     return std::regex_search(files_.all(place.file), in_block);
   }

@@ -111,6 +111,10 @@ detail::RawPoints read_text(const Path& path, std::string_view content) {
 /// Eagle's mounting list of the bottom.
 detail::RawPoints read_bottom_list(const Path& path, std::string_view content) {
   detail::RawPoints table = detail::read_text_table(path, content);
+  for (const detail::RawPoint& point : table.points)
+    if (point.side == Side::top)
+      detail::fail(path,
+                   fmt::format("row {}: found top, expected bottom, as the ending .mnb says", point.row));
   lie_on(table.points, Side::bottom);
   return table;
 }

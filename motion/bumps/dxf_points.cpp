@@ -201,7 +201,7 @@ class Drawing {
       if (entity.kind == "BLOCK") {
         const Group* name = entity.find(2);
         if (name == nullptr) fail_at(entity, "a block without a name", "one (group code 2)");
-        block = &blocks_[name->value];
+        block = &blocks_[in_small_letters(name->value)];
         *block = {number(entity, 10, 0.0), number(entity, 20, 0.0), {}};
       } else if (entity.kind == "ENDBLK") {
         block = nullptr;
@@ -269,7 +269,7 @@ class Drawing {
     constexpr std::size_t kDeepest = 32;
     constexpr int kMost = 100'000;
     const Group* name = entity.find(2);
-    const auto block = name == nullptr ? blocks_.end() : blocks_.find(name->value);
+    const auto block = name == nullptr ? blocks_.end() : blocks_.find(in_small_letters(name->value));
     if (block == blocks_.end())
       fail_at(entity, fmt::format("block {}", name == nullptr ? "''" : in_quotes(name->value)),
               "one of the section BLOCKS");
@@ -277,7 +277,9 @@ class Drawing {
     const double sign = x_sign(entity);
     const double angle = number(entity, 50, 0.0), scale_x = number(entity, 41, 1.0),
                  scale_y = number(entity, 42, 1.0);
-    const int columns = whole(entity, 70, 1), rows = whole(entity, 71, 1);
+    // 0 is written for 1, too.
+    const auto repeats = [&](int code) { return whole(entity, code, 1) == 0 ? 1 : whole(entity, code, 1); };
+    const int columns = repeats(70), rows = repeats(71);
     if (columns < 1 || rows < 1 || columns > kMost || rows > kMost)
       fail_at(entity, fmt::format("{} columns and {} rows", columns, rows), fmt::format("1 to {}", kMost));
     const RawPoint along_x = turned({1.0, 0.0, 0}, angle), along_y = turned({0.0, 1.0, 0}, angle);
@@ -385,7 +387,7 @@ class Drawing {
   // By their names in small letters: DXF knows no others.
   std::map<std::string, UnseenLayer> unseen_layers_;
   std::map<std::string, std::uint32_t> layers_;
-  std::map<std::string_view, Block> blocks_;
+  std::map<std::string, Block> blocks_;  // by its name in small letters
   std::vector<Entity> entities_;
   std::map<std::string, LeftOut> left_out_;
   std::size_t drawn_ = 0, hidden_ = 0, first_hidden_ = 0;

@@ -137,7 +137,11 @@ class GerberFile {
     if (unprinted_.row != 0)
       result.notes.push_back(fmt::format("row {} says that this is {}; its flashes make bumps all the same",
                                          unprinted_.row, unprinted_.text));
-    if (const auto side = side_ ? side_ : side_by_ending()) lie_on(result.points, *side);
+    const std::optional<Side> by_ending = side_by_ending();
+    if (side_ && by_ending && *side_ != *by_ending)
+      fail(path_, fmt::format("row {}: found a layer of the {}, expected one of the {}, as the ending says",
+                              side_row_, name_of(*side_), name_of(*by_ending)));
+    if (const auto side = side_ ? side_ : by_ending) lie_on(result.points, *side);
     return result;
   }
 

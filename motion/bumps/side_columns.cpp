@@ -266,6 +266,12 @@ void SideColumns::take_above(const TableRow& row) {
       fail(path_, fmt::format("row {}: found {} above the table, expected top or bottom; {}", row.row,
                               in_quotes(told), kAdvice));
   }
+  if (words_above_.row == 0 && std::any_of(parts.begin(), parts.end(), [](const std::string& part) {
+        const std::vector<std::string> words = words_of_name({part, std::nullopt});
+        return std::any_of(words.begin(), words.end(),
+                           [](const std::string& word) { return side_unmistakably_named(word).has_value(); });
+      }))
+    words_above_ = {row.row, parts.front()};
 }
 
 void SideColumns::take_nameless(const TableRow& first, std::size_t x, std::size_t y) {
@@ -352,6 +358,10 @@ void SideColumns::tell(RawPoints& table) const {
                                                    columns.front()->name)));
     }
   }
+  if (columns.empty() && !above_ && words_above_.row != 0)
+    table.notes.push_back(
+        fmt::format("row {} says {}, which is not read; say side = \"top\" or \"bottom\" where it tells one",
+                    words_above_.row, in_quotes(words_above_.word)));
   if (!columns.empty() && columns.front()->trust == Trust::words_alone)
     table.side_place = fmt::format("column {}", columns.front()->index + 1);
 }

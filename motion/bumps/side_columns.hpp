@@ -65,6 +65,7 @@ class SideColumns {
   const std::filesystem::path& path_;
   std::vector<Column> columns_;
   std::optional<Side> above_;
+  Seen words_above_;  // that name a side and tell none
 };
 
 }  // namespace meltstage::motion::detail

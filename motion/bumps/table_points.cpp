@@ -465,7 +465,8 @@ RawPoints read_workbook(const std::filesystem::path& path, std::string_view cont
   RawPoints points = std::move(table).take();
   if (!others.empty())
     points.notes.push_back(fmt::format(
-        "the first sheet alone is read; {}{} {} cells too, to be saved as a file of {} own",
+        "one sheet alone is read, the first that is shown; {}{} {} cells too, to be saved as a file of {} "
+        "own",
         in_quotes(others.front()),
         others.size() == 1 ? "" : fmt::format(" and {}", counted(others.size() - 1, "other sheet")),
         others.size() == 1 ? "has" : "have", others.size() == 1 ? "its" : "their"));

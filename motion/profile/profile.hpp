@@ -77,9 +77,10 @@ Scurve stretched(const Scurve& curve, double factor);
 
 /// A profile from rest to rest whose segments each last a whole number of servo cycles: none is shorter than
 /// in `curve`, the distance is the same to the last bit, and speed, accelerations and jerks are not above
-/// those of `curve`. A duration that is whole but for 1e-9 of a cycle counts as whole, so a segment shorter than
-/// that is left out.
-/// @throws MotionError if the cycle isn't above 0 and at most 60 s or the profile doesn't begin and end at rest.
+/// those of `curve`. A duration that is whole but for 1e-9 of a cycle counts as whole, so a segment shorter
+/// than that is left out.
+/// @throws MotionError if the cycle isn't above 0 and at most 60 s or the profile doesn't begin and end at
+/// rest.
 Scurve round_to_cycles(const Scurve& curve, double cycle_s);
 
 /// Limits of the three axes of the stage.

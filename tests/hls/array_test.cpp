@@ -177,6 +177,10 @@ TEST_F(HlsArrays, SlipsThatYosysTakesAreRefused) {
          "logic [3:0] n;\nalways @* begin n = a_i; for (int i = 0; i < 2; i++) n[i] = b_i[i]; end\nassign "
          "y_o = n;",
          "(in->a_i & 12) | (in->b_i & 3)");
+  expect(
+      0,
+      "function [3:0] f(input [1:0] x); begin f = 0; f[2:1] = x; end endfunction\nassign y_o = f(a_i[1:0]);",
+      "(in->a_i & 3) * 2");
   expect(0, "logic [3:0] n = 4'd5;\nassign y_o = n;", "5");
 }
 

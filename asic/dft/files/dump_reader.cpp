@@ -165,7 +165,8 @@ class DumpReader {
       } else if (token[0] == '$') {
         if (token == "$comment")
           to_end(where);
-        else if (token != "$dumpvars" && token != "$dumpports" && token != "$dumpall" && token != "$end")
+        else if (token != "$dumpvars" && token != "$dumpports" && token != "$dumpportsall" &&
+                 token != "$dumpall" && token != "$end")
           fail(where, fmt::format("\"{}\"", shown(token)), "a change, a time or a dump command");
       } else {
         if (now < 0) fail(where, "a change before the first time", "#0");

@@ -72,12 +72,20 @@ Token Lexer::next() {
 
 std::string Lexer::data() {
   const std::string_view text = source();
-  const std::size_t semicolon = text.find_first_of(";}", at);
-  if (semicolon == std::string_view::npos || text[semicolon] == '}')
-    file.fail(at, "vector data without an end", "\";\"");
-  std::string result(text.substr(at, semicolon - at));
-  at = semicolon + 1;
-  return result;
+  const std::size_t begin = at;
+  std::string result;
+  for (;;) {
+    const std::size_t stop = text.find_first_of(";}/", at);
+    if (stop == std::string_view::npos || text[stop] == '}')
+      file.fail(begin, "vector data without an end", "\";\"");
+    result += text.substr(at, stop - at);
+    at = stop + 1;
+    if (text[stop] == ';') return result;
+    if (text.substr(stop, 2) == "//")  // a comment, to the end of its line
+      at = std::min(text.find('\n', stop), text.size());
+    else
+      result += '/';
+  }
 }
 
 }  // namespace meltstage::dft::stil

@@ -36,6 +36,8 @@ class Expander {
     if (file_.executed.empty()) file_.fail(file_.text.size(), "no PatternExec with a PatternBurst", "one");
     states_.assign(stream_.signals.size(), '\0');
     fixed_.assign(stream_.signals.size(), '\0');
+    characters_of_.assign(stream_.signals.size(), '\0');
+    stale_ = doubtful_ = std::vector<bool>(stream_.signals.size(), false);
     for (const Assignment& exec : file_.executed) {
       const auto burst = file_.bursts.find(exec.signals);
       if (burst == file_.bursts.end())
@@ -117,6 +119,23 @@ class Expander {
     used_table_ = &table;
     used_tables_.insert(&table);
     state_of_.assign(table.waveforms.size(), {'\0', '\0'});
+    stale_.assign(stale_.size(), true);
+  }
+  // What a signal's character means in the present table.
+  void resolve(std::size_t signal, std::size_t where) {
+    const char c = characters_of_[signal];
+    const auto waveform = used_table_->of_signal[signal].find(c);
+    if (waveform == used_table_->of_signal[signal].end())
+      file_.fail(where, fmt::format("waveform character {} for \"{}\"", c, stream_.signals[signal].name),
+                 "one that its WaveformTable defines");
+    const bool is_input = stream_.signals[signal].is_input;
+    const char state = state_of(signal, used_table_->waveforms[waveform->second],
+                                state_of_[waveform->second][is_input ? 0 : 1]);
+    if (fixed_[signal] != '\0' && c != fixed_[signal])
+      file_.fail(where, fmt::format("waveform character {} for \"{}\"", c, stream_.signals[signal].name),
+                 fmt::format("the {} that an F statement keeps", fixed_[signal]));
+    states_[signal] = state;
+    stale_[signal] = doubtful_[signal] = false;
   }
   // The cycle's character for what this one does to the signal.
   char state_of(std::size_t signal, const Waveform& waveform, char& state) {
@@ -205,6 +224,7 @@ class Expander {
                                    found->second.period_ns),
                        fmt::format("the {} ns of the one before", used_table_->period_ns));
           use(found->second);
+          table_is_doubtful_ = false;
           break;
         }
         case Statement::Kind::condition:
@@ -214,7 +234,7 @@ class Expander {
           assign(statement, parameters);
           for (const Assignment& assignment : statement.assignments) {
             for (const std::size_t s : file_.members(assignment.signals, assignment.where))
-              fixed_[s] = states_[s];
+              fixed_[s] = characters_of_[s];
           }
           break;
         case Statement::Kind::vector:
@@ -273,8 +293,11 @@ class Expander {
       pending_label_ = statement.label;
     else if (macro && depth == 0)
       pending_label_ = statement.name;
+    const std::string characters_before = characters_of_;
+    const WaveformTable* const table_before = used_table_;
     run_block(body, parameters, depth + 1);
     if (stopped_at_) return;
+    if (!macro) doubt(characters_before, table_before);
     for (const auto& [signal, parameter] : parameters) {
       if (parameter.seen != parameter.data.size())
         file_.fail(
@@ -282,6 +305,17 @@ class Expander {
             fmt::format("{} characters for \"{}\"", parameter.data.size(), stream_.signals[signal].name),
             fmt::format("the {} that \"{}\" takes", parameter.seen, shown(statement.name)));
     }
+  }
+  // Tools do not agree on what stands behind a Call, the caller's last values and table or the procedure's:
+  // where it matters, it has to be said.
+  void doubt(const std::string& characters_before, const WaveformTable* table_before) {
+    table_is_doubtful_ = table_before != nullptr && used_table_ != table_before;
+    for (std::size_t s = 0; s < characters_before.size(); ++s)
+      if (characters_before[s] != '\0' && characters_of_[s] != characters_before[s]) doubtful_[s] = true;
+  }
+  void refuse_doubtful_table(std::size_t where) const {
+    if (table_is_doubtful_)
+      file_.fail(where, "data behind a Call that changes the WaveformTable", "a W statement first");
   }
   // As many times as the longest data of a signal that the body shifts. Without data the standard gives its
   // vectors no number.
@@ -311,6 +345,7 @@ class Expander {
     for (std::size_t i = 0; i < count; ++i) run(statement.body, parameters, depth);
   }
   void assign(const Statement& statement, Parameters& parameters) {
+    if (!statement.assignments.empty()) refuse_doubtful_table(statement.where);
     for (const Assignment& assignment : statement.assignments) {
       const std::vector<std::size_t>& signals = file_.members(assignment.signals, assignment.where);
       const std::string data = unrolled(assignment);
@@ -337,27 +372,22 @@ class Expander {
           c = parameter.data[at];
         }
         if (used_table_ == nullptr) file_.fail(where, "data before a W statement", "a WaveformTable first");
-        const auto waveform = used_table_->of_signal[signals[i]].find(c);
-        if (waveform == used_table_->of_signal[signals[i]].end())
-          file_.fail(where,
-                     fmt::format("waveform character {} for \"{}\"", c, stream_.signals[signals[i]].name),
-                     "one that its WaveformTable defines");
-        const bool is_input = stream_.signals[signals[i]].is_input;
-        const char state = state_of(signals[i], used_table_->waveforms[waveform->second],
-                                    state_of_[waveform->second][is_input ? 0 : 1]);
-        if (fixed_[signals[i]] != '\0' && state != fixed_[signals[i]])
-          file_.fail(where,
-                     fmt::format("waveform character {} for \"{}\"", c, stream_.signals[signals[i]].name),
-                     fmt::format("the {} that an F statement keeps", fixed_[signals[i]]));
-        states_[signals[i]] = state;
+        characters_of_[signals[i]] = c;
+        resolve(signals[i], where);
       }
     }
   }
   void emit(const Statement& statement, std::uint64_t count = 1) {
+    refuse_doubtful_table(statement.where);
     for (std::size_t s = 0; s < states_.size(); ++s) {
-      if (states_[s] == '\0')
+      if (characters_of_[s] == '\0')
         file_.fail(statement.where, fmt::format("no value of \"{}\" so far", stream_.signals[s].name),
                    "one before the first V");
+      if (doubtful_[s])
+        file_.fail(statement.where,
+                   fmt::format("no value of \"{}\" since a Call that changes it", stream_.signals[s].name),
+                   "one: tools do not agree on which one stays");
+      if (stale_[s]) resolve(s, statement.where);
     }
     counted_ += count;
     if (stream_.cycles.size() >= most_cycles_ || stream_.cycles.size() * states_.size() >= kMostStates ||
@@ -379,7 +409,11 @@ class Expander {
   UsedWaveforms waveforms_;
   std::vector<std::array<char, 2>> state_of_;  // by waveform, for inputs and outputs; 0: not used so far
   std::string states_;
-  std::string fixed_;  // what an F statement keeps; 0: nothing
+  std::string characters_of_;   // of each signal, as its data has them; 0: none so far
+  std::string fixed_;           // the character that an F statement keeps; 0: none
+  std::vector<bool> stale_;     // its state is that of a table before
+  std::vector<bool> doubtful_;  // a Call has changed its character
+  bool table_is_doubtful_ = false;
   std::string pending_label_;
   const std::size_t most_cycles_;
   std::uint64_t counted_ = 0;

@@ -175,7 +175,7 @@ ScanChain traced(const std::string& file, const CaptureView& view, const Shiftin
     const std::string before = chain.cells.empty() ? chain.out : chain.cells.back();
     if (origin.node == kNoNode || chain.cells.size() > view.flops.size())
       throw UserError(
-          fmt::format("{}: {}: found no open way to one flop or port while scan is enabled, "
+          fmt::format("{}: {}: found no open way to one flop or port while scan_en_i is high, "
                       "expected a scan chain",
                       file, before));
     if (origin.inverted) chain.inversions.push_back(chain.cells.size());  // counted from the output

@@ -36,7 +36,7 @@ TEST_F(Readers, BumpsOnTheBottomAreToldUnlessTheyAreMirrored) {
 TEST_F(Readers, BumpsOnTheTopOrOnNoSideAreNotToldAsThoseOfTheBottom) {
   for (const fs::path& path :
        {write("a.pos", kPos), write("a.csv", "x,y,Side\n1,2,top\n"), write("b.csv", "x,y\n1,2\n"),
-        write("a.gbr", paste("")), write("a.gbp", paste("%TF.FileFunction,Paste,Top*%"))})
+        write("a.gbr", paste("")), write("b.gbr", paste("%TF.FileFunction,Paste,Top*%"))})
     EXPECT_THAT(read_coordinate_file(path).notes, IsEmpty()) << path;
 }
 

@@ -166,6 +166,18 @@ TEST_F(Readers, ADrawingIsReadWholeOrRefused) {
               HasSubstr("found blocks nested 32 deep"));
 }
 
+// Names of blocks are the same in any case; no repeat is one.
+TEST_F(Readers, BlocksAreInsertedByTheirNameInAnyCase) {
+  const std::string block =
+      "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n2\nOUTER\n10\n0\n20\n0\n0\nCIRCLE\n10\n1\n20\n2\n40\n"
+      "1\n0\nENDBLK\n0\nENDSEC\n";
+  const CoordinateFile file = read(
+      "a.dxf", drawing("0\nINSERT\n2\nouter\n10\n5\n20\n5\n70\n0\n71\n0\n", block), {.travel = kAnywhere});
+  ASSERT_EQ(file.points.size(), 1U);
+  EXPECT_EQ(file.points[0].x_mm, 6.0);
+  EXPECT_EQ(file.points[0].y_mm, 7.0);
+}
+
 TEST_F(Readers, ADrawingHasOneUnit) {
   const std::string twice = drawing("", "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n1\n0\nENDSEC\n", 4);
   EXPECT_THAT(error_of("a.dxf", twice), HasSubstr("($INSUNITS): found '1', expected one unit"));

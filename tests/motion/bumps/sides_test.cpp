@@ -286,5 +286,23 @@ TEST_F(Readers, NamesOfSidesMayBeWrittenInOneWord) {
               StartsWith("row 3: found side 'bottom' behind bumps of side 'top'"));
 }
 
+TEST_F(Readers, ASideThatEndingAndFileTellDifferentlyIsRefused) {
+  EXPECT_THAT(error_of("a.mnb", "Ref,X (mm),Y (mm),Side\nA,1,2,Top\n"),
+              StartsWith("row 2: found top, expected bottom, as the ending .mnb says"));
+  const std::string layer =
+      "%FSLAX46Y46*%\n%MOMM*%\n%TF.FileFunction,Copper,L1,Top*%\n%ADD10C,1*%\nD10*\nX0Y0D03*\nM02*\n";
+  EXPECT_EQ(error_of("a.gbl", layer),
+            "row 3: found a layer of the top, expected one of the bottom, as the ending says");
+  EXPECT_EQ(read("a.gtl", layer).points.size(), 1U);
+}
+
+TEST_F(Readers, WordsAboveATableThatNameASideAreTold) {
+  for (const char* title : {"Bottom side components", "Placement list - BOTTOM"})
+    EXPECT_THAT(read("a.csv", std::string(title) + "\nRef,X (mm),Y (mm)\nA,1,2\n").notes,
+                Contains(AllOf(StartsWith("row 1 says '"), HasSubstr("which is not read"))))
+        << title;
+  EXPECT_THAT(read("b.csv", "Top level parts\nRef,X (mm),Y (mm),Side\nA,1,2,top\n").notes, IsEmpty());
+}
+
 }  // namespace
 }  // namespace meltstage::motion

@@ -244,19 +244,20 @@ TEST_F(Xlsx, OtherSheetsWithCellsAreTold) {
   EXPECT_THAT(read_coordinate_file(make(first)).notes, ::testing::IsEmpty());
   const std::string second = "book.create_sheet('Bottom').append([3, 4])\n";
   EXPECT_THAT(read_coordinate_file(make(first + second)).notes,
-              ::testing::ElementsAre(
-                  "the first sheet alone is read; 'Bottom' has cells too, to be saved as a file of its own"));
+              ::testing::ElementsAre("one sheet alone is read, the first that is shown; 'Bottom' has cells "
+                                     "too, to be saved as a file of its own"));
   EXPECT_THAT(read_coordinate_file(make(first + second + "book.create_sheet('More').append([5])\n")).notes,
-              ::testing::ElementsAre(
-                  "the first sheet alone is read; 'Bottom' and 1 other sheet have cells too, to be saved "
-                  "as a file of their own"));
+              ::testing::ElementsAre("one sheet alone is read, the first that is shown; 'Bottom' and 1 other "
+                                     "sheet have cells too, to be saved "
+                                     "as a file of their own"));
   EXPECT_THAT(read_coordinate_file(make(first + second + "book['Bottom'].sheet_state = 'hidden'\n")).notes,
-              ::testing::ElementsAre("the first sheet alone is read; 'Bottom (hidden)' has cells too, to be "
-                                     "saved as a file of its own"));
+              ::testing::ElementsAre(
+                  "one sheet alone is read, the first that is shown; 'Bottom (hidden)' has cells too, to be "
+                  "saved as a file of its own"));
   // Written by xlwt: three sheets, the middle one empty.
   EXPECT_THAT(read_coordinate_file(fs::path(MELTSTAGE_SOURCE_DIR) / "tests/motion/data/two_sheets.xls").notes,
-              ::testing::ElementsAre(
-                  "the first sheet alone is read; 'Bottom' has cells too, to be saved as a file of its own"));
+              ::testing::ElementsAre("one sheet alone is read, the first that is shown; 'Bottom' has cells "
+                                     "too, to be saved as a file of its own"));
 }
 
 TEST_F(Xlsx, ANoBreakSpaceMayStandBeforeAUnit) {

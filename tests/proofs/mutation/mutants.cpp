@@ -140,6 +140,9 @@ MakeVariant make_of(const std::string& file) {
 
 // ---- A mutant's fate -------------------------------------------------------------------------------------
 
+// Told `s` or `p` when a simulation or a proof begins.
+using Begins = std::function<void(char)>;
+
 std::string killer(const Kill& kill) {
   if (kill.seed == 0) return fmt::format("from any state, after {} clocks", kill.clock);
   const char* how = kill.report.starts_with("MISMATCH") ? "" : " (no mismatch: the run gave up)";
@@ -152,12 +155,17 @@ std::string difference(const hls::Refutation& refutation) {
   return text;
 }
 
-// The cheapest way first: most are killed in a moment, and what is equal need not run for long.
-template <class Stage>
-Verdict judge(const Mutant& mutant, const Options& options, const Proof& proof, const Stage& begins) {
+// Most are killed in a moment.
+Verdict judge_soon(const Mutant& mutant, const Options& options, const Begins& begins) {
   begins('s');
   if (const auto kill = killed_by(make_of(mutant.file), mutant.number, {.trials = options.soon, .seeds = 0}))
     return {Fate::kKilled, killer(*kill)};
+  return {Fate::kOpen, "outlives the first steps"};
+}
+
+// What is equal need not run for long.
+Verdict judge_survivor(const Mutant& mutant, const Options& options, const Proof& proof,
+                       const Begins& begins) {
   begins('p');
   const hls::Refutation refutation = proof.ask(mutant.number);
   if (refutation.verdict == hls::Verdict::kHolds) return {Fate::kEqual, "proved: it changes nothing"};
@@ -179,7 +187,7 @@ struct Job {
   const Mutant* mutant = nullptr;
 };
 
-Job start(const Mutant& mutant, const std::function<Verdict(const std::function<void(char)>&)>& judged) {
+Job start(const Mutant& mutant, const std::function<Verdict(const Begins&)>& judged) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("pipe: no file descriptors left");
   const pid_t child = fork();
@@ -215,6 +223,29 @@ Verdict finish(const Job& job, int status) {
   const bool hung = WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM;
   return {Fate::kKilled, hung ? fmt::format("no end within {} s", kLongestRun_s)
                               : "Verilator gave up: the design does not settle"};
+}
+
+void show_progress(std::size_t done, std::size_t all) {
+  if (isatty(STDERR_FILENO)) fmt::print(stderr, "\r{}/{} mutants{}", done, all, done == all ? "\n" : "");
+}
+
+// Each of `list`, so many at once.
+template <class Judge, class Take>
+void judge_all(const std::vector<const Mutant*>& list, unsigned jobs, const Judge& judge, const Take& take) {
+  std::vector<Job> running;
+  for (std::size_t next = 0; next < list.size() || !running.empty();) {
+    for (; next < list.size() && running.size() < jobs; ++next)
+      running.push_back(start(
+          *list[next], [&, mutant = list[next]](const Begins& begins) { return judge(*mutant, begins); }));
+    int status = 0;
+    const pid_t ended = wait(&status);
+    const auto job =
+        std::find_if(running.begin(), running.end(), [&](const Job& j) { return j.process == ended; });
+    if (job == running.end()) continue;
+    take(*job->mutant, finish(*job, status));
+    running.erase(job);
+    show_progress(next - running.size(), list.size());
+  }
 }
 
 // ---- The kept verdicts -----------------------------------------------------------------------------------
@@ -272,10 +303,6 @@ void print_table(const char* title, const std::map<std::string, Tally>& rows) {
                tally[1], tally[2], tally[3]);
 }
 
-void show_progress(std::size_t done, std::size_t all) {
-  if (isatty(STDERR_FILENO)) fmt::print(stderr, "\r{}/{} mutants{}", done, all, done == all ? "\n" : "");
-}
-
 // In an order that the seed draws, so that a run that was ended has judged a fair sample.
 std::vector<Mutant> chosen(std::vector<Mutant> mutants, const Options& options, unsigned last) {
   for (const unsigned number : options.only)
@@ -314,23 +341,24 @@ int run(const Options& options) {
   std::vector<const Mutant*> left;
   for (const Mutant& mutant : all)
     if (!verdicts.has(mutant.number)) left.push_back(&mutant);
-  const std::optional<Proof> proof =
-      left.empty() ? std::nullopt : std::optional<Proof>(std::in_place, left, rtl);
-
-  std::vector<Job> running;
-  for (std::size_t next = 0; next < left.size() || !running.empty();) {
-    for (; next < left.size() && running.size() < options.jobs; ++next)
-      running.push_back(start(*left[next], [&, mutant = left[next]](const auto& begins) {
-        return judge(*mutant, options, *proof, begins);
-      }));
-    int status = 0;
-    const pid_t ended = wait(&status);
-    const auto job =
-        std::find_if(running.begin(), running.end(), [&](const Job& j) { return j.process == ended; });
-    if (job == running.end()) continue;
-    verdicts.add(job->mutant->number, finish(*job, status));
-    running.erase(job);
-    show_progress(next - running.size(), left.size());
+  std::vector<const Mutant*> survivors;
+  judge_all(
+      left, options.jobs,
+      [&](const Mutant& mutant, const Begins& begins) { return judge_soon(mutant, options, begins); },
+      [&](const Mutant& mutant, const Verdict& verdict) {
+        if (verdict.fate == Fate::kKilled)
+          verdicts.add(mutant.number, verdict);
+        else
+          survivors.push_back(&mutant);
+      });
+  if (!survivors.empty()) {
+    const Proof proof(survivors, rtl);
+    judge_all(
+        survivors, options.jobs,
+        [&](const Mutant& mutant, const Begins& begins) {
+          return judge_survivor(mutant, options, proof, begins);
+        },
+        [&](const Mutant& mutant, const Verdict& verdict) { verdicts.add(mutant.number, verdict); });
   }
 
   Tally total{};

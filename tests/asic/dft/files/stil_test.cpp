@@ -665,6 +665,44 @@ TEST(Stil, DataMayBeShownWithoutBeingTaken) {
               HasSubstr("2 characters for \"a\""));
 }
 
+// A character stays over a W, and the new table says what it does.
+TEST(Stil, ACharacterMeansWhatThePresentTableSays) {
+  const auto with_tables = [](const std::string& second, const std::string& pattern) {
+    return R"(STIL 1.0; Signals { a In; y Out; } Timing {
+WaveformTable v { Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } y { AX { '40ns' H/X; } } } }
+WaveformTable w { Period '100ns'; Waveforms { a { 01 { '0ns' D/U; } } y { )" +
+           second + R"( } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Procedures { c { W w; V { a=0; y=X; } } }
+Pattern main { )" +
+           pattern + " }";
+  };
+  const std::string low = "AX { '40ns' L/X; }", none = "X { '40ns' X; }";
+  EXPECT_EQ(states_of(parse_stil(with_tables(low, "W v; V { a=1; y=A; } W w; V { a=1; }"), "a")), "1H 1L ");
+  EXPECT_THAT(refusal(with_tables(none, "W v; V { a=1; y=A; } W w; V { a=1; }")),
+              HasSubstr("found waveform character A for \"y\", expected one that its WaveformTable defines"));
+  EXPECT_EQ(states_of(parse_stil(with_tables(none, "W v; V { a=1; y=A; } W w; V { y=X; }"), "a")), "1H 1X ");
+}
+
+// Some tools go on behind a Call as before it, others as it ends.
+TEST(Stil, WhatACallLeavesHasToBeSaid) {
+  const std::string procedure = "V { a=0; b=0; y=X; }";
+  const auto refused = [&](const std::string& pattern) {
+    return refusal(with_procedure(procedure, pattern));
+  };
+  EXPECT_THAT(refused("V { a=1; b=0; y=H; } Call c; V { y=H; }"),
+              HasSubstr("found no value of \"a\" since a Call that changes it"));
+  EXPECT_EQ(
+      states_of(parse_stil(with_procedure(procedure, "V { a=1; b=0; y=H; } Call c; V { a=1; y=H; }"), "a")),
+      "10H 00X 10H ");
+  EXPECT_EQ(states_of(parse_stil(with_procedure(procedure, "Call c; V { y=H; }"), "a")), "00X 00H ");
+}
+
+TEST(Stil, CommentsInDataAreNone) {
+  EXPECT_EQ(states_of(parse_stil(with_procedure("V { i=00; y=X; }", "V { i=0 // one; two\n 1; y=H; }"), "a")),
+            "01H ");
+}
+
 TEST(Stil, ABurstInABurstIsNamed) {
   EXPECT_THAT(
       refusal(R"(STIL 1.0; Signals { a In; } PatternBurst q { PatList { main; } }
