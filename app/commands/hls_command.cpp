@@ -29,6 +29,7 @@
 #include "hls/proof/prover.hpp"
 #include "hls/proof/refutation.hpp"
 #include "hls/rtl/rtl.hpp"
+#include "hls/rtl/second_opinion.hpp"
 #include "hls/rtl/solver_formats.hpp"
 
 namespace meltstage::app {
@@ -48,6 +49,7 @@ struct Options {
   std::vector<std::string> other_options;
   hls::ProverLimits limits;
   std::size_t examples = 3;
+  unsigned simulated_clocks = 200;
   unsigned mutants = 0;
 };
 
@@ -247,7 +249,9 @@ int prove(const Options& o) {
   const hls::Circuit model = circuit_of(o.sources, hls::Undefined::kIsLeft);
   const double translated_s = seconds_since(begin);
   line.show("reading the RTL");
-  const hls::Rtl rtl = hls::read_rtl(hls::read_file_list(o.rtl, o.top));
+  const hls::RtlSources rtl_sources = hls::read_file_list(o.rtl, o.top);
+  const hls::Rtl rtl = hls::read_rtl(rtl_sources);
+  const std::string opinion = hls::compare_with_icarus(rtl_sources, rtl, o.simulated_clocks, o.limits.seed);
   const double read_s = seconds_since(begin) - translated_s;
   hls::require_same_pins(model, rtl, tied);
   const std::vector<std::string> notes = hls::notes_of(model, rtl, tied);
@@ -272,6 +276,7 @@ int prove(const Options& o) {
   line.clear();
   print_table(problem, chosen, answers);
   for (const std::string& note : notes) fmt::print("{}\n", note);
+  fmt::print("{}\n", opinion);
   for (const hls::Invariant& invariant : model.invariants) fmt::print("invariant: {}\n", invariant.name);
   const Verdicts verdicts = print_open(problem, chosen, answers, o.examples);
   shown.resize(std::min(shown.size(), o.examples));
@@ -347,6 +352,11 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
   proof->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
       ->capture_default_str();
   proof->add_option("--seed", o->limits.seed, "Of the random values and mutants")->capture_default_str();
+  proof
+      ->add_option("--simulate", o->simulated_clocks,
+                   "Clocks for which Icarus runs the RTL beside Yosys' gates")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1'000'000));
   proof->add_option("--examples", o->examples, "Counterexamples shown at most")->capture_default_str();
   proof->add_option(
       "--mutants", o->mutants,

@@ -184,6 +184,21 @@ TEST_F(HlsArrays, SlipsThatYosysTakesAreRefused) {
   expect(0, "logic [3:0] n = 4'd5;\nassign y_o = n;", "5");
 }
 
+// Simulators do otherwise than Yosys, whose reading was proved.
+TEST_F(HlsArrays, WhatIcarusReadsOtherwiseIsRefused) {
+  const std::string both = " as Icarus does, in clock ";
+  expect_refused("function [3:0] f(input [3:0] x); f = x; endfunction\nassign y_o = f(~2'd3) ^ a_i;", both);
+  expect_refused(
+      "task automatic t(inout [3:0] c); c = c + 1; endtask\nlogic [3:0] c;\n"
+      "always_comb begin c = b_i; t(c); y_o = c; end",
+      both);
+  expect_refused("localparam signed K = 2'd2;\nassign y_o = K;", both);
+  expect_refused("typedef enum logic {A, B} e_t;\nassign y_o = {A, B, A, B};", both);
+  expect(0, "assign y_o = a_i & b_i;", "in->a_i & in->b_i");
+  EXPECT_THAT(said_, HasSubstr("RTL: as Yosys reads it, it ran like Icarus for 200 clocks"));
+  EXPECT_THAT(prove("--simulate 0").output, HasSubstr("RTL: not run beside Icarus: --simulate 0"));
+}
+
 TEST_F(HlsArrays, AnExpressionAtAWiderPortIsRefused) {
   const auto block = [](const std::string& x) { return "wider u (.x(" + x + "), .y(y_o));"; };
   below_ =
