@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <unordered_map>
+
+#include "hls/proof/engines.hpp"
 
 namespace meltstage::hls {
 namespace {
@@ -39,6 +42,27 @@ std::vector<bool> usual_inputs(const Circuit& model, const Problem& problem) {
   return result;
 }
 
+// Of these inputs those which, changed alone, leave nothing broken; 64 of them are tried at once.
+std::vector<bool> needed(const Problem& problem, const Obligation& obligation,
+                         const std::vector<bool>& inputs, const std::vector<std::size_t>& asked) {
+  const std::array<Literal, 2> roots = {obligation.wrong, problem.reachable};
+  const std::vector<std::uint32_t> cone = problem.aig.cone(roots);
+  std::vector<bool> result;
+  for (std::size_t start = 0; start < asked.size(); start += 64) {
+    std::vector<Pattern> patterns;
+    for (const bool bit : inputs) patterns.push_back(bit ? ~Pattern{0} : 0);
+    const std::size_t tries = std::min<std::size_t>(64, asked.size() - start);
+    for (std::size_t i = 0; i < tries; ++i) patterns[asked[start + i]] ^= Pattern{1} << i;
+    const std::vector<Pattern> value = simulate(problem.aig, cone, patterns);
+    const auto of = [&](Literal literal) {
+      return value[literal / 2] ^ ((literal & 1) != 0 ? ~Pattern{0} : 0);
+    };
+    const Pattern broken = of(obligation.wrong) & of(problem.reachable);
+    for (std::size_t i = 0; i < tries; ++i) result.push_back((broken >> i & 1) == 0);
+  }
+  return result;
+}
+
 }  // namespace
 
 Counterexample make_counterexample(const Circuit& model, const Problem& problem, const Obligation& obligation,
@@ -63,15 +87,17 @@ Counterexample make_counterexample(const Circuit& model, const Problem& problem,
     for (unsigned i = 0; i < pin.field.width; ++i) of_both.insert(bit_name(pin.field, i));
   }
   // Of the RTL alone those are told without which the example would be none.
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const auto pin = std::find_if(problem.pins.begin(), problem.pins.end(),
-                                  [&](const auto& named) { return named.second == problem.aig.inputs()[i]; });
-    if (pin == problem.pins.end() || of_both.contains(pin->first)) continue;
-    std::vector<bool> other = inputs;
-    other[i] = !other[i];
-    if (inputs[i] || !is_broken(problem, obligation, other))
-      result.pins.push_back({pin->first, inputs[i] ? 1U : 0U});
-  }
+  std::unordered_map<Literal, std::string> names;
+  for (const auto& [name, literal] : problem.pins) names[literal] = name;
+  std::vector<std::size_t> alone;
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    if (const auto pin = names.find(problem.aig.inputs()[i]);
+        pin != names.end() && !of_both.contains(pin->second))
+      alone.push_back(i);
+  const std::vector<bool> matters = needed(problem, obligation, inputs, alone);
+  for (std::size_t i = 0; i < alone.size(); ++i)
+    if (inputs[alone[i]] || matters[i])
+      result.pins.push_back({names.at(problem.aig.inputs()[alone[i]]), inputs[alone[i]] ? 1U : 0U});
   if (obligation.kind != Kind::kFlop && obligation.kind != Kind::kPin) return result;
   // all bits of the word, of which some may be equal
   const std::vector<Field> fields = fields_of(model);
