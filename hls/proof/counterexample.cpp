@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <span>
 #include <unordered_map>
 
 #include "hls/proof/engines.hpp"
@@ -48,17 +49,10 @@ std::vector<bool> needed(const Problem& problem, const Obligation& obligation,
   const std::array<Literal, 2> roots = {obligation.wrong, problem.reachable};
   const std::vector<std::uint32_t> cone = problem.aig.cone(roots);
   std::vector<bool> result;
-  for (std::size_t start = 0; start < asked.size(); start += 64) {
-    std::vector<Pattern> patterns;
-    for (const bool bit : inputs) patterns.push_back(bit ? ~Pattern{0} : 0);
-    const std::size_t tries = std::min<std::size_t>(64, asked.size() - start);
-    for (std::size_t i = 0; i < tries; ++i) patterns[asked[start + i]] ^= Pattern{1} << i;
-    const std::vector<Pattern> value = simulate(problem.aig, cone, patterns);
-    const auto of = [&](Literal literal) {
-      return value[literal / 2] ^ ((literal & 1) != 0 ? ~Pattern{0} : 0);
-    };
-    const Pattern broken = of(obligation.wrong) & of(problem.reachable);
-    for (std::size_t i = 0; i < tries; ++i) result.push_back((broken >> i & 1) == 0);
+  for (std::size_t start = 0; start < asked.size(); start += kRuns) {
+    const auto tried = std::span(asked).subspan(start, std::min(kRuns, asked.size() - start));
+    const Pattern broken = broken_with_one_changed(problem, obligation, cone, inputs, tried);
+    for (std::size_t i = 0; i < tried.size(); ++i) result.push_back((broken >> i & 1) == 0);
   }
   return result;
 }

@@ -20,6 +20,13 @@ struct Work {
 };
 
 using Pattern = std::uint64_t;  // one bit a run
+inline constexpr std::size_t kRuns = 64;
+
+/// In which runs an obligation is broken, in a state in which the invariants hold: in run i input changed[i]
+/// (at most kRuns) is the other one. `cone`: of the obligation and the invariants.
+Pattern broken_with_one_changed(const Problem& problem, const Obligation& obligation,
+                                const std::vector<std::uint32_t>& cone, const std::vector<bool>& inputs,
+                                std::span<const std::size_t> changed);
 
 /// Values of the nodes of `cone` in 64 runs.
 std::vector<Pattern> simulate(const Aig& aig, const std::vector<std::uint32_t>& cone,

@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <map>
+#include <span>
 
 #include "base/parallel.hpp"
 #include "hls/proof/cases.hpp"
@@ -114,6 +115,20 @@ std::vector<bool> evaluate(const Aig& aig, const std::vector<bool>& inputs) {
   return value;
 }
 
+Pattern broken_with_one_changed(const Problem& problem, const Obligation& obligation,
+                                const std::vector<std::uint32_t>& cone, const std::vector<bool>& inputs,
+                                std::span<const std::size_t> changed) {
+  std::vector<Pattern> patterns;
+  for (const bool bit : inputs) patterns.push_back(bit ? ~Pattern{0} : 0);
+  for (std::size_t i = 0; i < changed.size(); ++i) patterns[changed[i]] ^= Pattern{1} << i;
+  const std::vector<Pattern> value = simulate(problem.aig, cone, patterns);
+  const auto of = [&](Literal literal) {
+    return value[literal / 2] ^ ((literal & 1) != 0 ? ~Pattern{0} : 0);
+  };
+  const Pattern asked = changed.size() == kRuns ? ~Pattern{0} : (Pattern{1} << changed.size()) - 1;
+  return of(obligation.wrong) & of(problem.reachable) & asked;
+}
+
 std::vector<bool> simplest(const Problem& problem, const Obligation& obligation, std::vector<bool> example,
                            const std::vector<bool>& usual) {
   const std::array<Literal, 2> asked = {obligation.wrong, problem.reachable};
@@ -130,18 +145,10 @@ std::vector<bool> simplest(const Problem& problem, const Obligation& obligation,
   }
   // 64 tries at once; each puts one input back.
   for (std::size_t start = 0; start < unusual.size(); ++start) {
-    std::vector<Pattern> inputs;
-    for (const bool bit : example) inputs.push_back(bit ? ~Pattern{0} : 0);
-    const std::size_t tries = std::min<std::size_t>(64, unusual.size() - start);
-    for (std::size_t i = 0; i < tries; ++i) inputs[unusual[start + i]] ^= Pattern{1} << i;
-    const std::vector<Pattern> value = simulate(problem.aig, cone, inputs);
-    const auto of = [&](Literal literal) {
-      return value[literal / 2] ^ ((literal & 1) != 0 ? ~Pattern{0} : 0);
-    };
-    const Pattern still = of(obligation.wrong) & of(problem.reachable) &
-                          (tries == 64 ? ~Pattern{0} : (Pattern{1} << tries) - 1);
+    const auto tried = std::span(unusual).subspan(start, std::min(kRuns, unusual.size() - start));
+    const Pattern still = broken_with_one_changed(problem, obligation, cone, example, tried);
     if (still == 0) {
-      start += tries - 1;
+      start += tried.size() - 1;
       continue;
     }
     const auto first = static_cast<std::size_t>(std::countr_zero(still));
