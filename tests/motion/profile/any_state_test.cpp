@@ -20,6 +20,20 @@ constexpr int kCases = 100'000;
 // No two runs draw the same cases; the seed of one that fails is in its message.
 std::uint64_t new_seed() { return std::random_device{}(); }
 
+// What kCases random cases have met; the first that is wrong ends them.
+template <class Seen>
+Seen seen_in(std::string (*fault_of_case)(std::mt19937_64&, Seen&)) {
+  const std::uint64_t seed = new_seed();
+  std::mt19937_64 random(seed);
+  Seen seen;
+  for (int i = 0; i < kCases; ++i) {
+    const std::string fault = fault_of_case(random, seen);
+    EXPECT_EQ(fault, "") << "seed " << seed << ", case " << i;
+    if (!fault.empty()) break;
+  }
+  return seen;
+}
+
 TEST(AnyState, TurnsBackWithinTheJerkLimit) {
   // So hard a deceleration can't be ended before the axis turns.
   const AnyState task{
@@ -42,32 +56,20 @@ TEST(AnyState, AnAccelerationNoSlowJerkCouldHaveMadeEndsAtTheTarget) {
 }
 
 TEST(AnyStateProperty, KeepsTheLimitsAndEndsAtTheTarget) {
-  const std::uint64_t seed = new_seed();
-  std::mt19937_64 random(seed);
-  AnyStateSeen seen;
-  for (int i = 0; i < kCases; ++i)
-    ASSERT_EQ(any_state_case(random, seen), "") << "seed " << seed << ", case " << i;
+  const auto seen = seen_in(any_state_case);
   EXPECT_GT(seen.turns_back, 1000u);
   EXPECT_GT(seen.symmetric, 40'000u);
 }
 
 TEST(MovingEndProperty, KeepsTheLimitsAndNothingIsFaster) {
-  const std::uint64_t seed = new_seed();
-  std::mt19937_64 random(seed);
-  MovingEndSeen seen;
-  for (int i = 0; i < kCases; ++i)
-    ASSERT_EQ(moving_end_case(random, seen), "") << "seed " << seed << ", case " << i;
+  const auto seen = seen_in(moving_end_case);
   EXPECT_GT(seen.goes_back, 10'000u);
   EXPECT_GT(seen.at_rest, 20'000u);
   EXPECT_GT(seen.compared, 10'000u);
 }
 
 TEST(AnyEndProperty, KeepsTheLimitsAndNothingIsFaster) {
-  const std::uint64_t seed = new_seed();
-  std::mt19937_64 random(seed);
-  AnyEndSeen seen;
-  for (int i = 0; i < kCases; ++i)
-    ASSERT_EQ(any_end_case(random, seen), "") << "seed " << seed << ", case " << i;
+  const auto seen = seen_in(any_end_case);
   EXPECT_GT(seen.with_acceleration, 50'000u);
   EXPECT_GT(seen.at_speed, 10'000u);
   EXPECT_GT(seen.compared, 10'000u);
