@@ -31,8 +31,11 @@ package tc_math_pkg;
   function automatic logic [21:0] secded_flip(input logic [21:0] code);
     logic [5:0] syndrome;
     syndrome = secded_check(code[15:0]) ^ code[21:16];
-    for (int i = 0; i < 16; i++) secded_flip[i] = syndrome == secded_check(16'd1 << i);
-    for (int i = 0; i < 6; i++) secded_flip[16+i] = syndrome == (6'd1 << i);
+    secded_flip = 22'd0;
+    if (syndrome != 6'd0) begin
+      for (int i = 0; i < 16; i++) secded_flip[i] = syndrome == secded_check(16'd1 << i);
+      for (int i = 0; i < 6; i++) secded_flip[16+i] = syndrome == (6'd1 << i);
+    end
   endfunction
 
   // Row of MEM: a register's word as stored, check bits above the data, an even number of ones in all. Of the check

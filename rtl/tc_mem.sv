@@ -105,19 +105,26 @@ module tc_mem (
   assign wr          = wr_i && !commit_i;
   assign step        = scrub_busy_q && !wr_i && !commit_i && !rd_i;
   assign judge       = scrub_index_q > ColumnsIndex;
-  assign index       = wr_i ? wr_index_i : rd_i ? rd_index_i : judge ? odd_row_q : scrub_index_q;
+  always_comb begin
+    if (wr_i) index = wr_index_i;
+    else if (rd_i) index = rd_index_i;
+    else if (!scrub_busy_q) index = 6'd0;  // none: neither gates nor a simulator have work while MEM rests
+    else index = judge ? odd_row_q : scrub_index_q;
+  end
   assign reset_data  = tc_pkg::reg_reset(index);
   assign show_staged = wr_i || rd_i || (scrub_staged_q && !discarding_q) || scan_en_i;
   assign show_active = (!wr_i && !rd_i && (!scrub_staged_q || discarding_q)) || scan_en_i;
 
   // Each row behind its own select, all in one OR: flatter than a choice of one after the other. A commit opens all of
   // the staged set, each for its own active row.
+  logic [63:0] by_index;  // one-hot
   logic [Columns:1] in_hand;
   logic [22*Columns-1:0] staged_rows, active_rows, open_staged;  // row i at 22 (i - 1)
   (* mem2reg *) logic [21:0] bank_row [0:Banks-1];
   logic [21:0] row;
+  assign by_index = 64'd1 << index;
+  assign in_hand = {by_index[Columns] && !wr_i && !rd_i, by_index[Columns-1:1]} | {Columns{scan_en_i}};
   for (genvar i = 1; i <= Columns; i++) begin : gen_select
-    assign in_hand[i] = (index == 6'(i) && (i != Columns || !(wr_i || rd_i))) || scan_en_i;
     assign staged_rows[22*(i-1)+:22] = staged_q[i] ^ reset_row(6'(i));
     assign active_rows[22*(i-1)+:22] = active_q[i] ^ reset_row(6'(i));
   end
@@ -260,14 +267,14 @@ module tc_mem (
   assign discarding_o = discard_i || (scrub_busy_q && discarding_q);
 
   logic [16*tc_pkg::HoldingCount-1:0] params_bits;
-  always_comb begin
-    params_bits = '0;
-    for (int unsigned i = 1; i <= LastWord; i++) begin
-      params_bits[16*i+:16] = active_q[i][15:0];
-      // A flip of these would outlast the pass that corrects it: in the control period, or in a PWM period begun with
-      // it.
-      if (tc_pkg::reg_corrected(6'(i)))
-        params_bits[16*i+:16] = 16'(active_q[i] ^ tc_math_pkg::secded_flip(active_q[i]));
+  assign params_bits[15:0] = 16'd0;
+  for (genvar i = 1; i <= LastWord; i++) begin : gen_params
+    // A flip of these would outlast the pass that corrects it: in the control period, or in a PWM period begun with
+    // it.
+    if (tc_pkg::reg_corrected(6'(i))) begin : gen_corrected
+      assign params_bits[16*i+:16] = 16'(active_q[i] ^ tc_math_pkg::secded_flip(active_q[i]));
+    end else begin : gen_plain
+      assign params_bits[16*i+:16] = active_q[i][15:0];
     end
   end
   assign params_o = params_bits;

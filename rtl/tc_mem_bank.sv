@@ -22,10 +22,14 @@ module tc_mem_bank #(
 
   always_comb begin
     row_o = 22'd0;
-    for (int unsigned i = 0; i < Rows; i++) begin
-      open_staged_o[22*i+:22] = {22{(in_hand_i[i] && show_staged_i) ||
-          commit_i}} & staged_i[22*i+:22] & Stored[22*i+:22];
-      row_o |= open_staged_o[22*i+:22] | ({22{in_hand_i[i] && show_active_i}} & active_i[22*i+:22] & Stored[22*i+:22]);
+    open_staged_o = '0;
+    if (in_hand_i != '0 || commit_i) begin  // a simulator passes the other banks by
+      for (int unsigned i = 0; i < Rows; i++) begin
+        open_staged_o[22*i+:22] = {22{(in_hand_i[i] && show_staged_i) || commit_i}} & staged_i[22*i+:22] &
+            Stored[22*i+:22];
+        row_o |= open_staged_o[22*i+:22] |
+            ({22{in_hand_i[i] && show_active_i}} & active_i[22*i+:22] & Stored[22*i+:22]);
+      end
     end
   end
 

@@ -28,9 +28,13 @@ class TracedTop final : public verilated::VerilatedTop<Vtc_top_traced> {
   ~TracedTop() override { trace_.close(); }
 
  protected:
-  void eval() override {
-    top_.eval();
-    trace_.dump(half_cycles_++);
+  // Waves show both edges.
+  void clock() override {
+    for (const bool level : {true, false}) {
+      top_.clk_i = level;
+      top_.eval();
+      trace_.dump(half_cycles_++);
+    }
   }
 
  private:

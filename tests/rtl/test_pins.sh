@@ -32,7 +32,7 @@ change() {
 
 # Without the pins: they lead nowhere, which Yosys confirms.
 change rtl_without tc_rst_sync.sv 's/test_mode_i ? rst_ni : out_q/out_q/'
-sed -i 's/ *|| scan_en_i//' "$work/rtl_without/tc_mem.sv"
+sed -i 's/ *|| scan_en_i//; s/ | {Columns{scan_en_i}}//' "$work/rtl_without/tc_mem.sv"
 sed -i 's/test_mode_i ? TestMsLast : MsLast/MsLast/; s/ || test_mode_i;/;/' "$work/rtl_without/tc_sysctrl.sv"
 elaborate "$work/rtl_without" without "select -assert-none w:test_mode_i w:scan_en_i w:scan_i_* %u %u %co1 c:* %i"
 elaborate "$rtl" chip ""
@@ -51,7 +51,7 @@ while IFS=$'\t' read -r name file edit; do
 done < <(shuf -n "$effects" <<'EOT'
 bypass_always	tc_rst_sync.sv	s/test_mode_i ? rst_ni : out_q/test_mode_i ? out_q : rst_ni/
 times_short	tc_sysctrl.sv	s/7'd99 || test_mode_i/7'd99 || !test_mode_i/
-words_open	tc_mem.sv	s/rd_i))) || scan_en_i;/rd_i))) || !scan_en_i;/
+words_open	tc_mem.sv	s/| {Columns{scan_en_i}}/| {Columns{!scan_en_i}}/
 chain_into_pin	tc_top.sv	s/{drop_i, inhibit_i/{drop_i ^ scan_i[0], inhibit_i/
 EOT
 )
