@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <sstream>
 
 #include "app/terminal.hpp"
@@ -141,28 +142,50 @@ void print_table(const hls::Problem& problem, const std::vector<std::size_t>& ch
 
 constexpr const char* kInvariants = "invariants";  // the block of their obligations
 
-// Products were any function so far: an example counts only if it is one with real multiplication.
+// Products were any function so far: an answer is broken only if it is so with real multiplication.
 class Examples {
  public:
   Examples(const hls::Circuit& model, const hls::Rtl& rtl, const hls::TiedPins& tied, const Options& options)
       : model_(model), rtl_(rtl), tied_(tied), options_(options) {}
 
-  // None when the answer was an artefact of the cut and the obligation holds.
-  std::optional<hls::Counterexample> of(const hls::Problem& problem, std::size_t number,
-                                        hls::Answer& answer) {
-    const hls::Obligation& obligation = problem.obligations[number];
-    // promises are of the C++ alone, which has its products in gates
-    if (rtl_.products.empty() || obligation.kind == hls::Kind::kPromise)
-      return hls::make_counterexample(model_, problem, obligation, answer.example);
-    if (!gates_) gates_ = hls::make_problem(model_, rtl_, hls::Products::kInGates, tied_);
-    const hls::Obligation& real = gates_->obligations[number];
-    std::vector<bool> example = hls::carried_over(problem, answer.example, *gates_);
-    if (!hls::is_broken(*gates_, real, example)) {
-      answer = hls::prove(*gates_, {number}, options_.limits, {}).front();
-      if (answer.verdict != hls::Verdict::kBroken) return std::nullopt;
-      example = answer.example;
+  // Says of each broken answer whether it is: by its own example, or by random values. What stays in doubt is
+  // open where another one is broken, and proved anew where none is.
+  void check(const hls::Problem& problem, const std::vector<std::size_t>& chosen,
+             std::vector<hls::Answer>& answers) {
+    if (rtl_.products.empty()) return;
+    std::vector<std::size_t> asked;  // of chosen
+    for (std::size_t i = 0; i < chosen.size(); ++i)
+      if (answers[i].verdict == hls::Verdict::kBroken) asked.push_back(i);
+    if (asked.empty()) return;
+    gates_ = hls::make_problem(model_, rtl_, hls::Products::kInGates, tied_);
+    // what add_promises() has added is made of gates already
+    std::erase_if(asked, [&](std::size_t i) { return chosen[i] >= gates_->obligations.size(); });
+    std::vector<std::size_t> numbers;
+    for (const std::size_t i : asked) numbers.push_back(chosen[i]);
+    const std::vector<hls::Answer> drawn = hls::try_random_values(*gates_, numbers, options_.limits.seed);
+    std::vector<std::size_t> doubtful;
+    for (std::size_t k = 0; k < asked.size(); ++k) {
+      hls::Answer& answer = answers[asked[k]];
+      std::vector<bool> carried = hls::carried_over(problem, answer.example, *gates_);
+      if (hls::is_broken(*gates_, gates_->obligations[numbers[k]], carried))
+        answer.example = std::move(carried);
+      else if (drawn[k].verdict != hls::Verdict::kOpen)
+        answer = drawn[k];
+      else
+        doubtful.push_back(asked[k]);
     }
-    return hls::make_counterexample(model_, *gates_, real, example);
+    for (const std::size_t i : doubtful) answers[i] = {};
+    const bool refuted = std::any_of(answers.begin(), answers.end(), [](const hls::Answer& answer) {
+      return answer.verdict == hls::Verdict::kBroken;
+    });
+    for (const std::size_t i : doubtful)
+      if (!refuted) answers[i] = hls::prove(*gates_, {chosen[i]}, options_.limits, {}).front();
+  }
+
+  // Of a broken answer that was checked.
+  hls::Counterexample of(const hls::Problem& problem, std::size_t number, const hls::Answer& answer) const {
+    const hls::Problem& shown = gates_ && number < gates_->obligations.size() ? *gates_ : problem;
+    return hls::make_counterexample(model_, shown, shown.obligations[number], answer.example);
   }
 
  private:
@@ -263,24 +286,19 @@ int prove(const Options& o) {
   const std::vector<std::size_t> chosen = choose(problem, o.blocks);
   std::vector<hls::Answer> answers = hls::prove(problem, chosen, o.limits, progress);
   Examples examples(model, rtl, tied, o);
-  std::vector<hls::Counterexample> shown;
-  // One is worked out even where none is shown: with products cut at names a difference may be none.
-  for (std::size_t i = 0; i < chosen.size() && shown.size() < std::max<std::size_t>(1, o.examples); ++i) {
-    if (answers[i].verdict != hls::Verdict::kBroken) continue;
-    auto example = examples.of(problem, chosen[i], answers[i]);
-    const bool told =
-        example && std::any_of(shown.begin(), shown.end(),
-                               [&](const hls::Counterexample& other) { return other.name == example->name; });
-    if (example && !told) shown.push_back(std::move(*example));
-  }
+  examples.check(problem, chosen, answers);
   line.clear();
   print_table(problem, chosen, answers);
   for (const std::string& note : notes) fmt::print("{}\n", note);
   fmt::print("{}\n", opinion);
   for (const hls::Invariant& invariant : model.invariants) fmt::print("invariant: {}\n", invariant.name);
   const Verdicts verdicts = print_open(problem, chosen, answers, o.examples);
-  shown.resize(std::min(shown.size(), o.examples));
-  for (const hls::Counterexample& example : shown) fmt::print("{}", hls::to_text(example, {"C++", "RTL"}));
+  std::set<std::string> shown;
+  for (std::size_t i = 0; i < chosen.size() && shown.size() < o.examples; ++i) {
+    if (answers[i].verdict != hls::Verdict::kBroken) continue;
+    const hls::Counterexample example = examples.of(problem, chosen[i], answers[i]);
+    if (shown.insert(example.name).second) fmt::print("{}", hls::to_text(example, {"C++", "RTL"}));
+  }
   fmt::print("{}: {} of {} bits equal {}{}{}; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
              verdicts.word(), chosen.size() - verdicts.broken - verdicts.open, chosen.size(),
              verdicts.states(), o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "), seconds_since(begin),

@@ -236,8 +236,7 @@ class CellReader {
           if (found.empty()) found = unknown(part, key, cell.name, e);
         }
         const Expression& clock = flop.clocked_on;
-        const bool is_edge = clock.op == Op::pin || (clock.op == Op::inv && clock.args[0].op == Op::pin);
-        if (found.empty() && !is_edge)
+        if (found.empty() && !is_pin_or_inverse(clock))
           found = defect_at(file_, part.find("clocked_on")->place, "clocked_on of " + shown(cell.name),
                             "one pin, or its inverse");
       }
@@ -293,6 +292,14 @@ class CellReader {
     flop.clocked_on = expression(group, "clocked_on");
     if (group.find("clear") != nullptr) flop.clear = expression(group, "clear");
     if (group.find("preset") != nullptr) flop.preset = expression(group, "preset");
+    for (const auto& [key, state] : {std::pair("clear_preset_var1", &flop.state_of_both),
+                                     std::pair("clear_preset_var2", &flop.state_n_of_both)}) {
+      const std::string said = text(group, key);
+      if (said.empty()) continue;
+      if (said.size() != 1 || std::string_view("LHNTX").find(said[0]) == std::string_view::npos)
+        fail(group.find(key)->place, fmt::format("{} {}", key, shown(said)), "L, H, N, T or X");
+      *state = said[0];
+    }
     return flop;
   }
   std::optional<ScanPins> scan(const Group& test) const {
@@ -345,6 +352,10 @@ class CellReader {
 };
 
 }  // namespace
+
+bool is_pin_or_inverse(const Expression& e) {
+  return e.op == Op::pin || (e.op == Op::inv && e.args[0].op == Op::pin);
+}
 
 Expression parse_expression(std::string_view text) { return ExpressionParser(text).whole(); }
 

@@ -21,6 +21,9 @@ struct Expression {
   friend bool operator==(const Expression&, const Expression&) = default;
 };
 
+/// Whether it is a pin or its inverse: what an edge or a level of one pin can be.
+bool is_pin_or_inverse(const Expression& e);
+
 /// Parses one expression (`!`, postfix `'`, `^`, `&` `*` or a blank, `|` `+`, parentheses; in falling
 /// precedence). Throws UserError with the position counted from 1.
 Expression parse_expression(std::string_view text);
@@ -33,6 +36,8 @@ struct Flop {
   Expression clocked_on;
   std::optional<Expression> clear;   ///< true: state is 0
   std::optional<Expression> preset;  ///< true: state is 1
+  /// What `state` and `state_n` are while both are true, as Liberty writes it: L, H, N, T or X.
+  char state_of_both = 'X', state_n_of_both = 'X';
 
   friend bool operator==(const Flop&, const Flop&) = default;
 };

@@ -14,17 +14,14 @@
 namespace meltstage::hls {
 namespace {
 
-std::string word_of(const std::string& bit, const std::vector<Field>& fields) {
-  for (const Field& field : fields)
-    for (unsigned i = 0; i < field.width; ++i)
-      if (bit_name(field, i) == bit) return field.name;
-  return bit;
-}
-
-std::vector<Field> fields_of(const Circuit& model) {
-  std::vector<Field> result;
-  for (const Flop& flop : model.flops) result.push_back(flop.field);
-  for (const Pin& pin : model.outputs) result.push_back(pin.field);
+// The word of each bit of flops and outputs.
+std::unordered_map<std::string, std::string> words_of_bits(const Circuit& model) {
+  std::unordered_map<std::string, std::string> result;
+  const auto add = [&](const Field& field) {
+    for (unsigned i = 0; i < field.width; ++i) result.emplace(bit_name(field, i), field.name);
+  };
+  for (const Flop& flop : model.flops) add(flop.field);
+  for (const Pin& pin : model.outputs) add(pin.field);
   return result;
 }
 
@@ -94,10 +91,14 @@ Counterexample make_counterexample(const Circuit& model, const Problem& problem,
       result.pins.push_back({names.at(problem.aig.inputs()[alone[i]]), inputs[alone[i]] ? 1U : 0U});
   if (obligation.kind != Kind::kFlop && obligation.kind != Kind::kPin) return result;
   // all bits of the word, of which some may be equal
-  const std::vector<Field> fields = fields_of(model);
-  result.name = word_of(obligation.name, fields);
+  const std::unordered_map<std::string, std::string> words = words_of_bits(model);
+  const auto word_of = [&](const std::string& bit) {
+    const auto found = words.find(bit);
+    return found == words.end() ? bit : found->second;
+  };
+  result.name = word_of(obligation.name);
   for (const Obligation& other : problem.obligations) {
-    if (other.kind != obligation.kind || word_of(other.name, fields) != result.name) continue;
+    if (other.kind != obligation.kind || word_of(other.name) != result.name) continue;
     unsigned bit = 0;
     if (const std::size_t bracket = other.name.rfind('['); other.name != result.name)
       bit = static_cast<unsigned>(std::stoul(other.name.substr(bracket + 1)));
@@ -110,9 +111,7 @@ Counterexample make_counterexample(const Circuit& model, const Problem& problem,
 std::string to_text(const Counterexample& example, const SideNames& names) {
   std::string text =
       fmt::format("counterexample: {}{}\n  state (what is not listed is as in reset)", example.name,
-                  example.kind == Kind::kInvariant ? " does not hold in the next state"
-                  : example.kind == Kind::kPromise ? " is broken"
-                                                   : "");
+                  example.kind == Kind::kInvariant ? " does not hold in the next state" : "");
   for (const NamedValue& flop : example.state) text += fmt::format("\n    {} = {:#x}", flop.name, flop.value);
   text += "\n  pins\n   ";
   for (const NamedValue& pin : example.pins) text += fmt::format(" {}={:#x}", pin.name, pin.value);

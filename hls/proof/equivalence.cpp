@@ -262,7 +262,7 @@ class Builder {
     const bool is_reset = flop.in_reset != kFalse;
     if (!is_reset || flop.reset_value == (reset ? kTrue : kFalse)) return;
     problem_.obligations.push_back({Kind::kPromise,
-                                    fmt::format("{}: what hls_reset() gives as the RTL's reset does", name),
+                                    fmt::format("{}: hls_reset() gives another value than the RTL's reset", name),
                                     block_of(name), kTrue, kFalse, kFalse});
   }
 

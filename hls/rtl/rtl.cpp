@@ -393,7 +393,9 @@ std::string run_yosys(const std::string& script, const std::filesystem::path& fi
   write_whole(file, script);
   const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", file.string()});
   if (yosys.status == 0) return yosys.output;
-  const std::string error = line_with(yosys.output, "ERROR");
+  std::string error = line_with(yosys.output, "ERROR");
+  if (error.find("yields non-constant value") != std::string::npos)
+    error += "; expected one value, and a test of the reset for the level to which its edge leads";
   const bool placed = std::regex_search(error, std::regex("\\.\\w+:\\d+"));
   throw UserError(fmt::format(
       "{}: Yosys refuses it: {}",

@@ -130,6 +130,37 @@ std::optional<Length> length_of(const Cell& cell) {
   return Length{*value, unit};
 }
 
+namespace {
+
+/// "X,Y in mils", "All coordinates are in mm", "Measurement units: mil", "(mil)": words of a place and a unit
+/// behind them, and no other.
+std::optional<std::string> unit_of_sentence(std::string_view sentence) {
+  constexpr std::array<std::string_view, 42> kWords = {
+      "x",        "y",         "xy",         "and",         "und",          "the",         "all",
+      "alle",     "are",       "is",         "in",          "given",        "used",        "units",
+      "unit",     "of",        "coordinate", "coords",      "coordinates",  "position",    "positions",
+      "location", "locations", "dimension",  "distances",   "dimensions",   "values",      "length",
+      "lengths",  "measure",   "measures",   "measurement", "measurements", "koordinaten", "koordinate",
+      "einheit",  "einheiten", "maßeinheit", "maße",        "werte",        "position(s)", "angaben"};
+  std::vector<std::string> words;
+  std::string word;
+  for (const char c : std::string(sentence) + ' ') {
+    if (std::string_view(" \t,;:=()[]\"/").find(c) == std::string_view::npos)
+      word += c;
+    else if (!word.empty())
+      words.push_back(std::exchange(word, ""));
+  }
+  if (words.empty() || find_unit(words.back()) == nullptr) return std::nullopt;
+  const bool bracketed = sentence.starts_with('(') || sentence.starts_with('[');
+  if (words.size() == 1 && !bracketed) return std::nullopt;
+  const bool known = std::all_of(words.begin(), words.end() - 1, [&](const std::string& each) {
+    return std::find(kWords.begin(), kWords.end(), each) != kWords.end();
+  });
+  return known ? std::optional(words.back()) : std::nullopt;
+}
+
+}  // namespace
+
 std::optional<std::string> unit_told(std::string_view line, std::string_view next) {
   constexpr std::string_view kAround = " \t\",;";
   const auto bare = [&](std::string_view text) {
@@ -153,6 +184,13 @@ std::optional<std::string> unit_told(std::string_view line, std::string_view nex
     for (const std::string_view filler : {"are ", "is ", "in "})
       if (word.starts_with(filler)) word.erase(0, filler.size());
     if (find_unit(word) != nullptr || (stated && has_mark)) return word;
+  }
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(". "), rest.size());
+    std::string_view sentence = rest.substr(0, end);
+    while (sentence.ends_with('.')) sentence.remove_suffix(1);
+    if (const auto unit = unit_of_sentence(trimmed(sentence))) return unit;
+    rest.remove_prefix(std::min(end + 2, rest.size()));
   }
   return std::nullopt;
 }

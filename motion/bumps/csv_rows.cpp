@@ -220,7 +220,7 @@ class RowWidth {
   void check(const TableRow& row) {
     const auto last = std::find_if_not(row.cells.rbegin(), row.cells.rend(), is_blank);
     if (last == row.cells.rend()) return;
-    const auto used = static_cast<std::size_t>(row.cells.rend() - last);
+    auto used = static_cast<std::size_t>(row.cells.rend() - last);
     if (first_row_ == 0 && used > 1) {
       first_row_ = row.row;
       most_ = row.cells.size();
@@ -232,7 +232,8 @@ class RowWidth {
                "row {}: found {} cells, expected {}, as row {} has; where blanks separate, no cell can "
                "be empty: quote it",
                row.row, row.cells.size(), most_, first_row_));
-    if (used <= most_) return;
+    if (used <= most_ && !splits_numbers(row)) return;
+    used = row.cells.size();
     const std::string_view advice = separator_ == ','
                                         ? "where a comma is the decimal mark, separate the cells by ';'"
                                         : "quote a cell that holds the separator";
@@ -241,6 +242,14 @@ class RowWidth {
   }
 
  private:
+  /// An empty cell or two more than the first row has, where no number has a point: "1,5,," may be 1.5.
+  bool splits_numbers(const TableRow& row) const {
+    if (separator_ != ',' || row.cells.size() <= most_ || row.cells.size() > most_ + 2) return false;
+    return std::none_of(row.cells.begin(), row.cells.end(), [](const Cell& cell) {
+      return begins_like_number(cell.text) && cell.text.find('.') != std::string::npos;
+    });
+  }
+
   const std::filesystem::path& path_;
   char separator_;
   std::size_t first_row_ = 0, most_ = 0;

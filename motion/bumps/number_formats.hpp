@@ -15,7 +15,7 @@ struct NumberFormat {
   /// value.
   enum class Kind { number, date, percent, rescaled };
   Kind kind = Kind::number;
-  std::string unit;  ///< words behind the number, such as "mil" of `0.0" mil"`, where they are a unit
+  std::string unit;  ///< words beside the number, such as "mil" of `0.0" mil"`, known as a unit or not
 };
 
 /// Of a format's code, such as `0.00`, `dd/mm/yyyy`, `0%` or `0.0" mil"`.

@@ -51,6 +51,9 @@ class ThousandsMarks {
     }
   }
 
+  /// The first number where each has a comma that may stand between thousands; else empty.
+  std::string all_marked() const { return decimals_ || !plain_.empty() ? "" : marked_; }
+
   /// "1,234 in row 2 and 950 in row 3"; empty where there is no doubt.
   std::string doubt() const {
     return decimals_ || marked_.empty() || plain_.empty() ? "" : fmt::format("{} and {}", marked_, plain_);
@@ -114,6 +117,11 @@ class PointTable {
                "found {}, expected numbers of which a comma is no mark between thousands; write points "
                "before decimals, or no marks between thousands",
                doubt));
+    if (const std::string marked = marks_.all_marked(); !marked.empty())
+      result_.notes.push_back(
+          fmt::format("the commas are read as decimal marks, {} too; each number has three digits behind its "
+                      "comma, so they may stand between thousands",
+                      marked));
     if (!summary_.told().empty())
       fail(path_, fmt::format("row {}: found {}, expected a bump; leave it out, or give it a label with a "
                               "number if it is one",

@@ -158,6 +158,7 @@ class ViewBuilder {
     find_stopped();
     std::vector<Node> number;
     view_.circuit = builder_.finish(netlist_.file, &number);
+    require_one_edge();
     for (const auto& [net, node] : driver_) view_.node_of_net[net] = number[node];
     return std::move(view_);
   }
@@ -248,6 +249,11 @@ class ViewBuilder {
       if (!*reset) continue;
       std::vector<std::string> names;
       pins_of(**reset, names);
+      if (!is_pin_or_inverse(**reset))
+        throw UserError(fmt::format(
+            "{}: {}: found a {} of more than one pin or its inverse, expected such a one; {} uses it as {}",
+            cells_[i]->where, instance.type, reset == &flop.clear ? "clear" : "preset", netlist_.file,
+            instance.name));
       const auto net = names.size() == 1 ? instance.pins.find(names[0]) : instance.pins.end();
       if (net == instance.pins.end() || net->second > 1) continue;
       if ((net->second == 0) == ((*reset)->op == Op::inv))
@@ -470,6 +476,7 @@ class ViewBuilder {
   struct ClockWay {
     Net source;
     std::vector<std::size_t> gates;  // from the flop on
+    bool inverts = false;
   };
   ClockWay clock_of(Net net) const {
     ClockWay way{net, {}};
@@ -478,6 +485,8 @@ class ViewBuilder {
          at = clock_cell_.find(way.source), ++steps) {
       const std::size_t i = at->second;
       if (cells_[i]->gate) way.gates.push_back(i);
+      if (!cells_[i]->gate && driven_.at(i)[0].term.kind == Term::Kind::gate)
+        way.inverts ^= driven_.at(i)[0].term.gate == Gate::inv;
       for (const auto& [pin, source] : netlist_.instances[i].pins) {
         const bool leads = cells_[i]->gate ? pin == cells_[i]->gate->clock : !cells_[i]->find(pin)->is_output;
         if (leads) way.source = source;
@@ -496,6 +505,7 @@ class ViewBuilder {
     return known->second;
   }
   void mark_clocks() {
+    const ScanFlop* first = nullptr;
     for (const ScanFlop& flop : view_.flops) {
       const auto port = port_node_.find(clock_of(flop.clock).source);
       if (port == port_node_.end())
@@ -505,9 +515,51 @@ class ViewBuilder {
                         "it in test mode",
                         netlist_.file, flop.name, net_name(flop.clock)));
       if (view_.clock_ports[port->second] != 0) continue;
+      if (first != nullptr)
+        throw UserError(fmt::format(
+            "{}: cell {}: found a flop clocked by {}, where that of {} is another; expected one clock",
+            netlist_.file, flop.name, view_.input_ports[port->second], first->name));
+      first = &flop;
       view_.clock_ports[port->second] = 1;
       builder_.hold(builder_.site(port_site_[port->second]).node,
                     false);  // outputs are compared and states captured while the clock is low
+    }
+  }
+
+  bool captures_at_fall(std::size_t k) const {
+    const ScanFlop& flop = view_.flops[k];
+    return clock_of(flop.clock).inverts != (cells_[flop.instance]->flop->clocked_on.op == Op::inv);
+  }
+  // In the view all flops capture at once. One of the falling edge does so unless it reads what the rising
+  // edge of the same cycle has changed.
+  void require_one_edge() const {
+    const Circuit& circuit = view_.circuit;
+    const std::size_t ports = view_.input_ports.size();
+    std::unordered_map<Node, std::size_t> rising;  // flop by its state
+    std::vector<std::size_t> falling;
+    for (std::size_t k = 0; k < view_.flops.size(); ++k) {
+      if (captures_at_fall(k))
+        falling.push_back(k);
+      else
+        rising.emplace(circuit.inputs()[ports + k], k);
+    }
+    if (rising.empty()) return;
+    std::vector<bool> seen(circuit.size());
+    for (const std::size_t k : falling) {
+      std::vector<Node> ahead{circuit.outputs()[view_.output_ports.size() + k]};
+      while (!ahead.empty()) {
+        const Node node = ahead.back();
+        ahead.pop_back();
+        if (seen[node]) continue;
+        seen[node] = true;
+        if (const auto read = rising.find(node); read != rising.end())
+          throw UserError(
+              fmt::format("{}: cell {}: found a flop of the clock's falling edge that reads {}, which the "
+                          "rising edge of the "
+                          "same cycle changes; expected flops of one edge",
+                          netlist_.file, view_.flops[k].name, view_.flops[read->second].name));
+        for (const Node fanin : circuit.fanin(node)) ahead.push_back(fanin);
+      }
     }
   }
 

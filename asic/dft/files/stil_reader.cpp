@@ -143,7 +143,7 @@ class Expander {
     const TestSignal& pin = stream_.signals[signal];
     state = waveforms_
                 .add(waveform.character, fmt::format("waveform {} of \"{}\"", waveform.character, pin.name),
-                     waveform.where, waveform.events, pin.is_input, used_table_->period_ns)
+                     waveform.where, waveform.events, pin.is_input, used_table_->period_ns, used_table_)
                 .value_or(waveform.character);
     return state;
   }

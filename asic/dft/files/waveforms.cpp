@@ -84,7 +84,8 @@ std::optional<PinWave> wave_of(std::span<const PinEvent> events, bool is_input, 
 }
 
 std::optional<char> UsedWaveforms::add(char letter, const std::string& what, std::size_t where,
-                                       std::span<const PinEvent> events, bool is_input, double period_ns) {
+                                       std::span<const PinEvent> events, bool is_input, double period_ns,
+                                       const void* table) {
   const std::optional<PinWave> wave = wave_of(events, is_input, period_ns);
   const Meaning& meaning = meaning_of(letter, is_input);
   if (!wave || meaning.states.find(wave->state) == std::string_view::npos) {
@@ -99,6 +100,11 @@ std::optional<char> UsedWaveforms::add(char letter, const std::string& what, std
   if (wave->state == 'P') {
     keep(rise_, wave->from_ns, std::less<>());
     keep(fall_, wave->to_ns, std::greater<>());
+    std::vector<Pulse>& pulses = pulses_[table];
+    if (std::none_of(pulses.begin(), pulses.end(), [&](const Pulse& pulse) {
+          return pulse.rise.ns == wave->from_ns && pulse.fall_ns == wave->to_ns;
+        }))
+      pulses.push_back({{wave->from_ns, what, where}, wave->to_ns});
   } else if (is_input) {
     keep(drive_, wave->from_ns, std::greater<>());
   } else if (wave->state != 'X') {
@@ -129,6 +135,14 @@ std::vector<UsedWaveforms::Defect> UsedWaveforms::defects() const {
   in_order(drive_, "driven", rise_, true, "the clock's pulse");
   in_order(strobe_, "compared", drive_, false, "the last drive edge");
   in_order(strobe_end_, "compared", rise_, true, "the clock's pulse");
+  for (const auto& [table, pulses] : pulses_) {
+    if (pulses.size() < 2) continue;
+    const Pulse &first = pulses[0], &other = pulses[1];
+    result.push_back({other.rise.where,
+                      fmt::format("{}: high from {} to {} ns", other.rise.what, other.rise.ns, other.fall_ns),
+                      fmt::format("one time for all clocks of a cycle ({}: {} to {} ns)", first.rise.what,
+                                  first.rise.ns, first.fall_ns)});
+  }
   return result;
 }
 

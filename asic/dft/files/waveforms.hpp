@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -39,9 +40,11 @@ class UsedWaveforms {
 
   /// `letter` is what the file calls the waveform; 0, 1, P, H, L and X must do what they say, any other may
   /// do what it likes. `what` names it and its pin in a message, `where` is its place in the text. Returns
-  /// the character that stands for it; nothing when there is none, which is a defect.
+  /// the character that stands for it; nothing when there is none, which is a defect. Pulses of one `table`
+  /// may be in one cycle.
   std::optional<char> add(char letter, const std::string& what, std::size_t where,
-                          std::span<const PinEvent> events, bool is_input, double period_ns);
+                          std::span<const PinEvent> events, bool is_input, double period_ns,
+                          const void* table = nullptr);
   /// What the waveforms say of a cycle's times: the last drive edge, the first strobe, the first rise and the
   /// last fall of a clock.
   void set(TestTiming& timing) const;
@@ -54,7 +57,12 @@ class UsedWaveforms {
     std::string what;
     std::size_t where;
   };
+  struct Pulse {
+    Edge rise;
+    double fall_ns;
+  };
   std::optional<Edge> drive_, strobe_, strobe_end_, rise_, fall_;
+  std::map<const void*, std::vector<Pulse>> pulses_;  // by table, one for each time
   std::vector<Defect> shapeless_;
 };
 

@@ -360,7 +360,14 @@ std::string cell_models(const Netlist& netlist, const CellLibrary& library) {
         return e.op == Expression::Op::inv ? "negedge " + verilog_expression(e.args[0])
                                            : "posedge " + verilog_expression(e);
       };
-      std::string events = edge(flop.clocked_on), resets;
+      std::string events = edge(flop.clocked_on), resets, state_n = "~" + flop.state;
+      if (flop.clear && flop.preset) {  // while both are active
+        const auto level = [](char state) { return state == 'L' ? "1'b0" : state == 'H' ? "1'b1" : "1'bx"; };
+        const std::string both =
+            fmt::format("({}) & ({})", verilog_expression(*flop.clear), verilog_expression(*flop.preset));
+        resets = fmt::format("    if ({}) {} <= {}; else\n", both, flop.state, level(flop.state_of_both));
+        state_n = fmt::format("{} ? {} : ~{}", both, level(flop.state_n_of_both), flop.state);
+      }
       if (flop.clear) {
         events += " or " + edge(*flop.clear);
         resets += fmt::format("    if ({}) {} <= 1'b0; else\n", verilog_expression(*flop.clear), flop.state);
@@ -369,8 +376,8 @@ std::string cell_models(const Netlist& netlist, const CellLibrary& library) {
         events += " or " + edge(*flop.preset);
         resets += fmt::format("    if ({}) {} <= 1'b1; else\n", verilog_expression(*flop.preset), flop.state);
       }
-      body = fmt::format("  reg {};\n  wire {} = ~{};\n  always @({})\n{}    {} <= {};\n", flop.state,
-                         flop.state_n, flop.state, events, resets, flop.state,
+      body = fmt::format("  reg {};\n  wire {} = {};\n  always @({})\n{}    {} <= {};\n", flop.state,
+                         flop.state_n, state_n, events, resets, flop.state,
                          verilog_expression(flop.next_state)) +
              body;
     }

@@ -342,6 +342,29 @@ TEST_F(Readers, CommasThatMayStandBetweenThousandsAreRefused) {
         << rows;
 }
 
+TEST_F(Readers, CommasOfWhichEachMayStandBetweenThousandsAreTold) {
+  const auto notes = read("a.txt", "Pad\tX (um)\tY (um)\n1\t1,250\t2,500\n2\t1,250\t3,750\n").notes;
+  EXPECT_THAT(notes, Contains(HasSubstr("the commas are read as decimal marks, '1,250' in row 2 too")));
+}
+
+TEST_F(Readers, DecimalCommasThatSeparateCellsAreRefused) {
+  for (const char* text :
+       {"Ref,X (mm),Y (mm),Value,Note\nC1,1,5,2,100n,\nC2,3,7,4,1u,\n", "x_mm,y_mm\n1,5,,\n2,6,,\n"})
+    EXPECT_THAT(error_of("a.csv", text),
+                HasSubstr("where a comma is the decimal mark, separate the cells by ';'"))
+        << text;
+  EXPECT_EQ(read("b.csv", "x_mm,y_mm\n1.5,2,\n2,6.5,\n").points.size(), 2U);
+}
+
+TEST_F(Readers, ASentenceAboveTheTableMayTellItsUnit) {
+  for (const char* const sentence :
+       {"# X,Y in mils.  rotation in degrees.", "# Koordinaten in mil", "# Alle Ma\u00dfe in mil",
+        "# Ma\u00dfeinheit: mil", "# Measurement units: mil", "# Position units: mil", "# (mil)",
+        "// units: mil", "# All coordinates are given in mils."}) {
+    expect_points(read("a.csv", std::string(sentence) + "\nRef,X,Y\nC1,100,200\n").points, {{2.54, 5.08, 3}});
+  }
+}
+
 TEST_F(Readers, RowsThatAreCommentedOutAreRefused) {
   for (const char* sign : {"#", ";", "//", "# "})
     EXPECT_EQ(error_of("a.csv", std::string("Ref,X (mm),Y (mm)\nA,1,2\n") + sign + "B,3,4\nC,5,6\n"),

@@ -118,10 +118,15 @@ TEST_F(Xlsx, OtherFormatsShowNumbersAndTheirUnits) {
     EXPECT_FALSE(with(format).has_unit) << format;
     expect_points(with(format).points, {{100, 200, 2}});
   }
-  for (const char* format : {"0.0\" mil\"", "0.0 \\\\m\\\\i\\\\l", "0.0\"mil\";-0.0\"mil\""}) {
+  for (const char* format : {"0.0\" mil\"", "0.0 \\\\m\\\\i\\\\l", "0.0\"mil\";-0.0\"mil\"",
+                             "General\" mil\"", "General\\\\ \"mil\"", "Standard\" mil\"", "0.00 [$mil]",
+                             "0.0\" (mil)\"", "0.0\" [mil]\"", "0.0\"mil.\"", "\"mil \"0.00", "@\" mil\""}) {
     EXPECT_TRUE(with(format).has_unit) << format;
     expect_points(with(format).points, {{2.54, 5.08, 2}});
   }
+  EXPECT_THAT(error_of(make("sheet.append(['x', 'y'])\nsheet.append([100, 200])\n"
+                            "sheet['A2'].number_format = '0.0\" ft\"'")),
+              StartsWith("row 2, column 1 (x): found '100 ft'"));
 }
 
 // The archive's checksum of a part was not compared: a flipped bit was another coordinate.
