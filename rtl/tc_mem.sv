@@ -105,12 +105,8 @@ module tc_mem (
   assign wr          = wr_i && !commit_i;
   assign step        = scrub_busy_q && !wr_i && !commit_i && !rd_i;
   assign judge       = scrub_index_q > ColumnsIndex;
-  always_comb begin
-    if (wr_i) index = wr_index_i;
-    else if (rd_i) index = rd_index_i;
-    else if (!scrub_busy_q) index = 6'd0;  // none: neither gates nor a simulator have work while MEM rests
-    else index = judge ? odd_row_q : scrub_index_q;
-  end
+  // none while MEM rests: neither gates nor a simulator have work then
+  assign index       = wr_i ? wr_index_i : rd_i ? rd_index_i : !scrub_busy_q ? 6'd0 : judge ? odd_row_q : scrub_index_q;
   assign reset_data  = tc_pkg::reg_reset(index);
   assign show_staged = wr_i || rd_i || (scrub_staged_q && !discarding_q) || scan_en_i;
   assign show_active = (!wr_i && !rd_i && (!scrub_staged_q || discarding_q)) || scan_en_i;
