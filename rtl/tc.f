@@ -20,6 +20,7 @@ tc_pwmc.sv
 tc_guard.sv
 tc_quality.sv
 properties/tc_algor_properties.sv
+properties/tc_guard_times.sv
 properties/tc_properties.sv
 tc_top.sv
 +incdir+.

@@ -200,10 +200,12 @@ module tc_guard (
   assign fb_differs = heater_q != heater_fb_i;
   assign fb_trip    = elapsed(fb_q[19:4], params_i.fb_time);
 
-  logic lba_active, hold_on, hold_counts, hold_due, hold_asks, exc_active, zero_due, frozen_active, bad_limit;
+  logic lba_active, lba_due, hold_on, hold_counts, hold_due, hold_asks, exc_active, exc_due, zero_due, frozen_active,
+        frozen_lasts, frozen_due, bad_limit, settles, at_due;
   logic wd_expired, rails_differ, upset;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
+  assign lba_due     = lba_active && !lba_rose && elapsed(lba_q, params_i.lba_time);
   // First HOLD_TIME above the hold power, then twice LBA_TIME with less heat. Self-tuning ends the test.
   assign hold_on     = heating && params_i.kff != 16'd0 && params_i.hold_time != 16'd0 &&
                        (hold_test_q ? segment_i != tc_pkg::SegNone && !hold_fell : over_hold && !hold_rose);
@@ -211,9 +213,14 @@ module tc_guard (
   assign hold_due    = hold_on && elapsed(hold_q, hold_test_q ? twice(params_i.lba_time) : params_i.hold_time);
   assign hold_asks   = hold_due && !hold_test_q;
   assign exc_active  = heating && exc_armed_q && above_exc;
+  assign exc_due     = exc_active && elapsed(exc_q, params_i.exc_time);
   assign zero_due    = off_duty && elapsed(zero_q, params_i.zero_wait);
   assign frozen_active = run_q && duty_i == 17'd0 && params_i.lba_time != 16'd0 &&
                         above(17'(pv_q) - HotAbove, 17'($signed(params_i.t_amb)));
+  assign frozen_lasts = frozen_active && !(accept && step != 17'sd0);
+  assign frozen_due  = frozen_active && elapsed(frozen_q, params_i.lba_time);
+  assign settles     = heating && pv_valid_q && !ramping_i && in_window;
+  assign at_due      = settles && elapsed(at_q, params_i.at_dwell);
   assign rails_differ = run_q == run_nq;
   assign upset       = (watch_still_q & (watch_parity_q ^ watch_parity_i)) != 2'd0;
   assign bad_limit   = bad_q >= params_i.bad_max[3:0];
@@ -257,12 +264,11 @@ module tc_guard (
                                     : cause_q[tc_pkg::FaultUnderTemp];
     cause_d[tc_pkg::FaultSensorFault]  = bad_limit && bad_dev_q;
     cause_d[tc_pkg::FaultSensorFrame]  = bad_limit && !bad_dev_q;
-    cause_d[tc_pkg::FaultSensorStale]  = elapsed(stale_q, params_i.sample_timeout) ||
-                                         (frozen_active && elapsed(frozen_q, params_i.lba_time));
+    cause_d[tc_pkg::FaultSensorStale]  = elapsed(stale_q, params_i.sample_timeout) || frozen_due;
     cause_d[tc_pkg::FaultRate]         = rate_q;
     cause_d[tc_pkg::FaultNotHeating]   = lba_trip_q || heat_low_q;
     cause_d[tc_pkg::FaultHoldPower]    = hold_due && hold_test_q;
-    cause_d[tc_pkg::FaultExcursion]    = exc_active && elapsed(exc_q, params_i.exc_time);
+    cause_d[tc_pkg::FaultExcursion]    = exc_due;
     cause_d[tc_pkg::FaultZeroRise]     = (zero_due && params_i.zero_rise != 16'd0 && zero_rose) || heat_high_q;
     cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[tc_pkg::CtrlFbEn] && fb_trip;
     cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_expired;
@@ -385,7 +391,7 @@ module tc_guard (
       // lowest: a head that was cooling falls on for a while.
       lba_q <= (lba_active && !lba_rose) ? count_up(lba_q, tenth_i) : 16'd0;
       if (!lba_active || lba_rose || over_lba[16]) lba_ref_q <= mean;
-      lba_trip_q <= lba_active && !lba_rose && elapsed(lba_q, params_i.lba_time);
+      lba_trip_q <= lba_due;
 
       // Hold power: more than the head can need, and no rise to show for it, as above. Noise may leave the segment for
       // a tick. It may be a fan, a low supply, or a dead sensor: with less heat a live one falls, from its highest on.
@@ -410,7 +416,7 @@ module tc_guard (
       else if (!zero_due || over_zero[16]) zero_ref_q <= pv_q;
 
       // Frozen: a hot head without heat cools, so its samples move.
-      frozen_q <= frozen_active && !(accept && step != 17'sd0) ? count_up(frozen_q, tenth_i) : 16'd0;
+      frozen_q <= frozen_lasts ? count_up(frozen_q, tenth_i) : 16'd0;
 
       // Heat balance.
       if (heat_step_q == 5'd0) begin
@@ -445,8 +451,8 @@ module tc_guard (
       wd_q <= !run_q || good_frame_i ? 16'd0 : count_up(wd_q, tenth_i);
 
       // At temperature.
-      at_q      <= heating && pv_valid_q && !ramping_i && in_window ? count_up(at_q, tenth_i) : 16'd0;
-      at_temp_q <= heating && pv_valid_q && !ramping_i && in_window && elapsed(at_q, params_i.at_dwell);
+      at_q      <= settles ? count_up(at_q, tenth_i) : 16'd0;
+      at_temp_q <= at_due;
     end
   end
 
@@ -506,6 +512,59 @@ module tc_guard (
   `TC_ASSERT_NEXT(GuardFirstFaultKept_A, fault_q != '0 && !clear_i, first_q == first_past)
   `TC_ASSERT_IF(GuardFaultNamesFirst_A, fault_q != '0, first_q != 4'd0)
   `TC_ASSERT_NEXT(GuardNoPermissionNoToggle_A, !run_q || stop, !safe_en_q)
+`ifdef FORMAL
+  // The time of each detector (those of P4, P6 and P18: tc_properties).
+  tc_guard_times u_lba_time (
+    .clk_i, .rst_ni, .tick_i(tenth_i), .lasts_i(lba_active && !lba_rose), .judged_i(lba_active && !lba_rose),
+    .limit_i(params_i.lba_time), .count_i(lba_q), .due_i(lba_due)
+  );
+  tc_guard_times u_hold_time (
+    .clk_i, .rst_ni, .tick_i(tenth_i && hold_counts), .lasts_i(hold_on && !hold_asks), .judged_i(hold_on),
+    .limit_i(!hold_test_q ? params_i.hold_time : params_i.lba_time[15] ? 16'hFFFF : {params_i.lba_time[14:0], 1'b0}),
+    .count_i(hold_q), .due_i(hold_due)
+  );
+  tc_guard_times u_exc_time (
+    .clk_i, .rst_ni, .tick_i(tenth_i), .lasts_i(exc_active), .judged_i(exc_active), .limit_i(params_i.exc_time),
+    .count_i(exc_q), .due_i(exc_due)
+  );
+  tc_guard_times u_frozen_time (
+    .clk_i, .rst_ni, .tick_i(tenth_i), .lasts_i(frozen_lasts), .judged_i(frozen_active), .limit_i(params_i.lba_time),
+    .count_i(frozen_q), .due_i(frozen_due)
+  );
+  tc_guard_times u_at_time (
+    .clk_i, .rst_ni, .tick_i(tenth_i), .lasts_i(settles), .judged_i(settles), .limit_i(params_i.at_dwell),
+    .count_i(at_q), .due_i(at_due)
+  );
+  // The feedback's time is of clocks, sixteen a count of FB_TIME, which may be set anew at any of them: late is later
+  // than that with FB_TIME as it is, early is before it since the feedback was last right.
+  logic [20:0] fb_still_q, fb_ever_q;   // clocks for which it has been wrong: with this FB_TIME, with any
+  logic [15:0] fb_time_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      fb_still_q <= 21'd0;
+      fb_ever_q  <= 21'd0;
+      fb_time_q  <= 16'd0;
+    end else begin
+      fb_time_q  <= params_i.fb_time;
+      fb_ever_q  <= !fb_differs ? 21'd0 : fb_ever_q + 21'(!fb_ever_q[20]);
+      fb_still_q <= !fb_differs ? 21'd0 : params_i.fb_time != fb_time_q ? 21'd1 : fb_still_q + 21'(!fb_still_q[20]);
+    end
+  end
+  `TC_ASSERT_IF(GuardFeedbackInTime_A, params_i.fb_time == fb_time_q && fb_still_q >= {1'b0, params_i.fb_time, 4'd0},
+                fb_trip)
+  `TC_ASSERT_IF(GuardFeedbackNotBefore_A, fb_ever_q < {1'b0, params_i.fb_time, 4'd0}, !fb_trip)
+  `TC_ASSERT(GuardFeedbackCounts_A, {1'b0, fb_q} <= fb_ever_q && fb_still_q <= fb_ever_q &&
+             ({1'b0, fb_q} >= fb_still_q || fb_q[19:4] >= fb_time_q))
+  // BAD_MAX refused samples in a row.
+  logic [4:0] refused_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) refused_q <= 5'd0;
+    else if (accept) refused_q <= 5'd0;
+    else if (refuse && !refused_q[4]) refused_q <= refused_q + 5'd1;
+  end
+  `TC_ASSERT(GuardRefusedInARow_A, bad_limit == (refused_q >= {1'b0, params_i.bad_max[3:0]}))
+  `TC_ASSERT(GuardRefusedCounts_A, {1'b0, bad_q} == (refused_q[4] ? 5'h0F : refused_q))
+`endif
 `endif
 
 endmodule

@@ -24,6 +24,7 @@
 #include "base/folder_lock.hpp"
 #include "base/output_file.hpp"
 #include "tb/jobs/job_runners.hpp"
+#include "tb/lockstep/coverage.hpp"
 #include "tb/regress/failing_case.hpp"
 #include "tb/regress/regression.hpp"
 
@@ -137,6 +138,12 @@ int list_suites(const Settings& s) {
   return 0;
 }
 
+// What a closed suite has to meet.
+int list_points() {
+  for (const std::string& point : tb::Coverage{}.holes()) fmt::print("{}\n", point);
+  return 0;
+}
+
 int run_one(const Settings& s) {
   tb::RegressRun run = tb::run_of(s.run);
   run.amount = s.amount;
@@ -181,6 +188,7 @@ Action add_regress_command(CLI::App& cli, const std::string&) {
   };
   CLI::App* list = command->add_subcommand("list", "Suites and tests");
   add_suites(list);
+  CLI::App* points = command->add_subcommand("points", "Points of coverage that a closed suite has to meet");
   CLI::App* run = command->add_subcommand("run", "Run a suite, or go on with it");
   run->add_option("SUITE", s->suite, "Its name")->required();
   add_suites(run);
@@ -207,8 +215,9 @@ Action add_regress_command(CLI::App& cli, const std::string&) {
   CLI::App* job = command->add_subcommand("job", "Do one run of a work folder; what run starts");
   job->add_option("DIR", s->folder, "Work folder")->required();
   job->add_option("NUMBER", s->number, "Run, from 0")->required()->check(whole_number_from(0, 1'000'000'000));
-  return [s, list, run, one, small] {
+  return [s, list, points, run, one, small] {
     if (*list) return list_suites(*s);
+    if (*points) return list_points();
     if (*run) return run_suite(*s);
     if (*small) return run_case(*s);
     return *one ? run_one(*s) : do_job(*s);

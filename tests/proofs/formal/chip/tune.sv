@@ -11,7 +11,8 @@ module chip_tune (
   input logic       spi_miso_i,
   input logic       heater_fb_i,
   input logic       inhibit_i,
-  input logic       drop_i
+  input logic       drop_i,
+  input logic       test_mode_i
 );
 
   logic started_q = 1'b0;
@@ -23,7 +24,7 @@ module chip_tune (
     .clk_i, .rst_ni(started_q && !reset_i), .uart_rx_i, .uart_tx_o(uart_tx), .uart_de_o(uart_de), .tlm_tx_o(tlm_tx),
     .addr_strap_i, .spi_sclk_o(spi_sclk), .spi_cs_no(spi_cs_n), .spi_mosi_o(spi_mosi), .spi_miso_i, .heater_o(heater),
     .heater_fb_i, .safe_en_o(safe_en), .inhibit_i, .drop_i, .fault_no(fault_n), .at_temp_o(at_temp),
-    .test_mode_i(1'b0), .scan_en_i(1'b0), .scan_i('0), .scan_o(scan)
+    .test_mode_i, .scan_en_i(1'b0), .scan_i('0), .scan_o(scan)
   );
 
 endmodule
