@@ -3,7 +3,8 @@
 // every clock; reset at any time. What is proved holds whatever the other blocks do.
 // cut: u_uartc u_sysctrl u_paramc u_mem u_sensc u_algor u_atune u_quality u_pwmc
 // prove: P01_* P02_FaultIsOff_A P02_CauseIsFault_A P02_BrokenIsOff_A P02_InhibitIsOff_A P02_FaultStays_A P02_RunNeedsCommand_A
-// prove: P03_* P04_* P05_Hot* P06_* P07_HeaterIsPulse_A P09_StopIsOff_A P17_* P18_* Guard*
+// prove: P03_* P04_* P05_Hot* P06_* P07_HeaterIsPulse_A P09_StopIsOff_A P17_* P18_*
+// prove: GuardFault* GuardCause* GuardHot*_A GuardDead* GuardHold* GuardHeat* GuardStop* GuardInhibit* GuardFirst* GuardNo*
 
 module chip_off (
   input logic       clk_i,
