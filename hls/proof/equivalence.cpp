@@ -261,9 +261,9 @@ class Builder {
   void require_same_start(const std::string& name, bool reset, const RtlFlop& flop) {
     const bool is_reset = flop.in_reset != kFalse;
     if (!is_reset || flop.reset_value == (reset ? kTrue : kFalse)) return;
-    problem_.obligations.push_back({Kind::kPromise,
-                                    fmt::format("{}: hls_reset() gives another value than the RTL's reset", name),
-                                    block_of(name), kTrue, kFalse, kFalse});
+    problem_.obligations.push_back(
+        {Kind::kPromise, fmt::format("{}: hls_reset() gives another value than the RTL's reset", name),
+         block_of(name), kTrue, kFalse, kFalse});
   }
 
   void compare_pins(RtlSide& rtl, const std::vector<Product>& products) {

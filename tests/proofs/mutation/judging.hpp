@@ -38,7 +38,7 @@ std::uint64_t this_week();
 /// Options of each program.
 struct Choice {
   std::vector<unsigned> only = {};  ///< all when empty
-  std::size_t sample = 0;      ///< so many of them, all when 0
+  std::size_t sample = 0;           ///< so many of them, all when 0
   std::uint64_t seed = this_week();
   unsigned jobs = 1;
   double most_left = 0.5;  ///< percent
