@@ -9,6 +9,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -155,6 +156,7 @@ int carry_out(int argc, char** argv, std::span<const Verb> verbs, std::span<cons
 
 int run_verbs(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere) {
   arguments = argv;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is told like a full disk
   fill_closed_streams();
   return with_all_told(carry_out(argc, argv, verbs, elsewhere));
 }

@@ -15,8 +15,12 @@
 
 #include "base/error.hpp"
 #include "base/output_name.hpp"
+#include "base/path_lock.hpp"
 
 namespace meltstage {
+
+using detail::lock_of;
+
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
@@ -49,15 +53,6 @@ std::string partial_prefix(const std::filesystem::path& target) {
 
 std::filesystem::path folder_of(const std::filesystem::path& target) {
   return target.has_parent_path() ? target.parent_path() : ".";
-}
-
-// The lock of a file or folder ends with the process that holds it, however that ends. -1 when another holds
-// it, or when it is no `kind`.
-int lock_of(const std::filesystem::path& path, int kind) {
-  const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | kind);
-  if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) return file;
-  if (file >= 0) close(file);
-  return -1;
 }
 
 // "<target>.partial.4711", and nothing of somebody else's such as "<target>.partial.mine".
@@ -143,6 +138,7 @@ PartialFolder::PartialFolder(const std::filesystem::path& target)
     : target_(folder_to_write(behind_links(folder_to_write(target)))), path_(target_) {
   std::error_code error;
   std::filesystem::create_directories(folder_of(target_), error);
+  if (error) fail(target_, error.value());
   remove_leftovers(target_, std::filesystem::file_type::directory);
   path_ += fmt::format(".partial.{}", getpid());
   if (!std::filesystem::create_directory(path_, error)) fail(target_, error ? error.value() : EEXIST);

@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/temporary_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <limits>
+#include <regex>
 #include <string>
 #include <string_view>
 
 #include "base/error.hpp"
 #include "base/number.hpp"
+#include "base/path_lock.hpp"
 
 namespace meltstage {
 namespace {
@@ -21,20 +25,31 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "meltstage.";  // then the process, a dot and what makes it unique
+constexpr std::string_view kUnique = "XXXXXX";      // as mkdtemp() fills it in
 
 bool is_of_a_dead_process(const fs::path& folder) {
-  std::string name = folder.filename().string();
-  if (!name.starts_with(kPrefix)) return false;
-  name.erase(0, kPrefix.size());
-  const auto process = number_in<pid_t>(name.substr(0, name.find('.')), 1, std::numeric_limits<pid_t>::max());
-  return process && name.find('.') != std::string::npos && kill(*process, 0) != 0 && errno == ESRCH;
+  static const std::regex kName("meltstage\\.([0-9]+)\\.[A-Za-z0-9]{6}");
+  std::smatch part;
+  const std::string name = folder.filename().string();
+  if (!std::regex_match(name, part, kName)) return false;
+  const auto process = number_in<pid_t>(part[1].str(), 1, std::numeric_limits<pid_t>::max());
+  return process && kill(*process, 0) != 0 && errno == ESRCH;
 }
 
-// Other people's folders can't be removed, and needn't be.
+// What a process that was killed has left: this user's, and locked by nobody, since on another machine that
+// shares the folder the process may live.
 void remove_left_behind(const fs::path& parent) {
   std::error_code ignored;
-  for (fs::directory_iterator entry(parent, ignored), end; !ignored && entry != end; entry.increment(ignored))
-    if (std::error_code kept; is_of_a_dead_process(entry->path())) fs::remove_all(entry->path(), kept);
+  for (fs::directory_iterator entry(parent, ignored), end; !ignored && entry != end;
+       entry.increment(ignored)) {
+    if (!is_of_a_dead_process(entry->path())) continue;
+    const int lock = detail::lock_of(entry->path(), O_DIRECTORY);
+    if (lock < 0) continue;
+    struct stat owner {};
+    if (std::error_code kept; fstat(lock, &owner) == 0 && owner.st_uid == geteuid())
+      fs::remove_all(entry->path(), kept);
+    close(lock);
+  }
 }
 
 }  // namespace
@@ -44,16 +59,18 @@ TemporaryFolder::TemporaryFolder() {
   const fs::path parent = fs::temp_directory_path(problem);
   if (problem) throw UserError(fmt::format("TMPDIR: {}, expected a folder", problem.message()));
   remove_left_behind(parent);
-  std::string name = (parent / fmt::format("{}{}.XXXXXX", kPrefix, getpid())).string();
+  std::string name = (parent / fmt::format("{}{}.{}", kPrefix, getpid(), kUnique)).string();
   if (mkdtemp(name.data()) == nullptr)
     throw UserError(
         fmt::format("{}: {}, expected room for temporary files", parent.string(), std::strerror(errno)));
   path_ = name;
+  lock_ = detail::lock_of(path_, O_DIRECTORY);
 }
 
 TemporaryFolder::~TemporaryFolder() {
   std::error_code ignored;
   fs::remove_all(path_, ignored);
+  if (lock_ >= 0) close(lock_);
 }
 
 }  // namespace meltstage

@@ -150,7 +150,7 @@ struct Guard::Seen {
   bool zero_due;         // no heat for long enough: the temperature must not rise
   bool frozen;           // a hot head without heat: its samples must move
   bool feedback_late;    // feedback has differed for FB_TIME
-  bool rails_differ;     // run_q and its complement disagree
+  bool rails_broken;     // run_q and its complement are equal
 };
 
 // No head moves by DTDT_MAX in a second, or by half of that between two samples (and from the second's
@@ -197,7 +197,7 @@ inline Guard::Seen Guard::look(const GuardIn& in) const {
           .frozen = run_q != 0 && in.duty == 0 && p[spec::kRegLbaTime] != 0 &&
                     of_temp(pv_q) > of_tenths(p.s16(spec::kRegTAmb)) + kHotAbove,
           .feedback_late = fb_q >= fb_trip_clocks(p),
-          .rails_differ = run_q == run_nq};
+          .rails_broken = run_q == run_nq};
 }
 
 inline std::uint16_t Guard::causes(const GuardIn& in, const Sample& sample, const Seen& seen) const {
@@ -224,7 +224,7 @@ inline std::uint16_t Guard::causes(const GuardIn& in, const Sample& sample, cons
           (seen.zero_due && p[spec::kRegZeroRise] != 0 && zero_rose) || heat_high_q != 0) |
       bit(spec::kFaultHeaterFb, p.bit(spec::kRegCtrl, spec::kCtrlFbEn) && seen.feedback_late) |
       bit(spec::kFaultHostWatchdog, wd_armed(p) && wd_left(p) == 0) | bit(spec::kFaultParam, in.mem_bad) |
-      bit(spec::kFaultState, in.state_illegal || in.overrun || seen.rails_differ || upset) |
+      bit(spec::kFaultState, in.state_illegal || in.overrun || seen.rails_broken || upset) |
       bit(spec::kFaultInhibit, in.inhibit));
 }
 
@@ -357,7 +357,7 @@ inline void Guard::step_permission(const GuardIn& in, const Seen& seen, std::uin
   const bool running = run_q != 0;
   const std::uint16_t latching =
       cause_q & static_cast<std::uint16_t>(running ? 0xFFFF : ~spec::kFaultRunOnly);
-  const bool stop = in.stop || latching != 0 || fault_q != 0 || seen.rails_differ;
+  const bool stop = in.stop || latching != 0 || fault_q != 0 || seen.rails_broken;
   const bool start = in.run && run_allowed();
   heater_q = in.pwm && running && !stop && !in.inhibit;
   if (running && !stop) {

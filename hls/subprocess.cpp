@@ -22,7 +22,9 @@ Finished run_tool(const std::string& program, const std::string& package,
   const auto guard = llvm::sys::findProgramByName("setpriv");
   if (!guard)
     throw UserError("setpriv: found no such program, expected it installed: apt-get install util-linux");
-  std::vector<llvm::StringRef> words = {"setpriv", "--pdeathsig", "KILL", *found};
+  const std::string temporary =
+      "TMPDIR=" + folder.path().string();  // what the tool leaves goes with the folder
+  std::vector<llvm::StringRef> words = {"setpriv", "--pdeathsig", "KILL", "env", temporary, *found};
   words.insert(words.end(), arguments.begin(), arguments.end());
   const llvm::Optional<llvm::StringRef> streams[] = {llvm::StringRef(""), llvm::StringRef(said),
                                                      llvm::StringRef(said)};

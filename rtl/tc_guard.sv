@@ -202,7 +202,7 @@ module tc_guard (
 
   logic lba_active, lba_due, hold_on, hold_counts, hold_due, hold_asks, exc_active, exc_due, zero_due, frozen_active,
         frozen_lasts, frozen_due, bad_limit, settles, at_due;
-  logic wd_expired, rails_differ, upset;
+  logic wd_expired, rails_broken, upset;
   logic [15:0] wd_left;
   assign lba_active  = heating && limited_i && params_i.lba_time != 16'd0;
   assign lba_due     = lba_active && !lba_rose && elapsed(lba_q, params_i.lba_time);
@@ -221,7 +221,7 @@ module tc_guard (
   assign frozen_due  = frozen_active && elapsed(frozen_q, params_i.lba_time);
   assign settles     = heating && pv_valid_q && !ramping_i && in_window;
   assign at_due      = settles && elapsed(at_q, params_i.at_dwell);
-  assign rails_differ = run_q == run_nq;
+  assign rails_broken = run_q == run_nq;
   assign upset       = (watch_still_q & (watch_parity_q ^ watch_parity_i)) != 2'd0;
   assign bad_limit   = bad_q >= params_i.bad_max[3:0];
   assign wd_left     = wd_q < params_i.host_wd ? params_i.host_wd - wd_q : 16'd0;
@@ -273,14 +273,14 @@ module tc_guard (
     cause_d[tc_pkg::FaultHeaterFb]     = params_i.ctrl[tc_pkg::CtrlFbEn] && fb_trip;
     cause_d[tc_pkg::FaultHostWatchdog] = wd_armed_o && wd_expired;
     cause_d[tc_pkg::FaultParam]        = mem_bad_i;
-    cause_d[tc_pkg::FaultState]        = state_illegal_i || overrun_i || rails_differ || upset;
+    cause_d[tc_pkg::FaultState]        = state_illegal_i || overrun_i || rails_broken || upset;
     cause_d[tc_pkg::FaultInhibit]      = inhibit_i;
   end
 
   logic [tc_pkg::FaultCount-1:0] latching;     // causes that stop the heater now
   logic        stop;
   assign latching = cause_q & ~(run_q ? '0 : tc_pkg::FaultRunOnly);
-  assign stop     = stop_i || latching != '0 || fault_q != '0 || rails_differ;
+  assign stop     = stop_i || latching != '0 || fault_q != '0 || rails_broken;
   logic run_d;
   assign run_d    = !stop && (run_q || (run_i && run_allowed_o));
 
@@ -498,7 +498,6 @@ module tc_guard (
   `TC_ASSERT(GuardHeatBalanceEnds_A, heat_step_q <= HeatMove)
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)
-  `TC_ASSERT(GuardHeatNeedsBothRails_A, run_q != run_nq || stop)
   `TC_ASSERT_IF(GuardHeatNeedsSample_A, heater_q, pv_valid_q)
   // P9, P6: stop and inhibit act in the next clock.
   `TC_ASSERT_NEXT(GuardStopTurnsOff_A, stop_i, !heater_q && !run_q)

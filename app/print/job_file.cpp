@@ -151,6 +151,7 @@ motion::PathTask path_task(TomlSection& print, tb::PrintJob& job) {
   motion::PathTask task;
   task.metric = print.choice("metric", kDefaultMetric, kMetrics);
   task.tour = print.choice("tour", "open", kTours);
+  if (print.has("search_s")) task.search_s = print.number("search_s", 1.0, 1e-3, motion::kLongestSearch_s);
   const bool from_stage = print.choice("begin", "stage", kStarts);
   if (from_stage) task.start = {job.start_mm.x(), job.start_mm.y()};
   task.times = {job.stage.axes[0].limits, job.stage.axes[1].limits, job.settle_s};

@@ -12,8 +12,6 @@
 #include <llvm/Linker/Linker.h>
 #include <llvm/Passes/PassBuilder.h>
 #include <llvm/Support/CommandLine.h>
-#include <llvm/Support/FileSystem.h>
-#include <llvm/Support/Program.h>
 #include <llvm/Support/SourceMgr.h>
 
 #include <iterator>
@@ -22,6 +20,8 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/parallel.hpp"
+#include "base/temporary_folder.hpp"
+#include "hls/subprocess.hpp"
 
 namespace meltstage::hls {
 namespace {
@@ -29,35 +29,24 @@ namespace {
 constexpr const char* kCompiler =
     "clang++-14";  // the LLVM that is linked reads only what its own version writes
 
-// A file that is gone with the object.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const char* ending) {
-    if (llvm::sys::fs::createTemporaryFile("hls", ending, path_))
-      throw UserError("hls: cannot write a temporary file; is there room in /tmp?");
-  }
-  ~TemporaryFile() { llvm::sys::fs::remove(path_); }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  llvm::StringRef path() const { return path_; }
-
- private:
-  llvm::SmallString<128> path_;
-};
-
 // Bitcode of one file, as its author wrote it: LLVM's passes run later, on all files together.
 std::string bitcode(const std::filesystem::path& file, const std::vector<std::string>& options,
                     Undefined undefined) {
-  const auto compiler = llvm::sys::findProgramByName(kCompiler);
-  if (!compiler)
-    throw UserError(
-        fmt::format("hls: found no {}, expected it installed: apt-get install clang-14", kCompiler));
-  const TemporaryFile code(".bc");
-  const TemporaryFile messages(".txt");
-  std::vector<std::string> words = {
-      kCompiler,         "-std=c++20", "-O1",        "-Xclang", "-disable-llvm-passes", "-gline-tables-only",
-      "-fno-exceptions", "-fno-rtti",  "-emit-llvm", "-c",      file.string(),          "-o",
-      code.path().str()};
+  read_file(file, "a C++ file");  // the compiler would wait for a pipe, and read a device without end
+  const TemporaryFolder folder;
+  const std::string code = (folder.path() / "code.bc").string();
+  std::vector<std::string> words = {"-std=c++20",
+                                    "-O1",
+                                    "-Xclang",
+                                    "-disable-llvm-passes",
+                                    "-gline-tables-only",
+                                    "-fno-exceptions",
+                                    "-fno-rtti",
+                                    "-emit-llvm",
+                                    "-c",
+                                    file.string(),
+                                    "-o",
+                                    code};
   if (undefined == Undefined::kTraps)
     words.insert(
         words.end(),
@@ -65,15 +54,13 @@ std::string bitcode(const std::filesystem::path& file, const std::vector<std::st
          "-fsanitize-trap=all",
          "-fno-sanitize=vptr,function,alignment,null,nonnull-attribute,object-size,pointer-overflow"});
   words.insert(words.end(), options.begin(), options.end());
-  const std::vector<llvm::StringRef> arguments(words.begin(), words.end());
-  const llvm::Optional<llvm::StringRef> to[] = {llvm::None, llvm::None, messages.path()};
-  if (llvm::sys::ExecuteAndWait(*compiler, arguments, llvm::None, to) != 0) {
-    const std::string text = read_file(messages.path().str(), "the compiler's messages");
-    const std::size_t error = text.find("error:");
-    const std::size_t line = error == std::string::npos ? 0 : text.rfind('\n', error) + 1;
-    throw UserError(text.substr(line, text.find('\n', line) - line));
+  const Finished compiled = run_tool(kCompiler, "clang-14", words);
+  if (compiled.status != 0) {
+    const std::string line = line_with(compiled.output, "error:");
+    const bool ours = line.find("'hls/interface.hpp' file not found") != std::string::npos;
+    throw UserError(line + (ours ? "; give --option=-I and the folder that holds hls/" : ""));
   }
-  return read_file(code.path().str(), "bitcode");
+  return read_file(code, "bitcode");
 }
 
 // ---- Locals that are read before they are written ---------------------------------------------------------

@@ -193,7 +193,9 @@ Word Blaster::named_product(const Word& a, const Word& b) {
       return aig_.both(same(wide(x), product.a), same(wide(y), product.b));
     };
     const Word low(product.result.begin(), product.result.begin() + static_cast<std::ptrdiff_t>(a.size()));
-    result = chosen(aig_.either(is_of(a, b), is_of(b, a)), low, result);
+    const Literal known = aig_.either(is_of(a, b), is_of(b, a));
+    if (known == kTrue) return low;  // whatever the other products are
+    result = chosen(known, low, result);
   }
   return result;
 }

@@ -371,6 +371,8 @@ RtlSources read_file_list(const std::filesystem::path& list, const std::string& 
                                   list.string(), number, line));
     } else {
       sources.files.push_back(folder / line);
+      read_file(sources.files.back(),
+                "an RTL file");  // Yosys would wait for a pipe, and read a device without end
     }
   }
   if (sources.files.empty())

@@ -17,7 +17,7 @@ std::string for_solvers(SolverFormat format, const std::string& verilog, const s
   write_whole(
       folder.path() / "write.ys",
       fmt::format(
-          "read_verilog -sv {}\nhierarchy -check -top {}\nproc\nflatten\nasync2sync\ndffunmap\n{} {}\n",
+          "read_verilog -sv {}\nhierarchy -check -top {}\nproc\nflatten\nexpose -dff\nasync2sync\ndffunmap\n{} {}\n",
           (folder.path() / "circuit.sv").string(), module,
           format == SolverFormat::kAiger ? "techmap\nopt_clean\naigmap\nwrite_aiger -symbols"
                                          : "opt_clean\nwrite_btor",

@@ -8,18 +8,14 @@
 #include <string>
 #include <string_view>
 
+#include "base/byte_order_mark.hpp"
+
 namespace meltstage::motion::detail {
 
 struct Line {
   std::size_t number = 0;
   std::string_view text;  ///< without its end
 };
-
-/// Some editors begin a UTF-8 text with a mark that shows nowhere and says nothing.
-inline std::string_view without_byte_order_mark(std::string_view content) {
-  constexpr std::string_view kMark = "\xEF\xBB\xBF";
-  return content.starts_with(kMark) ? content.substr(kMark.size()) : content;
-}
 
 /// Calls `visit(Line)` for every line; LF, CRLF and CR end a line.
 template <class Visit>

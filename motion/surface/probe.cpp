@@ -203,7 +203,7 @@ class TouchRows {
 }  // namespace
 
 Touches read_touches_text(std::string_view name, std::string_view content) {
-  content = detail::without_byte_order_mark(content);
+  content = without_byte_order_mark(content);
   TouchRows rows(name);
   detail::for_lines(content, [&](const detail::Line& line) { rows.take(line); });
   rows.require_ended(content);
@@ -334,7 +334,7 @@ class ProbeProgram {
 
 ProbeMoves read_probe_program(std::string_view name, std::string_view content) {
   ProbeProgram program(name, content);
-  detail::for_lines(detail::without_byte_order_mark(content),
+  detail::for_lines(without_byte_order_mark(content),
                     [&](const detail::Line& line) { program.take(line); });
   return std::move(program).finish();
 }

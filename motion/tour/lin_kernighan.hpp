@@ -9,8 +9,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <span>
 #include <utility>
@@ -77,11 +79,12 @@ class LinKernighan {
     drain();
   }
 
-  /// What a search may cost; either ends it. Work is counted alike on every machine: a place that is looked
-  /// at, or 64 that are turned.
+  /// What a search may cost; the first to be spent ends it. Work is counted alike on every machine: a place
+  /// that is looked at, or 64 that are turned. The clock is not.
   struct Budget {
     std::size_t kicks = SIZE_MAX;
     std::uint64_t work = UINT64_MAX;
+    std::optional<std::chrono::steady_clock::time_point> begin = {}, end = {};  ///< both or none
   };
 
   /// Again and again: exchanges four edges near each other, repairs, and goes back unless the tour is as
@@ -97,10 +100,15 @@ class LinKernighan {
     const double length_before = length_;
     const double hottest = kHottestShare * length() / static_cast<double>(size());
     const std::uint64_t work_before = work_;
+    double share_of_time = 0.0;
     for (std::size_t i = 0; length() > good_enough + tolerance_; ++i) {
-      const double spent =
-          std::max(static_cast<double>(i) / static_cast<double>(budget.kicks),
-                   static_cast<double>(work_ - work_before) / static_cast<double>(budget.work));
+      constexpr std::size_t kKicksBetweenLooks = 64;  // at the clock
+      if (budget.end && i % kKicksBetweenLooks == 0)
+        share_of_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - *budget.begin) /
+                        std::chrono::duration<double>(*budget.end - *budget.begin);
+      const double spent = std::max(
+          {static_cast<double>(i) / static_cast<double>(budget.kicks),
+           static_cast<double>(work_ - work_before) / static_cast<double>(budget.work), share_of_time});
       if (!(spent < 1.0)) break;
       if (i % kKicksBetweenTellings == 0) tell(spent);
       kick(random, hottest * std::max(0.0, 1.0 - spent / kCooledShare));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -54,6 +55,9 @@ void check(std::span<const Point> points, const PathTask& task) {
   const double kicks = task.kicks_per_point.value_or(0.0);
   if (!(kicks >= 0.0) || !std::isfinite(kicks))
     throw MotionError(fmt::format("path: found {} kicks a point, expected 0 or more", kicks));
+  if (task.search_s && !(*task.search_s > 0.0 && *task.search_s <= kLongestSearch_s))
+    throw MotionError(fmt::format("path: found a search of {} s, expected more than 0 and up to {} s",
+                                  *task.search_s, kLongestSearch_s));
 }
 
 /// The sites that a tour has to visit: the points, then start and end where they are given.
@@ -229,6 +233,7 @@ struct Effort {
   std::size_t kicks;
   std::uint64_t work;
   int ascent_steps;
+  std::optional<double> search_s;
 };
 
 Effort effort_for(std::size_t count, const PathTask& task) {
@@ -236,13 +241,14 @@ Effort effort_for(std::size_t count, const PathTask& task) {
   constexpr double kAscentWork = 3e7;  // sites x steps
   const int ascent_steps = static_cast<int>(std::clamp(kAscentWork / n, 20.0, 300.0));
   if (task.kicks_per_point)
-    return {static_cast<std::size_t>(*task.kicks_per_point * n), UINT64_MAX, ascent_steps};
-  // In places that are looked at, six million a second or so: below a second for hundreds of points, below
+    return {static_cast<std::size_t>(*task.kicks_per_point * n), UINT64_MAX, ascent_steps, {}};
+  if (task.search_s) return {SIZE_MAX, UINT64_MAX, ascent_steps, task.search_s};
+  // In places that are looked at: below a second for hundreds of points, below
   // ten for ten thousand; from there on the time may grow with their number only until it is most of a
   // minute.
   constexpr double kSmall = 16e3, kLarge = 5.2e3, kMostSmall = 1e7, kMost = 2.5e8;
   const double work = std::min(std::max(kLarge * n, std::min(kSmall * n, kMostSmall)), kMost);
-  return {SIZE_MAX, static_cast<std::uint64_t>(work), ascent_steps};
+  return {SIZE_MAX, static_cast<std::uint64_t>(work), ascent_steps, {}};
 }
 
 /// Shares of the time at which the search's stages end.
@@ -256,7 +262,10 @@ Stages stages_of(std::size_t count, const Effort& effort) {
   const double n = static_cast<double>(count);
   const double step = std::min(3.7, 1.6 + 1.9e-5 * n);  // dearer the less of the graph is in the cache
   const double rough = kRough * n, ascent = step * n * effort.ascent_steps, fine = kFine * n;
-  const double kicks = std::min(static_cast<double>(effort.work), kKick * static_cast<double>(effort.kicks));
+  constexpr double kWorkPerSecond = 6e6;
+  const double kicks =
+      effort.search_s ? *effort.search_s * kWorkPerSecond
+                      : std::min(static_cast<double>(effort.work), kKick * static_cast<double>(effort.kicks));
   const double all = rough + ascent + fine + kicks;
   return {rough / all, (rough + ascent) / all, (rough + ascent + fine) / all};
 }
@@ -336,7 +345,14 @@ Found search(const Route& route, const Cost& cost, const Outlook& outlook, const
     tell(ends.ascent);
     fine.improve_everywhere();
     std::mt19937_64 random(1);
-    fine.improve_by_kicks({effort.kicks, effort.work}, bound + extra, random,
+    typename detail::LinKernighan<Cost>::Budget budget{effort.kicks, effort.work, {}, {}};
+    if (effort.search_s) {
+      using Clock = std::chrono::steady_clock;
+      budget.begin = Clock::now();
+      budget.end = *budget.begin + std::chrono::duration_cast<Clock::duration>(
+                                       std::chrono::duration<double>(*effort.search_s));
+    }
+    fine.improve_by_kicks(budget, bound + extra, random,
                           [&](double spent) { tell(ends.fine + spent * (1.0 - ends.fine)); });
     tour = {fine.tour().begin(), fine.tour().end()};
   }
@@ -517,9 +533,13 @@ Plan plan_path(std::span<const Point> points, const PathTask& task, const PathPr
 }
 
 Plan plan_path(std::span<const Point> points, Metric metric, Position start) {
-  return plan_path(
-      points,
-      {.metric = metric, .tour = Tour::open, .start = start, .end = {}, .times = {}, .kicks_per_point = {}});
+  return plan_path(points, {.metric = metric,
+                            .tour = Tour::open,
+                            .start = start,
+                            .end = {},
+                            .times = {},
+                            .kicks_per_point = {},
+                            .search_s = {}});
 }
 
 }  // namespace meltstage::motion

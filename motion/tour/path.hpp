@@ -39,6 +39,8 @@ enum class Tour {
   closed  ///< returns to where it began
 };
 
+constexpr double kLongestSearch_s = 86'400.0;
+
 struct PathTask {
   Metric metric = Metric::manhattan;
   Tour tour = Tour::open;
@@ -48,6 +50,9 @@ struct PathTask {
   /// Repetitions of the search from a locally disturbed tour, as a multiple of the number of bumps, >= 0;
   /// without it as many as keep ten thousand bumps within some seconds.
   std::optional<double> kicks_per_point;
+  /// Seconds by the clock that the search may take, > 0, in place of the kicks; a first tour and the bound
+  /// are made in any case. The order then depends on the machine.
+  std::optional<double> search_s;
 };
 
 /// The visiting order as indices into the points that were given. Costs are mm, or s under Metric::time, and
@@ -84,12 +89,12 @@ using PathProgress = std::function<void(double share)>;
 /// the bound is met. The bound is that of Held & Karp (1971) over all pairs of points, raised on lattices to
 /// the next length that a tour can have.
 ///
-/// The same input gives the same order. Never dearer than the order of the points. About n log n in memory of
-/// 300 bytes a point; up to `kMaxPoints`.
+/// The same input gives the same order, unless the search is given a time. Never dearer than the order of the
+/// points. About n log n in memory of 300 bytes a point; up to `kMaxPoints`.
 ///
 /// @throws MotionError if a coordinate isn't finite or beyond `kFarthestStop_mm`, a limit of the stage isn't
-/// positive, a pause or the kicks are
-///   negative or not finite, or a closed tour is given an end.
+/// positive, a pause, the kicks or the
+///   search's time are negative or not finite, or a closed tour is given an end.
 Plan plan_path(std::span<const Point> points, const PathTask& task = {}, const PathProgress& progress = {});
 
 /// As plan_path, for an open path from the start.

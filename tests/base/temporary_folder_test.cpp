@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/temporary_folder.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/wait.h>
@@ -10,6 +11,7 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/path_lock.hpp"
 #include "scratch_folder.hpp"
 
 namespace meltstage {
@@ -48,13 +50,20 @@ TEST_F(TemporaryFolderIn, RemovesOnlyWhatKilledProcessesLeft) {
   const fs::path left = parent_.at("meltstage." + std::to_string(dead_process()) + ".abcdef");
   const fs::path in_use = parent_.at("meltstage." + std::to_string(getpid()) + ".abcdef");
   const fs::path anothers = parent_.at("meltstage.notes.d"), short_name = parent_.at("meltstage.1999999999");
-  for (const fs::path& path : {left, in_use, anothers, short_name}) fs::create_directory(path);
+  const fs::path results = parent_.at("meltstage." + std::to_string(dead_process()) + ".results");
+  const fs::path locked = parent_.at("meltstage." + std::to_string(dead_process()) + ".ABCDE6");
+  for (const fs::path& path : {left, in_use, anothers, short_name, results, locked})
+    fs::create_directory(path);
+  const int lock = detail::lock_of(locked, O_DIRECTORY);  // as a process of another machine does
   std::ofstream(left / "file") << "content";
   const TemporaryFolder folder;
   EXPECT_FALSE(fs::exists(left));
   EXPECT_TRUE(fs::exists(in_use));
   EXPECT_TRUE(fs::exists(anothers));
   EXPECT_TRUE(fs::exists(short_name));
+  EXPECT_TRUE(fs::exists(results));
+  EXPECT_TRUE(fs::exists(locked));
+  close(lock);
 }
 
 TEST_F(TemporaryFolderIn, NoPlaceForItIsOneLine) {

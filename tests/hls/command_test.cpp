@@ -39,6 +39,13 @@ TEST_F(Hls, ModelCheckersGetTheCircuitInTheirFormats) {
   ASSERT_EQ(write_as("block.btor").status, 0);
   EXPECT_THAT(text_of(at("block.btor")), HasSubstr("steady_q"));
   EXPECT_THAT(text_of(at("block.btor")), HasSubstr(" next "));
+  // A flop that no pin shows is there, too, under its name.
+  write_block("  s->c_q = in->x_i;");
+  ASSERT_EQ(write_as("block.aig").status, 0);
+  EXPECT_THAT(text_of(at("block.aig")), HasSubstr("c_q[9]\n"));
+  ASSERT_EQ(write_as("block.btor").status, 0);
+  EXPECT_THAT(text_of(at("block.btor")), HasSubstr("output"));
+  EXPECT_THAT(text_of(at("block.btor")), HasSubstr(" c_q "));
   const Ran other = write_as("block.vhd");
   EXPECT_EQ(other.status, 2);
   EXPECT_THAT(other.output, HasSubstr("expected a file *.sv or *.v, *.aig (AIGER) or *.btor (BTOR2)"));
@@ -439,6 +446,53 @@ TEST_F(Hls, ProductsOfProductsAreProvedInWhatWasTranslated) {
   ASSERT_EQ(translate().status, 0) << translate().output;
   const Ran ran = prove();
   EXPECT_EQ(ran.status, 0) << ran.output;
+}
+
+// Whatever the other products are: the second factor of the first one might be the first one's product.
+TEST_F(Hls, ProductsOfProductsAreThoseOfRtlByHand) {
+  write("block.cpp", R"(#include <cstdint>
+#include "hls/interface.hpp"
+struct State { std::uint32_t x_q; };
+struct Inputs { std::uint16_t rst_ni, a_i, b_i, c_i; };
+struct Outputs { std::uint8_t y_o; };
+extern "C" {
+void hls_reset(State* s) { *s = {}; }
+void hls_step(State* s, const Inputs* in) {
+  if (in->rst_ni == 0) return hls_reset(s);
+  s->x_q = std::uint32_t{in->a_i} * in->b_i * in->c_i;
+}
+void hls_outputs(const State*, const Inputs*, Outputs* out) { out->y_o = 0; }
+extern const meltstage::hls::Field hls_flops[] = {HLS_FIELD(State, x_q, 32)};
+extern const meltstage::hls::Field hls_input_pins[] = {HLS_FIELD(Inputs, rst_ni, 1), HLS_FIELD(Inputs, a_i, 10),
+    HLS_FIELD(Inputs, b_i, 10), HLS_FIELD(Inputs, c_i, 10)};
+extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(Outputs, y_o, 1)};
+}
+)");
+  write("block.sv", R"(
+module debounce (input logic clk_i, rst_ni, input logic [9:0] a_i, b_i, c_i, output logic y_o);
+logic [31:0] x_q; logic [19:0] first; assign first = a_i * b_i; assign y_o = 1'b0;
+always_ff @(posedge clk_i or negedge rst_ni) if (!rst_ni) x_q <= 0; else x_q <= c_i * first;
+endmodule
+)");
+  const Ran ran = prove("--block top");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+}
+
+// The compiler would wait for a pipe, and read a device without end.
+TEST_F(Hls, SourcesThatAreNoFilesAreRefused) {
+  write_block("  s->c_q = in->x_i;");
+  ASSERT_EQ(translate().status, 0);
+  const std::string good = text_of(at("block.cpp"));
+  for (const char* name : {"block.sv", "block.cpp"}) {
+    const std::string kept = text_of(at(name));
+    fs::remove(at(name));
+    ASSERT_EQ(run_shell("mkfifo " + at(name)).status, 0);
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 2) << name;
+    EXPECT_THAT(ran.output, HasSubstr(name)) << ran.output;
+    fs::remove(at(name));
+    write(name, kept);
+  }
 }
 
 // A promise may rest on what a product is: with any function in its place it was broken at 0 times 0.

@@ -19,9 +19,11 @@ Ran run_shell(const std::string& line) {
   return ran;
 }
 
-Ran run_command(const std::string& arguments) {
-  return run_shell(std::string(MELTSTAGE_COMMAND) + " " + arguments);
+std::string command_line(const std::string& arguments) {
+  return std::string(MELTSTAGE_COMMAND) + " " + arguments;
 }
+
+Ran run_command(const std::string& arguments) { return run_shell(command_line(arguments)); }
 
 Ran run_in_terminal(const std::string& arguments) {
   return run_shell("script --quiet --return --flush --command '" + std::string(MELTSTAGE_COMMAND) + " " +

@@ -13,6 +13,8 @@ struct Ran {
 
 // Runs any line in a shell to its end.
 Ran run_shell(const std::string& line);
+/// The line that calls the command with these arguments, for run_shell().
+std::string command_line(const std::string& arguments);
 
 // Runs `meltstage ARGUMENTS` in a shell to its end.
 Ran run_command(const std::string& arguments);

@@ -79,6 +79,16 @@ void require_own(const fs::path& folder, std::vector<std::string> names) {
   }
 }
 
+void claim(const fs::path& folder, const std::vector<std::string>& names) {
+  fs::create_directories(folder);
+  nlohmann::ordered_json manifest = {{"tool", version()}};
+  std::map<std::string, std::string> files = earlier_files(folder);
+  for (const std::string& name : names) files.emplace(name, "");
+  for (const auto& [name, hash] : files)
+    if (name != kManifest) manifest["files"][name] = hash;
+  write_whole(folder / kManifest, manifest.dump(2) + "\n");
+}
+
 void remove_earlier(const fs::path& folder, const std::map<std::string, std::string>& written) {
   for (const auto& [name, hash] : earlier_files(folder)) {
     const fs::path file = folder / name;

@@ -20,6 +20,10 @@ void require_apart(const std::filesystem::path& folder, std::vector<std::filesys
 void require_own(const std::filesystem::path& folder, std::vector<std::string> names);
 /// Files that an earlier run wrote into the folder and this one doesn't: beside the new ones they would pass
 /// for theirs. What somebody has changed since stays.
+/// Makes the folder, with a manifest that names these files beside those of an earlier run: what a run that
+/// is ended leaves of them is its own to the next one.
+void claim(const std::filesystem::path& folder, const std::vector<std::string>& names);
+
 void remove_earlier(const std::filesystem::path& folder, const std::map<std::string, std::string>& written);
 
 inline constexpr const char* kManifest = "manifest.json";

@@ -61,7 +61,10 @@ int prove(const ProveInput& input) {
   const TestSubject subject = test_subject(input.netlist, library, scan_of(input.generation.scan));
   ProgressLine line;
   const TestSet set = generate_tests(subject.circuit, generation_of(input.generation, line));
-  fs::create_directories(input.out);
+  for (std::size_t c = 0; c < set.of_class.size(); ++c)
+    if (set.of_class[c] == FaultClass::UR)
+      for (const char* ending : {".cnf", ".drat"}) names.push_back(fmt::format("class{}{}", c, ending));
+  claim(input.out, names);
   TestSolver solver(subject.circuit);
   std::size_t proved = 0, refused = 0;
   std::set<std::uint32_t> done;

@@ -485,7 +485,9 @@ ReplayResult verdict_of_icarus(const std::filesystem::path& work, const std::str
                                const IcarusLimits& limits, const Progress& progress,
                                const std::function<void(const std::string&)>& complaint) {
   tell(progress, "compiling", 0, 1);
-  std::vector<std::string> compile = {"iverilog", "-g2012", "-s", "bench", "-o", "bench.vvp"};
+  // what it leaves goes with the folder
+  std::vector<std::string> compile = {
+      "env", "TMPDIR=" + work.string(), "iverilog", "-g2012", "-s", "bench", "-o", "bench.vvp"};
   compile.insert(compile.end(), files.begin(), files.end());
   const ProgramEnd compiled =
       run_program(compile, work, limits.compile, [](const std::string&) { return false; });

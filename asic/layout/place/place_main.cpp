@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <ctime>
 
@@ -262,13 +263,16 @@ int main(int argc, char** argv) {
     if (option != again && !option->check_name("--help") && !option->check_name("--lef") &&
         !option->check_name("--passes"))
       again->excludes(option);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is told like a full disk
   try {
     app.parse(argc, argv);
     return run(o);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    if (error.get_exit_code() == 0) return app.exit(error);
+    fmt::print(stderr, "place: {}; --help tells more\n", meltstage::escaped(error.what()));
+    return 2;
   } catch (const meltstage::UserError& error) {
-    fmt::print(stderr, "place: {}\n", error.what());
+    fmt::print(stderr, "place: {}\n", meltstage::escaped(error.what()));
     return 2;
   }
 }

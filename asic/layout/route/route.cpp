@@ -112,6 +112,17 @@ class Wiring {
   std::vector<char> holds_metal_;  // nodes with a pin's metal of least area: no patch
 };
 
+void require_layers(const Technology& technology) {
+  const std::size_t metals = technology.routing_layers().size();
+  if (metals < 3)
+    throw UserError(fmt::format(
+        "{}: found {} routing layers, expected three or more: a pin layer and two layers of tracks",
+        technology.files, metals));
+  if (technology.vias.empty())
+    throw UserError(
+        fmt::format("{}: found no VIA, expected one between two routing layers at least", technology.files));
+}
+
 int Wiring::routed_index(int layer) const {
   for (std::size_t i = 0; i < layers_.size(); ++i)
     if (layers_[i].layer == layer) return static_cast<int>(i);
@@ -119,12 +130,7 @@ int Wiring::routed_index(int layer) const {
 }
 
 void Wiring::find_layers() {
-  const std::vector<int> metals = technology_.routing_layers();
-  if (metals.size() < 3)
-    throw UserError(fmt::format(
-        "{}: found {} routing layers, expected three or more: a pin layer and two layers of tracks",
-        technology_.files, metals.size()));
-  pin_layer_ = metals[0];
+  pin_layer_ = technology_.routing_layers().front();
   for (const int index : track_layers(technology_)) {
     const Layer& metal = layer(index);
     if (metal.pitch <= 0 || metal.width <= 0)
@@ -746,6 +752,7 @@ RouteReport Wiring::run(const RouteOptions& options, const NetLimits& limits, st
 }  // namespace
 
 RouteReport route(Design& design, const Technology& technology, const RouteOptions& options) {
+  require_layers(technology);
   const int lowest = track_layers(technology).front();
   std::vector<MazeTree> trees;
   NetLimits limits;

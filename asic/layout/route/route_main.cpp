@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -18,6 +19,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 
 namespace {
 
@@ -84,20 +86,23 @@ int main(int argc, char** argv) {
   std::vector<std::filesystem::path> lef;
   std::filesystem::path def, out, netlist, spef, report;
   RouteOptions options;
-  app.add_option("--lef", lef, "LEF files, layers first")->required()->check(CLI::ExistingFile);
-  app.add_option("--def", def, "placed DEF")->required()->check(CLI::ExistingFile);
+  app.add_option("--lef", lef, "LEF files, layers first")->required();
+  app.add_option("--def", def, "placed DEF")->required();
   app.add_option("--out", out, "routed DEF")->required();
   app.add_option("--netlist", netlist, "Verilog of the cells, with the diodes that were added");
   app.add_option("--spef", spef, "resistances and capacitances of the wires");
   app.add_option("--report", report, "what is printed, as a file");
   app.add_option("--rounds", options.rounds, "most rounds of rip-up")->check(CLI::Range(1, 1000));
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is told like a full disk
   try {
     app.parse(argc, argv);
     return run(lef, def, out, netlist, spef, report, options);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    if (error.get_exit_code() == 0) return app.exit(error);
+    fmt::print(stderr, "route: {}; --help tells more\n", meltstage::escaped(error.what()));
+    return 2;
   } catch (const meltstage::UserError& error) {
-    fmt::print(stderr, "route: {}\n", error.what());
+    fmt::print(stderr, "route: {}\n", meltstage::escaped(error.what()));
     return 2;
   }
 }

@@ -52,6 +52,16 @@ TEST_F(VectorsCommand, TellsItsProgressOnATerminal) {
   EXPECT_EQ(run_command(command).output.find("grading"), std::string::npos);
 }
 
+// Half a set that a full disk left is no stranger's to the next run.
+TEST_F(VectorsCommand, ASetThatCouldNotBeWrittenIsWrittenAgain) {
+  const std::string command =
+      command_line("dft generate " + std::string(kMachine) + " --out " + (folder_ / "out").string());
+  const Ran full = run_shell("ulimit -f 2; " + command);
+  EXPECT_EQ(full.status, 2) << full.output;
+  EXPECT_NE(full.output.find("cannot write: found \"File too large\""), std::string::npos) << full.output;
+  EXPECT_EQ(run_shell(command).status, 0);
+}
+
 // e is open: with 1 there, y shows nothing of the flop.
 TEST_F(VectorsCommand, AFaultThatOneLevelOfAnOpenInputHidesIsNotDetected) {
   const std::string netlist = (folder_ / "or.json").string();

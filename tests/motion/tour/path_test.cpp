@@ -513,7 +513,7 @@ TEST(LinKernighan, KeepsBooksOfTheTrueLength) {
   std::mt19937_64 random(1);
   double before = search.length();
   for (int i = 0; i < 20; ++i) {
-    search.improve_by_kicks({50, UINT64_MAX}, 0.0, random);
+    search.improve_by_kicks({.kicks = 50}, 0.0, random);
     EXPECT_NEAR(search.length(), length_of(s, search.tour()), 1e-6);
     EXPECT_LE(search.length(), before + 1e-6);
     before = search.length();
@@ -527,7 +527,7 @@ TEST(LinKernighan, ReachesTheKnownOptimumOfALattice) {
                                                      s.start);
   search.improve_everywhere();
   std::mt19937_64 random(1);
-  search.improve_by_kicks({20'000, UINT64_MAX}, 256.0, random);
+  search.improve_by_kicks({.kicks = 20'000}, 256.0, random);
   EXPECT_EQ(search.length(), 256.0);
 }
 
