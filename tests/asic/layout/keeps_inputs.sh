@@ -56,6 +56,7 @@ sed 's/( u2 A ) ;/( u2 A ) + FIXED m2 ( 8400 500 ) ( * 2500 ) ;/' two.def > wire
 sed '/LAYER m2 TYPE/ s/SPACING 0.3 ;//' cells.lef > no_spacing.lef
 grep -v 'm3\|v2' cells.lef > two_layers.lef
 : > empty.lef
+printf 'VERSION 5.8 ;\nDESIGN d ;\nUNITS DISTANCE MICRONS 1000 ;\nDIEAREA ( 0 0 ) ( 1000 1000 ) ;\nEND DESIGN\n' > empty.def
 sha256sum ./* > before
 
 # refused FOUND COMMAND...: the answer is one line with FOUND, and no file is another or new
@@ -89,10 +90,8 @@ refused 'outside.def:7:3: found "u2", expected a component within DIEAREA' "$pla
 refused 'overlap.def: found cells of 2 times the area that they lie in' "$place" --lef cells.lef --again overlap.def
 refused 'beside.def:10:3: found pin a beside the tracks of m2, expected it on one' "$route" --lef cells.lef --def beside.def --out new.def
 refused 'two_layers.lef: found 2 routing layers, expected three or more' "$route" --lef two_layers.lef --def two.def --out new.def
-: > empty.lef
-printf 'VERSION 5.8 ;\nDESIGN d ;\nUNITS DISTANCE MICRONS 1000 ;\nDIEAREA ( 0 0 ) ( 1000 1000 ) ;\nEND DESIGN\n' > empty.def
 refused 'empty.lef: found 0 routing layers, expected three or more' "$route" --lef empty.lef --def empty.def --out new.def
-refused 'missing\x1b[31m.lef' "$route" --lef $'missing\e[31m.lef' --def two.def --out new.def
+refused 'missing\x1B[31m.lef' "$route" --lef $'missing\e[31m.lef' --def two.def --out new.def
 refused 'overlap.def:7:3: found u1 and u2: overlap, expected cells side by side' "$route" --lef cells.lef --def overlap.def --out new.def
 refused 'off_site.def:7:3: found u2: at x = 8100 nm, not on the sites of ROW_0' "$route" --lef cells.lef --def off_site.def --out new.def
 refused 'wired.def:14:31: found wires of net n, expected none' "$route" --lef cells.lef --def wired.def --out new.def
