@@ -15,6 +15,8 @@ struct SkipCount {
   std::uint64_t skipped = 0;  // stretches
   std::uint64_t whole = 0;    // of those, to their very end
   std::uint64_t clocks = 0;
+
+  friend bool operator==(const SkipCount&, const SkipCount&) = default;
 };
 
 // Of a stretch of `quiet` clocks: all of it, just less, or any part, as often short as long. What is longer

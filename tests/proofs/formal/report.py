@@ -87,7 +87,7 @@ def table(rows, proofs, covers, bugs):
     lines = ["| assertion | says | in | proved in | engine, CPU s of that harness | antecedent reached in clock | refuted by |",
              "|---|---|---|---|---|---|---|"]
     for a in rows:
-        proof = proofs.get(a.name, [])
+        proof = list(dict.fromkeys(proofs.get(a.name, [])))  # of several instances in a harness once
         lines.append("| {} | {} | {} | {} | {} | {} | {} |".format(
             a.name, a.says.replace("|", "\\|"), a.file, "<br>".join(p[0] for p in proof) or "**not proved**",
             "<br>".join(f"{p[1]}, {p[2]:.1f}" for p in proof) or "-",
