@@ -154,6 +154,9 @@ constexpr std::array kFormats{
     Format{".xln", detail::read_excellon_points},
     Format{".exc", detail::read_excellon_points},
     Format{".cnc", detail::read_excellon_points},
+    Format{".ipc", detail::read_ipc356_points},
+    Format{".d356", detail::read_ipc356_points},
+    Format{".356", detail::read_ipc356_points},
 };
 
 detail::RawPoints read_raw(const Path& path) {
