@@ -74,7 +74,7 @@ std::string usage_error(const CLI::App* root, const CLI::Error& error) {
     what = (unknown.empty() ? "no command given" : fmt::format("found \"{}\"", unknown.front())) +
            ", expected one of: " + known;
   }
-  return fmt::format("{}: {}; {} --help tells more\n", called, what, called);
+  return fmt::format("{}: {}; {} --help tells more\n", called, escaped(what), called);
 }
 
 int fail(std::string_view what, int status) {
@@ -115,6 +115,16 @@ void continue_as(const std::string& program) {
 
 namespace {
 
+// An empty value is most often a variable of a shell that was not set.
+void refuse_empty_values(CLI::App& command) {
+  for (CLI::Option* option : command.get_options())
+    if (option->get_expected_max() > 0)
+      option->check(
+          [](const std::string& value) { return value.empty() ? "found nothing, expected a value" : ""; });
+  for (CLI::App* below : command.get_subcommands([](const CLI::App*) { return true; }))
+    refuse_empty_values(*below);
+}
+
 int carry_out(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere) {
   std::string typed = "meltstage";
   for (int i = 1; i < argc; ++i) typed += std::string(" ") + argv[i];
@@ -129,6 +139,7 @@ int carry_out(int argc, char** argv, std::span<const Verb> verbs, std::span<cons
     for (const Verb& verb : verbs) actions.push_back(verb.add(cli, typed));
     for (const VerbElsewhere& verb : elsewhere) cli.add_subcommand(verb.name, verb.summary);
     cli.failure_message(usage_error);
+    refuse_empty_values(cli);
     try {
       cli.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

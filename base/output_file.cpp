@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -181,6 +182,16 @@ std::filesystem::path folder_to_write(const std::filesystem::path& path) {
                     "to write; give one",
                     path.string()));
   return folder;
+}
+
+void write_all_whole(const std::vector<std::pair<std::filesystem::path, std::string>>& files) {
+  std::vector<std::unique_ptr<OutputFile>> open;
+  for (const auto& [path, text] : files) {
+    if (path.empty()) continue;
+    open.push_back(std::make_unique<OutputFile>(path));
+    open.back()->write(text);
+  }
+  for (const auto& file : open) file->publish();
 }
 
 void write_whole(const std::filesystem::path& path, std::string_view text) {

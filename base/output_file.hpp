@@ -6,7 +6,10 @@
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace meltstage {
 
@@ -71,5 +74,8 @@ std::filesystem::path folder_to_write(const std::filesystem::path& path);
 
 /// A whole file at once. Throws UserError.
 void write_whole(const std::filesystem::path& path, std::string_view text);
+
+/// Several such files: none takes its name before all could be written. Empty paths aren't written.
+void write_all_whole(const std::vector<std::pair<std::filesystem::path, std::string>>& files);
 
 }  // namespace meltstage

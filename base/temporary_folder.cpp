@@ -18,6 +18,7 @@
 #include "base/error.hpp"
 #include "base/number.hpp"
 #include "base/path_lock.hpp"
+#include "base/place.hpp"
 
 namespace meltstage {
 namespace {
@@ -25,7 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "meltstage.";  // then the process, a dot and what makes it unique
-constexpr std::string_view kUnique = "XXXXXX";      // as mkdtemp() fills it in
+constexpr std::string_view kTakenByNoTool = " \t\r\n\"'`$;#&|<>*?[]{}()!\\";
+constexpr std::string_view kUnique = "XXXXXX";  // as mkdtemp() fills it in
 
 bool is_of_a_dead_process(const fs::path& folder) {
   static const std::regex kName("meltstage\\.([0-9]+)\\.[A-Za-z0-9]{6}");
@@ -56,8 +58,14 @@ void remove_left_behind(const fs::path& parent) {
 
 TemporaryFolder::TemporaryFolder() {
   std::error_code problem;
-  const fs::path parent = fs::temp_directory_path(problem);
+  const fs::path named = fs::temp_directory_path(problem);
   if (problem) throw UserError(fmt::format("TMPDIR: {}, expected a folder", problem.message()));
+  const fs::path parent = fs::absolute(named);  // tools work in it from elsewhere
+  if (parent.string().find_first_of(kTakenByNoTool) != std::string::npos)
+    throw UserError(
+        fmt::format("TMPDIR: {}: found blanks or signs that tools at work there don't take, expected a "
+                    "path of letters, digits and ._-+/; give another one",
+                    escaped(parent.string())));
   remove_left_behind(parent);
   std::string name = (parent / fmt::format("{}{}.{}", kPrefix, getpid(), kUnique)).string();
   if (mkdtemp(name.data()) == nullptr)

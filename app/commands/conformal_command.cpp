@@ -288,8 +288,7 @@ int write_trial(const Settings& s) {
   std::string touches;
   for (const Eigen::Vector3d& p : touch_all(part, points, s.probe, probe))
     touches += fmt::format("{:.6f} {:.6f} {:.6f} 0 0 0 0 0 0\n", p.x(), p.y(), p.z());
-  write_whole(s.out / "lines.apt", apt);
-  write_whole(s.out / "points.txt", touches);
+  write_all_whole({{s.out / "lines.apt", apt}, {s.out / "points.txt", touches}});
   fmt::print("{}: lines.apt (nine lines), points.txt (touches; effective ball radius {:.4f} mm)\n",
              s.out.string(), effective_radius_mm(motion::TouchProbeModel{}));
   return 0;

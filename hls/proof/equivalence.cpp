@@ -211,8 +211,12 @@ class Builder {
     for (const RtlProduct& product : rtl_.products) {
       Word result;
       if (products_ == Products::kNamed) {
-        for (unsigned i = 0; i < kProductBits; ++i) result.push_back(problem_.aig.input());
         const Word a = rtl.at(product.a), b = rtl.at(product.b);
+        // a product has as many bits as both factors, and its sign above them
+        const std::size_t bits = without_repeated_sign(a).size() + without_repeated_sign(b).size();
+        while (result.size() < std::min<std::size_t>(bits, kProductBits))
+          result.push_back(problem_.aig.input());
+        result = wide(std::move(result), kProductBits);
         result = with_constants(a, b, bounded(a, b, std::move(result)));
       } else {
         result = Blaster(model_.graph, problem_.aig, problem_.state, {})

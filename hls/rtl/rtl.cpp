@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "base/temporary_folder.hpp"
 #include "hls/rtl/array_indices.hpp"
 #include "hls/rtl/memory_words.hpp"
@@ -362,7 +363,7 @@ RtlSources read_file_list(const std::filesystem::path& list, const std::string& 
     if (line.empty() || line.starts_with("//") || line.starts_with('#')) continue;
     if (line.starts_with(kInclude)) {
       sources.include_folders.push_back(folder / line.substr(kInclude.size()));
-      if (sources.include_folders.back().string().find_first_of(" \t\"") != std::string::npos)
+      if (sources.include_folders.back().string().find_first_of(" \t\"*?[]") != std::string::npos)
         throw UserError(
             fmt::format("{}:{}: found '{}', expected a folder without blanks in its path, as Yosys does",
                         list.string(), number, line));
@@ -371,6 +372,12 @@ RtlSources read_file_list(const std::filesystem::path& list, const std::string& 
                                   list.string(), number, line));
     } else {
       sources.files.push_back(folder / line);
+      if (sources.files.back().string().find_first_of("*?[]\"\r\n") != std::string::npos)
+        throw UserError(
+            fmt::format("{}:{}: found {}, expected a path without *, ?, [, ] and quotes, in whose place "
+                        "Yosys might read another "
+                        "file; move it",
+                        list.string(), number, escaped(sources.files.back().string())));
       read_file(sources.files.back(),
                 "an RTL file");  // Yosys would wait for a pipe, and read a device without end
     }

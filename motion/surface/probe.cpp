@@ -334,8 +334,7 @@ class ProbeProgram {
 
 ProbeMoves read_probe_program(std::string_view name, std::string_view content) {
   ProbeProgram program(name, content);
-  detail::for_lines(without_byte_order_mark(content),
-                    [&](const detail::Line& line) { program.take(line); });
+  detail::for_lines(without_byte_order_mark(content), [&](const detail::Line& line) { program.take(line); });
   return std::move(program).finish();
 }
 

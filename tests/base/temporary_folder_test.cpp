@@ -66,6 +66,18 @@ TEST_F(TemporaryFolderIn, RemovesOnlyWhatKilledProcessesLeft) {
   close(lock);
 }
 
+TEST_F(TemporaryFolderIn, APathThatToolsDoNotTakeIsRefused) {
+  fs::create_directory(parent_.at("t m"));
+  setenv("TMPDIR", parent_.at("t m").c_str(), 1);
+  try {
+    const TemporaryFolder folder;
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("t m: found blanks or signs"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(TemporaryFolderIn, NoPlaceForItIsOneLine) {
   setenv("TMPDIR", parent_.at("nowhere").c_str(), 1);
   try {

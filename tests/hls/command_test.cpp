@@ -478,6 +478,35 @@ endmodule
   EXPECT_EQ(ran.status, 0) << ran.output;
 }
 
+// What is above the bits of both factors is the product's sign: the C++ has more bits than the RTL.
+TEST_F(Hls, AMultiplyAccumulateOfRtlByHandIsProved) {
+  write_block(
+      "  const int sum = s->c_q + std::int8_t(in->x_i) * std::int8_t(s->a_q);\n"
+      "  s->c_q = sum > 511 ? 511 : sum < -512 ? -512 : sum;");
+  write("block.sv",
+        "module debounce (input logic clk_i, input logic rst_ni, input logic [7:0] x_i, output logic [7:0] "
+        "y_o);\n"
+        "logic [7:0] a_q;\nlogic signed [9:0] c_q;\nlogic [7:0] b_q [0:3];\nlogic signed [16:0] sum;\n"
+        "assign sum = c_q + $signed(x_i) * $signed(a_q);\n"
+        "always_ff @(posedge clk_i or negedge rst_ni)\nif (!rst_ni) begin a_q <= 0; c_q <= 0; for (int i = "
+        "0; i < 4; "
+        "i++) b_q[i] <= 0; end\nelse c_q <= sum > 511 ? 10'sd511 : sum < -512 ? -10'sd512 : sum[9:0];\n"
+        "assign y_o = a_q;\nendmodule\n");
+  const Ran ran = prove("--block top");
+  EXPECT_EQ(ran.status, 0) << ran.output;
+}
+
+// Yosys takes v[1] for a pattern, which is v1.
+TEST_F(Hls, RtlInAFolderThatYosysTakesForAPatternIsRefused) {
+  fs::create_directories(at("v[1]"));
+  fs::copy(kExample + ".sv", at("v[1]/block.sv"));
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  write("list.f", "v[1]/block.sv\n");
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 2) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("v[1]/block.sv, expected a path without *, ?, [, ] and quotes"));
+}
+
 // The compiler would wait for a pipe, and read a device without end.
 TEST_F(Hls, SourcesThatAreNoFilesAreRefused) {
   write_block("  s->c_q = in->x_i;");

@@ -42,7 +42,7 @@ int record_functional(const FunctionalInput& input) {
   ProgressLine line;
   const FunctionalSet set = input.board ? board_set() : functional_set(input.length, shown_on(line));
   line.clear();
-  claim(input.out, kFunctionalFiles);
+  const OutputClaim claim(input.out, kFunctionalFiles);
   const FunctionalFolder written = write_functional_set(set, sources, input.out);
   fmt::print("{} clocks in {} vectors, {} pieces, {} strobes masked\n", written.clocks, written.vectors,
              set.pieces.size(), written.masked);

@@ -72,7 +72,7 @@ int generate(const GenerateInput& input) {
                          scan_of(input.generation.scan), generation_of(input.generation, line)});
   const TestSet& set = program.set;
   line.show("writing");
-  claim(input.out, names);
+  const OutputClaim claim(input.out, names);
   auto written = write_test_program(program, library, input.out);
   if (program.subject.is_scanned) {
     const std::string chains = scan_json(input.netlist, program.subject.design);

@@ -79,8 +79,17 @@ void require_own(const fs::path& folder, std::vector<std::string> names) {
   }
 }
 
-void claim(const fs::path& folder, const std::vector<std::string>& names) {
+namespace {
+
+const fs::path& made(const fs::path& folder) {
   fs::create_directories(folder);
+  return folder;
+}
+
+}  // namespace
+
+OutputClaim::OutputClaim(const fs::path& folder, const std::vector<std::string>& names)
+    : lock_(made(folder)) {
   nlohmann::ordered_json manifest = {{"tool", version()}};
   std::map<std::string, std::string> files = earlier_files(folder);
   for (const std::string& name : names) files.emplace(name, "");

@@ -9,6 +9,7 @@
 
 #include "asic/dft/core/faults.hpp"
 #include "asic/dft/scan/scan.hpp"
+#include "base/folder_lock.hpp"
 
 namespace meltstage::app {
 
@@ -22,7 +23,14 @@ void require_own(const std::filesystem::path& folder, std::vector<std::string> n
 /// for theirs. What somebody has changed since stays.
 /// Makes the folder, with a manifest that names these files beside those of an earlier run: what a run that
 /// is ended leaves of them is its own to the next one.
-void claim(const std::filesystem::path& folder, const std::vector<std::string>& names);
+/// No other run writes there for as long as the object lives; refused when one does.
+class OutputClaim {
+ public:
+  OutputClaim(const std::filesystem::path& folder, const std::vector<std::string>& names);
+
+ private:
+  FolderLock lock_;
+};
 
 void remove_earlier(const std::filesystem::path& folder, const std::map<std::string, std::string>& written);
 

@@ -64,7 +64,7 @@ int prove(const ProveInput& input) {
   for (std::size_t c = 0; c < set.of_class.size(); ++c)
     if (set.of_class[c] == FaultClass::UR)
       for (const char* ending : {".cnf", ".drat"}) names.push_back(fmt::format("class{}{}", c, ending));
-  claim(input.out, names);
+  const OutputClaim claim(input.out, names);
   TestSolver solver(subject.circuit);
   std::size_t proved = 0, refused = 0;
   std::set<std::uint32_t> done;

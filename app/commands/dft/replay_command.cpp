@@ -104,6 +104,13 @@ void keep_first(CycleStream& stream, std::uint64_t cycles) {
 
 int replay_patterns(const ReplayInput& input) {
   const bool on_chip = input.on == "model" || input.on == "rtl", on_fpga = input.on == "fpga";
+  if (!on_fpga && !input.readback.empty())
+    throw UserError(
+        "--readback: found a file without --on fpga, which reads it; leave it out, or say --on fpga");
+  if (!input.cells.empty() && (input.on != "icarus" || input.sdf.empty()))
+    throw UserError(
+        "--cells: found a file without --on icarus and --sdf, with which it is read; leave it out, or give "
+        "both");
   if (on_fpga && input.readback.empty())
     throw UserError("--readback: found nothing, expected the Verilog read back from the bitstream");
   if (!on_chip && !on_fpga && input.netlist.empty())

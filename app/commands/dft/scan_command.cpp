@@ -43,7 +43,7 @@ int insert_chains(const InsertInput& input) {
   const ScanDesign& design = subject.design;
   std::size_t longest = 0;
   for (const ScanChain& chain : design.chains) longest = std::max(longest, chain.cells.size());
-  claim(input.out, kScanFiles);
+  const OutputClaim claim(input.out, kScanFiles);
   std::map<std::string, std::string> written;
   for (const auto& [name, text] : {std::pair("netlist.json", yosys_json_text(design.netlist)),
                                    std::pair("netlist.v", verilog_text(design.netlist)),

@@ -4,10 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <ctime>
 
+#include "asic/layout/layout_main.hpp"
 #include "asic/layout/place/drivers.hpp"
 #include "asic/layout/place/place.hpp"
 #include "asic/layout/place/spef.hpp"
@@ -204,9 +204,9 @@ int run(const Options& o) {
   }
   print("processor time of placement", fmt::format("{:.1f}", seconds() - start), "s");
   print("placement errors", fmt::format("{}", errors.size()), "");
-  if (!o.def.empty()) meltstage::write_whole(o.def, def_text(design, technology));
-  if (!o.spef.empty()) meltstage::write_whole(o.spef, spef_text(design, technology));
-  if (!o.verilog.empty()) meltstage::write_whole(o.verilog, verilog_text(design, technology));
+  meltstage::write_all_whole({{o.def, o.def.empty() ? "" : def_text(design, technology)},
+                              {o.spef, o.spef.empty() ? "" : spef_text(design, technology)},
+                              {o.verilog, o.verilog.empty() ? "" : verilog_text(design, technology)}});
   return errors.empty() ? 0 : 1;
 }
 
@@ -223,7 +223,7 @@ int main(int argc, char** argv) {
     };
   };
   constexpr double kMostUm = 1e5, kMostNs = 1e6;
-  CLI::App app{"Places a netlist of library cells"};
+  CLI::App app{"Places a netlist of library cells", "place"};
   app.add_option("--lef", o.lef, "LEF files, technology first")->required();
   auto* input = app.add_option_group("input");
   input->add_option("--netlist", o.netlist, "netlist (Yosys write_json)");
@@ -263,16 +263,5 @@ int main(int argc, char** argv) {
     if (option != again && !option->check_name("--help") && !option->check_name("--lef") &&
         !option->check_name("--passes"))
       again->excludes(option);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is told like a full disk
-  try {
-    app.parse(argc, argv);
-    return run(o);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "place: {}; --help tells more\n", meltstage::escaped(error.what()));
-    return 2;
-  } catch (const meltstage::UserError& error) {
-    fmt::print(stderr, "place: {}\n", meltstage::escaped(error.what()));
-    return 2;
-  }
+  return meltstage::layout::layout_main(app, argc, argv, [&] { return run(o); });
 }

@@ -6,7 +6,6 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -14,12 +13,12 @@
 
 #include "asic/layout/db/design.hpp"
 #include "asic/layout/db/technology.hpp"
+#include "asic/layout/layout_main.hpp"
 #include "asic/layout/route/inputs.hpp"
 #include "asic/layout/route/route.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
-#include "base/place.hpp"
 
 namespace {
 
@@ -70,11 +69,11 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
   const auto start = std::chrono::steady_clock::now();
   const RouteReport report = route(design, technology, options);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  meltstage::write_whole(out, def_text(design, technology));
-  if (!netlist.empty()) meltstage::write_whole(netlist, verilog_text(design, technology));
-  if (!spef.empty()) meltstage::write_whole(spef, routed_spef_text(design, technology, report));
   const std::string text = report_text(report, design, technology, seconds);
-  if (!report_path.empty()) meltstage::write_whole(report_path, text);
+  meltstage::write_all_whole({{out, def_text(design, technology)},
+                              {netlist, netlist.empty() ? "" : verilog_text(design, technology)},
+                              {spef, spef.empty() ? "" : routed_spef_text(design, technology, report)},
+                              {report_path, text}});
   fmt::print("{}", text);
   return report.is_clean() ? 0 : 1;
 }
@@ -82,7 +81,7 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Routes a placed design: DEF in, DEF out"};
+  CLI::App app{"Routes a placed design: DEF in, DEF out", "route"};
   std::vector<std::filesystem::path> lef;
   std::filesystem::path def, out, netlist, spef, report;
   RouteOptions options;
@@ -93,16 +92,6 @@ int main(int argc, char** argv) {
   app.add_option("--spef", spef, "resistances and capacitances of the wires");
   app.add_option("--report", report, "what is printed, as a file");
   app.add_option("--rounds", options.rounds, "most rounds of rip-up")->check(CLI::Range(1, 1000));
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is told like a full disk
-  try {
-    app.parse(argc, argv);
-    return run(lef, def, out, netlist, spef, report, options);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "route: {}; --help tells more\n", meltstage::escaped(error.what()));
-    return 2;
-  } catch (const meltstage::UserError& error) {
-    fmt::print(stderr, "route: {}\n", meltstage::escaped(error.what()));
-    return 2;
-  }
+  return meltstage::layout::layout_main(app, argc, argv,
+                                        [&] { return run(lef, def, out, netlist, spef, report, options); });
 }

@@ -62,6 +62,32 @@ TEST_F(VectorsCommand, ASetThatCouldNotBeWrittenIsWrittenAgain) {
   EXPECT_EQ(run_shell(command).status, 0);
 }
 
+// Of two runs at once the files were mixed.
+TEST_F(VectorsCommand, AFolderIsWrittenByOneRunAtATime) {
+  const std::string out = (folder_ / "out").string();
+  fs::create_directories(out);
+  const Ran ran =
+      run_shell("flock " + out + " " + command_line("dft scan " + std::string(kMachine) + " --out " + out));
+  EXPECT_EQ(ran.status, 2) << ran.output;
+  EXPECT_NE(ran.output.find("found another process at work in it"), std::string::npos) << ran.output;
+}
+
+TEST_F(VectorsCommand, FilesThatNothingReadsAreRefused) {
+  ASSERT_EQ(generate(kMachine, "").status, 0);
+  const std::string netlist = (folder_ / "out/netlist.json").string();
+  const std::string replayed =
+      "dft replay " + (folder_ / "out/patterns.stil").string() + " --netlist " + netlist;
+  const auto refused = [&](const std::string& more, const std::string& words) {
+    const Ran ran = run_command(replayed + more);
+    EXPECT_EQ(ran.status, 2) << more << ran.output;
+    EXPECT_NE(ran.output.find(words), std::string::npos) << more << ran.output;
+  };
+  refused(" --cells " + netlist + " --sdf " + netlist, "--cells: found a file without --on icarus and --sdf");
+  refused(" --on icarus --cells " + netlist, "--cells: found a file without --on icarus and --sdf");
+  refused(" --readback " + netlist, "--readback: found a file without --on fpga");
+  refused(" --report ''", "--report: found nothing, expected a value");
+}
+
 // e is open: with 1 there, y shows nothing of the flop.
 TEST_F(VectorsCommand, AFaultThatOneLevelOfAnOpenInputHidesIsNotDetected) {
   const std::string netlist = (folder_ / "or.json").string();

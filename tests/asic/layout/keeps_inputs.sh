@@ -91,6 +91,7 @@ refused 'overlap.def: found cells of 2 times the area that they lie in' "$place"
 refused 'beside.def:10:3: found pin a beside the tracks of m2, expected it on one' "$route" --lef cells.lef --def beside.def --out new.def
 refused 'two_layers.lef: found 2 routing layers, expected three or more' "$route" --lef two_layers.lef --def two.def --out new.def
 refused 'empty.lef: found 0 routing layers, expected three or more' "$route" --lef empty.lef --def empty.def --out new.def
+refused '--report: found nothing' "$route" --lef cells.lef --def two.def --out new.def --report ''
 refused 'missing\x1B[31m.lef' "$route" --lef $'missing\e[31m.lef' --def two.def --out new.def
 refused 'overlap.def:7:3: found u1 and u2: overlap, expected cells side by side' "$route" --lef cells.lef --def overlap.def --out new.def
 refused 'off_site.def:7:3: found u2: at x = 8100 nm, not on the sites of ROW_0' "$route" --lef cells.lef --def off_site.def --out new.def
