@@ -60,7 +60,10 @@ class Arrays {
   void read(const std::string& text) {
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
-      if (line.starts_with("module ")) words_.clear();
+      if (line.starts_with("module ")) {
+        words_.clear();
+        indices_.clear();
+      }
       if (line.starts_with("  memory ")) take_array(line);
       if (line.starts_with("  wire ") && line.ends_with("_ADDR")) take_index(line);
       if (line.starts_with("  cell $memrd ")) read_port_ = access_of(line.substr(line.rfind("$memrd$") + 7));

@@ -431,14 +431,15 @@ std::string look_at_arrays(const RtlSources& sources, const TemporaryFolder& fol
 Rtl read_rtl(const RtlSources& sources) {
   const TemporaryFolder folder;
   const std::string said = run_yosys(script_of_rtl(sources, folder), folder.path() / "rtl.ys");
-  require_plain_readings(said, read_file(folder.path() / "modules.il", "what Yosys read"));
+  const std::string modules = read_file(folder.path() / "modules.il", "what Yosys read");
+  require_plain_readings(said, modules);
   // What is wrong in it is told by what was read, before Yosys stumbles over it.
   Rtl rtl;
   rtl.netlist = read_netlist(folder.path() / "netlist.json", sources.top);
   rtl.array_note = look_at_arrays(sources, folder);
   const std::string whole = read_file(folder.path() / "rtl.il", "what Yosys read");
   require_narrow_dimensions(whole);
-  require_plain_selects(whole);
+  require_plain_selects(whole, modules);
   write_whole(folder.path() / "bounded.il", with_bounds(whole));
   write_whole(folder.path() / "words.v", kBoundsModule);
   std::string quotients;

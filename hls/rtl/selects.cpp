@@ -10,6 +10,8 @@
 #include <set>
 #include <sstream>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -70,51 +72,68 @@ void check_write(const std::string& place, const std::string& text) {
         place, found.str()));
 }
 
-// Names that RTLIL has, without the instances before them.
+// Names of a module.
 struct Names {
+  std::string module;
   std::set<std::string> arrays, short_signed, files;
 };
 
-Names names_of(const std::string& rtl) {
-  static const std::regex kArray("  memory .*[\\\\.](\\w+)$"), kOfFlops("\\$mem2reg_\\w+\\$\\\\(\\w+)\\$"),
-      kSigned("  wire (width (\\d+) )?.*signed .*[\\\\.](\\w+)$"), kFile("attribute .src \"([^:\"|]+):[1-9]");
-  Names names;
-  std::istringstream lines(rtl);
+// Of each module of RTLIL. One with parameters is called $paramod$...\NAME.
+std::vector<Names> names_of(const std::string& modules) {
+  static const std::regex kArray("  memory .*\\\\(\\w+)$"), kOfFlops("\\$mem2reg_\\w+\\$\\\\(\\w+)\\$"),
+      kSigned("  wire (width (\\d+) )?.*signed .*\\\\(\\w+)$"), kFile("attribute .src \"([^:\"|]+):[1-9]"),
+      kModule("module .*\\\\(\\w+)[^\\\\]*$");
+  std::vector<Names> all;
+  std::istringstream lines(modules);
+  std::set<std::string> files;  // of the attributes before a module
   for (std::string line; std::getline(lines, line);) {
     std::smatch found;
+    if (line.starts_with("module ") && std::regex_search(line, found, kModule))
+      all.push_back({found[1], {}, {}, std::exchange(files, {})});
+    if (line.find("attribute \\src") != std::string::npos && std::regex_search(line, found, kFile))
+      (line.starts_with(' ') && !all.empty() ? all.back().files : files).insert(found[1]);
+    if (all.empty()) continue;
     if (line.starts_with("  memory ") && std::regex_search(line, found, kArray))
-      names.arrays.insert(found[1]);
+      all.back().arrays.insert(found[1]);
     if (line.starts_with("  wire ") && std::regex_search(line, found, kOfFlops))
-      names.arrays.insert(found[1]);
+      all.back().arrays.insert(found[1]);
     if (line.starts_with("  wire ") && line.find(" signed ") != std::string::npos &&
         std::regex_search(line, found, kSigned) && found[2].str() != "32")
-      names.short_signed.insert(found[3]);
-    if (line.find("attribute \\src") != std::string::npos && std::regex_search(line, found, kFile))
-      names.files.insert(found[1]);
+      all.back().short_signed.insert(found[3]);
   }
-  return names;
+  return all;
 }
 
-void check_signed_indices(const std::string& rtl, Sources& sources) {
-  const Names names = names_of(rtl);
-  if (names.arrays.empty() || names.short_signed.empty()) return;
-  const std::regex index(fmt::format("\\b({})\\s*\\[\\s*({})\\b[^\\]]*\\]", fmt::join(names.arrays, "|"),
-                                     fmt::join(names.short_signed, "|")));
-  for (const std::string& file : names.files) {
-    std::smatch found;
-    if (std::regex_search(sources.of(file), found, index))
-      throw UserError(fmt::format(
-          "{}: found a signed index of a memory, {}, expected one without a sign: Yosys would take "
-          "another word for one below 0",
-          file, found.str()));
+// From its name to its end; empty where the file does not have it.
+std::string text_of_module(const std::string& text, const std::string& name) {
+  std::smatch begin;
+  if (!std::regex_search(text, begin, std::regex("\\bmodule\\s+" + name + "\\b"))) return "";
+  const auto at = static_cast<std::size_t>(begin.position());
+  return text.substr(at, text.find("endmodule", at) - at);
+}
+
+void check_signed_indices(const std::string& modules, Sources& sources) {
+  for (const Names& names : names_of(modules)) {
+    if (names.arrays.empty() || names.short_signed.empty()) continue;
+    const std::regex index(fmt::format("\\b({})\\s*\\[\\s*({})\\b[^\\]]*\\]", fmt::join(names.arrays, "|"),
+                                       fmt::join(names.short_signed, "|")));
+    for (const std::string& file : names.files) {
+      std::smatch found;
+      const std::string text = text_of_module(sources.of(file), names.module);
+      if (std::regex_search(text, found, index))
+        throw UserError(fmt::format(
+            "{}: found a signed index of a memory in {}, {}, expected one without a sign: Yosys would take "
+            "another word for one below 0",
+            file, names.module, found.str()));
+    }
   }
 }
 
 }  // namespace
 
-void require_plain_selects(const std::string& rtl) {
+void require_plain_selects(const std::string& rtl, const std::string& modules) {
   Sources sources;
-  check_signed_indices(rtl, sources);
+  check_signed_indices(modules, sources);
   std::istringstream lines(rtl);
   for (std::string line; std::getline(lines, line);) {
     // a write: its line is known

@@ -9,8 +9,8 @@
 
 namespace meltstage::hls {
 
-/// Looks for them in what Yosys made of the RTL (RTLIL) and in the files that it names. Throws UserError that
-/// names the file, and the line where it is known.
-void require_plain_selects(const std::string& rtl);
+/// Looks for them in what Yosys made of the RTL (RTLIL, flat and by modules) and in the files that it names.
+/// Throws UserError that names the file, and the line where it is known.
+void require_plain_selects(const std::string& rtl, const std::string& modules);
 
 }  // namespace meltstage::hls

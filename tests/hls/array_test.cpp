@@ -210,6 +210,57 @@ TEST_F(HlsArrays, AnExpressionAtAWiderPortIsRefused) {
   expect(0, block("{b_i[1:0], 2'd2}"), "(in->b_i & 3) * 4 + 2");
 }
 
+// Names are a module's own: an array of 8 words is read by 3 bits where another module has 4 words of that
+// name, and an index without a sign where another module's has one.
+TEST_F(Hls, NamesOfOtherModulesSayNothingOfAnIndex) {
+  write("block.cpp", R"(#include <cstdint>
+#include "hls/interface.hpp"
+struct State { std::uint8_t b[8], s[4]; };
+struct Inputs { std::uint8_t rst_ni, we, pc, d; };
+struct Outputs { std::uint8_t q, q2, y; };
+constexpr meltstage::hls::Field word(meltstage::hls::Field field, int number) { field.word = number; return field; }
+extern "C" {
+void hls_reset(State* s) { *s = {}; }
+void hls_step(State* s, const Inputs* in) {
+  if (in->rst_ni == 0) return hls_reset(s);
+  if (in->we != 0) { s->b[in->pc] = in->d; s->s[in->pc & 3] = in->d; }
+}
+void hls_outputs(const State* s, const Inputs* in, Outputs* out) {
+  *out = {s->b[in->pc], s->s[in->pc & 3], static_cast<std::uint8_t>(in->pc >> 2)};
+}
+#define B(n) word(meltstage::hls::field<std::uint8_t>("u_big__DOT__t_q", n, 2), n)
+#define S(n) word(meltstage::hls::field<std::uint8_t>("u_small__DOT__t_q", 8 + n, 2), n)
+extern const meltstage::hls::Field hls_flops[] = {B(0), B(1), B(2), B(3), B(4), B(5), B(6), B(7), S(0), S(1), S(2), S(3)};
+extern const meltstage::hls::Field hls_input_pins[] = {HLS_FIELD(Inputs, rst_ni, 1), HLS_FIELD(Inputs, we, 1),
+    HLS_FIELD(Inputs, pc, 3), HLS_FIELD(Inputs, d, 2)};
+extern const meltstage::hls::Field hls_output_pins[] = {HLS_FIELD(Outputs, q, 2), HLS_FIELD(Outputs, q2, 2),
+    HLS_FIELD(Outputs, y, 1)};
+}
+)");
+  const auto table = [](const std::string& name, const std::string& words, const std::string& bits) {
+    return "module " + name + " (input logic clk_i, rst_ni, we, input logic [" + bits +
+           ":0] pc, input logic [1:0] d, output logic [1:0] q);\nlogic [1:0] t_q [" + words +
+           "];\nassign q = t_q[pc];\nalways_ff @(posedge clk_i or negedge rst_ni)\n"
+           "if (!rst_ni) for (int i = 0; i < " +
+           words + "; i++) t_q[i] <= 0; else if (we) t_q[pc] <= d;\nendmodule\n";
+  };
+  const std::string rest =
+      "module sign (input logic signed [2:0] pc, output logic y);\nassign y = pc < 0;\nendmodule\n"
+      "module debounce (input logic clk_i, rst_ni, we, input logic [2:0] pc, input logic [1:0] d, output "
+      "logic [1:0] q, q2, "
+      "output logic y);\nbig u_big (.clk_i, .rst_ni, .we, .pc, .d, .q);\n"
+      "small u_small (.clk_i, .rst_ni, .we, .pc(pc[1:0]), .d, .q(q2));\nsign u_sign (.pc(pc), "
+      ".y);\nendmodule\n";
+  const std::string big = table("big", "8", "2"), small = table("small", "4", "1");
+  for (const std::string& text : {big + small + rest, small + big + rest}) {
+    write("block.sv", text);
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 0) << ran.output;
+  }
+  write("block.sv", big + replaced(small, "t_q[pc] <= d", "t_q[{1'b0, pc}] <= d") + rest);
+  EXPECT_THAT(prove().output, HasSubstr("found an index of 3 bits of t_q, which has 4 words"));
+}
+
 TEST_F(Hls, AListWithoutFilesIsRefused) {
   fs::copy(kExample + ".cpp", at("block.cpp"));
   write("list.f", "// nothing\n\n");
