@@ -20,6 +20,7 @@
 
 #include "app/terminal.hpp"
 #include "base/build_stamp.hpp"
+#include "base/empty_values.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
 
@@ -114,16 +115,6 @@ void continue_as(const std::string& program) {
 }
 
 namespace {
-
-// An empty value is most often a variable of a shell that was not set.
-void refuse_empty_values(CLI::App& command) {
-  for (CLI::Option* option : command.get_options())
-    if (option->get_expected_max() > 0)
-      option->check(
-          [](const std::string& value) { return value.empty() ? "found nothing, expected a value" : ""; });
-  for (CLI::App* below : command.get_subcommands([](const CLI::App*) { return true; }))
-    refuse_empty_values(*below);
-}
 
 int carry_out(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere) {
   std::string typed = "meltstage";

@@ -27,10 +27,10 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "meltstage.";  // then the process, a dot and what makes it unique
 constexpr std::string_view kTakenByNoTool = " \t\r\n\"'`$;#&|<>*?[]{}()!\\";
-constexpr std::string_view kUnique = "XXXXXX";  // as mkdtemp() fills it in
 
 bool is_of_a_dead_process(const fs::path& folder) {
-  static const std::regex kName("meltstage\\.([0-9]+)\\.[A-Za-z0-9]{6}");
+  static const std::regex kName(
+      "meltstage\\.([0-9]+)\\.[A-Za-z0-9]{6}");  // kPrefix, and what mkdtemp() makes
   std::smatch part;
   const std::string name = folder.filename().string();
   if (!std::regex_match(name, part, kName)) return false;
@@ -67,7 +67,7 @@ TemporaryFolder::TemporaryFolder() {
                     "path of letters, digits and ._-+/; give another one",
                     escaped(parent.string())));
   remove_left_behind(parent);
-  std::string name = (parent / fmt::format("{}{}.{}", kPrefix, getpid(), kUnique)).string();
+  std::string name = (parent / fmt::format("{}{}.XXXXXX", kPrefix, getpid())).string();
   if (mkdtemp(name.data()) == nullptr)
     throw UserError(
         fmt::format("{}: {}, expected room for temporary files", parent.string(), std::strerror(errno)));

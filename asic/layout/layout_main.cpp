@@ -8,6 +8,7 @@
 #include <exception>
 #include <string_view>
 
+#include "base/empty_values.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
 
@@ -23,10 +24,7 @@ int refused(const CLI::App& app, std::string_view what) {
 
 int layout_main(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is told like a full disk
-  for (CLI::Option* option : app.get_options())
-    if (option->get_expected_max() > 0)
-      option->check(
-          [](const std::string& value) { return value.empty() ? "found nothing, expected a value" : ""; });
+  refuse_empty_values(app);
   try {
     app.parse(argc, argv);
     const int status = run();

@@ -135,13 +135,13 @@ namespace {
 /// "X,Y in mils", "All coordinates are in mm", "Measurement units: mil", "(mil)": words of a place and a unit
 /// behind them, and no other.
 std::optional<std::string> unit_of_sentence(std::string_view sentence) {
-  constexpr std::array<std::string_view, 42> kWords = {
-      "x",        "y",         "xy",         "and",         "und",          "the",         "all",
-      "alle",     "are",       "is",         "in",          "given",        "used",        "units",
-      "unit",     "of",        "coordinate", "coords",      "coordinates",  "position",    "positions",
-      "location", "locations", "dimension",  "distances",   "dimensions",   "values",      "length",
-      "lengths",  "measure",   "measures",   "measurement", "measurements", "koordinaten", "koordinate",
-      "einheit",  "einheiten", "maßeinheit", "maße",        "werte",        "position(s)", "angaben"};
+  constexpr std::array kWords = std::to_array<std::string_view>(
+      {"x",        "y",         "xy",         "and",         "und",          "the",         "all",
+       "alle",     "are",       "is",         "in",          "given",        "used",        "units",
+       "unit",     "of",        "coordinate", "coords",      "coordinates",  "position",    "positions",
+       "location", "locations", "dimension",  "distances",   "dimensions",   "values",      "length",
+       "lengths",  "measure",   "measures",   "measurement", "measurements", "koordinaten", "koordinate",
+       "einheit",  "einheiten", "maßeinheit", "maße",        "werte",        "angaben"});
   std::vector<std::string> words;
   std::string word;
   for (const char c : std::string(sentence) + ' ') {

@@ -220,7 +220,7 @@ class RowWidth {
   void check(const TableRow& row) {
     const auto last = std::find_if_not(row.cells.rbegin(), row.cells.rend(), is_blank);
     if (last == row.cells.rend()) return;
-    auto used = static_cast<std::size_t>(row.cells.rend() - last);
+    const auto used = static_cast<std::size_t>(row.cells.rend() - last);
     if (first_row_ == 0 && used > 1) {
       first_row_ = row.row;
       most_ = row.cells.size();
@@ -232,12 +232,12 @@ class RowWidth {
                "row {}: found {} cells, expected {}, as row {} has; where blanks separate, no cell can "
                "be empty: quote it",
                row.row, row.cells.size(), most_, first_row_));
-    if (used <= most_ && !splits_numbers(row)) return;
-    used = row.cells.size();
+    const std::size_t found = splits_numbers(row) ? row.cells.size() : used;
+    if (found <= most_) return;
     const std::string_view advice = separator_ == ','
                                         ? "where a comma is the decimal mark, separate the cells by ';'"
                                         : "quote a cell that holds the separator";
-    fail(path_, fmt::format("row {}: found {} cells, expected at most {}, as row {} has; {}", row.row, used,
+    fail(path_, fmt::format("row {}: found {} cells, expected at most {}, as row {} has; {}", row.row, found,
                             most_, first_row_, advice));
   }
 

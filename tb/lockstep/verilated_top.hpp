@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "tb/lockstep/rising_edge.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 
 // A flop's member in the Verilated root.
@@ -182,13 +183,7 @@ class VerilatedTop : public VerilatedRtl {
   void set_assertions(bool on) override { context_.assertOn(on); }
 
  protected:
-  // A rising edge with all that follows. Nothing happens at the falling one: Verilator is told of it, which
-  // saves an evaluation of all that depends on pins.
-  virtual void clock() {
-    top_.clk_i = 1;
-    top_.rootp->__Vtrigrprev__TOP__clk_i = 0;
-    top_.eval();
-  }
+  virtual void clock() { rising_edge(top_); }
   void apply(const chip::Inputs& in) {
     // Each step begins here. Another instance, since gone, may have been the thread's.
     Verilated::threadContextp(&context_);

@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "Vtc_top.h"
+#include "Vtc_top___024root.h"
 #include "recording/text.hpp"
+#include "tb/lockstep/rising_edge.hpp"
 #include "tb/pins/chip_pins.hpp"
 
 namespace meltstage::tb {
@@ -40,21 +42,15 @@ std::optional<std::uint64_t> first_difference(Vtc_top& top, const std::vector<St
   top.scan_en_i = 0;
   top.scan_i = 0;
   chip::put_inputs({.rst_n = false}, top);
-  for (const bool level :
-       {false, true, false}) {  // Verilator takes the first pins for no edge: a clock resets
-    top.clk_i = level;
-    top.eval();
-  }
+  top.eval();
+  verilated::rising_edge(top);  // Verilator takes the first pins for no edge: a clock resets
   chip::Outputs left = chip::take_outputs(top);
   for (const Stretch& stretch : recording) {
     chip::put_inputs(stretch.in, top);
     if (!stretch.in.rst_n) top.eval();  // reset acts without a clock
     for (std::uint64_t i = 0; i < stretch.clocks; ++i, ++clock) {
       if (before_clock(left, stretch.in) != stretch.out) return clock;
-      top.clk_i = 1;
-      top.eval();
-      top.clk_i = 0;
-      top.eval();
+      verilated::rising_edge(top);
       left = chip::take_outputs(top);
     }
   }

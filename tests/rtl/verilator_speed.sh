@@ -13,6 +13,7 @@ fi
 recording=$(realpath "$recording")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+mapfile -t base_files < <(ls "$root"/base/*.cpp | grep -v build_stamp)  # which only a build knows
 mapfile -t files < <(sed -n "s,^\(.*tc_.*\.sv\)$,$root/rtl/\1,p" "$root/rtl/tc.f")
 
 base=
@@ -24,7 +25,7 @@ measure() {
   verilator --cc --exe --build -j 2 -Wno-lint -Wno-fatal --top-module tc_top --prefix Vtc_top --Mdir "$dir" -I"$root/rtl" --unroll-count 256 \
     --x-assign 0 --x-initial 0 $args -MAKEFLAGS "OPT_FAST=$fast OPT_SLOW=-O1 OPT_GLOBAL=-O2" -CFLAGS "-std=c++20 -I$root" \
     "$root/rtl/waivers.vlt" $vlt "${files[@]}" "$root/tests/rtl/verilator_speed.cpp" "$root/tb/pins/chip_pins.cpp" \
-    "$root"/recording/*.cpp "$root"/base/*.cpp -LDFLAGS "-lfmt -lcrypto" -o speed > "$work/log" 2>&1 ||
+    "$root"/recording/*.cpp "${base_files[@]}" -LDFLAGS "-lfmt -lcrypto" -o speed > "$work/log" 2>&1 ||
     { grep -m1 -i error "$work/log" >&2; exit 1; }
   speed=$("$dir/speed" "$recording") || { echo "$name: $speed" >&2; exit 1; }
   base=${base:-$speed}

@@ -19,8 +19,6 @@ void print_coverage(const dft::Coverage& c);
 void require_apart(const std::filesystem::path& folder, std::vector<std::filesystem::path> inputs);
 /// Refuses a folder in which another file than one of an earlier run has one of these names.
 void require_own(const std::filesystem::path& folder, std::vector<std::string> names);
-/// Files that an earlier run wrote into the folder and this one doesn't: beside the new ones they would pass
-/// for theirs. What somebody has changed since stays.
 /// Makes the folder, with a manifest that names these files beside those of an earlier run: what a run that
 /// is ended leaves of them is its own to the next one.
 /// No other run writes there for as long as the object lives; refused when one does.
@@ -32,6 +30,8 @@ class OutputClaim {
   FolderLock lock_;
 };
 
+/// Files that an earlier run wrote into the folder and this one doesn't: beside the new ones they would pass
+/// for theirs. What somebody has changed since stays.
 void remove_earlier(const std::filesystem::path& folder, const std::map<std::string, std::string>& written);
 
 inline constexpr const char* kManifest = "manifest.json";

@@ -251,7 +251,7 @@ class ViewBuilder {
       pins_of(**reset, names);
       if (!is_pin_or_inverse(**reset))
         throw UserError(fmt::format(
-            "{}: {}: found a {} of more than one pin or its inverse, expected such a one; {} uses it as {}",
+            "{}: {}: found a {} of more than one pin or its inverse, expected one of both; {} uses it as {}",
             cells_[i]->where, instance.type, reset == &flop.clear ? "clear" : "preset", netlist_.file,
             instance.name));
       const auto net = names.size() == 1 ? instance.pins.find(names[0]) : instance.pins.end();

@@ -39,6 +39,13 @@ class Clocks : public ::testing::Test {
   Ran replay(const std::string& options = "") const {
     return run_command("dft replay " + path("p.stil") + " --netlist " + path("top.json") + options);
   }
+  // Icarus has flops of any clock and edge.
+  void expect_refused_on_the_netlist_alone(const std::string& words) const {
+    const Ran ran = replay();
+    EXPECT_EQ(ran.status, 2) << ran.output;
+    EXPECT_THAT(ran.output, HasSubstr(words));
+    EXPECT_THAT(replay(" --on icarus").output, HasSubstr(" 0 mismatches"));
+  }
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
   TestFolder folder_;
@@ -52,10 +59,7 @@ TEST_F(Clocks, TwoAreRefusedOnTheNetlist) {
   write(kRising, kOther);
   write_pattern(
       "V { pi=P01; q=X; } V { pi=0P0; q=X; } V { pi=P00; q=H; } V { pi=0P0; q=H; } V { pi=000; q=L; }");
-  const Ran ran = replay();
-  EXPECT_EQ(ran.status, 2) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("found a flop clocked by ckb, where that of u0 is another"));
-  EXPECT_THAT(replay(" --on icarus").output, HasSubstr(" 0 mismatches"));
+  expect_refused_on_the_netlist_alone("found a flop clocked by ckb, where that of u0 is another");
 }
 
 TEST_F(Clocks, PulsesAtSeveralTimesOfACycleAreRefused) {
@@ -69,10 +73,7 @@ TEST_F(Clocks, PulsesAtSeveralTimesOfACycleAreRefused) {
 TEST_F(Clocks, AFlopOfTheFallingEdgeBehindOneOfTheRisingEdgeIsRefused) {
   write(kRising, kFalling);
   write_pattern("V { pi=P01; q=X; } V { pi=P00; q=H; } V { pi=P01; q=L; } V { pi=000; q=H; }");
-  const Ran ran = replay();
-  EXPECT_EQ(ran.status, 2) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("cell u1: found a flop of the clock's falling edge that reads u0"));
-  EXPECT_THAT(replay(" --on icarus").output, HasSubstr(" 0 mismatches"));
+  expect_refused_on_the_netlist_alone("cell u1: found a flop of the clock's falling edge that reads u0");
 }
 
 TEST_F(Clocks, AFlopOfTheFallingEdgeBeforeOneOfTheRisingEdgeIsReplayed) {
