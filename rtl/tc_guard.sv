@@ -499,6 +499,8 @@ module tc_guard (
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)
   `TC_ASSERT_IF(GuardHeatNeedsSample_A, heater_q, pv_valid_q)
+  `TC_ASSERT_IF(GuardRunNeedsSample_A, run_q, pv_valid_q)
+  `TC_ASSERT_IF(GuardSettledNeedsSample_A, settled_q, pv_valid_q)
   // P9, P6: stop and inhibit act in the next clock.
   `TC_ASSERT_NEXT(GuardStopTurnsOff_A, stop_i, !heater_q && !run_q)
   `TC_ASSERT_NEXT(GuardInhibitTurnsOff_A, inhibit_i, !heater_q)

@@ -100,6 +100,16 @@ TEST(AnyEnd, MistakesAreTold) {
   EXPECT_THROW(plan_to_state(limits, {}, {1.0, std::nan(""), 0.0, 0.0}), MotionError);
 }
 
+// The fastest change of speed ends at the target but for rounding: no way back over it.
+TEST(MovingEnd, RoundingIsNoWay) {
+  const ScurveLimits limits = asymmetric_limits(180.63990612413562, 14.189155484340015, 14.189155484340015,
+                                                5836951.2882947195, 5836951.2882947195);
+  const MotionState state{0.0, 64.277223458706203, 10.920781836169349, 0.0};
+  const MotionState end{145.58894654916719, 0.00018063990612413562, 0.0, 0.0};
+  const JerkProfile motion = plan_to_speed(limits, state, end.position_mm, end.velocity_mm_s);
+  EXPECT_NEAR(motion.duration_s, plan_to_state(limits, state, end).duration_s, 1e-12);
+}
+
 // From 0 to 100 mm/s takes 2.5 mm; in 0.1 mm it begins with a way back.
 TEST(MovingEnd, NoDistanceIsTooShort) {
   const ScurveLimits limits = asymmetric_limits(400, 4000, 4000, 2e5, 2e5);

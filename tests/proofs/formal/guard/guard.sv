@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proof of tc_guard with every input free in every clock (parameters too) and reset at any time: how many clocks after a
 // cause the heater is off. The block's own assertions (rtl/tc_guard.sv) are proved with these.
+// engine: cadical-induction
 
 `include "tc_assert.svh"
 
