@@ -20,8 +20,8 @@
 
 #include "app/terminal.hpp"
 #include "base/build_stamp.hpp"
-#include "base/empty_values.hpp"
 #include "base/error.hpp"
+#include "base/option_values.hpp"
 #include "base/place.hpp"
 
 namespace meltstage::app {
@@ -130,7 +130,7 @@ int carry_out(int argc, char** argv, std::span<const Verb> verbs, std::span<cons
     for (const Verb& verb : verbs) actions.push_back(verb.add(cli, typed));
     for (const VerbElsewhere& verb : elsewhere) cli.add_subcommand(verb.name, verb.summary);
     cli.failure_message(usage_error);
-    refuse_empty_values(cli);
+    check_option_values(cli);
     try {
       cli.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

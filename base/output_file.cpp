@@ -125,14 +125,30 @@ void OutputFile::write(std::string_view bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail(path_, errno);
 }
 
-// The lock is held until the file has its name, so that nobody takes it for a leftover.
-void OutputFile::publish() {
+void OutputFile::finish() {
   require_open();
   if (std::fclose(file_.release()) != 0) fail(path_, errno);
+}
+
+// The lock is held until the file has its name, so that nobody takes it for a leftover.
+void OutputFile::publish() {
+  finish();
   std::error_code error;
   std::filesystem::rename(partial_, path_, error);
   if (error) fail(path_, error.value());
   partial_.clear();
+}
+
+bool OutputFile::publish_new() {
+  finish();
+  const bool renamed = renameat2(AT_FDCWD, partial_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE) == 0;
+  // A network's file system can't rename so (EINVAL), but makes a second name only where none is.
+  if (!renamed && (errno != EINVAL || link(partial_.c_str(), path_.c_str()) != 0)) {
+    if (errno == EEXIST) return false;
+    fail(path_, errno);
+  }
+  if (renamed) partial_.clear();
+  return true;
 }
 
 PartialFolder::PartialFolder(const std::filesystem::path& target)
@@ -198,6 +214,12 @@ void write_whole(const std::filesystem::path& path, std::string_view text) {
   OutputFile file(path);
   file.write(text);
   file.publish();
+}
+
+bool write_whole_new(const std::filesystem::path& path, std::string_view text) {
+  OutputFile file(path);
+  file.write(text);
+  return file.publish_new();
 }
 
 }  // namespace meltstage

@@ -30,6 +30,8 @@ class OutputFile {
 
   void write(std::string_view bytes);
   void publish();
+  /// The same where nothing has the name yet; else false, and what has it stays.
+  bool publish_new();
 
  private:
   struct Close {
@@ -37,6 +39,7 @@ class OutputFile {
   };
 
   void require_open() const;
+  void finish();
 
   std::filesystem::path path_;
   std::filesystem::path partial_;
@@ -74,6 +77,9 @@ std::filesystem::path folder_to_write(const std::filesystem::path& path);
 
 /// A whole file at once. Throws UserError.
 void write_whole(const std::filesystem::path& path, std::string_view text);
+
+/// The same where nothing has the name yet, also when another process takes it meanwhile; else false.
+bool write_whole_new(const std::filesystem::path& path, std::string_view text);
 
 /// Several such files: none takes its name before all could be written. Empty paths aren't written.
 void write_all_whole(const std::vector<std::pair<std::filesystem::path, std::string>>& files);

@@ -58,9 +58,10 @@ ChangeFault ChangeCheck::judge_within_cycle(const Change& change) {
   return ChangeFault::none;
 }
 
-void ChangeCheck::fail(ChangeFault fault, const Change& change) {
-  throw std::invalid_argument(fmt::format("vector change: {}: cycle {}, pin index {}, value {:#x}",
-                                          describe(fault), change.cycle, change.pin, change.value));
+void ChangeCheck::fail(ChangeFault fault, const Change& change) const {
+  const char* const what = pins_.empty() ? "the recording has not begun, or has ended" : describe(fault);
+  throw std::invalid_argument(fmt::format("vector change: {}: cycle {}, pin index {}, value {:#x}", what,
+                                          change.cycle, change.pin, change.value));
 }
 
 void ChangeCheck::require_end(std::uint64_t final_cycle) const {

@@ -64,7 +64,7 @@ class ChangeCheck {
   };
 
   ChangeFault judge_within_cycle(const Change& change);
-  [[noreturn]] static void fail(ChangeFault fault, const Change& change);
+  [[noreturn]] void fail(ChangeFault fault, const Change& change) const;
 
   bool begun_ = false;
   std::vector<PinState> pins_;

@@ -43,6 +43,10 @@ std::string known_units() {
   return known;
 }
 
+bool is_drawing(const std::filesystem::path& path) {
+  return path.extension() == ".dxf" || path.extension() == ".DXF";
+}
+
 // The length of one of the file's numbers, from the options or, on a terminal, from who sits there.
 double asked_pitch_mm(const BumpsFile& file) {
   if (file.pitch_mm) return *file.pitch_mm;
@@ -55,8 +59,9 @@ double asked_pitch_mm(const BumpsFile& file) {
   if (unit.empty())
     throw UserError(
         fmt::format("{}: found numbers without a unit, expected --unit {} (or --pitch-mm for grid "
-                    "indices), or a row that names the columns, such as x_mm,y_mm",
-                    file.path.string(), known_units()));
+                    "indices){}",
+                    file.path.string(), known_units(),
+                    is_drawing(file.path) ? "" : ", or a row that names the columns, such as x_mm,y_mm"));
   const auto known = kUnits_mm.find(unit);
   if (known == kUnits_mm.end())
     throw UserError(fmt::format("unit: found \"{}\", expected one of {}", unit, known_units()));

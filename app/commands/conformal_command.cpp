@@ -272,7 +272,9 @@ int write_trial(const Settings& s) {
           fmt::format("{}: is there already; give another folder by --out, or remove it", file.string()));
   std::error_code error;
   std::filesystem::create_directories(s.out, error);
-  if (error) throw UserError(fmt::format("{}: can't be made, expected a place for a folder", s.out.string()));
+  if (error)
+    throw UserError(fmt::format("{}: can't be made, found \"{}\", expected a place for a folder",
+                                s.out.string(), error.message()));
   const auto lines = motion::trial_lines();
   std::string apt = "PARTNO/free-form part, nine lines\nUNITS/MM\nMULTAX\n";
   for (const motion::ClLine& line : lines) {

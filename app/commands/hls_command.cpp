@@ -249,6 +249,27 @@ Verdicts print_open(const hls::Problem& problem, const std::vector<std::size_t>&
   return verdicts;
 }
 
+// Names of flops and pins that differ, too, and had no example.
+void print_others_broken(const hls::Circuit& model, const hls::Problem& problem,
+                         const std::vector<std::size_t>& chosen, const std::vector<hls::Answer>& answers,
+                         const std::set<std::string>& shown) {
+  constexpr std::size_t kMost = 100;
+  const auto words = hls::words_of_bits(model);
+  std::set<std::string> others;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const hls::Obligation& obligation = problem.obligations[chosen[i]];
+    const auto word = words.find(obligation.name);
+    if (answers[i].verdict == hls::Verdict::kBroken && word != words.end() && !shown.contains(word->second))
+      others.insert(word->second);
+  }
+  if (others.empty()) return;
+  std::vector<std::string> first;
+  for (const std::string& name : others)
+    if (first.size() < kMost) first.push_back(name);
+  fmt::print("differ, too (--examples shows more): {}{}\n", fmt::join(first, " "),
+             others.size() > kMost ? fmt::format(" and {} others", others.size() - kMost) : "");
+}
+
 bool all_mutants_decided(const Options& o, const hls::Circuit& model, const hls::Rtl& rtl,
                          const hls::TiedPins& tied) {
   ProgressLine line;
@@ -299,6 +320,7 @@ int prove(const Options& o) {
     const hls::Counterexample example = examples.of(problem, chosen[i], answers[i]);
     if (shown.insert(example.name).second) fmt::print("{}", hls::to_text(example, {"C++", "RTL"}));
   }
+  print_others_broken(model, problem, chosen, answers, shown);
   fmt::print("{}: {} of {} bits equal {}{}{}; {:.0f} s, of that C++ {:.0f} s, RTL {:.0f} s\n",
              verdicts.word(), chosen.size() - verdicts.broken - verdicts.open, chosen.size(),
              verdicts.states(), o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "), seconds_since(begin),

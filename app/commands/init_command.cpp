@@ -62,9 +62,12 @@ std::string selection_of(const BumpsFile& bumps) {
 int init_job(const InitSettings& settings) {
   const fs::path job =
       settings.out.empty() ? fs::path(settings.bumps.path.stem().string() + ".toml") : settings.out;
-  if (fs::exists(fs::symlink_status(job)))
-    throw UserError(
-        fmt::format("{}: is there already; give another name by --out, or remove it", job.string()));
+  const auto require_new = [&](bool is_new) {
+    if (!is_new)
+      throw UserError(
+          fmt::format("{}: is there already; give another name by --out, or remove it", job.string()));
+  };
+  require_new(!fs::exists(fs::symlink_status(job)));
 
   const ReadBumps bumps = read_bumps(settings.bumps);
   const motion::CoordinateFile& file = bumps.file;
@@ -81,7 +84,7 @@ int init_job(const InitSettings& settings) {
   const std::string pitch =
       file.has_unit ? "# the file says the unit of its numbers itself\n"
                     : fmt::format("pitch_mm = {}  # length of one unit of the file\n", bumps.pitch_mm);
-  write_whole(
+  const bool written = write_whole_new(
       job,
       fmt::format("# Made by meltstage init. Every field: docs/print/jobs.md\n"
                   "# {} over {:.6g} mm x {:.6g} mm; x to the right, y away from the operator.\n\n"
@@ -99,6 +102,7 @@ int init_job(const InitSettings& settings) {
                   text_for_job(settings.bumps.path.stem().string()),
                   text_for_job(fs::proximate(fs::absolute(settings.bumps.path), folder).string()), pitch,
                   centred(x, travel.x), centred(y, travel.y), selection_of(settings.bumps)));
+  require_new(written);  // by another process meanwhile
   for (const std::string& note : file.notes) fmt::print("note: {}\n", note);
   if (settings.bumps.path.extension().string().starts_with(".kicad_"))
     fmt::print("note: KiCad's y points down; what lies above there lies above here\n");

@@ -8,8 +8,8 @@
 #include <exception>
 #include <string_view>
 
-#include "base/empty_values.hpp"
 #include "base/error.hpp"
+#include "base/option_values.hpp"
 #include "base/place.hpp"
 
 namespace meltstage::layout {
@@ -24,7 +24,7 @@ int refused(const CLI::App& app, std::string_view what) {
 
 int layout_main(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is told like a full disk
-  refuse_empty_values(app);
+  check_option_values(app);
   try {
     app.parse(argc, argv);
     const int status = run();

@@ -14,17 +14,6 @@
 namespace meltstage::hls {
 namespace {
 
-// The word of each bit of flops and outputs.
-std::unordered_map<std::string, std::string> words_of_bits(const Circuit& model) {
-  std::unordered_map<std::string, std::string> result;
-  const auto add = [&](const Field& field) {
-    for (unsigned i = 0; i < field.width; ++i) result.emplace(bit_name(field, i), field.name);
-  };
-  for (const Flop& flop : model.flops) add(flop.field);
-  for (const Pin& pin : model.outputs) add(pin.field);
-  return result;
-}
-
 // Flops as in reset, pins low, but not that of the reset.
 std::vector<bool> usual_inputs(const Circuit& model, const Problem& problem) {
   std::unordered_map<Literal, bool> high;
@@ -55,6 +44,16 @@ std::vector<bool> needed(const Problem& problem, const Obligation& obligation,
 }
 
 }  // namespace
+
+std::unordered_map<std::string, std::string> words_of_bits(const Circuit& model) {
+  std::unordered_map<std::string, std::string> result;
+  const auto add = [&](const Field& field) {
+    for (unsigned i = 0; i < field.width; ++i) result.emplace(bit_name(field, i), field.name);
+  };
+  for (const Flop& flop : model.flops) add(flop.field);
+  for (const Pin& pin : model.outputs) add(pin.field);
+  return result;
+}
 
 Counterexample make_counterexample(const Circuit& model, const Problem& problem, const Obligation& obligation,
                                    const std::vector<bool>& example) {

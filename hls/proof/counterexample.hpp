@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "hls/proof/equivalence.hpp"
@@ -26,6 +27,9 @@ struct Counterexample {
   std::uint64_t of_model;         // of a flop after the clock, of a pin in this state
   std::uint64_t of_rtl;           //
 };
+
+/// The flop or output pin of each of their bits.
+std::unordered_map<std::string, std::string> words_of_bits(const Circuit& model);
 
 /// Of a broken obligation, as few flops as possible off their reset values.
 Counterexample make_counterexample(const Circuit& model, const Problem& problem, const Obligation& obligation,

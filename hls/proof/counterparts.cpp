@@ -48,6 +48,31 @@ std::vector<bool> flops_behind(const Rtl& rtl, std::vector<std::uint32_t> roots)
   return behind;
 }
 
+struct Told {
+  std::string name, place;
+};
+
+// Of a flop's bit: the flop, and where it stands.
+Told told(const Rtl& rtl, const std::string& bit) {
+  for (const std::string& name : {bit, bit.substr(0, bit.rfind('['))})
+    if (const auto found = rtl.netlist.flop_places.find(name); found != rtl.netlist.flop_places.end())
+      return {name, found->second};
+  return {bit, "RTL"};
+}
+
+// Yosys gives a flop without a name to a variable in a clocked process that some path leaves as it was.
+[[noreturn]] void refuse_nameless(const Rtl& rtl, std::size_t nameless,
+                                  const std::vector<std::string>& counterparts) {
+  Told user{"", "RTL"};
+  for (std::size_t i = 0; i < rtl.flops.size() && user.name.empty(); ++i)
+    if (!counterparts[i].empty() && flops_behind(rtl, {rtl.flops[i].next})[nameless])
+      user = told(rtl, counterparts[i]);
+  throw UserError(fmt::format(
+      "{}: found a variable or a function's result {}that keeps its last value where no path assigns it, "
+      "expected each path to assign it",
+      user.place, user.name.empty() ? "" : fmt::format("behind flop {} ", user.name)));
+}
+
 }  // namespace
 
 std::vector<std::string> counterparts(const Circuit& model, const Rtl& rtl) {
@@ -69,11 +94,9 @@ std::vector<std::string> counterparts(const Circuit& model, const Rtl& rtl) {
   const std::vector<bool> behind = flops_behind(rtl, std::move(roots));
   for (std::size_t i = 0; i < result.size(); ++i) {
     if (!result[i].empty() || !behind[i]) continue;
-    const std::vector<std::string>& names = rtl.flops[i].names;
-    const std::string name = names.empty() ? "without a name" : names.front();
-    const auto place = rtl.netlist.flop_places.find(name.substr(0, name.rfind('[')));
-    throw UserError(fmt::format("{}: found flop {}, which the C++ has not",
-                                place == rtl.netlist.flop_places.end() ? "RTL" : place->second, name));
+    if (rtl.flops[i].names.empty()) refuse_nameless(rtl, i, result);
+    const auto [name, place] = told(rtl, rtl.flops[i].names.front());
+    throw UserError(fmt::format("{}: found flop {}, which the C++ has not", place, name));
   }
   return result;
 }

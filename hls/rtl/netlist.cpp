@@ -130,6 +130,7 @@ class Reader {
       const auto from = net->getInteger("offset");
       for (std::size_t i = 0; i < bits.size(); ++i) {
         if (bits[i] < 0) continue;
+        words_.emplace(bits[i], name);
         const std::string bit =
             bits.size() == 1 ? name
                              : fmt::format("{}[{}]", name, static_cast<std::int64_t>(i) + from.getValueOr(0));
@@ -240,7 +241,8 @@ class Reader {
   void check_flop(const Cell& cell) {
     const std::string own = names_of_flop(cell);
     if (own.empty()) return;
-    result_.flop_places[own] = cell.place;
+    const auto [first, last] = words_.equal_range(cell.port("Q")->bits[0]);
+    for (auto word = first; word != last; ++word) result_.flop_places[word->second] = cell.place;
     if (!is_one_of(cell.type, kRisingFlops)) {
       throw UserError(
           cell.type.find("latch") != std::string::npos || cell.type == "$sr"
@@ -389,6 +391,7 @@ class Reader {
   static constexpr const char* kClock = "clk_i";
 
   std::map<Bit, Net> nets_;
+  std::multimap<Bit, std::string> words_;  // all that have the bit
   std::map<std::string, CellPort> outputs_;
   std::vector<Cell> cells_;
   std::map<Bit, Driver> drivers_;

@@ -397,15 +397,26 @@ std::string last_place(const std::string& output) {
   return place.empty() ? "RTL" : place;
 }
 
+// Yosys names a process by its file and line 0, and some places with line 0, which is none.
+std::string without_line_0(const std::string& error) {
+  static const std::regex kLatch(
+      ".*(Latch inferred for signal `\\\\?[^']*') from always_comb process "
+      "`.*\\$proc\\$(.*):0\\$\\d+'\\.?");
+  std::smatch part;
+  if (std::regex_match(error, part, kLatch))
+    return fmt::format("{}: ERROR: {}; assign it on every path", part[2].str(), part[1].str());
+  return std::regex_replace(error, std::regex("(\\.\\w+):0: "), "$1: ");
+}
+
 // What Yosys has said, warnings alone.
 std::string run_yosys(const std::string& script, const std::filesystem::path& file) {
   write_whole(file, script);
   const Finished yosys = run_tool("yosys", "yosys", {"-q", "-s", file.string()});
   if (yosys.status == 0) return yosys.output;
-  std::string error = line_with(yosys.output, "ERROR");
+  std::string error = without_line_0(line_with(yosys.output, "ERROR"));
   if (error.find("yields non-constant value") != std::string::npos)
     error += "; expected one value, and a test of the reset for the level to which its edge leads";
-  const bool placed = std::regex_search(error, std::regex("\\.\\w+:\\d+"));
+  const bool placed = std::regex_search(error, std::regex("\\.\\w+:(\\d+| )"));
   throw UserError(fmt::format(
       "{}: Yosys refuses it: {}",
       placed ? "RTL" : last_place(run_tool("yosys", "yosys", {"-s", file.string()}).output), error));

@@ -30,22 +30,22 @@ bool is_one_of_these(std::string_view word, const Words& words) {
 /// What may stand between the words of a column's name.
 constexpr std::string_view kNameSeparators = " \t_()[]/.,:";
 
-/// Behind the words that may stand before the axis: PosX, Mid X, Center-X, Pos. X.
+/// Behind the words that may stand before the axis: PosX, Mid X, Center-X, Pos. X, Columns: X.
 std::size_t behind_prefixes(std::string_view name, std::size_t at) {
-  constexpr std::array<std::string_view, 12> kPrefixes = {"centroid",   "center",     "centre",   "mid",
-                                                          "position",   "pos",        "location", "loc",
-                                                          "koordinate", "coordinate", "coord",    "mitte"};
+  constexpr std::array<std::string_view, 16> kPrefixes = {
+      "columns",  "spalten", "format",   "order", "centroid",   "center",     "centre", "mid",
+      "position", "pos",     "location", "loc",   "koordinate", "coordinate", "coord",  "mitte"};
   for (const std::string_view prefix : kPrefixes)
     if (name.substr(at).starts_with(prefix))
-      at = std::min(name.find_first_not_of(" \t_.-", at + prefix.size()), name.size());
+      at = std::min(name.find_first_not_of(" \t_.:=-", at + prefix.size()), name.size());
   return at;
 }
 
-/// Behind a word that may stand after the axis: X Coord, X-coordinate, x_pos, X_Center.
+/// Behind a word that may stand after the axis: X Coord, X-coordinate, x_pos, X_Center, X-Achse.
 std::size_t behind_suffix(std::string_view name, std::size_t at) {
-  constexpr std::array<std::string_view, 12> kSuffixes = {"koordinate", "coordinate", "coord", "position",
-                                                          "pos",        "location",   "loc",   "centroid",
-                                                          "center",     "centre",     "mid",   "mitte"};
+  constexpr std::array<std::string_view, 14> kSuffixes = {
+      "achse",    "axis", "koordinate", "coordinate", "coord",  "position", "pos",
+      "location", "loc",  "centroid",   "center",     "centre", "mid",      "mitte"};
   const auto word = std::min(name.find_first_not_of(" \t_-", at), name.size());
   for (const std::string_view suffix : kSuffixes) {
     const std::size_t behind = word + suffix.size();

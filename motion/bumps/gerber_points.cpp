@@ -129,11 +129,16 @@ class GerberFile {
                       "the flash",
                       odd_ == 1 ? "1 flash" : fmt::format("{} flashes", odd_), odd_ == 1 ? "" : "first ",
                       first_odd_, odd_ == 1 ? "holds" : "hold"));
-    if (negative_row_ != 0 && copper_)
+    if (negative_row_ != 0 && (copper_ || has_copper_ending()))
       fail(path_,
            fmt::format("row {}: found a copper layer of negative polarity, expected a positive one, in which "
                        "flashes are copper",
                        negative_row_));
+    if (negative_row_ != 0 && !has_function_)
+      result.notes.push_back(
+          fmt::format("row {} says that the layer is of negative polarity, and no row which "
+                      "layer it is; its flashes make bumps all the same",
+                      negative_row_));
     if (unprinted_.row != 0)
       result.notes.push_back(fmt::format("row {} says that this is {}; its flashes make bumps all the same",
                                          unprinted_.row, unprinted_.text));
@@ -152,6 +157,11 @@ class GerberFile {
     if (ending == ".gtp" || ending == ".gts" || ending == ".gtl") return Side::top;
     if (ending == ".gbp" || ending == ".gbs" || ending == ".gbl") return Side::bottom;
     return std::nullopt;
+  }
+
+  bool has_copper_ending() const {
+    const std::string ending = in_small_letters(path_.extension().string());
+    return ending == ".gtl" || ending == ".gbl";
   }
 
   /// Flashes are gathered in the file, in a repeated step or in a block.
@@ -173,12 +183,20 @@ class GerberFile {
   }
 
   /// "TF.FileFunction,Paste,Bot", or behind "G04 #@! " in files without extended attributes.
+  void read_file_attribute(std::string_view text) {
+    read_file_function(text);
+    read_file_polarity(text);
+  }
+
   void read_file_function(std::string_view text) {
     constexpr std::string_view kKey = "TF.FileFunction,";
     const auto at = text.find(kKey);
     if (at == std::string_view::npos) return;
     const std::string_view function = text.substr(at + kKey.size());
-    if (function.starts_with("Copper,")) copper_ = true;
+    has_function_ = true;
+    for (const std::string_view copper :
+         {"Copper,", "Plane,", "Signal,", "Mixed,"})  // the last three: old files
+      if (function.starts_with(copper)) copper_ = true;
     if (function.find(",Inr") != std::string_view::npos) unprinted_ = {row_, "an inner layer"};
     if (function.starts_with("NonPlated,")) unprinted_ = {row_, "a layer of unplated holes"};
     for (const auto& [word, side] : {std::pair(",Bot", Side::bottom), std::pair(",Top", Side::top)}) {
@@ -209,7 +227,7 @@ class GerberFile {
   /// A comment without its '*' would take the next block with it. Some systems write several comments that
   /// end with one '*'.
   void check_comment(const Command& comment) {
-    read_file_function(comment.text);
+    read_file_attribute(comment.text);
     for_lines(comment.lines, [&](const Line& line) {
       const std::string_view text = trimmed(line.text);
       if (line.number == 1 || is_comment(text) || !looks_like_command(text)) return;
@@ -278,8 +296,7 @@ class GerberFile {
     else if (code == "IP") {
       if (rest != "POS") fail_here(text, "IPPOS: an image in negative has no flashes to bump");
     } else if (code == "TF") {
-      read_file_function(text);
-      read_file_polarity(text);
+      read_file_attribute(text);
     } else if (text.starts_with("TA.AperFunction,")) {
       fiducial_next_ = text.find("FiducialPad") != std::string_view::npos;
     } else if (text == "TD" || text == "TD.AperFunction") {
@@ -687,6 +704,7 @@ class GerberFile {
   Transform transform_;
   std::optional<Side> side_;
   std::size_t side_row_ = 0;
+  bool has_function_ = false;     // the file says what layer it is
   bool copper_ = false;           // by the file's own word, as the next
   std::size_t negative_row_ = 0;  //
   Statement unprinted_;           // what kind of layer holds no bumps

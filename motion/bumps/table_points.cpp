@@ -31,27 +31,29 @@ std::optional<double> value_of(const Cell& cell) {
 /// A malformed number rather than a label: nothing may be guessed from a table that begins with one.
 bool looks_like_number(const Cell& cell) { return begins_like_number(cell.text); }
 
-/// Whether commas may stand between thousands rather than before decimals: three digits behind each of them,
-/// and smaller numbers have none. "1,234" beside "950" is one or the other.
+/// Whether a mark, comma or point, may stand between thousands rather than before decimals: three digits
+/// behind each of them, and smaller numbers have none. "1,234" beside "950" is one or the other.
 class ThousandsMarks {
  public:
+  explicit ThousandsMarks(char mark) : mark_(mark) {}
+
   void take(std::size_t row, std::string_view number) {
     number = trimmed(number);
     number.remove_prefix(!number.empty() && (number[0] == '-' || number[0] == '+') ? 1 : 0);
-    const auto comma = number.find(',');
-    const auto digits = std::min(comma, number.size());
-    if (comma == std::string_view::npos) {
+    const auto mark = number.find(mark_);
+    const auto digits = std::min(mark, number.size());
+    if (mark == std::string_view::npos) {
       if (number.find_first_not_of("0123456789") != std::string_view::npos) return;
       if (digits > 3) decimals_ = true;
       if (plain_.empty() && digits <= 3) plain_ = told(row, number);
-    } else if (digits >= 1 && digits <= 3 && number[0] != '0' && number.size() == comma + 4) {
+    } else if (digits >= 1 && digits <= 3 && number[0] != '0' && number.size() == mark + 4) {
       if (marked_.empty()) marked_ = told(row, number);
     } else {
       decimals_ = true;
     }
   }
 
-  /// The first number where each has a comma that may stand between thousands; else empty.
+  /// The first number where each has a mark that may stand between thousands; else empty.
   std::string all_marked() const { return decimals_ || !plain_.empty() ? "" : marked_; }
 
   /// "1,234 in row 2 and 950 in row 3"; empty where there is no doubt.
@@ -64,6 +66,7 @@ class ThousandsMarks {
     return fmt::format("{} in row {}", in_quotes(number), row);
   }
 
+  char mark_;
   bool decimals_ = false;
   std::string marked_, plain_;  // the first of each
 };
@@ -75,6 +78,7 @@ class PointTable {
   void add(const TableRow& row) {
     count_cells(row);
     if (row.comment) {
+      take_axes_told(row);
       sides_.take_above(row);
       return read_title_unit(row, 0);
     }
@@ -111,13 +115,17 @@ class PointTable {
                             hidden_, first_hidden_));
     if (unsigned_rows_ && !commented_out_.empty())
       fail(path_, commented_out_ + " at its beginning, expected a bump; take rows out that are none");
-    if (const std::string doubt = marks_.doubt(); !doubt.empty())
+    if (const std::string doubt = commas_.doubt(); !doubt.empty())
       fail(path_,
            fmt::format(
                "found {}, expected numbers of which a comma is no mark between thousands; write points "
                "before decimals, or no marks between thousands",
                doubt));
-    if (const std::string marked = marks_.all_marked(); !marked.empty())
+    // Nobody writes 1.234 um beside 950 um, and nobody 1 234 mm.
+    if (const std::string doubt = points_.doubt(); !doubt.empty() && x_.has_unit && x_.unit_mm < 1.0)
+      result_.notes.push_back(fmt::format(
+          "the points are read as decimal marks; {} may mean that they stand between thousands", doubt));
+    if (const std::string marked = commas_.all_marked(); !marked.empty())
       result_.notes.push_back(
           fmt::format("the commas are read as decimal marks, {} too; each number has three digits behind its "
                       "comma, so they may stand between thousands",
@@ -189,10 +197,22 @@ class PointTable {
                                         [](const Cell& c) { return value_of(c) || looks_like_number(c); });
     if (any_number) return false;
     if (!is_sentence(row) && (find_column(row, 'x') || find_column(row, 'y'))) return false;
+    take_axes_told(row);
     if (title_.row == 0) title_ = row;
     sides_.take_above(row);
     for (std::size_t i = 0; i < row.cells.size(); ++i) read_title_unit(row, i);
     return true;
+  }
+
+  /// Words above the table may tell the columns in a way that isn't read.
+  void take_axes_told(const TableRow& row) {
+    for (const Cell& cell : row.cells) {
+      const std::vector<std::string> words = words_of_name(cell);
+      const auto has = [&](std::string_view axis) {
+        return std::find(words.begin(), words.end(), axis) != words.end();
+      };
+      axes_told_ = axes_told_ || (has("x") && has("y"));
+    }
   }
 
   /// Words in one cell, "X and Y in mm", which name no column.
@@ -372,7 +392,7 @@ class PointTable {
     take_title_unit(row);
     const bool more = std::any_of(row.cells.begin() + static_cast<std::ptrdiff_t>(numeric[1]) + 1,
                                   row.cells.end(), [](const Cell& cell) { return value_of(cell); });
-    if (more)
+    if (more || axes_told_)
       result_.notes.push_back(fmt::format("no row names the columns: x is column {} and y column {} of {}",
                                           numeric[0] + 1, numeric[1] + 1, row.cells.size()));
   }
@@ -393,7 +413,8 @@ class PointTable {
                        "has",
                        row.row, column.index + 1, axis, in_quotes(cell.text), length_row_));
     plain_number_ = true;
-    marks_.take(row.row, cell.text);
+    commas_.take(row.row, cell.text);
+    points_.take(row.row, cell.text);
     return *value * column.unit_mm;
   }
 
@@ -448,7 +469,8 @@ class PointTable {
   std::vector<std::size_t> nameless_;  // columns behind x and y
   SideColumns sides_;
   SummaryRow summary_;
-  ThousandsMarks marks_;
+  ThousandsMarks commas_{','}, points_{'.'};
+  bool axes_told_ = false;  // by words above the table
   bool unsigned_rows_ = false;
   std::string commented_out_;        // the first row that may be
   std::size_t ends_within_row_ = 0;  // the last one, if it has no line end

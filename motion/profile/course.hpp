@@ -19,6 +19,12 @@ struct Goal {
   double position_mm = 0.0, velocity_mm_s = 0.0, highest_mm_s = 0.0;
 };
 
+/// Whether what is left of the way to a position is no more than rounding makes of none.
+inline bool is_rounding(double left_mm, double position_mm) {
+  constexpr double kRounding = 1e-12;
+  return std::abs(left_mm) <= kRounding * std::abs(position_mm);
+}
+
 /// A profile under construction, and the state at its end so far.
 struct Course {
   JerkProfile profile;

@@ -106,15 +106,9 @@ class EvenThroughout {
   EvenLimits limits_;
 };
 
-/// Whether a way is one that rounding may make of none.
-bool is_rounding(double left_mm, const Goal& goal) {
-  constexpr double kRounding = 1e-12;
-  return std::abs(left_mm) <= kRounding * std::abs(goal.position_mm);
-}
-
 /// How long a way takes that is left over at a speed.
 double stay_s(double left_mm, double velocity_mm_s, const Goal& goal) {
-  if (velocity_mm_s == 0.0 || is_rounding(left_mm, goal)) return 0.0;
+  if (velocity_mm_s == 0.0 || is_rounding(left_mm, goal.position_mm)) return 0.0;
   return std::max(0.0, left_mm / velocity_mm_s);
 }
 
@@ -196,7 +190,7 @@ Course planned(Course start, const Goal& goal, const Changes& changes) {
   if (std::abs(start.now.acceleration_mm_s2) > most) ease(start, most, changes.release(start.now));
   Course direct = start;
   changes.change(direct, goal.velocity_mm_s);
-  if (is_rounding(goal.position_mm - direct.now.position_mm, goal)) return direct;
+  if (is_rounding(goal.position_mm - direct.now.position_mm, goal.position_mm)) return direct;
   if (goal.position_mm >= direct.now.position_mm) return to_beyond(start, goal, changes);
   return mirrored(
       to_beyond(mirrored(start), {-goal.position_mm, -goal.velocity_mm_s, goal.highest_mm_s}, changes));

@@ -350,8 +350,7 @@ JerkProfile plan_retarget(const ScurveLimits& limits, const MotionState& state, 
   }
   Course stop = stopped(start, limits);
   const double beyond_mm = target_mm - stop.now.position_mm;
-  constexpr double kRounding_mm = 1e-12;
-  if (std::abs(beyond_mm) <= kRounding_mm) return stop.ended_at({target_mm});
+  if (is_rounding(beyond_mm, target_mm)) return stop.ended_at({target_mm});
   if (beyond_mm > 0.0) return go_on(start, limits, target_mm).ended_at({target_mm});
   stop.append(plan_scurve(limits, -beyond_mm), -1.0);
   const auto through = plan_evenly(limits, state, {target_mm, 0.0, limits.velocity_mm_s});

@@ -41,6 +41,14 @@ TEST(OutputFile, AppearsWholeOrNotAtAll) {
   EXPECT_FALSE(has_partial(folder, "a"));
 }
 
+TEST(OutputFile, TakesNoNameThatAnotherHas) {
+  const ScratchFolder folder;
+  EXPECT_TRUE(write_whole_new(folder.at("a"), "first"));
+  EXPECT_FALSE(write_whole_new(folder.at("a"), "second"));
+  EXPECT_EQ(folder.read("a"), "first");
+  EXPECT_FALSE(has_partial(folder, "a"));
+}
+
 TEST(OutputFile, HasAName) {
   try {
     write_whole("", "text");

@@ -109,6 +109,63 @@ TEST_F(Hls, WhatOneSideHasAloneIsNamed) {
   EXPECT_THAT(ran.output, HasSubstr("RTL: Yosys refuses it: "));
 }
 
+TEST_F(Hls, AVariableThatSomePathLeavesIsNamedByItsFlop) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  const std::string sv = text_of(kExample + ".sv");
+  write("block.sv",
+        replaced(replaced(sv, "  always_ff",
+                          "  function logic f(input logic a, b); if (b) f = a; endfunction\n  always_ff"),
+                 "level_q  <= button_i;", "level_q  <= f(button_i, hold_i[0]);"));
+  const Ran ran = prove();
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(
+      ran.output,
+      MatchesRegex(".*block.sv:[0-9]+: found a variable or a function's result behind flop level_q that "
+                   "keeps its last value where no path assigns it, expected each path to assign it\n"));
+}
+
+TEST_F(Hls, AFlopOfAGeneratedInstanceIsNamedWithItsPlace) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  const std::string sv = text_of(kExample + ".sv");
+  write("block.sv", replaced(replaced(sv, "  always_ff",
+                                      "  logic [1:0] spare;\n  for (genvar i = 0; i < 1; i++) begin : gl\n   "
+                                      " lane u(.clk_i, .x_i({button_i, "
+                                      "hold_i[0]}), .q_o(spare));\n  end\n  always_ff"),
+                             "level_q  <= button_i;", "level_q  <= button_i ^ spare[0] ^ spare[1];") +
+                        "module lane(input logic clk_i, input logic [1:0] x_i, output logic [1:0] q_o);\n  "
+                        "logic [1:0] q_q;\n  assign q_o = "
+                        "q_q;\n  always_ff @(posedge clk_i) q_q <= x_i;\nendmodule\n");
+  EXPECT_THAT(prove().output,
+              MatchesRegex(".*block.sv:[0-9]+: found flop gl.0..u.q_q, which the C.. has not\n"));
+}
+
+TEST_F(Hls, WhatYosysRefusesHasNoLine0) {
+  fs::copy(kExample + ".cpp", at("block.cpp"));
+  const std::string sv = text_of(kExample + ".sv");
+  for (const auto& [added, told] :
+       {std::pair("  logic n; always_comb if (button_i) n = hold_i[0];\n  always_ff",
+                  "block.sv: ERROR: Latch inferred for signal"),
+        std::pair(
+            "  logic [3:0] n; always_comb begin n = 0; while (n < hold_i[3:0]) n = n + 1; end\n  always_ff",
+            "While loops are only allowed")}) {
+    write("block.sv", replaced(sv, "  always_ff", added));
+    const Ran ran = prove();
+    EXPECT_EQ(ran.status, 2) << added;
+    EXPECT_THAT(ran.output, AllOf(HasSubstr(told), Not(HasSubstr(":0")))) << added;
+  }
+}
+
+TEST_F(Hls, WhatHasNoExampleIsNamed) {
+  const std::string cpp = text_of(kExample + ".cpp"), sv = text_of(kExample + ".sv");
+  write("block.cpp", cpp);
+  write("block.sv", replaced(replaced(sv, "level_q  <= button_i", "level_q  <= !button_i"),
+                             "steady_q <= steady;", "steady_q <= ~steady;"));
+  const Ran ran = prove("--examples 1");
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.output, AnyOf(HasSubstr("differ, too (--examples shows more): level_q"),
+                                HasSubstr("differ, too (--examples shows more): steady_q")));
+}
+
 // Verilog-2001 declares it in the module.
 TEST_F(Hls, TheVariableOfALoopIsNoFlop) {
   fs::copy(kExample + ".cpp", at("block.cpp"));

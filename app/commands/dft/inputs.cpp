@@ -91,7 +91,10 @@ void require_cells(const std::filesystem::path& path) {
 }
 dft::Netlist read_cells(const std::filesystem::path& path) {
   require_cells(path);
-  return read_yosys_json(path);
+  dft::Netlist netlist = read_yosys_json(path);
+  if (netlist.instances.empty())
+    throw UserError(path.string() + ": found a top module without a cell, expected a netlist of cells");
+  return netlist;
 }
 
 dft::CellLibrary library_of(const NetlistInput& input) {

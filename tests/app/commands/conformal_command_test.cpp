@@ -176,6 +176,8 @@ TEST_F(Conformal, OptionsHaveRanges) {
     expect_refused(print + " --tilt-centre=" + value, "--tilt-centre: ");
   }
   expect_refused(print + " --safe-z 1e300", "--safe-z: ");
+  expect_refused(print + " --safe-z 0x50", "--safe-z: found 0x50, expected a decimal number");
+  expect_refused("probe " + path + " --capability nan", "--capability: found nan, expected a decimal number");
   expect_refused("probe " + path + " --safe-z inf", "--safe-z: ");
   expect_refused("probe " + path + " --points-file ''", "--points-file: ");
   for (const char* value : {"-1", "1e3", "99999999999999999999"}) {
@@ -271,7 +273,7 @@ TEST_F(Conformal, TakesTouchesOfTheProbeProgramsBallOnly) {
   EXPECT_EQ(without.status, 2);
   EXPECT_THAT(without.output, HasSubstr("--probe is required"));
   // The pre-travel is no radius.
-  for (const char* radius : {"9.92", "0.0992", "1.984", "0.79", "1.21", "nan"})
+  for (const char* radius : {"9.92", "0.0992", "1.984", "0.79", "1.21"})
     expect_refused(print + " --effective-radius " + radius,
                    std::string("--effective-radius: found ") + radius + " mm, expected 0.8 to 1.2 mm");
   EXPECT_EQ(run_command("conformal " + print + " --effective-radius 0.81" + out).status, 0);

@@ -504,6 +504,15 @@ TEST_F(VectorsCommand, ProofsAreMadeAgain) {
   EXPECT_EQ(run_command("dft prove " + bench.string() + " --out " + proofs).output, first.output);
 }
 
+TEST_F(VectorsCommand, ANetlistWithoutACellIsRefused) {
+  const fs::path empty = folder_ / "empty.json";
+  std::ofstream(empty) << R"({"modules":{"top":{"ports":{},"cells":{}}}})";
+  const Ran ran = run_command("dft rules " + empty.string());
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_EQ(ran.output, "meltstage: " + empty.string() +
+                            ": found a top module without a cell, expected a netlist of cells\n");
+}
+
 TEST_F(VectorsCommand, AskedForCellsABenchNetlistIsRefused) {
   const fs::path bench = folder_ / "wire.bench";
   std::ofstream(bench) << "INPUT(a)\nOUTPUT(b)\nb = NOT(a)\n";

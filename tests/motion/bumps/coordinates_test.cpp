@@ -245,6 +245,21 @@ TEST_F(Coordinates, ColumnsThatNoRowNamesAreTold) {
   EXPECT_THAT(read_coordinate_file(write("a.csv", "1,5,2,5\n3,5,4,5\n")).notes,
               testing::ElementsAre("no row names the columns: x is column 1 and y column 2 of 4"));
   EXPECT_THAT(read_coordinate_file(write("b.csv", "A1,1,5\nA2,3,5\n")).notes, testing::IsEmpty());
+  // Words above that speak of x and y may tell another order.
+  EXPECT_THAT(read_coordinate_file(write("c.csv", "# erst y und dann x\n1,2\n3,4\n")).notes,
+              testing::ElementsAre("no row names the columns: x is column 1 and y column 2 of 2"));
+}
+
+TEST_F(Coordinates, RemarksMayNameTheColumns) {
+  for (const char* names : {"# Y-Achse X-Achse", "# y-axis x-axis", "# y x"}) {
+    const auto points = read_coordinates(write("a.txt", std::string(names) + "\n1 2\n3 5\n"));
+    EXPECT_EQ(points.at(1).x_mm, 5.0) << names;
+  }
+  for (const char* names :
+       {"# columns: y_mm, x_mm", "# Spalten: y (mm), x (mm)", "# Format: Y,X", "# order=y,x"}) {
+    const auto points = read_coordinates(write("a.csv", std::string(names) + "\n1,2\n3,5\n"));
+    EXPECT_EQ(points.at(1).x_mm, 5.0) << names;
+  }
 }
 
 TEST_F(Coordinates, DecimalCommasMayHaveAUnit) {

@@ -320,6 +320,20 @@ TEST_F(Readers, LayersThatHoldNoBumpsAreTold) {
               Contains(HasSubstr("unplated holes")));
   EXPECT_THAT(error_of("c.gbr", file("%TF.FileFunction,Copper,L1,Top*%\n%TF.FilePolarity,Negative*%")),
               HasSubstr("found a copper layer of negative polarity"));
+  // The same in comments, as KiCad writes without X2; and where the ending tells that it is copper.
+  const char *layer = "G04 #@! TF.FileFunction,Copper,L1,Top*\n",
+             *negative = "G04 #@! TF.FilePolarity,Negative*\n";
+  for (const std::string& attributes :
+       {std::string(layer) + negative, std::string("%TF.FileFunction,Copper,L1,Top*%\n") + negative,
+        layer + std::string("%TF.FilePolarity,Negative*%")})
+    EXPECT_THAT(error_of("e.gbr", file(attributes.c_str())), HasSubstr("found a copper layer of negative"));
+  for (const char* name : {"f.gtl", "f.gbl"})
+    EXPECT_THAT(error_of(name, file("%TF.FilePolarity,Negative*%")),
+                HasSubstr("found a copper layer of negative"));
+  EXPECT_THAT(error_of("g.gbr", file("%TF.FileFunction,Plane,L2,Inr*%\n%TF.FilePolarity,Negative*%")),
+              HasSubstr("found a copper layer of negative"));
+  EXPECT_THAT(read("h.gbr", file("%TF.FilePolarity,Negative*%")).notes,
+              Contains(HasSubstr("and no row which layer")));
   // A mask is negative as a rule: its flashes are openings.
   EXPECT_EQ(
       read("d.gbr", file("%TF.FileFunction,Soldermask,Top*%\n%TF.FilePolarity,Negative*%")).points.size(),

@@ -110,6 +110,17 @@ TEST(MovingEnd, RoundingIsNoWay) {
   EXPECT_NEAR(motion.duration_s, plan_to_state(limits, state, end).duration_s, 1e-12);
 }
 
+// A way of a femtometre is one all the same, where it is as long as the motion's others.
+TEST(MovingEnd, AShortWayIsNoRounding) {
+  const ScurveLimits limits = asymmetric_limits(1.5084763261196805, 11.128184180633554, 11.128184180633554,
+                                                165087.18657491633, 165087.18657491633);
+  const MotionState state{0.0, -1.43924e-06, 0.701741, 0.0};
+  constexpr double kTarget_mm = -8.7096168e-13;
+  const double least_s = plan_to_state(limits, state, {kTarget_mm, 0.0, 0.0, 0.0}).duration_s;
+  EXPECT_NEAR(plan_retarget(limits, state, kTarget_mm).duration_s, least_s, 1e-9);
+  EXPECT_NEAR(plan_to_speed(limits, state, kTarget_mm, 0.0).duration_s, least_s, 1e-9);
+}
+
 // From 0 to 100 mm/s takes 2.5 mm; in 0.1 mm it begins with a way back.
 TEST(MovingEnd, NoDistanceIsTooShort) {
   const ScurveLimits limits = asymmetric_limits(400, 4000, 4000, 2e5, 2e5);
