@@ -177,8 +177,6 @@ rename -enumerate -pattern hls_flop% t:hls_flop
 rename -enumerate -pattern hls_open% t:hls_open
 expose -evert @flops t:hls_product t:hls_flop t:hls_open
 delete =hls_product =hls_flop =hls_open
-opt_expr
-opt_clean -purge
 aigmap
 write_aiger -symbols {gates}
 )",

@@ -134,15 +134,17 @@ std::string test_bench(const Rtl& rtl, const std::string& top, std::size_t clock
       declarations, top, connections, bits_of(rtl, true).size() - 1, clocks - 1, in, out);
 }
 
-// Pins that reset flops at once, and the level at which they do.
-std::vector<std::pair<std::string, bool>> resets_of(const Rtl& rtl) {
+// Of these pins those that reset flops at once, and the level at which they do.
+std::vector<std::pair<std::string, bool>> resets_of(const Rtl& rtl, const std::vector<std::string>& pins) {
   std::vector<std::pair<std::string, bool>> resets;
-  for (const auto& [name, literal] : rtl.inputs) {
+  for (const std::string& name : pins) {
+    const auto pin = rtl.inputs.find(name);
+    if (pin == rtl.inputs.end()) continue;
     for (const bool level : {false, true}) {
       Gates gates(rtl);
-      gates.set(literal, level ? Level::kHigh : Level::kLow);
+      gates.set(pin->second, level ? Level::kHigh : Level::kLow);
       gates.settle();
-      if (name != kClock && std::any_of(rtl.flops.begin(), rtl.flops.end(), [&](const RtlFlop& flop) {
+      if (std::any_of(rtl.flops.begin(), rtl.flops.end(), [&](const RtlFlop& flop) {
             return gates.of(flop.in_reset) == Level::kHigh && flop.in_reset > 1;
           }))
         resets.emplace_back(name, level);
@@ -163,8 +165,17 @@ std::string compare_with_icarus(const RtlSources& sources, const Rtl& rtl, unsig
   const std::vector<std::string> in = bits_of(rtl, true), out = bits_of(rtl, false);
   if (clocks < 10 || in.empty() || out.empty()) return skipped("too large, or without pins");
 
+  const TemporaryFolder folder;
+  write_whole(folder.path() / "bench.v", test_bench(rtl, sources.top, clocks));
+  std::vector<std::string> call = {"-g2012",    "-DSYNTHESIS", "-s",
+                                   "hls_bench", "-o",          (folder.path() / "bench").string()};
+  for (const auto& include : sources.include_folders) call.push_back("-I" + include.string());
+  call.push_back((folder.path() / "bench.v").string());
+  for (const auto& file : sources.files) call.push_back(std::filesystem::absolute(file).string());
+  if (run_tool("iverilog", "iverilog", call).status != 0) return skipped("it does not take these files");
+
   std::mt19937_64 random(seed);
-  const auto resets = resets_of(rtl);
+  const auto resets = resets_of(rtl, in);
   std::vector<std::vector<bool>> pins(clocks, std::vector<bool>(in.size()));
   std::string text;
   for (unsigned i = 0; i < clocks; ++i) {
@@ -176,15 +187,7 @@ std::string compare_with_icarus(const RtlSources& sources, const Rtl& rtl, unsig
     }
     text += '\n';
   }
-  const TemporaryFolder folder;
   write_whole(folder.path() / "pins.txt", text);
-  write_whole(folder.path() / "bench.v", test_bench(rtl, sources.top, clocks));
-  std::vector<std::string> call = {"-g2012",    "-DSYNTHESIS", "-s",
-                                   "hls_bench", "-o",          (folder.path() / "bench").string()};
-  for (const auto& include : sources.include_folders) call.push_back("-I" + include.string());
-  call.push_back((folder.path() / "bench.v").string());
-  for (const auto& file : sources.files) call.push_back(std::filesystem::absolute(file).string());
-  if (run_tool("iverilog", "iverilog", call).status != 0) return skipped("it does not take these files");
   const Finished run = run_tool(
       "env", "coreutils", {"-C", folder.path().string(), "vvp", "-n", (folder.path() / "bench").string()});
   std::vector<std::string> lines;
