@@ -128,10 +128,31 @@ constexpr std::array<std::string_view, 19> kWordsBeside = {
     "mask",  "soldermask", "solder", "overlay",    "assembly", "silk",   "silkscreen",
     "mount", "mounted",    "board",  "components", "parts"};
 
-// Of a side alone where a column is named after it.
-constexpr std::array<std::string_view, 7> kTopHints = {"t",    "f",       "ts",   "component",
-                                                       "comp", "primary", "upper"};
-constexpr std::array<std::string_view, 5> kBottomHints = {"b", "solder", "sold", "secondary", "lower"};
+// Of a side alone where a column is named after it: English, French, Spanish, Italian.
+constexpr auto kTopHints = std::to_array<std::string_view>({"t",
+                                                            "f",
+                                                            "ts",
+                                                            "component",
+                                                            "comp",
+                                                            "primary",
+                                                            "upper",
+                                                            "recto",
+                                                            "composant",
+                                                            "composants",
+                                                            "haut",
+                                                            "superieur",
+                                                            "sup\u00e9rieur",
+                                                            "superieure",
+                                                            "sup\u00e9rieure",
+                                                            "superior",
+                                                            "arriba",
+                                                            "componentes",
+                                                            "sopra",
+                                                            "superiore"});
+constexpr auto kBottomHints = std::to_array<std::string_view>(
+    {"b", "solder", "sold", "secondary", "lower", "verso", "soudure", "soudures", "bas", "inferieur",
+     "inf\u00e9rieur", "inferieure", "inf\u00e9rieure", "inferior", "abajo", "soldadura", "sotto",
+     "inferiore"});
 
 template <class Words>
 bool holds(const Words& words, std::string_view word) {

@@ -212,29 +212,43 @@ bool names_column_of_units(const Cell& cell) {
 bool is_total(const Cell& cell) {
   // clang-format would put each word in a line of its own.
   // clang-format off
-  constexpr std::array<std::string_view, 73> kWords = {
+  constexpr auto kWords = std::to_array<std::string_view>({
       // English
       "total", "totals", "subtotal", "grand total", "sum", "average", "avg", "mean", "median", "minimum",
-      "maximum", "min", "max", "range", "span", "count", "std", "stdev", "stddev", "std dev", "std. dev.",
+      "maximum", "min", "max", "range", "span", "count", "std", "stdev", "stddev", "std dev",
       "standard deviation", "sigma", "variance", "extents", "bounding box",
       // German
       "summe", "gesamt", "gesamtergebnis", "ergebnis", "teilergebnis", "zwischensumme", "anzahl", "mittel",
-      "mittelwert", "durchschnitt", "spannweite", "standardabweichung",
+      "mittelwert", "durchschnitt", "spannweite", "standardabweichung", "gesamtsumme", "stdabw", "std abw",
       // French, Italian, Spanish, Portuguese
-      "totaux", "somme", "moyenne", "nombre", "total g\u00e9n\u00e9ral", "totale", "somma", "media",
+      "totaux", "sous-total", "somme", "moyenne", "moy", "nombre", "\u00e9cart-type", "total g\u00e9n\u00e9ral", "totale", "somma", "media",
       "suma", "total general", "soma", "total geral",
       // other languages of Latin letters
       "totaal", "eindtotaal", "totalt", "i alt", "yhteens\u00e4", "celkem", "suma ko\u0144cowa",
       "\u00f6sszeg", "\u00f6sszesen", "toplam",
-      // Greek and Cyrillic letters
-      "\u03c3", "\u03a3", "\u0438\u0442\u043e\u0433\u043e",
+      // signs, Greek and Cyrillic letters
+      "\u00f8", "x\u0304", "\u03c3", "\u03a3", "\u0438\u0442\u043e\u0433\u043e",
       "\u043e\u0431\u0449\u0438\u0439 \u0438\u0442\u043e\u0433", "\u0441\u0443\u043c\u043c\u0430",
       // Chinese, Japanese, Korean
       "\u5408\u8ba1", "\u603b\u8ba1", "\u5c0f\u8ba1", "\u5408\u8a08", "\u7dcf\u8a08", "\u5c0f\u8a08",
-      "\u5e73\u5747", "\ud569\uacc4"};
+      "\u5e73\u5747", "\ud569\uacc4"});
   // clang-format on
-  const std::string text = plain_name(cell);
-  return is_one_of_these(trimmed(std::string_view(text).substr(0, text.find_first_of(":="))), kWords);
+  constexpr std::array<std::string_view, 17> kBeside = {
+      "x",   "y",    "xy",    "of",     "the",   "and",    "und",      "bump",     "bumps",
+      "pad", "pads", "point", "points", "value", "values", "position", "positions"};
+  std::string text = plain_name(cell);
+  text.resize(std::min(text.find_first_of(":=("), text.size()));
+  std::erase(text, '.');  // "avg.", "std. dev."
+  if (is_one_of_these(trimmed(text), kWords)) return true;
+  // "Total bumps", "Summe X/Y"
+  const std::vector<std::string> words = words_of_name({text, std::nullopt});
+  const auto is_word = [&](const std::string& word) {
+    return is_one_of_these(word, kWords) || word == "number";
+  };
+  return words.size() > 1 && std::any_of(words.begin(), words.end(), is_word) &&
+         std::all_of(words.begin(), words.end(), [&](const std::string& word) {
+           return is_word(word) || is_one_of_these(word, kBeside);
+         });
 }
 
 }  // namespace meltstage::motion::detail

@@ -73,6 +73,7 @@ struct Entity {
 
 struct Block {
   double x = 0.0, y = 0.0;  // base point
+  std::string_view file;    // of an external reference: the drawing that holds what belongs here
   std::vector<Entity> entities;
 };
 
@@ -202,13 +203,20 @@ class Drawing {
         const Group* name = entity.find(2);
         if (name == nullptr) fail_at(entity, "a block without a name", "one (group code 2)");
         block = &blocks_[in_small_letters(name->value)];
-        *block = {number(entity, 10, 0.0), number(entity, 20, 0.0), {}};
+        *block = {number(entity, 10, 0.0), number(entity, 20, 0.0), external_file(entity), {}};
       } else if (entity.kind == "ENDBLK") {
         block = nullptr;
       } else if (block != nullptr) {
         block->entities.push_back(entity);
       }
     }
+  }
+
+  std::string_view external_file(const Entity& block) const {
+    constexpr int kExternal = 4, kOverlay = 8;
+    const Group* file = block.find(1);
+    if ((whole(block, 70, 0) & (kExternal | kOverlay)) == 0) return {};
+    return file == nullptr || file->value.empty() ? "without a name" : file->value;
   }
 
   // ---- entities ----
@@ -273,6 +281,9 @@ class Drawing {
     if (block == blocks_.end())
       fail_at(entity, fmt::format("block {}", name == nullptr ? "''" : in_quotes(name->value)),
               "one of the section BLOCKS");
+    if (!block->second.file.empty() && block->second.entities.empty())
+      fail_at(entity, fmt::format("the external drawing {}", in_quotes(block->second.file)),
+              "what it holds in this file; bind the reference");
     if (around.depth == kDeepest) fail_at(entity, fmt::format("blocks nested {} deep", kDeepest), "fewer");
     const double sign = x_sign(entity);
     const double angle = number(entity, 50, 0.0), scale_x = number(entity, 41, 1.0),

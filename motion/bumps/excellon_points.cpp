@@ -152,6 +152,7 @@ class ExcellonFile {
     constexpr std::string_view kPlain = "FILE_FORMAT=", kKicad = "FORMAT={";
     const std::string_view text = trimmed(rest().substr(1));
     const bool unplated = text.find("FILEFUNCTION,NONPLATED") != std::string_view::npos ||
+                          text.find("APERFUNCTION,NONPLATED") != std::string_view::npos ||
                           text.find("TYPE=NON_PLATED") != std::string_view::npos;
     if (unplated && unplated_row_ == 0) unplated_row_ = row_;
     if (const auto at = text.find(kPlain); at != std::string_view::npos)

@@ -198,6 +198,12 @@ class GerberFile {
          {"Copper,", "Plane,", "Signal,", "Mixed,"})  // the last three: old files
       if (function.starts_with(copper)) copper_ = true;
     if (function.find(",Inr") != std::string_view::npos) unprinted_ = {row_, "an inner layer"};
+    for (const std::string_view drawn :
+         {"Component,", "Legend,", "Profile,", "Drillmap", "AssemblyDrawing,", "FabricationDrawing",
+          "ArrayDrawing", "OtherDrawing,", "Vcut", "Keepout,", "Keep-out,"})
+      if (function.starts_with(drawn))
+        unprinted_ = {row_,
+                      fmt::format("a layer of the function {}, which holds no pads", in_quotes(function))};
     if (function.starts_with("NonPlated,")) unprinted_ = {row_, "a layer of unplated holes"};
     for (const auto& [word, side] : {std::pair(",Bot", Side::bottom), std::pair(",Top", Side::top)}) {
       if (function.find(word) == std::string_view::npos) continue;

@@ -144,9 +144,21 @@ class Reader {
     }
   }
 
+  bool is_first_in_line() const {
+    std::size_t before = at_;
+    while (before > 0 && (text_[before - 1] == ' ' || text_[before - 1] == '\t')) --before;
+    return before == 0 || text_[before - 1] == '\n' || text_[before - 1] == '\r';
+  }
+
+  /// Lines that begin with '#' are comments, as KiCad itself reads them.
   void skip_blanks() {
-    while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos)
-      advance();
+    for (; at_ < text_.size(); advance()) {
+      if (text_[at_] == '#' && is_first_in_line())
+        while (at_ < text_.size() && text_[at_] != '\n') advance();
+      else if (std::string_view(" \t\r\n").find(text_[at_]) == std::string_view::npos)
+        return;
+      if (at_ == text_.size()) return;
+    }
   }
 
   std::string read_word() {

@@ -98,7 +98,10 @@ bool names_sides(const std::vector<std::string>& name) {
       "side",          "layer",     "tb",       "topbottom", "boardside",  "pcbside",
       "placementside", "mountside", "compside", "layername", "boardlayer", "topbot"};
   // Of other languages the column is known, and its words are refused unless they are known, too.
-  constexpr std::array<std::string_view, 19> kOtherLanguages = {"lato",
+  constexpr std::array<std::string_view, 22> kOtherLanguages = {"lato",
+                                                                "couche",
+                                                                "capa",
+                                                                "strato",
                                                                 "cara",
                                                                 "lado",
                                                                 "c\u00f4t\u00e9",
@@ -247,8 +250,9 @@ std::vector<std::string> parts_of_line(const TableRow& row) {
 }  // namespace
 
 void SideColumns::take_above(const TableRow& row) {
-  constexpr std::array<std::string_view, 6> kKeys = {"board side",     "side",  "layer",
-                                                     "placement side", "seite", "lage"};
+  constexpr std::array<std::string_view, 11> kKeys = {"board side", "side", "layer",  "placement side",
+                                                      "seite",      "lage", "couche", "c\u00f4t\u00e9",
+                                                      "cara",       "capa", "lato"};
   const std::vector<std::string> parts = parts_of_line(row);
   for (std::size_t i = 0; i + 1 < parts.size(); ++i) {
     if (!is_one_of(parts[i], kKeys)) continue;

@@ -122,7 +122,7 @@ class PointTable {
                "before decimals, or no marks between thousands",
                doubt));
     // Nobody writes 1.234 um beside 950 um, and nobody 1 234 mm.
-    if (const std::string doubt = points_.doubt(); !doubt.empty() && x_.has_unit && x_.unit_mm < 1.0)
+    if (const std::string doubt = points_.doubt(); !doubt.empty() && !(x_.has_unit && x_.unit_mm >= 1.0))
       result_.notes.push_back(fmt::format(
           "the points are read as decimal marks; {} may mean that they stand between thousands", doubt));
     if (const std::string marked = commas_.all_marked(); !marked.empty())

@@ -64,7 +64,12 @@ Suite suite_of(TomlSection section) {
 std::vector<Suite> suites_of(const fs::path& path, const toml::table& table) {
   TomlSection top(path, &table, "");
   std::vector<Suite> suites;
-  for (TomlSection& section : top.sections("suite")) suites.push_back(suite_of(section));
+  std::set<std::string> names;
+  for (TomlSection& section : top.sections("suite")) {
+    suites.push_back(suite_of(section));
+    if (!names.insert(suites.back().name).second)
+      section.fail("name", '"' + suites.back().name + "\" twice", "each suite once");
+  }
   if (suites.empty()) top.fail("suite", "none", "a [[suite]]");
   top.finish();
   return suites;

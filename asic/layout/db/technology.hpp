@@ -109,6 +109,11 @@ struct MacroPin {
   friend bool operator==(const MacroPin&, const MacroPin&) = default;
 };
 
+/// Supply pins are no signals, whatever their direction.
+inline bool is_signal_input(const MacroPin& pin) {
+  return pin.direction == PinDirection::input && (pin.use == Use::signal || pin.use == Use::clock);
+}
+
 struct Macro {
   std::string name;
   std::string macro_class;  ///< "CORE", "CORE SPACER", ...

@@ -272,6 +272,13 @@ class TreeBuilder {
         b.load_pf = pin->second.capacitance_pf;
       }
     }
+    const auto inputs = std::count_if(macro.pins.begin(), macro.pins.end(), is_signal_input);
+    const auto outputs = std::count_if(macro.pins.begin(), macro.pins.end(), [](const MacroPin& pin) {
+      return pin.direction == PinDirection::output;
+    });
+    if (inputs != 1 || outputs != 1 || (b.arc != nullptr && b.arc->unateness == Unateness::negative))
+      throw UserError(fmt::format(
+          "--buffers: found {}, expected a buffer: one input, and one output that follows it", shown(name)));
     if (b.arc == nullptr)
       throw UserError(
           fmt::format("--buffers: found no delay of {} in Liberty, expected a buffer", shown(name)));

@@ -321,10 +321,15 @@ int add_ties(Design& design, const Technology& technology, Use use, const std::s
              const std::string& pin_name) {
   const int macro = technology.find_macro(macro_name);
   const int pin = macro < 0 ? -1 : technology.macros[static_cast<std::size_t>(macro)].find_pin(pin_name);
+  const char* const option = use == Use::power ? "--tie-high" : "--tie-low";
   if (pin < 0)
-    throw UserError(fmt::format("{}: found {} {}, expected a cell and its pin of {}",
-                                use == Use::power ? "--tie-high" : "--tie-low", shown(macro_name),
-                                shown(pin_name), technology.files));
+    throw UserError(fmt::format("{}: found {} {}, expected a cell and its pin of {}", option,
+                                shown(macro_name), shown(pin_name), technology.files));
+  const std::vector<MacroPin>& pins = technology.macros[static_cast<std::size_t>(macro)].pins;
+  if (pins[static_cast<std::size_t>(pin)].direction != PinDirection::output ||
+      std::any_of(pins.begin(), pins.end(), is_signal_input))
+    throw UserError(fmt::format("{}: found {} {}, expected an output of a cell without inputs", option,
+                                macro_name, pin_name));
   std::vector<PinRef> tied;
   for (Net& net : design.nets) {
     if (net.use != use) continue;

@@ -178,6 +178,17 @@ TEST_F(Readers, BlocksAreInsertedByTheirNameInAnyCase) {
   EXPECT_EQ(file.points[0].y_mm, 7.0);
 }
 
+TEST_F(Readers, ADrawingThatLiesElsewhereIsRefused) {
+  for (const char* flags : {"4", "36", "8"}) {
+    const std::string block = fmt::format(
+        "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n2\nPCB\n70\n{}\n10\n0\n20\n0\n1\npcb.dwg\n0\nENDBLK\n0\nENDSEC\n",
+        flags);
+    EXPECT_THAT(
+        error_of("a.dxf", drawing("0\nPOINT\n10\n1\n20\n2\n0\nINSERT\n2\nPCB\n10\n5\n20\n5\n", block)),
+        HasSubstr("(INSERT): found the external drawing 'pcb.dwg', expected what it holds in this file"));
+  }
+}
+
 TEST_F(Readers, ADrawingHasOneUnit) {
   const std::string twice = drawing("", "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n1\n0\nENDSEC\n", 4);
   EXPECT_THAT(error_of("a.dxf", twice), HasSubstr("($INSUNITS): found '1', expected one unit"));

@@ -278,5 +278,13 @@ INSTANTIATE_TEST_SUITE_P(
             "row 7, column 4: found 'X1.0Y1.0', expected the end of the row"}),
     [](const auto& test) { return test.param.name; });
 
+TEST(Excellon, UnplatedHolesOfAMixedFileAreTold) {
+  EXPECT_THAT(
+      read("M48\nMETRIC\n; #@! TF.FileFunction,MixedPlating,1,2\n; #@! TA.AperFunction,NonPlated,NPTH,"
+           "ComponentDrill\nT1C0.5\n%\nT1\nX1.0Y1.0\nM30\n")
+          .notes,
+      ::testing::Contains(::testing::HasSubstr("says that holes are not plated")));
+}
+
 }  // namespace
 }  // namespace meltstage::motion::detail

@@ -25,6 +25,16 @@ TEST_F(Readers, APadOfCustomShapeIsToldSinceItsMiddleIsNotKnown) {
               ElementsAre(HasSubstr("1 pad of custom shape, in row 1, holds a bump at the anchor")));
 }
 
+TEST_F(Readers, LinesBehindAHashAreComments) {
+  const CoordinateFile file =
+      read("a.kicad_mod",
+           "# pads\n(footprint T\n  (pad 1 smd rect (at 1 -2) (size 1 1) (layers F.Cu))\n  # (pad 2 smd rect "
+           "(at 6 -2) (size 1 1) "
+           "(layers F.Cu))\n  (descr #3)\n  (pad 3 smd rect (at 7 -2) (size 1 1) (layers F.Cu)))\n# end\n");
+  ASSERT_EQ(file.points.size(), 2U);
+  EXPECT_EQ(file.points[1].x_mm, 7.0);
+}
+
 TEST_F(Readers, AFootprintWithoutBumpsSaysWhatItHolds) {
   EXPECT_EQ(
       error_of(

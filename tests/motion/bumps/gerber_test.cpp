@@ -320,6 +320,11 @@ TEST_F(Readers, LayersThatHoldNoBumpsAreTold) {
               Contains(HasSubstr("unplated holes")));
   EXPECT_THAT(error_of("c.gbr", file("%TF.FileFunction,Copper,L1,Top*%\n%TF.FilePolarity,Negative*%")),
               HasSubstr("found a copper layer of negative polarity"));
+  for (const char* function :
+       {"Component,L1,Top", "Legend,Top", "Profile,NP", "Drillmap", "AssemblyDrawing,Top"})
+    EXPECT_THAT(read("i.gbr", file(fmt::format("%TF.FileFunction,{}*%", function).c_str())).notes,
+                Contains(HasSubstr("which holds no pads")))
+        << function;
   // The same in comments, as KiCad writes without X2; and where the ending tells that it is copper.
   const char *layer = "G04 #@! TF.FileFunction,Copper,L1,Top*\n",
              *negative = "G04 #@! TF.FilePolarity,Negative*\n";

@@ -144,9 +144,9 @@ TEST_F(Readers, TwoColumnsOfSidesTellTheSameOne) {
 
 // Words that are not known are refused where the column's name is.
 TEST_F(Readers, SidesInLanguagesThatAreNotReadAreRefused) {
-  for (const auto& [name, word] : {std::pair("Lato", "Superiore"),
-                                   {"Cara", "Arriba"},
-                                   {"C\u00f4t\u00e9", "sup\u00e9rieur"},
+  for (const auto& [name, word] : {std::pair("Lato", "davanti"),
+                                   {"Cara", "delante"},
+                                   {"C\u00f4t\u00e9", "devant"},
                                    {"Zijde", "boven"},
                                    {"\u5b9f\u88c5\u9762", "\u8868"}})
     EXPECT_THAT(error_of("a.csv", fmt::format("x_mm;y_mm;{}\n1;2;{}\n", name, word)),
@@ -162,6 +162,11 @@ TEST_F(Readers, SidesAreToldByColumnsOfManyNames) {
                                           {"Top", "yes", "no"},
                                           {"On bottom", "false", "true"},
                                           {"face", "dessus", "dessous"},
+                                          {"Face", "Recto", "Verso"},
+                                          {"Face", "composants", "soudure"},
+                                          {"Couche", "Haut", "Bas"},
+                                          {"Capa", "Superior", "Inferior"},
+                                          {"lato", "sopra", "sotto"},
                                           {"Seite", "Vorderseite", "R\u00fcckseite"},
                                           {"Seite", "VORDERSEITE", "R\u00dcCKSEITE"},
                                           {"Platinenseite", "Vorderseite", "Rueckseite"},

@@ -387,7 +387,9 @@ TEST_F(Readers, LabelsMayAllBeNumberedByASign) {
 }
 
 TEST_F(Readers, SubtotalsAmongTheRowsAreNoBumps) {
-  for (const char* row : {"Subtotal,4,6", "Mean,2,3", "Count:,2,2"})
+  for (const char* row :
+       {"Subtotal,4,6", "Mean,2,3", "Count:,2,2", "Total bumps,2,2", "Summe X/Y,4,6", "Avg.,2,3",
+        "Std. Abw.,2,3", "Number of bumps,2,2", "Total (2 bumps),4,6", "Gesamtsumme,4,6"})
     EXPECT_EQ(
         error_of("a.csv", std::string("Group,X_mm,Y_mm\nA1,1,2\nA2,3,4\n") + row + "\nB1,10,2\nB2,30,4\n"),
         "row 4: found a row of totals, expected a bump; leave it out, or give it a label with a number if it "

@@ -57,6 +57,8 @@ TEST_F(Suites, MistakesAreNamedWithTheirPlace) {
   refused(
       "[[suite]]\nname = \"a\"\nrun = [{ test = \"skip\", amount = 1 }, { test = \"skip\", amount = 2 }]\n",
       "skip.1 twice");
+  const std::string mine = "[[suite]]\nname = \"a\"\nrun = [{ test = \"random\", amount = 1 }]\n";
+  refused(mine + mine, "name: found \"a\" twice, expected each suite once");
 }
 
 TEST_F(Suites, RunsThatFailedAreReadLineByLine) {

@@ -256,10 +256,28 @@ TEST_F(Trees, TiedInputsGetACell) {
   ASSERT_GT(from.pins.size(), 1u);
   d.nets[0].pins.push_back(from.pins.back());
   from.pins.pop_back();
-  EXPECT_EQ(add_ties(d, technology, Use::power, "BUFX2", "Y"), 1);
+  Technology with_tie = technology;
+  with_tie.macros.push_back(technology.macros.front());
+  with_tie.macros.back().name = "TIEHI";
+  with_tie.macro_index["TIEHI"] = static_cast<int>(with_tie.macros.size()) - 1;
+  with_tie.macros.back().pins.resize(1);
+  with_tie.macros.back().pins.front().name = "Y";
+  with_tie.macros.back().pins.front().direction = PinDirection::output;
+  EXPECT_EQ(add_ties(d, with_tie, Use::power, "TIEHI", "Y"), 1);
   EXPECT_TRUE(d.nets[0].pins.empty());
   EXPECT_EQ(d.nets.back().pins.size(), 2u);
   EXPECT_THROW(add_ties(d, technology, Use::power, "NOSUCH", "Y"), UserError);
+  for (const char* pin : {"A", "Y"})  // an input drives nothing, and a buffer's own is open
+    EXPECT_THROW(add_ties(d, technology, Use::power, "BUFX2", pin), UserError) << pin;
+}
+
+TEST_F(Trees, OnlyBuffersMakeATree) {
+  for (const char* cell : {"NAND2X1", "INVX1"}) {
+    Design d = placed_design(20, 1);
+    TreeOptions other = options;
+    other.buffers = {cell};
+    EXPECT_THROW(build_clock_tree(d, technology, delays, "clk", other), UserError) << cell;
+  }
 }
 
 }  // namespace
