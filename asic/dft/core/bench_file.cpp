@@ -211,7 +211,9 @@ Circuit parse_bench(std::string_view text, const std::string& name) {
   for (Node node = 0; node < builder.size(); ++node) {
     const bool of_flop = node >= lines + ports_out.size();
     const std::string& reader = of_flop ? states[node - lines - ports_out.size()].first : builder.name(node);
-    for (std::size_t pin = 0; pin < builder.fanin(node).size(); ++pin) {
+    const std::size_t pins = builder.fanin(node).size();
+    for (std::size_t place = 0; place < pins; ++place) {  // as the file has them
+      const std::size_t pin = builder.kind(node) == Gate::mux ? (place + pins - 1) % pins : place;
       const Node source = builder.fanin(node)[pin];
       if (uses[source] > 1)
         builder.add_site(

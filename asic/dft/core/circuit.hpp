@@ -91,6 +91,7 @@ class CircuitBuilder {
   std::size_t size() const { return nodes_.size(); }
   std::span<const Node> fanin(Node node) const { return nodes_[node].fanin; }
   const std::string& name(Node node) const { return nodes_[node].name; }
+  Gate kind(Node node) const { return nodes_[node].kind; }
 
   /// Throws UserError that names a node on a combinational loop. `source` stands in messages. `renumbered`,
   /// when given, tells the circuit's number of each of the builder's nodes.

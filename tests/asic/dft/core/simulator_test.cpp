@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <set>
 #include <string>
 
@@ -110,6 +111,16 @@ TEST(Faults, EachHasANameOfItsOwn) {
   for (const Site& site : circuit.sites()) EXPECT_TRUE(names.insert(site.name).second) << site.name;
   for (const char* name : {"n->z", "n->z.2", "n->z.3", "n->n", "n->q", "n->r"})
     EXPECT_EQ(names.count(name), 1u) << name;
+}
+
+// The select stands first in the file, and last in the circuit.
+TEST(Faults, EndsOfALineAreCountedAsTheFileHasThem) {
+  const Circuit circuit = bench_circuit("INPUT(m)\nINPUT(p)\nOUTPUT(y)\ny = MUX(m, p, m)\n");
+  constexpr int kSelect = 2, kSecond = 1;
+  std::map<std::string, int> pins;
+  for (const Site& site : circuit.sites()) pins[site.name] = site.pin;
+  EXPECT_EQ(pins.at("m->y"), kSelect);
+  EXPECT_EQ(pins.at("m->y.2"), kSecond);
 }
 
 TEST(Faults, ClassesCantBeToldApart) {
