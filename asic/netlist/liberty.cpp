@@ -341,6 +341,8 @@ class CellReader {
       if (text(part, "clock_gate_enable_pin") == "true") gate.enable = part.arguments[0];
       if (text(part, "clock_gate_test_pin") == "true") gate.test = part.arguments[0];
       if (text(part, "clock_gate_out_pin") == "true") gate.out = part.arguments[0];
+      // The clock while the latch is open, "CLK * IQ"; where something is inverted it is another gate.
+      if (text(part, "state_function").find_first_of("!'") != std::string::npos) return std::nullopt;
     }
     if (gate.clock.empty() || gate.enable.empty() || gate.out.empty()) return std::nullopt;
     return gate;

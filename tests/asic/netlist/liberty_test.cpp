@@ -59,6 +59,21 @@ TEST(Liberty, ClockGatesAreNoLatches) {
   ASSERT_TRUE(testable.gate);
   EXPECT_EQ(testable.gate->clock + testable.gate->enable + testable.gate->test + testable.gate->out,
             "CKETEGCK");
+  const auto gate = [](const char* function) {
+    return parse_liberty(
+               std::string(
+                   "library (x) { cell (G) { clock_gating_integrated_cell : \"latch_posedge\";\n pin (CK) { "
+                   "direction : "
+                   "input; clock_gate_clock_pin : true; }\n pin (E) { direction : input; "
+                   "clock_gate_enable_pin : true; "
+                   "}\n pin (GCK) { direction : output; clock_gate_out_pin : true; state_function : \"") +
+                   function + "\"; } } }",
+               "x.lib")
+        .at("G")
+        .gate;
+  };
+  EXPECT_TRUE(gate("CK * IE"));
+  EXPECT_FALSE(gate("CK & !IE"));  // it opens where others close
 }
 
 TEST(Liberty, CommentsContinuationsAndUnknownGroupsArePassedOver) {
