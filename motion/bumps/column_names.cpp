@@ -221,8 +221,8 @@ bool is_total(const Cell& cell) {
       "summe", "gesamt", "gesamtergebnis", "ergebnis", "teilergebnis", "zwischensumme", "anzahl", "mittel",
       "mittelwert", "durchschnitt", "spannweite", "standardabweichung", "gesamtsumme", "stdabw", "std abw",
       // French, Italian, Spanish, Portuguese
-      "totaux", "sous-total", "somme", "moyenne", "moy", "nombre", "\u00e9cart-type", "total g\u00e9n\u00e9ral", "totale", "somma", "media",
-      "suma", "total general", "soma", "total geral",
+      "totaux", "sous-total", "somme", "moyenne", "moy", "nombre", "\u00e9cart-type", "total g\u00e9n\u00e9ral",
+      "totale", "somma", "media", "suma", "total general", "soma", "total geral",
       // other languages of Latin letters
       "totaal", "eindtotaal", "totalt", "i alt", "yhteens\u00e4", "celkem", "suma ko\u0144cowa",
       "\u00f6sszeg", "\u00f6sszesen", "toplam",
