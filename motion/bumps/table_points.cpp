@@ -121,7 +121,7 @@ class PointTable {
                "found {}, expected numbers of which a comma is no mark between thousands; write points "
                "before decimals, or no marks between thousands",
                doubt));
-    // Nobody writes 1.234 um beside 950 um, and nobody 1 234 mm.
+    // Thousands of a millimetre or more would be metres; a smaller unit, or one not told, leaves a doubt.
     if (const std::string doubt = points_.doubt(); !doubt.empty() && !(x_.has_unit && x_.unit_mm >= 1.0))
       result_.notes.push_back(fmt::format(
           "the points are read as decimal marks; {} may mean that they stand between thousands", doubt));
