@@ -499,6 +499,7 @@ module tc_guard (
   // P3: heat only while running, with a sample, without fault.
   `TC_ASSERT_NEXT(GuardHeatNeedsRun_A, !run_q, !heater_q)
   `TC_ASSERT_IF(GuardHeatNeedsSample_A, heater_q, pv_valid_q)
+  // RUN, and a reading that has settled, come behind the first sample.
   `TC_ASSERT_IF(GuardRunNeedsSample_A, run_q, pv_valid_q)
   `TC_ASSERT_IF(GuardSettledNeedsSample_A, settled_q, pv_valid_q)
   // P9, P6: stop and inhibit act in the next clock.
