@@ -486,6 +486,15 @@ enum Cmd : std::uint16_t {
   kCmdDiscard = 0xA5D0,
   kCmdTune = 0xA5A7,
 };
+inline constexpr std::array<Cmd, 7> kCommands{
+    kCmdStop,
+    kCmdRun,
+    kCmdClearFault,
+    kCmdHold,
+    kCmdCommit,
+    kCmdDiscard,
+    kCmdTune,
+};
 
 // Modbus: function codes, exception codes, and the kinds of answer from PARAMC to UARTC.
 inline constexpr std::uint16_t kMaxRead = 32;  // registers of one read

@@ -16,7 +16,7 @@ Moment quiet_moment(Rng& rng, const Moments& moments) {
   // Reset comes to a chip that runs: in reset no flop is another than it is reset to.
   if (moment.chip.rst_sync.stage_q != 0) moment.in.rst_n = rng.below(64) != 0;
   for (int clock = 0; clock < 64 && moment.chip.quiet(moment.in) == 0; ++clock) moment.chip.step(moment.in);
-  if (moment.in.rst_n && rng.below(4) != 0) change_one_block(rng, moment.chip);
+  if (moment.in.rst_n && rng.below(4) != 0) change_one_block(rng, moments, moment);
   return moment;
 }
 

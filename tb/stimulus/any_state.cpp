@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -14,6 +15,7 @@
 #include "cmodel/invariants.hpp"
 #include "tb/lockstep/bench.hpp"
 #include "tb/pins/flop_table.hpp"
+#include "tb/stimulus/any_value.hpp"
 #include "tb/stimulus/random_requests.hpp"
 #include "tb/stimulus/random_run.hpp"
 
@@ -35,75 +37,6 @@ const FlopWords& events() {
   return list;
 }
 
-// ---- Values ----------------------------------------------------------------------------------------------
-
-// Any value of a register: as many small as large ones, often an end or the default.
-std::uint16_t any_register_value(Rng& rng, unsigned index) {
-  const spec::RegisterInfo& info = spec::kHolding[index];
-  const auto span = static_cast<std::uint64_t>(info.max - info.min);
-  switch (rng.below(8)) {
-    case 0:
-      return static_cast<std::uint16_t>(info.min);
-    case 1:
-      return static_cast<std::uint16_t>(info.max);
-    case 2:
-      return static_cast<std::uint16_t>(info.reset);
-    default: {
-      const std::uint64_t above = span == 0 ? 0 : std::min(span, rng.bits() >> (48 + rng.below(16)));
-      const auto offset = static_cast<std::int32_t>(above);
-      return static_cast<std::uint16_t>(one_in(rng, 4) ? info.max - offset : info.min + offset);
-    }
-  }
-}
-
-// What a counter or a temperature is compared with: a register as it is, in sixteen clocks, or as 1/64 degC
-// of its 0.1 degC.
-std::uint64_t near_a_register(Rng& rng, const chip::Chip& chip) {
-  const auto value = chip.params().s16(static_cast<spec::Reg>(1 + rng.below(spec::kHoldingCount - 1)));
-  const std::array<std::int64_t, 3> scaled{static_cast<std::uint16_t>(value),
-                                           16 * std::int64_t{static_cast<std::uint16_t>(value)},
-                                           std::int64_t{value} * 32 / 5};
-  return static_cast<std::uint64_t>(scaled[rng.below(scaled.size())] + 1) - rng.below(3);
-}
-
-// Where the time base, the silences of the line and a tuning end.
-std::uint64_t near_a_time(Rng& rng) {
-  constexpr std::array<std::uint64_t, 4> kEnds{spec::kClkHz / 10, spec::kClkHz / 1000,
-                                               spec::kClkHz / 4000 * 7, spec::kTuneLimit};
-  return kEnds[rng.below(kEnds.size())] + 1 - rng.below(3);
-}
-
-// Just below it, at it, or above it by as many small as large numbers: what a counter carries into, and what
-// a comparison takes for small without its top bit.
-std::uint64_t near_a_power_of_two(Rng& rng, unsigned width) {
-  const std::uint64_t power = std::uint64_t{1} << rng.below(width + 1);
-  return one_in(rng, 2) ? power - rng.below(3) : power + ((rng.bits() & (power - 1)) >> rng.below(width));
-}
-
-std::uint64_t any_value_of(Rng& rng, const Flop& flop, const FlopBlock& block, const chip::Chip& chip) {
-  switch (rng.below(8)) {
-    case 0:
-      return near_a_power_of_two(rng, flop.width);
-    case 1:
-      return flop.get(chip, flop.word) ^ std::uint64_t{1} << rng.below(flop.width);
-    case 2:
-      return near_a_register(rng, chip);
-    case 3: {  // beside another flop of the block
-      const FlopWords& others = block[rng.below(block.size())];
-      const Flop& other = others[rng.below(others.size())];
-      return other.get(chip, other.word) + 1 - rng.below(3);
-    }
-    case 4:
-      return near_a_time(rng);
-    case 5:
-      return rng.bits();
-    default: {  // as many small as large ones; half of them with the top bit, without which they are small
-      const std::uint64_t value = (rng.bits() & ones(flop.width)) >> rng.below(flop.width);
-      return one_in(rng, 2) ? value : value ^ std::uint64_t{1} << (flop.width - 1);
-    }
-  }
-}
-
 // ---- A trial ---------------------------------------------------------------------------------------------
 
 // A chance of 1 in so many; 0: never.
@@ -121,9 +54,9 @@ void change_registers(Rng& rng, chip::Chip& chip) {
   }
 }
 
-void change_flops(Rng& rng, const FlopBlock& block, chip::Chip& chip) {
+void change_flops(Rng& rng, const Neighbours& block, chip::Chip& chip) {
   const unsigned rarity = one_of(rng, std::array{16u, 4u, 1u});
-  for (const FlopWords& flops : block) {
+  for (const FlopWords& flops : block.flops) {
     if (!one_in(rng, rarity)) continue;
     const Flop& flop = flops[rng.below(flops.size())];
     const std::uint64_t now = flop.get(chip, flop.word);
@@ -145,6 +78,17 @@ void stir_pins(Rng& rng, unsigned rarity, chip::Inputs& in) {
   in.rst_n = !happens(rng, 32 * rarity);
 }
 
+// The registers themselves.
+bool is_mem(const FlopBlock& block) { return block[0][0].name.starts_with("mem."); }
+
+// Whether a flop of the block is another.
+bool differs(const FlopBlock& block, const chip::Chip& one, const chip::Chip& other) {
+  return std::ranges::any_of(block, [&](const FlopWords& flops) {
+    return std::ranges::any_of(
+        flops, [&](const Flop& flop) { return flop.get(one, flop.word) != flop.get(other, flop.word); });
+  });
+}
+
 }  // namespace
 
 // ---- Moments ---------------------------------------------------------------------------------------------
@@ -162,7 +106,7 @@ class Collector final : public Device {
       const FlopWords& flops = events();
       for (std::size_t i = 0; i < flops.size(); ++i) {
         const std::uint64_t was = flops[i].get(before, 0);
-        if (was != flops[i].get(model_, 0)) keep(2 * i + was, {before, in});
+        if (was != flops[i].get(model_, 0)) keep(2 * i + was, {before, in, {}});
       }
     }
     return out;
@@ -199,6 +143,33 @@ Moments::Moments(std::uint64_t first, std::uint64_t seeds, std::uint64_t clocks)
     random_run(std::make_unique<Collector>(random_start(seed), rng, *this, met), seed, clocks);
   }
   std::erase_if(of_events_, [](const auto& kept) { return kept.empty(); });
+  find_registers_read();
+}
+
+// A block reads a register when another value of it makes another next state of the block.
+void Moments::find_registers_read() {
+  std::vector<std::set<unsigned>> by_block(flop_blocks().size());
+  Rng rng(0, "registers read");
+  for (std::vector<Moment>& kept : of_events_) {
+    for (Moment& moment : kept) {
+      chip::Chip stepped = moment.chip;
+      stepped.step(moment.in);
+      for (unsigned index = 1; index < spec::kHoldingCount; ++index) {
+        chip::Chip other = moment.chip;
+        other.mem.preset(index, any_register_value(rng, index));
+        other.step(moment.in);
+        bool read = false;
+        for (std::size_t block = 0; block < by_block.size(); ++block) {
+          if (is_mem(flop_blocks()[block]) || !differs(flop_blocks()[block], stepped, other)) continue;
+          by_block[block].insert(index);
+          read = true;
+        }
+        if (read) moment.registers_read.push_back(index);
+      }
+    }
+  }
+  for (const std::set<unsigned>& registers : by_block)
+    read_by_.emplace_back(registers.begin(), registers.end());
 }
 
 bool holds_invariants(const chip::Chip& chip) {
@@ -207,8 +178,11 @@ bool holds_invariants(const chip::Chip& chip) {
          hold.frame_count_is_bounded != 0 && hold.product_steps_are_bounded != 0;
 }
 
-void change_one_block(Rng& rng, chip::Chip& chip) {
-  change_flops(rng, flop_blocks()[rng.below(flop_blocks().size())], chip);
+void change_one_block(Rng& rng, const Moments& moments, Moment& moment) {
+  const std::uint64_t block = rng.below(flop_blocks().size());
+  const std::vector<unsigned>& registers =
+      one_in(rng, 2) ? moment.registers_read : moments.registers_read_by(block);
+  change_flops(rng, {flop_blocks()[block], registers}, moment.chip);
 }
 
 Moment any_moment(Rng& rng, const Moments& moments) {
@@ -216,7 +190,7 @@ Moment any_moment(Rng& rng, const Moments& moments) {
   Moment moment = kept[rng.below(kept.size())];
   change_registers(rng, moment.chip);
   for (unsigned changed = one_of(rng, std::array{0u, 1u, 1u, 1u, 2u, 2u, 3u, 14u}); changed > 0; --changed)
-    change_one_block(rng, moment.chip);
+    change_one_block(rng, moments, moment);
   return moment;
 }
 
@@ -236,7 +210,7 @@ TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::u
     FailedStretch stretch{chip, {}};
     rtl.load(chip, in);
     const unsigned rarity = one_of(rng, std::array{0u, 32u, 2u});
-    const unsigned clocks = one_of(rng, std::array{1u, 1u, 2u, 2u, 4u, 8u, 16u, 128u});
+    const unsigned clocks = one_in(rng, 32) ? 64 : one_of(rng, std::array{1u, 1u, 1u, 1u, 2u, 2u, 4u, 8u});
     for (unsigned clock = 1; clock <= clocks; ++clock) {
       stretch.inputs.push_back(in);
       const chip::Outputs expected = chip.step(in);

@@ -5,6 +5,7 @@
 // simulated from it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ namespace meltstage::tb {
 struct Moment {
   chip::Chip chip;
   chip::Inputs in;
+  std::vector<unsigned> registers_read;  // holding registers on which the next state depends
 };
 
 // Moments of random runs of the model, each just before a flop of one bit rises or falls: as many of a rare
@@ -32,9 +34,15 @@ class Moments {
   // Of each event that was met, some moments.
   const std::vector<std::vector<Moment>>& of_events() const { return of_events_; }
 
+  // The holding registers that a block of flop_blocks() was seen to read in these moments.
+  const std::vector<unsigned>& registers_read_by(std::size_t block) const { return read_by_[block]; }
+
  private:
   friend class Collector;
+  void find_registers_read();
+
   std::vector<std::vector<Moment>> of_events_;
+  std::vector<std::vector<unsigned>> read_by_;
 };
 
 // Two runs of each kind; enough that every event of the model is met.
@@ -44,8 +52,8 @@ inline constexpr std::uint64_t kMomentClocks = 100'000;
 // One of the moments with flops of some blocks and registers changed; an invariant may no longer hold in it.
 Moment any_moment(Rng& rng, const Moments& moments);
 
-// Changes flops of one block, few of them or all.
-void change_one_block(Rng& rng, chip::Chip& chip);
+// Changes flops of one block of a moment, few of them or all.
+void change_one_block(Rng& rng, const Moments& moments, Moment& moment);
 
 bool holds_invariants(const chip::Chip& chip);
 

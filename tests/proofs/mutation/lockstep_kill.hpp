@@ -18,7 +18,7 @@ namespace meltstage::tb {
 
 // As the random lockstep test.
 struct RunLength {
-  std::uint64_t trials = 1'000'000;  // from any state
+  std::uint64_t trials = 4'000'000;  // from any state
   std::uint64_t seeds = 50;
   std::uint64_t clocks = 300'000;
 };

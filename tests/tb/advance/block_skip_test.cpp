@@ -27,7 +27,7 @@ const Moments& moments() {
 chip::Chip any_chip(Rng& rng) {
   for (;;) {
     Moment moment = any_moment(rng, moments());
-    for (int changes = 0; changes < 8; ++changes) change_one_block(rng, moment.chip);
+    for (int changes = 0; changes < 8; ++changes) change_one_block(rng, moments(), moment);
     if (holds_invariants(moment.chip)) return moment.chip;
   }
 }
