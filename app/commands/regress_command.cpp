@@ -173,6 +173,7 @@ int run_case(const Settings& s) {
 }
 
 int do_job(const Settings& s) {
+  tb::end_with_parent();
   return tb::do_planned_run(s.folder, tb::read_regression(s.folder), s.number).good ? 0 : 1;
 }
 

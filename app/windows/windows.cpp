@@ -160,6 +160,7 @@ int join_windows(const fs::path& folder) {
 }
 
 int check_one_window(const fs::path& folder, std::size_t window) {
+  tb::end_with_parent();
   const tb::WindowPlan plan = tb::read_plan(folder);
   tb::WindowResult result;
   if (isatty(STDOUT_FILENO) == 0) {  // a worker of `windows run`, which tells the progress of all

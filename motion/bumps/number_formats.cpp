@@ -21,6 +21,7 @@ struct Section {
   bool has_digits = false;
   /// A comma behind the last digit divides by 1000; a text among digits is a mark of its own.
   bool rescales = false;
+  bool has_condition = false;  ///< [<0]: which numbers it is for
 };
 
 /// Takes the first section off the code.
@@ -51,6 +52,7 @@ Section next_section(std::string_view& code) {
       const std::string inside = in_small_letters(code.substr(i + 1, end - i - 1));
       // [h], [mm] and [ss] are times; else a colour, a condition, a currency or a language.
       if (inside.find_first_not_of("hms") == std::string::npos) section.signs += inside;
+      section.has_condition = section.has_condition || inside.find_first_of("<>=") != std::string::npos;
       if (inside.starts_with('$')) section.behind += inside.substr(1, inside.find('-') - 1);
       i = end;
     } else {
@@ -83,6 +85,12 @@ std::string unit_in(const Section& section) {
   return find_unit(before) != nullptr ? before : "";
 }
 
+/// Whether numbers above 0 look as if they were below.
+bool shows_a_minus(const Section& section) {
+  const std::string_view before = trimmed(section.before);
+  return before == "-" || before == "\u2212" || section.signs.starts_with('-');
+}
+
 }  // namespace
 
 NumberFormat number_format(std::string_view code) {
@@ -95,7 +103,8 @@ NumberFormat number_format(std::string_view code) {
     if (!section.has_digits) continue;
     if (section.signs.find('%') != std::string::npos) return {Kind::percent, ""};
     const std::string unit = unit_in(section);
-    if (section.rescales || (!first && unit != format.unit)) return {Kind::rescaled, ""};
+    const bool negated = i == 0 && !section.has_condition && shows_a_minus(section);
+    if (section.rescales || negated || (!first && unit != format.unit)) return {Kind::rescaled, ""};
     format.unit = unit;
     first = false;
   }
@@ -109,7 +118,7 @@ Cell as_shown(Cell cell, const NumberFormat& format) {
     case NumberFormat::Kind::percent:
       return {cell.text + ", shown as a percentage", std::nullopt};
     case NumberFormat::Kind::rescaled:
-      return {cell.text + ", shown in another scale", std::nullopt};
+      return {cell.text + ", shown in another scale or sign", std::nullopt};
     case NumberFormat::Kind::number:
       break;
   }

@@ -249,11 +249,12 @@ std::vector<std::string> parts_of_line(const TableRow& row) {
 
 }  // namespace
 
-void SideColumns::take_above(const TableRow& row) {
+bool SideColumns::take_above(const TableRow& row) {
   constexpr std::array<std::string_view, 11> kKeys = {"board side", "side", "layer",  "placement side",
                                                       "seite",      "lage", "couche", "c\u00f4t\u00e9",
                                                       "cara",       "capa", "lato"};
   const std::vector<std::string> parts = parts_of_line(row);
+  bool told_side = false;
   for (std::size_t i = 0; i + 1 < parts.size(); ++i) {
     if (!is_one_of(parts[i], kKeys)) continue;
     const std::string& told = parts[i + 1];
@@ -262,6 +263,7 @@ void SideColumns::take_above(const TableRow& row) {
         fail(path_, fmt::format("row {}: found {} above the table, expected {}, as a row before has it",
                                 row.row, in_quotes(told), name_of(*above_)));
       above_ = side;
+      told_side = true;
       continue;
     }
     const std::vector<std::string> words = words_of_name({told, std::nullopt});
@@ -276,6 +278,7 @@ void SideColumns::take_above(const TableRow& row) {
                            [](const std::string& word) { return side_unmistakably_named(word).has_value(); });
       }))
     words_above_ = {row.row, parts.front()};
+  return told_side;
 }
 
 void SideColumns::take_nameless(const TableRow& first, std::size_t x, std::size_t y) {

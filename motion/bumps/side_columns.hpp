@@ -21,8 +21,8 @@ class SideColumns {
   void take_names(const TableRow& names, std::size_t x, std::size_t y);
   void take_nameless(const TableRow& first, std::size_t x, std::size_t y);
 
-  /// A line above the table, which may tell the side of all of it: "# Side: bottom".
-  void take_above(const TableRow& row);
+  /// A line above the table, which may tell the side of all of it: "# Side: bottom". Whether it did.
+  bool take_above(const TableRow& row);
 
   /// A row that holds a bump. Throws the CoordinateError for a word that names no side where one has to
   /// stand.

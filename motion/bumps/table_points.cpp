@@ -11,6 +11,7 @@
 #include "motion/bumps/column_names.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/properties_above.hpp"
 #include "motion/bumps/side_columns.hpp"
 #include "motion/bumps/summary_row.hpp"
 #include "motion/bumps/text_lines.hpp"
@@ -77,11 +78,7 @@ class PointTable {
 
   void add(const TableRow& row) {
     count_cells(row);
-    if (row.comment) {
-      take_axes_told(row);
-      sides_.take_above(row);
-      return read_title_unit(row, 0);
-    }
+    if (row.comment) return take_above(row);
     if (std::all_of(row.cells.begin(), row.cells.end(), is_blank)) return;
     if (!columns_known_) {
       if (is_title(row)) return;
@@ -139,6 +136,7 @@ class PointTable {
           fmt::format("row {} has no line end; if the file was cut off there, its last number is another one",
                       ends_within_row_));
     sides_.tell(result_);
+    if (const std::string told = properties_.told(); !told.empty()) result_.notes.push_back(told);
     return std::move(result_);
   }
 
@@ -197,11 +195,17 @@ class PointTable {
                                         [](const Cell& c) { return value_of(c) || looks_like_number(c); });
     if (any_number) return false;
     if (!is_sentence(row) && (find_column(row, 'x') || find_column(row, 'y'))) return false;
-    take_axes_told(row);
     if (title_.row == 0) title_ = row;
-    sides_.take_above(row);
-    for (std::size_t i = 0; i < row.cells.size(); ++i) read_title_unit(row, i);
+    take_above(row);
     return true;
+  }
+
+  void take_above(const TableRow& row) {
+    take_axes_told(row);
+    const bool side = sides_.take_above(row);
+    bool unit = false;
+    for (std::size_t i = 0; i < row.cells.size(); ++i) unit = read_title_unit(row, i) || unit;
+    if (!side && !unit) properties_.take(row);
   }
 
   /// Words above the table may tell the columns in a way that isn't read.
@@ -223,9 +227,10 @@ class PointTable {
            trimmed(row.cells.front().text).find_first_of(" ,/") != std::string_view::npos;
   }
 
-  void read_title_unit(const TableRow& row, std::size_t i) {
+  /// Whether cell `i` of the row tells one.
+  bool read_title_unit(const TableRow& row, std::size_t i) {
     const auto name = unit_told(row.cells[i].text, i + 1 < row.cells.size() ? row.cells[i + 1].text : "");
-    if (!name) return;
+    if (!name) return false;
     const Unit* unit = find_unit(*name);
     if (unit == nullptr)
       fail(path_, fmt::format("{}: found unit {} above the columns, expected {}", place(row.row, i),
@@ -235,6 +240,7 @@ class PointTable {
                               place(row.row, i), in_quotes(*name), title_unit_->name, title_unit_row_));
     title_unit_ = unit;
     title_unit_row_ = row.row;
+    return true;
   }
 
   /// What stands above the table holds for columns without a unit of their own; another one beside it would
@@ -469,6 +475,7 @@ class PointTable {
   std::vector<std::size_t> nameless_;  // columns behind x and y
   SideColumns sides_;
   SummaryRow summary_;
+  PropertiesAbove properties_;
   ThousandsMarks commas_{','}, points_{'.'};
   bool axes_told_ = false;  // by words above the table
   bool unsigned_rows_ = false;

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -82,6 +83,13 @@ std::optional<int> Child::poll() {
   if (!has_ended(pid_, WNOHANG, status)) return std::nullopt;
   pid_ = -1;
   return status;
+}
+
+void end_with_parent() {
+  const pid_t parent = getppid();
+  if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0)
+    throw std::system_error(errno, std::generic_category(), "prctl PR_SET_PDEATHSIG");
+  if (getppid() != parent) std::raise(SIGKILL);  // it ended meanwhile
 }
 
 CommandOutput run_command(const Arguments& arguments) {

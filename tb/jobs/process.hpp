@@ -35,6 +35,10 @@ struct CommandOutput {
   std::string text;  // standard output and error together
 };
 
+// From now on this process, a worker, is killed when the one that started it ends: a run that was killed
+// leaves nobody behind who would still write into its folder.
+void end_with_parent();
+
 // Runs a command to its end. Throws std::system_error when it can't be started.
 CommandOutput run_command(const Arguments& arguments);
 

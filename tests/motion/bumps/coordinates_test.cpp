@@ -121,8 +121,9 @@ TEST_F(Coordinates, FormatsOfAnXlsAreThoseOfItsNumbers) {
   expect_points(read_coordinate_file(data / "shown_in_um.xls").points, {{1.5, 2.5, 2}});
   EXPECT_THAT(error_of(data / "shown_as_percent.xls"),
               StartsWith("row 2, column 1 (x): found '1, shown as a percentage', expected a number"));
-  EXPECT_THAT(error_of(data / "shown_in_thousands.xls"),
-              StartsWith("row 2, column 1 (x): found '1500, shown in another scale', expected a number"));
+  EXPECT_THAT(
+      error_of(data / "shown_in_thousands.xls"),
+      StartsWith("row 2, column 1 (x): found '1500, shown in another scale or sign', expected a number"));
 }
 
 TEST_F(Coordinates, XlsErrorIsNoNumber) {

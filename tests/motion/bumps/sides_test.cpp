@@ -309,5 +309,21 @@ TEST_F(Readers, WordsAboveATableThatNameASideAreTold) {
   EXPECT_THAT(read("b.csv", "Top level parts\nRef,X (mm),Y (mm),Side\nA,1,2,top\n").notes, IsEmpty());
 }
 
+// "Mirrored: yes" above a table changed nothing, without a word.
+TEST_F(Readers, WhatElseIsSaidAboveATableIsTold) {
+  const std::string table = "Ref,X (mm),Y (mm)\nA,1,2\n";
+  for (const char* line :
+       {"Mirrored: yes", "# Mirrored: yes", "Scale = 2", "Y axis: down", "# y axis points down",
+        "Ma\u00dfstab 1:10", "\"Gespiegelt\";ja", "Substrate: FR4", "# flip x"})
+    EXPECT_THAT(read("a.csv", std::string(line) + "\n" + table).notes,
+                Contains(AllOf(StartsWith("row 1 says '"), HasSubstr("which is not read; above a table"))))
+        << line;
+  for (const char* line :
+       {"Units: mm", "Side: top", "Date: 2026-11-30", "Bumps of the sensor", "# made by hand"})
+    EXPECT_THAT(read("b.csv", std::string(line) + "\n" + table).notes, IsEmpty()) << line;
+  EXPECT_THAT(read("c.csv", "Mirrored: yes\nScale: 2\nUnits: mm\n" + table).notes,
+              Contains(HasSubstr("'Mirrored: yes', which is not read, nor 1 other such row")));
+}
+
 }  // namespace
 }  // namespace meltstage::motion

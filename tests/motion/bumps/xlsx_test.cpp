@@ -95,14 +95,14 @@ TEST_F(Xlsx, DatesAndPercentagesAreNoLengths) {
         << format;
 }
 
-TEST_F(Xlsx, WhatIsShownInAnotherScaleIsNoLength) {
+TEST_F(Xlsx, WhatIsShownInAnotherScaleOrSignIsNoLength) {
   for (const char* format : {"0.000,\" mm\"", "[>=1000]0.000,\" mm\";0\" um\"", "0.00\" mm\";-0.00\" um\"",
-                             "0\".\"000\" mm\"", "0.000,", "0,.0"})
+                             "0\".\"000\" mm\"", "0.000,", "0,.0", "\"-\"0.0", "-0.0", "\\\\-0.0"})
     EXPECT_THAT(
         error_of(
             make("sheet.append(['x_um', 'y_um'])\nsheet.append([45050, 2])\nsheet['A2'].number_format = '" +
                  std::string(format) + "'")),
-        StartsWith("row 2, column 1 (x): found '45050, shown in another scale', expected a number"))
+        StartsWith("row 2, column 1 (x): found '45050, shown in another scale or sign', expected a number"))
         << format;
 }
 

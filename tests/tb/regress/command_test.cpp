@@ -76,6 +76,28 @@ TEST_F(RegressCommand, AKilledWorkerLosesNothing) {
                                 HasSubstr("passed: 2 of 2 runs good")));
 }
 
+TEST_F(RegressCommand, AKilledRunLeavesNoWorker) {
+  folder_.write(
+      "long.toml",
+      "[[suite]]\nname = \"long\"\nrun = [{ test = \"random\", seeds = 1, amount = 100_000_000 }]\n");
+  const Ran ran =
+      run_shell(fmt::format("{} regress run long --suites {} --out {} -j 1 & run=$!\n"
+                            "for look in $(seq 500); do\n"
+                            "  worker=$(cat /proc/$run/task/$run/children)\n"
+                            "  if [ -n \"$worker\" ]; then break; fi\n"
+                            "  sleep 0.01\n"
+                            "done\n"
+                            "sleep 0.2; kill -9 $run; wait $run\n"
+                            "for look in $(seq 500); do\n"
+                            "  if ! kill -0 $worker; then echo \"no worker is left\"; exit 0; fi\n"
+                            "  sleep 0.01\n"
+                            "done\n"
+                            "kill -9 $worker; exit 1",
+                            MELTSTAGE_COMMAND, folder_.at("long.toml").string(), out().string()));
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("no worker is left"));
+}
+
 TEST_F(RegressCommand, RunsThatFailedBeforeComeFirst) {
   folder_.write("failed.txt", "random.99 4000  # last week\nrandom.2 5000\n");
   const Ran ran = run("--failed " + folder_.at("failed.txt").string());
