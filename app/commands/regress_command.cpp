@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <thread>
 
@@ -172,6 +173,29 @@ int run_case(const Settings& s) {
   return 1;
 }
 
+// Pins of the suite's runs, a file each.
+int record_suite(const Settings& s) {
+  const std::vector<tb::Suite> suites = suites_of(s);
+  const tb::Suite suite = tb::with_seeds_moved(tb::find_suite(suites, s.suite), s.move_seeds);
+  std::vector<tb::RegressRun> runs;
+  std::copy_if(suite.runs.begin(), suite.runs.end(), std::back_inserter(runs), tb::has_pins);
+  if (runs.empty())
+    throw UserError(fmt::format(
+        "suite {}: found no run of random, expected one: the others have no pins to record", suite.name));
+  const fs::path folder = folder_to_write(s.folder);
+  fs::create_directories(folder);
+  ProgressLine line;
+  std::size_t done = 0;
+  for (const tb::RegressRun& run : runs) {
+    throw_if_interrupted();
+    line.show_share(fmt::format("{} recordings", runs.size()),
+                    static_cast<double>(done++) / static_cast<double>(runs.size()));
+    const fs::path file = folder / (tb::name_of(run) + ".mvec");
+    fmt::print("{}: {} clocks\n", file.string(), tb::record_from_power_up(run, file));
+  }
+  return 0;
+}
+
 int do_job(const Settings& s) {
   tb::end_with_parent();
   return tb::do_planned_run(s.folder, tb::read_regression(s.folder), s.number).good ? 0 : 1;
@@ -213,14 +237,22 @@ Action add_regress_command(CLI::App& cli, const std::string&) {
   CLI::App* small = command->add_subcommand("case", "Run a mismatch that was made small");
   small->add_option("FILE", s->folder, "Case (JSON)")->required();
   small->add_option("--fst", s->waves, "Waves of the RTL to write");
+  CLI::App* record = command->add_subcommand(
+      "record", "Write the pins of a suite's random runs from power-up, for other simulators (.mvec)");
+  record->add_option("SUITE", s->suite, "Name of the suite")->required();
+  record->add_option("DIR", s->folder, "Folder of the recordings")->required();
+  record->add_option("--seed", s->move_seeds, "Added to each seed of the suite (default 0)")
+      ->check(whole_number_from(0, 1'000'000'000'000));
+  add_suites(record);
   CLI::App* job = command->add_subcommand("job", "Do one run of a work folder; what run starts");
   job->add_option("DIR", s->folder, "Work folder")->required();
   job->add_option("NUMBER", s->number, "Run, from 0")->required()->check(whole_number_from(0, 1'000'000'000));
-  return [s, list, points, run, one, small] {
+  return [s, list, points, run, one, small, record] {
     if (*list) return list_suites(*s);
     if (*points) return list_points();
     if (*run) return run_suite(*s);
     if (*small) return run_case(*s);
+    if (*record) return record_suite(*s);
     return *one ? run_one(*s) : do_job(*s);
   };
 }

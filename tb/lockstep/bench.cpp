@@ -264,7 +264,7 @@ void Bench::poke(const std::function<void(chip::Chip&)>& change) {
   chip::Chip state = model();
   change(state);
   device_->restart(state, in_);
-  coverage_.toggles.resume(state);
+  coverage_.toggles.resume(model());
 }
 
 void Bench::next_tick() {

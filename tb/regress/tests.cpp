@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "tb/lockstep/bench.hpp"
+#include "tb/lockstep/pin_recording.hpp"
 #include "tb/regress/failing_case.hpp"
 #include "tb/stimulus/any_skip.hpp"
 #include "tb/stimulus/any_state.hpp"
@@ -112,6 +113,15 @@ std::string test_names() {
 
 std::string repeat_command(const RegressRun& run) {
   return fmt::format("meltstage regress one {} --amount {}", name_of(run), run.amount);
+}
+
+bool has_pins(const RegressRun& run) { return run.test == "random"; }
+
+std::uint64_t record_from_power_up(const RegressRun& run, const fs::path& file) {
+  constexpr int kResetClocks = 20;
+  auto device = std::make_unique<PinRecording>(file, "regress record " + name_of(run));
+  for (int clock = 0; clock < kResetClocks; ++clock) device->step({.rst_n = false});
+  return random_run(std::move(device), run.seed, run.amount).compared.clocks;
 }
 
 RunResult overlong_run(const RegressRun& run, double limit_min) {

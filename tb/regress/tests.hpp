@@ -43,6 +43,14 @@ std::string test_names();
 // Command that repeats a run alone.
 std::string repeat_command(const RegressRun& run);
 
+// Whether a run of this test can be recorded: its stimulus is that of pins.
+bool has_pins(const RegressRun& run);
+
+// Writes the pins of the model under the run's stimulus from power-up, its reset first; the number of clocks.
+// What a run in lockstep puts into the flops (settings to begin with, a later time, upsets) does not happen.
+// Throws what recording::TextWriter does.
+std::uint64_t record_from_power_up(const RegressRun& run, const std::filesystem::path& file);
+
 // The result of a run that took too long.
 RunResult overlong_run(const RegressRun& run, double limit_min);
 

@@ -9,40 +9,11 @@
 #include <string>
 #include <string_view>
 
-#include "recording/text.hpp"
 #include "tb/lockstep/bench.hpp"
-#include "tb/pins/chip_pins.hpp"
+#include "tb/lockstep/pin_recording.hpp"
 
 namespace meltstage::tb {
 namespace {
-
-// The model, its pins written down.
-class Recorded final : public Device {
- public:
-  Recorded(std::string_view length, const std::filesystem::path& path)
-      : file_(path), recorder_(file_, chip_pin_header(fmt::format("record {}", length))) {}
-
-  chip::Outputs step(const chip::Inputs& in) override {
-    record_inputs(recorder_, in);
-    record_outputs(recorder_, chip_.outputs(in));
-    recorder_.commit(clocks_++);
-    return chip_.step(in);
-  }
-  const chip::Chip& model() const override { return chip_; }
-  void restart(const chip::Chip&, const chip::Inputs&) override {
-    throw std::logic_error("record: a recording starts at reset and shows pins only");
-  }
-  Compared finish() override {
-    recorder_.finish(clocks_ - 1);
-    return {};
-  }
-
- private:
-  chip::Chip chip_;
-  recording::TextWriter file_;
-  recording::Recorder recorder_;
-  std::uint64_t clocks_ = 0;
-};
 
 constexpr std::uint64_t kTick = spec::kClkHz / 100;  // control period of 10 ms
 
@@ -171,7 +142,8 @@ void wait_for_tenth(Bench& bench) {
 }
 
 void record(std::string_view length, const std::filesystem::path& path) {
-  Bench bench(std::make_unique<Recorded>(length, path), "MAX31865");  // its set-up write moves spi_mosi_o
+  Bench bench(std::make_unique<PinRecording>(path, fmt::format("record {}", length)),
+              "MAX31865");  // its set-up write moves spi_mosi_o
   reset(bench);
   if (length == "long") {
     talk(bench);

@@ -107,6 +107,23 @@ TEST_F(RegressCommand, RunsThatFailedBeforeComeFirst) {
             folder_.read("out/mine/junit.xml").find("random.1\""));
 }
 
+TEST_F(RegressCommand, RecordsTheRandomRunsFromPowerUp) {
+  folder_.write(
+      "two.toml",
+      "[[suite]]\nname = \"two\"\nrun = [{ test = \"random\", first = 3, seeds = 2, amount = 4_000 }, "
+      "{ test = \"skip\", seeds = 1, amount = 10 }]\n"
+      "[[suite]]\nname = \"none\"\nrun = [{ test = \"skip\", seeds = 1, amount = 10 }]\n");
+  const std::string suites = " --suites " + folder_.at("two.toml").string();
+  const Ran ran = run_command("regress record two " + folder_.at("pins").string() + suites);
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(folder_.read("pins/random.3.mvec"), HasSubstr("origin regress record random.3"));
+  EXPECT_THAT(folder_.read("pins/random.4.mvec"), HasSubstr("end"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.at("pins/skip.1.mvec")));
+  const Ran none = run_command("regress record none " + folder_.at("pins").string() + suites);
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.output, HasSubstr("suite none: found no run of random"));
+}
+
 TEST_F(RegressCommand, OneRunAlone) {
   const Ran ran = run_command("regress one random.3 --amount 5000");
   EXPECT_EQ(ran.status, 0) << ran.output;
