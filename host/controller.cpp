@@ -84,6 +84,10 @@ struct Refusal : BusError {
   bool repeated;  // what was asked before may have been done, and its answer lost
 };
 
+constexpr std::string_view kLockIsOn = "; LOCK is on, LOCK=0 opens it";
+
+bool has_bit(std::uint16_t status, spec::StatusBit bit) { return (status >> bit & 1) != 0; }
+
 void require(bool good, const std::string& text) {
   if (!good) throw UserError(text);
 }
@@ -486,13 +490,31 @@ void Controller::send_together(const std::vector<Frame>& frames) {
     const bool setpoint = text.find(spec::kHolding[spec::kRegSetpoint].name) != std::string::npos;
     if (refusal.code == MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE && setpoint)
       text += fmt::format("; SETPOINT may be T_MAX - {:.1f} degC at most", spec::kSetpointMargin * 0.1);
-    if (refusal.code == MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE) text += "; LOCK is on, LOCK=0 opens it";
+    if (refusal.code == MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE) text += kLockIsOn;
     throw BusError(text + "; nothing was changed");
   }
 }
 
-std::string Controller::faults_in_the_way() {
+std::string Controller::what_is_busy() {
+  const auto words = poll(spec::kInStatus, spec::kInAtState + 1, "STATUS");
+  if (spec::field_of(words[spec::kInAtState], spec::kAtStateEndMask) == spec::kTuningRuns)
+    return "; the autotune runs, STOP ends it";
+  if (has_bit(words[spec::kInStatus], spec::kStatusWritesPending))
+    return "; writes wait for the next control period or for Commit, try again then";
+  return "; it may be over by now, try again";
+}
+
+std::string Controller::what_bars_clearing() {
   const auto words = poll(spec::kInStatus, spec::kTelemetryWords, "STATUS");
+  if (has_bit(words[spec::kInStatus], spec::kStatusLocked)) return std::string(kLockIsOn);
+  const std::string present = fault_names(words[spec::kInCause]);
+  return present.empty() ? "; its cause may be gone by now, try again"
+                         : fmt::format("; present now: {}", present);
+}
+
+std::string Controller::what_bars_heating() {
+  const auto words = poll(spec::kInStatus, spec::kTelemetryWords, "STATUS");
+  if (has_bit(words[spec::kInStatus], spec::kStatusLocked)) return std::string(kLockIsOn);
   const std::string latched = fault_names(words[spec::kInFault]);
   const std::string present = fault_names(words[spec::kInCause]);
   if (!present.empty()) return fmt::format("; present now: {}", present);
@@ -500,18 +522,27 @@ std::string Controller::faults_in_the_way() {
   if (words[spec::kInPv] == spec::kPvNone)
     return "; no sound sample has come yet: the first takes up to a second after the chip starts, try again; "
            "if it stays so, check the sensor and SENS_TYPE";
-  return "; LOCK is on, LOCK=0 opens it";
+  return "; what barred it may be gone by now, try again";
 }
 
-void Controller::run() {
+std::string Controller::what_bars_tuning() {
+  const auto words = poll(spec::kInStatus, spec::kTelemetryWords, "STATUS");
+  if (has_bit(words[spec::kInStatus], spec::kStatusLocked)) return std::string(kLockIsOn);
+  return "; heating must be on (CMD Run), in automatic mode (MODE=0)";
+}
+
+void Controller::command_or_why(spec::Cmd cmd, const std::string& what, std::string (Controller::*why)()) {
   const Locked locked(*modbus_, connection_.device);
   try {
-    command(spec::kCmdRun, "CMD Run");
+    command(cmd, what);
   } catch (const Refusal& refusal) {
     if (refusal.repeated) throw;
-    throw BusError(refusal.what() + faults_in_the_way());
+    const bool busy = refusal.code == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY;
+    throw BusError(refusal.what() + (busy ? what_is_busy() : (this->*why)()));
   }
 }
+
+void Controller::run() { command_or_why(spec::kCmdRun, "CMD Run", &Controller::what_bars_heating); }
 
 void Controller::stop() {
   const Locked locked(*modbus_, connection_.device);
@@ -519,25 +550,10 @@ void Controller::stop() {
 }
 
 void Controller::clear_faults() {
-  const Locked locked(*modbus_, connection_.device);
-  try {
-    command(spec::kCmdClearFault, "CMD ClearFault");
-  } catch (const Refusal& refusal) {
-    if (refusal.repeated) throw;
-    throw BusError(refusal.what() + faults_in_the_way());
-  }
+  command_or_why(spec::kCmdClearFault, "CMD ClearFault", &Controller::what_bars_clearing);
 }
 
-void Controller::start_tuning() {
-  const Locked locked(*modbus_, connection_.device);
-  try {
-    command(spec::kCmdTune, "CMD Tune");
-  } catch (const Refusal& refusal) {
-    if (refusal.repeated) throw;
-    throw BusError(std::string(refusal.what()) +
-                   "; heating must be on (CMD Run), in automatic mode (MODE=0), unlocked");
-  }
-}
+void Controller::start_tuning() { command_or_why(spec::kCmdTune, "CMD Tune", &Controller::what_bars_tuning); }
 
 Tuning Controller::tuning() {
   static const std::array<const Register*, 5> wanted{&find_register("AT_STATE"), &find_register("AT_KU"),

@@ -143,7 +143,12 @@ class Controller {
   std::uint16_t open_lock();
   bool locked_again(std::uint16_t lock);
   bool discarded();
-  std::string faults_in_the_way();
+  // Why the chip refused, as its registers say now; told behind the refusal.
+  std::string what_is_busy();
+  std::string what_bars_heating();
+  std::string what_bars_clearing();
+  std::string what_bars_tuning();
+  void command_or_why(chip::spec::Cmd cmd, const std::string& what, std::string (Controller::*why)());
   template <class Call>
   void transact(const std::string& what, Call&& call);
   template <class Reached>

@@ -94,6 +94,7 @@ GradedFile grade_scanned(const Netlist& netlist, const CaptureView& free_view, c
 }  // namespace
 
 Captures captures_of_cycles(const CaptureView& view, const CycleStream& stream, bool open) {
+  require_levels(stream);
   const auto signals_of = [&](const std::vector<std::string>& names, bool input) {
     std::vector<std::size_t> signals;
     for (const std::string& name : names) {

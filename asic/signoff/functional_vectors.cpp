@@ -133,7 +133,7 @@ dft::CycleStream chip_cycles(const recording::Stream& stream, const std::vector<
 }
 
 PinReplay replay_cycles_on(const dft::CycleStream& stream, ReplayDevice device, const Progress& progress) {
-  dft::require_order(stream);
+  dft::require_runnable(stream);
   const std::vector<PinBit> inputs = bits_of(recording::Direction::in),
                             outputs = bits_of(recording::Direction::out);
   const auto find = [&](const std::string& name, bool input) {

@@ -161,7 +161,7 @@ std::optional<std::string> unit_of_sentence(std::string_view sentence) {
 
 }  // namespace
 
-std::optional<std::string> unit_told(std::string_view line, std::string_view next) {
+std::optional<UnitTold> unit_told(std::string_view line, std::string_view next) {
   constexpr std::string_view kAround = " \t\",;";
   const auto bare = [&](std::string_view text) {
     const auto first = std::min(text.find_first_not_of(kAround), text.size());
@@ -183,16 +183,24 @@ std::optional<std::string> unit_told(std::string_view line, std::string_view nex
     if (word.empty()) word = bare(plain_name({std::string(next), std::nullopt}));
     for (const std::string_view filler : {"are ", "is ", "in "})
       if (word.starts_with(filler)) word.erase(0, filler.size());
-    if (find_unit(word) != nullptr || (stated && has_mark)) return word;
+    if (find_unit(word) != nullptr || (stated && has_mark)) return UnitTold{word, stated};
   }
   for (std::string_view rest = text; !rest.empty();) {
     const std::size_t end = std::min(rest.find(". "), rest.size());
     std::string_view sentence = rest.substr(0, end);
     while (sentence.ends_with('.')) sentence.remove_suffix(1);
-    if (const auto unit = unit_of_sentence(trimmed(sentence))) return unit;
+    if (const auto unit = unit_of_sentence(trimmed(sentence))) return UnitTold{*unit};
     rest.remove_prefix(std::min(end + 2, rest.size()));
   }
   return std::nullopt;
+}
+
+const Unit* other_unit_in(std::string_view line, const Unit& unit) {
+  for (const std::string& word : words_of_name({std::string(line), std::nullopt})) {
+    const Unit* other = word == "m" || word == "in" ? nullptr : find_unit(word);
+    if (other != nullptr && other->mm != unit.mm) return other;
+  }
+  return nullptr;
 }
 
 bool names_column_of_units(const Cell& cell) {

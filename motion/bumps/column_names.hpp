@@ -38,9 +38,20 @@ const Unit* find_unit(std::string_view name);
 /// For messages.
 inline constexpr std::string_view kUnitsExpected = "mm, um, cm, m, mil or in";
 
-/// The unit that a line above a table tells: "Units used: mil" of Altium Designer, "Unit = mm", "Dimensions
-/// in mm", in one cell or in two (`next`). Nothing if it tells none; not always a known one.
-std::optional<std::string> unit_told(std::string_view line, std::string_view next);
+/// A unit that a line above a table tells. `of_all`: it says so, "Units: mm"; another one, "Dimensions (mm)",
+/// is of the columns below it.
+struct UnitTold {
+  std::string name;
+  bool of_all = false;
+};
+
+/// The unit in a line above a table: "Units used: mil" of Altium Designer, "Unit = mm", "Dimensions in mm",
+/// in one cell or in two (`next`). Nothing if it tells none; not always a known one.
+std::optional<UnitTold> unit_told(std::string_view line, std::string_view next);
+
+/// A unit of another length than `unit` that the line has as a word by itself; null without one. "m" and "in"
+/// are other words, too, and so are none here.
+const Unit* other_unit_in(std::string_view line, const Unit& unit);
 
 /// Unit, Units, Coordinate Unit, Einheit.
 bool names_column_of_units(const Cell& cell);

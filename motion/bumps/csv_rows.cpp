@@ -230,7 +230,7 @@ class RowWidth {
       fail(path_,
            fmt::format(
                "row {}: found {} cells, expected {}, as row {} has; where blanks separate, no cell can "
-               "be empty: quote it",
+               "be empty: quote it; a remark begins with '#'",
                row.row, row.cells.size(), most_, first_row_));
     const std::size_t found = splits_numbers(row) ? row.cells.size() : used;
     if (found <= most_) return;
@@ -284,6 +284,7 @@ void read_csv_rows(const std::filesystem::path& path, std::string_view content, 
   if (utf8) content = *utf8;
   require_text(describe_content(content));
   content = without_byte_order_mark(content);
+  if (content.ends_with('\x1A')) content.remove_suffix(1);  // the end of a file of DOS
 
   const std::string_view separators = possible_separators(content);
   const std::size_t comments = leading_comments(content, separators);

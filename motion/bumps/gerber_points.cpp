@@ -188,6 +188,14 @@ class GerberFile {
     read_file_polarity(text);
   }
 
+  /// What the apertures that are defined next are for; in a comment, too.
+  void read_aperture_attribute(std::string_view text) {
+    if (text.find("TA.AperFunction,") != std::string_view::npos)
+      fiducial_next_ = text.find("FiducialPad") != std::string_view::npos;
+    else if (text.ends_with("TD.AperFunction") || text.ends_with("TD"))
+      fiducial_next_ = false;
+  }
+
   void read_file_function(std::string_view text) {
     constexpr std::string_view kKey = "TF.FileFunction,";
     const auto at = text.find(kKey);
@@ -234,6 +242,7 @@ class GerberFile {
   /// end with one '*'.
   void check_comment(const Command& comment) {
     read_file_attribute(comment.text);
+    read_aperture_attribute(comment.text);
     for_lines(comment.lines, [&](const Line& line) {
       const std::string_view text = trimmed(line.text);
       if (line.number == 1 || is_comment(text) || !looks_like_command(text)) return;
@@ -303,10 +312,8 @@ class GerberFile {
       if (rest != "POS") fail_here(text, "IPPOS: an image in negative has no flashes to bump");
     } else if (code == "TF") {
       read_file_attribute(text);
-    } else if (text.starts_with("TA.AperFunction,")) {
-      fiducial_next_ = text.find("FiducialPad") != std::string_view::npos;
-    } else if (text == "TD" || text == "TD.AperFunction") {
-      fiducial_next_ = false;
+    } else if (text.starts_with("TA.AperFunction,") || text == "TD" || text == "TD.AperFunction") {
+      read_aperture_attribute(text);
     } else if (code == "MI" || code == "OF" || code == "SF" || code == "IR" || code == "AS") {
       check_neutral(text);
     } else if (text != "ICAS" && code != "TA" && code != "TO" && code != "TD" && code != "IN" &&

@@ -222,6 +222,13 @@ bool has_own_shape(const Node& pad) {
   return pad.children.size() > kShapePlace && pad.children[kShapePlace].word == "custom";
 }
 
+/// (property pad_prop_fiducial_glob), of the board or of a component.
+bool is_fiducial(const Node& pad) {
+  const Node* property = find_list(pad, "property");
+  return property != nullptr && property->children.size() > 1 &&
+         property->children[1].word.starts_with("pad_prop_fiducial");
+}
+
 /// What kind of pad receives no bump.
 std::string_view kind_without_bump(const Node& pad) {
   const std::string_view type =
@@ -344,6 +351,11 @@ class Pads {
                       "copper's middle",
                       custom_, custom_ == 1 ? "" : "s", custom_ == 1 ? "" : "first ", first_custom_row_,
                       custom_ == 1 ? "holds" : "hold"));
+    if (marks_ > 0)
+      result_.notes.push_back(fmt::format(
+          "{}, the first in row {}, {} by the file's own word and {} all the same", counted(marks_, "pad"),
+          first_mark_row_, marks_ == 1 ? "is a fiducial" : "are fiducials",
+          marks_ == 1 ? "holds a bump" : "hold bumps"));
     return std::move(result_);
   }
 
@@ -358,6 +370,7 @@ class Pads {
     result_.points.push_back(middle_of(path_, placement, pad, *at));
     result_.points.back().side = side_of(pad);
     if (has_own_shape(pad) && custom_++ == 0) first_custom_row_ = pad.row;
+    if (is_fiducial(pad) && marks_++ == 0) first_mark_row_ = pad.row;
     check_point_count(path_, result_.points.size());
   }
 
@@ -365,6 +378,7 @@ class Pads {
   RawPoints result_;
   std::vector<LeftOut> left_out_;
   std::size_t custom_ = 0, first_custom_row_ = 0;
+  std::size_t marks_ = 0, first_mark_row_ = 0;
 };
 
 /// The list of a file of this kind.

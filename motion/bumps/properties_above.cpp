@@ -56,18 +56,21 @@ std::string text_of(const TableRow& row) {
   std::string text;
   for (const Cell& cell : row.cells)
     if (!is_blank(cell)) text += (text.empty() ? "" : " ") + std::string(trimmed(cell.text));
-  return text;
+  const std::size_t first = std::min(text.find_first_not_of(",;\t "), text.size());
+  return text.substr(first, text.find_last_not_of(",;\t ") + 1 - first);
 }
 
 }  // namespace
 
 void PropertiesAbove::take(const TableRow& row) {
-  const std::string text = text_of(row);
-  const std::vector<std::string> words = words_of_name({text, std::nullopt});
-  if (!tells_geometry(words) && (!is_property(row) || tells_of_the_file(words))) return;
+  const std::vector<std::string> words = words_of_name({text_of(row), std::nullopt});
+  if (tells_geometry(words) || (is_property(row) && !tells_of_the_file(words))) add(row);
+}
+
+void PropertiesAbove::add(const TableRow& row) {
   if (count_++ > 0) return;
   first_row_ = row.row;
-  first_ = text;
+  first_ = text_of(row);
 }
 
 std::string PropertiesAbove::told() const {

@@ -15,6 +15,8 @@ class PropertiesAbove {
  public:
   /// A line above the table that tells neither a unit nor a side.
   void take(const TableRow& row);
+  /// One that tells a unit which is not that of x and y.
+  void add(const TableRow& row);
 
   /// The first of them, and how many follow; empty without one.
   std::string told() const;

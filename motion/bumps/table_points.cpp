@@ -84,6 +84,7 @@ class PointTable {
       if (is_title(row)) return;
       columns_known_ = true;
       if (take_header(row)) return;
+      if (numbered_title_.row != 0) take_first_numbers(numbered_title_);  // no names make it a title
       take_first_numbers(row);
     } else if (row_of_units_ == row.row && take_row_of_units(row)) {
       return;
@@ -102,6 +103,7 @@ class PointTable {
   }
 
   RawPoints take() && {
+    if (!columns_known_ && numbered_title_.row != 0) take_first_numbers(numbered_title_);
     if (!columns_known_ && title_.row != 0) fail_unnamed(title_, "x and y");
     if (hidden_ > 0)
       result_.notes.push_back(
@@ -122,6 +124,12 @@ class PointTable {
     if (const std::string doubt = points_.doubt(); !doubt.empty() && !(x_.has_unit && x_.unit_mm >= 1.0))
       result_.notes.push_back(fmt::format(
           "the points are read as decimal marks; {} may mean that they stand between thousands", doubt));
+    // Three decimals are common in millimetres, less so in smaller units.
+    if (const std::string marked = points_.all_marked(); !marked.empty() && x_.has_unit && x_.unit_mm < 0.02)
+      result_.notes.push_back(fmt::format(
+          "the points are read as decimal marks, {} too; each number has three digits behind its point, so "
+          "they may stand between thousands",
+          marked));
     if (const std::string marked = commas_.all_marked(); !marked.empty())
       result_.notes.push_back(
           fmt::format("the commas are read as decimal marks, {} too; each number has three digits behind its "
@@ -141,6 +149,14 @@ class PointTable {
   }
 
  private:
+  /// The unit that a row above the table tells, in which column, and whether of all columns.
+  struct TitleUnit {
+    const Unit* unit = nullptr;
+    TableRow row;
+    std::size_t column = 0;
+    bool of_all = false;
+  };
+
   /// Who put such a sign before some of the labels wanted those bumps away. Where all have it they are
   /// numbered so.
   void note_commented_out(const TableRow& row) {
@@ -189,11 +205,14 @@ class PointTable {
     return false;
   }
 
-  /// Words above the names of the columns. Numbers behind them would have no name.
+  /// Words above the names of the columns, and perhaps a number: "Bumps, 128". A row of the table has two.
   bool is_title(const TableRow& row) {
-    const bool any_number = std::any_of(row.cells.begin(), row.cells.end(),
-                                        [](const Cell& c) { return value_of(c) || looks_like_number(c); });
-    if (any_number) return false;
+    const auto numbers = std::count_if(row.cells.begin(), row.cells.end(),
+                                       [](const Cell& c) { return value_of(c) || looks_like_number(c); });
+    const bool begins_with_words = !row.cells.empty() && !is_blank(row.cells.front()) &&
+                                   !value_of(row.cells.front()) && !looks_like_number(row.cells.front());
+    if (numbers > 1 || (numbers == 1 && !begins_with_words)) return false;
+    if (numbers == 1 && numbered_title_.row == 0) numbered_title_ = row;
     if (!is_sentence(row) && (find_column(row, 'x') || find_column(row, 'y'))) return false;
     if (title_.row == 0) title_ = row;
     take_above(row);
@@ -229,33 +248,54 @@ class PointTable {
 
   /// Whether cell `i` of the row tells one.
   bool read_title_unit(const TableRow& row, std::size_t i) {
-    const auto name = unit_told(row.cells[i].text, i + 1 < row.cells.size() ? row.cells[i + 1].text : "");
-    if (!name) return false;
-    const Unit* unit = find_unit(*name);
+    const auto told = unit_told(row.cells[i].text, i + 1 < row.cells.size() ? row.cells[i + 1].text : "");
+    if (!told) return false;
+    const Unit* unit = find_unit(told->name);
     if (unit == nullptr)
       fail(path_, fmt::format("{}: found unit {} above the columns, expected {}", place(row.row, i),
-                              in_quotes(*name), kUnitsExpected));
-    if (title_unit_ != nullptr && unit->mm != title_unit_->mm)
-      fail(path_, fmt::format("{}: found unit {} above the columns, expected {}, as row {} has",
-                              place(row.row, i), in_quotes(*name), title_unit_->name, title_unit_row_));
-    title_unit_ = unit;
-    title_unit_row_ = row.row;
+                              in_quotes(told->name), kUnitsExpected));
+    if (const Unit* other = other_unit_in(row.cells[i].text, *unit))
+      fail(path_, fmt::format("{}: found the units {} and {} above the columns, expected one",
+                              place(row.row, i), unit->name, other->name));
+    if (title_unit_.unit != nullptr && unit->mm != title_unit_.unit->mm)
+      fail(path_,
+           fmt::format("{}: found unit {} above the columns, expected {}, as row {} has", place(row.row, i),
+                       in_quotes(told->name), title_unit_.unit->name, title_unit_.row.row));
+    if (!title_unit_.of_all)
+      title_unit_ = {unit, row, i + leading_separators(row.cells[i].text), told->of_all};
+    return true;
+  }
+
+  /// A line of separated text stands in one cell.
+  static std::size_t leading_separators(std::string_view text) {
+    const std::size_t blank = text.find_first_not_of(",;\t");
+    return blank == std::string_view::npos ? 0 : blank;
+  }
+
+  /// Whether the unit above the table is one of x and y: of all columns, or of theirs.
+  bool is_of_x_and_y(const TitleUnit& title) const {
+    if (title.of_all) return true;
+    const std::size_t first = std::min(x_.index, y_.index), last = std::max(x_.index, y_.index);
+    if (title.column > first) return false;
+    for (std::size_t i = title.column + 1; i <= last && i < title.row.cells.size(); ++i)
+      if (!is_blank(title.row.cells[i])) return false;  // the words of the columns from here on
     return true;
   }
 
   /// What stands above the table holds for columns without a unit of their own; another one beside it would
   /// make the scale a guess.
   void take_title_unit(const TableRow& header) {
-    if (title_unit_ == nullptr) return;
+    if (title_unit_.unit == nullptr) return;
+    if (!is_of_x_and_y(title_unit_)) return properties_.add(title_unit_.row);
     for (Column* column : {&x_, &y_}) {
-      if (column->has_unit && column->unit_mm != title_unit_->mm)
+      if (column->has_unit && column->unit_mm != title_unit_.unit->mm)
         fail(path_, fmt::format("{}: found the unit in {}, expected {}, as row {} says",
                                 place(header.row, column->index), in_quotes(header.cells[column->index].text),
-                                title_unit_->name, title_unit_row_));
-      column->unit_mm = title_unit_->mm;
+                                title_unit_.unit->name, title_unit_.row.row));
+      column->unit_mm = title_unit_.unit->mm;
       column->has_unit = true;
     }
-    say_unit(fmt::format("row {}", title_unit_row_), title_unit_->name);
+    say_unit(fmt::format("row {}", title_unit_.row.row), title_unit_.unit->name);
   }
 
   void say_unit(std::string_view where, std::string_view text) {
@@ -482,8 +522,8 @@ class PointTable {
   std::string commented_out_;        // the first row that may be
   std::size_t ends_within_row_ = 0;  // the last one, if it has no line end
   TableRow title_;                   // the first one
-  const Unit* title_unit_ = nullptr;
-  std::size_t title_unit_row_ = 0;
+  TableRow numbered_title_;          // the first one with a number
+  TitleUnit title_unit_;
   std::size_t row_of_units_ = 0;  // the one below the names
   std::size_t length_row_ = 0;    // the first number with a unit
   bool plain_number_ = false;

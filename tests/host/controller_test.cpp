@@ -117,6 +117,21 @@ TEST_P(Driver, ALockIsAsBeforeWhenTheOthersAreRefused) {
   EXPECT_NE(controller_.status().bits >> spec::kStatusLocked & 1, 0);
 }
 
+// It was told that LOCK is on, or that heating must be.
+TEST_P(Driver, ARefusalWhileTheAutotuneRunsSaysSo) {
+  controller_.write(std::vector<Setting>{{&find_register("SETPOINT"), 60.0}});
+  while (controller_.read(find_register("PV")) < -100.0) {  // no sample yet
+  }
+  controller_.run();
+  controller_.start_tuning();
+  for (const auto& change : {std::function<void()>([&] { controller_.run(); }),
+                             std::function<void()>([&] { controller_.clear_faults(); }),
+                             std::function<void()>([&] { controller_.start_tuning(); })})
+    EXPECT_THAT(change, ThrowsMessage<BusError>(
+                            AllOf(HasSubstr("busy"), HasSubstr("the autotune runs, STOP ends it"))));
+  controller_.stop();
+}
+
 TEST_P(Driver, StatusIsWhatTheRegistersSay) {
   const Status status = controller_.status();
   EXPECT_FALSE(status.running());

@@ -117,7 +117,7 @@ int replay_patterns(const ReplayInput& input) {
     throw UserError("--netlist: found nothing, expected the netlist to run on");
   keep_inputs(input.report, input.patterns, input, {input.cells, input.sdf, input.readback});
   CycleStream stream = read_patterns(input.patterns, input);
-  require_order(stream);
+  require_runnable(stream);
   if (input.cycles != 0) keep_first(stream, input.cycles);
   if (!input.report.empty()) report_masks(input, stream);
   if (on_fpga) {

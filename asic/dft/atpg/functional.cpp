@@ -44,7 +44,7 @@ class Vectors {
   };
 
   Vectors(const CaptureView& view, const CycleStream& stream) : view_(view), stream_(stream) {
-    require_order(stream);
+    require_runnable(stream);
     require_clocks(view, stream);
     for (const std::string& port : view.input_ports) {
       drivers_.push_back(signal_of(stream, port, true));

@@ -96,9 +96,23 @@ std::vector<std::string> disorders(const CycleStream& stream) {
   return reasons;
 }
 
-void require_order(const CycleStream& stream) {
+void require_levels(const CycleStream& stream) {
+  std::uint64_t at = 0;
+  for (const TestCycle& cycle : stream.cycles) {
+    for (std::size_t s = 0; s < cycle.states.size(); ++s)
+      if (!stream.signals[s].is_input && cycle.states[s] == 'T')
+        throw UserError(fmt::format(
+            "{}: cycle {}: found T on {}, expected H, L or X; a strobe for high impedance can't be "
+            "run here",
+            stream.title, at, stream.signals[s].name));
+    at += cycle.count;
+  }
+}
+
+void require_runnable(const CycleStream& stream) {
   const std::vector<std::string> reasons = disorders(stream);
   if (!reasons.empty()) throw UserError(reasons.front());
+  require_levels(stream);
 }
 
 bool same_cycles(const CycleStream& a, const CycleStream& b) {

@@ -65,8 +65,11 @@ bool has_pulse(const CycleStream& stream);
 bool has_strobe(const CycleStream& stream);
 /// Why the stream is not inputs, strobe, pulse in each cycle, a line a reason; empty when it is.
 std::vector<std::string> disorders(const CycleStream& stream);
-/// Throws UserError with the first of them. Whoever runs a stream asks this.
-void require_order(const CycleStream& stream);
+/// Throws UserError for a strobe that expects high impedance (STIL's T): no simulation here has such a level.
+void require_levels(const CycleStream& stream);
+/// Throws UserError with the first of disorders(), and what require_levels() does. Whoever runs a stream asks
+/// this.
+void require_runnable(const CycleStream& stream);
 
 /// Entries that a reader or unrolled() makes at the most, and states of all signals in them.
 inline constexpr std::size_t kMostCycles = 50'000'000;

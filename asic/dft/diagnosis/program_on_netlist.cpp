@@ -40,7 +40,7 @@ ProgramOnNetlist read_program(const std::filesystem::path& patterns, const std::
                            ? parse_wgl(read_file(patterns, "a WGL file"), patterns.string())
                            : read_stil(patterns);
   stream.title = patterns.string();
-  require_order(stream);
+  require_runnable(stream);
   program.stream = unrolled(std::move(stream));
   program.view = view_to_replay(netlist, library);
   if (program.view.flops.empty()) {

@@ -85,7 +85,7 @@ class Tester {
         values_(circuit_.size()),
         driven_(circuit_.inputs().size()),
         marked_(circuit_.size(), 0) {
-    require_order(stream);
+    require_runnable(stream);
     require_clocks(view, stream);
     for (const std::string& name : view.input_ports) input_.push_back(signal(name));
     for (std::size_t s = 0; s < stream.signals.size(); ++s) {

@@ -341,7 +341,7 @@ CycleStream parse_dump(std::string_view text, const std::string& name, const Tes
                        const Directions& directions) {
   require_timing(timing, name);
   CycleStream stream = DumpReader(text, name, timing, directions).read();
-  require_order(stream);  // times that the user says, not the file
+  require_runnable(stream);  // times that the user says, not the file
   return stream;
 }
 

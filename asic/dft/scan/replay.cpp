@@ -81,7 +81,7 @@ class Player {
  public:
   Player(const CaptureView& view, const CycleStream& stream, std::uint64_t seed, const ReplayFault& fault)
       : view_(view), stream_(stream), fault_(fault), seed_(seed) {
-    require_order(stream);
+    require_runnable(stream);
     for (const std::string& name : view.input_ports) input_.push_back(signal(name, true));
     for (std::size_t i = 0; i < stream.signals.size(); ++i) {
       if (stream.signals[i].is_input) continue;
@@ -419,7 +419,7 @@ constexpr const char* kDone = "done ";
 // `instance`: the device under test, with its ports at s0, s1 ... by signal.
 std::string bench_of(const std::string& instance, const CycleStream& stream,
                      const std::filesystem::path& sdf) {
-  require_order(stream);
+  require_runnable(stream);
   std::string text = "`timescale 1ns/1ps\nmodule bench;\n";
   const std::size_t width = 2 * stream.signals.size();
   const auto value_bit = [&](std::size_t s) { return fmt::format("v[{}]", width - 1 - 2 * s); };

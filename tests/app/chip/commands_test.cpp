@@ -153,6 +153,21 @@ TEST_P(ChipCommands, RefusalsNameTheFault) {
   EXPECT_EQ(command("clear").output, "no fault was latched\n");
 }
 
+// A locked chip was told to clear its fault first, and one that tunes to open its lock.
+TEST_P(ChipCommands, RefusalsNameTheLock) {
+  ASSERT_EQ(command("set T_MAX=20").status, 0);
+  while (command("read FAULT").output.find("OverTemp") == std::string::npos) {
+  }
+  ASSERT_EQ(command("set T_MAX=150").status, 0);
+  while (command("read CAUSE").output.find("OverTemp") != std::string::npos) {
+  }
+  ASSERT_EQ(command("set LOCK=7").status, 0);
+  expect_one_line(command("clear"), 1, "LOCK is on, LOCK=0 opens it");
+  expect_one_line(command("run"), 1, "LOCK is on, LOCK=0 opens it");
+  ASSERT_EQ(command("set LOCK=0").status, 0);
+  EXPECT_EQ(command("clear").output, "cleared: OverTemp\n");
+}
+
 INSTANTIATE_TEST_SUITE_P(Model, ChipCommands, ::testing::Values("--speed 20"));
 
 }  // namespace

@@ -325,5 +325,38 @@ TEST_F(Readers, WhatElseIsSaidAboveATableIsTold) {
               Contains(HasSubstr("'Mirrored: yes', which is not read, nor 1 other such row")));
 }
 
+// The first unit of a line was taken, whatever came behind it.
+TEST_F(Readers, TwoUnitsInOneLineAboveATableAreRefused) {
+  for (const char* line : {"# all dimensions in mm; x and y in um", "All dimensions in mm. X and Y in um.",
+                           "Dimensions: mm; Coordinates: um", "Units: mm, X/Y: um"})
+    EXPECT_THAT(error_of("a.csv", std::string(line) + "\nBump;X;Y\nA;100;200\n"),
+                StartsWith("row 1, column 1: found the units mm and um above the columns, expected one"))
+        << line;
+  EXPECT_EQ(read("b.csv", "Units: mm, deg\nBump,X,Y\nA,1,2\n").unit_place, "row 1: mm");
+}
+
+// "Dimensions (mm)" over width and height made the micrometres of x and y millimetres.
+TEST_F(Readers, AUnitOverOtherColumnsIsNotOfXAndY) {
+  for (const char* table : {",,,Dimensions (mm),\nName,X,Y,Width,Height\nA,1000,2000,0.08,0.08\n",
+                            ",,,,Length (mm)\nPad,X,Y,Net,Wire\n1,1000,2000,A,3\n",
+                            ";;;Values in mm;\nName;X;Y;Width;Height\nA;1000;2000;1;1\n"}) {
+    const CoordinateFile read_so = read("a.csv", table, {.travel = {{-1e4, 1e4}, {-1e4, 1e4}, {}}});
+    EXPECT_FALSE(read_so.has_unit) << table;
+    EXPECT_THAT(read_so.notes, Contains(HasSubstr("which is not read"))) << table;
+  }
+  EXPECT_EQ(read("b.csv", ",Dimensions (mm),,\nName,X,Y,Net\nA,1,2,N\n").unit_place, "row 1: mm");
+  EXPECT_EQ(read("c.csv", ",,,Units: mm\nName,X,Y,Net\nA,1,2,N\n").unit_place, "row 1: mm");
+}
+
+TEST_F(Readers, PointsThatMayStandBetweenThousandsOfMicrometresAreTold) {
+  EXPECT_THAT(read("a.csv", "Nr;X [um];Y [um]\n1;1.234;1.500\n2;2.500;1.750\n").notes,
+              Contains(HasSubstr("three digits behind its point")));
+  EXPECT_THAT(read("b.csv", "Nr;X [mm];Y [mm]\n1;1.234;1.500\n").notes, IsEmpty());
+}
+
+TEST_F(Readers, ADosEndOfFileIsNoPartOfATable) {
+  EXPECT_EQ(read("a.csv", "x_mm,y_mm\r\n1,2\r\n\x1A").points.size(), 1U);
+}
+
 }  // namespace
 }  // namespace meltstage::motion

@@ -346,7 +346,7 @@ TEST_F(Readers, CommasThatMayStandBetweenThousandsAreRefused) {
                   "the points are read as decimal marks; '1.234' in row 2 and '950' in row 2 may mean that "
                   "they stand between thousands"));
   for (const char* table : {"x_mm;y_mm\n1.234;950\n", "x_um;y_um\n1.234;9.5\n", "x_um;y_um\n0.234;950\n",
-                            "x_um;y_um\n1.234;9500\n", "x_um;y_um\n1.234;2.500\n"})
+                            "x_um;y_um\n1.234;9500\n"})
     EXPECT_THAT(read("p.csv", table, {.travel = {{-1e3, 1e3}, {-1e3, 1e3}, {}}}).notes,
                 Not(testing::Contains(HasSubstr("points are read"))))
         << table;

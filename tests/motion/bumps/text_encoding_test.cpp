@@ -69,7 +69,7 @@ TEST_F(Readers, BlanksSeparateWhereNoSignDoes) {
   expect_points(read("c.csv", "# x_mm y_mm\n1 2\n3 4\n").points, {{1, 2, 2}, {3, 4, 3}});
   EXPECT_EQ(error_of("d.mnt", "C1 12.70 25.40 90 100nF C0805\nC2 1.5 2.5 0 R0603\n"),
             "row 2: found 5 cells, expected 6, as row 1 has; where blanks separate, no cell can be empty: "
-            "quote it");
+            "quote it; a remark begins with '#'");
   EXPECT_THAT(error_of("e.mnt", "C1 12.70 25.40 90 100nF C0805\nC2 1.5 2.5 0 10 k R0603\n"),
               StartsWith("row 2: found 7 cells, expected at most 6, as row 1 has"));
   EXPECT_THAT(read("f.MNB", "C1 12.70 25.40 90 100nF C0805\n").notes,

@@ -134,7 +134,7 @@ TEST(PatternFiles, WglTimingOfAnotherOrderOrShapeIsTold) {
                 testing::Contains(testing::AllOf(testing::StartsWith("a.wgl:" + std::to_string(line) + ":"),
                                                  HasSubstr(change.said))))
         << change.put;
-    EXPECT_THROW(require_order(stream), UserError) << change.put;
+    EXPECT_THROW(require_runnable(stream), UserError) << change.put;
   }
 }
 

@@ -321,7 +321,7 @@ TEST(Stil, TimingOfAnotherOrderOrShapeIsTold) {
         HasSubstr(change.said)));
     EXPECT_THAT(stream.timing_defects, told) << change.put;
     EXPECT_THAT(lint(stream, {}), told) << change.put;
-    EXPECT_THROW(require_order(stream), UserError) << change.put;
+    EXPECT_THROW(require_runnable(stream), UserError) << change.put;
   }
 }
 
@@ -365,6 +365,18 @@ Pattern main { W t; V { a=0; y=L; } V { a=1; y=H; } })";
       testing::ElementsAre("a.stil:3:5: found waveform L of \"y\": compared at 3 ns, expected it behind "
                            "the last drive edge (waveform 0 of \"a\": 5 ns)"));
   EXPECT_TRUE(lint(parse_stil(with(text, "'3ns'", "'15ns'"), "a.stil"), {}).empty());
+}
+
+// A strobe for high impedance was none, without a word.
+TEST(Stil, AStrobeForHighImpedanceIsNotRun) {
+  const std::string text = R"(STIL 1.0; Signals { a In; y Out; }
+Timing { WaveformTable t { Period '20ns'; Waveforms { a { 01 { '0ns' D/U; } }
+y { LHT { '13ns' L/H/T; } } } } }
+PatternBurst p { PatList { main; } } PatternExec { PatternBurst p; }
+Pattern main { W t; V { a=0; y=L; } V { a=1; y=T; } })";
+  EXPECT_THAT([&] { require_runnable(parse_stil(text, "a.stil")); },
+              testing::ThrowsMessage<UserError>(HasSubstr("cycle 1: found T on y, expected H, L or X")));
+  EXPECT_NO_THROW(require_runnable(parse_stil(with(text, "y=T", "y=H"), "a.stil")));
 }
 
 TEST(Cycles, TooManyToUnrollAreRefused) {
