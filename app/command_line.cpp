@@ -18,11 +18,11 @@
 #include <string_view>
 #include <vector>
 
-#include "app/terminal.hpp"
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
 #include "base/option_values.hpp"
 #include "base/place.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 namespace {

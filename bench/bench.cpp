@@ -7,7 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 

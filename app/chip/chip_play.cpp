@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "app/terminal.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
+#include "base/terminal.hpp"
 #include "tb/scenario/scripted_run.hpp"
 
 namespace meltstage::app {

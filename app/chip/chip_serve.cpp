@@ -17,9 +17,9 @@
 
 #include "app/chip/chip_wire.hpp"
 #include "app/chip/pseudo_terminal.hpp"
-#include "app/terminal.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
+#include "base/terminal.hpp"
 #include "cmodel/advance.hpp"
 #include "recording/vcd.hpp"
 #include "tb/lockstep/lockstep.hpp"

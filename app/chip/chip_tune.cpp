@@ -15,8 +15,8 @@
 
 #include "app/chip/chip_run.hpp"
 #include "app/chip/latched_fault.hpp"
-#include "app/terminal.hpp"
 #include "base/error.hpp"
+#include "base/terminal.hpp"
 #include "cmodel/spec.hpp"
 #include "host/commissioning.hpp"
 

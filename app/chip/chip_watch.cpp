@@ -18,8 +18,8 @@
 
 #include "app/chip/chip_chart.hpp"
 #include "app/chip/latched_fault.hpp"
-#include "app/terminal.hpp"
 #include "base/error.hpp"
+#include "base/terminal.hpp"
 
 // Its macros would rename members of the headers above.
 #define NCURSES_NOMACROS 1

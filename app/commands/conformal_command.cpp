@@ -14,12 +14,12 @@
 
 #include "app/number_range.hpp"
 #include "app/print/job_file.hpp"
-#include "app/terminal.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
+#include "base/terminal.hpp"
 #include "motion/surface/conformal.hpp"
 #include "motion/surface/conformal_trial.hpp"
 #include "motion/surface/measuring_points.hpp"

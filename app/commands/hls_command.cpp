@@ -15,11 +15,11 @@
 #include <set>
 #include <sstream>
 
-#include "app/terminal.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/terminal.hpp"
 #include "hls/cpp/compile.hpp"
 #include "hls/cpp/translate.hpp"
 #include "hls/graph/names.hpp"

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "app/print/job_plan.hpp"
-#include "app/terminal.hpp"
 #include "base/count.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
+#include "base/terminal.hpp"
 #include "motion/stage/accuracy.hpp"
 #include "motion/stage/stage.hpp"
 

@@ -19,11 +19,11 @@
 
 #include "app/number_range.hpp"
 #include "app/regress/regress_reports.hpp"
-#include "app/terminal.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "base/folder_lock.hpp"
 #include "base/output_file.hpp"
+#include "base/terminal.hpp"
 #include "tb/jobs/job_runners.hpp"
 #include "tb/lockstep/coverage.hpp"
 #include "tb/regress/failing_case.hpp"

@@ -8,10 +8,10 @@
 #include <set>
 #include <thread>
 
-#include "app/terminal.hpp"
 #include "base/file.hpp"
 #include "base/folder_lock.hpp"
 #include "base/place.hpp"
+#include "base/terminal.hpp"
 #include "recording/text.hpp"
 #include "tb/jobs/job_runners.hpp"
 

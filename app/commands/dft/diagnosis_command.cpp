@@ -16,7 +16,7 @@
 
 #include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "asic/dft/diagnosis/defect.hpp"
 #include "asic/dft/diagnosis/fail_log.hpp"
 #include "asic/dft/diagnosis/findings.hpp"

@@ -11,7 +11,7 @@
 
 #include "app/commands/dft/outputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "asic/signoff/functional_vectors.hpp"
 #include "asic/signoff/vectors_files.hpp"
 

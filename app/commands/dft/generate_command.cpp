@@ -14,7 +14,7 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/outputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "asic/dft/program.hpp"
 #include "asic/dft/scan/masks.hpp"
 #include "asic/signoff/vectors_files.hpp"

@@ -17,7 +17,7 @@
 #include "app/commands/dft/outputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/workers.hpp"

@@ -11,7 +11,7 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "asic/dft/atpg/iddq.hpp"
 #include "asic/dft/program.hpp"
 #include "base/error.hpp"

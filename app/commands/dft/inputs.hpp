@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "asic/dft/atpg/generate.hpp"
 #include "asic/dft/core/cycles.hpp"
 #include "asic/dft/scan/scan.hpp"

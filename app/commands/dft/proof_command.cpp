@@ -15,7 +15,7 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/outputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "asic/dft/atpg/proof_check.hpp"
 #include "asic/dft/atpg/test_solver.hpp"
 #include "asic/dft/program.hpp"

@@ -14,7 +14,7 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/grade_file.hpp"

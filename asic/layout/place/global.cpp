@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <Eigen/Sparse>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <string_view>
 
 #include "asic/layout/db/model.hpp"
 #include "asic/layout/place/place.hpp"
@@ -41,15 +44,16 @@ class GlobalPlacer {
   void run() {
     spread_pins({});
     start();
-    iterate(0, options_.iterations / 3);
+    iterate("first placement", 0, options_.iterations / 3);
     std::vector<double> wishes;
     for (const DiePin& pin : design_.pins) wishes.push_back(wish_of(pin));
     spread_pins(wishes);
     start();
-    iterate(0, options_.iterations);
+    iterate("placement", 0, options_.iterations);
     put_cells();
     for (int round = 0; round < options_.crowding_rounds && make_room(); ++round) {
-      iterate(options_.iterations / 2, options_.iterations);
+      iterate(fmt::format("room for wires, round {}", round + 1), options_.iterations / 2,
+              options_.iterations);
       put_cells();
     }
     const double site =
@@ -205,8 +209,10 @@ class GlobalPlacer {
     for (int k = 0; k < 6; ++k) solve(0.0);
   }
 
-  void iterate(int first, int last) {
+  void iterate(std::string_view step, int first, int last) {
     for (int k = first; k < last; ++k) {
+      tell(options_.progress, step, static_cast<std::size_t>(k - first),
+           static_cast<std::size_t>(last - first));
       spread(k);
       const double upper = length(spread_x_, spread_y_);
       const double lower = length(x_, y_);

@@ -311,10 +311,13 @@ class Improver {
 
 }  // namespace
 
-void improve(Design& design, const Technology& technology, int passes) {
+void improve(Design& design, const Technology& technology, int passes, const Progress& progress) {
   if (design.components.empty()) return;
   Improver improver(design, technology);
-  for (int p = 0; p < passes; ++p) improver.pass();
+  for (int p = 0; p < passes; ++p) {
+    tell(progress, "improvement", static_cast<std::size_t>(p), static_cast<std::size_t>(passes));
+    improver.pass();
+  }
 }
 
 }  // namespace meltstage::layout

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "asic/layout/db/design.hpp"
+#include "base/progress.hpp"
 
 namespace meltstage::layout {
 
@@ -25,6 +26,7 @@ struct GlobalPlacement {
   std::size_t ignored_pins = 200;  ///< nets of more pins have no wirelength (they become trees later)
   double usable_tracks = 0.7;      ///< GuideOptions::usable, where cells are to get more room
   int crowding_rounds = 6;         ///< of giving room to cells where wires are crowded, at most
+  Progress progress{};             ///< told in each iteration
 };
 
 /// Where cells want to be, overlaps and all: a quadratic model of wirelength (bound-to-bound: Spindler,
@@ -41,7 +43,7 @@ void legalize(Design& design, const Technology& technology);
 
 /// Shortens the wires of a legal placement: moves and swaps towards each cell's best region, orders of three
 /// neighbours, mirrored cells (Pan, Viswanathan, Chu, FastDP, ICCAD 2005). It stays legal.
-void improve(Design& design, const Technology& technology, int passes);
+void improve(Design& design, const Technology& technology, int passes, const Progress& progress = {});
 
 /// Fills each gap of each row with cells of class CORE SPACER whose name starts with `prefix`, widest first.
 /// Throws UserError when a gap can't be filled.

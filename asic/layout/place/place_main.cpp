@@ -17,6 +17,7 @@
 #include "base/number.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
+#include "base/terminal.hpp"
 
 namespace {
 
@@ -116,9 +117,11 @@ int place_again(const Options& o) {
         "{}: found cells of {:.3g} times the area that they lie in, expected cells that don't overlap",
         theirs.file, used));
   make_floorplan(ours, technology, {used, 0});
-  place_globally(ours, technology, {});
+  meltstage::ProgressLine line;
+  place_globally(ours, technology, {.progress = shown_on(line)});
   legalize(ours, technology);
-  improve(ours, technology, o.passes);
+  improve(ours, technology, o.passes, shown_on(line));
+  line.clear();
   const std::vector<std::string> errors = placement_errors(ours, technology);
   const double before = um(wirelength(theirs, technology)) / 1000;
   const double now = um(wirelength(ours, technology)) / 1000;
@@ -153,6 +156,8 @@ int run(const Options& o) {
   }
   GlobalPlacement global;
   global.density = o.density;
+  meltstage::ProgressLine line;
+  global.progress = shown_on(line);
   place_globally(design, technology, global);
   const double spread = static_cast<double>(wirelength(design, technology)) / 1e6;
   int fanout_buffers = 0;
@@ -171,7 +176,7 @@ int run(const Options& o) {
   const std::size_t cells = design.components.size();
   legalize(design, technology);
   const double legal = static_cast<double>(wirelength(design, technology)) / 1e6;
-  improve(design, technology, o.passes);
+  improve(design, technology, o.passes, shown_on(line));
   if (!o.clock.empty()) {
     balance_clock(design, technology, delays, o.clock, trees);
     legalize(design, technology);
@@ -180,6 +185,7 @@ int run(const Options& o) {
   if (!o.fillers.empty()) add_fillers(design, technology, o.fillers);
   if (!o.strap_layer.empty())
     add_power_grid(design, technology, {o.strap_layer, nm(o.strap_width_um), nm(o.strap_pitch_um)});
+  line.clear();
   const std::vector<std::string> errors = placement_errors(design, technology);
   for (const std::string& error : errors) fmt::print(stderr, "{}\n", error);
   const auto mm2 = [](Nm x, Nm y) { return static_cast<double>(x) * static_cast<double>(y) / 1e6; };

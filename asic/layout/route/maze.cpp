@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/layout/route/maze.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <initializer_list>
 #include <limits>
 #include <random>
+#include <string>
 
 namespace meltstage::layout {
 namespace {
@@ -438,7 +441,12 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
   for (int round = 0; round < options.rounds && !todo.empty(); ++round) {
     router.set_share_cost(static_cast<Cost>(share_cost));
     if (round > 0) std::shuffle(todo.begin(), todo.end(), any_order);
+    const std::string name = round == 0
+                                 ? fmt::format("routing {} nets", todo.size())
+                                 : fmt::format("round {}, {} nets share a place", round + 1, todo.size());
+    std::size_t done = 0;
     for (const int net : todo) {
+      tell(options.progress, name, done++, todo.size());
       if (round > 0) {
         if (!open[static_cast<std::size_t>(net)] && !router.shares(net))
           continue;  // a net routed before has made room
@@ -446,7 +454,6 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
       }
       open[static_cast<std::size_t>(net)] = !router.route(net, 1 + round / kRoundsAWidening);
     }
-    const int routed = static_cast<int>(todo.size());
     todo.clear();
     for (int net = 0; net < nets; ++net)
       if (router.shares(net)) {
@@ -454,7 +461,6 @@ MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options) {
         todo.push_back(net);
       }
     result.rounds = round + 1;
-    if (options.progress) options.progress(round + 1, routed, static_cast<int>(todo.size()));
     share_cost = std::min(share_cost * kShareGrowth, static_cast<double>(kMostShareCost));
   }
   result.conflicting = todo;

@@ -5,11 +5,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <utility>
 #include <vector>
 
 #include "asic/layout/db/geometry.hpp"
+#include "base/progress.hpp"
 
 namespace meltstage::layout {
 
@@ -92,8 +92,8 @@ struct MazeResult {
 
 struct MazeOptions {
   int rounds = 60;
-  /// Told after each round: round, nets routed in it, nets that share a place.
-  std::function<void(int, int, int)> progress;
+  /// Told within each round, whose name says how many nets shared a place before it.
+  Progress progress;
 };
 
 MazeResult route_maze(const MazeProblem& problem, const MazeOptions& options);

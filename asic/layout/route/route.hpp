@@ -9,12 +9,13 @@
 
 #include "asic/layout/db/design.hpp"
 #include "asic/layout/route/antenna.hpp"
+#include "base/progress.hpp"
 
 namespace meltstage::layout {
 
 struct RouteOptions {
   int rounds = 60;
-  std::function<void(int round, int routed, int sharing)> progress;
+  Progress progress;
 };
 
 /// A wired net as resistances and capacitances; node 0 is where the driver is.

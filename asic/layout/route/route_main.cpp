@@ -2,7 +2,6 @@
 // route: a placed DEF becomes a routed one. Exits with 1 when a net is open or two nets share a place, with 2
 // on wrong input.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -19,6 +18,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/terminal.hpp"
 
 namespace {
 
@@ -62,12 +62,11 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
   const Technology technology = read_lef(lef);
   Design design = read_def(def, technology);
   require_routable(design, technology);
-  if (isatty(STDERR_FILENO))
-    options.progress = [](int round, int routed, int sharing) {
-      fmt::print(stderr, "round {}: {} nets routed, {} share a place\n", round, routed, sharing);
-    };
+  meltstage::ProgressLine line;
+  options.progress = shown_on(line);
   const auto start = std::chrono::steady_clock::now();
   const RouteReport report = route(design, technology, options);
+  line.clear();
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string text = report_text(report, design, technology, seconds);
   meltstage::write_all_whole({{out, def_text(design, technology)},

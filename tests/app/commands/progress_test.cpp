@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 #include "tests/support/run_command.hpp"
 
 namespace meltstage {
@@ -24,14 +24,14 @@ using ::testing::Not;
 const std::string kFirst = MELTSTAGE_SOURCE_DIR "/examples/first.toml";
 
 TEST(DescribeShare, TellsPercentAndTimeLeft) {
-  EXPECT_EQ(app::describe_share(0.25, 10.0), "25 %, 30 s left");
-  EXPECT_EQ(app::describe_share(0.999, 10.0), "99 %, 1 s left");
-  EXPECT_EQ(app::describe_share(1.0, 10.0), "100 %, 0 s left");
-  EXPECT_EQ(app::describe_share(0.01, 10.0), "1 %, 17 min left");
-  EXPECT_EQ(app::describe_share(0.5, 0.1), "50 %");              // too early to tell
-  EXPECT_EQ(app::describe_share(0.0, 10.0), "0 %");              // nothing to tell from
-  EXPECT_EQ(app::describe_share(-0.1, 10.0), "0 %");             // a head that cools first
-  EXPECT_EQ(app::describe_share(1.2, 10.0), "100 %, 0 s left");  // or overshoots
+  EXPECT_EQ(describe_share(0.25, 10.0), "25 %, 30 s left");
+  EXPECT_EQ(describe_share(0.999, 10.0), "99 %, 1 s left");
+  EXPECT_EQ(describe_share(1.0, 10.0), "100 %, 0 s left");
+  EXPECT_EQ(describe_share(0.01, 10.0), "1 %, 17 min left");
+  EXPECT_EQ(describe_share(0.5, 0.1), "50 %");              // too early to tell
+  EXPECT_EQ(describe_share(0.0, 10.0), "0 %");              // nothing to tell from
+  EXPECT_EQ(describe_share(-0.1, 10.0), "0 %");             // a head that cools first
+  EXPECT_EQ(describe_share(1.2, 10.0), "100 %, 0 s left");  // or overshoots
 }
 
 class ProgressOfCommands : public ::testing::Test {

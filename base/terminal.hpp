@@ -9,7 +9,7 @@
 
 #include "base/progress.hpp"
 
-namespace meltstage::app {
+namespace meltstage {
 
 /// A text on standard error. What can't be written there is lost, and the exit status says the rest.
 void on_stderr(std::string_view text);
@@ -48,4 +48,4 @@ class ProgressLine {
   std::optional<Clock::time_point> shown_;
 };
 
-}  // namespace meltstage::app
+}  // namespace meltstage

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/terminal.hpp"
+#include "base/terminal.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -9,7 +9,7 @@
 #include <csignal>
 #include <cstdio>
 
-namespace meltstage::app {
+namespace meltstage {
 
 namespace {
 volatile std::sig_atomic_t interrupted = 0;
@@ -70,4 +70,4 @@ void ProgressLine::clear() {
   if (terminal_) on_stderr("\r\033[K");
 }
 
-}  // namespace meltstage::app
+}  // namespace meltstage
