@@ -16,7 +16,6 @@
 
 #include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
-#include "base/terminal.hpp"
 #include "asic/dft/diagnosis/defect.hpp"
 #include "asic/dft/diagnosis/fail_log.hpp"
 #include "asic/dft/diagnosis/findings.hpp"
@@ -26,6 +25,7 @@
 #include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 namespace {

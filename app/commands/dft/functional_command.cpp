@@ -11,9 +11,9 @@
 
 #include "app/commands/dft/outputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
-#include "base/terminal.hpp"
 #include "asic/signoff/functional_vectors.hpp"
 #include "asic/signoff/vectors_files.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 

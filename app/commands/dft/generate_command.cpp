@@ -14,12 +14,12 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/outputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
-#include "base/terminal.hpp"
 #include "asic/dft/program.hpp"
 #include "asic/dft/scan/masks.hpp"
 #include "asic/signoff/vectors_files.hpp"
 #include "base/build_stamp.hpp"
 #include "base/output_file.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 

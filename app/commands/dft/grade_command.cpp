@@ -17,7 +17,6 @@
 #include "app/commands/dft/outputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
-#include "base/terminal.hpp"
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/core/fault_simulator.hpp"
 #include "asic/dft/core/workers.hpp"
@@ -27,6 +26,7 @@
 #include "asic/signoff/grade_report.hpp"
 #include "base/error.hpp"
 #include "base/output_file.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 

@@ -11,10 +11,10 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
-#include "base/terminal.hpp"
 #include "asic/dft/atpg/iddq.hpp"
 #include "asic/dft/program.hpp"
 #include "base/error.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "base/terminal.hpp"
 #include "asic/dft/atpg/generate.hpp"
 #include "asic/dft/core/cycles.hpp"
 #include "asic/dft/scan/scan.hpp"
 #include "asic/netlist/liberty.hpp"
 #include "asic/netlist/netlist.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 

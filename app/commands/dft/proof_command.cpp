@@ -15,12 +15,12 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/outputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
-#include "base/terminal.hpp"
 #include "asic/dft/atpg/proof_check.hpp"
 #include "asic/dft/atpg/test_solver.hpp"
 #include "asic/dft/program.hpp"
 #include "asic/signoff/vectors_files.hpp"
 #include "base/output_file.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 

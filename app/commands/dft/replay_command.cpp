@@ -14,7 +14,6 @@
 #include "app/commands/dft/inputs.hpp"
 #include "app/commands/dft/subcommands.hpp"
 #include "app/number_range.hpp"
-#include "base/terminal.hpp"
 #include "asic/dft/atpg/functional.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/grade_file.hpp"
@@ -27,6 +26,7 @@
 #include "base/output_file.hpp"
 #include "base/place.hpp"
 #include "base/temporary_folder.hpp"
+#include "base/terminal.hpp"
 
 namespace meltstage::app {
 
