@@ -54,15 +54,30 @@ void change_registers(Rng& rng, chip::Chip& chip) {
   }
 }
 
+void set_flop(const Flop& flop, std::uint64_t value, chip::Chip& chip) {
+  const std::uint64_t now = flop.get(chip, flop.word);
+  flop.set(chip, flop.word, (value & flop.changeable) | (now & ~flop.changeable));
+}
+
+void change_flop(Rng& rng, const FlopWords& words, const Neighbours& block, chip::Chip& chip) {
+  const Flop& flop = words[rng.below(words.size())];
+  set_flop(flop, any_value_of(rng, flop, block, chip), chip);
+}
+
 void change_flops(Rng& rng, const Neighbours& block, chip::Chip& chip) {
   const unsigned rarity = one_of(rng, std::array{16u, 4u, 1u});
-  for (const FlopWords& flops : block.flops) {
-    if (!one_in(rng, rarity)) continue;
-    const Flop& flop = flops[rng.below(flops.size())];
-    const std::uint64_t now = flop.get(chip, flop.word);
-    const std::uint64_t value = any_value_of(rng, flop, block, chip) & flop.changeable;
-    flop.set(chip, flop.word, value | (now & ~flop.changeable));
-  }
+  for (const FlopWords& words : block.flops)
+    if (one_in(rng, rarity)) change_flop(rng, words, block, chip);
+  chip.mem.refresh_params();
+}
+
+// Any bit of any flop, the lowest and the highest of it more often: a comparison may leave them out.
+void flip_one_bit(Rng& rng, chip::Chip& chip) {
+  const FlopBlock& block = flop_blocks()[rng.below(flop_blocks().size())];
+  const FlopWords& words = block[rng.below(block.size())];
+  const Flop& flop = words[rng.below(words.size())];
+  const std::array<std::uint64_t, 4> bits{0, flop.width - 1, rng.below(flop.width), rng.below(flop.width)};
+  set_flop(flop, flop.get(chip, flop.word) ^ std::uint64_t{1} << bits[rng.below(bits.size())], chip);
   chip.mem.refresh_params();
 }
 
@@ -178,20 +193,43 @@ bool holds_invariants(const chip::Chip& chip) {
          hold.frame_count_is_bounded != 0 && hold.product_steps_are_bounded != 0;
 }
 
-void change_one_block(Rng& rng, const Moments& moments, Moment& moment) {
+namespace {
+
+Neighbours any_block(Rng& rng, const Moments& moments, const Moment& moment) {
   const std::uint64_t block = rng.below(flop_blocks().size());
-  const std::vector<unsigned>& registers =
-      one_in(rng, 2) ? moment.registers_read : moments.registers_read_by(block);
-  change_flops(rng, {flop_blocks()[block], registers}, moment.chip);
+  return {flop_blocks()[block], one_in(rng, 2) ? moment.registers_read : moments.registers_read_by(block)};
+}
+
+void change_one_flop(Rng& rng, const Moments& moments, Moment& moment) {
+  const Neighbours block = any_block(rng, moments, moment);
+  change_flop(rng, block.flops[rng.below(block.flops.size())], block, moment.chip);
+  moment.chip.mem.refresh_params();
+}
+
+}  // namespace
+
+void change_one_block(Rng& rng, const Moments& moments, Moment& moment) {
+  change_flops(rng, any_block(rng, moments, moment), moment.chip);
 }
 
 Moment any_moment(Rng& rng, const Moments& moments) {
   const auto& kept = moments.of_events()[rng.below(moments.of_events().size())];
   Moment moment = kept[rng.below(kept.size())];
-  change_registers(rng, moment.chip);
-  for (unsigned changed = one_of(rng, std::array{0u, 1u, 1u, 1u, 2u, 2u, 3u, 14u}); changed > 0; --changed)
-    change_one_block(rng, moments, moment);
-  return moment;
+  switch (rng.below(3)) {
+    case 0:  // what one bit keeps from happening
+      flip_one_bit(rng, moment.chip);
+      return moment;
+    case 1:
+      change_registers(rng, moment.chip);
+      change_one_flop(rng, moments, moment);
+      return moment;
+    default:
+      change_registers(rng, moment.chip);
+      for (unsigned changed = one_of(rng, std::array{0u, 1u, 1u, 1u, 2u, 2u, 3u, 14u}); changed > 0;
+           --changed)
+        change_one_block(rng, moments, moment);
+      return moment;
+  }
 }
 
 TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::uint64_t seed,

@@ -38,7 +38,7 @@ constexpr RunLength kControl = {.trials = 100'000, .seeds = 8};
 
 struct Options {
   Choice choice{.folder = "out/mutants"};
-  std::uint64_t soon = 20'000;  // trials from any state, which most mutants do not outlive
+  std::uint64_t soon = 400'000;  // trials from any state, which most mutants do not outlive
   RunLength length;
 };
 
