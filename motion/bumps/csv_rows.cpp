@@ -18,9 +18,15 @@ namespace {
 
 constexpr std::string_view kSeparatingSigns = ",;\t", kBlank = " ";
 
-/// What may separate the cells of a text: blanks where no sign does.
+/// What may separate the cells of a text: blanks where no sign does. "Cap, ceramic" in quotes separates none.
 std::string_view possible_separators(std::string_view text) {
-  return text.find_first_of(kSeparatingSigns) == std::string_view::npos ? kBlank : kSeparatingSigns;
+  bool inside_quotes = false;
+  for (const char c : text) {
+    if (c == '"') inside_quotes = !inside_quotes;
+    if (c == '\n' || c == '\r') inside_quotes = false;
+    if (!inside_quotes && kSeparatingSigns.find(c) != std::string_view::npos) return kSeparatingSigns;
+  }
+  return kBlank;
 }
 
 /// The cells of a line, whichever of the separators stands between them, without '#' and quotes around them.

@@ -81,7 +81,7 @@ std::string unit_in(const Section& section) {
   const std::string behind = bare(section.behind), before = bare(section.before);
   const bool has_letters = std::any_of(behind.begin(), behind.end(),
                                        [](unsigned char c) { return std::isalpha(c) != 0 || c >= 0x80; });
-  if (has_letters) return behind;
+  if (has_letters || find_unit(behind) != nullptr) return behind;
   return find_unit(before) != nullptr ? before : "";
 }
 

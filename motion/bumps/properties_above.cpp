@@ -31,6 +31,14 @@ bool tells_geometry(const std::vector<std::string>& words) {
                      [&](const std::string& word) { return begins_one_of(word, kStems); });
 }
 
+/// "inch", "tenths of mm", "METRIC": perhaps how long the numbers are. "m" and "in" are other words, too.
+bool tells_length(const std::vector<std::string>& words) {
+  return std::any_of(words.begin(), words.end(), [](const std::string& word) {
+    return word == "metric" || word == "imperial" ||
+           (word != "m" && word != "in" && find_unit(word) != nullptr);
+  });
+}
+
 /// What a layout system says of a file and its maker.
 bool tells_of_the_file(const std::vector<std::string>& words) {
   constexpr std::array<std::string_view, 27> kStems = {
@@ -64,7 +72,8 @@ std::string text_of(const TableRow& row) {
 
 void PropertiesAbove::take(const TableRow& row) {
   const std::vector<std::string> words = words_of_name({text_of(row), std::nullopt});
-  if (tells_geometry(words) || (is_property(row) && !tells_of_the_file(words))) add(row);
+  if (tells_geometry(words) || tells_length(words) || (is_property(row) && !tells_of_the_file(words)))
+    add(row);
 }
 
 void PropertiesAbove::add(const TableRow& row) {

@@ -299,7 +299,8 @@ void SideColumns::take(const TableRow& row) {
   }
   // A table may have many more columns than those that tell sides.
   std::erase_if(columns_, [](const Column& column) {
-    return column.trust == Trust::words_alone && (column.other.row != 0 || column.empty.row != 0);
+    return column.trust == Trust::words_alone && !column.letters &&
+           (column.other.row != 0 || column.empty.row != 0);
   });
 }
 
@@ -308,8 +309,14 @@ void SideColumns::take_cell(Column& column, const TableRow& row) {
     if (seen.row == 0) seen = {row.row, std::string(trimmed(word))};
   };
   std::optional<Side>& side = column.sides.emplace_back();
-  if (column.index >= row.cells.size() || is_blank(row.cells[column.index])) return note(column.empty, {});
+  if (column.index >= row.cells.size() || is_blank(row.cells[column.index])) {
+    column.letters = false;
+    return note(column.empty, {});
+  }
   const Cell& cell = row.cells[column.index];
+  const std::string letter = in_small_letters(trimmed(cell.text));
+  column.letters = column.letters && (letter == "t" || letter == "f" || letter == "b");
+  if (letter == "b") note(column.letter_b, cell.text);
   side = column.side_of(cell);
   if (!side) return note(column.other, cell.text);
   (*side == Side::top ? column.last_top : column.last_bottom) = row.row;
@@ -369,6 +376,11 @@ void SideColumns::tell(RawPoints& table) const {
     table.notes.push_back(
         fmt::format("row {} says {}, which is not read; say side = \"top\" or \"bottom\" where it tells one",
                     words_above_.row, in_quotes(words_above_.word)));
+  for (const Column& column : columns_)
+    if (columns.empty() && !above_ && column.letters && column.letter_b.row != 0)
+      table.notes.push_back(
+          fmt::format("{}: found {}, which tells no side without a name such as Side above it",
+                      place(column, column.letter_b.row), in_quotes(column.letter_b.word)));
   if (!columns.empty() && columns.front()->trust == Trust::words_alone)
     table.side_place = fmt::format("column {}", columns.front()->index + 1);
 }

@@ -45,6 +45,7 @@ class SideColumns {
     std::string word;
   };
   /// `unmistakable`: one of the words names a side in any column. `sides`: of each row that has been taken.
+  /// `letter_b`: the first B.
   struct Column {
     std::size_t index = 0;
     std::string name = {};
@@ -54,6 +55,8 @@ class SideColumns {
     Seen other = {}, empty = {};
     std::size_t last_top = 0, last_bottom = 0;  // rows
     bool unmistakable = false;
+    bool letters = true;  // each cell is T, F or B alone
+    Seen letter_b = {};
     std::vector<std::optional<Side>> sides = {};
   };
 

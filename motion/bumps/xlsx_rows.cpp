@@ -237,7 +237,9 @@ class Sheet {
     }
     if (type == "b") return {value == "0" ? "FALSE" : "TRUE", std::nullopt};
     // Only a program that calculates stores the value of a formula; its text keeps the cell from being blank.
-    if ((type == "n" || type == "str") && value.empty() && node.child("f"))
+    // An empty value that is a text is one: IF(A4="","",1).
+    const bool no_value = type == "n" || (type == "str" && !node.child("v"));
+    if (no_value && value.empty() && node.child("f"))
       return {fmt::format("={}", node.child("f").text().as_string()), std::nullopt};
     if (type == "n" && !value.empty()) {
       const std::size_t style = node.attribute("s").as_ullong();

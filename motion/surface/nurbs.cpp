@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "motion/profile/check_positive.hpp"
+#include "motion/profile/profile.hpp"
 
 namespace meltstage::motion {
 

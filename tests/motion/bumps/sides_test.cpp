@@ -358,5 +358,30 @@ TEST_F(Readers, ADosEndOfFileIsNoPartOfATable) {
   EXPECT_EQ(read("a.csv", "x_mm,y_mm\r\n1,2\r\n\x1A").points.size(), 1U);
 }
 
+// T and B told no side where no name said that they do, and nothing said so.
+TEST_F(Readers, SingleLettersWithoutANameAreTold) {
+  for (const char* table : {"C1,1.0,2.0,90,T,100n\nC2,3.0,4.0,90,B,10k\n", "Ref,X,Y,Sub\nA,1,2,B\nC,3,4,B\n"})
+    EXPECT_THAT(read("a.csv", table).notes,
+                Contains(AllOf(HasSubstr("found 'B', which tells no side"), HasSubstr("row "))))
+        << table;
+  EXPECT_THAT(read("b.csv", "Ref,X,Y,Bin\nA,1,2,A\nC,3,4,B\n").notes, IsEmpty());
+}
+
+TEST_F(Readers, WordsOfLengthAboveATableAreTold) {
+  for (const char* line : {"# all coordinates in 1/1000 inch", "inch", "METRIC",
+                           "Coordinates in tenths of mm", "UNITS DATABASE MICRONS 2000"})
+    EXPECT_THAT(read("a.csv", std::string(line) + "\nRef,X,Y\nA,1,2\n").notes,
+                Contains(AllOf(StartsWith("row 1 says '"), HasSubstr("which is not read"))))
+        << line;
+}
+
+TEST_F(Readers, ASeparatorInQuotesSeparatesNothingWhereBlanksDo) {
+  expect_points(
+      read("a.txt",
+           "Designator Center-X(mm) Center-Y(mm) Description\nC1 1 2 \"Cap, ceramic\"\nC2 3 4 \"Res\"\n")
+          .points,
+      {{1, 2, 2}, {3, 4, 3}});
+}
+
 }  // namespace
 }  // namespace meltstage::motion

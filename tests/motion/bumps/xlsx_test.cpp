@@ -129,6 +129,17 @@ TEST_F(Xlsx, OtherFormatsShowNumbersAndTheirUnits) {
               StartsWith("row 2, column 1 (x): found '100 ft'"));
 }
 
+// The sign was dropped, and with it the factor of 25.4.
+TEST_F(Xlsx, AnInchMarkInAFormatIsItsUnit) {
+  for (const char* format : {"0.00\\\\\"", "0.00\"\u2033\"", "0.00\" in\""}) {
+    const CoordinateFile file = read_coordinate_file(make(
+        "sheet.append(['x', 'y'])\nsheet.append([1, 2])\nfor c in 'A2', 'B2': sheet[c].number_format = '" +
+        std::string(format) + "'"));
+    EXPECT_TRUE(file.has_unit) << format;
+    expect_points(file.points, {{25.4, 50.8, 2}});
+  }
+}
+
 // The archive's checksum of a part was not compared: a flipped bit was another coordinate.
 TEST_F(Xlsx, ADamagedPartIsRefused) {
   const fs::path file = make("sheet.append(['x', 'y'])\nsheet.append([1.5, 2.5])");

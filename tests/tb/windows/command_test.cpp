@@ -137,10 +137,13 @@ TEST_F(WindowsCommand, AWorkerThatIsAlwaysLostIsGivenUpAndNamed) {
 TEST_F(WindowsCommand, AKilledRunLeavesNoWorker) {
   plan(3'000'000, 3'000'000);
   Background run("windows run -j 1 " + work().string());
-  ASSERT_TRUE(wait_until([&] { return find_worker(work()).has_value(); }));
+  std::optional<pid_t> worker;
+  ASSERT_TRUE(wait_until([&] { return (worker = find_worker(work())).has_value(); }));
+  ASSERT_EQ(kill(*worker, SIGSTOP), 0);  // it can't end by itself
   ASSERT_EQ(kill(run.pid(), SIGKILL), 0);
   run.wait();
   EXPECT_TRUE(wait_until([&] { return !find_worker(work()).has_value(); }));
+  if (find_worker(work())) kill(*worker, SIGKILL);
   EXPECT_EQ(count_results(work()), 0u);
 }
 
