@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "motion/profile/check_positive.hpp"
+#include "motion/profile/profile.hpp"
 #include "motion/surface/line_shape.hpp"
 #include "motion/surface/rs274.hpp"
 

@@ -140,19 +140,22 @@ double best_of_all(const Score& score) {
 SmoothedValues smooth(std::span<const double> parameters, const Eigen::MatrixXd& measured, double noise) {
   const std::size_t n = parameters.size();
   if (n < 4 || static_cast<std::size_t>(measured.rows()) != n)
-    fail(fmt::format("smoothing: found {} parameters for {} points, expected one a point and at least 4", n,
-                     measured.rows()));
+    throw MotionError(
+        fmt::format("smoothing: found {} parameters for {} points, expected one a point and at least 4", n,
+                    measured.rows()));
   if (!(noise >= 0.0) || !std::isfinite(noise))
-    fail(fmt::format("smoothing: found noise {}, expected a finite number, 0 for unknown", noise));
-  if (!measured.allFinite()) fail("smoothing: a measured value isn't finite, expected finite numbers");
+    throw MotionError(
+        fmt::format("smoothing: found noise {}, expected a finite number, 0 for unknown", noise));
+  if (!measured.allFinite())
+    throw MotionError("smoothing: a measured value isn't finite, expected finite numbers");
   // Over steps of mean 1, so that the range of smoothings to search doesn't depend on units.
   std::vector<double> h(n - 1);
   const double scale = static_cast<double>(n - 1) / (parameters.back() - parameters.front());
   for (std::size_t i = 0; i + 1 < n; ++i) {
     h[i] = (parameters[i + 1] - parameters[i]) * scale;
     if (!(h[i] > 0.0))
-      fail(fmt::format("parameter {}: found {} after {}, expected more", i + 2, parameters[i + 1],
-                       parameters[i]));
+      throw MotionError(fmt::format("parameter {}: found {} after {}, expected more", i + 2,
+                                    parameters[i + 1], parameters[i]));
   }
   const double count = static_cast<double>(n), columns = static_cast<double>(measured.cols());
   struct Fit {
