@@ -87,7 +87,7 @@ TEST_F(RegressCommand, AKilledRunLeavesNoWorker) {
                             "  if [ -n \"$worker\" ]; then break; fi\n"
                             "  sleep 0.01\n"
                             "done\n"
-                            "sleep 0.2; kill -9 $run; wait $run\n"
+                            "sleep 2; kill -9 $run; wait $run\n"
                             "for look in $(seq 500); do\n"
                             "  if ! kill -0 $worker; then echo \"no worker is left\"; exit 0; fi\n"
                             "  sleep 0.01\n"

@@ -134,19 +134,6 @@ TEST_F(WindowsCommand, AWorkerThatIsAlwaysLostIsGivenUpAndNamed) {
   EXPECT_THAT(ran.output, AllOf(HasSubstr("given up"), HasSubstr("window 0: no result")));
 }
 
-TEST_F(WindowsCommand, AKilledRunLeavesNoWorker) {
-  plan(3'000'000, 3'000'000);
-  Background run("windows run -j 1 " + work().string());
-  std::optional<pid_t> worker;
-  ASSERT_TRUE(wait_until([&] { return (worker = find_worker(work())).has_value(); }));
-  ASSERT_EQ(kill(*worker, SIGSTOP), 0);  // it can't end by itself
-  ASSERT_EQ(kill(run.pid(), SIGKILL), 0);
-  run.wait();
-  EXPECT_TRUE(wait_until([&] { return !find_worker(work()).has_value(); }));
-  if (find_worker(work())) kill(*worker, SIGKILL);
-  EXPECT_EQ(count_results(work()), 0u);
-}
-
 TEST_F(WindowsCommand, AnInterruptedRunGoesOnWithWhatIsMissing) {
   plan(1'500'000, 150'000);
   Background run("windows run -j 1 " + work().string());
