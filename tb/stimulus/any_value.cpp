@@ -5,6 +5,7 @@
 #include <array>
 
 #include "cmodel/spec.hpp"
+#include "tb/stimulus/random_requests.hpp"
 
 namespace meltstage::tb {
 
