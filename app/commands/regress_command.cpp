@@ -187,7 +187,6 @@ int record_suite(const Settings& s) {
   ProgressLine line;
   std::size_t done = 0;
   for (const tb::RegressRun& run : runs) {
-    throw_if_interrupted();
     line.show_share(fmt::format("{} recordings", runs.size()),
                     static_cast<double>(done++) / static_cast<double>(runs.size()));
     const fs::path file = folder / (tb::name_of(run) + ".mvec");

@@ -195,9 +195,13 @@ std::optional<UnitTold> unit_told(std::string_view line, std::string_view next) 
   return std::nullopt;
 }
 
+const Unit* unit_in_sentence(std::string_view word) {
+  return word == "m" || word == "in" ? nullptr : find_unit(word);
+}
+
 const Unit* other_unit_in(std::string_view line, const Unit& unit) {
   for (const std::string& word : words_of_name({std::string(line), std::nullopt})) {
-    const Unit* other = word == "m" || word == "in" ? nullptr : find_unit(word);
+    const Unit* other = unit_in_sentence(word);
     if (other != nullptr && other->mm != unit.mm) return other;
   }
   return nullptr;

@@ -49,8 +49,10 @@ struct UnitTold {
 /// in one cell or in two (`next`). Nothing if it tells none; not always a known one.
 std::optional<UnitTold> unit_told(std::string_view line, std::string_view next);
 
-/// A unit of another length than `unit` that the line has as a word by itself; null without one. "m" and "in"
-/// are other words, too, and so are none here.
+/// The unit that a word of a sentence is; null for "m" and "in", which are other words, too.
+const Unit* unit_in_sentence(std::string_view word);
+
+/// A unit of another length than `unit` that the line has as a word by itself; null without one.
 const Unit* other_unit_in(std::string_view line, const Unit& unit);
 
 /// Unit, Units, Coordinate Unit, Einheit.

@@ -100,6 +100,10 @@ RawPoint turned(const RawPoint& point, double angle_deg);
 /// "2 draws, first in row 7, hold no bump".
 std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row);
 
+/// "2 pads, the first in row 7, are fiducials by the file's own word and make bumps all the same"; `things`
+/// with their number.
+std::string fiducial_note(std::size_t count, std::string_view things, std::size_t first_row);
+
 /// The side that a word of layout systems names, in any case: top, Bottom Layer, F.Cu, B.Paste, Component
 /// Side, Primary, Unten, T ... Nothing for any other word.
 std::optional<Side> side_named(std::string_view word);

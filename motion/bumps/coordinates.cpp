@@ -60,6 +60,12 @@ std::optional<double> parse_number(std::string_view text) {
   return negated ? -value : value;
 }
 
+std::string fiducial_note(std::size_t count, std::string_view things, std::size_t first_row) {
+  return fmt::format("{}, the first in row {}, {} by the file's own word and {} all the same", things,
+                     first_row, count == 1 ? "is a fiducial" : "are fiducials",
+                     count == 1 ? "makes a bump" : "make bumps");
+}
+
 std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row) {
   return fmt::format("{}, {}in row {}, {} no bump", counted(count, thing), count == 1 ? "" : "first ",
                      first_row, count == 1 ? "holds" : "hold");

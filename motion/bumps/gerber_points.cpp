@@ -119,10 +119,8 @@ class GerberFile {
     note(regions_, first_region_, "region");
     note(draws_, first_draw_, "draw");
     if (marks_ > 0)
-      result.notes.push_back(fmt::format(
-          "{}, the first in row {}, {} by the file's own word and {} all the same",
-          marks_ == 1 ? "1 flash" : fmt::format("{} flashes", marks_), first_mark_,
-          marks_ == 1 ? "is a fiducial" : "are fiducials", marks_ == 1 ? "makes a bump" : "make bumps"));
+      result.notes.push_back(
+          fiducial_note(marks_, marks_ == 1 ? "1 flash" : fmt::format("{} flashes", marks_), first_mark_));
     if (odd_ > 0)
       result.notes.push_back(
           fmt::format("{}, {}in row {}, of an aperture with no copper in its middle {} a bump at "

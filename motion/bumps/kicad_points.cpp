@@ -224,9 +224,10 @@ bool has_own_shape(const Node& pad) {
 
 /// (property pad_prop_fiducial_glob), of the board or of a component.
 bool is_fiducial(const Node& pad) {
-  const Node* property = find_list(pad, "property");
-  return property != nullptr && property->children.size() > 1 &&
-         property->children[1].word.starts_with("pad_prop_fiducial");
+  return std::any_of(pad.children.begin(), pad.children.end(), [](const Node& node) {
+    return head(node) == "property" && node.children.size() > 1 &&
+           node.children[1].word.starts_with("pad_prop_fiducial");
+  });
 }
 
 /// What kind of pad receives no bump.
@@ -351,11 +352,7 @@ class Pads {
                       "copper's middle",
                       custom_, custom_ == 1 ? "" : "s", custom_ == 1 ? "" : "first ", first_custom_row_,
                       custom_ == 1 ? "holds" : "hold"));
-    if (marks_ > 0)
-      result_.notes.push_back(fmt::format(
-          "{}, the first in row {}, {} by the file's own word and {} all the same", counted(marks_, "pad"),
-          first_mark_row_, marks_ == 1 ? "is a fiducial" : "are fiducials",
-          marks_ == 1 ? "holds a bump" : "hold bumps"));
+    if (marks_ > 0) result_.notes.push_back(fiducial_note(marks_, counted(marks_, "pad"), first_mark_row_));
     return std::move(result_);
   }
 

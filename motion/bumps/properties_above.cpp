@@ -31,11 +31,10 @@ bool tells_geometry(const std::vector<std::string>& words) {
                      [&](const std::string& word) { return begins_one_of(word, kStems); });
 }
 
-/// "inch", "tenths of mm", "METRIC": perhaps how long the numbers are. "m" and "in" are other words, too.
+/// "inch", "tenths of mm", "METRIC": perhaps how long the numbers are.
 bool tells_length(const std::vector<std::string>& words) {
   return std::any_of(words.begin(), words.end(), [](const std::string& word) {
-    return word == "metric" || word == "imperial" ||
-           (word != "m" && word != "in" && find_unit(word) != nullptr);
+    return word == "metric" || word == "imperial" || unit_in_sentence(word) != nullptr;
   });
 }
 

@@ -376,11 +376,13 @@ void SideColumns::tell(RawPoints& table) const {
     table.notes.push_back(
         fmt::format("row {} says {}, which is not read; say side = \"top\" or \"bottom\" where it tells one",
                     words_above_.row, in_quotes(words_above_.word)));
-  for (const Column& column : columns_)
-    if (columns.empty() && !above_ && column.letters && column.letter_b.row != 0)
-      table.notes.push_back(
-          fmt::format("{}: found {}, which tells no side without a name such as Side above it",
-                      place(column, column.letter_b.row), in_quotes(column.letter_b.word)));
+  if (columns.empty() && !above_) {
+    for (const Column& column : columns_)
+      if (column.letters && column.letter_b.row != 0)
+        table.notes.push_back(
+            fmt::format("{}: found {}, which tells no side without a name such as Side above it",
+                        place(column, column.letter_b.row), in_quotes(column.letter_b.word)));
+  }
   if (!columns.empty() && columns.front()->trust == Trust::words_alone)
     table.side_place = fmt::format("column {}", columns.front()->index + 1);
 }

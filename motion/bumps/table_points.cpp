@@ -84,7 +84,6 @@ class PointTable {
       if (is_title(row)) return;
       columns_known_ = true;
       if (take_header(row)) return;
-      if (numbered_title_.row != 0) take_first_numbers(numbered_title_);  // no names make it a title
       take_first_numbers(row);
     } else if (row_of_units_ == row.row && take_row_of_units(row)) {
       return;
@@ -103,7 +102,6 @@ class PointTable {
   }
 
   RawPoints take() && {
-    if (!columns_known_ && numbered_title_.row != 0) take_first_numbers(numbered_title_);
     if (!columns_known_ && title_.row != 0) fail_unnamed(title_, "x and y");
     if (hidden_ > 0)
       result_.notes.push_back(
@@ -212,7 +210,6 @@ class PointTable {
     const bool begins_with_words = !row.cells.empty() && !is_blank(row.cells.front()) &&
                                    !value_of(row.cells.front()) && !looks_like_number(row.cells.front());
     if (numbers > 1 || (numbers == 1 && !begins_with_words)) return false;
-    if (numbers == 1 && numbered_title_.row == 0) numbered_title_ = row;
     if (!is_sentence(row) && (find_column(row, 'x') || find_column(row, 'y'))) return false;
     if (title_.row == 0) title_ = row;
     take_above(row);
@@ -522,7 +519,6 @@ class PointTable {
   std::string commented_out_;        // the first row that may be
   std::size_t ends_within_row_ = 0;  // the last one, if it has no line end
   TableRow title_;                   // the first one
-  TableRow numbered_title_;          // the first one with a number
   TitleUnit title_unit_;
   std::size_t row_of_units_ = 0;  // the one below the names
   std::size_t length_row_ = 0;    // the first number with a unit

@@ -153,5 +153,18 @@ TEST_F(Readers, CopperOfABoardMayHaveAnyName) {
                 {{101, -50, 5}, {103, -50, 7}});
 }
 
+TEST_F(Readers, FiducialPadsOfABoardAreTold) {
+  const std::string pad =
+      "(pad \"1\" smd circle (at 0 0) (size 1 1) (property \"any\") (property pad_prop_fiducial_glob) "
+      "(layers \"F.Cu\" \"F.Mask\"))";
+  const auto board =
+      read("f.kicad_mod",
+           "(footprint \"FID\"\n" + pad + "\n(pad \"2\" smd rect (at 5 -5) (size 1 1) (layers \"F.Cu\")))");
+  EXPECT_EQ(board.points.size(), 2U);
+  EXPECT_THAT(board.notes,
+              testing::Contains("1 pad, the first in row 2, is a fiducial by the file's own word and "
+                                "makes a bump all the same"));
+}
+
 }  // namespace
 }  // namespace meltstage::motion

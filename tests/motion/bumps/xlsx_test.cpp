@@ -129,6 +129,30 @@ TEST_F(Xlsx, OtherFormatsShowNumbersAndTheirUnits) {
               StartsWith("row 2, column 1 (x): found '100 ft'"));
 }
 
+// A title may hold a number, as in a text; without names below it nothing is guessed.
+TEST_F(Xlsx, ATitleMayHoldANumber) {
+  expect_points(
+      read_coordinate_file(make("sheet.append(['Project', 'Foo'])\nsheet.append(['Bumps', 128])\n"
+                                "sheet.append(['Name', 'X (mm)', 'Y (mm)'])\nsheet.append(['A', 1, 2])"))
+          .points,
+      {{1, 2, 4}});
+  EXPECT_EQ(error_of(make("sheet.append(['A', 1])\nsheet.append(['B', 3, 4])")),
+            "row 1: no column named x and y, found 'A', '1'; expected a header with x and y, or numbers");
+}
+
+TEST_F(Xlsx, AnEmptyTextOfAFormulaIsABlankCell) {
+  const fs::path file = make("sheet.append(['x', 'y'])\nsheet.append([1, 2])\nsheet.append(['=A9', '=A9'])");
+  const std::string script =
+      "import zipfile\nf = '" + file.string() +
+      "'\nz = zipfile.ZipFile(f)\nparts = {n: z.read(n) for n in z.namelist()}\nz.close()\n"
+      "n = 'xl/worksheets/sheet1.xml'\nd = parts[n]\n"
+      "for c in b'A3', b'B3': d = d.replace(b'<c r=\"' + c + b'\"', b'<c r=\"' + c + b'\" t=\"str\"')\n"
+      "assert d.count(b't=\"str\"') == 2\nparts[n] = d\nz = zipfile.ZipFile(f, 'w')\nfor n, d in "
+      "parts.items(): z.writestr(n, d)\nz.close()\n";
+  ASSERT_EQ(std::system(("/usr/bin/python3 " + write("text.py", script).string()).c_str()), 0);
+  expect_points(read_coordinate_file(file).points, {{1, 2, 2}});
+}
+
 // The sign was dropped, and with it the factor of 25.4.
 TEST_F(Xlsx, AnInchMarkInAFormatIsItsUnit) {
   for (const char* format : {"0.00\\\\\"", "0.00\"\u2033\"", "0.00\" in\""}) {

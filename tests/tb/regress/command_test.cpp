@@ -59,18 +59,21 @@ TEST_F(RegressCommand, ACoverageThatIsToBeClosedAndIsNotFails) {
   EXPECT_THAT(ran.output, AllOf(HasSubstr("not covered: fault "), HasSubstr("FAILED: 4 of 4 runs good")));
 }
 
+// Shell: `worker` is the first child of the process `run`, once it has one.
+constexpr const char* kAwaitWorker =
+    "for look in $(seq 500); do\n"
+    "  worker=$(cat /proc/$run/task/$run/children)\n"
+    "  if [ -n \"$worker\" ]; then break; fi\n"
+    "  sleep 0.01\n"
+    "done\n";
+
 TEST_F(RegressCommand, AKilledWorkerLosesNothing) {
   folder_.write("long.toml",
                 "[[suite]]\nname = \"long\"\nrun = [{ test = \"random\", seeds = 2, amount = 100_000 }]\n");
-  const Ran ran =
-      run_shell(fmt::format("{} regress run long --suites {} --out {} -j 1 & run=$!\n"
-                            "for look in $(seq 500); do\n"
-                            "  worker=$(cat /proc/$run/task/$run/children)\n"
-                            "  if [ -n \"$worker\" ]; then kill -9 $worker; break; fi\n"
-                            "  sleep 0.01\n"
-                            "done\n"
-                            "wait $run",
-                            MELTSTAGE_COMMAND, folder_.at("long.toml").string(), out().string()));
+  const Ran ran = run_shell(
+      fmt::format("{} regress run long --suites {} --out {} -j 1 & run=$!\n"
+                  "{}kill -9 $worker; wait $run",
+                  MELTSTAGE_COMMAND, folder_.at("long.toml").string(), out().string(), kAwaitWorker));
   EXPECT_EQ(ran.status, 0) << ran.output;
   EXPECT_THAT(ran.output, AllOf(HasSubstr("worker lost (killed by signal 9), run again"),
                                 HasSubstr("passed: 2 of 2 runs good")));
@@ -80,20 +83,15 @@ TEST_F(RegressCommand, AKilledRunLeavesNoWorker) {
   folder_.write(
       "long.toml",
       "[[suite]]\nname = \"long\"\nrun = [{ test = \"random\", seeds = 1, amount = 100_000_000 }]\n");
-  const Ran ran =
-      run_shell(fmt::format("{} regress run long --suites {} --out {} -j 1 & run=$!\n"
-                            "for look in $(seq 500); do\n"
-                            "  worker=$(cat /proc/$run/task/$run/children)\n"
-                            "  if [ -n \"$worker\" ]; then break; fi\n"
-                            "  sleep 0.01\n"
-                            "done\n"
-                            "sleep 2; kill -9 $run; wait $run\n"
-                            "for look in $(seq 500); do\n"
-                            "  if ! kill -0 $worker; then echo \"no worker is left\"; exit 0; fi\n"
-                            "  sleep 0.01\n"
-                            "done\n"
-                            "kill -9 $worker; exit 1",
-                            MELTSTAGE_COMMAND, folder_.at("long.toml").string(), out().string()));
+  const Ran ran = run_shell(
+      fmt::format("{} regress run long --suites {} --out {} -j 1 & run=$!\n"
+                  "{}sleep 2; kill -9 $run; wait $run\n"
+                  "for look in $(seq 500); do\n"
+                  "  if ! kill -0 $worker; then echo \"no worker is left\"; exit 0; fi\n"
+                  "  sleep 0.01\n"
+                  "done\n"
+                  "kill -9 $worker; exit 1",
+                  MELTSTAGE_COMMAND, folder_.at("long.toml").string(), out().string(), kAwaitWorker));
   EXPECT_EQ(ran.status, 0) << ran.output;
   EXPECT_THAT(ran.output, HasSubstr("no worker is left"));
 }
