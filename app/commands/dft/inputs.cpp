@@ -7,9 +7,9 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "app/number_range.hpp"
+#include "asic/dft/files/chain_file.hpp"
 #include "asic/dft/files/formats.hpp"
 #include "asic/dft/files/pattern_files.hpp"
 #include "asic/dft/files/stil.hpp"
@@ -29,21 +29,6 @@ namespace fs = std::filesystem;
 using namespace dft;
 
 bool is_recording(const fs::path& path) { return path.extension() == ".mvec"; }
-
-std::vector<ScanChain> read_chains(const fs::path& path) {
-  std::vector<ScanChain> chains;
-  try {
-    const nlohmann::json json = nlohmann::json::parse(read_file(path));
-    for (const nlohmann::json& chain : json.at("chains"))
-      chains.push_back({chain.at("name"), chain.at("in"), chain.at("out"), chain.at("cells")});
-  } catch (const nlohmann::json::exception& error) {
-    throw UserError(
-        fmt::format("{}: found {}, expected \"chains\", each with name, in, out and cells, as `dft scan` "
-                    "writes them",
-                    path.string(), error.what()));
-  }
-  return chains;
-}
 
 // What a file of patterns holds, whatever its format.
 CycleStream read_any(const PatternInput& input, const NetlistInput& of) {
@@ -148,7 +133,7 @@ dft::CycleStream read_patterns(const PatternInput& input, const NetlistInput& of
     throw UserError("--netlist: found nothing, expected the netlist to find the chains in");
   attach_chains(stream,
                 input.chains == "netlist" ? trace_chains(read_cells(of.netlist), library_of(of))
-                                          : read_chains(input.chains),
+                                          : read_chain_file(input.chains),
                 ScanOptions{}.scan_enable);
   return stream;
 }
