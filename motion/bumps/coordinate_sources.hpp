@@ -60,6 +60,7 @@ struct TableRow {
   bool ended = true;
   bool hidden = false;
   bool comment = false;
+  bool parted_by_blanks = false;
 };
 
 using RowHandler = std::function<void(const TableRow&)>;
@@ -100,9 +101,18 @@ RawPoint turned(const RawPoint& point, double angle_deg);
 /// "2 draws, first in row 7, hold no bump".
 std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row);
 
-/// "2 pads, the first in row 7, are fiducials by the file's own word and make bumps all the same"; `things`
-/// with their number.
-std::string fiducial_note(std::size_t count, std::string_view things, std::size_t first_row);
+/// Pads that the file itself says are for something else than a bump: "2 pads, the first in row 7, are
+/// fiducials by the file's own word and make bumps all the same".
+struct OtherPads {
+  std::string_view thing, things;  ///< pad, pads
+  std::string_view one, many;      ///< a fiducial, fiducials
+  std::size_t count = 0, first_row = 0;
+
+  void add(std::size_t row) {
+    if (count++ == 0) first_row = row;
+  }
+  void tell(RawPoints& points) const;
+};
 
 /// The side that a word of layout systems names, in any case: top, Bottom Layer, F.Cu, B.Paste, Component
 /// Side, Primary, Unten, T ... Nothing for any other word.

@@ -60,10 +60,14 @@ std::optional<double> parse_number(std::string_view text) {
   return negated ? -value : value;
 }
 
-std::string fiducial_note(std::size_t count, std::string_view things, std::size_t first_row) {
-  return fmt::format("{}, the first in row {}, {} by the file's own word and {} all the same", things,
-                     first_row, count == 1 ? "is a fiducial" : "are fiducials",
-                     count == 1 ? "makes a bump" : "make bumps");
+void OtherPads::tell(RawPoints& points) const {
+  if (count == 0) return;
+  points.notes.push_back(count == 1 ? fmt::format("1 {}, in row {}, is {} by the file's own word and makes "
+                                                  "a bump all the same",
+                                                  thing, first_row, one)
+                                    : fmt::format("{} {}, the first in row {}, are {} by the file's own word "
+                                                  "and make bumps all the same",
+                                                  count, things, first_row, many));
 }
 
 std::string no_bump_note(std::size_t count, std::string_view thing, std::size_t first_row) {

@@ -223,6 +223,8 @@ class RowWidth {
  public:
   RowWidth(const std::filesystem::path& path, char separator) : path_(path), separator_(separator) {}
 
+  char separator() const { return separator_; }
+
   void check(const TableRow& row) {
     const auto last = std::find_if_not(row.cells.rbegin(), row.cells.rend(), is_blank);
     if (last == row.cells.rend()) return;
@@ -240,9 +242,11 @@ class RowWidth {
                row.row, row.cells.size(), most_, first_row_));
     const std::size_t found = splits_numbers(row) ? row.cells.size() : used;
     if (found <= most_) return;
-    const std::string_view advice = separator_ == ','
-                                        ? "where a comma is the decimal mark, separate the cells by ';'"
-                                        : "quote a cell that holds the separator";
+    const std::string_view advice =
+        separator_ == ','
+            ? "where a comma is the decimal mark, separate the cells by ';'; lines above the table begin "
+              "with '#', and each row has as many commas"
+            : "quote a cell that holds the separator";
     fail(path_, fmt::format("row {}: found {} cells, expected at most {}, as row {} has; {}", row.row, found,
                             most_, first_row_, advice));
   }
@@ -271,6 +275,7 @@ void hand_over(const std::filesystem::path& path, CsvRows& rows, RowWidth& width
   for (TableRow& row : rows.finished) {
     check_width(row, row.row);
     for (Cell& cell : row.cells) cell.text = with_plain_blanks(cell.text);
+    row.parted_by_blanks = width.separator() == ' ';
     width.check(row);
     decimals.read(row);
     handle(row);

@@ -118,9 +118,8 @@ class GerberFile {
     };
     note(regions_, first_region_, "region");
     note(draws_, first_draw_, "draw");
-    if (marks_ > 0)
-      result.notes.push_back(
-          fiducial_note(marks_, marks_ == 1 ? "1 flash" : fmt::format("{} flashes", marks_), first_mark_));
+    marks_.tell(result);
+    vias_.tell(result);
     if (odd_ > 0)
       result.notes.push_back(
           fmt::format("{}, {}in row {}, of an aperture with no copper in its middle {} a bump at "
@@ -189,9 +188,11 @@ class GerberFile {
   /// What the apertures that are defined next are for; in a comment, too.
   void read_aperture_attribute(std::string_view text) {
     if (text.find("TA.AperFunction,") != std::string_view::npos)
-      fiducial_next_ = text.find("FiducialPad") != std::string_view::npos;
+      next_is_ = text.find("FiducialPad") != std::string_view::npos ? Purpose::fiducial
+                 : text.find("ViaPad") != std::string_view::npos    ? Purpose::via
+                                                                    : Purpose::bump;
     else if (text.ends_with("TD.AperFunction") || text.ends_with("TD"))
-      fiducial_next_ = false;
+      next_is_ = Purpose::bump;
   }
 
   void read_file_function(std::string_view text) {
@@ -373,10 +374,7 @@ class GerberFile {
     apertures_.insert(number);
     blocks_.erase(number);
     shaped_.erase(number);
-    if (fiducial_next_)
-      fiducials_.insert(number);
-    else
-      fiducials_.erase(number);
+    purposes_[number] = next_is_;
     const bool sized = macro != macros_.end() || has_size(name, parameters(text, comma));
     if (sized)
       sizeless_.erase(number);
@@ -629,7 +627,9 @@ class GerberFile {
     if (in_region_) fail_here(text, "no flash inside a region");
     if (sizeless_.contains(aperture_))
       fail_here(text, fmt::format("an aperture with copper; D{} has no size", aperture_));
-    if (fiducials_.contains(aperture_) && marks_++ == 0) first_mark_ = row_;
+    const Purpose purpose = purposes_[aperture_];
+    if (purpose == Purpose::fiducial) marks_.add(row_);
+    if (purpose == Purpose::via) vias_.add(row_);
     if (clear_)
       fail_here(text, "flashes of dark polarity (LPD) alone; one in clear polarity takes material away");
     const auto block = blocks_.find(aperture_);
@@ -705,8 +705,11 @@ class GerberFile {
   std::map<std::string, std::shared_ptr<const std::string>> macros_;
   std::map<int, Shaped> shaped_;
   std::size_t macro_steps_ = 0;
-  std::set<int> apertures_, sizeless_, fiducials_;
-  bool fiducial_next_ = false;  // what the apertures defined next are for
+  std::set<int> apertures_, sizeless_;
+  enum class Purpose { bump, fiducial, via };
+  std::map<int, Purpose> purposes_;  // of apertures
+  Purpose next_is_ = Purpose::bump;  // what the apertures defined next are for
+  OtherPads marks_{"flash", "flashes", "a fiducial", "fiducials"}, vias_{"flash", "flashes", "a via", "vias"};
   std::map<int, std::vector<RawPoint>> blocks_;
 
   int aperture_ = 0, operation_ = 2;
@@ -719,8 +722,7 @@ class GerberFile {
   bool copper_ = false;           // by the file's own word, as the next
   std::size_t negative_row_ = 0;  //
   Statement unprinted_;           // what kind of layer holds no bumps
-  std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0, odd_ = 0, first_odd_ = 0,
-              marks_ = 0, first_mark_ = 0;
+  std::size_t regions_ = 0, first_region_ = 0, draws_ = 0, first_draw_ = 0, odd_ = 0, first_odd_ = 0;
 };
 
 }  // namespace

@@ -323,14 +323,30 @@ void count_left_out(std::vector<LeftOut>& all, const Node& pad) {
                          found.empty() ? "no pads" : found));
 }
 
+/// (attr smd dnp)
+bool is_unpopulated(const Node& footprint) {
+  const Node* attributes = find_list(footprint, "attr");
+  return attributes != nullptr && std::any_of(attributes->children.begin(), attributes->children.end(),
+                                              [](const Node& attribute) { return attribute.word == "dnp"; });
+}
+
 /// The bumps of footprints, one after the other.
 class Pads {
  public:
   explicit Pads(const std::filesystem::path& path) : path_(path) { result_.has_unit = true; }
 
   void add(const Node& footprint, const Placement& placement) {
-    for (const Node& node : footprint.children)
-      if (head(node) == "pad") add_pad(node, placement);
+    const bool unpopulated = is_unpopulated(footprint);
+    for (const Node& node : footprint.children) {
+      if (head(node) != "pad") continue;
+      const std::size_t before = result_.points.size();
+      add_pad(node, placement);
+      if (unpopulated && result_.points.size() > before) unpopulated_.add(node.row);
+    }
+  }
+
+  void leave_via_out(std::size_t row) {
+    if (vias_++ == 0) first_via_row_ = row;
   }
 
   /// The same; the pads are a group of this name.
@@ -352,7 +368,9 @@ class Pads {
                       "copper's middle",
                       custom_, custom_ == 1 ? "" : "s", custom_ == 1 ? "" : "first ", first_custom_row_,
                       custom_ == 1 ? "holds" : "hold"));
-    if (marks_ > 0) result_.notes.push_back(fiducial_note(marks_, counted(marks_, "pad"), first_mark_row_));
+    marks_.tell(result_);
+    unpopulated_.tell(result_);
+    if (vias_ > 0) result_.notes.push_back(no_bump_note(vias_, "via", first_via_row_));
     return std::move(result_);
   }
 
@@ -367,7 +385,7 @@ class Pads {
     result_.points.push_back(middle_of(path_, placement, pad, *at));
     result_.points.back().side = side_of(pad);
     if (has_own_shape(pad) && custom_++ == 0) first_custom_row_ = pad.row;
-    if (is_fiducial(pad) && marks_++ == 0) first_mark_row_ = pad.row;
+    if (is_fiducial(pad)) marks_.add(pad.row);
     check_point_count(path_, result_.points.size());
   }
 
@@ -375,7 +393,9 @@ class Pads {
   RawPoints result_;
   std::vector<LeftOut> left_out_;
   std::size_t custom_ = 0, first_custom_row_ = 0;
-  std::size_t marks_ = 0, first_mark_row_ = 0;
+  std::size_t vias_ = 0, first_via_row_ = 0;
+  OtherPads marks_{"pad", "pads", "a fiducial", "fiducials"},
+      unpopulated_{"pad", "pads", "of a part not populated", "of parts not populated"};
 };
 
 /// The list of a file of this kind.
@@ -449,8 +469,10 @@ RawPoints read_kicad_board(const std::filesystem::path& path, std::string_view c
   Pads pads(path);
   Node board = read_file_of(kBoard, path, content);
   name_copper(board);
-  for (const Node& node : board.children)
+  for (const Node& node : board.children) {
     if (is_of(kFootprint, head(node))) pads.add(node, placement_of(path, node), reference_of(node));
+    if (head(node) == "via") pads.leave_via_out(node.row);
+  }
   return std::move(pads).finish();
 }
 

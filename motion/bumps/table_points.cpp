@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "motion/bumps/column_names.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
+#include "motion/bumps/doubtful_rows.hpp"
 #include "motion/bumps/properties_above.hpp"
 #include "motion/bumps/side_columns.hpp"
 #include "motion/bumps/summary_row.hpp"
@@ -95,6 +97,7 @@ class PointTable {
     note_commented_out(row);
     sides_.take(row);
     summary_.take(row, x_.index, y_.index, x, y);
+    doubtful_.take(row, x_.index, y_.index);
     ends_within_row_ = row.ended ? 0 : row.row;
     if (row.hidden && hidden_++ == 0) first_hidden_ = row.row;
     result_.points.push_back({x, y, row.row});
@@ -142,6 +145,7 @@ class PointTable {
           fmt::format("row {} has no line end; if the file was cut off there, its last number is another one",
                       ends_within_row_));
     sides_.tell(result_);
+    for (std::string& note : doubtful_.notes()) result_.notes.push_back(std::move(note));
     if (const std::string told = properties_.told(); !told.empty()) result_.notes.push_back(told);
     return std::move(result_);
   }
@@ -191,6 +195,8 @@ class PointTable {
       y_ = *y;
       if (x_.has_unit) say_unit(place(row.row, x_.index), row.cells[x_.index].text);
       sides_.take_names(row, x_.index, y_.index);
+      doubtful_.take_names(row);
+      if (row.parted_by_blanks) tell_names_of_two_words(row);
       find_units(row);
       for (const std::size_t i : {x_.index + 1, y_.index + 1})
         if (i >= row.cells.size() || is_blank(row.cells[i])) nameless_.push_back(i);
@@ -201,6 +207,22 @@ class PointTable {
     if (x || y) fail_unnamed(row, x ? "y" : "x");
     if (title_.row != 0) fail_unnamed(title_, "x and y");
     return false;
+  }
+
+  /// "Signal Name" unquoted would be two columns, and a value of two words in another one hides it.
+  void tell_names_of_two_words(const TableRow& row) {
+    constexpr auto kSecond =
+        std::to_array<std::string_view>({"name", "number", "no", "type", "id", "side", "layer", "size"});
+    for (std::size_t i = 1; i < row.cells.size(); ++i) {
+      const std::string before = plain_name(row.cells[i - 1]);
+      if (before == "x" || before == "y" ||
+          std::find(kSecond.begin(), kSecond.end(), plain_name(row.cells[i])) == kSecond.end())
+        continue;
+      result_.notes.push_back(fmt::format(
+          "blanks part the columns, so {} and {} are two of them; x is column {} and y column {}",
+          in_quotes(row.cells[i - 1].text), in_quotes(row.cells[i].text), x_.index + 1, y_.index + 1));
+      return;
+    }
   }
 
   /// Words above the names of the columns, and perhaps a number: "Bumps, 128". A row of the table has two.
@@ -512,6 +534,7 @@ class PointTable {
   std::vector<std::size_t> nameless_;  // columns behind x and y
   SideColumns sides_;
   SummaryRow summary_;
+  DoubtfulRows doubtful_;
   PropertiesAbove properties_;
   ThousandsMarks commas_{','}, points_{'.'};
   bool axes_told_ = false;  // by words above the table

@@ -280,7 +280,8 @@ std::vector<std::string> read_xlsx_rows(const std::filesystem::path& path, std::
     } else {
       ++row.row;
     }
-    row.hidden = node.attribute("hidden").as_bool();
+    const auto height = node.attribute("ht");
+    row.hidden = node.attribute("hidden").as_bool() || (height && height.as_double() == 0.0);
     row.cells.clear();
     for (const auto& c : node.children("c")) {
       const auto reference = c.attribute("r");

@@ -133,7 +133,7 @@ class TouchRows {
     const auto words = words_of(line.text, kSeparators);
     if (words.empty()) return;
     last_row_ = line.number;
-    if (line.number == 1 && is_name(words[0])) return;
+    if (line.number == 1 && is_name(words[0])) return require_order(words);
     refuse_decimal_commas(line);
     if (words.size() < 3)
       fail(line.number, fmt::format("found {} numbers, expected x, y and z", words.size()));
@@ -155,6 +155,25 @@ class TouchRows {
   Touches touches;
 
  private:
+  /// Of a first row that names axes; any other is a title.
+  void require_order(const std::vector<std::string_view>& words) const {
+    constexpr std::string_view kAxes = "xyzabcuvw";
+    std::size_t axes = 0;
+    for (std::string_view word : words) {
+      std::string name = detail::in_small_letters(word);
+      std::erase_if(name,
+                    [](char c) { return std::string_view("#()[]_").find(c) != std::string_view::npos; });
+      const bool in_mm = name.size() == 3 && name.ends_with("mm");
+      if (name == "mm" || kAxes.find(name.empty() ? ' ' : name[0]) == std::string_view::npos) continue;
+      const std::string_view unit = std::string_view(name).substr(1);
+      if (!unit.empty() && !in_mm && unit != "in" && unit != "inch" && unit != "um" && unit != "m") continue;
+      if (axes >= kAxes.size() || name[0] != kAxes[axes] || !(unit.empty() || in_mm))
+        fail(1, fmt::format("found the name {}, expected x, y, z, a, b, c, u, v, w in this order, in mm",
+                            detail::in_quotes(word)));
+      ++axes;
+    }
+  }
+
   /// "4,17 6,25" would be four numbers.
   void refuse_decimal_commas(const detail::Line& line) const {
     const auto cells = words_of(line.text, " ;\t\r");

@@ -493,7 +493,8 @@ class LefReader {
                                   [](LefReader& r, ShapesDraft& d) {
                                     d.layer = r.layer_index();
                                     r.in_.take("EXCEPTPGNET");
-                                    if (r.in_.take("SPACING") || r.in_.take("DESIGNRULEWIDTH")) r.um_from_0();
+                                    if (r.in_.is("SPACING") || r.in_.is("DESIGNRULEWIDTH"))
+                                      r.in_.fail("no spacing but the layer's, which alone is kept");
                                     r.in_.expect(";");
                                   }},
         LefStatement<ShapesDraft>{"RECT",

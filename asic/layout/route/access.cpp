@@ -117,6 +117,8 @@ std::vector<std::vector<Rect>> upper_shapes(const Context& c, Point via, const R
 std::vector<Candidate> candidates_of(const Context& c, const AccessCell& cell, std::size_t pin) {
   const std::vector<Rect>& metal = cell.pins[pin].metal;
   const Rect room = cell.outline;
+  std::vector<Rect> obstructions = cell.upper_obstructions;
+  for (const Rect& own : cell.pins[pin].upper_metal) std::erase(obstructions, own);
   std::vector<Candidate> found;
   for (const int via_index : c.rules.vias) {
     const Via& via = c.technology.vias[static_cast<std::size_t>(via_index)];
@@ -164,8 +166,7 @@ std::vector<Candidate> candidates_of(const Context& c, const AccessCell& cell, s
                 for (const Rect& u : one.upper) {
                   hull = {std::min(hull.x0, u.x0), std::min(hull.y0, u.y0), std::max(hull.x1, u.x1),
                           std::max(hull.y1, u.y1)};
-                  for (const Rect& o : cell.upper_obstructions)
-                    free = free && !nearer_than(u, o, c.rules.upper_spacing);
+                  for (const Rect& o : obstructions) free = free && !nearer_than(u, o, c.rules.upper_spacing);
                 }
                 if (!free) continue;
                 // sideways metal takes the neighbouring track's room, length along the track takes the pin's

@@ -28,7 +28,8 @@ struct AccessRules {
 };
 
 struct AccessPin {
-  std::vector<Rect> metal;  ///< on the lower layer
+  std::vector<Rect> metal;        ///< on the lower layer
+  std::vector<Rect> upper_metal;  ///< on the upper layer: no obstruction for the pin itself
 };
 
 /// A cell, all in its die's frame.
@@ -36,8 +37,8 @@ struct AccessCell {
   std::string kind;  ///< cells of one kind have the same shapes around the outline's lower left corner
   Rect outline;
   std::vector<AccessPin> pins;
-  std::vector<Rect> other_metal;  ///< lower layer: supplies and what is no pin
-  std::vector<Rect> upper_obstructions;
+  std::vector<Rect> other_metal;         ///< lower layer: supplies and what is no pin
+  std::vector<Rect> upper_obstructions;  ///< of the cell or beside it: supplies, cells' metal
 };
 
 struct Access {

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "asic/layout/place/place.hpp"
+#include "asic/layout/route/access.hpp"
 #include "asic/layout/route/guides.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
@@ -36,6 +37,25 @@ void require_no_wires(const Design& design) {
   }
 }
 
+void require_die_pins_off_supplies(const Design& design, const Technology& technology) {
+  for (const Net& supply : design.nets) {
+    for (const Shape& strap : supply.straps) {
+      const Layer& layer = technology.layers[static_cast<std::size_t>(strap.layer)];
+      const Nm spacing = layer.spacing_for(std::min(strap.rect.width(), strap.rect.height()),
+                                           std::max(strap.rect.width(), strap.rect.height()));
+      for (const DiePin& pin : design.pins) {
+        if (!pin.is_placed || pin.shape.layer != strap.layer) continue;
+        if (pin.net == &supply - design.nets.data()) continue;
+        if (nearer_than(pin.shape.rect, strap.rect, spacing))
+          throw UserError(defect_at(
+              design.file, pin.where,
+              fmt::format("pin {} at a strap of {} on {}", shown(pin.name), shown(supply.name), layer.name),
+              fmt::format("it {} nm or more away", spacing)));
+      }
+    }
+  }
+}
+
 void require_legal_places(const Design& design, const Technology& technology) {
   const bool has_rows = !design.rows.empty();
   for (const PlacementFault& fault : placement_faults(design, technology)) {
@@ -52,6 +72,7 @@ void require_routable(const Design& design, const Technology& technology) {
   require_spacings(technology);
   require_no_wires(design);
   require_legal_places(design, technology);
+  require_die_pins_off_supplies(design, technology);
 }
 
 }  // namespace meltstage::layout

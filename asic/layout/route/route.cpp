@@ -51,6 +51,47 @@ Rect hull(const Rect& a, const Rect& b) {
 
 bool is_supply(const Net& net) { return net.use == Use::power || net.use == Use::ground; }
 
+/// Metal of one layer, found by place.
+class FixedMetal {
+ public:
+  /// Of `shapes` those on `index`, whose rules are those of `layer`. Where metal is so wide that it asks for
+  /// more than the layer's least spacing, it counts as so much larger.
+  FixedMetal(const std::vector<Shape>& shapes, int index, const Layer& layer, const Grid& grid)
+      : reach_(kReach * std::max(grid.pitch_x, grid.pitch_y)), bin_(kBin * grid.pitch_x) {
+    for (const Shape& shape : shapes) {
+      if (shape.layer != index) continue;
+      const Nm wide = std::min(shape.rect.width(), shape.rect.height()),
+               run = std::max(shape.rect.width(), shape.rect.height());
+      const Rect kept_free = shape.rect.grown(layer.spacing_for(wide, run) - layer.spacing);
+      for_each_bin(kept_free, [&](const auto& bin) { bins_[bin].push_back(kept_free); });
+    }
+  }
+  /// What metal of a pin in `outline` may come near to.
+  std::vector<Rect> near(const Rect& outline) const {
+    const Rect area = outline.grown(reach_);
+    std::vector<Rect> found;
+    for_each_bin(area, [&](const auto& bin) {
+      const auto in_bin = bins_.find(bin);
+      if (in_bin == bins_.end()) return;
+      for (const Rect& r : in_bin->second)
+        if (r.overlaps(area) && std::find(found.begin(), found.end(), r) == found.end()) found.push_back(r);
+    });
+    return found;
+  }
+
+ private:
+  static constexpr int kReach = 4, kBin = 32;  // pitches
+  template <typename Visit>
+  void for_each_bin(const Rect& area, Visit visit) const {
+    const auto floored = [&](Nm v) { return v >= 0 ? v / bin_ : -((-v + bin_ - 1) / bin_); };
+    for (Nm x = floored(area.x0); x <= floored(area.x1); ++x)
+      for (Nm y = floored(area.y0); y <= floored(area.y1); ++y) visit(std::pair{x, y});
+  }
+
+  Nm reach_, bin_;
+  std::map<std::pair<Nm, Nm>, std::vector<Rect>> bins_;
+};
+
 class Wiring {
  public:
   Wiring(Design& design, const Technology& technology) : design_(design), technology_(technology) {
@@ -78,8 +119,9 @@ class Wiring {
     else if (owner != net)
       owner = kBlockedNode;
   }
+  std::vector<Shape> fixed_shapes() const;
   void obstruct(const Shape& shape);
-  void obstruct_supplies_and_macros();
+  void keep_off_fixed_metal(AccessCell& cell, const FixedMetal& fixed) const;
   void add_cells(RouteReport& report);
   void take_access(int net, const Access& access);
   void add_die_pin(int net, int pin_position, const DiePin& pin);
@@ -289,21 +331,31 @@ void Wiring::obstruct(const Shape& shape) {
   });
 }
 
-void Wiring::obstruct_supplies_and_macros() {
+// Metal above the pins that is there before any wire: supplies, and cells' own.
+std::vector<Shape> Wiring::fixed_shapes() const {
+  std::vector<Shape> shapes;
   for (const Net& net : design_.nets) {
-    for (const Shape& strap : net.straps) obstruct(strap);
+    shapes.insert(shapes.end(), net.straps.begin(), net.straps.end());
     for (const PlacedVia& placed_via : net.strap_vias)
       for (const Shape& s : design_.via(technology_, placed_via.via).shapes)
-        obstruct({s.layer, s.rect.moved(placed_via.at)});
+        shapes.push_back({s.layer, s.rect.moved(placed_via.at)});
   }
   for (const Component& c : design_.components) {
     const Macro& macro = technology_.macros[at(c.macro)];
-    for (const Shape& s : macro.obstructions)
-      if (s.layer != pin_layer_) obstruct({s.layer, placed(s.rect, macro, c)});
-    for (const MacroPin& pin : macro.pins)
-      for (const Shape& s : pin.shapes)
-        if (s.layer != pin_layer_) obstruct({s.layer, placed(s.rect, macro, c)});
+    const auto add = [&](const Shape& s) { shapes.push_back({s.layer, placed(s.rect, macro, c)}); };
+    std::for_each(macro.obstructions.begin(), macro.obstructions.end(), add);
+    for (const MacroPin& pin : macro.pins) std::for_each(pin.shapes.begin(), pin.shapes.end(), add);
   }
+  std::erase_if(shapes, [&](const Shape& s) { return routed_index(s.layer) < 0; });
+  return shapes;
+}
+
+// A cell with such metal near it has ways of its own to its pins.
+void Wiring::keep_off_fixed_metal(AccessCell& cell, const FixedMetal& fixed) const {
+  cell.upper_obstructions = fixed.near(cell.outline);
+  for (const Rect& r : cell.upper_obstructions)
+    cell.kind += fmt::format(" {} {} {} {}", r.x0 - cell.outline.x0, r.y0 - cell.outline.y0,
+                             r.x1 - cell.outline.x0, r.y1 - cell.outline.y0);
 }
 
 // Nodes near the access' metal: those on its own track are the net's, others nobody's.
@@ -338,6 +390,7 @@ void Wiring::add_cells(RouteReport& report) {
       if (ref.component != kDiePin)
         net_of[at(ref.component)][at(ref.pin)] = {static_cast<int>(n), static_cast<int>(p)};
     }
+  const FixedMetal fixed(fixed_shapes(), layers_[0].layer, layer(layers_[0].layer), grid_);
   std::vector<AccessCell> cells;
   std::vector<int> component_of;
   std::vector<std::vector<int>> pins_of;
@@ -353,6 +406,7 @@ void Wiring::add_cells(RouteReport& report) {
           net_of[c][p].first >= 0 && macro.pins[p].use != Use::power && macro.pins[p].use != Use::ground;
       AccessPin access_pin;
       for (const Shape& s : macro.pins[p].shapes) {
+        if (s.layer == layers_[0].layer) access_pin.upper_metal.push_back(placed(s.rect, macro, component));
         if (s.layer != pin_layer_) continue;
         if (wanted)
           access_pin.metal.push_back(placed(s.rect, macro, component));
@@ -367,8 +421,8 @@ void Wiring::add_cells(RouteReport& report) {
     if (pins.empty()) continue;
     for (const Shape& s : macro.obstructions) {
       if (s.layer == pin_layer_) cell.other_metal.push_back(placed(s.rect, macro, component));
-      if (s.layer == layers_[0].layer) cell.upper_obstructions.push_back(placed(s.rect, macro, component));
     }
+    keep_off_fixed_metal(cell, fixed);
     cells.push_back(std::move(cell));
     component_of.push_back(static_cast<int>(c));
     pins_of.push_back(std::move(pins));
@@ -728,7 +782,7 @@ RouteReport Wiring::run(const RouteOptions& options, const NetLimits& limits, st
   problem_.grid = grid_;
   problem_.owner.assign(at(grid_.nodes()), kFreeNode);
   holds_metal_.assign(at(grid_.nodes()), 0);
-  obstruct_supplies_and_macros();
+  for (const Shape& shape : fixed_shapes()) obstruct(shape);
   add_cells(report);
   check_terminals(report);
   guide();

@@ -53,6 +53,7 @@ sed 's/( 8000 0 )/( 8000000 0 )/' two.def > outside.def
 sed 's/FIXED ( 8000 0 ) S/FIXED ( 800 0 ) S/' two.def > overlap.def
 sed 's/( 8000 0 ) S/( 8100 0 ) S/' two.def > off_site.def
 sed 's/( u2 A ) ;/( u2 A ) + FIXED m2 ( 8400 500 ) ( * 2500 ) ;/' two.def > wired.def
+sed 's/^NETS 2 ;/SPECIALNETS 1 ;\n- VDD ( * VDD ) + ROUTED m2 400 ( 900 0 ) ( * 20000 ) + USE POWER ;\nEND SPECIALNETS\n&/' two.def > strapped.def
 sed '/LAYER m2 TYPE/ s/SPACING 0.3 ;//' cells.lef > no_spacing.lef
 grep -v 'm3\|v2' cells.lef > two_layers.lef
 : > empty.lef
@@ -95,6 +96,7 @@ refused '--report: found nothing' "$route" --lef cells.lef --def two.def --out n
 refused 'missing\x1B[31m.lef' "$route" --lef $'missing\e[31m.lef' --def two.def --out new.def
 refused 'overlap.def:7:3: found u1 and u2: overlap, expected cells side by side' "$route" --lef cells.lef --def overlap.def --out new.def
 refused 'off_site.def:7:3: found u2: at x = 8100 nm, not on the sites of ROW_0' "$route" --lef cells.lef --def off_site.def --out new.def
+refused 'strapped.def:10:3: found pin a at a strap of VDD on m2, expected it 300 nm or more away' "$route" --lef cells.lef --def strapped.def --out new.def
 refused 'wired.def:14:31: found wires of net n, expected none' "$route" --lef cells.lef --def wired.def --out new.def
 refused 'no_spacing.lef: found no SPACING of layer m2 that holds' "$route" --lef no_spacing.lef --def two.def --out new.def
 refused 'empty.lef: found no pin with USE POWER, expected MACROs' "$place" --lef empty.lef --netlist two.json --def new.def

@@ -153,6 +153,21 @@ TEST_F(Readers, CopperOfABoardMayHaveAnyName) {
                 {{101, -50, 5}, {103, -50, 7}});
 }
 
+TEST_F(Readers, ViasAndPartsNotPopulatedAreTold) {
+  const auto board =
+      read("b.kicad_pcb",
+           "(kicad_pcb (version 20240108)\n(footprint \"R\" (layer \"F.Cu\") (at 10 10)\n(attr "
+           "smd dnp)\n(pad \"1\" smd rect (at 0 0) (size 1 1) (layers \"F.Cu\")))\n(footprint "
+           "\"R\" (layer \"F.Cu\") (at 20 10) (attr smd)\n(pad \"1\" smd rect (at 0 0) (size 1 "
+           "1) (layers \"F.Cu\")))\n(via (at 5 5) (size 0.6) (drill 0.3) (layers \"F.Cu\" "
+           "\"B.Cu\")))",
+           {.travel = kAnywhere});
+  EXPECT_EQ(board.points.size(), 2U);
+  EXPECT_THAT(board.notes, testing::Contains("1 pad, in row 4, is of a part not populated by the file's own "
+                                             "word and makes a bump all the same"));
+  EXPECT_THAT(board.notes, testing::Contains("1 via, in row 7, holds no bump"));
+}
+
 TEST_F(Readers, FiducialPadsOfABoardAreTold) {
   const std::string pad =
       "(pad \"1\" smd circle (at 0 0) (size 1 1) (property \"any\") (property pad_prop_fiducial_glob) "
@@ -161,9 +176,8 @@ TEST_F(Readers, FiducialPadsOfABoardAreTold) {
       read("f.kicad_mod",
            "(footprint \"FID\"\n" + pad + "\n(pad \"2\" smd rect (at 5 -5) (size 1 1) (layers \"F.Cu\")))");
   EXPECT_EQ(board.points.size(), 2U);
-  EXPECT_THAT(board.notes,
-              testing::Contains("1 pad, the first in row 2, is a fiducial by the file's own word and "
-                                "makes a bump all the same"));
+  EXPECT_THAT(board.notes, testing::Contains("1 pad, in row 2, is a fiducial by the file's own word and "
+                                             "makes a bump all the same"));
 }
 
 }  // namespace

@@ -28,17 +28,26 @@ TEST_F(Readers, GerberFiducialsAndUnplatedHolesAreSaid) {
       "D10*\nX1000000Y1000000D03*\nD11*\nX5000000Y5000000D03*\nM02*\n");
   EXPECT_THAT(
       file.notes,
-      ElementsAre(
-          "1 flash, the first in row 8, is a fiducial by the file's own word and makes a bump all the same"));
+      ElementsAre("1 flash, in row 8, is a fiducial by the file's own word and makes a bump all the same"));
   EXPECT_THAT(
       read("c.gtp",
            "%FSLAX46Y46*%\n%MOMM*%\nG04 #@! TA.AperFunction,FiducialPad,Global*\n%ADD10C,1*%\nG04 #@! TD*\n"
            "%ADD11C,0.5*%\nD10*\nX1000000Y1000000D03*\nD11*\nX5000000Y5000000D03*\nM02*\n")
           .notes,
-      Contains(StartsWith("1 flash, the first in row 8, is a fiducial")));
+      Contains(StartsWith("1 flash, in row 8, is a fiducial")));
   const auto holes =
       read("b.drl", "M48\n; #@! TF.FileFunction,NonPlated,1,2,NPTH\nMETRIC\nT1C0.4\n%\nT1\nX1.0Y2.0\nM30\n");
   EXPECT_THAT(holes.notes, ElementsAre("row 2 says that holes are not plated; they make bumps all the same"));
+}
+
+TEST_F(Readers, GerberFlashesOfViasAreTold) {
+  EXPECT_THAT(
+      read("a.gtl",
+           "%FSLAX46Y46*%\n%MOMM*%\n%TA.AperFunction,ViaPad*%\n%ADD10C,1*%\n%TD*%\n%ADD11C,0.5*%\n"
+           "D10*\nX1000000Y1000000D03*\nX2000000D03*\nD11*\nX5000000Y5000000D03*\nM02*\n")
+          .notes,
+      Contains("2 flashes, the first in row 8, are vias by the file's own word and make bumps all the "
+               "same"));
 }
 
 TEST_F(Readers, ExcellonNumbersHaveDecimalPointsOrNone) {

@@ -104,6 +104,27 @@ class Xlsx : public Readers {
         std::system(("/usr/bin/python3 " + script.string() + " " + path.string() + " " + value).c_str()), 0);
     return path;
   }
+
+  /// The workbook with other text in its first sheet.
+  fs::path with_sheet_text(const fs::path& workbook, const std::string& from, const std::string& to) const {
+    const fs::path script = write("change.py",
+                                  "import zipfile, sys\n"
+                                  "a = zipfile.ZipFile(sys.argv[1])\n"
+                                  "b = zipfile.ZipFile(sys.argv[2], 'w')\n"
+                                  "for name in a.namelist():\n"
+                                  "  text = a.read(name)\n"
+                                  "  if name.endswith('sheet1.xml'):\n"
+                                  "    assert sys.argv[3].encode() in text, text\n"
+                                  "    text = text.replace(sys.argv[3].encode(), sys.argv[4].encode())\n"
+                                  "  b.writestr(name, text)\n"
+                                  "b.close()\n");
+    const std::string changed = (folder_ / "changed.xlsx").string();
+    EXPECT_EQ(std::system(("/usr/bin/python3 " + script.string() + " " + workbook.string() + " " + changed +
+                           " '" + from + "' '" + to + "'")
+                              .c_str()),
+              0);
+    return changed;
+  }
 };
 
 inline std::vector<std::string> bottom_notes(const CoordinateFile& file) {

@@ -10,7 +10,10 @@ namespace meltstage::motion {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
@@ -395,6 +398,34 @@ TEST_F(Readers, SubtotalsAmongTheRowsAreNoBumps) {
         "row 4: found a row of totals, expected a bump; leave it out, or give it a label with a number if it "
         "is one")
         << row;
+}
+
+TEST_F(Readers, RowsThatSayTheyAreNoBumpsAreTold) {
+  const auto notes = [&](const std::string& table) { return read("a.csv", table).notes; };
+  const std::string unpopulated = "which may mean that no bump is wanted there, and ";
+  EXPECT_THAT(notes("Bump,X_mm,Y_mm,Type\nA1,1,2,ball\nA2,3,4,depopulated\n"),
+              Contains("1 row, row 3, says 'depopulated', " + unpopulated + "makes a bump all the same"));
+  EXPECT_THAT(notes("Bump,X_mm,Y_mm,Status\nA1,1,2,DNP\nA2,3,4,\nA3,5,6,Do not populate\n"),
+              Contains("2 rows, first row 2, say 'DNP', " + unpopulated + "make bumps all the same"));
+  EXPECT_THAT(notes("Bump,X_mm,Y_mm,Populate\nA1,1,2,yes\nA2,3,4,no\n"),
+              Contains(HasSubstr("row 3, says 'no', " + unpopulated)));
+  EXPECT_THAT(notes("Bump,X_mm,Y_mm,DNP\nA1,1,2,\nA2,3,4,x\n"),
+              Contains(HasSubstr("row 3, says 'x', " + unpopulated)));
+  EXPECT_THAT(
+      notes("Ball,X_mm,Y_mm\nA1,1,2\nOrigin,0,0\nDie edge LL,5,5\n"),
+      Contains("2 rows, first row 3, say 'Origin', which may mean the outline or the origin, and make "
+               "bumps all the same"));
+  EXPECT_THAT(notes("Die size,5,6\nA1,1,2\nA2,3,4\n"), Contains(HasSubstr("row 1, says 'Die size'")));
+  EXPECT_THAT(notes("Ball,X_mm,Y_mm,Net\nA1,1,2,EDGE_CLK\nA2,3,4,NO\nA3,5,6,TOP\n"),
+              Not(Contains(HasSubstr("may mean"))));
+}
+
+// The names "Signal Name" and the value "A 1" make four cells of three each.
+TEST_F(Readers, NamesOfTwoWordsAmongBlanksAreTold) {
+  EXPECT_THAT(read("a.csv", "Ball X_mm Y_mm Signal Name\nA 1 10 20 VDD\nA 2 11 21 VSS\n").notes,
+              Contains("blanks part the columns, so 'Signal' and 'Name' are two of them; x is column 2 and y "
+                       "column 3"));
+  EXPECT_THAT(read("b.csv", "Ball X_mm Y_mm Net\nA1 10 20 VDD\n").notes, IsEmpty());
 }
 
 TEST_F(Readers, UnitsInColumnsWithoutANameAreRefused) {

@@ -262,6 +262,17 @@ TEST_F(TouchFile, ThatIsWrongIsRefused) {
             1U);  // as the encoder read it
 }
 
+// A row of names that are not those of the columns as they are read would be wrong touches.
+TEST(Touches, NamesOfOtherColumnsAreRefused) {
+  const std::string rows = "1 2 3\n4 5 6\n";
+  const auto read = [&](const std::string& names) { return read_touches_text("p.txt", names + "\n" + rows); };
+  for (const char* names : {"X Y Z", "# x_mm y_mm z_mm", "x(mm), y(mm), z(mm)", "X (mm) Y (mm) Z (mm)",
+                            "touches of part 7", "Probe log"})
+    EXPECT_EQ(read(names).points_mm.size(), 2U) << names;
+  for (const char* names : {"Y X Z", "X_in Y_in Z_in", "Z Y X", "y z", "X Y Z Z"})
+    EXPECT_THAT(error_of([&] { read(names); }), HasSubstr("row 1: found the name '")) << names;
+}
+
 TEST_F(TouchFile, HasNoDecimalCommas) {
   EXPECT_EQ(error_of([&] { read_touches_text("p.txt", "1 2 3\n4 6,251000 0,05\n"); }),
             "p.txt: row 2, column 3: found '6,251000', expected numbers with a point, or separated by commas "

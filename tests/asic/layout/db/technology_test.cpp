@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "asic/layout/db/technology.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "base/error.hpp"
@@ -127,6 +128,11 @@ TEST(Technology, WrongInputIsOneLine) {
             "cells.lef:7:12: found \"INPUTT\", expected INPUT, OUTPUT, INOUT or FEEDTHRU");
   EXPECT_EQ(refused(macro + " USE POWERR ;"),
             "cells.lef:7:6: found \"POWERR\", expected SIGNAL, ANALOG, CLOCK, POWER or GROUND");
+  for (const char* rule : {"SPACING", "DESIGNRULEWIDTH"})
+    EXPECT_EQ(refused(layers + "MACRO m\n SIZE 1 BY 2 ;\n OBS\n LAYER M " + rule + " 5 ;"),
+              fmt::format("cells.lef:7:10: found \"{}\", expected no spacing but the layer's, which alone is "
+                          "kept",
+                          rule));
   EXPECT_EQ(refused(macro + " PORT\n LAYER M ; RECT 0 0 1 1 ; END END A\n PIN A\n"),
             "cells.lef:9:6: found \"A\", expected each pin once");
   EXPECT_EQ(refused(macro + " PORT\n LAYER M ;\n RECT 0 0 1.001 1 ;\n END\nEND A\nEND m"),

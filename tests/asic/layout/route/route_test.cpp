@@ -231,6 +231,40 @@ TEST_F(Routing, JoinsAllPinsAndKeepsAllSpacings) {
   }
 }
 
+/// Metal of signals that is nearer to a strap than the strap asks for.
+std::vector<std::string> at_a_strap(const Design& d, const Technology& technology) {
+  std::vector<std::string> errors;
+  for (const MetalShape& metal : metal_of(d, technology)) {
+    if (metal.net < 0) continue;
+    for (const Net& supply : d.nets)
+      for (const Shape& strap : supply.straps) {
+        const Layer& layer = technology.layers[static_cast<std::size_t>(strap.layer)];
+        const Nm spacing = layer.spacing_for(strap.rect.width(), strap.rect.height());
+        if (metal.shape.layer == strap.layer && gap_squared(metal.shape.rect, strap.rect) < spacing * spacing)
+          errors.push_back(fmt::format("net {} at a strap of {}", metal.net, supply.name));
+      }
+  }
+  return errors;
+}
+
+// Pins beside a strap get their vias on its other side, or are told; nothing of theirs lies in it.
+TEST_F(Routing, NoViaOfAPinLiesInAStrap) {
+  const int upper = technology.find_layer("metal2");
+  std::size_t told = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    for (const Nm width : {800, 4'000}) {
+      Design d = placed_design(120, seed);
+      const Nm x = d.die.middle().x + 130 * static_cast<Nm>(seed);
+      d.nets[0].straps.push_back({upper, {x, d.die.y0, x + width, d.die.y1}});
+      const RouteReport report = route(d, technology, {});
+      EXPECT_THAT(at_a_strap(d, technology), IsEmpty()) << seed << ' ' << width;
+      EXPECT_THAT(spacing_errors(d, technology), IsEmpty()) << seed << ' ' << width;
+      told += report.no_access.size();
+    }
+  }
+  EXPECT_GT(told, 0u);
+}
+
 TEST_F(Routing, TheChecksFindAMissingViaAndADisplacedWire) {
   Design d = placed_design(80, 3);
   ASSERT_TRUE(route(d, technology, {}).is_clean());
