@@ -203,13 +203,13 @@ class TouchRows {
 
   void take_numbers(std::size_t row, const std::vector<std::string_view>& words) {
     constexpr std::size_t kOfControl = 9;  // X Y Z A B C U V W
-    constexpr double kZero_deg = 0.01;     // of an axis that stands, as its encoder reads it
+    constexpr double kZero = 0.01;         // degrees or mm of an axis that stands, as its encoder reads it
     std::vector<double> numbers;
     for (std::size_t i = 0; i < words.size(); ++i) numbers.push_back(number(row, i + 1, words[i]));
-    for (std::size_t i = 3; words.size() == kOfControl && i < 6; ++i)
-      if (std::abs(numbers[i]) > kZero_deg)
-        fail(row, fmt::format("found {} at {:g} degrees, expected a touch with the rotary axes at zero",
-                              "ABC"[i - 3], numbers[i]));
+    for (std::size_t i = 3; words.size() == kOfControl && i < kOfControl; ++i)
+      if (std::abs(numbers[i]) > kZero)
+        fail(row, fmt::format("found {} at {:g}{}, expected a touch with the other axes at zero",
+                              "ABCUVW"[i - 3], numbers[i], i < 6 ? " degrees" : " mm"));
     touches.points_mm.emplace_back(numbers[0], numbers[1], numbers[2]);
     touches.rows.push_back(row);
     detail::check_point_count(std::string(name_), touches.rows.size());

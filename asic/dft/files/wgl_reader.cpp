@@ -339,9 +339,8 @@ class WglReader {
     for (std::size_t i = 0; i < events.size(); ++i) {
       char& state = events[i].state;
       if (input && state == 'S') state = value == '0' ? 'D' : value == '1' ? 'U' : 'N';
-      const bool lasts = i + 1 < events.size();  // compared up to the next edge
-      if (!input && state == 'Q')
-        state = value == 'X' ? 'X' : value == '1' ? (lasts ? 'h' : 'H') : lasts ? 'l' : 'L';
+      // compared up to the next edge, or the period's end
+      if (!input && state == 'Q') state = value == 'X' ? 'X' : value == '1' ? 'h' : 'l';
     }
     return events;
   }

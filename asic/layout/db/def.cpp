@@ -215,7 +215,7 @@ class DefReader {
     };
     coordinate(here.x);
     coordinate(here.y);
-    if (!in_.is(")")) in_.number();
+    if (!in_.is(")") && !in_.take("0")) in_.fail("no extension of the wire beyond its point");
     in_.expect(")");
     return here;
   }
@@ -472,6 +472,8 @@ class DefReader {
       if (pin < 0) in_.fail("a pin of " + macro.name);
       connect(net, {found->second, pin});
       const MacroPin& its = macro.pins[static_cast<std::size_t>(pin)];
+      if (!draft.is_special && is_supply(its.use))
+        at.fail(fmt::format("a signal's pin, as {} of {} is a supply's", its.name, macro.name));
       if (its.direction == PinDirection::output && !its.is_tristate) drive(net, owner + "/" + its.name);
     }
     in_.next();

@@ -128,11 +128,26 @@ class NetlistReader {
                                     shown(name), shown(pin_name), shown(cell.type)));
       const MacroPin& its =
           technology_.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(pin)];
+      if (its.use == Use::power || its.use == Use::ground) {
+        require_supply(name, its, bit);
+        continue;
+      }
       if (its.direction == PinDirection::output && bit == yosys::kUnknown) continue;  // nobody reads it
       if (its.direction == PinDirection::output && !its.is_tristate)
         drive(bit, fmt::format("cell {}/{}", shown(name), shown(pin_name)));
       design_.nets[static_cast<std::size_t>(net_of(bit))].pins.push_back({component, pin});
     }
+  }
+
+  /// All cells' supply pins are on the design's two supplies; a netlist may say so, and nothing else.
+  void require_supply(const std::string& cell, const MacroPin& pin, yosys::Bit bit) const {
+    const yosys::Bit expected = pin.use == Use::power ? yosys::kOne : yosys::kZero;
+    if (bit != expected)
+      throw UserError(
+          fmt::format("{}: cell {}/{}: found {} at a supply pin, expected the constant {} or nothing; take "
+                      "the supplies out of the netlist",
+                      file_, shown(cell), shown(pin.name), bit < 2 ? "the other constant" : "a net",
+                      pin.use == Use::power ? 1 : 0));
   }
 
   /// Two outputs, or one and a constant, would pull a net both ways.

@@ -368,6 +368,9 @@ class LefReader {
                                  if (d.layer < 0) r.in_.fail("LAYER before RECT");
                                  d.via.shapes.push_back({d.layer, r.rect()});
                                }},
+        LefStatement<ViaDraft>{
+            "RESISTANCE",
+            [](LefReader& r, ViaDraft& d) { d.via.resistance_ohm = r.ended(r.in_.number_from_0()); }},
         LefStatement<ViaDraft>{"VIARULE", of_a_rule},
         LefStatement<ViaDraft>{"CUTSIZE", of_a_rule},
         LefStatement<ViaDraft>{"LAYERS", of_a_rule},
@@ -378,7 +381,7 @@ class LefReader {
         LefStatement<ViaDraft>{"OFFSET", of_a_rule},
         LefStatement<ViaDraft>{"PATTERN", of_a_rule},
     };
-    static constexpr std::string_view kSkipped = "FOREIGN PROPERTY RESISTANCE";
+    static constexpr std::string_view kSkipped = "FOREIGN PROPERTY";
     static constexpr LefBlock<ViaDraft> kBlock("VIA", kKnown, kSkipped);
     const Tokens at = in_;
     ViaDraft draft;
@@ -394,6 +397,8 @@ class LefReader {
     if (via.shapes.empty() && !draft.is_of_a_rule) in_.fail("RECT or VIARULE of the via before its end");
     in_.expect(via.name);
     if (via.shapes.empty()) return;
+    std::stable_sort(via.shapes.begin(), via.shapes.end(),
+                     [](const Shape& a, const Shape& b) { return a.layer < b.layer; });
     if (is_first(technology_.vias, technology_.find_via(via.name), via, at))
       technology_.vias.push_back(std::move(via));
   }

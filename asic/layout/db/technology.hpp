@@ -65,7 +65,8 @@ struct Shape {
 struct Via {
   std::string name;
   bool is_default = false;
-  std::vector<Shape> shapes;  ///< around the via's origin; bottom metal, cuts and top metal in file's order
+  std::vector<Shape> shapes;    ///< around the via's origin; bottom metal, cuts and top metal
+  double resistance_ohm = 0.0;  ///< 0: that of its cut layer
   friend bool operator==(const Via&, const Via&) = default;
 };
 

@@ -193,6 +193,11 @@ void add_power_grid(Design& design, const Technology& technology, const PowerGri
     throw UserError(
         fmt::format("--strap-layer: found {}, expected a layer of {}", shown(grid.layer), technology.files));
   const Rail rail = rail_of(technology);
+  const Layer& layer = technology.layers[static_cast<std::size_t>(top)];
+  if (layer.kind != LayerKind::routing || layer.direction != Axis::vertical || top <= rail.layer)
+    throw UserError(fmt::format("--strap-layer: found {}, expected a vertical layer above the rails' {}",
+                                shown(grid.layer),
+                                technology.layers[static_cast<std::size_t>(rail.layer)].name));
   const std::vector<const ViaRule*> rules = rules_up_to(technology, rail.layer, top);
   const int first_via = static_cast<int>(technology.vias.size() + design.vias.size());
   for (const ViaRule* rule : rules)

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <ctime>
 
+#include "asic/layout/db/supplies.hpp"
 #include "asic/layout/layout_main.hpp"
 #include "asic/layout/place/drivers.hpp"
 #include "asic/layout/place/place.hpp"
@@ -148,6 +149,7 @@ int run(const Options& o) {
         fmt::format("{}: found no cells, expected a mapped netlist with at least one", o.netlist.string()));
   if (!o.tie_high.empty()) add_ties(design, technology, Use::power, o.tie_high.at(0), o.tie_high.at(1));
   if (!o.tie_low.empty()) add_ties(design, technology, Use::ground, o.tie_low.at(0), o.tie_low.at(1));
+  require_like_rails(design, technology);
   make_floorplan(design, technology, {o.utilization, nm(o.margin_um)});
   Delays delays;
   if (!o.clock.empty()) {
@@ -186,7 +188,8 @@ int run(const Options& o) {
   if (!o.strap_layer.empty())
     add_power_grid(design, technology, {o.strap_layer, nm(o.strap_width_um), nm(o.strap_pitch_um)});
   line.clear();
-  const std::vector<std::string> errors = placement_errors(design, technology);
+  std::vector<std::string> errors = placement_errors(design, technology);
+  for (std::string& fault : supply_faults(design, technology)) errors.push_back(std::move(fault));
   for (const std::string& error : errors) fmt::print(stderr, "{}\n", error);
   const auto mm2 = [](Nm x, Nm y) { return static_cast<double>(x) * static_cast<double>(y) / 1e6; };
   print("cells placed", fmt::format("{}", cells), "");

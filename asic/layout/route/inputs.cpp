@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "asic/layout/db/supplies.hpp"
 #include "asic/layout/place/place.hpp"
 #include "asic/layout/route/access.hpp"
 #include "asic/layout/route/guides.hpp"
@@ -56,6 +57,14 @@ void require_die_pins_off_supplies(const Design& design, const Technology& techn
   }
 }
 
+void require_supplies_apart(const Design& design, const Technology& technology) {
+  const std::vector<std::string> faults = supply_faults(design, technology);
+  if (!faults.empty())
+    throw UserError(
+        fmt::format("{}: found that {}; expected supplies apart from each other and from cells' metal",
+                    design.file, faults.front()));
+}
+
 void require_legal_places(const Design& design, const Technology& technology) {
   const bool has_rows = !design.rows.empty();
   for (const PlacementFault& fault : placement_faults(design, technology)) {
@@ -73,6 +82,7 @@ void require_routable(const Design& design, const Technology& technology) {
   require_no_wires(design);
   require_legal_places(design, technology);
   require_die_pins_off_supplies(design, technology);
+  require_supplies_apart(design, technology);
 }
 
 }  // namespace meltstage::layout

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "asic/layout/db/paths.hpp"
+#include "asic/layout/db/shape_index.hpp"
 #include "asic/layout/route/access.hpp"
 #include "asic/layout/route/guides.hpp"
 #include "asic/layout/route/maze.hpp"
@@ -51,47 +52,6 @@ Rect hull(const Rect& a, const Rect& b) {
 
 bool is_supply(const Net& net) { return net.use == Use::power || net.use == Use::ground; }
 
-/// Metal of one layer, found by place.
-class FixedMetal {
- public:
-  /// Of `shapes` those on `index`, whose rules are those of `layer`. Where metal is so wide that it asks for
-  /// more than the layer's least spacing, it counts as so much larger.
-  FixedMetal(const std::vector<Shape>& shapes, int index, const Layer& layer, const Grid& grid)
-      : reach_(kReach * std::max(grid.pitch_x, grid.pitch_y)), bin_(kBin * grid.pitch_x) {
-    for (const Shape& shape : shapes) {
-      if (shape.layer != index) continue;
-      const Nm wide = std::min(shape.rect.width(), shape.rect.height()),
-               run = std::max(shape.rect.width(), shape.rect.height());
-      const Rect kept_free = shape.rect.grown(layer.spacing_for(wide, run) - layer.spacing);
-      for_each_bin(kept_free, [&](const auto& bin) { bins_[bin].push_back(kept_free); });
-    }
-  }
-  /// What metal of a pin in `outline` may come near to.
-  std::vector<Rect> near(const Rect& outline) const {
-    const Rect area = outline.grown(reach_);
-    std::vector<Rect> found;
-    for_each_bin(area, [&](const auto& bin) {
-      const auto in_bin = bins_.find(bin);
-      if (in_bin == bins_.end()) return;
-      for (const Rect& r : in_bin->second)
-        if (r.overlaps(area) && std::find(found.begin(), found.end(), r) == found.end()) found.push_back(r);
-    });
-    return found;
-  }
-
- private:
-  static constexpr int kReach = 4, kBin = 32;  // pitches
-  template <typename Visit>
-  void for_each_bin(const Rect& area, Visit visit) const {
-    const auto floored = [&](Nm v) { return v >= 0 ? v / bin_ : -((-v + bin_ - 1) / bin_); };
-    for (Nm x = floored(area.x0); x <= floored(area.x1); ++x)
-      for (Nm y = floored(area.y0); y <= floored(area.y1); ++y) visit(std::pair{x, y});
-  }
-
-  Nm reach_, bin_;
-  std::map<std::pair<Nm, Nm>, std::vector<Rect>> bins_;
-};
-
 class Wiring {
  public:
   Wiring(Design& design, const Technology& technology) : design_(design), technology_(technology) {
@@ -121,7 +81,8 @@ class Wiring {
   }
   std::vector<Shape> fixed_shapes() const;
   void obstruct(const Shape& shape);
-  void keep_off_fixed_metal(AccessCell& cell, const FixedMetal& fixed) const;
+  ShapeIndex metal_above_pins() const;
+  void keep_off(AccessCell& cell, const ShapeIndex& fixed) const;
   void add_cells(RouteReport& report);
   void take_access(int net, const Access& access);
   void add_die_pin(int net, int pin_position, const DiePin& pin);
@@ -343,19 +304,41 @@ std::vector<Shape> Wiring::fixed_shapes() const {
   for (const Component& c : design_.components) {
     const Macro& macro = technology_.macros[at(c.macro)];
     const auto add = [&](const Shape& s) { shapes.push_back({s.layer, placed(s.rect, macro, c)}); };
-    std::for_each(macro.obstructions.begin(), macro.obstructions.end(), add);
+    for (const Shape& s : macro.obstructions) {
+      // where no cut may be, no metal above it is needed
+      const bool is_cut = layer(s.layer).kind == LayerKind::cut;
+      add({is_cut ? s.layer + 1 : s.layer, s.rect});
+    }
     for (const MacroPin& pin : macro.pins) std::for_each(pin.shapes.begin(), pin.shapes.end(), add);
   }
   std::erase_if(shapes, [&](const Shape& s) { return routed_index(s.layer) < 0; });
   return shapes;
 }
 
+// What of it lies on the lowest layer of tracks. Where metal is so wide that it asks for more than the
+// layer's least spacing, it counts as so much larger.
+ShapeIndex Wiring::metal_above_pins() const {
+  const Layer& above = layer(layers_[0].layer);
+  ShapeIndex index;
+  for (const Shape& shape : fixed_shapes()) {
+    if (shape.layer != layers_[0].layer) continue;
+    const Nm wide = std::min(shape.rect.width(), shape.rect.height()),
+             run = std::max(shape.rect.width(), shape.rect.height());
+    index.add({shape.layer, shape.rect.grown(above.spacing_for(wide, run) - above.spacing)});
+  }
+  return index;
+}
+
 // A cell with such metal near it has ways of its own to its pins.
-void Wiring::keep_off_fixed_metal(AccessCell& cell, const FixedMetal& fixed) const {
-  cell.upper_obstructions = fixed.near(cell.outline);
-  for (const Rect& r : cell.upper_obstructions)
+void Wiring::keep_off(AccessCell& cell, const ShapeIndex& fixed) const {
+  constexpr int kReach = 4;  // pitches that the metal of a pin may reach out of its cell
+  const Rect area = cell.outline.grown(kReach * std::max(grid_.pitch_x, grid_.pitch_y));
+  fixed.for_each_in({layers_[0].layer, area}, [&](std::size_t i) {
+    const Rect& r = fixed[i].rect;
+    cell.upper_obstructions.push_back(r);
     cell.kind += fmt::format(" {} {} {} {}", r.x0 - cell.outline.x0, r.y0 - cell.outline.y0,
                              r.x1 - cell.outline.x0, r.y1 - cell.outline.y0);
+  });
 }
 
 // Nodes near the access' metal: those on its own track are the net's, others nobody's.
@@ -390,7 +373,7 @@ void Wiring::add_cells(RouteReport& report) {
       if (ref.component != kDiePin)
         net_of[at(ref.component)][at(ref.pin)] = {static_cast<int>(n), static_cast<int>(p)};
     }
-  const FixedMetal fixed(fixed_shapes(), layers_[0].layer, layer(layers_[0].layer), grid_);
+  const ShapeIndex fixed = metal_above_pins();
   std::vector<AccessCell> cells;
   std::vector<int> component_of;
   std::vector<std::vector<int>> pins_of;
@@ -422,7 +405,7 @@ void Wiring::add_cells(RouteReport& report) {
     for (const Shape& s : macro.obstructions) {
       if (s.layer == pin_layer_) cell.other_metal.push_back(placed(s.rect, macro, component));
     }
-    keep_off_fixed_metal(cell, fixed);
+    keep_off(cell, fixed);
     cells.push_back(std::move(cell));
     component_of.push_back(static_cast<int>(c));
     pins_of.push_back(std::move(pins));
@@ -712,7 +695,8 @@ void Wiring::extract(int maze_net, const MazeTree& tree, RouteReport& report) co
       parasitics.resistors.push_back({na, nb, metal.resistance_ohm * length / width});
     } else {
       const Via& via = technology_.vias[at(vias_[at(std::min(ca.layer, cb.layer))])];
-      parasitics.resistors.push_back({na, nb, layer(via.shapes[1].layer).resistance_ohm});
+      const double of_cut_ohm = layer(via.shapes[1].layer).resistance_ohm;
+      parasitics.resistors.push_back({na, nb, via.resistance_ohm > 0.0 ? via.resistance_ohm : of_cut_ohm});
     }
   }
   parasitics.node_of_pin.assign(net.pins.size(), -1);

@@ -18,6 +18,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
+#include "base/place.hpp"
 #include "base/terminal.hpp"
 
 namespace {
@@ -53,6 +54,17 @@ std::string report_text(const RouteReport& report, const Design& design, const T
   return text;
 }
 
+/// Without them a SPEF would say that wires are nothing.
+void require_wire_models(const Technology& technology) {
+  for (const int index : technology.routing_layers()) {
+    const Layer& layer = technology.layers[static_cast<std::size_t>(index)];
+    if (layer.resistance_ohm <= 0.0 || (layer.area_cap_pf_um2 <= 0.0 && layer.edge_cap_pf_um <= 0.0))
+      throw meltstage::UserError(
+          fmt::format("--spef: found no RESISTANCE or no CAPACITANCE of layer {} in {}, expected both",
+                      meltstage::shown(layer.name), technology.files));
+  }
+}
+
 int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::path& def,
         const std::filesystem::path& out, const std::filesystem::path& netlist,
         const std::filesystem::path& spef, const std::filesystem::path& report_path, RouteOptions options) {
@@ -61,6 +73,7 @@ int run(const std::vector<std::filesystem::path>& lef, const std::filesystem::pa
   meltstage::require_other_files({out, netlist, spef, report_path}, inputs);
   const Technology technology = read_lef(lef);
   Design design = read_def(def, technology);
+  if (!spef.empty()) require_wire_models(technology);
   require_routable(design, technology);
   meltstage::ProgressLine line;
   options.progress = shown_on(line);

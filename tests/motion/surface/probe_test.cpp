@@ -257,7 +257,9 @@ TEST_F(TouchFile, ThatIsWrongIsRefused) {
               HasSubstr("row 2: found 4 numbers, expected 3 as in row 1"));
   EXPECT_THAT(error_of([&] { read_touches(write("1 2 3 z\n")); }), HasSubstr("row 1, column 4: found 'z'"));
   EXPECT_THAT(error_of([&] { read_touches(write("1 2 3 0 10 0 0 0 0\n")); }),
-              HasSubstr("row 1: found B at 10 degrees, expected a touch with the rotary axes at zero"));
+              HasSubstr("row 1: found B at 10 degrees, expected a touch with the other axes at zero"));
+  EXPECT_THAT(error_of([&] { read_touches(write("1 2 3 0 0 0 1 0 0\n")); }),
+              HasSubstr("row 1: found U at 1 mm, expected a touch with the other axes at zero"));
   EXPECT_EQ(read_touches(write("1 2 3 0.0004 -0.0004 0 0 0 0\n")).points_mm.size(),
             1U);  // as the encoder read it
 }

@@ -114,6 +114,8 @@ TEST(PatternFiles, WglTimingOfAnotherOrderOrShapeIsTold) {
        "of \"q[0]\": compared at 86 ns, expected it before the clock's pulse (1 of \"clk\": 50 ns)"},
       {"\"q[0]\" := output[0nS:X, 40nS:Q, 41nS:X]", "\"q[0]\" := output[0nS:X, 40nS:Q, 60nS:X]",
        "of \"q[0]\": compared at 60 ns"},
+      {"\"q[0]\" := output[0nS:X, 40nS:Q, 41nS:X]", "\"q[0]\" := output[0nS:X, 40nS:Q]",
+       "of \"q[0]\": compared at 100 ns"},  // to the period's end
       {"\"d[0]\" := input[0nS:S]", "\"d[0]\" := input[60nS:S]",
        "of \"d[0]\": driven at 60 ns, expected it before the clock's pulse"},
       {"\"d[0]\" := input[0nS:S]", "\"d[0]\" := input[0nS:U, 20nS:S]",

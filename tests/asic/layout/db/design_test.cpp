@@ -238,6 +238,9 @@ TEST_F(DefText, ClausesAreKnownSkippedOrRefused) {
       "a.def:17:25: found \"NONDEFAULTRULE\", expected no NONDEFAULTRULE: what it asks for is not kept here");
   EXPECT_EQ(message(changed("( * 900 )", "( 500 900 )")),
             "a.def:18:48: found \"(\", expected a point straight above or beside the one before it");
+  EXPECT_EQ(message(changed("( 400 500 )", "( 400 500 0 )")), "");
+  EXPECT_EQ(message(changed("( 400 500 )", "( 400 500 90 )")),
+            "a.def:18:46: found \"90\", expected no extension of the wire beyond its point");
   EXPECT_EQ(message(changed("( 400 500 )", "( * 500 )")),
             "a.def:18:38: found \"*\", expected a number, as no point is before it");
   EXPECT_EQ(message(changed("STEP 800 0", "STEP 400 0")),
@@ -250,6 +253,8 @@ TEST_F(DefText, EachNetHasOneDriverAndListsItsPins) {
             "a.def:14:3: found pin a with + NET a, expected ( PIN a ) in that net of NETS");
   EXPECT_EQ(message(changed("( v A )", "( v A ) ( v Y )")),
             "a.def:18:25: found \"Y\", expected one output a net, as u/Y drives it");
+  EXPECT_THAT(message(changed("( u A )", "( u A ) ( v vdd )")),
+              HasSubstr("expected a signal's pin, as vdd of"));
   EXPECT_EQ(message(changed("( u A )", "( u A ) ( v Y )")),
             "a.def:17:27: found \"Y\", expected one output a net, as PIN a drives it");
   EXPECT_EQ(message(changed("( v A )", "( * A )")),
@@ -288,6 +293,13 @@ TEST_F(DesignTest, WrongNetlistIsOneLine) {
             ": net _n99_: found nothing that drives it, expected an output or a port; tie an input that "
             "isn't used");
   EXPECT_EQ(message("\"A\": [2], ", " "), ": cell g1/A: found no net, expected one at every input");
+  EXPECT_EQ(message("\"A\": [2], ", "\"A\": [2], \"vdd\": [\"1\"], "), "");
+  EXPECT_EQ(
+      message("\"A\": [2], ", "\"A\": [2], \"gnd\": [\"1\"], "),
+      ": cell g1/gnd: found the other constant at a supply pin, expected the constant 0 or nothing; take the "
+      "supplies out of the netlist");
+  EXPECT_THAT(message("\"A\": [2], ", "\"A\": [2], \"vdd\": [3], "),
+              HasSubstr(": cell g1/vdd: found a net at a supply pin"));
   EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [\"1\"]"),
             ": cell g2/Y: found a constant, expected a net, as it is driven there");
   EXPECT_EQ(message("\"Y\": [4]", "\"Y\": [2]"),

@@ -77,6 +77,20 @@ TEST(Technology, ANameHasOneMeaning) {
   }
 }
 
+// Its own resistance counts, and the order of its layers does not.
+TEST(Technology, AViaIsReadFromEitherEnd) {
+  Technology t;
+  parse_lef(
+      "LAYER a TYPE ROUTING ; END a\nLAYER c TYPE CUT ; END c\nLAYER b TYPE ROUTING ; END b\n"
+      "VIA v DEFAULT RESISTANCE 5 ; LAYER b ; RECT 0 0 3 3 ; LAYER c ; RECT 0 0 2 2 ; LAYER a ; RECT 0 0 1 1 "
+      "; END v",
+      "text", t);
+  ASSERT_EQ(t.vias.at(0).shapes.size(), 3u);
+  EXPECT_EQ(t.vias[0].resistance_ohm, 5.0);
+  for (int layer = 0; layer < 3; ++layer)
+    EXPECT_EQ(t.vias[0].shapes[static_cast<std::size_t>(layer)].layer, layer);
+}
+
 TEST(Technology, RailsReachBeyondTheirCell) {
   Technology t;
   parse_lef(

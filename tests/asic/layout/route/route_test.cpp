@@ -265,6 +265,20 @@ TEST_F(Routing, NoViaOfAPinLiesInAStrap) {
   EXPECT_GT(told, 0u);
 }
 
+TEST_F(Routing, NoViaOfAPinLiesOnAnObstructionOfItsCuts) {
+  Technology obstructed = technology;
+  const int cut = technology.find_layer("via");
+  ASSERT_GE(cut, 0);
+  for (Macro& macro : obstructed.macros)
+    if (macro.name == "INVX1") macro.obstructions.push_back({cut, {0, 0, macro.width, macro.height}});
+  Design d = placed_design(60, 2);
+  const auto inverters = std::count_if(d.components.begin(), d.components.end(), [&](const Component& c) {
+    return technology.macros[static_cast<std::size_t>(c.macro)].name == "INVX1";
+  });
+  ASSERT_GT(inverters, 0);
+  EXPECT_GE(route(d, obstructed, {}).no_access.size(), 2 * static_cast<std::size_t>(inverters));
+}
+
 TEST_F(Routing, TheChecksFindAMissingViaAndADisplacedWire) {
   Design d = placed_design(80, 3);
   ASSERT_TRUE(route(d, technology, {}).is_clean());

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asic/layout/db/supplies.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "asic/layout/db/shape_index.hpp"
+#include "base/error.hpp"
+#include "base/place.hpp"
+
+namespace meltstage::layout {
+namespace {
+
+constexpr std::size_t kMostFaults = 20;
+
+bool is_supply(Use use) { return use == Use::power || use == Use::ground; }
+
+std::string corner(const Rect& r) { return fmt::format("({}, {})", r.x0, r.y0); }
+
+class SupplyCheck {
+ public:
+  SupplyCheck(const Design& design, const Technology& technology)
+      : design_(design), technology_(technology) {}
+
+  std::vector<std::string> faults() && {
+    for (const Net& net : design_.nets) {
+      for (const Shape& strap : net.straps) {
+        check_alone(net, strap);
+        check_others(net, strap);
+      }
+      for (const PlacedVia& via : net.strap_vias)
+        for (const Shape& s : design_.via(technology_, via.via).shapes)
+          check_others(net, {s.layer, s.rect.moved(via.at)});
+    }
+    for (const Component& component : design_.components) check_cell(component);
+    return std::move(faults_);
+  }
+
+ private:
+  const Layer& layer(int index) const { return technology_.layers[static_cast<std::size_t>(index)]; }
+  void tell(std::string fault) {
+    if (faults_.size() < kMostFaults) faults_.push_back(std::move(fault));
+  }
+
+  static Nm narrow(const Rect& r) { return std::min(r.width(), r.height()); }
+  static Nm wide(const Rect& r) { return std::max(r.width(), r.height()); }
+  Nm spacing(int index, const Rect& a, const Rect& b) const {
+    return layer(index).spacing_for(std::max(narrow(a), narrow(b)), std::min(wide(a), wide(b)));
+  }
+  static bool are_nearer(const Rect& a, const Rect& b, Nm spacing) {
+    const Nm dx = std::max({Nm{0}, a.x0 - b.x1, b.x0 - a.x1}),
+             dy = std::max({Nm{0}, a.y0 - b.y1, b.y0 - a.y1});
+    return dx * dx + dy * dy < spacing * spacing;
+  }
+
+  void check_alone(const Net& net, const Shape& strap) {
+    const std::string what = fmt::format("{}: a strap on {} at {} nm", shown(net.name),
+                                         layer(strap.layer).name, corner(strap.rect));
+    if (!design_.die.contains(strap.rect)) tell(what + " reaches out of the die");
+    if (narrow(strap.rect) < layer(strap.layer).width)
+      tell(fmt::format("{} is {} nm wide, less than the layer's WIDTH of {} nm", what, narrow(strap.rect),
+                       layer(strap.layer).width));
+    const Nm grid = technology_.grid;
+    if (grid > 1 && (strap.rect.x0 % grid != 0 || strap.rect.x1 % grid != 0 || strap.rect.y0 % grid != 0 ||
+                     strap.rect.y1 % grid != 0))
+      tell(fmt::format("{} is off the manufacturing grid of {} nm", what, grid));
+  }
+
+  /// Against the metal of all supplies before it.
+  void check_others(const Net& net, const Shape& shape) {
+    if (layer(shape.layer).kind != LayerKind::routing) return;
+    const Nm reach = spacing(shape.layer, shape.rect, shape.rect);
+    index_.for_each_in({shape.layer, shape.rect.grown(std::max(reach, widest_spacing_))}, [&](std::size_t i) {
+      if (owners_[i] != &net &&
+          are_nearer(index_[i].rect, shape.rect, spacing(shape.layer, index_[i].rect, shape.rect)))
+        tell(fmt::format("{} and {} are nearer than the spacing of {} at {} nm", shown(owners_[i]->name),
+                         shown(net.name), layer(shape.layer).name, corner(shape.rect)));
+    });
+    widest_spacing_ = std::max(widest_spacing_, reach);
+    index_.add(shape);
+    owners_.push_back(&net);
+  }
+
+  /// Cells' own metal may be as near to a rail as the library drew it; above it, straps keep their spacing.
+  void check_cell(const Component& component) {
+    const Macro& macro = technology_.macros[static_cast<std::size_t>(component.macro)];
+    const int pins_layer = technology_.routing_layers().front();
+    const auto check = [&](const Shape& drawn, Use use, const std::string& name, bool overlap_alone) {
+      if (layer(drawn.layer).kind != LayerKind::routing) return;
+      const Shape shape{drawn.layer, placed(drawn.rect, macro, component)};
+      index_.for_each_in(
+          {shape.layer, shape.rect.grown(std::max<Nm>(widest_spacing_, 1))}, [&](std::size_t i) {
+            if (is_supply(use) && owners_[i]->use == use) return;
+            const Rect& strap = index_[i].rect;
+            const bool wrong = overlap_alone
+                                   ? strap.overlaps(shape.rect)
+                                   : are_nearer(strap, shape.rect, spacing(shape.layer, strap, shape.rect));
+            if (wrong)
+              tell(fmt::format("{} is at {} of {} on {} at {} nm", shown(owners_[i]->name), name,
+                               shown(component.name), layer(shape.layer).name, corner(shape.rect)));
+          });
+    };
+    for (const MacroPin& pin : macro.pins)
+      for (const Shape& s : pin.shapes)
+        check(s, pin.use, "pin " + shown(pin.name), s.layer == pins_layer || is_supply(pin.use));
+    for (const Shape& s : macro.obstructions) check(s, Use::signal, "an obstruction", true);
+  }
+
+  const Design& design_;
+  const Technology& technology_;
+  ShapeIndex index_;
+  std::vector<const Net*> owners_;
+  Nm widest_spacing_ = 0;
+  std::vector<std::string> faults_;
+};
+
+/// The supplies along a cell's lower and upper edge, by name.
+struct Rails {
+  std::string low, high;
+  friend bool operator==(const Rails&, const Rails&) = default;
+};
+
+std::optional<Rails> rails_of(const Macro& macro) {
+  Rails rails;
+  for (const MacroPin& pin : macro.pins) {
+    if (!is_supply(pin.use)) continue;
+    for (const Shape& shape : pin.shapes) {
+      if (shape.rect.width() < macro.width) continue;
+      if (shape.rect.y0 <= 0) rails.low = pin.name;
+      if (shape.rect.y1 >= macro.height) rails.high = pin.name;
+    }
+  }
+  return rails.low.empty() || rails.high.empty() ? std::nullopt : std::optional(rails);
+}
+
+}  // namespace
+
+std::vector<std::string> supply_faults(const Design& design, const Technology& technology) {
+  return SupplyCheck(design, technology).faults();
+}
+
+void require_like_rails(const Design& design, const Technology& technology) {
+  std::set<int> used;
+  for (const Component& component : design.components) used.insert(component.macro);
+  const Macro* first = nullptr;
+  for (const int index : used) {
+    const Macro& macro = technology.macros[static_cast<std::size_t>(index)];
+    if (!macro.symmetric_x)
+      throw UserError(fmt::format(
+          "{}: MACRO {}: found SYMMETRY without X, expected it, as every second row is upside down",
+          technology.files, shown(macro.name)));
+    const std::optional<Rails> rails = rails_of(macro);
+    if (!rails) continue;
+    if (first == nullptr) first = &macro;
+    if (const Rails expected = *rails_of(*first); *rails != expected)
+      throw UserError(fmt::format(
+          "{}: MACRO {}: found the rails {} below and {} above, expected {} and {} as MACRO {} has",
+          technology.files, shown(macro.name), shown(rails->low), shown(rails->high), shown(expected.low),
+          shown(expected.high), shown(first->name)));
+  }
+}
+
+}  // namespace meltstage::layout
