@@ -28,6 +28,10 @@ using FlopBlock = std::vector<FlopWords>;
 // All of them, block by block.
 const std::vector<FlopBlock>& flop_blocks();
 
+// Flags, states, steps of a computation; wider ones are values and counters.
+inline constexpr unsigned kNarrowBits = 6;
+inline bool is_narrow(const Flop& flop) { return !flop.is_array && flop.width <= kNarrowBits; }
+
 // The low bits of a flop.
 constexpr std::uint64_t ones(unsigned width) { return ~std::uint64_t{0} >> (64 - width); }
 

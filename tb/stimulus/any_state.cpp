@@ -16,26 +16,13 @@
 #include "tb/lockstep/bench.hpp"
 #include "tb/pins/flop_table.hpp"
 #include "tb/stimulus/any_value.hpp"
+#include "tb/stimulus/decision_edge.hpp"
 #include "tb/stimulus/random_requests.hpp"
 #include "tb/stimulus/random_run.hpp"
 
 namespace meltstage::tb {
 
 namespace {
-
-// The flops of one bit, whose changes are the events.
-const FlopWords& events() {
-  static const FlopWords list = [] {
-    FlopWords made;
-    for (const FlopBlock& block : flop_blocks()) {
-      for (const FlopWords& flops : block) {
-        if (flops.size() == 1 && flops[0].width == 1) made.push_back(flops[0]);
-      }
-    }
-    return made;
-  }();
-  return list;
-}
 
 // ---- A trial ---------------------------------------------------------------------------------------------
 
@@ -52,11 +39,6 @@ void change_registers(Rng& rng, chip::Chip& chip) {
   for (unsigned index = 1; index < spec::kHoldingCount; ++index) {
     if (happens(rng, rarity)) chip.mem.preset(index, any_register_value(rng, index));
   }
-}
-
-void set_flop(const Flop& flop, std::uint64_t value, chip::Chip& chip) {
-  const std::uint64_t now = flop.get(chip, flop.word);
-  flop.set(chip, flop.word, (value & flop.changeable) | (now & ~flop.changeable));
 }
 
 void change_flop(Rng& rng, const FlopWords& words, const Neighbours& block, chip::Chip& chip) {
@@ -111,17 +93,19 @@ bool differs(const FlopBlock& block, const chip::Chip& one, const chip::Chip& ot
 // The model alone, whose moments are kept.
 class Collector final : public Device {
  public:
-  Collector(const chip::Chip& start, Rng& rng, Moments& moments, std::vector<std::uint64_t>& met)
-      : model_(start), rng_(rng), moments_(moments), met_(met) {}
+  Collector(const chip::Chip& start, Rng& rng, Moments& moments)
+      : model_(start), rng_(rng), moments_(moments) {}
 
   chip::Outputs step(const chip::Inputs& in) override {
     const chip::Chip before = model_;
     const chip::Outputs out = model_.step(in);
     if (in.rst_n) {
-      const FlopWords& flops = events();
-      for (std::size_t i = 0; i < flops.size(); ++i) {
-        const std::uint64_t was = flops[i].get(before, 0);
-        if (was != flops[i].get(model_, 0)) keep(2 * i + was, {before, in, {}});
+      for (std::size_t block = 0; block < moments_.blocks_.size(); ++block) {
+        for (Moments::NarrowFlop& narrow : moments_.blocks_[block]) {
+          const std::uint64_t becomes = narrow.flop.get(model_, 0);
+          if (becomes != narrow.flop.get(before, 0))
+            keep(event(narrow, becomes), {before, in, block, {}, {}});
+        }
       }
     }
     return out;
@@ -131,60 +115,104 @@ class Collector final : public Device {
   Compared finish() override { return {}; }
 
  private:
-  static constexpr std::size_t kKept = 16;  // moments of an event
+  static constexpr std::size_t kKept = 4;  // moments of an event
+
+  static Moments::Value& event(Moments::NarrowFlop& narrow, std::uint64_t becomes) {
+    const auto met = std::ranges::find(narrow.values, becomes, &Moments::Value::value);
+    return met == narrow.values.end() ? narrow.values.emplace_back(Moments::Value{becomes, 0, {}}) : *met;
+  }
 
   // Each moment of an event is as likely to be kept (reservoir sampling).
-  void keep(std::size_t event, const Moment& moment) {
-    std::vector<Moment>& kept = moments_.of_events_[event];
-    const std::uint64_t place = kept.size() < kKept ? kept.size() : rng_.below(met_[event] + 1);
-    ++met_[event];
-    if (place == kept.size() && kept.size() < kKept)
-      kept.push_back(moment);
-    else if (place < kept.size())
-      kept[place] = moment;
+  void keep(Moments::Value& event, const Moment& moment) {
+    const std::uint64_t place = event.met < kKept ? event.met : rng_.below(event.met + 1);
+    ++event.met;
+    if (place == event.kept.size() && place < kKept)
+      event.kept.push_back(moment);
+    else if (place < event.kept.size())
+      event.kept[place] = moment;
   }
 
   chip::Chip model_;
   Rng& rng_;
   Moments& moments_;
-  std::vector<std::uint64_t>& met_;
 };
 
-Moments::Moments(std::uint64_t first, std::uint64_t seeds, std::uint64_t clocks)
-    : of_events_(2 * events().size()) {
-  std::vector<std::uint64_t> met(of_events_.size());
+Moments::Moments(std::uint64_t first, std::uint64_t seeds, std::uint64_t clocks) {
+  for (const FlopBlock& block : flop_blocks()) {
+    blocks_.emplace_back();
+    for (const FlopWords& words : block)
+      if (is_narrow(words[0])) blocks_.back().push_back({words[0], {}});
+  }
   for (std::uint64_t seed = first; seed < first + seeds; ++seed) {
     Rng rng = stream(seed, "moments");
-    random_run(std::make_unique<Collector>(random_start(seed), rng, *this, met), seed, clocks);
+    random_run(std::make_unique<Collector>(random_start(seed), rng, *this), seed, clocks);
   }
-  std::erase_if(of_events_, [](const auto& kept) { return kept.empty(); });
-  find_registers_read();
+  std::vector<std::set<unsigned>> read_by(flop_blocks().size());
+  for (auto& block : blocks_) {
+    std::erase_if(block, [](const NarrowFlop& narrow) { return narrow.values.empty(); });
+    for (NarrowFlop& narrow : block)
+      for (Value& value : narrow.values)
+        for (Moment& moment : value.kept) look_into(moment, read_by);
+  }
+  std::erase_if(blocks_, [](const auto& block) { return block.empty(); });
+  for (const std::set<unsigned>& registers : read_by)
+    read_by_.emplace_back(registers.begin(), registers.end());
 }
 
-// A block reads a register when another value of it makes another next state of the block.
-void Moments::find_registers_read() {
-  std::vector<std::set<unsigned>> by_block(flop_blocks().size());
-  Rng rng(0, "registers read");
-  for (std::vector<Moment>& kept : of_events_) {
-    for (Moment& moment : kept) {
-      chip::Chip stepped = moment.chip;
-      stepped.step(moment.in);
-      for (unsigned index = 1; index < spec::kHoldingCount; ++index) {
-        chip::Chip other = moment.chip;
-        other.mem.preset(index, any_register_value(rng, index));
-        other.step(moment.in);
-        bool read = false;
-        for (std::size_t block = 0; block < by_block.size(); ++block) {
-          if (is_mem(flop_blocks()[block]) || !differs(flop_blocks()[block], stepped, other)) continue;
-          by_block[block].insert(index);
-          read = true;
+const Moment& Moments::any(Rng& rng) const {
+  const auto& block = blocks_[rng.below(blocks_.size())];
+  const std::vector<Value>& values = block[rng.below(block.size())].values;
+  const std::vector<Moment>& kept = values[rng.below(values.size())].kept;
+  return kept[rng.below(kept.size())];
+}
+
+std::size_t Moments::events() const {
+  std::size_t count = 0;
+  for (const auto& block : blocks_)
+    for (const NarrowFlop& narrow : block) count += narrow.values.size();
+  return count;
+}
+
+// A block reads a register when another value of it makes another next state of the block. A flop steers a
+// block when one of two drawn values takes it another way.
+void Moments::look_into(Moment& moment, std::vector<std::set<unsigned>>& read_by) {
+  Rng rng(0, "moment");
+  const std::vector<FlopBlock>& blocks = flop_blocks();
+  chip::Chip stepped = moment.chip;
+  stepped.step(moment.in);
+  for (unsigned index = 1; index < spec::kHoldingCount; ++index) {
+    chip::Chip other = moment.chip;
+    other.mem.preset(index, any_register_value(rng, index));
+    other.step(moment.in);
+    bool read = false;
+    for (std::size_t block = 0; block < blocks.size(); ++block) {
+      if (is_mem(blocks[block]) || !differs(blocks[block], stepped, other)) continue;
+      read_by[block].insert(index);
+      read = true;
+    }
+    if (read) moment.registers_read.push_back(index);
+  }
+  moment.steering.resize(blocks.size());
+  std::vector<std::uint64_t> ways;
+  for (const FlopBlock& block : blocks) ways.push_back(way_of_block(block, moment.chip, stepped));
+  for (const FlopBlock& own : blocks) {
+    if (is_mem(own)) continue;
+    for (const FlopWords& words : own) {
+      for (const Flop& flop : words) {
+        std::vector<bool> steered(blocks.size());
+        for (unsigned draw = 0; draw < 2; ++draw) {
+          chip::Chip other = moment.chip;
+          set_flop(flop, rng.bits() >> rng.below(64), other);
+          chip::Chip after = other;
+          after.step(moment.in);
+          for (std::size_t block = 0; block < blocks.size(); ++block)
+            steered[block] = steered[block] || way_of_block(blocks[block], other, after) != ways[block];
         }
-        if (read) moment.registers_read.push_back(index);
+        for (std::size_t block = 0; block < blocks.size(); ++block)
+          if (steered[block]) moment.steering[block].push_back(&flop);
       }
     }
   }
-  for (const std::set<unsigned>& registers : by_block)
-    read_by_.emplace_back(registers.begin(), registers.end());
 }
 
 bool holds_invariants(const chip::Chip& chip) {
@@ -195,15 +223,46 @@ bool holds_invariants(const chip::Chip& chip) {
 
 namespace {
 
+Neighbours neighbours_in(Rng& rng, std::size_t block, const Moments& moments, const Moment& moment) {
+  return {flop_blocks()[block], one_in(rng, 2) ? moment.registers_read : moments.registers_read_by(block),
+          moments.any(rng).chip};
+}
+
 Neighbours any_block(Rng& rng, const Moments& moments, const Moment& moment) {
-  const std::uint64_t block = rng.below(flop_blocks().size());
-  return {flop_blocks()[block], one_in(rng, 2) ? moment.registers_read : moments.registers_read_by(block)};
+  return neighbours_in(rng, rng.below(flop_blocks().size()), moments, moment);
 }
 
 void change_one_flop(Rng& rng, const Moments& moments, Moment& moment) {
   const Neighbours block = any_block(rng, moments, moment);
   change_flop(rng, block.flops[rng.below(block.flops.size())], block, moment.chip);
   moment.chip.mem.refresh_params();
+}
+
+// Flops on which the next clock of a block depends, one after the other: often at a value beside which it
+// would go another way.
+void steer_a_block(Rng& rng, const Moments& moments, Moment& moment) {
+  const std::size_t block = one_in(rng, 4) ? rng.below(flop_blocks().size()) : moment.block;
+  const std::vector<const Flop*>& steering = moment.steering[block];
+  if (steering.empty()) return;
+  const Neighbours beside = neighbours_in(rng, block, moments, moment);
+  for (std::uint64_t changes = 1 + rng.below(3); changes > 0; --changes) {
+    const Flop& flop = *steering[rng.below(steering.size())];
+    const auto draw = [&] { return any_value_of(rng, flop, beside, moment.chip) & ones(flop.width); };
+    if (one_in(rng, 3)) {
+      set_flop(flop, draw(), moment.chip);
+      continue;
+    }
+    constexpr unsigned kPairs = 4;
+    for (unsigned pair = 0; pair < kPairs; ++pair)
+      if (set_at_decision_edge(rng, flop_blocks()[block], flop, draw(), draw(), moment.in, moment.chip))
+        break;
+  }
+}
+
+void change_registers_read(Rng& rng, Moment& moment) {
+  const unsigned rarity = one_of(rng, std::array{0u, 2u, 1u});
+  for (const unsigned index : moment.registers_read)
+    if (happens(rng, rarity)) moment.chip.mem.preset(index, any_register_value(rng, index));
 }
 
 }  // namespace
@@ -213,9 +272,8 @@ void change_one_block(Rng& rng, const Moments& moments, Moment& moment) {
 }
 
 Moment any_moment(Rng& rng, const Moments& moments) {
-  const auto& kept = moments.of_events()[rng.below(moments.of_events().size())];
-  Moment moment = kept[rng.below(kept.size())];
-  switch (rng.below(3)) {
+  Moment moment = moments.any(rng);
+  switch (rng.below(6)) {
     case 0:  // what one bit keeps from happening
       flip_one_bit(rng, moment.chip);
       return moment;
@@ -223,11 +281,15 @@ Moment any_moment(Rng& rng, const Moments& moments) {
       change_registers(rng, moment.chip);
       change_one_flop(rng, moments, moment);
       return moment;
-    default:
+    case 2:
       change_registers(rng, moment.chip);
       for (unsigned changed = one_of(rng, std::array{0u, 1u, 1u, 1u, 2u, 2u, 3u, 14u}); changed > 0;
            --changed)
         change_one_block(rng, moments, moment);
+      return moment;
+    default:
+      change_registers_read(rng, moment);
+      steer_a_block(rng, moments, moment);
       return moment;
   }
 }

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,27 +22,40 @@ namespace meltstage::tb {
 struct Moment {
   chip::Chip chip;
   chip::Inputs in;
+  std::size_t block = 0;                 // of flop_blocks(), in which something happens
   std::vector<unsigned> registers_read;  // holding registers on which the next state depends
+  // For each block of flop_blocks() the flops, of any block, whose other values take it another way.
+  std::vector<std::vector<const Flop*>> steering;
 };
 
-// Moments of random runs of the model, each just before a flop of one bit rises or falls: as many of a rare
-// event as of a frequent one.
+// Moments of random runs of the model, each just before a flag, a state or a step of a computation takes
+// another value. As many are kept of a rare event as of a frequent one, and each block, each flop of it and
+// each value of it is drawn as often as another.
 class Moments {
  public:
   // From runs of `clocks` clocks on each of the seeds first .. first + seeds - 1.
   Moments(std::uint64_t first, std::uint64_t seeds, std::uint64_t clocks);
 
-  // Of each event that was met, some moments.
-  const std::vector<std::vector<Moment>>& of_events() const { return of_events_; }
+  const Moment& any(Rng& rng) const;
+  // Events that were met.
+  std::size_t events() const;
 
   // The holding registers that a block of flop_blocks() was seen to read in these moments.
   const std::vector<unsigned>& registers_read_by(std::size_t block) const { return read_by_[block]; }
 
  private:
   friend class Collector;
-  void find_registers_read();
+  void look_into(Moment& moment, std::vector<std::set<unsigned>>& read_by);
 
-  std::vector<std::vector<Moment>> of_events_;
+  struct Value {
+    std::uint64_t value = 0, met = 0;
+    std::vector<Moment> kept;
+  };
+  struct NarrowFlop {
+    Flop flop;
+    std::vector<Value> values;
+  };
+  std::vector<std::vector<NarrowFlop>> blocks_;  // those with an event
   std::vector<std::vector<unsigned>> read_by_;
 };
 

@@ -73,6 +73,10 @@ std::uint16_t any_register_value(Rng& rng, unsigned index) {
       return static_cast<std::uint16_t>(info.max);
     case 2:
       return static_cast<std::uint16_t>(info.reset);
+    case 3: {
+      const auto near = static_cast<std::int64_t>(beside(rng, std::uint64_t{1} << rng.below(16)));
+      return static_cast<std::uint16_t>(std::clamp<std::int64_t>(near, info.min, info.max));
+    }
     default: {
       const std::uint64_t above = span == 0 ? 0 : std::min(span, rng.bits() >> (48 + rng.below(16)));
       const auto offset = static_cast<std::int32_t>(above);
@@ -82,7 +86,10 @@ std::uint16_t any_register_value(Rng& rng, unsigned index) {
 }
 
 std::uint64_t any_value_of(Rng& rng, const Flop& flop, const Neighbours& beside, const chip::Chip& chip) {
-  switch (rng.below(10)) {
+  switch (rng.below(12)) {
+    case 10:
+    case 11:
+      return flop.get(beside.another_time, flop.word);
     case 0:
       return near_a_power_of_two(rng, flop.width);
     case 1:

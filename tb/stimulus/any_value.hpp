@@ -15,10 +15,12 @@ namespace meltstage::tb {
 // Any value of holding register `index`: as many small as large ones, often an end or the default.
 std::uint16_t any_register_value(Rng& rng, unsigned index);
 
-// What a flop may stand beside: the flops of its block, and the holding registers that the block reads.
+// What a flop may stand beside: the flops of its block, the holding registers that the block reads, and
+// itself at another time.
 struct Neighbours {
   const FlopBlock& flops;
   const std::vector<unsigned>& registers;
+  const chip::Chip& another_time;
 };
 
 // Any value of `flop`, wider than it now and then: only its low bits count.
