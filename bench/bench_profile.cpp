@@ -6,15 +6,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <utility>
 #include <vector>
 
 #include "bench/bench.hpp"
 #include "bench/bench_stimulus.hpp"
+#include "bench/klipper_look_ahead.hpp"
 #include "motion/profile/moving_end.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/profile/retarget.hpp"
+#include "motion/profile/through_points.hpp"
 
 namespace meltstage::app {
 
@@ -247,6 +250,51 @@ void add_moving(std::vector<BenchRow>& rows, int cases, const BenchOptions& opti
   }
 }
 
+// ---- Through points without a stop ------------------------------------------------------------------------
+
+std::vector<Eigen::Vector3d> drawn_corners(std::mt19937_64& random, std::size_t count) {
+  std::vector<Eigen::Vector3d> points{{0, 0, 0}};
+  while (points.size() < count) {
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>(random() >> 11) * 0x1p-53;
+    points.push_back(points.back() +
+                     between(random, 0.2, 20.0) * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0));
+  }
+  return points;
+}
+
+std::vector<Eigen::Vector3d> circle(double radius_mm, std::size_t count) {
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i <= count; ++i) {
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
+    points.emplace_back(radius_mm * std::cos(angle), radius_mm * std::sin(angle), 0.0);
+  }
+  return points;
+}
+
+void add_through(std::vector<BenchRow>& rows, std::uint64_t seed) {
+  constexpr double kTolerance_mm = 0.05;
+  constexpr std::size_t kPoints = 1000;
+  const ScurveLimits axis = asymmetric_limits(400, 4000, 4000, 2e5, 2e5);
+  const motion::AxisLimits axes = {axis, axis, axis};
+  std::mt19937_64 random(3 * seed + 5);
+  const std::pair<std::string, std::vector<Eigen::Vector3d>> paths[] = {
+      {fmt::format("{} drawn corners, passed within {} mm", kPoints, kTolerance_mm),
+       drawn_corners(random, kPoints)},
+      {fmt::format("circle of 20 mm as {} lines", 100), circle(20.0, 100)}};
+  for (const auto& [what, points] : paths) {
+    double stops_s = 0.0;
+    for (std::size_t i = 1; i < points.size(); ++i)
+      stops_s += plan_move(points[i - 1], points[i], axes).profile.duration_s;
+    const double time_s = plan_through(points, axes, kTolerance_mm).duration_s;
+    const double klipper_s = klipper_time_s(points, {400, 4000, kTolerance_mm});
+    rows.push_back({what + ": time, of that with stops", time_s / stops_s, "", {}, 1.0});
+    rows.push_back({"  of Klipper's, which has no jerk limit", time_s / klipper_s, "", {}, {}});
+  }
+  const std::vector<Eigen::Vector3d>& points = paths[0].second;
+  const PlanTime time = time_of(3, [&](int) { return plan_through(points, axes, kTolerance_mm).duration_s; });
+  rows.push_back({"  plan of a point", time.best_us / static_cast<double>(points.size()), "us", {}, 10.0});
+}
+
 }  // namespace
 
 std::vector<BenchRow> bench_profile(const BenchOptions& options) {
@@ -265,6 +313,7 @@ std::vector<BenchRow> bench_profile(const BenchOptions& options) {
   rows.push_back({"  jump between segments", worst.jumps, "of scale", {}, 1e-9});
   rows.push_back({"  off the target", worst.end, "mm", {}, 1e-9});
   add_moving(rows, cases, options);
+  add_through(rows, options.seed);
   return rows;
 }
 
